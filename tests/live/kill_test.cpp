@@ -1,7 +1,8 @@
 // kill -9 of live prints: victim, moment and lab are drawn, every process of the print among the victims,
 // world and launcher included. 20 kills with a seed of the day. A failure names its seed: FIRN_KILL_SEED=N
 // FIRN_KILLS=1 repeats it. FIRN_KILL_VICTIM and FIRN_KILL_LAB (inkjet, two_inks, ice) fix what is drawn;
-// tests/bench/random_kills.sh makes a table of many.
+// FIRN_KILL_HARDSHIPS=1 adds to half of the prints a network that loses a tenth, and to half a disk that
+// stalls or is full from a moment drawn. tests/bench/random_kills.sh makes a table of many.
 #include <time.h>
 #include <unistd.h>
 
@@ -48,17 +49,72 @@ std::string victim_of(const LiveRun& run, RandomStream& random) {
   return fixed ? fixed : names[drawn];
 }
 
+struct Hardship {
+  bool loss = false;
+  LiveRun::Disk disk = LiveRun::Disk::kSound;
+  std::uint32_t from_us = 0, for_us = 0;  ///< after the start
+};
+
+Hardship hardship_of(RandomStream& random, std::uint32_t latest_us) {
+  if (!std::getenv("FIRN_KILL_HARDSHIPS")) return {};
+  Hardship h;
+  h.loss = random.below(2) == 0;
+  const std::uint32_t disk = random.below(4);
+  h.disk = disk == 0 ? LiveRun::Disk::kStalled : disk == 1 ? LiveRun::Disk::kFull : LiveRun::Disk::kSound;
+  h.from_us = random.below(latest_us);
+  h.for_us = 100'000 + random.below(4'900'000);
+  return h;
+}
+
+/// Waits for the print's end; its disk has trouble meanwhile. A full disk stays full until the print has
+/// ended.
+int wait_in_trouble(LiveRun& run, const Hardship& h) {
+  if (h.disk == LiveRun::Disk::kSound) return run.wait();
+  const auto sleep_while_running = [&](std::uint32_t us) {
+    for (std::uint32_t done = 0; done < us && run.running(); done += 5000) ::usleep(5000);
+  };
+  sleep_while_running(h.from_us);
+  run.set_disk(h.disk);
+  if (h.disk == LiveRun::Disk::kStalled) {
+    sleep_while_running(h.for_us);
+    run.set_disk(LiveRun::Disk::kSound);
+  }
+  const int status = run.wait();
+  run.wait_all_gone();
+  run.set_disk(LiveRun::Disk::kSound);
+  return status;
+}
+
 /// One print, killed once or twice and resumed until it is finished.
 void kill_at_random(std::uint64_t seed) {
   RandomStream random(seed, Purpose::kKill);
   const std::string lab = lab_of(random);
   const std::uint32_t latest_us = lab == "ice" ? 8'000'000 : 2'300'000;
   std::string story = "seed " + std::to_string(seed) + "  " + lab;
-  LiveRun run(print_of(lab, seed));
+  RandomStream hard(seed, Purpose::kBusFault);
+  const Hardship hardship = hardship_of(hard, latest_us);
+  Experiment experiment = print_of(lab, seed);
+  if (hardship.loss) {
+    experiment.bus.loss = 0.1;
+    experiment.bus.seed = seed;
+    story += "  loss";
+  }
+  LiveRun run(experiment);
+  if (hardship.disk != LiveRun::Disk::kSound) {
+    run.set_disk(LiveRun::Disk::kSound);
+    story += hardship.disk == LiveRun::Disk::kFull ? "  full" : "  stalled";
+  }
   INFO("FIRN_KILL_SEED=" << seed << ", " << run.path());
   int status = -1, left = 1 + int(random.below(4) == 0), incarnations = 0;
   for (; status != 0 && incarnations < kMostIncarnations; ++incarnations) {
     run.start(incarnations > 0);
+    if (incarnations == 0 && hardship.disk != LiveRun::Disk::kSound) {
+      status = wait_in_trouble(run, hardship);
+      UNSCOPED_INFO("disk trouble after " << hardship.from_us << " us: " << status);
+      if (status != 0) CHECK(status == 3);
+      if (status == 0) left = 0;
+      continue;
+    }
     if (left == 0) {
       status = run.wait();
       continue;

@@ -114,6 +114,11 @@ void LiveRun::start(bool resume, const std::filesystem::path& programs) {
     return;
   }
   ::setpgid(0, 0);
+  if (std::filesystem::exists(disk_file())) {
+    ::setenv("LD_PRELOAD", FIRN_DISK_TROUBLE, 1);  // of the processes that are started from here
+    ::setenv("FIRN_TROUBLE_FOLDER", path().c_str(), 1);
+    ::setenv("FIRN_TROUBLE_FILE", disk_file().c_str(), 1);
+  }
   const int err = ::open((root_ / "launcher.err").c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
   ::dup2(err, STDERR_FILENO);
   try {
@@ -154,6 +159,14 @@ std::vector<std::string> LiveRun::processes() const {
   std::vector<std::string> names;
   for (const auto& [name, pid] : pids_) names.push_back(name);
   return names;
+}
+
+void LiveRun::set_disk(Disk state) {
+  const int fd = ::open(disk_file().c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
+  const char byte = char(state);
+  if (fd < 0 || ::pwrite(fd, &byte, 1, 0) != 1)
+    throw std::runtime_error(disk_file().string() + ": cannot be written");
+  ::close(fd);
 }
 
 void LiveRun::interrupt() { ::kill(launcher_, SIGINT); }

@@ -56,6 +56,12 @@ class LiveRun {
 
   std::string bus_url;  ///< of the next start; empty: the launcher's choice
 
+  /// State of the disk under the run folder, for all processes but the launcher.
+  enum class Disk : char { kSound = '-', kStalled = 's', kFull = 'f' };
+  /// Takes effect at once, in prints whose start() came after the first call. A write that meets a stalled
+  /// disk waits until it is sound again, 8 s at most.
+  void set_disk(Disk state);
+
   const RunFolder& folder() const { return *folder_; }
   std::filesystem::path path() const { return folder_->path(); }
   /// Returns the launcher's output on stderr.
@@ -66,6 +72,8 @@ class LiveRun {
   std::uint64_t injected() const;
 
  private:
+  std::filesystem::path disk_file() const { return root_ / "disk"; }
+
   std::filesystem::path root_;
   std::optional<RunFolder> folder_;
   std::map<std::string, int> pids_;
