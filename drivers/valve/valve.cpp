@@ -248,9 +248,25 @@ void Valve::rebooted(std::int64_t now_us, Effects& fx) {
   reconnect(now_us, fx, "its controller was reset");
 }
 
+// A controller that was disarmed at its panel, or that acknowledges ARM and does not arm, lets a path run
+// dry.
+void Valve::check_armed(const fvb::Status& s, Effects& fx) {
+  if (phase_ != Phase::kArmed || armed_->told_disarmed) return;
+  const bool armed = s.state == fvb::State::kArmed || s.state == fvb::State::kFiring;
+  const bool all_fired = s.state == fvb::State::kDone && s.next >= armed_->entries;
+  if (s.path == armed_->id && (armed || all_fired)) return;
+  armed_->told_disarmed = true;
+  fault(Severity::kStop, kInstrument,
+        name_ + ": it is not armed any more: its state is " + std::string(fvb::name(s.state)) + " after " +
+            std::to_string(s.next) + " of " + std::to_string(armed_->entries) + " pulses",
+        fx);
+}
+
 void Valve::take_status(const fvb::Status& s, Effects& fx) {
   status_ = s;
-  if (!armed_ || armed_->over || s.path != armed_->id) return;
+  if (!armed_ || armed_->over) return;
+  check_armed(s, fx);
+  if (s.path != armed_->id) return;
   armed_->fired = std::min<std::int64_t>(s.next, armed_->entries);
   if (phase_ == Phase::kArmed && s.state == fvb::State::kFiring)
     set_state(DeviceState::kActive, "firing", fx);

@@ -85,6 +85,7 @@ class Valve final : public Driver {
     std::int64_t fired = 0;    ///< known so far
     bool over = false;         ///< disarmed: `fired` is final
     bool doubt = false;        ///< the microcontroller was reset meanwhile
+    bool told_disarmed = false;
   };
 
   void connected(std::int64_t now_us, Effects& fx) override;
@@ -109,6 +110,7 @@ class Valve final : public Driver {
   bool choose_upload();
   void upload_refused(std::string_view why, bool again, Effects& fx);
   void forget_list();
+  void check_armed(const fvb::Status& status, Effects& fx);
   void take_status(const fvb::Status& status, Effects& fx);
   void rebooted(std::int64_t now_us, Effects& fx);
 
