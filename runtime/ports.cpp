@@ -1,85 +1,42 @@
 #include "runtime/ports.h"
 
-#include <fcntl.h>
 #include <poll.h>
-#include <sys/socket.h>
-#include <sys/un.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
-#include <filesystem>
-#include <stdexcept>
 #include <utility>
 
 namespace firn {
 namespace {
 
-constexpr std::int64_t kRetryUs = 50'000;
+constexpr std::int64_t kRetry_us = 50'000;  // of the simulated world's sockets
+constexpr std::int64_t kShortestPause_us = 100'000, kLongestPause_us = 5'000'000;
 constexpr std::size_t kMostWaiting = std::size_t(4)
                                      << 20;  // an instrument that reads nothing is not worth more
 
-/// The address of a Unix socket. It holds 107 bytes; a longer path is reached through its open folder.
-class SocketAddress {
- public:
-  explicit SocketAddress(const std::filesystem::path& path) {
-    address_.sun_family = AF_UNIX;
-    std::string text = path.string();
-    if (text.size() >= sizeof address_.sun_path) {
-      folder_ = ::open(path.parent_path().c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
-      text = "/proc/self/fd/" + std::to_string(folder_) + "/" + path.filename().string();
-    }
-    if (text.size() >= sizeof address_.sun_path)
-      throw std::runtime_error(path.string() + ": too long for the name of a Unix socket");
-    std::memcpy(address_.sun_path, text.c_str(), text.size());
-  }
-  ~SocketAddress() {
-    if (folder_ >= 0) ::close(folder_);
-  }
-  SocketAddress(const SocketAddress&) = delete;
-  SocketAddress& operator=(const SocketAddress&) = delete;
-  const sockaddr* get() const { return reinterpret_cast<const sockaddr*>(&address_); }
-
- private:
-  sockaddr_un address_{};
-  int folder_ = -1;  // -1 as well when there is no such folder: nobody listens there
-};
-
-/// @returns -1 if nobody listens there.
-int connect_to(const std::string& path) {
-  const SocketAddress address(path);
-  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  if (fd < 0) throw std::runtime_error(std::string("socket: ") + std::strerror(errno));
-  if (::connect(fd, address.get(), sizeof(sockaddr_un)) != 0) {
-    ::close(fd);
-    return -1;
-  }
-  return fd;
-}
-
 }  // namespace
 
-Ports::Ports(std::vector<std::string> paths, LeaseLoss lease_loss) : lease_loss_(std::move(lease_loss)) {
-  for (std::string& path : paths) ports_.emplace_back().path = std::move(path);
-}
-
-Ports::~Ports() {
-  for (Port& p : ports_) close(p);
+Ports::Ports(const std::vector<PortAddress>& addresses, LeaseLoss lease_loss)
+    : lease_loss_(std::move(lease_loss)) {
+  for (const PortAddress& address : addresses) ports_.push_back({PortWire(address)});
 }
 
 void Ports::open_all(std::int64_t wall_us) {
   for (Port& p : ports_) p.connect_at_us = wall_us;
 }
 
+void Ports::drop_waiting(PortId port) {
+  Port& p = ports_.at(std::size_t(port));
+  for (const Waiting& w : p.waiting)
+    if (w.of_command) p.refused = "a stop overtook it";
+  p.waiting.clear();
+  p.waiting_bytes = 0;
+  p.wire.drop_unsent();
+}
+
 void Ports::write(PortId port, std::span<const std::byte> bytes, bool of_command) {
   Port& p = ports_.at(std::size_t(port));
-  if (p.fd < 0) return;  // the driver was told that the link is closed
-  if (p.waiting_bytes + bytes.size() > kMostWaiting) {
-    close(p);
-    p.tell_closed = true;
-    return;
-  }
+  if (!p.told_open) return;  // the driver was told that the link is closed
+  if (p.waiting_bytes + bytes.size() > kMostWaiting) return lost(p);
   p.waiting.push_back({{bytes.begin(), bytes.end()}, 0, of_command});
   p.waiting_bytes += bytes.size();
   flush(p);
@@ -87,49 +44,67 @@ void Ports::write(PortId port, std::span<const std::byte> bytes, bool of_command
 
 void Ports::reopen(PortId port, std::int64_t wall_us) {
   Port& p = ports_.at(std::size_t(port));
-  p.tell_closed = p.tell_closed || p.fd >= 0;
-  close(p);
+  if (p.told_open)
+    lost(p);
+  else
+    close(p);
   p.connect_at_us = wall_us;
 }
 
 void Ports::add_to(std::vector<pollfd>& fds) const {
-  for (const Port& p : ports_)
-    if (p.fd >= 0) fds.push_back({p.fd, short(POLLIN | (p.waiting.empty() ? 0 : POLLOUT)), 0});
+  for (const Port& p : ports_) {
+    const bool connecting = p.wire.state() == PortWire::State::kConnecting;
+    if (p.wire.fd() >= 0 && !(connecting && p.wire.address().kind == PortAddress::Kind::kSerial))
+      fds.push_back({p.wire.fd(),
+                     short(connecting          ? POLLOUT
+                           : p.waiting.empty() ? POLLIN
+                                               : POLLIN | POLLOUT),
+                     0});
+  }
+}
+
+void Ports::connect(Port& p, std::int64_t wall_us) {
+  if (p.wire.state() == PortWire::State::kClosed) {
+    if (wall_us < p.connect_at_us) return;
+    p.connect_at_us = INT64_MAX;
+    p.wire.open(wall_us);
+  }
+  if (p.wire.settle(wall_us) != PortWire::State::kClosed) return;
+  const bool near = p.wire.address().kind == PortAddress::Kind::kUnix;
+  p.pause_us = near ? kRetry_us : std::clamp(2 * p.pause_us, kShortestPause_us, kLongestPause_us);
+  p.connect_at_us = wall_us + p.pause_us;
+  if (!near && p.said != p.wire.trouble()) notices_.push_back(p.said = p.wire.trouble());
 }
 
 void Ports::service(std::int64_t wall_us, const OnLink& on_link, const OnBytes& on_bytes) {
   for (std::size_t n = 0; n < ports_.size(); ++n) {
     Port& p = ports_[n];
     const PortId id = PortId(n);
-    if (p.tell_closed) {
-      p.tell_closed = false;
-      on_link(id, LinkState::kClosed);
+    const auto tell_closed = [&] {
+      if (std::exchange(p.tell_closed, false)) on_link(id, LinkState::kClosed);
+    };
+    tell_closed();
+    connect(p, wall_us);
+    if (p.wire.state() != PortWire::State::kOpen) continue;
+    if (!std::exchange(p.told_open, true)) {
+      p.pause_us = 0;
+      p.said.clear();
+      on_link(id, LinkState::kOpen);
     }
-    if (p.fd < 0 && wall_us >= p.connect_at_us) {
-      p.fd = connect_to(p.path);
-      p.connect_at_us = p.fd < 0 ? wall_us + kRetryUs : INT64_MAX;
-      if (p.fd >= 0) on_link(id, LinkState::kOpen);
-    }
-    if (p.fd < 0) continue;
     flush(p);
     std::byte buffer[16384];
-    while (p.fd >= 0) {
-      const ssize_t got = ::recv(p.fd, buffer, sizeof buffer, 0);
-      if (got > 0) {
-        on_bytes(id, std::span(buffer, std::size_t(got)));
-      } else if (got < 0 && (errno == EAGAIN || errno == EINTR)) {
-        break;
-      } else {
-        close(p);
-        on_link(id, LinkState::kClosed);
-      }
+    std::size_t count = 0;
+    while (p.told_open) {
+      const PortWire::Io io = p.wire.read(buffer, count);
+      if (io == PortWire::Io::kDone) on_bytes(id, std::span(buffer, count));
+      if (io == PortWire::Io::kLost) lost(p);
+      if (io != PortWire::Io::kDone) break;
     }
-    if (p.tell_closed) {
-      p.tell_closed = false;
-      on_link(id, LinkState::kClosed);
-    }
+    tell_closed();
   }
 }
+
+std::vector<std::string> Ports::take_notices() { return std::exchange(notices_, {}); }
 
 void Ports::take_refused(const OnRefused& on_refused) {
   for (std::size_t n = 0; n < ports_.size(); ++n)
@@ -139,43 +114,40 @@ void Ports::take_refused(const OnRefused& on_refused) {
 
 std::int64_t Ports::due_us() const {
   std::int64_t due = INT64_MAX;
-  for (const Port& p : ports_) due = std::min(due, p.tell_closed ? 0 : p.connect_at_us);
+  for (const Port& p : ports_) due = std::min({due, p.tell_closed ? 0 : p.connect_at_us, p.wire.due_us()});
   return due;
 }
 
 void Ports::close(Port& p) {
-  if (p.fd >= 0) ::close(p.fd);
-  p.fd = -1;
+  p.wire.close();
+  p.told_open = false;
   p.waiting.clear();
   p.waiting_bytes = 0;
 }
 
+void Ports::lost(Port& p) {
+  close(p);
+  p.tell_closed = true;
+}
+
 void Ports::flush(Port& p) {
-  while (p.fd >= 0 && !p.waiting.empty()) {
+  while (p.told_open && !p.waiting.empty()) {
     Waiting& w = p.waiting.front();
     if (std::string loss = w.of_command && lease_loss_ ? lease_loss_() : ""; !loss.empty()) {
       p.refused = std::move(loss);
-      if (w.sent > 0) {
-        close(p);
-        p.tell_closed = true;
-        return;
-      }
+      if (w.sent > 0) return lost(p);
       p.waiting_bytes -= w.bytes.size();
       p.waiting.pop_front();
       continue;
     }
-    const ssize_t sent = ::send(p.fd, w.bytes.data() + w.sent, w.bytes.size() - w.sent, MSG_NOSIGNAL);
-    if (sent > 0) {
-      w.sent += std::size_t(sent);
-      if (w.sent == w.bytes.size()) {
-        p.waiting_bytes -= w.bytes.size();
-        p.waiting.pop_front();
-      }
-    } else if (errno == EAGAIN || errno == EINTR) {
-      return;
-    } else {
-      close(p);
-      p.tell_closed = true;
+    std::size_t sent = 0;
+    const PortWire::Io io = p.wire.write(std::span(w.bytes).subspan(w.sent), sent);
+    if (io == PortWire::Io::kLater) return;
+    if (io == PortWire::Io::kLost) return lost(p);
+    w.sent += sent;
+    if (w.sent == w.bytes.size()) {
+      p.waiting_bytes -= w.bytes.size();
+      p.waiting.pop_front();
     }
   }
 }

@@ -1,5 +1,5 @@
-// Ports holds the instrument ports of a driver process: nonblocking Unix sockets with a queue for output,
-// whose changes become events. (Serial lines and TCP follow the same shape.)
+// Ports holds the instrument ports of a driver process: nonblocking connections with a queue for output,
+// whose changes become events.
 #pragma once
 
 #include <cstdint>
@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/port_wire.h"
 #include "runtime/time.h"
 
 struct pollfd;
@@ -24,10 +25,10 @@ class Ports {
   /// Why bytes of a command must not leave now; empty: they may.
   using LeaseLoss = std::function<std::string()>;
 
-  /// @param paths socket of each port; nothing is connected before open_all().
+  /// @param addresses of each port; nothing is connected before open_all().
   /// @param lease_loss asked right before any byte of a command is handed to the kernel
-  explicit Ports(std::vector<std::string> paths, LeaseLoss lease_loss = {});
-  ~Ports();
+  /// @throws std::runtime_error: the host of a TCP port is not known
+  explicit Ports(const std::vector<PortAddress>& addresses, LeaseLoss lease_loss = {});
   Ports(const Ports&) = delete;
   Ports& operator=(const Ports&) = delete;
 
@@ -36,6 +37,9 @@ class Ports {
   /// ends are dropped and told of. Where a part has left, the link is closed instead: what is sent next must
   /// not end the half frame.
   void write(PortId port, std::span<const std::byte> bytes, bool of_command);
+  /// Drops what waits, and what a serial line has not sent yet: a stop must not wait behind it. Commands
+  /// among it are told of as refused.
+  void drop_waiting(PortId port);
   /// Closes (told, if it was open) and connects again, until somebody listens (told).
   void reopen(PortId port, std::int64_t wall_us);
 
@@ -44,6 +48,8 @@ class Ports {
   void service(std::int64_t wall_us, const OnLink& on_link, const OnBytes& on_bytes);
   /// Tells of the bytes that were not let out since the last call.
   void take_refused(const OnRefused& on_refused);
+  /// Returns the sentences about ports that could not be opened, each once until it opens.
+  std::vector<std::string> take_notices();
   std::int64_t due_us() const;  ///< next attempt to connect
 
  private:
@@ -53,19 +59,24 @@ class Ports {
     bool of_command = false;
   };
   struct Port {
-    std::string path;
-    int fd = -1;
+    PortWire wire;
     std::int64_t connect_at_us = INT64_MAX;
+    std::int64_t pause_us = 0;  // before the next attempt
+    bool told_open = false;     // the driver was told so
     bool tell_closed = false;
+    std::string said;  // the last notice
     std::deque<Waiting> waiting;
     std::size_t waiting_bytes = 0;
     std::string refused;  // cause
   };
   void close(Port& p);
+  void lost(Port& p);
+  void connect(Port& p, std::int64_t wall_us);
   void flush(Port& p);
 
   std::vector<Port> ports_;
   LeaseLoss lease_loss_;
+  std::vector<std::string> notices_;
 };
 
 }  // namespace firn

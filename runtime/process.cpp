@@ -51,17 +51,21 @@ class Runner {
             }),
         lossy_(options.faults),
         faults_file_(folder_ / (name_ + ".faults"), options.faults.any()),
-        ports_(port_paths(), [this] { return lease_loss(); }),
+        ports_(port_addresses(), [this] { return lease_loss(); }),
         control_(control) {}
 
   int run();
 
  private:
-  std::vector<std::string> port_paths() const {
-    std::vector<std::string> paths;
-    for (const std::string& port : host_.ports())
-      paths.push_back((std::filesystem::path(options_.run_dir) / "io" / port).string());
-    return paths;
+  std::vector<PortAddress> port_addresses() const {
+    std::vector<PortAddress> addresses;
+    for (const std::string& port : host_.ports()) {
+      const auto real = options_.real_ports.find(port);
+      addresses.push_back(real != options_.real_ports.end()
+                              ? real->second
+                              : unix_port((std::filesystem::path(options_.run_dir) / "io" / port).string()));
+    }
+    return addresses;
   }
   void write_heads();
   void come_back();
@@ -174,6 +178,10 @@ void Runner::step(const Event& event) {
     for (std::size_t n = 0; n < outbox.size(); ++n)
       done.output_bytes += std::int64_t(outbox.at(n).bytes.size());
     heartbeat_->note(done);
+    const bool stops = event.kind == EventKind::kLocalStop ||
+                       (event.kind == EventKind::kMessage && event.channel == channels::kSafeStop.name);
+    if (stops)
+      for (std::size_t n = 0; n < host_.ports().size(); ++n) ports_.drop_waiting(PortId(n));
     carry_out(outbox);
     tell_refused();
   } catch (const std::exception& e) {
@@ -366,6 +374,8 @@ void Runner::receive_from_bus(std::int64_t wall_us) {
 }
 
 void Runner::notices() {
+  for (const std::string& text : ports_.take_notices())
+    std::fprintf(stderr, "%s: %s; trying again\n", name_.c_str(), text.c_str());
   for (const std::string& text : transport_.take_notices())
     std::fprintf(stderr, "%s: %s\n", name_.c_str(), text.c_str());
 }

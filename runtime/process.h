@@ -2,9 +2,11 @@
 // that LCM stays outside.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <string>
 
+#include "files/port_address.h"
 #include "runtime/bus.h"
 #include "runtime/lossy.h"
 #include "runtime/node.h"
@@ -22,8 +24,9 @@ struct ProcessOptions {
   std::int64_t offset_us = 0;
   double time_scale = 1.0;
   int control_fd = -1;
-  LossyOptions faults;  ///< injected into received datagrams
-  WalHead head;         ///< of the write-ahead file
+  LossyOptions faults;                            ///< injected into received datagrams
+  std::map<std::string, PortAddress> real_ports;  ///< by name; the others are sockets of the simulated world
+  WalHead head;                                   ///< of the write-ahead file
 };
 
 inline constexpr int kExitResume = 1;   ///< the write-ahead file does not bring the node back

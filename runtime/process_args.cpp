@@ -82,6 +82,10 @@ ProcessArgs parse_process_args(const std::vector<std::string>& args) {
       const auto at = value.find('=');
       if (at == std::string::npos || at == 0) refuse(name, value, "ROLE=SHA256");
       a.blobs.emplace_back(value.substr(0, at), value.substr(at + 1));
+    } else if (name == "--port") {
+      const auto at = value.find('=');
+      if (at == std::string::npos || at == 0) refuse(name, value, "NAME=ADDRESS");
+      o.real_ports.insert_or_assign(value.substr(0, at), parse_port_address(value.substr(at + 1)));
     } else
       refuse(name, value, "an argument of a process of Firn; firn print starts these");
   }
@@ -112,6 +116,10 @@ std::vector<std::string> to_arguments(const ProcessArgs& a) {
     args.push_back("--faults");
     args.push_back(exact(f.loss) + "," + exact(f.duplicate) + "," + exact(f.reorder) + "," + exact(f.delay) +
                    "," + exact(f.delay_s) + "," + std::to_string(f.seed));
+  }
+  for (const auto& [port, address] : o.real_ports) {
+    args.push_back("--port");
+    args.push_back(port + "=" + to_text(address));
   }
   for (const auto& [role, sha] : a.blobs) {
     args.push_back("--blob");

@@ -15,7 +15,8 @@ struct ProcessArgs {
 };
 
 /// "--run DIR --bus URL --node NAME --control-fd N --epoch-ns E --offset-us O --time-scale S --incarnation I
-///  --run-id R [--faults LOSS,DUPLICATE,REORDER,DELAY,DELAY_S,SEED] [--blob ROLE=SHA256]…"
+///  --run-id R [--faults LOSS,DUPLICATE,REORDER,DELAY,DELAY_S,SEED] [--blob ROLE=SHA256]…
+///  [--port NAME=ADDRESS]…"
 /// @throws std::invalid_argument naming the argument and its requirement
 ProcessArgs parse_process_args(const std::vector<std::string>& args);
 /// The arguments for parse_process_args.

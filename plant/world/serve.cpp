@@ -94,14 +94,16 @@ class Server {
         earliest_us_(world_.world().now_us()),
         ports_(world_.world().ports()) {
     std::filesystem::create_directories(o.io);
-    for (std::size_t n = 0; n < ports_.size(); ++n) listeners_[n] = listen_on(o.io / ports_[n]);
+    for (std::size_t n = 0; n < ports_.size(); ++n)
+      if (!o.elsewhere.contains(ports_[n])) listeners_[n] = listen_on(o.io / ports_[n]);
     control_.fd = o.control_fd;
     say("READY");
   }
   ~Server() {
     for (std::size_t n = 0; n < ports_.size(); ++n) {
       clients_[n].close();
-      if (listeners_[n] >= 0) ::close(listeners_[n]);
+      if (listeners_[n] < 0) continue;
+      ::close(listeners_[n]);
       ::unlink((options_.io / ports_[n]).c_str());
     }
   }
@@ -169,6 +171,7 @@ class Server {
 
   void take_port(std::size_t n) {
     if (clients_[n].fd < 0) {
+      if (listeners_[n] < 0) return;
       clients_[n].fd = ::accept4(listeners_[n], nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
       if (clients_[n].fd >= 0) world_.connect(ports_[n], now_us());
       return;

@@ -39,6 +39,8 @@ ServeOptions parse_serve_options(const std::vector<std::string>& arguments) {
       o.offset_us = number<std::int64_t>(name, value);
     else if (name == "--time-scale")
       o.time_scale = number<double>(name, value);
+    else if (name == "--port")
+      o.elsewhere.insert(value.substr(0, value.find('=')));
     else if (name != "--incarnation" && name != "--run-id" && name != "--bus" && name != "--node" &&
              name != "--blob" && name != "--faults")
       throw std::invalid_argument("unknown argument " + name);

@@ -140,7 +140,8 @@ TEST_CASE("World and drivers meet on a socket whose path is longer than the addr
   const fs::path run = folder.path / std::string(120, 'x');
   fs::create_directories(run);
   Served world(run);
-  Ports ports({(run / "io" / "stage").string(), (folder.path / std::string(130, 'y') / "lamp").string()});
+  Ports ports({unix_port((run / "io" / "stage").string()),
+               unix_port((folder.path / std::string(130, 'y') / "lamp").string())});
   std::vector<std::pair<PortId, LinkState>> links;
   std::string text;
   ports.open_all(0);

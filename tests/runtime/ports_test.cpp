@@ -41,7 +41,7 @@ struct Bench {
   test::TempFolder folder;
   Silent instrument{folder.path() / "valve"};
   std::string loss;
-  Ports ports{{(folder.path() / "valve").string()}, [this] { return loss; }};
+  Ports ports{{unix_port((folder.path() / "valve").string())}, [this] { return loss; }};
   std::vector<LinkState> links;
   std::vector<std::string> refused;
 

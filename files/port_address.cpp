@@ -1,0 +1,160 @@
+#include "files/port_address.h"
+
+#include <array>
+#include <charconv>
+#include <stdexcept>
+#include <utility>
+
+namespace firn {
+namespace {
+
+constexpr std::array kBauds{300, 1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400, 460800, 921600};
+
+[[noreturn]] void refuse(std::string_view text, const std::string& why) {
+  throw std::invalid_argument("port '" + std::string(text) + "': " + why);
+}
+
+int number(std::string_view text, std::string_view piece, const char* name, int low, int high) {
+  int v = 0;
+  const auto [end, error] = std::from_chars(piece.data(), piece.data() + piece.size(), v);
+  if (error != std::errc{} || end != piece.data() + piece.size() || v < low || v > high)
+    refuse(text, std::string(name) + " '" + std::string(piece) + "' must be a whole number in [" +
+                     std::to_string(low) + ", " + std::to_string(high) + "]");
+  return v;
+}
+
+void check_place(std::string_view text, std::string_view place, const char* what) {
+  if (place.empty()) refuse(text, std::string("names no ") + what);
+  for (const char c : place)
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)
+      refuse(text, std::string("has a control character in its ") + what);
+}
+
+PortAddress tcp(std::string_view text, std::string_view rest, const PortDefaults& defaults) {
+  PortAddress a;
+  a.kind = PortAddress::Kind::kTcp;
+  std::string_view port;
+  if (rest.starts_with("[")) {
+    const std::size_t end = rest.find(']');
+    if (end == std::string_view::npos) refuse(text, "the bracket of its host is not closed");
+    a.place = rest.substr(1, end - 1);
+    port = rest.substr(end + 1);
+    if (!port.empty() && !port.starts_with(":")) refuse(text, "must be tcp:[HOST]:PORT");
+    port.remove_prefix(std::min<std::size_t>(1, port.size()));
+  } else {
+    const std::size_t colon = rest.find(':');
+    if (colon != rest.rfind(':')) refuse(text, "an IPv6 host stands in brackets");
+    a.place = rest.substr(0, colon);
+    if (colon != std::string_view::npos) port = rest.substr(colon + 1);
+  }
+  check_place(text, a.place, "host");
+  if (port.empty() && defaults.tcp_port == 0) refuse(text, "must be tcp:HOST:PORT");
+  a.tcp_port = port.empty() ? defaults.tcp_port : number(text, port, "port", 1, 65535);
+  return a;
+}
+
+void take_frame(PortAddress& a, std::string_view text, std::string_view frame) {
+  const bool good = frame.size() == 3 && (frame[0] == '7' || frame[0] == '8') &&
+                    (frame[1] == 'N' || frame[1] == 'E' || frame[1] == 'O') &&
+                    (frame[2] == '1' || frame[2] == '2');
+  if (!good) refuse(text, "frame '" + std::string(frame) + "' must be 7 or 8, N, E or O, 1 or 2, as 8N1");
+  a.data_bits = frame[0] - '0';
+  a.parity = frame[1];
+  a.stop_bits = frame[2] - '0';
+}
+
+PortAddress serial(std::string_view text, std::string_view rest, const PortDefaults& defaults) {
+  PortAddress a;
+  a.kind = PortAddress::Kind::kSerial;
+  a.baud = defaults.baud;
+  a.open_wait_ms = defaults.open_wait_ms;
+  const std::size_t query = rest.find('?');
+  a.place = rest.substr(0, query);
+  check_place(text, a.place, "device file");
+  for (std::string_view options = query == std::string_view::npos ? "" : rest.substr(query + 1);
+       !options.empty();) {
+    const std::string_view option = options.substr(0, options.find('&'));
+    options.remove_prefix(std::min(options.size(), option.size() + 1));
+    const std::size_t equals = option.find('=');
+    const std::string_view name = option.substr(0, equals),
+                           value = equals == std::string_view::npos ? "" : option.substr(equals + 1);
+    if (name == "baud")
+      a.baud = number(text, value, "baud", 300, 921600);
+    else if (name == "frame")
+      take_frame(a, text, value);
+    else if (name == "open_wait_ms")
+      a.open_wait_ms = number(text, value, "open_wait_ms", 0, 10000);
+    else if (name == "dtr" && (value == "on" || value == "off" || value == "keep"))
+      a.dtr = value == "on"    ? PortAddress::Dtr::kOn
+              : value == "off" ? PortAddress::Dtr::kOff
+                               : PortAddress::Dtr::kKeep;
+    else
+      refuse(text, "option '" + std::string(option) +
+                       "' is none of baud=N, frame=8N1, dtr=on|off|keep, open_wait_ms=N");
+  }
+  if (a.baud == 0) refuse(text, "must name its speed, as serial:/dev/ttyUSB0?baud=9600");
+  bool known = false;
+  for (const int baud : kBauds) known = known || baud == a.baud;
+  if (!known) refuse(text, "baud " + std::to_string(a.baud) + " is no usual speed (300 to 921600)");
+  return a;
+}
+
+}  // namespace
+
+std::optional<PortDefaults> port_defaults(std::string_view node) {
+  static constexpr std::pair<std::string_view, PortDefaults> kDevices[] = {
+      {"stage", {8000, 115200, 0}},      {"jet", {0, 9600, 500}},     {"jet_b", {0, 9600, 500}},
+      {"laser_profiler", {24691, 0, 0}}, {"lamp", {0, 19200, 0}},     {"robot", {4096, 0, 0}},
+      {"valve_a", {0, 115200, 0}},       {"valve_b", {0, 115200, 0}}, {"laser_point", {0, 115200, 0}},
+      {"heater", {0, 9600, 0}},
+  };
+  for (const auto& [name, defaults] : kDevices)
+    if (name == node) return defaults;
+  return std::nullopt;
+}
+
+PortAddress parse_port_address(std::string_view text, const PortDefaults& defaults) {
+  const std::size_t colon = text.find(':');
+  const std::string_view scheme = text.substr(0, colon),
+                         rest = colon == std::string_view::npos ? "" : text.substr(colon + 1);
+  if (colon != std::string_view::npos) {
+    if (scheme == "sim" && rest.empty()) return {};
+    if (scheme == "sim") refuse(text, "the simulated world's ports have no place: \"sim:\"");
+    if (scheme == "tcp") return tcp(text, rest, defaults);
+    if (scheme == "serial") return serial(text, rest, defaults);
+    if (scheme == "unix") {
+      check_place(text, rest, "socket");
+      return unix_port(std::string(rest));
+    }
+  }
+  refuse(text, "must be sim:, tcp:HOST:PORT, serial:FILE?baud=N or unix:PATH");
+}
+
+PortAddress unix_port(std::string path) {
+  PortAddress a;
+  a.kind = PortAddress::Kind::kUnix;
+  a.place = std::move(path);
+  return a;
+}
+
+std::string to_text(const PortAddress& a) {
+  switch (a.kind) {
+    case PortAddress::Kind::kSimulated:
+      break;
+    case PortAddress::Kind::kTcp: {
+      const bool v6 = a.place.find(':') != std::string::npos;
+      return "tcp:" + (v6 ? "[" + a.place + "]" : a.place) + ":" + std::to_string(a.tcp_port);
+    }
+    case PortAddress::Kind::kSerial: {
+      std::string text = "serial:" + a.place + "?baud=" + std::to_string(a.baud) +
+                         "&frame=" + std::to_string(a.data_bits) + a.parity + std::to_string(a.stop_bits);
+      if (a.dtr != PortAddress::Dtr::kKeep) text += a.dtr == PortAddress::Dtr::kOn ? "&dtr=on" : "&dtr=off";
+      return text + "&open_wait_ms=" + std::to_string(a.open_wait_ms);
+    }
+    case PortAddress::Kind::kUnix:
+      return "unix:" + a.place;
+  }
+  return "sim:";
+}
+
+}  // namespace firn

@@ -1,0 +1,55 @@
+// PortAddress says where the port of an instrument is: in the simulated world, behind TCP, a serial line or a
+// Unix socket. Its text stands in a lab file, `[devices.NODE] port`, and in the command line of a process.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace firn {
+
+struct PortAddress {
+  enum class Kind : std::uint8_t { kSimulated, kTcp, kSerial, kUnix };
+  enum class Dtr : std::uint8_t {
+    kKeep,
+    kOn,
+    kOff
+  };  ///< modem line "data terminal ready" once the line is open
+
+  Kind kind = Kind::kSimulated;
+  std::string place;  ///< host, device file or socket; empty in the simulated world
+  int tcp_port = 0;   ///< 1 to 65535
+  // Of serial lines.
+  int baud = 0;
+  int data_bits = 8;
+  char parity = 'N';  ///< N, E, O
+  int stop_bits = 1;
+  Dtr dtr = Dtr::kKeep;
+  int open_wait_ms = 0;  ///< after opening, before the first byte
+
+  bool real() const { return kind != Kind::kSimulated; }
+  bool operator==(const PortAddress&) const = default;
+};
+
+/// Serial line and TCP port of a device where an address names none.
+struct PortDefaults {
+  int tcp_port = 0;  ///< 0: the address must name it
+  int baud = 0;      ///< 0: the address must name it
+  int open_wait_ms = 0;
+};
+/// Defaults of a device node of the channel table ("stage", "jet", ...); none for another name.
+std::optional<PortDefaults> port_defaults(std::string_view node);
+
+/// Reads "sim:", "tcp:HOST[:PORT]", "serial:FILE[?baud=N&frame=8N1&dtr=on|off|keep&open_wait_ms=N]" or
+/// "unix:PATH". An IPv6 host stands in brackets.
+/// @throws std::invalid_argument naming the piece and its required form
+PortAddress parse_port_address(std::string_view text, const PortDefaults& defaults = {});
+
+/// Returns the address "unix:PATH".
+PortAddress unix_port(std::string path);
+
+/// Returns the text that parse_port_address() reads back to the same address.
+std::string to_text(const PortAddress& address);
+
+}  // namespace firn

@@ -1,0 +1,190 @@
+#include "runtime/port_wire.h"
+
+#include <fcntl.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+#include <utility>
+
+#include "runtime/serial_line.h"
+
+namespace firn {
+namespace {
+
+constexpr std::int64_t kConnectWithin_us = 2'000'000;
+constexpr int kKeepIdle_s = 1, kKeepEvery_s = 1, kKeepTries = 3, kUnacknowledged_ms = 3000;
+
+/// The address of a Unix socket. It holds 107 bytes; a longer path is reached through its open folder.
+class SocketAddress {
+ public:
+  explicit SocketAddress(const std::filesystem::path& path) {
+    address_.sun_family = AF_UNIX;
+    std::string text = path.string();
+    if (text.size() >= sizeof address_.sun_path) {
+      folder_ = ::open(path.parent_path().c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
+      text = "/proc/self/fd/" + std::to_string(folder_) + "/" + path.filename().string();
+    }
+    if (text.size() >= sizeof address_.sun_path)
+      throw std::runtime_error(path.string() + ": too long for the name of a Unix socket");
+    std::memcpy(address_.sun_path, text.c_str(), text.size());
+  }
+  ~SocketAddress() {
+    if (folder_ >= 0) ::close(folder_);
+  }
+  SocketAddress(const SocketAddress&) = delete;
+  SocketAddress& operator=(const SocketAddress&) = delete;
+  const sockaddr* get() const { return reinterpret_cast<const sockaddr*>(&address_); }
+
+ private:
+  sockaddr_un address_{};
+  int folder_ = -1;  // -1 as well when there is no such folder: nobody listens there
+};
+
+// A dead peer is noticed after some 3 s, with bytes under way or without.
+void keep_alive(int fd) {
+  const auto set = [&](int level, int option, int value) {
+    ::setsockopt(fd, level, option, &value, sizeof value);
+  };
+  set(IPPROTO_TCP, TCP_NODELAY, 1);
+  set(SOL_SOCKET, SO_KEEPALIVE, 1);
+  set(IPPROTO_TCP, TCP_KEEPIDLE, kKeepIdle_s);
+  set(IPPROTO_TCP, TCP_KEEPINTVL, kKeepEvery_s);
+  set(IPPROTO_TCP, TCP_KEEPCNT, kKeepTries);
+  set(IPPROTO_TCP, TCP_USER_TIMEOUT, kUnacknowledged_ms);
+}
+
+}  // namespace
+
+PortWire::PortWire(PortAddress address) : address_(std::move(address)) {
+  if (address_.kind != PortAddress::Kind::kTcp) return;
+  addrinfo wanted{}, *found = nullptr;
+  wanted.ai_socktype = SOCK_STREAM;
+  wanted.ai_flags = AI_NUMERICSERV;
+  const std::string port = std::to_string(address_.tcp_port);
+  if (const int error = ::getaddrinfo(address_.place.c_str(), port.c_str(), &wanted, &found); error != 0)
+    throw std::runtime_error(to_text(address_) + ": the host is not known: " + ::gai_strerror(error));
+  remote_size_ = found->ai_addrlen;
+  std::memcpy(&remote_, found->ai_addr, remote_size_);
+  ::freeaddrinfo(found);
+}
+
+PortWire::PortWire(PortWire&& other) noexcept
+    : address_(std::move(other.address_)),
+      remote_(other.remote_),
+      remote_size_(other.remote_size_),
+      state_(std::exchange(other.state_, State::kClosed)),
+      fd_(std::exchange(other.fd_, -1)),
+      due_us_(other.due_us_),
+      trouble_(std::move(other.trouble_)) {}
+
+void PortWire::close() {
+  if (fd_ >= 0) ::close(fd_);
+  fd_ = -1;
+  state_ = State::kClosed;
+  due_us_ = INT64_MAX;
+}
+
+void PortWire::failed(const std::string& why) {
+  close();
+  trouble_ = to_text(address_) + ": " + why;
+}
+
+void PortWire::connect_socket(const sockaddr* to, socklen_t size) {
+  fd_ = ::socket(to->sa_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (fd_ < 0) return failed(std::strerror(errno));
+  if (to->sa_family != AF_UNIX) keep_alive(fd_);
+  if (::connect(fd_, to, size) == 0)
+    state_ = State::kOpen;
+  else if (errno == EINPROGRESS)
+    state_ = State::kConnecting;
+  else
+    failed(std::strerror(errno));
+}
+
+void PortWire::open(std::int64_t wall_us) {
+  close();
+  trouble_.clear();
+  switch (address_.kind) {
+    case PortAddress::Kind::kSimulated:
+      return failed("the simulated world has no place of its own");
+    case PortAddress::Kind::kUnix: {
+      const SocketAddress address(address_.place);
+      return connect_socket(address.get(), sizeof(sockaddr_un));
+    }
+    case PortAddress::Kind::kTcp:
+      connect_socket(reinterpret_cast<const sockaddr*>(&remote_), remote_size_);
+      if (state_ == State::kConnecting) due_us_ = wall_us + kConnectWithin_us;
+      return;
+    case PortAddress::Kind::kSerial: {
+      std::string why;
+      fd_ = open_serial_line(address_, why);
+      if (fd_ < 0) return failed(why);
+      state_ = address_.open_wait_ms > 0 ? State::kConnecting : State::kOpen;
+      if (state_ == State::kConnecting) due_us_ = wall_us + address_.open_wait_ms * std::int64_t(1000);
+      return;
+    }
+  }
+}
+
+PortWire::State PortWire::settle(std::int64_t wall_us) {
+  if (state_ != State::kConnecting) return state_;
+  if (address_.kind == PortAddress::Kind::kSerial) {
+    if (wall_us < due_us_) return state_;
+    state_ = State::kOpen;
+  } else {
+    pollfd p{fd_, POLLOUT, 0};
+    if (::poll(&p, 1, 0) <= 0) {
+      if (wall_us >= due_us_) failed("no answer within 2 s");
+      return state_;
+    }
+    int error = 0;
+    socklen_t size = sizeof error;
+    ::getsockopt(fd_, SOL_SOCKET, SO_ERROR, &error, &size);
+    if (error != 0) {
+      failed(std::strerror(error));
+      return state_;
+    }
+    state_ = State::kOpen;
+  }
+  due_us_ = INT64_MAX;
+  return state_;
+}
+
+std::int64_t PortWire::due_us() const { return state_ == State::kConnecting ? due_us_ : INT64_MAX; }
+
+PortWire::Io PortWire::read(std::span<std::byte> to, std::size_t& count) {
+  const bool serial = address_.kind == PortAddress::Kind::kSerial;
+  if (serial) {  // without a byte, read() returns 0 as it does for a line that was pulled out
+    pollfd p{fd_, POLLIN, 0};
+    if (::poll(&p, 1, 0) <= 0) return Io::kLater;
+  }
+  const ssize_t got = serial ? ::read(fd_, to.data(), to.size()) : ::recv(fd_, to.data(), to.size(), 0);
+  if (got < 0 && (errno == EAGAIN || errno == EINTR)) return Io::kLater;
+  if (got <= 0) return Io::kLost;
+  count = std::size_t(got);
+  return Io::kDone;
+}
+
+PortWire::Io PortWire::write(std::span<const std::byte> bytes, std::size_t& count) {
+  const ssize_t sent = address_.kind == PortAddress::Kind::kSerial
+                           ? ::write(fd_, bytes.data(), bytes.size())
+                           : ::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+  if (sent < 0 && (errno == EAGAIN || errno == EINTR)) return Io::kLater;
+  if (sent < 0) return Io::kLost;
+  count = std::size_t(sent);
+  return sent == 0 ? Io::kLater : Io::kDone;
+}
+
+void PortWire::drop_unsent() {
+  if (fd_ >= 0 && address_.kind == PortAddress::Kind::kSerial) firn::drop_unsent(fd_);
+}
+
+}  // namespace firn

@@ -1,0 +1,59 @@
+// PortWire is one nonblocking connection to an instrument: TCP, a serial line or a Unix socket.
+#pragma once
+
+#include <sys/socket.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "files/port_address.h"
+
+namespace firn {
+
+class PortWire {
+ public:
+  enum class State : std::uint8_t { kClosed, kConnecting, kOpen };
+  enum class Io : std::uint8_t { kDone, kLater, kLost };
+
+  /// Resolves the name of a TCP host, once. @throws std::runtime_error naming the address
+  explicit PortWire(PortAddress address);
+  ~PortWire() { close(); }
+  PortWire(PortWire&& other) noexcept;
+  PortWire& operator=(PortWire&&) = delete;
+
+  /// Begins to connect. Afterwards kConnecting (TCP, a serial line that is given time), kOpen, or kClosed
+  /// with trouble().
+  void open(std::int64_t wall_us);
+  /// Looks whether the connection has come about; kClosed with trouble() when it has failed or takes too
+  /// long.
+  State settle(std::int64_t wall_us);
+  void close();
+
+  State state() const { return state_; }
+  int fd() const { return fd_; }  ///< -1 when closed
+  std::int64_t due_us() const;    ///< when settle() must be called next; INT64_MAX unless connecting
+  const PortAddress& address() const { return address_; }
+  const std::string& trouble() const { return trouble_; }  ///< of the last open(), with the address
+
+  /// @returns kDone with `count` > 0, kLater, or kLost: the other side has gone
+  Io read(std::span<std::byte> to, std::size_t& count);
+  Io write(std::span<const std::byte> bytes, std::size_t& count);
+  /// Drops bytes that a serial line has taken and not sent yet.
+  void drop_unsent();
+
+ private:
+  void failed(const std::string& why);
+  void connect_socket(const sockaddr* to, socklen_t size);
+
+  PortAddress address_;
+  sockaddr_storage remote_{};  // of a TCP port
+  socklen_t remote_size_ = 0;
+  State state_ = State::kClosed;
+  int fd_ = -1;
+  std::int64_t due_us_ = INT64_MAX;
+  std::string trouble_;
+};
+
+}  // namespace firn
