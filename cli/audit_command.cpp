@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "cli/option_set.h"
+#include "config/devices.h"
 #include "config/experiment.h"
 #include "config/labs.h"
 #include "files/digest.h"
@@ -80,9 +81,10 @@ Experiment experiment_of(const std::filesystem::path& run) {
   return std::filesystem::exists(file) ? parse_experiment(read_file(file), file.string()) : Experiment{};
 }
 
-replay::AuditVerdict path_verdict(const std::filesystem::path& run, replay::AuditOptions options) {
+replay::AuditVerdict path_verdict(const std::filesystem::path& run, replay::AuditOptions options, bool real) {
   const replay::RunMessages messages(run);
-  if (!std::filesystem::exists(run / "world.rec")) return replay::audit_paths(messages, nullptr, options);
+  if (real || !std::filesystem::exists(run / "world.rec"))
+    return replay::audit_paths(messages, nullptr, options);
   std::vector<replay::TrueFiring> firings;
   const plant::WorldHistory history = plant::read_history(run / "world.rec");
   if (history.damaged > 0)
@@ -104,10 +106,23 @@ replay::AuditVerdict records_verdict(const std::filesystem::path& run) {
     replay::AuditOptions options;
     options.time_scale = e.run.time_scale;
     options.damage = missing_files(run, e);
-    if (prints_paths(e)) return path_verdict(run, options);
-    const replay::AuditRecord record = replay::read_audit_record(run);
-    const auto truth = read_world_truth(run, e);
-    return replay::audit(record, truth ? &*truth : nullptr, options);
+    const bool real =
+        !real_ports(e).empty();  // the simulated rest of the lab knows nothing of what was fired
+    replay::AuditVerdict verdict;
+    if (prints_paths(e)) {
+      verdict = path_verdict(run, options, real);
+    } else {
+      const replay::AuditRecord record = replay::read_audit_record(run);
+      const auto truth = real ? std::nullopt : read_world_truth(run, e);
+      verdict = replay::audit(record, truth ? &*truth : nullptr, options);
+    }
+    if (real)
+      verdict.notes.push_back(
+          ports_text(e) +
+          ". Held against each other are the records of the nodes and the counters of the "
+          "instruments. Drops that a nozzle did not give, and the true time of the last one "
+          "after a stop, are not known.");
+    return verdict;
   } catch (const std::invalid_argument& e) {
     throw UsageError(e.what());
   }
@@ -128,7 +143,7 @@ replay::AuditVerdict audit_verdict(const std::filesystem::path& run, const std::
   }
   const TruthCheck truth = check_truth(run);
   for (const std::string& line : truth.differs) verdict.add(replay::ViolationKind::kOtherTruth, line);
-  verdict.notes = truth.notes;
+  verdict.notes.insert(verdict.notes.end(), truth.notes.begin(), truth.notes.end());
   verdict.seal = seals.summary();
   verdict.notes.insert(verdict.notes.end(), seals.notes.begin(), seals.notes.end());
   std::vector<replay::Violation> found;

@@ -8,7 +8,10 @@
 namespace firn {
 
 void use_sealed_run(const std::string& run, bool unsealed) {
-  for (const std::string& line : require_seals(run, unsealed)) fmt::print(stderr, "{}: {}\n", run, line);
+  if (!unsealed)
+    require_seals(run, false);
+  else
+    for (const std::string& line : check_seals(run).lines()) fmt::print(stderr, "{}: {}\n", run, line);
 }
 
 void declare_unsealed(OptionSet& options, bool& unsealed) {

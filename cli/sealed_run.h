@@ -7,8 +7,8 @@ namespace firn {
 
 class OptionSet;
 
-/// Says on stderr where the run folder differs from its seals, and which parts no seal covers.
-/// @param unsealed the user wants the run nevertheless
+/// Holds the run folder against its seals.
+/// @param unsealed the user wants the run nevertheless: stderr tells where it differs
 /// @throws UsageError naming the first difference
 void use_sealed_run(const std::string& run, bool unsealed);
 

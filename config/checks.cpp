@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <initializer_list>
 
+#include "config/devices.h"
 #include "config/error.h"
 #include "config/lab_checks.h"
 #include "config/labs.h"
@@ -28,6 +29,37 @@ void check_run(Rules& r) {
   r.require(2.0 * e.run.safety_period_s <= e.run.lease_s, {"run.safety_period_s", "run.lease_s"},
             "must be at most half of run.lease_s = " + r.value("run.lease_s") +
                 ", so that one lost lease stops nothing");
+}
+
+// Ports that are none, and instruments that a trigger line couples across the border of the simulation.
+void check_devices(Rules& r) {
+  const Experiment& e = r.experiment();
+  std::string real_node, simulated_node;
+  for (const DevicePort& port : kDevicePorts) {
+    const std::string key = "devices." + std::string(port.node) + ".port";
+    std::string problem;
+    PortAddress address;
+    try {
+      address = parse_port_address(e.devices.*port.member, *port_defaults(port.node));
+    } catch (const std::invalid_argument& error) {
+      problem = error.what();
+    }
+    r.require(problem.empty(), {key.c_str()}, problem);
+    if (!address.real()) continue;
+    r.require(e.run.time_scale == 1.0, {key.c_str(), "run.time_scale"},
+              "a real instrument keeps the clock's time: run.time_scale must be 1, and is " +
+                  r.value("run.time_scale"));
+  }
+  const auto real = real_ports(e);
+  for (const std::string_view node : lab_of(e).coupled) {
+    if (!takes_part(e, node)) continue;
+    (real.contains(std::string(node)) ? real_node : simulated_node) = node;
+  }
+  if (real_node.empty() || simulated_node.empty()) return;
+  const std::string real_key = "devices." + real_node + ".port",
+                    other_key = "devices." + simulated_node + ".port";
+  r.require(false, {real_key.c_str(), other_key.c_str()},
+            real_node + " is real and " + simulated_node + " simulated: no trigger line couples them");
 }
 
 void check_extent(Rules& r, const char* key, double size_mm, double limit_mm, const char* pitch_key) {
@@ -235,6 +267,7 @@ void check_inkjet_lab(Rules& rules) {
 void check_experiment(const Experiment& experiment, const Origins& origins, const std::string& file) {
   Rules rules(experiment, origins, file);
   check_run(rules);
+  check_devices(rules);
   lab_of(experiment).check(rules);
 }
 

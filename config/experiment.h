@@ -147,6 +147,27 @@ struct BusConfig {
   std::uint64_t seed = 0;
 };
 
+struct DevicesConfig {  ///< port of each instrument: files/port_address.h
+  std::string stage = "sim:", jet = "sim:", jet_b = "sim:", laser_profiler = "sim:", lamp = "sim:";
+  std::string robot = "sim:", valve_a = "sim:", valve_b = "sim:", laser_point = "sim:", heater = "sim:";
+};
+struct DevicePort {
+  std::string_view node;
+  std::string DevicesConfig::*member;
+};
+inline constexpr DevicePort kDevicePorts[] = {
+    {"stage", &DevicesConfig::stage},
+    {"jet", &DevicesConfig::jet},
+    {"jet_b", &DevicesConfig::jet_b},
+    {"laser_profiler", &DevicesConfig::laser_profiler},
+    {"lamp", &DevicesConfig::lamp},
+    {"robot", &DevicesConfig::robot},
+    {"valve_a", &DevicesConfig::valve_a},
+    {"valve_b", &DevicesConfig::valve_b},
+    {"laser_point", &DevicesConfig::laser_point},
+    {"heater", &DevicesConfig::heater},
+};
+
 struct RunConfig {
   std::string name = "print";
   double time_scale = 1.0;        ///< live: node time runs this many times faster than wall time, 1..10
@@ -178,6 +199,7 @@ struct Experiment {
   CalibrationConfig calibration;
   PlantConfig plant;
   BusConfig bus;
+  DevicesConfig devices;
 };
 
 /// Returns true if the lab has a second nozzle with its jet: for a part of two inks, or to measure the

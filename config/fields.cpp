@@ -245,6 +245,16 @@ Table bus_fields(Experiment& e) {
   };
 }
 
+Table device_fields(Experiment& e) {
+  Table t;
+  for (const DevicePort& port : kDevicePorts)
+    t.push_back({"devices." + std::string(port.node) + ".port", &(e.devices.*port.member), "", text(),
+                 port.node == kDevicePorts[0].node
+                     ? "where the instrument is: sim:, tcp:HOST:PORT, serial:FILE?baud=N&frame=8N1, unix:PATH"
+                     : "the same"});
+  return t;
+}
+
 }  // namespace
 
 std::vector<Field> fields(Experiment& e) {
@@ -267,6 +277,7 @@ std::vector<Field> fields(Experiment& e) {
   add(t, plant_fields(e));
   add(t, ice_plant_fields(e));
   add(t, bus_fields(e));
+  add(t, device_fields(e));
   for (const LabKind* lab : lab_kinds())
     if (lab->fields) add(t, lab->fields(e));
   return t;

@@ -11,10 +11,14 @@ namespace {
 
 // The file of an ink-jet lab does not contain lab.kind: the dump is the same as before kinds were introduced.
 constexpr std::string_view kInkjetKeys[] = {
-    "run.", "grid.",  "part.",      "geometry.", "model.", "control.", "process.",       "stage.",
-    "jet.", "jet_b.", "estimator.", "lamp.",     "plant.", "bus.",     "laser_profiler."};
-constexpr std::string_view kNotInkjet[] = {"plant.ice.", "control.smf.speed_range", "control.smf.version",
-                                           "control.foresee."};
+    "run.", "grid.",  "part.",      "geometry.", "model.", "control.", "process.",        "stage.",
+    "jet.", "jet_b.", "estimator.", "lamp.",     "plant.", "bus.",     "laser_profiler.", "devices."};
+constexpr std::string_view kNotInkjet[] = {
+    "plant.ice.",       "control.smf.speed_range", "control.smf.version",
+    "control.foresee.", "devices.robot.",          "devices.valve_a.",
+    "devices.valve_b.", "devices.laser_point.",    "devices.heater."};
+constexpr std::string_view kInkjetCoupled[] = {"stage", "jet", "jet_b", "laser_profiler"};
+constexpr std::string_view kIceCoupled[] = {"robot", "valve_a", "valve_b", "laser_point"};
 constexpr LabProcess kInkjetProcesses[] = {
     {"stage"},
     {"jet"},
@@ -49,7 +53,12 @@ constexpr std::string_view kIceKeys[] = {"run.",
                                          "control.foresee.",
                                          "process.max_rescans",
                                          "process.min_measured_fraction",
-                                         "process.most_rise_share"};
+                                         "process.most_rise_share",
+                                         "devices.robot.",
+                                         "devices.valve_a.",
+                                         "devices.valve_b.",
+                                         "devices.laser_point.",
+                                         "devices.heater."};
 constexpr LabProcess kIceProcesses[] = {{"robot"},  {"valve_a"},      {"valve_b"},       {"laser_point"},
                                         {"heater"}, {"path_planner"}, {"flow_estimator"}};
 
@@ -59,14 +68,18 @@ constexpr LabKind kInkjetLab{"inkjet",
                              kInkjetKeys,
                              kNotInkjet,
                              kInkjetProcesses,
-                             &check_inkjet_lab};
+                             &check_inkjet_lab,
+                             nullptr,
+                             kInkjetCoupled};
 constexpr LabKind kIceLab{"ice",
                           "the robot arm that prints ice [Barnett 2012]",
                           Deposition::kPaths,
                           kIceKeys,
                           {},
                           kIceProcesses,
-                          &check_ice_lab};
+                          &check_ice_lab,
+                          nullptr,
+                          kIceCoupled};
 
 constexpr const LabKind* kLabs[] = {
     &kInkjetLab,

@@ -35,6 +35,8 @@ struct LabKind {
   void (*check)(Rules&);  ///< throws ConfigError at the first rule between keys that is broken
   /// Fields of the lab's own sections, appended to those of config/fields.cpp; nullptr: no own fields.
   std::vector<Field> (*fields)(Experiment&) = nullptr;
+  /// Instruments that trigger lines couple: all of them are real, or all simulated.
+  std::span<const std::string_view> coupled = {};
 };
 
 /// Returns every kind of lab; the first one is the default.

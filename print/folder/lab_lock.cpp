@@ -10,6 +10,7 @@
 #include <fstream>
 #include <span>
 
+#include "config/devices.h"
 #include "config/experiment.h"
 #include "files/digest.h"
 #include "files/record/file.h"
@@ -77,6 +78,12 @@ LabLock::LabLock(const RunFolder& run, const Experiment& experiment, const std::
       const fs::path place = fs::weakly_canonical(io / port);
       if (place.parent_path() != home)
         take(shared_file(place.string()), "the instrument at " + place.string());
+    }
+    for (const auto& [node, address] : real_ports(experiment)) {
+      const std::string place = address.kind == PortAddress::Kind::kTcp
+                                    ? to_text(address)
+                                    : fs::weakly_canonical(address.place).string();
+      take(shared_file(place), node + " at " + place);
     }
     if (!bus_url.empty()) {
       const std::string bus = bus_url.substr(0, bus_url.find('?'));

@@ -11,6 +11,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "config/devices.h"
 #include "files/digest.h"
 #include "files/run_documents.h"
 #include "files/usage_error.h"
@@ -181,7 +182,11 @@ std::optional<RunResult> RunFolder::result() const {
 
 void RunFolder::write_result(const RunResult& r) const {
   const nlohmann::ordered_json j = {
-      {"outcome", r.outcome}, {"status", r.status}, {"layers", r.layers}, {"reason", r.reason}};
+      {"outcome", r.outcome},
+      {"status", r.status},
+      {"layers", r.layers},
+      {"reason", r.reason},
+      {"instruments", ports_text(parse_experiment(experiment_toml_, "experiment.toml"))}};
   write_file_atomically(path_ / "result.json", j.dump(2) + "\n");
 }
 

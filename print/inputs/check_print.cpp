@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "config/devices.h"
 #include "config/labs.h"
 #include "files/usage_error.h"
 #include "firn/height_map_t.hpp"
@@ -36,6 +37,9 @@ void check_rows(const Experiment& e) {
 }  // namespace
 
 void check_print(const Experiment& e, const std::string& bus) {
+  if (const auto real = real_ports(e); bus == "in-process" && !real.empty())
+    throw UsageError("devices." + real.begin()->first + ".port = \"" + to_text(real.begin()->second) +
+                     "\": --bus in-process reaches no real instrument");
   try {
     plant::check(plant::world_config(e));
   } catch (const std::invalid_argument& error) {

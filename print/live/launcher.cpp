@@ -14,6 +14,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "config/devices.h"
 #include "config/experiment.h"
 #include "firn/enums.h"
 #include "firn/fault_t.hpp"
@@ -128,8 +129,8 @@ class Launch {
   std::optional<LcmBus> bus_;
   std::optional<Station> station_;
   std::optional<RunWatch> watch_;
-  std::vector<std::unique_ptr<ChildProcess>> children_;  // world and recorder first: they end last
-  std::map<std::string, std::string> said_;              // last ERROR or FAULT line of each
+  std::vector<std::unique_ptr<ChildProcess>> children_;
+  std::map<std::string, std::string> said_;  // last ERROR or FAULT line of each
   std::map<std::string, bool> ready_;
   std::optional<std::pair<int, std::string>> finish_;  // the scheduler's FINISH
   std::string cause_;                                  // cause of an early stop of the lab
@@ -156,6 +157,8 @@ void Launch::prepare() {
   o.run_dir = folder_.path().string();
   o.run_id = folder_.run_id();
   o.time_scale = experiment_.run.time_scale;
+  o.real_ports = real_ports(experiment_);
+  note(ports_text(experiment_));
   o.control_fd = ChildProcess::kControlFd;
   const BusConfig& b = experiment_.bus;
   o.faults = {b.loss, b.duplicate, b.reorder, b.delay, b.delay_s, b.seed, 0, 0};
@@ -203,7 +206,8 @@ void Launch::start_all() {
     if (key_ && name != "world")
       children_.back()->control().say(key_->line());  // the world is not on the bus
   };
-  for (const char* name : {"world", "recorder"}) start(name);
+  if (!simulated_ports(experiment_).empty()) start("world");
+  start("recorder");
   for (const NamedMaker& n : taking_part(experiment_)) start(std::string(info(n.id).name));
   const ProcessOptions& o = args_.options;
   std::ofstream(folder_.path() / "clocks", std::ios::app)
@@ -271,7 +275,8 @@ void Launch::watch() {
     turn(wall_s() + 0.2);
     for (; faults_done_ < options_.faults.size() && node_s() >= options_.faults[faults_done_].node_s;
          ++faults_done_)
-      child("world")->control().say(simfault_line(options_.faults[faults_done_].fault));
+      if (ChildProcess* const world = child("world"))
+        world->control().say(simfault_line(options_.faults[faults_done_].fault));
     if (auto metrics = watch_->take_metrics()) {
       if (options_.progress) options_.progress(*metrics);
       ask_truth();
@@ -313,23 +318,24 @@ void Launch::end_all(const std::string& cause) {
     fault.text = cause_;
     station_->send(channels::fault(NodeId::kLauncher), fault);
   }
-  const auto stop = [&](std::size_t from, std::size_t to, double within_s) {
-    for (std::size_t n = from; n < to; ++n) children_[n]->control().say("STOP " + cause);
+  const auto stop = [&](auto concerned, double within_s) {
+    std::vector<ChildProcess*> some;
+    for (const auto& c : children_)
+      if (concerned(c->name())) some.push_back(c.get());
+    for (ChildProcess* c : some) c->control().say("STOP " + cause);
     const auto gone = [&] {
-      return std::all_of(children_.begin() + long(from), children_.begin() + long(to),
-                         [](const auto& c) { return !c->running(); });
+      return std::ranges::none_of(some, [](ChildProcess* c) { return c->running(); });
     };
     for (const double until = wall_s() + within_s; !gone() && wall_s() < until;) turn(until);
-    for (std::size_t n = from; n < to; ++n)
-      if (children_[n]->running()) {
-        note(children_[n]->name() + " did not end within " + std::to_string(int(within_s)) +
-             " s and was killed");
-        children_[n]->kill();
+    for (ChildProcess* c : some)
+      if (c->running()) {
+        note(c->name() + " did not end within " + std::to_string(int(within_s)) + " s and was killed");
+        c->kill();
       }
   };
-  stop(2, children_.size(), kSafeWithinS);  // nodes
-  stop(1, 2, kRecorderWithinS);
-  stop(0, 1, kWorldWithinS);
+  stop([](const std::string& name) { return name != "world" && name != "recorder"; }, kSafeWithinS);
+  stop([](const std::string& name) { return name == "recorder"; }, kRecorderWithinS);
+  stop([](const std::string& name) { return name == "world"; }, kWorldWithinS);
   std::error_code ignored;
   fs::remove(place_.now() / "pids", ignored);
 }
@@ -423,7 +429,7 @@ void Launch::take_lines() {
 }
 
 void Launch::ask_truth() {
-  if (truth_asked_) return;
+  if (truth_asked_ || !args_.options.real_ports.empty()) return;  // it is no truth of what a real jet fired
   child("world")->control().say("TRUTH");
   truth_asked_ = true;
 }

@@ -1,0 +1,54 @@
+#include "config/devices.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "config/labs.h"
+
+namespace firn {
+namespace {
+
+// Instruments of the lab, in its order.
+std::vector<std::string> instruments(const Experiment& e) {
+  std::vector<std::string> names;
+  for (const LabProcess& p : lab_of(e).processes)
+    if (port_defaults(p.node) && (!p.wanted || p.wanted(e))) names.emplace_back(p.node);
+  return names;
+}
+
+}  // namespace
+
+const std::string& port_text(const DevicesConfig& d, std::string_view node) {
+  for (const DevicePort& port : kDevicePorts)
+    if (port.node == node) return d.*port.member;
+  throw std::invalid_argument("'" + std::string(node) + "' is no instrument");
+}
+
+std::map<std::string, PortAddress> real_ports(const Experiment& e) {
+  std::map<std::string, PortAddress> real;
+  for (const std::string& node : instruments(e))
+    if (PortAddress a = parse_port_address(port_text(e.devices, node), *port_defaults(node)); a.real())
+      real.emplace(node, std::move(a));
+  return real;
+}
+
+std::vector<std::string> simulated_ports(const Experiment& e) {
+  std::vector<std::string> all = instruments(e);
+  const auto real = real_ports(e);
+  std::erase_if(all, [&](const std::string& node) { return real.contains(node); });
+  return all;
+}
+
+std::string ports_text(const Experiment& e) {
+  const auto real = real_ports(e);
+  std::string text;
+  for (const std::string& node : instruments(e))
+    if (const auto at = real.find(node); at != real.end())
+      text += (text.empty() ? "REAL: " : ", ") + node + " (" + to_text(at->second) + ")";
+  std::string simulated;
+  for (const std::string& node : simulated_ports(e))
+    simulated += (simulated.empty() ? "SIMULATED: " : ", ") + node;
+  return text + (text.empty() || simulated.empty() ? "" : "; ") + simulated;
+}
+
+}  // namespace firn

@@ -1,0 +1,27 @@
+// Ports of the instruments of a lab: which are real, and where.
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/experiment.h"
+#include "files/port_address.h"
+
+namespace firn {
+
+/// Returns the `[devices.NODE] port` text of an instrument. @throws std::invalid_argument: no instrument
+const std::string& port_text(const DevicesConfig& devices, std::string_view node);
+
+/// Returns the addresses of all instruments of the lab that are not in the simulated world, by node.
+/// @throws std::invalid_argument naming an address that is none
+std::map<std::string, PortAddress> real_ports(const Experiment& experiment);
+
+/// Returns the instruments of the lab that are in the simulated world, in the lab's order.
+std::vector<std::string> simulated_ports(const Experiment& experiment);
+
+/// Returns "REAL: stage (tcp:10.0.0.2:8000), jet (...); SIMULATED: lamp", without a part that is empty.
+std::string ports_text(const Experiment& experiment);
+
+}  // namespace firn
