@@ -34,8 +34,8 @@ TEST_CASE("Real and simulated instruments are told apart, with the defaults of t
   CHECK(to_text(real.at("laser_profiler")) == "tcp:10.0.0.3:24691");
   CHECK(to_text(real.at("jet")) == "serial:/dev/ttyUSB0?baud=9600&frame=8N1&open_wait_ms=500");
   CHECK(simulated_ports(e) == std::vector<std::string>{"lamp"});
-  CHECK_THAT(ports_text(e), Contains("REAL: stage (tcp:10.0.0.2:8000), jet (serial:") &&
-                                Contains("; SIMULATED: lamp"));
+  CHECK_THAT(ports_text(e),
+             Contains("REAL: stage (tcp:10.0.0.2:8000), jet (serial:") && Contains("; SIMULATED: lamp"));
 }
 
 TEST_CASE("What no instrument can be reached by is refused by its key") {
