@@ -7,6 +7,7 @@
 #include "cli/dataflow_command.h"
 #include "cli/decide_command.h"
 #include "cli/demo_command.h"
+#include "cli/device_command.h"
 #include "cli/doctor_command.h"
 #include "cli/identify_command.h"
 #include "cli/log_command.h"
@@ -32,6 +33,7 @@ constexpr Command kCommands[] = {
     {"replay", "replays a run bit for bit, or names the first divergence", declare_replay},
     {"spy", "watches a live print: lcm-spy with Firn's types, height map and layer error", declare_spy},
     {"doctor", "what this machine lacks for live prints, and the mend", declare_doctor},
+    {"device", "speaks to one instrument: who is it, is it safe, move, expose, with every byte", declare_device},
     {"calibrate", "measures where tools stand, when they act and what valves give; levels the table",
      declare_calibrate},
     {"audit", "checks a run's droplets against the world's own record", declare_audit},

@@ -93,6 +93,7 @@ struct StageConfig {
   int array_limit = 8192;
   double poll_moving_s = 0.1;
   double poll_idle_s = 1.0;
+  std::string home_at_start = "on";
 };
 
 struct JetConfig {

@@ -184,6 +184,8 @@ Table lab_fields(Experiment& e) {
        "firing distances that the controller holds"},
       {"stage.poll_moving_s", &s.poll_moving_s, "s", above(0, 10), "between status questions during a move"},
       {"stage.poll_idle_s", &s.poll_idle_s, "s", above(0, 60), "between status questions at rest"},
+      {"stage.home_at_start", &s.home_at_start, "", one_of({"on", "off"}),
+       "off: axes that are not homed stay so until a home command"},
   };
   add(t, jet_fields(e.jet, "jet."));
   add(t, {

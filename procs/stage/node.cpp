@@ -18,6 +18,7 @@ drivers::StageOptions stage_config(const Experiment& e) {
   c.table.array_limit = e.stage.array_limit;
   c.poll_moving_s = e.stage.poll_moving_s;
   c.poll_idle_s = e.stage.poll_idle_s;
+  c.home_at_start = e.stage.home_at_start == "on";
   c.host_latency_s = host_latency_s(e.run.time_scale);
   return c;
 }

@@ -1,0 +1,82 @@
+// DeviceSession runs the node of one instrument alone, on its real port and without a bus: the driver, the
+// limits, the lease and the stop are those of a print.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "files/port_address.h"
+#include "firn/answer_t.hpp"
+#include "firn/device_state_t.hpp"
+#include "runtime/node_host.h"
+#include "runtime/ports.h"
+
+namespace firn {
+
+class DeviceSession {
+ public:
+  /// Bytes that crossed the port.
+  struct Crossing {
+    double ms = 0.0;  ///< since the session began
+    bool sent = false;
+    std::span<const std::byte> bytes;
+  };
+  struct Sinks {
+    std::function<void(const Crossing&)> crossing;
+    std::function<void(const std::string&)> note;  ///< a fault of the instrument, a port that does not open
+    std::function<void(std::string_view channel, std::span<const std::byte>)> message;  ///< sent by the node
+  };
+
+  /// @throws std::runtime_error: the host of a TCP port is not known
+  DeviceSession(NodeId id, std::unique_ptr<Node> node, const PortAddress& address, Sinks sinks);
+  ~DeviceSession();
+
+  /// Runs until `done`, at most `within_s`. @param interrupted asked at each turn @returns whether it is done
+  bool run_until(const std::function<bool()>& done, double within_s,
+                 const std::function<bool()>& interrupted = {});
+
+  /// The instrument has been identified and is safe.
+  bool safe() const;
+  /// Time since its first bytes; 0 before.
+  double answered_for_s() const;
+  const std::optional<device_state_t>& state() const { return state_; }
+
+  /// Sends a command of the node's command channel. Its header, command_id and enable_epoch are set here.
+  template <class Command>
+  void command(const Channel<Command>& channel, Command c) {
+    c.header = header();
+    c.command_id = ++commands_;
+    c.enable_epoch = kEpoch;
+    std::vector<std::byte> bytes(std::size_t(c.getEncodedSize()));
+    c.encode(bytes.data(), 0, int(bytes.size()));
+    answer_.reset();
+    deliver(channel.name, bytes);
+  }
+  const std::optional<answer_t>& answer() const { return answer_; }  ///< to the last command
+
+  /// Makes the instrument safe and waits for it. @returns whether it said so within 5 s
+  bool stop(const std::string& cause);
+
+ private:
+  static constexpr std::int64_t kEpoch = 1;
+
+  header_t header();
+  Time now() const;
+  void deliver(std::string_view channel, std::span<const std::byte> bytes);
+  void step(const Event& event);
+  void turn();
+
+  NodeHost host_;
+  Ports ports_;
+  Sinks sinks_;
+  std::int64_t began_us_ = 0, answered_us_ = 0, lease_us_ = 0, seq_ = 0, commands_ = 0;
+  bool granted_ = true;
+  std::optional<device_state_t> state_;
+  std::optional<answer_t> answer_;
+};
+
+}  // namespace firn

@@ -1,0 +1,30 @@
+// SimulatedInstruments runs the world of a lab in a process of its own, so that one instrument can be tried
+// without hardware.
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+
+#include "config/experiment.h"
+#include "files/port_address.h"
+
+namespace firn {
+
+class SimulatedInstruments {
+ public:
+  /// @throws std::runtime_error: the program `world` is neither beside this one nor in ../bin, or does not
+  /// begin
+  explicit SimulatedInstruments(const Experiment& experiment);
+  ~SimulatedInstruments();  ///< ends the world and removes its folder
+  SimulatedInstruments(const SimulatedInstruments&) = delete;
+  SimulatedInstruments& operator=(const SimulatedInstruments&) = delete;
+
+  PortAddress address(const std::string& node) const;
+
+ private:
+  std::filesystem::path folder_;
+  pid_t pid_ = -1;
+};
+
+}  // namespace firn

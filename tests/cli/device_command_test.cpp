@@ -1,0 +1,94 @@
+// firn device: one instrument alone, simulated or behind a line.
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "files/text_file.h"
+#include "tests/cli/run_firn.h"
+
+using namespace firn;
+using namespace firn::test;
+using Catch::Contains;
+using Json = nlohmann::json;
+
+namespace {
+
+const std::string kInkjet = FIRN_SOURCE_DIR "/labs/inkjet-lu2015.toml";
+const std::string kIce = FIRN_SOURCE_DIR "/labs/ice-cobra600.toml";
+
+Said device(std::vector<std::string> words) {
+  words.insert(words.begin(), "device");
+  return firn_says(words);
+}
+
+}  // namespace
+
+TEST_CASE("firn device names every instrument of both labs, and says that it is simulated") {
+  const std::pair<std::string, std::string> all[] = {
+      {kInkjet, "stage"}, {kInkjet, "jet"},  {kInkjet, "laser_profiler"}, {kInkjet, "lamp"}, {kIce, "robot"},
+      {kIce, "valve_a"},  {kIce, "valve_b"}, {kIce, "laser_point"},       {kIce, "heater"}};
+  for (const auto& [lab, node] : all) {
+    const Said said = device({lab, node, "identify", "--json"});
+    CAPTURE(node, said.err);
+    REQUIRE(said.code == 0);
+    const Json j = Json::parse(said.out);
+    CHECK(j["node"] == node);
+    CHECK(j["real"] == false);
+    CHECK_FALSE(j["identity"].get<std::string>().empty());
+  }
+}
+
+TEST_CASE("A question to a stage moves nothing, and a home command homes it") {
+  const auto folder = fresh_folder("device");
+  const auto record_of = [&](const std::string& verb) {
+    const std::string file = (folder / (verb + ".txt")).string();
+    const Said said = device({kInkjet, "stage", verb, "--record", file});
+    CAPTURE(said.err);
+    CHECK(said.code == 0);
+    return read_file(file);
+  };
+  for (const char* verb : {"identify", "status", "stop"}) {
+    const std::string record = record_of(verb);
+    CHECK_THAT(record, Contains("ABORT @0") && !Contains("HOME") && !Contains("LINEAR"));
+  }
+  CHECK_THAT(record_of("home"), Contains("HOME @2"));
+}
+
+TEST_CASE("firn device keeps the limits of the lab, and exits with 1 when the instrument refuses") {
+  CHECK(device({kInkjet, "stage", "move", "1", "2", "3", "20"}).code == 0);
+  const Said beyond = device({kInkjet, "stage", "move", "500", "2", "3", "20"});
+  CHECK(beyond.code == 1);
+  CHECK_THAT(beyond.err, Contains("axis X: 500.0000 mm is outside"));
+  const Said heat = device({kIce, "heater", "set", "10", "10", "10", "--json"});
+  CHECK(heat.code == 0);
+  CHECK(Json::parse(heat.out)["text"] == "done");
+}
+
+TEST_CASE("firn device refuses instruments, verbs and values that are none, by what there is") {
+  const std::pair<std::vector<std::string>, std::string> wrong[] = {
+      {{kInkjet, "lam", "identify"}, "it has stage, jet, laser_profiler, lamp"},
+      {{kInkjet, "scheduler", "identify"}, "it has stage"},
+      {{kInkjet, "stage", "jump"}, "known: identify, status, stop, home, move X Y Z SPEED"},
+      {{kInkjet, "lamp", "home"}, "lamp has no verb 'home'"},
+      {{kInkjet, "stage", "move", "1", "2"}, "takes 4 values"},
+      {{kInkjet, "stage", "move", "1", "2", "x", "4"}, "'x' is no number"},
+      {{kInkjet, "stage", "move", "1", "2", "nan", "4"}, "'nan' is no number"},
+      {{"none.toml", "stage", "identify"}, "none.toml"},
+  };
+  for (const auto& [words, why] : wrong) {
+    const Said said = device(words);
+    CAPTURE(why, said.err);
+    CHECK(said.code == 2);
+    CHECK_THAT(said.err, Contains(why));
+  }
+}
+
+TEST_CASE("An instrument that is not there, or says nothing, ends with 3 and the name of its port") {
+  const Said gone = device({kInkjet, "lamp", "status", "--within", "1", "--set",
+                            "devices.lamp.port=\"serial:/dev/firn-none?baud=19200\""});
+  CHECK(gone.code == 3);
+  CHECK_THAT(gone.out, Contains("REAL lamp: serial:/dev/firn-none"));
+  CHECK_THAT(gone.err, Contains("No such file") && Contains("its port does not open"));
+}
