@@ -35,7 +35,7 @@ ALLOWED = {
     "estimators": CORE,
     "drivers": LEAVES,
     "runtime": LEAVES + ("files", "lcmtypes"),
-    "plant": LEAVES + ("drivers", "files"),  # nature: codecs and physics of its own
+    "plant": LEAVES + ("files",),  # nature: codecs and physics of its own
     "procs/bus": ("runtime", "files", "lcmtypes"),
     "procs/recorder": ("runtime", "files", "lcmtypes"),  # outside replay: it writes the log
     "procs": ("runtime", "lcmtypes", "drivers", "estimators", "config") + CORE,  # procs/X, never procs/Y

@@ -5,7 +5,7 @@
 //   bits of
 //                                                    the heating coils that are on
 //   `S,<ch>,<c100>` -> the same line                 set point of channel 1, 2, 3; kOff = off
-// A refused line is answered with `E,<code>`. Both sides use this codec.
+// A refused line is answered with `E,<code>`.
 #pragma once
 
 #include <array>

@@ -86,8 +86,10 @@ Reply parse(std::string_view line, std::string_view command) {
     line.remove_prefix(3);
     const std::size_t comma = line.rfind(',');
     if (comma == std::string_view::npos || line.size() != comma + 3 || !digit(line[comma + 1]) ||
-        !digit(line[comma + 2]) || line.substr(0, 2) != echo.substr(0, 2))
+        !digit(line[comma + 2]))
       return {};
+    const std::string_view named = line.substr(0, 2);  // a setting's identifier, or SW
+    if (named != echo.substr(0, 2) && (echo.size() < 5 || named != echo.substr(3))) return {};
     return {Reply::Kind::kError, (line[comma + 1] - '0') * 10 + (line[comma + 2] - '0'), {}};
   }
   if (!line.starts_with(echo)) return {};
@@ -101,21 +103,31 @@ std::optional<Stored> parse_stored(std::string_view rest) {
   if (rest.size() < 3 || (rest[0] != '0' && rest[0] != '1') || rest[1] != ',') return std::nullopt;
   Stored s;
   s.storing = rest[0] == '1';
-  const auto [end, error] = std::from_chars(rest.data() + 2, rest.data() + rest.size(), s.values);
-  if (error != std::errc() || end != rest.data() + rest.size() || s.values < 0) return std::nullopt;
-  return s;
+  rest.remove_prefix(2);
+  for (int output = 0; output < 2; ++output) {
+    int values = 0;
+    const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), values);
+    if (error != std::errc() || values < 0) return std::nullopt;
+    if (output == 0) s.values = values;
+    rest.remove_prefix(std::size_t(end - rest.data()));
+    if (rest.empty()) return s;
+    if (rest[0] != ',') return std::nullopt;
+    rest.remove_prefix(1);
+  }
+  return std::nullopt;
 }
 
 std::optional<int> parse_dump(std::string_view rest, std::vector<float>& mm) {
   mm.clear();
-  if (!rest.starts_with("1")) return std::nullopt;
-  rest.remove_prefix(1);
-  if (rest.size() % (kValueChars + 1) != 0) return std::nullopt;
-  mm.reserve(rest.size() / (kValueChars + 1));
+  if (rest == "1") return 0;
+  if (rest.starts_with("1,")) rest.remove_prefix(2);
+  const std::size_t count = (rest.size() + 1) / (kValueChars + 1);
+  if (rest.empty() || count * (kValueChars + 1) != rest.size() + 1) return std::nullopt;
+  mm.reserve(count);
   int damaged = 0;
-  for (; !rest.empty(); rest.remove_prefix(kValueChars + 1)) {
-    if (rest[0] != ',') return std::nullopt;
-    const Value v = parse_value(rest.substr(1, kValueChars));
+  for (std::size_t at = 0; at < rest.size(); at += kValueChars + 1) {
+    if (at > 0 && rest[at - 1] != ',') return std::nullopt;
+    const Value v = parse_value(rest.substr(at, kValueChars));
     damaged += v.status == Status::kDamaged;
     mm.push_back(float(v.mm));
   }

@@ -1,6 +1,6 @@
 // LkgDialect encodes and frames the lines of the Keyence LK-G3001P, RS-232: lines that end with CR, one
 // command and then its reply, which begins with the command's name (docs/devices/laser_point.md). No
-// checksum. Both sides use this codec.
+// checksum.
 #pragma once
 
 #include <cstddef>
@@ -41,8 +41,9 @@ struct Table {
   std::string enter = "Q0", leave = "R0";      ///< communication mode, in which nothing is measured [C]
   std::string select = "PW", selected = "PR";  ///< program [S]
   std::string clear = "AQ", start = "AS", stop = "AP";  ///< storage [C names]
-  std::string stored = "AN";                            ///< `AN,<0 stopped, 1 storing>,<values>` [P]
-  std::string dump = "AO,1";                            ///< `AO,1,<value>,<value>,…` [P]
+  /// `AN,<0 stopped, 1 storing>,<values of output 1>,<of output 2>` [C], or without the second.
+  std::string stored = "AN";
+  std::string dump = "AO,1";             ///< `AO,<value>,<value>,…` [C], or `AO,1,<value>,…`
   std::string sampling = "SW,CA,";       ///< code: 0 20 us, 1 50, 2 100, 3 200, 4 500, 5 1000 [S]
   std::string averaging = "SW,OC,1,0,";  ///< k: 4^k values [S]
   std::string material = "SW,HB,1,";  ///< 0 normal, 1 translucent, 2 transparent, 3, 4 multi-reflective [S]
@@ -66,8 +67,8 @@ struct Reply {
   enum class Kind : std::uint8_t {
     kForeign,  ///< of another command, or damaged
     kDone,     ///< `rest` follows the command's name, without the comma
-    kError,    ///< `ER,<command>,<nn>`: 00 command, 01 status, 20 length, 21 count, 22 parameter, 88 timeout,
-               ///< 99 other
+    kError,    ///< `ER,<command or a setting's identifier>,<nn>`: 00 command, 01 status, 20 length, 21 count,
+               ///< 22 parameter, 88 timeout, 99 other
     kTiming    ///< `TG,…`: came by itself
   };
   Kind kind = Kind::kForeign;
@@ -80,6 +81,7 @@ struct Stored {
   bool storing = false;
   int values = 0;
 };
+/// @param rest with the values of one output or of both; output 1 counts
 std::optional<Stored> parse_stored(std::string_view rest);
 /// Values of a dump as floats, NaN where there is none; reuses the storage of `mm`. @returns the damaged
 /// ones, which are NaN too, or nothing when the line is no list of values.

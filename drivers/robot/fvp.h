@@ -1,7 +1,7 @@
 // FvpDialect encodes and frames FVP/1, the line protocol between Firn and a V+ program on the robot's
 // controller (docs/devices/robot.md; no public protocol of the C40 exists). `@<seq> <VERB>
-// <args>*<CRC4>\r\n`, at most 120 characters; the CRC is that of the text between `@` and `*`. Both sides use
-// this codec. Nothing here allocates.
+// <args>*<CRC4>\r\n`, at most 120 characters; the CRC is that of the text between `@` and `*`.
+// Nothing here allocates.
 #pragma once
 
 #include <array>

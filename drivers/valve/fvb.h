@@ -1,7 +1,7 @@
 // FvbDialect encodes and frames FVB/1, the binary protocol between Firn and the firmware of a valve's
 // microcontroller (docs/devices/valve.md; the thesis's bytes are not public). `A5 5A | type | seq | length
-// u16 | payload | CRC-16`, little endian, the CRC over type .. payload. Both sides use this codec. Nothing
-// here allocates.
+// u16 | payload | CRC-16`, little endian, the CRC over type .. payload. Nothing here
+// allocates.
 #pragma once
 
 #include <cstddef>

@@ -1,40 +1,56 @@
 #include "plant/twins/heater.h"
 
-#include "drivers/heater/thermostat.h"
+#include <algorithm>
+#include <cmath>
+
+#include "plant/twins/lines.h"
 
 namespace firn::plant {
 
-using namespace drivers::thermostat;
+namespace {
+
+constexpr int kHeaters = 3;
+constexpr std::int64_t kOff_cdegC = -5000, kHighest_cdegC = 4500;  ///< set points, 0.01 degC
+constexpr const char *kDamaged = "E,1", *kUnknown = "E,2", *kRefused = "E,3";
+
+std::string reading(const Heat& heat) {
+  std::string text = "T";
+  int relays = 0;
+  for (int n = 0; n < kHeaters; ++n) {
+    const double degC = heat.shown_degC(n);
+    text += std::isnan(degC) ? ",OPEN" : ',' + std::to_string(std::lround(degC * 100.0));
+    relays |= int(heat.relay(n)) << n;
+  }
+  return text + ',' + std::to_string(relays);
+}
+
+}  // namespace
+
+std::string HeaterTwin::execute(std::string_view command, std::int64_t now_us) {
+  Heat& heat = wires_.nature().heat();
+  if (command == "T?") {
+    heat.advance(now_us);
+    return reading(heat);
+  }
+  if (!command.starts_with("S,")) return kUnknown;
+  std::string arguments(command.substr(2));
+  std::replace(arguments.begin(), arguments.end(), ',', ' ');
+  Words words(arguments);
+  const auto channel = words.integer(1, kHeaters), cdegC = words.integer(kOff_cdegC, kHighest_cdegC);
+  if (!words.good() || words.more()) return kRefused;
+  heat.advance(now_us);
+  heat.set(int(channel) - 1, double(cdegC) * 0.01);
+  wires_.note(now_us, port_, DeviceEvent::kHeaterSet, channel * 100'000 + cdegC + 10'000);
+  return std::string(command);
+}
 
 void HeaterTwin::take(std::span<const std::byte> bytes, std::int64_t now_us) {
   for (const std::byte b : bytes) {
     const char c = char(b);
     if (line_.size() < 64) line_.push_back(c);
     if (c != '\n') continue;
-    drivers::LineWriter out;
-    Heat& heat = wires_.nature().heat();
-    const auto text = drivers::checked_text(line_, 0);
-    const auto set = text ? parse_set_point(*text) : std::nullopt;
-    if (!text) {
-      out.text("E,1");
-    } else if (*text == "T?") {
-      heat.advance(now_us);
-      Reading reading;
-      for (int n = 0; n < kChannels; ++n) {
-        reading.celsius[std::size_t(n)] = heat.shown_degC(n);
-        reading.heating[std::size_t(n)] = heat.relay(n);
-      }
-      put(out, reading);
-    } else if (set && set->c100 <= 4500) {
-      heat.advance(now_us);
-      heat.set(set->channel - 1, set->c100 * 0.01);
-      wires_.note(now_us, port_, DeviceEvent::kHeaterSet,
-                  std::int64_t(set->channel) * 100'000 + set->c100 + 10'000);
-      put(out, *set);
-    } else {
-      out.text(text->starts_with("S,") ? "E,3" : "E,2");
-    }
-    link_.reply(out.finish(0), now_us);
+    const auto command = unsealed(line_);
+    link_.reply(sealed(command ? execute(*command, now_us) : kDamaged), now_us);
     line_.clear();
   }
 }
@@ -49,7 +65,7 @@ void HeaterTwin::reboot(std::int64_t now_us) {
 void HeaterTwin::trip(std::int64_t now_us, std::int64_t code) {
   Heat& heat = wires_.nature().heat();
   heat.advance(now_us);
-  for (int n = 0; n < kChannels; ++n) {
+  for (int n = 0; n < kHeaters; ++n) {
     if (code == 0 || code == n + 1) heat.break_heater(n, code != 0);
     if (code == 0 || code == n + 4) heat.open_thermocouple(n, code != 0);
     if (code == 0 || code == n + 7) heat.stick_relay(n, code != 0);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "plant/twins/ice_wires.h"
 #include "plant/twins/twin.h"
@@ -23,6 +24,8 @@ class HeaterTwin : public Twin {
   void io(Archive& a) override { a.all(boot_count_, line_, link_); }
 
  private:
+  std::string execute(std::string_view command, std::int64_t now_us);
+
   IceWires& wires_;
   std::string line_;
 };

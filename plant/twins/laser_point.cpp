@@ -6,17 +6,11 @@
 
 namespace firn::plant {
 
-using namespace drivers::lkg;
+using namespace lkg;
 
 namespace {
 
 constexpr std::int64_t kLeave_us = 600'000, kSelect_us = 200'000;
-constexpr int kUnknown = 0, kStatus = 1, kParameter = 22;
-
-std::string error(std::string_view command, int code) {
-  const std::string_view name = command.substr(0, std::min<std::size_t>(2, command.size()));
-  return "ER," + std::string(name) + "," + (code < 10 ? "0" : "") + std::to_string(code);
-}
 
 bool number(std::string_view text, int low, int high, std::int32_t& value) {
   std::int32_t read = 0;
@@ -24,12 +18,6 @@ bool number(std::string_view text, int low, int high, std::int32_t& value) {
   if (r.ec != std::errc() || r.ptr != text.data() + text.size() || read < low || read > high) return false;
   value = read;
   return true;
-}
-
-std::string value_text(double mm) {
-  char text[kValueChars];
-  put_value(std::isinf(mm) ? std::copysign(200.0, mm) : mm, text);
-  return {text, kValueChars};
 }
 
 }  // namespace
@@ -54,11 +42,12 @@ void LaserPointTwin::take(std::span<const std::byte> bytes, std::int64_t now_us)
 // An average over its window has the reading of the window's middle.
 double LaserPointTwin::window_s() const {
   const Program& p = state_.programs[std::size_t(state_.selected)];
-  return kSampling_us[p.sampling] * 1e-6 * std::pow(4.0, p.averaging);
+  return kSampling_us[std::size_t(p.sampling)] * 1e-6 * std::pow(4.0, p.averaging);
 }
 double LaserPointTwin::period_s() const {
   const Program& p = state_.programs[std::size_t(state_.selected)];
-  return kSampling_us[p.sampling] * 1e-6 * kCycles[p.cycle] * (1.0 + params_.clock_ppm * 1e-6);
+  return kSampling_us[std::size_t(p.sampling)] * 1e-6 * kStoringCycles[std::size_t(p.cycle)] *
+         (1.0 + params_.clock_ppm * 1e-6);
 }
 
 // Ice lets the beam in: settings for translucent or transparent targets see its surface, those for a plain
@@ -90,71 +79,72 @@ void LaserPointTwin::close_storage(std::int64_t now_us) {
 
 std::string LaserPointTwin::execute(std::string_view command, std::int64_t now_us) {
   const std::string name(command);
-  if (command == table_.enter || command == table_.leave) {
-    const bool enter = command == table_.enter;
-    if (!enter && state_.communication) state_.busy_until_us = now_us + kLeave_us;
+  if (command == "Q0" || command == "R0") {
+    const bool enter = command == "Q0";
+    if (enter == (state_.communication != 0)) return refused(command, Error::kStatus);  // it is so already
+    if (!enter) state_.busy_until_us = now_us + kLeave_us;
     state_.communication = enter;
     return name;
   }
   if (command.starts_with("SW,")) {
-    if (!state_.communication) return error(command, kStatus);
-    return set(command) ? name.substr(0, 5) : error(command, kParameter);
+    if (!state_.communication) return refused(command, Error::kStatus);
+    return set(command) ? name.substr(0, 5) : refused(command, Error::kParameter);
   }
-  if (state_.communication) return error(command, kStatus);
-  if (command == table_.measure) {
-    const double mm = wires_.nature().read_laser(now_us, settings());
-    return name + "," + value_text(mm);
-  }
-  if (command == table_.selected) return name + "," + std::to_string(state_.selected);
-  if (command.starts_with(table_.select + ",")) {
-    if (!number(command.substr(table_.select.size() + 1), 0, 7, state_.selected))
-      return error(command, kParameter);
+  if (state_.communication) return refused(command, Error::kStatus);
+  if (command == "M1") return "M1," + value(wires_.nature().read_laser(now_us, settings()));
+  if (command == "PR") return "PR," + std::to_string(state_.selected);
+  if (command.starts_with("PW,")) {
+    if (!number(command.substr(3), 0, kMostProgram, state_.selected))
+      return refused(command, Error::kParameter);
     state_.busy_until_us = now_us + kSelect_us;
-    return table_.select;
+    return "PW";
   }
-  if (command == table_.clear) {
+  if (command == "AQ") {
     state_.storing = 0;
     wires_.nature().end_storage();
     stored_.clear();
     return name;
   }
-  if (command == table_.start) {
+  if (command == "AS") {
     stored_.clear();
     state_.storing = 1;
     return name;
   }
-  if (command == table_.stop) {
+  if (command == "AP") {
     if (state_.storing && wires_.nature().storage().active) close_storage(now_us);
     state_.storing = 0;
     return name;
   }
-  if (command == table_.stored) {
+  if (command == "AN") {  // the second output has no head and stores nothing
     const Storage& s = wires_.nature().storage();
     const std::size_t values = s.active ? s.mm.size() : stored_.size();
-    return name + "," + (state_.storing ? "1," : "0,") + std::to_string(values);
+    return std::string("AN,") + (state_.storing ? "1," : "0,") + std::to_string(values) + ",0";
   }
-  if (command == table_.dump) {
-    std::string all = name;
-    all.reserve(name.size() + stored_.size() * 9);
-    for (const float mm : stored_) all += "," + value_text(double(mm));
+  if (command == "AO,1") {
+    std::string all = "AO";
+    all.reserve(all.size() + stored_.size() * 9);
+    for (const float mm : stored_) all += ',' + value(double(mm));
     return all;
   }
   if (command == "VR,1") return "VR";
   if (command.starts_with("KL,")) return "KL";
-  return error(command, kUnknown);
+  return refused(command, Error::kCommand);
 }
 
 bool LaserPointTwin::set(std::string_view command) {
   Program& p = state_.programs[std::size_t(state_.selected)];
-  const auto after = [&](const std::string& prefix) { return command.substr(prefix.size()); };
-  if (command.starts_with(table_.sampling)) return number(after(table_.sampling), 0, 5, p.sampling);
-  if (command.starts_with(table_.averaging)) return number(after(table_.averaging), 0, 9, p.averaging);
-  if (command.starts_with(table_.material)) return number(after(table_.material), 0, 4, p.material);
-  if (!command.starts_with(table_.storage)) return false;
-  const std::string_view rest = after(table_.storage);
+  const auto set_by = [&](std::string_view prefix, std::int32_t most, std::int32_t& member) {
+    return command.starts_with(prefix) && number(command.substr(prefix.size()), 0, most, member);
+  };
+  if (set_by("SW,CA,", std::int32_t(kSampling_us.size()) - 1, p.sampling)) return true;
+  if (set_by("SW,OC,1,0,", kMostAveraging, p.averaging)) return true;
+  if (set_by("SW,HB,1,", kMostMaterial, p.material)) return true;
+  constexpr std::string_view kStorage = "SW,CI,1,";
+  if (!command.starts_with(kStorage)) return false;
+  const std::string_view rest = command.substr(kStorage.size());
   const std::size_t comma = rest.find(',');
-  return comma != std::string_view::npos && number(rest.substr(0, comma), 1, table_.most_stored, p.most) &&
-         number(rest.substr(comma + 1), 0, 9, p.cycle);
+  return comma != std::string_view::npos && number(rest.substr(0, comma), 1, kMostStored, p.most) &&
+         number(rest.substr(comma + 1), 0, std::int32_t(kStoringCycles.size()) - 1, p.cycle);
 }
 
 void LaserPointTwin::trip(std::int64_t, std::int64_t code) {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/laser_point/lkg.h"
 #include "plant/twins/ice_wires.h"
+#include "plant/twins/lkg.h"
 #include "plant/twins/twin.h"
 
 namespace firn::plant {
@@ -45,7 +45,6 @@ class LaserPointTwin : public Twin {
 
   IceLaserParams params_;
   IceWires& wires_;
-  drivers::lkg::Table table_;
   State state_;
   std::string line_;
   std::vector<float> stored_;

@@ -8,9 +8,7 @@
 
 namespace firn::plant {
 
-using namespace drivers::fvp;
-using drivers::LineWriter;
-using drivers::WordReader;
+using namespace fvp;
 
 namespace {
 
@@ -41,7 +39,7 @@ void RobotTwin::disconnected(std::int64_t now_us) {
 
 void RobotTwin::take(std::span<const std::byte> bytes, std::int64_t now_us) {
   for (const std::byte b : bytes) {
-    if (line_.size() <= LineWriter::kLongest) line_.push_back(char(b));
+    if (line_.size() <= kLongestLine) line_.push_back(char(b));
     if (char(b) != '\n') continue;
     line(line_, now_us);
     line_.clear();
@@ -50,35 +48,28 @@ void RobotTwin::take(std::span<const std::byte> bytes, std::int64_t now_us) {
 
 // A damaged line is dropped. Number 0 is executed and neither answered nor remembered.
 void RobotTwin::line(std::string_view text, std::int64_t now_us) {
-  const Message m = parse(text);
-  if (m.kind != Message::Kind::kNumbered) return;
+  const auto request = request_of(text);
+  if (!request) return;
   state_.seen_us = now_us;
-  if (m.seq == kUnanswered) {
-    WordReader words(m.text);
-    if (words.word() == "PATH" && words.word() == "P") add_points(words);
+  if (request->number == 0) {
+    Words words(request->text);
+    if (words.next() == "PATH" && words.next() == "P") add_points(words);
     return;
   }
-  LineWriter out;
-  out.text("@").number(m.seq);
-  const bool hello = m.text.starts_with("HELLO");
-  if (!hello && m.seq == state_.last_seq) return link_.reply(reply_, now_us);
-  if (!hello && state_.last_seq != 0 && !newer(m.seq, state_.last_seq)) {
-    out.word(nak(Nak::kBadSeq, "old number"));
-    return link_.reply(out.finish(1), now_us);
+  if (!request->text.starts_with("HELLO")) {
+    if (request->number == state_.last_seq) return link_.reply(reply_, now_us);
+    if (state_.last_seq != 0 && !is_newer(request->number, state_.last_seq))
+      return link_.reply(reply_line(request->number, refused(Nak::kNumber, "old number")), now_us);
   }
-  const std::string answer = execute(m.text, now_us);
-  out.word(answer);
-  state_.last_seq = m.seq;
-  reply_ = out.finish(1);
+  reply_ = reply_line(request->number, execute(request->text, now_us));
+  state_.last_seq = request->number;
   link_.reply(reply_, now_us);
 }
 
-std::string RobotTwin::nak(Nak code, std::string_view text) const {
-  return "NAK " + std::to_string(int(code)) + " " + std::string(text);
-}
+std::string RobotTwin::refused_here() const { return refused(Nak::kState, word_of(shown())); }
 
-State RobotTwin::shown() const {
-  using S = drivers::fvp::State;
+fvp::State RobotTwin::shown() const {
+  using S = fvp::State;
   if (state_.boot_until_us > 0) return S::kBoot;
   if (state_.estop) return S::kEstop;
   if (state_.fault) return S::kFault;
@@ -91,39 +82,35 @@ State RobotTwin::shown() const {
 }
 
 std::string RobotTwin::status() const {
-  Status s;
-  s.state = shown();
-  s.state1 = !state_.power ? 2 : state_.calibrated_at_us != kNever ? 5 : state_.calibrated ? 7 : 8;
-  s.state2 = state_.motion != Motion::kNone ? 1 : state_.state2;
-  s.boot_count = std::int32_t(boot_count_);
-  s.power = state_.power;
-  s.calibrated = state_.calibrated;
-  s.speed_percent = state_.speed;
-  s.error = state_.error;
-  s.running = state_.motion == Motion::kPath ? state_.running : 0;
-  s.at = state_.at;
-  s.last = state_.last;
-  s.last_done = state_.last_done;
-  s.last_ms = state_.last_ms;
-  for (std::size_t n = 0; n < slots_.size(); ++n) s.held[n] = slots_[n].verified ? slots_[n].id : 0;
-  LineWriter line;
-  put(line, s);
-  return std::string(line.so_far().substr(1));
+  Report r;
+  r.state = shown();
+  r.state_1 = !state_.power ? 2 : state_.calibrated_at_us != kNever ? 5 : state_.calibrated ? 7 : 8;
+  r.state_2 = state_.motion != Motion::kNone ? 1 : state_.state2;
+  r.boots = boot_count_;
+  r.power = state_.power;
+  r.calibrated = state_.calibrated;
+  r.speed_percent = state_.speed;
+  r.error = state_.error;
+  r.running_path = state_.motion == Motion::kPath ? state_.running : 0;
+  r.points_passed = state_.at;
+  r.ended_path = state_.last;
+  r.reached_end = state_.last_done;
+  r.ended_ms = state_.last_ms;
+  for (std::size_t n = 0; n < slots_.size(); ++n) r.slots[n] = slots_[n].verified ? slots_[n].id : 0;
+  return text_of(r);
 }
 
 std::string RobotTwin::execute(std::string_view text, std::int64_t now_us) {
-  WordReader words(text);
-  const std::string_view verb = words.word();
+  Words words(text);
+  const std::string_view verb = words.next();
   if (state_.motion == Motion::kPath)
     state_.at = int(std::clamp<std::int64_t>((now_us - state_.begins_us) / 16'000, 0, kMostPoints));
   if (verb == "HELLO") return "ACK OK C40 1 TICK=0.016";
   if (verb == "STAT") {
-    if (words.word() != "J") return "ACK " + status();
-    LineWriter line;
-    put(line, counts_of(wires_.nature().arm().encoders()));
-    return "ACK" + std::string(line.so_far());
+    if (words.next() != "J") return "ACK " + status();
+    return "ACK " + text_of(nearest_point(wires_.nature().arm().encoders()));
   }
-  if (verb == "HB") return "ACK " + std::string(name(shown()));
+  if (verb == "HB") return "ACK " + std::string(word_of(shown()));
   if (verb == "STOP") {
     halt(now_us, params_.brake_s, DeviceEvent::kRobotBraked);
     return "ACK";
@@ -134,8 +121,8 @@ std::string RobotTwin::execute(std::string_view text, std::int64_t now_us) {
   }
   if (verb == "PATH") return path(words, now_us);
   if (verb == "CLEAR") {
-    if (state_.pressed) return nak(Nak::kWrongState, "emergency stop is pressed");
-    if (wires_.nature().arm().commanded()) return nak(Nak::kWrongState, "still braking");
+    if (state_.pressed) return refused(Nak::kState, "emergency stop is pressed");
+    if (wires_.nature().arm().commanded()) return refused(Nak::kState, "still braking");
     if (state_.motion == Motion::kBraking) state_.motion = Motion::kNone;
     state_.held = state_.fault = state_.estop = 0;
     state_.error = 0;
@@ -144,17 +131,17 @@ std::string RobotTwin::execute(std::string_view text, std::int64_t now_us) {
   }
   const bool refuses = state_.boot_until_us > 0 || state_.estop || state_.fault;
   if (verb == "SIG") {
-    const int mask = int(words.number(0, 7));
-    if (!words.good()) return nak(Nak::kRange, "mask 0 to 7");
-    if (refuses && mask != 0) return nak(Nak::kWrongState, name(shown()));  // off is never refused
+    const int mask = int(words.integer(0, 7));
+    if (!words.good()) return refused(Nak::kRange, "mask 0 to 7");
+    if (refuses && mask != 0) return refused_here();  // off is never refused
     set_signals(mask, now_us);
     return "ACK " + std::to_string(mask);
   }
-  if (refuses) return nak(Nak::kWrongState, name(shown()));
+  if (refuses) return refused_here();
   if (verb == "POWER") {
-    const bool on = words.number(0, 1) != 0;
-    if (!words.good()) return nak(Nak::kRange, "POWER 0 or 1");
-    if (!on && state_.motion != Motion::kNone) return nak(Nak::kWrongState, "moving");
+    const bool on = words.integer(0, 1) != 0;
+    if (!words.good()) return refused(Nak::kRange, "POWER 0 or 1");
+    if (!on && state_.motion != Motion::kNone) return refused(Nak::kState, "moving");
     if (!on) {
       state_.power = 0;
       state_.power_at_us = kNever;
@@ -163,28 +150,28 @@ std::string RobotTwin::execute(std::string_view text, std::int64_t now_us) {
     return "ACK";
   }
   if (verb == "CAL") {
-    if (!state_.power) return nak(Nak::kNoPower, "no power");
-    if (state_.motion != Motion::kNone) return nak(Nak::kWrongState, "moving");
+    if (!state_.power) return refused(Nak::kNoPower, "no power");
+    if (state_.motion != Motion::kNone) return refused(Nak::kState, "moving");
     state_.calibrated = 0;
     state_.calibrated_at_us = now_us + kCalibrate_us;
     return "ACK";
   }
   if (verb == "SPEED") {
-    const auto percent = std::int32_t(words.number(1, 100));
-    if (!words.good()) return nak(Nak::kRange, "1 to 100 percent");
+    const auto percent = std::int32_t(words.integer(1, 100));
+    if (!words.good()) return refused(Nak::kRange, "1 to 100 percent");
     state_.speed = percent;
     return "ACK " + std::to_string(percent);
   }
-  if (verb != "MOVEJ" && verb != "MOVEZ") return nak(Nak::kRange, "unknown verb");
+  if (verb != "MOVEJ" && verb != "MOVEZ") return refused(Nak::kRange, "unknown verb");
   Joints to = wires_.nature().arm().reference();
   if (verb == "MOVEJ") {
-    const auto counts = parse_counts(words);
-    if (counts) to = drivers::fvp::joints_of(*counts);
+    const auto point = next_point(words);
+    if (point) to = joints_at(*point);
   } else {
-    to[2] = double(words.number(-kMostCount, kMostCount)) * 1e-3;
+    to[2] = double(words.integer(-kMostCount, kMostCount)) * 1e-3;
   }
-  const auto percent = double(words.number(1, 100));
-  if (!words.good()) return nak(Nak::kRange, "numbers of a move");
+  const auto percent = double(words.integer(1, 100));
+  if (!words.good()) return refused(Nak::kRange, "numbers of a move");
   return move(to, percent, now_us);
 }
 
@@ -198,10 +185,10 @@ bool RobotTwin::in_range(const Joints& q) const {
 
 // Joint-interpolated: all joints follow one S of the fifth degree, as slow as the slowest joint needs.
 std::string RobotTwin::move(const Joints& to, double percent, std::int64_t now_us) {
-  if (!state_.power) return nak(Nak::kNoPower, "no power");
-  if (!state_.calibrated) return nak(Nak::kNotCalibrated, "not calibrated");
-  if (state_.motion != Motion::kNone || state_.held) return nak(Nak::kWrongState, name(shown()));
-  if (!in_range(to)) return nak(Nak::kJointLimit, "beyond a joint's range");
+  if (!state_.power) return refused(Nak::kNoPower, "no power");
+  if (!state_.calibrated) return refused(Nak::kNotCalibrated, "not calibrated");
+  if (state_.motion != Motion::kNone || state_.held) return refused_here();
+  if (!in_range(to)) return refused(Nak::kJointLimit, "beyond a joint's range");
   TrueArm& arm = wires_.nature().arm();
   const Joints from = arm.reference();
   const double share = percent / 100.0 * state_.speed / 100.0;
@@ -228,19 +215,19 @@ std::string RobotTwin::move(const Joints& to, double percent, std::int64_t now_u
 }
 
 std::string RobotTwin::run(std::int32_t id, int mask, std::int64_t now_us) {
-  if (!state_.power) return nak(Nak::kNoPower, "no power");
-  if (!state_.calibrated) return nak(Nak::kNotCalibrated, "not calibrated");
-  if (state_.motion != Motion::kNone || state_.held) return nak(Nak::kWrongState, name(shown()));
-  if (state_.speed != 100) return nak(Nak::kMonitorSpeed, "monitor speed is not 100");
+  if (!state_.power) return refused(Nak::kNoPower, "no power");
+  if (!state_.calibrated) return refused(Nak::kNotCalibrated, "not calibrated");
+  if (state_.motion != Motion::kNone || state_.held) return refused_here();
+  if (state_.speed != 100) return refused(Nak::kMonitorSpeed, "monitor speed is not 100");
   const Slot* slot = find(id);
-  if (!slot || !slot->verified) return nak(Nak::kWrongState, "no such path");
+  if (!slot || !slot->verified) return refused(Nak::kState, "no such path");
   TrueArm& arm = wires_.nature().arm();
   std::vector<Joints> points;
   points.reserve(slot->points.size());
-  for (const Counts& c : slot->points) points.push_back(drivers::fvp::joints_of(c));
+  for (const Point& c : slot->points) points.push_back(joints_at(c));
   for (std::size_t n = 0; n < 4; ++n)
     if (std::abs(points.front()[n] - arm.reference()[n]) > (n == 2 ? 0.05 : 0.01 * kRad))
-      return nak(Nak::kWrongState, "not at the first point");
+      return refused(Nak::kState, "not at the first point");
 
   // DURATION is a minimum: a motion that a joint cannot follow in a tick takes longer, and so does a path now
   // and then.
@@ -302,9 +289,8 @@ void RobotTwin::set_signals(int mask, std::int64_t now_us) {
 }
 
 void RobotTwin::event(std::string_view kind, std::int64_t now_us) {
-  state_.event = state_.event >= kMostSeq ? 1 : state_.event + 1;
-  LineWriter line = drivers::fvp::event(state_.event, kind);
-  link_.reply(line.finish(1), now_us);
+  state_.event = state_.event >= kMostNumber ? 1 : state_.event + 1;
+  link_.reply(event_line(state_.event, kind), now_us);
 }
 
 // Sets the result of a motion, complete or not, that STAT reports from now on.
@@ -326,11 +312,9 @@ void RobotTwin::finish(std::int64_t now_us, bool done) {
   }
   if (!done) return;
   wires_.note(now_us, port_, DeviceEvent::kRobotRest, state_.running);
-  LineWriter joints;
-  put(joints, counts_of(wires_.nature().arm().encoders()));
   event((was_path ? "PATH_DONE " + std::to_string(state_.running) + " " + std::to_string(ms)
                   : std::string("MOVE_DONE")) +
-            std::string(joints.so_far()),
+            ' ' + text_of(nearest_point(wires_.nature().arm().encoders())),
         now_us);
   state_.running = 0;
 }

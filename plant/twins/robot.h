@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/robot/fvp.h"
+#include "plant/twins/fvp.h"
 #include "plant/twins/ice_wires.h"
 #include "plant/twins/twin.h"
 
@@ -28,13 +28,12 @@ class RobotTwin : public Twin {
   void io(Archive& a) override;
 
  private:
-  using Fvp = drivers::fvp::State;
   enum class Motion : std::uint8_t { kNone, kMove, kPath, kBraking };
   struct Slot {
     std::int32_t id = 0;
     std::uint32_t wanted = 0;
     std::uint8_t verified = 0;
-    std::vector<drivers::fvp::Counts> points;
+    std::vector<fvp::Point> points;
     void io(Archive& a) { a.all(id, wanted, verified, points); }
   };
   struct State {
@@ -51,14 +50,14 @@ class RobotTwin : public Twin {
 
   void line(std::string_view text, std::int64_t now_us);
   std::string execute(std::string_view text, std::int64_t now_us);
-  std::string path(drivers::WordReader& words, std::int64_t now_us);
-  std::string add_points(drivers::WordReader& words);
+  std::string path(Words& words, std::int64_t now_us);
+  std::string add_points(Words& words);
   std::string run(std::int32_t id, int mask, std::int64_t now_us);
   std::string move(const Joints& to, double percent, std::int64_t now_us);
   std::string status() const;
-  std::string nak(drivers::fvp::Nak code, std::string_view text) const;
   void event(std::string_view kind, std::int64_t now_us);
-  Fvp shown() const;
+  fvp::State shown() const;
+  std::string refused_here() const;  ///< by its state
   void set_signals(int mask, std::int64_t now_us);
   void halt(std::int64_t now_us, double within_s, DeviceEvent why);
   void finish(std::int64_t now_us, bool done);
@@ -71,7 +70,7 @@ class RobotTwin : public Twin {
   std::int64_t watchdog_us_;
   IceWires& wires_;
   State state_;
-  std::array<Slot, drivers::fvp::kSlots> slots_;
+  std::array<Slot, fvp::kSlots> slots_;
   std::string line_, reply_;
 };
 

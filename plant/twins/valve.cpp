@@ -5,7 +5,7 @@
 
 namespace firn::plant {
 
-using namespace drivers::fvb;
+using namespace fvb;
 
 namespace {
 
@@ -30,130 +30,123 @@ void ValveTwin::take(std::span<const std::byte> bytes, std::int64_t now_us) {
   buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
   std::size_t begin = 0;
   while (begin < buffer_.size()) {
-    const Found frame = find(std::span(buffer_).subspan(begin));
-    if (frame.kind == Found::Kind::kIncomplete) break;
-    if (frame.kind == Found::Kind::kFrame) execute(frame, now_us);
-    begin += frame.size;
+    const Intake in = take_in(std::span(buffer_).subspan(begin));
+    if (in.size == 0) break;
+    if (in.good) execute(in, now_us);
+    begin += in.size;
   }
   buffer_.erase(buffer_.begin(), buffer_.begin() + std::ptrdiff_t(begin));
 }
 
-void ValveTwin::send(const std::vector<std::byte>& bytes, std::int64_t now_us) {
-  link_.reply({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, now_us);
-}
-
 // An answered number is answered the same way again, without action.
-void ValveTwin::execute(const Found& frame, std::int64_t now_us) {
+void ValveTwin::execute(const Intake& frame, std::int64_t now_us) {
   device_.heard_us = now_us;
-  const bool hello = frame.type == Type::kHello;
-  if (!hello && device_.known && frame.seq == device_.last_seq) return send(reply_, now_us);
-  std::vector<std::byte> reply;
   const auto boots = std::uint16_t(boot_count_);
-  if (!hello && device_.known && !newer(frame.seq, device_.last_seq)) {
-    encode_nak(frame.seq, boots, Refusal::kBadSeq, reply);
-    return send(reply, now_us);
+  if (frame.kind != Kind::kHello && device_.known) {
+    if (frame.number == device_.last_seq) return link_.reply(reply_, now_us);
+    if (!is_newer(frame.number, device_.last_seq))
+      return link_.reply(nak(frame.number, boots, Nak::kNumber), now_us);
   }
-  if (hello) {
-    encode(frame.seq, Hello{boots, 1, device_.reset_cause}, reply);
-  } else if (frame.type == Type::kStatus) {
-    const bool triggered = device_.state == State::kFiring || device_.state == State::kDone;
+  if (frame.kind == Kind::kHello) {
+    reply_ = hello(frame.number, boots, 1, device_.reset_cause);
+  } else if (frame.kind == Kind::kStatus) {
+    Report report{device_.state, device_.head.path, 0, 0, 0};
     if (device_.state == State::kFiring) device_.fired = wires_.nature().firing(valve_).next;
-    encode(frame.seq,
-           Status{boots, device_.state, device_.begin.path,
-                  std::uint16_t(std::min<std::uint64_t>(device_.fired, 65535)),
-                  triggered
-                      ? std::uint32_t(std::clamp<std::int64_t>(now_us - device_.triggered_us, 0, 0xFFFFFFFF))
-                      : 0,
-                  std::uint16_t(triggered ? 12 : 0)},
-           reply);
-  } else if (const std::uint8_t refusal = obey(frame, now_us)) {
-    encode_nak(frame.seq, boots, Refusal(refusal), reply);
+    report.fired = std::uint16_t(std::min<std::uint64_t>(device_.fired, 65535));
+    if (device_.state == State::kFiring || device_.state == State::kDone) {
+      report.since_trigger_us =
+          std::uint32_t(std::clamp<std::int64_t>(now_us - device_.triggered_us, 0, 0xFFFFFFFF));
+      report.latest_us = 12;
+    }
+    reply_ = status(frame.number, boots, report);
   } else {
-    encode_ack(frame.seq, boots, reply);
+    const Nak refusal = obey(frame, now_us);
+    reply_ = refusal == Nak::kNone ? ack(frame.number, boots) : nak(frame.number, boots, refusal);
   }
-  device_.last_seq = frame.seq;
+  device_.last_seq = frame.number;
   device_.known = 1;
-  reply_ = std::move(reply);
-  send(reply_, now_us);
+  link_.reply(reply_, now_us);
 }
 
-std::uint8_t ValveTwin::obey(const Found& frame, std::int64_t now_us) {
-  constexpr auto kState = std::uint8_t(Refusal::kWrongState), kRange = std::uint8_t(Refusal::kRange),
-                 kOrder = std::uint8_t(Refusal::kOrder), kMismatch = std::uint8_t(Refusal::kMismatch);
-  switch (frame.type) {
-    case Type::kBegin: {
-      if (device_.state == State::kFiring || device_.state == State::kArmed) return kState;
-      const auto begin = parse_begin(frame.payload);
-      if (!begin || begin->entries > kMostEntries || begin->pulse_us < kMinPulse_us || begin->tick_us == 0)
-        return kRange;
-      device_.begin = *begin;
-      device_.fired = 0;
-      device_.state = State::kLoading;
-      ticks_.clear();
-      ticks_.reserve(begin->entries);
-      return 0;
-    }
-    case Type::kData: {
-      if (device_.state != State::kLoading) return kState;
-      const auto data = parse_data(frame.payload);
-      if (!data) return kRange;
-      if (data->offset > ticks_.size()) return kOrder;
-      if (data->offset + data->entries > device_.begin.entries) return kRange;
-      ticks_.resize(data->offset);
-      for (std::size_t n = 0; n < data->entries; ++n) {
-        const std::uint16_t tick = data->tick(n);
-        const int least_us = device_.begin.pulse_us + kGuard_us;
-        if (!ticks_.empty() &&
-            (tick <= ticks_.back() || (tick - ticks_.back()) * int(device_.begin.tick_us) < least_us))
-          return kOrder;
-        ticks_.push_back(tick);
-      }
-      return 0;
-    }
-    case Type::kEnd: {
-      if (device_.state != State::kLoading) return kState;
-      const auto crc = parse_number(frame.payload);
-      if (!crc || ticks_.size() != device_.begin.entries || list_crc(ticks_) != *crc) return kMismatch;
+Nak ValveTwin::begin(const Intake& frame) {
+  if (device_.state == State::kFiring || device_.state == State::kArmed) return Nak::kState;
+  const auto head = head_of(frame.payload);
+  if (!head || head->entries > kMostEntries || head->pulse_us < kShortestPulse_us || head->tick_us == 0)
+    return Nak::kRange;
+  device_.head = *head;
+  device_.fired = 0;
+  device_.state = State::kLoading;
+  ticks_.clear();
+  ticks_.reserve(head->entries);
+  return Nak::kNone;
+}
+
+Nak ValveTwin::add(const Intake& frame) {
+  if (device_.state != State::kLoading) return Nak::kState;
+  const auto part = part_of(frame.payload);
+  if (!part) return Nak::kRange;
+  if (part->offset > ticks_.size()) return Nak::kOrder;
+  if (part->offset + part->ticks.size() > device_.head.entries) return Nak::kRange;
+  ticks_.resize(part->offset);
+  const int least_us = device_.head.pulse_us + kGuard_us;
+  for (const std::uint16_t tick : part->ticks) {
+    if (!ticks_.empty() &&
+        (tick <= ticks_.back() || (tick - ticks_.back()) * int(device_.head.tick_us) < least_us))
+      return Nak::kOrder;
+    ticks_.push_back(tick);
+  }
+  return Nak::kNone;
+}
+
+Nak ValveTwin::obey(const Intake& frame, std::int64_t now_us) {
+  switch (frame.kind) {
+    case Kind::kBegin:
+      return begin(frame);
+    case Kind::kData:
+      return add(frame);
+    case Kind::kEnd: {
+      if (device_.state != State::kLoading) return Nak::kState;
+      if (ticks_.size() != device_.head.entries || checksum_of(frame.payload) != checksum(ticks_))
+        return Nak::kMismatch;
       device_.state = State::kLoaded;
-      return 0;
+      return Nak::kNone;
     }
-    case Type::kArm: {
-      if (device_.state != State::kLoaded) return kState;
-      const auto wait_ms = parse_number(frame.payload);
-      if (!wait_ms) return kRange;
-      if (never_arms_) return 0;
+    case Kind::kArm: {
+      if (device_.state != State::kLoaded) return Nak::kState;
+      const auto wait_ms = wait_ms_of(frame.payload);
+      if (!wait_ms) return Nak::kRange;
+      if (never_arms_) return Nak::kNone;
       device_.state = State::kArmed;
       device_.wait_until_us = *wait_ms == 0 ? kNever : now_us + std::int64_t(*wait_ms) * 1000;
-      wires_.note(now_us, port_, DeviceEvent::kValveArmed, device_.begin.path);
-      return 0;
+      wires_.note(now_us, port_, DeviceEvent::kValveArmed, device_.head.path);
+      return Nak::kNone;
     }
-    case Type::kDisarm:
+    case Kind::kDisarm:
+      if (device_.state == State::kFault) return Nak::kState;
       if (device_.state == State::kFiring)
         stop(now_us, FiringEnd::kDisarmed);
       else if (device_.state == State::kArmed)
         device_.state = State::kLoaded;
-      else if (device_.state == State::kFault)
-        return kState;
       device_.wait_until_us = kNever;
-      return 0;
-    case Type::kAbort:
+      return Nak::kNone;
+    case Kind::kAbort:
       stop(now_us, FiringEnd::kAborted);
       device_.state = State::kIdle;
       device_.wait_until_us = kNever;
       ticks_.clear();
-      return 0;
+      return Nak::kNone;
     default:
-      return kRange;
+      return Nak::kRange;
   }
 }
 
 void ValveTwin::signal(std::int64_t t_us) {
   if (device_.state != State::kArmed) return;
-  const double clock = 1.0 + params_.clock_ppm * 1e-6, tick_s = device_.begin.tick_us * 1e-6 * clock;
+  const double clock = 1.0 + params_.clock_ppm * 1e-6, tick_s = device_.head.tick_us * 1e-6 * clock;
   Firing list;
-  list.path = device_.begin.path;
+  list.path = device_.head.path;
   list.tick_s = tick_s;
-  list.pulse_s = device_.begin.pulse_us * 1e-6;
+  list.pulse_s = device_.head.pulse_us * 1e-6;
   list.ticks = ticks_;
   device_.state = State::kFiring;
   device_.triggered_us = device_.heard_us = t_us;

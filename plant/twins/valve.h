@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/valve/fvb.h"
+#include "plant/twins/fvb.h"
 #include "plant/twins/ice_wires.h"
 #include "plant/twins/twin.h"
 
@@ -31,17 +31,17 @@ class ValveTwin : public Twin {
 
  private:
   struct Device {
-    drivers::fvb::State state = drivers::fvb::State::kIdle;
+    fvb::State state = fvb::State::kIdle;
     std::uint8_t reset_cause = 0, last_seq = 0, known = 0;
-    drivers::fvb::Begin begin;
+    fvb::Head head;
     std::uint64_t fired = 0;
     std::int64_t triggered_us = 0, wait_until_us = kNever, ends_us = kNever, heard_us = 0;
   };
-  void execute(const drivers::fvb::Found& frame, std::int64_t now_us);
-  /// @returns 0 = acknowledged, else a Refusal
-  std::uint8_t obey(const drivers::fvb::Found& frame, std::int64_t now_us);
+  void execute(const fvb::Intake& frame, std::int64_t now_us);
+  fvb::Nak obey(const fvb::Intake& frame, std::int64_t now_us);  ///< kNone: acknowledged
+  fvb::Nak begin(const fvb::Intake& frame);
+  fvb::Nak add(const fvb::Intake& frame);
   void stop(std::int64_t now_us, FiringEnd why);
-  void send(const std::vector<std::byte>& bytes, std::int64_t now_us);
 
   int valve_;
   IceValveParams params_;
@@ -51,7 +51,8 @@ class ValveTwin : public Twin {
   std::vector<std::uint16_t> ticks_;
   std::int64_t heard_byte_us_ = 0;
   bool never_arms_ = false;
-  std::vector<std::byte> buffer_, reply_;
+  std::vector<std::byte> buffer_;
+  std::string reply_;
 };
 
 }  // namespace firn::plant

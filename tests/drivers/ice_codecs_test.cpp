@@ -302,6 +302,27 @@ TEST_CASE("a laser reply belongs to its command, and timing values and errors ar
   CHECK_FALSE(lkg::parse_stored("1,-3"));
 }
 
+TEST_CASE("laser counts come for one output or for both, and a dump with or without its output's number",
+          "[laser_point]") {
+  for (const char* both : {"1,13107,0", "1,13107,13107"})
+    CHECK(lkg::parse_stored(both).value().values == 13'107);
+  for (const char* bad : {"1,13107,", "1,13107,-1", "1,13107,1,1", "1,13107,x", "1,,5"})
+    CHECK_FALSE(lkg::parse_stored(bad));
+  std::vector<float> mm;
+  CHECK(lkg::parse_dump("+01.2345,XXXXXXXX,-FFFFFFF", mm) == 0);
+  REQUIRE(mm.size() == 3);
+  CHECK(mm[0] == 1.2345f);
+  CHECK(lkg::parse_dump("+01.2345", mm) == 0);
+  CHECK(mm.size() == 1);
+  CHECK_FALSE(lkg::parse_dump("+01.2345,", mm));
+  CHECK_FALSE(lkg::parse_dump("", mm));
+}
+
+TEST_CASE("a laser refuses a setting by its identifier or by SW", "[laser_point]") {
+  for (const char* reply : {"ER,HB,22", "ER,SW,22"}) CHECK(lkg::parse(reply, "SW,HB,1,9").error == 22);
+  CHECK(lkg::parse("ER,CA,22", "SW,HB,1,9").kind == lkg::Reply::Kind::kForeign);
+}
+
 TEST_CASE("heater lines carry temperatures to 0.01 degC, and an open thermocouple is no number", "[heater]") {
   thermostat::Reading r{{21.37, std::nan(""), -19.5}, {true, false, true}};
   LineWriter line;

@@ -87,7 +87,7 @@ class Lints(unittest.TestCase):
             "core/grid/grid.cpp": ("core/control/mpc.h", "runtime/node.h"),
             "core/control/mpc.cpp": ("config/experiment.h",),
             "runtime/node.cpp": ("core/control/mpc.h", "procs/bus/bus.h"),
-            "plant/world.cpp": ("config/experiment.h", "core/control/mpc.h"),
+            "plant/world.cpp": ("config/experiment.h", "core/control/mpc.h", "drivers/robot/fvp.h"),
             "procs/stage/node.cpp": ("procs/bus/bus.h", "procs/jet/node.h", "replay/audit.h"),
             "replay/audit.cpp": ("procs/bus/bus.h", "procs/stage/inner.h"),
         }
@@ -110,6 +110,8 @@ class Lints(unittest.TestCase):
     def test_links_against_the_arrows(self):
         self.caught("core/grid/CMakeLists.txt", "firn_library(firn_more grid.cpp LINK firn_control)\n", "firn_control")
         self.caught("runtime/CMakeLists.txt", "firn_library(firn_more node.cpp PRIVATE_LINK firn_bus)\n", "firn_bus")
+        self.write("drivers/CMakeLists.txt", "firn_library(firn_drivers robot/fvp.cpp)\n")
+        self.caught("plant/CMakeLists.txt", "firn_library(firn_more world.cpp LINK firn_drivers)\n", "firn_drivers")
         self.caught("procs/CMakeLists.txt", "firn_library(firn_more stage/node.cpp LINK firn_bus)\n", "firn_bus")
 
     def test_circles_of_folders(self):

@@ -280,21 +280,21 @@ TEST_CASE(
   b.load(3, run.points);
   b.move_to(run.points.front());
   CHECK(b.laser("M1").starts_with("M1,-01."));
-  CHECK(b.laser("SW,CA,5") == "ER,SW,01\r");
+  CHECK(b.laser("SW,CA,5") == "ER,CA,01\r");
   CHECK(b.laser("Q0") == "Q0\r");
   CHECK(b.laser("M1") == "ER,M1,01\r");
   CHECK(b.laser("SW,CA,5") == "SW,CA\r");
   CHECK(b.laser("SW,HB,1,1") == "SW,HB\r");
   CHECK(b.laser("SW,OC,1,0,1") == "SW,OC\r");
   CHECK(b.laser("SW,CI,1,65536,3") == "SW,CI\r");
-  CHECK(b.laser("SW,CI,1,65536,77") == "ER,SW,22\r");
+  CHECK(b.laser("SW,CI,1,65536,77") == "ER,CI,22\r");
   const std::int64_t before_us = b.now_us;
   CHECK(b.laser("R0") == "R0\r");
   CHECK(b.now_us - before_us >= 600'000);
   CHECK(b.laser("AQ") == "AQ\r");
   CHECK(b.laser("AS") == "AS\r");
   b.run(1'000'000);
-  CHECK(b.laser("AN") == "AN,1,0\r");  // the line is still down
+  CHECK(b.laser("AN") == "AN,1,0,0\r");  // the line is still down
   b.robot("PATH RUN 3 4");
   b.wait_for_rest();
   CHECK(b.laser("AP") == "AP\r");
@@ -396,7 +396,7 @@ TEST_CASE(
   b.world.inject({"laser_point", FaultKind::kStray, 1, 0}, b.now_us);
   CHECK(b.laser("AN") == before);  // the true answer follows
   b.run(1'000'000);
-  CHECK(b.heard["laser_point"] == before + "AN,0,0\r");
+  CHECK(b.heard["laser_point"] == before + "AN,0,0,0\r");
 
   const auto read = [&] {
     drivers::LineWriter line;
