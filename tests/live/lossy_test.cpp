@@ -4,26 +4,26 @@
 
 #include <catch2/catch.hpp>
 #include <cstdlib>
+#include <numeric>
 
 #include "core/grid/random.h"
 #include "print/exit_codes.h"
 #include "tests/live/live_checks.h"
+#include "tests/support/long_cases.h"
 
 using namespace firn;
 using namespace firn::test;
 
 namespace {
 
-int runs() {
-  const char* text = std::getenv("FIRN_LIVE_RUNS");
-  if (text) return std::atoi(text);
-  return std::getenv("FIRN_FULL") ? 200 : 10;
-}
-
-/// The first run; with FIRN_LIVE_FIRST and FIRN_LIVE_RUNS=1 one of them can be looked at alone.
-int first() {
-  const char* text = std::getenv("FIRN_LIVE_FIRST");
-  return text ? std::atoi(text) : 0;
+/// With FIRN_LIVE_FIRST and FIRN_LIVE_RUNS=1 one of them can be looked at alone.
+std::vector<std::size_t> runs() {
+  const char *runs = std::getenv("FIRN_LIVE_RUNS"), *first = std::getenv("FIRN_LIVE_FIRST");
+  std::vector<std::size_t> numbers =
+      runs ? std::vector<std::size_t>(std::size_t(std::atoi(runs))) : long_cases(200, 10);
+  if (runs) std::iota(numbers.begin(), numbers.end(), 0);
+  for (std::size_t& n : numbers) n += first ? std::size_t(std::atoi(first)) : 0;
+  return numbers;
 }
 
 Experiment bad_network(std::uint64_t seed, RandomStream& random) {
@@ -47,7 +47,7 @@ TEST_CASE(
                                              "jet",       "laser_profiler", "lamp",       "recorder",
                                              "safety",    "launcher"};
   int kills = 0;
-  for (int n = first(); n < first() + runs(); ++n) {
+  for (const std::size_t n : runs()) {
     const std::uint64_t seed = 1000 + std::uint64_t(n);
     RandomStream random(seed, Purpose::kBusFault);
     LiveRun run(bad_network(seed, random));
@@ -86,5 +86,5 @@ TEST_CASE(
     CHECK(run.injected() > 0);
     check_finished_run(run);
   }
-  if (runs() >= 10) CHECK(kills > 0);
+  if (runs().size() >= 10) CHECK(kills > 0);
 }

@@ -5,7 +5,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cstdlib>
 #include <filesystem>
 
 #include "cli/audit_command.h"
@@ -17,6 +16,7 @@
 #include "print/simulated/lab_run.h"
 #include "replay/print_verdict.h"
 #include "tests/print/disk_faults.h"
+#include "tests/support/long_cases.h"
 
 namespace firn::test {
 namespace {
@@ -77,11 +77,13 @@ TEST_CASE("each write of a print in one process fails in turn, by name, and a re
     writes = counted.calls();
   }
   REQUIRE(writes > 30);
-  const std::uint64_t step = std::getenv("FIRN_FULL") ? 1 : 1 + writes / 12;
-  RandomStream random(5, Purpose::kTest);
-  for (std::uint64_t n = 1 + (step > 1 ? random.below(std::uint32_t(step)) : 0); n <= writes; n += step)
+  const std::uint64_t step = 1 + writes / 12;
+  const Stride stride =
+      long_stride({1, 1}, {1 + RandomStream(5, Purpose::kTest).below(std::uint32_t(step)), step});
+  for (std::uint64_t n = stride.first; n <= writes; n += stride.step)
     for (const bool stays : {false, true}) {
       CAPTURE(n, writes, stays);
+      RandomStream random(5, Purpose::kTest, std::uint32_t(n), stays);
       const RunFolder run = runs.create(e);
       LabRunReport r;
       {
@@ -137,10 +139,10 @@ TEST_CASE("a run folder that is moved or deleted during a print in one process e
 
 TEST_CASE("a print in one process that is killed at any moment goes on from its last layer") {
   const Runs runs;
-  RandomStream random(8, Purpose::kKill);
   int all = 0;
-  for (int n = 0; n < (std::getenv("FIRN_FULL") ? 100 : 8); ++n) {
-    const RunFolder run = runs.create(tiny(20 + std::uint64_t(n)));
+  for (const std::size_t n : long_cases(100, 8)) {
+    RandomStream random(8, Purpose::kKill, std::uint32_t(n));
+    const RunFolder run = runs.create(tiny(20 + n));
     int kills = 0;
     for (bool killed = true; killed;) {
       const std::uint32_t looks = 1 + random.below(15);

@@ -4,7 +4,6 @@
 
 #include <unistd.h>
 
-#include <cstdlib>
 #include <filesystem>
 
 #include "cli/audit_command.h"
@@ -14,9 +13,12 @@
 #include "print/labs/print_labs.h"
 #include "print/simulated/lab_run.h"
 #include "replay/print_verdict.h"
+#include "tests/support/long_cases.h"
 
 namespace firn {
 namespace {
+
+using test::long_cases;
 
 Experiment tiny(const std::string& scheme, std::uint64_t seed) {
   Experiment e;
@@ -63,9 +65,10 @@ Story print_with_crashes(const std::filesystem::path& root, const Experiment& e,
 
 TEST_CASE("a print that dies at any step and resumes is finished, replays identical and passes the audit") {
   const TemporaryRuns runs;
-  const std::uint64_t seeds = std::getenv("FIRN_FULL") ? 300 : 15;
+  const std::vector<std::size_t> cases = long_cases(300, 15);
   int crashes = 0;
-  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+  for (const std::size_t n : cases) {
+    const std::uint64_t seed = n + 1;
     const char* scheme = seed % 3 == 0 ? "open_loop" : seed % 3 == 1 ? "mpc" : "smf";
     CAPTURE(seed, scheme);
     Experiment e = tiny(scheme, seed);
@@ -88,16 +91,17 @@ TEST_CASE("a print that dies at any step and resumes is finished, replays identi
     REQUIRE(audit.violations_total == 0);
     for (const replay::Unknown& u : audit.unknowns) REQUIRE(u.resolved_by.has_value());
   }
-  REQUIRE(crashes > int(2 * seeds));
+  REQUIRE(crashes > int(2 * cases.size()));
 }
 
 TEST_CASE(
     "a print of two inks in four sub-patterns dies at any step, resumes, replays identical and passes the "
     "audit") {
   const TemporaryRuns runs;
-  const std::uint64_t seeds = std::getenv("FIRN_FULL") ? 100 : 6;
+  const std::vector<std::size_t> cases = long_cases(100, 6);
   int crashes = 0;
-  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+  for (const std::size_t n : cases) {
+    const std::uint64_t seed = n + 1;
     Experiment e = tiny("mpc", seed);
     e.part.shape.height_mm = 0.015;
     e.geometry.solid.kind = "pipe";
@@ -122,7 +126,7 @@ TEST_CASE(
     REQUIRE(audit.violations_total == 0);
     for (const replay::Unknown& u : audit.unknowns) REQUIRE(u.resolved_by.has_value());
   }
-  CHECK(crashes > int(2 * seeds));
+  CHECK(crashes > int(2 * cases.size()));
 }
 
 TEST_CASE("the same experiment and seed give the same bytes in every write-ahead file but for identity") {

@@ -2,10 +2,10 @@
 // Planted cases must come out within the thesis's tolerances [Barnett 2012, 2.2, 5.2.1]; runs that cannot
 // tell are refused by name.
 #include <catch2/catch.hpp>
-#include <cstdlib>
 
 #include "core/path/path.h"
 #include "studies/calibrate/lab_calibrations.h"
+#include "tests/support/long_cases.h"
 #include "tests/support/planted_ice.h"
 
 namespace firn {
@@ -19,7 +19,12 @@ const planted::IceLab& shipped() {
   return lab;
 }
 
-int cases(int few) { return std::getenv("FIRN_FULL") ? 100 : few; }
+/// Numbers of the cases, 1 to 100, that this run tries.
+std::vector<int> cases(std::size_t few) {
+  std::vector<int> numbers;
+  for (const std::size_t n : test::long_cases(100, few)) numbers.push_back(int(n) + 1);
+  return numbers;
+}
 
 /// The table level, the laser as calibrated: as the calibrations follow each other.
 Experiment ready_case(std::uint64_t n, bool laser_known) {
@@ -58,7 +63,7 @@ struct Tally {
 
 TEST_CASE("laser-offset finds an offset wrong by up to 3 mm within 0.2 mm, wherever the block truly lies") {
   Tally t;
-  for (int n = 1; n <= cases(4); ++n) {
+  for (const int n : cases(4)) {
     Experiment e = ready_case(std::uint64_t(n), false);
     const CalibrationConfig& c = e.calibration;
     const double shift = n % 2 ? 0.8 : 0.0;  // the block lies elsewhere than the lab believes
@@ -73,7 +78,7 @@ TEST_CASE("laser-offset finds an offset wrong by up to 3 mm within 0.2 mm, where
 
 TEST_CASE("laser-latency is found within 2 ms, the block's place and the laser's offset unknown") {
   Tally t;
-  for (int n = 1; n <= cases(6); ++n) {
+  for (const int n : cases(6)) {
     const Experiment e = ready_case(std::uint64_t(n), false);
     t.add(planted::judge_laser_latency(
               e, calibrate_laser_latency(e, shipped().machine_toml, options(std::uint64_t(n)))),
@@ -84,7 +89,7 @@ TEST_CASE("laser-latency is found within 2 ms, the block's place and the laser's
 
 TEST_CASE("level-table finds the table's height within 0.05 mm and its slopes within their intervals") {
   Tally t, slopes;
-  for (int n = 1; n <= cases(20); ++n) {
+  for (const int n : cases(20)) {
     Experiment e = planted::plant_case(shipped(), std::uint64_t(n));
     e.plant.ice.laser_dx_mm = e.plant.ice.laser_dy_mm = 0.0;
     const std::vector<Judged> judged =
@@ -101,7 +106,7 @@ TEST_CASE(
     "interval though screws bend it") {
   int feet = 0;
   Tally t;
-  for (int n = 1; n <= cases(4); ++n) {
+  for (const int n : cases(4)) {
     Experiment e = planted::plant_case(shipped(), std::uint64_t(n));
     e.plant.ice.laser_dx_mm = e.plant.ice.laser_dy_mm = 0.0;
     planted::plant_screws(e, std::uint64_t(n));
@@ -120,7 +125,7 @@ TEST_CASE(
     feet += coarse;
     t.add(planted::judge_table(e, c), 0.1);
   }
-  CHECK(feet >= cases(4) * 9 / 10);
+  CHECK(feet >= int(cases(4).size()) * 9 / 10);
   CHECK(t.covered());
 }
 
@@ -162,7 +167,7 @@ TEST_CASE(
 
 TEST_CASE("valve-latency is found within 2 ms from drops that the laser finds again") {
   Tally t;
-  for (int n = 1; n <= cases(3); ++n) {
+  for (const int n : cases(3)) {
     const Experiment e = ready_case(std::uint64_t(n), true);
     LabCalibrationOptions o = options(std::uint64_t(n));
     o.material = n % 2;
@@ -177,7 +182,7 @@ TEST_CASE(
     "flow-curve is found within 2 % from weighed drops, a coil that warms and liquid that does "
     "notwithstanding") {
   int inside = 0;  // the rows of a case share their weighings: twenty are not twenty cases
-  for (int n = 1; n <= cases(2); ++n) {
+  for (const int n : cases(2)) {
     const Experiment e = ready_case(std::uint64_t(n), true);
     LabCalibrationOptions o = options(std::uint64_t(n));
     o.material = n % 2;
@@ -189,7 +194,8 @@ TEST_CASE(
       inside += j.inside();
     }
   }
-  CHECK(inside >= (cases(2) < 100 ? 0.8 : 0.92) * 20 * cases(2));
+  const std::size_t all = cases(2).size();
+  CHECK(inside >= (all < 100 ? 0.8 : 0.92) * 20 * double(all));
 }
 
 TEST_CASE("Runs that cannot tell are refused by name") {

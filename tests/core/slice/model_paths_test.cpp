@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "core/geometry/planar.h"
 #include "core/slice/coverage/coverage.h"
@@ -15,6 +14,7 @@
 #include "tests/core/slice/coverage_oracle.h"
 #include "tests/core/slice/models.h"
 #include "tests/core/slice/offset_oracle.h"
+#include "tests/support/long_cases.h"
 
 namespace firn::slice {
 namespace {
@@ -70,9 +70,9 @@ void check_rings(const char* name, Layers&& next_layer) {
 TEST_CASE(
     "With the tolerance shared with PATHFILTER, rings lie within 0.05 mm of the exact offset of the mesh's "
     "own contours, both ways") {
-  const std::size_t first = std::getenv("FIRN_FULL") ? 10 : 240, step = std::getenv("FIRN_FULL") ? 20 : 200;
+  const test::Stride layers = test::long_stride({10, 20}, {240, 200});
   for (const char* name : {"rocker_20k.ply", "bunny_69k.ply", "armadillo_86k.ply", "lucy500_15k.ply"})
-    check_rings(name, [&](std::size_t k) { return k == 0 ? first : k + step; });
+    check_rings(name, [&](std::size_t k) { return k == 0 ? layers.first : k + layers.step; });
 }
 
 TEST_CASE(
