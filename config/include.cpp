@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "config/error.h"
+#include "config/machine.h"
 
 namespace firn {
 namespace {
@@ -49,6 +50,11 @@ std::vector<std::pair<std::string, std::string>> read_with_includes(const std::f
 
 Experiment load_experiment(const std::filesystem::path& path, const std::vector<std::string>& overrides) {
   return parse_experiment(read_with_includes(path), overrides);
+}
+
+// Here, because nodes parse machines and open no file.
+Machine load_machine(const std::filesystem::path& path) {
+  return parse_machine(read_config_text(path), path.string());
 }
 
 }  // namespace firn

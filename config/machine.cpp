@@ -4,7 +4,6 @@
 
 #include "config/field_rules.h"
 #include "config/field_texts.h"
-#include "config/include.h"
 #include "config/reader.h"
 
 namespace firn {
@@ -57,10 +56,6 @@ Machine parse_machine(const std::string& toml_text, const std::string& file_name
                   "must be above the other end of the range");
   check_valve(machine.valve, rules);
   return machine;
-}
-
-Machine load_machine(const std::filesystem::path& path) {
-  return parse_machine(read_config_text(path), path.string());
 }
 
 std::string machine_markdown() {
