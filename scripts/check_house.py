@@ -17,12 +17,15 @@ OUTSIDE_REPLAY = ("procs/bus/", "procs/recorder/", "procs/launcher/", "procs/run
 PURE_ROOMS = ("core", "estimators", "drivers", "plant", "procs")
 
 FORBIDDEN = {
-    "a clock": r"<chrono>|<ctime>|<time\.h>|<sys/time\.h>|\bclock_gettime\b|\bgettimeofday\b|\bstd::time\b|_clock::now\b",
+    "a clock": r"<chrono>|<ctime>|<time\.h>|<sys/time\.h>|\bclock_gettime\b|\bgettimeofday\b|\bstd::time\b|_clock::now\b"
+               r"|rdtscp?\b",
     "a thread": r"<thread>|<mutex>|<atomic>|<future>|<condition_variable>|<pthread\.h>|\bpthread_\w+|\bstd::(j?thread|async)\b"
                 r"|\bsetNumThreads\b|\bthread_local\b",
     "sleeping": r"\b(?:u|nano)?sleep(?:_for|_until)?\s*\(",
-    "randomness that is not keyed": r"<random>|\bstd::rand\b|\bs?rand\s*\(|\brandom_device\b|\bmt19937(_64)?\b|\bgetrandom\b|\bdrand48\b",
-    "a library-defined distribution or shuffle": r"\bstd::\w+_distribution\b|\bstd::(ranges::)?shuffle\b|\bstd::(ranges::)?sample\b",
+    "randomness that is not keyed": r"<random>|\bstd::rand\b|\bs?rand\s*\(|\brandom_device\b|\bmt19937(_64)?\b|\bgetrandom\b|\bdrand48\b"
+                                    r"|\bminstd_rand0?\b|\branlux\w+|\bdefault_random_engine\b|\bknuth_b\b",
+    "a library-defined distribution or shuffle": r"(?<!boost::math::)\b\w+_distribution\b|\bshuffle\b|\bstd::(ranges::)?sample\b",
+    "a name for std, behind which nothing here is found": r"\bnamespace\s+\w+\s*=\s*(?:::)?std\b(?!::)|\busing\s+namespace\s+(?:::)?std\s*;",
     "a time limit": r"\bmaxtime\b|\bset_maxtime\b",
     "a file": r"<fstream>|<filesystem>|\bfopen\s*\(",
     "the environment": r"\bgetenv\b",

@@ -35,8 +35,14 @@ TEST_CASE("Erratum (4.9): the speed limit of a round is sqrt(a_max r_c), not sqr
     vcon(p, {.position = only_acceleration(500)});
     CHECK(middle_speed(p) == Approx(std::sqrt(500 * radius)).epsilon(1e-3));
   }
-  CHECK(std::sqrt(500.0 * 1.0) == Approx(22.4).margin(0.05));  // at 1 mm, where the thesis quotes 25 mm/s
-  CHECK(25.0 * 25.0 / 1.0 == 625.0);                           // which needs 625 mm/s^2
+  // At 1 mm, where the thesis quotes 25 mm/s, which needs 625 mm/s^2.
+  const auto speed_at_1_mm = [](double a_mm_s2) {
+    Profile p = circle(1.0, 1.0 / 200);
+    vcon(p, {.position = only_acceleration(a_mm_s2)});
+    return middle_speed(p);
+  };
+  CHECK(speed_at_1_mm(500) == Approx(22.4).margin(0.05));
+  CHECK(speed_at_1_mm(625) == Approx(25.0).epsilon(1e-3));
 }
 
 TEST_CASE(

@@ -1,0 +1,257 @@
+#!/usr/bin/env python3
+"""Violations that no expression over one line finds, each planted alone and found by name: in object files, in clang's
+tree, in the structure of a test."""
+import json
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
+import check_ast  # noqa: E402
+import check_house  # noqa: E402
+import check_symbols  # noqa: E402
+import check_tests  # noqa: E402
+
+# A node, what it is linked with, and beside it a room that may read clocks.
+GOOD = {
+    "core/grid/grid.h": "#pragma once\nnamespace firn {\nint cells(int n);\n}  // namespace firn\n",
+    "core/grid/grid.cpp": '#include "core/grid/grid.h"\nnamespace firn {\nint cells(int n) { return n * n; }\n}  // namespace firn\n',
+    "core/control/mpc.cpp": '#include "core/grid/grid.h"\nnamespace firn {\nstatic const int kMost = 7;\n'
+                            "int plan(int n) { return cells(n) + kMost; }\n}  // namespace firn\n",
+    "files/log.cpp": "#include <ctime>\nnamespace firn {\nlong stamp() { return time(nullptr); }\n}  // namespace firn\n",
+    "procs/stage/node.cpp": "namespace firn {\nint plan(int n);\nint decide(int n) { return plan(n); }\n}  // namespace firn\n",
+    "procs/stage/main.cpp": "namespace firn {\nlong stamp();\n}\nint main() { return int(firn::stamp()); }\n",
+    "tests/core/grid_test.cpp": 'TEST_CASE("a grid has cells") { CHECK(firn::cells(2) == 4); }\n',
+}
+
+SYMBOLS = {
+    "time() through a using declaration":
+        ("#include <ctime>\nusing ::time;\nlong f() { return time(nullptr); }\n", "a clock (time)"),
+    "clock() by a declaration of its own": ('extern "C" long clock();\nlong f() { return clock(); }\n', "a clock (clock)"),
+    "a clock of std::chrono through an alias":
+        ("#include <chrono>\nusing Ticks = std::chrono::steady_clock;\nauto f() { return Ticks::now(); }\n", "a clock (_ZNSt6chrono"),
+    "__builtin_exp": ("double f(double x) { return __builtin_exp(x); }\n", "an inexact function, whose last bit depends on the CPU (exp)"),
+    "std::exp of a float, as a template's argument":
+        ("#include <cmath>\ntemplate <float (*F)(float)>\nfloat apply(float x) { return F(x); }\n"
+         "float f(float x) { return apply<std::exp>(x); }\n", "(expf)"),
+    "a power by a function pointer":
+        ("#include <cmath>\ndouble (*const volatile power)(double, double) = std::pow;\ndouble f(double x) { return power(x, x); }\n", "(pow)"),
+    "a thread through an alias":
+        ("#include <thread>\nusing Worker = std::jthread;\nvoid f() { Worker w([] {}); }\n", "a thread (_ZNSt6thread"),
+    "a pool's thread by pthread": ('#include <pthread.h>\nvoid f(pthread_t t) { pthread_detach(t); }\n', "a thread (pthread_detach)"),
+    "sleeping behind a macro": ("#include <unistd.h>\n#define WAIT(x) usle##x\nvoid f() { WAIT(ep)(10); }\n", "sleeping (usleep)"),
+    "std::random_device through using":
+        ("#include <random>\nusing Entropy = std::random_device;\nunsigned f() { return Entropy()(); }\n", "randomness that is not keyed"),
+    "rand() pasted from two halves": ("#include <cstdlib>\n#define JOIN(a, b) a##b\nint f() { return JOIN(ra, nd)(); }\n", "(rand)"),
+    "a time limit by a pointer to the function":
+        ('extern "C" int nlopt_set_maxtime(void*, double);\nauto limit = &nlopt_set_maxtime;\nint f(void* o) { return limit(o, 1.0); }\n',
+         "a time limit (nlopt_set_maxtime)"),
+    "a file in core by a reference": ("#include <cstdio>\nauto& opener = std::fopen;\nvoid* f() { return opener(\"x\", \"r\"); }\n", "a file (fopen)"),
+    "a file's status by std::filesystem":
+        ("#include <filesystem>\nnamespace fs = std::filesystem;\nbool f(const fs::path& p) { return fs::exists(p); }\n", "a file (_ZNSt10filesystem"),
+    "the environment by a declaration of its own": ('extern "C" char* getenv(const char*);\nchar* f() { return getenv("A"); }\n', "the environment (getenv)"),
+    "a socket": ("#include <sys/socket.h>\nint f() { return socket(1, 2, 0); }\n", "a socket or a device (socket)"),
+    "LCM outside procs/bus":
+        ('extern "C" int lcm_publish(void*, const char*, const void*, unsigned);\nint f(void* l) { return lcm_publish(l, "A", l, 1); }\n',
+         "LCM (lcm_publish)"),
+    "a count that a function keeps": ("int f() {\n  static int calls = 0;\n  return ++calls;\n}\n", "state that outlives its call (firn::f()::calls)"),
+    "a cache that a function keeps":
+        ("#include <vector>\nint f(int n) {\n  static std::vector<int> seen;\n  seen.push_back(n);\n  return int(seen.size());\n}\n",
+         "state that outlives its call (firn::f(int)::seen)"),
+    "a variable of the file": ("namespace {\nint total = 0;\n}\nint f(int n) { return total += n; }\n", "state that outlives its call"),
+    "a variable of the thread": ("thread_local int mine = 0;\nint f() { return ++mine; }\n", "state that outlives its call"),
+}
+
+LOOPS = {
+    "an alias in a header": ("using Table = std::unordered_map<int, int>;\n", "int f(const Table& t) { int s = 0; for (auto& x : t) s += x.second; return s; }"),
+    "a typedef and an iterator": ("typedef std::unordered_map<int, int> Table;\n", "int f(const Table& t) { return t.begin()->second; }"),
+    "auto of a function's result":
+        ("std::unordered_map<int, int> table();\n", "int f() { int s = 0; const auto t = table(); for (auto x : t) s += x.first; return s; }"),
+    "a template that loops over anything":
+        ("template <class T>\nint sum(const T& t) { int s = 0; for (auto& x : t) s += x.second; return s; }\n",
+         "int f(const std::unordered_map<int, int>& t) { return sum(t); }"),
+    "an algorithm of std::ranges":
+        ("using Table = std::unordered_map<int, int>;\n", "void f(Table& t) { std::ranges::for_each(t, [](auto& x) { ++x.second; }); }"),
+    "std::begin of a member": ("struct Owner { std::unordered_map<int, int> cells; };\n", "int f(Owner& o) { return std::begin(o.cells)->second; }"),
+}
+
+TESTS = {
+    "a return before the assertion": ('TEST_CASE("a") { if (std::getenv("X")) return; CHECK(f()); }', "may return before its first assertion"),
+    "a return behind a condition's assertion": ('TEST_CASE("a") { if (f()) CHECK(g()); return; }', "may return before its first assertion"),
+    "no assertion": ('TEST_CASE("a") { const int n = f(); use(n); }', "without an assertion"),
+    "an assertion that only a lambda has, called behind a return":
+        ('TEST_CASE("a") { const auto check = [&] { CHECK(f()); }; if (g()) return; check(); }', "may return before its first assertion"),
+    "a helper that asserts nothing": ('void check_all(int n) { use(n); }\nTEST_CASE("a") { check_all(1); }', "without an assertion"),
+    "success and no more": ('TEST_CASE("a") { f(); SUCCEED(); }', "without an assertion"),
+    "CHECK(true) through a macro": ('#define GOOD true\nTEST_CASE("a") { CHECK(GOOD); }', "holds by itself (GOOD)"),
+    "a macro that checks true": ('#define HOLDS(x) CHECK(x)\nTEST_CASE("a") { HOLDS(1 == 1); }', "holds by itself (1 == 1)"),
+    "CHECK of a constant": ('constexpr bool kYes = true;\nTEST_CASE("a") { CHECK(kYes); }', "holds by itself (kYes)"),
+    "CHECK of anything or true": ('TEST_CASE("a") { CHECK((f() || true)); }', "holds by itself"),
+    "CHECK of a variable with itself": ('TEST_CASE("a") { const int n = f(); CHECK(n == n); }', "holds by itself (n == n)"),
+}
+
+FINE_TESTS = {
+    "skipped and reported":
+        'bool skipped() { skip("models", "none"); return true; }\nTEST_CASE("a") { if (skipped()) return; CHECK(f()); }',
+    "skipped at once": 'TEST_CASE("a") { if (!f()) { skip("cbc", "no cbc"); return; } CHECK(g()); }',
+    "a return after the assertion": 'TEST_CASE("a") { REQUIRE(f()); if (g()) return; CHECK(h()); }',
+    "a return of a lambda": 'TEST_CASE("a") { const auto two = [](int n) { return 2 * n; }; CHECK(two(1) == f()); }',
+    "a helper that asserts through another":
+        'void one(int n) { CHECK(n == f()); }\nvoid all(int n) { for (int k = 0; k < n; ++k) one(k); }\nTEST_CASE("a") { all(3); }',
+    "failing in a branch": 'TEST_CASE("a") { if (f()) FAIL("f"); SUCCEED(); }',
+}
+
+TEXTS = {
+    "std::shuffle through using": ("#include <algorithm>\nusing std::shuffle;\nvoid f() { shuffle(a, b, g); }\n", "shuffle"),
+    "a name for std": ("namespace s = std;\ns::uint64_t n;\n", "a name for std"),
+    "all of std": ("using namespace std;\n", "a name for std"),
+    "an engine of <random>": ("template <class E = std::minstd_rand>\nvoid f(E e);\n", "randomness"),
+    "the processor's counter": ("auto f() { return __builtin_ia32_rdtsc(); }\n", "a clock"),
+}
+
+
+class Tree(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.root = Path(self.folder.name).resolve()
+        for path, text in GOOD.items():
+            self.write(path, text)
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def write(self, path, text):
+        file = self.root / path
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+
+
+class Symbols(Tree):
+    def setUp(self):
+        super().setUp()
+        self.build = self.root / "build"
+        self.build.mkdir()
+        self.sources = [path for path in GOOD if path.endswith(".cpp") and not path.startswith("tests/")]
+        for path in self.sources:
+            self.compile(path)
+
+    def compile(self, path):
+        command = ["c++", "-std=c++20", "-O2", "-fno-math-errno", f"-I{self.root}", "-c", str(self.root / path), "-o", path.replace("/", ".") + ".o"]
+        subprocess.run(command, cwd=self.build, check=True)
+
+    def problems(self):
+        entries = [{"directory": str(self.build), "file": str(self.root / path), "command": f"c++ -c {path} -o {path.replace('/', '.')}.o"}
+                   for path in self.sources]
+        (self.build / "compile_commands.json").write_text(json.dumps(entries))
+        objects, missing = check_symbols.objects_of(self.build, self.root)
+        came_from = check_symbols.linked_into_nodes(objects)
+        return missing + check_symbols.check_calls(objects, came_from)[0] + check_symbols.check_state(objects, came_from, self.root)
+
+    def plant(self, path, text):
+        before = GOOD[path]
+        head = "".join(line + "\n" for line in text.split("\n") if line.startswith("#include"))
+        body = "".join(line + "\n" for line in text.split("\n") if not line.startswith("#include"))
+        self.write(path, head + before + "namespace firn {\n" + body + "}  // namespace firn\n")
+        self.compile(path)
+        found = self.problems()
+        self.write(path, before)
+        return found
+
+    def test_the_good_tree_passes(self):
+        self.assertEqual(self.problems(), [])
+
+    def test_each_planted_symbol_is_found_by_name(self):
+        for what, (text, wanted) in SYMBOLS.items():
+            with self.subTest(what):
+                found = self.plant("core/control/mpc.cpp", text)
+                self.assertTrue(found and all(p.startswith("core/control/mpc.cpp: ") for p in found), found)
+                self.assertTrue(any(wanted in p for p in found), found)
+
+    def test_what_a_node_reaches_through_another_room_is_found_with_its_way(self):
+        found = self.plant("core/control/mpc.cpp", "long stamp();\nlong f() { return stamp(); }\n")
+        self.assertEqual(found, ["files/log.cpp: calls a clock (time); linked into a node: "
+                                 "files/log.cpp <- core/control/mpc.cpp <- procs/stage/node.cpp"])
+
+    def test_an_allowance_for_rooms_apart_ends_where_a_node_is_linked_with_them(self):
+        path = "core/statistics/distributions.cpp"
+        self.write(path, "#include <cmath>\nnamespace firn {\ndouble tail(double x) { return std::log(x); }\n}  // namespace firn\n")
+        self.sources.append(path)
+        self.compile(path)
+        self.assertEqual(self.problems(), [])
+        found = self.plant("procs/stage/node.cpp", "double tail(double);\ndouble f(double x) { return tail(x); }\n")
+        self.assertEqual(len(found), 1, found)
+        self.assertIn("core/statistics/distributions.cpp <- procs/stage/node.cpp", found[0])
+
+    def test_a_source_without_its_object_is_named(self):
+        (self.build / "core.grid.grid.cpp.o").unlink()
+        self.assertEqual(self.problems(), ["core/grid/grid.cpp"])
+
+    def test_constants_that_are_worked_out_once_are_no_state(self):
+        self.assertEqual(self.plant("core/control/mpc.cpp", "#include <string>\n#include <vector>\nconst std::string& f(int n) {\n"
+                                    "  static const std::vector<std::string> kNames{std::to_string(n), std::string(99, 'x')};\n"
+                                    "  return kNames[1];\n}\n"), [])
+
+
+class Syntax(Tree):
+    def test_the_good_tree_passes(self):
+        self.assertEqual(check_ast.check(self.root, self.root / "build"), [])
+
+    def test_lookups_pass(self):
+        self.write("core/grid/grid.cpp", "#include <unordered_map>\nnamespace firn {\nusing Table = std::unordered_map<int, int>;\n"
+                   "int f(const Table& t) {\n  const auto at = t.find(3);\n  return at == t.end() ? int(t.size()) : at->second;\n}\n}\n")
+        self.assertEqual(check_ast.check(self.root, self.root / "build"), [])
+
+    def test_each_planted_loop_is_found_where_it_is(self):
+        for what, (header, source) in LOOPS.items():
+            with self.subTest(what):
+                self.write("files/table.h", f"#pragma once\n#include <unordered_map>\nnamespace firn {{\n{header}}}  // namespace firn\n")
+                self.write("core/grid/grid.cpp", '#include "files/table.h"\n#include <algorithm>\nnamespace firn {\n' + source + "\n}  // namespace firn\n")
+                found = check_ast.check(self.root, self.root / "build")
+                if "template" in what:  # in the header: in which room it is does not matter to a node
+                    self.write("core/grid/table.h", (self.root / "files/table.h").read_text())
+                    self.write("core/grid/grid.cpp", (self.root / "core/grid/grid.cpp").read_text().replace("files/", "core/grid/"))
+                    found = check_ast.check(self.root, self.root / "build")
+                    self.assertEqual(found, ["core/grid/table.h:5: iterates over an unordered container"])
+                else:
+                    self.assertEqual(found, ["core/grid/grid.cpp:4: iterates over an unordered container"])
+
+    def test_a_source_that_clang_cannot_parse_is_named(self):
+        self.write("core/grid/grid.cpp", "#include <unordered_map>\nnamespace firn { int f() { return g(); } }\n")
+        self.assertIn("core/grid/grid.cpp: clang cannot parse it", check_ast.check(self.root, self.root / "build")[0])
+
+
+class Structure(Tree):
+    def test_the_good_tree_passes(self):
+        self.assertEqual(check_tests.check(self.root), [])
+
+    def test_each_planted_test_is_found(self):
+        for what, (text, wanted) in TESTS.items():
+            with self.subTest(what):
+                self.write("tests/core/grid_test.cpp", GOOD["tests/core/grid_test.cpp"] + text + "\n")
+                found = check_tests.check(self.root)
+                self.assertEqual(len(found), 1, found)
+                self.assertIn(wanted, found[0])
+                self.assertTrue(found[0].startswith("tests/core/grid_test.cpp:"), found)
+
+    def test_sound_tests_pass(self):
+        for what, text in FINE_TESTS.items():
+            with self.subTest(what):
+                self.write("tests/core/grid_test.cpp", text + "\n")
+                self.assertEqual(check_tests.check(self.root), [])
+
+
+class Text(Tree):
+    def test_each_planted_text_is_found(self):
+        self.assertEqual(check_house.check_same_bytes(self.root), [])
+        for what, (text, wanted) in TEXTS.items():
+            with self.subTest(what):
+                self.write("core/grid/grid.cpp", GOOD["core/grid/grid.cpp"] + text)
+                found = check_house.check_same_bytes(self.root)
+                self.assertTrue(found and all(p.startswith("core/grid/grid.cpp:") for p in found), found)
+                self.assertTrue(any(wanted in p for p in found), found)
+
+
+if __name__ == "__main__":
+    unittest.main()
