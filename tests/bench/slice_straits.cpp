@@ -3,12 +3,13 @@
 // (tests/core/slice/offset_oracle.h), every 0.025 mm, both ways:
 //   build/bench/slice_straits [TRIALS [SEED]]
 // for a chord tolerance of 0.05 mm shared as a job shares it. Prints those that are further off, and how far
-// the strait is open (below 0: closed) there: the distance of its middle from the contours less that of the
-// ring.
+// the strait is open where it has no ring, and closed where it has one: the distance of its middle from the
+// contours less that of the ring.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <vector>
 
 #include "core/geometry/planar.h"
 #include "core/slice/mesh/path_filter.h"
@@ -22,23 +23,35 @@ using namespace firn::slice;
 
 namespace {
 
-struct Opening {
-  double least, most;  // units
+// How far a strait, which runs along x, is open at a place: the largest distance of a point across from the
+// contours less d, in steps of 0.5 um.
+double opening(const oracle::Nearby& outline, Vec place, double d) {
+  const double across = 5, half_width = 500;
+  double widest = -2 * half_width;
+  for (double y = place.y - half_width; y <= place.y + half_width; y += across)
+    widest = std::max(widest, outline.distance_to({place.x, y}) - d);
+  return widest;
+}
+
+// The largest opening of parts of the exact offset that have no ring near, and of rings the largest closing
+// where the exact offset is far.
+struct Worst {
+  double open_without_ring = 0, closed_with_ring = 0;  // units
 };
 
-// Examines the middle of a strait, which runs along x, within `reach` of a place, with steps of 0.01 mm along
-// and 0.5 um across.
-Opening opening(const Region& contours, Vec place, double d, double reach) {
-  const double along = 100, across = 5, half_width = 500;
-  const oracle::Nearby outline(oracle::segments_of(contours), d + 2 * half_width);
-  Opening found{2 * half_width, -2 * half_width};
-  for (double x = place.x - reach; x <= place.x + reach; x += along) {
-    double widest = -2 * half_width;
-    for (double y = place.y - half_width; y <= place.y + half_width; y += across)
-      widest = std::max(widest, outline.distance_to({x, y}) - d);
-    found.least = std::min(found.least, widest);
-    found.most = std::max(found.most, widest);
-  }
+Worst worst(const Region& contours, const Rings& rings, double d, double most, double every) {
+  const std::vector<Vec> exact = oracle::exact_offset(contours, d, every);
+  std::vector<oracle::Segment> points;
+  for (const Vec p : exact) points.push_back({p, p});
+  const oracle::Nearby exact_near(points, 6000), rings_near(oracle::segments_of(rings), 6000),
+      outline(oracle::segments_of(contours), d + 1000);
+  Worst found;
+  for (const Vec p : exact)
+    if (rings_near.distance_to(p) > most)
+      found.open_without_ring = std::max(found.open_without_ring, opening(outline, p, d));
+  for (const Vec p : oracle::along(rings, every))
+    if (exact_near.distance_to(p) > std::hypot(most, 0.5 * every))
+      found.closed_with_ring = std::max(found.closed_with_ring, -opening(outline, p, d));
   return found;
 }
 
@@ -66,14 +79,12 @@ int main(int argc, char** argv) {
       const oracle::Hausdorff h = oracle::hausdorff(contours, rings.levels[level], d, every, 6000);
       if (h.exact_to_ring <= most && h.ring_to_exact <= std::hypot(most, 0.5 * every)) continue;
       ++off;
-      const bool missing = h.exact_to_ring > most;
-      const Opening open = missing ? opening(contours, h.exact_place, d, every)
-                                   : opening(contours, h.ring_place, d, h.ring_to_exact - every);
+      const Worst open = worst(contours, rings.levels[level], d, most, every);
       std::printf(
-          "hourglass %d, level %zu: exact to ring %.4f mm, ring to exact %.4f mm; %s, "
-          "open by %.2f um\n",
+          "hourglass %d, level %zu: exact to ring %.4f mm, ring to exact %.4f mm; "
+          "open without a ring by %.2f um, closed with one by %.2f um\n",
           trial, level, h.exact_to_ring * kMmPerUnit, h.ring_to_exact * kMmPerUnit,
-          missing ? "no ring" : "a ring", 1e3 * kMmPerUnit * (missing ? open.most : open.least));
+          1e3 * kMmPerUnit * open.open_without_ring, 1e3 * kMmPerUnit * open.closed_with_ring);
     }
   }
   std::printf("%d hourglasses, %d levels, %d further off than %g mm\n", trials, levels, off, tolerance_mm);

@@ -129,7 +129,6 @@ inline double to_offset(const Nearby& outline, Vec p, double d, double reach) {
 struct Hausdorff {
   double ring_to_exact = 0;  ///< furthest place of the rings from the exact offset, units
   double exact_to_ring = 0;
-  Vec ring_place, exact_place;  ///< where the two are reached
 };
 
 inline Hausdorff hausdorff(const Region& region, const Rings& rings, double d, double step, double reach) {
@@ -141,17 +140,10 @@ inline Hausdorff hausdorff(const Region& region, const Rings& rings, double d, d
       outline(segments_of(region), d + 2);
   for (const Vec p : along(rings, step)) {
     const double sampled = exact_near.distance_to(p);
-    const double off = sampled <= step ? sampled : std::min(sampled, to_offset(outline, p, d, reach));
-    if (off <= h.ring_to_exact) continue;
-    h.ring_to_exact = off;
-    h.ring_place = p;
+    h.ring_to_exact = std::max(
+        h.ring_to_exact, sampled <= step ? sampled : std::min(sampled, to_offset(outline, p, d, reach)));
   }
-  for (const Vec p : exact) {
-    const double off = rings_near.distance_to(p);
-    if (off <= h.exact_to_ring) continue;
-    h.exact_to_ring = off;
-    h.exact_place = p;
-  }
+  for (const Vec p : exact) h.exact_to_ring = std::max(h.exact_to_ring, rings_near.distance_to(p));
   return h;
 }
 
