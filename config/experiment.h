@@ -16,6 +16,10 @@
 #include "core/grid/grid.h"
 #include "core/grid/shapes.h"
 #include "core/grid/solids.h"
+#include "drivers/jet/jet_config.h"
+#include "drivers/lamp/lamp_config.h"
+#include "drivers/laser_profiler/laser_profiler_config.h"
+#include "drivers/stage/stage_config.h"
 #include "estimators/droplet/options.h"
 
 namespace firn {
@@ -83,24 +87,10 @@ struct ProcessConfig {  ///< how a layer is printed
   double most_rise_share = 4.0;        ///< interlock I12
 };
 
-struct StageConfig {
-  double counts_per_mm = 10000.0;
-  double acceleration_mm_s2 = 5000.0;
-  double max_speed_mm_s = 300.0;
-  double x_min_mm = -50.0, x_max_mm = 150.0;
-  double y_min_mm = -50.0, y_max_mm = 150.0;
-  double z_min_mm = -10.0, z_max_mm = 50.0;
-  int array_limit = 8192;
-  double poll_moving_s = 0.1;
-  double poll_idle_s = 1.0;
-  std::string home_at_start = "on";
-};
-
-struct JetConfig {
-  double dwell_us = 20.0, echo_us = 40.0, rise_us = 3.0, fall_us = 3.0, final_us = 3.0;
-  double idle_v = 0.0, dwell_v = 20.0, echo_v = -20.0;
-  int max_rate_hz = 2000;
-};
+using drivers::JetConfig;
+using drivers::LampConfig;
+using drivers::LaserProfilerConfig;
+using drivers::StageConfig;
 
 struct JetBConfig {  ///< the jet of ink B; takes part only when has_two_jets()
   double offset_x_mm =
@@ -109,17 +99,6 @@ struct JetBConfig {  ///< the jet of ink B; takes part only when has_two_jets()
       0.0;  ///< above the part point (x, y) when the stage is at (x - offset_x, y - offset_y)
   double offset_z_mm = 0.0;  ///< how much higher the stage's z must be for the same gap
   JetConfig drive;           ///< its own waveform
-};
-
-struct LaserProfilerConfig {
-  int points = 800;
-  double dx_mm = 0.0;        ///< 0 = chosen so that the line covers the grid
-  double offset_y_mm = 0.0;  ///< line relative to the nozzle
-  double poll_s = 0.004;
-};
-
-struct LampConfig {
-  double max_on_s = 20.0;  ///< interlock I9
 };
 
 struct PlantConfig {

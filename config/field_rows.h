@@ -33,10 +33,9 @@ Field row(std::string key, Value& value, const Option<Struct, Value>& option, st
 
 /// The keys of all options of a table. @param section with its dot: "control.smf."
 template <class Struct, class... Options>
-Table rows(const std::string& section, Struct& options, const std::tuple<Options...>& table) {
-  return std::apply(
-      [&](const auto&... o) { return Table{row(section + std::string(o.name), options.*o.member, o)...}; },
-      table);
+Table rows(const std::string& section, Struct& options, const OptionTable<Options...>& table) {
+  return table.apply(
+      [&](const auto&... o) { return Table{row(section + std::string(o.name), options.*o.member, o)...}; });
 }
 
 }  // namespace firn::field_rows

@@ -112,7 +112,7 @@ Table control_fields(Experiment& e) {
   };
   add(t, rows("control.open_loop.", c.open_loop, kOpenLoopOptions));
   add(t, rows("control.smf.", c.smf, kSmfOptions));
-  add(t, rows("control.smf.", c.surface, std::tuple{kSurfaceSpeedRange, kSurfaceVersion}));
+  add(t, rows("control.smf.", c.surface, OptionTable{kSurfaceSpeedRange, kSurfaceVersion}));
   add(t, rows("control.foresee.", c.surface.foresee, kSurfaceForeseeOptions));
   add(t, rows("control.threshold.", c.threshold, kThresholdOptions));
   add(t, rows("control.mpc.", c.mpc, kMpcOptions));
@@ -129,25 +129,9 @@ Table estimator_fields(Experiment& e) {
   return t;
 }
 
-Table jet_fields(JetConfig& j, const std::string& section) {
-  return {
-      {section + "dwell_us", &j.dwell_us, "us", above(0, 3276), "waveform: time at dwell_v"},
-      {section + "echo_us", &j.echo_us, "us", within(0, 3276), "waveform: time at echo_v"},
-      {section + "rise_us", &j.rise_us, "us", within(1, 3276), "waveform: idle to dwell"},
-      {section + "fall_us", &j.fall_us, "us", within(1, 3276), "waveform: dwell to echo"},
-      {section + "final_us", &j.final_us, "us", within(1, 3276), "waveform: echo to idle"},
-      {section + "idle_v", &j.idle_v, "V", within(-140, 140), "waveform: level at rest"},
-      {section + "dwell_v", &j.dwell_v, "V", within(-140, 140), "waveform: first pulse"},
-      {section + "echo_v", &j.echo_v, "V", within(-140, 140), "waveform: second pulse"},
-      {section + "max_rate_hz", &j.max_rate_hz, "Hz", within(1, 30'000), "droplet rate that stays stable"},
-  };
-}
-
 Table lab_fields(Experiment& e) {
   ProcessConfig& p = e.process;
-  StageConfig& s = e.stage;
   JetBConfig& o = e.jet_b;
-  LaserProfilerConfig& l = e.laser_profiler;
   Table t{
       {"process.pass_speed_mm_s", &p.pass_speed_mm_s, "mm/s", above(0, 1e4),
        "stage speed while the jet fires"},
@@ -171,23 +155,9 @@ Table lab_fields(Experiment& e) {
        "print; 0 = never"},
       {"process.most_rise_share", &p.most_rise_share, "", within(1, 1e6),
        "of what a layer or an interval deposits: one that rose by more has a leak, which stops the print"},
-      {"stage.counts_per_mm", &s.counts_per_mm, "1/mm", within(1, 1e7), "encoder counts"},
-      {"stage.acceleration_mm_s2", &s.acceleration_mm_s2, "mm/s^2", above(0, 1e6), "ramp rate"},
-      {"stage.max_speed_mm_s", &s.max_speed_mm_s, "mm/s", above(0, 1e4), "of x and y"},
-      {"stage.x_min_mm", &s.x_min_mm, "mm", within(-1e4, 1e4), "soft limit"},
-      {"stage.x_max_mm", &s.x_max_mm, "mm", within(-1e4, 1e4), "soft limit"},
-      {"stage.y_min_mm", &s.y_min_mm, "mm", within(-1e4, 1e4), "soft limit"},
-      {"stage.y_max_mm", &s.y_max_mm, "mm", within(-1e4, 1e4), "soft limit"},
-      {"stage.z_min_mm", &s.z_min_mm, "mm", within(-1e4, 1e4), "soft limit"},
-      {"stage.z_max_mm", &s.z_max_mm, "mm", within(-1e4, 1e4), "soft limit"},
-      {"stage.array_limit", &s.array_limit, "", within(1, 1'000'000),
-       "firing distances that the controller holds"},
-      {"stage.poll_moving_s", &s.poll_moving_s, "s", above(0, 10), "between status questions during a move"},
-      {"stage.poll_idle_s", &s.poll_idle_s, "s", above(0, 60), "between status questions at rest"},
-      {"stage.home_at_start", &s.home_at_start, "", one_of({"on", "off"}),
-       "off: axes that are not homed stay so until a home command"},
   };
-  add(t, jet_fields(e.jet, "jet."));
+  add(t, rows("stage.", e.stage, drivers::kStageConfig));
+  add(t, rows("jet.", e.jet, drivers::kJetConfig));
   add(t, {
              {"jet_b.offset_x_mm", &o.offset_x_mm, "mm", within(-1000, 1000),
               "nozzle of ink B relative to that of ink A, as the lab believes; firn calibrate measures it"},
@@ -195,17 +165,9 @@ Table lab_fields(Experiment& e) {
              {"jet_b.offset_z_mm", &o.offset_z_mm, "mm", within(-50, 50),
               "how much higher the stage's z is for the same gap"},
          });
-  add(t, jet_fields(o.drive, "jet_b."));
-  add(t, {
-             {"laser_profiler.points", &l.points, "", within(2, 800), "points of one profile"},
-             {"laser_profiler.dx_mm", &l.dx_mm, "mm", within(0, 10),
-              "distance of points; 0 = so that the line covers the grid"},
-             {"laser_profiler.offset_y_mm", &l.offset_y_mm, "mm", within(-1000, 1000),
-              "laser line relative to the nozzle"},
-             {"laser_profiler.poll_s", &l.poll_s, "s", above(0, 10), "between questions for a new profile"},
-             {"lamp.max_on_s", &e.lamp.max_on_s, "s", above(0, 3600),
-              "longest exposure before the interlock closes the shutter"},
-         });
+  add(t, rows("jet_b.", o.drive, drivers::kJetConfig));
+  add(t, rows("laser_profiler.", e.laser_profiler, drivers::kLaserProfilerConfig));
+  add(t, rows("lamp.", e.lamp, drivers::kLampConfig));
   return t;
 }
 

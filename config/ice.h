@@ -7,6 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "drivers/heater/heater_config.h"
+#include "drivers/laser_point/laser_point_config.h"
+#include "drivers/robot/robot_config.h"
+#include "drivers/valve/valve_drive_config.h"
+
 namespace firn {
 
 struct LabConfig {
@@ -53,51 +58,15 @@ struct IceConfig {
   int max_pulses = 16384;           ///< of one list, else the path is split
 };
 
-struct RobotConfig {
-  double travel_mm_s = 200.0;    ///< between paths
-  double hb_s = 0.2;             ///< heartbeat of the link
-  double poll_moving_s = 0.1;    ///< between status questions while it moves
-  int block_lines = 64;          ///< path lines sent without waiting for an answer
-  double approach_hop_mm = 2.0;  ///< raised so far above the higher end on the way to a path's first point
-  double approach_speed_percent = 30.0;
-  double raise_on_stop_mm = 10.0;
-  double home_z_mm = 150.0;      ///< joint 3 at rest
-  double motion_margin_s = 2.0;  ///< a motion may last so much longer than planned before it has failed (I5)
-};
+using drivers::HeaterConfig;
+using drivers::LaserPointConfig;
+using drivers::RobotConfig;
 
 /// One micro-solenoid valve with its line, as the lab believes it to be.
-struct ValveLineConfig {
-  double pulse_us = 1250.0;
-  double guard_us = 100.0;       ///< minimum time between two pulses
-  double poll_firing_s = 0.5;    ///< between status questions while it fires
-  double latency_s = 0.01;       ///< from a pulse's tick to liquid at the surface
+struct ValveLineConfig : drivers::ValveDriveConfig {
   double hz_per_mm3_s = 4.0;     ///< c_ff of (5.14); used while the table is empty
   std::vector<double> table_hz;  ///< the calibrated flow curve's rows, ascending
   std::vector<double> table_mm3_s;
-};
-
-struct LaserPointConfig {
-  double rate_hz = 100.0;    ///< of stored samples
-  double latency_s = 0.03;   ///< from the start of the motion to the first stored sample
-  double offset_x_mm = 0.0;  ///< of the spot, beyond the machine's tool_laser
-  double offset_y_mm = 0.0;
-  double offset_z_mm = 0.0;                    ///< added to every height
-  int program_part = 0, program_scaffold = 1;  ///< the controller's stored settings
-  int surface_part = 1, surface_scaffold = 0;  ///< its kinds of surfaces
-  int sampling_us = 200;
-  int averaging = 2;  ///< 4^n readings; they blur the path by their time
-  double poll_s = 0.5;
-};
-
-struct HeaterConfig {
-  double tip_degC = 20.0;      ///< (a) end effector's tip
-  double window_degC = 22.0;   ///< (b) laser window
-  double conduit_degC = 20.0;  ///< (c) flexible conduit
-  double poll_s = 1.0;
-  double low_degC = 5.0;  ///< below this temperature the valves freeze: nothing is deposited
-  double high_degC = 45.0;
-  double no_rise_s = 60.0;  ///< a heater that is on and does not warm in so long has failed
-  double frozen_s = 40.0;   ///< a reading that does not move at all in so long has failed
 };
 
 struct FlowConfig {                  ///< flow_estimator and the use of its estimate

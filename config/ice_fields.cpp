@@ -89,77 +89,27 @@ Table part_of(Experiment& e) {
 }
 
 Table valve(ValveLineConfig& v, const std::string& section) {
-  return {
-      {section + "pulse_us", &v.pulse_us, "us", within(500, 65535), "width of a pulse"},
-      {section + "guard_us", &v.guard_us, "us", within(0, 65535), "least time between two pulses"},
-      {section + "poll_firing_s", &v.poll_firing_s, "s", above(0, 2),
-       "between status questions while it fires"},
-      {section + "latency_s", &v.latency_s, "s", within(-1, 1),
-       "from a pulse's tick to liquid on the surface, less what the arm lags behind its commanded path, as "
-       "the lab believes; firn calibrate measures it"},
-      {section + "hz_per_mm3_s", &v.hz_per_mm3_s, "Hz s/mm^3", deposition::kFrequencyPerFlow,
-       "pulses per volume [(5.14)]; used while the table is empty"},
-      {section + "table_hz", &v.table_hz, "Hz", within(0, 1000),
-       "frequencies of the calibrated flow curve nu = h(Q), ascending [Fig. 6-1]"},
-      {section + "table_mm3_s", &v.table_mm3_s, "mm^3/s", within(0, 10000), "their flows"},
-  };
+  Table t = rows(section, v, drivers::kValveDriveConfig);
+  add(t, {
+             {section + "hz_per_mm3_s", &v.hz_per_mm3_s, "Hz s/mm^3", deposition::kFrequencyPerFlow,
+              "pulses per volume [(5.14)]; used while the table is empty"},
+             {section + "table_hz", &v.table_hz, "Hz", within(0, 1000),
+              "frequencies of the calibrated flow curve nu = h(Q), ascending [Fig. 6-1]"},
+             {section + "table_mm3_s", &v.table_mm3_s, "mm^3/s", within(0, 10000), "their flows"},
+         });
+  return t;
 }
 
 Table instruments(Experiment& e) {
-  RobotConfig& r = e.robot;
-  LaserPointConfig& l = e.laser_point;
-  HeaterConfig& h = e.heater;
-  Table t = {
-      {"robot.travel_mm_s", &r.travel_mm_s, "mm/s", above(0, 1000), "speed between paths"},
-      {"robot.hb_s", &r.hb_s, "s", above(0, 0.5),
-       "heartbeat of the link; its watchdog stops the arm after a second without one"},
-      {"robot.poll_moving_s", &r.poll_moving_s, "s", above(0, 10), "between status questions while it moves"},
-      {"robot.block_lines", &r.block_lines, "", within(1, 1000),
-       "path lines sent without waiting for an answer"},
-      {"robot.approach_hop_mm", &r.approach_hop_mm, "mm", within(0, 200),
-       "raised so far above the higher end on the way to a path's first point"},
-      {"robot.approach_speed_percent", &r.approach_speed_percent, "%", within(1, 100), "speed on that way"},
-      {"robot.raise_on_stop_mm", &r.raise_on_stop_mm, "mm", within(0, 200), "after a stop"},
-      {"robot.home_z_mm", &r.home_z_mm, "mm", within(0, 210), "joint 3 at rest"},
-      {"robot.motion_margin_s", &r.motion_margin_s, "s", above(0, 100),
-       "a motion may last so much longer than planned before it has failed (I5)"},
-  };
+  Table t = rows("robot.", e.robot, drivers::kRobotConfig);
   add(t, valve(e.valve_a, "valve_a."));
   add(t, valve(e.valve_b, "valve_b."));
-  add(t,
-      {
-          {"laser_point.rate_hz", &l.rate_hz, "Hz", within(1, 1000), "of stored samples"},
-          {"laser_point.latency_s", &l.latency_s, "s", within(-1, 1),
-           "from the start of the commanded path to the first sample, less what the arm lags behind it, as "
-           "the lab believes; firn calibrate measures it"},
-          {"laser_point.offset_x_mm", &l.offset_x_mm, "mm", within(-100, 100),
-           "of the spot beyond the machine's tool_laser, as the lab believes; firn calibrate measures it"},
-          {"laser_point.offset_y_mm", &l.offset_y_mm, "mm", within(-100, 100), "the same along y"},
-          {"laser_point.offset_z_mm", &l.offset_z_mm, "mm", within(-100, 100), "added to every height"},
-          {"laser_point.program_part", &l.program_part, "", within(0, 7),
-           "the controller's stored settings for ice"},
-          {"laser_point.program_scaffold", &l.program_scaffold, "", within(0, 7), "and for scaffold"},
-          {"laser_point.surface_part", &l.surface_part, "", within(0, 4),
-           "its kind of surface for ice: 0 normal, 1 translucent, 2, 3 transparent, 4 multi-reflective"},
-          {"laser_point.surface_scaffold", &l.surface_scaffold, "", within(0, 4), "and for scaffold"},
-          {"laser_point.sampling_us", &l.sampling_us, "us", within(20, 1000), "its own sampling period"},
-          {"laser_point.averaging", &l.averaging, "", within(0, 9), "over 4 to this power"},
-          {"laser_point.poll_s", &l.poll_s, "s", above(0, 10), "between status questions"},
-          {"heater.tip_degC", &h.tip_degC, "degC", within(-40, 100),
-           "set point (a): end effector's tip, at the valves"},
-          {"heater.window_degC", &h.window_degC, "degC", within(-40, 100), "set point (b): laser window"},
-          {"heater.conduit_degC", &h.conduit_degC, "degC", within(-40, 100), "set point (c): conduit"},
-          {"heater.poll_s", &h.poll_s, "s", above(0, 10), "between readings"},
-          {"heater.low_degC", &h.low_degC, "degC", within(-40, 100),
-           "below it the valves freeze: nothing is deposited (I10)"},
-          {"heater.high_degC", &h.high_degC, "degC", within(-40, 200), "above it the heaters go off (I10)"},
-          {"heater.no_rise_s", &h.no_rise_s, "s", above(0, 3600),
-           "a heater that is on and does not warm in so long has failed"},
-          {"heater.frozen_s", &h.frozen_s, "s", above(0, 3600),
-           "a reading that does not move at all in so long has failed"},
-          {"flow.feed_forward", &e.flow.feed_forward, "", one_of({"off", "on"}),
-           "on: the flow that flow_estimator has learned takes the place of the calibrated curve"},
-      });
+  add(t, rows("laser_point.", e.laser_point, drivers::kLaserPointConfig));
+  add(t, rows("heater.", e.heater, drivers::kHeaterConfig));
+  add(t, {
+             {"flow.feed_forward", &e.flow.feed_forward, "", one_of({"off", "on"}),
+              "on: the flow that flow_estimator has learned takes the place of the calibrated curve"},
+         });
   return t;
 }
 

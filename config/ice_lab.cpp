@@ -38,7 +38,7 @@ planning::PlanningArm planning_arm(const Machine& machine) {
     throw std::invalid_argument("machine.kind = \"" + machine.kind +
                                 "\": paths are planned for an arm, \"scara\"");
   return {make_arm(machine), motion_limits(machine), tools(machine), preferred_configuration(machine),
-          machine.tick_s,    machine.speed_mm_s};
+          machine.tick_s,    machine.position.rate};
 }
 
 planning::PlanningSetup planning_setup(const Experiment& e, const Machine& machine) {

@@ -18,10 +18,9 @@
 
 namespace firn {
 
-/// Range and limits of one joint or axis: degrees or mm as its keys say; 0 = not limited.
-struct AxisConfig {
+/// Range and limits of one joint or axis: degrees or mm as its keys say.
+struct AxisConfig : motion::AxisRates {
   double low = 0.0, high = 0.0;
-  double rate = 0.0, acceleration = 0.0, jerk = 0.0;
 };
 
 struct ToolConfig {
@@ -50,17 +49,18 @@ struct AerosolConfig {
 /// Defaults are the Cobra 600 of the ice printer [Barnett 2012, Tables 2-1, 2-2, 3-1, (4.10)].
 struct Machine {
   std::string name = "cobra600";
-  std::string kind = "scara";                                                  ///< scara | stage | aerosol
-  double tick_s = 0.016;                                                       ///< of the emitted trajectory
-  double speed_mm_s = 125.0, acceleration_mm_s2 = 500.0, jerk_mm_s3 = 4000.0;  ///< total Cartesian
-  double orientation_rate_deg_s = 0.0, orientation_acceleration_deg_s2 = 0.0,
-         orientation_jerk_deg_s3 = 0.0;  ///< yaw; 0 = not limited
+  std::string kind = "scara";                               ///< scara | stage | aerosol
+  double tick_s = 0.016;                                    ///< of the emitted trajectory
+  motion::RateLimits position = motion::kCobra600Position;  ///< total Cartesian
+  motion::AxisRates orientation;                            ///< yaw, degrees
   double link_1_mm = 325.0, link_2_mm = 275.0;
   std::int32_t elbow = 1;  ///< preferred: +1 = theta_2 > 0, -1 = theta_2 < 0
-  std::array<AxisConfig, 4> joint{
-      {{-105, 105, 33, 165, 1320}, {-150, 150, 39, 195, 1560}, {0, 210, 0, 0, 0}, {-360, 360, 0, 0, 0}}};
+  std::array<AxisConfig, 4> joint{{{motion::kCobra600Joint1, -105, 105},
+                                   {motion::kCobra600Joint2, -150, 150},
+                                   {{}, 0, 210},
+                                   {{}, -360, 360}}};
   std::int32_t axes = 2;  ///< of a stage: 2 or 3
-  std::array<AxisConfig, 3> axis{{{0, 300, 0, 0, 0}, {0, 300, 0, 0, 0}, {0, 100, 0, 0, 0}}};
+  std::array<AxisConfig, 3> axis{{{{}, 0, 300}, {{}, 0, 300}, {{}, 0, 100}}};
   ToolConfig water{0.1, 0.3, 0.0}, scaffold{-0.2, -8.2, 0.0}, laser{30.0, -19.0, 0.0};
   ValveConfig valve;
   AerosolConfig aerosol;

@@ -1,4 +1,5 @@
 #include <numbers>
+#include <string>
 
 #include "config/machine.h"
 
@@ -6,12 +7,6 @@ namespace firn {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-
-double limit(double value, double unit) { return value > 0.0 ? value * unit : motion::kUnlimited; }
-
-motion::RateLimits rates(const AxisConfig& a, double unit) {
-  return {limit(a.rate, unit), limit(a.acceleration, unit), limit(a.jerk, unit)};
-}
 
 double unit_of_joint(std::size_t n) { return n == 2 ? 1.0 : kDegree; }  // J3 is the vertical stroke
 
@@ -32,15 +27,16 @@ std::unique_ptr<motion::Arm> make_arm(const Machine& m) {
 
 motion::MotionLimits motion_limits(const Machine& m) {
   motion::MotionLimits limits;
-  limits.position = {m.speed_mm_s, m.acceleration_mm_s2, m.jerk_mm_s3};
-  if (m.kind == "scara")
-    limits.orientation = rates(
-        {0.0, 0.0, m.orientation_rate_deg_s, m.orientation_acceleration_deg_s2, m.orientation_jerk_deg_s3},
-        unit_of_joint(0));
-  if (m.kind == "scara")
-    for (std::size_t n = 0; n < 4; ++n) limits.joint[n] = rates(m.joint[n], unit_of_joint(n));
-  else
-    for (std::size_t n = 0; n < std::size_t(m.axes); ++n) limits.joint[n] = rates(m.axis[n], 1.0);
+  limits.position = m.position;
+  check_options("total", motion::kPositionLimits, limits.position);
+  if (m.kind == "scara") {
+    limits.orientation = motion::rate_limits("orientation", m.orientation, kDegree);
+    for (std::size_t n = 0; n < 4; ++n)
+      limits.joint[n] = motion::rate_limits("joint_" + std::to_string(n + 1), m.joint[n], unit_of_joint(n));
+  } else {
+    for (std::size_t n = 0; n < std::size_t(m.axes); ++n)
+      limits.joint[n] = motion::rate_limits("axis_" + std::to_string(n + 1), m.axis[n], 1.0);
+  }
   return limits;
 }
 

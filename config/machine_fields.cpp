@@ -6,51 +6,68 @@ using namespace field_rows;
 
 namespace {
 
-constexpr double kMm = 1e5, kDegrees = 3600.0, kRate = 1e6, kJerk = 1e9;
+constexpr double kMm = 1e5, kDegrees = 3600.0, kRate = motion::kMaxRate;
+
+Field with_unit(Field f, std::string_view unit) {
+  f.unit = unit;
+  return f;
+}
 
 Table general(Machine& m) {
-  return {
+  Table t{
       {"machine.name", &m.name, "", {}, "stands in the trajectory file"},
       {"machine.kind", &m.kind, "", one_of({"scara", "stage", "aerosol"}),
        "which of the sections below count"},
       {"machine.tick_s", &m.tick_s, "s", above(0, 1), "period of the emitted samples [Barnett 2012, 4.1.6]"},
-      {"total.speed_mm_s", &m.speed_mm_s, "mm/s", above(0, kRate),
-       "scara, stage: total Cartesian speed (4.10)"},
-      {"total.acceleration_mm_s2", &m.acceleration_mm_s2, "mm/s^2", above(0, kRate),
-       "the same of acceleration"},
-      {"total.jerk_mm_s3", &m.jerk_mm_s3, "mm/s^3", above(0, kJerk), "the same of jerk"},
-      {"orientation.rate_deg_s", &m.orientation_rate_deg_s, "deg/s", within(0, kRate),
-       "scara: largest turning of the tool; 0 = not limited"},
-      {"orientation.acceleration_deg_s2", &m.orientation_acceleration_deg_s2, "deg/s^2", within(0, kRate),
-       "the same of acceleration"},
-      {"orientation.jerk_deg_s3", &m.orientation_jerk_deg_s3, "deg/s^3", within(0, kJerk),
-       "the same of jerk"},
-      {"scara.link_1_mm", &m.link_1_mm, "mm", above(0, kMm), "joint 1 to joint 2 (Table 2-1)"},
-      {"scara.link_2_mm", &m.link_2_mm, "mm", above(0, kMm), "joint 2 to the flange"},
-      {"scara.elbow", &m.elbow, "", within(-1, 1), "preferred: 1 = theta_2 > 0, -1 = theta_2 < 0"},
+  };
+  add(t, rows("total.", m.position, motion::kPositionLimits));
+  add(t,
+      {
+          with_unit(row("orientation.rate_deg_s", m.orientation.rate, motion::kAxisRate,
+                        "scara: largest turning of the tool; 0 = not limited"),
+                    "deg/s"),
+          with_unit(row("orientation.acceleration_deg_s2", m.orientation.acceleration,
+                        motion::kAxisAcceleration, "the same of acceleration"),
+                    "deg/s^2"),
+          with_unit(row("orientation.jerk_deg_s3", m.orientation.jerk, motion::kAxisJerk, "the same of jerk"),
+                    "deg/s^3"),
+          {"scara.link_1_mm", &m.link_1_mm, "mm", above(0, kMm), "joint 1 to joint 2 (Table 2-1)"},
+          {"scara.link_2_mm", &m.link_2_mm, "mm", above(0, kMm), "joint 2 to the flange"},
+          {"scara.elbow", &m.elbow, "", within(-1, 1), "preferred: 1 = theta_2 > 0, -1 = theta_2 < 0"},
+      });
+  return t;
+}
+
+// The keys of a joint's or axis' rates. @param unit "deg" or "mm"
+Table rates(AxisConfig& a, const std::string& section, std::string_view unit) {
+  const bool deg = unit == "deg";
+  return {
+      with_unit(row(section + (deg ? "rate_deg_s" : "rate_mm_s"), a.rate, motion::kAxisRate),
+                deg ? "deg/s" : "mm/s"),
+      with_unit(row(section + (deg ? "acceleration_deg_s2" : "acceleration_mm_s2"), a.acceleration,
+                    motion::kAxisAcceleration),
+                deg ? "deg/s^2" : "mm/s^2"),
+      with_unit(row(section + (deg ? "jerk_deg_s3" : "jerk_mm_s3"), a.jerk, motion::kAxisJerk),
+                deg ? "deg/s^3" : "mm/s^3"),
   };
 }
 
 Table rotary(AxisConfig& a, const std::string& section) {
-  return {
+  Table t{
       {section + "low_deg", &a.low, "deg", within(-kDegrees, kDegrees), "scara: end of the range"},
       {section + "high_deg", &a.high, "deg", within(-kDegrees, kDegrees), "other end"},
-      {section + "rate_deg_s", &a.rate, "deg/s", within(0, kRate), "largest rate; 0 = not limited"},
-      {section + "acceleration_deg_s2", &a.acceleration, "deg/s^2", within(0, kRate),
-       "largest acceleration; 0 = not limited"},
-      {section + "jerk_deg_s3", &a.jerk, "deg/s^3", within(0, kJerk), "largest jerk; 0 = not limited"},
   };
+  add(t, rates(a, section, "deg"));
+  return t;
 }
 
 Table linear(AxisConfig& a, const std::string& section, std::string_view whose) {
-  return {
+  Table t{
       {section + "low_mm", &a.low, "mm", within(-kMm, kMm), whose},
       {section + "high_mm", &a.high, "mm", within(-kMm, kMm), "other end"},
-      {section + "rate_mm_s", &a.rate, "mm/s", within(0, kRate), "largest rate; 0 = not limited"},
-      {section + "acceleration_mm_s2", &a.acceleration, "mm/s^2", within(0, kRate),
-       "largest acceleration; 0 = not limited"},
-      {section + "jerk_mm_s3", &a.jerk, "mm/s^3", within(0, kJerk), "largest jerk; 0 = not limited"},
   };
+  add(t, rates(a, section, "mm"));
+  return t;
 }
 
 Table tool(ToolConfig& t, const std::string& section) {

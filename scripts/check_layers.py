@@ -31,7 +31,7 @@ ALLOWED = {
     "core/planning": LEAVES + ("core/geometry", "core/slice", "core/motion", "core/deposition", "core/control"),
     "lcmtypes": LEAVES,
     "files": CORE,
-    "config": CORE + ("files", "estimators"),  # the option structs of estimators
+    "config": CORE + ("files", "estimators", "drivers"),  # settings of estimators and instruments
     "estimators": CORE,
     "drivers": LEAVES,
     "runtime": LEAVES + ("files", "lcmtypes"),

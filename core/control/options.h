@@ -20,7 +20,7 @@ struct OpenLoopOptions {
   /// 0: per cell, target / (h1 + 4 h2 + 4 h3) rounded to the nearest; else that many full layers
   int layers = 0;
 };
-inline constexpr std::tuple kOpenLoopOptions{
+inline constexpr OptionTable kOpenLoopOptions{
     Option{"layers", &OpenLoopOptions::layers, "", within(0, kMaxLayers),
            "full layers; 0 = per cell, target height by nominal layer height"},
 };
@@ -48,7 +48,7 @@ inline constexpr Option kSmfKdStar{"kd_star", &SmfGains::kd_star, "", within(0, 
                                    "derivative gain, adjusted by (5.2)"};
 inline constexpr Option kSmfIntegralLimit{"integral_limit", &SmfGains::integral_limit, "layers",
                                           above(0, 1000), "bound of the integral part (anti-windup)"};
-inline constexpr std::tuple kSmfGains{kSmfKp, kSmfKiStar, kSmfKdStar, kSmfIntegralLimit};
+inline constexpr OptionTable kSmfGains{kSmfKp, kSmfKiStar, kSmfKdStar, kSmfIntegralLimit};
 
 /// Surface-mapping feedback, drop on demand [Barnett, 5.1, 5.2.3].
 struct SmfOptions : SmfGains {
@@ -57,7 +57,7 @@ struct SmfOptions : SmfGains {
   int max_drops = 2;             ///< per cell and layer
   Rounding rounding = Rounding::kDiffusion;
 };
-inline constexpr std::tuple kSmfOptions{
+inline constexpr OptionTable kSmfOptions{
     kSmfKp,
     kSmfKiStar,
     kSmfKdStar,
@@ -76,7 +76,7 @@ struct ThresholdOptions {
   double threshold_mm = 0.0;     ///< a cell that is short by more gets a droplet; 0: half the layer
   double layer_height_mm = 0.0;  ///< nominal layer dh; 0: h1 + 4 h2 + 4 h3
 };
-inline constexpr std::tuple kThresholdOptions{
+inline constexpr OptionTable kThresholdOptions{
     Option{"threshold_mm", &ThresholdOptions::threshold_mm, "mm", within(0, 10),
            "a cell that is short by more gets a droplet; 0 = half a layer"},
     Option{"layer_height_mm", &ThresholdOptions::layer_height_mm, "mm", within(0, 10),
@@ -133,7 +133,7 @@ struct MpcOptions {
   double finish_layers = 0.0;       ///< K of mpc/reference_governor.h; 0: one stage
   double rim_lead_layers = 0.0;  ///< L of mpc/reference_governor.h; 0: the inside does not wait for the rim
 };
-inline constexpr std::tuple kMpcOptions{
+inline constexpr OptionTable kMpcOptions{
     Option{
         "method", &MpcOptions::method, "", Range{},
         "greedy: the paper's stochastic search [Lu 2015, IV-C]; descent: the same single droplets in raster "
@@ -178,7 +178,7 @@ struct PatternOptions {
   int square_step = 2;     ///< squares: cells from droplet to droplet; 2 shows the valleys between
   std::uint64_t seed = 1;
 };
-inline constexpr std::tuple kPatternOptions{
+inline constexpr OptionTable kPatternOptions{
     Option{"kind", &PatternOptions::kind, "", Range{}, "what scheme pattern prints [Lu 2015, III-A, V-C]"},
     Option{"layers", &PatternOptions::layers, "", within(0, kMaxLayers),
            "patterns; 0 = as many full layers as the highest cell needs"},
@@ -197,7 +197,7 @@ struct RegistrationOptions {
   int layers = 5;          ///< droplets on each mark
   int spacing_cells = 16;  ///< even: then all marks are fired in the same direction
 };
-inline constexpr std::tuple kRegistrationOptions{
+inline constexpr OptionTable kRegistrationOptions{
     Option{"layers", &RegistrationOptions::layers, "", within(1, 1000),
            "droplets on each mark of a registration print"},
     Option{"spacing_cells", &RegistrationOptions::spacing_cells, "cells", within(4, 4096),
@@ -223,6 +223,6 @@ inline constexpr Option kControlMaxLayers{"max_layers", &ControlOptions::max_lay
 inline constexpr Option kControlNoiseGate{
     "noise_gate", &ControlOptions::noise_gate, "", within(0, 100),
     "SMF and MPC end when a layer would better the part by no more than this many sensor sigmas per droplet"};
-inline constexpr std::tuple kControlOptions{kControlMaxLayers, kControlNoiseGate};
+inline constexpr OptionTable kControlOptions{kControlMaxLayers, kControlNoiseGate};
 
 }  // namespace firn::control

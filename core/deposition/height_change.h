@@ -36,7 +36,7 @@ inline constexpr Option kModelH2{"h2_mm", &DropletModel::h2_mm, "mm", within(0, 
                                  "height beside a droplet, per edge"};
 inline constexpr Option kModelH3{"h3_mm", &DropletModel::h3_mm, "mm", within(0, 10),
                                  "height beside a droplet, per corner"};
-inline constexpr std::tuple kDropletModel{kModelH1, kModelH2, kModelH3};
+inline constexpr OptionTable kDropletModel{kModelH1, kModelH2, kModelH3};
 /// @throws std::invalid_argument naming the constant that is out of its range.
 void check(const DropletModel& model);
 

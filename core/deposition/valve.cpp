@@ -52,7 +52,7 @@ double flow_from_mass_mm3_s(double mass_g, double density_g_cm3, double duration
 }
 
 void check(const ValveSetting& setting, const ValveLimits& limits) {
-  check_options("valve", std::tuple{kValvePulse}, setting);
+  check_options("valve", OptionTable{kValvePulse}, setting);
   if (setting.pulse_s < limits.min_pulse_s)
     throw std::invalid_argument("pulse_s = " + std::to_string(setting.pulse_s) +
                                 " is below the valve's minimum of " + std::to_string(limits.min_pulse_s) +

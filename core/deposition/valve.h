@@ -19,7 +19,7 @@ struct ValveLimits {
   double max_frequency_hz = 1000.0;  ///< the valve's usable maximum [6.1]; a tick of 2 ms allows 500 Hz
   double max_flow_mm3_s = 200.0;     ///< Table 2-2
 };
-inline constexpr std::tuple kValveLimits{
+inline constexpr OptionTable kValveLimits{
     Option{"tick_s", &ValveLimits::tick_s, "s", above(0, 1), "resolution of the controller's list [2.3.1]"},
     Option{"max_duration_s", &ValveLimits::max_duration_s, "s", above(0, 65536),
            "longest list; at most 65,536 ticks"},

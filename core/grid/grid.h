@@ -38,7 +38,7 @@ struct GridSpec {
 /// Largest grid side that any message, file or configuration may name.
 inline constexpr int kMaxGridSide = 4096;
 
-inline constexpr std::tuple kGridSpec{
+inline constexpr OptionTable kGridSpec{
     Option{"nx", &GridSpec::nx, "", within(1, kMaxGridSide), "cells along x"},
     Option{"ny", &GridSpec::ny, "", within(1, kMaxGridSide), "cells along y"},
     Option{"pitch_x_mm", &GridSpec::pitch_x_mm, "mm", above(0, 100),

@@ -25,7 +25,7 @@ struct ShapeSpec {
   double low_height_mm = 0.0;      ///< wedge: height at its low (-x) end; cone: height of its flat top's rim
 };
 
-inline constexpr std::tuple kShapeSpec{
+inline constexpr OptionTable kShapeSpec{
     Option{"height_mm", &ShapeSpec::height_mm, "mm", above(0, 1000),
            "height of the part (wedge: of its high end)"},
     Option{"diameter_mm", &ShapeSpec::diameter_mm, "mm", within(0, 1e4),

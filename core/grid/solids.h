@@ -22,7 +22,7 @@ struct SolidSpec {
   double height_mm = 0.0;    ///< ellipsoid: along z
 };
 
-inline constexpr std::tuple kSolidSpec{
+inline constexpr OptionTable kSolidSpec{
     Option{"outer_diameter_mm", &SolidSpec::outer_diameter_mm, "mm", within(0, 1e4),
            "pipe, pipe_junction: standing pipe; ellipsoid: along x and y"},
     Option{"inner_diameter_mm", &SolidSpec::inner_diameter_mm, "mm", within(0, 1e4),

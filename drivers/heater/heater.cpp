@@ -57,6 +57,7 @@ Heater::Heater(HeaterOptions config)
     : Driver(dialect_),
       config_(config),
       watch_{HeaterWatch(config), HeaterWatch(config), HeaterWatch(config)} {
+  check_options("heater", kHeaterConfig, config_);
   dialect_.allow_host_latency(config_.host_latency_s);
   identity_ = "three ON/OFF temperature controllers";
   set_celsius_.fill(kOff_degC);

@@ -8,18 +8,14 @@
 #include <optional>
 #include <string>
 
+#include "drivers/heater/heater_config.h"
 #include "drivers/heater/thermostat.h"
 #include "drivers/link/driver.h"
 
 namespace firn::drivers {
 
-struct HeaterOptions {
-  double poll_s = 1.0;
-  double low_degC = 5.0;    ///< a channel that was warmer and falls below it is too cold
-  double high_degC = 45.0;  ///< too hot: it is switched off
-  double no_rise_s = 60.0;  ///< on all the time, below its set point, and not 2 degC warmer
+struct HeaterOptions : HeaterConfig {
   double least_rise_degC = 2.0;
-  double frozen_s = 40.0;       ///< the reading does not move at all while the heater works
   double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
 };
 
@@ -65,6 +61,7 @@ class Heater final : public Driver {
  public:
   static constexpr int kTip = 0, kWindow = 1, kConduit = 2;  ///< heaters (a), (b), (c)
 
+  /// @throws std::invalid_argument naming the setting, its value and its range
   explicit Heater(HeaterOptions config);
 
   /// Set points [degC]; at or below -50 = off. They are sent again after a lost link. Refused above

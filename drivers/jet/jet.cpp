@@ -48,16 +48,14 @@ void check_range(const char* what, int value, int low, int high) {
 
 }  // namespace
 
-Jet::Jet(JetOptions config) : Driver(dialect_), config_(config) {
+Jet::Jet(JetOptions config) : Driver(dialect_), config_(config), waveform_(jetdrive::waveform_of(config)) {
+  check_options("jet", kJetConfig, config_);
   dialect_.layout = config.layout;
   dialect_.allow_host_latency(config.host_latency_s);
   identity_ = "MicroFab JetDrive III";
   check_range("drops_per_trigger", config.drops_per_trigger, 1, 65535);
-  check_range("frequency_hz", config.frequency_hz, 1, 65535);
   check_range("strobe_divider", config.strobe_divider, 1, 255);
   check_range("strobe_delay_us", config.strobe_delay_us, 0, 65535);
-  if (const std::string why = jetdrive::waveform_refusal(config.waveform, config.limits); !why.empty())
-    throw std::invalid_argument("jet: " + why);
 }
 
 void Jet::connected(std::int64_t, Effects& fx) {
@@ -88,10 +86,10 @@ void Jet::push_setup() {
   reset.reply_us = 4'000'000;
   link_.push(reset);
   link_.push(jetdrive::frame(Command::kGetVersion, {}, Repeat::kRead));
-  link_.push(jetdrive::pulse(config_.waveform));
+  link_.push(jetdrive::pulse(waveform_));
   link_.push(with_u8(Command::kContinuous, 0));
   link_.push(with_u16(Command::kDrops, config_.drops_per_trigger));
-  link_.push(with_u16(Command::kFullFrequency, config_.frequency_hz));
+  link_.push(with_u16(Command::kFullFrequency, config_.max_rate_hz));
   link_.push(with_u8(Command::kStrobeDivider, config_.strobe_divider));
   link_.push(with_u8(Command::kStrobeEnable, config_.strobe));
   const std::uint8_t delay[3] = {0x01, std::uint8_t(unsigned(config_.strobe_delay_us) >> 8),
@@ -151,7 +149,7 @@ void Jet::set_waveform(const jetdrive::Waveform& waveform, std::int64_t now_us, 
   } else {
     op_ = Op::kWaveform;
     phase_ = Phase::kWaveform;
-    config_.waveform = waveform;
+    waveform_ = waveform;
     link_.push(jetdrive::pulse(waveform));
     set_state(DeviceState::kStaged, "new waveform", fx);
   }

@@ -8,17 +8,16 @@
 #include <cstdint>
 #include <string>
 
+#include "drivers/jet/jet_config.h"
 #include "drivers/jet/jetdrive.h"
 #include "drivers/link/driver.h"
 
 namespace firn::drivers {
 
-struct JetOptions {
-  jetdrive::Waveform waveform;
+struct JetOptions : JetConfig {
   jetdrive::WaveformLimits limits;
   jetdrive::ReplyLayout layout;
   int drops_per_trigger = 1;
-  int frequency_hz = 1000;  ///< of continuous jetting, which a print never uses
   int strobe_divider = 1;
   bool strobe = true;
   int strobe_delay_us = 0;
@@ -77,6 +76,7 @@ class Jet final : public Driver {
   void finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx);
 
   JetOptions config_;
+  jetdrive::Waveform waveform_;
   jetdrive::JetDriveDialect dialect_;
   Phase phase_ = Phase::kDown;
   Op op_ = Op::kNone;

@@ -28,6 +28,11 @@ int slope_tenths(double us, int from_v, int to_v) {
 
 }  // namespace
 
+Waveform waveform_of(const JetConfig& c) {
+  return {int(c.idle_v), int(c.dwell_v), int(c.echo_v), c.rise_us,
+          c.dwell_us,    c.fall_us,      c.echo_us,     c.final_us};
+}
+
 std::string waveform_refusal(const Waveform& w, const WaveformLimits& limits) {
   char text[120];
   const struct {

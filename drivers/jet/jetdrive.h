@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 
+#include "drivers/jet/jet_config.h"
 #include "drivers/link/dialect.h"
 
 namespace firn::drivers::jetdrive {
@@ -39,14 +40,17 @@ struct ReplyLayout {
 
 /// Voltages [V], whole volts; times [us] in steps of 0.1.
 struct Waveform {
-  int idle_v = 0, dwell_v = 20, echo_v = -20;
-  double rise_us = 3.0, dwell_us = 20.0, fall_us = 3.0, echo_us = 40.0, final_us = 3.0;
+  int idle_v = 0, dwell_v = 0, echo_v = 0;
+  double rise_us = 0.0, dwell_us = 0.0, fall_us = 0.0, echo_us = 0.0, final_us = 0.0;
   bool operator==(const Waveform&) const = default;
 };
 
+/// @pre whole volts
+Waveform waveform_of(const JetConfig& config);
+
 struct WaveformLimits {
-  int max_abs_v = 100;
-  double max_time_us = 3276.7;
+  int max_abs_v = int(kMaxJet_v);
+  double max_time_us = kMaxJet_us;
 };
 
 /// Why the waveform may not be sent, naming field, value and limit; empty = it may.

@@ -17,6 +17,7 @@ constexpr std::int64_t kOverdueGrace_us = 500'000;
 }  // namespace
 
 Lamp::Lamp(LampOptions config) : Driver(dialect_), config_(std::move(config)) {
+  check_options("lamp", kLampConfig, config_);
   dialect_.table = config_.table;
   dialect_.allow_host_latency(config_.host_latency_s);
   identity_ = "Excelitas OmniCure S2000";

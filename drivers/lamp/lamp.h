@@ -7,14 +7,14 @@
 #include <cstdint>
 #include <string>
 
+#include "drivers/lamp/lamp_config.h"
 #include "drivers/lamp/omnicure.h"
 #include "drivers/link/driver.h"
 
 namespace firn::drivers {
 
-struct LampOptions {
+struct LampOptions : LampConfig {
   omnicure::Table table;
-  double max_on_s = 20.0;
   bool instrument_timer = true;  ///< try STM, GTM, RUN first
   double connect_every_s = 1.0;  ///< CONN is repeated until READY
   double poll_idle_s = 5.0;
@@ -23,6 +23,7 @@ struct LampOptions {
 
 class Lamp final : public Driver {
  public:
+  /// @throws std::invalid_argument naming the setting, its value and its range
   explicit Lamp(LampOptions config);
 
   /// Refused outside 0 < exposure_s <= max_on_s and 1 <= iris_percent <= 100.

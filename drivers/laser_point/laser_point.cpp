@@ -25,6 +25,7 @@ std::string padded(int value) {
 }  // namespace
 
 LaserPoint::LaserPoint(LaserPointOptions config) : Driver(dialect_), config_(std::move(config)) {
+  check_options("laser_point", kLaserPointConfig, config_);
   dialect_.table = config_.table;
   dialect_.allow_host_latency(config_.host_latency_s);
   identity_ = "Keyence LK-G3001P";
@@ -33,9 +34,6 @@ LaserPoint::LaserPoint(LaserPointOptions config) : Driver(dialect_), config_(std
     throw std::invalid_argument("laser_point: sampling_us = " + std::to_string(config_.sampling_us) +
                                 " is none of 20, 50, 100, 200, 500, 1000");
   sampling_code_ = int(at - std::begin(lkg::kSampling_us));
-  if (config_.averaging < 0 || config_.averaging > 9)
-    throw std::invalid_argument("laser_point: averaging = " + std::to_string(config_.averaging) +
-                                " is outside [0, 9] (4^n samples)");
 }
 
 void LaserPoint::push(std::string_view command, Repeat repeat, Tag tag, std::int64_t reply_us) {
@@ -108,14 +106,15 @@ void LaserPoint::arm(int material, int samples, double period_s, std::int64_t no
 // Between Q0 and R0 nothing is measured: R0 follows whatever happens between them.
 void LaserPoint::push_settings() {
   const lkg::Table& t = config_.table;
-  const auto m = std::size_t(material_);
   in_force_.reset();
-  push(t.select + "," + std::to_string(config_.program[m]), Repeat::kSetup);
-  push_selected(config_.program[m]);
+  const int program = material_ == 0 ? config_.program_part : config_.program_scaffold;
+  const int surface = material_ == 0 ? config_.surface_part : config_.surface_scaffold;
+  push(t.select + "," + std::to_string(program), Repeat::kSetup);
+  push_selected(program);
   push_mode(t.enter);
   push(t.sampling + std::to_string(sampling_code_), Repeat::kSetup);
   push(t.averaging + std::to_string(config_.averaging), Repeat::kSetup);
-  push(t.material + std::to_string(config_.surface[m]), Repeat::kSetup);
+  push(t.material + std::to_string(surface), Repeat::kSetup);
   push(t.storage + padded(t.most_stored) + "," + std::to_string(cycle_), Repeat::kSetup);
   push_mode(t.leave);
 }

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/laser_point/laser_point_config.h"
 #include "drivers/laser_point/lkg.h"
 #include "drivers/link/driver.h"
 
@@ -23,12 +24,8 @@ struct Samples {
   std::vector<float> z_mm;  ///< from the reference distance, up positive; NaN = no value
 };
 
-struct LaserPointOptions {
+struct LaserPointOptions : LaserPointConfig {
   lkg::Table table;
-  std::array<int, 2> program{0, 1};  ///< stored program, per material: 0 part, 1 scaffold
-  std::array<int, 2> surface{1, 0};  ///< kind of surface (Table::material), per material
-  int sampling_us = 1000;            ///< one of lkg::kSampling_us
-  int averaging = 1;                 ///< k: mean over 4^k samples
   double poll_idle_s = 5.0;
   double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
 };

@@ -7,6 +7,7 @@ namespace firn::drivers {
 
 LaserProfiler::LaserProfiler(LaserProfilerOptions config) : Driver(dialect_), config_(config) {
   identity_ = "Keyence LJ-V7000";
+  check_options("laser_profiler", kLaserProfilerConfig, config_);
   dialect_.allow_host_latency(config.host_latency_s);
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/laser_profiler/laser_profiler_config.h"
 #include "drivers/laser_profiler/ljv.h"
 #include "drivers/link/driver.h"
 
@@ -29,16 +30,15 @@ struct ScanDone {
   std::int32_t rows_received = 0;
 };
 
-struct LaserProfilerOptions {
+struct LaserProfilerOptions : LaserProfilerConfig {
   int program = 0;
-  double poll_s = 0.008;  ///< while armed; must be shorter than the time between two triggers. Once two rows
-                          ///< have come, the driver waits 9/10 of their distance before it asks again.
   double poll_idle_s = 1.0;
   double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
 };
 
 class LaserProfiler final : public Driver {
  public:
+  /// @throws std::invalid_argument naming the setting, its value and its range
   explicit LaserProfiler(LaserProfilerOptions config);
 
   /// Reads the trigger count, then Result{kReady}; from then on ProfileRow events, row = triggers since then

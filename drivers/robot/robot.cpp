@@ -51,7 +51,11 @@ RobotOptions::RobotOptions()
               {0.0, 210.0, 1100.0, 1100.0},
               {-360.0 * kDegree, 360.0 * kDegree, 1200.0 * kDegree, 1200.0 * kDegree}}} {}
 
-Robot::Robot(RobotOptions config) : Driver(dialect_), config_(std::move(config)) {
+Robot::Robot(RobotOptions config)
+    : Driver(dialect_),
+      config_(std::move(config)),
+      approach_percent_(int(std::lround(config_.approach_speed_percent))) {
+  check_options("robot", kRobotConfig, config_);
   dialect_.allow_host_latency(config_.host_latency_s);
   identity_ = "Adept Cobra 600, C40";
 }
@@ -200,7 +204,7 @@ void Robot::move_to(const fvp::Joints& target, int percent, std::int64_t now_us,
     } else {
       op_ = Op::kMove;
       phase_ = Phase::kMoving;
-      plan_way(fvp::counts_of(target), percent == 0 ? config_.approach_percent : percent);
+      plan_way(fvp::counts_of(target), percent == 0 ? approach_percent_ : percent);
       set_state(DeviceState::kActive, "moving", fx);
     }
   }
@@ -278,10 +282,9 @@ void Robot::start_move(const Target& target, std::int64_t now_us) {
   push(line, Repeat::kNever, kMove);
   move_over_ = false;
   poll_at_us_ = now_us + std::int64_t(config_.poll_moving_s * 1e6);
-  limit_us_ =
-      now_us +
-      std::int64_t((longest_s * config_.stall_factor + config_.move_grace_s + 2.0 * config_.host_latency_s) *
-                   1e6);
+  limit_us_ = now_us + std::int64_t((longest_s * config_.stall_factor + config_.motion_margin_s +
+                                     2.0 * config_.host_latency_s) *
+                                    1e6);
 }
 
 // Of the move that was started last: an event says that it is over, or the status does.
@@ -419,7 +422,7 @@ bool Robot::homing_step(std::int64_t now_us, Effects& fx) {
     default: {
       if (!where_) return fail("where it stands is not known", kInstrument);
       const double z_mm = std::min(config_.home_z_mm, config_.limits[2].high);
-      Target up{true, *where_, config_.approach_percent};
+      Target up{true, *where_, approach_percent_};
       up.counts[2] = std::int32_t(std::llround(z_mm * 1e3));
       begin_way();
       if (up.counts[2] > (*where_)[2]) way_.push_back(up);
@@ -458,7 +461,7 @@ bool Robot::idle(std::int64_t now_us, Effects& fx) {
       } else {
         phase_ = Phase::kMoving;
         low_ = true;
-        plan_way(first_point_, config_.approach_percent);
+        plan_way(first_point_, approach_percent_);
         set_state(DeviceState::kActive, "path " + std::to_string(part_.path), fx);
       }
       return true;

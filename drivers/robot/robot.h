@@ -16,6 +16,7 @@
 
 #include "drivers/link/driver.h"
 #include "drivers/robot/fvp.h"
+#include "drivers/robot/robot_config.h"
 
 namespace firn::drivers {
 
@@ -26,21 +27,13 @@ struct JointLimit {
   double move_rate = 0.0;  ///< of a move at 100 percent
 };
 
-struct RobotOptions {
+struct RobotOptions : RobotConfig {
   std::array<JointLimit, 4> limits;  ///< default: Table 2-1 of the thesis
   double tick_s = 0.016;
-  double approach_hop_mm = 2.0;  ///< above the higher end of a way to a path's first point
-  int approach_percent = 30;
-  double raise_on_stop_mm = 10.0;  ///< after a stop, if the tool was at work
-  double home_z_mm = 150.0;        ///< axis 3 after homing, at least
-  double hb_s = 0.2;               ///< the watchdog of the V+ program is 1.0 s
-  double poll_moving_s = 0.5;      ///< events say it sooner
   double poll_idle_s = 1.0;
-  int block_lines = 64;  ///< path lines sent at once; 1 on a serial line
   bool upload_ahead = true;
   double slip_s = 0.016;                     ///< interlock 7
   double stall_factor = 1.1, stall_s = 0.5;  ///< interlock 5
-  double move_grace_s = 3.0;
   double power_s = 10.0, calibration_s = 90.0;
   double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
   RobotOptions();
@@ -59,6 +52,7 @@ enum Signal : int { kSignalValveA = 1, kSignalValveB = 2, kSignalLaser = 4 };
 
 class Robot final : public Driver {
  public:
+  /// @throws std::invalid_argument naming the setting, its value and its range
   explicit Robot(RobotOptions config);
 
   /// Keeps a trajectory: row-major, 4 axes. One that breaks a joint limit, a rate or the tick is kept only as
@@ -210,6 +204,7 @@ class Robot final : public Driver {
   }
 
   RobotOptions config_;
+  int approach_percent_ = 0;  // of full speed, on the way to a path's first point
   fvp::FvpDialect dialect_;
   Phase phase_ = Phase::kDown;
   Op op_ = Op::kNone;

@@ -275,7 +275,7 @@ bool Robot::stopping_step(std::int64_t now_us, Effects& fx) {
       const double high = config_.limits[2].high;
       if (low_ && config_.raise_on_stop_mm > 0.0 && status_.power && status_.calibrated && where_) {
         const double z = fvp::joints_of(*where_)[2];
-        Target up{true, *where_, config_.approach_percent};
+        Target up{true, *where_, approach_percent_};
         up.counts[2] = fvp::counts_of({0.0, 0.0, std::min(z + config_.raise_on_stop_mm, high), 0.0})[2];
         start_move(up, now_us);
         step_ = 3;

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "drivers/link/dialect.h"
+#include "drivers/stage/stage_config.h"
 
 namespace firn::drivers::ensemble {
 
@@ -21,10 +22,10 @@ struct Table {
   char ok = '%', nak = '!', fault = '#', timeout = '$';
   std::string pulse_count = "PSOCOUNT(@)";  ///< pulses since the last PSOCONTROL ARM [P]
   std::string home = "HOME @";
-  int first_iglobal = 50;  ///< first of the IGLOBALs that hold the pulse increments
-  int iglobals = 4096;     ///< how many the controller has
-  int array_limit = 8192;  ///< pulses of one PSOARRAY
-  int feedback_input = 0;  ///< of PSOTRACK: 0 = primary encoder
+  int first_iglobal = 50;                       ///< first of the IGLOBALs that hold the pulse increments
+  int iglobals = 4096;                          ///< how many the controller has
+  int array_limit = StageConfig{}.array_limit;  ///< pulses of one PSOARRAY
+  int feedback_input = 0;                       ///< of PSOTRACK: 0 = primary encoder
   int increments() const {
     return iglobals - first_iglobal < array_limit ? iglobals - first_iglobal : array_limit;
   }

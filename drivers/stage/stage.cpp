@@ -27,6 +27,11 @@ bool in_range(double speed_mm_s, double limit_mm_s) { return speed_mm_s > 0.0 &&
 }  // namespace
 
 Stage::Stage(StageOptions config) : Driver(dialect_), config_(std::move(config)) {
+  check_options("stage", kStageConfig, config_);
+  config_.table.array_limit = config_.array_limit;
+  limits_ = {{{config_.x_min_mm, config_.x_max_mm, config_.max_speed_mm_s},
+              {config_.y_min_mm, config_.y_max_mm, config_.max_speed_mm_s},
+              {config_.z_min_mm, config_.z_max_mm, config_.max_speed_mm_s}}};
   dialect_.table = config_.table;
   dialect_.allow_host_latency(config_.host_latency_s);
   identity_ = "Aerotech Ensemble";
@@ -59,8 +64,8 @@ void Stage::begin_pass(const DropletPattern& pattern, int pass, double z_mm, dou
                        std::int64_t now_us, Effects& fx) {
   if (!accept(Op::kPass, fx)) return;
   const double speed = speed_mm_s == 0.0 ? config_.raster_speed_mm_s : speed_mm_s;
-  if (!in_range(speed, config_.limits[0].max_speed_mm_s))
-    return refuse(kLimit, too_fast('X', speed, config_.limits[0].max_speed_mm_s), fx);
+  if (!in_range(speed, limits_[0].max_speed_mm_s))
+    return refuse(kLimit, too_fast('X', speed, limits_[0].max_speed_mm_s), fx);
   if (speed / pattern.spec.pitch_x_mm > config_.max_pulse_rate_hz) {
     char text[120];
     std::snprintf(text, sizeof text, "%.1f mm/s over a pitch of %.6f mm is %.1f Hz; the jet follows %.1f Hz",
@@ -71,13 +76,13 @@ void Stage::begin_pass(const DropletPattern& pattern, int pass, double z_mm, dou
   std::int64_t expected = 0;
   for (const RasterRun& run : runs) {
     for (const double x : {run.start_x_mm, run.end_x_mm})
-      if (auto why = limit_broken('X', x, config_.limits[0]))
+      if (auto why = limit_broken('X', x, limits_[0]))
         return refuse(kLimit, *why + " (row " + std::to_string(run.row) + ")", fx);
-    if (auto why = limit_broken('Y', run.y_mm, config_.limits[1]))
+    if (auto why = limit_broken('Y', run.y_mm, limits_[1]))
       return refuse(kLimit, *why + " (row " + std::to_string(run.row) + ")", fx);
     expected += std::int64_t(run.increments.size());
   }
-  if (auto why = std::isnan(z_mm) ? std::nullopt : limit_broken('Z', z_mm, config_.limits[2]))
+  if (auto why = std::isnan(z_mm) ? std::nullopt : limit_broken('Z', z_mm, limits_[2]))
     return refuse(kLimit, *why, fx);
   op_ = Op::kPass;
   start_mm_ = {kNaN, kNaN, z_mm};
@@ -92,8 +97,8 @@ void Stage::begin_scan(double x_mm, double y_mm, double z_mm, double pitch_mm, i
                        std::int64_t now_us, Effects& fx) {
   if (!accept(Op::kScan, fx)) return;
   const double speed = speed_mm_s == 0.0 ? config_.move_speed_mm_s : speed_mm_s;
-  if (!in_range(speed, config_.limits[1].max_speed_mm_s))
-    return refuse(kLimit, too_fast('Y', speed, config_.limits[1].max_speed_mm_s), fx);
+  if (!in_range(speed, limits_[1].max_speed_mm_s))
+    return refuse(kLimit, too_fast('Y', speed, limits_[1].max_speed_mm_s), fx);
   if (rows < 1 || rows > 1'000'000) return refuse(kLimit, "a scan of " + std::to_string(rows) + " rows", fx);
   // Fixed-distance pulses count from the arming position, so the arm is one pitch before the first row and
   // the whole run-up must fit into it. Distances are whole counts, so that neither side rounds while it adds
@@ -109,10 +114,10 @@ void Stage::begin_scan(double x_mm, double y_mm, double z_mm, double pitch_mm, i
     return refuse(kLimit, text, fx);
   }
   const double end_y_mm = y_mm + (rows - 0.5) * pitch;
-  if (auto why = limit_broken('X', x_mm, config_.limits[0])) return refuse(kLimit, *why, fx);
+  if (auto why = limit_broken('X', x_mm, limits_[0])) return refuse(kLimit, *why, fx);
   for (const double y : {y_mm - pitch, end_y_mm})
-    if (auto why = limit_broken('Y', y, config_.limits[1])) return refuse(kLimit, *why, fx);
-  if (auto why = std::isnan(z_mm) ? std::nullopt : limit_broken('Z', z_mm, config_.limits[2]))
+    if (auto why = limit_broken('Y', y, limits_[1])) return refuse(kLimit, *why, fx);
+  if (auto why = std::isnan(z_mm) ? std::nullopt : limit_broken('Z', z_mm, limits_[2]))
     return refuse(kLimit, *why, fx);
   op_ = Op::kScan;
   runs_.clear();
@@ -132,8 +137,8 @@ void Stage::begin_move(double x_mm, double y_mm, double z_mm, double speed_mm_s,
   for (std::size_t a = 0; a < 3; ++a) {
     if (std::isnan(target[a])) continue;
     any = true;
-    if (auto why = limit_broken(kAxisNames[a], target[a], config_.limits[a])) return refuse(kLimit, *why, fx);
-    const double limit = config_.limits[a].max_speed_mm_s;
+    if (auto why = limit_broken(kAxisNames[a], target[a], limits_[a])) return refuse(kLimit, *why, fx);
+    const double limit = limits_[a].max_speed_mm_s;
     if (speed_mm_s == 0.0 && speed > limit) speed = limit;
     if (!in_range(speed, limit)) return refuse(kLimit, too_fast(kAxisNames[a], speed, limit), fx);
   }

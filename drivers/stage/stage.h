@@ -13,14 +13,12 @@
 #include "drivers/link/driver.h"
 #include "drivers/stage/ensemble.h"
 #include "drivers/stage/raster.h"
+#include "drivers/stage/stage_config.h"
 
 namespace firn::drivers {
 
-struct StageOptions {
+struct StageOptions : StageConfig {
   ensemble::Table table;
-  std::array<AxisLimits, 3> limits{{{-50.0, 50.0, 200.0}, {-50.0, 50.0, 200.0}, {-1.0, 50.0, 20.0}}};
-  double counts_per_mm = 10'000.0;
-  double acceleration_mm_s2 = 2000.0;  ///< of moves; an ABORT brakes at least as hard
   double raster_speed_mm_s = 50.0;
   double move_speed_mm_s = 50.0;
   double margin_mm = 0.1;          ///< run-up and run-out beyond those of the acceleration
@@ -29,11 +27,8 @@ struct StageOptions {
   double max_pulse_rate_hz = 2000.0;  ///< that the jet follows
   int pulse_total_us = 50;
   int pulse_on_us = 25;
-  bool home_at_start = true;
   double home_timeout_s = 120.0;
-  double poll_moving_s = 0.1;
   double poll_end_s = 0.01;          ///< after the move should be over
-  double poll_idle_s = 1.0;          ///< the controller closes an idle socket
   double move_timeout_factor = 1.1;  ///< I5: a move takes longer than factor x plan + 0.5 s
   double host_latency_s = 0.0;       ///< see Dialect::allow_host_latency
 };
@@ -47,6 +42,7 @@ struct PassProgress {
 
 class Stage final : public Driver {
  public:
+  /// @throws std::invalid_argument naming the setting, its value and its range
   explicit Stage(StageOptions config);
 
   /// Commands. Each is accepted (a Result follows) or refused at once by a Result{kRefused}; out-of-range
@@ -162,6 +158,7 @@ class Stage final : public Driver {
   int pulse_axis() const { return op_ == Op::kScan ? 1 : 0; }
 
   StageOptions config_;
+  std::array<AxisLimits, 3> limits_;
   ensemble::EnsembleDialect dialect_;
   Phase phase_ = Phase::kDown;
   Op op_ = Op::kNone;

@@ -380,7 +380,7 @@ bool Stage::home_next(std::int64_t now_us, Effects& fx) {
     const std::uint32_t bits = status_[std::size_t(axis)];
     if (!asked_) {
       const bool homed = bits & ensemble::kHomed;
-      if (op_ == Op::kHome ? false : homed || !config_.home_at_start) continue;
+      if (op_ == Op::kHome ? false : homed || config_.home_at_start == HomeAtStart::kOff) continue;
       Line line(config_.table, Repeat::kNever, kMotion);
       link_.push(with_axis(line, config_.table.home, axis));
       read("AXISSTATUS(@)", axis, kStatus);

@@ -16,6 +16,7 @@ std::string broken_limit(const ValveOptions& c, double tick_s, double pulse_s,
   if (!(tick_us >= 1.0 && tick_us <= 65'535.0)) return "a tick of " + std::to_string(tick_s) + " s";
   if (!(pulse_us >= fvb::kMinPulse_us && pulse_us <= 65'535.0))
     return "a pulse of " + std::to_string(pulse_s * 1e3) + " ms is outside [0.5, 65.535] ms";
+  const int guard_us = int(std::lround(c.guard_us));
   if (ticks.empty() || ticks.size() > fvb::kMostEntries)
     return std::to_string(ticks.size()) + " pulses are outside [1, " + std::to_string(fvb::kMostEntries) +
            "]";
@@ -24,10 +25,10 @@ std::string broken_limit(const ValveOptions& c, double tick_s, double pulse_s,
       return "pulse " + std::to_string(n) + ": tick " + std::to_string(ticks[n]) + " is outside [0, 65535]";
     if (n == 0) continue;
     const double gap_us = (double(ticks[n]) - double(ticks[n - 1])) * tick_us;
-    if (gap_us < pulse_us + c.guard_us)
+    if (gap_us < pulse_us + guard_us)
       return "pulse " + std::to_string(n) + " begins " + std::to_string(std::int64_t(gap_us)) +
              " us after the one before, less than pulse and guard of " +
-             std::to_string(std::int64_t(pulse_us) + c.guard_us) + " us";
+             std::to_string(std::int64_t(pulse_us) + guard_us) + " us";
   }
   return {};
 }
@@ -42,6 +43,7 @@ std::string ListName::text() const {
 
 Valve::Valve(ValveOptions config)
     : Driver(dialect_), name_(config.valve == 2 ? "valve_b" : "valve_a"), config_(config) {
+  check_options(name_, kValveDriveConfig, config_);
   dialect_.allow_host_latency(config_.host_latency_s);
   identity_ = "FVB/1 valve controller";
 }

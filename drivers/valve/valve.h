@@ -14,14 +14,13 @@
 
 #include "drivers/link/driver.h"
 #include "drivers/valve/fvb.h"
+#include "drivers/valve/valve_drive_config.h"
 
 namespace firn::drivers {
 
-struct ValveOptions {
-  int valve = 1;               ///< 1 valve_a (water), 2 valve_b (scaffold)
-  int guard_us = 100;          ///< least time closed between two pulses
-  double arm_wait_s = 60.0;    ///< the firmware gives up waiting for the trigger after it
-  double poll_firing_s = 0.5;  ///< also the sign of life that keeps the firmware's 2 s from running out
+struct ValveOptions : ValveDriveConfig {
+  int valve = 1;             ///< 1 valve_a (water), 2 valve_b (scaffold)
+  double arm_wait_s = 60.0;  ///< the firmware gives up waiting for the trigger after it
   double poll_idle_s = 2.0;
   double finish_s = 0.5;  ///< a list that should be over may take so much longer before it is cut
   bool upload_ahead = true;
@@ -38,6 +37,7 @@ struct ListName {
 
 class Valve final : public Driver {
  public:
+  /// @throws std::invalid_argument naming the setting, its value and its range
   explicit Valve(ValveOptions config);
 
   /// Keeps a list. One outside the data type or the valve (16,384 entries, ticks below 65,536 and ascending,

@@ -69,17 +69,6 @@ DropletEstimator::DropletEstimator(const GridSpec& grid, const EstimatorOptions&
 
 DropletEstimator::~DropletEstimator() = default;
 
-void DropletEstimator::check(const HeightMap& height, const std::vector<Use>& use,
-                             double noise_std_mm) const {
-  require(height.size() == grid_.size() && use.size() == grid_.size(),
-          "the map does not have the grid's size");
-  require(noise_std_mm > 0.0 && std::isfinite(noise_std_mm),
-          "noise_std_mm = " + std::to_string(noise_std_mm) + " must be above 0");
-  for (std::size_t c = 0; c < use.size(); ++c)
-    require(use[c] == Use::kNothing || std::isfinite(height.cells[c]),
-            "cell " + std::to_string(c) + " has no height and is not marked so");
-}
-
 // The noise reported with single maps jumps with the sensor's resolution. All maps are of one sensor.
 void DropletEstimator::update_noise(double std_mm) {
   reported_variance_mm2_ += (std_mm * std_mm - reported_variance_mm2_) / double(++reports_);
@@ -87,7 +76,7 @@ void DropletEstimator::update_noise(double std_mm) {
 
 void DropletEstimator::set_substrate(const HeightMap& height, const std::vector<Use>& use,
                                      double noise_std_mm) {
-  check(height, use, noise_std_mm);
+  check_map("droplet estimator", grid_, height, use, noise_std_mm);
   start_ = filter_.substrate(height.cells, use, noise_std_mm * noise_std_mm);
   const auto measured = std::count_if(use.begin(), use.end(), [](Use u) { return u != Use::kNothing; });
   require(measured > 0, "the bare ground has no measured cell");
@@ -106,7 +95,7 @@ void DropletEstimator::set_substrate(const HeightMap& height, const std::vector<
 Estimate DropletEstimator::add_layer(std::vector<Pass> passes, const HeightMap& height,
                                      const std::vector<Use>& use, double noise_std_mm) {
   require(has_substrate_, "a layer came before the map of the bare ground");
-  check(height, use, noise_std_mm);
+  check_map("droplet estimator", grid_, height, use, noise_std_mm);
   for (const Pass& p : passes) {
     require(p.share > 0.0 && p.share <= 1.0, "the counted share of a pass is outside (0, 1]");
     for (const std::uint32_t c : p.cells) require(c < grid_.size(), "a pass fires off the grid");
@@ -145,7 +134,7 @@ double DropletEstimator::weight_of(std::size_t k) const {
 
 Estimate DropletEstimator::replace_map(const HeightMap& height, const std::vector<Use>& use,
                                        double noise_std_mm) {
-  check(height, use, noise_std_mm);
+  check_map("droplet estimator", grid_, height, use, noise_std_mm);
   if (window_.empty()) {
     require(layers_ == 0, "there is no layer whose map could be replaced");
     set_substrate(height, use, noise_std_mm);

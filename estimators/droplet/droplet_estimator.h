@@ -76,7 +76,6 @@ class DropletEstimator {
     std::array<double, 3> information_vector{};
   };
   double add_layer_terms(std::size_t k, std::vector<CellTerms>& terms, double& count) const;
-  void check(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm) const;
   void update_noise(double std_mm);
   void forget();
   double noise_variance_mm2() const { return noise_scale_ * reported_variance_mm2_; }

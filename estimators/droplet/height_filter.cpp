@@ -16,7 +16,7 @@ void require(bool ok, std::string_view what) { firn::require(ok, "height filter"
 HeightFilter::HeightFilter(const GridSpec& grid, const HeightFilterOptions& options)
     : grid_(grid), options_(options), filter_(grid, options.border) {
   firn::check(grid);
-  check_options("height filter", std::tuple{kDropletScatter}, options);
+  check_options("height filter", OptionTable{kDropletScatter}, options);
   use_model(options.model, options.droplet_scatter);
 }
 
@@ -28,22 +28,12 @@ void HeightFilter::use_model(const deposition::DropletModel& model, double dropl
   options_.droplet_scatter = droplet_scatter;
 }
 
-void HeightFilter::check(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm) const {
-  require(height.size() == grid_.size() && use.size() == grid_.size(),
-          "the map does not have the grid's size");
-  require(noise_std_mm > 0.0 && std::isfinite(noise_std_mm),
-          "noise_std_mm = " + std::to_string(noise_std_mm) + " must be above 0");
-  for (std::size_t c = 0; c < use.size(); ++c)
-    require(use[c] == Use::kNothing || std::isfinite(height.cells[c]),
-            "cell " + std::to_string(c) + " has no height and is not marked so");
-}
-
 void HeightFilter::update_noise(double std_mm) {
   noise_variance_mm2_ += (std_mm * std_mm - noise_variance_mm2_) / double(++reports_);
 }
 
 void HeightFilter::set_substrate(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm) {
-  check(height, use, noise_std_mm);
+  check_map("height filter", grid_, height, use, noise_std_mm);
   update_noise(noise_std_mm);
   surface_ = filter_.substrate(height.cells, use, noise_variance_mm2_);
   has_substrate_ = on_substrate_ = true;
@@ -52,7 +42,7 @@ void HeightFilter::set_substrate(const HeightMap& height, const std::vector<Use>
 void HeightFilter::add_layer(std::vector<Pass> passes, const HeightMap& height, const std::vector<Use>& use,
                              double noise_std_mm) {
   require(has_substrate_, "a layer came before the map of the bare ground");
-  check(height, use, noise_std_mm);
+  check_map("height filter", grid_, height, use, noise_std_mm);
   for (const Pass& p : passes) {
     require(p.share > 0.0 && p.share <= 1.0, "the counted share of a pass is outside (0, 1]");
     for (const std::uint32_t c : p.cells) require(c < grid_.size(), "a pass fires off the grid");
@@ -69,7 +59,7 @@ void HeightFilter::add_layer(std::vector<Pass> passes, const HeightMap& height, 
 void HeightFilter::replace_map(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm) {
   require(has_substrate_, "there is no map that could be replaced");
   if (on_substrate_) return set_substrate(height, use, noise_std_mm);
-  check(height, use, noise_std_mm);
+  check_map("height filter", grid_, height, use, noise_std_mm);
   update_noise(noise_std_mm);
   correct(height, use);
 }

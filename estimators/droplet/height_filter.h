@@ -47,7 +47,6 @@ class HeightFilter {
   static constexpr double kOutlier = 5.0;
 
  private:
-  void check(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm) const;
   void update_noise(double std_mm);
   void correct(const HeightMap& height, const std::vector<Use>& use);
 

@@ -16,7 +16,7 @@ struct EstimatorOptions {
   /// nothing is forgotten. The prior keeps its own.
   double memory_layers = 0.0;
 };
-inline constexpr std::tuple kEstimatorOptions{
+inline constexpr OptionTable kEstimatorOptions{
     Option{"window_layers", &EstimatorOptions::window_layers, "layers", within(1, 1000),
            "layers that are estimated anew each time; older ones as a summary"},
     Option{"prior_std", &EstimatorOptions::prior_std, "", above(0, 10),

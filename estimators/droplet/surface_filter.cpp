@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+
+#include "core/options/require.h"
 
 namespace firn::droplet {
 namespace {
@@ -11,6 +14,17 @@ constexpr int kDx[8] = {1, -1, 0, 0, 1, -1, 1, -1};
 constexpr int kDy[8] = {0, 0, 1, -1, 1, 1, -1, -1};
 
 }  // namespace
+
+void check_map(std::string_view where, const GridSpec& grid, const HeightMap& height,
+               const std::vector<Use>& use, double noise_std_mm) {
+  require(height.size() == grid.size() && use.size() == grid.size(), where,
+          "the map does not have the grid's size");
+  require(noise_std_mm > 0.0 && std::isfinite(noise_std_mm), where,
+          "noise_std_mm = " + std::to_string(noise_std_mm) + " must be above 0");
+  for (std::size_t c = 0; c < use.size(); ++c)
+    require(use[c] == Use::kNothing || std::isfinite(height.cells[c]), where,
+            "cell " + std::to_string(c) + " has no height and is not marked so");
+}
 
 SurfaceFilter::SurfaceFilter(const GridSpec& grid, deposition::Border border)
     : grid_(grid),

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "core/deposition/height_change.h"
@@ -25,6 +26,11 @@ enum class Use : std::uint8_t {
   kLearn,    ///< measured: corrects the surface, and the difference from the prediction enters the fit
   kAnchor,   ///< measured, but the droplets near it are uncertain: replaces the surface, not fitted
 };
+
+/// @throws std::invalid_argument "<where>: ...": another size than the grid's, a noise that is not above 0, a
+/// used cell without a height
+void check_map(std::string_view where, const GridSpec& grid, const HeightMap& height,
+               const std::vector<Use>& use, double noise_std_mm);
 
 /// Passes of a layer, the map after it, and the linearisation that the last reference() fixed for it.
 struct Layer {

@@ -1,5 +1,6 @@
 // Symmetric3 computes the algebra of symmetric 3 x 3 matrices, by + - * / sqrt alone: same bytes on every
-// machine.
+// machine. Not Eigen's: the order of its sums follows the vector instructions of the compiler, and the nodes'
+// recorded bytes hold these.
 #pragma once
 
 #include <array>

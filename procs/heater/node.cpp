@@ -6,13 +6,7 @@ namespace firn {
 namespace {
 
 drivers::HeaterOptions heater_config(const Experiment& e) {
-  const HeaterConfig& h = e.heater;
-  drivers::HeaterOptions c;
-  c.poll_s = h.poll_s;
-  c.low_degC = h.low_degC;
-  c.high_degC = h.high_degC;
-  c.no_rise_s = h.no_rise_s;
-  c.frozen_s = h.frozen_s;
+  drivers::HeaterOptions c{e.heater};
   c.host_latency_s = host_latency_s(e.run.time_scale);
   return c;
 }

@@ -1,29 +1,19 @@
 #include "procs/jet/node.h"
 
 #include <cmath>
+#include <utility>
 
 namespace firn {
 namespace {
 
-int whole_volts(NodeId id, const char* key, double v) {
-  if (v != std::round(v))
-    throw std::invalid_argument(std::string(info(id).name) + "." + key + " = " + std::to_string(v) +
-                                ": the JetDrive takes whole volts");
-  return int(v);
-}
-
 drivers::JetOptions jet_config(NodeId id, const Experiment& e) {
   const JetConfig& j = id == NodeId::kJetB ? e.jet_b.drive : e.jet;
-  drivers::JetOptions c;
-  c.frequency_hz = j.max_rate_hz;  // FULLFREQ also caps external triggers
-  c.waveform.idle_v = whole_volts(id, "idle_v", j.idle_v);
-  c.waveform.dwell_v = whole_volts(id, "dwell_v", j.dwell_v);
-  c.waveform.echo_v = whole_volts(id, "echo_v", j.echo_v);
-  c.waveform.rise_us = j.rise_us;
-  c.waveform.dwell_us = j.dwell_us;
-  c.waveform.fall_us = j.fall_us;
-  c.waveform.echo_us = j.echo_us;
-  c.waveform.final_us = j.final_us;
+  for (const auto& [key, volts] :
+       {std::pair{"idle_v", j.idle_v}, {"dwell_v", j.dwell_v}, {"echo_v", j.echo_v}})
+    if (volts != std::round(volts))
+      throw std::invalid_argument(std::string(info(id).name) + "." + key + " = " + std::to_string(volts) +
+                                  ": the JetDrive takes whole volts");
+  drivers::JetOptions c{j};  // max_rate_hz becomes FULLFREQ, which also caps external triggers
   c.host_latency_s = host_latency_s(e.run.time_scale);
   return c;
 }

@@ -4,9 +4,7 @@ namespace firn {
 namespace {
 
 drivers::LampOptions lamp_config(const Experiment& e) {
-  const LampConfig& l = e.lamp;
-  drivers::LampOptions c;
-  c.max_on_s = l.max_on_s;
+  drivers::LampOptions c{e.lamp};
   c.host_latency_s = host_latency_s(e.run.time_scale);
   return c;
 }

@@ -4,12 +4,7 @@ namespace firn {
 namespace {
 
 drivers::LaserPointOptions laser_config(const Experiment& e) {
-  const LaserPointConfig& l = e.laser_point;
-  drivers::LaserPointOptions c;
-  c.program = {l.program_part, l.program_scaffold};
-  c.surface = {l.surface_part, l.surface_scaffold};
-  c.sampling_us = l.sampling_us;
-  c.averaging = l.averaging;
+  drivers::LaserPointOptions c{e.laser_point};
   c.host_latency_s = host_latency_s(e.run.time_scale);
   return c;
 }

@@ -6,9 +6,7 @@ namespace firn {
 namespace {
 
 drivers::LaserProfilerOptions profiler_config(const Experiment& e) {
-  const LaserProfilerConfig& p = e.laser_profiler;
-  drivers::LaserProfilerOptions c;
-  c.poll_s = p.poll_s;
+  drivers::LaserProfilerOptions c{e.laser_profiler};
   c.host_latency_s = host_latency_s(e.run.time_scale);
   return c;
 }

@@ -15,8 +15,8 @@ constexpr double kFullSpeed_mm_s =
     3770.0;  // J1 at 360 deg/s with the arm stretched: the speed of 100 percent
 
 drivers::RobotOptions robot_config(const Experiment& e, const Machine& machine) {
-  const RobotConfig& r = e.robot;
   drivers::RobotOptions c;
+  static_cast<RobotConfig&>(c) = e.robot;
   const std::unique_ptr<motion::Arm> arm = make_arm(machine);
   for (std::size_t j = 0; j < 4; ++j) {
     const motion::JointRange range = arm->range(int(j));
@@ -27,14 +27,6 @@ drivers::RobotOptions robot_config(const Experiment& e, const Machine& machine) 
       c.limits[j].most_rate = std::min(c.limits[j].most_rate, machine.joint[j].rate * unit * kRateSlack);
   }
   c.tick_s = machine.tick_s;
-  c.hb_s = r.hb_s;
-  c.poll_moving_s = r.poll_moving_s;
-  c.block_lines = r.block_lines;
-  c.approach_hop_mm = r.approach_hop_mm;
-  c.approach_percent = std::clamp(int(std::lround(r.approach_speed_percent)), 1, 100);
-  c.raise_on_stop_mm = r.raise_on_stop_mm;
-  c.home_z_mm = r.home_z_mm;
-  c.move_grace_s = r.motion_margin_s;
   c.slip_s = e.ice.max_time_slip_s;
   c.host_latency_s = host_latency_s(e.run.time_scale);
   return c;

@@ -6,19 +6,10 @@ namespace firn {
 namespace {
 
 drivers::StageOptions stage_config(const Experiment& e) {
-  drivers::StageOptions c;
-  c.limits = {{{e.stage.x_min_mm, e.stage.x_max_mm, e.stage.max_speed_mm_s},
-               {e.stage.y_min_mm, e.stage.y_max_mm, e.stage.max_speed_mm_s},
-               {e.stage.z_min_mm, e.stage.z_max_mm, e.stage.max_speed_mm_s}}};
-  c.counts_per_mm = e.stage.counts_per_mm;
-  c.acceleration_mm_s2 = e.stage.acceleration_mm_s2;
+  drivers::StageOptions c{e.stage};
   c.raster_speed_mm_s = e.process.pass_speed_mm_s;
   c.move_speed_mm_s = e.process.pass_speed_mm_s;
   c.max_pulse_rate_hz = e.jet.max_rate_hz;
-  c.table.array_limit = e.stage.array_limit;
-  c.poll_moving_s = e.stage.poll_moving_s;
-  c.poll_idle_s = e.stage.poll_idle_s;
-  c.home_at_start = e.stage.home_at_start == "on";
   c.host_latency_s = host_latency_s(e.run.time_scale);
   return c;
 }

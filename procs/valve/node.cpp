@@ -1,16 +1,12 @@
 #include "procs/valve/node.h"
 
-#include <cmath>
-
 namespace firn {
 namespace {
 
 drivers::ValveOptions valve_config(NodeId id, const Experiment& e) {
   const ValveLineConfig& v = id == NodeId::kValveB ? e.valve_b : e.valve_a;
-  drivers::ValveOptions c;
+  drivers::ValveOptions c{v};
   c.valve = int(id == NodeId::kValveB ? ValveId::kB : ValveId::kA);
-  c.guard_us = int(std::lround(v.guard_us));
-  c.poll_firing_s = v.poll_firing_s;
   c.host_latency_s = host_latency_s(e.run.time_scale);
   return c;
 }

@@ -234,7 +234,7 @@ Trajectory CalibrationLab::plan(const LabPass& pass) const {
   in.z_mm = s.experiment.ice.origin_z_mm + pass.z_mm;
   in.yaw_rad = pass.yaw_rad;
   in.tool = pass.tool;
-  in.speed_limit.path_mm_s = std::min(pass.speed_mm_s, s.machine.speed_mm_s);
+  in.speed_limit.path_mm_s = std::min(pass.speed_mm_s, s.machine.position.rate);
   in.preferred = preferred_configuration(s.machine);
   motion::PlanOptions options;
   options.tick_s = s.machine.tick_s;

@@ -17,6 +17,17 @@ const std::string kTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
+// The stage of the transcripts: slower and smaller than the lab's.
+StageOptions small_stage() {
+  StageOptions c;
+  c.acceleration_mm_s2 = 2000.0;
+  c.max_speed_mm_s = 200.0;
+  c.x_min_mm = c.y_min_mm = -50.0;
+  c.x_max_mm = c.y_max_mm = c.z_max_mm = 50.0;
+  c.z_min_mm = -1.0;
+  return c;
+}
+
 void stage_command(Stage& stage, const std::string& text, std::int64_t now_us, Effects& fx) {
   if (text == "pass") {
     DropletPattern pattern(GridSpec{4, 2, 0.25, 0.5, 0.0, 0.0});
@@ -33,7 +44,7 @@ void stage_command(Stage& stage, const std::string& text, std::int64_t now_us, E
 
 TEST_CASE("the stage speaks as the Ensemble cards say, whatever the split of the replies", "[stage]") {
   for (const std::size_t split : {0, 1, 2, 3}) {
-    Stage stage(StageOptions{});
+    Stage stage(small_stage());
     test::play(
         stage, kTranscripts + "ens_pso_row.txt",
         [&](const std::string& c, std::int64_t t, Effects& fx) { stage_command(stage, c, t, fx); }, split);
@@ -51,7 +62,7 @@ struct YesEnsemble {
   std::vector<std::string> log;
   int swallow_after = -1;  ///< lines after which nothing is answered any more
 
-  explicit YesEnsemble(StageOptions config = {}) : stage(std::move(config)) {
+  explicit YesEnsemble(StageOptions config = small_stage()) : stage(std::move(config)) {
     bench.open();
     run_until_safe();
   }
@@ -111,8 +122,8 @@ TEST_CASE(
   refused([&](auto t, auto& fx) { stage.move_to(0, -50.1, 0, 10, t, fx); }, "axis Y: -50.1000 mm");
   refused([&](auto t, auto& fx) { stage.move_to(0, 0, std::numeric_limits<double>::infinity(), 10, t, fx); },
           "axis Z: inf mm");
-  refused([&](auto t, auto& fx) { stage.move_to(0, 0, 0, 21, t, fx); },
-          "axis Z: speed 21.0000 mm/s is outside (0, 20.0000] mm/s");
+  refused([&](auto t, auto& fx) { stage.move_to(kNaN, kNaN, 0, 201, t, fx); },
+          "axis Z: speed 201.0000 mm/s is outside (0, 200.0000] mm/s");
   refused([&](auto t, auto& fx) { stage.move_to(0, 0, 0, kNaN, t, fx); }, "speed");
   refused([&](auto t, auto& fx) { stage.scan(0, 49, 0, 0.25, 10, 10, t, fx); }, "axis Y: 51.");
   refused([&](auto t, auto& fx) { stage.scan(0, 0, 0, 0.25, 10, 60, t, fx); },

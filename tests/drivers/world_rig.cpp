@@ -4,8 +4,7 @@ namespace firn::drivers::test {
 
 StageOptions WorldRig::fast_stage() {
   StageOptions c;
-  c.limits = {{{-50.0, 150.0, 300.0}, {-50.0, 150.0, 300.0}, {-10.0, 40.0, 300.0}}};
-  c.acceleration_mm_s2 = 5000.0;
+  c.z_max_mm = 40.0;
   c.raster_speed_mm_s = 100.0;
   c.move_speed_mm_s = 150.0;
   return c;

@@ -76,7 +76,7 @@ TEST_CASE("every pass fires each droplet once, in the firing order, on its grid 
 
 TEST_CASE("rows with more droplets than the controller's array are split and lose none", "[world]") {
   StageOptions config = WorldRig::fast_stage();
-  config.table.array_limit = 5;
+  config.array_limit = 5;
   WorldRig rig(WorldRig::small_world(17, 3), config);
   rig.start();
   const GridSpec grid = rig.world.config().grid;

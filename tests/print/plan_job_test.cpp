@@ -216,7 +216,7 @@ TEST_CASE(
 TEST_CASE(
     "A path with a yaw per point is planned with its orientation limits, also where a rest adds a point") {
   Machine machine;
-  machine.orientation_rate_deg_s = 0.5;
+  machine.orientation.rate = 0.5;
   InputPath line;
   line.number = 1;
   line.place = "job:1";

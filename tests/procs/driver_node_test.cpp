@@ -384,5 +384,5 @@ TEST_CASE("a waveform that the jet cannot take is refused before anything runs")
   e.jet.dwell_v = 20.5;
   CHECK_THROWS_WITH(JetNode(NodeId::kJet, e), Catch::Contains("whole volts"));
   e.jet.dwell_v = 2000.0;
-  CHECK_THROWS_WITH(JetNode(NodeId::kJet, e), Catch::Contains("dwell voltage"));
+  CHECK_THROWS_WITH(JetNode(NodeId::kJet, e), Catch::Contains("dwell_v = 2000 is outside [-100, 100]"));
 }

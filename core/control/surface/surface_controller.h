@@ -42,7 +42,7 @@ struct SurfaceForeseeOptions {
   double narrow_gain = 1.0;  ///< share of an error narrower than narrow_mm that is corrected
   double narrow_mm = 5.0;
 };
-inline constexpr std::tuple kSurfaceForeseeOptions{
+inline constexpr OptionTable kSurfaceForeseeOptions{
     Option{"kp", &SurfaceForeseeOptions::kp, "", above(0, 10), "ice, scheme smf_foresee: proportional gain"},
     Option{"flow_gain", &SurfaceForeseeOptions::flow_gain, "", within(0, 1),
            "share of a material's unforeseen mean error that is taken for lasting"},
@@ -91,8 +91,8 @@ inline constexpr Option kSurfaceStopAfter{
 inline constexpr Option kSurfaceStopShare{
     "stop_share", &SurfaceOptions::stop_share, "", above(0, 1),
     "of the part's cells at their limit, above which an interval counts as saturated"};
-inline constexpr std::tuple kSurfaceOptions{kSurfaceSpeedRange, kSurfaceVersion, kSurfaceOutputLimit,
-                                            kSurfaceStopAfter, kSurfaceStopShare};
+inline constexpr OptionTable kSurfaceOptions{kSurfaceSpeedRange, kSurfaceVersion, kSurfaceOutputLimit,
+                                             kSurfaceStopAfter, kSurfaceStopShare};
 
 /// Material of a cell of the footprint.
 enum class CellMaterial : std::uint8_t { kNone = 0, kPart = 1, kScaffold = 2 };

@@ -111,7 +111,8 @@ void divide(const CellSizes& sizes, CurveWork& work, std::span<const double> exc
 void set_speed_limit(std::span<const Point2> points, std::span<const double> speed_limit, CurveWork& work,
                      Curve& curve);
 
-/// Natural or clamped-curvature cubic spline: second derivatives `m` of the C2 cubic through (s, f), given m
+/// Natural or clamped-curvature cubic spline by a tridiagonal elimination, for which Eigen has no solver:
+/// second derivatives `m` of the C2 cubic through (s, f), given m
 /// at the ends.
 void spline(std::span<const double> s, std::span<const double> f, double m_first, double m_last,
             std::vector<double>& m, std::vector<double>& sweep);

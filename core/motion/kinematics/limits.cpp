@@ -30,11 +30,17 @@ bool limited(const RateLimits& l) {
 
 }  // namespace
 
+RateLimits rate_limits(std::string_view where, const AxisRates& rates, double unit) {
+  check_options(where, kAxisRates, rates);
+  const auto limit = [&](double value) { return value > 0.0 ? value * unit : kUnlimited; };
+  return {limit(rates.rate), limit(rates.acceleration), limit(rates.jerk)};
+}
+
 MotionLimits cobra600_limits() {
   MotionLimits limits;
-  limits.position = {125.0, 500.0, 4000.0};
-  limits.joint[0] = {33.0 * kDegree, 165.0 * kDegree, 1320.0 * kDegree};
-  limits.joint[1] = {39.0 * kDegree, 195.0 * kDegree, 1560.0 * kDegree};
+  limits.position = kCobra600Position;
+  limits.joint[0] = rate_limits("joint", kCobra600Joint1, kDegree);
+  limits.joint[1] = rate_limits("joint", kCobra600Joint2, kDegree);
   return limits;
 }
 

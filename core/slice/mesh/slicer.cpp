@@ -67,7 +67,7 @@ void mesh_defects(const MeshFacts& facts, std::vector<Defect>& defects) {
 }  // namespace
 
 void check(const SliceOptions& o) {
-  check_options("slice", std::tuple{kLayerHeight, kChordTolerance}, o);
+  check_options("slice", OptionTable{kLayerHeight, kChordTolerance}, o);
   check_options("slice", kContourOptions, o);
 }
 

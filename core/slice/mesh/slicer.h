@@ -36,7 +36,7 @@ inline constexpr Option kLayerHeight{"layer_height_mm", &SliceOptions::layer_hei
 inline constexpr Option kChordTolerance{"chord_tolerance_mm", &SliceOptions::chord_tolerance_mm, "mm",
                                         within(0, 10),
                                         "no path leaves its exact place by more; 0 keeps every point"};
-inline constexpr std::tuple kContourOptions{
+inline constexpr OptionTable kContourOptions{
     Option{"min_spacing_mm", &SliceOptions::min_spacing_mm, "mm", within(0, 100),
            "PATHFILTER: points closer together go first (3.2: 0.4)"},
     Option{"closing_gap_mm", &SliceOptions::closing_gap_mm, "mm", within(0, 1000),

@@ -34,7 +34,7 @@ struct ExtrusionOptions {
   double fill_angle_rad = 0.0;                ///< direction of lines and zigzags in odd layers
   double fill_turn_rad = 1.5707963267948966;  ///< added in even layers
 };
-inline constexpr std::tuple kExtrusionRings{
+inline constexpr OptionTable kExtrusionRings{
     Option{"first_offset_mm", &ExtrusionOptions::first_offset_mm, "mm", within(0, 100),
            "outline to the centre of the outermost path [3.7]"},
     Option{"boundary_width_mm", &ExtrusionOptions::boundary_width_mm, "mm", above(0, 100),
@@ -70,7 +70,7 @@ struct HookOptions {
   int last_layer = 20;
   double clearance_mm = 1.5;  ///< scaffold is extended until hook and part are this far apart, line to line
 };
-inline constexpr std::tuple kHookOptions{
+inline constexpr OptionTable kHookOptions{
     Option{"two_from_layer", &HookOptions::two_from_layer, "", within(0, 1e6),
            "one path up to this layer, two above"},
     Option{"last_layer", &HookOptions::last_layer, "", within(0, 1e6), "no hook above"},
@@ -91,7 +91,7 @@ struct MeasureOptions {
 inline constexpr double kPathRange_mm = 1e5;
 inline constexpr Option kMeasureSpacing{"spacing_mm", &MeasureOptions::spacing_mm, "mm", above(0, 1000),
                                         "between scan lines"};
-inline constexpr std::tuple kMeasurePlace{
+inline constexpr OptionTable kMeasurePlace{
     Option{"inset_mm", &MeasureOptions::inset_mm, "mm", within(0, 1000), "stay so far inside the outline"},
     Option{"laser_x_mm", &MeasureOptions::laser_x_mm, "mm", within(-kPathRange_mm, kPathRange_mm),
            "laser spot seen from the nozzle; 0, 0 where firn plan knows the tool"},
@@ -114,7 +114,7 @@ struct PathOptions {
   double start_x_mm = 0.0;  ///< position of the nozzle before each layer
   double start_y_mm = 0.0;
 };
-inline constexpr std::tuple kPathOrder{
+inline constexpr OptionTable kPathOrder{
     Option{"seed", &PathOptions::seed, "", within(0, 9e18), "of random seams"},
     Option{"two_opt_passes", &PathOptions::two_opt_passes, "", within(0, 100),
            "over the order of a layer's paths; 0 = nearest neighbour only"},

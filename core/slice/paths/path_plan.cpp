@@ -123,11 +123,11 @@ void plan_measurement(const Region& region, const PathOptions& options, LayerPat
 void check(const PathOptions& o) {
   for (const auto& [prefix, bead] : {std::pair{"part.", &o.part}, {"scaffold.", &o.scaffold}}) {
     check_options("paths", kExtrusionRings, *bead, prefix);
-    check_options("paths", std::tuple{kExtrusionFillWidth, kExtrusionGap}, *bead, prefix);
+    check_options("paths", OptionTable{kExtrusionFillWidth, kExtrusionGap}, *bead, prefix);
   }
-  check_options("paths", std::tuple{kSupportBuffer}, o.support, "support.");
+  check_options("paths", OptionTable{kSupportBuffer}, o.support, "support.");
   check_options("paths", kHookOptions, o.hook, "hook.");
-  check_options("paths", std::tuple{kMeasureSpacing}, o.measure, "measure.");
+  check_options("paths", OptionTable{kMeasureSpacing}, o.measure, "measure.");
   check_options("paths", kMeasurePlace, o.measure, "measure.");
   check_options("paths", kPathOrder, o);
 }

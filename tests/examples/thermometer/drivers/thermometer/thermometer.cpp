@@ -47,6 +47,7 @@ Request ThermometerDialect::probe() const {
 }
 
 Thermometer::Thermometer(ThermometerOptions options) : Driver(dialect_), options_(options) {
+  check_options("thermometer", kThermometerConfig, options_);
   dialect_.allow_host_latency(options.host_latency_s);
 }
 

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "drivers/link/driver.h"
+#include "drivers/thermometer/thermometer_config.h"
 
 namespace firn::drivers {
 
@@ -20,8 +21,7 @@ class ThermometerDialect final : public Dialect {
   Request probe() const override;
 };
 
-struct ThermometerOptions {
-  double poll_s = 1.0;
+struct ThermometerOptions : ThermometerConfig {
   double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
 };
 
@@ -31,6 +31,7 @@ struct BedTemperature {
 
 class Thermometer final : public Driver {
  public:
+  /// @throws std::invalid_argument naming the setting, its value and its range
   explicit Thermometer(ThermometerOptions options);
 
   bool busy() const override { return false; }  // there are no commands

@@ -6,7 +6,7 @@ namespace firn {
 namespace {
 
 drivers::ThermometerOptions thermometer_options(const Experiment& e) {
-  return {e.thermometer.poll_s, host_latency_s(e.run.time_scale)};
+  return {e.thermometer, host_latency_s(e.run.time_scale)};
 }
 
 }  // namespace

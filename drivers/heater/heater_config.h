@@ -1,0 +1,35 @@
+// HeaterConfig holds the settings of the end effector's heaters, with range and meaning of each.
+#pragma once
+
+#include "core/options/option.h"
+
+namespace firn::drivers {
+
+struct HeaterConfig {
+  double tip_degC = 20.0;      ///< (a) end effector's tip
+  double window_degC = 22.0;   ///< (b) laser window
+  double conduit_degC = 20.0;  ///< (c) flexible conduit
+  double poll_s = 1.0;
+  double low_degC = 5.0;    ///< a channel that was warmer and falls below it is too cold
+  double high_degC = 45.0;  ///< too hot: it is switched off
+  double no_rise_s = 60.0;  ///< on all the time, below its set point, and not 2 degC warmer
+  double frozen_s = 40.0;   ///< the reading does not move at all while the heater works
+};
+inline constexpr OptionTable kHeaterConfig{
+    Option{"tip_degC", &HeaterConfig::tip_degC, "degC", within(-40, 100),
+           "set point (a): end effector's tip, at the valves"},
+    Option{"window_degC", &HeaterConfig::window_degC, "degC", within(-40, 100),
+           "set point (b): laser window"},
+    Option{"conduit_degC", &HeaterConfig::conduit_degC, "degC", within(-40, 100), "set point (c): conduit"},
+    Option{"poll_s", &HeaterConfig::poll_s, "s", above(0, 10), "between readings"},
+    Option{"low_degC", &HeaterConfig::low_degC, "degC", within(-40, 100),
+           "below it the valves freeze: nothing is deposited (I10)"},
+    Option{"high_degC", &HeaterConfig::high_degC, "degC", within(-40, 200),
+           "above it the heaters go off (I10)"},
+    Option{"no_rise_s", &HeaterConfig::no_rise_s, "s", above(0, 3600),
+           "a heater that is on and does not warm in so long has failed"},
+    Option{"frozen_s", &HeaterConfig::frozen_s, "s", above(0, 3600),
+           "a reading that does not move at all in so long has failed"},
+};
+
+}  // namespace firn::drivers
