@@ -2,6 +2,9 @@
 
 #include <cstring>
 
+#include "firn/enums.h"
+#include "firn/fault_t.hpp"
+
 namespace firn {
 
 void Outbox::begin(Time now, std::int32_t incarnation) {
@@ -51,6 +54,14 @@ void Outbox::push(OutputKind kind, std::string_view channel, std::uint32_t id, T
   const std::span<std::byte> place = reserve(bytes.size());
   if (!bytes.empty()) std::memcpy(place.data(), bytes.data(), bytes.size());
   entries_.push_back({kind, channel, id, at, arena_.size() - bytes.size(), bytes.size()});
+}
+
+void Outbox::warn(const std::string& text) {
+  fault_t f{};
+  f.severity = std::int8_t(Severity::kWarning);
+  f.node = info(node_).name;
+  f.text = text;
+  send(channels::fault(node_), std::move(f));
 }
 
 void Outbox::wake_at(TimerId t, Time at) { push(OutputKind::kArm, {}, std::uint32_t(t), at, {}); }

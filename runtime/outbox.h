@@ -32,6 +32,7 @@ class Outbox {
     push_send(channel.name, place.size());
   }
 
+  void warn(const std::string& text);    ///< sends a fault_t of this node, severity kWarning
   void wake_at(TimerId timer, Time at);  ///< arms or moves the timer
   void cancel(TimerId timer);
   void write(PortId port, std::span<const std::byte> bytes);  ///< bytes for an instrument; drivers only

@@ -1,50 +1,33 @@
 #include <cerrno>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <stdexcept>
 
+#include "core/options/arguments.h"
 #include "plant/world/serve.h"
 #include "plant/world/world.h"
 
 namespace firn::plant {
-namespace {
-
-template <class T>
-T number(const std::string& name, const std::string& text) {
-  T value{};
-  const auto r = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (r.ec != std::errc() || r.ptr != text.data() + text.size())
-    throw std::invalid_argument(name + " = " + text + ": a number is needed");
-  return value;
-}
-
-}  // namespace
-
 ServeOptions parse_serve_options(const std::vector<std::string>& arguments) {
   ServeOptions o;
-  for (std::size_t n = 0; n < arguments.size(); n += 2) {
-    const std::string& name = arguments[n];
-    if (n + 1 == arguments.size()) throw std::invalid_argument(name + ": a value is missing");
-    const std::string& value = arguments[n + 1];
-    if (name == "--run")
-      o.run = value;
-    else if (name == "--io")
-      o.io = value;
-    else if (name == "--control-fd")
-      o.control_fd = number<int>(name, value);
-    else if (name == "--epoch-ns")
-      o.epoch_ns = number<std::int64_t>(name, value);
-    else if (name == "--offset-us")
-      o.offset_us = number<std::int64_t>(name, value);
-    else if (name == "--time-scale")
-      o.time_scale = number<double>(name, value);
-    else if (name == "--port")
-      o.elsewhere.insert(value.substr(0, value.find('=')));
-    else if (name != "--incarnation" && name != "--run-id" && name != "--bus" && name != "--node" &&
-             name != "--blob" && name != "--faults")
-      throw std::invalid_argument("unknown argument " + name);
-  }
+  const auto folder = [](std::filesystem::path& to) { return [&to](const std::string& text) { to = text; }; };
+  const std::function<void(const std::string&)> not_used;
+  const ProcessArgument table[] = {
+      {"--run", folder(o.run)},
+      {"--io", folder(o.io)},
+      {"--control-fd", &o.control_fd},
+      {"--epoch-ns", &o.epoch_ns},
+      {"--offset-us", &o.offset_us},
+      {"--time-scale", &o.time_scale},
+      {"--incarnation", not_used},
+      {"--run-id", not_used},
+      {"--bus", not_used},
+      {"--port", [&](const std::string& text) { o.elsewhere.insert(text.substr(0, text.find('='))); }},
+      {"--node", not_used},
+      {"--blob", not_used},
+      {"--faults", not_used},
+  };
+  read_arguments(arguments, table);
   if (o.run.empty()) throw std::invalid_argument("--run is missing: the run folder");
   if (!(o.time_scale > 0.0 && o.time_scale <= 1e6))
     throw std::invalid_argument("--time-scale must be above 0, at most 1e6");

@@ -87,12 +87,8 @@ void ControllerNode::wake(TimerId timer, Time, Outbox& out) {
   if (timer != kLateReports || !waiting_) return;
   const height_map_t map = std::move(*waiting_);
   waiting_.reset();
-  fault_t fault{};
-  fault.severity = std::int8_t(Severity::kWarning);
-  fault.node = info(NodeId::kController).name;
-  fault.text = "what was fired for layer " + std::to_string(map.layer) +
-               " has not been reported; its map counts alone";
-  out.send(channels::fault(NodeId::kController), fault);
+  out.warn("what was fired for layer " + std::to_string(map.layer) +
+           " has not been reported; its map counts alone");
   answer(map, out);
 }
 

@@ -7,7 +7,6 @@
 
 #include "core/grid/npy.h"
 #include "firn/enums.h"
-#include "firn/fault_t.hpp"
 #include "firn/height_model_t.hpp"
 #include "lcmtypes/convert.h"
 
@@ -35,8 +34,8 @@ DropletEstimatorNode::DropletEstimatorNode(const Experiment& e, Mask mask)
 
 void DropletEstimatorNode::on(const deposition_report_t& r, Time, Outbox& out) {
   if (from_message(r.grid) != grid_ || r.drops.size() != grid_.size())
-    return warn(
-        "DEPOSITION_REPORT of layer " + std::to_string(r.layer) + ": its grid is not the experiment's", out);
+    return out.warn("DEPOSITION_REPORT of layer " + std::to_string(r.layer) +
+                    ": its grid is not the experiment's");
   if (r.layer < layer_ || r.layer <= learned_) return;  // of a layer that has been taken in without it
   if (r.layer > layer_) {
     layer_ = r.layer;
@@ -51,7 +50,7 @@ void DropletEstimatorNode::on(const deposition_report_t& r, Time, Outbox& out) {
 
 void DropletEstimatorNode::on(const height_map_t& m, Time, Outbox& out) {
   if (from_message(m.grid) != grid_ || m.height_mm.size() != grid_.size() || m.quality.size() != grid_.size())
-    return warn("HEIGHT_MAP " + std::to_string(m.map_id) + ": its grid is not the experiment's", out);
+    return out.warn("HEIGHT_MAP " + std::to_string(m.map_id) + ": its grid is not the experiment's");
   if (waiting_) {
     const height_map_t map = std::move(*waiting_);
     waiting_.reset();
@@ -71,7 +70,7 @@ void DropletEstimatorNode::learn(const height_map_t& m, Outbox& out) {
   const droplet::LayerDrops drops = m.layer == layer_ ? drops_ : droplet::LayerDrops{};
   const auto use = drops.use_of(height_of(m), m.quality, mask_);
   if (std::count(use.begin(), use.end(), droplet::Use::kNothing) == std::ptrdiff_t(use.size()))
-    return warn("HEIGHT_MAP " + std::to_string(m.map_id) + " has no measured cell", out);
+    return out.warn("HEIGHT_MAP " + std::to_string(m.map_id) + " has no measured cell");
   try {
     if (m.layer == learned_)
       estimator_.replace_map(height_of(m), use, noise);
@@ -82,7 +81,7 @@ void DropletEstimatorNode::learn(const height_map_t& m, Outbox& out) {
     learned_ = m.layer;
     publish(m, out);
   } catch (const std::invalid_argument& error) {
-    warn("HEIGHT_MAP " + std::to_string(m.map_id) + ": " + error.what(), out);
+    out.warn("HEIGHT_MAP " + std::to_string(m.map_id) + ": " + error.what());
   }
 }
 
@@ -105,14 +104,6 @@ void DropletEstimatorNode::publish(const height_map_t& map, Outbox& out) {
   m.droplets = e.droplets;
   m.evaluations = e.evaluations;
   out.send(channels::kHeightModel, m);
-}
-
-void DropletEstimatorNode::warn(const std::string& text, Outbox& out) const {
-  fault_t f{};
-  f.severity = std::int8_t(Severity::kWarning);
-  f.node = info(NodeId::kDropletEstimator).name;
-  f.text = text;
-  out.send(channels::fault(NodeId::kDropletEstimator), f);
 }
 
 std::unique_ptr<Node> make_droplet_estimator(const std::string& config_toml, const Blobs& blobs) {

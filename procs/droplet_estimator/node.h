@@ -29,7 +29,6 @@ class DropletEstimatorNode final : public Node {
  private:
   void learn(const height_map_t& map, Outbox& out);
   void publish(const height_map_t& map, Outbox& out);
-  void warn(const std::string& text, Outbox& out) const;
 
   GridSpec grid_;
   Mask mask_;

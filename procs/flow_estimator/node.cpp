@@ -7,7 +7,6 @@
 #include "config/ice_lab.h"
 #include "core/slice/coverage/footprint.h"
 #include "firn/enums.h"
-#include "firn/fault_t.hpp"
 #include "firn/flow_model_t.hpp"
 #include "lcmtypes/convert.h"
 
@@ -39,14 +38,6 @@ motion::Tool tool_of(const slice::PrintPaths& paths, const Machine& machine, std
   for (const motion::Tool& t : tools(machine))
     if (t.name == name) return t;
   throw std::invalid_argument("paths: tool \"" + name + "\" is not one of the machine's");
-}
-
-void warn(const std::string& text, Outbox& out) {
-  fault_t f{};
-  f.severity = std::int8_t(Severity::kWarning);
-  f.node = info(NodeId::kFlowEstimator).name;
-  f.text = text;
-  out.send(channels::fault(NodeId::kFlowEstimator), f);
 }
 
 }  // namespace
@@ -125,7 +116,7 @@ void FlowEstimatorNode::add(const path_report_t& m) {
 void FlowEstimatorNode::on(const height_map_t& m, Time, Outbox& out) {
   if (!(m.measured_fraction >= min_measured_fraction_) || m.layer < layer_) return;
   if (m.height_mm.size() != m.quality.size())
-    return warn("HEIGHT_MAP " + std::to_string(m.map_id) + " has no quality of each cell", out);
+    return out.warn("HEIGHT_MAP " + std::to_string(m.map_id) + " has no quality of each cell");
   HeightMap known = height_of(m);
   for (std::size_t c = 0; c < known.size(); ++c)
     if (m.quality[c] != std::int8_t(CellQuality::kMeasured)) known.cells[c] = kNotMeasured;

@@ -8,7 +8,6 @@
 #include "config/labs.h"
 #include "core/grid/npy.h"
 #include "firn/enums.h"
-#include "firn/fault_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "lcmtypes/convert.h"
 #include "procs/surface_mapper/path_mapper.h"
@@ -19,14 +18,6 @@ namespace {
 constexpr TimerId kLateRows{1};
 constexpr double kWaitForRows_s = 2.0;
 constexpr std::size_t kMostPreviewCells = 14'800;  // of 4 bytes, within 60 kB with the message's head
-
-void warn(const std::string& text, Outbox& out) {
-  fault_t f{};
-  f.severity = std::int8_t(Severity::kWarning);
-  f.node = info(NodeId::kSurfaceMapper).name;
-  f.text = text;
-  out.send(channels::fault(NodeId::kSurfaceMapper), f);
-}
 
 }  // namespace
 
@@ -43,9 +34,8 @@ bool SurfaceMapper::enter_scan(std::int64_t scan_id, Outbox& out) {
   if (scan_id < scan_id_ || (scan_id == scan_id_ && mapped_)) return false;
   if (scan_id == scan_id_) return true;
   if (!mapped_)
-    warn("scan " + std::to_string(scan_id_) + " was left unfinished with " + std::to_string(rows_in_) +
-             " rows",
-         out);
+    out.warn("scan " + std::to_string(scan_id_) + " was left unfinished with " + std::to_string(rows_in_) +
+             " rows");
   out.cancel(kLateRows);
   map_.clear();
   scan_id_ = scan_id;
@@ -77,10 +67,9 @@ void SurfaceMapper::on(const scan_done_t& m, Time now, Outbox& out) {
 
 void SurfaceMapper::wake(TimerId timer, Time, Outbox& out) {
   if (timer != kLateRows || !done_ || mapped_) return;
-  warn("scan " + std::to_string(scan_id_) + ": " + std::to_string(rows_in_) + " of " +
+  out.warn("scan " + std::to_string(scan_id_) + ": " + std::to_string(rows_in_) + " of " +
            std::to_string(scan_done_.rows_received) +
-           " rows have come; the others are filled from their neighbours",
-       out);
+           " rows have come; the others are filled from their neighbours");
   publish(out);
 }
 

@@ -7,24 +7,13 @@
 #include "config/ice_lab.h"
 #include "core/slice/coverage/footprint.h"
 #include "firn/enums.h"
-#include "firn/fault_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/preview_t.hpp"
 #include "lcmtypes/convert.h"
 #include "procs/surface_mapper/node.h"
 
 namespace firn {
-namespace {
-
-void warn(const std::string& text, Outbox& out) {
-  fault_t f{};
-  f.severity = std::int8_t(Severity::kWarning);
-  f.node = info(NodeId::kSurfaceMapper).name;
-  f.text = text;
-  out.send(channels::fault(NodeId::kSurfaceMapper), f);
-}
-
-}  // namespace
+namespace {}  // namespace
 
 PathMapper::PathMapper(const Experiment& e, const Machine& machine, slice::PrintPaths paths)
     : paths_(e.ice.map_table == "on" ? slice::with_table(std::move(paths)) : std::move(paths)),
@@ -54,9 +43,8 @@ void PathMapper::on(const laser_samples_t& m, Time, Outbox& out) {
     return;
   if (m.scan_id > scan_id_) {
     if (!mapped_)
-      warn("scan " + std::to_string(scan_id_) + " was left unfinished with " + std::to_string(scan_.size()) +
-               " paths",
-           out);
+      out.warn("scan " + std::to_string(scan_id_) + " was left unfinished with " +
+               std::to_string(scan_.size()) + " paths");
     scan_.clear();
     scan_id_ = m.scan_id;
     mapped_ = false;
@@ -76,8 +64,7 @@ void PathMapper::publish(Outbox& out) {
   const std::int32_t layer = scan_.begin()->second.layer, attempt = scan_.begin()->second.attempt;
   const slice::LayerPaths* paths = slice::find_layer(paths_, layer);
   if (!paths)
-    return warn("scan " + std::to_string(scan_id_) + ": the print has no layer " + std::to_string(layer),
-                out);
+    return out.warn("scan " + std::to_string(scan_id_) + ": the print has no layer " + std::to_string(layer));
   std::vector<surface::SurfacePoint> points;
   double expected = 0.0;
   height_map_t m{};
@@ -92,7 +79,7 @@ void PathMapper::publish(Outbox& out) {
       m.sample_utime_us = std::max(m.sample_utime_us, samples.sample_utime_us);
     }
   } catch (const std::invalid_argument& e) {
-    return warn("scan " + std::to_string(scan_id_) + ": " + e.what(), out);
+    return out.warn("scan " + std::to_string(scan_id_) + ": " + e.what());
   }
   const GridSpec grid = slice::footprint_grid(*paths, pitch_mm_);
   surface::ScatterEstimate e = surface::estimate_surface(

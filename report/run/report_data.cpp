@@ -10,15 +10,14 @@
 #include "core/grid/npy.h"
 #include "files/digest.h"
 #include "files/record/checksum.h"
-#include "files/record/event_log.h"
 #include "files/run_documents.h"
 #include "files/text_file.h"
 #include "firn/layer_metrics_t.hpp"
-#include "firn/sim_truth_t.hpp"
 #include "lcmtypes/convert.h"
 #include "replay/run_messages.h"
 #include "report/run/report_ice.h"
 #include "report/run/report_lab.h"
+#include "report/run/truth.h"
 
 namespace firn::replay {
 namespace {
@@ -66,29 +65,16 @@ void read_result(const fs::path& file, RunData& data) try {
 } catch (const std::invalid_argument&) {
 }
 
-// SIM_TRUTH comes from the launcher, which has no write-ahead file: the log holds it, behind the
-// LAYER_METRICS that it belongs to.
 void read_truth(const fs::path& run, RunData& data, std::map<std::int32_t, LayerRow>& rows) {
-  if (!fs::exists(run / "log.lcm")) return;
-  const logfile::EventLogFile log(run / "log.lcm");
-  logfile::EventLogReader reader = log.reader();
-  layer_metrics_t metrics{};
-  sim_truth_t m;
-  while (const auto event = reader.next()) {
-    if (event->channel == channels::kLayerMetrics.name)
-      metrics.decode(event->data.data(), 0, int(event->data.size()));
-    if (event->channel != channels::kSimTruth.name || event->damaged) continue;
-    if (m.decode(event->data.data(), 0, int(event->data.size())) != int(event->data.size())) continue;
-    HeightMap height(from_message(m.grid));
-    if (height.size() != m.height_mm.size() || height.spec != data.target.spec) continue;
-    std::ranges::copy(m.height_mm, height.cells.begin());
-    if (const auto row = rows.find(metrics.layer); row != rows.end()) {
+  each_truth(run, [&](std::int32_t layer, HeightMap height) {
+    if (height.spec != data.target.spec) return;
+    if (const auto row = rows.find(layer); row != rows.end()) {
       row->second.truth = error_stats(height, data.target, data.mask);
       row->second.outline = outline_stats(height, data.target, data.mask);
       data.outline = row->second.outline;
     }
     data.truth = std::move(height);
-  }
+  });
 }
 
 void read_provenance(const fs::path& run, const ProvenanceDocument& p, RunData& data) {

@@ -5,15 +5,13 @@
 #include <map>
 
 #include "core/slice/coverage/footprint.h"
-#include "files/record/event_log.h"
 #include "firn/control_surface_t.hpp"
 #include "firn/height_map_t.hpp"
-#include "firn/layer_metrics_t.hpp"
 #include "firn/path_job_t.hpp"
 #include "firn/pulse_list_t.hpp"
-#include "firn/sim_truth_t.hpp"
 #include "firn/trajectory_t.hpp"
 #include "lcmtypes/convert.h"
+#include "report/run/truth.h"
 
 namespace firn::replay {
 namespace {
@@ -66,25 +64,12 @@ void read_curve(const RunMessages& messages, IceData& data) {
   });
 }
 
-// SIM_TRUTH follows in the log the LAYER_METRICS that it belongs to.
 void read_truth(const std::filesystem::path& run, IceData& data) {
-  if (!std::filesystem::exists(run / "log.lcm")) return;
-  const logfile::EventLogFile log(run / "log.lcm");
-  logfile::EventLogReader reader = log.reader();
-  layer_metrics_t metrics{};
-  sim_truth_t m;
-  while (const auto event = reader.next()) {
-    if (event->channel == channels::kLayerMetrics.name)
-      metrics.decode(event->data.data(), 0, int(event->data.size()));
-    if (event->channel != channels::kSimTruth.name || event->damaged) continue;
-    if (m.decode(event->data.data(), 0, int(event->data.size())) != int(event->data.size())) continue;
-    HeightMap field(from_message(m.grid));
-    if (field.size() != m.height_mm.size()) continue;
-    std::ranges::copy(m.height_mm, field.cells.begin());
+  each_truth(run, [&](std::int32_t layer, HeightMap field) {
     for (IceInterval& i : data.intervals)
-      if (i.layer == metrics.layer) i.truth = cell_means(field, i.height.spec);
+      if (i.layer == layer) i.truth = cell_means(field, i.height.spec);
     data.field = std::move(field);
-  }
+  });
 }
 
 }  // namespace
