@@ -167,7 +167,7 @@ def test_names(root):
 def check_programs(root):
     """Programs of the build, and the tests that a page runs by name."""
     known, problems, names = lists(root), [], test_names(root)
-    made = {"bin": r"firn_process|add_executable", "bench": r"add_executable", "tests": r"firn_test"}
+    made = {"bin": r"firn_process|add_executable", "bench": r"firn_bench", "tests": r"firn_test"}
     for page in documents(root):
         text = read(root, page)
         for match in BUILT.finditer(text):

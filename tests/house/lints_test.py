@@ -11,6 +11,7 @@ import check_house  # noqa: E402
 import check_layers  # noqa: E402
 import check_packages  # noqa: E402
 import check_style  # noqa: E402
+import check_test_share  # noqa: E402
 
 GOOD = {
     "CMakeLists.txt": "cmake_minimum_required(VERSION 3.25)\nproject(firn CXX)\nfind_library(LCM_LIBRARY lcm REQUIRED)\n",
@@ -184,6 +185,16 @@ class Lints(unittest.TestCase):
         self.write("print/print.cpp", "out.send(channels::kSimTruth, truth);\n")  # publishing is its job
         self.assertEqual(self.problems(), [])
         self.caught("print/print.cpp", "sim_truth_t truth; truth.decode(bytes, 0, n);\n", "SIM_TRUTH")
+
+    def test_rooms_with_few_tests(self):
+        def of_cli():
+            return [problem for problem in check_test_share.check_shares(self.root) if problem.startswith("cli")]
+        line = "int x;\n// a comment\n\n"
+        self.write("cli/main.cpp", line * 100)
+        self.write("tests/cli/main_test.cpp", line * 60)
+        self.assertEqual(of_cli(), [])
+        self.write("tests/cli/main_test.cpp", line * 59 + "// a comment\n" * 10)
+        self.assertEqual(of_cli(), ["cli: 59 lines of tests by 100 of sources is 0.59, the least is 0.6"])
 
     def test_packages(self):
         self.caught("CMakeLists.txt", "find_package(OpenSSL REQUIRED)\n", "libssl-dev is missing")

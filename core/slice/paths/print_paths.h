@@ -1,4 +1,6 @@
-// PrintPaths holds all paths of a print in memory, so that the nodes of a run never slice.
+// PrintPaths holds all paths of a print in memory, so that the nodes of a run never slice. Its framing is not
+// that of a path file (files/path/layer_file.h): core reads no files, the run's manifest holds the SHA-256 of
+// the whole, and the runs that were recorded with it must be read for ever.
 #pragma once
 
 #include "core/slice/paths/path_codec.h"
