@@ -15,14 +15,14 @@ FOUND_BY_CMAKE = {
     "fmt": "libfmt-dev", "nlohmann_json": "nlohmann-json3-dev", "CLI11": "libcli11-dev", "Python3": "python3",
     "lcm": "liblcm-dev", "lcm-gen": "liblcm-bin", "ccache": "ccache", "tomlplusplus": "libtomlplusplus-dev",
     "xxhash": "libxxhash-dev", "xxhash.h": "libxxhash-dev", "nlopt": "libnlopt-dev", "nlopt.h": "libnlopt-dev", "nlopt_cxx": "libnlopt-cxx-dev", "python3": "python3", "Java": "default-jdk-headless",
-    "gnuplot": "gnuplot-nox", "clang++": "clang",
+    "gnuplot": "gnuplot-nox", "clang++": "clang", "ld.gold": "",
     "opencv_core": "libopencv-core-dev", "opencv_imgproc": "libopencv-imgproc-dev", "opencv_imgcodecs": "libopencv-imgcodecs-dev",
     "opencv2/core/version.hpp": "libopencv-core-dev",
     "opencv2/core.hpp": "libopencv-core-dev",
     "opencv_${module}": "libopencv-core-dev", "TBB": "libtbb-dev", "polyclipping": "libpolyclipping-dev",
     "polyclipping/clipper.hpp": "libpolyclipping-dev", "Boost": "libboost-dev", "3MF": "lib3mf-dev", "PNG": "libpng-dev", "EXPAT": "libexpat1-dev", "ZLIB": "zlib1g-dev", "lib3mf/Model/COM/NMR_DLLInterfaces.h": "lib3mf-dev",
 }
-FOUND_BY_PREFIX = {"sundials_": "libsundials-dev"}
+FOUND_BY_PREFIX = {"sundials_": "libsundials-dev", "cvode/": "libsundials-dev"}
 
 # Package -> what shows in the sources that it is needed.
 EVIDENCE = {
@@ -30,7 +30,8 @@ EVIDENCE = {
     "git": r"\bgit (-C|rev-parse)", "pkg-config": r"pkg_check_modules|\bpkg-config --", "liblcm-dev": r"<lcm/", "liblcm-bin": r"lcm-gen",
     "libeigen3-dev": r"<Eigen/", "libopencv-core-dev": r"<opencv2/core", "libopencv-imgproc-dev": r"<opencv2/imgproc|foreach\(module core imgproc",
     "libopencv-imgcodecs-dev": r"<opencv2/imgcodecs", "libnlopt-dev": r"<nlopt\.h>|<nlopt\.hpp>", "libnlopt-cxx-dev": r"<nlopt\.hpp>",
-    "libsundials-dev": r"<cvode/|<sundials/", "libssl-dev": r"<openssl/", "libxxhash-dev": r"<xxhash\.h>",
+    "libsundials-dev": r"<cvode/|<sundials/", "libsundials-cvode6": r"libsundials_cvode\.so\.6",
+    "libsundials-nvecserial6": r"libsundials_nvecserial\.so\.6", "libssl-dev": r"<openssl/", "libxxhash-dev": r"<xxhash\.h>",
     "libtomlplusplus-dev": r"<toml\+\+/", "libcli11-dev": r"<CLI/", "nlohmann-json3-dev": r"<nlohmann/", "libfmt-dev": r"<fmt/",
     "gnuplot-nox": r"\bgnuplot\b", "catch2": r"<catch2/", "libbenchmark-dev": r"<benchmark/", "python3": r"env python3",
     "default-jdk-headless": r"find_package\(Java", "default-jre": r"\bXvfb\b", "liblcm-java": r"FIRN_JAVA_FOLDER\}/lcm\.jar",
