@@ -28,10 +28,10 @@ constexpr int kIterations = 8;  // row of the table: a lab of paths searches not
 
 const std::vector<replay::StudyMetric>& metric_table() {
   static const std::vector<replay::StudyMetric> table = {
-      {"rms_um", "um", "RMS of the true surface about the target", 2},
-      {"std_um", "um", "roughness: standard deviation of the true error about its mean", 2},
-      {"abs_mean_um", "um", "size of the mean error of the true surface", 2},
-      {"mean_abs_um", "um", "mean of the absolute true error", 2},
+      {"rms_um", "um", "RMS of the true surface about the target", 3},
+      {"std_um", "um", "roughness: standard deviation of the true error about its mean", 3},
+      {"abs_mean_um", "um", "size of the mean error of the true surface", 3},
+      {"mean_abs_um", "um", "mean of the absolute true error", 3},
       {"max_um", "um", "largest absolute true error of a cell", 2},
       {"layers", "", "layers printed", 1},
       {"droplets", "", "droplets fired", 0},

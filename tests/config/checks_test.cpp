@@ -86,3 +86,13 @@ TEST_CASE("Lamp, lease, profiler line, model and run name are checked against ea
   for (const char* bad : {"", "../x", ".hidden", "a b", "a/b"})
     CHECK(says("run.name = \"" + std::string(bad) + "\"", "run.name"));
 }
+
+TEST_CASE("The stage must reach the grid under the second nozzle, when there is one") {
+  CHECK(what_of("jet_b.offset_x_mm = 60.0") == "no error");
+  const std::string two = "geometry = {shape = \"pipe\", outer_diameter_mm = 5.0, inner_diameter_mm = 3.0}\n";
+  CHECK(what_of(two) == "no error");
+  CHECK(says(two + "jet_b.offset_x_mm = 60.0", "the offset of nozzle B"));
+  CHECK(says(two + "jet_b.offset_y_mm = -160.0", "outside stage.y_min_mm"));
+  CHECK(says(two + "jet_b.offset_z_mm = 49.5", "the gap of nozzle B"));
+  CHECK(says(two + "jet_b.max_rate_hz = 100", "jet_b.max_rate_hz"));
+}

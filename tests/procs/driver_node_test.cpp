@@ -313,6 +313,23 @@ TEST_CASE("the end of an earlier incarnation, delivered only after the resume, d
   CHECK(rig.count("DCON") == 0);
 }
 
+TEST_CASE("the second jet is the same node with its own port, commands and waveform") {
+  Experiment e;
+  const JetNode a(NodeId::kJet, e), b(NodeId::kJetB, e);
+  CHECK(a.ports() == std::vector<std::string>{"jet"});
+  CHECK(b.ports() == std::vector<std::string>{"jet_b"});
+  const auto listens = [](const JetNode& n, std::string_view channel) {
+    return std::ranges::any_of(n.routes(), [&](const Node::Route& r) { return r.channel == channel; });
+  };
+  CHECK(listens(a, "JET_COMMAND"));
+  CHECK_FALSE(listens(a, "JET_B_COMMAND"));
+  CHECK(listens(b, "JET_B_COMMAND"));
+  CHECK_FALSE(listens(b, "JET_COMMAND"));
+  e.jet_b.drive.dwell_v = 20.5;
+  CHECK_NOTHROW(JetNode(NodeId::kJet, e));
+  CHECK_THROWS_WITH(JetNode(NodeId::kJetB, e), Catch::Contains("jet_b.dwell_v"));
+}
+
 TEST_CASE(
     "bytes that a stalled disk holds back beyond the lease do not leave, and the command is answered none") {
   LampRig rig;
