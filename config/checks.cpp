@@ -74,7 +74,10 @@ void check_part(Rules& r) {
   r.require(
       from_image == !e.part.image.empty(), {"part.image", "part.shape"},
       from_image ? "part.shape \"height_map\" needs a PNG" : "only part.shape \"height_map\" takes a PNG");
-  if (from_image) return;
+  const bool from_mesh = s.kind == "mesh";
+  r.require(from_mesh == !e.part.mesh.empty(), {"part.mesh", "part.shape"},
+            from_mesh ? "part.shape \"mesh\" needs a file" : "only part.shape \"mesh\" takes a mesh");
+  if (from_image || from_mesh) return;
   const double x_mm = e.grid.nx * e.grid.pitch_x_mm, y_mm = e.grid.ny * e.grid.pitch_y_mm;
   if (s.kind == "cuboid" || s.kind == "wedge") {
     r.require(s.width_mm > 0.0, {"part.width_mm", "part.shape"}, "must be above 0 mm for a " + s.kind);

@@ -28,6 +28,10 @@ struct PartConfig {
   ShapeSpec shape;              ///< shape.kind "height_map" takes the image instead
   std::string image;            ///< PNG, path relative to the experiment file
   double image_white_mm = 0.4;  ///< height of the brightest grey value
+  double um_per_px = 0.0;       ///< of the image; 0: shape.width_mm is its width
+  std::string mesh;             ///< of shape.kind "mesh": STL, PLY, OBJ or 3MF, in the middle of the grid
+  double mesh_scale_xy = 1.0;
+  double mesh_scale_z = 1.0;
 };
 
 struct GeometryConfig {  ///< the part inside a block of support; the block is PartConfig's
@@ -83,6 +87,7 @@ struct ProcessConfig {  ///< how a layer is printed
   int sub_patterns = 1;  ///< interlaced patterns of a layer, each cured before the next [Lu 2015, V-D.2]
   int max_rescans = 2;   ///< of one layer when the map is rejected
   double min_measured_fraction = 0.8;  ///< interlock I13
+  double max_lost_rows_share = 0.01;   ///< of a scan; 1: rows are not counted
   double least_rise_share = 0.3;       ///< interlock I12: of the expected rise of a layer of droplets
   double most_rise_share = 4.0;        ///< interlock I12
 };
@@ -115,6 +120,8 @@ struct PlantConfig {
   double nozzle_b_y_mm = 0.0;
   double sensor_noise_mm = 0.001;  ///< Lu V-B: 1 um
   double dropout_fraction = 0.005;
+  double profiler_dx_mm = 0.0, profiler_dy_mm = 0.0,
+         profiler_dz_mm = 0.0;  ///< true place beyond the believed one
   IcePlantConfig ice;
 };
 
@@ -195,9 +202,14 @@ bool takes_part(const Experiment& experiment, std::string_view node);
 /// one.
 Experiment parse_experiment(const std::string& toml_text, const std::string& file_name);
 
+/// The same of a text that dump() wrote, perhaps in an earlier version: a key that it lacks has the value
+/// with which that version ran, which need not be today's default.
+Experiment parse_recorded_experiment(const std::string& toml_text, const std::string& file_name,
+                                     const std::vector<std::string>& overrides = {});
+
 /// `overrides`: "a.b=value" as of --set, applied in order after the file. A leading `include =
 /// "../labs/x.toml"` is resolved relative to the file by the caller, who hands in the texts from base to
-/// leaf.
+/// leaf. A path in a text is relative to its file's folder, and in the result to the last file's.
 Experiment parse_experiment(const std::vector<std::pair<std::string, std::string>>& named_texts,
                             const std::vector<std::string>& overrides);
 

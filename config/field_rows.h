@@ -15,6 +15,11 @@ using Table = std::vector<Field>;
 inline void add(Table& t, const Table& rows) { t.insert(t.end(), rows.begin(), rows.end()); }
 
 inline Limits text() { return {}; }
+inline Limits path() {
+  Limits limits;
+  limits.is_path = true;
+  return limits;
+}
 inline Limits one_of(std::vector<std::string_view> choices) { return {{}, std::move(choices)}; }
 
 /// The key of one option. @param meaning instead of the option's own

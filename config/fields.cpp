@@ -17,6 +17,7 @@ constexpr double kLong = control::kMaxSeed;
 Limits shapes() {
   std::vector<std::string_view> all(shape_kinds().begin(), shape_kinds().end());
   all.push_back("height_map");
+  all.push_back("mesh");
   return one_of(all);
 }
 
@@ -35,11 +36,17 @@ Table part_fields(Experiment& e) {
   Table t = rows("grid.", e.grid, kGridSpec);
   add(t,
       {
-          {"part.shape", &s.kind, "", shapes(), "outline and height; height_map takes them from part.image"},
-          {"part.image", &e.part.image, "", text(),
-           "grey PNG, path relative to the experiment file; black = no part"},
+          {"part.shape", &s.kind, "", shapes(),
+           "outline and height; height_map takes them from part.image, mesh from part.mesh"},
+          {"part.image", &e.part.image, "", path(), "grey PNG, path relative to this file; black = no part"},
           {"part.image_white_mm", &e.part.image_white_mm, "mm", above(0, 1000),
            "height of the brightest grey value"},
+          {"part.um_per_px", &e.part.um_per_px, "um", within(0, 1e5),
+           "height_map: side of a pixel; 0 = part.width_mm is the picture's width"},
+          {"part.mesh", &e.part.mesh, "", path(),
+           "mesh: file (STL, PLY, OBJ, 3MF) printed with one ink; path relative to this file"},
+          {"part.mesh_scale_xy", &e.part.mesh_scale_xy, "", above(0, 1e6), "mesh: factor along x and y"},
+          {"part.mesh_scale_z", &e.part.mesh_scale_z, "", above(0, 1e6), "mesh: factor along z"},
       });
   add(t, rows("part.", s, kShapeSpec));
   return t;
@@ -55,12 +62,12 @@ Table geometry_fields(Experiment& e) {
   add(t, rows("geometry.", s, kSolidSpec));
   add(t,
       {
-          {"geometry.images", &e.geometry.images, "", text(),
+          {"geometry.images", &e.geometry.images, "", path(),
            "images: folder of grey PNGs, one layer each in the order of their names, bottom first; white = "
            "object"},
           {"geometry.image_pitch_z_mm", &e.geometry.image_pitch_z_mm, "mm", kImagePitch_mm,
            "images: height of one layer"},
-          {"geometry.mesh", &e.geometry.mesh, "", text(),
+          {"geometry.mesh", &e.geometry.mesh, "", path(),
            "mesh: file (STL, PLY, OBJ, 3MF) whose inside is the object; stands in the middle of the grid"},
           {"geometry.mesh_scale_xy", &e.geometry.mesh_scale_xy, "", above(0, 1e6),
            "mesh: factor along x and y"},
@@ -149,6 +156,8 @@ Table lab_fields(Experiment& e) {
        "scans of one layer repeated when its map is rejected"},
       {"process.min_measured_fraction", &p.min_measured_fraction, "", within(0, 1),
        "of the part's cells, else the map is rejected"},
+      {"process.max_lost_rows_share", &p.max_lost_rows_share, "", within(0, 1),
+       "of a scan's rows: with more lost it is made again at half the speed; 1 = lost rows are not counted"},
       {"process.least_rise_share", &p.least_rise_share, "", within(0, 1),
        "of what a layer's droplets deposit: one that rose by less was printed by a dead nozzle, which stops "
        "the "
@@ -194,6 +203,10 @@ Table plant_fields(Experiment& e) {
       {"plant.sensor_noise_mm", &p.sensor_noise_mm, "mm", within(0, 1),
        "standard deviation of one height [Lu 2015, V-B]"},
       {"plant.dropout_fraction", &p.dropout_fraction, "", within(0, 1), "profile points without a reading"},
+      {"plant.profiler_dx_mm", &p.profiler_dx_mm, "mm", within(-100, 100),
+       "where the profiler truly measures, beyond the place that the lab believes"},
+      {"plant.profiler_dy_mm", &p.profiler_dy_mm, "mm", within(-100, 100), "the same along y"},
+      {"plant.profiler_dz_mm", &p.profiler_dz_mm, "mm", within(-100, 100), "by which it reads too high"},
   };
 }
 

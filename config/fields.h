@@ -17,6 +17,7 @@ namespace firn {
 /// words.
 struct Limits : Range {
   std::vector<std::string_view> choices;  ///< of words; empty = any printable text
+  bool is_path = false;                   ///< relative to the folder of the file that gives it
 
   Limits(const Range& range = {}, std::vector<std::string_view> words = {})
       : Range(range), choices(std::move(words)) {}

@@ -26,7 +26,7 @@ struct IceMaterialConfig {
 };
 
 struct IceConfig {
-  // The printed part; file paths are relative to the experiment file.
+  // The printed part; file paths are relative to the experiment's folder.
   std::string mesh;        ///< STL, PLY, OBJ or 3MF
   std::string slice;       ///< settings of firn slice
   std::string paths;       ///< instead of mesh and slice: a path file that firn slice wrote

@@ -32,13 +32,13 @@ Table part_of(Experiment& e) {
   IceConfig& c = e.ice;
   return {
       {"lab.kind", &e.lab.kind, "", lab_names(), kinds_in_words()},
-      {"ice.mesh", &c.mesh, "", text(), "part: STL, PLY, OBJ or 3MF, path relative to the experiment file"},
-      {"ice.slice", &c.slice, "", text(),
-       "settings of firn slice, path relative to the experiment file; layer height and measurement paths are "
+      {"ice.mesh", &c.mesh, "", path(), "part: STL, PLY, OBJ or 3MF, path relative to this file"},
+      {"ice.slice", &c.slice, "", path(),
+       "settings of firn slice, path relative to this file; layer height and measurement paths are "
        "[ice]'s"},
-      {"ice.paths", &c.paths, "", text(),
-       "instead of ice.mesh and ice.slice: a path file of firn slice, path relative to the experiment file"},
-      {"ice.machine", &c.machine, "", text(), "machine of firn plan, path relative to the experiment file"},
+      {"ice.paths", &c.paths, "", path(),
+       "instead of ice.mesh and ice.slice: a path file of firn slice, path relative to this file"},
+      {"ice.machine", &c.machine, "", path(), "machine of firn plan, path relative to this file"},
       {"ice.height_mm", &c.height_mm, "mm", within(0, 1000), "layers above are left out; 0 = the whole mesh"},
       {"ice.origin_x_mm", &c.origin_x_mm, "mm", within(-1000, 1000),
        "of the part's frame in the robot's base frame"},

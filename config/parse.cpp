@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <sstream>
 
@@ -101,6 +102,19 @@ class Reader {
       } catch (const ConfigError& e) {
         throw ConfigError(kSet, 0, e.key, e.problem);  // a line number would mislead
       }
+  }
+
+  /// Makes the paths that `file` gives relative to `home`.
+  void paths_from(const std::string& file, const std::filesystem::path& home) {
+    const std::filesystem::path own = std::filesystem::path(file).parent_path();
+    if (own == home) return;
+    for (Field& f : fields_) {
+      const auto origin = origins_.find(f.key);
+      if (!f.limits.is_path || origin == origins_.end() || origin->second.file != file) continue;
+      std::string& path = *std::get<std::string*>(f.value);
+      if (path.empty() || std::filesystem::path(path).is_absolute()) continue;
+      path = (own / path).lexically_normal().lexically_proximate(home.lexically_normal()).generic_string();
+    }
   }
 
   const Origins& origins() const { return origins_; }
@@ -266,9 +280,20 @@ std::string include_of(const std::string& toml_text, const std::string& file_nam
   return include->as_string()->get();
 }
 
-Experiment parse_experiment(const std::vector<std::pair<std::string, std::string>>& named_texts,
-                            const std::vector<std::string>& overrides) {
-  Experiment experiment;
+namespace {
+
+// What a run did before a key for it existed.
+Experiment before_its_keys() {
+  Experiment e;
+  e.process.max_lost_rows_share = 1.0;
+  e.laser_profiler.bias_limit_mm = e.laser_profiler.offset_limit_mm = 0.0;
+  e.laser_point.bias_limit_mm = e.laser_point.offset_limit_mm = 0.0;
+  return e;
+}
+
+Experiment parse_onto(Experiment experiment,
+                      const std::vector<std::pair<std::string, std::string>>& named_texts,
+                      const std::vector<std::string>& overrides) {
   Reader reader(firn::fields(experiment));
   bool first = true;
   for (const auto& [file, text] : named_texts) {
@@ -279,6 +304,7 @@ Experiment parse_experiment(const std::vector<std::pair<std::string, std::string
           "include = " + shown(*include) + ": the included text was not handed in before this one");
     first = false;
     reader.read(table, file);
+    reader.paths_from(file, std::filesystem::path(named_texts.back().first).parent_path());
   }
   reader.override_with(overrides);
   check_kind(reader, experiment.lab.kind);
@@ -287,8 +313,20 @@ Experiment parse_experiment(const std::vector<std::pair<std::string, std::string
   return experiment;
 }
 
+}  // namespace
+
+Experiment parse_experiment(const std::vector<std::pair<std::string, std::string>>& named_texts,
+                            const std::vector<std::string>& overrides) {
+  return parse_onto({}, named_texts, overrides);
+}
+
 Experiment parse_experiment(const std::string& toml_text, const std::string& file_name) {
   return parse_experiment({{file_name, toml_text}}, {});
+}
+
+Experiment parse_recorded_experiment(const std::string& toml_text, const std::string& file_name,
+                                     const std::vector<std::string>& overrides) {
+  return parse_onto(before_its_keys(), {{file_name, toml_text}}, overrides);
 }
 
 }  // namespace firn

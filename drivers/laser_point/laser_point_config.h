@@ -10,7 +10,9 @@ struct LaserPointConfig {
   double latency_s = 0.03;   ///< from the start of the motion to the first stored sample
   double offset_x_mm = 0.0;  ///< of the spot, beyond the machine's tool_laser
   double offset_y_mm = 0.0;
-  double offset_z_mm = 0.0;                    ///< added to every height
+  double offset_z_mm = 0.0;      ///< added to every height
+  double bias_limit_mm = 0.15;   ///< calibrated uncertainty of heights; 0: the bare table is not checked
+  double offset_limit_mm = 0.5;  ///< and of places; 0: the first interval's outline is not checked
   int program_part = 0, program_scaffold = 1;  ///< the controller's stored settings
   int surface_part = 1, surface_scaffold = 0;  ///< its kinds of surfaces
   int sampling_us = 200;                       ///< one of lkg::kSampling_us
@@ -26,6 +28,10 @@ inline constexpr OptionTable kLaserPointConfig{
            "of the spot beyond the machine's tool_laser, as the lab believes; firn calibrate measures it"},
     Option{"offset_y_mm", &LaserPointConfig::offset_y_mm, "mm", within(-100, 100), "the same along y"},
     Option{"offset_z_mm", &LaserPointConfig::offset_z_mm, "mm", within(-100, 100), "added to every height"},
+    Option{"bias_limit_mm", &LaserPointConfig::bias_limit_mm, "mm", within(0, 100),
+           "calibrated uncertainty of heights (interlock 15); 0 = not checked"},
+    Option{"offset_limit_mm", &LaserPointConfig::offset_limit_mm, "mm", within(0, 100),
+           "calibrated uncertainty of the spot and of nozzles (interlock 15); 0 = not checked"},
     Option{"program_part", &LaserPointConfig::program_part, "", within(0, 7),
            "the controller's stored settings for ice"},
     Option{"program_scaffold", &LaserPointConfig::program_scaffold, "", within(0, 7), "and for scaffold"},

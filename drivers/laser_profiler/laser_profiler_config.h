@@ -7,8 +7,10 @@ namespace firn::drivers {
 
 struct LaserProfilerConfig {
   int points = 800;
-  double dx_mm = 0.0;        ///< 0 = chosen so that the line covers the grid
-  double offset_y_mm = 0.0;  ///< line relative to the nozzle
+  double dx_mm = 0.0;            ///< 0 = chosen so that the line covers the grid
+  double offset_y_mm = 0.0;      ///< line relative to the nozzle
+  double bias_limit_mm = 0.005;  ///< calibrated uncertainty of heights; 0: the bare table is not checked
+  double offset_limit_mm = 0.2;  ///< and of places; 0: the first layer's outline is not checked
   double poll_s = 0.004;  ///< while armed; must be shorter than the time between two triggers. Once two rows
                           ///< have come, the driver waits 9/10 of their distance before it asks again.
 };
@@ -18,6 +20,10 @@ inline constexpr OptionTable kLaserProfilerConfig{
            "distance of points; 0 = so that the line covers the grid"},
     Option{"offset_y_mm", &LaserProfilerConfig::offset_y_mm, "mm", within(-1000, 1000),
            "laser line relative to the nozzle"},
+    Option{"bias_limit_mm", &LaserProfilerConfig::bias_limit_mm, "mm", within(0, 100),
+           "calibrated uncertainty of heights (interlock 15); 0 = not checked"},
+    Option{"offset_limit_mm", &LaserProfilerConfig::offset_limit_mm, "mm", within(0, 100),
+           "calibrated uncertainty of places (interlock 15); 0 = not checked"},
     Option{"poll_s", &LaserProfilerConfig::poll_s, "s", above(0, 10), "between questions for a new profile"},
 };
 

@@ -34,6 +34,27 @@ TEST_CASE("The experiment overrides its lab, and --set overrides both") {
   CHECK(e.grid.pitch_x_mm == 0.3);
 }
 
+TEST_CASE(
+    "A path in an included file is resolved from that file's folder, one of the experiment from its own") {
+  const test::TempFolder f;
+  f.file("shop/labs/lab.toml",
+         "lab.kind = \"ice\"\ncontrol.scheme = \"smf\"\nice.machine = \"arm.toml\"\n"
+         "ice.slice = \"../slicing/fine.toml\"\nice.mesh = \"lab.stl\"\n");
+  const fs::path path =
+      f.file("mine/parts/x.toml", "include = \"../../shop/labs/lab.toml\"\nice.mesh = \"part.stl\"\n");
+  const auto same = [&](const std::string& said, const char* where) {
+    return (path.parent_path() / said).lexically_normal() == f.path() / where;
+  };
+  Experiment e = load_experiment(path);
+  CHECK(same(e.ice.machine, "shop/labs/arm.toml"));
+  CHECK(same(e.ice.slice, "shop/slicing/fine.toml"));
+  CHECK(same(e.ice.mesh, "mine/parts/part.stl"));
+  e = load_experiment(path, {"ice.machine=arm.toml"});
+  CHECK(same(e.ice.machine, "mine/parts/arm.toml"));
+  f.file("abs.toml", "include = \"shop/labs/lab.toml\"\nice.machine = \"/opt/arm.toml\"\n");
+  CHECK(load_experiment(f.path() / "abs.toml").ice.machine == "/opt/arm.toml");
+}
+
 TEST_CASE("A missing include names the missing file and the file that includes it") {
   const test::TempFolder f;
   const fs::path path = f.file("x.toml", "include = \"gone.toml\"\n");

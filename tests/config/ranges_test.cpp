@@ -384,6 +384,8 @@ TEST_CASE("Every numeric key of an experiment has the range of what it configure
           {"run.", "the run's own: clocks and folders"},
           {"bus.", "faults that the bus injects"},
           {"part.image_white_mm", "scale of a picture"},
+          {"part.um_per_px", "scale of a picture"},
+          {"part.mesh_", "scale of a mesh, which needs the mesh"},
           {"geometry.mesh_", "scale and place of a mesh, which need the mesh"},
           {"geometry.judge_above_layers", "a share of a layer, for which core takes any height"},
           {"control.smoothing", "a switch"},
@@ -422,6 +424,7 @@ TEST_CASE("Every numeric key of an experiment has the range of what it configure
           {"plant.ice.valve_a_dy_mm", "a displacement of any size"},
           {"plant.ice.valve_b_dx_mm", "a displacement of any size"},
           {"plant.ice.valve_b_dy_mm", "a displacement of any size"},
+          {"plant.profiler_d", "a displacement of any size"},
           {"plant.ice.jig_mm", "five numbers a block, which count together"},
       },
   });
