@@ -1,5 +1,7 @@
 #include "lcmtypes/convert.h"
 
+#include "core/grid/cell_quality.h"
+
 namespace firn {
 
 grid_t to_message(const GridSpec& s) {
@@ -20,6 +22,14 @@ GridSpec from_message(const grid_t& g) {
 HeightMap height_of(const height_map_t& m) {
   HeightMap h(from_message(m.grid));
   for (std::size_t c = 0; c < h.size(); ++c) h.cells[c] = double(m.height_mm[c]);
+  return h;
+}
+
+HeightMap measured_height_of(const height_map_t& m) {
+  HeightMap h = height_of(m);
+  if (m.rows_expected == 0) return h;
+  for (std::size_t c = 0; c < h.size() && c < m.quality.size(); ++c)
+    if (CellQuality(m.quality[c]) == CellQuality::kGuessed) h.cells[c] = kNotMeasured;
   return h;
 }
 

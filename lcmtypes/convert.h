@@ -20,6 +20,8 @@ grid_t to_message(const GridSpec& spec);
 GridSpec from_message(const grid_t& grid);
 
 HeightMap height_of(const height_map_t& map);  ///< NaN where not measured
+/// The same, NaN also where the map guesses the height; a map that does not count its rows names no guesses.
+HeightMap measured_height_of(const height_map_t& map);
 void set_height(height_map_t& map, const HeightMap& height);
 DropletPattern drops_of(const layer_plan_t& plan);
 DropletPattern drops_of(const deposition_report_t& report);  ///< what the pass commanded

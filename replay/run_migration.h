@@ -45,6 +45,15 @@ class RunMigration {
   std::map<Key, std::vector<std::byte>> companions_;
 };
 
+/// Decodes one recorded message, of any version, as today's type. @returns false for an unreadable one
+template <class Message>
+bool decode_recorded(std::span<const std::byte> recorded, Message& message) {
+  static const RunMigration migration;
+  std::vector<std::byte> kept;
+  const std::span<const std::byte> bytes = migration.today(recorded, kept);
+  return message.decode(bytes.data(), 0, int(bytes.size())) == int(bytes.size());
+}
+
 /// Converts events and outputs of one write-ahead file, in its order. Views last as long as `kept` and the
 /// file.
 class NodeMigration {

@@ -7,7 +7,7 @@ namespace firn {
 
 enum class CellQuality : std::int8_t {
   kMeasured = 0,
-  kInFilled = 1,         ///< no valid sample
+  kGuessed = 1,          ///< no valid sample: filled from its neighbours
   kOutlierReplaced = 2,  ///< by its neighbours
 };
 

@@ -115,4 +115,17 @@ OutlineStats outline_stats(const HeightMap& height, const HeightMap& target_ther
   return s;
 }
 
+Mask inside_of(const Mask& mask) {
+  const GridSpec& g = mask.spec;
+  Mask inside(g);
+  for (int j = 1; j + 1 < g.ny; ++j)
+    for (int i = 1; i + 1 < g.nx; ++i) {
+      bool all = true;
+      for (int y = j - 1; y <= j + 1; ++y)
+        for (int x = i - 1; x <= i + 1; ++x) all = all && mask.at(x, y);
+      inside.at(i, j) = all;
+    }
+  return inside;
+}
+
 }  // namespace firn

@@ -23,4 +23,7 @@ struct OutlineStats {
 /// @throws std::invalid_argument: a mask of another size, a height map that does not hold the target's cells
 OutlineStats outline_stats(const HeightMap& height, const HeightMap& target, const Mask& mask);
 
+/// Returns the cells of a mask whose eight neighbours all belong to it; a cell at the grid's border does not.
+Mask inside_of(const Mask& mask);
+
 }  // namespace firn

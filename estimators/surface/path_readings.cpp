@@ -105,7 +105,7 @@ ScatterEstimate estimate_surface(const GridSpec& grid, const Mask& footprint,
                                  std::span<const SurfacePoint> points, const ScatterOptions& options) {
   if (footprint.spec != grid) throw std::invalid_argument("the footprint is not on the map's grid");
   ScatterEstimate e{HeightMap(grid, kNotMeasured),
-                    Grid<std::uint8_t>(grid, std::uint8_t(CellQuality::kInFilled))};
+                    Grid<std::uint8_t>(grid, std::uint8_t(CellQuality::kGuessed))};
   e.noise_std_mm = noise_of_readings(points);
   ScatteredSurface net(points);
   const HeightMap through = net.on(grid, options.samples);

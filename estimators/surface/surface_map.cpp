@@ -71,7 +71,7 @@ void fill_unmeasured(SurfaceEstimate& e) {
   for (std::size_t c = 0; c < g.size(); ++c)
     if (!std::isfinite(e.height.cells[c])) {
       open.push_back(c);
-      e.quality.cells[c] = std::uint8_t(CellQuality::kInFilled);
+      e.quality.cells[c] = std::uint8_t(CellQuality::kGuessed);
     }
   if (open.size() == g.size()) {
     std::fill(e.height.cells.begin(), e.height.cells.end(), 0.0);

@@ -97,6 +97,7 @@ struct ProfilerParams {
   int points = 800;
   double dx_mm = 0.0;  ///< 0: 1.15 x grid width / points, rounded up to 5 um
   double laser_offset_y_mm = 0.0;
+  double error_x_mm = 0.0, error_y_mm = 0.0, error_z_mm = 0.0;  ///< truth beyond what it reports
   std::int64_t latency_us = 500;
   std::int64_t sampling_us = 100;  ///< from trigger to profile ready
 };

@@ -117,9 +117,12 @@ class InkjetLab final : public WorldLab, private Wires {
     const double y_mm = stage_y_mm + config.profiler.laser_offset_y_mm;
     const auto encoder = std::int32_t(stage.device().encoder_counts(1, stage_y_mm));
     model->measured();
+    const ProfilerParams& p = config.profiler;
     measure_profile(model->surface(), config.sensor, {config.seed, model->layers().layer(), scans_of_layer++},
-                    y_mm, profile_x0_mm(config.grid, config.profiler),
-                    profile_dx_mm(config.grid, config.profiler), line);
+                    y_mm + p.error_y_mm, profile_x0_mm(config.grid, p) + p.error_x_mm,
+                    profile_dx_mm(config.grid, p), line);
+    if (p.error_z_mm != 0.0)
+      for (double& z : line) z += p.error_z_mm;
     profiler.trigger(t_us, encoder, line);
     write(RecordKind::kScanTrigger, ScanRecord{t_us, y_mm, profiler.triggers(), encoder});
   }

@@ -112,6 +112,9 @@ WorldConfig world_config(const Experiment& e) {
   c.profiler.points = e.laser_profiler.points;
   c.profiler.dx_mm = e.laser_profiler.dx_mm;
   c.profiler.laser_offset_y_mm = e.laser_profiler.offset_y_mm;
+  c.profiler.error_x_mm = e.plant.profiler_dx_mm;
+  c.profiler.error_y_mm = e.plant.profiler_dy_mm;
+  c.profiler.error_z_mm = e.plant.profiler_dz_mm;
   c.lamp.max_on_us = std::int64_t(e.lamp.max_on_s * 1e6);
   return c;
 }

@@ -14,11 +14,12 @@ ConfigChange config_change(const fs::path& run, const std::string& recorded_toml
                            const std::vector<std::string>& overrides) {
   ConfigChange result;
   if (recorded_toml.empty()) return result;
-  const Experiment recorded = parse_experiment(recorded_toml, "the recorded configuration");
+  const std::string name = "the recorded configuration";
+  const Experiment recorded = parse_recorded_experiment(recorded_toml, name);
   const fs::path file = run / "experiment.toml";
   const Experiment now = fs::exists(file)
-                             ? load_experiment(file, overrides)
-                             : parse_experiment({{"the recorded configuration", recorded_toml}}, overrides);
+                             ? parse_recorded_experiment(read_config_text(file), file.string(), overrides)
+                             : parse_recorded_experiment(recorded_toml, name, overrides);
   for (const ConfigDifference& d : differences(recorded, now))
     result.settings.push_back(d.key + ": recorded " + d.a + ", now " + d.b);
   if (!result.settings.empty()) result.change = [text = dump(now)](const std::string&) { return text; };

@@ -48,7 +48,9 @@ control::Setup control_setup(const Experiment& e, HeightMap target, Mask mask,
 
 ControllerNode::ControllerNode(const Experiment& e, HeightMap target, Mask mask,
                                std::shared_ptr<const Geometry> geometry)
-    : grid_(e.grid), wait_s_(kWaitForReports_s * e.run.time_scale) {
+    : grid_(e.grid),
+      known_(control_setup(e, target, mask, geometry)),
+      wait_s_(kWaitForReports_s * e.run.time_scale) {
   if (e.control.height_estimate == "kalman") estimate_.emplace(e, mask);
   control::Setup setup = control_setup(e, std::move(target), std::move(mask), std::move(geometry));
   model_ = setup.model;
@@ -105,8 +107,16 @@ control::Decision ControllerNode::decide(const height_map_t& m) {
                           model_.times(factors->at(droplet::Place::kRim)));
     return scheme_->decide({estimate_->height(), m.layer, m.attempt, estimate_->std_mm()});
   }
+  return decide_on_map(m);
+}
+
+control::Decision ControllerNode::decide_on_map(const height_map_t& m) {
   const double noise = std::isfinite(m.noise_std_mm) && m.noise_std_mm > 0.0 ? m.noise_std_mm : 0.0;
-  return scheme_->decide({height_of(m), m.layer, m.attempt, noise});
+  const bool counted = m.rows_expected > 0;
+  HeightMap height = counted ? known_.filled(height_of(m), m.quality, m.layer) : height_of(m);
+  control::Decision d = scheme_->decide({height, m.layer, m.attempt, noise});
+  if (counted) known_.keep(std::move(height), m.layer, d.drops, d.materials);
+  return d;
 }
 
 void ControllerNode::answer(const height_map_t& m, Outbox& out) {

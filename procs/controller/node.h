@@ -8,6 +8,7 @@
 
 #include "config/experiment.h"
 #include "core/control/controller.h"
+#include "core/control/known_surface.h"
 #include "firn/height_map_t.hpp"
 #include "firn/height_model_t.hpp"
 #include "procs/controller/height_estimate.h"
@@ -20,7 +21,8 @@ namespace firn {
 /// answered with a fault and a plan to stop for the operator; the scheme's state does not change. With
 /// control.height_estimate = "kalman" the scheme receives the map blended with the height predicted from the
 /// executed droplets. A map that overtakes the reports of its layer waits for these reports, at most two
-/// seconds; then the map counts alone.
+/// seconds; then the map counts alone. A cell that a scan has not measured is decided by the model's height
+/// (core/control/known_surface.h), not by the map's guess, if the map counts the rows of its scan.
 class ControllerNode final : public Node {
  public:
   /// @throws std::invalid_argument naming the setup field or option that the scheme refuses.
@@ -41,9 +43,11 @@ class ControllerNode final : public Node {
  private:
   void answer(const height_map_t& map, Outbox& out);
   control::Decision decide(const height_map_t& map);
+  control::Decision decide_on_map(const height_map_t& map);
 
   GridSpec grid_;
   std::unique_ptr<control::LayerController> scheme_;
+  control::KnownSurface known_;             ///< without an estimate
   deposition::DropletModel model_;          ///< as configured
   std::optional<HeightEstimate> estimate_;  ///< "kalman"
   double wait_s_;

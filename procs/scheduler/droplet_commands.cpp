@@ -106,7 +106,7 @@ void DropletLoop::send_scan(Time now, Outbox& out) {
   c.x_mm = 0.5 * (g.x_mm(0) + g.x_mm(g.nx - 1));  // the line's middle
   c.y_mm = g.y_mm(0);
   c.z_mm = experiment_.process.nozzle_gap_mm;
-  c.speed_mm_s = experiment_.process.scan_speed_mm_s;
+  c.speed_mm_s = scan_speed_mm_s();
   c.grid = to_message(g);
   stamp(c, NodeId::kStage, extent_mm(g.ny, g.pitch_y_mm) / c.speed_mm_s + 10.0, now, out);
   out.send(channels::kStageCommand, c);
@@ -147,7 +147,7 @@ void DropletLoop::send_exposure(Time now, Outbox& out) {
 }
 
 void DropletLoop::publish_metrics(const height_map_t& map, Outbox& out) {
-  const HeightMap height = height_of(map);
+  const HeightMap height = measured_height_of(map);
   const ErrorStats e = error_stats(height, target_, mask_);
   double target_sum = 0.0, height_sum = 0.0;
   for (std::size_t c = 0; c < height.size(); ++c) {
@@ -168,6 +168,13 @@ void DropletLoop::publish_metrics(const height_map_t& map, Outbox& out) {
   m.min_error_mm = e.min_mm;
   m.max_error_mm = e.max_mm;
   m.volume_mm3 = height_sum * experiment_.grid.pitch_x_mm * experiment_.grid.pitch_y_mm;
+  if (map.rows_expected > 0) {
+    m.rows_lost = rows_lost_;
+    m.cells_guessed = e.missing;
+    m.volume_mm3 *= double(e.cells + e.missing) / n;
+    m.rms_inside_mm = error_stats(height, target_, inside_).rms_mm;
+    m.rms_rim_mm = error_stats(height, target_, rim_).rms_mm;
+  }
   m.drops = map.layer > 0 ? job_.fired() : 0;
   m.drops_total = drops_total_;
   m.objective_mm = objective_mm_;
@@ -182,6 +189,7 @@ void DropletLoop::publish_metrics(const height_map_t& map, Outbox& out) {
   const double per_layer = map.layer > 0 && m.mean_height_mm > 0 ? m.mean_height_mm / map.layer
                                                                  : h.h1_mm + 4 * h.h2_mm + 4 * h.h3_mm;
   m.layers_expected = std::int32_t(std::min(1e6, std::ceil(m.target_mean_mm / per_layer)));
+  rows_lost_ = 0;
   out.send(channels::kLayerMetrics, m);
 }
 

@@ -1,15 +1,28 @@
 #include "procs/scheduler/droplet_loop.h"
 
+#include <algorithm>
+
+#include "core/grid/outline.h"
 #include "lcmtypes/convert.h"
 #include "procs/scheduler/rise_check.h"
+#include "procs/scheduler/sensor_check.h"
 
 namespace firn {
+namespace {
+
+constexpr int kMostHalvings = 4;  // of the scan's speed
+
+}  // namespace
 
 DropletLoop::DropletLoop(const Experiment& experiment, HeightMap target, Mask mask)
     : Scheduler(experiment, Phase::kPass),
       two_jets_(has_two_jets(experiment)),
       target_(std::move(target)),
-      mask_(std::move(mask)) {
+      mask_(std::move(mask)),
+      inside_(inside_of(mask_)),
+      rim_(mask_) {
+  for (std::size_t c = 0; c < rim_.size(); ++c)
+    if (inside_.cells[c]) rim_.cells[c] = 0;
   subscribe(channels::kHeightMap, this);
   subscribe(channels::kLayerPlan, this);
 }
@@ -99,20 +112,8 @@ void DropletLoop::act_on_map(Time now, Outbox& out) {
   out.cancel(kDeadline);
   if (from_message(m.grid) != experiment_.grid)
     return fail(0, "HEIGHT_MAP: grid is not the experiment's", now, out);
-  const double needed = experiment_.process.min_measured_fraction;
-  if (m.measured_fraction < needed) {
-    const std::string what = "height map of layer " + std::to_string(m.layer) + " measures " +
-                             std::to_string(m.measured_fraction) + " of the grid; " + std::to_string(needed) +
-                             " is needed";
-    if (scan_attempt_ >= experiment_.process.max_rescans) {
-      phase_ = Phase::kArmProfiler;  // a resume continues here
-      return fail(13, what, now, out);
-    }
-    send_fault(Severity::kWarning, 13, what + "; measuring again", out);
-    ++scan_attempt_;
-    return proceed(Phase::kArmProfiler, now, out);
-  }
-  if (stopped_by_rise(m, now, out)) return;
+  if (rejected(m, now, out)) return;
+  if (doubted(m, now, out) || stopped_by_rise(m, now, out)) return;
   map_id_ = m.map_id;
   count_phase_time(now);
   publish_metrics(m, out);
@@ -120,9 +121,78 @@ void DropletLoop::act_on_map(Time now, Outbox& out) {
   proceed(Phase::kAwaitPlan, now, out);
 }
 
+bool DropletLoop::rejected(const height_map_t& m, Time now, Outbox& out) {
+  const int lost = m.rows_expected - m.rows_received;
+  rows_lost_ = std::min(1'000'000, rows_lost_ + lost);
+  const bool many = lost > experiment_.process.max_lost_rows_share * m.rows_expected;
+  const double needed = experiment_.process.min_measured_fraction;
+  const bool little = m.measured_fraction < needed;
+  if (!many && !little) return false;
+  std::string what = "height map of layer " + std::to_string(m.layer);
+  if (many)
+    what += " lacks " + std::to_string(lost) + " of " + std::to_string(m.rows_expected) +
+            " rows of its scan" + (little ? " and" : "");
+  if (little)
+    what += " measures " + std::to_string(m.measured_fraction) + " of the grid; " + std::to_string(needed) +
+            " is needed";
+  if (scan_attempt_ < experiment_.process.max_rescans) {
+    if (many && slower_ < kMostHalvings) ++slower_;
+    send_fault(
+        Severity::kWarning, 13,
+        what + "; measuring again" + (many ? " at " + std::to_string(scan_speed_mm_s()) + " mm/s" : ""), out);
+    ++scan_attempt_;
+    proceed(Phase::kArmProfiler, now, out);
+    return true;
+  }
+  if (little) {
+    phase_ = Phase::kArmProfiler;  // a resume continues here
+    fail(13, what, now, out);
+    return true;
+  }
+  send_fault(Severity::kWarning, 13, what + "; the layer is decided without them", out);
+  return false;
+}
+
+// Interlock 15.
+bool DropletLoop::doubted(const height_map_t& m, Time now, Outbox& out) {
+  if (m.layer > 1 || experiment_.control.scheme == "registration") return false;
+  const LaserProfilerConfig& sensor = experiment_.laser_profiler;
+  HeightMap height = measured_height_of(m);
+  std::string doubt;
+  if (m.layer == 0) {
+    doubt = check_bare(height, sensor.bias_limit_mm,
+                       {"the bare table", "the profiler's zero or the table's height",
+                        "set the profiler to zero on the bare table"});
+    if (doubt.empty()) bare_ = std::move(height);
+  } else if (bare_.size() == height.size() && job_.finished() && !job_.in_doubt() && job_.layer() == 1) {
+    for (std::size_t c = 0; c < height.size(); ++c) height.cells[c] -= bare_.cells[c];
+    Mask laid(experiment_.grid);
+    for (std::size_t c = 0; c < laid.size(); ++c) laid.cells[c] = job_.plan().cells[c] > 0;
+    doubt = check_outline(height, laid, {}, sensor.offset_limit_mm,
+                          {"the first layer", "laser_profiler.offset_y_mm, the profiler's x or the nozzle",
+                           "measure the place of the profiler's line against a printed mark"});
+    if (doubt.empty()) bare_ = HeightMap();
+  }
+  if (doubt.empty()) {
+    sensor_warned_ = false;
+    return false;
+  }
+  if (!sensor_warned_ && scan_attempt_ < experiment_.process.max_rescans) {
+    sensor_warned_ = true;
+    send_fault(Severity::kWarning, 15, doubt + "; measuring again", out);
+    ++scan_attempt_;
+    proceed(Phase::kArmProfiler, now, out);
+    return true;
+  }
+  sensor_warned_ = false;
+  phase_ = Phase::kArmProfiler;  // a resume continues here
+  fail(15, doubt, now, out);
+  return true;
+}
+
 // Interlock 12. After the stop somebody has been at the nozzle: the next map is where the comparison begins.
 bool DropletLoop::stopped_by_rise(const height_map_t& m, Time now, Outbox& out) {
-  HeightMap height = height_of(m);
+  HeightMap height = measured_height_of(m);
   const bool whole = job_.finished() && !job_.in_doubt() && job_.layer() == m.layer;
   const std::string what = whole && below_.size() && below_layer_ == m.layer - 1
                                ? check_rise(experiment_, below_, height, job_.plan(), job_.materials())

@@ -39,7 +39,13 @@ class DropletLoop final : public Scheduler {
   std::string doubt() const override;
 
   void act_on_map(Time now, Outbox&);
+  /// Measures again a layer whose map lacks too much, slower if rows were lost; after the last attempt the
+  /// print stops, or goes on without the lost rows. Returns false for a map to act on.
+  bool rejected(const height_map_t&, Time now, Outbox&);
   void act_on_plan(Time now, Outbox&);
+  /// The bare table and the first layer's place, against the calibrated uncertainty: a warning and another
+  /// scan, then a stop. Returns false for a map to act on.
+  bool doubted(const height_map_t&, Time now, Outbox&);
   bool stopped_by_rise(const height_map_t&, Time now, Outbox&);
   void settle_pass(const answer_t& jet, Outbox&);
   void publish_metrics(const height_map_t&, Outbox&);
@@ -47,6 +53,7 @@ class DropletLoop final : public Scheduler {
   void send_pass(Time now, Outbox&);
   void send_park(Time now, Outbox&);
   void send_scan(Time now, Outbox&);
+  double scan_speed_mm_s() const { return experiment_.process.scan_speed_mm_s / double(1 << slower_); }
   void send_jet(JetVerb verb, Time now, Outbox&);
   void send_profiler(ProfilerVerb verb, Time now, Outbox&);
   void send_exposure(Time now, Outbox&);
@@ -54,13 +61,18 @@ class DropletLoop final : public Scheduler {
   bool two_jets_;
   HeightMap target_;
   Mask mask_;
+  Mask inside_, rim_;                ///< of the mask: RMS is reported apart
   std::optional<height_map_t> map_;  ///< arrived, not acted on yet
   std::optional<layer_plan_t> plan_;
 
   LayerJob job_;
   HeightMap below_;  ///< the last accepted map; without cells after a stop that asked for a look at the part
   int below_layer_ = 0;
+  HeightMap bare_;              ///< of layer 0, until the first layer's map is accepted
+  bool sensor_warned_ = false;  ///< of the layer's map
   int scan_attempt_ = 0;
+  std::int32_t rows_lost_ = 0;  ///< of the layer's scans so far
+  int slower_ = 0;              ///< scans have this many times half the configured speed
   std::int64_t scan_id_ = 0;
   std::int64_t map_id_ = 0;
   std::int64_t drops_total_ = 0;

@@ -35,7 +35,7 @@ constexpr LabLoop kLoops[] = {
 }  // namespace
 
 std::unique_ptr<Node> make_scheduler(const std::string& config_toml, const Blobs& blobs) {
-  const Experiment e = parse_experiment(config_toml, "experiment.toml");
+  const Experiment e = parse_recorded_experiment(config_toml, "experiment.toml");
   const auto loop = std::ranges::find(kLoops, std::string_view(e.lab.kind), &LabLoop::lab);
   if (loop == std::end(kLoops))
     throw std::invalid_argument("lab.kind = \"" + e.lab.kind + "\": scheduler has no loop for it");

@@ -318,6 +318,7 @@ void PathLoop::act_on_map(Time now, Outbox& out) {
     count_phase_time(now);
     return measure_again(now, out);
   }
+  if (doubted(m, now, out)) return;
   map_id_ = m.map_id;
   if (m.layer > mapped_layers_) below_ = std::move(newest_);
   newest_ = height_of(m);

@@ -61,6 +61,10 @@ class PathLoop final : public Scheduler {
   /// Returns the reason to suspect a valve without flow, from the newest two maps; empty = no suspicion.
   /// @param layer that was measured
   std::string disturbed_valve(int layer, bool& much) const;
+  /// Interlock 15: the bare table and the first interval's place, against the calibrated uncertainty: a
+  /// warning and another scan, then a stop. Returns false for a map to act on.
+  bool doubted(const height_map_t&, Time now, Outbox&);
+  std::string misplaced(const HeightMap& rise, int layer) const;
   void stop_for_operator(const std::string& who, const std::string& reason,
                          Outbox&);  ///< a resume measures again first
   void settle_list(const answer_t& count, Time now, Outbox&);
@@ -102,9 +106,10 @@ class PathLoop final : public Scheduler {
   HeightMap newest_;       ///< the map that was accepted last
   HeightMap below_;        ///< that of the interval before; empty = the table
   int mapped_layers_ = 0;  ///< deposition layers in newest_
-  std::string dry_;        ///< a valve that gives nothing or too much, by newest_
-  int much_layer_ = 0;     ///< of the first of maps in a row that rose too much
-  int dry_told_ = 0;       ///< deposition layers when that stopped the print last
+  bool sensor_warned_ = false;
+  std::string dry_;     ///< a valve that gives nothing or too much, by newest_
+  int much_layer_ = 0;  ///< of the first of maps in a row that rose too much
+  int dry_told_ = 0;    ///< deposition layers when that stopped the print last
   int scan_attempt_ = 0;
   std::int64_t scan_id_ = 0;
   std::int64_t map_id_ = 0;

@@ -22,7 +22,11 @@ constexpr std::size_t kMostPreviewCells = 14'800;  // of 4 bytes, within 60 kB w
 }  // namespace
 
 SurfaceMapper::SurfaceMapper(const Experiment& e, Mask mask)
-    : grid_(e.grid), wait_s_(kWaitForRows_s * e.run.time_scale), mask_(std::move(mask)), map_(e.grid) {
+    : grid_(e.grid),
+      wait_s_(kWaitForRows_s * e.run.time_scale),
+      counts_rows_(e.process.max_lost_rows_share < 1.0),
+      mask_(std::move(mask)),
+      map_(e.grid) {
   if (mask_.size() != grid_.size())
     throw std::invalid_argument("surface_mapper: the mask does not have the grid's size");
   if (e.control.smoothing > 0.0) smoother_.emplace(grid_);
@@ -69,7 +73,7 @@ void SurfaceMapper::wake(TimerId timer, Time, Outbox& out) {
   if (timer != kLateRows || !done_ || mapped_) return;
   out.warn("scan " + std::to_string(scan_id_) + ": " + std::to_string(rows_in_) + " of " +
            std::to_string(scan_done_.rows_received) +
-           " rows have come; the others are filled from their neighbours");
+           " rows have come; the heights of the others are guesses");
   publish(out);
 }
 
@@ -86,6 +90,10 @@ void SurfaceMapper::publish(Outbox& out) {
   m.sample_utime_us = last_sample_us_;
   m.noise_std_mm = e.noise_std_mm;
   m.measured_fraction = e.measured_fraction;
+  if (counts_rows_) {
+    m.rows_expected = std::max(1, scan_done_.rows_expected);
+    m.rows_received = std::min(rows_in_, m.rows_expected);
+  }
   set_height(m, e.height);
   m.quality.assign(e.quality.cells.begin(), e.quality.cells.end());
   out.send(channels::kHeightMap, std::move(m));
@@ -131,7 +139,7 @@ preview_t preview_of(const HeightMap& h, std::int32_t layer) {
 }
 
 std::unique_ptr<Node> make_surface_mapper(const std::string& config_toml, const Blobs& blobs) {
-  const Experiment e = parse_experiment(config_toml, "experiment.toml");
+  const Experiment e = parse_recorded_experiment(config_toml, "experiment.toml");
   if (prints_paths(e)) {
     const std::vector<std::byte>& machine = blob(blobs, "machine").bytes;
     return std::make_unique<PathMapper>(

@@ -18,11 +18,12 @@ namespace firn {
 
 /// Gathers the profiles of one scan and answers SCAN_DONE with the map. Profiles and SCAN_DONE have separate
 /// channels, so rows may arrive after SCAN_DONE. The node waits up to 2 s of run time for the rows that
-/// SCAN_DONE counted, then maps the received rows (missing cells are in-filled and marked; measured_fraction
-/// reports their share). The map does not depend on the order of rows. Repeated rows, rows out of order and
-/// rows of an older scan change nothing (the check at decode rejects malformed rows). With control.smoothing
-/// on, the part's cells hold the robust DCT smoothing of the measured ones (in-filled cells and those off the
-/// mask have no weight). A newer scan_id drops the unfinished scan. One map per scan; map_id counts the maps.
+/// SCAN_DONE counted, then maps the received rows (missing cells are filled and marked as guessed;
+/// measured_fraction reports the share of the others, rows_received the rows). The map does not depend on the
+/// order of rows. Repeated rows, rows out of order and rows of an older scan change nothing (the check at
+/// decode rejects malformed rows). With control.smoothing on, the part's cells hold the robust DCT smoothing
+/// of the measured ones (guessed cells and those off the mask have no weight). A newer scan_id drops the
+/// unfinished scan. One map per scan; map_id counts the maps.
 class SurfaceMapper final : public Node {
  public:
   SurfaceMapper(const Experiment& experiment, Mask mask);
@@ -37,6 +38,7 @@ class SurfaceMapper final : public Node {
 
   GridSpec grid_;
   double wait_s_;
+  bool counts_rows_;  ///< not in a run of a version that did not
   surface::MapOptions options_;
   Mask mask_;
   std::optional<surface::RobustSmoother> smoother_;  ///< with control.smoothing

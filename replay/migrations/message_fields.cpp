@@ -1,6 +1,7 @@
 #include "replay/migrations/message_fields.h"
 
 #include <algorithm>
+#include <bit>
 #include <stdexcept>
 
 #include "lcmtypes/schema_walk.h"
@@ -76,6 +77,15 @@ void NewFields::set(std::string_view path, std::int64_t value) {
     throw std::invalid_argument(type_.name + "." + f.path + " is no integer");
   std::vector<std::byte> bytes;
   append_integer(bytes, value, schema::size_of(f.kind));
+  given_.insert_or_assign(f.path, std::move(bytes));
+}
+
+void NewFields::set_number(std::string_view path, double value) {
+  const schema::Field& f = field(path);
+  if (f.kind != schema::Kind::kDouble || !f.dimensions.empty())
+    throw std::invalid_argument(type_.name + "." + f.path + " is no double");
+  std::vector<std::byte> bytes;
+  append_integer(bytes, std::bit_cast<std::int64_t>(value), sizeof value);
   given_.insert_or_assign(f.path, std::move(bytes));
 }
 

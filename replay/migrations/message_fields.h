@@ -45,6 +45,8 @@ class NewFields {
 
   /// @throws std::invalid_argument for a path that is no integer of the type
   void set(std::string_view path, std::int64_t value);
+  /// Sets a double. @throws std::invalid_argument for a path that is no double of the type
+  void set_number(std::string_view path, double value);
   /// Sets an array of int8_t; the member that counts its elements must be set too.
   void set(std::string_view path, std::span<const std::int8_t> values);
   /// Returns the encoded message.

@@ -35,6 +35,19 @@ void fill_stage_command(const MessageFields& old, const MessageFields*, NewField
   now.set("fires", fires);
 }
 
+// Rows that were lost were not counted, and the errors were those of all cells of the part together.
+void fill_height_map(const MessageFields&, const MessageFields*, NewFields& now) {
+  now.set("rows_expected", 0);
+  now.set("rows_received", 0);
+}
+
+void fill_layer_metrics(const MessageFields&, const MessageFields*, NewFields& now) {
+  now.set("rows_lost", 0);
+  now.set("cells_guessed", 0);
+  now.set_number("rms_inside_mm", 0.0);
+  now.set_number("rms_rim_mm", 0.0);
+}
+
 constexpr Migration kMigrations[] = {
     {R"(struct deposition_report_t {
           header_t header;
@@ -90,6 +103,44 @@ constexpr Migration kMigrations[] = {
           int8_t drops[n];
         })",
      fill_stage_command},
+    {R"(struct height_map_t {
+          header_t header;
+          int32_t n;
+          int32_t layer;
+          int32_t attempt;
+          int64_t map_id;
+          int64_t sample_utime_us;
+          grid_t grid;
+          double noise_std_mm;
+          double measured_fraction;
+          float height_mm[n];
+          int8_t quality[n];
+        })",
+     fill_height_map},
+    {R"(struct layer_metrics_t {
+          header_t header;
+          int32_t layer;
+          int32_t attempt;
+          int64_t map_id;
+          double target_mean_mm;
+          double mean_height_mm;
+          double mean_error_mm;
+          double rms_mm;
+          double std_mm;
+          double min_error_mm;
+          double max_error_mm;
+          double volume_mm3;
+          int64_t drops;
+          int64_t drops_total;
+          double objective_mm;
+          int64_t iterations;
+          double deposit_s;
+          double cure_s;
+          double scan_s;
+          double decide_s;
+          int32_t layers_expected;
+        })",
+     fill_layer_metrics},
 };
 
 constexpr RetiredChannel kRetired[] = {

@@ -90,6 +90,44 @@ TEST_CASE(
   }
 }
 
+TEST_CASE(
+    "A guessed height has no weight in a decision: any guess gives the same plan, a measured one another") {
+  for (const char* scheme : {"smf", "mpc", "threshold"}) {
+    INFO(scheme);
+    const GridSpec g = small("").grid;
+    // Row 3 of the second map is not measured; its guess is far too high, far too low, or the model's height.
+    const auto plan_of = [&](double guess_mm, bool guessed, std::int32_t rows) {
+      Bench bench(scheme);
+      height_map_t m{};
+      m.map_id = 1;
+      m.noise_std_mm = 1e-6;
+      m.rows_expected = m.rows_received = rows;
+      set_height(m, HeightMap(g, 0.0));
+      m.quality.assign(g.size(), 0);
+      bench.give(channels::kHeightMap, m);
+      HeightMap h(g, 0.0076);
+      for (int i = 0; i < g.nx; ++i) {
+        h.at(i, 3) = guess_mm;
+        m.quality[g.index(i, 3)] = std::int8_t(guessed);
+      }
+      m.layer = 1;
+      m.map_id = 2;
+      m.rows_received = rows - (rows > 0);
+      set_height(m, h);
+      bench.give(channels::kHeightMap, m);
+      return bench.last(channels::kLayerPlan).drops;
+    };
+    const auto plan = plan_of(0.06, true, g.ny);
+    CHECK(plan == plan_of(-0.06, true, g.ny));
+    CHECK(plan == plan_of(0.0, true, g.ny));
+    CHECK(plan != plan_of(0.06, false, g.ny));
+    CHECK(plan_of(0.06, true, 0) == plan_of(0.06, false, 0));  // a map of a version that did not count
+    int fired = 0;  // where nothing was measured, the print goes on as the model expects
+    for (int i = 1; i + 1 < g.nx; ++i) fired += plan[std::size_t(g.index(i, 3))];
+    CHECK(fired > 0);
+  }
+}
+
 TEST_CASE("A map that cannot be used stops the print with a fault that names why, and changes no state") {
   for (const char* scheme : {"smf", "mpc"}) {
     Bench bench(scheme), clean(scheme);

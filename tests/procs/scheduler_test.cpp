@@ -164,6 +164,96 @@ TEST_CASE("a SAFE_STOP of an older incarnation, delivered only after the resume,
   CHECK(RunOutcome(lab.last(channels::kRunEnd).outcome) == RunOutcome::kStoppedSafely);
 }
 
+namespace {
+
+// A lab whose maps lack rows: how many, by the attempt at the layer.
+struct LossyLab : FakeLab {
+  explicit LossyLab(const Experiment& e, std::vector<int> lost_of)
+      : FakeLab(5, e), lost(std::move(lost_of)) {}
+  // Serves until a plan is due or the print has ended.
+  void to_plan() {
+    while (all(channels::kLayerMetrics).empty() && all(channels::kRunEnd).empty()) {
+      if (seen == sent.size()) throw std::runtime_error("nothing to serve");
+      const Sent s = sent[seen];
+      const bool map_due = s.channel == "PROFILER_COMMAND" &&
+                           ProfilerVerb(decode<profiler_command_t>(s).verb) == ProfilerVerb::kEnd;
+      if (!map_due) {
+        serve(0.0);
+        continue;
+      }
+      ++seen;
+      plain(NodeId::kLaserProfiler, decode<profiler_command_t>(s), 0.0);
+      send_lossy_map(lost.at(std::size_t(scan.attempt)));
+    }
+  }
+  void send_lossy_map(int gone) {
+    height_map_t m{};
+    m.layer = scan.layer;
+    m.attempt = scan.attempt;
+    m.map_id = ++map_id;
+    m.rows_expected = experiment.grid.ny;
+    m.rows_received = m.rows_expected - gone;
+    m.measured_fraction = double(m.rows_received) / m.rows_expected;
+    HeightMap h(experiment.grid, 0.05);
+    m.quality.assign(h.size(), 0);
+    for (int j = 0; j < gone; ++j)
+      for (int i = 0; i < h.spec.nx; ++i) {
+        h.at(i, j) = 0.06;  // a guess
+        m.quality[h.spec.index(i, j)] = 1;
+      }
+    set_height(m, h);
+    give(channels::kHeightMap, m);
+  }
+  std::vector<double> scan_speeds() const {
+    std::vector<double> speeds;
+    for (const stage_command_t& c : all(channels::kStageCommand))
+      if (StageVerb(c.verb) == StageVerb::kScan) speeds.push_back(c.speed_mm_s);
+    return speeds;
+  }
+  std::vector<int> lost;
+};
+
+}  // namespace
+
+TEST_CASE("a scan that lost more rows than the limit is made again, slower, and the lost rows are counted") {
+  Experiment e = small();
+  e.process.max_lost_rows_share = 0.1;
+  e.laser_profiler.bias_limit_mm = 0.0;  // its bare table is 50 um high
+  e.process.max_rescans = 2;
+  e.process.min_measured_fraction = 0.5;
+  LossyLab lab(e, {2, 1, 0});
+  lab.begin(0);
+  lab.to_plan();
+  CHECK(lab.scan_speeds() == std::vector<double>{15.0, 7.5, 3.75});
+  CHECK(lab.last(channels::kLayerMetrics).rows_lost == 3);
+  CHECK(lab.last(channels::kLayerMetrics).cells_guessed == 0);
+  const auto faults = lab.all(channels::fault(NodeId::kScheduler));
+  REQUIRE(faults.size() == 2);
+  CHECK_THAT(faults[0].text, Catch::Contains("2 of 5 rows") && Catch::Contains("7.5"));
+}
+
+TEST_CASE("rows lost in the last attempt count in no error, and too few measured cells stop the print") {
+  Experiment e = small();
+  e.laser_profiler.bias_limit_mm = 0.0;
+  e.process.max_rescans = 1;
+  LossyLab lab(e, {1, 1});
+  lab.begin(0);
+  lab.to_plan();
+  const layer_metrics_t m = lab.last(channels::kLayerMetrics);
+  CHECK(m.rows_lost == 2);
+  CHECK(m.cells_guessed == e.grid.nx);
+  CHECK(m.rms_mm == Approx(0.0).margin(1e-8));  // the guess is 10 um off, the measured cells are right
+  CHECK(m.rms_rim_mm == Approx(0.0).margin(1e-8));
+  CHECK(m.mean_height_mm == Approx(0.05));
+  CHECK(m.volume_mm3 == Approx(0.05 * double(e.grid.size()) * 0.25 * 0.25));
+  CHECK_THAT(lab.all(channels::fault(NodeId::kScheduler)).back().text, Catch::Contains("without them"));
+
+  LossyLab blind(e, {3, 3});
+  blind.begin(0);
+  blind.to_plan();
+  CHECK(RunOutcome(blind.last(channels::kRunEnd).outcome) == RunOutcome::kStoppedSafely);
+}
+
 TEST_CASE("a command that is not answered in time stops the print and names driver and command") {
   FakeLab lab(5);
   lab.begin(0);

@@ -122,6 +122,8 @@ TEST_CASE("Missing rows are waited for, then filled, marked and told") {
   REQUIRE(bench.maps().size() == 1);
   const height_map_t m = bench.maps()[0];
   CHECK(m.measured_fraction == Approx(5.0 / 6.0));
+  CHECK(m.rows_expected == 6);
+  CHECK(m.rows_received == 5);
   for (int c = 0; c < 48; ++c) CHECK(int(m.quality[std::size_t(c)]) == (c / 8 == 3 ? 1 : 0));
   CHECK(bench.faults() == 1);
   bench.give(channels::kHeightProfile, bench.row(3, 1, 2, 0.1));  // too late
@@ -135,6 +137,25 @@ TEST_CASE("A row that the profiler itself did not receive is not waited for") {
   bench.give(channels::kScanDone, bench.done(1, 2, 5));
   REQUIRE(bench.maps().size() == 1);
   CHECK(bench.maps()[0].measured_fraction < 0.9);
+  CHECK(bench.maps()[0].rows_received == 5);
+}
+
+TEST_CASE("A recorded configuration without process.max_lost_rows_share counts no rows, as its version did") {
+  std::string recorded = dump(small());
+  const std::size_t at = recorded.find("max_lost_rows_share");
+  REQUIRE(at != std::string::npos);
+  recorded.erase(at, recorded.find('\n', at) + 1 - at);
+  CHECK(parse_recorded_experiment(recorded, "recorded").process.max_lost_rows_share == 1.0);
+  CHECK(parse_recorded_experiment(dump(small()), "recorded").process.max_lost_rows_share ==
+        small().process.max_lost_rows_share);
+  Experiment old = small();
+  old.process.max_lost_rows_share = 1.0;
+  Bench bench(old);
+  for (int j : {0, 1, 2, 4, 5}) bench.give(channels::kHeightProfile, bench.row(j, 1, 2, 0.1));
+  bench.give(channels::kScanDone, bench.done(1, 2, 5));
+  REQUIRE(bench.maps().size() == 1);
+  CHECK(bench.maps()[0].rows_expected == 0);
+  CHECK(bench.maps()[0].rows_received == 0);
 }
 
 TEST_CASE("Rows of an older scan change nothing, and a newer scan drops the unfinished one and says so") {
