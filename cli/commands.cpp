@@ -12,6 +12,7 @@
 #include "cli/identify_command.h"
 #include "cli/log_command.h"
 #include "cli/plan_command.h"
+#include "cli/preview_command.h"
 #include "cli/print_command.h"
 #include "cli/replay_command.h"
 #include "cli/report_command.h"
@@ -28,6 +29,8 @@ namespace {
 constexpr Command kCommands[] = {
     {"demo", "prints a cylinder under each scheme, replays the runs, writes a report", declare_demo},
     {"print", "prints an experiment, live or in one process; resumes", declare_print},
+    {"preview", "shows a print before it begins: part, layers, droplets, time, what does not fit",
+     declare_preview},
     {"slice", "slices meshes into deposition paths with scaffold, fills and G-code", declare_slice},
     {"plan", "plans certified minimum-time trajectories along paths", declare_plan},
     {"replay", "replays a run bit for bit, or names the first divergence", declare_replay},

@@ -13,6 +13,7 @@
 #include "cli/option_set.h"
 #include "cli/print_show.h"
 #include "config/include.h"
+#include "config/labs.h"
 #include "files/usage_error.h"
 #include "print/folder/folder_watch.h"
 #include "print/folder/run_seal.h"
@@ -21,6 +22,8 @@
 #include "print/labs/print_labs.h"
 #include "print/live/bus_port.h"
 #include "print/live/launcher.h"
+#include "print/live/row_rehearsal.h"
+#include "print/preview/print_preview.h"
 #include "print/progress.h"
 #include "print/simulated/lab_run.h"
 
@@ -43,10 +46,15 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
     s.mean_error_um = m.mean_error_mm * 1e3;
     s.rms_um = m.rms_mm * 1e3;
     s.std_um = m.std_mm * 1e3;
+    s.rms_inside_um = m.rms_inside_mm * 1e3;
+    s.rms_rim_um = m.rms_rim_mm * 1e3;
+    s.cells_guessed = m.cells_guessed;
+    s.rows_lost += m.rows_lost;
     s.droplets = m.drops_total;
     last_layer = m.layer;
     s.node_s = double(m.header.utime_us) * 1e-6;
   };
+  const auto on_warning = [&](const fault_t& f) { progress.message("warning: " + f.node + ": " + f.text); };
   if (options.bus == "in-process") {
     LabRunOptions o;
     const InterruptGuard guard;
@@ -56,6 +64,7 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
     o.unsealed = options.unsealed;
     o.faults = parse_lab_faults(options.faults, e);
     o.progress = on_layer;
+    o.warned = on_warning;
     const LabRunReport report = run_in_lab(run, o);
     s.result = report.result;
     s.folder = report.folder.string();
@@ -67,6 +76,7 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
     o.unsealed = options.unsealed;
     o.faults = parse_lab_faults(options.faults, e);
     o.progress = on_layer;
+    o.warned = on_warning;
     const LaunchReport report = launch(run, o);
     s.result = report.result;
     s.folder = report.folder.string();
@@ -110,10 +120,16 @@ RunFolder make_folder(const Experiment& e, const Blobs& inputs, const PrintOptio
 
 }  // namespace
 
-PrintSummary print_experiment(const Experiment& e, const Blobs& inputs, const PrintOptions& options) {
+PrintSummary print_experiment(const Experiment& asked, const Blobs& inputs, const PrintOptions& options) {
+  Experiment e = asked;
   check_bus(options.bus);
   check_print(e, options.bus);
   check_inputs(e, inputs);
+  if (options.bus != "in-process" && !prints_paths(e)) {
+    const double period_s = row_period_s(e, e.process.scan_speed_mm_s);
+    if (const std::string slower = fit_scan_speed(e, slowest_row_s(period_s)); !slower.empty())
+      fmt::print(stderr, "{}\n", slower);
+  }
   return carry_out(make_folder(e, inputs, options), e, options, false);
 }
 
@@ -145,6 +161,8 @@ int run_print(const PrintOptions& options) {
     parse_lab_faults(options.faults, e);  // before anything is written
     const Blobs inputs = make_inputs(e, file.parent_path());
     complete_experiment(e, inputs);
+    const PrintPreview preview = preview_print(e, inputs, file.parent_path());
+    std::fputs(preview_text(preview).c_str(), stderr);
     summary = print_experiment(e, inputs, options);
   }
   std::fputs((options.json ? print_json(summary) : print_text(summary)).c_str(), stdout);
@@ -168,8 +186,8 @@ void declare_print(OptionSet& options) {
   options.option("--runs", o.runs, "where run folders go").show_default();
   options
       .option("--tolerance", o.tolerance_um,
-              "UM: exit code 1 if the last map's RMS is above; default: one nominal layer, told and not "
-              "decisive; docs/commands/print.md")
+              "UM: exit code 4 if the last map's RMS is above; default: one nominal layer; "
+              "docs/commands/print.md")
       .above_zero();
   options.flag("--accept-doubt", o.accept_doubt,
                "with --resume: go on though droplets of the open loop are in doubt");

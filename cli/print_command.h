@@ -20,7 +20,7 @@ struct PrintOptions {
   double speedup = 0.0;  ///< node time runs so many times faster than the clock; 0 = run.time_scale
   std::vector<std::string> faults;  ///< --fault
   std::string runs = "runs";        ///< where run folders go
-  double tolerance_um = 0.0;  ///< --tolerance: RMS above it is no success; 0 = one nominal layer, only told
+  double tolerance_um = 0.0;        ///< --tolerance: RMS above it is no success; 0 = one nominal layer
   bool accept_doubt = false;
   bool unsealed = false;
   bool json = false;
@@ -36,14 +36,18 @@ struct PrintSummary {
   double node_s = 0.0;
   bool measured = false;  ///< a map was measured in this incarnation; then, of the last one:
   double mean_error_um = 0.0, rms_um = 0.0, std_um = 0.0;
-  std::int64_t droplets = 0;  ///< or whatever `words` calls the amount
+  double rms_inside_um = 0.0, rms_rim_um = 0.0;  ///< 0: not told
+  std::int64_t cells_guessed = 0;                ///< of the part, without a sample
+  std::int64_t rows_lost = 0;                    ///< of all scans of this incarnation
+  std::int64_t droplets = 0;                     ///< or whatever `words` calls the amount
   PrintWords words;
   double tolerance_um =
       0.0;  ///< that the last map's RMS is judged by; 0 = the scheme prints towards no target
-  bool tolerance_asked = false;  ///< by --tolerance: it decides the exit code too
+  bool tolerance_asked = false;  ///< by --tolerance: a print without a map is no success then
 };
 
-/// Prints `experiment`; `bus` as in PrintOptions. Shows progress on stderr.
+/// Prints `experiment`; `bus` as in PrintOptions. Shows progress on stderr. A live print's scans are slowed,
+/// or refused, by what this machine keeps up with (print/live/row_rehearsal.h).
 PrintSummary print_experiment(const Experiment& experiment, const Blobs& inputs, const PrintOptions& options);
 
 int run_print(const PrintOptions& options);

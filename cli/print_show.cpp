@@ -10,13 +10,15 @@
 namespace firn {
 namespace {
 
-constexpr double kUm = 1e3;  // per mm
+constexpr double kUm = 1e3;                               // per mm
+constexpr std::string_view kSpoilt = "out of tolerance";  // an outcome
 
 std::string length(double um, bool in_mm) {
   return in_mm ? fmt::format("{:.3f} mm", um / kUm) : fmt::format("{:.2f} um", um);
 }
 
 std::string verdict_text(const PrintSummary& s) {
+  if (s.result.outcome == kSpoilt) return "OUT OF TOLERANCE: " + s.result.reason + "\n";
   const std::optional<bool> within = within_tolerance(s);
   const std::string limit = length(s.tolerance_um, s.words.in_mm) + (s.tolerance_asked ? "" : ", one layer");
   if (within)
@@ -34,13 +36,14 @@ double usual_tolerance_um(const Experiment& e) { return print_lab(e).tolerance_u
 
 std::optional<bool> within_tolerance(const PrintSummary& s) {
   if (s.tolerance_um == 0.0 || !s.measured || can_go_on(s.result)) return std::nullopt;
-  return s.rms_um <= s.tolerance_um;
+  return s.rms_um <= s.tolerance_um && s.result.outcome != kSpoilt;
 }
 
 int exit_code(const PrintSummary& s) {
-  return s.tolerance_asked && s.result.status == kOk && !within_tolerance(s).value_or(false)
-             ? int(kFailed)
-             : s.result.status;
+  if (s.result.status != kOk) return s.result.status;
+  const std::optional<bool> within = within_tolerance(s);
+  if (within) return *within ? kOk : kOutOfTolerance;
+  return s.tolerance_asked ? kFailed : kOk;
 }
 
 std::string print_text(const PrintSummary& s) {
@@ -51,6 +54,12 @@ std::string print_text(const PrintSummary& s) {
         "measured surface against {}: mean {}, RMS {}, std {}\n", s.words.reference,
         (std::signbit(s.mean_error_um) ? "-" : "+") + length(std::abs(s.mean_error_um), s.words.in_mm),
         length(s.rms_um, s.words.in_mm), length(s.std_um, s.words.in_mm));
+  if (s.rms_inside_um > 0.0 || s.rms_rim_um > 0.0)
+    text += fmt::format("RMS inside {}, on the rim {}\n", length(s.rms_inside_um, s.words.in_mm),
+                        length(s.rms_rim_um, s.words.in_mm));
+  if (s.rows_lost > 0)
+    text += fmt::format("{} ROWS of the scans were LOST; {} cells of the last map are not measured\n",
+                        s.rows_lost, s.cells_guessed);
   text += fmt::format("{:.1f} s of wall time, {:.1f} s of node time; run folder {}\n", s.wall_s, s.node_s,
                       s.folder);
   if (!can_go_on(s.result)) return text + verdict_text(s);
@@ -70,6 +79,10 @@ std::string print_json(const PrintSummary& s) {
                   {"mean_error_um", s.mean_error_um},
                   {"rms_um", s.rms_um},
                   {"std_um", s.std_um},
+                  {"rms_inside_um", s.rms_inside_um},
+                  {"rms_rim_um", s.rms_rim_um},
+                  {"rows_lost", s.rows_lost},
+                  {"cells_guessed", s.cells_guessed},
                   {"tolerance_um", s.tolerance_um > 0.0 ? Json(s.tolerance_um) : Json(nullptr)},
                   {"within_tolerance", within ? Json(*within) : Json(nullptr)},
                   {"wall_s", s.wall_s},

@@ -16,7 +16,8 @@ double usual_tolerance_um(const Experiment& experiment);
 /// Nothing of a print that has not run to its end, was not measured or has no tolerance.
 std::optional<bool> within_tolerance(const PrintSummary& summary);
 
-/// The print's own status, or kFailed where it missed a tolerance that was asked for.
+/// The print's own status; kOutOfTolerance where its last map is out of tolerance; kFailed where a tolerance
+/// was asked for and nothing was measured.
 int exit_code(const PrintSummary& summary);
 
 std::string print_text(const PrintSummary& summary);

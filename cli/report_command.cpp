@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "cli/audit_command.h"
 #include "cli/option_set.h"
 #include "cli/replay_command.h"
 #include "config/fields.h"
@@ -28,6 +29,14 @@ std::string verdict_of(const std::string& run, bool no_replay) {
   ReplayCommandOptions options;
   options.run = run;
   return replay_verdict(options).identical() ? "identical" : "differs";
+}
+
+// A run whose world told nothing is audited by its own records, and the verdict says so.
+std::string audit_of(const std::string& run) {
+  const replay::AuditVerdict v = audit_verdict(run);
+  if (v.clean()) return v.with_world ? "clean" : "clean, without the world's record";
+  return std::to_string(v.violations_total) + (v.violations_total == 1 ? " violation: " : " violations: ") +
+         v.violations.front().what;
 }
 
 // Returns the run's data; the provenance ends with its seal, or with the reasons to doubt it.
@@ -76,7 +85,8 @@ void write_report(const ReportOptions& options) {
     for (std::size_t n = 0; n < options.runs.size(); ++n) {
       const std::string& run = options.runs[n];
       runs.push_back({sealed_data(run, options.unsealed),
-                      options.verdicts.empty() ? verdict_of(run, options.no_replay) : options.verdicts[n]});
+                      options.verdicts.empty() ? verdict_of(run, options.no_replay) : options.verdicts[n],
+                      audit_of(run)});
       const std::filesystem::path metrics = std::filesystem::path(run) / "metrics.csv";
       if (std::filesystem::is_symlink(metrics))
         throw UsageError(metrics.string() + ": is a link, no file of the run; it is left as it is");

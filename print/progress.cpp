@@ -56,10 +56,16 @@ PrintProgress::PrintProgress(std::string title) : title_(std::move(title)), line
 void PrintProgress::layer(const layer_metrics_t& m) {
   const int all = std::max(m.layers_expected, m.layer);
   const double fraction = all > 0 ? double(m.layer) / all : 0.0;
-  line_.show(fmt::format("{:<10} {}layer {:>3}/{:<3}  height {:7.2f} um  RMS {:6.2f} um{}", title_,
-                         line_.bar(fraction), m.layer, all, m.mean_height_mm * 1e3, m.rms_mm * 1e3,
+  const std::string lost = m.rows_lost > 0 ? fmt::format("  {} ROWS LOST", m.rows_lost) : std::string();
+  line_.show(fmt::format("{:<10} {}layer {:>3}/{:<3}  height {:7.2f} um  RMS {:6.2f} um{}{}", title_,
+                         line_.bar(fraction), m.layer, all, m.mean_height_mm * 1e3, m.rms_mm * 1e3, lost,
                          line_.eta(fraction)),
              m.layer == all);
+}
+
+void PrintProgress::message(const std::string& text) {
+  line_.erase();
+  std::fprintf(stderr, "%s\n", text.c_str());
 }
 
 StudyProgress::StudyProgress(std::size_t all) : all_(all), line_({0ms, 0ms, 2000ms}) {}

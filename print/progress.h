@@ -52,8 +52,10 @@ class ProgressLine {
 class PrintProgress {
  public:
   explicit PrintProgress(std::string title);
-  /// Shows layer, height, RMS about the target and the time that is left.
+  /// Shows layer, height, RMS about the target, lost rows of the scan and the time that is left.
   void layer(const layer_metrics_t& metrics);
+  /// Shows a line of its own.
+  void message(const std::string& text);
   void done() { line_.done(); }
 
  private:

@@ -76,7 +76,7 @@ RunResult result_of(int outcome, int layers, std::string reason) {
                                               "waits for operator", "out of tolerance"};
   const int known = std::clamp(outcome, 0, 4);
   const int status = known == int(RunOutcome::kFinished)         ? kOk
-                     : known == int(RunOutcome::kOutOfTolerance) ? kFailed
+                     : known == int(RunOutcome::kOutOfTolerance) ? kOutOfTolerance
                                                                  : kSafetyStop;
   return {kOutcomes[known], status, layers, std::move(reason)};
 }

@@ -17,7 +17,10 @@ Experiment recorded_experiment(const std::filesystem::path& run) {
 }  // namespace
 
 replay::RunData run_data(const std::filesystem::path& run) {
-  return replay::read_run_data(run, *print_lab(recorded_experiment(run)).report);
+  const Experiment e = recorded_experiment(run);
+  replay::RunData data = replay::read_run_data(run, *print_lab(e).report);
+  if (const double um = print_lab(e).tolerance_um(e); um > 0.0) data.health.tolerance_mm = um * 1e-3;
+  return data;
 }
 
 }  // namespace firn

@@ -4,10 +4,7 @@
 #include <vector>
 
 #include "config/error.h"
-#include "core/slice/mesh/columns.h"
-#include "core/slice/mesh/placement.h"
-#include "files/mesh/mesh_file.h"
-#include "files/usage_error.h"
+#include "print/inputs/mesh_part.h"
 #include "print/inputs/targets.h"
 
 namespace firn {
@@ -44,25 +41,9 @@ ImageStack load_stack(const Experiment& e, const std::filesystem::path& folder) 
 }
 
 Geometry load_mesh(const Experiment& e, const std::filesystem::path& file, double height_mm) {
-  using Mode = slice::AxisPlace::Mode;
-  const MeshFile mesh = [&] {
-    try {
-      return MeshFile(file);
-    } catch (const UsageError& error) {
-      refuse(file.string(), "geometry.mesh", error.what());
-    }
-  }();
-  slice::Placement placement;
-  placement.unit_mm = mesh.data().mm_per_unit;
-  placement.scale = {e.geometry.mesh_scale_xy, e.geometry.mesh_scale_xy, e.geometry.mesh_scale_z};
-  placement.translation = {
-      {{Mode::kCentre, 0.0}, {Mode::kCentre, 0.0}, {Mode::kNumber, e.geometry.mesh_z_mm}}};
-  const slice::FacetView facets = mesh.facets();
-  GridSpec about_middle = e.grid;  // the mesh is centred on 0, the grid may lie anywhere
-  about_middle.origin_x_mm = -0.5 * (e.grid.nx - 1) * e.grid.pitch_x_mm;
-  about_middle.origin_y_mm = -0.5 * (e.grid.ny - 1) * e.grid.pitch_y_mm;
-  const slice::Mesh welded = slice::weld(facets, slice::place(facets, placement, serially));
-  return Geometry(e.grid, height_mm, slice::columns(welded, about_middle, height_mm));
+  const MeshPart mesh(file, "geometry.mesh", e.geometry.mesh_scale_xy, e.geometry.mesh_scale_z,
+                      e.geometry.mesh_z_mm);
+  return Geometry(e.grid, height_mm, mesh.columns(e.grid, height_mm));
 }
 
 }  // namespace

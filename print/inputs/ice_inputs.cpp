@@ -12,6 +12,7 @@
 #include "core/slice/paths/interval_paths.h"
 #include "files/digest.h"
 #include "files/usage_error.h"
+#include "print/inputs/mesh_part.h"
 #include "print/inputs/path_input.h"
 #include "print/inputs/targets.h"
 #include "print/prepare/slice_job.h"
@@ -31,6 +32,32 @@ Blob make_blob(std::string role, std::vector<std::byte> bytes) {
 
 Machine machine_of(const Experiment& e, const std::vector<std::byte>& text) {
   return parse_machine({reinterpret_cast<const char*>(text.data()), text.size()}, e.ice.machine);
+}
+
+// The part's box against the arm's: a mesh in another unit is refused before it is sliced.
+void check_box(const Experiment& e, const Machine& machine, const std::filesystem::path& folder) {
+  const std::filesystem::path file = folder / e.ice.mesh;
+  const SliceSettings settings = load_slice_settings(folder / e.ice.slice);
+  const MeshFile mesh(file);
+  const slice::Affine box = [&] {
+    try {
+      return slice::place(mesh.facets(),
+                          placement(settings, 0, mesh.data().format == "3MF" ? mesh.data().mm_per_unit : 0.0),
+                          serially);
+    } catch (const std::invalid_argument& error) {
+      throw ConfigError(file.string(), 0, "ice.mesh", std::string("ice.mesh: ") + error.what());
+    }
+  }();
+  if (box.low.x > box.high.x) return;  // no facet is finite: the slicer says so
+  const auto side_mm = [](std::int32_t low, std::int32_t high) {
+    return (double(high) - low) * slice::kMmPerUnit;
+  };
+  BoxSize size{side_mm(box.low.x, box.high.x), side_mm(box.low.y, box.high.y),
+               side_mm(box.low.z, box.high.z)};
+  if (e.ice.height_mm > 0.0) size[2] = std::min(size[2], e.ice.height_mm);
+  const double reach_mm = 2.0 * (machine.link_1_mm + machine.link_2_mm);
+  check_fits(size, {reach_mm, reach_mm, machine.joint[2].high - machine.joint[2].low}, file.string(),
+             "ice.mesh", "the arm's reach, with its stroke in z,");
 }
 
 }  // namespace
@@ -70,6 +97,7 @@ Blobs make_ice_inputs(const Experiment& e, const std::filesystem::path& folder) 
   if (machine.kind != "scara")
     throw ConfigError((folder / e.ice.machine).string(), 0, "ice.machine",
                       "ice.machine: the ice lab has an arm (kind = \"scara\")");
+  if (e.ice.paths.empty()) check_box(e, machine, folder);
   const slice::PrintPaths paths =
       e.ice.paths.empty() ? slice_ice_part(e, folder) : read_ice_paths(e, machine, folder / e.ice.paths);
   Blobs blobs;

@@ -10,11 +10,14 @@
 #include "core/grid/png.h"
 #include "files/digest.h"
 #include "print/inputs/geometry_input.h"
+#include "print/inputs/mesh_part.h"
 
 namespace firn {
 namespace {
 
 constexpr std::size_t kMaxPngBytes = 64u << 20;
+constexpr double kLeastCovered = 0.5 - 1e-9;  // of a cell, by pixels of the part
+constexpr double kAspect = 0.005;             // of a depth that is given beside the width
 
 // An image as it was named: file and configuration key.
 struct ImageName {
@@ -68,6 +71,23 @@ double cell_average(const GreyPicture& grey, const Coverage& x, const Coverage& 
   return sum / area;
 }
 
+// The pixels of the part in one cell: their area, and the sum of their grey values by area.
+struct PartOfCell {
+  double area_px = 0.0, sum = 0.0;
+};
+
+PartOfCell part_of_cell(const GreyPicture& grey, const Coverage& x, const Coverage& y) {
+  PartOfCell part;
+  for (std::size_t q = 0; q < y.weights.size(); ++q)
+    for (std::size_t p = 0; p < x.weights.size(); ++p) {
+      const double w = x.weights[p] * y.weights[q], value = grey.at(x.first + int(p), y.first + int(q));
+      if (value <= 0.0) continue;
+      part.area_px += w;
+      part.sum += w * value;
+    }
+  return part;
+}
+
 Blob make_blob(std::string role, std::vector<std::byte> bytes) {
   std::string name = sha256_hex(bytes);
   return {std::move(role), std::move(name), std::move(bytes)};
@@ -86,18 +106,62 @@ std::vector<std::byte> read_bytes(const std::filesystem::path& path, const std::
   return {begin, begin + text.size()};
 }
 
+namespace {
+
+GreyPicture read_picture(std::span<const std::byte> png, const ImageName& name) try {
+  check_png_header(png, name);
+  return read_grey_png(png);
+} catch (const PngError& e) {
+  refuse(name, e.what());
+}
+
+// Cells of one axis in pixels of a picture in the middle of the grid; negative and beyond: beside the
+// picture.
+std::vector<Coverage> placed(int cells, double pitch_mm, int pixels, double pixel_mm) {
+  std::vector<Coverage> out(std::size_t(cells), Coverage{});
+  const double offset = 0.5 * (pixels - cells * (pitch_mm / pixel_mm));
+  for (int c = 0; c < cells; ++c) {
+    const double a0 = offset + c * (pitch_mm / pixel_mm), a1 = offset + (c + 1) * (pitch_mm / pixel_mm);
+    Coverage& cover = out[std::size_t(c)];
+    cover.first = int(std::clamp(std::floor(a0), 0.0, double(pixels)));
+    for (int p = cover.first; p < pixels && p < a1; ++p)
+      cover.weights.push_back(std::max(0.0, std::min(a1, p + 1.0) - std::max(a0, double(p))));
+  }
+  return out;
+}
+
+// The picture may reach beyond the grid, the part may not: a row or column of pixels may miss it by a tenth.
+void check_on_grid(const GreyPicture& grey, const GridSpec& g, const PixelSize& pixel,
+                   const ImageName& name) {
+  int low_x = grey.width, high_x = -1, low_y = grey.height, high_y = -1;
+  for (int y = 0; y < grey.height; ++y)
+    for (int x = 0; x < grey.width; ++x)
+      if (grey.at(x, y) > 0) {
+        low_x = std::min(low_x, x);
+        high_x = std::max(high_x, x);
+        low_y = std::min(low_y, y);
+        high_y = std::max(high_y, y);
+      }
+  const auto beyond = [&](int low, int high, int pixels, double pixel_mm, double grid_mm, const char* axis) {
+    const double half_mm = std::max(0.5 * pixels - low, high + 1 - 0.5 * pixels) * pixel_mm - 0.1 * pixel_mm;
+    if (half_mm <= 0.5 * grid_mm) return;
+    refuse(name, "a picture of " + std::to_string(grey.width * pixel.x_mm) + " x " +
+                     std::to_string(grey.height * pixel.y_mm) + " mm: along " + axis + " the part reaches " +
+                     std::to_string(half_mm) + " mm from the middle of the grid, which is " +
+                     std::to_string(0.5 * grid_mm) + " mm to its edge");
+  };
+  if (high_x < 0) refuse(name, "is black everywhere: no part");
+  beyond(low_x, high_x, grey.width, pixel.x_mm, g.nx * g.pitch_x_mm, "x");
+  beyond(low_y, high_y, grey.height, pixel.y_mm, g.ny * g.pitch_y_mm, "y");
+}
+
+}  // namespace
+
 Grid<double> grey_from_png(std::span<const std::byte> png, const GridSpec& grid, const std::string& file,
                            const std::string& key) {
   const ImageName name{file, key};
   check(grid);
-  const GreyPicture grey = [&] {
-    try {
-      check_png_header(png, name);
-      return read_grey_png(png);
-    } catch (const PngError& e) {
-      refuse(name, e.what());
-    }
-  }();
+  const GreyPicture grey = read_picture(png, name);
   Grid<double> out(grid);
   const std::vector<Coverage> columns = coverage(grid.nx, grey.width), rows = coverage(grid.ny, grey.height);
   for (int j = 0; j < grid.ny; ++j)
@@ -108,17 +172,48 @@ Grid<double> grey_from_png(std::span<const std::byte> png, const GridSpec& grid,
 }
 
 Target target_from_png(std::span<const std::byte> png, const GridSpec& grid, double white_mm,
-                       const std::string& name) {
+                       const std::string& file, const std::optional<PixelSize>& given) {
   const std::string key = "part.image";
-  const Grid<double> grey = grey_from_png(png, grid, name, key);
+  const ImageName name{file, key};
+  check(grid);
+  const GreyPicture grey = read_picture(png, name);
+  const PixelSize pixel = given.value_or(
+      PixelSize{grid.nx * grid.pitch_x_mm / grey.width, grid.ny * grid.pitch_y_mm / grey.height});
+  check_on_grid(grey, grid, pixel, name);
+  const std::vector<Coverage> columns = placed(grid.nx, grid.pitch_x_mm, grey.width, pixel.x_mm),
+                              rows = placed(grid.ny, grid.pitch_y_mm, grey.height, pixel.y_mm);
+  const double cell_px = grid.pitch_x_mm / pixel.x_mm * (grid.pitch_y_mm / pixel.y_mm);
   Target target{HeightMap(grid), Mask(grid)};
-  for (std::size_t c = 0; c < grey.size(); ++c) {
-    if (grey.cells[c] <= 0.0) continue;
-    target.height.cells[c] = grey.cells[c] * white_mm;
-    target.mask.cells[c] = 1;
-  }
-  if (target.mask.count() == 0) refuse({name, key}, "is black everywhere: no part");
+  for (int j = 0; j < grid.ny; ++j)
+    for (int i = 0; i < grid.nx; ++i) {
+      const PartOfCell part = part_of_cell(grey, columns[std::size_t(i)], rows[std::size_t(grid.ny - 1 - j)]);
+      if (part.area_px < kLeastCovered * cell_px) continue;
+      target.height.at(i, j) = part.sum / part.area_px / grey.white * white_mm;
+      target.mask.at(i, j) = 1;
+    }
+  if (target.mask.count() == 0) refuse(name, "the part covers half of no cell");
   return target;
+}
+
+PixelSize pixel_size(const PartConfig& part, std::span<const std::byte> png, const std::string& file) {
+  const double width_mm = part.shape.width_mm, um_per_px = part.um_per_px, depth_mm = part.shape.depth_mm;
+  const auto wrong = [&](const std::string& key, const std::string& problem) {
+    throw ConfigError(file, 0, key, key + ": " + problem);
+  };
+  if (width_mm <= 0.0 && um_per_px <= 0.0)
+    wrong("part.width_mm",
+          "a picture needs a size: part.width_mm (its depth follows from its aspect), or "
+          "part.um_per_px");
+  if (width_mm > 0.0 && um_per_px > 0.0)
+    wrong("part.um_per_px", "part.width_mm gives the picture's size already: only one of them");
+  const std::string key = "part.image";
+  const GreyPicture grey = read_picture(png, {file, key});
+  const double mm = um_per_px > 0.0 ? um_per_px * 1e-3 : width_mm / grey.width;
+  if (depth_mm > 0.0 && std::abs(depth_mm - grey.height * mm) > kAspect * depth_mm)
+    wrong("part.depth_mm",
+          std::to_string(depth_mm) + " mm is not the picture's depth: " + std::to_string(grey.height) +
+              " rows of " + std::to_string(mm) + " mm are " + std::to_string(grey.height * mm) + " mm");
+  return {mm, mm};
 }
 
 Blobs make_target_inputs(const Experiment& experiment, const std::filesystem::path& folder) {
@@ -127,8 +222,11 @@ Blobs make_target_inputs(const Experiment& experiment, const std::filesystem::pa
   if (experiment.part.shape.kind == "height_map") {
     const std::filesystem::path path = folder / experiment.part.image;
     std::vector<std::byte> png = read_bytes(path, "part.image");
-    target = target_from_png(png, experiment.grid, experiment.part.image_white_mm, path.string());
+    const PixelSize pixel = pixel_size(experiment.part, png, path.string());
+    target = target_from_png(png, experiment.grid, experiment.part.image_white_mm, path.string(), pixel);
     blobs.push_back(make_blob("image", std::move(png)));
+  } else if (experiment.part.shape.kind == "mesh") {
+    target = target_from_mesh(experiment, folder);
   } else {
     try {
       target = make_shape(experiment.part.shape, experiment.grid);

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,13 +14,23 @@
 
 namespace firn {
 
+/// Size of a pixel along x and y [mm].
+struct PixelSize {
+  double x_mm = 0.0, y_mm = 0.0;
+};
+
 /// Computes heights on `grid` from grey values: white (255, or 65535 of 16 bits) = `white_mm`, black =
-/// outside the mask. The top row of the image is the row of maximum y. An image of another size is averaged
-/// over each cell's area.
+/// no part. The picture lies in the middle of the grid, its top row at maximum y. A cell belongs to the part
+/// if pixels of the part cover at least half of it, and has the mean height of these pixels, by area.
+/// @param pixel none: the picture covers the grid
 /// @throws ConfigError (file `name`, key part.image): not a PNG, not grey, more than kMaxGridSide a side, all
-/// black.
+/// black, no cell half covered, a pixel of the part beyond the grid.
 Target target_from_png(std::span<const std::byte> png, const GridSpec& grid, double white_mm,
-                       const std::string& name);
+                       const std::string& name, const std::optional<PixelSize>& pixel = std::nullopt);
+
+/// Returns the size of the square pixels of part.image: part.um_per_px, or part.width_mm by its columns.
+/// @throws ConfigError (file `name`): neither or both are given, a part.depth_mm of another aspect
+PixelSize pixel_size(const PartConfig& part, std::span<const std::byte> png, const std::string& name);
 
 /// Reads grey values 0 (black) to 1 (white) on `grid`, as target_from_png does. @throws ConfigError (file
 /// `name`, key)

@@ -277,6 +277,8 @@ void Launch::watch() {
          ++faults_done_)
       if (ChildProcess* const world = child("world"))
         world->control().say(simfault_line(options_.faults[faults_done_].fault));
+    for (const fault_t& fault : watch_->take_warnings())
+      if (options_.warned) options_.warned(fault);
     if (auto metrics = watch_->take_metrics()) {
       if (options_.progress) options_.progress(*metrics);
       ask_truth();
@@ -360,7 +362,7 @@ LaunchReport Launch::report() {
   }
   const run_end_t& end = *watch_->end();
   r = result_of(end.outcome, end.layers, end.reason);
-  if (finish_) r.status = finish_->first;
+  if (finish_ && RunOutcome(end.outcome) != RunOutcome::kOutOfTolerance) r.status = finish_->first;
   if ((RunOutcome(end.outcome) == RunOutcome::kStoppedSafely ||
        RunOutcome(end.outcome) == RunOutcome::kWaitsForOperator) &&
       !watch_->fault().empty() && r.reason.find(watch_->fault()) == std::string::npos)

@@ -8,6 +8,7 @@
 #include <map>
 #include <string>
 
+#include "firn/fault_t.hpp"
 #include "firn/layer_metrics_t.hpp"
 #include "print/folder/run_folder.h"
 #include "print/simulated/lab_fault.h"
@@ -23,7 +24,8 @@ struct LaunchOptions {
   std::vector<LabFault> faults = {};  ///< in order of time
   double ready_within_s = 30.0;       ///< wall time
   std::function<void(const layer_metrics_t&)> progress;
-  std::function<void(const std::string&)> note;  ///< one sentence for the user; else stderr
+  std::function<void(const fault_t&)> warned = {};  ///< faults that do not stop the print
+  std::function<void(const std::string&)> note;     ///< one sentence for the user; else stderr
   std::function<void(const std::map<std::string, int>& pids)> on_start;  ///< START was sent to all
 };
 

@@ -53,6 +53,8 @@ void RunWatch::on_message(const ChannelInfo& row, std::span<const std::byte> byt
     safe_stop_ = true;
     if (fault_.empty()) fault_ = m->cause;
   } else if (const auto m = decode<fault_t>(bytes)) {
+    if (m->header.incarnation == incarnation_ && m->severity == std::int8_t(Severity::kWarning))
+      warnings_.push_back(*m);
     if (m->header.incarnation == incarnation_ && m->severity == std::int8_t(Severity::kStop) &&
         fault_.empty())
       fault_ = m->node + ": " + m->text;

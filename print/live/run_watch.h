@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "firn/fault_t.hpp"
 #include "firn/layer_metrics_t.hpp"
 #include "firn/run_end_t.hpp"
 #include "lcmtypes/channels.h"
@@ -29,6 +30,7 @@ class RunWatch {
   /// "before the first layer".
   std::string place() const;
   std::optional<layer_metrics_t> take_metrics() { return std::exchange(metrics_, std::nullopt); }
+  std::vector<fault_t> take_warnings() { return std::exchange(warnings_, {}); }
   const std::optional<run_end_t>& end() const { return end_; }
   /// Returns the first fault of severity 2 or cause of a safe stop, "stage: following error"; empty: no
   /// fault.
@@ -45,6 +47,7 @@ class RunWatch {
   };
   std::map<std::int64_t, PathPlace> paths_;
   std::optional<layer_metrics_t> metrics_;
+  std::vector<fault_t> warnings_;  // not taken yet
   std::optional<run_end_t> end_;
   std::string fault_;
   bool safe_stop_ = false;

@@ -227,6 +227,12 @@ void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions
     ++report.messages;
     report.message_bytes += bytes.size();
     if (find_channel(channel)->logged) log.append(std::max(now, begin).us, channel, bytes);
+    if (options.warned && channel.starts_with("FAULT_")) {
+      fault_t fault;
+      if (fault.decode(bytes.data(), 0, int(bytes.size())) >= 0 &&
+          Severity(fault.severity) == Severity::kWarning)
+        options.warned(fault);
+    }
     if (channel == channels::kRunEnd.name) end.decode(bytes.data(), 0, int(bytes.size()));
     if (height_map_t m; prints_paths(e) && channel == channels::kHeightMap.name &&
                         m.decode(bytes.data(), 0, int(bytes.size())) >= 0)

@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "core/grid/grid.h"
+#include "firn/fault_t.hpp"
 #include "firn/layer_metrics_t.hpp"
 #include "print/folder/run_folder.h"
 #include "print/simulated/lab_fault.h"
@@ -13,6 +14,8 @@
 namespace firn {
 
 using ProgressFn = std::function<void(const layer_metrics_t&)>;
+/// Receives a fault that does not stop the print, for the operator.
+using WarningFn = std::function<void(const fault_t&)>;
 
 struct LabRunOptions {
   bool resume = false;
@@ -21,6 +24,7 @@ struct LabRunOptions {
   std::uint64_t crash_after_steps = 0;  ///< fault injection: everything dies after this many steps; 0 = never
   std::vector<LabFault> faults = {};    ///< in order of time
   ProgressFn progress;
+  WarningFn warned = {};
   std::function<bool()> interrupted;  ///< Ctrl-C: the print ends between two steps and can be resumed
 };
 

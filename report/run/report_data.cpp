@@ -15,6 +15,7 @@
 #include "firn/layer_metrics_t.hpp"
 #include "lcmtypes/convert.h"
 #include "replay/run_messages.h"
+#include "replay/run_migration.h"
 #include "report/run/report_ice.h"
 #include "report/run/report_lab.h"
 #include "report/run/truth.h"
@@ -48,6 +49,10 @@ LayerRow row_of(const layer_metrics_t& m) {
   r.scan_s = m.scan_s;
   r.decide_s = m.decide_s;
   r.end_s = double(m.header.utime_us) * 1e-6;
+  r.rows_lost = m.rows_lost;
+  r.cells_guessed = m.cells_guessed;
+  r.rms_inside_mm = m.rms_inside_mm;
+  r.rms_rim_mm = m.rms_rim_mm;
   return r;
 }
 
@@ -166,12 +171,13 @@ RunData read_run_data(const fs::path& run, const ReportLab& lab) {
   read_result(run / "result.json", data);
 
   messages.each<height_map_t>(channels::kHeightMap.name,
-                              [&](const height_map_t& m) { data.height = height_of(m); });
+                              [&](const height_map_t& m) { data.height = measured_height_of(m); });
   std::map<std::int32_t, LayerRow> rows;
   messages.each<layer_metrics_t>(channels::kLayerMetrics.name, [&](const layer_metrics_t& m) {
     rows.insert_or_assign(m.layer, row_of(m));
   });
   read_provenance(run, provenance, data);
+  data.health = health_of(messages);
   data.lab = &lab;
   lab.read({run, messages, inputs_of(run, provenance)}, data, rows);
   for (auto& [layer, row] : rows) data.layers.push_back(std::move(row));

@@ -13,6 +13,7 @@
 #include "core/grid/outline.h"
 #include "report/run/report_ice_data.h"
 #include "report/run/report_inks.h"
+#include "report/run/run_health.h"
 
 namespace firn::replay {
 
@@ -27,9 +28,12 @@ struct LayerRow {
   double objective_mm = 0;
   std::int64_t iterations = 0;
   double deposit_s = 0, cure_s = 0, scan_s = 0, decide_s = 0;
-  double end_s = 0;                     ///< node time
-  std::optional<ErrorStats> truth;      ///< of the true surface about the target
-  std::optional<OutlineStats> outline;  ///< of the true surface; of droplets
+  double end_s = 0;                          ///< node time
+  std::int32_t rows_lost = 0;                ///< of all scans of the layer
+  std::int64_t cells_guessed = 0;            ///< of the part, in the last map
+  double rms_inside_mm = 0, rms_rim_mm = 0;  ///< 0: not told
+  std::optional<ErrorStats> truth;           ///< of the true surface about the target
+  std::optional<OutlineStats> outline;       ///< of the true surface; of droplets
 };
 
 struct ReportLab;
@@ -37,7 +41,8 @@ struct ReportLab;
 struct RunData {
   std::string folder;  ///< name of the run folder
   std::string scheme;
-  std::string outcome, reason;     ///< empty outcome = the run has not ended
+  std::string outcome, reason;  ///< empty outcome = the run has not ended
+  RunHealth health;
   std::vector<LayerRow> layers;    ///< by layer
   HeightMap height;                ///< last measured map; size 0: no map
   std::optional<HeightMap> truth;  ///< last true surface

@@ -322,9 +322,9 @@ std::string report_page(const std::vector<ReportRun>& runs,
   std::vector<NamedInks> inks;
   for (std::size_t n = 0; n < runs.size(); ++n)
     if (runs[n].data.inks) inks.push_back({names[n], &*runs[n].data.inks});
-  s += summary(runs, names) + result_table(runs, names) + lab_sections(runs, names) + maps(runs, names) +
-       sections(runs, names) + ink_sections(inks) + by_layer(runs, names) + times(runs, names) +
-       differing(parameters, names) + provenance(runs, names);
+  s += health_table(runs, names) + summary(runs, names) + result_table(runs, names) +
+       lab_sections(runs, names) + maps(runs, names) + sections(runs, names) + ink_sections(inks) +
+       by_layer(runs, names) + times(runs, names) + differing(parameters, names) + provenance(runs, names);
   return s + "</body></html>\n";
 }
 

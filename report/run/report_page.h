@@ -10,7 +10,8 @@ namespace firn::replay {
 
 struct ReportRun {
   RunData data;
-  std::string verdict;  ///< of replay: "identical", "differs"; empty = not replayed
+  std::string verdict;     ///< of replay: "identical", "differs"; empty = not replayed
+  std::string audit = {};  ///< "clean", or the number of violations and the first; empty = not audited
 };
 
 /// Holds a setting that is not the same in all runs.

@@ -7,6 +7,7 @@
 #include "firn/sim_truth_t.hpp"
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
+#include "replay/run_migration.h"
 
 namespace firn::replay {
 
@@ -17,8 +18,7 @@ void each_truth(const std::filesystem::path& run, const std::function<void(std::
   layer_metrics_t metrics{};
   sim_truth_t m;
   while (const auto event = reader.next()) {
-    if (event->channel == channels::kLayerMetrics.name)
-      metrics.decode(event->data.data(), 0, int(event->data.size()));
+    if (event->channel == channels::kLayerMetrics.name) decode_recorded(event->data, metrics);
     if (event->channel != channels::kSimTruth.name || event->damaged) continue;
     if (m.decode(event->data.data(), 0, int(event->data.size())) != int(event->data.size())) continue;
     HeightMap surface(from_message(m.grid));

@@ -26,7 +26,7 @@ PrintSummary over(RunResult result, double rms_um, double tolerance_um, bool ask
 }
 
 const RunResult kDone{"finished", kOk, 30, "the last layer is printed"},
-    kDry{"out of tolerance", kFailed, 30, "valve_a gives nothing"},
+    kDry{"out of tolerance", kOutOfTolerance, 30, "valve_a gives nothing"},
     kStopped{"stopped safely", kSafetyStop, 12, "robot: link lost"};
 
 std::string last_line(const std::string& text) { return text.substr(text.rfind('\n', text.size() - 2) + 1); }
@@ -59,9 +59,7 @@ TEST_CASE("The usual tolerance is one nominal layer, in both labs, and none wher
   CHECK(usual_tolerance_um(ice) == Approx(240.0));
 }
 
-TEST_CASE(
-    "The last line of a print gives its verdict, and only a tolerance that was asked for decides the exit "
-    "code") {
+TEST_CASE("The last line of a print gives its verdict, and out of tolerance has an exit code of its own") {
   struct Case {
     PrintSummary summary;
     std::optional<bool> within;
@@ -71,12 +69,12 @@ TEST_CASE(
   const Case cases[] = {
       {over(kDone, 7.0, 7.6), true, 0,
        "within tolerance: RMS 7.00 um of the last map, at most 7.60 um, one layer"},
-      {over(kDone, 80.0, 7.6), false, 0,
+      {over(kDone, 80.0, 7.6), false, 4,
        "OUT OF TOLERANCE: RMS 80.00 um of the last map, more than 7.60 um, one layer"},
-      {over(kDone, 80.0, 7.6, true), false, 1,
+      {over(kDone, 80.0, 7.6, true), false, 4,
        "OUT OF TOLERANCE: RMS 80.00 um of the last map, more than 7.60 um\n"},
       {over(kDone, 7.0, 7.6, true), true, 0, "within tolerance"},
-      {over(kDry, 7.0, 7.6), true, 1, "within tolerance"},
+      {over(kDry, 7.0, 7.6), false, 4, "OUT OF TOLERANCE: valve_a gives nothing"},
       {over(kStopped, 7.0, 7.6, true), std::nullopt, 3, "to go on: firn print --resume"},
       {over(kDone, 0.0, 7.6, true), std::nullopt, 1, "nothing was measured"},
       {over(kDone, 7.0, 0.0), std::nullopt, 0, "run folder"},
@@ -103,12 +101,12 @@ TEST_CASE(
   CHECK(open.result.status == kOk);
   CHECK(open.tolerance_um == Approx(240.0));
   CHECK(within_tolerance(open) == false);
-  CHECK(exit_code(open) == kOk);
+  CHECK(exit_code(open) == kOutOfTolerance);
   const auto fed = firn::test::small_ice_part({});
   const PrintSummary smf = printed(fed.experiment, fed.inputs, scratch / "runs", 50.0);
   CHECK(smf.tolerance_asked);
   CHECK(within_tolerance(smf) == false);  // 50 um is asked too much
-  CHECK(exit_code(smf) == kFailed);
+  CHECK(exit_code(smf) == kOutOfTolerance);
 
   const std::filesystem::path file = std::filesystem::path(FIRN_SOURCE_DIR) / "experiments/cylinder.toml";
   const Experiment inkjet =

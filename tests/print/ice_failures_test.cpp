@@ -155,7 +155,7 @@ TEST_CASE(
       run.go({at(during(kSignalValveA, calm(kSignalValveA).size() * 2 / 3 + 1), "valve_a trip 1")});
   INFO(report.result.reason);
   CHECK(report.result.layers == 15);
-  CHECK(report.result.status == kFailed);
+  CHECK(report.result.status == kOutOfTolerance);
   CHECK(report.result.outcome == "out of tolerance");
   CHECK_THAT(report.result.reason, Contains("the last layer is printed, but"));
   check_replay(run.path());

@@ -85,6 +85,70 @@ TEST_CASE("A uniformly white picture of any size is a flat block of the white he
   CHECK(t.mask.count() == 84);
 }
 
+TEST_CASE("A picture keeps its size and its aspect: 12 x 8 mm with a round hole on a grid of any pitch") {
+  // 240 x 160 pixels of 50 um, white but for a hole of 3 mm across at (3.5, 4) mm from the low corner.
+  cv::Mat image(160, 240, CV_8U, cv::Scalar(200));
+  for (int row = 0; row < 160; ++row)
+    for (int col = 0; col < 240; ++col)
+      if (std::hypot((col + 0.5) * 0.05 - 3.5, 8.0 - (row + 0.5) * 0.05 - 4.0) < 1.5)
+        image.at<std::uint8_t>(row, col) = 0;
+  for (const GridSpec spec : {GridSpec{60, 50, 0.263256, 0.263256, 1.0, -2.0},
+                              GridSpec{50, 60, 0.25, 0.2, 0, 0}, GridSpec{130, 90, 0.1, 0.1, 0, 0}}) {
+    const Target t = target_from_png(png(image), spec, 0.51, "x.png", PixelSize{0.05, 0.05});
+    const double middle_x = 0.5 * (spec.x_mm(0) + spec.x_mm(spec.nx - 1)),
+                 middle_y = 0.5 * (spec.y_mm(0) + spec.y_mm(spec.ny - 1));
+    for (int j = 0; j < spec.ny; ++j)
+      for (int i = 0; i < spec.nx; ++i) {
+        const double x = spec.x_mm(i) - middle_x, y = spec.y_mm(j) - middle_y,
+                     slack = 0.75 * std::max(spec.pitch_x_mm, spec.pitch_y_mm);
+        const double to_edge = std::min(6.0 - std::abs(x), 4.0 - std::abs(y)),
+                     to_hole = std::hypot(x + 2.5, y) - 1.5, inside = std::min(to_edge, to_hole);
+        CAPTURE(x, y);
+        if (inside > slack) CHECK(int(t.mask.at(i, j)) == 1);
+        if (inside < -slack) CHECK(int(t.mask.at(i, j)) == 0);
+        // A rim cell is as high as the part's pixels, not a fraction of that.
+        CHECK(t.height.at(i, j) == Approx(t.mask.at(i, j) ? 0.4 : 0.0).margin(1e-12));
+      }
+    const double cell_mm2 = spec.pitch_x_mm * spec.pitch_y_mm;
+    CHECK(double(t.mask.count()) * cell_mm2 == Approx(96.0 - CV_PI * 2.25).epsilon(0.02));
+  }
+}
+
+TEST_CASE("A cell belongs to the part from half its area on, with the mean height of the part's pixels") {
+  // Cells of 2 x 2 pixels, with 0 to 4 of them in the part.
+  cv::Mat image = (cv::Mat_<std::uint8_t>(2, 10) << 0, 0, 9, 0, 9, 30, 9, 30, 9, 30,  //
+                   0, 0, 0, 0, 0, 0, 0, 60, 60, 101);
+  const Target t = target_from_png(png(image), grid(5, 1), 255.0, "x.png", PixelSize{0.125, 0.125});
+  const double heights[] = {0.0, 0.0, 19.5, 33.0, 50.0};
+  for (int i = 0; i < 5; ++i) {
+    CHECK(int(t.mask.at(i, 0)) == int(i >= 2));
+    CHECK(t.height.at(i, 0) == Approx(heights[i]).margin(1e-9));
+  }
+}
+
+TEST_CASE("A picture needs one size that fits its aspect, and a part within the grid") {
+  const auto bytes = png(cv::Mat(40, 60, CV_8U, cv::Scalar(7)));
+  PartConfig part;
+  CHECK_THROWS_WITH(pixel_size(part, bytes, "x.png"),
+                    Catch::Contains("x.png: part.width_mm: a picture needs a size"));
+  part.shape.width_mm = 12.0;
+  CHECK(pixel_size(part, bytes, "x.png").x_mm == Approx(0.2));
+  CHECK(pixel_size(part, bytes, "x.png").y_mm == Approx(0.2));
+  part.um_per_px = 200.0;
+  CHECK_THROWS_WITH(pixel_size(part, bytes, "x.png"),
+                    Catch::Contains("part.um_per_px") && Catch::Contains("only one"));
+  part.shape.width_mm = 0.0;
+  CHECK(pixel_size(part, bytes, "x.png").x_mm == Approx(0.2));
+  part.shape.depth_mm = 8.0;
+  CHECK(pixel_size(part, bytes, "x.png").x_mm == Approx(0.2));
+  part.shape.depth_mm = 9.0;
+  CHECK_THROWS_WITH(pixel_size(part, bytes, "x.png"),
+                    Catch::Contains("part.depth_mm") && Catch::Contains("8.0"));
+  CHECK_THROWS_WITH(target_from_png(bytes, grid(40, 40), 0.4, "x.png", PixelSize{0.2, 0.2}),
+                    Catch::Contains("along x the part reaches 5.98"));
+  CHECK(target_from_png(bytes, grid(48, 40), 0.4, "x.png", PixelSize{0.2, 0.2}).mask.count() == 48 * 32);
+}
+
 TEST_CASE("A wrong picture is refused with its name and the reason") {
   const auto refused = [](std::vector<std::byte> bytes, const char* why) {
     CHECK_THROWS_WITH(target_from_png(bytes, grid(4, 4), 0.4, "x.png"),

@@ -61,6 +61,11 @@ TEST_CASE(
   CHECK(count(page, "<svg") == count(page, "</svg>"));
   CHECK(count(page, "data:image/png;base64,") == 2 * 2 + 2);  // height and error of both, two colour bars
   CHECK(count(page, ">identical<") == 2);
+  const std::string head = page.substr(0, page.find("</table>"));  // what a reader sees first
+  CHECK(count(head, ">within tolerance</span>: RMS") == 2);
+  CHECK(count(head, ">clean</span>") == 2);
+  for (const char* column : {"stops", "resumes", "doubts", "faults", "warnings", "lost rows"})
+    CHECK(head.find("<th>" + std::string(column) + "</th>") != head.npos);
   CHECK(page.find("control.scheme") != page.npos);
   for (const char* no_number : {" nan", "\"nan", ">nan", " inf", "\"inf", ">inf"})
     CHECK(page.find(no_number) == page.npos);

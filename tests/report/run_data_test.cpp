@@ -16,6 +16,7 @@
 #include "firn/layer_metrics_t.hpp"
 #include "firn/sim_truth_t.hpp"
 #include "print/folder/run_report.h"
+#include "replay/run_migration.h"
 #include "report/run/differing_parameters.h"
 #include "report/run/metrics.h"
 #include "report/run/report_page.h"
@@ -73,7 +74,7 @@ std::vector<Message> logged(const fs::path& run, std::string_view channel) {
   while (const auto event = reader.next()) {
     if (event->channel != channel) continue;
     out.emplace_back();
-    REQUIRE(out.back().decode(event->data.data(), 0, int(event->data.size())) == int(event->data.size()));
+    REQUIRE(replay::decode_recorded(event->data, out.back()));
   }
   return out;
 }
@@ -117,9 +118,12 @@ TEST_CASE("Every row of metrics.csv reads back as the layer's values in the head
   for (LayerRow& l : run.layers) {
     l.attempt = int(random.below(4));
     l.map_id = std::int64_t(random.bits() >> 2);
-    for (double* v : {&l.target_mean_mm, &l.mean_height_mm, &l.mean_error_mm, &l.rms_mm, &l.std_mm,
-                      &l.min_error_mm, &l.max_error_mm, &l.volume_mm3, &l.objective_mm})
+    for (double* v :
+         {&l.target_mean_mm, &l.mean_height_mm, &l.mean_error_mm, &l.rms_mm, &l.std_mm, &l.min_error_mm,
+          &l.max_error_mm, &l.volume_mm3, &l.objective_mm, &l.rms_inside_mm, &l.rms_rim_mm})
       *v = random.uniform(-0.1, 0.1);
+    l.rows_lost = int(random.below(40));
+    l.cells_guessed = std::int64_t(random.below(4000));
     l.iterations = std::int64_t(random.below(1000000));
   }
   run.layers[2].truth = ErrorStats{};
@@ -153,6 +157,10 @@ TEST_CASE("Every row of metrics.csv reads back as the layer's values in the head
     close("volume_mm3", l.volume_mm3, 1e-6);
     close("objective_um", 1e3 * l.objective_mm, 1e-6);
     close("end_s", l.end_s, 1e-3);
+    close("rms_inside_um", 1e3 * l.rms_inside_mm, 1e-3);
+    close("rms_rim_um", 1e3 * l.rms_rim_mm, 1e-3);
+    CHECK(cell("rows_lost") == std::to_string(l.rows_lost));
+    CHECK(cell("cells_guessed") == std::to_string(l.cells_guessed));
     CHECK(cell("true_max_abs_error_um") == (l.truth ? "4.500" : ""));
     CHECK(cell("overspill_pct") == (l.outline ? "9.210" : ""));
     CHECK(cell("first_ring_um") == (l.outline ? "275.400" : ""));

@@ -1,0 +1,239 @@
+#include "print/preview/print_preview.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "config/ice_lab.h"
+#include "config/labs.h"
+#include "config/slice.h"
+#include "core/grid/geometry.h"
+#include "core/grid/npy.h"
+#include "core/planning/path_reach.h"
+#include "core/slice/coverage/footprint.h"
+#include "files/usage_error.h"
+#include "print/inputs/mesh_part.h"
+#include "report/draw/heat_map.h"
+#include "report/draw/style.h"
+
+namespace firn {
+namespace {
+
+constexpr double kUm = 1e3;           // per mm
+constexpr double kRowTurn_s = 0.065;  // of a stage between two rows
+constexpr double kPathStart_s = 1.5;  // of an arm: load, travel, approach
+constexpr double kBead_mm = 1.5;      // width of a line of ice
+constexpr std::size_t kMostSections = 60;
+constexpr std::size_t kMostRefused = 5;
+
+// The finished part, the size of its box and its cells.
+void measure(const HeightMap& height, const Mask& mask, PrintPreview& p) {
+  const GridSpec& g = height.spec;
+  int x0 = g.nx, x1 = -1, y0 = g.ny, y1 = -1;
+  double top = 0.0;
+  p.picture = HeightMap(g, kNotMeasured);
+  for (int j = 0; j < g.ny; ++j)
+    for (int i = 0; i < g.nx; ++i) {
+      if (!mask.at(i, j)) continue;
+      ++p.cells;
+      p.picture.at(i, j) = height.at(i, j);
+      top = std::max(top, height.at(i, j));
+      x0 = std::min(x0, i);
+      x1 = std::max(x1, i);
+      y0 = std::min(y0, j);
+      y1 = std::max(y1, j);
+    }
+  p.grid = g;
+  p.size_mm = {std::max(0, x1 - x0 + 1) * g.pitch_x_mm, std::max(0, y1 - y0 + 1) * g.pitch_y_mm, top};
+}
+
+void add(PrintPreview& p, const std::vector<std::string>& remarks) {
+  p.remarks.insert(p.remarks.end(), remarks.begin(), remarks.end());
+}
+
+PrintPreview of_droplets(const Experiment& e, const Blobs& inputs, const std::filesystem::path& folder) {
+  PrintPreview p;
+  const GridSpec& g = e.grid;
+  const HeightMap target = height_map_from_npy(blob(inputs, "target").bytes, g, "target");
+  const Mask mask = mask_from_npy(blob(inputs, "mask").bytes, g, "mask");
+  measure(target, mask, p);
+  const std::string& kind = e.part.shape.kind;
+  p.part = kind + (kind == "height_map" ? " " + e.part.image : kind == "mesh" ? " " + e.part.mesh : "");
+  p.amount_name = "droplets";
+  const double layer_mm = e.model.h1_mm + 4.0 * e.model.h2_mm + 4.0 * e.model.h3_mm,
+               cell_mm2 = g.pitch_x_mm * g.pitch_y_mm;
+  p.layers = int(std::ceil(p.size_mm[2] / layer_mm - 1e-9));
+  const bool two = e.geometry.solid.kind != "none";
+  const Geometry geometry =
+      two ? geometry_from_bytes(blob(inputs, "geometry").bytes, g, "geometry")
+          : Geometry(g, std::max(p.size_mm[2], layer_mm), std::vector<std::vector<Span>>(g.size()));
+  double object_mm3 = 0.0;
+  for (std::size_t c = 0; c < g.size(); ++c) {
+    if (!mask.cells[c]) continue;
+    p.volume_mm3 += target.cells[c] * cell_mm2;
+    p.amount += std::llround(target.cells[c] / layer_mm);
+    for (const Span& s : geometry.spans(c)) object_mm3 += (s.to_mm - s.from_mm) * cell_mm2;
+  }
+  p.materials.emplace_back(two ? "ink A" : "ink", two ? object_mm3 : p.volume_mm3);
+  if (two) p.materials.emplace_back("ink B", p.volume_mm3 - object_mm3);
+  const double rows = p.size_mm[1] / g.pitch_y_mm * (two ? 2.0 : 1.0) * e.process.sub_patterns,
+               pass_s = rows * ((g.nx + 1) * g.pitch_x_mm / e.process.pass_speed_mm_s + kRowTurn_s),
+               scan_s = (g.ny + 1) * g.pitch_y_mm / e.process.scan_speed_mm_s + kRowTurn_s;
+  p.time_s =
+      p.layers * (pass_s + scan_s + e.process.sub_patterns * (e.process.exposure_s + 2.0 * kRowTurn_s));
+  const double detail_mm = std::max(g.pitch_x_mm, g.pitch_y_mm);
+  if (kind == "mesh")
+    add(p, mesh_remarks(folder / e.part.mesh, "part.mesh", e.part.mesh_scale_xy, e.part.mesh_scale_z,
+                        detail_mm));
+  if (e.geometry.solid.kind == "mesh")
+    add(p, mesh_remarks(folder / e.geometry.mesh, "geometry.mesh", e.geometry.mesh_scale_xy,
+                        e.geometry.mesh_scale_z, detail_mm));
+  if (p.layers > e.control.max_layers)
+    p.outside.push_back(
+        fmt::format("control.max_layers = {}: the part needs at least {}", e.control.max_layers, p.layers));
+  return p;
+}
+
+// The heights of the highest layers that cover each cell, from some of the layers.
+void picture_of(const slice::PrintPaths& paths, double pitch_mm, PrintPreview& p) {
+  std::int32_t x0 = INT32_MAX, y0 = INT32_MAX, x1 = INT32_MIN, y1 = INT32_MIN;
+  for (const slice::LayerPaths& l : paths.layers)
+    for (const slice::Point& q : l.lines.points) {
+      x0 = std::min(x0, q.x);
+      x1 = std::max(x1, q.x);
+      y0 = std::min(y0, q.y);
+      y1 = std::max(y1, q.y);
+    }
+  if (x0 > x1) return;
+  const auto cells = [&](std::int32_t low, std::int32_t high) {
+    return int(std::ceil((double(high) - low) * slice::kMmPerUnit / pitch_mm)) + 3;
+  };
+  const GridSpec g{cells(x0, x1),
+                   cells(y0, y1),
+                   pitch_mm,
+                   pitch_mm,
+                   x0 * slice::kMmPerUnit - pitch_mm,
+                   y0 * slice::kMmPerUnit - pitch_mm};
+  HeightMap height(g);
+  Mask mask(g);
+  const std::size_t all = paths.layers.size(), step = std::max<std::size_t>(1, all / kMostSections);
+  for (std::size_t n = all; n-- > 0;) {
+    if ((all - 1 - n) % step != 0) continue;
+    const slice::LayerPaths& l = paths.layers[n];
+    const auto covers = slice::footprint_materials(l, g);
+    for (std::size_t c = 0; c < g.size(); ++c)
+      if (covers.cells[c] && !mask.cells[c]) {
+        mask.cells[c] = 1;
+        height.cells[c] = l.z * slice::kMmPerUnit;
+      }
+  }
+  measure(height, mask, p);
+}
+
+double speed_of(const Experiment& e, const slice::PathInfo& path) {
+  const IceMaterialConfig& m = path.material == 0 ? e.ice.water : e.ice.scaffold;
+  return path.kind == PathKind::kMeasurement ? m.measure_mm_s
+         : path.kind == PathKind::kBoundary  ? m.boundary_mm_s
+                                             : m.fill_mm_s;
+}
+
+double length_mm(const slice::LayerPaths& l, std::size_t line) {
+  const Path path = slice::to_path(l, line);
+  double sum = 0.0;
+  for (std::size_t n = 1; n < path.points.size(); ++n) sum += distance(path.points[n - 1], path.points[n]);
+  if (path.closed && path.points.size() > 1) sum += distance(path.points.back(), path.points.front());
+  return sum;
+}
+
+PrintPreview of_paths(const Experiment& e, const Blobs& inputs, const std::filesystem::path& folder) {
+  PrintPreview p;
+  const slice::PrintPaths paths = slice::decode_print_paths(blob(inputs, "paths").bytes);
+  p.part = e.ice.paths.empty() ? "mesh " + e.ice.mesh : "paths " + e.ice.paths;
+  p.amount_name = "pulses";
+  p.layers = int(paths.layers.size());
+  picture_of(paths, e.ice.pitch_mm, p);
+  std::vector<double> volume_mm3;
+  for (const slice::LayerPaths& l : paths.layers) {
+    const auto use = slice::material_use(l);
+    if (use.size() > volume_mm3.size()) volume_mm3.resize(use.size(), 0.0);
+    for (std::size_t m = 0; m < use.size(); ++m) volume_mm3[m] += use[m].volume_mm3;
+    for (std::size_t n = 0; n < l.info.size(); ++n)
+      p.time_s += length_mm(l, n) / speed_of(e, l.info[n]) + kPathStart_s;
+  }
+  double pulses = 0.0;
+  for (std::size_t m = 0; m < volume_mm3.size(); ++m) {
+    p.volume_mm3 += volume_mm3[m];
+    pulses += volume_mm3[m] * (m == 0 ? e.valve_a : e.valve_b).hz_per_mm3_s;
+    p.materials.emplace_back(
+        m < paths.head.materials.size() ? paths.head.materials[m].name : "material " + std::to_string(m),
+        volume_mm3[m]);
+  }
+  p.amount = std::llround(pulses);
+  const std::vector<std::byte>& text = blob(inputs, "machine").bytes;
+  const planning::PlanningSetup setup = planning_setup(
+      e, parse_machine({reinterpret_cast<const char*>(text.data()), text.size()}, e.ice.machine));
+  for (const planning::Unreachable& u :
+       planning::unreachable_paths(planning::TaskPlanner(setup), paths, setup, kMostRefused))
+    p.outside.push_back(u.text);
+  if (e.ice.paths.empty()) {
+    const SliceSettings settings = load_slice_settings(folder / e.ice.slice);
+    add(p, mesh_remarks(folder / e.ice.mesh, "ice.mesh", settings.scale[0], settings.scale[2], kBead_mm));
+  }
+  return p;
+}
+
+std::string duration(double s) {
+  return s < 120.0    ? fmt::format("{:.0f} s", s)
+         : s < 7200.0 ? fmt::format("{:.0f} min", s / 60.0)
+                      : fmt::format("{:.1f} h", s / 3600.0);
+}
+
+}  // namespace
+
+PrintPreview preview_print(const Experiment& e, const Blobs& inputs, const std::filesystem::path& folder) {
+  return prints_paths(e) ? of_paths(e, inputs, folder) : of_droplets(e, inputs, folder);
+}
+
+std::string preview_text(const PrintPreview& p) {
+  std::string text =
+      fmt::format("{}: {:.4g} x {:.4g} x {:.4g} mm on {} x {} cells of {:.4g} x {:.4g} mm, {} of the part\n",
+                  p.part, p.size_mm[0], p.size_mm[1], p.size_mm[2], p.grid.nx, p.grid.ny, p.grid.pitch_x_mm,
+                  p.grid.pitch_y_mm, p.cells);
+  text += fmt::format("about {} layers, {} {}, {}", p.layers, p.amount, p.amount_name, duration(p.time_s));
+  for (const auto& [name, mm3] : p.materials) text += fmt::format("; {:.4g} mm^3 of {}", mm3, name);
+  text += '\n';
+  for (const std::string& r : p.remarks) text += "remark: " + r + '\n';
+  for (const std::string& o : p.outside) text += "OUTSIDE: " + o + '\n';
+  return text;
+}
+
+std::string preview_json(const PrintPreview& p) {
+  using Json = nlohmann::ordered_json;
+  Json materials = Json::array();
+  for (const auto& [name, mm3] : p.materials) materials.push_back({{"name", name}, {"volume_mm3", mm3}});
+  const Json j = {{"part", p.part},
+                  {"size_mm", p.size_mm},
+                  {"grid",
+                   {{"nx", p.grid.nx},
+                    {"ny", p.grid.ny},
+                    {"pitch_x_mm", p.grid.pitch_x_mm},
+                    {"pitch_y_mm", p.grid.pitch_y_mm}}},
+                  {"cells", p.cells},
+                  {"layers", p.layers},
+                  {p.amount_name, p.amount},
+                  {"volume_mm3", p.volume_mm3},
+                  {"time_s", p.time_s},
+                  {"materials", materials},
+                  {"remarks", p.remarks},
+                  {"outside", p.outside}};
+  return j.dump(2) + "\n";
+}
+
+std::string preview_svg(const PrintPreview& p) {
+  return replay::standalone_svg(replay::heat_map(
+      p.picture, {0.0, std::max(1e-3, p.size_mm[2] * kUm), replay::ColorMap::kSequential}, p.part));
+}
+
+}  // namespace firn

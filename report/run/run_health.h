@@ -1,0 +1,31 @@
+// RunHealth holds the events of a run that a reader must know before its errors: stops, resumes, doubts,
+// faults and lost rows, and the verdicts of tolerance and audit.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "replay/run_messages.h"
+
+namespace firn::replay {
+
+struct ReportRun;
+
+struct RunHealth {
+  int stops = 0;  ///< ends of a run that could go on
+  int resumes = 0;
+  int doubts = 0;    ///< passes or paths whose outcome is not known
+  int warnings = 0;  ///< faults that did not stop the print
+  int faults = 0;    ///< and those that did
+  std::int64_t rows_lost = 0;
+  std::optional<double> tolerance_mm;  ///< of the last map's RMS, one nominal layer; none: no target
+};
+
+RunHealth health_of(const RunMessages& messages);
+
+/// Returns a table of one row for each run. @param names of the runs
+std::string health_table(const std::vector<ReportRun>& runs, const std::vector<std::string>& names);
+
+}  // namespace firn::replay
