@@ -1,4 +1,4 @@
-// run_preview shows a print before it begins: part, cost, and what does not fit.
+// run_preview shows a print before it begins: part, cost, and misfits.
 #pragma once
 
 #include <string>

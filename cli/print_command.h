@@ -47,7 +47,7 @@ struct PrintSummary {
 };
 
 /// Prints `experiment`; `bus` as in PrintOptions. Shows progress on stderr. A live print's scans are slowed,
-/// or refused, by what this machine keeps up with (print/live/row_rehearsal.h).
+/// or refused, by the rate that this machine keeps up with (print/live/row_rehearsal.h).
 PrintSummary print_experiment(const Experiment& experiment, const Blobs& inputs, const PrintOptions& options);
 
 int run_print(const PrintOptions& options);

@@ -45,7 +45,7 @@ void check_fits(const BoxSize& part_mm, const BoxSize& lab_mm, const std::string
                 const std::string& key, const std::string& lab);
 
 /// Returns remarks on a part that can be printed but may not be meant: far smaller than `detail_mm` allows,
-/// as a file in inches or metres is; an open surface, whose inside is a guess; what the reader found.
+/// as a file in inches or metres is; an open surface, whose inside is a guess; remarks of the reader.
 std::vector<std::string> mesh_remarks(const std::filesystem::path& file, const std::string& key,
                                       double scale_xy, double scale_z, double detail_mm);
 

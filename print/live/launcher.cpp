@@ -431,7 +431,7 @@ void Launch::take_lines() {
 }
 
 void Launch::ask_truth() {
-  if (truth_asked_ || !args_.options.real_ports.empty()) return;  // it is no truth of what a real jet fired
+  if (truth_asked_ || !args_.options.real_ports.empty()) return;  // it knows no droplet of a real jet
   child("world")->control().say("TRUTH");
   truth_asked_ = true;
 }

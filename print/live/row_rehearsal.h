@@ -19,7 +19,7 @@ double row_period_s(const Experiment& experiment, double speed_mm_s);
 /// Slows process.scan_speed_mm_s so that a row comes at most every `slowest_s` and a margin; a profiler keeps
 /// only its newest row, so that rows which come faster are lost.
 /// @param slowest_s of slowest_row_s()
-/// @returns what was changed, for the operator; empty: nothing
+/// @returns the changes, for the operator; empty: none
 /// @throws UsageError naming process.scan_speed_mm_s, where less than an eighth of its speed would be left
 std::string fit_scan_speed(Experiment& experiment, double slowest_s);
 

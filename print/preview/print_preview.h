@@ -1,5 +1,5 @@
-// PrintPreview holds what is known of a print before its first droplet: the part, its cost, and what does not
-// fit.
+// PrintPreview holds the facts about a print that are known before its first droplet: the part, its cost, its
+// misfits.
 #pragma once
 
 #include <array>
