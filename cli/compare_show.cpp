@@ -6,7 +6,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/statistics/sign_flip.h"
 #include "report/study/study_profile.h"
 
 namespace firn {
@@ -62,7 +61,7 @@ std::string study_text(const StudyTable& t, const StudyAnalysis& a,
   std::string s = fmt::format(
       "{}: {} schemes, {} parts, {} seeds; means over all parts with 95 % intervals, smaller is better{}\n",
       t.name, t.arms.size(), t.parts.size(), t.seeds.size(),
-      stopped(a) ? ";\nof complete seeds where prints stopped" : "");
+      stopped(a) ? ";\nwhere prints stopped, of the survivors: the seeds without a stop" : "");
   s += fmt::format("{:<{}} {:>5} {:>8}", "scheme", w, "seeds", "stopped");
   for (const auto& m : t.metrics) s += fmt::format("   {:<25}", m.name);
   s += "\n";
@@ -92,9 +91,8 @@ std::string study_text(const StudyTable& t, const StudyAnalysis& a,
         interval(c.values.difference, c.values.interval, t.metrics[0].decimals),
         c.values.pairs > 0 ? fmt::format("{:.2f}", c.values.effect) : "-", replay::p_text(c.holm_p),
         c.holm_p > replay::kAlpha ? "not distinguishable"
-        : c.values.p <= statistics::smallest_p(c.tested)
-            ? fmt::format("(the smallest p that {} seeds can give)", c.tested)
-            : "",
+        : c.at_smallest_p()       ? fmt::format("(the smallest p that {} seeds can give)", c.tested)
+                                  : "",
         c.by_rank() ? fmt::format(" (prints stopped {} : {}; difference of {} complete of {} seeds)",
                                   c.stopped_a, c.stopped_b, c.values.pairs, c.tested)
                     : "");
@@ -119,6 +117,7 @@ std::string study_json(const StudyTable& t, const StudyAnalysis& a,
                            {"high", real(s.interval.high)}});
     schemes.push_back({{"name", t.arms[arm]},
                        {"failed_prints", a.failed[arm]},
+                       {"means_of", a.failed[arm] ? "survivors" : "all prints"},
                        {"prints", t.parts.size() * t.seeds.size()},
                        {"metrics", metrics}});
   }
@@ -144,6 +143,7 @@ std::string study_json(const StudyTable& t, const StudyAnalysis& a,
          {"effect_dz", real(c.values.effect)},
          {"a_smaller", real(c.values.a_below_b)},
          {"p", c.values.p},
+         {"p_is_smallest_possible", c.at_smallest_p()},
          {"holm_p", c.holm_p},
          {"distinguishable", c.holm_p <= replay::kAlpha},
          {"better", c.holm_p <= replay::kAlpha ? Json(t.arms[c.better()]) : Json(nullptr)}});

@@ -111,6 +111,8 @@ struct PlantConfig {
   std::uint64_t seed = 1;
   double ratio_b = 1.0;    ///< two inks: volume of a support droplet by an object droplet
   double variation = 0.2;  ///< lu2015: upward variation of h1..h3, per droplet and layer
+  double flow = 1.0;       ///< droplets: volume in shares of the calibrated one
+  double spread = 1.0;     ///< droplets: radii in shares of the calibrated ones
   double size_std = 0.03;  ///< droplets: relative volume scatter
   double placement_std_mm = 0.008;
   double missed_fraction = 0.002;

@@ -87,6 +87,7 @@ struct IcePlantConfig {
   double valve_b_dx_mm = 0.0, valve_b_dy_mm = 0.0;  ///< and tool_scaffold
   double tank_water_mm3 = 2e6, tank_sme_mm3 = 2e6;
   double debris_per_h = 0.4;
+  double roughness = 0.28;                    ///< share of each layer's height that freezes rough
   std::vector<double> foot_mm, screw_mm;      ///< table: heights of 4 feet and 9 screws; empty = level
   double table_x_mm = 0.0, table_y_mm = 0.0;  ///< part frame: the table's middle
   double table_width_mm = 900.0, table_depth_mm = 400.0;  ///< along x and y

@@ -193,6 +193,8 @@ std::vector<Field> ice_plant_fields(Experiment& e) {
       {"plant.ice.tank_water_mm3", &p.tank_water_mm3, "mm^3", within(0, 1e9), "water in the tank"},
       {"plant.ice.tank_sme_mm3", &p.tank_sme_mm3, "mm^3", within(0, 1e9), "scaffold material in the tank"},
       {"plant.ice.debris_per_h", &p.debris_per_h, "1/h", within(0, 1000), "bumps that fall on the part"},
+      {"plant.ice.roughness", &p.roughness, "", within(0, 1),
+       "share of each layer's height that freezes rough, new in every layer [FIT: the floor of Fig. 5-9]"},
       {"plant.ice.foot_mm", &p.foot_mm, "mm", within(-10, 10),
        "levelling table: heights of its four feet; empty = level"},
       {"plant.ice.screw_mm", &p.screw_mm, "mm", within(-10, 10),

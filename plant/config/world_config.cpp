@@ -15,8 +15,10 @@ void check_inkjet(const WorldConfig& c) {
   require_within("droplet.fine_cells", d.fine_cells, 1, 8);
   const double pitch_mm = c.grid.pitch_x_mm < c.grid.pitch_y_mm ? c.grid.pitch_x_mm : c.grid.pitch_y_mm;
   const double largest_mm = 14.0 * pitch_mm / d.fine_cells;  // Field's window is at most 40 fine cells wide
-  require_within("droplet.cap_radius_mm", d.cap_radius_mm, 0.5 * pitch_mm, largest_mm);
-  require_within("droplet.film_radius_mm", d.film_radius_mm, 0.5 * pitch_mm, largest_mm);
+  require_within("droplet.flow", d.flow, 0.5, 2.0);
+  require_within("droplet.spread", d.spread, 0.75, 1.5);
+  require_within("droplet.cap_radius_mm", d.spread * d.cap_radius_mm, 0.5 * pitch_mm, largest_mm);
+  require_within("droplet.film_radius_mm", d.spread * d.film_radius_mm, 0.5 * pitch_mm, largest_mm);
   require_within("droplet.film_share", d.film_share, 0.0, 1.0);
   require_within("droplet.slope_bias_mm", d.slope_bias_mm, 1e-4, 1e6);
   require_within("droplet.levelling", d.levelling, 0.0, 0.25);

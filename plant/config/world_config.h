@@ -31,6 +31,8 @@ struct DropletParams {
   double cure_shrink = 0.02;  ///< share of the liquid's volume that the lamp removes
   int fine_cells = 3;         ///< fine cells per droplet pitch, 1..8
   int margin_cells = 3;       ///< droplet pitches of field around the grid
+  double flow = 1.0;          ///< every volume times this: another waveform, another ink
+  double spread = 1.0;        ///< both radii times this: an ink that wets more or less
   double size_scatter = 0.03;  ///< standard deviation of the volume, relative
   double placement_scatter_mm = 0.006;
   double flight_time_s =

@@ -13,11 +13,19 @@
 namespace firn::plant {
 namespace {
 
+// The printer's own ink in place of the calibrated one.
+DropletParams scaled(DropletParams p) {
+  p.volume_mm3 *= p.flow;
+  p.cap_radius_mm *= p.spread;
+  p.film_radius_mm *= p.spread;
+  return p;
+}
+
 class DropletModel : public Model {
  public:
   explicit DropletModel(const WorldConfig& c)
       : grid_(c.grid),
-        params_(c.droplet),
+        params_(scaled(c.droplet)),
         seed_(c.seed),
         field_(c.grid, params_.fine_cells, params_.margin_cells),
         nozzle_(c.nozzle, c.seed),

@@ -41,6 +41,7 @@ IceWorldConfig ice_config(const Experiment& e) {
   c.arm.valve_b = shifted(machine.scaffold, p.valve_b_dx_mm, p.valve_b_dy_mm, 0.0);
   c.arm.laser = shifted(machine.laser, p.laser_dx_mm, p.laser_dy_mm, p.laser_dz_mm);
   c.disturbance.debris_per_h = p.debris_per_h;
+  c.disturbance.roughness = p.roughness;
   c.balance.std_mg = p.balance_std_mg;
   c.arm.start_delay_s = p.start_delay_s;
   c.laser.trigger_delay_s = p.laser_delay_s;
@@ -89,6 +90,8 @@ WorldConfig world_config(const Experiment& e) {
   c.seed = e.plant.seed;
   c.host_scale = e.run.time_scale;
   c.model = e.plant.model;
+  c.droplet.flow = e.plant.flow;
+  c.droplet.spread = e.plant.spread;
   c.droplet.size_scatter = e.plant.size_std;
   c.droplet.placement_scatter_mm = e.plant.placement_std_mm;
   c.droplet.missed_probability = e.plant.missed_fraction;

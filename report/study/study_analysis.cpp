@@ -144,6 +144,10 @@ void rank(const StudyTable& t, StudyAnalysis& a) {
 
 }  // namespace
 
+bool ArmComparison::at_smallest_p() const {
+  return values.p < 1.0 && values.p <= statistics::smallest_p(tested) * (1.0 + 1e-9);
+}
+
 const ArmComparison& StudyAnalysis::primary(std::size_t a, std::size_t b) const {
   for (const ArmComparison& c : comparisons)
     if (c.metric == 0 && c.part == kAllParts && ((c.a == a && c.b == b) || (c.a == b && c.b == a))) return c;

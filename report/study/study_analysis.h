@@ -49,8 +49,8 @@ struct StudyTable {
 
 inline constexpr int kAllParts = -1;
 
-/// Summarizes an arm by itself, over its complete prints. Over all parts, a seed counts when all its parts
-/// are complete.
+/// Summarizes an arm by itself, over the survivors: its complete prints. Over all parts, a seed counts when
+/// all its parts are complete.
 struct ArmSummary {
   std::size_t arm = 0, metric = 0;
   int part = kAllParts;
@@ -76,6 +76,8 @@ struct ArmComparison {
   std::size_t stopped_a = 0, stopped_b = 0;  ///< prints
   bool by_rank() const { return stopped_a + stopped_b > 0; }
   std::size_t better() const { return lead < 0.0 ? a : b; }
+  /// Returns true if no result of as many seeds could have a smaller p: more seeds would.
+  bool at_smallest_p() const;
 };
 
 struct StudyAnalysis {

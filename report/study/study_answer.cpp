@@ -46,6 +46,10 @@ std::string both_text(const ArmComparison& c) {
   return "over the " + seeds_text(c.values.pairs) + " that both completed ";
 }
 
+std::string smallest_text(const ArmComparison& c) {
+  return c.at_smallest_p() ? ", the smallest possible" : "";
+}
+
 // "0.53 um below open loop", or "open loop: 3 of 16 prints stopped; over the 5 seeds that both completed 0.53
 // um below it"
 std::string below_text(const StudyTable& t, const StudyAnalysis& a, std::size_t better, std::size_t other,
@@ -63,7 +67,7 @@ std::string better_text(const StudyTable& t, const StudyAnalysis& a, std::size_t
                         const std::string& which) {
   const ArmComparison& c = a.primary(better, other);
   const std::string s = t.arms[better] + " is better than " + which + t.arms[other],
-                    p = "Holm p " + p_text(c.holm_p) + ")";
+                    p = "Holm p " + p_text(c.holm_p) + smallest_text(c) + ")";
   if (!c.by_rank()) return s + " by " + lead_text(t, a, better, other) + " (" + p;
   return s + " (" + stops_text(t, a, other) + "; " +
          (c.values.pairs > 0 ? both_text(c) + "by " + lead_text(t, a, better, other) + "; " : "") + p;
@@ -83,7 +87,7 @@ bool told_apart(const StudyAnalysis& a, std::size_t x, std::size_t y) {
 std::string sure_text(const ArmComparison& c, std::size_t family) {
   return "Holm p " + p_text(c.holm_p) +
          (family > 1 ? " among " + std::to_string(family) + " pairs of schemes" : "") + ", " +
-         seeds_text(c.tested) + (c.by_rank() ? ", a stopped print ranked last" : "");
+         seeds_text(c.tested) + (c.by_rank() ? ", a stopped print ranked last" : "") + smallest_text(c);
 }
 
 // Part by part, a pair may go either way where the mean over all parts shows nothing.
@@ -168,10 +172,10 @@ std::vector<std::string> study_notes(const StudyTable& t, const StudyAnalysis& a
   const std::size_t planned = t.parts.size() * t.seeds.size();
   for (std::size_t arm = 0; arm < t.arms.size(); ++arm)
     if (a.failed[arm] > 0)
-      notes.push_back(std::to_string(a.failed[arm]) + " of " + std::to_string(planned) + " prints of " +
-                      t.arms[arm] +
-                      " stopped before their end: its tests rank them behind every complete print; its "
-                      "means, intervals and differences are of complete seeds");
+      notes.push_back(
+          std::to_string(a.failed[arm]) + " of " + std::to_string(planned) + " prints of " + t.arms[arm] +
+          " stopped before their end: its tests rank them behind every complete print; its "
+          "means, intervals and differences are those of the survivors, the seeds without a stop");
   for (std::size_t n = 1; n < a.ranking.size(); ++n)
     note_disagreement(t, a, a.ranking[0], a.ranking[n], notes);
   const std::size_t family = t.arms.size() * (t.arms.size() - 1) / 2;

@@ -52,7 +52,7 @@ std::string arms_table(const StudyTable& t, const StudyAnalysis& a, int part) {
         cells.push_back(std::to_string(s.seeds) +
                         (a.failed[arm] ? " <span class=\"bad\">(" + std::to_string(a.failed[arm]) + " of " +
                                              std::to_string(t.parts.size() * t.seeds.size()) +
-                                             " prints stopped; means of complete seeds)</span>"
+                                             " prints stopped; means of the survivors)</span>"
                                        : ""));
       const std::string text = with_interval(s.mean, s.interval, t.metrics[s.metric].decimals);
       const bool best = s.metric == 0 && part == kAllParts && !a.ranking.empty() && a.ranking[0] == arm;
@@ -77,7 +77,9 @@ std::string pairs_table(const StudyTable& t, const std::vector<const ArmComparis
                       : ""),
              number(v.mean_a, decimals), number(v.mean_b, decimals),
              with_interval(v.difference, v.interval, decimals), number(v.effect, 2),
-             number(100.0 * v.a_below_b, 0) + " %", v.p < 0.001 ? "&lt; 0.001" : number(v.p, 3),
+             number(100.0 * v.a_below_b, 0) + " %",
+             (v.p < 0.001 ? "&lt; 0.001" : number(v.p, 3)) +
+                 std::string(c->at_smallest_p() ? " <span class=\"soft\">(smallest possible)</span>" : ""),
              c->holm_p <= kAlpha
                  ? "<span class=\"good\">" +
                        std::string(c->holm_p < 0.001 ? "&lt; 0.001" : number(c->holm_p, 3)) + "</span>"

@@ -77,6 +77,36 @@ TEST_CASE("Droplet sizes, places and misses have the configured statistics") {
   CHECK(missed / 25600.0 == Approx(0.02).epsilon(0.2));
 }
 
+TEST_CASE("An ink of another flow and spread lands the same volume times the flow, over the spread's area") {
+  const auto landed = [](double flow, double spread) {
+    WorldConfig c = small_world();
+    c.nozzle.drift = false;
+    c.droplet.size_scatter = c.droplet.placement_scatter_mm = c.droplet.missed_probability =
+        c.droplet.satellite_probability = 0.0;
+    c.droplet.levelling_steps = 0;
+    c.droplet.flow = flow;
+    c.droplet.spread = spread;
+    const auto model = make_model(c);
+    const double volume_mm3 = model->fire(at_cell(c.grid, 8, 8, 0)).volume_mm3;
+    const HeightMap h = model->cell_means();
+    double moment = 0.0, sum = 0.0;
+    for (int j = 0; j < 16; ++j)
+      for (int i = 0; i < 16; ++i) {
+        moment += h.at(i, j) * (i - 8) * (i - 8);
+        sum += h.at(i, j);
+      }
+    CHECK(sum * c.grid.pitch_x_mm * c.grid.pitch_y_mm == Approx(volume_mm3).epsilon(1e-12));
+    return std::pair{volume_mm3, moment / sum};
+  };
+  const auto [volume, moment] = landed(1.0, 1.0);
+  CHECK(volume == Approx(DropletParams{}.volume_mm3));
+  CHECK(landed(0.7, 1.0).first == Approx(0.7 * volume));
+  CHECK(landed(0.7, 1.0).second == Approx(moment).epsilon(0.02));
+  CHECK(landed(1.0, 1.4).first == Approx(volume));
+  CHECK(landed(1.0, 1.4).second > 1.4 * moment);
+  CHECK(landed(1.0, 0.8).second < 0.8 * moment);
+}
+
 TEST_CASE("CVODE's line states agree with their closed forms at a steady firing rate") {
   NozzleParams p;
   p.wander_sigma = 0.0;

@@ -178,12 +178,16 @@ TEST_CASE("Arguments of the world are checked by name") {
 TEST_CASE("An experiment's numbers reach nature, the controllers' beliefs do not") {
   Experiment e;
   e.plant.size_std = 0.07;
+  e.plant.flow = 0.9;
+  e.plant.spread = 1.1;
   e.plant.seed = 99;
   e.model.h1_mm = 0.009;
   e.stage.x_max_mm = 77.0;
   e.lamp.max_on_s = 5.0;
   const WorldConfig c = world_config(e);
   CHECK(c.droplet.size_scatter == 0.07);
+  CHECK(c.droplet.flow == 0.9);
+  CHECK(c.droplet.spread == 1.1);
   CHECK(c.seed == 99);
   CHECK(c.lu2015.h1_mm == 0.0044);
   CHECK(c.stage.high_limit_mm[0] == 77.0);
@@ -197,6 +201,9 @@ TEST_CASE("The drift of an ice lab's valves is drawn from the seed, either way a
   Experiment e;
   e.lab.kind = "ice";
   e.plant.ice.drift_water = 0.05;
+  CHECK(world_config(e).ice.disturbance.roughness == IceDisturbanceParams{}.roughness);
+  e.plant.ice.roughness = 0.56;
+  CHECK(world_config(e).ice.disturbance.roughness == 0.56);
   CHECK(world_config(e).ice.line[0].drift == 0.05);
   CHECK(world_config(e).ice.line[1].drift == 0.0);
   e.plant.ice.drift_water = 0.0;

@@ -138,7 +138,7 @@ TEST_CASE("Prints that stopped are counted and told, rank behind every complete 
   const std::string page = study_page({t, a, {}, {}, {}});
   CHECK(page.find("Prints that did not finish: 4") != std::string::npos);
   CHECK(page.find("26 complete; prints stopped 4 : 0") != std::string::npos);
-  CHECK(page.find("4 of 60 prints stopped; means of complete seeds") != std::string::npos);
+  CHECK(page.find("4 of 60 prints stopped; means of the survivors") != std::string::npos);
   CHECK(page.find(">4 stopped<") != std::string::npos);
 }
 
@@ -159,6 +159,24 @@ TEST_CASE(
   CHECK(a.ranking.back() == 3);
   CHECK(says(a, "is better than arm3 (3 of 16 prints stopped; over"));
   CHECK(says(a, "over the 5 seeds that both completed"));
+}
+
+TEST_CASE("A p that no result of as many seeds could be below is called the smallest possible") {
+  const StudyTable sure = made({1.0, 0.0}, 10, 0.01);
+  const StudyAnalysis a = analyse(sure);
+  CAPTURE(a.answer);
+  CHECK(a.primary(0, 1).values.p == smallest_p(10));
+  CHECK(a.primary(0, 1).at_smallest_p());
+  CHECK(says(a, "(Holm p = 0.002, 10 seeds, the smallest possible)"));
+  CHECK(study_page({sure, a, {}, {}, {}}).find("(smallest possible)") != std::string::npos);
+  const StudyTable vague = made({0.3, 0.0}, 10, 0.3, 2);
+  const StudyAnalysis b = analyse(vague);
+  CAPTURE(b.answer, b.primary(0, 1).values.p);
+  CHECK(b.primary(0, 1).values.p > smallest_p(10));
+  CHECK_FALSE(b.primary(0, 1).at_smallest_p());
+  CHECK_FALSE(says(b, "smallest"));
+  CHECK(study_page({vague, b, {}, {}, {}}).find("smallest") == std::string::npos);
+  CHECK_FALSE(analyse(made({1.0, 0.0}, 1, 0.0)).primary(0, 1).at_smallest_p());  // one seed: always 1
 }
 
 TEST_CASE("A scheme whose errors are small where it does not stop is not the better one for that") {
