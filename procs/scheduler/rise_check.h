@@ -14,7 +14,7 @@ namespace firn {
 /// model: h1 of its own droplets, h2 and h3 of its neighbours' (g1, g2, g3 of ink B).
 ///   drops without rise: over the cells of one ink, less than process.least_rise_share of what its own
 ///   droplets
-///     should have added there
+///     should have added there; beside ground two layers lower, where ink runs off, a tenth of that
 ///   rise without drops: over the cells with droplets, more than process.most_rise_share times the expected;
 ///   or over
 ///     the cells without a droplet within two cells, more than process.least_rise_share of one droplet's
