@@ -56,54 +56,6 @@ inline slice::LayerPaths layer(int number, double size = 1.0, double spacing_mm 
   return paths;
 }
 
-/// A disc of ice of the same size, in rings that fit it, inside four rings of scaffold: no place is laid
-/// twice or missed.
-/// @param staggered every other layer half a bead aside
-inline slice::LayerPaths disc_layer(int number, double spacing_mm = 4.0, bool staggered = false) {
-  slice::LayerPaths l;
-  l.layer = number;
-  l.z = std::int32_t(std::lround(kLayer_mm * number * slice::kUnitsPerMm));
-  l.height = std::int32_t(std::lround(kLayer_mm * slice::kUnitsPerMm));
-  const auto ring = [&](double radius_mm, double width_mm, PathKind kind, std::uint8_t material) {
-    std::vector<slice::Point> line;
-    const int n = std::max(16, int(radius_mm / 0.15));
-    for (int k = 0; k < n; ++k) {
-      const double a = 2.0 * 3.14159265358979 * k / n + 0.7 * number + 1.6 * radius_mm;  // seams apart
-      line.push_back({std::int32_t(std::lround(radius_mm * std::cos(a) * slice::kUnitsPerMm)),
-                      std::int32_t(std::lround(radius_mm * std::sin(a) * slice::kUnitsPerMm))});
-    }
-    l.lines.add(line);
-    l.info.push_back({kind, material, true, std::int32_t(std::lround(width_mm * slice::kUnitsPerMm))});
-  };
-  constexpr double kRadius_mm = 54.0;
-  double r = 0.0;
-  if (number % 2 == 0 || !staggered) {
-    for (r = kRadius_mm + 0.75; r < kRadius_mm + 6.0; r += 1.5) ring(r, 1.5, PathKind::kBoundary, 1);
-    ring(kRadius_mm - 0.75, 1.5, PathKind::kBoundary, 0);
-    for (r = kRadius_mm - 3.0; r > 1.6; r -= 3.0) ring(r, 3.0, PathKind::kFill, 0);
-    ring(0.75, 1.5, PathKind::kFill, 0);
-  } else {  // joints between beads lie where the layer below has their middles
-    ring(kRadius_mm + 0.375, 0.75, PathKind::kBoundary, 1);
-    for (r = kRadius_mm + 1.5; r < kRadius_mm + 5.0; r += 1.5) ring(r, 1.5, PathKind::kBoundary, 1);
-    ring(kRadius_mm + 5.625, 0.75, PathKind::kBoundary, 1);
-    for (r = kRadius_mm - 0.75; r > kRadius_mm - 3.0; r -= 1.5) ring(r, 1.5, PathKind::kBoundary, 0);
-    for (r = kRadius_mm - 4.5; r > 1.6; r -= 3.0) ring(r, 3.0, PathKind::kFill, 0);
-  }
-  if (number % kInterval_layers != 0) return l;
-  ring(kRadius_mm + 4.8, 0.0, PathKind::kMeasurement, 1);
-  ring(kRadius_mm + 1.2, 0.0, PathKind::kMeasurement, 1);
-  for (r = kRadius_mm - 1.2; r > 0.5; r -= spacing_mm) ring(r, 0.0, PathKind::kMeasurement, 0);
-  return l;
-}
-
-inline slice::PrintPaths print_disc(int intervals, double spacing_mm = 4.0, bool staggered = false) {
-  slice::PrintPaths p;
-  p.head.materials = {{"part", "water"}, {"scaffold", "scaffold"}};
-  for (int n = 1; n <= kInterval_layers * intervals; ++n)
-    p.layers.push_back(disc_layer(n, spacing_mm, staggered));
-  return p;
-}
-
 inline slice::PrintPaths print(int intervals, double size = 1.0, double spacing_mm = 4.0) {
   slice::PrintPaths p;
   p.head.materials = {{"part", "water"}, {"scaffold", "scaffold"}};
