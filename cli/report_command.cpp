@@ -49,7 +49,11 @@ replay::RunData sealed_data(const std::string& run, bool unsealed) {
   replay::RunData data = run_data(run);
   if (!truth.differs.empty()) {
     data.truth.reset();
-    for (replay::LayerRow& row : data.layers) row.truth.reset();
+    data.outline.reset();
+    for (replay::LayerRow& row : data.layers) {
+      row.truth.reset();
+      row.outline.reset();
+    }
     if (data.ice) {
       data.ice->field.reset();
       for (replay::IceInterval& i : data.ice->intervals) i.truth.reset();

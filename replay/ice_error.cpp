@@ -62,7 +62,7 @@ ErrorStats ice_error(const HeightMap& field, const slice::LayerPaths& layer, dou
   return error_stats(cell_means(field, grid), HeightMap(grid, nominal_mm(layer)), judged_cells(layer, grid));
 }
 
-NominalPart nominal_part(const slice::PrintPaths& paths, double pitch_mm, double margin_mm) {
+NominalPart nominal_part(const slice::PrintPaths& paths, double pitch_mm, double margin_mm, NominalOf of) {
   std::optional<GridSpec> grid;
   for (const slice::LayerPaths& l : paths.layers)
     if (deposits(l)) {
@@ -82,7 +82,7 @@ NominalPart nominal_part(const slice::PrintPaths& paths, double pitch_mm, double
     const double height_mm = l.height * slice::kMmPerUnit;
     const Grid<std::uint8_t> materials = slice::footprint_materials(l, *grid);
     for (std::size_t c = 0; c < materials.size(); ++c)
-      if (materials.cells[c] == 1) {
+      if (materials.cells[c] == 1 || (of == NominalOf::kPartAndScaffold && materials.cells[c] != 0)) {
         part.target.cells[c] += height_mm;
         part.mask.cells[c] = 1;
       }

@@ -28,9 +28,12 @@ struct NominalPart {
   HeightMap target;  ///< thickness [mm]; 0 where no line of the part runs
   Mask mask;         ///< 1 where the thickness is not 0
 };
-/// Computes the nominal part on cells of `pitch_mm`, with `margin_mm` around the lines of all layers.
+enum class NominalOf { kPart, kPartAndScaffold };
+/// Computes the nominal part, or the part with its scaffold, on cells of `pitch_mm`, with `margin_mm` around
+/// the lines of all layers.
 /// @throws std::invalid_argument: paths without deposition lines, a grid above kMaxGridSide cells
-NominalPart nominal_part(const slice::PrintPaths& paths, double pitch_mm, double margin_mm);
+NominalPart nominal_part(const slice::PrintPaths& paths, double pitch_mm, double margin_mm,
+                         NominalOf of = NominalOf::kPart);
 
 /// Cells and margin of outline values of parts printed along paths.
 inline constexpr double kOutlineCell_mm = 0.5, kOutlineMargin_mm = 3.0;

@@ -115,6 +115,8 @@ void show_last_interval(RunData& data, std::map<std::int32_t, LayerRow>& rows) {
     if (const auto row = rows.find(i.layer); row != rows.end() && i.truth)
       row->second.truth = error_stats(*i.truth, data.target, data.mask);
   }
+  data.outline = data.ice->outline;
+  if (!rows.empty()) rows.rbegin()->second.outline = data.outline;
 }
 
 void read_paths(const RunRecord& run, RunData& data, std::map<std::int32_t, LayerRow>& rows) {

@@ -33,7 +33,7 @@ struct LayerRow {
   std::int64_t cells_guessed = 0;            ///< of the part, in the last map
   double rms_inside_mm = 0, rms_rim_mm = 0;  ///< 0: not told
   std::optional<ErrorStats> truth;           ///< of the true surface about the target
-  std::optional<OutlineStats> outline;       ///< of the true surface; of droplets
+  std::optional<OutlineStats> outline;       ///< of the true surface; along paths of the last row's
 };
 
 struct ReportLab;
@@ -48,7 +48,7 @@ struct RunData {
   std::optional<HeightMap> truth;  ///< last true surface
   HeightMap target;
   Mask mask;
-  std::optional<OutlineStats> outline;  ///< of the last true surface, else of the last map; of droplets
+  std::optional<OutlineStats> outline;  ///< of the last true surface, else, of droplets, of the last map
   const ReportLab* lab = nullptr;       ///< reader of this run
   std::optional<IceData>
       ice;  ///< of a print along paths; height, target and mask are its last interval's then

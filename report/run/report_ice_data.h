@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/grid/grid.h"
+#include "core/grid/outline.h"
 #include "core/slice/paths/print_paths.h"
 #include "replay/ice_error.h"
 #include "replay/run_messages.h"
@@ -34,8 +35,9 @@ struct IcePathCurve {
 
 struct IceData {
   std::vector<IceInterval> intervals;
-  std::optional<HeightMap> field;     ///< the part as built, on the simulation's cells
-  std::optional<IcePathCurve> curve;  ///< of the highest layer's longest part path of at most 8 s
+  std::optional<HeightMap> field;       ///< the part as built, on the simulation's cells
+  std::optional<OutlineStats> outline;  ///< of the field: of part and scaffold together
+  std::optional<IcePathCurve> curve;    ///< of the highest layer's longest part path of at most 8 s
 };
 
 /// Reads the data of a run.

@@ -89,7 +89,8 @@ std::string result_table(const std::vector<ReportRun>& runs, const std::vector<s
          "volume beside the part over the part's, the first ring the mean height of the cells that share a "
          "side "
          "with it, the size error the width at half height less the target's: of the true surface if a "
-         "simulated world told it, else of the last map, on the grid's cells.</p>\n";
+         "simulated world told it, else of the last map, on the grid's cells; of ice, of part and scaffold "
+         "together.</p>\n";
 }
 
 std::string summary(const std::vector<ReportRun>& runs, const std::vector<std::string>& names) {
