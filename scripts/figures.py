@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""Tables of the documents from the files that the measuring commands wrote.
+"""Figures and tables of the documents, from the files that the measuring commands wrote.
 
-    scripts/figures.py                    check: every marked table equals its results (a test)
-    scripts/figures.py --write            writes the marked tables anew
-    scripts/figures.py --take NAME FILE   keeps the output of `firn compare STUDY --json` as experiments/results/NAME.json
+    scripts/figures.py                    check: every marked table and figure equals its results (a test)
+    scripts/figures.py --write            writes them anew
+    scripts/figures.py --take NAME FILE   keeps the output of a command with --json as experiments/results/NAME.json
 
-A marked table stands between `<!-- table NAME -->` and `<!-- end -->`; TABLES says how it is made.
+A table stands between `<!-- table NAME -->` and `<!-- end -->`; TABLES says how it is made. A figure in the text is
+followed by its source, `0.112<!-- ice-drift: schemes/name=SMF speed/metrics/metric=rms_um,part=/mean * 0.001 .3 -->`:
+file, path in it (a step into a list names members of the wanted object), a factor if any, decimals.
 """
 import json
 import re
@@ -15,6 +17,43 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 RESULTS = ROOT / "experiments" / "results"
 MARK = re.compile(r"(<!-- table (\S+) -->\n)(.*?)(<!-- end -->)", re.S)
+SOURCE = re.compile(r"(<!-- ([\w-]+): ([^>]+?)(?: \* (\S+))? \.(\d) -->)")
+FIGURE = re.compile(r"(-?\d*\.?\d+)" + SOURCE.pattern)
+
+
+class NoFigure(Exception):
+    """A source that names nothing, or more than one thing."""
+
+
+def results(name):
+    path = RESULTS / f"{name}.json"
+    if not path.is_file():
+        raise NoFigure(f"experiments/results/{name}.json is missing")
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def lookup(data, path):
+    """@returns the number at a path: `schemes/name=SMF/prints`."""
+    for step in path.split("/"):
+        if isinstance(data, list):
+            wanted = dict(pair.split("=", 1) for pair in step.split(","))
+            data = [one for one in data if all(str(one.get(key)) == value for key, value in wanted.items())]
+            if len(data) != 1:
+                raise NoFigure(f"{path}: {step} names {len(data)} objects")
+            data = data[0]
+        elif isinstance(data, dict) and step in data:
+            data = data[step]
+        else:
+            raise NoFigure(f"{path}: there is no {step}")
+    if isinstance(data, bool) or not isinstance(data, (int, float)):
+        raise NoFigure(f"{path} is no number")
+    return data
+
+
+def figure(match):
+    _, mark, name, path, factor, decimals = match.groups()
+    value = lookup(results(name), path) * float(factor or 1)
+    return f"{value:.{decimals}f}{mark}"
 
 
 def metric(study, scheme, name, part):
@@ -24,8 +63,13 @@ def metric(study, scheme, name, part):
     return row
 
 
-def interval(row, decimals):
-    return f"{row['mean']:.{decimals}f} [{row['low']:.{decimals}f}, {row['high']:.{decimals}f}]"
+def interval(row, decimals, factor=1.0):
+    mean, low, high = (row[key] if row[key] is None else f"{row[key] * factor:.{decimals}f}" for key in ("mean", "low", "high"))
+    return "-" if mean is None else mean if low is None else f"{mean} [{low}, {high}]"
+
+
+def plain(row, decimals, factor=1.0):
+    return "-" if row["mean"] is None else f"{row['mean'] * factor:.{decimals}f}"
 
 
 def bold_least(rows, column):
@@ -34,71 +78,149 @@ def bold_least(rows, column):
     least[column] = (least[column][0], f"**{least[column][1]}**")
 
 
+def markdown(head, rows):
+    lines = ["|" + "|".join(head) + "|", "|-" + "|-:" * (len(head) - 1) + "|"]
+    return "\n".join(lines + ["|" + "|".join(text for _, text in row) + "|" for row in rows]) + "\n"
+
+
+def study_table(name, schemes, columns, bold=()):
+    """A row a scheme. @param columns (head, metric, part, decimals, factor, with interval)"""
+    study = results(name)
+    rows = []
+    for scheme, text in schemes.items():
+        row = [(0, text)]
+        for _, measure, part, decimals, factor, spread in columns:
+            found = metric(study, scheme, measure, part)
+            shown = (interval if spread else plain)(found, decimals, factor)
+            if spread and found["seeds"] < study["seeds"]:
+                shown += f", survivors: {found['seeds']} of {study['seeds']}"
+            row.append((float("inf") if found["mean"] is None else found["mean"], shown))
+        rows.append(row)
+    for column in bold:
+        bold_least(rows, column)
+    return markdown(["scheme", *[column[0] for column in columns]], rows)
+
+
 def cylinder():
-    study = json.loads((RESULTS / "cylinder.json").read_text(encoding="utf-8"))
-    point, cell = study["parts"]
+    point, cell = results("cylinder")["parts"]
     names = {"open loop": "open loop, layers by the model", "open loop tuned": "open loop, layers tuned",
              "threshold": "threshold feedback [Cohen and Lipson 2010]",
              "SMF": "surface mapping feedback (SMF), the thesis's gains [Barnett 2012]",
              "SMF tuned": "SMF, gains tuned", "MPC": "model predictive control (MPC), greedy search [Lu 2015]"}
-    rows = []
-    for scheme in names:
-        rms = [metric(study, scheme, "rms_um", part) for part in (point, cell)]
-        largest, outside = (metric(study, scheme, m, point) for m in ("max_um", "overspill_pct"))
-        ring, size = (metric(study, scheme, m, point) for m in ("first_ring_um", "size_x_um"))
-        rows.append([(0, names[scheme]), *[(r["mean"], interval(r, 2)) for r in rms],
-                     *[(r["mean"], f"{r['mean']:.{d}f}") for r, d in ((largest, 1), (outside, 1), (ring, 0), (size, 0))]])
-    for column in (1, 2):
-        bold_least(rows, column)
-    head = ["scheme", f"RMS [um], noise {point}", f"RMS [um], noise {cell}", "largest error [um]", "overspill [%]",
-            "first ring [um]", "size error [um]"]
-    lines = ["|" + "|".join(head) + "|", "|-" + "|-:" * (len(head) - 1) + "|"]
-    return "\n".join(lines + ["|" + "|".join(text for _, text in row) + "|" for row in rows]) + "\n"
+    return study_table("cylinder", names, [
+        (f"RMS [um], noise {point}", "rms_um", point, 2, 1, True), (f"RMS [um], noise {cell}", "rms_um", cell, 2, 1, True),
+        ("largest error [um]", "max_um", point, 1, 1, False), ("overspill [%]", "overspill_pct", point, 1, 1, False),
+        ("first ring [um]", "first_ring_um", point, 0, 1, False), ("size error [um]", "size_x_um", point, 0, 1, False)],
+        bold=(1, 2))
+
+
+MPC = {"MPC greedy N1": "greedy search, as published",
+       "MPC strips N3 filter": "three layers ahead, strips solved exactly, the surface estimated",
+       "MPC strips N3 factors": "the same, rates of inside and rim learned",
+       "MPC strips N3 together": "and inside and rim rise together"}
 
 
 def mpc():
-    study = json.loads((RESULTS / "mpc.json").read_text(encoding="utf-8"))
-    names = {"MPC greedy N1": "greedy search, as published", "MPC strips N3": "three layers ahead, strips solved exactly, model and surface estimated",
-             "MPC strips N3 filter": "the same, the surface estimated, the model as published", "MPC strips N3 factors": "the same, rates of inside and rim learned",
-             "MPC strips N3 together": "and inside and rim rise together"}
+    study = results("mpc-held-out")
+    own = study["parts"][0]
     rows = []
-    for scheme, text in names.items():
-        rms, outside = (metric(study, scheme, m, "") for m in ("rms_um", "overspill_pct"))
-        rows.append([(0, text), (rms["mean"], interval(rms, 2)), (0, f"{outside['mean']:.1f}")])
+    for scheme, text in MPC.items():
+        varied = [metric(study, scheme, "rms_um", part)["mean"] for part in study["parts"][1:]]
+        row = metric(study, scheme, "rms_um", own)
+        rows.append([(0, text), (row["mean"], interval(row, 2)), (0, f"{min(varied):.2f} to {max(varied):.2f}"),
+                     *[(0, plain(metric(study, scheme, m, own), 1)) for m in ("max_um", "overspill_pct")]])
     bold_least(rows, 1)
-    head = ["MPC", "RMS [um]", "overspill [%]"]
-    lines = ["|" + "|".join(head) + "|", "|-" + "|-:" * (len(head) - 1) + "|"]
-    return "\n".join(lines + ["|" + "|".join(text for _, text in row) + "|" for row in rows]) + "\n"
+    return markdown(["MPC", "RMS [um]", f"{len(study['parts']) - 1} other plants", "largest error [um]", "overspill [%]"], rows)
 
 
-TABLES = {"cylinder": cylinder, "mpc": mpc}
+def mpc_held_out():
+    """Every plant of the study: a row a plant, RMS of each scheme; the least of a row in bold."""
+    study = results("mpc-held-out")
+    schemes = {"SMF": "SMF", "MPC greedy N1": "greedy", "MPC strips N3 filter": "N = 3, surface estimated",
+               "MPC strips N3 factors": "factors", "MPC strips N3 together": "together"}
+    lines = ["|plant|" + "|".join(schemes.values()) + "|", "|-" + "|-:" * len(schemes) + "|"]
+    for part in study["parts"]:
+        found = [metric(study, scheme, "rms_um", part) for scheme in schemes]
+        least = min(row["mean"] for row in found)
+        shown = [interval(row, 2) if text in ("greedy", "factors", "together") else plain(row, 2) for row, text in zip(found, schemes.values())]
+        lines.append(f"|{part}|" + "|".join(f"**{s}**" if row["mean"] == least else s for row, s in zip(found, shown)) + "|")
+    return "\n".join(lines) + "\n"
+
+
+def schemes():
+    names = {"open loop": "open loop", "threshold": "threshold [Cohen and Lipson]", "SMF": "SMF", "MPC greedy": "MPC, greedy",
+             "MPC strips": "MPC, strips"}
+    return study_table("schemes", names, [
+        ("RMS", "rms_um", "", 2, 1, True), ("std", "std_um", "", 2, 1, False), ("largest error", "max_um", "", 1, 1, False),
+        ("overspill [%]", "overspill_pct", "", 1, 1, False), ("first ring", "first_ring_um", "", 0, 1, False),
+        ("size error", "size_x_um", "", 0, 1, False), ("layers", "layers", "", 1, 1, False)])
+
+
+def ice():
+    steady, drifting = results("ice-drift")["parts"]
+    names = {"open loop": "open loop", "open loop weighed": "open loop, flow weighed once", "SMF speed": "SMF as in the thesis",
+             "SMF foreseeing": "SMF that foresees lasting disturbances"}
+    return study_table("ice-drift", names, [
+        ("RMS [mm], steady valves", "rms_um", steady, 3, 1e-3, True), ("RMS [mm], drifting valves", "rms_um", drifting, 3, 1e-3, True),
+        ("largest error [mm]", "max_um", drifting, 2, 1e-3, False), ("overspill [%]", "overspill_pct", drifting, 1, 1, False),
+        ("first ring [um]", "first_ring_um", drifting, 0, 1, False), ("size error [um]", "size_x_um", drifting, 0, 1, False)],
+        bold=(1, 2))
+
+
+def ice_roughness():
+    names = {"open loop": "open loop", "SMF speed": "SMF by path speed", "SMF foreseeing": "SMF that foresees"}
+    return study_table("ice-roughness", names, [
+        (part.removeprefix("roughness "), "rms_um", part, 3, 1e-3, True) for part in results("ice-roughness")["parts"]])
+
+
+TABLES = {"cylinder": cylinder, "mpc": mpc, "mpc-held-out": mpc_held_out, "schemes": schemes,
+          "ice": ice, "ice-roughness": ice_roughness}
 
 
 def take(name, file):
+    """Keeps what the tables may use, a line a scheme and metric; of any other output all."""
     study = json.loads(Path(file).read_text(encoding="utf-8"))
-    kept = {key: study[key] for key in ("study", "provenance", "answer", "notes", "parts", "seeds", "schemes")
-            if key in study}
+    study.pop("trajectories", None)  # firn plan: a row a path
+    if "schemes" in study:
+        study = {key: study[key] for key in ("study", "provenance", "answer", "notes", "parts", "seeds", "schemes") if key in study}
     RESULTS.mkdir(exist_ok=True)
-    text = json.dumps(kept, indent=None, separators=(",", ":"), ensure_ascii=False)
+    text = json.dumps(study, indent=None, separators=(",", ":"), ensure_ascii=False)
     (RESULTS / f"{name}.json").write_text(text.replace('{"name"', '\n{"name"').replace('{"metric"', '\n {"metric"') + "\n",
                                           encoding="utf-8")
+
+
+def renewed(text):
+    if len(SOURCE.findall(text)) != len(FIGURE.findall(text)):
+        raise NoFigure("a source has no figure before it")
+    text = MARK.sub(lambda m: m.group(1) + TABLES[m.group(2)]() + m.group(4), text)
+    return FIGURE.sub(figure, text)
 
 
 def main():
     if sys.argv[1:2] == ["--take"]:
         take(*sys.argv[2:])
         return 0
+    return check("--write" in sys.argv)
+
+
+def check(write):
+    """@returns 1 if a page differs from the results and is not to be written."""
     stale = 0
     for page in [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]:
-        text = page.read_text(encoding="utf-8")
-        made = MARK.sub(lambda m: m.group(1) + TABLES[m.group(2)]() + m.group(4), text)
+        text, name = page.read_text(encoding="utf-8"), page.relative_to(ROOT)
+        try:
+            made = renewed(text)
+        except (NoFigure, KeyError) as e:
+            print(f"figures: {name}: {e}", file=sys.stderr)
+            stale += 1
+            continue
         if made == text:
             continue
-        if "--write" in sys.argv:
+        if write:
             page.write_text(made, encoding="utf-8")
-        else:
-            print(f"figures: {page.relative_to(ROOT)}: a table differs from experiments/results; scripts/figures.py --write", file=sys.stderr)
-            stale += 1
+            continue
+        print(f"figures: {name}: a table or figure differs from experiments/results; scripts/figures.py --write", file=sys.stderr)
+        stale += 1
     if not stale:
         print("figures: ok")
     return 1 if stale else 0
