@@ -70,11 +70,23 @@ class Collector : public Reproduction {
   Collector(PartResult& result, const ReproduceOptions& options, Progress& progress, std::size_t number)
       : result_(result), options_(options), progress_(progress), number_(number) {}
   void row(ReproduceRow row) override {
-    const std::string front = full_name(result_.part);
-    if (!leads(front, row.id) || row.id.size() == front.size())
-      throw std::logic_error("the row '" + row.id + "' of part " + front + " must be called " + front +
-                             ".<name>");
+    check_id(row.id);
+    const auto refuse = [&](const std::string& why) {
+      throw std::logic_error("the row '" + row.id + "' " + why);
+    };
+    if (is_none(row.printed.value) && is_none(row.derived.value))
+      refuse("has no printed and no derived value: a self-check is no row");
+    if (!is_none(row.printed.value) && row.printed.place.empty())
+      refuse("names no place of its printed value");
+    if (!is_none(row.derived.value) && (row.derived.by.empty() || row.derived.how.empty()))
+      refuse("does not say who derived its value and how");
+    if (!row.compared_with_printed && !row.compared_with_derived && row.unidentifiable_for.empty())
+      refuse("is neither compared nor said to be not identifiable");
     result_.rows.push_back(std::move(row));
+  }
+  void beside(BesideRow row) override {
+    check_id(row.id);
+    result_.beside.push_back(std::move(row));
   }
   void picture(ReproducePicture picture) override { result_.pictures.push_back(std::move(picture)); }
   void note(std::string text) override { result_.notes.push_back(std::move(text)); }
@@ -88,6 +100,13 @@ class Collector : public Reproduction {
   }
 
  private:
+  void check_id(const std::string& id) const {
+    const std::string front = full_name(result_.part);
+    if (!leads(front, id) || id.size() == front.size())
+      throw std::logic_error("the row '" + id + "' of part " + front + " must be called " + front +
+                             ".<name>");
+  }
+
   PartResult& result_;
   const ReproduceOptions& options_;
   Progress& progress_;
@@ -135,22 +154,26 @@ std::vector<PartResult> reproduce(const ReproduceOptions& options, const std::ve
   std::vector<PartResult> results;
   Progress progress(wanted);
   for (std::size_t n = 0; n < wanted.size(); ++n) {
-    PartResult& result = results.emplace_back(PartResult{wanted[n], {}, {}, {}});
+    PartResult& result = results.emplace_back();
+    result.part = wanted[n];
     progress.show(n, 0.0, "starting");
     try {
       Collector to(result, options, progress, n);
       wanted[n].run(to);
     } catch (const std::exception& e) {
-      result.rows.push_back(
-          row_holds(full_name(wanted[n]) + ".error", "the part could not be computed", "", e.what(), false));
+      result.rows.clear();
+      result.beside.clear();
+      result.error = e.what();
       continue;  // the other parts may still tell something
     }
     if (options.only.empty()) continue;
-    std::erase_if(result.rows, [&](const ReproduceRow& row) {
+    const auto unwanted = [&](const auto& row) {
       return std::ranges::none_of(options.only,
                                   [&](const std::string& only) { return wants_row(only, row.id); });
-    });
-    if (result.rows.empty()) {
+    };
+    std::erase_if(result.rows, unwanted);
+    std::erase_if(result.beside, unwanted);
+    if (result.rows.empty() && result.beside.empty()) {
       std::string asked = fmt::format("{}", fmt::join(options.only, ", "));
       throw UsageError("part " + full_name(wanted[n]) + " has no row " + asked);
     }

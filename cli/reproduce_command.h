@@ -7,7 +7,7 @@ namespace firn {
 
 class OptionSet;
 
-/// @returns 0, or 1 when a row fails. @throws UsageError
+/// @returns 0, or 1 when a row disagrees for no known reason or a part cannot be computed. @throws UsageError
 int run_reproduce(const ReproduceOptions& options);
 
 /// Declares the arguments.

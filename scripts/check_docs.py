@@ -10,7 +10,9 @@ from pathlib import Path
 
 from firn_tree import ROOMS, finish, read
 
-MAX_TOTAL_BYTES, MAX_MEASUREMENTS_BYTES = 230_000, 8_000
+# Pages that `firn config docs` and `firn dataflow` write grow with keys and channels, and are not counted.
+GENERATED = {"docs/configuration.md", "docs/machines.md", "docs/slice-settings.md", "docs/dataflow.md"}
+MAX_WRITTEN_BYTES, MAX_MEASUREMENTS_BYTES = 215_000, 8_000
 PICTURES = {".png", ".svg"}
 FOLDERS = ROOMS + ("docs", "scripts", "experiments", "labs", "cmake")
 
@@ -226,8 +228,9 @@ def check_commands(root):
 def check_sizes(root):
     files = [f for f in (Path(root) / "docs").rglob("*") if f.is_file() and f.suffix not in PICTURES]
     files += [f for f in (Path(root) / p for p in ("README.md", "CONTRIBUTING.md")) if f.exists()]
+    files = [f for f in files if f.relative_to(root).as_posix() not in GENERATED]
     total = sum(len(re.sub(rb"<!--.*?-->", b"", f.read_bytes(), flags=re.S)) for f in files)  # sources of figures are no text
-    problems = [f"docs/: {total} bytes of text with README.md and CONTRIBUTING.md, the limit is {MAX_TOTAL_BYTES}"] if total > MAX_TOTAL_BYTES else []
+    problems = [f"docs/: {total} bytes of written text with README.md and CONTRIBUTING.md, the limit is {MAX_WRITTEN_BYTES}"] if total > MAX_WRITTEN_BYTES else []
     measured = Path(root) / "docs" / "measurements.md"
     if measured.is_file() and measured.stat().st_size > MAX_MEASUREMENTS_BYTES:
         problems.append(f"docs/measurements.md: {measured.stat().st_size} bytes, the limit is {MAX_MEASUREMENTS_BYTES}")

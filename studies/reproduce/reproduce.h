@@ -1,56 +1,17 @@
 // reproduce() computes every table and figure of the papers, with the paper's value beside ours, for firn
 // reproduce. A part is one function that makes rows and pictures; one table lists all parts
-// (cli/reproduce_parts.cpp), one file per paper and part.
+// (reproduce_parts.cpp), one file per paper and part.
 #pragma once
 
+#include <array>
 #include <functional>
-#include <optional>
 #include <string>
 #include <string_view>
-#include <variant>
 #include <vector>
 
+#include "studies/reproduce/row.h"
+
 namespace firn {
-
-/// The reference of a row's comparison. Only a measurement that the model cannot give may go without a
-/// verdict.
-enum class RowKind {
-  kComputed,  ///< follows from the paper's equations or data
-  kFit,  ///< of a set-up that the paper does not print and that was fitted to its result; a match tests the
-         ///< fit
-  kProperty,  ///< must hold for any input
-  kMeasured,  ///< the paper's own measurement: informative, no tolerance
-};
-std::string_view name(RowKind kind);
-
-/// Holds a number (with its unit in the row) or words; empty words = the paper does not print it.
-using RowValue = std::variant<std::string, double>;
-
-struct ReproduceRow {
-  std::string id;  ///< <paper>.<part>.<name>, lower case, digits, '.' and '-'
-  std::string what;
-  RowKind kind = RowKind::kComputed;
-  std::string unit;  ///< of the numbers in paper, ours and tolerance
-  RowValue paper, ours;
-  RowValue tolerance;  ///< number = maximum |ours - paper|; words = the bound itself; empty = informative
-  std::optional<bool> pass;  ///< empty = informative
-  int decimals = 2;          ///< of the table; JSON carries the full numbers
-};
-
-// Row makers. NaN never passes.
-
-/// |ours - paper| <= tolerance
-ReproduceRow row_near(std::string id, std::string what, std::string unit, double paper, double ours,
-                      double tolerance, RowKind kind = RowKind::kComputed);
-/// ours <= bound; `paper` is the paper's printed value, if any
-ReproduceRow row_at_most(std::string id, std::string what, std::string unit, RowValue paper, double ours,
-                         double bound, RowKind kind = RowKind::kComputed);
-/// A yes or no with its reason in words.
-ReproduceRow row_holds(std::string id, std::string what, std::string paper, std::string ours, bool holds,
-                       RowKind kind = RowKind::kProperty);
-/// No verdict: shown side by side only.
-ReproduceRow row_informative(std::string id, std::string what, std::string unit, RowValue paper,
-                             RowValue ours, RowKind kind = RowKind::kMeasured);
 
 struct ReproducePicture {
   std::string name;     ///< file name without its extension, [a-z0-9-]
@@ -62,7 +23,11 @@ struct ReproducePicture {
 class Reproduction {
  public:
   virtual ~Reproduction() = default;
+  /// @throws std::logic_error: a row of another part, one without a printed or derived value (a self-check),
+  /// a printed value without a place, a row that is neither compared nor said to be not identifiable
   virtual void row(ReproduceRow row) = 0;
+  /// Adds a number of ours that the paper does not print.
+  virtual void beside(BesideRow row) = 0;
   virtual void picture(ReproducePicture picture) = 0;
   /// Adds a paragraph before the part's rows on the page: the choices and their reasons. Plain text.
   virtual void note(std::string text) = 0;
@@ -98,22 +63,28 @@ struct ReproduceOptions {
   std::string mesh;  ///< of barnett.slicing, instead of the one made in code
 };
 
-/// Holds one part's outcome. A part that throws has one more row, which fails and gives the reason.
+/// Holds one part's outcome. A part that throws gives the reason in `error`, and its rows are void.
 struct PartResult {
   ReproducePart part;
   std::vector<std::string> notes;
   std::vector<ReproduceRow> rows;
+  std::vector<BesideRow> beside;
   std::vector<ReproducePicture> pictures;
+  std::string error;
 };
 
 /// Runs the wanted parts in order. @throws UsageError for an unknown paper or id, with the nearest known one
 std::vector<PartResult> reproduce(const ReproduceOptions& options, const std::vector<ReproducePart>& parts);
 
-/// Returns a value as the table and the page show it: a number with its unit ("-": not printed by the paper).
-std::string text_of(const RowValue& value, int decimals, const std::string& unit);
-std::string tolerance_of(const ReproduceRow& row);
+/// Holds numbers of rows by verdict.
+struct VerdictCounts {
+  int rows = 0, fitted = 0, unexpected = 0;
+  std::array<int, std::size(kVerdicts)> of{};  ///< by Verdict
+};
+/// @param paper of the rows; empty = all
+VerdictCounts count_verdicts(const std::vector<PartResult>& results, std::string_view paper = {});
 
-/// Returns true when no row fails.
+/// Returns true when every part was computed and no row fails (ReproduceRow::fails).
 bool all_pass(const std::vector<PartResult>& results);
 
 std::string reproduce_table(const std::vector<PartResult>& results);

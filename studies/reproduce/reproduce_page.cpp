@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include "report/draw/style.h"
 #include "report/draw/svg.h"
 #include "report/run/report_page.h"
@@ -9,50 +11,88 @@ namespace {
 
 using replay::escape_html;
 
-std::string cell(const RowValue& value, const ReproduceRow& row) {
-  return escape_html(text_of(value, row.decimals, row.unit));
+std::string cell(const std::string& text, const std::string& below) {
+  std::string s = "<td>" + escape_html(text);
+  if (!below.empty()) s += "<br><span class=\"soft\">" + escape_html(below) + "</span>";
+  return s + "</td>";
 }
 
-std::string verdict(const ReproduceRow& row) {
-  if (!row.pass) return "<td class=\"soft\" style=\"white-space:nowrap\">shown</td>";
-  return *row.pass ? "<td class=\"good\" style=\"white-space:nowrap\">pass</td>"
-                   : "<td class=\"bad\" style=\"white-space:nowrap\">FAIL</td>";
+std::string printed_cell(const ReproduceRow& row) {
+  std::string source = row.printed.place;
+  if (!row.printed.quote.empty())
+    source += ": \"" + row.printed.quote + "\"";
+  else if (!source.empty())
+    source += ", read off";
+  return cell(text_of(row.printed.value, row.decimals, row.unit), source);
+}
+
+std::string derived_cell(const ReproduceRow& row) {
+  return cell(text_of(row.derived.value, row.decimals, row.unit),
+              row.derived.by.empty() ? "" : row.derived.by + ": " + row.derived.how);
+}
+
+const char* style_of(const ReproduceRow& row) {
+  if (row.fails()) return "bad";
+  return row.verdict() == Verdict::kReproduced || row.verdict() == Verdict::kDerived ? "good" : "soft";
+}
+
+std::string verdict_cell(const ReproduceRow& row) {
+  std::string s = fmt::format("<td class=\"{}\">{}", style_of(row), name(row.verdict()));
+  if (!row.fit.empty()) s += "<br><b>FIT</b>: " + escape_html(row.fit);
+  if (row.fails()) s += "<br><b>unexpected</b>";
+  if (!row.reason().empty()) s += "<br>" + escape_html(std::string(row.reason()));
+  return s + "</td>";
 }
 
 std::string table(const std::vector<ReproduceRow>& rows) {
   std::string s =
-      "<div class=\"scroll\"><table "
-      "class=\"text\"><thead><tr><th>id</th><th>what</th><th>kind</th><th>paper</th>"
-      "<th>ours</th><th>tolerance</th><th></th></tr></thead><tbody>\n";
+      "<div class=\"scroll\"><table class=\"text\"><thead><tr><th>id</th><th>what</th><th>printed</th>"
+      "<th>derived</th><th>ours</th><th>tolerance</th><th>verdict</th></tr></thead><tbody>\n";
   for (const ReproduceRow& row : rows)
-    s += "<tr><td><code>" + escape_html(row.id) + "</code></td><td>" + escape_html(row.what) +
-         "</td><td style=\"white-space:nowrap\">" + std::string(name(row.kind)) + "</td><td>" +
-         cell(row.paper, row) + "</td><td>" + cell(row.ours, row) + "</td><td>" +
-         escape_html(tolerance_of(row)) + "</td>" + verdict(row) + "</tr>\n";
+    s += "<tr><td><code>" + escape_html(row.id) + "</code></td>" + cell(row.what, "") + printed_cell(row) +
+         derived_cell(row) + cell(text_of(row.ours, row.decimals, row.unit), "") +
+         cell(row.tolerance.empty() ? "-" : row.tolerance, "") + verdict_cell(row) + "</tr>\n";
+  return s + "</tbody></table></div>\n";
+}
+
+std::string beside_table(const std::vector<BesideRow>& rows) {
+  std::string s =
+      "<p class=\"soft\">Beside the paper, which prints none of these:</p>\n<div class=\"scroll\"><table "
+      "class=\"text\"><tbody>\n";
+  for (const BesideRow& row : rows)
+    s += "<tr><td><code>" + escape_html(row.id) + "</code></td>" + cell(row.what, "") +
+         cell(text_of(row.value, row.decimals, row.unit), "") + "</tr>\n";
   return s + "</tbody></table></div>\n";
 }
 
 }  // namespace
 
 std::string reproduce_page(const std::vector<PartResult>& results) {
-  int pass = 0, fail = 0, shown = 0;
-  for (const PartResult& part : results)
-    for (const ReproduceRow& row : part.rows) ++(!row.pass ? shown : *row.pass ? pass : fail);
+  const VerdictCounts counts = count_verdicts(results);
+  std::string of;
+  for (const Verdict v : kVerdicts) of += fmt::format(", {} {}", counts.of[std::size_t(v)], name(v));
   std::string s =
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
       "content=\"width=device-width, initial-scale=1\"><title>firn reproduce</title><style>" +
       std::string(replay::kReportStyle) +
-      "</style></head><body>\n<h1>The papers beside Firn</h1>\n<p class=\"soft\">" + std::to_string(pass) +
-      " rows pass, " + std::to_string(fail) + " fail, " + std::to_string(shown) +
-      " are shown without a verdict. firn " + escape_html(build_commit().substr(0, 12)) +
-      "</p>\n<p>Kinds: <b>computed</b> follows from "
-      "the paper's equations or data; <b>fit</b> is of a set-up that the paper does not print, so a match "
-      "tests the fit; "
-      "<b>property</b> must hold for any input; <b>measured</b> is the paper's own measurement.</p>\n";
+      fmt::format(
+          "</style></head><body>\n<h1>The papers beside Firn</h1>\n<p class=\"soft\">{} rows{}; {} are "
+          "FIT, {} unexpected. firn {}</p>\n",
+          counts.rows, of, counts.fitted, counts.unexpected, escape_html(build_commit().substr(0, 12))) +
+      "<p><b>Reproduced</b>: ours agrees with the printed value. <b>Derived</b>: the paper prints no value, "
+      "or "
+      "a wrong one, and ours agrees with the one derived from its equations by the list of errata or by "
+      "Firn. "
+      "<b>Not identifiable</b>: the value depends on data that the paper does not print. <b>FIT</b>: "
+      "parameters "
+      "of the set-up were fitted to the paper's printed results, so a match tests the fit.</p>\n";
   for (const PartResult& result : results) {
     s += "<h2>" + escape_html(result.part.paper) + ": " + escape_html(result.part.what) + "</h2>\n";
     for (const std::string& note : result.notes) s += "<p>" + escape_html(note) + "</p>\n";
-    s += table(result.rows);
+    if (!result.error.empty())
+      s += "<p class=\"bad\">could not be computed: " + escape_html(result.error) + "</p>\n";
+    if (!result.rows.empty()) s += table(result.rows);
+    if (!result.beside.empty()) s += beside_table(result.beside);
     if (result.pictures.empty()) continue;
     s += "<div class=\"row\" style=\"margin-top:14px\">\n";
     for (const ReproducePicture& picture : result.pictures)

@@ -16,6 +16,8 @@ void reproduce_barnett_pulses(Reproduction& to);
 void reproduce_barnett_gains(Reproduction& to);
 void reproduce_barnett_part(Reproduction& to);
 void reproduce_barnett_build_time(Reproduction& to);
+void reproduce_barnett_gear(Reproduction& to);
+void reproduce_barnett_flow(Reproduction& to);
 void reproduce_barnett_slicing(Reproduction& to);
 void reproduce_thompson_corners(Reproduction& to);
 void reproduce_thompson_misprints(Reproduction& to);

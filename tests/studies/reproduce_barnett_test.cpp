@@ -14,8 +14,7 @@ std::vector<ReproducePart> motion_part() {
 
 }  // namespace
 
-TEST_CASE(
-    "Every row of Barnett's chapter 4 that has a tolerance passes, and rows and pictures have their names") {
+TEST_CASE("No row of Barnett's chapter 4 disagrees, and rows and pictures have their names") {
   ReproduceOptions options;
   options.paper = "barnett";
   options.quick = true;
@@ -24,9 +23,10 @@ TEST_CASE(
   for (const ReproduceRow& row : results[0].rows) {
     INFO(row.id);
     CHECK(row.id.starts_with("barnett.motion."));
-    CHECK(row.pass.value_or(true));
+    CHECK((row.verdict() == Verdict::kReproduced || row.verdict() == Verdict::kDerived));
   }
-  CHECK(results[0].rows.size() >= 25);
+  CHECK(results[0].rows.size() >= 14);
+  CHECK(results[0].beside.size() >= 10);
   for (const char* name : {"fig-4-4", "fig-4-7-jerk", "fig-4-8-jerk", "fig-4-9-speed", "fig-4-12-speed",
                            "fig-4-13", "fig-4-16-variable", "fig-4-14-x"})
     CHECK(std::any_of(results[0].pictures.begin(), results[0].pictures.end(),

@@ -24,7 +24,7 @@ TEST_CASE(
   REQUIRE(one.size() == 1);
   for (const ReproduceRow& row : one[0].rows) {
     INFO(row.id << ": " << row.what);
-    CHECK(row.pass.value_or(false));
+    CHECK(row.verdict() == Verdict::kReproduced);
   }
   CHECK(one[0].rows.size() == 8);
   REQUIRE(one[0].pictures.size() == 4);

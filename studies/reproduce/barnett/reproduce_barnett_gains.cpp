@@ -31,11 +31,6 @@ double cpu_ms() {
   return 1e3 * double(t.tv_sec) + 1e-6 * double(t.tv_nsec);
 }
 
-ReproduceRow shown(ReproduceRow row, int decimals) {
-  row.decimals = decimals;
-  return row;
-}
-
 std::string panels(const std::vector<std::string>& charts, const char* title, int columns) {
   const int rows = (int(charts.size()) + columns - 1) / columns;
   std::string s = fmt::format(
@@ -113,15 +108,25 @@ std::string pair_map(const Volume& v, int which) {
 
 void figure_5_12(Reproduction& to) {
   const Volume v = volume(to.quick() ? 30 : 100);
-  to.row(row_holds(kPart + "fig-5-12",
-                   fmt::format("Fig. 5-12: the largest pole at {} points of the volume (5.25)", v.points),
-                   "below 1 everywhere", fmt::format("largest {:.4f}", v.worst), v.worst < 1.0));
-  to.row(row_near(kPart + "triple-pole", "5.5: largest pole at K_p = 1, K_i* = 1, K_d* = 0", "", 0.0,
-                  largest_pole({1, 1, 0}), 1e-6));
   to.row(
-      shown(row_near(kPart + "unstable-pole", "5.7 (errata): the pole of [1, 0.33, 0.45] outside the circle",
-                     "", -1.0482, poles(kUnstable)[0].real(), 5e-5),
-            4));
+      ReproduceRow(kPart + "fig-5-12",
+                   fmt::format("Fig. 5-12: the largest pole at {} points of the volume (5.25)", v.points), "",
+                   v.worst, 4)
+          .prints(
+              "always less than unity", "p. 117, 5.5",
+              "the controller is indeed stable within the gain-stable volume, since $z_{p,\\text{max}}$ is "
+              "always less than unity")
+          .holds(v.worst < 1.0, "< 1"));
+  to.row(ReproduceRow(kPart + "triple-pole", "5.5: largest pole at K_p = 1, K_i* = 1, K_d* = 0", "",
+                      largest_pole({1, 1, 0}))
+             .prints(0.0, "p. 117, 5.5", "produces a triple pole at z = 0")
+             .within(1e-6));
+  to.row(ReproduceRow(kPart + "unstable-pole", "5.7: largest modulus of the poles of [1, 0.33, 0.45]", "",
+                      largest_pole(kUnstable), 4)
+             .prints(1.05, "p. 128, 5.7", "one of the poles of Eq.(5.22) having a module of 1.05")
+             .within(5e-3)
+             .derives(1.0482, "errata", "root of the denominator of (5.22), at -1.0482")
+             .within_derived(5e-5));
   std::vector<std::string> charts;
   for (int a = 0; a < 3; ++a) {
     Series low{"least", {}, {}, 0}, high{"largest", {}, {}, 1};
@@ -144,7 +149,7 @@ void figure_5_12(Reproduction& to) {
 }
 
 void stability(Reproduction& to) {
-  int stable_outside = 0, inside = 0, wrong = 0;
+  int stable_outside = 0, inside = 0;
   RandomStream random(5, Purpose::kTest);
   const int n = to.quick() ? 2'000 : 200'000;
   for (int k = 0; k < n; ++k) {
@@ -153,23 +158,32 @@ void stability(Reproduction& to) {
         g.kp > 0 && g.ki_star > 0 && g.kd_star > 0 && 0.5 * g.kp + 0.25 * g.ki_star + g.kd_star < 1;
     stable_outside += stable(g) && !sufficient;
     inside += sufficient;
-    wrong += stable(g) != (largest_pole(g) < 1.0);
   }
-  to.row(shown(
-      row_near(kPart + "exact-set",
-               fmt::format(
-                   "(5.25), errata: of {} random gains, those where the exact set and the poles disagree", n),
-               "", 0.0, wrong, 0.0, RowKind::kProperty),
-      0));
-  to.row(row_informative(kPart + "sufficient",
-                         "(5.25), errata: stable gains that (5.25) leaves out, as a share of those it holds",
-                         "%", std::string("0"), 100.0 * stable_outside / inside, RowKind::kComputed));
+  to.row(
+      ReproduceRow(
+          kPart + "sufficient",
+          fmt::format(
+              "(5.25), of {} random gains: stable ones that it leaves out, as a share of those it holds", n),
+          "%", 100.0 * stable_outside / inside)
+          .derives("sufficient, not necessary", "errata", "Jury's criterion for (5.22)")
+          .holds(stable_outside > 0, "some"));
 }
 
 void table_5_2(Reproduction& to) {
   const auto d = disturbance({100, 0.5, 60, 0.2, 30});
-  constexpr double kSeconds[] = {0.22, 0.25, 0.43,
-                                 0.45};  // with the user's gradient: MS, IP from either start
+  constexpr double kSeconds[] = {0.22, 0.25};  // MS with the user's gradient, from either start
+  constexpr const char* kTimes =
+      "t_{comp} (sec) Alg. iter. User grad. FONC MS "
+      "$ \\begin{bmatrix} 1 & 1 & 0 \\\\ 1 & 1 & 0 \\end{bmatrix}^{T} $ "
+      "$ \\begin{bmatrix} 0 & 0 & 0.5 \\end{bmatrix}^{T} $ "
+      "$ \\begin{bmatrix} 0 & 0 & 0.5 \\end{bmatrix}^{T} $ 0.24 0.22 0.33 0.25";
+  constexpr const char* kOptimumPrinted =
+      "the optimal value of the design vector found is $\\mathbf{k}_{\\text{opt}} = \\begin{bmatrix} 1 & "
+      "0.33 & 0 "
+      "\\end{bmatrix}^T$, with the value of the objective function being $\\sigma_p^* = 0.061$";
+  constexpr const char* kPlace = "p. 125, Table 5-2";
+  constexpr const char* kHow =
+      "(5.27) minimised over the controller as corrected: e_1 = 0, no derivative at k = 1";
   int row = 0;
   for (const Gains& start : {Gains{1, 1, 0}, Gains{0, 0, 0.5}})
     for (const Algorithm a : kAlgorithms) {
@@ -187,28 +201,40 @@ void table_5_2(Reproduction& to) {
       const double off =
           std::max({std::abs(t.gains.kp - kOptimum.kp), std::abs(t.gains.ki_star - kOptimum.ki_star),
                     std::abs(t.gains.kd_star - kOptimum.kd_star)});
-      to.row(row_holds(id + ".gains", from + ": gains (errata: the printed optimum to five places)",
-                       "[1 0.33 0], errata [0.99990 0.32798 0.00005]",
-                       fmt::format("[{:.5f} {:.5f} {:.5f}] after {} evaluations", t.gains.kp, t.gains.ki_star,
-                                   t.gains.kd_star, t.evaluations),
-                       off < 1e-5, RowKind::kComputed));
-      to.row(shown(row_near(id + ".sigma", from + ": sigma_p*", "", 0.060990, t.rms, 1e-6), 6));
-      to.row(shown(row_informative(id + ".time", from + ": processor time, median of 21", "ms",
-                                   1e3 * kSeconds[start.kp == 1.0 ? 0 : 1], ms[10]),
-                   3));
+      const double off_printed =
+          std::max({std::abs(t.gains.kp - 1.0), std::abs(t.gains.ki_star - 0.33), std::abs(t.gains.kd_star)});
+      to.row(ReproduceRow(id + ".gains", from + fmt::format(": gains, {} evaluations", t.evaluations), "",
+                          fmt::format("[{:.5f} {:.5f} {:.5f}]", t.gains.kp, t.gains.ki_star, t.gains.kd_star))
+                 .prints("[1 0.33 0]", kPlace, kOptimumPrinted)
+                 .holds(off_printed < 5e-3, "each +- 0.005")
+                 .derives("[0.99990 0.32798 0.00005]", "errata", kHow)
+                 .also_derived(off < 1e-5, "each +- 1e-05"));
+      to.row(ReproduceRow(id + ".sigma", from + ": sigma_p*", "", t.rms, 6)
+                 .prints(0.061, kPlace, kOptimumPrinted)
+                 .within(5e-4)
+                 .derives(0.060990, "errata", kHow)
+                 .within_derived(1e-6));
+      to.row(ReproduceRow(id + ".time", from + ": processor time, median of 21", "s", 1e-3 * ms[10], 6)
+                 .prints(kSeconds[start.kp == 1.0 ? 0 : 1], "p. 126, Table 5-2", kTimes)
+                 .not_identifiable("a time of the thesis's computer and Matlab programs"));
     }
   const auto larger = gains::tune_smf(disturbance({100, 0.5, 60, 0.5, 30}), {});
-  to.row(shown(row_near(kPart + "step-0.5", "5.6: K_i* with d_s = 0.5 (errata: 0.618034)", "", 0.618034,
-                        larger.gains.ki_star, 1e-5),
-               6));
+  to.row(ReproduceRow(kPart + "step-0.5", "5.6: K_i* with d_s = 0.5", "", larger.gains.ki_star, 6)
+             .prints(0.618, "p. 126, 5.6", "For example, with $d_s = 0.5$, $K_i^* = 0.618$")
+             .within(5e-4)
+             .derives(0.618034, "errata",
+                      "closed form at K_p = 1, K_d = 0: -q + sqrt(q^2 + 2 q), q = d_s^2 / (2 d_p^2)")
+             .within_derived(1e-5));
 }
 
 void table_5_3(Reproduction& to) {
   struct Row {
-    double pulse, kd, sigma;
+    double pulse, kd, sigma, kd_errata, sigma_errata;
   };
-  for (const Row r :
-       {Row{0.5, 0.0, 0.061}, Row{0.25, 0.023, 0.038}, Row{0.0, 0.126, 0.027}, Row{-0.5, 0.0, 0.061}}) {
+  constexpr const char* kQuote = "MS 0 0 0.023 0.126 0 0.061 0.038 0.027 0.061 0.5 0.25 0 -0.5";
+  constexpr const char* kPlace = "p. 127, Table 5-3";
+  for (const Row r : {Row{0.5, 0.0, 0.061, 0.0, 0.0610}, Row{0.25, 0.023, 0.038, 0.0224, 0.0384},
+                      Row{0.0, 0.126, 0.027, 0.1257, 0.0267}, Row{-0.5, 0.0, 0.061, 0.0, 0.0610}}) {
     double worst_kd = 0.0, kd = 0.0, sigma = 0.0;
     for (const Algorithm a : kAlgorithms)
       for (const double start : {0.0, 0.2}) {
@@ -222,16 +248,23 @@ void table_5_3(Reproduction& to) {
       }
     const std::string id =
         fmt::format("{}table-5-3.{}", kPart, r.pulse < 0 ? "minus-0.5" : fmt::format("{:g}", r.pulse));
-    to.row(shown(
-        row_near(id + ".kd",
-                 fmt::format(
-                     "Table 5-3: K_d* at d_p = {:g}; all algorithms and starts within {:.4f} of the paper's",
-                     r.pulse, worst_kd),
-                 "", r.kd, kd, 1e-3),
-        4));
-    to.row(shown(row_near(id + ".sigma", fmt::format("Table 5-3: sigma_p* at d_p = {:g}", r.pulse), "",
-                          r.sigma, sigma, 5e-4),
-                 4));
+    const char* how = "(5.39) as corrected, K_p = 1, K_i* = 0.33";
+    to.row(ReproduceRow(
+               id + ".kd",
+               fmt::format("Table 5-3: K_d* at d_p = {:g}; all algorithms and starts within {:.4f} of the "
+                           "printed",
+                           r.pulse, worst_kd),
+               "", kd, 4)
+               .prints(r.kd, kPlace, kQuote)
+               .within(1e-3)
+               .derives(r.kd_errata, "errata", how)
+               .within_derived(5e-5));
+    to.row(
+        ReproduceRow(id + ".sigma", fmt::format("Table 5-3: sigma_p* at d_p = {:g}", r.pulse), "", sigma, 4)
+            .prints(r.sigma, kPlace, kQuote)
+            .within(5e-4)
+            .derives(r.sigma_errata, "errata", how)
+            .within_derived(5e-5));
   }
 }
 
@@ -251,13 +284,16 @@ void figure_5_13(Reproduction& to) {
     }
     if (kd <= 0.06) until_006 = std::max(until_006, sum / 51);
   }
-  to.row(shown(row_near(kPart + "fig-5-13.best",
-                        "Fig. 5-13: K_d* of the least mean sigma_p* over d_p in [0, 0.5] (\"about 0.02\")",
-                        "", 0.02, best, 0.01),
-               3));
-  to.row(row_at_most(kPart + "fig-5-13.flat",
-                     "Fig. 5-13: rise of the mean within K_d* = [0, 0.06] (\"almost constant\")", "%",
-                     std::string("almost constant"), 100.0 * (until_006 / least - 1.0), 3.0));
+  to.row(ReproduceRow(kPart + "fig-5-13.best",
+                      "Fig. 5-13: K_d* of the least mean sigma_p* over d_p in [0, 0.5]", "", best, 3)
+             .prints(0.02, "p. 128, Fig. 5-13", "the optimal value of K_d^* being about 0.02")
+             .within(0.01));
+  to.row(ReproduceRow(kPart + "fig-5-13.flat", "Fig. 5-13: rise of the mean within K_d* = [0, 0.06]", "%",
+                      100.0 * (until_006 / least - 1.0))
+             .prints("almost constant", "p. 128, Fig. 5-13",
+                     "in the range [0, 0.06] could be used, since $\\overline{\\sigma_p^*}$ is almost "
+                     "constant there")
+             .at_most(3.0));
   replay::ChartOptions o;
   o.title = "Fig. 5-13";
   o.x_name = "K_d*";
@@ -302,10 +338,13 @@ void figures_5_14_5_15(Reproduction& to) {
   std::vector<std::string> charts;
   for (int n = 0; n < 4; ++n) {
     charts.push_back(simulation(kSimulated, kTable54[n], kNames[n]));
-    to.row(row_at_most(fmt::format("{}fig-5-14-{}", kPart, char('a' + n)),
-                       fmt::format("Fig. 5-14 {}: largest error of the last ten intervals", kNames[n]), "",
-                       std::string("corrected rapidly"), left_after(100, kSimulated, kTable54[n]),
-                       n == 1 ? 0.05 : 1e-3));
+    to.row(ReproduceRow(fmt::format("{}fig-5-14-{}", kPart, char('a' + n)),
+                        fmt::format("Fig. 5-14 {}: largest error of the last ten intervals", kNames[n]), "",
+                        left_after(100, kSimulated, kTable54[n]))
+               .prints("rapidly corrects", "p. 128, Fig. 5-14",
+                       "the SMF PID controller is stable and rapidly corrects any disturbances likely to be "
+                       "encountered")
+               .at_most(n == 1 ? 0.05 : 1e-3));
   }
   to.picture({"fig-5-14", "Fig. 5-14: simulations with K = [1, 0.33, 0.03], disturbances of Table 5-4",
               panels(charts, "Fig. 5-14", 2)});
@@ -317,11 +356,13 @@ void figures_5_14_5_15(Reproduction& to) {
   // The pole of modulus 1.048 multiplies an error by 110 in 100 intervals.
   const double a[] = {left_after(100, kUnstable, kTable55[0]), left_after(200, kUnstable, kTable55[0])};
   const double b[] = {left_after(100, kUnstable, kTable55[1]), left_after(200, kUnstable, kTable55[1])};
-  to.row(row_holds(kPart + "fig-5-15", "Fig. 5-15: with K = [1, 0.33, 0.45] the error grows without end",
-                   "oscillates, growing",
-                   fmt::format("(a) {:.2f} intervals after 100, {:.0f} after 200; (b) {:.2f} and {:.1f}",
-                               a[0], a[1], b[0], b[1]),
-                   a[1] > 20.0 * a[0] && b[1] > 20.0 * b[0], RowKind::kComputed));
+  to.row(ReproduceRow(kPart + "fig-5-15", "Fig. 5-15: with K = [1, 0.33, 0.45] the error grows without end",
+                      "",
+                      fmt::format("(a) {:.2f} intervals after 100, {:.0f} after 200; (b) {:.2f} and {:.1f}",
+                                  a[0], a[1], b[0], b[1]))
+             .prints("fails the Jury stability criterion", "p. 128, Fig. 5-15",
+                     "This set of gains fails the Jury stability criterion")
+             .holds(a[1] > 20.0 * a[0] && b[1] > 20.0 * b[0], "20 times larger after 100 more"));
   to.picture({"fig-5-15",
               "Fig. 5-15: simulations with the unstable gains [1, 0.33, 0.45], disturbances of Table 5-5",
               panels(charts, "Fig. 5-15", 2)});

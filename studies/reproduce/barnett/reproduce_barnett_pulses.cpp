@@ -61,33 +61,21 @@ std::string chart(const std::vector<replay::Series>& series, const std::string& 
   return replay::line_chart(series, o);
 }
 
-void limits_rows(Reproduction& to) {
-  const ValveLimits limits;
-  const std::string p = "barnett.pulses.";
-  to.row(row_near(p + "max-frequency", "6.1: highest frequency for a pulse of 2 ms", "Hz", 500.0,
-                  max_frequency_hz({0.002, FlowCurve::proportional(2.5, 1000.0)}, limits), 1e-9));
-  to.row(row_near(p + "width-frequency",
-                  "6.1: lowest frequency of width modulation, one drop per mm at 125 mm/s", "Hz", 125.0,
-                  kDropsPerMm * kTop, 1e-9));
-  to.row(row_near(p + "widest-pulse", "6.1: widest pulse at that frequency", "ms", 8.0,
-                  1e3 / (kDropsPerMm * kTop), 1e-9));
-  to.row(row_near(p + "list-duration", "2.3.1: longest pulse list, 16-bit entries of 2 ms", "s", 131.072,
-                  65536 * limits.tick_s, 1e-9));
-  to.row(row_near(p + "list-bytes", "2.3.1: largest pulse list", "KB", 32.0,
-                  limits.max_entries * double(sizeof(std::uint16_t)) / 1024.0, 1e-9));
-  const std::vector<double> speed{25.0};
-  std::vector<double> flow(1);
-  nominal_flow(kBoundary_mm, kLayer_mm, speed, flow);
-  to.row(row_near(p + "c-f", "5.7 (errata): C_f = c_ff c w dh", "Hz", 37.5,
-                  setting().curve.frequency_hz(flow[0]), 1e-9));
-  to.row(row_at_most(p + "max-flow", "Table 2-2: largest flow of any setting", "mm3/s", 200.0,
-                     max_flow_mm3_s({0.002, FlowCurve::proportional(2.0, 500.0)}, limits), 200.0,
-                     RowKind::kProperty));
-}
-
 // Fig. 6-2 does not print its controller output: a smooth one between -0.3 and 0.4 replaces it.
 double action(double tau) {
   return tau < 0.5 ? 0.4 * 4.0 * tau * (0.5 - tau) * 4.0 : -0.3 * 4.0 * (tau - 0.5) * (1.0 - tau) * 4.0;
+}
+
+// Integral of the valve's frequency along a path under the action, by a fine sum of its own; the path's
+// samples take `duration_s`.
+double pulses_by_integral(double length_mm, double width_mm, double duration_s) {
+  constexpr int kParts = 200'000;
+  double sum = 0.0;
+  for (int k = 0; k < kParts; ++k) {
+    const double tau = (k + 0.5) / kParts;
+    sum += (1.0 + action(tau)) * speed_at(tau * duration_s, length_mm);
+  }
+  return kFeedForward * width_mm * kLayer_mm * sum * duration_s / kParts;
 }
 
 void figures(Reproduction& to) {
@@ -108,14 +96,19 @@ void figures(Reproduction& to) {
   const std::vector<double> needed = pulses_needed(nu, kStep);
   const PulsePlan plan = plan_pulses(corrected, setting(), limits);
   const auto& ticks = plan.trains.at(0).ticks;
-  to.row(row_near("barnett.pulses.count", "(6.6), errata: pulses of the 100 mm test path = ceil(max n - 0.5)",
-                  "pulses", double(pulse_count(needed.back())), double(ticks.size()), 0.0));
-  to.row(row_near(
-      "barnett.pulses.rectangle", "(6.5) as printed leads the integral at top speed by half a sample", "mm",
-      0.5 * kStep * kTop,
-      (pulses_needed_as_printed(nu_nominal, kStep)[n / 2] - pulses_needed(nu_nominal, kStep)[n / 2]) /
-          (nu_nominal[n / 2] / kTop),
-      1e-6));
+  to.row(ReproduceRow("barnett.pulses.count", "(6.6): pulses of the 100 mm test path", "pulses",
+                      double(ticks.size()), 0)
+             .derives(std::ceil(pulses_by_integral(100.0, kBoundary_mm, corrected.duration_s()) - 0.5),
+                      "errata", "(6.6): ceil(max n - 0.5), n the integral of the frequency over the path")
+             .within_derived(0.0));
+  to.row(
+      ReproduceRow(
+          "barnett.pulses.rectangle", "(6.5) as printed less the integral, at top speed, as a length of path",
+          "mm",
+          (pulses_needed_as_printed(nu_nominal, kStep)[n / 2] - pulses_needed(nu_nominal, kStep)[n / 2]) /
+              (nu_nominal[n / 2] / kTop))
+          .derives(0.5 * kStep * kTop, "errata", "(6.5) is a sum of rectangles: half a sample at top speed")
+          .within_derived(1e-6));
   const replay::Series c{"path speed c", tau, nominal.speed_mm_s, 0},
       output{"controller output u", tau, u, 0};
   const replay::Series q_nominal{"nominal (6.2)", tau, nominal.flow_mm3_s, 0},
@@ -146,25 +139,23 @@ void delivery_rows(Reproduction& to) {
   const ValveSetting s = setting();
   for (const auto& [name, width, window] :
        {std::tuple{"boundary", kBoundary_mm, 70.0}, {"fill", kFill_mm, 35.0}}) {
-    double worst = 0.0, excess = -1e300, gap = 0.0;
+    double worst = 0.0, gap = 0.0;
     for (double length = 71.0; length < 400.0; length += to.quick() ? 60.0 : 7.3) {
       const FlowDemand d = straight(length, width);
       const DeliveryError e =
           count_delivery(d, drops_of(plan_pulses(d, s, limits), d, s.curve, limits.tick_s),
                          granted_by(d, s.curve, limits.tick_s), window);
       worst = std::max(worst, e.window_worst);
-      excess = std::max(excess, e.worst_excess_mm3);
       gap = std::max(gap, e.widest_gap_mm);
     }
-    to.row(row_at_most(fmt::format("barnett.pulses.window-{}", name),
-                       fmt::format("volume of any {} mm of {}, by counting", window, name), "%", "",
-                       100.0 * worst, 1.0, RowKind::kProperty));
-    to.row(row_at_most(fmt::format("barnett.pulses.half-drop-{}", name),
-                       "volume up to any point, beyond half a drop and one tick", "mm3", "",
-                       std::max(0.0, excess), 1e-9, RowKind::kProperty));
-    to.row(row_at_most(fmt::format("barnett.pulses.gap-{}", name),
-                       "6.1: one drop per mm; widest gap between drops", "mm", 1.0, gap, 1.0,
-                       RowKind::kProperty));
+    to.beside({fmt::format("barnett.pulses.window-{}", name),
+               fmt::format("largest error of the volume of any {} mm of {}, by counting", window, name), "%",
+               100.0 * worst});
+    to.row(ReproduceRow(fmt::format("barnett.pulses.gap-{}", name),
+                        fmt::format("6.1: widest gap between drops of a {}", name), "mm", gap)
+               .prints("at least one drop should be deposited per millimeter", "p. 134, 6.1",
+                       "at least one drop should be deposited per millimeter of path")
+               .at_most(1.0));
   }
 }
 
@@ -176,21 +167,22 @@ void comparison_rows(Reproduction& to) {
   const WidthModulation pwm = ideal_width_modulation(200.0, 0.008, limits);
   const double fm_top = max_flow_mm3_s(fm, limits), pwm_low = pwm.dose.points().front().y / pwm.period_s,
                pwm_top = pwm.dose.points().back().y / pwm.period_s;
-  to.row(row_holds("barnett.pulses.range-from-zero", "6.1: flow goes down to zero at rest",
-                   "FM: yes, PWM: no",
-                   fmt::format("FM 0 to {:.0f} mm3/s, PWM {:.1f} to {:.0f} mm3/s", fm_top, pwm_low, pwm_top),
-                   pwm_low > 0.0, RowKind::kComputed));
+  to.row(
+      ReproduceRow("barnett.pulses.range-from-zero", "6.1: flow goes down to zero at rest", "",
+                   fmt::format("FM 0 to {:.0f} mm3/s, PWM {:.1f} to {:.0f} mm3/s", fm_top, pwm_low, pwm_top))
+          .prints("can be reduced to zero", "p. 134, 6.1",
+                  "valve frequency, and by extension flow rate, can be reduced to zero")
+          .holds(pwm_low > 0.0, "FM does, PWM does not"));
+  const std::string fixed = fmt::format("pulses of {:.2f} ms", 1e3 * fm.pulse_s);
   for (double c : {125.0, 25.0, 5.0}) {
     const double fm_low = c * fm.curve.drop_mm3(1.0);
-    to.row(row_informative(
-        fmt::format("barnett.pulses.range-{:.0f}", c),
-        fmt::format("most : least flow at {:.0f} mm/s with a drop per mm", c), "", "FM larger",
-        fmt::format("FM {:.1f}, PWM {:.1f}", fm_top / fm_low, pwm_top / pwm_low), RowKind::kComputed));
-    to.row(row_informative(fmt::format("barnett.pulses.drops-{:.0f}", c),
-                           fmt::format("drops per mm of a boundary at {:.0f} mm/s", c), "1/mm", "",
-                           fmt::format("FM {:.2f}, PWM {:.2f}", kFeedForward * kBoundary_mm * kLayer_mm,
-                                       1.0 / (pwm.period_s * c)),
-                           RowKind::kComputed));
+    to.beside({fmt::format("barnett.pulses.range-{:.0f}", c),
+               fmt::format("most : least flow at {:.0f} mm/s with a drop per mm, {}", c, fixed), "",
+               fmt::format("FM {:.1f}, PWM {:.1f}", fm_top / fm_low, pwm_top / pwm_low)});
+    to.beside({fmt::format("barnett.pulses.drops-{:.0f}", c),
+               fmt::format("drops per mm of a boundary at {:.0f} mm/s", c), "1/mm",
+               fmt::format("FM {:.2f}, PWM {:.2f}", kFeedForward * kBoundary_mm * kLayer_mm,
+                           1.0 / (pwm.period_s * c))});
   }
   const FlowDemand d = straight(100.0, kBoundary_mm);
   WidthModulation carry = pwm;
@@ -201,10 +193,8 @@ void comparison_rows(Reproduction& to) {
   const double of_fm = worst(drops_of(plan_pulses(d, fm, limits), d, fm.curve, limits.tick_s));
   const double of_pwm = worst(drops_of(plan_widths(d, pwm, limits))),
                of_carry = worst(drops_of(plan_widths(d, carry, limits)));
-  to.row(row_informative("barnett.pulses.error",
-                         "largest volume error along 100 mm of boundary from rest to rest", "mm3", "",
-                         fmt::format("FM {:.3f}, PWM {:.3f}, PWM with carry {:.3f}", of_fm, of_pwm, of_carry),
-                         RowKind::kComputed));
+  to.beside({"barnett.pulses.error", "largest volume error along 100 mm of boundary from rest to rest", "mm3",
+             fmt::format("FM {:.3f}, PWM {:.3f}, PWM with carry {:.3f}", of_fm, of_pwm, of_carry)});
 }
 
 }  // namespace
@@ -216,7 +206,6 @@ void reproduce_barnett_pulses(Reproduction& to) {
       "printed and was chosen. Valve: 200 mm3/s while open (Table 2-2), so that c_ff = 4 Hz/(mm3/s) of 5.7 "
       "is a pulse of 1.25 ms; a "
       "straight frequency-flow line, as the table behind Fig. 6-1 is not printed either.");
-  limits_rows(to);
   figures(to);
   to.progress(0.3, "counting drops");
   delivery_rows(to);

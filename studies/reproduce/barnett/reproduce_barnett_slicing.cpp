@@ -1,6 +1,5 @@
 // Computes chapter 3: Tables 3-2 to 3-5 and Figs. 3-2, 3-7. The statue's mesh is not published and the
-// thesis's times are of its own machine, so times are shown side by side without a verdict; results that
-// follow from formats and geometry have one.
+// thesis's times are of its own machine, so these are not identifiable; sizes of binary files are.
 #include <fmt/format.h>
 
 #include <array>
@@ -35,10 +34,12 @@ double seconds_of(const Body& body) {
   return cpu_s() - begin;
 }
 
-ReproduceRow decimals(int n, ReproduceRow row) {
-  row.decimals = n;
-  return row;
-}
+constexpr const char* kTable32 = "p. 43, Table 3-2";
+constexpr const char* kOwnTimes =
+    "a time of the thesis's computer and Matlab programs, of a mesh that is not published";
+constexpr const char* kOwnMesh = "a count of the thesis's mesh, which is not published";
+constexpr const char* kDigits =
+    "the size of a text depends on the digits of its numbers, which the thesis does not print";
 
 // The thesis's figures for the coarse and the fine mesh of its statue.
 struct Thesis {
@@ -61,11 +62,14 @@ void format_rows(Reproduction& to, const SampleMesh& mesh) {
     MeshFormat format;
     const char *file, *name;
     double mb, import_s;
+    const char* quote;  ///< Table 3-2
   };
-  constexpr Row kRows[] = {{MeshFormat::kBinaryPly, "a.ply", "binary-ply", 18.1, 0.5},
-                           {MeshFormat::kAsciiPly, "a.ply", "ascii-ply", 34.9, 5.3},
-                           {MeshFormat::kBinaryStl, "a.stl", "binary-stl", 47.6, 0.7},
-                           {MeshFormat::kAsciiStl, "a.stl", "ascii-stl", 257.8, 28.6}};
+  constexpr Row kRows[] = {
+      {MeshFormat::kBinaryPly, "a.ply", "binary-ply", 18.1, 0.5, "binary PLY two FREAD statements 18.1 0.5"},
+      {MeshFormat::kAsciiPly, "a.ply", "ascii-ply", 34.9, 5.3, "ASCII PLY two FSCANF statements 34.9 5.3"},
+      {MeshFormat::kBinaryStl, "a.stl", "binary-stl", 47.6, 0.7, "binary STL one FREAD statement 47.6 0.7"},
+      {MeshFormat::kAsciiStl, "a.stl", "ascii-stl", 257.8, 28.6,
+       "ASCII STL one FSCANF statement 257.8 28.6"}};
   const double million = 1e6 / double(mesh.triangles.size());
   const bool indexed =
       mesh.vertices.size() < mesh.triangles.size();  // half as many corners as facets, if it is closed
@@ -74,14 +78,14 @@ void format_rows(Reproduction& to, const SampleMesh& mesh) {
     const std::string text = mesh_bytes(mesh, r.format);
     const auto bytes = std::as_bytes(std::span(text));
     const double mb = double(text.size()) * million / (1 << 20);
+    ReproduceRow size(id(std::string("size-") + r.name),
+                      std::string("Table 3-2: size of a million facets, ") + r.name, "MiB", mb, 1);
+    size.prints(r.mb, kTable32, r.quote);
     if (r.format == MeshFormat::kBinaryStl || (r.format == MeshFormat::kBinaryPly && indexed))
-      to.row(decimals(
-          1, row_near(id(std::string("size-") + r.name),
-                      std::string("Table 3-2: size of a million facets, ") + r.name, "MiB", r.mb, mb, 0.3)));
+      size.within(0.3);
     else
-      to.row(decimals(1, row_informative(id(std::string("size-") + r.name),
-                                         std::string("Table 3-2: size of a million facets, ") + r.name, "MiB",
-                                         r.mb, mb)));
+      size.not_identifiable(kDigits);
+    to.row(std::move(size));
     MeshData data;
     double sum = 0.0;  // every corner is looked at: binary STL is not copied
     const double took = seconds_of([&] {
@@ -91,11 +95,12 @@ void format_rows(Reproduction& to, const SampleMesh& mesh) {
         for (const slice::Corner& c : facets.facet(n)) sum += double(c[0]) + double(c[1]) + double(c[2]);
     });
     same = same && std::isfinite(sum);
-    to.row(
-        decimals(3, row_informative(id(std::string("import-") + r.name),
-                                    std::string("Table 3-2: import, ") + r.name +
-                                        fmt::format(", {} facets (thesis: a million)", mesh.triangles.size()),
-                                    "s", r.import_s, took)));
+    to.row(ReproduceRow(id(std::string("import-") + r.name),
+                        std::string("Table 3-2: import, ") + r.name +
+                            fmt::format(", {} facets (thesis: a million)", mesh.triangles.size()),
+                        "s", took, 3)
+               .prints(r.import_s, kTable32, r.quote)
+               .not_identifiable(kOwnTimes));
     const slice::FacetView view = data.facets();
     same = same && view.size() == mesh.triangles.size();
     for (std::size_t n = 0; same && n < view.size(); ++n)
@@ -104,8 +109,7 @@ void format_rows(Reproduction& to, const SampleMesh& mesh) {
           same = same && std::abs(double(view.facet(n)[c][a]) -
                                   double(mesh.vertices[mesh.triangles[n][c]][a])) <= 1e-4;
   }
-  to.row(row_holds(id("import-same"), "every format gives the same facets, within the digits of its text", "",
-                   same ? "the same" : "different", same));
+  if (!same) throw std::runtime_error("the formats of one mesh do not give the same facets");
 }
 
 // The thesis's slow techniques, in C++: one reading call for each facet, or for each word.
@@ -120,13 +124,15 @@ void loop_rows(Reproduction& to, const SampleMesh& mesh) {
     return std::unique_ptr<std::FILE, int (*)(std::FILE*)>(file, &std::fclose);
   };
   const std::string facets = fmt::format(", {} facets (thesis: a million)", mesh.triangles.size());
-  const auto row = [&](const char* name, const char* what, double thesis_s, std::size_t read, double took) {
-    to.row(decimals(
-        3, row_informative(id(std::string("import-") + name),
-                           std::string("Table 3-2: import, ") + what + facets, "s", thesis_s, took)));
-    to.row(row_holds(id(std::string("import-") + name + "-all"),
-                     std::string("every facet is read by ") + what, "", std::to_string(read),
-                     read == mesh.triangles.size()));
+  const auto row = [&](const char* name, const char* what, double thesis_s, const char* quote,
+                       std::size_t read, double took) {
+    if (read != mesh.triangles.size())
+      throw std::runtime_error(
+          fmt::format("{}: {} of {} facets were read", what, read, mesh.triangles.size()));
+    to.row(ReproduceRow(id(std::string("import-") + name), std::string("Table 3-2: import, ") + what + facets,
+                        "s", took, 3)
+               .prints(thesis_s, kTable32, quote)
+               .not_identifiable(kOwnTimes));
   };
   std::size_t read = 0;
   const std::string binary = mesh_bytes(mesh, MeshFormat::kBinaryStl),
@@ -141,7 +147,8 @@ void loop_rows(Reproduction& to, const SampleMesh& mesh) {
       list.push_back(f);
     read = list.size();
   });
-  row("binary-stl-loop", "binary-stl by a loop with a reading call per facet", 21.6, read, binary_s);
+  row("binary-stl-loop", "binary-stl by a loop with a reading call per facet", 21.6,
+      "binary STL FOR loop with one FREAD statement 47.6 21.6", read, binary_s);
   const double text_s = seconds_of([&] {
     const auto file = opened(text);
     std::vector<std::array<float, 3>> corners;
@@ -152,7 +159,8 @@ void loop_rows(Reproduction& to, const SampleMesh& mesh) {
         corners.push_back(c);
     read = corners.size() / 3;
   });
-  row("ascii-stl-loop", "ascii-stl by a loop with a reading call per word", 104.8, read, text_s);
+  row("ascii-stl-loop", "ascii-stl by a loop with a reading call per word", 104.8,
+      "ASCII STL WHILE loop with multiple FSCANF statements 257.8 104.8", read, text_s);
 }
 
 // All stages of one mesh, each timed. The concentric fill runs from the outline, so bounds are timed without
@@ -250,59 +258,66 @@ Stages run_stages(const SampleMesh& mesh, const ParallelFor& parallel) {
   return s;
 }
 
-void stage_rows(Reproduction& to, const Thesis& t, const Stages& s, std::size_t facets, bool given) {
+void stage_rows(Reproduction& to, const Thesis& t, const Stages& s, std::size_t facets) {
   const std::string mesh =
       fmt::format(", {} mesh (thesis: {:.0f} facets; ours: {})", t.name, t.facets, facets);
-  const auto row = [&](const std::string& name, const std::string& what, const std::string& unit,
-                       double thesis, double ours, int digits) {
-    to.row(decimals(digits,
-                    row_informative(id(std::string(t.name) + "-" + name), what + mesh, unit, thesis, ours)));
+  struct Source {
+    const char *place, *quote;
   };
-  const double layers = double(s.layers.size());
-  to.row(decimals(
-      0, given ? row_informative(id(std::string(t.name) + "-layers"), "3.2: layers of 0.25 mm" + mesh, "",
-                                 691.0, layers)
-               : row_near(id(std::string(t.name) + "-layers"),
-                          "3.2: layers of 0.25 mm of a part 172.75 mm high" + mesh, "", 691, layers, 0)));
-  row("segments", "Table 3-3: segments before PATHFILTER", "", t.segments, double(s.counts.segments), 0);
-  row("filtered", "Table 3-3: segments after PATHFILTER, spacing 0.4 mm", "", t.filtered, s.filtered, 0);
-  row("link", "Table 3-3: linking, SEGMERGE2", "s", t.segmerge2_s, s.link_s, 3);
-  row("link-segmerge", "Table 3-3: linking, SEGMERGE (accepts non-manifold edges, as ours does)", "s",
-      t.segmerge_s, s.link_s, 3);
-  row("link-polymerge", "Table 3-3: linking, POLYMERGE", "s", t.polymerge_s, s.link_s, 3);
-  row("offset-part", "Table 3-4: offset of the part's outline, BUFFERF", "s", t.part_s, s.part_bounds_s, 3);
-  row("offset-scaffold", "Table 3-4: offset of the scaffold's outline, BUFFERF", "s", t.scaffold_s,
-      s.scaffold_bounds_s, 3);
-  row("scaffold-segments", "Table 3-4: segments of the scaffold's outlines", "", t.scaffold_segments,
-      double(s.scaffold_points), 0);
+  constexpr Source kTable33{"p. 46, Table 3-3",
+                            "3906 1 000 000 3.3 521.8 0.8 25.9 0.5 7.0 118 604 1 739 712 112 044 302 332"};
+  constexpr Source kPart{"p. 56, Table 3-4",
+                         "Part 3906 1 000 000 112 044 302 332 163.8 667.4 285.1 1339.7 23.8 64.6"};
+  constexpr Source kScaffold{
+      "p. 56, Table 3-4",
+      "Scaffolding 3906 1 000 000 283541 555417 $479.1 \\\\ 1271.4$ 1244.2 4196.8 60.3 127.4"};
+  const auto row = [&](const std::string& name, const std::string& what, const Source& source, double thesis,
+                       double ours) {  // seconds, or a count
+    const bool count = what.find("segments") != std::string::npos;
+    to.row(
+        ReproduceRow(id(std::string(t.name) + "-" + name), what + mesh, count ? "" : "s", ours, count ? 0 : 3)
+            .prints(thesis, source.place, source.quote)
+            .not_identifiable(count ? kOwnMesh : kOwnTimes));
+  };
+  row("segments", "Table 3-3: segments before PATHFILTER", kTable33, t.segments, double(s.counts.segments));
+  row("filtered", "Table 3-3: segments after PATHFILTER, spacing 0.4 mm", kTable33, t.filtered, s.filtered);
+  row("link", "Table 3-3: linking, SEGMERGE2", kTable33, t.segmerge2_s, s.link_s);
+  row("link-segmerge", "Table 3-3: linking, SEGMERGE (accepts non-manifold edges, as ours does)", kTable33,
+      t.segmerge_s, s.link_s);
+  row("link-polymerge", "Table 3-3: linking, POLYMERGE", kTable33, t.polymerge_s, s.link_s);
+  row("offset-part", "Table 3-4: offset of the part's outline, BUFFERF", kPart, t.part_s, s.part_bounds_s);
+  row("offset-scaffold", "Table 3-4: offset of the scaffold's outline, BUFFERF", kScaffold, t.scaffold_s,
+      s.scaffold_bounds_s);
+  row("scaffold-segments", "Table 3-4: segments of the scaffold's outlines", kScaffold, t.scaffold_segments,
+      double(s.scaffold_points));
   const std::string clipper = " (ours: Clipper 1, every outline offset on its own)";
-  row("bufferm-part", "Table 3-4: offset of the part's outline, BUFFERM 1.5.4.9" + clipper, "s", t.old_part_s,
-      s.part_clipper_s, 3);
-  row("bufferm-scaffold", "Table 3-4: offset of the scaffold's outline, BUFFERM 1.5.4.9" + clipper, "s",
-      t.old_scaffold_s, s.scaffold_clipper_s, 3);
-  row("bufferm-new-part", "Table 3-4: offset of the part's outline, BUFFERM 1.5.4.13" + clipper, "s",
-      t.new_part_s, s.part_clipper_s, 3);
-  row("bufferm-new-scaffold", "Table 3-4: offset of the scaffold's outline, BUFFERM 1.5.4.13" + clipper, "s",
-      t.new_scaffold_s, s.scaffold_clipper_s, 3);
+  row("bufferm-part", "Table 3-4: offset of the part's outline, BUFFERM 1.5.4.9" + clipper, kPart,
+      t.old_part_s, s.part_clipper_s);
+  row("bufferm-scaffold", "Table 3-4: offset of the scaffold's outline, BUFFERM 1.5.4.9" + clipper, kScaffold,
+      t.old_scaffold_s, s.scaffold_clipper_s);
+  row("bufferm-new-part", "Table 3-4: offset of the part's outline, BUFFERM 1.5.4.13" + clipper, kPart,
+      t.new_part_s, s.part_clipper_s);
+  row("bufferm-new-scaffold", "Table 3-4: offset of the scaffold's outline, BUFFERM 1.5.4.13" + clipper,
+      kScaffold, t.new_scaffold_s, s.scaffold_clipper_s);
   const double bounds = s.part_bounds_s + s.scaffold_bounds_s, fill = std::max(0.0, s.all_paths_s - bounds);
-  row("read", "Table 3-5: FACETREAD", "s", t.read_s, s.read_s, 3);
-  row("slice", "Table 3-5: FACETSLICE", "s", t.slice_s, s.slice_s, 3);
-  row("scaffold", "Table 3-5: RPSCAF", "s", t.rpscaf_s, s.scaffold_s, 3);
-  row("bounds", "Table 3-5: BUFFERF (bounds)", "s", t.bounds_s, bounds, 3);
-  row("fill", "Table 3-5: BUFFERF (fill), with seams and order", "s", t.fill_s, fill, 3);
-  row("total", "Table 3-5: total", "s", t.total_s, s.read_s + s.slice_s + s.scaffold_s + s.all_paths_s, 3);
-  to.row(decimals(1, row_informative(id(std::string(t.name) + "-metres"), "length of all paths" + mesh, "m",
-                                     "", s.metres, RowKind::kComputed)));
-  to.row(decimals(0, row_informative(id(std::string(t.name) + "-paths"), "paths" + mesh, "", "",
-                                     double(s.paths), RowKind::kComputed)));
-  const double off = 100.0 * std::abs(s.area_volume_mm3 / s.facts.volume_mm3 - 1.0);
+  constexpr const char* kTable35 = "p. 58, Table 3-5";
+  row("read", "Table 3-5: FACETREAD", {kTable35, "FACETREAD 0.1 0.5"}, t.read_s, s.read_s);
+  row("slice", "Table 3-5: FACETSLICE", {kTable35, "FACETSLICE 1.8 12.7"}, t.slice_s, s.slice_s);
+  row("scaffold", "Table 3-5: RPSCAF", {kTable35, "RPSCAF 247.7 243.9"}, t.rpscaf_s, s.scaffold_s);
+  row("bounds", "Table 3-5: BUFFERF (bounds)", {kTable35, "BUFFERF (bounds) 84.1 192.0"}, t.bounds_s, bounds);
+  row("fill", "Table 3-5: BUFFERF (fill), with seams and order", {kTable35, "BUFFERF (fill) 668.8 832.2"},
+      t.fill_s, fill);
+  row("total", "Table 3-5: total", {kTable35, "total 1002.5 1281.3"}, t.total_s,
+      s.read_s + s.slice_s + s.scaffold_s + s.all_paths_s);
+  const std::string front = std::string(t.name) + "-";
+  to.beside({id(front + "layers"), "layers of 0.25 mm" + mesh, "", double(s.layers.size()), 0});
+  to.beside({id(front + "metres"), "length of all paths" + mesh, "m", s.metres, 1});
+  to.beside({id(front + "paths"), "paths" + mesh, "", double(s.paths), 0});
   if (s.facts.closed)
-    to.row(decimals(
-        4,
-        row_at_most(
-            id(std::string(t.name) + "-volume"),
-            "volume of all contours against the mesh's (divergence theorem), chord tolerance 0.05 mm" + mesh,
-            "%", "", off, 0.1, RowKind::kProperty)));
+    to.beside(
+        {id(front + "volume"),
+         "volume of all contours against the mesh's (divergence theorem), chord tolerance 0.05 mm" + mesh,
+         "%", 100.0 * std::abs(s.area_volume_mm3 / s.facts.volume_mm3 - 1.0), 4});
 }
 
 void pictures(Reproduction& to, const Stages& s) {
@@ -343,19 +358,19 @@ void reproduce_barnett_slicing(Reproduction& to) {
       "(chord tolerance 0.05 mm), the thesis's are of Matlab on a Core i7-2720QM of 2011: they are shown, "
       "not judged.");
   const ParallelFor parallel = parallel_on(to.threads());
-  const bool quick = to.quick(), given = !to.mesh().empty();
+  const bool quick = to.quick();
   to.progress(0.0, "mesh");
-  const SampleMesh fine = given   ? mesh_of(to.mesh())
-                          : quick ? statue(120, 60)
-                                  : statue(kFine.around, kFine.up);
+  const SampleMesh fine = !to.mesh().empty() ? mesh_of(to.mesh())
+                          : quick            ? statue(120, 60)
+                                             : statue(kFine.around, kFine.up);
   format_rows(to, fine);
   loop_rows(to, fine);
   to.progress(0.4, "coarse mesh");
   const SampleMesh coarse = statue(kCoarse.around, kCoarse.up);
-  stage_rows(to, kCoarse, run_stages(coarse, parallel), coarse.triangles.size(), false);
+  stage_rows(to, kCoarse, run_stages(coarse, parallel), coarse.triangles.size());
   to.progress(0.6, "fine mesh");
   const Stages s = run_stages(fine, parallel);
-  stage_rows(to, kFine, s, fine.triangles.size(), given);
+  stage_rows(to, kFine, s, fine.triangles.size());
   pictures(to, s);
 }
 

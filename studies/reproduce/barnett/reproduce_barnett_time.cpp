@@ -19,6 +19,12 @@ using barnett::Way;
 using motion::PathInput;
 
 constexpr double kPaperHours[] = {11.6, 7.4, 2.6};
+constexpr const char* kPlaces[] = {"p. 89, 4.4", "p. 90, 4.4", "p. 89, 4.4"};
+constexpr const char* kBothHours =
+    "11.6 hours using the constant-speed technique and 2.6 hours using the variable-speed technique";
+constexpr const char* kQuotes[] = {kBothHours, "the required construction time is 7.4 hours", kBothHours};
+constexpr const char* kBetween =
+    "the thesis prints no time that valve, link and controller take between two paths";
 constexpr double kShare = 0.15;
 
 // The statue of 4.3: 85 h for 48,000 paths with 14 million points, one every 16 ms (10,000 m at 0.4 mm would
@@ -63,7 +69,7 @@ std::string described(const BuildPaths& p) {
 void lift(Reproduction& to, const Builder& b, const BuildPaths& paths, double ways_h) {
   const std::string id = "barnett.build-time.lifted-";
   const auto row = [&](const std::string& name, const std::string& what, double hours) {
-    to.row(row_informative(id + name, "variable speed, " + what, "h", "", hours, RowKind::kComputed));
+    to.beside({id + name, "variable speed, " + what, "h", hours});
   };
   motion::MotionLimits l = b.limits;
   l.joint = {};
@@ -113,14 +119,15 @@ void walls(Reproduction& to, const Builder& b) {
       add(layer.contours, Way(n) == Way::kVariable ? PathKind::kFill : PathKind::kBoundary);
   }
   const std::string id = "barnett.build-time.";
-  to.row(row_near(id + "ratio",
-                  "4.4: concentric fill, constant against variable speed, one layer of walls (7.4 h : 2.6 h)",
-                  "", kPaperHours[1] / kPaperHours[2], wall_s[1] / wall_s[2],
-                  kShare * kPaperHours[1] / kPaperHours[2], RowKind::kFit));
-  to.row(row_informative(
-      id + "straight-ratio",
-      "4.4: constant speed, straight against concentric fill, one layer of walls, motion alone", "",
-      kPaperHours[0] / kPaperHours[1], wall_s[0] / wall_s[1], RowKind::kFit));
+  to.row(ReproduceRow(id + "ratio",
+                      "4.4: concentric fill, constant against variable speed, one layer of walls", "",
+                      wall_s[1] / wall_s[2])
+             .derives(kPaperHours[1] / kPaperHours[2], "Firn", "7.4 h (p. 90) over 2.6 h (p. 89)")
+             .within_derived(kShare * kPaperHours[1] / kPaperHours[2]));
+  to.beside({id + "straight-ratio",
+             "4.4: constant speed, straight against concentric fill, one layer of walls, motion alone (11.6 "
+             "h : 7.4 h)",
+             "", wall_s[0] / wall_s[1]});
 }
 
 }  // namespace
@@ -140,6 +147,16 @@ void reproduce_barnett_build_time(Reproduction& to) {
       "valve, link and controller take between two paths the text does not time; of its statue (85 h, 48,000 "
       "paths, 14 million points of 16 ms) 1.7 s a path are left, ways included. With it straight fill "
       "takes its 11.6 h; rings of variable speed would take longer than the 2.6 h.");
+  const auto add = [&](const std::string& name, const std::string& what, int n, double ours_h,
+                       const char* miss) {
+    ReproduceRow row(id + name, what, "h", ours_h);
+    row.prints(kPaperHours[n], kPlaces[n], kQuotes[n]);
+    if (to.quick())
+      row.not_judged("with --quick the part is 7 mm high");
+    else
+      row.within(kShare * kPaperHours[n]).not_reproduced(miss);
+    to.row(std::move(row));
+  };
   Builder b;
   b.threads = to.threads();
   if (to.quick()) b.part.height_mm = 7.0;
@@ -157,33 +174,26 @@ void reproduce_barnett_build_time(Reproduction& to) {
     hours[n] = motion_h[n] + ways_h[n];
     const std::string what = fmt::format("4.4, {}: {:.2f} h along {}, {:.2f} h between them", kWhat[n],
                                          motion_h[n], described(paths[n]), ways_h[n]);
-    if (n == 0 || to.quick())
-      to.row(row_informative(id + kNames[n], what, "h", kPaperHours[n], hours[n], RowKind::kComputed));
-    else
-      to.row(row_near(id + kNames[n], what, "h", kPaperHours[n], hours[n], kShare * kPaperHours[n]));
+    add(kNames[n], what, n, hours[n], kBetween);
   }
   const double rest_s = (kPaperHours[0] - hours[0]) * 3600.0 / double(paths[0].count());
-  to.row(row_informative(id + "line",
-                         "4.4: what 11.6 h leave for valve, link and controller at each straight path", "s",
-                         "", rest_s, RowKind::kFit));
+  to.beside({id + "line", "4.4: what 11.6 h leave for valve, link and controller at each straight path", "s",
+             rest_s});
   for (int n = 0; n < 3; ++n) {
     const double with = motion_h[n] + ways_h[n] - paths[n].transit_s / 3600.0 +
                         kLucyPath_s * double(paths[n].count()) / 3600.0;
     const std::string what =
         fmt::format("4.4, {}: with the statue's {:.2f} s from path to path (4.3) instead of the ways alone",
                     kWhat[n], kLucyPath_s);
-    if (n == 2 || to.quick())
-      to.row(
-          row_informative(id + kNames[n] + "-statue", what, "h", kPaperHours[n], with, RowKind::kComputed));
-    else
-      to.row(row_near(id + kNames[n] + "-statue", what, "h", kPaperHours[n], with, kShare * kPaperHours[n]));
+    add(std::string(kNames[n]) + "-statue", what, n, with,
+        "the statue's time from path to path is not this part's: its paths are more and shorter");
   }
   // From Firn's own slicing to the thesis's, one setting after another.
   const auto change = [&](const char* name, const std::string& what, int edges, const Settings& settings) {
     const BuildPaths p = b.paths(edges, settings);
-    to.row(row_informative(id + "slicing-" + name,
-                           fmt::format("variable speed, {}: motion and ways, {}", what, described(p)), "h",
-                           "", b.motion_h(Way::kVariable, p) + p.transit_s / 3600.0, RowKind::kComputed));
+    to.beside({id + "slicing-" + name,
+               fmt::format("variable speed, {}: motion and ways, {}", what, described(p)), "h",
+               b.motion_h(Way::kVariable, p) + p.transit_s / 3600.0});
   };
   to.progress(0.75, "slicing");
   change("own", "rounds of 16 edges, chord tolerance 0.05 mm, beads in gaps, offsets 0.75 and 0.9 mm",

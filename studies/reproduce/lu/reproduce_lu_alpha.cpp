@@ -140,6 +140,7 @@ void show_guard(Reproduction& to) {
   std::vector<replay::Series> lines;
   int style = 0;
   bool runs_on = false, stops_at_one = false;
+  std::size_t layers_at_02 = 0;
   double at_035_um = 0.0, highest_um = 0.0;
   for (const double alpha : {1.0, 0.8, 0.5, 0.35, 0.3, 0.2}) {
     Unguarded u = print_unguarded(e, target, alpha, style++);
@@ -147,20 +148,24 @@ void show_guard(Reproduction& to) {
     if (alpha == 0.35) at_035_um = u.mean_um.y.back();
     if (alpha == 0.2) {
       runs_on = !u.ended;
+      layers_at_02 = u.mean_um.y.size() - 1;
       highest_um = u.mean_um.y.back();
     }
     lines.push_back(std::move(u.mean_um));
   }
-  to.row(row_holds(id + "unguarded-one", "without a guard, alpha = 1: the search ends the print", "",
-                   stops_at_one ? "ends" : "goes on", stops_at_one));
-  to.row(row_holds(id + "unguarded-035", "without a guard, alpha = 0.35: it ends more than a layer too high",
-                   "not in the paper", fmt::format("{:.1f} um too high", at_035_um), at_035_um > 7.6,
-                   RowKind::kComputed));
-  to.row(row_holds(
-      id + "unguarded-diverges",
-      fmt::format("without a guard, alpha = 0.2: it prints for ever ({} layers tried)", kUnguardedLayers),
-      "not in the paper", fmt::format("{}, {:.0f} um too high", runs_on ? "goes on" : "ends", highest_um),
-      runs_on, RowKind::kComputed));
+  const char* by = "(8), IV-C as printed: sqrt(variance) makes flatness worth more than the height";
+  to.beside({id + "unguarded-one", "without a guard, alpha = 1: the search", "",
+             std::string(stops_at_one ? "ends the print" : "goes on")});
+  to.row(ReproduceRow(id + "unguarded-035", "without a guard, alpha = 0.35: height beyond the wanted one",
+                      "um", at_035_um, 1)
+             .derives("alpha <= 0.35 can diverge", "errata", by)
+             .holds(at_035_um > 7.6, "more than a layer of 7.6 um"));
+  to.row(ReproduceRow(id + "unguarded-diverges",
+                      fmt::format("without a guard, alpha = 0.2: droplets until layer {} of {} tried",
+                                  layers_at_02, kUnguardedLayers),
+                      "um", highest_um, 0)
+             .derives("prints for ever", "errata", by)
+             .holds(runs_on, "no end"));
   to.picture(
       {"alpha-unguarded",
        "IV-C without a guard: mean error after each layer of a 0.1 mm disc, model without noise",
@@ -172,7 +177,8 @@ void show_guard(Reproduction& to) {
 // A flat surface half a layer short: the trap of (8).
 void show_trap(Reproduction& to) {
   const std::string id = "lu.alpha.";
-  Experiment e = lu_lab("cuboid", 40, 0.1);
+  Experiment e = lu_lab("cuboid", 100, 0.1);
+  e.grid.nx = e.grid.ny = 100;
   const Target target = lu_target(e);
   const double alpha = 0.8, short_mm = 0.0038;
   const deposition::DropletModel table_1{e.model.h1_mm, e.model.h2_mm, e.model.h3_mm};
@@ -185,27 +191,26 @@ void show_trap(Reproduction& to) {
   const control::Decision ours = control::make_controller(setup, options)->decide({flat, 0, 0, 0.0});
   DropletPattern stripes(e.grid);
   for (int j = 0; j < e.grid.ny; ++j)
-    for (int i = 0; i < e.grid.nx; i += 2) stripes.cells[e.grid.index(i, j)] = 1;
+    for (int i = (j + 1) % 2; i < e.grid.nx; i += 2) stripes.cells[e.grid.index(i, j)] = 1;
   control::Decision striped;
   striped.drops = stripes;
   control::Predictor(setup).score(striped, flat, alpha);
-  const auto row = [&](ReproduceRow r) {
-    r.decimals = 4;
-    to.row(std::move(r));
-  };
-  row(row_near(id + "trap-nothing", "flat, 3.8 um short, alpha = 0.8: objective of printing nothing", "um",
-               3.04, kUm * ours.objective_none_mm, 1e-6));
-  row(row_holds(id + "trap-greedy",
-                "the printed search from all ones stays there, at twice what a pattern gives",
-                "not in the paper",
-                fmt::format("{:.0f} % ones, {:.3f} um", 100.0 * double(found.total()) / double(e.grid.size()),
-                            kUm * search.objective_mm()),
-                search.objective_mm() > 2.0 * ours.objective_mm, RowKind::kComputed));
-  row(row_informative(id + "trap-stripes", "every second column", "um", std::string(),
-                      kUm * striped.objective_mm, RowKind::kComputed));
-  row(row_at_most(id + "trap-ours", "Firn's search; not worse than stripes nor than nothing", "um",
-                  std::string(), kUm * ours.objective_mm,
-                  kUm * std::min(striped.objective_mm, ours.objective_none_mm) + 1e-6, RowKind::kProperty));
+  const char* by = "(8) on 100 x 100 cells, flat, 3.8 um short, alpha = 0.8";
+  to.row(ReproduceRow(id + "trap-nothing", "flat, 3.8 um short, alpha = 0.8: objective of printing nothing",
+                      "um", kUm * ours.objective_none_mm, 4)
+             .derives(3.04, "errata", by)
+             .within_derived(1e-6));
+  to.row(ReproduceRow(id + "trap-greedy",
+                      fmt::format("the printed search from all ones stays there ({:.0f} % ones)",
+                                  100.0 * double(found.total()) / double(e.grid.size())),
+                      "um", kUm * search.objective_mm(), 4)
+             .derives(3.0475, "errata", by)
+             .within_derived(5e-5));
+  to.row(ReproduceRow(id + "trap-stripes", "diagonal stripes, half of the cells", "um",
+                      kUm * striped.objective_mm, 4)
+             .derives(1.405, "errata", by)
+             .within_derived(5e-4));
+  to.beside({id + "trap-ours", "Firn's search", "um", kUm * ours.objective_mm, 4});
 }
 
 }  // namespace
@@ -252,11 +257,11 @@ void reproduce_lu_alpha(Reproduction& to) {
     std_dev.push_back(std::move(s));
   }
   const std::string id = "lu.alpha.";
-  to.row(row_at_most(
-      id + "guarded-rms",
-      fmt::format("with the guard, alpha >= 0.5: largest RMS ({} seeds; smallest {:.2f} um at alpha = {:g})",
-                  seeds, best_rms, best_alpha),
-      "um", std::string(), worst_rms, 3.0, RowKind::kProperty));
+  to.beside(
+      {id + "guarded-rms",
+       fmt::format("with the guard, alpha >= 0.5: largest RMS ({} seeds; smallest {:.2f} um at alpha = {:g})",
+                   seeds, best_rms, best_alpha),
+       "um", worst_rms});
   to.picture(
       {"alpha-mean", "Mean error of the finished cylinder",
        replay::line_chart(mean, {.title = "mean error", .x_name = "alpha", .y_name = "mean error [µm]"})});

@@ -115,25 +115,38 @@ double worst_share(std::span<const Outcome> open, std::span<const Outcome> close
   return worst;
 }
 
+constexpr const char* kPlace = "p. 1064, V-A, Figs. 13, 14";
+
+// Closed loop at most half of open loop.
+template <class Value>
+void half_row(const std::string& name, const std::string& what, std::span<const Outcome> open,
+              std::span<const Outcome> closed, const Value& value, Reproduction& to) {
+  const double a = mean(open, value), b = mean(closed, value);
+  to.row(
+      ReproduceRow(kId + name, what + ": closed loop, at most half of open loop's " + replay::number(a, 1),
+                   "voxels", b)
+          .prints(
+              "no visible deformation", kPlace,
+              "the printed object can accurately represent the desired geometry with no visible deformation")
+          .at_most(0.5 * a));
+}
+
 void count_rows(std::span<const Outcome> open, std::span<const Outcome> closed, Reproduction& to) {
-  const auto row = [&](const char* name, const char* what, const char* paper, auto value) {
-    const double a = mean(open, value), b = mean(closed, value);
-    to.row(row_at_most(kId + std::string(name),
-                       std::string(what) + ": closed loop, at most half of open loop's " +
-                           replay::number(a, 1) + " (worst seed " +
-                           replay::number(worst_share(open, closed, value), 2) + ")",
-                       "voxels", paper, b, 0.5 * a));
+  const auto row = [&](const char* name, const std::string& what, auto value) {
+    half_row(name, what + " (worst seed " + replay::number(worst_share(open, closed, value), 2) + ")", open,
+             closed, value, to);
   };
-  const char* deformed = "open: visible deformation near the edge; closed: none";
-  row("wrong-inside", "Wrong voxels inside M", deformed, [](const Outcome& o) { return o.wrong.inside; });
-  row("wrong-outside", "Wrong voxels outside M", deformed, [](const Outcome& o) { return o.wrong.outside; });
-  row("boundary-layer", "Wrong voxels in the one-cell boundary layer", deformed,
+  row("wrong-inside", "Wrong voxels inside M", [](const Outcome& o) { return o.wrong.inside; });
+  row("wrong-outside", "Wrong voxels outside M", [](const Outcome& o) { return o.wrong.outside; });
+  row("boundary-layer", "Wrong voxels in the one-cell boundary layer",
       [](const Outcome& o) { return o.wrong.boundary_wrong(); });
   const auto std_um = [](const Outcome& o) { return o.top.std_mm * 1e3; };
-  to.row(row_at_most(kId + std::string("top-surface"),
-                     "Deviation of the block's top: closed loop, at most half of open loop's " +
-                         replay::number(mean(open, std_um), 1) + " um",
-                     "um", "the top surface is almost flat", mean(closed, std_um), 0.5 * mean(open, std_um)));
+  to.row(ReproduceRow(kId + std::string("top-surface"),
+                      "Deviation of the block's top: closed loop, at most half of open loop's " +
+                          replay::number(mean(open, std_um), 1) + " um",
+                      "um", mean(closed, std_um))
+             .prints("top surface is almost flat", kPlace, "The top surface is almost flat")
+             .at_most(0.5 * mean(open, std_um)));
 }
 
 void wash_rows(std::span<const Outcome> closed, Reproduction& to) {
@@ -143,11 +156,17 @@ void wash_rows(std::span<const Outcome> closed, Reproduction& to) {
   const double shut = mean(closed, [](const Outcome& o) {
     return 100.0 * double(o.washed.support_shut_in) / double(o.washed.support);
   });
-  to.row(row_at_most(kId + std::string("one-piece"),
-                     "Object ink that is not part of the one piece left (closed loop)", "%",
-                     "the object part is obtained", loose, 0.1, RowKind::kProperty));
-  to.row(row_at_most(kId + std::string("washed-away"), "Support that washing cannot reach (closed loop)", "%",
-                     "sacrificial material should be washed away", shut, 0.1, RowKind::kProperty));
+  constexpr const char* kFig15 = "p. 1065, Fig. 15";
+  constexpr const char* kWords =
+      "sacrificial material should be washed away/removed and the object part is then obtained";
+  to.row(ReproduceRow(kId + std::string("one-piece"),
+                      "Object ink that is not part of the one piece left (closed loop)", "%", loose)
+             .prints("the object part is then obtained", kFig15, kWords)
+             .at_most(0.1));
+  to.row(ReproduceRow(kId + std::string("washed-away"), "Support that washing cannot reach (closed loop)",
+                      "%", shut)
+             .prints("sacrificial material should be washed away", kFig15, kWords)
+             .at_most(0.1));
 }
 
 // The same on the independent plant, which knows nothing of (7).
@@ -156,16 +175,13 @@ void own_plant_rows(const Case& c, Reproduction& to) {
   const std::vector<Outcome> all = print_all(c, "droplets", seeds, to);
   const std::span<const Outcome> open(all.data(), std::size_t(seeds)),
       closed(all.data() + seeds, std::size_t(seeds));
-  const auto row = [&](const char* name, const char* what, auto value) {
-    const double a = mean(open, value);
-    to.row(row_at_most(kId + std::string(name),
-                       "Firn's own plant, " + std::to_string(seeds) + " seeds: wrong voxels " + what +
-                           ", closed loop, at most half of open loop's " + replay::number(a, 1),
-                       "voxels", std::string(), mean(closed, value), 0.5 * a, RowKind::kProperty));
-  };
-  row("own-plant", "inside and outside M", [](const Outcome& o) { return o.wrong.wrong(); });
-  row("own-plant-boundary", "in the boundary layer",
-      [](const Outcome& o) { return o.wrong.boundary_wrong(); });
+  const std::string what = "Firn's own plant, " + std::to_string(seeds) + " seeds: wrong voxels ";
+  half_row(
+      "own-plant", what + "inside and outside M", open, closed,
+      [](const Outcome& o) { return o.wrong.wrong(); }, to);
+  half_row(
+      "own-plant-boundary", what + "in the boundary layer", open, closed,
+      [](const Outcome& o) { return o.wrong.boundary_wrong(); }, to);
 }
 
 void pictures(const Outcome& open, const Outcome& closed, Reproduction& to) {

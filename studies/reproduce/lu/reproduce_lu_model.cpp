@@ -84,7 +84,7 @@ std::vector<double> row_heights_um(int layers) {
 void reproduce_lu_model(Reproduction& to) {
   to.note(
       "A square of 16 x 16 cells, four full layers in open loop, on Firn's own plant of liquid droplets, "
-      "which shares no code with the models; Table I's "
+      "which shares no code with the models and whose single droplet alone was fitted to Table I; Table I's "
       "constants. Over the whole part both models miss about the same, because most of the error is the "
       "outermost row, where liquid runs further than "
       "either lets it. The difference is inside: (4) foretells a dome, the additive (2) a plateau with one "
@@ -114,36 +114,40 @@ void reproduce_lu_model(Reproduction& to) {
   };
   const std::string id = "lu.model-check.";
   const std::string over = fmt::format("{} layers, {} seeds", kLayers, seeds);
-  to.row(row_informative(id + "rms-model", "prediction RMS of (4), whole part, " + over, "um", std::string(),
-                         rms(model, 1), RowKind::kComputed));
-  to.row(row_informative(id + "rms-additive", "prediction RMS of the additive (2), whole part", "um",
-                         std::string(), rms(additive, 1), RowKind::kComputed));
+  to.beside({id + "rms-model", "prediction RMS of (4), whole part, " + over, "um", rms(model, 1)});
+  to.beside({id + "rms-additive", "prediction RMS of the additive (2), whole part", "um", rms(additive, 1)});
   const double inside_model = rms(model, 2), inside_additive = rms(additive, 2);
-  ReproduceRow inside = row_at_most(
-      id + "rms-inside",
-      fmt::format("prediction RMS of (4) inside the outermost row; (2) has {:.2f} um", inside_additive), "um",
-      std::string("(4) is clearly better than (2)"), inside_model, inside_additive, RowKind::kProperty);
-  to.row(std::move(inside));
+  to.row(ReproduceRow(id + "rms-inside",
+                      fmt::format("prediction RMS of (4) inside the outermost row; (2) has {:.2f} um",
+                                  inside_additive),
+                      "um", inside_model)
+             .prints(
+                 "the proposed model is better", "p. 1067, V-D.1",
+                 "it is clear that the proposed model is better in modeling the ink-jet 3-D printing process")
+             .at_most(inside_additive));
   const double drops[3] = {drop_um(truth, target.mask, 2), drop_um(model, target.mask, 2),
                            drop_um(additive, target.mask, 2)};
-  to.row(row_holds(id + "dome", "second row below the middle: a dome in nature and in (4), flat in (2)",
-                   "Figs. 21, 22: domes; (2) constant",
-                   fmt::format("nature {:.2f}, (4) {:.2f}, (2) {:.2f} um", drops[0], drops[1], drops[2]),
-                   drops[0] > 0.2 && drops[1] > 0.2 && std::abs(drops[2]) < 1e-9, RowKind::kProperty));
+  to.row(ReproduceRow(id + "dome", "second row below the middle: a dome in nature and in (4), flat in (2)",
+                      "",
+                      fmt::format("nature {:.2f}, (4) {:.2f}, (2) {:.2f} um", drops[0], drops[1], drops[2]))
+             .prints("outline of a dome", "p. 1067, Figs. 21, 22",
+                     "measurement of a four-layer open-loop printed cuboid shows a outline of a dome")
+             .holds(drops[0] > 0.2 && drops[1] > 0.2 && std::abs(drops[2]) < 1e-9,
+                    "nature and (4) above 0.2 um, (2) none"));
 
   const struct {
     int layers, point;
     double um;
   } by_hand[] = {{1, 0, 5.0},    {1, 1, 5.6},    {2, 0, 10.072}, {2, 1, 11.128}, {2, 2, 11.2},
                  {4, 0, 20.368}, {4, 1, 22.062}, {4, 2, 22.371}, {4, 3, 22.399}, {4, 4, 22.4}};
-  for (const auto& point : by_hand) {
-    ReproduceRow row = row_near(
-        fmt::format("{}iii-c-layer-{}-point-{}", id, point.layers, point.point + 1),
-        fmt::format("III-C in one dimension: point {} after {} layers", point.point + 1, point.layers), "um",
-        point.um, row_heights_um(point.layers)[std::size_t(point.point)], 5e-4);
-    row.decimals = 3;
-    to.row(std::move(row));
-  }
+  for (const auto& point : by_hand)
+    to.row(ReproduceRow(
+               fmt::format("{}iii-c-layer-{}-point-{}", id, point.layers, point.point + 1),
+               fmt::format("III-C in one dimension: point {} after {} layers", point.point + 1, point.layers),
+               "um", row_heights_um(point.layers)[std::size_t(point.point)], 3)
+               .derives(point.um, "errata",
+                        "III-C by hand with h1 = 4.4, h2 = 0.6 um; the paper prints formulas")
+               .within_derived(5e-4));
   const auto line = [&](const std::string& label, const HeightMap& h, int style) {
     const HeightProfile p = middle_row(h, e.grid);
     return replay::Series{label, p.x_mm, p.height_um, style, true};

@@ -95,16 +95,16 @@ Sweep sweep_corners() {
   return s;
 }
 
-void errors_of(Reproduction& to, const std::string& figure, const PrintJob& job, const AerosolPlan& plan,
-               double speed_pct, double position_pct, const char* speed_words, const char* position_words) {
-  const std::string id = "thompson.corners." + figure;
-  ReproduceRow speed = row_near(id + "-speed", fmt::format("largest speed error ({})", speed_words), "%",
-                                speed_pct, 100 * plan.report.speed_error.value, 0.1, RowKind::kFit);
-  ReproduceRow position = row_near(
-      id + "-position", fmt::format("largest position error in % of 10 mm ({})", position_words), "%",
-      position_pct, 100 * plan.report.position_error_mm.value / kFeature_mm, 0.1, RowKind::kFit);
-  to.row(std::move(speed));
-  to.row(std::move(position));
+constexpr const char* kFitted =
+    "coordinates of Fig. 7 and lengths of Fig. 11, which the paper does not print";
+constexpr const char* kFromFit = "reading of the fitted coordinates";
+
+double speed_pct(const AerosolPlan& plan) { return 100 * plan.report.speed_error.value; }
+double position_pct(const AerosolPlan& plan) {
+  return 100 * plan.report.position_error_mm.value / kFeature_mm;
+}
+
+void pictures_of(Reproduction& to, const std::string& figure, const PrintJob& job, const AerosolPlan& plan) {
   to.picture({figure + "-path", "Path of " + figure + ", --corner paper, over the wanted segments",
               aerosol_path_picture(job, plan, figure)});
   to.picture({figure + "-speed-error", "Speed error of " + figure,
@@ -119,60 +119,95 @@ void errors_of(Reproduction& to, const std::string& figure, const PrintJob& job,
 void reproduce_thompson_corners(Reproduction& to) {
   to.note(
       "The paper does not print the coordinates of Fig. 7 and the lengths of Fig. 11. Ours are fitted to the "
-      "errors that it tells "
-      "(\"near 60 %\", \"less than 1.1 percent\", \"does not exceed 1.5 %\"), so these four rows test the "
-      "fit; the rows after them "
-      "hold for any coordinates. Limits as in the paper: 4 mm/s and 30 mm/s² per axis, 3 mm/s wanted.");
+      "errors that it states (\"near 60%\", \"less than 1.1 percent\", \"does not exceed 1.5%\"), so rows of "
+      "these "
+      "two figures test the fit; rows over all headings hold for any coordinates. Limits as in the paper: 4 "
+      "mm/s "
+      "and 30 mm/s² per axis, 3 mm/s wanted.");
   const PrintJob fig7 = motion::thompson_fig7(), fig11 = motion::thompson_fig11();
   const AerosolPlan seven = planned(fig7, CornerMode::kPaper), eleven = planned(fig11, CornerMode::kPaper);
-  errors_of(to, "fig7", fig7, seven, 60.0, 1.09, "Fig. 10a: near 60 %", "Fig. 10b: less than 1.1 %");
-  errors_of(to, "fig11", fig11, eleven, 96.8, 1.49, "Fig. 12a: rises as the angle falls",
-            "Fig. 12b: at most 1.5 %");
+  const std::string id = "thompson.corners.";
+  to.row(ReproduceRow(id + "fig7-speed", "Fig. 10(a): largest speed error", "%", speed_pct(seven))
+             .prints(60.0, "p. 1562, Fig. 10(a)", "produces a large (near 60%) error in speed")
+             .within(0.1)
+             .fitted(kFitted));
+  to.row(ReproduceRow(id + "fig7-position", "Fig. 10(b): largest position error in % of 10 mm", "%",
+                      position_pct(seven))
+             .prints(1.1, "p. 1563, Fig. 10(b)", "is less than 1.1 percent of the overall 10-mm feature size")
+             .at_most(1.1)
+             .derives(1.09, "errata", kFromFit)
+             .within_derived(0.1)
+             .fitted(kFitted));
+  to.row(ReproduceRow(id + "fig11-speed", "Fig. 12(a): largest speed error", "%", speed_pct(eleven))
+             .derives(96.8, "errata", kFromFit)
+             .within_derived(0.1)
+             .fitted(kFitted));
+  to.row(ReproduceRow(id + "fig11-position", "Fig. 12(b): largest position error in % of 10 mm", "%",
+                      position_pct(eleven))
+             .prints(1.5, "p. 1563, Fig. 12(b)", "it does not exceed 1.5%")
+             .at_most(1.5)
+             .derives(1.49, "errata", kFromFit)
+             .within_derived(0.1)
+             .fitted(kFitted));
+  pictures_of(to, "fig7", fig7, seven);
+  pictures_of(to, "fig11", fig11, eleven);
   to.picture({"fig9-speeds", "Fig. 9: speeds, grey where the shutter is closed",
               aerosol_speed_picture(seven, "Fig. 9 speeds")});
   to.picture({"fig9-positions", "Fig. 9: positions", aerosol_position_picture(seven, "Fig. 9 positions")});
 
   const double first = error_of_segment(fig7, seven, 0, 0), sharp = error_of_segment(fig7, seven, 2, 2);
-  to.row(row_holds("thompson.corners.fig7-blunt",
-                   "the error at segments 1 and 2 is significantly less than at 2 and 3", "less",
-                   fmt::format("{:.1f} % against {:.1f} %", 100 * first, 100 * sharp), first < 0.5 * sharp,
-                   RowKind::kComputed));
-  to.row(row_near("thompson.corners.fig9-transit-speed",
-                  "in every transit one axis reaches the largest speed", "mm/s", 4.0,
-                  least_transit_speed(seven), 1e-9, RowKind::kFit));
-  to.row(row_holds("thompson.corners.fig9-isolated", "segments 4 and 5 keep the wanted speed", "no error",
-                   fmt::format("{:.1e} %", 100 * error_of_segment(fig7, seven, 3, 4)),
-                   error_of_segment(fig7, seven, 3, 4) < 1e-9));
+  to.row(ReproduceRow(id + "fig7-blunt", "speed error at segments 1 and 2, and at 2 and 3", "",
+                      fmt::format("{:.1f} % against {:.1f} %", 100 * first, 100 * sharp))
+             .prints("significantly less", "p. 1563, Fig. 10(a)",
+                     "the error is significantly less due to the large angle")
+             .holds(first < 0.5 * sharp, "less than half")
+             .fitted(kFitted));
+  to.row(ReproduceRow(id + "fig9-transit-speed", "largest speed of an axis in the slowest transit", "mm/s",
+                      least_transit_speed(seven))
+             .prints(4.0, "p. 1562, Fig. 9", "reaches the maximum velocity (4 mm/s) for each MTT")
+             .within(1e-9)
+             .fitted(kFitted));
+  to.row(ReproduceRow(id + "fig9-isolated", "speed error of segments 4 and 5", "%",
+                      100 * error_of_segment(fig7, seven, 3, 4))
+             .prints("desired velocities are achieved", "p. 1562, Fig. 9",
+                     "the desired velocities are achieved for segments 4 and 5")
+             .at_most(1e-7));
 
   const Sweep sweep = sweep_corners();
-  to.row(row_near("thompson.corners.zero-angle", "speed error at 0 degrees, any heading", "%", 100.0,
-                  100 * sweep.reversal, 1e-6, RowKind::kProperty));
-  to.row(row_holds("thompson.corners.monotone", "speed at the corner grows with the angle, any heading",
-                   "error increases as angle decreases",
-                   sweep.monotone ? "monotone over 12 headings, 73 angles" : "not monotone", sweep.monotone));
-  to.row(row_at_most("thompson.corners.half-angle", "speed at the corner less v sin(angle/2), (52), (53)",
-                     "mm/s", std::string(), sweep.formula_off_mm_s, 1e-9, RowKind::kProperty));
-  to.row(row_at_most("thompson.corners.position-bound", "position error over v^2 / (2 alpha)", "",
-                     std::string(), sweep.position_over_bound, 1.0 + 1e-9, RowKind::kProperty));
+  to.row(ReproduceRow(id + "zero-angle", "least speed error at 0 degrees of 12 headings", "%",
+                      100 * sweep.reversal)
+             .prints(100.0, "p. 1563, VI", "a 0° angle results in a 100% error")
+             .within(1e-6));
+  to.row(ReproduceRow(id + "monotone", "speed at the corner, 73 angles, 12 headings", "",
+                      std::string(sweep.monotone ? "grows with the angle" : "does not grow with the angle"))
+             .prints("increases as angle decreases", "p. 1563, Fig. 12(a)",
+                     "The peak velocity error shown in Fig. 12(a) increases as angle decreases")
+             .holds(sweep.monotone, "no step down"));
+  to.beside({id + "half-angle", "largest difference of the corner's speed and v sin(angle/2)", "mm/s",
+             sweep.formula_off_mm_s});
+  to.beside(
+      {id + "position-bound", "largest position error over v^2 / (2 alpha)", "", sweep.position_over_bound});
 }
 
 void reproduce_thompson_misprints(Reproduction& to) {
   to.note(
-      "Formulas that do not give what they are for as printed; ours are the corrected ones, with one test "
-      "each. docs/algorithms/aerosol.md lists them all.");
+      "Formulas that do not give their value as printed; ours are the corrected ones, with one test each. "
+      "docs/algorithms/aerosol.md lists them all.");
   const motion::AxisLimits limits{kVmax_mm_s, kAlpha_mm_s2};
-  const auto shown = [&](const char* name, const char* what, double printed, double wanted, double ours) {
-    ReproduceRow row =
-        row_near(std::string("thompson.misprints.") + name,
-                 fmt::format("{}; as printed {:.3f} s", what, printed), "s", wanted, ours, 1e-9);
-    row.decimals = 4;
-    to.row(std::move(row));
+  const auto derived = [&](const char* name, const std::string& what, double as_printed, double wanted,
+                           const char* how, double ours) {
+    to.row(ReproduceRow(std::string("thompson.misprints.") + name,
+                        fmt::format("{}; as printed {:.3f} s", what, as_printed), "s", ours, 4)
+               .derives(wanted, "errata", how)
+               .within_derived(1e-9));
   };
-  shown("eq37", "(37): time of a move from 0 to -10 mm", 10.0 / 4 - 4.0 / 30, 10.0 / 4 + 4.0 / 30,
-        motion::mtt({0, -10, 0, 0}, 0, limits).t1_s);
+  derived("eq37", "(37): time of a move from 0 to -10 mm", 10.0 / 4 - 4.0 / 30, 10.0 / 4 + 4.0 / 30,
+          "(37) without the sign of q1 - q0 before v_max / alpha",
+          motion::mtt({0, -10, 0, 0}, 0, limits).t1_s);
   const double root_3 = std::sqrt(3.0), root_15 = std::sqrt(15.0);
-  shown("fig5", "Fig. 5: least time for v0 = v1 = -3 mm/s over -0.2 mm", 2 * (root_3 + 3) / 30,
-        2 * (root_15 - 3) / 30, motion::mtt({0, -0.2, -3, -3}, 0, limits).t1_s);
+  derived("fig5", "Fig. 5: least time for v0 = v1 = -3 mm/s over -0.2 mm", 2 * (root_3 + 3) / 30,
+          2 * (root_15 - 3) / 30, "(23)-(26), the least of all valid candidates instead of the first",
+          motion::mtt({0, -0.2, -3, -3}, 0, limits).t1_s);
   const auto hairpin = [](double length) {
     const Point2 a{0, 0}, b{5, 0}, c{5 - length, 0}, d{10, 0};
     return PrintJob{a, d, {{a, b, kSpeed_mm_s}, {b, c, kSpeed_mm_s}, {c, d, kSpeed_mm_s}}};
@@ -187,17 +222,21 @@ void reproduce_thompson_misprints(Reproduction& to) {
     machine.axis.v_max_mm_s = v_max;
     return motion::plan_aerosol(hairpin(length), machine, {CornerMode::kPaper}).ok();
   };
-  to.row(row_near("thompson.misprints.hairpin-speed",
-                  "shortest segment between hairpins that needs no more than 4 mm/s; not in the paper", "mm",
-                  1.6, shortest([&](double l) { return plan(l, kVmax_mm_s); }), 1e-6));
-  to.row(row_near("thompson.misprints.hairpin-none",
-                  "shortest with any solution, 4 v^2 / alpha; not in the paper", "mm", 1.2,
-                  shortest([&](double l) { return plan(l, 1e6); }), 1e-6));
+  to.row(ReproduceRow("thompson.misprints.hairpin-speed",
+                      "shortest segment between hairpins that needs no more than 4 mm/s", "mm",
+                      shortest([&](double l) { return plan(l, kVmax_mm_s); }))
+             .derives(1.6, "errata", "(11)-(16) at v = 3 mm/s, alpha = 30 mm/s2, v_max = 4 mm/s")
+             .within_derived(1e-6));
+  to.row(ReproduceRow("thompson.misprints.hairpin-none", "shortest with any solution", "mm",
+                      shortest([&](double l) { return plan(l, 1e6); }))
+             .derives(1.2, "errata", "4 v^2 / alpha at v = 3 mm/s, alpha = 30 mm/s2")
+             .within_derived(1e-6));
 }
 
 void reproduce_thompson_corner_modes(Reproduction& to) {
   to.note(
-      "The paper's conclusion asks for an improved algorithm that keeps the wanted speed. Loop: the shutter "
+      "Beside the paper, whose conclusion asks for an improved algorithm that keeps the wanted speed. Loop: "
+      "the shutter "
       "closes and the stage makes the "
       "fastest loop back to the corner. Hybrid: corners that a path at constant speed can round within the "
       "tolerance (0.05 mm) keep the shutter open.");
@@ -207,23 +246,15 @@ void reproduce_thompson_corner_modes(Reproduction& to) {
       const AerosolPlan plan = planned(job, mode);
       const motion::AerosolReport& r = plan.report;
       const std::string who = fmt::format("thompson.corner-modes.{}-{}", figure, name(mode));
-      to.row(row_informative(who + "-time",
-                             fmt::format("{} {}: whole, shutter closed (wasted flow)", figure, name(mode)),
-                             "", std::string(),
-                             fmt::format("{:.3f} s, {:.3f} s ({:.1f} %), {} loops, {} rounded", r.total_s,
-                                         r.transit_s, 100 * r.transit_s / r.total_s, r.loops, r.rounded),
-                             RowKind::kComputed));
+      const std::string what = fmt::format("{} {}: ", figure, name(mode));
+      to.beside({who + "-time", what + "whole, shutter closed (wasted flow)", "",
+                 fmt::format("{:.3f} s, {:.3f} s ({:.1f} %), {} loops, {} rounded", r.total_s, r.transit_s,
+                             100 * r.transit_s / r.total_s, r.loops, r.rounded)});
       if (mode == CornerMode::kPaper) continue;
-      to.row(row_at_most(who + "-speed", fmt::format("{} {}: speed error, shutter open", figure, name(mode)),
-                         "%", std::string(), 100 * r.speed_error.value, 0.1, RowKind::kProperty));
-      const double tolerance_um = mode == CornerMode::kLoop ? 1.0 : 50.0;
-      to.row(
-          row_at_most(who + "-position",
-                      fmt::format("{} {}: distance from the wanted path, shutter open", figure, name(mode)),
-                      "um", std::string(), 1e3 * r.path_error_mm.value, tolerance_um, RowKind::kProperty));
-      to.row(row_at_most(
-          who + "-corner", fmt::format("{} {}: longest loop against 4 v / alpha", figure, name(mode)), "s",
-          std::string(), r.corner_s.value, 4 * kSpeed_mm_s / kAlpha_mm_s2 + 1e-12, RowKind::kProperty));
+      to.beside({who + "-speed", what + "speed error, shutter open", "%", 100 * r.speed_error.value});
+      to.beside({who + "-position", what + "distance from the wanted path, shutter open", "um",
+                 1e3 * r.path_error_mm.value});
+      to.beside({who + "-corner", what + "longest loop (4 v / alpha = 0.4 s)", "s", r.corner_s.value});
       to.picture({fmt::format("{}-{}-path", figure, name(mode)),
                   fmt::format("{} with --corner {}", figure, name(mode)),
                   aerosol_path_picture(job, plan, fmt::format("{} {}", figure, name(mode)))});
