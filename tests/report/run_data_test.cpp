@@ -358,7 +358,7 @@ TEST_CASE("The page's table gives each run's last layer, and marks the smallest 
                                     {made_run("smf", "b", {9, 7.251}), "differs"},
                                     {made_run("open_loop", "c", {}), ""}};
   const Element page = parse_markup(replay::report_page(runs, {}));
-  const Element& table = table_after(page, 0);
+  const Element& table = table_after(page, 1);
   const auto rows = table_rows(table);
   REQUIRE(rows.size() == 4);
   std::map<std::string, std::size_t> column;
