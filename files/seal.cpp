@@ -13,6 +13,7 @@
 
 #include "files/digest.h"
 #include "files/record/file.h"
+#include "files/record/packed.h"
 
 namespace firn {
 namespace {
@@ -108,8 +109,9 @@ class Descriptor {
   void sync() const {
     if (::fdatasync(fd_) != 0) fail();
   }
-  // Calls `use` with block after block.
+  // Calls `use` with block after block of the plain bytes.
   void each_block(const std::function<void(std::span<const std::byte>)>& use) const {
+    if (logfile::is_packed(path_)) return use(logfile::MappedFile(path_).bytes());
     std::vector<std::byte> block(kBlock_bytes);
     for (;;) {
       const ssize_t n = ::read(fd_, block.data(), block.size());

@@ -12,6 +12,8 @@
 #include <system_error>
 #include <utility>
 
+#include "files/record/packed.h"
+
 namespace firn::logfile {
 
 FileError::FileError(const std::filesystem::path& p, std::uint64_t at, const std::string& what, int e)
@@ -97,6 +99,9 @@ MappedFile::MappedFile(const std::filesystem::path& path) {
   }
   ::close(fd);
   if (e) throw FileError(path, 0, "cannot map", e);
+  if (!is_packed(bytes_)) return;
+  const MappedFile packed(std::move(*this));
+  bytes_ = unpack(path, packed.bytes());
 }
 
 MappedFile::~MappedFile() {

@@ -53,11 +53,12 @@ class File {
   bool folder_synced_ = false;
 };
 
-/// The bytes of a file, read only. The mapping has the size at opening; a file that another process truncates
-/// must not be read further.
+/// The plain bytes of a file, read only; a packed file (packed.h) is unpacked into memory. The mapping has
+/// the size at opening; a file that another process truncates must not be read further.
 class MappedFile {
  public:
-  explicit MappedFile(const std::filesystem::path& path);  ///< @throws FileError
+  /// @throws FileError; std::runtime_error naming a packed file that is damaged
+  explicit MappedFile(const std::filesystem::path& path);
   ~MappedFile();
   MappedFile(MappedFile&& other) noexcept;
   MappedFile& operator=(MappedFile&& other) noexcept;

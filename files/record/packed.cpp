@@ -1,0 +1,157 @@
+#include "files/record/packed.h"
+
+#include <sys/mman.h>
+#include <zstd.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <mutex>
+#include <stdexcept>
+
+#include "files/record/checksum.h"
+#include "files/record/file.h"
+
+namespace firn::logfile {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array<char, 8> kMagic{'F', 'I', 'R', 'N', 'P', 'A', 'C', '1'};
+constexpr int kLevel = 3;  // level 9 takes three times as long for 3 % less
+constexpr int kSmallestWindow = 20, kLargestWindow = 31;
+
+struct Header {
+  std::array<char, 8> magic = kMagic;
+  std::uint64_t plain = 0, squeezed = 0;  // bytes
+  std::uint64_t checksum = 0, known_checksum = 0;
+  std::uint32_t name = 0;  // bytes of the known file's name, which follows
+  std::uint32_t zero = 0;
+};
+static_assert(sizeof(Header) == 48);
+
+struct Free {
+  void operator()(ZSTD_CCtx* c) const { ZSTD_freeCCtx(c); }
+  void operator()(ZSTD_DCtx* c) const { ZSTD_freeDCtx(c); }
+};
+
+/// An anonymous mapping: memory that the system takes back page by page.
+class Pages {
+ public:
+  explicit Pages(std::size_t bytes) : bytes_(bytes) {
+    if (bytes == 0) return;
+    void* at =
+        ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (at == MAP_FAILED) throw std::runtime_error("no memory for " + std::to_string(bytes) + " bytes");
+    at_ = static_cast<std::byte*>(at);
+  }
+  ~Pages() {
+    if (at_) ::munmap(at_, bytes_);
+  }
+  Pages(const Pages&) = delete;
+  Pages& operator=(const Pages&) = delete;
+  std::span<std::byte> span() { return {at_, bytes_}; }
+  std::span<std::byte> release() { return {std::exchange(at_, nullptr), bytes_}; }
+
+ private:
+  std::byte* at_ = nullptr;
+  std::size_t bytes_;
+};
+
+/// The known file of the packed file that was opened last: those of one run share it.
+std::shared_ptr<const MappedFile> known_file(const fs::path& path) {
+  static std::mutex mutex;
+  static fs::path last_path;
+  static fs::file_time_type last_time;
+  static std::shared_ptr<const MappedFile> last;
+  const std::lock_guard lock(mutex);
+  std::error_code error;
+  const auto time = fs::last_write_time(path, error);
+  if (!last || path != last_path || time != last_time || error) {
+    last = std::make_shared<const MappedFile>(path);
+    last_path = path;
+    last_time = time;
+  }
+  return last;
+}
+
+std::uint64_t checksum_of(std::span<const std::byte> known) { return known.empty() ? 0 : checksum64(known); }
+
+}  // namespace
+
+bool is_packed(std::span<const std::byte> bytes) {
+  return bytes.size() >= sizeof(Header) && std::memcmp(bytes.data(), kMagic.data(), kMagic.size()) == 0;
+}
+
+bool is_packed(const fs::path& file) {
+  std::array<std::byte, sizeof(Header)> head{};
+  std::ifstream in(file, std::ios::binary);
+  in.read(reinterpret_cast<char*>(head.data()), head.size());
+  return in.gcount() == std::streamsize(head.size()) && is_packed(head);
+}
+
+std::vector<std::byte> pack(std::span<const std::byte> plain, std::span<const std::byte> known,
+                            const std::string& known_name) {
+  if (known_name.size() > 255) throw std::runtime_error(known_name + ": too long a name");
+  const std::vector<std::byte> squeezed = squeeze_records(plain);
+  Header h;
+  h.plain = plain.size();
+  h.squeezed = squeezed.size();
+  h.checksum = checksum64(plain);
+  h.known_checksum = checksum_of(known);
+  h.name = std::uint32_t(known_name.size());
+  const std::unique_ptr<ZSTD_CCtx, Free> context(ZSTD_createCCtx());
+  const int window =
+      std::clamp(int(std::bit_width(known.size() + squeezed.size())), kSmallestWindow, kLargestWindow);
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kLevel);
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_windowLog, window);
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_enableLongDistanceMatching, 1);
+  if (!known.empty()) ZSTD_CCtx_refPrefix(context.get(), known.data(), known.size());
+  const std::size_t front = sizeof h + known_name.size();
+  std::vector<std::byte> packed(front + ZSTD_compressBound(squeezed.size()));
+  std::memcpy(packed.data(), &h, sizeof h);
+  std::memcpy(packed.data() + sizeof h, known_name.data(), known_name.size());
+  const std::size_t n = ZSTD_compress2(context.get(), packed.data() + front, packed.size() - front,
+                                       squeezed.data(), squeezed.size());
+  if (ZSTD_isError(n)) throw std::runtime_error(std::string("zstd: ") + ZSTD_getErrorName(n));
+  packed.resize(front + n);
+  return packed;
+}
+
+std::span<const std::byte> unpack(const fs::path& file, std::span<const std::byte> packed) {
+  const auto damaged = [&](const std::string& what) {
+    return std::runtime_error(file.string() + ": packed file: " + what);
+  };
+  Header h;
+  if (!is_packed(packed)) throw damaged("no header");
+  std::memcpy(&h, packed.data(), sizeof h);
+  if (h.name > 255 || packed.size() < sizeof h + h.name) throw damaged("byte 40: length of a name");
+  const std::string name(reinterpret_cast<const char*>(packed.data()) + sizeof h, h.name);
+  const auto frame = packed.subspan(sizeof h + h.name);
+  std::shared_ptr<const MappedFile> known;
+  if (!name.empty()) {
+    known = known_file(file.parent_path() / name);
+    if (checksum_of(known->bytes()) != h.known_checksum)
+      throw damaged((file.parent_path() / name).lexically_normal().string() + " is not as it was");
+  }
+  // What a damaged header asks for must not fill the memory; the frame says how much it holds.
+  if (ZSTD_getFrameContentSize(frame.data(), frame.size()) != h.squeezed || h.plain / 64 > h.squeezed)
+    throw damaged("byte 8: sizes");
+  Pages squeezed(h.squeezed), plain(h.plain);
+  const std::unique_ptr<ZSTD_DCtx, Free> context(ZSTD_createDCtx());
+  ZSTD_DCtx_setParameter(context.get(), ZSTD_d_windowLogMax, kLargestWindow);
+  if (known) ZSTD_DCtx_refPrefix(context.get(), known->bytes().data(), known->bytes().size());
+  const std::size_t n =
+      ZSTD_decompressDCtx(context.get(), squeezed.span().data(), h.squeezed, frame.data(), frame.size());
+  if (ZSTD_isError(n) || n != h.squeezed)
+    throw damaged(std::string("its content is damaged") +
+                  (ZSTD_isError(n) ? std::string(": ") + ZSTD_getErrorName(n) : ""));
+  if (!restore_records(squeezed.span(), plain.span()) || checksum64(plain.span()) != h.checksum)
+    throw damaged("its content is not as it was");
+  return plain.release();
+}
+
+}  // namespace firn::logfile

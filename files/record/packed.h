@@ -1,0 +1,37 @@
+// Packs the files of a finished run: zstd over a shorter writing of record files, with the messages of
+// log.lcm as known text, since write-ahead files repeat them. MappedFile unpacks, so that every reader of
+// plain files reads packed ones. Format: docs/formats.md.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace firn::logfile {
+
+/// Returns true if the bytes begin as a packed file does.
+bool is_packed(std::span<const std::byte> bytes);
+/// The same of a file; false if it cannot be read.
+bool is_packed(const std::filesystem::path& file);
+
+/// Returns the content of a packed file.
+/// @param known bytes of the file `known_name`, "../log.lcm" relative to the folder of the packed file;
+/// empty: none
+/// @throws std::runtime_error: a name of more than 255 bytes, no memory
+std::vector<std::byte> pack(std::span<const std::byte> plain, std::span<const std::byte> known,
+                            const std::string& known_name);
+
+/// Returns the plain bytes, as an anonymous mapping that the caller unmaps.
+/// @param file the packed file, whose folder the known file is named from
+/// @throws std::runtime_error naming the file and what is damaged or missing
+std::span<const std::byte> unpack(const std::filesystem::path& file, std::span<const std::byte> packed);
+
+/// A record file without what follows from the rest of it: sync markers, checksums, indices, padding. Bytes
+/// that are no valid record stay as they are.
+std::vector<std::byte> squeeze_records(std::span<const std::byte> plain);
+/// Writes the record file again. @returns false if `squeezed` is damaged or `plain` has another size
+bool restore_records(std::span<const std::byte> squeezed, std::span<std::byte> plain);
+
+}  // namespace firn::logfile
