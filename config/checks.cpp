@@ -230,8 +230,9 @@ void check_instruments(Rules& r) {
 
 }  // namespace
 
-Rules::Rules(const Experiment& experiment, const Origins& origins, const std::string& file)
-    : experiment_(experiment), table_(fields(experiment_)), origins_(origins), file_(file) {}
+Rules::Rules(const Experiment& experiment, const Origins& origins, const std::string& file,
+             std::vector<ConfigError>* all)
+    : experiment_(experiment), table_(fields(experiment_)), origins_(origins), file_(file), all_(all) {}
 
 std::string Rules::value(const std::string& key) const {
   const auto f =
@@ -248,7 +249,9 @@ void Rules::require(bool ok, std::initializer_list<const char*> keys, const std:
       break;
     }
   const std::string key = *keys.begin();
-  throw ConfigError(place.file, place.line, key, key + " = " + value(key) + ": " + problem);
+  ConfigError error(place.file, place.line, key, key + " = " + value(key) + ": " + problem);
+  if (!all_) throw error;
+  all_->push_back(std::move(error));
 }
 
 void Rules::at_most(const char* key, double actual, const char* limit_key, double limit) const {
@@ -267,8 +270,9 @@ void check_inkjet_lab(Rules& rules) {
   check_instruments(rules);
 }
 
-void check_experiment(const Experiment& experiment, const Origins& origins, const std::string& file) {
-  Rules rules(experiment, origins, file);
+void check_experiment(const Experiment& experiment, const Origins& origins, const std::string& file,
+                      std::vector<ConfigError>* all) {
+  Rules rules(experiment, origins, file, all);
   check_run(rules);
   check_devices(rules);
   lab_of(experiment).check(rules);

@@ -4,7 +4,9 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
+#include "config/error.h"
 #include "config/experiment.h"
 
 namespace firn {
@@ -18,6 +20,8 @@ using Origins = std::map<std::string, Origin>;
 
 /// @throws ConfigError at the first rule that is broken, naming the key set last among those concerned, its
 /// value and the limit. The error names `file` if all keys concerned have their defaults.
-void check_experiment(const Experiment& experiment, const Origins& origins, const std::string& file);
+/// @param all gets an error for every rule that is broken instead; null: the first is thrown
+void check_experiment(const Experiment& experiment, const Origins& origins, const std::string& file,
+                      std::vector<ConfigError>* all = nullptr);
 
 }  // namespace firn

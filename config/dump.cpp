@@ -6,7 +6,7 @@ namespace firn {
 std::string dump(const Experiment& experiment) {
   Experiment copy = experiment;
   std::vector<Field> table = fields(copy);
-  std::erase_if(table, [&](const Field& f) { return !belongs(f, experiment.lab.kind); });
+  std::erase_if(table, [&](const Field& f) { return !belongs(f, experiment); });
   return fields_toml(table);
 }
 
@@ -28,7 +28,7 @@ std::string configuration_markdown() {
          "here.\n"
          "`include = \"../labs/inkjet-lu2015.toml\"` reads a lab's keys first; `--set KEY=VALUE` comes "
          "last.\n"
-         "`firn config check FILE` reports the first mistake with file, line, key and limit; `firn config "
+         "`firn config check FILE` reports every mistake with file, line, key and limit; `firn config "
          "dump\n"
          "FILE` writes every key with its resolved value. Keys of the other kind of lab are refused: `[lab]\n"
          "kind = \"inkjet\"` has no [ice], [robot], [valve_a], [valve_b], [laser_point], [heater], [flow],\n"

@@ -215,6 +215,12 @@ Experiment parse_recorded_experiment(const std::string& toml_text, const std::st
 Experiment parse_experiment(const std::vector<std::pair<std::string, std::string>>& named_texts,
                             const std::vector<std::string>& overrides);
 
+struct ConfigError;
+/// Returns every mistake of the texts, in the order of the lines; where no value is wrong in itself, every rule
+/// between keys that is broken.
+std::vector<ConfigError> mistakes_of(const std::vector<std::pair<std::string, std::string>>& named_texts,
+                                     const std::vector<std::string>& overrides);
+
 /// Returns every field of the experiment's kind of lab with its value, in table order. A run keeps this text,
 /// and nodes are built from it. parse_experiment(dump(e)) == e, and equal experiments have equal dumps.
 std::string dump(const Experiment& experiment);

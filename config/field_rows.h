@@ -26,13 +26,14 @@ inline Limits one_of(std::vector<std::string_view> choices) { return {{}, std::m
 template <class Struct, class Value>
 Field row(std::string key, Value& value, const Option<Struct, Value>& option, std::string_view meaning = {}) {
   const std::string_view told = meaning.empty() ? option.meaning : meaning;
+  const bool between_layers = option.change == Change::kBetweenLayers;
   if constexpr (Worded<Value>) {
     const auto words = words_of(value);
     const WordMember member{&value, [](const void* v) { return std::size_t(*static_cast<const Value*>(v)); },
                             [](void* v, std::size_t word) { *static_cast<Value*>(v) = Value(word); }};
-    return {std::move(key), member, option.unit, one_of({words.begin(), words.end()}), told};
+    return {std::move(key), member, option.unit, one_of({words.begin(), words.end()}), told, between_layers};
   } else {
-    return {std::move(key), &value, option.unit, option.range, told};
+    return {std::move(key), &value, option.unit, option.range, told, between_layers};
   }
 }
 

@@ -116,6 +116,7 @@ Table control_fields(Experiment& e) {
        "inside the part and one on its rim; together: the same, the flow told by full layers, and the inside "
        "waits for the rim (with control.mpc.finish_layers = 3)"},
       row("control.noise_gate", c.noise_gate, kControlNoiseGate),
+      row("control.stall_layers", c.stall_layers, kControlStallLayers),
   };
   add(t, rows("control.open_loop.", c.open_loop, kOpenLoopOptions));
   add(t, rows("control.smf.", c.smf, kSmfOptions));
@@ -126,6 +127,8 @@ Table control_fields(Experiment& e) {
   add(t, {{"control.mpc.seed", &c.seed, "", within(0, kLong), "of the search's random order"}});
   add(t, rows("control.pattern.", c.pattern, kPatternOptions));
   add(t, rows("control.registration.", c.registration, kRegistrationOptions));
+  for (const Scheme& s : control::schemes()) add(t, extra_fields(s.extra, s.name, c.extra));
+  for (const SurfaceScheme& s : control::surface_schemes()) add(t, extra_fields(s.extra, s.name, c.extra));
   return t;
 }
 
@@ -237,6 +240,29 @@ Table device_fields(Experiment& e) {
 }
 
 }  // namespace
+
+std::vector<Field> extra_fields(std::span<const control::ExtraOption> options, std::string_view scheme,
+                                control::ExtraValues& values) {
+  values.complete(options);
+  Table t;
+  for (const control::ExtraOption& o : options) {
+    Field f{"control.extra." + std::string(o.name), {},    o.unit, o.range, o.meaning,
+            o.change == Change::kBetweenLayers,     scheme};
+    if (std::holds_alternative<double>(o.initial))
+      f.value = &values.numbers.find(o.name)->second;
+    else if (std::holds_alternative<std::int64_t>(o.initial))
+      f.value = &values.integers.find(o.name)->second;
+    else
+      f.value = &values.texts.find(o.name)->second;
+    f.limits.choices.assign(o.words.begin(), o.words.end());
+    t.push_back(std::move(f));
+  }
+  return t;
+}
+
+bool belongs(const Field& field, const Experiment& e) {
+  return belongs(field, e.lab.kind) && (field.scheme.empty() || field.scheme == e.control.scheme);
+}
 
 std::vector<Field> fields(Experiment& e) {
   Table t = {

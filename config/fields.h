@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -39,6 +40,8 @@ struct Field {
   std::string_view unit;  ///< "" = no unit
   Limits limits;
   std::string_view meaning;
+  bool between_layers = false;   ///< the operator may change it while the print runs
+  std::string_view scheme = {};  ///< that alone has the key; empty: any
 
   std::string_view section() const { return std::string_view(key).substr(0, key.rfind('.')); }
   std::string_view name() const { return std::string_view(key).substr(key.rfind('.') + 1); }
@@ -53,6 +56,13 @@ std::vector<Field> ice_plant_fields(Experiment& experiment);
 
 /// Returns true if a kind of lab has the field: "inkjet" has no robot, "ice" no jet.
 bool belongs(const Field& field, std::string_view lab_kind);
+
+/// Returns true if an experiment has the field: its lab and its scheme.
+bool belongs(const Field& field, const Experiment& experiment);
+
+/// Returns the fields of a scheme's own parameters, "control.extra.NAME", with their values in `values`.
+std::vector<Field> extra_fields(std::span<const control::ExtraOption> options, std::string_view scheme,
+                                control::ExtraValues& values);
 
 /// Returns the value as TOML: the shortest text that reads back to the same value; canonical (-0.0 is written
 /// 0.0).

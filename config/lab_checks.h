@@ -14,7 +14,9 @@ namespace firn {
 /// Holds an experiment and the places where its keys were set; reports the first rule that is broken.
 class Rules {
  public:
-  Rules(const Experiment& experiment, const Origins& origins, const std::string& file);
+  /// @param all gets an error for every rule that is broken; null: the first is thrown
+  Rules(const Experiment& experiment, const Origins& origins, const std::string& file,
+        std::vector<ConfigError>* all = nullptr);
 
   Experiment& experiment() { return experiment_; }
 
@@ -43,6 +45,7 @@ class Rules {
   std::vector<Field> table_;
   const Origins& origins_;
   std::string file_;
+  std::vector<ConfigError>* all_;
 };
 
 void check_inkjet_lab(Rules& rules);

@@ -9,6 +9,7 @@
 #include "config/checks.h"
 #include "config/error.h"
 #include "config/fields.h"
+#include "config/find_key.h"
 #include "config/include.h"
 #include "config/reader.h"
 #include "config/text_limits.h"
@@ -72,36 +73,29 @@ toml::table assignment_of(const std::string& assignment, const std::vector<Field
 
 class Reader {
  public:
-  explicit Reader(std::vector<Field> table) : fields_(std::move(table)) {
+  /// @param mistakes gets every mistake; null: the first one is thrown
+  explicit Reader(std::vector<Field> table, std::vector<ConfigError>* mistakes = nullptr)
+      : fields_(std::move(table)), mistakes_(mistakes) {
     for (const Field& f : fields_) keys_.push_back(f.key);
   }
 
   void read(const toml::table& table, const std::string& file, const std::string& prefix = "") {
     for (const auto& [key, node] : table) {
       const std::string full = prefix + std::string(key.str());
-      const int line = int(key.source().begin.line);
       if (full == "include" && file != kSet) continue;
-      const auto field =
-          std::find_if(fields_.begin(), fields_.end(), [&](const Field& f) { return f.key == full; });
-      if (field != fields_.end()) {
-        assign(*field, node, file, line);
-      } else if (is_section(full)) {
-        if (!node.is_table())
-          throw ConfigError(file, line, full,
-                            full + " = " + shown(node) + ": is a section of keys, not a value");
-        read(*node.as_table(), file, full + ".");
-      } else {
-        unknown(full, file, line);
-      }
+      tell([&] { read_key(full, node, file, int(key.source().begin.line)); });
     }
   }
 
   void override_with(const std::vector<std::string>& assignments) {
-    for (const std::string& assignment : assignments) try {
-        read(assignment_of(assignment, fields_), kSet);
-      } catch (const ConfigError& e) {
-        throw ConfigError(kSet, 0, e.key, e.problem);  // a line number would mislead
-      }
+    for (const std::string& assignment : assignments)
+      tell([&] {
+        try {
+          read(assignment_of(assignment, fields_), kSet);
+        } catch (const ConfigError& e) {
+          throw ConfigError(kSet, 0, e.key, e.problem);  // a line number would mislead
+        }
+      });
   }
 
   /// Makes the paths that `file` gives relative to `home`.
@@ -121,31 +115,41 @@ class Reader {
   const std::vector<Field>& fields() const { return fields_; }
 
  private:
+  template <class Read>
+  void tell(Read read) const try {
+    read();
+  } catch (const ConfigError& e) {
+    if (!mistakes_) throw;
+    mistakes_->push_back(e.file == kSet ? ConfigError(kSet, 0, e.key, e.problem) : e);
+  }
+
+  void read_key(const std::string& full, const toml::node& node, const std::string& file, int line) {
+    const auto field =
+        std::find_if(fields_.begin(), fields_.end(), [&](const Field& f) { return f.key == full; });
+    if (field != fields_.end()) return assign(*field, node, file, line);
+    if (!is_section(full)) unknown(full, file, line);
+    if (!node.is_table())
+      throw ConfigError(file, line, full, full + " = " + shown(node) + ": is a section of keys, not a value");
+    read(*node.as_table(), file, full + ".");
+  }
+
   bool is_section(const std::string& key) const {
     return std::any_of(keys_.begin(), keys_.end(),
                        [&](std::string_view k) { return k.starts_with(key + "."); });
   }
 
   [[noreturn]] void unknown(const std::string& key, const std::string& file, int line) const {
-    std::vector<std::string_view> known = keys_;
-    for (const Field& f : fields_)
-      if (known.back() != f.section()) known.push_back(f.section());
-    std::string near = nearest(key, known);
-    if (near.empty()) near = nearest_name(key);
+    std::string near = likeliest_key(fields_, key);
+    if (near.empty()) {  // no word is known, but the letters may be
+      std::vector<std::string_view> known = keys_;
+      for (const Field& f : fields_)
+        if (known.back() != f.section()) known.push_back(f.section());
+      near = nearest(key, known);
+    }
     std::string shown_key = key.substr(0, 100);
     throw ConfigError(
         file, line, key,
         shown_key + ": unknown key" + (near.empty() ? "" : "; the nearest known one is " + near));
-  }
-
-  // A right name in a wrong section.
-  std::string nearest_name(std::string_view key) const {
-    std::vector<std::string_view> names;
-    for (const Field& f : fields_) names.push_back(f.name());
-    const std::string name = nearest(key.substr(key.rfind('.') + 1), names);
-    for (const Field& f : fields_)
-      if (!name.empty() && f.name() == name) return std::string(f.key);
-    return "";
   }
 
   void assign(Field& field, const toml::node& node, const std::string& file, int line) {
@@ -241,18 +245,21 @@ class Reader {
 
   std::vector<Field> fields_;
   std::vector<std::string_view> keys_;
+  std::vector<ConfigError>* mistakes_;
   Origins origins_;
 };
 
-// Refuses keys that only another kind of lab has: these would be lost in silence. (lab.kind = "inkjet" is
-// allowed: this is the default.)
-void check_kind(const Reader& reader, const std::string& kind) {
+// Refuses keys that only another kind of lab or another scheme has: these would be lost in silence. (lab.kind
+// = "inkjet" is allowed: this is the default.)
+void check_kind(const Reader& reader, const Experiment& e) {
+  const std::string& kind = e.lab.kind;
   for (const Field& f : reader.fields())
     if (const auto origin = reader.origins().find(std::string(f.key));
-        origin != reader.origins().end() && f.key != "lab.kind" && !belongs(f, kind))
-      throw ConfigError(
-          origin->second.file, origin->second.line, std::string(f.key),
-          std::string(f.key) + " = " + value_text(f) + ": lab.kind = \"" + kind + "\" has no such key");
+        origin != reader.origins().end() && f.key != "lab.kind" && !belongs(f, e))
+      throw ConfigError(origin->second.file, origin->second.line, std::string(f.key),
+                        std::string(f.key) + " = " + value_text(f) +
+                            (belongs(f, kind) ? ": is of control.scheme = \"" + std::string(f.scheme) + "\""
+                                              : ": lab.kind = \"" + kind + "\" has no such key"));
 }
 
 }  // namespace
@@ -286,6 +293,7 @@ namespace {
 Experiment before_its_keys() {
   Experiment e;
   e.process.max_lost_rows_share = 1.0;
+  e.control.stall_layers = 0;
   e.laser_profiler.bias_limit_mm = e.laser_profiler.offset_limit_mm = 0.0;
   e.laser_point.bias_limit_mm = e.laser_point.offset_limit_mm = 0.0;
   return e;
@@ -293,8 +301,9 @@ Experiment before_its_keys() {
 
 Experiment parse_onto(Experiment experiment,
                       const std::vector<std::pair<std::string, std::string>>& named_texts,
-                      const std::vector<std::string>& overrides) {
-  Reader reader(firn::fields(experiment));
+                      const std::vector<std::string>& overrides,
+                      std::vector<ConfigError>* mistakes = nullptr) {
+  Reader reader(firn::fields(experiment), mistakes);
   bool first = true;
   for (const auto& [file, text] : named_texts) {
     const toml::table table = parse_text(text, file);
@@ -307,9 +316,19 @@ Experiment parse_onto(Experiment experiment,
     reader.paths_from(file, std::filesystem::path(named_texts.back().first).parent_path());
   }
   reader.override_with(overrides);
-  check_kind(reader, experiment.lab.kind);
-  check_experiment(experiment, reader.origins(),
-                   named_texts.empty() ? "(defaults)" : named_texts.back().first);
+  const std::string file = named_texts.empty() ? "(defaults)" : named_texts.back().first;
+  if (!mistakes) {
+    check_kind(reader, experiment);
+    check_experiment(experiment, reader.origins(), file);
+    return experiment;
+  }
+  // The rules between keys are not asked about values that are no good in themselves.
+  if (mistakes->empty()) try {
+      check_kind(reader, experiment);
+      check_experiment(experiment, reader.origins(), file, mistakes);
+    } catch (const ConfigError& e) {
+      mistakes->push_back(e);
+    }
   return experiment;
 }
 
@@ -318,6 +337,24 @@ Experiment parse_onto(Experiment experiment,
 Experiment parse_experiment(const std::vector<std::pair<std::string, std::string>>& named_texts,
                             const std::vector<std::string>& overrides) {
   return parse_onto({}, named_texts, overrides);
+}
+
+std::vector<ConfigError> mistakes_of(const std::vector<std::pair<std::string, std::string>>& named_texts,
+                                     const std::vector<std::string>& overrides) {
+  std::vector<ConfigError> mistakes;
+  try {
+    parse_onto({}, named_texts, overrides, &mistakes);
+  } catch (const ConfigError& e) {  // a text that is no TOML
+    mistakes.push_back(e);
+  }
+  // A file is read section by section in the order of their names.
+  for (auto from = mistakes.begin(); from != mistakes.end();) {
+    const auto to =
+        std::find_if(from, mistakes.end(), [&](const ConfigError& e) { return e.file != from->file; });
+    std::stable_sort(from, to, [](const ConfigError& a, const ConfigError& b) { return a.line < b.line; });
+    from = to;
+  }
+  return mistakes;
 }
 
 Experiment parse_experiment(const std::string& toml_text, const std::string& file_name) {

@@ -30,6 +30,7 @@ class Audit {
 
   AuditVerdict go() {
     v_.finished = record_.finished;
+    v_.operator_orders = record_.operator_orders;
     v_.with_world = world_ != nullptr;
     for (const auto* damage : {&options_.damage, &record_.damage})
       for (const std::string& d : *damage) add(ViolationKind::kDamaged, d);

@@ -99,8 +99,9 @@ struct AuditVerdict {
   std::vector<Unknown> unknowns;
   std::vector<Violation> violations;  ///< at most kKept
   std::uint64_t violations_total = 0;
-  std::string seal;                ///< "sealed: 2 seals, 31 files, <digest>"; empty: not looked at
-  std::vector<std::string> notes;  ///< parts of the run for which a check is not possible
+  std::vector<std::string> operator_orders;  ///< "pause at 12.345 s"
+  std::string seal;                          ///< "sealed: 2 seals, 31 files, <digest>"; empty: not looked at
+  std::vector<std::string> notes;            ///< parts of the run for which a check is not possible
   static constexpr std::size_t kKept = 100;
 
   void add(ViolationKind kind, std::string what) {

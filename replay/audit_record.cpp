@@ -1,6 +1,7 @@
 #include "replay/audit_record.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <utility>
 
 #include "core/grid/firing_order.h"
@@ -8,6 +9,7 @@
 #include "firn/enable_t.hpp"
 #include "firn/enums.h"
 #include "firn/fault_t.hpp"
+#include "firn/operator_command_t.hpp"
 #include "firn/run_end_t.hpp"
 #include "firn/safe_stop_t.hpp"
 #include "firn/stage_command_t.hpp"
@@ -23,7 +25,22 @@ DropletPattern pattern(const grid_t& grid, const std::vector<std::int8_t>& drops
   return p;
 }
 
+std::string in_words(const operator_command_t& m) {
+  constexpr const char* kVerbs[] = {"accept-doubt", "pause", "continue", "finish-layer", "stop", "set"};
+  const int verb = std::clamp(int(m.verb), 1, 6);
+  char time[32];
+  std::snprintf(time, sizeof time, " at %.3f s", double(m.header.utime_us) * 1e-6);
+  return kVerbs[verb - 1] + (m.key.empty() ? "" : " " + m.key + "=" + m.value) + time;
+}
+
 }  // namespace
+
+std::vector<std::string> operator_orders(const RunMessages& messages) {
+  std::vector<std::string> orders;
+  messages.each<operator_command_t>(channels::kOperatorCommand.name,
+                                    [&](const operator_command_t& m) { orders.push_back(in_words(m)); });
+  return orders;
+}
 
 AuditRecord read_audit_record(const std::filesystem::path& run) {
   const RunMessages messages(run);
@@ -69,8 +86,9 @@ AuditRecord read_audit_record(const std::filesystem::path& run) {
   messages.each<run_end_t>(channels::kRunEnd.name, [&](const run_end_t& m) {
     r.finished =
         RunOutcome(m.outcome) == RunOutcome::kFinished || RunOutcome(m.outcome) == RunOutcome::kEndedEarly;
-    if (r.finished) r.end_us = m.header.utime_us;
+    r.end_us = r.finished ? m.header.utime_us : AuditRecord{}.end_us;
   });
+  r.operator_orders = operator_orders(messages);
   std::ranges::stable_sort(r.stops, {}, [](const Stop& s) { return std::pair(s.incarnation, s.t_us); });
   r.starts = messages.starts();
   r.damage = messages.damage();

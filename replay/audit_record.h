@@ -75,9 +75,14 @@ struct AuditRecord {
   bool finished = false;             ///< RUN_END with outcome finished or ended early
   std::int64_t end_us =
       std::numeric_limits<std::int64_t>::max();  ///< of that RUN_END; the stop after it is the orderly one
+  std::vector<std::string> operator_orders;      ///< "pause at 12.345 s", in order of time
   std::vector<std::string> forged;               ///< RunMessages::forged
   std::vector<std::string> damage;               ///< "nodes/jet.wal, byte 12: checksum does not hold"
 };
+
+class RunMessages;
+/// Returns the operator's commands of a run: "pause at 12.345 s".
+std::vector<std::string> operator_orders(const RunMessages& messages);
 
 /// Reads the record. A message counts if any write-ahead file holds it, its publisher's or a receiver's.
 /// @throws std::invalid_argument for a folder without nodes/, logfile::FileError

@@ -7,6 +7,7 @@
 
 #include "files/digest.h"
 #include "replay/bytes.h"
+#include "replay/decision_compare.h"
 #include "replay/describe.h"
 #include "runtime/node_host.h"
 
@@ -274,11 +275,21 @@ class NodeReplay {
     for (std::size_t n = 0; n < std::max(recorded_.size(), replayed.size()); ++n) {
       const std::optional<Output> a = n < recorded_.size() ? std::optional(recorded_[n]) : std::nullopt;
       const std::optional<Output> b = n < replayed.size() ? std::optional(replayed.at(n)) : std::nullopt;
+      if (a && a->kind == OutputKind::kSend) count_decision(*a, b);
       const bool differs = !same(a, b) && tell_output(n, a, b, told);
       told |= differs;
       if (a) keep(s, *a, differs);
     }
     out_.verdict.differing_steps += told;
+  }
+
+  void count_decision(const Output& a, const std::optional<Output>& b) {
+    const bool has_both = b && b->kind == OutputKind::kSend && b->channel == a.channel;
+    const auto cells =
+        differing_cells(a.channel, a.bytes, has_both ? b->bytes : std::span<const std::byte>{});
+    out_.verdict.decisions += cells.has_value();
+    out_.verdict.differing_decisions += cells.value_or(0) > 0;
+    out_.verdict.differing_cells += cells.value_or(0);
   }
 
   static bool same(const std::optional<Output>& a, const std::optional<Output>& b) {

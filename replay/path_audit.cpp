@@ -13,6 +13,7 @@
 #include "firn/run_end_t.hpp"
 #include "firn/safe_stop_t.hpp"
 #include "firn/valve_command_t.hpp"
+#include "replay/audit_record.h"
 
 namespace firn::replay {
 namespace {
@@ -56,6 +57,7 @@ class PathAudit {
   void add(ViolationKind kind, std::string what) { v_.add(kind, std::move(what)); }
 
   void gather() {
+    v_.operator_orders = operator_orders(messages_);
     messages_.each<path_job_t>(channels::kPathJob.name, [&](const path_job_t& j) {
       if (j.kind != kMeasurement && j.text.empty()) paths_[j.path].job = j;
     });

@@ -88,6 +88,7 @@ std::string to_text(const AuditVerdict& v) {
   s += "\n";
   if (!v.seal.empty()) s += v.seal + "\n";
   for (const std::string& n : v.notes) s += "note: " + n + "\n";
+  for (const std::string& o : v.operator_orders) s += "operator: " + o + "\n";
   for (const Unknown& u : v.unknowns)
     s += "unknown: " + range(u, v.paths) + ": " +
          (u.resolved_by ? "resolved by the scan of map " + std::to_string(*u.resolved_by) : "open") + "\n";
@@ -121,6 +122,7 @@ std::string to_json(const AuditVerdict& v) {
          {"violations_total", v.violations_total}};
   j["seal"] = v.seal;
   j["notes"] = v.notes;
+  j["operator"] = v.operator_orders;
   j["unknowns"] = Json::array();
   for (const Unknown& u : v.unknowns) {
     j["unknowns"].push_back(

@@ -92,6 +92,9 @@ Json as_json(const NodeVerdict& n) {
          {"bytes", n.bytes},
          {"cut", n.cut},
          {"differing_steps", n.differing_steps},
+         {"decisions", n.decisions},
+         {"differing_decisions", n.differing_decisions},
+         {"differing_cells", n.differing_cells},
          {"recorded_handler_s", double(n.recorded_handler_ns) * 1e-9}};
   if (!n.crash.empty()) j["crash"] = n.crash;
   return j;
@@ -130,6 +133,10 @@ std::string to_text(const RunVerdict& v) {
   if (v.damage.size() > kPlacesTold)
     s += "damaged: " + grouped(v.damage.size() - kPlacesTold) + " more places\n";
 
+  for (const NodeVerdict& n : v.nodes)
+    if (!v.changed_settings.empty() && n.decisions > 0)
+      s += "decisions: " + grouped(n.differing_decisions) + " of " + grouped(n.decisions) + " differ, in " +
+           grouped(n.differing_cells) + " cells\n";
   if (v.tolerance > 0) {
     char text[64];
     std::snprintf(text, sizeof text, "largest difference %g", v.largest_difference);

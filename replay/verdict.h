@@ -58,6 +58,9 @@ struct NodeVerdict {
   std::uint64_t bytes = 0;      ///< of all outputs that were compared: messages and instrument bytes
   std::uint64_t cut = 0;        ///< last steps of an incarnation whose outputs the kill cut off
   std::uint64_t differing_steps = 0;
+  std::uint64_t decisions = 0;            ///< of layers or intervals
+  std::uint64_t differing_decisions = 0;  ///< in at least one cell
+  std::uint64_t differing_cells = 0;      ///< over all decisions
   std::int64_t recorded_handler_ns = 0;
   std::int64_t handler_ns = 0;  ///< of this replay, where the caller asked for it
   std::int64_t last_us = 0;     ///< node time of the last event

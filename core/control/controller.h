@@ -80,6 +80,9 @@ class LayerController {
   virtual void use_models(const deposition::DropletModel& inside, const deposition::DropletModel& /*rim*/) {
     use_model(inside);
   }
+  /// Takes the options that may change between layers (Change::kBetweenLayers); later decisions use them.
+  /// @throws std::invalid_argument naming the option, which then is as before
+  virtual void use_options(const ControlOptions& /*options*/) {}
 };
 
 /// @throws std::invalid_argument: another grid, a layer or attempt below 0, a height on the mask that is not
@@ -100,6 +103,7 @@ struct Scheme {
   std::string_view name;
   std::string_view meaning;
   std::unique_ptr<LayerController> (*make)(const Setup&, const ControlOptions&);
+  std::span<const ExtraOption> extra = {};  ///< parameters of its own, [control.extra]
 };
 std::span<const Scheme> schemes();
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/control/extra.h"
 #include "core/options/option.h"
 
 namespace firn::control {
@@ -41,13 +42,26 @@ struct SmfGains {
   double kd_star = 0.03;        ///< K_d* of Eq. (5.2), dimensionless
   double integral_limit = 2.0;  ///< |Ki* sum E| stays within this many layers, or intervals (5.2.2)
 };
-inline constexpr Option kSmfKp{"kp", &SmfGains::kp, "", above(0, 10), "proportional gain [Barnett, (5.1)]"};
-inline constexpr Option kSmfKiStar{"ki_star", &SmfGains::ki_star, "", within(0, 10),
-                                   "integral gain, adjusted by (5.2)"};
-inline constexpr Option kSmfKdStar{"kd_star", &SmfGains::kd_star, "", within(0, 10),
-                                   "derivative gain, adjusted by (5.2)"};
-inline constexpr Option kSmfIntegralLimit{"integral_limit", &SmfGains::integral_limit, "layers",
-                                          above(0, 1000), "bound of the integral part (anti-windup)"};
+inline constexpr Option kSmfKp{
+    "kp", &SmfGains::kp, "", above(0, 10), "proportional gain [Barnett, (5.1)]", Change::kBetweenLayers};
+inline constexpr Option kSmfKiStar{"ki_star",
+                                   &SmfGains::ki_star,
+                                   "",
+                                   within(0, 10),
+                                   "integral gain, adjusted by (5.2)",
+                                   Change::kBetweenLayers};
+inline constexpr Option kSmfKdStar{"kd_star",
+                                   &SmfGains::kd_star,
+                                   "",
+                                   within(0, 10),
+                                   "derivative gain, adjusted by (5.2)",
+                                   Change::kBetweenLayers};
+inline constexpr Option kSmfIntegralLimit{"integral_limit",
+                                          &SmfGains::integral_limit,
+                                          "layers",
+                                          above(0, 1000),
+                                          "bound of the integral part (anti-windup)",
+                                          Change::kBetweenLayers};
 inline constexpr OptionTable kSmfGains{kSmfKp, kSmfKiStar, kSmfKdStar, kSmfIntegralLimit};
 
 /// Surface-mapping feedback, drop on demand [Barnett, 5.1, 5.2.3].
@@ -78,7 +92,7 @@ struct ThresholdOptions {
 };
 inline constexpr OptionTable kThresholdOptions{
     Option{"threshold_mm", &ThresholdOptions::threshold_mm, "mm", within(0, 10),
-           "a cell that is short by more gets a droplet; 0 = half a layer"},
+           "a cell that is short by more gets a droplet; 0 = half a layer", Change::kBetweenLayers},
     Option{"layer_height_mm", &ThresholdOptions::layer_height_mm, "mm", within(0, 10),
            "nominal layer; 0 = h1 + 4 h2 + 4 h3"},
 };
@@ -151,17 +165,18 @@ inline constexpr OptionTable kMpcOptions{
            "square of the part's mean error"},
     Option{"alpha", &MpcOptions::alpha, "", above(0, 1),
            "weight of the mean error against the roughness in (8); a number, or [{from_layer = 1, alpha = "
-           "1.0}, ...]"},
+           "1.0}, ...]",
+           Change::kBetweenLayers},
     Option{"subset", &MpcOptions::subset, "cells", within(1, 4096),
            "M: points tried together in the greedy search [Lu 2015, IV-C]"},
     Option{"max_evaluations", &MpcOptions::max_evaluations, "", within(1, 1e12),
-           "bound of the work per decision"},
+           "bound of the work per decision", Change::kBetweenLayers},
     Option{"max_drops", &MpcOptions::max_drops, "", within(1, 8), "droplets per cell and layer"},
     Option{"finish_layers", &MpcOptions::finish_layers, "layers", within(0, 20),
            "the part is first printed to so many layers below its target, its rim too, and only then "
            "finished; 0 = in one stage"},
     Option{"min_improvement_mm", &MpcOptions::min_improvement_mm, "mm", within(0, 10),
-           "the print ends when the best layer betters printing nothing by no more"},
+           "the print ends when the best layer betters printing nothing by no more", Change::kBetweenLayers},
 };
 
 /// Patterns for system identification (core/control/pattern.h).
@@ -210,19 +225,35 @@ struct ControlOptions {
   /// SMF and MPC end when a last layer would better the part by no more than this many noise_std per droplet:
   /// beyond, droplets answer the noise of the measurement (docs/algorithms/control.md has the figures).
   double noise_gate = 2.0;
+  int stall_layers = 6;  ///< MPC ends when so many layers have bettered the part by no more than noise
   OpenLoopOptions open_loop;
   SmfOptions smf;
   ThresholdOptions threshold;
   MpcOptions mpc;
   PatternOptions pattern;
   RegistrationOptions registration;
+  ExtraValues extra;  ///< of the scheme's own declaration
 };
-inline constexpr Option kControlMaxLayers{"max_layers", &ControlOptions::max_layers, "",
+inline constexpr Option kControlMaxLayers{"max_layers",
+                                          &ControlOptions::max_layers,
+                                          "",
                                           within(1, kMaxLayers),
-                                          "the print stops for the operator beyond this"};
+                                          "the print stops for the operator beyond this",
+                                          Change::kBetweenLayers};
 inline constexpr Option kControlNoiseGate{
-    "noise_gate", &ControlOptions::noise_gate, "", within(0, 100),
-    "SMF and MPC end when a layer would better the part by no more than this many sensor sigmas per droplet"};
-inline constexpr OptionTable kControlOptions{kControlMaxLayers, kControlNoiseGate};
+    "noise_gate",
+    &ControlOptions::noise_gate,
+    "",
+    within(0, 100),
+    "SMF and MPC end when a layer would better the part by no more than this many sensor sigmas per droplet",
+    Change::kBetweenLayers};
+inline constexpr Option kControlStallLayers{
+    "stall_layers",
+    &ControlOptions::stall_layers,
+    "layers",
+    within(0, 1000),
+    "MPC ends when so many layers have bettered the part by no more than the measurement's noise; 0 = never",
+    Change::kBetweenLayers};
+inline constexpr OptionTable kControlOptions{kControlMaxLayers, kControlNoiseGate, kControlStallLayers};
 
 }  // namespace firn::control

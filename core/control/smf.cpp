@@ -27,6 +27,11 @@ Smf::Smf(const Setup& setup, const ControlOptions& options)
   after_ = before_;
 }
 
+void Smf::use_options(const ControlOptions& options) {
+  take_changeable(kSmfOptions, checked(options.smf), options_);
+  noise_gate_ = options.noise_gate;
+}
+
 double Smf::reference_mm(std::size_t cell, int layer) const {
   return std::min(double(layer) * dh_mm_, setup_.target.cells[cell]);
 }

@@ -25,6 +25,7 @@ class Smf final : public LayerController {
   /// limits above 0; layer_height_mm not negative; max_drops 1..16.
   Smf(const Setup& setup, const ControlOptions& options);
   Decision decide(const Measurement& measurement) override;
+  void use_options(const ControlOptions& options) override;
 
   const Grid<double>& output() const { return output_; }  ///< U of the last decision, 0 outside the mask
   double layer_height_mm() const { return dh_mm_; }

@@ -21,6 +21,11 @@ Threshold::Threshold(const Setup& setup, const ControlOptions& options)
   if (threshold_mm_ == 0.0) threshold_mm_ = 0.5 * dh_mm_;
 }
 
+void Threshold::use_options(const ControlOptions& options) {
+  const double mm = checked(options.threshold).threshold_mm;
+  threshold_mm_ = mm == 0.0 ? 0.5 * dh_mm_ : mm;
+}
+
 Decision Threshold::decide(const Measurement& m) {
   check(m, setup_);
   Decision d;

@@ -21,6 +21,7 @@ class Threshold final : public LayerController {
   /// @throws std::invalid_argument: threshold_mm or layer_height_mm below 0 or not finite.
   Threshold(const Setup& setup, const ControlOptions& options);
   Decision decide(const Measurement& measurement) override;
+  void use_options(const ControlOptions& options) override;
   double threshold_mm() const { return threshold_mm_; }
 
  private:

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <concepts>
+#include <cstdint>
 #include <span>
 #include <string_view>
 #include <type_traits>
@@ -19,6 +20,12 @@
 
 namespace firn {
 
+/// When an option's value may change.
+enum class Change : std::uint8_t {
+  kBeforePrint,    ///< the value holds for a whole print
+  kBetweenLayers,  ///< the operator may change it; the next decision uses the new value
+};
+
 template <class Struct, class Value>
 struct Option {
   std::string_view name;
@@ -26,9 +33,13 @@ struct Option {
   std::string_view unit;  ///< "" = none
   Range range;            ///< of a list: of each entry; not used by words
   std::string_view meaning;
+  Change change = Change::kBeforePrint;
 };
 template <class Struct, class Value>
 Option(std::string_view, Value Struct::*, std::string_view, Range, std::string_view) -> Option<Struct, Value>;
+template <class Struct, class Value>
+Option(std::string_view, Value Struct::*, std::string_view, Range, std::string_view, Change)
+    -> Option<Struct, Value>;
 
 namespace detail {
 
@@ -94,6 +105,15 @@ void check_option(std::string_view where, std::string_view prefix, const Option<
 }
 
 }  // namespace detail
+
+/// Copies the options of `table` that may change between layers.
+template <class Struct, class... Options>
+void take_changeable(const OptionTable<Options...>& table, const Struct& from, Struct& to) {
+  const auto take = [&](const auto& option) {
+    if (option.change == Change::kBetweenLayers) to.*option.member = from.*option.member;
+  };
+  table.apply([&](const auto&... option) { (take(option), ...); });
+}
 
 /// @param prefix of the names in the message, for an options struct inside another: "foresee."
 /// @throws std::invalid_argument "<where>: <prefix><name> = <value> is outside <range>" for the first option

@@ -48,7 +48,8 @@ control::Setup control_setup(const Experiment& e, HeightMap target, Mask mask,
 
 ControllerNode::ControllerNode(const Experiment& e, HeightMap target, Mask mask,
                                std::shared_ptr<const Geometry> geometry)
-    : grid_(e.grid),
+    : changes_(e),
+      grid_(e.grid),
       known_(control_setup(e, target, mask, geometry)),
       wait_s_(kWaitForReports_s * e.run.time_scale) {
   if (e.control.height_estimate == "kalman") estimate_.emplace(e, mask);
@@ -62,6 +63,7 @@ ControllerNode::ControllerNode(const Experiment& e, HeightMap target, Mask mask,
   }
   scheme_ = control::make_controller(setup, control_options(e));
   subscribe(channels::kHeightMap, this);
+  subscribe(channels::kOperatorCommand, this);
   if (e.control.adapt_model == "on") subscribe(channels::kHeightModel, this);
   if (estimate_) subscribe(channels::kDepositionReport, this);
 }
@@ -74,6 +76,12 @@ void ControllerNode::on(const height_map_t& m, Time now, Outbox& out) {
   if (!estimate_ || estimate_->ready(m)) return answer(m, out);
   waiting_ = m;
   out.wake_at(kLateReports, now.after_s(wait_s_));
+}
+
+// The scheduler reports a change that cannot be made.
+void ControllerNode::on(const operator_command_t& m, Time, Outbox&) {
+  if (OperatorVerb(m.verb) != OperatorVerb::kSet || !changes_.take(m.command_id)) return;
+  if (changes_.set(m.key, m.value).empty()) scheme_->use_options(control_options(changes_.experiment()));
 }
 
 void ControllerNode::on(const deposition_report_t& r, Time, Outbox& out) {

@@ -6,11 +6,13 @@
 #include <optional>
 #include <string>
 
+#include "config/changes.h"
 #include "config/experiment.h"
 #include "core/control/controller.h"
 #include "core/control/known_surface.h"
 #include "firn/height_map_t.hpp"
 #include "firn/height_model_t.hpp"
+#include "firn/operator_command_t.hpp"
 #include "procs/controller/height_estimate.h"
 #include "runtime/node.h"
 
@@ -35,6 +37,8 @@ class ControllerNode final : public Node {
   void on(const height_model_t&, Time now, Outbox&);
   /// With control.height_estimate = "kalman".
   void on(const deposition_report_t&, Time now, Outbox&);
+  /// The operator's change of an option: later decisions use it.
+  void on(const operator_command_t&, Time now, Outbox&);
   void wake(TimerId, Time now, Outbox&) override;
   /// Sets the parallel loop for the computation of a decision; the result has the same bytes. The node itself
   /// starts no thread.
@@ -45,6 +49,7 @@ class ControllerNode final : public Node {
   control::Decision decide(const height_map_t& map);
   control::Decision decide_on_map(const height_map_t& map);
 
+  Changes changes_;
   GridSpec grid_;
   std::unique_ptr<control::LayerController> scheme_;
   control::KnownSurface known_;             ///< without an estimate

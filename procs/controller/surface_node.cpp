@@ -14,7 +14,8 @@
 namespace firn {
 
 SurfaceControllerNode::SurfaceControllerNode(const Experiment& e, slice::PrintPaths paths)
-    : paths_(e.ice.map_table == "on" ? slice::with_table(std::move(paths)) : std::move(paths)),
+    : changes_(e),
+      paths_(e.ice.map_table == "on" ? slice::with_table(std::move(paths)) : std::move(paths)),
       pitch_mm_(e.ice.pitch_mm),
       min_measured_fraction_(e.process.min_measured_fraction) {
   if (paths_.layers.empty()) throw std::invalid_argument("paths: there is no layer to print");
@@ -23,6 +24,7 @@ SurfaceControllerNode::SurfaceControllerNode(const Experiment& e, slice::PrintPa
   feed_forward_ = options.feed_forward;
   scheme_ = control::make_surface_controller(options);
   subscribe(channels::kHeightMap, this);
+  subscribe(channels::kOperatorCommand, this);
   if (feed_forward_) subscribe(channels::kFlowModel, this);
 }
 
@@ -86,6 +88,12 @@ void SurfaceControllerNode::answer(const height_map_t& m, Outbox& out) {
   answer.n = std::int32_t(d.u.size());
   for (const double u : d.u.cells) answer.u.push_back(float(u));
   out.send(channels::kControlSurface, std::move(answer));
+}
+
+void SurfaceControllerNode::on(const operator_command_t& m, Time, Outbox&) {
+  if (OperatorVerb(m.verb) != OperatorVerb::kSet || !changes_.take(m.command_id)) return;
+  if (changes_.set(m.key, m.value).empty())
+    scheme_->use_options(surface_options(changes_.experiment(), paths_.layers.back().layer));
 }
 
 void SurfaceControllerNode::on(const flow_model_t& m, Time, Outbox& out) {

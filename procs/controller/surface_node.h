@@ -5,11 +5,13 @@
 #include <memory>
 #include <optional>
 
+#include "config/changes.h"
 #include "config/experiment.h"
 #include "core/control/surface/surface_controller.h"
 #include "core/slice/paths/print_paths.h"
 #include "firn/flow_model_t.hpp"
 #include "firn/height_map_t.hpp"
+#include "firn/operator_command_t.hpp"
 #include "runtime/node.h"
 
 namespace firn {
@@ -28,11 +30,14 @@ class SurfaceControllerNode final : public Node {
   /// With flow.feed_forward: the estimate of the valves from the map of the same map_id. That map waits for
   /// the estimate.
   void on(const flow_model_t&, Time now, Outbox&);
+  /// The operator's change of an option: later decisions use it.
+  void on(const operator_command_t&, Time now, Outbox&);
 
  private:
   control::SurfaceDecision decide(const height_map_t& map);
   void answer(const height_map_t& map, Outbox&);
 
+  Changes changes_;
   slice::PrintPaths paths_;
   double pitch_mm_, min_measured_fraction_;
   control::SurfaceVersion version_;

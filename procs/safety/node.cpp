@@ -24,6 +24,7 @@ Safety::Safety(const Experiment& experiment) : config_(experiment.run) {
     if (n.driver) subscribe(channels::device_state(n.id), this);
   }
   subscribe(channels::kRunEnd, this);
+  subscribe(channels::kOperatorCommand, this);
 }
 
 void Safety::start(const Start& start, Time now, Outbox& out) {
@@ -86,6 +87,11 @@ void Safety::on(const run_end_t& end, Time, Outbox& out) {
   send_enable(out);  // not enabled: the lease ends now
   out.cancel(kTick);
   out.finish(0, end.reason);
+}
+
+void Safety::on(const operator_command_t& m, Time now, Outbox& out) {
+  if (OperatorVerb(m.verb) == OperatorVerb::kStop && m.header.incarnation >= incarnation_)
+    stop("stopped by the operator", now, out);
 }
 
 void Safety::local_stop(std::string_view cause, Time now, Outbox& out) { stop(std::string(cause), now, out); }

@@ -9,6 +9,7 @@
 #include "firn/device_state_t.hpp"
 #include "firn/fault_t.hpp"
 #include "firn/heartbeat_t.hpp"
+#include "firn/operator_command_t.hpp"
 #include "firn/run_end_t.hpp"
 #include "runtime/node.h"
 
@@ -29,6 +30,7 @@ class Safety : public Node {
   void on(const device_state_t&, Time now, Outbox&);
   void on(const heartbeat_t&, Time now, Outbox&);
   void on(const run_end_t&, Time now, Outbox&);
+  void on(const operator_command_t&, Time now, Outbox&);
 
  private:
   enum class Phase { kWaiting, kEnabled, kStopping, kStopped, kOver };

@@ -26,6 +26,8 @@ void DropletLoop::proceed(Phase next, Time now, Outbox& out) {
     next = Phase::kArmProfiler;
   }
   phase_ = next;
+  const bool nothing_wet = next == Phase::kArmProfiler || (next == Phase::kArmJet && job_.cure_due());
+  if (nothing_wet && holds(place(), out)) return;
   switch (next) {
     case Phase::kHoming: {
       stage_command_t c{};
@@ -42,12 +44,12 @@ void DropletLoop::proceed(Phase next, Time now, Outbox& out) {
     case Phase::kEndScan:
       return send_profiler(ProfilerVerb::kEnd, now, out);
     case Phase::kAwaitMap:
-      out.wake_at(kDeadline, now.after_s(kSlackWall_s * experiment_.run.time_scale));
+      out.wake_at(kDeadline, now.after_s(kSlackWall_s * experiment().run.time_scale));
       return act_on_map(now, out);
     case Phase::kAwaitPlan:
       out.wake_at(kDeadline,
-                  now.after_s(info(NodeId::kController).longest_step_s * 2.0 * experiment_.run.time_scale));
-      if (waits_for_operator()) out.wake_at(kOperator, now.after_s(2.0 * experiment_.run.time_scale));
+                  now.after_s(info(NodeId::kController).longest_step_s * 2.0 * experiment().run.time_scale));
+      if (waits_for_operator()) out.wake_at(kOperator, now.after_s(2.0 * experiment().run.time_scale));
       return act_on_plan(now, out);
     case Phase::kArmJet:
       return send_jet(JetVerb::kArm, now, out);
@@ -70,13 +72,13 @@ void DropletLoop::send_pass(Time now, Outbox& out) {
   c.verb = std::int8_t(StageVerb::kPass);
   c.attempt = job_.attempt();
   c.pass = job_.pass();
-  c.speed_mm_s = experiment_.process.pass_speed_mm_s;
-  c.z_mm = experiment_.process.nozzle_gap_mm;
+  c.speed_mm_s = experiment().process.pass_speed_mm_s;
+  c.z_mm = experiment().process.nozzle_gap_mm;
   c.grid = to_message(fires.spec);
   if (job_.material() == Material::kB) {  // nozzle B is above the cell
-    c.grid.origin_x_mm -= experiment_.jet_b.offset_x_mm;
-    c.grid.origin_y_mm -= experiment_.jet_b.offset_y_mm;
-    c.z_mm += experiment_.jet_b.offset_z_mm;
+    c.grid.origin_x_mm -= experiment().jet_b.offset_x_mm;
+    c.grid.origin_y_mm -= experiment().jet_b.offset_y_mm;
+    c.z_mm += experiment().jet_b.offset_z_mm;
   }
   c.n = std::int32_t(fires.size());
   c.fires.assign(fires.cells.begin(), fires.cells.end());
@@ -88,16 +90,16 @@ void DropletLoop::send_pass(Time now, Outbox& out) {
 void DropletLoop::send_park(Time now, Outbox& out) {
   stage_command_t c{};
   c.verb = std::int8_t(StageVerb::kMove);
-  c.x_mm = experiment_.process.park_x_mm;
-  c.y_mm = experiment_.process.park_y_mm;
-  c.z_mm = experiment_.process.nozzle_gap_mm;
-  c.speed_mm_s = experiment_.process.pass_speed_mm_s;
+  c.x_mm = experiment().process.park_x_mm;
+  c.y_mm = experiment().process.park_y_mm;
+  c.z_mm = experiment().process.nozzle_gap_mm;
+  c.speed_mm_s = experiment().process.pass_speed_mm_s;
   stamp(c, NodeId::kStage, 10.0, now, out);
   out.send(channels::kStageCommand, c);
 }
 
 void DropletLoop::send_scan(Time now, Outbox& out) {
-  const GridSpec& g = experiment_.grid;
+  const GridSpec& g = experiment().grid;
   stage_command_t c{};
   c.verb = std::int8_t(StageVerb::kScan);
   c.attempt = scan_attempt_;
@@ -105,7 +107,7 @@ void DropletLoop::send_scan(Time now, Outbox& out) {
   c.rows = g.ny;
   c.x_mm = 0.5 * (g.x_mm(0) + g.x_mm(g.nx - 1));  // the line's middle
   c.y_mm = g.y_mm(0);
-  c.z_mm = experiment_.process.nozzle_gap_mm;
+  c.z_mm = experiment().process.nozzle_gap_mm;
   c.speed_mm_s = scan_speed_mm_s();
   c.grid = to_message(g);
   stamp(c, NodeId::kStage, extent_mm(g.ny, g.pitch_y_mm) / c.speed_mm_s + 10.0, now, out);
@@ -129,9 +131,9 @@ void DropletLoop::send_profiler(ProfilerVerb verb, Time now, Outbox& out) {
   c.verb = std::int8_t(verb);
   c.attempt = scan_attempt_;
   c.scan_id = scan_id_;
-  c.rows = experiment_.grid.ny;
-  c.y0_mm = experiment_.grid.y_mm(0);
-  c.pitch_y_mm = experiment_.grid.pitch_y_mm;
+  c.rows = experiment().grid.ny;
+  c.y0_mm = experiment().grid.y_mm(0);
+  c.pitch_y_mm = experiment().grid.pitch_y_mm;
   stamp(c, NodeId::kLaserProfiler, 10.0, now, out);
   out.send(channels::kProfilerCommand, c);
 }
@@ -140,8 +142,8 @@ void DropletLoop::send_exposure(Time now, Outbox& out) {
   lamp_command_t c{};
   c.verb = std::int8_t(LampVerb::kExpose);
   c.attempt = job_.attempt();
-  c.exposure_s = experiment_.process.exposure_s;
-  c.iris_percent = experiment_.process.iris_percent;
+  c.exposure_s = experiment().process.exposure_s;
+  c.iris_percent = experiment().process.iris_percent;
   stamp(c, NodeId::kLamp, c.exposure_s + 10.0, now, out);
   out.send(channels::kLampCommand, c);
 }
@@ -167,7 +169,7 @@ void DropletLoop::publish_metrics(const height_map_t& map, Outbox& out) {
   m.std_mm = e.std_mm;
   m.min_error_mm = e.min_mm;
   m.max_error_mm = e.max_mm;
-  m.volume_mm3 = height_sum * experiment_.grid.pitch_x_mm * experiment_.grid.pitch_y_mm;
+  m.volume_mm3 = height_sum * experiment().grid.pitch_x_mm * experiment().grid.pitch_y_mm;
   if (map.rows_expected > 0) {
     m.rows_lost = rows_lost_;
     m.cells_guessed = e.missing;
@@ -185,7 +187,7 @@ void DropletLoop::publish_metrics(const height_map_t& map, Outbox& out) {
   m.decide_s = decide_s_;
   // The mean height added per layer gives the number of layers to the target; before the first layer the
   // nominal layer height.
-  const ModelConfig& h = experiment_.model;
+  const ModelConfig& h = experiment().model;
   const double per_layer = map.layer > 0 && m.mean_height_mm > 0 ? m.mean_height_mm / map.layer
                                                                  : h.h1_mm + 4 * h.h2_mm + 4 * h.h3_mm;
   m.layers_expected = std::int32_t(std::min(1e6, std::ceil(m.target_mean_mm / per_layer)));

@@ -37,6 +37,11 @@ std::string DropletLoop::doubt() const {
          "--accept-doubt";
 }
 
+std::string DropletLoop::place() const {
+  if (job_.finished()) return "before the scan of layer " + std::to_string(layers_done_);
+  return "before layer " + std::to_string(job_.layer()) + ", pass " + std::to_string(job_.pass());
+}
+
 std::string DropletLoop::awaited() const {
   if (phase_ == Phase::kAwaitMap) return "no height map for scan " + std::to_string(scan_id_);
   return "no plan for map " + std::to_string(map_id_);
@@ -110,7 +115,7 @@ void DropletLoop::act_on_map(Time now, Outbox& out) {
   const height_map_t m = std::move(*map_);
   map_.reset();
   out.cancel(kDeadline);
-  if (from_message(m.grid) != experiment_.grid)
+  if (from_message(m.grid) != experiment().grid)
     return fail(0, "HEIGHT_MAP: grid is not the experiment's", now, out);
   if (rejected(m, now, out)) return;
   if (doubted(m, now, out) || stopped_by_rise(m, now, out)) return;
@@ -124,8 +129,8 @@ void DropletLoop::act_on_map(Time now, Outbox& out) {
 bool DropletLoop::rejected(const height_map_t& m, Time now, Outbox& out) {
   const int lost = m.rows_expected - m.rows_received;
   rows_lost_ = std::min(1'000'000, rows_lost_ + lost);
-  const bool many = lost > experiment_.process.max_lost_rows_share * m.rows_expected;
-  const double needed = experiment_.process.min_measured_fraction;
+  const bool many = lost > experiment().process.max_lost_rows_share * m.rows_expected;
+  const double needed = experiment().process.min_measured_fraction;
   const bool little = m.measured_fraction < needed;
   if (!many && !little) return false;
   std::string what = "height map of layer " + std::to_string(m.layer);
@@ -135,7 +140,7 @@ bool DropletLoop::rejected(const height_map_t& m, Time now, Outbox& out) {
   if (little)
     what += " measures " + std::to_string(m.measured_fraction) + " of the grid; " + std::to_string(needed) +
             " is needed";
-  if (scan_attempt_ < experiment_.process.max_rescans) {
+  if (scan_attempt_ < experiment().process.max_rescans) {
     if (many && slower_ < kMostHalvings) ++slower_;
     send_fault(
         Severity::kWarning, 13,
@@ -155,8 +160,8 @@ bool DropletLoop::rejected(const height_map_t& m, Time now, Outbox& out) {
 
 // Interlock 15.
 bool DropletLoop::doubted(const height_map_t& m, Time now, Outbox& out) {
-  if (m.layer > 1 || experiment_.control.scheme == "registration") return false;
-  const LaserProfilerConfig& sensor = experiment_.laser_profiler;
+  if (m.layer > 1 || experiment().control.scheme == "registration") return false;
+  const LaserProfilerConfig& sensor = experiment().laser_profiler;
   HeightMap height = measured_height_of(m);
   std::string doubt;
   if (m.layer == 0) {
@@ -166,7 +171,7 @@ bool DropletLoop::doubted(const height_map_t& m, Time now, Outbox& out) {
     if (doubt.empty()) bare_ = std::move(height);
   } else if (bare_.size() == height.size() && job_.finished() && !job_.in_doubt() && job_.layer() == 1) {
     for (std::size_t c = 0; c < height.size(); ++c) height.cells[c] -= bare_.cells[c];
-    Mask laid(experiment_.grid);
+    Mask laid(experiment().grid);
     for (std::size_t c = 0; c < laid.size(); ++c) laid.cells[c] = job_.plan().cells[c] > 0;
     doubt = check_outline(height, laid, {}, sensor.offset_limit_mm,
                           {"the first layer", "laser_profiler.offset_y_mm, the profiler's x or the nozzle",
@@ -177,7 +182,7 @@ bool DropletLoop::doubted(const height_map_t& m, Time now, Outbox& out) {
     sensor_warned_ = false;
     return false;
   }
-  if (!sensor_warned_ && scan_attempt_ < experiment_.process.max_rescans) {
+  if (!sensor_warned_ && scan_attempt_ < experiment().process.max_rescans) {
     sensor_warned_ = true;
     send_fault(Severity::kWarning, 15, doubt + "; measuring again", out);
     ++scan_attempt_;
@@ -195,7 +200,7 @@ bool DropletLoop::stopped_by_rise(const height_map_t& m, Time now, Outbox& out) 
   HeightMap height = measured_height_of(m);
   const bool whole = job_.finished() && !job_.in_doubt() && job_.layer() == m.layer;
   const std::string what = whole && below_.size() && below_layer_ == m.layer - 1
-                               ? check_rise(experiment_, below_, height, job_.plan(), job_.materials())
+                               ? check_rise(experiment(), below_, height, job_.plan(), job_.materials())
                                : "";
   below_ = what.empty() ? std::move(height) : HeightMap();
   below_layer_ = m.layer;
@@ -218,14 +223,20 @@ void DropletLoop::act_on_plan(Time now, Outbox& out) {
   out.cancel(kDeadline);
   if (PlanDecision(m.decision) == PlanDecision::kEnd)
     return finish_run(RunOutcome::kFinished, 0, m.reason, out);
-  if (PlanDecision(m.decision) == PlanDecision::kStop)
+  if (PlanDecision(m.decision) == PlanDecision::kStop) {
+    phase_ =
+        Phase::kArmProfiler;  // a resume measures and asks again: somebody was at the lab, or set an option
     return finish_run(RunOutcome::kWaitsForOperator, 3, m.reason, out);
-  if (from_message(m.grid) != experiment_.grid)
+  }
+  if (from_message(m.grid) != experiment().grid)
     return fail(0, "LAYER_PLAN: grid is not the experiment's", now, out);
-  if (m.layer > experiment_.control.max_layers)
+  if (m.layer > experiment().control.max_layers) {
+    phase_ = Phase::kArmProfiler;
     return finish_run(
         RunOutcome::kWaitsForOperator, 3,
-        "control.max_layers = " + std::to_string(experiment_.control.max_layers) + " is reached", out);
+        "control.max_layers = " + std::to_string(experiment().control.max_layers) + " is reached", out);
+  }
+  if (ended_by_operator(Phase::kArmProfiler, out)) return;
   plan_.reset();
   objective_mm_ = m.objective_mm;
   iterations_ = m.iterations;
@@ -233,7 +244,7 @@ void DropletLoop::act_on_plan(Time now, Outbox& out) {
     return fail(0, "LAYER_PLAN: layer " + std::to_string(m.layer) + " names no inks, and the lab has two",
                 now, out);
   try {
-    job_ = LayerJob(m, two_jets_ ? materials_of(m) : MaterialMap{}, experiment_.process.sub_patterns);
+    job_ = LayerJob(m, two_jets_ ? materials_of(m) : MaterialMap{}, experiment().process.sub_patterns);
   } catch (const std::invalid_argument& problem) {
     return fail(0, std::string("LAYER_PLAN: ") + problem.what(), now, out);
   }
@@ -241,7 +252,7 @@ void DropletLoop::act_on_plan(Time now, Outbox& out) {
 }
 
 bool DropletLoop::waits_for_operator() const {
-  return job_.in_doubt() && experiment_.control.scheme == "open_loop" && !doubt_accepted_;
+  return job_.in_doubt() && experiment().control.scheme == "open_loop" && !doubt_accepted_;
 }
 
 }  // namespace firn

@@ -38,6 +38,7 @@ class DropletLoop final : public Scheduler {
   std::string awaited() const override;
   std::string doubt() const override;
 
+  std::string place() const;  ///< "before layer 7, pass 2", "before the scan of layer 7"
   void act_on_map(Time now, Outbox&);
   /// Measures again a layer whose map lacks too much, slower if rows were lost; after the last attempt the
   /// print stops, or goes on without the lost rows. Returns false for a map to act on.
@@ -53,7 +54,7 @@ class DropletLoop final : public Scheduler {
   void send_pass(Time now, Outbox&);
   void send_park(Time now, Outbox&);
   void send_scan(Time now, Outbox&);
-  double scan_speed_mm_s() const { return experiment_.process.scan_speed_mm_s / double(1 << slower_); }
+  double scan_speed_mm_s() const { return experiment().process.scan_speed_mm_s / double(1 << slower_); }
   void send_jet(JetVerb verb, Time now, Outbox&);
   void send_profiler(ProfilerVerb verb, Time now, Outbox&);
   void send_exposure(Time now, Outbox&);

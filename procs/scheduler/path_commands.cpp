@@ -25,9 +25,11 @@ std::int32_t sample_at(double s, double tick_s) { return std::int32_t(std::lroun
 void PathLoop::proceed(Phase next, Time now, Outbox& out) {
   count_phase_time(now);
   phase_ = next;
-  const double scale = experiment_.run.time_scale;
+  const double scale = experiment().run.time_scale;
   const PathTask* deposit = depositing() ? &task() : nullptr;
   const PathTask* scan = scan_at_ < scan_.size() ? &scan_[scan_at_] : nullptr;
+  const bool between_paths = next == Phase::kLoadScan || (next == Phase::kLoadPath && list_ + attempt_ == 0);
+  if (between_paths && holds(place(), out)) return;
   switch (next) {
     case Phase::kHeat:
       return send_heater(now, out);
@@ -126,7 +128,7 @@ void PathLoop::send_laser(LaserVerb verb, Time now, Outbox& out) {
   c.index = std::int32_t(scan_at_);
   c.count = std::int32_t(scan_.size());
   c.material = job.material;
-  c.period_s = 1.0 / experiment_.laser_point.rate_hz;
+  c.period_s = 1.0 / experiment().laser_point.rate_hz;
   c.samples = std::int32_t(std::clamp(std::ceil(job.duration_s / c.period_s), 1.0, 65536.0));
   stamp(c, NodeId::kLaserPoint, kCollect_s, now, out);
   out.send(channels::kLaserCommand, c);
@@ -135,9 +137,9 @@ void PathLoop::send_laser(LaserVerb verb, Time now, Outbox& out) {
 void PathLoop::send_heater(Time now, Outbox& out) {
   heater_command_t c{};
   c.verb = std::int8_t(HeaterVerb::kSet);
-  c.set_degC[0] = experiment_.heater.tip_degC;
-  c.set_degC[1] = experiment_.heater.window_degC;
-  c.set_degC[2] = experiment_.heater.conduit_degC;
+  c.set_degC[0] = experiment().heater.tip_degC;
+  c.set_degC[1] = experiment().heater.window_degC;
+  c.set_degC[2] = experiment().heater.conduit_degC;
   stamp(c, NodeId::kHeater, 10.0, now, out);
   out.send(channels::kHeaterCommand, c);
 }
@@ -149,7 +151,7 @@ void PathLoop::publish_metrics(const height_map_t& map, Outbox& out) {
   m.map_id = map.map_id;
   if (const slice::LayerPaths* layer = slice::find_layer(paths_, map.layer)) {
     const Mask mask = slice::footprint_mask(slice::footprint_materials(*layer, newest_.spec));
-    const double nominal_mm = map.layer * experiment_.ice.layer_height_mm;
+    const double nominal_mm = map.layer * experiment().ice.layer_height_mm;
     const ErrorStats e = error_stats(newest_, HeightMap(newest_.spec, nominal_mm), mask);
     m.target_mean_mm = nominal_mm;
     m.mean_height_mm = nominal_mm + e.mean_mm;

@@ -35,6 +35,11 @@ std::int64_t PathLoop::act_size() const {
 
 int PathLoop::command_layer() const { return depositing() ? task().job.layer : layers_done_; }
 
+std::string PathLoop::place() const {
+  if (phase_ == Phase::kLoadScan) return "before the scan of layer " + std::to_string(layers_done_);
+  return "before path " + std::to_string(task().job.path) + " of layer " + std::to_string(task().job.layer);
+}
+
 std::string PathLoop::awaited() const {
   switch (phase_) {
     case Phase::kWarmUp:
@@ -55,7 +60,7 @@ std::string PathLoop::doubt() const {
 }
 
 bool PathLoop::waits_for_operator() const {
-  return in_doubt_ && experiment_.control.scheme == "open_loop" && !doubt_accepted_;
+  return in_doubt_ && experiment().control.scheme == "open_loop" && !doubt_accepted_;
 }
 
 void PathLoop::operator_accepted(Time now, Outbox& out) {
@@ -166,7 +171,7 @@ void PathLoop::settle_list(const answer_t& count, Time now, Outbox& out) {
     const std::int64_t listed = task().list_pulses[std::size_t(list_)];
     if (pulses < listed) {
       outcome_ = int(Outcome::kFailed);
-      if (experiment_.control.scheme == "open_loop") {  // nothing will correct what is missing
+      if (experiment().control.scheme == "open_loop") {  // nothing will correct what is missing
         closed_ = in_doubt_ = true;
         doubt_accepted_ = false;
       }
@@ -177,7 +182,7 @@ void PathLoop::settle_list(const answer_t& count, Time now, Outbox& out) {
     }
     measured_s_ += double(m.counted) * 1e-6;
     const double slip_s = std::abs(double(m.counted - m.expected)) * 1e-6;
-    slips_ = slip_s > experiment_.ice.max_time_slip_s ? slips_ + 1 : 0;
+    slips_ = slip_s > experiment().ice.max_time_slip_s ? slips_ + 1 : 0;
     if (slips_ >= kMostSlips)
       return fail(7,
                   path + " took " + std::to_string(double(m.counted) * 1e-6) + " s instead of " +
@@ -272,11 +277,11 @@ void PathLoop::act_on_batch(Time now, Outbox& out) {
                                             : " deposits nothing"),
                 now, out);
   for (const PathTask& t : newest_.size() ? deposition : std::vector<PathTask>()) {
-    const double scrape = scrape_mm(t.job, newest_, experiment_.ice.clearance_mm);
+    const double scrape = scrape_mm(t.job, newest_, experiment().ice.clearance_mm);
     if (scrape <= 0.0) continue;
     const std::string text = "path " + std::to_string(t.job.path) + " of layer " +
                              std::to_string(t.job.layer) + ": the map reaches " + std::to_string(scrape) +
-                             " mm into the clearance of " + std::to_string(experiment_.ice.clearance_mm) +
+                             " mm into the clearance of " + std::to_string(experiment().ice.clearance_mm) +
                              " mm under the nozzle";
     if (raised_) return fail(6, text, now, out);
     raised_ = true;
@@ -305,12 +310,12 @@ void PathLoop::act_on_map(Time now, Outbox& out) {
   const height_map_t m = std::move(*map_);
   map_.reset();
   out.cancel(kDeadline);
-  const double needed = experiment_.process.min_measured_fraction;
+  const double needed = experiment().process.min_measured_fraction;
   if (m.measured_fraction < needed) {
     const std::string what = "height map of layer " + std::to_string(m.layer) + ": the laser has measured " +
                              std::to_string(m.measured_fraction) + " of it; " + std::to_string(needed) +
                              " is needed";
-    if (scan_attempt_ >= experiment_.process.max_rescans) {
+    if (scan_attempt_ >= experiment().process.max_rescans) {
       phase_ = Phase::kLoadScan;  // a resume continues here
       return fail(13, what, now, out);
     }
@@ -351,7 +356,7 @@ void PathLoop::act_on_surface(Time now, Outbox& out) {
   out.cancel(kDeadline);
   if (PlanDecision(m.decision) == PlanDecision::kEnd) {
     std::string missed = dry_;
-    if (missed.empty() && m.saturated_fraction > experiment_.ice.saturated_share)
+    if (missed.empty() && m.saturated_fraction > experiment().ice.saturated_share)
       missed = "the last map asks for more correction than there is on " +
                std::to_string(m.saturated_fraction) + " of its cells: mean error " +
                std::to_string(m.mean_error_mm) + " mm, RMS " + std::to_string(m.rms_mm) + " mm";
@@ -363,6 +368,7 @@ void PathLoop::act_on_surface(Time now, Outbox& out) {
   if (PlanDecision(m.decision) == PlanDecision::kStop)
     return stop_for_operator("controller: ", m.reason, out);
   if (!dry_.empty()) return stop_for_operator("", dry_, out);
+  if (ended_by_operator(Phase::kLoadScan, out)) return;
   proceed(Phase::kAwaitPaths, now, out);
 }
 
@@ -373,7 +379,7 @@ std::string PathLoop::disturbed_valve(int layer, bool& much) const {
   int layers = 0;
   for (const PathTask& t : deposition_) layers = std::max(layers, layer - int(t.job.layer) + 1);
   if (!top || layers == 0) return "";
-  const double nominal_mm = layers * experiment_.ice.layer_height_mm;
+  const double nominal_mm = layers * experiment().ice.layer_height_mm;
   const auto material = slice::footprint_materials(*top, newest_.spec);
   const HeightMap below =
       below_.size() ? resample(below_, newest_.spec, kNotMeasured) : HeightMap(newest_.spec, 0.0);
@@ -388,8 +394,8 @@ std::string PathLoop::disturbed_valve(int layer, bool& much) const {
   for (const int which : {0, 1}) {
     if (cells[which] < kFewCells) continue;
     const double full_mm = nominal_mm * cells[which];
-    much = rise_mm[which] > experiment_.process.most_rise_share * full_mm;
-    if (!much && rise_mm[which] >= experiment_.ice.least_rise_share * full_mm) continue;
+    much = rise_mm[which] > experiment().process.most_rise_share * full_mm;
+    if (!much && rise_mm[which] >= experiment().ice.least_rise_share * full_mm) continue;
     return std::string(which ? "valve_b" : "valve_a") +
            (much ? " gives too much: the " : " gives nothing: the ") + (which ? "scaffold" : "part") +
            " rose by " + std::to_string(rise_mm[which] / cells[which]) + " mm in layers " +
@@ -420,7 +426,7 @@ void PathLoop::act_on_temperature(Time now, Outbox& out) {
   const bool tip_failed = t.fault[0] != 0, window_failed = t.fault[1] != 0;
   if (tip_failed && window_failed)
     return fail(10, "heaters (a) and (b) have both failed: the valves freeze", now, out);
-  const bool warm = std::isfinite(t.degC[0]) ? t.degC[0] >= experiment_.heater.low_degC : !window_failed;
+  const bool warm = std::isfinite(t.degC[0]) ? t.degC[0] >= experiment().heater.low_degC : !window_failed;
   if (phase_ == Phase::kWarmUp) {
     if (!warm) return;
     out.cancel(kDeadline);
@@ -429,7 +435,7 @@ void PathLoop::act_on_temperature(Time now, Outbox& out) {
   if (!warm && phase_ != Phase::kHeat)
     return fail(10,
                 "the end effector's tip is at " + std::to_string(t.degC[0]) +
-                    " degC, below heater.low_degC = " + std::to_string(experiment_.heater.low_degC) +
+                    " degC, below heater.low_degC = " + std::to_string(experiment().heater.low_degC) +
                     ": the valves freeze",
                 now, out);
   if (tip_failed && !one_heater_)

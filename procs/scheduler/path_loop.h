@@ -48,6 +48,7 @@ class PathLoop final : public Scheduler {
   std::string awaited() const override;
   std::string doubt() const override;
 
+  std::string place() const;  ///< "before path 12 of layer 7", "before the scan of layer 7"
   bool depositing() const { return at_ < deposition_.size(); }
   const PathTask& task() const { return deposition_[at_]; }
   bool waits_for_operator() const;

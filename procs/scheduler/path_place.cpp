@@ -25,7 +25,7 @@ HeightMap on_readings(const height_map_t& m) {
 std::string PathLoop::misplaced(const HeightMap& rise, int layer) const {
   const slice::LayerPaths* top = slice::find_layer(paths_, layer);
   if (!top) return "";
-  const double limit_mm = experiment_.laser_point.offset_limit_mm;
+  const double limit_mm = experiment().laser_point.offset_limit_mm;
   const auto material = slice::footprint_materials(*top, rise.spec);
   const auto [laid, other] = [&] {
     std::pair<Mask, Mask> of{Mask(rise.spec), Mask(rise.spec)};  // part, scaffold
@@ -57,7 +57,7 @@ std::string PathLoop::misplaced(const HeightMap& rise, int layer) const {
 }
 
 bool PathLoop::doubted(const height_map_t& m, Time now, Outbox& out) {
-  const LaserPointConfig& laser = experiment_.laser_point;
+  const LaserPointConfig& laser = experiment().laser_point;
   if (mapped_layers_ > 0 || in_doubt_ || (laser.bias_limit_mm == 0.0 && laser.offset_limit_mm == 0.0))
     return false;
   HeightMap height = on_readings(m);
@@ -72,7 +72,7 @@ bool PathLoop::doubted(const height_map_t& m, Time now, Outbox& out) {
       for (std::size_t c = 0; c < height.size(); ++c) height.cells[c] -= table.cells[c];
     }
     doubt = misplaced(height, m.layer);
-    const double laid_mm = m.layer * experiment_.ice.layer_height_mm;
+    const double laid_mm = m.layer * experiment().ice.layer_height_mm;
     if (doubt.empty() && !table_first_ && laser.bias_limit_mm > 0.0) {
       HeightMap off = height;
       for (double& h : off.cells) h -= laid_mm;
@@ -87,7 +87,7 @@ bool PathLoop::doubted(const height_map_t& m, Time now, Outbox& out) {
     sensor_warned_ = false;
     return false;
   }
-  if (!sensor_warned_ && scan_attempt_ < experiment_.process.max_rescans) {
+  if (!sensor_warned_ && scan_attempt_ < experiment().process.max_rescans) {
     sensor_warned_ = true;
     send_fault(Severity::kWarning, 15, doubt + "; measuring again", out);
     count_phase_time(now);

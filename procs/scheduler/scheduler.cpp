@@ -1,6 +1,7 @@
 #include "procs/scheduler/scheduler.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "firn/fault_t.hpp"
 #include "firn/run_end_t.hpp"
@@ -14,12 +15,12 @@ constexpr double kAgainWall_s = 0.05;  // about one period of the lease
 
 }  // namespace
 
-Scheduler::Scheduler(const Experiment& experiment, Phase act) : experiment_(experiment), act_(act) {
+Scheduler::Scheduler(const Experiment& experiment, Phase act) : act_(act), changes_(experiment) {
   for (const NodeInfo& n : nodes()) {
     if (!n.driver) continue;
     subscribe(channels::answer(n.id), this);
     subscribe(channels::device_state(n.id), this);
-    if (takes_part(experiment_, n.name)) all_drivers_ |= bit(n.id);
+    if (takes_part(experiment, n.name)) all_drivers_ |= bit(n.id);
   }
   subscribe(channels::kEnable, this);
   subscribe(channels::kSafeStop, this);
@@ -31,11 +32,12 @@ void Scheduler::start(const Start& start, Time now, Outbox& out) {
   incarnation_ = start.incarnation;
   enabled_ = false;
   safe_drivers_ = 0;
+  paused_ = holding_ = last_layer_ = false;  // a resume is the operator's word to go on
   if (start.resumed() && phase_ != Phase::kGetReady && phase_ != Phase::kStopped) interrupted_ = phase_;
   phase_ = Phase::kGetReady;
   phase_since_ = now;
   // Instruments connect, identify and home in this time.
-  out.wake_at(kDeadline, now.after_s(60.0 * experiment_.run.time_scale));
+  out.wake_at(kDeadline, now.after_s(60.0 * experiment().run.time_scale));
 }
 
 void Scheduler::on(const enable_t& m, Time now, Outbox& out) {
@@ -65,10 +67,55 @@ void Scheduler::on(const safe_stop_t& m, Time, Outbox& out) {
 }
 
 void Scheduler::on(const operator_command_t& m, Time now, Outbox& out) {
-  if (OperatorVerb(m.verb) != OperatorVerb::kAcceptDoubt) return;
-  doubt_accepted_ = true;
-  out.cancel(kOperator);
-  operator_accepted(now, out);
+  if (phase_ == Phase::kOver || !changes_.take(m.command_id)) return;
+  // The resume was the operator's word: only what was changed or accepted before it still counts.
+  const bool stale = m.header.incarnation < incarnation_;
+  switch (OperatorVerb(m.verb)) {
+    case OperatorVerb::kAcceptDoubt:
+      doubt_accepted_ = true;
+      out.cancel(kOperator);
+      return operator_accepted(now, out);
+    case OperatorVerb::kPause:
+      paused_ = !stale;
+      return;
+    case OperatorVerb::kContinue:
+      return stale ? void() : go_on(now, out);
+    case OperatorVerb::kFinishLayer:
+      last_layer_ = !stale;
+      return stale ? void() : go_on(now, out);
+    case OperatorVerb::kStop:
+      return;  // safety's
+    case OperatorVerb::kSet:
+      if (const std::string problem = changes_.set(m.key, m.value); !problem.empty())
+        send_fault(Severity::kWarning, 0, "the operator's change has no effect: " + problem, out);
+      return;
+  }
+}
+
+bool Scheduler::holds(const std::string& place, Outbox& out) {
+  if (!paused_) return false;
+  if (!holding_)
+    send_fault(Severity::kNotice, 0, "the print waits " + place + ", as the operator asked", out);
+  holding_ = true;
+  out.cancel(kDeadline);
+  return true;
+}
+
+// The time of the pause is no part of any layer's times.
+void Scheduler::go_on(Time now, Outbox& out) {
+  paused_ = false;
+  if (!std::exchange(holding_, false) || phase_ == Phase::kGetReady || phase_ == Phase::kStopped) return;
+  send_fault(Severity::kNotice, 0, "the print goes on", out);
+  phase_since_ = now;
+  proceed(phase_, now, out);
+}
+
+bool Scheduler::ended_by_operator(Phase resume_at, Outbox& out) {
+  if (!last_layer_) return false;
+  phase_ = resume_at;
+  finish_run(RunOutcome::kEndedEarly, 3,
+             "layer " + std::to_string(layers_done_) + " was to be the last, as the operator asked", out);
+  return true;
 }
 
 void Scheduler::try_ready(Time now, Outbox& out) {
@@ -92,7 +139,7 @@ void Scheduler::wake(TimerId timer, Time now, Outbox& out) {
       act_answer_ = nothing;
     }
     pending_.reset();
-    out.wake_at(kDeadline, now.after_s(30.0 * experiment_.run.time_scale));
+    out.wake_at(kDeadline, now.after_s(30.0 * experiment().run.time_scale));
     return try_ready(now, out);
   }
   fail(5, overdue() + " within " + std::to_string(seconds_between(phase_since_, now)) + " s", now, out);
@@ -120,7 +167,7 @@ void Scheduler::on(const answer_t& m, Time now, Outbox& out) {
   // Answer to the command that the crash or the stop interrupted: kept until the print goes on.
   if (interrupted_ == act_) act_answer_ = m;
   answered_late(m);
-  if (phase_ == Phase::kGetReady) out.wake_at(kDeadline, now.after_s(60.0 * experiment_.run.time_scale));
+  if (phase_ == Phase::kGetReady) out.wake_at(kDeadline, now.after_s(60.0 * experiment().run.time_scale));
   try_ready(now, out);
 }
 
@@ -130,7 +177,7 @@ void Scheduler::take_answer(const answer_t& m, Time now, Outbox& out) {
   // sent again.
   if (outcome == Outcome::kRefused && refused_ < kMostRefusals) {
     ++refused_;
-    return out.wake_at(kAgain, now.after_s(kAgainWall_s * experiment_.run.time_scale));
+    return out.wake_at(kAgain, now.after_s(kAgainWall_s * experiment().run.time_scale));
   }
   refused_ = 0;
   if (phase_ == act_) act_answer_ = m;
@@ -202,7 +249,7 @@ void Scheduler::finish_run(RunOutcome outcome, int status, const std::string& re
   out.cancel(kDeadline);
   out.cancel(kOperator);
   if (outcome == RunOutcome::kFinished || outcome == RunOutcome::kOutOfTolerance) phase_ = Phase::kOver;
-  if (outcome == RunOutcome::kWaitsForOperator) {
+  if (outcome == RunOutcome::kWaitsForOperator || outcome == RunOutcome::kEndedEarly) {
     interrupted_ = phase_;
     phase_ = Phase::kStopped;
   }

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "config/changes.h"
 #include "config/experiment.h"
 #include "firn/answer_t.hpp"
 #include "firn/device_state_t.hpp"
@@ -87,6 +88,11 @@ class Scheduler : public Node {
   virtual std::string doubt() const = 0;    ///< the question to the operator
 
   void try_ready(Time now, Outbox&);
+  /// Call on entering a phase where the lab can wait: no instrument armed, nothing wet. Returns true if the
+  /// operator has paused the print; proceed(phase_) is called when the print goes on.
+  bool holds(const std::string& place, Outbox&);
+  /// Returns true if the operator wants no further layer; the print has ended then.
+  bool ended_by_operator(Phase resume_at, Outbox&);
   void finish_run(RunOutcome outcome, int status, const std::string& reason, Outbox&);
   void send_fault(Severity severity, int code, const std::string& text, Outbox&);
   void fail(int code, const std::string& text, Time now, Outbox&);  ///< FAULT that stops the print
@@ -99,13 +105,14 @@ class Scheduler : public Node {
     command.enable_epoch = epoch_;
     command.layer = command_layer();
     pending_ = Pending{command.command_id, driver};
-    out.wake_at(kDeadline, now.after_s(2.0 * allowed_s + kSlackWall_s * experiment_.run.time_scale));
+    out.wake_at(kDeadline, now.after_s(2.0 * allowed_s + kSlackWall_s * experiment().run.time_scale));
   }
 
   // Deadline: twice the planned time, plus this much wall time for links and a loaded machine.
   static constexpr double kSlackWall_s = 20.0;
 
-  Experiment experiment_;
+  const Experiment& experiment() const { return changes_.experiment(); }
+
   Phase act_;
   Phase phase_ = Phase::kGetReady;
   Phase interrupted_ = Phase::kHoming;  ///< the phase to continue with when ready
@@ -116,9 +123,13 @@ class Scheduler : public Node {
 
  private:
   void take_answer(const answer_t&, Time now, Outbox&);
-  std::string overdue() const;  ///< names the late driver or message, for the fault's text
+  void go_on(Time now, Outbox&);  ///< after a pause
+  std::string overdue() const;    ///< names the late driver or message, for the fault's text
 
-  int all_drivers_ = 0;  ///< bit per NodeId that takes part
+  Changes changes_;
+  bool paused_ = false, holding_ = false;
+  bool last_layer_ = false;  ///< the operator wants no further layer
+  int all_drivers_ = 0;      ///< bit per NodeId that takes part
   std::int32_t incarnation_ = 0;
   int refused_ = 0;  ///< times in a row that the command of this phase was refused
   std::optional<Pending> pending_;

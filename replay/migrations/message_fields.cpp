@@ -97,6 +97,17 @@ void NewFields::set(std::string_view path, std::span<const std::int8_t> values) 
   given_.insert_or_assign(f.path, std::vector<std::byte>(bytes.begin(), bytes.end()));
 }
 
+void NewFields::set_text(std::string_view path, std::string_view text) {
+  const schema::Field& f = field(path);
+  if (f.kind != schema::Kind::kString || !f.dimensions.empty())
+    throw std::invalid_argument(type_.name + "." + f.path + " is no text");
+  std::vector<std::byte> bytes;
+  append_integer(bytes, std::int64_t(text.size()) + 1, 4);
+  for (const char c : text) bytes.push_back(std::byte(c));
+  bytes.push_back(std::byte(0));
+  given_.insert_or_assign(f.path, std::move(bytes));
+}
+
 std::vector<std::byte> NewFields::encode(const MessageFields& old) const {
   std::vector<std::byte> message;
   append_integer(message, type_.fingerprint, 8);

@@ -49,6 +49,8 @@ class NewFields {
   void set_number(std::string_view path, double value);
   /// Sets an array of int8_t; the member that counts its elements must be set too.
   void set(std::string_view path, std::span<const std::int8_t> values);
+  /// Sets a text.
+  void set_text(std::string_view path, std::string_view text);
   /// Returns the encoded message.
   /// @throws std::invalid_argument naming a member that neither side has
   std::vector<std::byte> encode(const MessageFields& old) const;

@@ -48,7 +48,20 @@ void fill_layer_metrics(const MessageFields&, const MessageFields*, NewFields& n
   now.set_number("rms_rim_mm", 0.0);
 }
 
+// The only verb was "accept doubt".
+void fill_operator_command(const MessageFields&, const MessageFields*, NewFields& now) {
+  now.set("command_id", 0);
+  now.set_text("key", "");
+  now.set_text("value", "");
+}
+
 constexpr Migration kMigrations[] = {
+    {R"(struct operator_command_t {
+          header_t header;
+          int8_t verb;
+          string text;
+        })",
+     fill_operator_command},
     {R"(struct deposition_report_t {
           header_t header;
           int32_t n;

@@ -63,6 +63,11 @@ void Mpc::use_models(const deposition::DropletModel& inside, const deposition::D
   objective_.reset();
 }
 
+void Mpc::use_options(const ControlOptions& options) {
+  take_changeable(kMpcOptions, checked(options.mpc), options_);
+  noise_gate_ = options.noise_gate;
+}
+
 double Mpc::alpha_at(int layer) const {
   double alpha = options_.alpha.front().alpha;
   for (const AlphaStep& a : options_.alpha)

@@ -30,6 +30,7 @@ class Mpc final : public LayerController {
   void use_model(const deposition::DropletModel& model) override;
   void use_models(const deposition::DropletModel& inside, const deposition::DropletModel& rim) override;
   void use_threads(const ParallelFor& parallel) override { parallel_ = parallel; }
+  void use_options(const ControlOptions& options) override;
   double alpha_at(int layer) const;  ///< layer 1-based
 
  private:

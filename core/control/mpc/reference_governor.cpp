@@ -24,6 +24,12 @@ void ReferenceGovernor::use_models(const deposition::DropletModel& inside,
   setup_.model_b = rim;
 }
 
+void ReferenceGovernor::use_options(const ControlOptions& options) {
+  Mpc(setup_, options);  // checks them
+  take_changeable(kMpcOptions, options.mpc, options_.mpc);
+  options_.noise_gate = options.noise_gate;
+}
+
 HeightMap ReferenceGovernor::first_stage_target() const {
   HeightMap h = setup_.target;
   const double inside_mm = options_.mpc.finish_layers * layer_mm_;

@@ -49,6 +49,7 @@ class ReferenceGovernor final : public LayerController {
   void use_model(const deposition::DropletModel& model) override { setup_.model = model; }
   void use_models(const deposition::DropletModel& inside, const deposition::DropletModel& rim) override;
   void use_threads(const ParallelFor& parallel) override { parallel_ = parallel; }
+  void use_options(const ControlOptions& options) override;
 
   HeightMap first_stage_target() const;                      ///< h_A
   HeightMap governed_target(const HeightMap& height) const;  ///< h_B; h_A within the lag bound

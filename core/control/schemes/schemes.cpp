@@ -8,6 +8,7 @@
 #include "core/control/pattern.h"
 #include "core/control/registration.h"
 #include "core/control/smf.h"
+#include "core/control/stall_bound.h"
 #include "core/control/threshold.h"
 
 namespace firn::control {
@@ -19,9 +20,12 @@ std::unique_ptr<LayerController> make(const Setup& setup, const ControlOptions& 
 }
 
 std::unique_ptr<LayerController> make_mpc(const Setup& setup, const ControlOptions& options) {
+  std::unique_ptr<LayerController> mpc;
   if (options.mpc.finish_layers == 0.0 && options.mpc.rim_lead_layers == 0.0)
-    return std::make_unique<Mpc>(setup, options);
-  return std::make_unique<ReferenceGovernor>(setup, options);
+    mpc = std::make_unique<Mpc>(setup, options);
+  else
+    mpc = std::make_unique<ReferenceGovernor>(setup, options);
+  return std::make_unique<StallBound>(std::move(mpc), setup, options);
 }
 
 constexpr Scheme kSchemes[] = {
@@ -55,6 +59,11 @@ class LayerBound final : public LayerController {
     inner_->use_models(inside, rim);
   }
   void use_threads(const ParallelFor& parallel) override { inner_->use_threads(parallel); }
+  void use_options(const ControlOptions& options) override {
+    check_options("control", kControlOptions, options);
+    inner_->use_options(options);
+    max_layers_ = options.max_layers;
+  }
 
  private:
   std::unique_ptr<LayerController> inner_;

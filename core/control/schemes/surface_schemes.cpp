@@ -17,7 +17,7 @@ constexpr SurfaceScheme kSchemes[] = {
     {"open_loop", "nominal deposition, whatever is measured", &make<OpenLoopSurface>},
     {"smf", "surface-mapping feedback, PID on the error surface [Barnett 2012]", &make<SmfSurface>},
     {"smf_adaptive", "foresees what each place will be short of; its gain adapts from place to place",
-     &make<AdaptiveSurface>},
+     &make<AdaptiveSurface>, kAdaptiveOptions},
     {"smf_foresee",
      "foresees what each material, zone and neighbourhood will be short of, from means over many cells",
      &make<DisturbanceObserverSurface>},

@@ -6,6 +6,19 @@
 #include "core/control/surface/window_mean.h"
 
 namespace firn::control {
+
+SurfaceOptions with_adaptive(SurfaceOptions o) {
+  check_extra("smf_adaptive", kAdaptiveOptions, o.extra);
+  const auto take = [&](const char* name, double& value) {
+    if (const auto found = o.extra.numbers.find(name); found != o.extra.numbers.end()) value = found->second;
+  };
+  take("adaptive_gain", o.adaptive.gain);
+  if (const auto found = o.extra.integers.find("adaptive_window_cells"); found != o.extra.integers.end())
+    o.adaptive.window_cells = int(found->second);
+  o.adaptive.gain_min = std::min(o.adaptive.gain_min, o.adaptive.gain);
+  o.adaptive.gain_max = std::max(o.adaptive.gain_max, o.adaptive.gain);
+  return o;
+}
 namespace {
 
 HeightMap moved(const HeightMap& from, const GridSpec& to) {

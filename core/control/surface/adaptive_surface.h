@@ -2,9 +2,22 @@
 // to place. It goes beyond the thesis's PID.
 #pragma once
 
+#include <array>
+
 #include "core/control/surface/surface_controller_base.h"
 
 namespace firn::control {
+
+inline constexpr std::array kAdaptiveOptions{
+    ExtraOption{"adaptive_gain", 0.33, "", above(0, 1),
+                "smf_adaptive: first share of an innovation taken to last"},
+    ExtraOption{"adaptive_window_cells", std::int64_t(3), "cells", within(0, 100),
+                "compares innovations over squares of 2 n + 1"},
+};
+/// Returns `options` with the values of kAdaptiveOptions that it has in `extra`; bounds reach to the first
+/// gain.
+/// @throws std::invalid_argument: a value out of its range
+SurfaceOptions with_adaptive(SurfaceOptions options);
 
 /// The surface obeys e_{k+1} = e_k - u'_k - d_k (5.16), u' being the executed action, saturation included.
 /// Each cell keeps an estimate D of d. With the innovation v_k = e_{k-1} - u'_{k-1} - D_{k-1} - e_k, the
@@ -17,7 +30,7 @@ namespace firn::control {
 /// with D = 0 and the gain of the options. At k = 1 the table is assumed flat: D_1 = -g e_1.
 class AdaptiveSurface final : public SurfaceControllerBase {
  public:
-  explicit AdaptiveSurface(const SurfaceOptions& options) : SurfaceControllerBase(options) {}
+  explicit AdaptiveSurface(const SurfaceOptions& options) : SurfaceControllerBase(with_adaptive(options)) {}
   const HeightMap& gain() const { return after_.gain; }
   const HeightMap& disturbance() const { return after_.disturbance; }
 

@@ -43,21 +43,24 @@ struct SurfaceForeseeOptions {
   double narrow_mm = 5.0;
 };
 inline constexpr OptionTable kSurfaceForeseeOptions{
-    Option{"kp", &SurfaceForeseeOptions::kp, "", above(0, 10), "ice, scheme smf_foresee: proportional gain"},
+    Option{"kp", &SurfaceForeseeOptions::kp, "", above(0, 10), "ice, scheme smf_foresee: proportional gain",
+           Change::kBetweenLayers},
     Option{"flow_gain", &SurfaceForeseeOptions::flow_gain, "", within(0, 1),
-           "share of a material's unforeseen mean error that is taken for lasting"},
+           "share of a material's unforeseen mean error that is taken for lasting", Change::kBetweenLayers},
     Option{
         "zone_gain", &SurfaceForeseeOptions::zone_gain, "", within(0, 1),
         "the same of a zone's mean, beyond its material's; a zone is a band of distances to the border of a "
-        "material"},
+        "material",
+        Change::kBetweenLayers},
     Option{"zone_mm", &SurfaceForeseeOptions::zone_mm, "mm", above(0.1, 1000), "width of that band"},
     Option{"wide_gain", &SurfaceForeseeOptions::wide_gain, "", within(0, 1),
            "share of an unforeseen error wider than wide_mm, beyond its zone's mean, that is taken for "
-           "lasting"},
+           "lasting",
+           Change::kBetweenLayers},
     Option{"wide_mm", &SurfaceForeseeOptions::wide_mm, "mm", above(0.1, 1000),
            "side of the squares it is averaged over"},
     Option{"narrow_gain", &SurfaceForeseeOptions::narrow_gain, "", within(0, 2),
-           "share of an error narrower than narrow_mm that is answered"},
+           "share of an error narrower than narrow_mm that is answered", Change::kBetweenLayers},
     Option{"narrow_mm", &SurfaceForeseeOptions::narrow_mm, "mm", above(0.1, 1000),
            "side of the squares that tell narrow from wide"},
 };
@@ -75,6 +78,7 @@ struct SurfaceOptions {
   SmfGains smf;
   SurfaceAdaptiveOptions adaptive;
   SurfaceForeseeOptions foresee;
+  ExtraValues extra;  ///< of the scheme's own declaration
 };
 inline constexpr Option kSurfaceSpeedRange{
     "speed_range", &SurfaceOptions::speed_range, "", above(0, 0.9),
@@ -86,11 +90,19 @@ inline constexpr Option kSurfaceVersion{
 inline constexpr Option kSurfaceOutputLimit{"output_limit", &SurfaceOptions::output_limit, "", above(0, 1),
                                             "bound of the action, either sign"};
 inline constexpr Option kSurfaceStopAfter{
-    "stop_after", &SurfaceOptions::stop_after, "", within(0, 1000),
-    "so many saturated intervals in a row stop the print: an empty tank, a blocked line; 0 = none do"};
+    "stop_after",
+    &SurfaceOptions::stop_after,
+    "",
+    within(0, 1000),
+    "so many saturated intervals in a row stop the print: an empty tank, a blocked line; 0 = none do",
+    Change::kBetweenLayers};
 inline constexpr Option kSurfaceStopShare{
-    "stop_share", &SurfaceOptions::stop_share, "", above(0, 1),
-    "of the part's cells at their limit, above which an interval counts as saturated"};
+    "stop_share",
+    &SurfaceOptions::stop_share,
+    "",
+    above(0, 1),
+    "of the part's cells at their limit, above which an interval counts as saturated",
+    Change::kBetweenLayers};
 inline constexpr OptionTable kSurfaceOptions{kSurfaceSpeedRange, kSurfaceVersion, kSurfaceOutputLimit,
                                              kSurfaceStopAfter, kSurfaceStopShare};
 
@@ -137,6 +149,9 @@ class SurfaceController {
   /// Sets each material's flow factor: flow of the valve over its calibrated flow. @throws
   /// std::invalid_argument unless above 0
   virtual void use_flow(const std::array<double, 2>& /*factor*/) {}
+  /// Takes the options that may change between layers (Change::kBetweenLayers); later decisions use them.
+  /// @throws std::invalid_argument naming the option, which then is as before
+  virtual void use_options(const SurfaceOptions& /*options*/) {}
   /// The operator has inspected the lab: the count of saturated maps in a row starts anew.
   virtual void looked_after() {}
 };
@@ -145,6 +160,7 @@ struct SurfaceScheme {
   std::string_view name;
   std::string_view meaning;
   std::unique_ptr<SurfaceController> (*make)(const SurfaceOptions&);
+  std::span<const ExtraOption> extra = {};  ///< parameters of its own, [control.extra]
 };
 std::span<const SurfaceScheme> surface_schemes();
 /// @throws std::invalid_argument: an unknown scheme (lists the known ones), an option out of its range (names

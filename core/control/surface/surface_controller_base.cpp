@@ -112,6 +112,13 @@ SurfaceControllerBase::SurfaceControllerBase(const SurfaceOptions& options) : op
   check(options);
 }
 
+void SurfaceControllerBase::use_options(const SurfaceOptions& options) {
+  check(options);
+  take_changeable(kSurfaceOptions, options, options_);
+  take_changeable(kSmfGains, options.smf, options_.smf);
+  take_changeable(kSurfaceForeseeOptions, options.foresee, options_.foresee);
+}
+
 void SurfaceControllerBase::use_flow(const std::array<double, 2>& factor) {
   for (const double f : factor)
     if (!(std::isfinite(f) && f > 0.0))

@@ -25,6 +25,7 @@ class SurfaceControllerBase : public SurfaceController {
   explicit SurfaceControllerBase(const SurfaceOptions& options);
   SurfaceDecision decide(const SurfaceMeasurement& measurement) final;
   void use_flow(const std::array<double, 2>& factor) final;
+  void use_options(const SurfaceOptions& options) final;
   void looked_after() final { before_ = after_ = {}; }
 
  protected:
@@ -36,7 +37,7 @@ class SurfaceControllerBase : public SurfaceController {
   /// 0.
   virtual void executed(const HeightMap& /*u*/) {}
 
-  const SurfaceOptions options_;
+  SurfaceOptions options_;
 
  private:
   struct Count {

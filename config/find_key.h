@@ -1,0 +1,21 @@
+// Finds configuration keys by words of their names and of their sentences.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/fields.h"
+
+namespace firn {
+
+/// Returns the fields that every word of `query` is found in, best first: whole words of the key before
+/// beginnings of words, words of the key before words of the sentence. A word of four letters or more may
+/// have a wrong letter, one of seven or more two.
+std::vector<const Field*> find_fields(const std::vector<Field>& table, std::string_view query);
+
+/// Returns the known key that shares most words with an unknown one; "" if its name is like no key's name. A
+/// word without a section is compared with all words of a key.
+std::string likeliest_key(const std::vector<Field>& table, std::string_view unknown);
+
+}  // namespace firn
