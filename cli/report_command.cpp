@@ -1,5 +1,7 @@
 #include "cli/report_command.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -64,6 +66,8 @@ replay::RunData sealed_data(const std::string& run, bool unsealed) {
   return data;
 }
 
+bool writable(const std::string& run) { return ::access(run.c_str(), W_OK) == 0; }
+
 // metrics.csv, and the page if it is in the run folder.
 void seal_made(const std::filesystem::path& run, const std::filesystem::path& page) {
   std::vector<std::string> files{"metrics.csv"};
@@ -91,6 +95,7 @@ void write_report(const ReportOptions& options) {
       runs.push_back({sealed_data(run, options.unsealed),
                       options.verdicts.empty() ? verdict_of(run, options.no_replay) : options.verdicts[n],
                       audit_of(run)});
+      if (!writable(run)) continue;  // an archive: the page is all that is made
       const std::filesystem::path metrics = std::filesystem::path(run) / "metrics.csv";
       if (std::filesystem::is_symlink(metrics))
         throw UsageError(metrics.string() + ": is a link, no file of the run; it is left as it is");
@@ -98,7 +103,8 @@ void write_report(const ReportOptions& options) {
     }
     write_file_atomically(
         options.output, replay::report_page(runs, differing_parameters(recorded_experiments(options.runs))));
-    for (const std::string& run : options.runs) seal_made(run, options.output);
+    for (const std::string& run : options.runs)
+      if (writable(run)) seal_made(run, options.output);
   } catch (const std::invalid_argument& e) {
     throw UsageError(e.what());
   }

@@ -14,11 +14,15 @@ namespace {
 constexpr double kWidth = 424, kLegendRow = 20;
 constexpr const char* kDashes[] = {"none", "9 4", "2 3", "9 3 2 3", "14 4", "5 2"};
 
+// Each further six lines have the colours with other dashes and marks: no two of 36 look the same.
+int dash_of(int style) { return (style + style / 6) % 6; }
+int mark_of(int style) { return (style + style / 6) % 3; }
+
 std::string style_of(int style) {
   if (style == Series::kReference)
     return "stroke=\"var(--fg)\" stroke-dasharray=\"5 4\" stroke-width=\"1.4\"";
-  return "stroke=\"var(--c" + std::to_string(style % 6) + ")\" stroke-dasharray=\"" + kDashes[style % 6] +
-         "\" stroke-width=\"2\"";
+  return "stroke=\"var(--c" + std::to_string(style % 6) + ")\" stroke-dasharray=\"" +
+         kDashes[dash_of(style)] + "\" stroke-width=\"2\"";
 }
 
 struct Range {
@@ -39,7 +43,7 @@ struct Range {
 std::string mark(int style, double x, double y) {
   char text[160];
   const int color = style % 6;
-  switch (style % 3) {
+  switch (mark_of(style)) {
     case 0:
       std::snprintf(text, sizeof text, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"2.6\" fill=\"var(--c%d)\"/>", x,
                     y, color);

@@ -281,6 +281,18 @@ TEST_CASE("Runs differ in colour and dashes, so that a chart on paper tells six 
   }
 }
 
+TEST_CASE("No two of 36 runs have the same colour, dashes and marks") {
+  std::vector<Series> series;
+  for (int n = 0; n < 36; ++n) series.push_back({"run", {0, 1}, {0, double(n)}, n});
+  const Element page = parse_markup(line_chart(series, {"t", "x", "y"}));
+  std::vector<std::string> looks;
+  for (const Element* line : data_lines(page))
+    looks.push_back(line->attribute("stroke") + " " + line->attribute("stroke-dasharray"));
+  CHECK(looks.size() == 36);
+  std::sort(looks.begin(), looks.end());
+  CHECK(std::unique(looks.begin(), looks.end()) == looks.end());
+}
+
 TEST_CASE("A legend names every series once, inside the drawing") {
   std::vector<Series> series;
   for (int n = 0; n < 9; ++n) series.push_back({"scheme <" + std::to_string(n) + ">", {0, 1}, {0, 1}, n});
