@@ -1,14 +1,17 @@
 #include "cli/commands.h"
 
+#include "cli/attach_command.h"
 #include "cli/audit_command.h"
 #include "cli/calibrate_command.h"
 #include "cli/compare_command.h"
 #include "cli/config_command.h"
+#include "cli/ctl_command.h"
 #include "cli/dataflow_command.h"
 #include "cli/decide_command.h"
 #include "cli/demo_command.h"
 #include "cli/device_command.h"
 #include "cli/doctor_command.h"
+#include "cli/help_command.h"
 #include "cli/identify_command.h"
 #include "cli/log_command.h"
 #include "cli/plan_command.h"
@@ -17,6 +20,7 @@
 #include "cli/replay_command.h"
 #include "cli/report_command.h"
 #include "cli/reproduce_command.h"
+#include "cli/runs_command.h"
 #include "cli/slice_command.h"
 #include "cli/spy_command.h"
 #include "cli/tune_command.h"
@@ -31,6 +35,10 @@ constexpr Command kCommands[] = {
     {"print", "prints an experiment, live or in one process; resumes", declare_print},
     {"preview", "shows a print before it begins: part, layers, droplets, time, what does not fit",
      declare_preview},
+    {"ctl", "commands a running print: pause, continue, finish-layer, stop, accept-doubt, set", declare_ctl},
+    {"attach", "shows a print that runs in another process; keys command it", declare_attach},
+    {"runs", "lists, finds, packs and removes run folders", declare_runs},
+    {"help", "shows a page of the documents, or where a topic is found", declare_help},
     {"slice", "slices meshes into deposition paths with scaffold, fills and G-code", declare_slice},
     {"plan", "plans certified minimum-time trajectories along paths", declare_plan},
     {"replay", "replays a run bit for bit, or names the first divergence", declare_replay},

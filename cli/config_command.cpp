@@ -7,10 +7,13 @@
 #include "cli/option_set.h"
 #include "config/error.h"
 #include "config/fields.h"
+#include "config/find_key.h"
 #include "config/include.h"
+#include "config/labs.h"
 #include "config/machine.h"
 #include "config/markdown.h"
 #include "config/slice.h"
+#include "files/usage_error.h"
 #include "print/exit_codes.h"
 #include "print/labs/print_labs.h"
 
@@ -26,20 +29,100 @@ nlohmann::ordered_json as_json(Experiment experiment) {
 
 void print(const std::string& text) { std::fputs(text.c_str(), stdout); }
 
+nlohmann::ordered_json as_json(const ConfigError& e) {
+  return {{"file", e.file}, {"line", e.line}, {"key", e.key}, {"problem", e.problem}};
+}
+
+// All mistakes of the keys; the inputs that they name are read when there are none.
 int check(const ConfigOptions& options) {
+  std::vector<ConfigError> mistakes;
   try {
-    const Experiment experiment = load_experiment(options.file, options.overrides);
-    make_inputs(experiment, std::filesystem::path(options.file).parent_path());
+    mistakes = mistakes_of(read_with_includes(options.file), options.overrides);
+    if (mistakes.empty()) {
+      const Experiment experiment = load_experiment(options.file, options.overrides);
+      make_inputs(experiment, std::filesystem::path(options.file).parent_path());
+    }
   } catch (const ConfigError& e) {
-    if (!options.json) throw;
-    print(nlohmann::ordered_json{
-              {"ok", false}, {"file", e.file}, {"line", e.line}, {"key", e.key}, {"problem", e.problem}}
-              .dump(2) +
-          "\n");
-    return kUsage;
+    mistakes.push_back(e);
   }
-  print(options.json ? nlohmann::ordered_json{{"ok", true}, {"file", options.file}}.dump(2) + "\n"
-                     : options.file + ": ok\n");
+  if (mistakes.empty()) {
+    print(options.json ? nlohmann::ordered_json{{"ok", true}, {"file", options.file}}.dump(2) + "\n"
+                       : options.file + ": ok\n");
+    return kOk;
+  }
+  if (!options.json) {
+    for (std::size_t n = 0; n + 1 < mistakes.size(); ++n)
+      std::fprintf(stderr, "firn config check: %s\n", mistakes[n].what());
+    throw ConfigError(mistakes.back());  // main writes the last one
+  }
+  nlohmann::ordered_json first = as_json(mistakes.front()), all = nlohmann::ordered_json::array();
+  for (const ConfigError& e : mistakes) all.push_back(as_json(e));
+  nlohmann::ordered_json out = {{"ok", false}};
+  out.update(first);
+  out["mistakes"] = all;
+  print(out.dump(2) + "\n");
+  return kUsage;
+}
+
+nlohmann::ordered_json as_json(const Field& f) {
+  return {{"key", f.key},
+          {"type", type_text(f)},
+          {"unit", f.unit},
+          {"allowed", limits_text(f)},
+          {"default", value_text(f)},
+          {"between_layers", f.between_layers},
+          {"meaning", f.meaning}};
+}
+
+std::string explanation(const Field& f) {
+  const std::string limits = limits_text(f), unit = f.unit.empty() ? "" : " " + std::string(f.unit);
+  std::string text = f.key + " = " + value_text(f) + unit + "   " + std::string(type_text(f)) +
+                     (limits.empty() ? "" : ", " + limits) + "\n    " + std::string(f.meaning) + "\n";
+  if (f.between_layers) text += "    may change while a print runs: firn ctl RUN set " + f.key + "=...\n";
+  std::string labs;
+  for (const LabKind* lab : lab_kinds())
+    if (belongs(f, lab->name)) labs += (labs.empty() ? "" : ", ") + std::string(lab->name);
+  return text + "    labs: " + labs + "\n";
+}
+
+void show(const std::vector<const Field*>& found, bool json, bool long_form) {
+  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  for (const Field* f : found)
+    if (json)
+      all.push_back(as_json(*f));
+    else
+      print(long_form
+                ? explanation(*f)
+                : f->key + " = " + value_text(*f) + (f->unit.empty() ? "" : " " + std::string(f->unit)) +
+                      ": " + std::string(f->meaning) + "\n");
+  if (json) print(all.dump(2) + "\n");
+}
+
+int find(const ConfigOptions& options) {
+  std::string query;
+  for (const std::string& w : options.words) query += w + " ";
+  Experiment defaults;
+  const std::vector<Field> table = fields(defaults);
+  const auto found = find_fields(table, query);
+  show(found, options.json, false);
+  if (found.empty()) std::fprintf(stderr, "firn config find: no key and no sentence has these words\n");
+  return found.empty() ? kFailed : kOk;
+}
+
+int explain(const ConfigOptions& options) {
+  Experiment defaults;
+  const std::vector<Field> table = fields(defaults);
+  const std::string& key = options.words.front();
+  std::vector<const Field*> found;
+  for (const Field& f : table)
+    if (f.key == key || f.section() == key) found.push_back(&f);
+  if (found.empty()) {
+    const std::string near = likeliest_key(table, key);
+    throw UsageError(
+        key.substr(0, 100) + ": unknown key" +
+        (near.empty() ? "; firn config find WORD searches them" : "; the nearest known one is " + near));
+  }
+  show(found, options.json, true);
   return kOk;
 }
 
@@ -54,6 +137,10 @@ int run_config(const ConfigOptions& options) {
       print(options.json ? as_json(experiment).dump(2) + "\n" : dump(experiment));
       return kOk;
     }
+    case ConfigAction::kFind:
+      return find(options);
+    case ConfigAction::kExplain:
+      return explain(options);
     case ConfigAction::kDocs:
       write_generated(!options.output.empty() ? options.output
                       : options.machines      ? "docs/machines.md"
@@ -81,8 +168,16 @@ void declare_config(OptionSet& options) {
     sub.option("FILE", o.file, "experiment").required();
     sub.override_option(o.overrides);
   };
-  with_file("check", "names the first mistake of an experiment", ConfigAction::kCheck);
+  with_file("check", "names every mistake of an experiment", ConfigAction::kCheck);
   with_file("dump", "every key of an experiment with its resolved value", ConfigAction::kDump);
+  const auto with_words = [&](const char* name, const char* words, const char* summary, ConfigAction action) {
+    OptionSet sub = options.subcommand(name, summary);
+    auto& o = common(sub, action);
+    sub.option(words, o.words, "words of keys or of their sentences").required();
+  };
+  with_words("find", "WORD", "keys whose name or sentence has all the words", ConfigAction::kFind);
+  with_words("explain", "KEY", "one key or section: default, range, meaning, when it may change",
+             ConfigAction::kExplain);
   OptionSet docs =
       options.subcommand("docs", "writes docs/configuration.md, docs/machines.md or docs/slice-settings.md");
   auto& o = common(docs, ConfigAction::kDocs);

@@ -61,14 +61,6 @@ std::string joined(const auto& words, const char* separator) {
   return out;
 }
 
-std::string publishers_text(const Row& row) {
-  const std::size_t n = row.publishers.size();
-  if (n == 1) return row.publishers[0];
-  if (n == std::size_t(kNodeCount)) return "every process";
-  if (n == std::size_t(kReplayedNodeCount)) return "every node";
-  return joined(row.publishers, ", ");
-}
-
 // Reliable channels have no limit of their queue, the latest message has a queue of one: only others say
 // theirs.
 std::string delivery_text(const ChannelInfo& channel) {
@@ -113,9 +105,8 @@ std::string graph(const std::vector<Row>& table) {
   }
   std::string out = "```mermaid\nflowchart LR\n  processes([every process])\n";
   for (const NodeInfo& n : nodes())
-    if (int(n.id) < kReplayedNodeCount)
-      out += "  " + std::string(n.name) + (n.driver ? "[[" : "[") + std::string(n.name) +
-             (n.driver ? "]]\n" : "]\n");
+    if (n.driver)  // the others are drawn by their arrows
+      out += "  " + std::string(n.name) + "[[" + std::string(n.name) + "]]\n";
   std::vector<Arrow> drawn;
   for (const auto& [arrow, labels] : arrows) {
     const std::size_t bar = arrow.find('|');
@@ -135,15 +126,18 @@ std::string dataflow_markdown() {
       "# Data flow\n\n"
       "Written by `firn dataflow` from `lcmtypes/channels.table` and the nodes' subscriptions. Each node is "
       "a\n"
-      "process; `[[drivers]]` speak to one instrument each. Reliable channels deliver every message, latest\n"
-      "ones the newest; without a rate a message is sent on an event. The recorder takes every channel that\n"
-      "is logged.\n\n";
+      "process; `[[drivers]]` speak to one instrument each. A channel is reliable and delivers every "
+      "message,\n"
+      "but for those with `latest`, which deliver the newest; without a rate a message is sent on an event.\n"
+      "The recorder takes every channel that is logged. Meanings: "
+      "[channels.table](../lcmtypes/channels.table).\n\n";
   out += graph(table);
-  out += "\n|channel|type|publisher|delivery|meaning|\n|-|-|-|-|-|\n";
-  for (const Row& r : table)
-    out += "|" + r.name + "|" + std::string(r.channel->type) + "|" + publishers_text(r) + "|" +
-           delivery_text(*r.channel) + "|" + std::string(r.channel->meaning) +
-           (r.channel->nodes_may_read ? "" : " (no node reads it)") + "|\n";
+  out += "\n";
+  for (const Row& r : table) {
+    const std::string delivery = delivery_text(*r.channel);
+    out += "`" + r.name + "` " + std::string(r.channel->type) +
+           (delivery == "reliable" ? "" : " (" + delivery + ")") + (&r == &table.back() ? ".\n" : ",\n");
+  }
   return out;
 }
 

@@ -8,19 +8,26 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "cli/option_set.h"
 #include "cli/print_show.h"
+#include "config/changes.h"
 #include "config/include.h"
 #include "config/labs.h"
 #include "files/usage_error.h"
+#include "print/exit_codes.h"
 #include "print/folder/folder_watch.h"
+#include "print/folder/lab_lock.h"
+#include "print/folder/run_pack.h"
 #include "print/folder/run_seal.h"
+#include "print/folder/running.h"
 #include "print/inputs/check_print.h"
 #include "print/interrupt.h"
 #include "print/labs/print_labs.h"
 #include "print/live/bus_port.h"
+#include "print/live/detached.h"
 #include "print/live/launcher.h"
 #include "print/live/row_rehearsal.h"
 #include "print/preview/print_preview.h"
@@ -29,6 +36,25 @@
 
 namespace firn {
 namespace {
+
+// What the operator says with --resume.
+std::vector<OperatorOrder> orders_of(const PrintOptions& options) {
+  std::vector<OperatorOrder> orders;
+  if (options.accept_doubt) orders.push_back({new_order_id(), OperatorVerb::kAcceptDoubt, {}, {}});
+  if (options.resume.empty()) return orders;
+  for (const std::string& assignment : options.overrides)
+    orders.push_back(parse_order(std::vector<std::string>{"set", assignment}));
+  return orders;
+}
+
+// The records of a run take a sixth of the room when they are packed, and nothing needs them plain but a
+// resume.
+void pack_after(const std::string& folder, const Experiment& e, PrintProgress& progress) try {
+  const LabLock held(RunFolder::open(folder), e, "", LabLock::Heirs::kNobody);
+  pack_records(folder);
+} catch (const std::exception& error) {
+  progress.note(std::string("the run folder stays plain: ") + error.what());
+}
 
 PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOptions& options, bool resume) {
   PrintSummary s;
@@ -40,6 +66,8 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
   PrintProgress progress(e.control.scheme);
   const auto began = std::chrono::steady_clock::now();
   int last_layer = 0;
+  const auto note = [&](const std::string& text) { progress.note(text); };
+  progress.note("run folder " + s.folder);
   const auto on_layer = [&](const layer_metrics_t& m) {
     progress.layer(m);
     s.measured = true;
@@ -54,13 +82,14 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
     last_layer = m.layer;
     s.node_s = double(m.header.utime_us) * 1e-6;
   };
-  const auto on_warning = [&](const fault_t& f) { progress.message("warning: " + f.node + ": " + f.text); };
+  const auto on_warning = [&](const fault_t& f) { progress.note("warning: " + f.node + ": " + f.text); };
   if (options.bus == "in-process") {
     LabRunOptions o;
     const InterruptGuard guard;
     o.interrupted = InterruptGuard::raised;
     o.resume = resume;
-    o.accept_doubt = options.accept_doubt;
+    o.orders = orders_of(options);
+    o.note = note;
     o.unsealed = options.unsealed;
     o.faults = parse_lab_faults(options.faults, e);
     o.progress = on_layer;
@@ -72,7 +101,8 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
     LaunchOptions o;
     o.bus_url = options.bus;
     o.resume = resume;
-    o.accept_doubt = options.accept_doubt;
+    o.orders = orders_of(options);
+    o.note = note;
     o.unsealed = options.unsealed;
     o.faults = parse_lab_faults(options.faults, e);
     o.progress = on_layer;
@@ -82,6 +112,7 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
     s.folder = report.folder.string();
   }
   s.deleted = s.folder.empty();
+  if (!s.deleted && !options.plain) pack_after(s.folder, e, progress);
   if (s.deleted) s.folder = run.path().string();
   progress.done();
   s.result.layers = std::max(s.result.layers, last_layer);  // a print that was stopped has no end of its own
@@ -104,9 +135,32 @@ void check_speedup(const PrintOptions& o) {
                     o.speedup, kMost));
 }
 
-}  // namespace
+void check_all(const Experiment& e, const Blobs& inputs, const PrintOptions& options) {
+  check_bus(options.bus);
+  check_print(e, options.bus);
+  check_inputs(e, inputs);
+}
 
-namespace {
+// The process that prints is another one: it goes on when this terminal is closed.
+int detach(const std::filesystem::path& run, const PrintOptions& options) {
+  std::vector<std::string> words{"print", "--resume", run.string()};
+  const auto add = [&](const std::string& name, const std::string& value) {
+    words.insert(words.end(), {name, value});
+  };
+  if (!options.bus.empty()) add("--bus", options.bus);
+  for (const std::string& fault : options.faults) add("--fault", fault);
+  for (const std::string& assignment : options.overrides) add("--set", assignment);
+  if (options.tolerance_um > 0.0) add("--tolerance", fmt::format("{}", options.tolerance_um));
+  if (options.accept_doubt) words.push_back("--accept-doubt");
+  if (options.plain) words.push_back("--plain");
+  if (options.unsealed) words.push_back("--unsealed");
+  const DetachedPrint print = start_detached(run, words);
+  if (options.json)
+    fmt::print("{}\n", nlohmann::ordered_json{{"run", run.string()}, {"pid", print.pid}}.dump(2));
+  else
+    fmt::print("run folder {}, pid {}\nto watch it: firn attach {}\n", run.string(), print.pid, run.string());
+  return kOk;
+}
 
 // A print that finds no room for its inputs has not begun.
 RunFolder make_folder(const Experiment& e, const Blobs& inputs, const PrintOptions& options) try {
@@ -118,18 +172,20 @@ RunFolder make_folder(const Experiment& e, const Blobs& inputs, const PrintOptio
   throw UsageError(storage.empty() ? error.what() : storage);
 }
 
+// The speed at which this machine reads every row.
+void keep_up(Experiment& e, const PrintOptions& options) {
+  if (options.bus == "in-process" || prints_paths(e)) return;
+  const double period_s = row_period_s(e, e.process.scan_speed_mm_s);
+  if (const std::string slower = fit_scan_speed(e, slowest_row_s(period_s)); !slower.empty())
+    fmt::print(stderr, "{}\n", slower);
+}
+
 }  // namespace
 
 PrintSummary print_experiment(const Experiment& asked, const Blobs& inputs, const PrintOptions& options) {
   Experiment e = asked;
-  check_bus(options.bus);
-  check_print(e, options.bus);
-  check_inputs(e, inputs);
-  if (options.bus != "in-process" && !prints_paths(e)) {
-    const double period_s = row_period_s(e, e.process.scan_speed_mm_s);
-    if (const std::string slower = fit_scan_speed(e, slowest_row_s(period_s)); !slower.empty())
-      fmt::print(stderr, "{}\n", slower);
-  }
+  check_all(e, inputs, options);
+  keep_up(e, options);
   return carry_out(make_folder(e, inputs, options), e, options, false);
 }
 
@@ -141,8 +197,7 @@ int run_print(const PrintOptions& options) {
   std::signal(SIGPIPE, SIG_IGN);  // a reader that has gone does not end the print
   PrintSummary summary;
   if (!options.resume.empty()) {
-    if (!options.overrides.empty())
-      throw UsageError("--set cannot change a run that has begun; start a new one");
+    refuse_running(options.resume);
     const RunFolder run = RunFolder::open(options.resume);
     const auto result = run.result();
     if (result && !can_go_on(*result) && seal_end(run.path(), result->outcome)) {
@@ -152,6 +207,12 @@ int run_print(const PrintOptions& options) {
     if (result && !can_go_on(*result))
       throw UsageError(options.resume + ": this run has finished (" + result->reason + ")");
     const Experiment e = parse_experiment(run.experiment_toml(), (run.path() / "experiment.toml").string());
+    for (const OperatorOrder& o : orders_of(options))
+      if (const std::string problem =
+              o.verb == OperatorVerb::kSet ? change_problem(e, o.key, o.value) : std::string();
+          !problem.empty())
+        throw UsageError("--resume --set: " + problem);
+    if (options.detach) return detach(run.path(), options);
     summary = carry_out(run, e, options, true);
   } else {
     const std::filesystem::path file = options.experiment;
@@ -163,6 +224,13 @@ int run_print(const PrintOptions& options) {
     complete_experiment(e, inputs);
     const PrintPreview preview = preview_print(e, inputs, file.parent_path());
     std::fputs(preview_text(preview).c_str(), stderr);
+    if (options.detach) {
+      check_all(e, inputs, options);
+      keep_up(e, options);
+      PrintOptions again = options;
+      again.overrides.clear();
+      return detach(make_folder(e, inputs, options).path(), again);
+    }
     summary = print_experiment(e, inputs, options);
   }
   std::fputs((options.json ? print_json(summary) : print_text(summary)).c_str(), stdout);
@@ -191,6 +259,10 @@ void declare_print(OptionSet& options) {
       .above_zero();
   options.flag("--accept-doubt", o.accept_doubt,
                "with --resume: go on though droplets of the open loop are in doubt");
+  options.flag("--plain", o.plain, "leave the run folder's records as they are written; default: packed");
+  options.flag(
+      "--detach", o.detach,
+      "the print goes on in a process of its own, also when the terminal is closed; firn attach RUN");
   options.flag("--unsealed", o.unsealed,
                "with --resume: go on though the run folder is not as it was sealed; the next seal says so");
   options.json_flag(o.json);

@@ -22,6 +22,8 @@ struct PrintOptions {
   std::string runs = "runs";        ///< where run folders go
   double tolerance_um = 0.0;        ///< --tolerance: RMS above it is no success; 0 = one nominal layer
   bool accept_doubt = false;
+  bool plain = false;   ///< the records of the run stay as they were written
+  bool detach = false;  ///< in a process of its own
   bool unsealed = false;
   bool json = false;
 };

@@ -8,6 +8,7 @@
 #include "files/usage_error.h"
 #include "print/folder/node_makers.h"
 #include "print/folder/run_config.h"
+#include "print/folder/running.h"
 #include "print/folder/seal_check.h"
 #include "print/folder/truth_check.h"
 #include "replay/print_verdict.h"
@@ -34,6 +35,7 @@ void mark_seals(const std::filesystem::path& run, replay::RunVerdict& verdict) {
 }  // namespace
 
 replay::RunVerdict replay_verdict(const ReplayCommandOptions& options) {
+  refuse_running(options.run);
   if (!std::isfinite(options.tolerance) || options.tolerance < 0)
     throw UsageError("--tolerance: a finite number >= 0 is wanted");
   std::vector<replay::NodeMaker> makers;
@@ -54,6 +56,7 @@ replay::RunVerdict replay_verdict(const ReplayCommandOptions& options) {
     replay::RunVerdict verdict = replay::replay_run(options.run, r);
     verdict.changed_settings = config.settings;
     mark_seals(options.run, verdict);
+    verdict.notes.insert(verdict.notes.end(), config.unread.begin(), config.unread.end());
     return verdict;
   } catch (const std::invalid_argument& e) {
     throw UsageError(e.what());

@@ -1,6 +1,7 @@
 #include "print/progress.h"
 
 #include <fmt/core.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -19,11 +20,29 @@ bool ProgressLine::due() const {
 
 void ProgressLine::show(const std::string& text, bool last) {
   if (!last && !due()) return;
-  std::fprintf(stderr, terminal_ ? "\r\033[K%s" : "%s\n", text.c_str());
+  text_ = terminal_ ? text.substr(0, std::size_t(std::max(1, columns() - 1))) : text;
+  std::fprintf(stderr, terminal_ ? "\r\033[K%s" : "%s\n", text_.c_str());
   std::fflush(stderr);
   shown_ = Clock::now();
   line_open_ = true;
   shown_once_ = true;
+}
+
+void ProgressLine::note(const std::string& text) {
+  const bool again = terminal_ && line_open_;
+  erase();
+  std::fprintf(stderr, "%s\n", text.c_str());
+  if (again) {
+    std::fputs(text_.c_str(), stderr);
+    line_open_ = true;
+  }
+  std::fflush(stderr);
+}
+
+int ProgressLine::columns() const {
+  winsize size{};
+  if (!terminal_) return 200;
+  return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
 }
 
 void ProgressLine::done() {
@@ -53,19 +72,38 @@ std::string ProgressLine::eta(double fraction) const {
 
 PrintProgress::PrintProgress(std::string title) : title_(std::move(title)), line_({0ms, 0ms, 2000ms}) {}
 
-void PrintProgress::layer(const layer_metrics_t& m) {
-  const int all = std::max(m.layers_expected, m.layer);
-  const double fraction = all > 0 ? double(m.layer) / all : 0.0;
-  const std::string lost = m.rows_lost > 0 ? fmt::format("  {} ROWS LOST", m.rows_lost) : std::string();
-  line_.show(fmt::format("{:<10} {}layer {:>3}/{:<3}  height {:7.2f} um  RMS {:6.2f} um{}{}", title_,
-                         line_.bar(fraction), m.layer, all, m.mean_height_mm * 1e3, m.rms_mm * 1e3, lost,
-                         line_.eta(fraction)),
-             m.layer == all);
+std::string layer_text(const std::string& title, const layer_metrics_t& m, double left_s, int columns) {
+  const bool beyond = m.layer > m.layers_expected;
+  const std::string layer = beyond ? fmt::format("layer {:>3}, {} expected", m.layer, m.layers_expected)
+                                   : fmt::format("layer {:>3}/{:<3}", m.layer, m.layers_expected);
+  const std::string left = left_s < 0.0 ? "" : fmt::format("  ETA {:.0f} s", left_s);
+  const double fraction = m.layers_expected > 0 ? std::min(1.0, double(m.layer) / m.layers_expected) : 0.0;
+  const auto filled = std::size_t(fraction * 20.0);
+  std::string front, middle;
+  std::string text = layer + fmt::format("  RMS {:6.2f} um", m.rms_mm * 1e3);
+  if (m.rows_lost > 0) text += fmt::format("  {} ROWS LOST", m.rows_lost);
+  const auto fits = [&](const std::string& more) {
+    return int((front + text + middle + left + more).size()) < columns;
+  };
+  if (!fits("")) return text;
+  const std::string height = fmt::format("  height {:7.2f} um", m.mean_height_mm * 1e3);
+  if (fits(height)) middle = height;
+  if (const std::string name = fmt::format("{:<10} ", title); fits(name)) front = name;
+  const std::string bar = "[" + std::string(filled, '#') + std::string(20 - filled, '.') + "] ";
+  if (fits(bar)) front += bar;
+  return front + text + middle + left;
 }
 
-void PrintProgress::message(const std::string& text) {
-  line_.erase();
-  std::fprintf(stderr, "%s\n", text.c_str());
+// The layers beyond the expected number are of a search that ends when nothing betters the part: nobody knows
+// how many follow.
+void PrintProgress::layer(const layer_metrics_t& m) {
+  if (first_layer_ < 0) {
+    first_layer_ = m.layer;
+    first_s_ = line_.elapsed_s();
+  }
+  const int done = m.layer - first_layer_, left = m.layers_expected - m.layer;
+  const double left_s = done > 0 && left > 0 ? (line_.elapsed_s() - first_s_) * left / done : -1.0;
+  line_.show(layer_text(title_, m, left_s, line_.columns()), m.layer == m.layers_expected);
 }
 
 StudyProgress::StudyProgress(std::size_t all) : all_(all), line_({0ms, 0ms, 2000ms}) {}

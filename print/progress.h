@@ -29,10 +29,14 @@ class ProgressLine {
   bool due() const;
   /// @param last written in any case
   void show(const std::string& text, bool last = false);
+  /// Writes a message as a line of its own; the state of the job follows on the next line.
+  void note(const std::string& text);
   void done();   ///< ends the line
   void erase();  ///< removes the line from a terminal
 
   bool terminal() const { return terminal_; }
+  /// Returns the width of the terminal; a wide line elsewhere.
+  int columns() const;
   double elapsed_s() const;
   /// Returns "[####......] " on a terminal, nothing elsewhere.
   std::string bar(double fraction) const;
@@ -44,9 +48,15 @@ class ProgressLine {
   bool terminal_;
   bool line_open_ = false;
   bool shown_once_ = false;
+  std::string text_;  ///< shown last on a terminal
   Clock::time_point began_ = Clock::now();
   Clock::time_point shown_ = began_;
 };
+
+/// Returns the line about a layer with as much as fits into `columns`: layer, RMS, time left, height, title,
+/// bar, in this order of importance.
+/// @param left_s time to the end; negative: unknown, as for layers beyond the expected number
+std::string layer_text(const std::string& title, const layer_metrics_t& metrics, double left_s, int columns);
 
 /// Shows the progress of one print.
 class PrintProgress {
@@ -54,13 +64,14 @@ class PrintProgress {
   explicit PrintProgress(std::string title);
   /// Shows layer, height, RMS about the target, lost rows of the scan and the time that is left.
   void layer(const layer_metrics_t& metrics);
-  /// Shows a line of its own.
-  void message(const std::string& text);
+  void note(const std::string& text) { line_.note(text); }
   void done() { line_.done(); }
 
  private:
   std::string title_;
   ProgressLine line_;
+  int first_layer_ = -1;  ///< that this process has shown; earlier ones are of before a resume
+  double first_s_ = 0.0;
 };
 
 /// Shows the progress of a study of many prints.

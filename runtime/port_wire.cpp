@@ -5,48 +5,21 @@
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 #include <stdexcept>
 #include <utility>
 
 #include "runtime/serial_line.h"
+#include "runtime/socket_address.h"
 
 namespace firn {
 namespace {
 
 constexpr std::int64_t kConnectWithin_us = 2'000'000;
 constexpr int kKeepIdle_s = 1, kKeepEvery_s = 1, kKeepTries = 3, kUnacknowledged_ms = 3000;
-
-/// The address of a Unix socket. It holds 107 bytes; a longer path is reached through its open folder.
-class SocketAddress {
- public:
-  explicit SocketAddress(const std::filesystem::path& path) {
-    address_.sun_family = AF_UNIX;
-    std::string text = path.string();
-    if (text.size() >= sizeof address_.sun_path) {
-      folder_ = ::open(path.parent_path().c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
-      text = "/proc/self/fd/" + std::to_string(folder_) + "/" + path.filename().string();
-    }
-    if (text.size() >= sizeof address_.sun_path)
-      throw std::runtime_error(path.string() + ": too long for the name of a Unix socket");
-    std::memcpy(address_.sun_path, text.c_str(), text.size());
-  }
-  ~SocketAddress() {
-    if (folder_ >= 0) ::close(folder_);
-  }
-  SocketAddress(const SocketAddress&) = delete;
-  SocketAddress& operator=(const SocketAddress&) = delete;
-  const sockaddr* get() const { return reinterpret_cast<const sockaddr*>(&address_); }
-
- private:
-  sockaddr_un address_{};
-  int folder_ = -1;  // -1 as well when there is no such folder: nobody listens there
-};
 
 // A dead peer is noticed after some 3 s, with bytes under way or without.
 void keep_alive(int fd) {

@@ -206,6 +206,11 @@ def keys(root):
     return found
 
 
+def is_bench(root, name):
+    folder = Path(root) / "tests" / "bench"
+    return (folder / f"{name}.sh").is_file() or bool(re.search(rf"add_executable\({name}\b", lists(root)))
+
+
 def check_commands(root):
     commands = {f.stem.removesuffix("_command") for f in (Path(root) / "cli").glob("*_command.cpp")} | {"test"}
     declared = "\n".join(f.read_text(encoding="utf-8") for f in sorted((Path(root) / "cli").glob("*.cpp")))
@@ -216,6 +221,11 @@ def check_commands(root):
         text = read(root, page)
         for position, command, rest in calls(text):
             where = f"{page}:{line_of(text, position)}"
+            if command == "bench":  # its options are its own
+                name = rest.split()[0] if rest.split() else ""
+                if name and name.islower() and not is_bench(root, name):
+                    problems.append(f"{where}: there is no bench {name}")
+                continue
             if command not in commands:
                 problems.append(f"{where}: firn has no command {command}")
             problems += [f"{where}: no command has the option {option}"

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <deque>
 
+#include "files/record/packed.h"
 #include "files/record/record_file.h"
 #include "lcmtypes/channels.h"
+#include "print/folder/run_pack.h"
 #include "replay/migrations/table.h"
 #include "runtime/transport_wire.h"
 #include "runtime/wal_file.h"
@@ -114,6 +116,7 @@ void each_sent_message(const std::filesystem::path& nodes_folder,
 
 logfile::RepairReport repair_from_write_ahead(const std::filesystem::path& log,
                                               const std::filesystem::path& nodes_folder) {
+  if (logfile::is_packed(log)) expand_records(log.parent_path());  // the others are packed with its bytes
   SentMessages source(nodes_folder);
   return logfile::repair(
       log, [&source] { return source.next(); }, message_key);

@@ -11,6 +11,7 @@
 #include "files/text_file.h"
 #include "lcmtypes/channels.h"
 #include "plant/record/record.h"
+#include "print/folder/run_pack.h"
 #include "runtime/write_ahead.h"
 
 namespace firn {
@@ -148,6 +149,7 @@ bool begin_anew(const fs::path& run) {
 }
 
 bool ready_to_resume(const fs::path& run) {
+  expand_records(run);
   roll_back(run);
   return !begin_anew(run);
 }

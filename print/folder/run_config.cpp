@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "config/changes.h"
 #include "config/experiment.h"
 #include "config/include.h"
 #include "replay/wal_file.h"
@@ -20,8 +21,11 @@ ConfigChange config_change(const fs::path& run, const std::string& recorded_toml
   const Experiment now = fs::exists(file)
                              ? parse_recorded_experiment(read_config_text(file), file.string(), overrides)
                              : parse_recorded_experiment(recorded_toml, name, overrides);
-  for (const ConfigDifference& d : differences(recorded, now))
+  for (const ConfigDifference& d : differences(recorded, now)) {
     result.settings.push_back(d.key + ": recorded " + d.a + ", now " + d.b);
+    if (const std::string unread = unread_by_scheme(now, d.key); !unread.empty())
+      result.unread.push_back(d.key + " " + unread);
+  }
   if (!result.settings.empty()) result.change = [text = dump(now)](const std::string&) { return text; };
   return result;
 }

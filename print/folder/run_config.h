@@ -14,6 +14,7 @@ struct ConfigChange {
   /// For ReplayOptions::change_config; empty if nothing changes.
   std::function<std::string(const std::string& recorded_toml)> change;
   std::vector<std::string> settings;  ///< "control.smf.kp: recorded 1, now 1.5"
+  std::vector<std::string> unread;    ///< "control.smf.kp is of scheme smf, and this print has scheme mpc"
 };
 
 /// Computes the changes.

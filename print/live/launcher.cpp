@@ -18,7 +18,6 @@
 #include "config/experiment.h"
 #include "firn/enums.h"
 #include "firn/fault_t.hpp"
-#include "firn/operator_command_t.hpp"
 #include "firn/run_start_t.hpp"
 #include "firn/sim_truth_t.hpp"
 #include "print/exit_codes.h"
@@ -32,6 +31,7 @@
 #include "print/live/bus_port.h"
 #include "print/live/child_process.h"
 #include "print/live/run_watch.h"
+#include "print/operator/operator_desk.h"
 #include "print/simulated/sim_truth.h"
 #include "procs/bus/lcm_bus.h"
 #include "runtime/build_info.h"
@@ -101,7 +101,7 @@ class Launch {
   LaunchReport report();
 
   /// @returns the number of messages that the log had lost
-  std::size_t repair_log(const fs::path& run) const;
+  std::size_t repair_log(const fs::path& run);
   ChildProcess* child(std::string_view name);
   double node_s() const {
     return RunClock(args_.options.epoch_ns, args_.options.offset_us, args_.options.time_scale)
@@ -113,9 +113,12 @@ class Launch {
   void take_lines();
   void find_the_dead();
   void ask_truth();
-  void note(const std::string& text) const {
+  void note(const std::string& text) {
     options_.note ? options_.note(text) : void(std::fprintf(stderr, "%s\n", text.c_str()));
+    if (desk_) desk_->tell("note " + text);
   }
+  /// Publishes the operator's order at once.
+  void obey(const OperatorOrder& order, const std::string& from);
 
   const RunFolder& folder_;
   const LaunchOptions& options_;
@@ -129,6 +132,8 @@ class Launch {
   std::optional<LcmBus> bus_;
   std::optional<Station> station_;
   std::optional<RunWatch> watch_;
+  std::optional<OperatorDesk> desk_;
+  bool begun_ = false;  // START was sent: the nodes can take orders
   std::vector<std::unique_ptr<ChildProcess>> children_;
   std::map<std::string, std::string> said_;  // last ERROR or FAULT line of each
   std::map<std::string, bool> ready_;
@@ -142,6 +147,7 @@ class Launch {
 LaunchReport Launch::run() {
   prepare();
   if (watch_->end()) return report();
+  desk_.emplace(folder_.path(), experiment_, [this](const std::string& text) { note(text); });
   start_all();
   if (await_ready()) {
     begin();
@@ -149,7 +155,9 @@ LaunchReport Launch::run() {
   }
   end_all(cause_.empty() ? "the run is over" : cause_);
   if (const std::string dropped = bus_->dropped_text(); !dropped.empty()) note("on the bus: " + dropped);
-  return report();
+  LaunchReport over = report();
+  desk_->tell("end " + std::to_string(over.result.status) + " " + over.result.outcome);
+  return over;
 }
 
 void Launch::prepare() {
@@ -256,12 +264,9 @@ void Launch::begin() {
   start.commit = build_commit();
   start.scheme = experiment_.control.scheme;
   station_->send(channels::kRunStart, start);
-  if (options_.accept_doubt) {
-    operator_command_t command{};
-    command.verb = std::int8_t(OperatorVerb::kAcceptDoubt);
-    command.text = "firn print --resume --accept-doubt";
-    station_->send(channels::kOperatorCommand, command);
-  }
+  for (const OperatorOrder& order : options_.orders)
+    station_->send(channels::kOperatorCommand, to_message(order, "firn print --resume"));
+  begun_ = true;
   if (options_.on_start) {
     std::map<std::string, int> pids;
     for (const auto& c : children_) pids[c->name()] = int(c->pid());
@@ -273,6 +278,7 @@ void Launch::watch() {
   double stop_seen_s = -1.0;
   while (cause_.empty() && !(watch_->end() && finish_)) {
     turn(wall_s() + 0.2);
+    for (const std::string& notice : watch_->take_notices()) note(notice);
     for (; faults_done_ < options_.faults.size() && node_s() >= options_.faults[faults_done_].node_s;
          ++faults_done_)
       if (ChildProcess* const world = child("world"))
@@ -281,6 +287,7 @@ void Launch::watch() {
       if (options_.warned) options_.warned(fault);
     if (auto metrics = watch_->take_metrics()) {
       if (options_.progress) options_.progress(*metrics);
+      desk_->tell(*metrics);
       ask_truth();
     }
     if (const std::string moved = place_.trouble(); !moved.empty() && cause_.empty())
@@ -377,7 +384,7 @@ LaunchReport Launch::report() {
   return report;
 }
 
-std::size_t Launch::repair_log(const fs::path& run) const {
+std::size_t Launch::repair_log(const fs::path& run) {
   const logfile::RepairReport repair = repair_from_write_ahead(run / "log.lcm", run / "nodes");
   const std::size_t lost = repair.inserted + repair.replaced;
   if (repair.gaps.size() <= 3)
@@ -403,9 +410,19 @@ void Launch::turn(double until_s) {
     if (!c->control().closed()) fds.push_back({c->control().fd(), POLLIN, 0});
     if (c->running()) fds.push_back({c->pidfd(), POLLIN, 0});
   }
+  if (begun_) desk_->add_to(fds);
   ::poll(fds.data(), nfds_t(fds.size()), left_ms);
+  if (begun_)
+    desk_->service([this](const OperatorOrder& order, const std::string& from) { obey(order, from); });
   station_->service();
+  if (desk_ && watch_->safe_stop()) desk_->on_safe_stop();
   take_lines();
+}
+
+void Launch::obey(const OperatorOrder& order, const std::string& from) {
+  station_->send(channels::kOperatorCommand, to_message(order, from));
+  station_->service();
+  note("the operator: " + to_text(order));
 }
 
 void Launch::take_lines() {

@@ -7,19 +7,21 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "firn/fault_t.hpp"
 #include "firn/layer_metrics_t.hpp"
 #include "print/folder/run_folder.h"
+#include "print/operator/operator_order.h"
 #include "print/simulated/lab_fault.h"
 
 namespace firn {
 
 struct LaunchOptions {
   bool resume = false;
-  bool accept_doubt = false;       ///< the operator lets an open-loop print go on with droplets in doubt
-  bool unsealed = false;           ///< with resume: go on though the folder is not as it was sealed
-  std::string bus_url;             ///< empty: loopback, a port of the run's own
+  std::vector<OperatorOrder> orders = {};  ///< given when all have begun: --accept-doubt, --resume --set
+  bool unsealed = false;                   ///< with resume: go on though the folder is not as it was sealed
+  std::string bus_url;                     ///< empty: loopback, a port of the run's own
   std::filesystem::path programs;  ///< folder of the processes' programs; empty: the folder of this program
   std::vector<LabFault> faults = {};  ///< in order of time
   double ready_within_s = 30.0;       ///< wall time

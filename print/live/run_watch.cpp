@@ -55,6 +55,9 @@ void RunWatch::on_message(const ChannelInfo& row, std::span<const std::byte> byt
   } else if (const auto m = decode<fault_t>(bytes)) {
     if (m->header.incarnation == incarnation_ && m->severity == std::int8_t(Severity::kWarning))
       warnings_.push_back(*m);
+    if (m->header.incarnation == incarnation_ && m->severity == std::int8_t(Severity::kNotice) &&
+        row.publisher == NodeId::kScheduler)
+      notices_.push_back(m->text);
     if (m->header.incarnation == incarnation_ && m->severity == std::int8_t(Severity::kStop) &&
         fault_.empty())
       fault_ = m->node + ": " + m->text;

@@ -31,6 +31,8 @@ class RunWatch {
   std::string place() const;
   std::optional<layer_metrics_t> take_metrics() { return std::exchange(metrics_, std::nullopt); }
   std::vector<fault_t> take_warnings() { return std::exchange(warnings_, {}); }
+  /// Returns the scheduler's notices since the last call: "the print waits before layer 7, pass 2".
+  std::vector<std::string> take_notices() { return std::exchange(notices_, {}); }
   const std::optional<run_end_t>& end() const { return end_; }
   /// Returns the first fault of severity 2 or cause of a safe stop, "stage: following error"; empty: no
   /// fault.
@@ -49,6 +51,7 @@ class RunWatch {
   std::optional<layer_metrics_t> metrics_;
   std::vector<fault_t> warnings_;  // not taken yet
   std::optional<run_end_t> end_;
+  std::vector<std::string> notices_;
   std::string fault_;
   bool safe_stop_ = false;
 };

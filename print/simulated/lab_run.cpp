@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <map>
 #include <optional>
 
@@ -9,8 +10,8 @@
 #include "config/labs.h"
 #include "files/record/event_log.h"
 #include "firn/enums.h"
+#include "firn/fault_t.hpp"
 #include "firn/height_map_t.hpp"
-#include "firn/operator_command_t.hpp"
 #include "firn/run_end_t.hpp"
 #include "firn/run_start_t.hpp"
 #include "firn/sim_truth_t.hpp"
@@ -27,6 +28,8 @@
 #include "print/folder/run_commit.h"
 #include "print/folder/run_resume.h"
 #include "print/folder/run_seal.h"
+#include "print/operator/operator_desk.h"
+#include "print/simulated/paused_clock.h"
 #include "print/simulated/plant_world.h"
 #include "runtime/build_info.h"
 #include "runtime/lab.h"
@@ -147,7 +150,9 @@ std::int64_t newest_logged_us(const std::filesystem::path& log) {
   return newest;
 }
 
-constexpr std::uint64_t kStepsPerLook = 256;  // for Ctrl-C
+constexpr std::uint64_t kStepsPerLook = 256;  // for Ctrl-C and orders of the operator
+constexpr double kLook_s = 0.2;               // while the print is paused
+constexpr const char* kScripted = "firn print";
 
 void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions& options, bool resume,
                   const FolderWatch& folder, LabRunReport& report) {
@@ -219,6 +224,10 @@ void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions
     for (std::size_t n = 0; n < launcher.size(); ++n)
       lab.publish(launcher.at(n).channel, launcher.at(n).bytes);
   };
+  const auto note = [&](const std::string& text) {
+    options.note ? options.note(text) : void(std::fprintf(stderr, "%s\n", text.c_str()));
+  };
+  OperatorDesk desk(run.path(), e, note);
   run_end_t end{};
   bool truth_due = false;
   std::int32_t measured_layer = 0;
@@ -233,6 +242,13 @@ void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions
           Severity(fault.severity) == Severity::kWarning)
         options.warned(fault);
     }
+    if (channel == channels::kSafeStop.name) desk.on_safe_stop();
+    if (fault_t m; channel == channels::fault(NodeId::kScheduler).name &&
+                   m.decode(bytes.data(), 0, int(bytes.size())) >= 0 &&
+                   m.severity == std::int8_t(Severity::kNotice)) {
+      note(m.text);
+      desk.tell("note " + m.text);
+    }
     if (channel == channels::kRunEnd.name) end.decode(bytes.data(), 0, int(bytes.size()));
     if (height_map_t m; prints_paths(e) && channel == channels::kHeightMap.name &&
                         m.decode(bytes.data(), 0, int(bytes.size())) >= 0)
@@ -243,6 +259,7 @@ void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions
       if (m.decode(bytes.data(), 0, int(bytes.size())) < 0) return;
       measured_layer = report.result.layers = m.layer;
       if (options.progress) options.progress(m);
+      desk.tell(m);
     }
   });
 
@@ -255,13 +272,16 @@ void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions
   launcher_sends();
   after.hand_over(lab, members);
   lab.start(incarnation, begin);
-  if (options.accept_doubt) {
-    launcher.begin(begin, incarnation);
-    operator_command_t c;
-    c.verb = std::int8_t(OperatorVerb::kAcceptDoubt);
-    launcher.send(channels::kOperatorCommand, c);
+  PausedClock paused(e.run.time_scale);
+  const auto obey = [&](const OperatorOrder& order, const std::string& from) {
+    launcher.begin(std::max(begin, lab.now()), incarnation);
+    launcher.send(channels::kOperatorCommand, to_message(order, from));
     launcher_sends();
-  }
+    if (from == kScripted) return;
+    note("the operator: " + to_text(order));
+    order.verb == OperatorVerb::kPause ? paused.begin(lab.now()) : paused.end();
+  };
+  for (const OperatorOrder& order : options.orders) obey(order, kScripted);
 
   const Time limit = begin.after_s(3600.0 * 24 * 30);
   // An instrument that sends nothing more is never reported safe: the wait for safety must end.
@@ -276,16 +296,25 @@ void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions
     }
     return all || (scheduler_done && seconds_between(*scheduler_done, lab.now()) > patience_s);
   };
-  std::size_t faults_done = 0;
+  std::size_t faults_done = 0, orders_done = 0;
   bool interrupted = false;
+  const auto asked_to_stop = [&] { return options.interrupted && options.interrupted(); };
   while (!over()) {
-    if (options.interrupted && lab.steps() % kStepsPerLook == 0 && options.interrupted()) {
+    if ((lab.steps() % kStepsPerLook == 0 || paused.running()) && asked_to_stop()) {
       interrupted = true;
       break;
     }
     for (; faults_done < options.faults.size() && lab.now().s() >= options.faults[faults_done].node_s;
          ++faults_done)
       world.inject(options.faults[faults_done].fault, lab.now());
+    for (; orders_done < options.later.size() && lab.now().s() >= options.later[orders_done].node_s;
+         ++orders_done)
+      obey(options.later[orders_done].order, kScripted);
+    if (lab.steps() % kStepsPerLook == 0 || paused.running()) desk.service(obey);
+    for (double ahead_s; (ahead_s = paused.ahead_s(lab.now())) > 0.0 && !asked_to_stop();) {
+      desk.wait(int(std::min(ahead_s, kLook_s) * 1e3) + 1);
+      desk.service(obey);
+    }
     if (options.crash_after_steps && lab.steps() >= options.crash_after_steps) {
       report.crashed = true;
       break;
@@ -329,10 +358,13 @@ void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions
   for (const auto& m : members) report.handler_seconds += double(m->host.handler_ns()) * 1e-9;
   if (interrupted)
     report.result = {"interrupted", kInterrupted, report.result.layers, "interrupted by the operator"};
-  if (report.crashed || interrupted) return;
-  const RunResult result = result_of(end.outcome, end.layers, end.reason);
-  written([&] { run.write_result(result); });
-  report.result = result;
+  if (report.crashed) return;
+  if (!interrupted) {
+    const RunResult result = result_of(end.outcome, end.layers, end.reason);
+    written([&] { run.write_result(result); });
+    report.result = result;
+  }
+  desk.tell("end " + std::to_string(report.result.status) + " " + report.result.outcome);
 }
 
 }  // namespace

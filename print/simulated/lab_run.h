@@ -4,11 +4,13 @@
 
 #include <cstdint>
 #include <functional>
+#include <vector>
 
 #include "core/grid/grid.h"
 #include "firn/fault_t.hpp"
 #include "firn/layer_metrics_t.hpp"
 #include "print/folder/run_folder.h"
+#include "print/operator/operator_order.h"
 #include "print/simulated/lab_fault.h"
 
 namespace firn {
@@ -17,14 +19,22 @@ using ProgressFn = std::function<void(const layer_metrics_t&)>;
 /// Receives a fault that does not stop the print, for the operator.
 using WarningFn = std::function<void(const fault_t&)>;
 
+/// An order that the operator gives at a moment of node time.
+struct LabOrder {
+  double node_s = 0.0;
+  OperatorOrder order;
+};
+
 struct LabRunOptions {
   bool resume = false;
-  bool accept_doubt = false;            ///< the operator's word, for the open loop
-  bool unsealed = false;                ///< with resume: go on though the folder is not as it was sealed
+  std::vector<OperatorOrder> orders = {};  ///< given at the beginning: --accept-doubt, --resume --set
+  std::vector<LabOrder> later = {};        ///< in order of time
+  bool unsealed = false;                   ///< with resume: go on though the folder is not as it was sealed
   std::uint64_t crash_after_steps = 0;  ///< fault injection: everything dies after this many steps; 0 = never
   std::vector<LabFault> faults = {};    ///< in order of time
   ProgressFn progress;
   WarningFn warned = {};
+  std::function<void(const std::string&)> note;  ///< one sentence for the user; else stderr
   std::function<bool()> interrupted;  ///< Ctrl-C: the print ends between two steps and can be resumed
 };
 

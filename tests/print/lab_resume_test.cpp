@@ -55,7 +55,7 @@ Story print_with_crashes(const std::filesystem::path& root, const Experiment& e,
   LabRunOptions o;
   for (int n = 0;; ++n) {
     o.resume = n > 0;
-    o.accept_doubt = n > 0;
+    if (n > 0) o.orders = {{new_order_id(), OperatorVerb::kAcceptDoubt, {}, {}}};
     o.crash_after_steps = n < most_crashes ? 1 + random.below(2500) : 0;
     s.report = run_in_lab(run, o);
     if (!s.report.crashed) return s;

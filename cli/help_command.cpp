@@ -1,0 +1,121 @@
+#include "cli/help_command.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <filesystem>
+#include <sstream>
+
+#include "cli/option_set.h"
+#include "config/find_key.h"
+#include "files/text_file.h"
+#include "files/usage_error.h"
+#include "print/exit_codes.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Page {
+  std::string name;  ///< "commands/print"
+  std::string title, text;
+};
+
+struct Section {
+  const Page* page;
+  std::string heading, text;
+};
+
+std::string lower(std::string text) {
+  for (char& c : text) c = char(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+bool has_all(const std::string& text, const std::vector<std::string>& words) {
+  const std::string in = lower(text);
+  return std::ranges::all_of(words,
+                             [&](const std::string& w) { return in.find(lower(w)) != std::string::npos; });
+}
+
+std::vector<Page> pages() {
+  const fs::path docs = fs::path(FIRN_SOURCE_DIR) / "docs";
+  if (!fs::is_directory(docs)) throw UsageError(docs.string() + ": the documents are not there");
+  std::vector<Page> all;
+  for (const auto& entry : fs::recursive_directory_iterator(docs)) {
+    if (entry.path().extension() != ".md") continue;
+    Page p;
+    p.name = entry.path().lexically_relative(docs).replace_extension().generic_string();
+    p.text = read_file(entry.path());
+    p.title = p.text.substr(0, p.text.find('\n'));
+    p.title.erase(0, p.title.find_first_not_of("# "));
+    all.push_back(std::move(p));
+  }
+  std::ranges::sort(all, {}, &Page::name);
+  return all;
+}
+
+std::vector<Section> sections(const Page& page) {
+  std::vector<Section> all;
+  std::istringstream in(page.text);
+  for (std::string line; std::getline(in, line);) {
+    if (line.starts_with("## ")) all.push_back({&page, line.substr(3), ""});
+    if (!all.empty()) all.back().text += line + "\n";
+  }
+  return all;
+}
+
+const Page* page_of(const std::vector<Page>& all, const std::string& topic) {
+  for (const Page& p : all)
+    if (p.name == "commands/" + topic || p.name == topic || fs::path(p.name).filename() == topic) return &p;
+  return nullptr;
+}
+
+}  // namespace
+
+int run_help(const HelpOptions& options) {
+  const std::vector<Page> all = pages();
+  if (options.topic.empty()) {
+    for (const Page& p : all) fmt::print("{:<34} {}\n", p.name, p.title);
+    fmt::print(
+        "\nfirn help TOPIC shows a page, or where a word is found; firn COMMAND --help lists options\n");
+    return kOk;
+  }
+  if (const Page* page = options.topic.size() == 1 ? page_of(all, options.topic.front()) : nullptr) {
+    std::fputs(page->text.c_str(), stdout);
+    return kOk;
+  }
+  std::vector<Section> headed;
+  for (const Page& p : all)
+    for (Section& s : sections(p))
+      if (has_all(s.heading, options.topic)) headed.push_back(std::move(s));
+  if (headed.size() == 1) fmt::print("{}: {}\n", headed[0].page->name, headed[0].text);
+  bool found = !headed.empty();
+  if (headed.size() > 1)
+    for (const Section& s : headed) fmt::print("{}: {}\n", s.page->name, s.heading);
+  for (const Page& p : all)
+    for (const Section& s : sections(p))
+      if (!has_all(s.heading, options.topic) && has_all(s.text, options.topic)) {
+        fmt::print("{}: {}\n", p.name, s.heading);
+        found = true;
+      }
+  std::string query;
+  for (const std::string& w : options.topic) query += w + " ";
+  Experiment defaults;
+  const std::vector<Field> table = fields(defaults);
+  for (const Field* f : find_fields(table, query)) {
+    fmt::print("key {}: {}\n", f->key, f->meaning);
+    found = true;
+  }
+  if (!found) fmt::print(stderr, "no page, section or key mentions it; firn help lists the pages\n");
+  return found ? kOk : kFailed;
+}
+
+void declare_help(OptionSet& options) {
+  auto& o = options.calls(run_help);
+  options.option("TOPIC", o.topic, "page, command or words to find; without it: the list of pages");
+}
+
+}  // namespace firn

@@ -1,0 +1,30 @@
+// Packs the records of a run that nobody prints, and writes them plain again.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+namespace firn {
+
+struct PackReport {
+  std::uint64_t before = 0, after = 0;  ///< bytes of the files that were looked at
+};
+
+/// Packs log.lcm, write-ahead files and the world's records (files/record/packed.h); small and packed files
+/// stay as they are. Every file is unpacked and compared before it takes the place of the plain one. The
+/// seals hold as before: their digests are of the plain bytes. May be repeated after any failure.
+/// @throws UsageError: somebody prints the run; std::runtime_error naming a file that cannot be written or
+/// read
+PackReport pack_run(const std::filesystem::path& run);
+
+/// Writes all packed files plain again, as lcm-logplayer and a resume need them. @throws as pack_run
+PackReport expand_run(const std::filesystem::path& run);
+
+/// The same for the process that holds the run: the end of a print, a resume, a repair.
+PackReport pack_records(const std::filesystem::path& run);
+PackReport expand_records(const std::filesystem::path& run);
+
+/// Returns the sum of the sizes of all files of a folder.
+std::uint64_t folder_bytes(const std::filesystem::path& folder);
+
+}  // namespace firn

@@ -1,0 +1,73 @@
+// OperatorDesk takes the operator's orders while a print runs: from firn ctl and firn attach over the Unix
+// socket RUN/operator, and from the keys of the print's own terminal.
+#pragma once
+
+#include <poll.h>
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/changes.h"
+#include "firn/layer_metrics_t.hpp"
+#include "print/operator/key_reader.h"
+#include "print/operator/operator_order.h"
+
+namespace firn {
+
+/// A client sends lines, "ID VERB [KEY=VALUE]" or "attach". Every order is answered by "ok TEXT" or "refused
+/// TEXT"; "stop" is answered when the safety node has stopped the lab. An attached client gets "layer ...",
+/// "note TEXT" and, last, "end STATUS". Only the user who prints may connect.
+class OperatorDesk {
+ public:
+  /// Publishes an order. @param from "firn ctl" or "key"
+  using Obey = std::function<void(const OperatorOrder&, const std::string& from)>;
+  using Note = std::function<void(const std::string&)>;
+
+  /// @param note gets the answers to keys, and the reason if there is no socket
+  OperatorDesk(const std::filesystem::path& run, const Experiment& experiment, Note note);
+  ~OperatorDesk();
+  OperatorDesk(const OperatorDesk&) = delete;
+  OperatorDesk& operator=(const OperatorDesk&) = delete;
+
+  void add_to(std::vector<pollfd>& fds) const;
+  /// Takes what has arrived; does not block.
+  void service(const Obey& obey);
+  /// Waits at most this long for something to arrive.
+  void wait(int milliseconds) const;
+  void on_safe_stop();  ///< answers those who sent "stop"
+  void tell(const std::string& line);
+  void tell(const layer_metrics_t& metrics);
+
+ private:
+  struct Client {
+    int fd = -1;
+    std::string buffer;
+    bool attached = false, awaits_stop = false;
+  };
+  void accept_clients();
+  void read(Client&, const Obey&);
+  void take(Client&, const std::string& line, const Obey&);
+  std::string obey_order(const OperatorOrder&, const std::string& from, const Obey&);
+  void take_keys(const Obey&);
+
+  std::filesystem::path path_;
+  Changes changes_;
+  Note note_;
+  int listening_ = -1;
+  bool stopped_ = false;
+  std::vector<Client> clients_;
+  KeyReader keys_;
+};
+
+/// The line of an attached client about a layer.
+std::string layer_line(const layer_metrics_t& metrics);
+std::optional<layer_metrics_t> parse_layer_line(const std::string& line);
+
+std::filesystem::path operator_socket(const std::filesystem::path& run);
+
+}  // namespace firn

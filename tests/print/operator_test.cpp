@@ -1,0 +1,176 @@
+// Orders of the operator to prints in one process, with node time that the test chooses.
+#include <catch2/catch.hpp>
+
+#include <poll.h>
+
+#include <thread>
+
+#include "cli/audit_command.h"
+#include "cli/replay_command.h"
+#include "files/usage_error.h"
+#include "firn/deposition_report_t.hpp"
+#include "firn/height_map_t.hpp"
+#include "firn/layer_plan_t.hpp"
+#include "print/exit_codes.h"
+#include "print/folder/running.h"
+#include "print/labs/print_labs.h"
+#include "print/operator/operator_client.h"
+#include "print/operator/operator_desk.h"
+#include "print/simulated/lab_run.h"
+#include "replay/run_messages.h"
+#include "tests/support/temp_folder.h"
+
+namespace firn {
+namespace {
+
+Experiment tiny(std::uint64_t seed) {
+  Experiment e;
+  e.run.name = "operator";
+  e.grid = {9, 8, 0.263256, 0.263256, 0.0, 0.0};
+  e.part.shape.kind = "cuboid";
+  e.part.shape.width_mm = 1.9;
+  e.part.shape.depth_mm = 1.6;
+  e.part.shape.height_mm = 0.025;
+  e.control.scheme = "mpc";
+  e.plant.seed = seed;
+  return e;
+}
+
+OperatorOrder order(OperatorVerb verb, const std::string& key = "", const std::string& value = "") {
+  return {new_order_id(), verb, key, value};
+}
+
+struct Print {
+  explicit Print(const Experiment& e)
+      : run(RunFolder::create(place.path(), e, make_inputs(e, ""), {"test"})) {}
+  LabRunReport go(std::vector<LabOrder> later = {}, bool resume = false,
+                  std::vector<OperatorOrder> at_once = {}) {
+    LabRunOptions o;
+    o.resume = resume;
+    o.orders = std::move(at_once);
+    o.later = std::move(later);
+    o.note = [&](const std::string& text) { said.push_back(text); };
+    return run_in_lab(run, o);
+  }
+  test::TempFolder place;
+  RunFolder run;
+  std::vector<std::string> said;
+};
+
+/// All that was decided, fired and measured, without times.
+std::string story(const std::filesystem::path& run) {
+  std::string all;
+  const replay::RunMessages messages(run);
+  messages.each<layer_plan_t>(channels::kLayerPlan.name, [&](const layer_plan_t& m) {
+    all += "plan " + std::to_string(m.layer) + " " + std::to_string(m.decision) + " " +
+           std::string(m.drops.begin(), m.drops.end()) + std::to_string(m.objective_mm) + "\n";
+  });
+  messages.each<deposition_report_t>(channels::kDepositionReport.name, [&](const deposition_report_t& m) {
+    all += "pass " + std::to_string(m.layer) + " " + std::to_string(m.pass) + " " +
+           std::string(m.drops.begin(), m.drops.end()) + "\n";
+  });
+  messages.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) {
+    all += "map " + std::to_string(m.layer) + " " +
+           std::string(reinterpret_cast<const char*>(m.height_mm.data()),
+                       m.height_mm.size() * sizeof m.height_mm[0]) +
+           "\n";
+  });
+  return all;
+}
+
+void check_whole(const std::filesystem::path& run) {
+  ReplayCommandOptions o;
+  o.run = run.string();
+  CHECK(replay_verdict(o).identical());
+  CHECK(audit_verdict(run).clean());
+}
+
+TEST_CASE(
+    "a print that waits an hour for the operator goes on with the same bytes as one that did not wait") {
+  Experiment e = tiny(3);
+  e.plant.drift = 0.0;  // in an hour a nozzle dries and cools: that is nature's, and the next maps show it
+  Print plain(e);
+  REQUIRE(plain.go().result.status == kOk);
+  const std::string wanted = story(plain.run.path());
+  for (const double at_s : {0.5, 6.0, 9.0, 12.0}) {
+    INFO("pause at " << at_s << " s");
+    Print paused(e);
+    const LabRunReport report = paused.go({{at_s, order(OperatorVerb::kPause)},
+                                           {at_s + 1.0, order(OperatorVerb::kPause)},
+                                           {at_s + 3600.0, order(OperatorVerb::kContinue)}});
+    CHECK(report.result.status == kOk);
+    CHECK(report.node_seconds > 3600.0);
+    CHECK((story(paused.run.path()) == wanted));
+    REQUIRE(paused.said.size() == 2);
+    CHECK_THAT(paused.said[0], Catch::Contains("the print waits before"));
+    check_whole(paused.run.path());
+  }
+}
+
+TEST_CASE("the operator's stop ends a print safely, and a resume finishes it") {
+  Print print(tiny(4));
+  const LabRunReport report = print.go({{12.0, order(OperatorVerb::kStop)}});
+  CHECK(report.result.status == kSafetyStop);
+  CHECK(report.result.reason == "stopped by the operator");
+  CHECK(print.go({}, true).result.status == kOk);
+  check_whole(print.run.path());
+}
+
+TEST_CASE("control.max_layers is no dead end: a resume with a higher number finishes the part") {
+  Experiment e = tiny(5);
+  e.control.max_layers = 1;
+  Print print(e);
+  CHECK(print.go().result.outcome == "waits for operator");
+  CHECK(print.go({}, true).result.outcome == "waits for operator");
+  const LabRunReport report = print.go({}, true, {order(OperatorVerb::kSet, "control.max_layers", "60")});
+  CHECK(report.result.status == kOk);
+  CHECK(report.result.layers > 1);
+  check_whole(print.run.path());
+}
+
+TEST_CASE("finish-layer ends a print after a measured layer, and a resume prints the rest") {
+  Print print(tiny(6));
+  const LabRunReport report = print.go({{9.0, order(OperatorVerb::kFinishLayer)}});
+  CHECK(report.result.outcome == "ended early");
+  CHECK(report.result.layers >= 1);
+  CHECK(print.go({}, true).result.status == kOk);
+  check_whole(print.run.path());
+}
+
+TEST_CASE("a client of the socket pauses, sets, continues and stops a running print, each order once") {
+  Print print(tiny(7));
+  const std::filesystem::path run = print.run.path();
+  std::optional<LabRunReport> report;
+  std::jthread printing([&] {
+    report = print.go(
+        {{1.0, order(OperatorVerb::kPause)}, {1.0 + 3600.0 * 24 * 20, order(OperatorVerb::kContinue)}});
+  });
+  while (!OperatorClient::answers(run)) ::poll(nullptr, 0, 2);
+  CHECK(printing_process(run) == ::getpid());
+  CHECK_THROWS_WITH(refuse_running(run),
+                    Catch::Contains("is running (pid " + std::to_string(::getpid()) + ")"));
+  OperatorClient client(run);
+  const OperatorOrder pause = order(OperatorVerb::kPause);
+  client.send(pause);
+  CHECK_THAT(client.next(30.0).value_or(""), Catch::Contains("ok pause"));
+  client.send(pause);
+  CHECK_THAT(client.next(30.0).value_or(""), Catch::Contains("was taken before"));
+  client.send(order(OperatorVerb::kSet, "grid.nx", "7"));
+  CHECK_THAT(client.next(30.0).value_or(""), Catch::StartsWith("refused grid.nx"));
+  client.send(order(OperatorVerb::kSet, "control.max_layers", "77"));
+  CHECK_THAT(client.next(30.0).value_or(""), Catch::StartsWith("ok set control.max_layers=77"));
+  client.say("7 dance");
+  CHECK_THAT(client.next(30.0).value_or(""), Catch::StartsWith("refused 'dance'"));
+  client.send(order(OperatorVerb::kStop));
+  CHECK_THAT(client.next(30.0).value_or(""), Catch::StartsWith("ok stop"));
+  printing.join();
+  REQUIRE(report);
+  CHECK(report->result.reason == "stopped by the operator");
+  CHECK_FALSE(printing_process(run));
+  CHECK_THROWS_WITH(OperatorClient(run), Catch::Contains("is not running"));
+  CHECK(print.go({}, true).result.status == kOk);
+  check_whole(run);
+}
+
+}  // namespace
+}  // namespace firn
