@@ -126,16 +126,15 @@ std::string dataflow_markdown() {
       "# Data flow\n\n"
       "Written by `firn dataflow` from `lcmtypes/channels.table` and the nodes' subscriptions. Each node is "
       "a\n"
-      "process; `[[drivers]]` speak to one instrument each. A channel is reliable and delivers every "
-      "message,\n"
-      "but for those with `latest`, which deliver the newest; without a rate a message is sent on an event.\n"
-      "The recorder takes every channel that is logged. Meanings: "
+      "process; `[[drivers]]` speak to one instrument each. Channels are reliable, `latest` ones deliver "
+      "the\n"
+      "newest message. The recorder takes every channel that is logged. Meanings:\n"
       "[channels.table](../lcmtypes/channels.table).\n\n";
   out += graph(table);
   out += "\n";
   for (const Row& r : table) {
     const std::string delivery = delivery_text(*r.channel);
-    out += "`" + r.name + "` " + std::string(r.channel->type) +
+    out += r.name + " " + std::string(r.channel->type) +
            (delivery == "reliable" ? "" : " (" + delivery + ")") + (&r == &table.back() ? ".\n" : ",\n");
   }
   return out;

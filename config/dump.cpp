@@ -23,6 +23,8 @@ std::vector<ConfigDifference> differences(const Experiment& a, const Experiment&
 
 std::string configuration_markdown() {
   Experiment defaults;
+  std::vector<Field> table = fields(defaults);  // without a scheme's own parameters: firn config explain
+  std::erase_if(table, [](const Field& f) { return !f.scheme.empty(); });
   return "# Configuration\n\n"
          "Written by `firn config docs`. An experiment is a TOML file; every key has the default shown "
          "here.\n"
@@ -33,7 +35,7 @@ std::string configuration_markdown() {
          "FILE` writes every key with its resolved value. Keys of the other kind of lab are refused: `[lab]\n"
          "kind = \"inkjet\"` has no [ice], [robot], [valve_a], [valve_b], [laser_point], [heater], [flow],\n"
          "[plant.ice]; `\"ice\"` takes its part, grid and process from them.\n" +
-         fields_markdown(fields(defaults));
+         fields_markdown(table);
 }
 
 }  // namespace firn

@@ -216,8 +216,8 @@ Experiment parse_experiment(const std::vector<std::pair<std::string, std::string
                             const std::vector<std::string>& overrides);
 
 struct ConfigError;
-/// Returns every mistake of the texts, in the order of the lines; where no value is wrong in itself, every rule
-/// between keys that is broken.
+/// Returns every mistake of the texts, in the order of the lines; where no value is wrong in itself, every
+/// rule between keys that is broken.
 std::vector<ConfigError> mistakes_of(const std::vector<std::pair<std::string, std::string>>& named_texts,
                                      const std::vector<std::string>& overrides);
 
