@@ -5,7 +5,6 @@
 
 #include <cerrno>
 #include <cstring>
-#include <stdexcept>
 
 #include "files/record/file.h"
 #include "files/record/output_target.h"
@@ -19,7 +18,7 @@ namespace {
 constexpr std::size_t kBlock = std::size_t(1) << 16;
 
 [[noreturn]] void fail(const fs::path& path, const std::string& what) {
-  throw std::runtime_error(path.string() + ": " + what);
+  throw WriteError(path.string() + ": " + what);
 }
 
 }  // namespace
@@ -54,6 +53,7 @@ void write_file_atomically(const fs::path& named, std::string_view content) {
   const logfile::PartFile part(path.string() + ".part");
   const fs::path& temporary = part.path();
   const int fd = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0644);
+  if (fd < 0 && (errno == ENOSPC || errno == EDQUOT || errno == EIO)) fail(path, std::strerror(errno));
   if (fd < 0) throw UsageError(named.string() + ": cannot be written: " + std::strerror(errno));
   std::size_t done = 0;
   while (done < content.size()) {

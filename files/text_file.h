@@ -2,14 +2,21 @@
 #pragma once
 
 #include <filesystem>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 
 namespace firn {
 
+/// A file that cannot be finished: no space, a disk that is gone. The text names path, byte and the system's
+/// reason.
+class WriteError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 /// Writes a file whole or not at all: temporary file, fsync, rename. Follows symbolic links; a folder, a
-/// device or a pipe is never replaced. @throws UsageError: an unwritable place; std::runtime_error naming
-/// path, byte and the system's reason.
+/// device or a pipe is never replaced. @throws UsageError: an unwritable place; WriteError
 void write_file_atomically(const std::filesystem::path& path, std::string_view content);
 /// @throws UsageError naming path and the system's reason: a missing file, a folder
 std::string read_file(const std::filesystem::path& path);

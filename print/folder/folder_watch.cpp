@@ -7,6 +7,7 @@
 #include <cerrno>
 
 #include "files/record/file.h"
+#include "files/text_file.h"
 
 namespace firn {
 
@@ -45,7 +46,8 @@ std::string FolderWatch::trouble() const {
 }
 
 std::string storage_trouble(const std::exception& error) {
-  if (dynamic_cast<const logfile::FileError*>(&error)) return error.what();
+  if (dynamic_cast<const logfile::FileError*>(&error) || dynamic_cast<const WriteError*>(&error))
+    return error.what();
   const auto* raw = dynamic_cast<const fs::filesystem_error*>(&error);
   return raw ? raw->path1().string() + ": " + raw->code().message() : "";
 }

@@ -116,6 +116,24 @@ TEST_CASE("each write of a print in one process fails in turn, by name, and a re
   CHECK(resume_writes > 0);
 }
 
+TEST_CASE("each of the first writes of a resume fails in turn, by name: those of its seal too") {
+  const Runs runs;
+  const RunFolder run = runs.create(tiny(3));
+  {
+    const DiskFaults fault(run.path(), 300, true);
+    REQUIRE(print(run, false).result.status == kSafetyStop);
+  }
+  for (std::uint64_t call = 1; call <= 40; ++call) {
+    CAPTURE(call);
+    const DiskFaults fault(run.path(), call, true);
+    const LabRunReport r = print(run, true);
+    CHECK(r.result.status == kSafetyStop);
+    CHECK_THAT(r.result.reason, Contains("No space left on device") && Contains(run.path().string()));
+  }
+  CHECK(print(run, true).result.status == kOk);
+  check_whole(run.path());
+}
+
 TEST_CASE("a run folder that is moved or deleted during a print in one process ends the print by name") {
   const Runs runs;
   for (const bool deleted : {false, true}) {
