@@ -113,6 +113,10 @@ void SealedIncarnation::ended(RunResult& result) try {
       s.differs.push_back(since(d, "when incarnation " + std::to_string(s.incarnation) + " ended"));
   write_seal(run_, s);
 } catch (const std::exception& e) {
+  std::error_code error;
+  const SealCheck c = check_seals(run_, true);
+  if (!c.seals.empty() && !c.seals.back().open) fs::remove(seal_path(run_, c.seals.back().number), error);
+  fs::remove(run_ / kResult, error);  // the run has not ended: its resume writes the result and seals it
   result.outcome = "stopped safely";
   result.status = kSafetyStop;
   result.reason = std::string("the run could not be sealed: ") + e.what();

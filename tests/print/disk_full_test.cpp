@@ -116,6 +116,29 @@ TEST_CASE("each write of a print in one process fails in turn, by name, and a re
   CHECK(resume_writes > 0);
 }
 
+TEST_CASE("each of the last writes of a print fails in turn: no result stays without the seal of its end") {
+  const Runs runs;
+  std::uint64_t writes = 0;
+  {
+    const RunFolder run = runs.create(tiny(3));
+    const DiskFaults counted(run.path(), DiskFaults::kNever);
+    REQUIRE(print(run, false).result.status == kOk);
+    writes = counted.calls();
+  }
+  for (std::uint64_t n = writes - 24; n <= writes; ++n) {
+    CAPTURE(n, writes);
+    const RunFolder run = runs.create(tiny(3));
+    {
+      const DiskFaults fault(run.path(), n, false);
+      CHECK(print(run, false).result.status == kSafetyStop);
+    }
+    CHECK_FALSE(run.result());
+    CHECK(print(run, true).result.status == kOk);
+    check_whole(run.path());
+    fs::remove_all(run.path());
+  }
+}
+
 TEST_CASE("each of the first writes of a resume fails in turn, by name: those of its seal too") {
   const Runs runs;
   const RunFolder run = runs.create(tiny(3));
