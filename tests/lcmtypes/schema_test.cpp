@@ -104,6 +104,8 @@ TEST_CASE("Leaves come with their path, value and byte, in encoded order") {
                                           "grid.origin_y_mm=3",
                                           "noise_std_mm=0.001",
                                           "measured_fraction=0.98",
+                                          "rows_expected=0",
+                                          "rows_received=0",
                                           "height_mm[0]=0",
                                           "height_mm[1]=0.01",
                                           "height_mm[2]=0.02",
@@ -183,7 +185,8 @@ TEST_CASE("JSON nests structs, escapes texts, writes NaN as null and shortens lo
       to_json(type("height_map_t"), map) ==
       R"({"header":{"run_id":81985529216486895,"incarnation":2,"seq":41,"utime_us":7000000},"n":4,"layer":7,"attempt":0,)"
       R"("map_id":9,"sample_utime_us":6900000,"grid":{"nx":2,"ny":2,"pitch_x_mm":0.263256,"pitch_y_mm":0.263256,)"
-      R"("origin_x_mm":-5,"origin_y_mm":3},"noise_std_mm":0.001,"measured_fraction":0.98,"height_mm":[0,0.01,0.02,null],)"
+      R"("origin_x_mm":-5,"origin_y_mm":3},"noise_std_mm":0.001,"measured_fraction":0.98,"rows_expected":0,)"
+      R"("rows_received":0,"height_mm":[0,0.01,0.02,null],)"
       R"("quality":[0,1,2,0]})");
   const auto plan = encode(some_layer_plan(8, 4));
   CHECK_THAT(
