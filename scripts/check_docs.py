@@ -208,7 +208,7 @@ def keys(root):
 
 def is_bench(root, name):
     folder = Path(root) / "tests" / "bench"
-    return (folder / f"{name}.sh").is_file() or bool(re.search(rf"add_executable\({name}\b", lists(root)))
+    return (folder / f"{name}.sh").is_file() or bool(re.search(rf"firn_bench\({name}\b", lists(root)))
 
 
 def check_commands(root):

@@ -1,4 +1,4 @@
-// RunEntry holds what a list of runs shows of one run folder.
+// RunEntry holds the facts that a list of runs shows of one run folder.
 #pragma once
 
 #include <cstdint>

@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kMostClients = 16;
 constexpr std::size_t kLongestLine_bytes = 4096;
 
-// A client that does not read what it is sent is of no use to anybody, and must not hold up the print.
+// A client that reads nothing must not hold up the print.
 bool say(int fd, const std::string& line) {
   const std::string text = line + "\n";
   return ::send(fd, text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT) == ssize_t(text.size());

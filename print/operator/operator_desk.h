@@ -35,7 +35,7 @@ class OperatorDesk {
   OperatorDesk& operator=(const OperatorDesk&) = delete;
 
   void add_to(std::vector<pollfd>& fds) const;
-  /// Takes what has arrived; does not block.
+  /// Takes the lines that have arrived; does not block.
   void service(const Obey& obey);
   /// Waits at most this long for something to arrive.
   void wait(int milliseconds) const;

@@ -27,7 +27,7 @@ std::string default_bus_url(int port);
 class LcmBus : public Bus {
  public:
   /// @param url "udpm://<multicast address>:<port>[?ttl=0][&recv_buf_size=<bytes>][&key=none]"
-  /// @param key seals what is sent; what is not sealed with it is dropped. None exactly if the URL has
+  /// @param key seals all that is sent; a datagram without its seal is dropped. None exactly if the URL has
   /// key=none
   /// @throws std::runtime_error naming the URL and the remedy if there is no such bus on loopback
   explicit LcmBus(const std::string& url, const std::optional<BusKey>& key = std::nullopt);

@@ -68,7 +68,7 @@ void Scheduler::on(const safe_stop_t& m, Time, Outbox& out) {
 
 void Scheduler::on(const operator_command_t& m, Time now, Outbox& out) {
   if (phase_ == Phase::kOver || !changes_.take(m.command_id)) return;
-  // The resume was the operator's word: only what was changed or accepted before it still counts.
+  // The resume was the operator's word: only changes and acceptances before it still count.
   const bool stale = m.header.incarnation < incarnation_;
   switch (OperatorVerb(m.verb)) {
     case OperatorVerb::kAcceptDoubt:
