@@ -169,6 +169,8 @@ bool DropletLoop::doubted(const height_map_t& m, Time now, Outbox& out) {
                        {"the bare table", "the profiler's zero or the table's height",
                         "set the profiler to zero on the bare table"});
     if (doubt.empty()) bare_ = std::move(height);
+  } else if (experiment().control.scheme == "pattern") {  // scattered cells have no outline
+    bare_ = HeightMap();
   } else if (bare_.size() == height.size() && job_.finished() && !job_.in_doubt() && job_.layer() == 1) {
     for (std::size_t c = 0; c < height.size(); ++c) height.cells[c] -= bare_.cells[c];
     Mask laid(experiment().grid);

@@ -342,14 +342,14 @@ TEST_CASE("A print in one process leaves a run that verifies, replays, audits an
   CHECK(column("layer") == result.at("layers").dump());
 }
 
-TEST_CASE("A print to a tolerance that it misses exits with 1, and one that it keeps with 0") {
+TEST_CASE("A print to a tolerance that it misses exits with 4, and one that it keeps with 0") {
   const fs::path folder = fresh_folder("print-tolerance");
   const auto code = [&](const char* um) {
     return firn_says({"print", kSource + "/tests/replay/golden/tiny.toml", "--bus", "in-process", "--runs",
                       (folder / "runs").string(), "--tolerance", um})
         .code;
   };
-  CHECK(code("0.0001") == 1);
+  CHECK(code("0.0001") == 4);
   CHECK(code("1000") == 0);
 }
 

@@ -25,7 +25,9 @@ std::string bytes_of(const Request& r) { return test::hex(r.text()); }
 
 TEST_CASE("the jet speaks as the JetDrive card says, whatever the split of the replies", "[jet]") {
   for (const std::size_t split : {0, 1, 2, 3}) {
-    Jet jet(JetOptions{});
+    JetOptions options;
+    options.max_rate_hz = 1000;
+    Jet jet(options);
     test::play(
         jet, kTranscripts + "jet_start_arm.txt",
         [&](const std::string& c, std::int64_t t, Effects& fx) { jet_command(jet, c, t, fx); }, split);
@@ -38,6 +40,6 @@ TEST_CASE("JetDrive frames equal the vectors of the card", "[jet]") {
   CHECK(bytes_of(frame(Command::kReset, {}, Repeat::kSetup)) == "53 02 01 03");
   CHECK(bytes_of(frame(Command::kSource, external, Repeat::kNever)) == "53 03 08 01 0C");
   CHECK(bytes_of(frame(Command::kFullFrequency, hz, Repeat::kSetup)) == "53 04 12 03 E8 01");
-  CHECK(bytes_of(pulse(Waveform{})) ==
+  CHECK(bytes_of(pulse(waveform_of(JetConfig{}))) ==
         "53 15 06 00 00 00 C8 00 01 90 00 00 00 14 FF EC 00 1E 00 1E 00 1E CD");
 }

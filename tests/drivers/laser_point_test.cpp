@@ -19,12 +19,19 @@ namespace {
 const std::string kTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/transcripts/";
 using Rig = test::FakeRig<LaserPoint, FakeLaser>;
 
+LaserPointOptions slow_readings() {
+  LaserPointOptions o;
+  o.sampling_us = 1000;
+  o.averaging = 1;
+  return o;
+}
+
 struct Lab {
   FakeLaser fake;
   LaserPoint laser;
   Rig rig;
 
-  explicit Lab(LaserPointOptions config = {}) : laser(std::move(config)), rig(laser, fake) {
+  explicit Lab(LaserPointOptions config = slow_readings()) : laser(std::move(config)), rig(laser, fake) {
     rig.lines = false;
   }
 
@@ -61,7 +68,7 @@ std::vector<double> some_heights(std::size_t n, std::uint64_t seed) {
 TEST_CASE("the point laser's driver speaks as its card says, whatever the split of the replies",
           "[laser_point]") {
   for (const std::size_t split : {0, 1, 2, 5}) {
-    LaserPoint laser{LaserPointOptions{}};
+    LaserPoint laser{slow_readings()};
     test::play(
         laser, kTranscripts + "lkg_storage.txt",
         [&](const std::string& c, std::int64_t t, Effects& fx) {

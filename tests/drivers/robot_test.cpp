@@ -24,7 +24,9 @@ const std::string kTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/
 
 TEST_CASE("the robot's driver speaks as its card says, whatever the split of the replies", "[robot]") {
   for (const std::size_t split : {0, 1, 2, 7}) {
-    Robot robot{RobotOptions{}};
+    RobotOptions options;
+    options.poll_moving_s = 0.5;
+    Robot robot{options};
     test::play(
         robot, kTranscripts + "fvp_run_path.txt",
         [&](const std::string& c, std::int64_t t, Effects& fx) {
