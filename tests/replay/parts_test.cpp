@@ -471,7 +471,7 @@ TEST_CASE("A number is grouped by thousands") {
 
 TEST_CASE("The JSON of a replay's verdict holds what the verdict holds, odd bytes included") {
   RunVerdict v;
-  v.nodes = {{"controller", 2, 30, 20, 10, 4096, 1, 3, 1'500'000'000, 0, 99, "step 9: \"no\""}};
+  v.nodes = {{"controller", 2, 30, 20, 10, 4096, 1, 3, 4, 2, 17, 1'500'000'000, 0, 99, "step 9: \"no\""}};
   v.provenance = {"commit: recorded a, now b"};
   v.damage = {{"nodes/jet.wal", 12, 34, "checksum does not hold", 7}};
   Finding f;
