@@ -114,7 +114,7 @@ void SealedIncarnation::ended(RunResult& result) try {
   write_seal(run_, s);
 } catch (const std::exception& e) {
   std::error_code error;
-  const SealCheck c = check_seals(run_, true);
+  const SealCheck c = check_seals(run_, false);  // a sync would meet the same disk
   if (!c.seals.empty() && !c.seals.back().open) fs::remove(seal_path(run_, c.seals.back().number), error);
   fs::remove(run_ / kResult, error);  // the run has not ended: its resume writes the result and seals it
   result.outcome = "stopped safely";
