@@ -49,7 +49,8 @@ TEST_CASE("no two keys have one name") {
 
 TEST_CASE("smf_adaptive reads its own parameters, and no other scheme has them") {
   const std::string adaptive =
-      "[lab]\nkind = \"ice\"\n[ice]\nmesh = \"x.stl\"\nslice = \"s.toml\"\nmachine = \"m.toml\"\n[control]\nscheme = "
+      "[lab]\nkind = \"ice\"\n[ice]\nmesh = \"x.stl\"\nslice = \"s.toml\"\nmachine = "
+      "\"m.toml\"\n[control]\nscheme = "
       "\"smf_adaptive\"\n[control.extra]\n";
   const Experiment e =
       parse_experiment(adaptive + "adaptive_gain = 0.5\nadaptive_window_cells = 7\n", "x.toml");
@@ -58,12 +59,11 @@ TEST_CASE("smf_adaptive reads its own parameters, and no other scheme has them")
   CHECK(o.adaptive.window_cells == 7);
   CHECK(o.adaptive.gain_max == control::SurfaceAdaptiveOptions{}.gain_max);
   CHECK(parse_experiment(dump(e), "dump").control.extra.number("adaptive_gain") == 0.5);
-  CHECK_THROWS_WITH(
-      parse_experiment(
-          "[lab]\nkind = \"ice\"\n[ice]\nmesh = \"x.stl\"\nslice = \"s.toml\"\nmachine = \"m.toml\"\n[control]\nscheme = \"smf\"\n"
-          "[control.extra]\nadaptive_gain = 0.5\n",
-          "x.toml"),
-      Catch::Contains("is of control.scheme = \"smf_adaptive\""));
+  CHECK_THROWS_WITH(parse_experiment("[lab]\nkind = \"ice\"\n[ice]\nmesh = \"x.stl\"\nslice = "
+                                     "\"s.toml\"\nmachine = \"m.toml\"\n[control]\nscheme = \"smf\"\n"
+                                     "[control.extra]\nadaptive_gain = 0.5\n",
+                                     "x.toml"),
+                    Catch::Contains("is of control.scheme = \"smf_adaptive\""));
   Experiment smf;
   CHECK(dump(smf).find("adaptive_gain") == std::string::npos);
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "plant/record/record.h"
+#include "replay/run_migration.h"
 #include "runtime/outbox.h"
 
 namespace firn::test {
@@ -25,7 +26,7 @@ void edit_messages(const std::filesystem::path& run, std::string_view channel,
                    const std::function<bool(Message&)>& edit) {
   edit_messages(run, channel, EditBytes([&](std::vector<std::byte>& bytes) {
                   Message m{};
-                  if (m.decode(bytes.data(), 0, int(bytes.size())) != int(bytes.size())) return true;
+                  if (!replay::decode_recorded(bytes, m)) return true;
                   if (!edit(m)) return false;
                   bytes.resize(std::size_t(m.getEncodedSize()));
                   m.encode(bytes.data(), 0, int(bytes.size()));

@@ -181,7 +181,7 @@ TEST_CASE("The page holds every row, note and picture, escaped, and loads nothin
   const std::string page = reproduce_page(first);
   for (const char* piece :
        {"lu.first.near", "+- 1 um", "A &lt;set-up&gt;", "A caption with &lt; and &amp;", "<svg viewBox",
-        "p. 1064, Fig. 11: \"surfaces are 44.1 and &lt;0.7&gt;\"", "<b>FIT</b>: grid and mask",
+        "p. 1064, Fig. 11: &quot;surfaces are 44.1 and &lt;0.7&gt;&quot;", "<b>FIT</b>: grid and mask",
         "errata: by hand", "the ink is not described", "lu.first.own"})
     CHECK_THAT(page, Contains(piece));
   for (const char* piece : {"<script", "<link", "src=\"http"}) CHECK(page.find(piece) == page.npos);
