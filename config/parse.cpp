@@ -83,7 +83,8 @@ class Reader {
     for (const auto& [key, node] : table) {
       const std::string full = prefix + std::string(key.str());
       if (full == "include" && file != kSet) continue;
-      tell([&] { read_key(full, node, file, int(key.source().begin.line)); });
+      const int line = int(key.source().begin.line);
+      tell([&, &value = node] { read_key(full, value, file, line); });
     }
   }
 

@@ -104,6 +104,18 @@ SealedIncarnation::SealedIncarnation(const fs::path& run, std::int64_t run_id, b
 
 SealedIncarnation::~SealedIncarnation() { ::close(lock_); }
 
+// The run has not ended: its resume writes the result and seals it. Where the folder has gone there is
+// nothing to remove, and a sync would meet the same disk.
+static void remove_end(const fs::path& run) {
+  std::error_code error;
+  fs::remove(run / kResult, error);
+  try {
+    const SealCheck c = check_seals(run, false);
+    if (!c.seals.empty() && !c.seals.back().open) fs::remove(seal_path(run, c.seals.back().number), error);
+  } catch (const std::exception&) {
+  }
+}
+
 void SealedIncarnation::ended(RunResult& result) try {
   const SealCheck c = check_seals(run_, true);
   Seal s = next_seal(c);
@@ -113,10 +125,7 @@ void SealedIncarnation::ended(RunResult& result) try {
       s.differs.push_back(since(d, "when incarnation " + std::to_string(s.incarnation) + " ended"));
   write_seal(run_, s);
 } catch (const std::exception& e) {
-  std::error_code error;
-  const SealCheck c = check_seals(run_, false);  // a sync would meet the same disk
-  if (!c.seals.empty() && !c.seals.back().open) fs::remove(seal_path(run_, c.seals.back().number), error);
-  fs::remove(run_ / kResult, error);  // the run has not ended: its resume writes the result and seals it
+  remove_end(run_);
   result.outcome = "stopped safely";
   result.status = kSafetyStop;
   result.reason = std::string("the run could not be sealed: ") + e.what();
