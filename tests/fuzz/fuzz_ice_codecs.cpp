@@ -81,7 +81,8 @@ void laser(std::span<const std::byte> bytes) {
   std::vector<float> mm;
   const auto damaged = lkg::parse_dump(text, mm);
   if (damaged)
-    require(*damaged >= 0 && mm.size() == text.size() / 9, "a dump has as many values as its bytes say");
+    require(*damaged >= 0 && mm.size() == (text.size() + 1) / 9,
+            "a dump has as many values as its bytes say");
   (void)lkg::parse_stored(text);
   for (const char* command : {"M1", "SW,CA,5", "AO,1", "R0"}) (void)lkg::parse(text, command);
 }
