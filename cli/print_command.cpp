@@ -37,7 +37,7 @@
 namespace firn {
 namespace {
 
-// What the operator says with --resume.
+// Orders of the operator that come with --resume.
 std::vector<OperatorOrder> orders_of(const PrintOptions& options) {
   std::vector<OperatorOrder> orders;
   if (options.accept_doubt) orders.push_back({new_order_id(), OperatorVerb::kAcceptDoubt, {}, {}});

@@ -290,7 +290,7 @@ std::string include_of(const std::string& toml_text, const std::string& file_nam
 
 namespace {
 
-// What a run did before a key for it existed.
+// Values of keys by which a run behaves as it did before the keys existed.
 Experiment before_its_keys() {
   Experiment e;
   e.process.max_lost_rows_share = 1.0;

@@ -20,7 +20,7 @@ struct PortAddress {
   Kind kind = Kind::kSimulated;
   std::string place;  ///< host, device file or socket; empty in the simulated world
   int tcp_port = 0;   ///< 1 to 65535
-  // Of serial lines.
+  // Settings of serial lines.
   int baud = 0;
   int data_bits = 8;
   char parity = 'N';  ///< N, E, O

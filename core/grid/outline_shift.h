@@ -24,7 +24,7 @@ struct OutlineShift {
 /// @throws std::invalid_argument: sizes that differ
 OutlineShift outline_shift(const HeightMap& rise, const Mask& laid, const Mask& beside, double reach_mm);
 
-/// How much lower the edge at maximum x (y) is than that at minimum x (y), in widths of a cell: where
+/// Height by which the edge at maximum x (y) is lower than that at minimum x (y), in widths of a cell: where
 /// readings lie on the part alone, a sensor that is aside reads bare ground at one edge.
 struct EdgeGap {
   bool known = false;  ///< enough cells on each edge

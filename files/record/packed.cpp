@@ -138,7 +138,7 @@ std::span<const std::byte> unpack(const fs::path& file, std::span<const std::byt
     if (checksum_of(known->bytes()) != h.known_checksum)
       throw damaged((file.parent_path() / name).lexically_normal().string() + " is not as it was");
   }
-  // What a damaged header asks for must not fill the memory; the frame says how much it holds.
+  // A damaged header must not fill the memory; the frame says how much it holds.
   if (ZSTD_getFrameContentSize(frame.data(), frame.size()) != h.squeezed || h.plain / 64 > h.squeezed)
     throw damaged("byte 8: sizes");
   Pages squeezed(h.squeezed), plain(h.plain);
