@@ -56,6 +56,15 @@ class Take {
   std::size_t at_ = 0;
 };
 
+std::int32_t incarnation(Take& take) {
+  const auto v = take.number<std::int32_t>();
+  if (v < 0 || v > kLastIncarnation)
+    throw std::runtime_error("write-ahead record: byte " + std::to_string(take.at() - sizeof v) +
+                             ": incarnation " + std::to_string(v) + " is not in [0, " +
+                             std::to_string(kLastIncarnation) + "]");
+  return v;
+}
+
 LinkState link_state(Take& take) {
   const auto state = take.number<std::uint8_t>();
   if (state > 1)
@@ -110,7 +119,7 @@ WalHead decode_head(std::span<const std::byte> payload) {
   WalHead h;
   h.node = take.text();
   h.run_id = take.number<std::int64_t>();
-  h.incarnation = take.number<std::int32_t>();
+  h.incarnation = incarnation(take);
   h.commit = take.text();
   h.platform = take.text();
   h.config_toml = take.text();
@@ -164,7 +173,7 @@ WalEvent decode_event(std::span<const std::byte> payload) {
   e.now.us = take.number<std::int64_t>();
   switch (e.kind) {
     case EventKind::kStart:
-      e.incarnation = take.number<std::int32_t>();
+      e.incarnation = incarnation(take);
       break;
     case EventKind::kMessage:
       e.channel = take.text();

@@ -22,6 +22,9 @@ enum class WalKind : std::uint16_t {
   kOutputs = 3,  ///< step number, nanoseconds of the handler, the Outputs; missing = the step put out nothing
 };
 
+/// Largest number of an incarnation in a message's header (lcmtypes/header_t.lcm) and in a write-ahead file.
+inline constexpr std::int32_t kLastIncarnation = 1'000'000;
+
 /// Everything that is needed to build the node again.
 struct WalHead {
   std::string node;

@@ -112,6 +112,30 @@ TEST_CASE("a link state that is neither open nor closed is refused with its byte
   REQUIRE_THROWS_WITH(decode_event(record), Catch::Contains("byte " + std::to_string(record.size() - 1)));
 }
 
+TEST_CASE("an incarnation that no header can hold is refused with its byte, in a head and in a start") {
+  for (const std::int32_t wrong : {-1, kLastIncarnation + 1, std::numeric_limits<std::int32_t>::max(),
+                                   std::numeric_limits<std::int32_t>::min()}) {
+    WalHead head;
+    head.node = "jet";
+    head.incarnation = wrong;
+    std::vector<std::byte> record;
+    encode_head(head, record);
+    REQUIRE_THROWS_WITH(decode_head(record),
+                        Catch::Contains("byte 15: incarnation " + std::to_string(wrong) + " "));
+    Event start;
+    start.incarnation = wrong;
+    record.clear();
+    encode_event(1, start, record);
+    REQUIRE_THROWS_WITH(decode_event(record),
+                        Catch::Contains("byte 17: incarnation " + std::to_string(wrong) + " "));
+  }
+  WalHead head;
+  head.incarnation = kLastIncarnation;
+  std::vector<std::byte> record;
+  encode_head(head, record);
+  REQUIRE(decode_head(record).incarnation == kLastIncarnation);
+}
+
 TEST_CASE("a head reads back whole: configuration, commit, types and inputs") {
   WalHead h;
   h.node = "controller";
