@@ -84,8 +84,8 @@ void File::close() {
   if (::close(fd) != 0 && errno != EINTR) throw FileError(path_, position_, "cannot close", errno);
 }
 
-MappedFile::MappedFile(const std::filesystem::path& path) {
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+MappedFile::MappedFile(const std::filesystem::path& path, Packed packed) {
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a named pipe does not block
   if (fd < 0) throw FileError(path, 0, "cannot open", errno);
   struct stat status {};
   int e = ::fstat(fd, &status) == 0 ? 0 : errno;
@@ -99,9 +99,9 @@ MappedFile::MappedFile(const std::filesystem::path& path) {
   }
   ::close(fd);
   if (e) throw FileError(path, 0, "cannot map", e);
-  if (!is_packed(bytes_)) return;
-  const MappedFile packed(std::move(*this));
-  bytes_ = unpack(path, packed.bytes());
+  if (packed == Packed::kAsIs || !is_packed(bytes_)) return;
+  const MappedFile stored(std::move(*this));
+  bytes_ = unpack(path, stored.bytes());
 }
 
 MappedFile::~MappedFile() {

@@ -57,8 +57,9 @@ class File {
 /// the size at opening; a file that another process truncates must not be read further.
 class MappedFile {
  public:
+  enum class Packed { kUnpack, kAsIs };
   /// @throws FileError; std::runtime_error naming a packed file that is damaged
-  explicit MappedFile(const std::filesystem::path& path);
+  explicit MappedFile(const std::filesystem::path& path, Packed packed = Packed::kUnpack);
   ~MappedFile();
   MappedFile(MappedFile&& other) noexcept;
   MappedFile& operator=(MappedFile&& other) noexcept;

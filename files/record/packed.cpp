@@ -1,6 +1,7 @@
 #include "files/record/packed.h"
 
 #include <sys/mman.h>
+#include <unistd.h>
 #include <zstd.h>
 
 #include <algorithm>
@@ -39,14 +40,18 @@ struct Free {
   void operator()(ZSTD_DCtx* c) const { ZSTD_freeDCtx(c); }
 };
 
+std::runtime_error damaged(const fs::path& file, const std::string& what) {
+  return std::runtime_error(file.string() + ": packed file: " + what);
+}
+
 /// An anonymous mapping: memory that the system takes back page by page.
 class Pages {
  public:
-  explicit Pages(std::size_t bytes) : bytes_(bytes) {
+  Pages(const fs::path& file, std::size_t bytes) : bytes_(bytes) {
     if (bytes == 0) return;
     void* at =
         ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-    if (at == MAP_FAILED) throw std::runtime_error("no memory for " + std::to_string(bytes) + " bytes");
+    if (at == MAP_FAILED) throw damaged(file, "no memory for " + std::to_string(bytes) + " bytes");
     at_ = static_cast<std::byte*>(at);
   }
   ~Pages() {
@@ -62,6 +67,19 @@ class Pages {
   std::size_t bytes_;
 };
 
+/// Reads the header and the name of the known file, empty: none. A foreign file names no other than a log
+/// beside or above it: a name is no way out of the run's folder.
+std::pair<Header, std::string> header_of(const fs::path& file, std::span<const std::byte> packed) {
+  Header h;
+  if (!is_packed(packed)) throw damaged(file, "no header");
+  std::memcpy(&h, packed.data(), sizeof h);
+  if (h.name > 255 || packed.size() < sizeof h + h.name) throw damaged(file, "byte 40: length of a name");
+  std::string name(reinterpret_cast<const char*>(packed.data()) + sizeof h, h.name);
+  if (!name.empty() && name != "log.lcm" && name != "../log.lcm")
+    throw damaged(file, "byte 48: names another file than log.lcm or ../log.lcm");
+  return {h, std::move(name)};
+}
+
 /// The known file of the packed file that was opened last: those of one run share it.
 std::shared_ptr<const MappedFile> known_file(const fs::path& path) {
   static std::mutex mutex;
@@ -72,6 +90,10 @@ std::shared_ptr<const MappedFile> known_file(const fs::path& path) {
   std::error_code error;
   const auto time = fs::last_write_time(path, error);
   if (!last || path != last_path || time != last_time || error) {
+    last.reset();
+    const MappedFile stored(path, MappedFile::Packed::kAsIs);
+    if (is_packed(stored.bytes()) && !header_of(path, stored.bytes()).second.empty())
+      throw damaged(path, "it needs a known file, and is one");  // in a circle, perhaps
     last = std::make_shared<const MappedFile>(path);
     last_path = path;
     last_time = time;
@@ -96,7 +118,6 @@ bool is_packed(const fs::path& file) {
 
 std::vector<std::byte> pack(std::span<const std::byte> plain, std::span<const std::byte> known,
                             const std::string& known_name) {
-  if (known_name.size() > 255) throw std::runtime_error(known_name + ": too long a name");
   const std::vector<std::byte> squeezed = squeeze_records(plain);
   Header h;
   h.plain = plain.size();
@@ -123,35 +144,33 @@ std::vector<std::byte> pack(std::span<const std::byte> plain, std::span<const st
 }
 
 std::span<const std::byte> unpack(const fs::path& file, std::span<const std::byte> packed) {
-  const auto damaged = [&](const std::string& what) {
-    return std::runtime_error(file.string() + ": packed file: " + what);
-  };
-  Header h;
-  if (!is_packed(packed)) throw damaged("no header");
-  std::memcpy(&h, packed.data(), sizeof h);
-  if (h.name > 255 || packed.size() < sizeof h + h.name) throw damaged("byte 40: length of a name");
-  const std::string name(reinterpret_cast<const char*>(packed.data()) + sizeof h, h.name);
+  const auto [h, name] = header_of(file, packed);
   const auto frame = packed.subspan(sizeof h + h.name);
   std::shared_ptr<const MappedFile> known;
   if (!name.empty()) {
-    known = known_file(file.parent_path() / name);
+    known = known_file((file.parent_path() / name).lexically_normal());
     if (checksum_of(known->bytes()) != h.known_checksum)
-      throw damaged((file.parent_path() / name).lexically_normal().string() + " is not as it was");
+      throw damaged(file, (file.parent_path() / name).lexically_normal().string() + " is not as it was");
   }
   // A damaged header must not fill the memory; the frame says how much it holds.
   if (ZSTD_getFrameContentSize(frame.data(), frame.size()) != h.squeezed || h.plain / 64 > h.squeezed)
-    throw damaged("byte 8: sizes");
-  Pages squeezed(h.squeezed), plain(h.plain);
+    throw damaged(file, "byte 8: sizes");
+  const std::uint64_t memory =
+      std::uint64_t(::sysconf(_SC_PHYS_PAGES)) * std::uint64_t(::sysconf(_SC_PAGESIZE));
+  if (h.squeezed > memory || h.plain > memory - h.squeezed)
+    throw damaged(file, "byte 8: " + std::to_string(h.plain) + " and " + std::to_string(h.squeezed) +
+                            " bytes, the memory of this machine has " + std::to_string(memory));
+  Pages squeezed(file, h.squeezed), plain(file, h.plain);
   const std::unique_ptr<ZSTD_DCtx, Free> context(ZSTD_createDCtx());
   ZSTD_DCtx_setParameter(context.get(), ZSTD_d_windowLogMax, kLargestWindow);
   if (known) ZSTD_DCtx_refPrefix(context.get(), known->bytes().data(), known->bytes().size());
   const std::size_t n =
       ZSTD_decompressDCtx(context.get(), squeezed.span().data(), h.squeezed, frame.data(), frame.size());
   if (ZSTD_isError(n) || n != h.squeezed)
-    throw damaged(std::string("its content is damaged") +
-                  (ZSTD_isError(n) ? std::string(": ") + ZSTD_getErrorName(n) : ""));
+    throw damaged(file, std::string("its content is damaged") +
+                            (ZSTD_isError(n) ? std::string(": ") + ZSTD_getErrorName(n) : ""));
   if (!restore_records(squeezed.span(), plain.span()) || checksum64(plain.span()) != h.checksum)
-    throw damaged("its content is not as it was");
+    throw damaged(file, "its content is not as it was");
   return plain.release();
 }
 

@@ -17,9 +17,9 @@ bool is_packed(std::span<const std::byte> bytes);
 bool is_packed(const std::filesystem::path& file);
 
 /// Returns the content of a packed file.
-/// @param known bytes of the file `known_name`, "../log.lcm" relative to the folder of the packed file;
-/// empty: none
-/// @throws std::runtime_error: a name of more than 255 bytes, no memory
+/// @param known bytes of the file `known_name`; empty: none
+/// @param known_name "log.lcm" or "../log.lcm", from the folder of the packed file; empty: none
+/// @throws std::runtime_error: zstd's error
 std::vector<std::byte> pack(std::span<const std::byte> plain, std::span<const std::byte> known,
                             const std::string& known_name);
 

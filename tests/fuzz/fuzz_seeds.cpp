@@ -11,9 +11,11 @@
 #include "files/path/layer_file.h"
 #include "files/path/trajectory_file.h"
 #include "files/record/event_log.h"
+#include "files/record/packed.h"
 #include "files/record/record_file.h"
 #include "lcmtypes/schema.h"
 #include "tests/files/record/event_samples.h"
+#include "tests/fuzz/known_log.h"
 #include "tests/fuzz/run_seeds.h"
 #include "tests/lcmtypes/samples.h"
 #include "tests/support/mesh_samples.h"
@@ -63,6 +65,21 @@ std::vector<std::byte> behind(std::uint8_t choice, std::span<const std::byte> by
   std::vector<std::byte> input{std::byte(choice)};
   input.insert(input.end(), bytes.begin(), bytes.end());
   return input;
+}
+
+void seed_packed() {
+  const Scratch scratch("fuzz-seeds");
+  write_events(scratch / "a.lcm", some_events(3, 40, 3));
+  const Bytes records = read_file(scratch / "a.lcm.idx");
+  const auto log = as_span(fuzz::kKnownLog);
+  seed("fuzz_packed", "alone", behind(0, logfile::pack(records, {}, "")));
+  seed("fuzz_packed", "known", behind(0, logfile::pack(records, log, "log.lcm")));
+  const auto size = std::uint16_t(records.size());
+  Bytes squeezed{std::byte(size & 255), std::byte(size >> 8)};
+  const Bytes items = logfile::squeeze_records(records);
+  squeezed.insert(squeezed.end(), items.begin(), items.end());
+  seed("fuzz_packed", "squeezed", behind(1, squeezed));
+  seed("fuzz_packed", "plain", behind(2, records));
 }
 
 void seed_plans() {
@@ -157,6 +174,7 @@ int main(int argc, char** argv) {
   }
   folder = argv[1];
   for (const std::size_t n : {1u, 3u, 12u}) seed_logs(n, 40);
+  seed_packed();
   const std::string experiment = dump(Experiment{});
   seed("fuzz_experiment", "default", std::as_bytes(std::span(experiment)));
   const std::string study =

@@ -1,8 +1,10 @@
 #include "files/record/packed.h"
 
 #include <sys/mman.h>
+#include <sys/stat.h>
 
 #include <catch2/catch.hpp>
+#include <cstring>
 #include <fstream>
 
 #include "core/grid/random.h"
@@ -100,6 +102,59 @@ TEST_CASE("a packed file that is damaged, cut or without its known file is named
   CHECK_THROWS_WITH(content(wal), Catch::Contains("log.lcm is not as it was"));
   fs::remove(log);
   CHECK_THROWS_WITH(content(wal), Catch::Contains("log.lcm"));
+}
+
+/// A packed file with these numbers in its header.
+std::vector<std::byte> crafted(std::uint64_t plain, std::uint64_t squeezed, const std::string& name,
+                               std::span<const std::byte> frame = {}) {
+  std::vector<std::byte> file(48 + name.size() + frame.size());
+  const std::uint32_t length = std::uint32_t(name.size());
+  std::memcpy(file.data(), "FIRNPAC1", 8);
+  std::memcpy(file.data() + 8, &plain, 8);
+  std::memcpy(file.data() + 16, &squeezed, 8);
+  std::memcpy(file.data() + 40, &length, 4);
+  std::memcpy(file.data() + 48, name.data(), name.size());
+  if (!frame.empty()) std::memcpy(file.data() + 48 + name.size(), frame.data(), frame.size());
+  return file;
+}
+
+TEST_CASE("a packed file asks for no other file than the log of its own run") {
+  const test::TempFolder folder;
+  const fs::path file = folder.path() / "a.wal";
+  for (const std::string name :
+       {std::string("/etc/passwd"), std::string("../../log.lcm"), std::string("a/../log.lcm"),
+        std::string("b.wal"), std::string("log.lcm\0", 8), std::string(".")}) {
+    write(file, crafted(1, 1, name));
+    CHECK_THROWS_WITH(content(file), Catch::Contains("a.wal: packed file: byte 48"));
+  }
+}
+
+TEST_CASE("packed files that ask for each other in a circle are refused by name") {
+  const test::TempFolder folder;
+  write(folder.path() / "log.lcm", crafted(1, 1, "log.lcm"));
+  CHECK_THROWS_WITH(content(folder.path() / "log.lcm"), Catch::Contains("log.lcm: packed file: it needs"));
+  write(folder.path() / "a.wal", crafted(1, 1, "log.lcm"));
+  CHECK_THROWS_WITH(content(folder.path() / "a.wal"), Catch::Contains("log.lcm: packed file: it needs"));
+}
+
+TEST_CASE("a small packed file that would fill the memory is refused by its size") {
+  const test::TempFolder folder;
+  const std::uint64_t huge = std::uint64_t(1) << 50;
+  // The head of a zstd frame: magic number, a content size of 8 bytes, a window.
+  std::vector<std::byte> frame{std::byte(0x28), std::byte(0xb5), std::byte(0x2f),
+                               std::byte(0xfd), std::byte(0xc0), std::byte(0x58)};
+  const auto size = std::as_bytes(std::span(&huge, 1));
+  frame.insert(frame.end(), size.begin(), size.end());
+  write(folder.path() / "a.wal", crafted(huge, huge, "", frame));
+  CHECK_THROWS_WITH(content(folder.path() / "a.wal"),
+                    Catch::Contains("a.wal: packed file: byte 8: 1125899906842624 and"));
+}
+
+TEST_CASE("a named pipe in the place of a record is refused, not waited for") {
+  const test::TempFolder folder;
+  const fs::path pipe = folder.path() / "log.lcm";
+  REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
+  CHECK_THROWS_WITH(content(pipe), Catch::Contains("log.lcm: byte 0: cannot map"));
 }
 
 }  // namespace
