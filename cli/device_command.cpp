@@ -166,7 +166,7 @@ int run_device(const DeviceCommandOptions& o) {
   Experiment e = load_lab(o);
   const NamedMaker& maker = maker_of(e, o.node);
   const Verb& verb = verb_of(o.node, o.verb);
-  if (!verb.command) e.stage.home_at_start = drivers::HomeAtStart::kOff;  // a question moves nothing
+  if (!verb.command) e.stage.home_at_start = OnOff::kOff;  // a question moves nothing
   const Values values = values_of(verb, o.values);
   const auto real = real_ports(e);
   std::optional<SimulatedInstruments> world;

@@ -12,11 +12,12 @@ function(firn_instrument name)
   set(FIRN_INSTRUMENT_TESTS ${FIRN_INSTRUMENT_TESTS} ${ARG_TEST} PARENT_SCOPE)
 endfunction()
 
-firn_instrument(stage DRIVER ensemble.cpp raster.cpp stage.cpp stage_link.cpp
-                TWIN stage.cpp stage_dialect.cpp TEST stage_test.cpp)
+firn_instrument(stage DRIVER ensemble.cpp raster.cpp stage.cpp stage_link.cpp stage_setup.cpp
+                TWIN stage.cpp stage_dialect.cpp TEST stage_test.cpp stage_setup_test.cpp)
 firn_instrument(jet DRIVER jetdrive.cpp jet.cpp TWIN jet.cpp TEST jet_test.cpp)
 firn_instrument(laser_profiler DRIVER ljv.cpp laser_profiler.cpp TWIN laser_profiler.cpp TEST laser_profiler_test.cpp)
-firn_instrument(lamp DRIVER omnicure.cpp lamp.cpp TWIN lamp.cpp TEST lamp_test.cpp)
+firn_instrument(lamp DRIVER omnicure.cpp lamp.cpp lamp_status.cpp
+                TWIN lamp.cpp TEST lamp_test.cpp lamp_status_test.cpp)
 firn_instrument(robot DRIVER fvp.cpp robot.cpp robot_link.cpp
                 TWIN robot.cpp robot_paths.cpp fvp.cpp TEST robot_test.cpp robot_reset_test.cpp fake_robot.cpp)
 firn_instrument(valve DRIVER fvb.cpp valve.cpp TWIN valve.cpp fvb.cpp TEST valve_test.cpp fake_valve.cpp)

@@ -296,6 +296,10 @@ Experiment before_its_keys() {
   e.process.max_lost_rows_share = 1.0;
   e.control.stall_layers = 0;
   e.laser_profiler.bias_limit_mm = e.laser_profiler.offset_limit_mm = 0.0;
+  e.stage.homing = drivers::Homing::kCommand;
+  e.stage.home_timeout_s = 120.0;
+  e.stage.absolute = e.stage.linear_ramps = e.stage.pulse_terminal = e.stage.check_parameters = OnOff::kOff;
+  e.lamp.status_bits = e.lamp.auto_on = OnOff::kOff;
   e.laser_point.bias_limit_mm = e.laser_point.offset_limit_mm = 0.0;
   return e;
 }

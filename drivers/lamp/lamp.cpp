@@ -1,5 +1,6 @@
 #include "drivers/lamp/lamp.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -30,6 +31,7 @@ void Lamp::push(std::string_view text, Format format, Repeat repeat, Tag tag) {
 void Lamp::connected(std::int64_t, Effects& fx) {
   set_state(DeviceState::kIdentifying, identity_, fx);
   phase_ = Phase::kConnecting;
+  told_on_ = releasing_ = false;
   push(config_.table.connect, omnicure::kReady, Repeat::kSetup, kConnect);
 }
 
@@ -59,15 +61,28 @@ void Lamp::expose(double exposure_s, int iris_percent, std::int64_t now_us, Effe
     exposure_us_ = std::llround(exposure_s * 1e6);
     tenths_ = exposure_us_ / 100'000;
     by_instrument_ = config_.instrument_timer && tenths_ > 0 && tenths_ * 100'000 == exposure_us_;
-    phase_ = Phase::kPreparing;
-    push(config_.table.iris + std::to_string(iris_percent), omnicure::kReceived, Repeat::kSetup, kPlain);
-    if (by_instrument_) {
-      push(config_.table.set_time + std::to_string(tenths_), omnicure::kReceived, Repeat::kSetup, kSetTime);
-      push(config_.table.get_time, omnicure::kAny, Repeat::kRead, kGetTime);
+    iris_percent_ = iris_percent;
+    seen_open_ = false;
+    if (on(config_.status_bits)) {
+      phase_ = Phase::kChecking;
+      ask_until_us_ = now_us + std::int64_t(config_.warm_up_s * 1e6);
+      ask_status(now_us);
+      set_state(DeviceState::kStaged, "status", fx);
+    } else {
+      prepare(fx);
     }
-    set_state(DeviceState::kStaged, "iris and time", fx);
   }
   pump(now_us, fx);
+}
+
+void Lamp::prepare(Effects& fx) {
+  phase_ = Phase::kPreparing;
+  push(config_.table.iris + std::to_string(iris_percent_), omnicure::kReceived, Repeat::kSetup, kPlain);
+  if (by_instrument_) {
+    push(config_.table.set_time + std::to_string(tenths_), omnicure::kReceived, Repeat::kSetup, kSetTime);
+    push(config_.table.get_time, omnicure::kAny, Repeat::kRead, kGetTime);
+  }
+  set_state(DeviceState::kStaged, "iris and time", fx);
 }
 
 void Lamp::close_shutter(std::int64_t now_us, Effects& fx) {
@@ -76,6 +91,9 @@ void Lamp::close_shutter(std::int64_t now_us, Effects& fx) {
   link_.urgent(close, now_us, fx);
   if (link_.suspect()) link_.push(close);  // on a suspect link the first answer is drained
   phase_ = Phase::kClosing;
+  seen_closed_ = !on(config_.status_bits);
+  ask_at_us_ = now_us;
+  ask_until_us_ = 0;  // begins when the lamp has answered
 }
 
 void Lamp::stop(std::int64_t now_us, Effects& fx) {
@@ -98,7 +116,8 @@ void Lamp::stop(std::int64_t now_us, Effects& fx) {
 void Lamp::release(std::int64_t now_us, Effects& fx) {
   if (link_.is_open() && phase_ != Phase::kDown && phase_ != Phase::kReleased) {
     close_shutter(now_us, fx);
-    push(config_.table.disconnect, omnicure::kClosed, Repeat::kSetup, kDisconnect);
+    releasing_ = on(config_.status_bits);  // once the bits say that it is closed
+    if (!releasing_) push(config_.table.disconnect, omnicure::kClosed, Repeat::kSetup, kDisconnect);
   }
   pump(now_us, fx);
 }
@@ -148,6 +167,7 @@ void Lamp::reply(const Request& request, std::span<const std::byte> frame, std::
       if (phase_ != Phase::kOpening) return;  // a stop came between
       phase_ = Phase::kExposing;
       close_at_us_ = now_us + exposure_us_ + (by_instrument_ ? kTimerGrace_us : 0);
+      expect_open(now_us);
       set_state(DeviceState::kActive, by_instrument_ ? "exposing by its own timer" : "exposing", fx);
       return;
     case kClose:
@@ -155,13 +175,20 @@ void Lamp::reply(const Request& request, std::span<const std::byte> frame, std::
         fault(Severity::kStop, kLampOn, "lamp: it refuses to close the shutter", fx);
         return reconnect(now_us, fx, "it refuses to close the shutter");
       }
-      open_since_us_ = 0;
+      if (!on(config_.status_bits)) open_since_us_ = 0;
       return;
+    case kStatus: {
+      std::uint32_t bits = 0;
+      const auto r = std::from_chars(text.data(), text.data() + text.size(), bits);
+      if (error || r.ec != std::errc())
+        return reconnect(now_us, fx, "it does not answer '" + config_.table.status + "'");
+      return status(bits, now_us, fx);
+    }
     case kDisconnect:
       phase_ = Phase::kReleased;
       return;
     default:
-      if (error && phase_ == Phase::kPreparing) {
+      if (error && (phase_ == Phase::kPreparing || phase_ == Phase::kChecking)) {
         ending_ = "the lamp refuses '" + std::string(request.text().substr(0, request.size - 3u)) + "'";
         ending_code_ = kCommandRejected;
         close_shutter(now_us, fx);
@@ -205,7 +232,22 @@ bool Lamp::idle(std::int64_t now_us, Effects& fx) {
       push(by_instrument_ ? config_.table.run : config_.table.open, omnicure::kReceived, Repeat::kNever,
            kOpen);
       return true;
+    case Phase::kExposing:
+      return !seen_open_ && on(config_.status_bits) && ask_again(now_us);
+    case Phase::kChecking:
+      return ask_again(now_us);
     case Phase::kClosing:
+      if (!seen_closed_) return ask_again(now_us);
+      if (releasing_) {
+        releasing_ = false;
+        push(config_.table.disconnect, omnicure::kClosed, Repeat::kSetup, kDisconnect);
+        return true;
+      }
+      if (exposing_ && opened_ && on(config_.status_bits) && !seen_open_ && ending_.empty()) {
+        ending_ = "the shutter was not seen open";
+        ending_code_ = kLampOn;
+        fault(Severity::kStop, kLampOn, "lamp: " + ending_, fx);
+      }
       identified();
       phase_ = Phase::kReady;
       set_state(DeviceState::kSafe, "shutter closed", fx);
@@ -219,7 +261,7 @@ bool Lamp::idle(std::int64_t now_us, Effects& fx) {
       return false;
     case Phase::kReady:
       if (now_us - link_.last_sent_us() < std::int64_t(config_.poll_idle_s * 1e6)) return false;
-      push(config_.table.status, omnicure::kAny, Repeat::kRead, kPlain);
+      push(config_.table.status, omnicure::kAny, Repeat::kRead, on(config_.status_bits) ? kStatus : kPlain);
       return true;
     default:
       return false;
@@ -227,7 +269,11 @@ bool Lamp::idle(std::int64_t now_us, Effects& fx) {
 }
 
 std::int64_t Lamp::device_wake_us() const {
-  if (phase_ == Phase::kExposing) return close_at_us_;
+  if (phase_ == Phase::kExposing)
+    return on(config_.status_bits) && !seen_open_ && link_.idle() ? std::min(close_at_us_, ask_at_us_)
+                                                                  : close_at_us_;
+  if (link_.idle() && (phase_ == Phase::kChecking || (phase_ == Phase::kClosing && !seen_closed_)))
+    return ask_at_us_;
   if (may_be_open() && !overdue_told_)
     return open_since_us_ + std::int64_t(config_.max_on_s * 1e6) + kOverdueGrace_us;
   if (!link_.idle()) return 0;

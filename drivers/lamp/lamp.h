@@ -1,7 +1,8 @@
 // Lamp controls the UV lamp Excelitas OmniCure S2000. Timed exposures: by the instrument's own timer when it
 // confirms the time, else by the driver's. Either way the shutter is told to close when the time is over, on
 // a stop, at the end, and before anything else after a lost link; it is never left open longer than max_on_s
-// (I9).
+// (I9). The lamp's own status bits are the witness: that it burns and is warm before an exposure, that the
+// shutter opened, that it closed.
 #pragma once
 
 #include <cstdint>
@@ -41,12 +42,23 @@ class Lamp final : public Driver {
     kWaiting,
     kClosing,
     kReady,
+    kChecking,
     kPreparing,
     kOpening,
     kExposing,
     kReleased
   };
-  enum Tag : std::uint16_t { kPlain, kConnect, kVersion, kSetTime, kGetTime, kOpen, kClose, kDisconnect };
+  enum Tag : std::uint16_t {
+    kPlain,
+    kConnect,
+    kVersion,
+    kSetTime,
+    kGetTime,
+    kOpen,
+    kClose,
+    kDisconnect,
+    kStatus
+  };
 
   void connected(std::int64_t now_us, Effects& fx) override;
   void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
@@ -60,6 +72,14 @@ class Lamp final : public Driver {
   bool stopping() const override { return phase_ == Phase::kClosing; }
 
   void close_shutter(std::int64_t now_us, Effects& fx);
+  void prepare(Effects& fx);
+  // The lamp's status bits.
+  void ask_status(std::int64_t now_us);
+  void status(std::uint32_t bits, std::int64_t now_us, Effects& fx);
+  void check_before(std::uint32_t bits, std::int64_t now_us, Effects& fx);
+  void fail_exposure(std::string why, std::int64_t now_us, Effects& fx);
+  bool ask_again(std::int64_t now_us);
+  void expect_open(std::int64_t now_us);
   void push(std::string_view text, omnicure::Format format, Repeat repeat, Tag tag);
   void finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx);
 
@@ -71,6 +91,14 @@ class Lamp final : public Driver {
   bool by_instrument_ = false;
   bool opened_ = false;  // RUN or OPN was sent for it
   std::int64_t tenths_ = 0;
+  int iris_percent_ = 0;
+  // Status questions: the next one, and the end of the wait for what is asked about.
+  std::int64_t ask_at_us_ = 0;
+  std::int64_t ask_until_us_ = 0;
+  bool seen_open_ = false;          // by the status bits, in this exposure
+  bool seen_closed_ = false;        // since the shutter was told to close
+  bool told_on_ = false;            // TON was sent on this connection
+  bool releasing_ = false;          // DCON follows once the shutter is closed
   std::int64_t open_since_us_ = 0;  // 0 = known to be closed
   std::int64_t close_at_us_ = 0;
   std::int64_t again_at_us_ = 0;  // next CONN

@@ -45,6 +45,14 @@ Request request(std::string_view text, Format format, Repeat repeat, std::uint16
   return r;
 }
 
+std::string_view trouble(std::uint32_t status) {
+  if (status & kAlarm) return "it has an alarm";
+  if (status & kShutterFault) return "its shutter has a fault";
+  if (status & kExposureFault) return "it has an exposure fault";
+  if (!(status & kBurning)) return "it does not burn";
+  return {};
+}
+
 OmnicureDialect::OmnicureDialect() {
   timeouts.reply_us = 500'000;
   timeouts.read_us = 100'000;

@@ -25,8 +25,20 @@ struct Table {
   std::string disconnect = "DCON", disconnected = "CLOSE";  ///< "CLOSED" or "CLOSE": the prefix counts
   std::string open = "OPN", close = "CLS", iris = "SIL", received = "Received", error = "Err";
   std::string set_time = "STM", get_time = "GTM", run = "RUN";  ///< timed exposure, tenths of a second [M]
-  std::string status = "GUS", version = "VEB";
+  std::string status = "GUS", version = "VEB", lamp_on = "TON";
 };
+
+/// Bits of the integer that answers GUS [S].
+enum Status : std::uint32_t {
+  kAlarm = 1u << 0,
+  kBurning = 1u << 1,
+  kShutterOpen = 1u << 2,
+  kShutterFault = 1u << 3,
+  kWarm = 1u << 4,
+  kExposureFault = 1u << 7,
+};
+/// Why a lamp with these bits must not be exposed with, warmth apart; "" = nothing.
+std::string_view trouble(std::uint32_t status);
 
 enum Format : std::uint8_t { kReceived, kReady, kClosed, kAny };
 

@@ -20,8 +20,10 @@ namespace firn::drivers::ensemble {
 struct Table {
   char terminator = '\n';
   char ok = '%', nak = '!', fault = '#', timeout = '$';
-  std::string pulse_count = "PSOCOUNT(@)";  ///< pulses since the last PSOCONTROL ARM [P]
+  std::string pulse_count = "PSOCOUNT(@)";  ///< pulses since the last PSOCONTROL ARM [P]; empty: none
   std::string home = "HOME @";
+  std::string home_program = "PROGRAM RUN 5, \"HomeAsync.bcx\"", stop_program = "PROGRAM STOP 5";
+  int home_count_iglobal = 32, home_axis_iglobal = 33;  ///< read by the program: number of axes, the axis
   int first_iglobal = 50;                       ///< first of the IGLOBALs that hold the pulse increments
   int iglobals = 4096;                          ///< how many the controller has
   int array_limit = StageConfig{}.array_limit;  ///< pulses of one PSOARRAY
@@ -39,6 +41,14 @@ enum AxisStatus : std::uint32_t {
   kMoving = 1u << 3,
   kHoming = 1u << 14,
   kEstopInput = 1u << 31
+};
+/// Numbers of the controller's parameters, read by GETPARM [S].
+enum Parameter : std::int32_t {
+  kCountsPerUnit = 2,
+  kSoftwareLimitLow = 37,
+  kSoftwareLimitHigh = 38,
+  kGlobalIntegers = 124,
+  kSoftwareLimitSetup = 210,
 };
 /// Names of the bits set in an AXISFAULT value, comma separated.
 std::string fault_names(std::uint32_t bits);

@@ -29,6 +29,11 @@ bool in_range(double speed_mm_s, double limit_mm_s) { return speed_mm_s > 0.0 &&
 Stage::Stage(StageOptions config) : Driver(dialect_), config_(std::move(config)) {
   check_options("stage", kStageConfig, config_);
   config_.table.array_limit = config_.array_limit;
+  config_.table.first_iglobal = config_.first_iglobal;
+  if (config_.pulse_count == PulseCounter::kNone)
+    config_.table.pulse_count.clear();
+  else if (config_.pulse_count == PulseCounter::kPsostatus)
+    config_.table.pulse_count = "PSOSTATUS(@)";
   limits_ = {{{config_.x_min_mm, config_.x_max_mm, config_.max_speed_mm_s},
               {config_.y_min_mm, config_.y_max_mm, config_.max_speed_mm_s},
               {config_.z_min_mm, config_.z_max_mm, config_.max_speed_mm_s}}};
@@ -184,6 +189,8 @@ using ensemble::Line;
 
 // Straight move from rest to rest; NaN = axis stays. Given once, never again.
 void Stage::move(std::array<double, 3> target_mm, double speed_mm_s, std::int64_t now_us) {
+  if (on(config_.absolute) && !absolute_) link_.push(Line(config_.table, Repeat::kSetup, kPlain).text("ABS"));
+  absolute_ = true;
   Line line(config_.table, Repeat::kNever, kMotion);
   line.text("LINEAR");
   double squared = 0.0;
@@ -270,6 +277,7 @@ void Stage::push_arming() {
   const int axis = pulse_axis();
   if (!pulses_set_up_[std::size_t(axis)]) {
     setup("PSOCONTROL @", axis, " RESET");
+    if (on(config_.pulse_terminal)) setup("PSOOUTPUT @", axis, " CONTROL 1");
     setup("PSOOUTPUT @", axis, " PULSE");
     setup("PSOPULSE @", axis,
           " TIME " + std::to_string(config_.pulse_total_us) + "," + std::to_string(config_.pulse_on_us));

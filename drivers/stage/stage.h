@@ -27,7 +27,6 @@ struct StageOptions : StageConfig {
   double max_pulse_rate_hz = 2000.0;  ///< that the jet follows
   int pulse_total_us = 50;
   int pulse_on_us = 25;
-  double home_timeout_s = 120.0;
   double poll_end_s = 0.01;          ///< after the move should be over
   double move_timeout_factor = 1.1;  ///< I5: a move takes longer than factor x plan + 0.5 s
   double host_latency_s = 0.0;       ///< see Dialect::allow_host_latency
@@ -82,6 +81,7 @@ class Stage final : public Driver {
     kEvidence,  // positions, axis faults and the pulse counter are being read
     kFaultCheck,
     kEnabling,
+    kParameters,
     kHoming,
     kRamp,  // initialisation
     kReady,
@@ -101,7 +101,8 @@ class Stage final : public Driver {
     kCount,
     kFaultBits,
     kIncrement,
-    kMotion
+    kMotion,
+    kParameter
   };
   struct Doom {
     DeviceState state;
@@ -138,9 +139,13 @@ class Stage final : public Driver {
   std::optional<PulseRange> pulses_possible() const;
   void finish(Result result, Effects& fx);
   void check_status(int axis, std::uint32_t bits, std::int64_t now_us, Effects& fx);
-  // Enabling and homing.
+  // stage_setup.cpp: enabling, the controller's parameters, homing.
   bool initialise(std::int64_t now_us, Effects& fx);
   bool home_next(std::int64_t now_us, Effects& fx);
+  void start_homing(int axis, std::int64_t now_us);
+  bool check_parameters(std::int64_t now_us, Effects& fx);
+  std::optional<std::string> parameter_mismatch() const;
+  bool give_up(DeviceState state, std::int32_t code, std::string why, std::int64_t now_us, Effects& fx);
   // Runs, moves, polling.
   bool work(std::int64_t now_us, Effects& fx);
   void go_to_start(std::int64_t now_us);
@@ -175,6 +180,12 @@ class Stage final : public Driver {
   std::optional<Doom> doom_;  // latched once the stop is over
 
   // State and settings of the controller.
+  struct AxisParameters {
+    double counts_per_unit = 0.0, low_limit_mm = 0.0, high_limit_mm = 0.0, limit_setup = 0.0;
+  };
+  std::array<AxisParameters, 3> parameters_{};
+  int global_integers_ = 0;
+  bool absolute_ = false;                      // ABS was sent since the connection or the last stop
   std::vector<std::int64_t> increments_held_;  // IGLOBALs from first_iglobal; -1 = not known
   std::array<bool, 3> pulses_set_up_{};
   std::array<double, 3> position_mm_;

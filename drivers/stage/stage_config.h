@@ -4,13 +4,22 @@
 #include <array>
 #include <cstdint>
 
+#include "core/options/on_off.h"
 #include "core/options/option.h"
 
 namespace firn::drivers {
 
-enum class HomeAtStart : std::uint8_t { kOn, kOff };
-inline constexpr std::array<std::string_view, 2> kHomeAtStartWords{"on", "off"};
-constexpr std::span<const std::string_view> words_of(HomeAtStart) { return kHomeAtStartWords; }
+/// program: HomeAsync.bcx in task 5, as the EPICS driver does [C]; command: HOME, which keeps the ASCII
+/// interpreter of some firmware busy until the axis is home.
+enum class Homing : std::uint8_t { kProgram, kCommand };
+inline constexpr std::array<std::string_view, 2> kHomingWords{"program", "command"};
+constexpr std::span<const std::string_view> words_of(Homing) { return kHomingWords; }
+
+/// The question for the pulses put out since ARM. It is in no public source [U]. none: the end of the move
+/// counts for a whole row, and the droplets of a row that was broken off are in doubt.
+enum class PulseCounter : std::uint8_t { kPsocount, kPsostatus, kNone };
+inline constexpr std::array<std::string_view, 3> kPulseCounterWords{"PSOCOUNT", "PSOSTATUS", "none"};
+constexpr std::span<const std::string_view> words_of(PulseCounter) { return kPulseCounterWords; }
 
 struct StageConfig {
   double counts_per_mm = 10000.0;
@@ -22,7 +31,15 @@ struct StageConfig {
   int array_limit = 8192;
   double poll_moving_s = 0.1;
   double poll_idle_s = 1.0;  ///< the controller closes an idle socket
-  HomeAtStart home_at_start = HomeAtStart::kOn;
+  OnOff home_at_start = OnOff::kOn;
+  Homing homing = Homing::kProgram;
+  double home_timeout_s = 300.0;
+  PulseCounter pulse_count = PulseCounter::kPsocount;
+  int first_iglobal = 50;
+  OnOff absolute = OnOff::kOn;
+  OnOff linear_ramps = OnOff::kOn;
+  OnOff pulse_terminal = OnOff::kOn;
+  OnOff check_parameters = OnOff::kOn;
 };
 inline constexpr OptionTable kStageConfig{
     Option{"counts_per_mm", &StageConfig::counts_per_mm, "1/mm", within(1, 1e7), "encoder counts"},
@@ -41,6 +58,22 @@ inline constexpr OptionTable kStageConfig{
     Option{"poll_idle_s", &StageConfig::poll_idle_s, "s", above(0, 60), "between status questions at rest"},
     Option{"home_at_start", &StageConfig::home_at_start, "", Range{},
            "off: axes that are not homed stay so until a home command"},
+    Option{"homing", &StageConfig::homing, "", Range{},
+           "program: HomeAsync.bcx in task 5 [C]; command: HOME, which blocks some firmware [C]"},
+    Option{"home_timeout_s", &StageConfig::home_timeout_s, "s", above(0, 3600), "longest homing of one axis"},
+    Option{"pulse_count", &StageConfig::pulse_count, "", Range{},
+           "question for the pulses since ARM [U]; none: rows that were broken off are in doubt"},
+    Option{"first_iglobal", &StageConfig::first_iglobal, "", within(34, 100'000),
+           "first global integer of the firing distances; the controller has 50 by default [S]"},
+    Option{"absolute", &StageConfig::absolute, "", Range{},
+           "ABS is sent before a move, once a connection and a stop: without it LINEAR is incremental [C]"},
+    Option{"linear_ramps", &StageConfig::linear_ramps, "", Range{},
+           "SCURVE 0 is sent: ramps of constant acceleration, as the run-up has them [S]"},
+    Option{"pulse_terminal", &StageConfig::pulse_terminal, "", Range{},
+           "PSOOUTPUT CONTROL 1 is sent: pulses leave by the terminal [S]"},
+    Option{
+        "check_parameters", &StageConfig::check_parameters, "", Range{},
+        "the controller's counts per unit, soft limits and global integers are held against these keys [S]"},
 };
 
 }  // namespace firn::drivers

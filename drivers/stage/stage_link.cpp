@@ -1,4 +1,4 @@
-// Stage: link, enabling and homing, stopping, and the result of an interrupted operation.
+// Stage: link, stopping, and the result of an interrupted operation.
 #include "drivers/stage/stage.h"
 
 #include <algorithm>
@@ -18,7 +18,6 @@ std::string line_of(const Request& request) {
 }
 
 constexpr double kTriggerOffEarly_s = 0.002;  // at most between the trigger's off and the axis' ABORT
-constexpr int kHomingOrder[] = {2, 0, 1};     // the nozzle goes up first
 
 }  // namespace
 
@@ -42,7 +41,7 @@ void Stage::connected(std::int64_t now_us, Effects& fx) {
   set_state(DeviceState::kIdentifying, identity_, fx);
   increments_held_.assign(std::size_t(std::max(config_.table.increments(), 0)), -1);
   pulses_set_up_.fill(false);
-  initialised_ = false;
+  absolute_ = initialised_ = false;
   initialise_after_stop_ = true;
   doom_.reset();
   link_.push(Line(config_.table, Repeat::kSetup, kPlain).text("WAIT MODE NOWAIT"));
@@ -62,6 +61,8 @@ void Stage::send_stop_burst(std::int64_t now_us, Effects& fx, bool urgently) {
     if (!urgently || link_.suspect()) link_.push(r);  // on a suspect link nobody hears the first answer
   };
   for (const int axis : {0, 1}) send("PSOCONTROL @", axis, " OFF");
+  if (config_.homing == Homing::kProgram && (phase_ == Phase::kHoming || phase_ == Phase::kDown))
+    send(config_.table.stop_program, 0, "");
   for (const int axis : {0, 1, 2}) send("ABORT @", axis, "");
 }
 
@@ -73,6 +74,7 @@ void Stage::begin_stop(std::int64_t now_us, Effects& fx, std::string why, std::i
   }
   link_.clear_queue();
   send_stop_burst(now_us, fx, true);
+  absolute_ = false;
   phase_ = Phase::kStopping;
   poll_ = Poll::kNone;
   poll_at_us_ = now_us;
@@ -169,6 +171,27 @@ void Stage::reply(const Request& request, std::span<const std::byte> frame, std:
     case kFaultBits:
       fault_bits_[axis] = r.bits().value_or(~0u);
       break;
+    case kParameter: {
+      const double v = r.number().value_or(std::numeric_limits<double>::quiet_NaN());
+      AxisParameters& of = parameters_[axis % 3];
+      switch (request.argument / 3) {
+        case ensemble::kCountsPerUnit:
+          of.counts_per_unit = v;
+          break;
+        case ensemble::kSoftwareLimitLow:
+          of.low_limit_mm = v;
+          break;
+        case ensemble::kSoftwareLimitHigh:
+          of.high_limit_mm = v;
+          break;
+        case ensemble::kSoftwareLimitSetup:
+          of.limit_setup = v;
+          break;
+        default:
+          global_integers_ = v >= 0.0 && v < 1e6 ? int(v) : 0;
+      }
+      break;
+    }
     case kIncrement:
       increments_held_[axis] = -2 - increments_held_[axis];
       break;  // now held: see push_arming
@@ -297,114 +320,6 @@ std::int64_t Stage::device_wake_us() const {
       phase_ == Phase::kHoming)
     return poll_at_us_;
   return 0;
-}
-
-// Fault check, FAULTACK, ENABLE, homing, ramps. @returns true if something was queued.
-bool Stage::initialise(std::int64_t now_us, Effects& fx) {
-  switch (phase_) {
-    case Phase::kFaultCheck:
-      if (axis_ == 3) {
-        for (int a = 0; a < 3; ++a) setup("ENABLE @", a, "");
-        for (int a = 0; a < 3; ++a) read("AXISSTATUS(@)", a, kStatus);
-        phase_ = Phase::kEnabling;
-        return true;
-      }
-      if (!asked_) {
-        read("AXISFAULT(@)", axis_, kFaultBits);
-        return asked_ = true;
-      }
-      if (fault_bits_[std::size_t(axis_)] == 0) {
-        ++axis_;
-        asked_ = acknowledged_ = false;
-        return initialise(now_us, fx);
-      }
-      if (!acknowledged_) {
-        fault(Severity::kNotice, kAxisFault,
-              std::string("stage: axis ") + kAxisNames[axis_] +
-                  " had a fault: " + ensemble::fault_names(fault_bits_[std::size_t(axis_)]),
-              fx);
-        setup("FAULTACK @", axis_, "");
-        read("AXISFAULT(@)", axis_, kFaultBits);
-        return acknowledged_ = true;
-      }
-      begin_stop(now_us, fx, "the fault of an axis stays", kAxisFault);
-      return true;
-    case Phase::kEnabling:
-      for (std::size_t a = 0; a < 3; ++a)
-        if (!(status_[a] & ensemble::kEnabled)) {
-          const std::string why = std::string("axis ") + kAxisNames[a] + " does not enable";
-          doom_ = Doom{DeviceState::kFault, kAxisFault, why};
-          begin_stop(now_us, fx, why, kAxisFault);
-          return true;
-        }
-      phase_ = Phase::kHoming;
-      axis_ = 0;
-      asked_ = false;
-      return home_next(now_us, fx);
-    case Phase::kHoming:
-      return home_next(now_us, fx);
-    case Phase::kRamp:
-      if (!asked_) {
-        for (int a = 0; a < 3; ++a) setup("RAMP MODE @", a, " RATE");
-        link_.push(Line(config_.table, Repeat::kSetup, kPlain)
-                       .text("RAMP RATE ")
-                       .fixed4(config_.acceleration_mm_s2));
-        for (int a = 0; a < 3; ++a) read("PFBKPROG(@)", a, kPosition);
-        return asked_ = true;
-      }
-      identified();
-      restarted_ = false;
-      was_homed_ = initialised_ = (status_[0] & status_[1] & status_[2] & ensemble::kHomed) != 0;
-      progress_ = {};
-      if (busy() && op_ != Op::kHome && initialised_) {
-        go_to_start(now_us);
-        return true;
-      }
-      phase_ = Phase::kReady;
-      set_state(DeviceState::kSafe, initialised_ ? "homed" : "not homed", fx);
-      if (op_ == Op::kHome)
-        finish({Outcome::kDone, -1, 0, 0, 0, kNoCode, "homed"}, fx);
-      else if (busy())
-        finish({Outcome::kRefused, -1, expected_, 0, 0, kLimit, "the stage is not homed"}, fx);
-      return false;
-    default:
-      return false;
-  }
-}
-
-// One axis after the other, Z first. HOME may not be abortable over ASCII, so it is given once and then only
-// watched.
-bool Stage::home_next(std::int64_t now_us, Effects& fx) {
-  for (; axis_ < 3; ++axis_, asked_ = false) {
-    const int axis = kHomingOrder[axis_];
-    const std::uint32_t bits = status_[std::size_t(axis)];
-    if (!asked_) {
-      const bool homed = bits & ensemble::kHomed;
-      if (op_ == Op::kHome ? false : homed || config_.home_at_start == HomeAtStart::kOff) continue;
-      Line line(config_.table, Repeat::kNever, kMotion);
-      link_.push(with_axis(line, config_.table.home, axis));
-      read("AXISSTATUS(@)", axis, kStatus);
-      poll_at_us_ = now_us;
-      move_limit_us_ = now_us + std::int64_t(config_.home_timeout_s * 1e6);
-      asked_ = true;
-      progress_.launched = true;
-      return true;
-    }
-    if (bits & ensemble::kHomed && !(bits & (ensemble::kMoving | ensemble::kHoming))) continue;
-    if (now_us >= move_limit_us_) {
-      const std::string why = std::string("axis ") + kAxisNames[axis] + " is not home in time";
-      doom_ = Doom{DeviceState::kFault, kStall, why};
-      begin_stop(now_us, fx, why, kStall);
-      return true;
-    }
-    if (now_us < poll_at_us_) return false;
-    poll_at_us_ = now_us + std::int64_t(config_.poll_moving_s * 1e6);
-    read("AXISSTATUS(@)", axis, kStatus);
-    return true;
-  }
-  phase_ = Phase::kRamp;
-  asked_ = false;
-  return initialise(now_us, fx);
 }
 
 }  // namespace firn::drivers

@@ -88,6 +88,7 @@ struct StageParams {
   double home_speed_mm_s = 20.0;
   std::int64_t latency_us = 300;
   std::int64_t idle_close_us = 0;  ///< the controller closes a silent socket; 0 = never
+  int global_integers = 4096;      ///< parameter GlobalIntegers, at most 4096
 };
 struct JetParams {
   int baud = 9600;
@@ -106,7 +107,8 @@ struct ProfilerParams {
 struct LampParams {
   int baud = 19200;
   std::int64_t max_on_us = 60'000'000;
-  double min_dose_s = 0.01;  ///< iris share x open time that cures a layer
+  std::int64_t warm_up_us = 1'000'000;  ///< from TON until it is ready
+  double min_dose_s = 0.01;             ///< iris share x open time that cures a layer
 };
 
 class WorldLab;

@@ -32,7 +32,16 @@ std::uint8_t lamp_crc8(std::string_view text) {
 }
 
 LampTwin::LampTwin(const LampParams& params, Wires& wires)
-    : Twin(Port::kLamp, TwinLink(10.0e6 / params.baud, 0)), params_(params), wires_(wires) {}
+    : Twin(Port::kLamp, TwinLink(10.0e6 / params.baud, 0)), params_(params), wires_(wires) {
+  state_.burning = true;
+}
+
+// Bits 0 alarm, 1 burns, 2 shutter open, 3 shutter fault, 4 warm, 5 panel locked.
+int LampTwin::status(std::int64_t now_us) const {
+  const bool warm = state_.burning && now_us >= state_.warm_at_us;
+  return (state_.alarm ? 1 : 0) | (state_.burning ? 2 : 0) | (state_.open ? 4 : 0) | (warm ? 16 : 0) |
+         (state_.locked ? 32 : 0);
+}
 
 void LampTwin::take(std::span<const std::byte> bytes, std::int64_t now_us) {
   for (const std::byte b : bytes) {
@@ -88,8 +97,13 @@ std::string LampTwin::execute(std::string_view command, std::int64_t now_us) {
   }
   if (command == "GIL") return std::to_string(state_.iris_percent);
   if (command == "GTM") return std::to_string(state_.exposure_tenths);
-  if (command == "GUS")
-    return std::to_string((state_.open ? 1 : 0) | (state_.alarm ? 2 : 0) | (state_.locked ? 4 : 0));
+  if (command == "GUS") return std::to_string(status(now_us));
+  if (command == "TON" || command == "TOF") {
+    if (!state_.burning) state_.warm_at_us = now_us + params_.warm_up_us;
+    state_.burning = command == "TON";
+    if (!state_.burning) close(now_us, LampEvent::kClosed);
+    return kReceived;
+  }
   if (command == "GSN") return "S2000-" + std::to_string(boot_count_);
   if (command == "CLR") {
     state_.alarm = state_.alarm_held;
@@ -104,12 +118,14 @@ std::string LampTwin::execute(std::string_view command, std::int64_t now_us) {
 
 void LampTwin::add_dose(std::int64_t now_us) {
   if (!state_.open) return;
-  state_.dose_s += double(now_us - state_.dose_from_us) * 1e-6 * state_.iris_percent / 100.0;
+  if (state_.burning)
+    state_.dose_s += double(now_us - state_.dose_from_us) * 1e-6 * state_.iris_percent / 100.0;
   state_.dose_from_us = now_us;
 }
 
 // A second OPN or RUN while it is open sets the time anew and never beyond the longest on-time.
 void LampTwin::open(std::int64_t now_us, std::int64_t for_us, bool timed) {
+  if (state_.stuck_closed) return;
   if (!state_.open) {
     state_.open = true;
     state_.opened_us = state_.dose_from_us = now_us;
@@ -122,7 +138,7 @@ void LampTwin::open(std::int64_t now_us, std::int64_t for_us, bool timed) {
 }
 
 void LampTwin::close(std::int64_t now_us, LampEvent why) {
-  if (!state_.open) return;
+  if (!state_.open || state_.stuck_open) return;
   add_dose(now_us);
   state_.open = state_.timed = false;
   state_.close_at_us = kNever;
@@ -130,14 +146,21 @@ void LampTwin::close(std::int64_t now_us, LampEvent why) {
 }
 
 void LampTwin::device_event(std::int64_t now_us) {
+  state_.close_at_us = kNever;
   if (state_.timed) return close(now_us, LampEvent::kClosed);
   state_.alarm = true;
   close(now_us, LampEvent::kWatchdog);
 }
 
-void LampTwin::trip(std::int64_t now_us, std::int64_t on) {
-  state_.alarm_held = on;
-  if (!on) return;
+void LampTwin::trip(std::int64_t now_us, std::int64_t code) {
+  state_.alarm_held = code == 1;
+  state_.stuck_closed = code == 3;
+  state_.stuck_open = code == 4;
+  if (code == 2) {
+    add_dose(now_us);
+    state_.burning = false;
+  }
+  if (code != 1) return;
   state_.alarm = true;
   close(now_us, LampEvent::kClosed);
 }

@@ -1,5 +1,5 @@
 // LampTwin simulates the UV lamp Excelitas OmniCure S2000: `<cmd><CRC8><CR>` at 19200 baud, shutter, iris,
-// timed exposure.
+// timed exposure. It burns and is warm when a run begins; after a loss of power it is out until TON.
 #pragma once
 
 #include <cstdint>
@@ -24,13 +24,16 @@ class LampTwin : public Twin {
   std::int64_t next_device_us() const override { return state_.open ? state_.close_at_us : kNever; }
   void device_event(std::int64_t now_us) override;  ///< end of a timed exposure, or the longest on-time
   void reboot(std::int64_t now_us) override;
-  void trip(std::int64_t now_us, std::int64_t on) override;
+  /// 0: mended. 1: alarm. 2: the lamp goes out. 3: the shutter stays closed. 4: the shutter stays open.
+  void trip(std::int64_t now_us, std::int64_t code) override;
   void io(Archive& a) override;
 
  private:
   struct State {
     bool talking = false;  ///< CONN was received
     bool open = false, alarm = false, alarm_held = false, locked = false, timed = false;
+    bool burning = false, stuck_open = false, stuck_closed = false;
+    std::int64_t warm_at_us = 0;
     int iris_percent = 100;
     int exposure_tenths = 0;  ///< of STM
     std::int64_t opened_us = 0, close_at_us = kNever;
@@ -40,6 +43,7 @@ class LampTwin : public Twin {
   std::string execute(std::string_view command, std::int64_t now_us);
   void open(std::int64_t now_us, std::int64_t for_us, bool timed);
   void close(std::int64_t now_us, LampEvent why);
+  int status(std::int64_t now_us) const;
   void add_dose(std::int64_t now_us);
 
   LampParams params_;

@@ -7,7 +7,8 @@ namespace firn::plant {
 namespace {
 
 constexpr std::size_t kQueueLimit = 16;
-constexpr std::uint32_t kFaultHighLimit = 1u << 4, kFaultLowLimit = 1u << 5, kFaultEstop = 1u << 11;
+constexpr std::uint32_t kFaultPosition = 1u << 0, kFaultHighLimit = 1u << 4, kFaultLowLimit = 1u << 5,
+                        kFaultEstop = 1u << 11;
 constexpr std::uint32_t kEnabled = 1u << 0, kHomed = 1u << 1, kInPosition = 1u << 2, kMoveActive = 1u << 3,
                         kHoming = 1u << 14, kEstopInput = 1u << 31;
 
@@ -40,6 +41,7 @@ void StageDevice::power_on() {
   queue_.clear();
   enabled_ = homed_ = {};
   faults_ = {};
+  absolute_ = false;
   ramp_mm_s2_ = params_.ramp_rate_mm_s2;
   pso_ = {};
   next_pulse_ = {};
@@ -48,7 +50,7 @@ void StageDevice::power_on() {
 }
 
 StageDevice::Answer StageDevice::enable(int axis) {
-  if (faults_[axis] != 0) return Answer::kFault;
+  if (faults_[axis] != 0 || refuses_enable_) return Answer::kFault;
   enabled_[axis] = true;
   return Answer::kOk;
 }
@@ -89,6 +91,46 @@ StageDevice::Answer StageDevice::linear(const Vec3& target_mm, double speed_mm_s
   queue_.push_back(target);
   if (!move_) begin_next(now_us);
   return Answer::kOk;
+}
+
+StageDevice::Answer StageDevice::linear_by(const Vec3& step_mm, double speed_mm_s, std::int64_t now_us) {
+  Vec3 target = step_mm;
+  for (int a = 0; a < 3; ++a) {
+    double from = at_mm_[a];
+    if (move_ && !std::isnan(current_.mm[a])) from = current_.mm[a];
+    for (const Target& t : queue_)
+      if (!std::isnan(t.mm[a])) from = t.mm[a];
+    target[a] += from;
+  }
+  return linear(target, speed_mm_s, now_us);
+}
+
+StageDevice::Answer StageDevice::home_by_program(std::int64_t now_us) {
+  const double axis = iglobals_[33];
+  if (iglobals_[32] != 1.0 || !(axis >= 0.0 && axis < 3.0)) return Answer::kFault;
+  homed_[std::size_t(axis)] = false;
+  return home(1u << unsigned(axis), now_us);
+}
+
+void StageDevice::stop_program(std::int64_t now_us) {
+  if (move_ && current_.homing) abort(now_us);
+}
+
+// Numbers of the EPICS headers. The soft limits are on.
+std::optional<double> StageDevice::parameter(int axis, int number) const {
+  switch (number) {
+    case 2:
+      return params_.counts_per_mm;
+    case 37:
+      return params_.low_limit_mm[std::size_t(axis)];
+    case 38:
+      return params_.high_limit_mm[std::size_t(axis)];
+    case 124:
+      return params_.global_integers;
+    case 210:
+      return 1.0;
+  }
+  return std::nullopt;
 }
 
 StageDevice::Answer StageDevice::home(unsigned axes, std::int64_t now_us) {
@@ -161,7 +203,7 @@ void StageDevice::event(std::int64_t now_us) {
         !p.masked || (p.window && position[axis] >= p.window_low_mm && position[axis] <= p.window_high_mm);
     p.advance();
     find_pulse();
-    if (!p.output || !inside) return;
+    if (!p.output || !inside || mute_) return;
     ++p.pulses;
     wires_.pulse(axis, now_us, position, velocity);
     return;
@@ -181,6 +223,7 @@ void StageDevice::begin_next(std::int64_t now_us) {
   while (!queue_.empty()) {
     current_ = queue_.front();
     queue_.pop_front();
+    if (stuck_ && current_.axes & 1u) return raise(0, kFaultPosition, now_us);
     Vec3 to = at_mm_;
     for (int a = 0; a < 3; ++a)
       if (!std::isnan(current_.mm[a])) to[a] = current_.mm[a];
@@ -262,6 +305,14 @@ void StageDevice::trip(bool on, std::int64_t now_us) {
   }
 }
 
+void StageDevice::stick(bool on, std::int64_t now_us) {
+  stuck_ = on;
+  if (!on || !move_ || !(current_.axes & 1u)) return;
+  at_mm_ = move_->position(now_us);
+  move_.reset();
+  raise(0, kFaultPosition, now_us);
+}
+
 void StageDevice::lose_count() {
   for (Pso& pso : pso_) pso.pulses = 0;
 }
@@ -269,7 +320,8 @@ void StageDevice::lose_count() {
 void StageDevice::io(Archive& a) {
   bool moving = move_.has_value();
   Move m = moving ? *move_ : Move{};
-  a.all(at_mm_, moving, m, current_, queue_, enabled_, homed_, faults_, tripped_, ramp_mm_s2_);
+  a.all(at_mm_, moving, m, current_, queue_, enabled_, homed_, faults_, tripped_, ramp_mm_s2_, stuck_,
+        refuses_enable_, mute_, absolute_);
   for (Pso& p : pso_) a(p);
   a(iglobals_);
   if (!a.loading()) return;

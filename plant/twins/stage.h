@@ -1,6 +1,6 @@
 // StageTwin simulates the stage, an Aerotech Ensemble with three axes, coordinated straight moves and
-// position-synchronised output. The ASCII dialect is in stage_dialect.h. Facts from docs/plant.md, table
-// "stage".
+// position-synchronised output. LINEAR is incremental until ABS. The ASCII dialect is in stage_dialect.h.
+// Facts from docs/plant.md, table "stage".
 #pragma once
 
 #include <array>
@@ -53,6 +53,14 @@ class StageDevice {
   void abort(std::int64_t now_us);
   /// NaN = axis stays. Queued behind the moves in progress, at most 16.
   Answer linear(const Vec3& target_mm, double speed_mm_s, std::int64_t now_us);
+  /// The same from where the last move in the queue ends.
+  Answer linear_by(const Vec3& step_mm, double speed_mm_s, std::int64_t now_us);
+  void set_absolute(bool on) { absolute_ = on; }
+  bool absolute() const { return absolute_; }
+  /// Runs or stops the homing program, which homes the axis of IGLOBAL(33).
+  Answer home_by_program(std::int64_t now_us);
+  void stop_program(std::int64_t now_us);
+  std::optional<double> parameter(int axis, int number) const;
   Answer home(unsigned axes, std::int64_t now_us);
   bool set_ramp(double rate_mm_s2);
   Answer arm(int axis, std::int64_t now_us);
@@ -73,10 +81,13 @@ class StageDevice {
 
   // Time
   std::int64_t next_us() const;
-  void event(std::int64_t now_us);          ///< a pulse or the end of a move
-  void link_lost(std::int64_t now_us);      ///< the controller's own watchdog
-  void trip(bool on, std::int64_t now_us);  ///< emergency stop input
-  void lose_count();                        ///< pulse counters return to zero; homing and motion stay
+  void event(std::int64_t now_us);           ///< a pulse or the end of a move
+  void link_lost(std::int64_t now_us);       ///< the controller's own watchdog
+  void trip(bool on, std::int64_t now_us);   ///< emergency stop input
+  void lose_count();                         ///< pulse counters return to zero; homing and motion stay
+  void stick(bool on, std::int64_t now_us);  ///< X stands still, whatever it is told
+  void refuse_enable(bool on) { refuses_enable_ = on; }
+  void mute_pulses(bool on) { mute_ = on; }  ///< pulses are due and none is put out or counted
   void power_on();
   void io(Archive& a);
 
@@ -106,7 +117,8 @@ class StageDevice {
   std::deque<Target> queue_;
   std::array<bool, 3> enabled_{}, homed_{};
   std::array<std::uint32_t, 3> faults_{};
-  bool tripped_ = false;
+  bool tripped_ = false, stuck_ = false, refuses_enable_ = false, mute_ = false;
+  bool absolute_ = false;
   double ramp_mm_s2_ = 0.0;
   std::array<Pso, 3> pso_{};
   NextPulse next_pulse_;
@@ -124,11 +136,9 @@ class StageTwin : public Twin {
   void device_event(std::int64_t now_us) override;
   bool device_event_replies() const override { return blocked_ || idle_close_us() != kNever; }
   void reboot(std::int64_t now_us) override;
-  /// 0: mended. 1: emergency stop. 2: the pulse counters return to zero, and no status bit tells of it.
-  void trip(std::int64_t now_us, std::int64_t code) override {
-    if (code == 2) return device_.lose_count();
-    device_.trip(code != 0, now_us);
-  }
+  /// 0: mended. 1: emergency stop. 2: the pulse counters return to zero, and no status bit tells of it. 3: X
+  /// is stuck. 4: no axis enables. 5: no pulses are put out.
+  void trip(std::int64_t now_us, std::int64_t code) override;
   void io(Archive& a) override;
   StageDevice& device() { return device_; }
 

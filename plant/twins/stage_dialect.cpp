@@ -102,13 +102,15 @@ StageReply move_command(StageDevice& d, const Words& w, std::int64_t now_us) {
       return {"!\n"};
     }
   }
-  const Answer a = d.linear(target, speed, now_us);
+  const bool absolute = d.absolute() || w[0] == "MOVEABS";
+  const Answer a = absolute ? d.linear(target, speed, now_us) : d.linear_by(target, speed, now_us);
   return {text_of(a), a == Answer::kOk};
 }
 
 StageReply iglobal(StageDevice& d, const Words& w) {
   double index = -1, value = 0;
-  if (!number(w[1], index) || index < 0 || index >= kIglobals || index != std::floor(index)) return {"!\n"};
+  if (!number(w[1], index) || index < 0 || index >= d.params().global_integers || index != std::floor(index))
+    return {"!\n"};
   double& cell = d.iglobals()[std::size_t(index)];
   if (!w.assigns) return w.count == 2 ? integer(std::int64_t(cell)) : StageReply{"!\n"};
   if (w.count != 3 || !number(w[2], value) || value != std::floor(value) || std::abs(value) > 2147483647.0)
@@ -134,7 +136,7 @@ StageReply pso_control(StageDevice& d, Pso& p, int axis, const Words& w, std::in
 StageReply pso_array(StageDevice& d, Pso& p, const Words& w) {
   double first = 0, count = 0;
   if (!number(w[2], first) || !number(w[3], count) || first < 0 || count < 1 || count > 8192 ||
-      first + count > kIglobals)
+      first + count > d.params().global_integers)
     return {"!\n"};
   std::vector<std::int64_t> increments;
   for (int n = 0; n < int(count); ++n)
@@ -188,6 +190,7 @@ StageReply pso_command(StageDevice& d, const Words& w, std::int64_t now_us) {
     return {w.count == 3 || p.masked ? "%\n" : "!\n"};
   }
   double a = 0, b = 0;
+  if (verb == "OUTPUT" && w[2] == "CONTROL" && number(w[3], a)) return {"%\n"};
   if (verb == "PULSE" && w[2] == "TIME" && number(w[3], a) && number(w[4], b) && a > 0 && b > 0 && b <= a)
     return {"%\n"};
   if (verb == "TRACK" && (w[2] == "INPUT" || w[2] == "DIRECTION") && number(w[3], a)) return {"%\n"};
@@ -219,10 +222,18 @@ StageReply execute(StageDevice& d, std::string_view line, std::int64_t now_us) {
   }
   double value = 0;
   if (verb == "RAMP" && w[1] == "RATE") return {number(w[2], value) && d.set_ramp(value) ? "%\n" : "!\n"};
+  if (verb == "SCURVE") return {number(w[1], value) && value >= 0.0 && value <= 100.0 ? "%\n" : "!\n"};
   if (verb == "RAMP" && w[1] == "MODE") return {w[w.count - 1] == "RATE" ? "%\n" : "!\n"};
-  if (verb == "PROGRAM" && w[1] == "RUN" && w[3] == "\"HOMEASYNC.BCX\"") {
-    const Answer a = d.home(7, now_us);
-    return {text_of(a), false};
+  if (verb == "PROGRAM" && w[1] == "RUN" && w[3] == "\"HOMEASYNC.BCX\"")
+    return {text_of(d.home_by_program(now_us))};
+  if (verb == "PROGRAM" && w[1] == "STOP") {
+    d.stop_program(now_us);
+    return {"%\n"};
+  }
+  if (verb == "ABS" || verb == "INC") {
+    if (w.count != 1) return {"!\n"};
+    d.set_absolute(verb == "ABS");
+    return {"%\n"};
   }
   if (verb == "ABORT") {  // with or without axes: the moves are coordinated, so all stop
     for (int n = 1; n < w.count; ++n)
@@ -235,6 +246,10 @@ StageReply execute(StageDevice& d, std::string_view line, std::int64_t now_us) {
   if (verb == "AXISSTATUS" || verb == "AXISFAULT" || verb == "VFBK" || verb == "PFBKPROG" ||
       verb == "PCMDPROG")
     return axis_query(d, verb, axis, now_us);
+  if (verb == "GETPARM") {
+    const auto held = number(w[2], value) ? d.parameter(axis, int(value)) : std::nullopt;
+    return held ? decimal(*held) : StageReply{"!\n"};
+  }
   if (verb == "ENABLE") return {text_of(d.enable(axis))};
   if (verb == "DISABLE") {
     d.disable(axis, now_us);
@@ -313,6 +328,14 @@ void StageTwin::device_event(std::int64_t now_us) {
   link_.close(now_us);
   wires_.link_closed(now_us, port_);
   disconnected(now_us);
+}
+
+void StageTwin::trip(std::int64_t now_us, std::int64_t code) {
+  if (code == 2) return device_.lose_count();
+  if (code == 0 || code == 3) device_.stick(code == 3, now_us);
+  if (code == 0 || code == 4) device_.refuse_enable(code == 4);
+  if (code == 0 || code == 5) device_.mute_pulses(code == 5);
+  if (code <= 1) device_.trip(code == 1, now_us);
 }
 
 void StageTwin::reboot(std::int64_t now_us) {

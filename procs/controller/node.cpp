@@ -167,7 +167,7 @@ std::unique_ptr<Node> make_controller_node(const std::string& config_toml, const
 
 std::unique_ptr<Node> make_controller_node_on(const ParallelFor& parallel, const std::string& config_toml,
                                               const Blobs& blobs) {
-  const Experiment e = parse_experiment(config_toml, "experiment.toml");
+  const Experiment e = parse_recorded_experiment(config_toml, "experiment.toml");
   if (prints_paths(e))
     return std::make_unique<SurfaceControllerNode>(e, slice::decode_print_paths(blob(blobs, "paths").bytes));
   std::shared_ptr<const Geometry> geometry;

@@ -107,7 +107,7 @@ void DropletEstimatorNode::publish(const height_map_t& map, Outbox& out) {
 }
 
 std::unique_ptr<Node> make_droplet_estimator(const std::string& config_toml, const Blobs& blobs) {
-  const Experiment e = parse_experiment(config_toml, "experiment.toml");
+  const Experiment e = parse_recorded_experiment(config_toml, "experiment.toml");
   return std::make_unique<DropletEstimatorNode>(e, mask_from_npy(blob(blobs, "mask").bytes, e.grid, "mask"));
 }
 

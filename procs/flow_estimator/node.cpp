@@ -155,7 +155,7 @@ void FlowEstimatorNode::on(const height_map_t& m, Time, Outbox& out) {
 }
 
 std::unique_ptr<Node> make_flow_estimator(const std::string& config_toml, const Blobs& blobs) {
-  const Experiment e = parse_experiment(config_toml, "experiment.toml");
+  const Experiment e = parse_recorded_experiment(config_toml, "experiment.toml");
   const std::vector<std::byte>& machine = blob(blobs, "machine").bytes;
   return std::make_unique<FlowEstimatorNode>(
       e, parse_machine(std::string(reinterpret_cast<const char*>(machine.data()), machine.size()), "machine"),

@@ -33,7 +33,7 @@ void HeaterNode::on_measured(const drivers::Temperatures& t, Time now, Outbox& o
 }
 
 std::unique_ptr<Node> make_heater(const std::string& config_toml, const Blobs&) {
-  return std::make_unique<HeaterNode>(parse_experiment(config_toml, "experiment.toml"));
+  return std::make_unique<HeaterNode>(parse_recorded_experiment(config_toml, "experiment.toml"));
 }
 
 }  // namespace firn

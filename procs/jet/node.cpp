@@ -37,11 +37,11 @@ void JetNode::on(const jet_command_t& c, Time now, Outbox& out) {
 }
 
 std::unique_ptr<Node> make_jet(const std::string& config_toml, const Blobs&) {
-  return std::make_unique<JetNode>(NodeId::kJet, parse_experiment(config_toml, "experiment.toml"));
+  return std::make_unique<JetNode>(NodeId::kJet, parse_recorded_experiment(config_toml, "experiment.toml"));
 }
 
 std::unique_ptr<Node> make_jet_b(const std::string& config_toml, const Blobs&) {
-  return std::make_unique<JetNode>(NodeId::kJetB, parse_experiment(config_toml, "experiment.toml"));
+  return std::make_unique<JetNode>(NodeId::kJetB, parse_recorded_experiment(config_toml, "experiment.toml"));
 }
 
 }  // namespace firn

@@ -31,7 +31,7 @@ void LampNode::on(const run_end_t& m, Time now, Outbox& out) {
 }
 
 std::unique_ptr<Node> make_lamp(const std::string& config_toml, const Blobs&) {
-  return std::make_unique<LampNode>(parse_experiment(config_toml, "experiment.toml"));
+  return std::make_unique<LampNode>(parse_recorded_experiment(config_toml, "experiment.toml"));
 }
 
 }  // namespace firn

@@ -49,7 +49,7 @@ void LaserPointNode::on_measured(drivers::Samples& s, Time now, Outbox& out) {
 }
 
 std::unique_ptr<Node> make_laser_point(const std::string& config_toml, const Blobs&) {
-  return std::make_unique<LaserPointNode>(parse_experiment(config_toml, "experiment.toml"));
+  return std::make_unique<LaserPointNode>(parse_recorded_experiment(config_toml, "experiment.toml"));
 }
 
 }  // namespace firn

@@ -63,7 +63,7 @@ void LaserProfilerNode::on_measured(drivers::ScanDone& d, Time, Outbox& out) {
 }
 
 std::unique_ptr<Node> make_laser_profiler(const std::string& config_toml, const Blobs&) {
-  return std::make_unique<LaserProfilerNode>(parse_experiment(config_toml, "experiment.toml"));
+  return std::make_unique<LaserProfilerNode>(parse_recorded_experiment(config_toml, "experiment.toml"));
 }
 
 }  // namespace firn

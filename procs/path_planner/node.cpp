@@ -195,7 +195,7 @@ std::unique_ptr<Node> make_path_planner(const std::string& config_toml, const Bl
 
 std::unique_ptr<Node> make_path_planner_on(const ParallelFor& parallel, const std::string& config_toml,
                                            const Blobs& blobs) {
-  const Experiment e = parse_experiment(config_toml, "experiment.toml");
+  const Experiment e = parse_recorded_experiment(config_toml, "experiment.toml");
   const std::vector<std::byte>& machine = blob(blobs, "machine").bytes;
   auto node = std::make_unique<PathPlannerNode>(
       e, parse_machine(std::string(reinterpret_cast<const char*>(machine.data()), machine.size()), "machine"),

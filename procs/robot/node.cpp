@@ -109,7 +109,7 @@ std::unique_ptr<Node> make_robot(const std::string& config_toml, const Blobs& bl
                           : parse_machine(std::string(reinterpret_cast<const char*>(machine->bytes.data()),
                                                       machine->bytes.size()),
                                           "machine");
-  return std::make_unique<RobotNode>(parse_experiment(config_toml, "experiment.toml"), arm);
+  return std::make_unique<RobotNode>(parse_recorded_experiment(config_toml, "experiment.toml"), arm);
 }
 
 }  // namespace firn

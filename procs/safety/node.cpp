@@ -160,7 +160,7 @@ void Safety::check_heartbeats(Time now, Outbox& out) {
 }
 
 std::unique_ptr<Node> make_safety(const std::string& config_toml, const Blobs&) {
-  return std::make_unique<Safety>(parse_experiment(config_toml, "experiment.toml"));
+  return std::make_unique<Safety>(parse_recorded_experiment(config_toml, "experiment.toml"));
 }
 
 }  // namespace firn

@@ -43,7 +43,7 @@ void StageNode::on(const stage_command_t& c, Time now, Outbox& out) {
 }
 
 std::unique_ptr<Node> make_stage(const std::string& config_toml, const Blobs&) {
-  return std::make_unique<StageNode>(parse_experiment(config_toml, "experiment.toml"));
+  return std::make_unique<StageNode>(parse_recorded_experiment(config_toml, "experiment.toml"));
 }
 
 }  // namespace firn

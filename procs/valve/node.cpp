@@ -40,11 +40,13 @@ void ValveNode::on(const valve_command_t& c, Time now, Outbox& out) {
 }
 
 std::unique_ptr<Node> make_valve_a(const std::string& config_toml, const Blobs&) {
-  return std::make_unique<ValveNode>(NodeId::kValveA, parse_experiment(config_toml, "experiment.toml"));
+  return std::make_unique<ValveNode>(NodeId::kValveA,
+                                     parse_recorded_experiment(config_toml, "experiment.toml"));
 }
 
 std::unique_ptr<Node> make_valve_b(const std::string& config_toml, const Blobs&) {
-  return std::make_unique<ValveNode>(NodeId::kValveB, parse_experiment(config_toml, "experiment.toml"));
+  return std::make_unique<ValveNode>(NodeId::kValveB,
+                                     parse_recorded_experiment(config_toml, "experiment.toml"));
 }
 
 }  // namespace firn

@@ -181,7 +181,7 @@ TEST_CASE("after any instrument of the ink-jet lab lost its power the stage home
   WorldRig rig(WorldRig::small_world(6, 4));
   rig.start();
   for (const auto* port : {"stage", "jet", "laser_profiler", "lamp"}) fault(rig, port, FaultKind::kPower);
-  const int homed = rig.sent("stage", "HOME");
+  const int homed = rig.sent("stage", "PROGRAM RUN");
   rig.act("stage", [&](std::int64_t t, Effects& fx) {
     rig.stage.run_pass(full(rig.world.config().grid), 0, 1.0, 0.0, t, fx);
   });
@@ -191,7 +191,7 @@ TEST_CASE("after any instrument of the ink-jet lab lost its power the stage home
   rig.act("stage", [&](std::int64_t t, Effects& fx) { rig.stage.move_to(1.0, 1.0, 1.0, 0.0, t, fx); });
   REQUIRE(rig.run([&] { return !rig.stage.busy(); }, 120.0));
   CHECK(rig.results("stage").back().outcome == Outcome::kDone);
-  CHECK(rig.sent("stage", "HOME") >= homed + 3);
+  CHECK(rig.sent("stage", "PROGRAM RUN") >= homed + 3);
 }
 
 TEST_CASE("an answer to a question asked before the arming or the disarming puts no pass in doubt",

@@ -85,6 +85,9 @@ struct YesEnsemble {
         bench.feed("%" + pulses + "\n");
       } else if (line.starts_with("AXISSTATUS")) {
         bench.feed("%7\n");
+      } else if (line.starts_with("GETPARM")) {
+        const auto held = [&](const char* number) { return line.find(number) != std::string::npos; };
+        bench.feed(held(", 37)") ? "%-100\n" : held(", 38)") ? "%100\n" : "%10000\n");
       } else if (line.find('(') != std::string::npos && line.find('=') == std::string::npos) {
         bench.feed("%0\n");
       } else {

@@ -19,12 +19,12 @@ plant::WorldConfig WorldRig::small_world(int nx, int ny) {
   return c;
 }
 
-WorldRig::WorldRig(const plant::WorldConfig& config, StageOptions stage_config)
+WorldRig::WorldRig(const plant::WorldConfig& config, StageOptions stage_config, LampOptions lamp_config)
     : PortRig(config),
       stage(std::move(stage_config)),
       jet(JetOptions{}),
       profiler(LaserProfilerOptions{}),
-      lamp(LampOptions{}) {
+      lamp(std::move(lamp_config)) {
   add("stage", stage);
   add("jet", jet);
   add("laser_profiler", profiler);

@@ -11,7 +11,8 @@ namespace firn::drivers::test {
 
 class WorldRig : public PortRig {
  public:
-  explicit WorldRig(const plant::WorldConfig& config, StageOptions stage = fast_stage());
+  explicit WorldRig(const plant::WorldConfig& config, StageOptions stage = fast_stage(),
+                    LampOptions lamp = {});
 
   static StageOptions fast_stage();
   static plant::WorldConfig small_world(int nx, int ny);

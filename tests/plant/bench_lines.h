@@ -93,6 +93,7 @@ inline void disarm_jet(Bench& b) { b.ask(kJetPort, hex("53 03 08 00 0B")); }
 
 inline void start_stage(Bench& b, double ramp_mm_s2 = 5000.0) {
   b.stage("WAIT MODE NOWAIT");
+  b.stage("ABS");
   for (const char* axis : {"@0", "@1", "@2"}) b.stage(std::string("ENABLE ") + axis);
   b.stage("RAMP RATE " + std::to_string(ramp_mm_s2));
 }

@@ -45,7 +45,7 @@ std::vector<Turn> layer() {
       {kJetPort, hex("53 15 06 00 00 00 C8 00 01 90 00 00 00 14 FF EC 00 1E 00 1E 00 1E CD"), 1'000'000},
       {kJetPort, hex("53 03 08 01 0C"), 100'000},
       {kStagePort,
-       stage_lines({"WAIT MODE NOWAIT", "ENABLE @0", "ENABLE @1", "ENABLE @2", "HOME @0",
+       stage_lines({"WAIT MODE NOWAIT", "ABS", "ENABLE @0", "ENABLE @1", "ENABLE @2", "HOME @0",
                     "PSOCONTROL @0 RESET", "PSOOUTPUT @0 PULSE", "PSODISTANCE @0 FIXED 0.5 UNITS"}),
        100'000}};
   for (const char* line : {"LINEAR @0 2.2 F20", "LINEAR @0 0 F20"}) {

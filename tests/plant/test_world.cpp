@@ -71,7 +71,8 @@ TEST_CASE("Equal seeds give equal bytes, however the bytes to the world are spli
   Bench whole(config), split(config);
   RandomStream random(4, Purpose::kTest);
   const std::string script =
-      "WAIT MODE NOWAIT\nENABLE @0\nENABLE @1\nPSOCONTROL @1 RESET\nPSOOUTPUT @1 PULSE\nPSODISTANCE @1 FIXED "
+      "WAIT MODE NOWAIT\nABS\nENABLE @0\nENABLE @1\nPSOCONTROL @1 RESET\nPSOOUTPUT @1 PULSE\nPSODISTANCE @1 "
+      "FIXED "
       "0.2 UNITS\n"
       "PSOCONTROL @1 ARM\nLINEAR @1 3 F10\nPFBKPROG(@1)\n";
   const std::string ask =

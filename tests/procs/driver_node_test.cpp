@@ -139,16 +139,19 @@ struct Rig {
   }
 };
 
+// A lamp that burns and is warm, whose shutter is where it was told last.
 std::string lamp_answer(std::string_view bytes) {
+  static bool open = false;
   std::string out;
   for (std::size_t at = 0; at < bytes.size();) {
     const std::size_t end = bytes.find('\r', at);
     const std::string_view text = bytes.substr(at, end - at - 2);
     using drivers::omnicure::frame;
+    if (text == "CLS" || text == "RUN" || text == "OPN") open = text != "CLS";
     out += frame(text == "CONN"   ? "READY"
                  : text == "GTM"  ? "5"
                  : text == "VEB"  ? "10"
-                 : text == "GUS"  ? "0"
+                 : text == "GUS"  ? open ? "22" : "18"
                  : text == "DCON" ? "CLOSED"
                                   : "Received");
     at = end + 1;

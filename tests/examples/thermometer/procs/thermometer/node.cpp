@@ -22,7 +22,7 @@ void ThermometerNode::on_measured(const drivers::BedTemperature& t, Time now, Ou
 }
 
 std::unique_ptr<Node> make_thermometer(const std::string& config_toml, const Blobs&) {
-  return std::make_unique<ThermometerNode>(parse_experiment(config_toml, "experiment.toml"));
+  return std::make_unique<ThermometerNode>(parse_recorded_experiment(config_toml, "experiment.toml"));
 }
 
 }  // namespace firn
