@@ -51,9 +51,9 @@ TEST_CASE("A question to a stage moves nothing, and a home command homes it") {
   };
   for (const char* verb : {"identify", "status", "stop"}) {
     const std::string record = record_of(verb);
-    CHECK_THAT(record, Contains("ABORT @0") && !Contains("HOME") && !Contains("LINEAR"));
+    CHECK_THAT(record, Contains("ABORT @0") && !Contains("PROGRAM RUN") && !Contains("LINEAR"));
   }
-  CHECK_THAT(record_of("home"), Contains("HOME @2"));
+  CHECK_THAT(record_of("home"), Contains("IGLOBAL(33)=2") && Contains("PROGRAM RUN 5"));
 }
 
 TEST_CASE("firn device keeps the limits of the lab, and exits with 1 when the instrument refuses") {
