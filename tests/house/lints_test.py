@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """Every lint catches what it is for: a small tree that passes, then one planted violation each."""
 import sys
-import tempfile
 import unittest
 from pathlib import Path
 
@@ -12,6 +11,7 @@ import check_layers  # noqa: E402
 import check_packages  # noqa: E402
 import check_style  # noqa: E402
 import check_test_share  # noqa: E402
+from small_tree import SmallTree  # noqa: E402
 
 GOOD = {
     "CMakeLists.txt": "cmake_minimum_required(VERSION 3.25)\nproject(firn CXX)\nfind_library(LCM_LIBRARY lcm REQUIRED)\n",
@@ -48,20 +48,8 @@ GOOD = {
 }
 
 
-class Lints(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.root = Path(self.folder.name)
-        for path, text in GOOD.items():
-            self.write(path, text)
-
-    def tearDown(self):
-        self.folder.cleanup()
-
-    def write(self, path, text):
-        file = self.root / path
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text, encoding="utf-8")
+class Lints(SmallTree):
+    GOOD = GOOD
 
     def problems(self):
         found = check_layers.check_includes(self.root) + check_layers.check_circles(self.root) + check_layers.check_links(self.root)
@@ -224,20 +212,8 @@ DOCS = {
 }
 
 
-class DocsLint(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.root = Path(self.folder.name)
-        for path, text in DOCS.items():
-            self.write(path, text)
-
-    def tearDown(self):
-        self.folder.cleanup()
-
-    def write(self, path, text):
-        file = self.root / path
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text, encoding="utf-8")
+class DocsLint(SmallTree):
+    GOOD = DOCS
 
     def problems(self):
         return [problem for check in check_docs.CHECKS for problem in check(self.root)]

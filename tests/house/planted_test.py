@@ -4,7 +4,6 @@ tree, in the structure of a test."""
 import json
 import subprocess
 import sys
-import tempfile
 import unittest
 from pathlib import Path
 
@@ -13,6 +12,7 @@ import check_ast  # noqa: E402
 import check_house  # noqa: E402
 import check_symbols  # noqa: E402
 import check_tests  # noqa: E402
+from small_tree import SmallTree  # noqa: E402
 
 # A node, what it is linked with, and beside it a room that may read clocks.
 GOOD = {
@@ -112,20 +112,8 @@ TEXTS = {
 }
 
 
-class Tree(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.root = Path(self.folder.name).resolve()
-        for path, text in GOOD.items():
-            self.write(path, text)
-
-    def tearDown(self):
-        self.folder.cleanup()
-
-    def write(self, path, text):
-        file = self.root / path
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text, encoding="utf-8")
+class Tree(SmallTree):
+    GOOD = GOOD
 
 
 class Symbols(Tree):
