@@ -60,6 +60,14 @@ std::string mark(int style, double x, double y) {
   return text;
 }
 
+std::string line_sample(int style, bool marks) {
+  return "<path d=\"M0 0h26\" " + style_of(style) + "/>" + (marks ? mark(style, 13, 0) : "");
+}
+
+std::string bar_sample(int part) {
+  return "<rect x=\"8\" y=\"-6\" width=\"16\" height=\"12\" fill=\"var(--p" + std::to_string(part) + ")\"/>";
+}
+
 std::string draw_line(const Series& s, const Axis& x, const Axis& y) {
   std::string d, marks;
   bool pen_down = false;
@@ -155,12 +163,10 @@ std::string line_chart(const std::vector<Series>& series, const ChartOptions& o)
   }
   if (!logarithmic && !o.y_range) ry.high += 0.06 * (ry.high - ry.low);
   std::vector<Entry> entries;
-  for (const Series& line : series)
-    entries.push_back(
-        {"<path d=\"M0 0h26\" " + style_of(line.style) + "/>" + (line.marks ? mark(line.style, 13, 0) : ""),
-         line.label});
+  if (o.legend)
+    for (const Series& line : series) entries.push_back({line_sample(line.style, line.marks), line.label});
   constexpr const char* kShade = "fill=\"var(--soft)\" fill-opacity=\"0.18\"/>";
-  if (!o.shaded_label.empty())
+  if (o.legend && !o.shaded_label.empty())
     entries.push_back(
         {std::string("<rect x=\"4\" y=\"-6\" width=\"20\" height=\"12\" ") + kShade, o.shaded_label});
   const Frame f;
@@ -196,10 +202,9 @@ std::string bar_chart(const Bars& bars, double top, const ChartOptions& o) {
   for (double v : bars.x) rx.take(v);
   rx.settle();
   std::vector<Entry> entries;
-  for (std::size_t p = 0; p < bars.parts.size(); ++p)
-    entries.push_back(
-        {"<rect x=\"8\" y=\"-6\" width=\"16\" height=\"12\" fill=\"var(--p" + std::to_string(p) + ")\"/>",
-         bars.parts[p]});
+  if (o.legend)
+    for (std::size_t p = 0; p < bars.parts.size(); ++p)
+      entries.push_back({bar_sample(int(p)), bars.parts[p]});
   const Frame f;
   const Axis x(rx.low - 0.6, rx.high + 0.6, f.left, f.right, 6, Axis::Kind::kWhole);
   const Axis y(0, top * 1.06, f.bottom, f.top, 6);
@@ -221,6 +226,19 @@ std::string bar_chart(const Bars& bars, double top, const ChartOptions& o) {
     }
   }
   return s + "\n" + legend(entries, f.bottom + 52) + "</svg>\n";
+}
+
+std::string legend_sample(const LegendEntry& e) {
+  const bool line = e.kind == LegendEntry::Kind::kLine;
+  return "<svg class=\"sample\" width=\"28\" height=\"14\" viewBox=\"-1 -7 28 14\" aria-hidden=\"true\">" +
+         (line ? line_sample(e.style, e.style != Series::kReference) : bar_sample(e.style)) + "</svg>";
+}
+
+std::string shared_legend(const std::vector<LegendEntry>& entries) {
+  std::string s = "<p class=\"legend\">";
+  for (const LegendEntry& e : entries)
+    s += "<span>" + legend_sample(e) + " " + escape_html(e.label) + "</span>\n";
+  return s + "</p>\n";
 }
 
 }  // namespace firn::replay

@@ -27,6 +27,7 @@ struct ChartOptions {
   std::optional<std::pair<double, double>> y_range = {};
   std::vector<std::pair<double, double>> shaded = {};  ///< spans of x
   std::string shaded_label = {};                       ///< in the legend; empty: no label
+  bool legend = true;                                  ///< false: the page has one for all its charts
 };
 std::string line_chart(const std::vector<Series>& series, const ChartOptions& options);
 
@@ -39,5 +40,17 @@ struct Bars {
 /// Draws the bars.
 /// @param top the axis' upper end, so that several charts compare
 std::string bar_chart(const Bars& bars, double top, const ChartOptions& options);
+
+/// Holds one label of a legend that several charts share.
+struct LegendEntry {
+  enum class Kind { kLine, kBar };
+  std::string label;
+  int style = 0;  ///< of the series, or number of the bars' part
+  Kind kind = Kind::kLine;
+};
+/// Returns the sample of a series, or of a part of bars: a small drawing for a line of text.
+std::string legend_sample(const LegendEntry& entry);
+/// Returns HTML: the samples with their labels.
+std::string shared_legend(const std::vector<LegendEntry>& entries);
 
 }  // namespace firn::replay

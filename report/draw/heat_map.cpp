@@ -48,9 +48,36 @@ std::string image(const cv::Mat3b& colors, double x, double y, double width, dou
   return svg_image(raster, x, y, width, height);
 }
 
+// The edges between cells of the part and others, as runs along x and along y.
+std::string outline(const Mask& part, const Frame& f) {
+  const int nx = part.spec.nx, ny = part.spec.ny;
+  const double cell_x = (f.right - f.left) / nx, cell_y = (f.bottom - f.top) / ny;
+  const auto in = [&](int i, int j) { return i >= 0 && j >= 0 && i < nx && j < ny && part.at(i, j) != 0; };
+  std::string d;
+  char text[80];
+  for (int j = 0; j <= ny; ++j)
+    for (int i = 0, from = 0; i < nx; i = std::max(i + 1, from)) {
+      for (from = i; from < nx && in(from, j) != in(from, j - 1);) ++from;
+      if (from == i) continue;
+      std::snprintf(text, sizeof text, "M%.2f %.2fh%.2f", f.left + i * cell_x, f.bottom - j * cell_y,
+                    (from - i) * cell_x);
+      d += text;
+    }
+  for (int i = 0; i <= nx; ++i)
+    for (int j = 0, from = 0; j < ny; j = std::max(j + 1, from)) {
+      for (from = j; from < ny && in(i, from) != in(i - 1, from);) ++from;
+      if (from == j) continue;
+      std::snprintf(text, sizeof text, "M%.2f %.2fv%.2f", f.left + i * cell_x, f.bottom - j * cell_y,
+                    -(from - j) * cell_y);
+      d += text;
+    }
+  return "<path class=\"outline\" d=\"" + d + "\"/>\n";
+}
+
 }  // namespace
 
-std::string heat_map(const HeightMap& height, const HeatScale& scale, const std::string& title) {
+std::string heat_map(const HeightMap& height, const HeatScale& scale, const std::string& title,
+                     const Mask* part) {
   const GridSpec& g = height.spec;
   const cv::Mat3b colors = palette(scale.colors);
   Raster pixels(g.nx, g.ny);
@@ -73,6 +100,7 @@ std::string heat_map(const HeightMap& height, const HeatScale& scale, const std:
   const double x0 = g.x_mm(0) - g.pitch_x_mm / 2, y0 = g.y_mm(0) - g.pitch_y_mm / 2;
   std::string s = svg_open(f.right + 12, f.bottom + 44, title) +
                   svg_image(pixels, f.left, f.top, f.right - f.left, f.bottom - f.top);
+  if (part) s += outline(*part, f);
   char line[160];
   const Axis x_axis(x0, x0 + width_mm, 0, 1, 5), y_axis(y0, y0 + height_mm, 0, 1, 5);
   for (const Axis::Tick& t : x_axis.ticks()) {

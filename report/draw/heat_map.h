@@ -18,7 +18,9 @@ struct HeatScale {
 
 /// Draws one surface.
 /// @param height [mm]; NaN stays empty
-std::string heat_map(const HeightMap& height, const HeatScale& scale, const std::string& title);
+/// @param part of the same grid: its cells are outlined; nullptr: no outline
+std::string heat_map(const HeightMap& height, const HeatScale& scale, const std::string& title,
+                     const Mask* part = nullptr);
 
 /// Draws the colour bar of all maps of one scale.
 std::string color_bar(const HeatScale& scale, const std::string& name);

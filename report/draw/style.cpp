@@ -26,13 +26,18 @@ th:first-child, td:first-child, .text td, .text th { text-align: left; }
 .text td { overflow-wrap: anywhere; }
 .best { font-weight: 700; } .good { color: var(--good); font-weight: 600; } .bad { color: var(--bad); font-weight: 600; }
 .swatch { display: inline-block; width: 26px; height: 8px; margin-right: 8px; vertical-align: middle; }
-.row { display: grid; gap: 18px; grid-template-columns: repeat(auto-fit, minmax(min(100%, 360px), 1fr)); }
+svg.sample { display: inline-block; width: 28px; height: 14px; margin-right: 6px; vertical-align: middle; }
+.legend { position: sticky; top: 0; z-index: 1; max-width: none; margin: 18px 0 0; padding: 6px 0; background: var(--bg);
+  border-bottom: 1px solid var(--line); font-size: 13.5px; }
+.legend span { display: inline-block; margin-right: 20px; white-space: nowrap; } .still .legend { position: static; border: 0; }
+h2.part { font-size: 22px; margin-top: 46px; padding-top: 10px; border-top: 2px solid var(--line); }
+.row { display: grid; gap: 18px; grid-template-columns: repeat(auto-fill, minmax(min(100%, 360px), 1fr)); }
 figure { margin: 0; padding: 14px 14px 8px; background: var(--card); border: 1px solid var(--line); border-radius: 8px; }
-figcaption { font-size: 14px; margin-bottom: 8px; } .bar { max-width: 470px; margin: 10px auto 0; }
+figcaption { font-size: 14px; margin-bottom: 8px; } .bar { max-width: 470px; margin: 10px 0 0; }
 svg { display: block; width: 100%; height: auto; } .map svg { max-width: 400px; margin: 0 auto; }
 .tick { font-size: 12px; fill: var(--soft); } .name { font-size: 13px; fill: var(--fg); } text { font-family: inherit; }
 .grid { stroke: var(--grid); fill: none; } .axis { stroke: var(--soft); fill: none; }
-.cells { image-rendering: pixelated; }
+.cells { image-rendering: pixelated; } .outline { stroke: var(--fg); stroke-width: 1; fill: none; }
 code { font: 13px ui-monospace, "DejaVu Sans Mono", monospace; }
 @media print { body { max-width: none; } figure { break-inside: avoid; } }
 )css";

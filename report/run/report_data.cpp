@@ -119,15 +119,39 @@ void show_last_interval(RunData& data, std::map<std::int32_t, LayerRow>& rows) {
   if (!rows.empty()) rows.rbegin()->second.outline = data.outline;
 }
 
+// The box around the part.
+void measure_part(const HeightMap& target, const Mask& mask, PartIdentity& part) {
+  const GridSpec& g = mask.spec;
+  int low_x = g.nx, high_x = -1, low_y = g.ny, high_y = -1;
+  for (int j = 0; j < g.ny; ++j)
+    for (int i = 0; i < g.nx; ++i) {
+      if (!mask.at(i, j)) continue;
+      low_x = std::min(low_x, i);
+      high_x = std::max(high_x, i);
+      low_y = std::min(low_y, j);
+      high_y = std::max(high_y, j);
+      part.z_mm = std::max(part.z_mm, target.at(i, j));
+    }
+  part.x_mm = std::max(0, high_x + 1 - low_x) * g.pitch_x_mm;
+  part.y_mm = std::max(0, high_y + 1 - low_y) * g.pitch_y_mm;
+}
+
+// The same part is sliced and measured in many ways: its size tells it, not its paths.
+void identify_paths(const NominalPart& whole, PartIdentity& part) {
+  measure_part(whole.target, whole.mask, part);
+  part.key = std::to_string(part.x_mm) + " " + std::to_string(part.y_mm) + " " + std::to_string(part.z_mm);
+}
+
 void read_paths(const RunRecord& run, RunData& data, std::map<std::int32_t, LayerRow>& rows) {
   data.ice = read_ice_data(run.folder, run.messages, run.input("paths"));
+  identify_paths(data.ice->nominal, data.part);
   show_last_interval(data, rows);
 }
 
 std::string path_sections(const std::vector<NamedRun>& runs) {
   std::vector<NamedIce> ice;
   for (const NamedRun& r : runs)
-    if (r.data->ice) ice.push_back({r.name, &*r.data->ice});
+    if (r.data->ice) ice.push_back({r.name, &*r.data->ice, r.style});
   return ice_sections(ice);
 }
 
@@ -140,6 +164,9 @@ void read_droplets(const RunRecord& run, RunData& data, std::map<std::int32_t, L
   }
   data.target = height_map_from_npy(target, grid, "target");
   data.mask = mask_from_npy(mask, grid, "mask");
+  data.part.key = sha256_hex(target) + sha256_hex(mask);
+  if (run.has("geometry")) data.part.key += sha256_hex(run.input("geometry"));
+  measure_part(data.target, data.mask, data.part);
   if (run.has("geometry")) data.inks = read_ink_data(run.messages, run.input("geometry"), data.mask);
   read_truth(run.folder, data, rows);
   if (!data.outline && data.height.spec == grid && data.height.size() > 0)
@@ -170,6 +197,7 @@ RunData read_run_data(const fs::path& run, const ReportLab& lab) {
   RunData data;
   data.folder = fs::weakly_canonical(run).filename().string();
   data.scheme = provenance.text("scheme");
+  data.part.name = provenance.text("name");
   read_result(run / "result.json", data);
 
   messages.each<height_map_t>(channels::kHeightMap.name,

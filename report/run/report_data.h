@@ -36,11 +36,19 @@ struct LayerRow {
   std::optional<OutlineStats> outline;       ///< of the true surface; along paths of the last row's
 };
 
+/// Tells runs of one part from runs of others, which share no axis.
+struct PartIdentity {
+  std::string name;  ///< of the experiment
+  std::string key;   ///< equal for equal parts: digest of the target, or the size of a part of paths
+  double x_mm = 0, y_mm = 0, z_mm = 0;
+};
+
 struct ReportLab;
 
 struct RunData {
   std::string folder;  ///< name of the run folder
   std::string scheme;
+  PartIdentity part;
   std::string outcome, reason;  ///< empty outcome = the run has not ended
   RunHealth health;
   std::vector<LayerRow> layers;    ///< by layer

@@ -21,6 +21,14 @@ std::string figure(const std::string& caption, const std::string& body, const st
          "</figcaption>\n" + body + "</figure>\n";
 }
 
+// The page has one legend for all charts.
+ChartOptions from_zero(const char* title, const char* x_name, const char* y_name) {
+  ChartOptions o{title, x_name, y_name};
+  o.from_zero = true;
+  o.legend = false;
+  return o;
+}
+
 HeightMap error_of(const IceInterval& i) {
   const HeightMap& h = i.truth ? *i.truth : i.height;
   HeightMap e(h.spec, kNotMeasured);
@@ -76,7 +84,7 @@ std::string error_maps(const std::vector<NamedIce>& runs) {
       const IceInterval& i = r.data->intervals[k];
       s += figure(
           number(i.nominal_mm, 2) + " mm, RMS " + number(rms_mm(i.truth ? *i.truth : i.height, i), 3) + " mm",
-          heat_map(error_of(i), scale, "error of " + r.name), "map");
+          heat_map(error_of(i), scale, "error of " + r.name, &i.footprint), "map");
     }
     s += "</div>\n";
   }
@@ -88,7 +96,7 @@ std::string rms_by_height(const std::vector<NamedIce>& runs) {
   for (std::size_t n = 0; n < runs.size(); ++n) {
     Series m, t, u;
     m.label = t.label = u.label = runs[n].name;
-    m.style = t.style = u.style = int(n);
+    m.style = t.style = u.style = runs[n].style;
     m.marks = t.marks = u.marks = true;
     for (const IceInterval& i : runs[n].data->intervals) {
       m.x.push_back(i.nominal_mm);
@@ -106,16 +114,13 @@ std::string rms_by_height(const std::vector<NamedIce>& runs) {
   std::string s =
       "<h2>RMS deviation against height</h2>\n<p class=\"soft\">As in Fig. 5-9.</p>\n<div class=\"row\">\n";
   if (!truths.empty())
-    s += figure(
-        "True surface",
-        line_chart(truths, {"true RMS against height", "height [mm]", "RMS [mm]", false, false, true, {}}));
+    s += figure("True surface",
+                line_chart(truths, from_zero("true RMS against height", "height [mm]", "RMS [mm]")));
   return s +
          figure("Measured surface",
-                line_chart(measured,
-                           {"RMS against height", "height [mm]", "RMS [mm]", false, false, true, {}})) +
+                line_chart(measured, from_zero("RMS against height", "height [mm]", "RMS [mm]"))) +
          figure("Saturated cells",
-                line_chart(saturated,
-                           {"saturated cells", "height [mm]", "saturated [%]", false, false, true, {}})) +
+                line_chart(saturated, from_zero("saturated cells", "height [mm]", "saturated [%]"))) +
          "</div>\n";
 }
 
@@ -126,13 +131,12 @@ std::string curves(const std::vector<NamedIce>& runs) {
     const IcePathCurve& c = *runs[n].data->curve;
     const std::string what = "<b>" + escape_html(runs[n].name) + "</b>, path " + std::to_string(c.path) +
                              " of layer " + std::to_string(c.layer);
-    s += figure(what + ": path speed",
-                line_chart({{"planned", c.time_s, c.speed_mm_s, int(n), false}},
-                           {"path speed", "t [s]", "c [mm/s]", false, false, true, {}}));
+    s += figure(what + ": path speed", line_chart({{"planned", c.time_s, c.speed_mm_s, runs[n].style, false}},
+                                                  from_zero("path speed", "t [s]", "c [mm/s]")));
     if (!c.pulse_s.empty())
       s += figure(what + ": valve frequency",
-                  line_chart({{"pulses", c.pulse_s, c.frequency_hz, int(n), false}},
-                             {"valve frequency", "t [s]", "ν [Hz]", false, false, true, {}}));
+                  line_chart({{"pulses", c.pulse_s, c.frequency_hz, runs[n].style, false}},
+                             from_zero("valve frequency", "t [s]", "ν [Hz]")));
   }
   return s.empty() ? ""
                    : "<h2>Along one path</h2>\n<p class=\"soft\">As in Figs. 6-2 and 6-3; the frequency is "
@@ -180,7 +184,7 @@ std::string shaded_relief(const HeightMap& h, double step_mm, const std::string&
 
 std::string ice_sections(const std::vector<NamedIce>& runs) {
   if (runs.empty()) return "";
-  return part(runs) + error_maps(runs) + rms_by_height(runs) + curves(runs);
+  return error_maps(runs) + part(runs) + rms_by_height(runs) + curves(runs);
 }
 
 }  // namespace firn::replay

@@ -12,6 +12,7 @@ namespace firn::replay {
 struct NamedIce {
   std::string name;
   const IceData* data;
+  int style = 0;  ///< of its lines
 };
 
 /// Returns HTML; empty for no run.

@@ -72,9 +72,7 @@ void read_truth(const std::filesystem::path& run, IceData& data) {
   });
 }
 
-OutlineStats outline_of(const HeightMap& field, const slice::PrintPaths& paths) {
-  const NominalPart whole =
-      nominal_part(paths, kOutlineCell_mm, kOutlineMargin_mm, NominalOf::kPartAndScaffold);
+OutlineStats outline_of(const HeightMap& field, const NominalPart& whole) {
   return outline_stats(cell_means(field, whole.target.spec), whole.target, whole.mask);
 }
 
@@ -102,7 +100,8 @@ IceData read_ice_data(const std::filesystem::path& run, const RunMessages& messa
   for (auto& [layer, interval] : intervals) data.intervals.push_back(std::move(interval));
   read_curve(messages, data);
   read_truth(run, data);
-  if (data.field) data.outline = outline_of(*data.field, paths);
+  data.nominal = nominal_part(paths, kOutlineCell_mm, kOutlineMargin_mm, NominalOf::kPartAndScaffold);
+  if (data.field) data.outline = outline_of(*data.field, data.nominal);
   return data;
 }
 

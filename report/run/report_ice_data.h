@@ -38,6 +38,7 @@ struct IceData {
   std::optional<HeightMap> field;       ///< the part as built, on the simulation's cells
   std::optional<OutlineStats> outline;  ///< of the field: of part and scaffold together
   std::optional<IcePathCurve> curve;    ///< of the highest layer's longest part path of at most 8 s
+  NominalPart nominal;                  ///< part and scaffold
 };
 
 /// Reads the data of a run.

@@ -26,12 +26,13 @@ struct RunRecord {
 struct NamedRun {
   std::string name;
   const RunData* data;
+  int style = 0;  ///< of its lines in all charts
 };
 
 struct ReportLab {
   /// Fills height, target, mask, truth and the lab's own data. @param rows by layer
   void (*read)(const RunRecord& run, RunData& data, std::map<std::int32_t, LayerRow>& rows);
-  /// Returns the HTML behind the table of results, of the runs of this lab; nullptr: nothing.
+  /// Returns the HTML behind the error maps, of the runs of this lab that printed one part; nullptr: nothing.
   std::string (*sections)(const std::vector<NamedRun>& runs);
 };
 

@@ -91,7 +91,8 @@ TEST_CASE("Without a true surface the maps show the measured one, and no true ch
   const Element page = page_of(data);
   CHECK_THROWS(drawing(page, "true RMS against height"));
   CHECK(page.all_text().find("1.20 mm, RMS 0.250 mm") != std::string::npos);
-  const IceData with{{interval(1, 0.25, true)}, {}, {}};
+  IceData with;
+  with.intervals = {interval(1, 0.25, true)};
   CHECK(page_of(with).all_text().find("1.20 mm, RMS 0.500 mm") != std::string::npos);
 }
 

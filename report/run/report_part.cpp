@@ -1,0 +1,265 @@
+#include "report/run/report_part.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "report/draw/charts.h"
+#include "report/draw/heat_map.h"
+#include "report/draw/svg.h"
+
+namespace firn::replay {
+namespace {
+
+constexpr double kUm = 1e3;        // per mm
+constexpr double kShown = 0.995;   // of a run's cells decide about the scale of errors
+constexpr double kOfMedian = 2.0;  // the scale in medians of the runs: one bad run must not blanch the others
+
+const LayerRow* last(const RunData& r) { return r.layers.empty() ? nullptr : &r.layers.back(); }
+bool has_map(const RunData& r) { return r.height.size() > 0; }
+
+std::string figure(const std::string& caption, const std::string& body, const std::string& cls = "") {
+  return "<figure" + (cls.empty() ? "" : " class=\"" + cls + "\"") + "><figcaption>" + caption +
+         "</figcaption>\n" + body + "</figure>\n";
+}
+
+// The page has one legend for all charts.
+ChartOptions chart(const std::string& title, const std::string& x_name, const std::string& y_name) {
+  ChartOptions o{title, x_name, y_name};
+  o.legend = false;
+  return o;
+}
+
+HeightMap error_map(const RunData& r) {
+  HeightMap e(r.height.spec, kNotMeasured);
+  for (std::size_t c = 0; c < e.size(); ++c)
+    if (r.mask.cells[c]) e.cells[c] = r.height.cells[c] - r.target.cells[c];
+  return e;
+}
+
+std::vector<double> sizes_um(const HeightMap& errors) {
+  std::vector<double> sizes;
+  for (const double e : errors.cells)
+    if (std::isfinite(e)) sizes.push_back(std::abs(e) * kUm);
+  return sizes;
+}
+
+double quantile(std::vector<double> values, double share) {
+  const auto at = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+std::string error_maps(const std::vector<NamedRun>& runs) {
+  double largest_um = 0.0;
+  std::vector<double> usual_um;
+  for (const NamedRun& r : runs) {
+    if (!has_map(*r.data)) continue;
+    const std::vector<double> sizes = sizes_um(error_map(*r.data));
+    if (sizes.empty()) continue;
+    largest_um = std::max(largest_um, *std::ranges::max_element(sizes));
+    usual_um.push_back(quantile(sizes, kShown));
+  }
+  if (usual_um.empty()) return "";
+  const double end_um = std::max(std::min(largest_um, kOfMedian * quantile(usual_um, 0.5)), 1e-3);
+  const HeatScale scale{-end_um, end_um, ColorMap::kDiverging};
+  std::string s =
+      "<h2>Error of the final surfaces</h2>\n<p class=\"soft\">Measured height minus target inside the part: "
+      "orange is too high, blue too low.";
+  if (end_um < largest_um)
+    s += " Larger errors, up to " + number(largest_um, 1) + " µm, have the colours of the scale's ends.";
+  s += "</p>\n<div class=\"row\">\n";
+  for (const NamedRun& r : runs) {
+    if (!has_map(*r.data)) continue;
+    const LayerRow* l = last(*r.data);
+    s += figure(
+        "<b>" + escape_html(r.name) + "</b>" +
+            (l ? ", layer " + std::to_string(l->layer) + ", RMS " + number(l->rms_mm * kUm, 2) + " µm" : ""),
+        heat_map(error_map(*r.data), scale, "error of " + r.name, &r.data->mask), "map");
+  }
+  return s + "</div><div class=\"bar\">" + color_bar(scale, "height − target [µm]") + "</div>\n";
+}
+
+std::string surfaces(const std::vector<NamedRun>& runs) {
+  HeatScale scale{std::numeric_limits<double>::infinity(), 0, ColorMap::kSequential};
+  for (const NamedRun& r : runs) {
+    if (!has_map(*r.data)) continue;
+    for (const double h : r.data->height.cells)
+      if (std::isfinite(h)) {
+        scale.low_um = std::min(scale.low_um, h * kUm);
+        scale.high_um = std::max(scale.high_um, h * kUm);
+      }
+  }
+  if (!(scale.low_um < scale.high_um)) return "";
+  std::string s =
+      "<h2>Final surfaces</h2>\n<p class=\"soft\">Measured height after the last layer; the line is the "
+      "part's "
+      "outline.</p>\n<div class=\"row\">\n";
+  for (const NamedRun& r : runs)
+    if (has_map(*r.data))
+      s += figure("<b>" + escape_html(r.name) + "</b>",
+                  heat_map(r.data->height, scale, "height of " + r.name, &r.data->mask), "map");
+  return s + "</div><div class=\"bar\">" + color_bar(scale, "height [µm]") + "</div>\n";
+}
+
+// Heights along x through the middle row.
+Series section(const HeightMap& map, const std::string& label, int style) {
+  Series s;
+  s.label = label;
+  s.style = style;
+  const int j = map.spec.ny / 2;
+  for (int i = 0; i < map.spec.nx; ++i) {
+    s.x.push_back(map.spec.x_mm(i));
+    s.y.push_back(map.at(i, j) * kUm);
+  }
+  return s;
+}
+
+std::string sections(const std::vector<NamedRun>& runs) {
+  std::vector<Series> measured, truths;
+  double top = 0, target_top = 0;
+  for (const NamedRun& run : runs) {
+    const RunData& r = *run.data;
+    if (!has_map(r)) continue;
+    if (measured.empty()) {
+      measured.push_back(section(r.target, "target", Series::kReference));
+      truths.push_back(measured.back());
+    }
+    measured.push_back(section(r.height, run.name, run.style));
+    if (r.truth) truths.push_back(section(*r.truth, run.name, run.style));
+    for (double h : measured.back().y) top = std::isfinite(h) ? std::max(top, h) : top;
+    for (double h : r.target.cells) target_top = std::max(target_top, h * kUm);
+  }
+  if (measured.empty()) return "";
+  const auto options = [&](const char* title, bool upper) {
+    ChartOptions o = chart(title, "x [mm], through the middle row", "height [µm]");
+    o.from_zero = !upper;
+    if (upper) o.y_range = std::pair{0.75 * target_top, std::max(top, target_top) * 1.02};
+    return o;
+  };
+  std::string s =
+      "<h2>Cross-sections</h2>\n<div class=\"row\">\n" +
+      figure("Measured surface and target", line_chart(measured, options("cross-sections", false)));
+  if (target_top > 0)
+    s += figure("The same, the upper part enlarged",
+                line_chart(measured, options("cross-sections, enlarged", true)));
+  if (truths.size() > 1 && target_top > 0)
+    s += figure("True surface of the simulated world, enlarged",
+                line_chart(truths, options("true cross-sections", true)));
+  return s + "</div>\n";
+}
+
+template <class Value>
+Series per_layer(const NamedRun& r, Value value) {
+  Series s;
+  s.label = r.name;
+  s.style = r.style;
+  s.marks = true;
+  for (const LayerRow& l : r.data->layers) {
+    if (l.layer == 0) continue;
+    s.x.push_back(l.layer);
+    s.y.push_back(value(l));
+  }
+  return s;
+}
+
+std::string by_layer(const std::vector<NamedRun>& runs) {
+  std::vector<Series> rms, drops, std_um;
+  for (const NamedRun& r : runs) {
+    rms.push_back(per_layer(r, [](const LayerRow& l) { return l.rms_mm * kUm; }));
+    std_um.push_back(per_layer(r, [](const LayerRow& l) { return l.std_mm * kUm; }));
+    drops.push_back(per_layer(r, [](const LayerRow& l) { return double(l.drops); }));
+  }
+  const auto options = [](const char* title, const char* y_name, bool logarithmic) {
+    ChartOptions o = chart(title, "layer", y_name);
+    o.logarithmic = logarithmic;
+    o.whole_x = true;
+    o.from_zero = !logarithmic;
+    return o;
+  };
+  return "<h2>Layer by layer</h2>\n<div class=\"row\">\n" +
+         figure("RMS error about the final target",
+                line_chart(rms, options("RMS per layer", "RMS [µm], logarithmic", true))) +
+         figure("Roughness: standard deviation of the error",
+                line_chart(std_um, options("std per layer", "std [µm]", false))) +
+         figure("Droplets", line_chart(drops, options("droplets per layer", "droplets", false))) + "</div>\n";
+}
+
+std::string times(const std::vector<NamedRun>& runs) {
+  const std::vector<std::string> phases{"deposit", "cure", "scan", "decide"};
+  double top = 0;
+  std::vector<Bars> all;
+  for (const NamedRun& r : runs) {
+    Bars b;
+    b.parts = phases;
+    b.heights.resize(4);
+    for (const LayerRow& l : r.data->layers) {
+      b.x.push_back(l.layer);
+      const double spent_s[] = {l.deposit_s, l.cure_s, l.scan_s, l.decide_s};
+      for (std::size_t p = 0; p < 4; ++p) b.heights[p].push_back(spent_s[p]);
+      top = std::max(top, l.deposit_s + l.cure_s + l.scan_s + l.decide_s);
+    }
+    all.push_back(std::move(b));
+  }
+  if (!(top > 0)) return "";
+  std::vector<LegendEntry> entries;
+  for (std::size_t p = 0; p < phases.size(); ++p)
+    entries.push_back({phases[p], int(p), LegendEntry::Kind::kBar});
+  std::string s =
+      "<h2>Time per layer</h2>\n<p class=\"soft\">Node time by phase, all on one scale; layer 0 is the scan "
+      "of the bare substrate.</p>\n<div class=\"still\">" +
+      shared_legend(entries) + "</div>\n<div class=\"row\">\n";
+  for (std::size_t n = 0; n < runs.size(); ++n) {
+    if (all[n].x.empty()) continue;
+    ChartOptions o = chart("time per layer of " + runs[n].name, "layer", "time [s]");
+    o.whole_x = o.from_zero = true;
+    s += figure("<b>" + escape_html(runs[n].name) + "</b>", bar_chart(all[n], top, o));
+  }
+  return s + "</div>\n";
+}
+
+// Each lab shows its own runs, in the order in which the labs first occur.
+std::string lab_sections(const std::vector<NamedRun>& runs) {
+  std::vector<const ReportLab*> labs;
+  for (const NamedRun& r : runs)
+    if (r.data->lab && r.data->lab->sections && std::ranges::find(labs, r.data->lab) == labs.end())
+      labs.push_back(r.data->lab);
+  std::string s;
+  for (const ReportLab* lab : labs) {
+    std::vector<NamedRun> own;
+    for (const NamedRun& r : runs)
+      if (r.data->lab == lab) own.push_back(r);
+    s += lab->sections(own);
+  }
+  return s;
+}
+
+}  // namespace
+
+std::vector<PartRuns> parts_of(const std::vector<NamedRun>& runs) {
+  std::vector<PartRuns> parts;
+  std::vector<std::string> keys;
+  for (const NamedRun& r : runs) {
+    const PartIdentity& p = r.data->part;
+    const auto at = std::ranges::find(keys, p.key);
+    if (at != keys.end()) {
+      parts[std::size_t(at - keys.begin())].runs.push_back(r);
+      continue;
+    }
+    keys.push_back(p.key);
+    parts.push_back(
+        {p.name + ", " + number(p.x_mm, 1) + " × " + number(p.y_mm, 1) + " × " + number(p.z_mm, 2) + " mm",
+         {r}});
+  }
+  return parts;
+}
+
+std::string part_sections(const std::vector<NamedRun>& runs) {
+  std::vector<NamedInks> inks;
+  for (const NamedRun& r : runs)
+    if (r.data->inks) inks.push_back({r.name, &*r.data->inks});
+  return error_maps(runs) + lab_sections(runs) + surfaces(runs) + sections(runs) + ink_sections(inks) +
+         by_layer(runs) + times(runs);
+}
+
+}  // namespace firn::replay
