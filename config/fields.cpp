@@ -42,7 +42,7 @@ Table part_fields(Experiment& e) {
           {"part.image_white_mm", &e.part.image_white_mm, "mm", above(0, 1000),
            "height of the brightest grey value"},
           {"part.um_per_px", &e.part.um_per_px, "um", within(0, 1e5),
-           "height_map: side of a pixel; 0 = part.width_mm is the picture's width"},
+           "height_map, geometry.images: side of a pixel; 0 = a picture is as wide as the part"},
           {"part.mesh", &e.part.mesh, "", path(),
            "mesh: file (STL, PLY, OBJ, 3MF) printed with one ink; path relative to this file"},
           {"part.mesh_scale_xy", &e.part.mesh_scale_xy, "", above(0, 1e6), "mesh: factor along x and y"},
@@ -63,8 +63,8 @@ Table geometry_fields(Experiment& e) {
   add(t,
       {
           {"geometry.images", &e.geometry.images, "", path(),
-           "images: folder of grey PNGs, one layer each in the order of their names, bottom first; white = "
-           "object"},
+           "images: folder of grey PNGs of one size in the middle of the grid, one layer each in the order "
+           "of their names, bottom first; white = object"},
           {"geometry.image_pitch_z_mm", &e.geometry.image_pitch_z_mm, "mm", kImagePitch_mm,
            "images: height of one layer"},
           {"geometry.mesh", &e.geometry.mesh, "", path(),

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "config/error.h"
+#include "core/grid/png.h"
 #include "print/inputs/mesh_part.h"
 #include "print/inputs/targets.h"
 
@@ -29,13 +30,22 @@ std::vector<std::filesystem::path> images_in(const std::filesystem::path& folder
   return files;
 }
 
+// All pictures of a stack have the columns and rows of the first, so that all have its size.
 ImageStack load_stack(const Experiment& e, const std::filesystem::path& folder) {
   std::vector<Mask> layers;
+  PixelSize pixel;
+  PngHeader first;
   for (const std::filesystem::path& file : images_in(folder)) {
-    const Grid<double> grey =
-        grey_from_png(read_bytes(file, "geometry.images"), e.grid, file.string(), "geometry.images");
-    Mask& layer = layers.emplace_back(e.grid);
-    for (std::size_t c = 0; c < grey.size(); ++c) layer.cells[c] = grey.cells[c] >= 0.5;
+    const std::vector<std::byte> png = read_bytes(file, "geometry.images");
+    if (layers.empty()) pixel = layer_pixel_size(e.part, png, file.string());
+    layers.push_back(layer_from_png(png, e.grid, pixel, file.string()));
+    const PngHeader header = png_header(png);
+    if (layers.size() == 1) first = header;
+    if (header.width != first.width || header.height != first.height)
+      refuse(file.string(), "geometry.images",
+             std::to_string(header.width) + " x " + std::to_string(header.height) +
+                 " pixels, where the first picture has " + std::to_string(first.width) + " x " +
+                 std::to_string(first.height));
   }
   return ImageStack(e.grid, e.geometry.image_pitch_z_mm, std::move(layers));
 }

@@ -48,27 +48,13 @@ struct Coverage {
   std::vector<double> weights;
 };
 
-std::vector<Coverage> coverage(int cells, int pixels) {
-  std::vector<Coverage> out(std::size_t(cells), Coverage{});
-  for (int c = 0; c < cells; ++c) {
-    const double a0 = double(c) * pixels / cells, a1 = double(c + 1) * pixels / cells;
-    Coverage& cover = out[std::size_t(c)];
-    cover.first = std::min(int(a0), pixels - 1);
-    for (int p = cover.first; p < pixels && p < a1; ++p)
-      cover.weights.push_back(std::min(a1, p + 1.0) - std::max(a0, double(p)));
-  }
-  return out;
-}
-
-double cell_average(const GreyPicture& grey, const Coverage& x, const Coverage& y) {
-  double sum = 0.0, area = 0.0;
+// By area; beside the picture all is black.
+double white_share(const GreyPicture& grey, const Coverage& x, const Coverage& y, double cell_px) {
+  double sum = 0.0;
   for (std::size_t q = 0; q < y.weights.size(); ++q)
-    for (std::size_t p = 0; p < x.weights.size(); ++p) {
-      const double w = x.weights[p] * y.weights[q];
-      sum += w * grey.at(x.first + int(p), y.first + int(q));
-      area += w;
-    }
-  return sum / area;
+    for (std::size_t p = 0; p < x.weights.size(); ++p)
+      sum += x.weights[p] * y.weights[q] * grey.at(x.first + int(p), y.first + int(q));
+  return sum / grey.white / cell_px;
 }
 
 // The pixels of the part in one cell: their area, and the sum of their grey values by area.
@@ -131,12 +117,15 @@ std::vector<Coverage> placed(int cells, double pitch_mm, int pixels, double pixe
 }
 
 // The picture may reach beyond the grid, the part may not: a row or column of pixels may miss it by a tenth.
-void check_on_grid(const GreyPicture& grey, const GridSpec& g, const PixelSize& pixel,
-                   const ImageName& name) {
+// @param part_is true for the grey value of a pixel of the part
+// @returns whether there is a part
+template <class PartIs>
+bool check_on_grid(const GreyPicture& grey, const GridSpec& g, const PixelSize& pixel, const ImageName& name,
+                   PartIs part_is) {
   int low_x = grey.width, high_x = -1, low_y = grey.height, high_y = -1;
   for (int y = 0; y < grey.height; ++y)
     for (int x = 0; x < grey.width; ++x)
-      if (grey.at(x, y) > 0) {
+      if (part_is(grey.at(x, y))) {
         low_x = std::min(low_x, x);
         high_x = std::max(high_x, x);
         low_y = std::min(low_y, y);
@@ -150,25 +139,40 @@ void check_on_grid(const GreyPicture& grey, const GridSpec& g, const PixelSize& 
                      std::to_string(half_mm) + " mm from the middle of the grid, which is " +
                      std::to_string(0.5 * grid_mm) + " mm to its edge");
   };
-  if (high_x < 0) refuse(name, "is black everywhere: no part");
+  if (high_x < 0) return false;
   beyond(low_x, high_x, grey.width, pixel.x_mm, g.nx * g.pitch_x_mm, "x");
   beyond(low_y, high_y, grey.height, pixel.y_mm, g.ny * g.pitch_y_mm, "y");
+  return true;
 }
+
+// Columns and rows of a grid in pixels of a picture in its middle.
+struct Placed {
+  std::vector<Coverage> columns, rows;
+  double cell_px;  // area of a cell
+  Placed(const GreyPicture& grey, const GridSpec& g, const PixelSize& pixel)
+      : columns(placed(g.nx, g.pitch_x_mm, grey.width, pixel.x_mm)),
+        rows(placed(g.ny, g.pitch_y_mm, grey.height, pixel.y_mm)),
+        cell_px(g.pitch_x_mm / pixel.x_mm * (g.pitch_y_mm / pixel.y_mm)) {
+    std::ranges::reverse(rows);  // the picture's top row is at maximum y
+  }
+};
 
 }  // namespace
 
-Grid<double> grey_from_png(std::span<const std::byte> png, const GridSpec& grid, const std::string& file,
-                           const std::string& key) {
+Mask layer_from_png(std::span<const std::byte> png, const GridSpec& grid, const PixelSize& pixel,
+                    const std::string& file) {
+  const std::string key = "geometry.images";
   const ImageName name{file, key};
   check(grid);
   const GreyPicture grey = read_picture(png, name);
-  Grid<double> out(grid);
-  const std::vector<Coverage> columns = coverage(grid.nx, grey.width), rows = coverage(grid.ny, grey.height);
+  check_on_grid(grey, grid, pixel, name, [&](double value) { return value >= 0.5 * grey.white; });
+  const Placed at(grey, grid, pixel);
+  Mask layer(grid);
   for (int j = 0; j < grid.ny; ++j)
     for (int i = 0; i < grid.nx; ++i)
-      out.at(i, j) =
-          cell_average(grey, columns[std::size_t(i)], rows[std::size_t(grid.ny - 1 - j)]) / grey.white;
-  return out;
+      layer.at(i, j) =
+          white_share(grey, at.columns[std::size_t(i)], at.rows[std::size_t(j)], at.cell_px) >= kLeastCovered;
+  return layer;
 }
 
 Target target_from_png(std::span<const std::byte> png, const GridSpec& grid, double white_mm,
@@ -179,15 +183,14 @@ Target target_from_png(std::span<const std::byte> png, const GridSpec& grid, dou
   const GreyPicture grey = read_picture(png, name);
   const PixelSize pixel = given.value_or(
       PixelSize{grid.nx * grid.pitch_x_mm / grey.width, grid.ny * grid.pitch_y_mm / grey.height});
-  check_on_grid(grey, grid, pixel, name);
-  const std::vector<Coverage> columns = placed(grid.nx, grid.pitch_x_mm, grey.width, pixel.x_mm),
-                              rows = placed(grid.ny, grid.pitch_y_mm, grey.height, pixel.y_mm);
-  const double cell_px = grid.pitch_x_mm / pixel.x_mm * (grid.pitch_y_mm / pixel.y_mm);
+  if (!check_on_grid(grey, grid, pixel, name, [](double value) { return value > 0.0; }))
+    refuse(name, "is black everywhere: no part");
+  const Placed at(grey, grid, pixel);
   Target target{HeightMap(grid), Mask(grid)};
   for (int j = 0; j < grid.ny; ++j)
     for (int i = 0; i < grid.nx; ++i) {
-      const PartOfCell part = part_of_cell(grey, columns[std::size_t(i)], rows[std::size_t(grid.ny - 1 - j)]);
-      if (part.area_px < kLeastCovered * cell_px) continue;
+      const PartOfCell part = part_of_cell(grey, at.columns[std::size_t(i)], at.rows[std::size_t(j)]);
+      if (part.area_px < kLeastCovered * at.cell_px) continue;
       target.height.at(i, j) = part.sum / part.area_px / grey.white * white_mm;
       target.mask.at(i, j) = 1;
     }
@@ -213,6 +216,19 @@ PixelSize pixel_size(const PartConfig& part, std::span<const std::byte> png, con
     wrong("part.depth_mm",
           std::to_string(depth_mm) + " mm is not the picture's depth: " + std::to_string(grey.height) +
               " rows of " + std::to_string(mm) + " mm are " + std::to_string(grey.height * mm) + " mm");
+  return {mm, mm};
+}
+
+PixelSize layer_pixel_size(const PartConfig& part, std::span<const std::byte> png, const std::string& file) {
+  const std::string key = "geometry.images";
+  const ShapeSpec& s = part.shape;
+  const bool by_width = s.kind == "cuboid" || s.kind == "wedge" || s.kind == "height_map";
+  const double width_mm = s.kind == "mesh" ? 0.0 : by_width ? s.width_mm : s.diameter_mm;
+  const GreyPicture grey = read_picture(png, {file, key});
+  const double mm = part.um_per_px > 0.0 ? part.um_per_px * 1e-3 : width_mm / grey.width;
+  if (!(mm > 0.0))
+    throw ConfigError(file, 0, key,
+                      key + ": its pictures need a size: the width of [part], or part.um_per_px");
   return {mm, mm};
 }
 

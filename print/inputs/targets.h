@@ -32,10 +32,17 @@ Target target_from_png(std::span<const std::byte> png, const GridSpec& grid, dou
 /// @throws ConfigError (file `name`): neither or both are given, a part.depth_mm of another aspect
 PixelSize pixel_size(const PartConfig& part, std::span<const std::byte> png, const std::string& name);
 
-/// Reads grey values 0 (black) to 1 (white) on `grid`, as target_from_png does. @throws ConfigError (file
-/// `name`, key)
-Grid<double> grey_from_png(std::span<const std::byte> png, const GridSpec& grid, const std::string& name,
-                           const std::string& key);
+/// Returns the size of the square pixels of geometry.images: part.um_per_px, else the block's width by the
+/// columns of a picture.
+/// @throws ConfigError (file `name`, key geometry.images): no picture, a block without a width
+PixelSize layer_pixel_size(const PartConfig& part, std::span<const std::byte> png, const std::string& name);
+
+/// Computes the cells of one layer of geometry.images that are object: at least half white on average, the
+/// surroundings of the picture being black. The picture lies as in target_from_png.
+/// @throws ConfigError (file `name`, key geometry.images): as target_from_png, but black pictures are layers
+/// without object; a pixel beyond the grid is object if it is at least half white.
+Mask layer_from_png(std::span<const std::byte> png, const GridSpec& grid, const PixelSize& pixel,
+                    const std::string& name);
 
 /// Reads the bytes of a file. @throws ConfigError (file `path`, key): not a file, unreadable.
 std::vector<std::byte> read_bytes(const std::filesystem::path& path, const std::string& key);

@@ -9,6 +9,7 @@
 #include "config/error.h"
 #include "config/include.h"
 #include "print/inputs/geometry_input.h"
+#include "print/inputs/targets.h"
 #include "print/labs/print_labs.h"
 #include "tests/support/mesh_samples.h"
 
@@ -73,6 +74,64 @@ TEST_CASE("A folder of pictures becomes layers in the order of their names, whit
   }
   CHECK(g.spans(grid.index(3, 0)).empty());
   CHECK(g.spans(grid.index(0, grid.ny - 1)).empty());
+  fs::remove_all(folder);
+}
+
+TEST_CASE("Layers of pictures keep their size and aspect in the middle of the grid, whatever the pitch is") {
+  // Pictures of 2.4 x 1.6 mm with a white disc of 0.6 mm radius at (0.9, 0.7) mm from the low corner.
+  const fs::path folder = fresh_folder("test-geometry-sizes");
+  cv::Mat image = cv::Mat::zeros(160, 240, CV_8U);
+  for (int row = 0; row < 160; ++row)
+    for (int col = 0; col < 240; ++col)
+      if (std::hypot((col + 0.5) * 0.01 - 0.9, 1.6 - (row + 0.5) * 0.01 - 0.7) < 0.6)
+        image.at<std::uint8_t>(row, col) = 255;
+  cv::imwrite((folder / "a.png").string(), image);
+  cv::imwrite((folder / "b.png").string(), cv::Mat::zeros(160, 240, CV_8U));  // a layer without object
+  cv::imwrite((folder / "c.png").string(), image);
+  Experiment e = block();
+  e.geometry.solid.kind = "images";
+  e.geometry.images = folder.string();
+  e.geometry.image_pitch_z_mm = 0.02;
+  for (const GridSpec spec : {GridSpec{12, 10, 0.25, 0.25, 0.0, 0.0}, GridSpec{40, 25, 0.1, 0.1, 1.0, -3.0},
+                              GridSpec{30, 60, 0.2, 0.05, 0.0, 0.0}}) {
+    e.grid = spec;
+    for (const bool by_width : {true, false}) {
+      e.part.shape.width_mm = by_width ? 2.4 : 2.9;  // of the block
+      e.part.um_per_px = by_width ? 0.0 : 10.0;
+      const Geometry g = geometry_from_bytes(blob(make_inputs(e, ""), "geometry").bytes, spec, "geometry");
+      const double x0 = 0.5 * (spec.x_mm(0) + spec.x_mm(spec.nx - 1)) - 1.2 + 0.9,
+                   y0 = 0.5 * (spec.y_mm(0) + spec.y_mm(spec.ny - 1)) - 0.8 + 0.7;
+      for (std::size_t c = 0; c < spec.size(); ++c) {
+        const double r = std::hypot(spec.x_mm(int(c) % spec.nx) - x0, spec.y_mm(int(c) / spec.nx) - y0);
+        const double slack = 0.75 * std::max(spec.pitch_x_mm, spec.pitch_y_mm);
+        CAPTURE(c, r, spec.nx);
+        if (r < 0.6 - slack) CHECK(g.spans(c).size() == 2);
+        if (r > 0.6 + slack) CHECK(g.spans(c).empty());
+      }
+    }
+  }
+  fs::remove_all(folder);
+}
+
+TEST_CASE("A stack of pictures without one size, of different sizes or beyond the grid is refused by name") {
+  const fs::path folder = fresh_folder("test-geometry-no-size");
+  cv::imwrite((folder / "a.png").string(), cv::Mat(10, 12, CV_8U, cv::Scalar(255)));
+  Experiment e = block();
+  e.geometry.solid.kind = "images";
+  e.geometry.images = folder.string();
+  CHECK_NOTHROW(make_inputs(e, ""));  // as wide as the block
+  PartConfig mesh;
+  mesh.shape.kind = "mesh";
+  const std::vector<std::byte> bytes = read_bytes(folder / "a.png", "geometry.images");
+  CHECK_THROWS_WITH(layer_pixel_size(mesh, bytes, "a.png"),
+                    Catch::Contains("a.png: geometry.images") && Catch::Contains("part.um_per_px"));
+  e.part.um_per_px = 260.0;
+  CHECK_THROWS_WITH(make_inputs(e, ""),
+                    Catch::Contains("a.png: geometry.images") && Catch::Contains("along x"));
+  e.part.um_per_px = 250.0;
+  cv::imwrite((folder / "b.png").string(), cv::Mat(10, 11, CV_8U, cv::Scalar(255)));
+  CHECK_THROWS_WITH(make_inputs(e, ""),
+                    Catch::Contains("b.png: geometry.images: 11 x 10 pixels") && Catch::Contains("12 x 10"));
   fs::remove_all(folder);
 }
 
