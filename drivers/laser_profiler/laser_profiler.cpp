@@ -83,6 +83,22 @@ void LaserProfiler::scan_over(Effects& fx) {
   fx.measured(ScanDone{rows_, received_});
 }
 
+// x = offset + mirror * x of the head, z = sign * (z - zero) [docs/devices/laser_profiler.md].
+ProfileRow LaserProfiler::in_part_frame(std::uint32_t row) const {
+  ProfileRow p{std::int32_t(row),  config_.offset_x_mm + raw_.x0_mm,
+               raw_.dx_mm,         raw_.trigger_count,
+               raw_.encoder_count, raw_.z_mm};
+  if (on(config_.mirror_x)) {
+    p.x0_mm = config_.offset_x_mm - (raw_.x0_mm + double(raw_.points - 1) * raw_.dx_mm);
+    std::ranges::reverse(p.z_mm);
+  }
+  if (config_.z_sign != ZSign::kUp || config_.z_zero_mm != 0.0) {
+    const double sign = config_.z_sign == ZSign::kUp ? 1.0 : -1.0;
+    for (float& z : p.z_mm) z = float(sign * (double(z) - config_.z_zero_mm));
+  }
+  return p;
+}
+
 void LaserProfiler::take(std::int64_t now_us, Effects& fx) {
   if (raw_.points == 0 || raw_.trigger_count == last_trigger_) return;
   last_trigger_ = raw_.trigger_count;
@@ -99,8 +115,7 @@ void LaserProfiler::take(std::int64_t now_us, Effects& fx) {
   last_row_ = row;
   last_row_us_ = now_us;
   ++received_;
-  fx.measured(ProfileRow{std::int32_t(row), raw_.x0_mm, raw_.dx_mm, raw_.trigger_count, raw_.encoder_count,
-                         raw_.z_mm});
+  fx.measured(in_part_frame(row));
   if (row + 1 == std::uint32_t(rows_)) scan_over(fx);
 }
 

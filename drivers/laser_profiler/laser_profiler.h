@@ -14,7 +14,7 @@
 
 namespace firn::drivers {
 
-/// One measured line of the surface: a row of the scan.
+/// One measured line of the surface: a row of the scan, in the part's frame.
 struct ProfileRow {
   std::int32_t row = 0;  ///< 0-based row of the scan
   double x0_mm = 0.0;
@@ -31,7 +31,6 @@ struct ScanDone {
 };
 
 struct LaserProfilerOptions : LaserProfilerConfig {
-  int program = 0;
   double poll_idle_s = 1.0;
   double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
 };
@@ -64,6 +63,7 @@ class LaserProfiler final : public Driver {
   bool stopping() const override { return false; }
 
   void take(std::int64_t now_us, Effects& fx);
+  ProfileRow in_part_frame(std::uint32_t row) const;
   void scan_over(Effects& fx);
   void finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx);
   std::int64_t next_poll_us() const;

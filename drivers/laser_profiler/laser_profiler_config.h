@@ -1,14 +1,25 @@
 // LaserProfilerConfig holds the settings of the laser profiler, with range and meaning of each.
 #pragma once
 
+#include "core/options/on_off.h"
 #include "core/options/option.h"
 
 namespace firn::drivers {
 
+/// Which way the instrument's z grows: up: a greater value is a higher surface.
+enum class ZSign : std::uint8_t { kUp, kDown };
+inline constexpr std::array<std::string_view, 2> kZSignWords{"up", "down"};
+constexpr std::span<const std::string_view> words_of(ZSign) { return kZSignWords; }
+
 struct LaserProfilerConfig {
   int points = 800;
-  double dx_mm = 0.0;            ///< 0 = chosen so that the line covers the grid
-  double offset_y_mm = 0.0;      ///< line relative to the nozzle
+  double dx_mm = 0.0;        ///< 0 = chosen so that the line covers the grid
+  double offset_y_mm = 0.0;  ///< line relative to the nozzle
+  double offset_x_mm = 0.0;  ///< of the head's centre
+  OnOff mirror_x = OnOff::kOff;
+  ZSign z_sign = ZSign::kUp;
+  double z_zero_mm = 0.0;
+  int program = 0;
   double bias_limit_mm = 0.005;  ///< calibrated uncertainty of heights; 0: the bare table is not checked
   double offset_limit_mm = 0.2;  ///< and of places; 0: the first layer's outline is not checked
   double poll_s = 0.004;  ///< while armed; must be shorter than the time between two triggers. Once two rows
@@ -20,6 +31,15 @@ inline constexpr OptionTable kLaserProfilerConfig{
            "distance of points; 0 = so that the line covers the grid"},
     Option{"offset_y_mm", &LaserProfilerConfig::offset_y_mm, "mm", within(-1000, 1000),
            "laser line relative to the nozzle"},
+    Option{"offset_x_mm", &LaserProfilerConfig::offset_x_mm, "mm", within(-1000, 1000),
+           "part x of the head's centre, from which the instrument counts x [C]"},
+    Option{"mirror_x", &LaserProfilerConfig::mirror_x, "", Range{},
+           "on: the instrument's x grows towards smaller part x [C]"},
+    Option{"z_sign", &LaserProfilerConfig::z_sign, "", Range{},
+           "up: a greater value is a higher surface; down: a lower one [C]"},
+    Option{"z_zero_mm", &LaserProfilerConfig::z_zero_mm, "mm", within(-1000, 1000),
+           "the instrument's value at part height 0 [C]"},
+    Option{"program", &LaserProfilerConfig::program, "", within(0, 15), "program that is switched to"},
     Option{"bias_limit_mm", &LaserProfilerConfig::bias_limit_mm, "mm", within(0, 100),
            "calibrated uncertainty of heights (interlock 15); 0 = not checked"},
     Option{"offset_limit_mm", &LaserProfilerConfig::offset_limit_mm, "mm", within(0, 100),

@@ -101,6 +101,10 @@ struct ProfilerParams {
   double dx_mm = 0.0;  ///< 0: 1.15 x grid width / points, rounded up to 5 um
   double laser_offset_y_mm = 0.0;
   double error_x_mm = 0.0, error_y_mm = 0.0, error_z_mm = 0.0;  ///< truth beyond what it reports
+  double head_x_mm = 0.0;  ///< part x of the head's centre, from which it counts x
+  bool mirrored = false;   ///< its x grows towards smaller part x
+  bool upside_down = false;
+  double zero_mm = 0.0;  ///< its value at part height 0
   std::int64_t latency_us = 500;
   std::int64_t sampling_us = 100;  ///< from trigger to profile ready
 };

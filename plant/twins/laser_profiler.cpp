@@ -50,7 +50,9 @@ void ProfilerTwin::trigger(std::int64_t t_us, std::int32_t encoder_counts, std::
   char* out = newest_.packed.data();
   std::uint64_t bits = 0;
   int held = 0;
-  for (const double z : z_mm) {
+  for (std::size_t n = 0; n < z_mm.size(); ++n) {
+    const double height_mm = z_mm[params_.mirrored ? z_mm.size() - 1 - n : n];
+    const double z = params_.zero_mm + (params_.upside_down ? -height_mm : height_mm);
     const double units = z * (1e5 / kUnit);  // 1 mm = 1e5 x 0.01 um
     const std::int32_t point =
         std::isnan(units)
@@ -109,7 +111,9 @@ void ProfilerTwin::execute(std::span<const std::byte> request, std::int64_t now_
   if (shot) {
     put(body, shot->points, 2);
     put(body, kUnit, 2);
-    put(body, std::uint32_t(std::int32_t(std::llround(x0_mm_ * 1e5))), 4);
+    const double first_mm = x0_mm_ - params_.head_x_mm;
+    const double last_mm = first_mm + double(shot->points - 1) * dx_mm_;
+    put(body, std::uint32_t(std::int32_t(std::llround((params_.mirrored ? -last_mm : first_mm) * 1e5))), 4);
     put(body, std::uint32_t(std::int32_t(std::llround(dx_mm_ * 1e5))), 4);
     put(body, 0, 4);
     put(body, shot->trigger, 4);

@@ -19,11 +19,12 @@ plant::WorldConfig WorldRig::small_world(int nx, int ny) {
   return c;
 }
 
-WorldRig::WorldRig(const plant::WorldConfig& config, StageOptions stage_config, LampOptions lamp_config)
+WorldRig::WorldRig(const plant::WorldConfig& config, StageOptions stage_config, LampOptions lamp_config,
+                   LaserProfilerOptions profiler_config)
     : PortRig(config),
       stage(std::move(stage_config)),
       jet(JetOptions{}),
-      profiler(LaserProfilerOptions{}),
+      profiler(std::move(profiler_config)),
       lamp(std::move(lamp_config)) {
   add("stage", stage);
   add("jet", jet);

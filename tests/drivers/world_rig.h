@@ -12,7 +12,7 @@ namespace firn::drivers::test {
 class WorldRig : public PortRig {
  public:
   explicit WorldRig(const plant::WorldConfig& config, StageOptions stage = fast_stage(),
-                    LampOptions lamp = {});
+                    LampOptions lamp = {}, LaserProfilerOptions profiler = {});
 
   static StageOptions fast_stage();
   static plant::WorldConfig small_world(int nx, int ny);

@@ -119,6 +119,60 @@ TEST_CASE("a scan gives one profile per row, at the row", "[world]") {
   CHECK(rig.record.history.shots.empty());
 }
 
+namespace {
+
+/// The rows of one scan over a surface with droplets in one corner.
+std::vector<ProfileRow> scanned(const plant::WorldConfig& config, const LaserProfilerOptions& options) {
+  WorldRig rig(config, WorldRig::fast_stage(), {}, options);
+  rig.start();
+  const GridSpec grid = config.grid;
+  DropletPattern corner(grid);
+  for (int i = 0; i < 3; ++i) corner.at(i, 1) = 1;
+  arm_jet(rig, 3);
+  begin_pass(rig, corner, 0);
+  REQUIRE(rig.run([&] { return !rig.stage.busy(); }, 60.0));
+  rig.act("laser_profiler", [&](std::int64_t t, Effects& fx) { rig.profiler.arm(grid.ny, t, fx); });
+  REQUIRE(rig.run([&] { return rig.profiler.state() == DeviceState::kArmed; }, 5.0));
+  rig.act("stage", [&](std::int64_t t, Effects& fx) {
+    rig.stage.scan(1.0, grid.y_mm(0), 1.0, grid.pitch_y_mm, grid.ny, 15.0, t, fx);
+  });
+  REQUIRE(rig.run([&] { return !rig.stage.busy(); }, 60.0));
+  rig.run_for(0.1);
+  return rig.all<ProfileRow>("laser_profiler");
+}
+
+}  // namespace
+
+TEST_CASE("however the profiler's head is mounted, its rows are the part's", "[world]") {
+  plant::WorldConfig config = WorldRig::small_world(10, 4);
+  config.sensor.noise_mm = 0.0;
+  config.sensor.dropout_floor = 0.0;
+  const std::vector<ProfileRow> wanted = scanned(config, {});
+  REQUIRE(wanted.size() == 4);
+  CHECK(*std::ranges::max_element(wanted[1].z_mm) > 0.002f);
+  std::uint64_t seed = 17;
+  for (int n = 0; n < 8; ++n) {
+    LaserProfilerOptions options;
+    options.offset_x_mm = config.profiler.head_x_mm = double(next(seed) % 200'000) * 1e-3 - 100.0;
+    options.z_zero_mm = config.profiler.zero_mm = double(next(seed) % 20'000) * 1e-4 - 1.0;
+    config.profiler.mirrored = n & 1;
+    config.profiler.upside_down = n & 2;
+    options.mirror_x = n & 1 ? OnOff::kOn : OnOff::kOff;
+    options.z_sign = n & 2 ? ZSign::kDown : ZSign::kUp;
+    const std::vector<ProfileRow> rows = scanned(config, options);
+    REQUIRE(rows.size() == wanted.size());
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      INFO("mount " << n << ", row " << r);
+      CHECK(rows[r].x0_mm == Approx(wanted[r].x0_mm).margin(2e-5));
+      CHECK(rows[r].dx_mm == wanted[r].dx_mm);
+      REQUIRE(rows[r].z_mm.size() == wanted[r].z_mm.size());
+      for (std::size_t k = 0; k < rows[r].z_mm.size(); ++k)
+        if (!std::isnan(wanted[r].z_mm[k]) && !std::isnan(rows[r].z_mm[k]))
+          CHECK(std::abs(rows[r].z_mm[k] - wanted[r].z_mm[k]) < 3e-4f);
+    }
+  }
+}
+
 TEST_CASE("an exposure opens the shutter once and for its time", "[world]") {
   for (const bool instrument_timer : {true, false}) {
     WorldRig rig(WorldRig::small_world(4, 4));
