@@ -1,5 +1,6 @@
 #include "plant/twins/stage_dialect.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -95,9 +96,12 @@ StageReply move_command(StageDevice& d, const Words& w, std::int64_t now_us) {
     } else if (w[n].size() > 1 && w[n][0] == 'F') {
       if (!number(w[n].substr(1), speed)) return {"!\n"};
       n += 1;
-    } else if (w[n] == "F") {
+    } else if (w[n] == "F" || (w[n].ends_with('F') && axis_of(w[n].substr(0, w[n].size() - 1)) >= 0)) {
       if (!number(w[n + 1], speed)) return {"!\n"};
       n += 2;
+    } else if (const auto f = w[n].find('F'); f <= 2 && axis_of(w[n].substr(0, f)) >= 0) {
+      if (!number(w[n].substr(f + 1), speed)) return {"!\n"};
+      n += 1;
     } else {
       return {"!\n"};
     }
@@ -222,6 +226,10 @@ StageReply execute(StageDevice& d, std::string_view line, std::int64_t now_us) {
   }
   double value = 0;
   if (verb == "RAMP" && w[1] == "RATE") return {number(w[2], value) && d.set_ramp(value) ? "%\n" : "!\n"};
+  if (verb == "ACKNOWLEDGEALL") {
+    for (const int axis : {0, 1, 2}) d.fault_acknowledge(axis);
+    return {"%\n"};
+  }
   if (verb == "SCURVE") return {number(w[1], value) && value >= 0.0 && value <= 100.0 ? "%\n" : "!\n"};
   if (verb == "RAMP" && w[1] == "MODE") return {w[w.count - 1] == "RATE" ? "%\n" : "!\n"};
   if (verb == "PROGRAM" && w[1] == "RUN" && w[3] == "\"HOMEASYNC.BCX\"")
@@ -243,9 +251,13 @@ StageReply execute(StageDevice& d, std::string_view line, std::int64_t now_us) {
   }
   const int axis = axis_of(w[1]);
   if (axis < 0) return {"!\n"};
-  if (verb == "AXISSTATUS" || verb == "AXISFAULT" || verb == "VFBK" || verb == "PFBKPROG" ||
-      verb == "PCMDPROG")
-    return axis_query(d, verb, axis, now_us);
+  static constexpr std::array<std::string_view, 8> kQuestions{"AXISSTATUS", "AXISFAULT", "VFBK", "PFBKPROG",
+                                                              "PCMDPROG",   "CMDPOS",    "PFBK", "PFBKCAL"};
+  if (std::ranges::find(kQuestions, verb) != kQuestions.end()) return axis_query(d, verb, axis, now_us);
+  if (verb == "FREERUN" && number(w[2], value) && value == 0.0) {  // ends a jog; others are not simulated
+    d.abort(now_us);
+    return {"%\n"};
+  }
   if (verb == "GETPARM") {
     const auto held = number(w[2], value) ? d.parameter(axis, int(value)) : std::nullopt;
     return held ? decimal(*held) : StageReply{"!\n"};
