@@ -200,6 +200,7 @@ bool has_two_jets(const Experiment& experiment);
 /// recorder) always take part.
 bool takes_part(const Experiment& experiment, std::string_view node);
 
+/// A key of earlier versions that had no effect is passed over: the text may be a recorded one.
 /// @throws ConfigError: file, line, key, value, unit and limit; for an unknown key also the nearest known
 /// one.
 Experiment parse_experiment(const std::string& toml_text, const std::string& file_name);

@@ -19,6 +19,8 @@ namespace firn {
 namespace {
 
 const std::string kSet = "--set";  // used as a file name
+// Key of earlier versions that nothing read: a recorded experiment may have it.
+constexpr std::string_view kWithoutEffect = "laser_point.poll_s";
 
 toml::table parse_text(std::string_view text, const std::string& file) {
   check_text(text, file);
@@ -74,8 +76,10 @@ toml::table assignment_of(const std::string& assignment, const std::vector<Field
 class Reader {
  public:
   /// @param mistakes gets every mistake; null: the first one is thrown
-  explicit Reader(std::vector<Field> table, std::vector<ConfigError>* mistakes = nullptr)
-      : fields_(std::move(table)), mistakes_(mistakes) {
+  /// @param recorded dump() wrote the texts, perhaps in an earlier version
+  explicit Reader(std::vector<Field> table, std::vector<ConfigError>* mistakes = nullptr,
+                  bool recorded = false)
+      : fields_(std::move(table)), mistakes_(mistakes), recorded_(recorded) {
     for (const Field& f : fields_) keys_.push_back(f.key);
   }
 
@@ -128,6 +132,7 @@ class Reader {
     const auto field =
         std::find_if(fields_.begin(), fields_.end(), [&](const Field& f) { return f.key == full; });
     if (field != fields_.end()) return assign(*field, node, file, line);
+    if (recorded_ && file != kSet && full == kWithoutEffect) return;
     if (!is_section(full)) unknown(full, file, line);
     if (!node.is_table())
       throw ConfigError(file, line, full, full + " = " + shown(node) + ": is a section of keys, not a value");
@@ -247,6 +252,7 @@ class Reader {
   std::vector<Field> fields_;
   std::vector<std::string_view> keys_;
   std::vector<ConfigError>* mistakes_;
+  bool recorded_;
   Origins origins_;
 };
 
@@ -306,9 +312,9 @@ Experiment before_its_keys() {
 
 Experiment parse_onto(Experiment experiment,
                       const std::vector<std::pair<std::string, std::string>>& named_texts,
-                      const std::vector<std::string>& overrides,
-                      std::vector<ConfigError>* mistakes = nullptr) {
-  Reader reader(firn::fields(experiment), mistakes);
+                      const std::vector<std::string>& overrides, std::vector<ConfigError>* mistakes = nullptr,
+                      bool recorded = false) {
+  Reader reader(firn::fields(experiment), mistakes, recorded);
   bool first = true;
   for (const auto& [file, text] : named_texts) {
     const toml::table table = parse_text(text, file);
@@ -363,12 +369,12 @@ std::vector<ConfigError> mistakes_of(const std::vector<std::pair<std::string, st
 }
 
 Experiment parse_experiment(const std::string& toml_text, const std::string& file_name) {
-  return parse_experiment({{file_name, toml_text}}, {});
+  return parse_onto({}, {{file_name, toml_text}}, {}, nullptr, true);
 }
 
 Experiment parse_recorded_experiment(const std::string& toml_text, const std::string& file_name,
                                      const std::vector<std::string>& overrides) {
-  return parse_onto(before_its_keys(), {{file_name, toml_text}}, overrides);
+  return parse_onto(before_its_keys(), {{file_name, toml_text}}, overrides, nullptr, true);
 }
 
 }  // namespace firn

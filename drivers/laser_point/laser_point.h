@@ -26,7 +26,6 @@ struct Samples {
 
 struct LaserPointOptions : LaserPointConfig {
   lkg::Table table;
-  double poll_idle_s = 5.0;
   double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
 };
 

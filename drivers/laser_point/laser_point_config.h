@@ -17,7 +17,7 @@ struct LaserPointConfig {
   int surface_part = 1, surface_scaffold = 0;  ///< its kinds of surfaces
   int sampling_us = 200;                       ///< one of lkg::kSampling_us
   int averaging = 2;                           ///< 4^n readings; they blur the path by their time
-  double poll_s = 0.5;
+  double poll_idle_s = 5.0;
 };
 inline constexpr OptionTable kLaserPointConfig{
     Option{"rate_hz", &LaserPointConfig::rate_hz, "Hz", within(1, 1000), "of stored samples"},
@@ -40,7 +40,8 @@ inline constexpr OptionTable kLaserPointConfig{
     Option{"surface_scaffold", &LaserPointConfig::surface_scaffold, "", within(0, 4), "and for scaffold"},
     Option{"sampling_us", &LaserPointConfig::sampling_us, "us", within(20, 1000), "its own sampling period"},
     Option{"averaging", &LaserPointConfig::averaging, "", within(0, 9), "over 4 to this power"},
-    Option{"poll_s", &LaserPointConfig::poll_s, "s", above(0, 10), "between status questions"},
+    Option{"poll_idle_s", &LaserPointConfig::poll_idle_s, "s", above(0, 60),
+           "between status questions at rest"},
 };
 
 }  // namespace firn::drivers

@@ -49,6 +49,20 @@ std::string parsed_value(const std::string& key, const std::string& value) {
 
 }  // namespace
 
+TEST_CASE("A recorded experiment may have a key that no version read, a written one and --set may not") {
+  const std::string key = "laser_point.poll_s";
+  const std::string text =
+      "[laser_point]\npoll_s = 0.25\naveraging = 3\n[lab]\nkind = \"ice\"\n[control]\nscheme = \"smf\"\n"
+      "[ice]\nmesh = \"x.stl\"\nslice = \"x.toml\"\nmachine = \"x.toml\"\n";
+  CHECK(parse_experiment(text, "recorded").laser_point.averaging == 3);
+  CHECK(parse_recorded_experiment(text, "recorded").laser_point.averaging == 3);
+  CHECK(dump(parse_experiment(text, "recorded")).find("\npoll_s = 0.25") == std::string::npos);
+  CHECK_THROWS_WITH(
+      parse_experiment({{"mine.toml", text}}, {}),
+      Catch::Contains("mine.toml:2: " + key + ": unknown key") && Catch::Contains("laser_point.poll_idle_s"));
+  CHECK_THROWS_WITH(parse_recorded_experiment(text, "recorded", {key + "=1"}), Catch::Contains(key));
+}
+
 TEST_CASE("parse(dump(e)) is e, and its dump is the same bytes") {
   for (const std::string& text : {std::string(), std::string(test::kExperiment)}) {
     const Experiment e = parse_experiment(text, "x.toml");

@@ -257,6 +257,21 @@ TEST_CASE("what the storage or the sampling time cannot do is refused by name", 
   CHECK_THROWS_WITH(LaserPoint(bad), Catch::Contains("sampling_us = 300"));
 }
 
+TEST_CASE("at rest the status is asked for once every poll_idle_s", "[laser_point]") {
+  for (const double period_s : {0.5, 5.0, 20.0}) {
+    LaserPointOptions options = slow_readings();
+    options.poll_idle_s = period_s;
+    Lab lab{options};
+    lab.start();
+    lab.rig.run_for(2 * period_s);
+    lab.fake.commands.clear();
+    lab.rig.run_for(4 * period_s + 0.1);
+    CAPTURE(period_s);
+    CHECK((lab.fake.commands.size() == 4 || lab.fake.commands.size() == 3));
+    for (const std::string& command : lab.fake.commands) CHECK(command == "PR");
+  }
+}
+
 TEST_CASE("a lost link while storing: the values are still collected, and a reset laser is set up anew",
           "[laser_point]") {
   for (const bool reset : {false, true}) {
