@@ -178,15 +178,16 @@ TABLES = {"cylinder": cylinder, "mpc": mpc, "mpc-held-out": mpc_held_out, "schem
 
 
 def take(name, file):
-    """Keeps what the tables may use, a line a scheme and metric; of any other output all."""
+    """Keeps what the tables may use, a line a scheme, a metric or a row of a paper; of any other output all."""
     study = json.loads(Path(file).read_text(encoding="utf-8"))
     study.pop("trajectories", None)  # firn plan: a row a path
     if "schemes" in study:
         study = {key: study[key] for key in ("study", "provenance", "answer", "notes", "parts", "seeds", "schemes") if key in study}
     RESULTS.mkdir(exist_ok=True)
     text = json.dumps(study, indent=None, separators=(",", ":"), ensure_ascii=False)
-    (RESULTS / f"{name}.json").write_text(text.replace('{"name"', '\n{"name"').replace('{"metric"', '\n {"metric"') + "\n",
-                                          encoding="utf-8")
+    for first, line in (("name", "\n"), ("metric", "\n "), ("id", "\n")):
+        text = text.replace(f'{{"{first}"', f'{line}{{"{first}"')
+    (RESULTS / f"{name}.json").write_text(text + "\n", encoding="utf-8")
 
 
 def renewed(text):
