@@ -2,6 +2,8 @@
 
 #include <sys/mman.h>
 
+#include "files/record/packed.h"
+
 namespace firn::replay {
 
 namespace {
@@ -14,7 +16,8 @@ bool is(const std::optional<logfile::Record>& record, WalKind kind) {
 
 }  // namespace
 
-WalFile::WalFile(const std::filesystem::path& path) : map_(path), reader_(map_.bytes()) {}
+WalFile::WalFile(const std::filesystem::path& path)
+    : map_(path), reader_(map_.bytes()), packed_(logfile::is_packed(path)) {}
 
 std::optional<logfile::Record> WalFile::take() {
   std::optional<logfile::Record> record = ahead_ ? ahead_ : reader_.next();
@@ -22,9 +25,10 @@ std::optional<logfile::Record> WalFile::take() {
   return record;
 }
 
-// The mapping is read-only and private: its pages are the file's.
+// The mapping of a plain file is read-only and private: its pages are the file's. Those of a packed one hold
+// the only plain bytes and would read as zeros afterwards.
 void WalFile::forget_read() {
-  if (offset_ < forgotten_ + 2 * kForget_bytes) return;
+  if (packed_ || offset_ < forgotten_ + 2 * kForget_bytes) return;
   const std::uint64_t until = (offset_ / kForget_bytes) * kForget_bytes;
   ::madvise(const_cast<std::byte*>(map_.bytes().data()) + forgotten_, until - forgotten_, MADV_DONTNEED);
   forgotten_ = until;

@@ -25,9 +25,9 @@ struct RecordedStep {
   std::uint64_t offset = 0;  ///< of the event's record
 };
 
-/// Reads forward and allocates nothing per step. Pages that were read leave the process's memory, so that
-/// memory does not grow with the file. Views into these pages stay valid: the system reads them again from
-/// the file.
+/// Reads forward and allocates nothing per step. Pages of a plain file that were read leave the process's
+/// memory, so that memory does not grow with the file. Views into these pages stay valid: the system reads
+/// them again from the file.
 class WalFile {
  public:
   /// @throws logfile::FileError
@@ -61,6 +61,7 @@ class WalFile {
   RecordedStep step_;
   std::string trouble_;
   std::uint64_t offset_ = 0, forgotten_ = 0;
+  bool packed_;
 };
 
 }  // namespace firn::replay
