@@ -203,12 +203,14 @@ def keys(root):
         for match in KEY_ROW.finditer(file.read_text(encoding="utf-8") if file.is_file() else ""):
             sections = re.findall(r"\[([\w.]+)\]", match.group(1)) if match.group(1) else sections
             found.update(f"{s}.{key}" for s in sections for key in (match.group(2) or "").split(", "))
+    for example in sorted((Path(root) / "tests" / "docs").glob("*.h")):  # the scheme of a tutorial
+        found.update(f"control.extra.{name}" for name in re.findall(r'ExtraOption\{"(\w+)"', example.read_text(encoding="utf-8")))
     return found
 
 
 def is_bench(root, name):
     folder = Path(root) / "tests" / "bench"
-    return (folder / f"{name}.sh").is_file() or bool(re.search(rf"firn_bench\({name}\b", lists(root)))
+    return (folder / f"{name}.sh").is_file() or bool(re.search(rf"firn_(bench|test)\({name}\b", lists(root)))
 
 
 def check_commands(root):
