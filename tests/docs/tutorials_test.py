@@ -1,0 +1,139 @@
+#!/usr/bin/env python3
+"""Runs every command of a tutorial in order, as its reader would, and holds it to the exit code that the page says.
+
+    tests/docs/tutorials_test.py ROOT BUILD PAGE [--with-controllers]
+
+Commands are the lines `./firn ...` of blocks without a language; `# exits with N` follows those that do not exit with
+0. RUN is the run folder that the last print named. --with-controllers: firn has the schemes of tests/docs/*.h, added as
+docs/write-a-controller.md says, to a scratch copy.
+"""
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from scratch_copy import ScratchCopy, run  # noqa: E402
+
+BLOCK = re.compile(r"^```\n(.*?)^```$", re.M | re.S)
+EXITS = re.compile(r"# exits with (\d+)")
+RUN_FOLDER = re.compile(r"run folder (\S+?),?(?:\s|$)")
+CONTROLLERS = ("level_controller.h", "learning_controller.h")
+SCHEMES = "core/control/schemes/schemes.cpp"
+PATIENCE_S = 600
+ROOT = BUILD = PAGE = None
+WITH_CONTROLLERS = False
+
+
+def commands(text):
+    """(line, words, exit code) of every command of a page."""
+    for block in BLOCK.findall(text):
+        for line in block.splitlines():
+            if line.startswith("./firn "):
+                exits = EXITS.search(line)
+                yield line, shlex.split(line, comments=True)[1:], int(exits.group(1)) if exits else 0
+
+
+def rows(page):
+    """The rows that the page adds to the table of schemes."""
+    return re.findall(r"^```cpp\n(    \{\"\w+\", .*?)^```$", page, re.M | re.S)
+
+
+def firn_with_controllers(folder, page):
+    """A firn whose table of schemes has the page's rows, linked from BUILD and one object of a scratch copy."""
+    copy = ScratchCopy(ROOT, folder)
+    for name in CONTROLLERS:
+        text = (Path(ROOT) / "tests" / "docs" / name).read_text(encoding="utf-8")
+        copy.add(f"core/control/{name}", text.replace("tests/docs/", "core/control/"))
+        copy.insert(SCHEMES, '#include "core/control/controller.h"', f'#include "core/control/{name}"\n')
+    for row in rows(page):
+        copy.insert(SCHEMES, '{"smf", ', row)
+    assert copy.touched() == [SCHEMES], copy.touched()
+    for lint in ("layers", "house"):
+        run([sys.executable, "-B", f"scripts/check_{lint}.py", folder], cwd=ROOT)
+    cache = (Path(BUILD) / "CMakeCache.txt").read_text()
+    given = dict(line.split("=", 1) for line in cache.splitlines() if "=" in line and not line.startswith(("#", "/")))
+    copy.configure(given["CMAKE_BUILD_TYPE:STRING"], "-DBUILD_TESTING=OFF",
+                   f"-DFIRN_SANITIZE={given['FIRN_SANITIZE:STRING']}")
+    of_scheme = [t.split(":")[0] for t in run(["ninja", "-C", copy.folder / "build", "-t", "targets", "all"]).stdout.splitlines()
+                 if t.startswith("core/") and "schemes/schemes.cpp.o" in t]
+    copy.build(*of_scheme)
+    run(["ninja", "-C", BUILD, "bin/firn"])
+    linked = shlex.split(run(["ninja", "-C", BUILD, "-t", "commands", "-s", "bin/firn"]).stdout.strip().splitlines()[-1])
+    words = linked[linked.index("&&") + 1:] if linked[0] == ":" else linked
+    words = words[:words.index("&&")] if "&&" in words else words
+    program = Path(folder) / "firn-with-controllers"
+    words[words.index("-o") + 1] = str(program)
+    main = next(n for n, word in enumerate(words) if word.endswith("main.cpp.o"))
+    words[main + 1:main + 1] = [str(copy.folder / "build" / o) for o in of_scheme]
+    run(words, cwd=BUILD)
+    return program
+
+
+class Tutorial(unittest.TestCase):
+    def setUp(self):
+        self.scratch = tempfile.TemporaryDirectory()
+        self.place = Path(self.scratch.name) / "reader"
+        (self.place / "docs").mkdir(parents=True)
+        for folder in ("experiments", "labs", "tests"):
+            os.symlink(Path(ROOT) / folder, self.place / folder)
+        self.page = (Path(ROOT) / PAGE).read_text(encoding="utf-8")
+        self.firn = Path(BUILD) / "bin" / "firn"
+        self.run_folder = None
+        if WITH_CONTROLLERS:
+            self.firn = firn_with_controllers(str(Path(self.scratch.name) / "copy"), self.page)
+
+    def tearDown(self):
+        for folder in self.running():
+            self.say("ctl", folder, "stop")
+        self.wait_until(lambda: not self.running())
+        self.scratch.cleanup()
+
+    def say(self, *words):
+        return subprocess.run([self.firn, *words], cwd=self.place, capture_output=True, text=True, timeout=PATIENCE_S,
+                              stdin=subprocess.DEVNULL)
+
+    def running(self):
+        if not (self.place / "runs").is_dir():
+            return []
+        listed = json.loads(self.say("runs", "--json").stdout)
+        return [r["run"] for r in listed if r["outcome"].startswith("running")]
+
+    def wait_until(self, holds):
+        for _ in range(int(PATIENCE_S / 0.2)):
+            if holds():
+                return
+            time.sleep(0.2)
+        self.fail("waited in vain")
+
+    def test_every_command_does_what_the_page_says(self):
+        done = 0
+        for line, words, exits in commands(self.page):
+            if "RUN" in words:
+                self.assertIsNotNone(self.run_folder, f"{line}: no print before it")
+            words = [self.run_folder if word == "RUN" else word for word in words]
+            if "--resume" in words:  # a reader types slower than a lab comes to rest
+                self.wait_until(lambda: not self.running())
+            said = self.say(*words)
+            text = said.stdout + said.stderr
+            if said.returncode != exits and "multicast" in text:
+                print(f"skipped: multicast: {text.strip().splitlines()[-1]}")
+                self.skipTest("multicast")
+            self.assertEqual(said.returncode, exits, f"{line}\n{text[-4000:]}")
+            if words[0] == "print" and (found := RUN_FOLDER.search(text)):
+                self.run_folder = found.group(1)
+            done += 1
+        self.assertGreater(done, 1)
+
+
+if __name__ == "__main__":
+    ROOT, BUILD = (str(Path(word).resolve()) for word in sys.argv[1:3])
+    PAGE, WITH_CONTROLLERS = sys.argv[3], "--with-controllers" in sys.argv
+    result = unittest.main(argv=sys.argv[:1], exit=False).result
+    sys.exit(77 if result.skipped else not result.wasSuccessful())
