@@ -57,12 +57,13 @@ std::vector<Page> pages() {
   return all;
 }
 
+// What stands above a page's first heading is a section under the page's title.
 std::vector<Section> sections(const Page& page) {
-  std::vector<Section> all;
+  std::vector<Section> all{{&page, page.title, ""}};
   std::istringstream in(page.text);
   for (std::string line; std::getline(in, line);) {
     if (line.starts_with("## ")) all.push_back({&page, line.substr(3), ""});
-    if (!all.empty()) all.back().text += line + "\n";
+    all.back().text += line + "\n";
   }
   return all;
 }

@@ -43,6 +43,12 @@ Argument& Argument::within(int minimum, int maximum) {
   return *this;
 }
 Argument& Argument::within(double minimum, double maximum) {
+  const auto no_number = [](const std::string& text) {  // the parser library's range lets it pass
+    double number = 0.0;
+    return CLI::detail::lexical_cast(text, number) && std::isnan(number) ? text + " is not a number"
+                                                                         : std::string();
+  };
+  option_.check(CLI::Validator(no_number, ""));
   option_.check(CLI::Range(minimum, maximum));
   return *this;
 }

@@ -13,6 +13,7 @@
 #include "print/exit_codes.h"
 #include "print/folder/run_list.h"
 #include "print/folder/run_pack.h"
+#include "print/folder/running.h"
 
 namespace firn {
 namespace {
@@ -71,7 +72,10 @@ int clean(const RunsOptions& o) {
     if (!runs.empty()) fmt::print(stderr, "nothing was removed; --yes removes them\n");
     return kOk;
   }
-  for (const RunEntry& r : runs) fs::remove_all(r.folder);
+  for (const RunEntry& r : runs) {
+    refuse_running(r.folder);  // a resume may have begun meanwhile
+    fs::remove_all(r.folder);
+  }
   return kOk;
 }
 
@@ -115,7 +119,7 @@ void declare_runs(OptionSet& options) {
   options.option("ACTION", o.words,
                  "list (default) | find WORD | clean | pack RUN... | expand RUN...; docs/commands/runs.md");
   options.option("--runs", o.runs, "where the run folders are").show_default();
-  options.option("--older-than", o.older_than_days, "DAYS: clean: runs that began before");
+  options.option("--older-than", o.older_than_days, "DAYS: clean: runs that began before").within(0.0, 1e6);
   options.option("--keep", o.keep, "N: clean: all but the newest N").within(0, 1'000'000);
   options.option("--outcome", o.outcome, "clean: runs that ended so: \"interrupted\", \"stopped safely\"");
   options.flag("--yes", o.yes, "clean: remove them; without it they are only listed");

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "files/text_file.h"
 #include "files/usage_error.h"
@@ -24,15 +25,15 @@ std::string lower(std::string text) {
 RunEntry entry_of(const fs::path& folder) {
   RunEntry e;
   e.folder = folder;
+  const auto pid = printing_process(folder);
+  e.running = pid.has_value();
   try {
     const auto provenance = nlohmann::json::parse(read_file(folder / "provenance.json"));
     e.started_utc = provenance.value("started_utc", "");
     e.name = provenance.value("name", "");
     e.scheme = provenance.value("scheme", "");
     e.bytes = folder_bytes(folder);
-    const auto pid = printing_process(folder);
     const auto result = RunFolder::open(folder).result();
-    e.running = pid.has_value();
     e.outcome = pid ? "running (pid " + std::to_string(*pid) + ")" : result ? result->outcome : "interrupted";
     if (result) {
       e.reason = result->reason;
@@ -61,7 +62,10 @@ std::vector<RunEntry> list_runs(const fs::path& root) {
 bool mentions(const RunEntry& run, const std::string& word) {
   std::string text = run.folder.filename().string() + "\n" + run.outcome + "\n" + run.reason;
   try {
-    text += "\n" + read_file(run.folder / "experiment.toml");
+    std::istringstream in(read_file(run.folder / "experiment.toml"));  // every key is in every experiment
+    for (std::string line; std::getline(in, line);)
+      if (const std::size_t equals = line.find('='); equals != line.npos)
+        text += "\n" + line.substr(equals + 1);
   } catch (const std::exception&) {  // the list names it
   }
   return lower(text).find(lower(word)) != std::string::npos;

@@ -23,8 +23,8 @@ struct RunEntry {
 /// @throws UsageError: no such folder
 std::vector<RunEntry> list_runs(const std::filesystem::path& root);
 
-/// Returns true if `word` is in the folder's name, the outcome, its reason or the experiment, in any case of
-/// letters.
+/// Returns true if `word` is in the folder's name, the outcome, its reason or a value of the experiment, in
+/// any case of letters.
 bool mentions(const RunEntry& run, const std::string& word);
 
 }  // namespace firn
