@@ -9,5 +9,5 @@ for scheme in mpc open_loop smf; do
     [ $? = 4 ] # the open loop ends out of tolerance
 done
 ./firn report "$work"/runs/* -o "$work/report.html"
-chromium --headless --no-sandbox --hide-scrollbars --window-size=1200,1990 \
+chromium --headless --no-sandbox --hide-scrollbars --window-size=1200,1800 \
   --screenshot="$PWD/docs/images/cylinder.png" "file://$work/report.html"
