@@ -65,9 +65,12 @@ class IceRun {
         folder_(RunFolder::create(scratch_ / "runs", small_.experiment, small_.inputs, {"test"})) {}
 
   /// @param faults as of --fault; a resume goes on in node time where the print stopped
-  LabRunReport go(const std::vector<std::string>& faults = {}, bool resume = false) {
+  /// @param orders of the operator, by node time
+  LabRunReport go(const std::vector<std::string>& faults = {}, bool resume = false,
+                  std::vector<LabOrder> orders = {}) {
     LabRunOptions o;
     o.resume = resume;
+    o.later = std::move(orders);
     o.faults = parse_lab_faults(faults, small_.experiment);
     return run_in_lab(folder_, o);
   }
