@@ -57,7 +57,7 @@ constexpr Command kCommands[] = {
     {"decide", "decides one layer on any surface, with a proof of how good it is", declare_decide},
     {"compare", "compares schemes over parts and seeds: which is better, by how much, how sure",
      declare_compare},
-    {"log", "verifies, prints and repairs logs and write-ahead files", declare_log},
+    {"log", "describes, verifies, prints and repairs logs and write-ahead files", declare_log},
     {"config", "checks, resolves and documents experiment files", declare_config},
     {"dataflow", "writes docs/dataflow.md: who sends what to whom", declare_dataflow},
 };

@@ -6,6 +6,7 @@
 #include <ostream>
 
 #include "cli/log_lines.h"
+#include "cli/message_types.h"
 #include "cli/option_set.h"
 #include "files/path/layer_file.h"
 #include "files/path/trajectory_file.h"
@@ -215,14 +216,15 @@ int finish_cat(const LogOptions& o, const DamageList& damage, Piece what, std::o
   return damage.count() ? kFailed : kOk;
 }
 
-int cat_events(const LogOptions& o, std::ostream& out, std::ostream& err) {
+int cat_events(const LogOptions& o, const MessageTypes& types, std::ostream& out, std::ostream& err) {
   const EventLogFile file(o.file);
   EventLogReader reader = file.reader();
-  const JsonOptions json{16, o.full};
+  const LineOptions json{{16, o.full}, &types};
   std::int64_t left = o.count;
   while (left != 0) {
     const auto e = reader.next();
     if (!e) break;
+    file.forget_before(e->offset);
     if (!wanted(o, e->channel) || !wanted(o, e->utime_us)) continue;
     out << event_line(*e, json) << '\n';
     if (!out) return kFailed;  // nobody reads on
@@ -231,10 +233,10 @@ int cat_events(const LogOptions& o, std::ostream& out, std::ostream& err) {
   return finish_cat(o, reader.damage(), "events", err);
 }
 
-int cat_records(const LogOptions& o, std::ostream& out, std::ostream& err) {
+int cat_records(const LogOptions& o, const MessageTypes& types, std::ostream& out, std::ostream& err) {
   const MappedFile file(o.file);
   RecordReader reader(file.bytes());
-  const JsonOptions json{16, o.full};
+  const LineOptions json{{16, o.full}, &types};
   std::int64_t left = o.count, now_us = 0;
   while (left != 0) {
     const auto r = reader.next();
@@ -262,10 +264,13 @@ int log_verify(const LogOptions& o, std::ostream& out) {
 }
 
 int log_cat(const LogOptions& o, std::ostream& out, std::ostream& err) {
-  for (const std::string& c : o.channels)
-    if (!find_channel(c) && !replay::MigrationTable::builtin().retired(c))
-      err << "firn log cat: note: channel " << c << " is not in Firn's table\n";
-  return is_records(o) ? cat_records(o, out, err) : cat_events(o, out, err);
+  const MessageTypes types(o.types);
+  for (const std::string& problem : types.problems()) err << "firn log cat: note: " << problem << "\n";
+  if (o.types.empty())
+    for (const std::string& c : o.channels)
+      if (!find_channel(c) && !replay::MigrationTable::builtin().retired(c))
+        err << "firn log cat: note: channel " << c << " is not in Firn's table\n";
+  return is_records(o) ? cat_records(o, types, out, err) : cat_events(o, types, out, err);
 }
 
 int log_repair(const LogOptions& o, std::ostream& out) {
@@ -307,6 +312,8 @@ int run_log(const LogOptions& o) try {
   if (std::filesystem::is_directory(o.file))
     throw UsageError(o.file + ": is a folder; give a file in it: log.lcm, nodes/<node>.wal or world.rec");
   switch (o.action) {
+    case LogAction::kInfo:
+      return log_info(o, std::cout);
     case LogAction::kVerify:
       return log_verify(o, std::cout);
     case LogAction::kCat:
@@ -324,10 +331,15 @@ void declare_log(OptionSet& options) {
   const auto common = [](OptionSet& sub, LogAction action) -> LogOptions& {
     auto& o = sub.calls(run_log);
     o.action = action;
-    sub.option("LOG", o.file, "log.lcm, nodes/<node>.wal or world.rec").required();
+    sub.option("LOG", o.file, "log.lcm or another LCM log, nodes/<node>.wal or world.rec").required();
     if (action != LogAction::kCat) sub.json_flag(o.json);
     return o;
   };
+  const auto types_option = [](OptionSet& sub, LogOptions& o) {
+    sub.option("--types", o.types, "folder of .lcm files; may be repeated").one_value_each();
+  };
+  OptionSet info = options.subcommand("info", "channels, types, rates, gaps and time order of any LCM log");
+  types_option(info, common(info, LogAction::kInfo));
   OptionSet verify =
       options.subcommand("verify", "checksums, gaps and limits; exit 1 if anything is damaged");
   common(verify, LogAction::kVerify);
@@ -338,6 +350,7 @@ void declare_log(OptionSet& options) {
   cat.option("--to", c.to_s, "last node time [s]");
   cat.option("-n,--count", c.count, "at most so many lines");
   cat.flag("--full", c.full, "whole arrays");
+  types_option(cat, c);
   OptionSet repair = options.subcommand("repair", "fills gaps from the write-ahead files");
   auto& r = common(repair, LogAction::kRepair);
   repair.option("--sources", r.sources, "folder of write-ahead files; default: nodes/ beside the log");

@@ -1,7 +1,5 @@
-// cat|repair LOG: event logs (log.lcm), write-ahead files (nodes/<node>.wal), record files
-// (world.rec).|run_log verifies, prints and repairs event logs (log.lcm), write-ahead files
-// (nodes/<node>.wal) and record files (world.rec).|cat|repair LOG: event logs (log.lcm), write-ahead files
-// (nodes/<node>.wal), record files (world.rec).
+// run_log describes, verifies, prints and repairs event logs (log.lcm, LCM logs of others), write-ahead files
+// (nodes/<node>.wal) and record files (world.rec).
 #pragma once
 
 #include <cstdint>
@@ -14,12 +12,13 @@ namespace firn {
 
 class OptionSet;
 
-enum class LogAction { kVerify, kCat, kRepair };
+enum class LogAction { kInfo, kVerify, kCat, kRepair };
 
 struct LogOptions {
   LogAction action = LogAction::kVerify;
   std::string file;
-  bool json = false;                  ///< verify, repair: one JSON object; cat always prints JSON lines
+  bool json = false;                  ///< info, verify, repair: one JSON object; cat always prints JSON lines
+  std::vector<std::string> types;     ///< info, cat: folders of .lcm files, or such files
   std::vector<std::string> channels;  ///< cat: only these; empty = all
   double from_s = -std::numeric_limits<double>::infinity();  ///< cat: node time, first
   double to_s = std::numeric_limits<double>::infinity();     ///< cat: node time, last
@@ -28,10 +27,12 @@ struct LogOptions {
   std::string sources;  ///< repair: folder of write-ahead files; "" = nodes/ beside the log
 };
 
-/// Uses stdout and stderr. @returns kOk; kFailed if damage was found (verify, cat) or stays (repair); kUsage
-/// if the file cannot be read.
+/// Uses stdout and stderr. @returns kOk; kFailed if damage was found (info, verify, cat) or stays (repair);
+/// kUsage if the file cannot be read.
 int run_log(const LogOptions& options);
 
+/// @throws UsageError: no event in the file, a record file
+int log_info(const LogOptions& options, std::ostream& out);
 int log_verify(const LogOptions& options, std::ostream& out);
 /// One JSON object per line on `out`; damage on `err`.
 int log_cat(const LogOptions& options, std::ostream& out, std::ostream& err);

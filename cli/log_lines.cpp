@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "replay/migrations/table.h"
+#include "cli/message_types.h"
 #include "runtime/write_ahead.h"
 
 namespace firn {
@@ -30,7 +30,7 @@ std::string hex(std::span<const std::byte> bytes) {
 }
 
 // Bytes to or from an instrument: text where they are text.
-void add_bytes(Line& line, std::span<const std::byte> bytes, const JsonOptions& options) {
+void add_bytes(Line& line, std::span<const std::byte> bytes, const LineOptions& options) {
   const std::size_t most = options.full ? bytes.size() : std::min<std::size_t>(bytes.size(), 80);
   const auto shown = bytes.first(most);
   const bool printable = std::all_of(shown.begin(), shown.end(), [](std::byte b) {
@@ -43,12 +43,34 @@ void add_bytes(Line& line, std::span<const std::byte> bytes, const JsonOptions& 
     line.text("hex", hex(shown));
 }
 
-void add_message(Line& line, std::span<const std::byte> message, const JsonOptions& options) {
-  if (const schema::Type* type = replay::MigrationTable::builtin().type_of(message))
-    line.text("type", type->name).add("message", to_json(*type, message, options));
-  else
-    line.number("bytes", std::int64_t(message.size()))
-        .text("unknown_fingerprint", hex(message.first(std::min<std::size_t>(8, message.size()))));
+const MessageTypes& types_of(const LineOptions& options) {
+  static const MessageTypes own;
+  return options.types ? *options.types : own;
+}
+
+void add_unknown(Line& line, std::string_view channel, std::span<const std::byte> message,
+                 const LineOptions& options) {
+  if (const auto other = not_lcm(channel, message)) {
+    line.text("not_lcm", *other);
+    add_bytes(line, message, options);
+    return;
+  }
+  line.number("bytes", std::int64_t(message.size())).text("unknown_fingerprint", hex(message.first(8)));
+  const MessageTypes::Nearest near = types_of(options).nearest_to(channel, message);
+  if (near.type) line.text("nearest", full_name(*near.type)).add("fits", near.fits ? "true" : "false");
+}
+
+void add_message(Line& line, std::string_view channel, std::span<const std::byte> message,
+                 const LineOptions& options) {
+  const std::vector<const schema::Type*>& types = types_of(options).of(message);
+  if (types.empty()) return add_unknown(line, channel, message, options);
+  const schema::Type& type = *types.front();
+  line.text("type", type.origin.empty() ? type.name : full_name(type));
+  std::string also;
+  for (std::size_t i = 1; i < types.size(); ++i)
+    also += (also.empty() ? "" : ",") + json_string(full_name(*types[i]));
+  if (!also.empty()) line.add("same_fingerprint", "[" + also + "]");
+  line.add("message", to_json(type, message, options));
 }
 
 constexpr const char* kEventNames[] = {"?",  "start", "message",    "wake",
@@ -60,7 +82,7 @@ const char* name_of(const char* const (&names)[N], Kind kind) {
   return std::size_t(kind) < N ? names[std::size_t(kind)] : "?";
 }
 
-void add_event(RecordLine& to, Line& line, std::span<const std::byte> payload, const JsonOptions& options) {
+void add_event(RecordLine& to, Line& line, std::span<const std::byte> payload, const LineOptions& options) {
   const WalEvent e = decode_event(payload);
   to.now_us = e.event.now.us;
   line.number("step", std::int64_t(e.step))
@@ -73,7 +95,7 @@ void add_event(RecordLine& to, Line& line, std::span<const std::byte> payload, c
     case EventKind::kMessage:
       to.channels.emplace_back(e.event.channel);
       line.text("channel", e.event.channel);
-      add_message(line, e.event.bytes, options);
+      add_message(line, e.event.channel, e.event.bytes, options);
       break;
     case EventKind::kWake:
       line.number("timer", e.event.id).number("due_us", e.event.due.us);
@@ -95,14 +117,14 @@ void add_event(RecordLine& to, Line& line, std::span<const std::byte> payload, c
   }
 }
 
-std::string output_json(RecordLine& to, const Output& o, const JsonOptions& options) {
+std::string output_json(RecordLine& to, const Output& o, const LineOptions& options) {
   Line line;
   line.text("output", name_of(kOutputNames, o.kind));
   switch (o.kind) {
     case OutputKind::kSend:
       to.channels.emplace_back(o.channel);
       line.text("channel", o.channel);
-      add_message(line, o.bytes, options);
+      add_message(line, o.channel, o.bytes, options);
       break;
     case OutputKind::kArm:
       line.number("timer", o.id).number("at_us", o.at.us);
@@ -122,7 +144,7 @@ std::string output_json(RecordLine& to, const Output& o, const JsonOptions& opti
   return line.end();
 }
 
-void add_outputs(RecordLine& to, Line& line, std::span<const std::byte> payload, const JsonOptions& options) {
+void add_outputs(RecordLine& to, Line& line, std::span<const std::byte> payload, const LineOptions& options) {
   const WalOutputs outputs = decode_outputs(payload);
   line.number("step", std::int64_t(outputs.step)).number("handler_ns", outputs.handler_ns);
   std::string list;
@@ -131,7 +153,7 @@ void add_outputs(RecordLine& to, Line& line, std::span<const std::byte> payload,
   line.add("outputs", "[" + list + "]");
 }
 
-void add_head(Line& line, std::span<const std::byte> payload, const JsonOptions& options) {
+void add_head(Line& line, std::span<const std::byte> payload, const LineOptions& options) {
   const WalHead head = decode_head(payload);
   line.text("node", head.node).number("run_id", head.run_id).number("incarnation", head.incarnation);
   line.text("commit", head.commit).text("platform", head.platform).text("config_toml", head.config_toml);
@@ -143,15 +165,15 @@ void add_head(Line& line, std::span<const std::byte> payload, const JsonOptions&
 
 }  // namespace
 
-std::string event_line(const logfile::Event& e, const JsonOptions& options) {
+std::string event_line(const logfile::Event& e, const LineOptions& options) {
   Line line;
   line.number("event", std::int64_t(e.eventnum)).number("utime_us", e.utime_us).text("channel", e.channel);
   if (e.damaged) line.add("damaged", "true").number("offset", std::int64_t(e.offset));
-  add_message(line, e.data, options);
+  add_message(line, e.channel, e.data, options);
   return line.end();
 }
 
-RecordLine record_line(const logfile::Record& record, bool write_ahead, const JsonOptions& options) {
+RecordLine record_line(const logfile::Record& record, bool write_ahead, const LineOptions& options) {
   RecordLine to;
   Line line;
   line.number("record", std::int64_t(record.index));

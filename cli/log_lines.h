@@ -13,7 +13,15 @@
 
 namespace firn {
 
-std::string event_line(const logfile::Event& event, const JsonOptions& options);
+class MessageTypes;
+
+struct LineOptions : JsonOptions {
+  const MessageTypes* types = nullptr;  ///< null: Firn's
+};
+
+/// The line of a message of unknown type has "unknown_fingerprint" and the type with the nearest name; that
+/// of other bytes says "not_lcm".
+std::string event_line(const logfile::Event& event, const LineOptions& options);
 
 /// A record in readable form.
 struct RecordLine {
@@ -23,6 +31,6 @@ struct RecordLine {
   std::vector<std::string> channels;   ///< that it is about
 };
 /// @param write_ahead whether the kinds are those of runtime/write_ahead.h; else only kind and size are known
-RecordLine record_line(const logfile::Record& record, bool write_ahead, const JsonOptions& options);
+RecordLine record_line(const logfile::Record& record, bool write_ahead, const LineOptions& options);
 
 }  // namespace firn

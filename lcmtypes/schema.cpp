@@ -103,6 +103,11 @@ std::optional<SizeError> check(const Type& type, std::span<const std::byte> mess
   return walk_message(type, message, sink);
 }
 
+std::optional<SizeError> check_members(const Type& type, std::span<const std::byte> message) {
+  NullSink sink;
+  return walk_members(type, message, sink);
+}
+
 std::optional<SizeError> check(const Type& type, std::span<const std::byte> message,
                                std::span<FieldPlace> places) {
   PlaceSink sink;

@@ -45,8 +45,9 @@ struct Dimension {
   int slot = -1;          ///< variable: which of the type's counting members
   std::string text;       ///< as in the .lcm text: a number or the member's name
 };
-inline constexpr std::size_t kMaxDimensions = 4;
-inline constexpr std::size_t kMaxSlots = 16;
+inline constexpr std::size_t kMaxDimensions = 8;
+inline constexpr std::size_t kMaxSlots = 64;
+inline constexpr int kMaxDepth = 500;  ///< of messages in messages: a type may hold arrays of itself
 
 struct Type;
 
@@ -75,9 +76,15 @@ struct Type {
   std::size_t smallest_bytes = 0;  ///< of an encoded value without fingerprint
   std::uint64_t struct_hash = 0;
   std::int64_t fingerprint = 0;
+  std::string origin;  ///< "types/pose_t.lcm:3"; empty: of the house
 };
 
 }  // namespace schema
+
+/// One .lcm file.
+struct TypeFile {
+  std::string name, text;
+};
 
 /// What is wrong with the size or the form of an encoded message.
 struct SizeError {
@@ -113,9 +120,13 @@ class Schema {
  public:
   /// Of lcm_type_texts(), parsed once.
   static const Schema& builtin();
-  /// @throws std::invalid_argument with line and cause: syntax, unknown type, recursion, more than 4
-  /// dimensions
+  /// @throws std::invalid_argument with line and cause: syntax, unknown type, a type that holds itself
+  /// without a counted array between, more than kMaxDimensions dimensions
   static Schema parse(std::string_view texts);
+  /// Reads .lcm files of others. A file or type that cannot be read is left out; so is a second type of one
+  /// name.
+  /// @param problems receives a line for each of these
+  static Schema parse_files(std::span<const TypeFile> files, std::vector<std::string>& problems);
 
   /// By "height_map_t" or "firn.height_map_t". @returns nullptr if unknown.
   const schema::Type* find(std::string_view name) const;
@@ -124,6 +135,10 @@ class Schema {
   /// bytes.
   const schema::Type* type_of(std::span<const std::byte> message) const;
   const std::deque<schema::Type>& types() const { return types_; }
+  /// Returns the types without those that parse_files() could not read, in the order of the texts.
+  const std::vector<const schema::Type*>& readable() const { return readable_; }
+  /// Returns every type with the fingerprint: types of different names may share one.
+  std::vector<const schema::Type*> all_of(std::int64_t fingerprint) const;
 
   Schema(Schema&&) = default;  // the types point at each other
   Schema(const Schema&) = delete;
@@ -131,7 +146,10 @@ class Schema {
 
  private:
   Schema() = default;
+  void keep(const schema::Type& type);
+
   std::deque<schema::Type> types_;
+  std::vector<const schema::Type*> readable_;
   std::map<std::string, const schema::Type*, std::less<>> by_name_;
   std::map<std::int64_t, const schema::Type*> by_fingerprint_;
 };
@@ -139,6 +157,9 @@ class Schema {
 /// Would LCM decode exactly these bytes, with every count, string and array inside them? Trailing bytes are
 /// an error. Arrays of numbers cost O(1).
 std::optional<SizeError> check(const schema::Type& type, std::span<const std::byte> message);
+
+/// The same of the bytes behind the fingerprint, whatever that is.
+std::optional<SizeError> check_members(const schema::Type& type, std::span<const std::byte> message);
 
 /// Where a field of a checked message stands.
 struct FieldPlace {

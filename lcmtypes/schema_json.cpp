@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "lcmtypes/schema_walk.h"
+#include "lcmtypes/utf8.h"
 
 namespace firn {
 
@@ -10,22 +11,6 @@ using namespace schema;
 namespace {
 
 constexpr std::size_t kShownOfLong = 8;
-
-// Length of the UTF-8 sequence at the front of `s`, 0 if it is none (RFC 3629).
-std::size_t utf8_length(std::string_view s) {
-  const auto byte = [&](std::size_t i) { return i < s.size() ? static_cast<unsigned char>(s[i]) : 0u; };
-  const auto tail = [&](std::size_t i) { return (byte(i) & 0xc0u) == 0x80u; };
-  const unsigned b = byte(0);
-  if (b < 0x80) return 1;
-  if (b >= 0xc2 && b < 0xe0) return tail(1) ? 2 : 0;
-  if (b >= 0xe0 && b < 0xf0)
-    return tail(1) && tail(2) && !(b == 0xe0 && byte(1) < 0xa0) && !(b == 0xed && byte(1) >= 0xa0) ? 3 : 0;
-  if (b >= 0xf0 && b < 0xf5)
-    return tail(1) && tail(2) && tail(3) && !(b == 0xf0 && byte(1) < 0x90) && !(b == 0xf4 && byte(1) >= 0x90)
-               ? 4
-               : 0;
-  return 0;
-}
 
 void append_number(std::string& out, Kind kind, const std::byte* p) {
   char text[40];
@@ -108,11 +93,11 @@ struct JsonSink : NullSink {
     close_array(c.total);
     array_end = {};
   }
-  void element(const Field& f, const Counts&, std::size_t k) {
-    if (k == 0) {
-      name(f.path);
-      out += '[';
-    }
+  void elements(const Field& f, const Counts& c) {
+    name(f.path);
+    out += c.total == 0 ? "[]" : "[";
+  }
+  void element(const Field&, const Counts&, std::size_t) {
     comma();
     out += '{';
     outer.push_back(std::move(open));

@@ -3,7 +3,7 @@
 #include <charconv>
 #include <stdexcept>
 
-#include "lcmtypes/schema.h"
+#include "lcmtypes/schema_build.h"
 
 namespace firn {
 namespace schema {
@@ -52,7 +52,8 @@ std::uint64_t struct_hash(const std::vector<Member>& members) {
 
 class Parser {
  public:
-  explicit Parser(std::string_view text) : rest_(text) { advance(); }
+  /// @param file named in errors and as the origin of types; empty: the types of the house
+  Parser(std::string_view text, std::string_view file) : rest_(text), file_(file) { advance(); }
 
   void run(std::deque<Type>& types) {
     std::string package;
@@ -70,7 +71,8 @@ class Parser {
 
  private:
   [[noreturn]] void fail(const std::string& what) const {
-    throw std::invalid_argument("LCM types: line " + std::to_string(line_) + ": " + what);
+    throw std::invalid_argument((file_.empty() ? "LCM types" : std::string(file_)) + ": line " +
+                                std::to_string(line_) + ": " + what);
   }
 
   void skip_blanks() {
@@ -123,6 +125,7 @@ class Parser {
   Type structure(const std::string& package) {
     Type type;
     type.package = package;
+    if (!file_.empty()) type.origin = std::string(file_) + ":" + std::to_string(line_);
     type.name = name();
     expect("{");
     while (!accept("}")) {
@@ -145,19 +148,34 @@ class Parser {
     const Primitive* p = primitive(member_type);
     Member m{name(), member_type, p ? p->kind : Kind::kStruct, {}};
     while (accept("[")) {
-      Dimension d;
-      d.text = std::string(token_);
-      const auto [end, error] = std::from_chars(token_.data(), token_.data() + token_.size(), d.size);
-      d.variable = error != std::errc{} || end != token_.data() + token_.size();
-      if (d.variable) check_counter(type, d.text);
-      if (!d.variable && d.size < 1) fail(m.name + ": array size " + d.text + " is not positive");
+      const Dimension d = dimension(type, m.name);
       advance();
       expect("]");
-      m.dimensions.push_back(std::move(d));
+      m.dimensions.push_back(d);
     }
     if (m.dimensions.size() > kMaxDimensions)
       fail(m.name + ": more than " + std::to_string(kMaxDimensions) + " dimensions");
     return m;
+  }
+
+  // A number as strtol reads it with base 0, or a counting member.
+  Dimension dimension(const Type& type, const std::string& member) const {
+    Dimension d;
+    d.text = std::string(token_);
+    d.variable = token_.empty() || !(std::isdigit(static_cast<unsigned char>(token_[0])) || token_[0] == '-');
+    if (d.variable) {
+      check_counter(type, d.text);
+      return d;
+    }
+    std::string_view digits = token_;
+    const bool hexadecimal = digits.starts_with("0x") || digits.starts_with("0X");
+    const int base = hexadecimal ? 16 : digits.starts_with("0") && digits.size() > 1 ? 8 : 10;
+    if (hexadecimal) digits.remove_prefix(2);
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), d.size, base);
+    if (error != std::errc{} || end != digits.data() + digits.size())
+      fail(member + ": array size " + d.text + " is not a number");
+    if (d.size < 1) fail(member + ": array size " + d.text + " is not positive");
+    return d;
   }
 
   void check_counter(const Type& type, const std::string& counter) const {
@@ -166,67 +184,15 @@ class Parser {
     fail("array size '" + counter + "' is no integer member before the array");
   }
 
-  std::string_view rest_, token_;
+  std::string_view rest_, token_, file_;
   std::ptrdiff_t line_ = 1;
 };
 
-using Names = std::map<std::string, const Type*, std::less<>>;
-
-const Type* resolve(const Names& names, const Type& user, const std::string& name) {
-  for (const std::string& full : {user.package + "." + name, name})
-    if (const auto it = names.find(full); it != names.end()) return it->second;
-  throw std::invalid_argument("LCM types: " + user.name + ": unknown type '" + name + "'");
-}
-
-// Resolves structs that stand alone into fields of `out`, sums hashes. A type that contains itself is
-// refused.
-struct Nesting {
-  std::vector<const Type*> parents;
-  std::size_t structs = 0;  // resolved so far: doubling at each level must not run away
-};
-constexpr std::size_t kMostNested = 32, kMostStructs = 10000;
-
-std::uint64_t flatten(const Names& names, const Type& type, const std::string& prefix, Type& out,
-                      Nesting& nesting) {
-  std::vector<const Type*>& parents = nesting.parents;
-  if (std::find(parents.begin(), parents.end(), &type) != parents.end())
-    throw std::invalid_argument("LCM types: " + type.name + " contains itself");
-  if (parents.size() == kMostNested || ++nesting.structs > kMostStructs)
-    throw std::invalid_argument("LCM types: " + type.name + " is nested too deeply or too often");
-  parents.push_back(&type);
-  std::uint64_t hash = type.struct_hash;
-  std::map<std::string, int, std::less<>> counters;
-  for (const Member& m : type.members)
-    for (const Dimension& d : m.dimensions)
-      if (d.variable && counters.emplace(d.text, int(out.slots)).second) ++out.slots;
-  if (out.slots > kMaxSlots)
-    throw std::invalid_argument("LCM types: " + out.name + " counts too many arrays");
-  for (const Member& m : type.members) {
-    Field f{prefix + m.name, m.kind, m.dimensions, -1, nullptr};
-    for (Dimension& d : f.dimensions)
-      if (d.variable) d.slot = counters.at(d.text);
-    if (const auto it = counters.find(m.name); it != counters.end()) f.slot = it->second;
-    if (m.kind == Kind::kStruct) {
-      f.element = resolve(names, type, m.type);
-      Type whole;  // of an array's element only hash and size matter here
-      whole.name = m.type;
-      Type& into = f.dimensions.empty() ? out : whole;
-      hash += flatten(names, *f.element, f.dimensions.empty() ? f.path + "." : "", into, nesting);
-      if (f.dimensions.empty()) continue;
-      if (whole.smallest_bytes == 0)
-        throw std::invalid_argument("LCM types: " + type.name + "." + m.name +
-                                    " is an array of an empty type");
-    }
-    std::size_t smallest = m.kind == Kind::kString ? 5 : m.kind == Kind::kStruct ? 1 : size_of(m.kind);
-    for (const Dimension& d : f.dimensions) smallest *= d.variable ? 0 : std::size_t(d.size);
-    out.smallest_bytes += smallest;
-    out.fields.push_back(std::move(f));
-  }
-  parents.pop_back();
-  return (hash << 1) + (hash >> 63);
-}
-
 }  // namespace
+
+void parse_types(std::string_view text, std::string_view file, std::deque<Type>& types) {
+  Parser(text, file).run(types);
+}
 
 std::size_t size_of(Kind kind) {
   for (const Primitive& p : kPrimitives)
@@ -235,36 +201,4 @@ std::size_t size_of(Kind kind) {
 }
 
 }  // namespace schema
-
-Schema Schema::parse(std::string_view texts) {
-  Schema s;
-  schema::Parser(texts).run(s.types_);
-  for (const schema::Type& t : s.types_) {
-    if (!s.by_name_.emplace(t.package + "." + t.name, &t).second)
-      throw std::invalid_argument("LCM types: " + t.package + "." + t.name + " is defined twice");
-    s.by_name_.emplace(t.name, &t);
-  }
-  for (schema::Type& t : s.types_) {
-    schema::Nesting nesting;
-    t.fingerprint = std::int64_t(schema::flatten(s.by_name_, t, "", t, nesting));
-    s.by_fingerprint_.emplace(t.fingerprint, &t);
-  }
-  return s;
-}
-
-const Schema& Schema::builtin() {
-  static const Schema s = parse(lcm_type_texts());
-  return s;
-}
-
-const schema::Type* Schema::find(std::string_view name) const {
-  const auto it = by_name_.find(name);
-  return it == by_name_.end() ? nullptr : it->second;
-}
-
-const schema::Type* Schema::find_fingerprint(std::int64_t fingerprint) const {
-  const auto it = by_fingerprint_.find(fingerprint);
-  return it == by_fingerprint_.end() ? nullptr : it->second;
-}
-
 }  // namespace firn

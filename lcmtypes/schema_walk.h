@@ -79,6 +79,7 @@ struct NullSink {
   void strings(const Field&, std::size_t /*index*/, std::size_t /*offset*/, const Counts&) {}
   void string(const Field&, std::size_t /*offset*/, std::string_view, const Counts&, std::size_t /*k*/) {}
   void end_strings(const Field&, const Counts&) {}
+  void elements(const Field&, const Counts&) {}
   void element(const Field&, const Counts&, std::size_t /*k*/) {}
   void end_element(const Field&, const Counts&, std::size_t /*k*/) {}
 };
@@ -131,8 +132,12 @@ inline std::optional<SizeError> count_elements(const Field& f, std::span<const s
 
 /// Walks a value of `type` from `at` on; `at` ends behind it.
 template <class Sink>
-std::optional<SizeError> walk(const Type& type, std::span<const std::byte> m, std::size_t& at, Sink& sink) {
-  std::array<std::int64_t, kMaxSlots> slots{};
+std::optional<SizeError> walk(const Type& type, std::span<const std::byte> m, std::size_t& at, Sink& sink,
+                              int depth = 0) {
+  if (depth > kMaxDepth)
+    return SizeError{at, "",
+                     type.name + " is nested in itself more than " + std::to_string(kMaxDepth) + " deep"};
+  std::array<std::int64_t, kMaxSlots> slots;  // each is set by the member that counts, which comes first
   const Counts one;
   for (std::size_t i = 0; i < type.fields.size(); ++i) {
     if (sink.stop) return {};
@@ -174,9 +179,10 @@ std::optional<SizeError> walk(const Type& type, std::span<const std::byte> m, st
       }
       sink.end_strings(f, counts);
     } else {
+      sink.elements(f, counts);
       for (std::size_t k = 0; k < counts.total && !sink.stop; ++k) {
         sink.element(f, counts, k);
-        if (auto e = walk(*f.element, m, at, sink)) {
+        if (auto e = walk(*f.element, m, at, sink, depth + 1)) {
           e->path = element_path(f.path, counts, k) + "." + e->path;
           return e;
         }
@@ -196,15 +202,21 @@ inline std::optional<SizeError> check_fingerprint(const Type& type, std::span<co
                    "fingerprint is not " + type.name + "'s" + (other ? " but " + other->name + "'s" : "")};
 }
 
-/// Fingerprint, members, nothing behind.
+/// Members, nothing behind.
 template <class Sink>
-std::optional<SizeError> walk_message(const Type& type, std::span<const std::byte> m, Sink& sink) {
-  if (auto e = check_fingerprint(type, m)) return e;
-  std::size_t at = 8;
+std::optional<SizeError> walk_members(const Type& type, std::span<const std::byte> m, Sink& sink) {
+  std::size_t at = std::min<std::size_t>(8, m.size());
   if (auto e = walk(type, m, at, sink)) return e;
   if (at != m.size() && !sink.stop)
     return SizeError{at, "", std::to_string(m.size() - at) + " bytes stand behind the last member"};
   return {};
+}
+
+/// Fingerprint, members, nothing behind.
+template <class Sink>
+std::optional<SizeError> walk_message(const Type& type, std::span<const std::byte> m, Sink& sink) {
+  if (auto e = check_fingerprint(type, m)) return e;
+  return walk_members(type, m, sink);
 }
 
 }  // namespace firn::schema

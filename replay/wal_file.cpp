@@ -1,14 +1,8 @@
 #include "replay/wal_file.h"
 
-#include <sys/mman.h>
-
-#include "files/record/packed.h"
-
 namespace firn::replay {
 
 namespace {
-
-constexpr std::uint64_t kForget_bytes = 16 << 20;  // a multiple of any page
 
 bool is(const std::optional<logfile::Record>& record, WalKind kind) {
   return record && record->kind == std::uint16_t(kind);
@@ -16,22 +10,12 @@ bool is(const std::optional<logfile::Record>& record, WalKind kind) {
 
 }  // namespace
 
-WalFile::WalFile(const std::filesystem::path& path)
-    : map_(path), reader_(map_.bytes()), packed_(logfile::is_packed(path)) {}
+WalFile::WalFile(const std::filesystem::path& path) : map_(path), reader_(map_.bytes()) {}
 
 std::optional<logfile::Record> WalFile::take() {
   std::optional<logfile::Record> record = ahead_ ? ahead_ : reader_.next();
   ahead_.reset();
   return record;
-}
-
-// The mapping of a plain file is read-only and private: its pages are the file's. Those of a packed one hold
-// the only plain bytes and would read as zeros afterwards.
-void WalFile::forget_read() {
-  if (packed_ || offset_ < forgotten_ + 2 * kForget_bytes) return;
-  const std::uint64_t until = (offset_ / kForget_bytes) * kForget_bytes;
-  ::madvise(const_cast<std::byte*>(map_.bytes().data()) + forgotten_, until - forgotten_, MADV_DONTNEED);
-  forgotten_ = until;
 }
 
 // Outputs follow their event directly; the next record shows if the incarnation ended here.
@@ -58,7 +42,7 @@ WalFile::Item WalFile::next() {
   const std::optional<logfile::Record> record = take();
   if (!record) return Item::kEnd;
   offset_ = record->offset;
-  forget_read();
+  map_.forget_before(offset_);
   try {
     switch (WalKind(record->kind)) {
       case WalKind::kHead:

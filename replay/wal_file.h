@@ -25,9 +25,8 @@ struct RecordedStep {
   std::uint64_t offset = 0;  ///< of the event's record
 };
 
-/// Reads forward and allocates nothing per step. Pages of a plain file that were read leave the process's
-/// memory, so that memory does not grow with the file. Views into these pages stay valid: the system reads
-/// them again from the file.
+/// Reads forward and allocates nothing per step. Pages that were read leave the process's memory
+/// (MappedFile::forget_before), so that memory does not grow with a plain file; views stay valid.
 class WalFile {
  public:
   /// @throws logfile::FileError
@@ -52,7 +51,6 @@ class WalFile {
  private:
   std::optional<logfile::Record> take();
   void attach_outputs();
-  void forget_read();
 
   logfile::MappedFile map_;
   logfile::RecordReader reader_;
@@ -60,8 +58,7 @@ class WalFile {
   WalHead head_;
   RecordedStep step_;
   std::string trouble_;
-  std::uint64_t offset_ = 0, forgotten_ = 0;
-  bool packed_;
+  std::uint64_t offset_ = 0;
 };
 
 }  // namespace firn::replay

@@ -81,7 +81,9 @@ struct Event {
 
 /// Reads events from the bytes of a log (see MappedFile). Accepts any bytes: never crashes, linear time;
 /// allocates the damage list and, once something is missing, 32 bytes per event. With an index, flipped
-/// payload bits are found and damaged headers are restored.
+/// payload bits are found and damaged headers are restored. In a log whose numbers do not count (Java's
+/// lcm.logging.Log writes what the caller sets, mostly 0) only sync words and lengths tell events apart: then
+/// events are numbered here, and none is dropped as a repeated one.
 class EventLogReader {
  public:
   /// @param index of this log, or nullptr; must outlive the reader. An index that belongs to another log is
@@ -93,6 +95,8 @@ class EventLogReader {
   std::optional<Event> next();
   const DamageList& damage() const { return damage_; }
   bool index_ignored() const { return index_ignored_; }
+  bool numbered() const { return numbered_; }           ///< the event numbers of the log count
+  std::uint64_t restarts() const { return restarts_; }  ///< times that another log began: `cat a b`
   /// Return the byte behind the last undamaged event returned so far, and the event number that follows.
   std::uint64_t valid_end() const { return valid_end_; }
   std::uint64_t valid_next_eventnum() const { return valid_next_; }
@@ -100,6 +104,8 @@ class EventLogReader {
  private:
   bool may_spend(std::uint64_t bytes) const { return bytes <= 1024 || spent_in_vain_ <= 4 * log_.size(); }
   bool index_belongs() const;
+  bool numbers_count() const;
+  std::optional<Event> next_unnumbered();
   bool certain(const EventHeader& h);
   bool successor_follows(const EventHeader& h) const;
   bool sync_follows(const EventHeader& h) const;
@@ -123,7 +129,9 @@ class EventLogReader {
   std::uint64_t valid_next_ = 0;
   std::uint64_t spent_in_vain_ = 0;
   std::optional<EventHeader> first_;
+  std::uint64_t restarts_ = 0;
   bool index_ignored_ = false;
+  bool numbered_ = true;
   DamageList damage_;
   SequenceMap places_;
 };
@@ -134,6 +142,8 @@ class EventLogFile {
   explicit EventLogFile(const std::filesystem::path& path);  ///< @throws FileError; the index is optional
   EventLogReader reader() const { return EventLogReader(log_.bytes(), has_index_ ? &index_ : nullptr); }
   std::span<const std::byte> bytes() const { return log_.bytes(); }
+  /// Gives the memory of bytes before `offset` back, as they are read in order.
+  void forget_before(std::uint64_t offset) const { log_.forget_before(offset); }
   bool has_index() const { return has_index_; }
   const EventIndex& index() const { return index_; }
 

@@ -13,6 +13,33 @@ EventLogReader::EventLogReader(std::span<const std::byte> log, const EventIndex*
     index_ = nullptr;
     index_ignored_ = true;
   }
+  if (!index_) numbered_ = numbers_count();
+}
+
+// Half of the first events have the number that follows their neighbour's; one event alone tells nothing.
+bool EventLogReader::numbers_count() const {
+  EventHeader h, next;
+  int pairs = 0, counted = 0;
+  for (std::uint64_t at = 0; pairs < 64 && plausible_event(log_, at, h); at = h.end()) {
+    if (!plausible_event(log_, h.end(), next)) break;
+    ++pairs;
+    counted += next.eventnum == h.eventnum + 1;
+  }
+  return pairs == 0 || 2 * counted >= pairs;
+}
+
+// An event is followed by a sync word or by the end.
+std::optional<Event> EventLogReader::next_unnumbered() {
+  EventHeader h;
+  std::uint64_t at = at_;
+  while (at < log_.size() && !(plausible_event(log_, at, h) && sync_follows(h))) {
+    const void* found = ::memmem(log_.data() + at + 1, log_.size() - at - 1, kEventSyncBytes.data(), 4);
+    at = found ? std::uint64_t(static_cast<const std::byte*>(found) - log_.data()) : log_.size();
+  }
+  if (at > at_) damage_.add({at_, at - at_, "event is damaged", 1});
+  at_ = at;
+  if (at == log_.size()) return {};
+  return accept(h, expected_, false, false);
 }
 
 // An index of another log matches none of the first events.
@@ -58,6 +85,7 @@ bool EventLogReader::swallows_events(const EventHeader& h) {
     if (plausible_event(log_, from, inner) && inner.eventnum > h.eventnum &&
         (inner.eventnum == h.eventnum + 1 || inner.end() == log_.size() || successor_follows(inner)))
       return true;
+    if (plausible_event(log_, from, inner) && starts_anew(inner)) return true;  // the next log of `cat`
     from += 4;
   }
   return false;
@@ -117,6 +145,7 @@ bool EventLogReader::is_stray(std::uint64_t eventnum, std::uint64_t at) {
     EventHeader h;
     for (std::uint64_t p = at; p < log_.size();)
       if (plausible_event(log_, p, h) && (certain(h) || successor_follows(h) || h.end() == log_.size())) {
+        if (starts_anew(h)) break;  // the numbers of another log
         places_.add(h.eventnum, p);
         p = h.end();
       } else {
@@ -155,6 +184,7 @@ std::optional<Event> EventLogReader::in_place() {
     if (!sure && starts_anew(h)) {
       index_ = nullptr;  // numbers no longer name one event
       places_ = {};
+      ++restarts_;
       return accept(h, 0, false, false);
     }
     bool damaged = false;
@@ -215,6 +245,7 @@ void EventLogReader::skip_damage() {
 }
 
 std::optional<Event> EventLogReader::next() {
+  if (!numbered_) return next_unnumbered();
   while (at_ < log_.size()) {
     if (auto event = in_place()) return event;
     if (at_ < log_.size()) skip_damage();

@@ -7,6 +7,7 @@
 #include <sys/uio.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <system_error>
@@ -102,16 +103,28 @@ MappedFile::MappedFile(const std::filesystem::path& path, Packed packed) {
   if (packed == Packed::kAsIs || !is_packed(bytes_)) return;
   const MappedFile stored(std::move(*this));
   bytes_ = unpack(path, stored.bytes());
+  of_file_ = false;
 }
 
 MappedFile::~MappedFile() {
   if (!bytes_.empty()) ::munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
 }
 
-MappedFile::MappedFile(MappedFile&& other) noexcept : bytes_(std::exchange(other.bytes_, {})) {}
+void MappedFile::forget_before(std::uint64_t offset) const {
+  constexpr std::uint64_t kBlock_bytes = 16 << 20;  // a multiple of any page
+  if (!of_file_ || offset < forgotten_ + 2 * kBlock_bytes) return;
+  const std::uint64_t until = std::min<std::uint64_t>(offset, bytes_.size()) / kBlock_bytes * kBlock_bytes;
+  ::madvise(const_cast<std::byte*>(bytes_.data()) + forgotten_, until - forgotten_, MADV_DONTNEED);
+  forgotten_ = until;
+}
+
+MappedFile::MappedFile(MappedFile&& other) noexcept
+    : bytes_(std::exchange(other.bytes_, {})), forgotten_(other.forgotten_), of_file_(other.of_file_) {}
 
 MappedFile& MappedFile::operator=(MappedFile&& other) noexcept {
   std::swap(bytes_, other.bytes_);
+  std::swap(forgotten_, other.forgotten_);
+  std::swap(of_file_, other.of_file_);
   return *this;
 }
 

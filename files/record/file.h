@@ -67,9 +67,15 @@ class MappedFile {
   MappedFile& operator=(const MappedFile&) = delete;
 
   std::span<const std::byte> bytes() const { return bytes_; }
+  /// Takes the bytes before `offset` out of the process's memory; the system reads them again from the file
+  /// where they are used. Does nothing for an unpacked file, whose memory is all there is of it. Calls go
+  /// forward; not from several threads.
+  void forget_before(std::uint64_t offset) const;
 
  private:
   std::span<const std::byte> bytes_;
+  mutable std::uint64_t forgotten_ = 0;
+  bool of_file_ = true;
 };
 
 /// Copies bytes [from, size) of the file to "<path>.torn-<n>" (first free n), synced. @returns its path.

@@ -2,6 +2,7 @@
 #include <cstring>
 
 #include "files/record/event_log.h"
+#include "files/record/log_statistics.h"
 #include "tests/fuzz/require.h"
 
 using namespace firn::fuzz;
@@ -11,14 +12,24 @@ namespace {
 
 void read_all(std::span<const std::byte> log, const EventIndex* index) {
   EventLogReader reader(log, index);
-  std::uint64_t end = 0;
+  LogStatistics statistics;
+  std::uint64_t end = 0, events = 0;
   while (const auto e = reader.next()) {
     require(lies_in(e->data, log), "data lies in the log");
     require(e->offset >= end, "events do not overlap");
     end = e->offset + kEventHeaderBytes;
     require(!e->channel.empty(), "an event has a channel");
     require(!(e->checked && e->damaged), "a checked event is not damaged");
+    statistics.add(*e);
+    ++events;
   }
+  std::uint64_t counted = statistics.more_channels();
+  for (const auto& [name, channel] : statistics.channels()) {
+    counted += channel.messages;
+    require(channel.intervals.gaps().count <= channel.intervals.count(), "gaps are intervals");
+    require(channel.rate_hz() >= 0, "a rate is not negative");
+  }
+  require(counted == events, "every event is counted once");
   require(reader.valid_end() <= log.size(), "valid end lies in the log");
   for (const Damage& d : reader.damage().list())
     require(d.offset + d.bytes <= log.size(), "damage lies in the log");

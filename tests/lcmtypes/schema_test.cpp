@@ -239,3 +239,24 @@ TEST_CASE("Arrays of structs and of several dimensions have paths, JSON and diff
   other.back() = std::byte{0};
   CHECK(first_difference(q, bytes, other)->path == "m[1][1]");
 }
+
+TEST_CASE("A type may hold counted arrays of itself, with the fingerprint of lcm-gen") {
+  const Schema s = Schema::parse(
+      "package a.b;\nstruct node_t { int32_t n; node_t children[n]; double v; }\n"
+      "struct m_t { n_t a[2]; int32_t k; m_t more[k]; }\n"
+      "struct n_t { int32_t k; m_t z[k]; string s; boolean b; byte q[0x10]; }\n");
+  // Of the Python classes that lcm-gen 1.3.1 makes of this text.
+  CHECK(std::uint64_t(s.find("node_t")->fingerprint) == 0x13596d79fdde846eu);
+  CHECK(std::uint64_t(s.find("m_t")->fingerprint) == 0xddd91a2158729ce1u);
+  CHECK(std::uint64_t(s.find("n_t")->fingerprint) == 0xd9f5db549ba6d9d2u);
+  CHECK(s.find("node_t")->smallest_bytes == 12);
+  CHECK_THROWS_WITH(Schema::parse("struct x_t { int32_t n; x_t v[2]; }"), Contains("contains itself"));
+}
+
+TEST_CASE("An empty array of structs is an empty array in JSON") {
+  const Schema s = Schema::parse("struct p_t { int8_t x; } struct q_t { int8_t n; p_t p[n]; int8_t z; }");
+  const schema::Type& q = *s.find("q_t");
+  std::vector<std::byte> bytes(10);
+  for (int i = 0; i < 8; ++i) bytes[std::size_t(i)] = std::byte(std::uint64_t(q.fingerprint) >> (56 - 8 * i));
+  CHECK(to_json(q, bytes) == R"({"n":0,"p":[],"z":0})");
+}

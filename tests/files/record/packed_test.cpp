@@ -3,6 +3,7 @@
 #include <sys/mman.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <fstream>
@@ -155,6 +156,20 @@ TEST_CASE("a named pipe in the place of a record is refused, not waited for") {
   const fs::path pipe = folder.path() / "log.lcm";
   REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
   CHECK_THROWS_WITH(content(pipe), Catch::Contains("log.lcm: byte 0: cannot map"));
+}
+
+TEST_CASE("bytes of a packed file that were read and forgotten read the same again") {
+  const test::TempFolder folder;
+  std::vector<std::byte> plain(std::size_t(50) << 20, std::byte{7});
+  const fs::path file = folder.path() / "a.wal";
+  write(file, pack(plain, {}, ""));
+  const MappedFile packed(file);
+  packed.forget_before(plain.size());
+  CHECK(std::ranges::equal(packed.bytes(), plain));
+  write(folder.path() / "plain", plain);
+  const MappedFile mapped(folder.path() / "plain");
+  mapped.forget_before(plain.size());
+  CHECK(std::ranges::equal(mapped.bytes(), plain));
 }
 
 }  // namespace
