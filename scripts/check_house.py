@@ -39,9 +39,9 @@ HIDDEN_TEST = re.compile(r'TEST_CASE\([^)]*"\s*,\s*"[^"]*\[(?:\.|!hide|!mayfail|
 EMPTY_TEST = re.compile(r'TEST_CASE\((?:[^()]|\([^()]*\))*\)\s*\{\s*\}')
 PRIVATE_PATH = re.compile(r"(?<![\w.])/(?:work|home|root|Users)/\w")
 
-# SIM_TRUTH: declared, published by whoever runs the world, read by tests, audit and reports.
+# SIM_TRUTH: declared, published by whoever runs the world, read by tests, audit, reports and exports.
 TRUTH = re.compile(r"SIM_TRUTH|\bkSimTruth\b|\bsim_truth_t\b")
-TRUTH_READERS = ("lcmtypes/", "tests/", "replay/audit", "report/run/", "cli/audit")
+TRUTH_READERS = ("lcmtypes/", "tests/", "replay/audit", "report/run/", "report/export/", "cli/audit")
 TRUTH_PUBLISHERS = ("print/", "plant/")
 TRUTH_DECODE = re.compile(r"sim_truth_t\s+\w+\s*;[^}]*?\.decode\s*\(|subscribe\s*\(\s*channels::kSimTruth", re.S)
 

@@ -15,7 +15,7 @@ FOUND_BY_CMAKE = {
     "fmt": "libfmt-dev", "nlohmann_json": "nlohmann-json3-dev", "CLI11": "libcli11-dev", "Python3": "python3",
     "lcm": "liblcm-dev", "lcm-gen": "liblcm-bin", "ccache": "ccache", "tomlplusplus": "libtomlplusplus-dev",
     "xxhash": "libxxhash-dev", "xxhash.h": "libxxhash-dev", "nlopt": "libnlopt-dev", "nlopt.h": "libnlopt-dev", "nlopt_cxx": "libnlopt-cxx-dev", "python3": "python3", "Java": "default-jdk-headless",
-    "gnuplot": "gnuplot-nox", "clang++": "clang", "ld.gold": "", "zstd": "libzstd-dev",
+    "gnuplot": "gnuplot-nox", "clang++": "clang", "ld.gold": "", "zstd": "libzstd-dev", "hdf5.h": "libhdf5-dev",
     "opencv_core": "libopencv-core-dev", "opencv_imgproc": "libopencv-imgproc-dev", "opencv_imgcodecs": "libopencv-imgcodecs-dev",
     "opencv2/core/version.hpp": "libopencv-core-dev",
     "opencv2/core.hpp": "libopencv-core-dev",
@@ -38,6 +38,7 @@ EVIDENCE = {
     "libjchart2d-java": r"FIRN_JAVA_FOLDER\}/jchart2d\.jar", "xvfb": r"\bXvfb\b",
     "libtbb-dev": r"<tbb/", "libpolyclipping-dev": r"<polyclipping/", "libboost-dev": r"<boost/", "libpng-dev": r"<png\.h>", "lib3mf-dev": r"<lib3mf",
     "libexpat1-dev": r"<expat\.h>", "zlib1g-dev": r"<zlib\.h>", "libzstd-dev": r"<zstd\.h>",
+    "libhdf5-dev": r"<hdf5\.h>", "libhdf5-103-1": r"libhdf5_serial\.so\.103", "python3-h5py": r"import h5py", "hdf5-tools": r"\bh5dump\b",
     "coinor-cbc": r"command -v cbc", "chromium": r"chromium --headless", "clang-format": r"clang-format", "clang": r"clang\+\+", "libclang-rt-14-dev": r"-fsanitize=fuzzer|sanitize=[\w,]*fuzzer",
 }
 

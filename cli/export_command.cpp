@@ -1,0 +1,71 @@
+#include "cli/export_command.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "cli/option_set.h"
+#include "files/usage_error.h"
+#include "print/exit_codes.h"
+#include "print/folder/running.h"
+#include "print/progress.h"
+#include "report/export/run_tables.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::unique_ptr<tables::TableSink> sink_of(const std::string& output) {
+  const std::string ending = fs::path(output).extension().string();
+  if (ending == ".h5" || ending == ".hdf5") return tables::hdf5_sink(output);
+  if (ending == ".npz") return tables::npz_sink(output);
+  if (ending == ".csv") return tables::csv_sink(output);
+  throw UsageError(output + ": no format with this ending; there are .h5, .npz and .csv (a folder)");
+}
+
+std::string name_of(const fs::path& run) { return fs::weakly_canonical(run).filename().string(); }
+
+}  // namespace
+
+int run_export(const ExportOptions& options) {
+  std::set<std::string> names;
+  for (const std::string& run : options.runs) {
+    refuse_running(run);
+    if (!names.insert(name_of(run)).second)
+      throw UsageError(run + ": two runs have the name " + name_of(run) + ", which names their group");
+  }
+  nlohmann::ordered_json runs = nlohmann::ordered_json::array();
+  const auto sink = sink_of(options.output);
+  JobProgress progress("export");
+  for (std::size_t k = 0; k < options.runs.size(); ++k) {
+    const fs::path run = options.runs[k];
+    const std::string prefix = options.runs.size() > 1 ? name_of(run) + "/" : "";
+    const tables::RunTables written = tables::export_run(run, prefix, *sink, [&](double fraction) {
+      progress.show((double(k) + fraction) / double(options.runs.size()), name_of(run));
+    });
+    runs.push_back({{"run", run.string()}, {"messages", written.messages}});
+  }
+  sink->finish();
+  progress.done();
+  if (options.json) {
+    const nlohmann::ordered_json said = {{"file", options.output}, {"runs", runs}};
+    std::puts(said.dump().c_str());
+  } else {
+    for (const auto& run : runs)
+      std::printf("%s: %llu messages of %s\n", options.output.c_str(),
+                  static_cast<unsigned long long>(run["messages"].get<std::uint64_t>()),
+                  run["run"].get<std::string>().c_str());
+  }
+  return kOk;
+}
+
+void declare_export(OptionSet& options) {
+  auto& o = options.calls(run_export);
+  options.option("RUN", o.runs, "run folders; several become groups of one file").required();
+  options.option("-o,--output", o.output, "FILE.h5, FILE.npz or FOLDER.csv").required();
+  options.json_flag(o.json);
+}
+
+}  // namespace firn

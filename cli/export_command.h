@@ -1,0 +1,24 @@
+// run_export writes recorded runs in formats that other programs read.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace firn {
+
+class OptionSet;
+
+struct ExportOptions {
+  std::vector<std::string> runs;
+  std::string output;  ///< its ending names the format: .h5, .hdf5, .npz, .csv (a folder)
+  bool json = false;
+};
+
+/// @returns kOk. @throws UsageError: no run, an ending without a format, two runs of one name;
+/// std::invalid_argument: damage, with file and byte; WriteError
+int run_export(const ExportOptions& options);
+
+/// Declares the arguments.
+void declare_export(OptionSet& options);
+
+}  // namespace firn

@@ -1,0 +1,274 @@
+#!/usr/bin/env python3
+"""`firn export`: each recorded run of tests/replay/golden is exported and read back with h5py, h5dump, numpy and csv. Every
+number must be the one that `firn log cat` prints.
+
+    tests/cli/export_test.py FIRN ROOT [Case.test]
+"""
+import csv
+import json
+import math
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+FIRN = ROOT = None
+RUNS = ("v1-mpc", "v2-two-inks", "v5-ice")
+
+
+def firn(*words, code=0):
+    done = subprocess.run([FIRN, *map(str, words)], capture_output=True, text=True)
+    if code is not None and done.returncode != code:
+        raise AssertionError(f"firn {words}: exit {done.returncode}\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
+    return done
+
+
+def messages(run):
+    """{(channel): [event]} of a run's log."""
+    found = {}
+    for line in firn("log", "cat", run / "log.lcm", "--full").stdout.splitlines():
+        event = json.loads(line)
+        found.setdefault(event["channel"], []).append(event)
+    return found
+
+
+def members(message, prefix=""):
+    """{column: value} as the export names them."""
+    found = {}
+    for name, value in message.items():
+        if isinstance(value, dict):
+            found.update(members(value, "" if name == "header" else name + "_"))
+        else:
+            found[prefix + name] = value
+    return found
+
+
+def same(expected, value):
+    if isinstance(expected, str):
+        if expected in ("Infinity", "-Infinity"):
+            return float(expected) == value
+        return expected == (value.decode() if isinstance(value, bytes) else str(value))
+    if expected is None:
+        return math.isnan(value)
+    if isinstance(value, (np.float32,)):
+        return np.float32(expected) == value
+    return expected == value
+
+
+def read_csv(path):
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+class Hdf5:
+    def __init__(self, path):
+        self.file = h5py.File(path)
+
+    def tables(self):
+        found = {}
+        self.file.visititems(lambda name, node: found.update({name: node}) if isinstance(node, h5py.Group)
+                             and "log_event" in node else None)
+        return found
+
+    def close(self):
+        self.file.close()
+
+
+class Npz:
+    def __init__(self, path):
+        self.file = np.load(path)
+
+    def tables(self):
+        found = {}
+        for name in self.file.files:
+            if name.endswith("/log_event"):
+                table = name[:-len("/log_event")]
+                found[table] = {n[len(table) + 1:]: self.file[n] for n in self.file.files
+                                if n.startswith(table + "/")}
+        return found
+
+    def close(self):
+        self.file.close()
+
+
+class Export(unittest.TestCase):
+    def setUp(self):
+        self.scratch = tempfile.TemporaryDirectory()
+        self.folder = Path(self.scratch.name)
+
+    def tearDown(self):
+        self.scratch.cleanup()
+
+    def compare(self, tables, run):
+        """Every row of every table against the log; every message of the log in one row."""
+        logged = messages(run)
+        seen = {}
+        for path, table in tables.items():
+            channel = path.split("/")[1]
+            while channel not in logged:  # HEIGHT_MAP_2: another grid
+                channel = channel.rsplit("_", 1)[0]
+            by_number = {e["event"]: e for e in logged[channel]}
+            columns = {name: table[name][()] for name in table}
+            for row, number in enumerate(columns["log_event"]):
+                event = by_number[int(number)]
+                seen.setdefault(channel, set()).add(int(number))
+                self.assertEqual(int(columns["log_utime_us"][row]), event["utime_us"])
+                for name, expected in members(event["message"]).items():
+                    where = f"{path}/{name} event {number}"
+                    values = columns[name]
+                    if isinstance(expected, list):
+                        if values.ndim == 3:
+                            values = values[row].ravel()
+                        else:
+                            first, count = int(columns[name + "_first"][row]), int(columns[name + "_count"][row])
+                            values = values[first:first + count]
+                        self.assertEqual(len(values), len(expected), where)
+                        for e, v in zip(expected, values):
+                            self.assertTrue(same(e, v), f"{where}: {e} {v}")
+                    else:
+                        self.assertTrue(same(expected, values[row]), f"{where}: {expected} {values[row]}")
+        self.assertEqual(seen, {channel: {e["event"] for e in events} for channel, events in logged.items()})
+
+    def test_hdf5_holds_every_number_of_the_log(self):
+        for name in RUNS:
+            with self.subTest(run=name):
+                run = ROOT / "tests/replay/golden" / name
+                firn("export", run, "-o", self.folder / f"{name}.h5")
+                opened = Hdf5(self.folder / f"{name}.h5")
+                self.compare(opened.tables(), run)
+                opened.close()
+
+    def test_npz_holds_every_number_of_the_log(self):
+        for name in RUNS:
+            with self.subTest(run=name):
+                run = ROOT / "tests/replay/golden" / name
+                firn("export", run, "-o", self.folder / f"{name}.npz")
+                opened = Npz(self.folder / f"{name}.npz")
+                self.compare(opened.tables(), run)
+                opened.close()
+
+    def test_csv_holds_every_number_of_the_log(self):
+        run = ROOT / "tests/replay/golden/v1-mpc"
+        out = self.folder / "run.csv"
+        firn("export", run, "-o", out)
+        logged = messages(run)
+        rows = read_csv(out / "metrics/LAYER_METRICS.csv")
+        self.assertEqual(len(rows), len(logged["LAYER_METRICS"]))
+        for row, event in zip(rows, logged["LAYER_METRICS"]):
+            for name, expected in members(event["message"]).items():
+                self.assertEqual(float(row[name]), float(expected), name)
+        cells = read_csv(out / "maps/HEIGHT_MAP.height_mm.csv")
+        expected = [h for e in logged["HEIGHT_MAP"] for h in e["message"]["height_mm"]]
+        self.assertEqual(len(cells), len(expected))
+        for cell, e in zip(cells, expected):
+            self.assertTrue(same(e, np.float32(cell["height_mm"])), cell)
+        grid = logged["HEIGHT_MAP"][0]["message"]["grid"]
+        last = cells[-1]
+        self.assertEqual(float(last["x_mm"]), grid["origin_x_mm"] + (grid["nx"] - 1) * grid["pitch_x_mm"])
+        self.assertEqual((int(last["j"]), int(last["i"])), (grid["ny"] - 1, grid["nx"] - 1))
+        listed = {(r["file"], r["column"]) for r in read_csv(out / "columns.csv")}
+        for file in out.rglob("*.csv"):
+            name = file.relative_to(out).as_posix()
+            if name != "columns.csv":
+                self.assertTrue(any(f == name for f, _ in listed), name)
+
+    def test_every_dataset_has_a_unit_and_a_sentence_and_types_that_all_readers_have(self):
+        for name in RUNS:
+            run = ROOT / "tests/replay/golden" / name
+            firn("export", run, "-o", self.folder / f"{name}.h5")
+            with h5py.File(self.folder / f"{name}.h5") as file:
+                def look(path, node):
+                    self.assertTrue(isinstance(node, h5py.Group) or len(node.attrs["units"]) > 0, path)
+                    if isinstance(node, h5py.Group) and "log_event" not in node:
+                        return
+                    self.assertGreater(len(node.attrs["description"]), 10, path)
+                    if isinstance(node, h5py.Dataset):
+                        self.assertTrue(h5py.check_string_dtype(node.dtype) or node.dtype.kind in "iuf", path)
+                        if node.ndim == 3:
+                            self.assertEqual(node.chunks, (1, *node.shape[1:]), path)
+                            self.assertEqual(node.compression, "gzip", path)
+                            self.assertIn("pitch_x_mm", node.attrs)
+                file.visititems(look)
+                if name == "v1-mpc":
+                    height = file["maps/HEIGHT_MAP/height_mm"]
+                    self.assertEqual(height.attrs["units"], b"mm")
+                    self.assertEqual(len(file["maps/HEIGHT_MAP/grid_x_mm"]), height.shape[2])
+                    self.assertIn(b"kMeasured = 0", file["maps/HEIGHT_MAP/quality"].attrs["values"])
+                    self.assertEqual(file["configuration/experiment_toml"][()].decode(),
+                                     (run / "experiment.toml").read_text())
+                    self.assertEqual(json.loads(file["provenance/provenance_json"][()]),
+                                     json.loads((run / "provenance.json").read_text()))
+                    self.assertEqual(file["configuration/target/height_mm"].shape[1:], height.shape[1:])
+                    for group in ("maps", "droplets", "decisions", "metrics", "devices", "events", "truth",
+                                  "configuration", "provenance"):
+                        self.assertIn(group, file)
+
+    def test_h5dump_reads_the_file_and_its_checks(self):
+        firn("export", ROOT / "tests/replay/golden/v1-mpc", "-o", self.folder / "x.h5")
+        dump = subprocess.run(["h5dump", "-d", "/metrics/LAYER_METRICS/rms_mm", self.folder / "x.h5"],
+                              capture_output=True, text=True, check=True).stdout
+        self.assertIn("H5T_IEEE_F64LE", dump)
+        self.assertIn('ATTRIBUTE "units"', dump)
+        whole = subprocess.run(["h5dump", "-H", self.folder / "x.h5"], capture_output=True, text=True, check=True)
+        self.assertEqual(whole.stderr, "")
+        for type_name in ("H5T_COMPOUND", "H5T_OPAQUE", "H5T_ENUM", "H5T_REFERENCE", "H5T_BITFIELD"):
+            self.assertNotIn(type_name, whole.stdout)
+
+    def test_several_runs_are_groups_of_one_file_and_the_same_bytes_each_time(self):
+        runs = [ROOT / "tests/replay/golden" / name for name in RUNS]
+        said = json.loads(firn("export", *runs, "-o", self.folder / "all.h5", "--json").stdout)
+        self.assertEqual(len(said["runs"]), len(RUNS))
+        with h5py.File(self.folder / "all.h5") as file:
+            self.assertEqual(sorted(file), sorted(RUNS))
+            self.assertIn("LAYER_METRICS", file["v5-ice/metrics"])
+        for ending in ("h5", "npz"):
+            for name in ("a", "b"):
+                firn("export", runs[0], "-o", self.folder / f"{name}.{ending}")
+            self.assertEqual((self.folder / f"a.{ending}").read_bytes(), (self.folder / f"b.{ending}").read_bytes())
+        self.assertIn("v1-mpc", firn("export", runs[0], runs[0], "-o", self.folder / "x.h5", code=2).stderr)
+
+    def test_a_packed_run_gives_the_same_file(self):
+        run = self.folder / "runs" / "v1-mpc"
+        shutil.copytree(ROOT / "tests/replay/golden/v1-mpc", run)
+        firn("export", run, "-o", self.folder / "plain.h5")
+        firn("runs", "pack", run)
+        firn("export", run, "-o", self.folder / "packed.h5")
+        self.assertEqual((self.folder / "plain.h5").read_bytes(), (self.folder / "packed.h5").read_bytes())
+
+    def test_damaged_empty_and_truncated_runs_are_named_and_leave_nothing(self):
+        run = self.folder / "run"
+        shutil.copytree(ROOT / "tests/replay/golden/v1-mpc", run)
+        log = (run / "log.lcm").read_bytes()
+
+        def refused(*parts, code, output="x.h5"):
+            for ending in (".h5", ".npz", ".csv"):
+                out = self.folder / "out" / Path(output).with_suffix(ending)
+                out.parent.mkdir(exist_ok=True)
+                said = firn("export", run, "-o", out, code=code).stderr
+                for part in parts:
+                    self.assertIn(part, said)
+                self.assertEqual(list(out.parent.iterdir()), [])
+        flipped = bytearray(log)
+        flipped[len(log) // 2] ^= 4
+        (run / "log.lcm").write_bytes(flipped)
+        refused("log.lcm: byte ", code=1)
+        (run / "log.lcm").write_bytes(log[:len(log) // 3])
+        refused("log.lcm: byte ", code=1)
+        (run / "log.lcm").write_bytes(b"")
+        refused("log.lcm", code=1)
+        (run / "log.lcm").unlink()
+        refused("log.lcm: is missing", "firn log repair", code=2)
+        (run / "provenance.json").unlink()
+        refused("not a run folder", "provenance.json", code=2)
+        self.assertIn("no format with this ending",
+                      firn("export", ROOT / "tests/replay/golden/v1-mpc", "-o", self.folder / "x.mat", code=2).stderr)
+
+
+if __name__ == "__main__":
+    FIRN, ROOT = sys.argv.pop(1), Path(sys.argv.pop(1))
+    unittest.main()
