@@ -14,6 +14,7 @@
 #include "plant/inkjet/model.h"
 #include "plant/record/record.h"
 #include "print/exit_codes.h"
+#include "print/folder/imported_run.h"
 #include "print/folder/node_makers.h"
 #include "print/folder/run_config.h"
 #include "print/folder/seal_check.h"
@@ -132,6 +133,7 @@ replay::AuditVerdict records_verdict(const std::filesystem::path& run) {
 replay::AuditVerdict audit_verdict(const std::filesystem::path& run, const std::string& seal) {
   if (!seal.empty() && !is_sha256_hex(seal))
     throw UsageError("--seal '" + seal.substr(0, 100) + "': is no SHA-256, 64 hexadecimal digits");
+  refuse_imported(run, "firn audit");
   const SealCheck seals = check_seals(run);
   replay::AuditVerdict verdict;
   try {

@@ -14,6 +14,7 @@
 #include "cli/export_command.h"
 #include "cli/help_command.h"
 #include "cli/identify_command.h"
+#include "cli/import_command.h"
 #include "cli/log_command.h"
 #include "cli/plan_command.h"
 #include "cli/preview_command.h"
@@ -55,6 +56,7 @@ constexpr Command kCommands[] = {
     {"tune", "tunes gains for a disturbance, given or found in a run", declare_tune},
     {"report", "writes one self-contained page for any number of runs", declare_report},
     {"export", "writes runs as HDF5, NumPy arrays or CSV", declare_export},
+    {"import", "makes a run of a layer-wise record that others made", declare_import},
     {"reproduce", "sets every table and figure of the papers beside ours", declare_reproduce},
     {"decide", "decides one layer on any surface, with a proof of how good it is", declare_decide},
     {"compare", "compares schemes over parts and seeds: which is better, by how much, how sure",

@@ -6,6 +6,7 @@
 
 #include "cli/option_set.h"
 #include "files/usage_error.h"
+#include "print/folder/imported_run.h"
 #include "print/folder/node_makers.h"
 #include "print/folder/run_config.h"
 #include "print/folder/running.h"
@@ -36,6 +37,7 @@ void mark_seals(const std::filesystem::path& run, replay::RunVerdict& verdict) {
 
 replay::RunVerdict replay_verdict(const ReplayCommandOptions& options) {
   refuse_running(options.run);
+  refuse_imported(options.run, "firn replay");
   if (!std::isfinite(options.tolerance) || options.tolerance < 0)
     throw UsageError("--tolerance: a finite number >= 0 is wanted");
   std::vector<replay::NodeMaker> makers;

@@ -14,6 +14,7 @@
 #include "config/fields.h"
 #include "files/usage_error.h"
 #include "print/exit_codes.h"
+#include "print/folder/imported_run.h"
 #include "print/folder/run_config.h"
 #include "print/folder/run_folder.h"
 #include "print/folder/run_report.h"
@@ -28,6 +29,7 @@ namespace {
 
 std::string verdict_of(const std::string& run, bool no_replay) {
   if (no_replay) return {};
+  if (is_imported(run)) return "imported, not replayable";
   ReplayCommandOptions options;
   options.run = run;
   return replay_verdict(options).identical() ? "identical" : "differs";
@@ -35,6 +37,7 @@ std::string verdict_of(const std::string& run, bool no_replay) {
 
 // A run whose world told nothing is audited by its own records, and the verdict says so.
 std::string audit_of(const std::string& run) {
+  if (is_imported(run)) return "imported: there are no passes to audit";
   const replay::AuditVerdict v = audit_verdict(run);
   if (v.clean()) return v.with_world ? "clean" : "clean, without the world's record";
   return std::to_string(v.violations_total) + (v.violations_total == 1 ? " violation: " : " violations: ") +

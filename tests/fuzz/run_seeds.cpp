@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "files/mesh/mesh_message.h"
+#include "files/record/event_format.h"
 #include "files/record/record_file.h"
 #include "plant/world/world.h"
 #include "procs/bus/lcm_packet.h"
@@ -129,9 +130,41 @@ void seed_datagrams(const Seed& seed) {
   seed("fuzz_lcm_packet", "fragment", packet);
 }
 
+void seed_foreign(const Seed& seed) {
+  seed(
+      "fuzz_type_texts", "recursive",
+      as_span(std::string_view("package a.b; struct node_t { int32_t n; node_t children[n]; double v; }\n"
+                               "struct m_t { n_t a[2]; byte k; m_t more[k]; }\n"
+                               "struct n_t { int8_t k; a.b.m_t z[k]; string s; boolean b; byte q[0x10]; }")));
+  seed("fuzz_type_texts", "twice",
+       as_span(std::string_view("package a; struct point_t { double x, y; } struct e_t {}\n"
+                                "package b; struct vector_t { double x, y; } struct x_t { what_t w; }")));
+  seed("fuzz_layer_record", "points",
+       behind(0, as_span(std::string_view("layer,x_mm,y_mm,height_um,drops\n1,0,0,7.5,1\n1,0.5,0,nan,0\n"
+                                          "2,0,0,15.25,1\n2,0.5,0,,\n"))));
+  seed(
+      "fuzz_layer_record", "segments",
+      behind(3, as_span(std::string_view("# made by a robot\nLayer;Segment;Increment [mil];Input\n1;1;1,5;2\n"
+                                         "1;2;-;3\n2;1;1,25;NA\n"))));
+  // As Java's lcm.logging.Log writes: every event has the number 0.
+  Bytes log;
+  for (int k = 0; k < 4; ++k) {
+    const std::size_t at = log.size();
+    log.resize(at + logfile::kEventHeaderBytes + 9, std::byte{std::uint8_t(k)});
+    logfile::put_event_header(log.data() + at, {0, 0, 1000 * k, 1, 8});
+    log[at + logfile::kEventHeaderBytes] = std::byte{'A'};
+  }
+  Bytes input(4);
+  const auto split = std::uint32_t(log.size());
+  std::memcpy(input.data(), &split, 4);
+  input.insert(input.end(), log.begin(), log.end());
+  seed("fuzz_event_log", "java", input);
+}
+
 }  // namespace
 
 void seed_runs(const Seed& seed) {
+  seed_foreign(seed);
   seed_nodes(seed);
   seed_folders(seed);
   seed_states(seed);

@@ -1,0 +1,207 @@
+#!/usr/bin/env python3
+"""`firn import`: records as others write them, and the commands that read an imported run.
+
+    tests/cli/import_test.py FIRN ROOT [Case.test]
+"""
+import csv
+import json
+import random
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+FIRN = ROOT = None
+H1, H2, H3 = 4.4e-3, 0.6e-3, 0.2e-3  # mm a droplet: its cell, each side, each corner
+
+
+def firn(*words, code=0):
+    done = subprocess.run([FIRN, *map(str, words)], capture_output=True, text=True)
+    if code is not None and done.returncode != code:
+        raise AssertionError(f"firn {words}: exit {done.returncode}\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
+    return done
+
+
+def printed(layers, nx, ny, noise_mm, seed, dense=False):
+    """(heights, drops) of each layer: droplets six cells apart, whose neighbourhoods of four layers do not touch, so that each
+    falls on flat ground and adds h1, h2, h3 as it is [Lu 2015, V-C]; or a droplet on every cell."""
+    rng = np.random.default_rng(seed)
+    true = np.zeros((ny, nx))
+    heights, drops = [true + noise_mm * rng.standard_normal(true.shape)], [None]
+    for k in range(layers):
+        u = np.zeros((ny, nx), int)
+        u[1 + 3 * (k // 2 % 2)::6, 1 + 3 * (k % 2)::6] = 1
+        if dense:
+            u[:] = 1
+        p = np.pad(u, 1)
+        true = true + H1 * u + H2 * (p[:-2, 1:-1] + p[2:, 1:-1] + p[1:-1, :-2] + p[1:-1, 2:])
+        true = true + H3 * (p[:-2, :-2] + p[:-2, 2:] + p[2:, :-2] + p[2:, 2:])
+        heights.append(true + noise_mm * rng.standard_normal(true.shape))
+        drops.append(u)
+    return heights, drops
+
+
+class Import(unittest.TestCase):
+    def setUp(self):
+        self.scratch = tempfile.TemporaryDirectory()
+        self.folder = Path(self.scratch.name)
+
+    def tearDown(self):
+        self.scratch.cleanup()
+
+    def imported(self, record, *words):
+        said = json.loads(firn("import", record, "--runs", self.folder / "runs", "--json", *words).stdout)
+        return Path(said["run"]), said
+
+    def table(self, text, name="record.csv"):
+        (self.folder / name).write_text(text)
+        return self.folder / name
+
+    def refused(self, text, *parts, words=()):
+        said = firn("import", self.table(text), "--runs", self.folder / "runs", *words, code=2).stderr
+        for part in parts:
+            self.assertIn(part, said)
+
+    def maps(self, run):
+        lines = firn("log", "cat", run / "log.lcm", "--full", "-c", "HEIGHT_MAP").stdout.splitlines()
+        return [json.loads(line)["message"] for line in lines]
+
+    def write_table(self, heights, drops, missing, seed):
+        rng = random.Random(seed)
+        rows = ["# profiler of a laboratory", "Layer,X [mm],Y [mm],Height (um),Drops"]
+        for k, h in enumerate(heights):
+            for (j, i), z in np.ndenumerate(h):
+                value = "" if rng.random() < missing else rng.choice(["nan", "NA"]) if rng.random() < missing else f"{1e3 * z:.6f}"
+                rows.append(f"{k},{0.25 * i},{0.25 * j},{value},{'' if k == 0 else drops[k][j, i]}")
+        rng.shuffle(rows[2:])
+        return self.table("\n".join(rows) + "\n")
+
+    def test_the_model_of_an_imported_record_is_identified_in_spite_of_noise_and_holes(self):
+        heights, drops = printed(4, 36, 30, 2e-4, 1)
+        run, said = self.imported(self.write_table(heights, drops, 0.02, 1), "--set", 'model.border="lose"')
+        self.assertEqual((said["layers"], said["droplets"]), (4, int(sum(d.sum() for d in drops[1:]))))
+        self.assertGreater(said["missing"], 50)
+        found = json.loads(firn("identify", run, "--json").stdout)
+        for name, true_mm in (("h1", H1), ("h2", H2), ("h3", H3)):
+            self.assertLess(abs(found[name]["mean_um"] - 1e3 * true_mm), 2 * found[name]["half_width_um"], name)
+            self.assertLess(found[name]["half_width_um"], 0.6, name)
+
+    def test_a_run_that_went_out_as_csv_and_came_back_is_identified_as_before(self):
+        run = ROOT / "tests/replay/golden/v2-estimator"
+        out = self.folder / "run.csv"
+        firn("export", run, "-o", out)
+        planned = {}
+        with (out / "decisions/LAYER_PLAN.drops.csv").open(newline="") as file:
+            plans = list(csv.DictReader(file))
+        with (out / "decisions/LAYER_PLAN.csv").open(newline="") as file:
+            layer_of = {r["log_event"]: int(r["layer"]) for r in csv.DictReader(file)}
+        for r in plans:
+            planned[layer_of[r["log_event"]], r["j"], r["i"]] = r["drops"]
+        rows = ["layer,x_mm,y_mm,height_mm,drops"]
+        with (out / "maps/HEIGHT_MAP.csv").open(newline="") as file:
+            layer_of = {r["log_event"]: int(r["layer"]) for r in csv.DictReader(file)}
+        with (out / "maps/HEIGHT_MAP.height_mm.csv").open(newline="") as file:
+            for r in csv.DictReader(file):
+                k = layer_of[r["log_event"]]
+                rows.append(f"{k},{r['x_mm']},{r['y_mm']},{r['height_mm']},{planned.get((k, r['j'], r['i']), '')}")
+        back, _ = self.imported(self.table("\n".join(rows) + "\n"))
+        before, after = (json.loads(firn("identify", r, "--json", code=None).stdout) for r in (run, back))
+        self.assertEqual(before["identified"], after["identified"])
+        self.assertEqual((before["layers"], before["droplets"]), (after["layers"], after["droplets"]))
+        for name in ("h1", "h2", "h3"):
+            self.assertLess(abs(before[name]["mean_um"] - after[name]["mean_um"]), before[name]["half_width_um"], name)
+
+    def test_a_file_a_layer_gives_the_same_run_as_the_table(self):
+        heights, drops = printed(3, 7, 5, 1e-4, 2)
+        (self.folder / "maps").mkdir()
+        (self.folder / "drops").mkdir()
+        for k, h in enumerate(heights):
+            if k % 2:
+                np.savetxt(self.folder / f"maps/layer_{k:03}.csv", h, delimiter=";", fmt="%.9g")
+            else:
+                np.save(self.folder / f"maps/layer_{k:03}.npy", h)
+            if k:
+                np.save(self.folder / f"drops/u{k}.npy", drops[k].astype(float))
+        run, said = self.imported(self.folder / "maps", "--input", self.folder / "drops", "--unit", "mm",
+                                  "--pitch-mm", 0.25)
+        self.assertEqual((said["layers"], said["missing"]), (3, 0))
+        for m, h in zip(self.maps(run), heights, strict=True):
+            self.assertEqual((m["grid"]["nx"], m["grid"]["ny"], m["grid"]["pitch_x_mm"]), (7, 5, 0.25))
+            np.testing.assert_allclose(np.array(m["height_mm"]).reshape(5, 7), h, rtol=1e-6, atol=1e-8)
+
+    def test_report_export_and_tune_read_an_imported_run_and_replay_refuses_it(self):
+        heights, drops = printed(8, 10, 8, 1e-4, 3, dense=True)
+        run, _ = self.imported(self.write_table(heights, drops, 0, 3))
+        page = self.folder / "page.html"
+        firn("report", run, "-o", page)
+        self.assertIn("imported, not replayable", page.read_text())
+        firn("export", run, "-o", self.folder / "x.npz")
+        with np.load(self.folder / "x.npz") as file:
+            np.testing.assert_array_equal(file["maps/HEIGHT_MAP/height_mm"].shape, (9, 8, 10))
+        self.assertIn("kp", firn("tune", "smf", run, "--json").stdout)
+        firn("log", "verify", run / "log.lcm")
+        for command in ("replay", "audit"):
+            self.assertIn("imported, not replayable", firn(command, run, code=2).stderr)
+
+    def test_segments_and_increments_in_other_units_are_summed_to_heights(self):
+        run, said = self.imported(self.table("Layer;Segment;Increment [mil];Input\n1;1;1,5;2\n1;2;-;3\n2;1;1,25;1\n2;2;2;0\n"),
+                                  "--pitch-mm", 2)
+        first, second, third = (m["height_mm"] for m in self.maps(run))
+        self.assertEqual(first, [0, 0])
+        self.assertAlmostEqual(second[0], 1.5 * 0.0254, delta=1e-8)
+        self.assertAlmostEqual(third[0], 2.75 * 0.0254, delta=1e-8)
+        self.assertIsNone(second[1])
+        self.assertIsNone(third[1])
+        self.assertEqual(self.maps(run)[0]["grid"]["pitch_x_mm"], 2)
+        self.assertEqual(said["droplets"], 6)
+        self.assertIn("the ground is taken as flat", " ".join(said["assumptions"]))
+        self.assertIn("imported", json.loads((run / "provenance.json").read_text()))
+
+    def test_readings_of_one_cell_count_as_their_mean_and_ragged_matrices_end_unmeasured(self):
+        run, _ = self.imported(self.table("layer,x,height\n1,0,1\n1,0,2\n1,0,6\n1,1,4\n1,2.02,8\n"), "--unit", "um",
+                               "--pitch-mm", 0.001)
+        self.assertEqual([round(h, 7) for h in self.maps(run)[1]["height_mm"]], [0.003, 0.004, 0.008])
+        (self.folder / "ragged").mkdir()
+        (self.folder / "ragged/1.csv").write_text("1,2,3\n4\n5,,6\n")
+        run, said = self.imported(self.folder / "ragged")
+        self.assertEqual(self.maps(run)[1]["height_mm"], [1, 2, 3, 4, None, None, 5, None, 6])
+        self.assertEqual(said["missing"], 3)
+
+    def test_columns_may_be_named_and_inputs_scaled(self):
+        record = self.table("No,place_mm,top_um,mass_mg\n1,0,5,0.9\n1,1,6,2.1\n")
+        run, said = self.imported(record, "--column", "layer=No", "--column", "x=place_mm", "--column", "height=top_um",
+                                  "--column", "input=mass_mg", "--input-per-drop", 1.0)
+        self.assertEqual(said["droplets"], 3)
+        self.assertIn("rounded to whole droplets, by 0.1", " ".join(said["assumptions"]))
+
+    def test_what_is_wrong_is_named_with_its_line_and_nothing_is_left(self):
+        good = "layer,x_mm,height_mm,drops\n"
+        self.refused("", "record.csv", "no row below")
+        self.refused("layer,x_mm,drops\n1,0,1\n", "line 1", "no column of height")
+        self.refused("x_mm,height_mm\n1,0\n", "no column of the layer")
+        self.refused(good + "1,0,5,1\n1,zero,5,1\n", "line 3", "'zero' is not a number")
+        self.refused(good + "1.5,0,5,1\n", "line 2", "layer 1.5")
+        self.refused(good + "1,0,5,300\n", "layer 1, cell (0, 0)", "--input-per-drop")
+        self.refused(good + "1,0,5,0.5\n", "no whole number of droplets")
+        self.refused(good + "1,0,5,1\n1,0,5,2\n", "line 3", "a second input of layer 1")
+        self.refused(good + "1,0,inf,1\n", "infinite")
+        self.refused("layer,x [furlong],height_mm\n1,0,1\n", "line 1", "unit 'furlong'", "mm, um")
+        self.refused("layer,x_mm,hight_mm\n1,0,1\n", "no column 'height_mm'", "the nearest is 'hight_mm'",
+                     words=("--column", "height=height_mm"))
+        self.refused(good + '1,"0,5,1\n', "line 2", "a quote without end")
+        self.refused(good + "1,0,nan,1\n", "holds no height")
+        self.refused(good + "1,0,1,0\n1,1000,1,0\n1,0.1,1,0\n1,0.2,1,0\n1,0.3,1,0\n", "cells along x", "--pitch-mm")
+        (self.folder / "some").mkdir()
+        (self.folder / "some/first.npy").write_bytes(b"x")
+        self.assertIn("no number of a layer", firn("import", self.folder / "some", code=2).stderr)
+        (self.folder / "some/first.npy").rename(self.folder / "some/1.npy")
+        self.assertIn("1.npy", firn("import", self.folder / "some", code=2).stderr)
+        self.assertFalse((self.folder / "runs").exists())
+
+
+if __name__ == "__main__":
+    FIRN, ROOT = sys.argv.pop(1), Path(sys.argv.pop(1))
+    unittest.main()
