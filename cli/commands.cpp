@@ -55,7 +55,7 @@ constexpr Command kCommands[] = {
      declare_identify},
     {"tune", "tunes gains for a disturbance, given or found in a run", declare_tune},
     {"report", "writes one self-contained page for any number of runs", declare_report},
-    {"export", "writes runs as HDF5, NumPy arrays or CSV", declare_export},
+    {"export", "writes runs as HDF5, NumPy arrays, MCAP or CSV", declare_export},
     {"import", "makes a run of a layer-wise record that others made", declare_import},
     {"reproduce", "sets every table and figure of the papers beside ours", declare_reproduce},
     {"decide", "decides one layer on any surface, with a proof of how good it is", declare_decide},

@@ -10,6 +10,7 @@
 #include "print/exit_codes.h"
 #include "print/folder/running.h"
 #include "print/progress.h"
+#include "report/export/run_mcap.h"
 #include "report/export/run_tables.h"
 
 namespace firn {
@@ -22,7 +23,7 @@ std::unique_ptr<tables::TableSink> sink_of(const std::string& output) {
   if (ending == ".h5" || ending == ".hdf5") return tables::hdf5_sink(output);
   if (ending == ".npz") return tables::npz_sink(output);
   if (ending == ".csv") return tables::csv_sink(output);
-  throw UsageError(output + ": no format with this ending; there are .h5, .npz and .csv (a folder)");
+  throw UsageError(output + ": no format with this ending; there are .h5, .npz, .mcap and .csv (a folder)");
 }
 
 std::string name_of(const fs::path& run) { return fs::weakly_canonical(run).filename().string(); }
@@ -37,17 +38,24 @@ int run_export(const ExportOptions& options) {
       throw UsageError(run + ": two runs have the name " + name_of(run) + ", which names their group");
   }
   nlohmann::ordered_json runs = nlohmann::ordered_json::array();
-  const auto sink = sink_of(options.output);
+  std::unique_ptr<tables::McapExport> mcap;
+  std::unique_ptr<tables::TableSink> sink;
+  if (fs::path(options.output).extension() == ".mcap")
+    mcap = std::make_unique<tables::McapExport>(options.output);
+  else
+    sink = sink_of(options.output);
   JobProgress progress("export");
   for (std::size_t k = 0; k < options.runs.size(); ++k) {
     const fs::path run = options.runs[k];
     const std::string prefix = options.runs.size() > 1 ? name_of(run) + "/" : "";
-    const tables::RunTables written = tables::export_run(run, prefix, *sink, [&](double fraction) {
+    const auto show = [&](double fraction) {
       progress.show((double(k) + fraction) / double(options.runs.size()), name_of(run));
-    });
-    runs.push_back({{"run", run.string()}, {"messages", written.messages}});
+    };
+    const std::uint64_t messages =
+        mcap ? mcap->add(run, prefix, show) : tables::export_run(run, prefix, *sink, show);
+    runs.push_back({{"run", run.string()}, {"messages", messages}});
   }
-  sink->finish();
+  mcap ? mcap->finish() : sink->finish();
   progress.done();
   if (options.json) {
     const nlohmann::ordered_json said = {{"file", options.output}, {"runs", runs}};
@@ -64,7 +72,7 @@ int run_export(const ExportOptions& options) {
 void declare_export(OptionSet& options) {
   auto& o = options.calls(run_export);
   options.option("RUN", o.runs, "run folders; several become groups of one file").required();
-  options.option("-o,--output", o.output, "FILE.h5, FILE.npz or FOLDER.csv").required();
+  options.option("-o,--output", o.output, "FILE.h5, FILE.npz, FILE.mcap or FOLDER.csv").required();
   options.json_flag(o.json);
 }
 

@@ -10,7 +10,7 @@ class OptionSet;
 
 struct ExportOptions {
   std::vector<std::string> runs;
-  std::string output;  ///< its ending names the format: .h5, .hdf5, .npz, .csv (a folder)
+  std::string output;  ///< its ending names the format: .h5, .hdf5, .npz, .mcap, .csv (a folder)
   bool json = false;
 };
 

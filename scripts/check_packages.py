@@ -38,7 +38,7 @@ EVIDENCE = {
     "libjchart2d-java": r"FIRN_JAVA_FOLDER\}/jchart2d\.jar", "xvfb": r"\bXvfb\b",
     "libtbb-dev": r"<tbb/", "libpolyclipping-dev": r"<polyclipping/", "libboost-dev": r"<boost/", "libpng-dev": r"<png\.h>", "lib3mf-dev": r"<lib3mf",
     "libexpat1-dev": r"<expat\.h>", "zlib1g-dev": r"<zlib\.h>", "libzstd-dev": r"<zstd\.h>",
-    "libhdf5-dev": r"<hdf5\.h>", "libhdf5-103-1": r"libhdf5_serial\.so\.103", "python3-h5py": r"import h5py", "hdf5-tools": r"\bh5dump\b",
+    "libhdf5-dev": r"<hdf5\.h>", "libhdf5-103-1": r"libhdf5_serial\.so\.103", "python3-h5py": r"import h5py", "hdf5-tools": r"\bh5dump\b", "zstd": r'"zstd", "-d"',
     "coinor-cbc": r"command -v cbc", "chromium": r"chromium --headless", "clang-format": r"clang-format", "clang": r"clang\+\+", "libclang-rt-14-dev": r"-fsanitize=fuzzer|sanitize=[\w,]*fuzzer",
 }
 

@@ -9,13 +9,11 @@
 
 #include "core/grid/npy.h"
 #include "files/record/event_format.h"
-#include "files/record/event_log.h"
 #include "files/run_documents.h"
 #include "files/text_file.h"
-#include "files/usage_error.h"
 #include "lcmtypes/channels.h"
-#include "replay/migrations/table.h"
 #include "report/export/member_texts.h"
+#include "report/export/run_log.h"
 
 namespace firn::tables {
 namespace {
@@ -107,35 +105,20 @@ std::string about(const ChannelInfo* channel, const Type& type) {
 class RunReader {
  public:
   RunReader(const fs::path& run, const std::string& prefix, TableSink& sink)
-      : log_path_(run / "log.lcm"), prefix_(prefix), sink_(sink) {}
+      : run_(run), prefix_(prefix), sink_(sink) {}
 
-  RunTables read(const std::function<void(double)>& progress) {
-    const logfile::EventLogFile log(log_path_);
-    logfile::EventLogReader reader = log.reader();
-    RunTables report;
-    double shown = 0;
-    while (const auto e = reader.next()) {
-      refuse_damage(reader.damage());
-      add(*e);
-      ++report.messages;
-      report.bytes = e->offset;
-      log.forget_before(e->offset);
-      const double fraction = double(e->offset) / double(log.bytes().size());
-      if (fraction - shown < 0.01) continue;
-      progress(fraction);
-      shown = fraction;
-    }
-    refuse_damage(reader.damage());
-    if (report.messages == 0) throw std::invalid_argument(log_path_.string() + ": holds no message");
-    return report;
+  std::uint64_t read(const std::function<void(double)>& progress) {
+    return each_message(
+        run_, [this](const logfile::Event& e, const Type& type) { add(e, type); }, progress);
   }
 
   /// Returns the first grid of a message with so many cells.
   GridSpec grid(int nx, int ny) const {
     for (const GridSpec& g : grids_)
       if (g.nx == nx && g.ny == ny) return g;
-    throw std::invalid_argument(log_path_.string() + ": no message with a grid of " + std::to_string(nx) +
-                                " x " + std::to_string(ny) + " cells, which the target has");
+    throw std::invalid_argument((run_ / "log.lcm").string() + ": no message with a grid of " +
+                                std::to_string(nx) + " x " + std::to_string(ny) +
+                                " cells, which the target has");
   }
 
  private:
@@ -145,14 +128,6 @@ class RunReader {
         grid;  // fields grid.nx, ny, pitch_x, pitch_y, origin_x, origin_y; empty: no grid
     std::map<std::pair<std::array<std::uint64_t, 6>, std::vector<Shape>>, std::size_t> tables;
   };
-
-  void refuse_damage(const logfile::DamageList& damage) const {
-    if (damage.count() == 0) return;
-    const logfile::Damage& d = damage.list().front();
-    throw std::invalid_argument(log_path_.string() + ": byte " + std::to_string(d.offset) + ": " +
-                                std::string(d.reason) +
-                                "; `firn log repair` fills a log from the write-ahead files");
-  }
 
   Plan plan_of(const Type& type) const {
     Plan plan;
@@ -166,28 +141,23 @@ class RunReader {
     return plan;
   }
 
-  void add(const logfile::Event& e) {
-    const Type* type = replay::MigrationTable::builtin().type_of(e.data);
-    const auto wrong = [&](const std::string& what) {
-      return std::invalid_argument(log_path_.string() + ": byte " + std::to_string(e.offset) + ": " +
-                                   std::string(e.channel) + ": " + what);
-    };
-    if (!type) throw wrong("a message of unknown type");
-    auto it = plans_.find(std::pair(e.channel, type->fingerprint));
+  void add(const logfile::Event& e, const Type& type) {
+    auto it = plans_.find(std::pair(e.channel, type.fingerprint));
     if (it == plans_.end())
-      it = plans_.emplace(std::pair(std::string(e.channel), type->fingerprint), plan_of(*type)).first;
+      it = plans_.emplace(std::pair(std::string(e.channel), type.fingerprint), plan_of(type)).first;
     Plan& plan = it->second;
-    places_.resize(type->fields.size());
-    if (const auto error = check(*type, e.data, places_))
-      throw wrong(error->path + ": byte " + std::to_string(error->offset) + ": " + error->message);
+    places_.resize(type.fields.size());
+    if (const auto error = check(type, e.data, places_))
+      throw bad_message(run_, e,
+                        error->path + ": byte " + std::to_string(error->offset) + ": " + error->message);
     const std::size_t table = table_of(plan, e);
-    cells_.resize(type->fields.size() + 2);
+    cells_.resize(type.fields.size() + 2);
     logfile::put_big64(numbers_.data(), e.eventnum);
     logfile::put_big64(numbers_.data() + 8, std::uint64_t(e.utime_us));
     cells_[0].numbers = std::span(numbers_).first(8);
     cells_[1].numbers = std::span(numbers_).subspan(8);
-    for (std::size_t i = 0; i < type->fields.size(); ++i)
-      fill(cells_[i + 2], type->fields[i].kind, places_[i], e);
+    for (std::size_t i = 0; i < type.fields.size(); ++i)
+      fill(cells_[i + 2], type.fields[i].kind, places_[i], e);
     sink_.row(table, cells_);
   }
 
@@ -230,7 +200,7 @@ class RunReader {
     const auto key = std::pair(bits, shapes);
     if (const auto it = plan.tables.find(key); it != plan.tables.end()) return it->second;
     if (++tables_ > kMostTables)
-      throw std::invalid_argument(log_path_.string() + ": more than " + std::to_string(kMostTables) +
+      throw std::invalid_argument((run_ / "log.lcm").string() + ": more than " + std::to_string(kMostTables) +
                                   " tables: " + std::string(e.channel) + " has another grid in each message");
     const int number = ++names_[std::string(e.channel)];
     Table table;
@@ -251,7 +221,7 @@ class RunReader {
     return plan.tables[key] = sink_.open(table);
   }
 
-  fs::path log_path_;
+  fs::path run_;
   std::string prefix_;
   TableSink& sink_;
   struct Less {
@@ -311,27 +281,21 @@ std::string_view topic_of(std::string_view channel) {
   return "other";
 }
 
-RunTables export_run(const fs::path& run, const std::string& prefix, TableSink& sink,
-                     const std::function<void(double)>& progress) {
-  for (const char* file : {"experiment.toml", "provenance.json"})
-    if (!fs::is_regular_file(run / file))
-      throw UsageError(run.string() + ": not a run folder: " + (run / file).string() + " is missing");
-  if (!fs::is_regular_file(run / "log.lcm"))
-    throw UsageError((run / "log.lcm").string() +
-                     ": is missing; `firn log repair` makes it from the write-ahead files");
-  const std::string provenance_text = read_file(run / "provenance.json");
-  const ProvenanceDocument provenance = parse_provenance(provenance_text, (run / "provenance.json").string());
+std::uint64_t export_run(const fs::path& run, const std::string& prefix, TableSink& sink,
+                         const std::function<void(double)>& progress) {
+  const RunTexts texts = read_texts(run);
+  const ProvenanceDocument provenance =
+      parse_provenance(texts.provenance_json, (run / "provenance.json").string());
   sink.document(prefix + "configuration/experiment_toml", "The experiment with every key resolved, TOML.",
-                read_file(run / "experiment.toml"));
+                texts.experiment_toml);
   sink.document(prefix + "provenance/provenance_json",
-                "Program, commit, platform, seeds and digests of the inputs, JSON.", provenance_text);
+                "Program, commit, platform, seeds and digests of the inputs, JSON.", texts.provenance_json);
   sink.document(prefix + "provenance/result_json",
-                "Outcome, reason and layers, JSON; empty: the run has not ended.",
-                fs::is_regular_file(run / "result.json") ? read_file(run / "result.json") : "");
+                "Outcome, reason and layers, JSON; empty: the run has not ended.", texts.result_json);
   RunReader reader(run, prefix, sink);
-  const RunTables report = reader.read(progress);
+  const std::uint64_t messages = reader.read(progress);
   write_inputs(run, provenance, prefix, reader, sink);
-  return report;
+  return messages;
 }
 
 }  // namespace firn::tables

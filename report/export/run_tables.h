@@ -11,17 +11,12 @@
 
 namespace firn::tables {
 
-struct RunTables {
-  std::uint64_t messages = 0, bytes = 0;  ///< that were read
-};
-
-/// Reads the log once, in its order; the memory does not grow with a plain log.
 /// @param prefix group of the run, "" or "RUN/"
 /// @param progress receives the fraction of the log that is read
-/// @throws UsageError: no run folder, a run that is printing; std::invalid_argument naming file and byte of
-/// damage, a log without an event
-RunTables export_run(const std::filesystem::path& run, const std::string& prefix, TableSink& sink,
-                     const std::function<void(double)>& progress);
+/// @returns the number of messages
+/// @throws UsageError: no run folder, no log; as each_message
+std::uint64_t export_run(const std::filesystem::path& run, const std::string& prefix, TableSink& sink,
+                         const std::function<void(double)>& progress);
 
 /// Returns the group of a channel: "maps" of HEIGHT_MAP, "events" of FAULT_JET.
 std::string_view topic_of(std::string_view channel);

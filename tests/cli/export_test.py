@@ -8,10 +8,12 @@ import csv
 import json
 import math
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
 import unittest
+import zlib
 from pathlib import Path
 
 import h5py
@@ -96,6 +98,69 @@ class Npz:
         self.file.close()
 
 
+def records(data, at=0, end=None):
+    """(place, opcode, content) of the records of an .mcap file or chunk."""
+    while at < (len(data) if end is None else end):
+        code, length = struct.unpack_from("<BQ", data, at)
+        yield at, code, data[at + 9:at + 9 + length]
+        at += 9 + length
+
+
+def texts(content, at, count):
+    found = []
+    for _ in range(count):
+        n = struct.unpack_from("<I", content, at)[0]
+        found.append(content[at + 4:at + 4 + n].decode())
+        at += 4 + n
+    return found, at
+
+
+class Mcap:
+    """An .mcap file by its specification (https://mcap.dev/spec), with every checksum and index looked at."""
+
+    def __init__(self, data):
+        assert data[:8] == data[-8:] == b"\x89MCAP0\r\n"
+        self.schemas, self.channels, self.messages, self.attachments = {}, {}, [], {}
+        whole = {at: (code, content) for at, code, content in records(data, 8, len(data) - 8)}
+        for at, (code, content) in whole.items():
+            if code == 0x06:
+                self.chunk(content)
+            elif code == 0x09:
+                (name, _), end = texts(content, 16, 2)
+                size = struct.unpack_from("<Q", content, end)[0]
+                self.attachments[name] = content[end + 8:end + 8 + size]
+                assert struct.unpack_from("<I", content, end + 8 + size)[0] == zlib.crc32(content[:end + 8 + size])
+            elif code == 0x08:
+                first, last, place, length, n = struct.unpack_from("<QQQQI", content)
+                assert whole[place][0] == 0x06 and len(whole[place][1]) + 9 == length
+                for k in range(n // 10):
+                    channel, index = struct.unpack_from("<HQ", content, 36 + 10 * k)
+                    assert whole[index][0] == 0x07 and struct.unpack_from("<H", whole[index][1])[0] == channel
+            elif code == 0x0b:
+                self.counted = struct.unpack_from("<Q", content)[0]
+            elif code == 0x02:
+                summary, offsets, _ = struct.unpack("<QQI", content)
+                assert whole[summary][0] == 0x03 and whole[offsets][0] == 0x0e
+
+    def chunk(self, content):
+        _, _, size, crc = struct.unpack_from("<QQQI", content)
+        (how,), at = texts(content, 28, 1)
+        assert how == "zstd"
+        plain = subprocess.run(["zstd", "-d", "-c"], input=content[at + 8:], capture_output=True, check=True).stdout
+        assert len(plain) == size and zlib.crc32(plain) == crc
+        for _, code, inner in records(plain):
+            if code == 0x03:
+                (name, encoding, data), _ = texts(inner, 2, 3)
+                self.schemas[struct.unpack_from("<H", inner)[0]] = (name, encoding, data)
+            elif code == 0x04:
+                number, schema = struct.unpack_from("<HH", inner)
+                (topic, encoding), _ = texts(inner, 4, 2)
+                self.channels[number] = (topic, encoding, schema)
+            elif code == 0x05:
+                channel, sequence, time_ns, _ = struct.unpack_from("<HIQQ", inner)
+                self.messages.append((*self.channels[channel], sequence, time_ns, inner[22:]))
+
+
 class Export(unittest.TestCase):
     def setUp(self):
         self.scratch = tempfile.TemporaryDirectory()
@@ -177,6 +242,38 @@ class Export(unittest.TestCase):
             if name != "columns.csv":
                 self.assertTrue(any(f == name for f, _ in listed), name)
 
+    def test_mcap_holds_every_message_as_json_and_as_lcm(self):
+        for name in RUNS:
+            run = ROOT / "tests/replay/golden" / name
+            firn("export", run, "-o", self.folder / f"{name}.mcap")
+            file = Mcap((self.folder / f"{name}.mcap").read_bytes())
+            logged = {e["event"]: e for events in messages(run).values() for e in events}
+            log, raw, at = (run / "log.lcm").read_bytes(), {}, 0
+            while at < len(log):
+                _, number, _, channel, size = struct.unpack_from(">IqqII", log, at)
+                raw[number] = log[at + 28 + channel:at + 28 + channel + size]
+                at += 28 + channel + size
+            self.assertEqual(file.counted, 2 * len(logged))
+            self.assertEqual(len(file.messages), 2 * len(logged))
+            for topic, encoding, schema, number, time_ns, data in file.messages:
+                event = logged[number]
+                self.assertEqual(topic, ("/" if encoding == "json" else "/lcm/") + event["channel"])
+                self.assertEqual(time_ns, 1000 * event["utime_us"])
+                self.assertEqual(file.schemas[schema][0], "firn." + event["type"])
+                if encoding == "json":
+                    self.assertEqual(json.loads(data), event["message"])
+                    self.assertEqual(set(json.loads(file.schemas[schema][2])["properties"]), set(event["message"]))
+                else:
+                    self.assertEqual(data, raw[number])
+            self.assertEqual(file.attachments["experiment.toml"], (run / "experiment.toml").read_bytes())
+            types = self.folder / f"types-{name}"  # the .lcm texts explain the log
+            types.mkdir()
+            for number, (type_name, encoding, text) in file.schemas.items():
+                if encoding == "lcm":
+                    (types / f"{number}.lcm").write_text(text)
+            info = json.loads(firn("log", "info", run / "log.lcm", "--types", types, "--json").stdout)
+            self.assertEqual(info["problems"], [])
+
     def test_every_dataset_has_a_unit_and_a_sentence_and_types_that_all_readers_have(self):
         for name in RUNS:
             run = ROOT / "tests/replay/golden" / name
@@ -226,7 +323,7 @@ class Export(unittest.TestCase):
         with h5py.File(self.folder / "all.h5") as file:
             self.assertEqual(sorted(file), sorted(RUNS))
             self.assertIn("LAYER_METRICS", file["v5-ice/metrics"])
-        for ending in ("h5", "npz"):
+        for ending in ("h5", "npz", "mcap"):
             for name in ("a", "b"):
                 firn("export", runs[0], "-o", self.folder / f"{name}.{ending}")
             self.assertEqual((self.folder / f"a.{ending}").read_bytes(), (self.folder / f"b.{ending}").read_bytes())
@@ -246,7 +343,7 @@ class Export(unittest.TestCase):
         log = (run / "log.lcm").read_bytes()
 
         def refused(*parts, code, output="x.h5"):
-            for ending in (".h5", ".npz", ".csv"):
+            for ending in (".h5", ".npz", ".mcap", ".csv"):
                 out = self.folder / "out" / Path(output).with_suffix(ending)
                 out.parent.mkdir(exist_ok=True)
                 said = firn("export", run, "-o", out, code=code).stderr
