@@ -55,6 +55,7 @@ class PlanRun {
                        false,
                        pulses_.has_value(),
                        [this](PlannedItem& item) { describe(item); }};
+    job.point_noise_mm = o_.point_noise_mm;
     if (!o_.plot.empty()) {
       job.traced = o_.plot_path;
       job.plan.trace_step_s = machine.tick_s / 16.0;
@@ -251,6 +252,9 @@ void check_common(const PlanCommandOptions& o) {
   const double tolerance_mm = o.tolerance_mm.value_or(0.0);
   if (!(tolerance_mm >= 0.0 && tolerance_mm <= 10.0))
     throw UsageError(fmt::format("--tolerance {}: must lie in [0, 10] mm", tolerance_mm));
+  const double noise_mm = o.point_noise_mm.value_or(0.0);
+  if (!(noise_mm >= 0.0 && noise_mm <= 1.0))
+    throw UsageError(fmt::format("--point-noise {}: must lie in [0, 1] mm", noise_mm));
   for (double v : o.origin_mm)
     if (!(v >= -kMaxCoordinate_mm && v <= kMaxCoordinate_mm))
       throw UsageError(fmt::format("--origin: {} must lie within +-{} mm", v, kMaxCoordinate_mm));
@@ -308,7 +312,10 @@ void declare_plan(OptionSet& options) {
   options.option("--fill-speed", o.fill_mm_s, "of straight fill with method constant [mm/s]: 100 or 125")
       .show_default();
   options.option("--tolerance", o.tolerance_mm,
-                 "corners may be rolled within so many mm; default 0, of an aerosol machine 0.05");
+                 "the curve stays within so many mm of the points' polygon; default 0: it passes the points "
+                 "themselves, within their rounding; of an aerosol machine 0.05");
+  options.option("--point-noise", o.point_noise_mm,
+                 "largest rounding of a coordinate [mm]; default: half of the points' last decimal");
   options.option("--ramp", o.curvature_ramp_mm, "every jump of curvature is ramped over so many mm")
       .show_default();
   options.option("--corner", o.corner, "of an aerosol machine: paper, loop (default) or hybrid");

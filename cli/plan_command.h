@@ -16,8 +16,9 @@ struct PlanCommandOptions {
   std::string machine;            ///< TOML
   std::vector<double> origin_mm;  ///< x, y of the part's frame in the machine's; empty = 0, 0
   std::string method = "certified";
-  double fill_mm_s = 100.0;            ///< straight fill of method constant
-  std::optional<double> tolerance_mm;  ///< not given: 0, or 0.05 for an aerosol machine
+  double fill_mm_s = 100.0;              ///< straight fill of method constant
+  std::optional<double> tolerance_mm;    ///< not given: 0, or 0.05 for an aerosol machine
+  std::optional<double> point_noise_mm;  ///< not given: from the decimals of each path's points
   double curvature_ramp_mm = 0.4;
   std::string corner;             ///< of an aerosol machine; empty = loop
   std::string csv, plot, pulses;  ///< further files; empty = none

@@ -35,6 +35,7 @@ struct TaskPlanner::State {
     options.tick_s = setup.arm.tick_s;
     options.lower_bound = false;
     options.slack = kMotionSlack;
+    options.curve_rule = setup.curve_rule;
   }
 
   struct Motion {

@@ -170,7 +170,9 @@ void read_paths(const std::filesystem::path& file, const PathSink& sink) {
   const double size = double(std::filesystem::file_size(file, error));
   if (file.extension() == ".csv") return read_paths_csv(in, file.string(), size, sink);
   if (file.extension() == ".json") return read_paths_json(in, file.string(), size, sink);
-  throw UsageError(file.string() + ": must end in .csv, .json or .paths");
+  for (const char* extension : {".gcode", ".nc", ".ngc"})
+    if (file.extension() == extension) return read_paths_gcode(in, file.string(), size, sink);
+  throw UsageError(file.string() + ": must end in .csv, .json, .gcode, .nc, .ngc or .paths");
 }
 
 }  // namespace firn

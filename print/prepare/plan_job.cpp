@@ -7,6 +7,7 @@
 #include <thread>
 #include <utility>
 
+#include "core/path/rounding.h"
 #include "core/path/trajectory_codec.h"
 #include "files/nearest.h"
 #include "files/usage_error.h"
@@ -64,6 +65,7 @@ struct PlanJob::State {
     path.preferred = configuration;
     path.kind = in.path.kind;
     motion::PlanOptions how = options.plan;
+    how.point_noise_mm = options.point_noise_mm.value_or(rounding_mm(path.points));
     if (in.number != options.traced) how.trace_step_s = 0.0;
     item.length_mm = length_of(in.path);
     item.result = motion::plan(path, *arm, limits, how, work);

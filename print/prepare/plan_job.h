@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,14 +16,15 @@
 namespace firn {
 
 struct PlanJobOptions {
-  motion::PlanOptions plan;
-  Point2 origin;  ///< of the part's frame in the machine's
+  motion::PlanOptions plan;  ///< without point_noise_mm
+  Point2 origin;             ///< of the part's frame in the machine's
   int threads = 1;
   std::int64_t traced = 0;  ///< the number of the path whose trace is kept (for a plot); 0: no path
   bool keep_tool = false;   ///< keep PlanResult::tool
   bool pulses = false;      ///< plan the valve's pulses too; paths get rests where its lists need them
   std::function<void(struct PlannedItem&)>
-      describe;  ///< run for each planned path by the thread that planned it
+      describe;                          ///< run for each planned path by the thread that planned it
+  std::optional<double> point_noise_mm;  ///< of every path; none: from the decimals of its points
 };
 
 struct PlannedItem {

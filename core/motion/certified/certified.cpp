@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/motion/curve/deviation.h"
+#include "core/motion/curve/frechet.h"
 
 namespace firn::motion {
 namespace {
@@ -38,7 +39,8 @@ constexpr double kSlightly =
     0.6;  ///< a curve that leaves the tolerance by less is first tried with less of it
 constexpr double kLessSagitta = 0.2;  ///< where interpolated vertices of uneven chords leave the tolerance
 constexpr double kLeastShare = 0.1, kMostShare = 0.9;  ///< of the tolerance, from one try to the next
-constexpr int kShapes = 10;                            ///< tries to bring the curve inside the tolerance
+constexpr double kMostFittedShare = 0.98;
+constexpr int kShapes = 10;  ///< tries to bring the curve inside the tolerance
 constexpr double kLeastRampMm = 0.01;
 constexpr int kAttempts = 4;
 constexpr double kCellFactor = 1.002;  ///< cells that need more are divided for the next attempt
@@ -163,9 +165,21 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
       std::max(std::min(speed_limit.front(), turning_speed(points, yaw_rad, 0, task.limits)),
                std::min(speed_limit.back(), turning_speed(points, yaw_rad, points.size() - 2, task.limits)));
   sizes.rest_mm = rest_cell(sizes.rest_mm, low_mm_s, task.limits.position);
-  CurveOptions spec{task.options.curvature_ramp_mm, shape == Shape::kPlain ? 0.0 : task.options.tolerance_mm,
-                    0.0, sizes, yaw_rad};
+  CurveOptions spec{task.options.curvature_ramp_mm,
+                    shape == Shape::kPlain ? 0.0 : task.options.tolerance_mm,
+                    0.0,
+                    sizes,
+                    task.options.curve_rule == CurveRule::kFitted,
+                    yaw_rad};
   const auto form = [&] {
+    if (shape == Shape::kFitted) {
+      const double radius = spec.tolerance_mm > 0.0 ? spec.tolerance_mm : task.options.point_noise_mm;
+      fit_tube(points,
+               {radius, std::max(radius, spec.tolerance_mm > 0.0 ? 0.0 : kSagittaMm), sizes.largest_mm},
+               work.tube, work.curve.coarse);
+      work.curve.offset.assign({0.0, work.curve.coarse.s.back()});
+      return;
+    }
     build_curve(points, spec, work.curve);
     if (shape != Shape::kSmoothed) return;
     smooth_dense(points, work.curve.pieces, kDenseWidths * spec.ramp_mm, kSmoothShare * spec.tolerance_mm,
@@ -177,12 +191,15 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
   CurveOptions nearest = spec;
   double nearest_mm = kUnlimited;
   const PlanOptions& options = task.options;
-  const double allowed_mm = options.tolerance_mm > 0.0
-                                ? (shape == Shape::kPlain ? kUnlimited : options.tolerance_mm)
-                                : farthest_mm(options);
+  const bool unbound = options.tolerance_mm > 0.0 ? shape == Shape::kPlain : shape == Shape::kFitted;
+  const double allowed_mm = unbound                      ? kUnlimited
+                            : options.tolerance_mm > 0.0 ? options.tolerance_mm
+                                                         : farthest_mm(options);
   for (int tries = 0;; ++tries) {
     const Curve& curve = work.curve.coarse;
-    out.deviation_mm = curve.straight ? 0.0 : deviation(curve, points, work.length);
+    out.deviation_mm = options.curve_rule == CurveRule::kFitted ? frechet_bound(curve, points, work.length)
+                       : curve.straight                         ? 0.0
+                                                                : deviation(curve, points, work.length);
     if (out.deviation_mm <= allowed_mm) break;
     if (out.deviation_mm < nearest_mm) {
       nearest = spec;
@@ -194,8 +211,9 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
       out.deviation_mm = nearest_mm;
       break;
     }
-    const double share = std::clamp(0.98 * allowed_mm / out.deviation_mm, kLeastShare, kMostShare);
-    if (tries == 0 && share > kSlightly && spec.tolerance_mm > 0.0) {
+    const double share = std::clamp(0.98 * allowed_mm / out.deviation_mm, kLeastShare,
+                                    shape == Shape::kFitted ? kMostFittedShare : kMostShare);
+    if (shape == Shape::kFitted || (tries == 0 && share > kSlightly && spec.tolerance_mm > 0.0)) {
       spec.tolerance_mm *= share;
     } else if (spec.held_sagitta_mm == 0.0) {
       spec.tolerance_mm = allowed_mm;
@@ -253,6 +271,24 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
   solve(task, groups, groups.count, none, work, guess);
   if (!(out.duration_s() <= guess.duration_s())) std::swap(guess, out);
   if (!std::isfinite(out.duration_s())) throw MotionError(Fault(Reason::kNoSolution));
+}
+
+void prove(const CertifiedTask& task, CertifiedWork& work, StopSegment& out) {
+  constexpr double kFastSharpness = 3e-4, kSlowSharpness = 3e-5;  ///< of the bounds, as factors of time
+  const TimedMotion& motion = out.motion;
+  work.bounds.now.clear();
+  std::size_t cell = 0;
+  for (std::size_t k = 0; k < motion.pieces(); ++k) {
+    while (cell + 1 < out.curve.cells() && motion.s[k] >= out.curve.s[cell + 1]) ++cell;
+    const double middle = 0.5 * (motion.t[k] + motion.t[k + 1]);
+    work.bounds.now.push_back({k, cell, motion.t[k], middle});
+    work.bounds.now.push_back({k, cell, middle, motion.t[k + 1]});
+  }
+  const BoundedMotion bounded{out.curve, motion, task.arm, task.placement, task.groups, task.joints};
+  const double sharpness = task.options.method == Method::kOptimal ? kSlowSharpness : kFastSharpness;
+  if (auto fault = bound_motion(bounded, sharpness, work.bounds, out.ratios)) throw MotionError(*fault);
+  out.factor = out.ratios.time_factor();
+  if (!std::isfinite(out.factor)) throw MotionError(Fault(Reason::kNoSolution));
 }
 
 }  // namespace firn::motion

@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "core/motion/curve/dense_smoothing.h"
+#include "core/motion/curve/tube_fit.h"
 #include "core/motion/kinematics/path_input.h"
+#include "core/motion/time_optimal/motion_bounds.h"
 #include "core/motion/time_optimal/motion_samples.h"
 #include "core/motion/time_optimal/speed_bound.h"
 #include "core/motion/trajectory/plan.h"
@@ -18,10 +20,10 @@ namespace firn::motion {
 struct StopSegment {
   Curve curve;
   TimedMotion motion;
-  RatioTable ratios;     ///< of `motion`, not scaled
-  double factor = 1.0;   ///< the motion runs at time / factor
-  double bound_s = 0.0;  ///< lower bound of its duration
-  double deviation_mm = 0.0;
+  RatioTable ratios;                ///< of `motion`, not scaled
+  double factor = 1.0;              ///< the motion runs at time / factor
+  double bound_s = 0.0;             ///< lower bound of its duration
+  double deviation_mm = 0.0;        ///< bound of the Frechet distance from the points (curve/frechet.h)
   std::size_t first = 0, last = 0;  ///< input points where it starts and ends
 
   double duration_s() const { return factor * motion.duration_s(); }
@@ -43,7 +45,9 @@ struct CertifiedWork {
   std::vector<double> length, excess;
   SmoothingWork smoothing;
   std::vector<Point2> smoothed;  ///< points of a segment
+  TubeWork tube;
   StopSegment shape_trial;
+  BoundWork bounds;
 };
 
 /// Input that all segments of a path share.
@@ -56,11 +60,12 @@ struct CertifiedTask {
   RowGroups groups;
 };
 
-/// Use of the tolerance. Without a tolerance all are the same.
+/// How the curve is made from the points.
 enum class Shape {
-  kPlain,    ///< nothing: the curve as without it
-  kRamped,   ///< longer ramps of curvature, rounder corners
-  kSmoothed  ///< and the points of dense runs may move
+  kPlain,     ///< without use of the tolerance (CurveRule::kRamped only)
+  kRamped,    ///< longer ramps of curvature, rounder corners
+  kSmoothed,  ///< and the points of dense runs may move (CurveRule::kRamped only)
+  kFitted     ///< a spline of least third derivative inside the tube about the polyline
 };
 
 /// Plans points (base frame) between two rests. Throws MotionError with Fault::at in the base frame.
@@ -73,6 +78,10 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
 /// Splits a path and plans all its segments into work.segments[0 .. result - 1]; with a tolerance, corners
 /// are rolled where that is faster.
 std::size_t plan_segments(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work);
+
+/// Makes the ratios of a planned segment bounds at every instant (time_optimal/motion_bounds.h), and its
+/// factor with them.
+void prove(const CertifiedTask& task, CertifiedWork& work, StopSegment& out);
 
 /// Maximum deviation of a curve from its path by ramps, rounded corners and vertices: tolerance + w / 2
 /// + the chords' sagitta.

@@ -2,8 +2,11 @@
 // fastest.
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/motion/certified/certified.h"
+#include "core/motion/curve/frechet.h"
+#include "core/motion/curve/polyline_thinning.h"
 
 namespace firn::motion {
 namespace {
@@ -21,6 +24,8 @@ constexpr double kFastEnough =
 constexpr double kLikely =
     0.998;  ///< of the fastest shape so far: who is no faster before it is checked will not win
 constexpr double kNever_s = 1e300;
+constexpr std::size_t kLeastFreeChords = 6;  ///< of a free-form curve
+constexpr double kLeastBend = 1e-3;          ///< 1/mm^2, of the speed limit's jerk at 125 mm/s a half
 
 std::span<const Point2> part(const CleanPath& path, std::size_t from, std::size_t to) {
   return std::span<const Point2>(path.points).subspan(from, to - from + 1);
@@ -53,8 +58,34 @@ double straight_time_s(const CleanPath& path, std::size_t from, std::size_t to, 
   return std::max(cruise_s, work.straight.duration_s() + cruise_s - length / fastest);
 }
 
-void plan_between(const CleanPath& path, std::size_t from, std::size_t to, const CertifiedTask& task,
-                  CertifiedWork& work, StopSegment& out) {
+/// Whether the points between two rests are samples of a free-form curve: few of them lie on lines and arcs
+/// that are meant. Only a spline fitted inside the tolerance or the points' rounding is good there.
+bool free_form(const CleanPath& path, std::size_t from, std::size_t to, const CertifiedTask& task,
+               CertifiedWork& work) {
+  constexpr double kMeantShare = 0.5;
+  const PlanOptions& options = task.options;
+  const double noise = options.point_noise_mm;
+  if (options.curve_rule == CurveRule::kRamped || !path.yaw_rad.empty() || to - from < kLeastFreeChords)
+    return false;
+  if (!(options.tolerance_mm > 0.0)) {
+    if (noise == 0.0) return false;
+    // does the rounding bend the curve through the points? its third derivative is some 8 noise / chord^3
+    double length = 0.0;
+    for (std::size_t i = from; i < to; ++i) length += distance(path.points[i], path.points[i + 1]);
+    const double chord = 0.5 * length / double(to - from);
+    return 8.0 * noise > kLeastBend * chord * chord * chord;
+  }
+  recognise(part(path, from, to), kSagittaMm, true, work.curve.pieces);
+  std::size_t meant = 0;
+  for (const CurvePiece& piece : work.curve.pieces)
+    if (!piece.chord || piece.length_mm > kDenseWidths * options.curvature_ramp_mm)
+      meant += piece.last - piece.first;
+  return double(meant) < kMeantShare * double(to - from);
+}
+
+/// CurveRule::kRamped.
+void plan_as_recorded(const CleanPath& path, std::size_t from, std::size_t to, const CertifiedTask& task,
+                      CertifiedWork& work, StopSegment& out) {
   const auto plan = [&](Shape shape, double most_s, StopSegment& segment) {
     segment.first = from;
     segment.last = to;
@@ -80,10 +111,57 @@ void plan_between(const CleanPath& path, std::size_t from, std::size_t to, const
   if (dense) try_shape(Shape::kSmoothed);
 }
 
-bool rollable(const CleanPath& path, std::size_t i) {
-  const Point2 &a = path.points[i - 1], &b = path.points[i], &c = path.points[i + 1];
+void plan_between(const CleanPath& path, std::size_t from, std::size_t to, const CertifiedTask& task,
+                  CertifiedWork& work, StopSegment& out) {
+  const auto plan = [&](Shape shape, double most_s, StopSegment& segment) {
+    segment.first = from;
+    segment.last = to;
+    plan_segment(part(path, from, to), speed_limits(path, from, to), yaws(path, from, to), shape, most_s,
+                 task, work, segment);
+  };
+  const PlanOptions& options = task.options;
+  if (options.curve_rule == CurveRule::kRamped) return plan_as_recorded(path, from, to, task, work, out);
+  const bool free = free_form(path, from, to, task, work);
+  plan(free ? Shape::kFitted : Shape::kRamped, kNever_s, out);
+  if (!(options.tolerance_mm > 0.0) || !path.yaw_rad.empty()) return;
+  const bool inside = out.deviation_mm <= options.tolerance_mm;
+  if (free && inside) return;
+  if (inside &&
+      out.duration_s() <= (kFastEnough + options.slack) * straight_time_s(path, from, to, 1.0, task, work))
+    return;
+  if (options.slack > 0.0 && inside &&
+      !has_dense_run(work.curve.pieces, kDenseWidths * options.curvature_ramp_mm))
+    return;
+  plan(free ? Shape::kRamped : Shape::kFitted, inside ? kLikely * out.duration_s() : kNever_s,
+       work.shape_trial);
+  const bool other = work.shape_trial.deviation_mm <= options.tolerance_mm;
+  if ((other && !inside) || (other == inside && work.shape_trial.duration_s() < out.duration_s()))
+    std::swap(work.shape_trial, out);
+}
+
+/// True where the path turns from a-b to b-c by less than 154 degrees.
+bool rollable(Point2 a, Point2 b, Point2 c) {
   const double ux = b.x_mm - a.x_mm, uy = b.y_mm - a.y_mm, vx = c.x_mm - b.x_mm, vy = c.y_mm - b.y_mm;
   return ux * vx + uy * vy > kRollableCosine * std::sqrt((ux * ux + uy * uy) * (vx * vx + vy * vy));
+}
+
+/// Corners: where the path turns by more than the split angle, over a length that rounding does not reach.
+/// @param kept on return the vertices of the thinned path between which the angles are
+void find_corners(const CleanPath& path, const PlanOptions& options, std::vector<std::size_t>& kept,
+                  std::vector<std::size_t>& corners) {
+  constexpr double kNoises = 1.5, kShare = 1.0 / 16.0;
+  const double within = std::max(kNoises * options.point_noise_mm, kShare * options.tolerance_mm);
+  if (options.curve_rule == CurveRule::kRamped || within == 0.0) {
+    kept.resize(path.points.size());
+    std::iota(kept.begin(), kept.end(), std::size_t{0});
+    split_points(path.points, std::cos(options.split_angle_rad), corners);
+    return;
+  }
+  thin_polyline(path.points, within, kept);
+  std::vector<Point2> thinned;
+  for (const std::size_t i : kept) thinned.push_back(path.points[i]);
+  split_points(thinned, std::cos(options.split_angle_rad), corners);
+  for (std::size_t& corner : corners) corner = kept[corner];
 }
 
 /// How far from a corner on either side stopping there still shows.
@@ -112,8 +190,9 @@ bool rolls_faster(const CleanPath& path, const std::vector<std::size_t>& stops, 
   while (to < stops[k + 1] && !far(to)) ++to;
   const auto plan = [&](std::size_t a, std::size_t b) {
     work.corner_trial.first = a;
-    plan_segment(part(path, a, b), speed_limits(path, a, b), yaws(path, a, b), Shape::kRamped, 0.0, task,
-                 work, work.corner_trial);
+    const Shape shape = free_form(path, a, b, task, work) ? Shape::kFitted : Shape::kRamped;
+    plan_segment(part(path, a, b), speed_limits(path, a, b), yaws(path, a, b), shape, 0.0, task, work,
+                 work.corner_trial);
     return work.corner_trial.duration_s();
   };
   const double rolling = plan(from, to);
@@ -143,11 +222,45 @@ double plan_all(const CleanPath& path, const std::vector<std::size_t>& stops, co
   return total;
 }
 
-}  // namespace
+/// Where a segment's curve leaves the tolerance (a cusp, a spike, a tangle shorter than the tolerance), the
+/// motion follows a thinned polygon instead, with rests at its vertices. Returns the number of segments.
+std::size_t keep_inside(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work,
+                        std::size_t count) {
+  const PlanOptions& options = task.options;
+  const double allowed_mm = options.tolerance_mm > 0.0 ? options.tolerance_mm : farthest_mm(options);
+  const auto inside = [&](const StopSegment& s) { return s.deviation_mm <= allowed_mm; };
+  const auto end = work.segments.begin() + std::ptrdiff_t(count);
+  if (options.curve_rule == CurveRule::kRamped || !path.yaw_rad.empty() ||
+      std::all_of(work.segments.begin(), end, inside))
+    return count;
+  std::vector<StopSegment> all;
+  for (std::size_t k = 0; k < count; ++k) {
+    StopSegment& whole = work.segments[k];
+    if (inside(whole)) {
+      all.push_back(std::move(whole));
+      continue;
+    }
+    std::vector<std::size_t> kept;
+    thin_polyline(part(path, whole.first, whole.last), 0.45 * allowed_mm, kept);
+    for (std::size_t i = 0; i + 1 < kept.size(); ++i) {
+      const std::size_t from = whole.first + kept[i], to = whole.first + kept[i + 1];
+      const Point2 ends[2] = {path.points[from], path.points[to]};
+      const auto limits = speed_limits(path, from, to);
+      const double limit = *std::min_element(limits.begin(), limits.end());
+      StopSegment& segment = all.emplace_back();
+      segment.first = from;
+      segment.last = to;
+      plan_segment(ends, {&limit, 1}, {}, Shape::kRamped, kNever_s, task, work, segment);
+      segment.deviation_mm = frechet_bound(segment.curve, part(path, from, to), work.length);
+    }
+  }
+  work.segments = std::move(all);
+  return work.segments.size();
+}
 
-std::size_t plan_segments(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work) {
-  std::vector<std::size_t> corners;
-  split_points(path.points, std::cos(task.options.split_angle_rad), corners);
+std::size_t choose_segments(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work) {
+  std::vector<std::size_t> corners, kept;
+  find_corners(path, task.options, kept, corners);
   corners = with_stops(corners, path);
   if (!(task.options.tolerance_mm > 0.0) || corners.size() == 2) {
     plan_all(path, corners, task, work, work.segments);
@@ -158,7 +271,9 @@ std::size_t plan_segments(const CleanPath& path, const CertifiedTask& task, Cert
   std::vector<std::size_t> none{corners.front()}, some{corners.front()};
   for (std::size_t k = 1; k + 1 < corners.size(); ++k) {
     const bool asked = std::binary_search(path.stops.begin(), path.stops.end(), corners[k]);
-    const bool can = !asked && rollable(path, corners[k]);
+    const auto at = std::lower_bound(kept.begin(), kept.end(), corners[k]);
+    const bool can = !asked && at + 1 < kept.end() && *at == corners[k] &&
+                     rollable(path.points[*(at - 1)], path.points[*at], path.points[*(at + 1)]);
     if (!can) none.push_back(corners[k]);
     if (!can || !rolls_faster(path, corners, k, task, work)) some.push_back(corners[k]);
   }
@@ -188,6 +303,12 @@ std::size_t plan_segments(const CleanPath& path, const CertifiedTask& task, Cert
   if (corners != some && (count == 0 || stopping_s() < least)) consider(corners, true);
   if (count == 0) consider(some, true);  // some = corners, outside all the same
   return count;
+}
+
+}  // namespace
+
+std::size_t plan_segments(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work) {
+  return keep_inside(path, task, work, choose_segments(path, task, work));
 }
 
 }  // namespace firn::motion

@@ -240,18 +240,22 @@ void finish(const PathInput& input, const CertifiedTask& task, std::size_t segme
   trajectory.tick_s = options.tick_s;
   trajectory.axes = arm.joints();
   for (int j = 0; j < arm.joints(); ++j) trajectory.axis_units.push_back(arm.joint_unit(j));
-  double needed = 1.0;
+  constexpr double kRounding = 4e-9;  // more than sums of the motion's derivatives lose
+  const bool proved = options.curve_rule == CurveRule::kFitted;
+  const double most = proved ? 1.0 : 1.0002;
+  double needed = proved ? 1.0 + kRounding : 1.0;
   for (int tries = 0;; ++tries) {
     const std::size_t ticks = whole_ticks(needed * emission.duration_s(), options.tick_s);
     const double slow = double(ticks) * options.tick_s / emission.duration_s();
     RatioTable seen = emit(emission, input, task, work, slow, ticks + 1, result);
-    if (const double factor = seen.time_factor(); factor > 1.0002 && tries < 4) {
+    if (proved) seen.merge(difference_ratios(trajectory, result.tool, result.yaw_rad, task.groups), 0.0);
+    if (const double factor = seen.time_factor(); factor > most && tries < 4) {
       needed = slow * factor;
       continue;
     }
     inside.scale_time(slow);
     seen.merge(inside, 0.0);
-    seen.merge(difference_ratios(trajectory, result.tool, result.yaw_rad, task.groups), 0.0);
+    if (!proved) seen.merge(difference_ratios(trajectory, result.tool, result.yaw_rad, task.groups), 0.0);
     fill_certificate(seen, task.groups, arm, certificate);
     certificate.duration_s = double(ticks) * options.tick_s;
     for (std::size_t k = 1; k < segments; ++k)
@@ -290,7 +294,11 @@ PlanResult plan_certified(const PathInput& input, const Arm& arm, const MotionLi
   result.configuration = task.placement.configuration = chosen;
   try {
     const std::size_t segments = plan_segments(path, task, work);
-    for (std::size_t k = 0; k < segments; ++k) keep_near(work.segments[k], options);
+    for (std::size_t k = 0; k < segments; ++k) {
+      StopSegment& segment = work.segments[k];
+      if (options.curve_rule == CurveRule::kFitted) prove(task, work, segment);
+      keep_near(segment, options);
+    }
     finish(input, task, segments, work, result);
   } catch (const MotionError& error) {
     throw MotionError(in_input(error.fault(), path, input, task.placement));

@@ -104,6 +104,19 @@ std::size_t arc_run(std::span<const Point2> p, std::size_t i, double sagitta_mm,
   return good;
 }
 
+/// Whether a run i..j on one line or circle ends abruptly, as lines and arcs do that are meant: two points
+/// beyond, a smooth curve has left its osculating circle by little (by 16 times kRecogniseMm for five points,
+/// by less for more). @param off distance of a point from the line or circle
+template <class Off>
+bool ends_abruptly(std::span<const Point2> p, std::size_t i, std::size_t j, Off&& off) {
+  constexpr double kSameMm = 2.0 * kRecogniseMm, kAbruptMm = 50.0 * kRecogniseMm;
+  const auto abrupt = [&](std::size_t k) {
+    const double d = off(p[k]);
+    return d <= kSameMm || d > kAbruptMm;
+  };
+  return (i < 2 || abrupt(i - 2)) && (j + 2 >= p.size() || abrupt(j + 2));
+}
+
 /// Sets start, tangent and length of an arc between two points near its circle.
 void set_arc(CurvePiece& piece, const Circle& circle, Point2 from, Point2 to) {
   const Vec a = from - circle.centre, b = to - circle.centre;
@@ -218,7 +231,7 @@ Point2 CurvePiece::tangent(double s) const {
   return {c * tx - n * ty, c * ty + n * tx};
 }
 
-void recognise(std::span<const Point2> p, double sagitta_mm, std::vector<CurvePiece>& pieces) {
+void recognise(std::span<const Point2> p, double sagitta_mm, bool abrupt, std::vector<CurvePiece>& pieces) {
   pieces.clear();
   for (std::size_t i = 0; i + 1 < p.size();) {
     CurvePiece piece;
@@ -227,20 +240,35 @@ void recognise(std::span<const Point2> p, double sagitta_mm, std::vector<CurvePi
     const std::size_t line = line_run(p, i);
     const std::size_t arc = line + 1 < p.size() ? arc_run(p, i, sagitta_mm, circle) : i;
     if (arc > line && arc >= i + 3) set_arc(piece, circle, p[i], p[arc]);
+    const auto off_circle = [&](Point2 q) {
+      return std::abs(norm(q - circle.centre) - 1.0 / std::abs(circle.curvature));
+    };
     // four points of a smooth curve may lie on one circle, three on one line, by chance
+    std::size_t chords = i + 1;  // up to where the points are no run; half of a chance run, to stay linear
     if (arc > line &&
-        (arc >= i + 4 || (arc == i + 3 && piece.length_mm * std::abs(piece.curvature) > kCertainTurn))) {
+        (arc >= i + 4 || (arc == i + 3 && piece.length_mm * std::abs(piece.curvature) > kCertainTurn)) &&
+        (!abrupt || ends_abruptly(p, i, arc, off_circle))) {
       piece.last = arc;
     } else {
+      if (abrupt && arc > line && arc >= i + 4) chords = std::max(chords, i + (arc - i) / 2);
       set_line(piece, p[i], p[line]);
+      const auto off_line = [&](Point2 q) { return std::abs(cross({piece.tx, piece.ty}, q - piece.start)); };
       const bool certain =
-          line >= i + 3 || (line == i + 2 && (piece.length_mm > kCertainMm || p.size() == 3));
+          (line >= i + 3 || (line == i + 2 && (piece.length_mm > kCertainMm || p.size() == 3))) &&
+          (!abrupt || ends_abruptly(p, i, line, off_line));
       if (!certain && line > i + 1) set_line(piece, p[i], p[i + 1]);
+      if (abrupt && !certain && line >= i + 3) chords = std::max(chords, i + (line - i) / 2);
       piece.last = certain ? line : i + 1;
       piece.chord = !certain;
     }
     i = piece.last;
     pieces.push_back(piece);
+    for (; piece.chord && i < chords; ++i) {
+      piece.first = i;
+      piece.last = i + 1;
+      set_line(piece, p[i], p[i + 1]);
+      pieces.push_back(piece);
+    }
   }
   join_tangent(p, pieces);
 }

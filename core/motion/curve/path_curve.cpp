@@ -151,7 +151,7 @@ double hat_shift(double x, double half) {
 }
 
 void build_curve(std::span<const Point2> points, const CurveOptions& spec, CurveWork& work) {
-  recognise(points, sagitta_mm(spec), work.pieces);
+  recognise(points, sagitta_mm(spec), spec.abrupt_runs, work.pieces);
   set_joints(spec, work);
   Curve& coarse = work.coarse;
   place_yaw(points, spec, work);

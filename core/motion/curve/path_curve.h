@@ -57,6 +57,7 @@ struct CurveOptions {
   /// vertices are interpolated, arcs recognised only where the chords' sagitta is below this
   double held_sagitta_mm = 0.0;
   CellSizes sizes;
+  bool abrupt_runs = false;       ///< recognise()
   std::span<const double> yaw{};  ///< of the tool at the points, linear between them; empty = constant
 };
 

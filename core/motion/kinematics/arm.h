@@ -27,6 +27,15 @@ struct ArmConfiguration {
   bool operator==(const ArmConfiguration&) const = default;
 };
 
+/// Bounds of the flange's motion over a short interval of one parameter, for Arm::bound_higher.
+struct FlangeBounds {
+  double x_mm = 0.0, y_mm = 0.0;     ///< a place of the interval
+  double radius_mm = 0.0;            ///< no place is further from it
+  std::array<double, 2> position{};  ///< largest |derivative| of (x, y), orders 4 and 5; z is constant
+  std::array<double, 2> yaw{};       ///< the same of the yaw
+  double width = 0.0;                ///< of the interval
+};
+
 class Arm {
  public:
   virtual ~Arm() = default;
@@ -49,6 +58,13 @@ class Arm {
                                                    Jets& out) const {
     return inverse(task, configuration, out);
   }
+
+  /// Derivatives of orders 1 to 3 at one end of an interval.
+  using JointJet = std::array<JointVector, 3>;
+  /// Bounds of the joints' derivatives of orders 4 and 5 over a short interval between `left` and `right`.
+  /// False: the interval is too long to tell.
+  virtual bool bound_higher(const FlangeBounds& flange, const JointJet& left, const JointJet& right,
+                            std::array<JointVector, 2>& bounds) const = 0;
 
   /// Poses of joint motions (all joints, derivatives with respect to one parameter). @pre out is kTaskAxes x
   /// samples

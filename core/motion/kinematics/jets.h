@@ -65,4 +65,14 @@ inline double jerk_of(double d1, double d2, double d3, const PathRate& m) {
   return d3 * c * c * c + 3.0 * d2 * c * m.acceleration_mm_s2 + d1 * m.jerk_mm_s3;
 }
 
+/// Bounds of d^n exp(i a) / exp(i a) less i a^(n), n = 4 and 5, from bounds of the angle's derivatives (Faa
+/// di Bruno).
+inline double rotation_rest_4(double d1, double d2, double d3) {
+  return 3.0 * d2 * d2 + 4.0 * d1 * d3 + 6.0 * d1 * d1 * d2 + d1 * d1 * d1 * d1;
+}
+inline double rotation_rest_5(double d1, double d2, double d3, double d4) {
+  return 10.0 * d2 * d3 + 5.0 * d1 * d4 + 10.0 * d1 * d1 * d3 + 15.0 * d1 * d2 * d2 +
+         10.0 * d1 * d1 * d1 * d2 + d1 * d1 * d1 * d1 * d1;
+}
+
 }  // namespace firn::motion

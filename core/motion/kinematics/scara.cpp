@@ -33,6 +33,8 @@ class Scara final : public Arm {
                                Jets& out) const override;
   std::optional<Fault> inverse_derivatives(const Jets& task, const ArmConfiguration& configuration,
                                            Jets& out) const override;
+  bool bound_higher(const FlangeBounds& flange, const JointJet& left, const JointJet& right,
+                    std::array<JointVector, 2>& bounds) const override;
   void forward(const Jets& joints, Jets& out) const override;
   Jacobian jacobian(const JointVector& q) const override;
   Jacobian jacobian_rate(const JointVector& q, const JointVector& rate) const override;
@@ -207,6 +209,53 @@ std::optional<Fault> Scara::choose_configuration(const Jets& task, const ArmConf
     if (!first) first = fault;
   }
   return first;
+}
+
+/// Orders 1 to 3 inside of the interval follow from their values at the ends and the next order, which
+/// follows from them: bounds that contain what they lead to hold, since the derivatives are continuous.
+bool Scara::bound_higher(const FlangeBounds& flange, const JointJet& left, const JointJet& right,
+                         std::array<JointVector, 2>& bounds) const {
+  constexpr int kRounds = 4;
+  const double l1 = spec_.link_1_mm, l2 = spec_.link_2_mm, half = 0.5 * flange.width;
+  const double reach = std::sqrt(flange.x_mm * flange.x_mm + flange.y_mm * flange.y_mm);
+  const double low = std::max(0.0, reach - flange.radius_mm), high = reach + flange.radius_mm;
+  const double cosine_low = cosine(low, 0.0), cosine_high = cosine(high, 0.0);
+  const double square = std::min(1.0 - cosine_low * cosine_low, 1.0 - cosine_high * cosine_high);
+  if (!(square > 0.0)) return false;
+  const double sine = std::sqrt(square), over_a = 1.0 / (l1 * sine), over_b = 1.0 / (l2 * sine);
+  double a[3], b[3];  // of alpha and beta, at the ends
+  for (std::size_t k = 0; k < 3; ++k) {
+    a[k] = std::max(std::abs(left[k][0]), std::abs(right[k][0]));
+    b[k] = std::max(std::abs(left[k][0] + left[k][1]), std::abs(right[k][0] + right[k][1]));
+  }
+  double a3 = a[2], b3 = b[2], a4 = 0.0, b4 = 0.0, a1 = 0.0, a2 = 0.0, b1 = 0.0, b2 = 0.0;
+  bool holds = false;
+  double more = 1.02;
+  for (int round = 0; round < kRounds && !holds; ++round, more = 1.0 + 4.0 * (more - 1.0)) {
+    const double tried_a = more * a3 + 1e-12, tried_b = more * b3 + 1e-12;
+    a2 = a[1] + half * tried_a;
+    b2 = b[1] + half * tried_b;
+    a1 = a[0] + half * a2;
+    b1 = b[0] + half * b2;
+    const double r4 =
+        flange.position[0] + l1 * rotation_rest_4(a1, a2, tried_a) + l2 * rotation_rest_4(b1, b2, tried_b);
+    a4 = r4 * over_a;
+    b4 = r4 * over_b;
+    a3 = a[2] + half * a4;
+    b3 = b[2] + half * b4;
+    holds = a3 <= tried_a && b3 <= tried_b;
+    if (holds) {
+      a3 = tried_a;
+      b3 = tried_b;
+    }
+  }
+  if (!holds) return false;
+  const double r5 =
+      flange.position[1] + l1 * rotation_rest_5(a1, a2, a3, a4) + l2 * rotation_rest_5(b1, b2, b3, b4);
+  const double a5 = r5 * over_a, b5 = r5 * over_b;
+  bounds[0] = {a4, a4 + b4, 0.0, flange.yaw[0] + b4};
+  bounds[1] = {a5, a5 + b5, 0.0, flange.yaw[1] + b5};
+  return true;
 }
 
 void Scara::forward(const Jets& q, Jets& out) const {

@@ -35,6 +35,12 @@ class Stage final : public Arm {
       }
   }
 
+  bool bound_higher(const FlangeBounds& flange, const JointJet&, const JointJet&,
+                    std::array<JointVector, 2>& bounds) const override {
+    for (std::size_t k = 0; k < 2; ++k) bounds[k] = {flange.position[k], flange.position[k], 0.0};
+    return true;
+  }
+
   Jacobian jacobian(const JointVector&) const override {
     Jacobian j{};
     for (int axis = 0; axis < joints(); ++axis) j[std::size_t(axis)][std::size_t(axis)] = 1.0;

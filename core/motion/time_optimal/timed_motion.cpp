@@ -5,22 +5,39 @@
 
 namespace firn::motion {
 
+namespace {
+
+/// s = s0 + v0 x + a0 x^2 / 2 + c3 x^3 + c4 x^4 + c5 x^5 through the end's s, v, a.
+struct Quintic {
+  Quintic(const TimedMotion& m, std::size_t k) {
+    const double T = m.t[k + 1] - m.t[k], over = 1.0 / T, over2 = over * over;
+    const double ds =
+        ((m.s[k + 1] - m.s[k]) * over - m.v[k]) * over - 0.5 * m.a[k];  // rest of s, units of T^2
+    const double dv = (m.v[k + 1] - m.v[k]) * over - m.a[k];            // of v, in units of T
+    const double da = m.a[k + 1] - m.a[k];
+    c3 = (10.0 * ds - 4.0 * dv + 0.5 * da) * over;
+    c4 = (-15.0 * ds + 7.0 * dv - da) * over2;
+    c5 = (6.0 * ds - 3.0 * dv + 0.5 * da) * over2 * over;
+  }
+  double c3, c4, c5;
+};
+
+}  // namespace
+
 PathState TimedMotion::state(std::size_t k, double at) const {
-  const double T = t[k + 1] - t[k], x = at - t[k];
-  // s = s0 + v0 x + a0 x^2 / 2 + c3 x^3 + c4 x^4 + c5 x^5 through the end's s, v, a
-  const double over = 1.0 / T, over2 = over * over;
-  const double ds = ((s[k + 1] - s[k]) * over - v[k]) * over - 0.5 * a[k];  // rest of s, in units of T^2
-  const double dv = (v[k + 1] - v[k]) * over - a[k];                        // of v, in units of T
-  const double da = a[k + 1] - a[k];
-  const double c3 = (10.0 * ds - 4.0 * dv + 0.5 * da) * over;
-  const double c4 = (-15.0 * ds + 7.0 * dv - da) * over2;
-  const double c5 = (6.0 * ds - 3.0 * dv + 0.5 * da) * over2 * over;
+  const double x = at - t[k];
+  const auto [c3, c4, c5] = Quintic(*this, k);
   PathState p;
   p.s = s[k] + x * (v[k] + x * (0.5 * a[k] + x * (c3 + x * (c4 + x * c5))));
   p.v = v[k] + x * (a[k] + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)));
   p.a = a[k] + x * (6.0 * c3 + x * (12.0 * c4 + x * 20.0 * c5));
   p.j = 6.0 * c3 + x * (24.0 * c4 + x * 60.0 * c5);
   return p;
+}
+
+TimedMotion::Higher TimedMotion::higher(std::size_t k, double from, double to) const {
+  const Quintic q(*this, k);
+  return {24.0 * q.c4 + 120.0 * q.c5 * (from - t[k]), 24.0 * q.c4 + 120.0 * q.c5 * (to - t[k]), 120.0 * q.c5};
 }
 
 void time_profile(const Curve& curve, const Profile& profile, TimedMotion& motion) {

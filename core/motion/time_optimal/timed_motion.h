@@ -24,6 +24,11 @@ struct TimedMotion {
   std::size_t pieces() const { return t.empty() ? 0 : t.size() - 1; }
   /// State in piece k at time `at` (seconds since the start of the motion, inside that piece).
   PathState state(std::size_t piece, double at) const;
+  /// d4s/dt4 in piece k at two instants, and d5s/dt5.
+  struct Higher {
+    double fourth_from, fourth_to, fifth;
+  };
+  Higher higher(std::size_t piece, double from, double to) const;
 };
 
 /// The motion of a speed profile: knots of the curve, times by Gauss's rule of four points in each cell (the

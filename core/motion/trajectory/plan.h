@@ -24,9 +24,17 @@ enum class Method {
 const char* name(Method method);                       ///< "certified", "optimal", …
 std::optional<Method> method_named(std::string_view);  ///< nullopt: no such method
 
+/// How methods certified and optimal make curves and certificates.
+enum class CurveRule {
+  kFitted,  ///< splines fitted inside the tolerance or the points' rounding; true at every instant
+  kRamped   ///< as in runs recorded before: curves through the points; true at dense samples. Replays need it
+};
+
 struct PlanOptions {
   Method method = Method::kCertified;
-  double tolerance_mm = 0.0;  ///< > 0: corners may be rolled and curvature ramped within this deviation
+  CurveRule curve_rule = CurveRule::kFitted;
+  double tolerance_mm = 0.0;    ///< > 0: corners may be rolled and curvature ramped within this deviation
+  double point_noise_mm = 0.0;  ///< largest rounding of a coordinate of the points, 0 = none
   double slack = 0.0;  ///< certified: work ends where a motion is slower than it might be by about this share
   double tick_s = 0.016;  ///< period of the emitted samples
   double curvature_ramp_mm =

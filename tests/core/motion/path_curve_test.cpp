@@ -43,7 +43,7 @@ std::vector<Point2> rounded_ring(RandomStream& draw) {
 
 TEST_CASE("Lines and arcs are recovered from their points, although no point lies on their joints") {
   std::vector<CurvePiece> pieces;
-  recognise(first_part(), kSagittaMm, pieces);
+  recognise(first_part(), kSagittaMm, true, pieces);
   REQUIRE(pieces.size() == 7);
   const double length[] = {26.0, 31.41592653589793, 62.0, 15.707963267948966, 77.0, 7.853981633974483, 87.0};
   const double curvature[] = {0.0, 0.05, 0.0, 0.1, 0.0, 0.2, 0.0};
@@ -58,7 +58,7 @@ TEST_CASE("Pieces of a rounded ring meet, whatever circles its rounding suggests
   std::vector<CurvePiece> pieces;
   double widest = 0.0;
   for (int n = 0; n < 400; ++n) {
-    recognise(rounded_ring(draw), kSagittaMm, pieces);
+    recognise(rounded_ring(draw), kSagittaMm, true, pieces);
     for (std::size_t k = 0; k + 1 < pieces.size(); ++k) {
       const Point2 end = pieces[k].at(pieces[k].length_mm), start = pieces[k + 1].start;
       widest = std::max(widest, std::hypot(end.x_mm - start.x_mm, end.y_mm - start.y_mm));

@@ -1,0 +1,22 @@
+// frechet_bound() computes an upper bound of the Frechet distance between a curve and the polygon that it
+// follows: no two-way walk along both, in which neither turns back, needs to be further apart than that.
+//
+// A correspondence is chosen: each vertex goes with a parameter of the curve, none before the vertex before
+// it, and between two vertices the polygon is linear in the parameter. Any correspondence gives a bound. In
+// every cell, cut at the vertices, curve minus polygon is a cubic in the parameter: it lies in the hull of
+// its Bezier points, which are divided until the bound is sharp.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/motion/curve/path_curve.h"
+
+namespace firn::motion {
+
+/// @param parameter scratch; on return each vertex's parameter
+/// Returns the bound in mm; it exceeds the largest distance within the correspondence by at most 0.1 % and
+/// 1e-6 mm.
+double frechet_bound(const Curve& curve, std::span<const Point2> points, std::vector<double>& parameter);
+
+}  // namespace firn::motion

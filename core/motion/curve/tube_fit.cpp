@@ -1,0 +1,213 @@
+#include "core/motion/curve/tube_fit.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/motion/curve/polyline_thinning.h"
+
+namespace firn::motion {
+namespace {
+
+constexpr double kLineShare = 1.0 / 16.0;  ///< of the radius: thinning of the tube's middle line
+constexpr double kShapeShare = 0.25;       ///< of the radius: thinning for the sizes of the cells
+constexpr double kSampleShare = 1.0;       ///< the same where each point is held within its own radius
+constexpr double kTurn = 2.5;              ///< radii per cell: largest cell times turn at a vertex
+constexpr double kChords = 1.2;            ///< thinned chords per cell
+constexpr double kSampleChords = 0.5;      ///< the same where each point is held: more knots than points
+constexpr double kGrowth = 0.35;           ///< of a cell over the distance to a shorter one
+constexpr double kPlaces = 0.5;            ///< of a cell between two places
+constexpr double kLeastCells = 8.0;
+
+void take(std::span<const Point2> points, const std::vector<std::size_t>& kept, std::vector<Point2>& out) {
+  out.clear();
+  for (const std::size_t i : kept) out.push_back(points[i]);
+}
+
+void lengths(std::span<const Point2> line, std::vector<double>& length) {
+  length.assign(1, 0.0);
+  for (std::size_t i = 1; i < line.size(); ++i)
+    length.push_back(length.back() + distance(line[i - 1], line[i]));
+}
+
+/// Sizes of the cells along the thinned shape, from the turn at each of its vertices.
+class CellField {
+ public:
+  CellField(std::span<const Point2> shape, double radius, double chords, double largest) : largest_(largest) {
+    at_.push_back(0.0);
+    for (std::size_t i = 1; i < shape.size(); ++i)
+      at_.push_back(at_.back() + distance(shape[i - 1], shape[i]));
+    size_.assign(shape.size(), largest);
+    for (std::size_t i = 1; i + 1 < shape.size(); ++i) {
+      const double before = at_[i] - at_[i - 1], after = at_[i + 1] - at_[i];
+      const double x =
+          (shape[i + 1].x_mm - shape[i].x_mm) / after - (shape[i].x_mm - shape[i - 1].x_mm) / before;
+      const double y =
+          (shape[i + 1].y_mm - shape[i].y_mm) / after - (shape[i].y_mm - shape[i - 1].y_mm) / before;
+      const double turn = std::sqrt(x * x + y * y);
+      size_[i] = std::min({largest, chords * std::max(before, after), kTurn * radius / turn});
+    }
+    for (std::size_t i = 1; i < size_.size(); ++i)
+      size_[i] = std::min(size_[i], size_[i - 1] + kGrowth * (at_[i] - at_[i - 1]));
+    for (std::size_t i = size_.size() - 1; i-- > 0;)
+      size_[i] = std::min(size_[i], size_[i + 1] + kGrowth * (at_[i + 1] - at_[i]));
+  }
+  double total() const { return at_.back(); }
+
+  double at(double t) {
+    while (i_ > 0 && t < at_[i_]) --i_;
+    while (i_ + 2 < at_.size() && t >= at_[i_ + 1]) ++i_;
+    return std::min({largest_, size_[i_] + kGrowth * std::abs(t - at_[i_]),
+                     size_[i_ + 1] + kGrowth * std::abs(at_[i_ + 1] - t)});
+  }
+
+ private:
+  std::vector<double> at_, size_;
+  double largest_;
+  std::size_t i_ = 0;
+};
+
+/// Knots over [0, total]: each cell as long as the field in its middle, all of them shortened by one share so
+/// that the last one ends at the end.
+void place_knots(CellField field, double total, std::vector<double>& knots) {
+  constexpr int kRounds = 3;
+  const double end = field.total();
+  const auto step = [&](double t, double share) {
+    double h = share * field.at(t);
+    for (int round = 0; round < kRounds; ++round) h = share * field.at(std::min(end, t + 0.5 * h));
+    return h;
+  };
+  double cells = 0.0;
+  for (double t = 0.0; t < end;) {
+    const double h = step(t, 1.0);
+    cells += std::min(1.0, (end - t) / h);
+    t += h;
+  }
+  const double whole = std::max(kLeastCells, std::ceil(cells)), scale = total / end;
+  knots.assign(1, 0.0);
+  double t = 0.0;
+  for (double cell = 1.0; cell < whole; ++cell) {
+    t += step(t, cells / whole);
+    if (t >= end - 0.3 * step(t, cells / whole)) break;  // steps of other sizes add up to a little more
+    knots.push_back(t * scale);
+  }
+  knots.push_back(total);
+}
+
+/// Vertices, and places between them about half a cell apart.
+void set_places(const TubeWork& work, double radius, double between, std::vector<TubePlace>& places) {
+  places.clear();
+  std::size_t cell = 0;
+  for (std::size_t i = 0; i + 1 < work.line.size(); ++i) {
+    const double from = work.length[i], to = work.length[i + 1];
+    if (i > 0) places.push_back({from, work.line[i], radius});
+    double t = from;
+    for (;;) {
+      while (cell + 2 < work.knots.size() && t >= work.knots[cell + 1]) ++cell;
+      const double h = kPlaces * (work.knots[cell + 1] - work.knots[cell]);
+      const double left = to - t;
+      if (left < 1.5 * h) break;
+      t += left < 2.5 * h ? 0.5 * left : h;
+      const double x = (t - from) / (to - from);
+      places.push_back({t,
+                        {work.line[i].x_mm + x * (work.line[i + 1].x_mm - work.line[i].x_mm),
+                         work.line[i].y_mm + x * (work.line[i + 1].y_mm - work.line[i].y_mm)},
+                        between});
+    }
+  }
+}
+
+/// Control points on the line at the Greville abscissae: inside the hull of the line.
+void guess_control(TubeWork& work) {
+  const auto& knots = work.knots;
+  const std::size_t cells = knots.size() - 1;
+  const auto knot = [&](std::ptrdiff_t i) {
+    return knots[std::size_t(std::clamp<std::ptrdiff_t>(i, 0, std::ptrdiff_t(cells)))];
+  };
+  work.control.clear();
+  std::size_t i = 0;
+  for (std::ptrdiff_t k = -1; k <= std::ptrdiff_t(cells) + 1; ++k) {
+    const double t = (knot(k - 1) + knot(k) + knot(k + 1)) / 3.0;
+    while (i + 2 < work.length.size() && t >= work.length[i + 1]) ++i;
+    const double x = (t - work.length[i]) / (work.length[i + 1] - work.length[i]);
+    work.control.push_back({work.line[i].x_mm + x * (work.line[i + 1].x_mm - work.line[i].x_mm),
+                            work.line[i].y_mm + x * (work.line[i + 1].y_mm - work.line[i].y_mm)});
+  }
+}
+
+/// Positions and second derivatives at the knots from the control points.
+void to_curve(const TubeWork& work, Curve& curve) {
+  const auto& c = work.control;
+  const auto& tau = work.extended;
+  const std::size_t n = work.knots.size();
+  curve.s = work.knots;
+  for (auto* v : {&curve.x, &curve.y, &curve.xx, &curve.yy}) v->resize(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    // at knot k, which is tau[k + 3], control points k .. k + 2 count
+    const double a = tau[k + 3] - tau[k + 2], b = tau[k + 4] - tau[k + 3];
+    const double a2 = tau[k + 3] - tau[k + 1], b2 = tau[k + 5] - tau[k + 3];
+    const auto second = [&](double c0, double c1, double c2) {
+      const double d0 = 3.0 * (c1 - c0) / (tau[k + 4] - tau[k + 1]);
+      const double d1 = 3.0 * (c2 - c1) / (tau[k + 5] - tau[k + 2]);
+      return 2.0 * (d1 - d0) / (tau[k + 4] - tau[k + 2]);
+    };
+    const auto value = [&](double c0, double c1, double c2) {
+      // knot insertion
+      const double p0 = (b * c0 + a2 * c1) / (a2 + b), p1 = (b2 * c1 + a * c2) / (a + b2);
+      return (b * p0 + a * p1) / (a + b);
+    };
+    if (k == 0) {
+      curve.x[k] = c.front().x_mm;
+      curve.y[k] = c.front().y_mm;
+    } else if (k + 1 == n) {
+      curve.x[k] = c.back().x_mm;
+      curve.y[k] = c.back().y_mm;
+    } else {
+      curve.x[k] = value(c[k].x_mm, c[k + 1].x_mm, c[k + 2].x_mm);
+      curve.y[k] = value(c[k].y_mm, c[k + 1].y_mm, c[k + 2].y_mm);
+    }
+    curve.xx[k] = second(c[k].x_mm, c[k + 1].x_mm, c[k + 2].x_mm);
+    curve.yy[k] = second(c[k].y_mm, c[k + 1].y_mm, c[k + 2].y_mm);
+  }
+}
+
+void straight_line(Point2 a, Point2 b, Curve& curve) {
+  const double total = distance(a, b);
+  curve.s = {0.0, total};
+  curve.x = {a.x_mm, b.x_mm};
+  curve.y = {a.y_mm, b.y_mm};
+  curve.xx = {0.0, 0.0};
+  curve.yy = {0.0, 0.0};
+  curve.straight = true;
+}
+
+}  // namespace
+
+void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWork& work, Curve& curve) {
+  const bool samples = options.radius_mm < options.between_mm;
+  const double within = samples ? 0.0 : kLineShare * options.radius_mm;
+  curve.straight = false;
+  curve.yaw.clear();
+  curve.yaw2.clear();
+  if (samples) {
+    work.line.assign(points.begin(), points.end());
+  } else {
+    thin_polyline(points, within, work.kept);
+    take(points, work.kept, work.line);
+  }
+  lengths(work.line, work.length);
+  thin_polyline(work.line, (samples ? kSampleShare : kShapeShare) * options.radius_mm, work.coarse);
+  take(work.line, work.coarse, work.shape);
+  if (work.shape.size() == 2) return straight_line(points.front(), points.back(), curve);
+  const double total = work.length.back();
+  place_knots({work.shape, options.between_mm, samples ? kSampleChords : kChords,
+               std::min(options.largest_mm, total / kLeastCells)},
+              total, work.knots);
+  set_places(work, options.radius_mm - within, options.between_mm - within, work.places);
+  guess_control(work);
+  work.control.front() = points.front();
+  work.control.back() = points.back();
+  fit_spline(work.knots, work.places, samples, work);
+  to_curve(work, curve);
+}
+
+}  // namespace firn::motion

@@ -1,0 +1,68 @@
+// fit_tube() computes the C2 cubic spline of least third derivative inside a tube about a polyline: points
+// of a path are samples with rounding, and only the tube is meant.
+//
+//   minimise  integral |r'''|^2 dt   subject to   |r(t_i) - p_i| <= radius_i,
+//
+// t = length along the polyline, p_i = its vertices and places between them. r''' is constant between the
+// knots. The knots follow the polyline's turns: theta at a vertex allows radii of about radius / theta^2 over
+// a length radius / theta. Convex; solved by an infeasible primal-dual interior-point method with a banded
+// Newton step, linear in the number of knots.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "core/motion/curve/path_curve.h"
+
+namespace firn::motion {
+
+/// One constraint: the spline at parameter t within `radius` of a place.
+struct TubePlace {
+  double t = 0.0;
+  Point2 at;
+  double radius = 0.0;
+};
+
+/// Buffers kept between paths.
+struct TubeWork {
+  struct Row {
+    std::array<double, 4> basis;
+    std::size_t first = 0;  ///< control point
+    double over_square = 0.0, slack = 0.0, multiplier = 0.0;
+    bool inside = false;                ///< slack is the room itself
+    Point2 at, off;                     ///< place; spline less place [mm]
+    double step = 0.0, change = 0.0;    ///< of slack and multiplier
+    double step_x = 0.0, step_y = 0.0;  ///< of `off`
+  };
+  std::vector<std::size_t> kept, coarse;
+  std::vector<Point2> line, shape;
+  std::vector<double> length, knots, extended;
+  std::vector<TubePlace> places;
+  std::vector<Row> rows;
+  std::vector<Point2> control;
+  std::vector<std::array<double, 4>> form;    ///< third derivative in each cell, times the root of its length
+  std::vector<std::array<double, 4>> near;    ///< matrix of the least squares
+  std::vector<std::array<double, 4>> energy;  ///< banded Hessian of the objective, per control point
+  std::vector<std::array<double, 8>> band;    ///< Newton matrix, row-wise: diagonal and seven to the right
+  std::vector<double> step;                   ///< of the control points: x, y in turn
+  int iterations = 0;
+};
+
+/// The spline with `knots` (ascending, first = start, last = end) from a guess in work.control, whose ends
+/// stay, to the optimum in work.control and work.extended (knots with fourfold ends). @param near_places the
+/// guess is moved to the places first, by least squares: needed where it is far outside of the radii
+/// Returns the largest |r(t_i) - p_i| / radius_i, or 1.
+double fit_spline(std::span<const double> knots, std::span<const TubePlace> places, bool near_places,
+                  TubeWork& work);
+
+struct TubeOptions {
+  double radius_mm = 0.0;   ///< of the tube at the points
+  double between_mm = 0.0;  ///< and between them; the points are thinned where it is the same
+  double largest_mm = 5.0;  ///< cell
+};
+
+/// Fits a path's points between two rests. @param curve without speed limits
+void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWork& work, Curve& curve);
+
+}  // namespace firn::motion

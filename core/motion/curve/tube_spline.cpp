@@ -1,0 +1,316 @@
+// The interior-point method of fit_spline.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/motion/curve/tube_fit.h"
+
+namespace firn::motion {
+namespace {
+
+using Row = TubeWork::Row;
+
+constexpr int kMostIterations = 40;
+constexpr double kGap = 0.03;         ///< of the objective, where the iteration ends
+constexpr double kViolation = 0.005;  ///< of the squared radius
+constexpr double kToBoundary = 0.95;
+constexpr double kLeastSlack = 0.05;
+constexpr double kStationary = 1e-2;  ///< of the first gradient of the Lagrangian
+
+/// The four cubic B-splines that are not 0 in [knot[k + 3], knot[k + 4]] at t (Cox and de Boor).
+std::array<double, 4> basis(const std::vector<double>& knot, std::size_t k, double t) {
+  std::array<double, 4> n{1.0, 0.0, 0.0, 0.0};
+  double left[4], right[4];
+  for (std::size_t d = 1; d < 4; ++d) {
+    left[d] = t - knot[k + 4 - d];
+    right[d] = knot[k + 3 + d] - t;
+    double saved = 0.0;
+    for (std::size_t r = 0; r < d; ++r) {
+      const double term = n[r] / (right[r + 1] + left[d - r]);
+      n[r] = saved + right[r + 1] * term;
+      saved = left[d - r] * term;
+    }
+    n[d] = saved;
+  }
+  return n;
+}
+
+/// The third derivative in cell k as a form of control points k .. k + 3.
+std::array<double, 4> third_derivative(const std::vector<double>& knot, std::size_t k) {
+  // differences of the unit control polygons, order by order
+  std::array<double, 4> form{};
+  for (std::size_t unit = 0; unit < 4; ++unit) {
+    double c[4] = {};
+    c[unit] = 1.0;
+    for (std::size_t order = 0; order < 3; ++order)
+      for (std::size_t j = 0; j + order < 3; ++j)
+        c[j] = double(3 - order) * (c[j + 1] - c[j]) / (knot[k + j + 4] - knot[k + j + order + 1]);
+    form[unit] = c[0];
+  }
+  return form;
+}
+
+void extend(std::span<const double> knots, std::vector<double>& extended) {
+  extended.assign(3, knots.front());
+  extended.insert(extended.end(), knots.begin(), knots.end());
+  extended.insert(extended.end(), 3, knots.back());
+}
+
+void set_energy(std::span<const double> knots, TubeWork& work) {
+  work.energy.assign(knots.size() + 2, {});
+  work.form.resize(knots.size() - 1);
+  for (std::size_t k = 0; k + 1 < knots.size(); ++k) {
+    const std::array<double, 4> form = third_derivative(work.extended, k);
+    const double h = knots[k + 1] - knots[k];
+    for (std::size_t a = 0; a < 4; ++a) {
+      work.form[k][a] = std::sqrt(h) * form[a];
+      for (std::size_t b = a; b < 4; ++b) work.energy[k + a][b - a] += h * form[a] * form[b];
+    }
+  }
+}
+
+/// The objective, and minus its gradient into work.step: from differences of control points, since the matrix
+/// times their coordinates would be the small difference of large numbers.
+double objective(TubeWork& work) {
+  std::fill(work.step.begin(), work.step.end(), 0.0);
+  double sum = 0.0;
+  for (std::size_t k = 0; k < work.form.size(); ++k) {
+    const std::array<double, 4>& form = work.form[k];
+    const Point2* c = &work.control[k];
+    double x = 0.0, y = 0.0;
+    for (std::size_t a = 1; a < 4; ++a) {
+      x += form[a] * (c[a].x_mm - c[0].x_mm);
+      y += form[a] * (c[a].y_mm - c[0].y_mm);
+    }
+    sum += x * x + y * y;
+    for (std::size_t a = 0; a < 4; ++a) {
+      work.step[2 * (k + a)] -= form[a] * x;
+      work.step[2 * (k + a) + 1] -= form[a] * y;
+    }
+  }
+  return 0.5 * sum;
+}
+
+void set_off(const TubeWork& work, Row& row) {
+  Point2 p{-row.at.x_mm, -row.at.y_mm};
+  for (std::size_t a = 0; a < 4; ++a) {
+    p.x_mm += row.basis[a] * work.control[row.first + a].x_mm;
+    p.y_mm += row.basis[a] * work.control[row.first + a].y_mm;
+  }
+  row.off = p;
+}
+
+double room(const Row& row) {
+  return 1.0 - (row.off.x_mm * row.off.x_mm + row.off.y_mm * row.off.y_mm) * row.over_square;
+}
+
+/// Newton's matrix and right-hand side for the barrier parameter mu. @pre work.step is minus the gradient
+void assemble(double mu, TubeWork& work) {
+  const std::size_t n = work.control.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    auto &x = work.band[2 * i], &y = work.band[2 * i + 1];
+    x.fill(0.0);
+    y.fill(0.0);
+    for (std::size_t b = 0; b < 4; ++b) x[2 * b] = y[2 * b] = work.energy[i][b];
+  }
+  for (const Row& row : work.rows) {
+    const double own = 2.0 * row.multiplier * row.over_square;
+    const double gx = -2.0 * row.over_square * row.off.x_mm, gy = -2.0 * row.over_square * row.off.y_mm;
+    const double over = 1.0 / row.slack, stiff = row.multiplier * over;
+    const double xx = own + stiff * gx * gx, xy = stiff * gx * gy, yy = own + stiff * gy * gy;
+    const double push = (mu - row.multiplier * (room(row) - row.slack)) * over;
+    for (std::size_t a = 0; a < 4; ++a) {
+      const std::size_t i = 2 * (row.first + a);
+      const double weight = row.basis[a];
+      work.step[i] += weight * push * gx;
+      work.step[i + 1] += weight * push * gy;
+      auto &x = work.band[i], &y = work.band[i + 1];
+      for (std::size_t b = a; b < 4; ++b) {
+        const double w = weight * row.basis[b];
+        x[2 * (b - a)] += w * xx;
+        x[2 * (b - a) + 1] += w * xy;
+        y[2 * (b - a)] += w * yy;
+        if (b > a) y[2 * (b - a) - 1] += w * xy;
+      }
+    }
+  }
+  // both ends stay
+  for (const std::size_t i : {std::size_t{0}, std::size_t{1}, 2 * n - 2, 2 * n - 1}) {
+    work.step[i] = 0.0;
+    for (std::size_t b = 1; b < 8; ++b) {
+      work.band[i][b] = 0.0;
+      if (b <= i) work.band[i - b][b] = 0.0;
+    }
+    work.band[i][0] = 1.0;
+  }
+}
+
+bool solve(TubeWork& work) {
+  const std::size_t n = work.band.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    auto& row = work.band[i];
+    if (!(row[0] > 0.0)) return false;
+    const double over = 1.0 / row[0], value = work.step[i];
+    const std::size_t most = std::min<std::size_t>(7, n - 1 - i);
+    for (std::size_t k = 1; k <= most; ++k) {
+      const double factor = row[k] * over;
+      auto& below = work.band[i + k];
+      for (std::size_t m = k; m < 8; ++m) below[m - k] -= factor * row[m];
+      work.step[i + k] -= factor * value;
+    }
+  }
+  for (std::size_t i = n; i-- > 0;) {
+    const auto& row = work.band[i];
+    double value = work.step[i];
+    for (std::size_t k = 1; k < 8 && i + k < n; ++k) value -= row[k] * work.step[i + k];
+    work.step[i] = value / row[0];
+  }
+  return true;
+}
+
+/// Least squares: the energy plus penalties on the distances from the places, larger and larger until the
+/// spline is inside of all radii.
+void move_near(TubeWork& work) {
+  constexpr double kFirst = 100.0, kMore = 30.0, kEnds = 1e9;
+  constexpr int kTries = 8;
+  const std::size_t n = work.control.size();
+  const Point2 first = work.control.front(), last = work.control.back();
+  double penalty = kFirst * objective(work) / double(work.rows.size());
+  for (int tries = 0; tries < kTries; ++tries, penalty *= kMore) {
+    auto& band = work.near;
+    band.assign(work.energy.begin(), work.energy.end());
+    std::fill(work.step.begin(), work.step.end(), 0.0);
+    for (const Row& row : work.rows)
+      for (std::size_t a = 0; a < 4; ++a) {
+        const double weight = penalty * row.over_square * row.basis[a];
+        work.step[2 * (row.first + a)] += weight * row.at.x_mm;
+        work.step[2 * (row.first + a) + 1] += weight * row.at.y_mm;
+        for (std::size_t b = a; b < 4; ++b) band[row.first + a][b - a] += weight * row.basis[b];
+      }
+    for (const auto& [end, i] : {std::pair{first, std::size_t{0}}, {last, n - 1}}) {
+      const double held = kEnds * band[i][0];
+      band[i][0] += held;
+      work.step[2 * i] += held * end.x_mm;
+      work.step[2 * i + 1] += held * end.y_mm;
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+      const double over = 1.0 / band[i][0];
+      for (std::size_t k = 1; k < 4 && i + k < n; ++k) {
+        const double factor = band[i][k] * over;
+        for (std::size_t m = k; m < 4; ++m) band[i + k][m - k] -= factor * band[i][m];
+        work.step[2 * (i + k)] -= factor * work.step[2 * i];
+        work.step[2 * (i + k) + 1] -= factor * work.step[2 * i + 1];
+      }
+    }
+    for (std::size_t i = n; i-- > 0;) {
+      Point2 p{work.step[2 * i], work.step[2 * i + 1]};
+      for (std::size_t k = 1; k < 4 && i + k < n; ++k) {
+        p.x_mm -= band[i][k] * work.control[i + k].x_mm;
+        p.y_mm -= band[i][k] * work.control[i + k].y_mm;
+      }
+      work.control[i] = {p.x_mm / band[i][0], p.y_mm / band[i][0]};
+    }
+    work.control.front() = first;
+    work.control.back() = last;
+    double least = 1.0;
+    for (Row& row : work.rows) {
+      set_off(work, row);
+      least = std::min(least, room(row));
+    }
+    if (least >= kLeastSlack) return;
+  }
+}
+
+/// Largest step for which the room of a row that is inside stays above a share of it: a quadratic; for
+/// another row, its slack.
+double longest_step(const Row& row) {
+  if (!row.inside) return row.step < 0.0 ? -kToBoundary * row.slack / row.step : 1.0;
+  const double bend = row.over_square * (row.step_x * row.step_x + row.step_y * row.step_y);
+  if (!(bend > 0.0)) return 1.0;
+  const double left = kToBoundary * room(row);
+  return 2.0 * left / (std::sqrt(row.step * row.step + 4.0 * bend * left) - row.step);
+}
+
+/// Steps of slacks, multipliers and distances. Returns the longest step of all.
+double row_steps(double mu, TubeWork& work) {
+  double longest = 1.0;
+  for (Row& row : work.rows) {
+    double sx = 0.0, sy = 0.0;
+    for (std::size_t a = 0; a < 4; ++a) {
+      sx += row.basis[a] * work.step[2 * (row.first + a)];
+      sy += row.basis[a] * work.step[2 * (row.first + a) + 1];
+    }
+    row.step_x = sx;
+    row.step_y = sy;
+    row.step = room(row) - row.slack - 2.0 * row.over_square * (row.off.x_mm * sx + row.off.y_mm * sy);
+    row.change = (mu - row.multiplier * (row.slack + row.step)) / row.slack;
+    longest = std::min(longest, longest_step(row));
+    if (row.change < 0.0) longest = std::min(longest, -kToBoundary * row.multiplier / row.change);
+  }
+  return longest;
+}
+
+}  // namespace
+
+double fit_spline(std::span<const double> knots, std::span<const TubePlace> places, bool near_places,
+                  TubeWork& work) {
+  extend(knots, work.extended);
+  set_energy(knots, work);
+  const std::size_t n = work.control.size();
+  work.band.resize(2 * n);
+  work.step.resize(2 * n);
+  work.rows.resize(places.size());
+  std::size_t cell = 0;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    while (cell + 2 < knots.size() && places[i].t >= knots[cell + 1]) ++cell;
+    Row& row = work.rows[i];
+    row.basis = basis(work.extended, cell, places[i].t);
+    row.first = cell;
+    row.at = places[i].at;
+    row.over_square = 1.0 / (places[i].radius * places[i].radius);
+    set_off(work, row);
+  }
+  work.iterations = 0;
+  if (places.empty()) return 1.0;
+  if (near_places) move_near(work);
+  const double terms = double(places.size());
+  double value = objective(work), gap = 0.3 * value, worst = 0.0, stationary = 1.0, centring = 0.3;
+  for (Row& row : work.rows) {
+    row.inside = room(row) >= kLeastSlack;
+    row.slack = std::max(room(row), kLeastSlack);
+    row.multiplier = gap / terms / row.slack;
+    worst = std::max(worst, -room(row));
+  }
+  while (work.iterations < kMostIterations && value > 0.0 &&
+         (gap > kGap * value || worst > kViolation || stationary > kStationary)) {
+    const double mu = std::max(centring * gap, worst > kViolation ? 0.2 * kGap * value : 0.0) / terms;
+    assemble(mu, work);
+    if (!solve(work)) break;
+    const double length = row_steps(mu, work);
+    for (std::size_t i = 0; i < n; ++i) {
+      work.control[i].x_mm += length * work.step[2 * i];
+      work.control[i].y_mm += length * work.step[2 * i + 1];
+    }
+    gap = worst = 0.0;
+    for (Row& row : work.rows) {
+      row.slack += length * row.step;
+      row.multiplier += length * row.change;
+      row.off.x_mm += length * row.step_x;
+      row.off.y_mm += length * row.step_y;
+      const double inside = room(row);
+      if (row.inside || inside >= row.slack) {
+        row.slack = inside;
+        row.inside = true;
+      }
+      worst = std::max(worst, -inside);
+      gap += row.slack * row.multiplier;
+    }
+    value = objective(work);
+    stationary *= 1.0 - length;
+    centring = std::clamp((1.0 - length) * (1.0 - length), 0.05, 0.9);
+    ++work.iterations;
+  }
+  return std::sqrt(1.0 + worst);
+}
+
+}  // namespace firn::motion

@@ -1,0 +1,43 @@
+// bound_motion() computes upper bounds, true at every instant, of all limited quantities of a motion.
+//
+// Between two instants t apart, any f satisfies |f| <= max(|f_left|, |f_right|) + t^2 / 8 max |f''|: the
+// chord plus the largest distance from it. f is the rate, the acceleration or the jerk of a row; the
+// derivatives of orders 4 and 5 that this needs are bounded by the chain rule, of the tool from its cubics
+// and quintics, of the joints by Arm::bound_higher. Intervals whose bound is not sharp are divided.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/motion/time_optimal/motion_samples.h"
+
+namespace firn::motion {
+
+/// Motion whose bounds are wanted.
+struct BoundedMotion {
+  const Curve& curve;
+  const TimedMotion& motion;
+  const Arm& arm;
+  const Placement& placement;
+  const RowGroups& groups;
+  int joints = 0;
+};
+
+/// Buffers kept between paths.
+struct BoundWork {
+  struct Interval {
+    std::size_t piece = 0, cell = 0;
+    double from = 0.0, to = 0.0;  ///< instants
+  };
+  std::vector<Interval> now, next;
+  StateBatch batch;
+  Jets tool, joint, flange;
+};
+
+/// Sets `table` to bounds over the intervals of `work.now`.
+/// A bound exceeds the largest sample by a share of time scaling of at most `sharpness` where that can be
+/// reached. Fault: index = entry of the batch
+std::optional<Fault> bound_motion(const BoundedMotion& motion, double sharpness, BoundWork& work,
+                                  RatioTable& table);
+
+}  // namespace firn::motion

@@ -1,0 +1,49 @@
+// Samples exact shapes of drawings so densely that the planner recognises arcs as arcs and follows splines to
+// a nanometre: no rounding, no chord that deviates by more than kShapeSagitta_mm.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/path/path.h"
+
+namespace firn {
+
+inline constexpr double kShapeSagitta_mm = 2e-3, kShapeChord_mm = 0.4;
+inline constexpr int kLeastArcPoints = 8, kMostArcPoints = 100000;
+
+/// Points after `from` up to and with `to` on the arc about `centre`. @param side 1 anticlockwise, -1
+/// clockwise; equal ends are a full circle. The radius goes linearly from one end's to the other's.
+template <class Add>
+void sample_arc(Point2 from, Point2 to, Point2 centre, double side, Add&& add) {
+  const double r0 = distance(centre, from), r1 = distance(centre, to);
+  const double start = std::atan2(from.y_mm - centre.y_mm, from.x_mm - centre.x_mm);
+  double turn = side * (std::atan2(to.y_mm - centre.y_mm, to.x_mm - centre.x_mm) - start);
+  if (turn < 0.0) turn += 2.0 * std::numbers::pi;
+  if (from == to) turn = 2.0 * std::numbers::pi;
+  const double chord = std::min(kShapeChord_mm, std::sqrt(8.0 * r0 * kShapeSagitta_mm));
+  const int n = std::clamp(int(std::ceil(turn * r0 / chord)), kLeastArcPoints, kMostArcPoints);
+  for (int i = 1; i < n; ++i) {
+    const double x = double(i) / n, r = r0 + x * (r1 - r0), angle = start + side * x * turn;
+    add(Point2{centre.x_mm + r * std::cos(angle), centre.y_mm + r * std::sin(angle)});
+  }
+  add(to);
+}
+
+/// Points after a up to and with d on the cubic Bezier curve.
+template <class Add>
+void sample_bezier(Point2 a, Point2 b, Point2 c, Point2 d, Add&& add) {
+  constexpr double kChord_mm = 0.15;
+  const double length = distance(a, b) + distance(b, c) + distance(c, d);
+  const int n = std::clamp(int(std::ceil(length / kChord_mm)), kLeastArcPoints, kMostArcPoints);
+  for (int i = 1; i < n; ++i) {
+    const double x = double(i) / n, y = 1.0 - x;
+    const double w[4] = {y * y * y, 3.0 * y * y * x, 3.0 * y * x * x, x * x * x};
+    add(Point2{w[0] * a.x_mm + w[1] * b.x_mm + w[2] * c.x_mm + w[3] * d.x_mm,
+               w[0] * a.y_mm + w[1] * b.y_mm + w[2] * c.y_mm + w[3] * d.y_mm});
+  }
+  add(d);
+}
+
+}  // namespace firn

@@ -1,0 +1,156 @@
+// Motion along curves that nobody tuned the planner for, as users have them: sampled at 0.05 to 2 mm, rounded
+// to 3, 4 or 9 decimals, with tolerances of 0.005 to 0.1 mm.
+//
+// - `motion_paths [CURVES] [SEED]`: for each kind of curve: duration over the best of all tiers, its growth
+// with a larger tolerance and with denser sampling, the lower bound's share, deviation / tolerance, and the
+// largest ratio to a limit. CURVES are drawn in all, default 200.
+// - `motion_paths one KIND SEED STEP DECIMALS TOLERANCE`: durations of one path
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "core/motion/planner.h"
+#include "tests/core/motion/sampled_curves.h"
+
+namespace {
+
+using namespace firn;
+using namespace firn::motion;
+
+constexpr Point2 kPart{400.0, 0.0};
+
+struct Summary {
+  std::vector<double> value;
+  void add(double v) { value.push_back(v); }
+  double mean() const {
+    double sum = 0.0;
+    for (const double v : value) sum += v;
+    return value.empty() ? 0.0 : sum / double(value.size());
+  }
+  double most() const { return value.empty() ? 0.0 : *std::max_element(value.begin(), value.end()); }
+  void merge(const Summary& o) { value.insert(value.end(), o.value.begin(), o.value.end()); }
+};
+
+struct Kind {
+  Summary over_best, over_nlp, wider, denser, bound, off, ratio;
+  int refused = 0;
+  void merge(const Kind& o) {
+    over_best.merge(o.over_best);
+    over_nlp.merge(o.over_nlp);
+    wider.merge(o.wider);
+    denser.merge(o.denser);
+    bound.merge(o.bound);
+    off.merge(o.off);
+    ratio.merge(o.ratio);
+    refused += o.refused;
+  }
+};
+
+class Planner {
+ public:
+  PlanResult operator()(const std::vector<Point2>& points, double tolerance_mm, int decimals, Method method) {
+    PathInput input;
+    input.points = points;
+    input.origin = kPart;
+    PlanOptions options;
+    options.method = method;
+    options.tolerance_mm = tolerance_mm;
+    options.point_noise_mm = 0.5 * std::pow(10.0, -decimals);
+    return plan(input, *arm_, cobra600_limits(), options, work_);
+  }
+
+ private:
+  std::unique_ptr<Arm> arm_ = make_scara(cobra600());
+  PlanWorkspace work_;
+};
+
+double largest(const PlanResult& result) {
+  double most = 0.0;
+  for (const LimitRatio& l : result.trajectory.certificate.limits) most = std::max(most, l.ratio);
+  return most;
+}
+
+void measure(Planner& planner, int kind, std::uint64_t seed, Kind& out) {
+  static constexpr int kDecimals[3] = {3, 4, 9};
+  RandomStream draw(seed, Purpose::kTest);
+  const ParametricCurve curve = random_curve(kind, seed);
+  const double step = 0.05 * std::pow(40.0, draw.uniform(0.0, 1.0));
+  const int decimals = kDecimals[draw.below(3)];
+  const double tolerance = 0.005 * std::pow(20.0, draw.uniform(0.0, 1.0));
+  const auto at = [&](double step_mm, double tolerance_mm, Method method) {
+    return planner(sampled(curve, step_mm, decimals), tolerance_mm, decimals, method);
+  };
+  const PlanResult fast = at(step, tolerance, Method::kCertified),
+                   slow = at(step, tolerance, Method::kOptimal),
+                   wide = at(step, 1.5 * tolerance, Method::kCertified),
+                   dense = at(0.5 * step, tolerance, Method::kCertified);
+  if (!fast.ok() || !slow.ok() || !wide.ok() || !dense.ok()) {
+    ++out.refused;
+    return;
+  }
+  const double t = fast.continuous_s;
+  out.over_best.add(t / std::min(slow.continuous_s, t));
+  out.wider.add(wide.continuous_s / t - 1.0);
+  out.denser.add(dense.continuous_s / t - 1.0);
+  out.bound.add(fast.trajectory.certificate.lower_bound_s / t);
+  out.off.add(std::max(fast.deviation_mm, slow.deviation_mm) / tolerance);
+  out.ratio.add(std::max(largest(fast), largest(slow)));
+  if (std::getenv("MOTION_PATHS_VERBOSE"))
+    std::printf(
+        "%s %llu step %.3f decimals %d tolerance %.4f: %.4f optimal %.4f wider %+.4f denser %+.4f off %.3f\n",
+        kCurveKind[kind], static_cast<unsigned long long>(seed), step, decimals, tolerance, t,
+        slow.continuous_s, out.wider.value.back(), out.denser.value.back(), out.off.value.back());
+}
+
+void print(const char* text, const Kind& k) {
+  std::printf("%-10s %6zu %8.4f %8.4f %9.2f %9.2f %9.3f %8.4f %10.7f %7d\n", text, k.over_best.value.size(),
+              k.over_best.mean(), k.over_best.most(), 100.0 * k.wider.most(), 100.0 * k.denser.most(),
+              k.bound.mean(), k.off.most(), k.ratio.most(), k.refused);
+}
+
+int table(int curves, std::uint64_t seed) {
+  Planner planner;
+  Kind all;
+  std::printf("%-10s %6s %8s %8s %9s %9s %9s %8s %10s %7s\n", "curves", "number", "T / best", "worst",
+              "wider %", "denser %", "bound / T", "off / e", "ratio", "refused");
+  for (int kind = 0; kind < kCurveKinds; ++kind) {
+    Kind here;
+    for (int k = kind; k < curves; k += kCurveKinds) measure(planner, kind, seed + std::uint64_t(k), here);
+    print(kCurveKind[kind], here);
+    all.merge(here);
+  }
+  print("all", all);
+  return 0;
+}
+
+int one(char** argv) {
+  int kind = 0;
+  while (kind + 1 < kCurveKinds && std::strcmp(kCurveKind[kind], argv[2]) != 0) ++kind;
+  const ParametricCurve curve = random_curve(kind, std::strtoull(argv[3], nullptr, 10));
+  const int decimals = std::atoi(argv[5]);
+  const std::vector<Point2> points = sampled(curve, std::atof(argv[4]), decimals);
+  Planner planner;
+  for (const Method method : {Method::kCertified, Method::kOptimal}) {
+    const PlanResult r = planner(points, std::atof(argv[6]), decimals, method);
+    if (!r.ok()) {
+      std::printf("%s: %s\n", name(method), describe(*r.fault).c_str());
+      continue;
+    }
+    std::printf("%-10s %zu points, %.4f s, bound %.4f s, off %.5f mm, %zu stops, ratio %.7f\n", name(method),
+                points.size(), r.continuous_s, r.trajectory.certificate.lower_bound_s, r.deviation_mm,
+                r.stops, largest(r));
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc == 7 && std::strcmp(argv[1], "one") == 0) return one(argv);
+  return table(argc > 1 ? std::max(1, std::atoi(argv[1])) : 200,
+               argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1);
+}

@@ -1,0 +1,110 @@
+// Time depends on the curve and the tolerance, not on how the path was sampled.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <vector>
+
+#include "core/motion/planner.h"
+#include "core/path/rounding.h"
+#include "tests/core/motion/sampled_curves.h"
+
+namespace firn::motion {
+namespace {
+
+PlanResult plan_curve(const std::vector<Point2>& points, double tolerance_mm,
+                      Method method = Method::kCertified) {
+  static const auto arm = make_scara(cobra600());
+  static PlanWorkspace work;
+  PathInput input;
+  input.points = points;
+  input.origin = {400.0, 0.0};
+  PlanOptions options;
+  options.method = method;
+  options.tolerance_mm = tolerance_mm;
+  options.point_noise_mm = rounding_mm(points);
+  PlanResult result = plan(input, *arm, cobra600_limits(), options, work);
+  INFO((result.ok() ? std::string() : describe(*result.fault)));
+  REQUIRE(result.ok());
+  for (const LimitRatio& limit : result.trajectory.certificate.limits) CHECK(limit.ratio <= 1.0);
+  if (tolerance_mm > 0.0) CHECK(result.deviation_mm <= tolerance_mm);
+  return result;
+}
+
+ParametricCurve ellipse(double a, double b) {
+  return [=](double t) {
+    const double w = 2.0 * std::numbers::pi * t;
+    return Point2{a * std::cos(w), b * std::sin(w)};
+  };
+}
+
+ParametricCurve rose() {
+  return [](double t) {
+    const double w = 2.0 * std::numbers::pi * t, r = 20.0 + 6.0 * std::cos(5.0 * w);
+    return Point2{r * std::cos(w), r * std::sin(w)};
+  };
+}
+
+}  // namespace
+
+TEST_CASE("The decimals of a path tell its rounding") {
+  CHECK(rounding_mm(std::vector<Point2>{{1.25, 3.0}, {0.125, 7.5}}) == Approx(0.0005));
+  CHECK(rounding_mm(std::vector<Point2>{{1.25, 3.0}, {0.5, 7.5}}) == Approx(0.005));
+  CHECK(rounding_mm(std::vector<Point2>{{10.0, 3.0}, {0.5, 7.5}}) == 0.0);
+  CHECK(rounding_mm(std::vector<Point2>{{1.0 / 3.0, 3.0}, {0.5, 7.5}}) == 0.0);
+}
+
+TEST_CASE("An ellipse of 90 x 60 mm takes the same time at any spacing and rounding within 0.05 mm") {
+  double least = 1e300, most = 0.0;
+  for (const auto& [step, decimals] : {std::pair{0.1, 3}, {0.3, 9}, {0.1, 9}, {1.0, 9}, {1.0, 3}}) {
+    const double t = plan_curve(sampled(ellipse(45.0, 30.0), step, decimals), 0.05).continuous_s;
+    INFO("step " << step << ", decimals " << decimals);
+    CHECK(t < 1.04 * 2.36);
+    least = std::min(least, t);
+    most = std::max(most, t);
+  }
+  CHECK(most < 1.02 * least);
+}
+
+TEST_CASE("A rose is not slower for more points, nor for a larger tolerance") {
+  for (const int decimals : {3, 9}) {
+    double before = 1e300;
+    for (const double tolerance : {0.01, 0.02, 0.05, 0.1}) {
+      const double coarse = plan_curve(sampled(rose(), 0.4, decimals), tolerance).continuous_s,
+                   dense = plan_curve(sampled(rose(), 0.1, decimals), tolerance).continuous_s;
+      INFO("decimals " << decimals << ", tolerance " << tolerance);
+      CHECK(dense < 1.01 * coarse);
+      CHECK(coarse < 1.005 * before);
+      before = coarse;
+    }
+  }
+}
+
+TEST_CASE(
+    "Chance runs of points on a circle are no arcs: a rose without tolerance takes the same at any spacing") {
+  const double coarse = plan_curve(sampled(rose(), 0.4, 12), 0.0).continuous_s;
+  for (const double step : {0.2, 0.1})
+    CHECK(plan_curve(sampled(rose(), step, 12), 0.0).continuous_s < 1.05 * coarse);
+}
+
+TEST_CASE("Without tolerance, points rounded to a micrometre are followed within that, and fast") {
+  const PlanResult exact = plan_curve(sampled(rose(), 0.3, 12), 0.0),
+                   rounded = plan_curve(sampled(rose(), 0.3, 3), 0.0);
+  CHECK(rounded.continuous_s < 1.15 * exact.continuous_s);
+  CHECK(rounded.deviation_mm < 0.035);
+}
+
+TEST_CASE("Seeded curves at any sampling: within the tolerance, near the slow tier, no slower for more") {
+  for (int kind = 0; kind < kCurveKinds; ++kind) {
+    RandomStream draw(std::uint64_t(kind) + 70, Purpose::kTest);
+    const ParametricCurve curve = random_curve(kind, std::uint64_t(kind) + 70);
+    const double step = 0.1 * std::pow(10.0, draw.uniform(0.0, 1.0)), tolerance = draw.uniform(0.01, 0.08);
+    for (const int decimals : {3, 9}) {
+      INFO(kCurveKind[kind] << ", step " << step << ", decimals " << decimals << ", tolerance " << tolerance);
+      const double t = plan_curve(sampled(curve, step, decimals), tolerance).continuous_s;
+      CHECK(t < 1.05 * plan_curve(sampled(curve, step, decimals), tolerance, Method::kOptimal).continuous_s);
+      CHECK(plan_curve(sampled(curve, step, decimals), 1.5 * tolerance).continuous_s < 1.01 * t);
+      CHECK(plan_curve(sampled(curve, 0.5 * step, decimals), tolerance).continuous_s < 1.02 * t);
+    }
+  }
+}
+
+}  // namespace firn::motion

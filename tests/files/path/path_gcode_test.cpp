@@ -1,0 +1,117 @@
+// Paths from G-code: every word that is known, in both units and both ways of counting; the others are named.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <sstream>
+#include <vector>
+
+#include "files/path/path_file.h"
+#include "files/usage_error.h"
+
+namespace firn {
+namespace {
+
+std::vector<InputPath> read(const std::string& text) {
+  std::istringstream in(text);
+  std::vector<InputPath> paths;
+  read_paths_gcode(in, "part.nc", double(text.size()), [&](InputPath&& p) { paths.push_back(std::move(p)); });
+  return paths;
+}
+
+std::string refusal(const std::string& text) {
+  try {
+    read(text);
+  } catch (const UsageError& e) {
+    return e.what();
+  }
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("G0 ends a path; G1 goes on; comments, line numbers and lower case do not matter") {
+  const auto paths =
+      read("%\nN10 g21 g90 (start)\nG0 X1 Y2 ; travel\nG1 X3.5 F600\nY4\nG0 X0 Y0\nG1 X1\nM2\n");
+  REQUIRE(paths.size() == 2);
+  CHECK(paths[0].path.points == std::vector<Point2>{{1, 2}, {3.5, 2}, {3.5, 4}});
+  CHECK(paths[0].place == "part.nc:4");
+  CHECK(paths[0].speed_limit.point_mm_s == std::vector<double>{10, 10, 10});
+  CHECK(paths[1].path.points == std::vector<Point2>{{0, 0}, {1, 0}});
+  CHECK(paths[1].number == 2);
+}
+
+TEST_CASE("Inches and relative words") {
+  const auto paths = read("G20 G0 X1\nG91 G1 X1 Y-0.5\nG21 X1\n");
+  REQUIRE(paths.size() == 1);
+  CHECK(paths[0].path.points[0].x_mm == Approx(25.4));
+  CHECK(paths[0].path.points[1].x_mm == Approx(50.8));
+  CHECK(paths[0].path.points[1].y_mm == Approx(-12.7));
+  CHECK(paths[0].path.points[2].x_mm == Approx(51.8));
+}
+
+TEST_CASE("Every point of an arc lies on its circle, by I and J as by R, either way round") {
+  for (const char* text : {"G0 X10 Y0\nG3 X0 Y10 I-10 J0", "G0 X10 Y0\nG3 X0 Y10 R10",
+                           "G0 X10 Y0\nG2 X0 Y10 R-10", "G0 X10 Y0\nG2 X10 Y0 I-10"}) {
+    const auto paths = read(text);
+    REQUIRE(paths.size() == 1);
+    INFO(text);
+    const Point2 centre{0, 0};
+    double length = 0.0;
+    const auto& p = paths[0].path.points;
+    for (std::size_t i = 0; i < p.size(); ++i) {
+      CHECK(std::abs(distance(p[i], centre) - 10.0) < 1e-9);
+      if (i > 0) length += distance(p[i - 1], p[i]);
+    }
+    const double quarter = 5.0 * std::numbers::pi;
+    const bool far = std::string(text).find("R-10") != std::string::npos;  // the long way round
+    const double whole = p.front() == p.back() ? 4.0 * quarter : far ? 3.0 * quarter : quarter;
+    CHECK(std::abs(length - whole) < 0.01 * whole);
+  }
+}
+
+TEST_CASE("G5 is a cubic Bezier curve: its ends, and its middle by de Casteljau") {
+  const auto p = read("G0 X0 Y0\nG5 I0 J3 P0 Q-3 X4 Y0\n").at(0).path.points;
+  CHECK(p.back() == Point2{4, 0});
+  double highest = 0.0;
+  for (const Point2& q : p) highest = std::max(highest, q.y_mm);
+  CHECK(highest < -1e-9 + 0.9);  // control points at heights 3 and -3: the curve swings both ways
+  CHECK(highest > 0.8);
+}
+
+TEST_CASE("Where the feed changes, the slower feed holds on its own line and little of the faster one") {
+  const auto path = read("G0 X0\nG1 X10 F6000\nX20 F600\nX30 F6000\n").at(0);
+  const auto& p = path.path.points;
+  const auto& speed = path.speed_limit.point_mm_s;
+  REQUIRE(speed.size() == p.size());
+  for (std::size_t i = 0; i + 1 < p.size(); ++i) {
+    const double limit = std::min(speed[i], speed[i + 1]), middle = 0.5 * (p[i].x_mm + p[i + 1].x_mm);
+    INFO(middle);
+    if (middle > 10.0 && middle < 20.0) CHECK(limit == 10.0);
+    if (middle < 9.4 || middle > 20.6) CHECK(limit == 100.0);
+    CHECK(limit <= 100.0);
+  }
+}
+
+TEST_CASE("A height is the path's own; one that changes along a path is refused") {
+  const auto paths = read("G1 X0 Y0 Z0.2\nG0 Z0.5\nG1 X5\nG0 Z1\nG1 X9\n");
+  REQUIRE(paths.size() == 2);
+  CHECK(paths[0].path.z_mm == 0.5);
+  CHECK(paths[1].path.z_mm == 1.0);
+  CHECK(refusal("G0 X0 Y0 Z0\nG1 X5 Z1\n").find("part.nc:2: z changes along a path") == 0);
+}
+
+TEST_CASE("What is not known is named with its line and limit") {
+  CHECK(refusal("G1 X1\nG18\n").find("part.nc:2: G18 is not known here") == 0);
+  CHECK(refusal("G1 X1\nG41 D1\n").find("part.nc:2: G41") == 0);
+  CHECK(refusal("G1 Xabc\n").find("part.nc:1: X") == 0);
+  CHECK(refusal("G1 X1 F0\n").find("F must be above 0") != std::string::npos);
+  CHECK(refusal("G2 X1 Y1\n").find("needs I and J, or R") != std::string::npos);
+  CHECK(refusal("G0 X0 Y0\nG2 X10 Y0 I1 J0\n").find("radius") != std::string::npos);
+  CHECK(refusal("G0 X0 Y0\nG2 X10 Y0 R1\n").find("does not reach") != std::string::npos);
+  CHECK(refusal("G1 X1e9\n").find("limit of +-100000 mm") != std::string::npos);
+  CHECK(refusal("(nothing\n").find("a comment without its )") != std::string::npos);
+  CHECK(refusal("G21\n").find("holds no path") != std::string::npos);
+  CHECK(refusal("!\n").find("no word of G-code") != std::string::npos);
+}
+
+}  // namespace firn
