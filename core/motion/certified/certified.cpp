@@ -9,6 +9,8 @@
 namespace firn::motion {
 namespace {
 
+constexpr double kWithinGap = 0.003;  ///< where a tolerance is used without slack
+
 struct Effort {
   CellSizes sizes;
   ProfileOptions solver;
@@ -17,9 +19,10 @@ struct Effort {
 
 /// How hard the profile is worked on. When the check shows that a limit is exceeded between the places where
 /// the solver looked, or the solver did not converge, the next attempt is finer.
-Effort effort(Method method, int attempt) {
+Effort effort(const PlanOptions& options, int attempt) {
   Effort e{CellSizes{}, ProfileOptions{}, 1};
-  if (method == Method::kOptimal) {
+  if (within_tolerance(options)) e.solver.gap = kWithinGap;
+  if (options.method == Method::kOptimal) {
     e.sizes.rest_growth = 1.04;
     e.sizes.rest_mm = 0.01;
     e.sizes.split = 8.0;
@@ -40,20 +43,31 @@ constexpr double kSlightly =
 constexpr double kLessSagitta = 0.2;  ///< where interpolated vertices of uneven chords leave the tolerance
 constexpr double kLeastShare = 0.1, kMostShare = 0.9;  ///< of the tolerance, from one try to the next
 constexpr double kMostFittedShare = 0.98;
+/// Cells of the fast tier are divided so often where a tolerance is used without slack.
+constexpr double kFittedSplit = 3.0, kWithinSplit = 2.0;
 constexpr int kShapes = 10;  ///< tries to bring the curve inside the tolerance
 constexpr double kLeastRampMm = 0.01;
 constexpr int kAttempts = 4;
 constexpr double kCellFactor = 1.002;  ///< cells that need more are divided for the next attempt
 constexpr double kGoodFactor = 1.006;  ///< slowing down by less than this is cheaper than another attempt
 
-/// Ratios of the motion in `out` at both ends and inside of every piece.
-void check(const CertifiedTask& task, int inner, CertifiedWork& work, StopSegment& out) {
-  check_states(out.curve, out.motion, inner, work.batch);
-  if (auto fault = sample_motion(out.curve, work.batch, task.arm, task.placement, task.joints, false,
-                                 work.tool, work.joint, work.flange))
+/// The motion of `out` at both ends and inside of every piece, into work.bounds.samples.
+void sample(const CertifiedTask& task, int inner, CertifiedWork& work, const StopSegment& out) {
+  MotionSamples& samples = work.bounds.samples;
+  check_states(out.curve, out.motion, inner, samples.batch);
+  if (auto fault = sample_motion(out.curve, samples.batch, task.arm, task.placement, task.joints, false,
+                                 samples.tool, samples.joint, samples.flange))
     throw MotionError(*fault);
+}
+
+/// Ratios of the motion in `out` there.
+void check(const CertifiedTask& task, int inner, CertifiedWork& work, StopSegment& out) {
+  MotionSamples& samples = work.bounds.samples;
+  out.sampled = ++work.sampled;
+  sample(task, inner, work, out);
+  out.proved = false;
   out.ratios = {};
-  add_ratios(out.curve, work.batch, work.tool, work.joint, task.groups, out.ratios);
+  add_ratios(out.curve, samples.batch, samples.tool, samples.joint, task.groups, out.ratios);
   out.factor = std::isfinite(out.motion.duration_s()) ? out.ratios.time_factor() : kUnlimited;
 }
 
@@ -108,7 +122,7 @@ void solve(const CertifiedTask& task, RowGroups& groups, int active, const Effor
            CertifiedWork& work, StopSegment& out) {
   bound(groups, active, work, out);
   solve_profile(out.curve, work.rows, groups, active, work.bound.limit, work.bound.b, effort.solver,
-                work.solver, work.profile);
+                work.solver, work.profile, within_tolerance(task.options) ? &out.gradient : nullptr);
   time_profile(out.curve, work.profile, out.motion);
   check(task, effort.inner_checks, work, out);
 }
@@ -157,79 +171,25 @@ double rest_cell(double size_mm, double speed_mm_s, const RateLimits& limit) {
 
 }  // namespace
 
-void plan_segment(std::span<const Point2> points, std::span<const double> speed_limit,
-                  std::span<const double> yaw_rad, Shape shape, double most_s, const CertifiedTask& task,
-                  CertifiedWork& work, StopSegment& out) {
-  CellSizes sizes = effort(task.options.method, 0).sizes;
+CellSizes cell_sizes(std::span<const Point2> points, std::span<const double> speed_limit,
+                     std::span<const double> yaw_rad, bool fitted, const CertifiedTask& task) {
+  CellSizes sizes = effort(task.options, 0).sizes;
+  if (within_tolerance(task.options) && task.options.method == Method::kCertified)
+    sizes.split = fitted ? kFittedSplit : kWithinSplit;
   const double low_mm_s =
       std::max(std::min(speed_limit.front(), turning_speed(points, yaw_rad, 0, task.limits)),
                std::min(speed_limit.back(), turning_speed(points, yaw_rad, points.size() - 2, task.limits)));
   sizes.rest_mm = rest_cell(sizes.rest_mm, low_mm_s, task.limits.position);
-  CurveOptions spec{task.options.curvature_ramp_mm,
-                    shape == Shape::kPlain ? 0.0 : task.options.tolerance_mm,
-                    0.0,
-                    sizes,
-                    task.options.curve_rule == CurveRule::kFitted,
-                    yaw_rad};
-  const auto form = [&] {
-    if (shape == Shape::kFitted) {
-      const double radius = spec.tolerance_mm > 0.0 ? spec.tolerance_mm : task.options.point_noise_mm;
-      fit_tube(points,
-               {radius, std::max(radius, spec.tolerance_mm > 0.0 ? 0.0 : kSagittaMm), sizes.largest_mm},
-               work.tube, work.curve.coarse);
-      work.curve.offset.assign({0.0, work.curve.coarse.s.back()});
-      return;
-    }
-    build_curve(points, spec, work.curve);
-    if (shape != Shape::kSmoothed) return;
-    smooth_dense(points, work.curve.pieces, kDenseWidths * spec.ramp_mm, kSmoothShare * spec.tolerance_mm,
-                 work.smoothing, work.smoothed);
-    build_curve(work.smoothed, spec, work.curve);
-  };
-  form();
-  int held_tries = 0;
-  CurveOptions nearest = spec;
-  double nearest_mm = kUnlimited;
-  const PlanOptions& options = task.options;
-  const bool unbound = options.tolerance_mm > 0.0 ? shape == Shape::kPlain : shape == Shape::kFitted;
-  const double allowed_mm = unbound                      ? kUnlimited
-                            : options.tolerance_mm > 0.0 ? options.tolerance_mm
-                                                         : farthest_mm(options);
-  for (int tries = 0;; ++tries) {
-    const Curve& curve = work.curve.coarse;
-    out.deviation_mm = options.curve_rule == CurveRule::kFitted ? frechet_bound(curve, points, work.length)
-                       : curve.straight                         ? 0.0
-                                                                : deviation(curve, points, work.length);
-    if (out.deviation_mm <= allowed_mm) break;
-    if (out.deviation_mm < nearest_mm) {
-      nearest = spec;
-      nearest_mm = out.deviation_mm;
-    }
-    if (tries == kShapes) {
-      spec = nearest;
-      form();
-      out.deviation_mm = nearest_mm;
-      break;
-    }
-    const double share = std::clamp(0.98 * allowed_mm / out.deviation_mm, kLeastShare,
-                                    shape == Shape::kFitted ? kMostFittedShare : kMostShare);
-    if (shape == Shape::kFitted || (tries == 0 && share > kSlightly && spec.tolerance_mm > 0.0)) {
-      spec.tolerance_mm *= share;
-    } else if (spec.held_sagitta_mm == 0.0) {
-      spec.tolerance_mm = allowed_mm;
-      spec.held_sagitta_mm = std::min(kSagittaMm, spec.tolerance_mm);
-    } else {
-      double& less = held_tries == 0 ? spec.held_sagitta_mm : spec.tolerance_mm;
-      less *= held_tries == 0 ? kLessSagitta : share;
-      ++held_tries;
-      if (held_tries > 2)
-        spec.ramp_mm = std::max(0.6 * spec.ramp_mm, kLeastRampMm);  // w itself is too long for this curve
-    }
-    form();
-  }
+  return sizes;
+}
+
+void plan_curve(std::span<const Point2> points, std::span<const double> speed_limit,
+                std::span<const double> yaw_rad, const CellSizes& sizes, double most_s,
+                const CertifiedTask& task, CertifiedWork& work, StopSegment& out) {
   bool all = false;
+  const MotionSamples& samples = work.bounds.samples;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    const Effort effort = motion::effort(task.options.method, attempt);
+    const Effort effort = motion::effort(task.options, attempt);
     StopSegment& trial = attempt == 0 ? out : work.trial;
     if (attempt == 0) {
       refine(sizes, work.curve, trial.curve);
@@ -249,7 +209,8 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
     }
     all = solve(task, effort, all, work, trial) || all;
     const bool good = trial.factor < kGoodFactor + task.options.slack;
-    if (!good) cell_factors(trial.curve, work.batch, work.tool, work.joint, task.groups, work.excess);
+    if (!good)
+      cell_factors(trial.curve, samples.batch, samples.tool, samples.joint, task.groups, work.excess);
     if (attempt > 0 && trial.duration_s() < out.duration_s()) {
       const Curve divided = trial.curve;
       std::swap(trial, out);
@@ -258,7 +219,7 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
     if (good || (std::isfinite(out.duration_s()) && out.motion.duration_s() > most_s)) return;
   }
   // the solver's first guess, slowed down, always serves
-  Effort none = effort(task.options.method, 0);
+  Effort none = effort(task.options, 0);
   none.solver.most_iterations = 0;
   StopSegment& guess = work.trial;
   guess.first = out.first;
@@ -273,20 +234,90 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
   if (!std::isfinite(out.duration_s())) throw MotionError(Fault(Reason::kNoSolution));
 }
 
+void plan_segment(std::span<const Point2> points, std::span<const double> speed_limit,
+                  std::span<const double> yaw_rad, Shape shape, double most_s, const CertifiedTask& task,
+                  CertifiedWork& work, StopSegment& out) {
+  const bool fitted = shape == Shape::kFitted;
+  const CellSizes sizes = cell_sizes(points, speed_limit, yaw_rad, fitted, task);
+  CurveOptions spec{task.options.curvature_ramp_mm,
+                    shape == Shape::kPlain ? 0.0 : task.options.tolerance_mm,
+                    0.0,
+                    sizes,
+                    task.options.curve_rule == CurveRule::kFitted,
+                    yaw_rad};
+  work.meant.clear();
+  if (fitted && spec.tolerance_mm > 0.0) recognise(points, kSagittaMm, true, work.meant);
+  const auto form = [&] {
+    if (fitted) {
+      const double radius = spec.tolerance_mm > 0.0 ? spec.tolerance_mm : task.options.point_noise_mm;
+      TubeOptions tube{radius, std::max(radius, spec.tolerance_mm > 0.0 ? 0.0 : kSagittaMm), sizes.largest_mm,
+                       work.meant};
+      fit_tube(points, tube, work.tube, work.curve.coarse);
+      work.curve.offset.assign({0.0, work.curve.coarse.s.back()});
+      return;
+    }
+    build_curve(points, spec, work.curve);
+    if (shape != Shape::kSmoothed) return;
+    smooth_dense(points, work.curve.pieces, kDenseWidths * spec.ramp_mm, kSmoothShare * spec.tolerance_mm,
+                 work.smoothing, work.smoothed);
+    build_curve(work.smoothed, spec, work.curve);
+  };
+  form();
+  int held_tries = 0;
+  CurveOptions nearest = spec;
+  double nearest_mm = kUnlimited;
+  const PlanOptions& options = task.options;
+  const bool unbound = options.tolerance_mm > 0.0 ? shape == Shape::kPlain : fitted;
+  const double allowed_mm = unbound                      ? kUnlimited
+                            : options.tolerance_mm > 0.0 ? options.tolerance_mm
+                                                         : farthest_mm(options);
+  for (int tries = 0;; ++tries) {
+    const Curve& curve = work.curve.coarse;
+    out.deviation_mm = options.curve_rule == CurveRule::kFitted ? frechet_bound(curve, points, work.length)
+                       : curve.straight                         ? 0.0
+                                                                : deviation(curve, points, work.length);
+    if (out.deviation_mm <= allowed_mm) break;
+    if (out.deviation_mm < nearest_mm) {
+      nearest = spec;
+      nearest_mm = out.deviation_mm;
+    }
+    if (tries == kShapes) {
+      spec = nearest;
+      form();
+      out.deviation_mm = nearest_mm;
+      break;
+    }
+    const double share =
+        std::clamp(0.98 * allowed_mm / out.deviation_mm, kLeastShare, fitted ? kMostFittedShare : kMostShare);
+    if (fitted || (tries == 0 && share > kSlightly && spec.tolerance_mm > 0.0)) {
+      spec.tolerance_mm *= share;
+    } else if (spec.held_sagitta_mm == 0.0) {
+      spec.tolerance_mm = allowed_mm;
+      spec.held_sagitta_mm = std::min(kSagittaMm, spec.tolerance_mm);
+    } else {
+      double& less = held_tries == 0 ? spec.held_sagitta_mm : spec.tolerance_mm;
+      less *= held_tries == 0 ? kLessSagitta : share;
+      ++held_tries;
+      if (held_tries > 2)
+        spec.ramp_mm = std::max(0.6 * spec.ramp_mm, kLeastRampMm);  // w itself is too long for this curve
+    }
+    form();
+  }
+  plan_curve(points, speed_limit, yaw_rad, sizes, most_s, task, work, out);
+}
+
 void prove(const CertifiedTask& task, CertifiedWork& work, StopSegment& out) {
   constexpr double kFastSharpness = 3e-4, kSlowSharpness = 3e-5;  ///< of the bounds, as factors of time
-  const TimedMotion& motion = out.motion;
-  work.bounds.now.clear();
-  std::size_t cell = 0;
-  for (std::size_t k = 0; k < motion.pieces(); ++k) {
-    while (cell + 1 < out.curve.cells() && motion.s[k] >= out.curve.s[cell + 1]) ++cell;
-    const double middle = 0.5 * (motion.t[k] + motion.t[k + 1]);
-    work.bounds.now.push_back({k, cell, motion.t[k], middle});
-    work.bounds.now.push_back({k, cell, middle, motion.t[k + 1]});
+  if (out.proved) return;
+  if (work.sampled != out.sampled) {
+    ++work.sampled;
+    sample(task, 1, work, out);
   }
-  const BoundedMotion bounded{out.curve, motion, task.arm, task.placement, task.groups, task.joints};
-  const double sharpness = task.options.method == Method::kOptimal ? kSlowSharpness : kFastSharpness;
+  const BoundedMotion bounded{out.curve, out.motion, task.arm, task.placement, task.groups, task.joints};
+  const bool fast = task.options.method != Method::kOptimal && !within_tolerance(task.options);
+  const double sharpness = fast ? kFastSharpness : kSlowSharpness;
   if (auto fault = bound_motion(bounded, sharpness, work.bounds, out.ratios)) throw MotionError(*fault);
+  out.proved = true;
   out.factor = out.ratios.time_factor();
   if (!std::isfinite(out.factor)) throw MotionError(Fault(Reason::kNoSolution));
 }

@@ -3,6 +3,7 @@
 // is exceeded.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -23,6 +24,9 @@ struct StopSegment {
   RatioTable ratios;                ///< of `motion`, not scaled
   double factor = 1.0;              ///< the motion runs at time / factor
   double bound_s = 0.0;             ///< lower bound of its duration
+  TimeGradient gradient;            ///< filled where the curve may be improved
+  std::uint64_t sampled = 0;        ///< CertifiedWork::sampled when `motion` was
+  bool proved = false;              ///< the ratios are bounds at every instant
   double deviation_mm = 0.0;        ///< bound of the Frechet distance from the points (curve/frechet.h)
   std::size_t first = 0, last = 0;  ///< input points where it starts and ends
 
@@ -36,7 +40,7 @@ struct CertifiedWork {
   SpeedBound bound;
   ProfileWork solver;
   Profile profile;
-  StateBatch batch;
+  StateBatch batch;  ///< at the tick
   Jets tool, joint, flange;
   std::vector<StopSegment> segments, candidate;
   StopSegment trial, corner_trial;
@@ -46,8 +50,11 @@ struct CertifiedWork {
   SmoothingWork smoothing;
   std::vector<Point2> smoothed;  ///< points of a segment
   TubeWork tube;
-  StopSegment shape_trial;
+  std::vector<CurvePiece> meant;  ///< lines and arcs among the points of a fit
+  std::vector<double> weight;     ///< of a step
+  StopSegment shape_trial, other_shape;
   BoundWork bounds;
+  std::uint64_t sampled = 0;  ///< number of the motion that work.bounds.samples holds
 };
 
 /// Input that all segments of a path share.
@@ -75,12 +82,32 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
                   std::span<const double> yaw_rad, Shape shape, double most_s, const CertifiedTask& task,
                   CertifiedWork& work, StopSegment& out);
 
+/// Whether the curve may leave the points and the time of the motion is what counts.
+inline bool within_tolerance(const PlanOptions& options) {
+  return options.curve_rule == CurveRule::kFitted && options.tolerance_mm > 0.0 && options.slack == 0.0;
+}
+
+/// Sizes of the cells of a curve through `points`. @param fitted Shape::kFitted
+CellSizes cell_sizes(std::span<const Point2> points, std::span<const double> speed_limit,
+                     std::span<const double> yaw_rad, bool fitted, const CertifiedTask& task);
+
+/// Plans along work.curve.coarse, whose deviation and points `out` has already; otherwise as plan_segment.
+void plan_curve(std::span<const Point2> points, std::span<const double> speed_limit,
+                std::span<const double> yaw_rad, const CellSizes& sizes, double most_s,
+                const CertifiedTask& task, CertifiedWork& work, StopSegment& out);
+
+/// Plans along a spline fitted inside the tolerance, which descent of the time moves there as long as that is
+/// faster. out.first and out.last are set.
+/// @pre within_tolerance
+void plan_fitted(std::span<const Point2> points, std::span<const double> speed_limit,
+                 const CertifiedTask& task, CertifiedWork& work, StopSegment& out);
+
 /// Splits a path and plans all its segments into work.segments[0 .. result - 1]; with a tolerance, corners
 /// are rolled where that is faster.
 std::size_t plan_segments(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work);
 
 /// Makes the ratios of a planned segment bounds at every instant (time_optimal/motion_bounds.h), and its
-/// factor with them.
+/// factor with them. Nothing happens where they are already.
 void prove(const CertifiedTask& task, CertifiedWork& work, StopSegment& out);
 
 /// Maximum deviation of a curve from its path by ramps, rounded corners and vertices: tolerance + w / 2

@@ -122,21 +122,34 @@ void plan_between(const CleanPath& path, std::size_t from, std::size_t to, const
   const PlanOptions& options = task.options;
   if (options.curve_rule == CurveRule::kRamped) return plan_as_recorded(path, from, to, task, work, out);
   const bool free = free_form(path, from, to, task, work);
-  plan(free ? Shape::kFitted : Shape::kRamped, kNever_s, out);
-  if (!(options.tolerance_mm > 0.0) || !path.yaw_rad.empty()) return;
+  const bool moves = within_tolerance(options) && path.yaw_rad.empty();
+  const auto plan_shape = [&](Shape shape, double most_s, StopSegment& segment) {
+    if (shape != Shape::kFitted || !moves) return plan(shape, most_s, segment);
+    segment.first = from;
+    segment.last = to;
+    plan_fitted(part(path, from, to), speed_limits(path, from, to), task, work, segment);
+  };
+  plan_shape(free ? Shape::kFitted : Shape::kRamped, kNever_s, out);
+  if (!(options.tolerance_mm > 0.0) || !path.yaw_rad.empty()) return prove(task, work, out);
   const bool inside = out.deviation_mm <= options.tolerance_mm;
-  if (free && inside) return;
   if (inside &&
       out.duration_s() <= (kFastEnough + options.slack) * straight_time_s(path, from, to, 1.0, task, work))
     return;
   if (options.slack > 0.0 && inside &&
-      !has_dense_run(work.curve.pieces, kDenseWidths * options.curvature_ramp_mm))
+      (free || !has_dense_run(work.curve.pieces, kDenseWidths * options.curvature_ramp_mm)))
     return;
-  plan(free ? Shape::kRamped : Shape::kFitted, inside ? kLikely * out.duration_s() : kNever_s,
-       work.shape_trial);
-  const bool other = work.shape_trial.deviation_mm <= options.tolerance_mm;
-  if ((other && !inside) || (other == inside && work.shape_trial.duration_s() < out.duration_s()))
-    std::swap(work.shape_trial, out);
+  const auto take_better = [&](StopSegment& other) {
+    const bool other_inside = other.deviation_mm <= options.tolerance_mm,
+               out_inside = out.deviation_mm <= options.tolerance_mm;
+    if (other_inside != out_inside ? other_inside : other.duration_s() < out.duration_s())
+      std::swap(other, out);
+  };
+  for (const Shape shape : {free ? Shape::kRamped : Shape::kFitted, Shape::kPlain}) {
+    const bool compares = out.deviation_mm <= options.tolerance_mm;
+    StopSegment& other = work.other_shape;
+    plan_shape(shape, compares ? out.duration_s() : kNever_s, other);
+    take_better(other);
+  }
 }
 
 /// True where the path turns from a-b to b-c by less than 154 degrees.

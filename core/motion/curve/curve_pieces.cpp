@@ -16,6 +16,8 @@ double dot(Vec a, Vec b) { return a.x * b.x + a.y * b.y; }
 
 constexpr double kCertainTurn = 0.5;  ///< of an arc of four points, rad
 constexpr double kCertainMm = 2.0;    ///< of a line of three points
+/// A smooth curve that stays within kRecogniseMm of a circle for so long has hardly a change of curvature.
+constexpr double kLongMm = 4.0;
 
 /// Last point of the longest run from i that lies on one line: the sleeve of directions that pass every
 /// point.
@@ -247,7 +249,7 @@ void recognise(std::span<const Point2> p, double sagitta_mm, bool abrupt, std::v
     std::size_t chords = i + 1;  // up to where the points are no run; half of a chance run, to stay linear
     if (arc > line &&
         (arc >= i + 4 || (arc == i + 3 && piece.length_mm * std::abs(piece.curvature) > kCertainTurn)) &&
-        (!abrupt || ends_abruptly(p, i, arc, off_circle))) {
+        (!abrupt || piece.length_mm > kLongMm || ends_abruptly(p, i, arc, off_circle))) {
       piece.last = arc;
     } else {
       if (abrupt && arc > line && arc >= i + 4) chords = std::max(chords, i + (arc - i) / 2);
@@ -255,7 +257,7 @@ void recognise(std::span<const Point2> p, double sagitta_mm, bool abrupt, std::v
       const auto off_line = [&](Point2 q) { return std::abs(cross({piece.tx, piece.ty}, q - piece.start)); };
       const bool certain =
           (line >= i + 3 || (line == i + 2 && (piece.length_mm > kCertainMm || p.size() == 3))) &&
-          (!abrupt || ends_abruptly(p, i, line, off_line));
+          (!abrupt || piece.length_mm > kLongMm || ends_abruptly(p, i, line, off_line));
       if (!certain && line > i + 1) set_line(piece, p[i], p[i + 1]);
       if (abrupt && !certain && line >= i + 3) chords = std::max(chords, i + (line - i) / 2);
       piece.last = certain ? line : i + 1;

@@ -37,9 +37,11 @@ class Walk {
  public:
   explicit Walk(const Curve& curve) : curve_(curve) {}
 
-  /// The parameter of a place near p, from the present one on and at most `ahead` further.
-  double to(Point2 p, double ahead) {
-    const double from = s_, most = std::min(curve_.s.back(), from + 2.0 * ahead);
+  /// The parameter of a place near p, from the present one on and at most about twice `ahead_mm` further.
+  double to(Point2 p, double ahead_mm) {
+    const double from = s_, least_speed = 1e-3;
+    const double ahead = ahead_mm / std::max(least_speed, std::sqrt(square(jet(curve_, cell_, from).d1)));
+    const double most = std::min(curve_.s.back(), from + 2.0 * ahead);
     double s = std::min(from + ahead, most);
     for (int step = 0; step < kNewton; ++step) {
       seek(s);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/motion/curve/polyline_thinning.h"
 
@@ -14,8 +15,9 @@ constexpr double kSampleShare = 1.0;       ///< the same where each point is hel
 constexpr double kTurn = 2.5;              ///< radii per cell: largest cell times turn at a vertex
 constexpr double kChords = 1.2;            ///< thinned chords per cell
 constexpr double kSampleChords = 0.5;      ///< the same where each point is held: more knots than points
-constexpr double kGrowth = 0.35;           ///< of a cell over the distance to a shorter one
-constexpr double kPlaces = 0.5;            ///< of a cell between two places
+constexpr double kFiner = 0.6;    ///< of the cells that the tube alone needs: time has features of its own
+constexpr double kGrowth = 0.35;  ///< of a cell over the distance to a shorter one
+constexpr double kPlaces = 0.5;   ///< of a cell between two places
 constexpr double kLeastCells = 8.0;
 
 void take(std::span<const Point2> points, const std::vector<std::size_t>& kept, std::vector<Point2>& out) {
@@ -56,8 +58,8 @@ class CellField {
   double at(double t) {
     while (i_ > 0 && t < at_[i_]) --i_;
     while (i_ + 2 < at_.size() && t >= at_[i_ + 1]) ++i_;
-    return std::min({largest_, size_[i_] + kGrowth * std::abs(t - at_[i_]),
-                     size_[i_ + 1] + kGrowth * std::abs(at_[i_ + 1] - t)});
+    return kFiner * std::min({largest_, size_[i_] + kGrowth * std::abs(t - at_[i_]),
+                              size_[i_ + 1] + kGrowth * std::abs(at_[i_ + 1] - t)});
   }
 
  private:
@@ -180,6 +182,59 @@ void straight_line(Point2 a, Point2 b, Curve& curve) {
   curve.straight = true;
 }
 
+/// Derivative of the given order at t in cell k as a form of control points k .. k + 3: the control values
+/// are differenced, and those of the derivative blended as de Boor does.
+std::array<double, 4> derivative_form(const std::vector<double>& knot, std::size_t k, int order, double t) {
+  std::array<double, 4> form{};
+  for (std::size_t unit = 0; unit < 4; ++unit) {
+    double c[4] = {};
+    c[unit] = 1.0;
+    const int degree = 3 - order;
+    for (int o = 0; o < order; ++o)
+      for (int j = 0; j + o < 3; ++j)
+        c[j] = double(3 - o) * (c[j + 1] - c[j]) /
+               (knot[k + std::size_t(j) + 4] - knot[k + std::size_t(j + o) + 1]);
+    for (int r = 1; r <= degree; ++r)
+      for (int j = 0; j + r <= degree; ++j) {
+        const double low = knot[k + std::size_t(j + r + order)], high = knot[k + std::size_t(j) + 4];
+        const double x = (t - low) / (high - low);
+        c[j] = (1.0 - x) * c[j] + x * c[j + 1];
+      }
+    form[unit] = c[0];
+  }
+  return form;
+}
+
+/// Lines that are meant stay: beyond kNearEnd_mm of their ends the tube is narrower.
+class MeantLines {
+ public:
+  MeantLines(std::span<const Point2> points, std::span<const CurvePiece> pieces, double total) {
+    if (pieces.empty()) return;
+    std::vector<double> length;
+    lengths(points, length);
+    const double scale = total / length.back();
+    for (const CurvePiece& piece : pieces) {
+      const double from = scale * length[piece.first] + kNearEnd_mm,
+                   to = scale * length[piece.last] - kNearEnd_mm;
+      if (piece.curvature == 0.0 && !piece.chord && from < to) lines_.emplace_back(from, to);
+    }
+  }
+  void narrow(std::vector<TubePlace>& places) const {
+    std::size_t k = 0;
+    for (TubePlace& place : places) {
+      while (k < lines_.size() && lines_[k].second < place.t) ++k;
+      if (k < lines_.size() && place.t > lines_[k].first) {
+        place.share = kNarrow;
+        place.radius *= kNarrow;
+      }
+    }
+  }
+
+ private:
+  static constexpr double kNearEnd_mm = 2.0, kNarrow = 0.1;
+  std::vector<std::pair<double, double>> lines_;
+};
+
 }  // namespace
 
 void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWork& work, Curve& curve) {
@@ -203,10 +258,49 @@ void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWo
                std::min(options.largest_mm, total / kLeastCells)},
               total, work.knots);
   set_places(work, options.radius_mm - within, options.between_mm - within, work.places);
+  MeantLines(points, options.pieces, total).narrow(work.places);
   guess_control(work);
   work.control.front() = points.front();
   work.control.back() = points.back();
+  work.weight.clear();
+  work.base.clear();
+  work.linear.clear();
   fit_spline(work.knots, work.places, samples, work);
+  to_curve(work, curve);
+}
+
+void widen_tube(double by_mm, TubeWork& work) {
+  for (TubePlace& place : work.places) place.radius += place.share * by_mm;
+}
+
+void base_curve(TubeWork& work, Curve& curve) {
+  work.control = work.base;
+  to_curve(work, curve);
+}
+
+void step_tube(const Curve& fine, const CurveGradient& gradient, std::span<const double> weight,
+               TubeWork& work, Curve& curve) {
+  const std::size_t cells = work.knots.size() - 1;
+  work.weight.assign(cells, 0.0);
+  work.linear.assign(work.base.size(), {});
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < fine.cells(); ++i) {
+    const double h = fine.s[i + 1] - fine.s[i], middle = 0.5 * (fine.s[i] + fine.s[i + 1]);
+    while (k + 1 < cells && middle >= work.knots[k + 1]) ++k;
+    work.weight[k] += 0.5 * (weight[i] + weight[i + 1]) * h / (work.knots[k + 1] - work.knots[k]);
+    for (std::size_t side = 0; side < 2; ++side)
+      for (int order = 1; order <= 3; ++order) {
+        const double x = gradient.x[order - 1][2 * i + side], y = gradient.y[order - 1][2 * i + side];
+        if (x == 0.0 && y == 0.0) continue;
+        const std::array<double, 4> form = derivative_form(work.extended, k, order, fine.s[i + side]);
+        for (std::size_t a = 0; a < 4; ++a) {
+          work.linear[k + a].x_mm += form[a] * x;
+          work.linear[k + a].y_mm += form[a] * y;
+        }
+      }
+  }
+  work.control = work.base;
+  fit_spline(work.knots, work.places, false, work);
   to_curve(work, curve);
 }
 

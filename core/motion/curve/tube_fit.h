@@ -1,7 +1,7 @@
 // fit_tube() computes the C2 cubic spline of least third derivative inside a tube about a polyline: points
 // of a path are samples with rounding, and only the tube is meant.
 //
-//   minimise  integral |r'''|^2 dt   subject to   |r(t_i) - p_i| <= radius_i,
+//   minimise  integral w(t) |r'''|^2 dt   subject to   |r(t_i) - p_i| <= radius_i,
 //
 // t = length along the polyline, p_i = its vertices and places between them. r''' is constant between the
 // knots. The knots follow the polyline's turns: theta at a vertex allows radii of about radius / theta^2 over
@@ -22,6 +22,7 @@ struct TubePlace {
   double t = 0.0;
   Point2 at;
   double radius = 0.0;
+  double share = 1.0;  ///< of the tube's radius that it may use
 };
 
 /// Buffers kept between paths.
@@ -41,7 +42,11 @@ struct TubeWork {
   std::vector<TubePlace> places;
   std::vector<Row> rows;
   std::vector<Point2> control;
+  std::vector<double> weight;                 ///< of each cell, empty = 1
+  std::vector<Point2> base;                   ///< the objective is of control - base; empty = 0
+  std::vector<Point2> linear;                 ///< and has this linear part; empty = 0
   std::vector<std::array<double, 4>> form;    ///< third derivative in each cell, times the root of its length
+                                              ///< and its weight
   std::vector<std::array<double, 4>> near;    ///< matrix of the least squares
   std::vector<std::array<double, 4>> energy;  ///< banded Hessian of the objective, per control point
   std::vector<std::array<double, 8>> band;    ///< Newton matrix, row-wise: diagonal and seven to the right
@@ -57,12 +62,29 @@ double fit_spline(std::span<const double> knots, std::span<const TubePlace> plac
                   TubeWork& work);
 
 struct TubeOptions {
-  double radius_mm = 0.0;   ///< of the tube at the points
-  double between_mm = 0.0;  ///< and between them; the points are thinned where it is the same
-  double largest_mm = 5.0;  ///< cell
+  double radius_mm = 0.0;                ///< of the tube at the points
+  double between_mm = 0.0;               ///< and between them; the points are thinned where it is the same
+  double largest_mm = 5.0;               ///< cell
+  std::span<const CurvePiece> pieces{};  ///< lines and arcs that are meant among the points
 };
 
 /// Fits a path's points between two rests. @param curve without speed limits
 void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWork& work, Curve& curve);
+
+/// Makes the tube of the last fit wider by so much.
+void widen_tube(double by_mm, TubeWork& work);
+
+/// The curve of work.base.
+void base_curve(TubeWork& work, Curve& curve);
+
+/// One step of descent of a function of the curve, from work.base inside the same tube: minimises
+///   <gradient, r - base> + 1/2 integral w(t) |r''' - base'''|^2 dt.
+/// @param fine the curve of base with more knots; @param gradient at both ends of its cells
+/// @param weight w at the knots of `fine`
+struct CurveGradient {
+  std::span<const double> x[3], y[3];  ///< of r', r'', r''': [2 * cells]
+};
+void step_tube(const Curve& fine, const CurveGradient& gradient, std::span<const double> weight,
+               TubeWork& work, Curve& curve);
 
 }  // namespace firn::motion

@@ -11,7 +11,9 @@ namespace {
 using Row = TubeWork::Row;
 
 constexpr int kMostIterations = 40;
-constexpr double kGap = 0.03;         ///< of the objective, where the iteration ends
+constexpr double kGap = 0.03;  ///< of the objective, where the iteration ends
+/// The same of a step, as shares of the third derivative's integral, at its end and its start.
+constexpr double kStepGap = 1e-4, kFirstStepGap = 0.1;
 constexpr double kViolation = 0.005;  ///< of the squared radius
 constexpr double kToBoundary = 0.95;
 constexpr double kLeastSlack = 0.05;
@@ -61,7 +63,7 @@ void set_energy(std::span<const double> knots, TubeWork& work) {
   work.form.resize(knots.size() - 1);
   for (std::size_t k = 0; k + 1 < knots.size(); ++k) {
     const std::array<double, 4> form = third_derivative(work.extended, k);
-    const double h = knots[k + 1] - knots[k];
+    const double h = (knots[k + 1] - knots[k]) * (work.weight.empty() ? 1.0 : work.weight[k]);
     for (std::size_t a = 0; a < 4; ++a) {
       work.form[k][a] = std::sqrt(h) * form[a];
       for (std::size_t b = a; b < 4; ++b) work.energy[k + a][b - a] += h * form[a] * form[b];
@@ -76,17 +78,48 @@ double objective(TubeWork& work) {
   double sum = 0.0;
   for (std::size_t k = 0; k < work.form.size(); ++k) {
     const std::array<double, 4>& form = work.form[k];
-    const Point2* c = &work.control[k];
+    const auto c = [&](std::size_t a) {
+      Point2 p = work.control[k + a];
+      if (!work.base.empty()) {
+        p.x_mm -= work.base[k + a].x_mm;
+        p.y_mm -= work.base[k + a].y_mm;
+      }
+      return p;
+    };
+    const Point2 first = c(0);
     double x = 0.0, y = 0.0;
     for (std::size_t a = 1; a < 4; ++a) {
-      x += form[a] * (c[a].x_mm - c[0].x_mm);
-      y += form[a] * (c[a].y_mm - c[0].y_mm);
+      const Point2 p = c(a);
+      x += form[a] * (p.x_mm - first.x_mm);
+      y += form[a] * (p.y_mm - first.y_mm);
     }
     sum += x * x + y * y;
     for (std::size_t a = 0; a < 4; ++a) {
       work.step[2 * (k + a)] -= form[a] * x;
       work.step[2 * (k + a) + 1] -= form[a] * y;
     }
+  }
+  sum *= 0.5;
+  for (std::size_t i = 0; i < work.linear.size(); ++i) {
+    const Point2 g = work.linear[i];
+    sum += g.x_mm * (work.control[i].x_mm - work.base[i].x_mm) +
+           g.y_mm * (work.control[i].y_mm - work.base[i].y_mm);
+    work.step[2 * i] -= g.x_mm;
+    work.step[2 * i + 1] -= g.y_mm;
+  }
+  return sum;
+}
+
+/// Size of the objective: of the whole third derivative where the objective is that of a step.
+double scale_of(const TubeWork& work) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < work.form.size(); ++k) {
+    double x = 0.0, y = 0.0;
+    for (std::size_t a = 1; a < 4; ++a) {
+      x += work.form[k][a] * (work.control[k + a].x_mm - work.control[k].x_mm);
+      y += work.form[k][a] * (work.control[k + a].y_mm - work.control[k].y_mm);
+    }
+    sum += x * x + y * y;
   }
   return 0.5 * sum;
 }
@@ -274,7 +307,14 @@ double fit_spline(std::span<const double> knots, std::span<const TubePlace> plac
   if (places.empty()) return 1.0;
   if (near_places) move_near(work);
   const double terms = double(places.size());
-  double value = objective(work), gap = 0.3 * value, worst = 0.0, stationary = 1.0, centring = 0.3;
+  const bool steps = !work.base.empty();
+  const double least = steps ? kStepGap / kGap * scale_of(work) : 0.0;
+  const auto size = [&] {
+    const double v = objective(work);
+    return steps ? std::max(std::abs(v), least) : v;
+  };
+  double value = size(), gap = 0.3 * (steps ? kFirstStepGap * scale_of(work) : value), worst = 0.0,
+         stationary = 1.0, centring = 0.3;
   for (Row& row : work.rows) {
     row.inside = room(row) >= kLeastSlack;
     row.slack = std::max(room(row), kLeastSlack);
@@ -305,7 +345,7 @@ double fit_spline(std::span<const double> knots, std::span<const TubePlace> plac
       worst = std::max(worst, -inside);
       gap += row.slack * row.multiplier;
     }
-    value = objective(work);
+    value = size();
     stationary *= 1.0 - length;
     centring = std::clamp((1.0 - length) * (1.0 - length), 0.05, 0.9);
     ++work.iterations;

@@ -21,7 +21,7 @@ constexpr double kEarly = 0.1, kEarlyRatio = 1.0, kLateRatio = 1.0;
 
 void solve_profile(const Curve& curve, const MotionRows& rows, RowGroups& groups, int active,
                    const std::vector<double>& top, const std::vector<double>& bound,
-                   const ProfileOptions& options, ProfileWork& work, Profile& out) {
+                   const ProfileOptions& options, ProfileWork& work, Profile& out, TimeGradient* gradient) {
   ProfileProblem problem(curve, rows, groups, active, top, bound, work);
   bool looked = false;
   double centring = kFirstCentring, duration = 0.0;
@@ -50,6 +50,7 @@ void solve_profile(const Curve& curve, const MotionRows& rows, RowGroups& groups
   }
   out.groups = problem.groups();
   problem.result(out);
+  if (gradient) problem.time_gradient(rows, top, *gradient);
 }
 
 }  // namespace firn::motion

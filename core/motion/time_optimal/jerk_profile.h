@@ -35,6 +35,12 @@ struct Profile {
   }
 };
 
+/// dT / d(r', r'', r''') of the tool's path r at the samples of MotionRows, from the multipliers of the
+/// limits of the total motion: by how much the optimum would change with the curve.
+struct TimeGradient {
+  std::vector<double> x[3], y[3];  ///< [order - 1][2 * cells]
+};
+
 /// Buffers of the solver, kept between paths: arrays of one double per cell or knot.
 class ProfileWork {
  public:
@@ -55,9 +61,11 @@ class ProfileWork {
 /// constraints from the beginning. Another group is activated when the profile exceeds its limits: without
 /// these limits the optimum can only be faster, so an optimum that satisfies them is the optimum with all of
 /// them. On return the active groups come first.
+/// @param gradient filled unless null
 /// @pre curve.cells() >= 4
 void solve_profile(const Curve& curve, const MotionRows& rows, RowGroups& groups, int active,
                    const std::vector<double>& top, const std::vector<double>& bound,
-                   const ProfileOptions& options, ProfileWork& work, Profile& out);
+                   const ProfileOptions& options, ProfileWork& work, Profile& out,
+                   TimeGradient* gradient = nullptr);
 
 }  // namespace firn::motion

@@ -26,9 +26,15 @@ PathBounds path_bounds(const TimedMotion& motion, const Interval& in, const Path
   b.l = std::abs(fifth);
   b.k = std::max(std::abs(left), std::abs(right));
   b.j = std::max(std::abs(p.j), std::abs(q.j)) + square * b.l;
-  b.a = std::max(std::abs(p.a), std::abs(q.a)) + square * b.k;
-  b.v = std::max(std::abs(p.v), std::abs(q.v)) + square * b.j;
-  b.forward = std::min(p.v, q.v) >= square * b.j;
+  // a derivative that keeps its sign makes the quantity monotone: its largest value is at an end
+  const bool a_monotone = p.j * q.j >= 0.0 && std::min(std::abs(p.j), std::abs(q.j)) >= square * b.l;
+  const double less_a = std::min(std::abs(p.a), std::abs(q.a));
+  const bool v_monotone = p.a * q.a >= 0.0 && (a_monotone || less_a >= square * b.k);
+  double bow = v_monotone ? 0.0 : square * b.j;
+  if (a_monotone) bow = std::min(bow, less_a * (in.to - in.from));  // a turns beside the end where it is less
+  b.a = std::max(std::abs(p.a), std::abs(q.a)) + (a_monotone ? 0.0 : square * b.k);
+  b.v = std::max(std::abs(p.v), std::abs(q.v)) + bow;
+  b.forward = std::min(p.v, q.v) >= bow;
   return b;
 }
 
@@ -79,28 +85,36 @@ CoordinateBounds cubic_bounds(const Curve& c, std::size_t cell, bool yaw, double
 
 class Bounder {
  public:
-  Bounder(const BoundedMotion& m, BoundWork& work, double most) : m_(m), work_(work), most_(most) {}
+  Bounder(const BoundedMotion& m, MotionSamples& samples, double most) : m_(m), work_(samples), most_(most) {}
 
-  /// Bounds of all groups in an interval whose ends are entries n and n + 1 of the batch. Returns in how many
-  /// parts it must be divided, 1 = not.
-  std::size_t bound(const Interval& in, std::size_t n, double lower, bool last, RatioTable& table) {
+  /// Bounds of all groups in an interval. Returns in how many parts it must be divided, 1 = not.
+  std::size_t bound(const Interval& in, double lower, bool last, RatioTable& table) {
+    const std::size_t n = in.sample;
     const PathState &p = work_.batch.state[n], &q = work_.batch.state[n + 1];
     const double width = in.to - in.from, square = width * width / 8.0;
     const PathBounds path = path_bounds(m_.motion, in, p, q);
     const double reach = path.v * width;
     const CoordinateBounds tool = cubic_bounds(m_.curve, in.cell, false, p.s, q.s, reach, path.forward);
+    const double sharp = (1.0 + most_) * lower, enough[3] = {sharp, sharp * sharp, sharp * sharp * sharp};
     RatioTable here;
     double rest = 0.0;  // largest share of a ratio that is not seen at the ends, as a factor of time
-    const auto raise = [&](int g, double d1, double d2, double d3, double fourth, double fifth) {
+    // bounds by the chord are sharp where the quantity bends little, those by the chain rule on lines
+    const auto raise = [&](int g, double d1, double d2, double d3, double fourth, double fifth,
+                           const CoordinateBounds* chain) {
       const RateLimits& limit = m_.groups.group[g].limit;
-      const double jerk = d3 + square * fifth;
-      const double value[3] = {(d1 + square * jerk) / limit.rate, (d2 + square * fourth) / limit.acceleration,
-                               jerk / limit.jerk};
+      double jerk = d3 + square * fifth, acceleration = d2 + square * fourth, rate = d1 + square * jerk;
+      if (chain) {
+        rate = std::min(rate, chain->d1 * path.v);
+        acceleration = std::min(acceleration, chain->second(path));
+        jerk = std::min(jerk, chain->third(path));
+      }
+      const double value[3] = {rate / limit.rate, acceleration / limit.acceleration, jerk / limit.jerk};
       const double seen[3] = {d1 / limit.rate, d2 / limit.acceleration, d3 / limit.jerk};
       for (int k = 0; k < 3; ++k) {
         here.ratio[g][k] = value[k];
         here.time_s[g][k] = in.from;
       }
+      if (value[0] <= enough[0] && value[1] <= enough[1] && value[2] <= enough[2]) return;
       rest = std::max(rest, factor_of(value) - std::max(lower, factor_of(seen)));
     };
     const auto largest = [&](const Jets& jets, int axis, int second_axis, int order) {
@@ -123,13 +137,13 @@ class Bounder {
       if (group.of == Quantity::kJoint) {
         const int j = group.joint;
         raise(g, largest(work_.joint, j, -1, 1), largest(work_.joint, j, -1, 2),
-              largest(work_.joint, j, -1, 3), higher[0][std::size_t(j)], higher[1][std::size_t(j)]);
+              largest(work_.joint, j, -1, 3), higher[0][std::size_t(j)], higher[1][std::size_t(j)], nullptr);
       } else {
         const bool total = group.of == Quantity::kTotal;
         const int axis = total ? kX : kYaw, second = total ? int(kY) : -1;
         const CoordinateBounds& own = total ? tool : yaw;
         raise(g, largest(work_.tool, axis, second, 1), largest(work_.tool, axis, second, 2),
-              largest(work_.tool, axis, second, 3), own.fourth(path), own.fifth(path));
+              largest(work_.tool, axis, second, 3), own.fourth(path), own.fifth(path), &own);
       }
     }
     here.speed_limit = path.v / m_.curve.speed_limit[in.cell];
@@ -173,7 +187,7 @@ class Bounder {
   }
 
   const BoundedMotion& m_;
-  BoundWork& work_;
+  MotionSamples& work_;
   double most_;
 };
 
@@ -181,31 +195,42 @@ class Bounder {
 
 std::optional<Fault> bound_motion(const BoundedMotion& m, double sharpness, BoundWork& work,
                                   RatioTable& table) {
+  // the samples at the pieces' ends and between them, which the first intervals join
+  const std::size_t each = work.samples.batch.size() / m.motion.pieces();
+  work.now.clear();
+  for (std::size_t n = 0; n + 1 < work.samples.batch.size(); ++n)
+    if ((n + 1) % each != 0)
+      work.now.push_back({n / each, work.samples.batch.cell[n / each * each], work.samples.batch.time[n],
+                          work.samples.batch.time[n + 1], n});
   double lower = 0.0;
   RatioTable bounds;
   for (int round = 0; !work.now.empty(); ++round) {
-    work.batch.clear();
-    for (const Interval& in : work.now)
-      for (const double at : {in.from, in.to}) {
-        work.batch.state.push_back(m.motion.state(in.piece, at));
-        work.batch.cell.push_back(in.cell);
-        work.batch.time.push_back(at);
+    MotionSamples& samples = round == 0 ? work.samples : work.divided;
+    if (round > 0) {
+      samples.batch.clear();
+      for (Interval& in : work.now) {
+        in.sample = samples.batch.size();
+        for (const double at : {in.from, in.to}) {
+          samples.batch.state.push_back(m.motion.state(in.piece, at));
+          samples.batch.cell.push_back(in.cell);
+          samples.batch.time.push_back(at);
+        }
       }
-    if (auto fault = sample_motion(m.curve, work.batch, m.arm, m.placement, m.joints, false, work.tool,
-                                   work.joint, work.flange))
-      return fault;
+      if (auto fault = sample_motion(m.curve, samples.batch, m.arm, m.placement, m.joints, false,
+                                     samples.tool, samples.joint, samples.flange))
+        return fault;
+    }
     RatioTable seen;
-    add_ratios(m.curve, work.batch, work.tool, work.joint, m.groups, seen);
+    add_ratios(m.curve, samples.batch, samples.tool, samples.joint, m.groups, seen);
     lower = std::max(lower, seen.time_factor());
-    Bounder bounder(m, work, sharpness);
+    Bounder bounder(m, samples, sharpness);
     work.next.clear();
-    for (std::size_t i = 0; i < work.now.size(); ++i) {
-      const Interval in = work.now[i];
-      const std::size_t parts = bounder.bound(in, 2 * i, lower, round == kRounds, bounds);
+    for (const Interval in : work.now) {
+      const std::size_t parts = bounder.bound(in, lower, round == kRounds, bounds);
       for (std::size_t k = 0; parts > 1 && k < parts; ++k) {
         const double x0 = double(k) / double(parts), x1 = double(k + 1) / double(parts);
         work.next.push_back({in.piece, in.cell, in.from + x0 * (in.to - in.from),
-                             k + 1 == parts ? in.to : in.from + x1 * (in.to - in.from)});
+                             k + 1 == parts ? in.to : in.from + x1 * (in.to - in.from), 0});
       }
     }
     std::swap(work.now, work.next);

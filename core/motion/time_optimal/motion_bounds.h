@@ -23,18 +23,25 @@ struct BoundedMotion {
   int joints = 0;
 };
 
+/// A motion at instants (sample_motion).
+struct MotionSamples {
+  StateBatch batch;
+  Jets tool, joint, flange;
+};
+
 /// Buffers kept between paths.
 struct BoundWork {
   struct Interval {
     std::size_t piece = 0, cell = 0;
     double from = 0.0, to = 0.0;  ///< instants
+    std::size_t sample = 0;       ///< of `from`; the next one is that of `to`
   };
+  MotionSamples samples;  ///< input: as check_states places them, the same number in every piece
+  MotionSamples divided;
   std::vector<Interval> now, next;
-  StateBatch batch;
-  Jets tool, joint, flange;
 };
 
-/// Sets `table` to bounds over the intervals of `work.now`.
+/// Sets `table` to bounds over the whole motion.
 /// A bound exceeds the largest sample by a share of time scaling of at most `sharpness` where that can be
 /// reached. Fault: index = entry of the batch
 std::optional<Fault> bound_motion(const BoundedMotion& motion, double sharpness, BoundWork& work,

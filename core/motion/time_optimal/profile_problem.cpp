@@ -246,6 +246,41 @@ void ProfileProblem::result(Profile& out) const {
   }
 }
 
+// The Lagrangian is T - sum m f; by the envelope theorem dT = -sum m df, with c and m held.
+void ProfileProblem::time_gradient(const MotionRows& rows, const std::vector<double>& top,
+                                   TimeGradient& out) const {
+  const RowGroup& group = group_[0];
+  const double over_a = 1.0 / group.limit.acceleration, over_j = 1.0 / group.limit.jerk;
+  const double rate_2 = square(group.limit.rate);
+  for (int r = 0; r < 2; ++r) {
+    std::vector<double>* of = r == 0 ? out.x : out.y;
+    for (int order = 0; order < 3; ++order) of[order].assign(2 * n_, 0.0);
+    const double* d1 = rows.of[r][0].data();
+    for (std::size_t i = 1; i < n_; ++i) {
+      const double Q = a_.q[0][r][0][i] * a_.c[i - 1] + a_.q[0][r][1][i] * a_.c[i];
+      const double d = 2.0 * a_.acceleration[0].multiplier[i] * Q * over_a;
+      of[1][2 * i] += d * square_speed(i);
+      of[0][2 * i] += 0.5 * d * slope(i);
+      const double p = square(rows.of[0][0][2 * i]) + square(rows.of[1][0][2 * i]);
+      if (rate_2 <= top[i] * p * (1.0 + 1e-9)) {
+        const double used = a_.v0[i] * a_.c[i - 1] + a_.v1[i] * a_.c[i];
+        of[0][2 * i] += 2.0 * a_.speed.multiplier[i] * used * d1[2 * i] / p;
+      }
+    }
+    for (std::size_t i = 1; i + 1 < n_; ++i)
+      for (std::size_t side = 0; side < 2; ++side) {
+        const std::size_t at = 2 * i + side, k = i + side;
+        double* const* p = a_.p[side][0][r];
+        const double L = p[0][i] * a_.c[i - 1] + p[1][i] * a_.c[i] + p[2][i] * a_.c[i + 1];
+        const double b = square_speed(k), over = over_j * (1.0 + kBulge * bend_[i] * bend_[i]);
+        const double d = 2.0 * a_.jerk[side][0].multiplier[i] * L * std::sqrt(b) * over;
+        of[2][at] += d * b;
+        of[1][at] += 1.5 * d * slope(k);
+        of[0][at] += 0.5 * d * (slope(i + 1) - slope(i)) / a_.h[i] * (1.0 + (side ? 0.5 : -0.5) * bend_[i]);
+      }
+  }
+}
+
 // The first guess: y = b^(3/4) of the speed-and-acceleration optimum, reduced to the slope that jerk allows
 // from a rest, and rounded where it bends.
 void ProfileProblem::first_guess(const Curve& curve, const MotionRows& rows,

@@ -71,6 +71,8 @@ class ProfileProblem {
   double duration() const { return duration_; }                ///< sum of h / sqrt(c) when last assembled
   std::size_t terms() const { return (1 + a_.groups) * (n_ - 1) + 2 * a_.groups * (n_ - 2); }
   void result(Profile& out) const;
+  /// @pre the first group is the total motion
+  void time_gradient(const MotionRows& rows, const std::vector<double>& top, TimeGradient& out) const;
 
  private:
   void lay_out(ProfileWork& work);

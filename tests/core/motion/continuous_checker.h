@@ -54,15 +54,22 @@ class ContinuousChecker {
     power_ = {0.0, m.v[k], a0, c0 - e0 * T + f * T * T, e0 - 2.0 * f * T, f};
   }
 
-  /// Coefficients of the quintic about every instant of the interval.
+  /// Coefficients of the quintic about every instant of the interval. The quintic is moved to the middle
+  /// first, so that the powers of a narrow interval are small.
   Taylor path(Interval t) const {
+    const double middle = 0.5 * (t.low + t.high);
+    std::array<Interval, 6> moved;
+    for (std::size_t k = 0; k < 6; ++k) moved[k] = Interval(power_[k]);
+    for (std::size_t k = 0; k < 5; ++k)
+      for (std::size_t i = 5; i-- > k;) moved[i] = moved[i] + Interval(middle) * moved[i + 1];
+    const Interval off = t - Interval(middle);
     Taylor s;
     for (std::size_t n = 0; n < kTaylor; ++n) {
       Interval sum(0.0);
       for (std::size_t k = 6; k-- > n;) {
         double binomial = 1.0;
         for (std::size_t i = 0; i < n; ++i) binomial = binomial * double(k - i) / double(i + 1);
-        sum = sum * t + Interval(binomial * power_[k]);
+        sum = sum * off + Interval(binomial) * moved[k];
       }
       s.c[n] = sum;
     }

@@ -1,0 +1,160 @@
+// The curve inside the tolerance: fits of several radii are starts, then descent of the time. The multipliers
+// of the speed profile's limits are the gradient of the minimum time with regard to the curve.
+#include <algorithm>
+#include <cmath>
+
+#include "core/motion/certified/certified.h"
+#include "core/motion/curve/frechet.h"
+
+namespace firn::motion {
+namespace {
+
+constexpr double kLeastRadius_mm = 0.003, kRadiusRatio = 3.0;  ///< of the starts
+constexpr double kMostRadiusShare = 0.7;                       ///< of the tolerance
+constexpr int kShrinks = 10;  ///< tries to bring a start inside the tolerance
+constexpr double kAim = 0.98, kLeastShrink = 0.1;
+constexpr int kFastRounds = 16, kSlowRounds = 40, kLastRounds = 8;  ///< of descent
+constexpr int kMostFailures = 4;                                    ///< one after another
+constexpr double kFastGain = 3e-4, kSlowGain = 5e-5;                ///< of a round that is worth another
+constexpr double kFirstWeight = 2.0, kHeavier = 2.0, kLighter = 0.8;
+
+/// Weights of |change of r'''|^2 of a step: the curvature of T that makes the gradient G of T that of w
+/// |r'''|^2 / 2, G / |r'''|, and so that of slow places as well v^5 / (3 jerk^2), which is the same where
+/// jerk alone decides: v = (jerk / |r'''|)^(1/3), T = integral of ds / v.
+void set_weights(const StopSegment& planned, double share, const RateLimits& limit,
+                 std::vector<double>& weight) {
+  constexpr double kLeast = 1e-3, kLeastJerk = 0.3;
+  const Curve& c = planned.curve;
+  const std::vector<double>& v = planned.motion.v;
+  const TimeGradient& g = planned.gradient;
+  const double fastest = *std::max_element(v.begin(), v.end()), square = fastest * fastest;
+  const double scale = square * square * fastest / (3.0 * limit.jerk * limit.jerk);
+  weight.assign(v.size(), 0.0);
+  for (std::size_t i = 0; i < c.cells(); ++i) {
+    const double h = c.s[i + 1] - c.s[i], faster = std::max(v[i], v[i + 1]);
+    const double gx = g.x[2][2 * i] + g.x[2][2 * i + 1], gy = g.y[2][2 * i] + g.y[2][2 * i + 1];
+    const double x = c.xx[i + 1] - c.xx[i], y = c.yy[i + 1] - c.yy[i];
+    const double third =
+        std::max(std::sqrt(x * x + y * y), kLeastJerk * h * limit.jerk / (faster * faster * faster));
+    const double own = std::sqrt(gx * gx + gy * gy) / third;
+    weight[i] = std::max(weight[i], own);
+    weight[i + 1] = std::max(weight[i + 1], own);
+  }
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    const double u = v[i] / fastest, u2 = u * u;
+    weight[i] = share * (scale * (kLeast + u2 * u2 * u) + weight[i]);
+  }
+}
+
+class FitPlanner {
+ public:
+  FitPlanner(std::span<const Point2> points, std::span<const double> speed_limit, CertifiedWork& work,
+             StopSegment& out)
+      : points_(points), speed_limit_(speed_limit), work_(work), trial_(work.shape_trial), out_(out) {
+    trial_.first = out.first;
+    trial_.last = out.last;
+    recognise(points, kSagittaMm, true, work.meant);
+  }
+
+  /// Plans along fits of several radii; the fastest is kept, with its tube as wide as the tolerance allows.
+  /// Returns whether it can be improved.
+  bool start(const CertifiedTask& task) {
+    const double tolerance = task.options.tolerance_mm;
+    const double widest = try_radius(tolerance, task);
+    if (!(out_.deviation_mm <= tolerance) || out_.curve.straight) return false;
+    double best = widest;
+    for (double r = kLeastRadius_mm; r < kMostRadiusShare * tolerance; r *= kRadiusRatio)
+      if (const double radius = try_radius(r, task); radius > 0.0) best = radius;
+    fit(best, task);
+    widen_tube(widest - best, work_.tube);
+    work_.tube.base = work_.tube.control;
+    return true;
+  }
+
+  /// Plans the present curve as `task` demands.
+  void plan_again(const CertifiedTask& task) {
+    base_curve(work_.tube, work_.curve.coarse);
+    plan(kUnlimited, task, out_);
+  }
+
+  void descend(int rounds, double gain, const CertifiedTask& task) {
+    int failures = 0;
+    for (int round = 0; round < rounds && failures < kMostFailures; ++round) {
+      if (out_.gradient.x[0].size() != 2 * out_.curve.cells()) return;
+      set_weights(out_, weight_, task.limits.position, work_.weight);
+      const TimeGradient& g = out_.gradient;
+      step_tube(out_.curve, {{g.x[0], g.x[1], g.x[2]}, {g.y[0], g.y[1], g.y[2]}}, work_.weight, work_.tube,
+                work_.curve.coarse);
+      trial_.deviation_mm = frechet_bound(work_.curve.coarse, points_, work_.length);
+      bool faster = trial_.deviation_mm <= task.options.tolerance_mm;
+      if (faster) {
+        plan(out_.duration_s(), task, trial_);
+        faster = trial_.duration_s() < out_.duration_s();
+      }
+      weight_ *= faster ? kLighter : kHeavier;
+      failures = faster && trial_.duration_s() < (1.0 - gain) * out_.duration_s() ? 0 : failures + 1;
+      if (!faster) continue;
+      std::swap(trial_, out_);
+      work_.tube.base = work_.tube.control;
+    }
+  }
+
+ private:
+  void fit(double radius, const CertifiedTask& task) {
+    const CellSizes sizes = cell_sizes(points_, speed_limit_, {}, true, task);
+    fit_tube(points_, {radius, radius, sizes.largest_mm, work_.meant}, work_.tube, work_.curve.coarse);
+    work_.curve.offset.assign({0.0, work_.curve.coarse.s.back()});
+  }
+
+  void plan(double most_s, const CertifiedTask& task, StopSegment& segment) {
+    plan_curve(points_, speed_limit_, {}, cell_sizes(points_, speed_limit_, {}, true, task), most_s, task,
+               work_, segment);
+  }
+
+  /// Returns the radius of a fit that is now the fastest one (the first is), otherwise 0.
+  double try_radius(double radius, const CertifiedTask& task) {
+    const double tolerance = task.options.tolerance_mm;
+    for (int tries = 0;; ++tries) {
+      fit(radius, task);
+      trial_.deviation_mm = frechet_bound(work_.curve.coarse, points_, work_.length);
+      if (trial_.deviation_mm <= tolerance || tries == kShrinks) break;
+      radius *= std::clamp(kAim * tolerance / trial_.deviation_mm, kLeastShrink, kAim);
+    }
+    if (!first_ && trial_.deviation_mm > tolerance) return 0.0;
+    plan(first_ ? kUnlimited : out_.duration_s(), task, trial_);
+    if (!first_ && trial_.duration_s() >= out_.duration_s()) return 0.0;
+    first_ = false;
+    std::swap(trial_, out_);
+    return radius;
+  }
+
+  std::span<const Point2> points_;
+  std::span<const double> speed_limit_;
+  CertifiedWork& work_;
+  StopSegment &trial_, &out_;
+  bool first_ = true;
+  double weight_ = kFirstWeight;
+};
+
+}  // namespace
+
+void plan_fitted(std::span<const Point2> points, std::span<const double> speed_limit,
+                 const CertifiedTask& task, CertifiedWork& work, StopSegment& out) {
+  FitPlanner planner(points, speed_limit, work, out);
+  const bool slow = task.options.method == Method::kOptimal;
+  // the slow tier does most of its descent on the fast tier's cells
+  PlanOptions options = task.options;
+  options.method = Method::kCertified;
+  const CertifiedTask fast{task.arm, task.limits, options, task.placement, task.joints, task.groups};
+  const bool moves = planner.start(fast);
+  if (moves) planner.descend(slow ? kSlowRounds : kFastRounds, slow ? kSlowGain : kFastGain, fast);
+  if (!slow) return;
+  if (!moves) {  // a straight line, or no curve within the tolerance
+    FitPlanner(points, speed_limit, work, out).start(task);
+    return;
+  }
+  planner.plan_again(task);
+  planner.descend(kLastRounds, kSlowGain, task);
+}
+
+}  // namespace firn::motion
