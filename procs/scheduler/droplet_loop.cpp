@@ -57,8 +57,7 @@ void DropletLoop::after_resume(Time now, Outbox& out) {
     case Phase::kArmProfiler:
     case Phase::kScan:
     case Phase::kEndScan:
-      ++scan_attempt_;
-      return proceed(Phase::kArmProfiler, now, out);
+      return scan_again(now, out);
     case Phase::kPass:
       return proceed(Phase::kDisarmJet, now, out);  // with act_answer_, whatever it says
     default:
@@ -145,8 +144,7 @@ bool DropletLoop::rejected(const height_map_t& m, Time now, Outbox& out) {
     send_fault(
         Severity::kWarning, 13,
         what + "; measuring again" + (many ? " at " + std::to_string(scan_speed_mm_s()) + " mm/s" : ""), out);
-    ++scan_attempt_;
-    proceed(Phase::kArmProfiler, now, out);
+    scan_again(now, out);
     return true;
   }
   if (little) {
@@ -180,21 +178,12 @@ bool DropletLoop::doubted(const height_map_t& m, Time now, Outbox& out) {
                            "measure the place of the profiler's line against a printed mark"});
     if (doubt.empty()) bare_ = HeightMap();
   }
-  if (doubt.empty()) {
-    sensor_warned_ = false;
-    return false;
-  }
-  if (!sensor_warned_ && scan_attempt_ < experiment().process.max_rescans) {
-    sensor_warned_ = true;
-    send_fault(Severity::kWarning, 15, doubt + "; measuring again", out);
-    ++scan_attempt_;
-    proceed(Phase::kArmProfiler, now, out);
-    return true;
-  }
-  sensor_warned_ = false;
-  phase_ = Phase::kArmProfiler;  // a resume continues here
-  fail(15, doubt, now, out);
-  return true;
+  return stopped_by_doubt(doubt, scan_attempt_, Phase::kArmProfiler, now, out);
+}
+
+void DropletLoop::scan_again(Time now, Outbox& out) {
+  ++scan_attempt_;
+  proceed(Phase::kArmProfiler, now, out);
 }
 
 // Interlock 12. After the stop somebody has been at the nozzle: the next map is where the comparison begins.

@@ -33,6 +33,7 @@ class DropletLoop final : public Scheduler {
   void after_resume(Time now, Outbox&) override;
   void operator_accepted(Time now, Outbox&) override;
   std::int64_t act_size() const override { return job_.remaining(); }
+  void scan_again(Time now, Outbox&) override;
   int command_layer() const override { return job_.finished() ? layers_done_ : job_.layer(); }
   bool only_counts() const override { return phase_ == Phase::kDisarmJet; }
   std::string awaited() const override;
@@ -69,8 +70,7 @@ class DropletLoop final : public Scheduler {
   LayerJob job_;
   HeightMap below_;  ///< the last accepted map; without cells after a stop that asked for a look at the part
   int below_layer_ = 0;
-  HeightMap bare_;              ///< of layer 0, until the first layer's map is accepted
-  bool sensor_warned_ = false;  ///< of the layer's map
+  HeightMap bare_;  ///< of layer 0, until the first layer's map is accepted
   int scan_attempt_ = 0;
   std::int32_t rows_lost_ = 0;  ///< of the layer's scans so far
   int slower_ = 0;              ///< scans have this many times half the configured speed

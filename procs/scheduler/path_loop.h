@@ -44,6 +44,7 @@ class PathLoop final : public Scheduler {
   void after_resume(Time now, Outbox&) override;
   void operator_accepted(Time now, Outbox&) override;
   std::int64_t act_size() const override;
+  void scan_again(Time now, Outbox&) override;
   int command_layer() const override;
   std::string awaited() const override;
   std::string doubt() const override;
@@ -107,10 +108,9 @@ class PathLoop final : public Scheduler {
   HeightMap newest_;       ///< the map that was accepted last
   HeightMap below_;        ///< that of the interval before; empty = the table
   int mapped_layers_ = 0;  ///< deposition layers in newest_
-  bool sensor_warned_ = false;
-  std::string dry_;     ///< a valve that gives nothing or too much, by newest_
-  int much_layer_ = 0;  ///< of the first of maps in a row that rose too much
-  int dry_told_ = 0;    ///< deposition layers when that stopped the print last
+  std::string dry_;        ///< a valve that gives nothing or too much, by newest_
+  int much_layer_ = 0;     ///< of the first of maps in a row that rose too much
+  int dry_told_ = 0;       ///< deposition layers when that stopped the print last
   int scan_attempt_ = 0;
   std::int64_t scan_id_ = 0;
   std::int64_t map_id_ = 0;

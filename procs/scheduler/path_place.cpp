@@ -83,21 +83,12 @@ bool PathLoop::doubted(const height_map_t& m, Time now, Outbox& out) {
       if (!text.empty()) send_fault(Severity::kWarning, 15, text, out);
     }
   }
-  if (doubt.empty()) {
-    sensor_warned_ = false;
-    return false;
-  }
-  if (!sensor_warned_ && scan_attempt_ < experiment().process.max_rescans) {
-    sensor_warned_ = true;
-    send_fault(Severity::kWarning, 15, doubt + "; measuring again", out);
-    count_phase_time(now);
-    measure_again(now, out);
-    return true;
-  }
-  sensor_warned_ = false;
-  phase_ = Phase::kLoadScan;  // a resume continues here
-  fail(15, doubt, now, out);
-  return true;
+  return stopped_by_doubt(doubt, scan_attempt_, Phase::kLoadScan, now, out);
+}
+
+void PathLoop::scan_again(Time now, Outbox& out) {
+  count_phase_time(now);
+  measure_again(now, out);
 }
 
 }  // namespace firn

@@ -241,6 +241,21 @@ void Scheduler::fail(int code, const std::string& text, Time now, Outbox& out) {
   finish_run(RunOutcome::kStoppedSafely, 3, text, out);
 }
 
+bool Scheduler::stopped_by_doubt(const std::string& doubt, int attempt, Phase measure, Time now,
+                                 Outbox& out) {
+  const bool first = !std::exchange(map_doubted_, false);
+  if (doubt.empty()) return false;
+  if (first && attempt < experiment().process.max_rescans) {
+    map_doubted_ = true;
+    send_fault(Severity::kWarning, 15, doubt + "; measuring again", out);
+    scan_again(now, out);
+    return true;
+  }
+  phase_ = measure;
+  fail(15, doubt, now, out);
+  return true;
+}
+
 void Scheduler::finish_run(RunOutcome outcome, int status, const std::string& reason, Outbox& out) {
   run_end_t end;
   end.outcome = std::int8_t(outcome);

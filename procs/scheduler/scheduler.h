@@ -82,7 +82,8 @@ class Scheduler : public Node {
   }  ///< whatever its outcome, the answer to this phase is a count
   virtual void after_resume(Time now, Outbox&) = 0;  ///< picks up the phase that the crash interrupted
   virtual void operator_accepted(Time now, Outbox&) = 0;
-  virtual std::int64_t act_size() const = 0;  ///< all in doubt if the driver has no record of the act
+  virtual std::int64_t act_size() const = 0;       ///< all in doubt if the driver has no record of the act
+  virtual void scan_again(Time now, Outbox&) = 0;  ///< with a new number of the attempt
   virtual int command_layer() const = 0;
   virtual std::string awaited() const = 0;  ///< the overdue message in a phase without a command
   virtual std::string doubt() const = 0;    ///< the question to the operator
@@ -96,6 +97,9 @@ class Scheduler : public Node {
   void finish_run(RunOutcome outcome, int status, const std::string& reason, Outbox&);
   void send_fault(Severity severity, int code, const std::string& text, Outbox&);
   void fail(int code, const std::string& text, Time now, Outbox&);  ///< FAULT that stops the print
+  /// Interlock 15. Returns true if the map is in doubt: it is measured once more, then the print stops.
+  /// @param attempt number of the map's measurement @param measure the phase that a resume continues with
+  bool stopped_by_doubt(const std::string& doubt, int attempt, Phase measure, Time now, Outbox&);
   void count_phase_time(Time now);
   /// Fills in id, epoch and layer, and arms the deadline: allowed_s of node time, longer where wall time
   /// matters.
@@ -129,7 +133,8 @@ class Scheduler : public Node {
   Changes changes_;
   bool paused_ = false, holding_ = false;
   bool last_layer_ = false;  ///< the operator wants no further layer
-  int all_drivers_ = 0;      ///< bit per NodeId that takes part
+  bool map_doubted_ = false;
+  int all_drivers_ = 0;  ///< bit per NodeId that takes part
   std::int32_t incarnation_ = 0;
   int refused_ = 0;  ///< times in a row that the command of this phase was refused
   std::optional<Pending> pending_;
