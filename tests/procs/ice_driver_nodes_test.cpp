@@ -11,6 +11,7 @@
 #include "procs/robot/node.h"
 #include "procs/valve/node.h"
 #include "runtime/node_host.h"
+#include "tests/procs/short_trajectory.h"
 
 using namespace firn;
 
@@ -188,22 +189,6 @@ robot_command_t verb(RobotVerb v) {
   return c;
 }
 
-trajectory_t trajectory(std::int64_t path, int samples) {
-  trajectory_t m{};
-  m.path = path;
-  m.tick_s = 0.016;
-  m.axes = 4;
-  m.axis_unit = {"rad", "rad", "mm", "rad"};
-  m.samples = samples;
-  m.n = 4 * samples;
-  for (int k = 0; k < samples; ++k) {
-    const double u = double(k) / (samples - 1), s = 0.1 * u * u * (3 - 2 * u);
-    for (const double q : {-0.8 + s, 1.5 - s, 60.0, -0.7}) m.position.push_back(q);
-  }
-  m.duration_s = 0.016 * (samples - 1);
-  return m;
-}
-
 }  // namespace
 
 TEST_CASE("a move puts the tool's point over the part's, as the simulated arm truly stands", "[ice]") {
@@ -254,7 +239,7 @@ TEST_CASE(
   list.n = 300;
   rig.message(NodeId::kValveA, channels::kPulseList, list);
   rig.message(NodeId::kValveB, channels::kPulseList, list);
-  rig.message(NodeId::kRobot, channels::kTrajectory, trajectory(7, 300));
+  rig.message(NodeId::kRobot, channels::kTrajectory, test::short_trajectory(7, 300));
   rig.run_for(2.0);
   valve_command_t v{};
   v.path = 7;
@@ -286,7 +271,7 @@ TEST_CASE(
 TEST_CASE("laser samples carry path, scan and material of the command that armed the storage", "[ice]") {
   Rig rig;
   REQUIRE(rig.robot(verb(RobotVerb::kHome)).outcome == std::int8_t(Outcome::kDone));
-  rig.message(NodeId::kRobot, channels::kTrajectory, trajectory(9, 500));
+  rig.message(NodeId::kRobot, channels::kTrajectory, test::short_trajectory(9, 500));
   laser_command_t c{};
   c.verb = std::int8_t(LaserVerb::kArm);
   c.layer = 5;

@@ -14,6 +14,7 @@
 #include "procs/stage/node.h"
 #include "procs/valve/node.h"
 #include "runtime/node_host.h"
+#include "tests/procs/short_trajectory.h"
 
 using namespace firn;
 
@@ -242,24 +243,8 @@ void work_valve(Rig& rig) {
   }
 }
 
-trajectory_t trajectory(std::int64_t path, int samples) {
-  trajectory_t m{};
-  m.path = path;
-  m.tick_s = 0.016;
-  m.axes = 4;
-  m.axis_unit = {"rad", "rad", "mm", "rad"};
-  m.samples = samples;
-  m.n = 4 * samples;
-  for (int k = 0; k < samples; ++k) {
-    const double u = double(k) / (samples - 1), s = 0.1 * u * u * (3 - 2 * u);
-    for (const double q : {-0.8 + s, 1.5 - s, 60.0, -0.7}) m.position.push_back(q);
-  }
-  m.duration_s = 0.016 * (samples - 1);
-  return m;
-}
-
 void work_robot(Rig& rig) {
-  rig.message(channels::kTrajectory, trajectory(7, 60));
+  rig.message(channels::kTrajectory, test::short_trajectory(7, 60));
   for (const RobotVerb verb : {RobotVerb::kHome, RobotVerb::kMove, RobotVerb::kLoad, RobotVerb::kRun}) {
     robot_command_t c{};
     c.verb = std::int8_t(verb);
