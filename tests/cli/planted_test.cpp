@@ -23,6 +23,7 @@
 #include "tests/cli/run_firn.h"
 #include "tests/replay/damage.h"
 #include "tests/replay/forge.h"
+#include "tests/support/tiny_print.h"
 
 namespace firn::test {
 namespace {
@@ -423,13 +424,7 @@ class Ground {
 };
 
 TEST_CASE("the audit names every violation that is planted into a clean run") {
-  Experiment e;
-  e.grid = {9, 8, 0.263256, 0.263256, 0.0, 0.0};
-  e.part.shape.kind = "cuboid";
-  e.part.shape.width_mm = 1.9;
-  e.part.shape.depth_mm = 1.6;
-  e.part.shape.height_mm = 0.025;
-  e.control.scheme = "mpc";
+  const Experiment e = tiny_print("planted");
   const RunFolder printed =
       RunFolder::create(fresh_folder("planted-ground"), e, make_inputs(e, ""), {"test"});
   REQUIRE(run_in_lab(printed, {}).result.status == 0);

@@ -17,6 +17,7 @@
 #include "replay/print_verdict.h"
 #include "tests/print/disk_faults.h"
 #include "tests/support/long_cases.h"
+#include "tests/support/tiny_print.h"
 
 namespace firn::test {
 namespace {
@@ -25,14 +26,7 @@ namespace fs = std::filesystem;
 using Catch::Contains;
 
 Experiment tiny(std::uint64_t seed) {
-  Experiment e;
-  e.run.name = "disk";
-  e.grid = {9, 8, 0.263256, 0.263256, 0.0, 0.0};
-  e.part.shape.kind = "cuboid";
-  e.part.shape.width_mm = 1.9;
-  e.part.shape.depth_mm = 1.6;
-  e.part.shape.height_mm = 0.025;
-  e.control.scheme = "mpc";
+  Experiment e = tiny_print("disk");
   e.plant.seed = seed;
   return e;
 }

@@ -14,6 +14,7 @@
 #include "print/simulated/lab_run.h"
 #include "replay/print_verdict.h"
 #include "tests/support/long_cases.h"
+#include "tests/support/tiny_print.h"
 
 namespace firn {
 namespace {
@@ -21,14 +22,7 @@ namespace {
 using test::long_cases;
 
 Experiment tiny(const std::string& scheme, std::uint64_t seed) {
-  Experiment e;
-  e.run.name = "resume";
-  e.grid = {9, 8, 0.263256, 0.263256, 0.0, 0.0};
-  e.part.shape.kind = "cuboid";
-  e.part.shape.width_mm = 1.9;
-  e.part.shape.depth_mm = 1.6;
-  e.part.shape.height_mm = 0.025;
-  e.control.scheme = scheme;
+  Experiment e = test::tiny_print("resume", scheme);
   e.plant.seed = seed;
   return e;
 }

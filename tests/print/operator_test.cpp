@@ -19,19 +19,13 @@
 #include "print/simulated/lab_run.h"
 #include "replay/run_messages.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/tiny_print.h"
 
 namespace firn {
 namespace {
 
 Experiment tiny(std::uint64_t seed) {
-  Experiment e;
-  e.run.name = "operator";
-  e.grid = {9, 8, 0.263256, 0.263256, 0.0, 0.0};
-  e.part.shape.kind = "cuboid";
-  e.part.shape.width_mm = 1.9;
-  e.part.shape.depth_mm = 1.6;
-  e.part.shape.height_mm = 0.025;
-  e.control.scheme = "mpc";
+  Experiment e = test::tiny_print("operator");
   e.plant.seed = seed;
   return e;
 }

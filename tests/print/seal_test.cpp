@@ -19,6 +19,7 @@
 #include "print/labs/print_labs.h"
 #include "print/simulated/lab_run.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/tiny_print.h"
 
 namespace firn::test {
 namespace {
@@ -27,14 +28,8 @@ namespace fs = std::filesystem;
 using Catch::Contains;
 
 Experiment tiny() {
-  Experiment e;
-  e.run.name = "seal";
-  e.grid = {9, 8, 0.263256, 0.263256, 0.0, 0.0};
-  e.part.shape.kind = "cuboid";
-  e.part.shape.width_mm = 1.9;
-  e.part.shape.depth_mm = 1.6;
+  Experiment e = tiny_print("seal", "smf");
   e.part.shape.height_mm = 0.015;
-  e.control.scheme = "smf";
   return e;
 }
 
