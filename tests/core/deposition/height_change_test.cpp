@@ -6,38 +6,16 @@
 
 #include "core/deposition/row_kernels.h"
 #include "core/grid/random.h"
+#include "tests/core/deposition/random_layers.h"
 
 using namespace firn;
 using namespace firn::deposition;
+using namespace firn::test;
 
 namespace {
 
 constexpr double kH1 = 4.4e-3, kH2 = 0.6e-3, kH3 = 0.2e-3;
 const DropletModel kLu{};
-
-HeightMap rough(const GridSpec& g, RandomStream& random, double range_mm) {
-  HeightMap h(g);
-  for (double& v : h.cells) v = random.uniform(0.0, range_mm);
-  return h;
-}
-
-DropletPattern some_drops(const GridSpec& g, RandomStream& random, std::uint32_t up_to) {
-  DropletPattern u(g);
-  for (auto& v : u.cells) v = std::uint8_t(random.below(up_to + 1));
-  return u;
-}
-
-double sum(const HeightMap& h) {
-  double s = 0.0;
-  for (double v : h.cells) s += v;
-  return s;
-}
-
-double worst(const HeightMap& a, const HeightMap& b) {
-  double w = 0.0;
-  for (std::size_t c = 0; c < a.size(); ++c) w = std::max(w, std::abs(a.cells[c] - b.cells[c]));
-  return w;
-}
 
 // Eqs. (3)-(5) as printed (with the errata): a gather over the nine terms of each cell, no shared code.
 template <int R>

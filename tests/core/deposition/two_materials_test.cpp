@@ -5,42 +5,20 @@
 #include <vector>
 
 #include "core/grid/random.h"
+#include "tests/core/deposition/random_layers.h"
 
 using namespace firn;
 using namespace firn::deposition;
+using namespace firn::test;
 
 namespace {
 
 const TwoInks kInks{{4.4e-3, 0.6e-3, 0.2e-3}, {3.0e-3, 0.9e-3, 0.4e-3}};
 
-HeightMap rough(const GridSpec& g, RandomStream& random, double range_mm) {
-  HeightMap h(g);
-  for (double& v : h.cells) v = random.uniform(0.0, range_mm);
-  return h;
-}
-
-DropletPattern some_drops(const GridSpec& g, RandomStream& random, std::uint32_t up_to) {
-  DropletPattern u(g);
-  for (auto& v : u.cells) v = std::uint8_t(random.below(up_to + 1));
-  return u;
-}
-
 MaterialMap some_inks(const GridSpec& g, RandomStream& random) {
   MaterialMap m(g);
   for (auto& v : m.cells) v = std::uint8_t(1 + random.below(2));
   return m;
-}
-
-double worst(const HeightMap& a, const HeightMap& b) {
-  double w = 0.0;
-  for (std::size_t c = 0; c < a.size(); ++c) w = std::max(w, std::abs(a.cells[c] - b.cells[c]));
-  return w;
-}
-
-double sum(const HeightMap& h) {
-  double s = 0.0;
-  for (double v : h.cells) s += v;
-  return s;
 }
 
 // Eq. (7) with the errata, term by term as printed: a gather at cell (i, j), off-grid ground taken as the
