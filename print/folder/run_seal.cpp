@@ -63,6 +63,18 @@ Seal next_seal(const SealCheck& c) {
   return s;
 }
 
+// The run has not ended: its resume writes the result and seals it. Where the folder has gone there is
+// nothing to remove, and a sync would meet the same disk.
+void remove_end(const fs::path& run) {
+  std::error_code error;
+  fs::remove(run / kResult, error);
+  try {
+    const SealCheck c = check_seals(run, false);
+    if (!c.seals.empty() && !c.seals.back().open) fs::remove(seal_path(run, c.seals.back().number), error);
+  } catch (const std::exception&) {
+  }
+}
+
 std::string since(const SealDifference& d, const std::string& when) { return to_text(d) + ", found " + when; }
 
 }  // namespace
@@ -103,18 +115,6 @@ SealedIncarnation::SealedIncarnation(const fs::path& run, std::int64_t run_id, b
 }
 
 SealedIncarnation::~SealedIncarnation() { ::close(lock_); }
-
-// The run has not ended: its resume writes the result and seals it. Where the folder has gone there is
-// nothing to remove, and a sync would meet the same disk.
-static void remove_end(const fs::path& run) {
-  std::error_code error;
-  fs::remove(run / kResult, error);
-  try {
-    const SealCheck c = check_seals(run, false);
-    if (!c.seals.empty() && !c.seals.back().open) fs::remove(seal_path(run, c.seals.back().number), error);
-  } catch (const std::exception&) {
-  }
-}
 
 void SealedIncarnation::ended(RunResult& result) try {
   const SealCheck c = check_seals(run_, true);
