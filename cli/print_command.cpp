@@ -83,10 +83,7 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
     s.node_s = double(m.header.utime_us) * 1e-6;
   };
   const auto on_warning = [&](const fault_t& f) { progress.note("warning: " + f.node + ": " + f.text); };
-  if (options.bus == "in-process") {
-    LabRunOptions o;
-    const InterruptGuard guard;
-    o.interrupted = InterruptGuard::raised;
+  const auto with = [&](auto o) {
     o.resume = resume;
     o.orders = orders_of(options);
     o.note = note;
@@ -94,19 +91,18 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
     o.faults = parse_lab_faults(options.faults, e);
     o.progress = on_layer;
     o.warned = on_warning;
+    return o;
+  };
+  if (options.bus == "in-process") {
+    LabRunOptions o = with(LabRunOptions{});
+    const InterruptGuard guard;
+    o.interrupted = InterruptGuard::raised;
     const LabRunReport report = run_in_lab(run, o);
     s.result = report.result;
     s.folder = report.folder.string();
   } else {
-    LaunchOptions o;
+    LaunchOptions o = with(LaunchOptions{});
     o.bus_url = options.bus;
-    o.resume = resume;
-    o.orders = orders_of(options);
-    o.note = note;
-    o.unsealed = options.unsealed;
-    o.faults = parse_lab_faults(options.faults, e);
-    o.progress = on_layer;
-    o.warned = on_warning;
     const LaunchReport report = launch(run, o);
     s.result = report.result;
     s.folder = report.folder.string();
