@@ -26,7 +26,9 @@ ConfigChange config_change(const fs::path& run, const std::string& recorded_toml
     if (const std::string unread = unread_by_scheme(now, d.key); !unread.empty())
       result.unread.push_back(d.key + " " + unread);
   }
-  if (!result.settings.empty()) result.change = [text = dump(now)](const std::string&) { return text; };
+  // Nodes take today's default for a key that an earlier version's text lacks.
+  if (!result.settings.empty() || dump(recorded) != recorded_toml)
+    result.change = [text = dump(now)](const std::string&) { return text; };
   return result;
 }
 

@@ -151,6 +151,21 @@ TEST_CASE("a changed gain is told by key, and the first divergence by the plan i
   CHECK(!config_change(run, recorded_config(run), {"control.smf.kp=1.0"}).change);
 }
 
+TEST_CASE(
+    "a run of a version without a key is replayed with the value of that version, if nothing is changed") {
+  const fs::path run = recorded("without-key");
+  std::string text = recorded_config(run);
+  const std::string key = "stall_layers = ";
+  const std::size_t at = text.find(key);
+  REQUIRE(at != std::string::npos);
+  text.erase(at, text.find('\n', at) + 1 - at);
+  std::ofstream(run / "experiment.toml") << text;
+  const auto change = config_change(run, text, {});
+  CHECK(change.settings.empty());
+  REQUIRE(change.change);
+  CHECK(change.change(text).find("\n" + key + "0\n") != std::string::npos);
+}
+
 struct Removal {
   const char* node;
   const char* text;  // in the event's record
