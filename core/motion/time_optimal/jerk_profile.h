@@ -1,6 +1,7 @@
 // solve_profile() computes the minimum-time speed profile within the limits of speed, acceleration and jerk
 // on a fixed curve by a primal-dual interior-point method with one banded Newton step per iteration.
 // Derivation: docs/algorithms/certified-motion.md.
+// The band is eliminated by hand: Eigen solves dense and general sparse systems, not banded ones.
 #pragma once
 
 #include <cstddef>
