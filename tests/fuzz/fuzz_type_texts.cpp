@@ -1,5 +1,6 @@
 // Any text as .lcm files: as the house's, as an old log may carry them, and as two files of others. A message
 // of each type, of the bytes of the text itself, is walked and printed.
+#include <algorithm>
 #include <stdexcept>
 
 #include "lcmtypes/schema.h"
