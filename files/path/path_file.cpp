@@ -172,7 +172,7 @@ void read_paths(const std::filesystem::path& file, const PathSink& sink) {
   if (file.extension() == ".json") return read_paths_json(in, file.string(), size, sink);
   for (const char* extension : {".gcode", ".nc", ".ngc"})
     if (file.extension() == extension) return read_paths_gcode(in, file.string(), size, sink);
-  throw UsageError(file.string() + ": must end in .csv, .json, .gcode, .nc, .ngc or .paths");
+  throw UsageError(file.string() + ": must end in .gcode, .nc, .ngc, .csv, .json or .paths");
 }
 
 }  // namespace firn

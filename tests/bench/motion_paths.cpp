@@ -4,16 +4,23 @@
 // - `motion_paths [CURVES] [SEED]`: for each kind of curve: duration over the best of all tiers, its growth
 // with a larger tolerance and with denser sampling, the lower bound's share, deviation / tolerance, and the
 // largest ratio to a limit. CURVES are drawn in all, default 200.
+// - `motion_paths nasty N [SEED]`: N random paths (cusps, tiny and repeated steps, zigzags, near full reach)
+// with tolerances of 0 and 0.005 to 0.1 mm: refusals by reason, deviation / tolerance, largest ratio to a
+// limit at any instant by interval arithmetic
 // - `motion_paths one KIND SEED STEP DECIMALS TOLERANCE`: durations of one path
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <map>
 #include <string>
 #include <vector>
 
+#include "core/motion/certified/certified.h"
 #include "core/motion/planner.h"
+#include "tests/core/motion/continuous_checker.h"
+#include "tests/core/motion/random_paths.h"
 #include "tests/core/motion/sampled_curves.h"
 
 namespace {
@@ -147,10 +154,64 @@ int one(char** argv) {
   return 0;
 }
 
+/// Plans the segments as plan_certified does and returns the checker's largest ratio.
+double proved_ratio(const std::vector<Point2>& points, const PlanOptions& options, const Arm& arm,
+                    CertifiedWork& work, double& deviation_mm) {
+  static const MotionLimits limits = cobra600_limits();
+  PathInput input;
+  input.points = points;
+  const CleanPath path = clean(input);
+  CertifiedTask task{arm, limits, options, {}, limited_joints(limits, arm.joints()), {}};
+  task.placement.configuration.elbow = 1;
+  task.groups = row_groups(limits, task.joints, false);
+  const std::size_t segments = plan_segments(path, task, work);
+  double most = 0.0;
+  for (std::size_t k = 0; k < segments; ++k) {
+    StopSegment& segment = work.segments[k];
+    prove(task, work, segment);
+    deviation_mm = std::max(deviation_mm, segment.deviation_mm);
+    for (const auto& row : ContinuousChecker(segment, limits, 325.0, 275.0).ratios(1e-3))
+      for (const double r : row) most = std::max(most, r);
+  }
+  return most;
+}
+
+int nasty(int paths, std::uint64_t seed) {
+  const auto arm = make_scara(cobra600());
+  CertifiedWork work;
+  RandomPathMaker maker(seed);
+  RandomStream draw(seed, Purpose::kTest);
+  std::map<std::string, int> refused;
+  double most = 0.0, off = 0.0;
+  int planned = 0;
+  for (int k = 0; k < paths; ++k) {
+    const RandomPath path = maker.next();
+    PlanOptions options;
+    if (k % 2) options.tolerance_mm = 0.005 * std::pow(20.0, draw.uniform(0.0, 1.0));
+    try {
+      double deviation_mm = 0.0;
+      const double ratio = proved_ratio(path.points, options, *arm, work, deviation_mm);
+      ++planned;
+      if (options.tolerance_mm > 0.0) off = std::max(off, deviation_mm / options.tolerance_mm);
+      if (ratio > most || (options.tolerance_mm > 0.0 && deviation_mm > options.tolerance_mm))
+        std::printf("path %d (%s, %zu points), tolerance %.4f: ratio 1 %+.3g, deviation %.5f mm\n", k,
+                    path.kind, path.points.size(), options.tolerance_mm, ratio - 1.0, deviation_mm);
+      most = std::max(most, ratio);
+    } catch (const MotionError& error) {
+      ++refused[describe(error.fault()).substr(0, 40)];
+    }
+  }
+  std::printf("%d planned, largest ratio 1 %+.3g, deviation / tolerance %.4f\n", planned, most - 1.0, off);
+  for (const auto& [reason, count] : refused) std::printf("%6d refused: %s...\n", count, reason.c_str());
+  return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   if (argc == 7 && std::strcmp(argv[1], "one") == 0) return one(argv);
+  if (argc > 2 && std::strcmp(argv[1], "nasty") == 0)
+    return nasty(std::max(1, std::atoi(argv[2])), argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
   return table(argc > 1 ? std::max(1, std::atoi(argv[1])) : 200,
                argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1);
 }

@@ -19,9 +19,9 @@ struct Effort {
 
 /// How hard the profile is worked on. When the check shows that a limit is exceeded between the places where
 /// the solver looked, or the solver did not converge, the next attempt is finer.
-Effort effort(const PlanOptions& options, int attempt) {
+Effort effort(const PlanOptions& options, bool finer, int attempt) {
   Effort e{CellSizes{}, ProfileOptions{}, 1};
-  if (within_tolerance(options)) e.solver.gap = kWithinGap;
+  if (finer) e.solver.gap = kWithinGap;
   if (options.method == Method::kOptimal) {
     e.sizes.rest_growth = 1.04;
     e.sizes.rest_mm = 0.01;
@@ -35,6 +35,10 @@ Effort effort(const PlanOptions& options, int attempt) {
     e.solver.gap *= 0.25;
   }
   return e;
+}
+
+bool finer(const CertifiedTask& task, const CertifiedWork& work) {
+  return work.descends || within_tolerance(task.options);
 }
 
 constexpr double kSmoothShare = 0.9;  ///< of the tolerance, for moving the points of dense runs
@@ -122,7 +126,7 @@ void solve(const CertifiedTask& task, RowGroups& groups, int active, const Effor
            CertifiedWork& work, StopSegment& out) {
   bound(groups, active, work, out);
   solve_profile(out.curve, work.rows, groups, active, work.bound.limit, work.bound.b, effort.solver,
-                work.solver, work.profile, within_tolerance(task.options) ? &out.gradient : nullptr);
+                work.solver, work.profile, work.descends ? &out.gradient : nullptr);
   time_profile(out.curve, work.profile, out.motion);
   check(task, effort.inner_checks, work, out);
 }
@@ -172,10 +176,10 @@ double rest_cell(double size_mm, double speed_mm_s, const RateLimits& limit) {
 }  // namespace
 
 CellSizes cell_sizes(std::span<const Point2> points, std::span<const double> speed_limit,
-                     std::span<const double> yaw_rad, bool fitted, const CertifiedTask& task) {
-  CellSizes sizes = effort(task.options, 0).sizes;
-  if (within_tolerance(task.options) && task.options.method == Method::kCertified)
-    sizes.split = fitted ? kFittedSplit : kWithinSplit;
+                     std::span<const double> yaw_rad, const CertifiedTask& task, const CertifiedWork& work) {
+  CellSizes sizes = effort(task.options, finer(task, work), 0).sizes;
+  if (finer(task, work) && task.options.method == Method::kCertified)
+    sizes.split = work.descends ? kFittedSplit : kWithinSplit;
   const double low_mm_s =
       std::max(std::min(speed_limit.front(), turning_speed(points, yaw_rad, 0, task.limits)),
                std::min(speed_limit.back(), turning_speed(points, yaw_rad, points.size() - 2, task.limits)));
@@ -189,7 +193,7 @@ void plan_curve(std::span<const Point2> points, std::span<const double> speed_li
   bool all = false;
   const MotionSamples& samples = work.bounds.samples;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    const Effort effort = motion::effort(task.options, attempt);
+    const Effort effort = motion::effort(task.options, finer(task, work), attempt);
     StopSegment& trial = attempt == 0 ? out : work.trial;
     if (attempt == 0) {
       refine(sizes, work.curve, trial.curve);
@@ -219,7 +223,7 @@ void plan_curve(std::span<const Point2> points, std::span<const double> speed_li
     if (good || (std::isfinite(out.duration_s()) && out.motion.duration_s() > most_s)) return;
   }
   // the solver's first guess, slowed down, always serves
-  Effort none = effort(task.options, 0);
+  Effort none = effort(task.options, finer(task, work), 0);
   none.solver.most_iterations = 0;
   StopSegment& guess = work.trial;
   guess.first = out.first;
@@ -238,7 +242,7 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
                   std::span<const double> yaw_rad, Shape shape, double most_s, const CertifiedTask& task,
                   CertifiedWork& work, StopSegment& out) {
   const bool fitted = shape == Shape::kFitted;
-  const CellSizes sizes = cell_sizes(points, speed_limit, yaw_rad, fitted, task);
+  const CellSizes sizes = cell_sizes(points, speed_limit, yaw_rad, task, work);
   CurveOptions spec{task.options.curvature_ramp_mm,
                     shape == Shape::kPlain ? 0.0 : task.options.tolerance_mm,
                     0.0,
@@ -249,7 +253,7 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
   if (fitted && spec.tolerance_mm > 0.0) recognise(points, kSagittaMm, true, work.meant);
   const auto form = [&] {
     if (fitted) {
-      const double radius = spec.tolerance_mm > 0.0 ? spec.tolerance_mm : task.options.point_noise_mm;
+      const double radius = spec.tolerance_mm > 0.0 ? spec.tolerance_mm : fit_radius_mm(task.options);
       TubeOptions tube{radius, std::max(radius, spec.tolerance_mm > 0.0 ? 0.0 : kSagittaMm), sizes.largest_mm,
                        work.meant};
       fit_tube(points, tube, work.tube, work.curve.coarse);

@@ -51,6 +51,7 @@ struct CertifiedWork {
   std::vector<Point2> smoothed;  ///< points of a segment
   TubeWork tube;
   std::vector<CurvePiece> meant;  ///< lines and arcs among the points of a fit
+  bool descends = false;          ///< the curve is being moved: finer cells, and the time's gradient
   std::vector<double> weight;     ///< of a step
   StopSegment shape_trial, other_shape;
   BoundWork bounds;
@@ -87,18 +88,24 @@ inline bool within_tolerance(const PlanOptions& options) {
   return options.curve_rule == CurveRule::kFitted && options.tolerance_mm > 0.0 && options.slack == 0.0;
 }
 
-/// Sizes of the cells of a curve through `points`. @param fitted Shape::kFitted
+/// Radius of the tube about the points: the tolerance, or the distance by which rounding of both coordinates
+/// moves a point.
+inline double fit_radius_mm(const PlanOptions& options) {
+  constexpr double kDiagonal = 1.4142135623730951;
+  return options.tolerance_mm > 0.0 ? options.tolerance_mm : kDiagonal * options.point_noise_mm;
+}
+
+/// Sizes of the cells of a curve through `points`.
 CellSizes cell_sizes(std::span<const Point2> points, std::span<const double> speed_limit,
-                     std::span<const double> yaw_rad, bool fitted, const CertifiedTask& task);
+                     std::span<const double> yaw_rad, const CertifiedTask& task, const CertifiedWork& work);
 
 /// Plans along work.curve.coarse, whose deviation and points `out` has already; otherwise as plan_segment.
 void plan_curve(std::span<const Point2> points, std::span<const double> speed_limit,
                 std::span<const double> yaw_rad, const CellSizes& sizes, double most_s,
                 const CertifiedTask& task, CertifiedWork& work, StopSegment& out);
 
-/// Plans along a spline fitted inside the tolerance, which descent of the time moves there as long as that is
-/// faster. out.first and out.last are set.
-/// @pre within_tolerance
+/// Plans along a spline fitted inside the tolerance, or inside the points' rounding, which descent of the
+/// time moves there as long as that is faster. out.first and out.last are set.
 void plan_fitted(std::span<const Point2> points, std::span<const double> speed_limit,
                  const CertifiedTask& task, CertifiedWork& work, StopSegment& out);
 

@@ -122,7 +122,8 @@ void plan_between(const CleanPath& path, std::size_t from, std::size_t to, const
   const PlanOptions& options = task.options;
   if (options.curve_rule == CurveRule::kRamped) return plan_as_recorded(path, from, to, task, work, out);
   const bool free = free_form(path, from, to, task, work);
-  const bool moves = within_tolerance(options) && path.yaw_rad.empty();
+  const bool moves = path.yaw_rad.empty() && (within_tolerance(options) ||
+                                              (options.slack == 0.0 && options.method == Method::kOptimal));
   const auto plan_shape = [&](Shape shape, double most_s, StopSegment& segment) {
     if (shape != Shape::kFitted || !moves) return plan(shape, most_s, segment);
     segment.first = from;

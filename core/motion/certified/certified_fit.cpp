@@ -18,6 +18,11 @@ constexpr int kMostFailures = 4;                                    ///< one aft
 constexpr double kFastGain = 3e-4, kSlowGain = 5e-5;                ///< of a round that is worth another
 constexpr double kFirstWeight = 2.0, kHeavier = 2.0, kLighter = 0.8;
 
+/// Largest deviation of the curve from the polygon. Without a tolerance the points bind before that.
+double allowed_mm(const PlanOptions& options) {
+  return options.tolerance_mm > 0.0 ? options.tolerance_mm : farthest_mm(options);
+}
+
 /// Weights of |change of r'''|^2 of a step: the curvature of T that makes the gradient G of T that of w
 /// |r'''|^2 / 2, G / |r'''|, and so that of slow places as well v^5 / (3 jerk^2), which is the same where
 /// jerk alone decides: v = (jerk / |r'''|)^(1/3), T = integral of ds / v.
@@ -53,17 +58,21 @@ class FitPlanner {
       : points_(points), speed_limit_(speed_limit), work_(work), trial_(work.shape_trial), out_(out) {
     trial_.first = out.first;
     trial_.last = out.last;
+    work.descends = true;
     recognise(points, kSagittaMm, true, work.meant);
   }
+  ~FitPlanner() { work_.descends = false; }
+  FitPlanner(const FitPlanner&) = delete;
 
   /// Plans along fits of several radii; the fastest is kept, with its tube as wide as the tolerance allows.
   /// Returns whether it can be improved.
   bool start(const CertifiedTask& task) {
-    const double tolerance = task.options.tolerance_mm;
-    const double widest = try_radius(tolerance, task);
+    const double tolerance = allowed_mm(task.options);
+    samples_ = !(task.options.tolerance_mm > 0.0);
+    const double widest = try_radius(fit_radius_mm(task.options), task);
     if (!(out_.deviation_mm <= tolerance) || out_.curve.straight) return false;
     double best = widest;
-    for (double r = kLeastRadius_mm; r < kMostRadiusShare * tolerance; r *= kRadiusRatio)
+    for (double r = kLeastRadius_mm; !samples_ && r < kMostRadiusShare * tolerance; r *= kRadiusRatio)
       if (const double radius = try_radius(r, task); radius > 0.0) best = radius;
     fit(best, task);
     widen_tube(widest - best, work_.tube);
@@ -86,7 +95,7 @@ class FitPlanner {
       step_tube(out_.curve, {{g.x[0], g.x[1], g.x[2]}, {g.y[0], g.y[1], g.y[2]}}, work_.weight, work_.tube,
                 work_.curve.coarse);
       trial_.deviation_mm = frechet_bound(work_.curve.coarse, points_, work_.length);
-      bool faster = trial_.deviation_mm <= task.options.tolerance_mm;
+      bool faster = trial_.deviation_mm <= allowed_mm(task.options);
       if (faster) {
         plan(out_.duration_s(), task, trial_);
         faster = trial_.duration_s() < out_.duration_s();
@@ -101,19 +110,20 @@ class FitPlanner {
 
  private:
   void fit(double radius, const CertifiedTask& task) {
-    const CellSizes sizes = cell_sizes(points_, speed_limit_, {}, true, task);
-    fit_tube(points_, {radius, radius, sizes.largest_mm, work_.meant}, work_.tube, work_.curve.coarse);
+    const CellSizes sizes = cell_sizes(points_, speed_limit_, {}, task, work_);
+    const double between = samples_ ? kSagittaMm : radius;
+    fit_tube(points_, {radius, between, sizes.largest_mm, work_.meant}, work_.tube, work_.curve.coarse);
     work_.curve.offset.assign({0.0, work_.curve.coarse.s.back()});
   }
 
   void plan(double most_s, const CertifiedTask& task, StopSegment& segment) {
-    plan_curve(points_, speed_limit_, {}, cell_sizes(points_, speed_limit_, {}, true, task), most_s, task,
+    plan_curve(points_, speed_limit_, {}, cell_sizes(points_, speed_limit_, {}, task, work_), most_s, task,
                work_, segment);
   }
 
   /// Returns the radius of a fit that is now the fastest one (the first is), otherwise 0.
   double try_radius(double radius, const CertifiedTask& task) {
-    const double tolerance = task.options.tolerance_mm;
+    const double tolerance = allowed_mm(task.options);
     for (int tries = 0;; ++tries) {
       fit(radius, task);
       trial_.deviation_mm = frechet_bound(work_.curve.coarse, points_, work_.length);
@@ -132,7 +142,7 @@ class FitPlanner {
   std::span<const double> speed_limit_;
   CertifiedWork& work_;
   StopSegment &trial_, &out_;
-  bool first_ = true;
+  bool first_ = true, samples_ = false;
   double weight_ = kFirstWeight;
 };
 

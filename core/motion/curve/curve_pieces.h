@@ -35,8 +35,8 @@ inline constexpr double kSagittaMm = 0.03;
 /// Neighbouring pieces that are tangent to each other are joined at their point of tangency, also where no
 /// input point lies there (a chord across the joint is dropped).
 /// @pre points has no repeated neighbours and at least two entries. Time: O(n log n).
-/// @param abrupt only runs that are long or end abruptly, as meant ones do: a smooth curve has runs within kRecogniseMm
-/// of a circle by chance, wherever its curvature changes little
+/// @param abrupt only runs that are long or end abruptly, as meant ones do: a smooth curve has runs within
+/// kRecogniseMm of a circle by chance, wherever its curvature changes little
 void recognise(std::span<const Point2> points, double sagitta_mm, bool abrupt,
                std::vector<CurvePiece>& pieces);
 

@@ -6,7 +6,7 @@
 namespace firn::motion {
 namespace {
 
-constexpr double kSharp = 1.001, kSharpMm = 1e-6;
+constexpr double kSharp = 1.01, kSharpMm = 1e-6;
 constexpr int kDivisions = 12;
 constexpr int kNewton = 4;
 
@@ -117,6 +117,8 @@ double frechet_bound(const Curve& curve, std::span<const Point2> points, std::ve
   parameter[n - 1] = curve.s.back();
   double worst = 0.0;
   std::size_t cell = 0;
+  Jet left = jet(curve, 0, 0.0);  // the curve is C2: at a knot either cell's will do
+  double left_s = 0.0;
   for (std::size_t i = 0; i + 1 < n; ++i) {
     const double from = parameter[i], to = parameter[i + 1];
     const Point2 &p = points[i], &q = points[i + 1];
@@ -130,14 +132,16 @@ double frechet_bound(const Curve& curve, std::span<const Point2> points, std::ve
       while (cell + 1 < curve.cells() && s >= curve.s[cell + 1]) ++cell;
       const double end = std::min(to, cell + 1 < curve.cells() ? curve.s[cell + 1] : to),
                    third = (end - s) / 3.0;
-      const Jet left = jet(curve, cell, s), right = jet(curve, cell, end);
+      if (s != left_s) left = jet(curve, cell, s);
+      const Jet right = jet(curve, cell, end);
       const Point2 p0 = s == from ? p : polygon(s), p3 = end == to ? q : polygon(end);
       const double px = (p3.x_mm - p0.x_mm) / 3.0, py = (p3.y_mm - p0.y_mm) / 3.0;
       const Point2 a{left.at.x_mm - p0.x_mm, left.at.y_mm - p0.y_mm},
           d{right.at.x_mm - p3.x_mm, right.at.y_mm - p3.y_mm};
       raise(a, {a.x_mm + third * left.d1.x_mm - px, a.y_mm + third * left.d1.y_mm - py},
             {d.x_mm - third * right.d1.x_mm + px, d.y_mm - third * right.d1.y_mm + py}, d, kDivisions, worst);
-      s = end;
+      s = left_s = end;
+      left = right;
     } while (s < to);
   }
   return std::sqrt(worst);

@@ -23,7 +23,8 @@ class ContinuousChecker {
     for (std::size_t q = 0; q < 3; ++q) limit_[q] = {of[q]->rate, of[q]->acceleration, of[q]->jerk};
   }
 
-  /// Bounds that are within `sharp` of the truth, or as near as `kDepth` halvings lead.
+  /// Bounds that are within `sharp` of the truth, or as near as `kDepth` halvings lead; those above 1 within
+  /// kCertain.
   NineRatios ratios(double sharp) {
     ratio_ = {};
     sharp_ = sharp;
@@ -38,7 +39,8 @@ class ContinuousChecker {
   }
 
  private:
-  static constexpr int kDepth = 14;
+  static constexpr int kDepth = 26;
+  static constexpr double kCertain = 1e-10;
 
   /// s - s_k of the piece by Newton's divided differences with triple knots at both ends.
   void set_quintic(std::size_t k) {
@@ -137,7 +139,9 @@ class ContinuousChecker {
         const double least = norm.low <= 0.0 && norm.high >= 0.0
                                  ? 0.0
                                  : std::min(std::abs(norm.low), std::abs(norm.high)) / (limit_[q][n] * scale);
-        sharp = sharp && (here[q][n] <= std::max(ratio_[q][n], 0.9) || here[q][n] - least <= sharp_);
+        const double width = here[q][n] - least;
+        sharp = sharp && (here[q][n] <= std::max(std::min(ratio_[q][n], 1.0), 0.9) ||
+                          width <= (here[q][n] > 1.0 ? kCertain : sharp_));
       }
     }
     if (!sharp && depth > 0) {

@@ -14,6 +14,7 @@ namespace firn::motion {
 namespace {
 
 const MotionLimits kLimits = cobra600_limits();
+constexpr double kRounding = 4e-9;  ///< plan_certified slows down by as much
 
 struct Proved {
   NineRatios most{};
@@ -129,7 +130,7 @@ TEST_CASE(
       const Proved proved = prove_by_intervals(moved(thesis::fig_4_2(), origin), options);
       INFO(name(method) << " at " << origin.x_mm);
       CHECK(proved.bound <= 1.0 + 1e-12);
-      CHECK(largest(proved.most) <= 1.0 + 2.5e-4);  // the checker's own sharpness
+      CHECK(largest(proved.most) <= 1.0 + kRounding);
       CHECK(largest(proved.most) > 0.98);
     }
 }
@@ -142,7 +143,7 @@ TEST_CASE("No limit is exceeded at any instant on kinks, tangent arcs, zig-zags 
       const Proved proved = prove_by_intervals(moved(foreign(kind), {400.0, 20.0}), options);
       INFO("kind " << kind << ", tolerance " << tolerance);
       CHECK(proved.bound <= 1.0 + 1e-12);
-      CHECK(largest(proved.most) <= 1.0 + 2.5e-4);
+      CHECK(largest(proved.most) <= 1.0 + kRounding);
     }
 }
 
@@ -156,7 +157,7 @@ TEST_CASE("No limit is exceeded at any instant of random paths, near full reach 
     try {
       const Proved proved = prove_by_intervals(path.points, options);
       CHECK(proved.bound <= 1.0 + 1e-12);
-      CHECK(largest(proved.most) <= 1.0 + 2.5e-4);
+      CHECK(largest(proved.most) <= 1.0 + kRounding);
     } catch (const MotionError& error) {
       CHECK(error.fault().reason != Reason::kNoSolution);
     }

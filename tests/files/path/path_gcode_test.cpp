@@ -29,7 +29,7 @@ std::string refusal(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("G0 ends a path; G1 goes on; comments, line numbers and lower case do not matter") {
+TEST_CASE("G0 ends a path, G1 goes on, and comments, line numbers and lower case do not matter") {
   const auto paths =
       read("%\nN10 g21 g90 (start)\nG0 X1 Y2 ; travel\nG1 X3.5 F600\nY4\nG0 X0 Y0\nG1 X1\nM2\n");
   REQUIRE(paths.size() == 2);
@@ -92,7 +92,7 @@ TEST_CASE("Where the feed changes, the slower feed holds on its own line and lit
   }
 }
 
-TEST_CASE("A height is the path's own; one that changes along a path is refused") {
+TEST_CASE("A height is the path's own, and one that changes along a path is refused") {
   const auto paths = read("G1 X0 Y0 Z0.2\nG0 Z0.5\nG1 X5\nG0 Z1\nG1 X9\n");
   REQUIRE(paths.size() == 2);
   CHECK(paths[0].path.z_mm == 0.5);
