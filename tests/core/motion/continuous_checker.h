@@ -141,7 +141,7 @@ class ContinuousChecker {
                                  : std::min(std::abs(norm.low), std::abs(norm.high)) / (limit_[q][n] * scale);
         const double width = here[q][n] - least;
         sharp = sharp && (here[q][n] <= std::max(std::min(ratio_[q][n], 1.0), 0.9) ||
-                          width <= (here[q][n] > 1.0 ? kCertain : sharp_));
+                          width <= (least <= 1.0 && here[q][n] > 1.0 ? std::min(kCertain, sharp_) : sharp_));
       }
     }
     if (!sharp && depth > 0) {
