@@ -120,7 +120,7 @@ class NewMessage(unittest.TestCase):
         probe.write_text(PROBE)
         sources = [self.out / "message_tables.cpp", probe]
         sources += [self.words / s for s in ("channels.cpp", "schema.cpp", "schema_json.cpp", "schema_parse.cpp",
-                                             "validate.cpp")]
+                                             "schema_resolve.cpp", "utf8.cpp", "validate.cpp")]
         program = self.house / "probe"
         subprocess.run([COMPILER, "-std=c++20", "-O0", "-I", self.house, "-I", self.out, *sources, "-o", program],
                        check=True)
