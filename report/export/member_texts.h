@@ -17,7 +17,7 @@ MemberText member_text(std::string_view type, std::string_view member);
 /// Returns the comment above the struct; "" without one.
 std::string type_text(std::string_view type);
 
-/// Returns "mm" of "height_mm", "1/s" of "_hz", "us" of "utime_us"; "1" of a name without a unit.
+/// Returns "mm" of "height_mm", "Hz" of "rate_hz", "us" of "utime_us"; "1" of a name without a unit.
 std::string unit_of(std::string_view name);
 
 }  // namespace firn::tables

@@ -118,7 +118,6 @@ TEST_CASE("texts of a CSV file read back by RFC 4180") {
     }
     return out;
   };
-  CHECK(csv_text("plain") == "plain");
   RandomStream random(32, Purpose::kTest);
   for (int n = 0; n < 500; ++n) {
     std::string text(random.below(12), ' ');
@@ -191,7 +190,7 @@ TEST_CASE("the records of an MCAP file fill it from magic to magic, and its stat
 
 TEST_CASE("names of members give their units, and names without one none") {
   const std::pair<const char*, const char*> names[] = {
-      {"height_mm", "mm"}, {"rate_hz", "1/s"}, {"sample_utime_us", "us"}, {"layer", "1"}, {"rms_um", "um"}};
+      {"height_mm", "mm"}, {"rate_hz", "Hz"}, {"sample_utime_us", "us"}, {"layer", "1"}, {"rms_um", "um"}};
   for (const auto& [name, unit] : names) CHECK(unit_of(name) == unit);
 }
 
