@@ -1,4 +1,4 @@
-// Level feedback that learns how much a droplet raises its cell from what the last layers rose.
+// Level feedback that learns a droplet's height from the rise of the last layers.
 #pragma once
 
 #include <array>

@@ -23,7 +23,7 @@ void lamp_command(Lamp& lamp, const std::string& text, std::int64_t now_us, Effe
     FAIL("no command " << text);
 }
 
-// The lamp without its status bits: what its questions add is in lamp_status_test.cpp.
+// The lamp without its status bits, whose questions lamp_status_test.cpp tests.
 LampOptions without_bits() {
   LampOptions c;
   c.status_bits = firn::OnOff::kOff;

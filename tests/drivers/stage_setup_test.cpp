@@ -1,4 +1,4 @@
-// What the stage is told and asked before it moves, against its twin: the kind of LINEAR, homing by program,
+// The stage's setup before it moves, against its twin: the kind of LINEAR, homing by program,
 // the controller's own parameters.
 #include <catch2/catch.hpp>
 

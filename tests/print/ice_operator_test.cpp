@@ -82,7 +82,7 @@ TEST_CASE("an ice print in open loop that waits an hour for the operator goes on
     CHECK(report.result.outcome == all.result.outcome);
     CHECK(report.node_seconds > 3600.0 + 0.9 * all.node_seconds);
     const std::vector<std::string> told = story(paused.path());
-    for (std::size_t n = 1; n < wanted.size(); ++n) {  // all but what the maps say
+    for (std::size_t n = 1; n < wanted.size(); ++n) {  // all but the maps
       CAPTURE(n);
       CHECK((told[n] == wanted[n]));
     }

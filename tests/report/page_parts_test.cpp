@@ -1,4 +1,4 @@
-// What a report's page shows together and what apart: one legend, error maps first, parts on axes of their
+// The order of a report's page: one legend, error maps first, parts on axes of their
 // own.
 #include <catch2/catch.hpp>
 
