@@ -57,7 +57,7 @@ std::vector<Page> pages() {
   return all;
 }
 
-// What stands above a page's first heading is a section under the page's title.
+// The sections of a page; the text above its first heading is one too, under the page's title.
 std::vector<Section> sections(const Page& page) {
   std::vector<Section> all{{&page, page.title, ""}};
   std::istringstream in(page.text);

@@ -23,7 +23,7 @@ class TransportReceiver {
   /// A message or tile on a subscribed channel; false if the channel is not subscribed.
   bool receive(std::string_view channel, std::span<const std::byte> datagram, std::int64_t wall_us);
   void heartbeat(std::span<const std::byte> message, const NodeInfo& publisher, std::int64_t wall_us);
-  /// The ranges to ask for now; empty if it is not time.
+  /// The ranges of messages to ask for again at this time; empty before the next question is due.
   std::vector<wire::SeqRange> to_ask(std::int64_t wall_us);
   std::int64_t due_us() const;
 

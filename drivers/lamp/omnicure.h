@@ -37,7 +37,7 @@ enum Status : std::uint32_t {
   kWarm = 1u << 4,
   kExposureFault = 1u << 7,
 };
-/// Why a lamp with these bits must not be exposed with, warmth apart; "" = nothing.
+/// The reason against an exposure with these bits, warmth apart; "" = none.
 std::string_view trouble(std::uint32_t status);
 
 enum Format : std::uint8_t { kReceived, kReady, kClosed, kAny };

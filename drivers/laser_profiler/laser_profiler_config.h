@@ -6,7 +6,7 @@
 
 namespace firn::drivers {
 
-/// Which way the instrument's z grows: up: a greater value is a higher surface.
+/// Direction of the instrument's z. up: a greater value is a higher surface.
 enum class ZSign : std::uint8_t { kUp, kDown };
 inline constexpr std::array<std::string_view, 2> kZSignWords{"up", "down"};
 constexpr std::span<const std::string_view> words_of(ZSign) { return kZSignWords; }

@@ -85,15 +85,9 @@ class Hdf5Sink : public TableSink {
     if (maps) coordinates(table);
     for (const Column& column : table.columns)
       if (column.shape == Shape::kList)
-        for (const char* end : {"_first", "_count"}) {
+        for (const Column& place : list_columns(column)) {
           Dataset& d = columns.emplace_back();
-          d.column = {column.name + end,
-                      Kind::kInt64,
-                      Shape::kOne,
-                      "1",
-                      std::string(end[1] == 'f' ? "Index in " : "Number of values in ") + column.name +
-                          (end[1] == 'f' ? " of the first value of this row." : " of this row."),
-                      ""};
+          d.column = place;
           d.path = table.path + "/" + d.column.name;
         }
     return tables_.size() - 1;

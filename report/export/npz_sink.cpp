@@ -61,12 +61,7 @@ class NpzSink : public TableSink {
     }
     for (const Column& c : table.columns)
       if (c.shape == Shape::kList)
-        for (const char* end : {"_first", "_count"})
-          arrays.push_back(
-              array(table.path, {c.name + end, Kind::kInt64, Shape::kOne, "1",
-                                 std::string(end[1] == 'f' ? "Index in " : "Number of values in ") + c.name +
-                                     (end[1] == 'f' ? " of the first value of this row." : " of this row."),
-                                 ""}));
+        for (const Column& place : list_columns(c)) arrays.push_back(array(table.path, place));
     return tables_.size() - 1;
   }
 

@@ -2,6 +2,7 @@
 // message of a channel; a cell is one value, a map or a list.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -38,6 +39,17 @@ struct Table {
   std::vector<Column> columns;
   std::optional<GridSpec> grid;  ///< of all its maps
 };
+
+/// Columns that say where each row's values of a list lie among those of all rows: NAME_first and NAME_count.
+inline std::array<Column, 2> list_columns(const Column& list) {
+  const auto column = [&](const char* end, const char* text) {
+    return Column{list.name + end, schema::Kind::kInt64, Shape::kOne, "1", text + list.name, ""};
+  };
+  auto first = column("_first", "Index in "), count = column("_count", "Number of values in ");
+  first.text += " of the first value of this row.";
+  count.text += " of this row.";
+  return {first, count};
+}
 
 /// Values of one column in one row.
 struct Cell {

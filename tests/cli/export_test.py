@@ -199,23 +199,20 @@ class Export(unittest.TestCase):
                         self.assertTrue(same(expected, values[row]), f"{where}: {expected} {values[row]}")
         self.assertEqual(seen, {channel: {e["event"] for e in events} for channel, events in logged.items()})
 
-    def test_hdf5_holds_every_number_of_the_log(self):
+    def compare_all_runs(self, ending, reader):
         for name in RUNS:
             with self.subTest(run=name):
                 run = ROOT / "tests/replay/golden" / name
-                firn("export", run, "-o", self.folder / f"{name}.h5")
-                opened = Hdf5(self.folder / f"{name}.h5")
+                firn("export", run, "-o", self.folder / f"{name}.{ending}")
+                opened = reader(self.folder / f"{name}.{ending}")
                 self.compare(opened.tables(), run)
                 opened.close()
 
+    def test_hdf5_holds_every_number_of_the_log(self):
+        self.compare_all_runs("h5", Hdf5)
+
     def test_npz_holds_every_number_of_the_log(self):
-        for name in RUNS:
-            with self.subTest(run=name):
-                run = ROOT / "tests/replay/golden" / name
-                firn("export", run, "-o", self.folder / f"{name}.npz")
-                opened = Npz(self.folder / f"{name}.npz")
-                self.compare(opened.tables(), run)
-                opened.close()
+        self.compare_all_runs("npz", Npz)
 
     def test_csv_holds_every_number_of_the_log(self):
         run = ROOT / "tests/replay/golden/v1-mpc"

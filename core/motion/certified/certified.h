@@ -68,7 +68,7 @@ struct CertifiedTask {
   RowGroups groups;
 };
 
-/// How the curve is made from the points.
+/// Kind of curve through or beside the points.
 enum class Shape {
   kPlain,     ///< without use of the tolerance (CurveRule::kRamped only)
   kRamped,    ///< longer ramps of curvature, rounder corners
@@ -83,7 +83,7 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
                   std::span<const double> yaw_rad, Shape shape, double most_s, const CertifiedTask& task,
                   CertifiedWork& work, StopSegment& out);
 
-/// Whether the curve may leave the points and the time of the motion is what counts.
+/// True if the curve may leave the points for the sake of a shorter time.
 inline bool within_tolerance(const PlanOptions& options) {
   return options.curve_rule == CurveRule::kFitted && options.tolerance_mm > 0.0 && options.slack == 0.0;
 }

@@ -58,7 +58,7 @@ double straight_time_s(const CleanPath& path, std::size_t from, std::size_t to, 
   return std::max(cruise_s, work.straight.duration_s() + cruise_s - length / fastest);
 }
 
-/// Whether the points between two rests are samples of a free-form curve: few of them lie on lines and arcs
+/// True if the points between two rests are samples of a free-form curve: few of them lie on lines and arcs
 /// that are meant. Only a spline fitted inside the tolerance or the points' rounding is good there.
 bool free_form(const CleanPath& path, std::size_t from, std::size_t to, const CertifiedTask& task,
                CertifiedWork& work) {
@@ -83,14 +83,19 @@ bool free_form(const CleanPath& path, std::size_t from, std::size_t to, const Ce
   return double(meant) < kMeantShare * double(to - from);
 }
 
+void plan_part(const CleanPath& path, std::size_t from, std::size_t to, Shape shape, double most_s,
+               const CertifiedTask& task, CertifiedWork& work, StopSegment& segment) {
+  segment.first = from;
+  segment.last = to;
+  plan_segment(part(path, from, to), speed_limits(path, from, to), yaws(path, from, to), shape, most_s, task,
+               work, segment);
+}
+
 /// CurveRule::kRamped.
 void plan_as_recorded(const CleanPath& path, std::size_t from, std::size_t to, const CertifiedTask& task,
                       CertifiedWork& work, StopSegment& out) {
   const auto plan = [&](Shape shape, double most_s, StopSegment& segment) {
-    segment.first = from;
-    segment.last = to;
-    plan_segment(part(path, from, to), speed_limits(path, from, to), yaws(path, from, to), shape, most_s,
-                 task, work, segment);
+    plan_part(path, from, to, shape, most_s, task, work, segment);
   };
   plan(Shape::kRamped, kNever_s, out);
   const PlanOptions& options = task.options;
@@ -113,19 +118,14 @@ void plan_as_recorded(const CleanPath& path, std::size_t from, std::size_t to, c
 
 void plan_between(const CleanPath& path, std::size_t from, std::size_t to, const CertifiedTask& task,
                   CertifiedWork& work, StopSegment& out) {
-  const auto plan = [&](Shape shape, double most_s, StopSegment& segment) {
-    segment.first = from;
-    segment.last = to;
-    plan_segment(part(path, from, to), speed_limits(path, from, to), yaws(path, from, to), shape, most_s,
-                 task, work, segment);
-  };
   const PlanOptions& options = task.options;
   if (options.curve_rule == CurveRule::kRamped) return plan_as_recorded(path, from, to, task, work, out);
   const bool free = free_form(path, from, to, task, work);
   const bool moves = path.yaw_rad.empty() && (within_tolerance(options) ||
                                               (options.slack == 0.0 && options.method == Method::kOptimal));
   const auto plan_shape = [&](Shape shape, double most_s, StopSegment& segment) {
-    if (shape != Shape::kFitted || !moves) return plan(shape, most_s, segment);
+    if (shape != Shape::kFitted || !moves)
+      return plan_part(path, from, to, shape, most_s, task, work, segment);
     segment.first = from;
     segment.last = to;
     plan_fitted(part(path, from, to), speed_limits(path, from, to), task, work, segment);
@@ -236,8 +236,8 @@ double plan_all(const CleanPath& path, const std::vector<std::size_t>& stops, co
   return total;
 }
 
-/// Where a segment's curve leaves the tolerance (a cusp, a spike, a tangle shorter than the tolerance), the
-/// motion follows a thinned polygon instead, with rests at its vertices. Returns the number of segments.
+/// Replaces each segment whose curve leaves the tolerance (a cusp, a spike, a tangle shorter than the
+/// tolerance) by a thinned polygon with rests at its vertices. Returns the number of segments.
 std::size_t keep_inside(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work,
                         std::size_t count) {
   const PlanOptions& options = task.options;

@@ -106,7 +106,7 @@ std::size_t arc_run(std::span<const Point2> p, std::size_t i, double sagitta_mm,
   return good;
 }
 
-/// Whether a run i..j on one line or circle ends abruptly, as lines and arcs do that are meant: two points
+/// True if a run i..j on one line or circle ends abruptly, as lines and arcs do that are meant: two points
 /// beyond, a smooth curve has left its osculating circle by little (by 16 times kRecogniseMm for five points,
 /// by less for more). @param off distance of a point from the line or circle
 template <class Off>

@@ -24,7 +24,7 @@ enum class Method {
 const char* name(Method method);                       ///< "certified", "optimal", …
 std::optional<Method> method_named(std::string_view);  ///< nullopt: no such method
 
-/// How methods certified and optimal make curves and certificates.
+/// Rule by which methods certified and optimal make curves and certificates.
 enum class CurveRule {
   kFitted,  ///< splines fitted inside the tolerance or the points' rounding; true at every instant
   kRamped   ///< as in runs recorded before: curves through the points; true at dense samples. Replays need it
