@@ -1,11 +1,14 @@
 #include "files/layer_record.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "core/grid/npy.h"
 #include "files/nearest.h"
@@ -21,6 +24,7 @@ namespace fs = std::filesystem;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr int kMostLayers = 100'000;
 constexpr std::size_t kMostCells = std::size_t(1) << 28;  // of all layers: 2 GB
+constexpr double kFarthest_mm = 1e6;  // of a position or height: beyond it stands no sample
 
 struct Unit {
   std::string_view name;
@@ -142,7 +146,7 @@ Axis axis_of(std::vector<double> values, double pitch, const std::string& name, 
   a.pitch = pitch > 0 ? pitch : steps.empty() ? 1.0 : steps[steps.size() / 2];
   const double cells = std::round(span / a.pitch) + 1;
   if (!(cells <= kMaxGridSide))
-    throw UsageError(name + ": " + std::to_string(std::int64_t(cells)) + " cells along " + axis +
+    throw UsageError(name + ": " + fmt::format("{:.9g}", cells) + " cells along " + axis +
                      " with a pitch of " + std::to_string(a.pitch) + " mm, more than " +
                      std::to_string(kMaxGridSide) + "; --pitch-mm sets it");
   a.n = int(cells);
@@ -176,8 +180,12 @@ struct Point {
   std::size_t line = 0;
 };
 
+std::string too_far(const std::string& what, double mm) {
+  return fmt::format("{} = {:g} mm, not within {:g} mm of the origin", what, mm, kFarthest_mm);
+}
+
 std::vector<Point> points_of(const SeparatedValues& table, const TableColumns& c, const std::string& name,
-                             bool increments) {
+                             bool increments, double segment_mm) {
   std::vector<Point> points;
   const auto scaled = [&](const SeparatedRow& row, const char* role) {
     return table.number(row, c.at.at(role)) * c.scale.at(role);
@@ -195,13 +203,15 @@ std::vector<Point> points_of(const SeparatedValues& table, const TableColumns& c
     Point p;
     p.line = row.line;
     p.layer = int(layer);
-    const bool has_x = c.at.contains("x");
-    p.x = has_x ? scaled(row, "x") : table.number(row, c.at.at("segment"));
+    p.x = c.at.contains("x") ? scaled(row, "x") : table.number(row, c.at.at("segment")) * segment_mm;
     p.y = c.at.contains("y") ? scaled(row, "y") : 0.0;
-    if (!std::isfinite(p.x) || !std::isfinite(p.y)) throw wrong("no position");
+    if (std::isnan(p.x) || std::isnan(p.y)) throw wrong("no position");
     p.height = scaled(row, increments ? "increment" : "height");
-    if (std::isinf(p.height)) throw wrong("the height is infinite");
+    for (const auto& [what, mm] :
+         std::initializer_list<std::pair<const char*, double>>{{"x", p.x}, {"y", p.y}, {"height", p.height}})
+      if (std::abs(mm) > kFarthest_mm) throw wrong(too_far(what, mm));
     if (c.at.contains("input")) p.input = table.number(row, c.at.at("input"));
+    if (std::isinf(p.input)) throw wrong("the input is infinite");
     points.push_back(p);
   }
   return points;
@@ -222,11 +232,11 @@ LayerRecord read_layer_table(std::string_view text, const std::string& name, con
   LayerRecord r;
   const TableColumns c = columns_of(table.rows().front(), name, o, r.assumptions);
   const bool increments = !c.at.contains("height");
-  std::vector<Point> points = points_of(table, c, name, increments);
+  const std::vector<Point> points =
+      points_of(table, c, name, increments, o.pitch_x_mm > 0 ? o.pitch_x_mm : 1.0);
   std::vector<double> xs, ys;
   int last = 0, first = kMostLayers;
-  for (Point& p : points) {
-    if (!c.at.contains("x")) p.x *= o.pitch_x_mm > 0 ? o.pitch_x_mm : 1.0;
+  for (const Point& p : points) {
     xs.push_back(p.x);
     ys.push_back(p.y);
     last = std::max(last, p.layer);
@@ -331,6 +341,14 @@ Grid<double> fitted(const Matrix& m, const GridSpec& grid, double scale) {
   return g;
 }
 
+void refuse_beyond(const fs::path& folder, int layer, const Grid<double>& grid, double limit,
+                   const char* quantity) {
+  for (const double v : grid.cells)
+    if (std::abs(v) > limit)
+      throw UsageError(
+          fmt::format("{}: layer {}: {} {:g}, not within {:g}", folder.string(), layer, quantity, v, limit));
+}
+
 }  // namespace
 
 LayerRecord read_layer_files(const fs::path& heights, const fs::path& inputs, const LayerRecordOptions& o) {
@@ -356,11 +374,19 @@ LayerRecord read_layer_files(const fs::path& heights, const fs::path& inputs, co
   const int last = std::max(maps.rbegin()->first, commands.empty() ? 0 : commands.rbegin()->first);
   refuse_size(heights.string(), std::size_t(last) + 1, r.grid);
   r.heights.assign(std::size_t(last) + 1, HeightMap(r.grid, kNaN));
-  for (const auto& [layer, m] : maps) r.heights[std::size_t(layer)].cells = fitted(m, r.grid, scale).cells;
+  for (const auto& [layer, m] : maps) {
+    HeightMap& map = r.heights[std::size_t(layer)];
+    map.cells = fitted(m, r.grid, scale).cells;
+    refuse_beyond(heights, layer, map, kFarthest_mm, "a height [mm] of");
+  }
   if (!commands.empty()) {
     r.inputs.assign(std::size_t(last), Grid<double>(r.grid, kNaN));
-    for (const auto& [layer, m] : commands)
-      if (layer > 0) r.inputs[std::size_t(layer - 1)] = fitted(m, r.grid, 1.0);
+    for (const auto& [layer, m] : commands) {
+      if (layer == 0) continue;
+      Grid<double>& input = r.inputs[std::size_t(layer - 1)];
+      input = fitted(m, r.grid, 1.0);
+      refuse_beyond(inputs, layer, input, std::numeric_limits<double>::max(), "an input of");
+    }
   }
   if (!maps.contains(0)) {
     std::ranges::fill(r.heights[0].cells, 0.0);
