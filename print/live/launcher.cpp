@@ -48,6 +48,7 @@ constexpr double kRecorderWithinS = 3.0;
 constexpr double kWorldWithinS = 10.0;      // saves its state
 constexpr double kSchedulerWithinS = 10.0;  // to end the run after a safe stop
 constexpr double kTruthWithinS = 2.0;
+constexpr double kDeathSeenWithinS = 0.3;  // after a safe stop
 
 volatile sig_atomic_t interrupted = 0;
 
@@ -301,6 +302,13 @@ void Launch::watch() {
       cause_ = watch_->fault() + "; the scheduler did not end the run";
     }
   }
+  // A dying process closes its connections before it can be seen as dead: its end is the cause of the stop
+  // that they led to.
+  if (cause_.empty() && watch_->safe_stop())
+    for (const double until = wall_s() + kDeathSeenWithinS; cause_.empty() && wall_s() < until;) {
+      turn(until);
+      find_the_dead();
+    }
   if (!cause_.empty()) return;
   ask_truth();  // the finished part
   for (const double until = wall_s() + kTruthWithinS;

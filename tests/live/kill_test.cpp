@@ -3,6 +3,7 @@
 // FIRN_KILLS=1 repeats it. FIRN_KILL_VICTIM and FIRN_KILL_LAB (inkjet, two_inks, ice) fix what is drawn;
 // FIRN_KILL_HARDSHIPS=1 adds to half of the prints a network that loses a tenth, and to half a disk that
 // stalls or is full from a moment drawn. tests/bench/random_kills.sh makes a table of many.
+#include <signal.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -10,6 +11,7 @@
 #include <catch2/catch.hpp>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 
 #include "core/grid/random.h"
 #include "tests/live/live_checks.h"
@@ -167,4 +169,26 @@ TEST_CASE("scheduler killed: safe, named, resumed, replayed") {
 TEST_CASE("world killed: instruments without power, named, resumed, replayed") {
   if (skipped()) return;
   kill_and_resume(tiny_part(12), "world", "stage", 12, 0, 1'800'000);
+}
+TEST_CASE("a world whose sockets close before it is gone is the cause, not the link that it took along") {
+  if (skipped()) return;
+  LiveRun run(tiny_part(19));
+  const std::string pid_file = (run.path().parent_path() / "world.pid").string();
+  run.start(false, programs_with(run.path().parent_path() / "programs", "world",
+                                 FIRN_BINARY_DIR "/bin/world \"$@\" & echo $! >" + pid_file + ".part; mv " +
+                                     pid_file + ".part " + pid_file + "; wait; sleep 0.1; kill -9 $$"));
+  REQUIRE(run.wait_started());
+  ::usleep(500'000);
+  int pid = 0;
+  std::ifstream(pid_file) >> pid;
+  REQUIRE(pid > 1);
+  ::kill(pid, SIGKILL);
+  CHECK(run.wait() == 3);
+  run.wait_all_gone();
+  INFO(run.said());
+  CHECK_THAT(run.said(), Catch::Contains("world was killed by signal 9"));
+  CHECK_FALSE(run.folder().result());
+  run.start(true);
+  CHECK(run.wait() == 0);
+  check_finished_run(run);
 }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
 
 #include "cli/audit_command.h"
 #include "core/grid/random.h"
@@ -66,6 +68,22 @@ int status_of(LiveRun& run) {
   const int status = run.wait();
   UNSCOPED_INFO(run.said());
   return status;
+}
+
+std::filesystem::path programs_with(const std::filesystem::path& folder, const std::string& name,
+                                    const std::string& script) {
+  const std::filesystem::path real = FIRN_BINARY_DIR "/bin";
+  std::filesystem::create_directory(folder);
+  for (const auto& entry : std::filesystem::directory_iterator(real))
+    if (entry.path().filename() != name)
+      std::filesystem::create_symlink(entry.path(), folder / entry.path().filename());
+  std::ofstream(folder / name) << "#!/bin/sh\n" << script << "\n";
+  std::filesystem::permissions(folder / name, std::filesystem::perms::owner_all);
+  return folder;
+}
+
+std::string starts(const std::string& name, const std::string& before) {
+  return before + "\nexec " FIRN_BINARY_DIR "/bin/" + name + " \"$@\"";
 }
 
 void kill_and_resume(const Experiment& experiment, const std::string& victim, const std::string& witness,

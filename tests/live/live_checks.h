@@ -15,6 +15,12 @@ bool skipped();
 /// after `mono_ns`.
 void check_safe_after(const LiveRun& run, std::int64_t mono_ns);
 
+/// Makes a folder with the programs of a print, one of them replaced by a script of the shell. @returns it
+std::filesystem::path programs_with(const std::filesystem::path& folder, const std::string& name,
+                                    const std::string& script);
+/// The script that starts a program of the print unchanged, after `before`.
+std::string starts(const std::string& name, const std::string& before);
+
 /// Waits until the run has started and ended. @returns its status; a failure that follows reports the output
 /// of the run
 int status_of(LiveRun& run);

@@ -61,15 +61,8 @@ TEST_CASE("a full disk stops the print by name, and a resume fills the log again
   if (skipped()) return;
   LiveRun run(tiny_part(3));
   // The recorder alone may write no file beyond 64 KiB, which is reported like a full disk.
-  const std::filesystem::path programs = run.path().parent_path() / "programs", real = FIRN_BINARY_DIR "/bin";
-  std::filesystem::create_directory(programs);
-  for (const auto& entry : std::filesystem::directory_iterator(real))
-    if (entry.path().filename() != "recorder")
-      std::filesystem::create_symlink(entry.path(), programs / entry.path().filename());
-  std::ofstream(programs / "recorder")
-      << "#!/bin/sh\nulimit -f 128\nexec " << (real / "recorder").string() << " \"$@\"\n";
-  std::filesystem::permissions(programs / "recorder", std::filesystem::perms::owner_all);
-  run.start(false, programs);
+  run.start(false, programs_with(run.path().parent_path() / "programs", "recorder",
+                                 starts("recorder", "ulimit -f 128")));
   const int stopped = run.wait();
   run.wait_all_gone();
   INFO(run.said());

@@ -77,19 +77,11 @@ class Sequence {
 
   // One program may write no file beyond some KiB, which is reported like a full disk.
   fs::path full_disk() {
-    const fs::path real = FIRN_BINARY_DIR "/bin",
-                   folder = run_.path().parent_path() / ("programs" + std::to_string(disks_++));
     const char* victims[] = {"recorder", "scheduler", "stage", "laser_profiler", "world", "safety"};
     const std::string victim = victims[random_.below(6)];
-    fs::create_directory(folder);
-    for (const auto& entry : fs::directory_iterator(real))
-      if (entry.path().filename() != victim)
-        fs::create_symlink(entry.path(), folder / entry.path().filename());
-    std::ofstream(folder / victim) << "#!/bin/sh\nulimit -f " << 100 + random_.below(900) << "\nexec "
-                                   << (real / victim).string() << " \"$@\"\n";
-    fs::permissions(folder / victim, fs::perms::owner_all);
     tell("disk of " + victim);
-    return folder;
+    return programs_with(run_.path().parent_path() / ("programs" + std::to_string(disks_++)), victim,
+                         starts(victim, "ulimit -f " + std::to_string(100 + random_.below(900))));
   }
 
   std::string victim() {

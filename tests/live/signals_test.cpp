@@ -30,17 +30,6 @@ void finish(LiveRun& run) {
   check_finished_run(run);
 }
 
-// The programs of a run, one of them replaced by a script.
-fs::path programs_with(const fs::path& folder, const std::string& name, const std::string& script) {
-  const fs::path real = FIRN_BINARY_DIR "/bin";
-  fs::create_directory(folder);
-  for (const auto& entry : fs::directory_iterator(real))
-    if (entry.path().filename() != name) fs::create_symlink(entry.path(), folder / entry.path().filename());
-  std::ofstream(folder / name) << "#!/bin/sh\n" << script << "\n";
-  fs::permissions(folder / name, fs::perms::owner_all);
-  return folder;
-}
-
 // firn itself, with a pipe for stdout and stderr whose reader has gone. @returns the exit code, -signal
 int firn_into_closed_pipe(const std::vector<std::string>& words) {
   int ends[2];
