@@ -4,20 +4,19 @@
 # share in FIRN_FUZZ_SECONDS (default 600) is shared out among the others.
 #   scripts/fuzz.sh [SECONDS] [TARGET...]
 #   scripts/fuzz.sh --inputs N [TARGET...]
-#   scripts/fuzz.sh --fixed N [TARGET...]
-# --fixed reads the same N inputs of each target every time (N / 20 of slow ones), from the seeds alone, so that a check of a
-# change says nothing of the day's luck; the other two forms look further.
+#   scripts/fuzz.sh --each N [TARGET...]
+# --each reads N inputs of each target (N / 20 of slow ones), from the seeds alone: the same effort on any machine.
 # FIRN_FUZZ_SEED=N starts from the same random numbers every time; without it each run looks elsewhere.
 # FIRN_FUZZ_JOBS=N runs so many targets side by side (default 1); FIRN_FUZZ_BUILT=1 takes the targets as they are.
 # What is found stays in build-fuzz/found/; the corpus grows in build-fuzz/corpus/.
 set -eu
 cd "$(dirname "$0")/.."
-inputs= fixed= corpus=build-fuzz/corpus slow="fuzz_slice fuzz_restore fuzz_experiment fuzz_config_message"
+inputs= each= corpus=build-fuzz/corpus slow="fuzz_slice fuzz_restore fuzz_experiment fuzz_config_message"
 if [ "${1:-}" = --inputs ]; then
   inputs=${2:?"--inputs needs a number"}
   shift 2
-elif [ "${1:-}" = --fixed ]; then
-  fixed=${2:?"--fixed needs a number"} FIRN_FUZZ_SEED=1
+elif [ "${1:-}" = --each ]; then
+  each=${2:?"--each needs a number"}
   shift 2
 else
   seconds=${1:-30}
@@ -30,7 +29,7 @@ if [ -z "${FIRN_FUZZ_BUILT:-}" ]; then
     -DFIRN_SANITIZE=fuzzer-no-link,address,undefined >/dev/null
   ninja -C build-fuzz fuzz_seeds $targets >build-fuzz/build.log || { grep -v "^\\[" build-fuzz/build.log | head -n 60; exit 1; }
 fi
-if [ -n "$fixed" ]; then
+if [ -n "$each" ]; then
   corpus=$(mktemp -d)
   trap 'rm -rf "$corpus"' EXIT
   trap 'exit 130' INT TERM
@@ -43,8 +42,8 @@ fuzz_one='
   target=$1 found=build-fuzz/found
   begin=$(date +%s)
   result=nothing
-  if [ -n "$fixed" ]; then
-    case " $slow " in *" $target "*) limit="-runs=$((fixed / 20))" ;; *) limit="-runs=$fixed" ;; esac
+  if [ -n "$each" ]; then
+    case " $slow " in *" $target "*) limit="-runs=$((each / 20))" ;; *) limit="-runs=$each" ;; esac
   fi
   build-fuzz/fuzz/"$target" $limit -seed="${FIRN_FUZZ_SEED:-0}" -max_len=4096 -timeout=10 -rss_limit_mb=2048 \
     -print_final_stats=1 -artifact_prefix="$found/$target-" "$corpus/$target" \
@@ -61,7 +60,7 @@ fuzz_one='
 '
 fuzz_all() {
   rm -f build-fuzz/found/in_time
-  export limit share fixed slow corpus FIRN_FUZZ_SEED
+  export limit share each slow corpus FIRN_FUZZ_SEED
   printf '%s\n' $1 | xargs -P "${FIRN_FUZZ_JOBS:-1}" -I TARGET sh -c "$fuzz_one" fuzz TARGET
 }
 made() { cat build-fuzz/found/*.row | awk '{ n += $2 } END { printf "%d", n }'; }
@@ -79,7 +78,7 @@ if [ -n "$inputs" ]; then
     list=$(cat build-fuzz/found/in_time 2>/dev/null || true)
   done
 else
-  [ -n "$fixed" ] || limit="-max_total_time=$seconds"
+  [ -n "$each" ] || limit="-max_total_time=$seconds"
   fuzz_all "$targets"
 fi
 cat build-fuzz/found/*.row | awk '{ n += $2; h += $3; bad += $4 == "FAILED" }
