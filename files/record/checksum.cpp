@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 
+#include "files/record/pages.h"
+
 namespace firn::logfile {
 
 std::uint64_t checksum64(std::span<const std::byte> bytes) { return XXH64(bytes.data(), bytes.size(), 0); }
@@ -25,6 +27,18 @@ std::uint64_t checksum64(std::span<const std::byte> a, std::span<const std::span
   XXH64_update(&state, a.data(), a.size());
   for (const auto& part : parts)
     if (!part.empty()) XXH64_update(&state, part.data(), part.size());
+  return XXH64_digest(&state);
+}
+
+std::uint64_t checksum64_of_mapped(std::span<const std::byte> mapped, bool forget) {
+  constexpr std::size_t kBlock_bytes = 16 << 20;
+  XXH64_state_t state;
+  XXH64_reset(&state, 0);
+  for (std::size_t at = 0; at < mapped.size(); at += kBlock_bytes) {
+    const auto block = mapped.subspan(at, std::min(kBlock_bytes, mapped.size() - at));
+    XXH64_update(&state, block.data(), block.size());
+    if (forget) forget_pages(mapped, at, at + block.size());
+  }
   return XXH64_digest(&state);
 }
 

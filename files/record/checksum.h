@@ -12,4 +12,7 @@ std::uint64_t checksum64(std::span<const std::byte> bytes);
 /// Returns the checksum of `a` followed by each of `parts`, without joining them.
 std::uint64_t checksum64(std::span<const std::byte> a, std::span<const std::span<const std::byte>> parts);
 
+/// Returns the checksum of mapped bytes, which are taken from memory as it goes on where `forget` is true.
+std::uint64_t checksum64_of_mapped(std::span<const std::byte> mapped, bool forget);
+
 }  // namespace firn::logfile

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "files/record/packed.h"
+#include "files/record/pages.h"
 
 namespace firn::logfile {
 
@@ -102,8 +103,9 @@ MappedFile::MappedFile(const std::filesystem::path& path, Packed packed) {
   if (e) throw FileError(path, 0, "cannot map", e);
   if (packed == Packed::kAsIs || !is_packed(bytes_)) return;
   const MappedFile stored(std::move(*this));
-  bytes_ = unpack(path, stored.bytes());
-  of_file_ = false;
+  Pages plain = unpack(path, stored.bytes());
+  of_file_ = plain.of_file();
+  bytes_ = plain.release();
 }
 
 MappedFile::~MappedFile() {
@@ -114,8 +116,12 @@ void MappedFile::forget_before(std::uint64_t offset) const {
   constexpr std::uint64_t kBlock_bytes = 16 << 20;  // a multiple of any page
   if (!of_file_ || offset < forgotten_ + 2 * kBlock_bytes) return;
   const std::uint64_t until = std::min<std::uint64_t>(offset, bytes_.size()) / kBlock_bytes * kBlock_bytes;
-  ::madvise(const_cast<std::byte*>(bytes_.data()) + forgotten_, until - forgotten_, MADV_DONTNEED);
+  forget_pages(bytes_, forgotten_, until);
   forgotten_ = until;
+}
+
+void MappedFile::forget() const {
+  if (of_file_) forget_pages(bytes_, 0, bytes_.size());
 }
 
 MappedFile::MappedFile(MappedFile&& other) noexcept

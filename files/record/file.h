@@ -53,8 +53,8 @@ class File {
   bool folder_synced_ = false;
 };
 
-/// The plain bytes of a file, read only; a packed file (packed.h) is unpacked into memory. The mapping has
-/// the size at opening; a file that another process truncates must not be read further.
+/// The plain bytes of a file, read only; a packed file (packed.h) is unpacked into memory (pages.h). The
+/// mapping has the size at opening; a file that another process truncates must not be read further.
 class MappedFile {
  public:
   enum class Packed { kUnpack, kAsIs };
@@ -68,9 +68,13 @@ class MappedFile {
 
   std::span<const std::byte> bytes() const { return bytes_; }
   /// Takes the bytes before `offset` out of the process's memory; the system reads them again from the file
-  /// where they are used. Does nothing for an unpacked file, whose memory is all there is of it. Calls go
-  /// forward; not from several threads.
+  /// where they are used. Does nothing for a small unpacked file, whose memory is all there is of it. Calls
+  /// go forward; not from several threads.
   void forget_before(std::uint64_t offset) const;
+  /// The same of all bytes; from any thread.
+  void forget() const;
+  /// Returns whether a file holds the bytes, so that forgetting does something.
+  bool of_file() const { return of_file_; }
 
  private:
   std::span<const std::byte> bytes_;

@@ -1,7 +1,7 @@
 #include "files/record/packed.h"
 
-#include <sys/mman.h>
 #include <unistd.h>
+#define ZSTD_STATIC_LINKING_ONLY  // ZSTD_d_stableOutBuffer
 #include <zstd.h>
 
 #include <algorithm>
@@ -11,6 +11,7 @@
 #include <fstream>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <stdexcept>
 #include <utility>
 
@@ -44,29 +45,6 @@ std::runtime_error damaged(const fs::path& file, const std::string& what) {
   return std::runtime_error(file.string() + ": packed file: " + what);
 }
 
-/// An anonymous mapping: memory that the system takes back page by page.
-class Pages {
- public:
-  Pages(const fs::path& file, std::size_t bytes) : bytes_(bytes) {
-    if (bytes == 0) return;
-    void* at =
-        ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-    if (at == MAP_FAILED) throw damaged(file, "no memory for " + std::to_string(bytes) + " bytes");
-    at_ = static_cast<std::byte*>(at);
-  }
-  ~Pages() {
-    if (at_) ::munmap(at_, bytes_);
-  }
-  Pages(const Pages&) = delete;
-  Pages& operator=(const Pages&) = delete;
-  std::span<std::byte> span() { return {at_, bytes_}; }
-  std::span<std::byte> release() { return {std::exchange(at_, nullptr), bytes_}; }
-
- private:
-  std::byte* at_ = nullptr;
-  std::size_t bytes_;
-};
-
 /// Reads the header and the name of the known file, empty: none. A foreign file names no other than a log
 /// beside or above it: a name is no way out of the run's folder.
 std::pair<Header, std::string> header_of(const fs::path& file, std::span<const std::byte> packed) {
@@ -99,6 +77,35 @@ std::shared_ptr<const MappedFile> known_file(const fs::path& path) {
     last_time = time;
   }
   return last;
+}
+
+/// Decompresses a frame into pages of its size. The output is zstd's window: nothing is copied, and what the
+/// process does not need at the moment it forgets.
+void decompress(const fs::path& file, std::span<const std::byte> frame, const MappedFile* known,
+                const Pages& out) {
+  constexpr std::size_t kHeld_bytes = 16 << 20;
+  const auto fail = [&](const std::string& why) { throw damaged(file, "its content is damaged" + why); };
+  const std::unique_ptr<ZSTD_DCtx, Free> context(ZSTD_createDCtx());
+  ZSTD_DCtx_setParameter(context.get(), ZSTD_d_windowLogMax, kLargestWindow);
+  ZSTD_DCtx_setParameter(context.get(), ZSTD_d_stableOutBuffer, 1);
+  if (known) ZSTD_DCtx_refPrefix(context.get(), known->bytes().data(), known->bytes().size());
+  ZSTD_outBuffer to{out.span().data(), out.span().size(), 0};
+  std::size_t at = 0, wanted = 8,
+              forgotten = 0;  // bytes of input: zstd asks for a block, which makes 128 kB at most
+  while (wanted != 0 && at < frame.size()) {
+    ZSTD_inBuffer from{frame.data() + at, std::min(wanted, frame.size() - at), 0};
+    const std::size_t made = to.pos;
+    wanted = ZSTD_decompressStream(context.get(), &to, &from);
+    if (ZSTD_isError(wanted)) fail(std::string(": ") + ZSTD_getErrorName(wanted));
+    if (wanted != 0 && from.pos == 0 && to.pos == made) fail("");
+    at += from.pos;
+    if (to.pos < forgotten + kHeld_bytes) continue;
+    out.forget(0, to.pos);
+    if (known) known->forget();
+    forgotten = to.pos;
+  }
+  if (wanted != 0 || at != frame.size() || to.pos != out.span().size()) fail("");
+  out.forget(0, to.pos);
 }
 
 std::uint64_t checksum_of(std::span<const std::byte> known) { return known.empty() ? 0 : checksum64(known); }
@@ -143,13 +150,13 @@ std::vector<std::byte> pack(std::span<const std::byte> plain, std::span<const st
   return packed;
 }
 
-std::span<const std::byte> unpack(const fs::path& file, std::span<const std::byte> packed) {
+Pages unpack(const fs::path& file, std::span<const std::byte> packed) {
   const auto [h, name] = header_of(file, packed);
   const auto frame = packed.subspan(sizeof h + h.name);
   std::shared_ptr<const MappedFile> known;
   if (!name.empty()) {
     known = known_file((file.parent_path() / name).lexically_normal());
-    if (checksum_of(known->bytes()) != h.known_checksum)
+    if (checksum64_of_mapped(known->bytes(), known->of_file()) != h.known_checksum)
       throw damaged(file, (file.parent_path() / name).lexically_normal().string() + " is not as it was");
   }
   // A damaged header must not fill the memory; the frame says how much it holds.
@@ -160,18 +167,23 @@ std::span<const std::byte> unpack(const fs::path& file, std::span<const std::byt
   if (h.squeezed > memory || h.plain > memory - h.squeezed)
     throw damaged(file, "byte 8: " + std::to_string(h.plain) + " and " + std::to_string(h.squeezed) +
                             " bytes, the memory of this machine has " + std::to_string(memory));
-  Pages squeezed(file, h.squeezed), plain(file, h.plain);
-  const std::unique_ptr<ZSTD_DCtx, Free> context(ZSTD_createDCtx());
-  ZSTD_DCtx_setParameter(context.get(), ZSTD_d_windowLogMax, kLargestWindow);
-  if (known) ZSTD_DCtx_refPrefix(context.get(), known->bytes().data(), known->bytes().size());
-  const std::size_t n =
-      ZSTD_decompressDCtx(context.get(), squeezed.span().data(), h.squeezed, frame.data(), frame.size());
-  if (ZSTD_isError(n) || n != h.squeezed)
-    throw damaged(file, std::string("its content is damaged") +
-                            (ZSTD_isError(n) ? std::string(": ") + ZSTD_getErrorName(n) : ""));
-  if (!restore_records(squeezed.span(), plain.span()) || checksum64(plain.span()) != h.checksum)
-    throw damaged(file, "its content is not as it was");
-  return plain.release();
+  try {
+    const Pages squeezed(h.squeezed);
+    Pages plain(h.plain);
+    decompress(file, frame, known.get(), squeezed);
+    std::size_t read = 0, written = 0;
+    const auto forget = [&](std::size_t until_read, std::size_t until_written) {
+      squeezed.forget(std::exchange(read, until_read), until_read);
+      plain.forget(std::exchange(written, until_written), until_written);
+    };
+    if (!restore_records(squeezed.span(), plain.span(), forget) ||
+        checksum64_of_mapped(plain.span(), plain.of_file()) != h.checksum)
+      throw damaged(file, "its content is not as it was");
+    return plain;
+  } catch (const std::bad_alloc&) {
+    throw damaged(
+        file, "no memory for " + std::to_string(h.plain) + " and " + std::to_string(h.squeezed) + " bytes");
+  }
 }
 
 }  // namespace firn::logfile

@@ -5,9 +5,12 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
+
+#include "files/record/pages.h"
 
 namespace firn::logfile {
 
@@ -23,15 +26,17 @@ bool is_packed(const std::filesystem::path& file);
 std::vector<std::byte> pack(std::span<const std::byte> plain, std::span<const std::byte> known,
                             const std::string& known_name);
 
-/// Returns the plain bytes, as an anonymous mapping that the caller unmaps.
+/// Returns the plain bytes. Of a large file the process holds some 100 MB at a time.
 /// @param file the packed file, whose folder the known file is named from
 /// @throws std::runtime_error naming the file and what is damaged or missing
-std::span<const std::byte> unpack(const std::filesystem::path& file, std::span<const std::byte> packed);
+Pages unpack(const std::filesystem::path& file, std::span<const std::byte> packed);
 
 /// A record file without what follows from the rest of it: sync markers, checksums, indices, padding. Bytes
 /// that are no valid record stay as they are.
 std::vector<std::byte> squeeze_records(std::span<const std::byte> plain);
 /// Writes the record file again. @returns false if `squeezed` is damaged or `plain` has another size
-bool restore_records(std::span<const std::byte> squeezed, std::span<std::byte> plain);
+/// @param done is told now and then how many bytes of both are done with
+bool restore_records(std::span<const std::byte> squeezed, std::span<std::byte> plain,
+                     const std::function<void(std::size_t read, std::size_t written)>& done = {});
 
 }  // namespace firn::logfile

@@ -33,6 +33,7 @@ class Source {
  public:
   explicit Source(std::span<const std::byte> bytes) : left_(bytes) {}
   bool empty() const { return left_.empty(); }
+  std::size_t left() const { return left_.size(); }
   template <class T>
   bool number(T& value) {
     if (left_.size() < sizeof value) return false;
@@ -109,15 +110,26 @@ std::vector<std::byte> squeeze_records(std::span<const std::byte> plain) {
   return out.take();
 }
 
-bool restore_records(std::span<const std::byte> squeezed, std::span<std::byte> plain) {
+bool restore_records(std::span<const std::byte> squeezed, std::span<std::byte> plain,
+                     const std::function<void(std::size_t read, std::size_t written)>& done) {
+  constexpr std::size_t kStep_bytes = 16 << 20;
   Source in(squeezed);
   std::uint64_t next = 0;
-  std::size_t at = 0;
+  std::size_t at = 0, told = 0;
   const auto put = [&](std::span<const std::byte> b, std::size_t padding) {
     if (plain.size() - at < b.size() + padding) return false;
-    if (!b.empty()) std::memcpy(plain.data() + at, b.data(), b.size());
-    std::fill_n(plain.data() + at + b.size(), padding, std::byte(0));
-    at += b.size() + padding;
+    while (!b.empty()) {
+      const auto step = b.first(std::min(b.size(), kStep_bytes));
+      std::memcpy(plain.data() + at, step.data(), step.size());
+      at += step.size();
+      b = b.subspan(step.size());
+      if (done && at >= told + kStep_bytes) {
+        done(squeezed.size() - in.left() - b.size(), at);
+        told = at;
+      }
+    }
+    std::fill_n(plain.data() + at, padding, std::byte(0));
+    at += padding;
     return true;
   };
   while (!in.empty()) {

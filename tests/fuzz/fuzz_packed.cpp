@@ -2,8 +2,6 @@
 // chooses. A packed file that opens packs and opens again with the same bytes.
 #include "files/record/packed.h"
 
-#include <sys/mman.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -34,10 +32,8 @@ const std::filesystem::path& folder() {
 }
 
 Bytes unpacked(std::span<const std::byte> packed) {
-  const auto plain = unpack(folder() / "a.wal", packed);
-  Bytes copy(plain.begin(), plain.end());
-  if (!plain.empty()) ::munmap(const_cast<std::byte*>(plain.data()), plain.size());
-  return copy;
+  const Pages pages = unpack(folder() / "a.wal", packed);
+  return {pages.span().begin(), pages.span().end()};
 }
 
 void packs_and_opens(std::span<const std::byte> plain) {

@@ -1,12 +1,14 @@
 #include "files/record/packed.h"
 
-#include <sys/mman.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <fstream>
+#include <functional>
 
 #include "core/grid/random.h"
 #include "files/record/file.h"
@@ -98,6 +100,10 @@ TEST_CASE("a packed file that is damaged, cut or without its known file is named
       CHECK_THAT(e.what(), Catch::Contains("a.wal") || Catch::Contains("lo"));  // or the name it asks for
     }
   }
+  std::vector<std::byte> longer = packed;
+  longer.push_back(std::byte(0));
+  write(wal, longer);
+  CHECK_THROWS_WITH(content(wal), Catch::Contains("its content is damaged"));
   write(wal, packed);
   write(log, noise(random, 5000));
   CHECK_THROWS_WITH(content(wal), Catch::Contains("log.lcm is not as it was"));
@@ -156,6 +162,59 @@ TEST_CASE("a named pipe in the place of a record is refused, not waited for") {
   const fs::path pipe = folder.path() / "log.lcm";
   REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
   CHECK_THROWS_WITH(content(pipe), Catch::Contains("log.lcm: byte 0: cannot map"));
+}
+
+// Peak of the resident memory of a process of its own above its start, in bytes.
+std::size_t peak_of(const std::function<void()>& work) {
+  int ends[2];
+  REQUIRE(::pipe(ends) == 0);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const auto kilobytes = [](const std::string& key) {
+      std::ifstream status("/proc/self/status");
+      for (std::string line; std::getline(status, line);)
+        if (line.starts_with(key)) return std::stoul(line.substr(key.size()));
+      return 0ul;
+    };
+    std::ofstream("/proc/self/clear_refs") << "5";  // the peak begins anew
+    const std::size_t before = kilobytes("VmRSS:");
+    work();
+    const std::size_t peak = (kilobytes("VmHWM:") - before) * 1024;
+    const bool told = ::write(ends[1], &peak, sizeof peak) == sizeof peak;
+    ::_exit(told ? 0 : 1);
+  }
+  std::size_t peak = 0;
+  REQUIRE(::read(ends[0], &peak, sizeof peak) == sizeof peak);
+  ::waitpid(child, nullptr, 0);
+  ::close(ends[0]);
+  ::close(ends[1]);
+  return peak;
+}
+
+TEST_CASE("a large packed file is opened and read through with a part of it in memory at a time") {
+  const test::TempFolder folder;
+  const fs::path file = folder.path() / "a.wal", log = folder.path() / "log.lcm";
+  constexpr std::size_t kBytes = std::size_t(160) << 20;
+  {
+    std::vector<std::byte> plain(kBytes);
+    RandomStream random(5, Purpose::kTest);
+    for (std::size_t at = 0; at < kBytes; at += 64) plain[at] = std::byte(random.below(256));
+    write(log, plain);
+    plain[7] = std::byte{1};
+    write(file, pack(plain, MappedFile(log).bytes(), "log.lcm"));
+  }
+  const std::size_t peak = peak_of([&] {
+    const MappedFile mapped(file);
+    std::uint64_t sum = 0;
+    for (std::size_t at = 0; at < mapped.bytes().size(); at += 4096) {
+      sum += std::uint64_t(mapped.bytes()[at]);
+      mapped.forget_before(at);
+    }
+    if (sum == 0) ::_exit(2);
+  });
+  CHECK(peak > 0);
+  CHECK(peak < (std::size_t(100) << 20));
+  CHECK(content(file)[7] == std::byte{1});
 }
 
 TEST_CASE("bytes of a packed file that were read and forgotten read the same again") {
