@@ -277,7 +277,7 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
                                                          : farthest_mm(options);
   for (int tries = 0;; ++tries) {
     const Curve& curve = work.curve.coarse;
-    out.deviation_mm = options.curve_rule == CurveRule::kFitted ? frechet_bound(curve, points, work.length)
+    out.deviation_mm = options.curve_rule == CurveRule::kFitted ? frechet_bound(curve, points)
                        : curve.straight                         ? 0.0
                                                                 : deviation(curve, points, work.length);
     if (out.deviation_mm <= allowed_mm) break;

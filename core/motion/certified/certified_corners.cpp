@@ -265,7 +265,7 @@ std::size_t keep_inside(const CleanPath& path, const CertifiedTask& task, Certif
       segment.first = from;
       segment.last = to;
       plan_segment(ends, {&limit, 1}, {}, Shape::kRamped, kNever_s, task, work, segment);
-      segment.deviation_mm = frechet_bound(segment.curve, part(path, from, to), work.length);
+      segment.deviation_mm = frechet_bound(segment.curve, part(path, from, to));
     }
   }
   work.segments = std::move(all);

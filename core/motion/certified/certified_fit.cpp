@@ -94,7 +94,7 @@ class FitPlanner {
       const TimeGradient& g = out_.gradient;
       step_tube(out_.curve, {{g.x[0], g.x[1], g.x[2]}, {g.y[0], g.y[1], g.y[2]}}, work_.weight, work_.tube,
                 work_.curve.coarse);
-      trial_.deviation_mm = frechet_bound(work_.curve.coarse, points_, work_.length);
+      trial_.deviation_mm = frechet_bound(work_.curve.coarse, points_);
       bool faster = trial_.deviation_mm <= allowed_mm(task.options);
       if (faster) {
         plan(out_.duration_s(), task, trial_);
@@ -126,7 +126,7 @@ class FitPlanner {
     const double tolerance = allowed_mm(task.options);
     for (int tries = 0;; ++tries) {
       fit(radius, task);
-      trial_.deviation_mm = frechet_bound(work_.curve.coarse, points_, work_.length);
+      trial_.deviation_mm = frechet_bound(work_.curve.coarse, points_);
       if (trial_.deviation_mm <= tolerance || tries == kShrinks) break;
       radius *= std::clamp(kAim * tolerance / trial_.deviation_mm, kLeastShrink, kAim);
     }

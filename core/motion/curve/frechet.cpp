@@ -35,31 +35,43 @@ Jet jet(const Curve& c, std::size_t i, double s) {
 /// Walks along the curve to the place nearest to each vertex, never back.
 class Walk {
  public:
-  explicit Walk(const Curve& curve) : curve_(curve) {}
+  explicit Walk(const Curve& curve) : curve_(curve), jet_(jet(curve, 0, 0.0)) {}
 
-  /// The parameter of a place near p, from the present one on and at most about twice `ahead_mm` further.
-  double to(Point2 p, double ahead_mm) {
-    const double from = s_, least_speed = 1e-3;
-    const double ahead = ahead_mm / std::max(least_speed, std::sqrt(square(jet(curve_, cell_, from).d1)));
+  double s() const { return s_; }
+  std::size_t cell() const { return cell_; }
+  const Jet& here() const { return jet_; }
+
+  /// To a place near p, from the present one on and at most about twice `ahead_mm` further.
+  void to(Point2 p, double ahead_mm) {
+    constexpr double kNear = 1e-4, kMostStretch = 1.02;
+    constexpr double kLeastSpeed = 1e-3;
+    const double from = s_, ahead = ahead_mm / std::max(kLeastSpeed, std::sqrt(square(jet_.d1)));
     const double most = std::min(curve_.s.back(), from + 2.0 * ahead);
-    double s = std::min(from + ahead, most);
-    for (int step = 0; step < kNewton; ++step) {
+    double s = std::min(from + stretch_ * ahead, most);
+    bool near = false;
+    for (int step = 0; step < kNewton && !near; ++step) {
       seek(s);
-      const Jet j = jet(curve_, cell_, s);
-      const double dx = j.at.x_mm - p.x_mm, dy = j.at.y_mm - p.y_mm;
-      const double along = dx * j.d1.x_mm + dy * j.d1.y_mm, speed = square(j.d1);
-      const double bend = speed + dx * j.d2.x_mm + dy * j.d2.y_mm;
+      jet_ = jet(curve_, cell_, s);
+      const double dx = jet_.at.x_mm - p.x_mm, dy = jet_.at.y_mm - p.y_mm;
+      const double along = dx * jet_.d1.x_mm + dy * jet_.d1.y_mm, speed = square(jet_.d1);
+      const double bend = speed + dx * jet_.d2.x_mm + dy * jet_.d2.y_mm;
       const double slope = std::max(bend, 0.25 * speed);
-      if (!(slope > 0.0)) break;
-      const double next = std::clamp(s - along / slope, from, most);
-      if (std::abs(next - s) < 1e-3 * ahead) {
-        s = next;
-        break;
-      }
-      s = next;
+      const double next = slope > 0.0 ? std::clamp(s - along / slope, from, most) : s;
+      near = std::abs(next - s) < kNear * ahead || next == s;
+      if (!near) s = next;
     }
-    seek(s);
-    return s_ = s;
+    if (!near) {
+      seek(s);
+      jet_ = jet(curve_, cell_, s);
+    }
+    stretch_ = ahead > 0.0 ? std::clamp((s - from) / ahead, 1.0, kMostStretch) : 1.0;  // of arc and chord
+    s_ = s;
+  }
+
+  void to_end() {
+    s_ = curve_.s.back();
+    cell_ = curve_.cells() - 1;
+    jet_ = jet(curve_, cell_, s_);
   }
 
  private:
@@ -68,25 +80,34 @@ class Walk {
     while (cell_ + 1 < curve_.cells() && s >= curve_.s[cell_ + 1]) ++cell_;
   }
   const Curve& curve_;
-  double s_ = 0.0;
+  Jet jet_;
+  double s_ = 0.0, stretch_ = 1.0;
   std::size_t cell_ = 0;
 };
 
 /// Raises `worst` (squared) to a bound of the cubic with these Bezier points. The ends are places of it.
+///
+/// Sharper than their hull: the parabola through both ends and the middle m, whose two halves have the Bezier
+/// points a, m + (a - d) / 4, m, m - (a - d) / 4, d, is off by at most |third difference| / (12 sqrt 3).
 void raise(Point2 a, Point2 b, Point2 c, Point2 d, int divisions, double& worst) {
-  worst = std::max({worst, square(a), square(d)});
-  const double hull = std::max(square(b), square(c));
-  const double sharp = std::sqrt(worst) * kSharp + kSharpMm;
-  if (hull <= sharp * sharp) {
-    worst = std::max(worst, hull);
-    return;
-  }
-  if (divisions == 0) {
-    worst = hull;
-    return;
-  }
+  constexpr double kOff = 0.048113;
+  const double ends = std::max(square(a), square(d)), hull = std::max(square(b), square(c));
+  worst = std::max(worst, ends);
+  if (hull <= worst) return;
   const Point2 ab = middle(a, b), bc = middle(b, c), cd = middle(c, d), abc = middle(ab, bc),
                bcd = middle(bc, cd), m = middle(abc, bcd);
+  worst = std::max(worst, square(m));
+  const double sharp = std::sqrt(worst) * kSharp + kSharpMm;
+  const Point2 quarter{0.25 * (a.x_mm - d.x_mm), 0.25 * (a.y_mm - d.y_mm)},
+      third{d.x_mm - a.x_mm + 3.0 * (b.x_mm - c.x_mm), d.y_mm - a.y_mm + 3.0 * (b.y_mm - c.y_mm)};
+  const double bend = std::max(square({m.x_mm + quarter.x_mm, m.y_mm + quarter.y_mm}),
+                               square({m.x_mm - quarter.x_mm, m.y_mm - quarter.y_mm}));
+  const double bound =
+      std::min(std::sqrt(hull), std::sqrt(std::max(bend, worst)) + kOff * std::sqrt(square(third)));
+  if (bound <= sharp || divisions == 0) {
+    worst = std::max(worst, bound * bound);
+    return;
+  }
   raise(a, ab, abc, m, divisions - 1, worst);
   raise(m, bcd, cd, d, divisions - 1, worst);
 }
@@ -106,43 +127,38 @@ double straight_bound(std::span<const Point2> points) {
 
 }  // namespace
 
-double frechet_bound(const Curve& curve, std::span<const Point2> points, std::vector<double>& parameter) {
+double frechet_bound(const Curve& curve, std::span<const Point2> points) {
   if (curve.straight) return straight_bound(points);
   const std::size_t n = points.size();
-  parameter.resize(n);
-  parameter[0] = 0.0;
-  Walk walk(curve);
-  for (std::size_t i = 1; i + 1 < n; ++i)
-    parameter[i] = walk.to(points[i], distance(points[i - 1], points[i]));
-  parameter[n - 1] = curve.s.back();
   double worst = 0.0;
-  std::size_t cell = 0;
-  Jet left = jet(curve, 0, 0.0);  // the curve is C2: at a knot either cell's will do
-  double left_s = 0.0;
+  Walk walk(curve);
   for (std::size_t i = 0; i + 1 < n; ++i) {
-    const double from = parameter[i], to = parameter[i + 1];
     const Point2 &p = points[i], &q = points[i + 1];
-    const auto polygon = [&](double s) {
-      const double x = to > from ? (s - from) / (to - from) : 1.0;
-      return Point2{p.x_mm + x * (q.x_mm - p.x_mm), p.y_mm + x * (q.y_mm - p.y_mm)};
-    };
+    const double from = walk.s();
+    std::size_t cell = walk.cell();
+    Jet left = walk.here();
+    if (i + 2 < n)
+      walk.to(q, distance(p, q));
+    else
+      walk.to_end();
+    const double to = walk.s(), over = to > from ? 1.0 / (to - from) : 0.0;
     double s = from;
-    while (cell > 0 && s < curve.s[cell]) --cell;
-    do {
+    Point2 p0 = p;
+    for (bool last = false; !last;) {
       while (cell + 1 < curve.cells() && s >= curve.s[cell + 1]) ++cell;
-      const double end = std::min(to, cell + 1 < curve.cells() ? curve.s[cell + 1] : to),
-                   third = (end - s) / 3.0;
-      if (s != left_s) left = jet(curve, cell, s);
-      const Jet right = jet(curve, cell, end);
-      const Point2 p0 = s == from ? p : polygon(s), p3 = end == to ? q : polygon(end);
+      last = cell + 1 >= curve.cells() || curve.s[cell + 1] >= to;
+      const double end = last ? to : curve.s[cell + 1], third = (end - s) / 3.0, x = (end - from) * over;
+      const Jet right = last ? walk.here() : jet(curve, cell, end);  // the curve is C2: either cell's will do
+      const Point2 p3 = last ? q : Point2{p.x_mm + x * (q.x_mm - p.x_mm), p.y_mm + x * (q.y_mm - p.y_mm)};
       const double px = (p3.x_mm - p0.x_mm) / 3.0, py = (p3.y_mm - p0.y_mm) / 3.0;
       const Point2 a{left.at.x_mm - p0.x_mm, left.at.y_mm - p0.y_mm},
           d{right.at.x_mm - p3.x_mm, right.at.y_mm - p3.y_mm};
       raise(a, {a.x_mm + third * left.d1.x_mm - px, a.y_mm + third * left.d1.y_mm - py},
             {d.x_mm - third * right.d1.x_mm + px, d.y_mm - third * right.d1.y_mm + py}, d, kDivisions, worst);
-      s = left_s = end;
+      s = end;
       left = right;
-    } while (s < to);
+      p0 = p3;
+    }
   }
   return std::sqrt(worst);
 }

@@ -8,15 +8,13 @@
 #pragma once
 
 #include <span>
-#include <vector>
 
 #include "core/motion/curve/path_curve.h"
 
 namespace firn::motion {
 
-/// @param parameter scratch; on return each vertex's parameter
 /// Returns the bound in mm; it exceeds the largest distance within the correspondence by at most 1 % and
 /// 1e-6 mm.
-double frechet_bound(const Curve& curve, std::span<const Point2> points, std::vector<double>& parameter);
+double frechet_bound(const Curve& curve, std::span<const Point2> points);
 
 }  // namespace firn::motion

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -33,7 +34,7 @@ struct FlangeBounds {
   double radius_mm = 0.0;            ///< no place is further from it
   std::array<double, 2> position{};  ///< largest |derivative| of (x, y), orders 4 and 5; z is constant
   std::array<double, 2> yaw{};       ///< the same of the yaw
-  double width = 0.0;                ///< of the interval
+  double width = 0.0;                ///< from sample to sample
 };
 
 class Arm {
@@ -61,9 +62,9 @@ class Arm {
 
   /// Derivatives of orders 1 to 3 at one end of an interval.
   using JointJet = std::array<JointVector, 3>;
-  /// Bounds of the joints' derivatives of orders 4 and 5 over a short interval between `left` and `right`.
-  /// False: the interval is too long to tell.
-  virtual bool bound_higher(const FlangeBounds& flange, const JointJet& left, const JointJet& right,
+  /// Bounds of the joints' derivatives of orders 4 and 5 over a short interval with two or more equally
+  /// spaced samples, the first and last at its ends. False: the interval is too long to tell.
+  virtual bool bound_higher(const FlangeBounds& flange, std::span<const JointJet> samples,
                             std::array<JointVector, 2>& bounds) const = 0;
 
   /// Poses of joint motions (all joints, derivatives with respect to one parameter). @pre out is kTaskAxes x

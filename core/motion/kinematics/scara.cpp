@@ -33,7 +33,7 @@ class Scara final : public Arm {
                                Jets& out) const override;
   std::optional<Fault> inverse_derivatives(const Jets& task, const ArmConfiguration& configuration,
                                            Jets& out) const override;
-  bool bound_higher(const FlangeBounds& flange, const JointJet& left, const JointJet& right,
+  bool bound_higher(const FlangeBounds& flange, std::span<const JointJet> samples,
                     std::array<JointVector, 2>& bounds) const override;
   void forward(const Jets& joints, Jets& out) const override;
   Jacobian jacobian(const JointVector& q) const override;
@@ -211,9 +211,9 @@ std::optional<Fault> Scara::choose_configuration(const Jets& task, const ArmConf
   return first;
 }
 
-/// Orders 1 to 3 inside of the interval follow from their values at the ends and the next order, which
+/// Orders 1 to 3 inside of the interval follow from their values at the samples and the next order, which
 /// follows from them: bounds that contain what they lead to hold, since the derivatives are continuous.
-bool Scara::bound_higher(const FlangeBounds& flange, const JointJet& left, const JointJet& right,
+bool Scara::bound_higher(const FlangeBounds& flange, std::span<const JointJet> samples,
                          std::array<JointVector, 2>& bounds) const {
   constexpr int kRounds = 4;
   const double l1 = spec_.link_1_mm, l2 = spec_.link_2_mm, half = 0.5 * flange.width;
@@ -223,11 +223,12 @@ bool Scara::bound_higher(const FlangeBounds& flange, const JointJet& left, const
   const double square = std::min(1.0 - cosine_low * cosine_low, 1.0 - cosine_high * cosine_high);
   if (!(square > 0.0)) return false;
   const double sine = std::sqrt(square), over_a = 1.0 / (l1 * sine), over_b = 1.0 / (l2 * sine);
-  double a[3], b[3];  // of alpha and beta, at the ends
-  for (std::size_t k = 0; k < 3; ++k) {
-    a[k] = std::max(std::abs(left[k][0]), std::abs(right[k][0]));
-    b[k] = std::max(std::abs(left[k][0] + left[k][1]), std::abs(right[k][0] + right[k][1]));
-  }
+  double a[3] = {}, b[3] = {};  // of alpha and beta, at the samples
+  for (const JointJet& jet : samples)
+    for (std::size_t k = 0; k < 3; ++k) {
+      a[k] = std::max(a[k], std::abs(jet[k][0]));
+      b[k] = std::max(b[k], std::abs(jet[k][0] + jet[k][1]));
+    }
   double a3 = a[2], b3 = b[2], a4 = 0.0, b4 = 0.0, a1 = 0.0, a2 = 0.0, b1 = 0.0, b2 = 0.0;
   bool holds = false;
   double more = 1.02;

@@ -35,7 +35,7 @@ class Stage final : public Arm {
       }
   }
 
-  bool bound_higher(const FlangeBounds& flange, const JointJet&, const JointJet&,
+  bool bound_higher(const FlangeBounds& flange, std::span<const JointJet>,
                     std::array<JointVector, 2>& bounds) const override {
     for (std::size_t k = 0; k < 2; ++k) bounds[k] = {flange.position[k], flange.position[k], 0.0};
     return true;
