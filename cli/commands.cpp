@@ -53,7 +53,7 @@ constexpr Command kCommands[] = {
     {"audit", "checks a run's droplets against the world's own record", declare_audit},
     {"identify", "h1, h2, h3 with intervals from a run; the spacing of droplets from prints of squares",
      declare_identify},
-    {"tune", "tunes gains for a disturbance, given or found in a run", declare_tune},
+    {"tune", "tunes configuration keys from the logs of prints, or gains for a disturbance", declare_tune},
     {"report", "writes one self-contained page for any number of runs", declare_report},
     {"export", "writes runs as HDF5, NumPy arrays, MCAP or CSV", declare_export},
     {"import", "makes a run of a layer-wise record that others made", declare_import},

@@ -103,7 +103,10 @@ OptionSet OptionSet::subcommand(const std::string& name, const std::string& summ
 void OptionSet::require_subcommand() { app_.require_subcommand(1); }
 
 void OptionSet::when_parsed(Run call) {
-  app_.final_callback([&run = run_, call = std::move(call)] { run = call; });
+  // The parser calls a command's subcommands first, then the command itself.
+  app_.final_callback([&app = app_, &run = run_, call = std::move(call)] {
+    if (app.get_subcommands().empty()) run = call;
+  });
 }
 
 namespace {

@@ -19,6 +19,10 @@
 namespace firn {
 namespace {
 
+constexpr const char* kOpenLoop =
+    "with other settings each decision is the one on the recorded surface, not what would have been printed "
+    "next; firn tune RUN --keys KEY predicts prints";
+
 // An edited experiment.toml is a way to replay with other settings, if it holds any: they are listed.
 void mark_seals(const std::filesystem::path& run, replay::RunVerdict& verdict) {
   const auto marks = [&](const SealDifference& d) -> std::vector<std::string>& {
@@ -59,6 +63,7 @@ replay::RunVerdict replay_verdict(const ReplayCommandOptions& options) {
     verdict.changed_settings = config.settings;
     mark_seals(options.run, verdict);
     verdict.notes.insert(verdict.notes.end(), config.unread.begin(), config.unread.end());
+    if (!config.settings.empty()) verdict.notes.push_back(kOpenLoop);
     return verdict;
   } catch (const std::invalid_argument& e) {
     throw UsageError(e.what());

@@ -10,6 +10,7 @@
 
 #include "cli/option_set.h"
 #include "cli/sealed_run.h"
+#include "cli/tune_lab_command.h"
 #include "config/labs.h"
 #include "estimators/gains/tune_smf.h"
 #include "files/usage_error.h"
@@ -34,6 +35,11 @@ Algorithm algorithm_of(const std::string& text) {
   if (text == "cobyla") return Algorithm::kCobyla;
   throw UsageError("--algorithm: '" + text + "' is none of slsqp, lbfgs, cobyla");
 }
+
+constexpr const char* kLeftOut =
+    "the model is one point of the surface: neighbours, rounding to whole droplets, saturation and the "
+    "sensor's "
+    "noise are left out, so these gains promise nothing about a print; firn tune RUN --keys does";
 
 struct Judged {
   std::string what;
@@ -155,6 +161,7 @@ int run_tune_smf(const TuneCommandOptions& o) {
                              {"optimality", t.optimality},
                              {"intervals", d.size()},
                              {"disturbance", d},
+                             {"left_out", kLeftOut},
                              {"gains", rows}}
                     .dump(2)
                     .c_str());
@@ -171,11 +178,9 @@ int run_tune_smf(const TuneCommandOptions& o) {
     fmt::print("{:<14} {:>9.5f} {:>9.5f} {:>9.5f} {:>16.6f} {:>8} {:>14.4f}\n", j.what, j.gains.kp,
                j.gains.ki_star, j.gains.kd_star, j.rms, stable(j.gains) ? "yes" : "no",
                largest_pole(j.gains));
+  fmt::print("{}\n", kLeftOut);
   if (!o.run.empty() && d.size() < 30)
-    fmt::print(
-        "these gains fit {} intervals of one print: try them on others before they are trusted (firn "
-        "compare)\n",
-        d.size());
+    fmt::print("the disturbance is that of {} intervals of one print\n", d.size());
   return kOk;
 }
 
@@ -200,7 +205,7 @@ void declare_tune(OptionSet& options) {
   smf.option("-o,--output", o.output, "picture of error and action, SVG");
   declare_unsealed(smf, o.unsealed);
   smf.json_flag(o.json);
-  options.require_subcommand();
+  declare_tune_lab(options);
 }
 
 }  // namespace firn

@@ -94,7 +94,9 @@ class Judge {
 MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs,
                                   const MemoryPrintOptions& options) {
   const Judge judge(e, inputs);
-  PlantWorld world(plant::World(plant::world_config(e), nullptr));
+  plant::WorldConfig nature = plant::world_config(e);
+  if (options.nature) options.nature(nature);
+  PlantWorld world(plant::World(nature, nullptr));
   Lab lab(&world);
   const auto hosts = make_hosts(e, inputs);
   for (const auto& host : hosts) lab.add(host.get());

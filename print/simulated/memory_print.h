@@ -19,6 +19,10 @@
 
 namespace firn {
 
+namespace plant {
+struct WorldConfig;
+}
+
 struct MemoryPrintOptions {
   bool series = false;                    ///< fill `series`
   bool surface = false;                   ///< fill `surface`
@@ -28,6 +32,8 @@ struct MemoryPrintOptions {
   bool ice_each = false;                  ///< with series and ice_over: fill `ice_each`
   /// Receives every message when it is sent.
   std::function<void(std::string_view channel, std::span<const std::byte> bytes)> tap = {};
+  /// Changes nature beyond the keys of [plant], before the world is made.
+  std::function<void(plant::WorldConfig&)> nature = {};
 };
 
 /// Holds the true surface after a layer, which no node knows. Errors are height - target over the mask.

@@ -131,6 +131,8 @@ StudyPrint print_once(const Experiment& e, const Blobs& inputs) {
 
 }  // namespace
 
+std::vector<double> inkjet_metrics(const MemoryPrintReport& report) { return metrics_of(report); }
+
 const StudyLab& inkjet_study_lab() {
   static const StudyLab lab{metric_table(),
                             {"rms_um", "std_um", "abs_mean_um", "max_um", "overspill_pct", "first_ring_um",

@@ -23,6 +23,8 @@ struct StudyPrint {
   std::vector<replay::StudyProfilePoint> profile = {};  ///< of labs that have one
 };
 
+struct MemoryPrintReport;
+
 struct StudyLab {
   std::vector<replay::StudyMetric>
       metrics;  ///< smaller is better in each; the first is primary unless a study says else
@@ -36,6 +38,9 @@ struct StudyLab {
 
 /// Lu's ink-jet lab in simulated time; metrics are of the true surface.
 const StudyLab& inkjet_study_lab();
+
+/// Returns a print's metrics in the order of the ink-jet lab; NaN where nothing was printed.
+std::vector<double> inkjet_metrics(const MemoryPrintReport& report);
 
 /// Barnett's ice lab: the same, and the true RMS of every interval, hours of deposition and of measurement.
 const StudyLab& ice_study_lab();

@@ -255,6 +255,7 @@ TEST_CASE("firn replay with another gain differs, exits 1 and names setting, nod
   CHECK(said.code == 1);
   CHECK(j.at("identical") == false);
   CHECK_THAT(j.at("changed_settings").at(0).get<std::string>(), Contains("control.smf.kp"));
+  CHECK_THAT(j.at("notes").dump(), Contains("not what would have been printed") && Contains("firn tune"));
   const Json& first = j.at("findings").at(0);
   CHECK(first.at("node") == "controller");
   CHECK(first.at("channel") == "LAYER_PLAN");
@@ -487,6 +488,26 @@ TEST_CASE("The disturbance that firn tune smf draws is the one that was asked fo
   const int steps = int(std::count(d.begin(), d.end(), 0.25));
   CHECK(steps >= 4);
   CHECK(steps <= 5);
+}
+
+TEST_CASE("firn tune smf says what its model leaves out and where whole prints are predicted") {
+  const Said said = firn_says({"tune", "smf"});
+  CHECK(said.code == 0);
+  CHECK_THAT(said.out, Contains("neighbours") && Contains("firn tune RUN --keys"));
+}
+
+TEST_CASE("firn tune names a missing run, a key, a range and a goal that are not usable") {
+  const std::string run = golden("v1-smf-resumed").string();
+  const auto refused = [&](const std::vector<std::string>& words) {
+    const Said said = firn_says(words);
+    CAPTURE(words, said.out);
+    CHECK(said.code == 2);
+    return said.err;
+  };
+  CHECK_THAT(refused({"tune", "--keys", "control.smf.kp"}), Contains("a run is wanted"));
+  CHECK_THAT(refused({"tune", run, "--keys", "control.smf.kp", "--goal", "beauty"}),
+             Contains("beauty") && Contains("rms_um"));
+  CHECK_THAT(refused({"tune", "/nonexistent", "--keys", "control.smf.kp"}), Contains("/nonexistent"));
 }
 
 TEST_CASE("firn tune smf writes a picture of error and action") {

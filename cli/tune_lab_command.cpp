@@ -1,0 +1,95 @@
+#include "cli/tune_lab_command.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <set>
+#include <stdexcept>
+#include <thread>
+
+#include "cli/option_set.h"
+#include "cli/sealed_run.h"
+#include "files/text_file.h"
+#include "files/usage_error.h"
+#include "print/exit_codes.h"
+#include "print/progress.h"
+#include "studies/compare/study_lab.h"
+#include "studies/tune/tune_answer.h"
+
+namespace firn {
+namespace {
+
+using namespace tuning;
+
+constexpr double kFitShare = 0.41;  // of the budget
+
+std::vector<TuneKey> keys_of(const TuneLabOptions& o, const Experiment& e) {
+  if (o.keys.empty())
+    throw UsageError("--keys: keys to tune are wanted, as control.smf.kp,control.smf.ki_star");
+  std::vector<TuneKey> keys;
+  std::set<std::string> names;
+  for (const std::string& text : o.keys) {
+    keys.emplace_back(text, e);
+    if (!names.insert(keys.back().key()).second)
+      throw UsageError("--keys: " + keys.back().key() + " is named twice");
+  }
+  return keys;
+}
+
+}  // namespace
+
+int run_tune_lab(const TuneLabOptions& o) {
+  if (o.runs.empty())
+    throw UsageError("firn tune: a run is wanted, or 'smf' for the thesis's model of one point");
+  const std::size_t goal = goal_index(o.goal);
+  std::vector<RecordedRun> runs;
+  for (const std::string& run : o.runs) {
+    use_sealed_run(run, o.unsealed);
+    runs.push_back(RecordedRun::read(run));
+  }
+  const std::vector<TuneKey> keys = keys_of(o, runs.front().experiment);
+  const int threads = o.threads > 0 ? o.threads : int(std::max(1u, std::thread::hardware_concurrency()));
+  const int promised = o.verify > 0 ? o.verify : o.promised;
+  JobProgress progress("firn tune");
+  const auto part = [&](double from, double to) {
+    return Progress([&progress, from, to](double share, const std::string& about) {
+      progress.show(from + (to - from) * share, about);
+    });
+  };
+  const int fit_prints = int(kFitShare * o.budget);
+  const FittedLab lab = fit_lab(runs, {o.seed, threads, fit_prints, part(0.0, 0.4)});
+  TuneAnswer answer{runs, keys, inkjet_study_lab().metrics[goal].name, lab, {}, {}, {}, promised, o.seed};
+  if (lab.check.passed()) {
+    answer.advice = advise(lab, runs.front(), keys,
+                           {goal, o.seed, threads, o.budget - fit_prints, promised, part(0.4, 0.93)});
+    answer.next =
+        next_prints(lab, runs.front(), {.seed = o.seed, .threads = threads, .progress = part(0.93, 0.97)});
+    if (o.verify > 0)
+      answer.verification = verify_promise(runs.front(), keys, *answer.advice,
+                                           {goal, o.verify, o.seed, threads, part(0.97, 1.0)});
+  }
+  progress.done();
+  if (!o.output.empty()) write_file_atomically(o.output, tune_page(answer));
+  std::fputs((o.json ? tune_json(answer) : tune_text(answer)).c_str(), stdout);
+  const bool kept = !answer.verification || answer.verification->held;
+  return answer.advice && kept ? kOk : kFailed;
+}
+
+void declare_tune_lab(OptionSet& options) {
+  auto& o = options.calls(run_tune_lab);
+  options.option("RUN", o.runs, "run folders of one laboratory; the first one's part and settings are tuned");
+  options.option("--keys", o.keys, "KEY or KEY=LOW:HIGH, separated by commas").separated_by(',');
+  options.option("--goal", o.goal, "metric of the true surface to minimise, as firn compare names it")
+      .show_default();
+  options.option("--budget", o.budget, "simulated prints, about").show_default().within(300, 100000);
+  options.option("--verify", o.verify, "prints N pairs with the old and the new setting").within(2, 10000);
+  options.option("--promise", o.promised, "without --verify: the promise is about the mean of N prints")
+      .show_default()
+      .within(1, 10000);
+  options.option("--seed", o.seed, "of the simulated prints").show_default();
+  options.option("-o,--output", o.output, "page with predicted curves, HTML");
+  declare_unsealed(options, o.unsealed);
+  options.thread_option(o.threads);
+  options.json_flag(o.json);
+}
+
+}  // namespace firn

@@ -1,0 +1,35 @@
+// run_tune_lab computes the settings of configuration keys that print best in the laboratory that a log comes
+// from, and the improvement that they promise.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace firn {
+
+class OptionSet;
+
+struct TuneLabOptions {
+  std::vector<std::string> runs;
+  std::vector<std::string> keys;  ///< "control.smf.kp" or "control.smf.kp=0.2:2"
+  std::string goal = "rms";
+  int budget = 440;   ///< simulated prints, about
+  int verify = 0;     ///< pairs of prints with old and new setting; 0 = none
+  int promised = 10;  ///< without verify: the promise is about the mean of so many prints
+  std::uint64_t seed = 1;
+  std::string output;  ///< page; empty = none
+  int threads = 0;
+  bool json = false;
+  bool unsealed = false;
+};
+
+/// @returns kOk with advice or with nothing to gain, kFailed where the laboratory is of no known class or a
+/// verified promise did not hold
+/// @throws UsageError naming run, key or limit
+int run_tune_lab(const TuneLabOptions& options);
+
+/// Declares the arguments.
+void declare_tune_lab(OptionSet& options);
+
+}  // namespace firn

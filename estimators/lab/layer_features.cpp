@@ -1,0 +1,418 @@
+#include "estimators/lab/layer_features.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+#include "core/grid/outline.h"
+#include "core/statistics/median.h"
+
+namespace firn::lab {
+namespace {
+
+constexpr double kUm = 1e3;
+constexpr int kBlock = 4;             // cells of a side of the blocks whose means hold the long waves
+constexpr double kTail = 3.5;         // scaled median absolute deviations
+constexpr double kLeastShare = 2e-4;  // added to shares before their logarithm
+constexpr double kRidge = 1e-3;       // of the regression, of a cell-layer
+
+constexpr const char* kStretchNames[] = {
+    "growth by a droplet inside the part",
+    "growth by a droplet on the part's rim",
+    "growth under a cell's own droplet",
+    "growth by a droplet beside a cell",
+    "levelling towards lower neighbours",
+    "scatter of a cell's growth",
+    "memory of a cell's growth from layer to layer",
+    "lasting differences between cells",
+    "long waves in a layer's growth",
+    "cells that grew far too little",
+    "change of the growth from layer to layer",
+    "drift of the growth",
+    "roughness of the surface",
+    "long waves of the surface",
+    "short waves of the surface",
+    "tilt of the surface along x",
+    "tilt of the surface along y",
+    "lowest column of cells",
+    "lowest row of cells",
+    "cells without a measurement",
+};
+constexpr std::size_t kPerStretch = std::size(kStretchNames);
+constexpr const char* kWholeNames[] = {
+    "noise of the maps", "number of layers", "number of droplets",
+    "final mean error",  "final RMS error",  "final largest error",
+};
+constexpr std::size_t kWhole = std::size(kWholeNames);
+constexpr const char* kStretchWords[] = {"first", "second", "last"};
+
+double log_share(double share) { return std::log(std::max(share, 0.0) + kLeastShare); }
+double log_scale(double value) { return std::log(std::max(value, 0.0) + 1e-6); }
+double ratio(double a, double b) { return b > 0.0 ? a / b : 0.0; }
+
+struct Moments {
+  double n = 0.0, sum = 0.0, squares = 0.0;
+  void add(double v) {
+    n += 1.0;
+    sum += v;
+    squares += v * v;
+  }
+  double mean() const { return ratio(sum, n); }
+  double variance() const { return n > 1.0 ? std::max(0.0, (squares - sum * sum / n) / (n - 1.0)) : 0.0; }
+  double std() const { return std::sqrt(variance()); }
+};
+
+/// Values of the cells of a map that count, with the cell's place.
+struct Places {
+  GridSpec grid;
+  std::vector<std::uint32_t> cells;   ///< of the part
+  std::vector<std::uint32_t> inside;  ///< whose eight neighbours are of the part
+};
+
+Places places_of(const Mask& mask) {
+  Places p{mask.spec, {}, {}};
+  const Mask inner = inside_of(mask);
+  for (std::size_t c = 0; c < mask.size(); ++c) {
+    if (!mask.cells[c]) continue;
+    p.cells.push_back(std::uint32_t(c));
+    if (inner.cells[c]) p.inside.push_back(std::uint32_t(c));
+  }
+  return p;
+}
+
+/// Variance of the means of blocks of kBlock cells, as a share of the variance of the cells.
+double long_wave_share(const Places& p, const std::vector<double>& value) {
+  Moments all, blocks;
+  const int wide = (p.grid.nx + kBlock - 1) / kBlock, tall = (p.grid.ny + kBlock - 1) / kBlock;
+  std::vector<Moments> block(std::size_t(wide) * std::size_t(tall));
+  for (const std::uint32_t c : p.cells) {
+    if (!std::isfinite(value[c])) continue;
+    all.add(value[c]);
+    const int i = int(c) % p.grid.nx, j = int(c) / p.grid.nx;
+    block[std::size_t(j / kBlock) * std::size_t(wide) + std::size_t(i / kBlock)].add(value[c]);
+  }
+  for (const Moments& b : block)
+    if (b.n >= kBlock * kBlock / 2) blocks.add(b.mean());
+  return ratio(blocks.variance(), all.variance());
+}
+
+/// Half the mean square of the differences of cells side by side, as a share of the variance.
+double short_wave_share(const Places& p, const std::vector<double>& value) {
+  Moments all;
+  double sum = 0.0, pairs = 0.0;
+  std::vector<double> of_part(value.size(), kNotMeasured);
+  for (const std::uint32_t c : p.cells) of_part[c] = value[c];
+  for (const std::uint32_t c : p.cells) {
+    if (!std::isfinite(value[c])) continue;
+    all.add(value[c]);
+    for (const std::uint32_t n : {c + 1, c + std::uint32_t(p.grid.nx)}) {
+      if (n >= of_part.size() || (n == c + 1 && n % std::uint32_t(p.grid.nx) == 0)) continue;
+      if (!std::isfinite(of_part[n])) continue;
+      sum += 0.5 * (of_part[n] - value[c]) * (of_part[n] - value[c]);
+      pairs += 1.0;
+    }
+  }
+  return ratio(ratio(sum, pairs), all.variance());
+}
+
+/// Slope over the part's width by least squares, along x or y.
+double tilt(const Places& p, const std::vector<double>& value, bool along_x) {
+  Moments place, height;
+  double cross = 0.0;
+  for (const std::uint32_t c : p.cells) {
+    if (!std::isfinite(value[c])) continue;
+    const double at = double(along_x ? int(c) % p.grid.nx : int(c) / p.grid.nx);
+    place.add(at);
+    height.add(value[c]);
+    cross += at * value[c];
+  }
+  const double spread = place.squares - place.sum * place.mean();
+  const double width = std::sqrt(12.0 * place.variance());  // of evenly spread places
+  return ratio(cross - place.sum * height.mean(), spread) * width;
+}
+
+/// The surface about the target as far as it has been printed: min(target, q), q such that the means agree.
+std::vector<double> levelled(const Places& p, const HeightMap& height, const HeightMap& target) {
+  double mean = 0.0, n = 0.0, top = 0.0;
+  for (const std::uint32_t c : p.cells) {
+    top = std::max(top, target.cells[c]);
+    if (!std::isfinite(height.cells[c])) continue;
+    mean += height.cells[c];
+    n += 1.0;
+  }
+  mean = ratio(mean, n);
+  const auto reference_mean = [&](double q) {
+    double sum = 0.0;
+    for (const std::uint32_t c : p.cells)
+      if (std::isfinite(height.cells[c])) sum += std::min(target.cells[c], q);
+    return ratio(sum, n);
+  };
+  double low = std::min(0.0, mean), high = std::max(top, mean);
+  for (int step = 0; step < 40; ++step) {
+    const double q = 0.5 * (low + high);
+    (reference_mean(q) < mean ? low : high) = q;
+  }
+  std::vector<double> out(height.cells.size(), kNotMeasured);
+  for (const std::uint32_t c : p.cells) out[c] = (height.cells[c] - std::min(target.cells[c], high)) * kUm;
+  return out;
+}
+
+/// The smallest mean of a column or row of inside cells.
+double lowest_line(const Places& p, const std::vector<double>& value, bool columns) {
+  std::vector<Moments> lines(std::size_t(columns ? p.grid.nx : p.grid.ny));
+  for (const std::uint32_t c : p.inside)
+    if (std::isfinite(value[c]))
+      lines[std::size_t(columns ? int(c) % p.grid.nx : int(c) / p.grid.nx)].add(value[c]);
+  double lowest = 0.0;
+  for (const Moments& l : lines)
+    if (l.n >= 3.0) lowest = std::min(lowest, l.mean() * std::sqrt(l.n));
+  return lowest;
+}
+
+/// One stretch of layers.
+class Stretch {
+ public:
+  Stretch(const FeatureInput& input, const Places& places, std::size_t first, std::size_t last)
+      : in_(input), p_(places), first_(first), last_(last) {}
+
+  std::array<double, kPerStretch> features() {
+    regress();
+    residuals();
+    surface();
+    return out_;
+  }
+
+ private:
+  static bool counts(const droplet::PrintedLayer& l, std::uint32_t c) {
+    return l.use[c] != droplet::Use::kNothing && std::isfinite(l.after.cells[c]) &&
+           std::isfinite(l.before.cells[c]);
+  }
+
+  static double rise_um(const droplet::PrintedLayer& l, std::uint32_t c) {
+    return (l.after.cells[c] - l.before.cells[c]) * kUm;
+  }
+
+  Eigen::Vector3d inputs(const droplet::PrintedLayer& l, std::uint32_t c) const {
+    const std::uint32_t w = std::uint32_t(p_.grid.nx);
+    const std::uint32_t around[8] = {c - 1, c + 1, c - w, c + w, c - w - 1, c - w + 1, c + w - 1, c + w + 1};
+    double drops = 0.0, lower = 0.0, n = 0.0;
+    for (const std::uint32_t a : around) {
+      drops += l.fired.cells[a];
+      if (!std::isfinite(l.before.cells[a])) continue;
+      lower += l.before.cells[a];
+      n += 1.0;
+    }
+    return {double(l.fired.cells[c]), drops, (ratio(lower, n) - l.before.cells[c]) * kUm};
+  }
+
+  /// Growth of an inside cell by its own droplets, those around it and the height of its neighbours over it.
+  void regress() {
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    double rise_in = 0.0, drops_in = 0.0, rise_all = 0.0, drops_all = 0.0, missing = 0.0, cells = 0.0;
+    for (std::size_t k = first_; k < last_; ++k) {
+      const droplet::PrintedLayer& l = in_.layers[k];
+      for (const std::uint32_t c : p_.cells) {
+        cells += 1.0;
+        if (!counts(l, c)) {
+          missing += 1.0;
+          continue;
+        }
+        rise_all += rise_um(l, c);
+        drops_all += l.fired.cells[c];
+      }
+      for (const std::uint32_t c : p_.inside) {
+        if (!counts(l, c)) continue;
+        const Eigen::Vector3d x = inputs(l, c);
+        normal += x * x.transpose();
+        right += x * rise_um(l, c);
+        rise_in += rise_um(l, c);
+        drops_in += l.fired.cells[c];
+      }
+    }
+    normal.diagonal().array() += kRidge * cells + 1e-9;
+    response_ = normal.llt().solve(right);
+    out_[0] = ratio(rise_in, drops_in);
+    out_[1] = ratio(rise_all - rise_in, drops_all - drops_in);
+    out_[2] = response_[0];
+    out_[3] = response_[1];
+    out_[4] = response_[2];
+    out_[19] = log_share(ratio(missing, cells));
+  }
+
+  void residuals() {
+    const std::size_t layers = last_ - first_;
+    std::vector<std::vector<double>> r(layers, std::vector<double>(p_.grid.size(), kNotMeasured));
+    Moments scatter, growth, change;
+    double waves = 0.0, wave_layers = 0.0, before = kNotMeasured;
+    std::vector<double> all;
+    for (std::size_t n = 0; n < layers; ++n) {
+      const droplet::PrintedLayer& l = in_.layers[first_ + n];
+      Moments layer;
+      double expected = 0.0;
+      for (const std::uint32_t c : p_.inside) {
+        if (!counts(l, c)) continue;
+        const double told = inputs(l, c).dot(response_);
+        r[n][c] = rise_um(l, c) - told;
+        expected += told;
+        layer.add(r[n][c]);
+      }
+      if (layer.n < 2.0) continue;
+      for (const std::uint32_t c : p_.inside)
+        if (std::isfinite(r[n][c])) r[n][c] -= layer.mean();
+      for (const std::uint32_t c : p_.inside)
+        if (std::isfinite(r[n][c])) all.push_back(r[n][c]);
+      scatter.n += layer.n - 1.0;
+      scatter.squares += layer.variance() * (layer.n - 1.0);
+      waves += long_wave_share(p_, r[n]);
+      wave_layers += 1.0;
+      // A layer of few droplets has no relative growth.
+      if (expected / layer.n < 0.3 * std::abs(out_[0])) continue;
+      const double relative = layer.mean() * layer.n / expected;
+      growth.add(relative);
+      if (std::isfinite(before)) change.add(relative - before);
+      before = relative;
+    }
+    const double variance = ratio(scatter.squares, scatter.n);
+    double pairs = 0.0, product = 0.0;
+    Moments lasting;
+    std::vector<double> mean(p_.grid.size(), kNotMeasured);
+    for (const std::uint32_t c : p_.inside) {
+      Moments cell;
+      for (std::size_t n = 0; n < layers; ++n) {
+        if (!std::isfinite(r[n][c])) continue;
+        cell.add(r[n][c]);
+        if (n == 0 || !std::isfinite(r[n - 1][c])) continue;
+        product += r[n][c] * r[n - 1][c];
+        pairs += 1.0;
+      }
+      if (cell.n < 2.0) continue;
+      mean[c] = cell.mean();
+      lasting.add(cell.mean() * std::sqrt(cell.n));
+    }
+    out_[5] = log_scale(std::sqrt(variance));
+    out_[6] = ratio(ratio(product, pairs), variance);
+    out_[7] = ratio(lasting.variance(), variance);
+    out_[8] = log_share(ratio(waves, wave_layers));
+    out_[9] = log_share(low_share(all));
+    out_[10] = log_scale(std::sqrt(ratio(change.squares, change.n)) + 1e-3);
+    out_[11] = log_scale(growth.std() + 1e-3);
+    out_[17] = ratio(lowest_line(p_, mean, true) * std::sqrt(double(layers)), std::sqrt(variance));
+    out_[18] = ratio(lowest_line(p_, mean, false) * std::sqrt(double(layers)), std::sqrt(variance));
+  }
+
+  static double low_share(const std::vector<double>& r) {
+    if (r.empty()) return 0.0;
+    std::vector<double> size;
+    for (const double v : r) size.push_back(std::abs(v));
+    const double scale = statistics::kMadToStd * statistics::upper_median(size);
+    const auto low = std::ranges::count_if(r, [&](double v) { return v < -kTail * scale; });
+    return double(low) / double(r.size());
+  }
+
+  void surface() {
+    double rough = 0.0, low = 0.0, high = 0.0, x = 0.0, y = 0.0;
+    for (std::size_t k = first_; k < last_; ++k) {
+      const std::vector<double> e = levelled(p_, in_.layers[k].after, in_.target);
+      Moments m;
+      for (const std::uint32_t c : p_.cells)
+        if (std::isfinite(e[c])) m.add(e[c]);
+      rough += m.variance();
+      low += long_wave_share(p_, e);
+      high += short_wave_share(p_, e);
+      x += tilt(p_, e, true);
+      y += tilt(p_, e, false);
+    }
+    const double layers = double(last_ - first_);
+    out_[12] = log_scale(std::sqrt(rough / layers));
+    out_[13] = log_share(low / layers);
+    out_[14] = high / layers;
+    out_[15] = x / layers;
+    out_[16] = y / layers;
+  }
+
+  const FeatureInput& in_;
+  const Places& p_;
+  std::size_t first_, last_;
+  Eigen::Vector3d response_ = Eigen::Vector3d::Zero();
+  std::array<double, kPerStretch> out_{};
+};
+
+std::array<double, kWhole> whole(const FeatureInput& in) {
+  double droplets = 0.0;
+  for (const auto& l : in.layers)
+    for (const auto n : l.fired.cells) droplets += n;
+  const ErrorStats e = error_stats(in.layers.back().after, in.target, in.mask);
+  return {
+      log_scale(in.noise_std_mm * kUm), std::log(double(in.layers.size())),
+      std::log(droplets + 1.0),         e.mean_mm * kUm,
+      log_scale(e.rms_mm * kUm),        log_scale(std::max(std::abs(e.min_mm), std::abs(e.max_mm)) * kUm)};
+}
+
+void check_sizes(const FeatureInput& in) {
+  if (in.layers.size() < std::size_t(kLeastLayers))
+    throw std::invalid_argument(std::to_string(in.layers.size()) + " measured layers are too few: " +
+                                std::to_string(kLeastLayers) + " are needed");
+  for (const auto& l : in.layers)
+    if (l.after.size() != in.mask.size() || in.target.size() != in.mask.size() ||
+        l.use.size() != in.mask.size())
+      throw std::invalid_argument("maps, mask and target differ in size");
+}
+
+}  // namespace
+
+std::span<const char* const> stretch_features() { return kStretchNames; }
+std::span<const char* const> whole_features() { return kWholeNames; }
+std::size_t feature_count() { return (kStretches + 1) * kPerStretch + kWhole; }
+
+std::string feature_name(std::size_t feature) {
+  const std::size_t stretch = feature / kPerStretch;
+  if (stretch > std::size_t(kStretches)) return kWholeNames[feature - (kStretches + 1) * kPerStretch];
+  const std::string name = kStretchNames[feature % kPerStretch];
+  if (stretch == std::size_t(kStretches)) return name;
+  return name + " in the " + kStretchWords[stretch] + " third of the layers";
+}
+
+std::vector<std::size_t> fitted_features() {
+  std::vector<std::size_t> out;
+  for (std::size_t f = kStretches * kPerStretch; f < feature_count(); ++f) out.push_back(f);
+  return out;
+}
+
+std::vector<std::size_t> features_of_stretch(int stretch) {
+  std::vector<std::size_t> out;
+  for (std::size_t n = 0; n < kPerStretch; ++n) out.push_back(std::size_t(stretch) * kPerStretch + n);
+  return out;
+}
+
+std::vector<std::size_t> checked_features() {
+  std::vector<std::size_t> out;
+  for (std::size_t f = 0; f < feature_count(); ++f)
+    if (f / kPerStretch != std::size_t(kStretches)) out.push_back(f);
+  return out;
+}
+
+std::vector<double> layer_features(const FeatureInput& input) {
+  check_sizes(input);
+  const Places places = places_of(input.mask);
+  std::vector<double> out, means(kPerStretch, 0.0);
+  for (int s = 0; s < kStretches; ++s) {
+    const std::size_t layers = input.layers.size();
+    const auto f =
+        Stretch(input, places, layers * std::size_t(s) / kStretches, layers * std::size_t(s + 1) / kStretches)
+            .features();
+    out.insert(out.end(), f.begin(), f.end());
+    for (std::size_t n = 0; n < kPerStretch; ++n) means[n] += f[n] / kStretches;
+  }
+  out.insert(out.end(), means.begin(), means.end());
+  const auto w = whole(input);
+  out.insert(out.end(), w.begin(), w.end());
+  for (double& v : out)
+    if (!std::isfinite(v)) v = 0.0;
+  return out;
+}
+
+}  // namespace firn::lab

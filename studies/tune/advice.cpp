@@ -1,0 +1,330 @@
+#include "studies/tune/advice.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+
+#include "config/error.h"
+#include "core/grid/random.h"
+#include "core/statistics/distributions.h"
+#include "estimators/lab/box_search.h"
+#include "files/usage_error.h"
+#include "studies/compare/study_lab.h"
+#include "studies/identify/identification_study.h"
+
+namespace firn::tuning {
+namespace {
+
+constexpr int kSearchDraws = 6, kPromiseSeeds = 2;
+constexpr std::uint32_t kSearchStream = 1, kPromiseStream = 2;
+constexpr int kMostCombinations = 24;
+constexpr double kUnsafe = 1e6;  // a goal beyond any print's
+
+// Beyond the recorded setting's own values.
+constexpr double kSaturatedMore = 0.05, kSwingMore = 0.05, kOverspillMore = 0.01, kAlternates = -0.5;
+
+constexpr std::size_t kStd = 1, kAbsMean = 2;  // rows of inkjet_study_lab().metrics
+
+struct Mean {
+  double sum = 0.0, squares = 0.0;
+  int n = 0;
+  void add(double v) {
+    sum += v;
+    squares += v * v;
+    ++n;
+  }
+  double mean() const { return n ? sum / n : 0.0; }
+  double variance() const { return n > 1 ? std::max(0.0, (squares - sum * sum / n) / (n - 1)) : 0.0; }
+};
+
+/// Mean over prints of one setting.
+struct Outcome {
+  double goal = 0.0, std_error = 0.0;
+  PrintTraits traits;
+  int stopped = 0;     ///< prints that did not finish
+  std::string unsafe;  ///< why it is left out
+};
+
+class Adviser {
+ public:
+  Adviser(const FittedLab& lab, const RecordedRun& run, std::span<const TuneKey> keys,
+          const AdviceOptions& options)
+      : lab_(lab), run_(run), keys_(keys), options_(options), base_(without_plant(run.experiment)) {
+    const double scale = double(options.prints) / 250.0;
+    for (const TuneKey& k : keys) free_ += k.enumerated() ? 0 : 1;
+    const int usual = free_ == 0 ? 1 : free_ == 1 ? 14 : free_ == 2 ? 22 : 12 * free_;
+    evaluations_ = std::max(free_ == 0 ? 1 : 8, int(usual * scale));
+    promise_draws_ = std::max(12, int(16 * scale));
+    expected_ = double(kSearchDraws * (1 + evaluations_ * int(combinations().size()) + 4 * free_) +
+                       2 * kPromiseSeeds * promise_draws_);
+  }
+
+  Advice run() {
+    advice_.old_setting = recorded_setting(keys_);
+    recorded_ = outcome(advice_.old_setting, true);
+    if (!recorded_.unsafe.empty())
+      throw UsageError(run_.name + ": the recorded setting does not print in the estimated laboratory: " +
+                       recorded_.unsafe);
+    search();
+    profiles();
+    promise();
+    advice_.prints = prints_;
+    return std::move(advice_);
+  }
+
+ private:
+  std::vector<LabPrint> print_all(const Setting& setting, std::uint32_t stream, int draws, int seeds) {
+    const Experiment e = with_setting(keys_, setting, base_);
+    std::vector<LabPrint> out(std::size_t(draws * seeds));
+    run_jobs(draws * seeds, options_.threads, [&](int n) {
+      LabDraw draw = lab_.draw(options_.seed, stream, std::uint32_t(n / seeds));
+      draw.seed = random_bits({draw.seed, Purpose::kInstance, 0, 0, std::uint32_t(n % seeds)}) >> 1;
+      out[std::size_t(n)] = print_in_lab(e, run_.inputs, draw, {});
+    });
+    prints_ += draws * seeds;
+    if (options_.progress) options_.progress(std::min(1.0, prints_ / expected_), "searching");
+    return out;
+  }
+
+  Outcome outcome(const Setting& setting, bool recorded) {
+    Outcome o;
+    Mean goal;
+    std::vector<LabPrint> prints;
+    try {
+      prints = print_all(setting, kSearchStream, kSearchDraws, 1);
+    } catch (const ConfigError& error) {
+      o.unsafe = error.what();
+      return o;
+    }
+    for (const LabPrint& p : prints) {
+      const double v = p.metrics.empty() ? NAN : p.metrics[options_.goal];
+      if (!p.finished || !std::isfinite(v)) {
+        ++o.stopped;
+        if (o.stopped > (recorded ? kSearchDraws / 2 : recorded_.stopped))
+          o.unsafe = "does not finish: " + p.reason;
+        continue;
+      }
+      goal.add(v);
+      o.traits.saturated += p.traits.saturated / kSearchDraws;
+      o.traits.alternation += p.traits.alternation / kSearchDraws;
+      o.traits.swing += p.traits.swing / kSearchDraws;
+      o.traits.overspill += p.traits.overspill / kSearchDraws;
+    }
+    o.goal = goal.mean();
+    o.std_error = std::sqrt(goal.variance() / std::max(1, goal.n));
+    if (o.unsafe.empty() && !recorded) o.unsafe = unsafe_trait(o.traits);
+    return o;
+  }
+
+  std::string unsafe_trait(const PrintTraits& t) const {
+    const PrintTraits& r = recorded_.traits;
+    if (t.saturated > r.saturated + kSaturatedMore)
+      return fmt::format("saturates: {:.0f} % of the cells get the most droplets, {:.0f} % before",
+                         100 * t.saturated, 100 * r.saturated);
+    if (t.alternation < kAlternates && t.swing > r.swing + kSwingMore)
+      return fmt::format("oscillates: the droplets of a layer swing by {:.0f} %, {:.0f} % before",
+                         100 * t.swing, 100 * r.swing);
+    if (t.overspill > r.overspill + kOverspillMore)
+      return fmt::format("deposits outside the part: {:.1f} % of its volume, {:.1f} % before",
+                         100 * t.overspill, 100 * r.overspill);
+    return "";
+  }
+
+  /// All values of the enumerated keys; the free ones at their recorded value.
+  std::vector<Setting> combinations() const {
+    std::vector<Setting> all{recorded_setting(keys_)};
+    for (std::size_t k = 0; k < keys_.size(); ++k) {
+      if (!keys_[k].enumerated()) continue;
+      std::vector<Setting> more;
+      for (const Setting& s : all)
+        for (const double v : keys_[k].values()) {
+          more.push_back(s);
+          more.back()[k] = v;
+        }
+      all = std::move(more);
+      if (int(all.size()) > kMostCombinations)
+        throw UsageError(
+            fmt::format("--keys: words and integers have more than {} combinations", kMostCombinations));
+    }
+    return all;
+  }
+
+  Setting setting_at(const Setting& combination, std::span<const double> u) const {
+    Setting s = combination;
+    std::size_t n = 0;
+    for (std::size_t k = 0; k < keys_.size(); ++k)
+      if (!keys_[k].enumerated()) s[k] = keys_[k].at(u[n++]);
+    return s;
+  }
+
+  double evaluate(const Setting& setting) {
+    const auto known = evaluated_.find(setting);
+    if (known != evaluated_.end()) return known->second;
+    ++advice_.evaluations;
+    const Outcome o = setting == advice_.old_setting ? recorded_ : outcome(setting, false);
+    if (!o.unsafe.empty()) advice_.rejected.push_back({text_of(keys_, setting), o.unsafe});
+    const double value = o.unsafe.empty() ? o.goal : kUnsafe;
+    evaluated_[setting] = value;
+    if (value < best_) {
+      best_ = value;
+      advice_.new_setting = setting;
+    }
+    return value;
+  }
+
+  void search() {
+    best_ = recorded_.goal;
+    advice_.new_setting = advice_.old_setting;
+    std::vector<double> start;
+    for (std::size_t k = 0; k < keys_.size(); ++k)
+      if (!keys_[k].enumerated()) start.push_back(keys_[k].place(advice_.old_setting[k]));
+    for (const Setting& c : combinations())
+      lab::minimise_in_box([&](std::span<const double> u) { return evaluate(setting_at(c, u)); }, start,
+                           evaluations_);
+  }
+
+  void profiles() {
+    for (std::size_t k = 0; k < keys_.size(); ++k) {
+      if (keys_[k].enumerated()) continue;
+      Profile p{k, {}, {}, {}, advice_.new_setting[k], advice_.new_setting[k]};
+      const double centre = keys_[k].place(advice_.new_setting[k]);
+      std::vector<double> places{centre};
+      for (const double step : {0.07, 0.18})
+        for (const double u : {centre - step, centre + step})
+          if (u >= 0.0 && u <= 1.0) places.push_back(u);
+      std::ranges::sort(places);
+      for (const double u : places) {
+        Setting s = advice_.new_setting;
+        if (u != centre) s[k] = keys_[k].at(u);
+        if (!p.value.empty() && p.value.back() == s[k]) continue;
+        const Outcome o = outcome(s, false);
+        p.value.push_back(s[k]);
+        p.mean.push_back(o.unsafe.empty() ? o.goal : std::numeric_limits<double>::quiet_NaN());
+        p.std_error.push_back(o.std_error);
+        if (!o.unsafe.empty() || o.goal > best_ * (1.0 + kFlat)) continue;
+        p.flat_low = std::min(p.flat_low, s[k]);
+        p.flat_high = std::max(p.flat_high, s[k]);
+      }
+      advice_.profiles.push_back(std::move(p));
+    }
+  }
+
+  void promise() {
+    const auto old_prints = print_all(advice_.old_setting, kPromiseStream, promise_draws_, kPromiseSeeds);
+    const auto new_prints = print_all(advice_.new_setting, kPromiseStream, promise_draws_, kPromiseSeeds);
+    std::vector<double> old_goal, new_goal;
+    Mean mean_part, all_part;
+    int stopped_more = 0;
+    for (int d = 0; d < promise_draws_; ++d) {
+      double a[kPromiseSeeds], b[kPromiseSeeds];
+      bool whole = true;
+      for (int s = 0; s < kPromiseSeeds; ++s) {
+        const std::size_t n = std::size_t(d * kPromiseSeeds + s);
+        const LabPrint &o = old_prints[n], &w = new_prints[n];
+        stopped_more += int(!w.finished) - int(!o.finished);
+        whole = whole && o.finished && w.finished && !o.metrics.empty() && !w.metrics.empty() &&
+                std::isfinite(o.metrics[options_.goal]) && std::isfinite(w.metrics[options_.goal]);
+        if (!whole) break;
+        a[s] = o.metrics[options_.goal];
+        b[s] = w.metrics[options_.goal];
+        mean_part.add(o.metrics[kAbsMean] * o.metrics[kAbsMean] - w.metrics[kAbsMean] * w.metrics[kAbsMean]);
+        all_part.add(o.metrics[kAbsMean] * o.metrics[kAbsMean] - w.metrics[kAbsMean] * w.metrics[kAbsMean] +
+                     o.metrics[kStd] * o.metrics[kStd] - w.metrics[kStd] * w.metrics[kStd]);
+      }
+      if (!whole) continue;
+      old_goal.insert(old_goal.end(), a, a + kPromiseSeeds);
+      new_goal.insert(new_goal.end(), b, b + kPromiseSeeds);
+      advice_.old_goal.push_back(0.5 * (a[0] + a[1]));
+      advice_.new_goal.push_back(0.5 * (b[0] + b[1]));
+    }
+    if (old_goal.size() < 8) throw UsageError(run_.name + ": hardly any simulated print finishes");
+    advice_.promise = promise_of(old_goal, new_goal, kPromiseSeeds, options_.promised_prints);
+    Promise& p = advice_.promise;
+    p.mean_error_share = all_part.sum != 0.0 ? mean_part.sum / all_part.sum : 0.0;
+    if (stopped_more > 0)
+      advice_.rejected.push_back({text_of(keys_, advice_.new_setting), "some prints do not finish"});
+    advice_.gain_shown = stopped_more <= 0 && p.sure >= kLeastSure && p.gain >= kLeastGain * p.old_mean &&
+                         p.gain_interval.high > 0.0 && advice_.new_setting != advice_.old_setting;
+  }
+
+  const FittedLab& lab_;
+  const RecordedRun& run_;
+  std::span<const TuneKey> keys_;
+  const AdviceOptions& options_;
+  Experiment base_;
+  int free_ = 0, evaluations_ = 1, promise_draws_ = 32, prints_ = 0;
+  double expected_ = 1.0, best_ = 0.0;
+  Outcome recorded_;
+  std::map<Setting, double> evaluated_;
+  Advice advice_;
+};
+
+statistics::Interval interval(double mean, double std, double freedom) {
+  const double half = statistics::student_t_95(freedom) * std;
+  return {mean - half, mean + half};
+}
+
+/// Variance components of values [draw * seeds + seed]: between draws and within them.
+struct Components {
+  double mean = 0.0, between = 0.0, within = 0.0;
+};
+Components components_of(std::span<const double> v, int seeds) {
+  const int draws = int(v.size()) / seeds;
+  Mean all;
+  double within = 0.0;
+  for (int d = 0; d < draws; ++d) {
+    Mean one;
+    for (int s = 0; s < seeds; ++s) one.add(v[std::size_t(d * seeds + s)]);
+    within += one.variance() / draws;
+    all.add(one.mean());
+  }
+  return {all.mean(), std::max(0.0, all.variance() - within / seeds), within};
+}
+
+}  // namespace
+
+std::size_t goal_index(const std::string& goal) {
+  const auto& metrics = inkjet_study_lab().metrics;
+  std::string names;
+  for (std::size_t n = 0; n < metrics.size(); ++n) {
+    if (metrics[n].name == goal || metrics[n].name == goal + "_um") return n;
+    names += (n ? ", " : "") + metrics[n].name;
+  }
+  throw UsageError("--goal: '" + goal + "' is none of " + names);
+}
+
+Promise promise_of(std::span<const double> old_goal, std::span<const double> new_goal, int seeds,
+                   int prints) {
+  std::vector<double> gain(old_goal.size());
+  for (std::size_t n = 0; n < gain.size(); ++n) gain[n] = old_goal[n] - new_goal[n];
+  const double draws = double(gain.size()) / seeds;
+  const Components o = components_of(old_goal, seeds), w = components_of(new_goal, seeds),
+                   g = components_of(gain, seeds);
+  // One laboratory's mean over `prints`, and the error of the simulated mean.
+  const auto std = [&](const Components& c) {
+    return std::sqrt(c.between * (1.0 + 1.0 / draws) + c.within * (1.0 / prints + 1.0 / (draws * seeds)));
+  };
+  Promise p;
+  p.old_mean = o.mean;
+  p.new_mean = w.mean;
+  p.new_interval = interval(w.mean, std(w), draws - 1.0);
+  p.gain = g.mean;
+  p.gain_interval = interval(g.mean, std(g), draws - 1.0);
+  const double lab_std = std::sqrt(g.between * (1.0 + 1.0 / draws) + g.within / (draws * seeds));
+  p.sure = lab_std > 0.0 ? statistics::student_t_cdf(g.mean / lab_std, draws - 1.0)
+                         : (g.mean > 0.0   ? 1.0
+                            : g.mean < 0.0 ? 0.0
+                                           : 0.5);
+  return p;
+}
+
+Advice advise(const FittedLab& lab, const RecordedRun& run, std::span<const TuneKey> keys,
+              const AdviceOptions& options) {
+  return Adviser(lab, run, keys, options).run();
+}
+
+}  // namespace firn::tuning

@@ -1,0 +1,45 @@
+// LabClass holds a class of laboratories that a log may come from: its parameters with their distribution
+// before any log is read. The plant section of a recorded experiment is never one of its sources: a
+// laboratory is known by its log alone.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "config/experiment.h"
+#include "plant/config/world_config.h"
+
+namespace firn::tuning {
+
+/// A parameter is centre x exp(spread x z), held within [low, high]; z is standard normal before the log.
+struct LabParameter {
+  std::string_view name;  ///< of the key, or of what has none
+  std::string_view unit;
+  double centre, spread, low, high;
+
+  double value(double z) const;
+};
+
+struct LabClass {
+  std::string_view name;
+  std::string_view meaning;
+  std::span<const LabParameter> parameters;
+  /// Sets the plant keys. @param values as many as parameters
+  void (*set)(std::span<const double> values, Experiment& experiment);
+  /// Sets what no key holds; nullptr: nothing.
+  void (*nature)(std::span<const double> values, plant::WorldConfig& world);
+
+  std::vector<double> values(std::span<const double> z) const;
+};
+
+/// Returns the classes that are compared: droplets that land, flow and drift; the height-change model with
+/// droplets of varying size [Lu 2015, V-A].
+std::span<const LabClass> lab_classes();
+
+/// Returns the recorded experiment in a simulated laboratory of unknown parameters: no plant key of the
+/// record is left, no real instrument and no fault of the bus.
+Experiment without_plant(Experiment experiment);
+
+}  // namespace firn::tuning

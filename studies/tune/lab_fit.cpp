@@ -1,0 +1,180 @@
+#include "studies/tune/lab_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <optional>
+
+#include "core/grid/random.h"
+#include "estimators/lab/layer_features.h"
+#include "files/usage_error.h"
+#include "studies/identify/identification_study.h"
+
+namespace firn::tuning {
+namespace {
+
+using lab::Normal;
+using lab::Simulations;
+using lab::SyntheticLikelihood;
+
+constexpr double kFarthest = 3.5;              // |z| of any draw
+constexpr double kWiden[] = {1.0, 1.6, 1.25};  // draws of a round over the posterior of the round before
+constexpr double kLeastLimit = 4.5;            // standard deviations, over some seventy features
+constexpr double kBeyondDraws = 1.1;           // times the largest deviation of any simulated print
+constexpr double kEarlyShare = 0.62;           // of the prints, for the rounds of all classes
+constexpr int kLeastEarly = 28;                // prints of a round
+constexpr std::size_t kSpareRows = 8;          // finished prints beyond the number of parameters
+constexpr std::uint32_t kFitStream = 0;
+
+std::vector<double> normals(std::uint64_t seed, std::uint32_t stream, std::uint32_t n, std::size_t count) {
+  RandomStream random(seed, Purpose::kInstance, stream, n);
+  std::vector<double> out(count);
+  for (double& v : out) v = random.normal();
+  return out;
+}
+
+std::vector<double> held(std::vector<double> z) {
+  for (double& v : z) v = std::clamp(v, -kFarthest, kFarthest);
+  return z;
+}
+
+std::vector<std::size_t> of_all_runs(const std::vector<std::size_t>& features, std::size_t runs) {
+  std::vector<std::size_t> out;
+  for (std::size_t r = 0; r < runs; ++r)
+    for (const std::size_t f : features) out.push_back(r * lab::feature_count() + f);
+  return out;
+}
+
+class Fit {
+ public:
+  Fit(std::span<const RecordedRun> runs, const FitOptions& options) : runs_(runs), options_(options) {
+    for (const RecordedRun& r : runs) {
+      observed_.insert(observed_.end(), r.features.begin(), r.features.end());
+      experiments_.push_back(without_plant(r.experiment));
+    }
+  }
+
+  FittedLab run() {
+    const int classes = int(lab_classes().size());
+    const int early = std::max(kLeastEarly, int(kEarlyShare * options_.prints / (2 * classes)));
+    const int last = std::max(2 * kLeastEarly, options_.prints - 2 * classes * early);
+    all_ = double(2 * classes * early + last);
+    FittedLab best;
+    double highest = 0.0;
+    std::vector<ClassScore> scores;
+    for (const LabClass& c : lab_classes()) {
+      FittedLab fit;
+      fit.lab = &c;
+      fit.posterior = lab::standard_normal(c.parameters.size());
+      round(fit, 0, early);
+      const bool possible = round(fit, 1, early);
+      const double score = possible ? held_out_score(fit) : -1e9;
+      scores.push_back({c.name, score});
+      if (best.lab && score <= highest) continue;
+      highest = score;
+      best = std::move(fit);
+    }
+    if (!round(best, 2, last))
+      throw UsageError("hardly any print of the simulated laboratories finishes: " + reason_);
+    best.scores = std::move(scores);
+    best.observed = observed_;
+    best.prints = prints_;
+    best.failed = failed_;
+    best.check = check(best);
+    return best;
+  }
+
+ private:
+  /// Prints with draws of the posterior so far and narrows it. @returns false where too few prints finished
+  bool round(FittedLab& fit, int number, int prints) {
+    const std::size_t parameters = fit.lab->parameters.size(), features = observed_.size();
+    std::vector<std::vector<double>> z(std::size_t(prints), std::vector<double>{}), s = z;
+    const std::uint32_t stream =
+        kFitStream + 16u * std::uint32_t(fit.lab - lab_classes().data()) + std::uint32_t(number);
+    run_jobs(prints, options_.threads, [&](int n) {
+      const std::size_t at = std::size_t(n);
+      z[at] = held(
+          fit.posterior.at(normals(options_.seed, stream, std::uint32_t(n), parameters), kWiden[number]));
+      for (std::size_t r = 0; r < runs_.size(); ++r) {
+        const std::uint64_t seed = random_bits(
+            {options_.seed, Purpose::kInstance, stream, std::uint32_t(n), std::uint32_t(1000 + r)});
+        const LabPrint print =
+            print_in_lab(experiments_[r], runs_[r].inputs, {fit.lab, z[at], seed >> 1}, {.features = true});
+        if (print.features.empty()) {
+          const std::lock_guard hold(lock_);
+          ++failed_;
+          s[at].clear();
+          // The same words whichever thread came first.
+          if (reason_.empty() || print.reason < reason_) reason_ = print.reason;
+          break;
+        }
+        s[at].insert(s[at].end(), print.features.begin(), print.features.end());
+      }
+      const std::lock_guard hold(lock_);
+      ++prints_;
+      if (options_.progress) options_.progress(prints_ / all_, "learning the laboratory");
+    });
+    Simulations sims{parameters, features, {}, {}};
+    for (std::size_t n = 0; n < z.size(); ++n)
+      if (s[n].size() == features) sims.add(z[n], s[n]);
+    if (sims.rows() < parameters + kSpareRows) return false;
+    fit.simulations = std::move(sims);
+    const SyntheticLikelihood likelihood(fit.simulations);
+    fit.posterior = likelihood.posterior(observed_, of_all_runs(lab::fitted_features(), runs_.size()));
+    fit.posterior.mean = held(fit.posterior.mean);
+    return true;
+  }
+
+  double held_out_score(const FittedLab& fit) const {
+    const SyntheticLikelihood likelihood(fit.simulations);
+    std::vector<std::size_t> seen = lab::features_of_stretch(0);
+    for (int s = 1; s + 1 < lab::kStretches; ++s) {
+      const auto more = lab::features_of_stretch(s);
+      seen.insert(seen.end(), more.begin(), more.end());
+    }
+    const Normal from_seen = likelihood.posterior(observed_, of_all_runs(seen, runs_.size()));
+    return likelihood.log_predictive(
+        observed_, of_all_runs(lab::features_of_stretch(lab::kStretches - 1), runs_.size()), from_seen);
+  }
+
+  FitCheck check(const FittedLab& fit) const {
+    const SyntheticLikelihood likelihood(fit.simulations);
+    const auto checked = of_all_runs(lab::checked_features(), runs_.size());
+    const auto draws = likelihood.largest_deviations(checked);
+    const auto deviations = likelihood.deviations(observed_, fit.posterior);
+    FitCheck out;
+    out.limit = std::max(kLeastLimit, kBeyondDraws * *std::ranges::max_element(draws));
+    for (const std::size_t f : checked) {
+      out.largest = std::max(out.largest, std::abs(deviations[f]));
+      if (std::abs(deviations[f]) <= out.limit) continue;
+      const std::string of_run = runs_.size() > 1 ? " (" + runs_[f / lab::feature_count()].name + ")" : "";
+      out.missed.push_back({lab::feature_name(f % lab::feature_count()) + of_run, deviations[f]});
+    }
+    std::ranges::stable_sort(out.missed, std::ranges::greater{},
+                             [](const FitCheck::Missed& m) { return std::abs(m.deviation); });
+    return out;
+  }
+
+  std::span<const RecordedRun> runs_;
+  const FitOptions& options_;
+  std::vector<Experiment> experiments_;
+  std::vector<double> observed_;
+  double all_ = 1.0;
+  std::mutex lock_;
+  int prints_ = 0, failed_ = 0;
+  std::string reason_;
+};
+
+}  // namespace
+
+LabDraw FittedLab::draw(std::uint64_t seed, std::uint32_t stream, std::uint32_t n) const {
+  const std::uint32_t own = 1000 + stream;  // no draw of the fit
+  return {lab, held(posterior.at(normals(seed, own, n, lab->parameters.size()))),
+          random_bits({seed, Purpose::kInstance, own, n, 1000}) >> 1};
+}
+
+FittedLab fit_lab(std::span<const RecordedRun> runs, const FitOptions& options) {
+  return Fit(runs, options).run();
+}
+
+}  // namespace firn::tuning

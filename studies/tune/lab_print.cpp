@@ -1,0 +1,138 @@
+#include "studies/tune/lab_print.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <new>
+
+#include "config/labs.h"
+#include "core/grid/npy.h"
+#include "estimators/lab/layer_features.h"
+#include "files/usage_error.h"
+#include "firn/layer_plan_t.hpp"
+#include "lcmtypes/channels.h"
+#include "print/folder/imported_run.h"
+#include "print/folder/run_config.h"
+#include "print/folder/run_folder.h"
+#include "studies/compare/study_lab.h"
+
+namespace firn::tuning {
+namespace {
+
+std::vector<double> features_of(const ObservedRun& run, const Mask& mask, const HeightMap& target) {
+  const auto layers = run.printed();
+  return lab::layer_features({layers, mask, target, run.noise_std_mm()});
+}
+
+/// Counts the droplets of the plans.
+class PlanWatch {
+ public:
+  PlanWatch(const Experiment& e, const Mask& mask)
+      : mask_(mask), most_(e.control.scheme == "smf" ? e.control.smf.max_drops : 0) {}
+
+  void take(std::string_view channel, std::span<const std::byte> bytes) {
+    if (channel != channels::kLayerPlan.name) return;
+    layer_plan_t plan;
+    if (plan.decode(bytes.data(), 0, int(bytes.size())) < 0 || plan.drops.size() != mask_.size()) return;
+    double drops = 0.0;
+    for (std::size_t c = 0; c < mask_.size(); ++c) {
+      if (!mask_.cells[c]) continue;
+      drops += plan.drops[c];
+      cells_ += 1.0;
+      if (most_ > 1 && plan.drops[c] >= most_) full_ += 1.0;
+    }
+    layers_.push_back(drops);
+  }
+
+  PrintTraits traits() const {
+    PrintTraits t;
+    t.saturated = cells_ > 0.0 ? full_ / cells_ : 0.0;
+    const std::size_t n = layers_.size() - layers_.size() / 5;
+    if (n < 4) return t;
+    double mean = 0.0, squares = 0.0, product = 0.0;
+    for (std::size_t k = 0; k < n; ++k) mean += layers_[k] / double(n);
+    for (std::size_t k = 0; k < n; ++k) {
+      squares += (layers_[k] - mean) * (layers_[k] - mean);
+      if (k > 0) product += (layers_[k] - mean) * (layers_[k - 1] - mean);
+    }
+    if (squares > 0.0 && mean > 0.0) {
+      t.alternation = product / squares;
+      t.swing = std::sqrt(squares / double(n)) / mean;
+    }
+    return t;
+  }
+
+ private:
+  const Mask& mask_;
+  int most_;
+  double cells_ = 0.0, full_ = 0.0;
+  std::vector<double> layers_;
+};
+
+}  // namespace
+
+RecordedRun RecordedRun::of(std::string name, const Experiment& e, const Blobs& inputs,
+                            const ObservedRun& run) {
+  const HeightMap target = height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target");
+  return {std::move(name), e, inputs, features_of(run, run.mask(), target), run.layers()};
+}
+
+RecordedRun RecordedRun::read(const std::filesystem::path& path) {
+  refuse_imported(path, "firn tune");
+  const RunFolder folder = RunFolder::open(path);
+  const std::string name = path.string();
+  Experiment e = parse_recorded_experiment(recorded_config(path), name + ": the recorded configuration");
+  // Nodes are not told the plant; a verification prints with it.
+  e.plant = parse_recorded_experiment(folder.experiment_toml(), name + "/experiment.toml").plant;
+  if (prints_paths(e))
+    throw UsageError(name + ": a run of the ink-jet lab is wanted; lab.kind = \"" + e.lab.kind + "\"");
+  const auto result = folder.result();
+  if (!result || can_go_on(*result)) throw UsageError(name + ": the print is not finished");
+  const ObservedRun run = ObservedRun::read(path);
+  try {
+    return of(name, e, folder.inputs(), run);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(name + ": " + error.what());
+  }
+}
+
+LabPrint print_in_lab(const Experiment& experiment, const Blobs& inputs, const LabDraw& draw,
+                      const LabPrintOptions& wanted) {
+  Experiment e = experiment;
+  const std::vector<double> values = draw.lab->values(draw.z);
+  draw.lab->set(values, e);
+  e.plant.seed = draw.seed;
+  e.control.seed = draw.seed;
+  LabPrint out;
+  try {
+    const Mask mask = mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask");
+    ObservedRun observed(e, mask);
+    PlanWatch plans(e, mask);
+    MemoryPrintOptions options;
+    options.outline = true;
+    options.series = wanted.series;
+    options.tap = [&](std::string_view channel, std::span<const std::byte> bytes) {
+      plans.take(channel, bytes);
+      if (wanted.features) observed.take(channel, bytes);
+    };
+    if (draw.lab->nature) options.nature = [&](plant::WorldConfig& w) { draw.lab->nature(values, w); };
+    const MemoryPrintReport report = print_in_memory(e, inputs, options);
+    out.finished = !can_go_on(report.result);
+    out.reason = report.result.reason;
+    out.metrics = inkjet_metrics(report);
+    out.traits = plans.traits();
+    out.traits.overspill = std::isfinite(report.outline.overspill) ? report.outline.overspill : 0.0;
+    for (const LayerTruth& l : report.series) out.rms_um.push_back(l.error.rms_mm * 1e3);
+    if (wanted.features && out.finished && observed.layers() >= lab::kLeastLayers)
+      out.features =
+          features_of(observed, mask, height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target"));
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    out.finished = false;
+    out.reason = error.what();
+  }
+  return out;
+}
+
+}  // namespace firn::tuning

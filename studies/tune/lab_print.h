@@ -1,0 +1,67 @@
+// print_in_lab runs a recorded experiment, perhaps with other settings, in a laboratory drawn from a class:
+// the nodes of firn print against the simulated world.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/grid/grid.h"
+#include "print/folder/observed_run.h"
+#include "print/simulated/memory_print.h"
+#include "runtime/node.h"
+#include "studies/tune/lab_class.h"
+
+namespace firn::tuning {
+
+/// A run that the laboratory is learned from.
+struct RecordedRun {
+  std::string name;
+  Experiment experiment;  ///< as recorded
+  Blobs inputs;
+  std::vector<double> features;
+  int layers = 0;
+
+  /// @throws UsageError naming the run: not of the ink-jet lab, two inks, imported, unfinished, too few
+  /// layers
+  static RecordedRun read(const std::filesystem::path& run);
+  /// The same of a print in memory. @throws std::invalid_argument: too few layers
+  static RecordedRun of(std::string name, const Experiment& experiment, const Blobs& inputs,
+                        const ObservedRun& run);
+};
+
+/// A laboratory, and the seed of everything random in it.
+struct LabDraw {
+  const LabClass* lab = nullptr;
+  std::vector<double> z;
+  std::uint64_t seed = 1;
+};
+
+/// Signs of a controller at its limits, of one print.
+struct PrintTraits {
+  double saturated = 0.0;    ///< share of the part's cells and layers at SMF's most droplets
+  double alternation = 0.0;  ///< lag-1 correlation of the layers' droplets, before the last fifth
+  double swing = 0.0;        ///< their relative standard deviation
+  double overspill = 0.0;    ///< volume beside the part over the target's
+};
+
+struct LabPrint {
+  bool finished = false;
+  std::string reason;            ///< where not finished
+  std::vector<double> metrics;   ///< of the true surface, in the order of inkjet_study_lab()
+  std::vector<double> features;  ///< empty unless asked for, or where the print has too few layers
+  PrintTraits traits;
+  std::vector<double> rms_um;  ///< about the target after each layer, where asked for
+};
+
+struct LabPrintOptions {
+  bool features = false;
+  bool series = false;
+};
+
+/// Thread-safe. A print that fails is a result. @param experiment without_plant()
+LabPrint print_in_lab(const Experiment& experiment, const Blobs& inputs, const LabDraw& draw,
+                      const LabPrintOptions& options);
+
+}  // namespace firn::tuning

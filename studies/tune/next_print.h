@@ -1,0 +1,32 @@
+// next_prints computes how much each of some prints would tell about an estimated laboratory: D-optimal
+// among inputs that the lab allows [Fedorov 1972, Theory of Optimal Experiments].
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "studies/tune/lab_fit.h"
+
+namespace firn::tuning {
+
+struct NextPrint {
+  std::string name;
+  std::string how;           ///< overrides of the recorded experiment: "control.scheme=pattern ..."
+  double information = 0.0;  ///< decrease of the posterior's entropy [nats]
+  std::string narrows;       ///< parameter whose interval shrinks most
+  double narrows_to = 1.0;   ///< its standard deviation afterwards over that before
+};
+
+struct NextPrintOptions {
+  std::uint64_t seed = 1;
+  int threads = 1;
+  int draws = 28;  ///< of the laboratory, each printed once
+  Progress progress = {};
+};
+
+/// Returns the allowed prints, the most informative one first: the recorded print again, and random patterns
+/// on its part.
+std::vector<NextPrint> next_prints(const FittedLab& lab, const RecordedRun& run,
+                                   const NextPrintOptions& options);
+
+}  // namespace firn::tuning

@@ -1,0 +1,162 @@
+#include "studies/tune/tune_keys.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+#include "config/changes.h"
+#include "config/fields.h"
+#include "config/find_key.h"
+#include "files/usage_error.h"
+
+namespace firn::tuning {
+namespace {
+
+constexpr std::string_view kSections[] = {"control.", "process.", "estimator.", "model."};
+constexpr double kWidestPower = 8.0;
+
+double number_in(const std::string& text, const std::string& whole) {
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  if (text.empty() || *end != '\0' || !std::isfinite(value))
+    throw UsageError("--keys " + whole + ": '" + text + "' is not a number");
+  return value;
+}
+
+double value_of(const Field& field) {
+  struct Read {
+    double operator()(double* v) const { return *v; }
+    double operator()(std::int32_t* v) const { return double(*v); }
+    double operator()(std::int64_t* v) const { return double(*v); }
+    double operator()(std::uint64_t* v) const { return double(*v); }
+    double operator()(std::vector<AlphaStep>* v) const { return v->size() == 1 ? v->front().alpha : NAN; }
+    double operator()(const WordMember& v) const { return double(v.get(v.member)); }
+    double operator()(std::vector<double>*) const { return NAN; }
+    double operator()(std::string*) const { return NAN; }
+  };
+  return std::visit(Read{}, field.value);
+}
+
+void write_value(const Field& field, double value, const std::vector<std::string>& words) {
+  struct Write {
+    double value;
+    const std::vector<std::string>& words;
+    void operator()(double* v) const { *v = value; }
+    void operator()(std::int32_t* v) const { *v = std::int32_t(std::lround(value)); }
+    void operator()(std::int64_t* v) const { *v = std::int64_t(std::llround(value)); }
+    void operator()(std::uint64_t* v) const { *v = std::uint64_t(std::llround(value)); }
+    void operator()(std::vector<AlphaStep>* v) const { *v = {{1, value}}; }
+    void operator()(const WordMember& v) const { v.set(v.member, std::size_t(std::lround(value))); }
+    void operator()(std::vector<double>*) const {}
+    void operator()(std::string* v) const { *v = words[std::size_t(std::lround(value))]; }
+  };
+  std::visit(Write{value, words}, field.value);
+}
+
+const Field& find(const std::vector<Field>& table, const std::string& key, const Experiment& e) {
+  const auto found = std::ranges::find(table, key, &Field::key);
+  if (found == table.end() || !belongs(*found, e)) {
+    const std::string near = likeliest_key(table, key);
+    throw UsageError("--keys: there is no key '" + key + "'" +
+                     (near.empty() ? "" : "; the nearest known one is " + near));
+  }
+  return *found;
+}
+
+bool is_whole(const Field& field) {
+  return std::holds_alternative<std::int32_t*>(field.value) ||
+         std::holds_alternative<std::int64_t*>(field.value) ||
+         std::holds_alternative<std::uint64_t*>(field.value);
+}
+
+}  // namespace
+
+TuneKey::TuneKey(const std::string& text, const Experiment& experiment) {
+  const std::size_t equals = text.find('=');
+  key_ = text.substr(0, equals);
+  Experiment e = experiment;
+  const std::vector<Field> table = fields(e);
+  const Field& field = find(table, key_, e);
+  if (std::ranges::none_of(kSections, [&](std::string_view s) { return key_.starts_with(s); }) ||
+      key_.ends_with(".seed"))
+    throw UsageError("--keys " + key_ +
+                     ": keys of [control], [process], [estimator] and [model] are tuned, seeds apart");
+  if (const std::string why = unread_by_scheme(e, key_); !why.empty())
+    throw UsageError("--keys " + key_ + " " + why);
+  whole_ = is_whole(field);
+  recorded_ = value_of(field);
+  for (const std::string_view word : field.limits.choices) words_.emplace_back(word);
+  if (!words_.empty()) {
+    if (auto* const word = std::get_if<std::string*>(&field.value))
+      recorded_ = double(std::ranges::find(words_, **word) - words_.begin());
+    if (equals != std::string::npos) throw UsageError("--keys " + text + ": a key of words has no range");
+    for (std::size_t n = 0; n < words_.size(); ++n) values_.push_back(double(n));
+    return;
+  }
+  if (!std::isfinite(recorded_)) throw UsageError("--keys " + key_ + ": its value is no single number");
+  low_ = field.limits.min;
+  high_ = field.limits.max;
+  if (equals != std::string::npos) {
+    const std::string range = text.substr(equals + 1);
+    const std::size_t colon = range.find(':');
+    if (colon == std::string::npos)
+      throw UsageError("--keys " + text + ": a range LOW:HIGH is wanted after '='");
+    low_ = number_in(range.substr(0, colon), text);
+    high_ = number_in(range.substr(colon + 1), text);
+    if (!(low_ < high_) || !field.limits.holds(high_) ||
+        !(field.limits.holds(low_) || (field.limits.min_excluded && low_ == field.limits.min)))
+      throw UsageError("--keys " + text + ": the range must be ascending and within " + limits_text(field));
+  }
+  if (field.limits.min_excluded && low_ <= field.limits.min) low_ = field.limits.min + 1e-6 * (high_ - low_);
+  if (!std::isfinite(low_) || !std::isfinite(high_))
+    throw UsageError("--keys " + key_ + ": it has no bounds; give a range, " + key_ + "=LOW:HIGH");
+  if (whole_ && high_ - low_ < kMostEnumerated)
+    for (double v = std::ceil(low_); v <= high_; v += 1.0) values_.push_back(v);
+  const double share = (recorded_ - low_) / (high_ - low_);
+  power_ = share > 0.0 && share < 1.0
+               ? std::clamp(std::log(share) / std::log(0.5), 1.0 / kWidestPower, kWidestPower)
+               : 3.0;
+}
+
+double TuneKey::at(double u) const {
+  const double value = low_ + (high_ - low_) * std::pow(std::clamp(u, 0.0, 1.0), power_);
+  return whole_ ? std::round(value) : value;
+}
+
+double TuneKey::place(double value) const {
+  return std::pow(std::clamp((value - low_) / (high_ - low_), 0.0, 1.0), 1.0 / power_);
+}
+
+void TuneKey::set(double value, Experiment& experiment) const {
+  const std::vector<Field> table = fields(experiment);
+  write_value(find(table, key_, experiment), value, words_);
+}
+
+std::string TuneKey::text(double value) const {
+  if (!words_.empty()) return words_[std::size_t(std::lround(value))];
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
+
+Setting recorded_setting(std::span<const TuneKey> keys) {
+  Setting s;
+  for (const TuneKey& k : keys) s.push_back(k.recorded());
+  return s;
+}
+
+Experiment with_setting(std::span<const TuneKey> keys, const Setting& values, const Experiment& experiment) {
+  Experiment e = experiment;
+  for (std::size_t n = 0; n < keys.size(); ++n) keys[n].set(values[n], e);
+  return parse_experiment(dump(e), "the setting " + text_of(keys, values));
+}
+
+std::string text_of(std::span<const TuneKey> keys, const Setting& values) {
+  std::string s;
+  for (std::size_t n = 0; n < keys.size(); ++n)
+    s += (n ? ", " : "") + keys[n].key() + " = " + keys[n].text(values[n]);
+  return s;
+}
+
+}  // namespace firn::tuning

@@ -1,0 +1,51 @@
+// TuneKey holds a configuration key that is tuned, with the range that is searched.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "config/experiment.h"
+
+namespace firn::tuning {
+
+class TuneKey {
+ public:
+  /// @param text "control.smf.kp", or "control.smf.kp=0.2:2" with the range to search
+  /// @param experiment the recorded one, whose value is compared with
+  /// @throws UsageError: a key that is unknown (the nearest known one is named), of another scheme, of the
+  /// plant or of the lab, no number and no word; a range that is empty or beyond the key's own
+  TuneKey(const std::string& text, const Experiment& experiment);
+
+  const std::string& key() const { return key_; }
+  double recorded() const { return recorded_; }
+  /// True where every value is tried: words, and integers of at most kMostEnumerated values.
+  bool enumerated() const { return !values_.empty(); }
+  std::span<const double> values() const { return values_; }
+
+  /// The searched range as [0, 1]: recorded() is at 1/2 unless it is an end. Integers are rounded.
+  double at(double u) const;
+  double place(double value) const;
+
+  void set(double value, Experiment& experiment) const;
+  std::string text(double value) const;
+
+ private:
+  std::string key_;
+  double low_ = 0.0, high_ = 1.0, power_ = 1.0, recorded_ = 0.0;
+  bool whole_ = false;
+  std::vector<std::string> words_;
+  std::vector<double> values_;
+};
+
+inline constexpr int kMostEnumerated = 8;
+
+/// Values of all keys, in their order.
+using Setting = std::vector<double>;
+Setting recorded_setting(std::span<const TuneKey> keys);
+/// Returns the experiment with the values. @throws ConfigError: a rule between keys is broken
+Experiment with_setting(std::span<const TuneKey> keys, const Setting& values, const Experiment& experiment);
+/// "control.smf.kp = 0.8, control.smf.ki_star = 0.02"
+std::string text_of(std::span<const TuneKey> keys, const Setting& values);
+
+}  // namespace firn::tuning

@@ -1,0 +1,221 @@
+// Promises of firn tune held against prints, over laboratories that are drawn at random. Parameters are drawn
+// from the classes' own distributions; the recorded setting and the disturbances are drawn too.
+//   tune_promises [LABS] [--seed S] [--kind KIND] [--part EXPERIMENT] [--pairs N] [--budget N] [--threads N]
+// KIND: droplets, height-change; optimal: droplets whose recorded setting is the oracle's, so that nothing
+// can be gained; thin-film, pressure, flight: laboratories of no class that the tuner knows.
+#include <fmt/core.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "config/include.h"
+#include "core/grid/random.h"
+#include "core/statistics/bootstrap.h"
+#include "estimators/lab/box_search.h"
+#include "print/labs/print_labs.h"
+#include "studies/identify/identification_study.h"
+#include "studies/tune/advice.h"
+#include "studies/tune/tune_answer.h"
+
+using namespace firn;
+using namespace firn::tuning;
+
+namespace {
+
+constexpr int kOracleEvaluations = 22, kOraclePrints = 6;
+constexpr double kHarm = 0.02;
+
+double cpu_s() {
+  rusage u{};
+  getrusage(RUSAGE_SELF, &u);
+  return double(u.ru_utime.tv_sec + u.ru_stime.tv_sec) +
+         1e-6 * double(u.ru_utime.tv_usec + u.ru_stime.tv_usec);
+}
+
+// A film that levels far more than a droplet does.
+void thin_film(std::span<const double>, plant::WorldConfig& w) {
+  w.droplet.levelling_steps = 12;
+  w.droplet.levelling = 0.25;
+  w.droplet.run_share = 0.25;
+}
+// A line whose pressure falls by a third within a layer.
+void weak_pressure(std::span<const double>, plant::WorldConfig& w) {
+  w.nozzle.drift = true;
+  w.nozzle.pressure_per_drop = 3e-4;
+}
+// Droplets that land a third of a cell ahead, the other way in every other row.
+void late_flight(std::span<const double>, plant::WorldConfig& w) { w.droplet.flight_time_s = 6e-4; }
+
+struct Case {
+  LabDraw lab;
+  Experiment experiment;
+};
+
+struct Options {
+  std::string file = FIRN_SOURCE_DIR "/experiments/demo.toml", kind = "droplets";
+  std::uint64_t seed = 1;
+  int labs = 10, threads = 2, pairs = 10, budget = 440;
+};
+
+class Bench {
+ public:
+  explicit Bench(const Options& o)
+      : o_(o),
+        base_(load_experiment(o.file, {"control.scheme=smf"})),
+        inputs_(make_inputs(base_, std::filesystem::path(o.file).parent_path())),
+        lab_(lab_classes()[o.kind == "height-change" ? 1 : 0]) {
+    if (o.kind == "thin-film") lab_.nature = &thin_film;
+    if (o.kind == "pressure") lab_.nature = &weak_pressure;
+    if (o.kind == "flight") lab_.nature = &late_flight;
+  }
+
+  void run() {
+    fmt::print("{:>4} {:>14} {:>7} {:>22} {:>7} {:>7} {:>17} {:>7} {:>7} {}\n", "lab", "kp, ki_star", "true",
+               "advice", "gain", "oracle", "promised", "printed", "check", "answer");
+    for (int n = 0; n < o_.labs; ++n) one(n);
+    const auto share = [](int part, int all) { return all ? 100.0 * part / all : NAN; };
+    fmt::print(
+        "{}: {} labs, {} refused by the check, {} with nothing to gain, {} advised\n"
+        "promises that cover the printed gain: {} of {} ({:.0f} %)\n"
+        "advice that printed worse by more than {:.0f} %: {} of {}\n"
+        "gain of the advised and of those told to keep, over the oracle's: {:.0f} %\n"
+        "processor time of an answer: {:.1f} s\n",
+        o_.kind, answered_ + refused_, refused_, answered_ - advised_, advised_, covered_, answered_,
+        share(covered_, answered_), 100 * kHarm, harmed_, advised_, 100.0 * gained_ / possible_,
+        cpu_s_ / std::max(1, answered_ + refused_));
+  }
+
+ private:
+  std::vector<TuneKey> keys_of(const Experiment& e) const {
+    return {{"control.smf.kp", e}, {"control.smf.ki_star", e}};
+  }
+
+  double goal_of(const Experiment& e, const LabDraw& lab, std::uint32_t stream, int prints) const {
+    std::vector<double> goal(std::size_t(prints), 0.0);
+    run_jobs(prints, o_.threads, [&](int n) {
+      LabDraw draw = lab;
+      draw.seed = random_bits({lab.seed, Purpose::kTest, stream, 0, std::uint32_t(n)}) >> 1;
+      const LabPrint print = print_in_lab(e, inputs_, draw, {});
+      goal[std::size_t(n)] = print.finished ? print.metrics[0] : 1e3;
+    });
+    return statistics::mean(goal);
+  }
+
+  /// The best setting that a search in the laboratory itself finds.
+  Setting oracle(const Case& c) const {
+    const auto keys = keys_of(c.experiment);
+    const Experiment plain = without_plant(c.experiment);
+    const auto setting_at = [&](std::span<const double> u) {
+      return Setting{keys[0].at(u[0]), keys[1].at(u[1])};
+    };
+    const std::vector<double> start{keys[0].place(keys[0].recorded()), keys[1].place(keys[1].recorded())};
+    const auto points = lab::minimise_in_box(
+        [&](std::span<const double> u) {
+          return goal_of(with_setting(keys, setting_at(u), plain), c.lab, 1, kOraclePrints);
+        },
+        start, kOracleEvaluations);
+    return setting_at(std::ranges::min_element(points, {}, &lab::BoxPoint::value)->u);
+  }
+
+  Case draw(int n) const {
+    RandomStream random(o_.seed, Purpose::kTest, std::uint32_t(n), 77);
+    Case c{{&lab_, {}, random.bits() >> 1}, base_};
+    for (std::size_t p = 0; p < lab_.parameters.size(); ++p) c.lab.z.push_back(random.normal());
+    c.experiment.control.smf.kp = random.uniform(0.3, 1.4);
+    c.experiment.control.smf.ki_star = random.uniform(0.0, 0.6);
+    c.experiment.control.smf.kd_star = 0.0;
+    return c;
+  }
+
+  void one(int n) {
+    Case c = draw(n);
+    Setting best = oracle(c);
+    if (o_.kind == "optimal") {
+      c.experiment.control.smf.kp = best[0];
+      c.experiment.control.smf.ki_star = best[1];
+      best = oracle(c);
+    }
+    const Experiment plain = without_plant(c.experiment);
+    const LabPrint log = print_in_lab(plain, inputs_, c.lab, {.features = true});
+    if (log.features.empty()) {
+      fmt::print("{:>4} the print does not finish: {}\n", n, log.reason);
+      return;
+    }
+    const double began = cpu_s();
+    const std::vector<RecordedRun> runs{{"lab", c.experiment, inputs_, log.features, 0}};
+    const int fit_prints = int(0.41 * o_.budget);
+    const std::uint64_t seed = o_.seed + std::uint64_t(n);
+    const FittedLab fit = fit_lab(runs, {.seed = seed, .threads = o_.threads, .prints = fit_prints});
+    if (!fit.check.passed()) {
+      cpu_s_ += cpu_s() - began;
+      ++refused_;
+      const auto& worst = fit.check.missed.front();
+      fmt::print("{:>4} refused: {} ({:+.1f})\n", n, worst.feature, worst.deviation);
+      std::fflush(stdout);
+      return;
+    }
+    const auto keys = keys_of(c.experiment);
+    const Advice advice = advise(
+        fit, runs[0], keys,
+        {.seed = seed, .threads = o_.threads, .prints = o_.budget - fit_prints, .promised_prints = o_.pairs});
+    cpu_s_ += cpu_s() - began;
+    const Promise& p = advice.promise;
+    const double before = goal_of(plain, c.lab, 2, o_.pairs);
+    const double after = goal_of(with_setting(keys, advice.new_setting, plain), c.lab, 2, o_.pairs);
+    const double of_oracle = goal_of(with_setting(keys, best, plain), c.lab, 2, o_.pairs);
+    const double gain = before - after;
+    ++answered_;
+    covered_ += gain >= p.gain_interval.low && gain <= p.gain_interval.high;
+    advised_ += advice.gain_shown;
+    harmed_ += advice.gain_shown && after > before * (1.0 + kHarm);
+    gained_ += advice.gain_shown ? gain : 0.0;
+    possible_ += std::max(0.0, before - of_oracle);
+    fmt::print(
+        "{:>4} {:>6.2f}, {:>6.3f} {:>7.3f} {:>10.2f}, {:>10.3f} {:>7.3f} {:>7.3f} [{:>7.3f},{:>7.3f}] "
+        "{:>7.3f} "
+        "{:>4.1f}/{:.1f} {}\n",
+        n, c.experiment.control.smf.kp, c.experiment.control.smf.ki_star, before, advice.new_setting[0],
+        advice.new_setting[1], p.gain, before - of_oracle, p.gain_interval.low, p.gain_interval.high, gain,
+        fit.check.largest, fit.check.limit, advice.gain_shown ? "advised" : "nothing to gain");
+    std::fflush(stdout);
+  }
+
+  Options o_;
+  Experiment base_;
+  Blobs inputs_;
+  LabClass lab_;
+  int answered_ = 0, refused_ = 0, advised_ = 0, covered_ = 0, harmed_ = 0;
+  double gained_ = 0.0, possible_ = 0.0, cpu_s_ = 0.0;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options o;
+  for (int n = 1; n < argc; ++n) {
+    const std::string a = argv[n];
+    const bool more = n + 1 < argc;
+    if (a == "--seed" && more)
+      o.seed = std::strtoull(argv[++n], nullptr, 10);
+    else if (a == "--kind" && more)
+      o.kind = argv[++n];
+    else if (a == "--part" && more)
+      o.file = argv[++n];
+    else if (a == "--threads" && more)
+      o.threads = std::max(1, std::atoi(argv[++n]));
+    else if (a == "--pairs" && more)
+      o.pairs = std::max(2, std::atoi(argv[++n]));
+    else if (a == "--budget" && more)
+      o.budget = std::max(300, std::atoi(argv[++n]));
+    else
+      o.labs = std::max(1, std::atoi(a.c_str()));
+  }
+  Bench(o).run();
+  return 0;
+}

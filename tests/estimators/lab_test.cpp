@@ -1,0 +1,203 @@
+// The laboratory's estimation: closed forms of a linear simulator, planted maps, a box's known minimum.
+#include <catch2/catch.hpp>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <cmath>
+
+#include "core/grid/random.h"
+#include "estimators/lab/box_search.h"
+#include "estimators/lab/layer_features.h"
+#include "estimators/lab/synthetic_likelihood.h"
+
+using namespace firn;
+using namespace firn::lab;
+
+namespace {
+
+// s_0 = 1 + 2 z_0 + e, s_1 = z_1 + 0.5 z_0 + 0.3 e', s_2 = e'': a simulator with a posterior in closed form.
+std::vector<double> linear_simulator(std::span<const double> z, RandomStream& random) {
+  return {1.0 + 2.0 * z[0] + random.normal(), z[1] + 0.5 * z[0] + 0.3 * random.normal(), random.normal()};
+}
+
+Simulations simulated(std::size_t rows, std::uint64_t seed) {
+  RandomStream random(seed, Purpose::kTest);
+  Simulations sims{2, 3, {}, {}};
+  for (std::size_t n = 0; n < rows; ++n) {
+    const std::vector<double> z{random.normal(), random.normal()};
+    sims.add(z, linear_simulator(z, random));
+  }
+  return sims;
+}
+
+const std::vector<std::size_t> kAll{0, 1, 2};
+
+droplet::PrintedLayer layer_of(const GridSpec& grid, double before_mm, double rise_mm) {
+  droplet::PrintedLayer l{DropletPattern(grid), HeightMap(grid, before_mm),
+                          HeightMap(grid, before_mm + rise_mm),
+                          std::vector<droplet::Use>(grid.size(), droplet::Use::kLearn)};
+  std::ranges::fill(l.fired.cells, std::uint8_t{1});
+  return l;
+}
+
+struct Part {
+  GridSpec grid{12, 12, 0.26, 0.26, 0.0, 0.0};
+  Mask mask{grid, 1};
+  HeightMap target{grid, 0.09};
+  std::vector<droplet::PrintedLayer> layers;
+  Part() {
+    for (std::size_t n = 0; n < 9; ++n) layers.push_back(layer_of(grid, 0.01 * double(n), 0.01));
+  }
+  std::vector<double> features() const { return layer_features({layers, mask, target, 0.001}); }
+};
+
+std::size_t index_of(const std::string& name) {
+  for (std::size_t f = 0; f < feature_count(); ++f)
+    if (feature_name(f) == name) return f;
+  FAIL("no feature " << name);
+  return 0;
+}
+
+}  // namespace
+
+TEST_CASE("The posterior of a linear simulator is the one of its closed form") {
+  const Simulations sims = simulated(20'000, 1);
+  const std::vector<double> observed{2.0, -1.0, 0.3};
+  const Normal p = SyntheticLikelihood(sims).posterior(observed, kAll);
+  Eigen::Matrix<double, 2, 2> b;
+  b << 2.0, 0.0, 0.5, 1.0;
+  const Eigen::Vector2d noise(1.0, 0.09), d(1.0, -1.0);
+  const Eigen::Matrix2d information =
+      b.transpose() * noise.cwiseInverse().asDiagonal() * b + Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d covariance = information.inverse();
+  const Eigen::Vector2d mean = covariance * b.transpose() * noise.cwiseInverse().asDiagonal() * d;
+  for (int n = 0; n < 2; ++n) {
+    CHECK(p.mean[std::size_t(n)] == Approx(mean[n]).margin(0.02));
+    CHECK(p.std(std::size_t(n)) == Approx(std::sqrt(covariance(n, n))).epsilon(0.03));
+  }
+}
+
+TEST_CASE("Posterior intervals of a simulator cover its parameters as often as they say") {
+  const SyntheticLikelihood likelihood(simulated(120, 2));
+  RandomStream random(3, Purpose::kTest);
+  int covered = 0;
+  const int trials = 2000;
+  for (int n = 0; n < trials; ++n) {
+    const std::vector<double> z{random.normal(), random.normal()};
+    const Normal p = likelihood.posterior(linear_simulator(z, random), kAll);
+    for (std::size_t k = 0; k < 2; ++k) covered += std::abs(z[k] - p.mean[k]) <= 1.96 * p.std(k);
+  }
+  CHECK(double(covered) / (2.0 * trials) > 0.92);
+  CHECK(double(covered) / (2.0 * trials) < 0.98);
+}
+
+TEST_CASE("A feature beyond anything that the simulator does deviates beyond all simulations") {
+  const Simulations sims = simulated(150, 4);
+  const SyntheticLikelihood likelihood(sims);
+  const auto within = likelihood.largest_deviations(kAll);
+  const std::vector<double> usual{1.5, 0.2, -0.4}, strange{1.5, 0.2, 9.0};
+  const auto of = [&](const std::vector<double>& s) {
+    double largest = 0.0;
+    for (const double d : likelihood.deviations(s, likelihood.posterior(s, kAll)))
+      largest = std::max(largest, std::abs(d));
+    return largest;
+  };
+  CHECK(of(usual) < *std::ranges::max_element(within));
+  CHECK(of(strange) > 1.5 * *std::ranges::max_element(within));
+}
+
+TEST_CASE("Simulations of another length or without a number are refused, and too few of them") {
+  Simulations sims{2, 3, {}, {}};
+  CHECK_THROWS_WITH(sims.add(std::vector<double>{1.0}, std::vector<double>{1, 2, 3}),
+                    Catch::Contains("length"));
+  CHECK_THROWS_WITH(sims.add(std::vector<double>{1.0, NAN}, std::vector<double>{1, 2, 3}),
+                    Catch::Contains("finite"));
+  CHECK_THROWS_WITH(SyntheticLikelihood(simulated(6, 5)), Catch::Contains("6 simulations"));
+}
+
+TEST_CASE("A distribution's draws have its mean and covariance, and one more print narrows it as it says") {
+  const Normal n{{1.0, -2.0}, {4.0, 1.0, 1.0, 2.0}};
+  CHECK(n.at(std::vector<double>{0.0, 0.0}) == n.mean);
+  RandomStream random(6, Purpose::kTest);
+  double squares = 0.0, product = 0.0;
+  const int draws = 20'000;
+  for (int k = 0; k < draws; ++k) {
+    const auto x = n.at(std::vector<double>{random.normal(), random.normal()});
+    squares += (x[0] - 1.0) * (x[0] - 1.0) / draws;
+    product += (x[0] - 1.0) * (x[1] + 2.0) / draws;
+  }
+  CHECK(squares == Approx(4.0).epsilon(0.05));
+  CHECK(product == Approx(1.0).margin(0.1));
+  CHECK(n.std_with(standard_normal(2), 0) == Approx(2.0));
+  CHECK(n.std_with({{0.0, 0.0}, {0.25, 0.0, 0.0, 0.25}}, 1) == Approx(0.5 * std::sqrt(2.0)));
+  const auto back = n.normals_of(n.at(std::vector<double>{0.7, -1.2}));
+  CHECK(back[0] == Approx(0.7));
+  CHECK(back[1] == Approx(-1.2));
+  CHECK(n.log_determinant() == Approx(std::log(7.0)));
+}
+
+TEST_CASE("A search in a box finds the lower of two valleys within its evaluations") {
+  int calls = 0;
+  const auto valley = [&](std::span<const double> u) {
+    ++calls;
+    const auto square = [](double x) { return x * x; };
+    const double far = square(u[0] - 0.85) + square(u[1] - 0.2),
+                 near = square(u[0] - 0.2) + square(u[1] - 0.8);
+    return std::min(far, near + 0.05);
+  };
+  const auto points = minimise_in_box(valley, std::vector<double>{0.2, 0.8}, 60);
+  CHECK(calls <= 60);
+  CHECK(points.size() == std::size_t(calls));
+  const auto best = std::ranges::min_element(points, {}, &BoxPoint::value);
+  CHECK(best->u[0] == Approx(0.85).margin(0.03));
+  CHECK(best->u[1] == Approx(0.2).margin(0.03));
+  CHECK(minimise_in_box([](std::span<const double>) { return 3.0; }, {}, 10).size() == 1);
+}
+
+TEST_CASE("A search passes on what its function throws") {
+  const auto broken = [](std::span<const double> u) -> double {
+    if (u[0] != 0.5) throw std::runtime_error("no print");
+    return 1.0;
+  };
+  CHECK_THROWS_WITH(minimise_in_box(broken, std::vector<double>{0.5}, 12), "no print");
+}
+
+TEST_CASE("Features of layers hold the growth by a droplet, a tilt and a low row where they were planted") {
+  Part part;
+  const std::vector<double> even = part.features();
+  REQUIRE(even.size() == feature_count());
+  CHECK(even[index_of("growth by a droplet inside the part")] == Approx(10.0));
+  CHECK(even[index_of("tilt of the surface along x")] == Approx(0.0).margin(1e-9));
+  CHECK(even[index_of("number of layers")] == Approx(std::log(9.0)));
+
+  Part tilted;  // 1 um from cell to cell along x, in every map
+  for (auto& l : tilted.layers)
+    for (int j = 0; j < 12; ++j)
+      for (int i = 0; i < 12; ++i) {
+        l.before.at(i, j) += 0.001 * i;
+        l.after.at(i, j) += 0.001 * i;
+      }
+  CHECK(tilted.features()[index_of("tilt of the surface along x")] == Approx(12.0).epsilon(0.05));
+  CHECK(tilted.features()[index_of("tilt of the surface along y")] == Approx(0.0).margin(1e-6));
+
+  Part clogged;  // row 5 grows by half
+  RandomStream random(7, Purpose::kTest);
+  for (auto& l : clogged.layers)
+    for (int j = 0; j < 12; ++j)
+      for (int i = 0; i < 12; ++i) l.after.at(i, j) += (j == 5 ? -0.005 : 0.0) + 0.0003 * random.normal();
+  const auto low = clogged.features();
+  CHECK(low[index_of("lowest row of cells")] < 3.0 * low[index_of("lowest column of cells")]);
+  CHECK(low[index_of("lasting differences between cells")] > 1.5);
+}
+
+TEST_CASE("Features of a print of five layers are refused, and unmeasured cells leave them finite") {
+  Part part;
+  for (auto& l : part.layers)
+    for (int i = 0; i < 12; ++i) {
+      l.after.at(i, 3) = kNotMeasured;
+      l.use[l.after.spec.index(i, 3)] = droplet::Use::kNothing;
+    }
+  for (const double v : part.features()) CHECK(std::isfinite(v));
+  part.layers.resize(5);
+  CHECK_THROWS_WITH(part.features(), Catch::Contains("5 measured layers"));
+}

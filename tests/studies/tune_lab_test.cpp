@@ -1,0 +1,159 @@
+// Tuning from logs: keys and their ranges, the promise's variance components, a whole answer on a small part.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+#include "config/include.h"
+#include "core/grid/npy.h"
+#include "core/grid/random.h"
+#include "estimators/lab/layer_features.h"
+#include "files/usage_error.h"
+#include "print/labs/print_labs.h"
+#include "studies/tune/tune_answer.h"
+#include "tests/support/tiny_print.h"
+
+using namespace firn;
+using namespace firn::tuning;
+using Catch::Contains;
+
+namespace {
+
+Experiment small_print() {
+  Experiment e = test::tiny_print("tuned", "smf");
+  e.grid.nx = 14;
+  e.grid.ny = 12;
+  e.part.shape.width_mm = 2.6;
+  e.part.shape.depth_mm = 2.1;
+  e.part.shape.height_mm = 0.055;
+  return e;
+}
+
+RecordedRun record(const Experiment& e, const LabDraw& lab) {
+  const Blobs inputs = make_inputs(e, ".");
+  const LabPrint print = print_in_lab(without_plant(e), inputs, lab, {.features = true});
+  REQUIRE(print.finished);
+  REQUIRE_FALSE(print.features.empty());
+  return {"a run", e, inputs, print.features, 0};
+}
+
+const LabClass& droplets() { return lab_classes()[0]; }
+
+LabDraw usual_lab(std::uint64_t seed) {
+  return {&droplets(), std::vector<double>(droplets().parameters.size(), 0.3), seed};
+}
+
+}  // namespace
+
+TEST_CASE("A key to tune has its range from the table of options, or a narrower one that is given") {
+  const Experiment e = test::tiny_print("x", "smf");
+  const TuneKey kp("control.smf.kp", e);
+  CHECK(kp.recorded() == e.control.smf.kp);
+  CHECK(kp.at(0.5) == Approx(e.control.smf.kp));
+  CHECK(kp.at(0.0) > 0.0);  // 0 is outside (0, 10]
+  CHECK(kp.at(1.0) == Approx(10.0));
+  for (const double u : {0.1, 0.37, 0.9}) CHECK(kp.place(kp.at(u)) == Approx(u));
+  const TuneKey narrow("control.smf.kp=0.5:2", e);
+  CHECK(narrow.at(0.0) == Approx(0.5));
+  CHECK(narrow.at(1.0) == Approx(2.0));
+  const TuneKey drops("control.smf.max_drops=1:4", e);
+  CHECK(std::vector<double>(drops.values().begin(), drops.values().end()) == std::vector<double>{1, 2, 3, 4});
+  const TuneKey words("control.smf.rounding", e);
+  CHECK(words.values().size() == 3);
+  CHECK(words.text(words.recorded()) == "diffusion");
+}
+
+TEST_CASE("Keys that cannot be tuned are refused by name, with the nearest known key or the limit") {
+  const Experiment e = test::tiny_print("x", "smf");
+  const auto refused = [&](const std::string& text) -> std::string {
+    try {
+      const TuneKey key(text, e);
+    } catch (const UsageError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  CHECK_THAT(refused("control.smf.ki"), Contains("control.smf.ki_star"));
+  CHECK_THAT(refused("plant.flow"), Contains("plant.flow") && Contains("are tuned"));
+  CHECK_THAT(refused("control.mpc.alpha"), Contains("scheme"));
+  CHECK_THAT(refused("control.smf.kp=0.5"), Contains("LOW:HIGH"));
+  CHECK_THAT(refused("control.smf.kp=2:1"), Contains("ascending"));
+  CHECK_THAT(refused("control.smf.kp=0.5:20"), Contains("(0, 10]"));
+  CHECK_THAT(refused("control.smf.kp=a:2"), Contains("'a' is not a number"));
+}
+
+TEST_CASE("A setting is written into the experiment and read back, and nothing else changes") {
+  const Experiment e = test::tiny_print("x", "smf");
+  const std::vector<TuneKey> keys{{"control.smf.kp", e}, {"control.smf.rounding", e}};
+  const Experiment with = with_setting(keys, {0.7, 2.0}, e);
+  CHECK(with.control.smf.kp == 0.7);
+  CHECK(with.control.smf.rounding == control::Rounding::kCarry);
+  CHECK(differences(e, with).size() == 2);
+  CHECK(text_of(keys, {0.7, 2.0}) == "control.smf.kp = 0.7, control.smf.rounding = carry");
+}
+
+TEST_CASE("A promise for the mean of many prints covers the laboratory's own gain as often as it says") {
+  RandomStream random(11, Purpose::kTest);
+  int covered = 0, sure = 0;
+  const int trials = 1000, draws = 30, prints = 10;
+  const double lab_std = 0.1, print_std = 0.2;
+  for (int t = 0; t < trials; ++t) {
+    std::vector<double> before, after;
+    for (int d = 0; d < draws; ++d) {
+      const double gain = 0.15 + lab_std * random.normal();
+      for (int s = 0; s < 2; ++s) {
+        const double common = random.normal();
+        before.push_back(2.0 + common + gain + print_std * random.normal());
+        after.push_back(2.0 + common);
+      }
+    }
+    const Promise p = promise_of(before, after, 2, prints);
+    double printed = 0.15 + lab_std * random.normal();
+    for (int n = 0; n < prints; ++n) printed += print_std * random.normal() / prints;
+    covered += printed >= p.gain_interval.low && printed <= p.gain_interval.high;
+    sure += p.sure > 0.5;
+  }
+  CHECK(double(covered) / trials > 0.93);
+  CHECK(double(covered) / trials < 0.98);
+  CHECK(sure > trials * 9 / 10);
+}
+
+TEST_CASE("A laboratory is never known by the plant section of its recorded experiment") {
+  Experiment e = small_print();
+  e.plant.flow = 0.6;
+  e.plant.drift = 0.3;
+  e.plant.seed = 99;
+  e.devices.jet = "/dev/ttyUSB0";
+  CHECK(differences(without_plant(e), without_plant(small_print())).empty());
+}
+
+TEST_CASE("The same log gives the same answer with one thread and with three, and it is written whole") {
+  const Experiment e = small_print();
+  const std::vector<RecordedRun> runs{record(e, usual_lab(5))};
+  const std::vector<TuneKey> keys{{"control.smf.ki_star=0.01:1", e}};
+  std::string texts[2];
+  for (const int threads : {1, 3}) {
+    const FittedLab lab = fit_lab(runs, {.seed = 2, .threads = threads, .prints = 180});
+    const Advice advice = advise(lab, runs[0], keys, {.seed = 2, .threads = threads, .prints = 200});
+    CHECK(advice.promise.gain_interval.low <= advice.promise.gain);
+    CHECK(advice.promise.gain <= advice.promise.gain_interval.high);
+    CHECK(advice.profiles.size() == 1);
+    TuneAnswer answer{runs, keys,   "rms_um",
+                      lab,  advice, next_prints(lab, runs[0], {.seed = 2, .threads = threads, .draws = 18}),
+                      {},   10,     2};
+    CHECK(answer.next.size() == 3);
+    texts[threads == 3] = tune_text(answer) + tune_json(answer) + tune_page(answer);
+  }
+  CHECK(texts[0] == texts[1]);
+  CHECK_THAT(texts[0], Contains("RMS") && Contains("laboratory: ") && Contains("</html>"));
+}
+
+TEST_CASE("A log whose surface is tilted as no laboratory tilts it is refused by the feature's name") {
+  const Experiment e = small_print();
+  std::vector<RecordedRun> runs{record(e, usual_lab(6))};
+  for (std::size_t f = 0; f < lab::feature_count(); ++f)
+    if (lab::feature_name(f).starts_with("tilt of the surface along y")) runs[0].features[f] += 8.0;
+  const FittedLab lab = fit_lab(runs, {.seed = 3, .threads = 2, .prints = 180});
+  CHECK_FALSE(lab.check.passed());
+  TuneAnswer answer{runs, {}, "rms_um", lab, {}, {}, {}, 10, 3};
+  CHECK_THAT(tune_line(answer), Contains("no advice") && Contains("tilt of the surface along y"));
+}
