@@ -20,6 +20,7 @@
 #include "files/usage_error.h"
 #include "print/exit_codes.h"
 #include "print/folder/run_folder.h"
+#include "print/inputs/python_input.h"
 #include "print/inputs/targets.h"
 #include "print/progress.h"
 #include "procs/controller/node.h"
@@ -166,7 +167,13 @@ std::string decided(const DecideOptions& o) {
   const ParallelFor parallel = parallel_on(thread_count(o.threads));
 
   // The controller has a copy of target and mask; on large grids there is no room for more.
-  std::unique_ptr<control::LayerController> scheme = control::make_controller(setup_of(o, e), options);
+  std::unique_ptr<control::LayerController> scheme;
+  {
+    const control::Setup setup = setup_of(o, e);
+    Blobs inputs;
+    add_python_inputs(e, setup, "", inputs);
+    scheme = make_scheme(setup, options, inputs);
+  }
   scheme->use_threads(parallel);
   const double start = cpu_s();
   const control::Decision d = scheme->decide({height, 0, 0, 0.0});

@@ -8,6 +8,7 @@
 #include "config/lab_checks.h"
 #include "config/labs.h"
 #include "core/control/controller.h"
+#include "core/control/python_scheme.h"
 
 namespace firn {
 namespace {
@@ -120,9 +121,10 @@ void check_passes(Rules& r) {
   const int s = e.process.sub_patterns;
   r.require(s != 3, {"process.sub_patterns"}, "a layer has 1, 2 or 4 sub-patterns");
   // A pass has a number of seven bits (lcmtypes/stage_command_t.lcm).
-  const int drops = e.control.scheme == "mpc"   ? e.control.mpc.max_drops
-                    : e.control.scheme == "smf" ? e.control.smf.max_drops
-                                                : 1;
+  const int drops = e.control.scheme == "mpc"                     ? e.control.mpc.max_drops
+                    : e.control.scheme == "smf"                   ? e.control.smf.max_drops
+                    : control::is_python_scheme(e.control.scheme) ? control::kMostPythonDrops
+                                                                  : 1;
   const int inks = has_two_jets(e) ? 2 : 1;
   if (s * inks > 1)
     r.require(
@@ -260,7 +262,7 @@ void Rules::at_most(const char* key, double actual, const char* limit_key, doubl
 }
 
 void check_inkjet_lab(Rules& rules) {
-  rules.scheme_of(control::schemes());
+  if (!control::is_python_scheme(rules.experiment().control.scheme)) rules.scheme_of(control::schemes());
   check_part(rules);
   check_geometry(rules);
   check_model(rules);

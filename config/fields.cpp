@@ -28,7 +28,9 @@ Limits schemes() {
   for (const control::Scheme& s : control::schemes()) names.push_back(s.name);
   for (const control::SurfaceScheme& s : control::surface_schemes())
     if (std::find(names.begin(), names.end(), s.name) == names.end()) names.push_back(s.name);
-  return one_of(names);
+  Limits limits = one_of(names);
+  limits.or_python = true;
+  return limits;
 }
 
 Table part_fields(Experiment& e) {

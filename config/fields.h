@@ -19,6 +19,7 @@ namespace firn {
 struct Limits : Range {
   std::vector<std::string_view> choices;  ///< of words; empty = any printable text
   bool is_path = false;                   ///< relative to the folder of the file that gives it
+  bool or_python = false;  ///< words: or a class in a Python file (core/control/python_scheme.h)
 
   Limits(const Range& range = {}, std::vector<std::string_view> words = {})
       : Range(range), choices(std::move(words)) {}

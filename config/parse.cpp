@@ -13,6 +13,7 @@
 #include "config/include.h"
 #include "config/reader.h"
 #include "config/text_limits.h"
+#include "core/control/python_scheme.h"
 #include "files/nearest.h"
 
 namespace firn {
@@ -109,10 +110,18 @@ class Reader {
     if (own == home) return;
     for (Field& f : fields_) {
       const auto origin = origins_.find(f.key);
-      if (!f.limits.is_path || origin == origins_.end() || origin->second.file != file) continue;
-      std::string& path = *std::get<std::string*>(f.value);
-      if (path.empty() || std::filesystem::path(path).is_absolute()) continue;
-      path = (own / path).lexically_normal().lexically_proximate(home.lexically_normal()).generic_string();
+      if (origin == origins_.end() || origin->second.file != file) continue;
+      const auto move = [&](std::string& path) {
+        if (path.empty() || std::filesystem::path(path).is_absolute()) return;
+        path = (own / path).lexically_normal().lexically_proximate(home.lexically_normal()).generic_string();
+      };
+      if (f.limits.is_path) move(*std::get<std::string*>(f.value));
+      if (!f.limits.or_python) continue;
+      std::string& text = *std::get<std::string*>(f.value);
+      if (!control::is_python_scheme(text)) continue;
+      control::PythonScheme scheme = control::parse_python_scheme(text);
+      move(scheme.file);
+      text = to_text(scheme);
     }
   }
 

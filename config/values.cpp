@@ -3,9 +3,11 @@
 #include <charconv>
 #include <cmath>
 #include <numeric>
+#include <stdexcept>
 #include <utility>
 
 #include "config/fields.h"
+#include "core/control/python_scheme.h"
 #include "files/nearest.h"
 
 namespace firn {
@@ -58,16 +60,29 @@ std::string broken_schedule(const std::vector<AlphaStep>& steps, const Limits& l
   return "";
 }
 
+// Control characters and lengths are limited as those of any text.
+std::string broken_characters(const std::string& text) {
+  if (text.size() > 4096) return "must be at most 4096 bytes long";
+  for (unsigned char c : text)
+    if (c < 0x20 || c == 0x7f) return "must not contain control characters";
+  return "";
+}
+
+std::string broken_python_scheme(const std::string& text) try {
+  control::parse_python_scheme(text);
+  return broken_characters(text);
+} catch (const std::invalid_argument& error) {
+  return error.what();
+}
+
 std::string broken_text(const std::string& text, const Limits& limits) {
+  if (limits.or_python && control::is_python_scheme(text)) return broken_python_scheme(text);
   if (!limits.choices.empty()) {
     if (std::find(limits.choices.begin(), limits.choices.end(), text) != limits.choices.end()) return "";
     const std::string near = nearest(text, limits.choices);
     return near.empty() ? "must be" : "(did you mean \"" + near + "\"?) must be";
   }
-  if (text.size() > 4096) return "must be at most 4096 bytes long";
-  for (unsigned char c : text)
-    if (c < 0x20 || c == 0x7f) return "must not contain control characters";
-  return "";
+  return broken_characters(text);
 }
 
 }  // namespace
@@ -88,7 +103,7 @@ std::string limits_text(const Field& field) {
   if (!l.choices.empty()) {
     std::string out = "one of ";
     for (std::string_view c : l.choices) out += (c == l.choices.front() ? "" : ", ") + std::string(c);
-    return out;
+    return l.or_python ? out + ", " + std::string(control::kPythonSchemeForm) : out;
   }
   return text(l);
 }

@@ -20,7 +20,8 @@ FOUND_BY_CMAKE = {
     "opencv2/core/version.hpp": "libopencv-core-dev",
     "opencv2/core.hpp": "libopencv-core-dev",
     "opencv_${module}": "libopencv-core-dev", "TBB": "libtbb-dev", "polyclipping": "libpolyclipping-dev",
-    "polyclipping/clipper.hpp": "libpolyclipping-dev", "Boost": "libboost-dev", "3MF": "lib3mf-dev", "PNG": "libpng-dev", "EXPAT": "libexpat1-dev", "ZLIB": "zlib1g-dev", "lib3mf/Model/COM/NMR_DLLInterfaces.h": "lib3mf-dev",
+    "polyclipping/clipper.hpp": "libpolyclipping-dev", "Boost": "libboost-dev", "3MF": "lib3mf-dev", "PNG": "libpng-dev", "EXPAT": "libexpat1-dev", "ZLIB": "zlib1g-dev", "Python3": "python3-dev",
+    "pybind11": "pybind11-dev", "lib3mf/Model/COM/NMR_DLLInterfaces.h": "lib3mf-dev",
 }
 FOUND_BY_PREFIX = {"sundials_": "libsundials-dev", "cvode/": "libsundials-dev"}
 
@@ -39,6 +40,7 @@ EVIDENCE = {
     "libtbb-dev": r"<tbb/", "libpolyclipping-dev": r"<polyclipping/", "libboost-dev": r"<boost/", "libpng-dev": r"<png\.h>", "lib3mf-dev": r"<lib3mf",
     "libexpat1-dev": r"<expat\.h>", "zlib1g-dev": r"<zlib\.h>", "libzstd-dev": r"<zstd\.h>",
     "libhdf5-dev": r"<hdf5\.h>", "libhdf5-103-1": r"libhdf5_serial\.so\.103", "python3-h5py": r"import h5py", "hdf5-tools": r"\bh5dump\b", "zstd": r'"zstd", "-d"',
+    "python3-dev": r"find_package\(Python3", "pybind11-dev": r"<pybind11/", "python3-numpy": r"import numpy",
     "coinor-cbc": r"command -v cbc", "chromium": r"chromium --headless", "clang-format": r"clang-format", "clang": r"clang\+\+", "libclang-rt-14-dev": r"-fsanitize=fuzzer|sanitize=[\w,]*fuzzer",
 }
 

@@ -11,6 +11,8 @@
 #include "files/digest.h"
 #include "print/inputs/geometry_input.h"
 #include "print/inputs/mesh_part.h"
+#include "print/inputs/python_input.h"
+#include "procs/controller/node.h"
 
 namespace firn {
 namespace {
@@ -252,8 +254,10 @@ Blobs make_target_inputs(const Experiment& experiment, const std::filesystem::pa
   }
   blobs.insert(blobs.begin(),
                {make_blob("target", to_npy(target.height)), make_blob("mask", to_npy(target.mask))});
-  if (const auto geometry = make_geometry(experiment, target.height, folder))
-    blobs.push_back(make_blob("geometry", to_bytes(*geometry)));
+  const auto geometry = make_geometry(experiment, target.height, folder);
+  if (geometry) blobs.push_back(make_blob("geometry", to_bytes(*geometry)));
+  const auto shared = geometry ? std::make_shared<const Geometry>(*geometry) : nullptr;
+  add_python_inputs(experiment, control_setup(experiment, target.height, target.mask, shared), folder, blobs);
   return blobs;
 }
 

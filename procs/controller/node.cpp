@@ -5,11 +5,13 @@
 #include <utility>
 
 #include "config/labs.h"
+#include "core/control/python_scheme.h"
 #include "core/grid/npy.h"
 #include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "firn/layer_plan_t.hpp"
 #include "lcmtypes/convert.h"
+#include "procs/controller/python_controller.h"
 #include "procs/controller/surface_node.h"
 
 namespace firn {
@@ -46,8 +48,15 @@ control::Setup control_setup(const Experiment& e, HeightMap target, Mask mask,
           e.geometry.judge_above_layers * (e.model.h1_mm + 4.0 * e.model.h2_mm + 4.0 * e.model.h3_mm)};
 }
 
+std::unique_ptr<control::LayerController> make_scheme(const control::Setup& setup,
+                                                      const control::ControlOptions& options,
+                                                      const Blobs& inputs) {
+  return control::is_python_scheme(options.scheme) ? make_python_controller(setup, options, inputs)
+                                                   : control::make_controller(setup, options);
+}
+
 ControllerNode::ControllerNode(const Experiment& e, HeightMap target, Mask mask,
-                               std::shared_ptr<const Geometry> geometry)
+                               std::shared_ptr<const Geometry> geometry, const Blobs& inputs)
     : changes_(e),
       grid_(e.grid),
       known_(control_setup(e, target, mask, geometry)),
@@ -61,7 +70,7 @@ ControllerNode::ControllerNode(const Experiment& e, HeightMap target, Mask mask,
     for (std::size_t c = 0; c < setup.rim.size(); ++c)
       setup.rim.cells[c] = estimate_->factors()->places().cells[c] == droplet::Place::kRim;
   }
-  scheme_ = control::make_controller(setup, control_options(e));
+  scheme_ = make_scheme(setup, control_options(e), inputs);
   subscribe(channels::kHeightMap, this);
   subscribe(channels::kOperatorCommand, this);
   if (e.control.adapt_model == "on") subscribe(channels::kHeightModel, this);
@@ -176,7 +185,7 @@ std::unique_ptr<Node> make_controller_node_on(const ParallelFor& parallel, const
         geometry_from_bytes(blob(blobs, "geometry").bytes, e.grid, "geometry"));
   auto node = std::make_unique<ControllerNode>(
       e, height_map_from_npy(blob(blobs, "target").bytes, e.grid, "target"),
-      mask_from_npy(blob(blobs, "mask").bytes, e.grid, "mask"), std::move(geometry));
+      mask_from_npy(blob(blobs, "mask").bytes, e.grid, "mask"), std::move(geometry), blobs);
   node->use_threads(parallel);
   return node;
 }

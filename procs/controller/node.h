@@ -29,8 +29,9 @@ class ControllerNode final : public Node {
  public:
   /// @throws std::invalid_argument naming the setup field or option that the scheme refuses.
   /// @param geometry of two inks; null: one ink
+  /// @param inputs with the files of a scheme in Python
   ControllerNode(const Experiment& experiment, HeightMap target, Mask mask,
-                 std::shared_ptr<const Geometry> geometry = nullptr);
+                 std::shared_ptr<const Geometry> geometry = nullptr, const Blobs& inputs = {});
   void on(const height_map_t&, Time now, Outbox&);
   /// With control.adapt_model: later decisions use the model. A decision does not wait for a model: a map is
   /// answered with the newest model received.
@@ -58,6 +59,14 @@ class ControllerNode final : public Node {
   double wait_s_;
   std::optional<height_map_t> waiting_;  ///< for the reports of its layer
 };
+
+/// Returns the scheme of an experiment, in C++ or in Python.
+/// @param inputs with the files of a scheme in Python
+/// @throws std::invalid_argument naming the option that the scheme refuses; std::runtime_error with the
+/// traceback of an exception in Python
+std::unique_ptr<control::LayerController> make_scheme(const control::Setup& setup,
+                                                      const control::ControlOptions& options,
+                                                      const Blobs& inputs);
 
 /// Returns the configuration of a scheme as core's structs.
 control::ControlOptions control_options(const Experiment& experiment);

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/control/controller.h"
+#include "core/control/layer_bound.h"
 #include "core/control/mpc/reference_governor.h"
 #include "core/control/open_loop.h"
 #include "core/control/pattern.h"
@@ -75,13 +76,19 @@ class LayerBound final : public LayerController {
 
 std::span<const Scheme> schemes() { return kSchemes; }
 
+std::unique_ptr<LayerController> with_layer_bound(std::unique_ptr<LayerController> scheme, const Setup& setup,
+                                                  const ControlOptions& options) {
+  check_options("control", kControlOptions, options);
+  return std::make_unique<LayerBound>(std::move(scheme), setup.grid, options.max_layers);
+}
+
 std::unique_ptr<LayerController> make_controller(const Setup& setup, const ControlOptions& options) {
   check_options("control", kControlOptions, options);
   std::string known;
   for (const Scheme& s : kSchemes) {
     if (s.name == options.scheme) {
       check(setup);
-      return std::make_unique<LayerBound>(s.make(setup, options), setup.grid, options.max_layers);
+      return with_layer_bound(s.make(setup, options), setup, options);
     }
     known += (known.empty() ? "" : ", ") + std::string(s.name);
   }

@@ -1,0 +1,91 @@
+// PythonHost runs Python code of a print: the interface between Firn and its plug-in, which alone holds an
+// interpreter (python/plugin). The plug-in is loaded when an experiment names a Python file first
+// (python/host/load.h), so that a program without such a file depends on no Python.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/grid/grid.h"
+
+namespace firn::python {
+
+/// A Python file by its name without a folder: "level.py".
+struct SourceFile {
+  std::string name, text;
+};
+
+/// Names a class in the first of some files, with the arguments of its construction ("gain=0.5"; empty:
+/// none).
+struct ClassName {
+  std::string name, arguments;
+};
+
+/// Holds the values from which a controller is built; heights in mm, arrays row-major [ny][nx].
+struct ControllerSetup {
+  GridSpec grid;
+  std::span<const double> target_mm;
+  std::span<const std::uint8_t> mask;
+  double h1_mm = 0.0, h2_mm = 0.0, h3_mm = 0.0, layer_height_mm = 0.0;
+  std::uint64_t seed = 0;
+  int most_drops = 1;      ///< per cell and layer
+  double longest_s = 0.0;  ///< wall time of one decision
+};
+
+/// Computes heights by the height-change model, for a controller that plans with it.
+class Prediction {
+ public:
+  virtual ~Prediction() = default;
+  /// @param after_mm [ny][nx], filled with the surface after one layer of `drops`
+  virtual void predict(std::span<const double> height_mm, std::span<const std::uint8_t> drops,
+                       std::span<double> after_mm) = 0;
+  /// Mean |height - target| over the part [mm].
+  virtual double objective_mm(std::span<const double> height_mm) = 0;
+};
+
+struct Answer {
+  enum class Kind : std::uint8_t { kPrint, kEnd, kStop };
+  Kind kind = Kind::kStop;
+  std::vector<std::uint8_t> drops;  ///< [ny][nx] with kPrint; else empty
+  std::string reason;
+};
+
+/// A controller's object. Its state is a function of its calls.
+class Controller {
+ public:
+  virtual ~Controller() = default;
+  /// @throws std::runtime_error with the traceback of an exception; naming an answer that is none, and a
+  /// decision that took longer than longest_s
+  virtual Answer decide(std::span<const double> height_mm, int layer, int attempt, double noise_std_mm) = 0;
+  virtual void use_model(double h1_mm, double h2_mm, double h3_mm) = 0;
+};
+
+class Host {
+ public:
+  virtual ~Host() = default;
+
+  /// Reads a file and the modules beside it that it imports, over any number of steps; the file comes first.
+  /// @throws std::runtime_error naming file and line: unreadable, no Python, or an import that a print does
+  /// not allow (a clock, threads, randomness without the seed, files, sockets, processes)
+  virtual std::vector<SourceFile> sources(const std::string& path) = 0;
+
+  /// Builds the object from the files alone: their folder is not read. Thread-safe.
+  /// @throws std::runtime_error with the traceback of an exception
+  virtual std::unique_ptr<Controller> make_controller(const std::vector<SourceFile>& files,
+                                                      const ClassName& name, const ControllerSetup& setup,
+                                                      std::shared_ptr<Prediction> prediction) = 0;
+
+  /// Returns the interpreter and the packages that files have imported so far, a line each: "Python 3.11.2",
+  /// "numpy 1.24.2".
+  virtual std::string versions() = 0;
+};
+
+/// Name and type of the function that a plug-in exports. It returns null if `interface` is not the digest of
+/// this header that the plug-in was built with.
+using HostFunction = Host* (*)(const char* interface);
+inline constexpr const char* kHostFunction = "firn_python_host";
+
+}  // namespace firn::python

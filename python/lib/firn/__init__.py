@@ -1,0 +1,13 @@
+"""Firn in Python: runs as arrays, decisions, prints in simulated time, comparisons, paths and trajectories.
+
+Everything is computed by the program `firn`, in processes of their own: threads of Python go on meanwhile. Heights are in
+mm; maps have the shape (ny, nx), row j along x. A command that fails raises FirnError with the program's own message.
+python/README.md has the contract of a controller.
+"""
+from .commands import compare, decide, plan, simulate, slice
+from .contract import End, Measurement, Print, Setup, Stop
+from .program import FirnError, program
+from .runs import Run, Table, read_log
+
+__all__ = ["Print", "End", "Stop", "Measurement", "Setup", "Run", "Table", "FirnError", "read_log", "decide", "simulate", "compare",
+           "slice", "plan", "program"]

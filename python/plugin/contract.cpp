@@ -1,0 +1,195 @@
+#include "python/plugin/contract.h"
+
+#include <pybind11/numpy.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "python/plugin/watchdog.h"
+
+namespace firn::python {
+
+extern const char kContractText[];  // python/lib/firn/contract.py
+
+namespace py = pybind11;
+
+// Objects of Python must be released by a thread that holds the interpreter.
+struct ContractHost::Shared {
+  explicit Shared(py::object module) : contract(std::move(module)), watchdog(contract.attr("SlowError")) {}
+  py::object contract;
+  Watchdog watchdog;
+};
+
+namespace {
+
+constexpr auto kContiguous = py::array::c_style | py::array::forcecast;
+using Heights = py::array_t<double, kContiguous>;
+using Drops = py::array_t<std::uint8_t, kContiguous>;
+
+template <class T>
+std::span<const T> span_of(const py::array_t<T, kContiguous>& array) {
+  return {array.data(), std::size_t(array.size())};
+}
+
+std::string explained(const py::object& explain, py::error_already_set& error) {
+  py::object value = error.value();
+  if (error.trace()) PyException_SetTraceback(value.ptr(), error.trace().ptr());
+  return py::cast<std::string>(explain(value));
+}
+
+template <class T>
+py::array_t<T> grid_array(const GridSpec& g, std::span<const T> cells) {
+  return py::array_t<T>({g.ny, g.nx}, cells.data());
+}
+
+py::object setup_object(const py::object& contract, const ControllerSetup& s,
+                        const std::shared_ptr<Prediction>& prediction) {
+  const GridSpec g = s.grid;
+  py::dict values;
+  values["shape"] = py::make_tuple(g.ny, g.nx);
+  values["pitch_x_mm"] = g.pitch_x_mm;
+  values["pitch_y_mm"] = g.pitch_y_mm;
+  values["origin_x_mm"] = g.origin_x_mm;
+  values["origin_y_mm"] = g.origin_y_mm;
+  values["target_mm"] = grid_array(g, s.target_mm);
+  values["mask"] = grid_array(g, s.mask).attr("astype")("bool");
+  values["h1_mm"] = s.h1_mm;
+  values["h2_mm"] = s.h2_mm;
+  values["h3_mm"] = s.h3_mm;
+  values["layer_height_mm"] = s.layer_height_mm;
+  values["seed"] = s.seed;
+  values["most_drops"] = s.most_drops;
+  const auto predict = [g, prediction](const Heights& height, const Drops& drops) {
+    Heights after({g.ny, g.nx});
+    prediction->predict(span_of(height), span_of(drops), {after.mutable_data(), g.size()});
+    return after;
+  };
+  const auto objective = [prediction](const Heights& height) {
+    return prediction->objective_mm(span_of(height));
+  };
+  return contract.attr("Setup")(values, py::cpp_function(predict), py::cpp_function(objective));
+}
+
+}  // namespace
+
+// Runs one object; `Shared` outlives it.
+template <class Shared>
+class ContractController final : public Controller {
+ public:
+  ContractController(std::shared_ptr<Shared> shared, py::object run, const ControllerSetup& setup)
+      : shared_(std::move(shared)), run_(std::move(run)), grid_(setup.grid), longest_s_(setup.longest_s) {}
+  ~ContractController() override {
+    const py::gil_scoped_acquire interpreter;
+    run_ = {};
+  }
+
+  Answer decide(std::span<const double> height_mm, int layer, int attempt, double noise_std_mm) override {
+    const py::gil_scoped_acquire interpreter;
+    const auto watch = shared_->watchdog.arm(longest_s_);
+    std::string trouble;
+    Answer answer;
+    try {
+      answer = answer_of(run_.attr("decide")(grid_array(grid_, height_mm), layer, attempt, noise_std_mm)
+                             .template cast<py::tuple>());
+    } catch (py::error_already_set& error) {
+      trouble = explained(run_.attr("explain"), error);
+    }
+    if (shared_->watchdog.disarm(watch))
+      trouble =
+          "decide of layer " + std::to_string(layer + 1) + " took longer than " + text_of(longest_s_) + " s";
+    if (!trouble.empty()) throw std::runtime_error(trouble);
+    return answer;
+  }
+
+  void use_model(double h1_mm, double h2_mm, double h3_mm) override {
+    const py::gil_scoped_acquire interpreter;
+    try {
+      run_.attr("use_model")(h1_mm, h2_mm, h3_mm);
+    } catch (py::error_already_set& error) {
+      throw std::runtime_error(explained(run_.attr("explain"), error));
+    }
+  }
+
+ private:
+  static std::string text_of(double seconds) {
+    std::string text = std::to_string(seconds);
+    return text.substr(0, text.find('.') + 3);
+  }
+
+  static Answer answer_of(const py::tuple& told) {
+    Answer answer;
+    answer.kind = Answer::Kind(told[0].cast<int>());
+    answer.reason = told[2].cast<std::string>();
+    if (answer.kind == Answer::Kind::kPrint) {
+      const auto drops = told[1].cast<Drops>();
+      answer.drops.assign(drops.data(), drops.data() + drops.size());
+    }
+    return answer;
+  }
+
+  std::shared_ptr<Shared> shared_;
+  py::object run_;
+  GridSpec grid_;
+  double longest_s_;
+};
+
+ContractHost::ContractHost(py::object contract) : shared_(std::make_shared<Shared>(std::move(contract))) {}
+
+std::vector<SourceFile> ContractHost::sources(const std::string& path) {
+  const py::gil_scoped_acquire interpreter;
+  try {
+    std::vector<SourceFile> files;
+    for (const py::handle pair : shared_->contract.attr("sources")(path)) {
+      const auto [name, text] = pair.cast<std::pair<std::string, std::string>>();
+      files.push_back({name, text});
+    }
+    return files;
+  } catch (py::error_already_set& error) {
+    throw std::runtime_error(explained(shared_->contract.attr("explain"), error));
+  }
+}
+
+std::unique_ptr<Controller> ContractHost::make_controller(const std::vector<SourceFile>& files,
+                                                          const ClassName& name, const ControllerSetup& setup,
+                                                          std::shared_ptr<Prediction> prediction) {
+  const py::gil_scoped_acquire interpreter;
+  const py::object& contract = shared_->contract;
+  py::list texts;
+  py::set names;
+  for (const SourceFile& f : files) {
+    texts.append(py::make_tuple(f.name, f.text));
+    names.add(f.name);
+  }
+  const auto watch = shared_->watchdog.arm(setup.longest_s);
+  py::object run;
+  std::string trouble;
+  try {
+    run = contract.attr("Run")(texts, name.name, name.arguments, setup_object(contract, setup, prediction));
+  } catch (py::error_already_set& error) {
+    trouble = explained(
+        py::cpp_function([&](const py::object& e) { return contract.attr("explain")(e, names); }), error);
+  }
+  if (shared_->watchdog.disarm(watch)) trouble = "the construction of " + name.name + " took too long";
+  if (!trouble.empty()) throw std::runtime_error(trouble);
+  return std::make_unique<ContractController<Shared>>(shared_, std::move(run), setup);
+}
+
+std::string ContractHost::versions() {
+  const py::gil_scoped_acquire interpreter;
+  return py::cast<std::string>(shared_->contract.attr("versions")());
+}
+
+py::object run_contract(const char* name) {
+  const py::module_ types = py::module_::import("types");
+  py::object module = types.attr("ModuleType")(name);
+  py::dict space = module.attr("__dict__");
+  space["__builtins__"] = py::module_::import("builtins");
+  py::object code =
+      py::module_::import("builtins").attr("compile")(py::str(kContractText), "firn/contract.py", "exec");
+  py::module_::import("builtins").attr("exec")(code, space);
+  return module;
+}
+
+}  // namespace firn::python

@@ -1,0 +1,248 @@
+#include <catch2/catch.hpp>
+
+#include <chrono>
+#include <cmath>
+#include <thread>
+
+#include "python/host/load.h"
+#include "tests/docs/level_controller.h"
+#include "tests/python/level_prints.h"
+
+namespace firn {
+namespace {
+
+using control::Decision;
+using test::python_input;
+
+constexpr auto kAsIs = [](auto decide) { decide(); };
+
+control::Setup small_setup() {
+  const GridSpec grid{6, 5, 0.25, 0.25, 0.0, 0.0};
+  control::Setup s{grid, HeightMap(grid, 0.04), Mask(grid, 1), {0.0044, 0.0006, 0.0002}};
+  s.mask.at(0, 0) = 0;
+  s.seed = 7;
+  return s;
+}
+
+struct Files {
+  Files(std::string text, std::string helper = "") {
+    blobs.push_back(python_input("mine.py", text));
+    if (!helper.empty()) blobs.push_back(python_input("helper.py", helper));
+  }
+  std::unique_ptr<control::LayerController> make(const std::string& name = "Mine") const {
+    control::ControlOptions options;
+    options.scheme = "python:mine.py:" + name;
+    return make_python_controller(small_setup(), options, blobs);
+  }
+  Decision decide(int layer = 0, int attempt = 0) const {
+    const HeightMap height(small_setup().grid, 0.0);
+    return make()->decide({height, layer, attempt, 0.0});
+  }
+  Blobs blobs;
+};
+
+// A class whose decide has this body; `s` is its setup.
+std::string mine(const std::string& body, const std::string& head = "") {
+  return "import numpy as np\nfrom firn import Print, End, Stop\n" + head +
+         "class Mine:\n def __init__(self, setup, **more): self.s = setup; self.more = more\n"
+         " def decide(self, m):\n  s = self.s\n  " +
+         body + "\n";
+}
+
+TEST_CASE("a level controller in Python decides the droplets of the same controller in C++, layer by layer") {
+  const control::Setup setup = test::cylinder_setup();
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    control::LevelController cpp(setup, {});
+    const auto python = test::python_level(setup);
+    const auto a = test::decisions(cpp, setup, seed, kAsIs), b = test::decisions(*python, setup, seed, kAsIs);
+    REQUIRE(a.size() == b.size());
+    CHECK(a.size() >= 53);
+    for (std::size_t n = 0; n < a.size(); ++n) {
+      REQUIRE(a[n].kind == b[n].kind);
+      REQUIRE(a[n].drops == b[n].drops);
+      REQUIRE(a[n].objective_mm == b[n].objective_mm);
+      REQUIRE(a[n].objective_none_mm == b[n].objective_none_mm);
+    }
+  }
+}
+
+TEST_CASE("a controller in Python is given setup, measurement, prediction and arguments") {
+  const Files files(mine(R"(assert s.shape == (5, 6) and s.target_mm.shape == s.mask.shape == (5, 6)
+  assert not s.mask[0, 0] and s.mask.sum() == 29 and s.mask.dtype == bool
+  assert (s.target_mm == 0.04).all() and s.pitch_x_mm == 0.25 and s.seed == 7 and s.h1_mm == 0.0044
+  assert m.height_mm.shape == (5, 6) and m.layer == 3 and m.attempt == 1 and m.noise_std_mm == 0.001
+  assert m.height_mm[2, 1] == 0.5 and m.height_mm[0, 0] == 0.0
+  assert self.more == {"gain": 0.5, "rows": [1, 2], "name": "x"}
+  for array in (m.height_mm, s.target_mm, s.mask):
+    try: array[0, 0] = 1; assert False
+    except ValueError: pass
+  one = np.zeros(s.shape, int); one[2, 3] = 2
+  after = s.predict(np.zeros(s.shape), one)
+  assert abs(after.sum() - 2 * s.layer_height_mm) < 1e-15 and after[2, 3] > after[2, 2] > after[1, 2] > 0
+  assert abs(s.objective_mm(np.zeros(s.shape)) - 0.04) < 1e-15
+  return Print(one, "one")  )"));
+  HeightMap height(small_setup().grid, 0.0);
+  height.at(1, 2) = 0.5;
+  height.at(0, 0) = kNotMeasured;
+  const Decision d = files.make("Mine(gain=0.5, rows=[1, 2], name='x')")->decide({height, 3, 1, 0.001});
+  CHECK(d.kind == Decision::Kind::kPrint);
+  CHECK(d.drops.at(3, 2) == 2);
+  CHECK(d.drops.total() == 2);
+  CHECK(d.reason == "one");
+  CHECK(d.objective_mm < d.objective_none_mm);
+}
+
+TEST_CASE("End and Stop of a controller in Python have no droplet") {
+  const Decision end = Files(mine("return End('finished')")).decide();
+  CHECK(end.kind == Decision::Kind::kEnd);
+  CHECK(end.drops.total() == 0);
+  CHECK(end.drops.size() == small_setup().grid.size());
+  CHECK(end.reason == "finished");
+  CHECK(end.objective_mm == end.objective_none_mm);
+  CHECK(Files(mine("return Stop('help')")).decide().kind == Decision::Kind::kStop);
+}
+
+TEST_CASE("a controller in Python that wants more than max_layers stops for the operator") {
+  control::ControlOptions options;
+  options.scheme = "python:mine.py:Mine";
+  options.max_layers = 4;
+  const Files files(mine("return Print(s.mask)"));
+  const auto scheme = make_python_controller(small_setup(), options, files.blobs);
+  const HeightMap height(small_setup().grid, 0.0);
+  CHECK(scheme->decide({height, 3, 0, 0.0}).kind == Decision::Kind::kPrint);
+  CHECK(scheme->decide({height, 4, 0, 0.0}).kind == Decision::Kind::kStop);
+}
+
+TEST_CASE("an exception in a controller in Python is named with the traceback of its files") {
+  const Files files(mine("import helper\n  return helper.worse(m)"),
+                    "def worse(m):\n    return 1 / (m.layer - 2)\n");
+  CHECK_THROWS_WITH(files.decide(2), Catch::Contains("ZeroDivisionError") &&
+                                         Catch::Contains("\"helper.py\", line 2, in worse") &&
+                                         Catch::Contains("\"mine.py\", line 8, in decide") &&
+                                         Catch::Contains("return 1 / (m.layer - 2)") &&
+                                         !Catch::Contains("contract.py"));
+  for (const char* body : {"raise SystemExit(0)", "raise KeyboardInterrupt", "exit()", "def f(): f()\n  f()"})
+    CHECK_THROWS_AS(Files(mine(body)).decide(), std::runtime_error);
+  CHECK_THROWS_WITH(Files(mine("pass", "1 / 0\n")).make(), Catch::Contains("\"mine.py\", line 3"));
+  CHECK_THROWS_WITH(Files("class Mine:\n def decide(self, m): pass\n").make(), Catch::Contains("TypeError"));
+}
+
+TEST_CASE("an answer that is no decision is refused by its fault") {
+  const auto refused = [](const char* body, const char* part) {
+    INFO(body);
+    CHECK_THROWS_WITH(Files(mine(body)).decide(), Catch::Contains(part));
+  };
+  refused("pass", "returned NoneType");
+  refused("return s.mask", "returned ndarray");
+  refused("return Print(np.ones((6, 5), int))", "shape (6, 5); the grid's is (5, 6)");
+  refused("return Print(np.ones(s.shape))", "float64");
+  refused("return Print(np.ones(s.shape, int))", "cell (0, 0) is off the part");
+  refused("return Print(16 * s.mask.astype(int))", "0 to 15 per layer");
+  refused("return Print(-1 * s.mask.astype(int))", "0 to 15 per layer");
+  refused("return Print(0 * s.mask)", "Print of no droplet");
+  refused("return Print(s.predict(m.height_mm[1:], s.mask) > 0)", "heights of shape (4, 6)");
+  refused("return Print(s.predict(m.height_mm / 0, s.mask) > 0)", "not finite");
+}
+
+TEST_CASE("a class that is not there, or no controller, is refused by its name") {
+  const Files files(mine("pass", "class Other:\n def decide(self, m): pass\nnumber = 1\n"));
+  CHECK_THROWS_WITH(files.make("Nine"), Catch::Contains("no class Nine") && Catch::Contains("Other, Mine"));
+  CHECK_THROWS_WITH(files.make("number"), Catch::Contains("no class number"));
+  CHECK_THROWS_WITH(Files("class Mine: pass\n").make(), Catch::Contains("no method decide"));
+  CHECK_THROWS_WITH(files.make("Mine(1)"), Catch::Contains("NAME=VALUE"));
+  CHECK_THROWS_WITH(files.make("Mine(a=print)"), Catch::Contains("NAME=VALUE"));
+  CHECK_THROWS_WITH(files.make("Mine(a=1) or f("), Catch::Contains("must read"));
+  control::ControlOptions options;
+  options.scheme = "python:other.py:Mine";
+  CHECK_THROWS_WITH(make_python_controller(small_setup(), options, files.blobs),
+                    Catch::Contains("other.py is no input of this run"));
+}
+
+TEST_CASE("a clock, threads, files, processes and unseeded randomness are named at the moment of their use") {
+  const auto refused = [](const char* body, const char* part, const char* head = "") {
+    INFO(body);
+    CHECK_THROWS_WITH(Files(mine(body, head)).decide(), Catch::Contains(part));
+  };
+  refused("return Print(s.mask)", "import time: reads a clock", "import time\n");
+  refused("__import__('datetime').datetime.now()", "import datetime: reads a clock");
+  refused("import random", "import random: draws numbers");
+  refused("import threading", "import threading: starts threads");
+  refused("import os", "import os: reaches files");
+  refused("import importlib", "import importlib");
+  refused("open('/etc/passwd')", "open: reaches files");
+  refused("np.load('/etc/passwd')", "open /etc/passwd: reaches files");
+  refused("np.random.rand()", "numpy.random.rand: draws numbers");
+  refused("np.random.default_rng()", "numpy.random.default_rng: draws numbers");
+  refused("np.random.default_rng(None)", "numpy.random.default_rng: draws numbers");
+  refused("np.random.PCG64()", "draws numbers");
+  refused("np.random.seed(1)", "numpy.random.seed: draws numbers");
+  refused("id(s)", "id: an address differs");
+}
+
+TEST_CASE("random numbers of a controller in Python depend on seed, layer and attempt only") {
+  const Files files(mine("return Print(s.mask & (s.random(m.layer, m.attempt).random(s.shape) < 0.5))"));
+  const Decision a = files.decide(3), b = files.decide(3), c = files.decide(4), d = files.decide(3, 1);
+  CHECK(a.drops == b.drops);
+  CHECK_FALSE(a.drops == c.drops);
+  CHECK_FALSE(a.drops == d.drops);
+  CHECK_NOTHROW(Files(mine("np.random.default_rng(5).random(); return Print(s.mask)")).decide());
+}
+
+TEST_CASE("two controllers of one file share no state, and one file imported twice is one module") {
+  const Files files(mine("import helper\n  helper.calls.append(1)\n  return Stop(str(len(helper.calls)))",
+                         "import helper\n"),
+                    "calls = []\n");
+  const HeightMap height(small_setup().grid, 0.0);
+  const auto a = files.make(), b = files.make();
+  CHECK(a->decide({height, 0, 0, 0.0}).reason == "1");
+  CHECK(a->decide({height, 1, 0, 0.0}).reason == "2");
+  CHECK(b->decide({height, 0, 0, 0.0}).reason == "1");
+}
+
+TEST_CASE("controllers in Python decide the same on many threads") {
+  const control::Setup setup = test::cylinder_setup();
+  const auto alone = test::decisions(*test::python_level(setup), setup, 5, kAsIs);
+  std::vector<std::vector<Decision>> many(4);
+  std::vector<std::thread> threads;
+  for (auto& mine_of : many)
+    threads.emplace_back([&] { mine_of = test::decisions(*test::python_level(setup), setup, 5, kAsIs); });
+  for (std::thread& t : threads) t.join();
+  for (const auto& m : many) {
+    REQUIRE(m.size() == alone.size());
+    for (std::size_t n = 0; n < m.size(); ++n) REQUIRE(m[n].drops == alone[n].drops);
+  }
+}
+
+TEST_CASE("a decision that takes too long ends by its name, and the next one goes on") {
+  const Files files(mine("while m.layer == 0: pass\n  return Print(s.mask)"));
+  python::ControllerSetup s;
+  const control::Setup setup = small_setup();
+  s.grid = setup.grid;
+  s.target_mm = setup.target.cells;
+  s.mask = setup.mask.cells;
+  s.most_drops = 1;
+  s.longest_s = 0.3;
+  const std::string text(reinterpret_cast<const char*>(files.blobs[0].bytes.data()),
+                         files.blobs[0].bytes.size());
+  const auto controller = python::host().make_controller({{"mine.py", text}}, {"Mine", ""}, s, nullptr);
+  const std::vector<double> height(setup.grid.size(), 0.0);
+  CHECK_THROWS_WITH(controller->decide(height, 0, 0, 0.0), Catch::Contains("took longer than 0.3"));
+  CHECK(controller->decide(height, 1, 0, 0.0).kind == python::Answer::Kind::kPrint);
+}
+
+TEST_CASE("use_model reaches a class that has it, and its predictions") {
+  const Files files(
+      mine("return Stop(repr(self.h1) + ' ' + repr(s.predict(0 * m.height_mm, s.mask).sum()))\n"
+           " h1 = 0\n def use_model(self, h1_mm, h2_mm, h3_mm): self.h1 = h1_mm"));
+  const HeightMap height(small_setup().grid, 0.0);
+  const auto scheme = files.make();
+  const std::string before = scheme->decide({height, 0, 0, 0.0}).reason;
+  scheme->use_model({0.003, 0.0, 0.0});
+  const std::string after = scheme->decide({height, 0, 0, 0.0}).reason;
+  CHECK(before.starts_with("0 "));
+  CHECK(after.starts_with("0.003 0.087"));
+  CHECK_NOTHROW(Files(mine("return Print(s.mask)")).make()->use_model({0.003, 0.0, 0.0}));
+}
+
+}  // namespace
+}  // namespace firn
