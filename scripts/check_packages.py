@@ -40,7 +40,7 @@ EVIDENCE = {
     "libtbb-dev": r"<tbb/", "libpolyclipping-dev": r"<polyclipping/", "libboost-dev": r"<boost/", "libpng-dev": r"<png\.h>", "lib3mf-dev": r"<lib3mf",
     "libexpat1-dev": r"<expat\.h>", "zlib1g-dev": r"<zlib\.h>", "libzstd-dev": r"<zstd\.h>",
     "libhdf5-dev": r"<hdf5\.h>", "libhdf5-103-1": r"libhdf5_serial\.so\.103", "python3-h5py": r"import h5py", "hdf5-tools": r"\bh5dump\b", "zstd": r'"zstd", "-d"',
-    "python3-dev": r"find_package\(Python3", "pybind11-dev": r"<pybind11/", "python3-numpy": r"import numpy",
+    "python3-matplotlib": r"import matplotlib", "python3-dev": r"find_package\(Python3", "pybind11-dev": r"<pybind11/", "python3-numpy": r"import numpy",
     "coinor-cbc": r"command -v cbc", "chromium": r"chromium --headless", "clang-format": r"clang-format", "clang": r"clang\+\+", "libclang-rt-14-dev": r"-fsanitize=fuzzer|sanitize=[\w,]*fuzzer",
 }
 
@@ -80,7 +80,7 @@ def check_needed(root):
 
 def everything(root):
     own = {"scripts/check_packages.py", "scripts/packages.txt"}
-    files = sources(root, ROOMS + ("cmake", "scripts"), {".h", ".cpp", ".cmake", ".txt", ".py", ".sh"})
+    files = sources(root, ROOMS + ("cmake", "scripts", "experiments"), {".h", ".cpp", ".cmake", ".txt", ".py", ".sh"})
     texts = [read(root, p) for p in files if p not in own]
     texts += [read(root, p) for p in ("CMakeLists.txt", "firn", ".ci/run") if (Path(root) / p).is_file()]
     return "\n".join(texts)

@@ -24,8 +24,8 @@ def main():
     told = firn.compare(HERE.parent / "cuboid.toml", SCHEMES, seeds=seeds, baseline="open loop",
                         settings={"part.height_mm": height_mm}, metrics=["rms_um", "std_um", "layers"])
     for scheme in told["schemes"]:
-        rms = scheme["metrics"]["rms_um"]
-        print(f"{scheme['name']:10} RMS {rms['mean']:6.3f} um  [{rms['interval'][0]:.3f}, {rms['interval'][1]:.3f}]")
+        rms = next(m for m in scheme["metrics"] if (m["metric"], m["part"]) == ("rms_um", ""))
+        print(f"{scheme['name']:10} RMS {rms['mean']:6.3f} um  [{rms['low']:.3f}, {rms['high']:.3f}]")
     print(told["answer"])
 
 

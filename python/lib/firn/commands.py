@@ -7,7 +7,7 @@ import tempfile
 import numpy as np
 
 from .program import FirnError, call, call_json, scheme, settings as set_words
-from .runs import Run
+from .runs import Run, scratch_folder
 
 
 def decide(height_mm, target_mm, mask=None, *, controller="mpc", settings=None):
@@ -41,6 +41,10 @@ def decide(height_mm, target_mm, mask=None, *, controller="mpc", settings=None):
     return out
 
 
+class _Owner:
+    """Holds a temporary folder of runs as long as a Run of it lives."""
+
+
 def simulate(experiment, *, controller=None, seed=None, settings=None, runs=None):
     """One print in simulated time: `firn print --bus in-process`.
 
@@ -56,11 +60,12 @@ def simulate(experiment, *, controller=None, seed=None, settings=None, runs=None
         words += ["--set", f"plant.seed={int(seed)}", "--set", f"control.mpc.seed={int(seed)}"]
     if controller is not None:
         words += ["--set", f"control.scheme={scheme(controller)}"]
-    kept = None if runs else tempfile.TemporaryDirectory(prefix="firn-")
+    owner = _Owner()
     # 3: stopped, 4: out of tolerance: results of a print, not failures of the command
-    said = call_json("print", experiment, "--bus", "in-process", "--plain", "--runs", runs or kept.name, *words, fine=(0, 3, 4))
+    said = call_json("print", experiment, "--bus", "in-process", "--plain", "--runs", runs or scratch_folder(owner), *words,
+                     fine=(0, 3, 4))
     run = Run(said["run"])
-    run.summary, run._kept = said, kept
+    run.summary, run._owner = said, owner
     return run
 
 

@@ -3,12 +3,22 @@ import csv
 import io
 import json
 import pathlib
+import shutil
 import subprocess
 import tempfile
+import weakref
+import zipfile
 
 import numpy as np
 
 from .program import FirnError, call, program
+
+
+def scratch_folder(owner):
+    """A temporary folder that goes when `owner` does, or at the end of the process."""
+    folder = tempfile.mkdtemp(prefix="firn-")
+    weakref.finalize(owner, shutil.rmtree, folder, ignore_errors=True)
+    return pathlib.Path(folder)
 
 
 class Table:
@@ -84,15 +94,13 @@ class Run:
         for name in ("experiment.toml", "provenance.json"):
             if not (self.path / name).is_file():
                 raise FirnError(f"{path}: not a run folder: {self.path / name} is missing")
-        self._scratch = self._tables = None
+        self._tables = None
 
     def _load(self):
         if self._tables is not None:
             return self._tables
-        self._scratch = tempfile.TemporaryDirectory(prefix="firn-")
-        file = pathlib.Path(self._scratch.name) / "run.npz"
+        file = scratch_folder(self) / "run.npz"
         call("export", self.path, "-o", file)
-        import zipfile
         with zipfile.ZipFile(file) as members:
             rows = list(csv.DictReader(io.StringIO(members.read("columns.csv").decode())))
         arrays, columns = _Arrays(file), {}

@@ -1,0 +1,182 @@
+#!/usr/bin/env python3
+"""The package `firn`: its examples, its numbers beside those of the commands, its errors, and the scripts of experiments/python.
+
+    tests/python/package_test.py FIRN ROOT [Case.test]
+"""
+import ast
+import doctest
+import importlib
+import inspect
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+FIRN, ROOT = sys.argv[1], Path(sys.argv[2])
+os.environ["FIRN_PROGRAM"] = FIRN
+sys.path.insert(0, str(ROOT / "python" / "lib"))
+sys.dont_write_bytecode = True
+
+import firn  # noqa: E402
+
+GOLDEN = ROOT / "tests" / "replay" / "golden" / "v2-estimator"
+CUBOID, SMALL = ROOT / "experiments" / "cuboid.toml", {"part.height_mm": 0.03}
+
+
+class Package(unittest.TestCase):
+    def setUp(self):
+        self.scratch = tempfile.TemporaryDirectory()
+        self.folder = Path(self.scratch.name)
+
+    def tearDown(self):
+        self.scratch.cleanup()
+
+    def test_every_example_of_the_documentation_gives_what_it_says(self):
+        tried = 0
+        for name in ("firn", "firn.commands", "firn.runs", "firn.program"):
+            result = doctest.testmod(importlib.import_module(name), extraglobs={"MACHINE": ROOT / "labs" / "cobra600.toml"})
+            self.assertEqual(result.failed, 0, name)
+            tried += result.attempted
+        self.assertGreaterEqual(tried, 6)
+
+    def test_arrays_of_a_run_are_the_numbers_of_its_log(self):
+        run = firn.Run(GOLDEN)
+        self.assertEqual(len(run.maps), len(run.maps.layer))
+        for n, (channel, utime_us, told) in enumerate(firn.read_log(GOLDEN / "log.lcm", "HEIGHT_MAP")):
+            self.assertEqual((channel, utime_us), ("HEIGHT_MAP", int(run.maps.log_utime_us[n])))
+            self.assertEqual(told["layer"], run.maps.layer[n])
+            wanted = np.array([np.nan if h is None else h for h in told["height_mm"]], dtype=np.float32)
+            np.testing.assert_array_equal(run.maps.height_mm[n].ravel(), wanted)
+        self.assertEqual(n + 1, len(run.maps))
+        self.assertEqual(run.maps.unit("height_mm"), "mm")
+        self.assertEqual(run.mask.dtype, bool)
+        self.assertEqual(run.target_mm.shape, run.mask.shape)
+        self.assertEqual(run.maps.height_mm.dtype.byteorder, "=")
+        self.assertIn("LAYER_METRICS", run)
+        self.assertNotIn("CONTROL_SURFACE", run)
+        self.assertIs(run.maps.height_mm, run.maps.height_mm)  # read once
+        self.assertIn("[control]", run.experiment_toml)
+
+    def test_a_log_is_read_message_by_message(self):
+        messages = firn.read_log(GOLDEN / "log.lcm")
+        first = next(messages)
+        messages.close()
+        self.assertEqual(first[0], next(firn.read_log(GOLDEN / "log.lcm"))[0])
+
+    def test_a_decision_is_that_of_the_command(self):
+        rng = np.random.default_rng(1)
+        height, target = 0.02 * rng.random((12, 9)), np.full((12, 9), 0.05)
+        mask = np.zeros((12, 9), bool)
+        mask[1:-1, 1:-1] = True
+        told = firn.decide(height, target, mask, settings={"control.mpc.method": "certified"})
+        np.save(self.folder / "h.npy", height)
+        np.save(self.folder / "t.npy", target)
+        np.save(self.folder / "m.npy", mask.astype(np.uint8))
+        said = json.loads(subprocess.run(
+            [FIRN, "decide", "--height", self.folder / "h.npy", "--target", self.folder / "t.npy", "--mask", self.folder / "m.npy",
+             "--method", "certified", "--json"], check=True, stdout=subprocess.PIPE).stdout)
+        self.assertEqual(told["objective_mm"], said["objective_mm"])
+        self.assertEqual(int(told["drops"].sum()), said["droplets"])
+        self.assertFalse(told["drops"][~mask].any())
+
+    def test_a_seed_gives_the_same_print_and_another_seed_another_one(self):
+        level = f"python:{ROOT}/experiments/python/level.py:Level"
+        a, b, c = (firn.simulate(CUBOID, controller=level, seed=s, settings=SMALL) for s in (3, 3, 4))
+        self.assertEqual(a.summary["outcome"], "finished")
+        np.testing.assert_array_equal(a["SIM_TRUTH"].height_mm, b["SIM_TRUTH"].height_mm)
+        self.assertFalse(np.array_equal(a["SIM_TRUTH"].height_mm[-1], c["SIM_TRUTH"].height_mm[-1]))
+        self.assertTrue(all("raises" in reason for reason in a.decisions.reason[:-1]))
+
+    def test_a_class_of_a_file_is_a_controller_as_its_name_is(self):
+        sys.path.insert(0, str(ROOT / "experiments" / "python"))
+        from level import Level
+        flat = np.zeros((8, 10))
+        by_class, by_name = (firn.decide(flat, flat + 0.05, controller=c)
+                             for c in (Level, f"python:{ROOT}/experiments/python/level.py:Level"))
+        np.testing.assert_array_equal(by_class["drops"], by_name["drops"])
+        self.assertIn("raises the lowest cells", by_class["reason"])
+
+    def test_slices_and_trajectories_are_arrays(self):
+        layers = firn.slice(ROOT / "experiments" / "ice-small.stl", layers=[2, 1])
+        self.assertEqual(list(layers), [2, 1])
+        self.assertTrue(all(p["points_mm"].shape[1] == 2 for paths in layers.values() for p in paths))
+        motion = firn.plan([(0, 0), (10, 0), (10, 10)], machine=ROOT / "labs" / "cobra600.toml", origin_mm=(354, -46))
+        np.testing.assert_allclose(motion["tool_mm"][[0, -1]], [[0, 0], [10, 10]], atol=1e-6)
+        self.assertEqual(motion["t_s"].shape, motion["joints"]["joint_1_rad"].shape)
+
+    def test_what_is_wrong_is_told_in_the_program_s_words(self):
+        flat, cobra = np.zeros((4, 5)), ROOT / "labs" / "cobra600.toml"
+        for call, part in (
+                (lambda: firn.decide(flat, np.zeros((5, 4))), "is not the grid's (4, 5)"),
+                (lambda: firn.decide(flat, flat, settings={"control.mpc.horizon": 99}), "must lie in [1, 8]"),
+                (lambda: firn.decide(flat, flat, settings={"control.mpc.horizon": [1]}), "a number or a text"),
+                (lambda: firn.decide(flat, flat, controller="mcp"), "did you mean \"mpc\"?"),
+                (lambda: firn.decide(flat, flat, controller=3), "a controller is"),
+                (lambda: firn.Run(self.folder), "not a run folder"),
+                (lambda: firn.simulate(self.folder / "none.toml"), "no such file"),
+                (lambda: firn.compare(CUBOID, {}), "scheme"),
+                (lambda: firn.plan([(0, 0), (5000, 0)], machine=cobra), "points_mm.json"),
+                (lambda: firn.plan([0, 0], machine=cobra), "is not (n, 2)"),
+                (lambda: next(firn.read_log(self.folder / "none.lcm")), "none.lcm"),
+                (lambda: firn.slice(self.folder / "none.stl", layers=[1]), "none.stl")):
+            with self.assertRaises(firn.FirnError) as caught:
+                call()
+            self.assertIn(part, str(caught.exception))
+        with self.assertRaises(KeyError) as caught:
+            firn.Run(GOLDEN)["HIGHT_MAP"]
+        self.assertIn("HEIGHT_MAP", str(caught.exception))
+        with self.assertRaises(AttributeError):
+            firn.Run(GOLDEN).maps.hight_mm
+
+    def test_the_stubs_declare_every_public_name_with_its_parameters(self):
+        stub = ast.parse((ROOT / "python/lib/firn/__init__.pyi").read_text())
+        declared = {n.name: n for n in stub.body if isinstance(n, (ast.FunctionDef, ast.ClassDef))}
+        for name in firn.__all__:
+            self.assertIn(name, declared)
+            made = getattr(firn, name)
+            self.assertTrue(inspect.getdoc(made), name)
+            if inspect.isfunction(made):
+                node = declared[name].args
+                self.assertEqual([a.arg for a in node.args + node.kwonlyargs], list(inspect.signature(made).parameters), name)
+            else:
+                members = {n.name for n in declared[name].body if isinstance(n, ast.FunctionDef)}
+                public = {n for n, m in vars(made).items() if not n.startswith("_") and (inspect.isfunction(m) or isinstance(m, property))}
+                self.assertLessEqual(public, members, name)
+
+    def script(self, name, *words):
+        done = subprocess.run([sys.executable, "-B", ROOT / "experiments" / "python" / name, *map(str, words)], capture_output=True,
+                              text=True, env={**os.environ, "PYTHONPATH": str(ROOT / "python" / "lib"), "MPLCONFIGDIR": str(self.folder)})
+        self.assertEqual(done.returncode, 0, done.stderr[-3000:])
+        return done.stdout
+
+    def test_the_own_controller_is_compared_with_four_schemes(self):
+        said = self.script("compare_own.py", 3, 0.03)
+        for name in ("level", "open loop", "threshold", "SMF", "MPC"):
+            self.assertRegex(said, rf"(?m)^{name} +RMS +[0-9.]+ um  \[[0-9.]+, [0-9.]+\]$")
+        self.assertIn("Holm p", said.splitlines()[-1])
+
+    def test_the_figure_is_drawn_from_the_exported_runs(self):
+        self.script("figure_errors.py", self.folder / "figure.svg", 0.03)
+        text = (self.folder / "figure.svg").read_text()
+        self.assertIn("<svg", text)
+        self.assertGreater(len(text), 20_000)
+
+    def test_the_own_model_s_intervals_hold_the_true_values_and_the_far_cells_are_found(self):
+        said = self.script("identify_own.py")
+        found = {p: (float(v), float(h)) for p, v, h in re.findall(r"(?m)^(\w) = ([0-9.-]+) um \+- ([0-9.]+)$", said)}
+        for parameter, true_um in (("a", 4.4), ("b", 0.6), ("c", 0.2), ("d", 0.1)):
+            value, half = found[parameter]
+            self.assertLess(abs(value - true_um), 2 * half, parameter)
+            self.assertLess(half, 0.1)
+        self.assertGreater(found["d"][0], found["d"][1])
+        self.assertIn("firn identify: h1 = ", said)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]])
