@@ -94,7 +94,11 @@ TEST_CASE("a detached print goes on when the terminal that began it is closed, a
   CHECK(*pid != ::getpid());
   CHECK_THROWS_WITH(refuse_running(run.path()), Contains("is running (pid " + std::to_string(*pid) + ")"));
   CHECK(firn_on_terminal({"firn", "attach", folder}) == kOk);
-  while (!logfile::is_packed(run.path() / "log.lcm") || printing_process(run.path())) ::usleep(20'000);
+  const auto over = [&] {
+    return logfile::is_packed(run.path() / "log.lcm") && !printing_process(run.path());
+  };
+  for (int tries = 0; !over() && tries < 3000; ++tries) ::usleep(20'000);
+  REQUIRE(over());
   const auto result = run.folder().result();
   REQUIRE(result);
   CHECK(result->outcome == "finished");
