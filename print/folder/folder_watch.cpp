@@ -13,6 +13,10 @@ namespace firn {
 
 namespace fs = std::filesystem;
 
+namespace {
+constexpr int kLooks = 20, kBetweenLooks_us = 5000;
+}  // namespace
+
 FolderWatch::FolderWatch(const fs::path& folder)
     : named_(folder), fd_(::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC)) {
   if (fd_ < 0) throw logfile::FileError(folder, 0, "cannot open folder", errno);
@@ -39,8 +43,11 @@ fs::path FolderWatch::now() const {
 std::string FolderWatch::trouble() const {
   std::error_code ignored;
   const std::string name = "the run folder " + named_.string();
-  if (in_place())
-    return fs::exists(named_ / "provenance.json", ignored) ? "" : name + " lost its provenance.json";
+  for (int looks = 0; in_place(); ++looks) {
+    if (fs::exists(named_ / "provenance.json", ignored)) return "";
+    if (looks == kLooks) return name + " lost its provenance.json";
+    ::usleep(kBetweenLooks_us);  // a folder that is being deleted loses its files first
+  }
   const fs::path place = now();
   return name + (place.empty() ? " was deleted" : " was moved to " + place.string());
 }
