@@ -139,6 +139,7 @@ void bound(const PathInput& path, const Arm& arm, const MotionLimits& limits, Pl
            CertifiedWork& work, Certificate& certificate) {
   if (!options.lower_bound || options.method == Method::kDefault) return;
   options.method = Method::kCertified;
+  options.bound_without_jerk = true;
   options.tolerance_mm = options.trace_step_s = 0.0;
   try {
     const PlanResult best = plan_certified(path, arm, limits, options, work);

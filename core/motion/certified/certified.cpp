@@ -129,6 +129,7 @@ void solve(const CertifiedTask& task, RowGroups& groups, int active, const Effor
                 work.solver, work.profile, work.descends ? &out.gradient : nullptr);
   time_profile(out.curve, work.profile, out.motion);
   check(task, effort.inner_checks, work, out);
+  work.rows_of = out.sampled;
 }
 
 /// Largest factor by which time must be stretched for the groups that did not take part.
@@ -152,7 +153,7 @@ bool solve(const CertifiedTask& task, const Effort& effort, bool all, CertifiedW
   if (left_out_factor(out.ratios, task.groups, order.groups, work.profile.groups) >
       kSlight)  // between the knots
     solve(task, order.groups, count, effort, work, out);
-  else if (activated && task.options.lower_bound)
+  else if (activated && task.options.lower_bound && task.options.curve_rule == CurveRule::kRamped)
     bound(order.groups, count, work, out);
   return activated;
 }
@@ -206,7 +207,7 @@ void plan_curve(std::span<const Point2> points, std::span<const double> speed_li
     trial.last = out.last;
     trial.deviation_mm = out.deviation_mm;
     if (attempt == 0 && trial.curve.straight && yaw_rad.empty() && plan_straight(task, work, trial)) {
-      if (!task.options.lower_bound) return;
+      if (!task.options.lower_bound || task.options.curve_rule == CurveRule::kFitted) return;
       set_rows(task, work, trial);
       bound(task.groups, task.groups.count, work, trial);
       return;
@@ -313,6 +314,14 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
 void prove(const CertifiedTask& task, CertifiedWork& work, StopSegment& out) {
   constexpr double kFastSharpness = 3e-4, kSlowSharpness = 3e-5;  ///< of the bounds, as factors of time
   if (out.proved) return;
+  if (task.options.lower_bound) {  // while work.rows may be those of `out`
+    if (work.rows_of != out.sampled) {
+      set_rows(task, work, out);
+      bound(task.groups, task.groups.count, work, out);
+    }
+    if (!task.options.bound_without_jerk) tighten_bound(out.curve, work.rows, task.groups, work.bound);
+    out.bound_s = work.bound.duration_s;
+  }
   if (work.sampled != out.sampled) {
     ++work.sampled;
     sample(task, 1, work, out);

@@ -56,6 +56,7 @@ struct CertifiedWork {
   StopSegment shape_trial, other_shape;
   BoundWork bounds;
   std::uint64_t sampled = 0;  ///< number of the motion that work.bounds.samples holds
+  std::uint64_t rows_of = 0;  ///< and of the one whose curve work.rows and work.bound are of
 };
 
 /// Input that all segments of a path share.
@@ -113,8 +114,8 @@ void plan_fitted(std::span<const Point2> points, std::span<const double> speed_l
 /// are rolled where that is faster.
 std::size_t plan_segments(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work);
 
-/// Makes the ratios of a planned segment bounds at every instant (time_optimal/motion_bounds.h), and its
-/// factor with them. Nothing happens where they are already.
+/// Makes the ratios of a planned segment bounds at every instant (time_optimal/motion_bounds.h), its factor
+/// with them, and bound_s as sharp as it can be. Nothing happens where they are already.
 void prove(const CertifiedTask& task, CertifiedWork& work, StopSegment& out);
 
 /// Maximum deviation of a curve from its path by ramps, rounded corners and vertices: tolerance + w / 2

@@ -140,17 +140,17 @@ void check_states(const Curve& curve, const TimedMotion& motion, int inner, Stat
   std::size_t cell = 0;
   for (std::size_t k = 0; k < motion.pieces(); ++k) {
     const double from = motion.t[k], span = motion.t[k + 1] - from;
+    const std::size_t first = batch.size();
+    motion.states(k, std::size_t(inner) + 1, batch.state);
     for (int i = 0; i <= inner + 1; ++i) {
-      const double at = i > inner ? motion.t[k + 1] : from + span * i / (inner + 1);
-      PathState q = motion.state(k, at);
+      const double s = batch.state[first + std::size_t(i)].s;
       // from the left, the state at a knot belongs to the cell after it; from the right, to the cell before
       if (i == 0)
-        while (cell + 1 < curve.cells() && q.s >= curve.s[cell + 1]) ++cell;
+        while (cell + 1 < curve.cells() && s >= curve.s[cell + 1]) ++cell;
       if (i > 0)
-        while (cell + 1 < curve.cells() && q.s > curve.s[cell + 1] && i <= inner) ++cell;
-      batch.state.push_back(q);
+        while (cell + 1 < curve.cells() && s > curve.s[cell + 1] && i <= inner) ++cell;
       batch.cell.push_back(cell);
-      batch.time.push_back(at);
+      batch.time.push_back(i > inner ? motion.t[k + 1] : from + span * i / (inner + 1));
     }
   }
 }

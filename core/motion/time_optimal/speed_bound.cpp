@@ -9,6 +9,17 @@ namespace {
 /// Path accelerations that the limits allow at one sample: [low, high] as functions of b, with their slopes.
 struct Window {
   double low, high, low_slope, high_slope;
+
+  void raise_low(double value, double slope) {
+    if (value <= low) return;
+    low = value;
+    low_slope = slope;
+  }
+  void lower_high(double value, double slope) {
+    if (value >= high) return;
+    high = value;
+    high_slope = slope;
+  }
 };
 
 class Sample {
@@ -41,6 +52,29 @@ class Sample {
     }
   }
 
+  /// Adds a limit: the tool's jerk across the path, sqrt(b) (n.q''' b + 3 n.q'' a) with the unit
+  /// normal n, lies within its limit: a = -turn b +- jerk / sqrt(b).
+  void set_across(const MotionRows& rows, const RowGroup& tool, std::size_t at) {
+    constexpr double kLeastBend = 1e-9;  // 1/mm
+    const double x1 = rows.of[0][0][at], y1 = rows.of[1][0][at], x2 = rows.of[0][1][at],
+                 y2 = rows.of[1][1][at];
+    length_ = std::max(1e-15, std::sqrt(x1 * x1 + y1 * y1));
+    const double over = 1.0 / length_, tx = x1 * over, ty = y1 * over;
+    const double second = tx * y2 - ty * x2, third = tx * rows.of[1][2][at] - ty * rows.of[0][2][at];
+    along_ = tx * x2 + ty * y2;
+    square_curvature_ = second * over * over * second * over * over;
+    bends_ = std::abs(second) > kLeastBend;
+    if (!bends_) return;
+    turn_ = third / (3.0 * second);
+    jerk_ = tool.limit.jerk / (3.0 * std::abs(second));
+  }
+
+  double length() const { return length_; }  ///< |q'| of the tool
+  double square_curvature() const { return square_curvature_; }
+  /// d2s/dt2 at which the tool has that acceleration along the path.
+  double path(double acceleration, double b) const { return (acceleration - along_ * b) / length_; }
+  double path_slope(double slope) const { return (slope - along_) / length_; }
+
   Window window(double b) const {
     Window w{-1e300, 1e300, 0.0, 0.0};
     for (int k = 0; k < count_; ++k) {
@@ -51,14 +85,13 @@ class Sample {
         return {excess, -excess, 1.0, -1.0};
       }
       const double root = std::sqrt(inside), root_slope = limit.n == 0.0 ? 0.0 : -limit.n * b / root;
-      if (-limit.m * b + root < w.high) {
-        w.high = -limit.m * b + root;
-        w.high_slope = -limit.m + root_slope;
-      }
-      if (-limit.m * b - root > w.low) {
-        w.low = -limit.m * b - root;
-        w.low_slope = -limit.m - root_slope;
-      }
+      w.lower_high(-limit.m * b + root, -limit.m + root_slope);
+      w.raise_low(-limit.m * b - root, -limit.m - root_slope);
+    }
+    if (bends_ && b > 0.0) {
+      const double over = 1.0 / b, free = jerk_ * std::sqrt(over), slope = 0.5 * free * over;
+      w.lower_high(free - turn_ * b, -slope - turn_);
+      w.raise_low(-free - turn_ * b, slope - turn_);
     }
     return w;
   }
@@ -69,6 +102,56 @@ class Sample {
   };
   Limit limit_[kMaxGroups];
   int count_ = 0;
+  bool bends_ = false;
+  double turn_ = 0.0, jerk_ = 0.0;
+  double length_ = 1.0, along_ = 0.0, square_curvature_ = 0.0;
+};
+
+/// Least time from b0 to b1 over h with path accelerations up to `a` and b up to `top`: up, along, down. b
+/// itself is linear in the sweeps; inside a cell the motion may be faster than that.
+double shortest_time(double b0, double b1, double h, double a, double top) {
+  const double peak = std::max({std::min(top, 0.5 * (b0 + b1) + a * h), b0, b1}), v = std::sqrt(peak);
+  const double along = std::max(0.0, h - (2.0 * peak - b0 - b1) / (2.0 * a));
+  return (2.0 * v - std::sqrt(b0) - std::sqrt(b1)) / a + (along > 0.0 ? along / v : 0.0);
+}
+
+/// What the jerk leaves of the acceleration along the path near rest and near the largest speed. With u, a
+/// the speed and acceleration along the path and its curvature k, the jerk along the path is j - k^2 u^3. A
+/// motion at (u, a > 0) had u >= 0 before: integrating a da = j du, a^2 / 2 <= jerk u + k^2 u^4 / 4 with the
+/// largest k so far. It will not exceed its largest speed: a^2 / 2 <= jerk (largest - u). Slowing down
+/// mirrors it.
+class JerkRoom {
+ public:
+  JerkRoom(const std::vector<Sample>& samples, const RowGroup& tool, const std::vector<double>& limit)
+      : jerk_(tool.limit.jerk), enough_(tool.limit.acceleration * tool.limit.acceleration) {
+    constexpr double kBetween = 1.0005;  // joints may allow more between the samples
+    for (std::size_t i = 0; i < samples.size(); ++i)
+      fastest_ = std::max(fastest_, kBetween * samples[i].length() * std::sqrt(limit[i]));
+    fastest_ = std::min(fastest_, tool.limit.rate);
+  }
+
+  /// Largest acceleration along the path that does not lead beyond the largest speed.
+  double below_top(const Sample& at, double b) const {
+    const double square = 2.0 * jerk_ * (fastest_ - at.length() * std::sqrt(b));
+    return square < enough_ ? std::sqrt(std::max(0.0, square)) : kUnlimited;
+  }
+  /// Lowers b, `two_h` / 2 from where it is `before`, to what the jerk has allowed until there (direction 1)
+  /// or will allow (-1).
+  /// From above: it is a bound after any number of steps.
+  void lower(const Sample& at, double bend, double before, double two_h, double direction, double& b) const {
+    constexpr int kSteps = 3;
+    for (int step = 0; step < kSteps; ++step) {
+      const double u = at.length() * std::sqrt(b), square = u * (2.0 * jerk_ + 0.5 * bend * u * u * u);
+      if (!(square < enough_)) return;
+      const double allowed =
+          before + two_h * std::max(0.0, direction * at.path(direction * std::sqrt(square), b));
+      if (allowed >= b) return;
+      b = allowed;
+    }
+  }
+
+ private:
+  double jerk_, enough_, fastest_ = 0.0;  ///< enough_: square of the largest acceleration
 };
 
 /// Largest b in [0, top] from which some acceleration leads into [0, next]: low(b) <= high(b), b + 2 h low(b)
@@ -89,12 +172,55 @@ double reach_back(const Sample& sample, double top, double two_h, double next) {
   return b;
 }
 
-/// Least time from b0 to b1 over h with path accelerations up to `a` and b up to `top`: up, along, down. b
-/// itself is linear in the sweeps; inside a cell the motion may be faster than that.
-double shortest_time(double b0, double b1, double h, double a, double top) {
-  const double peak = std::max({std::min(top, 0.5 * (b0 + b1) + a * h), b0, b1}), v = std::sqrt(peak);
-  const double along = std::max(0.0, h - (2.0 * peak - b0 - b1) / (2.0 * a));
-  return (2.0 * v - std::sqrt(b0) - std::sqrt(b1)) / a + (along > 0.0 ? along / v : 0.0);
+/// The same with accelerations >= least and the jerk across the path. The b with all three are an interval
+/// from 0 still (they are convex in b^(3/2)): Newton from above, and false position where a step went beyond
+/// the interval's end. Returns that end or, by little, more.
+double reach_back(const Sample& sample, double top, double two_h, double next, double least) {
+  constexpr double kClose = 3e-5;
+  constexpr int kSteps = 8;
+  double b = top, above = top, inside = 0.0, excess_above = 0.0, excess_inside = 0.0;
+  int side = 0;  // of the last two points: +1 both above, -1 both inside
+  for (int step = 0; step < kSteps; ++step) {
+    Window w = sample.window(b);
+    w.raise_low(sample.path(least, b), sample.path_slope(0.0));
+    const double excess[3] = {two_h * (w.low - w.high), b + two_h * w.low - next, -b - two_h * w.high};
+    const double slope[3] = {two_h * (w.low_slope - w.high_slope), 1.0 + two_h * w.low_slope,
+                             -1.0 - two_h * w.high_slope};
+    double down = 0.0, most = excess[0];
+    for (int k = 0; k < (excess[0] > 0.0 ? 1 : 3); ++k) {
+      most = std::max(most, excess[k]);
+      if (excess[k] > 0.0) down = std::max(down, slope[k] > 0.0 ? excess[k] / slope[k] : 0.5 * b);
+    }
+    if (most <= 0.0) {
+      if (step == 0) return b;
+      if (side < 0) excess_above *= 0.5;
+      inside = b;
+      excess_inside = most;
+      side = -1;
+    } else {
+      if (side > 0) excess_inside *= 0.5;
+      above = b;
+      excess_above = most;
+      side = inside > 0.0 ? 1 : 0;
+      if (down <= kClose * b && inside == 0.0) return b;
+    }
+    if (above - inside <= kClose * above) break;
+    if (inside == 0.0)
+      b = std::max(b - down, 1e-3 * b);
+    else
+      b = above - (above - inside) * std::clamp(excess_above / (excess_above - excess_inside), 0.02, 0.98);
+  }
+  return above;
+}
+
+void set_duration(const Curve& curve, const MotionRows& rows, const RowGroup& tool, SpeedBound& bound) {
+  bound.duration_s = 0.0;
+  for (std::size_t i = 0; i < curve.cells(); ++i) {
+    const double d1x = rows.of[0][0][2 * i], d1y = rows.of[1][0][2 * i];
+    const double most = tool.limit.acceleration / std::sqrt(d1x * d1x + d1y * d1y);
+    const double top = std::max({bound.b[i], bound.b[i + 1], std::min(bound.limit[i], bound.limit[i + 1])});
+    bound.duration_s += shortest_time(bound.b[i], bound.b[i + 1], curve.s[i + 1] - curve.s[i], most, top);
+  }
 }
 
 }  // namespace
@@ -124,20 +250,45 @@ void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& gr
   samples.reserve(n);
   for (std::size_t i = 0; i < n; ++i)
     samples.emplace_back(rows, groups, active, 2 * i, curve.s[i + 1] - curve.s[i]);
-  for (std::size_t i = n; i-- > 0;) {
-    const double h = curve.s[i + 1] - curve.s[i];
-    bound.b[i] = i == 0 ? 0.0 : reach_back(samples[i], bound.limit[i], 2.0 * h, bound.b[i + 1]);
-  }
-  bound.duration_s = 0.0;
+  for (std::size_t i = n; i-- > 1;)
+    bound.b[i] = reach_back(samples[i], bound.limit[i], 2.0 * (curve.s[i + 1] - curve.s[i]), bound.b[i + 1]);
   for (std::size_t i = 0; i < n; ++i) {
-    const double h = curve.s[i + 1] - curve.s[i];
-    const double highest = bound.b[i] + 2.0 * h * samples[i].window(bound.b[i]).high;
+    const double highest =
+        bound.b[i] + 2.0 * (curve.s[i + 1] - curve.s[i]) * samples[i].window(bound.b[i]).high;
     bound.b[i + 1] = std::min(bound.b[i + 1], std::max(highest, 0.0));
-    const double d1x = rows.of[0][0][2 * i], d1y = rows.of[1][0][2 * i];
-    const double most = groups.group[0].limit.acceleration / std::sqrt(d1x * d1x + d1y * d1y);
-    const double top = std::max({bound.b[i], bound.b[i + 1], std::min(bound.limit[i], bound.limit[i + 1])});
-    bound.duration_s += shortest_time(bound.b[i], bound.b[i + 1], h, most, top);
   }
+  set_duration(curve, rows, groups.group[0], bound);
+}
+
+void tighten_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, SpeedBound& bound) {
+  const std::size_t n = curve.cells();
+  const RowGroup& tool = groups.group[0];
+  if (!(tool.limit.jerk < kUnlimited)) return;
+  std::vector<Sample> samples;
+  samples.reserve(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    samples.emplace_back(rows, groups, 1, 2 * i, curve.s[i + 1] - curve.s[i]);
+    samples.back().set_across(rows, tool, 2 * i);
+  }
+  const JerkRoom room(samples, tool, bound.limit);
+  double bend = 0.0;
+  for (std::size_t i = n; i-- > 1;) {
+    const double two_h = 2.0 * (curve.s[i + 1] - curve.s[i]), next = bound.b[i + 1];
+    bend = std::max(bend, samples[i].square_curvature());
+    const double least = i + 1 < n ? -room.below_top(samples[i + 1], next) : -kUnlimited;
+    bound.b[i] = reach_back(samples[i], bound.b[i], two_h, next, least);
+    room.lower(samples[i], bend, next, two_h, -1.0, bound.b[i]);
+  }
+  bend = 0.0;
+  for (std::size_t i = 0; i + 1 < n; ++i) {
+    const double two_h = 2.0 * (curve.s[i + 1] - curve.s[i]), b = bound.b[i];
+    const double high =
+        std::min(samples[i].window(b).high, samples[i].path(room.below_top(samples[i], b), b));
+    bound.b[i + 1] = std::min(bound.b[i + 1], std::max(b + two_h * high, 0.0));
+    bend = std::max(bend, samples[i + 1].square_curvature());
+    room.lower(samples[i + 1], bend, b, two_h, 1.0, bound.b[i + 1]);
+  }
+  set_duration(curve, rows, tool, bound);
 }
 
 }  // namespace firn::motion

@@ -1,5 +1,8 @@
-// speed_bound() computes the minimum-time motion within the limits of speed and acceleration, without jerk
-// limits: the lower bound of every certificate.
+// speed_bound() computes a motion that is faster than any within the limits: the lower bound of every
+// certificate.
+//
+// It keeps the limits of speed and acceleration, and what is left of the tool's jerk limit where d3s/dt3 does
+// not appear: across the path, and along it beside rest and below the largest speed.
 #pragma once
 
 #include <vector>
@@ -10,8 +13,9 @@ namespace firn::motion {
 
 /// b = v^2 at the knots [mm^2/s^2]; b linear in each cell (constant path acceleration), constraints at the
 /// cells' ends. Reachability in two sweeps: backward the largest b from which the end can be reached at rest,
-/// forward greedily. The feasible (b, b') at a knot are convex, symmetric about 0 and contain it, so every
-/// smaller b is feasible too and one interval [0, b_max] per knot is the whole controllable set.
+/// forward greedily. Every smaller b is feasible too, so one interval [0, b_max] per knot is the whole
+/// controllable set: in w = b^(3/2) and w' all limits are convex and contain (0, 0). Across the path, with
+/// curvature k, the jerk is (k w)'.
 struct SpeedBound {
   std::vector<double> limit;  ///< from the rates of all groups and the speed limits alone
   std::vector<double> b;
@@ -22,5 +26,8 @@ struct SpeedBound {
 /// make the bound tighter
 void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, int active,
                  SpeedBound& bound);
+
+/// Lowers b of speed_bound, and so raises the duration, by what the tool's jerk limit says without d3s/dt3.
+void tighten_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, SpeedBound& bound);
 
 }  // namespace firn::motion

@@ -24,15 +24,30 @@ struct Quintic {
 
 }  // namespace
 
-PathState TimedMotion::state(std::size_t k, double at) const {
-  const double x = at - t[k];
-  const auto [c3, c4, c5] = Quintic(*this, k);
+namespace {
+
+PathState state_at(const TimedMotion& m, std::size_t k, const Quintic& q, double x) {
   PathState p;
-  p.s = s[k] + x * (v[k] + x * (0.5 * a[k] + x * (c3 + x * (c4 + x * c5))));
-  p.v = v[k] + x * (a[k] + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)));
-  p.a = a[k] + x * (6.0 * c3 + x * (12.0 * c4 + x * 20.0 * c5));
-  p.j = 6.0 * c3 + x * (24.0 * c4 + x * 60.0 * c5);
+  p.s = m.s[k] + x * (m.v[k] + x * (0.5 * m.a[k] + x * (q.c3 + x * (q.c4 + x * q.c5))));
+  p.v = m.v[k] + x * (m.a[k] + x * (3.0 * q.c3 + x * (4.0 * q.c4 + x * 5.0 * q.c5)));
+  p.a = m.a[k] + x * (6.0 * q.c3 + x * (12.0 * q.c4 + x * 20.0 * q.c5));
+  p.j = 6.0 * q.c3 + x * (24.0 * q.c4 + x * 60.0 * q.c5);
   return p;
+}
+
+}  // namespace
+
+PathState TimedMotion::state(std::size_t k, double at) const {
+  return state_at(*this, k, Quintic(*this, k), at - t[k]);
+}
+
+void TimedMotion::states(std::size_t k, std::size_t steps, std::vector<PathState>& out) const {
+  const Quintic q(*this, k);
+  const double from = t[k], span = t[k + 1] - from;
+  for (std::size_t i = 0; i <= steps; ++i) {
+    const double at = i == steps ? t[k + 1] : from + span * double(i) / double(steps);
+    out.push_back(state_at(*this, k, q, at - from));
+  }
 }
 
 TimedMotion::Higher TimedMotion::higher(std::size_t k, double from, double to) const {

@@ -24,6 +24,8 @@ struct TimedMotion {
   std::size_t pieces() const { return t.empty() ? 0 : t.size() - 1; }
   /// State in piece k at time `at` (seconds since the start of the motion, inside that piece).
   PathState state(std::size_t piece, double at) const;
+  /// Appends the states at both ends of piece k and between its `steps` equal parts.
+  void states(std::size_t piece, std::size_t steps, std::vector<PathState>& out) const;
   /// d4s/dt4 in piece k at two instants, and d5s/dt5.
   struct Higher {
     double fourth_from, fourth_to, fifth;

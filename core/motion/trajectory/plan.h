@@ -43,6 +43,7 @@ struct PlanOptions {
   double trace_step_s = 0.0;          ///< > 0: PlanResult::trace is filled, with this spacing or at the tick
   double constant_fill_mm_s = 100.0;  ///< method constant: straight fill, 100 in 4.2 and 125 in 4.4
   bool lower_bound = true;            ///< fill Certificate::lower_bound_s
+  bool bound_without_jerk = false;    ///< with a bound for motions that exceed the jerk limit, too
 };
 
 /// The continuous motion at one instant, for plots: norms of the Cartesian derivatives and joint derivatives.

@@ -45,6 +45,20 @@ ParametricCurve rose() {
 
 }  // namespace
 
+TEST_CASE("The lower bound is below the slow tier's motion on every kind of curve, and near it in the mean") {
+  double sum = 0.0;
+  int curves = 0;
+  for (int kind = 0; kind < kCurveKinds; ++kind)
+    for (const std::uint64_t seed : {11, 12, 13}) {
+      INFO(kCurveKind[kind] << " " << seed);
+      const PlanResult r = plan_curve(sampled(random_curve(kind, seed), 0.4, 9), 0.05, Method::kOptimal);
+      CHECK(r.trajectory.certificate.lower_bound_s < r.continuous_s);
+      sum += r.trajectory.certificate.lower_bound_s / r.continuous_s;
+      ++curves;
+    }
+  CHECK(sum > 0.9 * curves);
+}
+
 TEST_CASE("The decimals of a path tell its rounding") {
   CHECK(rounding_mm(std::vector<Point2>{{1.25, 3.0}, {0.125, 7.5}}) == Approx(0.0005));
   CHECK(rounding_mm(std::vector<Point2>{{1.25, 3.0}, {0.5, 7.5}}) == Approx(0.005));
