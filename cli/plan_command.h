@@ -11,7 +11,7 @@ namespace firn {
 class OptionSet;
 
 struct PlanCommandOptions {
-  std::string paths;              ///< *.csv, *.json or *.paths
+  std::string paths;              ///< path file (read_paths)
   std::string output;             ///< trajectory file; empty = none
   std::string machine;            ///< TOML
   std::vector<double> origin_mm;  ///< x, y of the part's frame in the machine's; empty = 0, 0

@@ -1,4 +1,5 @@
-// read_paths reads paths to plan, one after another, from a CSV, JSON or G-code file (docs/commands/plan.md)
+// read_paths reads paths to plan, one after another, from a CSV, JSON, G-code or SVG file
+// (docs/commands/plan.md)
 // or from a sliced job (docs/formats.md). Memory holds one path, or one layer, not the job.
 #pragma once
 
@@ -29,10 +30,10 @@ struct InputPath {
 /// Receives each path in order.
 using PathSink = std::function<void(InputPath&&)>;
 
-/// Reads a *.csv, *.json, *.gcode (*.nc, *.ngc) or *.paths file. @throws UsageError naming the file, line or
-/// key (for an unknown one the nearest known), and the limit: coordinates within +-100 m, yaws within +-20
-/// turns, speeds above 0, 4 million points in one path, 1000 bytes in one CSV line; of a *.paths file the
-/// byte
+/// Reads a *.csv, *.json, *.gcode (*.nc, *.ngc), *.svg or *.paths file. @throws UsageError naming the file,
+/// line or key (for an unknown one the nearest known), and the limit: coordinates within +-100 m, yaws within
+/// +-20 turns, speeds above 0, 4 million points in one path, 1000 bytes in one CSV line; of a *.paths file
+/// the byte
 void read_paths(const std::filesystem::path& file, const PathSink& sink);
 
 /// Read the same formats from any stream; `size` in bytes (for the fraction), `name` for messages.
@@ -41,6 +42,10 @@ void read_paths_json(std::istream& in, const std::string& name, double size, con
 /// G-code: G1, G2, G3 (I J or R), G5 in G17, with G20, G21, G90, G91 and F (a speed limit); G0, M2 and M30
 /// end a path. @throws also for any other G code, and for a height that changes along a path
 void read_paths_gcode(std::istream& in, const std::string& name, double size, const PathSink& sink);
+/// SVG: each subpath of path, line, polyline, polygon, rect, circle and ellipse, whatever its stroke, with
+/// transforms, viewBox and units; y upwards from the page's lower edge. What is in defs, symbol, marker,
+/// pattern, clipPath or mask, or has display="none", is left out. @throws also for use, text and image
+void read_paths_svg(std::istream& in, const std::string& name, double size, const PathSink& sink);
 /// Reads the paths of a sliced job, each with its material's tool.
 void read_paths_layers(const std::filesystem::path& file, const PathSink& sink);
 

@@ -93,7 +93,7 @@ class GcodeReader {
   }
 
   void code(double value) {
-    const int tenths = int(std::lround(10.0 * value));
+    const int tenths = int(std::lround(std::clamp(10.0 * value, -1.0, 1e4)));
     if (tenths == 0 || tenths == 10 || tenths == 20 || tenths == 30 || tenths == 50) {
       motion_ = tenths / 10;
     } else if (tenths == 200) {
@@ -146,6 +146,9 @@ class GcodeReader {
   }
 
   void add(Point2 p) {
+    for (const double v : {p.x_mm, p.y_mm})
+      if (!(std::abs(v) <= kMaxCoordinate_mm))
+        fail(fmt::format("{} mm is beyond the limit of +-{} mm", v, kMaxCoordinate_mm));
     if (p == path_.path.points.back()) return;
     path_.path.points.push_back(p);
     feeds_.push_back(feed_mm_s_);

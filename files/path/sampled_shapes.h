@@ -13,6 +13,12 @@ namespace firn {
 inline constexpr double kShapeSagitta_mm = 2e-3, kShapeChord_mm = 0.4;
 inline constexpr int kLeastArcPoints = 8, kMostArcPoints = 100000;
 
+/// Number of points for a shape of so many chords. Not a number counts as few.
+inline int shape_points(double chords) {
+  return chords > kLeastArcPoints ? int(std::ceil(std::min(chords, double(kMostArcPoints))))
+                                  : kLeastArcPoints;
+}
+
 /// Points after `from` up to and with `to` on the arc about `centre`. @param side 1 anticlockwise, -1
 /// clockwise; equal ends are a full circle. The radius goes linearly from one end's to the other's.
 template <class Add>
@@ -23,7 +29,7 @@ void sample_arc(Point2 from, Point2 to, Point2 centre, double side, Add&& add) {
   if (turn < 0.0) turn += 2.0 * std::numbers::pi;
   if (from == to) turn = 2.0 * std::numbers::pi;
   const double chord = std::min(kShapeChord_mm, std::sqrt(8.0 * r0 * kShapeSagitta_mm));
-  const int n = std::clamp(int(std::ceil(turn * r0 / chord)), kLeastArcPoints, kMostArcPoints);
+  const int n = shape_points(turn * r0 / chord);
   for (int i = 1; i < n; ++i) {
     const double x = double(i) / n, r = r0 + x * (r1 - r0), angle = start + side * x * turn;
     add(Point2{centre.x_mm + r * std::cos(angle), centre.y_mm + r * std::sin(angle)});
@@ -36,7 +42,7 @@ template <class Add>
 void sample_bezier(Point2 a, Point2 b, Point2 c, Point2 d, Add&& add) {
   constexpr double kChord_mm = 0.15;
   const double length = distance(a, b) + distance(b, c) + distance(c, d);
-  const int n = std::clamp(int(std::ceil(length / kChord_mm)), kLeastArcPoints, kMostArcPoints);
+  const int n = shape_points(length / kChord_mm);
   for (int i = 1; i < n; ++i) {
     const double x = double(i) / n, y = 1.0 - x;
     const double w[4] = {y * y * y, 3.0 * y * y * x, 3.0 * y * x * x, x * x * x};

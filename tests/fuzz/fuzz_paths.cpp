@@ -1,4 +1,4 @@
-// Any bytes as a path file: the first byte chooses CSV or JSON.
+// Any bytes as a path file: the first byte chooses CSV, JSON, G-code or SVG.
 #include <cmath>
 #include <sstream>
 
@@ -25,10 +25,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require(p.speed_limit.path_mm_s > 0.0, "the path's speed is above 0");
   };
   try {
-    if (data[0] % 2)
-      read_paths_json(in, "fuzz", double(size), check);
-    else
-      read_paths_csv(in, "fuzz", double(size), check);
+    constexpr decltype(&read_paths_csv) kReaders[] = {read_paths_csv, read_paths_json, read_paths_gcode,
+                                                      read_paths_svg};
+    kReaders[data[0] % std::size(kReaders)](in, "fuzz", double(size), check);
   } catch (const UsageError& e) {
     require(std::string(e.what()).find("fuzz:") == 0, "an error names the file");
   }

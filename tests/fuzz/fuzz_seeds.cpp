@@ -89,6 +89,16 @@ void seed_plans() {
   seed("fuzz_machine", "scara",
        as_span("[total]\njerk_mm_s3 = 4000.0\n[joint_1]\nlow_deg = -105.0\nrate_deg_s = 33.0\n"));
   seed("fuzz_paths", "csv", behind(0, as_span("x_mm,y_mm,speed_mm_s\n0,0,\n1.5,-2e1,50\n\n3,4,10\n")));
+  seed("fuzz_paths", "gcode",
+       behind(2, as_span("%\nG21 G90 G17 F600\nG0 X1 Y2\nG1 X3.5\nG2 X5 Y4 I0 J2\nG3 X1 Y1 R9\n"
+                         "G5 X9 Y9 I1 J0 P0 Q-1\nG91 G20 G1 X1 (a)\nM2\n")));
+  seed("fuzz_paths", "svg",
+       behind(
+           3,
+           as_span("<svg width=\"20mm\" viewBox=\"0 0 40 20\"><g transform=\"translate(1 2) rotate(30)\">"
+                   "<path d=\"M1,1 l2-1.5.5 1 H9 v-2 C1 2 3 4 5 6 s1 2 3 4 q1 1 2 0 t2 2 a3 2 30 0150 5z\"/>"
+                   "<circle r=\"3\" cx=\"2\"/><rect width=\"4\" height=\"1in\"/>"
+                   "<polygon points=\"0,0 1 1,2 0\"/><line x2=\"5\"/></g></svg>")));
   seed("fuzz_paths", "csv-yaw",
        behind(0, as_span("x_mm,y_mm,speed_mm_s,yaw_deg\n0,0,,90\n1.5,-2e1,50,-45\n")));
   seed("fuzz_paths", "json-yaw",

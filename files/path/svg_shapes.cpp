@@ -1,0 +1,321 @@
+#include "files/path/svg_shapes.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "files/path/sampled_shapes.h"
+
+namespace firn::svg {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+Point2 operator+(Point2 a, Point2 b) { return {a.x_mm + b.x_mm, a.y_mm + b.y_mm}; }
+Point2 operator-(Point2 a, Point2 b) { return {a.x_mm - b.x_mm, a.y_mm - b.y_mm}; }
+Point2 operator*(double k, Point2 a) { return {k * a.x_mm, k * a.y_mm}; }
+
+/// Reads an attribute from its front.
+class Text {
+ public:
+  explicit Text(std::string_view text) : all_(text), rest_(text) {}
+
+  [[noreturn]] void fail(const std::string& problem) const {
+    std::string shown(rest_.substr(0, 20));
+    std::replace_if(
+        shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+    throw SyntaxError(
+        fmt::format("character {}: {}, not '{}'", all_.size() - rest_.size() + 1, problem, shown));
+  }
+
+  void skip_blanks() {
+    while (!rest_.empty() && std::string_view(" \t\r\n\f").find(rest_.front()) != std::string_view::npos)
+      rest_.remove_prefix(1);
+  }
+  /// Blanks and at most one comma.
+  void skip_separator() {
+    skip_blanks();
+    if (!take(',')) return;
+    skip_blanks();
+  }
+  bool take(char c) {
+    if (rest_.empty() || rest_.front() != c) return false;
+    rest_.remove_prefix(1);
+    return true;
+  }
+  bool empty() {
+    skip_blanks();
+    return rest_.empty();
+  }
+  bool at_number() {
+    skip_blanks();
+    return !rest_.empty() && std::string_view("+-.0123456789").find(rest_.front()) != std::string_view::npos;
+  }
+
+  double number() {
+    skip_blanks();
+    std::string_view digits = rest_;
+    if (digits.starts_with('+')) digits.remove_prefix(1);
+    double value = 0.0;
+    const bool signed_twice = digits.size() != rest_.size() && digits.starts_with('-');
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    if (error != std::errc() || !std::isfinite(value) || signed_twice) fail("a finite number is needed");
+    rest_.remove_prefix(std::size_t(end - rest_.data()));
+    return value;
+  }
+  /// A number and the comma or blanks after it.
+  double next() {
+    const double value = number();
+    skip_separator();
+    return value;
+  }
+  Point2 point() {
+    const double x = next();
+    return {x, next()};
+  }
+  bool flag() {
+    skip_blanks();
+    const bool set = take('1');
+    if (!set && !take('0')) fail("a flag, 0 or 1, is needed");
+    skip_separator();
+    return set;
+  }
+  std::string_view word() {
+    skip_blanks();
+    std::size_t n = 0;
+    while (n < rest_.size() && std::isalpha(static_cast<unsigned char>(rest_[n]))) ++n;
+    const std::string_view found = rest_.substr(0, n);
+    rest_.remove_prefix(n);
+    return found;
+  }
+  char letter() {
+    skip_blanks();
+    const char c = rest_.empty() ? '\0' : rest_.front();
+    if (!rest_.empty()) rest_.remove_prefix(1);
+    return c;
+  }
+
+ private:
+  std::string_view all_, rest_;
+};
+
+Transform rotation(double angle) {
+  const double c = std::cos(angle), s = std::sin(angle);
+  return {c, s, -s, c, 0.0, 0.0};
+}
+
+Transform one_transform(std::string_view name, const Text& text, std::span<const double> v) {
+  const std::size_t n = v.size();
+  if (name == "matrix" && n == 6) return {v[0], v[1], v[2], v[3], v[4], v[5]};
+  if (name == "translate" && (n == 1 || n == 2)) return {1.0, 0.0, 0.0, 1.0, v[0], n == 2 ? v[1] : 0.0};
+  if (name == "scale" && (n == 1 || n == 2)) return {v[0], 0.0, 0.0, v[n - 1], 0.0, 0.0};
+  if (name == "rotate" && n == 1) return rotation(v[0] * kDegree);
+  if (name == "rotate" && n == 3)
+    return Transform{1.0, 0.0, 0.0, 1.0, v[1], v[2]} * rotation(v[0] * kDegree) *
+           Transform{1.0, 0.0, 0.0, 1.0, -v[1], -v[2]};
+  if (name == "skewX" && n == 1) return {1.0, 0.0, std::tan(v[0] * kDegree), 1.0, 0.0, 0.0};
+  if (name == "skewY" && n == 1) return {1.0, std::tan(v[0] * kDegree), 0.0, 1.0, 0.0, 0.0};
+  text.fail(fmt::format("transform: '{}' with {} numbers is not known", name.substr(0, 20), n));
+}
+
+}  // namespace
+
+Transform Transform::operator*(const Transform& o) const {
+  return {a * o.a + c * o.b, b * o.a + d * o.b,     a * o.c + c * o.d,
+          b * o.c + d * o.d, a * o.e + c * o.f + e, b * o.e + d * o.f + f};
+}
+
+Transform transform(std::string_view attribute) {
+  Text text(attribute);
+  Transform all;
+  while (!text.empty()) {
+    const std::string_view name = text.word();
+    text.skip_blanks();
+    if (!text.take('(')) text.fail("transform: a ( is needed");
+    std::array<double, 6> value{};
+    std::size_t n = 0;
+    while (text.at_number()) {
+      if (n == value.size()) text.fail("transform: at most 6 numbers");
+      value[n++] = text.next();
+    }
+    if (!text.take(')')) text.fail("transform: a ) is needed");
+    all = all * one_transform(name, text, std::span(value).first(n));
+    text.skip_separator();
+  }
+  return all;
+}
+
+double length_mm(std::string_view attribute) {
+  constexpr std::pair<std::string_view, double> kUnits[] = {
+      {"", 25.4 / 96.0}, {"px", 25.4 / 96.0}, {"mm", 1.0},       {"cm", 10.0},
+      {"in", 25.4},      {"pt", 25.4 / 72.0}, {"pc", 25.4 / 6.0}};
+  Text text(attribute);
+  const double value = text.number();
+  const std::string_view unit = text.word();
+  for (const auto& [name, mm] : kUnits)
+    if (name == unit && text.empty()) return value * mm;
+  text.fail("a length in mm, cm, in, pt, pc or px is needed");
+}
+
+void numbers(std::string_view attribute, std::span<double> out) {
+  Text text(attribute);
+  for (double& value : out) value = text.next();
+  if (!text.empty()) text.fail(fmt::format("{} numbers are needed", out.size()));
+}
+
+void Pen::move(Point2 p) {
+  at_ = start_ = p;
+  open_ = false;
+}
+
+void Pen::begin() {
+  if (!open_) target_.begin(to_mm_(at_));
+  open_ = true;
+}
+
+void Pen::line(Point2 p) {
+  begin();
+  target_.add(to_mm_(p));
+  at_ = p;
+}
+
+void Pen::cubic(Point2 b, Point2 c, Point2 d) {
+  begin();
+  sample_bezier(to_mm_(at_), to_mm_(b), to_mm_(c), to_mm_(d), target_.add);
+  at_ = d;
+}
+
+void Pen::close() {
+  if (open_) target_.add(to_mm_(start_));
+  at_ = start_;
+  open_ = false;
+}
+
+void Pen::arc(double rx, double ry, double turn_deg, bool large, bool sweep, Point2 to) {
+  rx = std::abs(rx);
+  ry = std::abs(ry);
+  if (to == at_) return;
+  if (!(rx > 0.0) || !(ry > 0.0)) return line(to);
+  const Transform turn = rotation(turn_deg * kDegree), back = rotation(-turn_deg * kDegree);
+  const Point2 half = back(0.5 * (at_ - to)), from = at_;
+  const double x = half.x_mm / rx, y = half.y_mm / ry, square = x * x + y * y;
+  if (square > 1.0) {  // too small to reach: scaled up
+    rx *= std::sqrt(square);
+    ry *= std::sqrt(square);
+  }
+  const double u = half.x_mm / rx, v = half.y_mm / ry, inside = u * u + v * v;
+  const double away = std::sqrt(std::max(0.0, 1.0 / inside - 1.0)) * (large == sweep ? -1.0 : 1.0);
+  const Point2 centre{away * v, -away * u};  // in units of the radii
+  const double start = std::atan2(v - centre.y_mm, u - centre.x_mm);
+  double angle = std::atan2(-v - centre.y_mm, -u - centre.x_mm) - start;
+  if (sweep && angle < 0.0) angle += 2.0 * std::numbers::pi;
+  if (!sweep && angle > 0.0) angle -= 2.0 * std::numbers::pi;
+  if (!std::isfinite(angle)) return line(to);  // radii beyond any limit: the ends are judged
+  const Point2 middle = 0.5 * (from + to);
+  const auto place = [&](Point2 p) {
+    return middle + turn({rx * (centre.x_mm + p.x_mm), ry * (centre.y_mm + p.y_mm)});
+  };
+  constexpr int kParts = 32;  // of a whole turn; a cubic is then off by 3e-9 radii
+  const int n = std::max(1, int(std::ceil(std::abs(angle) * kParts / (2.0 * std::numbers::pi))));
+  const double step = angle / n, handle = 4.0 / 3.0 * std::tan(0.25 * step);
+  for (int i = 0; i < n; ++i) {
+    const double a = start + i * step, b = a + step;
+    const Point2 p{std::cos(a), std::sin(a)}, q{std::cos(b), std::sin(b)};
+    cubic(place(p + handle * Point2{-p.y_mm, p.x_mm}), place(q - handle * Point2{-q.y_mm, q.x_mm}),
+          i + 1 < n ? place(q) : to);
+  }
+}
+
+void draw_path(std::string_view data, Pen& pen) {
+  Text text(data);
+  char command = '\0', before = '\0';
+  Point2 control;  // of the curve before, for S and T
+  bool moved = false;
+  while (!text.empty()) {
+    if (!text.at_number())
+      command = text.letter();
+    else if (command == 'M' || command == 'm')
+      command = command == 'M' ? 'L' : 'l';
+    else if (command == '\0' || command == 'Z' || command == 'z')
+      text.fail("path data: a command is needed");
+    const char kind = char(std::toupper(static_cast<unsigned char>(command)));
+    const bool relative = kind != command;
+    if (kind != 'M' && !moved) text.fail("path data must begin with M");
+    const Point2 at = pen.at(), origin = relative ? at : Point2{};
+    const auto point = [&] { return origin + text.point(); };
+    const auto mirrored = [&](std::string_view after) {
+      return after.find(before) != after.npos ? at + (at - control) : at;
+    };
+    const auto quadratic = [&](Point2 q, Point2 to) {
+      control = q;
+      pen.cubic(at + (2.0 / 3.0) * (q - at), to + (2.0 / 3.0) * (q - to), to);
+    };
+    switch (kind) {
+      case 'M':
+        pen.move(point());
+        moved = true;
+        break;
+      case 'L':
+        pen.line(point());
+        break;
+      case 'H':
+        pen.line({origin.x_mm + text.next(), at.y_mm});
+        break;
+      case 'V':
+        pen.line({at.x_mm, origin.y_mm + text.next()});
+        break;
+      case 'C':
+      case 'S': {
+        const Point2 b = kind == 'C' ? point() : mirrored("CS");
+        control = point();
+        pen.cubic(b, control, point());
+        break;
+      }
+      case 'Q': {
+        const Point2 q = point();
+        quadratic(q, point());
+        break;
+      }
+      case 'T': {
+        const Point2 q = mirrored("QT");
+        quadratic(q, point());
+        break;
+      }
+      case 'A': {
+        const double rx = text.next(), ry = text.next(), turn = text.next();
+        const bool large = text.flag(), sweep = text.flag();
+        pen.arc(rx, ry, turn, large, sweep, point());
+        break;
+      }
+      case 'Z':
+        pen.close();
+        break;
+      default:
+        text.fail("path data: M, L, H, V, C, S, Q, T, A or Z is needed");
+    }
+    before = kind;
+  }
+}
+
+void draw_polygon(std::string_view points, bool closed, Pen& pen) {
+  Text text(points);
+  for (bool first = true; !text.empty(); first = false) {
+    const Point2 p = text.point();
+    first ? pen.move(p) : pen.line(p);
+  }
+  if (closed) pen.close();
+}
+
+void draw_ellipse(Point2 centre, double rx, double ry, Pen& pen) {
+  if (!(rx > 0.0) || !(ry > 0.0)) return;
+  pen.move({centre.x_mm + rx, centre.y_mm});
+  pen.arc(rx, ry, 0.0, false, true, {centre.x_mm - rx, centre.y_mm});
+  pen.arc(rx, ry, 0.0, false, true, {centre.x_mm + rx, centre.y_mm});
+}
+
+}  // namespace firn::svg
