@@ -9,9 +9,11 @@
 #include "print/folder/imported_run.h"
 #include "print/folder/node_makers.h"
 #include "print/folder/run_config.h"
+#include "print/folder/run_folder.h"
 #include "print/folder/running.h"
 #include "print/folder/seal_check.h"
 #include "print/folder/truth_check.h"
+#include "print/inputs/python_input.h"
 #include "replay/print_verdict.h"
 #include "replay/replayer.h"
 #include "runtime/build_info.h"
@@ -35,6 +37,13 @@ void mark_seals(const std::filesystem::path& run, replay::RunVerdict& verdict) {
   verdict.altered.insert(verdict.altered.end(), seals.past_differs.begin(), seals.past_differs.end());
   const TruthCheck truth = check_truth(run);
   verdict.altered.insert(verdict.altered.end(), truth.differs.begin(), truth.differs.end());
+}
+
+// Before a divergence is looked for in the code: the interpreter may be another one.
+void mark_python(const std::filesystem::path& run, replay::RunVerdict& verdict) try {
+  const std::string difference = python_difference(RunFolder::open(run).inputs());
+  if (!difference.empty()) verdict.notes.push_back(difference);
+} catch (const std::exception&) {  // replay has named the input or the plug-in that is not there
 }
 
 }  // namespace
@@ -62,6 +71,7 @@ replay::RunVerdict replay_verdict(const ReplayCommandOptions& options) {
     replay::RunVerdict verdict = replay::replay_run(options.run, r);
     verdict.changed_settings = config.settings;
     mark_seals(options.run, verdict);
+    mark_python(options.run, verdict);
     verdict.notes.insert(verdict.notes.end(), config.unread.begin(), config.unread.end());
     if (!config.settings.empty()) verdict.notes.push_back(kOpenLoop);
     return verdict;

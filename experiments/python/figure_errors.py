@@ -41,7 +41,7 @@ def main():
             for name, path in runs.items():
                 run = exported[path.name]
                 layer, std_um, _ = series(run)
-                errors.plot(layer, std_um, label=name.replace("_", " "))
+                errors.plot(layer, std_um, "-" if name == "mpc" else "--", label=name.replace("_", " "), zorder=2 + (name != "mpc"))
             errors.set(xlabel="layer", ylabel="roughness of the map [um]")
             errors.legend(frameon=False)
             last = np.where(run["configuration/mask/inside"][0] != 0, 1e3 * run["maps/HEIGHT_MAP/height_mm"][-1], np.nan)

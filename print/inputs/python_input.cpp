@@ -1,5 +1,6 @@
 #include "print/inputs/python_input.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <string_view>
 
@@ -20,7 +21,21 @@ Blob text_blob(std::string role, std::string_view text) {
   return {std::move(role), std::move(digest), std::move(bytes)};
 }
 
+std::string in_a_line(std::string lines) {
+  while (lines.ends_with('\n')) lines.pop_back();
+  for (std::size_t at = 0; (at = lines.find('\n', at)) != lines.npos;) lines.replace(at, 1, ", ");
+  return lines;
+}
+
 }  // namespace
+
+std::string python_difference(const Blobs& inputs) {
+  const auto recorded = std::ranges::find(inputs, kPythonVersionsRole, &Blob::role);
+  if (recorded == inputs.end()) return "";
+  const std::string then(reinterpret_cast<const char*>(recorded->bytes.data()), recorded->bytes.size());
+  const std::string now = python::host().versions();
+  return now == then ? "" : in_a_line(now) + " here; the run has " + in_a_line(then);
+}
 
 void add_python_inputs(const Experiment& e, const control::Setup& setup, const std::filesystem::path& folder,
                        Blobs& inputs) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "config/experiment.h"
 #include "core/control/controller.h"
@@ -16,5 +17,9 @@ namespace firn {
 /// or with the traceback of an exception
 void add_python_inputs(const Experiment& experiment, const control::Setup& setup,
                        const std::filesystem::path& folder, Blobs& inputs);
+
+/// Returns "Python 3.11.2, numpy 1.24.2 here; the run has …" if a run was printed with other versions of the
+/// interpreter or of its packages than this process has loaded; empty: with the same, or without Python.
+std::string python_difference(const Blobs& inputs);
 
 }  // namespace firn

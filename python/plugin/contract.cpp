@@ -95,6 +95,8 @@ class ContractController final : public Controller {
                              .template cast<py::tuple>());
     } catch (py::error_already_set& error) {
       trouble = explained(run_.attr("explain"), error);
+    } catch (const std::exception& error) {
+      trouble = error.what();
     }
     if (shared_->watchdog.disarm(watch))
       trouble =

@@ -55,6 +55,31 @@ TEST_CASE(
   CHECK(load_experiment(f.path() / "abs.toml").ice.machine == "/opt/arm.toml");
 }
 
+TEST_CASE("The file of a scheme in Python is relative to the file that names it, as any path") {
+  const auto scheme_of = [](const std::string& base, const std::string& leaf) {
+    return parse_experiment({{"labs/base.toml", base}, {"experiments/mine.toml", leaf}}, {}).control.scheme;
+  };
+  const std::string python = "[control]\nscheme = \"python:own/level.py:Level(gain=0.5)\"\n";
+  CHECK(scheme_of("", python) == "python:own/level.py:Level(gain=0.5)");
+  CHECK(scheme_of(python, "include = \"../labs/base.toml\"\n") ==
+        "python:../labs/own/level.py:Level(gain=0.5)");
+  CHECK(scheme_of("[control]\nscheme = \"python:/a/b.py:C\"\n", "include = \"../labs/base.toml\"\n") ==
+        "python:/a/b.py:C");
+  const Experiment e =
+      parse_experiment({{"x.toml", ""}}, {"control.scheme=python:../own/level.py:Level(name=\"a\")"});
+  CHECK(parse_experiment(dump(e), "dump").control.scheme == "python:../own/level.py:Level(name=\"a\")");
+}
+
+TEST_CASE("A scheme in Python that names no file or no class is refused with the form that is wanted") {
+  for (const char* wrong :
+       {"python:", "python:a.py", "python:a.py:", "python:a.py:1b", "python:a:B", "python:.py:B",
+        "python:a b.py:C", "python:a.py:B(", "python:a.py:B(1", "python:a.py:B)", "python::B"}) {
+    INFO(wrong);
+    CHECK_THROWS_WITH(parse_experiment({{"x.toml", ""}}, {std::string("control.scheme=") + wrong}),
+                      Catch::Contains("must read python:FILE.py:CLASS"));
+  }
+}
+
 TEST_CASE("A missing include names the missing file and the file that includes it") {
   const test::TempFolder f;
   const fs::path path = f.file("x.toml", "include = \"gone.toml\"\n");

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <thread>
 
+#include "print/inputs/python_input.h"
 #include "python/host/load.h"
 #include "tests/docs/level_controller.h"
 #include "tests/python/level_prints.h"
@@ -100,6 +101,12 @@ TEST_CASE("End and Stop of a controller in Python have no droplet") {
   CHECK(end.reason == "finished");
   CHECK(end.objective_mm == end.objective_none_mm);
   CHECK(Files(mine("return Stop('help')")).decide().kind == Decision::Kind::kStop);
+}
+
+TEST_CASE("a reason that no message can hold is mended, in an answer and in an exception") {
+  CHECK(Files(mine("return Stop('a\\0b\\ud800c')")).decide().reason == "a?b?c");
+  CHECK_THROWS_WITH(Files(mine("raise ValueError('a\\0b\\ud800c')")).decide(), Catch::Contains("a?b?c"));
+  CHECK(Files(mine("return Stop('x' * 5000)")).decide().reason.size() == 1000);
 }
 
 TEST_CASE("a controller in Python that wants more than max_layers stops for the operator") {
@@ -228,6 +235,20 @@ TEST_CASE("a decision that takes too long ends by its name, and the next one goe
   const std::vector<double> height(setup.grid.size(), 0.0);
   CHECK_THROWS_WITH(controller->decide(height, 0, 0, 0.0), Catch::Contains("took longer than 0.3"));
   CHECK(controller->decide(height, 1, 0, 0.0).kind == python::Answer::Kind::kPrint);
+}
+
+TEST_CASE("other versions of the interpreter or of a package are named with those of the run") {
+  Files(mine("return Print(s.mask)")).decide();
+  const std::string now = python::host().versions();
+  Blob versions = python_input("", now);
+  versions.role = kPythonVersionsRole;
+  CHECK(now.starts_with("Python 3."));
+  CHECK(python_difference({}).empty());
+  CHECK(python_difference({versions}).empty());
+  Blob other = python_input("", "Python 3.99.0\nnumpy 1.0\n");
+  other.role = kPythonVersionsRole;
+  CHECK_THAT(python_difference({other}),
+             Catch::StartsWith("Python 3.") && Catch::Contains("the run has Python 3.99.0, numpy 1.0"));
 }
 
 TEST_CASE("use_model reaches a class that has it, and its predictions") {

@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ sys.path.insert(0, str(ROOT / "python" / "lib"))
 sys.dont_write_bytecode = True
 
 import firn  # noqa: E402
+from firn import contract  # noqa: E402
 
 GOLDEN = ROOT / "tests" / "replay" / "golden" / "v2-estimator"
 CUBOID, SMALL = ROOT / "experiments" / "cuboid.toml", {"part.height_mm": 0.03}
@@ -148,6 +150,33 @@ class Package(unittest.TestCase):
                 members = {n.name for n in declared[name].body if isinstance(n, ast.FunctionDef)}
                 public = {n for n, m in vars(made).items() if not n.startswith("_") and (inspect.isfunction(m) or isinstance(m, property))}
                 self.assertLessEqual(public, members, name)
+
+    def test_damaged_sources_are_refused_by_name_or_read(self):
+        rng = np.random.default_rng(5)
+        whole = (ROOT / "experiments/python/level.py").read_bytes()
+        file, read = self.folder / "mine.py", 0
+        for _ in range(2000):
+            text = bytearray(whole)
+            for _ in range(rng.integers(1, 6)):
+                at = int(rng.integers(len(text)))
+                kind = rng.integers(4)
+                if kind == 0:
+                    text[at] = int(rng.integers(256))
+                elif kind == 1:
+                    del text[at:at + int(rng.integers(1, 80))]
+                elif kind == 2:
+                    text[at:at] = whole[: int(rng.integers(200))]
+                else:
+                    text[at:at] = bytes([int(rng.choice(list(b"([{\"'\\\n\0\t:@")))]) * int(rng.integers(1, 300))
+            file.write_bytes(text)
+            try:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore")  # of Python's parser
+                    self.assertEqual(contract.sources(file)[0][0], "mine.py")
+                read += 1
+            except contract.ControllerError as error:
+                self.assertIn("mine.py", str(error))
+        self.assertGreater(read, 100)
 
     def script(self, name, *words):
         done = subprocess.run([sys.executable, "-B", ROOT / "experiments" / "python" / name, *map(str, words)], capture_output=True,

@@ -152,7 +152,7 @@ def _check(name, text):
     except (SyntaxError, ValueError) as error:
         line = getattr(error, "lineno", None)
         raise ControllerError(f"{name}{f':{line}' if line else ''}: {getattr(error, 'msg', error)}") from None
-    except RecursionError:
+    except (RecursionError, MemoryError):
         raise ControllerError(f"{name}: nested too deeply") from None
     try:
         imports = list(_imports(tree))
@@ -330,7 +330,7 @@ class Run:
             answer = self.controller.decide(Measurement(height_mm, layer, attempt, noise_std_mm))
         if not isinstance(answer, (Print, End, Stop)):
             raise ControllerError(f"{self.what}.decide returned {type(answer).__name__}, not firn.Print, firn.End or firn.Stop")
-        reason = str(answer.reason)[:1000]
+        reason = _plain(str(answer.reason))[:1000]
         if not isinstance(answer, Print):
             return (1 if isinstance(answer, End) else 2), None, reason
         try:
@@ -365,8 +365,17 @@ def _arguments(text, what):
 MOST_TEXT = 4000
 
 
+def _plain(text):
+    """Text that a message can hold: UTF-8 without the character 0."""
+    return text.encode("utf-8", "replace").decode("utf-8").replace("\0", "?")
+
+
 def explain(error, names=()):
     """The text of an exception: a fault's own, or the traceback with the frames of the controller's files."""
+    return _plain(_explained(error, names))[:MOST_TEXT]
+
+
+def _explained(error, names):
     if isinstance(error, SlowError):
         return str(error)
     told = traceback.TracebackException.from_exception(error, limit=None)
@@ -376,5 +385,5 @@ def explain(error, names=()):
     if isinstance(error, ControllerError):
         last = str(error)
         if not frames:
-            return last[:MOST_TEXT]
-    return ("Traceback of the controller:\n" + own + last)[:MOST_TEXT] if frames else last[:MOST_TEXT]
+            return last
+    return "Traceback of the controller:\n" + own + last if frames else last
