@@ -82,7 +82,7 @@ class Adviser {
     std::vector<LabPrint> out(std::size_t(draws * seeds));
     run_jobs(draws * seeds, options_.threads, [&](int n) {
       LabDraw draw = lab_.draw(options_.seed, stream, std::uint32_t(n / seeds));
-      draw.seed = random_bits({draw.seed, Purpose::kInstance, 0, 0, std::uint32_t(n % seeds)}) >> 1;
+      draw.seed = print_seed({draw.seed, Purpose::kInstance, 0, 0, std::uint32_t(n % seeds)});
       out[std::size_t(n)] = print_in_lab(e, run_.inputs, draw, {});
     });
     prints_ += draws * seeds;

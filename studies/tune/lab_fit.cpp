@@ -96,10 +96,10 @@ class Fit {
       z[at] = held(
           fit.posterior.at(normals(options_.seed, stream, std::uint32_t(n), parameters), kWiden[number]));
       for (std::size_t r = 0; r < runs_.size(); ++r) {
-        const std::uint64_t seed = random_bits(
+        const std::uint64_t seed = print_seed(
             {options_.seed, Purpose::kInstance, stream, std::uint32_t(n), std::uint32_t(1000 + r)});
         const LabPrint print =
-            print_in_lab(experiments_[r], runs_[r].inputs, {fit.lab, z[at], seed >> 1}, {.features = true});
+            print_in_lab(experiments_[r], runs_[r].inputs, {fit.lab, z[at], seed}, {.features = true});
         if (print.features.empty()) {
           const std::lock_guard hold(lock_);
           ++failed_;
@@ -170,7 +170,7 @@ class Fit {
 LabDraw FittedLab::draw(std::uint64_t seed, std::uint32_t stream, std::uint32_t n) const {
   const std::uint32_t own = 1000 + stream;  // no draw of the fit
   return {lab, held(posterior.at(normals(seed, own, n, lab->parameters.size()))),
-          random_bits({seed, Purpose::kInstance, own, n, 1000}) >> 1};
+          print_seed({seed, Purpose::kInstance, own, n, 1000})};
 }
 
 FittedLab fit_lab(std::span<const RecordedRun> runs, const FitOptions& options) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/grid/grid.h"
+#include "core/grid/random.h"
 #include "print/folder/observed_run.h"
 #include "print/simulated/memory_print.h"
 #include "runtime/node.h"
@@ -30,6 +31,9 @@ struct RecordedRun {
   static RecordedRun of(std::string name, const Experiment& experiment, const Blobs& inputs,
                         const ObservedRun& run);
 };
+
+/// Returns a draw as the seed of a print: below the largest that a configuration holds.
+inline std::uint64_t print_seed(const DrawKey& key) { return random_bits(key) >> 2; }
 
 /// A laboratory, and the seed of everything random in it.
 struct LabDraw {

@@ -21,11 +21,9 @@ struct Excitation {
 constexpr Excitation kExcitations[] = {
     {"the same print again", "", 0.0, 0},
     {"12 layers of random droplets, half of the cells",
-     "control.scheme=pattern control.pattern.kind=random control.pattern.fill=0.5 control.pattern.layers=12",
-     0.5, 12},
+     "--set control.scheme=pattern --set control.pattern.fill=0.5 --set control.pattern.layers=12", 0.5, 12},
     {"12 layers of random droplets, four cells of five",
-     "control.scheme=pattern control.pattern.kind=random control.pattern.fill=0.8 control.pattern.layers=12",
-     0.8, 12},
+     "--set control.scheme=pattern --set control.pattern.fill=0.8 --set control.pattern.layers=12", 0.8, 12},
 };
 
 Experiment excited(const RecordedRun& run, const Excitation& x) {
@@ -86,7 +84,7 @@ std::vector<NextPrint> next_prints(const FittedLab& lab, const RecordedRun& run,
       const std::size_t at = std::size_t(n);
       RandomStream random(options.seed, Purpose::kInstance, 2000 + kNextStream, std::uint32_t(n));
       for (double& v : w[at]) v = random.normal();
-      s[at] = print_in_lab(e, run.inputs, {lab.lab, lab.posterior.at(w[at]), random.bits() >> 1},
+      s[at] = print_in_lab(e, run.inputs, {lab.lab, lab.posterior.at(w[at]), random.bits() >> 2},
                            {.features = true})
                   .features;
     });

@@ -11,7 +11,7 @@ namespace firn::tuning {
 
 struct NextPrint {
   std::string name;
-  std::string how;           ///< overrides of the recorded experiment: "control.scheme=pattern ..."
+  std::string how;           ///< options of firn print: "--set control.scheme=pattern ..."
   double information = 0.0;  ///< decrease of the posterior's entropy [nats]
   std::string narrows;       ///< parameter whose interval shrinks most
   double narrows_to = 1.0;   ///< its standard deviation afterwards over that before

@@ -140,7 +140,7 @@ std::string tune_text(const TuneAnswer& a) {
   for (const NextPrint& n : a.next) {
     s += fmt::format("next, would tell most: {} ({:.1f} nats; {} to {:.0f} % of its uncertainty){}\n", n.name,
                      n.information, n.narrows.empty() ? "no parameter" : n.narrows, 100 * n.narrows_to,
-                     n.how.empty() ? "" : ": --set " + n.how);
+                     n.how.empty() ? "" : ": " + n.how);
     break;
   }
   return s;
@@ -170,7 +170,7 @@ std::string tune_json(const TuneAnswer& a) {
   if (a.advice) j["advice"] = advice_json(a);
   if (a.verification) j["verification"] = verification_json(*a.verification);
   for (const NextPrint& n : a.next)
-    j["next"].push_back({{"print", n.name}, {"set", n.how}, {"information_nats", n.information}});
+    j["next"].push_back({{"print", n.name}, {"options", n.how}, {"information_nats", n.information}});
   return j.dump(2) + "\n";
 }
 

@@ -35,7 +35,7 @@ Verification verify_promise(const RecordedRun& run, std::span<const TuneKey> key
   run_jobs(2 * options.prints, options.threads, [&](int n) {
     Experiment e = settings[n % 2];
     const std::uint64_t seed =
-        random_bits({options.seed, Purpose::kInstance, kVerifyStream, 0, std::uint32_t(n / 2)}) >> 1;
+        print_seed({options.seed, Purpose::kInstance, kVerifyStream, 0, std::uint32_t(n / 2)});
     inkjet_study_lab().set_seed(e, seed == run.experiment.plant.seed ? seed + 1 : seed);
     prints[std::size_t(n)] = inkjet_study_lab().print(e, run.inputs);
     const std::lock_guard hold(lock);

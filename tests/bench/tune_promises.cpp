@@ -16,7 +16,6 @@
 
 #include "config/include.h"
 #include "core/grid/random.h"
-#include "core/statistics/bootstrap.h"
 #include "estimators/lab/box_search.h"
 #include "print/labs/print_labs.h"
 #include "studies/identify/identification_study.h"
@@ -96,15 +95,56 @@ class Bench {
     return {{"control.smf.kp", e}, {"control.smf.ki_star", e}};
   }
 
-  double goal_of(const Experiment& e, const LabDraw& lab, std::uint32_t stream, int prints) const {
+  /// NaN for a print that does not finish.
+  std::vector<double> goals(const Experiment& e, const LabDraw& lab, std::uint32_t stream, int prints) const {
     std::vector<double> goal(std::size_t(prints), 0.0);
     run_jobs(prints, o_.threads, [&](int n) {
       LabDraw draw = lab;
-      draw.seed = random_bits({lab.seed, Purpose::kTest, stream, 0, std::uint32_t(n)}) >> 1;
+      draw.seed = print_seed({lab.seed, Purpose::kTest, stream, 0, std::uint32_t(n)});
       const LabPrint print = print_in_lab(e, inputs_, draw, {});
-      goal[std::size_t(n)] = print.finished ? print.metrics[0] : 1e3;
+      goal[std::size_t(n)] = print.finished ? print.metrics[0] : NAN;
     });
-    return statistics::mean(goal);
+    return goal;
+  }
+
+  /// Mean over the prints that finish; a setting with which others stop is no candidate of the oracle.
+  double oracle_goal(const Experiment& e, const LabDraw& lab) const {
+    double sum = 0.0;
+    int finished = 0;
+    for (const double g : goals(e, lab, 1, kOraclePrints)) {
+      if (std::isnan(g)) continue;
+      sum += g;
+      ++finished;
+    }
+    return 2 * finished > kOraclePrints ? sum / finished : 1e3;
+  }
+
+  struct Printed {
+    double before = 0.0, after = 0.0, with_oracle = 0.0;
+    int stopped_before = 0, stopped_after = 0;
+  };
+  /// Over the pairs of which all finish.
+  Printed printed(const Case& c, const Setting& advice, const Setting& best) const {
+    const auto keys = keys_of(c.experiment);
+    const Experiment plain = without_plant(c.experiment);
+    const auto a = goals(plain, c.lab, 2, o_.pairs),
+               b = goals(with_setting(keys, advice, plain), c.lab, 2, o_.pairs),
+               o = goals(with_setting(keys, best, plain), c.lab, 2, o_.pairs);
+    Printed p;
+    double whole = 0.0;
+    for (std::size_t n = 0; n < a.size(); ++n) {
+      p.stopped_before += std::isnan(a[n]);
+      p.stopped_after += std::isnan(b[n]);
+      if (std::isnan(a[n] + b[n] + o[n])) continue;
+      whole += 1.0;
+      p.before += a[n];
+      p.after += b[n];
+      p.with_oracle += o[n];
+    }
+    p.before /= whole;
+    p.after /= whole;
+    p.with_oracle /= whole;
+    return p;
   }
 
   /// The best setting that a search in the laboratory itself finds.
@@ -117,7 +157,7 @@ class Bench {
     const std::vector<double> start{keys[0].place(keys[0].recorded()), keys[1].place(keys[1].recorded())};
     const auto points = lab::minimise_in_box(
         [&](std::span<const double> u) {
-          return goal_of(with_setting(keys, setting_at(u), plain), c.lab, 1, kOraclePrints);
+          return oracle_goal(with_setting(keys, setting_at(u), plain), c.lab);
         },
         start, kOracleEvaluations);
     return setting_at(std::ranges::min_element(points, {}, &lab::BoxPoint::value)->u);
@@ -125,7 +165,7 @@ class Bench {
 
   Case draw(int n) const {
     RandomStream random(o_.seed, Purpose::kTest, std::uint32_t(n), 77);
-    Case c{{&lab_, {}, random.bits() >> 1}, base_};
+    Case c{{&lab_, {}, random.bits() >> 2}, base_};
     for (std::size_t p = 0; p < lab_.parameters.size(); ++p) c.lab.z.push_back(random.normal());
     c.experiment.control.smf.kp = random.uniform(0.3, 1.4);
     c.experiment.control.smf.ki_star = random.uniform(0.0, 0.6);
@@ -166,14 +206,14 @@ class Bench {
         {.seed = seed, .threads = o_.threads, .prints = o_.budget - fit_prints, .promised_prints = o_.pairs});
     cpu_s_ += cpu_s() - began;
     const Promise& p = advice.promise;
-    const double before = goal_of(plain, c.lab, 2, o_.pairs);
-    const double after = goal_of(with_setting(keys, advice.new_setting, plain), c.lab, 2, o_.pairs);
-    const double of_oracle = goal_of(with_setting(keys, best, plain), c.lab, 2, o_.pairs);
+    const Printed printed = this->printed(c, advice.new_setting, best);
+    const double before = printed.before, after = printed.after, of_oracle = printed.with_oracle;
     const double gain = before - after;
     ++answered_;
     covered_ += gain >= p.gain_interval.low && gain <= p.gain_interval.high;
     advised_ += advice.gain_shown;
-    harmed_ += advice.gain_shown && after > before * (1.0 + kHarm);
+    harmed_ += advice.gain_shown &&
+               (after > before * (1.0 + kHarm) || printed.stopped_after > printed.stopped_before);
     gained_ += advice.gain_shown ? gain : 0.0;
     possible_ += std::max(0.0, before - of_oracle);
     fmt::print(

@@ -1,0 +1,88 @@
+// firn tune from the log of a small print to its answer, its page and its verification.
+#include <catch2/catch.hpp>
+
+#include <nlohmann/json.hpp>
+
+#include "cli/tune_lab_command.h"
+#include "files/usage_error.h"
+#include "tests/cli/run_firn.h"
+
+namespace firn::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Catch::Contains;
+using Json = nlohmann::json;
+
+const std::string kSource = FIRN_SOURCE_DIR;
+
+// A cuboid of eleven layers under SMF with an integral gain that makes it run over, in a lab of its own.
+fs::path printed_run(const std::string& name) {
+  const fs::path root = fresh_folder(name);
+  std::vector<std::string> words{
+      "print", kSource + "/experiments/demo.toml", "--bus", "in-process", "--runs", root.string()};
+  for (const char* set : {"grid.nx=14", "grid.ny=12", "part.shape=cuboid", "part.width_mm=2.6",
+                          "part.depth_mm=2.1", "part.height_mm=0.055", "control.scheme=smf",
+                          "control.smf.ki_star=0.6", "plant.flow=1.1", "plant.seed=7"}) {
+    words.push_back("--set");
+    words.push_back(set);
+  }
+  const Said said = firn_says(words);
+  CAPTURE(said.err);
+  for (const auto& entry : fs::directory_iterator(root))
+    if (entry.is_directory()) return entry.path();
+  FAIL("no run");
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("firn tune answers from a print's log, writes its page and holds the promise against prints") {
+  const fs::path run = printed_run("tune-lab");
+  const fs::path page = run.parent_path() / "tuned.html";
+  const Said said = firn_says({"tune", run.string(), "--keys", "control.smf.ki_star=0.01:1", "--budget",
+                               "300", "--verify", "6", "--json", "-o", page.string()});
+  CAPTURE(said.out, said.err);
+  const Json j = Json::parse(said.out);
+  CHECK(j.at("laboratory").at("class") == "droplets");
+  CHECK(j.at("check").at("passed") == true);
+  const Json& advice = j.at("advice");
+  CHECK(advice.at("gain_interval").at(0) <= advice.at("gain"));
+  CHECK(advice.at("keys").at(0).at("key") == "control.smf.ki_star");
+  const Json& verified = j.at("verification");
+  CHECK(verified.at("pairs") == 6);
+  const double gain = verified.at("gain");
+  const bool inside = gain >= advice.at("gain_interval").at(0) && gain <= advice.at("gain_interval").at(1);
+  CHECK(verified.at("held") == inside);
+  CHECK(said.code == (inside ? 0 : 1));
+  CHECK_THAT(file_text(page),
+             Contains("</html>") && Contains("control.smf.ki_star") && Contains("plant.flow"));
+}
+
+TEST_CASE("firn tune refuses keys that it cannot tune, before anything is simulated") {
+  const fs::path run = printed_run("tune-refused");
+  const auto refused = [&](const std::string& keys) {
+    const Said said = firn_says({"tune", run.string(), "--keys", keys});
+    CHECK(said.code == 2);
+    CHECK(said.out.empty());
+    return said.err;
+  };
+  CHECK_THAT(refused("control.smf.ki"), Contains("control.smf.ki_star"));
+  CHECK_THAT(refused("control.smf.kp,control.smf.kp"), Contains("twice"));
+  CHECK_THAT(refused("control.smf.kp=3:1"), Contains("ascending"));
+  const Said none = firn_says({"tune", run.string()});
+  CHECK(none.code == 2);
+  CHECK_THAT(none.err, Contains("--keys"));
+}
+
+TEST_CASE("firn tune refuses a run that is not finished, by its name") {
+  const fs::path run = printed_run("tune-unfinished");
+  fs::remove(run / "result.json");
+  TuneLabOptions o;
+  o.runs = {run.string()};
+  o.keys = {"control.smf.kp"};
+  o.unsealed = true;
+  CHECK_THROWS_WITH(run_tune_lab(o), Contains("tune-unfinished") && Contains("not finished"));
+}
+
+}  // namespace firn::test
