@@ -14,7 +14,7 @@ struct TuneLabOptions {
   std::vector<std::string> runs;
   std::vector<std::string> keys;  ///< "control.smf.kp" or "control.smf.kp=0.2:2"
   std::string goal = "rms";
-  int budget = 440;   ///< simulated prints, about
+  int budget = 420;   ///< simulated prints, about
   int verify = 0;     ///< pairs of prints with old and new setting; 0 = none
   int promised = 10;  ///< without verify: the promise is about the mean of so many prints
   std::uint64_t seed = 1;

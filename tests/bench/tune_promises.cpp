@@ -59,7 +59,7 @@ struct Case {
 struct Options {
   std::string file = FIRN_SOURCE_DIR "/experiments/demo.toml", kind = "droplets";
   std::uint64_t seed = 1;
-  int labs = 10, threads = 2, pairs = 10, budget = 440;
+  int labs = 10, threads = 2, pairs = 10, budget = 420;
 };
 
 class Bench {
