@@ -107,7 +107,7 @@ replay::AuditVerdict records_verdict(const std::filesystem::path& run) {
     replay::AuditOptions options;
     options.time_scale = e.run.time_scale;
     options.damage = missing_files(run, e);
-    const bool real = !real_ports(e).empty();  // the simulated rest of the lab knows of no droplet
+    const bool real = !outside_ports(e).empty();  // the simulated rest of the lab knows of no droplet
     replay::AuditVerdict verdict;
     if (prints_paths(e)) {
       verdict = path_verdict(run, options, real);

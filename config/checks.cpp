@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <initializer_list>
+#include <iterator>
+#include <map>
 
 #include "config/devices.h"
 #include "config/error.h"
 #include "config/lab_checks.h"
 #include "config/labs.h"
+#include "config/swaths.h"
 #include "core/control/controller.h"
 #include "core/control/python_scheme.h"
 
@@ -35,7 +38,6 @@ void check_run(Rules& r) {
 // Ports that are none, and instruments that a trigger line couples across the border of the simulation.
 void check_devices(Rules& r) {
   const Experiment& e = r.experiment();
-  std::string real_node, simulated_node;
   for (const DevicePort& port : kDevicePorts) {
     const std::string key = "devices." + std::string(port.node) + ".port";
     std::string problem;
@@ -46,21 +48,26 @@ void check_devices(Rules& r) {
       problem = error.what();
     }
     r.require(problem.empty(), {key.c_str()}, problem);
-    if (!address.real()) continue;
+    if (address.kind == PortAddress::Kind::kSimulated) continue;
     r.require(e.run.time_scale == 1.0, {key.c_str(), "run.time_scale"},
-              "a real instrument keeps the clock's time: run.time_scale must be 1, and is " +
-                  r.value("run.time_scale"));
+              std::string(address.real() ? "a real instrument" : "a cassette") +
+                  " keeps the clock's time: run.time_scale must be 1, and is " + r.value("run.time_scale"));
   }
-  const auto real = real_ports(e);
+  const auto outside = outside_ports(e);
+  std::map<std::string, std::string> of_kind;  // one instrument of each
   for (const std::string_view node : lab_of(e).coupled) {
     if (!takes_part(e, node)) continue;
-    (real.contains(std::string(node)) ? real_node : simulated_node) = node;
+    const auto at = outside.find(std::string(node));
+    of_kind[at == outside.end() ? "simulated" : at->second.real() ? "real" : "a cassette"] = node;
   }
-  if (real_node.empty() || simulated_node.empty()) return;
-  const std::string real_key = "devices." + real_node + ".port",
-                    other_key = "devices." + simulated_node + ".port";
-  r.require(false, {real_key.c_str(), other_key.c_str()},
-            real_node + " is real and " + simulated_node + " simulated: no trigger line couples them");
+  if (of_kind.size() < 2) return;
+  // "real" before "simulated", and a cassette before both.
+  const auto& [other_kind, other] = *of_kind.rbegin();
+  const auto& [kind, node] = *std::prev(of_kind.end(), 2);
+  const std::string key = "devices." + node + ".port", other_key = "devices." + other + ".port";
+  r.require(false, {key.c_str(), other_key.c_str()},
+            node + " is " + kind + " and " + other + " " + (other_kind == "real" ? "is " : "") + other_kind +
+                ": no trigger line couples them");
 }
 
 void check_extent(Rules& r, const char* key, double size_mm, double limit_mm, const char* pitch_key) {
@@ -222,12 +229,14 @@ void check_instruments(Rules& r) {
               "fires faster than jet_b.max_rate_hz = " + r.value("jet_b.max_rate_hz") +
                   " at grid.pitch_x_mm = " + r.value("grid.pitch_x_mm"));
   r.at_most("process.exposure_s", e.process.exposure_s, "lamp.max_on_s", e.lamp.max_on_s);
-  const LaserProfilerConfig& l = e.laser_profiler;
-  const double width_mm = (e.grid.nx - 1) * e.grid.pitch_x_mm;
-  r.require(l.dx_mm == 0.0 || l.dx_mm * (l.points - 1) >= width_mm * (1.0 - 1e-9),
-            {"laser_profiler.dx_mm", "laser_profiler.points", "grid.nx", "grid.pitch_x_mm"},
-            "a line of laser_profiler.points = " + r.value("laser_profiler.points") +
-                " does not cover the grid of " + mm(width_mm));
+  std::string too_short;
+  try {
+    swath_shifts_mm(e);
+  } catch (const std::invalid_argument& why) {
+    too_short = why.what();
+  }
+  r.require(too_short.empty(),
+            {"laser_profiler.dx_mm", "laser_profiler.points", "grid.nx", "grid.pitch_x_mm"}, too_short);
 }
 
 }  // namespace

@@ -24,30 +24,38 @@ const std::string& port_text(const DevicesConfig& d, std::string_view node) {
   throw std::invalid_argument("'" + std::string(node) + "' is no instrument");
 }
 
-std::map<std::string, PortAddress> real_ports(const Experiment& e) {
-  std::map<std::string, PortAddress> real;
+std::map<std::string, PortAddress> outside_ports(const Experiment& e) {
+  std::map<std::string, PortAddress> outside;
   for (const std::string& node : instruments(e))
-    if (PortAddress a = parse_port_address(port_text(e.devices, node), *port_defaults(node)); a.real())
-      real.emplace(node, std::move(a));
+    if (PortAddress a = parse_port_address(port_text(e.devices, node), *port_defaults(node));
+        a.kind != PortAddress::Kind::kSimulated)
+      outside.emplace(node, std::move(a));
+  return outside;
+}
+
+std::map<std::string, PortAddress> real_ports(const Experiment& e) {
+  auto real = outside_ports(e);
+  std::erase_if(real, [](const auto& port) { return !port.second.real(); });
   return real;
 }
 
 std::vector<std::string> simulated_ports(const Experiment& e) {
   std::vector<std::string> all = instruments(e);
-  const auto real = real_ports(e);
-  std::erase_if(all, [&](const std::string& node) { return real.contains(node); });
+  const auto outside = outside_ports(e);
+  std::erase_if(all, [&](const std::string& node) { return outside.contains(node); });
   return all;
 }
 
 std::string ports_text(const Experiment& e) {
-  const auto real = real_ports(e);
-  std::string text;
-  for (const std::string& node : instruments(e))
-    if (const auto at = real.find(node); at != real.end())
-      text += (text.empty() ? "REAL: " : ", ") + node + " (" + to_text(at->second) + ")";
-  std::string simulated;
-  for (const std::string& node : simulated_ports(e))
-    simulated += (simulated.empty() ? "SIMULATED: " : ", ") + node;
+  const auto outside = outside_ports(e);
+  std::string text, simulated;
+  for (const std::string& node : instruments(e)) {
+    const auto at = outside.find(node);
+    const bool real = at != outside.end() && at->second.real();
+    std::string& list = real ? text : simulated;
+    list += (!list.empty() ? ", " : real ? "REAL: " : "SIMULATED: ") + node;
+    if (at != outside.end()) list += " (" + to_text(at->second) + ")";
+  }
   return text + (text.empty() || simulated.empty() ? "" : "; ") + simulated;
 }
 

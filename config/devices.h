@@ -14,14 +14,19 @@ namespace firn {
 /// Returns the `[devices.NODE] port` text of an instrument. @throws std::invalid_argument: no instrument
 const std::string& port_text(const DevicesConfig& devices, std::string_view node);
 
-/// Returns the addresses of all instruments of the lab that are not in the simulated world, by node.
+/// Returns the addresses of all instruments of the lab that are not in the simulated world, by node: real
+/// ones and cassettes.
 /// @throws std::invalid_argument naming an address that is none
+std::map<std::string, PortAddress> outside_ports(const Experiment& experiment);
+
+/// Returns those of them that are real.
 std::map<std::string, PortAddress> real_ports(const Experiment& experiment);
 
 /// Returns the instruments of the lab that are in the simulated world, in the lab's order.
 std::vector<std::string> simulated_ports(const Experiment& experiment);
 
-/// Returns "REAL: stage (tcp:10.0.0.2:8000), jet (...); SIMULATED: lamp", without a part that is empty.
+/// Returns "REAL: stage (tcp:10.0.0.2:8000), jet (...); SIMULATED: lamp (cassette:FILE), heater", without a
+/// part that is empty.
 std::string ports_text(const Experiment& experiment);
 
 }  // namespace firn

@@ -234,10 +234,12 @@ Table bus_fields(Experiment& e) {
 Table device_fields(Experiment& e) {
   Table t;
   for (const DevicePort& port : kDevicePorts)
-    t.push_back({"devices." + std::string(port.node) + ".port", &(e.devices.*port.member), "", text(),
-                 port.node == kDevicePorts[0].node
-                     ? "where the instrument is: sim:, tcp:HOST:PORT, serial:FILE?baud=N&frame=8N1, unix:PATH"
-                     : "the same"});
+    t.push_back(
+        {"devices." + std::string(port.node) + ".port", &(e.devices.*port.member), "", text(),
+         port.node == kDevicePorts[0].node
+             ? "where the instrument is: sim:, tcp:HOST:PORT, serial:FILE?baud=N&frame=8N1, unix:PATH, "
+               "cassette:FILE"
+             : "the same"});
   return t;
 }
 

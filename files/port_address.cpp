@@ -126,8 +126,14 @@ PortAddress parse_port_address(std::string_view text, const PortDefaults& defaul
       check_place(text, rest, "socket");
       return unix_port(std::string(rest));
     }
+    if (scheme == "cassette") {
+      check_place(text, rest, "file");
+      PortAddress a = unix_port(std::string(rest));
+      a.kind = PortAddress::Kind::kCassette;
+      return a;
+    }
   }
-  refuse(text, "must be sim:, tcp:HOST:PORT, serial:FILE?baud=N or unix:PATH");
+  refuse(text, "must be sim:, tcp:HOST:PORT, serial:FILE?baud=N, unix:PATH or cassette:FILE");
 }
 
 PortAddress unix_port(std::string path) {
@@ -153,6 +159,8 @@ std::string to_text(const PortAddress& a) {
     }
     case PortAddress::Kind::kUnix:
       return "unix:" + a.place;
+    case PortAddress::Kind::kCassette:
+      return "cassette:" + a.place;
   }
   return "sim:";
 }

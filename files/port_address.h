@@ -1,5 +1,6 @@
 // PortAddress says where the port of an instrument is: in the simulated world, behind TCP, a serial line or a
-// Unix socket. Its text stands in a lab file, `[devices.NODE] port`, and in the command line of a process.
+// Unix socket, or on a cassette, which plays what an instrument once said. Its text stands in a lab file,
+// `[devices.NODE] port`, and in the command line of a process.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +11,7 @@
 namespace firn {
 
 struct PortAddress {
-  enum class Kind : std::uint8_t { kSimulated, kTcp, kSerial, kUnix };
+  enum class Kind : std::uint8_t { kSimulated, kTcp, kSerial, kUnix, kCassette };
   enum class Dtr : std::uint8_t {
     kKeep,
     kOn,
@@ -18,7 +19,7 @@ struct PortAddress {
   };  ///< modem line "data terminal ready" once the line is open
 
   Kind kind = Kind::kSimulated;
-  std::string place;  ///< host, device file or socket; empty in the simulated world
+  std::string place;  ///< host, device file, socket or cassette; empty in the simulated world
   int tcp_port = 0;   ///< 1 to 65535
   // Settings of serial lines.
   int baud = 0;
@@ -28,7 +29,7 @@ struct PortAddress {
   Dtr dtr = Dtr::kKeep;
   int open_wait_ms = 0;  ///< after opening, before the first byte
 
-  bool real() const { return kind != Kind::kSimulated; }
+  bool real() const { return kind != Kind::kSimulated && kind != Kind::kCassette; }
   bool operator==(const PortAddress&) const = default;
 };
 
@@ -41,8 +42,8 @@ struct PortDefaults {
 /// Defaults of a device node of the channel table ("stage", "jet", ...); none for another name.
 std::optional<PortDefaults> port_defaults(std::string_view node);
 
-/// Reads "sim:", "tcp:HOST[:PORT]", "serial:FILE[?baud=N&frame=8N1&dtr=on|off|keep&open_wait_ms=N]" or
-/// "unix:PATH". An IPv6 host stands in brackets.
+/// Reads "sim:", "tcp:HOST[:PORT]", "serial:FILE[?baud=N&frame=8N1&dtr=on|off|keep&open_wait_ms=N]",
+/// "unix:PATH" or "cassette:FILE" (files/cassette.h). An IPv6 host stands in brackets.
 /// @throws std::invalid_argument naming the piece and its required form
 PortAddress parse_port_address(std::string_view text, const PortDefaults& defaults = {});
 

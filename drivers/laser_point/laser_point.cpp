@@ -241,7 +241,7 @@ void LaserPoint::reply(const Request& request, std::span<const std::byte> frame,
     }
     case kDump: {
       if (op_ != Op::kCollect) return;
-      const auto damaged = lkg::parse_dump(r.rest, mm_);
+      const auto damaged = lkg::parse_dump(r.rest, mm_, value_chars());
       if (damaged && mm_.size() == std::size_t(stored_)) {
         fx.measured(Samples{material_, expected_, *damaged, period_s_, mm_});
         if (*damaged > 0)
@@ -261,7 +261,7 @@ void LaserPoint::reply(const Request& request, std::span<const std::byte> frame,
     }
     case kValue: {
       if (op_ != Op::kReading) return;
-      const lkg::Value v = lkg::parse_value(r.rest);
+      const lkg::Value v = lkg::parse_value(r.rest, value_chars());
       fx.measured(Samples{material_, 1, v.status == lkg::Status::kDamaged, 0.0, {float(v.mm)}});
       return;
     }

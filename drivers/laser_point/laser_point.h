@@ -79,6 +79,7 @@ class LaserPoint final : public Driver {
   void refused(const Request& request, int error, std::int64_t now_us, Effects& fx);
   void give_up(const Request& request, const std::string& why, std::int64_t now_us, Effects& fx);
   void push(std::string_view command, Repeat repeat, Tag tag = kPlain, std::int64_t reply_us = 0);
+  std::size_t value_chars() const { return std::size_t(config_.table.value_bytes) - 1; }
   void push_mode(const std::string& command);
   void push_selected(std::int32_t wanted);
   void push_settings();

@@ -14,22 +14,24 @@ std::string_view text_of(std::span<const std::byte> bytes) {
 
 bool digit(char c) { return c >= '0' && c <= '9'; }
 
-/// The part of a command that its reply repeats: `SW,CA` of `SW,CA,5`, else the first two letters.
+/// The part of a command that its reply repeats: `SW,CA` of `SW,CA,5`, `SR,HB` of `SR,HB,1`, else the first
+/// two letters.
 std::string_view echo_of(std::string_view command) {
-  const bool setting = command.starts_with("SW,");
+  const bool setting = command.starts_with("SW,") || command.starts_with("SR,");
   return command.substr(0, setting ? 5 : 2);
 }
 
 }  // namespace
 
-Value parse_value(std::string_view text) {
+Value parse_value(std::string_view text, std::size_t chars) {
   const Value damaged{Status::kDamaged, std::numeric_limits<double>::quiet_NaN()};
-  if (text.size() != kValueChars) return damaged;
+  if (text.size() != chars && text.size() != kValueChars) return damaged;
   if (text == "XXXXXXXX") return {};
   const char sign = text[0];
   if (sign != '+' && sign != '-') return damaged;
   text.remove_prefix(1);
   if (text == "FFFFFFF") return {sign == '+' ? Status::kAbove : Status::kBelow, damaged.mm};
+  if (text.size() + 1 != chars) return damaged;
   // Digits with one point between them; anything else, also an exponent or a second sign, is no value.
   int points = 0;
   for (const char c : text) {
@@ -117,21 +119,21 @@ std::optional<Stored> parse_stored(std::string_view rest) {
   return std::nullopt;
 }
 
-std::optional<int> parse_dump(std::string_view rest, std::vector<float>& mm) {
+std::optional<int> parse_dump(std::string_view rest, std::vector<float>& mm, std::size_t chars) {
   mm.clear();
   if (rest == "1") return 0;
   if (rest.starts_with("1,")) rest.remove_prefix(2);
-  const std::size_t count = (rest.size() + 1) / (kValueChars + 1);
-  if (rest.empty() || count * (kValueChars + 1) != rest.size() + 1) return std::nullopt;
-  mm.reserve(count);
+  mm.reserve((rest.size() + 1) / (chars + 1));
   int damaged = 0;
-  for (std::size_t at = 0; at < rest.size(); at += kValueChars + 1) {
-    if (at > 0 && rest[at - 1] != ',') return std::nullopt;
-    const Value v = parse_value(rest.substr(at, kValueChars));
+  while (true) {
+    const std::string_view one = rest.substr(0, rest.find(','));
+    if (one.size() != chars && one.size() != kValueChars) return std::nullopt;
+    const Value v = parse_value(one, chars);
     damaged += v.status == Status::kDamaged;
     mm.push_back(float(v.mm));
+    if (one.size() == rest.size()) return damaged;
+    rest.remove_prefix(one.size() + 1);
   }
-  return damaged;
 }
 
 LkgDialect::LkgDialect() {

@@ -30,7 +30,8 @@ struct Value {
   double mm = std::numeric_limits<double>::quiet_NaN();  ///< a number only where status is kOk
 };
 inline constexpr std::size_t kValueChars = 8;  ///< sign and seven characters, the digits to the right
-Value parse_value(std::string_view text);
+/// @param chars of a number; the texts without a number have kValueChars on every model
+Value parse_value(std::string_view text, std::size_t chars = kValueChars);
 /// `+01.2345`, `-00.0120`: four decimals; NaN gives `XXXXXXXX`, beyond +-99.9999 `+FFFFFFF`, `-FFFFFFF`.
 void put_value(double mm, char (&to)[kValueChars]);
 
@@ -49,7 +50,7 @@ struct Table {
   std::string material = "SW,HB,1,";  ///< 0 normal, 1 translucent, 2 transparent, 3, 4 multi-reflective [S]
   std::string storage = "SW,CI,1,";   ///< `nnnnn,c`: values, and every how many samples one is stored [S, P]
   int most_stored = 65536;            ///< Table 2-3 of the thesis
-  int value_bytes = 9;                ///< of a value in the dump, with its comma
+  int value_bytes = 9;                ///< of a value in the dump, with its comma; LK-G5000: 10 [S]
   double byte_s = 10.0 / 115200.0;
 };
 /// Sampling codes of Table::sampling [us].
@@ -84,8 +85,8 @@ struct Stored {
 /// @param rest with the values of one output or of both; output 1 counts
 std::optional<Stored> parse_stored(std::string_view rest);
 /// Values of a dump as floats, NaN where there is none; reuses the storage of `mm`. @returns the damaged
-/// ones, which are NaN too, or nothing when the line is no list of values.
-std::optional<int> parse_dump(std::string_view rest, std::vector<float>& mm);
+/// ones, which are NaN too, or nothing when the line is no list of values of `chars` characters.
+std::optional<int> parse_dump(std::string_view rest, std::vector<float>& mm, std::size_t chars = kValueChars);
 
 class LkgDialect : public Dialect {
  public:

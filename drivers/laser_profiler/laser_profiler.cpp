@@ -4,6 +4,11 @@
 #include <cstdio>
 
 namespace firn::drivers {
+namespace {
+
+constexpr std::uint32_t kMostUnread = 1u << 20;  // more is a counter that ran backwards
+
+}  // namespace
 
 LaserProfiler::LaserProfiler(LaserProfilerOptions config) : Driver(dialect_), config_(config) {
   identity_ = "Keyence LJ-V7000";
@@ -119,6 +124,28 @@ void LaserProfiler::take(std::int64_t now_us, Effects& fx) {
   if (row + 1 == std::uint32_t(rows_)) scan_over(fx);
 }
 
+bool LaserProfiler::ask_by_number() {
+  const std::uint32_t unread = newest_number_ + 1 - next_number_;  // modulo 2^32, like the numbers
+  if (unread == 0 || unread > kMostUnread || asked_number_ == next_number_) return false;
+  asked_number_ = next_number_;
+  link_.push(ljv::get_profiles(next_number_, int(std::min<std::uint32_t>(unread, ljv::kMostProfiles))));
+  return true;
+}
+
+// Rows in the order of their numbers: one that comes too early is asked for when its turn has come.
+void LaserProfiler::take_all(std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) {
+  const auto held = ljv::parse_holdings(frame);
+  if (!held) return;
+  newest_number_ = held->newest;
+  if (held->oldest - next_number_ < kMostUnread) next_number_ = held->oldest;  // those before are lost
+  for (int k = 0; scanning_ && k < held->profiles; ++k) {
+    if (held->first + std::uint32_t(k) != next_number_) continue;
+    if (!ljv::parse_profile(frame, raw_, k)) return;
+    ++next_number_;
+    take(now_us, fx);
+  }
+}
+
 void LaserProfiler::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
                           Effects& fx) {
   const auto head = ljv::parse_head(frame);
@@ -140,13 +167,17 @@ void LaserProfiler::reply(const Request& request, std::span<const std::byte> fra
   }
   if (request.argument != ljv::kGetProfile) return;
   if (scanning_ && (phase_ == Phase::kArmed || phase_ == Phase::kEnding)) {
-    take(now_us, fx);
+    if (by_number())
+      take_all(frame, now_us, fx);
+    else
+      take(now_us, fx);
     if (!scanning_ && phase_ == Phase::kArmed) {
       phase_ = Phase::kReady;
       set_state(DeviceState::kSafe, "scan complete", fx);
     }
   } else {
     last_trigger_ = raw_.points == 0 ? 0 : raw_.trigger_count;
+    if (const auto held = ljv::parse_holdings(frame)) newest_number_ = held->newest;
   }
 }
 
@@ -162,6 +193,7 @@ bool LaserProfiler::idle(std::int64_t now_us, Effects& fx) {
       return false;
     case Phase::kArming:
       base_trigger_ = last_trigger_;
+      next_number_ = newest_number_ + 1;
       phase_ = Phase::kArmed;
       scanning_ = true;
       set_state(DeviceState::kArmed, "waiting for triggers", fx);
@@ -169,9 +201,11 @@ bool LaserProfiler::idle(std::int64_t now_us, Effects& fx) {
       return false;
     case Phase::kEnding:
       if (!asked_ && scanning_) {
-        link_.push(ljv::get_newest_profile());
+        link_.push(ljv::get_newest_profile(!by_number()));
+        asked_number_.reset();
         return asked_ = true;
       }
+      if (by_number() && scanning_ && ask_by_number()) return true;
       scan_over(fx);
       phase_ = Phase::kReady;
       set_state(DeviceState::kSafe, "scan ended", fx);
@@ -179,8 +213,10 @@ bool LaserProfiler::idle(std::int64_t now_us, Effects& fx) {
       return false;
     case Phase::kReady:
     case Phase::kArmed:
+      if (phase_ == Phase::kArmed && by_number() && ask_by_number()) return true;
       if (now_us < next_poll_us()) return false;
-      link_.push(ljv::get_newest_profile());
+      link_.push(ljv::get_newest_profile(!(by_number() && phase_ == Phase::kArmed)));
+      asked_number_.reset();
       return true;
     default:
       return false;

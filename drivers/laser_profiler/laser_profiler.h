@@ -1,6 +1,7 @@
 // LaserProfiler controls the laser profiler Keyence LJ-V7000, triggered by the pulse output of the stage's Y
 // axis. While armed, the instrument is asked for its newest profile; a new trigger count is a new row. A row
-// that was overwritten before it was asked for is simply absent.
+// that was overwritten before it was asked for is absent; with `read = "memory"` those between are asked for
+// by their numbers, and only what the instrument's memory no longer holds is absent.
 #pragma once
 
 #include <cstdint>
@@ -63,6 +64,10 @@ class LaserProfiler final : public Driver {
   bool stopping() const override { return false; }
 
   void take(std::int64_t now_us, Effects& fx);
+  void take_all(std::span<const std::byte> frame, std::int64_t now_us, Effects& fx);
+  bool by_number() const { return config_.read == ProfileRead::kMemory; }
+  /// Asks for the next profiles that the instrument holds and we have not. @returns false when there are none
+  bool ask_by_number();
   ProfileRow in_part_frame(std::uint32_t row) const;
   void scan_over(Effects& fx);
   void finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx);
@@ -71,6 +76,9 @@ class LaserProfiler final : public Driver {
   LaserProfilerOptions config_;
   ljv::LjvDialect dialect_;
   ljv::RawProfile raw_;
+  // Numbers of profiles: not read yet, held, and asked for without an answer that brought it.
+  std::uint32_t next_number_ = 0, newest_number_ = 0;
+  std::optional<std::uint32_t> asked_number_;
   Phase phase_ = Phase::kDown;
   Op op_ = Op::kNone;
   int rows_ = 0;

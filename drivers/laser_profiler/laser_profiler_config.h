@@ -11,6 +11,12 @@ enum class ZSign : std::uint8_t { kUp, kDown };
 inline constexpr std::array<std::string_view, 2> kZSignWords{"up", "down"};
 constexpr std::span<const std::string_view> words_of(ZSign) { return kZSignWords; }
 
+/// newest: the driver asks for the newest profile; one that is overwritten before is lost. memory: it asks
+/// for every profile by its number, from the instrument's memory, several in one reply.
+enum class ProfileRead : std::uint8_t { kNewest, kMemory };
+inline constexpr std::array<std::string_view, 2> kProfileReadWords{"newest", "memory"};
+constexpr std::span<const std::string_view> words_of(ProfileRead) { return kProfileReadWords; }
+
 struct LaserProfilerConfig {
   int points = 800;
   double dx_mm = 0.0;        ///< 0 = chosen so that the line covers the grid
@@ -20,6 +26,7 @@ struct LaserProfilerConfig {
   ZSign z_sign = ZSign::kUp;
   double z_zero_mm = 0.0;
   int program = 0;
+  ProfileRead read = ProfileRead::kNewest;
   double bias_limit_mm = 0.005;  ///< calibrated uncertainty of heights; 0: the bare table is not checked
   double offset_limit_mm = 0.2;  ///< and of places; 0: the first layer's outline is not checked
   double poll_s = 0.004;  ///< while armed; must be shorter than the time between two triggers. Once two rows
@@ -40,6 +47,9 @@ inline constexpr OptionTable kLaserProfilerConfig{
     Option{"z_zero_mm", &LaserProfilerConfig::z_zero_mm, "mm", within(-1000, 1000),
            "the instrument's value at part height 0 [C]"},
     Option{"program", &LaserProfilerConfig::program, "", within(0, 15), "program that is switched to"},
+    Option{"read", &LaserProfilerConfig::read, "", Range{},
+           "newest: a profile that is overwritten before it is read is lost; memory: all are read by number "
+           "[S]"},
     Option{"bias_limit_mm", &LaserProfilerConfig::bias_limit_mm, "mm", within(0, 100),
            "calibrated uncertainty of heights (interlock 15); 0 = not checked"},
     Option{"offset_limit_mm", &LaserProfilerConfig::offset_limit_mm, "mm", within(0, 100),

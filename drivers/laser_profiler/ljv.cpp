@@ -6,8 +6,12 @@ namespace firn::drivers::ljv {
 namespace {
 
 // Offsets in the command data, which follows prefix and header.
-constexpr std::size_t kProfilesRead = 12, kPoints = 24, kUnit = 26, kX0 = 28, kDx = 32, kTrigger = 40,
-                      kEncoder = 44, kSamples = 60;
+constexpr std::size_t kNewest = 0, kOldest = 4, kFirst = 8, kProfilesRead = 12, kKind = 20, kPoints = 24,
+                      kUnit = 26, kX0 = 28, kDx = 32, kProfiles = 36;
+// Offsets in one profile: a head, samples filled up to whole words, a word that ends it.
+constexpr std::size_t kTrigger = 4, kEncoder = 8, kSamples = 24, kEnd = 4;
+constexpr std::uint8_t kWithLuminance = 0x40;  // 10 bits a point follow the heights [S]
+constexpr std::uint32_t kCurrent = 0x0000, kByNumber = 0x0200, kErase = 0x100;
 
 std::uint32_t u32(std::span<const std::byte> b, std::size_t n) {
   return std::uint32_t(b[n]) | std::uint32_t(b[n + 1]) << 8 | std::uint32_t(b[n + 2]) << 16 |
@@ -43,7 +47,13 @@ Request change_program(int program) {
   return request(kChangeProgram, {std::uint32_t(program)}, Repeat::kSetup);
 }
 
-Request get_newest_profile() { return request(kGetProfile, {0, 0, 1, 0x101}, Repeat::kRead); }
+Request get_newest_profile(bool erase) {
+  return request(kGetProfile, {0, kCurrent, 1, erase ? kErase | 1 : 1}, Repeat::kRead);
+}
+
+Request get_profiles(std::uint32_t first, int count) {
+  return request(kGetProfile, {0, kByNumber, first, std::uint32_t(count)}, Repeat::kRead);
+}
 
 std::optional<Head> parse_head(std::span<const std::byte> frame) {
   if (frame.size() < kPrefix + kHeader) return std::nullopt;
@@ -63,25 +73,42 @@ std::int32_t sample20(std::span<const std::byte> data, std::size_t n) {
   return value & 0x80000u ? std::int32_t(value) - 0x100000 : std::int32_t(value);
 }
 
-bool parse_profile(std::span<const std::byte> frame, RawProfile& out) {
+std::optional<Holdings> parse_holdings(std::span<const std::byte> frame) {
+  if (frame.size() < kPrefix + kHeader) return std::nullopt;
+  const std::span<const std::byte> data = frame.subspan(kPrefix + kHeader);
+  if (data.empty()) return Holdings{};  // nothing measured yet
+  if (data.size() <= kProfilesRead) return std::nullopt;
+  const Holdings h{u32(data, kNewest), u32(data, kOldest), u32(data, kFirst),
+                   std::int32_t(std::uint8_t(data[kProfilesRead]))};
+  if (h.profiles > 0 && data.size() < kProfiles + std::size_t(h.profiles) * (kSamples + kEnd))
+    return std::nullopt;
+  return h;
+}
+
+bool parse_profile(std::span<const std::byte> frame, RawProfile& out, int k) {
   out.points = 0;
   out.z_mm.clear();
   if (frame.size() < kPrefix + kHeader) return false;
   const std::span<const std::byte> data = frame.subspan(kPrefix + kHeader);
   if (data.size() <= kProfilesRead) return data.empty();  // nothing measured yet, told by an empty body
-  if (std::uint8_t(data[kProfilesRead]) == 0) return true;
+  if (k >= std::int32_t(std::uint8_t(data[kProfilesRead]))) return k == 0;
   if (data.size() < kUnit) return false;
   const std::uint32_t points = u16(data, kPoints);
   if (points == 0) return true;
-  if (points > std::uint32_t(kMostPoints) || data.size() < kSamples + (points * 20 + 7) / 8) return false;
+  if (points > std::uint32_t(kMostPoints)) return false;
+  // How luminance is filled up is in no source: of such a reply only the first profile is read.
+  if (k > 0 && (std::uint8_t(data[kKind]) & kWithLuminance) != 0) return false;
+  const std::size_t bytes = (points * 20 + 7) / 8;
+  const std::size_t at = kProfiles + std::size_t(k) * (kSamples + (bytes + 3) / 4 * 4 + kEnd);
+  if (data.size() < at + kSamples + bytes) return false;
   const auto dx = std::int32_t(u32(data, kDx));
   if (dx <= 0) return false;
   out.x0_mm = std::int32_t(u32(data, kX0)) * kMmPerUnit;
   out.dx_mm = dx * kMmPerUnit;
-  out.trigger_count = u32(data, kTrigger);
-  out.encoder_count = std::int32_t(u32(data, kEncoder));
+  out.trigger_count = u32(data, at + kTrigger);
+  out.encoder_count = std::int32_t(u32(data, at + kEncoder));
   const double unit_mm = u16(data, kUnit) * kMmPerUnit;
-  const std::span<const std::byte> samples = data.subspan(kSamples);
+  const std::span<const std::byte> samples = data.subspan(at + kSamples);
   out.z_mm.reserve(points);
   for (std::uint32_t n = 0; n < points; ++n) {
     const std::int32_t v = sample20(samples, n);

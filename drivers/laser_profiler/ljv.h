@@ -1,7 +1,7 @@
 // LjvDialect encodes and frames the commands of the Keyence LJ-V7000, command port TCP 24691, little endian:
-// change program (39h) and newest high-speed profile (42h). Layout from two public sources that agree
-// (docs/devices/laser_profiler.md). No checksum: lengths, the echoed command and the bounds of every field
-// are checked instead.
+// change program (39h) and high-speed profiles (42h): the newest one, or several by number. Layout from two
+// public sources that agree (docs/devices/laser_profiler.md). No checksum: lengths, the echoed command and
+// the bounds of every field are checked instead.
 #pragma once
 
 #include <cstdint>
@@ -16,14 +16,18 @@ namespace firn::drivers::ljv {
 
 inline constexpr std::uint8_t kChangeProgram = 0x39, kGetProfile = 0x42;
 inline constexpr std::size_t kPrefix = 4, kHeader = 24;  ///< u32 length; header and fixed head of the body
-inline constexpr std::size_t kLongestReply = 16'384;     ///< a profile of 3,200 points has 8,092 bytes
+inline constexpr std::size_t kLongestReply = 131'072;    ///< 16 profiles of 3,200 points have 128,512 bytes
 inline constexpr int kMostPoints = 3'200;
+inline constexpr int kMostProfiles = 16;    ///< asked for in one request
 inline constexpr double kMmPerUnit = 1e-5;  ///< 0.01 um
 /// Sample codes from here up to -524285: no peak, masked, dead zone, still waiting.
 inline constexpr std::int32_t kFirstInvalid = -524'288, kLastInvalid = -524'285;
 
 Request change_program(int program);
-Request get_newest_profile();
+/// The newest profile; `erase`: the instrument forgets it and those before it.
+Request get_newest_profile(bool erase = true);
+/// Profiles `first`, first + 1, …, which stay in the instrument. @pre 1 <= count <= kMostProfiles
+Request get_profiles(std::uint32_t first, int count);
 
 struct Head {
   std::uint8_t command = 0;
@@ -44,8 +48,15 @@ struct RawProfile {
 /// @returns nothing if the frame is shorter than its fields say or a field is out of range; never reads
 /// outside it.
 std::optional<Head> parse_head(std::span<const std::byte> frame);
-/// Reuses the storage of `out`. @returns false as parse_head.
-bool parse_profile(std::span<const std::byte> frame, RawProfile& out);
+/// Which profiles the instrument holds and how many a reply to 42h has.
+struct Holdings {
+  std::uint32_t newest = 0, oldest = 0, first = 0;  ///< numbers; `first` of this reply
+  int profiles = 0;                                 ///< in this reply
+};
+/// @returns nothing as parse_head, or when the reply has more profiles than bytes for them
+std::optional<Holdings> parse_holdings(std::span<const std::byte> frame);
+/// Profile `k` of the reply; reuses the storage of `out`. @returns false as parse_head.
+bool parse_profile(std::span<const std::byte> frame, RawProfile& out, int k = 0);
 
 /// Sample `n` of the packed 20-bit signed little-endian stream. @pre the stream holds it.
 std::int32_t sample20(std::span<const std::byte> data, std::size_t n);

@@ -104,7 +104,10 @@ std::string LampTwin::execute(std::string_view command, std::int64_t now_us) {
     if (!state_.burning) close(now_us, LampEvent::kClosed);
     return kReceived;
   }
-  if (command == "GSN") return "S2000-" + std::to_string(boot_count_);
+  if (command == "GSN") return "20158";
+  if (command == "VEB" || command == "VIO") return "105";
+  if (command == "GLH") return "340";  // of the lamp
+  if (command == "CLC") return "Done";
   if (command == "CLR") {
     state_.alarm = state_.alarm_held;
     return kReceived;

@@ -86,12 +86,19 @@ std::string LaserPointTwin::execute(std::string_view command, std::int64_t now_u
     state_.communication = enter;
     return name;
   }
-  if (command.starts_with("SW,")) {
+  if (command.starts_with("SW,") || command.starts_with("SR,")) {
     if (!state_.communication) return refused(command, Error::kStatus);
+    if (command[1] == 'R') {
+      const std::string held = setting(command.substr(3));
+      return held.empty() ? refused(command, Error::kParameter) : name + "," + held;
+    }
     return set(command) ? name.substr(0, 5) : refused(command, Error::kParameter);
   }
   if (state_.communication) return refused(command, Error::kStatus);
   if (command == "M1") return "M1," + value(wires_.nature().read_laser(now_us, settings()));
+  if (command == "M2") return "M2," + value(std::nan(""));  // the second output has no head
+  if (command == "M0")
+    return "M0," + value(wires_.nature().read_laser(now_us, settings())) + "," + value(std::nan(""));
   if (command == "PR") return "PR," + std::to_string(state_.selected);
   if (command.starts_with("PW,")) {
     if (!number(command.substr(3), 0, kMostProgram, state_.selected))
@@ -115,7 +122,7 @@ std::string LaserPointTwin::execute(std::string_view command, std::int64_t now_u
     state_.storing = 0;
     return name;
   }
-  if (command == "AN") {  // the second output has no head and stores nothing
+  if (command == "AN") {  // the second output stores nothing
     const Storage& s = wires_.nature().storage();
     const std::size_t values = s.active ? s.mm.size() : stored_.size();
     return std::string("AN,") + (state_.storing ? "1," : "0,") + std::to_string(values) + ",0";
@@ -126,13 +133,31 @@ std::string LaserPointTwin::execute(std::string_view command, std::int64_t now_u
     for (const float mm : stored_) all += ',' + value(double(mm));
     return all;
   }
-  if (command == "VR,1") return "VR";
+  if (command == "VR,1" || command == "VR,0") return "VR";
   if (command.starts_with("KL,")) return "KL";
   return refused(command, Error::kCommand);
 }
 
+// A set value is written without a point, `+123423`, and told with it, `+12.3423`.
+std::string LaserPointTwin::setting(std::string_view identifier) const {
+  const Program& p = state_.programs[std::size_t(state_.selected)];
+  if (identifier == "HB,1") return std::to_string(p.material);
+  if (identifier == "CA") return std::to_string(p.sampling);
+  if (identifier == "OF,1") return value(double(p.offset) * 1e-4);
+  return {};
+}
+
 bool LaserPointTwin::set(std::string_view command) {
   Program& p = state_.programs[std::size_t(state_.selected)];
+  constexpr std::string_view kOffset = "SW,OF,1,";
+  if (command.starts_with(kOffset)) {
+    const std::string_view text = command.substr(kOffset.size());
+    std::int32_t v = 0;
+    if (text.size() != 7 || (text[0] != '+' && text[0] != '-') || !number(text.substr(1), 0, 999'999, v))
+      return false;
+    p.offset = text[0] == '-' ? -v : v;
+    return true;
+  }
   const auto set_by = [&](std::string_view prefix, std::int32_t most, std::int32_t& member) {
     return command.starts_with(prefix) && number(command.substr(prefix.size()), 0, most, member);
   };

@@ -28,7 +28,7 @@ class LaserPointTwin : public Twin {
 
  private:
   struct Program {
-    std::int32_t sampling = 4, averaging = 2, material = 0, cycle = 4, most = 65536;
+    std::int32_t sampling = 4, averaging = 2, material = 0, cycle = 4, most = 65536, offset = 0;
   };
   struct State {
     std::uint8_t communication = 0, storing = 0;
@@ -38,6 +38,7 @@ class LaserPointTwin : public Twin {
   };
   std::string execute(std::string_view command, std::int64_t now_us);
   bool set(std::string_view command);
+  std::string setting(std::string_view identifier) const;  ///< empty: it has none
   LaserSettings settings() const;
   double window_s() const;  ///< over which a value is averaged
   double period_s() const;

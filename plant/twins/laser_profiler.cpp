@@ -6,11 +6,13 @@
 namespace firn::plant {
 namespace {
 
-constexpr std::uint8_t kChangeProgram = 0x39, kNewestProfile = 0x42;
+constexpr std::uint8_t kChangeProgram = 0x39, kProfiles = 0x42;
 constexpr std::uint8_t kErrorCommand = 0x01, kErrorArgument = 0x03;
 constexpr int kUnit = 10;  // z in steps of kUnit x 0.01 um = 0.1 um
 constexpr std::int32_t kNoPeak = -524288, kLimit = 524287, kLowest = -524284;
 constexpr std::uint32_t kLargestRequest = 4096;
+constexpr std::size_t kPosition = 25, kNumber = 28, kCount = 32, kErase = 33;  // of a request for profiles
+constexpr double kGauge_mm = 0.5;
 
 std::uint32_t u32_at(std::span<const std::byte> bytes, std::size_t at) {
   std::uint32_t v = 0;
@@ -51,7 +53,8 @@ void ProfilerTwin::trigger(std::int64_t t_us, std::int32_t encoder_counts, std::
   std::uint64_t bits = 0;
   int held = 0;
   for (std::size_t n = 0; n < z_mm.size(); ++n) {
-    const double height_mm = z_mm[params_.mirrored ? z_mm.size() - 1 - n : n];
+    const std::size_t at = params_.mirrored ? z_mm.size() - 1 - n : n;
+    const double height_mm = z_mm[at] + (gauge_ && at < z_mm.size() / 3 ? kGauge_mm : 0.0);
     const double z = params_.zero_mm + (params_.upside_down ? -height_mm : height_mm);
     const double units = z * (1e5 / kUnit);  // 1 mm = 1e5 x 0.01 um
     const std::int32_t point =
@@ -62,6 +65,8 @@ void ProfilerTwin::trigger(std::int64_t t_us, std::int32_t encoder_counts, std::
     for (held += 20; held >= 8; held -= 8, bits >>= 8) *out++ = char(bits);
   }
   if (held > 0) *out = char(bits);
+  memory_.push_back(newest_);
+  if (memory_.size() > kMemory) memory_.pop_front();
 }
 
 void ProfilerTwin::take(std::span<const std::byte> bytes, std::int64_t now_us) {
@@ -86,42 +91,18 @@ void ProfilerTwin::execute(std::span<const std::byte> request, std::int64_t now_
   const auto command = std::uint8_t(request[16]);
   std::uint8_t error = 0;
   std::string body;
-  const Shot* shot = nullptr;
   if (command == kChangeProgram) {
     if (request.size() != 24)
       error = kErrorArgument;
     else
       program_ = std::uint8_t(request[20]);
-  } else if (command == kNewestProfile) {
-    if (request.size() != 36)
+  } else if (command == kProfiles) {
+    if (request.size() != 36 || std::uint8_t(request[kPosition]) > 2)
       error = kErrorArgument;
     else
-      shot = newest_.ready_us <= now_us ? &newest_ : before_.ready_us <= now_us ? &before_ : nullptr;
+      body = profiles(request, now_us);
   } else {
     error = kErrorCommand;
-  }
-  if (command == kNewestProfile && error == 0) {  // command data: 24 bytes about the buffer, then the profile
-    body.reserve(shot ? 72 + shot->packed.size() : 24);
-    const std::uint32_t number = shot ? shot->trigger : 0;
-    for (int n = 0; n < 3; ++n) put(body, number, 4);  // newest, oldest not read, oldest read
-    put(body, shot ? 1 : 0, 1);                        // profiles in this reply
-    put(body, 0, 7);
-    put(body, 0, 4);
-  }
-  if (shot) {
-    put(body, shot->points, 2);
-    put(body, kUnit, 2);
-    const double first_mm = x0_mm_ - params_.head_x_mm;
-    const double last_mm = first_mm + double(shot->points - 1) * dx_mm_;
-    put(body, std::uint32_t(std::int32_t(std::llround((params_.mirrored ? -last_mm : first_mm) * 1e5))), 4);
-    put(body, std::uint32_t(std::int32_t(std::llround(dx_mm_ * 1e5))), 4);
-    put(body, 0, 4);
-    put(body, shot->trigger, 4);
-    put(body, std::uint32_t(shot->encoder), 4);
-    put(body, 0, 8);
-    put(body, 0, 4);
-    body += shot->packed;
-    put(body, 0, 4);
   }
   std::string out;
   out.reserve(28 + body.size());
@@ -137,16 +118,61 @@ void ProfilerTwin::execute(std::span<const std::byte> request, std::int64_t now_
   link_.reply(out, now_us);
 }
 
+std::string ProfilerTwin::profiles(std::span<const std::byte> request, std::int64_t now_us) {
+  const auto position = std::uint8_t(request[kPosition]), most = std::uint8_t(request[kCount]);
+  const Shot* newest = newest_.ready_us <= now_us   ? &newest_
+                       : before_.ready_us <= now_us ? &before_
+                                                    : nullptr;
+  const std::uint32_t number = newest ? newest->trigger : 0;
+  std::vector<const Shot*> chosen;
+  if (position == 0 && newest) chosen.push_back(newest);
+  for (const Shot& s : memory_) {
+    if (position == 0 || chosen.size() >= most || s.ready_us > now_us) break;
+    if (position == 1 || s.trigger - u32_at(request, kNumber) < kMemory) chosen.push_back(&s);
+  }
+  std::string body;
+  body.reserve(36 + chosen.size() * (chosen.empty() ? 0 : chosen[0]->packed.size() + 32));
+  put(body, number, 4);
+  put(body, memory_.empty() ? number : memory_.front().trigger, 4);
+  put(body, chosen.empty() ? number : chosen[0]->trigger, 4);
+  put(body, chosen.size(), 1);
+  put(body, 0, 7);
+  put(body, chosen.empty() ? 0 : 1, 4);
+  if (chosen.empty()) return body;
+  const double first_mm = x0_mm_ - params_.head_x_mm;
+  const double last_mm = first_mm + double(chosen[0]->points - 1) * dx_mm_;
+  put(body, chosen[0]->points, 2);
+  put(body, kUnit, 2);
+  put(body, std::uint32_t(std::int32_t(std::llround((params_.mirrored ? -last_mm : first_mm) * 1e5))), 4);
+  put(body, std::uint32_t(std::int32_t(std::llround(dx_mm_ * 1e5))), 4);
+  for (const Shot* s : chosen) {
+    put(body, 0, 4);
+    put(body, s->trigger, 4);
+    put(body, std::uint32_t(s->encoder), 4);
+    put(body, 0, 8);
+    put(body, 0, 4);
+    body += s->packed;
+    body.append((4 - s->packed.size() % 4) % 4, '\0');
+    put(body, 0, 4);  // ends the profile
+  }
+  if (std::uint8_t(request[kErase]) == 1) {
+    const std::uint32_t last = chosen.back()->trigger;
+    while (!memory_.empty() && last - memory_.front().trigger < kMemory) memory_.pop_front();
+  }
+  return body;
+}
+
 void ProfilerTwin::reboot(std::int64_t) {
   ++boot_count_;
   request_.clear();
   program_ = 0;
   triggers_ = 0;
   newest_ = before_ = {};
+  memory_.clear();
 }
 
 void ProfilerTwin::io(Archive& a) {
-  a.all(boot_count_, request_, program_, triggers_, newest_, before_, link_);
+  a.all(boot_count_, request_, program_, triggers_, gauge_, newest_, before_, memory_, link_);
 }
 
 }  // namespace firn::plant

@@ -5,7 +5,7 @@
 namespace firn::plant::lkg {
 
 std::string refused(std::string_view line, Error error) {
-  const bool setting = line.starts_with("SW,") && line.size() >= 5;
+  const bool setting = (line.starts_with("SW,") || line.starts_with("SR,")) && line.size() >= 5;
   const int code = int(error);
   return "ER," + std::string(line.substr(setting ? 3 : 0, 2)) + ',' + char('0' + code / 10) +
          char('0' + code % 10);

@@ -321,7 +321,7 @@ void StageDevice::io(Archive& a) {
   bool moving = move_.has_value();
   Move m = moving ? *move_ : Move{};
   a.all(at_mm_, moving, m, current_, queue_, enabled_, homed_, faults_, tripped_, ramp_mm_s2_, stuck_,
-        refuses_enable_, mute_, absolute_);
+        refuses_enable_, mute_, crossed_, absolute_);
   for (Pso& p : pso_) a(p);
   a(iglobals_);
   if (!a.loading()) return;

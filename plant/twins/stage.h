@@ -87,7 +87,9 @@ class StageDevice {
   void lose_count();                         ///< pulse counters return to zero; homing and motion stay
   void stick(bool on, std::int64_t now_us);  ///< X stands still, whatever it is told
   void refuse_enable(bool on) { refuses_enable_ = on; }
-  void mute_pulses(bool on) { mute_ = on; }  ///< pulses are due and none is put out or counted
+  void cross_encoder(bool on) { crossed_ = on; }
+  bool encoder_crossed() const { return crossed_; }  ///< the profiler's encoder input is on X, not on Y
+  void mute_pulses(bool on) { mute_ = on; }          ///< pulses are due and none is put out or counted
   void power_on();
   void io(Archive& a);
 
@@ -117,7 +119,7 @@ class StageDevice {
   std::deque<Target> queue_;
   std::array<bool, 3> enabled_{}, homed_{};
   std::array<std::uint32_t, 3> faults_{};
-  bool tripped_ = false, stuck_ = false, refuses_enable_ = false, mute_ = false;
+  bool tripped_ = false, stuck_ = false, refuses_enable_ = false, mute_ = false, crossed_ = false;
   bool absolute_ = false;
   double ramp_mm_s2_ = 0.0;
   std::array<Pso, 3> pso_{};

@@ -224,6 +224,7 @@ StageReply execute(StageDevice& d, std::string_view line, std::int64_t now_us) {
     if (w[2] == "MOVEDONE" || w[2] == "INPOS") return {"%\n", false, 1};
     return {"!\n"};
   }
+  if (verb == "VERSION") return {"%4.07.001\n"};
   double value = 0;
   if (verb == "RAMP" && w[1] == "RATE") return {number(w[2], value) && d.set_ramp(value) ? "%\n" : "!\n"};
   if (verb == "ACKNOWLEDGEALL") {
@@ -347,6 +348,7 @@ void StageTwin::trip(std::int64_t now_us, std::int64_t code) {
   if (code == 0 || code == 3) device_.stick(code == 3, now_us);
   if (code == 0 || code == 4) device_.refuse_enable(code == 4);
   if (code == 0 || code == 5) device_.mute_pulses(code == 5);
+  if (code == 0 || code == 6) device_.cross_encoder(code == 6);
   if (code <= 1) device_.trip(code == 1, now_us);
 }
 

@@ -48,7 +48,7 @@ class InkjetLab final : public WorldLab, private Wires {
  private:
   void pulse(int axis, std::int64_t t_us, const double position_mm[3],
              const double velocity_mm_s[3]) override {
-    if (axis == 1) return scan(t_us, position_mm[1]);
+    if (axis == 1) return scan(t_us, position_mm[0], position_mm[1]);
     if (axis != 0) return;
     // One line drives both jets; each obeys when it is set to external triggers.
     int droplets_a = 0, droplets_b = 0;
@@ -113,13 +113,23 @@ class InkjetLab final : public WorldLab, private Wires {
                                         {}});
   }
 
-  void scan(std::int64_t t_us, double stage_y_mm) {
+  // The head hangs over the stage's x; to within a count its place is that of its calibration.
+  double head_shift_mm(double stage_x_mm) const {
+    constexpr double kPlace_mm = 1e-3;
+    const GridSpec& g = config.grid;
+    const double shift_mm = stage_x_mm - 0.5 * (g.x_mm(0) + g.x_mm(g.nx - 1));
+    return std::abs(shift_mm) < kPlace_mm ? 0.0 : shift_mm;
+  }
+
+  void scan(std::int64_t t_us, double stage_x_mm, double stage_y_mm) {
     const double y_mm = stage_y_mm + config.profiler.laser_offset_y_mm;
-    const auto encoder = std::int32_t(stage.device().encoder_counts(1, stage_y_mm));
+    const bool crossed = stage.device().encoder_crossed();
+    const auto encoder = std::int32_t(stage.device().encoder_counts(1, crossed ? stage_x_mm : stage_y_mm));
     model->measured();
     const ProfilerParams& p = config.profiler;
     measure_profile(model->surface(), config.sensor, {config.seed, model->layers().layer(), scans_of_layer++},
-                    y_mm + p.error_y_mm, profile_x0_mm(config.grid, p) + p.error_x_mm,
+                    y_mm + p.error_y_mm,
+                    profile_x0_mm(config.grid, p) + p.error_x_mm + head_shift_mm(stage_x_mm),
                     profile_dx_mm(config.grid, p), line);
     if (p.error_z_mm != 0.0)
       for (double& z : line) z += p.error_z_mm;

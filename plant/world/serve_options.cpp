@@ -26,6 +26,7 @@ ServeOptions parse_serve_options(const std::vector<std::string>& arguments) {
       {"--node", not_used},
       {"--blob", not_used},
       {"--faults", not_used},
+      {"--record", not_used},
   };
   read_arguments(arguments, table);
   if (o.run.empty()) throw std::invalid_argument("--run is missing: the run folder");

@@ -115,6 +115,10 @@ WorldConfig world_config(const Experiment& e) {
   c.profiler.points = e.laser_profiler.points;
   c.profiler.dx_mm = e.laser_profiler.dx_mm;
   c.profiler.laser_offset_y_mm = e.laser_profiler.offset_y_mm;
+  c.profiler.head_x_mm = e.laser_profiler.offset_x_mm;  // it hangs as the lab file says
+  c.profiler.mirrored = on(e.laser_profiler.mirror_x);
+  c.profiler.upside_down = e.laser_profiler.z_sign == drivers::ZSign::kDown;
+  c.profiler.zero_mm = e.laser_profiler.z_zero_mm;
   c.profiler.error_x_mm = e.plant.profiler_dx_mm;
   c.profiler.error_y_mm = e.plant.profiler_dy_mm;
   c.profiler.error_z_mm = e.plant.profiler_dz_mm;

@@ -18,6 +18,7 @@ namespace {
 // Rows that a profiler produces faster than a busy machine reads them are lost: a profiler keeps only its
 // newest row, and reading takes wall time. Measured: docs/commands/print.md.
 void check_rows(const Experiment& e) {
+  if (e.laser_profiler.read == drivers::ProfileRead::kMemory) return;
   constexpr double kLeastWall_s = 0.005;
   const double scale = e.run.time_scale, speed = e.process.scan_speed_mm_s, pitch = e.grid.pitch_y_mm,
                row_s = pitch / speed / scale;
@@ -37,9 +38,9 @@ void check_rows(const Experiment& e) {
 }  // namespace
 
 void check_print(const Experiment& e, const std::string& bus) {
-  if (const auto real = real_ports(e); bus == "in-process" && !real.empty())
-    throw UsageError("devices." + real.begin()->first + ".port = \"" + to_text(real.begin()->second) +
-                     "\": --bus in-process reaches no real instrument");
+  if (const auto outside = outside_ports(e); bus == "in-process" && !outside.empty())
+    throw UsageError("devices." + outside.begin()->first + ".port = \"" + to_text(outside.begin()->second) +
+                     "\": --bus in-process reaches no instrument outside the simulated world");
   try {
     plant::check(plant::world_config(e));
   } catch (const std::invalid_argument& error) {

@@ -26,6 +26,7 @@ void LaserProfilerNode::on(const profiler_command_t& c, Time now, Outbox& out) {
   const ProfilerVerb verb = ProfilerVerb(c.verb);
   perform(c, false, now, out, [&](LaserProfiler& profiler, std::int64_t now_us, Effects& fx) {
     if (verb == ProfilerVerb::kArm) {
+      if (c.first_row == 0) rows_received_ = 0;
       scan_ = c;
       profiler.arm(c.rows, now_us, fx);
     } else {
@@ -40,10 +41,10 @@ void LaserProfilerNode::on_measured(drivers::ProfileRow& p, Time now, Outbox& ou
   m.layer = scan_.layer;
   m.attempt = scan_.attempt;
   m.scan_id = scan_.scan_id;
-  m.row = p.row;
-  m.rows = scan_.rows;
+  m.row = scan_.first_row + p.row;
+  m.rows = scan_.rows_of_scan;
   m.sample_utime_us = now.us;
-  m.x0_mm = p.x0_mm;
+  m.x0_mm = p.x0_mm + scan_.shift_x_mm;
   m.dx_mm = p.dx_mm;
   m.y_mm = p.encoder_count / counts_per_mm_ + offset_y_mm_;
   m.trigger_count = p.trigger_count;
@@ -53,12 +54,14 @@ void LaserProfilerNode::on_measured(drivers::ProfileRow& p, Time now, Outbox& ou
 }
 
 void LaserProfilerNode::on_measured(drivers::ScanDone& d, Time, Outbox& out) {
+  rows_received_ += d.rows_received;
+  if (scan_.first_row + d.rows_expected < scan_.rows_of_scan) return;
   scan_done_t m{};
   m.layer = scan_.layer;
   m.attempt = scan_.attempt;
   m.scan_id = scan_.scan_id;
-  m.rows_expected = d.rows_expected;
-  m.rows_received = d.rows_received;
+  m.rows_expected = scan_.rows_of_scan;
+  m.rows_received = rows_received_;
   out.send(channels::kScanDone, std::move(m));
 }
 

@@ -14,7 +14,8 @@
 namespace firn {
 
 /// Adapter of drivers/laser_profiler. The y of a profile is the stage's Y at its trigger (the encoder count
-/// in the reply) plus the offset of the laser line from the nozzle.
+/// in the reply) plus the offset of the laser line from the nozzle; its x is shifted with the stage's. The
+/// swaths of a scan have one numbering of rows and one SCAN_DONE.
 class LaserProfilerNode final : public DriverNode<LaserProfilerNode, drivers::LaserProfiler, drivers::Effects,
                                                   drivers::ProfileRow, drivers::ScanDone> {
  public:
@@ -28,7 +29,8 @@ class LaserProfilerNode final : public DriverNode<LaserProfilerNode, drivers::La
  private:
   double counts_per_mm_;
   double offset_y_mm_;
-  profiler_command_t scan_{};  // the command that armed the scan
+  profiler_command_t scan_{};       // the command that armed the swath
+  std::int32_t rows_received_ = 0;  // of the swaths of the scan that are over
 };
 
 std::unique_ptr<Node> make_laser_profiler(const std::string& config_toml, const Blobs& blobs);

@@ -44,6 +44,7 @@ void DropletLoop::proceed(Phase next, Time now, Outbox& out) {
     case Phase::kEndScan:
       return send_profiler(ProfilerVerb::kEnd, now, out);
     case Phase::kAwaitMap:
+      swath_ = 0;
       out.wake_at(kDeadline, now.after_s(kSlackWall_s * experiment().run.time_scale));
       return act_on_map(now, out);
     case Phase::kAwaitPlan:
@@ -105,7 +106,7 @@ void DropletLoop::send_scan(Time now, Outbox& out) {
   c.attempt = scan_attempt_;
   c.scan_id = scan_id_;
   c.rows = g.ny;
-  c.x_mm = 0.5 * (g.x_mm(0) + g.x_mm(g.nx - 1));  // the line's middle
+  c.x_mm = 0.5 * (g.x_mm(0) + g.x_mm(g.nx - 1)) + swaths_mm_[swath_];  // the line's middle
   c.y_mm = g.y_mm(0);
   c.z_mm = experiment().process.nozzle_gap_mm;
   c.speed_mm_s = scan_speed_mm_s();
@@ -126,7 +127,7 @@ void DropletLoop::send_jet(JetVerb verb, Time now, Outbox& out) {
 }
 
 void DropletLoop::send_profiler(ProfilerVerb verb, Time now, Outbox& out) {
-  if (verb == ProfilerVerb::kArm) ++scan_id_;
+  if (verb == ProfilerVerb::kArm && swath_ == 0) ++scan_id_;
   profiler_command_t c{};
   c.verb = std::int8_t(verb);
   c.attempt = scan_attempt_;
@@ -134,6 +135,9 @@ void DropletLoop::send_profiler(ProfilerVerb verb, Time now, Outbox& out) {
   c.rows = experiment().grid.ny;
   c.y0_mm = experiment().grid.y_mm(0);
   c.pitch_y_mm = experiment().grid.pitch_y_mm;
+  c.first_row = std::int32_t(swath_) * c.rows;
+  c.rows_of_scan = std::int32_t(swaths_mm_.size()) * c.rows;
+  c.shift_x_mm = swaths_mm_[swath_];
   stamp(c, NodeId::kLaserProfiler, 10.0, now, out);
   out.send(channels::kProfilerCommand, c);
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "config/swaths.h"
 #include "core/grid/outline.h"
 #include "lcmtypes/convert.h"
 #include "procs/scheduler/rise_check.h"
@@ -20,7 +21,8 @@ DropletLoop::DropletLoop(const Experiment& experiment, HeightMap target, Mask ma
       target_(std::move(target)),
       mask_(std::move(mask)),
       inside_(inside_of(mask_)),
-      rim_(mask_) {
+      rim_(mask_),
+      swaths_mm_(swath_shifts_mm(experiment)) {
   for (std::size_t c = 0; c < rim_.size(); ++c)
     if (inside_.cells[c]) rim_.cells[c] = 0;
   subscribe(channels::kHeightMap, this);
@@ -74,7 +76,7 @@ void DropletLoop::answered(const answer_t& m, Time now, Outbox& out) {
     case Phase::kScan:
       return proceed(Phase::kEndScan, now, out);
     case Phase::kEndScan:
-      return proceed(Phase::kAwaitMap, now, out);
+      return proceed(++swath_ < swaths_mm_.size() ? Phase::kArmProfiler : Phase::kAwaitMap, now, out);
     case Phase::kArmJet:
       return proceed(Phase::kPass, now, out);
     case Phase::kPass:
@@ -183,6 +185,7 @@ bool DropletLoop::doubted(const height_map_t& m, Time now, Outbox& out) {
 
 void DropletLoop::scan_again(Time now, Outbox& out) {
   ++scan_attempt_;
+  swath_ = 0;
   proceed(Phase::kArmProfiler, now, out);
 }
 

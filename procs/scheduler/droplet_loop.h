@@ -5,6 +5,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/grid/grid.h"
 #include "firn/height_map_t.hpp"
@@ -70,7 +71,9 @@ class DropletLoop final : public Scheduler {
   LayerJob job_;
   HeightMap below_;  ///< the last accepted map; without cells after a stop that asked for a look at the part
   int below_layer_ = 0;
-  HeightMap bare_;  ///< of layer 0, until the first layer's map is accepted
+  HeightMap bare_;                 ///< of layer 0, until the first layer's map is accepted
+  std::vector<double> swaths_mm_;  ///< shifts of the stage; one of 0 where the profiler's line is long enough
+  std::size_t swath_ = 0;
   int scan_attempt_ = 0;
   std::int32_t rows_lost_ = 0;  ///< of the layer's scans so far
   int slower_ = 0;              ///< scans have this many times half the configured speed

@@ -55,7 +55,27 @@ void fill_operator_command(const MessageFields&, const MessageFields*, NewFields
   now.set_text("value", "");
 }
 
+// A scan was one swath over the grid's middle.
+void fill_profiler_command(const MessageFields& old, const MessageFields*, NewFields& now) {
+  now.set("first_row", 0);
+  now.set("rows_of_scan", old.integer("rows"));
+  now.set_number("shift_x_mm", 0.0);
+}
+
 constexpr Migration kMigrations[] = {
+    {R"(struct profiler_command_t {
+          header_t header;
+          int64_t command_id;
+          int64_t enable_epoch;
+          int8_t verb;
+          int32_t layer;
+          int32_t attempt;
+          int64_t scan_id;
+          int32_t rows;
+          double y0_mm;
+          double pitch_y_mm;
+        })",
+     fill_profiler_command},
     {R"(struct operator_command_t {
           header_t header;
           int8_t verb;

@@ -80,7 +80,8 @@ TEST_CASE("The drivers bring all twins to safe, print a pass, cure it and scan i
                                        drivers::Effects& fx) { rig.profiler.arm(grid.ny, rig.now_us, fx); })
             .outcome == Outcome::kReady);
   const auto scan = rig.command(kStagePort, [&](drivers::Driver&, drivers::Effects& fx) {
-    rig.stage.scan(1.0, grid.y_mm(0), 0.0, grid.pitch_y_mm, grid.ny, 5.0, rig.now_us, fx);
+    const double middle_mm = 0.5 * (grid.x_mm(0) + grid.x_mm(grid.nx - 1));
+    rig.stage.scan(middle_mm, grid.y_mm(0), 0.0, grid.pitch_y_mm, grid.ny, 5.0, rig.now_us, fx);
   });
   CHECK(scan.outcome == Outcome::kDone);
   CHECK(rig.command(kProfilerPort,
