@@ -2,7 +2,9 @@
 
 #include "cli/attach_command.h"
 #include "cli/audit_command.h"
+#include "cli/bringup_command.h"
 #include "cli/calibrate_command.h"
+#include "cli/cassette_command.h"
 #include "cli/compare_command.h"
 #include "cli/config_command.h"
 #include "cli/ctl_command.h"
@@ -46,8 +48,10 @@ constexpr Command kCommands[] = {
     {"replay", "replays a run bit for bit, or names the first divergence", declare_replay},
     {"spy", "watches a live print: lcm-spy with Firn's types, height map and layer error", declare_spy},
     {"doctor", "what this machine lacks for live prints, and the mend", declare_doctor},
+    {"bringup", "checks real instruments row by row before the first print", declare_bringup},
     {"device", "speaks to one instrument: who is it, is it safe, move, expose, with every byte",
      declare_device},
+    {"cassette", "holds what an instrument once said against the driver of today", declare_cassette},
     {"calibrate", "measures where tools stand, when they act and what valves give; levels the table",
      declare_calibrate},
     {"audit", "checks a run's droplets against the world's own record", declare_audit},

@@ -1,5 +1,7 @@
 #include "cli/doctor_command.h"
 
+#include <unistd.h>
+
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -8,7 +10,10 @@
 #include <vector>
 
 #include "cli/option_set.h"
+#include "config/devices.h"
 #include "lcmtypes/channels.h"
+#include "print/bringup/raw_line.h"
+#include "print/device/lab_experiment.h"
 #include "print/exit_codes.h"
 #include "print/live/bus_check.h"
 #include "print/live/bus_port.h"
@@ -78,10 +83,43 @@ Check programs() {
           "run ./firn doctor: it builds what is missing"};
 }
 
+// A real port: may this user open it, has it a lasting name, does somebody answer the call.
+Check instrument(const std::string& node, const PortAddress& address) {
+  Check c{node, false, to_text(address), ""};
+  if (address.kind == PortAddress::Kind::kSerial) {
+    std::error_code error;
+    if (!fs::exists(address.place, error)) {
+      c.found += ": no such device";
+      c.mend = "plug it in; ls -l /dev/serial/by-id names what is there";
+      return c;
+    }
+    if (::access(address.place.c_str(), R_OK | W_OK) != 0) {
+      c.found += ": this user may not open it";
+      c.mend = "sudo usermod -aG dialout $USER, then log in again";
+      return c;
+    }
+  }
+  const RawLine line(address);
+  if (!line.is_open()) {
+    c.found += ": " + (line.trouble().empty() ? "does not open" : line.trouble());
+    c.mend =
+        address.kind == PortAddress::Kind::kTcp ? "power, cable, address; ping it" : "close what holds it";
+    return c;
+  }
+  c.ok = true;
+  c.found += " opens";
+  if (address.place.starts_with("/dev/tty"))
+    c.found += "; its name may change with the next plug: write its path in /dev/serial/by-id";
+  return c;
+}
+
 }  // namespace
 
 int run_doctor(const DoctorOptions& options) {
-  const std::vector<Check> checks{multicast(), receive_buffer(), ports(), disk(), programs()};
+  std::vector<Check> checks{multicast(), receive_buffer(), ports(), disk(), programs()};
+  if (!options.lab.empty())
+    for (const auto& [node, address] : real_ports(load_lab_experiment(options.lab, options.overrides)))
+      checks.push_back(instrument(node, address));
   bool well = true;
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const Check& c : checks) {
@@ -101,6 +139,8 @@ int run_doctor(const DoctorOptions& options) {
 
 void declare_doctor(OptionSet& options) {
   auto& o = options.calls(run_doctor);
+  options.option("LAB", o.lab, "lab file: its real ports are looked at too");
+  options.override_option(o.overrides);
   options.json_flag(o.json);
 }
 

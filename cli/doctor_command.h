@@ -1,11 +1,16 @@
 // run_doctor reports the requirements of live prints that this machine does not meet, each with its remedy.
 #pragma once
 
+#include <string>
+#include <vector>
+
 namespace firn {
 
 class OptionSet;
 
 struct DoctorOptions {
+  std::string lab;                     ///< lab file; empty: the machine alone
+  std::vector<std::string> overrides;  ///< --set KEY=VALUE
   bool json = false;
 };
 

@@ -14,9 +14,12 @@
 #include "cli/option_set.h"
 #include "cli/print_show.h"
 #include "config/changes.h"
+#include "config/devices.h"
 #include "config/include.h"
 #include "config/labs.h"
+#include "files/text_file.h"
 #include "files/usage_error.h"
+#include "print/bringup/bringup.h"
 #include "print/exit_codes.h"
 #include "print/folder/folder_watch.h"
 #include "print/folder/lab_lock.h"
@@ -103,6 +106,7 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
   } else {
     LaunchOptions o = with(LaunchOptions{});
     o.bus_url = options.bus;
+    o.record = options.record;
     const LaunchReport report = launch(run, o);
     s.result = report.result;
     s.folder = report.folder.string();
@@ -131,6 +135,33 @@ void check_speedup(const PrintOptions& o) {
                     o.speedup, kMost));
 }
 
+// Real instruments are brought up before they print: LAB.bringup.json beside a file of the experiment, or in
+// the folder of the run that goes on.
+std::string bringup_beside(const std::filesystem::path& experiment) {
+  std::string found = bringup_file(experiment.string());
+  for (const auto& [file, text] : read_with_includes(experiment))
+    if (const std::string beside = bringup_file(file); std::filesystem::exists(beside)) found = beside;
+  return found;
+}
+
+void check_bringup(const Experiment& e, const PrintOptions& options) try {
+  if (const std::string why =
+          bringup_refusal(e, read_bringup(options.bringup), options.bringup, options.accept_bringup);
+      !why.empty())
+    throw UsageError(why);
+} catch (const std::invalid_argument& damaged) {
+  throw UsageError(damaged.what());
+}
+
+// What the print began with: the rows as they were, and those whose risk was taken.
+void keep_bringup(const std::filesystem::path& run, const Experiment& e, const PrintOptions& options) {
+  if (real_ports(e).empty()) return;
+  nlohmann::ordered_json j{{"accepted", options.accept_bringup}, {"file", options.bringup}};
+  if (std::filesystem::exists(options.bringup))
+    j["result"] = nlohmann::ordered_json::parse(read_file(options.bringup));
+  write_file_atomically(run / "bringup.json", j.dump(2) + "\n");
+}
+
 void check_all(const Experiment& e, const Blobs& inputs, const PrintOptions& options) {
   check_bus(options.bus);
   check_print(e, options.bus);
@@ -149,6 +180,7 @@ int detach(const std::filesystem::path& run, const PrintOptions& options) {
   if (options.tolerance_um > 0.0) add("--tolerance", fmt::format("{}", options.tolerance_um));
   if (options.accept_doubt) words.push_back("--accept-doubt");
   if (options.plain) words.push_back("--plain");
+  if (options.record) words.push_back("--record");
   if (options.unsealed) words.push_back("--unsealed");
   const DetachedPrint print = start_detached(run, words);
   if (options.json)
@@ -160,7 +192,9 @@ int detach(const std::filesystem::path& run, const PrintOptions& options) {
 
 // A print that finds no room for its inputs has not begun.
 RunFolder make_folder(const Experiment& e, const Blobs& inputs, const PrintOptions& options) try {
-  return RunFolder::create(options.runs, e, inputs, own_command_line());
+  RunFolder run = RunFolder::create(options.runs, e, inputs, own_command_line());
+  keep_bringup(run.path(), e, options);
+  return run;
 } catch (const UsageError&) {
   throw;
 } catch (const std::runtime_error& error) {
@@ -170,7 +204,8 @@ RunFolder make_folder(const Experiment& e, const Blobs& inputs, const PrintOptio
 
 // The speed at which this machine reads every row.
 void keep_up(Experiment& e, const PrintOptions& options) {
-  if (options.bus == "in-process" || prints_paths(e)) return;
+  const bool keeps_rows = e.laser_profiler.read == drivers::ProfileRead::kMemory;
+  if (options.bus == "in-process" || prints_paths(e) || keeps_rows) return;
   const double period_s = row_period_s(e, e.process.scan_speed_mm_s);
   if (const std::string slower = fit_scan_speed(e, slowest_row_s(period_s)); !slower.empty())
     fmt::print(stderr, "{}\n", slower);
@@ -189,6 +224,8 @@ int run_print(const PrintOptions& options) {
   if (options.experiment.empty() == options.resume.empty())
     throw UsageError("give either an experiment file or --resume RUN");
   check_bus(options.bus);
+  if (options.record && options.bus == "in-process")
+    throw UsageError("--record: --bus in-process has no ports to record");
   check_speedup(options);
   std::signal(SIGPIPE, SIG_IGN);  // a reader that has gone does not end the print
   PrintSummary summary;
@@ -218,16 +255,19 @@ int run_print(const PrintOptions& options) {
     parse_lab_faults(options.faults, e);  // before anything is written
     const Blobs inputs = make_inputs(e, file.parent_path());
     complete_experiment(e, inputs);
+    PrintOptions whole = options;
+    if (whole.bringup.empty()) whole.bringup = bringup_beside(file);
+    if (!real_ports(e).empty()) check_bringup(e, whole);
     const PrintPreview preview = preview_print(e, inputs, file.parent_path());
     std::fputs(preview_text(preview).c_str(), stderr);
     if (options.detach) {
       check_all(e, inputs, options);
       keep_up(e, options);
-      PrintOptions again = options;
+      PrintOptions again = whole;
       again.overrides.clear();
       return detach(make_folder(e, inputs, options).path(), again);
     }
-    summary = print_experiment(e, inputs, options);
+    summary = print_experiment(e, inputs, whole);
   }
   std::fputs((options.json ? print_json(summary) : print_text(summary)).c_str(), stdout);
   return exit_code(summary);
@@ -256,6 +296,15 @@ void declare_print(OptionSet& options) {
   options.flag("--accept-doubt", o.accept_doubt,
                "with --resume: go on though droplets of the open loop are in doubt");
   options.flag("--plain", o.plain, "leave the run folder's records as they are written; default: packed");
+  options.option("--bringup", o.bringup,
+                 "result of firn bringup; default: LAB.bringup.json beside the lab's file");
+  options
+      .option(
+          "--accept-bringup", o.accept_bringup,
+          "print on real instruments though this row of firn bringup is not done: NODE:ROW, or all; recorded")
+      .one_value_each();
+  options.flag("--record", o.record,
+               "what crosses the ports of the instruments goes onto RUN/cassettes too; firn cassette");
   options.flag(
       "--detach", o.detach,
       "the print goes on in a process of its own, also when the terminal is closed; firn attach RUN");

@@ -22,8 +22,11 @@ struct PrintOptions {
   std::string runs = "runs";        ///< where run folders go
   double tolerance_um = 0.0;        ///< --tolerance: RMS above it is no success; 0 = one nominal layer
   bool accept_doubt = false;
-  bool plain = false;   ///< the records of the run stay as they were written
-  bool detach = false;  ///< in a process of its own
+  bool plain = false;                       ///< the records of the run stay as they were written
+  std::string bringup;                      ///< result file of firn bringup; "" = LAB.bringup.json
+  std::vector<std::string> accept_bringup;  ///< rows of the bring-up that are not done, or "all"
+  bool record = false;                      ///< what crosses the ports of instruments goes onto cassettes too
+  bool detach = false;                      ///< in a process of its own
   bool unsealed = false;
   bool json = false;
 };

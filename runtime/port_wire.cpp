@@ -5,13 +5,16 @@
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
+#include <sys/timerfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <stdexcept>
 #include <utility>
 
+#include "runtime/run_clock.h"
 #include "runtime/serial_line.h"
 #include "runtime/socket_address.h"
 
@@ -37,6 +40,7 @@ void keep_alive(int fd) {
 }  // namespace
 
 PortWire::PortWire(PortAddress address) : address_(std::move(address)) {
+  if (address_.kind == PortAddress::Kind::kCassette) deck_ = std::make_unique<CassetteDeck>(address_.place);
   if (address_.kind != PortAddress::Kind::kTcp) return;
   addrinfo wanted{}, *found = nullptr;
   wanted.ai_socktype = SOCK_STREAM;
@@ -56,7 +60,9 @@ PortWire::PortWire(PortWire&& other) noexcept
       state_(std::exchange(other.state_, State::kClosed)),
       fd_(std::exchange(other.fd_, -1)),
       due_us_(other.due_us_),
-      trouble_(std::move(other.trouble_)) {}
+      trouble_(std::move(other.trouble_)),
+      deck_(std::move(other.deck_)),
+      played_(std::move(other.played_)) {}
 
 void PortWire::close() {
   if (fd_ >= 0) ::close(fd_);
@@ -92,6 +98,8 @@ void PortWire::open(std::int64_t wall_us) {
       const SocketAddress address(address_.place);
       return connect_socket(address.get(), sizeof(sockaddr_un));
     }
+    case PortAddress::Kind::kCassette:
+      return open_cassette(wall_us);
     case PortAddress::Kind::kTcp:
       connect_socket(reinterpret_cast<const sockaddr*>(&remote_), remote_size_);
       if (state_ == State::kConnecting) due_us_ = wall_us + kConnectWithin_us;
@@ -105,6 +113,35 @@ void PortWire::open(std::int64_t wall_us) {
       return;
     }
   }
+}
+
+void PortWire::open_cassette(std::int64_t wall_us) {
+  fd_ = ::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC);
+  if (fd_ < 0) return failed(std::strerror(errno));
+  state_ = State::kOpen;
+  played_.clear();
+  deck_->open(wall_us);
+  wait_for_cassette();
+}
+
+void PortWire::wait_for_cassette() {
+  const std::int64_t due_us = played_.empty() ? deck_->due_us() : 1;
+  itimerspec at{};
+  if (due_us != INT64_MAX) at.it_value = {due_us / 1'000'000, due_us % 1'000'000 * 1000};
+  if (fd_ >= 0) ::timerfd_settime(fd_, TFD_TIMER_ABSTIME, &at, nullptr);
+}
+
+PortWire::Io PortWire::read_cassette(std::span<std::byte> to, std::size_t& count) {
+  bool closed = false;
+  if (played_.empty() && !deck_->take(monotonic_us(), played_, closed)) {
+    wait_for_cassette();
+    return Io::kLater;
+  }
+  if (closed) return Io::kLost;
+  count = std::min(to.size(), played_.size());
+  std::copy_n(played_.begin(), count, to.begin());
+  played_.erase(played_.begin(), played_.begin() + std::ptrdiff_t(count));
+  return Io::kDone;
 }
 
 PortWire::State PortWire::settle(std::int64_t wall_us) {
@@ -134,6 +171,7 @@ PortWire::State PortWire::settle(std::int64_t wall_us) {
 std::int64_t PortWire::due_us() const { return state_ == State::kConnecting ? due_us_ : INT64_MAX; }
 
 PortWire::Io PortWire::read(std::span<std::byte> to, std::size_t& count) {
+  if (deck_) return read_cassette(to, count);
   const bool serial = address_.kind == PortAddress::Kind::kSerial;
   if (serial) {  // without a byte, read() returns 0 as it does for a line that was pulled out
     pollfd p{fd_, POLLIN, 0};
@@ -147,6 +185,13 @@ PortWire::Io PortWire::read(std::span<std::byte> to, std::size_t& count) {
 }
 
 PortWire::Io PortWire::write(std::span<const std::byte> bytes, std::size_t& count) {
+  if (deck_) {
+    count = bytes.size();
+    if (!deck_->send(bytes, monotonic_us()))
+      trouble_ = to_text(address_) + ": what is sent stands nowhere on the cassette:" + shown(bytes);
+    wait_for_cassette();
+    return Io::kDone;
+  }
   const ssize_t sent = address_.kind == PortAddress::Kind::kSerial
                            ? ::write(fd_, bytes.data(), bytes.size())
                            : ::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL);

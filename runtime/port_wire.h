@@ -1,14 +1,16 @@
-// PortWire is one nonblocking connection to an instrument: TCP, a serial line or a Unix socket.
+// PortWire is one nonblocking connection to an instrument: TCP, a serial line, a Unix socket or a cassette.
 #pragma once
 
 #include <sys/socket.h>
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 
 #include "files/port_address.h"
+#include "runtime/cassette_deck.h"
 
 namespace firn {
 
@@ -17,7 +19,8 @@ class PortWire {
   enum class State : std::uint8_t { kClosed, kConnecting, kOpen };
   enum class Io : std::uint8_t { kDone, kLater, kLost };
 
-  /// Resolves the name of a TCP host, once. @throws std::runtime_error naming the address
+  /// Resolves the name of a TCP host, reads a cassette, once. @throws std::runtime_error or
+  /// std::invalid_argument naming the address or the line of the cassette
   explicit PortWire(PortAddress address);
   ~PortWire() { close(); }
   PortWire(PortWire&& other) noexcept;
@@ -45,6 +48,9 @@ class PortWire {
 
  private:
   void failed(const std::string& why);
+  void open_cassette(std::int64_t wall_us);
+  void wait_for_cassette();
+  Io read_cassette(std::span<std::byte> to, std::size_t& count);
   void connect_socket(const sockaddr* to, socklen_t size);
 
   PortAddress address_;
@@ -54,6 +60,8 @@ class PortWire {
   int fd_ = -1;
   std::int64_t due_us_ = INT64_MAX;
   std::string trouble_;
+  std::unique_ptr<CassetteDeck> deck_;  // of a cassette; fd_ is a timer that runs out when bytes come
+  std::vector<std::byte> played_;       // come, and not read yet
 };
 
 }  // namespace firn

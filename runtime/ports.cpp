@@ -17,7 +17,7 @@ constexpr std::size_t kMostWaiting = std::size_t(4)
 
 Ports::Ports(const std::vector<PortAddress>& addresses, LeaseLoss lease_loss)
     : lease_loss_(std::move(lease_loss)) {
-  for (const PortAddress& address : addresses) ports_.push_back({PortWire(address)});
+  for (const PortAddress& address : addresses) ports_.emplace_back(address);
 }
 
 void Ports::open_all(std::int64_t wall_us) {
@@ -73,7 +73,7 @@ void Ports::connect(Port& p, std::int64_t wall_us) {
   const bool near = p.wire.address().kind == PortAddress::Kind::kUnix;
   p.pause_us = near ? kRetry_us : std::clamp(2 * p.pause_us, kShortestPause_us, kLongestPause_us);
   p.connect_at_us = wall_us + p.pause_us;
-  if (!near && p.said != p.wire.trouble()) notices_.push_back(p.said = p.wire.trouble());
+  if (!near && p.said != p.wire.trouble()) notices_.push_back((p.said = p.wire.trouble()) + "; trying again");
 }
 
 void Ports::service(std::int64_t wall_us, const OnLink& on_link, const OnBytes& on_bytes) {
@@ -89,6 +89,7 @@ void Ports::service(std::int64_t wall_us, const OnLink& on_link, const OnBytes& 
     if (!std::exchange(p.told_open, true)) {
       p.pause_us = 0;
       p.said.clear();
+      tell(p, Cassette::Kind::kOpened);
       on_link(id, LinkState::kOpen);
     }
     flush(p);
@@ -96,7 +97,10 @@ void Ports::service(std::int64_t wall_us, const OnLink& on_link, const OnBytes& 
     std::size_t count = 0;
     while (p.told_open) {
       const PortWire::Io io = p.wire.read(buffer, count);
-      if (io == PortWire::Io::kDone) on_bytes(id, std::span(buffer, count));
+      if (io == PortWire::Io::kDone) {
+        tell(p, Cassette::Kind::kReceived, std::span(buffer, count));
+        on_bytes(id, std::span(buffer, count));
+      }
       if (io == PortWire::Io::kLost) lost(p);
       if (io != PortWire::Io::kDone) break;
     }
@@ -126,6 +130,7 @@ void Ports::close(Port& p) {
 }
 
 void Ports::lost(Port& p) {
+  if (p.told_open) tell(p, Cassette::Kind::kClosed);
   close(p);
   p.tell_closed = true;
 }
@@ -146,6 +151,9 @@ void Ports::flush(Port& p) {
     if (io == PortWire::Io::kLost) return lost(p);
     w.sent += sent;
     if (w.sent == w.bytes.size()) {
+      tell(p, Cassette::Kind::kSent, w.bytes);
+      if (!p.wire.trouble().empty() && p.said != p.wire.trouble())
+        notices_.push_back(p.said = p.wire.trouble());
       p.waiting_bytes -= w.bytes.size();
       p.waiting.pop_front();
     }

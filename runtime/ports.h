@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "files/cassette.h"
 #include "runtime/port_wire.h"
 #include "runtime/time.h"
 
@@ -31,6 +32,10 @@ class Ports {
   explicit Ports(const std::vector<PortAddress>& addresses, LeaseLoss lease_loss = {});
   Ports(const Ports&) = delete;
   Ports& operator=(const Ports&) = delete;
+
+  /// Is told of everything that crosses a port: bytes once they have left or have come, openings, ends.
+  using Tape = std::function<void(PortId, Cassette::Kind, std::span<const std::byte>)>;
+  void record(Tape tape) { tape_ = std::move(tape); }
 
   void open_all(std::int64_t wall_us);
   /// @param of_command they leave only while the lease holds: bytes that the kernel has not taken when it
@@ -59,6 +64,7 @@ class Ports {
     bool of_command = false;
   };
   struct Port {
+    explicit Port(const PortAddress& address) : wire(address) {}
     PortWire wire;
     std::int64_t connect_at_us = INT64_MAX;
     std::int64_t pause_us = 0;  // before the next attempt
@@ -74,8 +80,13 @@ class Ports {
   void connect(Port& p, std::int64_t wall_us);
   void flush(Port& p);
 
+  void tell(const Port& p, Cassette::Kind kind, std::span<const std::byte> bytes = {}) const {
+    if (tape_) tape_(PortId(&p - ports_.data()), kind, bytes);
+  }
+
   std::vector<Port> ports_;
   LeaseLoss lease_loss_;
+  Tape tape_;
   std::vector<std::string> notices_;
 };
 

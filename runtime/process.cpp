@@ -3,18 +3,24 @@
 #include <poll.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <deque>
 #include <filesystem>
+#include <fstream>
+#include <stdexcept>
 #include <utility>
 
 #include "firn/device_state_t.hpp"
+#include "firn/enable_t.hpp"
 #include "firn/enums.h"
 #include "firn/safe_stop_t.hpp"
 #include "runtime/control_line.h"
 #include "runtime/faults_file.h"
 #include "runtime/heartbeat.h"
 #include "runtime/ports.h"
+#include "runtime/process_args.h"
 #include "runtime/transport.h"
 #include "runtime/wal_file.h"
 
@@ -52,7 +58,9 @@ class Runner {
         lossy_(options.faults),
         faults_file_(folder_ / (name_ + ".faults"), options.faults.any()),
         ports_(port_addresses(), [this] { return lease_loss(); }),
-        control_(control) {}
+        control_(control) {
+    if (options_.record && !host_.ports().empty()) record_ports();
+  }
 
   int run();
 
@@ -67,6 +75,8 @@ class Runner {
     }
     return addresses;
   }
+  void record_ports();
+  void record_order(const Event& event);
   void write_heads();
   void come_back();
   void received(const ChannelInfo& row, std::span<const std::byte> bytes);
@@ -95,6 +105,8 @@ class Runner {
   Lossy lossy_;
   FaultsFile faults_file_;
   Ports ports_;
+  std::ofstream cassette_;
+  std::int64_t recorded_epoch_ = -1;
   ControlLine& control_;
   std::unique_ptr<Heartbeat> heartbeat_;
   std::deque<Pending> queue_;
@@ -103,6 +115,27 @@ class Runner {
   bool started_ = false, stopping_ = false, safe_ = false, told_finish_ = false;
   std::int64_t stop_by_us_ = INT64_MAX;
 };
+
+// An incarnation goes on where the one before ended: node time does.
+void Runner::record_ports() {
+  const std::filesystem::path file =
+      std::filesystem::path(options_.run_dir) / "cassettes" / (name_ + ".cassette");
+  std::filesystem::create_directories(file.parent_path());
+  const bool begins = !std::filesystem::exists(file);
+  cassette_.open(file, std::ios::app | std::ios::binary);
+  if (!cassette_) throw std::runtime_error(file.string() + ": " + std::strerror(errno));
+  if (begins) {
+    const PortAddress address = port_addresses().front();
+    const bool real = options_.real_ports.contains(name_) && address.real();
+    cassette_ << cassette_head(name_, (real ? "REAL " : "SIMULATED ") + to_text(address),
+                               read_text_file(options_.run_dir + "/experiment.toml"));
+  } else {
+    cassette_ << "# incarnation " << options_.incarnation << "\n";
+  }
+  ports_.record([this](PortId, Cassette::Kind kind, std::span<const std::byte> bytes) {
+    cassette_ << cassette_line(kind, double(clock_.now().us) * 1e-3, bytes) << std::flush;
+  });
+}
 
 int Runner::run() {
   for (const std::string_view channel : host_.channels()) transport_.subscribe(channel);
@@ -171,7 +204,21 @@ void Runner::received(const ChannelInfo& row, std::span<const std::byte> bytes) 
   queue_.push_back({EventKind::kMessage, row.name, 0, LinkState::kClosed, {bytes.begin(), bytes.end()}});
 }
 
+// Every message to the driver, and of the lease the first of each epoch: it is told of every 50 ms.
+void Runner::record_order(const Event& event) {
+  if (event.kind == EventKind::kLocalStop)
+    cassette_ << cassette_order("stop", double(event.now.us) * 1e-3, {}, "");
+  if (event.kind != EventKind::kMessage) return;
+  if (enable_t lease; event.channel == channels::kEnable.name &&
+                      lease.decode(event.bytes.data(), 0, int(event.bytes.size())) > 0) {
+    if (lease.enable_epoch == recorded_epoch_) return;
+    recorded_epoch_ = lease.enable_epoch;
+  }
+  cassette_ << cassette_order(event.channel, double(event.now.us) * 1e-3, event.bytes, "");
+}
+
 void Runner::step(const Event& event) {
+  if (cassette_.is_open()) record_order(event);
   try {
     const Outbox& outbox = host_.step(event);
     Heartbeat::Step done{host_.steps(), event.kind, event.channel, int(outbox.size()), 0};
@@ -375,7 +422,7 @@ void Runner::receive_from_bus(std::int64_t wall_us) {
 
 void Runner::notices() {
   for (const std::string& text : ports_.take_notices())
-    std::fprintf(stderr, "%s: %s; trying again\n", name_.c_str(), text.c_str());
+    std::fprintf(stderr, "%s: %s\n", name_.c_str(), text.c_str());
   for (const std::string& text : transport_.take_notices())
     std::fprintf(stderr, "%s: %s\n", name_.c_str(), text.c_str());
 }

@@ -24,6 +24,7 @@ struct ProcessOptions {
   std::int64_t offset_us = 0;
   double time_scale = 1.0;
   int control_fd = -1;
+  bool record = false;                            ///< ports onto RUN/cassettes/NODE.cassette
   LossyOptions faults;                            ///< injected into received datagrams
   std::map<std::string, PortAddress> real_ports;  ///< by name; the others are sockets of the simulated world
   WalHead head;                                   ///< of the write-ahead file

@@ -55,6 +55,11 @@ ProcessArgs parse_process_args(const std::vector<std::string>& args) {
       {"--incarnation", &o.incarnation},
       {"--run-id", &o.run_id},
       {"--faults", &fault_text},
+      {"--record",
+       [&](const std::string& value) {
+         if (value != "on") refuse_argument("--record", value, "on");
+         o.record = true;
+       }},
       {"--blob",
        [&](const std::string& value) {
          const auto at = value.find('=');
@@ -96,6 +101,10 @@ std::vector<std::string> to_arguments(const ProcessArgs& a) {
     args.push_back("--faults");
     args.push_back(exact(f.loss) + "," + exact(f.duplicate) + "," + exact(f.reorder) + "," + exact(f.delay) +
                    "," + exact(f.delay_s) + "," + std::to_string(f.seed));
+  }
+  if (o.record) {
+    args.push_back("--record");
+    args.push_back("on");
   }
   for (const auto& [port, address] : o.real_ports) {
     args.push_back("--port");

@@ -29,6 +29,10 @@ DeviceSession::DeviceSession(NodeId id, std::unique_ptr<Node> node, const PortAd
   start.kind = EventKind::kStart;
   start.now = now();
   step(start);
+  if (sinks_.tape)
+    ports_.record([this](PortId, Cassette::Kind kind, std::span<const std::byte> bytes) {
+      sinks_.tape(cassette_line(kind, double(now().us) * 1e-3, bytes));
+    });
   ports_.open_all(monotonic_us());
 }
 
@@ -58,7 +62,6 @@ void DeviceSession::step(const Event& event) {
   for (std::size_t n = 0; n < out.size(); ++n) {
     const Output o = out.at(n);
     if (o.kind == OutputKind::kWrite) {
-      if (sinks_.crossing) sinks_.crossing({double(now().us) * 1e-3, true, o.bytes});
       ports_.write(PortId(o.id), o.bytes, host_.writes_need_lease());
     } else if (o.kind == OutputKind::kReopen) {
       ports_.reopen(PortId(o.id), monotonic_us());
@@ -118,7 +121,6 @@ void DeviceSession::turn() {
       },
       [this](PortId id, std::span<const std::byte> bytes) {
         if (answered_us_ == 0) answered_us_ = monotonic_us();
-        if (sinks_.crossing) sinks_.crossing({double(now().us) * 1e-3, false, bytes});
         Event e;
         e.kind = EventKind::kIo;
         e.now = now();
@@ -135,7 +137,7 @@ void DeviceSession::turn() {
     step(e);
   });
   for (const std::string& text : ports_.take_notices())
-    if (sinks_.note) sinks_.note(text + "; trying again");
+    if (sinks_.note) sinks_.note(text);
 }
 
 bool DeviceSession::run_until(const std::function<bool()>& done, double within_s,
@@ -146,6 +148,14 @@ bool DeviceSession::run_until(const std::function<bool()>& done, double within_s
     turn();
   }
   return true;
+}
+
+void DeviceSession::command(const std::function<DeviceOrder(const OrderStamp&)>& order,
+                            const std::string& text) {
+  const DeviceOrder o = order({header(), ++commands_, kEpoch});
+  answer_.reset();
+  if (sinks_.tape) sinks_.tape(cassette_order(o.channel, double(now().us) * 1e-3, o.bytes, text));
+  deliver(o.channel, o.bytes);
 }
 
 bool DeviceSession::safe() const {
@@ -163,6 +173,7 @@ bool DeviceSession::stop(const std::string& cause) {
   e.kind = EventKind::kLocalStop;
   e.now = now();
   e.bytes = std::as_bytes(std::span(cause));
+  if (sinks_.tape) sinks_.tape(cassette_order("stop", double(now().us) * 1e-3, {}, cause));
   for (std::size_t n = 0; n < host_.ports().size(); ++n) ports_.drop_waiting(PortId(n));
   step(e);
   return run_until([this] { return safe(); }, kStopWithin_s);

@@ -12,6 +12,7 @@
 #include "files/port_address.h"
 #include "firn/answer_t.hpp"
 #include "firn/device_state_t.hpp"
+#include "print/device/device_order.h"
 #include "runtime/node_host.h"
 #include "runtime/ports.h"
 
@@ -19,14 +20,8 @@ namespace firn {
 
 class DeviceSession {
  public:
-  /// Bytes that crossed the port.
-  struct Crossing {
-    double ms = 0.0;  ///< since the session began
-    bool sent = false;
-    std::span<const std::byte> bytes;
-  };
   struct Sinks {
-    std::function<void(const Crossing&)> crossing;
+    std::function<void(const std::string& line)> tape;  ///< each line of a cassette (files/cassette.h)
     std::function<void(const std::string&)> note;  ///< a fault of the instrument, a port that does not open
     std::function<void(std::string_view channel, std::span<const std::byte>)> message;  ///< sent by the node
   };
@@ -45,17 +40,8 @@ class DeviceSession {
   double answered_for_s() const;
   const std::optional<device_state_t>& state() const { return state_; }
 
-  /// Sends a command of the node's command channel. Its header, command_id and enable_epoch are set here.
-  template <class Command>
-  void command(const Channel<Command>& channel, Command c) {
-    c.header = header();
-    c.command_id = ++commands_;
-    c.enable_epoch = kEpoch;
-    std::vector<std::byte> bytes(std::size_t(c.getEncodedSize()));
-    c.encode(bytes.data(), 0, int(bytes.size()));
-    answer_.reset();
-    deliver(channel.name, bytes);
-  }
+  /// Gives the instrument an order; `text` is the person's.
+  void command(const std::function<DeviceOrder(const OrderStamp&)>& order, const std::string& text);
   const std::optional<answer_t>& answer() const { return answer_; }  ///< to the last command
 
   /// Makes the instrument safe and waits for it. @returns whether it said so within 5 s

@@ -1,8 +1,5 @@
 #include "print/device/simulated_instruments.h"
 
-#include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <stdexcept>
@@ -11,8 +8,6 @@
 #include "config/fields.h"
 #include "files/text_file.h"
 #include "runtime/run_clock.h"
-
-extern char** environ;
 
 namespace firn {
 namespace {
@@ -32,27 +27,26 @@ SimulatedInstruments::SimulatedInstruments(const Experiment& experiment) {
   write_file_atomically(folder_ / "experiment.toml", dump(alone));
   const fs::path beside = fs::read_symlink("/proc/self/exe").parent_path();
   const fs::path program = fs::exists(beside / "world") ? beside / "world" : beside / ".." / "bin" / "world";
-  const std::string run = folder_.string(), epoch = std::to_string(monotonic_ns());
-  const char* argv[] = {program.c_str(), "--run", run.c_str(), "--epoch-ns", epoch.c_str(), nullptr};
-  if (::posix_spawn(&pid_, program.c_str(), nullptr, nullptr, const_cast<char**>(argv), environ) != 0)
-    throw std::runtime_error(program.string() + ": cannot be started");
+  world_ = std::make_unique<ChildProcess>(
+      "world", program,
+      std::vector<std::string>{"--run", folder_.string(), "--epoch-ns", std::to_string(monotonic_ns()),
+                               "--control-fd", std::to_string(ChildProcess::kControlFd)},
+      folder_ / "world.err");
   for (int ms = 0; ms < kBeginWithin_ms; ++ms) {
     if (fs::exists(folder_ / "io") && !fs::is_empty(folder_ / "io")) return;
-    if (int status = 0; ::waitpid(pid_, &status, WNOHANG) == pid_) break;
+    if (!world_->running()) break;
     ::usleep(1000);
   }
-  pid_ = -1;
   throw std::runtime_error("the simulated lab did not begin");
 }
 
 SimulatedInstruments::~SimulatedInstruments() {
-  if (pid_ > 0) {
-    ::kill(pid_, SIGTERM);
-    ::waitpid(pid_, nullptr, 0);
-  }
+  world_.reset();
   std::error_code ignored;
   fs::remove_all(folder_, ignored);
 }
+
+void SimulatedInstruments::inject(const std::string& fault) { world_->control().say("SIMFAULT " + fault); }
 
 PortAddress SimulatedInstruments::address(const std::string& node) const {
   return unix_port((folder_ / "io" / node).string());

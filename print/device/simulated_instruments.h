@@ -2,12 +2,13 @@
 // without hardware.
 #pragma once
 
-#include <sys/types.h>
-
 #include <filesystem>
+#include <memory>
+#include <string>
 
 #include "config/experiment.h"
 #include "files/port_address.h"
+#include "print/live/child_process.h"
 
 namespace firn {
 
@@ -21,10 +22,12 @@ class SimulatedInstruments {
   SimulatedInstruments& operator=(const SimulatedInstruments&) = delete;
 
   PortAddress address(const std::string& node) const;
+  /// Injects a fault: "PORT KIND [COUNT [DELAY_US]]" (plant/twins/fault.h).
+  void inject(const std::string& fault);
 
  private:
   std::filesystem::path folder_;
-  pid_t pid_ = -1;
+  std::unique_ptr<ChildProcess> world_;
 };
 
 }  // namespace firn

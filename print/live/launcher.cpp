@@ -166,7 +166,8 @@ void Launch::prepare() {
   o.run_dir = folder_.path().string();
   o.run_id = folder_.run_id();
   o.time_scale = experiment_.run.time_scale;
-  o.real_ports = real_ports(experiment_);
+  o.real_ports = outside_ports(experiment_);
+  o.record = options_.record;
   note(ports_text(experiment_));
   o.control_fd = ChildProcess::kControlFd;
   const BusConfig& b = experiment_.bus;

@@ -20,6 +20,7 @@ namespace firn {
 struct LaunchOptions {
   bool resume = false;
   std::vector<OperatorOrder> orders = {};  ///< given when all have begun: --accept-doubt, --resume --set
+  bool record = false;                     ///< ports of the instruments onto RUN/cassettes
   bool unsealed = false;                   ///< with resume: go on though the folder is not as it was sealed
   std::string bus_url;                     ///< empty: loopback, a port of the run's own
   std::filesystem::path programs;  ///< folder of the processes' programs; empty: the folder of this program

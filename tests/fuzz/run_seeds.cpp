@@ -131,6 +131,11 @@ void seed_datagrams(const Seed& seed) {
 }
 
 void seed_foreign(const Seed& seed) {
+  seed("fuzz_cassette", "lamp",
+       as_span(std::string_view("firn cassette 1 lamp\n# SIMULATED sim:\n# config: [run]\n       0.500 open\n"
+                                "       1.000 > 47 55 53 46 41 0d |GUSFA.|\n       3.000 < 31 38 0d |18.|\n"
+                                "       4.000 = LAMP_COMMAND 0a 0b |expose|\n       5.000 = stop |end|\n"
+                                "       9.000 closed\n")));
   seed(
       "fuzz_type_texts", "recursive",
       as_span(std::string_view("package a.b; struct node_t { int32_t n; node_t children[n]; double v; }\n"

@@ -1,0 +1,157 @@
+#include "cli/bringup_command.h"
+
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdio>
+#include <iostream>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "cli/option_set.h"
+#include "config/devices.h"
+#include "files/usage_error.h"
+#include "print/bringup/bringup.h"
+#include "print/device/lab_experiment.h"
+#include "print/device/simulated_instruments.h"
+#include "print/exit_codes.h"
+#include "print/interrupt.h"
+
+namespace firn {
+namespace {
+
+std::map<int, bool> answers_of(const std::vector<std::string>& texts) {
+  std::map<int, bool> answers;
+  for (const std::string& text : texts) {
+    const std::size_t at = text.find('=');
+    int row = -1;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + std::min(at, text.size()), row);
+    const std::string said = at == text.npos ? "" : text.substr(at + 1);
+    if (error != std::errc() || end != text.data() + at || (said != "yes" && said != "no"))
+      throw UsageError("--answer " + text + ": must be ROW=yes or ROW=no");
+    answers[row] = said == "yes";
+  }
+  return answers;
+}
+
+std::optional<bool> ask_terminal(const std::string& question) {
+  if (!::isatty(STDIN_FILENO)) return std::nullopt;
+  for (std::string line;;) {
+    fmt::print(stderr, "  {} [y/n, empty: later] ", question);
+    if (!std::getline(std::cin, line) || line.empty()) return std::nullopt;
+    if (line == "y" || line == "yes") return true;
+    if (line == "n" || line == "no") return false;
+  }
+}
+
+void show(const BringupResult& r) {
+  fmt::print("{:<7} {:>2} {:<14} {}\n", r.state, r.id, r.node, r.what);
+  if (!r.measured.empty())
+    fmt::print("           {}{}\n", r.measured, r.limit.empty() ? "" : "; wanted: " + r.limit);
+  if (r.state != "ok" && !r.mend.empty()) fmt::print("           {}\n", r.mend);
+}
+
+}  // namespace
+
+int run_bringup(const BringupOptions& o) {
+  const Experiment e = load_lab_experiment(o.lab, o.overrides);
+  const std::string file = o.result.empty() ? bringup_file(o.lab) : o.result;
+  const std::string configuration = bringup_configuration(e);
+  BringupState state = read_bringup(file).value_or(BringupState{});
+  if (state.configuration != configuration) state = {configuration, {}, {}};
+
+  const auto outside = outside_ports(e);
+  std::optional<SimulatedInstruments> world;
+  if (!simulated_ports(e).empty()) world.emplace(e);
+  const auto answers = answers_of(o.answers);
+  const InterruptGuard guard;
+  BringupLab lab(
+      e,
+      [&](const std::string& node) {
+        const auto at = outside.find(node);
+        return at != outside.end() ? at->second : world->address(node);
+      },
+      [&](int row, const std::string& question) -> std::optional<bool> {
+        if (const auto at = answers.find(row); at != answers.end()) return at->second;
+        return o.json ? std::nullopt : ask_terminal(question);
+      },
+      [] { return InterruptGuard::raised(); });
+  if (!o.json) fmt::print("{}\n", ports_text(e));
+  if (o.node != "" && !lab.has(o.node)) throw UsageError("the lab has no instrument '" + o.node + "'");
+
+  int failed = 0, done = 0, open = 0;
+  std::vector<std::string> dead;  // whose link row failed: nothing more of them is tried
+  for (const PlannedRow& planned : planned_rows(e)) {
+    if (InterruptGuard::raised()) break;
+    if ((!o.node.empty() && planned.node != o.node) || (o.row >= 0 && planned.row->id != o.row)) continue;
+    const auto same = [&](const BringupResult& r) {
+      return r.id == planned.row->id && r.node == planned.node;
+    };
+    const auto at = std::ranges::find_if(state.rows, same);
+    const bool kept = at != state.rows.end() && at->state == "ok" && !o.again;
+    BringupResult r = kept ? *at : BringupResult{};
+    if (!kept && std::ranges::find(dead, planned.node) != dead.end())
+      r = {planned.row->id,
+           planned.node,
+           std::string(planned.row->what),
+           "open",
+           planned.row->check != nullptr,
+           "not carried out: its link has failed",
+           "",
+           "",
+           0.0};
+    else if (!kept)
+      r = carry_out(planned, lab);
+    if (r.id == 0 && r.state == "failed") dead.push_back(r.node);
+    failed += r.state == "failed";
+    done += r.state == "ok";
+    open += r.state == "open";
+    if (!o.json) show(r);
+    if (at != state.rows.end())
+      *at = r;
+    else
+      state.rows.push_back(r);
+    for (const auto& [node, identity] : lab.identities) state.identities[node] = identity;
+    write_bringup(file, state);  // a row that was done stays done, whatever comes
+  }
+  if (o.json) {
+    nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+    for (const BringupResult& r : state.rows)
+      rows.push_back({{"row", r.id},
+                      {"node", r.node},
+                      {"what", r.what},
+                      {"state", r.state},
+                      {"automatic", r.automatic},
+                      {"measured", r.measured},
+                      {"limit", r.limit},
+                      {"mend", r.mend},
+                      {"seconds", r.seconds}});
+    std::puts(nlohmann::ordered_json{{"file", file},
+                                     {"ports", ports_text(e)},
+                                     {"ok", done},
+                                     {"failed", failed},
+                                     {"open", open},
+                                     {"rows", rows}}
+                  .dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace)
+                  .c_str());
+  } else {
+    fmt::print("{} ok, {} failed, {} open; {}\n", done, failed, open, file);
+  }
+  return InterruptGuard::raised() ? kInterrupted : failed > 0 ? kFailed : kOk;
+}
+
+void declare_bringup(OptionSet& options) {
+  auto& o = options.calls(&run_bringup);
+  options.option("LAB", o.lab, "lab or experiment file").required();
+  options.option("--device", o.node, "only this instrument");
+  options.option("--row", o.row, "only this row");
+  options.flag("--again", o.again, "also rows that are done");
+  options.option("--answer", o.answers, "ROW=yes or ROW=no, instead of asking").one_value_each();
+  options.option("--result", o.result, "file of the results; default: LAB.bringup.json");
+  options.override_option(o.overrides);
+  options.json_flag(o.json);
+}
+
+}  // namespace firn

@@ -1,0 +1,125 @@
+// bringup checks, row by row, what the drivers take for granted of real instruments
+// (docs/devices/HARDWARE_CHECKLIST.md): the rows that a program can check by itself, with what was measured,
+// and those that a person must look at.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/experiment.h"
+#include "files/port_address.h"
+#include "print/bringup/raw_line.h"
+
+namespace firn {
+
+struct BringupFinding {
+  bool ok = false;
+  std::string measured, limit;
+  std::string mend = {};  ///< what to do when it is not ok
+};
+
+/// What a row may use. Between rows every port is closed.
+class BringupLab {
+ public:
+  using Address = std::function<PortAddress(const std::string& node)>;
+  /// Asks a person; nothing: nobody is there.
+  using Ask = std::function<std::optional<bool>(int row, const std::string& question)>;
+
+  BringupLab(const Experiment& experiment, Address address, Ask ask, std::function<bool()> interrupted)
+      : e(experiment),
+        address_(std::move(address)),
+        ask_(std::move(ask)),
+        interrupted_(std::move(interrupted)) {}
+
+  /// A new connection past the driver. @throws BringupStop: the port does not open
+  std::unique_ptr<RawLine> line(const std::string& node) const;
+  /// Runs an order, or with none just the beginning, through the instrument's own driver.
+  /// @returns "" when it ended as it should, else the reason
+  std::string drive(const std::string& node, const std::string& verb, const std::vector<double>& values = {},
+                    double within_s = 60.0);
+  std::optional<bool> ask(int row, const std::string& question) const { return ask_(row, question); }
+  bool interrupted() const { return interrupted_ && interrupted_(); }
+  PortAddress address(const std::string& node) const { return address_(node); }
+  bool has(std::string_view node) const;
+
+  const Experiment& e;
+  std::map<std::string, std::string> identities = {};  ///< as the instruments told
+  /// Of the one pulse that rows 2, 20 and 21 share.
+  struct OnePulse {
+    std::int64_t triggers = 0;
+    double encoder_mm = 0.0, expected_mm = 0.0;
+  };
+  std::optional<OnePulse> one_pulse = {};
+
+ private:
+  Address address_;
+  Ask ask_;
+  std::function<bool()> interrupted_;
+};
+
+/// A row cannot be carried out. The text says why.
+class BringupStop : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct BringupRow {
+  int id = 0;             ///< of the checklist; 0: the link
+  std::string_view node;  ///< "valve_a" stands for both valves
+  std::string_view what;
+  std::string_view table;  ///< where the assumption stands, which is corrected when it is otherwise
+  /// nullptr: a person looks.
+  BringupFinding (*check)(BringupLab&, const std::string& node) = nullptr;
+};
+
+std::span<const BringupRow> stage_rows();
+std::span<const BringupRow> inkjet_rows();  ///< jet, profiler, lamp
+std::span<const BringupRow> ice_rows();     ///< robot, valves, laser, heater
+/// The link row of every instrument: who answers at its port.
+BringupFinding check_link(BringupLab& lab, const std::string& node);
+
+struct BringupResult {
+  int id = 0;
+  std::string node, what, state;  ///< "ok", "failed", "open" (a person has not looked)
+  bool automatic = false;
+  std::string measured, limit, mend;
+  double seconds = 0.0;
+};
+
+struct BringupState {
+  std::string configuration;  ///< SHA-256 of the instruments' keys
+  std::map<std::string, std::string> identities;
+  std::vector<BringupResult> rows;
+};
+
+/// Returns all rows of a lab's instruments, in the order in which they are checked.
+struct PlannedRow {
+  const BringupRow* row;
+  std::string node;
+};
+std::vector<PlannedRow> planned_rows(const Experiment& experiment);
+
+/// SHA-256 of the keys of the lab's instruments: their tables, caps and offsets.
+std::string bringup_configuration(const Experiment& experiment);
+
+/// Carries out one row.
+BringupResult carry_out(const PlannedRow& row, BringupLab& lab);
+
+/// LAB.bringup.json beside LAB.toml.
+std::string bringup_file(const std::string& lab);
+/// @throws std::invalid_argument naming the file: damaged
+std::optional<BringupState> read_bringup(const std::string& file);
+void write_bringup(const std::string& file, const BringupState& state);
+
+/// Why a print on these real ports may not begin; empty: it may. @param accepted numbers of rows, or "all"
+std::string bringup_refusal(const Experiment& experiment, const std::optional<BringupState>& state,
+                            const std::string& file, const std::vector<std::string>& accepted);
+
+}  // namespace firn

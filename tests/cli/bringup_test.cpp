@@ -1,0 +1,305 @@
+// firn bringup: whole checklists on twins, and the mistakes that people make, each named with its mend.
+#include <fcntl.h>
+#include <poll.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <thread>
+
+#include "drivers/lamp/omnicure.h"
+#include "files/text_file.h"
+#include "print/bringup/bringup.h"
+#include "print/device/lab_experiment.h"
+#include "print/device/simulated_instruments.h"
+#include "tests/cli/run_firn.h"
+
+using namespace firn;
+using namespace firn::test;
+using Catch::Contains;
+using Json = nlohmann::json;
+
+namespace {
+
+const std::string kInkjet = FIRN_SOURCE_DIR "/labs/inkjet-lu2015.toml";
+const std::set<int> kTimed{6, 22, 28, 44};  // rows that measure this machine's time too
+const std::string kIce = FIRN_SOURCE_DIR "/labs/ice-cobra600.toml";
+
+// A lab file and the instruments as they truly are: `truth` are the keys in which they differ.
+struct Bench {
+  explicit Bench(const std::string& file, const std::vector<std::string>& truth = {},
+                 const std::vector<std::string>& believed = {})
+      : world(load_lab_experiment(file, truth)), lab_file(load_lab_experiment(file, believed)) {}
+
+  BringupResult row(int id, const std::string& node) {
+    BringupLab lab(
+        lab_file,
+        [this](const std::string& name) {
+          return exchanged.contains(name) ? exchanged.at(name) : world.address(name);
+        },
+        [this](int asked, const std::string& question) -> std::optional<bool> {
+          INFO(question);
+          if (asked == 47) world.inject("laser_profiler trip 1");  // a person lays the block
+          ::usleep(50'000);
+          return true;
+        },
+        {});
+    for (const PlannedRow& planned : planned_rows(lab_file))
+      if (planned.row->id == id && planned.node == node) return carry_out(planned, lab);
+    throw std::logic_error("no such row");
+  }
+  void hurt(const std::string& fault) {
+    world.inject(fault);
+    ::usleep(50'000);
+  }
+
+  SimulatedInstruments world;
+  Experiment lab_file;
+  std::map<std::string, PortAddress> exchanged;
+};
+
+// A serial line at the wrong speed: whatever is said, other bytes come back.
+class WrongSpeed {
+ public:
+  WrongSpeed() {
+    master_ = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
+    REQUIRE(master_ >= 0);
+    REQUIRE(::grantpt(master_) == 0);
+    REQUIRE(::unlockpt(master_) == 0);
+    path_ = ::ptsname(master_);
+    held_ = ::open(path_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
+    thread_ = std::thread([this] {
+      char bytes[256];
+      while (!over_) {
+        pollfd p{master_, POLLIN, 0};
+        if (::poll(&p, 1, 20) <= 0) continue;
+        const ssize_t n = ::read(master_, bytes, sizeof bytes);
+        for (ssize_t k = 0; k < n; ++k) bytes[k] = char(bytes[k] * 7 ^ 0xE5);
+        if (n > 0 && ::write(master_, bytes, std::size_t(n)) < 0) return;
+      }
+    });
+  }
+  ~WrongSpeed() {
+    over_ = true;
+    thread_.join();
+    ::close(held_);
+    ::close(master_);
+  }
+  PortAddress address() const { return parse_port_address("serial:" + path_ + "?baud=9600"); }
+
+ private:
+  int master_ = -1, held_ = -1;
+  std::string path_;
+  std::atomic<bool> over_ = false;
+  std::thread thread_;
+};
+
+void check_failed(const BringupResult& r, const char* measured, const char* mend) {
+  INFO(r.what << ": " << r.measured << " | " << r.limit << " | " << r.mend);
+  CHECK(r.state == "failed");
+  CHECK_THAT(r.measured, Contains(measured));
+  CHECK_THAT(r.mend, Contains(mend));
+}
+
+}  // namespace
+
+TEST_CASE("the checklist has the rows of the page, most of them carried out by the program", "[bringup]") {
+  const std::string page = read_file(FIRN_SOURCE_DIR "/docs/devices/HARDWARE_CHECKLIST.md");
+  std::set<int> all, automatic;
+  for (const auto rows : {stage_rows(), inkjet_rows(), ice_rows()})
+    for (const BringupRow& row : rows) {
+      CHECK(all.insert(row.id).second);
+      if (row.check) automatic.insert(row.id);
+      INFO(row.id);
+      if (row.id <= 46) CHECK_THAT(page, Contains("\n|" + std::to_string(row.id) + "|"));
+    }
+  for (int id = 1; id <= 46; ++id)
+    if (id != 27) CHECK(all.contains(id));
+  CHECK(automatic.size() >= 27);
+}
+
+TEST_CASE("a sound ink-jet lab passes every row that a program can check", "[bringup]") {
+  Bench b(kInkjet);
+  int checked = 0;
+  for (const PlannedRow& planned : planned_rows(b.lab_file)) {
+    if (planned.row->id != 0 && !planned.row->check) continue;
+    const BringupResult r = b.row(planned.row->id, planned.node);
+    INFO(r.node << " " << r.id << " " << r.what << ": " << r.measured << " | " << r.limit << " | " << r.mend);
+    if (!kTimed.contains(r.id)) CHECK(r.state == "ok");
+    CHECK_FALSE(r.measured.empty());
+    ++checked;
+  }
+  CHECK(checked >= 22);
+}
+
+TEST_CASE("a sound ice lab passes every row that a program can check", "[bringup]") {
+  Bench b(kIce);
+  for (const PlannedRow& planned : planned_rows(b.lab_file)) {
+    if (planned.row->id != 0 && !planned.row->check) continue;
+    const BringupResult r = b.row(planned.row->id, planned.node);
+    INFO(r.node << " " << r.id << " " << r.what << ": " << r.measured << " | " << r.limit << " | " << r.mend);
+    if (!kTimed.contains(r.id)) CHECK(r.state == "ok");
+    CHECK_FALSE(r.measured.empty());
+  }
+}
+
+TEST_CASE("a line at the wrong speed is named", "[bringup]") {
+  Bench b(kInkjet);
+  const WrongSpeed line;
+  b.exchanged["lamp"] = line.address();
+  check_failed(b.row(0, "lamp"), "that are no answer", "wrong baud or frame");
+}
+
+TEST_CASE("the port of another instrument is named by the instrument that it is", "[bringup]") {
+  Bench b(kInkjet);
+  b.exchanged = {{"lamp", b.world.address("stage")}, {"jet", b.world.address("lamp")}};
+  check_failed(b.row(0, "lamp"), "this is the port of an Aerotech stage", "exchange the addresses");
+  check_failed(b.row(0, "jet"), "this is the port of an OmniCure lamp", "exchange the addresses");
+  Bench ice(kIce);
+  ice.exchanged = {{"laser_point", ice.world.address("heater")},
+                   {"valve_a", ice.world.address("laser_point")},
+                   {"heater", ice.world.address("valve_b")}};
+  check_failed(ice.row(0, "laser_point"), "a heater's read-out box", "exchange");
+  check_failed(ice.row(0, "valve_a"), "a Keyence LK-G laser", "exchange");
+  check_failed(ice.row(0, "heater"), "a valve with FVB/1", "exchange");
+}
+
+TEST_CASE("a port that is not there, and an instrument that says nothing, are told apart", "[bringup]") {
+  Bench b(kInkjet);
+  b.exchanged["lamp"] = parse_port_address("serial:/dev/firn-none?baud=9600");
+  check_failed(b.row(0, "lamp"), "No such file", "cable, power and address");
+  b.exchanged.clear();
+  b.hurt("lamp hang");
+  check_failed(b.row(0, "lamp"), "no byte comes", "power, cable, remote mode");
+}
+
+TEST_CASE("a wrong number of counts per unit is named before anything moves", "[bringup]") {
+  Bench b(kInkjet, {}, {"stage.counts_per_mm=20000"});
+  check_failed(b.row(12, "stage"), "CountsPerUnit 10000", "wrong counts per unit");
+}
+
+TEST_CASE("soft limits of the controller inside those of the lab file are named", "[bringup]") {
+  Bench b(kInkjet, {"stage.x_max_mm=100"});
+  check_failed(b.row(12, "stage"), "soft limits [-50, 100] mm", "stage.x_min_mm, _max_mm");
+}
+
+TEST_CASE("a pressed emergency stop is named", "[bringup]") {
+  Bench b(kInkjet);
+  b.hurt("stage trip 1");
+  check_failed(b.row(0, "stage"), "AXISSTATUS -2147483648", "the emergency stop is pressed");
+}
+
+TEST_CASE("swapped axes are named by the encoder that does not follow Y", "[bringup]") {
+  Bench b(kInkjet);
+  REQUIRE(b.row(7, "stage").state == "ok");
+  REQUIRE(b.row(20, "laser_profiler").state == "ok");
+  b.hurt("stage trip 6");
+  check_failed(b.row(20, "laser_profiler"), "mm", "axes swapped");
+}
+
+TEST_CASE("a trigger that does not reach the profiler is named", "[bringup]") {
+  Bench b(kInkjet);
+  REQUIRE(b.row(7, "stage").state == "ok");
+  b.hurt("stage trip 5");
+  check_failed(b.row(20, "laser_profiler"), "no profile after a pulse", "cable from the stage's PSO output");
+}
+
+TEST_CASE("a profiler that hangs upside down or is mirrored is named by a gauge block", "[bringup]") {
+  Bench down(kInkjet, {"laser_profiler.z_sign=down"});
+  REQUIRE(down.row(7, "stage").state == "ok");
+  check_failed(down.row(47, "laser_profiler"), "-0.5 mm", "upside down: laser_profiler.z_sign = \"down\"");
+  Bench mirrored(kInkjet, {"laser_profiler.mirror_x=on"});
+  REQUIRE(mirrored.row(7, "stage").state == "ok");
+  check_failed(mirrored.row(47, "laser_profiler"), "at the end of greater x",
+               "mirrored: laser_profiler.mirror_x = \"on\"");
+}
+
+TEST_CASE("a lamp that is cold or dark is named before it is to cure anything", "[bringup]") {
+  Bench b(kInkjet);
+  {
+    RawLine line(b.world.address("lamp"));
+    for (const char* command : {"CONN", "TOF", "TON"}) line.ask_line(drivers::omnicure::frame(command), '\r');
+  }
+  check_failed(b.row(0, "lamp"), "GUS 2", "the lamp is cold");
+  ::usleep(1'200'000);
+  CHECK(b.row(0, "lamp").state == "ok");
+  b.hurt("lamp trip 2");
+  check_failed(b.row(0, "lamp"), "GUS 0", "does not burn");
+}
+
+TEST_CASE("a shutter that is stuck is named", "[bringup]") {
+  Bench b(kInkjet);
+  b.hurt("lamp trip 3");
+  check_failed(b.row(23, "lamp"), "shutter", "the shutter is stuck");
+}
+
+TEST_CASE("a profiler program with another number of points is named", "[bringup]") {
+  Bench b(kInkjet, {"laser_profiler.points=400"});
+  REQUIRE(b.row(7, "stage").state == "ok");
+  check_failed(b.row(19, "laser_profiler"), "400 points", "laser_profiler.points");
+}
+
+TEST_CASE("results are kept row by row, and a second call goes on where the first one ended", "[bringup]") {
+  const auto folder = fresh_folder("bringup");
+  const std::string file = (folder / "lab.bringup.json").string();
+  const Said lamp = firn_says({"bringup", kInkjet, "--device", "lamp", "--result", file, "--json", "--answer",
+                               "23=no", "--answer", "26=yes"});
+  INFO(lamp.out << lamp.err);
+  CHECK(lamp.code == 1);
+  const Json first = Json::parse(lamp.out);
+  CHECK(first["ok"] == 4);
+  CHECK(first["failed"] == 1);
+  const Said again =
+      firn_says({"bringup", kInkjet, "--device", "lamp", "--result", file, "--json", "--answer", "23=yes"});
+  INFO(again.out << again.err);
+  CHECK(again.code == 0);
+  CHECK(Json::parse(again.out)["ok"] == 5);
+  const auto state = read_bringup(file);
+  REQUIRE(state);
+  CHECK_THAT(state->identities.at("lamp"), Contains("OmniCure"));
+  // Other settings of an instrument: all rows are to be done again.
+  const Said other = firn_says({"bringup", kInkjet, "--device", "lamp", "--row", "24", "--result", file,
+                                "--json", "--set", "lamp.max_on_s=19"});
+  CHECK(other.code == 0);
+  CHECK(read_bringup(file)->rows.size() == 1);
+  write_file_atomically(file, "{\"rows\": 1}");
+  CHECK_THAT(firn_says({"bringup", kInkjet, "--result", file}).err, Contains("is no bring-up result"));
+}
+
+TEST_CASE("a print on real instruments wants its bring-up, or somebody who takes the risk", "[bringup]") {
+  const Experiment e =
+      load_lab_experiment(kInkjet, {"devices.stage.port=\"tcp:h:1\"", "devices.jet.port=\"tcp:h:2\"",
+                                    "devices.laser_profiler.port=\"tcp:h:3\""});
+  CHECK_THAT(bringup_refusal(e, std::nullopt, "lab.bringup.json", {}),
+             Contains("lab.bringup.json is missing") && Contains("firn bringup LAB") &&
+                 Contains("--accept-bringup all"));
+  CHECK(bringup_refusal(e, std::nullopt, "x", {"all"}).empty());
+  CHECK(bringup_refusal(load_lab_experiment(kInkjet, {}), std::nullopt, "x", {}).empty());
+  BringupState state{bringup_configuration(e), {}, {}};
+  for (const PlannedRow& planned : planned_rows(e)) {
+    BringupResult r;
+    r.id = planned.row->id;
+    r.node = planned.node;
+    r.state = "ok";
+    state.rows.push_back(r);
+  }
+  CHECK(bringup_refusal(e, state, "x", {}).empty());
+  for (BringupResult& r : state.rows)
+    if (r.node == "lamp") r.state = "failed";  // simulated: it does not matter
+  CHECK(bringup_refusal(e, state, "x", {}).empty());
+  for (BringupResult& r : state.rows)
+    if (r.node == "jet" && r.id == 15) r.state = "open";
+  CHECK_THAT(bringup_refusal(e, state, "x", {}), Contains("1 rows are not done: jet:15 (open)"));
+  CHECK(bringup_refusal(e, state, "x", {"jet:15"}).empty());
+  Experiment faster = e;
+  faster.stage.counts_per_mm *= 2;
+  CHECK_THAT(bringup_refusal(faster, state, "x", {"jet:15"}), Contains("other settings"));
+  const Said said = firn_says({"print", FIRN_SOURCE_DIR "/experiments/cylinder.toml", "--set",
+                               "devices.lamp.port=\"tcp:127.0.0.1:9\"", "--bringup", "/nowhere.json"});
+  CHECK(said.code == 2);
+  CHECK_THAT(said.err, Contains("/nowhere.json is missing"));
+}
