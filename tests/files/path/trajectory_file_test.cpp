@@ -78,9 +78,8 @@ TEST_CASE(
     TrajectoryWriter out(file, kHead);
     out.add(some_path(1, 10));
   }
-  CHECK_FALSE(fs::exists(file));
-  for (const auto& entry : fs::directory_iterator(folder()))
-    CHECK(entry.path().string().find(".part") == std::string::npos);
+  for (const auto& entry : fs::directory_iterator(folder()))  // other tests write beside it at the same time
+    CHECK_FALSE(entry.path().filename().string().starts_with("cut.traj"));
   const std::vector<std::byte> bytes = written(file);
   CHECK(read_all(TrajectoryReader(bytes)) == 5);
   for (std::size_t n = 0; n < bytes.size(); n += 7)
