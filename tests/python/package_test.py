@@ -47,6 +47,10 @@ class Package(unittest.TestCase):
             tried += result.attempted
         self.assertGreaterEqual(tried, 6)
 
+    def test_the_page_shows_the_controller_that_is_here(self):
+        code = (ROOT / "experiments" / "python" / "level.py").read_text().split('"""\n', 1)[1]
+        self.assertIn(f"```python\n{code}```", (ROOT / "python" / "README.md").read_text())
+
     def test_arrays_of_a_run_are_the_numbers_of_its_log(self):
         run = firn.Run(GOLDEN)
         self.assertEqual(len(run.maps), len(run.maps.layer))

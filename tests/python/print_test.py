@@ -168,6 +168,13 @@ class Prints(unittest.TestCase):
                                f"control.scheme=python:{ROOT}/experiments/python/level.py:Level").stdout)
         self.assertEqual(said["droplets"], 1600)
 
+    def test_without_the_plug_in_the_command_that_builds_it_is_named(self):
+        (self.folder / "bin").mkdir()
+        program = shutil.copy(FIRN, self.folder / "bin" / "firn")
+        done = subprocess.run([program, "print", self.folder / "mine.toml", "--bus", "in-process"], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("./firn python builds it", done.stderr)
+
     def test_the_base_program_depends_on_no_python(self):
         for program in Path(FIRN).parent.iterdir():
             if program.is_file():
