@@ -342,7 +342,9 @@ TEST_CASE("Replay marks a changed experiment.toml, and a changed setting in it a
   write_bytes(run / "experiment.toml", std::string(whole).replace(at, 13, "name = \"deal\""));
   const replay::RunVerdict v = replay_verdict(r);
   CHECK(v.changed_settings.size() == 1);
-  CHECK(v.notes.size() == 1);
+  REQUIRE(v.notes.size() == 2);
+  CHECK_THAT(v.notes[0], Contains("experiment.toml"));
+  CHECK_THAT(v.notes[1], Contains("each decision is the one on the recorded surface"));
   CHECK(v.altered.empty());
 }
 
