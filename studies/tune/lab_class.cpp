@@ -6,7 +6,7 @@
 namespace firn::tuning {
 namespace {
 
-// Centres are the plant's own defaults or round numbers beside them; spreads cover what the keys' ranges do.
+// Centres are the plant's own defaults or round numbers beside them; spreads cover the keys' ranges.
 constexpr LabParameter kDroplets[] = {
     {"plant.flow", "", 1.0, 0.2, 0.5, 2.0},
     {"plant.spread", "", 1.0, 0.1, 0.75, 1.5},

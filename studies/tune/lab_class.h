@@ -15,7 +15,7 @@ namespace firn::tuning {
 
 /// A parameter is centre x exp(spread x z), held within [low, high]; z is standard normal before the log.
 struct LabParameter {
-  std::string_view name;  ///< of the key, or of what has none
+  std::string_view name;  ///< of the key, or a name of its own
   std::string_view unit;
   double centre, spread, low, high;
 
@@ -28,7 +28,7 @@ struct LabClass {
   std::span<const LabParameter> parameters;
   /// Sets the plant keys. @param values as many as parameters
   void (*set)(std::span<const double> values, Experiment& experiment);
-  /// Sets what no key holds; nullptr: nothing.
+  /// Sets the parameters without a key; nullptr: none.
   void (*nature)(std::span<const double> values, plant::WorldConfig& world);
 
   std::vector<double> values(std::span<const double> z) const;

@@ -50,8 +50,8 @@ NextPrint judged(const FittedLab& lab, const Excitation& x, const lab::Simulatio
   NextPrint out{x.name, x.how, 0.0, "", 1.0};
   const std::size_t size = lab.lab->parameters.size();
   if (sims.rows() < size + 5) return out;
-  // With parameters w that are standard normal now, the next posterior's covariance does not depend on what
-  // will be observed.
+  // With parameters w that are standard normal now, the next posterior's covariance does not depend on the
+  // observations.
   const std::vector<double> nothing(sims.features, 0.0);
   const auto next = lab::SyntheticLikelihood(sims).posterior(nothing, lab::fitted_features());
   out.information = -0.5 * next.log_determinant();

@@ -28,7 +28,7 @@ struct TuneAnswer {
 std::string tune_line(const TuneAnswer& answer);
 std::string tune_text(const TuneAnswer& answer);
 std::string tune_json(const TuneAnswer& answer);
-/// Returns the page: predicted curves, what the logs could not tell, the next excitation. HTML.
+/// Returns the page: predicted curves, unidentifiable parameters, the next excitation. HTML.
 std::string tune_page(const TuneAnswer& answer);
 
 }  // namespace firn::tuning
