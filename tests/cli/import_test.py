@@ -187,7 +187,7 @@ class Import(unittest.TestCase):
         self.refused(good + "1,0,5,300\n", "layer 1, cell (0, 0)", "--input-per-drop")
         self.refused(good + "1,0,5,0.5\n", "no whole number of droplets")
         self.refused(good + "1,0,5,1\n1,0,5,2\n", "line 3", "a second input of layer 1")
-        self.refused(good + "1,0,inf,1\n", "infinite")
+        self.refused(good + "1,0,inf,1\n", "height = inf mm")
         self.refused("layer,x [furlong],height_mm\n1,0,1\n", "line 1", "unit 'furlong'", "mm, um")
         self.refused("layer,x_mm,hight_mm\n1,0,1\n", "no column 'height_mm'", "the nearest is 'hight_mm'",
                      words=("--column", "height=height_mm"))
