@@ -1,4 +1,4 @@
-// run_bringup carries out the hardware checklist on a lab's instruments and keeps what it found.
+// run_bringup carries out the hardware checklist on a lab's instruments and keeps the findings.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// run_cassette looks at what was recorded of an instrument's port, and holds it against the driver of today.
+// run_cassette shows the record of an instrument's port, and holds it against the driver of today.
 #pragma once
 
 #include <string>

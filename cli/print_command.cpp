@@ -153,7 +153,7 @@ void check_bringup(const Experiment& e, const PrintOptions& options) try {
   throw UsageError(damaged.what());
 }
 
-// What the print began with: the rows as they were, and those whose risk was taken.
+// The state of the bring-up at the beginning: its rows, and those whose risk was taken.
 void keep_bringup(const std::filesystem::path& run, const Experiment& e, const PrintOptions& options) {
   if (real_ports(e).empty()) return;
   nlohmann::ordered_json j{{"accepted", options.accept_bringup}, {"file", options.bringup}};

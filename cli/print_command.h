@@ -25,7 +25,7 @@ struct PrintOptions {
   bool plain = false;                       ///< the records of the run stay as they were written
   std::string bringup;                      ///< result file of firn bringup; "" = LAB.bringup.json
   std::vector<std::string> accept_bringup;  ///< rows of the bring-up that are not done, or "all"
-  bool record = false;                      ///< what crosses the ports of instruments goes onto cassettes too
+  bool record = false;                      ///< bytes at the ports of instruments go onto cassettes too
   bool detach = false;                      ///< in a process of its own
   bool unsealed = false;
   bool json = false;

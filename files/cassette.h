@@ -1,5 +1,5 @@
-// Cassette holds the bytes that crossed the port of one instrument, with their times: what `--record` writes,
-// what a port "cassette:FILE" plays, what a transcript is made of. A text file of lines:
+// Cassette holds the bytes that crossed the port of one instrument, with their times. `--record` writes it, a
+// port "cassette:FILE" plays it, a transcript is made of it. A text file of lines:
 //   firn cassette 1 NODE          the first line
 //   # text                                 port, SIMULATED or REAL; `# config: ` lines of the experiment
 //        12.345 open                       the port opened, or `closed`; times in ms
@@ -44,7 +44,7 @@ std::string cassette_order(std::string_view channel, double ms, std::span<const 
 
 inline constexpr std::size_t kLongestCassette = std::size_t(256) << 20;
 
-/// @throws std::invalid_argument naming `file`, line and what it must hold: a damaged one, one over 256 MiB
+/// @throws std::invalid_argument naming `file`, line and the wanted content: a damaged one, one over 256 MiB
 Cassette parse_cassette(std::string_view text, const std::string& file);
 
 }  // namespace firn

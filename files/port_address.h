@@ -1,5 +1,5 @@
 // PortAddress says where the port of an instrument is: in the simulated world, behind TCP, a serial line or a
-// Unix socket, or on a cassette, which plays what an instrument once said. Its text stands in a lab file,
+// Unix socket, or on a cassette, which plays an instrument's earlier answers. Its text stands in a lab file,
 // `[devices.NODE] port`, and in the command line of a process.
 #pragma once
 

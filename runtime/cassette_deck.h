@@ -1,5 +1,5 @@
-// CassetteDeck plays a cassette as the instrument: what the host sends is looked for on the tape, and what
-// the instrument answered then comes again, after the same time. The tape is searched from where it stands
+// CassetteDeck plays a cassette as the instrument: bytes of the host are looked for on the tape, and the
+// instrument's answer comes again, after the same time. The tape is searched from where it stands
 // onwards, then from its beginning, so that questions may come oftener or in another order than they did.
 #pragma once
 
@@ -21,13 +21,14 @@ class CassetteDeck {
   /// A cassette in memory.
   explicit CassetteDeck(const Cassette& cassette);
 
-  /// The host opens the port: what came unasked after an opening on the tape comes again.
+  /// The host opens the port: bytes that came unasked after an opening on the tape come again.
   void open(std::int64_t now_us);
   /// The host sends. @returns false: these bytes stand nowhere on the tape, and nothing will answer
   bool send(std::span<const std::byte> bytes, std::int64_t now_us);
   /// When the next bytes come, or the instrument closes the port; INT64_MAX: never.
   std::int64_t due_us() const { return due_.empty() ? INT64_MAX : due_.front().at_us; }
-  /// Takes what is due. @returns false when nothing is; `closed`: the instrument closed the port instead
+  /// Takes the bytes that are due. @returns false when nothing is; `closed`: the instrument closed the port
+  /// instead
   bool take(std::int64_t now_us, std::vector<std::byte>& bytes, bool& closed);
 
  private:

@@ -43,8 +43,8 @@ void read_paths_json(std::istream& in, const std::string& name, double size, con
 /// end a path. @throws also for any other G code, and for a height that changes along a path
 void read_paths_gcode(std::istream& in, const std::string& name, double size, const PathSink& sink);
 /// SVG: each subpath of path, line, polyline, polygon, rect, circle and ellipse, whatever its stroke, with
-/// transforms, viewBox and units; y upwards from the page's lower edge. What is in defs, symbol, marker,
-/// pattern, clipPath or mask, or has display="none", is left out. @throws also for use, text and image
+/// transforms, viewBox and units; y upwards from the page's lower edge. Shapes in defs, symbol, marker,
+/// pattern, clipPath or mask, or with display="none", are left out. @throws also for use, text and image
 void read_paths_svg(std::istream& in, const std::string& name, double size, const PathSink& sink);
 /// Reads the paths of a sliced job, each with its material's tool.
 void read_paths_layers(const std::filesystem::path& file, const PathSink& sink);

@@ -1,4 +1,4 @@
-// Reads paths from G-code: what is driven with G1, G2, G3 and G5 between two G0 is one path.
+// Reads paths from G-code: the moves G1, G2, G3 and G5 between two G0 are one path.
 #include <fmt/core.h>
 
 #include <algorithm>

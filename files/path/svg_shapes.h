@@ -10,7 +10,7 @@
 
 namespace firn::svg {
 
-/// What is wrong with an attribute; the reader adds file and line.
+/// The fault of an attribute; the reader adds file and line.
 struct SyntaxError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

@@ -79,8 +79,8 @@ std::shared_ptr<const MappedFile> known_file(const fs::path& path) {
   return last;
 }
 
-/// Decompresses a frame into pages of its size. The output is zstd's window: nothing is copied, and what the
-/// process does not need at the moment it forgets.
+/// Decompresses a frame into pages of its size. The output is zstd's window: nothing is copied, and the
+/// process forgets the pages that it does not need at the moment.
 void decompress(const fs::path& file, std::span<const std::byte> frame, const MappedFile* known,
                 const Pages& out) {
   constexpr std::size_t kHeld_bytes = 16 << 20;

@@ -1,5 +1,5 @@
-// bringup checks, row by row, what the drivers take for granted of real instruments
-// (docs/devices/HARDWARE_CHECKLIST.md): the rows that a program can check by itself, with what was measured,
+// bringup checks, row by row, the assumptions of the drivers about real instruments
+// (docs/devices/HARDWARE_CHECKLIST.md): the rows that a program can check by itself, with the measurement,
 // and those that a person must look at.
 #pragma once
 
@@ -22,10 +22,10 @@ namespace firn {
 struct BringupFinding {
   bool ok = false;
   std::string measured, limit;
-  std::string mend = {};  ///< what to do when it is not ok
+  std::string mend = {};  ///< the remedy when it is not ok
 };
 
-/// What a row may use. Between rows every port is closed.
+/// The lab as a row may use it. Between rows every port is closed.
 class BringupLab {
  public:
   using Address = std::function<PortAddress(const std::string& node)>;

@@ -158,7 +158,7 @@ BringupFinding profile_shape(BringupLab& lab, const std::string& node) {
           "the line is out of the head's range, or its exposure is wrong: its panel"};
 }
 
-// A person lays a gauge block under the line: sign, mirror and unit of what it reads.
+// A person lays a gauge block under the line: sign, mirror and unit of its reading.
 BringupFinding gauge(BringupLab& lab, const std::string& node) {
   constexpr double kGauge_mm = 0.5, kTolerance = 0.1;
   one_pulse(lab);

@@ -1,5 +1,4 @@
-// The link row: who answers at a port, and what is wrong when it is not the instrument that the lab file
-// says.
+// The link row: who answers at a port, and the fault when it is not the instrument of the lab file.
 #include <array>
 #include <charconv>
 

@@ -1,4 +1,5 @@
-// RawLine asks an instrument by bytes, past its driver: what bring-up checks is what the driver relies on.
+// RawLine asks an instrument by bytes, past its driver: bring-up checks the ground on which the driver
+// stands.
 #pragma once
 
 #include <functional>
@@ -20,7 +21,7 @@ class RawLine {
   const std::string& trouble() const { return trouble_; }  ///< of a port that does not open
 
   void send(std::string_view bytes);
-  /// Forgets what has come, sends, and waits until `whole` holds of what comes. @returns what came, whole or
+  /// Forgets earlier bytes, sends, and waits until `whole` holds of the answer. @returns the answer, whole or
   /// not
   std::string ask(std::string_view bytes, const std::function<bool(std::string_view)>& whole,
                   double within_s = 3.0);

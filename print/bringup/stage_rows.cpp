@@ -22,7 +22,7 @@ std::string num(double v) {
   return text;
 }
 
-// A stage past its driver; what moves is stopped when this ends.
+// A stage past its driver; its axes are stopped when this ends.
 class StageHand {
  public:
   StageHand(BringupLab& lab, const std::string& node) : lab_(lab), line_(lab.line(node)) {}

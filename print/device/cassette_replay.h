@@ -1,4 +1,4 @@
-// replay_cassette gives a cassette to a driver of today: what the driver sends must be what the tape has.
+// replay_cassette gives a cassette to a driver of today: the driver must send the bytes of the tape.
 #pragma once
 
 #include <string>
@@ -7,9 +7,8 @@
 
 namespace firn {
 
-/// Makes the driver from the experiment on the tape and gives it what the instrument said and what it was
-/// told, at their times. @returns the first line at which the driver does something else, and what; empty:
-/// none
+/// Makes the driver from the experiment on the tape and gives it the instrument's bytes and its orders at
+/// their times. @returns the first line at which the driver does something else, with its bytes; empty: none
 /// @throws std::invalid_argument: a tape of more than one incarnation, of no instrument, without its
 /// experiment
 std::string replay_cassette(const Cassette& cassette);

@@ -1,4 +1,4 @@
-// device_verbs lists what a person may tell each instrument (`firn device LAB NAME VERB`).
+// device_verbs lists the orders that a person may give each instrument (`firn device LAB NAME VERB`).
 #pragma once
 
 #include <span>
