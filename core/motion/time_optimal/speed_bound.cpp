@@ -177,7 +177,7 @@ double reach_back(const Sample& sample, double top, double two_h, double next) {
 /// the interval's end. Returns that end or, by little, more.
 double reach_back(const Sample& sample, double top, double two_h, double next, double least) {
   constexpr double kClose = 3e-5;
-  constexpr int kSteps = 8;
+  constexpr int kSteps = 30;
   double b = top, above = top, inside = 0.0, excess_above = 0.0, excess_inside = 0.0;
   int side = 0;  // of the last two points: +1 both above, -1 both inside
   for (int step = 0; step < kSteps; ++step) {
@@ -282,8 +282,10 @@ void tighten_bound(const Curve& curve, const MotionRows& rows, const RowGroups& 
   bend = 0.0;
   for (std::size_t i = 0; i + 1 < n; ++i) {
     const double two_h = 2.0 * (curve.s[i + 1] - curve.s[i]), b = bound.b[i];
+    const Window window =
+        samples[i].window(b);  // b may be above its interval's end by little: then high < low
     const double high =
-        std::min(samples[i].window(b).high, samples[i].path(room.below_top(samples[i], b), b));
+        std::min(std::max(window.high, window.low), samples[i].path(room.below_top(samples[i], b), b));
     bound.b[i + 1] = std::min(bound.b[i + 1], std::max(b + two_h * high, 0.0));
     bend = std::max(bend, samples[i + 1].square_curvature());
     room.lower(samples[i + 1], bend, b, two_h, 1.0, bound.b[i + 1]);
