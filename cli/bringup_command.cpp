@@ -90,7 +90,8 @@ int run_bringup(const BringupOptions& o) {
       return r.id == planned.row->id && r.node == planned.node;
     };
     const auto at = std::ranges::find_if(state.rows, same);
-    const bool kept = at != state.rows.end() && at->state == "ok" && !o.again;
+    const std::string port = port_of(e, planned.node);
+    const bool kept = at != state.rows.end() && at->state == "ok" && at->port == port && !o.again;
     BringupResult r = kept ? *at : BringupResult{};
     if (!kept && std::ranges::find(dead, planned.node) != dead.end())
       r = {planned.row->id,
@@ -101,7 +102,8 @@ int run_bringup(const BringupOptions& o) {
            "not carried out: its link has failed",
            "",
            "",
-           0.0};
+           0.0,
+           port};
     else if (!kept)
       r = carry_out(planned, lab);
     if (r.id == 0 && r.state == "failed") dead.push_back(r.node);
@@ -127,7 +129,8 @@ int run_bringup(const BringupOptions& o) {
                       {"measured", r.measured},
                       {"limit", r.limit},
                       {"mend", r.mend},
-                      {"seconds", r.seconds}});
+                      {"seconds", r.seconds},
+                      {"port", r.port}});
     std::puts(nlohmann::ordered_json{{"file", file},
                                      {"ports", ports_text(e)},
                                      {"ok", done},

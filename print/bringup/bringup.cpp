@@ -91,9 +91,17 @@ std::vector<PlannedRow> planned_rows(const Experiment& e) {
   return all;
 }
 
+std::string port_of(const Experiment& e, const std::string& node) {
+  if (node == "all") return real_ports(e).empty() ? "sim:" : "real";
+  const auto outside = outside_ports(e);
+  const auto at = outside.find(node);
+  return at == outside.end() ? "sim:" : to_text(at->second);
+}
+
 BringupResult carry_out(const PlannedRow& planned, BringupLab& lab) {
   const BringupRow& row = *planned.row;
   BringupResult r{row.id, planned.node, std::string(row.what), "open", row.id == 0 || row.check != nullptr};
+  r.port = port_of(lab.e, planned.node);
   const std::int64_t begin = monotonic_us();
   if (!r.automatic) {
     const auto answer = lab.ask(row.id, r.what + ": is it so?");
@@ -152,6 +160,7 @@ std::optional<BringupState> read_bringup(const std::string& file) {
       r.limit = row.at("limit").get<std::string>();
       r.mend = row.at("mend").get<std::string>();
       r.seconds = row.at("seconds").get<double>();
+      r.port = row.at("port").get<std::string>();
       s.rows.push_back(std::move(r));
     }
     return s;
@@ -171,7 +180,8 @@ void write_bringup(const std::string& file, const BringupState& s) {
                     {"measured", r.measured},
                     {"limit", r.limit},
                     {"mend", r.mend},
-                    {"seconds", r.seconds}});
+                    {"seconds", r.seconds},
+                    {"port", r.port}});
   write_file_atomically(
       file, Json{{"configuration", s.configuration}, {"identities", s.identities}, {"rows", rows}}.dump(
                 2, ' ', false, Json::error_handler_t::replace) +
@@ -193,8 +203,9 @@ std::string bringup_refusal(const Experiment& e, const std::optional<BringupStat
   int count = 0;
   for (const PlannedRow& planned : planned_rows(e)) {
     if (!real.contains(planned.node) && planned.node != "all") continue;
+    const std::string port = port_of(e, planned.node);
     const auto at = std::ranges::find_if(state->rows, [&](const BringupResult& r) {
-      return r.id == planned.row->id && r.node == planned.node;
+      return r.id == planned.row->id && r.node == planned.node && r.port == port;
     });
     const std::string id = std::to_string(planned.row->id);
     if ((at != state->rows.end() && at->state == "ok") || accepts(id) || accepts(planned.node + ":" + id))
@@ -204,7 +215,8 @@ std::string bringup_refusal(const Experiment& e, const std::optional<BringupStat
                  std::string(at == state->rows.end() ? "not carried out" : at->state) + ")";
   }
   if (count == 0) return {};
-  return file + ": " + std::to_string(count) + " rows are not done: " + missing + (count > 5 ? ", …" : "") +
+  return file + ": " + std::to_string(count) + (count == 1 ? " row is" : " rows are") +
+         " not done: " + missing + (count > 5 ? ", …" : "") +
          "; run ./firn bringup LAB, or take each risk with --accept-bringup NODE:ROW";
 }
 

@@ -91,6 +91,7 @@ struct BringupResult {
   bool automatic = false;
   std::string measured, limit, mend;
   double seconds = 0.0;
+  std::string port = {};  ///< at which the row was carried out, port_of()
 };
 
 struct BringupState {
@@ -109,6 +110,9 @@ std::vector<PlannedRow> planned_rows(const Experiment& experiment);
 /// SHA-256 of the keys of the lab's instruments: their tables, caps and offsets.
 std::string bringup_configuration(const Experiment& experiment);
 
+/// Returns the port of a node as text, "sim:" of a simulated one; of "all": "real" where any instrument is.
+std::string port_of(const Experiment& experiment, const std::string& node);
+
 /// Carries out one row.
 BringupResult carry_out(const PlannedRow& row, BringupLab& lab);
 
@@ -118,7 +122,9 @@ std::string bringup_file(const std::string& lab);
 std::optional<BringupState> read_bringup(const std::string& file);
 void write_bringup(const std::string& file, const BringupState& state);
 
-/// Why a print on these real ports may not begin; empty: it may. @param accepted numbers of rows, or "all"
+/// Why a print on these real ports may not begin; empty: it may. A row counts for the port at which it was
+/// carried out: neither a simulation nor another instrument vouches for this one. @param accepted numbers of
+/// rows, or "all"
 std::string bringup_refusal(const Experiment& experiment, const std::optional<BringupState>& state,
                             const std::string& file, const std::vector<std::string>& accepted);
 

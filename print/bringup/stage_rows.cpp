@@ -110,7 +110,8 @@ BringupFinding reply_characters(BringupLab& lab, const std::string& node) {
   StageHand stage(lab, node);
   const std::string unknown = stage.say("NONE"), status = stage.say("AXISSTATUS(@0)");
   return {unknown == "!\n" && status.size() > 2 && status[0] == '%' && status.back() == '\n',
-          "'" + unknown.substr(0, 1) + "', '" + status.substr(0, 12) + "'",
+          "'" + unknown.substr(0, 1) + "', '" +
+              status.substr(0, std::min<std::size_t>(status.find('\n'), 12)) + "'",
           "'!', then % and a number, line feed",
           "parameters 177 to 180 of the controller, and \"Always Send EOS\""};
 }
@@ -136,7 +137,8 @@ BringupFinding limits_and_counts(BringupLab& lab, const std::string& node) {
     const double counts = parameter(ens::kCountsPerUnit), from = parameter(ens::kSoftwareLimitLow),
                  to = parameter(ens::kSoftwareLimitHigh), setup = parameter(ens::kSoftwareLimitSetup);
     const std::string axis(1, "XYZ"[a]);
-    measured += axis + " " + num(counts) + " counts, [" + num(from) + ", " + num(to) + "] mm; ";
+    measured +=
+        (a > 0 ? "; " : "") + axis + " " + num(counts) + " counts, [" + num(from) + ", " + num(to) + "] mm";
     if (std::abs(counts - s.counts_per_mm) > 1e-6 * s.counts_per_mm)
       return {
           false, axis + ": CountsPerUnit " + num(counts), "stage.counts_per_mm = " + num(s.counts_per_mm),

@@ -270,6 +270,25 @@ TEST_CASE("results are kept row by row, and a second call goes on where the firs
   CHECK_THAT(firn_says({"bringup", kInkjet, "--result", file}).err, Contains("is no bring-up result"));
 }
 
+TEST_CASE("rows done on the simulation, or at another port, do not vouch for a real instrument",
+          "[bringup]") {
+  const std::vector<std::string> real{"devices.lamp.port=\"tcp:h:2\""};
+  const std::string file = (fresh_folder("bringup-ports") / "lab.bringup.json").string();
+  const Said lamp =
+      firn_says({"bringup", kInkjet, "--device", "lamp", "--row", "24", "--result", file, "--json"});
+  INFO(lamp.out << lamp.err);
+  CHECK(lamp.code == 0);
+  auto state = read_bringup(file);
+  REQUIRE((state && state->rows.size() == 1 && state->rows[0].port == "sim:"));
+  const Experiment e = load_lab_experiment(kInkjet, real);
+  CHECK(state->configuration == bringup_configuration(e));
+  CHECK_THAT(bringup_refusal(e, state, "x", {}), Contains("lamp:24 (not carried out)"));
+  state->rows[0].port = "tcp:h:1";
+  CHECK_THAT(bringup_refusal(e, state, "x", {}), Contains("lamp:24 (not carried out)"));
+  state->rows[0].port = "tcp:h:2";
+  CHECK_THAT(bringup_refusal(e, state, "x", {}), !Contains("lamp:24"));
+}
+
 TEST_CASE("a print on real instruments wants its bring-up, or somebody who takes the risk", "[bringup]") {
   const Experiment e =
       load_lab_experiment(kInkjet, {"devices.stage.port=\"tcp:h:1\"", "devices.jet.port=\"tcp:h:2\"",
@@ -285,6 +304,7 @@ TEST_CASE("a print on real instruments wants its bring-up, or somebody who takes
     r.id = planned.row->id;
     r.node = planned.node;
     r.state = "ok";
+    r.port = port_of(e, r.node);
     state.rows.push_back(r);
   }
   CHECK(bringup_refusal(e, state, "x", {}).empty());
@@ -293,7 +313,7 @@ TEST_CASE("a print on real instruments wants its bring-up, or somebody who takes
   CHECK(bringup_refusal(e, state, "x", {}).empty());
   for (BringupResult& r : state.rows)
     if (r.node == "jet" && r.id == 15) r.state = "open";
-  CHECK_THAT(bringup_refusal(e, state, "x", {}), Contains("1 rows are not done: jet:15 (open)"));
+  CHECK_THAT(bringup_refusal(e, state, "x", {}), Contains("1 row is not done: jet:15 (open)"));
   CHECK(bringup_refusal(e, state, "x", {"jet:15"}).empty());
   Experiment faster = e;
   faster.stage.counts_per_mm *= 2;
