@@ -1,4 +1,4 @@
-#!/ usr / bin / env python3
+#!/usr/bin/env python3
 """What the object files call: neither a pure room nor anything that is linked into a node calls a clock, a thread, a file ...
 
 A symbol has no alias: `time()`, `__builtin_exp(x)`, `using std::thread` and a member pointer to `set_maxtime` all leave the
@@ -19,7 +19,8 @@ from firn_tree import code, finish, read, sources
 
 MATH = "exp|exp2|exp10|expm1|log|log2|log10|log1p|pow|sin|cos|tan|sincos|asin|acos|atan|atan2|sinh|cosh|tanh|asinh|acosh|atanh|" \
        "cbrt|hypot|erf|erfc|tgamma|lgamma|lgamma_r|gamma|j0|j1|jn|y0|y1|yn|c(?:exp|log|pow|sin|cos|tan|sqrt|abs|arg)"
-#Mangled names, as the object files have them.
+
+# Mangled names, as the object files have them.
 FORBIDDEN = {
     "a clock": r"time|clock|clock_\w+|gettimeofday|ftime|times|getrusage|timespec_get|localtime\w*|_ZNSt6chrono3_V2\w*_clock3nowEv|"
                r"_ZN2cv1[23]getTick\w*",
@@ -48,8 +49,7 @@ IN_PLANT = ("a file", INEXACT)  # nature is recorded, not replayed, and keeps it
 
 IN_NODES, APART = True, False
 ANGLES = "an arm's angles and a path's turns have no other form; the provenance holds glibc and the CPU, and replay compares them first"
-#sources, what they may call, whether a node may be linked with them, \
-    why the same input gives the same bytes all the same
+# sources, what they may call, whether a node may be linked with them, why the same input gives the same bytes all the same
 ALLOWED = (
     ("core/motion/kinematics/*", "sincos|atan2", IN_NODES, ANGLES),
     ("core/motion/vplus_default.cpp", "atan2", IN_NODES, ANGLES),
