@@ -302,7 +302,8 @@ int run_plan(const PlanCommandOptions& o) {
 
 void declare_plan(OptionSet& options) {
   auto& o = options.calls(run_plan);
-  options.option("PATHS", o.paths, "*.csv, *.json or *.paths; docs/commands/plan.md").required();
+  options.option("PATHS", o.paths, "*.csv, *.json, *.gcode, *.svg or *.paths; docs/commands/plan.md")
+      .required();
   options.option("-o,--output", o.output, "trajectory file");
   options.option("--machine", o.machine, "machine file, as labs/cobra600.toml").required();
   options.option("--origin", o.origin_mm, "X,Y [mm]: where the paths' frame stands in the machine's")
