@@ -119,24 +119,12 @@ int run_bringup(const BringupOptions& o) {
     write_bringup(file, state);  // a row that was done stays done, whatever comes
   }
   if (o.json) {
-    nlohmann::ordered_json rows = nlohmann::ordered_json::array();
-    for (const BringupResult& r : state.rows)
-      rows.push_back({{"row", r.id},
-                      {"node", r.node},
-                      {"what", r.what},
-                      {"state", r.state},
-                      {"automatic", r.automatic},
-                      {"measured", r.measured},
-                      {"limit", r.limit},
-                      {"mend", r.mend},
-                      {"seconds", r.seconds},
-                      {"port", r.port}});
     std::puts(nlohmann::ordered_json{{"file", file},
                                      {"ports", ports_text(e)},
                                      {"ok", done},
                                      {"failed", failed},
                                      {"open", open},
-                                     {"rows", rows}}
+                                     {"rows", to_json(state.rows)}}
                   .dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace)
                   .c_str());
   } else {

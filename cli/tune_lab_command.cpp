@@ -39,7 +39,7 @@ std::vector<TuneKey> keys_of(const TuneLabOptions& o, const Experiment& e) {
 
 int run_tune_lab(const TuneLabOptions& o) {
   if (o.runs.empty())
-    throw UsageError("firn tune: a run is wanted, or 'smf' for the thesis's model of one point");
+    throw UsageError("a run is wanted, or 'smf' for the thesis's model of one point");
   const std::size_t goal = goal_index(o.goal);
   std::vector<RecordedRun> runs;
   for (const std::string& run : o.runs) {

@@ -37,9 +37,9 @@ std::string feature_name(std::size_t feature);
 
 /// Indices of the features that estimate a laboratory from the whole print: means and whole-print features.
 std::vector<std::size_t> fitted_features();
-/// Of the features of one stretch.
+/// Indices of the features of one stretch.
 std::vector<std::size_t> features_of_stretch(int stretch);
-/// Of everything that is checked: the stretches' and the whole print's.
+/// Indices of all checked features: the stretches' and the whole print's.
 std::vector<std::size_t> checked_features();
 
 /// Returns the features, all finite. Logarithms are taken where a feature is a scale, so that its scatter

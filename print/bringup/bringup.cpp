@@ -1,5 +1,7 @@
 #include "print/bringup/bringup.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -34,6 +36,8 @@ std::vector<std::string> instruments(const Experiment& e) {
 }
 
 }  // namespace
+
+std::string number_text(double value) { return fmt::format("{:.6g}", value); }
 
 bool BringupLab::has(std::string_view node) const {
   const auto all = instruments(e);
@@ -151,7 +155,7 @@ std::optional<BringupState> read_bringup(const std::string& file) {
       s.identities[node] = identity.get<std::string>();
     for (const Json& row : j.at("rows")) {
       BringupResult r;
-      r.id = row.at("id").get<int>();
+      r.id = row.at("row").get<int>();
       r.node = row.at("node").get<std::string>();
       r.what = row.at("what").get<std::string>();
       r.state = row.at("state").get<std::string>();
@@ -169,10 +173,10 @@ std::optional<BringupState> read_bringup(const std::string& file) {
   }
 }
 
-void write_bringup(const std::string& file, const BringupState& s) {
+nlohmann::ordered_json to_json(std::span<const BringupResult> results) {
   Json rows = Json::array();
-  for (const BringupResult& r : s.rows)
-    rows.push_back({{"id", r.id},
+  for (const BringupResult& r : results)
+    rows.push_back({{"row", r.id},
                     {"node", r.node},
                     {"what", r.what},
                     {"state", r.state},
@@ -182,10 +186,12 @@ void write_bringup(const std::string& file, const BringupState& s) {
                     {"mend", r.mend},
                     {"seconds", r.seconds},
                     {"port", r.port}});
-  write_file_atomically(
-      file, Json{{"configuration", s.configuration}, {"identities", s.identities}, {"rows", rows}}.dump(
-                2, ' ', false, Json::error_handler_t::replace) +
-                "\n");
+  return rows;
+}
+
+void write_bringup(const std::string& file, const BringupState& s) {
+  const Json j{{"configuration", s.configuration}, {"identities", s.identities}, {"rows", to_json(s.rows)}};
+  write_file_atomically(file, j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
 std::string bringup_refusal(const Experiment& e, const std::optional<BringupState>& state,

@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -79,6 +80,9 @@ struct BringupRow {
   BringupFinding (*check)(BringupLab&, const std::string& node) = nullptr;
 };
 
+/// Returns a measured number with six significant digits.
+std::string number_text(double value);
+
 std::span<const BringupRow> stage_rows();
 std::span<const BringupRow> inkjet_rows();  ///< jet, profiler, lamp
 std::span<const BringupRow> ice_rows();     ///< robot, valves, laser, heater
@@ -115,6 +119,9 @@ std::string port_of(const Experiment& experiment, const std::string& node);
 
 /// Carries out one row.
 BringupResult carry_out(const PlannedRow& row, BringupLab& lab);
+
+/// Returns rows as they stand in the result file and in the command's answer.
+nlohmann::ordered_json to_json(std::span<const BringupResult> rows);
 
 /// LAB.bringup.json beside LAB.toml.
 std::string bringup_file(const std::string& lab);

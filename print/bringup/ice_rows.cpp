@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 
 #include "drivers/heater/thermostat.h"
 #include "drivers/laser_point/lkg.h"
@@ -15,12 +14,6 @@ namespace firn {
 namespace {
 
 using namespace drivers;
-
-std::string num(double v) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.6g", v);
-  return text;
-}
 
 class RobotHand {
  public:
@@ -56,7 +49,7 @@ BringupFinding robot_speed(BringupLab& lab, const std::string&) {
   for (int n = 0; n < kLines; ++n) answered += robot.say("HB").starts_with("ACK");
   const double each_s = double(monotonic_us() - begin) * 1e-6 / kLines;
   return {answered == kLines && each_s < 0.016,
-          num(1.0 / each_s) + " lines a second, " + std::to_string(answered) + " of 50 answered",
+          number_text(1.0 / each_s) + " lines a second, " + std::to_string(answered) + " of 50 answered",
           "62.5, one a tick of 16 ms",
           "robot.block_lines = 1, and upload only between paths (docs/devices/robot.md)"};
 }
@@ -109,7 +102,7 @@ Storage store_while_signal(BringupLab& lab, const std::string& end_by) {
 BringupFinding storage_by_signal(BringupLab& lab, const std::string&) {
   const Storage s = store_while_signal(lab, "SIG 0");
   return {s.values > 0.5 * s.wanted && s.values < 1.5 * s.wanted + 10.0, std::to_string(s.values) + " values",
-          "about " + num(s.wanted),
+          "about " + number_text(s.wanted),
           s.values == 0
               ? "the robot's signal 3 does not reach the laser's timing input: cable, terminal of T1"
               : "laser_point.rate_hz, or the storage cycle of the laser's program"};
@@ -118,7 +111,7 @@ BringupFinding storage_by_signal(BringupLab& lab, const std::string&) {
 BringupFinding signals_fall(BringupLab& lab, const std::string&) {
   const Storage s = store_while_signal(lab, "STOP");
   return {s.values > 0 && s.values < 1.5 * s.wanted + 10.0, std::to_string(s.values) + " values until STOP",
-          "about " + num(s.wanted),
+          "about " + number_text(s.wanted),
           "STOP must take the signals down: V+ program, a relay that drops with arm power"};
 }
 
@@ -165,7 +158,9 @@ BringupFinding laser_times(BringupLab& lab, const std::string&) {
   time_of("R0");
   const double enter_s = time_of("Q0"), leave_s = time_of("R0"), select_s = time_of("PW,0");
   const double slowest_s = std::max({enter_s, leave_s, select_s});
-  return {slowest_s < 3.0, "Q0 " + num(enter_s) + " s, R0 " + num(leave_s) + " s, PW " + num(select_s) + " s",
+  return {slowest_s < 3.0,
+          "Q0 " + number_text(enter_s) + " s, R0 " + number_text(leave_s) + " s, PW " +
+              number_text(select_s) + " s",
           "3 s", "kMode_us of laser_point.cpp, timeouts of LkgDialect"};
 }
 
@@ -245,7 +240,7 @@ BringupFinding temperatures(BringupLab& lab, const std::string& node) {
   std::string measured;
   bool ok = true;
   for (const double t : reading->celsius) {
-    measured += std::isnan(t) ? "open " : num(t) + " degC ";
+    measured += std::isnan(t) ? "open " : number_text(t) + " degC ";
     ok = ok && t > -40.0 && t < 60.0;
   }
   return {ok, measured, "three of -40 to 60 degC",

@@ -12,12 +12,6 @@
 namespace firn {
 namespace {
 
-std::string num(double v) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.6g", v);
-  return text;
-}
-
 std::string hex(std::string_view bytes) {
   std::string text;
   for (const char c : bytes) {
@@ -89,9 +83,9 @@ const BringupLab::OnePulse& one_pulse(BringupLab& lab) {
   const auto raw = newest(*profiler);
   const std::uint32_t before = raw.points > 0 ? raw.trigger_count : 0;
   p.expected_mm = from_mm + sign * kPulse_mm;
-  say("PSODISTANCE @1 FIXED " + num(kPulse_mm) + " UNITS");
+  say("PSODISTANCE @1 FIXED " + number_text(kPulse_mm) + " UNITS");
   say("PSOCONTROL @1 ARM");
-  say("LINEAR @1 " + num(from_mm + sign * kMove_mm) + " F10");
+  say("LINEAR @1 " + number_text(from_mm + sign * kMove_mm) + " F10");
   for (int n = 0; n < 1000 && value("PLANESTATUS(0)") != 0.0; ++n) {
     stage->wait(0.005);
     if (n == 999 || lab.interrupted()) {
@@ -111,9 +105,11 @@ const BringupLab::OnePulse& one_pulse(BringupLab& lab) {
 BringupFinding first_pulse(BringupLab& lab, const std::string&) {
   const auto& p = one_pulse(lab);
   const bool ok = p.triggers == 1 && std::abs(p.encoder_mm - p.expected_mm) < 0.05;
-  return {ok, p.triggers == 1 ? "at " + num(p.encoder_mm) + " mm" : std::to_string(p.triggers) + " pulses",
-          num(p.expected_mm) + " mm: one distance after the place of ARM",
-          "see rows 20 and 21 first; then plan_raster: a shift of every row"};
+  return {
+      ok,
+      p.triggers == 1 ? "at " + number_text(p.encoder_mm) + " mm" : std::to_string(p.triggers) + " pulses",
+      number_text(p.expected_mm) + " mm: one distance after the place of ARM",
+      "see rows 20 and 21 first; then plan_raster: a shift of every row"};
 }
 
 BringupFinding trigger_and_encoder(BringupLab& lab, const std::string&) {
@@ -124,8 +120,8 @@ BringupFinding trigger_and_encoder(BringupLab& lab, const std::string&) {
         false, "no profile after a pulse of the stage", "one",
         "trigger mode of the head's program, and the cable from the stage's PSO output to its trigger input"};
   const std::string measured =
-      std::to_string(p.triggers) + " profile, encoder at " + num(p.encoder_mm) + " mm";
-  const std::string limit = "1, " + num(p.expected_mm) + " mm";
+      std::to_string(p.triggers) + " profile, encoder at " + number_text(p.encoder_mm) + " mm";
+  const std::string limit = "1, " + number_text(p.expected_mm) + " mm";
   if (std::abs(p.encoder_mm + p.expected_mm) < kNear_mm && std::abs(p.expected_mm) > kNear_mm)
     return {false, measured, limit, "the encoder counts backwards: its direction in the head's program"};
   if (std::abs(p.encoder_mm - p.expected_mm) > kNear_mm)
@@ -136,8 +132,8 @@ BringupFinding trigger_and_encoder(BringupLab& lab, const std::string&) {
 
 BringupFinding encoder_at_trigger(BringupLab& lab, const std::string&) {
   const auto& p = one_pulse(lab);
-  return {p.triggers > 0 && std::abs(p.encoder_mm - p.expected_mm) < 0.05, num(p.encoder_mm) + " mm",
-          num(p.expected_mm) + " mm +- 0.05",
+  return {p.triggers > 0 && std::abs(p.encoder_mm - p.expected_mm) < 0.05, number_text(p.encoder_mm) + " mm",
+          number_text(p.expected_mm) + " mm +- 0.05",
           "counts per mm of the encoder input, or its count is read later than the trigger"};
 }
 
@@ -146,14 +142,15 @@ BringupFinding profile_shape(BringupLab& lab, const std::string& node) {
   const auto line = lab.line(node);
   const auto raw = newest(*line);
   if (raw.points == 0) return {false, "no profile yet", "one", "row 20"};
-  std::string measured = std::to_string(raw.points) + " points every " + num(raw.dx_mm) + " mm";
+  std::string measured = std::to_string(raw.points) + " points every " + number_text(raw.dx_mm) + " mm";
   const auto& l = lab.e.laser_profiler;
   if (raw.points != l.points || (l.dx_mm > 0.0 && std::abs(raw.dx_mm - l.dx_mm) > 1e-6))
     return {false, measured,
-            std::to_string(l.points) + " points" + (l.dx_mm > 0.0 ? " every " + num(l.dx_mm) + " mm" : ""),
+            std::to_string(l.points) + " points" +
+                (l.dx_mm > 0.0 ? " every " + number_text(l.dx_mm) + " mm" : ""),
             "laser_profiler.points, dx_mm, or the head's program"};
   const auto valid = std::ranges::count_if(raw.z_mm, [](float z) { return std::isfinite(z); });
-  measured += ", " + num(100.0 * double(valid) / double(raw.points)) + " % with a value";
+  measured += ", " + number_text(100.0 * double(valid) / double(raw.points)) + " % with a value";
   return {valid * 2 > raw.points, measured, "half of them with a value",
           "the line is out of the head's range, or its exposure is wrong: its panel"};
 }
@@ -164,7 +161,7 @@ BringupFinding gauge(BringupLab& lab, const std::string& node) {
   one_pulse(lab);
   const auto before = newest(*lab.line(node));
   const auto laid =
-      lab.ask(47, "lay a gauge block of " + num(kGauge_mm) +
+      lab.ask(47, "lay a gauge block of " + number_text(kGauge_mm) +
                       " mm under the line, at its end of smaller part x, shorter than half of it; done?");
   if (!laid) return {false, "", "", "needs a person"};
   lab.one_pulse.reset();
@@ -182,14 +179,15 @@ BringupFinding gauge(BringupLab& lab, const std::string& node) {
     ++n;
   }
   if (n < 5)
-    return {false, "the reading does not change", num(kGauge_mm) + " mm", "the block is not under the line"};
+    return {false, "the reading does not change", number_text(kGauge_mm) + " mm",
+            "the block is not under the line"};
   rise_mm /= n;
   at /= n;
   const double sign = l.z_sign == drivers::ZSign::kUp ? 1.0 : -1.0;
   const bool left = (at < 0.5 * after.points) == !on(l.mirror_x);
-  const std::string measured = num(std::round(sign * rise_mm * 100.0) / 100.0) + " mm, at the end of " +
-                               (left ? "smaller" : "greater") + " x";
-  const std::string limit = "+" + num(kGauge_mm) + " mm, at the end of smaller x";
+  const std::string measured = number_text(std::round(sign * rise_mm * 100.0) / 100.0) +
+                               " mm, at the end of " + (left ? "smaller" : "greater") + " x";
+  const std::string limit = "+" + number_text(kGauge_mm) + " mm, at the end of smaller x";
   if (std::abs(std::abs(rise_mm) - kGauge_mm) > kTolerance * kGauge_mm + 0.01)
     return {false, measured, limit, "wrong unit or scale of z: the head's program, ljv.h"};
   if (sign * rise_mm < 0.0)
@@ -208,7 +206,7 @@ BringupFinding profile_in_time(BringupLab& lab, const std::string& node) {
     newest(*line);
     slowest_s = std::max(slowest_s, line->last_answer_s());
   }
-  return {slowest_s < 0.1, num(slowest_s * 1e3) + " ms for the slowest of ten", "100 ms",
+  return {slowest_s < 0.1, number_text(slowest_s * 1e3) + " ms for the slowest of ten", "100 ms",
           "the head waits for a trigger before it answers: sampling mode of its program; or a slow network"};
 }
 

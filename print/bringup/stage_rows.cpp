@@ -16,12 +16,6 @@ namespace ens = drivers::ensemble;
 
 constexpr double kSpeed_mm_s = 10.0, kMove_mm = 4.0;
 
-std::string num(double v) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.6g", v);
-  return text;
-}
-
 // A stage past its driver; its axes are stopped when this ends.
 class StageHand {
  public:
@@ -48,7 +42,7 @@ class StageHand {
   void prepare() {
     for (const char* command : {"WAIT MODE NOWAIT", "ABS", "ENABLE @0", "ENABLE @1", "ENABLE @2"})
       must(command);
-    must("RAMP RATE " + num(lab_.e.stage.acceleration_mm_s2));
+    must("RAMP RATE " + number_text(lab_.e.stage.acceleration_mm_s2));
     if (on(lab_.e.stage.linear_ramps)) must("SCURVE 0");
   }
   void begin(int axis, double to_mm) {
@@ -56,9 +50,9 @@ class StageHand {
     const double low[] = {s.x_min_mm, s.y_min_mm, s.z_min_mm}, high[] = {s.x_max_mm, s.y_max_mm, s.z_max_mm};
     if (!(to_mm >= low[axis] && to_mm <= high[axis]))
       throw BringupStop("axis " + std::to_string(axis) + " would leave the limits of the lab file at " +
-                        num(to_mm) + " mm");
+                        number_text(to_mm) + " mm");
     moving_ = true;
-    must("LINEAR @" + std::to_string(axis) + " " + num(to_mm) + " F" + num(kSpeed_mm_s));
+    must("LINEAR @" + std::to_string(axis) + " " + number_text(to_mm) + " F" + number_text(kSpeed_mm_s));
     begun_us_ = monotonic_us();
   }
   /// @returns the time since begin() [s]
@@ -66,8 +60,8 @@ class StageHand {
     while (value("PLANESTATUS(0)") != 0.0) {
       line_->wait(0.005);
       if (monotonic_us() - begun_us_ > 10'000'000 || lab_.interrupted())
-        throw BringupStop("the move is not over after " + num(double(monotonic_us() - begun_us_) * 1e-6) +
-                          " s");
+        throw BringupStop("the move is not over after " +
+                          number_text(double(monotonic_us() - begun_us_) * 1e-6) + " s");
       if (const double bits = value("AXISFAULT(@" + std::to_string(axis) + ")"); bits != 0.0)
         throw BringupStop("the axis has a fault: " + ens::fault_names(std::uint32_t(std::int64_t(bits))));
     }
@@ -120,8 +114,8 @@ BringupFinding global_integers(BringupLab& lab, const std::string& node) {
   StageHand stage(lab, node);
   const double held = stage.value("GETPARM(@0, " + std::to_string(int(ens::kGlobalIntegers)) + ")");
   const double wanted = lab.e.stage.first_iglobal + 1.0;
-  return {held >= wanted, num(held) + " global integers",
-          "at least " + num(wanted) + " (stage.first_iglobal)",
+  return {held >= wanted, number_text(held) + " global integers",
+          "at least " + number_text(wanted) + " (stage.first_iglobal)",
           "raise GlobalIntegers in the controller, or lower stage.first_iglobal"};
 }
 
@@ -137,21 +131,22 @@ BringupFinding limits_and_counts(BringupLab& lab, const std::string& node) {
     const double counts = parameter(ens::kCountsPerUnit), from = parameter(ens::kSoftwareLimitLow),
                  to = parameter(ens::kSoftwareLimitHigh), setup = parameter(ens::kSoftwareLimitSetup);
     const std::string axis(1, "XYZ"[a]);
-    measured +=
-        (a > 0 ? "; " : "") + axis + " " + num(counts) + " counts, [" + num(from) + ", " + num(to) + "] mm";
+    measured += (a > 0 ? "; " : "") + axis + " " + number_text(counts) + " counts, [" + number_text(from) +
+                ", " + number_text(to) + "] mm";
     if (std::abs(counts - s.counts_per_mm) > 1e-6 * s.counts_per_mm)
       return {
-          false, axis + ": CountsPerUnit " + num(counts), "stage.counts_per_mm = " + num(s.counts_per_mm),
+          false, axis + ": CountsPerUnit " + number_text(counts),
+          "stage.counts_per_mm = " + number_text(s.counts_per_mm),
           "wrong counts per unit: correct stage.counts_per_mm or the controller's CountsPerUnit; else every "
           "move is " +
-              num(s.counts_per_mm / counts) + " times too long"};
+              number_text(s.counts_per_mm / counts) + " times too long"};
     if (setup == 0.0)
       return {false, axis + ": SoftwareLimitSetup 0", "soft limits on",
               "switch the controller's soft limits on"};
     if (from > low[a] + 1e-4 || to < high[a] - 1e-4)
       return {
-          false, axis + ": soft limits [" + num(from) + ", " + num(to) + "] mm",
-          "around [" + num(low[a]) + ", " + num(high[a]) + "] mm",
+          false, axis + ": soft limits [" + number_text(from) + ", " + number_text(to) + "] mm",
+          "around [" + number_text(low[a]) + ", " + number_text(high[a]) + "] mm",
           "narrow stage." + std::string(1, "xyz"[a]) + "_min_mm, _max_mm, or widen the controller's limits"};
   }
   return {true, measured, "the lab file's"};
@@ -169,7 +164,8 @@ BringupFinding burst(BringupLab& lab, const std::string& node) {
 BringupFinding homing(BringupLab& lab, const std::string& node) {
   const std::int64_t begin = monotonic_us();
   const std::string why = lab.drive(node, "home", {}, lab.e.stage.home_timeout_s * 3);
-  return {why.empty(), why.empty() ? "home after " + num(double(monotonic_us() - begin) * 1e-6) + " s" : why,
+  return {why.empty(),
+          why.empty() ? "home after " + number_text(double(monotonic_us() - begin) * 1e-6) + " s" : why,
           "home within stage.home_timeout_s an axis",
           "stage.homing = \"command\" where HomeAsync.bcx is not on the controller"};
 }
@@ -195,8 +191,9 @@ BringupFinding trapezoid(BringupLab& lab, const std::string& node) {
   stage.prepare();
   const double s = stage.move(0, stage.place_beside(0));
   const double planned = kMove_mm / kSpeed_mm_s + kSpeed_mm_s / lab.e.stage.acceleration_mm_s2;
-  return {s > 0.9 * planned && s < 1.1 * planned + 0.3, num(s) + " s for " + num(kMove_mm) + " mm",
-          num(planned) + " s", "the ramps are no trapezoid of stage.acceleration_mm_s2: SCURVE, RAMP MODE"};
+  return {s > 0.9 * planned && s < 1.1 * planned + 0.3,
+          number_text(s) + " s for " + number_text(kMove_mm) + " mm", number_text(planned) + " s",
+          "the ramps are no trapezoid of stage.acceleration_mm_s2: SCURVE, RAMP MODE"};
 }
 
 BringupFinding pulse_counter(BringupLab& lab, const std::string& node) {
@@ -217,7 +214,8 @@ BringupFinding pulse_counter(BringupLab& lab, const std::string& node) {
   stage.must("ABORT @1");
   const double aborted = stage.value(question);
   return {armed == 6.0 && off == 6.0 && aborted == 6.0,
-          num(armed) + ", after OFF " + num(off) + ", after ABORT " + num(aborted), "6 pulses in 3.2 mm",
+          number_text(armed) + ", after OFF " + number_text(off) + ", after ABORT " + number_text(aborted),
+          "6 pulses in 3.2 mm",
           "stage.pulse_count = \"PSOSTATUS\" or \"none\": a row that was broken off is then in doubt"};
 }
 
@@ -232,7 +230,7 @@ BringupFinding pulse_array(BringupLab& lab, const std::string& node) {
   const int first = lab.e.stage.first_iglobal;
   const auto set = [&](int n, double mm) {
     stage.must("IGLOBAL(" + std::to_string(first + n) +
-               ")=" + num(std::round(mm * lab.e.stage.counts_per_mm)));
+               ")=" + number_text(std::round(mm * lab.e.stage.counts_per_mm)));
   };
   for (int n = 0; n < 4; ++n) set(n, 0.5);
   stage.arm_y("FIXED 1 UNITS");
@@ -244,7 +242,7 @@ BringupFinding pulse_array(BringupLab& lab, const std::string& node) {
   const double pulses =
       stage.value(std::string(drivers::kPulseCounterWords[std::size_t(lab.e.stage.pulse_count)]) + "(@1)");
   stage.must("PSOCONTROL @1 OFF");
-  return {pulses == 4.0, num(pulses) + " pulses in 4 mm", "4, the array's as it was at PSOARRAY",
+  return {pulses == 4.0, number_text(pulses) + " pulses in 4 mm", "4, the array's as it was at PSOARRAY",
           pulses < 4.0 ? "the array is read while it moves: increments must stay until the run is over"
                        : "pulses come after the array's last entry: shorten the run-out"};
 }

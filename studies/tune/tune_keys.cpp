@@ -8,6 +8,7 @@
 #include "config/changes.h"
 #include "config/fields.h"
 #include "config/find_key.h"
+#include "files/nearest.h"
 #include "files/usage_error.h"
 
 namespace firn::tuning {
@@ -57,7 +58,12 @@ void write_value(const Field& field, double value, const std::vector<std::string
 const Field& find(const std::vector<Field>& table, const std::string& key, const Experiment& e) {
   const auto found = std::ranges::find(table, key, &Field::key);
   if (found == table.end() || !belongs(*found, e)) {
-    const std::string near = likeliest_key(table, key);
+    std::string near = likeliest_key(table, key);
+    if (near.empty()) {  // no word is known, but the letters may be
+      std::vector<std::string_view> known;
+      for (const Field& f : table) known.push_back(f.key);
+      near = nearest(key, known);
+    }
     throw UsageError("--keys: there is no key '" + key + "'" +
                      (near.empty() ? "" : "; the nearest known one is " + near));
   }

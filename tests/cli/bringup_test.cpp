@@ -25,9 +25,7 @@ using Json = nlohmann::json;
 
 namespace {
 
-const std::string kInkjet = FIRN_SOURCE_DIR "/labs/inkjet-lu2015.toml";
 const std::set<int> kTimed{6, 22, 28, 44};  // rows that measure this machine's time too
-const std::string kIce = FIRN_SOURCE_DIR "/labs/ice-cobra600.toml";
 
 // A lab file and the instruments as they truly are: `truth` are the keys in which they differ.
 struct Bench {

@@ -14,13 +14,6 @@ using namespace firn::test;
 using Catch::Contains;
 using Json = nlohmann::json;
 
-namespace {
-
-const std::string kInkjet = FIRN_SOURCE_DIR "/labs/inkjet-lu2015.toml";
-const std::string kIce = FIRN_SOURCE_DIR "/labs/ice-cobra600.toml";
-
-}  // namespace
-
 TEST_CASE("What was recorded of an instrument is sent again by the driver, and plays as its twin") {
   const auto folder = fresh_folder("cassettes");
   const std::pair<std::string, std::vector<std::string>> all[] = {

@@ -15,9 +15,6 @@ using Json = nlohmann::json;
 
 namespace {
 
-const std::string kInkjet = FIRN_SOURCE_DIR "/labs/inkjet-lu2015.toml";
-const std::string kIce = FIRN_SOURCE_DIR "/labs/ice-cobra600.toml";
-
 Said device(std::vector<std::string> words) {
   words.insert(words.begin(), "device");
   return firn_says(words);

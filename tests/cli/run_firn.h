@@ -7,6 +7,9 @@
 
 namespace firn::test {
 
+inline const std::string kInkjet = FIRN_SOURCE_DIR "/labs/inkjet-lu2015.toml";
+inline const std::string kIce = FIRN_SOURCE_DIR "/labs/ice-cobra600.toml";
+
 struct Said {
   int code = 0;
   std::string out, err;  ///< stdout; stderr, with the message of an error

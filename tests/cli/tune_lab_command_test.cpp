@@ -68,6 +68,7 @@ TEST_CASE("firn tune refuses keys that it cannot tune, before anything is simula
     return said.err;
   };
   CHECK_THAT(refused("control.smf.ki"), Contains("control.smf.ki_star"));
+  CHECK_THAT(refused("control.smf.kpp"), Catch::EndsWith("; the nearest known one is control.smf.kp"));
   CHECK_THAT(refused("control.smf.kp,control.smf.kp"), Contains("twice"));
   CHECK_THAT(refused("control.smf.kp=3:1"), Contains("ascending"));
   const Said none = firn_says({"tune", run.string()});

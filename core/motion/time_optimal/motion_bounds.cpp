@@ -169,7 +169,7 @@ class Bounder {
   }
 
  private:
-  /// Of a derivative at the samples of an interval.
+  /// Returns the largest size of a derivative at the samples of an interval.
   static double largest(const double* a, const Interval& in) {
     double most = 0.0;
     for (std::size_t i = 0; i <= in.steps; ++i) most = std::max(most, std::abs(a[i]));

@@ -115,7 +115,7 @@ double shortest_time(double b0, double b1, double h, double a, double top) {
   return (2.0 * v - std::sqrt(b0) - std::sqrt(b1)) / a + (along > 0.0 ? along / v : 0.0);
 }
 
-/// What the jerk leaves of the acceleration along the path near rest and near the largest speed. With u, a
+/// The acceleration along the path that the jerk allows near rest and near the largest speed. With u, a
 /// the speed and acceleration along the path and its curvature k, the jerk along the path is j - k^2 u^3. A
 /// motion at (u, a > 0) had u >= 0 before: integrating a da = j du, a^2 / 2 <= jerk u + k^2 u^4 / 4 with the
 /// largest k so far. It will not exceed its largest speed: a^2 / 2 <= jerk (largest - u). Slowing down
