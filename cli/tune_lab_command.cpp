@@ -38,8 +38,7 @@ std::vector<TuneKey> keys_of(const TuneLabOptions& o, const Experiment& e) {
 }  // namespace
 
 int run_tune_lab(const TuneLabOptions& o) {
-  if (o.runs.empty())
-    throw UsageError("a run is wanted, or 'smf' for the thesis's model of one point");
+  if (o.runs.empty()) throw UsageError("a run is wanted, or 'smf' for the thesis's model of one point");
   const std::size_t goal = goal_index(o.goal);
   std::vector<RecordedRun> runs;
   for (const std::string& run : o.runs) {
