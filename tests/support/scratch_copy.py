@@ -52,7 +52,7 @@ class ScratchCopy:
 
     def configure(self, build_type, *options):
         run(["cmake", "-G", "Ninja", "-S", self.folder, "-B", self.folder / "build",
-             f"-DCMAKE_BUILD_TYPE={build_type}", *options])
+             f"-DCMAKE_BUILD_TYPE={build_type}", "-DFIRN_BATCHES=OFF", *options])
 
     def build(self, *targets):
         run(["ninja", "-C", self.folder / "build", *targets])
