@@ -1,0 +1,78 @@
+#!/usr/bin/env python3
+"""CPU-seconds (user + system) of compiling all sources of build folders, from a random share of their commands, without ccache.
+
+Each folder is configured (cmake -G Ninja, tests included), and what its sources include is built first: generated and
+precompiled headers. A generated source that is not there is left out. The folders' commands run in alternation, one at a time. The estimate is the sum over all commands; its
+interval (95 %) is that of a ratio estimator, the command's weight being the bytes of its sources (all sources of a batch).
+
+    tests/bench/build_cost.py BUILD... [--share 0.15] [--seed 1]
+"""
+import argparse
+import json
+import math
+import os
+import random
+import re
+import resource
+import subprocess
+from pathlib import Path
+
+
+def commands_of(build):
+    text = subprocess.run(["ninja", "-C", build, "-t", "compdb"], check=True, capture_output=True, text=True).stdout
+    found = {}
+    for entry in json.loads(text):
+        source = Path(entry["directory"], entry["file"])
+        if " -c " in entry["command"] and source.suffix in (".cpp", ".cxx") and source.is_file():
+            found[entry["output"]] = entry
+    return list(found.values())
+
+
+def weight(entry):
+    path = Path(entry["directory"], entry["file"])
+    text = path.read_text(errors="replace")
+    batch = re.findall(r'#include "(/.*\.cpp)"', text) if "Unity" in entry["file"] else []
+    return max(1, sum(Path(p).stat().st_size for p in batch) or len(text))
+
+
+def run(entry):
+    command = re.sub(r"CCACHE_\w+=\S+|/usr/bin/ccache|\S*/cmake -E env", "", entry["command"])
+    command = re.sub(r" -o \S+", " -o /dev/null", re.sub(r"-MD|-MT \S+|-MF \S+", "", command))
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    done = subprocess.run(command, shell=True, cwd=entry["directory"], capture_output=True, text=True, env={**os.environ, "CCACHE_DISABLE": "1"})
+    if done.returncode:
+        raise SystemExit(f"build_cost: {entry['file']}: {done.stderr.strip().splitlines()[-1:]}")
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def main():
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    arguments.add_argument("build", nargs="+")
+    arguments.add_argument("--share", type=float, default=0.15)
+    arguments.add_argument("--seed", type=int, default=1)
+    given = arguments.parse_args()
+    draw = random.Random(given.seed)
+    jobs = []
+    for build in given.build:
+        entries = commands_of(build)
+        chosen = draw.sample(entries, max(2, round(given.share * len(entries))))
+        jobs.append((build, entries, chosen))
+    took = {build: [] for build, _, _ in jobs}
+    longest = max(len(chosen) for _, _, chosen in jobs)
+    for n in range(longest):
+        for build, _, chosen in jobs:
+            for entry in chosen[n * len(chosen) // longest:(n + 1) * len(chosen) // longest]:
+                took[build].append((run(entry), weight(entry)))
+    first = None
+    for build, entries, chosen in jobs:
+        cost, size, n, everything = took[build], sum(map(weight, entries)), len(chosen), len(entries)
+        ratio = sum(c for c, _ in cost) / sum(w for _, w in cost)
+        spread = math.sqrt(sum((c - ratio * w) ** 2 for c, w in cost) / (n - 1) / n * (1 - n / everything)) * everything
+        total = ratio * size
+        first = first or total
+        print(f"{build}: {everything} commands, {n} of them ran: {total:.0f} CPU-s +- {1.96 * spread:.0f}; {total / first:.2f} of the first")
+
+
+if __name__ == "__main__":
+    main()
