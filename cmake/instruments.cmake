@@ -14,7 +14,7 @@ endfunction()
 
 firn_instrument(stage DRIVER ensemble.cpp raster.cpp stage.cpp stage_link.cpp stage_setup.cpp
                 TWIN stage.cpp stage_dialect.cpp TEST stage_test.cpp stage_setup_test.cpp)
-firn_instrument(jet DRIVER jetdrive.cpp jet.cpp TWIN jet.cpp TEST jet_test.cpp)
+firn_instrument(jet DRIVER jetdrive.cpp jet.cpp microdrop.cpp TWIN jet.cpp microdrop.cpp TEST jet_test.cpp microdrop_test.cpp)
 firn_instrument(laser_profiler DRIVER ljv.cpp laser_profiler.cpp TWIN laser_profiler.cpp TEST laser_profiler_test.cpp)
 firn_instrument(lamp DRIVER omnicure.cpp lamp.cpp lamp_status.cpp
                 TWIN lamp.cpp TEST lamp_test.cpp lamp_status_test.cpp)

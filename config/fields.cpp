@@ -152,6 +152,9 @@ Table lab_fields(Experiment& e) {
       {"process.park_x_mm", &p.park_x_mm, "mm", within(-1e4, 1e4), "cure and idle pose"},
       {"process.park_y_mm", &p.park_y_mm, "mm", within(-1e4, 1e4), "cure and idle pose"},
       {"process.nozzle_gap_mm", &p.nozzle_gap_mm, "mm", above(0, 100), "nozzle above the nominal surface"},
+      {"process.nozzle_clearance_mm", &p.nozzle_clearance_mm, "mm", within(0, 100),
+       "least height of the nozzle above the newest map, where a cell without a height counts as high; a map "
+       "that reaches nearer is measured again, then stops the print (I6); 0 = not checked"},
       {"process.exposure_s", &p.exposure_s, "s", within(0, 3600), "UV exposure per layer"},
       {"process.iris_percent", &p.iris_percent, "%", within(1, 100), "opening of the lamp's iris"},
       {"process.sub_patterns", &p.sub_patterns, "", within(1, 4),

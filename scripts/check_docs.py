@@ -237,6 +237,33 @@ def check_commands(root):
     return problems
 
 
+def tagged_tests(root):
+    """tag -> programs: test_X holds the files of tests/X."""
+    programs = {}
+    for file in (Path(root) / "tests").rglob("*.cpp"):
+        room = file.relative_to(Path(root) / "tests").parts[0]
+        for tags in re.findall(r'TEST_CASE\(\s*(?:"(?:[^"\\]|\\.)*"\s*)+,\s*"([^"]*)"', file.read_text(encoding="utf-8")):
+            for tag in re.findall(r"\[I[\d-]+\]", tags):
+                programs.setdefault(tag, set()).add(f"test_{room}")
+    return programs
+
+
+def check_interlocks(root):
+    """Each row of the interlocks' table has test cases of its tag, [I6], in the programs that its last column names."""
+    page, tests, problems, rows = "docs/safety.md", tagged_tests(root), [], set()
+    if not (Path(root) / page).is_file():
+        return []
+    text = read(root, page)
+    for match in re.finditer(r"^\|([\d-]+)\|(?=[^-\n]).*\|([^|\n]*)\|$", text, re.M):
+        tag = f"[I{match.group(1)}]"
+        rows.add(tag)
+        named = set(match.group(2).split(", "))
+        if named != tests.get(tag, set()):
+            problems.append(f"{page}:{line_of(text, match.start())}: interlock {match.group(1)} names {sorted(named)}, "
+                            f"test cases tagged {tag} are in {sorted(tests.get(tag, set()))}")
+    return problems + [f"{page}: a test case is tagged {tag}, which is no interlock" for tag in sorted(set(tests) - rows)]
+
+
 def check_sizes(root):
     files = [f for f in (Path(root) / "docs").rglob("*") if f.is_file() and f.suffix not in PICTURES]
     files += [f for f in (Path(root) / p for p in ("README.md", "CONTRIBUTING.md")) if f.exists()]
@@ -249,7 +276,7 @@ def check_sizes(root):
     return problems
 
 
-CHECKS = (check_links, check_reached, check_tables, check_named, check_sources, check_programs, check_commands, check_sizes)
+CHECKS = (check_links, check_reached, check_tables, check_named, check_sources, check_programs, check_commands, check_interlocks, check_sizes)
 
 
 def main():

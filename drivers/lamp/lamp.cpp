@@ -48,6 +48,9 @@ void Lamp::expose(double exposure_s, int iris_percent, std::int64_t now_us, Effe
   if (busy() || phase_ != Phase::kReady) {
     std::snprintf(why, sizeof why, "the lamp is %s", busy() ? "busy with another command" : name(state()));
     code = kNoCode;
+  } else if (!barred_.empty()) {
+    std::snprintf(why, sizeof why, "%s", barred_.c_str());
+    code = kLampOn;
   } else if (!(exposure_s > 0.0 && exposure_s <= config_.max_on_s)) {
     std::snprintf(why, sizeof why, "an exposure of %g s is outside (0, %g] s", exposure_s, config_.max_on_s);
   } else if (iris_percent < 1 || iris_percent > 100) {

@@ -29,6 +29,8 @@ class Lamp final : public Driver {
 
   /// Refused outside 0 < exposure_s <= max_on_s and 1 <= iris_percent <= 100.
   void expose(double exposure_s, int iris_percent, std::int64_t now_us, Effects& fx);
+  /// Interlock 9: while `why` is not empty no exposure begins, and one that has begun ends at once.
+  void bar(std::string_view why, std::int64_t now_us, Effects& fx);
   /// Shutter closed, then DCON: the panel is free again. For the end of a run.
   void release(std::int64_t now_us, Effects& fx);
 
@@ -103,6 +105,7 @@ class Lamp final : public Driver {
   std::int64_t close_at_us_ = 0;
   std::int64_t again_at_us_ = 0;  // next CONN
   bool overdue_told_ = false;
+  std::string barred_;  ///< why nothing may be exposed now
   std::string ending_;
   std::int32_t ending_code_ = kNoCode;
 };

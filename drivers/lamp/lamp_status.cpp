@@ -32,6 +32,13 @@ void Lamp::fail_exposure(std::string why, std::int64_t now_us, Effects& fx) {
   close_shutter(now_us, fx);
 }
 
+void Lamp::bar(std::string_view why, std::int64_t now_us, Effects& fx) {
+  barred_ = why;
+  if (!barred_.empty() && exposing_ && phase_ != Phase::kClosing && phase_ != Phase::kDown)
+    fail_exposure(barred_, now_us, fx);
+  pump(now_us, fx);
+}
+
 // A lamp that burns and is not warm is waited for; one that does not burn is switched on once.
 void Lamp::check_before(std::uint32_t bits, std::int64_t now_us, Effects& fx) {
   const bool off = !(bits & omnicure::kBurning) && omnicure::trouble(bits | omnicure::kBurning).empty();

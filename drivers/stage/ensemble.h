@@ -42,6 +42,7 @@ enum AxisStatus : std::uint32_t {
   kHoming = 1u << 14,
   kEstopInput = 1u << 31
 };
+inline constexpr std::uint32_t kFollowingError = 1u << 0 | 1u << 12;  ///< AXISFAULT: position, velocity
 /// Numbers of the controller's parameters, read by GETPARM [S].
 enum Parameter : std::int32_t {
   kCountsPerUnit = 2,

@@ -334,7 +334,13 @@ void Stage::fire(std::int64_t now_us) {
 
 void Stage::count_run(std::int64_t now_us, Effects& fx) {
   const std::int64_t n = op_ == Op::kScan ? expected_ : std::int64_t(runs_[progress_.run].increments.size());
-  if (config_.table.pulse_count.empty()) pulses_ = n;  // no counter: the finished move is the evidence
+  if (config_.table.pulse_count.empty()) {  // no counter: the move that came to its end is the evidence
+    if (const auto why = off_target()) {
+      fault(Severity::kStop, kStall, "stage: " + *why, fx);
+      return begin_stop(now_us, fx, *why, kStall);
+    }
+    pulses_ = n;
+  }
   if (!pulses_ || *pulses_ != n) {
     const std::string why =
         std::to_string(pulses_.value_or(-1)) + " pulses counted, " + std::to_string(n) + " commanded";
@@ -392,7 +398,10 @@ bool Stage::work(std::int64_t now_us, Effects& fx) {
         const std::size_t axis = std::size_t(pulse_axis());
         position_mm_[axis] = target_mm_[axis];
         setup("PSOCONTROL @", int(axis), " OFF");
-        if (!config_.table.pulse_count.empty()) read(config_.table.pulse_count, int(axis), kCount);
+        if (!config_.table.pulse_count.empty())
+          read(config_.table.pulse_count, int(axis), kCount);
+        else
+          read("PFBKPROG(@)", int(axis), kPosition);
       }
       return true;
     }

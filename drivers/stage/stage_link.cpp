@@ -204,11 +204,13 @@ void Stage::evidence_complete(std::int64_t now_us, Effects& fx) {
   for (std::size_t a = 0; a < 3 && !initialise_after_stop_; ++a)
     if (fault_bits_[a] != 0) {
       const bool estop = fault_bits_[a] & 1u << 11;
+      const std::int32_t code = estop                                        ? kEstop
+                                : fault_bits_[a] & ensemble::kFollowingError ? kStall
+                                                                             : kAxisFault;
       const std::string why =
           std::string("axis ") + kAxisNames[a] + ": " + ensemble::fault_names(fault_bits_[a]);
       if (!doom_ || doom_->code == kAxisFault)
-        doom_ = Doom{estop ? DeviceState::kEstop : DeviceState::kFault,
-                     estop ? std::int32_t(kEstop) : std::int32_t(kAxisFault), why};
+        doom_ = Doom{estop ? DeviceState::kEstop : DeviceState::kFault, code, why};
       ending_ += (ending_.empty() ? "" : "; ") + why;
     }
   conclude(fx);

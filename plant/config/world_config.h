@@ -95,6 +95,8 @@ struct JetParams {
   double max_rate_hz = 2000.0;  ///< a trigger sooner than this after the last droplet is not obeyed
   std::int64_t reset_us = 3'000'000;
   std::int64_t pulse_us = 550'000;
+  bool microdrop = false;               ///< it is a Microdrop MD-E
+  std::string trigger_on, trigger_off;  ///< its words for the external trigger; empty: it has none
 };
 struct ProfilerParams {
   int points = 800;

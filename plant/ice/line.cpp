@@ -61,21 +61,37 @@ double Line::jet_speed_mm_s() const {
 }
 
 // With an empty tank or a blocked line the pressure falls to 0 with the time constant of its recovery.
+void Line::settle(double t_s) {
+  const double goal = empty_ || blocked_ ? 1.0 : 0.0;
+  sag_ = goal + (sag_ - goal) * std::exp(-std::max(0.0, t_s - last_s_) / params_.line_tau_s);
+}
+
+double Line::sag_of(double volume_mm3) const {
+  return params_.line_drop * volume_mm3 / (params_.full_flow_mm3_s * params_.line_tau_s);
+}
+
 double Line::pulse(double t_s, double pulse_s) {
   const double since_s = std::max(0.0, t_s - last_s_), gap_s = std::max(0.0, t_s - closed_s_);
-  const double goal = empty_ || blocked_ ? 1.0 : 0.0;
-  sag_ = goal + (sag_ - goal) * std::exp(-since_s / params_.line_tau_s);
+  settle(t_s);
   const double keep = std::exp(-since_s / params_.pulsation_tau_s);
   pulsation_.step(keep, random_normal({seed_, Purpose::kNozzleDrift, 1000 + number_,
                                        std::uint32_t(pulses_ >> 32), std::uint32_t(pulses_)}));
   const double open_s = pulse_s * (1.0 - params_.recovery_share * std::exp(-gap_s / params_.recovery_tau_s));
   const double volume_mm3 = flow(std::max(0.0, 1.0 - sag_)) * open_s * factor_ *
                             std::max(0.0, 1.0 + params_.pulsation * pulsation_.value);
-  sag_ =
-      std::min(1.0, sag_ + params_.line_drop * volume_mm3 / (params_.full_flow_mm3_s * params_.line_tau_s));
+  sag_ = std::min(1.0, sag_ + sag_of(volume_mm3));
   last_s_ = t_s;
   closed_s_ = t_s + pulse_s;
   ++pulses_;
+  return volume_mm3;
+}
+
+double Line::held_open(double t_s, double open_s) {
+  settle(t_s);
+  last_s_ = t_s;
+  closed_s_ = t_s + open_s;
+  const double volume_mm3 = flow(std::max(0.0, 1.0 - sag_)) * open_s * factor_;
+  sag_ = std::min(1.0, sag_ + sag_of(volume_mm3));
   return volume_mm3;
 }
 

@@ -44,6 +44,9 @@ class Line {
   /// Returns the volume of the pulse that begins at t_s (which never decreases) and lasts pulse_s.
   double pulse(double t_s, double pulse_s);
 
+  /// Returns the volume that a valve which does not close lets out from t_s on in open_s.
+  double held_open(double t_s, double open_s);
+
   void block(bool blocked) { blocked_ = blocked; }
   double pressure_share() const { return 1.0 - sag_; }
   /// Returns the volume of a pulse amid many at a steady frequency, without the pulsation [mm^3]: closed
@@ -54,6 +57,8 @@ class Line {
 
  private:
   double flow(double share) const;
+  void settle(double t_s);  ///< the sag, since the last opening
+  double sag_of(double volume_mm3) const;
 
   IceLineParams params_;
   std::uint64_t seed_ = 0;

@@ -15,6 +15,7 @@ constexpr double kNever_s = 1e18;
 constexpr double kBeadBreak_mm = 4.0, kBeadBreak_s = 0.25;
 constexpr double kSmoothing = 0.3;  ///< of the volume per length: the list's raster makes spacings jump
 constexpr double kNoPoint_mm = 1e-3;
+constexpr double kLeak_s = 0.004;  // of a valve that stays open: the volume of so much time is one drop
 
 double seconds(std::int64_t us) { return double(us) * 1e-6; }
 
@@ -40,13 +41,16 @@ void IceNature::catch_up(std::int64_t t_us) {
     const double a_s = firing_[0].active ? firing_[0].next_s() : kNever_s;
     const double b_s = firing_[1].active ? firing_[1].next_s() : kNever_s;
     const double laser_s = storage_.active ? storage_.next_s() : kNever_s, debris_s = next_debris_s();
-    const double first_s = std::min({a_s, b_s, laser_s, debris_s});
+    const double leak_s = std::min(leak_s_[0], leak_s_[1]);
+    const double first_s = std::min({a_s, b_s, laser_s, debris_s, leak_s});
     if (first_s > t_s) break;
     now_s_ = std::max(now_s_, first_s);
     if (first_s == debris_s)
       fall();
     else if (first_s == laser_s)
       sample();
+    else if (first_s == leak_s)
+      leak(first_s == leak_s_[0] ? 0 : 1);
     else
       pulse(first_s == a_s ? 0 : 1);
   }
@@ -72,6 +76,8 @@ void IceNature::pulse(int valve) {
   if (list.next == 0) list.first_us = t_us;
   list.last_us = last_pulse_us_[v] = t_us;
   if (++list.next == list.ticks.size()) list.active = false;
+  if (leak_s_[v] < kNever_s) return;  // it is open already
+  if (jammed_[v]) leak_s_[v] = t_s + kLeak_s;
 
   double volume_mm3 = line_[v].pulse(t_s, list.pulse_s);
   const double freeze_degC = valve == 0 ? config_.heat.freeze_degC : config_.heat.freeze_sme_degC;
@@ -82,7 +88,28 @@ void IceNature::pulse(int valve) {
     return;
   }
   list.volume_mm3 += volume_mm3;
+  land(valve, t_s, volume_mm3, 0, std::uint64_t(line_[v].pulses()));
+}
 
+void IceNature::jam_valve(int valve, bool jammed) {
+  jammed_[std::size_t(valve)] = jammed;
+  if (!jammed) leak_s_[std::size_t(valve)] = kNever_s;
+}
+
+void IceNature::leak(int valve) {
+  const auto v = std::size_t(valve);
+  const double t_s = leak_s_[v];
+  leak_s_[v] += kLeak_s;
+  const auto t_us = std::int64_t(std::llround(t_s * 1e6));
+  heat_.keep_up(t_us);
+  if (heat_.at_us() != slow_us_) renew_slow();
+  const double volume_mm3 = line_[v].held_open(t_s - kLeak_s, kLeak_s);
+  heat_.fired(valve, volume_mm3);
+  if (volume_mm3 > 1e-9) land(valve, t_s, volume_mm3, 4, ++leaks_);
+}
+
+void IceNature::land(int valve, double t_s, double volume_mm3, std::uint32_t draws, std::uint64_t number) {
+  const auto v = std::size_t(valve);
   const IceBeadParams& bead = config_.bead[v];
   const double leaves_s = t_s + config_.line[v].open_delay_s;
   const ArmPose pose = pose_at(leaves_s);
@@ -104,9 +131,8 @@ void IceNature::pulse(int valve) {
   jet.x_mm = nozzle.x_mm;
   jet.y_mm = nozzle.y_mm;
   jet.t_s = leaves_s;
-  const auto number = std::uint64_t(line_[v].pulses());
   const auto draw = [&](std::uint32_t which) {
-    return random_normal({seed_, Purpose::kDropletPlacement, 10 * std::uint32_t(valve) + which,
+    return random_normal({seed_, Purpose::kDropletPlacement, 10 * std::uint32_t(valve) + draws + which,
                           std::uint32_t(number >> 32), std::uint32_t(number)});
   };
   const double keep = std::exp(-std::max(0.0, since_s) / bead.wander_tau_s);
@@ -200,8 +226,8 @@ bool IceNature::touch(double t_s, const ArmPose::Point& nozzle) {
 
 void IceNature::io(Archive& a) {
   a.all(arm_, heat_, line_[0], line_[1], bed_, firing_[0], firing_[1], jet_[0], jet_[1], storage_,
-        collisions_, broken_, last_pulse_us_, dead_, readings_, slow_us_, debris_, debris_s_, now_s_,
-        shown_mm_, dark_, stuck_, touching_);
+        collisions_, broken_, jammed_, leak_s_, leaks_, last_pulse_us_, dead_, readings_, slow_us_, debris_,
+        debris_s_, now_s_, shown_mm_, dark_, stuck_, touching_);
 }
 
 }  // namespace firn::plant

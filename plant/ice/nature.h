@@ -64,6 +64,7 @@ class IceNature {
   Firing close_valve(int valve);
   const Firing& firing(int valve) const { return firing_[std::size_t(valve)]; }
   void break_valve(int valve, bool broken) { broken_[std::size_t(valve)] = broken; }
+  void jam_valve(int valve, bool jammed);  ///< it stays open from its next pulse on
   void begin_storage(double t_s, double period_s, std::uint32_t most, LaserSettings settings);
   void end_storage() { storage_.active = false; }
   const Storage& storage() const { return storage_; }
@@ -92,6 +93,9 @@ class IceNature {
     Wander wander_x, wander_y;
   };
   void pulse(int valve);
+  void leak(int valve);  ///< of a valve that stays open
+  /// @param draws of landing points, from the first of four numbers on; number of the pulse or the leak
+  void land(int valve, double t_s, double volume_mm3, std::uint32_t draws, std::uint64_t number);
   void sample();
   double look(double t_s, LaserSettings settings, const LaserKey& key);
   void fall();
@@ -111,7 +115,9 @@ class IceNature {
   std::array<Jet, 2> jet_;
   Storage storage_;
   Collisions collisions_;
-  std::array<bool, 2> broken_{};
+  std::array<bool, 2> broken_{}, jammed_{};
+  std::array<double, 2> leak_s_{1e18, 1e18};  ///< when the next part of a leak has come out
+  std::uint64_t leaks_ = 0;
   std::array<std::int64_t, 2> last_pulse_us_{-1, -1};
   std::int64_t dead_ = 0, readings_ = 0, slow_us_ = -1;
   std::uint32_t debris_ = 0;  ///< pieces fallen

@@ -20,6 +20,7 @@ enum class FaultKind : std::uint8_t {
   kEcho,        ///< the next `count` pieces that the host sends come back as they are
   kStray,       ///< the next `count` replies come after a copy of the reply before them
   kPower,       ///< as kReboot, but a serial port stays open: no cable tells of it
+  kHalfOpen,    ///< nothing comes or goes on this connection and nothing ends it; the next one is sound
 };
 
 struct SimFault {
@@ -30,7 +31,7 @@ struct SimFault {
 };
 
 /// Returns the kind of this name: "drop", "delay", "split", "flip", "hang", "resume", "close", "reboot",
-/// "trip", "echo", "stray", "power".
+/// "trip", "echo", "stray", "power", "half_open".
 /// @throws std::invalid_argument for another name
 FaultKind fault_kind(std::string_view name);
 /// Returns the name that fault_kind() takes.

@@ -35,7 +35,7 @@ class JetTwin : public Twin {
   std::uint32_t fired_since_armed() const { return state_.fired; }
   bool nozzle_dead() const { return trip_ == 3; }
 
- private:
+ protected:
   struct State {
     bool external = false;    ///< SOURCE 1
     bool waveform = false;    ///< a PULSE was loaded
@@ -46,16 +46,18 @@ class JetTwin : public Twin {
     std::int64_t busy_until_us = 0;
     std::int64_t last_fired_us = -1'000'000'000;
   };
-  void byte(std::uint8_t b, std::int64_t now_us);
-  void execute(std::int64_t now_us);
-  void answer(bool ack, std::uint8_t command, std::uint8_t status, std::int64_t now_us);
-  void dump(std::int64_t now_us);
   void set_source(bool external, std::int64_t now_us);
 
   JetParams params_;
   Wires& wires_;
   State state_;
   std::int64_t trip_ = 0;
+
+ private:
+  void byte(std::uint8_t b, std::int64_t now_us);
+  void execute(std::int64_t now_us);
+  void answer(bool ack, std::uint8_t command, std::uint8_t status, std::int64_t now_us);
+  void dump(std::int64_t now_us);
   bool remote_ = false;              ///< X2000 was received
   std::uint32_t greeting_ = 0;       ///< characters of X2000 seen
   std::vector<std::uint8_t> frame_;  ///< from 'S' on

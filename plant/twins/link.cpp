@@ -9,8 +9,9 @@
 namespace firn::plant {
 namespace {
 
-constexpr std::array<std::string_view, 12> kFaultNames{"drop",  "delay",  "split", "flip", "hang",  "resume",
-                                                       "close", "reboot", "trip",  "echo", "stray", "power"};
+constexpr std::array<std::string_view, 13> kFaultNames{"drop",   "delay", "split",    "flip", "hang",
+                                                       "resume", "close", "reboot",   "trip", "echo",
+                                                       "stray",  "power", "half_open"};
 
 }  // namespace
 
@@ -32,7 +33,7 @@ void TwinLink::connect(std::int64_t now_us) {
 }
 
 void TwinLink::disconnect() {
-  connected_ = false;
+  connected_ = half_open_ = false;
   rx_.clear();
   tx_.clear();
 }
@@ -44,6 +45,7 @@ void TwinLink::close(std::int64_t now_us) {
 }
 
 void TwinLink::arrive(std::span<const std::byte> bytes, std::int64_t now_us) {
+  if (half_open_) return;
   rx_free_us_ = std::max(rx_free_us_, double(now_us));
   for (const std::byte b : bytes) {
     rx_free_us_ += byte_us_;
@@ -58,7 +60,7 @@ std::byte TwinLink::pop_arrival() {
 }
 
 void TwinLink::reply(std::string_view bytes, std::int64_t now_us) {
-  if (!connected_ || hung_) return;
+  if (!connected_ || hung_ || half_open_) return;
   Chunk chunk{0, std::string(bytes), 0};
   std::int64_t extra_us = 0;
   const std::string before =
@@ -92,7 +94,7 @@ void TwinLink::send(std::string bytes, std::int64_t now_us, std::int64_t extra_u
 }
 
 void TwinLink::hear(std::span<const std::byte> bytes, std::int64_t now_us) {
-  if (echoes_ == 0 || !connected_ || hung_) return;
+  if (echoes_ == 0 || !connected_ || hung_ || half_open_) return;
   --echoes_;
   send({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, now_us, 0);
 }
@@ -114,6 +116,12 @@ bool TwinLink::inject(const SimFault& fault, std::int64_t now_us) {
     case FaultKind::kClose:
       close(now_us);
       return true;
+    case FaultKind::kHalfOpen:
+      if (!connected_) return true;
+      half_open_ = true;
+      rx_.clear();
+      tx_.clear();
+      return true;
     case FaultKind::kEcho:
       echoes_ = std::max<std::int64_t>(fault.count, 0);
       return true;
@@ -131,7 +139,7 @@ bool TwinLink::inject(const SimFault& fault, std::int64_t now_us) {
 }
 
 void TwinLink::io(Archive& a) {
-  a.all(connected_, hung_, rx_free_us_, tx_free_us_, rx_, tx_, faults_, echoes_, last_reply_);
+  a.all(connected_, hung_, half_open_, rx_free_us_, tx_free_us_, rx_, tx_, faults_, echoes_, last_reply_);
 }
 
 }  // namespace firn::plant

@@ -34,6 +34,7 @@ class TwinLink {
   bool connected() const { return connected_; }
   bool serial() const { return byte_us_ > 0.0; }
   bool hung() const { return hung_; }
+  bool half_open() const { return half_open_; }
   void connect(std::int64_t now_us);
   void disconnect();
   void close(std::int64_t now_us);  ///< by the instrument
@@ -67,7 +68,7 @@ class TwinLink {
 
   double byte_us_;
   std::int64_t latency_us_;
-  bool connected_ = false, hung_ = false;
+  bool connected_ = false, hung_ = false, half_open_ = false;
   double rx_free_us_ = 0.0, tx_free_us_ = 0.0;
   std::deque<Arrival> rx_;
   std::deque<Chunk> tx_;

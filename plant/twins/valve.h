@@ -23,7 +23,8 @@ class ValveTwin : public Twin {
   void reboot(std::int64_t now_us) override;
   void trip(std::int64_t now_us,
             std::int64_t code) override;  ///< 1 tank empty, 2 line blocked, 3 coil dead,
-                                          ///< 4 disarmed at its panel, 5 ARM has no effect
+                                          ///< 4 disarmed at its panel, 5 ARM has no effect,
+                                          ///< 6 stays open from its next pulse on
   void io(Archive& a) override;
 
   void signal(std::int64_t t_us);   ///< the robot's line rises

@@ -6,11 +6,17 @@
 #include "plant/twins/jet.h"
 #include "plant/twins/lamp.h"
 #include "plant/twins/laser_profiler.h"
+#include "plant/twins/microdrop.h"
 #include "plant/twins/stage.h"
 #include "plant/world/world_lab.h"
 
 namespace firn::plant {
 namespace {
+
+std::unique_ptr<JetTwin> make_jet(Port port, const JetParams& params, Wires& wires) {
+  if (params.microdrop) return std::make_unique<MicrodropTwin>(port, params, wires);
+  return std::make_unique<JetTwin>(port, params, wires);
+}
 
 class InkjetLab final : public WorldLab, private Wires {
  public:
@@ -18,12 +24,12 @@ class InkjetLab final : public WorldLab, private Wires {
       : WorldLab(c, r),
         model(make_model(c)),
         stage(c.stage, *this),
-        jet(Port::kJet, c.jet, *this),
+        jet(make_jet(Port::kJet, c.jet, *this)),
         profiler(c.profiler, profile_x0_mm(c.grid, c.profiler), profile_dx_mm(c.grid, c.profiler)),
         lamp_twin(c.lamp, *this),
-        jet_b(Port::kJetB, c.jet_b, *this),
+        jet_b(make_jet(Port::kJetB, c.jet_b, *this)),
         line(std::size_t(c.profiler.points)) {
-    twins = {&stage, &jet, &profiler, &lamp_twin, &jet_b};
+    twins = {&stage, jet.get(), &profiler, &lamp_twin, jet_b.get()};
   }
 
   std::uint32_t milestones() const override { return model->layers().exposures(); }
@@ -52,8 +58,8 @@ class InkjetLab final : public WorldLab, private Wires {
     if (axis != 0) return;
     // One line drives both jets; each obeys when it is set to external triggers.
     int droplets_a = 0, droplets_b = 0;
-    const ShotOutcome a = jet.trigger(t_us, droplets_a);
-    const ShotOutcome b = config.two_inks ? jet_b.trigger(t_us, droplets_b) : ShotOutcome::kGatedSource;
+    const ShotOutcome a = jet->trigger(t_us, droplets_a);
+    const ShotOutcome b = config.two_inks ? jet_b->trigger(t_us, droplets_b) : ShotOutcome::kGatedSource;
     const Stage at{position_mm[0], position_mm[1], velocity_mm_s[0], velocity_mm_s[1]};
     if (a == ShotOutcome::kFired) fire(t_us, at, Material::kA, droplets_a);
     if (b == ShotOutcome::kFired) fire(t_us, at, Material::kB, droplets_b);
@@ -85,7 +91,7 @@ class InkjetLab final : public WorldLab, private Wires {
 
   void fire(std::int64_t t_us, const Stage& at, Material ink, int droplets) {
     const Shot shot = shot_of(t_us, at, ink);
-    const bool dead = (ink == Material::kB ? jet_b : jet).nozzle_dead();
+    const bool dead = (ink == Material::kB ? jet_b : jet)->nozzle_dead();
     Landing no_drop;
     no_drop.missed = true;
     for (int n = 0; n < droplets; ++n) {
@@ -156,10 +162,10 @@ class InkjetLab final : public WorldLab, private Wires {
 
   std::unique_ptr<Model> model;
   StageTwin stage;
-  JetTwin jet;
+  std::unique_ptr<JetTwin> jet;
   ProfilerTwin profiler;
   LampTwin lamp_twin;
-  JetTwin jet_b;
+  std::unique_ptr<JetTwin> jet_b;
   std::vector<double> line;  ///< points of one profile
 
   std::int64_t fired = 0, missed = 0, gated = 0;

@@ -64,6 +64,15 @@ IceWorldConfig ice_config(const Experiment& e) {
   return c;
 }
 
+void set_up_jet(const JetConfig& j, JetParams& p) {
+  p.max_rate_hz = j.max_rate_hz;
+  p.microdrop = j.kind == drivers::JetKind::kMicrodrop;
+  if (!p.microdrop) return;
+  p.baud = 19200;
+  p.trigger_on = j.trigger_on;
+  p.trigger_off = j.trigger_off;
+}
+
 void set_up_ice(const Experiment& e, WorldConfig& c) { c.ice = ice_config(e); }
 
 /// Holds a lab's world and its configuration beyond the common part; nullptr: no such part.
@@ -110,8 +119,8 @@ WorldConfig world_config(const Experiment& e) {
   c.stage.high_limit_mm = {e.stage.x_max_mm, e.stage.y_max_mm, e.stage.z_max_mm};
   c.stage.max_speed_mm_s = e.stage.max_speed_mm_s;
   c.stage.abort_rate_mm_s2 = std::max(c.stage.abort_rate_mm_s2, e.stage.acceleration_mm_s2);
-  c.jet.max_rate_hz = e.jet.max_rate_hz;
-  c.jet_b.max_rate_hz = e.jet_b.drive.max_rate_hz;
+  set_up_jet(e.jet, c.jet);
+  set_up_jet(e.jet_b.drive, c.jet_b);
   c.profiler.points = e.laser_profiler.points;
   c.profiler.dx_mm = e.laser_profiler.dx_mm;
   c.profiler.laser_offset_y_mm = e.laser_profiler.offset_y_mm;

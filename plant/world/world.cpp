@@ -60,7 +60,7 @@ void World::receive(std::string_view port, std::span<const std::byte> bytes, std
   twin.link().hear(bytes, impl_->now_us);
   if (twin.link().serial())
     twin.link().arrive(bytes, impl_->now_us);
-  else if (!twin.link().hung())
+  else if (!twin.link().hung() && !twin.link().half_open())
     twin.take(bytes, impl_->now_us);
 }
 

@@ -6,29 +6,38 @@
 namespace firn {
 namespace {
 
+const JetConfig& drive(NodeId id, const Experiment& e) { return id == NodeId::kJetB ? e.jet_b.drive : e.jet; }
+
 drivers::JetOptions jet_config(NodeId id, const Experiment& e) {
-  const JetConfig& j = id == NodeId::kJetB ? e.jet_b.drive : e.jet;
+  const JetConfig& j = drive(id, e);
   for (const auto& [key, volts] :
        {std::pair{"idle_v", j.idle_v}, {"dwell_v", j.dwell_v}, {"echo_v", j.echo_v}})
     if (volts != std::round(volts))
       throw std::invalid_argument(std::string(info(id).name) + "." + key + " = " + std::to_string(volts) +
-                                  ": the JetDrive takes whole volts");
+                                  ": the jet takes whole volts");
   drivers::JetOptions c{j};  // max_rate_hz becomes FULLFREQ, which also caps external triggers
   c.host_latency_s = host_latency_s(e.run.time_scale);
   return c;
 }
 
-}  // namespace
-
-JetNode::JetNode(NodeId id, const Experiment& e) : DriverNode(id, jet_config(id, e)) {
-  subscribe(id == NodeId::kJetB ? channels::kJetBCommand : channels::kJetCommand, this);
+std::unique_ptr<Node> make(NodeId id, const std::string& config_toml) {
+  const Experiment e = parse_recorded_experiment(config_toml, "experiment.toml");
+  if (drive(id, e).kind == drivers::JetKind::kMicrodrop) return std::make_unique<MicrodropNode>(id, e);
+  return std::make_unique<JetNode>(id, e);
 }
 
-void JetNode::on(const jet_command_t& c, Time now, Outbox& out) {
-  using drivers::Effects;
-  using drivers::Jet;
+}  // namespace
+
+template <class Jet>
+JetNodeOf<Jet>::JetNodeOf(NodeId id, const Experiment& e)
+    : DriverNode<JetNodeOf<Jet>, Jet, drivers::Effects>(id, jet_config(id, e)) {
+  this->subscribe(id == NodeId::kJetB ? channels::kJetBCommand : channels::kJetCommand, this);
+}
+
+template <class Jet>
+void JetNodeOf<Jet>::on(const jet_command_t& c, Time now, Outbox& out) {
   const JetVerb verb = JetVerb(c.verb);
-  perform(c, false, now, out, [&](Jet& jet, std::int64_t now_us, Effects& fx) {
+  this->perform(c, false, now, out, [&](Jet& jet, std::int64_t now_us, drivers::Effects& fx) {
     if (verb == JetVerb::kArm)
       jet.arm(c.expected, now_us, fx);
     else
@@ -36,12 +45,15 @@ void JetNode::on(const jet_command_t& c, Time now, Outbox& out) {
   });
 }
 
+template class JetNodeOf<drivers::Jet>;
+template class JetNodeOf<drivers::Microdrop>;
+
 std::unique_ptr<Node> make_jet(const std::string& config_toml, const Blobs&) {
-  return std::make_unique<JetNode>(NodeId::kJet, parse_recorded_experiment(config_toml, "experiment.toml"));
+  return make(NodeId::kJet, config_toml);
 }
 
 std::unique_ptr<Node> make_jet_b(const std::string& config_toml, const Blobs&) {
-  return std::make_unique<JetNode>(NodeId::kJetB, parse_recorded_experiment(config_toml, "experiment.toml"));
+  return make(NodeId::kJetB, config_toml);
 }
 
 }  // namespace firn

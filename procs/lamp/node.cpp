@@ -14,6 +14,7 @@ drivers::LampOptions lamp_config(const Experiment& e) {
 LampNode::LampNode(const Experiment& e) : DriverNode(NodeId::kLamp, lamp_config(e)) {
   subscribe(channels::kLampCommand, this);
   subscribe(channels::kRunEnd, this);
+  subscribe(channels::device_state(NodeId::kStage), this);
 }
 
 void LampNode::on(const lamp_command_t& c, Time now, Outbox& out) {
@@ -28,6 +29,14 @@ void LampNode::on(const run_end_t& m, Time now, Outbox& out) {
   if (m.header.incarnation < incarnation()) return;  // a stop's, delivered only at the resume
   act(now, out,
       [&](drivers::Lamp& lamp, std::int64_t now_us, drivers::Effects& fx) { lamp.release(now_us, fx); });
+}
+
+void LampNode::on(const device_state_t& m, Time now, Outbox& out) {
+  if (m.header.incarnation < incarnation()) return;
+  const bool moves = DeviceState(m.state) == DeviceState::kActive;
+  act(now, out, [&](drivers::Lamp& lamp, std::int64_t now_us, drivers::Effects& fx) {
+    lamp.bar(moves ? "the stage is not at the cure pose: it moves" : "", now_us, fx);
+  });
 }
 
 std::unique_ptr<Node> make_lamp(const std::string& config_toml, const Blobs&) {

@@ -1,5 +1,5 @@
-// LampNode connects the lamp to the bus: LAMP_COMMAND, ENABLE, SAFE_STOP, RUN_END, instrument -> ANSWER_LAMP,
-// STATE_LAMP, FAULT_LAMP.
+// LampNode connects the lamp to the bus: LAMP_COMMAND, STATE_STAGE, ENABLE, SAFE_STOP, RUN_END, instrument ->
+// ANSWER_LAMP, STATE_LAMP, FAULT_LAMP.
 #pragma once
 
 #include <memory>
@@ -13,7 +13,8 @@
 
 namespace firn {
 
-/// Adapter of drivers/lamp: timed exposures; at the end of the run the node releases the panel.
+/// Adapter of drivers/lamp: timed exposures, while the stage stands (interlock 9); at the end of the run the
+/// node releases the panel.
 class LampNode final : public DriverNode<LampNode, drivers::Lamp, drivers::Effects> {
  public:
   explicit LampNode(const Experiment& experiment);
@@ -21,6 +22,7 @@ class LampNode final : public DriverNode<LampNode, drivers::Lamp, drivers::Effec
   using DriverNode::on;
   void on(const lamp_command_t&, Time now, Outbox&);
   void on(const run_end_t&, Time now, Outbox&);
+  void on(const device_state_t&, Time now, Outbox&);
 };
 
 std::unique_ptr<Node> make_lamp(const std::string& config_toml, const Blobs& blobs);

@@ -6,6 +6,7 @@
 #include "core/grid/outline.h"
 #include "lcmtypes/convert.h"
 #include "procs/scheduler/rise_check.h"
+#include "procs/scheduler/scrape_check.h"
 #include "procs/scheduler/sensor_check.h"
 
 namespace firn {
@@ -62,6 +63,8 @@ void DropletLoop::after_resume(Time now, Outbox& out) {
       return scan_again(now, out);
     case Phase::kPass:
       return proceed(Phase::kDisarmJet, now, out);  // with act_answer_, whatever it says
+    case Phase::kCure:                              // the stage has homed since, or was moved by hand (I9)
+      return proceed(Phase::kPark, now, out);
     default:
       return proceed(interrupted_, now, out);
   }
@@ -119,7 +122,7 @@ void DropletLoop::act_on_map(Time now, Outbox& out) {
   if (from_message(m.grid) != experiment().grid)
     return fail(0, "HEIGHT_MAP: grid is not the experiment's", now, out);
   if (rejected(m, now, out)) return;
-  if (doubted(m, now, out) || stopped_by_rise(m, now, out)) return;
+  if (doubted(m, now, out) || stopped_by_rise(m, now, out) || stopped_by_height(m, now, out)) return;
   map_id_ = m.map_id;
   count_phase_time(now);
   publish_metrics(m, out);
@@ -201,6 +204,23 @@ bool DropletLoop::stopped_by_rise(const height_map_t& m, Time now, Outbox& out) 
   if (what.empty()) return false;
   phase_ = Phase::kArmProfiler;  // a resume continues here
   fail(12, "layer " + std::to_string(m.layer) + ": " + what, now, out);
+  return true;
+}
+
+// Every pass and every scan sweeps the whole grid with the nozzle at one height.
+bool DropletLoop::stopped_by_height(const height_map_t& m, Time now, Outbox& out) {
+  const double needed_mm = experiment().process.nozzle_clearance_mm;
+  const std::string what =
+      needed_mm > 0.0 ? scrape(height_of(m), experiment().process.nozzle_gap_mm, needed_mm) : std::string();
+  if (what.empty()) return false;
+  const std::string text = "layer " + std::to_string(m.layer) + ": " + what;
+  if (scan_attempt_ < experiment().process.max_rescans) {
+    send_fault(Severity::kWarning, 6, text + "; measuring again", out);
+    scan_again(now, out);
+    return true;
+  }
+  phase_ = Phase::kArmProfiler;  // a resume continues here
+  fail(6, text, now, out);
   return true;
 }
 

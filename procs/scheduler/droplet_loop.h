@@ -50,6 +50,9 @@ class DropletLoop final : public Scheduler {
   /// scan, then a stop. Returns false for a map to act on.
   bool doubted(const height_map_t&, Time now, Outbox&);
   bool stopped_by_rise(const height_map_t&, Time now, Outbox&);
+  /// Interlock 6: a map that reaches into the nozzle's clearance is measured again, then stops the print.
+  /// Returns false for a map to act on.
+  bool stopped_by_height(const height_map_t&, Time now, Outbox&);
   void settle_pass(const answer_t& jet, Outbox&);
   void publish_metrics(const height_map_t&, Outbox&);
   bool waits_for_operator() const;  ///< the open loop has droplets in doubt that nobody has accepted

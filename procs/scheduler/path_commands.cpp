@@ -49,6 +49,7 @@ void PathLoop::proceed(Phase next, Time now, Outbox& out) {
     case Phase::kArmValve:
       return send_valve(ValveVerb::kArm, now, out);
     case Phase::kRunPath: {
+      untouched_ = false;
       begun_ = list_ == 0 ? now : begun_;
       const int signal = ValveId(deposit->job.valve) == ValveId::kB ? kSignalValveB : kSignalValveA;
       return send_robot(RobotVerb::kRun, deposit, list_, signal, deposit->job.duration_s + kUpload_s, now,

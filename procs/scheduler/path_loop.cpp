@@ -70,6 +70,7 @@ void PathLoop::operator_accepted(Time now, Outbox& out) {
 // A crash may have left the arm anywhere, and without power: the arm goes home first. A phase that could
 // deposit twice is settled; any other phase is begun again.
 void PathLoop::after_resume(Time now, Outbox& out) {
+  untouched_ = false;
   switch (interrupted_) {
     case Phase::kHeat:
     case Phase::kWarmUp:
@@ -324,9 +325,14 @@ void PathLoop::act_on_map(Time now, Outbox& out) {
     return measure_again(now, out);
   }
   if (doubted(m, now, out)) return;
+  if (const std::string leak = rise_without_command(height_of(m)); !leak.empty()) {
+    phase_ = Phase::kLoadScan;  // a resume measures first
+    return fail(12, leak, now, out);
+  }
   map_id_ = m.map_id;
   if (m.layer > mapped_layers_) below_ = std::move(newest_);
   newest_ = height_of(m);
+  untouched_ = true;
   mapped_layers_ = m.layer;
   bool much = false;
   std::string disturbed = in_doubt_ ? "" : disturbed_valve(m.layer, much);
@@ -404,6 +410,22 @@ std::string PathLoop::disturbed_valve(int layer, bool& much) const {
            (much ? " mm; it leaks or stays open" : " mm; tank empty or line blocked");
   }
   return "";
+}
+
+std::string PathLoop::rise_without_command(const HeightMap& height) const {
+  const double least_mm = experiment().ice.least_rise_share * experiment().ice.layer_height_mm;
+  if (!untouched_ || least_mm == 0.0 || height.spec != newest_.spec) return "";
+  double rise_mm = 0.0, cells = 0.0;
+  for (std::size_t c = 0; c < height.size(); ++c) {
+    const double rise = height.cells[c] - newest_.cells[c];
+    if (!std::isfinite(rise)) continue;
+    rise_mm += rise;
+    cells += 1.0;
+  }
+  if (cells < kFewCells || rise_mm <= least_mm * cells) return "";
+  return "rise without command: the surface rose by " + std::to_string(rise_mm / cells) +
+         " mm between two measurements of layer " + std::to_string(layers_done_) +
+         " with nothing to deposit: a valve leaks or stays open";
 }
 
 void PathLoop::stop_for_operator(const std::string& who, const std::string& reason, Outbox& out) {

@@ -63,6 +63,8 @@ class PathLoop final : public Scheduler {
   /// Returns the reason to suspect a valve without flow, from the newest two maps; empty = no suspicion.
   /// @param layer that was measured
   std::string disturbed_valve(int layer, bool& much) const;
+  /// Interlock 12: a surface that was measured twice and rose in between, where nothing was to be laid.
+  std::string rise_without_command(const HeightMap& height) const;
   /// Interlock 15: the bare table and the first interval's place, against the calibrated uncertainty: a
   /// warning and another scan, then a stop. Returns false for a map to act on.
   bool doubted(const height_map_t&, Time now, Outbox&);
@@ -105,12 +107,13 @@ class PathLoop final : public Scheduler {
   std::optional<height_map_t> map_;  ///< arrived, not acted on yet
   std::optional<control_surface_t> surface_;
   std::optional<temperature_t> temperature_;
-  HeightMap newest_;       ///< the map that was accepted last
-  HeightMap below_;        ///< that of the interval before; empty = the table
-  int mapped_layers_ = 0;  ///< deposition layers in newest_
-  std::string dry_;        ///< a valve that gives nothing or too much, by newest_
-  int much_layer_ = 0;     ///< of the first of maps in a row that rose too much
-  int dry_told_ = 0;       ///< deposition layers when that stopped the print last
+  HeightMap newest_;        ///< the map that was accepted last
+  bool untouched_ = false;  ///< since then no path has deposited, and nobody was at the lab
+  HeightMap below_;         ///< that of the interval before; empty = the table
+  int mapped_layers_ = 0;   ///< deposition layers in newest_
+  std::string dry_;         ///< a valve that gives nothing or too much, by newest_
+  int much_layer_ = 0;      ///< of the first of maps in a row that rose too much
+  int dry_told_ = 0;        ///< deposition layers when that stopped the print last
   int scan_attempt_ = 0;
   std::int64_t scan_id_ = 0;
   std::int64_t map_id_ = 0;

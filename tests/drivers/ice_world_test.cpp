@@ -101,7 +101,7 @@ TEST_CASE("the laser stores along the path and gives one value per period", "[ic
   }
 }
 
-TEST_CASE("the heaters hold their set points, and (a) breaks and (b) goes on alone", "[ice_world]") {
+TEST_CASE("the heaters hold their set points, and (a) breaks and (b) goes on alone", "[ice_world][I10]") {
   IceRig rig;
   rig.start();
   CHECK(rig.command("heater",

@@ -64,7 +64,8 @@ TEST_CASE("a lamp that is out is switched on once and waited for until it is war
   CHECK(rig.sent("lamp", "TON") == 1);
 }
 
-TEST_CASE("a lamp that is out and may not be switched on is named, and its shutter stays closed", "[lamp]") {
+TEST_CASE("a lamp that is out and may not be switched on is named, and its shutter stays closed",
+          "[lamp][I9]") {
   LampOptions options;
   options.auto_on = OnOff::kOff;
   LampRig rig(options);
@@ -92,7 +93,7 @@ TEST_CASE("a lamp with an alarm is not exposed with", "[lamp]") {
   CHECK(rig.stopped_by("it has an alarm"));
 }
 
-TEST_CASE("a shutter that does not open is named, however short the exposure", "[lamp]") {
+TEST_CASE("a shutter that does not open is named, however short the exposure", "[lamp][I9]") {
   for (const double s : {0.05, 0.3, 0.5, 3.0}) {
     LampRig rig;
     rig.trip(kStuckClosed);
@@ -103,7 +104,7 @@ TEST_CASE("a shutter that does not open is named, however short the exposure", "
   }
 }
 
-TEST_CASE("a shutter that does not close is named half a second after it was told", "[lamp]") {
+TEST_CASE("a shutter that does not close is named half a second after it was told", "[lamp][I9]") {
   LampRig rig;
   rig.act("lamp", [&](std::int64_t t, Effects& fx) { rig.lamp.expose(1.0, 80, t, fx); });
   rig.run_for(0.5);

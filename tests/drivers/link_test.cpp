@@ -3,6 +3,7 @@
 
 #include "drivers/heater/heater.h"
 #include "drivers/jet/jet.h"
+#include "drivers/jet/microdrop.h"
 #include "drivers/lamp/lamp.h"
 #include "drivers/laser_point/laser_point.h"
 #include "drivers/laser_profiler/laser_profiler.h"
@@ -210,7 +211,7 @@ TEST_CASE("what makes safe is sent at once, while a reply is awaited and while t
   CHECK(fx.tx.size() == 9);
 }
 
-TEST_CASE("a link that cannot be recovered is opened anew, with pauses that grow", "[link]") {
+TEST_CASE("a link that cannot be recovered is opened anew, with pauses that grow", "[link][I2]") {
   Stage stage(StageOptions{});
   Bench bench(stage);
   bench.open();
@@ -240,7 +241,7 @@ struct Kind {
 }  // namespace
 
 TEMPLATE_TEST_CASE("random bytes never crash a driver, never make it spin, and never make it SAFE", "[link]",
-                   (Kind<Stage, StageOptions>), (Kind<Jet, JetOptions>),
+                   (Kind<Stage, StageOptions>), (Kind<Jet, JetOptions>), (Kind<Microdrop, JetOptions>),
                    (Kind<LaserProfiler, LaserProfilerOptions>), (Kind<Lamp, LampOptions>),
                    (Kind<Robot, RobotOptions>), (Kind<Valve, ValveOptions>),
                    (Kind<LaserPoint, LaserPointOptions>), (Kind<Heater, HeaterOptions>)) {
@@ -279,7 +280,7 @@ TEST_CASE("no flipped bit of a jet reply is taken for a reply", "[jet]") {
   }
 }
 
-TEST_CASE("the waveform is never changed while the jet may fire, and never beyond its caps", "[jet]") {
+TEST_CASE("the waveform is never changed while the jet may fire, and never beyond its caps", "[jet][I11]") {
   Jet jet(JetOptions{});
   Bench bench(jet);
   bench.open();

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Adds the thermometer of docs/write-a-driver.md in a scratch copy of the house, by exactly the page's edits.
+"""Adds the thermometer of docs/write-a-driver.md in a scratch copy of the house, by exactly its rows; counts the
+second jet's lines and files.
 
     tests/drivers/new_driver_test.py ROOT            the edits, their number, the lints
     tests/drivers/new_driver_test.py ROOT build      builds driver, twin and node there and runs their test
@@ -23,15 +24,15 @@ ROW = re.compile(r"^`([^`\n]+)`, (below|instead of) `([^`\n]+)`:\n\n?```\w*\n(.*
 
 def add_thermometer(copy):
     for file in sorted(Path(copy.root, EXAMPLE).rglob("*")):
-        if file.is_file():
+        if file.is_file() and file.name != "rows.md":
             copy.add(file.relative_to(Path(copy.root, EXAMPLE)).as_posix(), file.read_text(encoding="utf-8"))
-    page = Path(copy.root, "docs/write-a-driver.md").read_text(encoding="utf-8")
-    for file, how, place, text in ROW.findall(page):
+    rows = Path(copy.root, EXAMPLE, "rows.md").read_text(encoding="utf-8")
+    for file, how, place, text in ROW.findall(rows):
         if how == "below":
             copy.insert(file, place, text)
         else:
             copy.replace(file, place, text.strip("\n"))
-    return page
+    return Path(copy.root, "docs/write-a-driver.md").read_text(encoding="utf-8")
 
 
 class NewDriver(unittest.TestCase):
@@ -47,10 +48,20 @@ class NewDriver(unittest.TestCase):
     def test_at_most_eight_existing_files_are_edited_and_the_page_lists_them(self):
         touched = self.copy.touched()
         self.assertLessEqual(len(touched), MAX_EXISTING_FILES, touched)
-        table = self.page[self.page.index("## Places"):self.page.index("## Example")]
+        table = self.page[self.page.index("## Places"):self.page.index("## Example: a thermometer")]
         self.assertEqual(sorted(re.findall(r"^\| `([^`]+)` \|", table, re.M)), touched)
         for lint in ("layers", "house"):
             run([sys.executable, "-B", f"scripts/check_{lint}.py", self.folder.name], cwd=ROOT)
+
+    @unittest.skipIf(BUILD, "only the build")
+    def test_the_second_jet_is_a_driver_of_at_most_250_lines_and_rows_in_at_most_eight_files(self):
+        example = self.page[self.page.index("## Example: a second jet"):self.page.index("## A codec")]
+        named = [file for row in re.findall(r"^\| (`.*?) \|", example, re.M) for file in re.findall(r"`([^`]+)`", row)]
+        for file in named:
+            self.assertIn("microdrop", Path(ROOT, file).read_text(encoding="utf-8").lower() + file, file)
+        driver = [file for file in named if file.startswith("drivers/") and "microdrop" in file]
+        self.assertLessEqual(sum(len(Path(ROOT, file).read_text(encoding="utf-8").splitlines()) for file in driver), 250)
+        self.assertLessEqual(len([file for file in named if "microdrop" not in file]), MAX_EXISTING_FILES)
 
     @unittest.skipUnless(BUILD, "only the edits")
     def test_driver_twin_and_node_build_and_pass_their_round_trip(self):

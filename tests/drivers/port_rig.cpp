@@ -16,8 +16,12 @@ void PortRig::step(Port& p, const std::function<void(Effects&)>& f) {
   p.wake_us = fx.wake_us;
   for (DriverEvent& e : fx.events) events[p.name].push_back(std::move(e));
   if (!fx.tx.empty()) {
-    written[p.name].append(reinterpret_cast<const char*>(fx.tx.data()), fx.tx.size());
-    if (p.connected) world.receive(p.name, fx.tx, now_us);
+    const std::string sent(reinterpret_cast<const char*>(fx.tx.data()), fx.tx.size());
+    written[p.name] += sent;
+    if (p.connected) {
+      const std::string come = to_instrument(p.name, sent);
+      world.receive(p.name, std::as_bytes(std::span(come.data(), come.size())), now_us);
+    }
   }
   if (!fx.reopen) return;
   if (std::exchange(p.connected, false)) {  // told of a port that was open, as live
@@ -25,9 +29,18 @@ void PortRig::step(Port& p, const std::function<void(Effects&)>& f) {
     step(p, [&](Effects& again) { p.driver->closed(now_us, again); });
     if (p.connected) return;
   }
+  if (!open_line(p.name)) return;  // the driver asks again
   p.connected = true;
   world.connect(p.name, now_us);
   step(p, [&](Effects& again) { p.driver->opened(now_us, again); });
+}
+
+void PortRig::unplug(std::string_view name) {
+  Port& p = port(name);
+  if (!std::exchange(p.connected, false)) return;
+  close_line(name);
+  world.disconnect(name, now_us);
+  step(p, [&](Effects& fx) { p.driver->closed(now_us, fx); });
 }
 
 void PortRig::act(std::string_view name, const Act& f) {
@@ -65,12 +78,14 @@ bool PortRig::run(const std::function<bool()>& done, double limit_s) {
     for (const Arrived& a : arrived) {
       Port& p = port(a.port);
       if (p.dead) continue;
+      if (a.close) close_line(a.port);
       if (a.close) p.connected = false;
+      const std::string bytes = a.close ? std::string() : to_host(a.port, a.bytes);
       step(p, [&](Effects& fx) {
         if (a.close)
           p.driver->closed(now_us, fx);
         else
-          p.driver->received(std::as_bytes(std::span(a.bytes.data(), a.bytes.size())), now_us, fx);
+          p.driver->received(std::as_bytes(std::span(bytes.data(), bytes.size())), now_us, fx);
       });
     }
   }
@@ -83,6 +98,7 @@ bool PortRig::all_safe() const {
 
 void PortRig::connect_all() {
   for (Port& p : ports_) {
+    REQUIRE(open_line(p.name));
     world.connect(p.name, now_us);
     p.connected = true;
     step(p, [&](Effects& fx) { p.driver->opened(now_us, fx); });

@@ -24,6 +24,7 @@ class MemoryRecord final : public plant::WorldRecord {
 
 class PortRig {
  public:
+  virtual ~PortRig() = default;
   using Act = std::function<void(std::int64_t, Effects&)>;
   void act(std::string_view port, const Act& f);
   /// Runs until `done` or the limit; @returns done().
@@ -34,6 +35,7 @@ class PortRig {
   bool all_safe() const;
   void kill(std::string_view port);    ///< the process dies: the port is closed, the driver does nothing
   void resume(std::string_view port);  ///< the process is back with its state
+  void unplug(std::string_view port);  ///< the line is pulled out; nothing opens until open_line() says so
 
   /// Returns the events of one kind that a driver has reported.
   template <class E>
@@ -55,6 +57,11 @@ class PortRig {
 
  protected:
   explicit PortRig(const plant::WorldConfig& config) : world(config, &record) {}
+  // Of a rig whose bytes take another way than through memory (wire_rig.h).
+  virtual bool open_line(std::string_view) { return true; }  ///< false: it cannot be opened now
+  virtual void close_line(std::string_view) {}               ///< by the instrument
+  virtual std::string to_instrument(std::string_view, std::string bytes) { return bytes; }
+  virtual std::string to_host(std::string_view, std::string bytes) { return bytes; }
   void add(std::string name, Driver& driver) { ports_.push_back({std::move(name), &driver}); }
   void connect_all();  ///< and waits until all are SAFE
 

@@ -9,7 +9,7 @@ using firn::Outcome;
 using firn::drivers::test::sweep;
 using Lab = firn::drivers::test::RobotLab;
 
-TEST_CASE("an emergency stop latches until it is homed with the button released", "[robot]") {
+TEST_CASE("an emergency stop latches until it is homed with the button released", "[robot][I1]") {
   Lab lab;
   lab.start();
   lab.give(1, sweep(500));

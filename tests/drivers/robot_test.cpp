@@ -117,7 +117,7 @@ TEST_CASE("a path longer than the robot's memory is refused whole and run in par
   CHECK(lab.fake.runs[0].points.back() == lab.fake.runs[1].points.front());
 }
 
-TEST_CASE("interlock 8: what a joint cannot do is refused by name before anything is sent", "[robot]") {
+TEST_CASE("interlock 8: what a joint cannot do is refused by name before anything is sent", "[robot][I8]") {
   struct Case {
     std::size_t at;
     double value;

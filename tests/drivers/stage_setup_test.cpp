@@ -124,7 +124,8 @@ TEST_CASE("a stop while the axes home by program stops the program too", "[stage
   CHECK(rig.finished().outcome == Outcome::kFailed);
 }
 
-TEST_CASE("a controller whose parameters contradict the lab file moves nothing and is named", "[stage]") {
+TEST_CASE("a controller whose parameters contradict the lab file moves nothing and is named",
+          "[stage][I14]") {
   const auto config = WorldRig::small_world(4, 4);
   auto other = config;
   other.stage.counts_per_mm = 2000;
@@ -154,13 +155,13 @@ TEST_CASE("a row is split by the global integers that the controller really has"
 }
 
 TEST_CASE("an axis that is stuck, one that does not enable and pulses that are not put out are named",
-          "[stage]") {
+          "[stage][I5]") {
   {
     StageRig rig;
     rig.start();
     rig.trip(kStuck);
     CHECK(rig.move(30, 30).outcome == Outcome::kFailed);
-    CHECK_THAT(rig.stop(), Catch::Contains("axis X"));
+    CHECK_THAT(rig.stop(), Catch::StartsWith("5 ") && Catch::Contains("axis X"));
     rig.run_for(1.0);
     CHECK(rig.stage.state() == DeviceState::kFault);
   }
@@ -203,4 +204,28 @@ TEST_CASE("without a pulse counter a whole row counts by its end, and a broken o
   CHECK(r.unknown_from == 12);
   CHECK(r.unknown_to == 18);
   CHECK(rig.sent("stage", "PSOCOUNT") == 0);
+}
+
+TEST_CASE("I5: without a pulse counter a row whose axis stuck is in doubt, and never done", "[stage][I5]") {
+  StageOptions options = WorldRig::fast_stage();
+  options.pulse_count = PulseCounter::kNone;
+  for (const int row : {0, 1, 3}) {
+    StageRig rig(options);
+    rig.start();
+    DropletPattern pattern(rig.world.config().grid);
+    std::fill(pattern.cells.begin(), pattern.cells.end(), std::uint8_t(1));
+    rig.act("stage", [&](std::int64_t t, Effects& fx) { rig.stage.run_pass(pattern, 0, kNaN, 0.0, t, fx); });
+    REQUIRE(
+        rig.run([&] { return int(rig.stage.progress().run) == row && rig.stage.progress().launched; }, 60.0));
+    rig.trip(kStuck);
+    const Result r = rig.finished();
+    INFO(test::describe(r));
+    CHECK(r.outcome == Outcome::kUnknown);
+    CHECK(r.unknown_from == 6 * row);
+    CHECK(r.unknown_to == 6 * (row + 1));
+    CHECK_THAT(rig.stop(), Catch::StartsWith("5 ") && Catch::Contains("axis X"));
+    const auto fired = std::int64_t(rig.record.history.shots.size());
+    CHECK(fired >= r.unknown_from);
+    CHECK(fired <= r.unknown_to);
+  }
 }

@@ -108,7 +108,7 @@ struct YesEnsemble {
 
 TEST_CASE(
     "a position outside the host's limits is refused, naming axis, value and limit, and nothing is sent",
-    "[stage]") {
+    "[stage][I8]") {
   YesEnsemble e;
   const auto refused = [&](const std::function<void(std::int64_t, Effects&)>& f, const std::string& text) {
     e.bench.command(f);

@@ -182,7 +182,7 @@ TEST_CASE("what the data type or the valve cannot do is refused by name and noth
 }
 
 TEST_CASE("interlock 3: a controller that was reset has lost its list, and what it fired is in doubt",
-          "[valve]") {
+          "[valve][I3]") {
   for (const double after_s : {0.0, 1.0, 5.0}) {
     Lab lab;
     lab.start();

@@ -320,7 +320,7 @@ TEST_CASE("under lost, late and split replies and closed ports nothing fires twi
   CHECK(failed > 0);
 }
 
-TEST_CASE("an emergency stop during a pass latches", "[world]") {
+TEST_CASE("an emergency stop during a pass latches", "[world][I1]") {
   WorldRig rig(WorldRig::small_world(12, 6));
   rig.start();
   DropletPattern pattern(rig.world.config().grid);

@@ -262,6 +262,18 @@ class DocsLint(SmallTree):
         self.write("docs/README.md", DOCS["docs/README.md"] + "`firn print x --set other.ny=1`, `firn COMMAND`, a firn hand\n")
         self.assertEqual(self.problems(), [])
 
+    def test_interlocks(self):
+        row = "# Safety\n\n|code|what|tests|\n|-|-|-|\n|6|low|test_core|\n"
+        self.write("docs/README.md", DOCS["docs/README.md"] + "[s](safety.md)\n")
+        self.write("docs/safety.md", row)
+        self.assertIn("docs/safety.md:5: interlock 6 names ['test_core']", self.problems()[0])
+        self.write("tests/core/low_test.cpp", 'TEST_CASE("it is low",\n          "[grid][I6]") {}\n')
+        self.assertEqual(self.problems(), [])
+        self.write("docs/safety.md", row.replace("test_core", "test_procs"))
+        self.assertIn("tagged [I6] are in ['test_core']", self.problems()[0])
+        self.write("docs/safety.md", row.replace("|6|", "|7|"))
+        self.assertEqual(len(self.problems()), 2)
+
     def test_sizes(self):
         self.caught("docs/README.md", "x\n" * 115_000, "the limit is 220500")
         self.write("docs/README.md", DOCS["docs/README.md"] + "[m](measurements.md)\n")

@@ -162,7 +162,7 @@ TEST_CASE("launcher killed: every process stops by itself, resumed, replayed") {
   if (skipped()) return;
   kill_and_resume(tiny_part(20), "launcher", "stage", 20, 0, 1'800'000);
 }
-TEST_CASE("scheduler killed: safe, named, resumed, replayed") {
+TEST_CASE("scheduler killed: safe, named, resumed, replayed", "[I4]") {
   if (skipped()) return;
   kill_and_resume(tiny_part(11), "scheduler", "stage", 11, 0, 1'800'000);
 }

@@ -180,6 +180,33 @@ TEST_CASE("Frozen and dead valves are told apart from closed ones: pulses withou
   CHECK(dead.dead_pulses() == dead.pulses(0));
 }
 
+TEST_CASE(
+    "A valve that stays open lets out its flow from its next pulse on until it is mended, and counts "
+    "pulses") {
+  IceWorldConfig c = small();
+  c.disturbance.debris_per_h = 0.0;
+  IceNature sound(c, 1), jammed(c, 1);
+  jammed.jam_valve(0, true);
+  jammed.catch_up(5'000'000);
+  CHECK(jammed.bed().volume_mm3() == 0.0);  // not before it has opened
+  const std::int64_t begin_us = 6'000'000;
+  const std::int64_t end_us = ice_paths::print(sound, c, line_of(c, 0.0, 3.24), 0, begin_us);
+  CHECK(ice_paths::print(jammed, c, line_of(c, 0.0, 3.24), 0, begin_us) == end_us);
+  CHECK(jammed.pulses(0) == sound.pulses(0));
+  sound.catch_up(end_us + 1'000'000);
+  jammed.catch_up(end_us + 1'000'000);
+  const double at_rest_mm3 = jammed.bed().volume_mm3();
+  CHECK(at_rest_mm3 > 3.0 * sound.bed().volume_mm3());
+  jammed.catch_up(end_us + 3'000'000);
+  // The card's full flow, within what pressure and coil make of it.
+  CHECK(jammed.bed().volume_mm3() - at_rest_mm3 == Approx(2.0 * c.line[0].full_flow_mm3_s).epsilon(0.3));
+  jammed.jam_valve(0, false);
+  const double closed_mm3 = jammed.bed().volume_mm3();
+  jammed.catch_up(end_us + 9'000'000);
+  CHECK(jammed.bed().volume_mm3() == closed_mm3);
+  CHECK(jammed.firing(1).volume_mm3 == 0.0);
+}
+
 TEST_CASE("The laser's storage is what single readings along the motion would be, at its own clock") {
   IceWorldConfig c = small();
   c.laser.ice_noise_mm = c.laser.scaffold_noise_mm = c.laser.repeatability_mm = 0.0;

@@ -220,6 +220,23 @@ TEST_CASE("Faults: a dropped, late, split or flipped reply, silence, a closed po
   CHECK_THROWS_AS(b.world.inject({"laser", FaultKind::kClose, 1, 0}, b.now_us), std::invalid_argument);
 }
 
+TEST_CASE("A half-open connection carries nothing either way and does not end, and the next one is sound") {
+  Bench b{WorldConfig{}};
+  for (const auto& [port, question, answer] :
+       {std::tuple{kStagePort, "ENABLE @0\n", "%\n"}, {kLampPort, "CONN18\r", "READY0A\r"}}) {
+    CAPTURE(port);
+    CHECK(b.ask(port, question) == answer);
+    b.world.inject({std::string(port), FaultKind::kHalfOpen, 1, 0}, b.now_us);
+    CHECK(b.ask(port, question) == "");
+    b.run(100'000'000);
+    CHECK(b.heard[std::string(port)].empty());
+    CHECK_FALSE(b.closed[std::string(port)]);
+    CHECK(b.ask(port, question) == "");
+    b.world.connect(port, b.now_us);
+    CHECK(b.ask(port, question) == answer);
+  }
+}
+
 TEST_CASE("Random bytes into every twin never crash and never fire a disarmed jet") {
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     Bench b{WorldConfig{}};

@@ -148,6 +148,14 @@ TEST_CASE(
   check_audit(run.path());
 }
 
+TEST_CASE("I12: a valve that stays open stops the print within two intervals, by name", "[I12]") {
+  IceRun run;
+  const LabRunReport report = run.go({at(during(kSignalValveA, 1), "valve_a trip 6")});
+  INFO(report.result.reason << "\n" << run.faults());
+  check_stopped(run, report, "stays open");
+  CHECK(report.result.layers <= 10);
+}
+
 TEST_CASE(
     "A print whose last interval got nothing has run to its end, but is no success and not to be resumed") {
   IceRun run;
@@ -211,7 +219,8 @@ TEST_CASE(
 
 TEST_CASE(
     "An emergency stop holds until the button is out and the operator resumes: neither alone clears it, and "
-    "no valve opens before") {
+    "no valve opens before",
+    "[I1]") {
   IceRun run;
   const double pressed_s = during(kSignalValveA, 4);
   const LabRunReport report = run.go({at(pressed_s, "robot trip 1"), at(pressed_s + 1.0, "robot trip 0")});

@@ -59,7 +59,8 @@ void check_named(const Printed& p, const std::string& what, const std::string& c
 
 }  // namespace
 
-TEST_CASE("A point laser that reads 0.3 mm high or low is found on the bare table, before anything is laid") {
+TEST_CASE("A point laser that reads 0.3 mm high or low is found on the bare table, before anything is laid",
+          "[I15]") {
   for (const char* dz : {"0.3", "-0.3"}) {
     CAPTURE(dz);
     const Printed p = ice({"ice.map_table=on", std::string("plant.ice.laser_dz_mm=") + dz});
@@ -100,7 +101,7 @@ TEST_CASE("An ice print as calibrated meets no such warning, whatever the day an
   }
 }
 
-TEST_CASE("A profiler with a bias is found on the bare table, one aside at the first layer") {
+TEST_CASE("A profiler with a bias is found on the bare table, one aside at the first layer", "[I15]") {
   for (const char* dz : {"0.02", "-0.02"}) {
     const Printed p = inkjet({std::string("plant.profiler_dz_mm=") + dz});
     check_named(p, "the bare table measures", "zero");

@@ -399,10 +399,48 @@ TEST_CASE("whenever the disk stalls and for however long, no byte of a command i
   CHECK(left > 20);
 }
 
-TEST_CASE("a waveform that the jet cannot take is refused before anything runs") {
+TEST_CASE("a waveform that the jet cannot take is refused before anything runs", "[I11]") {
   Experiment e;
   e.jet.dwell_v = 20.5;
   CHECK_THROWS_WITH(JetNode(NodeId::kJet, e), Catch::Contains("whole volts"));
   e.jet.dwell_v = 2000.0;
   CHECK_THROWS_WITH(JetNode(NodeId::kJet, e), Catch::Contains("dwell_v = 2000 is outside [-100, 100]"));
+}
+
+TEST_CASE("I9: nothing is exposed while the stage moves, and an exposure ends when it begins to", "[I9]") {
+  LampRig rig;
+  rig.enable(1);
+  const auto stage = [&](DeviceState state, std::int32_t incarnation = 0) {
+    device_state_t s{};
+    s.header.incarnation = incarnation;
+    s.node = "stage";
+    s.state = std::int8_t(state);
+    rig.message(channels::device_state(NodeId::kStage), s);
+  };
+  stage(DeviceState::kActive);
+  rig.message(channels::kLampCommand, expose(1, 1));
+  REQUIRE(rig.answers().size() == 1);
+  CHECK(rig.answers()[0].outcome == std::int8_t(Outcome::kRefused));
+  CHECK(rig.answers()[0].code == 9);
+  CHECK_THAT(rig.answers()[0].text, Catch::Contains("the stage is not at the cure pose"));
+  CHECK(rig.count("RUN") + rig.count("OPN") == 0);
+  stage(DeviceState::kSafe);
+  rig.message(channels::kLampCommand, expose(2, 1));
+  rig.run_for(2.0);
+  CHECK(rig.answers().back().outcome == std::int8_t(Outcome::kDone));
+  CHECK(rig.faults().empty());
+
+  rig.message(channels::kLampCommand, expose(3, 1));
+  rig.run_for(0.1);
+  REQUIRE(rig.count("RUN") == 2);
+  const std::size_t closed = rig.count("CLS");
+  stage(DeviceState::kSuspect);  // a late reply at rest is no motion
+  CHECK(rig.count("CLS") == closed);
+  stage(DeviceState::kActive);
+  CHECK(rig.count("CLS") == closed + 1);
+  rig.run_for(2.0);
+  CHECK(rig.answers().back().outcome == std::int8_t(Outcome::kFailed));
+  REQUIRE(!rig.faults().empty());
+  CHECK(rig.faults().back().code == 9);
+  CHECK(rig.faults().back().severity == std::int8_t(Severity::kStop));
 }

@@ -2,6 +2,7 @@
 // in the middle of any.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <stdexcept>
@@ -196,6 +197,7 @@ struct FakeLab : NodeBench {
     m.measured_fraction = 1.0;
     set_height(m, HeightMap(experiment.grid, rise_mm * scan.layer));
     m.quality.assign(m.height_mm.size(), 0);
+    if (alter_map) alter_map(m);
     give(channels::kHeightMap, m);
   }
 
@@ -254,7 +256,8 @@ struct FakeLab : NodeBench {
   RandomStream random;
   Experiment experiment;
   int layers = 4;
-  double rise_mm = 0.0076;           ///< of each layer; its droplets' own
+  double rise_mm = 0.0076;  ///< of each layer; its droplets' own
+  std::function<void(height_map_t&)> alter_map;
   std::int64_t unsure_command = -1;  ///< answered with kUnknown
   std::size_t seen = 0;
   mutable std::size_t ends_seen = 0;

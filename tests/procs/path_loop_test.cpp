@@ -180,7 +180,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "I13: a map of which the laser saw too little is measured once more, then the print stops and says so") {
+    "I13: a map of which the laser saw too little is measured once more, then the print stops and says so",
+    "[I13]") {
   FakeIceLab once(3, small_ice());
   once.dark_maps = 1;
   REQUIRE(once.print(0.0) == 0);
@@ -196,7 +197,8 @@ TEST_CASE(
 
 TEST_CASE(
     "I6: a nozzle that would scrape is raised and the surface measured anew, and if it still would, the "
-    "print stops") {
+    "print stops",
+    "[I6]") {
   FakeIceLab debris(5, small_ice());
   debris.high_maps = 1;
   REQUIRE(debris.print(0.0) == 0);
@@ -211,7 +213,7 @@ TEST_CASE(
     CHECK(r.layer <= 2);  // nothing above the first interval
 }
 
-TEST_CASE("I7: two paths in a row that take longer than planned stop the print") {
+TEST_CASE("I7: two paths in a row that take longer than planned stop the print", "[I7]") {
   FakeIceLab lab(5, small_ice());
   lab.slip_us = 20'000;
   REQUIRE(lab.print(0.0, false) == -1);
@@ -219,7 +221,7 @@ TEST_CASE("I7: two paths in a row that take longer than planned stop the print")
   CHECK(lab.runs.size() == 2);
 }
 
-TEST_CASE("I8: a path out of reach is refused before anything moves") {
+TEST_CASE("I8: a path out of reach is refused before anything moves", "[I8]") {
   FakeIceLab lab(5, small_ice());
   lab.refuse_path = true;
   REQUIRE(lab.print(0.0, false) == -1);
@@ -227,7 +229,7 @@ TEST_CASE("I8: a path out of reach is refused before anything moves") {
   CHECK(lab.runs.empty());
 }
 
-TEST_CASE("I10: one heater may fail, both may not, nor may the tip be cold") {
+TEST_CASE("I10: one heater may fail, both may not, nor may the tip be cold", "[I10]") {
   FakeIceLab lab(5, small_ice());
   lab.begin(0);
   for (int n = 0; n < 8; ++n) lab.serve(0.0);
@@ -278,6 +280,46 @@ TEST_CASE("a valve that gives too much in two intervals in a row stops the print
   };
   CHECK_THAT(ended(4.2), Catch::Contains("valve_a gives too much"));
   CHECK(ended(1.5).find("too much") == std::string::npos);
+}
+
+TEST_CASE("I12: a surface that rises between two measurements with nothing to deposit stops the print",
+          "[I12]") {
+  const auto ended = [](double creep_mm, double least_share) {
+    Experiment e = small_ice();
+    e.ice.least_rise_share = least_share;
+    FakeIceLab lab(5, e);
+    lab.high_maps = 2;  // the first interval seems to scrape: the arm is raised, the surface measured again
+    lab.creep_mm = creep_mm;
+    CHECK(lab.print(0.0, false) == -1);
+    const auto fault = lab.last(channels::fault(NodeId::kScheduler));
+    CHECK(fault.severity == std::int8_t(Severity::kStop));
+    return std::pair(fault.code, fault.text);
+  };
+  const auto [code, text] = ended(0.1, 0.3);
+  CHECK(code == 12);
+  CHECK_THAT(text, Catch::Contains("rise without command") && Catch::Contains("0.1"));
+  CHECK(ended(0.05, 0.3).first == 6);
+  CHECK(ended(0.1, 0.0).first == 6);
+  CHECK(ended(-0.1, 0.3).first == 6);
+}
+
+TEST_CASE("I12: a surface that was touched while the print was stopped is no leak", "[I12]") {
+  FakeIceLab lab(5, small_ice());
+  lab.high_maps = 1000;
+  lab.creep_mm = 0.5;
+  lab.begin(0);
+  const auto raised = [&] {
+    const auto faults = lab.all(channels::fault(NodeId::kScheduler));
+    return !faults.empty() && faults.back().code == 6;
+  };
+  while (!raised() && lab.serve(0.0)) {
+  }
+  REQUIRE(raised());
+  lab.crash();
+  lab.begin(1);
+  while (lab.serve(0.0)) {
+  }
+  CHECK(lab.last(channels::fault(NodeId::kScheduler)).code == 6);
 }
 
 TEST_CASE("a controller that gives up stops the print by its own words") {

@@ -55,7 +55,7 @@ TEST_CASE("safety grants no lease before every driver has answered SAFE") {
   REQUIRE(b.lease().enabled);
 }
 
-TEST_CASE("with two jets the lease waits for both, and ends when both are armed") {
+TEST_CASE("with two jets the lease waits for both, and ends when both are armed", "[I-]") {
   Bench b(true);
   b.all_safe(0);
   b.wake();
@@ -118,7 +118,7 @@ TEST_CASE("SAFE_STOP is repeated until every driver honours the new epoch, and n
   }());
 }
 
-TEST_CASE("a heartbeat that stops is a safe stop that names the node") {
+TEST_CASE("a heartbeat that stops is a safe stop that names the node", "[I4]") {
   Bench b;
   b.all_safe(0);
   heartbeat_t h{};

@@ -1,5 +1,7 @@
 #include <catch2/catch.hpp>
 
+#include <cmath>
+#include <optional>
 #include <set>
 
 #include "tests/procs/fake_lab.h"
@@ -111,7 +113,7 @@ TEST_CASE(
   REQUIRE(RunOutcome(lab.last(channels::kRunEnd).outcome) == RunOutcome::kFinished);
 }
 
-TEST_CASE("a map that measures too little is taken again, then stops the print by name") {
+TEST_CASE("a map that measures too little is taken again, then stops the print by name", "[I13]") {
   Experiment e = small();
   e.process.max_rescans = 2;
   FakeLab lab(5, e);
@@ -254,7 +256,7 @@ TEST_CASE("rows lost in the last attempt count in no error, and too few measured
   CHECK(RunOutcome(blind.last(channels::kRunEnd).outcome) == RunOutcome::kStoppedSafely);
 }
 
-TEST_CASE("a command that is not answered in time stops the print and names driver and command") {
+TEST_CASE("a command that is not answered in time stops the print and names driver and command", "[I5]") {
   FakeLab lab(5);
   lab.begin(0);
   REQUIRE(lab.wake());
@@ -262,7 +264,7 @@ TEST_CASE("a command that is not answered in time stops the print and names driv
   REQUIRE(f.text.find("stage has not answered command 1") != std::string::npos);
 }
 
-TEST_CASE("a plan for another map is not carried out") {
+TEST_CASE("a plan for another map is not carried out", "[I6]") {
   FakeLab lab(5);
   lab.begin(0);
   while (lab.all(channels::kLayerMetrics).empty() && lab.serve(0.0)) {
@@ -318,7 +320,7 @@ TEST_CASE("a map and its plan that overtake the profiler's last answer are not l
 }
 
 }  // namespace
-TEST_CASE("a dead nozzle and a leaking one stop the print at the first map, by name") {
+TEST_CASE("a dead nozzle and a leaking one stop the print at the first map, by name", "[I12]") {
   const auto reason = [](double rise_mm, double least_rise_share = 0.3) {
     Experiment e = small();
     e.process.least_rise_share = least_rise_share;
@@ -377,6 +379,79 @@ TEST_CASE("a jet that was not seen armed puts every pulse of its pass in doubt")
     CHECK(RunOutcome(lab.last(channels::kRunEnd).outcome) ==
           (open_loop ? RunOutcome::kWaitsForOperator : RunOutcome::kFinished));
   }
+}
+
+namespace {
+
+/// Prints until the map of `lab` stops it. @returns the faults of interlock 6
+std::vector<fault_t> faults_of_height(FakeLab& lab) {
+  lab.begin(0);
+  while (lab.serve(0.0)) {
+  }
+  std::vector<fault_t> faults;
+  for (const fault_t& f : lab.all(channels::fault(NodeId::kScheduler)))
+    if (f.code == 6) faults.push_back(f);
+  return faults;
+}
+
+Experiment low_nozzle(double clearance_mm) {
+  Experiment e = small();
+  e.process.nozzle_gap_mm = 0.03;
+  e.process.nozzle_clearance_mm = clearance_mm;
+  return e;
+}
+
+}  // namespace
+
+TEST_CASE("I6: a map that reaches into the nozzle's clearance is made again, then the print stops", "[I6]") {
+  FakeLab lab(6, low_nozzle(0.01));  // 0.0076 mm a layer: the third is too high
+  const auto faults = faults_of_height(lab);
+  REQUIRE(faults.size() == std::size_t(lab.experiment.process.max_rescans) + 1);
+  CHECK_THAT(faults.front().text, Catch::Contains("layer 3") && Catch::Contains("measuring again"));
+  CHECK(faults.back().severity == std::int8_t(Severity::kStop));
+  CHECK_THAT(lab.last(channels::kRunEnd).reason,
+             Catch::Contains("0.0228") && Catch::Contains("process.nozzle_clearance_mm"));
+  for (const auto& [where, cells] : lab.fired) CHECK(where.first <= 3);
+
+  FakeLab unchecked(6, low_nozzle(0.0));
+  CHECK(faults_of_height(unchecked).empty());
+  CHECK(RunOutcome(unchecked.last(channels::kRunEnd).outcome) == RunOutcome::kFinished);
+}
+
+TEST_CASE("I6: a cell without a height counts as high", "[I6]") {
+  FakeLab lab(6);
+  lab.alter_map = [](height_map_t& m) {
+    if (m.layer == 2 && m.attempt == 0) m.height_mm[17] = NAN;
+  };
+  const auto faults = faults_of_height(lab);
+  REQUIRE(faults.size() == 1);
+  CHECK_THAT(faults[0].text, Catch::Contains("1 cells of the map have no height and count as high"));
+  CHECK(RunOutcome(lab.last(channels::kRunEnd).outcome) == RunOutcome::kFinished);
+}
+
+TEST_CASE("I9: whatever stopped the print, the stage parks before the lamp exposes", "[I9]") {
+  int exposures = 0, resumed = 0;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    CAPTURE(seed);
+    FakeLab lab(seed);
+    lab.print(0.12);
+    std::optional<stage_command_t> stage;
+    std::int32_t interrupted = -1;  // incarnation that ended in an exposure
+    for (const auto& s : lab.sent) {
+      if (s.channel == "STAGE_COMMAND") stage = test::NodeBench::decode<stage_command_t>(s);
+      if (s.channel != "LAMP_COMMAND") continue;
+      const auto lamp = test::NodeBench::decode<lamp_command_t>(s);
+      ++exposures;
+      resumed += interrupted >= 0 && lamp.header.incarnation == interrupted + 1;
+      interrupted = lamp.header.incarnation;
+      REQUIRE(stage);
+      REQUIRE(StageVerb(stage->verb) == StageVerb::kMove);
+      REQUIRE(stage->x_mm == lab.experiment.process.park_x_mm);
+      REQUIRE(stage->header.incarnation == lamp.header.incarnation);
+    }
+  }
+  CHECK(exposures > 300);
+  CHECK(resumed > 20);
 }
 
 }  // namespace firn

@@ -1,0 +1,99 @@
+#include "plant/twins/microdrop.h"
+
+#include <charconv>
+#include <optional>
+
+namespace firn::plant {
+namespace {
+
+constexpr std::string_view kPulse[] = {"PulseVoltage", "PulseLength", "PulseDelay"};
+constexpr std::size_t kLongest = 80;
+
+/// The last number of "Verb(1,...,n)"; none: another head, or no such call.
+std::optional<int> last_of(std::string_view line, std::string_view verb) {
+  if (!line.starts_with(verb) || !line.ends_with(')')) return std::nullopt;
+  line = line.substr(verb.size(), line.size() - verb.size() - 1);
+  if (!line.starts_with("(1")) return std::nullopt;
+  line = line.substr(line.find_last_of("(,") + 1);
+  int n = 0;
+  const auto r = std::from_chars(line.data(), line.data() + line.size(), n);
+  return r.ec == std::errc() && r.ptr == line.data() + line.size() && n >= 0 ? std::optional(n)
+                                                                             : std::nullopt;
+}
+
+}  // namespace
+
+void MicrodropTwin::take(std::span<const std::byte> bytes, std::int64_t now_us) {
+  for (const std::byte b : bytes) {
+    if (char(b) != '\r') {
+      if (line_.size() < kLongest) line_.push_back(char(b));
+      continue;
+    }
+    link_.reply(execute(line_, now_us) + "\r", now_us);
+    line_.clear();
+  }
+}
+
+std::string MicrodropTwin::execute(std::string_view line, std::int64_t now_us) {
+  const auto number = [](int n) { return " " + std::to_string(n); };
+  if (!params_.trigger_on.empty() && line == params_.trigger_on) {
+    if (trip_ != 2) set_source(true, now_us);
+    return "OK";
+  }
+  if (!params_.trigger_off.empty() && line == params_.trigger_off) {
+    set_source(false, now_us);
+    return "OK";
+  }
+  for (std::size_t n = 0; n < std::size(kPulse); ++n) {
+    if (last_of(line, "Get" + std::string(kPulse[n]))) return number(pulse_[n]);
+    if (const auto v = last_of(line, "Set" + std::string(kPulse[n]))) {
+      if (state_.external) wires_.note(now_us, port_, DeviceEvent::kJetAbused, now_us - state_.last_fired_us);
+      pulse_[n] = *v;
+      return "OK";
+    }
+  }
+  if (const auto v = last_of(line, "SetActive")) {
+    active_ = *v == 1;
+    if (!active_) set_source(false, now_us);
+    return "OK";
+  }
+  if (last_of(line, "RefreshPulse")) {
+    state_.waveform = pulse_[0] > 0 && pulse_[1] > 0;
+    return "OK";
+  }
+  if (const auto v = last_of(line, "SetFrequency"); v && *v > 0 && *v <= 65535) {
+    state_.rate_hz = std::uint16_t(*v);
+    return "OK";
+  }
+  if (const auto v = last_of(line, "SetDrops"); v && *v <= 65535) {
+    state_.drops = std::uint16_t(*v);
+    return "OK";
+  }
+  if (last_of(line, "StartGlobal")) {  // timed by the host: where the stage is by then
+    if (active_ && state_.waveform) {
+      state_.last_fired_us = now_us;
+      ++state_.fired;
+      wires_.softtrigger(now_us, port_, state_.drops);
+    }
+    return "OK";
+  }
+  if (last_of(line, "GetFrequency")) return number(state_.rate_hz);
+  if (last_of(line, "GetDrops")) return number(state_.drops);
+  if (last_of(line, "GetBusy")) return number(0);
+  if (const auto what = last_of(line, "GetConfig")) return number(*what == 6 ? 214 : 7);
+  return "?";
+}
+
+void MicrodropTwin::reboot(std::int64_t now_us) {
+  JetTwin::reboot(now_us);
+  line_.clear();
+  active_ = false;
+  pulse_ = {};
+}
+
+void MicrodropTwin::io(Archive& a) {
+  JetTwin::io(a);
+  a.all(line_, active_, pulse_);
+}
+
+}  // namespace firn::plant

@@ -1,0 +1,27 @@
+// exchange_under_faults commands each instrument over real lines while its line is disturbed in every way of
+// the fault menu, and holds each answer against the simulated world's truth.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tests/drivers/real_wire.h"
+
+namespace firn::drivers::test {
+
+struct ExchangeFigures {
+  std::string instrument;
+  std::int64_t exchanges = 0;  ///< requests that left the host
+  std::int64_t commands = 0, faults = 0;
+  std::int64_t wrong = 0;    ///< answers that are not the truth
+  std::int64_t repeats = 0;  ///< acts carried out more often than commanded
+  double slowest_s = 0.0;    ///< from a fault's end to the next command that is taken
+  std::string first_wrong;
+};
+
+/// @param exchanges of each instrument, at least
+std::vector<ExchangeFigures> exchange_under_faults(RealWire::Kind kind, std::int64_t exchanges,
+                                                   std::uint64_t seed);
+
+}  // namespace firn::drivers::test
