@@ -35,7 +35,7 @@ class JetTwin : public Twin {
   std::uint32_t fired_since_armed() const { return state_.fired; }
   bool nozzle_dead() const { return trip_ == 3; }
 
- protected:
+ protected:  // of MicrodropTwin too: the same head behind other words
   struct State {
     bool external = false;    ///< SOURCE 1
     bool waveform = false;    ///< a PULSE was loaded

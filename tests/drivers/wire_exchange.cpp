@@ -41,7 +41,8 @@ class Session {
       const std::size_t before = rig.template all<Result>(port).size();
       const std::int64_t begin_us = rig.now_us;
       rig.act(port, act);
-      if (port == figures.instrument && chance() < kFaultShare) disturb();
+      const bool taken = rig.template all<Result>(port).size() == before;  // a refusal comes at once
+      if (taken && port == figures.instrument && chance() < kFaultShare) disturb();
       if (!rig.run([&] { return rig.template all<Result>(port).size() > before; }, kEnds_s)) {
         wrong(port + " gives no answer");
         return {};
