@@ -47,6 +47,8 @@ class Line {
   /// Returns the volume that a valve which does not close lets out from t_s on in open_s.
   double held_open(double t_s, double open_s);
 
+  void count_open() { ++pulses_; }  ///< a pulse of a valve that does not close changes nothing
+
   void block(bool blocked) { blocked_ = blocked; }
   double pressure_share() const { return 1.0 - sag_; }
   /// Returns the volume of a pulse amid many at a steady frequency, without the pulsation [mm^3]: closed

@@ -76,7 +76,7 @@ void IceNature::pulse(int valve) {
   if (list.next == 0) list.first_us = t_us;
   list.last_us = last_pulse_us_[v] = t_us;
   if (++list.next == list.ticks.size()) list.active = false;
-  if (leak_s_[v] < kNever_s) return;  // it is open already
+  if (leak_s_[v] < kNever_s) return line_[v].count_open();
   if (jammed_[v]) leak_s_[v] = t_s + kLeak_s;
 
   double volume_mm3 = line_[v].pulse(t_s, list.pulse_s);

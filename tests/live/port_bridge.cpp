@@ -7,13 +7,47 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
+#include <string>
 
 #include "runtime/port_wire.h"
+#include "runtime/run_clock.h"
 
 namespace firn::test {
+namespace {
 
-PortBridge::PortBridge(Kind kind, const std::filesystem::path& socket) : kind_(kind), socket_(socket) {
+/// One direction of a line: bytes that wait for their time on the wire.
+class Paced {
+ public:
+  explicit Paced(int baud) : byte_us_(baud > 0 ? 10.0e6 / baud : 0.0) {}
+  void add(const std::byte* bytes, std::size_t n) {
+    if (waiting_.empty()) free_us_ = std::max(free_us_, double(monotonic_us()));
+    waiting_.append(reinterpret_cast<const char*>(bytes), n);
+  }
+  bool empty() const { return waiting_.empty(); }
+  /// The bytes whose last bit is on the other side by now.
+  std::string due() {
+    std::size_t n = waiting_.size();
+    if (byte_us_ > 0.0) {
+      n = std::min(n, std::size_t(std::max(0.0, (double(monotonic_us()) - free_us_) / byte_us_)));
+      free_us_ += double(n) * byte_us_;
+    }
+    std::string bytes = waiting_.substr(0, n);
+    waiting_.erase(0, n);
+    return bytes;
+  }
+
+ private:
+  double byte_us_, free_us_ = 0.0;
+  std::string waiting_;
+};
+
+}  // namespace
+
+PortBridge::PortBridge(Kind kind, const std::filesystem::path& socket, int baud)
+    : kind_(kind), socket_(socket), baud_(baud) {
   if (kind == Kind::kSerial) {
     int slave = -1;
     char name[128];
@@ -75,23 +109,26 @@ void PortBridge::carry(int host) {
     return;
   }
   std::byte bytes[4096];
+  Paced to_world(baud_), to_host(baud_);
   while (!over_) {
     pollfd p[2] = {{host, POLLIN, 0}, {world.fd(), POLLIN, 0}};
-    ::poll(p, 2, 20);
+    ::poll(p, 2, to_world.empty() && to_host.empty() ? 20 : 1);
     if (p[0].revents) {
       const ssize_t got = ::read(host, bytes, sizeof bytes);
       if (got <= 0) return;
-      std::size_t sent = 0;
-      for (std::size_t done = 0; done < std::size_t(got); done += sent)
-        if (world.write(std::span(bytes).subspan(done, std::size_t(got) - done), sent) == PortWire::Io::kLost)
-          return;
+      to_world.add(bytes, std::size_t(got));
     }
     if (p[1].revents) {
       std::size_t got = 0;
       const PortWire::Io io = world.read(bytes, got);
       if (io == PortWire::Io::kLost) return;
-      if (io == PortWire::Io::kDone && ::write(host, bytes, got) != ssize_t(got)) return;
+      if (io == PortWire::Io::kDone) to_host.add(bytes, got);
     }
+    const std::string out = to_world.due(), in = to_host.due();
+    std::size_t sent = 0;
+    for (std::size_t done = 0; done < out.size(); done += sent)
+      if (world.write(std::as_bytes(std::span(out)).subspan(done), sent) == PortWire::Io::kLost) return;
+    if (!in.empty() && ::write(host, in.data(), in.size()) != ssize_t(in.size())) return;
   }
 }
 

@@ -12,7 +12,8 @@ namespace firn::test {
 class PortBridge {
  public:
   enum class Kind { kSerial, kTcp };
-  PortBridge(Kind kind, const std::filesystem::path& socket);
+  /// @param baud bytes go no faster than this, eight data bits with a start and a stop bit; 0 = as they come
+  PortBridge(Kind kind, const std::filesystem::path& socket, int baud = 0);
   ~PortBridge();
   PortBridge(const PortBridge&) = delete;
   PortBridge& operator=(const PortBridge&) = delete;
@@ -26,6 +27,7 @@ class PortBridge {
 
   Kind kind_;
   std::filesystem::path socket_;
+  int baud_;
   int listener_ = -1, port_ = 0;  // TCP
   int master_ = -1;               // serial
   std::string slave_;
