@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <numbers>
 
 namespace firn::drivers {
@@ -485,6 +486,8 @@ void Robot::tick(std::int64_t now_us, Effects& fx) {
   } else if (phase_ == Phase::kMoving && !move_over_) {
     fault(Severity::kStop, kStall, "robot: a move is not over in time", fx);
     begin_stop(now_us, fx, "a move was not over in time", kStall);
+  } else if (phase_ == Phase::kRunning || phase_ == Phase::kMoving) {
+    limit_us_ = std::numeric_limits<std::int64_t>::max();  // it is over: a reply is awaited, and no more
   }
 }
 

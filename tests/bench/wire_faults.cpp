@@ -15,7 +15,7 @@ TEST_CASE("exchanges over real lines under faults") {
   std::printf("%-7s %-15s %10s %9s %7s %6s %8s %10s\n", "line", "instrument", "exchanges", "commands",
               "faults", "wrong", "repeats", "usable s");
   for (const RealWire::Kind kind : {RealWire::Kind::kSerial, RealWire::Kind::kTcp})
-    for (const ExchangeFigures& f : exchange_under_faults(kind, exchanges, 27)) {
+    exchange_under_faults(kind, exchanges, 27, [&](const ExchangeFigures& f) {
       std::printf("%-7s %-15s %10lld %9lld %7lld %6lld %8lld %10.2f %s\n",
                   kind == RealWire::Kind::kTcp ? "tcp" : "serial", f.instrument.c_str(),
                   static_cast<long long>(f.exchanges), static_cast<long long>(f.commands),
@@ -23,5 +23,5 @@ TEST_CASE("exchanges over real lines under faults") {
                   static_cast<long long>(f.repeats), f.slowest_s, f.first_wrong.c_str());
       std::fflush(stdout);
       CHECK(f.wrong + f.repeats == 0);
-    }
+    });
 }

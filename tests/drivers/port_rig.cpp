@@ -2,9 +2,15 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <stdexcept>
 #include <utility>
 
 namespace firn::drivers::test {
+namespace {
+
+constexpr int kMostWakes = 100'000;
+
+}  // namespace
 
 PortRig::Port& PortRig::port(std::string_view name) {
   return *std::find_if(ports_.begin(), ports_.end(), [&](const Port& p) { return p.name == name; });
@@ -49,6 +55,7 @@ void PortRig::act(std::string_view name, const Act& f) {
 
 bool PortRig::run(const std::function<bool()>& done, double limit_s) {
   const std::int64_t end = now_us + std::int64_t(limit_s * 1e6);
+  int wakes_now = 0;  // at one time
   while (!done()) {
     std::int64_t next = world.next_event_us();
     Port* due = nullptr;
@@ -61,6 +68,10 @@ bool PortRig::run(const std::function<bool()>& done, double limit_s) {
       now_us = end;
       return done();
     }
+    wakes_now = next > now_us ? 0 : wakes_now + 1;
+    if (due && wakes_now > kMostWakes)
+      throw std::logic_error(due->name + ", " + name(due->driver->state()) + ", wakes for nothing at " +
+                             std::to_string(now_us) + " us");
     now_us = std::max(now_us, next);
     if (due) {
       step(*due, [&](Effects& fx) { due->driver->woke(now_us, fx); });

@@ -3,8 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
-#include <vector>
+#include <string_view>
 
 #include "tests/drivers/real_wire.h"
 
@@ -21,7 +22,10 @@ struct ExchangeFigures {
 };
 
 /// @param exchanges of each instrument, at least
-std::vector<ExchangeFigures> exchange_under_faults(RealWire::Kind kind, std::int64_t exchanges,
-                                                   std::uint64_t seed);
+/// @param done is called with the figures of each instrument
+/// @param only this one; empty: all
+void exchange_under_faults(RealWire::Kind kind, std::int64_t exchanges, std::uint64_t seed,
+                           const std::function<void(const ExchangeFigures&)>& done,
+                           std::string_view only = {});
 
 }  // namespace firn::drivers::test
