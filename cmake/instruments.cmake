@@ -12,14 +12,15 @@ function(firn_instrument name)
   set(FIRN_INSTRUMENT_TESTS ${FIRN_INSTRUMENT_TESTS} ${ARG_TEST} PARENT_SCOPE)
 endfunction()
 
-firn_instrument(stage DRIVER ensemble.cpp raster.cpp stage.cpp stage_link.cpp stage_setup.cpp
+firn_instrument(stage DRIVER ensemble.cpp raster.cpp stage.cpp stage_link.cpp stage_service.cpp stage_setup.cpp
                 TWIN stage.cpp stage_dialect.cpp TEST stage_test.cpp stage_setup_test.cpp)
-firn_instrument(jet DRIVER jetdrive.cpp jet.cpp microdrop.cpp TWIN jet.cpp microdrop.cpp TEST jet_test.cpp microdrop_test.cpp)
-firn_instrument(laser_profiler DRIVER ljv.cpp laser_profiler.cpp TWIN laser_profiler.cpp TEST laser_profiler_test.cpp)
-firn_instrument(lamp DRIVER omnicure.cpp lamp.cpp lamp_status.cpp
+firn_instrument(jet DRIVER jetdrive.cpp jet.cpp jet_service.cpp microdrop.cpp TWIN jet.cpp microdrop.cpp
+                TEST jet_test.cpp microdrop_test.cpp)
+firn_instrument(laser_profiler DRIVER ljv.cpp laser_profiler.cpp laser_profiler_service.cpp TWIN laser_profiler.cpp TEST laser_profiler_test.cpp)
+firn_instrument(lamp DRIVER omnicure.cpp lamp.cpp lamp_service.cpp lamp_status.cpp
                 TWIN lamp.cpp TEST lamp_test.cpp lamp_status_test.cpp)
-firn_instrument(robot DRIVER fvp.cpp robot.cpp robot_link.cpp
+firn_instrument(robot DRIVER fvp.cpp robot.cpp robot_link.cpp robot_service.cpp
                 TWIN robot.cpp robot_paths.cpp fvp.cpp TEST robot_test.cpp robot_reset_test.cpp fake_robot.cpp)
-firn_instrument(valve DRIVER fvb.cpp valve.cpp TWIN valve.cpp fvb.cpp TEST valve_test.cpp fake_valve.cpp)
+firn_instrument(valve DRIVER fvb.cpp valve.cpp valve_service.cpp TWIN valve.cpp fvb.cpp TEST valve_test.cpp fake_valve.cpp)
 firn_instrument(laser_point DRIVER lkg.cpp laser_point.cpp TWIN laser_point.cpp lkg.cpp TEST laser_point_test.cpp fake_laser.cpp)
 firn_instrument(heater DRIVER thermostat.cpp heater.cpp TWIN heater.cpp TEST heater_test.cpp)

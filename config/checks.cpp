@@ -35,6 +35,17 @@ void check_run(Rules& r) {
                 ", so that one lost lease stops nothing");
 }
 
+// A text of an instrument's dialect goes onto its line: empty it would match anything, and a request is
+// short.
+void check_dialects(Rules& r) {
+  constexpr std::size_t kLongest = 60;
+  Experiment e = r.experiment();
+  for (const Field& f : fields(e))
+    if (const auto* text = std::get_if<std::string*>(&f.value); text && f.key.find(".dialect.") != f.key.npos)
+      r.require(!(*text)->empty() && (*text)->size() <= kLongest, {f.key.c_str()},
+                "must have 1 to 60 characters");
+}
+
 // Ports that are none, and instruments that a trigger line couples across the border of the simulation.
 void check_devices(Rules& r) {
   const Experiment& e = r.experiment();
@@ -285,6 +296,7 @@ void check_experiment(const Experiment& experiment, const Origins& origins, cons
                       std::vector<ConfigError>* all) {
   Rules rules(experiment, origins, file, all);
   check_run(rules);
+  check_dialects(rules);
   check_devices(rules);
   lab_of(experiment).check(rules);
 }

@@ -243,6 +243,14 @@ Table device_fields(Experiment& e) {
              ? "where the instrument is: sim:, tcp:HOST:PORT, serial:FILE?baud=N&frame=8N1, unix:PATH, "
                "cassette:FILE"
              : "the same"});
+  add(t, rows("devices.stage.dialect.", e.stage.dialect, drivers::kStageDialect));
+  add(t, rows("devices.jet.dialect.", e.jet.dialect, drivers::kJetDialect));
+  add(t, rows("devices.jet_b.dialect.", e.jet_b.drive.dialect, drivers::kJetDialect));
+  add(t, rows("devices.lamp.dialect.", e.lamp.dialect, drivers::kLampDialect));
+  add(t, rows("devices.robot.dialect.", e.robot.dialect, drivers::kRobotDialect));
+  add(t, rows("devices.valve_a.dialect.", e.valve_a.dialect, drivers::kValveDialect));
+  add(t, rows("devices.valve_b.dialect.", e.valve_b.dialect, drivers::kValveDialect));
+  add(t, rows("devices.laser_point.dialect.", e.laser_point.dialect, drivers::kLaserPointDialect));
   return t;
 }
 

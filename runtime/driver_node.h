@@ -14,6 +14,7 @@
 #include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "firn/safe_stop_t.hpp"
+#include "firn/service_order_t.hpp"
 #include "runtime/device_guard.h"
 #include "runtime/node.h"
 
@@ -32,6 +33,8 @@ class DriverNode : public Node {
   DriverNode(NodeId id, Config&& config) : driver_(std::forward<Config>(config)), id_(id) {
     subscribe(channels::kEnable, this);
     subscribe(channels::kSafeStop, this);
+    if constexpr (requires(Effects & fx) { driver_.serve("", {}, std::int64_t{}, fx); })
+      subscribe(channels::kServiceOrder, this);
   }
 
   std::vector<std::string> ports() const override { return {std::string(info(id_).name)}; }
@@ -79,6 +82,13 @@ class DriverNode : public Node {
     if (guard_.safe_stop(m.enable_epoch)) return make_safe(m.cause, now, out);
     if (m.enable_epoch == guard_.epoch() && !stop_pending_ && driver_.safe())
       send_state("stopped", out);  // ours was lost
+  }
+
+  void on(const service_order_t& m, Time now, Outbox& out) {
+    if (m.node != info(id_).name) return;
+    perform(m, true, now, out, [&](Driver& driver, std::int64_t now_us, Effects& fx) {
+      driver.serve(m.verb, m.values, now_us, fx);
+    });
   }
 
   bool writes_need_lease() const override { return in_progress_ && acting_ && !stop_pending_; }

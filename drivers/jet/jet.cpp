@@ -1,5 +1,6 @@
 #include "drivers/jet/jet.h"
 
+#include <algorithm>
 #include <array>
 #include <stdexcept>
 
@@ -29,6 +30,7 @@ std::string name_of(const Request& request) {
                                                                {Command::kPulse, "PULSE"},
                                                                {Command::kStrobeDivider, "STROBEDIV"},
                                                                {Command::kSource, "SOURCE"},
+                                                               {Command::kSoftTrigger, "SOFTTRIGGER"},
                                                                {Command::kStrobeEnable, "STROBEENABLE"},
                                                                {Command::kFullFrequency, "FULLFREQ"},
                                                                {Command::kStrobeDelay, "STROBEDELAY"},
@@ -50,12 +52,16 @@ void check_range(const char* what, int value, int low, int high) {
 
 Jet::Jet(JetOptions config) : Driver(dialect_), config_(config), waveform_(jetdrive::waveform_of(config)) {
   check_options("jet", kJetConfig, config_);
-  dialect_.layout = config.layout;
+  dialect_.layout = config_.dialect;
   dialect_.allow_host_latency(config.host_latency_s);
   identity_ = "MicroFab JetDrive III";
   check_range("drops_per_trigger", config.drops_per_trigger, 1, 65535);
-  check_range("strobe_divider", config.strobe_divider, 1, 255);
-  check_range("strobe_delay_us", config.strobe_delay_us, 0, 65535);
+  check_options("jet", kJetDialect, config_.dialect, "dialect.");
+  const JetDialect& d = config_.dialect;
+  check_range("dialect.command_at", d.command_at, 1, std::min(d.size, d.version_size) - 2);
+  check_range("dialect.status_at", d.status_at, 1, std::min(d.size, d.version_size) - 2);
+  if (const std::string why = jetdrive::waveform_refusal(waveform_, config_.dialect); !why.empty())
+    throw std::invalid_argument("jet: " + why);
 }
 
 void Jet::connected(std::int64_t, Effects& fx) {
@@ -90,10 +96,10 @@ void Jet::push_setup() {
   link_.push(with_u8(Command::kContinuous, 0));
   link_.push(with_u16(Command::kDrops, config_.drops_per_trigger));
   link_.push(with_u16(Command::kFullFrequency, config_.max_rate_hz));
-  link_.push(with_u8(Command::kStrobeDivider, config_.strobe_divider));
+  link_.push(with_u8(Command::kStrobeDivider, config_.dialect.strobe_divider));
   link_.push(with_u8(Command::kStrobeEnable, config_.strobe));
-  const std::uint8_t delay[3] = {0x01, std::uint8_t(unsigned(config_.strobe_delay_us) >> 8),
-                                 std::uint8_t(config_.strobe_delay_us)};
+  const std::uint8_t delay[3] = {0x01, std::uint8_t(unsigned(config_.dialect.strobe_delay_us) >> 8),
+                                 std::uint8_t(config_.dialect.strobe_delay_us)};
   link_.push(jetdrive::frame(Command::kStrobeDelay, delay, Repeat::kSetup));
   link_.push(with_u8(Command::kSource, 0));
 }
@@ -141,7 +147,12 @@ void Jet::disarm(std::int64_t now_us, Effects& fx) {
 }
 
 void Jet::set_waveform(const jetdrive::Waveform& waveform, std::int64_t now_us, Effects& fx) {
-  const std::string why = jetdrive::waveform_refusal(waveform, config_.limits);
+  begin_waveform(waveform, fx);
+  pump(now_us, fx);
+}
+
+void Jet::begin_waveform(const jetdrive::Waveform& waveform, Effects& fx) {
+  const std::string why = jetdrive::waveform_refusal(waveform, config_.dialect);
   if (!why.empty()) {
     refuse(kJetLimit, why, fx);
   } else if (busy() || phase_ != Phase::kReady) {
@@ -153,7 +164,6 @@ void Jet::set_waveform(const jetdrive::Waveform& waveform, std::int64_t now_us, 
     link_.push(jetdrive::pulse(waveform));
     set_state(DeviceState::kStaged, "new waveform", fx);
   }
-  pump(now_us, fx);
 }
 
 void Jet::begin_disarm(Op op, std::int64_t now_us, Effects& fx) {
@@ -213,7 +223,7 @@ void Jet::reply(const Request& request, std::span<const std::byte> frame, std::i
   }
   const jetdrive::Reply r = dialect_.parse(frame);
   if (phase_ == Phase::kHandshake) {
-    settled_ = r.acknowledged && (r.status & config_.layout.source_bit);
+    settled_ = r.acknowledged && (r.status & config_.dialect.source_bit);
     if (settled_) not_armed_.clear();
     return;
   }
@@ -233,7 +243,7 @@ void Jet::reply(const Request& request, std::span<const std::byte> frame, std::i
   if (request.argument == int(Command::kSource)) source_external_ = phase_ == Phase::kArming;
   const bool polled = request.argument == int(Command::kPoll) && tells_source() && source_external_;
   if (polled && (phase_ == Phase::kArming || phase_ == Phase::kArmed || phase_ == Phase::kDisarming))
-    return take_source(r.status & config_.layout.source_bit, now_us, fx);
+    return take_source(r.status & config_.dialect.source_bit, now_us, fx);
   if (request.format != jetdrive::kVersion) return;
   version_ = r.version;
   identity_ = "MicroFab JetDrive III firmware " + std::to_string(r.version);

@@ -15,12 +15,8 @@
 namespace firn::drivers {
 
 struct JetOptions : JetConfig {
-  jetdrive::WaveformLimits limits;
-  jetdrive::ReplyLayout layout;
   int drops_per_trigger = 1;
-  int strobe_divider = 1;
   bool strobe = true;
-  int strobe_delay_us = 0;
   double poll_idle_s = 2.0;
   double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
 };
@@ -64,11 +60,14 @@ class Jet final : public Driver {
   bool idle(std::int64_t now_us, Effects& fx) override;
   std::int64_t device_wake_us() const override;
   bool stopping() const override { return phase_ == Phase::kStopping; }
+  void service(std::string_view verb, std::span<const double> values, std::int64_t now_us,
+               Effects& fx) override;
 
+  void begin_waveform(const jetdrive::Waveform& waveform, Effects& fx);
   void begin_disarm(Op op, std::int64_t now_us, Effects& fx);
   void push_setup();
   void poll();
-  bool tells_source() const { return version_ >= config_.layout.poll_tells_source_from; }
+  bool tells_source() const { return version_ >= config_.dialect.poll_tells_source_from; }
   void take_source(bool external, std::int64_t now_us, Effects& fx);
   void disarmed(Effects& fx);
   void end_quietly(std::int64_t now_us, Effects& fx);

@@ -33,7 +33,7 @@ Waveform waveform_of(const JetConfig& c) {
           c.dwell_us,    c.fall_us,      c.echo_us,     c.final_us};
 }
 
-std::string waveform_refusal(const Waveform& w, const WaveformLimits& limits) {
+std::string waveform_refusal(const Waveform& w, const JetDialect& limits) {
   char text[120];
   const struct {
     const char* name;
@@ -113,20 +113,21 @@ Frame JetDriveDialect::frame(std::span<const std::byte> buffer, const Request* a
     return text.size() > kLongestPrompt ? Frame{Frame::Kind::kCorrupt, text.size()} : Frame{};
   }
   if (at(buffer, 0) != layout.ack && at(buffer, 0) != layout.nak) return {Frame::Kind::kCorrupt, 1};
-  const std::size_t size = awaited->format == kVersion ? layout.version_size : layout.size;
+  const auto size = std::size_t(awaited->format == kVersion ? layout.version_size : layout.size);
   if (buffer.size() < size) return {};
   std::uint8_t sum = 0;
   for (std::size_t n = 1; n + 1 < size; ++n) sum = std::uint8_t(sum + at(buffer, n));
-  const bool good =
-      sum == at(buffer, size - 1) && at(buffer, layout.command_at) == std::uint8_t(awaited->argument);
+  const bool good = sum == at(buffer, size - 1) &&
+                    at(buffer, std::size_t(layout.command_at)) == std::uint8_t(awaited->argument);
   return {good ? Frame::Kind::kReply : Frame::Kind::kCorrupt, size};
 }
 
 Request JetDriveDialect::probe() const { return jetdrive::frame(Command::kPoll, {}, Repeat::kRead); }
 
 Reply JetDriveDialect::parse(std::span<const std::byte> frame) const {
-  return {at(frame, 0) == layout.ack, at(frame, layout.status_at),
-          frame.size() == layout.version_size ? at(frame, layout.version_size - 2) : std::uint8_t(0)};
+  const auto version_size = std::size_t(layout.version_size);
+  return {at(frame, 0) == layout.ack, at(frame, std::size_t(layout.status_at)),
+          frame.size() == version_size ? at(frame, version_size - 2) : std::uint8_t(0)};
 }
 
 }  // namespace firn::drivers::jetdrive

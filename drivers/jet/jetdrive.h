@@ -28,16 +28,6 @@ enum class Command : std::uint8_t {
   kGetVersion = 0xF0,
 };
 
-/// Parts of a reply: 06h or 15h, command, status, (version,) sum of the bytes between. The
-/// order is not certain [P]: a table, not code.
-struct ReplyLayout {
-  std::uint8_t ack = 0x06, nak = 0x15;
-  std::size_t command_at = 1, status_at = 2;
-  std::size_t size = 4, version_size = 5;
-  int poll_tells_source_from = 128;  ///< firmware version [P]; before it POLL's status has no meaning
-  std::uint8_t source_bit = 1;       ///< of POLL's status: the source is external
-};
-
 /// Voltages [V], whole volts; times [us] in steps of 0.1.
 struct Waveform {
   int idle_v = 0, dwell_v = 0, echo_v = 0;
@@ -48,13 +38,8 @@ struct Waveform {
 /// @pre whole volts
 Waveform waveform_of(const JetConfig& config);
 
-struct WaveformLimits {
-  int max_abs_v = int(kMaxJet_v);
-  double max_time_us = kMaxJet_us;
-};
-
 /// Why the waveform may not be sent, naming field, value and limit; empty = it may.
-std::string waveform_refusal(const Waveform& waveform, const WaveformLimits& limits);
+std::string waveform_refusal(const Waveform& waveform, const JetDialect& limits);
 
 enum Format : std::uint8_t { kReply, kVersion, kPrompt, kEcho };
 
@@ -76,7 +61,7 @@ class JetDriveDialect : public Dialect {
   Request probe() const override;
   Reply parse(std::span<const std::byte> frame) const;
 
-  ReplyLayout layout;
+  JetDialect layout;
 };
 
 }  // namespace firn::drivers::jetdrive

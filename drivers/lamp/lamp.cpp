@@ -19,7 +19,7 @@ constexpr std::int64_t kOverdueGrace_us = 500'000;
 
 Lamp::Lamp(LampOptions config) : Driver(dialect_), config_(std::move(config)) {
   check_options("lamp", kLampConfig, config_);
-  dialect_.table = config_.table;
+  dialect_.table = config_.dialect;
   dialect_.allow_host_latency(config_.host_latency_s);
   identity_ = "Excelitas OmniCure S2000";
 }
@@ -32,7 +32,7 @@ void Lamp::connected(std::int64_t, Effects& fx) {
   set_state(DeviceState::kIdentifying, identity_, fx);
   phase_ = Phase::kConnecting;
   told_on_ = releasing_ = false;
-  push(config_.table.connect, omnicure::kReady, Repeat::kSetup, kConnect);
+  push(config_.dialect.connect, omnicure::kReady, Repeat::kSetup, kConnect);
 }
 
 void Lamp::finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx) {
@@ -42,7 +42,7 @@ void Lamp::finish(Outcome outcome, std::int32_t code, std::string text, Effects&
   fx.events.emplace_back(Result{outcome, -1, 0, 0, 0, code, std::move(text)});
 }
 
-void Lamp::expose(double exposure_s, int iris_percent, std::int64_t now_us, Effects& fx) {
+void Lamp::begin_exposure(double exposure_s, int iris_percent, std::int64_t now_us, Effects& fx) {
   char why[120] = "";
   std::int32_t code = kLimit;
   if (busy() || phase_ != Phase::kReady) {
@@ -53,7 +53,7 @@ void Lamp::expose(double exposure_s, int iris_percent, std::int64_t now_us, Effe
     code = kLampOn;
   } else if (!(exposure_s > 0.0 && exposure_s <= config_.max_on_s)) {
     std::snprintf(why, sizeof why, "an exposure of %g s is outside (0, %g] s", exposure_s, config_.max_on_s);
-  } else if (iris_percent < 1 || iris_percent > 100) {
+  } else if (iris_percent != kKeepIris && (iris_percent < 1 || iris_percent > 100)) {
     std::snprintf(why, sizeof why, "an iris of %d %% is outside [1, 100] %%", iris_percent);
   }
   if (why[0]) {
@@ -75,21 +75,21 @@ void Lamp::expose(double exposure_s, int iris_percent, std::int64_t now_us, Effe
       prepare(fx);
     }
   }
-  pump(now_us, fx);
 }
 
 void Lamp::prepare(Effects& fx) {
   phase_ = Phase::kPreparing;
-  push(config_.table.iris + std::to_string(iris_percent_), omnicure::kReceived, Repeat::kSetup, kPlain);
+  if (iris_percent_ != kKeepIris)
+    push(config_.dialect.iris + std::to_string(iris_percent_), omnicure::kReceived, Repeat::kSetup, kPlain);
   if (by_instrument_) {
-    push(config_.table.set_time + std::to_string(tenths_), omnicure::kReceived, Repeat::kSetup, kSetTime);
-    push(config_.table.get_time, omnicure::kAny, Repeat::kRead, kGetTime);
+    push(config_.dialect.set_time + std::to_string(tenths_), omnicure::kReceived, Repeat::kSetup, kSetTime);
+    push(config_.dialect.get_time, omnicure::kAny, Repeat::kRead, kGetTime);
   }
   set_state(DeviceState::kStaged, "iris and time", fx);
 }
 
 void Lamp::close_shutter(std::int64_t now_us, Effects& fx) {
-  const Request close = omnicure::request(config_.table.close, omnicure::kReceived, Repeat::kSetup, kClose);
+  const Request close = omnicure::request(config_.dialect.close, omnicure::kReceived, Repeat::kSetup, kClose);
   link_.clear_queue();
   link_.urgent(close, now_us, fx);
   if (link_.suspect()) link_.push(close);  // on a suspect link the first answer is drained
@@ -104,7 +104,7 @@ void Lamp::stop(std::int64_t now_us, Effects& fx) {
       phase_ == Phase::kReleased) {
     // Not connected to it: a CLS that it understands helps, one that it does not does no harm.
     if (may_be_open())
-      link_.urgent(omnicure::request(config_.table.close, omnicure::kReceived, Repeat::kSetup, kClose),
+      link_.urgent(omnicure::request(config_.dialect.close, omnicure::kReceived, Repeat::kSetup, kClose),
                    now_us, fx);
     return;
   }
@@ -120,7 +120,7 @@ void Lamp::release(std::int64_t now_us, Effects& fx) {
   if (link_.is_open() && phase_ != Phase::kDown && phase_ != Phase::kReleased) {
     close_shutter(now_us, fx);
     releasing_ = on(config_.status_bits);  // once the bits say that it is closed
-    if (!releasing_) push(config_.table.disconnect, omnicure::kClosed, Repeat::kSetup, kDisconnect);
+    if (!releasing_) push(config_.dialect.disconnect, omnicure::kClosed, Repeat::kSetup, kDisconnect);
   }
   pump(now_us, fx);
 }
@@ -137,7 +137,7 @@ void Lamp::tick(std::int64_t now_us, Effects& fx) {
 
 void Lamp::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) {
   const std::string_view text = omnicure::OmnicureDialect::text(frame);
-  const bool error = text.starts_with(config_.table.error);
+  const bool error = text.starts_with(config_.dialect.error);
   switch (request.tag) {
     case kConnect:
       if (error) {
@@ -146,7 +146,7 @@ void Lamp::reply(const Request& request, std::span<const std::byte> frame, std::
         return;
       }
       close_shutter(now_us, fx);
-      push(config_.table.version, omnicure::kAny, Repeat::kRead, kVersion);
+      push(config_.dialect.version, omnicure::kAny, Repeat::kRead, kVersion);
       return;
     case kVersion:
       if (!error) identity_ = "Excelitas OmniCure S2000 board " + std::string(text);
@@ -184,7 +184,7 @@ void Lamp::reply(const Request& request, std::span<const std::byte> frame, std::
       std::uint32_t bits = 0;
       const auto r = std::from_chars(text.data(), text.data() + text.size(), bits);
       if (error || r.ec != std::errc())
-        return reconnect(now_us, fx, "it does not answer '" + config_.table.status + "'");
+        return reconnect(now_us, fx, "it does not answer '" + config_.dialect.status + "'");
       return status(bits, now_us, fx);
     }
     case kDisconnect:
@@ -225,14 +225,14 @@ bool Lamp::idle(std::int64_t now_us, Effects& fx) {
     case Phase::kWaiting:
       if (now_us < again_at_us_) return false;
       phase_ = Phase::kConnecting;
-      push(config_.table.connect, omnicure::kReady, Repeat::kSetup, kConnect);
+      push(config_.dialect.connect, omnicure::kReady, Repeat::kSetup, kConnect);
       return true;
     case Phase::kPreparing:
       phase_ = Phase::kOpening;
       open_since_us_ = now_us;  // from here on nobody knows until CLS is answered
       opened_ = true;
       overdue_told_ = false;
-      push(by_instrument_ ? config_.table.run : config_.table.open, omnicure::kReceived, Repeat::kNever,
+      push(by_instrument_ ? config_.dialect.run : config_.dialect.open, omnicure::kReceived, Repeat::kNever,
            kOpen);
       return true;
     case Phase::kExposing:
@@ -243,7 +243,7 @@ bool Lamp::idle(std::int64_t now_us, Effects& fx) {
       if (!seen_closed_) return ask_again(now_us);
       if (releasing_) {
         releasing_ = false;
-        push(config_.table.disconnect, omnicure::kClosed, Repeat::kSetup, kDisconnect);
+        push(config_.dialect.disconnect, omnicure::kClosed, Repeat::kSetup, kDisconnect);
         return true;
       }
       if (exposing_ && opened_ && on(config_.status_bits) && !seen_open_ && ending_.empty()) {
@@ -264,7 +264,7 @@ bool Lamp::idle(std::int64_t now_us, Effects& fx) {
       return false;
     case Phase::kReady:
       if (now_us - link_.last_sent_us() < std::int64_t(config_.poll_idle_s * 1e6)) return false;
-      push(config_.table.status, omnicure::kAny, Repeat::kRead, on(config_.status_bits) ? kStatus : kPlain);
+      push(config_.dialect.status, omnicure::kAny, Repeat::kRead, on(config_.status_bits) ? kStatus : kPlain);
       return true;
     default:
       return false;

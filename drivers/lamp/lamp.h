@@ -15,7 +15,6 @@
 namespace firn::drivers {
 
 struct LampOptions : LampConfig {
-  omnicure::Table table;
   bool instrument_timer = true;  ///< try STM, GTM, RUN first
   double connect_every_s = 1.0;  ///< CONN is repeated until READY
   double poll_idle_s = 5.0;
@@ -28,7 +27,10 @@ class Lamp final : public Driver {
   explicit Lamp(LampOptions config);
 
   /// Refused outside 0 < exposure_s <= max_on_s and 1 <= iris_percent <= 100.
-  void expose(double exposure_s, int iris_percent, std::int64_t now_us, Effects& fx);
+  void expose(double exposure_s, int iris_percent, std::int64_t now_us, Effects& fx) {
+    begin_exposure(exposure_s, iris_percent, now_us, fx);
+    pump(now_us, fx);
+  }
   /// Interlock 9: while `why` is not empty no exposure begins, and one that has begun ends at once.
   void bar(std::string_view why, std::int64_t now_us, Effects& fx);
   /// Shutter closed, then DCON: the panel is free again. For the end of a run.
@@ -72,7 +74,11 @@ class Lamp final : public Driver {
   void tick(std::int64_t now_us, Effects& fx) override;
   std::int64_t device_wake_us() const override;
   bool stopping() const override { return phase_ == Phase::kClosing; }
+  void service(std::string_view verb, std::span<const double> values, std::int64_t now_us,
+               Effects& fx) override;
 
+  static constexpr int kKeepIris = -1;
+  void begin_exposure(double exposure_s, int iris_percent, std::int64_t now_us, Effects& fx);
   void close_shutter(std::int64_t now_us, Effects& fx);
   void prepare(Effects& fx);
   // The lamp's status bits.

@@ -10,7 +10,7 @@ constexpr std::int64_t kAskShutter_us = 100'000, kAskWarmth_us = 1'000'000;
 }  // namespace
 
 void Lamp::ask_status(std::int64_t now_us) {
-  push(config_.table.status, omnicure::kAny, Repeat::kRead, kStatus);
+  push(config_.dialect.status, omnicure::kAny, Repeat::kRead, kStatus);
   ask_at_us_ = now_us + (phase_ == Phase::kChecking ? kAskWarmth_us : kAskShutter_us);
 }
 
@@ -45,7 +45,7 @@ void Lamp::check_before(std::uint32_t bits, std::int64_t now_us, Effects& fx) {
   if (off && on(config_.auto_on) && !told_on_) {
     told_on_ = true;
     fault(Severity::kNotice, kLampOn, "lamp: it does not burn and is switched on", fx);
-    push(config_.table.lamp_on, omnicure::kReceived, Repeat::kSetup, kPlain);
+    push(config_.dialect.lamp_on, omnicure::kReceived, Repeat::kSetup, kPlain);
     return;
   }
   const bool starting = off && told_on_;

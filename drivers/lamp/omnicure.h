@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "drivers/lamp/lamp_config.h"
 #include "drivers/link/dialect.h"
 
 namespace firn::drivers::omnicure {
@@ -19,14 +20,7 @@ std::uint8_t crc8(std::string_view text);
 /// `text` with its CRC and the carriage return.
 std::string frame(std::string_view text);
 
-/// Texts that differ between units or are not certain: a table, not code.
-struct Table {
-  std::string connect = "CONN", ready = "READY";
-  std::string disconnect = "DCON", disconnected = "CLOSE";  ///< "CLOSED" or "CLOSE": the prefix counts
-  std::string open = "OPN", close = "CLS", iris = "SIL", received = "Received", error = "Err";
-  std::string set_time = "STM", get_time = "GTM", run = "RUN";  ///< timed exposure, tenths of a second [M]
-  std::string status = "GUS", version = "VEB", lamp_on = "TON";
-};
+using Table = LampDialect;
 
 /// Bits of the integer that answers GUS [S].
 enum Status : std::uint32_t {

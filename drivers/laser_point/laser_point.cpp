@@ -26,7 +26,8 @@ std::string padded(int value) {
 
 LaserPoint::LaserPoint(LaserPointOptions config) : Driver(dialect_), config_(std::move(config)) {
   check_options("laser_point", kLaserPointConfig, config_);
-  dialect_.table = config_.table;
+  check_options("laser_point", kLaserPointDialect, config_.dialect, "dialect.");
+  dialect_.table = config_.dialect;
   dialect_.allow_host_latency(config_.host_latency_s);
   identity_ = "Keyence LK-G3001P";
   const auto* at = std::find(std::begin(lkg::kSampling_us), std::end(lkg::kSampling_us), config_.sampling_us);
@@ -36,13 +37,21 @@ LaserPoint::LaserPoint(LaserPointOptions config) : Driver(dialect_), config_(std
   sampling_code_ = int(at - std::begin(lkg::kSampling_us));
 }
 
+// Its program is a setting: only the model tells who it is.
+void LaserPoint::service(std::string_view verb, std::span<const double> values, std::int64_t now_us,
+                         Effects& fx) {
+  if (verb != "serial") return Driver::service(verb, values, now_us, fx);
+  fx.events.emplace_back(
+      Result{Outcome::kDone, -1, 0, 0, 0, kNoCode, identity_.substr(0, identity_.find(','))});
+}
+
 void LaserPoint::push(std::string_view command, Repeat repeat, Tag tag, std::int64_t reply_us) {
   link_.push(lkg::request(command, repeat, tag, reply_us));
 }
 
 // @param wanted the program that it must be in by now, or kAny
 void LaserPoint::push_selected(std::int32_t wanted) {
-  Request r = lkg::request(config_.table.selected, Repeat::kRead, kProgram, 0);
+  Request r = lkg::request(config_.dialect.selected, Repeat::kRead, kProgram, 0);
   r.argument = wanted;
   link_.push(r);
 }
@@ -79,10 +88,10 @@ void LaserPoint::arm(int material, int samples, double period_s, std::int64_t no
   if (accept(true, fx)) {
     if (material < 0 || material > 1) {
       refuse(kLimit, "material " + std::to_string(material) + " is neither 0 nor 1", fx);
-    } else if (samples < 1 || samples > config_.table.most_stored) {
+    } else if (samples < 1 || samples > config_.dialect.most_stored) {
       refuse(kLimit,
              std::to_string(samples) + " samples are outside [1, " +
-                 std::to_string(config_.table.most_stored) + "]",
+                 std::to_string(config_.dialect.most_stored) + "]",
              fx);
     } else if (code < 0 || std::abs(cycle - std::round(cycle)) > 1e-6) {
       refuse(kLimit,
@@ -105,7 +114,7 @@ void LaserPoint::arm(int material, int samples, double period_s, std::int64_t no
 
 // Between Q0 and R0 nothing is measured: R0 follows whatever happens between them.
 void LaserPoint::push_settings() {
-  const lkg::Table& t = config_.table;
+  const lkg::Table& t = config_.dialect;
   in_force_.reset();
   const int program = material_ == 0 ? config_.program_part : config_.program_scaffold;
   const int surface = material_ == 0 ? config_.surface_part : config_.surface_scaffold;
@@ -127,8 +136,8 @@ void LaserPoint::collect(std::int64_t now_us, Effects& fx) {
       op_ = Op::kCollect;
       phase_ = Phase::kCollecting;
       dumps_ = 0;
-      push(config_.table.stop, Repeat::kSetup);
-      push(config_.table.stored, Repeat::kRead, kStored);
+      push(config_.dialect.stop, Repeat::kSetup);
+      push(config_.dialect.stored, Repeat::kRead, kStored);
     }
   }
   pump(now_us, fx);
@@ -139,22 +148,22 @@ void LaserPoint::reading(std::int64_t now_us, Effects& fx) {
     op_ = Op::kReading;
     phase_ = Phase::kReading;
     expected_ = 1;
-    push(config_.table.measure, Repeat::kRead, kValue);
+    push(config_.dialect.measure, Repeat::kRead, kValue);
   }
   pump(now_us, fx);
 }
 
 void LaserPoint::ask_dump() {
   ++dumps_;
-  const double dump_s = double(stored_) * config_.table.value_bytes * config_.table.byte_s;
-  push(config_.table.dump, Repeat::kRead, kDump, std::int64_t((1.0 + 1.2 * dump_s) * 1e6));
+  const double dump_s = double(stored_) * config_.dialect.value_bytes * config_.dialect.byte_s;
+  push(config_.dialect.dump, Repeat::kRead, kDump, std::int64_t((1.0 + 1.2 * dump_s) * 1e6));
 }
 
 void LaserPoint::connected(std::int64_t, Effects& fx) {
   set_state(DeviceState::kIdentifying, identity_, fx);
   phase_ = Phase::kIdentifying;
   in_force_.reset();
-  push_mode(config_.table.leave);  // it may have been left in communication mode, where it does not measure
+  push_mode(config_.dialect.leave);  // it may have been left in communication mode, where it does not measure
   push_selected(kAny);
 }
 
@@ -163,7 +172,7 @@ void LaserPoint::stop(std::int64_t, Effects& fx) {  // it moves, fires and light
   link_.clear_queue();
   if (!measuring_ || phase_ == Phase::kSetting) {
     in_force_.reset();
-    push_mode(config_.table.leave);
+    push_mode(config_.dialect.leave);
   }
   if (busy()) finish(Outcome::kNone, -1, kNoCode, "safe stop", fx);
   phase_ = Phase::kReady;
@@ -192,7 +201,7 @@ void LaserPoint::unsolicited(std::span<const std::byte> frame, std::int64_t, Eff
 
 void LaserPoint::refused(const Request& request, int error, std::int64_t now_us, Effects& fx) {
   if (request.tag == kMode && error == kStatusError) {  // it is in that mode already
-    measuring_ = request.text().starts_with(config_.table.leave);
+    measuring_ = request.text().starts_with(config_.dialect.leave);
     return;
   }
   give_up(request, "the laser answers " + command_of(request) + " with error " + std::to_string(error),
@@ -205,7 +214,7 @@ void LaserPoint::give_up(const Request& request, const std::string& why, std::in
   if (!busy()) return;
   link_.clear_queue();
   in_force_.reset();
-  push_mode(config_.table.leave);
+  push_mode(config_.dialect.leave);
   const bool collecting = op_ == Op::kCollect;
   phase_ = Phase::kReady;
   set_state(DeviceState::kSafe, why, fx);
@@ -218,7 +227,7 @@ void LaserPoint::reply(const Request& request, std::span<const std::byte> frame,
   if (r.kind == lkg::Reply::Kind::kError) return refused(request, r.error, now_us, fx);
   switch (request.tag) {
     case kMode:
-      measuring_ = request.text().starts_with(config_.table.leave);
+      measuring_ = request.text().starts_with(config_.dialect.leave);
       return;
     case kProgram:
       if (phase_ == Phase::kSetting && request.argument != kAny && r.rest != std::to_string(request.argument))
@@ -231,7 +240,7 @@ void LaserPoint::reply(const Request& request, std::span<const std::byte> frame,
     case kStored: {
       if (op_ != Op::kCollect) return;  // a stop came between
       const auto s = lkg::parse_stored(r.rest);
-      if (!s || s->values > config_.table.most_stored)
+      if (!s || s->values > config_.dialect.most_stored)
         return give_up(request, "the laser says that '" + std::string(r.rest) + "' is what it has stored",
                        now_us, fx);
       stored_ = s->values;
@@ -282,8 +291,8 @@ bool LaserPoint::idle(std::int64_t now_us, Effects& fx) {
     case Phase::kSetting:
       in_force_ = InForce{material_, cycle_};
       phase_ = Phase::kArming;
-      push(config_.table.clear, Repeat::kSetup);
-      push(config_.table.start, Repeat::kSetup);
+      push(config_.dialect.clear, Repeat::kSetup);
+      push(config_.dialect.start, Repeat::kSetup);
       storing_ = true;
       return true;
     case Phase::kArming:

@@ -25,7 +25,6 @@ struct Samples {
 };
 
 struct LaserPointOptions : LaserPointConfig {
-  lkg::Table table;
   double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
 };
 
@@ -72,6 +71,8 @@ class LaserPoint final : public Driver {
   bool idle(std::int64_t now_us, Effects& fx) override;
   std::int64_t device_wake_us() const override;
   bool stopping() const override { return false; }
+  void service(std::string_view verb, std::span<const double> values, std::int64_t now_us,
+               Effects& fx) override;
 
   bool accept(bool armed_too, Effects& fx);
   void refuse(std::int32_t code, std::string text, Effects& fx);
@@ -79,7 +80,7 @@ class LaserPoint final : public Driver {
   void refused(const Request& request, int error, std::int64_t now_us, Effects& fx);
   void give_up(const Request& request, const std::string& why, std::int64_t now_us, Effects& fx);
   void push(std::string_view command, Repeat repeat, Tag tag = kPlain, std::int64_t reply_us = 0);
-  std::size_t value_chars() const { return std::size_t(config_.table.value_bytes) - 1; }
+  std::size_t value_chars() const { return std::size_t(config_.dialect.value_bytes) - 1; }
   void push_mode(const std::string& command);
   void push_selected(std::int32_t wanted);
   void push_settings();

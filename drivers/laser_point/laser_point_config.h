@@ -1,9 +1,54 @@
 // LaserPointConfig holds the settings of the point laser, with range and meaning of each.
 #pragma once
 
+#include <string>
+
 #include "core/options/option.h"
 
 namespace firn::drivers {
+
+/// Texts and codes that differ between models or are not certain: a table, not code.
+struct LaserPointDialect {
+  std::string measure = "M1";
+  std::string enter = "Q0", leave = "R0";
+  std::string select = "PW", selected = "PR";
+  std::string clear = "AQ", start = "AS", stop = "AP";
+  /// `AN,<0 stopped, 1 storing>,<values of output 1>,<of output 2>`, or without the second.
+  std::string stored = "AN";
+  std::string dump = "AO,1";             ///< `AO,<value>,<value>,…`, or `AO,1,<value>,…`
+  std::string sampling = "SW,CA,";       ///< code: 0 20 us, 1 50, 2 100, 3 200, 4 500, 5 1000
+  std::string averaging = "SW,OC,1,0,";  ///< k: 4^k values
+  std::string material = "SW,HB,1,";     ///< 0 normal, 1 translucent, 2 transparent, 3, 4 multi-reflective
+  std::string storage = "SW,CI,1,";      ///< `nnnnn,c`: values, and every how many samples one is stored
+  int most_stored = 65536;
+  int value_bytes = 9;
+  double byte_s = 10.0 / 115200.0;
+};
+inline constexpr OptionTable kLaserPointDialect{
+    Option{"measure", &LaserPointDialect::measure, "", Range{}, "one value of output 1 [C]"},
+    Option{"enter", &LaserPointDialect::enter, "", Range{}, "to communication mode: nothing is measured [C]"},
+    Option{"leave", &LaserPointDialect::leave, "", Range{}, "back to measuring [C]"},
+    Option{"select", &LaserPointDialect::select, "", Range{}, "program, with its number behind a comma [S]"},
+    Option{"selected", &LaserPointDialect::selected, "", Range{}, "asks for the program [S]"},
+    Option{"clear", &LaserPointDialect::clear, "", Range{}, "empties the storage [C]"},
+    Option{"start", &LaserPointDialect::start, "", Range{}, "the storage begins with the trigger [C]"},
+    Option{"stop", &LaserPointDialect::stop, "", Range{}, "ends the storage [C]"},
+    Option{"stored", &LaserPointDialect::stored, "", Range{}, "asks for the number of stored values [C]"},
+    Option{"dump", &LaserPointDialect::dump, "", Range{}, "the stored values; LK-G5000: AO,01 [C]"},
+    Option{"sampling", &LaserPointDialect::sampling, "", Range{},
+           "sampling period, with its code behind it [S]"},
+    Option{"averaging", &LaserPointDialect::averaging, "", Range{}, "average, with its code behind it [S]"},
+    Option{"material", &LaserPointDialect::material, "", Range{},
+           "kind of surface, with its number behind it [S]"},
+    Option{"storage", &LaserPointDialect::storage, "", Range{},
+           "values to store and cycle code behind it; the codes are ours [P]"},
+    Option{"most_stored", &LaserPointDialect::most_stored, "", within(1, 65536),
+           "values that the storage holds [Barnett 2012, Table 2-3] [S]"},
+    Option{"value_bytes", &LaserPointDialect::value_bytes, "", within(9, 10),
+           "of a value in a dump, with its comma; LK-G5000: 10 [S]"},
+    Option{"byte_s", &LaserPointDialect::byte_s, "s", above(0, 0.01),
+           "of a byte on the line: a dump is awaited so long [C]"},
+};
 
 struct LaserPointConfig {
   double rate_hz = 100.0;    ///< of stored samples
@@ -18,6 +63,7 @@ struct LaserPointConfig {
   int sampling_us = 200;                       ///< one of lkg::kSampling_us
   int averaging = 2;                           ///< 4^n readings; they blur the path by their time
   double poll_idle_s = 5.0;
+  LaserPointDialect dialect = {};  ///< [devices.laser_point.dialect]
 };
 inline constexpr OptionTable kLaserPointConfig{
     Option{"rate_hz", &LaserPointConfig::rate_hz, "Hz", within(1, 1000), "of stored samples"},

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "drivers/laser_point/laser_point_config.h"
 #include "drivers/link/dialect.h"
 
 namespace firn::drivers::lkg {
@@ -35,24 +36,7 @@ Value parse_value(std::string_view text, std::size_t chars = kValueChars);
 /// `+01.2345`, `-00.0120`: four decimals; NaN gives `XXXXXXXX`, beyond +-99.9999 `+FFFFFFF`, `-FFFFFFF`.
 void put_value(double mm, char (&to)[kValueChars]);
 
-/// Texts and codes that differ between models or are not certain: a table, not code. [C] certain, [S] one
-/// source, [P] ours.
-struct Table {
-  std::string measure = "M1";                  ///< [C] `M1,+01.2345`
-  std::string enter = "Q0", leave = "R0";      ///< communication mode, in which nothing is measured [C]
-  std::string select = "PW", selected = "PR";  ///< program [S]
-  std::string clear = "AQ", start = "AS", stop = "AP";  ///< storage [C names]
-  /// `AN,<0 stopped, 1 storing>,<values of output 1>,<of output 2>` [C], or without the second.
-  std::string stored = "AN";
-  std::string dump = "AO,1";             ///< `AO,<value>,<value>,…` [C], or `AO,1,<value>,…`
-  std::string sampling = "SW,CA,";       ///< code: 0 20 us, 1 50, 2 100, 3 200, 4 500, 5 1000 [S]
-  std::string averaging = "SW,OC,1,0,";  ///< k: 4^k values [S]
-  std::string material = "SW,HB,1,";  ///< 0 normal, 1 translucent, 2 transparent, 3, 4 multi-reflective [S]
-  std::string storage = "SW,CI,1,";   ///< `nnnnn,c`: values, and every how many samples one is stored [S, P]
-  int most_stored = 65536;            ///< Table 2-3 of the thesis
-  int value_bytes = 9;                ///< of a value in the dump, with its comma; LK-G5000: 10 [S]
-  double byte_s = 10.0 / 115200.0;
-};
+using Table = LaserPointDialect;
 /// Sampling codes of Table::sampling [us].
 inline constexpr int kSampling_us[6] = {20, 50, 100, 200, 500, 1000};
 /// Codes of the storage cycle in Table::storage: every 1, 2, 5, 10, … samples [P].

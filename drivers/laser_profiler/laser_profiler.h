@@ -62,6 +62,8 @@ class LaserProfiler final : public Driver {
   bool idle(std::int64_t now_us, Effects& fx) override;
   std::int64_t device_wake_us() const override;
   bool stopping() const override { return false; }
+  void service(std::string_view verb, std::span<const double> values, std::int64_t now_us,
+               Effects& fx) override;
 
   void take(std::int64_t now_us, Effects& fx);
   void take_all(std::span<const std::byte> frame, std::int64_t now_us, Effects& fx);

@@ -1,6 +1,7 @@
 #include "drivers/laser_profiler/ljv.h"
 
 #include <array>
+#include <cstdio>
 
 namespace firn::drivers::ljv {
 namespace {
@@ -53,6 +54,20 @@ Request get_newest_profile(bool erase) {
 
 Request get_profiles(std::uint32_t first, int count) {
   return request(kGetProfile, {0, kByNumber, first, std::uint32_t(count)}, Repeat::kRead);
+}
+
+Request get_errors() { return request(kGetErrors, {}, Repeat::kRead); }
+
+std::string error_text(std::span<const std::byte> frame) {
+  std::string text;
+  bool any = false;
+  for (const std::byte b : frame.subspan(kPrefix + kHeader)) {
+    char hex[4];
+    std::snprintf(hex, sizeof hex, " %02X", unsigned(b));
+    text += hex;
+    any = any || b != std::byte{};
+  }
+  return any ? "errors" + text : "no error";
 }
 
 std::optional<Head> parse_head(std::span<const std::byte> frame) {

@@ -8,13 +8,14 @@
 #include <limits>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "drivers/link/dialect.h"
 
 namespace firn::drivers::ljv {
 
-inline constexpr std::uint8_t kChangeProgram = 0x39, kGetProfile = 0x42;
+inline constexpr std::uint8_t kGetErrors = 0x04, kChangeProgram = 0x39, kGetProfile = 0x42;
 inline constexpr std::size_t kPrefix = 4, kHeader = 24;  ///< u32 length; header and fixed head of the body
 inline constexpr std::size_t kLongestReply = 131'072;    ///< 16 profiles of 3,200 points have 128,512 bytes
 inline constexpr int kMostPoints = 3'200;
@@ -28,6 +29,11 @@ Request change_program(int program);
 Request get_newest_profile(bool erase = true);
 /// Profiles `first`, first + 1, …, which stay in the instrument. @pre 1 <= count <= kMostProfiles
 Request get_profiles(std::uint32_t first, int count);
+
+/// The errors that the controller holds [S: the command; U: the body].
+Request get_errors();
+/// "no error", or the bytes of the body in hexadecimal. @pre parse_head(frame)
+std::string error_text(std::span<const std::byte> frame);
 
 struct Head {
   std::uint8_t command = 0;

@@ -20,6 +20,9 @@ void Driver::closed(std::int64_t now_us, Effects& fx) {
 
 void Driver::went_down(std::int64_t now_us, Effects& fx, std::string_view why) {
   link_.closed();
+  if (service_)
+    end_service(service_->acts() ? Outcome::kUnknown : Outcome::kFailed, kLinkLost, std::string(why), fx);
+  ending_tell_ = nullptr;
   lost(now_us, fx);
   set_state(DeviceState::kDisconnected, why, fx);
   if (reopen_at_us_ == 0) {
@@ -38,6 +41,7 @@ void Driver::received(std::span<const std::byte> bytes, std::int64_t now_us, Eff
 void Driver::woke(std::int64_t now_us, Effects& fx) { pump(now_us, fx); }
 
 void Driver::safe_stop(std::int64_t now_us, Effects& fx) {
+  if (service_) cut_service(now_us, fx);
   stop(now_us, fx);
   pump(now_us, fx);
 }
@@ -58,9 +62,16 @@ void Driver::pump(std::int64_t now_us, Effects& fx) {
           connected(now_us, fx);
           break;
         case Kind::kReply:
+          if (e->request.tag == kServiceTag) {
+            service_reply(*e, now_us, fx);
+            break;
+          }
           reply(e->request, e->frame, now_us, fx);
           break;
         case Kind::kFailed:
+          if (service_ && e->request.tag == kServiceTag)
+            end_service(service_->acts() ? Outcome::kUnknown : Outcome::kFailed, kLinkLost, "no good reply",
+                        fx);
           failed(e->request, now_us, fx);
           break;
         case Kind::kUnsolicited:
@@ -80,10 +91,13 @@ void Driver::pump(std::int64_t now_us, Effects& fx) {
       }
       continue;
     }
-    if (!link_.idle() || !idle(now_us, fx)) break;
+    if (!link_.idle()) break;
+    if (service_ && advance_service(now_us, fx)) continue;
+    if (!idle(now_us, fx)) break;
   }
   fx.wake_us = 0;
-  for (const std::int64_t t : {link_.is_open() ? link_.wake_us() : reopen_at_us_, device_wake_us()})
+  const std::int64_t held_us = service_ && service_step_ == ServiceStep::kHold ? service_until_us_ : 0;
+  for (const std::int64_t t : {link_.is_open() ? link_.wake_us() : reopen_at_us_, device_wake_us(), held_us})
     if (t != 0 && (fx.wake_us == 0 || t < fx.wake_us)) fx.wake_us = t;
 }
 

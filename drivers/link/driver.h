@@ -4,11 +4,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 
 #include "drivers/link/link.h"
+#include "drivers/link/service.h"
 
 namespace firn::drivers {
 
@@ -25,6 +27,10 @@ class Driver {
   /// Makes the instrument safe. Allowed in every state, as often as wanted; goes ahead of everything else.
   /// The state becomes kSafe when the instrument has confirmed it.
   void safe_stop(std::int64_t now_us, Effects& fx);
+
+  /// A person's order outside of a print, by name; a Result follows. "reset": the connection is made anew,
+  /// and with it every setting. All others are refused unless the instrument is safe.
+  void serve(std::string_view verb, std::span<const double> values, std::int64_t now_us, Effects& fx);
 
   DeviceState state() const { return state_; }
   const std::string& identity() const { return identity_; }  ///< as the instrument gave it
@@ -50,6 +56,13 @@ class Driver {
   virtual void tick(std::int64_t, Effects&) {}      ///< before anything else, in every call
   virtual std::int64_t device_wake_us() const = 0;  ///< 0 = none
 
+  /// One of the instrument's own orders of serve(): ends in run_service(), a command, or refuse_service().
+  virtual void service(std::string_view verb, std::span<const double> values, std::int64_t now_us,
+                       Effects& fx);
+  virtual void permit_reset() {}  ///< the person's reset: latched errors may be cleared
+  void run_service(Service service);
+  static void refuse_service(std::int32_t code, std::string text, Effects& fx);
+
   void set_state(DeviceState state, std::string_view text, Effects& fx);
   void fault(Severity severity, std::int32_t code, std::string text, Effects& fx);
   /// Gives the port up: it is opened anew after a pause.
@@ -66,11 +79,23 @@ class Driver {
   static constexpr std::int64_t kFirstBackoff = 100'000, kLongestBackoff = 5'000'000;
 
   void went_down(std::int64_t now_us, Effects& fx, std::string_view why);
+  // service.cpp
+  void service_reply(const LinkEvent& event, std::int64_t now_us, Effects& fx);
+  bool advance_service(std::int64_t now_us, Effects& fx);
+  void cut_service(std::int64_t now_us, Effects& fx);
+  void end_service(Outcome outcome, std::int32_t code, std::string text, Effects& fx);
 
   DeviceState state_ = DeviceState::kDisconnected;
   DeviceState before_suspect_ = DeviceState::kDisconnected;
   std::int64_t reopen_at_us_ = 0;
   std::int64_t backoff_us_ = kFirstBackoff;
+
+  enum class ServiceStep : std::uint8_t { kBegin, kHold, kEnd };
+  std::optional<Service> service_;
+  decltype(Service::tell) ending_tell_;  // of a service that a stop has cut: its end must be acknowledged
+  ServiceStep service_step_ = ServiceStep::kBegin;
+  std::int64_t service_until_us_ = 0;  // kHold
+  std::string service_text_;
 };
 
 }  // namespace firn::drivers

@@ -58,6 +58,7 @@ Robot::Robot(RobotOptions config)
       approach_percent_(int(std::lround(config_.approach_speed_percent))) {
   check_options("robot", kRobotConfig, config_);
   dialect_.allow_host_latency(config_.host_latency_s);
+  check_options("robot", kRobotDialect, config_.dialect, "dialect.");
   identity_ = "Adept Cobra 600, C40";
 }
 
@@ -403,14 +404,14 @@ bool Robot::homing_step(std::int64_t now_us, Effects& fx) {
         return fail("monitor SPEED stays at " + std::to_string(status_.speed_percent) + ", not 100",
                     kTimeSlip);
       if (!status_.power) order("POWER 1");
-      limit_us_ = now_us + std::int64_t(config_.power_s * 1e6);
+      limit_us_ = now_us + std::int64_t(config_.dialect.power_s * 1e6);
       poll_at_us_ = now_us;
       step_ = 2;
       return true;
     case 2:
       if (!status_.power) return now_us >= limit_us_ ? fail("no arm power", kStall) : poll();
       if (!status_.calibrated) order("CAL");
-      limit_us_ = now_us + std::int64_t(config_.calibration_s * 1e6);
+      limit_us_ = now_us + std::int64_t(config_.dialect.calibration_s * 1e6);
       poll_at_us_ = now_us;
       step_ = 3;
       return true;
@@ -470,7 +471,7 @@ bool Robot::idle(std::int64_t now_us, Effects& fx) {
       if (upload_step()) return true;
       [[fallthrough]];
     case Phase::kDead:
-      if (now_us - link_.last_sent_us() < std::int64_t(config_.poll_idle_s * 1e6)) return false;
+      if (now_us - link_.last_sent_us() < std::int64_t(config_.dialect.poll_idle_s * 1e6)) return false;
       ask("STAT", kStat);
       return true;
   }
@@ -499,7 +500,7 @@ std::int64_t Robot::device_wake_us() const {
   switch (phase_) {
     case Phase::kReady:
     case Phase::kDead:
-      next = link_.last_sent_us() + std::int64_t(config_.poll_idle_s * 1e6);
+      next = link_.last_sent_us() + std::int64_t(config_.dialect.poll_idle_s * 1e6);
       break;
     case Phase::kRunning:
       next = std::min(poll_at_us_, link_.last_sent_us() + std::int64_t(config_.hb_s * 1e6));

@@ -30,12 +30,10 @@ struct JointLimit {
 struct RobotOptions : RobotConfig {
   std::array<JointLimit, 4> limits;  ///< default: Table 2-1 of the thesis
   double tick_s = 0.016;
-  double poll_idle_s = 1.0;
   bool upload_ahead = true;
   double slip_s = 0.016;                     ///< interlock 7
   double stall_factor = 1.1, stall_s = 0.5;  ///< interlock 5
-  double power_s = 10.0, calibration_s = 90.0;
-  double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
+  double host_latency_s = 0.0;               ///< see Dialect::allow_host_latency
   RobotOptions();
 };
 
@@ -64,7 +62,7 @@ class Robot final : public Driver {
   /// The operator's resume: a fault or an emergency stop that is found at the next look round, which a new
   /// connection begins, is cleared, once, if its cause is gone; arm power stays as it is and nothing moves.
   /// Any later one latches again.
-  void permit_reset() { reset_permitted_ = true; }
+  void permit_reset() override { reset_permitted_ = true; }
 
   // Commands, accepted or refused as those of Stage.
   /// Done when the robot holds the part, verified. Most often it does already.
@@ -159,6 +157,10 @@ class Robot final : public Driver {
   void tick(std::int64_t now_us, Effects& fx) override;
   std::int64_t device_wake_us() const override;
   bool stopping() const override { return phase_ == Phase::kStopping || phase_ == Phase::kHello; }
+
+  void service(std::string_view verb, std::span<const double> values, std::int64_t now_us,
+               Effects& fx) override;
+  void jog(std::span<const double> values, std::int64_t now_us, Effects& fx);
 
   // Commands.
   bool accept(Op op, Effects& fx);

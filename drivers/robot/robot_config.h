@@ -5,6 +5,18 @@
 
 namespace firn::drivers {
 
+/// Times that the controller may take: no source gives them.
+struct RobotDialect {
+  double power_s = 10.0, calibration_s = 90.0;
+  double poll_idle_s = 1.0;
+};
+inline constexpr OptionTable kRobotDialect{
+    Option{"power_s", &RobotDialect::power_s, "s", above(0, 600), "longest wait for arm power [P]"},
+    Option{"calibration_s", &RobotDialect::calibration_s, "s", above(0, 3600), "and for the calibration [P]"},
+    Option{"poll_idle_s", &RobotDialect::poll_idle_s, "s", above(0, 60),
+           "between status questions at rest [P]"},
+};
+
 struct RobotConfig {
   double travel_mm_s = 200.0;    ///< between paths
   double hb_s = 0.2;             ///< heartbeat of the link; the watchdog of the V+ program is 1.0 s
@@ -15,6 +27,7 @@ struct RobotConfig {
   double raise_on_stop_mm = 10.0;  ///< after a stop, if the tool was at work
   double home_z_mm = 150.0;        ///< joint 3 at rest, after homing at least
   double motion_margin_s = 2.0;  ///< a motion may last so much longer than planned before it has failed (I5)
+  RobotDialect dialect = {};     ///< [devices.robot.dialect]
 };
 inline constexpr OptionTable kRobotConfig{
     Option{"travel_mm_s", &RobotConfig::travel_mm_s, "mm/s", above(0, 1000), "speed between paths"},

@@ -95,7 +95,7 @@ Frame EnsembleDialect::frame(std::span<const std::byte> buffer, const Request* a
   if (line[0] == table.ok) {
     // A bare '%' line may precede the value (EPICS reads again); a value that was not asked for means that
     // replies and requests are out of step.
-    if (awaited->format == kValue && line.size() == 1) return {Frame::Kind::kIgnore, size};
+    if (awaited->format != kAcknowledge && line.size() == 1) return {Frame::Kind::kIgnore, size};
     if (awaited->format == kAcknowledge && line.size() > 1) return {Frame::Kind::kCorrupt, size};
     if (awaited->format == kValue && !parse(buffer.first(size)).number())
       return {Frame::Kind::kCorrupt, size};

@@ -54,7 +54,7 @@ enum Parameter : std::int32_t {
 /// Names of the bits set in an AXISFAULT value, comma separated.
 std::string fault_names(std::uint32_t bits);
 
-enum Format : std::uint8_t { kAcknowledge, kValue };
+enum Format : std::uint8_t { kAcknowledge, kValue, kText };
 
 struct Reply {
   enum class Kind : std::uint8_t { kOk, kNak, kFault, kTimeout } kind = Kind::kOk;

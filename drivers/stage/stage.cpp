@@ -12,7 +12,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr char kAxisNames[] = "XYZ";
 
 RasterParams raster_params(const StageOptions& c, double speed_mm_s) {
-  return {speed_mm_s, c.acceleration_mm_s2, c.margin_mm, c.counts_per_mm, c.table.increments()};
+  return {speed_mm_s, c.acceleration_mm_s2, c.dialect.margin_mm, c.counts_per_mm, c.table.increments()};
 }
 
 std::string too_fast(char axis, double speed_mm_s, double limit_mm_s) {
@@ -28,6 +28,25 @@ bool in_range(double speed_mm_s, double limit_mm_s) { return speed_mm_s > 0.0 &&
 
 Stage::Stage(StageOptions config) : Driver(dialect_), config_(std::move(config)) {
   check_options("stage", kStageConfig, config_);
+  const StageDialect& d = config_.dialect;
+  check_options("stage", kStageDialect, d, "dialect.");
+  const auto character = [](const char* what, const std::string& text) {
+    if (text.size() != 1)
+      throw std::invalid_argument(std::string("stage: dialect.") + what + " = \"" + text +
+                                  "\" is no one character");
+    return text[0];
+  };
+  ensemble::Table& t = config_.table;
+  t.ok = character("ok", d.ok);
+  t.nak = character("nak", d.nak);
+  t.fault = character("fault", d.fault);
+  t.timeout = character("timeout", d.timeout);
+  t.home = d.home;
+  t.home_program = d.home_program;
+  t.stop_program = d.stop_program;
+  t.home_count_iglobal = d.home_count_iglobal;
+  t.home_axis_iglobal = d.home_axis_iglobal;
+  t.feedback_input = d.feedback_input;
   config_.table.array_limit = config_.array_limit;
   config_.table.first_iglobal = config_.first_iglobal;
   if (config_.pulse_count == PulseCounter::kNone)
@@ -213,7 +232,7 @@ void Stage::move(std::array<double, 3> target_mm, double speed_mm_s, std::int64_
 
 // Height for the work, or NaN where the nozzle already stands at it.
 double Stage::z_target_mm() const {
-  return std::abs(start_mm_[2] - position_mm_[2]) <= config_.tolerance_mm ? kNaN : start_mm_[2];
+  return std::abs(start_mm_[2] - position_mm_[2]) <= config_.dialect.tolerance_mm ? kNaN : start_mm_[2];
 }
 
 void Stage::go_to_start(std::int64_t now_us) {
@@ -263,7 +282,8 @@ Stage::Motion Stage::poll_motion(std::int64_t now_us) {
 
 std::optional<std::string> Stage::off_target() const {
   for (std::size_t a = 0; a < 3; ++a) {
-    if (std::isnan(target_mm_[a]) || std::abs(position_mm_[a] - target_mm_[a]) <= config_.tolerance_mm)
+    if (std::isnan(target_mm_[a]) ||
+        std::abs(position_mm_[a] - target_mm_[a]) <= config_.dialect.tolerance_mm)
       continue;
     char text[120];
     std::snprintf(text, sizeof text, "axis %c stands at %.4f mm instead of %.4f mm", kAxisNames[a],
@@ -280,7 +300,8 @@ void Stage::push_arming() {
     if (on(config_.pulse_terminal)) setup("PSOOUTPUT @", axis, " CONTROL 1");
     setup("PSOOUTPUT @", axis, " PULSE");
     setup("PSOPULSE @", axis,
-          " TIME " + std::to_string(config_.pulse_total_us) + "," + std::to_string(config_.pulse_on_us));
+          " TIME " + std::to_string(config_.dialect.pulse_total_us) + "," +
+              std::to_string(config_.dialect.pulse_on_us));
     setup("PSOTRACK @", axis, " INPUT " + std::to_string(config_.table.feedback_input));
     pulses_set_up_[std::size_t(axis)] = true;
   }
@@ -294,7 +315,7 @@ void Stage::push_arming() {
     std::int64_t error = 0;  // of the pulse before, counts
     for (std::size_t i = 0; i < wanted.size(); ++i) {
       const std::int64_t held = increments_held_[i];
-      if (held > 0 && std::abs(error + held - wanted[i]) <= config_.pulse_tolerance_counts) {
+      if (held > 0 && std::abs(error + held - wanted[i]) <= config_.dialect.pulse_tolerance_counts) {
         error += held - wanted[i];
         continue;
       }

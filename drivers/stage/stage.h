@@ -21,15 +21,10 @@ struct StageOptions : StageConfig {
   ensemble::Table table;
   double raster_speed_mm_s = 50.0;
   double move_speed_mm_s = 50.0;
-  double margin_mm = 0.1;          ///< run-up and run-out beyond those of the acceleration
-  double tolerance_mm = 0.002;     ///< of a position read back
-  int pulse_tolerance_counts = 2;  ///< of a pulse, for the sake of increments that the controller still holds
   double max_pulse_rate_hz = 2000.0;  ///< that the jet follows
-  int pulse_total_us = 50;
-  int pulse_on_us = 25;
-  double poll_end_s = 0.01;          ///< after the move should be over
-  double move_timeout_factor = 1.1;  ///< I5: a move takes longer than factor x plan + 0.5 s
-  double host_latency_s = 0.0;       ///< see Dialect::allow_host_latency
+  double poll_end_s = 0.01;           ///< after the move should be over
+  double move_timeout_factor = 1.1;   ///< I5: a move takes longer than factor x plan + 0.5 s
+  double host_latency_s = 0.0;        ///< see Dialect::allow_host_latency
 };
 
 /// Where a raster pass stands. Its drops are numbered in firing order.
@@ -119,6 +114,8 @@ class Stage final : public Driver {
   bool idle(std::int64_t now_us, Effects& fx) override;
   std::int64_t device_wake_us() const override;
   bool stopping() const override { return phase_ == Phase::kStopping || phase_ == Phase::kEvidence; }
+  void service(std::string_view verb, std::span<const double> values, std::int64_t now_us,
+               Effects& fx) override;
 
   // stage.cpp: commands
   bool accept(Op op, Effects& fx);
@@ -130,6 +127,7 @@ class Stage final : public Driver {
   void begin_move(double x_mm, double y_mm, double z_mm, double speed_mm_s, std::int64_t now_us, Effects& fx);
   void begin_home(Effects& fx);
   void start_operation(std::int64_t now_us, Effects& fx);
+  void ask_service(std::string_view verb, Service& service);
   // Link, stopping.
   void begin_stop(std::int64_t now_us, Effects& fx, std::string why, std::int32_t code);
   void send_stop_burst(std::int64_t now_us, Effects& fx, bool urgently);

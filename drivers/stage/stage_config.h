@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 
 #include "core/options/on_off.h"
 #include "core/options/option.h"
@@ -20,6 +21,40 @@ constexpr std::span<const std::string_view> words_of(Homing) { return kHomingWor
 enum class PulseCounter : std::uint8_t { kPsocount, kPsostatus, kNone };
 inline constexpr std::array<std::string_view, 3> kPulseCounterWords{"PSOCOUNT", "PSOSTATUS", "none"};
 constexpr std::span<const std::string_view> words_of(PulseCounter) { return kPulseCounterWords; }
+
+/// Texts and numbers that differ between installations: a table, not code. `@` in a text is the axis.
+struct StageDialect {
+  std::string ok = "%", nak = "!", fault = "#", timeout = "$";  ///< first character of an answer
+  std::string home = "HOME @";
+  std::string home_program = "PROGRAM RUN 5, \"HomeAsync.bcx\"", stop_program = "PROGRAM STOP 5";
+  int home_count_iglobal = 32, home_axis_iglobal = 33;
+  int feedback_input = 0;
+  int pulse_total_us = 50, pulse_on_us = 25;
+  double margin_mm = 0.1;
+  double tolerance_mm = 0.002;
+  int pulse_tolerance_counts = 2;
+};
+inline constexpr OptionTable kStageDialect{
+    Option{"ok", &StageDialect::ok, "", Range{}, "first character of an answer: obeyed; parameter 178 [C]"},
+    Option{"nak", &StageDialect::nak, "", Range{}, "not understood; parameter 179 [C]"},
+    Option{"fault", &StageDialect::fault, "", Range{}, "a fault; parameter 180 [C]"},
+    Option{"timeout", &StageDialect::timeout, "", Range{}, "the controller's own timeout [C]"},
+    Option{"home", &StageDialect::home, "", Range{}, "homing = command: @ is the axis [C]"},
+    Option{"home_program", &StageDialect::home_program, "", Range{}, "homing = program: starts it [C]"},
+    Option{"stop_program", &StageDialect::stop_program, "", Range{}, "and ends it [C]"},
+    Option{"home_count_iglobal", &StageDialect::home_count_iglobal, "", within(0, 1000),
+           "global integer in which the program finds the number of axes [C]"},
+    Option{"home_axis_iglobal", &StageDialect::home_axis_iglobal, "", within(0, 1000), "and the axis [C]"},
+    Option{"feedback_input", &StageDialect::feedback_input, "", within(0, 15),
+           "encoder that PSOTRACK counts: 0 = the primary one [S]"},
+    Option{"pulse_total_us", &StageDialect::pulse_total_us, "us", within(1, 10'000), "of one pulse [S]"},
+    Option{"pulse_on_us", &StageDialect::pulse_on_us, "us", within(1, 10'000), "of it on [S]"},
+    Option{"margin_mm", &StageDialect::margin_mm, "mm", within(0, 10),
+           "run-up and run-out beyond those of the acceleration [P]"},
+    Option{"tolerance_mm", &StageDialect::tolerance_mm, "mm", above(0, 1), "of a position read back [P]"},
+    Option{"pulse_tolerance_counts", &StageDialect::pulse_tolerance_counts, "", within(0, 1000),
+           "by which a pulse may be off so that increments held by the controller serve again [P]"},
+};
 
 struct StageConfig {
   double counts_per_mm = 10000.0;
@@ -40,6 +75,7 @@ struct StageConfig {
   OnOff linear_ramps = OnOff::kOn;
   OnOff pulse_terminal = OnOff::kOn;
   OnOff check_parameters = OnOff::kOn;
+  StageDialect dialect = {};  ///< [devices.stage.dialect]
 };
 inline constexpr OptionTable kStageConfig{
     Option{"counts_per_mm", &StageConfig::counts_per_mm, "1/mm", within(1, 1e7), "encoder counts"},

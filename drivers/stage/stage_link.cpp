@@ -235,8 +235,8 @@ void Stage::evidence_complete(std::int64_t now_us, Effects& fx) {
 // place on the row was read.
 std::optional<PulseRange> Stage::pulses_possible() const {
   const RasterRun& run = runs_[progress_.run];
-  const double slack_mm =
-      2.0 * config_.tolerance_mm + double(config_.pulse_tolerance_counts) / config_.counts_per_mm;
+  const double slack_mm = 2.0 * config_.dialect.tolerance_mm +
+                          double(config_.dialect.pulse_tolerance_counts) / config_.counts_per_mm;
   if (!(std::abs(position_mm_[1] - run.y_mm) <= slack_mm) || std::isnan(position_mm_[0])) return std::nullopt;
   const double brake_mm = speed_mm_s_ * speed_mm_s_ / (2.0 * config_.acceleration_mm_s2);
   const double late_mm = speed_mm_s_ * (kTriggerOffEarly_s + 2.0 * config_.host_latency_s);

@@ -43,13 +43,13 @@ Fields fields(const Begin& b) {
   return Fields().add(b.path).add(b.valve).add(b.entries).add(b.tick_us).add(b.pulse_us);
 }
 
-bool known(std::uint8_t type) { return (type >= 0x01 && type <= 0x08) || type == 0x7E || type == 0x7F; }
+bool known(std::uint8_t type) { return (type >= 0x01 && type <= 0x09) || type == 0x7E || type == 0x7F; }
 
 }  // namespace
 
 std::string_view name(Type type) {
-  static constexpr std::array<std::string_view, 8> kNames{"HELLO", "BEGIN",  "DATA",   "END",
-                                                          "ARM",   "DISARM", "STATUS", "ABORT"};
+  static constexpr std::array<std::string_view, 9> kNames{"HELLO",  "BEGIN",  "DATA",  "END", "ARM",
+                                                          "DISARM", "STATUS", "ABORT", "SPIT"};
   if (type == Type::kAck) return "ACK";
   if (type == Type::kNak) return "NAK";
   return kNames[std::size_t(type) - 1];
@@ -201,6 +201,12 @@ Request begin(std::uint8_t seq, const Begin& b) {
   return request(Type::kBegin, seq, fields(b).bytes(), Repeat::kSetup);
 }
 
+Request spit(std::uint8_t seq, const Begin& pulses) {
+  Request r = request(Type::kSpit, seq, fields(pulses).bytes(), Repeat::kNever);
+  r.format = kPerson;
+  return r;
+}
+
 Request number16(Type type, std::uint8_t seq, std::uint16_t value) {
   return request(type, seq, Fields().add(value).bytes(), Repeat::kSetup);
 }
@@ -241,6 +247,7 @@ Request FvbDialect::probe() const { return request(Type::kStatus, 1, {}, Repeat:
 
 void FvbDialect::write(const Request& r, std::vector<std::byte>& tx) const {
   const auto seq = std::uint8_t(r.argument);
+  if (r.format == kPerson) return encode(Type::kSpit, seq, r.data(), tx);
   if (r.format != kEntries) return encode(Type(r.tag), seq, r.data(), tx);
   const std::size_t first = std::min<std::size_t>(read<std::uint32_t>(r.data(), 0), ticks.size());
   const std::size_t count = std::min<std::size_t>(read<std::uint32_t>(r.data(), 4), ticks.size() - first);

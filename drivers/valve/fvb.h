@@ -38,6 +38,7 @@ enum class Type : std::uint8_t {
   kDisarm = 0x06,  ///< valve closed; a list that was not used up stays loaded, one that was is done
   kStatus = 0x07,  ///< request empty; reply Status
   kAbort = 0x08,   ///< valve closed at once, list forgotten
+  kSpit = 0x09,    ///< Begin: that many pulses, one a tick, from now on; forgets the list it had
   kAck = 0x7E,     ///< u16 boot count
   kNak = 0x7F,     ///< u16 boot count, u8 Refusal
 };
@@ -126,10 +127,12 @@ std::optional<std::uint32_t> parse_number(std::span<const std::byte> payload);  
 
 std::uint16_t list_crc(std::span<const std::uint16_t> ticks);
 
-enum Format : std::uint8_t { kFrame, kEntries };
+/// kPerson: SPIT, whose Request::tag is the link's (drivers/link/service.h).
+enum Format : std::uint8_t { kFrame, kEntries, kPerson };
 
 Request request(Type type, std::uint8_t seq, std::span<const std::byte> payload, Repeat repeat);
 Request begin(std::uint8_t seq, const Begin& begin);
+Request spit(std::uint8_t seq, const Begin& pulses);
 Request number16(Type type, std::uint8_t seq, std::uint16_t value);
 Request number32(Type type, std::uint8_t seq, std::uint32_t value, Repeat repeat);
 /// Entries [first, first + count) of FvbDialect::ticks, made when it is sent.

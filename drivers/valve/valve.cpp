@@ -44,6 +44,7 @@ std::string ListName::text() const {
 Valve::Valve(ValveOptions config)
     : Driver(dialect_), name_(config.valve == 2 ? "valve_b" : "valve_a"), config_(config) {
   check_options(name_, kValveDriveConfig, config_);
+  check_options(name_, kValveDialect, config_.dialect, "dialect.");
   dialect_.allow_host_latency(config_.host_latency_s);
   identity_ = "FVB/1 valve controller";
 }
@@ -125,7 +126,8 @@ void Valve::arm(const ListName& name, std::int64_t now_us, Effects& fx) {
         wanted_ = name;
         const auto last_us = std::int64_t(kept->ticks->back()) * kept->tick_us + kept->pulse_us;
         armed_ = Armed{name, id_, std::int64_t(kept->ticks->size()), last_us, 0, false, false};
-        link_.push(fvb::number32(Type::kArm, seq(), std::uint32_t(std::llround(config_.arm_wait_s * 1e3)),
+        link_.push(fvb::number32(Type::kArm, seq(),
+                                 std::uint32_t(std::llround(config_.dialect.arm_wait_s * 1e3)),
                                  Repeat::kNever));
         set_state(DeviceState::kStaged, "arming " + name.text(), fx);
       }
@@ -430,7 +432,7 @@ bool Valve::idle(std::int64_t now_us, Effects& fx) {
       // A clock that runs slow has pulses left when the path is over: they are awaited, within reason.
       const std::int64_t left_us = armed_->last_us - std::int64_t(status_.since_us) + 20'000;
       const bool firing = status_.state == fvb::State::kFiring && armed_->fired < armed_->entries;
-      if (firing && give_up_us_ == 0 && left_us <= std::int64_t(config_.finish_s * 1e6)) {
+      if (firing && give_up_us_ == 0 && left_us <= std::int64_t(config_.dialect.finish_s * 1e6)) {
         give_up_us_ = now_us + std::max<std::int64_t>(left_us, 1000);
         return true;
       }
@@ -444,7 +446,7 @@ bool Valve::idle(std::int64_t now_us, Effects& fx) {
       if (upload_step()) return true;
       [[fallthrough]];
     case Phase::kArmed: {
-      const double period_s = phase_ == Phase::kArmed ? config_.poll_firing_s : config_.poll_idle_s;
+      const double period_s = phase_ == Phase::kArmed ? config_.poll_firing_s : config_.dialect.poll_idle_s;
       if (now_us - link_.last_sent_us() < std::int64_t(period_s * 1e6)) return false;
       ask_status();
       return true;
@@ -457,7 +459,7 @@ std::int64_t Valve::device_wake_us() const {
   if (!link_.idle()) return 0;
   if (phase_ == Phase::kEnding) return give_up_us_;
   if (phase_ == Phase::kArmed) return link_.last_sent_us() + std::int64_t(config_.poll_firing_s * 1e6);
-  if (phase_ == Phase::kReady) return link_.last_sent_us() + std::int64_t(config_.poll_idle_s * 1e6);
+  if (phase_ == Phase::kReady) return link_.last_sent_us() + std::int64_t(config_.dialect.poll_idle_s * 1e6);
   return 0;
 }
 

@@ -19,10 +19,7 @@
 namespace firn::drivers {
 
 struct ValveOptions : ValveDriveConfig {
-  int valve = 1;             ///< 1 valve_a (water), 2 valve_b (scaffold)
-  double arm_wait_s = 60.0;  ///< the firmware gives up waiting for the trigger after it
-  double poll_idle_s = 2.0;
-  double finish_s = 0.5;  ///< a list that should be over may take so much longer before it is cut
+  int valve = 1;  ///< 1 valve_a (water), 2 valve_b (scaffold)
   bool upload_ahead = true;
   double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
 };
@@ -98,6 +95,8 @@ class Valve final : public Driver {
   std::int64_t device_wake_us() const override;
   bool stopping() const override { return phase_ == Phase::kHello || phase_ == Phase::kClosing; }
 
+  void service(std::string_view verb, std::span<const double> values, std::int64_t now_us,
+               Effects& fx) override;
   bool accept(std::initializer_list<Phase> phases, Effects& fx);
   const Kept* usable(const ListName& name, Effects& fx);
   void refuse(std::int32_t code, std::string text, Effects& fx);

@@ -21,6 +21,7 @@ enum class Kind : std::uint8_t {
   kDisarm = 0x06,
   kStatus = 0x07,
   kAbort = 0x08,
+  kSpit = 0x09,
   kAck = 0x7E,
   kNak = 0x7F,
 };

@@ -114,8 +114,10 @@ void JetTwin::execute(std::int64_t now_us) {
       state_.busy_until_us = now_us + params_.reset_us;
       return answer(true, command, kOk, state_.busy_until_us);  // when it is through
     case kPoll:
-      return answer(true, command, std::uint8_t((state_.external ? 1 : 0) | (state_.waveform ? 2 : 0)),
-                    now_us);
+      return answer(
+          true, command,
+          std::uint8_t((state_.external ? 1 : 0) | (state_.waveform ? 2 : 0) | (state_.continuous ? 4 : 0)),
+          now_us);
     case kDrops:
       state_.drops = u16(0);
       break;
@@ -188,6 +190,7 @@ void JetTwin::dump(std::int64_t now_us) {
   big(state_.waveform, 1);
   big(state_.drops, 2);
   big(state_.rate_hz, 2);
+  big(state_.continuous, 1);
   bytes.resize(28, '\0');
   std::uint8_t sum = 0;
   for (std::size_t n = 1; n < bytes.size(); ++n) sum = std::uint8_t(sum + std::uint8_t(bytes[n]));

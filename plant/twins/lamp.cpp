@@ -107,6 +107,11 @@ std::string LampTwin::execute(std::string_view command, std::int64_t now_us) {
   if (command == "GSN") return "20158";
   if (command == "VEB" || command == "VIO") return "105";
   if (command == "GLH") return "340";  // of the lamp
+  if (command == "GLG" || command == "CLH") return "0";
+  if (command.starts_with("SPW") || command.starts_with("SIR"))
+    return kReceived;  // no power or irradiance here
+  for (const char* asked : {"GPW", "GIR", "GIM", "GMP", "GPM", "SPM"})
+    if (command == asked) return "0";
   if (command == "CLC") return "Done";
   if (command == "CLR") {
     state_.alarm = state_.alarm_held;

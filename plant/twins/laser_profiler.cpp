@@ -6,7 +6,7 @@
 namespace firn::plant {
 namespace {
 
-constexpr std::uint8_t kChangeProgram = 0x39, kProfiles = 0x42;
+constexpr std::uint8_t kErrors = 0x04, kChangeProgram = 0x39, kProfiles = 0x42;
 constexpr std::uint8_t kErrorCommand = 0x01, kErrorArgument = 0x03;
 constexpr int kUnit = 10;  // z in steps of kUnit x 0.01 um = 0.1 um
 constexpr std::int32_t kNoPeak = -524288, kLimit = 524287, kLowest = -524284;
@@ -96,6 +96,8 @@ void ProfilerTwin::execute(std::span<const std::byte> request, std::int64_t now_
       error = kErrorArgument;
     else
       program_ = std::uint8_t(request[20]);
+  } else if (command == kErrors) {
+    put(body, 0, 4);  // holds none
   } else if (command == kProfiles) {
     if (request.size() != 36 || std::uint8_t(request[kPosition]) > 2)
       error = kErrorArgument;

@@ -129,6 +129,20 @@ Nak ValveTwin::obey(const Intake& frame, std::int64_t now_us) {
         device_.state = State::kLoaded;
       device_.wait_until_us = kNever;
       return Nak::kNone;
+    case Kind::kSpit: {
+      if (device_.state == State::kFiring || device_.state == State::kArmed) return Nak::kState;
+      const auto head = head_of(frame.payload);
+      if (!head || head->entries == 0 || head->pulse_us < kShortestPulse_us ||
+          head->tick_us < head->pulse_us + kGuard_us)
+        return Nak::kRange;
+      device_.head = *head;
+      device_.fired = 0;
+      ticks_.resize(head->entries);
+      for (std::size_t n = 0; n < ticks_.size(); ++n) ticks_[n] = std::uint16_t(n);
+      device_.state = State::kArmed;
+      signal(now_us);
+      return Nak::kNone;
+    }
     case Kind::kAbort:
       stop(now_us, FiringEnd::kAborted);
       device_.state = State::kIdle;

@@ -31,7 +31,8 @@ std::string jet_answer(BringupLab& lab, const std::string& node, std::string_vie
 BringupFinding version_reply(BringupLab& lab, const std::string& node) {
   const std::string r = jet_answer(lab, node, "S\x02\xF0\xF2", 5);
   const bool ok = r.size() == 5 && r[0] == 0x06 && static_cast<unsigned char>(r[1]) == 0xF0;
-  return {ok, hex(r), "06 F0 status version sum", "drivers/jet/jetdrive.h: ReplyLayout"};
+  return {ok, hex(r), "06 F0 status version sum",
+          "[devices.jet.dialect] command_at, status_at, version_size"};
 }
 
 BringupFinding reply_sum(BringupLab& lab, const std::string& node) {
@@ -248,7 +249,8 @@ BringupFinding lamp_run(BringupLab& lab, const std::string& node) {
 }
 
 constexpr BringupRow kRows[] = {
-    {13, "jet", "GETVERSION answers 06, command, status, version, sum", "ReplyLayout", &version_reply},
+    {13, "jet", "GETVERSION answers 06, command, status, version, sum", "[devices.jet.dialect]",
+     &version_reply},
     {14, "jet", "the sum of a reply is that of command and status", "JetDriveDialect::frame", &reply_sum},
     {15, "jet", "SOURCE 1 does not fire by itself, SOURCE 0 holds triggers off: ink on paper",
      "drivers/jet/jet.cpp"},

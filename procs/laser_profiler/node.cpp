@@ -1,5 +1,7 @@
 #include "procs/laser_profiler/node.h"
 
+#include <algorithm>
+
 #include "firn/scan_done_t.hpp"
 
 namespace firn {
@@ -42,7 +44,7 @@ void LaserProfilerNode::on_measured(drivers::ProfileRow& p, Time now, Outbox& ou
   m.attempt = scan_.attempt;
   m.scan_id = scan_.scan_id;
   m.row = scan_.first_row + p.row;
-  m.rows = scan_.rows_of_scan;
+  m.rows = std::max(1, scan_.rows_of_scan);  // one profile for a person is a scan of one
   m.sample_utime_us = now.us;
   m.x0_mm = p.x0_mm + scan_.shift_x_mm;
   m.dx_mm = p.dx_mm;

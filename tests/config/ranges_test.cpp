@@ -219,6 +219,10 @@ Probe<Experiment> instrument(const char* keys, Options options) {
 
 drivers::JetOptions second_jet(Experiment& e) { return drivers::JetOptions{e.jet_b.drive}; }
 
+Probe<Experiment> first_jet(const char* keys) {
+  return instrument<drivers::Jet>(keys, [](Experiment& e) { return drivers::JetOptions{e.jet}; });
+}
+
 drivers::RobotOptions robot(Experiment& e) {
   drivers::RobotOptions options;
   static_cast<RobotConfig&>(options) = e.robot;
@@ -382,10 +386,30 @@ TEST_CASE("Every numeric key of an experiment has the range of what it configure
               "laser_point.", [](Experiment& e) { return drivers::LaserPointOptions{e.laser_point}; }),
           instrument<drivers::Heater>("heater.",
                                       [](Experiment& e) { return drivers::HeaterOptions{e.heater}; }),
+          instrument<drivers::Stage>("devices.stage.dialect.",
+                                     [](Experiment& e) { return drivers::StageOptions{e.stage}; }),
+          first_jet("devices.jet.dialect.ack"),
+          first_jet("devices.jet.dialect.nak"),
+          first_jet("devices.jet.dialect.poll_"),
+          first_jet("devices.jet.dialect.source_"),
+          first_jet("devices.jet.dialect.strobe_"),
+          first_jet("devices.jet.dialect.most_"),
+          instrument<drivers::Robot>("devices.robot.dialect.", robot),
+          valve("devices.valve_a.dialect.", &Experiment::valve_a),
+          valve("devices.valve_b.dialect.", &Experiment::valve_b),
+          instrument<drivers::LaserPoint>(
+              "devices.laser_point.dialect.",
+              [](Experiment& e) { return drivers::LaserPointOptions{e.laser_point}; }),
           {"valve_a.hz_per_mm3_s", [](Experiment& e) { valve_setting(e.valve_a); }},
           {"valve_b.hz_per_mm3_s", [](Experiment& e) { valve_setting(e.valve_b); }},
       },
       {
+          {"devices.jet.dialect.max_", "caps, which the waveform keeps"},
+          {"devices.jet.dialect.command_at", "a place in a reply, by the reply's size"},
+          {"devices.jet.dialect.status_at", "the same"},
+          {"devices.jet.dialect.size", "that size"},
+          {"devices.jet.dialect.version_size", "the same"},
+          {"devices.jet_b.dialect.", "as devices.jet.dialect."},
           {"run.", "the run's own: clocks and folders"},
           {"bus.", "faults that the bus injects"},
           {"part.image_white_mm", "scale of a picture"},

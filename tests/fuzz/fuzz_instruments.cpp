@@ -17,7 +17,28 @@ namespace {
 
 void no_command(int, std::int64_t, Effects&) {}
 
-// A pause of 250 .. 254 is a command: number, without bytes.
+struct Order {
+  const char* verb;
+  std::vector<double> values;
+};
+const std::vector<Order> kOrders{{"reset", {}},
+                                 {"serial", {}},
+                                 {"fire", {3}},
+                                 {"continuous", {2}},
+                                 {"waveform", {20, -20, 20, 40}},
+                                 {"jog", {1, 1, 1, 5, 0}},
+                                 {"jog", {1, 2, 0}},
+                                 {"where", {}},
+                                 {"params", {}},
+                                 {"pulse", {3, 1}},
+                                 {"shutter", {0.5}},
+                                 {"hours", {}},
+                                 {"read", {}},
+                                 {"errors", {}},
+                                 {"lines", {5}},
+                                 {"spit", {5}}};
+
+// A pause of 250 .. 254 is a command: number, without bytes; 230 .. 245 an order of a person.
 template <class Command = void (*)(int, std::int64_t, Effects&)>
 void play(Driver& driver, const std::uint8_t* data, std::size_t size, Command&& command = no_command) {
   Effects fx;
@@ -37,6 +58,11 @@ void play(Driver& driver, const std::uint8_t* data, std::size_t size, Command&& 
     done();
     driver.received(as_bytes(data + at + 2, n), now_us, fx);
     done();
+    if (data[at + 1] >= 230 && data[at + 1] < 230 + kOrders.size()) {
+      const Order& order = kOrders[data[at + 1] - 230u];
+      driver.serve(order.verb, order.values, now_us, fx);
+      done();
+    }
     if (data[at + 1] >= 250 && data[at + 1] < 255) {
       command(data[at + 1] - 250, now_us, fx);
       done();
