@@ -9,8 +9,10 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "config/devices.h"
 #include "config/error.h"
 #include "config/include.h"
 #include "files/lab_file.h"
@@ -134,6 +136,18 @@ Experiment ice_lab(const CalibrateLabOptions& o, const std::vector<std::string>&
   }
 }
 
+// The person at the terminal is the balance of a lab with real ports.
+double read_balance(int material, int weighing) {
+  for (std::string line;;) {
+    std::fprintf(stderr, "weighing %d, cup of %s: reading of the balance [mg]? ", weighing,
+                 material == 0 ? "water" : "scaffold");
+    if (!std::getline(std::cin, line)) throw std::runtime_error("the balance was not read");
+    char* end = nullptr;
+    const double mg = std::strtod(line.c_str(), &end);
+    if (end != line.c_str() && *end == '\0' && std::isfinite(mg)) return mg;
+  }
+}
+
 }  // namespace
 
 std::vector<std::string_view> lab_calibration_names() {
@@ -205,6 +219,13 @@ int run_calibrate_lab(const CalibrateLabOptions& o) {
   LabCalibrationOptions run = o.run;
   run.material = o.valve == "b" ? 1 : 0;
   run.progress = [&](double share) { progress.show(share, ""); };
+  if (!outside_ports(e).empty()) {
+    std::fprintf(stderr, "%s\n", ports_text(e).c_str());
+    run.weigh = &read_balance;
+    if (run.rounds > 1)
+      throw UsageError(
+          "--rounds: feet and screws of a real table are turned by a person; then run this again");
+  }
   LabCalibration c;
   try {
     c = kind->run(e, machine, run);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "config/devices.h"
 #include "config/ice_lab.h"
 #include "core/motion/planner.h"
 #include "firn/answer_t.hpp"
@@ -25,6 +26,7 @@
 #include "lcmtypes/convert.h"
 #include "plant/world/ice_lab.h"
 #include "plant/world/setup.h"
+#include "print/device/simulated_instruments.h"
 #include "print/simulated/plant_world.h"
 #include "procs/heater/node.h"
 #include "procs/laser_point/node.h"
@@ -32,6 +34,7 @@
 #include "procs/safety/node.h"
 #include "procs/valve/node.h"
 #include "runtime/lab.h"
+#include "runtime/wall_clock_ports.h"
 
 namespace firn {
 namespace {
@@ -61,13 +64,35 @@ bool has_calibrations(const Experiment& e) {
   return std::ranges::all_of(kNodes, [&](const auto& node) { return takes_part(e, info(node.first).name); });
 }
 
+// The instruments: all simulated in simulated time, or where [devices] has them, the others in a simulated
+// lab that runs by the clock.
+struct Instruments {
+  explicit Instruments(const Experiment& e) {
+    std::map<std::string, PortAddress> all = outside_ports(e);
+    if (all.empty()) {
+      plant = std::make_unique<PlantWorld>(plant::World(plant::world_config(e), nullptr));
+      return;
+    }
+    const std::vector<std::string> simulated = simulated_ports(e);
+    if (!simulated.empty()) beside = std::make_unique<SimulatedInstruments>(e);
+    for (const std::string& node : simulated) all.emplace(node, beside->address(node));
+    real = std::make_unique<WallClockPorts>(all);
+  }
+  LabWorld* world() { return plant ? static_cast<LabWorld*>(plant.get()) : real.get(); }
+
+  std::unique_ptr<PlantWorld> plant;
+  std::unique_ptr<SimulatedInstruments> beside;
+  std::unique_ptr<WallClockPorts> real;
+};
+
 struct CalibrationLab::State {
-  State(const Experiment& e, const std::string& machine_toml)
+  State(const Experiment& e, const std::string& machine_toml, Weigh balance)
       : experiment(e),
         machine(parse_machine(machine_toml, e.ice.machine)),
         arm(make_arm(machine)),
-        world(plant::World(plant::world_config(e), nullptr)),
-        lab(&world),
+        instruments(e),
+        weigh(std::move(balance)),
+        lab(instruments.world()),
         scheduler(NodeId::kScheduler, kRunId),
         planner(NodeId::kPathPlanner, kRunId) {
     if (!has_calibrations(e))
@@ -118,9 +143,13 @@ struct CalibrationLab::State {
     const Time limit = lab.now().after_s(seconds);
     while (!done()) {
       if (!stopped.empty()) throw std::runtime_error(what + ": " + stopped);
-      if (!lab.step(limit))
+      if (!lab.step(limit)) {
+        std::string ports;
+        if (instruments.real)
+          for (const std::string& notice : instruments.real->take_notices()) ports += "; " + notice;
         throw std::runtime_error(what + " is not done after " + std::to_string(int(seconds)) +
-                                 " s of lab time");
+                                 " s of lab time" + ports);
+      }
     }
   }
 
@@ -175,14 +204,15 @@ struct CalibrationLab::State {
   Experiment experiment;
   Machine machine;
   std::unique_ptr<motion::Arm> arm;
-  PlantWorld world;
+  Instruments instruments;
+  Weigh weigh;
   Lab lab;
   Outbox scheduler, planner;
   std::vector<std::unique_ptr<NodeHost>> hosts;
   std::vector<NodeId> drivers;
   std::map<NodeId, DeviceState> states;
   std::int64_t epoch = 0, command_id = 0, path = 0;
-  std::uint32_t weighings = 0;
+  int weighings = 0;
   bool enabled = false;
   std::optional<answer_t> answer;
   std::optional<laser_samples_t> samples;
@@ -190,8 +220,8 @@ struct CalibrationLab::State {
   std::string stopped;
 };
 
-CalibrationLab::CalibrationLab(const Experiment& e, const std::string& machine_toml)
-    : state_(std::make_unique<State>(e, machine_toml)) {}
+CalibrationLab::CalibrationLab(const Experiment& e, const std::string& machine_toml, Weigh weigh)
+    : state_(std::make_unique<State>(e, machine_toml, std::move(weigh))) {}
 CalibrationLab::~CalibrationLab() = default;
 
 const Experiment& CalibrationLab::experiment() const { return state_->experiment; }
@@ -357,7 +387,11 @@ double CalibrationLab::tip_degC() const {
   return state_->temperature ? state_->temperature->degC[0] : std::numeric_limits<double>::quiet_NaN();
 }
 double CalibrationLab::weigh_mg(int material) {
-  return state_->world.world().ice()->weighed_mg(material, ++state_->weighings);
+  const int n = ++state_->weighings;
+  if (state_->instruments.plant)
+    return state_->instruments.plant->world().ice()->weighed_mg(material, std::uint32_t(n));
+  if (!state_->weigh) throw std::runtime_error("a lab with real ports needs somebody who reads its balance");
+  return state_->weigh(material, n);
 }
 
 }  // namespace firn

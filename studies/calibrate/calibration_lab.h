@@ -1,5 +1,5 @@
-// CalibrationLab runs the simulated ice lab under one operator's commands: the nodes of its instruments and
-// of safety, their drivers and the byte-level twins, one act after the other. Its results are the
+// CalibrationLab runs the ice lab under one operator's commands: the nodes of its instruments and of safety
+// and their drivers, one act after the other, on real ports or on the byte-level twins. Its results are the
 // instruments' answers.
 #pragma once
 
@@ -30,9 +30,13 @@ bool has_calibrations(const Experiment& experiment);
 
 class CalibrationLab {
  public:
+  /// Reads the balance: material, number of the weighing. @returns mg
+  using Weigh = std::function<double(int, int)>;
+  /// Without a port outside the simulation the lab runs in simulated time, else by the clock.
   /// @param machine_toml as [ice] machine names it
+  /// @param weigh the balance of a lab with real ports; null: it has none
   /// @throws ConfigError, std::invalid_argument: a configuration that is no ice lab's
-  CalibrationLab(const Experiment& experiment, const std::string& machine_toml);
+  CalibrationLab(const Experiment& experiment, const std::string& machine_toml, Weigh weigh = {});
   ~CalibrationLab();
 
   const Experiment& experiment() const;
@@ -60,8 +64,9 @@ class CalibrationLab {
   /// Runs it with the valve's signal. @param ticks of the valve's clock (deposition::ValveLimits::tick_s)
   /// @returns pulses that the valve counted
   std::int64_t fire(const Trajectory& motion, int material, const std::vector<std::int32_t>& ticks);
-  double tip_degC() const;        ///< the last reading of its thermocouple
-  double weigh_mg(int material);  ///< the balance's reading for the cup beside the simulated surface
+  double tip_degC() const;  ///< the last reading of its thermocouple
+  /// The balance's reading for the cup beside the surface. @throws std::runtime_error: there is no balance
+  double weigh_mg(int material);
   void wait(double seconds);
   double now_s() const;  ///< since the lab was started
 

@@ -314,7 +314,8 @@ LabCalibration calibrate_flow_curve(const Experiment& experiment, const std::str
   using namespace lab_calibrations;
   const CalibrationConfig& c = experiment.calibration;
   std::vector<double> frequencies = o.frequencies_hz;
-  CalibrationLab lab(with_field(experiment, c.cup_x_mm - 200.0, c.cup_y_mm - 5.0, 10.0, 10.0), machine_toml);
+  CalibrationLab lab(with_field(experiment, c.cup_x_mm - 200.0, c.cup_y_mm - 5.0, 10.0, 10.0), machine_toml,
+                     o.weigh);
   const double tick_s = list_limits(lab.machine(), experiment).tick_s;
   if (frequencies.empty())
     for (int k = 1; k <= 20; ++k) frequencies.push_back(k / (20.0 * tick_s));

@@ -22,6 +22,8 @@ struct LabCalibrationOptions {
   int rounds = 1;          ///< level-table: > 1 = an operator turns as instructed and the lab measures again
   std::uint64_t seed = 1;  ///< of the passes' starts and of the order of actions
   std::function<void(double share)> progress = {};
+  /// flow-curve on real ports: reads the balance; as CalibrationLab::Weigh.
+  std::function<double(int material, int weighing)> weigh = {};
 };
 
 /// Holds a key of the lab file with its calibrated value.
