@@ -11,7 +11,9 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/option_set.h"
+#include "config/assumptions.h"
 #include "config/devices.h"
+#include "config/labs.h"
 #include "files/usage_error.h"
 #include "print/bringup/bringup.h"
 #include "print/device/lab_experiment.h"
@@ -81,6 +83,9 @@ int run_bringup(const BringupOptions& o) {
   if (!o.json) fmt::print("{}\n", ports_text(e));
   if (o.node != "" && !lab.has(o.node)) throw UsageError("the lab has no instrument '" + o.node + "'");
 
+  std::vector<std::string> nodes;
+  for (const LabProcess& p : lab_of(e).processes)
+    if (lab.has(p.node) && (o.node.empty() || p.node == o.node)) nodes.emplace_back(p.node);
   int failed = 0, done = 0, open = 0;
   std::vector<std::string> dead;  // whose link row failed: nothing more of them is tried
   for (const PlannedRow& planned : planned_rows(e)) {
@@ -124,10 +129,14 @@ int run_bringup(const BringupOptions& o) {
                                      {"ok", done},
                                      {"failed", failed},
                                      {"open", open},
+                                     {"assumptions", assumptions_json(e, nodes)},
                                      {"rows", to_json(state.rows)}}
                   .dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace)
                   .c_str());
   } else {
+    for (const std::string& node : nodes)
+      if (const std::string text = assumptions_text(e, node); !text.empty())
+        fmt::print("{} assumes {}\n", node, text);
     fmt::print("{} ok, {} failed, {} open; {}\n", done, failed, open, file);
   }
   return InterruptGuard::raised() ? kInterrupted : failed > 0 ? kFailed : kOk;

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -10,13 +11,14 @@
 #include "config/devices.h"
 #include "config/labs.h"
 #include "drivers/link/driver_event.h"
-#include "files/json_events.h"
+#include "files/cassette.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
-#include "firn/temperature_t.hpp"
-#include "print/device/device_session.h"
-#include "print/device/device_verbs.h"
+#include "firn/enums.h"
+#include "print/bringup/raw_line.h"
+#include "print/device/device_run.h"
 #include "print/device/lab_experiment.h"
+#include "print/device/profile_files.h"
 #include "print/device/simulated_instruments.h"
 #include "print/exit_codes.h"
 #include "print/folder/node_makers.h"
@@ -25,17 +27,14 @@
 namespace firn {
 namespace {
 
-constexpr double kIdentifyWithin_s = 10.0;
-constexpr double kAnswered_s = 0.5;  // after its first bytes an instrument has named itself, if it can
+constexpr double kRawQuiet_s = 1.0;
 
-const NamedMaker& maker_of(const Experiment& e, const std::string& node) {
-  static std::vector<NamedMaker> makers;
-  makers = taking_part(e);
+void check_node(const Experiment& e, const std::string& node) {
   std::string known;
-  for (const NamedMaker& m : makers) {
+  for (const NamedMaker& m : taking_part(e)) {
     const std::string name(info(m.id).name);
     if (!port_defaults(name)) continue;
-    if (name == node) return m;
+    if (name == node) return;
     known += (known.empty() ? "" : ", ") + name;
   }
   throw UsageError(fmt::format("the lab has no instrument '{}'; it has {}", node, known));
@@ -46,96 +45,148 @@ std::string state_text(const device_state_t& s) {
                      s.identity.empty() ? "not identified" : s.identity);
 }
 
+// \r, \n, \xNN and \\ stand for bytes that a shell does not pass.
+std::string unescaped(const std::string& text) {
+  std::string bytes;
+  for (std::size_t n = 0; n < text.size(); ++n) {
+    if (text[n] != '\\') {
+      bytes += text[n];
+      continue;
+    }
+    const char c = ++n < text.size() ? text[n] : '\0';
+    char* end = nullptr;
+    const std::string hex = c == 'x' ? text.substr(n + 1, 2) : "";
+    if (c == 'r')
+      bytes += '\r';
+    else if (c == 'n')
+      bytes += '\n';
+    else if (c == '\\')
+      bytes += '\\';
+    else if (hex.size() == 2 && (bytes += char(std::strtol(hex.c_str(), &end, 16)), *end == '\0'))
+      n += 2;
+    else
+      throw UsageError("raw '" + text + "': after \\ comes r, n, \\ or xNN");
+  }
+  return bytes;
+}
+
+std::string escaped(std::string_view bytes) {
+  std::string text;
+  for (const char c : bytes)
+    text += c == '\r'               ? "\\r"
+            : c == '\n'             ? "\\n"
+            : c == '\\'             ? "\\\\"
+            : c >= 0x20 && c < 0x7f ? std::string(1, c)
+                                    : fmt::format("\\x{:02X}", unsigned(std::uint8_t(c)));
+  return text;
+}
+
+int run_raw(const DeviceCommandOptions& o, const PortAddress& address) {
+  if (o.values.size() != 1) throw UsageError("raw takes one text: 'GUSFA\\r'");
+  const std::string bytes = unescaped(o.values[0]);
+  if (!o.unsafe) throw UsageError("raw passes the driver, its limits and its stop: only with --unsafe");
+  std::string heard;
+  bool open = true;
+  if (!o.dry_run) {
+    RawLine line(address);
+    open = line.is_open();
+    if (open)
+      heard = line.ask(
+          bytes, [](std::string_view) { return false; }, kRawQuiet_s);
+    else
+      heard = line.trouble();
+  }
+  if (o.json)
+    std::puts(nlohmann::ordered_json{
+        {"node", o.node}, {"sent", escaped(bytes)}, {"open", open}, {"received", escaped(heard)}}
+                  .dump(2)
+                  .c_str());
+  else
+    fmt::print("> {}\n{} {}\n", escaped(bytes), open ? "<" : "no port:", escaped(heard));
+  return !open || (heard.empty() && !o.dry_run) ? kSafetyStop : kOk;
+}
+
+void show_json(const DeviceCommandOptions& o, const DeviceReport& r, const std::string& port, bool real,
+               const std::vector<std::string>& sent) {
+  nlohmann::ordered_json j = {{"node", o.node}, {"port", port},       {"real", real},
+                              {"verb", o.verb}, {"status", r.status}, {"text", r.text}};
+  if (r.state) {
+    j["state"] = drivers::name(DeviceState(r.state->state));
+    j["identity"] = r.state->identity;
+  }
+  if (r.temperature) {
+    j["degC"] = r.temperature->degC;
+    j["set_degC"] = r.temperature->set_degC;
+  }
+  if (!r.readings_mm.empty()) j["readings_mm"] = r.readings_mm;
+  for (const height_profile_t& p : r.profiles)
+    j["profiles"].push_back(
+        {{"row", p.row}, {"x0_mm", p.x0_mm}, {"dx_mm", p.dx_mm}, {"y_mm", p.y_mm}, {"z_mm", p.z_mm}});
+  if (o.dry_run) j["sent"] = sent;
+  std::puts(j.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
+}
+
+void show(const DeviceCommandOptions& o, const DeviceReport& r, const std::vector<std::string>& sent) {
+  for (const std::string& line : sent) fmt::print("{}", line);
+  if (r.state && !o.dry_run) fmt::print("{}: {}\n", o.node, state_text(*r.state));
+  if (r.temperature)
+    fmt::print("{:.2f}, {:.2f}, {:.2f} degC; set {:.2f}, {:.2f}, {:.2f}\n", r.temperature->degC[0],
+               r.temperature->degC[1], r.temperature->degC[2], r.temperature->set_degC[0],
+               r.temperature->set_degC[1], r.temperature->set_degC[2]);
+  if (!r.text.empty()) fmt::print(r.status == kOk ? stdout : stderr, "{}: {}\n", o.node, r.text);
+}
+
 }  // namespace
 
 int run_device(const DeviceCommandOptions& o) {
-  Experiment e = load_lab_experiment(o.lab, o.overrides);
-  const NamedMaker& maker = maker_of(e, o.node);
-  const DeviceVerb& verb = device_verb(o.node, o.verb);
-  if (!verb.order) e.stage.home_at_start = OnOff::kOff;  // a question moves nothing
-  const std::vector<double> values = verb_values(verb, o.values);
-  const auto outside = outside_ports(e);
+  DeviceJob job;
+  job.e = load_lab_experiment(o.lab, o.overrides);
+  check_node(job.e, o.node);
+  const auto outside = outside_ports(job.e);
   std::optional<SimulatedInstruments> world;
-  if (!outside.contains(o.node)) world.emplace(e);
-  const PortAddress address = world ? world->address(o.node) : outside.at(o.node);
-  const bool real = !world && address.real();
-  const std::string port = world ? "sim:" : to_text(address);
-  if (!o.json) fmt::print("{} {}: {}\n", real ? "REAL" : "SIMULATED", o.node, port);
-
-  std::string record = cassette_head(o.node, (real ? "REAL " : "SIMULATED ") + port, dump(e));
-  std::optional<temperature_t> temperature;
-  DeviceSession::Sinks sinks;
-  if (o.trace || !o.record.empty())
-    sinks.tape = [&](const std::string& line) {
-      if (o.trace) fmt::print(stderr, "{}", line);
-      record += line;
-    };
-  sinks.note = [&](const std::string& text) { fmt::print(stderr, "{}\n", text); };
-  sinks.message = [&](std::string_view channel, std::span<const std::byte> bytes) {
-    if (temperature_t t;
-        channel == channels::kTemperature.name && t.decode(bytes.data(), 0, int(bytes.size())) > 0)
-      temperature = t;
+  const bool simulated = !outside.contains(o.node);
+  const auto address = [&] {
+    if (simulated || o.dry_run) world.emplace(job.e);
+    return world ? world->address(o.node) : outside.at(o.node);
   };
-  DeviceSession session(maker.id, maker.make(dump(e), {}), address, sinks);
-  const InterruptGuard guard;
-  const auto interrupted = [] { return InterruptGuard::raised(); };
+  if (o.verb == "raw") return run_raw(o, o.dry_run ? PortAddress{} : address());
+  job.node = o.node;
+  job.verb = &device_verb(o.node, o.verb);
+  job.values = verb_values(*job.verb, o.values);
+  job.far = o.far;
+  job.within_s = o.within_s;
+  if (o.watch && (o.verb != "status" || o.dry_run)) throw UsageError("--watch: only with status");
+  const PortAddress at = address();
+  const bool real = !world && at.real();
+  const std::string port = world ? "sim:" : to_text(at);
+  if (!o.json)
+    fmt::print("{} {}: {}\n",
+               o.dry_run ? "DRY RUN"
+               : real    ? "REAL"
+                         : "SIMULATED",
+               o.node, o.dry_run ? "what the order sends, from a simulation; no port was opened" : port);
 
-  int status = kOk;
-  std::string text;
-  const bool waits = verb.order || o.verb != "identify";
-  const double ready_s = waits ? o.within_s : kIdentifyWithin_s;
-  const auto ready = [&] { return session.safe() || (!waits && session.answered_for_s() > kAnswered_s); };
-  if (!session.run_until(ready, ready_s, interrupted)) {
-    status = InterruptGuard::raised() ? kInterrupted : kSafetyStop;
-    text = fmt::format("{} within {:g} s",
-                       session.answered_for_s() > 0.0 ? "it answers, and is not safe"
-                       : session.state()              ? "no answer"
-                                                      : "its port does not open",
-                       ready_s);
-  } else if (verb.order) {
-    std::string words = o.verb;
-    for (const std::string& value : o.values) words += " " + value;
-    session.command([&](const OrderStamp& stamp) { return verb.order(e, values, stamp); }, words);
-    if (!session.run_until([&] { return session.answer().has_value(); }, o.within_s, interrupted)) {
-      status = InterruptGuard::raised() ? kInterrupted : kSafetyStop;
-      text = "the command did not end within " + fmt::format("{:g} s", o.within_s);
-    } else {
-      const answer_t& a = *session.answer();
-      text = std::string(drivers::name(Outcome(a.outcome))) + (a.text.empty() ? "" : ": " + a.text);
-      if (Outcome(a.outcome) != Outcome::kDone) status = kFailed;
-    }
-  } else if (o.verb == "status" && o.node == "heater") {
-    session.run_until([&] { return temperature.has_value(); }, kIdentifyWithin_s, interrupted);
-  }
-  if (o.verb == "stop" || status != kOk) {
-    const bool safe = session.stop(o.verb == "stop" ? "firn device stop" : text);
-    if (!safe && o.verb == "stop") {
-      status = kSafetyStop;
-      text = "it did not confirm that it is safe";
-    }
-  }
+  std::string record = cassette_head(o.node, (real ? "REAL " : "SIMULATED ") + port, dump(job.e));
+  std::vector<std::string> sent;
+  DeviceSinks sinks;
+  sinks.tape = [&](const std::string& line, bool ordered) {
+    if (o.trace) fmt::print(stderr, "{}", line);
+    if (!o.record.empty()) record += line;
+    if (o.dry_run && (ordered || !job.verb->order) && line.find(" > ") != line.npos) sent.push_back(line);
+  };
+  sinks.note = [&](const std::string& text) { fmt::print(stderr, "{}\n", text); };
+  if (o.watch) sinks.state = [&](const device_state_t& s) { fmt::print("{}: {}\n", o.node, state_text(s)); };
+  sinks.watch = o.watch;
+  const InterruptGuard guard;
+  sinks.interrupted = [] { return InterruptGuard::raised(); };
+  const DeviceReport report = run_verb(job, at, sinks);
   if (!o.record.empty()) write_file_atomically(o.record, record);
-  if (o.json) {
-    nlohmann::ordered_json j = {{"node", o.node}, {"port", port},     {"real", real},
-                                {"verb", o.verb}, {"status", status}, {"text", text}};
-    if (session.state()) {
-      j["state"] = drivers::name(DeviceState(session.state()->state));
-      j["identity"] = session.state()->identity;
-    }
-    if (temperature) {
-      j["degC"] = temperature->degC;
-      j["set_degC"] = temperature->set_degC;
-    }
-    std::puts(j.dump(2).c_str());
-    return status;
-  }
-  if (session.state()) fmt::print("{}: {}\n", o.node, state_text(*session.state()));
-  if (temperature)
-    fmt::print("{:.2f}, {:.2f}, {:.2f} degC; set {:.2f}, {:.2f}, {:.2f}\n", temperature->degC[0],
-               temperature->degC[1], temperature->degC[2], temperature->set_degC[0], temperature->set_degC[1],
-               temperature->set_degC[2]);
-  if (!text.empty()) fmt::print(status == kOk ? stdout : stderr, "{}: {}\n", o.node, text);
-  return status;
+  if (!o.out.empty()) write_profiles(o.out, report.profiles);
+  if (o.json)
+    show_json(o, report, port, real, sent);
+  else
+    show(o, report, sent);
+  return report.status;
 }
 
 void declare_device(OptionSet& options) {
@@ -143,12 +194,18 @@ void declare_device(OptionSet& options) {
   options.option("LAB", o.lab, "lab or experiment file").required();
   options.option("NAME", o.node, "instrument: stage, jet, laser_profiler, lamp, robot, valve_a, ...")
       .required();
-  options.option("VERB", o.verb, "identify, status, stop; stage: home, move; lamp: expose; heater: set")
+  options
+      .option("VERB", o.verb, "identify, status, stop, serial, reset, raw, or one of its kind; ? names them")
       .required();
   options.option("VALUE", o.values, "values of the verb");
-  options.option("--within", o.within_s, "longest wait for a command's end [s]").show_default();
+  options.option("--within", o.within_s, "longest wait for an order's end [s]").show_default();
   options.flag("--trace", o.trace, "bytes on stderr, with milliseconds");
   options.option("--record", o.record, "the same lines into a file, a cassette; firn cassette");
+  options.flag("--dry-run", o.dry_run, "the bytes that the order sends; no port is opened");
+  options.flag("--watch", o.watch, "status: each change, until Ctrl-C");
+  options.option("--out", o.out, "profiles as .csv or .png");
+  options.flag("--far", o.far, "a jog beyond 5 mm and 10 mm/s");
+  options.flag("--unsafe", o.unsafe, "raw: bytes past driver, limits and stop");
   options.override_option(o.overrides);
   options.json_flag(o.json);
 }

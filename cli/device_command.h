@@ -1,4 +1,5 @@
-// run_device speaks to one instrument of a lab alone: identify, status, stop, and the commands of its kind.
+// run_device speaks to one instrument of a lab alone: who it is, what it measures, and the orders of its
+// kind.
 #pragma once
 
 #include <string>
@@ -13,9 +14,14 @@ struct DeviceCommandOptions {
   std::string node;  ///< "stage", "lamp", ...
   std::string verb;
   std::vector<std::string> values;  ///< of the verb
-  double within_s = 120.0;          ///< longest wait for the end of a command
+  double within_s = 120.0;          ///< longest wait for the end of an order
   bool trace = false;               ///< each piece of bytes on stderr
   std::string record;               ///< file for the same as lines; empty: none
+  std::string out;                  ///< .csv or .png of profiles; empty: none
+  bool watch = false;               ///< status: until Ctrl-C
+  bool dry_run = false;             ///< the bytes of the order, and no port opened
+  bool unsafe = false;              ///< raw: bytes past driver, limits and stop
+  bool far = false;                 ///< a jog beyond 5 mm and 10 mm/s
   bool json = false;
   std::vector<std::string> overrides;
 };

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cli/option_set.h"
+#include "config/assumptions.h"
 #include "config/devices.h"
 #include "lcmtypes/channels.h"
 #include "print/bringup/raw_line.h"
@@ -117,9 +118,14 @@ Check instrument(const std::string& node, const PortAddress& address) {
 
 int run_doctor(const DoctorOptions& options) {
   std::vector<Check> checks{multicast(), receive_buffer(), ports(), disk(), programs()};
-  if (!options.lab.empty())
-    for (const auto& [node, address] : real_ports(load_lab_experiment(options.lab, options.overrides)))
+  if (!options.lab.empty()) {
+    const Experiment e = load_lab_experiment(options.lab, options.overrides);
+    for (const auto& [node, address] : real_ports(e)) {
       checks.push_back(instrument(node, address));
+      if (const std::string text = assumptions_text(e, node); !text.empty())
+        checks.push_back({node, true, "assumes " + text, ""});
+    }
+  }
   bool well = true;
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const Check& c : checks) {

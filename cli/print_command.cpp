@@ -145,8 +145,14 @@ std::string bringup_beside(const std::filesystem::path& experiment) {
 }
 
 void check_bringup(const Experiment& e, const PrintOptions& options) try {
+  const auto state = read_bringup(options.bringup);
+  if (const std::string why = bringup_refusal(e, state, options.bringup, options.accept_bringup);
+      !why.empty())
+    throw UsageError(why);
+  const InterruptGuard guard;
   if (const std::string why =
-          bringup_refusal(e, read_bringup(options.bringup), options.bringup, options.accept_bringup);
+          identity_refusal(e, state.value_or(BringupState{}), options.bringup, options.accept_bringup,
+                           [] { return InterruptGuard::raised(); });
       !why.empty())
     throw UsageError(why);
 } catch (const std::invalid_argument& damaged) {
@@ -157,6 +163,9 @@ void check_bringup(const Experiment& e, const PrintOptions& options) try {
 void keep_bringup(const std::filesystem::path& run, const Experiment& e, const PrintOptions& options) {
   if (real_ports(e).empty()) return;
   nlohmann::ordered_json j{{"accepted", options.accept_bringup}, {"file", options.bringup}};
+  std::vector<std::string> nodes;
+  for (const auto& [node, address] : real_ports(e)) nodes.push_back(node);
+  j["assumptions"] = assumptions_json(e, nodes);
   if (std::filesystem::exists(options.bringup))
     j["result"] = nlohmann::ordered_json::parse(read_file(options.bringup));
   write_file_atomically(run / "bringup.json", j.dump(2) + "\n");

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "config/assumptions.h"
 #include "config/devices.h"
 #include "config/fields.h"
 #include "config/labs.h"
@@ -54,7 +55,7 @@ std::string BringupLab::drive(const std::string& node, const std::string& verb,
                               const std::vector<double>& values, double within_s) {
   const DeviceVerb& v = device_verb(node, verb);
   Experiment own = e;
-  if (!v.order) own.stage.home_at_start = OnOff::kOff;
+  if (v.asks) own.stage.home_at_start = OnOff::kOff;
   std::string said;
   DeviceSession::Sinks sinks;
   sinks.note = [&](const std::string& text) { said = text; };
@@ -64,18 +65,20 @@ std::string BringupLab::drive(const std::string& node, const std::string& verb,
   if (maker == makers.end()) return "the lab has no " + node;
   DeviceSession session(maker->id, maker->make(dump(own), {}), address_(node), sinks);
   const auto stopped = [this] { return interrupted(); };
-  if (!session.run_until([&] { return session.safe(); }, v.order ? within_s : kSafeWithin_s, stopped)) {
+  if (!session.run_until([&] { return session.safe(); }, v.asks ? kSafeWithin_s : within_s, stopped)) {
     session.stop("bring-up");
     return said.empty() ? "it does not become safe" : said;
   }
-  identities[node] = session.state()->identity;
   std::string why;
   if (v.order) {
-    session.command([&](const OrderStamp& stamp) { return v.order(own, values, stamp); }, verb);
+    const DeviceCall call{own, node, verb, values};
+    session.command([&](const OrderStamp& stamp) { return v.order(call, stamp); }, verb);
     if (!session.run_until([&] { return session.answer().has_value(); }, within_s, stopped))
       why = "it is not over in " + std::to_string(int(within_s)) + " s";
     else if (Outcome(session.answer()->outcome) != Outcome::kDone)
       why = std::string(drivers::name(Outcome(session.answer()->outcome))) + ": " + session.answer()->text;
+    else if (verb == "serial")
+      identities[node] = session.answer()->text;
   }
   if (!session.stop("bring-up") && why.empty()) why = "it did not confirm that it is safe";
   return why;
@@ -120,6 +123,7 @@ BringupResult carry_out(const PlannedRow& planned, BringupLab& lab) {
     r.measured = f.measured;
     r.limit = f.limit;
     if (!f.ok) r.mend = f.mend;
+    if (row.id == 0 && f.ok) lab.drive(planned.node, "serial");
   } catch (const BringupStop& stop) {
     r.state = "failed";
     r.measured = stop.what();
@@ -135,7 +139,9 @@ std::string bringup_configuration(const Experiment& experiment) {
   std::string text;
   for (const Field& f : fields(e)) {
     const std::string section = f.key.substr(0, f.key.find('.'));
-    if (std::ranges::find(names, section) != names.end() && f.key.substr(0, 8) != "devices.")
+    const bool dialect = std::ranges::any_of(
+        names, [&](const std::string& node) { return f.section() == "devices." + node + ".dialect"; });
+    if (dialect || std::ranges::find(names, section) != names.end())
       text += f.key + " = " + value_text(f) + "\n";
   }
   return sha256_hex(bytes_of(text));
@@ -187,6 +193,14 @@ nlohmann::ordered_json to_json(std::span<const BringupResult> results) {
                     {"seconds", r.seconds},
                     {"port", r.port}});
   return rows;
+}
+
+nlohmann::ordered_json assumptions_json(const Experiment& e, std::span<const std::string> nodes) {
+  Json all = Json::object();
+  for (const std::string& node : nodes)
+    for (const Assumption& a : assumptions(e, node))
+      all[node].push_back({{"key", a.key}, {"value", a.value}, {"mark", std::string(1, a.mark)}});
+  return all;
 }
 
 void write_bringup(const std::string& file, const BringupState& s) {

@@ -51,7 +51,7 @@ class BringupLab {
   bool has(std::string_view node) const;
 
   const Experiment& e;
-  std::map<std::string, std::string> identities = {};  ///< as the instruments told
+  std::map<std::string, std::string> identities = {};  ///< with serial numbers, as the instruments told
   /// Of the one pulse that rows 2, 20 and 21 share.
   struct OnePulse {
     std::int64_t triggers = 0;
@@ -117,8 +117,18 @@ std::string bringup_configuration(const Experiment& experiment);
 /// Returns the port of a node as text, "sim:" of a simulated one; of "all": "real" where any instrument is.
 std::string port_of(const Experiment& experiment, const std::string& node);
 
+/// Asks every real instrument who it is, all at once, and holds it against the bring-up's: another instrument
+/// at the same port, or one that does not say, is refused by name. Nothing moves.
+/// @param accepted "all", or NODE:identity @returns why the print may not begin; empty: it may
+std::string identity_refusal(const Experiment& experiment, const BringupState& state, const std::string& file,
+                             const std::vector<std::string>& accepted,
+                             const std::function<bool()>& interrupted);
+
 /// Carries out one row.
 BringupResult carry_out(const PlannedRow& row, BringupLab& lab);
+
+/// Returns, by instrument, the keys that hold assumptions about it: {"stage": [{key, value, mark}, …]}.
+nlohmann::ordered_json assumptions_json(const Experiment& experiment, std::span<const std::string> nodes);
 
 /// Returns rows as they stand in the result file and in the command's answer.
 nlohmann::ordered_json to_json(std::span<const BringupResult> rows);

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -9,6 +10,10 @@
 #include "firn/enums.h"
 #include "firn/heater_command_t.hpp"
 #include "firn/lamp_command_t.hpp"
+#include "firn/laser_command_t.hpp"
+#include "firn/profiler_command_t.hpp"
+#include "firn/robot_command_t.hpp"
+#include "firn/service_order_t.hpp"
 #include "firn/stage_command_t.hpp"
 
 namespace firn {
@@ -16,46 +21,120 @@ namespace {
 
 using Values = std::vector<double>;
 
-DeviceOrder home(const Experiment&, const Values&, const OrderStamp& stamp) {
+constexpr std::int32_t kMostRows = 1'000'000;
+
+DeviceOrder home(const DeviceCall& call, const OrderStamp& stamp) {
+  if (call.node == "robot") {
+    robot_command_t c{};
+    c.verb = std::int8_t(RobotVerb::kHome);
+    return order_of(channels::kRobotCommand, c, stamp);
+  }
   stage_command_t c{};
   c.verb = std::int8_t(StageVerb::kHome);
   return order_of(channels::kStageCommand, c, stamp);
 }
 
-DeviceOrder move(const Experiment&, const Values& v, const OrderStamp& stamp) {
+DeviceOrder move(const DeviceCall& call, const OrderStamp& stamp) {
   stage_command_t c{};
   c.verb = std::int8_t(StageVerb::kMove);
-  c.x_mm = v[0];
-  c.y_mm = v[1];
-  c.z_mm = v[2];
-  c.speed_mm_s = v[3];
+  c.x_mm = call.values[0];
+  c.y_mm = call.values[1];
+  c.z_mm = call.values[2];
+  c.speed_mm_s = call.values[3];
   return order_of(channels::kStageCommand, c, stamp);
 }
 
-DeviceOrder expose(const Experiment&, const Values& v, const OrderStamp& stamp) {
+DeviceOrder expose(const DeviceCall& call, const OrderStamp& stamp) {
   lamp_command_t c{};
   c.verb = std::int8_t(LampVerb::kExpose);
-  c.exposure_s = v[0];
-  c.iris_percent = std::int32_t(std::lround(v[1]));
+  c.exposure_s = call.values[0];
+  c.iris_percent = std::int32_t(std::lround(std::clamp(call.values[1], -1.0, 1e6)));
   return order_of(channels::kLampCommand, c, stamp);
 }
 
-DeviceOrder set_temperatures(const Experiment&, const Values& v, const OrderStamp& stamp) {
+DeviceOrder set_temperatures(const DeviceCall& call, const OrderStamp& stamp) {
   heater_command_t c{};
   c.verb = std::int8_t(HeaterVerb::kSet);
-  for (int n = 0; n < 3; ++n) c.set_degC[n] = v[std::size_t(n)];
+  for (int n = 0; n < 3; ++n) c.set_degC[n] = call.values[std::size_t(n)];
   return order_of(channels::kHeaterCommand, c, stamp);
 }
 
+DeviceOrder reading(const DeviceCall&, const OrderStamp& stamp) {
+  laser_command_t c{};
+  c.verb = std::int8_t(LaserVerb::kReading);
+  return order_of(channels::kLaserCommand, c, stamp);
+}
+
+DeviceOrder arm_profiler(const DeviceCall& call, const OrderStamp& stamp) {
+  profiler_command_t c{};
+  c.verb = std::int8_t(ProfilerVerb::kArm);
+  c.rows = c.rows_of_scan = std::int32_t(std::clamp(call.values[0], 0.0, double(kMostRows)));
+  c.scan_id = 1;
+  return order_of(channels::kProfilerCommand, c, stamp);
+}
+
+DeviceOrder end_profiles(const DeviceCall&, const OrderStamp& stamp) {
+  profiler_command_t c{};
+  c.verb = std::int8_t(ProfilerVerb::kEnd);
+  c.scan_id = 1;
+  return order_of(channels::kProfilerCommand, c, stamp);
+}
+
+// An order of the driver's own table.
+DeviceOrder serve(const DeviceCall& call, const OrderStamp& stamp) {
+  service_order_t c{};
+  c.node = call.node;
+  c.verb = call.verb;
+  c.values = call.values;
+  if (call.verb == "jog") c.values.push_back(call.far ? 1.0 : 0.0);
+  c.n = std::int32_t(c.values.size());
+  return order_of(channels::kServiceOrder, c, stamp);
+}
+
 constexpr DeviceVerb kVerbs[] = {
-    {"", "identify", "", 0, "who answers, and in which state it is"},
-    {"", "status", "", 0, "the same, and what it measures"},
-    {"", "stop", "", 0, "makes it safe"},
+    {"", "identify", "", 0, "who answers, and in which state it is", nullptr, true},
+    {"", "status", "", 0, "the same, and what it measures", nullptr, true},
+    {"", "stop", "", 0, "makes it safe", nullptr, true},
+    {"", "serial", "", 0, "who it is, with the serial number where it tells one", &serve, true},
+    {"", "reset", "", 0, "sets it up anew; latched errors are cleared", &serve, true},
     {"stage", "home", "", 0, "homes the axes", &home},
     {"stage", "move", "X Y Z SPEED [mm, mm/s]", 4, "moves to a place within the limits", &move},
+    {"stage", "jog", "DX DY DZ SPEED [mm, mm/s]", 4, "moves from where it is, 5 mm and 10 mm/s at most",
+     &serve},
+    {"stage", "where", "", 0, "its place", &serve, true},
+    {"stage", "params", "", 0, "the controller's own parameters", &serve, true},
+    {"stage", "pulse", "N PITCH [mm]", 2, "N pulses to the jet, one each PITCH along x", &serve},
+    {"jet", "fire", "N", 1, "N droplets, those of one second at most", &serve},
+    {"jet", "continuous", "SECONDS [s]", 1, "droplets until the time is over", &serve},
+    {"jet", "waveform", "DWELL ECHO DWELL_US ECHO_US [V, us]", 4, "until the next connection", &serve},
+    {"jet", "strobe", "DIVIDER DELAY [us]", 2, "flashes; until the next connection", &serve},
     {"lamp", "expose", "SECONDS IRIS [s, %]", 2, "opens the shutter for a time", &expose},
+    {"lamp", "shutter", "SECONDS [s]", 1, "the same with the iris as it is", &serve},
+    {"lamp", "on", "", 0, "lights the lamp", &serve},
+    {"lamp", "off", "", 0, "closes the shutter and puts the lamp out", &serve},
+    {"lamp", "iris", "PERCENT", 1, "sets the iris", &serve},
+    {"lamp", "hours", "", 0, "hours of the lamp", &serve, true},
+    {"laser_profiler", "read", "", 0, "its newest profile", &serve, true},
+    {"laser_profiler", "errors", "", 0, "errors that it holds", &serve, true},
+    {"laser_profiler", "batch", "N SECONDS [s]", 2, "N triggered profiles, or those until the time is over",
+     &arm_profiler, true, &end_profiles},
+    {"laser_point", "read", "", 0, "one distance", &reading, true},
+    {"laser_point", "accuracy", "N", 1, "mean and scatter of N readings", &reading, true, nullptr, true},
+    {"laser_point", "zero", "N", 1, "the offset that makes the mean of N readings 0", &reading, true, nullptr,
+     true},
+    {"robot", "home", "", 0, "power, calibration, up", &home},
+    {"robot", "where", "", 0, "its joints", &serve, true},
+    {"robot", "jog", "JOINT BY [deg, mm]", 2, "turns one joint from where it is, 5 deg or mm at most",
+     &serve},
+    {"robot", "lines", "N", 1, "lines a second that the link carries", &serve, true},
+    {"valve_a", "spit", "N", 1, "N pulses, 20 ms apart", &serve},
+    {"heater", "read", "", 0, "temperatures and set points", nullptr, true},
     {"heater", "set", "TIP LASER CONDUIT [degC]", 3, "set points; below -50 = off", &set_temperatures},
 };
+
+std::string_view kind_of(std::string_view node) {
+  return node == "valve_b" ? "valve_a" : node == "jet_b" ? "jet" : node;
+}
 
 }  // namespace
 
@@ -64,7 +143,7 @@ std::span<const DeviceVerb> device_verbs() { return kVerbs; }
 const DeviceVerb& device_verb(std::string_view node, std::string_view name) {
   std::string known;
   for (const DeviceVerb& v : kVerbs) {
-    if (!v.node.empty() && v.node != node) continue;
+    if (!v.node.empty() && v.node != kind_of(node)) continue;
     if (v.name == name) return v;
     known += (known.empty() ? "" : ", ") + std::string(v.name) +
              (v.values.empty() ? "" : " " + std::string(v.values));

@@ -11,14 +11,26 @@
 
 namespace firn {
 
+/// A verb with its values, as the instrument `node` gets it.
+struct DeviceCall {
+  const Experiment& e;
+  std::string_view node;
+  std::string_view verb;
+  std::vector<double> values;
+  bool far = false;  ///< a jog beyond 5 mm and 10 mm/s
+};
+using MakeOrder = DeviceOrder (*)(const DeviceCall&, const OrderStamp&);
+
 struct DeviceVerb {
-  std::string_view node;  ///< "" = every instrument
+  std::string_view node;  ///< "" = every instrument; "jet" also jet_b, "valve_a" also valve_b
   std::string_view name;
   std::string_view values;  ///< "X Y Z [mm]"
   std::size_t count = 0;
   std::string_view meaning;
-  /// nullptr: a question.
-  DeviceOrder (*order)(const Experiment&, const std::vector<double>&, const OrderStamp&) = nullptr;
+  MakeOrder order = nullptr;  ///< nullptr: the connection alone answers it
+  bool asks = false;          ///< moves, fires and lights nothing: a stage is not homed for it
+  MakeOrder after = nullptr;  ///< ends the order when its time, the last value [s], is over
+  bool repeats = false;       ///< the first value is how often `order` is given
 };
 
 std::span<const DeviceVerb> device_verbs();

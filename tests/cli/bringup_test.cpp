@@ -321,3 +321,59 @@ TEST_CASE("a print on real instruments wants its bring-up, or somebody who takes
   CHECK(said.code == 2);
   CHECK_THAT(said.err, Contains("/nowhere.json is missing"));
 }
+
+TEST_CASE("another instrument at the same port is refused by its serial number, and a print asks",
+          "[bringup]") {
+  SimulatedInstruments world(load_lab_experiment(kInkjet, {}));
+  const std::string at = "unix:" + world.address("lamp").place;
+  const std::string port = "devices.lamp.port=\"" + at + "\"";
+  const std::string file = (fresh_folder("bringup-serial") / "lab.bringup.json").string();
+  const Said lamp = firn_says(
+      {"bringup", kInkjet, "--device", "lamp", "--row", "0", "--result", file, "--json", "--set", port});
+  INFO(lamp.out << lamp.err);
+  REQUIRE(lamp.code == 0);
+  const Json told = Json::parse(lamp.out);
+  CHECK(told["assumptions"].contains("lamp"));
+  auto state = read_bringup(file);
+  REQUIRE(state);
+  CHECK(state->identities.at("lamp") == "Excelitas OmniCure S2000 board 105 serial 20158");
+  const Experiment e = load_lab_experiment(kInkjet, {port});
+  CHECK(identity_refusal(e, *state, file, {}, {}).empty());
+  state->identities["lamp"] = "Excelitas OmniCure S2000 board 105 serial 20157";
+  CHECK_THAT(identity_refusal(e, *state, file, {}, {}),
+             Contains("another instrument is at " + at) && Contains("serial 20158' answers") &&
+                 Contains("'Excelitas OmniCure S2000 board 105 serial 20157'") &&
+                 Contains("--accept-bringup lamp:identity"));
+  CHECK(identity_refusal(e, *state, file, {"lamp:identity"}, {}).empty());
+  CHECK(identity_refusal(e, *state, file, {"all"}, {}).empty());
+  state->identities.clear();
+  CHECK_THAT(identity_refusal(e, *state, file, {}, {}), Contains("it does not name the lamp"));
+  CHECK(identity_refusal(load_lab_experiment(kInkjet, {}), *state, file, {}, {}).empty());  // nothing is real
+
+  state->identities["lamp"] = "Excelitas OmniCure S2000 board 105 serial 20157";
+  for (const PlannedRow& planned : planned_rows(e)) {
+    BringupResult r;
+    r.id = planned.row->id;
+    r.node = planned.node;
+    r.state = "ok";
+    r.port = port_of(e, r.node);
+    state->rows.push_back(r);
+  }
+  const Experiment cylinder = load_lab_experiment(FIRN_SOURCE_DIR "/experiments/cylinder.toml", {port});
+  state->configuration = bringup_configuration(cylinder);
+  write_bringup(file, *state);
+  const Said print =
+      firn_says({"print", FIRN_SOURCE_DIR "/experiments/cylinder.toml", "--set", port, "--bringup", file});
+  CHECK(print.code == 2);
+  CHECK_THAT(print.err, Contains("another instrument is at " + at));
+}
+
+TEST_CASE("a key of an instrument's dialect is one of the settings that a bring-up is made with",
+          "[bringup]") {
+  const auto of = [](const std::vector<std::string>& keys) {
+    return bringup_configuration(load_lab_experiment(kInkjet, keys));
+  };
+  CHECK(of({"devices.lamp.dialect.run=\"RUN2\""}) != of({}));
+  CHECK(of({"devices.jet.dialect.max_abs_v=60"}) != of({}));
+  CHECK(of({"devices.lamp.port=\"tcp:h:1\""}) == of({}));  // rows hold the ports
+}

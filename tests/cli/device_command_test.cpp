@@ -67,7 +67,7 @@ TEST_CASE("firn device refuses instruments, verbs and values that are none, by w
   const std::pair<std::vector<std::string>, std::string> wrong[] = {
       {{kInkjet, "lam", "identify"}, "it has stage, jet, laser_profiler, lamp"},
       {{kInkjet, "scheduler", "identify"}, "it has stage"},
-      {{kInkjet, "stage", "jump"}, "known: identify, status, stop, home, move X Y Z SPEED"},
+      {{kInkjet, "stage", "jump"}, "known: identify, status, stop, serial, reset, home, move X Y Z SPEED"},
       {{kInkjet, "lamp", "home"}, "lamp has no verb 'home'"},
       {{kInkjet, "stage", "move", "1", "2"}, "takes 4 values"},
       {{kInkjet, "stage", "move", "1", "2", "x", "4"}, "'x' is no number"},

@@ -1,0 +1,69 @@
+// The instruments at the real ports, held against those of the bring-up.
+#include <algorithm>
+#include <future>
+
+#include "config/devices.h"
+#include "print/bringup/bringup.h"
+#include "print/device/device_run.h"
+#include "print/exit_codes.h"
+
+namespace firn {
+namespace {
+
+constexpr double kWithin_s = 20.0;  // a jet is started anew, which takes five
+
+DeviceReport who_answers(const Experiment& e, const std::string& node, const PortAddress& address,
+                         const std::function<bool()>& interrupted) {
+  DeviceJob job{e, node, &device_verb(node, "serial"), {}, false, kWithin_s};
+  DeviceSinks sinks;
+  sinks.interrupted = interrupted;
+  try {
+    return run_verb(job, address, sinks);
+  } catch (const std::runtime_error& error) {
+    DeviceReport r;
+    r.status = kSafetyStop;
+    r.text = error.what();
+    return r;
+  }
+}
+
+}  // namespace
+
+std::string identity_refusal(const Experiment& e, const BringupState& state, const std::string& file,
+                             const std::vector<std::string>& accepted,
+                             const std::function<bool()>& interrupted) {
+  const auto accepts = [&](const std::string& what) {
+    return std::ranges::any_of(accepted, [&](const std::string& a) { return a == "all" || a == what; });
+  };
+  struct Asked {
+    std::string node, port;
+    std::future<DeviceReport> report;
+  };
+  std::vector<Asked> asked;
+  for (const auto& [node, address] : real_ports(e))
+    if (!accepts(node + ":identity"))
+      asked.push_back(
+          {node, to_text(address), std::async(std::launch::async, [&e, node, address, &interrupted] {
+             return who_answers(e, node, address, interrupted);
+           })});
+  std::string why;
+  for (Asked& a : asked) {
+    const DeviceReport r = a.report.get();
+    if (!why.empty()) continue;
+    const auto known = state.identities.find(a.node);
+    const std::string done = "done: ", told = r.text.starts_with(done) ? r.text.substr(done.size()) : r.text;
+    if (known == state.identities.end())
+      why = file + ": it does not name the " + a.node;
+    else if (r.status != kOk)
+      why = a.node + " at " + a.port + ": " + r.text;
+    else if (told != known->second)
+      why = "another instrument is at " + a.port + ": '" + told + "' answers, " + file +
+            " was made with the " + a.node + " '" + known->second + "'";
+    if (!why.empty())
+      why += "; run ./firn bringup LAB --device " + a.node +
+             " --again, or take the risk with --accept-bringup " + a.node + ":identity";
+  }
+  return why;
+}
+
+}  // namespace firn
