@@ -44,6 +44,8 @@ void Ports::write(PortId port, std::span<const std::byte> bytes, bool of_command
 
 void Ports::reopen(PortId port, std::int64_t wall_us) {
   Port& p = ports_.at(std::size_t(port));
+  // A driver asks again before a line has woken up or a host has answered: that attempt goes on.
+  if (!p.told_open && wall_us != INT64_MAX && p.wire.state() == PortWire::State::kConnecting) return;
   if (p.told_open)
     lost(p);
   else

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "runtime/ports.h"
+#include "runtime/serial_line.h"
 #include "runtime/run_clock.h"
 
 namespace {

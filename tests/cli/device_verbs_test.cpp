@@ -79,12 +79,7 @@ TEST_CASE("every verb of every instrument is carried out in the simulated labs",
         {"lamp", "off"},
         {"laser_profiler", "errors"},
         {"jet", "reset"}}},
-      {kIce,
-       {{"robot", "where"},
-        {"robot", "lines", "50"},
-        {"robot", "jog", "4", "2"},
-        {"valve_b", "spit", "10"},
-        {"heater", "read"}}},
+      {kIce, {{"robot", "where"}, {"robot", "lines", "50"}, {"valve_b", "spit", "10"}, {"heater", "read"}}},
   };
   for (const auto& [lab, orders] : all)
     for (std::vector<std::string> words : orders) {
@@ -96,6 +91,23 @@ TEST_CASE("every verb of every instrument is carried out in the simulated labs",
       if (words[2] == "serial") CHECK_THAT(j["text"].get<std::string>(), Contains("serial 20158"));
       if (words[1] == "heater") CHECK(j["degC"].size() == 3);
     }
+}
+
+TEST_CASE("an arm that is at home is turned by one joint", "[device]") {
+  SimulatedInstruments world(load_lab_experiment(kIce, {}));
+  std::vector<std::string> ports;
+  for (const char* node : {"robot", "valve_a", "valve_b", "laser_point"})
+    ports.insert(ports.end(), {"--set", port_option(node, to_text(world.address(node)))});
+  CHECK_THAT(device(joined({kIce, "robot", "jog", "4", "2"}, ports)).err, Contains("no arm power"));
+  REQUIRE(asked(joined({kIce, "robot", "home"}, ports))["text"] == "done");
+  const auto where = [&] {
+    return asked(joined({kIce, "robot", "where"}, ports))["text"].get<std::string>();
+  };
+  const std::string before = where();
+  REQUIRE(asked(joined({kIce, "robot", "jog", "4", "2"}, ports))["text"] == "done");
+  const std::string after = where();
+  CHECK(before.substr(0, before.find("J2")) == after.substr(0, after.find("J2")));
+  CHECK(before.substr(before.find("J4")) != after.substr(after.find("J4")));
 }
 
 TEST_CASE("the point laser's accuracy is that of many readings, and its zero a key of the lab file",

@@ -166,6 +166,16 @@ TEST_CASE("nothing is written to a serial line before its time to wake up is ove
   CHECK(monotonic_us() - began >= 290'000);
 }
 
+TEST_CASE("a line that wakes up is not begun anew by a driver that asks again") {
+  Line line;
+  Bench bench(line.address(1000));
+  const std::int64_t began = monotonic_us();
+  bench.until([&] { return monotonic_us() - began > 600'000; });
+  bench.ports.reopen(PortId{0}, monotonic_us());
+  CHECK(bench.until([&] { return !bench.links.empty(); }, 800));
+  CHECK(bench.links == std::vector{LinkState::kOpen});
+}
+
 TEST_CASE("a file that is no serial line is named") {
   std::string why;
   CHECK(open_serial_line(parse_port_address("serial:/dev/null?baud=9600"), why) == -1);

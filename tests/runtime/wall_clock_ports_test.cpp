@@ -14,6 +14,7 @@
 #include "tests/support/temp_folder.h"
 
 using namespace firn;
+using firn::test::TempFolder;
 
 namespace {
 
