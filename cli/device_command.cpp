@@ -175,7 +175,11 @@ int run_device(const DeviceCommandOptions& o) {
     if (o.dry_run && (ordered || !job.verb->order) && line.find(" > ") != line.npos) sent.push_back(line);
   };
   sinks.note = [&](const std::string& text) { fmt::print(stderr, "{}\n", text); };
-  if (o.watch) sinks.state = [&](const device_state_t& s) { fmt::print("{}: {}\n", o.node, state_text(s)); };
+  if (o.watch)
+    sinks.state = [&](const device_state_t& s) {
+      fmt::print("{}: {}\n", o.node, state_text(s));
+      std::fflush(stdout);
+    };
   sinks.watch = o.watch;
   const InterruptGuard guard;
   sinks.interrupted = [] { return InterruptGuard::raised(); };

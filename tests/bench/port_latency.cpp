@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "runtime/ports.h"
-#include "runtime/serial_line.h"
 #include "runtime/run_clock.h"
+#include "runtime/serial_line.h"
 
 namespace {
 

@@ -180,6 +180,25 @@ TEST_CASE("raw bytes go out only by --unsafe, and what comes back is shown", "[d
   CHECK_THAT(device({kInkjet, "lamp", "raw", "\\q", "--unsafe"}).err, Contains("after \\ comes"));
 }
 
+TEST_CASE("a status that is watched goes on until Ctrl-C, which makes the instrument safe", "[device]") {
+  const std::string program = FIRN_BINARY_DIR "/bin/firn", said = (fresh_folder("watch") / "said").string();
+  const std::string command = "exec " + program + " device " + kInkjet + " lamp status --watch > " + said;
+  const char* argv[] = {"/bin/sh", "-c", command.c_str(), nullptr};
+  pid_t pid = -1;
+  REQUIRE(::posix_spawn(&pid, argv[0], nullptr, nullptr, const_cast<char**>(argv), environ) == 0);
+  const std::int64_t until_us = monotonic_us() + 20'000'000;
+  while (monotonic_us() < until_us &&
+         (!fs::exists(said) || read_file(said).find("safe") == std::string::npos))
+    ::usleep(50'000);
+  ::usleep(300'000);
+  REQUIRE(::kill(pid, 0) == 0);  // still watching
+  ::kill(pid, SIGINT);
+  int status = 0;
+  ::waitpid(pid, &status, 0);
+  CHECK((WIFEXITED(status) && WEXITSTATUS(status) == 130));
+  CHECK_THAT(read_file(said), Contains("lamp: connecting") && Contains("lamp: safe, Excelitas OmniCure"));
+}
+
 TEST_CASE("values beyond an order's limits are refused by name", "[device]") {
   const std::pair<std::vector<std::string>, std::string> wrong[] = {
       {{kInkjet, "stage", "jog", "6", "0", "0", "5"}, "beyond 5 mm; --far"},
