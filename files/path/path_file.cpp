@@ -171,9 +171,10 @@ void read_paths(const std::filesystem::path& file, const PathSink& sink) {
   if (file.extension() == ".csv") return read_paths_csv(in, file.string(), size, sink);
   if (file.extension() == ".json") return read_paths_json(in, file.string(), size, sink);
   if (file.extension() == ".svg") return read_paths_svg(in, file.string(), size, sink);
+  if (file.extension() == ".dxf") return read_paths_dxf(in, file.string(), size, sink);
   for (const char* extension : {".gcode", ".nc", ".ngc"})
     if (file.extension() == extension) return read_paths_gcode(in, file.string(), size, sink);
-  throw UsageError(file.string() + ": must end in .gcode, .nc, .ngc, .svg, .csv, .json or .paths");
+  throw UsageError(file.string() + ": must end in .gcode, .nc, .ngc, .dxf, .svg, .csv, .json or .paths");
 }
 
 }  // namespace firn

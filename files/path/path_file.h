@@ -1,6 +1,6 @@
-// read_paths reads paths to plan, one after another, from a CSV, JSON, G-code or SVG file
-// (docs/commands/plan.md)
-// or from a sliced job (docs/formats.md). Memory holds one path, or one layer, not the job.
+// read_paths reads paths to plan, one after another, from a CSV, JSON, G-code, SVG or DXF file
+// (docs/commands/plan.md) or from a sliced job (docs/formats.md). Memory holds one path, one layer, or one
+// drawing, not the job.
 #pragma once
 
 #include <cstdint>
@@ -30,8 +30,9 @@ struct InputPath {
 /// Receives each path in order.
 using PathSink = std::function<void(InputPath&&)>;
 
-/// Reads a *.csv, *.json, *.gcode (*.nc, *.ngc), *.svg or *.paths file. @throws UsageError naming the file,
-/// line or key (for an unknown one the nearest known), and the limit: coordinates within +-100 m, yaws within
+/// Reads a *.csv, *.json, *.gcode (*.nc, *.ngc), *.svg, *.dxf or *.paths file. @throws UsageError naming the
+/// file, line or key (for an unknown one the nearest known), and the limit: coordinates within +-100 m, yaws
+/// within
 /// +-20 turns, speeds above 0, 4 million points in one path, 1000 bytes in one CSV line; of a *.paths file
 /// the byte
 void read_paths(const std::filesystem::path& file, const PathSink& sink);
@@ -46,6 +47,11 @@ void read_paths_gcode(std::istream& in, const std::string& name, double size, co
 /// transforms, viewBox and units; y upwards from the page's lower edge. Shapes in defs, symbol, marker,
 /// pattern, clipPath or mask, or with display="none", are left out. @throws also for use, text and image
 void read_paths_svg(std::istream& in, const std::string& name, double size, const PathSink& sink);
+/// DXF (ASCII): LINE, ARC, CIRCLE, ELLIPSE, LWPOLYLINE and POLYLINE (with bulges) and SPLINE of the model
+/// space in $INSUNITS, on layers that are neither off nor frozen; curves of one layer whose ends meet are one
+/// path (files/path/join_curves.h). @throws also for any other entity but POINT and VIEWPORT, and for a plane
+/// that is not z = constant
+void read_paths_dxf(std::istream& in, const std::string& name, double size, const PathSink& sink);
 /// Reads the paths of a sliced job, each with its material's tool.
 void read_paths_layers(const std::filesystem::path& file, const PathSink& sink);
 

@@ -170,8 +170,7 @@ class GcodeReader {
       centre = {at_.x_mm + words['I'].value_or(0.0) * unit_mm_,
                 at_.y_mm + words['J'].value_or(0.0) * unit_mm_};
       const double from = distance(centre, at_), end = distance(centre, to);
-      constexpr double kRound_mm = 0.01;
-      if (!(from > 0.0) || std::abs(from - end) > kRound_mm + 1e-3 * from)
+      if (!arc_radii_agree(from, end))
         fail(fmt::format("the arc's radius is {} mm at its start and {} mm at its end", from, end));
     }
     sample_arc(at_, to, centre, side, [&](Point2 p) { add(p); });

@@ -10,6 +10,7 @@
 #include "files/json_events.h"
 #include "files/nearest.h"
 #include "files/path/path_file.h"
+#include "files/path/sampled_shapes.h"
 #include "files/usage_error.h"
 
 namespace firn {
@@ -19,6 +20,7 @@ const std::vector<std::string_view> kTopKeys{"version", "paths"};
 const std::vector<std::string_view> kPathKeys{"layer",    "material",        "kind",  "closed",
                                               "width_mm", "layer_height_mm", "z_mm",  "yaw_deg",
                                               "tool",     "speed_mm_s",      "points"};
+const std::vector<std::string_view> kShapeKeys{"to", "centre", "clockwise", "control"};
 const std::vector<std::string_view> kKinds{"boundary", "fill", "hook",
                                            "measurement"};  // in the order of PathKind
 
@@ -30,10 +32,14 @@ class Handler : public JsonHandler {
       : in_(in), name_(name), size_(size), sink_(sink) {}
 
   void null() override {
-    if (at_ == At::kPoint && coordinates_.size() == 2) return number(motion::kUnlimited);
+    if (in_point() && coordinates_.size() == 2) return number(motion::kUnlimited);
     wrong("null");
   }
   void boolean(bool value) override {
+    if (at_ == At::kShape && key_ == "clockwise") {
+      shape_.clockwise = value;
+      return;
+    }
     if (at_ != At::kPath || key_ != "closed") wrong(value ? "true" : "false");
     path_.path.closed = value;
   }
@@ -49,8 +55,8 @@ class Handler : public JsonHandler {
     }
   }
   void number(double value) override {
-    if (at_ == At::kPoint) {
-      if (coordinates_.size() == 3) wrong("more numbers");
+    if (at_ == At::kPoint || at_ == At::kShapeNumbers) {
+      if (coordinates_.size() == (in_point() ? 3u : shape_numbers())) wrong("more numbers");
       coordinates_.push_back(value);
       return;
     }
@@ -98,11 +104,15 @@ class Handler : public JsonHandler {
       at_ = At::kTop;
     else if (at_ == At::kPaths)
       begin_path();
-    else
+    else if (at_ == At::kPoints && !path_.path.points.empty()) {
+      at_ = At::kShape;
+      shape_ = {};
+      key_.clear();
+    } else
       wrong("an object");
   }
   void key(const std::string& value) override {
-    const auto& known = at_ == At::kTop ? kTopKeys : kPathKeys;
+    const auto& known = at_ == At::kTop ? kTopKeys : at_ == At::kShape ? kShapeKeys : kPathKeys;
     if (std::find(known.begin(), known.end(), value) == known.end()) {
       const std::string near = nearest(value, known);
       fail(fmt::format("{}: unknown key{}", value.substr(0, 60),
@@ -113,6 +123,8 @@ class Handler : public JsonHandler {
   void end_object() override {
     if (at_ == At::kPath)
       finish_path();
+    else if (at_ == At::kShape)
+      finish_shape();
     else if (!saw_paths_)
       fail("has no key \"paths\"");
     else
@@ -127,6 +139,9 @@ class Handler : public JsonHandler {
     else if (at_ == At::kPoints) {
       at_ = At::kPoint;
       coordinates_.clear();
+    } else if (at_ == At::kShape && !key_.empty() && key_ != "clockwise") {
+      at_ = At::kShapeNumbers;
+      coordinates_.clear();
     } else if (at_ == At::kPath && key_ == "yaw_deg" && path_.yaw_point_rad.empty())
       at_ = At::kYaws;
     else
@@ -136,6 +151,9 @@ class Handler : public JsonHandler {
     if (at_ == At::kPoint) {
       finish_point();
       at_ = At::kPoints;
+    } else if (at_ == At::kShapeNumbers) {
+      finish_shape_numbers();
+      at_ = At::kShape;
     } else if (at_ == At::kPoints || at_ == At::kYaws) {
       at_ = At::kPath;
       key_.clear();
@@ -149,7 +167,13 @@ class Handler : public JsonHandler {
   }
 
  private:
-  enum class At { kRoot, kTop, kPaths, kPath, kPoints, kPoint, kYaws };
+  enum class At { kRoot, kTop, kPaths, kPath, kPoints, kPoint, kShape, kShapeNumbers, kYaws };
+
+  /// {"to": …, "centre": …} or {"to": …, "control": …}
+  struct Shape {
+    std::vector<double> to, centre, control;
+    bool clockwise = false;
+  };
 
   static std::string list(const std::vector<std::string_view>& words) {
     std::string out;
@@ -192,6 +216,14 @@ class Handler : public JsonHandler {
         return key_ == "points" ? "must be one list of points" : "must be a number";
       case At::kYaws:
         return "must be a number";
+      case At::kShape:
+        if (key_ == "clockwise") return "clockwise must be true or false";
+        return "must be {\"to\": [x_mm, y_mm], \"centre\": [x_mm, y_mm], \"clockwise\": false} or {\"to\": "
+               "[x_mm, y_mm], \"control\": [x_mm, y_mm, x_mm, y_mm]}";
+      case At::kShapeNumbers:
+        if (key_ == "control") return "control must be [x_mm, y_mm, x_mm, y_mm]";
+        if (key_ == "centre") return "centre must be [x_mm, y_mm]";
+        [[fallthrough]];
       default:
         return "must be [x_mm, y_mm] or [x_mm, y_mm, speed_mm_s]";
     }
@@ -207,25 +239,63 @@ class Handler : public JsonHandler {
     at_ = At::kPath;
     path_ = InputPath();
     path_.place = fmt::format("{}: paths[{}]", name_, number_);
-    any_speed_ = false;
+    any_speed_ = shaped_ = false;
     key_.clear();
   }
-  void finish_point() {
-    if (coordinates_.size() < 2) wrong("fewer numbers");
-    for (std::size_t n = 0; n < 2; ++n) between(coordinates_[n], -kMaxCoordinate_mm, kMaxCoordinate_mm);
-    const double speed = coordinates_.size() == 3 ? coordinates_[2] : motion::kUnlimited;
+  /// True where the numbers being read are a point with or without its speed.
+  bool in_point() const { return at_ == At::kPoint || (at_ == At::kShapeNumbers && key_ == "to"); }
+  std::size_t shape_numbers() const { return key_ == "control" ? 4 : 2; }
+
+  void add(Point2 p, double speed) {
+    between(p.x_mm, -kMaxCoordinate_mm, kMaxCoordinate_mm);
+    between(p.y_mm, -kMaxCoordinate_mm, kMaxCoordinate_mm);
+    if (path_.path.points.size() == kMaxPathPoints)
+      fail(fmt::format("more than {} points in one path", kMaxPathPoints));
+    path_.path.points.push_back(p);
+    path_.speed_limit.point_mm_s.push_back(speed);
+  }
+  double speed_of(const std::vector<double>& point) {
+    const double speed = point.size() == 3 ? point[2] : motion::kUnlimited;
     if (std::isfinite(speed)) {
       between(speed, 0, 1e6, true);
       any_speed_ = true;
     }
-    if (path_.path.points.size() == kMaxPathPoints)
-      fail(fmt::format("more than {} points in one path", kMaxPathPoints));
-    path_.path.points.push_back({coordinates_[0], coordinates_[1]});
-    path_.speed_limit.point_mm_s.push_back(speed);
+    return speed;
+  }
+  void finish_point() {
+    if (coordinates_.size() < 2) wrong("fewer numbers");
+    add({coordinates_[0], coordinates_[1]}, speed_of(coordinates_));
+  }
+  void finish_shape_numbers() {
+    if (coordinates_.size() < shape_numbers()) wrong("fewer numbers");
+    (key_ == "to" ? shape_.to : key_ == "centre" ? shape_.centre : shape_.control) = coordinates_;
+  }
+  void finish_shape() {
+    key_.clear();
+    if (shape_.to.empty() || shape_.centre.empty() == shape_.control.empty()) wrong("that");
+    const Point2 from = path_.path.points.back(), to{shape_.to[0], shape_.to[1]};
+    const double speed = speed_of(shape_.to);
+    for (const std::vector<double>* numbers : {&shape_.centre, &shape_.control})
+      for (const double v : *numbers) between(v, -kMaxCoordinate_mm, kMaxCoordinate_mm);
+    const auto put = [&](Point2 p) { add(p, speed); };
+    if (shape_.control.empty()) {
+      const Point2 centre{shape_.centre[0], shape_.centre[1]};
+      const double start = distance(centre, from), end = distance(centre, to);
+      if (!arc_radii_agree(start, end))
+        fail(fmt::format("the arc's radius is {} mm at its start and {} mm at its end", start, end));
+      sample_arc(from, to, centre, shape_.clockwise ? -1.0 : 1.0, put);
+    } else {
+      const std::vector<double>& c = shape_.control;
+      sample_bezier(from, {c[0], c[1]}, {c[2], c[3]}, to, put);
+    }
+    shaped_ = true;
+    at_ = At::kPoints;
   }
   void finish_path() {
     key_.clear();
     if (path_.path.points.empty()) fail("has no points");
+    if (shaped_ && !path_.yaw_point_rad.empty())
+      fail("a yaw_deg per point is not for paths with arcs or splines");
     if (const std::size_t yaws = path_.yaw_point_rad.size(); yaws > 0 && yaws != path_.path.points.size())
       fail(fmt::format("yaw_deg has {} entries, points {}", yaws, path_.path.points.size()));
     if (!any_speed_) path_.speed_limit.point_mm_s.clear();
@@ -243,7 +313,8 @@ class Handler : public JsonHandler {
   std::string key_;
   InputPath path_;
   std::vector<double> coordinates_;
-  bool any_speed_ = false, saw_paths_ = false;
+  Shape shape_;
+  bool any_speed_ = false, saw_paths_ = false, shaped_ = false;
   std::int64_t number_ = 0;  // finished paths = index of the one being read
 };
 

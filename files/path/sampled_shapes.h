@@ -19,6 +19,12 @@ inline int shape_points(double chords) {
                                   : kLeastArcPoints;
 }
 
+/// True if both ends of an arc lie on one circle, within the rounding of a file's coordinates.
+inline bool arc_radii_agree(double start_mm, double end_mm) {
+  constexpr double kRound_mm = 0.01;
+  return start_mm > 0.0 && std::abs(start_mm - end_mm) <= kRound_mm + 1e-3 * start_mm;
+}
+
 /// Points after `from` up to and with `to` on the arc about `centre`. @param side 1 anticlockwise, -1
 /// clockwise; equal ends are a full circle. The radius goes linearly from one end's to the other's.
 template <class Add>

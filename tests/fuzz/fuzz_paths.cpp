@@ -26,7 +26,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   };
   try {
     constexpr decltype(&read_paths_csv) kReaders[] = {read_paths_csv, read_paths_json, read_paths_gcode,
-                                                      read_paths_svg};
+                                                      read_paths_svg, read_paths_dxf};
     kReaders[data[0] % std::size(kReaders)](in, "fuzz", double(size), check);
   } catch (const UsageError& e) {
     require(std::string(e.what()).find("fuzz:") == 0, "an error names the file");

@@ -99,6 +99,23 @@ void seed_plans() {
                    "<path d=\"M1,1 l2-1.5.5 1 H9 v-2 C1 2 3 4 5 6 s1 2 3 4 q1 1 2 0 t2 2 a3 2 30 0150 5z\"/>"
                    "<circle r=\"3\" cx=\"2\"/><rect width=\"4\" height=\"1in\"/>"
                    "<polygon points=\"0,0 1 1,2 0\"/><line x2=\"5\"/></g></svg>")));
+  seed(
+      "fuzz_paths", "dxf",
+      behind(4,
+             as_span(
+                 "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n1\n0\nENDSEC\n0\nSECTION\n2\nTABLES\n0\nTABLE\n2\n"
+                 "LAYER\n0\nLAYER\n2\nA\n70\n1\n62\n-7\n0\nENDTAB\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n"
+                 "0\nLINE\n8\n0\n10\n1\n20\n2\n11\n3\n21\n2\n0\nARC\n10\n3\n20\n3\n40\n1\n50\n-90\n51\n90\n"
+                 "0\nTEXT\n8\nA\n0\nCIRCLE\n10\n5\n20\n5\n40\n2.5\n230\n-1\n"
+                 "0\nLWPOLYLINE\n90\n2\n70\n1\n10\n0\n20\n0\n42\n1\n10\n4\n20\n0\n42\n-0.5\n"
+                 "0\nPOLYLINE\n70\n8\n0\nVERTEX\n10\n1\n30\n2\n0\nVERTEX\n10\n3\n30\n2\n0\nSEQEND\n"
+                 "0\nELLIPSE\n10\n1\n20\n1\n11\n4\n21\n1\n40\n.5\n41\n0\n42\n2\n"
+                 "0\nSPLINE\n71\n2\n40\n0\n40\n0\n40\n0\n40\n1\n40\n1\n40\n1\n41\n1\n41\n2\n41\n1\n"
+                 "10\n0\n20\n0\n10\n1\n20\n3\n10\n4\n20\n0\n0\nENDSEC\n0\nEOF\n")));
+  seed(
+      "fuzz_paths", "json-shapes",
+      behind(1, as_span("{\"paths\":[{\"points\":[[0,0],{\"to\":[4,0,9],\"centre\":[2,0],\"clockwise\":true},"
+                        "{\"to\":[9,1],\"control\":[5,1,6,-2]}]}]}")));
   seed("fuzz_paths", "csv-yaw",
        behind(0, as_span("x_mm,y_mm,speed_mm_s,yaw_deg\n0,0,,90\n1.5,-2e1,50,-45\n")));
   seed("fuzz_paths", "json-yaw",

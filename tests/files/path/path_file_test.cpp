@@ -131,6 +131,57 @@ TEST_CASE("JSON: all keys of a path are read, in any order") {
   CHECK(paths[1].speed_limit.point_mm_s.empty());
 }
 
+TEST_CASE("JSON: arcs and splines are given as such, with the speed of their end") {
+  const auto paths = paths_of(read_paths_json, R"({"paths": [{"points": [[0,0], [4,0],
+    {"to": [4,6,20], "centre": [4,3]}, {"clockwise": true, "centre": [4,0], "to": [10,0,null]},
+    {"to": [13,3], "control": [10,1,11,3]}]}]})");
+  REQUIRE(paths.size() == 1);
+  const auto& p = paths[0].path.points;
+  const auto& speed = paths[0].speed_limit.point_mm_s;
+  REQUIRE(speed.size() == p.size());
+  const auto at = [&](Point2 q) { return std::size_t(std::find(p.begin(), p.end(), q) - p.begin()); };
+  const std::size_t top = at({4, 6}), right = at({10, 0}), last = at({13, 3});
+  REQUIRE(last + 1 == p.size());
+  for (std::size_t i = 1; i < p.size(); ++i) {
+    CHECK(speed[i] == (i > 1 && i <= top ? 20.0 : motion::kUnlimited));
+    if (i > top && i <= right) CHECK(distance(p[i], {4, 0}) == Approx(6.0).epsilon(1e-12));
+  }
+  for (std::size_t i = 2; i < top; ++i) {
+    CHECK(distance(p[i], {4, 3}) == Approx(3.0).epsilon(1e-12));
+    CHECK(p[i].x_mm > 4.0);  // anticlockwise
+  }
+  CHECK(p[(top + right) / 2].x_mm > 4.0);
+  // the middle of the spline, whatever its points are: t = 1/2 at (10.75, 1.875)
+  double least = 1.0;
+  for (std::size_t i = right + 1; i < last; ++i) {
+    const Point2 a = p[i], b = p[i + 1];
+    const double length = distance(a, b), x = 10.75 - a.x_mm, y = 1.875 - a.y_mm;
+    const double along = (x * (b.x_mm - a.x_mm) + y * (b.y_mm - a.y_mm)) / length;
+    if (along >= 0.0 && along <= length)
+      least = std::min(least, std::abs(x * (b.y_mm - a.y_mm) - y * (b.x_mm - a.x_mm)) / length);
+  }
+  CHECK(least < 2e-3);
+}
+
+TEST_CASE("JSON: a mistake in an arc or a spline is named with its place") {
+  const auto of = [](const std::string& shape) {
+    return json("{\"paths\": [{\"points\": [[0,0]," + shape + "]}]}");
+  };
+  CHECK(of("{\"to\": [4,0]}").find("paths[0].points[1]: must be {\"to\"") != std::string::npos);
+  CHECK(of("{\"to\": [4,0], \"centre\": [1,0], \"control\": [1,1,2,2]}").find("must be") !=
+        std::string::npos);
+  CHECK(of("{\"to\": [4,0], \"centre\": [1,0]}").find("radius is 1 mm at its start and 3 mm at its end") !=
+        std::string::npos);
+  CHECK(of("{\"to\": [4,0], \"center\": [2,0]}").find("the nearest known one is centre") !=
+        std::string::npos);
+  CHECK(of("{\"to\": [4,0], \"control\": [2,0]}").find("control must be") != std::string::npos);
+  CHECK(of("{\"to\": [4,0,-1], \"centre\": [2,0]}").find("-1 must lie in (0") != std::string::npos);
+  CHECK(of("{\"to\": [4,0], \"centre\": [2,0], \"clockwise\": 1}").find("true or false") !=
+        std::string::npos);
+  CHECK(json("{\"paths\": [{\"points\": [{\"to\": [4,0], \"centre\": [2,0]}]}]}").find("not an object") !=
+        std::string::npos);
+}
+
 TEST_CASE("JSON: every mistake names the key or byte, the limit and the nearest known word") {
   CHECK_THAT(json(""), Contains("job: byte"));
   CHECK_THAT(json("{\"paths\": [}"), Contains("job: byte 12"));
