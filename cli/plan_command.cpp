@@ -14,6 +14,7 @@
 #include "files/usage_error.h"
 #include "print/exit_codes.h"
 #include "print/interrupt.h"
+#include "print/prepare/motion_program.h"
 #include "print/prepare/plan_aerosol.h"
 #include "print/prepare/plan_job.h"
 #include "print/prepare/plan_outputs.h"
@@ -48,6 +49,11 @@ class PlanRun {
       pulses_.emplace(o_.pulses);
       pulses_->write("path,list,start_s,tick\n");
     }
+    if (!o_.gcode.empty()) {
+      gcode_.emplace(o_.gcode);
+      gcode_->write(gcode_head(machine.name, o_.method));
+    }
+    if (!o_.pvt.empty()) open_pvt(head.axis_units);
     PlanJobOptions job{plan,
                        origin(),
                        threads(),
@@ -56,10 +62,12 @@ class PlanRun {
                        pulses_.has_value(),
                        [this](PlannedItem& item) { describe(item); }};
     job.point_noise_mm = o_.point_noise_mm;
+    job.plan.axis_rates = pvt_.has_value();
     if (!o_.plot.empty()) {
       job.traced = o_.plot_path;
       job.plan.trace_step_s = machine.tick_s / 16.0;
     }
+    how_ = job;
     job_.emplace(machine, job, [this](PlannedItem&& item) { take(std::move(item)); });
   }
 
@@ -78,6 +86,11 @@ class PlanRun {
     if (trajectories_) trajectories_->finish();
     if (csv_) csv_->finish();
     if (pulses_) pulses_->finish();
+    if (gcode_) {
+      gcode_->write(gcode_tail());
+      gcode_->finish();
+    }
+    if (pvt_) pvt_->finish();
     if (!picture_.empty()) {
       TextOutput plot(o_.plot);
       plot.write(picture_);
@@ -123,6 +136,8 @@ class PlanRun {
     if (!item.problem.empty()) return fault(item.problem);
     if (csv_) csv_->write((paths_ > 1 ? "\n" : "") + item.csv);
     if (pulses_) pulses_->write(item.pulses);
+    if (gcode_) gcode_->write(item.gcode);
+    if (pvt_) pvt_->write(item.pvt);
     if (!o_.plot.empty() && item.input.number == o_.plot_path) draw(item);
     if (o_.json)
       std::fputs(((paths_ > 1 ? ",\n  " : "\n  ") + item.json).c_str(), stdout);
@@ -136,6 +151,8 @@ class PlanRun {
     if (csv_) item.csv = csv_lines(item);
     if (o_.json) item.json = item_json(item);
     if (pulses_) item.pulses = pulse_lines(item);
+    if (gcode_) item.gcode = gcode_lines(item);
+    if (pvt_) item.pvt = pvt_lines(item, axes_);
   }
 
   std::string pulse_lines(const PlannedItem& item) const {
@@ -148,10 +165,48 @@ class PlanRun {
     return lines;
   }
 
+  void open_pvt(const std::vector<std::string>& units) {
+    for (int j = 0; j < arm_->joints(); ++j) {
+      if (units[std::size_t(j)] != "mm")
+        throw UsageError(
+            fmt::format("--pvt: axis {} of {} is in {}; PVT lines are for stages, whose axes are in mm",
+                        arm_->joint_name(j), o_.machine, units[std::size_t(j)]));
+      std::string name = arm_->joint_name(j);
+      for (char& c : name) c = char(std::toupper(static_cast<unsigned char>(c)));
+      axes_.push_back(name);
+    }
+    pvt_.emplace(o_.pvt);
+  }
+
   void draw(const PlannedItem& item) {
+    const PlanPlot plot = plot_of(item, o_.method);
+    if (plot.trace.size() < 2) return;
+    if (o_.beside.empty()) {
+      picture_ = plan_picture(plot);
+      return;
+    }
+    PlanJobOptions how = how_;
+    how.plan.method = *motion::method_named(o_.beside);
+    how.plan.axis_rates = how.pulses = false;
+    how.describe = nullptr;
+    how.threads = 1;
+    PlanJob other(machine_, how, [&](PlannedItem&& second) {
+      if (!second.result.ok())
+        return fault(fmt::format("{}: --beside {}: {}", second.input.place, o_.beside,
+                                 motion::describe(*second.result.fault)));
+      picture_ = plan_pictures_beside(plot, plot_of(second, o_.beside));
+    });
+    other.add(InputPath(item.input));
+    other.finish();
+  }
+
+  PlanPlot plot_of(const PlannedItem& item, const std::string& method) const {
     PlanPlot plot;
     plot.title = fmt::format("Path {}: {:.1f} mm in {:.3f} s, {}", item.input.number, item.length_mm,
-                             item.result.trajectory.certificate.duration_s, o_.method);
+                             item.result.trajectory.certificate.duration_s, method);
+    plot.points = item.input.path.points;
+    if (item.input.path.closed && !plot.points.empty()) plot.points.push_back(plot.points.front());
+    plot.deviation_mm = item.result.deviation_mm;
     const std::vector<motion::TraceSample> all =
         item.result.trace.empty() ? trace_of_samples(item.result.trajectory, item.result.tool)
                                   : item.result.trace;
@@ -164,7 +219,7 @@ class PlanRun {
       plot.joint_names.push_back(arm_->joint_name(j));
       plot.joint_units.push_back(arm_->joint_unit(j));
     }
-    if (plot.trace.size() > 1) picture_ = plan_picture(plot);
+    return plot;
   }
 
   void print(const PlannedItem& item) const {
@@ -211,7 +266,7 @@ class PlanRun {
     for (const WorstRatio& w : worst_)
       std::printf("%-24s %8.5f %6lld %9.3f\n", w.ratio.limit.c_str(), w.ratio.ratio,
                   static_cast<long long>(w.path), w.ratio.time_s);
-    for (const std::string& file : {o_.output, o_.csv, o_.pulses, o_.plot})
+    for (const std::string& file : {o_.output, o_.csv, o_.pulses, o_.gcode, o_.pvt, o_.plot})
       if (!file.empty()) std::fprintf(stderr, "wrote %s\n", file.c_str());
   }
 
@@ -219,7 +274,9 @@ class PlanRun {
   const Machine& machine_;
   std::unique_ptr<motion::Arm> arm_;
   std::optional<TrajectoryWriter> trajectories_;
-  std::optional<TextOutput> csv_, pulses_;
+  std::optional<TextOutput> csv_, pulses_, gcode_, pvt_;
+  std::vector<std::string> axes_;  ///< names in PVT lines
+  PlanJobOptions how_;
   std::optional<PlanJob> job_;
   JobProgress progress_{"plan"};
   std::vector<std::string> faults_;
@@ -237,6 +294,10 @@ motion::PlanOptions plan_options(const PlanCommandOptions& o, const Machine& mac
   if (!(o.curvature_ramp_mm > 0.0 && o.curvature_ramp_mm <= 10.0))
     throw UsageError(fmt::format("--ramp {}: must lie in (0, 10] mm", o.curvature_ramp_mm));
   if (o.plot_path < 1) throw UsageError("--plot-path: paths are counted from 1");
+  if (!o.beside.empty() && o.plot.empty()) throw UsageError("--beside: only with --plot");
+  if (!o.beside.empty() && !motion::method_named(o.beside))
+    throw UsageError("--beside " + o.beside +
+                     ": must be one of certified, optimal, thesis, constant, default");
   motion::PlanOptions plan;
   plan.method = *method;
   plan.tolerance_mm = o.tolerance_mm.value_or(0.0);
@@ -263,6 +324,8 @@ void check_common(const PlanCommandOptions& o) {
 int run_aerosol(const PlanCommandOptions& o, const Machine& machine) {
   if (o.method != "certified")
     throw UsageError("--method: not for an aerosol machine; it has --corner paper, loop or hybrid");
+  if (!o.gcode.empty() || !o.pvt.empty() || !o.beside.empty())
+    throw UsageError("--gcode, --pvt, --beside: not for an aerosol machine");
   if (!o.pulses.empty())
     throw UsageError("--pulses: not for an aerosol machine, whose shutter stands in the CSV");
   AerosolPlanOptions a;
@@ -302,7 +365,7 @@ int run_plan(const PlanCommandOptions& o) {
 
 void declare_plan(OptionSet& options) {
   auto& o = options.calls(run_plan);
-  options.option("PATHS", o.paths, "*.csv, *.json, *.gcode, *.svg or *.paths; docs/commands/plan.md")
+  options.option("PATHS", o.paths, "*.csv, *.json, *.gcode, *.svg, *.dxf or *.paths; docs/commands/plan.md")
       .required();
   options.option("-o,--output", o.output, "trajectory file");
   options.option("--machine", o.machine, "machine file, as labs/cobra600.toml").required();
@@ -322,7 +385,12 @@ void declare_plan(OptionSet& options) {
   options.option("--corner", o.corner, "of an aerosol machine: paper, loop (default) or hybrid");
   options.option("--csv", o.csv, "t_s,x_mm,y_mm,joint_1,joint_2 at the tick");
   options.option("--pulses", o.pulses, "valve pulses of each path: path,list,start_s,tick");
-  options.option("--plot", o.plot, "SVG: speed, acceleration, jerk, joints, the path coloured by speed");
+  options.option("--gcode", o.gcode, "G-code program: a G1 with its feed per tick");
+  options.option("--pvt", o.pvt, "Aerotech position-velocity-time lines, one per tick; of a stage");
+  options.option(
+      "--plot", o.plot,
+      "SVG: speed, acceleration, jerk, joints, each limit's activity, the path by speed and deviation");
+  options.option("--beside", o.beside, "--plot: the same path by this method beside it");
   options.option("--plot-path", o.plot_path, "number of the path to draw").show_default();
   options.thread_option(o.threads);
   options.json_flag(o.json);

@@ -22,6 +22,8 @@ struct PlanCommandOptions {
   double curvature_ramp_mm = 0.4;
   std::string corner;             ///< of an aerosol machine; empty = loop
   std::string csv, plot, pulses;  ///< further files; empty = none
+  std::string gcode, pvt;         ///< programs for motion controllers
+  std::string beside;             ///< method whose plan is drawn beside the other; empty = none
   std::int64_t plot_path = 1;
   int threads = 0;  ///< 0 = as many as the machine has
   bool json = false;

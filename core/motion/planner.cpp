@@ -69,6 +69,17 @@ std::vector<std::size_t> samples_at(const std::vector<std::size_t>& stops, const
   return found;
 }
 
+/// Velocities by central differences; the motion begins and ends at rest.
+std::vector<double> central_rates(const Trajectory& t) {
+  const std::size_t axes = std::size_t(t.axes), last = t.samples();
+  std::vector<double> rates(t.positions.size(), 0.0);
+  for (std::size_t n = 1; n + 1 < last; ++n)
+    for (std::size_t a = 0; a < axes; ++a)
+      rates[n * axes + a] =
+          (t.positions[(n + 1) * axes + a] - t.positions[(n - 1) * axes + a]) / (2.0 * t.tick_s);
+  return rates;
+}
+
 /// Methods that know only their samples: the checker takes differences.
 PlanResult checked(Trajectory trajectory, const PathInput& path, const Arm& arm, const MotionLimits& limits,
                    const PlanOptions& options) {
@@ -103,6 +114,7 @@ PlanResult checked(Trajectory trajectory, const PathInput& path, const Arm& arm,
   fill_certificate(difference_ratios(trajectory, result.tool, result.yaw_rad, groups), groups, arm,
                    trajectory.certificate);
   if (options.trace_step_s > 0.0) result.trace = sampled_trace(trajectory, result.tool);
+  if (options.axis_rates) result.axis_rates = central_rates(trajectory);
   result.continuous_s = trajectory.certificate.duration_s =
       count > 1 ? double(count - 1) * trajectory.tick_s : 0.0;
   result.trajectory = std::move(trajectory);

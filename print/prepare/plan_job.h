@@ -34,8 +34,8 @@ struct PlannedItem {
   std::vector<std::byte> encoded;  ///< of the trajectory file; empty with a fault
   deposition::PulsePlan pulse_plan;
   std::vector<AddedStop> added_stops;
-  std::string csv, json, pulses;  ///< written by PlanJobOptions::describe
-  std::string problem;            ///< reason for which the path is refused after all
+  std::string csv, json, pulses, gcode, pvt;  ///< written by PlanJobOptions::describe
+  std::string problem;                        ///< reason for which the path is refused after all
 };
 using PlannedSink = std::function<void(PlannedItem&&)>;
 

@@ -11,6 +11,7 @@
 #include "report/draw/charts.h"
 #include "report/draw/style.h"
 #include "report/draw/svg.h"
+#include "report/paths/path_maps.h"
 #include "report/run/report_page.h"
 
 namespace firn {
@@ -49,12 +50,11 @@ replay::Series limit_line(double from_s, double to_s, double value, bool both_si
   return line;
 }
 
-std::string chart(const PlanPlot& p, const std::string& name, const std::string& unit, double limit,
-                  bool signed_values, const std::function<double(const TraceSample&)>& value) {
+std::string chart(const PlanPlot& p, double to_s, const std::string& name, const std::string& unit,
+                  double limit, bool signed_values, const std::function<double(const TraceSample&)>& value) {
   std::vector<replay::Series> series{drawn(p.trace, value)};
   series[0].label = name;
-  if (std::isfinite(limit))
-    series.push_back(limit_line(p.trace.front().t_s, p.trace.back().t_s, limit, signed_values));
+  if (std::isfinite(limit)) series.push_back(limit_line(p.trace.front().t_s, to_s, limit, signed_values));
   replay::ChartOptions options;
   options.title = name;
   options.x_name = "time [s]";
@@ -67,23 +67,57 @@ std::string chart(const PlanPlot& p, const std::string& name, const std::string&
   return replay::line_chart(series, options);
 }
 
-// Cividis at five points: legible without colour vision and on paper.
-std::string colour(double share) {
-  constexpr std::array<std::array<double, 3>, 5> stops{
-      {{0, 34, 78}, {65, 77, 107}, {124, 123, 120}, {188, 175, 111}, {254, 232, 56}}};
-  const double x = std::clamp(share, 0.0, 1.0) * 4.0;
-  const std::size_t i = std::min<std::size_t>(3, std::size_t(x));
-  std::array<int, 3> c{};
-  for (std::size_t k = 0; k < 3; ++k)
-    c[k] = int(std::lround(stops[i][k] + (stops[i + 1][k] - stops[i][k]) * (x - double(i))));
-  return fmt::format("#{:02x}{:02x}{:02x}", c[0], c[1], c[2]);
-}
-
 std::string placed(const std::string& svg, double x, double y, double width, double height) {
   return fmt::format(
              "<svg x=\"{:.0f}\" y=\"{:.0f}\" width=\"{:.0f}\" height=\"{:.0f}\" overflow=\"visible\">", x, y,
              width, height) +
          svg + "</svg>\n";
+}
+
+/// Over the distance along the path.
+std::string deviation_chart(const PlanPlot& p, const std::vector<double>& along_mm,
+                            const std::vector<double>& off_mm) {
+  constexpr double kUm = 1e3;
+  const std::size_t step = std::max<std::size_t>(1, along_mm.size() / kPoints);
+  replay::Series line{"deviation", {}, {}};
+  for (std::size_t n = 0; n < along_mm.size(); n += step) {
+    const std::size_t end = std::min(n + step, along_mm.size());
+    const auto most =
+        std::max_element(off_mm.begin() + std::ptrdiff_t(n), off_mm.begin() + std::ptrdiff_t(end));
+    line.x.push_back(along_mm[n]);
+    line.y.push_back(kUm * *most);
+  }
+  const double bound = kUm * p.deviation_mm;
+  const replay::Series proved{
+      "proved bound", {0.0, along_mm.back()}, {bound, bound}, replay::Series::kReference};
+  replay::ChartOptions options;
+  options.title = "deviation";
+  options.x_name = "along the path [mm]";
+  options.y_name = "off the points' polygon [um]";
+  options.from_zero = true;
+  return replay::line_chart({line, proved}, options);
+}
+
+std::vector<LimitActivity> activities(const PlanPlot& p) {
+  std::vector<LimitActivity> all;
+  const std::array<const char*, 3> total{"speed", "acceleration", "jerk"},
+      joint{"rate", "acceleration", "jerk"};
+  const auto add = [&](const std::string& name, double limit, const auto& value) {
+    if (!std::isfinite(limit)) return;
+    LimitActivity& row = all.emplace_back(LimitActivity{name, {}});
+    for (const TraceSample& t : p.trace) row.share.push_back(std::abs(value(t)) / limit);
+  };
+  const auto of = [](const motion::RateLimits& l) {
+    return std::array<double, 3>{l.rate, l.acceleration, l.jerk};
+  };
+  for (std::size_t k = 0; k < 3; ++k)
+    add(std::string("total ") + total[k], of(p.limits.position)[k],
+        [k](const TraceSample& t) { return t.total[k]; });
+  for (std::size_t j = 0; j < p.joint_names.size(); ++j)
+    for (std::size_t k = 0; k < 3; ++k)
+      add(p.joint_names[j] + " " + joint[k], of(p.limits.joint[j])[k],
+          [j, k](const TraceSample& t) { return t.joint[j][k]; });
+  return all;
 }
 
 std::string certificate_table(const Certificate& c, double left, double top) {
@@ -98,48 +132,79 @@ std::string certificate_table(const Certificate& c, double left, double top) {
   row("limit", "largest ratio", "at [s]");
   for (const LimitRatio& l : c.limits) row(l.limit, replay::number(l.ratio, 4), replay::number(l.time_s, 3));
   row("duration", replay::number(c.duration_s, 3) + " s", "");
-  if (c.lower_bound_s > 0.0)
-    row("lower bound (speed, acceleration)", replay::number(c.lower_bound_s, 3) + " s", "");
+  if (c.lower_bound_s > 0.0) row("lower bound", replay::number(c.lower_bound_s, 3) + " s", "");
   return s;
+}
+
+struct Drawing {
+  double width, height;
+  std::string title, content;
+};
+
+/// @param left where it begins; @param to_s end of the axes of time
+Drawing drawn_plan(const PlanPlot& p, double left, double to_s) {
+  constexpr double kColumn = 440, kRow = 330, kMapRow = 400, kHead = 40;
+  const std::vector<double> along = along_path(p.trace);
+  const std::vector<LimitActivity> limits = activities(p);
+  const double strips = std::max(kRow, 20.0 * double(limits.size()) + 140.0);
+  const std::size_t rows = 1 + p.joint_names.size();
+  Drawing d{3 * kColumn + 20, kHead + kMapRow + strips + double(rows) * kRow, p.title, {}};
+  const auto put = [&](const std::string& svg, double x, double y, double width, double height) {
+    d.content += placed(svg, left + x, y, width, height);
+  };
+  d.content += replay::svg_text(left + d.width / 2, 26, "middle", "head", p.title);
+  put(speed_map(p.trace, p.limits.position.rate, "path coloured by speed"), 10, kHead, kColumn - 16,
+      kMapRow - 16);
+  if (p.points.size() > 1) {
+    PathColours off{deviations(p.trace, p.points), 1e-6, "off the points' polygon [mm]", 4};
+    off.top = std::max({off.top, p.deviation_mm, *std::max_element(off.value.begin(), off.value.end())});
+    put(path_map(p.trace, off, p.points, "path coloured by its deviation"), 10 + kColumn, kHead, kColumn - 16,
+        kMapRow - 16);
+    put(deviation_chart(p, along, off.value), 10 + 2 * kColumn, kHead + kMapRow, kColumn - 16, kRow - 10);
+  }
+  d.content += certificate_table(p.certificate, left + 40 + 2 * kColumn, kHead + 30);
+  put(limit_strips(along, limits, 2 * kColumn - 16, "activity of each limit along the path"), 10,
+      kHead + kMapRow, 2 * kColumn - 16, strips - 10);
+  const double charts = kHead + kMapRow + strips;
+  const std::array<const char*, 3> total{"speed", "acceleration", "jerk"},
+      joint{"rate", "acceleration", "jerk"};
+  const std::array<const char*, 3> per{"/s", "/s²", "/s³"};
+  const std::array<double, 3> bounds{p.limits.position.rate, p.limits.position.acceleration,
+                                     p.limits.position.jerk};
+  for (std::size_t k = 0; k < 3; ++k)
+    put(chart(p, to_s, std::string("total ") + total[k], std::string("mm") + per[k], bounds[k], false,
+              [k](const TraceSample& t) { return t.total[k]; }),
+        10 + kColumn * double(k), charts, kColumn - 16, kRow - 10);
+  for (std::size_t j = 0; j < p.joint_names.size(); ++j) {
+    const double unit = p.joint_units[j] == "rad" ? kDegrees : 1.0;
+    const motion::RateLimits& l = p.limits.joint[j];
+    const std::array<double, 3> bound{l.rate * unit, l.acceleration * unit, l.jerk * unit};
+    for (std::size_t k = 0; k < 3; ++k)
+      put(chart(p, to_s, p.joint_names[j] + " " + joint[k],
+                (p.joint_units[j] == "rad" ? "deg" : "mm") + std::string(per[k]), bound[k], true,
+                [j, k, unit](const TraceSample& t) { return t.joint[j][k] * unit; }),
+          10 + kColumn * double(k), charts + kRow * double(j + 1), kColumn - 16, kRow - 10);
+  }
+  return d;
+}
+
+std::string standing_alone(const Drawing& d) {
+  return fmt::format(
+             "<svg viewBox=\"0 0 {:.0f} {:.0f}\" width=\"{:.0f}\" role=\"img\" "
+             "xmlns=\"http://www.w3.org/2000/svg\">",
+             d.width, d.height, d.width) +
+         "<style>" + std::string(replay::kReportStyle) +
+         "svg { background: var(--bg); font-family: system-ui, \"DejaVu Sans\", sans-serif; } .head { "
+         "font-size: 18px; fill: var(--fg); }</style>\n<title>" +
+         replay::escape_html(d.title) + "</title>\n" + d.content + "</svg>\n";
 }
 
 }  // namespace
 
 std::string speed_map(const std::vector<TraceSample>& trace, double top_mm_s, const std::string& title) {
-  constexpr double kWidth = 424, kHeight = 380, kBarTop = 330;
-  double x0 = 1e300, x1 = -1e300, y0 = 1e300, y1 = -1e300;
-  for (const TraceSample& t : trace) {
-    x0 = std::min(x0, t.at.x_mm);
-    x1 = std::max(x1, t.at.x_mm);
-    y0 = std::min(y0, t.at.y_mm);
-    y1 = std::max(y1, t.at.y_mm);
-  }
-  replay::Frame f{54, 10, 414, 262};
-  // One scale for both axes: a circle stays a circle.
-  const double room_x = f.right - f.left - 20, room_y = f.bottom - f.top - 20;
-  const double scale = std::max({(x1 - x0) / room_x, (y1 - y0) / room_y, 1e-6});
-  const double half_x = 0.5 * scale * (f.right - f.left), half_y = 0.5 * scale * (f.bottom - f.top);
-  const replay::Axis x(0.5 * (x0 + x1) - half_x, 0.5 * (x0 + x1) + half_x, f.left, f.right, 6);
-  const replay::Axis y(0.5 * (y0 + y1) - half_y, 0.5 * (y0 + y1) + half_y, f.bottom, f.top, 6);
-  std::string s = replay::svg_open(kWidth, kHeight, title) + replay::draw_axes(f, x, y, "x [mm]", "y [mm]");
-  s += "<g fill=\"none\" stroke-width=\"4\" stroke-linecap=\"round\">\n";
-  const std::size_t step = std::max<std::size_t>(1, trace.size() / 800);
-  for (std::size_t n = 0; n + 1 < trace.size(); n += step) {
-    const TraceSample &a = trace[n], &b = trace[std::min(n + step, trace.size() - 1)];
-    if (b.s_mm < a.s_mm) continue;  // another path begins
-    s += fmt::format("<path stroke=\"{}\" d=\"M{:.2f} {:.2f}L{:.2f} {:.2f}\"/>",
-                     colour(0.5 * (a.total[0] + b.total[0]) / top_mm_s), x.px(a.at.x_mm), y.px(a.at.y_mm),
-                     x.px(b.at.x_mm), y.px(b.at.y_mm));
-  }
-  s += "</g>\n";
-  for (int n = 0; n < 60; ++n)
-    s += fmt::format("<rect x=\"{:.1f}\" y=\"{:.0f}\" width=\"6.4\" height=\"12\" fill=\"{}\"/>",
-                     f.left + 6.0 * n, kBarTop, colour((n + 0.5) / 60.0));
-  for (int n = 0; n <= 4; ++n)
-    s += replay::svg_text(f.left + 90.0 * n, kBarTop + 28, "middle", "tick",
-                          replay::number(top_mm_s * n / 4.0, 0));
-  s += replay::svg_text(f.left + 180, kBarTop + 46, "middle", "name", "speed [mm/s]");
-  return s + "</svg>\n";
+  PathColours speed{{}, top_mm_s, "speed [mm/s]"};
+  for (const TraceSample& t : trace) speed.value.push_back(t.total[0]);
+  return path_map(trace, speed, {}, title);
 }
 
 std::vector<TraceSample> trace_of_samples(const Trajectory& t, const std::vector<Point2>& tool) {
@@ -165,42 +230,13 @@ std::vector<TraceSample> trace_of_samples(const Trajectory& t, const std::vector
   return trace;
 }
 
-std::string plan_picture(const PlanPlot& p) {
-  constexpr double kColumn = 440, kRow = 330, kMapRow = 400, kHead = 40;
-  const std::size_t rows = 1 + p.joint_names.size();
-  const double width = 3 * kColumn + 20, height = kHead + kMapRow + double(rows) * kRow;
-  std::string s = fmt::format(
-      "<svg viewBox=\"0 0 {:.0f} {:.0f}\" width=\"{:.0f}\" role=\"img\" "
-      "xmlns=\"http://www.w3.org/2000/svg\">",
-      width, height, width);
-  s += "<style>" + std::string(replay::kReportStyle) +
-       "svg { background: var(--bg); font-family: system-ui, \"DejaVu Sans\", sans-serif; } .head { "
-       "font-size: 18px; fill: var(--fg); }</style>\n";
-  s += "<title>" + replay::escape_html(p.title) + "</title>\n" +
-       replay::svg_text(width / 2, 26, "middle", "head", p.title);
-  s += placed(speed_map(p.trace, p.limits.position.rate, "path coloured by speed"), 10, kHead, kColumn - 16,
-              kMapRow - 16);
-  s += certificate_table(p.certificate, 40 + kColumn, kHead + 30);
-  const std::array<const char*, 3> total{"speed", "acceleration", "jerk"},
-      joint{"rate", "acceleration", "jerk"};
-  const std::array<const char*, 3> per{"/s", "/s²", "/s³"};
-  const std::array<double, 3> limits{p.limits.position.rate, p.limits.position.acceleration,
-                                     p.limits.position.jerk};
-  for (std::size_t k = 0; k < 3; ++k)
-    s += placed(chart(p, std::string("total ") + total[k], std::string("mm") + per[k], limits[k], false,
-                      [k](const TraceSample& t) { return t.total[k]; }),
-                10 + kColumn * double(k), kHead + kMapRow, kColumn - 16, kRow - 10);
-  for (std::size_t j = 0; j < p.joint_names.size(); ++j) {
-    const double unit = p.joint_units[j] == "rad" ? kDegrees : 1.0;
-    const motion::RateLimits& l = p.limits.joint[j];
-    const std::array<double, 3> bound{l.rate * unit, l.acceleration * unit, l.jerk * unit};
-    for (std::size_t k = 0; k < 3; ++k)
-      s += placed(chart(p, p.joint_names[j] + " " + joint[k],
-                        (p.joint_units[j] == "rad" ? "deg" : "mm") + std::string(per[k]), bound[k], true,
-                        [j, k, unit](const TraceSample& t) { return t.joint[j][k] * unit; }),
-                  10 + kColumn * double(k), kHead + kMapRow + kRow * double(j + 1), kColumn - 16, kRow - 10);
-  }
-  return s + "</svg>\n";
+std::string plan_picture(const PlanPlot& p) { return standing_alone(drawn_plan(p, 0.0, p.trace.back().t_s)); }
+
+std::string plan_pictures_beside(const PlanPlot& left, const PlanPlot& right) {
+  const double to_s = std::max(left.trace.back().t_s, right.trace.back().t_s);
+  const Drawing a = drawn_plan(left, 0.0, to_s), b = drawn_plan(right, a.width, to_s);
+  return standing_alone({a.width + b.width, std::max(a.height, b.height), left.title + " | " + right.title,
+                         a.content + b.content});
 }
 
 }  // namespace firn

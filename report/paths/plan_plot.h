@@ -1,5 +1,6 @@
 // Draws pictures of a planned path [Barnett 2012, Figs. 4-7, 4-8, 4-11]: speed, acceleration and jerk against
-// time with their limits, in total and for each joint, and the path coloured by its speed.
+// time with their limits, in total and for each joint; the path coloured by its speed, and over the points'
+// polygon by its deviation; each limit's activity along the path.
 #pragma once
 
 #include <string>
@@ -15,12 +16,16 @@ struct PlanPlot {
   std::vector<motion::TraceSample> trace;
   motion::MotionLimits limits;
   Certificate certificate;
+  std::vector<Point2> points;            ///< of the path; empty: no deviation is drawn
+  double deviation_mm = 0.0;             ///< proved bound
   std::vector<std::string> joint_names;  ///< those with a limit
   std::vector<std::string> joint_units;  ///< "rad" or "mm"; angles are drawn in degrees
 };
 
 /// Returns one self-contained SVG. @pre at least two samples
 std::string plan_picture(const PlanPlot& plot);
+/// Returns two plans beside each other, with one axis of time, as one SVG.
+std::string plan_pictures_beside(const PlanPlot& left, const PlanPlot& right);
 
 /// Computes a trace by differences of the emitted samples: for methods that have no continuous motion behind
 /// them.

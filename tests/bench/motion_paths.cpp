@@ -7,6 +7,8 @@
 // - `motion_paths nasty N [SEED]`: N random paths (cusps, tiny and repeated steps, zigzags, near full reach)
 // with tolerances of 0 and 0.005 to 0.1 mm: refusals by reason, deviation / tolerance, largest ratio to a
 // limit at any instant by interval arithmetic
+// - `motion_paths nlp [CURVES] [SEED]`: durations of both tiers over the optimum on the same curve by direct
+// transcription (tests/core/motion/time_transcription.h), and the lower bound over that optimum
 // - `motion_paths one KIND SEED STEP DECIMALS TOLERANCE`: durations of one path
 #include <algorithm>
 #include <cmath>
@@ -22,6 +24,7 @@
 #include "tests/core/motion/continuous_checker.h"
 #include "tests/core/motion/random_paths.h"
 #include "tests/core/motion/sampled_curves.h"
+#include "tests/core/motion/time_transcription.h"
 
 namespace {
 
@@ -43,11 +46,10 @@ struct Summary {
 };
 
 struct Kind {
-  Summary over_best, over_nlp, wider, denser, bound, off, ratio;
+  Summary over_best, wider, denser, bound, off, ratio;
   int refused = 0;
   void merge(const Kind& o) {
     over_best.merge(o.over_best);
-    over_nlp.merge(o.over_nlp);
     wider.merge(o.wider);
     denser.merge(o.denser);
     bound.merge(o.bound);
@@ -134,6 +136,64 @@ int table(int curves, std::uint64_t seed) {
   return 0;
 }
 
+/// Optimum of all segments of a plan, each on its own curve. 0 = one was not found.
+double transcribed_s(const CertifiedWork& work, const PlanResult& result) {
+  static const MotionLimits limits = cobra600_limits();
+  double sum = 0.0;
+  for (std::size_t k = 0; k <= result.stops; ++k) {
+    const double best =
+        TimeTranscription(work.segments[k], limits, 325.0, 275.0, result.configuration.elbow).minimum_time(2);
+    if (best == 0.0) return 0.0;
+    sum += best;
+  }
+  return sum;
+}
+
+int nlp(int curves, std::uint64_t seed) {
+  const auto arm = make_scara(cobra600());
+  static constexpr int kDecimals[3] = {3, 4, 9};
+  CertifiedWork work;
+  std::printf("%-10s %6s %10s %8s %10s %8s %12s %8s %8s\n", "curves", "number", "certified", "worst",
+              "optimal", "worst", "bound", "largest", "none");
+  Summary all[3];
+  int without = 0;
+  const auto print = [](const char* text, const Summary(&of)[3], int none) {
+    std::printf("%-10s %6zu %10.4f %8.4f %10.4f %8.4f %12.4f %8.4f %8d\n", text, of[0].value.size(),
+                of[0].mean(), of[0].most(), of[1].mean(), of[1].most(), of[2].mean(), of[2].most(), none);
+    std::fflush(stdout);
+  };
+  for (int kind = 0; kind < kCurveKinds; ++kind) {
+    Summary here[3];
+    int none = 0;
+    for (int k = kind; k < curves; k += kCurveKinds) {
+      RandomStream draw(seed + std::uint64_t(k), Purpose::kTest);
+      const double step = 0.1 * std::pow(10.0, draw.uniform(0.0, 1.0));
+      const int decimals = kDecimals[draw.below(3)];
+      const std::vector<Point2> points = sampled(random_curve(kind, seed + std::uint64_t(k)), step, decimals);
+      PathInput input;
+      input.points = points;
+      input.origin = kPart;
+      PlanOptions options;
+      options.point_noise_mm = 0.5 * std::pow(10.0, -decimals);
+      if (draw.below(3) > 0) options.tolerance_mm = 0.005 * std::pow(20.0, draw.uniform(0.0, 1.0));
+      for (int tier = 0; tier < 2; ++tier) {
+        options.method = tier == 0 ? Method::kCertified : Method::kOptimal;
+        const PlanResult result = plan_certified(input, *arm, cobra600_limits(), options, work);
+        const double best = transcribed_s(work, result);
+        none += best == 0.0;
+        if (best == 0.0) continue;
+        here[tier].add(result.continuous_s / best);
+        here[2].add(result.trajectory.certificate.lower_bound_s / best);
+      }
+    }
+    print(kCurveKind[kind], here, none);
+    for (int i = 0; i < 3; ++i) all[i].merge(here[i]);
+    without += none;
+  }
+  print("all", all, without);
+  return 0;
+}
+
 int one(char** argv) {
   int kind = 0;
   while (kind + 1 < kCurveKinds && std::strcmp(kCurveKind[kind], argv[2]) != 0) ++kind;
@@ -154,29 +214,28 @@ int one(char** argv) {
   return 0;
 }
 
-/// Plans the segments as plan_certified does and returns the checker's largest ratio.
-double proved_ratio(const std::vector<Point2>& points, const PlanOptions& options, const Arm& arm,
-                    CertifiedWork& work, double& deviation_mm) {
+/// Plans, and returns the checker's largest ratio of the motion as it is emitted: in whole ticks.
+double emitted_ratio(const std::vector<Point2>& points, const PlanOptions& options, const Arm& arm,
+                     CertifiedWork& work, double& deviation_mm) {
   static const MotionLimits limits = cobra600_limits();
   PathInput input;
   input.points = points;
-  const CleanPath path = clean(input);
-  CertifiedTask task{arm, limits, options, {}, limited_joints(limits, arm.joints()), {}};
-  task.placement.configuration.elbow = 1;
-  task.groups = row_groups(limits, task.joints, false);
-  const std::size_t segments = plan_segments(path, task, work);
+  const PlanResult result = plan_certified(input, arm, limits, options, work);
+  const double slow = result.trajectory.certificate.duration_s / result.continuous_s;
+  deviation_mm = result.deviation_mm;
   double most = 0.0;
-  for (std::size_t k = 0; k < segments; ++k) {
-    StopSegment& segment = work.segments[k];
-    prove(task, work, segment);
-    deviation_mm = std::max(deviation_mm, segment.deviation_mm);
-    for (const auto& row : ContinuousChecker(segment, limits, 325.0, 275.0).ratios(1e-3))
+  for (std::size_t k = 0; k <= result.stops; ++k) {
+    StopSegment segment = work.segments[k];
+    segment.factor *= slow;
+    for (const auto& row :
+         ContinuousChecker(segment, limits, 325.0, 275.0, result.configuration.elbow).ratios(1e-3, 1.0))
       for (const double r : row) most = std::max(most, r);
   }
   return most;
 }
 
 int nasty(int paths, std::uint64_t seed) {
+  constexpr int kReport = 1000;
   const auto arm = make_scara(cobra600());
   CertifiedWork work;
   RandomPathMaker maker(seed);
@@ -185,24 +244,34 @@ int nasty(int paths, std::uint64_t seed) {
   double most = 0.0, off = 0.0;
   int planned = 0;
   for (int k = 0; k < paths; ++k) {
+    if (k > 0 && k % kReport == 0) {
+      std::printf("%d paths\n", k);
+      std::fflush(stdout);
+    }
     const RandomPath path = maker.next();
     PlanOptions options;
     if (k % 2) options.tolerance_mm = 0.005 * std::pow(20.0, draw.uniform(0.0, 1.0));
     try {
       double deviation_mm = 0.0;
-      const double ratio = proved_ratio(path.points, options, *arm, work, deviation_mm);
+      const double ratio = emitted_ratio(path.points, options, *arm, work, deviation_mm);
       ++planned;
       if (options.tolerance_mm > 0.0) off = std::max(off, deviation_mm / options.tolerance_mm);
       if (ratio > most || (options.tolerance_mm > 0.0 && deviation_mm > options.tolerance_mm))
         std::printf("path %d (%s, %zu points), tolerance %.4f: ratio 1 %+.3g, deviation %.5f mm\n", k,
                     path.kind, path.points.size(), options.tolerance_mm, ratio - 1.0, deviation_mm);
+      std::fflush(stdout);
       most = std::max(most, ratio);
     } catch (const MotionError& error) {
-      ++refused[describe(error.fault()).substr(0, 40)];
+      const Reason reason = error.fault().reason;
+      ++refused[name(reason)];
+      if (reason >= Reason::kReachFar && reason <= Reason::kJointHigh) continue;
+      std::printf("path %d (%s, %zu points), tolerance %.4f: %s\n", k, path.kind, path.points.size(),
+                  options.tolerance_mm, describe(error.fault()).c_str());
+      std::fflush(stdout);
     }
   }
   std::printf("%d planned, largest ratio 1 %+.3g, deviation / tolerance %.4f\n", planned, most - 1.0, off);
-  for (const auto& [reason, count] : refused) std::printf("%6d refused: %s...\n", count, reason.c_str());
+  for (const auto& [reason, count] : refused) std::printf("%6d refused: %s\n", count, reason.c_str());
   return 0;
 }
 
@@ -212,6 +281,9 @@ int main(int argc, char** argv) {
   if (argc == 7 && std::strcmp(argv[1], "one") == 0) return one(argv);
   if (argc > 2 && std::strcmp(argv[1], "nasty") == 0)
     return nasty(std::max(1, std::atoi(argv[2])), argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
+  if (argc > 1 && std::strcmp(argv[1], "nlp") == 0)
+    return nlp(argc > 2 ? std::max(1, std::atoi(argv[2])) : 36,
+               argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
   return table(argc > 1 ? std::max(1, std::atoi(argv[1])) : 200,
                argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1);
 }

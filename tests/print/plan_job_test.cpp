@@ -6,6 +6,8 @@
 
 #include "core/deposition/delivery.h"
 #include "core/grid/random.h"
+#include "files/path/path_file.h"
+#include "print/prepare/motion_program.h"
 #include "print/prepare/plan_outputs.h"
 #include "report/paths/plan_plot.h"
 
@@ -99,6 +101,83 @@ TEST_CASE(
   double length = 0.0;
   for (std::size_t k = 1; k < c.size(); ++k) length += 0.5 * t.tick_s * (c[k - 1] + c[k]);
   CHECK(length == Approx(100.0).margin(0.2));
+}
+
+TEST_CASE(
+    "A G-code program takes the plan's time and passes the plan's points, read back by another reader") {
+  InputPath bent;
+  bent.number = 1;
+  bent.path.points = {{0, 0}, {30, 0}, {30, 20}};
+  bent.path.z_mm = 0.5;
+  PlanJobOptions how;
+  how.keep_tool = true;
+  const auto items = planned({bent}, 1, how);
+  REQUIRE(items[0].result.ok());
+  const std::string program = gcode_head("arm (left)", "certified") + gcode_lines(items[0]) + gcode_tail();
+  std::istringstream lines(program);
+  std::string line;
+  double at_x = 0.0, at_y = 0.0, time_s = 0.0;
+  std::size_t n = 0;
+  const std::vector<Point2>& tool = items[0].result.tool;
+  while (std::getline(lines, line)) {
+    double x = 0.0, y = 0.0, f = 0.0, p = 0.0;
+    if (std::sscanf(line.c_str(), "G1 X%lf Y%lf F%lf", &x, &y, &f) == 3) {
+      time_s += 60.0 * std::hypot(x - at_x, y - at_y) / f;
+      ++n;
+      at_x = x;
+      at_y = y;
+    } else if (std::sscanf(line.c_str(), "G4 P%lf", &p) == 1) {
+      time_s += p;
+      ++n;
+    } else if (std::sscanf(line.c_str(), "G0 X%lf Y%lf", &at_x, &at_y) != 2) {
+      continue;
+    }
+    REQUIRE(n < tool.size());
+    CHECK(std::hypot(at_x - tool[n].x_mm, at_y - tool[n].y_mm) < 1e-6);
+  }
+  CHECK(n + 1 == tool.size());
+  CHECK(time_s == Approx(items[0].result.trajectory.certificate.duration_s).epsilon(1e-7));
+  std::istringstream again(program);
+  std::vector<InputPath> read;
+  read_paths_gcode(again, "p.nc", double(program.size()),
+                   [&](InputPath&& q) { read.push_back(std::move(q)); });
+  REQUIRE(read.size() == 1);
+  CHECK(read[0].path.z_mm == 0.5);
+  CHECK(distance(read[0].path.points.back(), {30, 20}) < 1e-6);
+}
+
+TEST_CASE("PVT lines are the emitted positions, their velocities and the time since the first") {
+  InputPath bent;
+  bent.number = 4;
+  bent.path.points = {{0, 0}, {30, 0}, {30, 20}};
+  PlanJobOptions how;
+  how.plan.axis_rates = true;
+  const auto items = planned({bent}, 1, how);
+  REQUIRE(items[0].result.ok());
+  const Trajectory& t = items[0].result.trajectory;
+  std::istringstream lines(pvt_lines(items[0], {"X", "Y", "Z", "U"}));
+  std::string line;
+  std::size_t n = 0;
+  REQUIRE(std::getline(lines, line));
+  CHECK(line == "' path 4");
+  REQUIRE(std::getline(lines, line));
+  CHECK(line.starts_with("LINEAR X"));
+  REQUIRE(std::getline(lines, line));
+  CHECK(line == "WAIT MOVEDONE X Y Z U");
+  REQUIRE(std::getline(lines, line));
+  CHECK(line == "PVT INIT TIME ABS");
+  while (std::getline(lines, line)) {
+    ++n;
+    double x = 0, vx = 0, y = 0, vy = 0, z = 0, vz = 0, u = 0, vu = 0, s = 0;
+    REQUIRE(std::sscanf(line.c_str(), "PVT X%lf,%lf Y%lf,%lf Z%lf,%lf U%lf,%lf TIME %lf", &x, &vx, &y, &vy,
+                        &z, &vz, &u, &vu, &s) == 9);
+    CHECK(s == Approx(double(n) * t.tick_s));
+    CHECK(x == Approx(t.positions[4 * n]).margin(1e-9));
+    CHECK(vy == Approx(items[0].result.axis_rates[4 * n + 1]).margin(1e-9));
+    if (n + 1 < t.samples())
+      CHECK(vx == Approx((t.positions[4 * n + 4] - t.positions[4 * n - 4]) / (2.0 * t.tick_s)).margin(2e-3));
+  }
+  CHECK(n + 1 == t.samples());
 }
 
 TEST_CASE("Nominal pulses of a planned path count its volume, and too much flow is refused with the path") {

@@ -13,6 +13,7 @@
 #include "core/motion/aerosol/plan.h"
 #include "files/path/path_file.h"
 #include "report/paths/aerosol_pictures.h"
+#include "report/paths/path_maps.h"
 #include "report/paths/plan_plot.h"
 #include "report/paths/slice_pictures.h"
 #include "tests/report/markup.h"
@@ -254,6 +255,80 @@ TEST_CASE("A faster stretch of a speed map is lighter") {
     before = lightness;
   }
   CHECK(before > 200.0);
+}
+
+TEST_CASE(
+    "Deviations are distances from the polygon near the same place, also where the path crosses itself") {
+  std::vector<Point2> polygon;  // a circle of 20 mm, run through twice
+  for (int n = 0; n <= 720; ++n) {
+    const double a = n * std::numbers::pi / 180.0;
+    polygon.push_back({100.0 + 20.0 * std::cos(a), 50.0 + 20.0 * std::sin(a)});
+  }
+  std::vector<TraceSample> trace;
+  for (int n = 0; n <= 2000; ++n) {
+    const double a = 4.0 * std::numbers::pi * n / 2000.0, r = 20.0 + 0.05 * std::sin(7.0 * a);
+    TraceSample t;
+    t.at = {100.0 + r * std::cos(a), 50.0 + r * std::sin(a)};
+    trace.push_back(t);
+  }
+  const auto off = deviations(trace, polygon);
+  REQUIRE(off.size() == trace.size());
+  for (std::size_t n = 0; n < off.size(); ++n)  // 0.8 um: the chords' sagitta
+    CHECK(off[n] ==
+          Approx(0.05 * std::abs(std::sin(28.0 * std::numbers::pi * double(n) / 2000.0))).margin(1e-3));
+}
+
+TEST_CASE("A strip per limit is as long as the path and orange where the limit is exceeded") {
+  std::vector<double> along;
+  std::vector<LimitActivity> limits{{"speed", {}}, {"jerk", {}}};
+  for (int n = 0; n <= 1000; ++n) {
+    along.push_back(0.1 * n);
+    limits[0].share.push_back(n / 1000.0);
+    limits[1].share.push_back(n > 500 ? 1.2 : 0.0);
+  }
+  const Element page = parse_markup(limit_strips(along, limits, 864.0, "activity"));
+  const auto strips = page.all("image");
+  REQUIRE(strips.size() == 2);
+  CHECK(strips[0]->at("width") == strips[1]->at("width"));
+  CHECK(strips[0]->attribute("href") != strips[1]->attribute("href"));
+  const auto texts = page.all("text");
+  const auto has = [&](const std::string& text) {
+    return std::any_of(texts.begin(), texts.end(), [&](const Element* e) { return e->text == text; });
+  };
+  CHECK(has("speed"));
+  CHECK(has("jerk"));
+  CHECK(has("100"));  // mm, the end of the axis
+}
+
+TEST_CASE("Two plans beside each other share their axis of time and do not overlap") {
+  PlanPlot left;
+  left.title = "left";
+  left.trace = circle_trace(300);
+  left.limits = motion::cobra600_limits();
+  left.joint_names = {"J1"};
+  left.joint_units = {"rad"};
+  for (const TraceSample& t : left.trace) left.points.push_back(t.at);
+  PlanPlot right = left;
+  right.title = "right";
+  for (TraceSample& t : right.trace) t.t_s *= 2.0;
+  const Element page = parse_markup(plan_pictures_beside(left, right));
+  std::vector<Box> boxes;
+  const Element& sheet = page.children.at(0);
+  for (const Element& chart : sheet.children) {
+    if (chart.name != "svg") continue;
+    Box b;
+    b.take(chart.at("x"), chart.at("y"));
+    b.take(chart.at("x") + chart.at("width"), chart.at("y") + chart.at("height"));
+    for (const Box& o : boxes) CHECK_FALSE(b.meets(o));
+    boxes.push_back(b);
+  }
+  REQUIRE(boxes.size() == 20);  // two maps, strips, deviation, and three charts for the total and for J1
+  std::vector<double> ends;
+  for (const Element* svg : page.all("svg", "role", "img"))
+    if (svg->all("title").front()->text == "total speed") ends.push_back(x_axis_of(*svg).value(414.0));
+  REQUIRE(ends.size() == 2);
+  CHECK(ends[0] == Approx(ends[1]));
+  CHECK(ends[0] >= right.trace.back().t_s - 0.02);
 }
 
 TEST_CASE("Two paths in one speed map are not joined") {

@@ -68,9 +68,14 @@ void sample(const CertifiedTask& task, int inner, CertifiedWork& work, const Sto
 void check(const CertifiedTask& task, int inner, CertifiedWork& work, StopSegment& out) {
   MotionSamples& samples = work.bounds.samples;
   out.sampled = ++work.sampled;
-  sample(task, inner, work, out);
   out.proved = false;
   out.ratios = {};
+  if (!std::isfinite(out.motion.duration_s())) {  // beside a cusp the solver may lose all digits
+    out.motion.t.back() = kUnlimited;
+    out.factor = 1.0;
+    return;
+  }
+  sample(task, inner, work, out);
   add_ratios(out.curve, samples.batch, samples.tool, samples.joint, task.groups, out.ratios);
   out.factor = std::isfinite(out.motion.duration_s()) ? out.ratios.time_factor() : kUnlimited;
 }
@@ -86,6 +91,7 @@ bool plan_straight(const CertifiedTask& task, CertifiedWork& work, StopSegment& 
   check(task, 3, work, out);
   if (!(out.factor <= 1.0 + 1e-9)) return false;
   out.factor = 1.0;
+  out.closed_form = true;
   return true;
 }
 
@@ -117,14 +123,17 @@ void set_rows(const CertifiedTask& task, CertifiedWork& work, const StopSegment&
     throw MotionError(*fault);
 }
 
-void bound(const RowGroups& groups, int active, CertifiedWork& work, StopSegment& out) {
+void bound(const CertifiedTask& task, const RowGroups& groups, int active, CertifiedWork& work,
+           StopSegment& out) {
   speed_bound(out.curve, work.rows, groups, active, work.bound);
+  if (task.options.curve_rule == CurveRule::kFitted) return;  // prove() will
+  set_duration(out.curve, work.rows, groups, work.bound);
   out.bound_s = work.bound.duration_s;
 }
 
 void solve(const CertifiedTask& task, RowGroups& groups, int active, const Effort& effort,
            CertifiedWork& work, StopSegment& out) {
-  bound(groups, active, work, out);
+  bound(task, groups, active, work, out);
   solve_profile(out.curve, work.rows, groups, active, work.bound.limit, work.bound.b, effort.solver,
                 work.solver, work.profile, work.descends ? &out.gradient : nullptr);
   time_profile(out.curve, work.profile, out.motion);
@@ -154,7 +163,7 @@ bool solve(const CertifiedTask& task, const Effort& effort, bool all, CertifiedW
       kSlight)  // between the knots
     solve(task, order.groups, count, effort, work, out);
   else if (activated && task.options.lower_bound && task.options.curve_rule == CurveRule::kRamped)
-    bound(order.groups, count, work, out);
+    bound(task, order.groups, count, work, out);
   return activated;
 }
 
@@ -196,6 +205,7 @@ void plan_curve(std::span<const Point2> points, std::span<const double> speed_li
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     const Effort effort = motion::effort(task.options, finer(task, work), attempt);
     StopSegment& trial = attempt == 0 ? out : work.trial;
+    trial.closed_form = false;
     if (attempt == 0) {
       refine(sizes, work.curve, trial.curve);
     } else {
@@ -209,10 +219,11 @@ void plan_curve(std::span<const Point2> points, std::span<const double> speed_li
     if (attempt == 0 && trial.curve.straight && yaw_rad.empty() && plan_straight(task, work, trial)) {
       if (!task.options.lower_bound || task.options.curve_rule == CurveRule::kFitted) return;
       set_rows(task, work, trial);
-      bound(task.groups, task.groups.count, work, trial);
+      bound(task, task.groups, task.groups.count, work, trial);
       return;
     }
     all = solve(task, effort, all, work, trial) || all;
+    if (!std::isfinite(trial.motion.duration_s())) break;
     const bool good = trial.factor < kGoodFactor + task.options.slack;
     if (!good)
       cell_factors(trial.curve, samples.batch, samples.tool, samples.joint, task.groups, work.excess);
@@ -227,6 +238,7 @@ void plan_curve(std::span<const Point2> points, std::span<const double> speed_li
   Effort none = effort(task.options, finer(task, work), 0);
   none.solver.most_iterations = 0;
   StopSegment& guess = work.trial;
+  guess.closed_form = false;
   guess.first = out.first;
   guess.last = out.last;
   guess.deviation_mm = out.deviation_mm;
@@ -236,7 +248,7 @@ void plan_curve(std::span<const Point2> points, std::span<const double> speed_li
   RowGroups groups = task.groups;
   solve(task, groups, groups.count, none, work, guess);
   if (!(out.duration_s() <= guess.duration_s())) std::swap(guess, out);
-  if (!std::isfinite(out.duration_s())) throw MotionError(Fault(Reason::kNoSolution));
+  if (!std::isfinite(out.duration_s())) out.deviation_mm = kUnlimited;
 }
 
 void plan_segment(std::span<const Point2> points, std::span<const double> speed_limit,
@@ -313,13 +325,16 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
 
 void prove(const CertifiedTask& task, CertifiedWork& work, StopSegment& out) {
   constexpr double kFastSharpness = 3e-4, kSlowSharpness = 3e-5;  ///< of the bounds, as factors of time
-  if (out.proved) return;
-  if (task.options.lower_bound) {  // while work.rows may be those of `out`
+  if (out.proved || !std::isfinite(out.duration_s())) return;
+  if (task.options.lower_bound && out.closed_form && !task.options.bound_without_jerk) {
+    out.bound_s = out.motion.duration_s();
+  } else if (task.options.lower_bound) {  // while work.rows may be those of `out`
     if (work.rows_of != out.sampled) {
       set_rows(task, work, out);
-      bound(task.groups, task.groups.count, work, out);
+      bound(task, task.groups, task.groups.count, work, out);
     }
     if (!task.options.bound_without_jerk) tighten_bound(out.curve, work.rows, task.groups, work.bound);
+    set_duration(out.curve, work.rows, task.groups, work.bound);
     out.bound_s = work.bound.duration_s;
   }
   if (work.sampled != out.sampled) {

@@ -27,9 +27,11 @@ struct StopSegment {
   TimeGradient gradient;            ///< filled where the curve may be improved
   std::uint64_t sampled = 0;        ///< CertifiedWork::sampled when `motion` was
   bool proved = false;              ///< the ratios are bounds at every instant
+  bool closed_form = false;         ///< `motion` is the minimum-time motion within the tool's limits
   double deviation_mm = 0.0;        ///< bound of the Frechet distance from the points (curve/frechet.h)
   std::size_t first = 0, last = 0;  ///< input points where it starts and ends
 
+  /// Unlimited, as deviation_mm then is, where no motion along this curve was found.
   double duration_s() const { return factor * motion.duration_s(); }
 };
 

@@ -220,7 +220,7 @@ bool rolls_faster(const CleanPath& path, const std::vector<std::size_t>& stops, 
 /// Plans between the stops into `out`. Segments that another candidate has planned are reused. Returns the
 /// duration, or at once something larger than `most_s` where it takes longer.
 double plan_all(const CleanPath& path, const std::vector<std::size_t>& stops, const CertifiedTask& task,
-                CertifiedWork& work, std::vector<StopSegment>& out, double most_s = 1e300,
+                CertifiedWork& work, std::vector<StopSegment>& out, double most_s = kUnlimited,
                 const std::vector<StopSegment>* planned = nullptr, std::size_t planned_count = 0) {
   if (out.size() + 1 < stops.size()) out.resize(stops.size() - 1);
   double total = 0.0;
@@ -265,7 +265,8 @@ std::size_t keep_inside(const CleanPath& path, const CertifiedTask& task, Certif
       segment.first = from;
       segment.last = to;
       plan_segment(ends, {&limit, 1}, {}, Shape::kRamped, kNever_s, task, work, segment);
-      segment.deviation_mm = frechet_bound(segment.curve, part(path, from, to));
+      if (std::isfinite(segment.duration_s()))
+        segment.deviation_mm = frechet_bound(segment.curve, part(path, from, to));
     }
   }
   work.segments = std::move(all);
@@ -293,7 +294,7 @@ std::size_t choose_segments(const CleanPath& path, const CertifiedTask& task, Ce
   }
   none.push_back(corners.back());
   some.push_back(corners.back());
-  double least = 1e300;
+  double least = kUnlimited;
   std::size_t count = 0;
   const auto consider = [&](const std::vector<std::size_t>& stops, bool fallback) {
     const double total = plan_all(path, stops, task, work, work.candidate, least, &work.segments, count);
@@ -322,7 +323,10 @@ std::size_t choose_segments(const CleanPath& path, const CertifiedTask& task, Ce
 }  // namespace
 
 std::size_t plan_segments(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work) {
-  return keep_inside(path, task, work, choose_segments(path, task, work));
+  const std::size_t count = keep_inside(path, task, work, choose_segments(path, task, work));
+  for (std::size_t k = 0; k < count; ++k)
+    if (!std::isfinite(work.segments[k].duration_s())) throw MotionError(Fault(Reason::kNoSolution));
+  return count;
 }
 
 }  // namespace firn::motion

@@ -142,6 +142,7 @@ RatioTable emit(Emission& emission, const PathInput& input, const CertifiedTask&
   const int axes = task.arm.joints();
   Trajectory& trajectory = result.trajectory;
   trajectory.positions.resize(count * std::size_t(axes));
+  result.axis_rates.resize(task.options.axis_rates ? trajectory.positions.size() : 0);
   result.tool.resize(count);
   result.yaw_rad.resize(task.placement.turning ? count : 0);
   RatioTable table;
@@ -151,6 +152,10 @@ RatioTable emit(Emission& emission, const PathInput& input, const CertifiedTask&
                        for (int j = 0; j < axes; ++j)
                          trajectory.positions[(first + n) * std::size_t(axes) + std::size_t(j)] =
                              work.joint.of(j, 0)[n];
+                       if (task.options.axis_rates)
+                         for (int j = 0; j < axes; ++j)
+                           result.axis_rates[(first + n) * std::size_t(axes) + std::size_t(j)] =
+                               work.joint.of(j, 1)[n] / (segment.factor * slow);
                        result.tool[first + n] = in_part(work.tool, n, input, task.placement);
                        if (task.placement.turning) result.yaw_rad[first + n] = work.tool.of(kYaw, 0)[n];
                      }

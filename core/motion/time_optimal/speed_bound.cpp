@@ -175,10 +175,12 @@ double reach_back(const Sample& sample, double top, double two_h, double next) {
 /// The same with accelerations >= least and the jerk across the path. The b with all three are an interval
 /// from 0 still (they are convex in b^(3/2)): Newton from above, and false position where a step went beyond
 /// the interval's end. Returns that end or, by little, more.
-double reach_back(const Sample& sample, double top, double two_h, double next, double least) {
-  constexpr double kClose = 3e-5;
+/// @param guess of that end, below top; at or above it = none
+double reach_back(const Sample& sample, double top, double two_h, double next, double least, double guess) {
+  constexpr double kClose = 5e-4, kFirstGap = 1e-3, kWiderGap = 20.0;
   constexpr int kSteps = 30;
-  double b = top, above = top, inside = 0.0, excess_above = 0.0, excess_inside = 0.0;
+  double gap = kFirstGap;  // above a guess that was too low
+  double b = std::min(top, guess), above = top, inside = 0.0, excess_above = 0.0, excess_inside = 0.0;
   int side = 0;  // of the last two points: +1 both above, -1 both inside
   for (int step = 0; step < kSteps; ++step) {
     Window w = sample.window(b);
@@ -192,8 +194,15 @@ double reach_back(const Sample& sample, double top, double two_h, double next, d
       if (excess[k] > 0.0) down = std::max(down, slope[k] > 0.0 ? excess[k] / slope[k] : 0.5 * b);
     }
     if (most <= 0.0) {
-      if (step == 0) return b;
+      if (b == top) return b;
       if (side < 0) excess_above *= 0.5;
+      if (excess_above == 0.0) {
+        inside = b;
+        excess_inside = most;
+        b = std::min(top, (1.0 + gap) * b);
+        gap *= kWiderGap;
+        continue;
+      }
       inside = b;
       excess_inside = most;
       side = -1;
@@ -211,16 +220,6 @@ double reach_back(const Sample& sample, double top, double two_h, double next, d
       b = above - (above - inside) * std::clamp(excess_above / (excess_above - excess_inside), 0.02, 0.98);
   }
   return above;
-}
-
-void set_duration(const Curve& curve, const MotionRows& rows, const RowGroup& tool, SpeedBound& bound) {
-  bound.duration_s = 0.0;
-  for (std::size_t i = 0; i < curve.cells(); ++i) {
-    const double d1x = rows.of[0][0][2 * i], d1y = rows.of[1][0][2 * i];
-    const double most = tool.limit.acceleration / std::sqrt(d1x * d1x + d1y * d1y);
-    const double top = std::max({bound.b[i], bound.b[i + 1], std::min(bound.limit[i], bound.limit[i + 1])});
-    bound.duration_s += shortest_time(bound.b[i], bound.b[i + 1], curve.s[i + 1] - curve.s[i], most, top);
-  }
 }
 
 }  // namespace
@@ -257,7 +256,17 @@ void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& gr
         bound.b[i] + 2.0 * (curve.s[i + 1] - curve.s[i]) * samples[i].window(bound.b[i]).high;
     bound.b[i + 1] = std::min(bound.b[i + 1], std::max(highest, 0.0));
   }
-  set_duration(curve, rows, groups.group[0], bound);
+}
+
+void set_duration(const Curve& curve, const MotionRows& rows, const RowGroups& groups, SpeedBound& bound) {
+  const RowGroup& tool = groups.group[0];
+  bound.duration_s = 0.0;
+  for (std::size_t i = 0; i < curve.cells(); ++i) {
+    const double d1x = rows.of[0][0][2 * i], d1y = rows.of[1][0][2 * i];
+    const double most = tool.limit.acceleration / std::sqrt(d1x * d1x + d1y * d1y);
+    const double top = std::max({bound.b[i], bound.b[i + 1], std::min(bound.limit[i], bound.limit[i + 1])});
+    bound.duration_s += shortest_time(bound.b[i], bound.b[i + 1], curve.s[i + 1] - curve.s[i], most, top);
+  }
 }
 
 void tighten_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, SpeedBound& bound) {
@@ -271,13 +280,19 @@ void tighten_bound(const Curve& curve, const MotionRows& rows, const RowGroups& 
     samples.back().set_across(rows, tool, 2 * i);
   }
   const JerkRoom room(samples, tool, bound.limit);
-  double bend = 0.0;
+  double bend = 0.0, acceleration = kUnlimited;  // of the cell behind, where b was lowered there
   for (std::size_t i = n; i-- > 1;) {
-    const double two_h = 2.0 * (curve.s[i + 1] - curve.s[i]), next = bound.b[i + 1];
+    constexpr double kAbove = 2e-4;  // a guess this much above the end of b is the answer
+    const double two_h = 2.0 * (curve.s[i + 1] - curve.s[i]), next = bound.b[i + 1], top = bound.b[i];
     bend = std::max(bend, samples[i].square_curvature());
     const double least = i + 1 < n ? -room.below_top(samples[i + 1], next) : -kUnlimited;
-    bound.b[i] = reach_back(samples[i], bound.b[i], two_h, next, least);
-    room.lower(samples[i], bend, next, two_h, -1.0, bound.b[i]);
+    const double guess = (1.0 + kAbove) * (next + two_h * acceleration);
+    double& b = bound.b[i];
+    room.lower(samples[i], bend, next, two_h, -1.0, b);
+    const double lowered = b;
+    b = reach_back(samples[i], b, two_h, next, least, guess > 0.0 ? guess : b);
+    if (b < lowered) room.lower(samples[i], bend, next, two_h, -1.0, b);
+    acceleration = b < top ? (b - next) / two_h : kUnlimited;
   }
   bend = 0.0;
   for (std::size_t i = 0; i + 1 < n; ++i) {
@@ -290,7 +305,6 @@ void tighten_bound(const Curve& curve, const MotionRows& rows, const RowGroups& 
     bend = std::max(bend, samples[i + 1].square_curvature());
     room.lower(samples[i + 1], bend, b, two_h, 1.0, bound.b[i + 1]);
   }
-  set_duration(curve, rows, tool, bound);
 }
 
 }  // namespace firn::motion

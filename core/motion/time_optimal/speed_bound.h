@@ -19,7 +19,7 @@ namespace firn::motion {
 struct SpeedBound {
   std::vector<double> limit;  ///< from the rates of all groups and the speed limits alone
   std::vector<double> b;
-  double duration_s = 0.0;
+  double duration_s = 0.0;  ///< by set_duration
 };
 
 /// @param active number of groups, from the first, whose accelerations are constraints; further groups would
@@ -27,7 +27,10 @@ struct SpeedBound {
 void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, int active,
                  SpeedBound& bound);
 
-/// Lowers b of speed_bound, and so raises the duration, by what the tool's jerk limit says without d3s/dt3.
+/// Lowers b of speed_bound by what the tool's jerk limit says without d3s/dt3.
 void tighten_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, SpeedBound& bound);
+
+/// Sets the duration from b.
+void set_duration(const Curve& curve, const MotionRows& rows, const RowGroups& groups, SpeedBound& bound);
 
 }  // namespace firn::motion

@@ -43,6 +43,7 @@ struct PlanOptions {
   double trace_step_s = 0.0;          ///< > 0: PlanResult::trace is filled, with this spacing or at the tick
   double constant_fill_mm_s = 100.0;  ///< method constant: straight fill, 100 in 4.2 and 125 in 4.4
   bool lower_bound = true;            ///< fill Certificate::lower_bound_s
+  bool axis_rates = false;            ///< fill PlanResult::axis_rates
   bool bound_without_jerk = false;    ///< with a bound for motions that exceed the jerk limit, too
 };
 
@@ -56,14 +57,17 @@ struct TraceSample {
 };
 
 struct PlanResult {
-  std::optional<Fault> fault;      ///< set: no trajectory, and this is the named reason
-  Trajectory trajectory;           ///< all joints at the tick; sample 0 = start at rest, last = end at rest
-  std::vector<Point2> tool;        ///< tool position of each sample, in the frame of the path handed in
-  std::vector<double> yaw_rad;     ///< of the tool at each sample; empty where it is constant
-  ArmConfiguration configuration;  ///< of this path: hand it to the next one as PathInput::preferred
-  double continuous_s = 0.0;       ///< duration before rounding up to whole ticks
-  double deviation_mm = 0.0;       ///< largest distance of the motion's curve from the path handed in
-  std::size_t stops = 0;           ///< corners where the motion comes to rest (ends not counted)
+  std::optional<Fault> fault;   ///< set: no trajectory, and this is the named reason
+  Trajectory trajectory;        ///< all joints at the tick; sample 0 = start at rest, last = end at rest
+  std::vector<Point2> tool;     ///< tool position of each sample, in the frame of the path handed in
+  std::vector<double> yaw_rad;  ///< of the tool at each sample; empty where it is constant
+  /// Velocities of the axes at the samples, as Trajectory::positions [axis unit / s]: of the continuous
+  /// motion, or central differences where a method has none. Empty unless asked for.
+  std::vector<double> axis_rates;
+  ArmConfiguration configuration;         ///< of this path: hand it to the next one as PathInput::preferred
+  double continuous_s = 0.0;              ///< duration before rounding up to whole ticks
+  double deviation_mm = 0.0;              ///< largest distance of the motion's curve from the path handed in
+  std::size_t stops = 0;                  ///< corners where the motion comes to rest (ends not counted)
   std::vector<std::size_t> stop_samples;  ///< the sample nearest to each stop
   std::vector<TraceSample> trace;         ///< empty unless asked for
 

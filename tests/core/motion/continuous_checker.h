@@ -17,16 +17,19 @@ using NineRatios = std::array<std::array<double, 3>, 3>;
 
 class ContinuousChecker {
  public:
-  ContinuousChecker(const StopSegment& segment, const MotionLimits& limits, double link_1, double link_2)
-      : segment_(segment), link_1_(link_1), link_2_(link_2) {
+  /// @param elbow ArmConfiguration::elbow
+  ContinuousChecker(const StopSegment& segment, const MotionLimits& limits, double link_1, double link_2,
+                    int elbow = 1)
+      : segment_(segment), link_1_(link_1), link_2_(link_2), elbow_(elbow) {
     const RateLimits* of[3] = {&limits.position, &limits.joint[0], &limits.joint[1]};
     for (std::size_t q = 0; q < 3; ++q) limit_[q] = {of[q]->rate, of[q]->acceleration, of[q]->jerk};
   }
 
   /// Bounds that are within `sharp` of the truth, or as near as `kDepth` halvings lead; those above 1 within
-  /// kCertain.
-  NineRatios ratios(double sharp) {
+  /// kCertain; those up to `enough` as they come.
+  NineRatios ratios(double sharp, double enough = 0.9) {
     ratio_ = {};
+    enough_ = enough;
     sharp_ = sharp;
     const TimedMotion& m = segment_.motion;
     std::size_t cell = 0;
@@ -116,7 +119,7 @@ class ContinuousChecker {
       // theta_2 = acos(cosine), theta_1 = atan2(y, x) - atan2(l2 sin, l1 + l2 cos)
       const Taylor sine = root(sine_square);
       const Taylor second = Interval(-1.0) * (derivative(cosine) / sine);
-      const Taylor k2 = Interval(link_2_) * sine;
+      const Taylor k2 = Interval(elbow_ * link_2_) * sine;
       Taylor k1 = Interval(link_2_) * cosine;
       k1.c[0] = k1.c[0] + Interval(link_1_);
       const Taylor polar = (x * derivative(y) - y * derivative(x)) / square;
@@ -140,7 +143,7 @@ class ContinuousChecker {
                                  ? 0.0
                                  : std::min(std::abs(norm.low), std::abs(norm.high)) / (limit_[q][n] * scale);
         const double width = here[q][n] - least;
-        sharp = sharp && (here[q][n] <= std::max(std::min(ratio_[q][n], 1.0), 0.9) ||
+        sharp = sharp && (here[q][n] <= std::max(std::min(ratio_[q][n], 1.0), enough_) ||
                           width <= (least <= 1.0 && here[q][n] > 1.0 ? std::min(kCertain, sharp_) : sharp_));
       }
     }
@@ -157,7 +160,7 @@ class ContinuousChecker {
   static Interval square_of(Interval a) { return square(a); }
 
   const StopSegment& segment_;
-  double link_1_, link_2_, start_ = 0.0, sharp_ = 0.0;
+  double link_1_, link_2_, elbow_, start_ = 0.0, sharp_ = 0.0, enough_ = 0.9;
   std::array<double, 6> power_{};
   std::array<std::array<double, 3>, 3> limit_{};
   NineRatios ratio_{};

@@ -106,6 +106,64 @@ TEST_CASE("Without tolerance, points rounded to a micrometre are followed within
   CHECK(rounded.deviation_mm < 0.035);
 }
 
+TEST_CASE("A fit with a cusp, on which the solver finds no motion, costs that shape and not the path") {
+  const std::vector<Point2> points{
+      {335.04626836927093, -7.4814720177980849}, {321.21230924560899, -15.061066370658713},
+      {333.31860836142232, -2.4769210301536617}, {337.0397261346306, -1.861288496330662},
+      {332.0917955982556, 0.46564397162175908},  {334.2119237053235, 0.32809526050046323},
+      {319.87940754772154, 1.2579537525562632},  {334.18975475906655, 1.6730661225151628},
+      {333.6520475816472, -0.69159706800835075}, {347.79210988302407, 10.678301290206075},
+      {355.29173408165559, 7.114847934992242},   {353.24053531159814, 10.210061698397963},
+      {347.31105105355431, 7.8784978421823295},  {359.14028673643975, 10.4532866393651}};
+  const auto arm = make_scara(cobra600());
+  PathInput input;
+  input.points = points;
+  PlanOptions options;
+  options.tolerance_mm = 0.005674291951681381;
+  const PlanResult result = plan(input, *arm, cobra600_limits(), options);
+  INFO((result.ok() ? std::string() : describe(*result.fault)));
+  REQUIRE(result.ok());
+  CHECK(result.deviation_mm <= options.tolerance_mm);
+  for (const LimitRatio& limit : result.trajectory.certificate.limits) CHECK(limit.ratio <= 1.0);
+}
+
+TEST_CASE("The velocities of the axes are those of the positions: a cubic through both meets a finer tick") {
+  PlanOptions options;
+  options.axis_rates = true;
+  options.tolerance_mm = 0.05;
+  const std::vector<Point2> points = sampled(rose(), 0.3, 9);
+  const auto arm = make_scara(cobra600());
+  PathInput input;
+  input.points = points;
+  input.origin = {400.0, 0.0};
+  for (const Method method : {Method::kCertified, Method::kThesis}) {
+    INFO(name(method));
+    options.method = method;
+    const PlanResult r = plan(input, *arm, cobra600_limits(), options);
+    REQUIRE(r.ok());
+    const Trajectory& t = r.trajectory;
+    const std::size_t axes = std::size_t(t.axes);
+    REQUIRE(r.axis_rates.size() == t.positions.size());
+    const double h = t.tick_s;
+    double worst = 0.0;
+    for (std::size_t n = 1; n + 2 < t.samples(); ++n)
+      for (std::size_t a = 0; a < 2; ++a) {
+        // the mean of both velocities, less h/12 of what they changed by in their neighbourhood, is the
+        // velocity of the step between them
+        const auto p = [&](std::size_t k) { return t.positions[k * axes + a]; };
+        const auto v = [&](std::size_t k) { return r.axis_rates[k * axes + a]; };
+        const double mean = 0.5 * (v(n) + v(n + 1)) - (v(n + 2) - v(n + 1) - v(n) + v(n - 1)) / 24.0;
+        worst = std::max(worst, std::abs(p(n + 1) - p(n) - h * mean));
+      }
+    // rad; central differences are off by what 1320 deg/s^3 makes of a tick
+    CHECK(worst < (method == Method::kCertified ? 2e-6 : 2e-5));
+    for (std::size_t a = 0; a < axes; ++a) {
+      CHECK(std::abs(r.axis_rates[a]) < 1e-9);
+      CHECK(std::abs(r.axis_rates[r.axis_rates.size() - 1 - a]) < 1e-9);
+    }
+  }
+}
+
 TEST_CASE("Seeded curves at any sampling: within the tolerance, near the slow tier, no slower for more") {
   for (int kind = 0; kind < kCurveKinds; ++kind) {
     RandomStream draw(std::uint64_t(kind) + 70, Purpose::kTest);
