@@ -20,6 +20,7 @@ namespace {
 using motion::TraceSample;
 
 constexpr std::size_t kPoints = 600;  // columns of a chart; each keeps its minimum and maximum
+constexpr double kUm = 1e3;           // per mm
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 replay::Series drawn(const std::vector<TraceSample>& trace,
@@ -77,7 +78,6 @@ std::string placed(const std::string& svg, double x, double y, double width, dou
 /// Over the distance along the path.
 std::string deviation_chart(const PlanPlot& p, const std::vector<double>& along_mm,
                             const std::vector<double>& off_mm) {
-  constexpr double kUm = 1e3;
   const std::size_t step = std::max<std::size_t>(1, along_mm.size() / kPoints);
   replay::Series line{"deviation", {}, {}};
   for (std::size_t n = 0; n < along_mm.size(); n += step) {
@@ -88,8 +88,7 @@ std::string deviation_chart(const PlanPlot& p, const std::vector<double>& along_
     line.y.push_back(kUm * *most);
   }
   const double bound = kUm * p.deviation_mm;
-  const replay::Series proved{
-      "proved bound", {0.0, along_mm.back()}, {bound, bound}, replay::Series::kReference};
+  const replay::Series proved{"bound", {0.0, along_mm.back()}, {bound, bound}, replay::Series::kReference};
   replay::ChartOptions options;
   options.title = "deviation";
   options.x_name = "along the path [mm]";
@@ -156,13 +155,16 @@ Drawing drawn_plan(const PlanPlot& p, double left, double to_s) {
   put(speed_map(p.trace, p.limits.position.rate, "path coloured by speed"), 10, kHead, kColumn - 16,
       kMapRow - 16);
   if (p.points.size() > 1) {
-    PathColours off{deviations(p.trace, p.points), 1e-6, "off the points' polygon [mm]", 4};
-    off.top = std::max({off.top, p.deviation_mm, *std::max_element(off.value.begin(), off.value.end())});
+    PathColours off{deviations(p.trace, p.points), 1e-3, "off the points' polygon [um]", 2};
+    put(deviation_chart(p, along, off.value), 10 + 2 * kColumn, kHead + kMapRow, kColumn - 16, kRow - 10);
+    for (double& mm : off.value) mm *= kUm;
+    off.top =
+        std::max({off.top, kUm * p.deviation_mm, *std::max_element(off.value.begin(), off.value.end())});
+    if (off.top >= 10.0) off.decimals = 1;
     put(path_map(p.trace, off, p.points, "path coloured by its deviation"), 10 + kColumn, kHead, kColumn - 16,
         kMapRow - 16);
-    put(deviation_chart(p, along, off.value), 10 + 2 * kColumn, kHead + kMapRow, kColumn - 16, kRow - 10);
   }
-  d.content += certificate_table(p.certificate, left + 40 + 2 * kColumn, kHead + 30);
+  d.content += certificate_table(p.certificate, left + 10 + 2 * kColumn, kHead + 30);
   put(limit_strips(along, limits, 2 * kColumn - 16, "activity of each limit along the path"), 10,
       kHead + kMapRow, 2 * kColumn - 16, strips - 10);
   const double charts = kHead + kMapRow + strips;

@@ -137,12 +137,12 @@ int table(int curves, std::uint64_t seed) {
 }
 
 /// Optimum of all segments of a plan, each on its own curve. 0 = one was not found.
-double transcribed_s(const CertifiedWork& work, const PlanResult& result) {
+double transcribed_s(const CertifiedWork& work, const PlanResult& result, int parts) {
   static const MotionLimits limits = cobra600_limits();
   double sum = 0.0;
   for (std::size_t k = 0; k <= result.stops; ++k) {
-    const double best =
-        TimeTranscription(work.segments[k], limits, 325.0, 275.0, result.configuration.elbow).minimum_time(2);
+    const double best = TimeTranscription(work.segments[k], limits, 325.0, 275.0, result.configuration.elbow)
+                            .minimum_time(parts);
     if (best == 0.0) return 0.0;
     sum += best;
   }
@@ -179,7 +179,7 @@ int nlp(int curves, std::uint64_t seed) {
       for (int tier = 0; tier < 2; ++tier) {
         options.method = tier == 0 ? Method::kCertified : Method::kOptimal;
         const PlanResult result = plan_certified(input, *arm, cobra600_limits(), options, work);
-        const double best = transcribed_s(work, result);
+        const double best = transcribed_s(work, result, tier == 0 ? 2 : 1);  // cells of tier 1 are finer
         none += best == 0.0;
         if (best == 0.0) continue;
         here[tier].add(result.continuous_s / best);

@@ -75,15 +75,14 @@ class TimeTranscription {
       for (int k = 0; k < 15 && newton(weight); ++k) {
       }
       if (weight * double(limits_.size()) < gap * duration(z_))
-        return defect(z_) < kDefect ? duration(z_) : 0.0;
+        return defect_s(z_) < gap * duration(z_) ? duration(z_) : 0.0;
       weight *= 0.4;
     }
     return 0.0;
   }
 
  private:
-  static constexpr double kDefect = 1e-3;  // mm, mm/s, mm/s^2
-  static constexpr int kPer = 4;           // v, a of a place; jerk and duration of the step behind it
+  static constexpr int kPer = 4;  // v, a of a place; jerk and duration of the step behind it
   /// Derivatives of x, y, theta_1, theta_2 with regard to s.
   using Slopes = std::array<std::array<double, 3>, 4>;
 
@@ -237,23 +236,20 @@ class TimeTranscription {
              {0.0, -1.0, -t, -u}}};
   }
 
-  /// Largest defect of the dynamics, in mm, mm/s and mm/s^2.
-  double defect(const std::vector<double>& z) const {
-    double most = 0.0;
-    for (int k = 0; k < steps_; ++k)
-      for (const double left : dynamics(k, z).left) most = std::max(most, std::abs(left));
-    return most;
-  }
-
-  double merit(const std::vector<double>& z, double weight, const double (&price)[3]) const {
+  /// Bound of what the defects of the dynamics are worth, by their multipliers.
+  double defect_s(const std::vector<double>& z) const {
     double sum = 0.0;
     for (int k = 0; k < steps_; ++k) {
-      const double t = z[std::size_t(at(k, 3))];
-      if (!(t > 0.0)) return 1e300;
-      sum += t;
       const Dynamics d = dynamics(k, z);
-      for (int n = 0; n < 3; ++n) sum += price[n] * std::abs(d.left[n]);
+      for (int n = 0; n < 3; ++n) sum += price_[n] * std::abs(d.left[n]);
     }
+    return sum;
+  }
+
+  double merit(const std::vector<double>& z, double weight) const {
+    for (int k = 0; k < steps_; ++k)
+      if (!(z[std::size_t(at(k, 3))] > 0.0)) return 1e300;
+    double sum = duration(z) + defect_s(z);
     for (const Limit& limit : limits_) {
       const double room = row(limit, z).room();
       if (!(room > 0.0)) return 1e300;
@@ -318,11 +314,11 @@ class TimeTranscription {
     if (!step.allFinite()) return false;
     for (int k = 0; k < steps_; ++k)
       for (int e = 0; e < 3; ++e) price_[e] = std::max(price_[e], 1.5 * std::abs(step[n + 3 * k + e]));
-    const double before = merit(z_, weight, price_);
+    const double before = merit(z_, weight);
     for (double share = 1.0; share > 1e-6; share *= 0.5) {
       std::vector<double> z = z_;
       for (int i = 0; i < n; ++i) z[std::size_t(i)] += share * step[i];
-      const double after = merit(z, weight, price_);
+      const double after = merit(z, weight);
       if (!(after < before)) continue;
       z_ = z;
       return before - after > 0.02 * weight;
@@ -336,7 +332,7 @@ class TimeTranscription {
   std::array<std::array<double, 3>, 3> limit_{};
   std::vector<double> s_, z_;
   std::vector<Limit> limits_;
-  double price_[3] = {0.0, 0.0, 0.0};
+  double price_[3] = {0.0, 0.0, 0.0};  ///< largest multiplier of each equation of the dynamics so far
 };
 
 }  // namespace firn::motion
