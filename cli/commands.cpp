@@ -28,6 +28,7 @@
 #include "cli/slice_command.h"
 #include "cli/spy_command.h"
 #include "cli/tune_command.h"
+#include "cli/view_command.h"
 
 namespace firn {
 namespace {
@@ -41,6 +42,8 @@ constexpr Command kCommands[] = {
      declare_preview},
     {"ctl", "commands a running print: pause, continue, finish-layer, stop, accept-doubt, set", declare_ctl},
     {"attach", "shows a print that runs in another process; keys command it", declare_attach},
+    {"view", "shows runs in a browser: state, surface, causes, instruments; commands a running print",
+     declare_view},
     {"runs", "lists, finds, packs and removes run folders", declare_runs},
     {"help", "shows a page of the documents, or where a topic is found", declare_help},
     {"slice", "slices meshes into deposition paths with scaffold, fills and G-code", declare_slice},

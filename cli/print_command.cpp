@@ -1,6 +1,7 @@
 #include "cli/print_command.h"
 
 #include <fmt/core.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -33,6 +34,7 @@
 #include "print/live/detached.h"
 #include "print/live/launcher.h"
 #include "print/live/row_rehearsal.h"
+#include "print/operator/page_token.h"
 #include "print/preview/print_preview.h"
 #include "print/progress.h"
 #include "print/simulated/lab_run.h"
@@ -57,6 +59,20 @@ void pack_after(const std::string& folder, const Experiment& e, PrintProgress& p
   pack_records(folder);
 } catch (const std::exception& error) {
   progress.note(std::string("the run folder stays plain: ") + error.what());
+}
+
+// The page is there for people: by default where one has a terminal, and its program is built.
+bool page_wanted(const PrintOptions& o) {
+  if (o.page || o.no_page || o.json) return o.page;
+  return ::isatty(STDERR_FILENO) &&
+         std::filesystem::exists(std::filesystem::read_symlink("/proc/self/exe").parent_path() / "page");
+}
+
+// The token is for who sits at the terminal, and does not go into files.
+std::string page_text(const std::string& address, const std::string& token) {
+  return "page: " + address +
+         (::isatty(STDERR_FILENO) ? "#token=" + token
+                                  : " (to watch; firn view RUN gives an address for commands)");
 }
 
 PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOptions& options, bool resume) {
@@ -107,6 +123,8 @@ PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOpt
     LaunchOptions o = with(LaunchOptions{});
     o.bus_url = options.bus;
     o.record = options.record;
+    if (page_wanted(options)) o.page_token = new_page_token();
+    o.on_page = [&](const std::string& address) { progress.note(page_text(address, o.page_token)); };
     const LaunchReport report = launch(run, o);
     s.result = report.result;
     s.folder = report.folder.string();
@@ -190,6 +208,7 @@ int detach(const std::filesystem::path& run, const PrintOptions& options) {
   if (options.accept_doubt) words.push_back("--accept-doubt");
   if (options.plain) words.push_back("--plain");
   if (options.record) words.push_back("--record");
+  if (options.page) words.push_back("--page");
   if (options.unsealed) words.push_back("--unsealed");
   const DetachedPrint print = start_detached(run, words);
   if (options.json)
@@ -235,6 +254,9 @@ int run_print(const PrintOptions& options) {
   check_bus(options.bus);
   if (options.record && options.bus == "in-process")
     throw UsageError("--record: --bus in-process has no ports to record");
+  if (options.page && options.bus == "in-process")
+    throw UsageError("--page: --bus in-process is over before anybody looks; firn view RUN shows it then");
+  if (options.page && options.no_page) throw UsageError("--page and --no-page: one of them");
   check_speedup(options);
   std::signal(SIGPIPE, SIG_IGN);  // a reader that has gone does not end the print
   PrintSummary summary;
@@ -317,6 +339,8 @@ void declare_print(OptionSet& options) {
   options.flag(
       "--detach", o.detach,
       "the print goes on in a process of its own, also when the terminal is closed; firn attach RUN");
+  options.flag("--page", o.page, "show the print in a browser too; default with a terminal; docs/page.md");
+  options.flag("--no-page", o.no_page, "do not");
   options.flag("--unsealed", o.unsealed,
                "with --resume: go on though the run folder is not as it was sealed; the next seal says so");
   options.json_flag(o.json);

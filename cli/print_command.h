@@ -28,6 +28,8 @@ struct PrintOptions {
   bool record = false;                      ///< bytes at the ports of instruments go onto cassettes too
   bool detach = false;                      ///< in a process of its own
   bool unsealed = false;
+  bool page = false;  ///< in a browser too; default: with a terminal, if the program is built
+  bool no_page = false;
   bool json = false;
 };
 

@@ -45,7 +45,8 @@ ALLOWED = {
     "report": BELOW_PROCS + ("replay",),
     "print": BELOW_PROCS + ("procs", "replay", "report"),
     "studies": BELOW_PROCS + ("procs", "replay", "report", "print"),
-    "cli": BELOW_PROCS + ("procs", "replay", "report", "print", "studies"),
+    "page": BELOW_PROCS + ("procs", "replay", "report", "print"),
+    "cli": BELOW_PROCS + ("procs", "replay", "report", "print", "studies", "page"),
     "tests": None,  # None: anything
 }
 

@@ -3,7 +3,7 @@ import re
 from pathlib import Path
 
 ROOMS = ("core", "lcmtypes", "files", "config", "estimators", "drivers", "runtime", "plant", "procs", "replay", "report",
-         "print", "studies", "cli", "python", "tests")
+         "print", "studies", "page", "cli", "python", "tests")
 CPP = {".h", ".cpp"}
 _TOKENS = re.compile(r'//[^\n]*|/\*.*?\*/|R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', re.S)
 

@@ -85,6 +85,9 @@ struct Record {
 class RecordReader {
  public:
   explicit RecordReader(std::span<const std::byte> file);
+  /// Goes on behind a valid record of a file that has grown: `from` and `index` are valid_end() and
+  /// valid_next_index() of the reader before; both 0: from the beginning.
+  RecordReader(std::span<const std::byte> file, std::uint64_t from, std::uint64_t index);
 
   /// Returns the next record in increasing index, or nothing at the end. After damage the reader continues at
   /// the next record whose header and checksum hold; a record with a repeated index is dropped. damage()

@@ -24,6 +24,13 @@ RecordReader::RecordReader(std::span<const std::byte> file) : file_(file) {
   }
 }
 
+RecordReader::RecordReader(std::span<const std::byte> file, std::uint64_t from, std::uint64_t index)
+    : RecordReader(file) {
+  if (from <= valid_end_ || from > file.size()) return;
+  at_ = valid_end_ = from;
+  expected_ = valid_next_index_ = index;
+}
+
 // Returns the header at `at`, if a whole record of the stated length fits there.
 std::optional<RecordReader::Header> RecordReader::header_at(std::uint64_t at) const {
   if (at > file_.size() || file_.size() - at < kRecordHeaderBytes) return {};

@@ -113,6 +113,8 @@ class Launch {
   void turn(double until_s);
   void take_lines();
   void find_the_dead();
+  void start_page(const fs::path& program);
+  void service_page();
   void ask_truth();
   void note(const std::string& text) {
     options_.note ? options_.note(text) : void(std::fprintf(stderr, "%s\n", text.c_str()));
@@ -136,6 +138,7 @@ class Launch {
   std::optional<OperatorDesk> desk_;
   bool begun_ = false;  // START was sent: the nodes can take orders
   std::vector<std::unique_ptr<ChildProcess>> children_;
+  std::unique_ptr<ChildProcess> page_;       // no part of the print: its death is only told
   std::map<std::string, std::string> said_;  // last ERROR or FAULT line of each
   std::map<std::string, bool> ready_;
   std::optional<std::pair<int, std::string>> finish_;  // the scheduler's FINISH
@@ -155,6 +158,7 @@ LaunchReport Launch::run() {
     watch();
   }
   end_all(cause_.empty() ? "the run is over" : cause_);
+  page_.reset();
   if (const std::string dropped = bus_->dropped_text(); !dropped.empty()) note("on the bus: " + dropped);
   LaunchReport over = report();
   desk_->tell("end " + std::to_string(over.result.status) + " " + over.result.outcome);
@@ -219,6 +223,7 @@ void Launch::start_all() {
   if (!simulated_ports(experiment_).empty()) start("world");
   start("recorder");
   for (const NamedMaker& n : taking_part(experiment_)) start(std::string(info(n.id).name));
+  if (!options_.page_token.empty()) start_page(programs / "page");
   const ProcessOptions& o = args_.options;
   std::ofstream(folder_.path() / "clocks", std::ios::app)
       << o.incarnation << " " << o.epoch_ns << " " << o.offset_us << " " << o.time_scale << " "
@@ -226,6 +231,28 @@ void Launch::start_all() {
   std::ofstream pids(folder_.path() / "pids");
   pids << "launcher " << ::getpid() << "\n";
   for (const auto& c : children_) pids << c->name() << " " << c->pid() << "\n";
+  if (page_) pids << page_->name() << " " << page_->pid() << "\n";
+}
+
+// The page reads the files of the run and speaks to the desk, as firn ctl does: nothing of the print waits
+// for it. Its errors stand beside the files of the run, not among them.
+void Launch::start_page(const fs::path& program) try {
+  const std::vector<std::string> words{"--run", folder_.path().string(), "--control-fd",
+                                       std::to_string(ChildProcess::kControlFd)};
+  page_ = std::make_unique<ChildProcess>("page", program, words, folder_.path() / "page.err");
+  page_->control().say("TOKEN " + options_.page_token);
+} catch (const std::exception& e) {
+  note(std::string("no page: ") + e.what());
+}
+
+void Launch::service_page() {
+  if (!page_) return;
+  while (const auto line = page_->control().next())
+    if (line->starts_with("PAGE ") && options_.on_page) options_.on_page(line->substr(5));
+  if (page_->running()) return;
+  note("the page " + to_text(*page_->poll_ending()) + "; the print goes on, firn view " +
+       folder_.path().string() + " shows it again");
+  page_.reset();
 }
 
 bool Launch::await_ready() {
@@ -419,6 +446,7 @@ void Launch::turn(double until_s) {
     if (!c->control().closed()) fds.push_back({c->control().fd(), POLLIN, 0});
     if (c->running()) fds.push_back({c->pidfd(), POLLIN, 0});
   }
+  if (page_ && !page_->control().closed()) fds.push_back({page_->control().fd(), POLLIN, 0});
   if (begun_) desk_->add_to(fds);
   ::poll(fds.data(), nfds_t(fds.size()), left_ms);
   if (begun_)
@@ -426,6 +454,7 @@ void Launch::turn(double until_s) {
   station_->service();
   if (desk_ && watch_->safe_stop()) desk_->on_safe_stop();
   take_lines();
+  service_page();
 }
 
 void Launch::obey(const OperatorOrder& order, const std::string& from) {

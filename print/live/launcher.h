@@ -30,6 +30,9 @@ struct LaunchOptions {
   std::function<void(const fault_t&)> warned = {};  ///< faults that do not stop the print
   std::function<void(const std::string&)> note;     ///< one sentence for the user; else stderr
   std::function<void(const std::map<std::string, int>& pids)> on_start;  ///< START was sent to all
+  std::string
+      page_token;  ///< not empty: the process `page` shows the print, and takes commands with this token
+  std::function<void(const std::string& address)> on_page = {};  ///< it is reached there
 };
 
 struct LaunchReport {

@@ -18,6 +18,8 @@ namespace {
 
 constexpr std::size_t kMostClients = 16;
 constexpr std::size_t kLongestLine_bytes = 4096;
+constexpr std::size_t kLongestName_bytes = 40;
+constexpr std::string_view kFrom = "from ";
 
 // A client that reads nothing must not hold up the print.
 bool say(int fd, const std::string& line) {
@@ -125,6 +127,10 @@ void OperatorDesk::take(Client& c, const std::string& line, const Obey& obey) {
     c.attached = true;
     return;
   }
+  if (line.starts_with(kFrom)) {
+    c.name = line.substr(kFrom.size(), kLongestName_bytes);
+    return;
+  }
   try {
     std::istringstream in(line);
     std::int64_t id = 0;
@@ -135,7 +141,7 @@ void OperatorDesk::take(Client& c, const std::string& line, const Obey& obey) {
     if (std::getline(in >> std::ws, rest); !rest.empty()) words.push_back(rest);
     OperatorOrder order = parse_order(words);
     order.id = id;
-    answer = obey_order(order, "firn ctl", obey);
+    answer = obey_order(order, c.name, obey);
     c.awaits_stop = c.awaits_stop || order.verb == OperatorVerb::kStop;
     if (order.verb == OperatorVerb::kStop && !stopped_) return;
   } catch (const UsageError& e) {

@@ -19,12 +19,13 @@
 
 namespace firn {
 
-/// A client sends lines, "ID VERB [KEY=VALUE]" or "attach". Every order is answered by "ok TEXT" or "refused
+/// A client sends lines, "ID VERB [KEY=VALUE]", "attach", or "from NAME", which names it in the record of its
+/// orders. Every order is answered by "ok TEXT" or "refused
 /// TEXT"; "stop" is answered when the safety node has stopped the lab. An attached client gets "layer ...",
 /// "note TEXT" and, last, "end STATUS". Only the user who prints may connect.
 class OperatorDesk {
  public:
-  /// Publishes an order. @param from "firn ctl" or "key"
+  /// Publishes an order. @param from "firn ctl", "key", "page"
   using Obey = std::function<void(const OperatorOrder&, const std::string& from)>;
   using Note = std::function<void(const std::string&)>;
 
@@ -46,7 +47,7 @@ class OperatorDesk {
  private:
   struct Client {
     int fd = -1;
-    std::string buffer;
+    std::string buffer, name = "firn ctl";
     bool attached = false, awaits_stop = false;
   };
   void accept_clients();

@@ -131,6 +131,13 @@ void seed_datagrams(const Seed& seed) {
 }
 
 void seed_foreign(const Seed& seed) {
+  seed("fuzz_client_frame", "set",
+       as_span(std::string_view(
+           R"({"type":"command","id":7,"token":"t","command":"set","key":"a.b","value":"1"})")));
+  seed("fuzz_client_frame", "follow",
+       as_span(std::string_view(R"({"type":"follow","surface":"error","layer":3})")));
+  seed("fuzz_client_frame", "notes", as_span(std::string_view(R"({"tags":["a","b"],"note":"x\ny"})")));
+  seed("fuzz_client_frame", "path", as_span(std::string_view("/api/runs/a%20b/layers/3/error?x")));
   seed("fuzz_cassette", "lamp",
        as_span(std::string_view("firn cassette 1 lamp\n# SIMULATED sim:\n# config: [run]\n       0.500 open\n"
                                 "       1.000 > 47 55 53 46 41 0d |GUSFA.|\n       3.000 < 31 38 0d |18.|\n"

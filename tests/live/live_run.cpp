@@ -108,6 +108,7 @@ void LiveRun::start(bool resume, const std::filesystem::path& programs) {
   pids_.clear();
   ++incarnation_;
   std::filesystem::remove(path() / "pids");
+  std::filesystem::remove(root_ / "page");
   launcher_ = ::fork();
   if (launcher_ != 0) {
     ::setpgid(launcher_, launcher_);
@@ -126,6 +127,8 @@ void LiveRun::start(bool resume, const std::filesystem::path& programs) {
     options.resume = resume;
     options.bus_url = bus_url;
     options.programs = programs;
+    options.page_token = page_token;
+    options.on_page = [&](const std::string& address) { std::ofstream(root_ / "page") << address << "\n"; };
     options.on_start = [&](const std::map<std::string, int>&) {
       std::ofstream(root_ / ("started" + std::to_string(incarnation_))) << "x";
     };
@@ -147,6 +150,12 @@ bool LiveRun::wait_started() {
   std::string name;
   for (int pid; in >> name >> pid;) pids_[name] = pid;
   return !pids_.empty();
+}
+
+std::string LiveRun::page_address() {
+  for (std::string line; running(); ::usleep(5000))
+    if (std::ifstream in(root_ / "page"); std::getline(in, line) && !in.eof()) return line;
+  return "";
 }
 
 std::int64_t LiveRun::kill(const std::string& name) {

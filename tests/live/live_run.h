@@ -54,7 +54,10 @@ class LiveRun {
   void wait_all_gone();
   bool running();
 
-  std::string bus_url;  ///< of the next start; empty: the launcher's choice
+  std::string bus_url;     ///< of the next start; empty: the launcher's choice
+  std::string page_token;  ///< of the next start; empty: no page
+  /// Waits for the page. @returns its address; empty: the launcher ended before
+  std::string page_address();
 
   /// State of the disk under the run folder, for all processes but the launcher.
   enum class Disk : char { kSound = '-', kStalled = 's', kFull = 'f' };

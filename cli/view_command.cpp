@@ -1,0 +1,80 @@
+#include "cli/view_command.h"
+
+#include <fmt/core.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "cli/option_set.h"
+#include "page/server.h"
+#include "print/exit_codes.h"
+#include "print/operator/page_token.h"
+
+namespace firn {
+namespace {
+
+// Readable when Ctrl-C was pressed.
+class StopSignal {
+ public:
+  StopSignal() {
+    sigset_t stop;
+    sigemptyset(&stop);
+    sigaddset(&stop, SIGINT);
+    sigaddset(&stop, SIGTERM);
+    ::sigprocmask(SIG_BLOCK, &stop, nullptr);
+    fd_ = ::signalfd(-1, &stop, SFD_CLOEXEC);
+  }
+  ~StopSignal() { ::close(fd_); }
+  StopSignal(const StopSignal&) = delete;
+  StopSignal& operator=(const StopSignal&) = delete;
+  int fd() const { return fd_; }
+
+ private:
+  int fd_ = -1;
+};
+
+}  // namespace
+
+int run_view(const ViewOptions& o) {
+  std::signal(SIGPIPE, SIG_IGN);
+  const StopSignal stop;
+  page::ServerOptions s;
+  s.places.assign(o.runs.begin(), o.runs.end());
+  if (s.places.empty()) s.places.emplace_back("runs");
+  s.bind = o.bind;
+  s.port = o.port;
+  s.hosts = o.hosts;
+  s.token = new_page_token();
+  s.stop_fd = stop.fd();
+  std::string open;  // the one run that was named
+  if (o.runs.size() == 1 && std::filesystem::exists(s.places[0] / "provenance.json"))
+    open = std::filesystem::weakly_canonical(s.places[0]).filename().string();
+  s.listening = [&](const std::string& address) {
+    const std::string whole = address + "#token=" + s.token + (open.empty() ? "" : "&run=" + open);
+    if (o.json)
+      fmt::print("{}\n",
+                 nlohmann::ordered_json{{"address", address}, {"token", s.token}, {"url", whole}}.dump());
+    else
+      fmt::print("{}\nCtrl-C ends it; docs/page.md says how others may see it\n", whole);
+    std::fflush(stdout);
+  };
+  page::serve(s);
+  return kOk;
+}
+
+void declare_view(OptionSet& options) {
+  auto& o = options.calls(run_view);
+  options.option("RUN", o.runs, "run folders, and folders of run folders; default: runs");
+  options.option("--port", o.port, "default: the first free one from 8750 on").within(1, 65535);
+  options
+      .option("--bind", o.bind,
+              "address to listen on; beyond 127.0.0.1 put a proxy with TLS before it; docs/page.md")
+      .show_default();
+  options.option("--host", o.hosts, "NAME[:PORT] under which a proxy offers the page").one_value_each();
+  options.json_flag(o.json);
+}
+
+}  // namespace firn

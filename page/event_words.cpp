@@ -1,0 +1,46 @@
+#include "page/event_words.h"
+
+#include <algorithm>
+#include <iterator>
+
+namespace firn::page {
+namespace {
+
+constexpr std::string_view kResume = "find the cause, make the lab safe, then: firn print --resume RUN";
+
+constexpr InterlockWords kTable[] = {
+    {1, "an emergency stop was pressed",
+     "release the button when the lab is safe, then: firn print --resume RUN"},
+    {2, "an instrument does not answer",
+     "check its power and its cable (firn doctor LAB), then: firn print --resume RUN"},
+    {3, "a valve's controller was reset and lost its list",
+     "check its power supply; the rest of the list is in doubt and is measured after the resume"},
+    {4, "a process of the lab died or hangs", kResume},
+    {5, "a motion or a command took too long, or an axis did not follow",
+     "look for an obstacle and at the drive's errors, then: firn print --resume RUN"},
+    {7, "a path took more or less time than planned",
+     "set the arm's monitor speed to 100; look for what slows it"},
+    {8, "a target lies outside the travel or above the speed limit",
+     "check the part's place and the lab file"},
+    {9, "the lamp was open too long, at the wrong place, cold or faulty",
+     "check the lamp's shutter, hours and warm-up"},
+    {10, "the heater or a thermocouple failed, or a temperature is out of its limits",
+     "check the thermocouples and the relay; the channel is off"},
+    {11, "the jet's waveform is out of range or was changed while jetting", "check the [jet] settings"},
+    {12, "the surface did not rise as the droplets say, or rose without droplets",
+     "look at the nozzle: clogged, empty or dripping; clean it, then: firn print --resume RUN"},
+    {13, "too little of the surface was measured",
+     "clean the profiler's window; lower process.scan_speed_mm_s if rows are lost"},
+    {14, "not homed, a soft limit, or parameters that contradict the lab file",
+     "home the instrument; compare its parameters with the lab file"},
+    {15, "the bare table or the first outline is not where it should be", "calibrate: firn calibrate"},
+};
+
+}  // namespace
+
+const InterlockWords* interlock_words(int code) {
+  const auto row = std::ranges::find(kTable, code, &InterlockWords::code);
+  return row == std::end(kTable) ? nullptr : &*row;
+}
+
+}  // namespace firn::page

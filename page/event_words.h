@@ -1,0 +1,23 @@
+// The table of interlocks in words: cause, remedy and place in the manual of each fault code of
+// docs/safety.md.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+namespace firn::page {
+
+struct InterlockWords {
+  int code;
+  std::string_view cause;
+  std::string_view remedy;
+};
+
+inline constexpr std::string_view kInterlocksPage = "/manual/safety.md#interlocks";
+inline constexpr std::string_view kDoubtPage = "/manual/safety.md#deposit-at-most-once";
+inline constexpr std::string_view kStopPage = "/manual/safety.md#the-stop";
+
+/// @returns nullptr for a code without a row: 0 = no interlock
+const InterlockWords* interlock_words(int code);
+
+}  // namespace firn::page

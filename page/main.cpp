@@ -1,0 +1,53 @@
+// The process `page`: shows one print to browsers while it runs. The launcher starts it and never waits for
+// it. Arguments: --run DIR --control-fd N. Down the control line comes "TOKEN <32 digits>", up goes
+// "PAGE <address>"; the process ends with the control line.
+#include <poll.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+
+#include "page/server.h"
+#include "runtime/control_line.h"
+
+namespace {
+
+// It gives way to the print in every respect: time of the processor, and memory when there is none left.
+void give_way() {
+  for (const int signal : {SIGINT, SIGHUP, SIGPIPE, SIGTSTP}) std::signal(signal, SIG_IGN);
+  ::setpriority(PRIO_PROCESS, 0, 10);
+  std::ofstream("/proc/self/oom_score_adj") << "900";
+}
+
+std::string take_token(firn::ControlLine& control) {
+  for (;;) {
+    pollfd readable{control.fd(), POLLIN, 0};
+    ::poll(&readable, 1, -1);
+    if (const auto line = control.next(); line && line->starts_with("TOKEN ")) return line->substr(6);
+    if (control.closed()) throw std::runtime_error("no token came");
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  const std::string words[] = {argc > 1 ? argv[1] : "", argc > 3 ? argv[3] : ""};
+  if (argc != 5 || words[0] != "--run" || words[1] != "--control-fd")
+    throw std::runtime_error("wanted: --run DIR --control-fd N");
+  give_way();
+  firn::ControlLine control(std::stoi(argv[4]));
+  firn::page::ServerOptions options;
+  options.live = argv[2];
+  options.places = {std::filesystem::absolute(options.live).parent_path()};
+  options.token = take_token(control);
+  options.stop_fd = control.fd();
+  options.listening = [&](const std::string& address) { control.say("PAGE " + address); };
+  firn::page::serve(options);
+  return 0;
+} catch (const std::exception& e) {
+  std::fprintf(stderr, "page: %s\n", e.what());
+  return 1;
+}

@@ -1,0 +1,53 @@
+#include "page/map_frame.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <iterator>
+
+namespace firn::page {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "frames are little endian");
+
+constexpr std::string_view kWords[kSurfaces] = {"measured", "target",    "error",
+                                                "planned",  "predicted", "truth"};
+
+}  // namespace
+
+std::optional<Surface> surface_of(std::string_view word) {
+  const auto found = std::ranges::find(kWords, word);
+  if (found == std::end(kWords)) return std::nullopt;
+  return Surface(found - std::begin(kWords));
+}
+
+std::string_view word_of(Surface surface) { return kWords[std::size_t(surface)]; }
+
+std::vector<std::byte> encode_map(Surface surface, int layer, const GridSpec& grid, std::uint32_t flags,
+                                  double t_s, std::span<const float> values) {
+  std::vector<std::byte> frame(kMapHeaderBytes + values.size_bytes());
+  std::byte* at = frame.data();
+  const auto put = [&at](const auto& value) {
+    std::memcpy(at, &value, sizeof value);
+    at += sizeof value;
+  };
+  std::memcpy(at, "FMAP", 4);
+  at += 4;
+  put(std::uint16_t{1});
+  put(std::uint16_t(surface));
+  put(std::uint32_t(layer));
+  put(std::uint32_t(grid.nx));
+  put(std::uint32_t(grid.ny));
+  put(flags);
+  put(t_s);
+  if (!values.empty()) std::memcpy(at, values.data(), values.size_bytes());
+  return frame;
+}
+
+std::vector<float> in_um(const HeightMap& height) {
+  std::vector<float> values(height.size());
+  std::ranges::transform(height.cells, values.begin(), [](double mm) { return float(mm * 1e3); });
+  return values;
+}
+
+}  // namespace firn::page

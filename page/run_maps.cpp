@@ -1,0 +1,245 @@
+#include "page/run_maps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "config/labs.h"
+#include "core/grid/decision.h"
+#include "core/grid/npy.h"
+#include "core/grid/outline.h"
+#include "files/text_file.h"
+#include "firn/control_surface_t.hpp"
+#include "firn/height_map_t.hpp"
+#include "firn/height_model_t.hpp"
+#include "firn/height_profile_t.hpp"
+#include "firn/layer_plan_t.hpp"
+#include "lcmtypes/channels.h"
+#include "lcmtypes/convert.h"
+#include "replay/ice_error.h"
+#include "report/run/truth.h"
+
+namespace firn::page {
+namespace {
+
+constexpr double kUm = 1e3;               // per mm
+constexpr std::size_t kMostDerived = 40;  // values that are computed at one look
+
+template <class Message>
+std::optional<Message> decode(std::span<const std::byte> bytes) {
+  Message m{};
+  if (bytes.empty() || m.decode(bytes.data(), 0, int(bytes.size())) != int(bytes.size())) return std::nullopt;
+  return m;
+}
+
+template <class Message>
+double time_s(const Message& m) {
+  return double(m.header.utime_us) * 1e-6;
+}
+
+std::vector<std::byte> bytes_of(const std::filesystem::path& file) {
+  const std::string text = read_file(file);
+  const auto bytes = std::as_bytes(std::span(text));
+  return {bytes.begin(), bytes.end()};
+}
+
+HeightMap error_of(const HeightMap& height, const HeightMap& target, const Mask& mask) {
+  HeightMap error(height.spec, kNotMeasured);
+  for (std::size_t c = 0; c < error.size(); ++c)
+    if (mask.cells[c]) error.cells[c] = height.cells[c] - target.cells[c];
+  return error;
+}
+
+std::vector<int> newest(std::vector<int>& layers) {
+  std::vector<int> some = std::exchange(layers, {});
+  if (some.size() > kMostDerived) some.erase(some.begin(), some.end() - kMostDerived);
+  return some;
+}
+
+}  // namespace
+
+RunMaps::RunMaps(std::filesystem::path run, const Experiment& experiment,
+                 const std::map<std::string, std::filesystem::path>& inputs, RecordTail& tail)
+    : run_(std::move(run)),
+      experiment_(experiment),
+      tail_(tail),
+      paths_(prints_paths(experiment)),
+      model_{experiment.model.h1_mm, experiment.model.h2_mm, experiment.model.h3_mm} {
+  try {
+    if (paths_) {
+      layers_ = slice::decode_print_paths(bytes_of(inputs.at("paths")));
+    } else {
+      grid_ = experiment.grid;
+      droplets_ = Wanted{height_map_from_npy(bytes_of(inputs.at("target")), *grid_, "target"),
+                         mask_from_npy(bytes_of(inputs.at("mask")), *grid_, "mask")};
+    }
+  } catch (const std::exception&) {  // a run without them has its measured maps
+  }
+}
+
+std::set<std::string, std::less<>> RunMaps::channels() {
+  return {std::string(channels::kHeightMap.name), std::string(channels::kLayerPlan.name),
+          std::string(channels::kControlSurface.name), std::string(channels::kHeightModel.name),
+          std::string(channels::kHeightProfile.name)};
+}
+
+void RunMaps::take(std::string_view channel, std::span<const std::byte> message, Place place) {
+  if (channel == channels::kHeightMap.name) {
+    const auto m = decode<height_map_t>(message);
+    if (!m) return;
+    maps_[m->layer] = {place, time_s(*m)};
+    new_maps_.push_back(m->layer);
+    rows_layer_ = -1;
+    rows_came_ = false;
+    if (paths_ || !grid_) grid_ = from_message(m->grid);
+  } else if (channel == channels::kLayerPlan.name) {
+    const auto m = decode<layer_plan_t>(message);
+    if (!m || PlanDecision(m->decision) != PlanDecision::kPrint) return;
+    plans_[m->layer] = {place, time_s(*m)};
+    new_plans_.push_back(m->layer);
+  } else if (channel == channels::kControlSurface.name) {
+    if (const auto m = decode<control_surface_t>(message)) surfaces_[m->layer] = {place, time_s(*m)};
+  } else if (channel == channels::kHeightModel.name) {
+    const auto m = decode<height_model_t>(message);
+    if (m && experiment_.control.adapt_model == "on") model_ = {m->h1_mm, m->h2_mm, m->h3_mm};
+  } else if (channel == channels::kHeightProfile.name) {
+    on_profile(message);
+  }
+}
+
+std::optional<int> RunMaps::newest_layer() const {
+  if (maps_.empty()) return std::nullopt;
+  return maps_.rbegin()->first;
+}
+
+std::optional<RunMaps::Measured> RunMaps::measured(int layer) {
+  const auto found = maps_.find(layer);
+  if (found == maps_.end()) return std::nullopt;
+  const auto m = decode<height_map_t>(tail_.read(found->second.place));
+  if (!m) return std::nullopt;
+  return Measured{measured_height_of(*m), time_s(*m)};
+}
+
+std::optional<RunMaps::Wanted> RunMaps::wanted(int layer, const GridSpec& grid) {
+  if (!paths_) {
+    if (!droplets_ || droplets_->target.spec != grid) return std::nullopt;
+    return droplets_;
+  }
+  const slice::LayerPaths* l = layers_ ? slice::find_layer(*layers_, layer) : nullptr;
+  if (!l) return std::nullopt;
+  return Wanted{HeightMap(grid, l->z * slice::kMmPerUnit), replay::judged_cells(*l, grid)};
+}
+
+std::optional<std::vector<std::byte>> RunMaps::planned(int layer) {
+  const auto& places = paths_ ? surfaces_ : plans_;
+  const auto found = places.find(paths_ ? layer : layer + 1);  // the plan that answers the layer's map
+  if (found == places.end()) return std::nullopt;
+  const std::vector<std::byte> bytes = tail_.read(found->second.place);
+  if (paths_) {
+    const auto m = decode<control_surface_t>(bytes);
+    if (!m) return std::nullopt;
+    return encode_map(Surface::kPlanned, layer, from_message(m->grid), kFactors, time_s(*m), m->u);
+  }
+  const auto m = decode<layer_plan_t>(bytes);
+  if (!m) return std::nullopt;
+  const std::vector<float> drops(m->drops.begin(), m->drops.end());
+  return encode_map(Surface::kPlanned, layer, from_message(m->grid), kCounts, time_s(*m), drops);
+}
+
+// The model wants every cell: those that were not measured count as the mean of the others.
+std::optional<RunMaps::Measured> RunMaps::predicted(int layer) {
+  const auto plan = plans_.find(layer);
+  if (paths_ || plan == plans_.end()) return std::nullopt;
+  std::optional<Measured> before = measured(layer - 1);
+  const auto m = decode<layer_plan_t>(tail_.read(plan->second.place));
+  if (!before || !m || m->n_material > 0 || from_message(m->grid) != before->height.spec) return std::nullopt;
+  double sum = 0.0;
+  std::size_t known = 0;
+  for (const double h : before->height.cells) {
+    if (!std::isfinite(h)) continue;
+    sum += h;
+    ++known;
+  }
+  for (double& h : before->height.cells)
+    if (!std::isfinite(h)) h = known > 0 ? sum / double(known) : 0.0;
+  const auto border =
+      experiment_.model.border == "keep" ? deposition::Border::kKeep : deposition::Border::kLose;
+  deposition::HeightChange<1> change(before->height.spec, deposition::stencil_of(model_), border);
+  change.deposit(before->height, drops_of(*m));
+  before->t_s = time_s(*m);
+  return before;
+}
+
+std::optional<RunMaps::Measured> RunMaps::truth(int layer) {
+  std::optional<Measured> found;
+  replay::each_truth(run_, [&](std::int32_t of, HeightMap surface) {
+    if (of == layer) found = Measured{std::move(surface), 0.0};
+  });
+  return found;
+}
+
+std::optional<std::vector<std::byte>> RunMaps::frame(const MapRequest& r) {
+  if (r.surface == Surface::kPlanned) return planned(r.layer);
+  std::optional<Measured> m = r.surface == Surface::kPredicted ? predicted(r.layer)
+                              : r.surface == Surface::kTruth   ? truth(r.layer)
+                                                               : measured(r.layer);
+  if (!m) return std::nullopt;
+  if (r.surface == Surface::kTarget || r.surface == Surface::kError) {
+    const auto w = wanted(r.layer, m->height.spec);
+    if (!w) return std::nullopt;
+    m->height = error_of(r.surface == Surface::kError ? m->height : w->target,
+                         r.surface == Surface::kError ? w->target : HeightMap(w->target.spec, 0.0), w->mask);
+  }
+  return encode_map(r.surface, r.layer, m->height.spec, 0, m->t_s, in_um(m->height));
+}
+
+std::vector<RunMaps::Value> RunMaps::take_predictions() {
+  std::vector<Value> values;
+  for (const int layer : newest(new_plans_)) {
+    const auto p = predicted(layer);
+    const auto w = p ? wanted(layer, p->height.spec) : std::nullopt;
+    if (w) values.emplace_back(layer, error_stats(p->height, w->target, w->mask).rms_mm * kUm);
+  }
+  return values;
+}
+
+std::vector<RunMaps::Value> RunMaps::take_overspill() {
+  std::vector<Value> values;
+  for (const int layer : newest(new_maps_)) {
+    if (paths_ || layer == 0) continue;
+    const auto m = measured(layer);
+    const auto w = m ? wanted(layer, m->height.spec) : std::nullopt;
+    const double share = w ? outline_stats(m->height, w->target, w->mask).overspill : kNotMeasured;
+    if (std::isfinite(share)) values.emplace_back(layer, share * 100.0);
+  }
+  return values;
+}
+
+void RunMaps::on_profile(std::span<const std::byte> message) {
+  const auto m = decode<height_profile_t>(message);
+  if (!m || !grid_ || paths_ || m->z_mm.empty()) return;
+  if (rows_layer_ != m->layer) {
+    rows_layer_ = m->layer;
+    rows_ = HeightMap(*grid_, kNotMeasured);
+    if (const auto before = m->layer > 0 ? measured(m->layer - 1) : std::nullopt;
+        before && before->height.spec == *grid_)
+      rows_ = before->height;
+  }
+  const double j = std::round((m->y_mm - grid_->origin_y_mm) / grid_->pitch_y_mm);
+  if (!(j >= 0.0 && j < grid_->ny)) return;
+  for (int i = 0; i < grid_->nx; ++i) {
+    const double k = std::round((grid_->x_mm(i) - m->x0_mm) / m->dx_mm);
+    if (k >= 0.0 && k < double(m->z_mm.size())) rows_.at(i, int(j)) = double(m->z_mm[std::size_t(k)]);
+  }
+  rows_s_ = time_s(*m);
+  rows_came_ = true;
+}
+
+bool RunMaps::take_rows() { return std::exchange(rows_came_, false); }
+
+std::optional<std::vector<std::byte>> RunMaps::partial() const {
+  if (rows_layer_ < 0) return std::nullopt;
+  return encode_map(Surface::kMeasured, rows_layer_, rows_.spec, kPart, rows_s_, in_um(rows_));
+}
+
+}  // namespace firn::page

@@ -1,0 +1,90 @@
+// RunMaps finds and computes the surfaces of a run: measured, target, error, planned, predicted, true. Maps
+// stay in the files of the run and are read as they are asked for.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/experiment.h"
+#include "core/deposition/height_change.h"
+#include "core/grid/grid.h"
+#include "core/slice/paths/print_paths.h"
+#include "page/map_frame.h"
+#include "page/record_tail.h"
+
+namespace firn::page {
+
+struct MapRequest {
+  Surface surface = Surface::kMeasured;
+  int layer = 0;  ///< layers deposited so far; 0 = the bare substrate
+};
+
+class RunMaps {
+ public:
+  /// @param inputs files by role, of the run's provenance; a missing or damaged one leaves surfaces out
+  RunMaps(std::filesystem::path run, const Experiment& experiment,
+          const std::map<std::string, std::filesystem::path>& inputs, RecordTail& tail);
+
+  static std::set<std::string, std::less<>> channels();
+  void take(std::string_view channel, std::span<const std::byte> message, Place place);
+
+  /// Returns the map as a frame; nothing: the run has no such map.
+  std::optional<std::vector<std::byte>> frame(const MapRequest& request);
+  std::optional<int> newest_layer() const;
+  const std::optional<GridSpec>& grid() const { return grid_; }
+
+  /// A layer's number beside a value of it.
+  using Value = std::pair<int, double>;
+  /// Computes the predicted RMS [um] of the layers that were planned since the last call, at most the newest
+  /// forty.
+  std::vector<Value> take_predictions();
+  /// Computes the volume beside the part [%] of the layers that were measured since the last call, likewise.
+  std::vector<Value> take_overspill();
+  /// Returns true if rows came since the last call: partial() is another map.
+  bool take_rows();
+  /// Returns the newest map with the rows that are measured now over it.
+  std::optional<std::vector<std::byte>> partial() const;
+
+ private:
+  struct MapPlace {
+    Place place;
+    double t_s = 0.0;
+  };
+  struct Measured {
+    HeightMap height;
+    double t_s = 0.0;
+  };
+  std::optional<Measured> measured(int layer);
+  /// Returns target and mask on the grid of the layer's map.
+  struct Wanted {
+    HeightMap target;
+    Mask mask;
+  };
+  std::optional<Wanted> wanted(int layer, const GridSpec& grid);
+  std::optional<std::vector<std::byte>> planned(int layer);
+  std::optional<Measured> predicted(int layer);
+  std::optional<Measured> truth(int layer);
+  void on_profile(std::span<const std::byte> message);
+
+  std::filesystem::path run_;
+  const Experiment& experiment_;
+  RecordTail& tail_;
+  bool paths_ = false;  // the lab prints paths
+  std::optional<Wanted> droplets_;
+  std::optional<slice::PrintPaths> layers_;
+  deposition::DropletModel model_;
+  std::optional<GridSpec> grid_;
+  std::map<int, MapPlace> maps_, plans_, surfaces_;  // by layer of the map, of the plan, of the map answered
+  std::vector<int> new_plans_, new_maps_;
+  HeightMap rows_;
+  int rows_layer_ = -1;
+  double rows_s_ = 0.0;
+  bool rows_came_ = false;
+};
+
+}  // namespace firn::page

@@ -1,0 +1,167 @@
+#include "page/run_set.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <utility>
+
+#include "files/run_documents.h"
+#include "files/text_file.h"
+#include "files/usage_error.h"
+#include "firn/layer_metrics_t.hpp"
+#include "lcmtypes/channels.h"
+#include "print/folder/running.h"
+#include "replay/run_migration.h"
+#include "replay/wal_file.h"
+
+namespace firn::page {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr double kUm = 1e3;  // per mm
+
+bool is_run(const fs::path& folder) {
+  std::error_code ignored;
+  return fs::exists(folder / "provenance.json", ignored) && fs::is_directory(folder / "nodes", ignored);
+}
+
+// The scheduler's last metrics, without the other files of the run.
+std::optional<layer_metrics_t> last_metrics(const fs::path& run) try {
+  replay::WalFile file(run / "nodes" / "scheduler.wal");
+  std::optional<layer_metrics_t> last;
+  std::vector<Output> outputs;
+  for (auto item = file.next(); item != replay::WalFile::Item::kEnd; item = file.next()) {
+    if (item != replay::WalFile::Item::kStep || !file.step().has_outputs || file.step().damaged_at) continue;
+    decode_output_list(file.step().outputs, outputs);
+    for (const Output& o : outputs) {
+      layer_metrics_t m{};
+      if (o.kind == OutputKind::kSend && o.channel == channels::kLayerMetrics.name &&
+          replay::decode_recorded(o.bytes, m))
+        last = m;
+    }
+  }
+  return last;
+} catch (const std::runtime_error&) {  // firn log verify names it
+  return std::nullopt;
+}
+
+}  // namespace
+
+RunSet::RunSet(std::vector<fs::path> places, fs::path live) : live_(std::move(live)) {
+  for (const fs::path& place : places) {
+    if (!fs::is_directory(place)) throw UsageError(place.string() + ": no such folder");
+    places_.push_back(fs::canonical(place));
+  }
+  if (!live_.empty()) live_ = fs::canonical(live_);
+}
+
+std::vector<fs::path> RunSet::folders() const {
+  std::set<fs::path> all;
+  if (!live_.empty()) all.insert(live_);
+  for (const fs::path& place : places_) {
+    if (is_run(place)) {
+      all.insert(place);
+      continue;
+    }
+    std::error_code gone;
+    for (const auto& entry : fs::directory_iterator(place, gone))
+      if (is_run(entry.path())) all.insert(entry.path());
+  }
+  return {all.begin(), all.end()};
+}
+
+std::optional<fs::path> RunSet::find(const std::string& id) const {
+  if (id == "live" && !live_.empty()) return live_;
+  for (const fs::path& folder : folders())
+    if (folder.filename() == id) return folder;
+  return std::nullopt;
+}
+
+std::shared_ptr<WatchedRun> RunSet::open(const std::string& id, double now_s) {
+  const auto folder = find(id);
+  if (!folder) return nullptr;
+  auto& kept = opened_[*folder];
+  std::shared_ptr<WatchedRun> run = kept.lock();
+  if (!run) run = std::make_shared<WatchedRun>(*folder, now_s);
+  kept = run;
+  last_ = run;
+  return run;
+}
+
+std::vector<std::shared_ptr<WatchedRun>> RunSet::opened() {
+  std::vector<std::shared_ptr<WatchedRun>> runs;
+  for (auto at = opened_.begin(); at != opened_.end();)
+    if (auto run = at->second.lock()) {
+      runs.push_back(std::move(run));
+      ++at;
+    } else {
+      at = opened_.erase(at);
+    }
+  return runs;
+}
+
+bool RunSet::read_one_error() {
+  for (const fs::path& folder : folders()) {
+    if (errors_.contains(folder) || printing_process(folder)) continue;
+    std::optional<Error>& error = errors_[folder];
+    if (const auto m = last_metrics(folder)) error = Error{m->rms_mm * kUm, m->mean_error_mm * kUm, m->layer};
+    return true;
+  }
+  return false;
+}
+
+std::string RunSet::list_json() {
+  Json runs = Json::array();
+  for (const fs::path& folder : folders()) {
+    Json r{{"id", folder.filename().string()}};
+    const auto pid = printing_process(folder);
+    Error error;
+    bool known = false;
+    if (const auto at = errors_.find(folder); at != errors_.end() && at->second && !pid) {
+      error = *at->second;
+      known = true;
+    } else if (const auto o = opened_.find(folder); o != opened_.end()) {
+      const auto run = o->second.lock();
+      if (const auto last = run ? run->last_error_um() : std::nullopt) {
+        error = {last->first, last->second, run->newest_layer().value_or(0)};
+        known = true;
+      }
+    }
+    try {
+      const ProvenanceDocument p = parse_provenance(read_file(folder / "provenance.json"), "provenance.json");
+      const std::string config =
+          fs::exists(folder / "experiment.toml") ? read_file(folder / "experiment.toml") : "";
+      r["lab"] = config.find("kind = \"ice\"") != std::string::npos ? "ice" : "inkjet";
+      r["experiment"] = p.text("name");
+      r["scheme"] = p.text("scheme");
+      const Json seeds = Json::parse(p.text("seeds"), nullptr, false);
+      r["seed"] = seeds.is_object() ? seeds.value("plant", Json(nullptr)) : Json(nullptr);
+      r["started_utc"] = p.text("started_utc");
+      r["outcome"] = pid ? "printing" : "interrupted";
+      r["layers"] = error.layers;
+      if (!pid && fs::exists(folder / "result.json")) {
+        const ResultDocument result = parse_result(read_file(folder / "result.json"), "result.json");
+        r["outcome"] = result.outcome;
+        r["layers"] = result.layers;
+      }
+    } catch (const std::exception& e) {
+      r["outcome"] = "unreadable";
+      r["note"] = e.what();
+    }
+    r["rms_um"] = known ? Json(error.rms_um) : Json(nullptr);
+    r["mean_um"] = known ? Json(error.mean_um) : Json(nullptr);
+    const Notes notes = read_notes(folder);
+    r["tags"] = notes.tags;
+    r["note"] = notes.note;
+    r["live"] = pid.has_value();
+    runs.push_back(std::move(r));
+  }
+  std::stable_sort(runs.begin(), runs.end(), [](const Json& a, const Json& b) {
+    return a.value("started_utc", "") > b.value("started_utc", "");
+  });
+  return Json{{"runs", runs}}.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace firn::page

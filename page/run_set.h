@@ -1,0 +1,49 @@
+// RunSet holds the runs that a page lists and opens: run folders, and folders of run folders.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "page/watched_run.h"
+
+namespace firn::page {
+
+class RunSet {
+ public:
+  /// @param places run folders and folders of run folders
+  /// @param live folder of the print that is called "live"; empty: none
+  /// @throws UsageError: a place that is neither
+  RunSet(std::vector<std::filesystem::path> places, std::filesystem::path live);
+
+  /// Returns the folder of a run; nothing: there is no such run.
+  std::optional<std::filesystem::path> find(const std::string& id) const;
+  /// Returns the run, which is read once and kept while somebody has it. Empty: there is no such run.
+  /// @throws std::runtime_error naming what cannot be read
+  std::shared_ptr<WatchedRun> open(const std::string& id, double now_s);
+  /// Returns the runs that somebody has.
+  std::vector<std::shared_ptr<WatchedRun>> opened();
+
+  /// Returns {"runs": [...]}, newest first.
+  std::string list_json();
+  /// Reads the last error of one run that the list lacks. @returns false: it lacks none
+  bool read_one_error();
+
+ private:
+  struct Error {
+    double rms_um = 0.0, mean_um = 0.0;
+    int layers = 0;
+  };
+  std::vector<std::filesystem::path> folders() const;
+
+  std::vector<std::filesystem::path> places_;
+  std::filesystem::path live_;
+  std::map<std::filesystem::path, std::weak_ptr<WatchedRun>> opened_;
+  std::shared_ptr<WatchedRun> last_;                              // a tab that comes back finds it
+  std::map<std::filesystem::path, std::optional<Error>> errors_;  // of runs that are over
+};
+
+}  // namespace firn::page

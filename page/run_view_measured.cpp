@@ -1,0 +1,220 @@
+// What RunView takes from measurements, instruments, estimators and the end of a print.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/grid/device.h"
+#include "firn/answer_t.hpp"
+#include "firn/deposition_report_t.hpp"
+#include "firn/device_state_t.hpp"
+#include "firn/enums.h"
+#include "firn/flow_model_t.hpp"
+#include "firn/height_map_t.hpp"
+#include "firn/height_model_t.hpp"
+#include "firn/layer_metrics_t.hpp"
+#include "firn/path_report_t.hpp"
+#include "firn/run_end_t.hpp"
+#include "firn/safe_stop_t.hpp"
+#include "firn/temperature_t.hpp"
+#include "lcmtypes/channels.h"
+#include "page/event_words.h"
+#include "page/run_view.h"
+
+namespace firn::page {
+namespace {
+
+constexpr double kUm = 1e3;  // per mm
+constexpr const char* kDeviceStates[] = {"disconnected", "connecting", "identifying", "safe",  "staged",
+                                         "armed",        "active",     "suspect",     "fault", "estop"};
+constexpr const char* kOutcomes[] = {"ready", "done", "nothing done", "unknown", "refused", "failed"};
+constexpr const char* kTemperaturePlaces[] = {"tip", "laser", "conduit joint"};
+
+template <std::size_t N>
+std::string word_of(const char* const (&words)[N], int value) {
+  return value >= 0 && std::size_t(value) < N ? words[value] : "unknown";
+}
+
+}  // namespace
+
+void RunView::doubt(int layer, const std::string& where, std::int64_t droplets) {
+  doubt_layer_ = layer;
+  doubt_words_ = (droplets > 0 ? std::to_string(droplets) + " droplets" : std::string("the deposition")) +
+                 " of " + where + " may or may not have been deposited";
+  EventRow& e = event(Weight::kWarning, "scheduler", doubt_words_);
+  e.cause = "an instrument was lost or reset while they were deposited";
+  e.remedy = "the closed loop measures and goes on; the open loop waits for your word";
+  e.manual = kDoubtPage;
+  if (droplets > 0) {
+    e.value = double(droplets);
+    e.unit = "droplets";
+  }
+  new_.state = true;
+}
+
+void RunView::on_measurement(std::string_view channel, std::span<const std::byte> bytes) {
+  if (channel == channels::kLayerMetrics.name) return on_metrics(bytes);
+  if (channel == channels::kHeightMap.name) {
+    height_map_t m{};
+    if (!decode(bytes, m)) return;
+    surface_us_ = utime_us_;
+    set_phase(Phase::kDeciding, "deciding layer " + std::to_string(m.layer + 1));
+    if (!doubt_layer_ || m.layer < *doubt_layer_) return;
+    doubt_layer_.reset();
+    event(Weight::kInfo, "print", "the doubt of layer " + std::to_string(m.layer) + " is measured").cause =
+        "the surface was scanned: the next layer answers what is there";
+  } else if (channel == channels::kDepositionReport.name) {
+    deposition_report_t m{};
+    if (decode(bytes, m) && Outcome(m.outcome) == Outcome::kUnknown)
+      doubt(m.layer, "layer " + std::to_string(m.layer) + ", pass " + std::to_string(m.pass + 1),
+            m.unknown_to - m.unknown_from);
+  } else {
+    path_report_t m{};
+    if (decode(bytes, m) && Outcome(m.outcome) == Outcome::kUnknown)
+      doubt(m.layer, "layer " + std::to_string(m.layer) + ", path " + std::to_string(m.path), 0);
+  }
+}
+
+void RunView::on_metrics(std::span<const std::byte> bytes) {
+  layer_metrics_t m{};
+  if (!decode(bytes, m)) return;
+  LayerRow r;
+  r.n = m.layer;
+  r.t_s = double(m.header.utime_us) * 1e-6;
+  r.rms_um = m.rms_mm * kUm;
+  r.mean_um = m.mean_error_mm * kUm;
+  r.max_um = std::max(std::abs(m.min_error_mm), std::abs(m.max_error_mm)) * kUm;
+  r.droplets = m.drops;
+  r.decide_ms = m.decide_s * 1e3;
+  if (const auto p = predicted_.find(m.layer); p != predicted_.end()) r.predicted_rms_um = p->second;
+  if (const auto o = overspill_.find(m.layer); o != overspill_.end()) r.overspill_percent = o->second;
+  layers_[m.layer] = r;
+  changed_layers_.insert(m.layer);
+  layers_expected_ = m.layers_expected;
+  layer_ = std::max(layer_, m.layer);
+  new_.state = true;
+  if (first_layer_ < 0) {
+    first_layer_ = m.layer;
+    first_s_ = r.t_s;
+  }
+}
+
+void RunView::predicted(int layer, double rms_um) {
+  predicted_[layer] = rms_um;
+  const auto row = layers_.find(layer);
+  if (row == layers_.end()) return;
+  row->second.predicted_rms_um = rms_um;
+  changed_layers_.insert(layer);
+}
+
+void RunView::overspill(int layer, double percent) {
+  overspill_[layer] = percent;
+  const auto row = layers_.find(layer);
+  if (row == layers_.end()) return;
+  row->second.overspill_percent = percent;
+  changed_layers_.insert(layer);
+}
+
+void RunView::on_instrument(std::string_view channel, std::span<const std::byte> bytes) {
+  if (channel == channels::kTemperature.name) {
+    temperature_t m{};
+    if (!decode(bytes, m)) return;
+    temperatures_.clear();
+    for (std::size_t n = 0; n < std::size(kTemperaturePlaces); ++n)
+      temperatures_.emplace_back(kTemperaturePlaces[n], m.degC[n], m.set_degC[n]);
+    return;
+  }
+  if (channel.starts_with("STATE_")) {
+    device_state_t m{};
+    if (!decode(bytes, m)) return;
+    InstrumentRow& i = instrument(m.node);
+    i.state = word_of(kDeviceStates, m.state);
+    i.words = m.text;
+    if (!m.identity.empty() && (i.details.empty() || std::get<0>(i.details.front()) != "identity"))
+      i.details.emplace(i.details.begin(), "identity", m.identity, "");
+  } else {
+    answer_t m{};
+    if (!decode(bytes, m)) return;
+    InstrumentRow& i = instrument(m.node);
+    i.last_text = word_of(kOutcomes, m.outcome) + (m.text.empty() ? "" : ": " + m.text);
+    i.last_t_s = double(utime_us_) * 1e-6;
+  }
+  instruments_us_ = utime_us_;
+}
+
+void RunView::on_estimate(std::string_view channel, std::span<const std::byte> bytes) {
+  const auto add = [&](const std::string& name, double value, double sd, const std::string& unit) {
+    estimates_.push_back({double(utime_us_) * 1e-6, name, value, sd, unit});
+    new_.estimates.push_back(estimates_.back());
+  };
+  if (channel == channels::kHeightModel.name) {
+    height_model_t m{};
+    if (!decode(bytes, m)) return;
+    const double values[] = {m.h1_mm, m.h2_mm, m.h3_mm};
+    for (std::size_t n = 0; n < 3; ++n)
+      add("h" + std::to_string(n + 1), values[n] * kUm,
+          std::sqrt(std::max(0.0, m.covariance_mm2[4 * n])) * kUm, "um");
+    return;
+  }
+  flow_model_t m{};
+  if (!decode(bytes, m)) return;
+  add("flow_a", m.factor[0], m.factor_std[0], "");
+  flow_ = estimates_.back();
+  add("flow_b", m.factor[1], m.factor_std[1], "");
+}
+
+void RunView::on_stop(std::string_view channel, std::span<const std::byte> bytes) {
+  if (channel == channels::kSafeStop.name) {
+    safe_stop_t m{};
+    if (!decode(bytes, m) || phase_ == Phase::kStopping || phase_ == Phase::kStopped) return;
+    if (last_stop_.words.empty()) last_stop_ = {"", m.cause, "", "", std::string(kStopPage)};
+    set_phase(Phase::kStopping, "the lab is made safe: " + m.cause);
+    EventRow& e = event(Weight::kStop, "safety", "safe stop");
+    e.cause = m.cause;
+    e.manual = kStopPage;
+    return;
+  }
+  run_end_t m{};
+  if (!decode(bytes, m)) return;
+  constexpr const char* kEnds[] = {"finished", "ended early", "stopped safely", "waits for operator",
+                                   "out of tolerance"};
+  over(word_of(kEnds, m.outcome), m.reason);
+}
+
+void RunView::over(const std::string& outcome, const std::string& reason) {
+  if (end_ && end_->outcome == outcome) return;
+  const bool whole = outcome == "finished" || outcome == "out of tolerance";
+  const bool stopped = outcome == "stopped safely";
+  EndRow end;
+  if (stopped) end = last_stop_;
+  end.outcome = outcome;
+  end.words = outcome + (reason.empty() ? "" : ": " + reason);
+  if (end.cause.empty()) end.cause = stopped && !last_stop_.words.empty() ? last_stop_.words : reason;
+  if (end.remedy.empty() && !whole)
+    end.remedy = outcome == "waits for operator"
+                     ? "decide, then: firn print --resume RUN (with --accept-doubt or --set)"
+                     : "firn print --resume RUN goes on with it";
+  if (end.manual.empty() && stopped) end.manual = kStopPage;
+  end_ = end;
+  paused_ = false;
+  stopping_ = false;
+  doubt_layer_.reset();
+  new_.ended = true;
+  set_phase(whole                      ? Phase::kFinished
+            : outcome == "interrupted" ? Phase::kInterrupted
+                                       : Phase::kStopped,
+            end.words);
+  EventRow& e = event(whole ? Weight::kInfo : Weight::kStop, "print", end.words);
+  e.cause = end.cause == reason ? "" : end.cause;
+  e.remedy = end.remedy;
+  e.manual = end.manual;
+}
+
+void RunView::resumed() {
+  end_.reset();
+  last_stop_ = {};
+  paused_ = false;
+  stopping_ = false;
+  new_.state = true;
+}
+
+}  // namespace firn::page

@@ -1,0 +1,32 @@
+// Serves the page over HTTP and WebSocket: the files of the page, lists of runs, live rows and maps,
+// commands.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace firn::page {
+
+struct ServerOptions {
+  std::vector<std::filesystem::path> places;  ///< run folders, and folders of run folders
+  std::filesystem::path live;      ///< folder of the print that this process belongs to; empty: none
+  std::string bind = "127.0.0.1";  ///< address to listen on; beyond loopback a proxy with TLS is wanted
+  int port = 0;                    ///< 0: the first free one from kFirstPort on
+  std::vector<std::string> hosts;  ///< further names of this page, "lab.example.org[:PORT]"
+  std::string token;               ///< commands ask for it; empty: there are no commands
+  int stop_fd = -1;                ///< the server ends when it is readable; -1: never
+  std::function<void(const std::string& address)> listening;  ///< "http://127.0.0.1:8750/"
+};
+
+inline constexpr int kFirstPort = 8750;
+inline constexpr int kMostConnections = 200;  ///< further ones are closed at once
+
+/// Serves until stop_fd is readable.
+/// @throws UsageError: an address that is none or not this machine's, a port in use, a place that is no
+/// folder
+void serve(const ServerOptions& options);
+
+}  // namespace firn::page

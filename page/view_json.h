@@ -1,0 +1,38 @@
+// Writes the rows of a RunView as the JSON frames of the page's protocol.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/experiment.h"
+#include "core/grid/grid.h"
+#include "page/client_frame.h"
+#include "page/run_view.h"
+
+namespace firn::page {
+
+/// Facts of a run for its first frame.
+struct HelloFacts {
+  std::string id;
+  const std::map<std::string, std::string>* texts = nullptr;  ///< of the provenance
+  const Experiment* experiment = nullptr;
+  std::string trouble;  ///< of the experiment; empty: it could be read
+  std::optional<GridSpec> grid;
+  bool live = false;
+  Notes notes;
+};
+
+std::string hello_frame(const HelloFacts& facts, const RunView& view, double now_s);
+std::string state_frame(const StateRow& state);
+/// Appends a frame for each row.
+void add_frames(const NewRows& rows, const std::optional<EndRow>& end, std::vector<std::string>& frames);
+/// @param words of the order's effect; empty: none
+std::string answer_frame(std::optional<std::int64_t> id, bool ok, const std::string& error,
+                         const std::string& words);
+std::string error_frame(const std::string& error);
+std::string pong_frame(std::int64_t id, double t_s);
+
+}  // namespace firn::page

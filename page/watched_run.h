@@ -1,0 +1,67 @@
+// WatchedRun holds one run as the page shows it: its facts, its rows, its maps; live or recorded.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/experiment.h"
+#include "page/client_frame.h"
+#include "page/record_tail.h"
+#include "page/run_maps.h"
+#include "page/run_view.h"
+
+namespace firn::page {
+
+class WatchedRun {
+ public:
+  /// Reads what there is so far. @throws UsageError, std::invalid_argument: no run folder, or an unreadable
+  /// one
+  WatchedRun(std::filesystem::path folder, double now_s);
+  WatchedRun(const WatchedRun&) = delete;
+  WatchedRun& operator=(const WatchedRun&) = delete;
+
+  struct News {
+    std::vector<std::string> frames;  ///< JSON, for every tab
+    bool map = false;                 ///< there is a map of another layer
+    bool rows = false;                ///< rows of the layer that is measured now
+  };
+  /// Reads what is new. @param now_s of a steady clock
+  News poll(double now_s);
+
+  /// Returns the JSON of "hello" and of "state".
+  std::string hello(double now_s) const;
+  std::string state(double now_s) const;
+
+  /// Returns the frame of a map; nothing: there is none.
+  std::optional<std::vector<std::byte>> map(const MapRequest& request) { return maps_->frame(request); }
+  std::optional<std::vector<std::byte>> partial_map() const { return maps_->partial(); }
+  std::optional<int> newest_layer() const { return maps_->newest_layer(); }
+
+  const std::filesystem::path& folder() const { return folder_; }
+  bool live() const { return live_; }
+  /// Returns RMS and mean error of the last layer [um].
+  std::optional<std::pair<double, double>> last_error_um() const;
+
+ private:
+  void look_for_the_end(double now_s);
+
+  std::filesystem::path folder_;
+  std::map<std::string, std::string> texts_;  // of the provenance
+  Experiment experiment_;
+  std::string trouble_;  // of the experiment's text
+  std::optional<RecordTail> tail_;
+  std::optional<RunMaps> maps_;
+  std::optional<RunView> view_;
+  bool live_ = false;
+  double looked_s_ = -1e9;
+};
+
+/// Reads RUN/notes.json; empty if there is none, or none that can be read.
+Notes read_notes(const std::filesystem::path& run);
+/// Writes RUN/notes.json, which no seal covers. @throws UsageError, WriteError
+void write_notes(const std::filesystem::path& run, const Notes& notes);
+
+}  // namespace firn::page

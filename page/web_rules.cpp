@@ -1,0 +1,71 @@
+#include "page/web_rules.h"
+
+#include <algorithm>
+#include <charconv>
+
+namespace firn::page {
+namespace {
+
+constexpr std::size_t kMostParts = 8;
+
+std::string lower(std::string_view text) {
+  std::string low(text);
+  for (char& c : low)
+    if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
+  return low;
+}
+
+}  // namespace
+
+std::vector<std::string> own_authorities(const std::string& bind, int port,
+                                         const std::vector<std::string>& hosts) {
+  const std::string colon = ":" + std::to_string(port);
+  std::vector<std::string> own{"127.0.0.1" + colon, "localhost" + colon, "[::1]" + colon};
+  const bool any = bind == "0.0.0.0" || bind == "::";
+  if (!any) own.push_back((bind.find(':') == bind.npos ? bind : "[" + bind + "]") + colon);
+  for (const std::string& host : hosts) own.push_back(lower(host));
+  return own;
+}
+
+bool host_allowed(std::string_view host, const std::vector<std::string>& own) {
+  return std::ranges::find(own, lower(host)) != own.end();
+}
+
+bool origin_allowed(std::string_view origin, const std::vector<std::string>& own) {
+  if (origin.empty()) return true;
+  for (const std::string_view scheme : {"http://", "https://"})
+    if (origin.starts_with(scheme)) return host_allowed(origin.substr(scheme.size()), own);
+  return false;
+}
+
+std::vector<std::string> path_parts(std::string_view target) {
+  target = target.substr(0, target.find_first_of("?#"));
+  std::vector<std::string> parts;
+  if (!target.starts_with('/')) return {};
+  target.remove_prefix(1);
+  while (true) {
+    const std::size_t slash = target.find('/');
+    const std::string_view raw = target.substr(0, slash);
+    std::string part;
+    for (std::size_t n = 0; n < raw.size(); ++n) {
+      if (raw[n] != '%') {
+        part += raw[n];
+        continue;
+      }
+      unsigned value = 0;
+      if (n + 2 >= raw.size()) return {};
+      const auto [end, error] = std::from_chars(raw.data() + n + 1, raw.data() + n + 3, value, 16);
+      if (error != std::errc() || end != raw.data() + n + 3) return {};
+      part += char(value);
+      n += 2;
+    }
+    const bool bad =
+        part == ".." || part == "." || part.find('/') != part.npos || part.find('\0') != part.npos;
+    if (bad || parts.size() == kMostParts) return {};
+    parts.push_back(std::move(part));
+    if (slash == target.npos) return parts;
+    target.remove_prefix(slash + 1);
+  }
+}
+
+}  // namespace firn::page

@@ -1,0 +1,25 @@
+// The rules by which the page's server refuses foreign requests: only a page of its own may speak to it.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace firn::page {
+
+/// Returns the authorities under which the page is reached: "127.0.0.1:8750", "localhost:8750", "[::1]:8750",
+/// the bound address, further names.
+std::vector<std::string> own_authorities(const std::string& bind, int port,
+                                         const std::vector<std::string>& hosts);
+
+/// Returns true if a Host header names this page. A name that an attacker's DNS points here is refused.
+bool host_allowed(std::string_view host, const std::vector<std::string>& own);
+
+/// Returns true if an Origin header is this page's, or absent, as from a program that is no browser.
+bool origin_allowed(std::string_view origin, const std::vector<std::string>& own);
+
+/// Returns the parts of "/api/runs/ID/layers/3/measured" with %XX decoded; empty: no such path, or one that
+/// leads out of its folder.
+std::vector<std::string> path_parts(std::string_view target);
+
+}  // namespace firn::page

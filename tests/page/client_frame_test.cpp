@@ -1,0 +1,127 @@
+#include <catch2/catch.hpp>
+
+#include "core/grid/random.h"
+#include "page/client_frame.h"
+#include "page/web_rules.h"
+
+using namespace firn;
+using namespace firn::page;
+using Catch::Contains;
+
+TEST_CASE("each command of the page is an order of firn ctl") {
+  const std::pair<std::string, std::string> words[] = {{"pause", "pause"},
+                                                       {"continue", "continue"},
+                                                       {"stop_after_layer", "finish-layer"},
+                                                       {"safe_stop", "stop"},
+                                                       {"accept_doubt", "accept-doubt"}};
+  for (const auto& [command, word] : words) {
+    const auto f =
+        parse_client_frame(R"({"type":"command","id":7,"token":"t","command":")" + command + "\"}");
+    CHECK(f.kind == ClientFrame::Kind::kCommand);
+    CHECK(f.id == 7);
+    CHECK(f.token == "t");
+    CHECK(f.words == std::vector{word});
+  }
+  const auto set = parse_client_frame(
+      R"({"type":"command","id":1,"command":"set","key":"control.max_layers","value":"40"})");
+  CHECK(set.words == std::vector<std::string>{"set", "control.max_layers=40"});
+  CHECK(set.token.empty());
+}
+
+TEST_CASE("a frame follows a surface, asks for one layer, or ends the maps") {
+  const auto newest = parse_client_frame(R"({"type":"follow","surface":"error"})");
+  CHECK(newest.surface == Surface::kError);
+  CHECK_FALSE(newest.layer);
+  const auto one = parse_client_frame(R"({"type":"follow","surface":"truth","layer":12})");
+  CHECK(one.surface == Surface::kTruth);
+  CHECK(one.layer == 12);
+  CHECK_FALSE(parse_client_frame(R"({"type":"follow","surface":null})").surface);
+}
+
+TEST_CASE("a frame that is no request of the page is refused by its member") {
+  const std::pair<const char*, const char*> bad[] = {
+      {"", "JSON object"},
+      {"[]", "JSON object"},
+      {"{", "JSON object"},
+      {R"({"type":"dance"})", "type"},
+      {R"({"type":7})", "type"},
+      {R"({"type":"ping","id":-1})", "id"},
+      {R"({"type":"ping","id":1.5})", "id"},
+      {R"({"type":"ping","id":18446744073709551615})", "id"},
+      {R"({"type":"follow","surface":"sky"})", "surface"},
+      {R"({"type":"follow","surface":"error","layer":1e9})", "layer"},
+      {R"({"type":"command","id":1,"command":"format"})", "command"},
+      {R"({"type":"command","id":1,"command":"set","key":"a"})", "value"},
+      {R"({"type":"command","id":1,"command":"set","key":"a=b","value":"1"})", "key"},
+      {R"({"type":"command","id":1,"command":"set","key":"a","value":"1\n2 stop"})", "one line"},
+      {R"({"type":"command","id":1,"command":"pause","token":{}})", "token"},
+      {R"({"a":[[[[[[[[1]]]]]]]]})", "nested"},
+  };
+  for (const auto& [text, word] : bad) {
+    INFO(text);
+    CHECK_THROWS_WITH(parse_client_frame(text), Contains(word));
+  }
+  CHECK_THROWS_WITH(parse_client_frame(std::string(kMostFrameBytes + 1, ' ')), Contains("at most 4096"));
+}
+
+TEST_CASE("random bytes and random damage of frames are read or refused, and nothing else") {
+  RandomStream random(11, Purpose::kTest);
+  const std::string whole =
+      R"({"type":"command","id":3,"token":"abc","command":"set","key":"control.smf.kp","value":"1.5"})";
+  int read = 0;
+  for (int n = 0; n < 20000; ++n) {
+    std::string text = whole;
+    for (std::uint64_t k = random.below(4); k > 0; --k)
+      text[random.below(text.size())] = char(random.below(256));
+    try {
+      parse_client_frame(text);
+      ++read;
+    } catch (const std::invalid_argument&) {
+    }
+  }
+  CHECK(read > 4000);  // those without damage, at least
+}
+
+TEST_CASE("notes come back as they were written, and are limited") {
+  const Notes notes{{"good", "H\xc3\xb6he"}, "line one\nline \"two\""};
+  const Notes back = parse_notes(to_json(notes), nullptr);
+  CHECK(back.tags == notes.tags);
+  CHECK(back.note == notes.note);
+  std::string token;
+  CHECK_NOTHROW(parse_notes(R"({"token":"t","tags":[],"note":""})", &token));
+  CHECK(token == "t");
+  CHECK_THROWS_WITH(parse_notes(R"({"tags":[1],"note":""})", nullptr), Contains("tags"));
+  CHECK_THROWS_WITH(parse_notes(R"({"tags":[]})", nullptr), Contains("note"));
+  CHECK_THROWS_WITH(parse_notes(R"({"tags":[")" + std::string(65, 'x') + R"("],"note":""})", nullptr),
+                    Contains("64 bytes"));
+}
+
+TEST_CASE("a secret is equal to itself alone") {
+  CHECK(same_secret("abc", "abc"));
+  CHECK_FALSE(same_secret("abc", "abd"));
+  CHECK_FALSE(same_secret("abc", "ab"));
+  CHECK_FALSE(same_secret("", "a"));
+}
+
+TEST_CASE("a name that foreign DNS points at this machine is no Host of the page") {
+  const auto own = own_authorities("127.0.0.1", 8750, {"Lab.example.org"});
+  for (const char* host :
+       {"127.0.0.1:8750", "localhost:8750", "LOCALHOST:8750", "[::1]:8750", "lab.example.org"})
+    CHECK(host_allowed(host, own));
+  for (const char* host :
+       {"evil.example:8750", "127.0.0.1", "127.0.0.1:80", "", "localhost:8750.evil.example"})
+    CHECK_FALSE(host_allowed(host, own));
+  CHECK(origin_allowed("", own));
+  CHECK(origin_allowed("http://127.0.0.1:8750", own));
+  CHECK(origin_allowed("https://lab.example.org", own));
+  for (const char* origin : {"null", "http://evil.example", "http://127.0.0.1:8751", "file://127.0.0.1:8750"})
+    CHECK_FALSE(origin_allowed(origin, own));
+}
+
+TEST_CASE("no path leads out of its folder") {
+  CHECK(path_parts("/api/runs/a%20b?x=1") == std::vector<std::string>{"api", "runs", "a b"});
+  CHECK(path_parts("/") == std::vector<std::string>{""});
+  for (const char* target :
+       {"", "api", "/..", "/a/../b", "/%2e%2e/x", "/a%2fb", "/a%00", "/%zz", "/%4", "/1/2/3/4/5/6/7/8/9"})
+    CHECK(path_parts(target).empty());
+}

@@ -1,0 +1,130 @@
+#include <catch2/catch.hpp>
+
+#include <fstream>
+
+#include "core/grid/random.h"
+#include "files/text_file.h"
+#include "page/record_tail.h"
+#include "page/watched_run.h"
+#include "print/folder/run_pack.h"
+#include "print/folder/seal_check.h"
+#include "print/labs/print_labs.h"
+#include "print/simulated/lab_run.h"
+#include "replay/run_messages.h"
+#include "tests/support/temp_folder.h"
+#include "tests/support/tiny_print.h"
+
+using namespace firn;
+using namespace firn::page;
+namespace fs = std::filesystem;
+
+namespace {
+
+fs::path printed(const fs::path& root) {
+  const Experiment e = test::tiny_print("page");
+  const RunFolder run = RunFolder::create(root, e, make_inputs(e, ""), {"test"});
+  LabRunOptions o;
+  o.note = [](const std::string&) {};
+  REQUIRE(run_in_lab(run, o).result.status == 0);
+  return run.path();
+}
+
+std::set<std::string, std::less<>> wanted() {
+  return {"LAYER_METRICS", "LAYER_PLAN", "HEIGHT_MAP", "RUN_END", "STATE_STAGE", "ANSWER_JET"};
+}
+
+using Got = std::map<std::string, std::vector<std::vector<std::byte>>>;
+
+RecordTail::Sink into(Got& got) {
+  return [&got](std::string_view channel, std::span<const std::byte> m, Place) {
+    got[std::string(channel)].emplace_back(m.begin(), m.end());
+  };
+}
+
+}  // namespace
+
+TEST_CASE("the messages of a run are those that replay finds, in the order of time") {
+  const test::TempFolder place;
+  const fs::path run = printed(place.path());
+  Got got;
+  std::int64_t last = 0;
+  RecordTail tail(run, wanted());
+  tail.poll([&](std::string_view channel, std::span<const std::byte> m, Place at) {
+    const auto stamp = replay::stamp_of(m);
+    REQUIRE(stamp);
+    CHECK(stamp->utime_us >= last);
+    last = stamp->utime_us;
+    got[std::string(channel)].emplace_back(m.begin(), m.end());
+    CHECK(std::ranges::equal(tail.read(at), m));
+  });
+  const replay::RunMessages oracle(run);
+  for (const std::string& channel : wanted()) {
+    INFO(channel);
+    const auto& all = oracle.on(channel);
+    REQUIRE(got[channel].size() == all.size());
+    CHECK(std::ranges::equal(got[channel], all,
+                             [](const auto& a, const auto& b) { return std::ranges::equal(a, b); }));
+  }
+  CHECK_FALSE(tail.poll([](auto...) { FAIL("nothing has come"); }));
+}
+
+TEST_CASE("files that grow at any byte give every message once") {
+  const test::TempFolder place;
+  const fs::path run = printed(place.path());
+  Got whole;
+  RecordTail(run, wanted()).poll(into(whole));
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    RandomStream random(seed, Purpose::kTest);
+    const fs::path growing = place.path() / ("growing" + std::to_string(seed));
+    fs::create_directories(growing / "nodes");
+    std::map<fs::path, std::pair<std::string, std::size_t>> files;  // content, bytes written so far
+    for (const auto& entry : fs::directory_iterator(run / "nodes"))
+      if (entry.path().extension() == ".wal")
+        files[growing / "nodes" / entry.path().filename()] = {read_file(entry.path()), 0};
+    Got got;
+    RecordTail tail(growing, wanted());
+    for (bool more = true; more;) {
+      more = false;
+      for (auto& [path, file] : files) {
+        auto& [content, done] = file;
+        const std::size_t n =
+            std::min<std::size_t>(content.size() - done, random.below(content.size() / 4 + 64));
+        std::ofstream(path, std::ios::binary | std::ios::app) << content.substr(done, n);
+        done += n;
+        more = more || done < content.size();
+      }
+      tail.poll(into(got));
+    }
+    CHECK(got == whole);
+  }
+}
+
+TEST_CASE("a run that is packed meanwhile stays readable at the same places") {
+  const test::TempFolder place;
+  const fs::path run = printed(place.path());
+  std::optional<Place> map;
+  std::vector<std::byte> bytes;
+  RecordTail tail(run, {"HEIGHT_MAP"});
+  tail.poll([&](std::string_view, std::span<const std::byte> m, Place at) {
+    map = at;
+    bytes.assign(m.begin(), m.end());
+  });
+  REQUIRE(map);
+  pack_run(run);
+  tail.poll([](auto...) { FAIL("packing adds no message"); });
+  CHECK(tail.read(*map) == bytes);
+}
+
+TEST_CASE("notes stand beside a sealed run, and its seal holds") {
+  const test::TempFolder place;
+  const fs::path run = printed(place.path());
+  REQUIRE(check_seals(run).whole());
+  write_notes(run, {{"first"}, "a good one"});
+  CHECK(read_notes(run).note == "a good one");
+  CHECK(read_notes(run).tags == std::vector<std::string>{"first"});
+  const SealCheck after = check_seals(run);
+  CHECK(after.whole());
+  CHECK(after.notes.empty());
+  std::ofstream(run / "notes.json") << "{";
+  CHECK(read_notes(run).note.empty());
+}

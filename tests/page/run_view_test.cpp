@@ -1,0 +1,255 @@
+#include <catch2/catch.hpp>
+
+#include "core/grid/device.h"
+#include "firn/deposition_report_t.hpp"
+#include "firn/device_state_t.hpp"
+#include "firn/enums.h"
+#include "firn/fault_t.hpp"
+#include "firn/height_map_t.hpp"
+#include "firn/height_model_t.hpp"
+#include "firn/layer_metrics_t.hpp"
+#include "firn/operator_command_t.hpp"
+#include "firn/run_end_t.hpp"
+#include "firn/run_start_t.hpp"
+#include "firn/safe_stop_t.hpp"
+#include "firn/stage_command_t.hpp"
+#include "lcmtypes/channels.h"
+#include "page/event_words.h"
+#include "page/run_view.h"
+
+using namespace firn;
+using namespace firn::page;
+using Catch::Contains;
+
+namespace {
+
+struct Told {
+  Told() : view(facts()) {}
+  static ViewFacts facts() {
+    ViewFacts f;
+    f.time_scale = 2.0;
+    f.ports = {{"stage", "tcp:10.0.0.2:8000"}, {"jet", "simulated"}};
+    f.real = {"stage"};
+    return f;
+  }
+  template <class Message>
+  void tell(std::string_view channel, Message m, double t_s) {
+    m.header.utime_us = std::int64_t(t_s * 1e6);
+    std::vector<std::byte> bytes(std::size_t(m.getEncodedSize()));
+    m.encode(bytes.data(), 0, int(bytes.size()));
+    view.take(channel, bytes, now_s);
+  }
+  void metrics(int layer, double rms_mm, double t_s) {
+    layer_metrics_t m{};
+    m.layer = layer;
+    m.layers_expected = 10;
+    m.rms_mm = rms_mm;
+    m.min_error_mm = -0.004;
+    m.max_error_mm = 0.001;
+    m.drops = 50;
+    tell(channels::kLayerMetrics.name, m, t_s);
+  }
+  void fault(Severity severity, int code, const std::string& node, const std::string& text, double t_s) {
+    fault_t m{};
+    m.severity = std::int8_t(severity);
+    m.code = code;
+    m.node = node;
+    m.text = text;
+    tell("FAULT_" + std::string(node == "stage" ? "STAGE" : "SCHEDULER"), m, t_s);
+  }
+  void order(OperatorVerb verb, double t_s, const std::string& key = "", const std::string& value = "") {
+    operator_command_t m{};
+    m.verb = std::int8_t(verb);
+    m.key = key;
+    m.value = value;
+    m.text = "page";
+    tell(channels::kOperatorCommand.name, m, t_s);
+  }
+  RunView view;
+  double now_s = 100.0;
+};
+
+}  // namespace
+
+TEST_CASE("the state says in words what the print does now") {
+  Told t;
+  t.tell(channels::kRunStart.name, run_start_t{}, 0.1);
+  CHECK(t.view.state(100.0).phase == Phase::kStarting);
+  stage_command_t pass{};
+  pass.verb = std::int8_t(StageVerb::kPass);
+  pass.layer = 3;
+  pass.pass = 1;
+  t.tell(channels::kStageCommand.name, pass, 1.0);
+  CHECK(t.view.state(100.0).words == "depositing layer 3, pass 2");
+  CHECK(t.view.state(100.0).layer == 3);
+  pass.verb = std::int8_t(StageVerb::kScan);
+  t.tell(channels::kStageCommand.name, pass, 2.0);
+  CHECK(t.view.state(100.0).words == "measuring layer 3");
+  height_map_t map{};
+  map.layer = 3;
+  t.tell(channels::kHeightMap.name, map, 3.0);
+  CHECK(t.view.state(100.0).words == "deciding layer 4");
+  CHECK(t.view.take_new().state);
+  CHECK_FALSE(t.view.take_new().state);
+}
+
+TEST_CASE("ages are wall time since the datum, and the time goes on between messages") {
+  Told t;
+  height_map_t map{};
+  t.tell(channels::kHeightMap.name, map, 10.0);
+  device_state_t state{};
+  state.node = "stage";
+  t.tell("STATE_STAGE", state, 14.0);  // 2 s of wall time later, at twice the speed
+  const StateRow s = t.view.state(100.5);
+  CHECK(s.surface_s == Approx(2.5));
+  CHECK(s.instruments_s == Approx(0.5));
+  CHECK_FALSE(s.controller_s);
+  CHECK(s.link_s == Approx(0.5));
+  CHECK(s.t_s == Approx(15.0));
+  t.view.alive(101.0);
+  CHECK(t.view.state(101.0).link_s == Approx(0.0));
+}
+
+TEST_CASE("the time to the end follows from the rate of the layers so far") {
+  Told t;
+  t.metrics(0, 0.1, 10.0);
+  CHECK_FALSE(t.view.state(100.0).eta_s);
+  t.metrics(4, 0.1, 50.0);  // 10 s of node time a layer: 60 s for six, 30 s of wall time
+  CHECK(t.view.state(100.0).eta_s == Approx(30.0));
+  CHECK(t.view.state(105.0).eta_s == Approx(25.0));
+}
+
+TEST_CASE("a layer has its errors in um, its prediction before or after, and comes once") {
+  Told t;
+  t.view.predicted(2, 3.5);
+  t.metrics(2, 0.003, 5.0);
+  NewRows rows = t.view.take_new();
+  REQUIRE(rows.layers.size() == 1);
+  const LayerRow& r = rows.layers[0];
+  CHECK(r.rms_um == Approx(3.0));
+  CHECK(r.max_um == Approx(4.0));
+  CHECK(r.droplets == 50);
+  CHECK(r.predicted_rms_um == Approx(3.5));
+  CHECK(t.view.take_new().layers.empty());
+  t.view.overspill(2, 1.25);
+  rows = t.view.take_new();
+  REQUIRE(rows.layers.size() == 1);
+  CHECK(rows.layers[0].overspill_percent == Approx(1.25));
+}
+
+TEST_CASE("a stop is told with its cause, the remedy and the manual's row") {
+  Told t;
+  t.fault(Severity::kStop, 2, "stage", "no answer for 3 s", 7.0);
+  safe_stop_t stop{};
+  stop.cause = "stage: no answer for 3 s";
+  t.tell(channels::kSafeStop.name, stop, 7.1);
+  t.tell(channels::kSafeStop.name, stop, 7.2);  // repeated until all are safe
+  CHECK(t.view.state(100.0).phase == Phase::kStopping);
+  run_end_t end{};
+  end.outcome = std::int8_t(RunOutcome::kStoppedSafely);
+  end.reason = "stage: no answer for 3 s";
+  t.tell(channels::kRunEnd.name, end, 8.0);
+  const NewRows rows = t.view.take_new();
+  REQUIRE(rows.events.size() == 3);
+  CHECK(rows.events[0].weight == Weight::kFault);
+  CHECK(rows.events[0].cause == interlock_words(2)->cause);
+  CHECK(rows.events[0].manual == kInterlocksPage);
+  REQUIRE(t.view.end());
+  CHECK(t.view.end()->outcome == "stopped safely");
+  CHECK(t.view.end()->cause == interlock_words(2)->cause);
+  CHECK_THAT(t.view.end()->remedy, Contains("firn print --resume"));
+  CHECK(rows.ended);
+  CHECK(t.view.state(100.0).phase == Phase::kStopped);
+  CHECK_FALSE(t.view.state(100.0).link_s);
+  CHECK(t.view.instruments().at("stage").faults == 1);
+}
+
+TEST_CASE("a pause shows where it waits, and the print afterwards goes on where it was") {
+  Told t;
+  stage_command_t pass{};
+  pass.verb = std::int8_t(StageVerb::kPass);
+  pass.layer = 7;
+  t.tell(channels::kStageCommand.name, pass, 1.0);
+  t.order(OperatorVerb::kPause, 1.5);
+  CHECK(t.view.state(100.0).paused);
+  CHECK(t.view.state(100.0).phase == Phase::kDepositing);
+  t.fault(Severity::kNotice, 0, "scheduler", "the print waits before layer 7, pass 2, as the operator asked",
+          2.0);
+  CHECK(t.view.state(100.0).phase == Phase::kPaused);
+  t.order(OperatorVerb::kContinue, 3.0);
+  t.fault(Severity::kNotice, 0, "scheduler", "the print goes on", 3.1);
+  CHECK(t.view.state(100.0).phase == Phase::kDepositing);
+  CHECK_FALSE(t.view.state(100.0).paused);
+}
+
+TEST_CASE("a doubt stays until the surface is measured or the operator accepts it") {
+  const auto unknown = [](Told& t) {
+    deposition_report_t m{};
+    m.layer = 5;
+    m.pass = 0;
+    m.outcome = std::int8_t(Outcome::kUnknown);
+    m.unknown_from = 10;
+    m.unknown_to = 14;
+    t.tell(channels::kDepositionReport.name, m, 1.0);
+  };
+  Told measured, accepted;
+  unknown(measured);
+  REQUIRE(measured.view.state(100.0).doubt);
+  CHECK_THAT(measured.view.state(100.0).doubt->words, Contains("4 droplets of layer 5, pass 1"));
+  height_map_t map{};
+  map.layer = 5;
+  measured.tell(channels::kHeightMap.name, map, 2.0);
+  CHECK_FALSE(measured.view.state(100.0).doubt);
+  unknown(accepted);
+  accepted.order(OperatorVerb::kAcceptDoubt, 2.0);
+  CHECK_FALSE(accepted.view.state(100.0).doubt);
+}
+
+TEST_CASE("a changed setting, an estimate and an instrument are rows of their own") {
+  Told t;
+  t.order(OperatorVerb::kSet, 1.0, "control.max_layers", "40");
+  height_model_t model{};
+  model.h1_mm = 0.0044;
+  model.covariance_mm2[0] = 1e-8;
+  t.tell(channels::kHeightModel.name, model, 2.0);
+  device_state_t state{};
+  state.node = "jet";
+  state.state = std::int8_t(DeviceState::kArmed);
+  state.identity = "JetDrive III";
+  t.tell("STATE_JET", state, 3.0);
+  t.view.exchanged("jet", "sent A | received B");
+  const NewRows rows = t.view.take_new();
+  REQUIRE(rows.settings.size() == 1);
+  CHECK(rows.settings[0] == std::pair<std::string, std::string>("control.max_layers", "40"));
+  REQUIRE(rows.estimates.size() == 3);
+  CHECK(rows.estimates[0].name == "h1");
+  CHECK(rows.estimates[0].value == Approx(4.4));
+  CHECK(rows.estimates[0].sd == Approx(0.1));
+  REQUIRE(rows.instruments.size() == 1);
+  CHECK(rows.instruments[0].state == "armed");
+  CHECK(rows.instruments[0].last_text == "sent A | received B");
+  CHECK_FALSE(rows.instruments[0].real);
+  CHECK(t.view.instruments().at("stage").real);
+}
+
+TEST_CASE("a print that goes on after its end has no end any more") {
+  Told t;
+  t.view.over("interrupted", "nobody prints this run now");
+  CHECK(t.view.state(100.0).phase == Phase::kInterrupted);
+  run_start_t start{};
+  start.header.incarnation = 1;
+  t.tell(channels::kRunStart.name, start, 5.0);
+  CHECK_FALSE(t.view.end());
+  CHECK(t.view.events().back().words == "the print goes on");
+}
+
+TEST_CASE("the events of a print without end take a bounded room") {
+  Told t;
+  for (int n = 0; n < 5000; ++n) {
+    t.fault(Severity::kNotice, 0, "scheduler", "notice " + std::to_string(n), 1e-3 * n);
+    if (n % 100 == 0) t.view.take_new();
+  }
+  CHECK(t.view.events().size() == 1000);
+  CHECK(t.view.events().back().n == 5000);
+  CHECK(t.view.events().back().words == "notice 4999");
+}

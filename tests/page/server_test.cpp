@@ -1,0 +1,239 @@
+#include <catch2/catch.hpp>
+
+#include <unistd.h>
+
+#include <cstring>
+#include <fstream>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "core/grid/random.h"
+#include "files/usage_error.h"
+#include "page/server.h"
+#include "print/labs/print_labs.h"
+#include "print/simulated/lab_run.h"
+#include "tests/page/web_client.h"
+#include "tests/support/temp_folder.h"
+#include "tests/support/tiny_print.h"
+
+using namespace firn;
+using Catch::Contains;
+using firn::test::WebClient;
+using nlohmann::json;
+
+namespace {
+
+/// Serves a folder with one finished run until it goes.
+class Served {
+ public:
+  Served() {
+    const Experiment e = test::tiny_print("page");
+    const RunFolder run = RunFolder::create(place.path() / "runs", e, make_inputs(e, ""), {"test"});
+    LabRunOptions o;
+    o.note = [](const std::string&) {};
+    REQUIRE(run_in_lab(run, o).result.status == 0);
+    id = run.path().filename();
+    REQUIRE(::pipe(stop_) == 0);
+    options.places = {place.path() / "runs"};
+    options.token = "secret";
+    options.stop_fd = stop_[0];
+    std::mutex lock;
+    lock.lock();
+    options.listening = [&](const std::string& at) {
+      address = at;
+      lock.unlock();
+    };
+    thread_ = std::thread([this] { page::serve(options); });
+    lock.lock();
+  }
+  ~Served() {
+    REQUIRE(::write(stop_[1], "x", 1) == 1);
+    thread_.join();
+    ::close(stop_[0]);
+    ::close(stop_[1]);
+  }
+  json hello(WebClient& client) const {
+    REQUIRE(client.open("/ws?run=" + id) == 101);
+    const auto text = client.next_of("hello", 5.0);
+    REQUIRE(text);
+    return json::parse(*text);
+  }
+  test::TempFolder place;
+  std::string id, address;
+  page::ServerOptions options;
+
+ private:
+  int stop_[2];
+  std::thread thread_;
+};
+
+template <class T>
+T at(const std::string& frame, std::size_t offset) {
+  T value;
+  std::memcpy(&value, frame.data() + offset, sizeof value);
+  return value;
+}
+
+}  // namespace
+
+TEST_CASE("the page's files come compressed, with a tag, and only to a page of this origin") {
+  Served s;
+  WebClient c(s.address);
+  const auto page = c.request("GET", "/", {"Accept-Encoding: gzip"});
+  CHECK(page.status == 200);
+  CHECK_THAT(page.head, Contains("Content-Encoding: gzip") && Contains("default-src 'self'"));
+  const std::size_t tag = page.head.find("ETag: ") + 6;
+  const std::string etag = page.head.substr(tag, page.head.find("\r\n", tag) - tag);
+  CHECK(c.request("GET", "/", {"If-None-Match: " + etag}).status == 304);
+  CHECK_THAT(c.get("/").body, Contains("<!doctype html>", Catch::CaseSensitive::No));
+  CHECK_THAT(c.get("/manual/safety.md").body, Contains("## Interlocks"));
+  CHECK(c.get("/nothing").status == 404);
+  CHECK(c.get("/../etc/passwd").status == 404);
+  CHECK(c.request("GET", "/", {"Host: evil.example"}).status == 403);
+  CHECK(c.request("GET", "/", {"Origin: http://evil.example"}).status == 403);
+  CHECK(WebClient(s.address).open("/ws?run=" + s.id, {"Origin: http://evil.example"}) == 403);
+  CHECK(WebClient(s.address).open("/ws?run=" + s.id, {"Host: evil.example:8750"}) == 403);
+  CHECK(c.request("POST", "/", {}, "x").status == 405);
+}
+
+TEST_CASE("a recorded run is greeted with its facts, layers and end, and gives each map") {
+  Served s;
+  WebClient c(s.address);
+  const json hello = s.hello(c);
+  CHECK(hello["protocol"] == 1);
+  CHECK(hello["run"]["id"] == s.id);
+  CHECK(hello["run"]["lab"] == "inkjet");
+  CHECK(hello["run"]["live"] == false);
+  CHECK(hello["run"]["grid"]["nx"] == 9);
+  CHECK(hello["end"]["outcome"] == "finished");
+  CHECK(hello["commands"]["allowed"].empty());
+  const int layers = hello["layers"].back()["n"];
+  CHECK(int(hello["layers"].size()) == layers + 1);
+  CHECK(hello["layers"].back()["predicted_rms_um"].is_number());
+  CHECK_THAT(WebClient(s.address).get("/api/runs").body, Contains(s.id));
+  for (const char* surface : {"measured", "target", "error", "planned", "predicted", "truth"}) {
+    INFO(surface);
+    const bool planned = std::string(surface) == "planned";
+    const int n = planned ? layers - 1 : layers;
+    const auto map =
+        WebClient(s.address).get("/api/runs/" + s.id + "/layers/" + std::to_string(n) + "/" + surface);
+    REQUIRE(map.status == 200);
+    REQUIRE(map.body.size() == 32 + 9 * 8 * 4);
+    CHECK(map.body.starts_with("FMAP"));
+    CHECK(at<std::uint32_t>(map.body, 8) == std::uint32_t(n));
+    CHECK(at<std::uint32_t>(map.body, 12) == 9);
+    CHECK(at<std::uint32_t>(map.body, 16) == 8);
+    CHECK(at<std::uint32_t>(map.body, 20) == (planned ? 1u : 0u));
+  }
+  CHECK(WebClient(s.address).get("/api/runs/" + s.id + "/layers/999/measured").status == 404);
+  CHECK(WebClient(s.address).get("/api/runs/none/layers/1/measured").status == 404);
+}
+
+TEST_CASE("the error is the measured surface less the target, on the part's cells alone") {
+  Served s;
+  const std::string base = "/api/runs/" + s.id + "/layers/2/";
+  const auto measured = WebClient(s.address).get(base + "measured").body;
+  const auto target = WebClient(s.address).get(base + "target").body;
+  const auto error = WebClient(s.address).get(base + "error").body;
+  int cells = 0;
+  for (std::size_t k = 0; k < 72; ++k) {
+    const float e = at<float>(error, 32 + 4 * k), t = at<float>(target, 32 + 4 * k);
+    CHECK((e != e || t == t));
+    if (e != e) continue;
+    CHECK(e == Approx(at<float>(measured, 32 + 4 * k) - t).margin(1e-2));
+    ++cells;
+  }
+  CHECK(cells > 30);
+}
+
+TEST_CASE("a tab follows a surface, asks for layers, and is told what is not there") {
+  Served s;
+  WebClient c(s.address);
+  const json hello = s.hello(c);
+  c.send(R"({"type":"follow","surface":"measured"})");
+  const auto newest = c.next_map(5.0);
+  REQUIRE(newest);
+  CHECK(at<std::uint32_t>(*newest, 8) == hello["layers"].back()["n"].get<std::uint32_t>());
+  c.send(R"({"type":"follow","surface":"error","layer":1})");
+  const auto one = c.next_map(5.0);
+  REQUIRE(one);
+  CHECK(at<std::uint16_t>(*one, 6) == 2);
+  CHECK(at<std::uint32_t>(*one, 8) == 1);
+  c.send(R"({"type":"follow","surface":"error","layer":500})");
+  CHECK_THAT(c.next_of("answer", 5.0).value_or(""), Contains("layer 500"));
+  c.send(R"({"type":"ping","id":4})");
+  CHECK_THAT(c.next_of("pong", 5.0).value_or(""), Contains("\"id\":4"));
+  c.send("nonsense");
+  CHECK_THAT(c.next_of("error", 5.0).value_or(""), Contains("JSON"));
+  c.send_frame(2, "binary");
+  CHECK_THAT(c.next_of("error", 5.0).value_or(""), Contains("must be text"));
+  WebClient other(s.address);
+  CHECK(other.open("/ws?run=none") == 101);
+  CHECK_THAT(other.next_of("error", 5.0).value_or(""), Contains("no run 'none'"));
+}
+
+TEST_CASE("a command without the token is refused, and with it by a run that nobody prints") {
+  Served s;
+  WebClient c(s.address);
+  s.hello(c);
+  for (const char* token : {"", "Secret", "secre", "secret "}) {
+    c.send(json{{"type", "command"}, {"id", 1}, {"token", token}, {"command", "pause"}}.dump());
+    const json answer = json::parse(c.next_of("answer", 5.0).value_or("{}"));
+    CHECK(answer["ok"] == false);
+    CHECK_THAT(answer["error"].get<std::string>(), Contains("token"));
+  }
+  c.send(R"({"type":"command","id":2,"token":"secret","command":"pause"})");
+  const json answer = json::parse(c.next_of("answer", 5.0).value_or("{}"));
+  CHECK(answer["id"] == 2);
+  CHECK(answer["ok"] == false);
+  CHECK_THAT(answer["error"].get<std::string>(), Contains("is not running"));
+}
+
+TEST_CASE("notes are kept in the run's folder, with the token alone") {
+  Served s;
+  WebClient c(s.address);
+  const std::string target = "/api/runs/" + s.id + "/notes";
+  const json notes{{"token", "secret"}, {"tags", {"good"}}, {"note", "try again"}};
+  json wrong = notes;
+  wrong["token"] = "x";
+  const std::vector<std::string> type{"Content-Type: application/json"};
+  CHECK(c.request("POST", target, type, wrong.dump()).status == 403);
+  CHECK(c.request("POST", target, {"Content-Type: text/plain"}, notes.dump()).status == 415);
+  CHECK(c.request("POST", target, type, "{").status == 400);
+  CHECK(c.request("POST", "/api/runs/none/notes", type, notes.dump()).status == 404);
+  CHECK(c.request("POST", target, type, notes.dump()).status == 200);
+  CHECK_THAT(c.get("/api/runs").body, Contains("try again"));
+}
+
+TEST_CASE("connections beyond the limit, garbage and half requests leave others served") {
+  Served s;
+  WebClient watcher(s.address);
+  s.hello(watcher);
+  std::vector<std::unique_ptr<WebClient>> idle;
+  for (int n = 0; n < 400; ++n) idle.push_back(std::make_unique<WebClient>(s.address));
+  idle.resize(50);
+  RandomStream random(3, Purpose::kTest);
+  for (int n = 0; n < 200; ++n) {
+    std::string bytes(1 + random.below(300), '\0');
+    for (char& b : bytes) b = char(random.below(256));
+    WebClient(s.address).send_raw(bytes);
+    watcher.send_frame(int(random.below(2)) + 1, bytes.substr(0, 100));
+  }
+  watcher.send(R"({"type":"ping","id":77})");
+  CHECK_THAT(watcher.next_of("pong", 10.0).value_or(""), Contains("77"));
+  idle.clear();
+  ::usleep(200'000);
+  CHECK(WebClient(s.address).get("/").status == 200);
+}
+
+TEST_CASE("a place that is no folder and an address of another machine are named") {
+  page::ServerOptions o;
+  o.places = {"/no/such/folder"};
+  CHECK_THROWS_AS(page::serve(o), UsageError);
+  o.places = {"/tmp"};
+  o.bind = "198.51.100.7";
+  CHECK_THROWS_WITH(page::serve(o), Contains("198.51.100.7"));
+  o.bind = "house";
+  CHECK_THROWS_WITH(page::serve(o), Contains("--bind house"));
+}
