@@ -208,8 +208,9 @@ TEST_CASE("notes are kept in the run's folder, with the token alone") {
 
 TEST_CASE("connections beyond the limit, garbage and half requests leave others served") {
   Served s;
-  WebClient watcher(s.address);
+  WebClient watcher(s.address), garbler(s.address);
   s.hello(watcher);
+  s.hello(garbler);
   std::vector<std::unique_ptr<WebClient>> idle;
   for (int n = 0; n < 400; ++n) idle.push_back(std::make_unique<WebClient>(s.address));
   idle.resize(50);
@@ -218,7 +219,7 @@ TEST_CASE("connections beyond the limit, garbage and half requests leave others 
     std::string bytes(1 + random.below(300), '\0');
     for (char& b : bytes) b = char(random.below(256));
     WebClient(s.address).send_raw(bytes);
-    watcher.send_frame(int(random.below(2)) + 1, bytes.substr(0, 100));
+    garbler.send_frame(int(random.below(2)) + 1, bytes.substr(0, 100));
   }
   watcher.send(R"({"type":"ping","id":77})");
   CHECK_THAT(watcher.next_of("pong", 10.0).value_or(""), Contains("77"));

@@ -1,0 +1,133 @@
+// The page beside live prints: watched, commanded, attacked, killed.
+#include <signal.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "core/grid/random.h"
+#include "firn/height_map_t.hpp"
+#include "firn/layer_plan_t.hpp"
+#include "firn/operator_command_t.hpp"
+#include "print/exit_codes.h"
+#include "replay/run_messages.h"
+#include "tests/live/live_checks.h"
+#include "tests/page/web_client.h"
+
+using namespace firn;
+using namespace firn::test;
+using Catch::Contains;
+using nlohmann::json;
+
+namespace {
+
+void start_with_page(LiveRun& run) {
+  run.page_token = "secret";
+  run.start(false);
+  REQUIRE(run.wait_started());
+}
+
+std::string command(int id, const std::string& name, const std::string& key = "",
+                    const std::string& value = "") {
+  json j{{"type", "command"}, {"id", id}, {"token", "secret"}, {"command", name}};
+  if (!key.empty()) j.update({{"key", key}, {"value", value}});
+  return j.dump();
+}
+
+json answer_to(WebClient& tab, const std::string& text) {
+  tab.send(text);
+  return json::parse(tab.next_of("answer", 20.0).value_or("{}"));
+}
+
+/// All maps and decisions of a print, without times.
+std::string story(const std::filesystem::path& run) {
+  std::string all;
+  const replay::RunMessages messages(run);
+  messages.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) {
+    all += "map " + std::to_string(m.layer) + " ";
+    all.append(reinterpret_cast<const char*>(m.height_mm.data()), m.height_mm.size() * sizeof(float));
+  });
+  messages.each<layer_plan_t>(channels::kLayerPlan.name, [&](const layer_plan_t& m) {
+    all += "plan " + std::to_string(m.layer) + " " + std::string(m.drops.begin(), m.drops.end());
+  });
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("a live print is watched, paused, changed and continued from the page, and replays identical") {
+  if (skipped()) return;
+  LiveRun run(tiny_part(71));
+  start_with_page(run);
+  WebClient tab(run.page_address());
+  REQUIRE(tab.open("/ws?run=live") == 101);
+  const json hello = json::parse(tab.next_of("hello", 5.0).value_or("{}"));
+  CHECK(hello["run"]["live"] == true);
+  CHECK(hello["commands"]["allowed"].size() == 6);
+  tab.send(R"({"type":"follow","surface":"measured"})");
+  CHECK(tab.next_map(20.0));
+  CHECK(answer_to(tab, command(1, "pause"))["ok"] == true);
+  json state;
+  for (int n = 0; n < 100 && state.value("state", "") != "paused"; ++n)
+    state = json::parse(tab.next_of("state", 5.0).value_or("{}"));
+  CHECK(state["state"] == "paused");
+  CHECK(state["ages"]["link_s"].get<double>() < 1.0);
+  CHECK(answer_to(tab, command(2, "set", "control.max_layers", "150"))["ok"] == true);
+  const json refused = answer_to(tab, command(3, "set", "grid.nx", "5"));
+  CHECK(refused["ok"] == false);
+  CHECK_THAT(refused["error"].get<std::string>(), Contains("grid.nx"));
+  CHECK(answer_to(tab, command(4, "continue"))["ok"] == true);
+  CHECK(tab.next_of("layer", 20.0));
+  CHECK(run.wait() == kOk);
+  INFO(run.said());
+  std::vector<std::string> from;
+  const replay::RunMessages messages(run.path());
+  messages.each<operator_command_t>(channels::kOperatorCommand.name,
+                                    [&](const operator_command_t& m) { from.push_back(m.text); });
+  CHECK(from == std::vector<std::string>(3, "page"));
+  check_finished_run(run);
+}
+
+TEST_CASE("the page's safe stop makes the lab safe, and is answered when it is") {
+  if (skipped()) return;
+  LiveRun run(tiny_part(72));
+  start_with_page(run);
+  WebClient tab(run.page_address());
+  REQUIRE(tab.open("/ws") == 101);
+  ::usleep(500'000);
+  const std::int64_t at = monotonic_ns();
+  const json answer = answer_to(tab, command(1, "safe_stop"));
+  CHECK(answer["ok"] == true);
+  CHECK(run.wait() == kSafetyStop);
+  run.wait_all_gone();
+  CHECK_THAT(run.said(), Contains("stopped by the operator"));
+  check_safe_after(run, at);
+}
+
+TEST_CASE("a print whose page is attacked, stopped and killed prints the same") {
+  if (skipped()) return;
+  LiveRun alone(tiny_part(73)), attacked(tiny_part(73));
+  alone.start(false);
+  CHECK(alone.wait() == kOk);
+  start_with_page(attacked);
+  const std::string address = attacked.page_address();
+  std::vector<std::unique_ptr<WebClient>> many;
+  RandomStream random(9, Purpose::kTest);
+  for (int n = 0; n < 300; ++n) {
+    auto& c = many.emplace_back(std::make_unique<WebClient>(address));
+    if (n < 20 && c->open("/ws") == 101)
+      c->send(R"({"type":"follow","surface":"measured"})");  // and never reads
+    std::string bytes(1 + random.below(200), '\0');
+    for (char& b : bytes) b = char(random.below(256));
+    if (n >= 20) c->send_raw(bytes);
+  }
+  ::kill(attacked.pid_of("page"), SIGSTOP);
+  ::usleep(300'000);
+  attacked.kill("page");
+  CHECK(attacked.wait() == kOk);
+  INFO(attacked.said());
+  CHECK_THAT(attacked.said(), Contains("the page was killed by signal 9; the print goes on"));
+  CHECK(story(attacked.path()) == story(alone.path()));
+  check_finished_run(attacked);
+}
