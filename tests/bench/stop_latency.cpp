@@ -1,9 +1,10 @@
-// Measures the time from `firn ctl RUN stop` to SAFE_STOP on live prints: percentiles over N prints, wall
-// time.
-//   ./firn bench stop_latency [N]
+// Measures the time from `firn ctl RUN stop`, or from the page's command, to the answer that SAFE_STOP is on
+// the bus: percentiles over N live prints, wall time.
+//   ./firn bench stop_latency [N] [page]
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -12,6 +13,7 @@
 
 #include "core/grid/random.h"
 #include "tests/live/live_run.h"
+#include "tests/page/web_client.h"
 
 namespace {
 
@@ -24,6 +26,18 @@ std::string output_of(const std::string& command) {
   return text;
 }
 
+// Returns the time of a stop by the page; 0: the print had ended.
+double page_stop_ms(firn::test::LiveRun& run) {
+  firn::test::WebClient tab(run.page_address());
+  if (tab.open("/ws") != 101 || !tab.next_of("hello", 5.0)) return 0.0;
+  const auto began = std::chrono::steady_clock::now();
+  tab.send(R"({"type":"command","id":1,"token":"secret","command":"safe_stop"})");
+  const std::string answer = tab.next_of("answer", 10.0).value_or("");
+  const double ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - began).count();
+  return answer.find("\"ok\":true") == std::string::npos ? 0.0 : ms;
+}
+
 double percentile(const std::vector<double>& sorted, double share) {
   return sorted[std::min(sorted.size() - 1, std::size_t(share * double(sorted.size())))];
 }
@@ -33,14 +47,25 @@ double percentile(const std::vector<double>& sorted, double share) {
 int main(int argc, char** argv) {
   using namespace firn;
   const int prints = argc > 1 ? std::max(1, std::atoi(argv[1])) : 100;
+  const bool page = argc > 2 && std::string(argv[2]) == "page";
   RandomStream random(1, Purpose::kTest);
   std::vector<double> ms;
   int lost = 0;
   for (int n = 0; n < prints; ++n) {
     test::LiveRun run(test::tiny_part(std::uint64_t(n)));
+    if (page) run.page_token = "secret";
     run.start(false);
     if (!run.wait_started()) continue;
     ::usleep(100'000 + random.below(1'200'000));
+    if (page) {
+      if (const double took_ms = page_stop_ms(run); took_ms > 0.0)
+        ms.push_back(took_ms);
+      else
+        ++lost;
+      run.wait();
+      run.wait_all_gone();
+      continue;
+    }
     const std::string said =
         output_of(FIRN_BINARY_DIR "/bin/firn ctl --json " + run.path().string() + " stop 2>&1");
     const auto answer = nlohmann::json::parse(said, nullptr, false);
