@@ -1,0 +1,100 @@
+// Maps of one run, loaded as they are asked for and kept while there is room.
+
+import {Observable} from "./observable";
+import {kPartial, read_map, type SurfaceMap} from "./maps";
+import type {Surface} from "./protocol";
+
+const kMostBytes = 64 << 20;
+
+type Entry = SurfaceMap | {missing: string};
+
+export class MapStore extends Observable {
+  private readonly kept = new Map<string, Entry>();  // oldest use first
+  private readonly loading = new Map<string, AbortController>();
+  private readonly newest_frame = new Map<Surface, SurfaceMap>();
+  private bytes = 0;
+
+  constructor(private readonly run: string) {
+    super();
+  }
+
+  /** The map if it is here; else null, and the loading begins. Loads of layers that nobody waits for any more end. */
+  get(surface: Surface, layer: number): SurfaceMap | null {
+    const key = `${layer}/${surface}`;
+    const found = this.kept.get(key);
+    if (found) {
+      this.kept.delete(key);
+      this.kept.set(key, found);
+      return "missing" in found ? null : found;
+    }
+    if (!this.loading.has(key)) void this.load(key);
+    return null;
+  }
+
+  /** Why a map is not there, or null. */
+  missing(surface: Surface, layer: number): string | null {
+    const found = this.kept.get(`${layer}/${surface}`);
+    return found && "missing" in found ? found.missing : null;
+  }
+
+  /** Ends loads of other layers than these: a cursor that moves fast asks for many. */
+  only(layers: number[]): void {
+    for (const [key, control] of this.loading)
+      if (!layers.includes(Number(key.split("/")[0]))) control.abort();
+  }
+
+  take_frame(bytes: ArrayBuffer): void {
+    try {
+      const map = read_map(bytes);
+      this.put(`${map.layer}/${map.surface}`, map);
+      if (map.layer >= (this.newest_frame.get(map.surface)?.layer ?? 0)) this.newest_frame.set(map.surface, map);
+      this.changed();
+    } catch (error) {
+      console.warn("firn: a map was left out:", error);
+    }
+  }
+
+  /** The newest map that the process sent by itself, or null. */
+  newest(surface: Surface): SurfaceMap | null {
+    return this.newest_frame.get(surface) ?? null;
+  }
+
+  private async load(key: string): Promise<void> {
+    const control = new AbortController();
+    this.loading.set(key, control);
+    try {
+      const reply = await fetch(`/api/runs/${encodeURIComponent(this.run)}/layers/${key}`, {signal: control.signal});
+      if (reply.ok) this.put(key, read_map(await reply.arrayBuffer()));
+      else this.put(key, {missing: (await reply.json().catch(() => null))?.error ?? `${reply.status} ${reply.statusText}`});
+    } catch (error) {
+      if (!control.signal.aborted) {
+        this.put(key, {missing: String((error as Error).message ?? error)});
+        setTimeout(() => this.drop(key), 1000);  // a lost connection is no property of the map
+      }
+    }
+    this.loading.delete(key);
+    this.changed();
+  }
+
+  private put(key: string, entry: Entry): void {
+    this.drop(key);
+    this.kept.set(key, entry);
+    this.bytes += "missing" in entry ? 0 : entry.values.byteLength;
+    for (const [oldest] of this.kept) {
+      if (this.bytes <= kMostBytes || this.kept.size <= 4) break;
+      this.drop(oldest);
+    }
+  }
+
+  /** A layer has been measured: maps of it that were not there, or a part, are asked for again. */
+  layer_done(layer: number): void {
+    for (const [key, entry] of this.kept)
+      if (Number(key.split("/")[0]) === layer && ("missing" in entry || entry.flags & kPartial)) this.drop(key);
+  }
+
+  private drop(key: string): void {
+    const entry = this.kept.get(key);
+    if (entry && !("missing" in entry)) this.bytes -= entry.values.byteLength;
+    this.kept.delete(key);
+  }
+}

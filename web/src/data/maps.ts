@@ -1,0 +1,163 @@
+// Maps of a surface: the binary frame, differences, statistics and scales.
+
+import {kSurfaces, type Grid, type Surface} from "./protocol";
+
+export const kDroplets = 1;
+export const kPartial = 2;
+export const kFactor = 4;
+
+const kHeaderBytes = 32;
+const kMostCells = 1 << 24;
+
+/** Values in um, droplets or a factor, row y = 0 first; NaN where nothing was seen. */
+export interface SurfaceMap {
+  surface: Surface;
+  layer: number;
+  nx: number;
+  ny: number;
+  flags: number;
+  t_s: number;
+  values: Float32Array;
+}
+
+/** Reads a map frame; throws with the byte and the limit that was broken. */
+export function read_map(bytes: ArrayBuffer): SurfaceMap {
+  const view = new DataView(bytes);
+  if (bytes.byteLength < kHeaderBytes) throw new Error(`a map of ${bytes.byteLength} bytes, at least ${kHeaderBytes}`);
+  if (view.getUint32(0, true) !== 0x50414d46) throw new Error("byte 0: not a map (FMAP)");
+  if (view.getUint16(4, true) !== 1) throw new Error(`byte 4: version ${view.getUint16(4, true)}, known is 1`);
+  const surface = kSurfaces[view.getUint16(6, true)];
+  if (!surface) throw new Error(`byte 6: surface ${view.getUint16(6, true)}, at most ${kSurfaces.length - 1}`);
+  const nx = view.getUint32(12, true);
+  const ny = view.getUint32(16, true);
+  if (nx === 0 || ny === 0 || nx * ny > kMostCells) throw new Error(`byte 12: ${nx} x ${ny} cells`);
+  if (bytes.byteLength !== kHeaderBytes + 4 * nx * ny)
+    throw new Error(`${bytes.byteLength} bytes for ${nx} x ${ny} cells, expected ${kHeaderBytes + 4 * nx * ny}`);
+  return {
+    surface,
+    layer: view.getUint32(8, true),
+    nx,
+    ny,
+    flags: view.getUint32(20, true),
+    t_s: view.getFloat64(24, true),
+    values: floats(bytes, nx * ny),
+  };
+}
+
+function floats(bytes: ArrayBuffer, count: number): Float32Array {
+  const little = new Uint8Array(new Uint16Array([1]).buffer)[0] === 1;
+  if (little) return new Float32Array(bytes, kHeaderBytes, count);
+  const view = new DataView(bytes);
+  return Float32Array.from({length: count}, (_, i) => view.getFloat32(kHeaderBytes + 4 * i, true));
+}
+
+/** a - b on a's cells; b of another grid is read by bilinear interpolation at a's cell centres, NaN outside of it. */
+export function difference(a: SurfaceMap, a_grid: Grid, b: SurfaceMap, b_grid: Grid): SurfaceMap {
+  const values = new Float32Array(a.values.length);
+  const same = a.nx === b.nx && a.ny === b.ny && a_grid.pitch_mm === b_grid.pitch_mm &&
+    a_grid.x0_mm === b_grid.x0_mm && a_grid.y0_mm === b_grid.y0_mm;
+  for (let y = 0, i = 0; y < a.ny; ++y)
+    for (let x = 0; x < a.nx; ++x, ++i) {
+      const other = same ? b.values[i] : value_at(b, (a_grid.x0_mm + x * a_grid.pitch_mm - b_grid.x0_mm) / b_grid.pitch_mm,
+                                                  (a_grid.y0_mm + y * a_grid.pitch_mm - b_grid.y0_mm) / b_grid.pitch_mm);
+      values[i] = a.values[i] - other;
+    }
+  return {...a, values};
+}
+
+/** Bilinear value at fractional cell (x, y); NaN outside and beside unseen cells. */
+export function value_at(map: SurfaceMap, x: number, y: number): number {
+  if (!(x >= 0 && y >= 0 && x <= map.nx - 1 && y <= map.ny - 1)) return NaN;
+  const x0 = Math.min(Math.floor(x), Math.max(map.nx - 2, 0));
+  const y0 = Math.min(Math.floor(y), Math.max(map.ny - 2, 0));
+  const fx = x - x0;
+  const fy = y - y0;
+  const at = (dx: number, dy: number) => map.values[Math.min(y0 + dy, map.ny - 1) * map.nx + Math.min(x0 + dx, map.nx - 1)];
+  // A weight of 0 times NaN would be NaN: a value on a cell's own centre needs no neighbour.
+  let sum = 0;
+  for (const [weight, dx, dy] of [[(1 - fx) * (1 - fy), 0, 0], [fx * (1 - fy), 1, 0], [(1 - fx) * fy, 0, 1], [fx * fy, 1, 1]])
+    if (weight > 0) sum += weight * at(dx, dy);
+  return sum;
+}
+
+/** Values along the line from cell a to cell b, at most half a cell apart: nearest cells, never smoothed. */
+export function section(map: SurfaceMap, a: [number, number], b: [number, number], pitch_mm: number) {
+  const length = Math.hypot(b[0] - a[0], b[1] - a[1]);
+  const steps = Math.max(1, Math.ceil(2 * length));
+  const along_mm: number[] = [];
+  const values: (number | null)[] = [];
+  for (let i = 0; i <= steps; ++i) {
+    const x = Math.round(a[0] + ((b[0] - a[0]) * i) / steps);
+    const y = Math.round(a[1] + ((b[1] - a[1]) * i) / steps);
+    const value = x >= 0 && y >= 0 && x < map.nx && y < map.ny ? map.values[y * map.nx + x] : NaN;
+    along_mm.push((length * pitch_mm * i) / steps);
+    values.push(Number.isFinite(value) ? value : null);
+  }
+  return {along_mm, values};
+}
+
+/** Smallest and largest finite value; [0, 0] where nothing was seen. */
+export function extent(map: SurfaceMap): [number, number] {
+  let low = Infinity;
+  let high = -Infinity;
+  for (const value of map.values)
+    if (Number.isFinite(value)) {
+      if (value < low) low = value;
+      if (value > high) high = value;
+    }
+  return low <= high ? [low, high] : [0, 0];
+}
+
+/** Mean and root mean square of the seen cells, and how many these are. */
+export function moments(map: SurfaceMap): {mean: number; rms: number; seen: number} {
+  let seen = 0;
+  let sum = 0;
+  let squares = 0;
+  for (const value of map.values)
+    if (Number.isFinite(value)) {
+      ++seen;
+      sum += value;
+      squares += value * value;
+    }
+  return seen ? {mean: sum / seen, rms: Math.sqrt(squares / seen), seen} : {mean: NaN, rms: NaN, seen};
+}
+
+/** Next of 1, 2, 5 times a power of ten that is at least `value`. */
+export function rounded_up(value: number): number {
+  if (!(value > 0) || !Number.isFinite(value)) return 1;
+  const power = 10 ** Math.floor(Math.log10(value));
+  for (const step of [1, 2, 5, 10]) if (step * power >= value * (1 - 1e-9)) return step * power;
+  return 10 * power;
+}
+
+export interface Scale {
+  low: number;
+  high: number;
+  diverging: boolean;
+}
+
+/** A scale that holds the map: symmetric about 0 for errors and differences, else from its smallest to its largest value.
+ *  Errors end at the 99.5th percentile of their size, so that one splash does not hide the rest. */
+export function fitted_scale(map: SurfaceMap, diverging: boolean): Scale {
+  if (!diverging) {
+    const [low, high] = extent(map);
+    const step = rounded_up((high - low) / 20);
+    const from = Math.floor(low / step) * step;
+    return {low: from, high: Math.max(Math.ceil(high / step) * step, from + step), diverging};
+  }
+  const sizes = map.values.filter(Number.isFinite).map(Math.abs).sort();
+  const most = rounded_up(sizes.length ? sizes[Math.floor(0.995 * (sizes.length - 1))] : 1);
+  return {low: -most, high: most, diverging};
+}
+
+/** Share of the seen cells outside of the scale. */
+export function clipped_share(map: SurfaceMap, scale: Scale): number {
+  let outside = 0;
+  let seen = 0;
+  for (const value of map.values)
+    if (Number.isFinite(value)) {
+      ++seen;
+      if (value < scale.low || value > scale.high) ++outside;
+    }
+  return seen ? outside / seen : 0;
+}

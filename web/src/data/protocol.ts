@@ -1,0 +1,193 @@
+// Messages between the process `page` and the browser, protocol version 1.
+
+export const kProtocol = 1;
+
+export interface Grid {
+  nx: number;
+  ny: number;
+  pitch_mm: number;
+  x0_mm: number;
+  y0_mm: number;
+}
+
+export interface Setting {
+  key: string;
+  value: unknown;
+  unit?: string | null;
+  default?: unknown;
+}
+
+export interface RunSummary {
+  id: string;
+  lab: string;
+  experiment: string;
+  scheme: string;
+  seed: number | null;
+  layers: number;
+  outcome: string | null;
+  rms_um: number | null;
+  mean_um: number | null;
+  started_utc: string | null;
+  tags: string[];
+  note: string;
+  live: boolean;
+}
+
+export interface RunInfo extends Partial<Omit<RunSummary, "layers">> {
+  id: string;
+  lab: string;
+  experiment: string;
+  scheme: string;
+  live: boolean;
+  finished: boolean;
+  simulated: boolean;
+  grid: Grid;
+  layers_planned?: number | null;
+  layers_expected?: number | null;
+  goal?: {kind: string; value: number | null; unit: string} | null;
+  settings: Setting[];
+}
+
+export interface Layer {
+  n: number;
+  t_s: number;
+  rms_um: number | null;
+  mean_um: number | null;
+  max_um: number | null;
+  overspill_percent: number | null;
+  droplets: number | null;
+  predicted_rms_um: number | null;
+  measured_rms_um: number | null;
+  decision_ms: number | null;
+}
+
+export type Severity = "info" | "notice" | "warning" | "fault" | "stop";
+
+export interface PrintEvent {
+  n: number;
+  t_s: number;
+  severity: Severity;
+  source: string;
+  words: string;
+  cause: string | null;
+  value: number | string | null;
+  limit: number | string | null;
+  unit: string | null;
+  do: string | null;
+  manual: string | null;
+}
+
+export interface Instrument {
+  name: string;
+  kind: string;
+  state: string;
+  words: string;
+  real: boolean;
+  link: string;
+  last: {t_s: number; text: string} | null;
+  faults: number;
+  details: [string, unknown, string][];
+  waveform?: {t_us: number[]; volts: number[]} | null;
+}
+
+export interface Estimate {
+  t_s: number;
+  name: string;
+  value: number;
+  sd: number | null;
+  unit: string;
+}
+
+export interface InFlight {
+  key: string;
+  value: unknown;
+  min: number | null;
+  max: number | null;
+  unit: string;
+  words: string;
+  choices?: string[];
+}
+
+export interface Doubt {
+  words: string;
+  question: string;
+  choices: string[];
+}
+
+export interface PrintState {
+  t_s: number;
+  state: string;
+  words: string;
+  layer: number;
+  layers: number | null;
+  eta_s: number | null;
+  ages: Record<string, number | null>;
+  paused?: boolean;
+  stopping?: boolean;
+  doubt?: Doubt | null;
+  temperatures?: Record<string, number | null> | null;
+  flow?: {value: number; low: number | null; high: number | null; unit: string} | null;
+  interval?: Record<string, unknown> | null;
+}
+
+export interface Hello {
+  type: "hello";
+  protocol: number;
+  firn: string;
+  run: RunInfo;
+  commands: {allowed: string[]; in_flight: InFlight[]};
+  layers: Layer[];
+  events: PrintEvent[];
+  instruments: Instrument[];
+  estimates: Estimate[];
+  state: PrintState | null;
+}
+
+export interface Ending {
+  outcome: string;
+  words: string;
+  cause: string | null;
+  do: string | null;
+  manual: string | null;
+}
+
+export interface Answer {
+  id: number | null;
+  ok: boolean;
+  error: string | null;
+  words?: string | null;
+}
+
+export type ServerMessage =
+  | Hello
+  | ({type: "state"} & PrintState)
+  | ({type: "layer"} & Layer)
+  | ({type: "event"} & PrintEvent)
+  | ({type: "instrument"} & Instrument)
+  | ({type: "estimate"} & Estimate)
+  | ({type: "end"} & Ending)
+  | ({type: "answer"} & Answer)
+  | {type: "pong"; id: number; t_s: number}
+  | {type: "error"; error: string};
+
+/** The message in a text frame, or null where it is none: a page must outlive a server's mistake. */
+export function parse_message(text: string): ServerMessage | null {
+  try {
+    const message = JSON.parse(text);
+    return message && typeof message === "object" && typeof message.type === "string" ? message : null;
+  } catch {
+    return null;
+  }
+}
+
+export const kSurfaces = ["measured", "target", "error", "planned", "predicted", "truth"] as const;
+export type Surface = (typeof kSurfaces)[number];
+
+export const kSurfaceWords: Record<Surface, string> = {
+  measured: "height",
+  target: "target",
+  error: "error",
+  planned: "next layer's plan",
+  predicted: "predicted height",
+  truth: "true height",
+};

@@ -1,0 +1,200 @@
+// One run as the page knows it: what the process told of it, live over a WebSocket or once by HTTP.
+
+import {MapStore} from "./map_store";
+import {Observable} from "./observable";
+import {kProtocol, parse_message} from "./protocol";
+import type {Answer, Ending, Estimate, Hello, Instrument, Layer, PrintEvent, PrintState, ServerMessage, Surface} from "./protocol";
+import {forget, token} from "./token";
+
+const kRetry_ms = [500, 1000, 2000, 5000];
+const kAnswer_ms = 5000;
+export const kOldest_s = 1;  // older words lock the commands
+
+export class Session extends Observable {
+  hello: Hello;
+  state: PrintState | null;
+  layers: Layer[] = [];
+  events: PrintEvent[] = [];
+  instruments = new Map<string, Instrument>();
+  estimates: Estimate[] = [];
+  ending: Ending | null = null;
+  connected = false;
+  trouble: string | null = null;
+  readonly maps: MapStore;
+
+  private socket: WebSocket | null = null;
+  private retries = 0;
+  private retry_timer = 0;
+  private closed = false;
+  private state_at_ms = performance.now();
+  private next_id = 1;
+  private followed: Surface | null = null;
+  private readonly waiting = new Map<number, (answer: Answer) => void>();
+
+  constructor(hello: Hello) {
+    super();
+    this.hello = hello;
+    this.state = hello.state;
+    this.maps = new MapStore(hello.run.id);
+    this.take_hello(hello);
+    if (hello.run.live) this.connect();
+  }
+
+  /** Reads a run by HTTP; throws with the process's own words. */
+  static async open(id: string): Promise<Session> {
+    const reply = await fetch(`/api/runs/${encodeURIComponent(id)}`);
+    const body = await reply.json().catch(() => null);
+    if (!reply.ok || body?.type === "error") throw new Error(body?.error ?? `${reply.status} ${reply.statusText}`);
+    if (body?.protocol !== kProtocol)
+      throw new Error(`this page speaks protocol ${kProtocol}, the process speaks ${body?.protocol}: load the page again`);
+    return new Session(body);
+  }
+
+  close(): void {
+    this.closed = true;
+    clearTimeout(this.retry_timer);
+    this.socket?.close();
+  }
+
+  get live(): boolean {
+    return this.hello.run.live && !this.hello.run.finished && !this.ending;
+  }
+
+  /** Number of the newest layer that was measured. */
+  get last_layer(): number {
+    return this.layers.length ? this.layers[this.layers.length - 1].n : 0;
+  }
+
+  layer(n: number): Layer | null {
+    const guess = this.layers[n - (this.layers[0]?.n ?? 0)];
+    return guess?.n === n ? guess : this.layers.find(layer => layer.n === n) ?? null;
+  }
+
+  /** Seconds since a datum arrived, by the process and by the time since it told so; null where there is none. */
+  age_s(what: string): number | null {
+    const told = this.state?.ages?.[what];
+    return told == null ? null : told + (performance.now() - this.state_at_ms) / 1000;
+  }
+
+  /** Seconds since anything came from the print; infinite without a connection. */
+  get link_age_s(): number {
+    if (!this.connected) return Infinity;
+    return Math.max(this.age_s("link_s") ?? 0, (performance.now() - this.state_at_ms) / 1000);
+  }
+
+  get stale(): boolean {
+    return this.live && this.link_age_s > kOldest_s;
+  }
+
+  follow(surface: Surface | null): void {
+    this.followed = surface;
+    this.send({type: "follow", surface, layer: null});
+  }
+
+  /** Sends a command; the answer says whether it was obeyed, also where none came. */
+  command(command: string, more: Record<string, unknown> = {}): Promise<Answer> {
+    const id = this.next_id++;
+    if (!this.send({type: "command", id, token: token(), command, ...more}))
+      return Promise.resolve({id, ok: false, error: "no connection to the print: nothing was sent"});
+    return new Promise(resolve => {
+      const timer = setTimeout(() => {
+        this.waiting.delete(id);
+        resolve({id, ok: false, error: `no answer within ${kAnswer_ms / 1000} s: it may not have been obeyed`});
+      }, kAnswer_ms);
+      this.waiting.set(id, answer => {
+        clearTimeout(timer);
+        if (!answer.ok && /token/i.test(answer.error ?? "")) forget();
+        resolve(answer);
+      });
+    });
+  }
+
+  private send(message: object): boolean {
+    if (this.socket?.readyState !== WebSocket.OPEN) return false;
+    this.socket.send(JSON.stringify(message));
+    return true;
+  }
+
+  private connect(): void {
+    const scheme = location.protocol === "https:" ? "wss" : "ws";
+    const socket = new WebSocket(`${scheme}://${location.host}/ws?run=${encodeURIComponent(this.hello.run.id)}`);
+    socket.binaryType = "arraybuffer";
+    this.socket = socket;
+    socket.onopen = () => {
+      this.retries = 0;
+      this.connected = true;
+      if (this.followed) this.follow(this.followed);
+      this.changed();
+    };
+    socket.onmessage = event => {
+      if (typeof event.data === "string") this.take(parse_message(event.data));
+      else this.maps.take_frame(event.data);
+      this.changed();
+    };
+    socket.onclose = () => {
+      this.connected = false;
+      for (const [id, answered] of this.waiting) answered({id, ok: false, error: "the connection ended before the answer"});
+      this.waiting.clear();
+      this.changed();
+      if (this.closed || !this.live) return;
+      this.retry_timer = window.setTimeout(() => this.connect(), kRetry_ms[Math.min(this.retries++, kRetry_ms.length - 1)]);
+    };
+  }
+
+  private take_hello(hello: Hello): void {
+    this.hello = hello;
+    this.layers = [...(hello.layers ?? [])].sort((a, b) => a.n - b.n);
+    this.events = [...(hello.events ?? [])];
+    this.instruments = new Map((hello.instruments ?? []).map(one => [one.name, one]));
+    this.estimates = [...(hello.estimates ?? [])];
+    if (hello.state) this.take_state(hello.state);
+  }
+
+  private take_state(state: PrintState): void {
+    this.state = state;
+    this.state_at_ms = performance.now();
+  }
+
+  private take(message: ServerMessage | null): void {
+    if (!message) return;
+    switch (message.type) {
+      case "hello":
+        return this.take_hello(message);
+      case "state":
+        return this.take_state(message);
+      case "layer":
+        put(this.layers, message);
+        this.maps.layer_done(message.n);
+        this.maps.layer_done(message.n + 1);  // its plan
+        return;
+      case "event":
+        return put(this.events, message);
+      case "instrument":
+        this.instruments.set(message.name, message);
+        return;
+      case "estimate":
+        this.estimates.push(message);
+        return;
+      case "end":
+        this.ending = message;
+        return;
+      case "answer":
+        if (message.id != null) this.waiting.get(message.id)?.(message);
+        if (message.id != null) this.waiting.delete(message.id);
+        return;
+      case "error":
+        this.trouble = message.error;
+        return;
+      case "pong":
+        return;
+    }
+  }
+}
+
+/** Puts an item into a list in order of n; a number that is there already is replaced. */
+function put<T extends {n: number}>(list: T[], item: T): void {
+  let at = list.length;
+  while (at > 0 && list[at - 1].n > item.n) --at;
+  if (at > 0 && list[at - 1].n === item.n) list[at - 1] = item;
+  else list.splice(at, 0, item);
+}

@@ -1,0 +1,88 @@
+// The page: head, time cursor, panels.
+
+import "uplot/dist/uPlot.min.css";
+import "./page.css";
+
+import {html, render} from "htm/preact";
+import {use_clock, use_observed} from "./data/observable";
+import type {Session} from "./data/session";
+import {view} from "./data/view";
+import {duration, with_unit} from "./data/words";
+import {TokenDialog} from "./panels/ask_token";
+import {Commands} from "./panels/commands";
+import {Compare} from "./panels/compare";
+import {Decision} from "./panels/decision";
+import {Instruments} from "./panels/instruments";
+import {Now} from "./panels/now";
+import {Runs} from "./panels/runs";
+import {Settings} from "./panels/settings";
+import {Surface} from "./panels/surface";
+import {Timeline, use_time_keys} from "./panels/timeline";
+import {StopBanner, Why} from "./panels/why";
+import {follow_address} from "./routes";
+
+function Page() {
+  use_observed(view);
+  use_time_keys();
+  const {page, session} = view;
+  return html`
+    <header class="top">
+      <h1>Firn</h1>
+      <nav aria-label="Pages">
+        <a href=${`#run=${encodeURIComponent(session?.hello.run.id ?? "live")}`} aria-current=${page === "print" ? "page" : "false"}>Print</a>
+        <a href="#runs" aria-current=${page === "runs" ? "page" : "false"}>Runs</a>
+        ${view.chosen.length > 1 && html`<a href=${`#compare=${view.chosen.map(encodeURIComponent).join(",")}`}
+          aria-current=${page === "compare" ? "page" : "false"}>Beside</a>`}
+      </nav>
+      ${page === "print" && session && html`<${Status} session=${session} />`}
+    </header>
+    <main>
+      ${view.trouble && html`<p class="notice warning" role="alert">${view.trouble}</p>`}
+      ${page === "print" && !session && html`<p role="status">${view.opening ? `opening ${view.opening === "live" ? "the live print" : view.opening}…` : "No run is open."}</p>`}
+      ${page === "print" && session && html`<${Print} key=${session.hello.run.id} session=${session} />`}
+      ${page === "runs" && html`<${Runs} />`}
+      ${page === "compare" && html`<${Compare} />`}
+    </main>
+    <${TokenDialog} />`;
+}
+
+function Status({session}: {session: Session}) {
+  use_observed(session);
+  use_clock(250, session.live);
+  const {run} = session.hello;
+  const state = session.state;
+  const layers = state?.layers ?? run.layers_planned ?? run.layers_expected;
+  const kind = session.live ? (session.stale ? "old" : "live") : "past";
+  return html`
+    <div class=${`status ${kind}`}>
+      <span class="tag">${kind === "live" ? "● live" : kind === "old" ? "○ old" : "recorded"}</span>
+      <strong>${session.live ? state?.words ?? "waiting for the print" : session.ending?.words ?? state?.words ?? run.outcome ?? "recorded run"}</strong>
+      ${session.live && state && html`<span>layer ${state.layer}${layers ? ` of about ${layers}` : ""}${state.eta_s != null ? `, ${duration(state.eta_s)} left` : ""}</span>`}
+      <span class="soft">${run.id} · ${run.lab === "ice" ? "ice" : "ink-jet"}, ${run.scheme}${run.simulated ? ", simulated" : ""}${goal_words(session)}</span>
+    </div>`;
+}
+
+function goal_words(session: Session): string {
+  const goal = session.hello.run.goal;
+  return goal && goal.value != null ? ` · goal: ${goal.kind} ${with_unit(goal.value, goal.unit)}` : "";
+}
+
+function Print({session}: {session: Session}) {
+  use_observed(session);
+  return html`
+    <${StopBanner} session=${session} />
+    <${Commands} session=${session} />
+    <${Timeline} session=${session} />
+    ${session.trouble && html`<p class="notice warning" role="alert">${session.trouble}</p>`}
+    <div class="grid">
+      <${Surface} session=${session} />
+      <div class="side"><${Now} session=${session} /><${Why} session=${session} /></div>
+    </div>
+    <${Decision} session=${session} />
+    <${Instruments} session=${session} />
+    <${Settings} session=${session} />`;
+}
+
+addEventListener("hashchange", () => void follow_address());
+render(html`<${Page} />`, document.getElementById("page")!);
+void follow_address();

@@ -1,0 +1,148 @@
+// The decision: the next layer's droplets over the error they answer, and whether the model is right.
+
+import {html} from "htm/preact";
+import {useEffect, useMemo, useRef} from "preact/hooks";
+import {fitted_scale, kDroplets, type Scale, type SurfaceMap} from "../data/maps";
+import {use_observed} from "../data/observable";
+import type {Estimate, Layer} from "../data/protocol";
+import type {Session} from "../data/session";
+import {view} from "../data/view";
+import {number, unit_words, with_unit} from "../data/words";
+import {gradient} from "../draw/colours";
+import {cell_at, MapPainter} from "../draw/map_painter";
+import {paint_droplets} from "../draw/droplets";
+import {Plot} from "../draw/plot";
+import {use_repaint} from "./use_repaint";
+
+const kLast = 10;
+
+export function Decision({session}: {session: Session}) {
+  use_observed(session, session.maps, view);
+  return html`
+    <section class="panel decision" aria-labelledby="decision-title">
+      <h2 id="decision-title">Decision</h2>
+      <div class="cards wide">
+        <${Answer} session=${session} />
+        <${Model} session=${session} />
+        <${Estimates} session=${session} />
+      </div>
+    </section>`;
+}
+
+/** The plan that was made from the map of the cursor's layer. */
+function Answer({session}: {session: Session}) {
+  const layer = view.shown_layer;
+  const error = session.maps.get("error", layer);
+  const plan = session.maps.get("planned", layer);
+  const counted = plan ? (plan.flags & kDroplets) !== 0 : session.hello.run.lab !== "ice";
+  const scale = useRef<Scale | null>(null);
+  if (error) scale.current ??= fitted_scale(error, true);
+  const total = plan && counted ? plan.values.reduce((sum, value) => sum + (value > 0 ? value : 0), 0) : null;
+  return html`
+    <div class="card">
+      <h3>Answer to the error of layer ${layer}</h3>
+      ${error
+        ? html`<${PlanCanvas} error=${error} plan=${counted ? plan : null} grid=${session.hello.run.grid} scale=${scale.current!} />
+            <div class="scale row"><span>−${number(scale.current!.high)}</span>
+              <span class="bar" style=${{backgroundImage: gradient(true, "to right")}}></span><span>${number(scale.current!.high)} µm</span></div>`
+        : html`<p class="soft">${session.maps.missing("error", layer) ?? "loading…"}</p>`}
+      <p>${plan_words(session, plan, counted, total, layer)}</p>
+    </div>`;
+}
+
+function plan_words(session: Session, plan: SurfaceMap | null, counted: boolean, total: number | null, layer: number): string {
+  if (!plan) return session.maps.missing("planned", layer) ?? "The plan is loading…";
+  if (counted) return `${number(total, 6)} droplets for layer ${layer + 1}: a dot each, larger for several.`;
+  const seen = plan.values.filter(Number.isFinite);
+  const mean = seen.length ? seen.reduce((sum, value) => sum + value, 0) / seen.length : NaN;
+  return `The next interval is wanted at ${number(mean)} times the nominal flow in the mean; "next layer's plan" under Surface shows where.`;
+}
+
+function PlanCanvas({error, plan, grid, scale}:
+                    {error: SurfaceMap; plan: SurfaceMap | null; grid: Session["hello"]["run"]["grid"]; scale: Scale}) {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const painter = useRef<MapPainter | null>(null);
+  const paint = () => {
+    painter.current ??= new MapPainter(canvas.current!);
+    const place = painter.current.paint(error, grid, scale, {cell: view.cell, cut: null});
+    if (plan && plan.nx === error.nx && plan.ny === error.ny) paint_droplets(canvas.current!, place, plan);
+  };
+  use_repaint(canvas, paint);
+  useEffect(paint);
+  const move = (event: PointerEvent) => {
+    const box = canvas.current!.getBoundingClientRect();
+    const place = painter.current!.paint(error, grid, scale, {cell: null, cut: null});
+    view.cell = cell_at(place, event.clientX - box.left, event.clientY - box.top);
+    view.changed();
+  };
+  return html`<canvas ref=${canvas} class="plan" role="img" aria-label="Droplets of the next layer over the error that they answer"
+    onPointerMove=${move} onPointerLeave=${() => { view.cell = null; view.changed(); }}></canvas>`;
+}
+
+function Model({session}: {session: Session}) {
+  const layers = session.layers;
+  const data = useMemo(() => [layers.map(l => l.n), layers.map(measured_of), layers.map(l => l.predicted_rms_um)],
+                       [layers.length, layers[layers.length - 1]]);
+  const both = layers.filter(l => l.n <= view.shown_layer && l.predicted_rms_um != null && measured_of(l) != null).slice(-kLast);
+  const predicted = layers.some(l => l.predicted_rms_um != null);
+  return html`
+    <div class="card">
+      <h3>Is the model right?</h3>
+      ${predicted
+        ? html`<p>${model_words(both)}</p>`
+        : html`<p class="soft">This scheme predicts no error: the curve is the measured one.</p>`}
+      ${layers.length > 1 && html`<${Plot} words="Measured and predicted RMS error of each layer" x_label="layer" y_label="RMS error, µm"
+        curves=${predicted ? [{label: "measured", colour: "one"}, {label: "predicted", colour: "two", dash: [6, 4]}] : [{label: "measured", colour: "one"}]}
+        data=${predicted ? data : data.slice(0, 2)} mark=${view.shown_layer} pick=${(n: number) => view.move_to(n)} />`}
+    </div>`;
+}
+
+function measured_of(layer: Layer): number | null {
+  return layer.measured_rms_um ?? layer.rms_um;
+}
+
+function model_words(both: Layer[]): string {
+  if (both.length === 0) return "Nothing to compare yet.";
+  const mean = (of: (layer: Layer) => number) => both.reduce((sum, layer) => sum + of(layer), 0) / both.length;
+  const bias = mean(l => measured_of(l)! - l.predicted_rms_um!);
+  const share = mean(l => Math.abs(measured_of(l)! - l.predicted_rms_um!)) / Math.max(mean(l => measured_of(l)!), 1e-12);
+  const side = Math.abs(bias) < 1e-9 ? "as predicted" : `${number(Math.abs(bias), 2)} µm ${bias > 0 ? "above" : "below"} the prediction`;
+  return `In the last ${both.length} layers the measured error was ${side} in the mean; prediction and measurement differ by ${number(100 * share, 2)} %.`;
+}
+
+function Estimates({session}: {session: Session}) {
+  const names = [...new Set(session.estimates.map(one => one.name))].sort();
+  if (names.length === 0) return null;
+  const until_s = view.layer == null ? Infinity : session.layer(view.shown_layer)?.t_s ?? Infinity;
+  return html`
+    <div class="card">
+      <h3>What is learned on the way</h3>
+      <table>
+        <thead><tr><th scope="col">Name</th><th scope="col">Estimate</th><th scope="col">95 % interval</th></tr></thead>
+        <tbody>${names.map(name => {
+          const one = latest(session.estimates, name, until_s);
+          return one && html`<tr key=${name}><td>${name.replace(/_/g, " ")}</td><td>${with_unit(one.value, one.unit)}</td>
+            <td>${one.sd == null ? "–" : `${number(one.value - 1.96 * one.sd)} to ${number(one.value + 1.96 * one.sd)}`}</td></tr>`;
+        })}</tbody>
+      </table>
+      ${names.map(name => html`<${EstimatePlot} key=${name} name=${name} all=${session.estimates} count=${session.estimates.length} />`)}
+    </div>`;
+}
+
+function latest(all: Estimate[], name: string, until_s: number): Estimate | null {
+  for (let i = all.length - 1; i >= 0; --i) if (all[i].name === name && all[i].t_s <= until_s) return all[i];
+  return null;
+}
+
+function EstimatePlot({name, all, count}: {name: string; all: Estimate[]; count: number}) {
+  const data = useMemo(() => {
+    const mine = all.filter(one => one.name === name);
+    const band = (sign: number) => mine.map(one => (one.sd == null ? null : one.value + sign * 1.96 * one.sd));
+    return [mine.map(one => one.t_s), band(1), band(-1), mine.map(one => one.value)];
+  }, [name, count]);
+  if (data[0].length < 2) return null;
+  const unit = unit_words(all.find(one => one.name === name)?.unit ?? "");
+  return html`<${Plot} words=${`Estimate of ${name} with its 95 % interval over time`} x_label="s" y_label=${`${name.replace(/_/g, " ")}${unit && unit !== "1" ? `, ${unit}` : ""}`}
+    curves=${[{label: "97.5 %", colour: "two"}, {label: "2.5 %", colour: "two", band: true}, {label: name.replace(/_/g, " "), colour: "one"}]}
+    data=${data} height=${150} />`;
+}

@@ -1,0 +1,62 @@
+// The instruments: state, link, last exchange, real or simulated, faults, and what each tells of itself.
+
+import {html} from "htm/preact";
+import {use_clock, use_observed} from "../data/observable";
+import type {Instrument} from "../data/protocol";
+import type {Session} from "../data/session";
+import {clock, duration, number, unit_words, with_unit} from "../data/words";
+
+export function Instruments({session}: {session: Session}) {
+  use_observed(session);
+  use_clock(1000, session.live);
+  const all = [...session.instruments.values()];
+  return html`
+    <section class=${"panel instruments" + (session.stale ? " stale" : "")} aria-labelledby="instruments-title">
+      <h2 id="instruments-title">Instruments</h2>
+      ${all.length === 0 && html`<p class="soft">No instrument has spoken.</p>`}
+      <div class="cards">${all.map(one => html`<${Card} key=${one.name} one=${one} now_s=${session.live ? session.state?.t_s ?? null : null} />`)}</div>
+    </section>`;
+}
+
+function Card({one, now_s}: {one: Instrument; now_s: number | null}) {
+  const bad = /fault|estop|suspect|disconnected/.test(one.state);
+  const age = one.last && now_s != null ? Math.max(0, now_s - one.last.t_s) : null;
+  return html`
+    <article class=${"card" + (bad ? " faulty" : "")} aria-label=${one.name}>
+      <header class="row">
+        <h3>${one.name}</h3>
+        <span class="tag">${one.real ? "real" : "simulated"}</span>
+        <span class=${"tag state" + (bad ? " bad" : "")}>${bad ? "▲ " : ""}${one.state}</span>
+      </header>
+      <p>${one.words}</p>
+      <dl>
+        <div><dt>link</dt><dd>${one.link || "–"}</dd></div>
+        <div><dt>faults</dt><dd class=${one.faults ? "bad" : ""}>${number(one.faults)}</dd></div>
+        ${(one.details ?? []).map(([label, value, unit]) => html`
+          <div key=${label}><dt>${label}</dt><dd>${with_unit(value, unit)}</dd></div>`)}
+      </dl>
+      ${one.waveform && one.waveform.t_us.length > 1 && html`<${Waveform} t_us=${one.waveform.t_us} volts=${one.waveform.volts} />`}
+      ${one.last && html`<p class="exchange"><code>${one.last.text}</code>
+        <span class="soft"> ${age == null ? `at ${clock(one.last.t_s)}` : `${duration(age)} ago`}</span></p>`}
+    </article>`;
+}
+
+/** Drive voltage of the jet over time. */
+function Waveform({t_us, volts}: {t_us: number[]; volts: number[]}) {
+  const width = 220;
+  const height = 60;
+  const last = t_us[t_us.length - 1] || 1;
+  const low = Math.min(0, ...volts);
+  const high = Math.max(0, ...volts);
+  const y = (v: number) => (height - 5 - ((v - low) / (high - low || 1)) * (height - 10)).toFixed(1);
+  const points = t_us.map((t, i) => `${(2 + (t / last) * (width - 4)).toFixed(1)},${y(volts[i])}`).join(" ");
+  return html`
+    <figure class="trend">
+      <svg viewBox="0 0 ${width} ${height}" preserveAspectRatio="none" role="img"
+        aria-label=${`Waveform of the jet: ${number(low)} to ${number(high)} V in ${number(last)} ${unit_words("um").replace("m", "s")}`}>
+        <line x1="0" x2=${width} y1=${y(0)} y2=${y(0)} />
+        <polyline points=${points} />
+      </svg>
+      <figcaption class="soft">waveform: ${number(low)} to ${number(high)} V in ${number(last)} µs</figcaption>
+    </figure>`;
+}

@@ -1,0 +1,61 @@
+// Which map the reader sees: the one under the cursor, or the last that came while the next is on its way.
+
+import {difference, fitted_scale, clipped_share, kDroplets, kFactor, type Scale, type SurfaceMap} from "../data/maps";
+import type {Grid} from "../data/protocol";
+import type {Session} from "../data/session";
+import type {Shown, View} from "../data/view";
+
+const kMostClipped = 0.02;
+
+export interface ShownMap {
+  map: SurfaceMap | null;
+  grid: Grid;
+  unit: string;
+  diverging: boolean;
+  missing: string | null;
+}
+
+export function is_diverging(shown: Shown): boolean {
+  return shown === "error" || shown === "difference";
+}
+
+export function unit_of(map: SurfaceMap | null): string {
+  if (!map) return "um";
+  return map.flags & kDroplets ? "droplets" : map.flags & kFactor ? "" : "um";
+}
+
+/** The layer that a difference is taken to: as chosen, else the cursor's layer of another run, else the one before. */
+export function other_layer(view: View): number {
+  return view.other_layer ?? (view.other_run ? view.shown_layer : Math.max(0, view.shown_layer - 1));
+}
+
+let last_difference: {a: SurfaceMap; b: SurfaceMap; map: SurfaceMap} | null = null;
+
+export function shown_map(view: View, session: Session): ShownMap {
+  const grid = session.hello.run.grid;
+  const diverging = is_diverging(view.surface);
+  const newest = view.layer == null && session.live;
+  const surface = view.surface === "difference" ? "measured" : view.surface;
+  const a = (newest ? session.maps.newest(surface) : null) ?? session.maps.get(surface, view.shown_layer);
+  let missing = session.maps.missing(surface, view.shown_layer);
+  if (view.surface !== "difference" || !a) return {map: a, grid, unit: unit_of(a), diverging, missing: a ? null : missing};
+
+  const other = view.other_run ?? session;
+  const b = other.maps.get("measured", other_layer(view));
+  missing = other.maps.missing("measured", other_layer(view));
+  if (!b) return {map: null, grid, unit: "um", diverging, missing};
+  if (last_difference?.a !== a || last_difference.b !== b)
+    last_difference = {a, b, map: difference(a, grid, b, other.hello.run.grid)};
+  return {map: last_difference.map, grid, unit: "um", diverging, missing: null};
+}
+
+/** The held scale. The first map sets it; after that it changes by the reader's hand, and grows while a live print grows. */
+export function held_scale(view: View, shown: ShownMap, growing: boolean): Scale {
+  const held = view.scales.get(view.surface);
+  if (!shown.map) return held ?? {low: 0, high: 1, diverging: shown.diverging};
+  if (held && !(growing && clipped_share(shown.map, held) > kMostClipped)) return held;
+  const fitted = fitted_scale(shown.map, shown.diverging);
+  const scale = held ? {...fitted, low: Math.min(held.low, fitted.low), high: Math.max(held.high, fitted.high)} : fitted;
+  view.scales.set(view.surface, scale);
+  return scale;
+}

@@ -1,0 +1,160 @@
+// Stands in for the process `page`: same addresses, same frames, same headers; prints when it is told to.
+
+import {createServer} from "node:http";
+import {readFileSync} from "node:fs";
+import {dirname, join} from "node:path";
+import {fileURLToPath} from "node:url";
+import {WebSocketServer} from "ws";
+import {mock_runs} from "./mock_runs.mjs";
+
+const kDist = join(dirname(fileURLToPath(import.meta.url)), "../dist");
+const kFiles = {"/": ["index.html", "text/html; charset=utf-8"], "/app.js": ["app.js", "text/javascript; charset=utf-8"], "/app.css": ["app.css", "text/css; charset=utf-8"]};
+const kHeaders = {"Content-Security-Policy": "default-src 'self'", "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer"};
+
+export class MockServer {
+  constructor() {
+    this.token = "right-token";
+    this.runs = mock_runs();
+    this.live = this.runs.find(run => run.live);
+    this.state = {state: "depositing", words: "Printing layer 8", paused: false, stopping: false, doubt: null};
+    this.ages = {link_s: 0, surface_s: 12.3, instruments_s: 0.1, controller_s: 0.4};
+    this.received = [];  // commands, with the time of their arrival
+    this.asked = [];     // paths of maps
+    this.silent = false;
+    this.tabs = new Set();
+  }
+
+  async start(port = 0) {
+    this.http = createServer((request, response) => void this.serve(request, response));
+    this.sockets = new WebSocketServer({server: this.http, path: "/ws"});
+    this.sockets.on("connection", (socket, request) => this.connect(socket, new URL(request.url, "http://x").searchParams.get("run")));
+    await new Promise(resolve => this.http.listen(port, "127.0.0.1", resolve));
+    this.timer = setInterval(() => this.tell_state(), 250);
+    return `http://127.0.0.1:${this.http.address().port}/`;
+  }
+
+  async end() {
+    clearInterval(this.timer);
+    for (const socket of this.sockets.clients) socket.terminate();
+    this.http.closeAllConnections();
+    await new Promise(resolve => this.http.close(resolve));
+  }
+
+  run(id) {
+    return this.runs.find(run => run.id === id || (id === "live" && run.live));
+  }
+
+  full_state(run = this.live) {
+    if (!run.live) return {t_s: run.time_s(run.printed), state: run.outcome, words: run.outcome === "finished" ? "Finished" : "Stopped", layer: run.printed, layers: run.planned, eta_s: null, ages: {}, paused: false, stopping: false, doubt: null};
+    return {t_s: run.time_s(run.printed) + 9, layer: Math.min(run.printed + 1, run.planned), layers: run.planned, eta_s: (run.planned - run.printed) * 23.4, ages: this.ages, ...this.state};
+  }
+
+  async serve(request, response) {
+    const url = new URL(request.url, "http://x");
+    const send = (status, type, body) => {
+      response.writeHead(status, {...kHeaders, "Content-Type": type});
+      response.end(body);
+    };
+    const json = (status, body) => send(status, "application/json", JSON.stringify(body));
+    if (kFiles[url.pathname]) return send(200, kFiles[url.pathname][1], readFileSync(join(kDist, kFiles[url.pathname][0])));
+    if (url.pathname === "/api/runs") return json(200, {runs: this.runs.map(run => run.summary())});
+    const parts = url.pathname.split("/").filter(Boolean).map(decodeURIComponent);
+    if (parts[0] !== "api" || parts[1] !== "runs") return json(404, {error: "no such address"});
+    const run = this.run(parts[2]);
+    if (!run) return json(404, {error: `no run ${parts[2]}`});
+    if (parts.length === 3) return json(200, run.hello(this.full_state(run)));
+    if (parts[3] === "notes" && request.method === "POST") {
+      let text = "";
+      for await (const part of request) text += part;
+      const body = JSON.parse(text);
+      if (body.token !== this.token) return json(403, {ok: false, error: "a wrong token"});
+      Object.assign(run, {tags: body.tags, note: body.note});
+      return json(200, {ok: true});
+    }
+    if (parts[3] === "layers") {
+      this.asked.push(`${run.id}/${parts[4]}/${parts[5]}`);
+      if (!run.has(parts[5], Number(parts[4]))) return json(404, {error: `this run has no ${parts[5]} surface of layer ${parts[4]}`});
+      return send(200, "application/octet-stream", run.frame(parts[5], Number(parts[4])));
+    }
+    return json(404, {error: "no such address"});
+  }
+
+  connect(socket, id) {
+    const run = this.run(id);
+    if (!run) {
+      socket.send(JSON.stringify({type: "error", error: `no run ${id}`}));
+      return socket.close();
+    }
+    const tab = {socket, run, surface: null};
+    this.tabs.add(tab);
+    socket.on("close", () => this.tabs.delete(tab));
+    socket.on("message", text => this.take(tab, JSON.parse(text)));
+    socket.send(JSON.stringify(run.hello(this.full_state(run))));
+  }
+
+  take(tab, message) {
+    if (message.type === "follow") {
+      tab.surface = message.surface;
+      this.send_map(tab);
+    } else if (message.type === "command") {
+      this.received.push({...message, at_ms: performance.now()});
+      const answer = (ok, error, words = null) => tab.socket.send(JSON.stringify({type: "answer", id: message.id, ok, error, words}));
+      if (message.token !== this.token) return answer(false, "a wrong token");
+      if (this.refuse) return answer(false, this.refuse);
+      answer(true, null, this.obey(message));
+    }
+  }
+
+  obey(message) {
+    const say = {pause: "waits after this layer", continue: "goes on", stop_after_layer: "stops after this layer", safe_stop: "the lab is safe", set: "from the next decision on", accept_doubt: "accepted"};
+    const words = {pause: "Paused after layer " + this.live.printed, continue: "Printing layer " + (this.live.printed + 1), stop_after_layer: "Prints the last layer, then stops", safe_stop: "Stopped"};
+    if (message.command === "pause") Object.assign(this.state, {state: "paused", paused: true});
+    if (message.command === "continue") Object.assign(this.state, {state: "depositing", paused: false});
+    if (message.command === "stop_after_layer") this.state.stopping = true;
+    if (message.command === "accept_doubt") this.state.doubt = null;
+    this.state.words = words[message.command] ?? this.state.words;
+    this.event("notice", "operator", `The operator said: ${message.command.replace(/_/g, " ")}${message.key ? ` ${message.key} = ${message.value}` : ""}.`);
+    if (message.command === "safe_stop") this.stop("The operator stopped the print.");
+    this.tell_state();
+    return say[message.command];
+  }
+
+  event(severity, source, words, more = {}) {
+    const event = {n: this.live.events.length + 1, t_s: this.live.time_s(this.live.printed) + 9, severity, source, words, cause: null, value: null, limit: null, unit: null, do: null, manual: null, ...more};
+    this.live.events.push(event);
+    this.tell({type: "event", ...event});
+  }
+
+  stop(cause) {
+    const resume = `Look at the machine, then: firn print --resume ${this.live.id}`;
+    this.event("stop", "safety", "The print was stopped safely.", {cause, do: resume, manual: "/manual/safety.md#the-stop"});
+    this.tell({type: "end", outcome: "stopped", words: "The print was stopped safely.", cause, do: resume, manual: "/manual/safety.md#the-stop"});
+    Object.assign(this.live, {live: false, outcome: "stopped"});
+  }
+
+  /** The next layer: a part of its map while it is measured, then all of it. */
+  next_layer() {
+    const n = this.live.printed + 1;
+    for (const tab of this.tabs) if (tab.surface && tab.run === this.live && tab.surface !== "planned") tab.socket.send(this.live.frame(tab.surface, n, this.live.ny >> 1));
+    const layer = this.live.print_layer();
+    this.tell({type: "layer", ...layer});
+    for (const tab of this.tabs) this.send_map(tab);
+    for (const estimate of this.live.estimates().filter(one => one.t_s === layer.t_s)) this.tell({type: "estimate", ...estimate});
+    this.event("info", "scheduler", `Layer ${layer.n} was printed and measured.`);
+    this.state.words = `Printing layer ${layer.n + 1}`;
+    this.tell_state();
+  }
+
+  send_map(tab) {
+    if (tab.surface && tab.run.has(tab.surface, tab.run.printed)) tab.socket.send(tab.run.frame(tab.surface, tab.run.printed));
+  }
+
+  tell(message) {
+    const text = JSON.stringify(message);
+    for (const tab of this.tabs) if (tab.run === this.live) tab.socket.send(text);
+  }
+
+  tell_state() {
+    if (this.live.live && !this.silent) this.tell({type: "state", ...this.full_state()});
+  }
+}
