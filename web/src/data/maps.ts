@@ -141,7 +141,7 @@ export interface Scale {
 export function fitted_scale(map: SurfaceMap, diverging: boolean): Scale {
   if (!diverging) {
     const [low, high] = extent(map);
-    const step = rounded_up((high - low) / 20);
+    const step = rounded_up((high - low) / 50);
     const from = Math.floor(low / step) * step;
     return {low: from, high: Math.max(Math.ceil(high / step) * step, from + step), diverging};
   }

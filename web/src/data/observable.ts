@@ -5,6 +5,7 @@ import {useEffect, useState} from "preact/hooks";
 export class Observable {
   private readonly watchers = new Set<() => void>();
   private telling = false;
+  changes = 0;
 
   watch(watcher: () => void): () => void {
     this.watchers.add(watcher);
@@ -12,6 +13,7 @@ export class Observable {
   }
 
   changed(): void {
+    ++this.changes;
     if (this.telling) return;
     this.telling = true;
     const tell = () => {
@@ -27,8 +29,11 @@ export class Observable {
 /** Renders the calling component again whenever one of `sources` changes. */
 export function use_observed(...sources: (Observable | null)[]): void {
   const [, again] = useState(0);
+  const rendered = sources.map(source => source?.changes);
   useEffect(() => {
     const ends = sources.map(source => source?.watch(() => again(n => n + 1)));
+    // What changed between the rendering and this effect would never be shown.
+    if (sources.some((source, i) => source?.changes !== rendered[i])) again(n => n + 1);
     return () => ends.forEach(end => end?.());
   }, sources);
 }

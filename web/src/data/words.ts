@@ -12,13 +12,19 @@ export function number(value: unknown, digits = 3): string {
   return (Number.isInteger(value) ? String(value) : text).replace("-", "−");
 }
 
+/** A number without zeros at its end, for axes. */
+export function short(value: number): string {
+  return number(value).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "");
+}
+
 export function with_unit(value: unknown, unit: string | null | undefined): string {
+  if (unit === "um" && typeof value === "number" && Math.abs(value) >= 1e4) return with_unit(value / 1000, "mm");
   const text = number(value);
   return text === "–" || !unit || unit === "1" ? text : `${text} ${unit_words(unit)}`;
 }
 
 export function unit_words(unit: string): string {
-  return unit.replace(/^um\b/, "µm").replace(/^degC\b/, "°C").replace(/\^3/, "³").replace(/\^2/, "²").replace(/^percent$/, "%");
+  return unit.replace(/^um\b/, "µm").replace(/^us\b/, "µs").replace(/^degC\b/, "°C").replace(/^deg\b/, "°").replace(/\^3/, "³").replace(/\^2/, "²").replace(/^percent$/, "%");
 }
 
 /** "0.4 s", "12 s", "3 min 20 s", "2 h 5 min". */

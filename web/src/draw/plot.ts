@@ -4,14 +4,15 @@ import {html} from "htm/preact";
 import {useEffect, useRef} from "preact/hooks";
 import uPlot from "uplot";
 import {theme} from "./colours";
-import {number} from "../data/words";
+import {number, short} from "../data/words";
 
 export interface Curve {
   label: string;
   colour: string;  // name of a colour of the theme
   dash?: number[];
   points?: boolean;
-  band?: boolean;  // fills the area between this curve and the one before it
+  band?: boolean;  // fills the area below the curve before it, down to this one
+  edge?: boolean;  // the edge of a band, not drawn
 }
 
 interface Props {
@@ -59,24 +60,24 @@ function options(box: HTMLElement, now: {current: Props}): uPlot.Options {
   const axis = (label: string): uPlot.Axis => ({
     label, labelSize: 20, size: 44, stroke: theme("soft"), font: "11px system-ui, sans-serif", labelFont: "11px system-ui, sans-serif",
     grid: {stroke: theme("grid"), width: 1}, ticks: {stroke: theme("grid"), width: 1},
-    values: (_, ticks) => ticks.map(tick => number(tick)),
+    values: (_, ticks) => ticks.map(short),
   });
   const {curves, x_label, y_label} = now.current;
   return {
     width: Math.max(120, box.clientWidth),
     height: now.current.height ?? 180,
     cursor: {y: false, drag: {x: false, y: false}},
-    legend: {live: true},
+    legend: {show: curves.length > 1 && !curves.some(curve => curve.band)},
     scales: {x: {time: false}},
     axes: [{...axis(x_label), size: 34}, axis(y_label)],
     series: [
       {label: x_label, value: (_, value) => number(value)},
       ...curves.map((curve): uPlot.Series => ({
-        label: curve.label, stroke: theme(curve.colour), width: 1.75, dash: curve.dash, spanGaps: false,
+        label: curve.label, stroke: curve.edge ? "transparent" : theme(curve.colour), width: 1.75, dash: curve.dash, spanGaps: false,
         points: {show: curve.points ?? false, size: 5}, value: (_, value) => number(value),
       })),
     ],
-    bands: curves.flatMap((curve, i): uPlot.Band[] => curve.band ? [{series: [i + 1, i], fill: theme(`${curve.colour}-soft`)}] : []),
+    bands: curves.flatMap((curve, i): uPlot.Band[] => curve.band ? [{series: [i, i + 1], fill: theme(`${curve.colour}-soft`)}] : []),
     hooks: {
       draw: [plot => {
         const {mark} = now.current;
@@ -86,6 +87,7 @@ function options(box: HTMLElement, now: {current: Props}): uPlot.Options {
         plot.ctx.save();
         plot.ctx.strokeStyle = theme("accent");
         plot.ctx.lineWidth = 2;
+        plot.ctx.setLineDash([]);
         plot.ctx.beginPath();
         plot.ctx.moveTo(x, plot.bbox.top);
         plot.ctx.lineTo(x, plot.bbox.top + plot.bbox.height);

@@ -11,7 +11,7 @@ export interface Turn {
   lift: number;
 }
 
-export const kFirstTurn: Turn = {around: -0.9, up: 0.65, distance: 2.7, lift: 0.25};
+export const kFirstTurn: Turn = {around: -0.9, up: 0.65, distance: 2.3, lift: 0.25};
 const kHalfView = Math.tan((15 * Math.PI) / 180);
 const kTarget_z = 0.1;
 

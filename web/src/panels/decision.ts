@@ -9,8 +9,8 @@ import type {Session} from "../data/session";
 import {view} from "../data/view";
 import {number, unit_words, with_unit} from "../data/words";
 import {gradient} from "../draw/colours";
-import {cell_at, MapPainter} from "../draw/map_painter";
-import {paint_droplets} from "../draw/droplets";
+import {cell_at, MapPainter, type Placement} from "../draw/map_painter";
+import {DropletPainter} from "../draw/droplets";
 import {Plot} from "../draw/plot";
 import {use_repaint} from "./use_repaint";
 
@@ -51,6 +51,7 @@ function Answer({session}: {session: Session}) {
 }
 
 function plan_words(session: Session, plan: SurfaceMap | null, counted: boolean, total: number | null, layer: number): string {
+  if (!plan && !session.live && layer === session.last_layer) return "No layer follows this one.";
   if (!plan) return session.maps.missing("planned", layer) ?? "The plan is loading…";
   if (counted) return `${number(total, 6)} droplets for layer ${layer + 1}: a dot each, larger for several.`;
   const seen = plan.values.filter(Number.isFinite);
@@ -62,17 +63,19 @@ function PlanCanvas({error, plan, grid, scale}:
                     {error: SurfaceMap; plan: SurfaceMap | null; grid: Session["hello"]["run"]["grid"]; scale: Scale}) {
   const canvas = useRef<HTMLCanvasElement>(null);
   const painter = useRef<MapPainter | null>(null);
+  const droplets = useRef<DropletPainter | null>(null);
+  const place = useRef<Placement | null>(null);
   const paint = () => {
     painter.current ??= new MapPainter(canvas.current!);
-    const place = painter.current.paint(error, grid, scale, {cell: view.cell, cut: null});
-    if (plan && plan.nx === error.nx && plan.ny === error.ny) paint_droplets(canvas.current!, place, plan);
+    droplets.current ??= new DropletPainter();
+    place.current = painter.current.paint(error, grid, scale, {cell: view.cell, cut: null});
+    if (plan && plan.nx === error.nx && plan.ny === error.ny) droplets.current.paint(canvas.current!, place.current, plan);
   };
   use_repaint(canvas, paint);
   useEffect(paint);
   const move = (event: PointerEvent) => {
     const box = canvas.current!.getBoundingClientRect();
-    const place = painter.current!.paint(error, grid, scale, {cell: null, cut: null});
-    view.cell = cell_at(place, event.clientX - box.left, event.clientY - box.top);
+    view.cell = place.current && cell_at(place.current, event.clientX - box.left, event.clientY - box.top);
     view.changed();
   };
   return html`<canvas ref=${canvas} class="plan" role="img" aria-label="Droplets of the next layer over the error that they answer"
@@ -143,6 +146,6 @@ function EstimatePlot({name, all, count}: {name: string; all: Estimate[]; count:
   if (data[0].length < 2) return null;
   const unit = unit_words(all.find(one => one.name === name)?.unit ?? "");
   return html`<${Plot} words=${`Estimate of ${name} with its 95 % interval over time`} x_label="s" y_label=${`${name.replace(/_/g, " ")}${unit && unit !== "1" ? `, ${unit}` : ""}`}
-    curves=${[{label: "97.5 %", colour: "two"}, {label: "2.5 %", colour: "two", band: true}, {label: name.replace(/_/g, " "), colour: "one"}]}
-    data=${data} height=${150} />`;
+    curves=${[{label: "97.5 %", colour: "two", edge: true}, {label: "2.5 %", colour: "two", band: true, edge: true}, {label: name.replace(/_/g, " "), colour: "one"}]}
+    data=${data} height=${120} />`;
 }

@@ -4,7 +4,7 @@ import {html} from "htm/preact";
 import {use_clock, use_observed} from "../data/observable";
 import type {Instrument} from "../data/protocol";
 import type {Session} from "../data/session";
-import {clock, duration, number, unit_words, with_unit} from "../data/words";
+import {clock, duration, number, with_unit} from "../data/words";
 
 export function Instruments({session}: {session: Session}) {
   use_observed(session);
@@ -53,7 +53,7 @@ function Waveform({t_us, volts}: {t_us: number[]; volts: number[]}) {
   return html`
     <figure class="trend">
       <svg viewBox="0 0 ${width} ${height}" preserveAspectRatio="none" role="img"
-        aria-label=${`Waveform of the jet: ${number(low)} to ${number(high)} V in ${number(last)} ${unit_words("um").replace("m", "s")}`}>
+        aria-label=${`Waveform of the jet: ${number(low)} to ${number(high)} V in ${number(last)} µs`}>
         <line x1="0" x2=${width} y1=${y(0)} y2=${y(0)} />
         <polyline points=${points} />
       </svg>

@@ -9,6 +9,7 @@ import type {ShownMap} from "./shown_map";
 import {use_repaint} from "./use_repaint";
 
 type Cell = [number, number];
+const same = (a: Cell, b: Cell) => a[0] === b[0] && a[1] === b[1];
 
 export function MapCanvas({shown, scale}: {shown: ShownMap; scale: Scale}) {
   const canvas = useRef<HTMLCanvasElement>(null);
@@ -35,12 +36,12 @@ export function MapCanvas({shown, scale}: {shown: ShownMap; scale: Scale}) {
   const move = (event: PointerEvent) => {
     const cell = under(event);
     view.cell = cell;
-    if (start.current && cell && (cell[0] !== start.current[0] || cell[1] !== start.current[1])) view.cut = [start.current, cell];
+    if (start.current && cell && !same(start.current, cell)) view.cut = [start.current, cell];
     view.changed();
   };
   const up = (event: PointerEvent) => {
     const cell = under(event);
-    if (start.current && cell && cell[0] === start.current[0] && cell[1] === start.current[1]) view.cut = null;
+    if (start.current && cell) view.cut = same(start.current, cell) ? null : [start.current, cell];
     start.current = null;
     view.changed();
   };
@@ -63,6 +64,6 @@ export function MapCanvas({shown, scale}: {shown: ShownMap; scale: Scale}) {
   };
   return html`<canvas ref=${canvas} class="map" tabindex="0" role="application"
     aria-label="Map of the surface. Shift and arrows move the cell, Enter sets the ends of a section, Escape removes it."
-    onPointerDown=${down} onPointerMove=${move} onPointerUp=${up} onKeyDown=${key}
+    onPointerDown=${down} onPointerMove=${move} onPointerUp=${up} onPointerCancel=${() => { start.current = null; }} onKeyDown=${key}
     onPointerLeave=${() => { view.cell = null; view.changed(); }}></canvas>`;
 }

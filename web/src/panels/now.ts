@@ -12,6 +12,7 @@ export function Now({session}: {session: Session}) {
   use_clock(250, session.live);
   const layer = session.layer(view.shown_layer);
   const state = session.state;
+  const newest = view.shown_layer === session.last_layer;
   return html`
     <section class=${"panel now" + (session.stale ? " stale" : "")} aria-labelledby="now-title">
       <h2 id="now-title">${view.layer == null && session.live ? "Now" : `Layer ${view.shown_layer}`}</h2>
@@ -22,11 +23,11 @@ export function Now({session}: {session: Session}) {
         ${layer?.overspill_percent != null && html`<${Value} name="Overspill" value=${layer.overspill_percent} unit="percent" />`}
         ${layer?.droplets != null && html`<${Value} name="Droplets" value=${layer.droplets} />`}
         ${layer?.decision_ms != null && html`<${Value} name="Decision took" value=${layer.decision_ms} unit="ms" />`}
-        ${state?.flow && html`<${Value} name="Flow" value=${state.flow.value} unit=${state.flow.unit}
+        ${newest && state?.flow && html`<${Value} name="Flow" value=${state.flow.value} unit=${state.flow.unit}
           after=${state.flow.low != null && state.flow.high != null ? `${number(state.flow.low)} to ${number(state.flow.high)}` : ""} />`}
-        ${Object.entries(state?.temperatures ?? {}).map(([name, degrees]) => html`
+        ${Object.entries((newest && state?.temperatures) || {}).map(([name, degrees]) => html`
           <${Value} key=${name} name=${words_of(name)} value=${degrees} unit="degC" />`)}
-        ${Object.entries(state?.interval ?? {}).map(([name, value]) => html`
+        ${Object.entries((newest && state?.interval) || {}).map(([name, value]) => html`
           <${Value} key=${name} name=${words_of(name)} value=${value} />`)}
       </dl>
       <${Trend} session=${session} />

@@ -35,7 +35,7 @@ export function Runs() {
         <button type="button" class="main" disabled=${view.chosen.length < 2} onClick=${() => go({page: "compare", compare: view.chosen})}>
           Put ${view.chosen.length || ""} beside each other</button>
       </div>
-      <div class="scroll" tabindex="0" role="region" aria-label="Table of runs"><table>
+      <div class="scroll" tabindex="0" role="region" aria-label="Table of runs"><table class="stack">
         <thead><tr><th scope="col"><span class="hidden">Choose</span></th>
           ${kColumns.map(([column, name]) => html`<th key=${column} scope="col" aria-sort=${column !== key ? "none" : down ? "descending" : "ascending"}>
             <button type="button" class="link" onClick=${() => sort(column)}>${name}${column === key ? (down ? " ▼" : " ▲") : ""}</button></th>`)}
@@ -52,11 +52,12 @@ function Row({run, editing, edit}: {run: RunSummary; editing: boolean; edit: (on
         onChange=${(e: Event) => view.choose(run.id, (e.target as HTMLInputElement).checked)} /></td>
       <td><a href=${`#run=${encodeURIComponent(run.id)}`}>${run.id}</a>${run.live && html` <span class="tag on">live</span>`}
         ${!run.live && html` <a class="soft" href=${`/api/runs/${encodeURIComponent(run.id)}/report`} target="_blank" rel="noopener">report</a>`}</td>
-      <td>${date(run.started_utc)}</td><td>${run.lab}</td><td>${run.scheme}</td><td>${number(run.layers)}</td>
-      <td>${run.live ? "printing" : run.outcome ?? "–"}</td><td>${number(run.rms_um)}</td><td>${number(run.mean_um)}</td>
+      <td data-name="Started (UTC)">${date(run.started_utc)}</td><td data-name="Lab">${run.lab}</td><td data-name="Scheme">${run.scheme}</td>
+      <td data-name="Layers">${number(run.layers)}</td><td data-name="Outcome">${run.live ? "printing" : run.outcome ?? "–"}</td>
+      <td data-name="RMS, µm">${number(run.rms_um)}</td><td data-name="Mean, µm">${number(run.mean_um)}</td>
       <td class="notes">${editing
         ? html`<${Notes} run=${run} done=${() => edit(false)} />`
-        : html`${run.tags.map(tag => html`<span key=${tag} class="tag">${tag}</span> `)}<span>${run.note}</span>
+        : html`${run.tags.map(tag => html`<span key=${tag} class="tag">${tag}</span> `)}<span>${run.note} </span>
             <button type="button" class="link" aria-label=${`Edit tags and note of ${run.id}`} onClick=${() => edit(true)}>edit</button>`}</td>
     </tr>`;
 }

@@ -118,6 +118,6 @@ function Readout({shown}: {shown: ShownMap}) {
         ? html`<b>${Number.isFinite(value) ? with_unit(value, unit) || number(value) : "not seen"}</b>
             ${` cell ${cell[0]}, ${cell[1]} at ${number(grid.x0_mm + cell[0] * grid.pitch_mm)}, ${number(grid.y0_mm + cell[1] * grid.pitch_mm)} mm`}`
         : html`<span class="soft">${view.mode === "map" ? "Point at a cell for its value; drag for a section. Keyboard: Shift-arrows move the cell, Enter sets A, then B." : "Drag to turn, wheel to zoom, point at a cell for its value."}</span>`}
-      ${seen && html`<span class="soft">${` layer ${map!.layer}${map!.flags & kPartial ? ", being measured" : ""}: mean ${with_unit(seen.mean, unit)}, RMS ${with_unit(seen.rms, unit)}, ${number(seen.seen)} of ${map!.values.length} cells seen`}</span>`}
+      ${seen && html`<span class="soft">${` All of layer ${map!.layer}${map!.flags & kPartial ? ", being measured" : ""}: mean ${with_unit(seen.mean, unit)}, RMS ${with_unit(seen.rms, unit)}, ${number(seen.seen)} of ${map!.values.length} cells seen`}</span>`}
     </p>`;
 }

@@ -66,7 +66,7 @@ export function Why({session}: {session: Session}) {
       ${events.length === 0 && html`<p class="soft">Nothing has happened yet.</p>`}
       <ol class="events" tabindex="0" aria-label="Events, newest first">
         ${events.slice(0, most).map(event => html`
-          <li key=${event.n} class=${`${event.severity}${event.t_s > until_s ? " later" : ""}`}>
+          <li key=${event.n} class=${`is-${event.severity}${event.t_s > until_s ? " later" : ""}`}>
             <span class="mark" aria-hidden="true">${kMarks[event.severity] ?? "·"}</span>
             <div>
               <button type="button" class="link time" title="show this layer" onClick=${() => view.move_to(layer_at(session, event.t_s))}>

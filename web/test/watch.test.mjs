@@ -1,0 +1,370 @@
+// A whole print in a real browser: watched, paused, resumed, stopped; recorded runs, put beside each other; axe.
+
+import assert from "node:assert/strict";
+import {after, before, test} from "node:test";
+import {axe, button, gone, launch, open_tab, picture, see} from "./browser.mjs";
+import {MockServer} from "./mock_server.mjs";
+
+let browser;
+before(async () => { browser = await launch(); });
+after(() => browser?.close());
+
+/** Runs `look` with a server of its own and a tab on it. */
+async function with_page(look, {hash, prepare, ...options} = {}) {
+  const server = new MockServer();
+  prepare?.(server);
+  const address = await server.start();
+  const page = await open_tab(browser, address + (hash ?? `#token=${server.token}`), options);
+  try {
+    await look(page, server, address);
+    assert.deepEqual(page.troubles, []);
+    assert.deepEqual(page.asked.filter(url => !url.startsWith(address)), [], "foreign addresses");
+  } finally {
+    await page.close();
+    await server.end();
+  }
+}
+
+const wait = ms => new Promise(resolve => setTimeout(resolve, ms));
+const text_of = (page, selector) => page.$eval(selector, element => element.innerText);
+
+async function until(condition, words, timeout_ms = 10_000) {
+  for (const begin = performance.now(); !(await condition()); await wait(20))
+    if (performance.now() - begin > timeout_ms) assert.fail(`waited in vain for ${words}`);
+}
+
+/** Points at the middle of a cell of the map. */
+async function point_at(page, run, x, y) {
+  const box = await (await page.$("canvas.map")).boundingBox();
+  const [left, right, top, bottom] = [44, 10, 10, 30];
+  const pixel = Math.min((box.width - left - right) / run.nx, (box.height - top - bottom) / run.ny);
+  const x0 = box.x + left + (box.width - left - right - pixel * run.nx) / 2;
+  const y0 = box.y + top + (box.height - top - bottom - pixel * run.ny) / 2;
+  return [x0 + (x + 0.5) * pixel, y0 + (run.ny - 0.5 - y) * pixel];
+}
+
+test("a live print is watched: state, layers as they come, and the true value of the cell that is pointed at", () => with_page(async (page, server, address) => {
+  await see(page, "Printing layer 8");
+  assert.equal(page.url(), address, "the token has left the address");
+  await see(page, "layer 8 of about 53");
+  assert.match(await text_of(page, ".now"), /RMS error\s+[\d.]+ µm/);
+  for (let k = 0; k < 2; ++k) server.next_layer();
+  await see(page, "layer 9 of 9");
+  await see(page, "All of layer 9:");
+  for (const [x, y] of [[20, 20], [11, 25], [30, 14]]) {
+    await page.mouse.move(...(await point_at(page, server.live, x, y)));
+    await see(page, `cell ${x}, ${y} at`);
+    const value = server.live.frame("error", 9).readFloatLE(32 + 4 * (40 * y + x));
+    const words = Number.isNaN(value) ? "not seen" : `${(Math.abs(value) < 1 ? value.toFixed(3) : value.toFixed(2)).replace("-", "−")} µm`;
+    assert.ok((await text_of(page, ".readout")).includes(words), `${words} in ${await text_of(page, ".readout")}`);
+  }
+  assert.equal(server.asked.filter(path => path.endsWith("/error")).length, 1, "maps of a live print come by the WebSocket; the plan's error once");
+}));
+
+test("dragging cuts a section through cells, with the target beside a height; Enter does it from the keyboard", () => with_page(async (page, server) => {
+  await see(page, "All of layer 7");
+  await page.select(".surface select", "measured");
+  await page.mouse.move(...(await point_at(page, server.live, 4, 20)));
+  await page.mouse.down();
+  await page.mouse.move(...(await point_at(page, server.live, 20, 20)), {steps: 3});
+  await page.mouse.move(...(await point_at(page, server.live, 35, 20)), {steps: 3});
+  await page.mouse.up();
+  await see(page, "Section from A (4, 20) to B (35, 20), 7.75 mm");
+  await see(page, "target–");
+  await page.focus("canvas.map");
+  await page.keyboard.press("Escape");
+  await gone(page, ".section");
+  await page.keyboard.down("Shift");
+  await page.keyboard.press("ArrowLeft");
+  await page.keyboard.up("Shift");
+  await see(page, "cell 34, 20 at");
+  await page.keyboard.press("Enter");
+  await page.keyboard.down("Shift");
+  for (let k = 0; k < 4; ++k) await page.keyboard.press("ArrowDown");
+  await page.keyboard.up("Shift");
+  await page.keyboard.press("Enter");
+  await see(page, "Section from A (34, 20) to B (34, 16)");
+}));
+
+test("one cursor moves everything, back to the bare substrate; the scale is held", () => with_page(async (page, server) => {
+  await see(page, "All of layer 7");
+  const scale = await page.$eval(".scale input", input => input.value);
+  await page.keyboard.press("ArrowLeft");
+  await see(page, "layer 6 of 7");
+  await see(page, "Answer to the error of layer 6");
+  await see(page, "Layer 6");
+  for (let k = 0; k < 6; ++k) await page.keyboard.press("ArrowLeft");
+  await see(page, "bare substrate");
+  await see(page, "All of layer 0:");
+  assert.equal(await page.$eval(".scale input", input => input.value), scale);
+  server.next_layer();
+  await see(page, "bare substrate");  // a new layer does not pull the reader away
+  await (await button(page, "● Live")).click();
+  await see(page, "layer 8 of 8");
+  assert.ok(server.asked.includes(`${server.live.id}/0/error`));
+}));
+
+test("paused, resumed, a setting changed, a doubt accepted: by keyboard alone, and the server's words are shown", () => with_page(async (page, server) => {
+  await see(page, "Printing layer 8");
+  const press = async words => {
+    await (await button(page, words)).focus();
+    await page.keyboard.press("Enter");
+  };
+  await press("Pause after this layer");
+  await see(page, "Paused after layer 7");
+  await see(page, "Pause: waits after this layer");
+  await press("Continue");
+  await see(page, "Continue: goes on");
+  await page.focus(".in-flight summary");
+  await page.keyboard.press("Enter");
+  const field = "#set-control\\.target_offset_um";
+  await page.focus(field);
+  await page.keyboard.down("Control");
+  await page.keyboard.press("a");
+  await page.keyboard.up("Control");
+  await page.keyboard.type("99");
+  assert.equal(await page.$eval(`${field} ~ button`, b => b.disabled), true, "beyond its limits");
+  await page.keyboard.press("Backspace");
+  await page.keyboard.press("Backspace");
+  await page.keyboard.type("-1.5");
+  await page.keyboard.press("Enter");
+  await see(page, "The setting: from the next decision on");
+  server.state.doubt = {words: "Droplets 4 to 9 are in doubt", question: "Go on from the scanned surface?", choices: ["accept", "stop"]};
+  server.tell_state();
+  await see(page, "Go on from the scanned surface?");
+  await press("accept");
+  await gone(page, ".commands .warning");
+  assert.deepEqual(server.received.map(({command, key, value, choice}) => [command, key, value, choice].filter(one => one !== undefined)),
+                   [["pause"], ["continue"], ["set", "control.target_offset_um", -1.5], ["accept_doubt", "accept"]]);
+  server.refuse = "nothing is printed now";
+  await press("Stop after this layer");
+  await see(page, "Stop after this layer: nothing is printed now");
+}));
+
+test("the safe stop wants a hold of 0.5 s, is sent at its end, and the page says why it stopped and what to do", () => with_page(async (page, server) => {
+  await see(page, "Printing layer 8");
+  const stop = await button(page, "Safe stop: hold");
+  const box = await stop.boundingBox();
+  await page.mouse.move(box.x + 20, box.y + 10);
+  await page.mouse.down();
+  await wait(300);
+  await page.mouse.up();
+  await page.mouse.down();
+  await wait(200);
+  await page.mouse.move(box.x + 20, box.y + 200);  // slipped off
+  await wait(500);
+  await page.mouse.up();
+  assert.deepEqual(server.received, []);
+  await page.mouse.move(box.x + 20, box.y + 10);
+  const begin_ms = performance.now();
+  await page.mouse.down();
+  await until(() => server.received.length, "the stop");
+  const held_ms = server.received[0].at_ms - begin_ms;
+  assert.ok(held_ms >= 490, `${held_ms} ms`);
+  console.log(`hold to arrival: ${held_ms.toFixed(1)} ms`);
+  await page.mouse.up();
+  await see(page, "The print was stopped safely.");
+  await see(page, "Cause: The operator stopped the print.");
+  await see(page, `firn print --resume ${server.live.id}`);
+  assert.equal((await page.$$(".commands")).length, 0);
+  assert.equal(server.received.length, 1);
+  assert.match(await page.$eval(".stopped a", a => a.href), /\/manual\/safety\.md#the-stop$/);
+}));
+
+test("Ctrl-Shift-Space stops at once, from anywhere; so does a hold of the space key on the button", async () => {
+  await with_page(async (page, server) => {
+    await see(page, "Printing layer 8");
+    await page.focus(".surface select");
+    await page.keyboard.down("Control");
+    await page.keyboard.down("Shift");
+    await page.keyboard.press("Space");
+    await see(page, "The print was stopped safely.");
+    assert.deepEqual(server.received.map(one => one.command), ["safe_stop"]);
+  });
+  await with_page(async (page, server) => {
+    await (await button(page, "Safe stop: hold")).focus();
+    await page.keyboard.down("Space");
+    await until(() => server.received.length, "the stop");
+    await page.keyboard.up("Space");
+    assert.deepEqual(server.received.map(one => one.command), ["safe_stop"]);
+  });
+});
+
+test("words older than 1 s are grey and lock the commands, but never the safe stop; a lost connection is said and mended", () => with_page(async (page, server) => {
+  await see(page, "Printing layer 8");
+  await button(page, "Pause after this layer");
+  server.silent = true;
+  await see(page, "commands are locked, the safe stop is not");
+  const disabled = () => page.$$eval(".commands > .row button", list => list.map(b => b.disabled));
+  assert.deepEqual(await disabled(), [true, true, true, false]);
+  assert.ok(await page.$(".now.stale"));
+  assert.ok(await page.$(".status.old"));
+  server.silent = false;
+  await gone(page, ".now.stale");
+  await until(async () => (await disabled()).join() === "false,true,false,false", "commands that are open again");
+  for (const tab of server.tabs) tab.socket.terminate();
+  await see(page, "No connection to the print");
+  assert.deepEqual(await disabled(), [true, true, true, true]);
+  await gone(page, ".locked");
+  server.next_layer();
+  await see(page, "layer 8 of 8");
+}));
+
+test("watching needs no token; a command asks for it once, and again when it was wrong", () => with_page(async (page, server) => {
+  await see(page, "Printing layer 8");
+  const give = async token => {
+    await (await button(page, "Pause after this layer")).click();
+    await page.waitForSelector("dialog[open]");
+    assert.deepEqual(await axe(page), []);
+    await page.keyboard.type(token);
+    await page.keyboard.press("Enter");
+  };
+  await give("wrong");
+  await see(page, "Pause: a wrong token.");
+  await give("right-token");
+  await see(page, "Paused after layer 7");
+  await (await button(page, "Continue")).click();
+  await see(page, "Continue: goes on");
+  await page.reload();
+  await (await button(page, "Pause after this layer")).click();
+  await see(page, "Paused after layer 7");
+  assert.equal(server.received.filter(one => one.token === "right-token").length, 3);
+}, {hash: ""}));
+
+test("a run that was stopped opens with its cause, and foreign text and links stay text", () => with_page(async page => {
+  await see(page, "The print was stopped safely: jet A fires nothing.");
+  await see(page, "drops without rise (code 12), share of the rise, value 0.110, limit 0.300");
+  await see(page, "Clean the nozzle of jet A");
+  await see(page, "<img src=x onerror=alert(1)>");
+  assert.equal(await page.$("main img"), null);
+  assert.equal(await page.$('a[href^="javascript"]'), null);
+}, {hash: "#run=20261122-110000-cuboid", prepare: server => {
+  const run = server.run("20261122-110000-cuboid");
+  run.events.unshift({...run.events[0], n: 0, words: "<img src=x onerror=alert(1)>", manual: "javascript:alert(1)"});
+}}));
+
+test("500 layers of 256 x 256 cells open in 2 s, and load only the maps that are asked for", () => with_page(async (page, server, address) => {
+  await see(page, "5 of 5");
+  await page.click('a[href="#run=20261121-200000-ice-helical-gear"]');
+  const begin_ms = performance.now();
+  await see(page, "layer 500 of 500");
+  await see(page, "All of layer 500:");
+  console.log(`first paint with a map: ${(performance.now() - begin_ms).toFixed(0)} ms`);
+  await wait(300);
+  assert.deepEqual(new Set(server.asked), new Set(["20261121-200000-ice-helical-gear/500/error", "20261121-200000-ice-helical-gear/500/planned"]));
+  assert.equal(address.length > 0 && page.troubles.length, 0);
+}, {hash: "#runs"}));
+
+test("the surface turns in three dimensions, and its cell has the map's value", () => with_page(async (page, server) => {
+  await see(page, "All of layer 7");
+  await page.select(".surface select", "measured");
+  await (await button(page, "3-D")).click();
+  await page.waitForSelector("canvas.solid");
+  await wait(300);
+  const canvas = await page.$("canvas.solid");
+  const before_turn = await canvas.screenshot();
+  assert.ok(before_turn.length > 8000, `a picture of ${before_turn.length} bytes`);
+  const box = await canvas.boundingBox();
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await see(page, " at ");
+  const [, x, y] = (await text_of(page, ".readout")).match(/cell (\d+), (\d+)/).map(Number);
+  const value = server.live.frame("measured", 7).readFloatLE(32 + 4 * (40 * y + x));
+  assert.ok(Math.abs(parseFloat((await text_of(page, ".readout")).replace("−", "-")) - value) <= 0.051, `${value} in ${await text_of(page, ".readout")}`);
+  await (await button(page, "Turn left")).click();
+  await wait(200);
+  assert.notDeepEqual(await canvas.screenshot(), before_turn);
+}));
+
+test("the difference to another layer and to another run is the difference of the cells", () => with_page(async (page, server) => {
+  await see(page, "All of layer 7");
+  await page.select(".surface select", "difference");
+  await page.mouse.move(...(await point_at(page, server.live, 20, 20)));
+  const expect = async (other, layer) => {
+    const at = (run, n) => run.frame("measured", n).readFloatLE(32 + 4 * (40 * 20 + 20));
+    const value = Math.fround(at(server.live, 7) - at(other, layer));
+    await until(async () => Math.abs(parseFloat((await text_of(page, ".readout")).replace("−", "-")) - value) < 0.006, `${value} in ${await text_of(page, ".readout")}`);
+  };
+  await expect(server.live, 6);
+  await page.waitForFunction(() => document.querySelectorAll(".surface .head select option").length > 5);
+  await page.select(".surface .head label:nth-of-type(2) select", "20261123-140000-cylinder");
+  await expect(server.run("20261123-140000-cylinder"), 7);
+}));
+
+test("runs are searched, sorted, noted in the run, and two are put beside each other with only the settings that differ", () => with_page(async (page, server) => {
+  await see(page, "5 of 5");
+  await page.type('input[type="search"]', "cylinder");
+  await see(page, "3 of 5");
+  await (await button(page, "RMS, µm")).click();
+  const order = () => page.$$eval(".runs tbody tr", rows => rows.map(row => Number(row.children[7].innerText.split(": ").pop())));
+  await until(async () => (await order()).every((rms, i, all) => i === 0 || rms <= all[i - 1]), "descending RMS");
+  await (await button(page, "Edit tags and note of 20261123-140000-cylinder")).click();
+  await page.type("td.notes textarea", "rim falls");
+  await (await button(page, "Keep")).click();
+  await page.waitForSelector("dialog[open]");
+  await page.keyboard.type(server.token);
+  await page.keyboard.press("Enter");
+  await gone(page, "td.notes textarea");
+  assert.equal(server.run("20261123-140000-cylinder").note, "rim falls");
+  assert.deepEqual(server.run("20261123-140000-cylinder").tags, ["baseline"]);
+  for (const id of ["20261123-150000-cylinder", "20261123-140000-cylinder"]) await page.click(`input[aria-label="Choose ${id}"]`);
+  await (await button(page, "Put 2 beside each other")).click();
+  await see(page, "Settings that differ");
+  await see(page, "control.ki");
+  const keys = await page.$$eval('[aria-label="Table of differing settings"] code', list => list.map(one => one.innerText));
+  assert.deepEqual(keys, ["control.ki", "control.scheme"]);
+  assert.equal((await page.$$(".beside canvas")).length, 3, "two surfaces and their difference");
+  await page.keyboard.press("ArrowLeft");
+  await see(page, "Surfaces, layer 52");
+  await page.goBack();
+  await see(page, "of 5");
+}, {hash: "#runs"}));
+
+test("a run that is not there, and a process that does not answer, are said in words", async () => {
+  await with_page(page => see(page, "no run 20200101-nothing"), {hash: "#run=20200101-nothing"});
+  await with_page(async page => {
+    await see(page, "Runs");
+    await see(page, "4 of 4");
+  }, {hash: "", prepare: server => {
+    server.live.live = false;
+    server.runs = server.runs.filter(run => run !== server.live);
+  }});
+});
+
+for (const [width, dark] of [[1280, false], [1280, true], [400, false], [400, true]])
+  test(`axe finds nothing serious at ${width} px, ${dark ? "dark" : "light"}, and nothing is wider than the window`, () => with_page(async (page, server, address) => {
+    const check = async name => {
+      await picture(page, `${name}-${width}${dark ? "-dark" : ""}`);
+      assert.deepEqual(await axe(page), [], name);
+      const wide = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+      assert.equal(wide, 0, `${name} is ${wide} px too wide`);
+    };
+    await see(page, "All of layer 7");
+    await page.click(".in-flight summary");
+    await page.click("details summary h2");
+    server.event("warning", "jet_a", "A warning with a detail", {cause: "c", value: 2, limit: 1, unit: "um", do: "Look.", manual: "/manual/safety.md"});
+    await see(page, "A warning with a detail");
+    await check("print");
+    await (await button(page, "3-D")).click();
+    await page.waitForSelector("canvas.solid");
+    await check("solid");
+    server.silent = true;
+    await see(page, "commands are locked");
+    await check("stale");
+    await page.goto(`${address}#run=20261122-110000-cuboid`);
+    await see(page, "Clean the nozzle");
+    await check("stopped");
+    await page.goto(`${address}#runs`);
+    await see(page, "5 of 5");
+    await check("runs");
+    await page.goto(`${address}#compare=20261123-150000-cylinder,20261123-140000-cylinder`);
+    await see(page, "control.ki");
+    await check("compare");
+  }, {width, dark}));
+
+test("with reduced motion nothing moves by itself", () => with_page(async page => {
+  await see(page, "Printing layer 8");
+  await page.emulateMediaFeatures([{name: "prefers-reduced-motion", value: "reduce"}]);
+  const moving = await page.evaluate(() => [...document.querySelectorAll("*")].flatMap(e => [getComputedStyle(e), getComputedStyle(e, "::before")])
+    .filter(s => s.transitionDuration !== "0s" || s.animationName !== "none").length);
+  assert.equal(moving, 0);
+}));
