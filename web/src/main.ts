@@ -52,7 +52,7 @@ function Status({session}: {session: Session}) {
   const {run} = session.hello;
   const state = session.state;
   const layers = state?.layers ?? run.layers_planned ?? run.layers_expected;
-  const kind = session.live ? (session.stale ? "old" : "live") : "past";
+  const kind = session.live ? (session.stale && !session.connecting ? "old" : "live") : "past";
   return html`
     <div class=${`status ${kind}`}>
       <span class="tag">${kind === "live" ? "● live" : kind === "old" ? "○ old" : "recorded"}</span>

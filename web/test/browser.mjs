@@ -34,7 +34,7 @@ export async function open_tab(browser, address, {width = 1280, height = 900, da
 /** Waits until the page's text holds `words`. */
 export function see(page, words, timeout = 15_000) {
   return page.waitForFunction(text => document.body.innerText.includes(text), {timeout, polling: 50}, words)
-    .catch(() => page.evaluate(() => document.body.innerText).then(text => { throw new Error(`never saw "${words}" in:\n${text.slice(0, 700)}`); }));
+    .catch(() => page.evaluate(() => document.body.innerText).then(text => { throw new Error(`never saw "${words}" in:\n${text.slice(0, 1500)}`); }));
 }
 
 export function gone(page, selector, timeout = 15_000) {

@@ -23,6 +23,8 @@ export class Session extends Observable {
   readonly maps: MapStore;
 
   private socket: WebSocket | null = null;
+  private was_connected = false;
+  private readonly opened_at_ms = performance.now();
   private retries = 0;
   private retry_timer = 0;
   private closed = false;
@@ -82,6 +84,11 @@ export class Session extends Observable {
     return Math.max(this.age_s("link_s") ?? 0, (performance.now() - this.state_at_ms) / 1000);
   }
 
+  /** The first connection is on its way, and that is no trouble yet. */
+  get connecting(): boolean {
+    return this.live && !this.was_connected && performance.now() - this.opened_at_ms < 1000 * kOldest_s;
+  }
+
   get stale(): boolean {
     return this.live && this.link_age_s > kOldest_s;
   }
@@ -123,6 +130,7 @@ export class Session extends Observable {
     socket.onopen = () => {
       this.retries = 0;
       this.connected = true;
+      this.was_connected = true;
       if (this.followed) this.follow(this.followed);
       this.changed();
     };

@@ -64,7 +64,7 @@ export function Commands({session}: {session: Session}) {
         <span id="hold-hint" class="soft">hold 0.5 s, or Ctrl-Shift-Space</span>
       </div>
       <p role="status" aria-live="polite" class=${said && !said.good ? "bad" : ""}>${said?.words ?? ""}</p>
-      ${session.stale && html`<p class="locked">${lock_words(session)}</p>`}
+      ${session.stale && !session.connecting && html`<p class="locked">${lock_words(session)}</p>`}
       ${state?.doubt && html`
         <div class="notice warning" role="alert">
           <strong>${state.doubt.words}</strong>

@@ -14,7 +14,7 @@ export function Now({session}: {session: Session}) {
   const state = session.state;
   const newest = view.shown_layer === session.last_layer;
   return html`
-    <section class=${"panel now" + (session.stale ? " stale" : "")} aria-labelledby="now-title">
+    <section class=${"panel now" + (session.stale && !session.connecting ? " stale" : "")} aria-labelledby="now-title">
       <h2 id="now-title">${view.layer == null && session.live ? "Now" : `Layer ${view.shown_layer}`}</h2>
       <dl class="numbers">
         <${Value} name="RMS error" value=${layer?.rms_um} unit="um" trend=${trend(session, "rms_um")} />
