@@ -73,7 +73,7 @@ function Print({session}: {session: Session}) {
     <${StopBanner} session=${session} />
     <${Commands} session=${session} />
     <${Timeline} session=${session} />
-    ${session.trouble && html`<p class="notice warning" role="alert">${session.trouble}</p>`}
+    ${[session.trouble, session.hello.run.trouble].filter(Boolean).map(words => html`<p key=${words} class="notice warning" role="alert">${words}</p>`)}
     <div class="grid">
       <${Surface} session=${session} />
       <div class="side"><${Now} session=${session} /><${Why} session=${session} /></div>

@@ -15,7 +15,7 @@ let page;
 
 before(async () => {
   folder = await mkdtemp(join(tmpdir(), "firn-web-"));
-  const contents = ["data/maps", "data/run_list", "data/settings", "data/words", "data/protocol", "draw/solid_geometry", "draw/colours"].map(name => `export * from "./${name}";`).join("\n");
+  const contents = ["data/maps", "data/run_list", "data/settings", "data/waveform", "data/words", "data/protocol", "draw/solid_geometry", "draw/colours"].map(name => `export * from "./${name}";`).join("\n");
   await build({stdin: {contents, resolveDir: src, loader: "ts"}, bundle: true, format: "esm", outfile: join(folder, "page.mjs"), logLevel: "warning"});
   page = await import(join(folder, "page.mjs"));
 });
@@ -101,14 +101,15 @@ test("an unseen cell of either map is unseen in the difference, its neighbours a
 
 test("a section holds values of cells, from its first to its last, in mm", () => {
   const map = map_of(30, 30, (x, y) => 100 * x + y);
-  const {along_mm, values} = page.section(map, [2, 3], [26, 21], 0.5);
+  const {along_mm, values} = page.section(map, [2, 3], [26, 21], {pitch_mm: 0.5, x0_mm: 0, y0_mm: 0});
   assert.equal(values[0], 203);
   assert.equal(values[values.length - 1], 2621);
   assert.ok(Math.abs(along_mm[along_mm.length - 1] - 15) < 1e-9);
+  assert.ok(Math.abs(page.section(map, [0, 0], [3, 4], {pitch_mm: 1, pitch_y_mm: 2}).along_mm.pop() - Math.hypot(3, 8)) < 1e-9);
   const cells = new Set(map.values);
   assert.ok(values.every(value => cells.has(value)));
-  assert.deepEqual(page.section(map, [4, 4], [4, 4], 1).values, [404, 404]);
-  assert.equal(page.section(map_of(3, 3, () => NaN), [0, 0], [2, 2], 1).values.every(v => v === null), true);
+  assert.deepEqual(page.section(map, [4, 4], [4, 4], {pitch_mm: 1}).values, [404, 404]);
+  assert.equal(page.section(map_of(3, 3, () => NaN), [0, 0], [2, 2], {pitch_mm: 1}).values.every(v => v === null), true);
 });
 
 test("scales are symmetric for errors, hold the map for heights, and one splash does not widen them", () => {
@@ -180,6 +181,12 @@ test("only settings that differ are shown, by value and not by the object that h
   assert.deepEqual(rows, [{key: "b", unit: "mm", values: [1, 2]}, {key: "only", unit: "", values: [0, undefined]}]);
   assert.deepEqual(page.differing([[{key: "a", value: 1}], [{key: "a", value: 1}], [{key: "a", value: 1}]]), []);
   assert.deepEqual(page.changed([{key: "a", value: 1, default: 1}, {key: "b", value: 2, default: 1}, {key: "c", value: 3}]).map(one => one.key), ["b", "c"]);
+});
+
+test("a jet's waveform goes from idle over dwell and echo back to idle, in the times of its settings", () => {
+  const details = [["rise_us", "3", "us"], ["dwell_us", "20", "us"], ["fall_us", "3.5", "us"], ["echo_us", "40", "us"], ["final_us", "3", "us"], ["idle_v", "0", "V"], ["dwell_v", "20", "V"], ["echo_v", "-20", "V"]];
+  assert.deepEqual(page.waveform_of(details), {t_us: [0, 3, 23, 26.5, 66.5, 69.5], volts: [0, 20, 20, -20, -20, 0]});
+  assert.equal(page.waveform_of(details.slice(1)), null);
 });
 
 test("numbers keep three digits and their sign, times are read as people say them", () => {

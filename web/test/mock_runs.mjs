@@ -149,8 +149,8 @@ export class MockRun {
               one("laser_point", "Keyence LK-G", "measures", "M0 -> +0.1234", [["rate", 1000, "Hz"]]),
               one("heater", "two channels", "holds −21.8 degC", "RD1 -> -21.8", [["plate", -21.8, "degC"], ["nozzle", 4.1, "degC"]])];
     return [one("stage", "Aerotech A3200", "at rest at the cure pose", "PFBK X -> 120.0004", [["x", 120.0004, "mm"], ["y", 40, "mm"]]),
-            one("jet_a", "MicroFab JetDrive III", "armed, waits for triggers", "A5 01 06 -> ack", [["fired", 13482, ""], ["voltage", 32, "V"], ["dwell", 24, "us"]],
-                {waveform: {t_us: [0, 3, 27, 33, 57, 60], volts: [0, 32, 32, -18, -18, 0]}}),
+            one("jet_a", "MicroFab JetDrive III", "armed, waits for triggers", "A5 01 06 -> ack", [["fired", "13482", ""], ["rise_us", "3", "us"], ["dwell_us", "20", "us"], ["fall_us", "3", "us"],
+                ["echo_us", "40", "us"], ["final_us", "3", "us"], ["idle_v", "0", "V"], ["dwell_v", "20", "V"], ["echo_v", "-20", "V"], ["max_rate_hz", "2000", "Hz"]]),
             one("lamp", "OmniCure S2000", "shutter closed", "GLH -> 1234", [["lamp hours", 1234, "h"], ["intensity", 86, "percent"]]),
             one("laser_profiler", "Keyence LJ-V7080", "measures rows", "0x93 -> 800 points", [["rows lost", 0, ""]], this.faulty ? {state: "suspect", words: "rows come late", faults: 3} : {})];
   }
@@ -165,16 +165,16 @@ export class MockRun {
       goal: {kind: "height", value: layers_planned * this.layer_um / 1000, unit: "mm"}, outcome: this.live ? null : this.outcome, started_utc: this.started_utc,
       tags: this.tags, note: this.note, settings: this.setting_list()},
       commands: {allowed: this.live ? ["pause", "continue", "stop_after_layer", "safe_stop", "accept_doubt", "set"] : [], in_flight: this.live ? [
-        {key: "control.target_offset_um", value: 0, min: -5, max: 5, unit: "um", words: "Offset of the target"},
-        {key: "control.mpc.horizon_layers", value: 3, min: 1, max: 8, unit: "layers", words: "Horizon of the scheme"}] : []},
-      layers: this.layers, events: this.events, instruments: this.instruments(), estimates: this.estimates(), state};
+        {key: "control.target_offset_um", value: "0", min: -5, max: 5, unit: "um", words: "Offset of the target"},
+        {key: "control.mpc.horizon_layers", value: "3", min: 1, max: 8, unit: "layers", words: "Horizon of the scheme"}] : []},
+      end: this.end ?? null, layers: this.layers, events: this.events, instruments: this.instruments(), estimates: this.estimates(), state};
   }
 
   setting_list() {
     const all = {"control.scheme": this.scheme, "run.seed": this.seed, "process.scan_speed_mm_s": 10, "part.height_mm": 0.1, "control.ki": this.gain,
                  "grid.pitch_mm": 0.25, "laser_profiler.noise_um": this.noise_um, ...this.settings};
     const defaults = {"control.scheme": "open", "run.seed": 1, "process.scan_speed_mm_s": 10, "part.height_mm": 0.1, "control.ki": 0.33, "grid.pitch_mm": 0.25, "laser_profiler.noise_um": 0.4};
-    return Object.entries(all).map(([key, value]) => ({key, value, unit: /_(mm|um|s)$/.exec(key)?.[1] ?? "", default: defaults[key]}));
+    return Object.entries(all).map(([key, value]) => ({key, value: String(value), unit: /_(mm|um|s)$/.exec(key)?.[1] ?? "", default: String(defaults[key] ?? "")}));
   }
 }
 
@@ -192,7 +192,7 @@ export function mock_runs() {
       event(4, 102.2, "notice", "jet_a", "Droplets 311 to 325 of layer 5 were in doubt; the surface was scanned and the loop went on.", {cause: "the jet was reset"})]}),
     new MockRun({...inkjet, id: "20261123-150000-cylinder", scheme: "mpc", started_utc: "2026-11-23T15:00:00Z", printed: 53, gain: 1, tags: ["good"], note: "the reference", seed: 3}),
     new MockRun({...inkjet, id: "20261123-140000-cylinder", scheme: "open", started_utc: "2026-11-23T14:00:00Z", printed: 53, gain: 0, tags: ["baseline"], seed: 3}),
-    new MockRun({...inkjet, id: "20261122-110000-cuboid", experiment: "cuboid.toml", scheme: "greedy", started_utc: "2026-11-22T11:00:00Z", printed: 21, planned: 53, gain: 0.5, outcome: "stopped", simulated: false, events: [
+    new MockRun({...inkjet, id: "20261122-110000-cuboid", experiment: "cuboid.toml", scheme: "greedy", started_utc: "2026-11-22T11:00:00Z", printed: 21, planned: 53, gain: 0.5, outcome: "stopped safely", simulated: false, events: [
       event(1, 0.5, "info", "launcher", "All nine processes are ready."),
       event(2, 491.0, "fault", "scheduler", "Drops were fired and the surface did not rise.", {cause: "rise of layer 21", value: 0.11, limit: 0.3, unit: "1", manual: "/manual/safety.md#interlocks"}),
       event(3, 491.1, "stop", "safety", "The print was stopped safely: jet A fires nothing.", {cause: "drops without rise (code 12), share of the rise", value: 0.11, limit: 0.3, unit: "1", do: "Clean the nozzle of jet A, look at a droplet with the strobe, then: firn print --resume 20261122-110000-cuboid", manual: "/manual/safety.md#interlocks"})]}),

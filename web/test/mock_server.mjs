@@ -111,6 +111,7 @@ export class MockServer {
     if (message.command === "pause") Object.assign(this.state, {state: "paused", paused: true});
     if (message.command === "continue") Object.assign(this.state, {state: "depositing", paused: false});
     if (message.command === "stop_after_layer") this.state.stopping = true;
+    if (message.command === "set") this.tell({type: "setting", key: message.key, value: message.value});
     if (message.command === "accept_doubt") this.state.doubt = null;
     this.state.words = words[message.command] ?? this.state.words;
     this.event("notice", "operator", `The operator said: ${message.command.replace(/_/g, " ")}${message.key ? ` ${message.key} = ${message.value}` : ""}.`);
@@ -128,8 +129,8 @@ export class MockServer {
   stop(cause) {
     const resume = `Look at the machine, then: firn print --resume ${this.live.id}`;
     this.event("stop", "safety", "The print was stopped safely.", {cause, do: resume, manual: "/manual/safety.md#the-stop"});
-    this.tell({type: "end", outcome: "stopped", words: "The print was stopped safely.", cause, do: resume, manual: "/manual/safety.md#the-stop"});
-    Object.assign(this.live, {live: false, outcome: "stopped"});
+    this.tell({type: "end", outcome: "stopped safely", words: "The print was stopped safely.", cause, do: resume, manual: "/manual/safety.md#the-stop"});
+    Object.assign(this.live, {live: false, outcome: "stopped safely"});
   }
 
   /** The next layer: a part of its map while it is measured, then all of it. */

@@ -135,7 +135,7 @@ test("paused, resumed, a setting changed, a doubt accepted: by keyboard alone, a
   await press("accept");
   await gone(page, ".commands .warning");
   assert.deepEqual(server.received.map(({command, key, value, choice}) => [command, key, value, choice].filter(one => one !== undefined)),
-                   [["pause"], ["continue"], ["set", "control.target_offset_um", -1.5], ["accept_doubt", "accept"]]);
+                   [["pause"], ["continue"], ["set", "control.target_offset_um", "-1.5"], ["accept_doubt", "accept"]]);
   server.refuse = "nothing is printed now";
   await press("Stop after this layer");
   await see(page, "Stop after this layer: nothing is printed now");

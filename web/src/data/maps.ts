@@ -51,15 +51,20 @@ function floats(bytes: ArrayBuffer, count: number): Float32Array {
   return Float32Array.from({length: count}, (_, i) => view.getFloat32(kHeaderBytes + 4 * i, true));
 }
 
+export function pitch_y_mm(grid: Grid): number {
+  return grid.pitch_y_mm ?? grid.pitch_mm;
+}
+
 /** a - b on a's cells; b of another grid is read by bilinear interpolation at a's cell centres, NaN outside of it. */
 export function difference(a: SurfaceMap, a_grid: Grid, b: SurfaceMap, b_grid: Grid): SurfaceMap {
   const values = new Float32Array(a.values.length);
   const same = a.nx === b.nx && a.ny === b.ny && a_grid.pitch_mm === b_grid.pitch_mm &&
+    pitch_y_mm(a_grid) === pitch_y_mm(b_grid) &&
     a_grid.x0_mm === b_grid.x0_mm && a_grid.y0_mm === b_grid.y0_mm;
   for (let y = 0, i = 0; y < a.ny; ++y)
     for (let x = 0; x < a.nx; ++x, ++i) {
       const other = same ? b.values[i] : value_at(b, (a_grid.x0_mm + x * a_grid.pitch_mm - b_grid.x0_mm) / b_grid.pitch_mm,
-                                                  (a_grid.y0_mm + y * a_grid.pitch_mm - b_grid.y0_mm) / b_grid.pitch_mm);
+                                                  (a_grid.y0_mm + y * pitch_y_mm(a_grid) - b_grid.y0_mm) / pitch_y_mm(b_grid));
       values[i] = a.values[i] - other;
     }
   return {...a, values};
@@ -81,7 +86,8 @@ export function value_at(map: SurfaceMap, x: number, y: number): number {
 }
 
 /** Values along the line from cell a to cell b, at most half a cell apart: nearest cells, never smoothed. */
-export function section(map: SurfaceMap, a: [number, number], b: [number, number], pitch_mm: number) {
+export function section(map: SurfaceMap, a: [number, number], b: [number, number], grid: Grid) {
+  const length_mm = Math.hypot((b[0] - a[0]) * grid.pitch_mm, (b[1] - a[1]) * pitch_y_mm(grid));
   const length = Math.hypot(b[0] - a[0], b[1] - a[1]);
   const steps = Math.max(1, Math.ceil(2 * length));
   const along_mm: number[] = [];
@@ -90,7 +96,7 @@ export function section(map: SurfaceMap, a: [number, number], b: [number, number
     const x = Math.round(a[0] + ((b[0] - a[0]) * i) / steps);
     const y = Math.round(a[1] + ((b[1] - a[1]) * i) / steps);
     const value = x >= 0 && y >= 0 && x < map.nx && y < map.ny ? map.values[y * map.nx + x] : NaN;
-    along_mm.push((length * pitch_mm * i) / steps);
+    along_mm.push((length_mm * i) / steps);
     values.push(Number.isFinite(value) ? value : null);
   }
   return {along_mm, values};

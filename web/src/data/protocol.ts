@@ -6,6 +6,7 @@ export interface Grid {
   nx: number;
   ny: number;
   pitch_mm: number;
+  pitch_y_mm?: number;  // pitch_mm without it
   x0_mm: number;
   y0_mm: number;
 }
@@ -41,7 +42,8 @@ export interface RunInfo extends Partial<Omit<RunSummary, "layers">> {
   live: boolean;
   finished: boolean;
   simulated: boolean;
-  grid: Grid;
+  grid: Grid | null;  // null before the first map
+  trouble?: string;
   layers_planned?: number | null;
   layers_expected?: number | null;
   goal?: {kind: string; value: number | null; unit: string} | null;
@@ -87,7 +89,6 @@ export interface Instrument {
   last: {t_s: number; text: string} | null;
   faults: number;
   details: [string, unknown, string][];
-  waveform?: {t_us: number[]; volts: number[]} | null;
 }
 
 export interface Estimate {
@@ -125,7 +126,7 @@ export interface PrintState {
   paused?: boolean;
   stopping?: boolean;
   doubt?: Doubt | null;
-  temperatures?: Record<string, number | null> | null;
+  temperatures?: Record<string, {value: number | null; set: number | null; unit: string}> | null;
   flow?: {value: number; low: number | null; high: number | null; unit: string} | null;
   interval?: Record<string, unknown> | null;
 }
@@ -141,6 +142,7 @@ export interface Hello {
   instruments: Instrument[];
   estimates: Estimate[];
   state: PrintState | null;
+  end?: Ending | null;
 }
 
 export interface Ending {
@@ -165,6 +167,7 @@ export type ServerMessage =
   | ({type: "event"} & PrintEvent)
   | ({type: "instrument"} & Instrument)
   | ({type: "estimate"} & Estimate)
+  | {type: "setting"; key: string; value: unknown}
   | ({type: "end"} & Ending)
   | ({type: "answer"} & Answer)
   | {type: "pong"; id: number; t_s: number}

@@ -3,7 +3,7 @@
 import {MapStore} from "./map_store";
 import {Observable} from "./observable";
 import {kProtocol, parse_message} from "./protocol";
-import type {Answer, Ending, Estimate, Hello, Instrument, Layer, PrintEvent, PrintState, ServerMessage, Surface} from "./protocol";
+import type {Answer, Ending, Estimate, Grid, Hello, Instrument, Layer, PrintEvent, PrintState, ServerMessage, Surface} from "./protocol";
 import {forget, token} from "./token";
 
 const kRetry_ms = [500, 1000, 2000, 5000];
@@ -30,6 +30,7 @@ export class Session extends Observable {
   private closed = false;
   private state_at_ms = performance.now();
   private next_id = 1;
+  private asked_grid = false;
   private followed: Surface | null = null;
   private readonly waiting = new Map<number, (answer: Answer) => void>();
 
@@ -60,6 +61,11 @@ export class Session extends Observable {
 
   get live(): boolean {
     return this.hello.run.live && !this.hello.run.finished && !this.ending;
+  }
+
+  /** The grid of the maps; a guess of 1 mm before the process knows it. */
+  get grid(): Grid {
+    return this.hello.run.grid ?? {nx: 1, ny: 1, pitch_mm: 1, x0_mm: 0, y0_mm: 0};
   }
 
   /** Number of the newest layer that was measured. */
@@ -136,7 +142,7 @@ export class Session extends Observable {
     };
     socket.onmessage = event => {
       if (typeof event.data === "string") this.take(parse_message(event.data));
-      else this.maps.take_frame(event.data);
+      else this.take_map(event.data);
       this.changed();
     };
     socket.onclose = () => {
@@ -155,7 +161,27 @@ export class Session extends Observable {
     this.events = [...(hello.events ?? [])];
     this.instruments = new Map((hello.instruments ?? []).map(one => [one.name, one]));
     this.estimates = [...(hello.estimates ?? [])];
+    this.ending = hello.end ?? null;
     if (hello.state) this.take_state(hello.state);
+  }
+
+  private take_map(frame: ArrayBuffer): void {
+    this.maps.take_frame(frame);
+    if (!this.hello.run.grid && !this.asked_grid) void this.ask_grid();
+  }
+
+  /** A print that was opened before its first map has no grid yet. */
+  private async ask_grid(): Promise<void> {
+    this.asked_grid = true;
+    const reply = await fetch(`/api/runs/${encodeURIComponent(this.hello.run.id)}`).catch(() => null);
+    const body = reply?.ok ? await reply.json().catch(() => null) : null;
+    this.hello.run.grid = body?.run?.grid ?? null;
+    this.asked_grid = false;
+    this.maps.changed();
+  }
+
+  private take_setting(key: string, value: unknown): void {
+    for (const one of [...this.hello.run.settings, ...this.hello.commands.in_flight]) if (one.key === key) one.value = value;
   }
 
   private take_state(state: PrintState): void {
@@ -183,6 +209,8 @@ export class Session extends Observable {
       case "estimate":
         this.estimates.push(message);
         return;
+      case "setting":
+        return this.take_setting(message.key, message.value);
       case "end":
         this.ending = message;
         return;

@@ -1,7 +1,7 @@
 // A surface map on a canvas: cells as squares, axes in mm, the cell under the cursor and the line of a section.
 
 import type {Grid} from "../data/protocol";
-import type {Scale, SurfaceMap} from "../data/maps";
+import {pitch_y_mm, type Scale, type SurfaceMap} from "../data/maps";
 import {colours, theme} from "./colours";
 
 export interface Marks {
@@ -129,21 +129,21 @@ function paint_axes(context: CanvasRenderingContext2D, place: Placement, grid: G
   context.lineWidth = 1;
   context.strokeRect(place.left - 0.5, place.top - 0.5, place.pixel * place.nx + 1, place.pixel * place.ny + 1);
   context.font = "11px system-ui, sans-serif";
-  const tick_mm = tick((grid.pitch_mm * 90) / place.pixel);
-  const each = (from_mm: number, count: number, put: (mm: number, pixels: number) => void) => {
-    const first_mm = from_mm - grid.pitch_mm / 2;  // outer edge of the first cell
+  const each = (from_mm: number, pitch_mm: number, count: number, put: (words: string, pixels: number) => void) => {
+    const tick_mm = tick((pitch_mm * 90) / place.pixel);
+    const first_mm = from_mm - pitch_mm / 2;  // outer edge of the first cell
     for (let k = Math.ceil(first_mm / tick_mm - 1e-9); ; ++k) {
-      const pixels = ((k * tick_mm - first_mm) / grid.pitch_mm) * place.pixel;
+      const pixels = ((k * tick_mm - first_mm) / pitch_mm) * place.pixel;
       if (pixels > place.pixel * count + 0.5) return;
-      put(k * tick_mm, pixels);
+      put(tick_words(k * tick_mm, tick_mm), pixels);
     }
   };
   context.textAlign = "center";
   context.textBaseline = "top";
-  each(grid.x0_mm, place.nx, (mm, x) => context.fillText(tick_words(mm, tick_mm), place.left + x, bottom + 4));
+  each(grid.x0_mm, grid.pitch_mm, place.nx, (words, x) => context.fillText(words, place.left + x, bottom + 4));
   context.textAlign = "right";
   context.textBaseline = "middle";
-  each(grid.y0_mm, place.ny, (mm, y) => context.fillText(tick_words(mm, tick_mm), place.left - 5, bottom - y));
+  each(grid.y0_mm, pitch_y_mm(grid), place.ny, (words, y) => context.fillText(words, place.left - 5, bottom - y));
   context.textAlign = "right";
   context.textBaseline = "bottom";
   context.fillText("mm", place.left + place.pixel * place.nx, bottom + 29);

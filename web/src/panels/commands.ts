@@ -78,7 +78,7 @@ export function Commands({session}: {session: Session}) {
           <summary>Settings that may change now</summary>
           ${session.hello.commands.in_flight.map(one => html`
             <${Change} key=${one.key} setting=${one} locked=${!can("set")}
-              give=${(value: unknown) => give("set", {key: one.key, value})} />`)}
+              give=${(value: string) => give("set", {key: one.key, value})} />`)}
         </details>`}
     </section>`;
 }
@@ -89,9 +89,9 @@ function lock_words(session: Session): string {
   return `Nothing has come from the print for ${duration(session.link_age_s)}: commands are locked, the safe stop is not.`;
 }
 
-function Change({setting, locked, give}: {setting: InFlight; locked: boolean; give: (value: unknown) => void}) {
+function Change({setting, locked, give}: {setting: InFlight; locked: boolean; give: (value: string) => void}) {
   const [text, set_text] = useState(String(setting.value));
-  const numeric = typeof setting.value === "number";
+  const numeric = setting.min != null || setting.max != null;
   const value = Number(text);
   const wrong = numeric && (text.trim() === "" || !Number.isFinite(value) ||
                             (setting.min != null && value < setting.min) || (setting.max != null && value > setting.max));
@@ -101,7 +101,7 @@ function Change({setting, locked, give}: {setting: InFlight; locked: boolean; gi
   const input = (e: Event) => set_text((e.target as HTMLInputElement).value);
   const submit = (event: Event) => {
     event.preventDefault();
-    if (!wrong && !locked) give(numeric ? value : text);
+    if (!wrong && !locked) give(text.trim());
   };
   return html`
     <form class="change" onSubmit=${submit}>

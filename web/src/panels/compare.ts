@@ -43,7 +43,7 @@ function Surfaces({sessions}: {sessions: Session[]}) {
   const scale = view.scales.get(key) ?? (first ? fitted_scale(first, is_diverging(surface)) : {low: 0, high: 1, diverging: false});
   const [a, b] = sessions;
   const height = sessions.length === 2 && maps[0] && maps[1];
-  const rest = useMemo(() => height ? difference(maps[0]!, a.hello.run.grid, maps[1]!, b.hello.run.grid) : null, [maps[0], maps[1]]);
+  const rest = useMemo(() => height ? difference(maps[0]!, a.grid, maps[1]!, b.grid) : null, [maps[0], maps[1]]);
   return html`
     <section class="panel" aria-labelledby="beside-title">
       <div class="row head">
@@ -80,7 +80,7 @@ function Tile({name, session, map, scale, words}: {name: string; session: Sessio
   const painter = useRef<MapPainter | null>(null);
   const paint = () => {
     painter.current ??= new MapPainter(canvas.current!);
-    if (map) painter.current.paint(map, session.hello.run.grid, scale, {cell: null, cut: null});
+    if (map) painter.current.paint(map, session.grid, scale, {cell: null, cut: null});
   };
   use_repaint(canvas, paint);
   useEffect(paint);

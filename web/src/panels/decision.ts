@@ -42,7 +42,7 @@ function Answer({session}: {session: Session}) {
     <div class="card">
       <h3>Answer to the error of layer ${layer}</h3>
       ${error
-        ? html`<${PlanCanvas} error=${error} plan=${counted ? plan : null} grid=${session.hello.run.grid} scale=${scale.current!} />
+        ? html`<${PlanCanvas} error=${error} plan=${counted ? plan : null} grid=${session.grid} scale=${scale.current!} />
             <div class="scale row"><span>−${number(scale.current!.high)}</span>
               <span class="bar" style=${{backgroundImage: gradient(true, "to right")}}></span><span>${number(scale.current!.high)} µm</span></div>`
         : html`<p class="soft">${session.maps.missing("error", layer) ?? "loading…"}</p>`}
@@ -60,7 +60,7 @@ function plan_words(session: Session, plan: SurfaceMap | null, counted: boolean,
 }
 
 function PlanCanvas({error, plan, grid, scale}:
-                    {error: SurfaceMap; plan: SurfaceMap | null; grid: Session["hello"]["run"]["grid"]; scale: Scale}) {
+                    {error: SurfaceMap; plan: SurfaceMap | null; grid: Session["grid"]; scale: Scale}) {
   const canvas = useRef<HTMLCanvasElement>(null);
   const painter = useRef<MapPainter | null>(null);
   const droplets = useRef<DropletPainter | null>(null);

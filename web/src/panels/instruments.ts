@@ -4,6 +4,7 @@ import {html} from "htm/preact";
 import {use_clock, use_observed} from "../data/observable";
 import type {Instrument} from "../data/protocol";
 import type {Session} from "../data/session";
+import {kWaveformKeys, waveform_of, type Waveform} from "../data/waveform";
 import {clock, duration, number, with_unit} from "../data/words";
 
 export function Instruments({session}: {session: Session}) {
@@ -20,6 +21,8 @@ export function Instruments({session}: {session: Session}) {
 
 function Card({one, now_s}: {one: Instrument; now_s: number | null}) {
   const bad = /fault|estop|suspect|disconnected/.test(one.state);
+  const waveform = waveform_of(one.details ?? []);
+  const details = (one.details ?? []).filter(([name]) => !waveform || !kWaveformKeys.includes(name));
   const age = one.last && now_s != null ? Math.max(0, now_s - one.last.t_s) : null;
   return html`
     <article class=${"card" + (bad ? " faulty" : "")} aria-label=${one.name}>
@@ -32,17 +35,17 @@ function Card({one, now_s}: {one: Instrument; now_s: number | null}) {
       <dl>
         <div><dt>link</dt><dd>${one.link || "–"}</dd></div>
         <div><dt>faults</dt><dd class=${one.faults ? "bad" : ""}>${number(one.faults)}</dd></div>
-        ${(one.details ?? []).map(([label, value, unit]) => html`
-          <div key=${label}><dt>${label}</dt><dd>${with_unit(value, unit)}</dd></div>`)}
+        ${details.map(([label, value, unit]) => html`
+          <div key=${label}><dt>${label.replace(/_(mm|um|us|s|v|hz|degC)$/, "").replace(/_/g, " ")}</dt><dd>${with_unit(value, unit)}</dd></div>`)}
       </dl>
-      ${one.waveform && one.waveform.t_us.length > 1 && html`<${Waveform} t_us=${one.waveform.t_us} volts=${one.waveform.volts} />`}
+      ${waveform && html`<${Pulse} t_us=${waveform.t_us} volts=${waveform.volts} />`}
       ${one.last && html`<p class="exchange"><code>${one.last.text}</code>
         <span class="soft"> ${age == null ? `at ${clock(one.last.t_s)}` : `${duration(age)} ago`}</span></p>`}
     </article>`;
 }
 
 /** Drive voltage of the jet over time. */
-function Waveform({t_us, volts}: {t_us: number[]; volts: number[]}) {
+function Pulse({t_us, volts}: Waveform) {
   const width = 220;
   const height = 60;
   const last = t_us[t_us.length - 1] || 1;

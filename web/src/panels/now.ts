@@ -25,8 +25,8 @@ export function Now({session}: {session: Session}) {
         ${layer?.decision_ms != null && html`<${Value} name="Decision took" value=${layer.decision_ms} unit="ms" />`}
         ${newest && state?.flow && html`<${Value} name="Flow" value=${state.flow.value} unit=${state.flow.unit}
           after=${state.flow.low != null && state.flow.high != null ? `${number(state.flow.low)} to ${number(state.flow.high)}` : ""} />`}
-        ${Object.entries((newest && state?.temperatures) || {}).map(([name, degrees]) => html`
-          <${Value} key=${name} name=${words_of(name)} value=${degrees} unit="degC" />`)}
+        ${Object.entries((newest && state?.temperatures) || {}).map(([name, one]) => html`
+          <${Value} key=${name} name=${words_of(name)} value=${one?.value} unit=${one?.unit} after=${one?.set == null ? "" : `set to ${number(one.set)}`} />`)}
         ${Object.entries((newest && state?.interval) || {}).map(([name, value]) => html`
           <${Value} key=${name} name=${words_of(name)} value=${value} />`)}
       </dl>

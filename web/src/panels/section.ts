@@ -17,9 +17,9 @@ export function Section({session, shown, cut}: {session: Session; shown: ShownMa
   const height = view.surface === "measured" || view.surface === "truth" || view.surface === "predicted";
   const target = height ? session.maps.get("target", shown.map!.layer) : null;
   const data = useMemo(() => {
-    const values = section(shown.map!, a, b, shown.grid.pitch_mm);
+    const values = section(shown.map!, a, b, shown.grid);
     const rows: (number | null)[][] = [values.along_mm, values.values];
-    if (target) rows.push(section(target, a, b, shown.grid.pitch_mm).values);
+    if (target) rows.push(section(target, a, b, shown.grid).values);
     return rows;
   }, [shown.map, target, a[0], a[1], b[0], b[1]]);
   const name = view.surface === "difference" ? "difference" : kSurfaceWords[view.surface];

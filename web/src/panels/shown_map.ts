@@ -32,7 +32,7 @@ export function other_layer(view: View): number {
 let last_difference: {a: SurfaceMap; b: SurfaceMap; map: SurfaceMap} | null = null;
 
 export function shown_map(view: View, session: Session): ShownMap {
-  const grid = session.hello.run.grid;
+  const grid = session.grid;
   const diverging = is_diverging(view.surface);
   const newest = view.layer == null && session.live;
   const surface = view.surface === "difference" ? "measured" : view.surface;
@@ -45,7 +45,7 @@ export function shown_map(view: View, session: Session): ShownMap {
   missing = other.maps.missing("measured", other_layer(view));
   if (!b) return {map: null, grid, unit: "um", diverging, missing};
   if (last_difference?.a !== a || last_difference.b !== b)
-    last_difference = {a, b, map: difference(a, grid, b, other.hello.run.grid)};
+    last_difference = {a, b, map: difference(a, grid, b, other.grid)};
   return {map: last_difference.map, grid, unit: "um", diverging, missing: null};
 }
 

@@ -2,7 +2,7 @@
 
 import {html} from "htm/preact";
 import {useEffect} from "preact/hooks";
-import {clipped_share, fitted_scale, kPartial, moments, type Scale} from "../data/maps";
+import {clipped_share, fitted_scale, kPartial, moments, pitch_y_mm, type Scale} from "../data/maps";
 import {use_observed} from "../data/observable";
 import {kSurfaces, kSurfaceWords} from "../data/protocol";
 import type {Session} from "../data/session";
@@ -116,7 +116,7 @@ function Readout({shown}: {shown: ShownMap}) {
     <p class="readout" aria-live="off">
       ${inside
         ? html`<b>${Number.isFinite(value) ? with_unit(value, unit) || number(value) : "not seen"}</b>
-            ${` cell ${cell[0]}, ${cell[1]} at ${number(grid.x0_mm + cell[0] * grid.pitch_mm)}, ${number(grid.y0_mm + cell[1] * grid.pitch_mm)} mm`}`
+            ${` cell ${cell[0]}, ${cell[1]} at ${number(grid.x0_mm + cell[0] * grid.pitch_mm)}, ${number(grid.y0_mm + cell[1] * pitch_y_mm(grid))} mm`}`
         : html`<span class="soft">${view.mode === "map" ? "Point at a cell for its value; drag for a section. Keyboard: Shift-arrows move the cell, Enter sets A, then B." : "Drag to turn, wheel to zoom, point at a cell for its value."}</span>`}
       ${seen && html`<span class="soft">${` All of layer ${map!.layer}${map!.flags & kPartial ? ", being measured" : ""}: mean ${with_unit(seen.mean, unit)}, RMS ${with_unit(seen.rms, unit)}, ${number(seen.seen)} of ${map!.values.length} cells seen`}</span>`}
     </p>`;

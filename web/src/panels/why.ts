@@ -14,7 +14,7 @@ const kShown = 200;
 /** How the run ended if it did not print to its end; null otherwise. */
 export function stop_of(session: Session): Ending | null {
   const outcome = session.ending?.outcome ?? session.hello.run.outcome;
-  if (session.live || !outcome || /^(finished|complete|completed|ok)$/.test(outcome)) return null;
+  if (session.live || !outcome || /^(finished|out of tolerance)$/.test(outcome)) return null;
   if (session.ending) return session.ending;
   const event = [...session.events].reverse().find(one => one.severity === "stop");
   return {outcome, words: event?.words ?? `The print was ${outcome}.`, cause: event ? cause_of(event) : null, do: event?.do ?? null,
