@@ -73,6 +73,16 @@ export class Session extends Observable {
     return this.layers.length ? this.layers[this.layers.length - 1].n : 0;
   }
 
+  /** Layers that the cursor can be at: the bare substrate, and each that was measured (in ice, one of several). */
+  get stops(): number[] {
+    return [...new Set([0, ...this.layers.map(layer => layer.n)])];
+  }
+
+  /** The newest stop that is not above `n`. */
+  stop_at(n: number): number {
+    return this.stops.filter(stop => stop <= n).pop() ?? 0;
+  }
+
   layer(n: number): Layer | null {
     const guess = this.layers[n - (this.layers[0]?.n ?? 0)];
     return guess?.n === n ? guess : this.layers.find(layer => layer.n === n) ?? null;

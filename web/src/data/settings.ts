@@ -26,6 +26,6 @@ export function changed(settings: Setting[]): Setting[] {
 
 export function value_words(value: unknown): string {
   if (value === undefined) return "not set";
-  if (typeof value === "string") return value;
+  if (typeof value === "string") return value.replace(/^"(.*)"$/, "$1");
   return JSON.stringify(value).replace(/,/g, ", ");
 }

@@ -29,12 +29,24 @@ export class View extends Observable {
 
   /** Layer under the cursor. */
   get shown_layer(): number {
-    return Math.min(this.layer ?? Infinity, this.last_layer);
+    return this.stops.filter(stop => stop <= (this.layer ?? Infinity)).pop() ?? 0;
+  }
+
+  /** Layers that the cursor can be at. */
+  get stops(): number[] {
+    if (this.page !== "compare") return this.session?.stops ?? [0];
+    return [...new Set(this.sessions_beside().flatMap(one => one.stops))].sort((a, b) => a - b);
   }
 
   get last_layer(): number {
-    if (this.page !== "compare") return this.session?.last_layer ?? 0;
-    return Math.max(0, ...this.sessions_beside().map(one => one.last_layer));
+    return this.stops[this.stops.length - 1] ?? 0;
+  }
+
+  /** Moves the cursor by stops. */
+  step(by: number): void {
+    const stops = this.stops;
+    const at = stops.indexOf(this.shown_layer) + by;
+    this.move_to(at < 0 ? 0 : at < stops.length ? stops[at] : this.last_layer + 1);
   }
 
   sessions_beside(): Session[] {
@@ -46,7 +58,7 @@ export class View extends Observable {
     const last = this.last_layer;
     const live = this.page === "print" && this.session?.live;
     this.layer = layer == null || (live && layer > last) ? null : Math.max(0, Math.min(layer, last));
-    this.session?.maps.only([this.shown_layer, this.shown_layer - 1, this.other_layer ?? -1]);
+    this.session?.maps.only([this.shown_layer, this.session.stop_at(this.shown_layer - 1), this.other_layer ?? -1]);
     this.changed();
   }
 

@@ -130,7 +130,7 @@ function paint_axes(context: CanvasRenderingContext2D, place: Placement, grid: G
   context.strokeRect(place.left - 0.5, place.top - 0.5, place.pixel * place.nx + 1, place.pixel * place.ny + 1);
   context.font = "11px system-ui, sans-serif";
   const each = (from_mm: number, pitch_mm: number, count: number, put: (words: string, pixels: number) => void) => {
-    const tick_mm = tick((pitch_mm * 90) / place.pixel);
+    const tick_mm = tick((pitch_mm * 55) / place.pixel);
     const first_mm = from_mm - pitch_mm / 2;  // outer edge of the first cell
     for (let k = Math.ceil(first_mm / tick_mm - 1e-9); ; ++k) {
       const pixels = ((k * tick_mm - first_mm) / pitch_mm) * place.pixel;

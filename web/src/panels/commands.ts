@@ -5,6 +5,7 @@ import {useEffect, useState} from "preact/hooks";
 import {use_clock, use_observed} from "../data/observable";
 import type {InFlight} from "../data/protocol";
 import type {Session} from "../data/session";
+import {value_words} from "../data/settings";
 import {duration, unit_words, with_unit} from "../data/words";
 import {have_token} from "./ask_token";
 import {HoldButton} from "./hold_button";
@@ -90,7 +91,7 @@ function lock_words(session: Session): string {
 }
 
 function Change({setting, locked, give}: {setting: InFlight; locked: boolean; give: (value: string) => void}) {
-  const [text, set_text] = useState(String(setting.value));
+  const [text, set_text] = useState(value_words(setting.value));
   const numeric = setting.min != null || setting.max != null;
   const value = Number(text);
   const wrong = numeric && (text.trim() === "" || !Number.isFinite(value) ||

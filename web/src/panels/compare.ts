@@ -35,10 +35,10 @@ export function Compare() {
 function Surfaces({sessions}: {sessions: Session[]}) {
   const surface: Surface = view.surface === "difference" ? "error" : view.surface;
   const layer = view.shown_layer;
-  const maps = sessions.map(one => one.maps.get(surface, Math.min(layer, one.last_layer)));
+  const maps = sessions.map(one => one.maps.get(surface, one.stop_at(layer)));
   const key = `beside ${surface}`;
   const first = maps.find(Boolean);
-  if (first && maps.every((map, i) => map || sessions[i].maps.missing(surface, Math.min(layer, sessions[i].last_layer))) && !view.scales.has(key))
+  if (first && maps.every((map, i) => map || sessions[i].maps.missing(surface, sessions[i].stop_at(layer))) && !view.scales.has(key))
     view.scales.set(key, common_scale(maps.filter((map): map is SurfaceMap => !!map), is_diverging(surface)));
   const scale = view.scales.get(key) ?? (first ? fitted_scale(first, is_diverging(surface)) : {low: 0, high: 1, diverging: false});
   const [a, b] = sessions;
@@ -70,7 +70,7 @@ function common_scale(maps: SurfaceMap[], diverging: boolean): Scale {
 
 function tile_words(session: Session, map: SurfaceMap | null, surface: Surface, layer: number): string {
   if (layer > session.last_layer) return `has only ${session.last_layer} layers: its last is shown`;
-  if (!map) return session.maps.missing(surface, layer) ?? "loading…";
+  if (!map) return session.maps.missing(surface, session.stop_at(layer)) ?? "loading…";
   const {mean, rms} = moments(map);
   return surface === "error" ? `mean ${with_unit(mean, "um")}, RMS ${with_unit(rms, "um")}` : `mean ${number(mean)}`;
 }

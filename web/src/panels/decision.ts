@@ -56,7 +56,7 @@ function plan_words(session: Session, plan: SurfaceMap | null, counted: boolean,
   if (counted) return `${number(total, 6)} droplets for layer ${layer + 1}: a dot each, larger for several.`;
   const seen = plan.values.filter(Number.isFinite);
   const mean = seen.length ? seen.reduce((sum, value) => sum + value, 0) / seen.length : NaN;
-  return `The next interval is wanted at ${number(mean)} times the nominal flow in the mean; "next layer's plan" under Surface shows where.`;
+  return `Relative flow u of the next interval, mean ${number(mean)}; "next layer's plan" under Surface shows where.`;
 }
 
 function PlanCanvas({error, plan, grid, scale}:

@@ -7,6 +7,9 @@ import type {Session} from "../data/session";
 import {kWaveformKeys, waveform_of, type Waveform} from "../data/waveform";
 import {clock, duration, number, with_unit} from "../data/words";
 
+const kOpen = 4;       // details that are shown at once
+const kMostText = 140;
+
 export function Instruments({session}: {session: Session}) {
   use_observed(session);
   use_clock(1000, session.live);
@@ -35,13 +38,20 @@ function Card({one, now_s}: {one: Instrument; now_s: number | null}) {
       <dl>
         <div><dt>link</dt><dd>${one.link || "–"}</dd></div>
         <div><dt>faults</dt><dd class=${one.faults ? "bad" : ""}>${number(one.faults)}</dd></div>
-        ${details.map(([label, value, unit]) => html`
-          <div key=${label}><dt>${label.replace(/_(mm|um|us|s|v|hz|degC)$/, "").replace(/_/g, " ")}</dt><dd>${with_unit(value, unit)}</dd></div>`)}
+        ${details.slice(0, kOpen).map(one => html`<${Detail} key=${one[0]} one=${one} />`)}
       </dl>
+      ${details.length > kOpen && html`<details><summary>${details.length - kOpen} more</summary>
+        <dl>${details.slice(kOpen).map(one => html`<${Detail} key=${one[0]} one=${one} />`)}</dl></details>`}
       ${waveform && html`<${Pulse} t_us=${waveform.t_us} volts=${waveform.volts} />`}
-      ${one.last && html`<p class="exchange"><code>${one.last.text}</code>
+      ${one.last && html`<p class="exchange"><code title=${one.last.text}>${one.last.text.length > kMostText ? `${one.last.text.slice(0, kMostText)}…` : one.last.text}</code>
         <span class="soft"> ${age == null ? `at ${clock(one.last.t_s)}` : `${duration(age)} ago`}</span></p>`}
     </article>`;
+}
+
+function Detail({one}: {one: [string, unknown, string]}) {
+  const [label, value, unit] = one;
+  const text = typeof value === "string" ? value.replace(/^"(.*)"$/, "$1") : value;
+  return html`<div><dt>${label.replace(/_(mm|um|us|s|v|hz|degC|mm_s|mm_s2)$/, "").replace(/_/g, " ")}</dt><dd>${with_unit(text, unit)}</dd></div>`;
 }
 
 /** Drive voltage of the jet over time. */

@@ -36,6 +36,7 @@ export function Now({session}: {session: Session}) {
 }
 
 function words_of(name: string): string {
+  if (name === "words") return "Interval";
   const words = name.replace(/_(degC|um|mm|s)$/, "").replace(/_/g, " ");
   return words.charAt(0).toUpperCase() + words.slice(1);
 }
@@ -49,7 +50,8 @@ function Value({name, value, unit = "", trend = "", after = ""}:
 /** How the size of a number moved over the five layers before the cursor. */
 function trend(session: Session, what: "rms_um" | "mean_um"): string {
   const now = session.layer(view.shown_layer)?.[what];
-  const before = session.layer(view.shown_layer - 5)?.[what];
+  const at = session.layers.findIndex(layer => layer.n === view.shown_layer);
+  const before = session.layers[at - 5]?.[what];
   if (now == null || before == null) return "";
   const change = Math.abs(now) - Math.abs(before);
   if (Math.abs(change) < 0.03 * Math.max(Math.abs(before), 1e-9)) return "→ steady";

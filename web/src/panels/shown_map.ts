@@ -1,6 +1,6 @@
 // Which map the reader sees: the one under the cursor, or the last that came while the next is on its way.
 
-import {difference, fitted_scale, clipped_share, kDroplets, kFactor, type Scale, type SurfaceMap} from "../data/maps";
+import {difference, extent, fitted_scale, clipped_share, kDroplets, kFactor, type Scale, type SurfaceMap} from "../data/maps";
 import type {Grid} from "../data/protocol";
 import type {Session} from "../data/session";
 import type {Shown, View} from "../data/view";
@@ -26,7 +26,7 @@ export function unit_of(map: SurfaceMap | null): string {
 
 /** The layer that a difference is taken to: as chosen, else the cursor's layer of another run, else the one before. */
 export function other_layer(view: View): number {
-  return view.other_layer ?? (view.other_run ? view.shown_layer : Math.max(0, view.shown_layer - 1));
+  return view.other_layer ?? (view.other_run ? view.shown_layer : view.session?.stop_at(view.shown_layer - 1) ?? 0);
 }
 
 let last_difference: {a: SurfaceMap; b: SurfaceMap; map: SurfaceMap} | null = null;
@@ -38,7 +38,8 @@ export function shown_map(view: View, session: Session): ShownMap {
   const surface = view.surface === "difference" ? "measured" : view.surface;
   const a = (newest ? session.maps.newest(surface) : null) ?? session.maps.get(surface, view.shown_layer);
   let missing = session.maps.missing(surface, view.shown_layer);
-  if (view.surface !== "difference" || !a) return {map: a, grid, unit: unit_of(a), diverging, missing: a ? null : missing};
+  if (view.surface !== "difference" || !a)
+    return {map: a, grid, unit: unit_of(a), diverging: diverging || !!(a && a.flags & kFactor && extent(a)[0] < 0), missing: a ? null : missing};
 
   const other = view.other_run ?? session;
   const b = other.maps.get("measured", other_layer(view));

@@ -15,8 +15,8 @@ export function use_time_keys(): void {
     const key = (event: KeyboardEvent) => {
       if (event.ctrlKey || event.altKey || event.metaKey || event.shiftKey) return;
       if ((event.target as Element).closest?.(kOwnKeys)) return;
-      if (event.key === "ArrowLeft") view.move_to(view.shown_layer - 1);
-      else if (event.key === "ArrowRight") view.move_to(view.shown_layer + 1);
+      if (event.key === "ArrowLeft") view.step(-1);
+      else if (event.key === "ArrowRight") view.step(1);
       else return;
       event.preventDefault();
     };
@@ -27,6 +27,7 @@ export function use_time_keys(): void {
 
 export function Timeline({session}: {session: Session | null}) {
   use_observed(view, session);
+  const stops = view.stops;
   const last = view.last_layer;
   const shown = view.shown_layer;
   const live = view.layer == null && !!session?.live;
@@ -34,10 +35,10 @@ export function Timeline({session}: {session: Session | null}) {
   const words = shown === 0 ? "bare substrate" : `layer ${shown} of ${last}`;
   return html`
     <section class="timeline" aria-label="Time">
-      <button type="button" aria-label="One layer back" disabled=${shown <= 0} onClick=${() => view.move_to(shown - 1)}>◀</button>
-      <input type="range" min="0" max=${last} step="1" value=${shown} aria-label="Layer" aria-valuetext=${words}
-        onInput=${(e: Event) => view.move_to(Number((e.target as HTMLInputElement).value))} />
-      <button type="button" aria-label="One layer on" disabled=${live || (shown >= last && !session?.live)} onClick=${() => view.move_to(shown + 1)}>▶</button>
+      <button type="button" aria-label="One layer back" disabled=${shown <= 0} onClick=${() => view.step(-1)}>◀</button>
+      <input type="range" min="0" max=${stops.length - 1} step="1" value=${stops.indexOf(shown)} aria-label="Layer" aria-valuetext=${words}
+        onInput=${(e: Event) => view.move_to(stops[Number((e.target as HTMLInputElement).value)])} />
+      <button type="button" aria-label="One layer on" disabled=${live || (shown >= last && !session?.live)} onClick=${() => view.step(1)}>▶</button>
       <output>${words}${at ? html`<span class="soft"> at ${clock(at.t_s)}</span>` : ""}</output>
       ${session?.live && html`<button type="button" class=${live ? "on" : ""} aria-pressed=${live ? "true" : "false"}
         onClick=${() => view.move_to(null)}>● Live</button>`}
