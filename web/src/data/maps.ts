@@ -140,6 +140,7 @@ export interface Scale {
   low: number;
   high: number;
   diverging: boolean;
+  by_hand?: boolean;  // the reader set it
 }
 
 /** A scale that holds the map: symmetric about 0 for errors and differences, else from its smallest to its largest value.

@@ -5,7 +5,8 @@ import type {Grid} from "../data/protocol";
 import type {Session} from "../data/session";
 import type {Shown, View} from "../data/view";
 
-const kMostClipped = 0.02;
+const kMostClipped = 0.02;  // share of cells
+const kMostWide = 8;         // times the fitted scale
 
 export interface ShownMap {
   map: SurfaceMap | null;
@@ -50,13 +51,15 @@ export function shown_map(view: View, session: Session): ShownMap {
   return {map: last_difference.map, grid, unit: "um", diverging, missing: null};
 }
 
-/** The held scale. The first map sets it; after that it changes by the reader's hand, and grows while a live print grows. */
-export function held_scale(view: View, shown: ShownMap, growing: boolean): Scale {
+/** The held scale. The first map sets it; after that it changes by the reader's hand, or while the cursor follows a live
+ *  print that has grown out of it or become far smaller. */
+export function held_scale(view: View, shown: ShownMap, following: boolean): Scale {
   const held = view.scales.get(view.surface);
   if (!shown.map) return held ?? {low: 0, high: 1, diverging: shown.diverging};
-  if (held && !(growing && clipped_share(shown.map, held) > kMostClipped)) return held;
+  if (held && (held.by_hand || !following)) return held;
   const fitted = fitted_scale(shown.map, shown.diverging);
-  const scale = held ? {...fitted, low: Math.min(held.low, fitted.low), high: Math.max(held.high, fitted.high)} : fitted;
+  const fits = held && clipped_share(shown.map, held) <= kMostClipped && held.high - held.low < kMostWide * (fitted.high - fitted.low);
+  const scale = fits ? held : fitted;
   view.scales.set(view.surface, scale);
   return scale;
 }

@@ -81,9 +81,9 @@ function Other({session}: {session: Session}) {
 }
 
 function ColourBar({shown, scale}: {shown: ShownMap; scale: Scale}) {
-  const set = (changes: Partial<Scale>) => {
+  const set = (changes: Partial<Scale>, by_hand = true) => {
     const next = {...scale, ...changes};
-    if (Number.isFinite(next.low) && Number.isFinite(next.high) && next.low < next.high) view.scales.set(view.surface, next);
+    if (Number.isFinite(next.low) && Number.isFinite(next.high) && next.low < next.high) view.scales.set(view.surface, {...next, by_hand});
     view.changed();
   };
   const value = (e: Event) => Number((e.target as HTMLInputElement).value || NaN);
@@ -101,7 +101,7 @@ function ColourBar({shown, scale}: {shown: ShownMap; scale: Scale}) {
           set(scale.diverging ? {low: -high, high} : {high});
         }} /></label>
       <span>${unit}</span>
-      <button type="button" disabled=${!shown.map} onClick=${() => set(fitted_scale(shown.map!, scale.diverging))}>Fit</button>
+      <button type="button" disabled=${!shown.map} onClick=${() => set(fitted_scale(shown.map!, scale.diverging), false)}>Fit</button>
       <span class="soft">${clipped > 0.0005 ? `${number(100 * clipped, 2)} % of the cells lie outside` : "scale is held"}</span>
     </div>`;
 }
