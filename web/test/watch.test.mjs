@@ -110,7 +110,7 @@ test("paused, resumed, a setting changed, a doubt accepted: by keyboard alone, a
     await (await button(page, words)).focus();
     await page.keyboard.press("Enter");
   };
-  await press("Pause after this layer");
+  await press("Pause");
   await see(page, "Paused after layer 7");
   await see(page, "Pause: waits after this layer");
   await press("Continue");
@@ -192,7 +192,7 @@ test("Ctrl-Shift-Space stops at once, from anywhere; so does a hold of the space
 
 test("words older than 1 s are grey and lock the commands, but never the safe stop; a lost connection is said and mended", () => with_page(async (page, server) => {
   await see(page, "Printing layer 8");
-  await button(page, "Pause after this layer");
+  await button(page, "Pause");
   server.silent = true;
   await see(page, "commands are locked, the safe stop is not");
   const disabled = () => page.$$eval(".commands > .row button", list => list.map(b => b.disabled));
@@ -213,7 +213,7 @@ test("words older than 1 s are grey and lock the commands, but never the safe st
 test("watching needs no token; a command asks for it once, and again when it was wrong", () => with_page(async (page, server) => {
   await see(page, "Printing layer 8");
   const give = async token => {
-    await (await button(page, "Pause after this layer")).click();
+    await (await button(page, "Pause")).click();
     await page.waitForSelector("dialog[open]");
     assert.deepEqual(await axe(page), []);
     await page.keyboard.type(token);
@@ -226,7 +226,7 @@ test("watching needs no token; a command asks for it once, and again when it was
   await (await button(page, "Continue")).click();
   await see(page, "Continue: goes on");
   await page.reload();
-  await (await button(page, "Pause after this layer")).click();
+  await (await button(page, "Pause")).click();
   await see(page, "Paused after layer 7");
   assert.equal(server.received.filter(one => one.token === "right-token").length, 3);
 }, {hash: ""}));

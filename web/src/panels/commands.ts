@@ -33,7 +33,7 @@ export function Commands({session}: {session: Session}) {
     const answer = await session.command(command, more);
     set_busy(null);
     const failure = command === "safe_stop" ? " If the machine still moves, press its own emergency stop." : "";
-    set_said(answer.ok ? {good: true, words: `${kNames[command]}: ${answer.words || "obeyed"}`}
+    set_said(answer.ok ? {good: true, words: `${kNames[command]}: ${answer.words?.replace(/^[a-z_ -]+: /, "") || "obeyed"}`}
                        : {good: false, words: `${kNames[command]}: ${answer.error ?? "refused"}.${failure}`});
   };
   const stop = () => void give("safe_stop");
@@ -57,7 +57,7 @@ export function Commands({session}: {session: Session}) {
   return html`
     <section class="commands" aria-label="Commands">
       <div class="row">
-        <button type="button" disabled=${!can("pause") || paused || ending} onClick=${() => give("pause")}>Pause after this layer</button>
+        <button type="button" disabled=${!can("pause") || paused || ending} title="waits where nothing is armed or wet" onClick=${() => give("pause")}>Pause</button>
         <button type="button" disabled=${!can("continue") || !paused} onClick=${() => give("continue")}>Continue</button>
         <button type="button" disabled=${!can("stop_after_layer") || ending} onClick=${() => give("stop_after_layer")}>
           Stop after this layer</button>
