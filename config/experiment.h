@@ -83,6 +83,7 @@ struct ProcessConfig {  ///< how a layer is printed
   double park_y_mm = -5.0;
   double nozzle_gap_mm = 1.0;
   double nozzle_clearance_mm = 0.2;  ///< interlock I6
+  std::string park_again = "on";     ///< interlock I9; "off": as before this key
   double exposure_s = 0.5;
   int iris_percent = 80;
   int sub_patterns = 1;  ///< interlaced patterns of a layer, each cured before the next [Lu 2015, V-D.2]

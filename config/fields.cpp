@@ -155,6 +155,8 @@ Table lab_fields(Experiment& e) {
       {"process.nozzle_clearance_mm", &p.nozzle_clearance_mm, "mm", within(0, 100),
        "least height of the nozzle above the newest map, where a cell without a height counts as high; a map "
        "that reaches nearer is measured again, then stops the print (I6); 0 = not checked"},
+      {"process.park_again", &p.park_again, "", one_of({"on", "off"}),
+       "on: the stage parks again before an exposure that a stop cut off (I9)"},
       {"process.exposure_s", &p.exposure_s, "s", within(0, 3600), "UV exposure per layer"},
       {"process.iris_percent", &p.iris_percent, "%", within(1, 100), "opening of the lamp's iris"},
       {"process.sub_patterns", &p.sub_patterns, "", within(1, 4),

@@ -310,6 +310,7 @@ Experiment before_its_keys() {
   Experiment e;
   e.process.max_lost_rows_share = 1.0;
   e.process.nozzle_clearance_mm = 0.0;
+  e.process.park_again = "off";
   e.control.stall_layers = 0;
   e.laser_profiler.bias_limit_mm = e.laser_profiler.offset_limit_mm = 0.0;
   e.stage.homing = drivers::Homing::kCommand;

@@ -63,8 +63,9 @@ void DropletLoop::after_resume(Time now, Outbox& out) {
       return scan_again(now, out);
     case Phase::kPass:
       return proceed(Phase::kDisarmJet, now, out);  // with act_answer_, whatever it says
-    case Phase::kCure:                              // the stage has homed since, or was moved by hand (I9)
-      return proceed(Phase::kPark, now, out);
+    // The stage has homed since, or was moved by hand (I9).
+    case Phase::kCure:
+      return proceed(experiment().process.park_again == "on" ? Phase::kPark : Phase::kCure, now, out);
     default:
       return proceed(interrupted_, now, out);
   }

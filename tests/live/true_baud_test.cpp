@@ -151,7 +151,9 @@ Experiment experiment_of(const std::string& kind) {
 
 TEST_CASE("a print over lines at true baud is the print over sockets: answers, map, audit, replay") {
   if (skipped()) return;
-  for (const std::string& kind : long_cases(std::vector<std::string>{"lu2015", "droplets", "ice"}, 1)) {
+  std::vector<std::string> kinds = long_cases(std::vector<std::string>{"lu2015", "droplets", "ice"}, 1);
+  if (kinds.empty()) kinds = {"lu2015"};  // in the other tenths
+  for (const std::string& kind : kinds) {
     CAPTURE(kind);
     const bool ice = kind == "ice";
     const std::vector<Instrument>& instruments = ice ? kIce : kInkjet;
