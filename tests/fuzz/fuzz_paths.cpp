@@ -1,4 +1,4 @@
-// Any bytes as a path file: the first byte chooses CSV, JSON, G-code or SVG.
+// Any bytes as a path file: the first byte chooses CSV, JSON, G-code, SVG or DXF.
 #include <cmath>
 #include <sstream>
 

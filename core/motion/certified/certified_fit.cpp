@@ -13,9 +13,9 @@ constexpr double kLeastRadius_mm = 0.003, kRadiusRatio = 3.0;  ///< of the start
 constexpr double kMostRadiusShare = 0.7;                       ///< of the tolerance
 constexpr int kShrinks = 10;  ///< tries to bring a start inside the tolerance
 constexpr double kAim = 0.98, kLeastShrink = 0.1;
-constexpr int kFastRounds = 16, kSlowRounds = 40, kLastRounds = 8;  ///< of descent
+constexpr int kFastRounds = 32, kSlowRounds = 40, kLastRounds = 8;  ///< of descent
 constexpr int kMostFailures = 4;                                    ///< one after another
-constexpr double kFastGain = 3e-4, kSlowGain = 5e-5;                ///< of a round that is worth another
+constexpr double kFastGain = 1e-4, kSlowGain = 5e-5;                ///< of a round that is worth another
 constexpr double kFirstWeight = 2.0, kHeavier = 2.0, kLighter = 0.8;
 
 /// Largest deviation of the curve from the polygon. Without a tolerance the points bind before that.

@@ -85,15 +85,20 @@ class Walk {
   std::size_t cell_ = 0;
 };
 
+void halve(Point2 a, Point2 b, Point2 c, Point2 d, double hull, int divisions, double& worst);
+
 /// Raises `worst` (squared) to a bound of the cubic with these Bezier points. The ends are places of it.
-///
-/// Sharper than their hull: the parabola through both ends and the middle m, whose two halves have the Bezier
-/// points a, m + (a - d) / 4, m, m - (a - d) / 4, d, is off by at most |third difference| / (12 sqrt 3).
-void raise(Point2 a, Point2 b, Point2 c, Point2 d, int divisions, double& worst) {
-  constexpr double kOff = 0.048113;
+inline void raise(Point2 a, Point2 b, Point2 c, Point2 d, int divisions, double& worst) {
   const double ends = std::max(square(a), square(d)), hull = std::max(square(b), square(c));
   worst = std::max(worst, ends);
-  if (hull <= worst) return;
+  if (hull > worst) halve(a, b, c, d, hull, divisions, worst);
+}
+
+/// Sharper than their hull (squared): the parabola through both ends and the middle m, whose two halves have
+/// the Bezier points a, m + (a - d) / 4, m, m - (a - d) / 4, d, is off by at most |third difference| / (12
+/// sqrt 3).
+void halve(Point2 a, Point2 b, Point2 c, Point2 d, double hull, int divisions, double& worst) {
+  constexpr double kOff = 0.048113;
   const Point2 ab = middle(a, b), bc = middle(b, c), cd = middle(c, d), abc = middle(ab, bc),
                bcd = middle(bc, cd), m = middle(abc, bcd);
   worst = std::max(worst, square(m));
