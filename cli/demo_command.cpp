@@ -137,7 +137,8 @@ int run_demo(const DemoOptions& options) {
   show(all);
   fmt::print("replayed {} nodes, {} steps, {} messages: {}\n", nodes, replay::grouped(steps),
              replay::grouped(messages), status == kOk ? "identical" : "they DIFFER (see above)");
-  fmt::print("report: {}\n{:.1f} s in all\n", report.output, wall_s);
+  fmt::print("report: {}\n{:.1f} s in all\nin a browser: ./firn view {}\n", report.output, wall_s,
+             options.runs);
   return status;
 }
 

@@ -64,7 +64,7 @@ void RecordTail::read_new(std::size_t number, std::vector<Found>& found) {
       }
       if (WalKind(record->kind) != WalKind::kOutputs) continue;
       decode_output_list(decode_outputs(record->payload).body, outputs);
-    } catch (const std::runtime_error&) {  // replay and `firn log verify` name what cannot be read
+    } catch (const std::runtime_error&) {  // replay and `firn log verify` name the place
       continue;
     }
     for (const Output& o : outputs) {

@@ -22,7 +22,7 @@ class RunSet {
   /// Returns the folder of a run; nothing: there is no such run.
   std::optional<std::filesystem::path> find(const std::string& id) const;
   /// Returns the run, which is read once and kept while somebody has it. Empty: there is no such run.
-  /// @throws std::runtime_error naming what cannot be read
+  /// @throws std::runtime_error naming the file that cannot be read
   std::shared_ptr<WatchedRun> open(const std::string& id, double now_s);
   /// Returns the runs that somebody has.
   std::vector<std::shared_ptr<WatchedRun>> opened();

@@ -1,4 +1,4 @@
-// What RunView takes from measurements, instruments, estimators and the end of a print.
+// RunView's reading of measurements, instruments, estimators and the end of a print.
 #include <algorithm>
 #include <cmath>
 #include <utility>

@@ -17,7 +17,7 @@ namespace firn::page {
 
 class WatchedRun {
  public:
-  /// Reads what there is so far. @throws UsageError, std::invalid_argument: no run folder, or an unreadable
+  /// Reads the messages so far. @throws UsageError, std::invalid_argument: no run folder, or an unreadable
   /// one
   WatchedRun(std::filesystem::path folder, double now_s);
   WatchedRun(const WatchedRun&) = delete;
@@ -28,7 +28,7 @@ class WatchedRun {
     bool map = false;                 ///< there is a map of another layer
     bool rows = false;                ///< rows of the layer that is measured now
   };
-  /// Reads what is new. @param now_s of a steady clock
+  /// Reads new messages. @param now_s of a steady clock
   News poll(double now_s);
 
   /// Returns the JSON of "hello" and of "state".
