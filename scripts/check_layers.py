@@ -14,7 +14,7 @@ from firn_tree import code, finish, read, sources
 
 # Rooms from the bottom up. A room may include itself and the rooms that its row names; "core" stands for all of core/.
 CORE = ("core/options", "core/grid", "core/path", "core/geometry", "core/slice", "core/motion", "core/deposition", "core/control",
-        "core/statistics", "core/planning")
+        "core/statistics", "core/planning", "core/vision")
 LEAVES = ("core/options", "core/grid", "core/path")
 BELOW_PROCS = CORE + ("lcmtypes", "files", "config", "estimators", "drivers", "runtime", "plant", "python/host")
 
@@ -27,6 +27,7 @@ ALLOWED = {
     "core/motion": LEAVES,
     "core/deposition": LEAVES,
     "core/statistics": LEAVES,
+    "core/vision": LEAVES + ("core/statistics",),
     "core/control": LEAVES + ("core/deposition", "core/motion"),
     "core/planning": LEAVES + ("core/geometry", "core/slice", "core/motion", "core/deposition", "core/control"),
     "lcmtypes": LEAVES,

@@ -1,0 +1,277 @@
+#include "core/vision/droplets.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace firn::vision {
+namespace {
+
+constexpr double kConnect = 0.28;      // opacity that joins pixels to one object
+constexpr int kCells = 60'000;         // lattice of a silhouette
+constexpr double kPale = 0.65;         // opacity of a droplet over that of the darkest one, at least
+constexpr double kSharp_px = 0.8;      // edge spread below which sharpness says nothing
+constexpr std::size_t kObjects = 300;  // largest ones that are looked at
+
+struct Candidate {
+  Droplet droplet;
+  Outline outline;
+  std::size_t component = 0;
+  bool hangs = false;  // on the nozzle without a ligament: a meniscus
+};
+
+// The opacity that a tenth of the component's pixels exceed.
+double rim_opacity(const Scene& scene, const Component& c) {
+  std::vector<float> v;
+  const long step = std::max(1L, c.area / 4000);
+  long n = 0;
+  for (const Run& r : c.runs)
+    for (int x = r.x0; x <= r.x1; ++x)
+      if (n++ % step == 0) v.push_back(float(scene.opacity(x, r.y)));
+  const auto at = v.begin() + std::ptrdiff_t(v.size() * 9 / 10);
+  std::nth_element(v.begin(), at, v.end());
+  return double(*at);
+}
+
+// 1 - exp(-x) by its series: the peak of a blurred disc over its plateau.
+double saturation(double x) { return 1.0 - 1.0 / (1 + x * (1 + x / 2 * (1 + x / 3 * (1 + x / 4)))); }
+
+Droplet droplet_of(const Outline& o, bool joined) {
+  Droplet d;
+  d.x = o.x;
+  d.y = o.y;
+  d.x_std = o.x_std;
+  d.y_std = o.y_std;
+  d.diameter_px = o.diameter_px;
+  d.diameter_std_px = o.diameter_std_px;
+  d.opacity = o.opacity;
+  d.joined = joined;
+  return d;
+}
+
+class Picture {
+ public:
+  Picture(const Scene& scene, const DropletOptions& options) : scene_(scene), options_(options) {}
+
+  void look(DropletPicture& p) {
+    const double level = std::max(kConnect, 5 * scene_.noise());
+    if (level > 0.6) return;
+    components_ = find_components(scene_, level);
+    std::vector<std::size_t> order;
+    for (std::size_t i = 0; i < components_.size(); ++i)
+      if (components_[i].area >= 3) order.push_back(i);
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return components_[a].area > components_[b].area; });
+    if (order.size() > kObjects) order.resize(kObjects);
+    find_nozzle(order, p);
+    for (const std::size_t i : order) look_at(i, p);
+    choose(p);
+  }
+
+ private:
+  void find_nozzle(const std::vector<std::size_t>& order, DropletPicture& p) {
+    for (const std::size_t i : order) {
+      if (!components_[i].at_edge || components_[i].area < 64) continue;
+      p.nozzle = measure_nozzle(scene_, components_[i]);
+      if (p.nozzle.found) break;
+    }
+  }
+
+  void look_at(std::size_t number, DropletPicture& p) {
+    const Component& c = components_[number];
+    const double rim = rim_opacity(scene_, c);
+    const Silhouette s = make_silhouette(scene_, c, std::min(0.5, 0.5 * std::max(rim, 0.2)), kCells);
+    const std::vector<Bulge> bulges = find_bulges(s);
+    bool edge = false;
+    for (const Bulge& b : bulges) edge |= b.at_edge;
+    const bool joined = c.at_edge;
+    if (edge && bulges.size() == 1) ++p.cut_off;
+    for (const Bulge& b : bulges) {
+      if (b.at_edge) continue;
+      // A fifth of a spot's pixels reach half of its peak; whatever spreads farther has no edge.
+      if (b.radius_px < 3.5 || b.elongation > 3.0) {
+        if (!joined && bulges.size() == 1) spots_.push_back(number);
+        continue;
+      }
+      const Outline o = measure_outline(scene_, s, b);
+      if (!o.found || o.opacity < options_.least_opacity || o.covered < 0.45) continue;
+      if (o.roughness_px > 0.08 * o.diameter_px + 0.3 || o.blur_px > 0.35 * o.diameter_px) continue;
+      Candidate found{droplet_of(o, joined), o, number, false};
+      const double reach = b.reach_px - 0.5 * o.diameter_px;
+      if (reach > 0.35 * o.diameter_px) found.droplet.tail_px = reach;
+      found.hangs = joined && bulges.size() <= 2 && p.nozzle.found && close_to_nozzle(o, p.nozzle);
+      heads_.push_back(found);
+    }
+  }
+
+  static bool close_to_nozzle(const Outline& o, const Nozzle& n) {
+    const double along = (o.x - n.edge.x) * n.flight.x + (o.y - n.edge.y) * n.flight.y;
+    return along < 0.75 * o.diameter_px;
+  }
+
+  void choose(DropletPicture& p) {
+    double darkest = 0.0, sharpest = 1e9;
+    for (const Candidate& c : heads_) {
+      darkest = std::max(darkest, std::min(1.0, c.outline.opacity));
+      sharpest = std::min(sharpest, std::max(kSharp_px, c.outline.blur_px));
+    }
+    // Liquid refracts the light away at its rim, so droplets are about as dark as each other; dirt is paler
+    // or lies out of focus.
+    const auto rank = [&](const Candidate& c) {
+      const double dark = std::min(1.0, c.outline.opacity / (kPale * darkest));
+      const double sharp = std::min(1.0, 1.8 * sharpest / std::max(kSharp_px, c.outline.blur_px));
+      return c.outline.diameter_px *
+             (c.hangs            ? 0.5
+              : c.droplet.joined ? 0.8
+                                 : 1.0) *
+             dark * dark * dark * sharp * sharp;
+    };
+    const Candidate* main = nullptr;
+    for (const Candidate& c : heads_)
+      if (c.outline.diameter_px >= options_.least_main_px && (!main || rank(c) > rank(*main))) main = &c;
+    double blur = 1.2, opaque = 1.0;
+    if (main) {
+      blur = main->outline.blur_px;
+      opaque = main->outline.opacity;
+    }
+    std::vector<Candidate> spots = measure_spots(opaque, blur);
+    const Candidate* largest_spot = nullptr;
+    if (!main)
+      for (const Candidate& c : spots)
+        if (c.outline.diameter_px >= options_.least_main_px &&
+            (!largest_spot || rank(c) > rank(*largest_spot)))
+          main = largest_spot = &c;
+    if (!main) return;
+    p.state = main->droplet.joined ? PictureState::kNotBrokenOff : PictureState::kDrop;
+    p.main = main->droplet;
+    p.main.axis_ratio = axis_ratio(main->outline, flight(p));
+    p.blur_px = main->outline.blur_px;
+    if (main->droplet.joined && p.nozzle.found) {
+      const double along =
+          (p.main.x - p.nozzle.edge.x) * p.nozzle.flight.x + (p.main.y - p.nozzle.edge.y) * p.nozzle.flight.y;
+      p.main.tail_px = std::max(0.0, along - 0.5 * p.main.diameter_px);
+    }
+    const std::vector<Candidate>* const lists[] = {&heads_, &spots};
+    for (const std::vector<Candidate>* list : lists)
+      for (const Candidate& c : *list) {
+        if (&c == main || c.hangs || (list == &heads_ && c.outline.opacity < kPale * p.main.opacity))
+          continue;
+        // Beads of the ligament that still joins the main droplet are no satellites yet.
+        if (c.droplet.joined && c.outline.diameter_px < kSatelliteShare * p.main.diameter_px) continue;
+        Droplet d = c.droplet;
+        d.axis_ratio = axis_ratio(c.outline, flight(p));
+        (d.diameter_px < kSatelliteShare * p.main.diameter_px ? p.satellites : p.drops).push_back(d);
+      }
+    const auto larger = [](const Droplet& a, const Droplet& b) { return a.diameter_px > b.diameter_px; };
+    std::stable_sort(p.drops.begin(), p.drops.end(), larger);
+    std::stable_sort(p.satellites.begin(), p.satellites.end(), larger);
+  }
+
+  std::vector<Candidate> measure_spots(double opaque, double blur) const {
+    std::vector<Candidate> spots;
+    for (const std::size_t number : spots_) {
+      const Outline o = integrate_spot(scene_, components_[number], opaque);
+      if (!o.found || o.diameter_px < options_.least_satellite_px) continue;
+      // As dark as a sharp disc of this size would be; dirt and what is out of focus is paler.
+      const double radius = 0.5 * o.diameter_px,
+                   sharp = saturation(radius * radius / (2 * (blur * blur + 0.1)));
+      if (o.opacity < std::max(0.6 * opaque * sharp, 5 * scene_.noise())) continue;
+      const double longest = std::max(o.xx, o.yy), shortest = std::min(o.xx, o.yy);
+      if (longest > 9 * (shortest + 0.3)) continue;  // a fibre
+      spots.push_back({droplet_of(o, false), o, number, false});
+    }
+    return spots;
+  }
+
+  static Point flight(const DropletPicture& p) { return p.nozzle.found ? p.nozzle.flight : Point{0.0, 1.0}; }
+
+  const Scene& scene_;
+  const DropletOptions& options_;
+  std::vector<Component> components_;
+  std::vector<Candidate> heads_;
+  std::vector<std::size_t> spots_;
+};
+
+// Is there a shadow in the background where droplets are that move from picture to picture?
+bool leaves_shadow(std::span<const Frame* const> frames, const Background& b, const DropletOptions& options) {
+  std::vector<Droplet> mains;
+  const std::size_t step = (frames.size() + 5) / 6;
+  for (std::size_t k = 0; k < frames.size(); k += step) {
+    const DropletPicture p = find_droplets(*frames[k], nullptr, options);
+    if (p.state == PictureState::kDrop) mains.push_back(p.main);
+  }
+  Frame inverted;
+  const Light light = measure_light(b.frame, Polarity::kDark, inverted);
+  if (light.empty) return false;
+  const Scene scene(b.frame, light, nullptr);
+  int shadows = 0;
+  for (const Droplet& d : mains) {
+    int alike = 0;
+    for (const Droplet& e : mains) alike += std::abs(d.x - e.x) < 2 && std::abs(d.y - e.y) < 2;
+    if (2 * alike > int(mains.size())) continue;  // dirt that stays where it is
+    const double r = 0.4 * d.diameter_px;
+    double sum = 0.0;
+    int n = 0;
+    for (int y = std::max(0, int(d.y - r)); y <= std::min(b.frame.height - 1, int(d.y + r)); ++y)
+      for (int x = std::max(0, int(d.x - r)); x <= std::min(b.frame.width - 1, int(d.x + r)); ++x)
+        if ((x - d.x) * (x - d.x) + (y - d.y) * (y - d.y) <= r * r) {
+          sum += scene.opacity(x, y);
+          ++n;
+        }
+    shadows += n > 0 && sum > 0.12 * n;
+  }
+  return 4 * shadows > int(mains.size());
+}
+
+}  // namespace
+
+DropletPicture find_droplets(const Frame& picture, const Background* background,
+                             const DropletOptions& options) {
+  DropletPicture p;
+  const Polarity polarity = !background            ? options.polarity
+                            : background->inverted ? Polarity::kBright
+                                                   : Polarity::kDark;
+  Frame inverted;
+  const Light light = measure_light(picture, polarity, inverted);
+  const Frame& frame = light.inverted ? inverted : picture;
+  p.bright = light.inverted;
+  if (light.empty) return p;
+  p.used_background = background != nullptr;
+  const Scene scene(frame, light, background);
+  p.noise = scene.noise();
+  Picture(scene, options).look(p);
+  return p;
+}
+
+Background known_background(const Frame& frame, Polarity objects) {
+  Background b{frame, std::vector<std::uint8_t>(frame.pixels.size()), false};
+  Frame inverted;
+  const Light light = measure_light(frame, objects, inverted);
+  b.inverted = light.inverted;
+  if (b.inverted) b.frame = std::move(inverted);
+  if (light.empty) return b;
+  const Scene scene(b.frame, light, nullptr);
+  for (const Component& c : find_components(scene, kConnect)) {
+    if (!c.at_edge) continue;
+    for (const Run& r : c.runs)
+      std::fill_n(b.nozzle.begin() + std::ptrdiff_t(b.frame.index(r.x0, r.y)), r.x1 - r.x0 + 1,
+                  std::uint8_t(1));
+  }
+  return b;
+}
+
+std::optional<Background> find_background(std::span<const Frame* const> frames, bool moves,
+                                          const DropletOptions& options) {
+  const Frame middle = median_picture(frames);
+  if (middle.pixels.empty()) return std::nullopt;
+  if (!moves && find_droplets(middle, nullptr, options).state != PictureState::kNoDrop) return std::nullopt;
+  // The side of the ground on which objects lie is decided by a picture with a droplet, not by the
+  // background.
+  Frame inverted;
+  const bool bright = measure_light(*frames.front(), options.polarity, inverted).inverted;
+  Background b = known_background(middle, bright ? Polarity::kBright : Polarity::kDark);
+  if (leaves_shadow(frames, b, options)) return std::nullopt;
+  return b;
+}
+
+}  // namespace firn::vision

@@ -1,0 +1,314 @@
+#include "core/vision/light.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+
+#include "core/statistics/median.h"
+#include "core/vision/least_squares.h"
+
+namespace firn::vision {
+namespace {
+
+constexpr int kTiles = 32;            // tiles along the longer side
+constexpr double kSlight = 0.15;      // share of the depth that counts as uneven light
+constexpr double kLeastDepth = 0.06;  // an object's depth as a share of the white level
+
+struct Blocks {
+  int columns = 0, rows = 0;
+  std::vector<float> mean;
+  std::vector<std::uint16_t> least, greatest;
+};
+
+// Apart, so that it becomes vector instructions.
+void add_row(const std::uint16_t* __restrict row, int n, std::uint32_t* __restrict sum,
+             std::uint16_t* __restrict low, std::uint16_t* __restrict high) {
+  for (int x = 0; x < n; ++x) {
+    sum[x] += row[x];
+    low[x] = std::min(low[x], row[x]);
+    high[x] = std::max(high[x], row[x]);
+  }
+}
+
+Blocks measure_blocks(const Frame& f) {
+  Blocks b;
+  b.columns = (f.width + kBlock - 1) / kBlock;
+  b.rows = (f.height + kBlock - 1) / kBlock;
+  const std::size_t n = std::size_t(b.columns) * std::size_t(b.rows);
+  b.mean.resize(n);
+  b.least.resize(n);
+  b.greatest.resize(n);
+  const std::size_t w = std::size_t(b.columns) * kBlock;
+  std::vector<std::uint32_t> sum(w);
+  std::vector<std::uint16_t> low(w), high(w);
+  for (int by = 0; by < b.rows; ++by) {
+    std::fill(sum.begin(), sum.end(), 0u);
+    std::fill(low.begin(), low.end(), std::uint16_t(65535));
+    std::fill(high.begin(), high.end(), std::uint16_t(0));
+    const int height = std::min(kBlock, f.height - by * kBlock);
+    for (int dy = 0; dy < height; ++dy)
+      add_row(&f.pixels[f.index(0, by * kBlock + dy)], f.width, sum.data(), low.data(), high.data());
+    for (int bx = 0; bx < b.columns; ++bx) {
+      const int width = std::min(kBlock, f.width - bx * kBlock);
+      std::uint32_t s = 0;
+      std::uint16_t lo = 65535, hi = 0;
+      for (int dx = 0; dx < width; ++dx) {
+        const std::size_t x = std::size_t(bx) * kBlock + std::size_t(dx);
+        s += sum[x];
+        lo = std::min(lo, low[x]);
+        hi = std::max(hi, high[x]);
+      }
+      const std::size_t i = std::size_t(by) * std::size_t(b.columns) + std::size_t(bx);
+      b.mean[i] = float(double(s) / double(width * height));
+      b.least[i] = lo;
+      b.greatest[i] = hi;
+    }
+  }
+  return b;
+}
+
+// Median of |difference| of neighbours two pixels apart, over a sample of rows. An interpolated or compressed
+// picture has noise that is alike in neighbours.
+double measure_noise(const Frame& f) {
+  std::vector<int> d;
+  const int step = std::max(1, f.height / 48);
+  for (int y = step / 2; y < f.height; y += step)
+    for (int x = 0; x + 2 < f.width; x += 5) d.push_back(std::abs(int(f.at(x, y)) - int(f.at(x + 2, y))));
+  // Whole grey levels: the median of a rounded value is interpolated inside its level.
+  std::sort(d.begin(), d.end());
+  const int middle = d[d.size() / 2];
+  const auto [from, to] = std::equal_range(d.begin(), d.end(), middle);
+  const double share = (0.5 * double(d.size()) - double(from - d.begin())) / double(to - from);
+  const double width = middle == 0 ? 0.5 : 1.0, begin = middle == 0 ? 0.0 : middle - 0.5;
+  return statistics::kMadToStd * (begin + width * share) / std::sqrt(2.0);
+}
+
+struct Tile {
+  double x, y, level;
+};
+
+std::vector<Tile> measure_tiles(const Blocks& b, int& columns, int& rows) {
+  const int side = std::max(1, std::max(b.columns, b.rows) / kTiles);
+  columns = (b.columns + side - 1) / side;
+  rows = (b.rows + side - 1) / side;
+  std::vector<Tile> tiles;
+  std::vector<float> values;
+  for (int ty = 0; ty < rows; ++ty)
+    for (int tx = 0; tx < columns; ++tx) {
+      const int x0 = tx * side, x1 = std::min(b.columns, x0 + side), y0 = ty * side,
+                y1 = std::min(b.rows, y0 + side);
+      values.clear();
+      for (int y = y0; y < y1; ++y)
+        for (int x = x0; x < x1; ++x)
+          values.push_back(b.mean[std::size_t(y) * std::size_t(b.columns) + std::size_t(x)]);
+      tiles.push_back({0.5 * (x0 + x1 - 1), 0.5 * (y0 + y1 - 1), double(statistics::upper_median(values))});
+    }
+  return tiles;
+}
+
+// Half-sample mode [Robertson and Cryer 1974]: the densest half of the densest half …
+double half_sample_mode(std::vector<double> v) {
+  std::sort(v.begin(), v.end());
+  std::size_t from = 0, n = v.size();
+  while (n > 2) {
+    const std::size_t half = (n + 1) / 2;
+    std::size_t best = from;
+    for (std::size_t i = from; i + half <= from + n; ++i)
+      if (v[i + half - 1] - v[i] < v[best + half - 1] - v[best]) best = i;
+    from = best;
+    n = half;
+  }
+  return 0.5 * (v[from] + v[from + n - 1]);
+}
+
+using Cubic = SmallLeastSquares<10>::Row;
+
+Cubic powers(double x, double y) {
+  return {1, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y};
+}
+
+double value(const Cubic& c, double x, double y) {
+  const Cubic p = powers(x, y);
+  double s = 0.0;
+  for (int i = 0; i < 10; ++i) s += c[i] * p[i];
+  return s;
+}
+
+// Tiles near the most frequent level, then a plane, a quadric and a cubic, each through the tiles that the
+// one before explains.
+Cubic fit_ground(const std::vector<Tile>& tiles, double cx, double cy, double size, double noise,
+                 double white) {
+  std::vector<double> levels;
+  for (const Tile& t : tiles) levels.push_back(t.level);
+  Cubic ground{half_sample_mode(levels)};
+  constexpr std::array kTerms{1, 3, 3, 6, 6, 10, 10, 10};
+  for (const int terms : kTerms) {
+    std::vector<double> near;
+    const double widest = (terms <= 3 ? 0.12 : 0.06) * white;
+    for (const Tile& t : tiles) {
+      const double r = std::abs(t.level - value(ground, (t.x - cx) / size, (t.y - cy) / size));
+      if (r < widest) near.push_back(r);
+    }
+    if (near.size() < 12) break;
+    const double spread = statistics::kMadToStd * statistics::median(near);
+    const double limit = std::min(widest, std::max({3.5 * spread, 2.0 * noise, 0.01 * white}));
+    SmallLeastSquares<10> sums;
+    for (const Tile& t : tiles) {
+      const double x = (t.x - cx) / size, y = (t.y - cy) / size;
+      if (std::abs(t.level - value(ground, x, y)) > limit) continue;
+      Cubic row = powers(x, y);
+      for (int i = terms; i < 10; ++i) row[i] = 0.0;
+      sums.add(row, t.level, 1.0);
+    }
+    for (int i = 0; i < 10; ++i) {  // small ridge: terms that are off, and grounds seen in few tiles
+      Cubic one{};
+      one[i] = 1.0;
+      sums.add(one, 0.0, i < terms ? 1e-4 : 1.0);
+    }
+    Cubic next{};
+    if (!sums.solve(next)) break;
+    ground = next;
+  }
+  return ground;
+}
+
+// What the cubic leaves: the median of 3 x 3 tiles' residuals; tiles that differ by more belong to objects.
+std::vector<double> slight_residuals(const std::vector<Tile>& tiles, int columns, int rows, double limit,
+                                     const std::vector<double>& ground) {
+  std::vector<double> residual(tiles.size()), result(tiles.size());
+  for (std::size_t i = 0; i < tiles.size(); ++i) residual[i] = tiles[i].level - ground[i];
+  std::vector<double> near;
+  for (int y = 0; y < rows; ++y)
+    for (int x = 0; x < columns; ++x) {
+      near.clear();
+      for (int v = std::max(0, y - 1); v <= std::min(rows - 1, y + 1); ++v)
+        for (int u = std::max(0, x - 1); u <= std::min(columns - 1, x + 1); ++u) {
+          const double r = residual[std::size_t(v) * std::size_t(columns) + std::size_t(u)];
+          if (std::abs(r) < limit) near.push_back(r);
+        }
+      const std::size_t i = std::size_t(y) * std::size_t(columns) + std::size_t(x);
+      result[i] = near.size() >= 3 ? statistics::median(near) : 0.0;
+    }
+  return result;
+}
+
+Frame invert(const Frame& f) {
+  Frame g{f.width, f.height, f.white, std::vector<std::uint16_t>(f.pixels.size())};
+  for (std::size_t i = 0; i < f.pixels.size(); ++i)
+    g.pixels[i] = std::uint16_t(f.white - std::min<int>(f.white, f.pixels[i]));
+  return g;
+}
+
+// Bilinear between the tiles' middles.
+void add_tiles(const std::vector<double>& tiles, int columns, int rows, Light& light) {
+  const int side = std::max(1, std::max(light.columns, light.rows) / kTiles);
+  std::vector<double> line(static_cast<std::size_t>(columns));
+  for (int y = 0; y < light.rows; ++y) {
+    const double ty = std::clamp((y - 0.5 * (side - 1)) / side, 0.0, double(rows - 1));
+    const int y0 = std::min(int(ty), std::max(0, rows - 2)), y1 = std::min(y0 + 1, rows - 1);
+    const auto at = [&](int i, int j) {
+      return tiles[std::size_t(j) * std::size_t(columns) + std::size_t(i)];
+    };
+    for (int i = 0; i < columns; ++i) line[std::size_t(i)] = at(i, y0) + (ty - y0) * (at(i, y1) - at(i, y0));
+    for (int x = 0; x < light.columns; ++x) {
+      const double tx = std::clamp((x - 0.5 * (side - 1)) / side, 0.0, double(columns - 1));
+      const int x0 = std::min(int(tx), std::max(0, columns - 2)), x1 = std::min(x0 + 1, columns - 1);
+      const double add = line[std::size_t(x0)] + (tx - x0) * (line[std::size_t(x1)] - line[std::size_t(x0)]);
+      light.ground[std::size_t(y) * std::size_t(light.columns) + std::size_t(x)] += float(add);
+    }
+  }
+}
+
+// Level of opaque objects: the median of the blocks that are nearly as dark as the darkest.
+double dark_level(const Blocks& b, const std::vector<float>& ground, double least_contrast, bool& empty) {
+  std::vector<float> contrast;
+  for (std::size_t i = 0; i < b.mean.size(); ++i)
+    if (double(ground[i] - b.mean[i]) > least_contrast) contrast.push_back(ground[i] - b.mean[i]);
+  empty = contrast.empty();
+  if (empty) return 0.0;
+  const std::size_t rank = std::min<std::size_t>(contrast.size() - 1, 2);
+  std::nth_element(contrast.begin(), contrast.begin() + std::ptrdiff_t(rank), contrast.end(),
+                   std::greater<>());
+  const float deepest = contrast[rank];
+  std::vector<float> levels;
+  for (std::size_t i = 0; i < b.mean.size(); ++i)
+    if (ground[i] - b.mean[i] >= 0.85f * deepest) levels.push_back(b.mean[i]);
+  if (levels.empty()) return 0.0;
+  return double(statistics::upper_median(levels));
+}
+
+}  // namespace
+
+double Light::ground_at(double x, double y) const {
+  const double bx = std::clamp((x - 1.5) / kBlock, 0.0, double(columns - 1));
+  const double by = std::clamp((y - 1.5) / kBlock, 0.0, double(rows - 1));
+  const int x0 = std::min(int(bx), std::max(0, columns - 2)), y0 = std::min(int(by), std::max(0, rows - 2));
+  const int x1 = std::min(x0 + 1, columns - 1), y1 = std::min(y0 + 1, rows - 1);
+  const double u = bx - x0, v = by - y0;
+  const auto g = [&](int cx, int cy) {
+    return double(ground[std::size_t(cy) * std::size_t(columns) + std::size_t(cx)]);
+  };
+  return (1 - v) * ((1 - u) * g(x0, y0) + u * g(x1, y0)) + v * ((1 - u) * g(x0, y1) + u * g(x1, y1));
+}
+
+Light measure_light(const Frame& frame, Polarity polarity, Frame& inverted) {
+  Blocks b = measure_blocks(frame);
+  Light light;
+  light.columns = b.columns;
+  light.rows = b.rows;
+  light.noise = measure_noise(frame);
+  int columns = 0, rows = 0;
+  std::vector<Tile> tiles = measure_tiles(b, columns, rows);
+  const double cx = 0.5 * (b.columns - 1), cy = 0.5 * (b.rows - 1), size = 0.5 * std::max(b.columns, b.rows);
+  const double white = frame.white;
+  Cubic cubic = fit_ground(tiles, cx, cy, size, light.noise, white);
+  light.ground.resize(b.mean.size());
+  double darker = 0.0, brighter = 0.0;
+  const double least = std::max(kLeastDepth * white, 3.0 * light.noise);
+  for (int y = 0; y < b.rows; ++y) {
+    const double v = (y - cy) / size;
+    const double k0 = cubic[0] + v * (cubic[2] + v * (cubic[5] + v * cubic[9]));
+    const double k1 = cubic[1] + v * (cubic[4] + v * cubic[8]);
+    const double k2 = cubic[3] + v * cubic[7];
+    const double k3 = cubic[6];
+    for (int x = 0; x < b.columns; ++x) {
+      const std::size_t i = std::size_t(y) * std::size_t(b.columns) + std::size_t(x);
+      const double u = (x - cx) / size, g = std::clamp(k0 + u * (k1 + u * (k2 + u * k3)), 0.0, white);
+      light.ground[i] = float(g);
+      const double c = g - double(b.mean[i]);
+      if (c > least) darker += c * c;
+      if (-c > least) brighter += c * c;
+    }
+  }
+  light.inverted = polarity == Polarity::kBright || (polarity == Polarity::kAuto && brighter > darker);
+  if (light.inverted) {
+    inverted = invert(frame);
+    for (std::size_t i = 0; i < b.mean.size(); ++i) {
+      b.mean[i] = float(white) - b.mean[i];
+      light.ground[i] = float(white) - light.ground[i];
+      b.least[i] = std::uint16_t(frame.white - std::min<int>(frame.white, b.greatest[i]));
+    }
+    for (Tile& t : tiles) t.level = white - t.level;
+  }
+  light.dark = dark_level(b, light.ground, least, light.empty);
+  light.least = std::move(b.least);
+  if (light.empty) return light;
+
+  const auto depth = [&] {
+    std::vector<float> g;
+    for (std::size_t i = 0; i < light.ground.size(); i += 13) g.push_back(light.ground[i]);
+    return std::max(1.0, double(statistics::upper_median(g)) - light.dark);
+  };
+  light.depth = depth();
+  std::vector<double> at_tiles;
+  for (const Tile& t : tiles)
+    at_tiles.push_back(
+        double(light.ground[std::size_t(int(t.y)) * std::size_t(b.columns) + std::size_t(int(t.x))]));
+  const std::vector<double> rest = slight_residuals(tiles, columns, rows, kSlight * light.depth, at_tiles);
+  add_tiles(rest, columns, rows, light);
+  light.depth = depth();
+  return light;
+}
+
+}  // namespace firn::vision

@@ -1,0 +1,321 @@
+#include "core/vision/sweep.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/statistics/median.h"
+
+namespace firn::vision {
+namespace {
+
+constexpr double kPrior = 8.0;    // degrees of freedom of the stated variances
+constexpr double kFar_std = 5.0;  // a centroid farther from the line belongs to another droplet
+
+struct Seen {
+  double t = 0.0, x = 0.0, y = 0.0, variance = 0.0;
+  const Droplet* droplet = nullptr;
+  const DropletPicture* picture = nullptr;
+};
+
+struct Line {
+  double t = 0.0, at = 0.0, slope = 0.0, spread2 = 0.0;  // spread2: weighted sum of (t - mean)^2
+  double value(double time) const { return at + slope * (time - t); }
+};
+
+double middle_of(std::vector<double> v) { return statistics::median(v); }
+
+Line fit(const std::vector<Seen>& seen, double Seen::*place, double more) {
+  Line line;
+  double w = 0, wt = 0, wy = 0, tt = 0, ty = 0;
+  for (const Seen& s : seen) {
+    const double weight = 1 / (s.variance + more);
+    w += weight;
+    wt += weight * s.t;
+    wy += weight * s.*place;
+  }
+  line.t = wt / w;
+  line.at = wy / w;
+  for (const Seen& s : seen) {
+    const double weight = 1 / (s.variance + more);
+    tt += weight * (s.t - line.t) * (s.t - line.t);
+    ty += weight * (s.t - line.t) * (s.*place - line.at);
+  }
+  line.spread2 = tt;
+  line.slope = tt > 0 ? ty / tt : 0.0;
+  return line;
+}
+
+// Theil-Sen: the median slope of all pairs with different delays, and the median intercept.
+Line robust_line(const std::vector<Seen>& seen, double Seen::*place) {
+  std::vector<double> slopes, at;
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    for (std::size_t k = i + 1; k < seen.size(); ++k)
+      if (seen[k].t > seen[i].t)
+        slopes.push_back((seen[k].*place - seen[i].*place) / (seen[k].t - seen[i].t));
+  Line line;
+  if (slopes.empty()) return line;
+  line.slope = statistics::median(slopes);
+  for (const Seen& s : seen) at.push_back(s.*place - line.slope * s.t);
+  line.at = statistics::median(at);
+  return line;
+}
+
+Seen seen_of(const TimedPicture& p, const Droplet& d) {
+  return {p.delay_us, d.x, d.y, d.x_std * d.x_std + 1e-6, &d, &p.picture};
+}
+
+// Free droplets, first without tails: a tail that is drawn in moves the centroid.
+std::vector<Seen> free_droplets(std::span<const TimedPicture> pictures, bool tails) {
+  std::vector<Seen> seen;
+  for (const TimedPicture& p : pictures)
+    if (p.picture.state == PictureState::kDrop && (tails || p.picture.main.tail_px == 0.0))
+      seen.push_back(seen_of(p, p.picture.main));
+  std::stable_sort(seen.begin(), seen.end(), [](const Seen& a, const Seen& b) { return a.t < b.t; });
+  return seen;
+}
+
+bool has_two_delays(const std::vector<Seen>& seen) { return !seen.empty() && seen.back().t > seen.front().t; }
+
+// Each picture's droplet that is nearest to the robust line; none within reach: the picture does not count.
+void follow(std::span<const TimedPicture> pictures, std::vector<Seen>& seen) {
+  const Line x = robust_line(seen, &Seen::x), y = robust_line(seen, &Seen::y);
+  std::vector<double> off;
+  for (const Seen& s : seen) {
+    const double dx = s.x - x.value(s.t), dy = s.y - y.value(s.t);
+    off.push_back(std::sqrt(dx * dx + dy * dy));
+  }
+  std::vector<double> copy(off);
+  const double reach = std::max(kFar_std * statistics::kMadToStd * statistics::median(copy), 1.5);
+  std::vector<Seen> kept;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    Seen best = seen[i];
+    double nearest = off[i];
+    if (nearest > reach)
+      for (const TimedPicture& p : pictures) {
+        if (&p.picture != seen[i].picture) continue;
+        for (const Droplet& d : p.picture.drops) {
+          const double dx = d.x - x.value(p.delay_us), dy = d.y - y.value(p.delay_us),
+                       r = std::sqrt(dx * dx + dy * dy);
+          if (r < nearest && !d.joined) {
+            nearest = r;
+            best = seen_of(p, d);
+          }
+        }
+      }
+    if (nearest <= reach) kept.push_back(best);
+  }
+  seen = std::move(kept);
+}
+
+// value +- 1.96 std covers 95 % of Student's t with `freedom` [Abramowitz and Stegun 26.7.5, two terms].
+double widen(double freedom) { return 1 + (1.21 + 1.44 / freedom) / freedom; }
+
+// The scatter of n values about `fitted` parameters, with the stated variance as prior; the scatter alone
+// where it contradicts the prior: a jet that jitters. @returns the variance, widened for its degrees of
+// freedom
+double pooled_variance(double squares, double n, double fitted, double stated) {
+  const double freedom = n - fitted;
+  const bool alone = freedom >= 3 && squares > 2 * freedom * stated;
+  const double prior = alone ? 0.0 : kPrior, all = std::max(0.0, freedom) + prior;
+  return (squares + prior * stated) / all * widen(all) * widen(all);
+}
+
+Estimate mean_estimate(const std::vector<double>& v, double stated_std, double common_std) {
+  Estimate e;
+  if (v.empty()) return e;
+  const double n = double(v.size());
+  for (const double x : v) e.value += x / n;
+  double squares = 0.0;
+  for (const double x : v) squares += (x - e.value) * (x - e.value);
+  const double variance = pooled_variance(squares, n, 1, stated_std * stated_std);
+  e.std = std::sqrt(variance / n + common_std * common_std);
+  e.known = true;
+  return e;
+}
+
+void measure_size(const std::vector<Seen>& seen, const Scale& scale, SweepResult& r) {
+  std::vector<double> diameter, volume, relative, bias;
+  for (const Seen& s : seen) {
+    const double d = s.droplet->diameter_px * scale.um_per_px, blur = s.picture->blur_px;
+    diameter.push_back(d);
+    // Spheroid about the flight: pi / 6 * along * across^2, um^3 in pl.
+    volume.push_back(std::numbers::pi / 6 * d * d * d /
+                     std::sqrt(std::clamp(s.droplet->axis_ratio, 0.5, 2.0)) * 1e-3);
+    relative.push_back(s.droplet->diameter_std_px / s.droplet->diameter_px);
+    // The rim's plateau is known to some per cent, and a level moves a blurred edge; all pictures share that.
+    bias.push_back((0.01 + 0.03 * blur + 0.15 * blur * blur / s.droplet->diameter_px) /
+                   s.droplet->diameter_px);
+  }
+  const double stated = statistics::median(relative), scale_share = scale.std / scale.um_per_px;
+  const double common = statistics::median(bias),
+               shared = std::sqrt(common * common + scale_share * scale_share);
+  r.diameter_um = mean_estimate(diameter, stated * middle_of(diameter), 0.0);
+  r.diameter_um.std = std::sqrt(r.diameter_um.std * r.diameter_um.std +
+                                shared * shared * r.diameter_um.value * r.diameter_um.value);
+  const double of_volume = middle_of(volume);
+  r.volume_pl = mean_estimate(volume, 3 * stated * of_volume, 3 * shared * of_volume);
+}
+
+void measure_satellites(const std::vector<Seen>& seen, const Scale& scale, SweepResult& r) {
+  std::vector<double> count, largest;
+  for (const Seen& s : seen) {
+    count.push_back(double(s.picture->satellites.size()));
+    if (!s.picture->satellites.empty())
+      largest.push_back(s.picture->satellites.front().diameter_px * scale.um_per_px);
+  }
+  r.satellites.known = !count.empty();
+  if (!r.satellites.known) return;
+  r.satellites.value = statistics::upper_median(std::vector<double>(count));
+  double squares = 0.0;
+  for (const double c : count) squares += (c - r.satellites.value) * (c - r.satellites.value);
+  r.satellites.std = std::sqrt(squares / double(count.size()));
+  if (2 * largest.size() >= count.size() && !largest.empty()) {
+    const double middle = middle_of(largest);
+    r.largest_satellite_um = mean_estimate(largest, 0.05 * middle, 0.02 * middle);
+  }
+}
+
+// The delay that leaves the fewest pictures on the wrong side.
+Estimate break_off(std::span<const TimedPicture> pictures) {
+  struct State {
+    double t;
+    bool joined;
+  };
+  std::vector<State> states;
+  for (const TimedPicture& p : pictures)
+    if (p.picture.state != PictureState::kNoDrop)
+      states.push_back({p.delay_us, p.picture.state == PictureState::kNotBrokenOff});
+  std::stable_sort(states.begin(), states.end(), [](const State& a, const State& b) { return a.t < b.t; });
+  Estimate e;
+  long best = -1, wrong = 0;
+  for (const State& s : states) wrong += s.joined;  // all are taken as free
+  long least = wrong;
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    wrong += states[i].joined ? -1 : 1;
+    if (i + 1 < states.size() && states[i + 1].t == states[i].t) continue;
+    if (wrong < least) {
+      least = wrong;
+      best = long(i);
+    }
+  }
+  if (best < 0 || best + 1 >= long(states.size()) || 4 * least > long(states.size())) return e;
+  const double from = states[std::size_t(best)].t, to = states[std::size_t(best) + 1].t;
+  return {0.5 * (from + to), (to - from) / std::sqrt(12.0), true};
+}
+
+Point axis_of(std::span<const TimedPicture> pictures) {
+  for (const TimedPicture& p : pictures)
+    if (p.picture.nozzle.found) return p.picture.nozzle.flight;
+  return {0.0, 1.0};
+}
+
+void measure_flight(const std::vector<Seen>& seen, const Scale& scale, Point axis, SweepResult& r) {
+  Line x = fit(seen, &Seen::x, 0.0);
+  Line y = fit(seen, &Seen::y, 0.0);
+  const double n = double(seen.size());
+  double stated = 0.0, along2 = 0.0, across2 = 0.0, jitter2 = 0.0;
+  for (int round = 0; round < 3; ++round) {
+    x = fit(seen, &Seen::x, jitter2);
+    y = fit(seen, &Seen::y, jitter2);
+    const double speed = std::sqrt(x.slope * x.slope + y.slope * y.slope);
+    if (!(speed > 0)) return;
+    r.flight = {x.slope / speed, y.slope / speed};
+    stated = along2 = across2 = 0.0;
+    for (const Seen& s : seen) {
+      const double dx = s.x - x.value(s.t), dy = s.y - y.value(s.t);
+      const double a = dx * r.flight.x + dy * r.flight.y, b = dx * r.flight.y - dy * r.flight.x;
+      along2 += a * a;
+      across2 += b * b;
+      stated += s.variance / n;
+    }
+    jitter2 = n > 2 ? std::max(0.0, along2 / (n - 2) - stated) : 0.0;
+  }
+  r.used = int(seen.size());
+  r.middle_us = x.t;
+  double tt = 0.0;
+  for (const Seen& s : seen) tt += (s.t - x.t) * (s.t - x.t);
+  const double speed = std::sqrt(x.slope * x.slope + y.slope * y.slope);
+  const double along = std::sqrt(std::max(pooled_variance(along2, n, 2, stated), stated * 0.25) / tt);
+  const double across = std::sqrt(std::max(pooled_variance(across2, n, 2, stated), stated * 0.25) / tt);
+  const double share = scale.std / scale.um_per_px;
+  r.velocity_m_s = {speed * scale.um_per_px,
+                    scale.um_per_px * std::sqrt(along * along + speed * speed * share * share), true};
+  const double forward = r.flight.x * axis.x + r.flight.y * axis.y,
+               side = r.flight.x * axis.y - r.flight.y * axis.x;
+  const double degrees = 180 / std::numbers::pi;
+  double angle = forward != 0 ? arc_tangent(side / forward) * degrees : std::copysign(90.0, side);
+  if (forward < 0) angle += side >= 0 ? 180 : -180;
+  r.angle_deg = {angle, degrees * across / speed, true};
+  if (n > 3) {
+    const double us = std::sqrt(jitter2) / speed;
+    const double total = std::sqrt(along2 / (n - 2)) / speed;
+    r.jitter_us = {us, std::max(us, total) / std::sqrt(2 * (n - 2)), true};
+  }
+}
+
+}  // namespace
+
+double arc_tangent(double x) {
+  for (int i = 0; i < 4; ++i) x = x / (1 + std::sqrt(1 + x * x));
+  const double q = x * x;
+  double s = 0.0;
+  for (int k = 12; k >= 0; --k) s = (k % 2 ? -1.0 : 1.0) / (2 * k + 1) + q * s;
+  return 16 * x * s;
+}
+
+Scale scale_from_nozzle(std::span<const DropletPicture> pictures, double nozzle_um) {
+  std::vector<double> widths, stds;
+  for (const DropletPicture& p : pictures)
+    if (p.nozzle.found) {
+      widths.push_back(p.nozzle.width_px);
+      stds.push_back(p.nozzle.width_std_px);
+    }
+  if (widths.empty()) return {};
+  const double width = statistics::median(widths), n = double(widths.size());
+  std::vector<double> off;
+  for (const double w : widths) off.push_back(std::abs(w - width));
+  const double scatter = 1.25 * statistics::kMadToStd * statistics::median(off) / std::sqrt(n);
+  const double std = std::sqrt(scatter * scatter + statistics::median(stds) * statistics::median(stds));
+  return {nozzle_um / width, nozzle_um / width * std / width};
+}
+
+Scale scale_from_target(const DropletPicture& target, double pitch_um) {
+  std::vector<Droplet> dots;
+  if (target.state == PictureState::kDrop) dots.push_back(target.main);
+  dots.insert(dots.end(), target.drops.begin(), target.drops.end());
+  if (dots.size() < 9) return {};
+  std::vector<double> pitches;
+  for (const Droplet& a : dots) {
+    double nearest = 1e18;
+    for (const Droplet& b : dots) {
+      const double d = (a.x - b.x) * (a.x - b.x) + (a.y - b.y) * (a.y - b.y);
+      if (&a != &b) nearest = std::min(nearest, d);
+    }
+    pitches.push_back(std::sqrt(nearest));
+  }
+  const double pitch = statistics::median(pitches);
+  std::vector<double> off;
+  for (const double p : pitches) off.push_back(std::abs(p - pitch));
+  const double std = 1.25 * statistics::kMadToStd * statistics::median(off) / std::sqrt(double(off.size()));
+  return {pitch_um / pitch, pitch_um / pitch * std / pitch};
+}
+
+SweepResult measure_sweep(std::span<const TimedPicture> pictures, const Scale& scale) {
+  SweepResult r;
+  r.pictures = int(pictures.size());
+  for (const TimedPicture& p : pictures) r.with_droplet += p.picture.state != PictureState::kNoDrop;
+  r.break_off_us = break_off(pictures);
+  if (!(scale.um_per_px > 0)) return r;
+  std::vector<Seen> seen = free_droplets(pictures, false);
+  if (seen.size() < 4 || !has_two_delays(seen)) seen = free_droplets(pictures, true);
+  if (seen.empty()) return r;
+  if (has_two_delays(seen)) follow(pictures, seen);
+  if (seen.empty()) return r;
+  measure_size(seen, scale, r);
+  measure_satellites(seen, scale, r);
+  if (has_two_delays(seen) && seen.size() >= 2) measure_flight(seen, scale, axis_of(pictures), r);
+  return r;
+}
+
+}  // namespace firn::vision
