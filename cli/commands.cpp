@@ -13,6 +13,7 @@
 #include "cli/demo_command.h"
 #include "cli/device_command.h"
 #include "cli/doctor_command.h"
+#include "cli/droplets_command.h"
 #include "cli/export_command.h"
 #include "cli/help_command.h"
 #include "cli/identify_command.h"
@@ -55,6 +56,7 @@ constexpr Command kCommands[] = {
     {"device", "speaks to one instrument: who is it, is it safe, move, expose, with every byte",
      declare_device},
     {"cassette", "holds what an instrument once said against the driver of today", declare_cassette},
+    {"droplets", "measures droplets, satellites, velocity and angle in strobe pictures", declare_droplets},
     {"calibrate", "measures where tools stand, when they act and what valves give; levels the table",
      declare_calibrate},
     {"audit", "checks a run's droplets against the world's own record", declare_audit},

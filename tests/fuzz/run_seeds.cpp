@@ -138,6 +138,12 @@ void seed_foreign(const Seed& seed) {
        as_span(std::string_view(R"({"type":"follow","surface":"error","layer":3})")));
   seed("fuzz_client_frame", "notes", as_span(std::string_view(R"({"tags":["a","b"],"note":"x\ny"})")));
   seed("fuzz_client_frame", "path", as_span(std::string_view("/api/runs/a%20b/layers/3/error?x")));
+  std::vector<std::uint8_t> disc{40, 40, 0, 0};  // a dark disc on a bright ground, below a nozzle
+  for (int y = 0; y < 56; ++y)
+    for (int x = 0; x < 56; ++x)
+      disc.push_back((x - 28) * (x - 28) + (y - 34) * (y - 34) < 90 || (y < 10 && x > 12 && x < 44) ? 20
+                                                                                                    : 190);
+  seed("fuzz_droplets", "disc", std::as_bytes(std::span(disc)));
   seed("fuzz_cassette", "lamp",
        as_span(std::string_view("firn cassette 1 lamp\n# SIMULATED sim:\n# config: [run]\n       0.500 open\n"
                                 "       1.000 > 47 55 53 46 41 0d |GUSFA.|\n       3.000 < 31 38 0d |18.|\n"

@@ -1,0 +1,63 @@
+#include "cli/droplets_command.h"
+
+#include <cstdio>
+
+#include "cli/option_set.h"
+#include "files/text_file.h"
+#include "print/exit_codes.h"
+#include "report/droplets/droplet_files.h"
+
+namespace firn {
+namespace {
+
+// OUT.png for one picture; OUT-1.png, OUT-2.png … for several.
+std::filesystem::path numbered(const std::filesystem::path& out, std::size_t n, std::size_t of) {
+  if (of == 1) return out;
+  return out.parent_path() / (out.stem().string() + "-" + std::to_string(n + 1) + out.extension().string());
+}
+
+}  // namespace
+
+int run_droplets(const DropletsOptions& o) {
+  DropletRequest r;
+  r.images.assign(o.images.begin(), o.images.end());
+  r.delays_us = o.delays_us;
+  r.um_per_px = o.scale_um_per_px;
+  r.nozzle_um = o.nozzle_um;
+  r.pitch_um = o.pitch_um;
+  if (!o.target.empty()) r.target = o.target;
+  if (!o.background.empty()) r.background = o.background;
+  if (o.objects == "dark") r.objects = vision::Polarity::kDark;
+  if (o.objects == "bright") r.objects = vision::Polarity::kBright;
+  const DropletAnalysis a = analyse_droplets(r);
+  if (!o.picture.empty())
+    for (std::size_t i = 0; i < a.pictures.size(); ++i) {
+      const std::vector<std::byte> png = droplet_overlay(a.pictures[i]);
+      write_file_atomically(numbered(o.picture, i, a.pictures.size()),
+                            {reinterpret_cast<const char*>(png.data()), png.size()});
+    }
+  std::fputs((o.json ? droplets_json(a) : droplets_text(a)).c_str(), stdout);
+  return kOk;
+}
+
+void declare_droplets(OptionSet& options) {
+  auto& o = options.calls(run_droplets);
+  options.option("IMAGE", o.images, "strobe pictures: JPEG, PNG, TIFF, BMP or PNM, 8 or 16 bits").required();
+  options
+      .option("--delay-us", o.delays_us,
+              "strobe delay of each picture, as 20,40,60: velocity, angle, break-off, jitter")
+      .separated_by(',');
+  options.option("--scale", o.scale_um_per_px, "um per pixel").above_zero();
+  options.option("--nozzle-um", o.nozzle_um, "width of the nozzle, which gives the scale").above_zero();
+  options.option("--target", o.target, "picture of a calibration target: equal dots in a square lattice");
+  options.option("--pitch-um", o.pitch_um, "distance of the target's dots").above_zero();
+  options.option("--background", o.background, "picture of the same scene without a droplet");
+  options.option("--objects", o.objects, "droplets against their ground")
+      .one_of({"auto", "dark", "bright"})
+      .show_default();
+  options.option("--picture", o.picture,
+                 "writes the pictures with what was found, PNG; several: OUT-1.png …");
+  options.json_flag(o.json);
+}
+
+}  // namespace firn

@@ -1,0 +1,43 @@
+#include <algorithm>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "files/picture/codecs.h"
+
+using firn::DecodedPicture;
+
+// JPEG, PNG, TIFF, BMP, PNM, WebP and what else OpenCV reads; colours become grey.
+extern "C" __attribute__((visibility("default"))) void firn_decode_picture(
+    std::span<const unsigned char> file, DecodedPicture& picture) try {
+  const cv::Mat bytes(1, int(file.size()), CV_8U, const_cast<unsigned char*>(file.data()));
+  const cv::Mat image = cv::imdecode(bytes, cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH);
+  if (image.empty()) {
+    picture.error = "no picture in a format that is known (JPEG, PNG, TIFF, BMP, PNM), or damaged";
+    return;
+  }
+  if (image.depth() != CV_8U && image.depth() != CV_16U) {
+    picture.error = "its pixels have another type than 8 or 16 bits";
+    return;
+  }
+  picture.width = image.cols;
+  picture.height = image.rows;
+  picture.pixels.resize(std::size_t(image.cols) * std::size_t(image.rows));
+  std::uint16_t most = 0;
+  for (int y = 0; y < image.rows; ++y)
+    for (int x = 0; x < image.cols; ++x) {
+      const std::uint16_t p =
+          image.depth() == CV_8U ? image.at<std::uint8_t>(y, x) : image.at<std::uint16_t>(y, x);
+      picture.pixels[std::size_t(y) * std::size_t(image.cols) + std::size_t(x)] = p;
+      most = std::max(most, p);
+    }
+  picture.white = 255;
+  if (image.depth() == CV_16U)
+    for (const int white : {1023, 4095, 16383, 65535})
+      if (most <= white) {
+        picture.white = white;
+        break;
+      }
+} catch (const std::exception& e) {
+  picture.error = std::string("not decoded: ") + e.what();
+  std::replace(picture.error.begin(), picture.error.end(), '\n', ' ');
+}

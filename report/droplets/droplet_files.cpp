@@ -1,0 +1,117 @@
+#include "report/droplets/droplet_files.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "files/picture/read_picture.h"
+#include "files/usage_error.h"
+
+namespace firn {
+namespace {
+
+using vision::Frame;
+
+constexpr std::size_t kBackgroundPictures = 32;  // more make the median no better
+
+Frame read_frame(const std::filesystem::path& file) {
+  DecodedPicture p = read_picture(file);
+  Frame f{p.width, p.height, p.white, std::move(p.pixels)};
+  if (!is_valid(f))
+    throw UsageError(file.string() + ": " + std::to_string(f.width) + " x " + std::to_string(f.height) +
+                     " pixels; sides must be from " + std::to_string(vision::kMinSide) + " to " +
+                     std::to_string(vision::kMaxSide));
+  return f;
+}
+
+void check(const DropletRequest& r) {
+  if (!r.delays_us.empty() && r.delays_us.size() != r.images.size())
+    throw UsageError("--delay-us: " + std::to_string(r.delays_us.size()) + " delays for " +
+                     std::to_string(r.images.size()) + " pictures; one each is needed");
+  for (const double d : r.delays_us)
+    if (!std::isfinite(d) || std::abs(d) > 1e9)
+      throw UsageError("--delay-us: " + std::to_string(d) + " is outside -1e9 to 1e9 us");
+  if (r.target.has_value() != (r.pitch_um > 0))
+    throw UsageError("--target and --pitch-um are given together");
+  if ((r.um_per_px > 0) + (r.nozzle_um > 0) + r.target.has_value() > 1)
+    throw UsageError("--scale, --nozzle-um and --target each give the scale: one of them is needed");
+}
+
+bool moves(const DropletRequest& r) {
+  std::vector<double> d(r.delays_us);
+  std::sort(d.begin(), d.end());
+  return std::unique(d.begin(), d.end()) - d.begin() >= 5;
+}
+
+struct Size {
+  int width, height, white;
+  auto operator<=>(const Size&) const = default;
+};
+Size size_of(const Frame& f) { return {f.width, f.height, f.white}; }
+
+// The backgrounds of a sweep, by size of picture.
+std::map<Size, std::optional<vision::Background>> backgrounds(const DropletRequest& r) {
+  std::map<Size, std::optional<vision::Background>> result;
+  if (r.background) {
+    const Frame f = read_frame(*r.background);
+    result[size_of(f)] = vision::known_background(f, r.objects);
+    return result;
+  }
+  if (!moves(r)) return result;
+  std::map<Size, std::vector<Frame>> frames;
+  const std::size_t step = (r.images.size() + kBackgroundPictures - 1) / kBackgroundPictures;
+  for (std::size_t i = 0; i < r.images.size(); i += step) {
+    Frame f = read_frame(r.images[i]);
+    frames[size_of(f)].push_back(std::move(f));
+  }
+  for (const auto& [size, list] : frames) {
+    std::vector<const Frame*> pointers;
+    for (const Frame& f : list) pointers.push_back(&f);
+    result[size] = vision::find_background(pointers, true, {r.objects});
+  }
+  return result;
+}
+
+}  // namespace
+
+DropletAnalysis analyse_droplets(const DropletRequest& r) {
+  check(r);
+  DropletAnalysis a;
+  const auto of_size = backgrounds(r);
+  std::vector<vision::DropletPicture> results;
+  std::vector<vision::TimedPicture> timed;
+  for (std::size_t i = 0; i < r.images.size(); ++i) {
+    const Frame f = read_frame(r.images[i]);
+    const auto found = of_size.find(size_of(f));
+    if (r.background && found == of_size.end())
+      throw UsageError(r.images[i].string() + ": differs in size or depth from the background " +
+                       r.background->string());
+    const bool known = found != of_size.end() && found->second.has_value();
+    AnalysedPicture p{r.images[i], f.width, f.height, std::nullopt,
+                      vision::find_droplets(f, known ? &*found->second : nullptr, {r.objects})};
+    results.push_back(p.result);
+    if (!r.delays_us.empty()) {
+      p.delay_us = r.delays_us[i];
+      timed.push_back({r.delays_us[i], p.result});
+    }
+    a.pictures.push_back(std::move(p));
+  }
+  if (r.um_per_px > 0) a.scale = {r.um_per_px, 0.0};
+  if (r.nozzle_um > 0) {
+    a.scale = vision::scale_from_nozzle(results, r.nozzle_um);
+    if (!(a.scale.um_per_px > 0))
+      throw UsageError(
+          "--nozzle-um: no picture shows the edge and both sides of a nozzle; --scale is needed");
+  }
+  if (r.target) {
+    a.scale = vision::scale_from_target(vision::find_droplets(read_frame(*r.target), nullptr, {r.objects}),
+                                        r.pitch_um);
+    if (!(a.scale.um_per_px > 0))
+      throw UsageError(r.target->string() + ": fewer than 9 equal dots; a calibration target has more");
+  }
+  if (timed.size() >= 2)
+    a.sweep = vision::measure_sweep(timed, a.scale.um_per_px > 0 ? a.scale : vision::Scale{1.0, 0.0});
+  return a;
+}
+
+}  // namespace firn

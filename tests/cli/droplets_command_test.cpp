@@ -1,0 +1,156 @@
+// firn droplets on pictures in files.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "plant/inkjet/strobe_picture.h"
+#include "tests/cli/run_firn.h"
+
+using namespace firn;
+using namespace firn::test;
+using Catch::Contains;
+using Json = nlohmann::json;
+
+namespace {
+
+plant::StrobeCamera camera() {
+  plant::StrobeCamera c;
+  c.width = 320;
+  c.height = 280;
+  c.nozzle_x_px = 150;
+  c.nozzle_y_px = 40;
+  c.spot = 0.8;
+  return c;
+}
+
+// In colour where the format has 8 bits.
+std::string save(const plant::StrobePicture& p, const std::filesystem::path& file) {
+  cv::Mat grey(p.height, p.width, p.white > 255 ? CV_16U : CV_8U);
+  for (int y = 0; y < p.height; ++y)
+    for (int x = 0; x < p.width; ++x) {
+      const std::uint16_t v = p.pixels[std::size_t(y * p.width + x)];
+      if (p.white > 255)
+        grey.at<std::uint16_t>(y, x) = v;
+      else
+        grey.at<std::uint8_t>(y, x) = std::uint8_t(v);
+    }
+  cv::Mat picture = grey;
+  if (p.white == 255) cv::merge(std::vector<cv::Mat>{grey, grey, grey}, picture);
+  REQUIRE(cv::imwrite(file.string(), picture));
+  return file.string();
+}
+
+}  // namespace
+
+TEST_CASE("The droplet of a picture is the same in JPEG, PNG, TIFF and BMP, and said in px and um") {
+  const auto folder = fresh_folder("droplet-formats");
+  const plant::StrobeJet jet;
+  for (const auto& [name, white] : std::vector<std::pair<std::string, int>>{{"a.png", 255},
+                                                                            {"a.jpg", 255},
+                                                                            {"a.bmp", 255},
+                                                                            {"a.tif", 255},
+                                                                            {"b.tif", 4095},
+                                                                            {"b.png", 65535}}) {
+    plant::StrobeCamera c = camera();
+    c.white = white;
+    const plant::StrobePicture p = plant::render_strobe(c, &jet, 100, 7, 0);
+    const Said said = firn_says({"droplets", save(p, folder / name), "--scale", "2", "--json"});
+    CAPTURE(name, said.err);
+    REQUIRE(said.code == 0);
+    const Json j = Json::parse(said.out)["pictures"][0];
+    CHECK(j["state"] == "drop");
+    CHECK(j["main"]["x_px"].get<double>() == Approx(p.truth.x_px).margin(0.1));
+    CHECK(j["main"]["y_px"].get<double>() == Approx(p.truth.y_px).margin(0.1));
+    CHECK(j["main"]["diameter_px"].get<double>() == Approx(p.truth.diameter_px).epsilon(0.015));
+    CHECK(j["main"]["diameter_um"].get<double>() == Approx(jet.diameter_um).epsilon(0.015));
+    CHECK(j["main"]["volume_pl"].get<double>() == Approx(65.45).epsilon(0.05));
+  }
+}
+
+TEST_CASE("Pictures at several delays give velocity, angle and break-off, the nozzle gives the scale") {
+  const auto folder = fresh_folder("droplet-sweep");
+  plant::StrobeJet jet;
+  jet.angle_deg = 2.0;
+  jet.satellites = {{14, 0.95, 0.5}};
+  std::vector<std::string> words{"droplets"};
+  std::string delays;
+  for (int k = 0; k < 10; ++k) {
+    const double delay = 30 + 12 * k;
+    words.push_back(save(plant::render_strobe(camera(), &jet, delay, 9, std::uint32_t(k)),
+                         folder / (std::to_string(k) + ".png")));
+    delays += (k ? "," : "") + std::to_string(int(delay));
+  }
+  words.insert(words.end(), {"--delay-us", delays, "--nozzle-um", "200"});
+  const Said text = firn_says(words);
+  INFO(text.err);
+  REQUIRE(text.code == 0);
+  CHECK_THAT(text.out, Contains("0.png (30 us): not broken off") && Contains("velocity") && Contains("m/s"));
+  words.insert(words.end(), {"--json", "--picture", (folder / "seen.png").string()});
+  const Json j = Json::parse(firn_says(words).out);
+  CHECK(j["scale_um_per_px"].get<double>() == Approx(2).epsilon(0.005));
+  const Json& s = j["sweep"];
+  CHECK(s["velocity_m_s"].get<double>() ==
+        Approx(plant::fly(2, 50, s["middle_us"].get<double>()).speed_m_s).epsilon(0.01));
+  CHECK(s["angle_deg"].get<double>() == Approx(2.0).margin(0.15));
+  CHECK(s["break_off_us"].get<double>() == Approx(60).margin(12));
+  CHECK(s["satellites"].get<double>() == 1);
+  CHECK(j["pictures"][9]["background"] == "pictures");
+  const cv::Mat seen = cv::imread((folder / "seen-10.png").string());
+  REQUIRE(seen.cols == 320);
+  CHECK(seen.rows == 280);
+}
+
+TEST_CASE("Without a scale a sweep is in pixels, and an empty picture is no drop") {
+  const auto folder = fresh_folder("droplet-none");
+  const plant::StrobeJet jet;
+  const std::string none = save(plant::render_strobe(camera(), nullptr, 0, 1, 0), folder / "none.png");
+  const std::string a = save(plant::render_strobe(camera(), &jet, 80, 1, 1), folder / "a.png");
+  const std::string b = save(plant::render_strobe(camera(), &jet, 120, 1, 2), folder / "b.png");
+  const Said said = firn_says({"droplets", none, a, b, "--delay-us", "10,80,120", "--json"});
+  INFO(said.err);
+  REQUIRE(said.code == 0);
+  const Json j = Json::parse(said.out);
+  CHECK(j["pictures"][0]["state"] == "no drop");
+  CHECK(j["pictures"][0]["main"].is_null());
+  CHECK(j["scale_um_per_px"].is_null());
+  CHECK(j["sweep"]["velocity_px_us"].get<double>() == Approx(1.0).epsilon(0.03));
+  CHECK_FALSE(j["sweep"].contains("volume_pl"));
+  const Json with = Json::parse(firn_says({"droplets", a, "--background", none, "--json"}).out);
+  CHECK(with["pictures"][0]["background"] == "pictures");
+  CHECK(with["pictures"][0]["state"] == "drop");
+}
+
+TEST_CASE("Wrong pictures and options are refused by file, option and limit") {
+  const auto folder = fresh_folder("droplet-errors");
+  const std::string none = save(plant::render_strobe(camera(), nullptr, 0, 1, 0), folder / "none.png");
+  plant::StrobeCamera bare = camera();
+  bare.nozzle_um = 0;
+  const std::string empty = save(plant::render_strobe(bare, nullptr, 0, 1, 0), folder / "empty.png");
+  write_file_text(folder / "text.jpg", "no picture");
+  write_file_text(folder / "zero.png", "");
+  write_file_text(folder / "cut.png", file_text(none).substr(0, 40));
+  cv::imwrite((folder / "small.png").string(), cv::Mat(8, 300, CV_8U, cv::Scalar(9)));
+  const auto refused = [&](std::vector<std::string> words, const std::string& part) {
+    words.insert(words.begin(), "droplets");
+    const Said said = firn_says(words);
+    CAPTURE(words, said.err);
+    CHECK(said.code == 2);
+    CHECK_THAT(said.err, Contains(part));
+  };
+  refused({(folder / "missing.png").string()}, "missing.png");
+  refused({folder.string()}, "droplet-errors");
+  refused({(folder / "text.jpg").string()}, "text.jpg: no picture in a format that is known");
+  refused({(folder / "zero.png").string()}, "zero.png: is empty");
+  refused({(folder / "cut.png").string()}, "cut.png: no");
+  refused({(folder / "small.png").string()}, "300 x 8 pixels; sides must be from 16 to 16384");
+  refused({none, none, "--delay-us", "3"}, "1 delays for 2 pictures");
+  refused({none, "--delay-us", "inf"}, "--delay-us");
+  refused({empty, "--nozzle-um", "50"}, "--nozzle-um: no picture shows");
+  refused({none, "--nozzle-um", "50", "--scale", "2"}, "one of them");
+  refused({none, "--target", none}, "--pitch-um");
+  refused({none, "--target", none, "--pitch-um", "50"}, "none.png: fewer than 9 equal dots");
+  refused({none, "--scale", "-1"}, "--scale");
+  refused({none, "--objects", "pale"}, "--objects");
+}
