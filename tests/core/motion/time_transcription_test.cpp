@@ -45,7 +45,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "The fast tier is within 5 % of the optimum on its own curve, 2 % in the mean; the bound is below it") {
+    "The fast tier is within 5 % of the optimum on its own curve, 2 % in the mean, and the bound is below "
+    "it") {
   double sum = 0.0;
   for (int kind = 0; kind < kCurveKinds; ++kind) {
     INFO(kCurveKind[kind]);
