@@ -262,14 +262,15 @@ Background known_background(const Frame& frame, Polarity objects) {
 
 std::optional<Background> find_background(std::span<const Frame* const> frames, bool moves,
                                           const DropletOptions& options) {
-  const Frame middle = median_picture(frames);
-  if (middle.pixels.empty()) return std::nullopt;
-  if (!moves && find_droplets(middle, nullptr, options).state != PictureState::kNoDrop) return std::nullopt;
+  if (frames.empty()) return std::nullopt;
   // The side of the ground on which objects lie is decided by a picture with a droplet, not by the
   // background.
   Frame inverted;
   const bool bright = measure_light(*frames.front(), options.polarity, inverted).inverted;
-  Background b = known_background(middle, bright ? Polarity::kBright : Polarity::kDark);
+  const Frame still = static_picture(frames, bright);
+  if (still.pixels.empty()) return std::nullopt;
+  if (!moves && find_droplets(still, nullptr, options).state != PictureState::kNoDrop) return std::nullopt;
+  Background b = known_background(still, bright ? Polarity::kBright : Polarity::kDark);
   if (leaves_shadow(frames, b, options)) return std::nullopt;
   return b;
 }

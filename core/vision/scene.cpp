@@ -135,7 +135,7 @@ std::vector<Component> find_components(const Scene& scene, double level) {
   return components;
 }
 
-Frame median_picture(std::span<const Frame* const> frames) {
+Frame static_picture(std::span<const Frame* const> frames, bool bright) {
   Frame result;
   if (frames.size() < 5) return result;
   const Frame& first = *frames.front();
@@ -146,11 +146,15 @@ Frame median_picture(std::span<const Frame* const> frames) {
   }
   result = first;
   std::vector<std::uint16_t> v(frames.size());
-  // Objects are darker or brighter than the ground and few, so the median is the ground.
+  // A pixel is the ground's in most pictures and darkened (or lit) by moving objects in the others.
+  const std::size_t n = frames.size();
+  const std::size_t rank = bright ? 3 * (n - 1) / 10 : (7 * (n - 1) + 9) / 10;
   for (std::size_t i = 0; i < result.pixels.size(); ++i) {
     for (std::size_t k = 0; k < frames.size(); ++k)
       v[k] = std::uint16_t(std::min(65535.0, gain[k] * double(frames[k]->pixels[i]) + 0.5));
-    result.pixels[i] = statistics::upper_median(v);
+    const auto at = v.begin() + std::ptrdiff_t(rank);
+    std::nth_element(v.begin(), at, v.end());
+    result.pixels[i] = *at;
   }
   const double limit = 0.08 * first.white;
   for (std::size_t k = 0; k < frames.size(); ++k) {

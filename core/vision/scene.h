@@ -60,8 +60,10 @@ struct Component {
 /// @param level opacity, above 0
 std::vector<Component> find_components(const Scene& scene, double level);
 
-/// The median of the pictures, pixel by pixel, brightness made equal. Empty pixels when fewer than five
-/// pictures share a static scene, or when a picture differs from it in more than a fifth of its pixels.
-Frame median_picture(std::span<const Frame* const> frames);
+/// The static picture of a scene, brightness made equal: in each pixel the level that seven tenths of the
+/// pictures do not exceed, or three tenths where objects are bright, so that a ligament, a droplet and its
+/// satellites may pass one after the other. Empty pixels when fewer than five pictures share the scene, or
+/// when a picture differs from it in more than a fifth of its pixels.
+Frame static_picture(std::span<const Frame* const> frames, bool bright);
 
 }  // namespace firn::vision

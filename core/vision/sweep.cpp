@@ -112,13 +112,14 @@ void follow(std::span<const TimedPicture> pictures, std::vector<Seen>& seen) {
 double widen(double freedom) { return 1 + (1.21 + 1.44 / freedom) / freedom; }
 
 // The scatter of n values about `fitted` parameters, with the stated variance as prior; the scatter alone
-// where it contradicts the prior: a jet that jitters. @returns the variance, widened for its degrees of
+// where it contradicts the prior: a jet that jitters. @returns the variance, then widened for its degrees of
 // freedom
 double pooled_variance(double squares, double n, double fitted, double stated) {
   const double freedom = n - fitted;
   const bool alone = freedom >= 3 && squares > 2 * freedom * stated;
   const double prior = alone ? 0.0 : kPrior, all = std::max(0.0, freedom) + prior;
-  return (squares + prior * stated) / all * widen(all) * widen(all);
+  const double factor = alone ? widen(all) : 1.0;
+  return (squares + prior * stated) / all * factor * factor;
 }
 
 Estimate mean_estimate(const std::vector<double>& v, double stated_std, double common_std) {
