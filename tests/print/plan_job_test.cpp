@@ -343,6 +343,6 @@ TEST_CASE("The plot is one SVG with a chart per quantity, whatever the trace hol
   for (std::size_t at = svg.find("<svg"); at != svg.npos; at = svg.find("<svg", at + 1)) ++opened;
   for (std::size_t at = svg.find("</svg>"); at != svg.npos; at = svg.find("</svg>", at + 1)) ++closed;
   CHECK(opened == closed);
-  CHECK(opened == 1 + 10 + 10 + 9);  // whole, ten places, ten pictures, nine clipped plots
+  CHECK(opened == 1 + 11 + 11 + 9);  // whole, eleven places, eleven pictures, nine clipped plots
   CHECK(svg.size() < 600000);
 }

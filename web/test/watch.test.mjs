@@ -43,6 +43,19 @@ async function point_at(page, run, x, y) {
   return [x0 + (x + 0.5) * pixel, y0 + (run.ny - 0.5 - y) * pixel];
 }
 
+/** Moves the pointer over a cell, once the page's layout rests: rows that appear push the map down. */
+async function point_to(page, run, x, y) {
+  for (let tries = 0; tries < 50; ++tries) {
+    const place = await point_at(page, run, x, y);
+    await page.mouse.move(...place);
+    await see(page, "cell ");
+    await new Promise(done => setTimeout(done, 200));
+    const again = await point_at(page, run, x, y);
+    if (place[0] === again[0] && place[1] === again[1] && (await text_of(page, ".readout")).includes(`cell ${x}, ${y} at`)) return;
+  }
+  throw new Error(`the map never rested under cell ${x}, ${y}`);
+}
+
 test("a live print is watched: state, layers as they come, and the true value of the cell that is pointed at", () => with_page(async (page, server, address) => {
   await see(page, "Printing layer 8");
   assert.equal(page.url(), address, "the token has left the address");
@@ -52,8 +65,7 @@ test("a live print is watched: state, layers as they come, and the true value of
   await see(page, "layer 9 of 9");
   await see(page, "All of layer 9:");
   for (const [x, y] of [[20, 20], [11, 25], [30, 14]]) {
-    await page.mouse.move(...(await point_at(page, server.live, x, y)));
-    await see(page, `cell ${x}, ${y} at`);
+    await point_to(page, server.live, x, y);
     const value = server.live.frame("error", 9).readFloatLE(32 + 4 * (40 * y + x));
     const words = Number.isNaN(value) ? "not seen" : `${(Math.abs(value) < 1 ? value.toFixed(3) : value.toFixed(2)).replace("-", "−")} µm`;
     assert.ok((await text_of(page, ".readout")).includes(words), `${words} in ${await text_of(page, ".readout")}`);
@@ -64,7 +76,7 @@ test("a live print is watched: state, layers as they come, and the true value of
 test("dragging cuts a section through cells, with the target beside a height; Enter does it from the keyboard", () => with_page(async (page, server) => {
   await see(page, "All of layer 7");
   await page.select(".surface select", "measured");
-  await page.mouse.move(...(await point_at(page, server.live, 4, 20)));
+  await point_to(page, server.live, 4, 20);
   await page.mouse.down();
   await page.mouse.move(...(await point_at(page, server.live, 20, 20)), {steps: 3});
   await page.mouse.move(...(await point_at(page, server.live, 35, 20)), {steps: 3});
@@ -278,7 +290,7 @@ test("the surface turns in three dimensions, and its cell has the map's value", 
 test("the difference to another layer and to another run is the difference of the cells", () => with_page(async (page, server) => {
   await see(page, "All of layer 7");
   await page.select(".surface select", "difference");
-  await page.mouse.move(...(await point_at(page, server.live, 20, 20)));
+  await point_to(page, server.live, 20, 20);
   const expect = async (other, layer) => {
     const at = (run, n) => run.frame("measured", n).readFloatLE(32 + 4 * (40 * 20 + 20));
     const value = Math.fround(at(server.live, 7) - at(other, layer));
