@@ -238,7 +238,10 @@ TEST_CASE("Options that contradict each other or the pictures are refused by nam
   CHECK_THAT(with([](auto& r) { r.pitch_um = 5; }), Contains("--target and --pitch-um"));
   CHECK_THAT(with([](auto& r) { r.um_per_px = r.nozzle_um = 5; }), Contains("one of them is needed"));
   CHECK_THAT(with([](auto& r) { r.nozzle_um = 50; }), Contains("--nozzle-um: no picture shows"));
-  CHECK_THAT(with([](auto& r) { r.target = r.images[0], r.pitch_um = 5; }),
+  CHECK_THAT(with([](auto& r) {
+               r.target = r.images[0];
+               r.pitch_um = 5;
+             }),
              Contains("fewer than 9 equal dots"));
   CHECK_THAT(with([&](auto& r) { r.background = folder.file("wide.pgm", StrobeSketch{.width = 201}.pnm()); }),
              Contains("bare.pgm: differs in size or depth from the background") && Contains("wide.pgm"));
