@@ -8,12 +8,14 @@
 #include "lcmtypes/validate.h"
 #include "replay/channel_index.h"
 #include "replay/describe.h"
+#include "runtime/thread_pool.h"
 #include "runtime/write_ahead.h"
 
 namespace firn::page {
 namespace {
 
-constexpr std::size_t kShownBytes = 60;  // of an exchange
+constexpr std::size_t kShownBytes = 60;            // of an exchange
+constexpr std::uintmax_t kLargeBytes = 1'000'000;  // new in a file: it is worth a thread
 
 }  // namespace
 
@@ -84,13 +86,25 @@ void RecordTail::read_new(std::size_t number, std::vector<Found>& found) {
 }
 
 bool RecordTail::poll(const Sink& sink) {
-  std::vector<Found> found;
-  bool grown = false;
+  std::vector<std::vector<Found>> found_in(files_.size());
+  std::vector<char> grew(files_.size(), 0);
+  const auto read = [&](std::size_t n) {
+    grew[n] = map(files_[n]);
+    if (grew[n]) read_new(n, found_in[n]);
+  };
+  std::vector<std::size_t> large;
   for (std::size_t n = 0; n < files_.size(); ++n) {
-    if (!map(files_[n])) continue;
-    grown = true;
-    read_new(n, found);
+    std::error_code missing;
+    const std::uintmax_t bytes = std::filesystem::file_size(run_ / files_[n].name, missing);
+    if (!missing && bytes > files_[n].from + kLargeBytes)
+      large.push_back(n);
+    else
+      read(n);
   }
+  if (!large.empty()) parallel_on(0)(int(large.size()), [&](int k) { read(large[std::size_t(k)]); });
+  std::vector<Found> found;
+  for (const auto& some : found_in) found.insert(found.end(), some.begin(), some.end());
+  const bool grown = std::ranges::count(grew, 1) > 0;
   std::ranges::stable_sort(found, {}, &Found::utime_us);
   std::vector<std::byte> changed;
   for (const Found& f : found) {
