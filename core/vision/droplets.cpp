@@ -228,6 +228,7 @@ bool leaves_shadow(std::span<const Frame* const> frames, const Background& b, co
 DropletPicture find_droplets(const Frame& picture, const Background* background,
                              const DropletOptions& options) {
   DropletPicture p;
+  if (!is_valid(picture)) return p;
   const Polarity polarity = !background            ? options.polarity
                             : background->inverted ? Polarity::kBright
                                                    : Polarity::kDark;
@@ -244,6 +245,7 @@ DropletPicture find_droplets(const Frame& picture, const Background* background,
 }
 
 Background known_background(const Frame& frame, Polarity objects) {
+  if (!is_valid(frame)) return {};
   Background b{frame, std::vector<std::uint8_t>(frame.pixels.size()), false};
   Frame inverted;
   const Light light = measure_light(frame, objects, inverted);
@@ -263,6 +265,8 @@ Background known_background(const Frame& frame, Polarity objects) {
 std::optional<Background> find_background(std::span<const Frame* const> frames, bool moves,
                                           const DropletOptions& options) {
   if (frames.empty()) return std::nullopt;
+  for (const Frame* f : frames)
+    if (!is_valid(*f)) return std::nullopt;
   // The side of the ground on which objects lie is decided by a picture with a droplet, not by the
   // background.
   Frame inverted;

@@ -46,17 +46,18 @@ struct DropletOptions {
 
 /// Finds the droplets of one picture. The main droplet is the largest one; a free one goes before a meniscus.
 /// @param background static background of the same camera, or nullptr: then the smooth ground alone is known,
-/// and dark round dirt cannot be told from a droplet. @pre is_valid(frame), sizes equal
+/// and dark round dirt cannot be told from a droplet. @pre its size is the frame's
+/// @returns no drop also for a frame that is not valid
 DropletPicture find_droplets(const Frame& frame, const Background* background,
                              const DropletOptions& options = {});
 
-/// The background of pictures that share a scene; nothing when they do not (static_picture), when the scene
+/// The background of pictures that share a scene; nothing when one is not valid, when they do not (static_picture), when the scene
 /// itself shows a droplet and `moves` is false (pictures of one delay keep their droplet in place), or when
 /// droplets that move too slowly have left their shadow in it.
 std::optional<Background> find_background(std::span<const Frame* const> frames, bool moves,
                                           const DropletOptions& options = {});
 
-/// The background that a picture without a droplet shows.
+/// The background that a picture without a droplet shows; empty for one that is not valid.
 Background known_background(const Frame& frame, Polarity objects);
 
 }  // namespace firn::vision

@@ -296,6 +296,8 @@ Outline integrate_spot(const Scene& scene, const Component& c, double opaque) {
   if (sum <= 0 || opaque <= 0) return o;
   o.x = sx / sum;
   o.y = sy / sum;
+  // Glare beside the spot weighs less than nothing.
+  if (o.x < x0 || o.x > x1 || o.y < y0 || o.y > y1) return o;
   for (int y = y0; y <= y1; ++y)
     for (int x = x0; x <= x1; ++x)
       if (near[std::size_t(y - y0) * std::size_t(w) + std::size_t(x - x0)]) {

@@ -24,7 +24,7 @@ void check(const Droplet& d, const Frame& f) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 20) return 0;
-  Frame f{kMinSide + data[0] % 64, kMinSide + data[1] % 64, kWhite[data[2] % 4], {}};
+  Frame f{kMinSide + data[0] % 32, kMinSide + data[1] % 32, kWhite[data[2] % 4], {}};
   // Runs of one level: objects rather than noise.
   const std::size_t repeat = 1 + data[3] % 24;
   for (std::size_t i = 0; i < std::size_t(f.width) * std::size_t(f.height); ++i)

@@ -265,3 +265,46 @@ TEST_CASE("Any pixels are a picture: noise, stripes and constant levels end with
     CHECK(std::isfinite(p.main.x + p.main.diameter_px + p.noise));
   }
 }
+
+TEST_CASE("No pixels, one pixel, all black, all white and a size that is only claimed are no drop") {
+  const auto even = [](int width, int height, int level) {
+    return Frame{width, height, 255,
+                 std::vector<std::uint16_t>(std::size_t(width) * std::size_t(height), std::uint16_t(level))};
+  };
+  const std::vector<Frame> frames{{},
+                                  even(1, 1, 7),
+                                  even(64, 48, 0),
+                                  even(64, 48, 255),
+                                  {20000, 20000, 255, {1, 2, 3}},
+                                  {16384, 16384, 255, {}},
+                                  {-16, -16, 255, std::vector<std::uint16_t>(256)},
+                                  {16, 16, 0, std::vector<std::uint16_t>(256)}};
+  for (const Frame& f : frames)
+    for (const Polarity polarity : {Polarity::kAuto, Polarity::kDark, Polarity::kBright}) {
+      CAPTURE(f.width, f.height, int(polarity));
+      CHECK(find_droplets(f, nullptr, {polarity}).state == PictureState::kNoDrop);
+      const std::vector<const Frame*> five(5, &f);
+      const auto still = find_background(five, true, {polarity});
+      CHECK((still.has_value() ? is_valid(f) : true));
+      const Background known = known_background(f, polarity);
+      CHECK(known.frame.pixels.size() == (is_valid(f) ? f.pixels.size() : 0));
+      CHECK(known.frame.pixels.size() == known.nozzle.size());
+      if (is_valid(f)) CHECK(find_droplets(f, &known, {polarity}).state == PictureState::kNoDrop);
+    }
+}
+
+TEST_CASE("A dark spot beside a glare is not placed outside of itself") {
+  Frame f{96, 96, 255, std::vector<std::uint16_t>(96 * 96, 120)};
+  for (int y = 0; y < 96; ++y)
+    for (int x = 0; x < 96; ++x)
+      if ((x - 70) * (x - 70) + (y - 70) * (y - 70) < 100) f.pixels[f.index(x, y)] = 30;
+  for (int y = 40; y <= 42; ++y)
+    for (int x = 40; x <= 42; ++x) f.pixels[f.index(x, y)] = 30;
+  for (int y = 39; y <= 42; ++y) f.pixels[f.index(45, y)] = 240;
+  const DropletPicture p = find_droplets(f, nullptr, {Polarity::kDark});
+  REQUIRE(p.state == PictureState::kDrop);
+  for (const Droplet& d : p.satellites) {
+    CHECK(std::abs(d.x - 41) < 4);
+    CHECK(std::abs(d.y - 41) < 4);
+  }
+}
