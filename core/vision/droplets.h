@@ -51,9 +51,9 @@ struct DropletOptions {
 DropletPicture find_droplets(const Frame& frame, const Background* background,
                              const DropletOptions& options = {});
 
-/// The background of pictures that share a scene; nothing when one is not valid, when they do not (static_picture), when the scene
-/// itself shows a droplet and `moves` is false (pictures of one delay keep their droplet in place), or when
-/// droplets that move too slowly have left their shadow in it.
+/// The background of pictures that share a scene; nothing when one is not valid, when they do not
+/// (static_picture), when the scene itself shows a droplet and `moves` is false (pictures of one delay keep
+/// their droplet in place), or when droplets that move too slowly have left their shadow in it.
 std::optional<Background> find_background(std::span<const Frame* const> frames, bool moves,
                                           const DropletOptions& options = {});
 

@@ -37,6 +37,12 @@ extern "C" __attribute__((visibility("default"))) void firn_decode_picture(
         picture.white = white;
         break;
       }
+} catch (const cv::Exception& e) {
+  // A header that promises more than read_picture admits is refused before memory is taken.
+  const bool large = e.err.find("CV_IO_MAX_IMAGE") != std::string::npos;
+  picture.error = large ? "its header promises more than 268435456 pixels (16384 x 16384)"
+                        : std::string("not decoded: ") + e.what();
+  std::replace(picture.error.begin(), picture.error.end(), '\n', ' ');
 } catch (const std::exception& e) {
   picture.error = std::string("not decoded: ") + e.what();
   std::replace(picture.error.begin(), picture.error.end(), '\n', ' ');

@@ -132,6 +132,9 @@ TEST_CASE("Wrong pictures and options are refused by file, option and limit") {
   write_file_text(folder / "zero.png", "");
   write_file_text(folder / "cut.png", file_text(none).substr(0, 40));
   cv::imwrite((folder / "small.png").string(), cv::Mat(8, 300, CV_8U, cv::Scalar(9)));
+  write_file_text(folder / "dot.pgm", "P5\n1 1\n255\nx");
+  write_file_text(folder / "none.pgm", "P5\n0 0\n255\n");
+  write_file_text(folder / "huge.pgm", "P5\n20000 20000\n255\nx");
   const auto refused = [&](std::vector<std::string> words, const std::string& part) {
     words.insert(words.begin(), "droplets");
     const Said said = firn_says(words);
@@ -145,6 +148,9 @@ TEST_CASE("Wrong pictures and options are refused by file, option and limit") {
   refused({(folder / "zero.png").string()}, "zero.png: is empty");
   refused({(folder / "cut.png").string()}, "cut.png: no");
   refused({(folder / "small.png").string()}, "300 x 8 pixels; sides must be from 16 to 16384");
+  refused({(folder / "dot.pgm").string()}, "dot.pgm: 1 x 1 pixels; sides must be from 16 to 16384");
+  refused({(folder / "none.pgm").string()}, "none.pgm: ");
+  refused({(folder / "huge.pgm").string()}, "huge.pgm: ");
   refused({none, none, "--delay-us", "3"}, "1 delays for 2 pictures");
   refused({none, "--delay-us", "inf"}, "--delay-us");
   refused({empty, "--nozzle-um", "50"}, "--nozzle-um: no picture shows");
@@ -153,4 +159,16 @@ TEST_CASE("Wrong pictures and options are refused by file, option and limit") {
   refused({none, "--target", none, "--pitch-um", "50"}, "none.png: fewer than 9 equal dots");
   refused({none, "--scale", "-1"}, "--scale");
   refused({none, "--objects", "pale"}, "--objects");
+}
+
+TEST_CASE("An all black and an all white picture are no drop") {
+  const auto folder = fresh_folder("droplet-even");
+  for (const int level : {0, 255}) {
+    const auto file = folder / (std::to_string(level) + ".png");
+    REQUIRE(cv::imwrite(file.string(), cv::Mat(120, 160, CV_8U, cv::Scalar(level))));
+    const Said said = firn_says({"droplets", file.string(), "--json"});
+    CAPTURE(level, said.err);
+    REQUIRE(said.code == 0);
+    CHECK(Json::parse(said.out)["pictures"][0]["state"] == "no drop");
+  }
 }
