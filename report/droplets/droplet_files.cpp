@@ -12,7 +12,7 @@ namespace {
 
 using vision::Frame;
 
-constexpr std::size_t kBackgroundPictures = 32;  // more make the median no better
+constexpr std::size_t kBackgroundPictures = 32;  // more make the background no better
 
 Frame read_frame(const std::filesystem::path& file) {
   DecodedPicture p = read_picture(file);
