@@ -246,7 +246,7 @@ Outline measure_outline(const Scene& scene, const Silhouette& s, const Bulge& bu
     } else {
       edge[k] = e;
     }
-    edge[k] += o.blur_px * o.blur_px / (2 * edge[k]);
+    edge[k] += o.blur_px * o.blur_px / (2 * std::max(edge[k], o.blur_px));  // less than half the blur
   }
   if (seen < kRays / 4) return o;
   measure_polygon(edge, c, o);
