@@ -211,40 +211,11 @@ Point axis_of(std::span<const TimedPicture> pictures) {
   return {0.0, 1.0};
 }
 
-// Takes the best parabola off the residuals of a line: air slows a droplet, which is no scatter.
-// @returns the parameters fitted, the line's two included
-double take_bend_off(const std::vector<Seen>& seen, const Line& line, double more, std::vector<double>& off) {
-  if (seen.size() < 5) return 2;
-  double w = 0, t2 = 0, t3 = 0, t4 = 0;
-  for (const Seen& s : seen) {
-    const double weight = 1 / (s.variance + more), t = s.t - line.t;
-    w += weight;
-    t2 += weight * t * t;
-    t3 += weight * t * t * t;
-    t4 += weight * t * t * t * t;
-  }
-  // t^2 without its share of 1 and t.
-  const auto bend = [&](const Seen& s) {
-    const double t = s.t - line.t;
-    return t * t - t3 / t2 * t - t2 / w;
-  };
-  double square = 0, product = 0;
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    const double weight = 1 / (seen[i].variance + more), b = bend(seen[i]);
-    square += weight * b * b;
-    product += weight * b * off[i];
-  }
-  if (!(square > 1e-6 * t4)) return 2;  // two delays
-  for (std::size_t i = 0; i < seen.size(); ++i) off[i] -= product / square * bend(seen[i]);
-  return 3;
-}
-
 void measure_flight(const std::vector<Seen>& seen, const Scale& scale, Point axis, SweepResult& r) {
   Line x = fit(seen, &Seen::x, 0.0);
   Line y = fit(seen, &Seen::y, 0.0);
   const double n = double(seen.size());
-  double stated = 0.0, along2 = 0.0, across2 = 0.0, jitter2 = 0.0, fitted = 2.0;
-  std::vector<double> off(seen.size());
+  double stated = 0.0, along2 = 0.0, across2 = 0.0, jitter2 = 0.0;
   for (int round = 0; round < 3; ++round) {
     x = fit(seen, &Seen::x, jitter2);
     y = fit(seen, &Seen::y, jitter2);
@@ -252,24 +223,21 @@ void measure_flight(const std::vector<Seen>& seen, const Scale& scale, Point axi
     if (!(speed > 0)) return;
     r.flight = {x.slope / speed, y.slope / speed};
     stated = along2 = across2 = 0.0;
-    for (std::size_t i = 0; i < seen.size(); ++i) {
-      const Seen& s = seen[i];
+    for (const Seen& s : seen) {
       const double dx = s.x - x.value(s.t), dy = s.y - y.value(s.t);
-      off[i] = dx * r.flight.x + dy * r.flight.y;
-      const double b = dx * r.flight.y - dy * r.flight.x;
+      const double a = dx * r.flight.x + dy * r.flight.y, b = dx * r.flight.y - dy * r.flight.x;
+      along2 += a * a;
       across2 += b * b;
       stated += s.variance / n;
     }
-    fitted = take_bend_off(seen, x, jitter2, off);
-    for (const double a : off) along2 += a * a;
-    jitter2 = n > fitted ? std::max(0.0, along2 / (n - fitted) - stated) : 0.0;
+    jitter2 = n > 2 ? std::max(0.0, along2 / (n - 2) - stated) : 0.0;
   }
   r.used = int(seen.size());
   r.middle_us = x.t;
   double tt = 0.0;
   for (const Seen& s : seen) tt += (s.t - x.t) * (s.t - x.t);
   const double speed = std::sqrt(x.slope * x.slope + y.slope * y.slope);
-  const double along = std::sqrt(std::max(pooled_variance(along2, n, fitted, stated), stated * 0.25) / tt);
+  const double along = std::sqrt(std::max(pooled_variance(along2, n, 2, stated), stated * 0.25) / tt);
   const double across = std::sqrt(std::max(pooled_variance(across2, n, 2, stated), stated * 0.25) / tt);
   const double share = scale.std / scale.um_per_px;
   r.velocity_m_s = {speed * scale.um_per_px,
@@ -282,8 +250,8 @@ void measure_flight(const std::vector<Seen>& seen, const Scale& scale, Point axi
   r.angle_deg = {angle, degrees * across / speed, true};
   if (n > 3) {
     const double us = std::sqrt(jitter2) / speed;
-    const double total = std::sqrt(along2 / (n - fitted)) / speed;
-    r.jitter_us = {us, std::max(us, total) / std::sqrt(2 * (n - fitted)), true};
+    const double total = std::sqrt(along2 / (n - 2)) / speed;
+    r.jitter_us = {us, std::max(us, total) / std::sqrt(2 * (n - 2)), true};
   }
 }
 

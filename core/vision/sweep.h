@@ -47,9 +47,8 @@ struct SweepResult {
 
 /// Weighted least squares lines x(t), y(t) through the centroids of free droplets, robust against a picture
 /// whose main droplet is another one. Variances are those of the pictures plus that of the jitter, which is
-/// what the residuals along the flight exceed them by, beside a parabola of five pictures or more. With few
-/// pictures the residuals count beside the stated variances, in proportion to their number (inverse-gamma
-/// prior, 8 degrees of freedom).
+/// what the residuals along the flight exceed them by. With few pictures the residuals count beside the
+/// stated variances, in proportion to their number (inverse-gamma prior, 8 degrees of freedom).
 /// @param pictures in any order; equal delays are allowed
 SweepResult measure_sweep(std::span<const TimedPicture> pictures, const Scale& scale);
 

@@ -1,4 +1,4 @@
-// Jet: what a person may ask of it beside a print (firn device).
+// Jet: orders of a person, beside a print (firn device).
 #include <cmath>
 
 #include "drivers/jet/jet.h"

@@ -1,4 +1,4 @@
-// Lamp: what a person may ask of it beside a print (firn device).
+// Lamp: orders of a person, beside a print (firn device).
 #include <cmath>
 
 #include "drivers/lamp/lamp.h"

@@ -1,4 +1,4 @@
-// LaserProfiler: what a person may ask of it beside a print (firn device).
+// LaserProfiler: orders of a person, beside a print (firn device).
 #include "drivers/laser_profiler/laser_profiler.h"
 
 namespace firn::drivers {

@@ -1,4 +1,4 @@
-// Robot: what a person may ask of it beside a print (firn device).
+// Robot: orders of a person, beside a print (firn device).
 #include <cmath>
 #include <cstdio>
 #include <numbers>

@@ -1,4 +1,4 @@
-// Stage: what a person may ask of it beside a print (firn device).
+// Stage: orders of a person, beside a print (firn device).
 #include <cmath>
 #include <cstdio>
 

@@ -1,4 +1,4 @@
-// Valve: what a person may ask of it beside a print (firn device).
+// Valve: orders of a person, beside a print (firn device).
 #include <cmath>
 
 #include "drivers/valve/valve.h"

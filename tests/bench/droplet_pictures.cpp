@@ -1,4 +1,4 @@
-// Measures what the vision core makes of rendered strobe sweeps, drawn at random.
+// Measures the vision core on rendered strobe sweeps, drawn at random.
 //   droplet_pictures [SWEEPS=500] [SEED=90000]
 // The thresholds of core/vision were set on seeds below 50000.
 #include <algorithm>
@@ -202,7 +202,8 @@ int main(int argc, char** argv) {
       ++failed;
       continue;
     }
-    // The line's slope is the mean velocity of what was seen; the truth is that of the flown distances.
+    // The line's slope is the mean velocity of the droplets that were seen; the truth is that of the flown
+    // distances.
     const double speed = fly(d.jet.speed_m_s, d.jet.diameter_um, r.middle_us).speed_m_s;
     velocity.add(r.velocity_m_s.value / speed - 1, r.velocity_m_s.std / speed, 0.02);
     diameter.add(r.diameter_um.value / d.jet.diameter_um - 1, r.diameter_um.std / d.jet.diameter_um, 0.02);

@@ -236,7 +236,7 @@ TEST_CASE("identify takes at most a second behind a serial or a TCP line, for ev
     const PortBridge bridge(kind, world->address(node).place);
     std::vector<std::string> words{file,     node,    "identify",
                                    "--json", "--set", port_option(node, bridge.address(baud))};
-    // What a trigger line couples is real together.
+    // Instruments on one trigger line are real together.
     for (const char* other : {"stage", "jet", "laser_profiler", "robot", "valve_a", "valve_b", "laser_point"})
       if (node != other && node != "lamp" && node != "heater" &&
           (file == kInkjet) ==

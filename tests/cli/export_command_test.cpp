@@ -1,4 +1,4 @@
-// firn import and firn export: what is refused, and that nothing is left behind.
+// firn import and firn export: refusals, and that nothing is left behind.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-// What the configuration of the ice lab becomes in the option structs of core.
+// The configuration of the ice lab in the option structs of core.
 #include "config/ice_lab.h"
 
 #include <catch2/catch.hpp>

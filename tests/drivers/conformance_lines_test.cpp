@@ -20,7 +20,7 @@ using firn::drivers::test::IceRig;
 
 namespace {
 
-// What a V+ program does, without its comments.
+// A V+ program without its comments.
 std::string program(const char* file) {
   std::string code, text = read_file(std::string(FIRN_SOURCE_DIR) + "/drivers/robot/vplus/" + file);
   std::size_t from = 0;

@@ -1,5 +1,5 @@
-// The Microdrop's driver against its twin, which is written from the same card: what it says, what it refuses
-// without an external trigger, and what becomes of a pass.
+// The Microdrop's driver against its twin, which is written from the same card: its words, its refusals
+// without an external trigger, and the end of a pass.
 #include <catch2/catch.hpp>
 
 #include "core/grid/firing_order.h"

@@ -1,5 +1,5 @@
 // RealWire carries an instrument's bytes through this host's kernel, over a pseudo terminal or a TCP
-// connection, without a clock: what is written on one side is read on the other before the call returns.
+// connection, without a clock: bytes written on one side are read on the other before the call returns.
 #pragma once
 
 #include <filesystem>

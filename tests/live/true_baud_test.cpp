@@ -83,7 +83,7 @@ class Bench {
   std::map<std::string, std::unique_ptr<PortBridge>> lines_;
 };
 
-/// What a print was told and did.
+/// Orders and deeds of a print.
 struct Story {
   std::map<std::pair<int, int>, HeightMap> maps;      ///< by layer and attempt
   std::map<std::string, std::map<int, int>> answers;  ///< node -> outcome -> times

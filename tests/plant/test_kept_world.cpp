@@ -1,4 +1,4 @@
-// What a killed world leaves on the disk, at every moment of a print.
+// The disk that a killed world leaves, at every moment of a print.
 #include <catch2/catch.hpp>
 
 #include <algorithm>

@@ -24,7 +24,7 @@ layer_metrics_t metrics(int layer, int expected) {
   return m;
 }
 
-/// What `write` puts on a terminal of so many columns.
+/// The text that `write` puts on a terminal of so many columns.
 template <class Write>
 std::string on_terminal(int columns, Write write) {
   const int terminal = ::posix_openpt(O_RDWR | O_NOCTTY);

@@ -257,7 +257,7 @@ void work_robot(Rig& rig) {
   }
 }
 
-/// An instrument, the work that is interrupted, and the beginnings of what makes it act.
+/// An instrument, the work that is interrupted, and the beginnings of its causes.
 struct Row {
   NodeId id;
   const char* lab;

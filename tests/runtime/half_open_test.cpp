@@ -37,7 +37,7 @@ void interface_up(bool up) {
   ::close(fd);
 }
 
-/// An instrument that returns what it is told.
+/// An instrument that returns each byte.
 class Echo {
  public:
   Echo() {
@@ -112,7 +112,7 @@ Measured half_open(bool asked) {
   interface_up(true);
   const std::int64_t back_us = monotonic_us();
   if (answered(20.0)) m.usable_s = double(monotonic_us() - back_us) * 1e-6;
-  m.worked = m.worked && heard == "?";  // and nothing of what was under way comes again
+  m.worked = m.worked && heard == "?";  // and nothing that was under way comes again
   return m;
 }
 

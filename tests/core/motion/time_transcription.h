@@ -217,7 +217,7 @@ class TimeTranscription {
     return least;
   }
 
-  /// What is left of s, v, a of the next place over a step, in units of the step's length, speed and
+  /// Defects of s, v, a of the next place over a step, in units of the step's length, speed and
   /// acceleration; slopes[n][i] with regard to v, a, u, duration.
   struct Dynamics {
     double left[3];
@@ -234,7 +234,7 @@ class TimeTranscription {
              {0.0, -1.0, -t, -u}}};
   }
 
-  /// Bound of what the defects of the dynamics are worth, by their multipliers.
+  /// Bound of the worth of the dynamics' defects, by their multipliers.
   double defect_s(const std::vector<double>& z) const {
     double sum = 0.0;
     for (int k = 0; k < steps_; ++k) {

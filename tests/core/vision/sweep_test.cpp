@@ -57,28 +57,6 @@ TEST_CASE("The stated deviations of velocity, angle and jitter are those of many
   CHECK(jitter == Approx(0.4).epsilon(0.08));
 }
 
-TEST_CASE("Air that slows a droplet is no jitter, and does not widen the interval of its velocity") {
-  int covered = 0;
-  double jitter = 0.0;
-  constexpr int kSweeps = 400;
-  for (std::uint64_t seed = 0; seed < kSweeps; ++seed) {
-    RandomStream random(seed, Purpose::kTest, 1);
-    std::vector<TimedPicture> p;
-    for (int k = 0; k < 12; ++k) {
-      const double t = 20.0 + 8 * k, late = t - 64;
-      p.push_back(seen(t, 100 + 0.02 * random.normal(),
-                       150 + 1.2 * late - 0.0007 * late * late + 0.02 * random.normal()));
-    }
-    const SweepResult r = measure_sweep(p, {2.0, 0.0});
-    REQUIRE(r.middle_us == Approx(64));
-    covered += std::abs(r.velocity_m_s.value - 2.4) < 1.96 * r.velocity_m_s.std;
-    jitter += r.jitter_us.value / kSweeps;
-  }
-  CHECK(covered >= 0.90 * kSweeps);
-  CHECK(covered <= 0.985 * kSweeps);
-  CHECK(jitter < 0.01);
-}
-
 TEST_CASE("A picture whose largest droplet is another one is followed to the right one, or left out") {
   std::vector<TimedPicture> p;
   for (int k = 0; k < 8; ++k) p.push_back(seen(10.0 * k, 100, 50 + 15.0 * k));

@@ -1,4 +1,4 @@
-// Paths from DXF: curves against closed forms, joined where their ends meet; what is not read is named.
+// Paths from DXF: curves against closed forms, joined where their ends meet; anything else is named.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>

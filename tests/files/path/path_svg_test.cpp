@@ -1,4 +1,4 @@
-// Paths from SVG: path data, shapes, transforms and units against closed forms; what is not read is named.
+// Paths from SVG: path data, shapes, transforms and units against closed forms; anything else is named.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
