@@ -20,6 +20,8 @@ LampNode::LampNode(const Experiment& e) : DriverNode(NodeId::kLamp, lamp_config(
 void LampNode::on(const lamp_command_t& c, Time now, Outbox& out) {
   using drivers::Effects;
   using drivers::Lamp;
+  commanded_us_ = c.header.utime_us;
+  bar(now, out);
   perform(c, false, now, out, [&](Lamp& lamp, std::int64_t now_us, Effects& fx) {
     lamp.expose(c.exposure_s, c.iris_percent, now_us, fx);
   });
@@ -32,8 +34,16 @@ void LampNode::on(const run_end_t& m, Time now, Outbox& out) {
 }
 
 void LampNode::on(const device_state_t& m, Time now, Outbox& out) {
-  if (m.header.incarnation < incarnation()) return;
-  const bool moves = DeviceState(m.state) == DeviceState::kActive;
+  if (m.header.incarnation < incarnation() || m.header.seq < stage_seq_) return;  // a newer one overtook it
+  stage_seq_ = m.header.seq;
+  moves_us_ = DeviceState(m.state) == DeviceState::kActive ? m.header.utime_us : kRests;
+  bar(now, out);
+}
+
+// The scheduler commands an exposure when the stage has answered that it is parked. A motion that was told
+// before that has ended, though the state that told its end was lost.
+void LampNode::bar(Time now, Outbox& out) {
+  const bool moves = moves_us_ != kRests && moves_us_ >= commanded_us_;
   act(now, out, [&](drivers::Lamp& lamp, std::int64_t now_us, drivers::Effects& fx) {
     lamp.bar(moves ? "the stage is not at the cure pose: it moves" : "", now_us, fx);
   });

@@ -23,6 +23,14 @@ class LampNode final : public DriverNode<LampNode, drivers::Lamp, drivers::Effec
   void on(const lamp_command_t&, Time now, Outbox&);
   void on(const run_end_t&, Time now, Outbox&);
   void on(const device_state_t&, Time now, Outbox&);
+
+ private:
+  static constexpr std::int64_t kRests = -1;
+  void bar(Time now, Outbox& out);
+
+  std::int64_t stage_seq_ = 0;      ///< of the newest STATE_STAGE
+  std::int64_t moves_us_ = kRests;  ///< when it told a motion
+  std::int64_t commanded_us_ = 0;   ///< when the newest exposure was commanded
 };
 
 std::unique_ptr<Node> make_lamp(const std::string& config_toml, const Blobs& blobs);

@@ -444,3 +444,34 @@ TEST_CASE("I9: nothing is exposed while the stage moves, and an exposure ends wh
   CHECK(rig.faults().back().code == 9);
   CHECK(rig.faults().back().severity == std::int8_t(Severity::kStop));
 }
+
+TEST_CASE("I9: a motion whose end was told in a lost or overtaken message holds up no later exposure",
+          "[I9]") {
+  LampRig rig;
+  rig.enable(1);
+  const auto stage = [&](DeviceState state, std::int64_t seq, std::int64_t utime_us) {
+    device_state_t s{};
+    s.header.seq = seq;
+    s.header.utime_us = utime_us;
+    s.node = "stage";
+    s.state = std::int8_t(state);
+    rig.message(channels::device_state(NodeId::kStage), s);
+  };
+  const auto exposed = [&](std::int64_t id, std::int64_t utime_us) {
+    lamp_command_t c = expose(id, 1);
+    c.header.utime_us = utime_us;
+    rig.message(channels::kLampCommand, c);
+    rig.run_for(0.1);
+  };
+  stage(DeviceState::kActive, 1, 1000);
+  exposed(1, 2000);  // the state between was lost: the scheduler knows from the stage's answer
+  CHECK(rig.count("RUN") == 1);
+  stage(DeviceState::kSafe, 4, 2500);
+  stage(DeviceState::kActive, 3, 2600);  // overtaken
+  rig.run_for(2.0);
+  CHECK(rig.answers().back().outcome == std::int8_t(Outcome::kDone));
+  exposed(2, 3000);
+  stage(DeviceState::kActive, 5, 3001);
+  rig.run_for(2.0);
+  CHECK(rig.answers().back().outcome == std::int8_t(Outcome::kFailed));
+}
