@@ -318,7 +318,7 @@ void PathLoop::act_on_map(Time now, Outbox& out) {
                              " is needed";
     if (scan_attempt_ >= experiment().process.max_rescans) {
       phase_ = Phase::kLoadScan;                 // a resume continues here
-      const bool was_seen = mapped_layers_ > 0;  // the laser and its path were well then
+      const bool was_seen = newest_.size() > 0;  // the laser and its path were well then
       return fail(
           13, what + (was_seen ? "; the surface may be beyond the laser's range: a valve stays open?" : ""),
           now, out);

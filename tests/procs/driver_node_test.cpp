@@ -103,8 +103,8 @@ struct Rig {
   template <class Message>
   void message(const Channel<Message>& channel, Message m) {
     m.header.run_id = 1;
-    m.header.seq = ++seq;
-    m.header.utime_us = now.us;
+    if (m.header.seq == 0) m.header.seq = ++seq;
+    if (m.header.utime_us == 0) m.header.utime_us = now.us;
     std::vector<std::byte> bytes(std::size_t(m.getEncodedSize()));
     m.encode(bytes.data(), 0, int(bytes.size()));
     Event e;
