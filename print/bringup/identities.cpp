@@ -42,10 +42,10 @@ std::string identity_refusal(const Experiment& e, const BringupState& state, con
   std::vector<Asked> asked;
   for (const auto& [node, address] : real_ports(e))
     if (!accepts(node + ":identity"))
-      asked.push_back(
-          {node, to_text(address), std::async(std::launch::async, [&e, node, address, &interrupted] {
-             return who_answers(e, node, address, interrupted);
-           })});
+      asked.push_back({node, to_text(address),
+                       std::async(std::launch::async, [&e, node = node, address = address, &interrupted] {
+                         return who_answers(e, node, address, interrupted);
+                       })});
   std::string why;
   for (Asked& a : asked) {
     const DeviceReport r = a.report.get();

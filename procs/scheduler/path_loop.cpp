@@ -317,10 +317,10 @@ void PathLoop::act_on_map(Time now, Outbox& out) {
                              std::to_string(m.measured_fraction) + " of it; " + std::to_string(needed) +
                              " is needed";
     if (scan_attempt_ >= experiment().process.max_rescans) {
-      phase_ = Phase::kLoadScan;                 // a resume continues here
-      const bool was_seen = newest_.size() > 0;  // the laser and its path were well then
+      phase_ = Phase::kLoadScan;  // a resume continues here
+      const bool deposited = layers_done_ > 0;
       return fail(
-          13, what + (was_seen ? "; the surface may be beyond the laser's range: a valve stays open?" : ""),
+          13, what + (deposited ? "; the surface may be beyond the laser's range: a valve stays open?" : ""),
           now, out);
     }
     send_fault(Severity::kWarning, 13, what + "; measuring again", out);
