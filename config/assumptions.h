@@ -18,7 +18,7 @@ struct Assumption {
 
 /// Returns the last mark in a key's meaning, or 0.
 char mark_of(std::string_view meaning);
-/// Whether a mark stands for no public evidence: M, P, U.
+/// @returns true for a mark without public evidence: M, P, U
 bool unproven(char mark);
 
 /// Returns the marked keys of an instrument, [NODE] and [devices.NODE.dialect], in the order of the table.

@@ -173,7 +173,7 @@ Cubic fit_ground(const std::vector<Tile>& tiles, double cx, double cy, double si
   return ground;
 }
 
-// What the cubic leaves: the median of 3 x 3 tiles' residuals; tiles that differ by more belong to objects.
+// Residuals of the cubic: the median of 3 x 3 tiles' residuals; tiles that differ by more belong to objects.
 std::vector<double> slight_residuals(const std::vector<Tile>& tiles, int columns, int rows, double limit,
                                      const std::vector<double>& ground) {
   std::vector<double> residual(tiles.size()), result(tiles.size());

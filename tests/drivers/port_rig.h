@@ -57,7 +57,7 @@ class PortRig {
 
  protected:
   explicit PortRig(const plant::WorldConfig& config) : world(config, &record) {}
-  // Of a rig whose bytes take another way than through memory (wire_rig.h).
+  // The line of a rig whose bytes do not go through memory (wire_rig.h).
   virtual bool open_line(std::string_view) { return true; }  ///< false: it cannot be opened now
   virtual void close_line(std::string_view) {}               ///< by the instrument
   virtual std::string to_instrument(std::string_view, std::string bytes) { return bytes; }

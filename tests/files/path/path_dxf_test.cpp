@@ -9,6 +9,7 @@
 #include "files/path/join_curves.h"
 #include "files/path/path_file.h"
 #include "files/usage_error.h"
+#include "tests/files/path/path_reader.h"
 
 namespace firn {
 namespace {
@@ -26,21 +27,9 @@ std::string drawing(const std::string& entities, const std::string& before = "")
          lines("0 ENDSEC 0 EOF");
 }
 
-std::vector<InputPath> read(const std::string& text) {
-  std::istringstream in(text);
-  std::vector<InputPath> paths;
-  read_paths_dxf(in, "part.dxf", double(text.size()), [&](InputPath&& p) { paths.push_back(std::move(p)); });
-  return paths;
-}
+constexpr test::PathReader<read_paths_dxf> read{"part.dxf"};
 
-std::string refusal(const std::string& text) {
-  try {
-    read(text);
-  } catch (const UsageError& e) {
-    return e.what();
-  }
-  return {};
-}
+std::string refusal(const std::string& text) { return read.refusal(text); }
 
 double length_of(const std::vector<Point2>& p) {
   double length = 0.0;

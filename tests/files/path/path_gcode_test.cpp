@@ -7,25 +7,14 @@
 
 #include "files/path/path_file.h"
 #include "files/usage_error.h"
+#include "tests/files/path/path_reader.h"
 
 namespace firn {
 namespace {
 
-std::vector<InputPath> read(const std::string& text) {
-  std::istringstream in(text);
-  std::vector<InputPath> paths;
-  read_paths_gcode(in, "part.nc", double(text.size()), [&](InputPath&& p) { paths.push_back(std::move(p)); });
-  return paths;
-}
+constexpr test::PathReader<read_paths_gcode> read{"part.nc"};
 
-std::string refusal(const std::string& text) {
-  try {
-    read(text);
-  } catch (const UsageError& e) {
-    return e.what();
-  }
-  return {};
-}
+std::string refusal(const std::string& text) { return read.refusal(text); }
 
 }  // namespace
 

@@ -8,16 +8,12 @@
 #include "core/grid/random.h"
 #include "files/path/path_file.h"
 #include "files/usage_error.h"
+#include "tests/files/path/path_reader.h"
 
 namespace firn {
 namespace {
 
-std::vector<InputPath> read(const std::string& text) {
-  std::istringstream in(text);
-  std::vector<InputPath> paths;
-  read_paths_svg(in, "part.svg", double(text.size()), [&](InputPath&& p) { paths.push_back(std::move(p)); });
-  return paths;
-}
+constexpr test::PathReader<read_paths_svg> read{"part.svg"};
 
 /// A page of 100 x 50 mm whose unit is a millimetre.
 std::vector<InputPath> on_page(const std::string& content) {
@@ -25,14 +21,7 @@ std::vector<InputPath> on_page(const std::string& content) {
               content + "</svg>");
 }
 
-std::string refusal(const std::string& text) {
-  try {
-    read(text);
-  } catch (const UsageError& e) {
-    return e.what();
-  }
-  return {};
-}
+std::string refusal(const std::string& text) { return read.refusal(text); }
 
 double off(Point2 a, Point2 b) { return distance(a, b); }
 
