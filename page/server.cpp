@@ -2,6 +2,8 @@
 
 #include <unistd.h>
 
+#include <utility>  // before boost/asio/awaitable.hpp, which takes it for granted
+
 #include <algorithm>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/co_spawn.hpp>
@@ -23,7 +25,6 @@
 #include <optional>
 #include <set>
 #include <stdexcept>
-#include <utility>
 
 #include "files/text_file.h"
 #include "files/usage_error.h"
