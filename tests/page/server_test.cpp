@@ -4,7 +4,7 @@
 
 #include <cstring>
 #include <fstream>
-#include <mutex>
+#include <future>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -38,14 +38,10 @@ class Served {
     options.places = {place.path() / "runs"};
     options.token = "secret";
     options.stop_fd = stop_[0];
-    std::mutex lock;
-    lock.lock();
-    options.listening = [&](const std::string& at) {
-      address = at;
-      lock.unlock();
-    };
+    std::promise<std::string> listening;
+    options.listening = [&](const std::string& at) { listening.set_value(at); };
     thread_ = std::thread([this] { page::serve(options); });
-    lock.lock();
+    address = listening.get_future().get();
   }
   ~Served() {
     REQUIRE(::write(stop_[1], "x", 1) == 1);
