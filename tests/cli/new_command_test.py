@@ -71,7 +71,6 @@ class NewCommand(unittest.TestCase):
 
     def link(self, objects):
         """The program of BUILD with these objects in the place of its own."""
-        run(["ninja", "-C", BUILD, "bin/firn"])
         command = run(["ninja", "-C", BUILD, "-t", "commands", "-s", "bin/firn"]).stdout
         words = shlex.split(command.strip().splitlines()[-1])
         words = words[words.index("&&") + 1:] if words[0] == ":" else words

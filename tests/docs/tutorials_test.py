@@ -66,7 +66,6 @@ def firn_with_controllers(folder, page):
     of_scheme = [t.split(":")[0] for t in run(["ninja", "-C", copy.folder / "build", "-t", "targets", "all"]).stdout.splitlines()
                  if t.startswith("core/") and "schemes/schemes.cpp.o" in t]
     copy.build(*of_scheme)
-    run(["ninja", "-C", BUILD, "bin/firn"])
     linked = shlex.split(run(["ninja", "-C", BUILD, "-t", "commands", "-s", "bin/firn"]).stdout.strip().splitlines()[-1])
     words = linked[linked.index("&&") + 1:] if linked[0] == ":" else linked
     words = words[:words.index("&&")] if "&&" in words else words
