@@ -7,10 +7,14 @@
 namespace firn::vision {
 namespace {
 
-constexpr double kConnect = 0.28;      // opacity that joins pixels to one object
-constexpr int kCells = 60'000;         // lattice of a silhouette
-constexpr double kPale = 0.65;         // opacity of a droplet over that of the darkest one, at least
-constexpr double kSharp_px = 0.8;      // edge spread below which sharpness says nothing
+constexpr double kConnect = 0.28;  // opacity that joins pixels to one object
+constexpr int kCells = 60'000;     // lattice of a silhouette
+constexpr double kPale = 0.65;     // opacity of a droplet over that of the darkest one, at least
+constexpr double kSharp_px = 0.8;  // edge spread below which sharpness says nothing
+// A nozzle covers a tenth of the largest object at the edge and 150 pixels: less is dirt.
+constexpr double kNozzleShare = 0.1;
+constexpr long kLeastNozzle = 150;
+constexpr double kStaysDark = 0.75;    // of its own opacity: what the background has of dirt
 constexpr std::size_t kObjects = 300;  // largest ones that are looked at
 
 struct Candidate {
@@ -218,6 +222,7 @@ bool leaves_shadow(std::span<const Frame* const> frames, const Background& b, co
           sum += scene.opacity(x, y);
           ++n;
         }
+    if (alike >= 2 && sum > kStaysDark * d.opacity * n) continue;  // dirt that some pictures show
     shadows += n > 0 && sum > 0.12 * n;
   }
   return 4 * shadows > int(mains.size());
@@ -253,8 +258,12 @@ Background known_background(const Frame& frame, Polarity objects) {
   if (b.inverted) b.frame = std::move(inverted);
   if (light.empty) return b;
   const Scene scene(b.frame, light, nullptr);
-  for (const Component& c : find_components(scene, kConnect)) {
-    if (!c.at_edge) continue;
+  const std::vector<Component> components = find_components(scene, kConnect);
+  long largest = 0;
+  for (const Component& c : components)
+    if (c.at_edge) largest = std::max(largest, c.area);
+  for (const Component& c : components) {
+    if (!c.at_edge || c.area < kLeastNozzle || double(c.area) < kNozzleShare * double(largest)) continue;
     for (const Run& r : c.runs)
       std::fill_n(b.nozzle.begin() + std::ptrdiff_t(b.frame.index(r.x0, r.y)), r.x1 - r.x0 + 1,
                   std::uint8_t(1));

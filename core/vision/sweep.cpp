@@ -1,16 +1,21 @@
 #include "core/vision/sweep.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
 #include "core/statistics/median.h"
+#include "core/vision/least_squares.h"
 
 namespace firn::vision {
 namespace {
 
 constexpr double kPrior = 8.0;    // degrees of freedom of the stated variances
 constexpr double kFar_std = 5.0;  // a centroid farther from the line belongs to another droplet
+
+constexpr double kDragPower = 1.35, kDragPower_std = 0.2;
+constexpr double kShared_px = 0.008;  // error of places that changes slowly across the picture: light, lens
 
 struct Seen {
   double t = 0.0, x = 0.0, y = 0.0, variance = 0.0;
@@ -145,7 +150,7 @@ void measure_size(const std::vector<Seen>& seen, const Scale& scale, SweepResult
                      std::sqrt(std::clamp(s.droplet->axis_ratio, 0.5, 2.0)) * 1e-3);
     relative.push_back(s.droplet->diameter_std_px / s.droplet->diameter_px);
     // The rim's plateau is known to some per cent, and a level moves a blurred edge; all pictures share that.
-    bias.push_back((0.01 + 0.03 * blur + 0.15 * blur * blur / s.droplet->diameter_px) /
+    bias.push_back((0.006 + 0.018 * blur + 0.09 * blur * blur / s.droplet->diameter_px) /
                    s.droplet->diameter_px);
   }
   const double stated = statistics::median(relative), scale_share = scale.std / scale.um_per_px;
@@ -211,47 +216,101 @@ Point axis_of(std::span<const TimedPicture> pictures) {
   return {0.0, 1.0};
 }
 
+// The path along the flight: place and velocity at the mean delay, and the deceleration by the air.
+struct Path {
+  bool found = false;
+  double velocity = 0.0, unit_std = 0.0;  // unit_std: of the velocity, for places of deviation 1
+  double squares = 0.0;                   // of the places' distances from the path
+  double freedom = 0.0;
+  double model_std = 0.0;  // of the velocity: drag, and what neighbouring pictures share
+};
+
+std::size_t delays_of(const std::vector<Seen>& seen) {
+  std::size_t n = 1;
+  for (std::size_t i = 1; i < seen.size(); ++i) n += seen[i].t > seen[i - 1].t;
+  return n;
+}
+
+// @param along places along the flight, from that of the lines at `middle`
+Path fit_path(const std::vector<Seen>& seen, const std::vector<double>& along, double middle, bool curved) {
+  Path path;
+  double reach = 0.0;
+  for (const Seen& s : seen) reach = std::max(reach, std::abs(s.t - middle));
+  if (!(reach > 0)) return path;
+  std::array<double, 3> at{};
+  double third = 0.0;
+  // Drag as v^m gives x''' = m x''^2 / x'. Between Stokes' m = 1 and Schiller and Naumann's 1.69 the third
+  // order follows from the second.
+  for (int round = 0; round < 3; ++round) {
+    SmallLeastSquares<3> sums;
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      const double u = (seen[i].t - middle) / reach;
+      sums.add({1.0, u, curved ? u * u : 0.0}, along[i] - third * u * u * u, 1.0);
+    }
+    if (!curved) sums.add({0.0, 0.0, 1.0}, 0.0, 1.0);
+    if (!sums.solve(at)) return path;
+    path.unit_std = std::sqrt(sums.variance({0.0, 1.0, 0.0})) / reach;
+    third = curved && at[1] > 0.0 ? kDragPower * 2.0 / 3.0 * at[2] * at[2] / at[1] : 0.0;
+  }
+  path.velocity = at[1] / reach;
+  // 0.6 of a third order goes into the slope at the middle of evenly spread delays.
+  const double power = 0.6 * kDragPower_std / kDragPower * third;
+  path.model_std = std::sqrt(power * power + kShared_px * kShared_px) / reach;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const double u = (seen[i].t - middle) / reach;
+    const double off = along[i] - at[0] - u * (at[1] + u * (at[2] + u * third));
+    path.squares += off * off;
+  }
+  path.freedom = double(seen.size()) - (curved ? 3.0 : 2.0);
+  path.found = path.velocity > 0.0;
+  return path;
+}
+
 void measure_flight(const std::vector<Seen>& seen, const Scale& scale, Point axis, SweepResult& r) {
-  Line x = fit(seen, &Seen::x, 0.0);
-  Line y = fit(seen, &Seen::y, 0.0);
   const double n = double(seen.size());
-  double stated = 0.0, along2 = 0.0, across2 = 0.0, jitter2 = 0.0;
+  const bool curved = seen.size() >= 6 && delays_of(seen) >= 5;
+  double stated = 0.0, across2 = 0.0, jitter2 = 0.0;
+  Line x, y;
+  Path path;
+  std::vector<double> along(seen.size());
   for (int round = 0; round < 3; ++round) {
     x = fit(seen, &Seen::x, jitter2);
     y = fit(seen, &Seen::y, jitter2);
     const double speed = std::sqrt(x.slope * x.slope + y.slope * y.slope);
     if (!(speed > 0)) return;
     r.flight = {x.slope / speed, y.slope / speed};
-    stated = along2 = across2 = 0.0;
-    for (const Seen& s : seen) {
-      const double dx = s.x - x.value(s.t), dy = s.y - y.value(s.t);
-      const double a = dx * r.flight.x + dy * r.flight.y, b = dx * r.flight.y - dy * r.flight.x;
-      along2 += a * a;
+    stated = across2 = 0.0;
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      const Seen& s = seen[i];
+      along[i] = (s.x - x.at) * r.flight.x + (s.y - y.at) * r.flight.y;
+      const double b = (s.x - x.value(s.t)) * r.flight.y - (s.y - y.value(s.t)) * r.flight.x;
       across2 += b * b;
       stated += s.variance / n;
     }
-    jitter2 = n > 2 ? std::max(0.0, along2 / (n - 2) - stated) : 0.0;
+    path = fit_path(seen, along, x.t, curved);
+    if (!path.found) return;
+    jitter2 = path.freedom > 0 ? std::max(0.0, path.squares / path.freedom - stated) : 0.0;
   }
   r.used = int(seen.size());
   r.middle_us = x.t;
   double tt = 0.0;
   for (const Seen& s : seen) tt += (s.t - x.t) * (s.t - x.t);
-  const double speed = std::sqrt(x.slope * x.slope + y.slope * y.slope);
-  const double along = std::sqrt(std::max(pooled_variance(along2, n, 2, stated), stated * 0.25) / tt);
+  const double speed = path.velocity, share = scale.std / scale.um_per_px;
+  const double place2 = std::max(pooled_variance(path.squares, n, n - path.freedom, stated), stated * 0.25);
   const double across = std::sqrt(std::max(pooled_variance(across2, n, 2, stated), stated * 0.25) / tt);
-  const double share = scale.std / scale.um_per_px;
-  r.velocity_m_s = {speed * scale.um_per_px,
-                    scale.um_per_px * std::sqrt(along * along + speed * speed * share * share), true};
+  const double variance = place2 * path.unit_std * path.unit_std + path.model_std * path.model_std +
+                          speed * speed * share * share;
+  r.velocity_m_s = {speed * scale.um_per_px, scale.um_per_px * std::sqrt(variance), true};
   const double forward = r.flight.x * axis.x + r.flight.y * axis.y,
                side = r.flight.x * axis.y - r.flight.y * axis.x;
   const double degrees = 180 / std::numbers::pi;
   double angle = forward != 0 ? arc_tangent(side / forward) * degrees : std::copysign(90.0, side);
   if (forward < 0) angle += side >= 0 ? 180 : -180;
   r.angle_deg = {angle, degrees * across / speed, true};
-  if (n > 3) {
+  if (path.freedom >= 2) {
     const double us = std::sqrt(jitter2) / speed;
-    const double total = std::sqrt(along2 / (n - 2)) / speed;
-    r.jitter_us = {us, std::max(us, total) / std::sqrt(2 * (n - 2)), true};
+    const double total = std::sqrt(path.squares / path.freedom) / speed;
+    r.jitter_us = {us, std::max(us, total) / std::sqrt(2 * path.freedom), true};
   }
 }
 

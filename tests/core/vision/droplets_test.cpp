@@ -308,3 +308,16 @@ TEST_CASE("A dark spot beside a glare is not placed outside of itself") {
     CHECK(std::abs(d.y - 41) < 4);
   }
 }
+
+TEST_CASE("Dirt at the picture's edge is no droplet in an empty picture, beside a nozzle or without one") {
+  StrobeCamera c = camera();
+  c.nozzle_um = GENERATE(0.0, 300.0);
+  c.dirt = {{318.0, 150.0, 5.5, 0.5, 2.0}, {90.0, 5.0, 4.7, 0.5, 1.9}};
+  std::vector<Frame> frames;
+  for (std::uint32_t k = 0; k < 6; ++k) frames.push_back(frame_of(render_strobe(c, nullptr, 0, 3, k)));
+  std::vector<const Frame*> scene;
+  for (const Frame& f : frames) scene.push_back(&f);
+  const auto background = find_background(std::span(scene).first(5), true);
+  REQUIRE(background);
+  CHECK(find_droplets(frames[5], &*background).state == PictureState::kNoDrop);
+}

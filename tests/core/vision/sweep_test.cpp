@@ -120,3 +120,31 @@ TEST_CASE("The arc tangent without transcendental functions is the arc tangent")
   for (double x = -300; x < 300; x += 0.37)
     CHECK(arc_tangent(x) == Approx(std::atan(x)).epsilon(1e-12).margin(1e-15));
 }
+
+TEST_CASE("Drag bends the path and neither the velocity nor the jitter") {
+  // x(t) of a droplet slowed by dv/dt = -c v^m, integrated in small steps.
+  const double power = GENERATE(1.0, 1.35, 1.69), loss = GENERATE(0.02, 0.1, 0.2);
+  std::vector<TimedPicture> pictures;
+  double x = 50.0, v = 2.0;  // px, px/us
+  const double c = loss * std::pow(v, 1.0 - power) / 120.0;
+  double middle_v = 0.0;
+  for (int us = 0; us <= 120; ++us) {
+    if (us == 60) middle_v = v;
+    if (us % 10 == 0) {
+      DropletPicture p;
+      p.state = PictureState::kDrop;
+      p.main = {100.0, x, 0.01, 0.01, 20.0, 0.1};
+      pictures.push_back({double(us), p});
+    }
+    for (int n = 0; n < 100; ++n) {
+      x += 0.01 * v;
+      v -= 0.01 * c * std::pow(v, power);
+    }
+  }
+  const SweepResult r = measure_sweep(pictures, {1.0, 0.0});
+  REQUIRE(r.velocity_m_s.known);
+  CHECK(r.middle_us == Approx(60.0));
+  CHECK(std::abs(r.velocity_m_s.value - middle_v) < 2.0 * r.velocity_m_s.std);
+  CHECK(r.velocity_m_s.std < 1e-3 * middle_v);
+  CHECK(r.jitter_us.value * middle_v < 0.02);  // px
+}
