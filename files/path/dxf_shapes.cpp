@@ -29,15 +29,21 @@ void add(Point2 p, std::vector<Point2>& out) {
   out.push_back(p);
 }
 
-void add_segment(Point2 a, Point2 b, double bulge, std::vector<Point2>& out) {
+void add_arc(Point2 from, Point2 to, Point2 centre, double side, ShapedPoints& out) {
+  const std::size_t first = out.points.size() - 1;
+  const auto exact = firn::sample_arc(from, to, centre, side, [&](Point2 p) { add(p, out.points); });
+  give_arc(exact, side, first, out.points.size() - 1, out.given);
+}
+
+void add_segment(Point2 a, Point2 b, double bulge, ShapedPoints& out) {
   constexpr double kLeastSagitta_mm = 1e-7;
   const double chord = distance(a, b);
   check(std::isfinite(bulge) && std::isfinite(chord), "a polyline with a number that is not finite");
-  if (0.5 * std::abs(bulge) * chord < kLeastSagitta_mm) return add(b, out);
+  if (0.5 * std::abs(bulge) * chord < kLeastSagitta_mm) return add(b, out.points);
   const double away = 0.25 * (1.0 - bulge * bulge) / bulge;  // from the chord's middle, in chords
   const Point2 centre{0.5 * (a.x_mm + b.x_mm) - away * (b.y_mm - a.y_mm),
                       0.5 * (a.y_mm + b.y_mm) + away * (b.x_mm - a.x_mm)};
-  firn::sample_arc(a, b, centre, bulge > 0.0 ? 1.0 : -1.0, [&](Point2 p) { add(p, out); });
+  add_arc(a, b, centre, bulge > 0.0 ? 1.0 : -1.0, out);
 }
 
 /// De Boor's algorithm in homogeneous coordinates.
@@ -88,16 +94,16 @@ void check_spline(const Spline& s) {
 
 }  // namespace
 
-void sample(std::span<const Vertex> polyline, bool closed, std::vector<Point2>& out) {
+void sample(std::span<const Vertex> polyline, bool closed, ShapedPoints& out) {
   check(!polyline.empty(), "a polyline without vertices");
-  add(polyline.front().at, out);
+  add(polyline.front().at, out.points);
   for (std::size_t i = 0; i + 1 < polyline.size(); ++i)
     add_segment(polyline[i].at, polyline[i + 1].at, polyline[i].bulge, out);
   if (closed && polyline.size() > 1)
     add_segment(polyline.back().at, polyline.front().at, polyline.back().bulge, out);
 }
 
-void sample_arc(Point2 centre, double radius_mm, double from_deg, double to_deg, std::vector<Point2>& out) {
+void sample_arc(Point2 centre, double radius_mm, double from_deg, double to_deg, ShapedPoints& out) {
   check(radius_mm > 0.0 && radius_mm <= kMaxCoordinate_mm,
         fmt::format("a radius of {} mm; it must lie in (0, {}]", radius_mm, kMaxCoordinate_mm));
   constexpr double kMost_deg = 1e6;
@@ -109,8 +115,8 @@ void sample_arc(Point2 centre, double radius_mm, double from_deg, double to_deg,
   };
   const bool whole = std::fmod(to_deg - from_deg, 360.0) == 0.0;
   const Point2 start = at(from_deg);
-  add(start, out);
-  firn::sample_arc(start, whole ? start : at(to_deg), centre, 1.0, [&](Point2 p) { add(p, out); });
+  add(start, out.points);
+  add_arc(start, whole ? start : at(to_deg), centre, 1.0, out);
 }
 
 void sample_ellipse(Point2 centre, Point2 major, double ratio, double from, double to, bool mirrored,

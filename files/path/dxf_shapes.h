@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "core/path/path.h"
+#include "files/path/join_curves.h"
 
 namespace firn::dxf {
 
@@ -32,8 +32,8 @@ struct Spline {
 
 // Each appends to `out`, which is empty before. Angles in degrees, anticlockwise. @throws ShapeError naming
 // the limit: radii above 0, sizes that fit, at most kMaxPathPoints points.
-void sample(std::span<const Vertex> polyline, bool closed, std::vector<Point2>& out);
-void sample_arc(Point2 centre, double radius_mm, double from_deg, double to_deg, std::vector<Point2>& out);
+void sample(std::span<const Vertex> polyline, bool closed, ShapedPoints& out);
+void sample_arc(Point2 centre, double radius_mm, double from_deg, double to_deg, ShapedPoints& out);
 /// @param major from the centre to the end of the major axis; the ellipse runs from parameter `from` to `to`
 /// [rad] anticlockwise, clockwise if mirrored
 void sample_ellipse(Point2 centre, Point2 major, double ratio, double from, double to, bool mirrored,

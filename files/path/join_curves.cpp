@@ -1,5 +1,6 @@
 #include "files/path/join_curves.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <map>
@@ -10,12 +11,14 @@
 namespace firn {
 namespace {
 
+constexpr double kSame_mm = 1e-7;  ///< between ends that are the same but for rounding
+
 class Joiner {
  public:
   explicit Joiner(const std::vector<DrawnCurve>& curves) : curves_(curves), used_(curves.size(), false) {
     for (std::size_t i = 0; i < curves.size(); ++i) {
-      ends_[cell(curves[i].points.front())].insert(i);
-      ends_[cell(curves[i].points.back())].insert(i);
+      ends_[cell(curves[i].shape.points.front())].insert(i);
+      ends_[cell(curves[i].shape.points.back())].insert(i);
     }
   }
 
@@ -24,15 +27,19 @@ class Joiner {
     const DrawnCurve& seed = curves_[first];
     take(first);
     std::vector<Part> after, before;
-    grow(seed, seed.points.back(), seed.points.front(), after);
-    const Point2 end = after.empty() ? seed.points.back() : last(after.back());
-    grow(seed, seed.points.front(), end, before);
+    grow(seed, seed.shape.points.back(), seed.shape.points.front(), after);
+    const Point2 end = after.empty() ? seed.shape.points.back() : last(after.back());
+    grow(seed, seed.shape.points.front(), end, before);
     JoinedCurve out{{}, seed.z_mm, seed.line, 1 + after.size() + before.size()};
-    for (std::size_t k = before.size(); k-- > 0;) append({before[k].curve, !before[k].reversed}, out.points);
-    append({first, false}, out.points);
-    for (const Part& part : after) append(part, out.points);
-    if (out.points.size() > 2 && distance(out.points.front(), out.points.back()) <= kJoin_mm)
-      out.points.back() = out.points.front();
+    for (std::size_t k = before.size(); k-- > 0;) append({before[k].curve, !before[k].reversed}, out.shape);
+    append({first, false}, out.shape);
+    for (const Part& part : after) append(part, out.shape);
+    std::vector<Point2>& points = out.shape.points;
+    if (const double gap = distance(points.front(), points.back()); points.size() > 2 && gap <= kJoin_mm) {
+      points.back() = points.front();
+      auto& given = out.shape.given;
+      if (gap > kSame_mm && !given.empty() && given.back().last + 1 == points.size()) given.pop_back();
+    }
     return out;
   }
 
@@ -47,14 +54,14 @@ class Joiner {
     return {std::int64_t(std::floor(p.x_mm / kJoin_mm)), std::int64_t(std::floor(p.y_mm / kJoin_mm))};
   }
   Point2 last(const Part& part) const {
-    const auto& points = curves_[part.curve].points;
+    const auto& points = curves_[part.curve].shape.points;
     return part.reversed ? points.front() : points.back();
   }
 
   void take(std::size_t i) {
     used_[i] = true;
-    ends_[cell(curves_[i].points.front())].erase(i);
-    ends_[cell(curves_[i].points.back())].erase(i);
+    ends_[cell(curves_[i].shape.points.front())].erase(i);
+    ends_[cell(curves_[i].shape.points.back())].erase(i);
   }
 
   /// Curves from `at` on, until `stop` closes the path.
@@ -79,8 +86,8 @@ class Joiner {
           if (best && i >= best->curve) break;
           const DrawnCurve& c = curves_[i];
           if (c.layer != seed.layer || c.z_mm != seed.z_mm) continue;
-          const bool forward = distance(c.points.front(), at) <= kJoin_mm;
-          if (!forward && distance(c.points.back(), at) > kJoin_mm) continue;
+          const bool forward = distance(c.shape.points.front(), at) <= kJoin_mm;
+          if (!forward && distance(c.shape.points.back(), at) > kJoin_mm) continue;
           best = Part{i, !forward};
           break;
         }
@@ -88,14 +95,32 @@ class Joiner {
     return best;
   }
 
-  /// The first point of a further curve is the last one of that before.
-  void append(const Part& part, std::vector<Point2>& out) const {
-    const auto& points = curves_[part.curve].points;
-    const std::size_t skip = out.empty() ? 0 : 1;
-    if (part.reversed)
-      out.insert(out.end(), points.rbegin() + std::ptrdiff_t(skip), points.rend());
-    else
-      out.insert(out.end(), points.begin() + std::ptrdiff_t(skip), points.end());
+  /// The first point of a further curve is the last one of that before; an arc that ends elsewhere is known
+  /// by its points alone.
+  void append(const Part& part, ShapedPoints& out) const {
+    const ShapedPoints& from = curves_[part.curve].shape;
+    std::vector<Point2> points = from.points;
+    std::vector<GivenCurve> given = from.given;
+    if (part.reversed) {
+      std::reverse(points.begin(), points.end());
+      std::reverse(given.begin(), given.end());
+      for (GivenCurve& arc : given) {
+        arc.clockwise = !arc.clockwise;
+        std::swap(arc.first, arc.last);
+        arc.first = points.size() - 1 - arc.first;
+        arc.last = points.size() - 1 - arc.last;
+      }
+    }
+    const bool further = !out.points.empty();
+    const bool same = !further || distance(out.points.back(), points.front()) <= kSame_mm;
+    const std::size_t offset = out.points.size() - (further ? 1 : 0);
+    for (GivenCurve& arc : given) {
+      if (!same && arc.first == 0) continue;
+      arc.first += offset;
+      arc.last += offset;
+      out.given.push_back(arc);
+    }
+    out.points.insert(out.points.end(), points.begin() + (further ? 1 : 0), points.end());
   }
 
   const std::vector<DrawnCurve>& curves_;

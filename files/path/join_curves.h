@@ -6,22 +6,28 @@
 #include <string>
 #include <vector>
 
-#include "core/path/path.h"
+#include "core/path/given_curve.h"
 
 namespace firn {
 
 /// Ends of one layer and height that are nearer to each other than this are one point.
 inline constexpr double kJoin_mm = 1e-3;
 
+/// Points with the arcs among them.
+struct ShapedPoints {
+  std::vector<Point2> points;
+  std::vector<GivenCurve> given;
+};
+
 struct DrawnCurve {
-  std::vector<Point2> points;  ///< two or more
+  ShapedPoints shape;  ///< two points or more
   double z_mm = 0.0;
   std::string layer;
   std::size_t line = 0;  ///< of the file
 };
 
 struct JoinedCurve {
-  std::vector<Point2> points;
+  ShapedPoints shape;
   double z_mm = 0.0;
   std::size_t line = 0;   ///< of its first curve in the file
   std::size_t parts = 1;  ///< number of curves

@@ -111,7 +111,8 @@ class DxfReader {
       InputPath path;
       path.number = ++number;
       path.place = fmt::format("{}:{}", name_, joined.line);
-      path.path.points = std::move(joined.points);
+      path.path.points = std::move(joined.shape.points);
+      path.given = std::move(joined.shape.given);
       path.path.z_mm = joined.z_mm;
       done += joined.parts;
       path.fraction = double(done) / double(curves_.size());
@@ -266,16 +267,16 @@ class DxfReader {
     if (is("LINE")) {
       if (e(30, 0.0) != e(31, 0.0)) throw dxf::ShapeError("z changes along a path; it must be constant");
       const dxf::Vertex ends[2] = {{point(e, 10)}, {point(e, 11)}};
-      dxf::sample(ends, false, curve.points);
+      dxf::sample(ends, false, curve.shape);
     } else if (is("ARC") || is("CIRCLE")) {
       mirror = mirrored(e);
       const bool whole = is("CIRCLE");
       dxf::sample_arc(point(e, 10), unit_mm_ * e(40, 0.0), whole ? 0.0 : e(50, 0.0),
-                      whole ? 360.0 : e(51, 0.0), curve.points);
+                      whole ? 360.0 : e(51, 0.0), curve.shape);
     } else if (is("ELLIPSE")) {
       constexpr double kWholeTurn = 6.283185307179586;
       dxf::sample_ellipse(point(e, 10), point(e, 11), e(40, 1.0), e(41, 0.0), e(42, kWholeTurn), mirrored(e),
-                          curve.points);
+                          curve.shape.points);
     } else if (is("LWPOLYLINE")) {
       mirror = mirrored(e);
       std::vector<dxf::Vertex> vertices;
@@ -285,9 +286,9 @@ class DxfReader {
         if (g.code == 20) vertices.back().at.y_mm = unit_mm_ * g.value;
         if (g.code == 42) vertices.back().bulge = g.value;
       }
-      dxf::sample(vertices, e.flag(70, 1), curve.points);
+      dxf::sample(vertices, e.flag(70, 1), curve.shape);
     } else if (is("SPLINE")) {
-      dxf::sample(spline(e), curve.points);
+      dxf::sample(spline(e), curve.shape.points);
     } else {
       throw dxf::ShapeError(
           fmt::format("{} is not read: {}; explode it, or switch its layer off", shown(e.type), kRead));
@@ -302,7 +303,7 @@ class DxfReader {
     if (!visible(e)) return;
     if (e.flag(70, kMesh)) throw dxf::ShapeError("a POLYLINE that is a mesh is not read");
     DrawnCurve curve;
-    dxf::sample(vertices, e.flag(70, 1), curve.points);
+    dxf::sample(vertices, e.flag(70, 1), curve.shape);
     if (in_space(e))
       keep(std::move(curve), e, false, height.value_or(0.0));
     else
@@ -326,18 +327,23 @@ class DxfReader {
   }
 
   void keep(DrawnCurve&& curve, const Entity& e, bool mirror, double height) {
-    if (mirror)
-      for (Point2& p : curve.points) p.x_mm = -p.x_mm;
+    if (mirror) {
+      for (Point2& p : curve.shape.points) p.x_mm = -p.x_mm;
+      for (GivenCurve& arc : curve.shape.given) {
+        arc.centre.x_mm = -arc.centre.x_mm;
+        arc.clockwise = !arc.clockwise;
+      }
+    }
     curve.z_mm = unit_mm_ * (mirror ? -height : height);
     if (!(std::abs(curve.z_mm) <= kMaxCoordinate_mm))
       throw dxf::ShapeError(
           fmt::format("{} mm is beyond the limit of +-{} mm", curve.z_mm, kMaxCoordinate_mm));
     curve.line = e.line;
     curve.layer = e.layer;
-    points_ += curve.points.size();
+    points_ += curve.shape.points.size();
     if (points_ > kMaxPathPoints)
       throw dxf::ShapeError(fmt::format("more than {} points in one drawing", kMaxPathPoints));
-    if (curve.points.size() > 1) curves_.push_back(std::move(curve));
+    if (curve.shape.points.size() > 1) curves_.push_back(std::move(curve));
   }
 
   std::istream& in_;

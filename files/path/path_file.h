@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/motion/kinematics/limits.h"
-#include "core/path/path.h"
+#include "core/path/given_curve.h"
 
 namespace firn {
 
@@ -24,7 +24,8 @@ struct InputPath {
   double yaw_rad = 0.0;               ///< of the tool, constant along the path
   std::vector<double> yaw_point_rad;  ///< instead: one per point; empty = yaw_rad
   motion::PathSpeedLimit speed_limit;
-  double fraction = 0.0;  ///< of the file read so far, this path included, 0 to 1
+  std::vector<GivenCurve> given;  ///< among the points, ascending
+  double fraction = 0.0;          ///< of the file read so far, this path included, 0 to 1
 };
 
 /// Receives each path in order.

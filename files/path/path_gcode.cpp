@@ -173,7 +173,9 @@ class GcodeReader {
       if (!arc_radii_agree(from, end))
         fail(fmt::format("the arc's radius is {} mm at its start and {} mm at its end", from, end));
     }
-    sample_arc(at_, to, centre, side, [&](Point2 p) { add(p); });
+    const std::size_t first = path_.path.points.size() - 1;
+    const auto exact = sample_arc(at_, to, centre, side, [&](Point2 p) { add(p); });
+    give_arc(exact, side, first, path_.path.points.size() - 1, path_.given);
   }
 
   void bezier(Words& words, Point2 to) {
@@ -181,7 +183,9 @@ class GcodeReader {
     if (!words['P'] || !words['Q']) fail("G5 needs I, J, P and Q");
     const Point2 b{at_.x_mm + offset('I'), at_.y_mm + offset('J')},
         c{to.x_mm + offset('P'), to.y_mm + offset('Q')};
-    sample_bezier(at_, b, c, to, [&](Point2 p) { add(p); });
+    const std::size_t first = path_.path.points.size() - 1;
+    const int samples = sample_bezier(at_, b, c, to, [&](Point2 p) { add(p); });
+    give_bezier(at_, b, c, to, samples, first, path_.path.points.size() - 1, path_.given);
   }
 
   /// A speed limit holds up to the next point: where the feed changes, a point on the faster line near the
@@ -192,6 +196,7 @@ class GcodeReader {
     const std::vector<double> feeds = std::move(feeds_);
     path_.path.points = {points.front()};
     feeds_.clear();
+    std::vector<std::size_t> moved{0};  // where each point is now
     for (std::size_t i = 0; i < feeds.size(); ++i) {
       const Point2 &a = points[i], &b = points[i + 1];
       const double length = distance(a, b);
@@ -202,10 +207,15 @@ class GcodeReader {
       const auto at = [&](double s) {
         return Point2{a.x_mm + s / length * (b.x_mm - a.x_mm), a.y_mm + s / length * (b.y_mm - a.y_mm)};
       };
-      const bool parts = length > 4.0 * kBeside_mm;
+      const bool parts = length > 4.0 * kBeside_mm;  // no chord of an arc or a spline
       if (parts && i > 0 && feeds[i - 1] < feeds[i]) put(at(kBeside_mm));
       if (parts && i + 1 < feeds.size() && feeds[i + 1] < feeds[i]) put(at(length - kBeside_mm));
       put(b);
+      moved.push_back(path_.path.points.size() - 1);
+    }
+    for (GivenCurve& curve : path_.given) {
+      curve.first = moved[curve.first];
+      curve.last = moved[curve.last];
     }
   }
 

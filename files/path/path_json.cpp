@@ -278,15 +278,21 @@ class Handler : public JsonHandler {
     for (const std::vector<double>* numbers : {&shape_.centre, &shape_.control})
       for (const double v : *numbers) between(v, -kMaxCoordinate_mm, kMaxCoordinate_mm);
     const auto put = [&](Point2 p) { add(p, speed); };
+    const std::size_t first = path_.path.points.size() - 1;
+    const auto last = [&] { return path_.path.points.size() - 1; };
     if (shape_.control.empty()) {
       const Point2 centre{shape_.centre[0], shape_.centre[1]};
       const double start = distance(centre, from), end = distance(centre, to);
       if (!arc_radii_agree(start, end))
         fail(fmt::format("the arc's radius is {} mm at its start and {} mm at its end", start, end));
-      sample_arc(from, to, centre, shape_.clockwise ? -1.0 : 1.0, put);
+      const double side = shape_.clockwise ? -1.0 : 1.0;
+      const auto exact = sample_arc(from, to, centre, side, put);
+      give_arc(exact, side, first, last(), path_.given);
     } else {
       const std::vector<double>& c = shape_.control;
-      sample_bezier(from, {c[0], c[1]}, {c[2], c[3]}, to, put);
+      const Point2 b{c[0], c[1]}, d{c[2], c[3]};
+      const int samples = sample_bezier(from, b, d, to, put);
+      give_bezier(from, b, d, to, samples, first, last(), path_.given);
     }
     shaped_ = true;
     at_ = At::kPoints;

@@ -1,12 +1,15 @@
 // Samples exact shapes of drawings so densely that the planner recognises arcs as arcs and follows splines to
-// a nanometre: no rounding, no chord that deviates by more than kShapeSagitta_mm.
+// a nanometre: no rounding, no chord that deviates by more than kShapeSagitta_mm. Arcs and Bezier curves are
+// returned as such, too.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <vector>
 
-#include "core/path/path.h"
+#include "core/path/given_curve.h"
 
 namespace firn {
 
@@ -25,11 +28,29 @@ inline bool arc_radii_agree(double start_mm, double end_mm) {
   return start_mm > 0.0 && std::abs(start_mm - end_mm) <= kRound_mm + 1e-3 * start_mm;
 }
 
+/// Centre of the arc through both ends that a file with rounded coordinates means: the nearest one of equal
+/// radii. None where that would be another arc: a long one whose ends are near each other.
+inline std::optional<Point2> exact_centre(Point2 from, Point2 to, Point2 centre, double side) {
+  if (from == to) return centre;
+  const double chord = distance(from, to), ux = (to.x_mm - from.x_mm) / chord,
+               uy = (to.y_mm - from.y_mm) / chord;
+  const double x = centre.x_mm - 0.5 * (from.x_mm + to.x_mm), y = centre.y_mm - 0.5 * (from.y_mm + to.y_mm);
+  const double off = x * ux + y * uy;
+  const bool beyond_half = side * (x * uy - y * ux) > 0.0;  // the centre lies on the arc's side of its chord
+  constexpr double kRounding_mm = 1e-9;
+  const double most = std::max(kRounding_mm, 2.0 * std::abs(distance(centre, from) - distance(centre, to)));
+  if (beyond_half && std::abs(off) > most) return std::nullopt;
+  return Point2{centre.x_mm - off * ux, centre.y_mm - off * uy};
+}
+
 /// Points after `from` up to and with `to` on the arc about `centre`. @param side 1 anticlockwise, -1
-/// clockwise; equal ends are a full circle. The radius goes linearly from one end's to the other's.
+/// clockwise; equal ends are a full circle. Returns the centre (exact_centre), or nothing where the radius
+/// goes linearly from one end's to the other's.
 template <class Add>
-void sample_arc(Point2 from, Point2 to, Point2 centre, double side, Add&& add) {
-  const double r0 = distance(centre, from), r1 = distance(centre, to);
+std::optional<Point2> sample_arc(Point2 from, Point2 to, Point2 centre, double side, Add&& add) {
+  const std::optional<Point2> exact = exact_centre(from, to, centre, side);
+  if (exact) centre = *exact;
+  const double r0 = distance(centre, from), r1 = exact ? r0 : distance(centre, to);
   const double start = std::atan2(from.y_mm - centre.y_mm, from.x_mm - centre.x_mm);
   double turn = side * (std::atan2(to.y_mm - centre.y_mm, to.x_mm - centre.x_mm) - start);
   if (turn < 0.0) turn += 2.0 * std::numbers::pi;
@@ -41,11 +62,24 @@ void sample_arc(Point2 from, Point2 to, Point2 centre, double side, Add&& add) {
     add(Point2{centre.x_mm + r * std::cos(angle), centre.y_mm + r * std::sin(angle)});
   }
   add(to);
+  return exact;
 }
 
-/// Points after a up to and with d on the cubic Bezier curve.
+/// Appends an arc to the given curves of a path, whose points from `first` to `last` are its samples.
+inline void give_arc(std::optional<Point2> centre, double side, std::size_t first, std::size_t last,
+                     std::vector<GivenCurve>& given) {
+  if (!centre || first >= last) return;
+  GivenCurve arc;
+  arc.first = first;
+  arc.last = last;
+  arc.centre = *centre;
+  arc.clockwise = side < 0.0;
+  given.push_back(arc);
+}
+
+/// Points after a up to and with d on the cubic Bezier curve. Returns their number.
 template <class Add>
-void sample_bezier(Point2 a, Point2 b, Point2 c, Point2 d, Add&& add) {
+int sample_bezier(Point2 a, Point2 b, Point2 c, Point2 d, Add&& add) {
   constexpr double kChord_mm = 0.15;
   const double length = distance(a, b) + distance(b, c) + distance(c, d);
   const int n = shape_points(length / kChord_mm);
@@ -56,6 +90,22 @@ void sample_bezier(Point2 a, Point2 b, Point2 c, Point2 d, Add&& add) {
                w[0] * a.y_mm + w[1] * b.y_mm + w[2] * c.y_mm + w[3] * d.y_mm});
   }
   add(d);
+  return n;
+}
+
+/// The same as give_arc() for a Bezier curve of so many samples, unless one of them was dropped.
+inline void give_bezier(Point2 a, Point2 b, Point2 c, Point2 d, int samples, std::size_t first,
+                        std::size_t last, std::vector<GivenCurve>& given) {
+  if (last != first + std::size_t(samples)) return;
+  GivenCurve curve;
+  curve.kind = GivenCurve::Kind::kBezier;
+  curve.first = first;
+  curve.last = last;
+  curve.start = a;
+  curve.control[0] = b;
+  curve.control[1] = c;
+  curve.end = d;
+  given.push_back(curve);
 }
 
 }  // namespace firn

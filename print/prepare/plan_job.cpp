@@ -64,6 +64,7 @@ struct PlanJob::State {
     path.speed_limit = in.speed_limit;
     path.preferred = configuration;
     path.kind = in.path.kind;
+    path.given = in.given;
     motion::PlanOptions how = options.plan;
     how.point_noise_mm = options.point_noise_mm.value_or(rounding_mm(path.points));
     if (in.number != options.traced) how.trace_step_s = 0.0;
@@ -102,6 +103,7 @@ struct PlanJob::State {
       }
       item.added_stops.insert(item.added_stops.end(), added.begin(), added.end());
       path.points = item.input.path.points;
+      path.given = {};  // a new point on a chord of an arc is not on the arc
       path.speed_limit = item.input.speed_limit;
       path.yaw_point_rad = item.input.yaw_point_rad;
       item.result = motion::plan(path, *arm, limits, how, work);

@@ -252,8 +252,8 @@ void plan_curve(std::span<const Point2> points, std::span<const double> speed_li
 }
 
 void plan_segment(std::span<const Point2> points, std::span<const double> speed_limit,
-                  std::span<const double> yaw_rad, Shape shape, double most_s, const CertifiedTask& task,
-                  CertifiedWork& work, StopSegment& out) {
+                  std::span<const double> yaw_rad, std::span<const GivenCurve> given, Shape shape,
+                  double most_s, const CertifiedTask& task, CertifiedWork& work, StopSegment& out) {
   const bool fitted = shape == Shape::kFitted;
   const CellSizes sizes = cell_sizes(points, speed_limit, yaw_rad, task, work);
   CurveOptions spec{task.options.curvature_ramp_mm,
@@ -261,9 +261,11 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
                     0.0,
                     sizes,
                     task.options.curve_rule == CurveRule::kFitted,
-                    yaw_rad};
+                    yaw_rad,
+                    given};
+  const std::span<const Point2> reference = sample_given(points, given, work.reference);
   work.meant.clear();
-  if (fitted && spec.tolerance_mm > 0.0) recognise(points, kSagittaMm, true, work.meant);
+  if (fitted && spec.tolerance_mm > 0.0) recognise(points, given, kSagittaMm, true, work.meant);
   const auto form = [&] {
     if (fitted) {
       const double radius = spec.tolerance_mm > 0.0 ? spec.tolerance_mm : fit_radius_mm(task.options);
@@ -290,7 +292,7 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
                                                          : farthest_mm(options);
   for (int tries = 0;; ++tries) {
     const Curve& curve = work.curve.coarse;
-    out.deviation_mm = options.curve_rule == CurveRule::kFitted ? frechet_bound(curve, points)
+    out.deviation_mm = options.curve_rule == CurveRule::kFitted ? frechet_bound(curve, reference)
                        : curve.straight                         ? 0.0
                                                                 : deviation(curve, points, work.length);
     if (out.deviation_mm <= allowed_mm) break;

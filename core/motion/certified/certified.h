@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/motion/curve/dense_smoothing.h"
+#include "core/motion/curve/given_curves.h"
 #include "core/motion/curve/tube_fit.h"
 #include "core/motion/kinematics/path_input.h"
 #include "core/motion/time_optimal/motion_bounds.h"
@@ -51,6 +52,8 @@ struct CertifiedWork {
   std::vector<double> length, excess;
   SmoothingWork smoothing;
   std::vector<Point2> smoothed;  ///< points of a segment
+  std::vector<GivenCurve> given;
+  std::vector<Point2> reference;  ///< sample_given()
   TubeWork tube;
   std::vector<CurvePiece> meant;  ///< lines and arcs among the points of a fit
   bool descends = false;          ///< the curve is being moved: finer cells, and the time's gradient
@@ -81,10 +84,11 @@ enum class Shape {
 
 /// Plans points (base frame) between two rests. Throws MotionError with Fault::at in the base frame.
 /// @param speed_limit one per segment; @param yaw_rad one per point, empty = constant
-/// @param most_s a motion that is slower than this before time scaling is abandoned
+/// @param given curves among the points; @param most_s a motion that is slower than this before time scaling
+/// is abandoned
 void plan_segment(std::span<const Point2> points, std::span<const double> speed_limit,
-                  std::span<const double> yaw_rad, Shape shape, double most_s, const CertifiedTask& task,
-                  CertifiedWork& work, StopSegment& out);
+                  std::span<const double> yaw_rad, std::span<const GivenCurve> given, Shape shape,
+                  double most_s, const CertifiedTask& task, CertifiedWork& work, StopSegment& out);
 
 /// True if the curve may leave the points for the sake of a shorter time.
 inline bool within_tolerance(const PlanOptions& options) {
@@ -110,7 +114,8 @@ void plan_curve(std::span<const Point2> points, std::span<const double> speed_li
 /// Plans along a spline fitted inside the tolerance, or inside the points' rounding, which descent of the
 /// time moves there as long as that is faster. out.first and out.last are set.
 void plan_fitted(std::span<const Point2> points, std::span<const double> speed_limit,
-                 const CertifiedTask& task, CertifiedWork& work, StopSegment& out);
+                 std::span<const GivenCurve> given, const CertifiedTask& task, CertifiedWork& work,
+                 StopSegment& out);
 
 /// Splits a path and plans all its segments into work.segments[0 .. result - 1]; with a tolerance, corners
 /// are rolled where that is faster.

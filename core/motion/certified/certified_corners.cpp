@@ -40,6 +40,13 @@ std::span<const double> yaws(const CleanPath& path, std::size_t from, std::size_
   return all.empty() ? all : all.subspan(from, to - from + 1);
 }
 
+/// The curves given between two points; valid until the next call.
+std::span<const GivenCurve> given_curves(const CleanPath& path, std::size_t from, std::size_t to,
+                                         CertifiedWork& work) {
+  given_between(path.given, from, to, work.given);
+  return work.given;
+}
+
 /// Time between two rests if the path were straight, `scale` times as long.
 double straight_time_s(const CleanPath& path, std::size_t from, std::size_t to, double scale,
                        const CertifiedTask& task, CertifiedWork& work) {
@@ -75,7 +82,7 @@ bool free_form(const CleanPath& path, std::size_t from, std::size_t to, const Ce
     const double chord = 0.5 * length / double(to - from);
     return 8.0 * noise > kLeastBend * chord * chord * chord;
   }
-  recognise(part(path, from, to), kSagittaMm, true, work.curve.pieces);
+  recognise(part(path, from, to), given_curves(path, from, to, work), kSagittaMm, true, work.curve.pieces);
   std::size_t meant = 0;
   for (const CurvePiece& piece : work.curve.pieces)
     if (!piece.chord || piece.length_mm > kDenseWidths * options.curvature_ramp_mm)
@@ -87,8 +94,8 @@ void plan_part(const CleanPath& path, std::size_t from, std::size_t to, Shape sh
                const CertifiedTask& task, CertifiedWork& work, StopSegment& segment) {
   segment.first = from;
   segment.last = to;
-  plan_segment(part(path, from, to), speed_limits(path, from, to), yaws(path, from, to), shape, most_s, task,
-               work, segment);
+  plan_segment(part(path, from, to), speed_limits(path, from, to), yaws(path, from, to),
+               given_curves(path, from, to, work), shape, most_s, task, work, segment);
 }
 
 /// CurveRule::kRamped.
@@ -128,7 +135,8 @@ void plan_between(const CleanPath& path, std::size_t from, std::size_t to, const
       return plan_part(path, from, to, shape, most_s, task, work, segment);
     segment.first = from;
     segment.last = to;
-    plan_fitted(part(path, from, to), speed_limits(path, from, to), task, work, segment);
+    plan_fitted(part(path, from, to), speed_limits(path, from, to), given_curves(path, from, to, work), task,
+                work, segment);
   };
   plan_shape(free ? Shape::kFitted : Shape::kRamped, kNever_s, out);
   if (!(options.tolerance_mm > 0.0) || !path.yaw_rad.empty()) return prove(task, work, out);
@@ -159,23 +167,47 @@ bool rollable(Point2 a, Point2 b, Point2 c) {
   return ux * vx + uy * vy > kRollableCosine * std::sqrt((ux * ux + uy * uy) * (vx * vx + vy * vy));
 }
 
+/// Samples of an arc turn, but an arc has no corner; at its ends there may be one, which thinning may have
+/// moved.
+void set_given_corners(const CleanPath& path, double cos_split, std::vector<std::size_t>& kept,
+                       std::vector<std::size_t>& corners) {
+  const auto insert = [](std::vector<std::size_t>& to, std::size_t i) {
+    const auto at = std::lower_bound(to.begin(), to.end(), i);
+    if (at == to.end() || *at != i) to.insert(at, i);
+  };
+  std::vector<std::size_t> turns;
+  for (const GivenCurve& g : path.given) {
+    if (g.kind == GivenCurve::Kind::kArc)
+      std::erase_if(corners, [&](std::size_t c) { return g.first < c && c < g.last; });
+    for (const std::size_t i : {g.first, g.last}) {
+      if (i == 0 || i + 1 == path.points.size()) continue;
+      split_points(part(path, i - 1, i + 1), cos_split, turns);
+      if (turns.size() < 3) continue;
+      insert(corners, i);
+      insert(kept, i);
+    }
+  }
+}
+
 /// Corners: where the path turns by more than the split angle, over a length that rounding does not reach.
 /// @param kept on return the vertices of the thinned path between which the angles are
 void find_corners(const CleanPath& path, const PlanOptions& options, std::vector<std::size_t>& kept,
                   std::vector<std::size_t>& corners) {
   constexpr double kNoises = 1.5, kShare = 1.0 / 16.0;
   const double within = std::max(kNoises * options.point_noise_mm, kShare * options.tolerance_mm);
+  const double cos_split = std::cos(options.split_angle_rad);
   if (options.curve_rule == CurveRule::kRamped || within == 0.0) {
     kept.resize(path.points.size());
     std::iota(kept.begin(), kept.end(), std::size_t{0});
-    split_points(path.points, std::cos(options.split_angle_rad), corners);
-    return;
+    split_points(path.points, cos_split, corners);
+  } else {
+    thin_polyline(path.points, within, kept);
+    std::vector<Point2> thinned;
+    for (const std::size_t i : kept) thinned.push_back(path.points[i]);
+    split_points(thinned, cos_split, corners);
+    for (std::size_t& corner : corners) corner = kept[corner];
   }
-  thin_polyline(path.points, within, kept);
-  std::vector<Point2> thinned;
-  for (const std::size_t i : kept) thinned.push_back(path.points[i]);
-  split_points(thinned, std::cos(options.split_angle_rad), corners);
-  for (std::size_t& corner : corners) corner = kept[corner];
+  set_given_corners(path, cos_split, kept, corners);
 }
 
 /// How far from a corner on either side stopping there still shows.
@@ -205,8 +237,8 @@ bool rolls_faster(const CleanPath& path, const std::vector<std::size_t>& stops, 
   const auto plan = [&](std::size_t a, std::size_t b) {
     work.corner_trial.first = a;
     const Shape shape = free_form(path, a, b, task, work) ? Shape::kFitted : Shape::kRamped;
-    plan_segment(part(path, a, b), speed_limits(path, a, b), yaws(path, a, b), shape, 0.0, task, work,
-                 work.corner_trial);
+    plan_segment(part(path, a, b), speed_limits(path, a, b), yaws(path, a, b), given_curves(path, a, b, work),
+                 shape, 0.0, task, work, work.corner_trial);
     return work.corner_trial.duration_s();
   };
   const double rolling = plan(from, to);
@@ -264,9 +296,11 @@ std::size_t keep_inside(const CleanPath& path, const CertifiedTask& task, Certif
       StopSegment& segment = all.emplace_back();
       segment.first = from;
       segment.last = to;
-      plan_segment(ends, {&limit, 1}, {}, Shape::kRamped, kNever_s, task, work, segment);
-      if (std::isfinite(segment.duration_s()))
-        segment.deviation_mm = frechet_bound(segment.curve, part(path, from, to));
+      plan_segment(ends, {&limit, 1}, {}, {}, Shape::kRamped, kNever_s, task, work, segment);
+      if (!std::isfinite(segment.duration_s())) continue;
+      const auto reference =
+          sample_given(part(path, from, to), given_curves(path, from, to, work), work.reference);
+      segment.deviation_mm = frechet_bound(segment.curve, reference);
     }
   }
   work.segments = std::move(all);

@@ -53,13 +53,18 @@ void set_weights(const StopSegment& planned, double share, const RateLimits& lim
 
 class FitPlanner {
  public:
-  FitPlanner(std::span<const Point2> points, std::span<const double> speed_limit, CertifiedWork& work,
-             StopSegment& out)
-      : points_(points), speed_limit_(speed_limit), work_(work), trial_(work.shape_trial), out_(out) {
+  FitPlanner(std::span<const Point2> points, std::span<const double> speed_limit,
+             std::span<const GivenCurve> given, CertifiedWork& work, StopSegment& out)
+      : points_(points),
+        reference_(sample_given(points, given, work.reference)),
+        speed_limit_(speed_limit),
+        work_(work),
+        trial_(work.shape_trial),
+        out_(out) {
     trial_.first = out.first;
     trial_.last = out.last;
     work.descends = true;
-    recognise(points, kSagittaMm, true, work.meant);
+    recognise(points, given, kSagittaMm, true, work.meant);
   }
   ~FitPlanner() { work_.descends = false; }
   FitPlanner(const FitPlanner&) = delete;
@@ -94,7 +99,7 @@ class FitPlanner {
       const TimeGradient& g = out_.gradient;
       step_tube(out_.curve, {{g.x[0], g.x[1], g.x[2]}, {g.y[0], g.y[1], g.y[2]}}, work_.weight, work_.tube,
                 work_.curve.coarse);
-      trial_.deviation_mm = frechet_bound(work_.curve.coarse, points_);
+      trial_.deviation_mm = frechet_bound(work_.curve.coarse, reference_);
       bool faster = trial_.deviation_mm <= allowed_mm(task.options);
       if (faster) {
         plan(out_.duration_s(), task, trial_);
@@ -126,7 +131,7 @@ class FitPlanner {
     const double tolerance = allowed_mm(task.options);
     for (int tries = 0;; ++tries) {
       fit(radius, task);
-      trial_.deviation_mm = frechet_bound(work_.curve.coarse, points_);
+      trial_.deviation_mm = frechet_bound(work_.curve.coarse, reference_);
       if (trial_.deviation_mm <= tolerance || tries == kShrinks) break;
       radius *= std::clamp(kAim * tolerance / trial_.deviation_mm, kLeastShrink, kAim);
     }
@@ -138,7 +143,7 @@ class FitPlanner {
     return radius;
   }
 
-  std::span<const Point2> points_;
+  std::span<const Point2> points_, reference_;
   std::span<const double> speed_limit_;
   CertifiedWork& work_;
   StopSegment &trial_, &out_;
@@ -149,8 +154,9 @@ class FitPlanner {
 }  // namespace
 
 void plan_fitted(std::span<const Point2> points, std::span<const double> speed_limit,
-                 const CertifiedTask& task, CertifiedWork& work, StopSegment& out) {
-  FitPlanner planner(points, speed_limit, work, out);
+                 std::span<const GivenCurve> given, const CertifiedTask& task, CertifiedWork& work,
+                 StopSegment& out) {
+  FitPlanner planner(points, speed_limit, given, work, out);
   const bool slow = task.options.method == Method::kOptimal;
   // the slow tier does most of its descent on the fast tier's cells
   PlanOptions options = task.options;
@@ -160,7 +166,7 @@ void plan_fitted(std::span<const Point2> points, std::span<const double> speed_l
   if (moves) planner.descend(slow ? kSlowRounds : kFastRounds, slow ? kSlowGain : kFastGain, fast);
   if (!slow) return;
   if (!moves) {  // a straight line, or no curve within the tolerance
-    FitPlanner(points, speed_limit, work, out).start(task);
+    FitPlanner(points, speed_limit, given, work, out).start(task);
     return;
   }
   planner.plan_again(task);

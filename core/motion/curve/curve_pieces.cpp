@@ -275,6 +275,63 @@ void recognise(std::span<const Point2> p, double sagitta_mm, bool abrupt, std::v
   join_tangent(p, pieces);
 }
 
+namespace {
+
+/// Appends the pieces of the points between two given curves. @param part their own pieces, a buffer
+void append_recognised(std::span<const Point2> p, std::size_t from, std::size_t to, double sagitta_mm,
+                       bool abrupt, std::vector<CurvePiece>& part, std::vector<CurvePiece>& pieces) {
+  if (from == to) return;
+  recognise(p.subspan(from, to - from + 1), sagitta_mm, abrupt, part);
+  for (CurvePiece& piece : part) {
+    piece.first += from;
+    piece.last += from;
+    pieces.push_back(piece);
+  }
+}
+
+void append_given(std::span<const Point2> p, const GivenCurve& curve, std::vector<CurvePiece>& pieces) {
+  CurvePiece piece;
+  piece.given = true;
+  const double curvature = 1.0 / distance(curve.centre, p[curve.first]);  // one of both parts: no ramp there
+  const auto append = [&](std::size_t from, std::size_t to) {
+    piece.first = from;
+    piece.last = to;
+    if (curve.kind == GivenCurve::Kind::kArc) {
+      set_arc(piece, {curve.centre, curve.clockwise ? -curvature : curvature}, p[from], p[to]);
+    } else {
+      piece.chord = true;
+      set_line(piece, p[from], p[to]);
+    }
+    pieces.push_back(piece);
+  };
+  if (curve.kind == GivenCurve::Kind::kBezier) {
+    for (std::size_t i = curve.first; i < curve.last; ++i) append(i, i + 1);
+    return;
+  }
+  const Vec a = p[curve.first] - curve.centre, b = p[curve.last] - curve.centre;
+  const double side = curve.clockwise ? -1.0 : 1.0;
+  const bool beyond_half = curve.last > curve.first + 1 && side * cross(a, b) <= 0.0;
+  const std::size_t middle = beyond_half ? (curve.first + curve.last) / 2 : curve.last;
+  append(curve.first, middle);
+  if (middle < curve.last) append(middle, curve.last);
+}
+
+}  // namespace
+
+void recognise(std::span<const Point2> p, std::span<const GivenCurve> given, double sagitta_mm, bool abrupt,
+               std::vector<CurvePiece>& pieces) {
+  if (given.empty()) return recognise(p, sagitta_mm, abrupt, pieces);
+  pieces.clear();
+  std::vector<CurvePiece> part;
+  std::size_t at = 0;
+  for (const GivenCurve& curve : given) {
+    append_recognised(p, at, curve.first, sagitta_mm, abrupt, part, pieces);
+    append_given(p, curve, pieces);
+    at = curve.last;
+  }
+  append_recognised(p, at, p.size() - 1, sagitta_mm, abrupt, part, pieces);
+}
+
 void split_points(std::span<const Point2> p, double cos_split, std::vector<std::size_t>& splits) {
   splits.assign(1, 0);
   for (std::size_t i = 1; i + 1 < p.size(); ++i) {

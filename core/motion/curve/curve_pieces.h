@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "core/path/path.h"
+#include "core/path/given_curve.h"
 
 namespace firn::motion {
 
@@ -19,6 +19,7 @@ struct CurvePiece {
   double length_mm = 0.0;
   std::size_t first = 0, last = 0;  ///< points of the path that it covers
   bool chord = false;               ///< a single chord of a polygon, not a recognised run of points
+  bool given = false;               ///< a given arc, or a chord between two samples of a given curve
 
   Point2 at(double s_mm) const;
   /// Unit tangent at s_mm.
@@ -39,6 +40,11 @@ inline constexpr double kSagittaMm = 0.03;
 /// kRecogniseMm of a circle by chance, wherever its curvature changes little
 void recognise(std::span<const Point2> points, double sagitta_mm, bool abrupt,
                std::vector<CurvePiece>& pieces);
+
+/// The same where some of the points are samples of given curves: an arc is one piece, two where it turns by
+/// more than half a turn; a Bezier curve is chords between its samples.
+void recognise(std::span<const Point2> points, std::span<const GivenCurve> given, double sagitta_mm,
+               bool abrupt, std::vector<CurvePiece>& pieces);
 
 /// Indices of the points where the polygon turns by more than the angle whose cosine is given, ends included.
 void split_points(std::span<const Point2> points, double cos_split, std::vector<std::size_t>& splits);

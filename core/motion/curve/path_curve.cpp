@@ -23,6 +23,14 @@ double half_ramp(const CurveOptions& spec, double curvature) {
   return 0.5 * (spec.held_sagitta_mm > 0.0 ? allowed : std::max(spec.ramp_mm, allowed));
 }
 
+/// B of path_curve.h for x = w / 2R.
+double wide_share(double x) {
+  constexpr double kSmall = 1e-2;
+  if (x < kSmall) return 1.0 / 3.0 + x * x / 15.0;
+  const double s1 = std::sin(x) / x, s2 = std::sin(2.0 * x) / (2.0 * x);
+  return (1.0 - s1) / (s1 - s2);
+}
+
 /// Pieces between two long lines share one ramp length, the smallest that any of them requires: the
 /// convolution has one width wherever it moves the base.
 void set_ramps(const CurveOptions& spec, CurveWork& work) {
@@ -37,9 +45,20 @@ void set_ramps(const CurveOptions& spec, CurveWork& work) {
     while (to + 1 < pieces.size() && pieces[to + 1].curvature != 0.0)
       half = std::min(half, half_ramp(spec, std::abs(pieces[++to].curvature)));
     // half of the lines on both sides, so that the ramps of two groups never meet
-    if (from > 0) half = std::min(half, std::max(0.5 * pieces[from - 1].length_mm, 1e-3));
-    if (to + 1 < pieces.size()) half = std::min(half, std::max(0.5 * pieces[to + 1].length_mm, 1e-3));
-    for (std::size_t k = from; k <= to + 1; ++k) work.joints[k].half_ramp = half;
+    const double share = 0.5 / work.reach;
+    if (from > 0) half = std::min(half, std::max(share * pieces[from - 1].length_mm, 1e-3));
+    if (to + 1 < pieces.size()) half = std::min(half, std::max(share * pieces[to + 1].length_mm, 1e-3));
+    double wide = 0.0;
+    if (work.reach > 1.0) {
+      double bend = 0.0;
+      for (std::size_t k = from; k <= to; ++k) bend = std::max(bend, std::abs(pieces[k].curvature));
+      half = std::min(half, 1.0 / bend);
+      wide = wide_share(half * bend);
+    }
+    for (std::size_t k = from; k <= to + 1; ++k) {
+      work.joints[k].half_ramp = half;
+      work.joints[k].wide = wide;
+    }
     from = to + 1;
   }
 }
@@ -58,6 +77,7 @@ void set_joints(const CurveOptions& spec, CurveWork& work) {
     joint.s = work.offset[k];
     if (k == 0 || k == n) {
       joint.interpolate = true;
+      if (joint.wide > 0.0) joint.half_ramp = 0.0;
       continue;
     }
     const CurvePiece &a = pieces[k - 1], &b = pieces[k];
@@ -106,30 +126,45 @@ Point2 mean_position(const CurveWork& work, std::size_t k, double s, double half
   return sum;
 }
 
+/// How far an arc of the base moves towards its centre under a box of half width `half`: kappa half^2 / 6 to
+/// first order.
+double box_shift(double curvature, double half) {
+  const double angle = half * curvature;
+  return (1.0 - std::sin(angle) / angle) / curvature;
+}
+
 /// Position of the ramped curve at s in piece k.
 Point2 ramped(const CurveWork& work, std::size_t k, double s) {
   const CurvePiece& piece = work.pieces[k];
   const Joint &a = work.joints[k], &b = work.joints[k + 1];
   const double local = s - work.offset[k], rest = work.offset[k + 1] - s;
   Point2 p = piece.at(local);
-  double half = 0.0;
-  if (piece.curvature != 0.0)
+  double half = 0.0, wide = 0.0;
+  if (piece.curvature != 0.0) {
     half = std::max(a.half_ramp, b.half_ramp);
-  else if (local < a.half_ramp)
+    wide = std::max(a.wide, b.wide);  // one group's
+  } else if (local < work.reach * a.half_ramp) {
     half = a.half_ramp;
-  else if (rest < b.half_ramp)
+    wide = a.wide;
+  } else if (rest < work.reach * b.half_ramp) {
     half = b.half_ramp;
+    wide = b.wide;
+  }
   if (half > 0.0) {
     // the shift of an arc is gone where the path ends and at interpolated vertices
     const double left = a.interpolate ? 0.0 : 1.0, right = b.interpolate ? 0.0 : 1.0;
     const double fade = piece.curvature == 0.0 ? 1.0 : left + (right - left) * (local / piece.length_mm);
-    if (local >= half && rest >= half) {
-      const double angle = half * piece.curvature, r = 1.0 / piece.curvature;
-      const double shift = fade * r * (1.0 - std::sin(angle) / angle);  // kappa w^2 / 24 to first order
+    if (local >= work.reach * half && rest >= work.reach * half) {
+      double shift = box_shift(piece.curvature, half);
+      if (wide > 0.0) shift += wide * (shift - box_shift(piece.curvature, 2.0 * half));
       const Point2 t = piece.tangent(local);
-      p = {p.x_mm - shift * t.y_mm, p.y_mm + shift * t.x_mm};
+      p = {p.x_mm - fade * shift * t.y_mm, p.y_mm + fade * shift * t.x_mm};
     } else {
-      const Point2 mean = mean_position(work, k, s, half);
+      Point2 mean = mean_position(work, k, s, half);
+      if (wide > 0.0) {
+        const Point2 far = mean_position(work, k, s, 2.0 * half);
+        mean = {mean.x_mm + wide * (mean.x_mm - far.x_mm), mean.y_mm + wide * (mean.y_mm - far.y_mm)};
+      }
       p = {p.x_mm + fade * (mean.x_mm - p.x_mm), p.y_mm + fade * (mean.y_mm - p.y_mm)};
     }
   }
@@ -151,7 +186,8 @@ double hat_shift(double x, double half) {
 }
 
 void build_curve(std::span<const Point2> points, const CurveOptions& spec, CurveWork& work) {
-  recognise(points, sagitta_mm(spec), spec.abrupt_runs, work.pieces);
+  recognise(points, spec.given, sagitta_mm(spec), spec.abrupt_runs, work.pieces);
+  work.reach = spec.exact() ? 2.0 : 1.0;
   set_joints(spec, work);
   Curve& coarse = work.coarse;
   place_yaw(points, spec, work);
@@ -172,8 +208,12 @@ void build_curve(std::span<const Point2> points, const CurveOptions& spec, Curve
   coarse.y[n - 1] = points.back().y_mm;
   const CurvePiece &a = work.pieces.front(), &b = work.pieces.back();
   const Point2 t = b.tangent(b.length_mm);
-  spline(coarse.s, coarse.x, -a.curvature * a.ty, -b.curvature * t.y_mm, coarse.xx, work.sweep);
-  spline(coarse.s, coarse.y, a.curvature * a.tx, b.curvature * t.x_mm, coarse.yy, work.sweep);
+  Point2 start{-a.curvature * a.ty, a.curvature * a.tx}, end{-b.curvature * t.y_mm, b.curvature * t.x_mm};
+  const auto bezier = [](const GivenCurve& g) { return g.kind == GivenCurve::Kind::kBezier; };
+  if (a.given && bezier(spec.given.front())) start = spec.given.front().bend(spec.given.front().from);
+  if (b.given && bezier(spec.given.back())) end = spec.given.back().bend(spec.given.back().to);
+  spline(coarse.s, coarse.x, start.x_mm, end.x_mm, coarse.xx, work.sweep);
+  spline(coarse.s, coarse.y, start.y_mm, end.y_mm, coarse.yy, work.sweep);
   sample_yaw(spec, work, coarse);
   coarse.straight = work.pieces.size() == 1 && a.curvature == 0.0;
   if (coarse.straight) {

@@ -33,6 +33,7 @@ void thin_vertices(CurveWork& work) {
         const double chord = work.offset[i + 2 * d] - work.offset[i];
         good = good && std::abs(chord - left - right) < kUneven * (chord + left + right);
       }
+      good = good && !pieces[k - 1].given && !pieces[k].given;
       if (d == 2)
         good = good && joints[k - 1].smooth && joints[k + 1].smooth && left + right < kLongestSmoothMm;
       if (!good || left + right > kLongestSmoothMm) continue;
@@ -55,13 +56,14 @@ void set_marks(const CurveOptions& spec, CurveWork& work) {
     const double half = std::max(joint.half_ramp, joint.half_hat);
     if (joint.interpolate && !joint.smooth) marks.push_back({joint.s, kNoWish, sizes.growth});
     if (half == 0.0) continue;
+    const int reach = joint.half_hat > joint.half_ramp ? 1 : int(work.reach);
     const int cells =
-        joint.half_hat > joint.half_ramp ? sizes.ramp_cells + sizes.ramp_cells % 2 : sizes.ramp_cells;
+        joint.half_hat > joint.half_ramp ? sizes.ramp_cells + sizes.ramp_cells % 2 : reach * sizes.ramp_cells;
     const double wide = 2.0 * half / spec.ramp_mm;  // wide ramps need no finer cells beside them than inside
     const double exit = sizes.ramp_exit_mm * std::max(1.0, 0.5 * wide);
     for (int i = 0; i <= cells; ++i)
-      marks.push_back(
-          {joint.s + half * (2.0 * i / cells - 1.0), i == 0 || i == cells ? exit : kNoWish, sizes.growth});
+      marks.push_back({joint.s + reach * half * (2.0 * i / cells - 1.0),
+                       i == 0 || i == cells ? exit : kNoWish, sizes.growth});
   }
   for (std::size_t i = 1; i + 1 < work.yaw_s.size(); ++i) {
     const double half = work.yaw_half[i], at = work.yaw_s[i];
@@ -103,6 +105,13 @@ void fill(Mark from, Mark to, double largest, std::vector<double>& tail, std::ve
   knots.insert(knots.end(), tail.rbegin(), tail.rend());
 }
 
+/// Turn of a cell on a given arc: the spline is off by R angle^4 / 384 between its knots, and some cells are
+/// half as long again: a nanometre at most.
+double exact_angle(double curvature, const CellSizes& sizes) {
+  constexpr double kOff_mm = 4e-8;
+  return std::min(sizes.arc_angle_rad, std::sqrt(std::sqrt(384.0 * kOff_mm * curvature)));
+}
+
 }  // namespace
 
 void place_knots(const CurveOptions& spec, CurveWork& work, std::vector<double>& knots) {
@@ -128,7 +137,10 @@ void place_knots(const CurveOptions& spec, CurveWork& work, std::vector<double>&
     if (!piece.chord || !vertex) {
       const double curvature = std::abs(piece.curvature);
       double largest = std::min(spec.sizes.largest_mm, 0.125 * total);
-      if (curvature > 0.0) largest = std::min(largest, spec.sizes.arc_angle_rad / curvature);
+      if (curvature > 0.0)
+        largest =
+            std::min(largest, (spec.exact() ? exact_angle(curvature, spec.sizes) : spec.sizes.arc_angle_rad) /
+                                  curvature);
       fill(a, b, largest, work.sweep, knots);
     }
     knots.push_back(b.s);

@@ -10,8 +10,9 @@ namespace {
 
 constexpr double kSamePointMm = 1e-9;
 
-void require_finite(double value, const char* what, std::size_t index, Point2 at) {
-  if (std::isfinite(value)) return;
+inline void require_finite(double value, const char* what, std::size_t index, Point2 at) {
+  if (std::isfinite(value)) [[likely]]
+    return;
   Fault fault{Reason::kNotFinite};
   fault.index = index;
   fault.value = value;
@@ -76,14 +77,66 @@ bool yaw_varies(const PathInput& in) {
 
 }  // namespace
 
+namespace {
+
+/// How far a point may lie off the curve that it is a sample of.
+constexpr double kOnCurve_mm = 1e-6;
+
+bool on_curve(const GivenCurve& curve, std::size_t i, Point2 p, double radius_mm) {
+  if (curve.kind == GivenCurve::Kind::kArc)
+    return std::abs(distance(curve.centre, p) - radius_mm) <= kOnCurve_mm + 1e-12 * radius_mm;
+  const double share = double(i - curve.first) / double(curve.last - curve.first);
+  return distance(curve.at(curve.from + share * (curve.to - curve.from)), p) <= kOnCurve_mm;
+}
+
+void require_given(const PathInput& in) {
+  std::size_t before = 0;
+  for (std::size_t k = 0; k < in.given.size(); ++k) {
+    const GivenCurve& curve = in.given[k];
+    bool good = before <= curve.first && curve.first < curve.last && curve.last < in.points.size();
+    const double radius = good ? distance(curve.centre, in.points[curve.first]) : 0.0;
+    good = good && (curve.kind == GivenCurve::Kind::kBezier || radius > 0.0);
+    for (std::size_t i = curve.first; good && i <= curve.last; ++i)
+      good = on_curve(curve, i, in.points[i], radius);
+    before = curve.last;
+    if (good) continue;
+    Fault fault{Reason::kOption};
+    fault.index = k;
+    fault.what = "given curves";
+    fault.value = double(curve.first);
+    fault.bound = double(in.points.size());
+    throw MotionError(fault);
+  }
+}
+
+Point2 moved(Point2 p, Point2 by) { return {p.x_mm + by.x_mm, p.y_mm + by.y_mm}; }
+
+/// Given curves in the base frame, with the indices of the points that are kept. One that loses a point is a
+/// curve by its points alone.
+void keep_given(const PathInput& in, const std::vector<std::size_t>& kept, CleanPath& path) {
+  for (GivenCurve curve : in.given) {
+    const std::size_t points = curve.last - curve.first;
+    curve.first = kept[curve.first];
+    curve.last = kept[curve.last];
+    if (curve.last - curve.first != points) continue;
+    for (Point2* p : {&curve.centre, &curve.start, &curve.control[0], &curve.control[1], &curve.end})
+      *p = moved(*p, in.origin);
+    path.given.push_back(curve);
+  }
+}
+
+}  // namespace
+
 CleanPath clean(const PathInput& in) {
   require_finite(in);
   const bool turning = yaw_varies(in);
   check_speed_limit(in.speed_limit, in.points.size());
   require_stops(in);
+  require_given(in);
   const bool per_point = !in.speed_limit.point_mm_s.empty();
   CleanPath path;
   std::vector<double> speed_limit;
+  std::vector<std::size_t> kept;  // of each point, where it is among the clean ones
   std::size_t stop = 0;
   const auto note_stop = [&](std::size_t k) {
     if (stop == in.stops.size() || in.stops[stop] != k) return;
@@ -92,8 +145,12 @@ CleanPath clean(const PathInput& in) {
     if (at > 0 && (path.stops.empty() || path.stops.back() < at)) path.stops.push_back(at);
   };
   const std::size_t count = in.points.size() + (in.closed && !in.points.empty() ? 1 : 0);
+  path.points.reserve(count);
+  path.source.reserve(count);
+  path.speed_limit_mm_s.reserve(count);
+  speed_limit.reserve(count);
   for (std::size_t k = 0; k < count; ++k) {
-    const std::size_t i = k % in.points.size();
+    const std::size_t i = k < in.points.size() ? k : 0;
     const Point2 p{in.points[i].x_mm + in.origin.x_mm, in.points[i].y_mm + in.origin.y_mm};
     const double limit =
         std::min(in.speed_limit.path_mm_s, per_point ? in.speed_limit.point_mm_s[i] : kUnlimited);
@@ -104,12 +161,14 @@ CleanPath clean(const PathInput& in) {
         if (turning && std::abs(yaw_at(in, k) - path.yaw_rad.back()) > kSameYaw)
           refuse_yaw(Reason::kYawJump, in, i, yaw_at(in, k), path.yaw_rad.back());
         speed_limit.back() = std::min(speed_limit.back(), limit);
+        if (!in.given.empty()) kept.push_back(path.points.size() - 1);
         note_stop(k);
         continue;
       }
     }
     path.points.push_back(p);
     path.source.push_back(i);
+    if (!in.given.empty()) kept.push_back(path.points.size() - 1);
     if (turning) path.yaw_rad.push_back(yaw_at(in, k));
     speed_limit.push_back(limit);
     note_stop(k);
@@ -122,6 +181,7 @@ CleanPath clean(const PathInput& in) {
     if (!in.points.empty()) fault.at = in.points[0];
     throw MotionError(fault);
   }
+  keep_given(in, kept, path);
   for (std::size_t i = 0; i + 1 < path.points.size(); ++i)
     path.speed_limit_mm_s.push_back(std::min(speed_limit[i], speed_limit[i + 1]));
   return path;

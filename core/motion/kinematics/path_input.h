@@ -7,6 +7,7 @@
 
 #include "core/motion/kinematics/limits.h"
 #include "core/motion/kinematics/tool.h"
+#include "core/path/given_curve.h"
 #include "core/path/path.h"
 
 namespace firn::motion {
@@ -26,6 +27,8 @@ struct PathInput {
   ArmConfiguration preferred{};  ///< that of the path before
   /// Points besides the corners at which the motion comes to rest, ascending; not for the default method.
   std::vector<std::size_t> stops{};
+  /// Arcs and Bezier curves among the points that are meant exactly, ascending, apart but for their ends.
+  std::span<const GivenCurve> given{};
 };
 
 /// The same path ready to plan: in the arm's base frame, closed by repeating the first point, without
@@ -36,10 +39,11 @@ struct CleanPath {
   std::vector<double> yaw_rad;           ///< one per point; empty where it is constant
   std::vector<std::size_t> source;       ///< index of each point in PathInput::points
   std::vector<std::size_t> stops;        ///< PathInput::stops among `points`, without the ends
+  std::vector<GivenCurve> given;         ///< PathInput::given among `points`, in the base frame
 };
 
 /// Throws MotionError: kNotFinite, kTooFewPoints, kSpeedLimitSize, kSpeedLimitNotPositive, kYawSize,
-/// kYawJump, kOption (a stop).
+/// kYawJump, kOption (a stop, a given curve).
 CleanPath clean(const PathInput& input);
 
 /// Ascending indices `splits` and the path's stops as one.

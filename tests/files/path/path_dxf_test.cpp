@@ -72,7 +72,7 @@ TEST_CASE("Random cuts of a closed outline, shuffled and turned, are joined to t
       Point2 a = outline[std::size_t(i)], b = outline[std::size_t((i + 1) % n)];
       a.x_mm += draw.uniform(-0.3, 0.3) * kJoin_mm;  // as files round
       if (draw.below(2)) std::swap(a, b);
-      curves.push_back({{a, b}, 1.0, "0", std::size_t(i)});
+      curves.push_back({{{a, b}, {}}, 1.0, "0", std::size_t(i)});
     }
     for (std::size_t i = curves.size(); i-- > 1;)
       std::swap(curves[i], curves[draw.below(std::uint32_t(i + 1))]);
@@ -80,9 +80,9 @@ TEST_CASE("Random cuts of a closed outline, shuffled and turned, are joined to t
     join_curves(curves, [&](JoinedCurve&& j) { joined.push_back(std::move(j)); });
     REQUIRE(joined.size() == 1);
     CHECK(joined[0].parts == std::size_t(n));
-    CHECK(joined[0].points.size() == std::size_t(n) + 1);
-    CHECK(joined[0].points.front() == joined[0].points.back());
-    CHECK(length_of(joined[0].points) ==
+    CHECK(joined[0].shape.points.size() == std::size_t(n) + 1);
+    CHECK(joined[0].shape.points.front() == joined[0].shape.points.back());
+    CHECK(length_of(joined[0].shape.points) ==
           Approx(length_of(outline) + distance(outline.front(), outline.back())).epsilon(2e-3));
   }
 }
