@@ -3,23 +3,22 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstring>
 #include <fstream>
 #include <numbers>
+#include <optional>
 
 #include "files/byte_blocks.h"
 #include "files/decimal.h"
+#include "files/path/csv_columns.h"
 #include "files/usage_error.h"
 
 namespace firn {
 namespace {
 
 constexpr std::size_t kMaxLineBytes = 1000;
-constexpr const char* kHeaders = "x_mm,y_mm with or without ,speed_mm_s and ,yaw_deg";
-constexpr int kMostColumns = 4;
 
 class CsvReader {
  public:
@@ -29,15 +28,15 @@ class CsvReader {
   void read() {
     std::string_view text;
     while (next_line(text)) {
-      if (columns_ == 0) {
-        if (!text.empty()) header(text);
+      if (columns_.empty()) {
+        if (!text.empty() && header(text)) point(text);
       } else if (text.empty()) {
         finish();
       } else {
         point(text);
       }
     }
-    if (columns_ == 0) fail(std::string("is empty: the first line must be ") + kHeaders);
+    if (columns_.empty()) fail(fmt::format("is empty: the first line must be {}", kCsvHeaders));
     finish();
     if (number_ == 0) fail("holds no points");
   }
@@ -70,28 +69,26 @@ class CsvReader {
     return true;
   }
 
-  void header(std::string_view text) {
-    const std::string_view all = text;
-    bool known = text.starts_with("x_mm,y_mm");
-    if (known) text.remove_prefix(9);
-    columns_ = 2;
-    if (text.starts_with(",speed_mm_s")) {
-      text.remove_prefix(11);
-      speed_ = columns_++;
+  /// Returns true if the line is a point: a file without a header.
+  bool header(std::string_view text) {
+    constexpr std::string_view kPlain = "x_mm,y_mm";
+    const bool numbers = csv_numbers(text);
+    header_ = numbers ? kPlain : text;
+    const auto columns = csv_columns(header_);
+    if (!columns) {
+      std::string shown(text.substr(0, 60));
+      std::replace_if(
+          shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+      fail(fmt::format("the header must be {}, not {}", kCsvHeaders, shown));
     }
-    if (text.starts_with(",yaw_deg")) {
-      text.remove_prefix(8);
-      yaw_ = columns_++;
-    }
-    known = known && text.empty();
-    if (known) return;
-    std::string shown(all.substr(0, 60));
-    std::replace_if(
-        shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
-    fail(std::string("the header must be ") + kHeaders + ", not " + shown);
+    columns_ = *columns;
+    if (numbers && std::count(text.begin(), text.end(), ',') != 1)
+      fail(
+          fmt::format("a file without a header has two columns, x_mm and y_mm; name these: {}", kCsvHeaders));
+    return numbers;
   }
 
-  double number(std::string_view text, const char* column) const {
+  double number(std::string_view text, std::string_view column) const {
     while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
     while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
     double value = 0.0;
@@ -103,35 +100,61 @@ class CsvReader {
     return value;
   }
 
+  double within(double value, double most, std::string_view column) const {
+    if (std::abs(value) <= most) return value;
+    fail(column.empty() ? fmt::format("{} mm is beyond the limit of +-{} mm", value, most)
+                        : fmt::format("{} = {} is beyond the limit of +-{}", column, value, most));
+  }
+
   void point(std::string_view text) {
-    std::array<std::string_view, kMostColumns> column;
-    int found = 0;
+    Point2 p;
+    std::optional<double> z_mm, speed_mm_s, yaw_deg;
+    std::size_t found = 0;
     for (std::size_t from = 0; from != text.npos; ++found) {
       const std::size_t comma = text.find(',', from);
-      if (found < kMostColumns)
-        column[std::size_t(found)] = text.substr(from, comma == text.npos ? comma : comma - from);
+      if (found < columns_.size())
+        value(columns_[found], text.substr(from, comma == text.npos ? comma : comma - from), p, z_mm,
+              speed_mm_s, yaw_deg);
       from = comma == text.npos ? comma : comma + 1;
     }
-    if (found != columns_) fail(fmt::format("{} columns, the header has {}", found, columns_));
-    const Point2 p{number(column[0], "x_mm"), number(column[1], "y_mm")};
-    for (double v : {p.x_mm, p.y_mm})
-      if (std::abs(v) > kMaxCoordinate_mm)
-        fail(fmt::format("{} mm is beyond the limit of +-{} mm", v, kMaxCoordinate_mm));
-    if (path_.path.points.empty()) path_.place = fmt::format("{}:{}", name_, line_);
+    if (found != columns_.size()) fail(fmt::format("{} columns, the header has {}", found, columns_.size()));
+    if (path_.path.points.empty()) {
+      path_.place = fmt::format("{}:{}", name_, line_);
+      path_.path.z_mm = z_mm.value_or(0.0);
+    }
+    if (z_mm && *z_mm != path_.path.z_mm) fail("z changes along a path; it must be constant");
     if (path_.path.points.size() == kMaxPathPoints)
       fail(fmt::format("more than {} points in one path", kMaxPathPoints));
     path_.path.points.push_back(p);
-    if (speed_ > 0) {
-      const std::string_view speed = column[std::size_t(speed_)];
-      path_.speed_limit.point_mm_s.push_back(speed.empty() ? motion::kUnlimited
-                                                           : number(speed, "speed_mm_s"));
-      if (!(path_.speed_limit.point_mm_s.back() > 0.0)) fail("speed_mm_s must be above 0");
+    if (speed_mm_s) path_.speed_limit.point_mm_s.push_back(*speed_mm_s);
+    if (yaw_deg) path_.yaw_point_rad.push_back(*yaw_deg * std::numbers::pi / 180.0);
+  }
+
+  void value(const CsvColumn& column, std::string_view text, Point2& p, std::optional<double>& z_mm,
+             std::optional<double>& speed_mm_s, std::optional<double>& yaw_deg) const {
+    using Quantity = CsvColumn::Quantity;
+    if (column.quantity == Quantity::kSpeed && text.empty()) {
+      speed_mm_s = motion::kUnlimited;
+      return;
     }
-    if (yaw_ > 0) {
-      const double yaw = number(column[std::size_t(yaw_)], "yaw_deg");
-      if (std::abs(yaw) > kMaxYaw_deg)
-        fail(fmt::format("yaw_deg = {} is beyond the limit of +-{}", yaw, kMaxYaw_deg));
-      path_.yaw_point_rad.push_back(yaw * std::numbers::pi / 180.0);
+    const double v = column.scale * number(text, column.name);
+    switch (column.quantity) {
+      case Quantity::kX:
+        p.x_mm = within(v, kMaxCoordinate_mm, {});
+        break;
+      case Quantity::kY:
+        p.y_mm = within(v, kMaxCoordinate_mm, {});
+        break;
+      case Quantity::kZ:
+        z_mm = within(v, kMaxCoordinate_mm, {});
+        break;
+      case Quantity::kSpeed:
+        speed_mm_s = v;
+        if (!(v > 0.0)) fail(fmt::format("{} must be above 0", column.name));
+        break;
+      case Quantity::kYaw:
+        yaw_deg = within(v, kMaxYaw_deg, column.name);
+        break;
     }
   }
 
@@ -149,8 +172,10 @@ class CsvReader {
   const PathSink& sink_;
   InputPath path_;
   std::int64_t number_ = 0;
-  std::size_t used_ = 0;                              // bytes of the line that was handed out
-  int line_ = 0, columns_ = 0, speed_ = 0, yaw_ = 0;  // column number, 0 = absent
+  std::size_t used_ = 0;  // bytes of the line that was handed out
+  int line_ = 0;
+  std::string header_;  // holds the names of the columns
+  std::vector<CsvColumn> columns_;
 };
 
 }  // namespace

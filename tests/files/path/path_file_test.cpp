@@ -84,7 +84,25 @@ TEST_CASE("CSV: a column yaw_deg turns the tool, behind the speed or without it"
   CHECK_THAT(csv("x_mm,y_mm,yaw_deg\n0,0,\n"),
              Contains("job:2") && Contains("yaw_deg = : is not a finite number"));
   CHECK_THAT(csv("x_mm,y_mm,yaw_deg\n0,0,1e9\n"), Contains("beyond the limit of +-7200"));
-  CHECK_THAT(csv("x_mm,y_mm,yaw_deg,speed_mm_s\n0,0,1,1\n"), Contains("header must be"));
+}
+
+TEST_CASE("CSV: columns in any order and unit, as headers spell them, and two in mm without a header") {
+  const auto first = [](const std::string& text) { return paths_of(read_paths_csv, text).at(0); };
+  CHECK(first("1,2\n3.5,-4e1\n").path.points == std::vector<Point2>{{1, 2}, {3.5, -40}});
+  CHECK(first("1,2\n3,4\n").place == "job:1");
+  CHECK(first("y_cm,x_in\n1,1\n").path.points == std::vector<Point2>{{25.4, 10}});
+  CHECK(first("X [mm],Y (mm)\n1,2\n").path.points == std::vector<Point2>{{1, 2}});
+  CHECK(first("\"x_um\",\"y_m\"\n500,0.25\n").path.points == std::vector<Point2>{{0.5, 250}});
+  const InputPath all = first("yaw_rad,z_mm,x_mm,y_mm,speed_mm/min\n0.5,3,1,2,600\n-0.5,3,2,2,\n");
+  CHECK(all.path.z_mm == 3.0);
+  CHECK(all.yaw_point_rad[0] == Approx(0.5).epsilon(1e-15));
+  CHECK(all.speed_limit.point_mm_s[0] == Approx(10.0));
+  CHECK(std::isinf(all.speed_limit.point_mm_s[1]));
+  CHECK_THAT(csv("x_mm,y_mm,z_mm\n0,0,1\n1,0,2\n"), Contains("job:3: z changes along a path"));
+  CHECK_THAT(csv("1,2,3\n"), Contains("a file without a header has two columns") && Contains("yaw_deg"));
+  CHECK_THAT(csv("x_mm,x_mm,y_mm\n1,2,3\n"), Contains("header must be"));
+  CHECK_THAT(csv("x_mm,speed_mm_s\n1,2\n"), Contains("header must be"));
+  CHECK_THAT(csv("x_mm,y_ell\n1,2\n"), Contains("header must be") && Contains("_in"));
 }
 
 TEST_CASE("JSON: yaw_deg is a number for the path or a list with one per point, before or after the points") {
