@@ -1,9 +1,9 @@
 // Motion along curves that nobody tuned the planner for, as users have them: sampled at 0.05 to 2 mm, rounded
 // to 3, 4 or 9 decimals, with tolerances of 0.005 to 0.1 mm.
 //
-// - `motion_paths [CURVES] [SEED]`: for each kind of curve: duration over the best of all tiers, its growth
-// with a larger tolerance and with denser sampling, the lower bound's share, deviation / tolerance, and the
-// largest ratio to a limit. CURVES are drawn in all, default 200.
+// - `motion_paths [CURVES] [SEED] [KIND]`: for each kind of curve, or for one: duration over the best of all
+// tiers, its growth with a larger tolerance and with denser sampling, the lower bound's share, deviation /
+// tolerance, and the largest ratio to a limit. CURVES are drawn in all, default 200.
 // - `motion_paths nasty N [SEED]`: N random paths (cusps, tiny and repeated steps, zigzags, near full reach)
 // with tolerances of 0 and 0.005 to 0.1 mm: refusals by reason, deviation / tolerance, largest ratio to a
 // limit at any instant by interval arithmetic
@@ -113,20 +113,23 @@ void measure(Planner& planner, int kind, std::uint64_t seed, Kind& out) {
         "%s %llu step %.3f decimals %d tolerance %.4f: %.4f optimal %.4f wider %+.4f denser %+.4f off %.3f\n",
         kCurveKind[kind], static_cast<unsigned long long>(seed), step, decimals, tolerance, t,
         slow.continuous_s, out.wider.value.back(), out.denser.value.back(), out.off.value.back());
+  std::fflush(stdout);
 }
 
 void print(const char* text, const Kind& k) {
   std::printf("%-10s %6zu %8.4f %8.4f %9.2f %9.2f %9.3f %8.4f %10.7f %7d\n", text, k.over_best.value.size(),
               k.over_best.mean(), k.over_best.most(), 100.0 * k.wider.most(), 100.0 * k.denser.most(),
               k.bound.mean(), k.off.most(), k.ratio.most(), k.refused);
+  std::fflush(stdout);
 }
 
-int table(int curves, std::uint64_t seed) {
+int table(int curves, std::uint64_t seed, const char* only) {
   Planner planner;
   Kind all;
   std::printf("%-10s %6s %8s %8s %9s %9s %9s %8s %10s %7s\n", "curves", "number", "T / best", "worst",
               "wider %", "denser %", "bound / T", "off / e", "ratio", "refused");
   for (int kind = 0; kind < kCurveKinds; ++kind) {
+    if (only && std::strcmp(only, kCurveKind[kind]) != 0) continue;
     Kind here;
     for (int k = kind; k < curves; k += kCurveKinds) measure(planner, kind, seed + std::uint64_t(k), here);
     print(kCurveKind[kind], here);
@@ -285,5 +288,5 @@ int main(int argc, char** argv) {
     return nlp(argc > 2 ? std::max(1, std::atoi(argv[2])) : 36,
                argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
   return table(argc > 1 ? std::max(1, std::atoi(argv[1])) : 200,
-               argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1);
+               argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1, argc > 3 ? argv[3] : nullptr);
 }

@@ -16,6 +16,7 @@ constexpr double kAim = 0.98, kLeastShrink = 0.1;
 constexpr int kFastRounds = 32, kSlowRounds = 40, kLastRounds = 8;  ///< of descent
 constexpr int kMostFailures = 4;                                    ///< one after another
 constexpr double kFastGain = 1e-4, kSlowGain = 5e-5;                ///< of a round that is worth another
+constexpr double kBelow = 0.01;  ///< of the tolerance, by which a step that left it is to stay below it
 constexpr double kFirstWeight = 2.0, kHeavier = 2.0, kLighter = 0.8;
 
 /// Largest deviation of the curve from the polygon. Without a tolerance the points bind before that.
@@ -100,11 +101,14 @@ class FitPlanner {
       step_tube(out_.curve, {{g.x[0], g.x[1], g.x[2]}, {g.y[0], g.y[1], g.y[2]}}, work_.weight, work_.tube,
                 work_.curve.coarse);
       trial_.deviation_mm = frechet_bound(work_.curve.coarse, reference_);
-      bool faster = trial_.deviation_mm <= allowed_mm(task.options);
-      if (faster) {
-        plan(out_.duration_s(), task, trial_);
-        faster = trial_.duration_s() < out_.duration_s();
+      const double over = trial_.deviation_mm - allowed_mm(task.options);
+      if (over > 0.0) {  // between two places: the tube is narrowed for the next try
+        widen_tube(-over - kBelow * allowed_mm(task.options), work_.tube);
+        ++failures;
+        continue;
       }
+      plan(out_.duration_s(), task, trial_);
+      const bool faster = trial_.duration_s() < out_.duration_s();
       weight_ *= faster ? kLighter : kHeavier;
       failures = faster && trial_.duration_s() < (1.0 - gain) * out_.duration_s() ? 0 : failures + 1;
       if (!faster) continue;

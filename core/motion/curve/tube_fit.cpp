@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "core/motion/curve/polyline_thinning.h"
@@ -15,9 +16,12 @@ constexpr double kSampleShare = 1.0;       ///< the same where each point is hel
 constexpr double kTurn = 2.5;              ///< radii per cell: largest cell times turn at a vertex
 constexpr double kChords = 1.2;            ///< thinned chords per cell
 constexpr double kSampleChords = 0.5;      ///< the same where each point is held: more knots than points
-constexpr double kFiner = 0.6;    ///< of the cells that the tube alone needs: time has features of its own
-constexpr double kGrowth = 0.35;  ///< of a cell over the distance to a shorter one
-constexpr double kPlaces = 0.5;   ///< of a cell between two places
+/// Of the cells that the tube alone needs: time has features of its own. Coarser cells make the time depend
+/// on where they happen to lie.
+constexpr double kFiner = 0.4;
+constexpr double kGrowth = 0.35;   ///< of a cell over the distance to a shorter one
+constexpr double kPlaces = 0.5;    ///< of a cell between two places
+constexpr double kBetween = 0.04;  ///< of the radius, by which a curve may leave the tube between two places
 constexpr double kLeastCells = 8.0;
 
 void take(std::span<const Point2> points, const std::vector<std::size_t>& kept, std::vector<Point2>& out) {
@@ -95,9 +99,35 @@ void place_knots(CellField field, double total, std::vector<double>& knots) {
   knots.push_back(total);
 }
 
-/// Vertices, and places between them about half a cell apart.
-void set_places(const TubeWork& work, double radius, double between, std::vector<TubePlace>& places) {
+/// Places of the polygon itself beside its thinned line: in proportion to the lengths between two vertices
+/// of that.
+class PolygonAt {
+ public:
+  PolygonAt(std::span<const Point2> points, std::vector<double>& length) : points_(points), length_(length) {
+    lengths(points, length);
+  }
+  /// At a share x of the way from points[first] to points[last]. Calls come in the order of the path.
+  Point2 operator()(std::size_t first, std::size_t last, double x) {
+    const double s = length_[first] + x * (length_[last] - length_[first]);
+    i_ = std::max(i_, first);
+    while (i_ + 1 < last && s >= length_[i_ + 1]) ++i_;
+    const double y = (s - length_[i_]) / (length_[i_ + 1] - length_[i_]);
+    const Point2 &a = points_[i_], &b = points_[i_ + 1];
+    return {a.x_mm + y * (b.x_mm - a.x_mm), a.y_mm + y * (b.y_mm - a.y_mm)};
+  }
+
+ private:
+  std::span<const Point2> points_;
+  const std::vector<double>& length_;
+  std::size_t i_ = 0;
+};
+
+/// Vertices of the line, and places of the polygon between them about half a cell apart. @param kept the
+/// line's vertices among `points`
+void set_places(TubeWork& work, std::span<const Point2> points, const std::vector<std::size_t>& kept,
+                double radius, double between, std::vector<TubePlace>& places) {
   places.clear();
+  PolygonAt polygon(points, work.point_length);
   std::size_t cell = 0;
   for (std::size_t i = 0; i + 1 < work.line.size(); ++i) {
     const double from = work.length[i], to = work.length[i + 1];
@@ -110,10 +140,7 @@ void set_places(const TubeWork& work, double radius, double between, std::vector
       if (left < 1.5 * h) break;
       t += left < 2.5 * h ? 0.5 * left : h;
       const double x = (t - from) / (to - from);
-      places.push_back({t,
-                        {work.line[i].x_mm + x * (work.line[i + 1].x_mm - work.line[i].x_mm),
-                         work.line[i].y_mm + x * (work.line[i + 1].y_mm - work.line[i].y_mm)},
-                        between});
+      places.push_back({t, polygon(kept[i], kept[i + 1], x), between});
     }
   }
 }
@@ -244,11 +271,12 @@ void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWo
   curve.yaw.clear();
   curve.yaw2.clear();
   if (samples) {
-    work.line.assign(points.begin(), points.end());
+    work.kept.resize(points.size());
+    std::iota(work.kept.begin(), work.kept.end(), std::size_t{0});
   } else {
     thin_polyline(points, within, work.kept);
-    take(points, work.kept, work.line);
   }
+  take(points, work.kept, work.line);
   lengths(work.line, work.length);
   thin_polyline(work.line, (samples ? kSampleShare : kShapeShare) * options.radius_mm, work.coarse);
   take(work.line, work.coarse, work.shape);
@@ -257,7 +285,8 @@ void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWo
   place_knots({work.shape, options.between_mm, samples ? kSampleChords : kChords,
                std::min(options.largest_mm, total / kLeastCells)},
               total, work.knots);
-  set_places(work, options.radius_mm - within, options.between_mm - within, work.places);
+  const double share = samples ? 1.0 : 1.0 - kBetween;
+  set_places(work, points, work.kept, share * options.radius_mm, share * options.between_mm, work.places);
   MeantLines(points, options.pieces, total).narrow(work.places);
   guess_control(work);
   work.control.front() = points.front();
@@ -270,7 +299,8 @@ void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWo
 }
 
 void widen_tube(double by_mm, TubeWork& work) {
-  for (TubePlace& place : work.places) place.radius += place.share * by_mm;
+  for (TubePlace& place : work.places)
+    place.radius = std::max(place.radius + place.share * by_mm, 0.5 * place.radius);
 }
 
 void base_curve(TubeWork& work, Curve& curve) {

@@ -38,7 +38,7 @@ struct TubeWork {
   };
   std::vector<std::size_t> kept, coarse;
   std::vector<Point2> line, shape;
-  std::vector<double> length, knots, extended;
+  std::vector<double> length, point_length, knots, extended;
   std::vector<TubePlace> places;
   std::vector<Row> rows;
   std::vector<Point2> control;
@@ -71,7 +71,7 @@ struct TubeOptions {
 /// Fits a path's points between two rests. @param curve without speed limits
 void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWork& work, Curve& curve);
 
-/// Makes the tube of the last fit wider by so much.
+/// Makes the tube of the last fit wider by so much, or narrower, by no more than half of it.
 void widen_tube(double by_mm, TubeWork& work);
 
 /// The curve of work.base.
