@@ -11,22 +11,32 @@ void largest_differences(const double* a, const double* b, std::size_t stride, s
                          const RateLimits& limit, double* ratio, double* time) {
   const double limits[3] = {limit.rate * tick, limit.acceleration * tick * tick,
                             limit.jerk * tick * tick * tick};
+  const std::ptrdiff_t last = std::ptrdiff_t(count) - 1;
   const auto value = [&](const double* p, std::ptrdiff_t n) {
-    if (!p) return 0.0;
-    const std::ptrdiff_t last = std::ptrdiff_t(count) - 1;
     return p[std::size_t(n < 0 ? 0 : n > last ? last : n) * stride];
   };
+  const double* const coordinate[2] = {a, b};
+  const int coordinates = b ? 2 : 1;
+  double first[2], second[2], end[2], most[3] = {0.0, 0.0, 0.0};  // first differences; squares of the largest
+  for (int c = 0; c < coordinates; ++c) {
+    first[c] = second[c] = 0.0;
+    end[c] = value(coordinate[c], 0);
+  }
   for (std::ptrdiff_t n = -2; n <= std::ptrdiff_t(count); ++n) {
     double square[3] = {0.0, 0.0, 0.0};
-    for (const double* p : {a, b}) {
-      const double q0 = value(p, n - 1), q1 = value(p, n), q2 = value(p, n + 1), q3 = value(p, n + 2);
-      const double d1 = q2 - q1, d2 = (q2 - q1) - (q1 - q0),
-                   d3 = ((q3 - q2) - (q2 - q1)) - ((q2 - q1) - (q1 - q0));
-      square[0] += d1 * d1;
-      square[1] += d2 * d2;
+    for (int c = 0; c < coordinates; ++c) {
+      const double next = value(coordinate[c], n + 2), third = next - end[c];
+      const double bend = second[c] - first[c], d3 = (third - second[c]) - bend;
+      square[0] += second[c] * second[c];
+      square[1] += bend * bend;
       square[2] += d3 * d3;
+      first[c] = second[c];
+      second[c] = third;
+      end[c] = next;
     }
     for (int k = 0; k < 3; ++k) {
+      if (!(square[k] > most[k])) continue;
+      most[k] = square[k];
       const double r = std::sqrt(square[k]) / limits[k];
       if (r > ratio[k]) {
         ratio[k] = r;

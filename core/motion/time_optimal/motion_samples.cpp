@@ -85,6 +85,20 @@ std::pair<const double*, const double*> limited(const RowGroup& group, int order
   return {group.of == Quantity::kJoint ? joint.of(group.joint, order) : tool.of(kYaw, order), nullptr};
 }
 
+/// Largest a^2 + b^2 (b may be null), by four maxima side by side: one waits for the comparison before.
+double largest_square(const double* a, const double* b, std::size_t count) {
+  double most[4] = {0.0, 0.0, 0.0, 0.0};
+  const std::size_t whole = count - count % 4;
+  const auto raise = [&](std::size_t n, std::size_t lane) {
+    const double square = a[n] * a[n] + (b ? b[n] * b[n] : 0.0);
+    most[lane] = square > most[lane] ? square : most[lane];
+  };
+  for (std::size_t n = 0; n < whole; n += 4)
+    for (std::size_t lane = 0; lane < 4; ++lane) raise(n + lane, lane);
+  for (std::size_t n = whole; n < count; ++n) raise(n, n - whole);
+  return std::max({most[0], most[1], most[2], most[3]});
+}
+
 }  // namespace
 
 void add_ratios(const Curve& curve, const StateBatch& batch, const Jets& tool, const Jets& joint,
@@ -95,20 +109,13 @@ void add_ratios(const Curve& curve, const StateBatch& batch, const Jets& tool, c
     const double limit[3] = {group.limit.rate, group.limit.acceleration, group.limit.jerk};
     for (int k = 0; k < 3; ++k) {
       const auto [a, b] = limited(group, k + 1, tool, joint);
-      double most = 0.0;
-      std::size_t where = 0;
-      for (std::size_t n = 0; n < count; ++n) {
-        const double square = a[n] * a[n] + (b ? b[n] * b[n] : 0.0);
-        if (square > most) {
-          most = square;
-          where = n;
-        }
-      }
+      const double most = b ? largest_square(a, b, count) : largest_square(a, nullptr, count);
       const double ratio = std::sqrt(most) / limit[k];
-      if (ratio > table.ratio[g][k]) {
-        table.ratio[g][k] = ratio;
-        table.time_s[g][k] = batch.time[where];
-      }
+      if (!(ratio > table.ratio[g][k])) continue;
+      std::size_t where = 0;
+      while (where + 1 < count && !(a[where] * a[where] + (b ? b[where] * b[where] : 0.0) >= most)) ++where;
+      table.ratio[g][k] = ratio;
+      table.time_s[g][k] = batch.time[where];
     }
   }
   for (std::size_t n = 0; n < count; ++n)
