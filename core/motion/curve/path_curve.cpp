@@ -126,11 +126,11 @@ Point2 mean_position(const CurveWork& work, std::size_t k, double s, double half
   return sum;
 }
 
-/// How far an arc of the base moves towards its centre under a box of half width `half`: kappa half^2 / 6 to
-/// first order.
-double box_shift(double curvature, double half) {
-  const double angle = half * curvature;
-  return (1.0 - std::sin(angle) / angle) / curvature;
+/// A share of how far an arc of the base moves towards its centre under a box of half width `half`: kappa
+/// half^2 / 6 to first order.
+double box_shift(double share, double curvature, double half) {
+  const double angle = half * curvature, r = 1.0 / curvature;
+  return share * r * (1.0 - std::sin(angle) / angle);
 }
 
 /// Position of the ramped curve at s in piece k.
@@ -155,10 +155,10 @@ Point2 ramped(const CurveWork& work, std::size_t k, double s) {
     const double left = a.interpolate ? 0.0 : 1.0, right = b.interpolate ? 0.0 : 1.0;
     const double fade = piece.curvature == 0.0 ? 1.0 : left + (right - left) * (local / piece.length_mm);
     if (local >= work.reach * half && rest >= work.reach * half) {
-      double shift = box_shift(piece.curvature, half);
-      if (wide > 0.0) shift += wide * (shift - box_shift(piece.curvature, 2.0 * half));
+      double shift = box_shift(fade, piece.curvature, half);
+      if (wide > 0.0) shift += wide * (shift - box_shift(fade, piece.curvature, 2.0 * half));
       const Point2 t = piece.tangent(local);
-      p = {p.x_mm - fade * shift * t.y_mm, p.y_mm + fade * shift * t.x_mm};
+      p = {p.x_mm - shift * t.y_mm, p.y_mm + shift * t.x_mm};
     } else {
       Point2 mean = mean_position(work, k, s, half);
       if (wide > 0.0) {
