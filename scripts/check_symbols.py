@@ -58,7 +58,7 @@ ALLOWED = (
     ("core/motion/thesis/*", "cos|cbrt", IN_NODES, "the thesis's limits of jerk are cube roots; as above"),
     ("core/motion/time_optimal/*", "cbrt", IN_NODES, "limits of jerk are cube roots; as above"),
     ("core/motion/insert_stops.cpp", "hypot", IN_NODES, "lengths of tiny steps without underflow; as above"),
-    ("core/motion/aerosol/*", "atan2|sin|cos|tan|sincos|hypot", APART, "the aerosol printer's plans, which a command makes"),
+    ("core/motion/aerosol/*", "atan2|sin|cos|tan|sincos|hypot", IN_NODES, ANGLES),
     ("core/slice/*", "sincos|tan", APART, "placement, fill direction and support of a mesh, before the print"),
     ("core/statistics/distributions.cpp", "a?(cos|sin)|sincos|(exp|log1p|pow)l?|expm1|log", APART, "tables of studies and reports"),
     ("core/control/smf_line/smf_line.cpp", "cabs", APART, "poles of gains, for firn tune"),

@@ -17,6 +17,8 @@ constexpr double kLoopTolerance_mm =
 // Transition from segment i to segment i + 1.
 enum class Joint : std::uint8_t { kApart, kAverage, kRound, kLoop };
 
+constexpr double kStraight = 1.0 - 1e-9;  // cosine of a turn between two speeds of one straight line
+
 struct Corners {
   std::vector<Joint> joint;        // n - 1
   std::vector<Rounding> rounding;  // n - 1, filled where kRound
@@ -50,6 +52,11 @@ Corners decide_corners(const PrintJob& job, const AerosolMachine& machine, const
     if (!coincide(a.to, b.from)) continue;
     c.joint[i] = options.corner == CornerMode::kPaper ? Joint::kAverage : Joint::kLoop;
     const Point2 from = direction(a), to = direction(b);
+    // One line at two speeds: the speeds meet at their mean, and the path stays on the line.
+    if (a.speed_mm_s != b.speed_mm_s && from.x_mm * to.x_mm + from.y_mm * to.y_mm > kStraight) {
+      c.joint[i] = Joint::kAverage;
+      continue;
+    }
     const bool back =
         from.x_mm * to.x_mm + from.y_mm * to.y_mm <= -0.99;  // a rounding needs room without bound
     if (options.corner == CornerMode::kPaper || back || a.speed_mm_s != b.speed_mm_s) continue;

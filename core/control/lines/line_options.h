@@ -1,0 +1,58 @@
+// LineOptions holds the options of printing lines with a shuttered, continuous flow, with range and meaning
+// of each.
+#pragma once
+
+#include <array>
+#include <span>
+#include <string_view>
+
+#include "core/motion/aerosol/plan.h"
+#include "core/options/on_off.h"
+#include "core/options/option.h"
+
+namespace firn::motion {
+
+inline constexpr std::array<std::string_view, 3> kCornerWords{"paper", "loop", "hybrid"};
+constexpr std::span<const std::string_view> words_of(CornerMode) { return kCornerWords; }
+
+}  // namespace firn::motion
+
+namespace firn::control {
+
+struct LineOptions {
+  int layers = 4;
+  motion::CornerMode corner = motion::CornerMode::kLoop;
+  double tolerance_mm = 0.05;
+  double flow_mm3_s = 0.005;
+  double solids = 0.2;
+  double line_width_mm = 0.07;
+  double station_mm = 1.0;
+  double speed_range = 0.3;
+  OnOff identify_shutter = OnOff::kOn;
+  OnOff feed_forward = OnOff::kOn;
+};
+inline constexpr OptionTable kLineOptions{
+    Option{"layers", &LineOptions::layers, "", within(1, 1000), "times that all lines are printed"},
+    Option{"corner", &LineOptions::corner, "", Range{},
+           "how connected segments meet: paper: at averaged speeds, shutter open [Thompson 2014, (52)]; "
+           "loop: "
+           "the shutter closes for a loop; hybrid: rounded within tolerance_mm, else a loop"},
+    Option{"tolerance_mm", &LineOptions::tolerance_mm, "mm", within(0, 10),
+           "hybrid: largest distance of the path from a corner that it rounds"},
+    Option{"flow_mm3_s", &LineOptions::flow_mm3_s, "mm^3/s", above(0, 10), "of ink through the nozzle"},
+    Option{"solids", &LineOptions::solids, "", above(0, 1),
+           "share of the ink's volume that stays when it is dry"},
+    Option{"line_width_mm", &LineOptions::line_width_mm, "mm", above(0, 10),
+           "full width of a line at half height: of the nominal surface, and of the band in which ends are "
+           "sought"},
+    Option{"station_mm", &LineOptions::station_mm, "mm", within(0.2, 100),
+           "length of the stretches whose lines are measured and steered apart"},
+    Option{"speed_range", &LineOptions::speed_range, "", within(0, 0.9),
+           "speeds stay within 1 -+ this share of the segment's", Change::kBetweenLayers},
+    Option{"identify_shutter", &LineOptions::identify_shutter, "", Range{},
+           "on: the shutter's delays follow from the starts and ends of the printed lines"},
+    Option{"feed_forward", &LineOptions::feed_forward, "", Range{},
+           "on: the flow of the next layer is foreseen from those of the layers before"},
+};
+
+}  // namespace firn::control

@@ -1,0 +1,33 @@
+// measure_line() and measure_end() read printed lines in a picture on a grid: a height map, or a grey picture
+// whose values grow with the material. Pure: a picture in, numbers out.
+#pragma once
+
+#include <optional>
+
+#include "core/grid/grid.h"
+#include "core/path/line_stations.h"
+
+namespace firn::vision {
+
+struct LineLook {
+  double half_window_mm = 0.25;  ///< of a section to either side, less where another line is near
+  double least_room_mm = 0.1;    ///< a station with less of it is not read
+  double least_share = 0.6;      ///< of a section's samples that must be measured
+  double noise_mm = 0.0;         ///< of one cell; a section lower than 4 / sqrt(samples) of it has no width
+  double end_before_mm = 0.5;    ///< looked at outside an end
+  double end_inside_mm = 1.2;    ///< and inside; the last half of it is the line's level
+};
+
+/// The mean section of a station. Width and middle are those of half the largest height; overspray is what
+/// lies more than 1.3 widths from the middle (of a Gauss curve 0.2 %). Returns nothing where too little is
+/// measured; width, offset and overspray are NaN where there is no line.
+std::optional<LineReading> measure_line(const HeightMap& picture, const LineStation& station,
+                                        const LineLook& look);
+
+/// How much later than planned a line begins, or how much farther than planned it ends [mm]: where the level
+/// of the line's middle crosses half of its level inside. Returns nothing for an end that is not free or too
+/// short, or that cannot be seen.
+std::optional<double> measure_end(const HeightMap& picture, const LineEnd& end, double width_mm,
+                                  const LineLook& look);
+
+}  // namespace firn::vision
