@@ -140,13 +140,17 @@ Line& Line::integer(std::int64_t value) {
   return text({buffer, std::size_t(r.ptr - buffer)});
 }
 
-Line& Line::fixed4(double value) {
+Line& Line::fixed4(double value) { return fixed(value, 4, 1e4); }
+
+Line& Line::fixed9(double value) { return fixed(value, 9, 1e9); }
+
+Line& Line::fixed(double value, int decimals, double unit) {
   if (!(std::abs(value) < 1e9))
     throw std::domain_error("a number for the stage controller is not finite or too large");
   char buffer[40];
-  const double rounded = std::round(value * 1e4) / 1e4;
+  const double rounded = std::round(value * unit) / unit;
   const auto r = std::to_chars(buffer, buffer + sizeof buffer, rounded == 0.0 ? 0.0 : rounded,
-                               std::chars_format::fixed, 4);
+                               std::chars_format::fixed, decimals);
   std::string_view digits(buffer, std::size_t(r.ptr - buffer));
   while (digits.back() == '0') digits.remove_suffix(1);
   if (digits.back() == '.') digits.remove_suffix(1);

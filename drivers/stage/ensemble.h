@@ -81,10 +81,12 @@ class Line {
   Line& axis(int axis);  ///< "@0"
   Line& integer(std::int64_t value);
   Line& fixed4(double value);  ///< mm, mm/s: rounded to 1e-4, no trailing zeros
+  Line& fixed9(double value);  ///< s, mm, mm/s of a way: rounded to 1e-9, no trailing zeros
   Request done();
   operator Request() { return done(); }
 
  private:
+  Line& fixed(double value, int decimals, double unit);
   const Table& table_;
   Request request_;
 };

@@ -197,7 +197,12 @@ void Stage::start_operation(std::int64_t now_us, Effects& fx) {
   restarted_ = false;
   ending_.clear();
   ending_code_ = kNoCode;
-  set_state(DeviceState::kActive, op_ == Op::kPass ? "raster pass" : op_ == Op::kScan ? "scan" : "move", fx);
+  set_state(DeviceState::kActive,
+            std::string(op_ == Op::kPass    ? "raster pass"
+                        : op_ == Op::kScan  ? "scan"
+                        : op_ == Op::kTrace ? "path"
+                                            : "move"),
+            fx);
   if (initialised_) return go_to_start(now_us);
   phase_ = Phase::kFaultCheck;  // a stop came before the axes were homed
   axis_ = 0;
@@ -294,6 +299,7 @@ std::optional<std::string> Stage::off_target() const {
 }
 
 void Stage::push_arming() {
+  if (op_ == Op::kTrace) return push_way();
   const int axis = pulse_axis();
   if (!pulses_set_up_[std::size_t(axis)]) {
     setup("PSOCONTROL @", axis, " RESET");
@@ -347,6 +353,7 @@ void Stage::fire(std::int64_t now_us) {
   phase_ = Phase::kFiring;
   progress_.launched = true;
   pulses_.reset();
+  if (op_ == Op::kTrace) return follow(now_us);
   if (op_ == Op::kPass)
     move({runs_[progress_.run].end_x_mm, kNaN, kNaN}, speed_mm_s_, now_us);
   else
@@ -354,7 +361,7 @@ void Stage::fire(std::int64_t now_us) {
 }
 
 void Stage::count_run(std::int64_t now_us, Effects& fx) {
-  const std::int64_t n = op_ == Op::kScan ? expected_ : std::int64_t(runs_[progress_.run].increments.size());
+  const std::int64_t n = op_ == Op::kPass ? std::int64_t(runs_[progress_.run].increments.size()) : expected_;
   if (config_.table.pulse_count.empty()) {  // no counter: the move that came to its end is the evidence
     if (const auto why = off_target()) {
       fault(Severity::kStop, kStall, "stage: " + *why, fx);
@@ -368,8 +375,8 @@ void Stage::count_run(std::int64_t now_us, Effects& fx) {
     fault(Severity::kStop, kPulseCount, "stage: " + why, fx);
     return begin_stop(now_us, fx, why, kPulseCount);
   }
-  if (op_ == Op::kScan) {
-    set_state(DeviceState::kSafe, "scan done", fx);
+  if (op_ == Op::kScan || op_ == Op::kTrace) {
+    set_state(DeviceState::kSafe, op_ == Op::kScan ? "scan done" : "path done", fx);
     phase_ = Phase::kReady;
     return finish({Outcome::kDone, n, n, 0, 0, kNoCode, {}}, fx);
   }
@@ -407,7 +414,7 @@ bool Stage::work(std::int64_t now_us, Effects& fx) {
         phase_ = Phase::kEvidence;
         for (int a = 0; a < 3; ++a) read("PFBKPROG(@)", a, kPosition);
         for (int a = 0; a < 3; ++a) read("AXISFAULT(@)", a, kFaultBits);
-        if (progress_.launched && (op_ == Op::kPass || op_ == Op::kScan) &&
+        if (progress_.launched && (op_ == Op::kPass || op_ == Op::kScan || op_ == Op::kTrace) &&
             !config_.table.pulse_count.empty())
           read(config_.table.pulse_count, pulse_axis(), kCount);
       } else if (phase_ == Phase::kToStart) {
@@ -418,6 +425,7 @@ bool Stage::work(std::int64_t now_us, Effects& fx) {
         phase_ = Phase::kCounting;
         const std::size_t axis = std::size_t(pulse_axis());
         position_mm_[axis] = target_mm_[axis];
+        if (op_ == Op::kTrace) position_mm_[1] = target_mm_[1];
         setup("PSOCONTROL @", int(axis), " OFF");
         if (!config_.table.pulse_count.empty())
           read(config_.table.pulse_count, int(axis), kCount);

@@ -1,7 +1,7 @@
 // Stage controls an Aerotech Ensemble with position-synchronised output: raster passes that fire the jet,
 // scans that trigger the profiler, moves, homing. Frame: the nozzle is above part point (x, y) when the
 // feedback of X reads x and that of Y reads y [mm]; axes @0 = X, @1 = Y, @2 = Z. The pulse output of X fires
-// the jet, that of Y triggers the profiler.
+// the jet, or switches the shutter; that of Y triggers the profiler.
 #pragma once
 
 #include <array>
@@ -25,6 +25,17 @@ struct StageOptions : StageConfig {
   double poll_end_s = 0.01;           ///< after the move should be over
   double move_timeout_factor = 1.1;   ///< I5: a move takes longer than factor x plan + 0.5 s
   double host_latency_s = 0.0;        ///< see Dialect::allow_host_latency
+};
+
+/// The nozzle's position and velocity over the part at a time.
+struct WayKnot {
+  double t_s = 0.0, x_mm = 0.0, y_mm = 0.0, vx_mm_s = 0.0, vy_mm_s = 0.0;
+};
+
+/// A way of X and Y from rest to rest, cubic between two knots, and the shutter's switches along it.
+struct StageWay {
+  std::vector<WayKnot> knots;     ///< times ascend from 0
+  std::vector<double> switch_mm;  ///< way travelled; the first one opens, the last one closes
 };
 
 /// Where a raster pass stands. Its drops are numbered in firing order.
@@ -58,6 +69,11 @@ class Stage final : public Driver {
     begin_move(x_mm, y_mm, z_mm, speed_mm_s, now_us, fx);
     pump(now_us, fx);
   }
+  /// Follows a way with the shutter's switches by position; the shutter is closed before and after it.
+  void trace(StageWay way, double z_mm, std::int64_t now_us, Effects& fx) {
+    begin_trace(std::move(way), z_mm, now_us, fx);
+    pump(now_us, fx);
+  }
   void home(std::int64_t now_us, Effects& fx) {
     begin_home(fx);
     pump(now_us, fx);
@@ -69,7 +85,7 @@ class Stage final : public Driver {
   double position_mm(int axis) const { return position_mm_[std::size_t(axis)]; }
 
  private:
-  enum class Op : std::uint8_t { kNone, kPass, kScan, kMove, kHome };
+  enum class Op : std::uint8_t { kNone, kPass, kScan, kMove, kHome, kTrace };
   enum class Phase : std::uint8_t {
     kDown,      // no link
     kStopping,  // stop burst sent: wait until nothing moves
@@ -126,6 +142,11 @@ class Stage final : public Driver {
                   std::int64_t now_us, Effects& fx);
   void begin_move(double x_mm, double y_mm, double z_mm, double speed_mm_s, std::int64_t now_us, Effects& fx);
   void begin_home(Effects& fx);
+  // stage_trace.cpp
+  void begin_trace(StageWay way, double z_mm, std::int64_t now_us, Effects& fx);
+  std::optional<std::string> way_refused(const StageWay& way) const;
+  void push_way();
+  void follow(std::int64_t now_us);
   void start_operation(std::int64_t now_us, Effects& fx);
   void ask_service(std::string_view verb, Service& service);
   // Link, stopping.
@@ -168,6 +189,7 @@ class Stage final : public Driver {
 
   // The operation in progress.
   std::vector<RasterRun> runs_;
+  StageWay way_;
   PassProgress progress_;
   std::int64_t expected_ = 0;
   double speed_mm_s_ = 0.0;

@@ -29,6 +29,9 @@ struct StageDialect {
   std::string home_program = "PROGRAM RUN 5, \"HomeAsync.bcx\"", stop_program = "PROGRAM STOP 5";
   int home_count_iglobal = 32, home_axis_iglobal = 33;
   int feedback_input = 0;
+  std::string path_program = "PROGRAM RUN 1, \"FirnPath.bcx\"", stop_path_program = "PROGRAM STOP 1";
+  int path_count_iglobal = 40;
+  std::string path_track = "PSOTRACK @ INPUT 3,4";
   int pulse_total_us = 50, pulse_on_us = 25;
   double margin_mm = 0.1;
   double tolerance_mm = 0.002;
@@ -47,6 +50,13 @@ inline constexpr OptionTable kStageDialect{
     Option{"home_axis_iglobal", &StageDialect::home_axis_iglobal, "", within(0, 1000), "and the axis [C]"},
     Option{"feedback_input", &StageDialect::feedback_input, "", within(0, 15),
            "encoder that PSOTRACK counts: 0 = the primary one [S]"},
+    Option{"path_program", &StageDialect::path_program, "", Range{},
+           "starts the program that moves X and Y through the knots of DGLOBAL, 5 numbers each [P]"},
+    Option{"stop_path_program", &StageDialect::stop_path_program, "", Range{}, "and ends it [P]"},
+    Option{"path_count_iglobal", &StageDialect::path_count_iglobal, "", within(0, 1000),
+           "global integer in which that program finds the number of knots [P]"},
+    Option{"path_track", &StageDialect::path_track, "", Range{},
+           "makes the output @ count the way of X and Y together [P]"},
     Option{"pulse_total_us", &StageDialect::pulse_total_us, "us", within(1, 10'000), "of one pulse [S]"},
     Option{"pulse_on_us", &StageDialect::pulse_on_us, "us", within(1, 10'000), "of it on [S]"},
     Option{"margin_mm", &StageDialect::margin_mm, "mm", within(0, 10),

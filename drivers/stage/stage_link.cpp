@@ -61,6 +61,7 @@ void Stage::send_stop_burst(std::int64_t now_us, Effects& fx, bool urgently) {
     if (!urgently || link_.suspect()) link_.push(r);  // on a suspect link nobody hears the first answer
   };
   for (const int axis : {0, 1}) send("PSOCONTROL @", axis, " OFF");
+  if (op_ == Op::kTrace) send(config_.dialect.stop_path_program, 0, "");
   if (config_.homing == Homing::kProgram && (phase_ == Phase::kHoming || phase_ == Phase::kDown))
     send(config_.table.stop_program, 0, "");
   for (const int axis : {0, 1, 2}) send("ABORT @", axis, "");
@@ -278,6 +279,12 @@ void Stage::conclude(Effects& fx) {
     }
     if (r.outcome != Outcome::kUnknown && r.outcome != Outcome::kDone)
       r.outcome = r.counted == 0 && r.code != kPulseCount ? Outcome::kNone : Outcome::kFailed;
+  } else if (op_ == Op::kTrace) {
+    r.counted = !progress_.launched ? 0 : counter_is_ours ? *pulses_ : -1;
+    if (progress_.launched) {  // material lies on a part of the way: the next map says where
+      r.outcome = Outcome::kUnknown;
+      r.unknown_to = expected_;
+    }
   } else if (op_ == Op::kScan) {
     r.counted = !progress_.launched ? 0 : counter_is_ours ? *pulses_ : -1;
   }
@@ -287,6 +294,7 @@ void Stage::conclude(Effects& fx) {
 void Stage::finish(Result result, Effects& fx) {
   op_ = Op::kNone;
   runs_.clear();
+  way_ = {};
   fx.events.emplace_back(std::move(result));
 }
 

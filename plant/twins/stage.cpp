@@ -31,12 +31,13 @@ void Pso::advance() {
 
 void Pso::io(Archive& a) {
   a.all(armed, output, masked, window, mode, fixed_counts, increments, window_low_mm, window_high_mm,
-        next_index, next_counts, pulses, travel_mm);
+        next_index, next_counts, pulses, travel_mm, toggle, vector);
 }
 
 void StageDevice::power_on() {
   at_mm_ = {};
   move_.reset();
+  track_.reset();
   current_ = {};
   queue_.clear();
   enabled_ = homed_ = {};
@@ -46,6 +47,7 @@ void StageDevice::power_on() {
   pso_ = {};
   next_pulse_ = {};
   iglobals_.fill(0.0);
+  std::ranges::fill(dglobals_, 0.0);
   if (tripped_) faults_.fill(kFaultEstop);
 }
 
@@ -57,13 +59,13 @@ StageDevice::Answer StageDevice::enable(int axis) {
 
 void StageDevice::disable(int axis, std::int64_t now_us) {
   enabled_[axis] = false;
-  if (move_ && (current_.axes >> axis & 1u)) brake(now_us);
+  if (moving() && (current_.axes >> axis & 1u)) brake(now_us);
 }
 
 void StageDevice::fault_acknowledge(int axis) { faults_[axis] = tripped_ ? kFaultEstop : 0; }
 
 void StageDevice::abort(std::int64_t now_us) {
-  if (move_) wires_.note(now_us, Port::kStage, DeviceEvent::kStageAborted, 0);
+  if (moving()) wires_.note(now_us, Port::kStage, DeviceEvent::kStageAborted, 0);
   brake(now_us);
 }
 
@@ -89,7 +91,7 @@ StageDevice::Answer StageDevice::linear(const Vec3& target_mm, double speed_mm_s
     }
   }
   queue_.push_back(target);
-  if (!move_) begin_next(now_us);
+  if (!moving()) begin_next(now_us);
   return Answer::kOk;
 }
 
@@ -114,6 +116,52 @@ StageDevice::Answer StageDevice::home_by_program(std::int64_t now_us) {
 
 void StageDevice::stop_program(std::int64_t now_us) {
   if (move_ && current_.homing) abort(now_us);
+}
+
+// A knot out of range, or one that the motion would jump to, is refused: nothing has moved then.
+StageDevice::Answer StageDevice::follow_path(std::int64_t now_us) {
+  constexpr double kJump_mm = 0.005;
+  constexpr double kRest_mm_s = 0.01;
+  const double count = iglobals_[kKnotCountIglobal];
+  if (moving() || !(count >= 2.0 && 5.0 * count <= kDglobals)) return Answer::kNak;
+  std::vector<TrackKnot> knots;
+  for (std::size_t k = 0; k < std::size_t(count); ++k) {
+    const double* d = dglobals_.data() + 5 * k;
+    const TrackKnot knot{d[0], d[1], d[2], d[3], d[4]};
+    const double at[2] = {knot.x_mm, knot.y_mm};
+    if (k == 0 ? knot.t_s != 0.0 : !(knot.t_s > knots.back().t_s)) return Answer::kNak;
+    if (std::hypot(knot.vx_mm_s, knot.vy_mm_s) > params_.max_speed_mm_s) return Answer::kNak;
+    for (std::size_t a = 0; a < 2; ++a)
+      if (!(at[a] >= params_.low_limit_mm[a] && at[a] <= params_.high_limit_mm[a])) return Answer::kNak;
+    knots.push_back(knot);
+  }
+  for (const TrackKnot& end : {knots.front(), knots.back()})
+    if (std::hypot(end.vx_mm_s, end.vy_mm_s) > kRest_mm_s) return Answer::kNak;
+  if (std::hypot(knots[0].x_mm - at_mm_[0], knots[0].y_mm - at_mm_[1]) > kJump_mm) return Answer::kNak;
+  for (int a = 0; a < 2; ++a)
+    if (faults_[a] != 0 || !enabled_[a]) return Answer::kFault;
+  current_ = {{NAN, NAN, NAN}, 0.0, 3u, 0u};
+  if (stuck_) {
+    raise(0, kFaultPosition, now_us);
+    return Answer::kOk;
+  }
+  track_.emplace(std::move(knots), now_us);
+  wires_.note(now_us, Port::kStage, DeviceEvent::kStageMoving, 0);
+  find_pulse();
+  return Answer::kOk;
+}
+
+Vec3 StageDevice::position_mm(std::int64_t now_us) const {
+  if (track_) {
+    const auto p = track_->position(now_us);
+    return {p[0], p[1], at_mm_[2]};
+  }
+  return move_ ? move_->position(now_us) : at_mm_;
+}
+
+double StageDevice::velocity_mm_s(int axis, std::int64_t now_us) const {
+  if (track_) return axis < 2 ? track_->velocity(now_us)[std::size_t(axis)] : 0.0;
+  return move_ ? move_->speed_mm_s(now_us) * move_->direction()[axis] : 0.0;
 }
 
 // Numbers of the EPICS headers. The soft limits are on.
@@ -142,7 +190,7 @@ StageDevice::Answer StageDevice::home(unsigned axes, std::int64_t now_us) {
     target[a] = 0.0;
     queue_.push_back({target, params_.home_speed_mm_s, 1u << a, 1u << a});
   }
-  if (!move_) begin_next(now_us);
+  if (!moving()) begin_next(now_us);
   return Answer::kOk;
 }
 
@@ -170,7 +218,7 @@ void StageDevice::pso_off(int axis, std::int64_t now_us) {
 }
 
 std::uint32_t StageDevice::axis_status(int axis) const {
-  bool active = move_ && (current_.axes >> axis & 1u), homing = move_ && (current_.homing >> axis & 1u);
+  bool active = moving() && (current_.axes >> axis & 1u), homing = move_ && (current_.homing >> axis & 1u);
   for (const Target& t : queue_) {
     active |= t.axes >> axis & 1u;
     homing |= t.homing >> axis & 1u;
@@ -185,38 +233,61 @@ std::int64_t StageDevice::encoder_counts(int axis, double position_mm) const {
 }
 
 std::int64_t StageDevice::next_us() const {
+  if (track_) return std::min(track_->end_us(), next_pulse_.t_us);
   return move_ ? std::min(move_->end_us(), next_pulse_.t_us) : kNever;
 }
 
-void StageDevice::event(std::int64_t now_us) {
-  if (!move_) return;
-  if (next_pulse_.t_us <= now_us) {
-    Pso& p = pso_[next_pulse_.axis];
-    const double s = next_pulse_.s_mm, v = move_->speed_at_s(s);
-    double position[3], velocity[3];
+void StageDevice::put_out_pulse(std::int64_t now_us) {
+  const int axis = next_pulse_.axis;
+  Pso& p = pso_[axis];
+  const double s = next_pulse_.s_mm;
+  double position[3], velocity[3];
+  if (track_) {
+    const Vec3 at = position_mm(now_us);
+    for (int a = 0; a < 3; ++a) {
+      position[a] = at[std::size_t(a)];
+      velocity[a] = velocity_mm_s(a, now_us);
+    }
+  } else {
+    const double v = move_->speed_at_s(s);
     for (int a = 0; a < 3; ++a) {
       position[a] = move_->from()[a] + move_->direction()[a] * s;
       velocity[a] = move_->direction()[a] * v;
     }
-    const int axis = next_pulse_.axis;
-    const bool inside =
-        !p.masked || (p.window && position[axis] >= p.window_low_mm && position[axis] <= p.window_high_mm);
-    p.advance();
-    find_pulse();
-    if (!p.output || !inside || mute_) return;
-    ++p.pulses;
-    wires_.pulse(axis, now_us, position, velocity);
-    return;
   }
-  const std::uint32_t homing = current_.homing;
-  end_move();
-  for (int a = 0; a < 3; ++a)
-    if (homing >> a & 1u) {
-      homed_[a] = true;
-      at_mm_[a] = 0.0;
-    }
+  const bool inside =
+      !p.masked || (p.window && position[axis] >= p.window_low_mm && position[axis] <= p.window_high_mm);
+  p.advance();
+  find_pulse();
+  if (!p.output || !inside || mute_) return;
+  ++p.pulses;
+  wires_.pulse(axis, now_us, position, velocity);
+}
+
+void StageDevice::end_track() {
+  const auto end = track_->position(track_->end_us());
+  pso_[0].travel_mm += track_->length_mm();
+  at_mm_[0] = end[0];
+  at_mm_[1] = end[1];
+  track_.reset();
+}
+
+void StageDevice::event(std::int64_t now_us) {
+  if (!moving()) return;
+  if (next_pulse_.t_us <= now_us) return put_out_pulse(now_us);
+  if (track_) {
+    end_track();
+  } else {
+    const std::uint32_t homing = current_.homing;
+    end_move();
+    for (int a = 0; a < 3; ++a)
+      if (homing >> a & 1u) {
+        homed_[a] = true;
+        at_mm_[a] = 0.0;
+      }
+  }
   begin_next(now_us);
-  if (!move_) wires_.note(now_us, Port::kStage, DeviceEvent::kStageStopped, 0);
+  if (!moving()) wires_.note(now_us, Port::kStage, DeviceEvent::kStageStopped, 0);
 }
 
 void StageDevice::begin_next(std::int64_t now_us) {
@@ -254,6 +325,17 @@ void StageDevice::end_move() {
 
 void StageDevice::brake(std::int64_t now_us) {
   queue_.clear();
+  if (track_) {
+    const auto v = track_->velocity(now_us);
+    const double speed = std::hypot(v[0], v[1]);
+    pso_[0].travel_mm += track_->travelled_mm(now_us);
+    at_mm_ = position_mm(now_us);
+    track_.reset();
+    current_.mm = {NAN, NAN, NAN};
+    const Vec3 direction = speed > 0.0 ? Vec3{v[0] / speed, v[1] / speed, 0.0} : Vec3{};
+    move_ = Move::stop(at_mm_, direction, speed, params_.abort_rate_mm_s2, now_us);
+    return find_pulse();
+  }
   if (!move_) return;
   const Move m = *move_;
   const double s = m.travelled_mm(now_us);
@@ -275,6 +357,7 @@ void StageDevice::raise(int axis, std::uint32_t bits, std::int64_t now_us) {
 // count.
 void StageDevice::find_pulse() {
   next_pulse_ = {};
+  if (track_) return find_switch();
   if (!move_) return;
   for (int a = 0; a < 3; ++a) {
     const Pso& p = pso_[a];
@@ -288,8 +371,17 @@ void StageDevice::find_pulse() {
   }
 }
 
+void StageDevice::find_switch() {
+  const Pso& p = pso_[0];
+  if (p.exhausted() || !p.vector) return;
+  const double s = double(p.next_counts) / params_.counts_per_mm - p.travel_mm;
+  if (s > track_->length_mm() + 1e-7) return;
+  const double at_mm = std::clamp(s, 0.0, track_->length_mm());
+  next_pulse_ = {track_->start_us() + std::llround(track_->time_of_s(at_mm) * 1e6), 0, at_mm};
+}
+
 void StageDevice::link_lost(std::int64_t now_us) {
-  if (!move_) return;
+  if (!moving() && !pso_[0].toggle) return;
   wires_.note(now_us, Port::kStage, DeviceEvent::kStageWatchdog, 0);
   for (int a = 0; a < 3; ++a) pso_off(a, now_us);
   brake(now_us);
@@ -307,9 +399,10 @@ void StageDevice::trip(bool on, std::int64_t now_us) {
 
 void StageDevice::stick(bool on, std::int64_t now_us) {
   stuck_ = on;
-  if (!on || !move_ || !(current_.axes & 1u)) return;
-  at_mm_ = move_->position(now_us);
+  if (!on || !moving() || !(current_.axes & 1u)) return;
+  at_mm_ = position_mm(now_us);
   move_.reset();
+  track_.reset();
   raise(0, kFaultPosition, now_us);
 }
 
@@ -318,14 +411,17 @@ void StageDevice::lose_count() {
 }
 
 void StageDevice::io(Archive& a) {
-  bool moving = move_.has_value();
+  bool moving = move_.has_value(), tracking = track_.has_value();
   Move m = moving ? *move_ : Move{};
+  Track t = tracking ? *track_ : Track{};
   a.all(at_mm_, moving, m, current_, queue_, enabled_, homed_, faults_, tripped_, ramp_mm_s2_, stuck_,
         refuses_enable_, mute_, crossed_, absolute_);
   for (Pso& p : pso_) a(p);
   a(iglobals_);
+  a.all(dglobals_, tracking, t, jammed_);
   if (!a.loading()) return;
   move_ = moving ? std::optional<Move>(m) : std::nullopt;
+  track_ = tracking ? std::optional<Track>(std::move(t)) : std::nullopt;
   find_pulse();
 }
 

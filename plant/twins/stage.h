@@ -12,16 +12,21 @@
 
 #include "plant/config/world_config.h"
 #include "plant/twins/motion.h"
+#include "plant/twins/track.h"
 #include "plant/twins/twin.h"
 
 namespace firn::plant {
 
 inline constexpr int kIglobals = 4096;
+inline constexpr int kDglobals = 16384;
+inline constexpr int kKnotCountIglobal = 40;  ///< read by the program that follows a path [P]
 
 /// Position-synchronised output of one axis. Counts travel since ARM, whatever the direction.
 struct Pso {
   enum class Mode : std::uint8_t { kNone, kFixed, kArray };
   bool armed = false, output = false, masked = false, window = false;
+  bool toggle = false;  ///< each pulse switches the output over instead
+  bool vector = false;  ///< counts the way of X and Y together
   Mode mode = Mode::kNone;
   std::int64_t fixed_counts = 0;
   std::vector<std::int64_t> increments;  ///< counts
@@ -60,6 +65,9 @@ class StageDevice {
   /// Runs or stops the homing program, which homes the axis of IGLOBAL(33).
   Answer home_by_program(std::int64_t now_us);
   void stop_program(std::int64_t now_us);
+  /// Runs the program that moves X and Y through the knots in DGLOBAL: time, x, y, vx, vy of each, as many as
+  /// IGLOBAL(40) says.
+  Answer follow_path(std::int64_t now_us);
   std::optional<double> parameter(int axis, int number) const;
   Answer home(unsigned axes, std::int64_t now_us);
   bool set_ramp(double rate_mm_s2);
@@ -67,16 +75,15 @@ class StageDevice {
   void pso_off(int axis, std::int64_t now_us);
 
   // Questions
-  Vec3 position_mm(std::int64_t now_us) const { return move_ ? move_->position(now_us) : at_mm_; }
-  double velocity_mm_s(int axis, std::int64_t now_us) const {
-    return move_ ? move_->speed_mm_s(now_us) * move_->direction()[axis] : 0.0;
-  }
+  Vec3 position_mm(std::int64_t now_us) const;
+  double velocity_mm_s(int axis, std::int64_t now_us) const;
   std::uint32_t axis_status(int axis) const;
   std::uint32_t axis_fault(int axis) const { return faults_[axis]; }
-  bool moving() const { return move_.has_value(); }
+  bool moving() const { return move_.has_value() || track_.has_value(); }
   std::int64_t encoder_counts(int axis, double position_mm) const;
   Pso& pso(int axis) { return pso_[axis]; }
   std::array<double, kIglobals>& iglobals() { return iglobals_; }
+  std::vector<double>& dglobals() { return dglobals_; }
   const StageParams& params() const { return params_; }
 
   // Time
@@ -90,6 +97,8 @@ class StageDevice {
   void cross_encoder(bool on) { crossed_ = on; }
   bool encoder_crossed() const { return crossed_; }  ///< the profiler's encoder input is on X, not on Y
   void mute_pulses(bool on) { mute_ = on; }          ///< pulses are due and none is put out or counted
+  void jam_shutter(bool on) { jammed_ = on; }        ///< it stays as it is, whatever the output says
+  bool shutter_jammed() const { return jammed_; }
   void power_on();
   void io(Archive& a);
 
@@ -106,25 +115,31 @@ class StageDevice {
     double s_mm = 0.0;
   };
   void begin_next(std::int64_t now_us);
+  void put_out_pulse(std::int64_t now_us);
+  void end_track();
   void end_move();
   void brake(std::int64_t now_us);
   void raise(int axis, std::uint32_t bits, std::int64_t now_us);
   void find_pulse();
+  void find_switch();
 
   StageParams params_;
   Wires& wires_;
   Vec3 at_mm_{};  ///< while nothing moves
   std::optional<Move> move_;
+  std::optional<Track> track_;  ///< in place of a move
   Target current_;
   std::deque<Target> queue_;
   std::array<bool, 3> enabled_{}, homed_{};
   std::array<std::uint32_t, 3> faults_{};
-  bool tripped_ = false, stuck_ = false, refuses_enable_ = false, mute_ = false, crossed_ = false;
+  bool tripped_ = false, stuck_ = false, refuses_enable_ = false, mute_ = false, crossed_ = false,
+       jammed_ = false;
   bool absolute_ = false;
   double ramp_mm_s2_ = 0.0;
   std::array<Pso, 3> pso_{};
   NextPulse next_pulse_;
   std::array<double, kIglobals> iglobals_{};
+  std::vector<double> dglobals_ = std::vector<double>(kDglobals);
 };
 
 /// The device behind its port.
@@ -139,7 +154,7 @@ class StageTwin : public Twin {
   bool device_event_replies() const override { return blocked_ || idle_close_us() != kNever; }
   void reboot(std::int64_t now_us) override;
   /// 0: mended. 1: emergency stop. 2: the pulse counters return to zero, and no status bit tells of it. 3: X
-  /// is stuck. 4: no axis enables. 5: no pulses are put out.
+  /// is stuck. 4: no axis enables. 5: no pulses are put out. 7: the shutter is stuck.
   void trip(std::int64_t now_us, std::int64_t code) override;
   void io(Archive& a) override;
   StageDevice& device() { return device_; }

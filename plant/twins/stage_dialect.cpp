@@ -123,6 +123,16 @@ StageReply iglobal(StageDevice& d, const Words& w) {
   return {"%\n"};
 }
 
+StageReply dglobal(StageDevice& d, const Words& w) {
+  double index = -1, value = 0;
+  if (!number(w[1], index) || index < 0 || index >= kDglobals || index != std::floor(index)) return {"!\n"};
+  double& cell = d.dglobals()[std::size_t(index)];
+  if (!w.assigns) return w.count == 2 ? decimal(cell) : StageReply{"!\n"};
+  if (w.count != 3 || !number(w[2], value)) return {"!\n"};
+  cell = value;
+  return {"%\n"};
+}
+
 StageReply pso_control(StageDevice& d, Pso& p, int axis, const Words& w, std::int64_t now_us) {
   if (w[2] == "RESET") {
     d.pso_off(axis, now_us);
@@ -188,8 +198,14 @@ StageReply pso_command(StageDevice& d, const Words& w, std::int64_t now_us) {
   if (verb == "DISTANCE") return pso_distance(d, p, w);
   if (verb == "ARRAY") return pso_array(d, p, w);
   if (verb == "WINDOW") return pso_window(p, w);
+  if (verb == "OUTPUT" && w[2] == "TOGGLE") {
+    p.output = p.toggle = true;
+    p.masked = false;
+    return {w.count == 3 ? "%\n" : "!\n"};
+  }
   if (verb == "OUTPUT" && w[2] == "PULSE") {
     p.output = true;
+    p.toggle = false;
     p.masked = w[3] == "WINDOW" && w[4] == "MASK";
     return {w.count == 3 || p.masked ? "%\n" : "!\n"};
   }
@@ -197,7 +213,10 @@ StageReply pso_command(StageDevice& d, const Words& w, std::int64_t now_us) {
   if (verb == "OUTPUT" && w[2] == "CONTROL" && number(w[3], a)) return {"%\n"};
   if (verb == "PULSE" && w[2] == "TIME" && number(w[3], a) && number(w[4], b) && a > 0 && b > 0 && b <= a)
     return {"%\n"};
-  if (verb == "TRACK" && (w[2] == "INPUT" || w[2] == "DIRECTION") && number(w[3], a)) return {"%\n"};
+  if (verb == "TRACK" && (w[2] == "INPUT" || w[2] == "DIRECTION") && number(w[3], a)) {
+    if (w[2] == "INPUT") p.vector = axis == 0 && number(w[4], b);
+    return {"%\n"};
+  }
   return {"!\n"};
 }
 
@@ -216,6 +235,7 @@ StageReply execute(StageDevice& d, std::string_view line, std::int64_t now_us) {
   if (w.count == 0 || w.too_many) return {"!\n"};
   if (verb == "LINEAR" || verb == "MOVEABS") return move_command(d, w, now_us);
   if (verb == "IGLOBAL") return iglobal(d, w);
+  if (verb == "DGLOBAL") return dglobal(d, w);
   if (verb.starts_with("PSO")) return pso_command(d, w, now_us);
   if (verb == "PLANESTATUS") return integer(d.moving() ? 1 : 0);
   if (verb == "TASKSTATE") return integer(1);
@@ -235,6 +255,8 @@ StageReply execute(StageDevice& d, std::string_view line, std::int64_t now_us) {
   if (verb == "RAMP" && w[1] == "MODE") return {w[w.count - 1] == "RATE" ? "%\n" : "!\n"};
   if (verb == "PROGRAM" && w[1] == "RUN" && w[3] == "\"HOMEASYNC.BCX\"")
     return {text_of(d.home_by_program(now_us))};
+  if (verb == "PROGRAM" && w[1] == "RUN" && w[3] == "\"FIRNPATH.BCX\"")
+    return {text_of(d.follow_path(now_us))};
   if (verb == "PROGRAM" && w[1] == "STOP") {
     d.stop_program(now_us);
     return {"%\n"};
@@ -349,6 +371,7 @@ void StageTwin::trip(std::int64_t now_us, std::int64_t code) {
   if (code == 0 || code == 4) device_.refuse_enable(code == 4);
   if (code == 0 || code == 5) device_.mute_pulses(code == 5);
   if (code == 0 || code == 6) device_.cross_encoder(code == 6);
+  if (code == 0 || code == 7) device_.jam_shutter(code == 7);
   if (code <= 1) device_.trip(code == 1, now_us);
 }
 
