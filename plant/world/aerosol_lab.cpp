@@ -1,0 +1,155 @@
+#include "plant/world/aerosol_lab.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include "plant/aerosol/deposit.h"
+#include "plant/config/range.h"
+#include "plant/inkjet/sensor.h"
+#include "plant/twins/laser_profiler.h"
+#include "plant/twins/stage.h"
+#include "plant/world/world_lab.h"
+
+namespace firn::plant {
+namespace {
+
+constexpr std::array kAerosolPorts{kStagePort, kProfilerPort};
+
+const AerosolParams& params_of(const WorldConfig& c) { return std::any_cast<const AerosolParams&>(c.own); }
+
+class AerosolLab final : public WorldLab, private Wires {
+ public:
+  AerosolLab(const WorldConfig& c, WorldRecord* r)
+      : WorldLab(c, r),
+        deposit_(c.grid, params_of(c), c.seed),
+        stage_(c.stage, *this),
+        profiler_(c.profiler, profile_x0_mm(c.grid, c.profiler), profile_dx_mm(c.grid, c.profiler)),
+        line_(std::size_t(c.profiler.points)) {
+    twins = {&stage_, &profiler_};
+  }
+
+  std::uint32_t milestones() const override { return layers_; }
+  std::int64_t begun_with() const override { return switches_; }
+  Truth truth() const override {
+    const AerosolLedger& l = deposit_.ledger();
+    return {layers_,
+            switches_,
+            0,
+            0,
+            deposit_.surface().volume_mm3(),
+            {l.landed_mm3 + l.lost_mm3, l.lost_mm3, 0.0},
+            deposit_.surface().cell_means(),
+            deposit_.surface().means_with_margin()};
+  }
+  void io_plant(Archive& a) override {
+    a.all(layers_, switches_, scans_, firing_);
+    a.tag(1, "the plant");
+    deposit_.io(a);
+  }
+  void catch_up(std::int64_t t_us) override {
+    deposit_.catch_up(t_us, [&](std::int64_t at_us) {
+      const Vec3 p = stage_.device().position_mm(at_us);
+      return Deposit::Nozzle{
+          p[0], p[1],
+          std::hypot(stage_.device().velocity_mm_s(0, at_us), stage_.device().velocity_mm_s(1, at_us))};
+    });
+  }
+
+ private:
+  void pulse(int axis, std::int64_t t_us, const double position_mm[3], const double[3]) override {
+    if (axis == 1) return scan(t_us, position_mm[0], position_mm[1]);
+    if (axis != 0) return;
+    ++switches_;
+    ++firing_.fired;
+    if (firing_.first_us == 0) firing_.first_us = t_us;
+    firing_.last_us = t_us;
+    if (!stage_.device().shutter_jammed()) deposit_.switch_shutter(!deposit_.source().commanded_open(), t_us);
+  }
+
+  void scan(std::int64_t t_us, double stage_x_mm, double stage_y_mm) {
+    catch_up(t_us);
+    const double y_mm = stage_y_mm + config.profiler.laser_offset_y_mm;
+    const auto encoder = std::int32_t(stage_.device().encoder_counts(1, stage_y_mm));
+    const ProfilerParams& p = config.profiler;
+    const GridSpec& g = config.grid;
+    const double shift_mm = stage_x_mm - 0.5 * (g.x_mm(0) + g.x_mm(g.nx - 1));
+    measure_profile(deposit_.surface(), config.sensor, {config.seed, layers_, scans_++}, y_mm + p.error_y_mm,
+                    profile_x0_mm(g, p) + p.error_x_mm + (std::abs(shift_mm) < 1e-3 ? 0.0 : shift_mm),
+                    profile_dx_mm(g, p), line_);
+    profiler_.trigger(t_us, encoder, line_);
+    write(RecordKind::kScanTrigger, ScanRecord{t_us, y_mm, profiler_.triggers(), encoder});
+  }
+
+  // The output rests where the shutter is closed.
+  void output_off(std::int64_t t_us) {
+    if (deposit_.source().commanded_open() && !stage_.device().shutter_jammed())
+      deposit_.switch_shutter(false, t_us);
+    if (firing_.trigger_us == 0) return;
+    firing_.end_us = t_us;
+    if (firing_.fired > 0) {
+      if (firing_.fired % 2 == 1) firing_.last_us = t_us;
+      ++layers_;
+      scans_ = 0;
+    }
+    write(RecordKind::kFiring, firing_);
+    firing_ = {};
+  }
+
+  void note(std::int64_t t_us, Port port, DeviceEvent event, std::int64_t value) override {
+    write(RecordKind::kDevice, DeviceRecord{t_us, value, port, event, {}});
+    if (port != Port::kStage) return;
+    if (event == DeviceEvent::kPsoArmed && value == 0) firing_ = {.trigger_us = t_us};
+    if ((event == DeviceEvent::kPsoOff && value == 0) || event == DeviceEvent::kRebooted) output_off(t_us);
+  }
+
+  void softtrigger(std::int64_t, Port, int) override {}
+  void lamp(std::int64_t, LampEvent, double) override {}
+  void link_closed(std::int64_t t_us, Port port) override { note_closed(t_us, port); }
+
+  Deposit deposit_;
+  StageTwin stage_;
+  ProfilerTwin profiler_;
+  std::vector<double> line_;
+  std::uint32_t layers_ = 0, scans_ = 0;
+  std::int64_t switches_ = 0;
+  FiringRecord firing_;
+};
+
+void check_aerosol(const WorldConfig& c) {
+  firn::check(c.grid);
+  const AerosolParams& p = params_of(c);
+  require_within("aerosol.flow_mm3_s", p.flow_mm3_s, 1e-9, 10.0);
+  require_within("aerosol.solids", p.solids, 1e-6, 1.0);
+  require_within("aerosol.tail_s", p.tail_s, 1e-6, 1.0);
+  require_within("aerosol.open_delay_s", p.open_delay_s, 0.0, 1.0);
+  require_within("aerosol.close_delay_s", p.close_delay_s, 0.0, 1.0);
+  require_within("aerosol.nozzle_mm", p.nozzle_mm, 0.01, 5.0);
+  require_within("aerosol.focusing_ratio", p.focusing_ratio, 0.05, 100.0);
+  require_within("aerosol.overspray", p.overspray, 0.0, 0.9);
+  require_within("aerosol.halo", p.halo, 1.0, 20.0);
+  require_within("profiler.points", c.profiler.points, 2, 800);
+  require_within("stage.counts_per_mm", c.stage.counts_per_mm, 1.0, 1e7);
+}
+
+std::string aerosol_fingerprint(const WorldConfig& c) {
+  const AerosolParams& p = params_of(c);
+  char text[160];
+  std::snprintf(text, sizeof text, " aerosol %a %a %a %a", p.nozzle_mm, p.focusing_ratio, p.halo,
+                p.flow_mm3_s);
+  return text;
+}
+
+std::unique_ptr<WorldLab> make_aerosol_lab(const WorldConfig& config, WorldRecord* record) {
+  return std::make_unique<AerosolLab>(config, record);
+}
+
+}  // namespace
+
+const WorldKind kAerosolWorld{"aerosol", kAerosolPorts, &check_aerosol, &aerosol_fingerprint,
+                              &make_aerosol_lab};
+
+}  // namespace firn::plant
