@@ -11,6 +11,8 @@ using jetdrive::Command;
 namespace {
 
 constexpr std::int64_t kBootWait_us = 1'000'000;
+constexpr int kAsks = 2;  // the first answer may be lost on the line
+constexpr std::int64_t kAsk_us = 250'000;
 
 Request with_u8(Command command, int value, Repeat repeat = Repeat::kSetup) {
   const std::uint8_t data[1] = {std::uint8_t(value)};
@@ -66,12 +68,18 @@ Jet::Jet(JetOptions config) : Driver(dialect_), config_(config), waveform_(jetdr
 
 void Jet::connected(std::int64_t, Effects& fx) {
   set_state(DeviceState::kIdentifying, identity_, fx);
+  const bool may_keep = on(config_.keep_firmware) && !reset_wanted_;
+  if (asks_left_ == 0 || !(may_keep || (may_fire_ && tells_source()))) return start_firmware();
+  --asks_left_;
+  phase_ = Phase::kAsking;
+  Request poll = jetdrive::frame(Command::kPoll, {}, Repeat::kNever);  // without an answer: connected anew
+  if (may_keep) poll.reply_us = kAsk_us;
+  link_.push(poll);
+}
+
+void Jet::start_firmware() {
   phase_ = Phase::kHandshake;
-  // A jet that still has its external source has been armed all the time; one that was reset does not answer.
-  if (may_fire_ && tells_source() && !asked_) {
-    asked_ = true;
-    link_.push(jetdrive::frame(Command::kPoll, {}, Repeat::kNever));  // without an answer: connected anew
-  }
+  asks_left_ = 0;
   Request stop_program;  // the boot monitor answers with a prompt
   stop_program.append("Q");
   stop_program.format = jetdrive::kPrompt;
@@ -87,13 +95,30 @@ void Jet::connected(std::int64_t, Effects& fx) {
   }
 }
 
-void Jet::push_setup() {
-  Request reset = jetdrive::frame(Command::kReset, {}, Repeat::kSetup);
-  reset.reply_us = 4'000'000;
-  link_.push(reset);
+// One that was without power is in its boot monitor, which knows no POLL. A jet that still has its external
+// source has been armed all the time.
+void Jet::firmware_runs(bool external) {
+  if (may_fire_ && tells_source()) {
+    settled_ = external;
+    if (settled_) not_armed_.clear();
+  }
+  if (!on(config_.keep_firmware) || reset_wanted_) return start_firmware();
+  phase_ = Phase::kSetup;
+  push_setup(false);
+}
+
+void Jet::push_setup(bool reset_it) {
+  if (reset_it) {
+    Request reset = jetdrive::frame(Command::kReset, {}, Repeat::kSetup);
+    reset.reply_us = 4'000'000;
+    link_.push(reset);
+  } else {
+    link_.push(with_u8(Command::kSource, 0));  // before the waveform, which is never changed while jetting
+    link_.push(with_u8(Command::kContinuous, 0));
+  }
   link_.push(jetdrive::frame(Command::kGetVersion, {}, Repeat::kRead));
   link_.push(jetdrive::pulse(waveform_));
-  link_.push(with_u8(Command::kContinuous, 0));
+  if (reset_it) link_.push(with_u8(Command::kContinuous, 0));
   link_.push(with_u16(Command::kDrops, config_.drops_per_trigger));
   link_.push(with_u16(Command::kFullFrequency, config_.max_rate_hz));
   link_.push(with_u8(Command::kStrobeDivider, config_.dialect.strobe_divider));
@@ -129,7 +154,8 @@ void Jet::arm(std::int64_t expected, std::int64_t now_us, Effects& fx) {
     link_.push(with_u16(Command::kDrops, config_.drops_per_trigger));
     link_.push(with_u8(Command::kSource, 1, Repeat::kNever));
     may_fire_ = true;
-    asked_ = settled_ = source_external_ = false;
+    settled_ = source_external_ = false;
+    asks_left_ = on(config_.keep_firmware) ? kAsks : 1;
     not_armed_.clear();
     if (tells_source()) poll();
     set_state(DeviceState::kStaged, "arming", fx);
@@ -205,6 +231,7 @@ void Jet::end_quietly(std::int64_t now_us, Effects& fx) {
 void Jet::stop(std::int64_t now_us, Effects& fx) {
   if (phase_ == Phase::kDown || phase_ == Phase::kHandshake || phase_ == Phase::kBooting)
     return;                                                           // firmware not running: it cannot fire
+  if (phase_ == Phase::kAsking) return;                               // its answer leads to a setup
   if (phase_ == Phase::kSetup || phase_ == Phase::kStopping) return;  // ends with the source internal
   link_.clear_queue();
   phase_ = Phase::kStopping;
@@ -222,15 +249,13 @@ void Jet::reply(const Request& request, std::span<const std::byte> frame, std::i
     return;
   }
   const jetdrive::Reply r = dialect_.parse(frame);
-  if (phase_ == Phase::kHandshake) {
-    settled_ = r.acknowledged && (r.status & config_.dialect.source_bit);
-    if (settled_) not_armed_.clear();
-    return;
-  }
+  if (phase_ == Phase::kAsking)
+    return r.acknowledged ? firmware_runs(r.status & config_.dialect.source_bit) : start_firmware();
   if (!r.acknowledged) {
     const std::string why = "the jet refuses " + name_of(request);
     fault(phase_ == Phase::kDisarming || phase_ == Phase::kStopping ? Severity::kStop : Severity::kWarning,
           kCommandRejected, "jet: " + why, fx);
+    if (phase_ == Phase::kSetup) asks_left_ = 0;
     if (phase_ == Phase::kSetup || phase_ == Phase::kDisarming || phase_ == Phase::kStopping)
       return reconnect(now_us, fx, why);
     if (busy()) {
@@ -253,6 +278,7 @@ void Jet::failed(const Request& request, std::int64_t now_us, Effects& fx) {
   const std::string why = "no good reply to " + name_of(request);
   fault(Severity::kWarning, kLinkLost, "jet: " + why, fx);
   if (phase_ == Phase::kStopping && request.repeat == Repeat::kNever) return;
+  if (phase_ == Phase::kAsking && on(config_.keep_firmware)) identified();  // the next try is no later
   if (phase_ != Phase::kArming) return reconnect(now_us, fx, why);
   ending_ = why;  // it may be armed: make sure that it is not
   ending_code_ = kLinkLost;
@@ -262,7 +288,8 @@ void Jet::failed(const Request& request, std::int64_t now_us, Effects& fx) {
 
 void Jet::lost(std::int64_t, Effects& fx) {
   if (phase_ == Phase::kDown) return;
-  const bool starting = phase_ == Phase::kHandshake || phase_ == Phase::kBooting || phase_ == Phase::kSetup;
+  const bool starting = phase_ == Phase::kAsking || phase_ == Phase::kHandshake ||
+                        phase_ == Phase::kBooting || phase_ == Phase::kSetup;
   if (phase_ == Phase::kArmed || (busy() && !starting))  // else it was told when that link was lost
     fault(Severity::kStop, kLinkLost, "jet: link lost while in use", fx);
   if (busy() && ending_.empty()) {
@@ -278,10 +305,12 @@ bool Jet::idle(std::int64_t now_us, Effects& fx) {
     case Phase::kBooting:
       if (now_us < boot_until_us_) return false;
       phase_ = Phase::kSetup;
-      push_setup();
+      push_setup(true);
       return true;
     case Phase::kSetup:
       identified();
+      reset_wanted_ = false;
+      if (on(config_.keep_firmware)) asks_left_ = kAsks;
       [[fallthrough]];
     case Phase::kStopping:
       // A command that a stop or a lost link has cut short ends here, with the source confirmed internal.

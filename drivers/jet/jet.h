@@ -40,6 +40,7 @@ class Jet final : public Driver {
   enum class Op : std::uint8_t { kNone, kArm, kDisarm, kWaveform };
   enum class Phase : std::uint8_t {
     kDown,
+    kAsking,  // whether its firmware runs since the last setup
     kHandshake,
     kBooting,
     kSetup,
@@ -65,7 +66,10 @@ class Jet final : public Driver {
 
   void begin_waveform(const jetdrive::Waveform& waveform, Effects& fx);
   void begin_disarm(Op op, std::int64_t now_us, Effects& fx);
-  void push_setup();
+  void start_firmware();
+  void firmware_runs(bool external);
+  void push_setup(bool reset);
+  void permit_reset() override { reset_wanted_ = true; }
   void poll();
   bool tells_source() const { return version_ >= config_.dialect.poll_tells_source_from; }
   void take_source(bool external, std::int64_t now_us, Effects& fx);
@@ -81,7 +85,8 @@ class Jet final : public Driver {
   Op op_ = Op::kNone;
   std::int64_t expected_ = 0;
   int version_ = 0;
-  bool asked_ = false;            ///< about its source, after a link that was lost since arm()
+  int asks_left_ = 0;             ///< connections that begin with POLL before the firmware is started anew
+  bool reset_wanted_ = false;     ///< by a person: with a start of the firmware
   bool settled_ = false;          ///< it was still armed then, and from there on is only made safe
   bool source_external_ = false;  ///< SOURCE 1 is acknowledged, SOURCE 0 not yet: POLL must say so
   bool may_fire_ = false;         ///< from SOURCE 1 until SOURCE 0 is confirmed

@@ -4,6 +4,7 @@
 #include <array>
 #include <string>
 
+#include "core/options/on_off.h"
 #include "core/options/option.h"
 
 namespace firn::drivers {
@@ -54,6 +55,7 @@ struct JetConfig {
   int max_rate_hz = 2000;
   JetKind kind = JetKind::kJetdrive;
   std::string trigger_on = {}, trigger_off = {};
+  OnOff keep_firmware = OnOff::kOn;
   JetDialect dialect = {};  ///< [devices.jet.dialect], [devices.jet_b.dialect]
 };
 inline constexpr OptionTable kJetConfig{
@@ -73,6 +75,10 @@ inline constexpr OptionTable kJetConfig{
            "microdrop: command that makes it fire by its trigger input, from the unit's manual; empty: none, "
            "and no pass can be printed [P]"},
     Option{"trigger_off", &JetConfig::trigger_off, "", Range{}, "microdrop: command that ends it [P]"},
+    Option{
+        "keep_firmware", &JetConfig::keep_firmware, "", Range{},
+        "a JetDrive that answers POLL after a lost link has kept its power: it is set up without a start of "
+        "its firmware and RESET, which take 5 s [P]"},
 };
 
 }  // namespace firn::drivers

@@ -212,3 +212,46 @@ TEST_CASE("an answer to a question asked before the arming or the disarming puts
     REQUIRE(done.outcome == Outcome::kDone);
   }
 }
+
+namespace {
+
+const std::string kResetFrame = "\x53\x02\x01\x03";
+
+/// Seconds from the end of `kind` until the jet is safe again, and what it was told meanwhile.
+std::pair<double, std::string> back_after(FaultKind kind) {
+  WorldRig rig(WorldRig::small_world(4, 4));
+  rig.start();
+  const std::size_t before = rig.written["jet"].size();
+  fault(rig, "jet", kind);
+  REQUIRE(rig.run([&] { return !rig.jet.safe(); }, 10.0));
+  const std::int64_t lost_us = rig.now_us;
+  REQUIRE(rig.run([&] { return rig.jet.safe(); }, 30.0));
+  return {double(rig.now_us - lost_us) * 1e-6, rig.written["jet"].substr(before)};
+}
+
+}  // namespace
+
+TEST_CASE("a jet that kept its power is set up again without a start of its firmware", "[power]") {
+  const auto [took_s, told] = back_after(FaultKind::kClose);
+  CHECK(took_s < 1.5);
+  CHECK(told.find("X2000") == std::string::npos);
+  CHECK(told.find(kResetFrame) == std::string::npos);
+  CHECK(told.find("\x53\x03\x08") < told.find("\x53\x15\x06"));  // SOURCE 0, then the waveform
+}
+
+TEST_CASE("a jet that lost its power is started anew, with RESET", "[power]") {
+  const auto [took_s, told] = back_after(FaultKind::kReboot);
+  CHECK(took_s < 6.5);  // of which its boot, RESET and PULSE take 4.6
+  CHECK(told.find("X2000") < told.find(kResetFrame));
+  CHECK(told.find(kResetFrame) != std::string::npos);
+}
+
+TEST_CASE("a jet is told its waveform again after every lost link", "[power]") {
+  WorldRig rig(WorldRig::small_world(4, 4));
+  rig.start();
+  const std::size_t before = rig.written["jet"].size();
+  rig.unplug("jet");
+  REQUIRE(rig.run([&] { return rig.jet.safe(); }, 30.0));
+  CHECK(rig.written["jet"].find("\x53\x15\x06", before) != std::string::npos);
+  CHECK(arm(rig).outcome == Outcome::kReady);
+}
