@@ -6,11 +6,14 @@
 namespace firn::drivers {
 namespace {
 
-enum Format : std::uint8_t { kAny, kNumber };
 constexpr std::size_t kLongestLine = 100;
-constexpr std::int32_t kUnchecked = -1;
 
-/// -1 = none.
+std::string shown(const Request& r) { return "'" + std::string(r.text().substr(0, r.size - 1u)) + "'"; }
+
+}  // namespace
+
+namespace microdrop {
+
 std::int32_t number_of(std::span<const std::byte> line) {
   const auto* text = reinterpret_cast<const char*>(line.data());
   std::int32_t n = -1;
@@ -18,7 +21,7 @@ std::int32_t number_of(std::span<const std::byte> line) {
   return r.ec == std::errc() && *r.ptr == '\r' ? n : -1;
 }
 
-Request command(const std::string& text, Repeat repeat = Repeat::kSetup) {
+Request command(const std::string& text, Repeat repeat) {
   Request r;
   r.append(text + "\r");
   r.repeat = repeat;
@@ -30,16 +33,16 @@ Request command(const char* text, double value) {
   return command(text + std::to_string(std::lround(value)) + ")");
 }
 
-Request question(const char* text, double expected = kUnchecked) {
+Request question(const char* text, double expected) {
   Request r = command(text, Repeat::kRead);
   r.format = kNumber;
   r.argument = std::int32_t(std::lround(expected));
   return r;
 }
 
-std::string shown(const Request& r) { return "'" + std::string(r.text().substr(0, r.size - 1u)) + "'"; }
+}  // namespace microdrop
 
-}  // namespace
+using namespace microdrop;
 
 Frame MicrodropDialect::frame(std::span<const std::byte> buffer, const Request* awaited) const {
   const auto end = std::find(buffer.begin(), buffer.end(), std::byte('\r'));

@@ -14,6 +14,19 @@ class MicrodropDialect : public Dialect {
   Request probe() const override;
 };
 
+namespace microdrop {
+
+enum Format : std::uint8_t { kAny, kNumber };
+inline constexpr std::int32_t kUnchecked = -1;
+
+/// The number of an answer; -1 = none.
+std::int32_t number_of(std::span<const std::byte> line);
+Request command(const std::string& text, Repeat repeat = Repeat::kSetup);
+Request command(const char* text, double value);  ///< "SetFrequency(1," and a value, rounded
+Request question(const char* text, double expected = kUnchecked);
+
+}  // namespace microdrop
+
 class Microdrop final : public Driver {
  public:
   /// dwell_v and dwell_us are the pulse. @throws std::invalid_argument naming the setting and its range
@@ -35,6 +48,8 @@ class Microdrop final : public Driver {
   bool idle(std::int64_t now_us, Effects& fx) override;
   std::int64_t device_wake_us() const override;
   bool stopping() const override { return phase_ == Phase::kStopping; }
+  void service(std::string_view verb, std::span<const double> values, std::int64_t now_us,
+               Effects& fx) override;
   void read_back();
   void give_up(std::int32_t code, const std::string& why, std::int64_t now_us, Effects& fx);
   void finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx);

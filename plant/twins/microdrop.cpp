@@ -77,6 +77,11 @@ std::string MicrodropTwin::execute(std::string_view line, std::int64_t now_us) {
     }
     return "OK";
   }
+  if (const auto v = last_of(line, "SetStrobe"); v && *v <= 65535) {
+    state_.strobe_delay_us = std::uint16_t(*v);
+    return "OK";
+  }
+  if (last_of(line, "GetStrobe")) return number(state_.strobe_delay_us);
   if (last_of(line, "GetFrequency")) return number(state_.rate_hz);
   if (last_of(line, "GetDrops")) return number(state_.drops);
   if (last_of(line, "GetBusy")) return number(0);

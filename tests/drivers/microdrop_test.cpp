@@ -1,6 +1,7 @@
 // The Microdrop's driver against its twin, which is written from the same card: its words, its refusals
 // without an external trigger, and the end of a pass.
 #include <catch2/catch.hpp>
+#include <tuple>
 
 #include "core/grid/firing_order.h"
 #include "drivers/jet/microdrop.h"
@@ -167,4 +168,64 @@ TEST_CASE("whatever becomes of its lines, a Microdrop says done only of a pass t
   CHECK(done > 3);
   CHECK(doubted > 3);
   CHECK(never > 0);
+}
+
+namespace {
+
+Result order(MicrodropRig& rig, std::string_view verb, const std::vector<double>& values) {
+  const std::size_t before = rig.all<Result>("jet").size();
+  rig.act("jet", [&](std::int64_t t, Effects& fx) { rig.jet.serve(verb, values, t, fx); });
+  REQUIRE(rig.run([&] { return rig.all<Result>("jet").size() > before; }, 60.0));
+  return rig.all<Result>("jet").back();
+}
+
+}  // namespace
+
+TEST_CASE("a Microdrop fires the droplets that a person asks for, and is as a print has it afterwards",
+          "[jet][microdrop][service]") {
+  MicrodropRig rig(with_words("", ""));
+  for (const auto& [verb, value, droplets] :
+       {std::tuple{"fire", 5.0, std::size_t(5)}, {"continuous", 0.02, std::size_t(40)}}) {
+    rig.record.history.shots.clear();
+    CHECK(order(rig, verb, {value}).outcome == Outcome::kDone);
+    CHECK(rig.jet.safe());
+    CHECK(rig.record.history.shots.size() == droplets);
+    CHECK(rig.written["jet"].ends_with("SetActive(1,0)\rSetDrops(1,1)\r"));
+  }
+}
+
+TEST_CASE("a stop of a Microdrop that fires for a person makes it inactive first of all",
+          "[jet][microdrop][service]") {
+  MicrodropRig rig(with_words("", ""));
+  rig.act("jet", [&](std::int64_t t, Effects& fx) { rig.jet.serve("continuous", std::vector{10.0}, t, fx); });
+  rig.run_for(1.0);
+  const std::size_t before = rig.written["jet"].size();
+  rig.act("jet", [&](std::int64_t t, Effects& fx) { rig.jet.safe_stop(t, fx); });
+  CHECK(rig.written["jet"].substr(before).starts_with("SetActive(1,0)\r"));
+  REQUIRE(rig.run([&] { return rig.jet.safe(); }, 5.0));
+  CHECK(rig.all<Result>("jet").back().outcome == Outcome::kFailed);
+}
+
+TEST_CASE("a Microdrop tells who it is, takes a pulse and a strobe, and refuses what its card lacks",
+          "[jet][microdrop][service]") {
+  MicrodropRig rig(with_words("", ""));
+  CHECK(order(rig, "serial", {}).text == "Microdrop MD-E hardware 7, software 214");
+  CHECK(order(rig, "strobe", {1, 250}).outcome == Outcome::kDone);
+  CHECK(order(rig, "waveform", {80, 0, 30, 0}).outcome == Outcome::kDone);
+  rig.act("jet", [&](std::int64_t t, Effects& fx) { rig.jet.safe_stop(t, fx); });
+  REQUIRE(rig.run([&] { return rig.jet.safe(); }, 5.0));  // read back with the new pulse
+  const std::string sent = rig.written["jet"];
+  const std::tuple<const char*, std::vector<double>, const char*> refused[] = {
+      {"strobe", {2, 250}, "no divider"},
+      {"strobe", {1, 70000}, "65535"},
+      {"waveform", {80, -20, 30, 9}, "one pulse"},
+      {"waveform", {500, 0, 30, 0}, "100"},
+      {"fire", {1e6}, "2000"},
+      {"continuous", {60}, "32.7"}};
+  for (const auto& [verb, values, why] : refused) {
+    const Result r = order(rig, verb, values);
+    CHECK(r.outcome == Outcome::kRefused);
+    CHECK_THAT(r.text, Catch::Contains(why));
+  }
+  CHECK(rig.written["jet"] == sent);
 }
