@@ -38,6 +38,7 @@ struct DropletParams {
   double flight_time_s =
       0.0;  ///< a droplet keeps the stage's speed while it falls; 0 = compensated by the lab
   double missed_probability = 0.001;
+  int dead_row = -1;  ///< row of the grid that no droplet reaches; -1: none
   double satellite_probability = 0.005;
   double satellite_share = 0.04;  ///< of the droplet's volume
   double satellite_distance_mm = 0.12;
@@ -71,6 +72,7 @@ struct Lu2015Params {
 struct SensorParams {
   double noise_mm = 0.001;       ///< white, per point
   double offset_noise_mm = 0.0;  ///< one more draw per profile
+  double tilt = 0.0;             ///< error along the profile, mm of height per mm from the field's middle
   double spot_x_mm = 0.02;
   double spot_y_mm = 0.05;
   double dropout_floor = 1e-4;      ///< probability of no reading on level ground

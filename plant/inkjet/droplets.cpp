@@ -50,11 +50,10 @@ class DropletModel : public Model {
     Landing out;
     out.x_mm = shot.x_mm + shot.vx_mm_s * params_.flight_time_s;
     out.y_mm = shot.y_mm + shot.vy_mm_s * params_.flight_time_s;
-    if (params_.missed_probability > 0.0 &&
-        random_uniform(draw(Purpose::kMissedDroplet, 0)) < params_.missed_probability) {
-      out.missed = true;
-      return out;
-    }
+    out.missed = cell.j == params_.dead_row ||
+                 (params_.missed_probability > 0.0 &&
+                  random_uniform(draw(Purpose::kMissedDroplet, 0)) < params_.missed_probability);
+    if (out.missed) return out;
     if (params_.placement_scatter_mm > 0.0) {
       out.x_mm += params_.placement_scatter_mm * random_normal(draw(Purpose::kDropletPlacement, 0));
       out.y_mm += params_.placement_scatter_mm * random_normal(draw(Purpose::kDropletPlacement, 1));

@@ -80,6 +80,7 @@ void measure_profile(const Field& f, const SensorParams& p, ProfileKey key, doub
   const double quarter =
       p.spot_x_mm / (2.0 * std::sqrt(3.0)) * per_cell;  // two Gauss points represent the spot
   const double low_end = -2.0, high_end = f.width() + 2.0;
+  const double middle_mm = f.left_mm() + 0.5 * f.width() * f.dx_mm();
   const auto floor_of = [](double u) { return int(u + kPad) - kPad; };
   PhiloxBlock noise{}, gap{};
   for (std::size_t n = 0; n < z_mm.size(); ++n) {
@@ -102,7 +103,8 @@ void measure_profile(const Field& f, const SensorParams& p, ProfileKey key, doub
         p.dropout_floor + p.dropout_per_slope * std::max(0.0, std::abs(slope) - p.dropout_slope_from);
     const double draw = ((gap[n % 8 / 2] >> 16 * (n % 2) & 0xffffu) + 0.5) * 0x1p-16;
     z_mm[n] = draw < dropout ? std::numeric_limits<double>::quiet_NaN()
-                             : z + offset + p.noise_mm * normal(noise[n % 4]);
+                             : z + offset + p.tilt * (x0_mm + double(n) * dx_mm - middle_mm) +
+                                   p.noise_mm * normal(noise[n % 4]);
   }
 }
 

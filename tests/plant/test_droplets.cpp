@@ -77,6 +77,19 @@ TEST_CASE("Droplet sizes, places and misses have the configured statistics") {
   CHECK(missed / 25600.0 == Approx(0.02).epsilon(0.2));
 }
 
+TEST_CASE("No droplet reaches a dead row, and every other row is as without it") {
+  WorldConfig c = small_world();
+  const auto whole = make_model(c);
+  c.droplet.dead_row = 6;
+  const auto clogged = make_model(c);
+  for (int j = 4; j < 9; ++j) {
+    const Landing a = whole->fire(at_cell(c.grid, 5, j, 1000 * j)),
+                  b = clogged->fire(at_cell(c.grid, 5, j, 1000 * j));
+    CHECK(b.missed == (j == 6));
+    if (j != 6) CHECK(a.x_mm == b.x_mm);
+  }
+}
+
 TEST_CASE("An ink of another flow and spread lands the same volume times the flow, over the spread's area") {
   const auto landed = [](double flow, double spread) {
     WorldConfig c = small_world();

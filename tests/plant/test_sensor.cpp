@@ -81,3 +81,14 @@ TEST_CASE(
   measure_profile(field, p, {1, 0, 0}, 2.0, -50.0, 0.02, z);
   for (const double v : z) CHECK(v == 0.0);
 }
+
+TEST_CASE("A tilted sensor adds its tilt along the profile about the middle of the field") {
+  const Field field(kGrid, 3, 3);
+  SensorParams p;
+  p.noise_mm = p.dropout_floor = 0.0;
+  p.tilt = 0.01;
+  std::vector<double> z(100);
+  const double middle = field.left_mm() + 0.5 * field.width() * field.dx_mm();
+  measure_profile(field, p, {5, 1, 0}, 1.0, middle - 0.5, 0.01, z);
+  for (int n = 0; n < 100; ++n) CHECK(z[std::size_t(n)] == Approx(0.01 * (0.01 * n - 0.5)).margin(1e-12));
+}
