@@ -63,6 +63,22 @@ TEST_CASE("A recorded experiment may have a key that no version read, a written 
   CHECK_THROWS_WITH(parse_recorded_experiment(text, "recorded", {key + "=1"}), Catch::Contains(key));
 }
 
+TEST_CASE(
+    "Recorded experiments that are read in turn are each their own text's, also after one that is refused") {
+  Experiment a, b;
+  a.control.smf.kp = 0.25;
+  b.control.smf.kp = 0.75;
+  const std::string first = dump(a), second = dump(b);
+  for (const int round : {1, 2}) {
+    CAPTURE(round);
+    CHECK(parse_recorded_experiment(first, "recorded").control.smf.kp == 0.25);
+    CHECK(parse_recorded_experiment(first, "recorded", {"control.smf.kp=0.5"}).control.smf.kp == 0.5);
+    CHECK(parse_recorded_experiment(first, "recorded").control.smf.kp == 0.25);
+    CHECK(parse_recorded_experiment(second, "recorded").control.smf.kp == 0.75);
+    CHECK_THROWS(parse_recorded_experiment(second + "nonsense", "recorded"));
+  }
+}
+
 TEST_CASE("parse(dump(e)) is e, and its dump is the same bytes") {
   for (const std::string& text : {std::string(), std::string(test::kExperiment)}) {
     const Experiment e = parse_experiment(text, "x.toml");
