@@ -19,6 +19,8 @@ constexpr double kTail = 3.5;         // scaled median absolute deviations
 constexpr double kLeastShare = 2e-4;  // added to shares before their logarithm
 constexpr double kRidge = 1e-3;       // of the regression, of a cell-layer
 
+// The names from kFirstSymmetric on are zero on average in any laboratory that favours no direction: they
+// check a laboratory, and tell nothing about its parameters.
 constexpr const char* kStretchNames[] = {
     "growth by a droplet inside the part",
     "growth by a droplet on the part's rim",
@@ -35,13 +37,18 @@ constexpr const char* kStretchNames[] = {
     "roughness of the surface",
     "long waves of the surface",
     "short waves of the surface",
+    "cells without a measurement",
     "tilt of the surface along x",
     "tilt of the surface along y",
+    "tilt of the droplets along x",
+    "tilt of the droplets along y",
     "lowest column of cells",
     "lowest row of cells",
-    "cells without a measurement",
+    "droplets that land displaced along x",
+    "droplets that land displaced along y",
+    "droplets that land displaced along their row",
 };
-constexpr std::size_t kPerStretch = std::size(kStretchNames);
+constexpr std::size_t kPerStretch = std::size(kStretchNames), kFirstSymmetric = 16;
 constexpr const char* kWholeNames[] = {
     "noise of the maps", "number of layers", "number of droplets",
     "final mean error",  "final RMS error",  "final largest error",
@@ -182,6 +189,7 @@ class Stretch {
     regress();
     residuals();
     surface();
+    droplets();
     return out_;
   }
 
@@ -240,7 +248,7 @@ class Stretch {
     out_[2] = response_[0];
     out_[3] = response_[1];
     out_[4] = response_[2];
-    out_[19] = log_share(ratio(missing, cells));
+    out_[15] = log_share(ratio(missing, cells));
   }
 
   void residuals() {
@@ -300,8 +308,8 @@ class Stretch {
     out_[9] = log_share(low_share(all));
     out_[10] = log_scale(std::sqrt(ratio(change.squares, change.n)) + 1e-3);
     out_[11] = log_scale(growth.std() + 1e-3);
-    out_[17] = ratio(lowest_line(p_, mean, true) * std::sqrt(double(layers)), std::sqrt(variance));
-    out_[18] = ratio(lowest_line(p_, mean, false) * std::sqrt(double(layers)), std::sqrt(variance));
+    out_[20] = ratio(lowest_line(p_, mean, true) * std::sqrt(double(layers)), std::sqrt(variance));
+    out_[21] = ratio(lowest_line(p_, mean, false) * std::sqrt(double(layers)), std::sqrt(variance));
   }
 
   static double low_share(const std::vector<double>& r) {
@@ -330,8 +338,54 @@ class Stretch {
     out_[12] = log_scale(std::sqrt(rough / layers));
     out_[13] = log_share(low / layers);
     out_[14] = high / layers;
-    out_[15] = x / layers;
-    out_[16] = y / layers;
+    out_[16] = x / layers;
+    out_[17] = y / layers;
+  }
+
+  int fired_at(const droplet::PrintedLayer& l, int i, int j) const {
+    return p_.grid.contains(i, j) ? int(l.fired.at(i, j)) : 0;
+  }
+
+  /// Where droplets lie. Growth beyond that of the mean response is correlated with the difference of the
+  /// droplets on either side: it has the sign of the displacement. By row, because a droplet that keeps the
+  /// stage's speed is displaced the other way where the stage comes back.
+  void droplets() {
+    const std::uint32_t width = std::uint32_t(p_.grid.nx);
+    std::vector<double> number(p_.grid.size(), kNotMeasured);
+    for (const std::uint32_t c : p_.cells) number[c] = 0.0;
+    double all = 0.0, along_x = 0.0, along_y = 0.0, x_squares = 0.0, y_squares = 0.0;
+    Moments residual, rows;
+    for (std::size_t k = first_; k < last_; ++k) {
+      const droplet::PrintedLayer& l = in_.layers[k];
+      std::vector<double> row_product(std::size_t(p_.grid.ny), 0.0), row_squares(row_product);
+      for (const std::uint32_t c : p_.cells) {
+        number[c] += l.fired.cells[c];
+        all += l.fired.cells[c];
+        if (!counts(l, c)) continue;
+        const int i = int(c % width), j = int(c / width);
+        const double x = fired_at(l, i - 1, j) - fired_at(l, i + 1, j),
+                     y = fired_at(l, i, j - 1) - fired_at(l, i, j + 1);
+        double around = -double(l.fired.cells[c]);
+        for (int b = -1; b <= 1; ++b)
+          for (int a = -1; a <= 1; ++a) around += fired_at(l, i + a, j + b);
+        const double r = rise_um(l, c) - response_[0] * l.fired.cells[c] - response_[1] * around;
+        residual.add(r);
+        along_x += x * r;
+        along_y += y * r;
+        x_squares += x * x;
+        y_squares += y * y;
+        row_product[std::size_t(j)] += x * r;
+        row_squares[std::size_t(j)] += x * x;
+      }
+      for (std::size_t j = 0; j < row_product.size(); ++j)
+        if (row_squares[j] > 0.0) rows.add(row_product[j] / std::sqrt(row_squares[j]));
+    }
+    for (const std::uint32_t c : p_.cells) number[c] *= ratio(double(p_.cells.size()), all);
+    out_[18] = tilt(p_, number, true);
+    out_[19] = tilt(p_, number, false);
+    out_[22] = ratio(along_x, x_squares);
+    out_[23] = ratio(along_y, y_squares);
+    out_[24] = ratio(ratio(rows.squares, rows.n), residual.variance());
   }
 
   const FeatureInput& in_;
@@ -377,14 +431,14 @@ std::string feature_name(std::size_t feature) {
 }
 
 std::vector<std::size_t> fitted_features() {
-  std::vector<std::size_t> out;
-  for (std::size_t f = kStretches * kPerStretch; f < feature_count(); ++f) out.push_back(f);
+  std::vector<std::size_t> out = features_of_stretch(kStretches);
+  for (std::size_t n = 0; n < kWhole; ++n) out.push_back((kStretches + 1) * kPerStretch + n);
   return out;
 }
 
 std::vector<std::size_t> features_of_stretch(int stretch) {
   std::vector<std::size_t> out;
-  for (std::size_t n = 0; n < kPerStretch; ++n) out.push_back(std::size_t(stretch) * kPerStretch + n);
+  for (std::size_t n = 0; n < kFirstSymmetric; ++n) out.push_back(std::size_t(stretch) * kPerStretch + n);
   return out;
 }
 

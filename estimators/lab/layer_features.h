@@ -35,9 +35,10 @@ std::size_t feature_count();
 /// Returns the name with the stretch: "tilt along x in the first third of the layers".
 std::string feature_name(std::size_t feature);
 
-/// Indices of the features that estimate a laboratory from the whole print: means and whole-print features.
+/// Indices of the features that estimate a laboratory from the whole print: means and whole-print features,
+/// without those that are zero on average in any laboratory that favours no direction.
 std::vector<std::size_t> fitted_features();
-/// Indices of the features of one stretch.
+/// Indices of the features of one stretch that tell about a laboratory's parameters.
 std::vector<std::size_t> features_of_stretch(int stretch);
 /// Indices of all checked features: the stretches' and the whole print's.
 std::vector<std::size_t> checked_features();

@@ -191,6 +191,37 @@ TEST_CASE("Features of layers hold the growth by a droplet, a tilt and a low row
   CHECK(low[index_of("lasting differences between cells")] > 1.5);
 }
 
+TEST_CASE("Droplets that land displaced are found along x, and along their row where rows alternate") {
+  // Half of the cells get a droplet of 10 um, a fifth of which lies in the next cell.
+  const auto displaced = [](bool alternate) {
+    Part part;
+    RandomStream random(9, Purpose::kTest);
+    for (std::size_t k = 0; k < part.layers.size(); ++k) {
+      auto& l = part.layers[k];
+      l.before = k == 0 ? HeightMap(part.grid, 0.0) : part.layers[k - 1].after;
+      l.after = l.before;
+      for (int j = 0; j < 12; ++j)
+        for (int i = 0; i < 12; ++i) {
+          l.fired.at(i, j) = std::uint8_t(random.uniform() < 0.5);
+          if (!l.fired.at(i, j)) continue;
+          const int next = i + (alternate && j % 2 ? -1 : 1);
+          l.after.at(i, j) += 0.008;
+          if (part.grid.contains(next, j)) l.after.at(next, j) += 0.002;
+        }
+      for (double& h : l.after.cells) h += 0.0005 * random.normal();
+    }
+    return part.features();
+  };
+  const auto even = displaced(false), turned = displaced(true);
+  const std::size_t along_x = index_of("droplets that land displaced along x"),
+                    along_row = index_of("droplets that land displaced along their row");
+  CHECK(even[along_x] > 0.7);
+  CHECK(std::abs(turned[along_x]) < 0.2);
+  CHECK(even[along_row] > 2.0);
+  CHECK(turned[along_row] > 2.0);
+  CHECK(std::abs(turned[index_of("droplets that land displaced along y")]) < 0.2);
+}
+
 TEST_CASE("Features of a print of five layers are refused, and unmeasured cells leave them finite") {
   Part part;
   for (auto& l : part.layers)
