@@ -13,6 +13,7 @@
 #include "cli/print_command.h"
 #include "cli/replay_command.h"
 #include "cli/report_command.h"
+#include "cli/side_by_side.h"
 #include "config/include.h"
 #include "print/exit_codes.h"
 #include "print/labs/print_labs.h"
@@ -39,17 +40,29 @@ void announce(const Experiment& e, const std::string& bus) {
   }
   const double layer_s = kLayerNodeS / e.run.time_scale;
   fmt::print(stderr,
-             "firn demo: a {} of {} layers or a few more under {} schemes, live; at {:g} times node time a "
+             "firn demo: a {} of {} layers or a few more under {} schemes, live{}; at {:g} times node time a "
              "layer takes about "
              "{:.1f} s, all together about {:.0f} s\n",
-             e.part.shape.kind, layers, std::size(kSchemes), e.run.time_scale, layer_s,
-             std::size(kSchemes) * layer_s * layers * 1.2);
+             e.part.shape.kind, layers, std::size(kSchemes), bus.empty() ? " and at once" : "",
+             e.run.time_scale, layer_s, layer_s * layers * 1.2 * (bus.empty() ? 1.0 : std::size(kSchemes)));
 }
 
 struct Printed {
   PrintSummary print;
   replay::RunVerdict replay;
 };
+
+// Each live print has a bus and a lab of its own and waits for its instruments most of the time: all go at
+// once.
+std::vector<PrintSummary> carry_out(const std::vector<LivePrint>& prints, const std::string& bus) {
+  if (bus.empty()) return print_side_by_side(prints);
+  std::vector<PrintSummary> done;
+  for (const LivePrint& print : prints) {
+    done.push_back(print.carry_out());
+    if (done.back().result.status != 0) break;
+  }
+  return done;
+}
 
 void show(const std::vector<Printed>& all) {
   fmt::print("{:<10} {:>7} {:>9} {:>12} {:>10} {:>10} {:>9}  replay\n", "scheme", "layers", "droplets",
@@ -76,22 +89,26 @@ int run_demo(const DemoOptions& options) {
     }
   }
   announce(load_experiment(file, options.overrides), print.bus);
-  std::vector<Printed> all;
-  std::vector<std::string> folders;
-  int status = kOk;
+  std::vector<LivePrint> prints;
   for (const char* scheme : kSchemes) {
     std::vector<std::string> overrides = options.overrides;
     overrides.push_back(std::string("control.scheme=") + scheme);
-    const Experiment e = load_experiment(file, overrides);
-    Printed p;
-    p.print = print_experiment(e, make_inputs(e, file.parent_path()), print);
-    if (p.print.result.status != 0) {
-      fmt::print(stderr, "firn demo: {}: {}: {}; run folder {}\n", scheme, p.print.result.outcome,
-                 p.print.result.reason, p.print.folder);
-      return p.print.result.status;
+    prints.push_back(
+        {std::string("firn demo: ") + scheme, [&print, &file, e = load_experiment(file, overrides)] {
+           return print_experiment(e, make_inputs(e, file.parent_path()), print);
+         }});
+  }
+  std::vector<Printed> all;
+  std::vector<std::string> folders;
+  int status = kOk;
+  for (PrintSummary& p : carry_out(prints, print.bus)) {
+    if (p.result.status != 0) {
+      fmt::print(stderr, "firn demo: {}: {}: {}; run folder {}\n", p.scheme, p.result.outcome,
+                 p.result.reason, p.folder);
+      return p.result.status;
     }
-    folders.push_back(p.print.folder);
-    all.push_back(std::move(p));
+    folders.push_back(p.folder);
+    all.push_back({std::move(p), {}});
   }
   std::uint64_t nodes = 0, steps = 0, messages = 0;
   for (Printed& p : all) {
