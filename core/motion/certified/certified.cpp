@@ -264,13 +264,11 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
                     yaw_rad,
                     given};
   const std::span<const Point2> reference = sample_given(points, given, work.reference);
-  work.meant.clear();
-  if (fitted && spec.tolerance_mm > 0.0) recognise(points, given, kSagittaMm, true, work.meant);
   const auto form = [&] {
     if (fitted) {
       const double radius = spec.tolerance_mm > 0.0 ? spec.tolerance_mm : fit_radius_mm(task.options);
-      TubeOptions tube{radius, std::max(radius, spec.tolerance_mm > 0.0 ? 0.0 : kSagittaMm), sizes.largest_mm,
-                       work.meant};
+      TubeOptions tube{radius, std::max(radius, spec.tolerance_mm > 0.0 ? 0.0 : kSagittaMm),
+                       sizes.largest_mm};
       fit_tube(points, tube, work.tube, work.curve.coarse);
       work.curve.offset.assign({0.0, work.curve.coarse.s.back()});
       return;

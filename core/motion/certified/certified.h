@@ -55,9 +55,8 @@ struct CertifiedWork {
   std::vector<GivenCurve> given;
   std::vector<Point2> reference;  ///< sample_given()
   TubeWork tube;
-  std::vector<CurvePiece> meant;  ///< lines and arcs among the points of a fit
-  bool descends = false;          ///< the curve is being moved: finer cells, and the time's gradient
-  std::vector<double> weight;     ///< of a step
+  bool descends = false;       ///< the curve is being moved: finer cells, and the time's gradient
+  std::vector<double> weight;  ///< of a step
   StopSegment shape_trial, other_shape;
   BoundWork bounds;
   std::uint64_t sampled = 0;  ///< number of the motion that work.bounds.samples holds

@@ -65,7 +65,6 @@ class FitPlanner {
     trial_.first = out.first;
     trial_.last = out.last;
     work.descends = true;
-    recognise(points, given, kSagittaMm, true, work.meant);
   }
   ~FitPlanner() { work_.descends = false; }
   FitPlanner(const FitPlanner&) = delete;
@@ -121,7 +120,7 @@ class FitPlanner {
   void fit(double radius, const CertifiedTask& task) {
     const CellSizes sizes = cell_sizes(points_, speed_limit_, {}, task, work_);
     const double between = samples_ ? kSagittaMm : radius;
-    fit_tube(points_, {radius, between, sizes.largest_mm, work_.meant}, work_.tube, work_.curve.coarse);
+    fit_tube(points_, {radius, between, sizes.largest_mm}, work_.tube, work_.curve.coarse);
     work_.curve.offset.assign({0.0, work_.curve.coarse.s.back()});
   }
 

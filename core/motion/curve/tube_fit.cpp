@@ -232,35 +232,21 @@ std::array<double, 4> derivative_form(const std::vector<double>& knot, std::size
   return form;
 }
 
-/// Lines that are meant stay: beyond kNearEnd_mm of their ends the tube is narrower.
-class MeantLines {
- public:
-  MeantLines(std::span<const Point2> points, std::span<const CurvePiece> pieces, double total) {
-    if (pieces.empty()) return;
-    std::vector<double> length;
-    lengths(points, length);
-    const double scale = total / length.back();
-    for (const CurvePiece& piece : pieces) {
-      const double from = scale * length[piece.first] + kNearEnd_mm,
-                   to = scale * length[piece.last] - kNearEnd_mm;
-      if (piece.curvature == 0.0 && !piece.chord && from < to) lines_.emplace_back(from, to);
-    }
+/// Lines given as such stay: on a chord too long to be between two samples the tube is narrower, beyond
+/// kNearEnd_mm of its ends. Runs of samples on a line are not told by chance from those beside it.
+void narrow_lines(std::span<const Point2> points, const std::vector<double>& length, double total,
+                  std::vector<TubePlace>& places) {
+  constexpr double kNearEnd_mm = 2.0, kNarrow = 0.1;
+  const double scale = total / length.back();
+  std::size_t k = 0;
+  for (TubePlace& place : places) {
+    while (k + 2 < points.size() && scale * length[k + 1] < place.t) ++k;
+    if (place.t <= scale * length[k] + kNearEnd_mm || place.t >= scale * length[k + 1] - kNearEnd_mm)
+      continue;
+    place.share = kNarrow;
+    place.radius *= kNarrow;
   }
-  void narrow(std::vector<TubePlace>& places) const {
-    std::size_t k = 0;
-    for (TubePlace& place : places) {
-      while (k < lines_.size() && lines_[k].second < place.t) ++k;
-      if (k < lines_.size() && place.t > lines_[k].first) {
-        place.share = kNarrow;
-        place.radius *= kNarrow;
-      }
-    }
-  }
-
- private:
-  static constexpr double kNearEnd_mm = 2.0, kNarrow = 0.1;
-  std::vector<std::pair<double, double>> lines_;
-};
+}
 
 }  // namespace
 
@@ -287,7 +273,7 @@ void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWo
               total, work.knots);
   const double share = samples ? 1.0 : 1.0 - kBetween;
   set_places(work, points, work.kept, share * options.radius_mm, share * options.between_mm, work.places);
-  MeantLines(points, options.pieces, total).narrow(work.places);
+  if (!samples) narrow_lines(points, work.point_length, total, work.places);
   guess_control(work);
   work.control.front() = points.front();
   work.control.back() = points.back();

@@ -62,10 +62,9 @@ double fit_spline(std::span<const double> knots, std::span<const TubePlace> plac
                   TubeWork& work);
 
 struct TubeOptions {
-  double radius_mm = 0.0;                ///< of the tube at the points
-  double between_mm = 0.0;               ///< and between them; the points are thinned where it is the same
-  double largest_mm = 5.0;               ///< cell
-  std::span<const CurvePiece> pieces{};  ///< lines and arcs that are meant among the points
+  double radius_mm = 0.0;   ///< of the tube at the points
+  double between_mm = 0.0;  ///< and between them; the points are thinned where it is the same
+  double largest_mm = 5.0;  ///< cell
 };
 
 /// Fits a path's points between two rests. @param curve without speed limits

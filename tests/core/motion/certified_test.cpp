@@ -237,12 +237,12 @@ TEST_CASE(
     CHECK(largest_ratio(smooth) <= 1.001);
     CHECK(outsider_ratio(smooth) <= 1.001);
   }
-  // a run between two lines: the lines stay
-  std::vector<Point2> mixed = line(20.0, 40);
+  // a run between two lines that are given as such: the lines stay
+  std::vector<Point2> mixed{{0.0, 0.0}, {20.0, 0.0}};
   for (int i = 1; i < 60; ++i)
     mixed.push_back({20.0 + 0.4 * i, 2.0 * std::pow(std::sin(0.5 * std::numbers::pi * i / 60), 4) +
                                          draw.uniform(-0.003, 0.003)});
-  for (int i = 0; i <= 40; ++i) mixed.push_back({44.0 + 0.5 * i, 2.0});
+  for (const double x : {44.0, 64.0}) mixed.push_back({x, 2.0});
   const PlanResult exact = plan_at(mixed, {350, 0}),
                    smooth = plan_at(mixed, {350, 0}, with(Method::kCertified, 0.05));
   REQUIRE(smooth.ok());
