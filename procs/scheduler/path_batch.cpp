@@ -75,17 +75,26 @@ std::vector<PathTask> PathBatch::of_kind(bool measurement) const {
 std::vector<PathTask> PathBatch::deposition() const { return of_kind(false); }
 std::vector<PathTask> PathBatch::measurement() const { return of_kind(true); }
 
-double scrape_mm(const path_job_t& job, const HeightMap& map, double margin_mm) {
+std::string scrape(const path_job_t& job, const HeightMap& map, double margin_mm) {
   const GridSpec& g = map.spec;
   double highest = -std::numeric_limits<double>::infinity();
+  int unknown = 0;
   const int i0 = std::max(0, int(std::floor((job.x_min_mm - g.origin_x_mm) / g.pitch_x_mm)));
   const int i1 = std::min(g.nx - 1, int(std::ceil((job.x_max_mm - g.origin_x_mm) / g.pitch_x_mm)));
   const int j0 = std::max(0, int(std::floor((job.y_min_mm - g.origin_y_mm) / g.pitch_y_mm)));
   const int j1 = std::min(g.ny - 1, int(std::ceil((job.y_max_mm - g.origin_y_mm) / g.pitch_y_mm)));
   for (int j = j0; j <= j1; ++j)
     for (int i = i0; i <= i1; ++i)
-      if (std::isfinite(map.at(i, j))) highest = std::max(highest, map.at(i, j));
-  return highest + margin_mm - job.z_mm;
+      if (std::isfinite(map.at(i, j)))
+        highest = std::max(highest, map.at(i, j));
+      else
+        ++unknown;
+  const std::string clearance = "the clearance of " + std::to_string(margin_mm) + " mm under the nozzle";
+  if (unknown > 0)
+    return std::to_string(unknown) + " cells of the map have no height and count as high: " + clearance +
+           " cannot be shown";
+  const double overlap_mm = highest + margin_mm - job.z_mm;
+  return overlap_mm <= 0.0 ? "" : "the map reaches " + std::to_string(overlap_mm) + " mm into " + clearance;
 }
 
 }  // namespace firn

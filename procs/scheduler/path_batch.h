@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "core/grid/grid.h"
@@ -43,8 +44,9 @@ class PathBatch {
   std::vector<pulse_list_t> early_;  ///< lists whose job is not here yet, without their ticks
 };
 
-/// I6: the map's highest cell under the box that the tool sweeps, plus the margin, must not reach the tool.
-/// @returns the overlap [mm]; at most 0 = clear. Cells without a height are ignored.
-double scrape_mm(const path_job_t& job, const HeightMap& map, double margin_mm);
+/// I6: the map's highest cell under the box that the tool sweeps, plus the margin, must not reach the tool. A
+/// cell without a height counts as high.
+/// @returns a sentence about the map; empty = clear
+std::string scrape(const path_job_t& job, const HeightMap& map, double margin_mm);
 
 }  // namespace firn

@@ -278,12 +278,10 @@ void PathLoop::act_on_batch(Time now, Outbox& out) {
                                             : " deposits nothing"),
                 now, out);
   for (const PathTask& t : newest_.size() ? deposition : std::vector<PathTask>()) {
-    const double scrape = scrape_mm(t.job, newest_, experiment().ice.clearance_mm);
-    if (scrape <= 0.0) continue;
-    const std::string text = "path " + std::to_string(t.job.path) + " of layer " +
-                             std::to_string(t.job.layer) + ": the map reaches " + std::to_string(scrape) +
-                             " mm into the clearance of " + std::to_string(experiment().ice.clearance_mm) +
-                             " mm under the nozzle";
+    const std::string why = scrape(t.job, newest_, experiment().ice.clearance_mm);
+    if (why.empty()) continue;
+    const std::string text =
+        "path " + std::to_string(t.job.path) + " of layer " + std::to_string(t.job.layer) + ": " + why;
     if (raised_) return fail(6, text, now, out);
     raised_ = true;
     send_fault(Severity::kWarning, 6, text + "; raising and measuring again", out);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <optional>
 #include <set>
@@ -306,6 +307,7 @@ struct FakeIceLab : NodeBench {
     m.measured_fraction = dark ? 0.5 : 1.0;
     set_height(m, HeightMap(GridSpec{11, 11, 1.0, 1.0, 0.0, 0.0},
                             0.24 * c.layer * rise + (maps <= high_maps ? 2.9 : 0.0) + creep_mm * c.attempt));
+    if (maps <= blind_maps) m.height_mm[60] = std::numeric_limits<float>::quiet_NaN();
     m.quality.assign(m.height_mm.size(), 0);
     give(channels::kHeightMap, m);
     if (m.layer > 0 || dark) return;  // the metrics of a layer report that the map was taken
@@ -375,7 +377,7 @@ struct FakeIceLab : NodeBench {
   std::size_t seen = 0;
   mutable std::size_t ends_seen = 0;
   std::int64_t epoch = 0, map_id = 0, batch = 0, paths_planned = 0, fired = 0, slip_us = 0;
-  int done_layers = 0, maps = 0, table_maps = 0, dark_maps = 0, high_maps = 0, refusals = 0;
+  int done_layers = 0, maps = 0, table_maps = 0, dark_maps = 0, high_maps = 0, blind_maps = 0, refusals = 0;
   double rise = 1.0;      ///< of the surface, over nominal
   double creep_mm = 0.0;  ///< of the surface, each time that it is measured again
   bool empty_path = false, refuse_path = false, stop_controller = false, known_count = true,

@@ -213,6 +213,18 @@ TEST_CASE(
     CHECK(r.layer <= 2);  // nothing above the first interval
 }
 
+TEST_CASE("I6: in the ice lab too a cell without a height counts as high where the nozzle sweeps", "[I6]") {
+  FakeIceLab once(5, small_ice());
+  once.blind_maps = 1;
+  REQUIRE(once.print(0.0) == 0);
+  CHECK_THAT(last_fault(once), Catch::Contains("1 cells of the map have no height"));
+  FakeIceLab blind(5, small_ice());
+  blind.blind_maps = 1000;
+  REQUIRE(blind.print(0.0, false) == -1);
+  CHECK(blind.last(channels::fault(NodeId::kScheduler)).code == 6);
+  for (const path_report_t& r : blind.all(channels::kPathReport)) CHECK(r.layer <= 2);
+}
+
 TEST_CASE("I7: two paths in a row that take longer than planned stop the print", "[I7]") {
   FakeIceLab lab(5, small_ice());
   lab.slip_us = 20'000;
