@@ -57,6 +57,7 @@ Stage::Stage(StageOptions config) : Driver(dialect_), config_(std::move(config))
               {config_.y_min_mm, config_.y_max_mm, config_.max_speed_mm_s},
               {config_.z_min_mm, config_.z_max_mm, config_.max_speed_mm_s}}};
   dialect_.table = config_.table;
+  dialect_.timeouts.quiet_us = std::int64_t(config_.quiet_s * 1e6);
   dialect_.allow_host_latency(config_.host_latency_s);
   identity_ = "Aerotech Ensemble";
   position_mm_.fill(kNaN);

@@ -76,6 +76,7 @@ struct StageConfig {
   int array_limit = 8192;
   double poll_moving_s = 0.1;
   double poll_idle_s = 1.0;  ///< the controller closes an idle socket
+  double quiet_s = 0.15;
   OnOff home_at_start = OnOff::kOn;
   Homing homing = Homing::kProgram;
   double home_timeout_s = 300.0;
@@ -102,6 +103,8 @@ inline constexpr OptionTable kStageConfig{
     Option{"poll_moving_s", &StageConfig::poll_moving_s, "s", above(0, 10),
            "between status questions during a move"},
     Option{"poll_idle_s", &StageConfig::poll_idle_s, "s", above(0, 60), "between status questions at rest"},
+    Option{"quiet_s", &StageConfig::quiet_s, "s", above(0, 10),
+           "silence that ends the draining of a link after a lost reply [P]"},
     Option{"home_at_start", &StageConfig::home_at_start, "", Range{},
            "off: axes that are not homed stay so until a home command"},
     Option{"homing", &StageConfig::homing, "", Range{},

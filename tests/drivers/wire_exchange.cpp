@@ -58,7 +58,9 @@ class Session {
       }
       ++figures.commands;
       if (recovers_since_us_ > 0 && begin_us >= recovers_since_us_) {
-        figures.slowest_s = std::max(figures.slowest_s, double(begin_us - recovers_since_us_) * 1e-6);
+        const double took_s = double(begin_us - recovers_since_us_) * 1e-6;
+        if (took_s > figures.slowest_s) figures.slowest_after = disturbed_by_;
+        figures.slowest_s = std::max(figures.slowest_s, took_s);
         recovers_since_us_ = 0;
       }
       return r;
@@ -86,6 +88,7 @@ class Session {
 
  private:
   void inject(FaultKind kind, std::int64_t count, std::int64_t delay_us = 0) {
+    disturbed_by_ = plant::fault_name(kind);
     rig.world.inject({figures.instrument, kind, count, delay_us}, rig.now_us);
   }
 
@@ -128,8 +131,10 @@ class Session {
         inject(FaultKind::kHang, 1);
         rig.run_for(lasts_s);
         inject(FaultKind::kResume, 1);
+        disturbed_by_ = "hang";
         break;
       default:
+        disturbed_by_ = "unplugged";
         rig.pull_out(figures.instrument);
         rig.run_for(lasts_s);
         rig.plug_in(figures.instrument);
@@ -140,6 +145,7 @@ class Session {
   RealWire::Kind kind_;
   std::uint64_t seed_;
   std::int64_t recovers_since_us_ = 0;
+  std::string disturbed_by_;
 };
 
 using Inkjet = Session<WorldRig>;

@@ -15,9 +15,10 @@ struct ExchangeFigures {
   std::string instrument;
   std::int64_t exchanges = 0;  ///< requests that left the host
   std::int64_t commands = 0, faults = 0;
-  std::int64_t wrong = 0;    ///< answers that are not the truth
-  std::int64_t repeats = 0;  ///< acts carried out more often than commanded
-  double slowest_s = 0.0;    ///< from a fault's end to the next command that is taken
+  std::int64_t wrong = 0;     ///< answers that are not the truth
+  std::int64_t repeats = 0;   ///< acts carried out more often than commanded
+  double slowest_s = 0.0;     ///< from a fault's end to the next command that is taken
+  std::string slowest_after;  ///< that fault
   std::string first_wrong;
 };
 

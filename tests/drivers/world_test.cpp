@@ -320,6 +320,23 @@ TEST_CASE("under lost, late and split replies and closed ports nothing fires twi
   CHECK(failed > 0);
 }
 
+TEST_CASE("a stage takes commands again within 5 s after two answers in a row were lost", "[world]") {
+  WorldRig rig(WorldRig::small_world(4, 4));
+  rig.start();
+  const auto move = [&](double x_mm) {
+    rig.act("stage", [&](std::int64_t t, Effects& fx) { rig.stage.move_to(x_mm, 1.0, 1.0, 0.0, t, fx); });
+  };
+  rig.world.inject({"stage", plant::FaultKind::kDropReply, 2, 0}, rig.now_us);
+  const std::int64_t before_us = rig.now_us;
+  move(3.0);
+  REQUIRE(rig.run([&] { return !rig.stage.busy() && rig.stage.safe(); }, 30.0));
+  CHECK(double(rig.now_us - before_us) * 1e-6 < 5.0);
+  move(2.0);
+  REQUIRE(rig.run([&] { return !rig.stage.busy(); }, 30.0));
+  CHECK(rig.results("stage").back().outcome == Outcome::kDone);
+  CHECK(rig.sent("stage", "LINEAR @0 3") <= 1);
+}
+
 TEST_CASE("an emergency stop during a pass latches", "[world][I1]") {
   WorldRig rig(WorldRig::small_world(12, 6));
   rig.start();
