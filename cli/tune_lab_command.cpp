@@ -1,7 +1,10 @@
 #include "cli/tune_lab_command.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cstdio>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <thread>
@@ -13,6 +16,7 @@
 #include "print/exit_codes.h"
 #include "print/progress.h"
 #include "studies/compare/study_lab.h"
+#include "studies/tune/print_journal.h"
 #include "studies/tune/tune_answer.h"
 
 namespace firn {
@@ -55,13 +59,21 @@ int run_tune_lab(const TuneLabOptions& o) {
     });
   };
   const int fit_prints = int(kFitShare * o.budget);
-  const FittedLab lab = fit_lab(runs, {o.seed, threads, fit_prints, part(0.0, 0.4)});
+  std::optional<PrintJournal> known;
+  if (!o.state.empty()) known.emplace(o.state);
+  PrintJournal* const journal = known ? &*known : nullptr;
+  if (journal && journal->known() + journal->damaged() > 0)
+    fmt::print(stderr, "firn tune: {} prints are known from {}, {} of its lines are damaged\n",
+               journal->known(), o.state, journal->damaged());
+  const FittedLab lab = fit_lab(runs, {o.seed, threads, fit_prints, part(0.0, 0.4), journal});
   TuneAnswer answer{runs, keys, inkjet_study_lab().metrics[goal].name, lab, {}, {}, {}, promised, o.seed};
   if (lab.check.passed()) {
-    answer.advice = advise(lab, runs.front(), keys,
-                           {goal, o.seed, threads, o.budget - fit_prints, promised, part(0.4, 0.93)});
+    answer.advice =
+        advise(lab, runs.front(), keys,
+               {goal, o.seed, threads, o.budget - fit_prints, promised, part(0.4, 0.93), journal});
     answer.next =
-        next_prints(lab, runs.front(), {.seed = o.seed, .threads = threads, .progress = part(0.93, 0.97)});
+        next_prints(lab, runs.front(),
+                    {.seed = o.seed, .threads = threads, .progress = part(0.93, 0.97), .journal = journal});
     if (o.verify > 0)
       answer.verification = verify_promise(runs.front(), keys, *answer.advice,
                                            {goal, o.verify, o.seed, threads, part(0.97, 1.0)});
@@ -85,6 +97,7 @@ void declare_tune_lab(OptionSet& options) {
       .show_default()
       .within(1, 10000);
   options.option("--seed", o.seed, "of the simulated prints").show_default();
+  options.option("--state", o.state, "file that remembers simulated prints: the same call goes on from it");
   options.option("-o,--output", o.output, "page with predicted curves, HTML");
   declare_unsealed(options, o.unsealed);
   options.thread_option(o.threads);

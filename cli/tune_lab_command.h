@@ -18,6 +18,7 @@ struct TuneLabOptions {
   int verify = 0;     ///< pairs of prints with old and new setting; 0 = none
   int promised = 10;  ///< without verify: the promise is about the mean of so many prints
   std::uint64_t seed = 1;
+  std::string state;   ///< file of simulated prints; empty = none
   std::string output;  ///< page; empty = none
   int threads = 0;
   bool json = false;

@@ -141,21 +141,6 @@ DropletPattern drops_of(const LayerRecord& r, std::size_t layer, const ImportSou
   return drops;
 }
 
-// Noise of one cell from second differences along x: their median is sqrt(6) times the noise over 1.4826
-// where the surface is smooth, and more where it is not. 0: too few cells to tell.
-double noise_std_mm(const HeightMap& map) {
-  std::vector<double> bends;
-  for (int j = 0; j < map.spec.ny; ++j)
-    for (int i = 1; i + 1 < map.spec.nx; ++i) {
-      const double bend = map.at(i - 1, j) - 2 * map.at(i, j) + map.at(i + 1, j);
-      if (!std::isnan(bend)) bends.push_back(std::abs(bend));
-    }
-  if (bends.size() < 8) return 0.0;
-  const auto middle = bends.begin() + std::ptrdiff_t(bends.size() / 2);
-  std::ranges::nth_element(bends, middle);
-  return std::min(1.4826 * *middle / std::sqrt(6.0), 100.0);
-}
-
 height_map_t map_message(const HeightMap& map, int layer) {
   height_map_t m{};
   m.n = std::int32_t(map.size());
@@ -168,7 +153,7 @@ height_map_t map_message(const HeightMap& map, int layer) {
     m.quality.push_back(std::int8_t(std::isnan(h) ? CellQuality::kGuessed : CellQuality::kMeasured));
     seen += !std::isnan(h);
   }
-  m.noise_std_mm = noise_std_mm(map);
+  m.noise_std_mm = noise_of_bends_mm(map);
   m.measured_fraction = double(seen) / double(map.size());
   return m;
 }
@@ -219,6 +204,19 @@ Blob make_blob(std::string role, std::vector<std::byte> bytes) {
 }
 
 }  // namespace
+
+double noise_of_bends_mm(const HeightMap& map) {
+  std::vector<double> bends;
+  for (int j = 0; j < map.spec.ny; ++j)
+    for (int i = 1; i + 1 < map.spec.nx; ++i) {
+      const double bend = map.at(i - 1, j) - 2 * map.at(i, j) + map.at(i + 1, j);
+      if (!std::isnan(bend)) bends.push_back(std::abs(bend));
+    }
+  if (bends.size() < 8) return 0.0;
+  const auto middle = bends.begin() + std::ptrdiff_t(bends.size() / 2);
+  std::ranges::nth_element(bends, middle);
+  return std::min(1.4826 * *middle / std::sqrt(6.0), 100.0);
+}
 
 ImportedRun write_imported_run(LayerRecord r, const Experiment& experiment, const ImportSource& source,
                                const fs::path& root) {

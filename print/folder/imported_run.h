@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "config/experiment.h"
+#include "core/grid/grid.h"
 #include "files/layer_record.h"
 
 namespace firn {
@@ -32,6 +33,10 @@ struct ImportSource {
 /// without a height
 ImportedRun write_imported_run(LayerRecord record, const Experiment& experiment, const ImportSource& source,
                                const std::filesystem::path& root);
+
+/// Returns the noise of one cell from second differences along x: their median is sqrt(6) times the noise
+/// over 1.4826 where the surface is smooth, and more where it is not. 0: fewer than eight differences.
+double noise_of_bends_mm(const HeightMap& map);
 
 /// Returns true if the run was imported.
 bool is_imported(const std::filesystem::path& run);

@@ -1,40 +1,19 @@
 #include "studies/compare/study_journal.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
-
-#include <cerrno>
 #include <cmath>
-#include <cstdio>
-#include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <stdexcept>
-
-#include "files/record/checksum.h"
-#include "files/usage_error.h"
-#include "print/folder/run_folder.h"
 
 namespace firn {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string checksum_of(std::string_view text) {
-  char hex[17];
-  std::snprintf(hex, sizeof hex, "%016llx",
-                static_cast<unsigned long long>(logfile::checksum64(std::as_bytes(std::span(text)))));
-  return hex;
-}
-
-// "<checksum of the rest> <JSON>"; empty if the line has another form, or is of a lab without these metrics.
-std::optional<std::pair<std::string, StudyPrint>> parse_line(std::string_view line, const StudyLab& lab) {
-  if (line.size() < 18 || line[16] != ' ' || checksum_of(line.substr(17)) != line.substr(0, 16))
-    return std::nullopt;
+// Empty if the line is of a lab without these metrics.
+std::optional<std::pair<std::string, StudyPrint>> parse_line(const std::string& line, const StudyLab& lab) {
   try {
-    const Json j = Json::parse(line.substr(17));
+    const Json j = Json::parse(line);
     StudyPrint p;
     p.finished = j.at("finished").get<bool>();
     p.outcome = j.at("outcome").get<std::string>();
@@ -55,26 +34,10 @@ std::optional<std::pair<std::string, StudyPrint>> parse_line(std::string_view li
 
 }  // namespace
 
-StudyJournal::StudyJournal(const std::filesystem::path& path, const StudyLab& lab) : path_(path), lab_(lab) {
-  fd_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
-  if (fd_ < 0) throw UsageError(path.string() + ": cannot be opened: " + std::strerror(errno));
-  if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) {
-    ::close(fd_);
-    throw UsageError(path.parent_path().string() + ": another firn compare is at work in this folder");
-  }
-  read_all();
-}
-
-StudyJournal::~StudyJournal() { ::close(fd_); }
-
-void StudyJournal::read_all() {
-  const std::string text = read_file(path_);
-  torn_ = !text.empty() && text.back() != '\n';
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t end = std::min(text.find('\n', at), text.size());
-    const std::string_view line = std::string_view(text).substr(at, end - at);
-    at = end + 1;
-    if (line.empty()) continue;
+StudyJournal::StudyJournal(const std::filesystem::path& path, const StudyLab& lab)
+    : lab_(lab),
+      lines_(path, path.parent_path().string() + ": another firn compare is at work in this folder") {
+  for (const std::string& line : lines_.read(damaged_)) {
     if (auto parsed = parse_line(line, lab_))
       prints_.insert_or_assign(std::move(parsed->first), std::move(parsed->second));
     else
@@ -102,18 +65,9 @@ void StudyJournal::append(const std::string& digest, std::string_view arm, std::
   for (const replay::StudyProfilePoint& point : p.profile)
     if (std::isfinite(point.y)) record["profile"].push_back({point.x, point.y});
   const std::string json = record.dump(-1, ' ', true, Json::error_handler_t::replace);
-  const std::string line = (torn_ ? "\n" : "") + checksum_of(json) + " " + json + "\n";
-  torn_ = false;
-  std::size_t done = 0;
-  while (done < line.size()) {
-    const ssize_t n = ::write(fd_, line.data() + done, line.size() - done);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) throw std::runtime_error(path_.string() + ": cannot be written: " + std::strerror(errno));
-    done += std::size_t(n);
-  }
+  lines_.append(json);
   // The result is read back as a later call reads it.
-  if (auto parsed = parse_line(
-          std::string_view(line).substr(line[0] == '\n' ? 1 : 0, line.size() - 1 - (line[0] == '\n')), lab_))
+  if (auto parsed = parse_line(json, lab_))
     prints_.insert_or_assign(std::move(parsed->first), std::move(parsed->second));
 }
 

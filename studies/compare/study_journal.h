@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "studies/compare/line_journal.h"
 #include "studies/compare/study_lab.h"
 
 namespace firn {
@@ -25,24 +26,16 @@ class StudyJournal {
   /// Opens or makes the journal and locks it. @throws UsageError naming file and reason: another study is at
   /// work there, no file can be opened
   StudyJournal(const std::filesystem::path& path, const StudyLab& lab);
-  ~StudyJournal();
-  StudyJournal(const StudyJournal&) = delete;
-  StudyJournal& operator=(const StudyJournal&) = delete;
 
   const StudyPrint* find(const std::string& digest) const;
   std::size_t size() const { return prints_.size(); }  ///< prints on record, of any settings
   std::size_t damaged() const { return damaged_; }     ///< lines that do not count
-  /// Appends with one write(), so that a line is whole or torn, never mixed with another.
   void append(const std::string& digest, std::string_view arm, std::string_view part, std::uint64_t seed,
               const StudyPrint& print);
 
  private:
-  void read_all();
-
-  std::filesystem::path path_;
   const StudyLab& lab_;
-  int fd_ = -1;
-  bool torn_ = false;  ///< the file ends within a line
+  LineJournal lines_;
   std::size_t damaged_ = 0;
   std::map<std::string, StudyPrint> prints_;
 };

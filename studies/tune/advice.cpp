@@ -83,7 +83,7 @@ class Adviser {
     run_jobs(draws * seeds, options_.threads, [&](int n) {
       LabDraw draw = lab_.draw(options_.seed, stream, std::uint32_t(n / seeds));
       draw.seed = print_seed({draw.seed, Purpose::kInstance, 0, 0, std::uint32_t(n % seeds)});
-      out[std::size_t(n)] = print_in_lab(e, run_.inputs, draw, {});
+      out[std::size_t(n)] = print_in_lab(e, run_.inputs, draw, {.journal = options_.journal});
     });
     prints_ += draws * seeds;
     if (options_.progress) options_.progress(std::min(1.0, prints_ / expected_), "searching");

@@ -25,6 +25,7 @@ struct AdviceOptions {
   int prints = 250;          ///< simulated prints, about
   int promised_prints = 10;  ///< the promise is about the mean of so many prints
   Progress progress = {};
+  PrintJournal* journal = nullptr;
 };
 
 /// The promise for the mean over promised_prints prints with each setting on the same disturbances.

@@ -99,7 +99,8 @@ class Fit {
         const std::uint64_t seed = print_seed(
             {options_.seed, Purpose::kInstance, stream, std::uint32_t(n), std::uint32_t(1000 + r)});
         const LabPrint print =
-            print_in_lab(experiments_[r], runs_[r].inputs, {fit.lab, z[at], seed}, {.features = true});
+            print_in_lab(experiments_[r], runs_[r].inputs, {fit.lab, z[at], seed},
+                         {.features = true, .noise = runs_[r].noise, .journal = options_.journal});
         if (print.features.empty()) {
           const std::lock_guard hold(lock_);
           ++failed_;

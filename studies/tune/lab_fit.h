@@ -23,6 +23,7 @@ struct FitOptions {
   int threads = 1;
   int prints = 180;  ///< of every run, over all rounds and classes, about
   Progress progress = {};
+  PrintJournal* journal = nullptr;
 };
 
 struct ClassScore {

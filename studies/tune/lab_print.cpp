@@ -15,13 +15,23 @@
 #include "print/folder/run_config.h"
 #include "print/folder/run_folder.h"
 #include "studies/compare/study_lab.h"
+#include "studies/tune/print_journal.h"
 
 namespace firn::tuning {
 namespace {
 
-std::vector<double> features_of(const ObservedRun& run, const Mask& mask, const HeightMap& target) {
+/// Mean over the maps after each layer.
+double noise_of_bends(std::span<const droplet::PrintedLayer> layers) {
+  double sum = 0.0;
+  for (const droplet::PrintedLayer& l : layers) sum += noise_of_bends_mm(l.after) / double(layers.size());
+  return sum;
+}
+
+std::vector<double> features_of(const ObservedRun& run, const Mask& mask, const HeightMap& target,
+                                MapNoise noise) {
   const auto layers = run.printed();
-  return lab::layer_features({layers, mask, target, run.noise_std_mm()});
+  const double noise_mm = noise == MapNoise::kReported ? run.noise_std_mm() : noise_of_bends(layers);
+  return lab::layer_features({layers, mask, target, noise_mm});
 }
 
 /// Counts the droplets of the plans.
@@ -72,13 +82,12 @@ class PlanWatch {
 }  // namespace
 
 RecordedRun RecordedRun::of(std::string name, const Experiment& e, const Blobs& inputs,
-                            const ObservedRun& run) {
+                            const ObservedRun& run, MapNoise noise) {
   const HeightMap target = height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target");
-  return {std::move(name), e, inputs, features_of(run, run.mask(), target), run.layers()};
+  return {std::move(name), e, inputs, features_of(run, run.mask(), target, noise), run.layers(), noise};
 }
 
 RecordedRun RecordedRun::read(const std::filesystem::path& path) {
-  refuse_imported(path, "firn tune");
   const RunFolder folder = RunFolder::open(path);
   const std::string name = path.string();
   Experiment e = parse_recorded_experiment(recorded_config(path), name + ": the recorded configuration");
@@ -90,14 +99,16 @@ RecordedRun RecordedRun::read(const std::filesystem::path& path) {
   if (!result || can_go_on(*result)) throw UsageError(name + ": the print is not finished");
   const ObservedRun run = ObservedRun::read(path);
   try {
-    return of(name, e, folder.inputs(), run);
+    return of(name, e, folder.inputs(), run, is_imported(path) ? MapNoise::kFromMaps : MapNoise::kReported);
   } catch (const std::invalid_argument& error) {
     throw UsageError(name + ": " + error.what());
   }
 }
 
-LabPrint print_in_lab(const Experiment& experiment, const Blobs& inputs, const LabDraw& draw,
-                      const LabPrintOptions& wanted) {
+namespace {
+
+LabPrint made_in_lab(const Experiment& experiment, const Blobs& inputs, const LabDraw& draw,
+                     const LabPrintOptions& wanted) {
   Experiment e = experiment;
   const std::vector<double> values = draw.lab->values(draw.z);
   draw.lab->set(values, e);
@@ -110,7 +121,6 @@ LabPrint print_in_lab(const Experiment& experiment, const Blobs& inputs, const L
     PlanWatch plans(e, mask);
     MemoryPrintOptions options;
     options.outline = true;
-    options.series = wanted.series;
     options.tap = [&](std::string_view channel, std::span<const std::byte> bytes) {
       plans.take(channel, bytes);
       if (wanted.features) observed.take(channel, bytes);
@@ -122,10 +132,9 @@ LabPrint print_in_lab(const Experiment& experiment, const Blobs& inputs, const L
     out.metrics = inkjet_metrics(report);
     out.traits = plans.traits();
     out.traits.overspill = std::isfinite(report.outline.overspill) ? report.outline.overspill : 0.0;
-    for (const LayerTruth& l : report.series) out.rms_um.push_back(l.error.rms_mm * 1e3);
     if (wanted.features && out.finished && observed.layers() >= lab::kLeastLayers)
-      out.features =
-          features_of(observed, mask, height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target"));
+      out.features = features_of(
+          observed, mask, height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target"), wanted.noise);
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {
@@ -133,6 +142,18 @@ LabPrint print_in_lab(const Experiment& experiment, const Blobs& inputs, const L
     out.reason = error.what();
   }
   return out;
+}
+
+}  // namespace
+
+LabPrint print_in_lab(const Experiment& experiment, const Blobs& inputs, const LabDraw& draw,
+                      const LabPrintOptions& wanted) {
+  if (!wanted.journal) return made_in_lab(experiment, inputs, draw, wanted);
+  const std::string digest = PrintJournal::digest_of(experiment, inputs, draw, wanted);
+  if (auto known = wanted.journal->find(digest)) return std::move(*known);
+  LabPrint print = made_in_lab(experiment, inputs, draw, wanted);
+  wanted.journal->append(digest, print);
+  return print;
 }
 
 }  // namespace firn::tuning

@@ -16,6 +16,9 @@
 
 namespace firn::tuning {
 
+/// Where the noise of the maps is known from. The maps of an imported record hold no report of it.
+enum class MapNoise : std::uint8_t { kReported, kFromMaps };
+
 /// A run that the laboratory is learned from.
 struct RecordedRun {
   std::string name;
@@ -23,13 +26,15 @@ struct RecordedRun {
   Blobs inputs;
   std::vector<double> features;
   int layers = 0;
+  MapNoise noise = MapNoise::kReported;  ///< kFromMaps: the run is imported
 
-  /// @throws UsageError naming the run: not of the ink-jet lab, two inks, imported, unfinished, too few
-  /// layers
+  /// An imported run counts as printed by the scheme of its experiment; the check refuses it where it was
+  /// not.
+  /// @throws UsageError naming the run: not of the ink-jet lab, two inks, unfinished, too few layers
   static RecordedRun read(const std::filesystem::path& run);
   /// The same of a print in memory. @throws std::invalid_argument: too few layers
   static RecordedRun of(std::string name, const Experiment& experiment, const Blobs& inputs,
-                        const ObservedRun& run);
+                        const ObservedRun& run, MapNoise noise = MapNoise::kReported);
 };
 
 /// Returns a draw as the seed of a print: below the largest that a configuration holds.
@@ -56,12 +61,14 @@ struct LabPrint {
   std::vector<double> metrics;   ///< of the true surface, in the order of inkjet_study_lab()
   std::vector<double> features;  ///< empty unless asked for, or where the print has too few layers
   PrintTraits traits;
-  std::vector<double> rms_um;  ///< about the target after each layer, where asked for
 };
+
+class PrintJournal;
 
 struct LabPrintOptions {
   bool features = false;
-  bool series = false;
+  MapNoise noise = MapNoise::kReported;  ///< of the features
+  PrintJournal* journal = nullptr;       ///< prints on its record are not made again
 };
 
 /// Thread-safe. A print that fails is a result. @param experiment without_plant()

@@ -85,7 +85,7 @@ std::vector<NextPrint> next_prints(const FittedLab& lab, const RecordedRun& run,
       RandomStream random(options.seed, Purpose::kInstance, 2000 + kNextStream, std::uint32_t(n));
       for (double& v : w[at]) v = random.normal();
       s[at] = print_in_lab(e, run.inputs, {lab.lab, lab.posterior.at(w[at]), random.bits() >> 2},
-                           {.features = true})
+                           {.features = true, .noise = run.noise, .journal = options.journal})
                   .features;
     });
     lab::Simulations sims{size, lab::feature_count(), {}, {}};

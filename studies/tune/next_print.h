@@ -22,6 +22,7 @@ struct NextPrintOptions {
   int threads = 1;
   int draws = 28;  ///< of the laboratory, each printed once
   Progress progress = {};
+  PrintJournal* journal = nullptr;
 };
 
 /// Returns the allowed prints, the most informative one first: the recorded print again, and random patterns

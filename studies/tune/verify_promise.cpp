@@ -15,6 +15,10 @@ namespace {
 constexpr std::uint32_t kVerifyStream = 5000;
 
 void refuse_real(const RecordedRun& run) {
+  if (run.noise == MapNoise::kFromMaps)
+    throw UsageError(run.name +
+                     ": --verify prints in a simulated lab, and this run is imported: print pairs " +
+                     "where it comes from");
   for (const DevicePort& port : kDevicePorts)
     if (const std::string& address = run.experiment.devices.*port.member; !address.starts_with("sim:"))
       throw UsageError(run.name + ": --verify prints in a simulated lab, and devices." +

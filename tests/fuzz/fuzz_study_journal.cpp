@@ -1,5 +1,5 @@
-// Any text as the journal of a study, its lines as they come or with true checksums: prints with each metric,
-// or lines that do not count. Input: u8 choice, text.
+// Any text as the journal of a study and as the state of a search, its lines as they come or with true
+// checksums: prints with each metric, or lines that do not count. Input: u8 choice, text.
 #include <unistd.h>
 
 #include <cstdio>
@@ -9,6 +9,7 @@
 #include "files/record/checksum.h"
 #include "files/text_file.h"
 #include "studies/compare/study_journal.h"
+#include "studies/tune/print_journal.h"
 #include "tests/fuzz/require.h"
 
 using namespace firn;
@@ -40,6 +41,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::FILE* out = std::fopen(file.c_str(), "wb");
   require(out && std::fwrite(whole.data(), 1, whole.size(), out) == whole.size(), "the journal is written");
   std::fclose(out);
+  {
+    tuning::PrintJournal prints(file);
+    require(prints.known() + prints.damaged() <= size + 1, "a line is a simulated print or damaged");
+    if (const auto p = prints.find("")) {
+      prints.append("", *p);
+      require(prints.find("").has_value(), "a simulated print that is written again is found");
+    }
+  }
   const StudyLab& lab = inkjet_study_lab();
   StudyJournal journal(file, lab);
   require(journal.size() + journal.damaged() <= size + 1, "a line is a print or damaged");

@@ -195,6 +195,9 @@ void seed_runs(const Seed& seed) {
            as_span(R"({"digest":"","finished":true,"outcome":"finished","reason":"","cpu_s":1.5,"metrics":{)"
                    R"("rms_um":1.0,"std_um":null,"abs_mean_um":0,"mean_abs_um":0,"max_um":0,"layers":4,)"
                    R"("droplets":9,"print_s":1,"iterations":1},"profile":[[1,2],[3,4]]})")));
+  seed("fuzz_study_journal", "simulated print",
+       behind(1, as_span(R"({"digest":"","finished":true,"reason":"","metrics":[1.0,null],"features":[0.5],)"
+                         R"("traits":[0,0.1,-0.2,0]})")));
 }
 
 }  // namespace firn::fuzz

@@ -1,15 +1,23 @@
 // Tuning from logs: keys and their ranges, the promise's variance components, a whole answer on a small part.
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "config/include.h"
 #include "core/grid/npy.h"
 #include "core/grid/random.h"
 #include "estimators/lab/layer_features.h"
+#include "files/text_file.h"
 #include "files/usage_error.h"
+#include "print/folder/imported_run.h"
 #include "print/labs/print_labs.h"
+#include "print/simulated/memory_print.h"
+#include "studies/tune/print_journal.h"
 #include "studies/tune/tune_answer.h"
+#include "studies/tune/verify_promise.h"
+#include "tests/support/temp_folder.h"
 #include "tests/support/tiny_print.h"
 
 using namespace firn;
@@ -145,6 +153,76 @@ TEST_CASE("The same log gives the same answer with one thread and with three, an
   }
   CHECK(texts[0] == texts[1]);
   CHECK_THAT(texts[0], Contains("RMS") && Contains("laboratory: ") && Contains("</html>"));
+}
+
+TEST_CASE("A search that goes on from its file of prints gives the same answer and makes no print again") {
+  const Experiment e = small_print();
+  const std::vector<RecordedRun> runs{record(e, usual_lab(5))};
+  const std::vector<TuneKey> keys{{"control.smf.ki_star=0.01:1", e}};
+  const test::TempFolder folder;
+  const std::filesystem::path file = folder.path() / "state";
+  const auto answer = [&](PrintJournal* journal) {
+    const FittedLab lab = fit_lab(runs, {.seed = 2, .threads = 3, .prints = 170, .journal = journal});
+    const Advice advice =
+        advise(lab, runs[0], keys, {.seed = 2, .threads = 3, .prints = 60, .journal = journal});
+    return tune_json({runs, keys, "rms_um", lab, advice, {}, {}, 10, 2});
+  };
+  const std::string plain = answer(nullptr);
+  {
+    PrintJournal journal(file);
+    CHECK(answer(&journal) == plain);
+    CHECK_THROWS_WITH(PrintJournal(file), Contains("state: another firn tune"));
+  }
+  // Killed while it wrote the last of its lines.
+  const auto lines = [&] { return std::ranges::count(read_file(file), '\n'); };
+  const auto whole = lines();
+  std::filesystem::resize_file(file, std::filesystem::file_size(file) - 40);
+  PrintJournal journal(file);
+  CHECK(journal.known() > 150);
+  CHECK(journal.damaged() == 1);
+  CHECK(answer(&journal) == plain);
+  CHECK(lines() == whole + 1);  // the torn line, and its print once more
+}
+
+TEST_CASE("An imported record of a print is taken as printed by the scheme of its experiment") {
+  Experiment e = small_print();
+  e.plant.seed = 12;
+  const Blobs inputs = make_inputs(e, ".");
+  ObservedRun observed(e, mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask"));
+  MemoryPrintOptions options;
+  options.tap = [&](std::string_view channel, std::span<const std::byte> bytes) {
+    observed.take(channel, bytes);
+  };
+  print_in_memory(e, inputs, options);
+  LayerRecord record;
+  record.grid = e.grid;
+  for (const droplet::PrintedLayer& l : observed.printed()) {
+    if (record.heights.empty()) record.heights.push_back(l.before);
+    record.heights.push_back(l.after);
+    Grid<double> input(e.grid);
+    for (std::size_t c = 0; c < input.size(); ++c) input.cells[c] = l.fired.cells[c];
+    record.inputs.push_back(std::move(input));
+  }
+  record.points = std::int64_t(record.heights.size() * e.grid.size());
+  const test::TempFolder folder;
+  const ImportedRun imported =
+      write_imported_run(record, e, {"record.csv", "", 0.0, e.part.shape.height_mm}, folder.path());
+  const std::vector<RecordedRun> runs{RecordedRun::read(imported.folder)};
+  CHECK(runs[0].noise == MapNoise::kFromMaps);
+  CHECK(runs[0].layers == observed.layers());
+  const FittedLab lab = fit_lab(runs, {.seed = 3, .threads = 2, .prints = 170});
+  CHECK(lab.check.passed());
+  const std::vector<TuneKey> keys{{"control.smf.kp", e}};
+  CHECK_THROWS_WITH(verify_promise(runs[0], keys, {}, {}), Contains("imported"));
+
+  // The same record as if gains that hardly answer had printed it.
+  Experiment other = e;
+  other.control.smf.kp = 0.05;
+  other.control.smf.ki_star = 0.0;
+  const ImportedRun wrong =
+      write_imported_run(record, other, {"record.csv", "", 0.0, e.part.shape.height_mm}, folder.path());
+  const std::vector<RecordedRun> wrong_runs{RecordedRun::read(wrong.folder)};
+  CHECK_FALSE(fit_lab(wrong_runs, {.seed = 3, .threads = 2, .prints = 170}).check.passed());
 }
 
 TEST_CASE("A log whose surface is tilted as no laboratory tilts it is refused by the feature's name") {

@@ -1,0 +1,36 @@
+// LineJournal reads and appends lines of a file that a crash must not spoil: each line carries its checksum,
+// so that a torn or damaged one is left out.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace firn {
+
+class LineJournal {
+ public:
+  /// Opens or makes the file and locks it.
+  /// @param busy message where another process holds it
+  /// @throws UsageError with `busy`, or naming the file and the reason
+  LineJournal(const std::filesystem::path& path, const std::string& busy);
+  ~LineJournal();
+  LineJournal(const LineJournal&) = delete;
+  LineJournal& operator=(const LineJournal&) = delete;
+
+  /// Returns the whole lines as they were appended, and adds the number of the others to `damaged`.
+  std::vector<std::string> read(std::size_t& damaged);
+  /// Appends with one write(), so that a line is whole or torn, never mixed with another.
+  /// @pre no end of line in `text`
+  /// @throws std::runtime_error naming the file: it cannot be written
+  void append(std::string_view text);
+
+ private:
+  std::filesystem::path path_;
+  int fd_ = -1;
+  bool torn_ = false;  ///< the file ends within a line
+};
+
+}  // namespace firn
