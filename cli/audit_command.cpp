@@ -109,7 +109,7 @@ replay::AuditVerdict records_verdict(const std::filesystem::path& run) {
     options.damage = missing_files(run, e);
     const bool real = !outside_ports(e).empty();  // the simulated rest of the lab knows of no droplet
     replay::AuditVerdict verdict;
-    if (prints_paths(e)) {
+    if (prints_paths(e) || prints_lines(e)) {
       verdict = path_verdict(run, options, real);
     } else {
       const replay::AuditRecord record = replay::read_audit_record(run);

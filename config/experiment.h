@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "config/aerosol.h"
 #include "config/ice.h"
 #include "core/control/options.h"
 #include "core/control/surface/surface_controller.h"
@@ -127,6 +128,7 @@ struct PlantConfig {
   double profiler_dx_mm = 0.0, profiler_dy_mm = 0.0,
          profiler_dz_mm = 0.0;  ///< true place beyond the believed one
   IcePlantConfig ice;
+  AerosolPlantConfig aerosol;
 };
 
 struct BusConfig {
@@ -181,6 +183,7 @@ struct Experiment {
   JetBConfig jet_b;
   LaserProfilerConfig laser_profiler;
   LampConfig lamp;
+  AerosolLabConfig aerosol;
   IceConfig ice;
   RobotConfig robot;
   ValveLineConfig valve_a, valve_b;

@@ -15,7 +15,7 @@
 namespace firn {
 
 struct LabConfig {
-  std::string kind = "inkjet";  ///< "inkjet" or "ice"
+  std::string kind = "inkjet";  ///< "inkjet", "ice" or "aerosol"
 };
 
 /// Nominal speeds of depositing and measuring one material: speeds at u = 0, before the motion limits.

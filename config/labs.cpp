@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "config/aerosol_lab.h"
 #include "config/lab_checks.h"
 
 namespace firn {
@@ -14,9 +15,9 @@ constexpr std::string_view kInkjetKeys[] = {
     "run.", "grid.",  "part.",      "geometry.", "model.", "control.", "process.",        "stage.",
     "jet.", "jet_b.", "estimator.", "lamp.",     "plant.", "bus.",     "laser_profiler.", "devices."};
 constexpr std::string_view kNotInkjet[] = {
-    "plant.ice.",       "control.smf.speed_range", "control.smf.version",
-    "control.foresee.", "devices.robot.",          "devices.valve_a.",
-    "devices.valve_b.", "devices.laser_point.",    "devices.heater."};
+    "plant.ice.",           "plant.aerosol.", "control.smf.speed_range", "control.smf.version",
+    "control.foresee.",     "devices.robot.", "devices.valve_a.",        "devices.valve_b.",
+    "devices.laser_point.", "devices.heater."};
 constexpr std::string_view kInkjetCoupled[] = {"stage", "jet", "jet_b", "laser_profiler"};
 constexpr std::string_view kIceCoupled[] = {"robot", "valve_a", "valve_b", "laser_point"};
 constexpr LabProcess kInkjetProcesses[] = {
@@ -85,6 +86,7 @@ constexpr LabKind kIceLab{"ice",
 constexpr const LabKind* kLabs[] = {
     &kInkjetLab,
     &kIceLab,
+    &kAerosolLab,
 };
 
 }  // namespace

@@ -17,6 +17,7 @@ class Rules;
 enum class Deposition {
   kDroplets,  ///< droplets on the cells of a grid, a height map after each layer
   kPaths,     ///< beads along the paths of a sliced part, a height map after each interval
+  kLines,     ///< lines of a shuttered, continuous flow, a height map after each layer
 };
 
 /// A process that only some labs have.
@@ -46,6 +47,7 @@ std::span<const LabKind* const> lab_kinds();
 const LabKind& lab_kind(std::string_view name);
 const LabKind& lab_of(const Experiment& experiment);
 
+inline bool prints_lines(const Experiment& e) { return lab_of(e).deposition == Deposition::kLines; }
 inline bool prints_paths(const Experiment& e) { return lab_of(e).deposition == Deposition::kPaths; }
 
 }  // namespace firn

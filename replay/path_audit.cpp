@@ -8,10 +8,12 @@
 #include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "firn/height_map_t.hpp"
+#include "firn/line_plan_t.hpp"
 #include "firn/path_job_t.hpp"
 #include "firn/path_report_t.hpp"
 #include "firn/run_end_t.hpp"
 #include "firn/safe_stop_t.hpp"
+#include "firn/stage_command_t.hpp"
 #include "firn/valve_command_t.hpp"
 #include "replay/audit_record.h"
 
@@ -60,6 +62,18 @@ class PathAudit {
     v_.operator_orders = operator_orders(messages_);
     messages_.each<path_job_t>(channels::kPathJob.name, [&](const path_job_t& j) {
       if (j.kind != kMeasurement && j.text.empty()) paths_[j.path].job = j;
+    });
+    // A lab of lines: the ways of its layers are its paths, the shutter's switches their pulses.
+    messages_.each<line_plan_t>(channels::kLinePlan.name, [&](const line_plan_t& p) {
+      if (p.path == 0) return;
+      path_job_t& j = paths_[p.path].job;
+      j.path = j.batch = p.path;
+      j.layer = p.layer;
+      j.lists = j.valve = 1;
+      j.pulses = p.switches;
+    });
+    messages_.each<stage_command_t>(channels::kStageCommand.name, [&](const stage_command_t& c) {
+      if (StageVerb(c.verb) == StageVerb::kTrace) armings_.push_back({c.header.utime_us, c.scan_id, 1});
     });
     messages_.each<path_report_t>(channels::kPathReport.name, [&](const path_report_t& r) {
       paths_[r.path].reports.push_back(r);

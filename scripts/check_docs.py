@@ -12,7 +12,7 @@ from firn_tree import ROOMS, finish, read
 
 # Pages that `firn config docs` and `firn dataflow` write grow with keys and channels, and are not counted.
 GENERATED = {"docs/configuration.md", "docs/machines.md", "docs/slice-settings.md", "docs/dataflow.md"}
-MAX_WRITTEN_BYTES, MAX_MEASUREMENTS_BYTES = 226_000, 8_000
+MAX_WRITTEN_BYTES, MAX_MEASUREMENTS_BYTES = 230_000, 8_000
 PICTURES = {".png", ".svg"}
 FOLDERS = ROOMS + ("docs", "scripts", "experiments", "labs", "cmake")
 

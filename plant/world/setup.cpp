@@ -6,6 +6,7 @@
 
 #include "config/machine.h"
 #include "core/grid/random.h"
+#include "plant/world/aerosol_lab.h"
 
 namespace firn::plant {
 namespace {
@@ -75,6 +76,29 @@ void set_up_jet(const JetConfig& j, JetParams& p) {
 
 void set_up_ice(const Experiment& e, WorldConfig& c) { c.ice = ice_config(e); }
 
+// The machine's flow is what the lab believes; the nozzle's own share of it is the plant's.
+void set_up_aerosol(const Experiment& e, WorldConfig& c) {
+  const AerosolPlantConfig& p = e.plant.aerosol;
+  AerosolParams a;
+  a.flow_mm3_s = e.aerosol.flow_mm3_s;
+  a.solids = e.aerosol.solids;
+  a.flow = p.flow;
+  const double drawn = 2.0 * random_uniform({e.plant.seed, Purpose::kDisturbance, 41, 0, 0}) - 1.0;
+  a.drift = p.drift + (drawn < 0.0 ? -p.drift_spread : p.drift_spread);
+  a.drift_s = p.drift_s;
+  a.wander = p.wander;
+  a.clog_per_h = p.clog_per_h;
+  a.open_delay_s = p.open_delay_s;
+  a.close_delay_s = p.close_delay_s;
+  a.tail_s = p.tail_s;
+  a.blob_s = p.blob_s;
+  a.nozzle_mm = p.nozzle_mm;
+  a.focusing_ratio = p.focusing_ratio;
+  a.overspray = p.overspray;
+  a.halo = p.halo;
+  c.own = a;
+}
+
 /// Holds a lab's world and its configuration beyond the common part; nullptr: no such part.
 struct WorldSetup {
   std::string_view lab;  ///< lab.kind
@@ -84,6 +108,7 @@ struct WorldSetup {
 constexpr WorldSetup kWorlds[] = {
     {"inkjet", &kInkjetWorld, nullptr},
     {"ice", &kIceWorld, &set_up_ice},
+    {"aerosol", &kAerosolWorld, &set_up_aerosol},
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "print/labs/aerosol_print.h"
 #include "print/labs/ice_print.h"
 #include "print/labs/inkjet_print.h"
 
@@ -13,6 +14,7 @@ namespace {
 constexpr const PrintLab* kLabs[] = {
     &kInkjetPrint,
     &kIcePrint,
+    &kAerosolPrint,
 };
 
 }  // namespace

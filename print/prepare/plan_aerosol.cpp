@@ -123,20 +123,6 @@ void write_stage(const std::string& file, const AerosolPlan& plan, const motion:
 
 }  // namespace
 
-motion::AerosolMachine aerosol_machine(const Machine& machine) {
-  const AerosolConfig& a = machine.aerosol;
-  motion::AerosolMachine m;
-  m.axis = {a.v_max_mm_s, a.acceleration_mm_s2};
-  m.shutter_delay_s = a.shutter_delay_s;
-  m.flow_mm3_s = a.flow_mm3_s;
-  m.tick_s = a.tick_s;
-  m.substrate_moves = a.substrate_moves != 0;
-  m.stage_origin = {a.stage_origin_x_mm, a.stage_origin_y_mm};
-  m.stage_low = {machine.axis[0].low, machine.axis[1].low};
-  m.stage_high = {machine.axis[0].high, machine.axis[1].high};
-  return m;
-}
-
 int run_plan_aerosol(const Machine& config, const AerosolPlanOptions& o) {
   const CornerMode chosen = mode_named(o.corner);
   const motion::AerosolMachine machine = aerosol_machine(config);

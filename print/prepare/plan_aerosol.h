@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "config/machine.h"
+#include "config/aerosol_lab.h"
 #include "core/motion/aerosol/plan.h"
 
 namespace firn {
@@ -18,9 +18,6 @@ struct AerosolPlanOptions {
   std::string csv, plot;        ///< files; empty: no file
   bool json = false;
 };
-
-/// @pre machine.kind is "aerosol". Axes without a range in the file are not bounded.
-motion::AerosolMachine aerosol_machine(const Machine& machine);
 
 /// Prints the report of all three ways of turning corners, the chosen one marked; writes the files of the
 /// chosen one.

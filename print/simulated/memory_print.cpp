@@ -16,6 +16,7 @@
 #include "plant/world/ice_lab.h"
 #include "plant/world/setup.h"
 #include "print/folder/node_makers.h"
+#include "print/simulated/line_truth.h"
 #include "print/simulated/plant_world.h"
 #include "replay/ice_error.h"
 
@@ -104,6 +105,8 @@ MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs,
   MemoryPrintReport report;
   run_end_t end{};
   layer_metrics_t measured{};
+  std::optional<LineJudge> lines;
+  if (prints_lines(e)) lines.emplace(e, inputs);
   lab.set_tap([&](std::string_view channel, std::span<const std::byte> bytes, Time) {
     if (options.tap) options.tap(channel, bytes);
     if (channel == channels::kRunEnd.name) decode(bytes, end);
@@ -136,6 +139,7 @@ MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs,
     if (!lab.step(limit))
       throw std::runtime_error("the lab stands still at " + std::to_string(lab.now().s()) +
                                " s of node time");
+    if (lines && measured.layer > lines->layer()) lines->take(measured.layer, world.world().truth().height);
     if (!options.series || measured.layer <= (report.series.empty() ? 0 : report.series.back().layer))
       continue;
     report.series.push_back(judge.truth(world.world(), measured.layer, lab.now()));
@@ -154,6 +158,7 @@ MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs,
   report.volume_mm3 = truth.volume_mm3;
   report.node_s = lab.now().s();
   for (const auto& host : hosts) report.decide_cpu_s += double(host->handler_ns()) * 1e-9;
+  if (lines) report.lines = lines->result();
   if (options.materials) report.materials = world.world().materials();
   if (options.ice_over && world.world().ice())
     report.ice = world.world().ice()->thickness_over(*options.ice_over, 0);

@@ -15,6 +15,7 @@
 #include "core/grid/material_columns.h"
 #include "core/grid/outline.h"
 #include "print/folder/run_folder.h"
+#include "print/simulated/line_truth.h"
 #include "runtime/node.h"
 
 namespace firn {
@@ -57,6 +58,7 @@ struct MemoryPrintReport {
   std::int64_t iterations = 0;       ///< of the controller's search, summed over all decisions
   double decide_cpu_s = 0.0;         ///< processor time in the controller; differs from run to run
   std::vector<LayerTruth> series;
+  LineTruth lines;                  ///< aerosol lab
   HeightMap surface;                ///< noise-free mean over each cell [mm]
   MaterialColumns materials;        ///< two inks: the materials of the block
   HeightMap ice;                    ///< ice lab: thickness of the ice, without scaffold; NaN off the field

@@ -11,6 +11,7 @@
 #include "firn/fault_t.hpp"
 #include "firn/layer_plan_t.hpp"
 #include "lcmtypes/convert.h"
+#include "procs/controller/line_node.h"
 #include "procs/controller/python_controller.h"
 #include "procs/controller/surface_node.h"
 
@@ -179,6 +180,12 @@ std::unique_ptr<Node> make_controller_node_on(const ParallelFor& parallel, const
   const Experiment e = parse_recorded_experiment(config_toml, "experiment.toml");
   if (prints_paths(e))
     return std::make_unique<SurfaceControllerNode>(e, slice::decode_print_paths(blob(blobs, "paths").bytes));
+  if (prints_lines(e)) {
+    const std::vector<std::byte>& machine = blob(blobs, "machine").bytes;
+    const std::string text(reinterpret_cast<const char*>(machine.data()), machine.size());
+    return std::make_unique<LineControllerNode>(e, parse_machine(text, "machine"),
+                                                decode_job(blob(blobs, "job").bytes));
+  }
   std::shared_ptr<const Geometry> geometry;
   if (e.geometry.solid.kind != "none")
     geometry = std::make_shared<const Geometry>(

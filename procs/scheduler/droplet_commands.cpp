@@ -4,10 +4,10 @@
 
 #include "firn/jet_command_t.hpp"
 #include "firn/lamp_command_t.hpp"
-#include "firn/profiler_command_t.hpp"
 #include "firn/stage_command_t.hpp"
 #include "lcmtypes/convert.h"
 #include "procs/scheduler/droplet_loop.h"
+#include "procs/scheduler/scan_commands.h"
 
 namespace firn {
 namespace {
@@ -100,18 +100,8 @@ void DropletLoop::send_park(Time now, Outbox& out) {
 }
 
 void DropletLoop::send_scan(Time now, Outbox& out) {
-  const GridSpec& g = experiment().grid;
-  stage_command_t c{};
-  c.verb = std::int8_t(StageVerb::kScan);
-  c.attempt = scan_attempt_;
-  c.scan_id = scan_id_;
-  c.rows = g.ny;
-  c.x_mm = 0.5 * (g.x_mm(0) + g.x_mm(g.nx - 1)) + swaths_mm_[swath_];  // the line's middle
-  c.y_mm = g.y_mm(0);
-  c.z_mm = experiment().process.nozzle_gap_mm;
-  c.speed_mm_s = scan_speed_mm_s();
-  c.grid = to_message(g);
-  stamp(c, NodeId::kStage, extent_mm(g.ny, g.pitch_y_mm) / c.speed_mm_s + 10.0, now, out);
+  stage_command_t c = scan_command(experiment(), swath(), scan_speed_mm_s());
+  stamp(c, NodeId::kStage, scan_time_s(experiment(), c.speed_mm_s), now, out);
   out.send(channels::kStageCommand, c);
 }
 
@@ -128,16 +118,7 @@ void DropletLoop::send_jet(JetVerb verb, Time now, Outbox& out) {
 
 void DropletLoop::send_profiler(ProfilerVerb verb, Time now, Outbox& out) {
   if (verb == ProfilerVerb::kArm && swath_ == 0) ++scan_id_;
-  profiler_command_t c{};
-  c.verb = std::int8_t(verb);
-  c.attempt = scan_attempt_;
-  c.scan_id = scan_id_;
-  c.rows = experiment().grid.ny;
-  c.y0_mm = experiment().grid.y_mm(0);
-  c.pitch_y_mm = experiment().grid.pitch_y_mm;
-  c.first_row = std::int32_t(swath_) * c.rows;
-  c.rows_of_scan = std::int32_t(swaths_mm_.size()) * c.rows;
-  c.shift_x_mm = swaths_mm_[swath_];
+  profiler_command_t c = profiler_command(experiment(), swath(), verb);
   stamp(c, NodeId::kLaserProfiler, 10.0, now, out);
   out.send(channels::kProfilerCommand, c);
 }

@@ -11,6 +11,7 @@
 #include "firn/height_map_t.hpp"
 #include "firn/layer_metrics_t.hpp"
 #include "procs/scheduler/layer_job.h"
+#include "procs/scheduler/scan_commands.h"
 #include "procs/scheduler/scheduler.h"
 
 namespace firn {
@@ -58,6 +59,7 @@ class DropletLoop final : public Scheduler {
   bool waits_for_operator() const;  ///< the open loop has droplets in doubt that nobody has accepted
   void send_pass(Time now, Outbox&);
   void send_park(Time now, Outbox&);
+  Swath swath() const { return {scan_id_, scan_attempt_, swath_, swaths_mm_.size(), swaths_mm_[swath_]}; }
   void send_scan(Time now, Outbox&);
   double scan_speed_mm_s() const { return experiment().process.scan_speed_mm_s / double(1 << slower_); }
   void send_jet(JetVerb verb, Time now, Outbox&);

@@ -6,6 +6,7 @@
 #include "config/machine.h"
 #include "core/grid/npy.h"
 #include "procs/scheduler/droplet_loop.h"
+#include "procs/scheduler/line_loop.h"
 #include "procs/scheduler/path_loop.h"
 
 namespace firn {
@@ -23,6 +24,11 @@ std::unique_ptr<Node> path_loop(const Experiment& e, const Blobs& blobs) {
                                     parse_machine(text, "machine").tick_s);
 }
 
+std::unique_ptr<Node> line_loop(const Experiment& e, const Blobs& blobs) {
+  return std::make_unique<LineLoop>(e, height_map_from_npy(blob(blobs, "target").bytes, e.grid, "target"),
+                                    mask_from_npy(blob(blobs, "mask").bytes, e.grid, "mask"));
+}
+
 struct LabLoop {
   std::string_view lab;  ///< lab.kind
   std::unique_ptr<Node> (*make)(const Experiment&, const Blobs&);
@@ -30,6 +36,7 @@ struct LabLoop {
 constexpr LabLoop kLoops[] = {
     {"inkjet", &droplet_loop},
     {"ice", &path_loop},
+    {"aerosol", &line_loop},
 };
 
 }  // namespace

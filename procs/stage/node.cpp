@@ -1,5 +1,6 @@
 #include "procs/stage/node.h"
 
+#include "config/labs.h"
 #include "lcmtypes/convert.h"
 
 namespace firn {
@@ -14,10 +15,20 @@ drivers::StageOptions stage_config(const Experiment& e) {
   return c;
 }
 
+// The way of a plan; the shutter's switches as the plan has them.
+drivers::StageWay way_of(const line_plan_t& plan) {
+  drivers::StageWay way;
+  for (std::size_t k = 0; k < plan.t_s.size(); ++k)
+    way.knots.push_back({plan.t_s[k], plan.x_mm[k], plan.y_mm[k], plan.vx_mm_s[k], plan.vy_mm_s[k]});
+  way.switch_mm = plan.switch_mm;
+  return way;
+}
+
 }  // namespace
 
 StageNode::StageNode(const Experiment& e) : DriverNode(NodeId::kStage, stage_config(e)) {
   subscribe(channels::kStageCommand, this);
+  if (prints_lines(e)) subscribe(channels::kLinePlan, this);
 }
 
 void StageNode::on(const stage_command_t& c, Time now, Outbox& out) {
@@ -32,6 +43,13 @@ void StageNode::on(const stage_command_t& c, Time now, Outbox& out) {
       return perform(c, false, now, out, [&](Stage& stage, std::int64_t now_us, Effects& fx) {
         stage.scan(c.x_mm, c.y_mm, c.z_mm, c.grid.pitch_y_mm, c.rows, c.speed_mm_s, now_us, fx);
       });
+    case StageVerb::kTrace: {
+      // Without its plan the command would follow a way of no knots, which the driver refuses.
+      drivers::StageWay way = plan_.path == c.scan_id ? way_of(plan_) : drivers::StageWay{};
+      return perform(c, true, now, out, [&](Stage& stage, std::int64_t now_us, Effects& fx) {
+        stage.trace(std::move(way), c.z_mm, now_us, fx);
+      });
+    }
     case StageVerb::kMove:
       return perform(c, false, now, out, [&](Stage& stage, std::int64_t now_us, Effects& fx) {
         stage.move_to(c.x_mm, c.y_mm, c.z_mm, c.speed_mm_s, now_us, fx);

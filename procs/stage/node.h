@@ -1,5 +1,5 @@
-// StageNode connects the stage to the bus: STAGE_COMMAND, ENABLE, SAFE_STOP, instrument -> ANSWER_STAGE,
-// STATE_STAGE, FAULT_STAGE.
+// StageNode connects the stage to the bus: STAGE_COMMAND, LINE_PLAN, ENABLE, SAFE_STOP, instrument ->
+// ANSWER_STAGE, STATE_STAGE, FAULT_STAGE.
 #pragma once
 
 #include <memory>
@@ -7,18 +7,23 @@
 
 #include "config/experiment.h"
 #include "drivers/stage/stage.h"
+#include "firn/line_plan_t.hpp"
 #include "firn/stage_command_t.hpp"
 #include "runtime/driver_node.h"
 
 namespace firn {
 
-/// Adapter of drivers/stage: one pass, scan or move per command.
+/// Adapter of drivers/stage: one pass, scan, path or move per command.
 class StageNode final : public DriverNode<StageNode, drivers::Stage, drivers::Effects> {
  public:
   explicit StageNode(const Experiment& experiment);
 
   using DriverNode::on;
   void on(const stage_command_t&, Time now, Outbox&);
+  void on(const line_plan_t& plan, Time, Outbox&) { plan_ = plan; }  ///< kept for the command that follows it
+
+ private:
+  line_plan_t plan_ = line_plan_t{};
 };
 
 std::unique_ptr<Node> make_stage(const std::string& config_toml, const Blobs& blobs);

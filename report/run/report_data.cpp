@@ -18,6 +18,7 @@
 #include "replay/run_migration.h"
 #include "report/run/report_ice.h"
 #include "report/run/report_lab.h"
+#include "report/run/report_lines.h"
 #include "report/run/truth.h"
 
 namespace firn::replay {
@@ -173,6 +174,18 @@ void read_droplets(const RunRecord& run, RunData& data, std::map<std::int32_t, L
     data.outline = outline_stats(data.height, data.target, data.mask);
 }
 
+void read_lines_of(const RunRecord& run, RunData& data, std::map<std::int32_t, LayerRow>& rows) {
+  read_droplets(run, data, rows);
+  data.own = read_line_data(run.messages);
+}
+
+std::string sections_of_lines(const std::vector<NamedRun>& runs) {
+  std::vector<NamedLines> lines;
+  for (const NamedRun& r : runs)
+    if (const auto* data = std::any_cast<LineData>(&r.data->own)) lines.push_back({r.name, data, r.style});
+  return line_sections(lines);
+}
+
 }  // namespace
 
 std::vector<std::byte> RunRecord::input(const std::string& role) const {
@@ -216,5 +229,6 @@ RunData read_run_data(const fs::path& run, const ReportLab& lab) {
 
 const ReportLab kDropletReport{&read_droplets, nullptr};
 const ReportLab kPathReport{&read_paths, &path_sections};
+const ReportLab kLineReport{&read_lines_of, &sections_of_lines};
 
 }  // namespace firn::replay

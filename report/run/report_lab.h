@@ -40,5 +40,7 @@ struct ReportLab {
 extern const ReportLab kDropletReport;
 /// Paths: part as built, error of each interval, RMS against height, speed and frequency along one path.
 extern const ReportLab kPathReport;
+/// Lines: as droplets, and sections, widths, ends and what was identified along the way.
+extern const ReportLab kLineReport;
 
 }  // namespace firn::replay

@@ -96,24 +96,65 @@ std::vector<double> ice_metrics_of(const MemoryPrintReport& r) {
   return m;
 }
 
+const std::vector<replay::StudyMetric>& line_metric_table() {
+  static const std::vector<replay::StudyMetric> table = {
+      {"section_rms_pct", "%", "RMS of the lines' true section about the nominal one", 2},
+      {"section_std_pct", "%", "standard deviation of the section along the lines", 2},
+      {"section_mean_pct", "%", "size of the mean error of the section", 2},
+      {"height_rms_pct", "%", "RMS of the lines' true height about the nominal one", 2},
+      {"width_rms_um", "um", "RMS of the lines' true width about the nominal one", 2},
+      {"offset_rms_um", "um", "RMS of the distance of the lines' middles from the wanted ones", 2},
+      {"start_um", "um", "largest error of a free start from the third layer on", 1},
+      {"end_um", "um", "largest error of a free end from the third layer on", 1},
+      {"overspray_pct", "%", "share of the section beside the line", 2},
+      {"rms_um", "um", "RMS of the true surface about the target, over the middles of the lines", 3},
+      {"max_um", "um", "largest absolute true error of a cell of the lines' middles", 2},
+      {"gaps", "", "stations with less than 0.3 of the nominal section", 0},
+      {"layers", "", "layers printed", 1},
+      {"print_s", "s", "simulated duration of the print", 1},
+  };
+  return table;
+}
+
+std::vector<double> line_metrics_of(const MemoryPrintReport& r) {
+  const LineTruth& t = r.lines;
+  if (t.stations == 0)
+    return std::vector<double>(line_metric_table().size(), std::numeric_limits<double>::quiet_NaN());
+  constexpr double kPercent = 100.0;
+  return {kPercent * t.section_rms,
+          kPercent * t.section_std,
+          kPercent * std::abs(t.section_mean),
+          kPercent * t.height_rms,
+          kUm * t.width_rms_mm,
+          kUm * t.offset_rms_mm,
+          kUm * t.worst_start_mm,
+          kUm * t.worst_end_mm,
+          kPercent * t.overspray,
+          kUm * r.error.rms_mm,
+          kUm * std::max(std::abs(r.error.min_mm), std::abs(r.error.max_mm)),
+          t.gaps,
+          double(r.result.layers),
+          r.node_s};
+}
+
 void seed_all(Experiment& e, std::uint64_t seed) {
   e.plant.seed = seed;
   e.control.seed = seed;
 }
 
 StudyPrint print_once(const Experiment& e, const Blobs& inputs) {
-  const bool paths = prints_paths(e);
+  const bool paths = prints_paths(e), lines = prints_lines(e);
   StudyPrint p;
   const double began = thread_cpu_s();
   try {
     MemoryPrintOptions options;
     options.series = paths;
-    options.outline = true;
+    options.outline = !lines;
     const MemoryPrintReport r = print_in_memory(e, inputs, options);
     p.finished = !can_go_on(r.result);
     p.outcome = r.result.outcome;
     p.reason = r.result.reason;
-    p.metrics = paths ? ice_metrics_of(r) : metrics_of(r);
+    p.metrics = lines ? line_metrics_of(r) : paths ? ice_metrics_of(r) : metrics_of(r);
     if (paths)
       for (const LayerTruth& l : r.series)
         p.profile.push_back({l.layer * e.ice.layer_height_mm, l.error.rms_mm * kUm});
@@ -122,7 +163,10 @@ StudyPrint print_once(const Experiment& e, const Blobs& inputs) {
   } catch (const std::exception& error) {
     p.outcome = "error";
     p.reason = error.what();
-    p.metrics.assign((paths ? ice_metric_table() : metric_table()).size(),
+    p.metrics.assign((lines   ? line_metric_table()
+                      : paths ? ice_metric_table()
+                              : metric_table())
+                         .size(),
                      std::numeric_limits<double>::quiet_NaN());
   }
   p.cpu_s = thread_cpu_s() - began;
@@ -154,9 +198,21 @@ const StudyLab& ice_study_lab() {
   return lab;
 }
 
+const StudyLab& aerosol_study_lab() {
+  static const StudyLab lab{line_metric_table(),
+                            {"section_rms_pct", "section_std_pct", "height_rms_pct", "width_rms_um",
+                             "start_um", "end_um", "offset_rms_um", "overspray_pct", "print_s"},
+                            &seed_all,
+                            [](const Experiment& e) { check_print(e, "in-process"); },
+                            &print_once};
+  return lab;
+}
+
 const StudyLab& study_lab_of(const Study& study, const std::filesystem::path& folder) {
   if (study.experiment.empty()) return inkjet_study_lab();
-  return prints_paths(load_experiment(folder / study.experiment)) ? ice_study_lab() : inkjet_study_lab();
+  const Experiment e = load_experiment(folder / study.experiment);
+  if (prints_lines(e)) return aerosol_study_lab();
+  return prints_paths(e) ? ice_study_lab() : inkjet_study_lab();
 }
 
 }  // namespace firn

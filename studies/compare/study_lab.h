@@ -45,6 +45,9 @@ std::vector<double> inkjet_metrics(const MemoryPrintReport& report);
 /// Barnett's ice lab: the same, and the true RMS of every interval, hours of deposition and of measurement.
 const StudyLab& ice_study_lab();
 
+/// The aerosol lab: section, height and width of the true lines, their ends.
+const StudyLab& aerosol_study_lab();
+
 /// Returns the lab of a study's experiment. @param folder of the study file
 /// @throws ConfigError: an experiment that cannot be read
 const StudyLab& study_lab_of(const Study& study, const std::filesystem::path& folder);

@@ -1,0 +1,62 @@
+// The aerosol lab's configuration: a stage under a shuttered nozzle that prints lines [Thompson 2014]. It
+// applies if lab.kind is "aerosol".
+#pragma once
+
+#include <string>
+
+#include "core/control/lines/line_options.h"
+#include "core/options/option.h"
+
+namespace firn {
+
+struct AerosolLabConfig : control::LineOptions {
+  // File paths are relative to the experiment's folder.
+  std::string job;      ///< print job of firn plan
+  std::string machine;  ///< machine of firn plan, kind "aerosol"
+};
+
+/// The simulated nozzle beyond what machine and options say; no controller knows these.
+struct AerosolPlantConfig {
+  double flow = 1.0;
+  double drift = 0.0;
+  double drift_spread = 0.0;
+  double drift_s = 300.0;
+  double wander = 0.01;
+  double open_delay_s = 0.03;
+  double close_delay_s = 0.045;
+  double tail_s = 0.006;
+  double blob_s = 0.02;
+  double nozzle_mm = 0.28;
+  double focusing_ratio = 2.0;
+  double overspray = 0.05;
+  double halo = 4.0;
+  double clog_per_h = 0.02;
+};
+inline constexpr OptionTable kAerosolPlant{
+    Option{"flow", &AerosolPlantConfig::flow, "", within(0.2, 3),
+           "flow of ink at the beginning, in shares of the machine's"},
+    Option{"drift", &AerosolPlantConfig::drift, "", within(-0.5, 0.5),
+           "relative change of the atomizer's output after drift_s"},
+    Option{"drift_spread", &AerosolPlantConfig::drift_spread, "", within(0, 0.5),
+           "one more change, minus or plus this, drawn by plant.seed"},
+    Option{"drift_s", &AerosolPlantConfig::drift_s, "s", within(1, 1e6), "in which the drift goes linearly"},
+    Option{"wander", &AerosolPlantConfig::wander, "", within(0, 0.2),
+           "standard deviation of the output's slow random part"},
+    Option{"open_delay_s", &AerosolPlantConfig::open_delay_s, "s", within(0, 0.3),
+           "from the shutter's switch to the first material"},
+    Option{"close_delay_s", &AerosolPlantConfig::close_delay_s, "s", within(0, 0.3),
+           "to the end of full flow"},
+    Option{"tail_s", &AerosolPlantConfig::tail_s, "s", above(0, 0.3),
+           "time constant of the flow's rise and fall after these delays"},
+    Option{"blob_s", &AerosolPlantConfig::blob_s, "s", within(0, 1),
+           "start-up blob: what gathered at a closed shutter, in seconds of flow"},
+    Option{"nozzle_mm", &AerosolPlantConfig::nozzle_mm, "mm", within(0.02, 2), "diameter of the nozzle"},
+    Option{"focusing_ratio", &AerosolPlantConfig::focusing_ratio, "", within(0.2, 20),
+           "sheath gas by aerosol"},
+    Option{"overspray", &AerosolPlantConfig::overspray, "", within(0, 0.5), "share of the ink in the halo"},
+    Option{"halo", &AerosolPlantConfig::halo, "", within(1.5, 10), "width of the halo in widths of the line"},
+    Option{"clog_per_h", &AerosolPlantConfig::clog_per_h, "1/h", within(0, 5),
+           "share of the nozzle's section that closes while ink flows"},
+};
+
+}  // namespace firn

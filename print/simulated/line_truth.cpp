@@ -1,0 +1,77 @@
+#include "print/simulated/line_truth.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/grid/npy.h"
+#include "core/vision/lines.h"
+
+namespace firn {
+namespace {
+
+constexpr int kSettled = 3;   // the first layer whose ends follow two that were measured
+constexpr double kGap = 0.3;  // of the nominal section
+constexpr double kLineEndClearance_mm = 0.5;
+
+}  // namespace
+
+LineJudge::LineJudge(const Experiment& e, const Blobs& inputs)
+    : width_mm_(e.aerosol.line_width_mm),
+      target_(height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target")),
+      before_(e.grid, 0.0),
+      newest_(e.grid, 0.0),
+      wanted_layers_(e.aerosol.layers) {
+  const PrintJob job = decode_job(blob(inputs, "job").bytes);
+  stations_ = line_stations(job, e.aerosol.station_mm);
+  ends_ = line_ends(job, kLineEndClearance_mm);
+}
+
+void LineJudge::take(int layer, const HeightMap& surface) {
+  before_ = std::move(newest_);
+  newest_ = surface;
+  layer_ = layer;
+  if (layer < std::min(kSettled, wanted_layers_)) return;
+  HeightMap last = newest_;
+  for (std::size_t c = 0; c < last.size(); ++c) last.cells[c] -= before_.cells[c];
+  for (const LineEnd& end : ends_)
+    if (const auto error = vision::measure_end(last, end, width_mm_, {})) {
+      double& worst = end.start ? worst_start_mm_ : worst_end_mm_;
+      worst = std::max(worst, std::abs(*error));
+    }
+}
+
+LineTruth LineJudge::result() const {
+  LineTruth t;
+  double overspray = 0.0;
+  for (const LineStation& s : stations_) {
+    const auto line = vision::measure_line(newest_, s, {}), nominal = vision::measure_line(target_, s, {});
+    if (!line || !nominal) continue;
+    const double section = line->area_mm2 / nominal->area_mm2 - 1.0;
+    if (section + 1.0 < kGap) t.gaps += 1.0;
+    if (std::isnan(line->width_mm)) continue;
+    ++t.stations;
+    const double height = line->height_mm / nominal->height_mm - 1.0,
+                 width = line->width_mm - nominal->width_mm;
+    t.section_rms += section * section;
+    t.section_mean += section;
+    t.height_rms += height * height;
+    t.width_rms_mm += width * width;
+    t.width_mean_mm += line->width_mm;
+    t.offset_rms_mm += line->offset_mm * line->offset_mm;
+    overspray += line->overspray;
+  }
+  const double n = std::max(1, t.stations);
+  t.section_mean /= n;
+  t.section_std = std::sqrt(std::max(0.0, t.section_rms / n - t.section_mean * t.section_mean));
+  t.section_rms = std::sqrt(t.section_rms / n);
+  t.height_rms = std::sqrt(t.height_rms / n);
+  t.width_rms_mm = std::sqrt(t.width_rms_mm / n);
+  t.width_mean_mm /= n;
+  t.offset_rms_mm = std::sqrt(t.offset_rms_mm / n);
+  t.overspray = overspray / n;
+  t.worst_start_mm = worst_start_mm_;
+  t.worst_end_mm = worst_end_mm_;
+  return t;
+}
+
+}  // namespace firn

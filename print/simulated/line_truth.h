@@ -1,0 +1,41 @@
+// LineJudge measures the true lines of a print, layer by layer, as no node can.
+#pragma once
+
+#include <vector>
+
+#include "config/experiment.h"
+#include "core/path/line_stations.h"
+#include "runtime/node.h"
+
+namespace firn {
+
+/// Sections, heights and widths are of all layers, about those of the nominal surface, over the stations that
+/// can be read; ends are of single layers, from the third on (of the last, where there are fewer).
+struct LineTruth {
+  int stations = 0;
+  double section_rms = 0.0, section_mean = 0.0, section_std = 0.0;  ///< relative
+  double height_rms = 0.0;                                          ///< relative
+  double width_rms_mm = 0.0, width_mean_mm = 0.0;                   ///< mean: of the line's width
+  double offset_rms_mm = 0.0;                                       ///< of the middle from the wanted line
+  double overspray = 0.0;
+  double worst_start_mm = 0.0, worst_end_mm = 0.0;  ///< largest absolute value of any free end
+  double gaps = 0.0;                                ///< stations with less than 0.3 of the nominal section
+};
+
+class LineJudge {
+ public:
+  LineJudge(const Experiment& experiment, const Blobs& inputs);
+  int layer() const { return layer_; }
+  void take(int layer, const HeightMap& surface);
+  LineTruth result() const;
+
+ private:
+  std::vector<LineStation> stations_;
+  std::vector<LineEnd> ends_;
+  double width_mm_;
+  HeightMap target_, before_, newest_;
+  int layer_ = 0, wanted_layers_;
+  double worst_start_mm_ = 0.0, worst_end_mm_ = 0.0;
+};
+
+}  // namespace firn

@@ -1,0 +1,40 @@
+// LineControllerNode decides the way of each layer of lines: HEIGHT_MAP, OPERATOR_COMMAND -> LINE_PLAN.
+#pragma once
+
+#include <memory>
+
+#include "config/changes.h"
+#include "config/experiment.h"
+#include "config/machine.h"
+#include "core/control/lines/line_controller.h"
+#include "core/grid/grid.h"
+#include "firn/height_map_t.hpp"
+#include "firn/line_plan_t.hpp"
+#include "firn/operator_command_t.hpp"
+#include "runtime/node.h"
+
+namespace firn {
+
+/// Reads the lines in the map and in its difference to the map of the layer before, and asks LineController.
+class LineControllerNode final : public Node {
+ public:
+  /// @throws std::invalid_argument: a job that the machine cannot print
+  LineControllerNode(const Experiment& experiment, const Machine& machine, PrintJob job);
+
+  void on(const height_map_t&, Time now, Outbox&);
+  void on(const operator_command_t&, Time now, Outbox&);
+
+ private:
+  control::LineDecision decide(const height_map_t& map, line_plan_t& plan);
+
+  Changes changes_;
+  control::LineController controller_;
+  GridSpec grid_;
+  double width_mm_;
+  HeightMap bare_;             ///< of layer 0
+  HeightMap before_, newest_;  ///< of the layer before, and of this one
+  std::int32_t newest_layer_ = 0;
+  std::int64_t paths_ = 0;
+};
+
+}  // namespace firn

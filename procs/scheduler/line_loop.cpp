@@ -1,0 +1,293 @@
+#include "procs/scheduler/line_loop.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "config/swaths.h"
+#include "firn/layer_metrics_t.hpp"
+#include "firn/path_report_t.hpp"
+#include "lcmtypes/convert.h"
+
+namespace firn {
+
+LineLoop::LineLoop(const Experiment& experiment, HeightMap target, Mask mask)
+    : Scheduler(experiment, Phase::kRunPath),
+      target_(std::move(target)),
+      mask_(std::move(mask)),
+      swaths_mm_(swath_shifts_mm(experiment)) {
+  subscribe(channels::kHeightMap, this);
+  subscribe(channels::kLinePlan, this);
+}
+
+std::string LineLoop::doubt() const {
+  return "lines of layer " + std::to_string(layers_done_) +
+         " are in doubt and the open loop cannot correct them: look at the part, then resume with "
+         "--accept-doubt";
+}
+
+std::string LineLoop::awaited() const {
+  if (phase_ == Phase::kAwaitMap) return "no height map for scan " + std::to_string(scan_id_);
+  return "no plan for map " + std::to_string(map_id_);
+}
+
+void LineLoop::operator_accepted(Time now, Outbox& out) {
+  if (phase_ == Phase::kAwaitPlan) act_on_plan(now, out);
+}
+
+void LineLoop::after_resume(Time now, Outbox& out) {
+  switch (interrupted_) {
+    case Phase::kArmProfiler:
+    case Phase::kScan:
+    case Phase::kEndScan:
+      return scan_again(now, out);
+    case Phase::kRunPath:
+      // Nothing of it was begun: the same way is safe.
+      if (act_answer_ && Outcome(act_answer_->outcome) == Outcome::kNone) {
+        act_answer_.reset();
+        return proceed(Phase::kRunPath, now, out);
+      }
+      settle(out);
+      return proceed(Phase::kArmProfiler, now, out);
+    default:
+      return proceed(interrupted_, now, out);
+  }
+}
+
+void LineLoop::proceed(Phase next, Time now, Outbox& out) {
+  count_phase_time(now);
+  phase_ = next;
+  if (next == Phase::kArmProfiler && holds("before the scan of layer " + std::to_string(layers_done_), out))
+    return;
+  switch (next) {
+    case Phase::kHoming: {
+      stage_command_t c{};
+      c.verb = std::int8_t(StageVerb::kHome);
+      stamp(c, NodeId::kStage, 30.0, now, out);
+      return out.send(channels::kStageCommand, c);
+    }
+    case Phase::kArmProfiler:
+      map_.reset();
+      plan_.reset();
+      return send_profiler(ProfilerVerb::kArm, now, out);
+    case Phase::kScan:
+      return send_scan(now, out);
+    case Phase::kEndScan:
+      return send_profiler(ProfilerVerb::kEnd, now, out);
+    case Phase::kAwaitMap:
+      swath_ = 0;
+      out.wake_at(kDeadline, now.after_s(kSlackWall_s * experiment().run.time_scale));
+      return act_on_map(now, out);
+    case Phase::kAwaitPlan:
+      out.wake_at(kDeadline,
+                  now.after_s(info(NodeId::kController).longest_step_s * 2.0 * experiment().run.time_scale));
+      if (waits_for_operator()) out.wake_at(kOperator, now.after_s(2.0 * experiment().run.time_scale));
+      return act_on_plan(now, out);
+    case Phase::kRunPath:
+      return send_way(now, out);
+    default:
+      return;
+  }
+}
+
+void LineLoop::answered(const answer_t&, Time now, Outbox& out) {
+  switch (phase_) {
+    case Phase::kHoming:
+      return proceed(Phase::kArmProfiler, now, out);
+    case Phase::kArmProfiler:
+      return proceed(Phase::kScan, now, out);
+    case Phase::kScan:
+      return proceed(Phase::kEndScan, now, out);
+    case Phase::kEndScan:
+      return proceed(++swath_ < swaths_mm_.size() ? Phase::kArmProfiler : Phase::kAwaitMap, now, out);
+    case Phase::kRunPath:
+      settle(out);
+      return proceed(Phase::kArmProfiler, now, out);
+    default:
+      return;
+  }
+}
+
+// The layer counts as printed, whole or not: the way is not followed again.
+void LineLoop::settle(Outbox& out) {
+  if (!act_answer_) return;
+  const answer_t a = *std::exchange(act_answer_, std::nullopt);
+  way_done_ = Outcome(a.outcome) == Outcome::kDone;
+  if (!way_done_) {
+    in_doubt_ = true;
+    doubt_accepted_ = false;
+  }
+  ++layers_done_;
+  scan_attempt_ = 0;
+  path_report_t r{};
+  r.path = r.batch = way_.path;
+  r.layer = layers_done_;
+  r.attempt = way_.attempt;
+  r.outcome = a.outcome;
+  r.pulses_commanded = way_.switches;
+  r.pulses_counted = a.counted;
+  r.planned_s = way_.duration_s;
+  r.measured_s = std::numeric_limits<double>::quiet_NaN();
+  r.begin_utime_us = way_began_us_;
+  r.volume_mm3 = experiment().aerosol.flow_mm3_s * way_.open_s;
+  switches_total_ += std::max<std::int64_t>(0, a.counted);
+  out.send(channels::kPathReport, r);
+}
+
+void LineLoop::scan_again(Time now, Outbox& out) {
+  ++scan_attempt_;
+  swath_ = 0;
+  proceed(Phase::kArmProfiler, now, out);
+}
+
+void LineLoop::on(const height_map_t& m, Time now, Outbox& out) {
+  if (m.layer != layers_done_ || m.attempt != scan_attempt_ || m.map_id == map_id_) return;
+  map_ = m;
+  if (phase_ == Phase::kAwaitMap) act_on_map(now, out);
+}
+
+bool LineLoop::rejected(const height_map_t& m, Time now, Outbox& out) {
+  rows_lost_ += m.rows_expected - m.rows_received;
+  const double needed = experiment().process.min_measured_fraction;
+  const bool many =
+      m.rows_expected - m.rows_received > experiment().process.max_lost_rows_share * m.rows_expected;
+  if (m.measured_fraction >= needed && !many) return false;
+  const std::string what = "the scan of layer " + std::to_string(m.layer) + " measures " +
+                           std::to_string(m.measured_fraction) + " of the grid, " + std::to_string(needed) +
+                           " is needed, and lost " + std::to_string(m.rows_expected - m.rows_received) +
+                           " rows";
+  if (scan_attempt_ < experiment().process.max_rescans) {
+    send_fault(Severity::kWarning, 13, what + "; measuring again", out);
+    scan_again(now, out);
+    return true;
+  }
+  phase_ = Phase::kArmProfiler;  // a resume continues here
+  fail(13, what, now, out);
+  return true;
+}
+
+void LineLoop::act_on_map(Time now, Outbox& out) {
+  if (!map_) return;
+  const height_map_t m = *std::exchange(map_, std::nullopt);
+  out.cancel(kDeadline);
+  if (from_message(m.grid) != experiment().grid)
+    return fail(0, "HEIGHT_MAP: grid is not the experiment's", now, out);
+  if (rejected(m, now, out)) return;
+  map_id_ = m.map_id;
+  publish_metrics(m, out);
+  proceed(Phase::kAwaitPlan, now, out);
+}
+
+void LineLoop::on(const line_plan_t& m, Time now, Outbox& out) {
+  if (m.attempt != scan_attempt_ || m.layer != layers_done_ + 1) return;
+  plan_ = m;
+  if (phase_ == Phase::kAwaitPlan) act_on_plan(now, out);
+}
+
+bool LineLoop::stopped_by_rise(const line_plan_t& m, Time now, Outbox& out) {
+  if (!way_done_ || layers_done_ == 0 || m.layer_area_mm2.size() != way_.speed_mm_s.size()) return false;
+  double measured = 0.0, planned = 0.0;
+  for (std::size_t s = 0; s < m.layer_area_mm2.size(); ++s) {
+    if (std::isnan(m.layer_area_mm2[s]) || !(way_.speed_mm_s[s] > 0.0f)) continue;
+    measured += double(m.layer_area_mm2[s]);
+    planned += experiment().aerosol.flow_mm3_s * experiment().aerosol.solids * way_.flow_share /
+               double(way_.speed_mm_s[s]);
+  }
+  if (!(planned > 0.0)) return false;
+  const double share = measured / planned;
+  const ProcessConfig& p = experiment().process;
+  if (share >= p.least_rise_share && share <= p.most_rise_share) return false;
+  const std::string what = "the lines of layer " + std::to_string(layers_done_) + " hold " +
+                           std::to_string(share) + " of the ink that was planned: " +
+                           (share < p.least_rise_share ? "the shutter stays closed or the nozzle is clogged"
+                                                       : "the shutter stays open or the flow is wrong");
+  way_done_ = false;  // after the stop somebody has been at the nozzle
+  phase_ = Phase::kArmProfiler;
+  fail(12, what, now, out);
+  return true;
+}
+
+void LineLoop::act_on_plan(Time now, Outbox& out) {
+  if (!plan_ || plan_->map_id != map_id_ || waits_for_operator()) return;
+  const line_plan_t m = *plan_;
+  out.cancel(kDeadline);
+  if (stopped_by_rise(m, now, out)) return;
+  if (PlanDecision(m.decision) == PlanDecision::kEnd)
+    return finish_run(RunOutcome::kFinished, 0, m.reason, out);
+  if (PlanDecision(m.decision) == PlanDecision::kStop) {
+    phase_ = Phase::kArmProfiler;
+    return finish_run(RunOutcome::kWaitsForOperator, 3, m.reason, out);
+  }
+  if (ended_by_operator(Phase::kArmProfiler, out)) return;
+  plan_.reset();
+  in_doubt_ = false;
+  way_ = m;
+  proceed(Phase::kRunPath, now, out);
+}
+
+bool LineLoop::waits_for_operator() const {
+  return in_doubt_ && experiment().control.scheme == "open_loop" && !doubt_accepted_;
+}
+
+void LineLoop::send_scan(Time now, Outbox& out) {
+  stage_command_t c = scan_command(experiment(), swath(), experiment().process.scan_speed_mm_s);
+  stamp(c, NodeId::kStage, scan_time_s(experiment(), c.speed_mm_s), now, out);
+  out.send(channels::kStageCommand, c);
+}
+
+void LineLoop::send_profiler(ProfilerVerb verb, Time now, Outbox& out) {
+  if (verb == ProfilerVerb::kArm && swath_ == 0) ++scan_id_;
+  profiler_command_t c = profiler_command(experiment(), swath(), verb);
+  stamp(c, NodeId::kLaserProfiler, 10.0, now, out);
+  out.send(channels::kProfilerCommand, c);
+}
+
+void LineLoop::send_way(Time now, Outbox& out) {
+  way_began_us_ = now.us;
+  stage_command_t c{};
+  c.verb = std::int8_t(StageVerb::kTrace);
+  c.attempt = way_.attempt;
+  c.scan_id = way_.path;
+  c.z_mm = experiment().process.nozzle_gap_mm;
+  constexpr double kUpload_s = 30.0;  // of thousands of numbers, one by one
+  stamp(c, NodeId::kStage, way_.duration_s + kUpload_s, now, out);
+  out.send(channels::kStageCommand, c);
+}
+
+void LineLoop::publish_metrics(const height_map_t& map, Outbox& out) {
+  const HeightMap height = measured_height_of(map);
+  const ErrorStats e = error_stats(height, target_, mask_);
+  double target_sum = 0.0, height_sum = 0.0;
+  for (std::size_t c = 0; c < height.size(); ++c) {
+    if (!mask_.cells[c] || !std::isfinite(height.cells[c])) continue;
+    target_sum += target_.cells[c];
+    height_sum += height.cells[c];
+  }
+  const double n = double(std::max<std::int64_t>(1, e.cells));
+  layer_metrics_t m{};
+  m.layer = map.layer;
+  m.attempt = map.attempt;
+  m.map_id = map.map_id;
+  m.target_mean_mm = target_sum / n;
+  m.mean_height_mm = height_sum / n;
+  m.mean_error_mm = e.mean_mm;
+  m.rms_mm = e.rms_mm;
+  m.std_mm = e.std_mm;
+  m.min_error_mm = e.min_mm;
+  m.max_error_mm = e.max_mm;
+  m.volume_mm3 = height_sum * experiment().grid.pitch_x_mm * experiment().grid.pitch_y_mm;
+  m.rows_lost = rows_lost_;
+  m.cells_guessed = e.missing;
+  m.drops = map.layer > 0 ? way_.switches : 0;
+  m.drops_total = switches_total_;
+  m.deposit_s = deposit_s_;
+  m.cure_s = cure_s_;
+  m.scan_s = scan_s_;
+  m.decide_s = decide_s_;
+  m.layers_expected = experiment().aerosol.layers;
+  rows_lost_ = 0;
+  out.send(channels::kLayerMetrics, m);
+}
+
+}  // namespace firn

@@ -1,0 +1,111 @@
+#include "report/run/report_lines.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "firn/enums.h"
+#include "firn/line_plan_t.hpp"
+#include "report/draw/charts.h"
+#include "report/draw/svg.h"
+
+namespace firn::replay {
+namespace {
+
+constexpr double kUm2PerMm2 = 1e6;  // per mm^2
+
+std::vector<double> scaled_values(const std::vector<float>& values, double by) {
+  std::vector<double> out;
+  for (const float v : values) out.push_back(double(v) * by);
+  return out;
+}
+
+std::string cell_text(double value, const char* format) {
+  if (std::isnan(value)) return "-";
+  char text[32];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+std::string chart_figure(const std::string& chart) { return "<figure>" + chart + "</figure>\n"; }
+
+ChartOptions along_the_way(const char* title, const char* y_name) {
+  ChartOptions o{title, "way along the lines (mm)", y_name};
+  o.from_zero = true;
+  o.legend = false;
+  return o;
+}
+
+}  // namespace
+
+LineData read_line_data(const RunMessages& messages) {
+  LineData data;
+  messages.each<line_plan_t>(channels::kLinePlan.name, [&](const line_plan_t& m) {
+    if (data.way_mm.size() != m.station_x_mm.size()) {
+      data.way_mm.clear();
+      double way = 0.0;
+      for (std::size_t s = 0; s < m.station_x_mm.size(); ++s) {
+        if (s > 0)
+          way += std::hypot(double(m.station_x_mm[s]) - double(m.station_x_mm[s - 1]),
+                            double(m.station_y_mm[s]) - double(m.station_y_mm[s - 1]));
+        data.way_mm.push_back(way);
+      }
+    }
+    if (m.layer < 2) return;
+    LineLayer l;
+    l.layer = m.layer - 1;
+    l.area_um2 = scaled_values(m.area_mm2, kUm2PerMm2);
+    l.layer_area_um2 = scaled_values(m.layer_area_mm2, kUm2PerMm2);
+    l.width_um = scaled_values(m.width_mm, 1e3);
+    l.start_error_um = m.start_error_mm * 1e3;
+    l.end_error_um = m.end_error_mm * 1e3;
+    l.open_delay_ms = m.open_delay_s * 1e3;
+    l.close_delay_ms = m.close_delay_s * 1e3;
+    l.flow_share = m.flow_share;
+    const auto at = std::ranges::find(data.layers, l.layer, &LineLayer::layer);
+    at == data.layers.end() ? data.layers.push_back(std::move(l)) : void(*at = std::move(l));
+  });
+  return data;
+}
+
+std::string line_sections(const std::vector<NamedLines>& runs) {
+  std::vector<Series> area, width;
+  std::string table;
+  for (const NamedLines& r : runs) {
+    if (r.data->layers.empty()) continue;
+    const LineLayer& last = r.data->layers.back();
+    area.push_back({r.name, r.data->way_mm, last.area_um2, r.style});
+    width.push_back({r.name, r.data->way_mm, last.width_um, r.style});
+    for (const LineLayer& l : r.data->layers) {
+      double sum = 0.0, n = 0.0;
+      for (const double a : l.layer_area_um2)
+        if (!std::isnan(a)) {
+          sum += a;
+          n += 1.0;
+        }
+      table += "<tr><td>" + escape_html(r.name) + "</td><td>" + std::to_string(l.layer) + "</td><td>" +
+               cell_text(n > 0.0 ? sum / n : NAN, "%.0f") + "</td><td>" +
+               cell_text(l.start_error_um, "%.0f") + "</td><td>" + cell_text(l.end_error_um, "%.0f") +
+               "</td><td>" + cell_text(l.open_delay_ms, "%.1f") + "</td><td>" +
+               cell_text(l.close_delay_ms, "%.1f") + "</td><td>" + cell_text(l.flow_share, "%.3f") +
+               "</td></tr>\n";
+    }
+  }
+  if (area.empty()) return "";
+  return "<h2>Lines</h2>\n<p class=\"soft\">As measured by the profiler after the last layer: the section of "
+         "all "
+         "layers, and the full width at half height. Gaps: stations that another line is too near "
+         "to.</p>\n<div "
+         "class=\"row\">\n" +
+         chart_figure(line_chart(area, along_the_way("Cross-section", "section (um2)"))) +
+         chart_figure(line_chart(width, along_the_way("Width", "width (um)"))) +
+         "</div>\n<p class=\"soft\">Layer by layer: mean section of the layer; how much later its free lines "
+         "began "
+         "and how much farther they ended; shutter delays and flow that the next layer was planned "
+         "with.</p>\n"
+         "<table><tr><th>run</th><th>layer</th><th>section (um2)</th><th>start (um)</th><th>end (um)</th>"
+         "<th>open delay (ms)</th><th>close delay (ms)</th><th>flow</th></tr>\n" +
+         table + "</table>\n";
+}
+
+}  // namespace firn::replay

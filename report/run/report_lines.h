@@ -1,0 +1,36 @@
+// Reads and shows the lines of a print: cross-section and width along the way, layer by layer, ends, delays
+// and flow as identified.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "replay/run_messages.h"
+
+namespace firn::replay {
+
+/// What one LINE_PLAN says of the layer below it.
+struct LineLayer {
+  std::int32_t layer = 0;
+  std::vector<double> area_um2, layer_area_um2, width_um;  ///< by station, NaN: not read
+  double start_error_um = 0.0, end_error_um = 0.0;
+  double open_delay_ms = 0.0, close_delay_ms = 0.0, flow_share = 1.0;  ///< for the layer after it
+};
+
+struct LineData {
+  std::vector<LineLayer> layers;  ///< measured ones, from 1
+  std::vector<double> way_mm;     ///< of the stations, along the job
+};
+
+LineData read_line_data(const RunMessages& messages);
+
+struct NamedLines {
+  std::string name;
+  const LineData* data;
+  int style = 0;
+};
+/// Returns HTML; empty for no run.
+std::string line_sections(const std::vector<NamedLines>& runs);
+
+}  // namespace firn::replay
