@@ -171,8 +171,9 @@ std::string decided(const DecideOptions& o) {
   {
     const control::Setup setup = setup_of(o, e);
     Blobs inputs;
-    add_python_inputs(e, setup, "", inputs);
-    scheme = make_scheme(setup, options, inputs);
+    add_python_inputs(
+        e, "", setup.mask, [&](const Blobs& files) { scheme = make_scheme(setup, options, files); }, inputs);
+    if (!scheme) scheme = make_scheme(setup, options, inputs);
   }
   scheme->use_threads(parallel);
   const double start = cpu_s();

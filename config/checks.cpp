@@ -153,10 +153,12 @@ void check_passes(Rules& r) {
 
 void check_estimator(Rules& r) {
   const Experiment& e = r.experiment();
-  const bool on = e.estimator.droplets == "on";
+  const bool on = e.estimator.droplets != "off";
   r.require(on || e.control.adapt_model == "off", {"control.adapt_model", "estimator.droplets"},
             "needs estimator.droplets = \"on\", which learns the model");
   r.require(!on || !has_two_jets(e), {"estimator.droplets"}, "learns one ink; this experiment prints two");
+  r.require(!control::is_python_scheme(e.plant.model) || !has_two_jets(e), {"plant.model"},
+            "a class in Python prints one ink; this experiment prints two");
   r.require(!on || e.control.smoothing == 0.0, {"estimator.droplets", "control.smoothing"},
             "needs the raw map: control.smoothing = 0 (a smoothed one hides what a single droplet does)");
   const bool kalman = e.control.height_estimate == "kalman";

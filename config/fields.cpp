@@ -23,14 +23,17 @@ Limits shapes() {
 
 Limits solids() { return one_of({solid_kinds().begin(), solid_kinds().end()}); }
 
+Limits or_python(Limits limits) {
+  limits.or_python = true;
+  return limits;
+}
+
 Limits schemes() {
   std::vector<std::string_view> names;
   for (const control::Scheme& s : control::schemes()) names.push_back(s.name);
   for (const control::SurfaceScheme& s : control::surface_schemes())
     if (std::find(names.begin(), names.end(), s.name) == names.end()) names.push_back(s.name);
-  Limits limits = one_of(names);
-  limits.or_python = true;
-  return limits;
+  return or_python(one_of(names));
 }
 
 Table part_fields(Experiment& e) {
@@ -135,8 +138,8 @@ Table control_fields(Experiment& e) {
 }
 
 Table estimator_fields(Experiment& e) {
-  Table t{{"estimator.droplets", &e.estimator.droplets, "", one_of({"off", "on"}),
-           "on: droplet_estimator learns h1..h3 from drops and maps, layer by layer"}};
+  Table t{{"estimator.droplets", &e.estimator.droplets, "", or_python(one_of({"off", "on"})),
+           "on, or a class in Python: droplet_estimator learns h1..h3 from drops and maps, layer by layer"}};
   add(t, rows("estimator.", e.estimator, droplet::kEstimatorOptions));
   return t;
 }
@@ -193,8 +196,8 @@ Table lab_fields(Experiment& e) {
 Table plant_fields(Experiment& e) {
   PlantConfig& p = e.plant;
   return {
-      {"plant.model", &p.model, "", one_of({"droplets", "lu2015"}),
-       "Firn's own physics, or the paper's simulation"},
+      {"plant.model", &p.model, "", or_python(one_of({"droplets", "lu2015"})),
+       "Firn's own physics, the paper's simulation, or a class in Python"},
       {"plant.seed", &p.seed, "", within(0, kLong), "of all disturbances"},
       {"plant.ratio_b", &p.ratio_b, "", within(0.01, 100),
        "two inks: volume of a droplet of support by one of the object"},

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "config/lab_checks.h"
+#include "core/control/python_scheme.h"
 #include "core/control/surface/surface_controller.h"
 
 namespace firn {
@@ -19,7 +20,7 @@ void check_valve(Rules& r, const char* table_hz, const ValveLineConfig& v) {
 
 void check_ice_lab(Rules& r) {
   const Experiment& e = r.experiment();
-  r.scheme_of(control::surface_schemes());
+  if (!control::is_python_scheme(e.control.scheme)) r.scheme_of(control::surface_schemes());
   const auto needs = [&](const char* key, const std::string& file) {
     r.require(!file.empty(), {key, "lab.kind"}, "an ice lab needs this file");
   };

@@ -26,7 +26,7 @@ constexpr LabProcess kInkjetProcesses[] = {
     {"jet_b", &has_two_jets},
     {"laser_profiler"},
     {"lamp"},
-    {"droplet_estimator", [](const Experiment& e) { return e.estimator.droplets == "on"; }},
+    {"droplet_estimator", [](const Experiment& e) { return e.estimator.droplets != "off"; }},
 };
 
 constexpr std::string_view kIceKeys[] = {"run.",

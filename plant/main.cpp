@@ -1,6 +1,7 @@
 // world serves the nature of one run behind Unix sockets. Configuration: RUN/experiment.toml.
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <string>
@@ -9,6 +10,7 @@
 #include "config/include.h"
 #include "plant/world/serve.h"
 #include "plant/world/setup.h"
+#include "runtime/process_args.h"
 
 int main(int argc, char** argv) {
   int control_fd = -1;
@@ -16,11 +18,16 @@ int main(int argc, char** argv) {
     const auto options = firn::plant::parse_serve_options({argv + 1, argv + argc});
     control_fd = options.control_fd;
     const firn::Experiment experiment = firn::load_experiment(options.run / "experiment.toml");
-    firn::plant::serve(options, firn::plant::world_config(experiment));
+    firn::ProcessArgs inputs;
+    inputs.options.run_dir = options.run.string();
+    inputs.blobs = options.blobs;
+    firn::plant::serve(options, firn::plant::world_config(experiment, firn::read_blobs(inputs)));
     return 0;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "world: %s\n", e.what());
-    const std::string line = std::string("ERROR ") + e.what() + "\n";
+    std::string line = std::string("ERROR ") + e.what();
+    std::ranges::replace(line, '\n', ' ');  // of a traceback
+    line += '\n';
     if (control_fd >= 0 && ::write(control_fd, line.data(), line.size()) < 0) return 1;
     return 1;
   }

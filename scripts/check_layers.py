@@ -53,8 +53,9 @@ ALLOWED = {
 
 # file (or folder/stem.*) -> further rooms
 EXCEPTIONS = {
-    "plant/main.*": ("config",),
-    "plant/world/setup.*": ("config",),
+    "plant/main.*": ("config", "runtime"),
+    "plant/world/setup.*": ("config", "core/control", "python/host", "runtime"),
+    "plant/inkjet/python_model.*": ("python/host",),  # a nature in Python
     "procs/jet/main_b.*": ("procs/bus",),  # a second program of one node
     "procs/valve/main_b.*": ("procs/bus",),
     "plant/inkjet/lu2015.*": ("core/deposition",),  # the paper's own simulation, on the paper's own model

@@ -49,8 +49,9 @@ void check_inkjet(const WorldConfig& c) {
   require_within("jet.max_rate_hz", c.jet.max_rate_hz, 1.0, 30'000.0);
   require_within("jet.baud", c.jet.baud, 300, 1e6);
   require_within("lamp.baud", c.lamp.baud, 300, 1e6);
-  if (c.model != "droplets" && c.model != "lu2015")
-    throw std::invalid_argument("world: model = \"" + c.model + "\" is not one of droplets, lu2015");
+  if (c.model != "droplets" && c.model != "lu2015" && !c.model.starts_with("python:"))
+    throw std::invalid_argument("world: model = \"" + c.model +
+                                "\" is not one of droplets, lu2015, python:FILE.py:CLASS");
 }
 
 }  // namespace firn::plant

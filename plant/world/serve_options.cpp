@@ -24,7 +24,13 @@ ServeOptions parse_serve_options(const std::vector<std::string>& arguments) {
       {"--bus", not_used},
       {"--port", [&](const std::string& text) { o.elsewhere.insert(text.substr(0, text.find('='))); }},
       {"--node", not_used},
-      {"--blob", not_used},
+      {"--blob",
+       [&](const std::string& text) {
+         const auto at = text.find('=');
+         if (at == std::string::npos || at == 0)
+           throw std::invalid_argument("--blob " + text + ": must be ROLE=SHA256");
+         o.blobs.emplace_back(text.substr(0, at), text.substr(at + 1));
+       }},
       {"--faults", not_used},
       {"--record", not_used},
   };

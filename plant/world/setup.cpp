@@ -5,8 +5,11 @@
 #include <stdexcept>
 
 #include "config/machine.h"
+#include "core/control/python_scheme.h"
 #include "core/grid/random.h"
+#include "plant/inkjet/python_model.h"
 #include "plant/world/aerosol_lab.h"
+#include "python/host/recorded_files.h"
 
 namespace firn::plant {
 namespace {
@@ -157,6 +160,15 @@ WorldConfig world_config(const Experiment& e) {
   c.profiler.error_y_mm = e.plant.profiler_dy_mm;
   c.profiler.error_z_mm = e.plant.profiler_dz_mm;
   c.lamp.max_on_us = std::int64_t(e.lamp.max_on_s * 1e6);
+  return c;
+}
+
+WorldConfig world_config(const Experiment& e, const Blobs& inputs) {
+  WorldConfig c = world_config(e);
+  if (!is_python_model(c.model)) return c;
+  const control::PythonScheme scheme = control::parse_python_scheme(c.model);
+  c.own = PythonNature{python::recorded_files(inputs, python::kPlantRole, scheme.file_name()),
+                       {scheme.class_name, scheme.arguments}};
   return c;
 }
 

@@ -14,8 +14,10 @@
 #include "files/usage_error.h"
 #include "print/inputs/mesh_part.h"
 #include "print/inputs/path_input.h"
+#include "print/inputs/python_input.h"
 #include "print/inputs/targets.h"
 #include "print/prepare/slice_job.h"
+#include "procs/controller/surface_node.h"
 #include "runtime/thread_pool.h"
 
 namespace firn {
@@ -103,6 +105,8 @@ Blobs make_ice_inputs(const Experiment& e, const std::filesystem::path& folder) 
   Blobs blobs;
   blobs.push_back(make_blob("paths", slice::encode(paths)));
   blobs.push_back(make_blob("machine", std::move(text)));
+  add_python_inputs(
+      e, folder, {}, [&](const Blobs& files) { SurfaceControllerNode(e, paths, files); }, blobs);
   return blobs;
 }
 

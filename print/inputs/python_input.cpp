@@ -7,8 +7,10 @@
 #include "config/error.h"
 #include "core/control/python_scheme.h"
 #include "files/digest.h"
-#include "procs/controller/node.h"
+#include "plant/inkjet/model.h"
+#include "plant/world/setup.h"
 #include "procs/controller/python_controller.h"
+#include "procs/droplet_estimator/node.h"
 #include "python/host/load.h"
 
 namespace firn {
@@ -37,18 +39,37 @@ std::string python_difference(const Blobs& inputs) {
   return now == then ? "" : in_a_line(now) + " here; the run has " + in_a_line(then);
 }
 
-void add_python_inputs(const Experiment& e, const control::Setup& setup, const std::filesystem::path& folder,
-                       Blobs& inputs) {
-  if (!control::is_python_scheme(e.control.scheme)) return;
-  const std::string file = (folder / control::parse_python_scheme(e.control.scheme).file).string();
+namespace {
+
+// Reads the files of one class, and builds it from them as the print will.
+void add_class(const char* key, const std::string& text, std::string_view role,
+               const std::filesystem::path& folder, const std::function<void(const Blobs&)>& make,
+               Blobs& inputs) {
+  if (!control::is_python_scheme(text)) return;
+  const std::string file = (folder / control::parse_python_scheme(text).file).string();
   try {
     for (const python::SourceFile& source : python::host().sources(file))
-      inputs.push_back(text_blob(std::string(kPythonRole) + source.name, source.text));
-    make_python_controller(setup, control_options(e), inputs);
-    inputs.push_back(text_blob(std::string(kPythonVersionsRole), python::host().versions()));
+      inputs.push_back(text_blob(std::string(role) + source.name, source.text));
+    make(inputs);
   } catch (const std::runtime_error& error) {
-    throw ConfigError("control.scheme", 0, "control.scheme", error.what());
+    throw ConfigError(key, 0, key, error.what());
   }
+}
+
+}  // namespace
+
+void add_python_inputs(const Experiment& e, const std::filesystem::path& folder, const Mask& mask,
+                       const std::function<void(const Blobs&)>& make_controller, Blobs& inputs) {
+  const std::size_t before = inputs.size();
+  add_class("control.scheme", e.control.scheme, python::kControllerRole, folder, make_controller, inputs);
+  add_class(
+      "estimator.droplets", e.estimator.droplets, python::kEstimatorRole, folder,
+      [&](const Blobs& blobs) { DropletEstimatorNode(e, mask, blobs); }, inputs);
+  add_class(
+      "plant.model", e.plant.model, python::kPlantRole, folder,
+      [&](const Blobs& blobs) { plant::make_model(plant::world_config(e, blobs)); }, inputs);
+  if (inputs.size() > before)
+    inputs.push_back(text_blob(std::string(kPythonVersionsRole), python::host().versions()));
 }
 
 }  // namespace firn

@@ -257,7 +257,13 @@ Blobs make_target_inputs(const Experiment& experiment, const std::filesystem::pa
   const auto geometry = make_geometry(experiment, target.height, folder);
   if (geometry) blobs.push_back(make_blob("geometry", to_bytes(*geometry)));
   const auto shared = geometry ? std::make_shared<const Geometry>(*geometry) : nullptr;
-  add_python_inputs(experiment, control_setup(experiment, target.height, target.mask, shared), folder, blobs);
+  add_python_inputs(
+      experiment, folder, target.mask,
+      [&](const Blobs& files) {
+        make_scheme(control_setup(experiment, target.height, target.mask, shared),
+                    control_options(experiment), files);
+      },
+      blobs);
   return blobs;
 }
 

@@ -16,6 +16,7 @@
 #include "firn/run_start_t.hpp"
 #include "firn/sim_truth_t.hpp"
 #include "lcmtypes/convert.h"
+#include "plant/inkjet/python_model.h"
 #include "plant/world/ice_lab.h"
 #include "plant/world/kept_world.h"
 #include "plant/world/setup.h"
@@ -47,8 +48,9 @@ std::int64_t stopwatch_ns() {
       .count();
 }
 
-plant::World make_world(const RunFolder& run, const Experiment& e, bool resume, plant::WorldRecord* record) {
-  const plant::WorldConfig config = plant::world_config(e);
+plant::World make_world(const RunFolder& run, const Experiment& e, const Blobs& inputs, bool resume,
+                        plant::WorldRecord* record) {
+  const plant::WorldConfig config = plant::world_config(e, inputs);
   const auto state = run.path() / "world" / "state";
   if (resume && std::filesystem::exists(state)) return plant::World::restore(state, config, record);
   return plant::World(config, record);
@@ -161,7 +163,7 @@ void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions
   if (resume) {
     // A live world that was killed: its inputs since the last saved state are given again.
     if (std::filesystem::exists(run.path() / "world" / "inputs"))
-      plant::KeptWorld(run.path(), plant::world_config(e)).close();
+      plant::KeptWorld(run.path(), plant::world_config(e, inputs)).close();
   }
   if (!resume) written([&] { commits.commit({}); });
   ResumePoint point;
@@ -175,7 +177,7 @@ void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions
     }
   }
   const auto record = plant::make_record_file(run.world_record_path());
-  PlantWorld world(make_world(run, e, resume, record.get()));
+  PlantWorld world(make_world(run, e, inputs, resume, record.get()));
   Lab lab(&world);
   std::vector<std::unique_ptr<Member>> members;
   for (const NamedMaker& maker : taking_part(e)) {
@@ -381,6 +383,8 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
     print_in_lab(run, e, options, resume, folder, report);
     if (!report.crashed) seal.ended(report.result);
   } catch (const Unwritable& error) {
+    cause = error.what();
+  } catch (const plant::NatureError& error) {
     cause = error.what();
   } catch (const std::exception& error) {
     cause = storage_trouble(error);

@@ -95,7 +95,7 @@ class Judge {
 MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs,
                                   const MemoryPrintOptions& options) {
   const Judge judge(e, inputs);
-  plant::WorldConfig nature = plant::world_config(e);
+  plant::WorldConfig nature = plant::world_config(e, inputs);
   if (options.nature) options.nature(nature);
   PlantWorld world(plant::World(nature, nullptr));
   Lab lab(&world);

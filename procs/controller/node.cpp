@@ -179,7 +179,8 @@ std::unique_ptr<Node> make_controller_node_on(const ParallelFor& parallel, const
                                               const Blobs& blobs) {
   const Experiment e = parse_recorded_experiment(config_toml, "experiment.toml");
   if (prints_paths(e))
-    return std::make_unique<SurfaceControllerNode>(e, slice::decode_print_paths(blob(blobs, "paths").bytes));
+    return std::make_unique<SurfaceControllerNode>(e, slice::decode_print_paths(blob(blobs, "paths").bytes),
+                                                   blobs);
   if (prints_lines(e)) {
     const std::vector<std::byte>& machine = blob(blobs, "machine").bytes;
     const std::string text(reinterpret_cast<const char*>(machine.data()), machine.size());

@@ -48,20 +48,6 @@ class ModelPrediction final : public python::Prediction {
   control::Predictor predict_;
 };
 
-std::vector<python::SourceFile> files_of(const Blobs& inputs, const std::string& first) {
-  std::vector<python::SourceFile> files;
-  for (const Blob& b : inputs) {
-    if (!b.role.starts_with(kPythonRole)) continue;
-    files.push_back(
-        {b.role.substr(kPythonRole.size()), {reinterpret_cast<const char*>(b.bytes.data()), b.bytes.size()}});
-  }
-  const auto main = std::ranges::find(files, first, &python::SourceFile::name);
-  if (main == files.end())
-    throw std::invalid_argument("control.scheme: " + first + " is no input of this run");
-  std::rotate(files.begin(), main, main + 1);
-  return files;
-}
-
 class PythonController final : public control::LayerController {
  public:
   PythonController(const control::Setup& setup, const control::PythonScheme& scheme, const Blobs& inputs)
@@ -77,8 +63,9 @@ class PythonController final : public control::LayerController {
                               setup.seed,
                               control::kMostPythonDrops,
                               kLongestDecision_s};
-    controller_ = python::host().make_controller(files_of(inputs, scheme.file_name()),
-                                                 {scheme.class_name, scheme.arguments}, s, prediction_);
+    controller_ =
+        python::host().make_controller(python::recorded_files(inputs, kPythonRole, scheme.file_name()),
+                                       {scheme.class_name, scheme.arguments}, s, prediction_);
   }
 
   control::Decision decide(const control::Measurement& m) override {

@@ -7,12 +7,13 @@
 #include <vector>
 
 #include "core/control/controller.h"
+#include "python/host/recorded_files.h"
 #include "runtime/node.h"
 
 namespace firn {
 
 /// Role of an input that holds a Python file: "python/level.py".
-inline constexpr std::string_view kPythonRole = "python/";
+inline constexpr std::string_view kPythonRole = python::kControllerRole;
 
 /// Role of the input that holds the interpreter and the packages of the run.
 inline constexpr std::string_view kPythonVersionsRole = "python";

@@ -5,15 +5,18 @@
 #include <utility>
 
 #include "config/ice_lab.h"
+#include "core/control/python_scheme.h"
 #include "core/slice/coverage/footprint.h"
 #include "firn/control_surface_t.hpp"
 #include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "lcmtypes/convert.h"
+#include "procs/controller/python_surface.h"
 
 namespace firn {
 
-SurfaceControllerNode::SurfaceControllerNode(const Experiment& e, slice::PrintPaths paths)
+SurfaceControllerNode::SurfaceControllerNode(const Experiment& e, slice::PrintPaths paths,
+                                             const Blobs& inputs)
     : changes_(e),
       paths_(e.ice.map_table == "on" ? slice::with_table(std::move(paths)) : std::move(paths)),
       pitch_mm_(e.ice.pitch_mm),
@@ -22,7 +25,8 @@ SurfaceControllerNode::SurfaceControllerNode(const Experiment& e, slice::PrintPa
   const control::SurfaceOptions options = surface_options(e, paths_.layers.back().layer);
   version_ = options.version;
   feed_forward_ = options.feed_forward;
-  scheme_ = control::make_surface_controller(options);
+  scheme_ = control::is_python_scheme(options.scheme) ? make_python_surface(options, e.plant.seed, inputs)
+                                                      : control::make_surface_controller(options);
   subscribe(channels::kHeightMap, this);
   subscribe(channels::kOperatorCommand, this);
   if (feed_forward_) subscribe(channels::kFlowModel, this);

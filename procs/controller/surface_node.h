@@ -23,7 +23,8 @@ namespace firn {
 class SurfaceControllerNode final : public Node {
  public:
   /// @throws std::invalid_argument naming the option that the scheme refuses; paths without a layer
-  SurfaceControllerNode(const Experiment& experiment, slice::PrintPaths paths);
+  /// @param inputs of a scheme in Python
+  SurfaceControllerNode(const Experiment& experiment, slice::PrintPaths paths, const Blobs& inputs = {});
   /// Handles a resume: the operator has inspected the lab.
   void start(const Start&, Time now, Outbox&) override;
   void on(const height_map_t&, Time now, Outbox&);

@@ -5,8 +5,10 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/control/python_scheme.h"
 #include "core/grid/npy.h"
 #include "firn/enums.h"
+#include "firn/fault_t.hpp"
 #include "firn/height_model_t.hpp"
 #include "lcmtypes/convert.h"
 
@@ -24,10 +26,12 @@ droplet::EstimatorOptions options_of(const Experiment& e) {
 
 }  // namespace
 
-DropletEstimatorNode::DropletEstimatorNode(const Experiment& e, Mask mask)
+DropletEstimatorNode::DropletEstimatorNode(const Experiment& e, Mask mask, const Blobs& inputs)
     : grid_(e.grid), mask_(std::move(mask)), estimator_(e.grid, options_of(e)) {
   if (mask_.size() != grid_.size())
     throw std::invalid_argument("droplet_estimator: the mask does not have the grid's size");
+  if (control::is_python_scheme(e.estimator.droplets))
+    python_ = std::make_unique<PythonEstimator>(e, mask_, inputs);
   subscribe(channels::kDepositionReport, this);
   subscribe(channels::kHeightMap, this);
 }
@@ -72,21 +76,36 @@ void DropletEstimatorNode::learn(const height_map_t& m, Outbox& out) {
   if (std::count(use.begin(), use.end(), droplet::Use::kNothing) == std::ptrdiff_t(use.size()))
     return out.warn("HEIGHT_MAP " + std::to_string(m.map_id) + " has no measured cell");
   try {
-    if (m.layer == learned_)
-      estimator_.replace_map(height_of(m), use, noise);
-    else if (!estimator_.has_substrate())
-      estimator_.set_substrate(height_of(m), use, noise);
-    else
-      estimator_.add_layer(drops.passes(), height_of(m), use, noise);
+    const droplet::Estimate& estimate = estimate_with(m, drops, use, noise);
     learned_ = m.layer;
-    publish(m, out);
+    publish(m, estimate, out);
   } catch (const std::invalid_argument& error) {
     out.warn("HEIGHT_MAP " + std::to_string(m.map_id) + ": " + error.what());
+  } catch (const std::runtime_error& error) {
+    fault_t fault{};
+    fault.severity = std::int8_t(Severity::kStop);
+    fault.node = info(NodeId::kDropletEstimator).name;
+    fault.text = error.what();
+    out.send(channels::fault(NodeId::kDropletEstimator), fault);
   }
 }
 
-void DropletEstimatorNode::publish(const height_map_t& map, Outbox& out) {
-  const droplet::Estimate& e = estimator_.estimate();
+const droplet::Estimate& DropletEstimatorNode::estimate_with(const height_map_t& m,
+                                                             const droplet::LayerDrops& drops,
+                                                             const std::vector<droplet::Use>& use,
+                                                             double noise) {
+  const HeightMap height = height_of(m);
+  if (python_) return python_->learn({drops.passes(), height, use, m.layer, m.attempt, noise});
+  if (m.layer == learned_)
+    estimator_.replace_map(height, use, noise);
+  else if (!estimator_.has_substrate())
+    estimator_.set_substrate(height, use, noise);
+  else
+    estimator_.add_layer(drops.passes(), height, use, noise);
+  return estimator_.estimate();
+}
+
+void DropletEstimatorNode::publish(const height_map_t& map, const droplet::Estimate& e, Outbox& out) {
   height_model_t m{};
   m.layer = map.layer;
   m.attempt = map.attempt;
@@ -108,7 +127,8 @@ void DropletEstimatorNode::publish(const height_map_t& map, Outbox& out) {
 
 std::unique_ptr<Node> make_droplet_estimator(const std::string& config_toml, const Blobs& blobs) {
   const Experiment e = parse_recorded_experiment(config_toml, "experiment.toml");
-  return std::make_unique<DropletEstimatorNode>(e, mask_from_npy(blob(blobs, "mask").bytes, e.grid, "mask"));
+  return std::make_unique<DropletEstimatorNode>(e, mask_from_npy(blob(blobs, "mask").bytes, e.grid, "mask"),
+                                                blobs);
 }
 
 }  // namespace firn

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -63,6 +64,50 @@ class Controller {
   virtual void use_model(double h1_mm, double h2_mm, double h3_mm) = 0;
 };
 
+/// Row-major numbers; an empty shape is one number.
+struct Array {
+  std::vector<int> shape;
+  std::vector<double> values;
+};
+
+/// Named arrays and a text, which cross between C++ and an object in Python.
+struct Parcel {
+  std::map<std::string, Array> arrays;
+  std::string text;
+
+  void set(const std::string& name, double value) { arrays[name] = {{}, {value}}; }
+  void set_seed(std::uint64_t seed) {  // a double holds 53 bits
+    set("seed_high", double(seed >> 32));
+    set("seed_low", double(seed & 0xffffffffu));
+  }
+  void set_grid(const GridSpec& g) {
+    set("ny", g.ny);
+    set("nx", g.nx);
+    set("pitch_x_mm", g.pitch_x_mm);
+    set("pitch_y_mm", g.pitch_y_mm);
+    set("origin_x_mm", g.origin_x_mm);
+    set("origin_y_mm", g.origin_y_mm);
+  }
+  /// @pre the name is there
+  double number(const std::string& name) const { return arrays.at(name).values.at(0); }
+};
+
+/// An object of a class whose contract is in python/lib/firn/contract.py. Its state is a function of its
+/// calls.
+class Object {
+ public:
+  virtual ~Object() = default;
+  /// @throws std::runtime_error as Controller::decide
+  virtual Parcel call(const Parcel& with) = 0;
+};
+
+/// Kinds of such classes, and the method that is called.
+enum class Kind : std::uint8_t {
+  kEstimator,  ///< learn
+  kPlant,      ///< deposit
+  kSurface     ///< decide, of a print along paths
+};
+
 class Host {
  public:
   virtual ~Host() = default;
@@ -77,6 +122,11 @@ class Host {
   virtual std::unique_ptr<Controller> make_controller(const std::vector<SourceFile>& files,
                                                       const ClassName& name, const ControllerSetup& setup,
                                                       std::shared_ptr<Prediction> prediction) = 0;
+
+  /// The same for a class of another kind. @param longest_s wall time of one call
+  virtual std::unique_ptr<Object> make_object(Kind kind, const std::vector<SourceFile>& files,
+                                              const ClassName& name, const Parcel& setup,
+                                              double longest_s) = 0;
 
   /// Returns the interpreter and the packages that files have imported so far, a line each: "Python 3.11.2",
   /// "numpy 1.24.2".

@@ -72,9 +72,77 @@ py::object setup_object(const py::object& contract, const ControllerSetup& s,
   return contract.attr("Setup")(values, py::cpp_function(predict), py::cpp_function(objective));
 }
 
+std::string seconds_text(double seconds) {
+  std::string text = std::to_string(seconds);
+  return text.substr(0, text.find('.') + 3);
+}
+
+py::dict arrays_of(const Parcel& parcel) {
+  py::dict arrays;
+  for (const auto& [name, array] : parcel.arrays)
+    if (array.shape.empty())
+      arrays[name.c_str()] = array.values.at(0);
+    else
+      arrays[name.c_str()] = py::array_t<double>(array.shape, array.values.data());
+  return arrays;
+}
+
+Parcel parcel_of(const py::tuple& told) {
+  Parcel parcel;
+  for (const auto& [name, value] : told[0].cast<py::dict>()) {
+    const auto values = value.cast<Heights>();
+    Array& array = parcel.arrays[name.cast<std::string>()];
+    for (py::ssize_t n = 0; n < values.ndim(); ++n) array.shape.push_back(int(values.shape(n)));
+    array.values.assign(values.data(), values.data() + values.size());
+  }
+  parcel.text = told[1].cast<std::string>();
+  return parcel;
+}
+
+// Calls `call` under the watchdog. @throws std::runtime_error with the text of what went wrong
+template <class Shared, class Call>
+void watched(Shared& shared, const py::object& run, double longest_s, const std::string& what, Call call) {
+  const auto watch = shared.watchdog.arm(longest_s);
+  std::string trouble;
+  try {
+    call();
+  } catch (py::error_already_set& error) {
+    trouble = explained(run.attr("explain"), error);
+  } catch (const std::exception& error) {
+    trouble = error.what();
+  }
+  if (shared.watchdog.disarm(watch)) trouble = what + " took longer than " + seconds_text(longest_s) + " s";
+  if (!trouble.empty()) throw std::runtime_error(trouble);
+}
+
 }  // namespace
 
 // Runs one object; `Shared` outlives it.
+template <class Shared>
+class ContractObject final : public Object {
+ public:
+  ContractObject(std::shared_ptr<Shared> shared, py::object run, double longest_s)
+      : shared_(std::move(shared)), run_(std::move(run)), longest_s_(longest_s) {}
+  ~ContractObject() override {
+    const py::gil_scoped_acquire interpreter;
+    run_ = {};
+  }
+
+  Parcel call(const Parcel& with) override {
+    const py::gil_scoped_acquire interpreter;
+    Parcel answer;
+    watched(*shared_, run_, longest_s_, py::cast<std::string>(run_.attr("method")) + " of " + with.text,
+            [&] { answer = parcel_of(run_.attr("call")(arrays_of(with)).template cast<py::tuple>()); });
+    return answer;
+  }
+
+ private:
+  std::shared_ptr<Shared> shared_;
+  py::object run_;
+  double longest_s_;
+};
+
+// Runs one controller.
 template <class Shared>
 class ContractController final : public Controller {
  public:
@@ -87,21 +155,11 @@ class ContractController final : public Controller {
 
   Answer decide(std::span<const double> height_mm, int layer, int attempt, double noise_std_mm) override {
     const py::gil_scoped_acquire interpreter;
-    const auto watch = shared_->watchdog.arm(longest_s_);
-    std::string trouble;
     Answer answer;
-    try {
+    watched(*shared_, run_, longest_s_, "decide of layer " + std::to_string(layer + 1), [&] {
       answer = answer_of(run_.attr("decide")(grid_array(grid_, height_mm), layer, attempt, noise_std_mm)
                              .template cast<py::tuple>());
-    } catch (py::error_already_set& error) {
-      trouble = explained(run_.attr("explain"), error);
-    } catch (const std::exception& error) {
-      trouble = error.what();
-    }
-    if (shared_->watchdog.disarm(watch))
-      trouble =
-          "decide of layer " + std::to_string(layer + 1) + " took longer than " + text_of(longest_s_) + " s";
-    if (!trouble.empty()) throw std::runtime_error(trouble);
+    });
     return answer;
   }
 
@@ -115,11 +173,6 @@ class ContractController final : public Controller {
   }
 
  private:
-  static std::string text_of(double seconds) {
-    std::string text = std::to_string(seconds);
-    return text.substr(0, text.find('.') + 3);
-  }
-
   static Answer answer_of(const py::tuple& told) {
     Answer answer;
     answer.kind = Answer::Kind(told[0].cast<int>());
@@ -153,10 +206,9 @@ std::vector<SourceFile> ContractHost::sources(const std::string& path) {
   }
 }
 
-std::unique_ptr<Controller> ContractHost::make_controller(const std::vector<SourceFile>& files,
-                                                          const ClassName& name, const ControllerSetup& setup,
-                                                          std::shared_ptr<Prediction> prediction) {
-  const py::gil_scoped_acquire interpreter;
+template <class... Arguments>
+py::object ContractHost::run_of(const char* maker, const std::vector<SourceFile>& files,
+                                const ClassName& name, double longest_s, const Arguments&... arguments) {
   const py::object& contract = shared_->contract;
   py::list texts;
   py::set names;
@@ -164,18 +216,36 @@ std::unique_ptr<Controller> ContractHost::make_controller(const std::vector<Sour
     texts.append(py::make_tuple(f.name, f.text));
     names.add(f.name);
   }
-  const auto watch = shared_->watchdog.arm(setup.longest_s);
+  const auto watch = shared_->watchdog.arm(longest_s);
   py::object run;
   std::string trouble;
   try {
-    run = contract.attr("Run")(texts, name.name, name.arguments, setup_object(contract, setup, prediction));
+    run = contract.attr(maker)(texts, name.name, name.arguments, arguments...);
   } catch (py::error_already_set& error) {
     trouble = explained(
         py::cpp_function([&](const py::object& e) { return contract.attr("explain")(e, names); }), error);
   }
   if (shared_->watchdog.disarm(watch)) trouble = "the construction of " + name.name + " took too long";
   if (!trouble.empty()) throw std::runtime_error(trouble);
-  return std::make_unique<ContractController<Shared>>(shared_, std::move(run), setup);
+  return run;
+}
+
+std::unique_ptr<Controller> ContractHost::make_controller(const std::vector<SourceFile>& files,
+                                                          const ClassName& name, const ControllerSetup& setup,
+                                                          std::shared_ptr<Prediction> prediction) {
+  const py::gil_scoped_acquire interpreter;
+  return std::make_unique<ContractController<Shared>>(
+      shared_,
+      run_of("Run", files, name, setup.longest_s, setup_object(shared_->contract, setup, prediction)), setup);
+}
+
+std::unique_ptr<Object> ContractHost::make_object(Kind kind, const std::vector<SourceFile>& files,
+                                                  const ClassName& name, const Parcel& setup,
+                                                  double longest_s) {
+  static constexpr const char* kMakers[] = {"EstimatorRun", "PlantRun", "SurfaceRun"};
+  const py::gil_scoped_acquire interpreter;
+  return std::make_unique<ContractObject<Shared>>(
+      shared_, run_of(kMakers[int(kind)], files, name, longest_s, arrays_of(setup)), longest_s);
 }
 
 std::string ContractHost::versions() {

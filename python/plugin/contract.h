@@ -18,10 +18,16 @@ class ContractHost final : public Host {
   std::unique_ptr<Controller> make_controller(const std::vector<SourceFile>& files, const ClassName& name,
                                               const ControllerSetup& setup,
                                               std::shared_ptr<Prediction> prediction) override;
+  std::unique_ptr<Object> make_object(Kind kind, const std::vector<SourceFile>& files, const ClassName& name,
+                                      const Parcel& setup, double longest_s) override;
   std::string versions() override;
 
  private:
   struct Shared;
+  template <class... Arguments>
+  pybind11::object run_of(const char* maker, const std::vector<SourceFile>& files, const ClassName& name,
+                          double longest_s, const Arguments&... arguments);
+
   std::shared_ptr<Shared> shared_;
 };
 

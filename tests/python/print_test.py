@@ -135,9 +135,6 @@ class Prints(unittest.TestCase):
                              ("pyton:a.py:B", "python:FILE.py:CLASS")):
             said = firn("print", self.folder / "mine.toml", "--set", f"control.scheme={scheme}", code=2).stderr
             self.assertIn(part, said)
-        (self.folder / "ice.toml").write_text(f'include = "{ROOT}/experiments/ice-small.toml"\n'
-                                              '[control]\nscheme = "python:controllers/learner.py:Learner"\n')
-        self.assertIn("knows open_loop", firn("print", self.folder / "ice.toml", code=2).stderr)
 
     def test_compare_takes_schemes_in_python_beside_those_in_cpp(self):
         (self.folder / "study.toml").write_text(

@@ -5,9 +5,9 @@ mm; maps have the shape (ny, nx), row j along x. A command that fails raises Fir
 python/README.md has the contract of a controller.
 """
 from .commands import compare, decide, plan, simulate, slice
-from .contract import End, Measurement, Print, Setup, Stop
+from .contract import Action, End, Interval, Landed, Layer, Measurement, Model, Print, Setup, Stop, Surface, Values
 from .program import FirnError, program
 from .runs import Run, Table, read_log
 
-__all__ = ["Print", "End", "Stop", "Measurement", "Setup", "Run", "Table", "FirnError", "read_log", "decide", "simulate", "compare",
+__all__ = ["Print", "End", "Stop", "Measurement", "Setup", "Action", "Interval", "Model", "Layer", "Surface", "Landed", "Values", "Run", "Table", "FirnError", "read_log", "decide", "simulate", "compare",
            "slice", "plan", "program"]

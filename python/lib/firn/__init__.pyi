@@ -46,6 +46,71 @@ class Setup:
     def objective_mm(self, height_mm: npt.ArrayLike) -> float: ...
     def random(self, layer: int, attempt: int = ...) -> np.random.Generator: ...
 
+class Action:
+    u: npt.NDArray[Any]
+    reason: str
+    def __init__(self, u: npt.ArrayLike, reason: str = ...) -> None: ...
+
+class Model:
+    h1_mm: float
+    h2_mm: float
+    h3_mm: float
+    covariance_mm2: Union[npt.NDArray[Any], None]
+    droplet_scatter: float
+    def __init__(self, h1_mm: float, h2_mm: float, h3_mm: float, covariance_mm2: Union[npt.ArrayLike, None] = ...,
+                 droplet_scatter: float = ...) -> None: ...
+
+class Surface:
+    height_mm: Heights
+    memory: npt.NDArray[Any]
+    def __init__(self, height_mm: npt.ArrayLike, memory: npt.ArrayLike = ...) -> None: ...
+
+class Values:
+    seed: int
+    shape: tuple[int, int]
+    pitch_x_mm: float
+    pitch_y_mm: float
+    origin_x_mm: float
+    origin_y_mm: float
+    mask: npt.NDArray[np.bool_]
+    h1_mm: float
+    h2_mm: float
+    h3_mm: float
+    droplet_mm3: float
+    interval_mm: float
+    low: float
+    high: float
+    last_layer: int
+    def random(self, *numbers: int) -> np.random.Generator: ...
+
+class Layer:
+    drops: Heights
+    height_mm: Heights
+    learn: npt.NDArray[np.bool_]
+    layer: int
+    attempt: int
+    noise_std_mm: float
+
+class Landed:
+    height_mm: Heights
+    drops: Heights
+    x_mm: Heights
+    y_mm: Heights
+    t_s: Heights
+    vx_mm_s: Heights
+    vy_mm_s: Heights
+    layer: int
+    memory: Heights
+
+class Interval:
+    height_mm: Heights
+    material: Heights
+    error: Heights
+    nominal_mm: float
+    layer: int
+    attempt: int
+    noise_std_mm: float
+
 class ControllerClass(Protocol):
     def decide(self, measurement: Measurement) -> Union[Print, End, Stop]: ...
 

@@ -1,4 +1,4 @@
-"""Classes of a controller in Python, and the loader that runs its files.
+"""Classes of a controller, an estimator and a plant in Python, and the loader that runs their files.
 
 Inside a print this is the module `firn`: `from firn import Print, End, Stop`. Heights are in mm, arrays have the
 shape (ny, nx), row j along x. python/README.md describes the contract.
@@ -15,7 +15,7 @@ import types
 
 import numpy as np
 
-__all__ = ["Print", "End", "Stop", "Measurement", "Setup"]
+__all__ = ["Print", "End", "Stop", "Action", "Model", "Surface", "Measurement", "Setup", "Layer", "Landed", "Interval", "Values"]
 
 
 class Print:
@@ -37,6 +37,88 @@ class Stop:
 
     def __init__(self, reason=""):
         self.reason = reason
+
+
+class Action:
+    """Decision of a print along paths: deposit (1 + u) of nominal. u: (ny, nx), not counted beyond the footprint."""
+
+    def __init__(self, u, reason=""):
+        self.u, self.reason = u, reason
+
+
+class Model:
+    """What a droplet adds: h1 to its cell, h2 to each side neighbour, h3 to each corner neighbour [mm].
+
+    covariance_mm2   (3, 3) of h1, h2, h3; None: not known
+    droplet_scatter  relative standard deviation of a droplet; 0: not known
+    """
+
+    def __init__(self, h1_mm, h2_mm, h3_mm, covariance_mm2=None, droplet_scatter=0.0):
+        self.h1_mm, self.h2_mm, self.h3_mm = h1_mm, h2_mm, h3_mm
+        self.covariance_mm2, self.droplet_scatter = covariance_mm2, droplet_scatter
+
+
+class Surface:
+    """Answer of a plant: heights (ny, nx) [mm] after a pass, and what it remembers, which the world keeps: numbers (n,)."""
+
+    def __init__(self, height_mm, memory=()):
+        self.height_mm, self.memory = height_mm, memory
+
+
+class _Members:
+    def __init__(self, **members):
+        self.__dict__.update(members)
+
+
+class Values(_Members):
+    """The values that an estimator, a plant or a controller of paths is built from.
+
+    seed                                               of the run, or of the world
+    shape, pitch_x_mm, pitch_y_mm, origin_x_mm, origin_y_mm   estimator, plant: (ny, nx) and the grid
+    mask                                               estimator: (ny, nx) bool, the part
+    h1_mm, h2_mm, h3_mm                                estimator: the model that the print began with
+    droplet_mm3                                        plant: nominal volume of a droplet
+    interval_mm, low, high, last_layer                 paths: nominal height between maps, bounds of u, the part's last layer
+    """
+
+    def random(self, *numbers):
+        """A numpy.random.Generator that depends on the seed and these integers only."""
+        return np.random.Generator(np.random.Philox(np.random.SeedSequence([int(self.seed), *numbers])))
+
+
+class Layer(_Members):
+    """A printed layer, for an estimator.
+
+    drops         (passes, ny, nx) droplets that were fired; shares where the jet counted fewer than were commanded
+    height_mm     (ny, nx) measured after it [mm], NaN where nothing was measured
+    learn         (ny, nx) bool: cells that may enter a fit: on the part, measured, with no droplet in doubt
+    layer         layers deposited so far; 0: the bare substrate, with no pass
+    attempt       above 0: the layer was measured again, and this map replaces the earlier one
+    noise_std_mm  of one cell
+    """
+
+
+class Landed(_Members):
+    """The droplets of a pass, for a plant.
+
+    height_mm           (ny, nx) before them
+    drops               (ny, nx) their count in the nearest cell
+    x_mm, y_mm, t_s     (n,) place and time of each in the order of firing, on the grid or beside it
+    vx_mm_s, vy_mm_s    (n,) of the stage
+    layer               layers that are finished
+    memory              as the last answer left it
+    """
+
+
+class Interval(_Members):
+    """The surface at a measurement plane, for a controller of paths.
+
+    height_mm     (ny, nx) [mm], finite on the footprint
+    material      (ny, nx) 0 beyond the footprint, 1 the part, 2 the scaffold
+    nominal_mm    required height
+    error         (ny, nx) (nominal - height) / interval, NaN beyond the footprint
+    layer, attempt, noise_std_mm    as in Measurement
+    """
 
 
 class Measurement:
@@ -306,8 +388,10 @@ def versions():
     return "\n".join(lines) + "\n"
 
 
-class Run:
-    """A controller's object with its files."""
+class _Made:
+    """An object of a class in files."""
+
+    method = "decide"
 
     def __init__(self, files, class_name, arguments, setup):
         self.setup, self.names = setup, {name for name, _ in files}
@@ -319,9 +403,18 @@ class Run:
             if not isinstance(made, type):
                 known = [n for n, v in vars(module).items() if isinstance(v, type) and v.__module__ == module.__name__]
                 raise ControllerError(f"{files[0][0]} has no class {class_name}; its classes: {', '.join(known) or 'none'}")
-            if not callable(getattr(made, "decide", None)):
-                raise ControllerError(f"{self.what} has no method decide(self, measurement)")
+            if not callable(getattr(made, self.method, None)):
+                raise ControllerError(f"{self.what} has no method {self.method}(self, {self.argument})")
             self.controller = made(setup, **_arguments(arguments, self.what))
+
+    argument = "measurement"
+
+    def explain(self, error):
+        return explain(error, self.names)
+
+
+class Run(_Made):
+    """A controller's object with its files."""
 
     def decide(self, height_mm, layer, attempt, noise_std_mm):
         """(kind, drops, reason): kind 0 print, 1 end, 2 stop."""
@@ -348,8 +441,113 @@ class Run:
             with _in_controller():
                 take(h1_mm, h2_mm, h3_mm)
 
-    def explain(self, error):
-        return explain(error, self.names)
+
+class _ObjectRun(_Made):
+    """An object that is called with named arrays, and answers with some and a text."""
+
+    def __init__(self, files, class_name, arguments, setup):
+        super().__init__(files, class_name, arguments, Values(**_frozen(setup)))
+
+    def call(self, arrays):
+        given = _frozen(arrays)
+        with _in_controller():
+            answer = getattr(self.controller, self.method)(self.given(**given))
+        try:
+            return self.told(answer, given)
+        except ControllerError:
+            raise
+        except (TypeError, ValueError, AttributeError) as error:
+            raise ControllerError(f"{self.what}.{self.method}, layer {given['layer']}: {error}") from None
+
+
+_WHOLE, _FLAGS = ("layer", "attempt", "last_layer"), ("mask", "learn")
+
+
+def _frozen(arrays):
+    """Whole numbers as int, flags as bool, and arrays that cannot be written to."""
+    given = {}
+    for name, value in arrays.items():
+        if isinstance(value, np.ndarray):
+            value = value.astype(bool) if name in _FLAGS else value
+            value.flags.writeable = False
+        elif name in _WHOLE:
+            value = int(value)
+        given[name] = value
+    if "ny" in given:
+        given["shape"] = (int(given.pop("ny")), int(given.pop("nx")))
+    if "seed_low" in given:  # a double holds 53 bits
+        given["seed"] = int(given.pop("seed_high")) << 32 | int(given.pop("seed_low"))
+    return given
+
+
+def _numbers(name, values, shape, what="(ny, nx)"):
+    array = np.array(values, dtype=np.float64, order="C")
+    if shape is not None and array.shape != shape:
+        raise ValueError(f"{name} of shape {array.shape}; {what} is {shape}")
+    return array
+
+
+def _finite(name, array):
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name}: a value is not finite")
+    return array
+
+
+class EstimatorRun(_ObjectRun):
+    """An estimator's object."""
+
+    method, argument, given = "learn", "layer", Layer
+
+    def told(self, answer, given):
+        if answer is None:
+            return {}, ""
+        if not isinstance(answer, Model):
+            raise ValueError(f"returned {type(answer).__name__}, not firn.Model or None")
+        told = {name: _finite(name, _numbers(name, getattr(answer, name), (), "a number"))
+                for name in ("h1_mm", "h2_mm", "h3_mm", "droplet_scatter")}
+        for name, value in told.items():
+            if not 0 <= value <= 10 or name == "h1_mm" and value == 0:
+                raise ValueError(f"{name} = {value} must lie in {'(' if name == 'h1_mm' else '['}0, 10]")
+        covariance = np.zeros((3, 3)) if answer.covariance_mm2 is None else answer.covariance_mm2
+        told["covariance_mm2"] = _finite("covariance_mm2", _numbers("covariance_mm2", covariance, (3, 3), "that of h1, h2, h3"))
+        if np.abs(covariance).max() > 1e4 or np.diag(covariance).min() < 0:
+            raise ValueError("covariance_mm2 must lie within +-1e4, its diagonal not below 0")
+        return told, ""
+
+
+MOST_MEMORY = 1 << 20
+
+
+class PlantRun(_ObjectRun):
+    """A plant's object."""
+
+    method, argument, given = "deposit", "landed", Landed
+
+    def told(self, answer, given):
+        if not isinstance(answer, Surface):
+            answer = Surface(answer)
+        height = _finite("height_mm", _numbers("height_mm", answer.height_mm, given["height_mm"].shape))
+        memory = _numbers("memory", answer.memory, None)
+        if memory.ndim != 1 or memory.size > MOST_MEMORY:
+            raise ValueError(f"memory of shape {memory.shape}; numbers (n,), at most {MOST_MEMORY}, are kept")
+        return {"height_mm": height, "memory": memory}, ""
+
+
+class SurfaceRun(_ObjectRun):
+    """The object of a controller of paths."""
+
+    method, argument, given = "decide", "interval", Interval
+
+    def told(self, answer, given):
+        if not isinstance(answer, (Action, End, Stop)):
+            raise ControllerError(f"{self.what}.decide returned {type(answer).__name__}, not firn.Action, firn.End or firn.Stop")
+        reason = _plain(str(answer.reason))[:1000]
+        if not isinstance(answer, Action):
+            return {"kind": 1.0 if isinstance(answer, End) else 2.0}, reason
+        u = _numbers("u", answer.u, given["material"].shape)
+        inside = given["material"] > 0
+        _finite("u", u[inside])
+        return {"kind": 0.0, "u": u}, reason
 
 
 def _arguments(text, what):
