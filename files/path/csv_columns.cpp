@@ -23,11 +23,11 @@ std::string_view csv_trimmed(std::string_view text) {
 }
 
 template <class Use>
-void for_each_cell(std::string_view text, Use&& use) {
+void for_each_cell(std::string_view text, char separator, Use&& use) {
   for (std::size_t from = 0; from != text.npos;) {
-    const std::size_t comma = text.find(',', from);
-    use(csv_trimmed(text.substr(from, comma == text.npos ? comma : comma - from)));
-    from = comma == text.npos ? comma : comma + 1;
+    const std::size_t end = text.find(separator, from);
+    use(csv_trimmed(text.substr(from, end == text.npos ? end : end - from)));
+    from = end == text.npos ? end : end + 1;
   }
 }
 
@@ -79,10 +79,16 @@ std::optional<CsvColumn> column(std::string_view cell) {
 
 }  // namespace
 
-std::optional<std::vector<CsvColumn>> csv_columns(std::string_view text) {
+char csv_separator(std::string_view text) {
+  for (const char c : {',', ';', '\t'})
+    if (text.find(c) != text.npos) return c;
+  return ',';
+}
+
+std::optional<std::vector<CsvColumn>> csv_columns(std::string_view text, char separator) {
   std::vector<CsvColumn> columns;
   bool known = true;
-  for_each_cell(text, [&](std::string_view cell) {
+  for_each_cell(text, separator, [&](std::string_view cell) {
     const std::optional<CsvColumn> next = column(cell);
     known = known && next && std::none_of(columns.begin(), columns.end(), [&](const CsvColumn& c) {
               return c.quantity == next->quantity;
@@ -96,9 +102,9 @@ std::optional<std::vector<CsvColumn>> csv_columns(std::string_view text) {
   return columns;
 }
 
-bool csv_numbers(std::string_view text) {
+bool csv_numbers(std::string_view text, char separator) {
   bool all = true;
-  for_each_cell(text, [&](std::string_view cell) {
+  for_each_cell(text, separator, [&](std::string_view cell) {
     double value = 0.0;
     const char* const end = cell.data() + cell.size();
     const auto [last, error] = std::from_chars(cell.data(), end, value);

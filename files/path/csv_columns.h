@@ -18,11 +18,15 @@ struct CsvColumn {
 inline constexpr const char* kCsvHeaders =
     "x_mm,y_mm with or without speed_mm_s, yaw_deg and z_mm, in any order (also _um, _cm, _m, _in; _rad)";
 
+/// What separates the columns of a file, by its first line: a comma, or a semicolon or a tab where there is
+/// no comma.
+char csv_separator(std::string_view text);
+
 /// Returns nothing unless every name is known with its unit, none comes twice, and x and y are there.
 /// `text` must outlive the names.
-std::optional<std::vector<CsvColumn>> csv_columns(std::string_view text);
+std::optional<std::vector<CsvColumn>> csv_columns(std::string_view text, char separator);
 
 /// True if the first line of a file is numbers: a file without a header, whose columns are x_mm and y_mm.
-bool csv_numbers(std::string_view text);
+bool csv_numbers(std::string_view text, char separator);
 
 }  // namespace firn

@@ -72,9 +72,10 @@ class CsvReader {
   /// Returns true if the line is a point: a file without a header.
   bool header(std::string_view text) {
     constexpr std::string_view kPlain = "x_mm,y_mm";
-    const bool numbers = csv_numbers(text);
+    separator_ = csv_separator(text);
+    const bool numbers = csv_numbers(text, separator_);
     header_ = numbers ? kPlain : text;
-    const auto columns = csv_columns(header_);
+    const auto columns = csv_columns(header_, numbers ? ',' : separator_);
     if (!columns) {
       std::string shown(text.substr(0, 60));
       std::replace_if(
@@ -82,7 +83,7 @@ class CsvReader {
       fail(fmt::format("the header must be {}, not {}", kCsvHeaders, shown));
     }
     columns_ = *columns;
-    if (numbers && std::count(text.begin(), text.end(), ',') != 1)
+    if (numbers && std::count(text.begin(), text.end(), separator_) != 1)
       fail(
           fmt::format("a file without a header has two columns, x_mm and y_mm; name these: {}", kCsvHeaders));
     return numbers;
@@ -111,7 +112,7 @@ class CsvReader {
     std::optional<double> z_mm, speed_mm_s, yaw_deg;
     std::size_t found = 0;
     for (std::size_t from = 0; from != text.npos; ++found) {
-      const std::size_t comma = text.find(',', from);
+      const std::size_t comma = text.find(separator_, from);
       if (found < columns_.size())
         value(columns_[found], text.substr(from, comma == text.npos ? comma : comma - from), p, z_mm,
               speed_mm_s, yaw_deg);
@@ -174,6 +175,7 @@ class CsvReader {
   std::int64_t number_ = 0;
   std::size_t used_ = 0;  // bytes of the line that was handed out
   int line_ = 0;
+  char separator_ = ',';
   std::string header_;  // holds the names of the columns
   std::vector<CsvColumn> columns_;
 };

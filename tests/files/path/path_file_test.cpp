@@ -86,10 +86,15 @@ TEST_CASE("CSV: a column yaw_deg turns the tool, behind the speed or without it"
   CHECK_THAT(csv("x_mm,y_mm,yaw_deg\n0,0,1e9\n"), Contains("beyond the limit of +-7200"));
 }
 
-TEST_CASE("CSV: columns in any order and unit, as headers spell them, and two in mm without a header") {
+TEST_CASE(
+    "CSV: columns in any order and unit, as headers spell them, two in mm without a header, after commas, "
+    "semicolons or tabs") {
   const auto first = [](const std::string& text) { return paths_of(read_paths_csv, text).at(0); };
   CHECK(first("1,2\n3.5,-4e1\n").path.points == std::vector<Point2>{{1, 2}, {3.5, -40}});
   CHECK(first("1,2\n3,4\n").place == "job:1");
+  CHECK(first("x_mm;y_mm\n1.5;2\n").path.points == std::vector<Point2>{{1.5, 2}});
+  CHECK(first("1.5\t2\n3\t4\n").path.points == std::vector<Point2>{{1.5, 2}, {3, 4}});
+  CHECK_THAT(csv("x_mm;y_mm\n1,5;2\n"), Contains("x_mm = 1,5: is not a finite number"));
   CHECK(first("y_cm,x_in\n1,1\n").path.points == std::vector<Point2>{{25.4, 10}});
   CHECK(first("X [mm],Y (mm)\n1,2\n").path.points == std::vector<Point2>{{1, 2}});
   CHECK(first("\"x_um\",\"y_m\"\n500,0.25\n").path.points == std::vector<Point2>{{0.5, 250}});
