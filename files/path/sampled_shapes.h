@@ -29,7 +29,8 @@ inline bool arc_radii_agree(double start_mm, double end_mm) {
 }
 
 /// Centre of the arc through both ends that a file with rounded coordinates means: the nearest one of equal
-/// radii. None where that would be another arc: a long one whose ends are near each other.
+/// radii. None where that would be another arc: a long one whose ends are near each other, or one as short as
+/// the rounding.
 inline std::optional<Point2> exact_centre(Point2 from, Point2 to, Point2 centre, double side) {
   if (from == to) return centre;
   const double chord = distance(from, to), ux = (to.x_mm - from.x_mm) / chord,
@@ -37,9 +38,10 @@ inline std::optional<Point2> exact_centre(Point2 from, Point2 to, Point2 centre,
   const double x = centre.x_mm - 0.5 * (from.x_mm + to.x_mm), y = centre.y_mm - 0.5 * (from.y_mm + to.y_mm);
   const double off = x * ux + y * uy;
   const bool beyond_half = side * (x * uy - y * ux) > 0.0;  // the centre lies on the arc's side of its chord
-  constexpr double kRounding_mm = 1e-9;
-  const double most = std::max(kRounding_mm, 2.0 * std::abs(distance(centre, from) - distance(centre, to)));
-  if (beyond_half && std::abs(off) > most) return std::nullopt;
+  constexpr double kRounding_mm = 1e-9, kShare = 0.2;
+  const double r0 = distance(centre, from), r1 = distance(centre, to);
+  const double most = beyond_half ? std::max(kRounding_mm, 2.0 * std::abs(r0 - r1)) : kShare * r0;
+  if (std::abs(off) > most) return std::nullopt;
   return Point2{centre.x_mm - off * ux, centre.y_mm - off * uy};
 }
 

@@ -89,6 +89,7 @@ void seed_plans() {
   seed("fuzz_machine", "scara",
        as_span("[total]\njerk_mm_s3 = 4000.0\n[joint_1]\nlow_deg = -105.0\nrate_deg_s = 33.0\n"));
   seed("fuzz_paths", "csv", behind(0, as_span("x_mm,y_mm,speed_mm_s\n0,0,\n1.5,-2e1,50\n\n3,4,10\n")));
+  seed("fuzz_paths", "csv-columns", behind(0, as_span("yaw_rad;z_mm;x_in;y_um\n0.1;3;1;2000\n0.2;3;2;1\n")));
   seed("fuzz_paths", "gcode",
        behind(2, as_span("%\nG21 G90 G17 F600\nG0 X1 Y2\nG1 X3.5\nG2 X5 Y4 I0 J2\nG3 X1 Y1 R9\n"
                          "G5 X9 Y9 I1 J0 P0 Q-1\nG91 G20 G1 X1 (a)\nM2\n")));

@@ -70,6 +70,10 @@ TEST_CASE("An arc that is nearly a circle, and whose ends' radii differ, is not 
   const InputPath path = read_nc("G0 X10 Y0\nG3 X10.002 Y-0.01 I-10 J0\n").at(0);
   CHECK(path.given.empty());
   for (const Point2& p : path.path.points) CHECK(std::abs(distance(p, {}) - 10.0) < 0.003);
+  // nor is one that is as short as the rounding of its ends
+  const InputPath tiny = read_nc("G0 X10 Y0\nG3 X10.0005 Y0.0001 I-10 J0\nG1 X20\n").at(0);
+  CHECK(tiny.given.empty());
+  for (const Point2& p : tiny.path.points) CHECK(p.x_mm > 9.99);
 }
 
 TEST_CASE("Given curves keep their points where a change of feed adds others before them") {
