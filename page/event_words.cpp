@@ -6,8 +6,6 @@
 namespace firn::page {
 namespace {
 
-constexpr std::string_view kResume = "find the cause, make the lab safe, then: firn print --resume RUN";
-
 constexpr InterlockWords kTable[] = {
     {1, "an emergency stop was pressed",
      "release the button when the lab is safe, then: firn print --resume RUN"},
@@ -18,25 +16,35 @@ constexpr InterlockWords kTable[] = {
     {4, "a process of the lab died or hangs", kResume},
     {5, "a motion or a command took too long, or an axis did not follow",
      "look for an obstacle and at the drive's errors, then: firn print --resume RUN"},
+    {6, "the nozzle would scrape over the surface",
+     "look at the surface below the nozzle; raise the clearance or take the bump away",
+     "process.nozzle_clearance_mm, ice.clearance_mm"},
     {7, "a path took more or less time than planned",
-     "set the arm's monitor speed to 100; look for what slows it"},
+     "set the arm's monitor speed to 100; look for what slows it", "ice.max_time_slip_s"},
     {8, "a target lies outside the travel or above the speed limit",
-     "check the part's place and the lab file"},
+     "check the part's place and the lab file", "stage.max_speed_mm_s"},
     {9, "the lamp was open too long, at the wrong place, cold or faulty",
-     "check the lamp's shutter, hours and warm-up"},
+     "check the lamp's shutter, hours and warm-up", "lamp.max_on_s"},
     {10, "the heater or a thermocouple failed, or a temperature is out of its limits",
-     "check the thermocouples and the relay; the channel is off"},
-    {11, "the jet's waveform is out of range or was changed while jetting", "check the [jet] settings"},
+     "check the thermocouples and the relay; the channel is off", "heater.low_degC, heater.high_degC"},
+    {11, "the jet's waveform is out of range or was changed while jetting", "check the [jet] settings",
+     "devices.jet.dialect.max_abs_v, devices.jet.dialect.max_time_us"},
     {12, "the surface did not rise as the droplets say, or rose without droplets",
-     "look at the nozzle: clogged, empty or dripping; clean it, then: firn print --resume RUN"},
+     "look at the nozzle: clogged, empty or dripping; clean it, then: firn print --resume RUN",
+     "process.least_rise_share, process.most_rise_share, ice.least_rise_share"},
     {13, "too little of the surface was measured",
-     "clean the profiler's window; lower process.scan_speed_mm_s if rows are lost"},
+     "clean the profiler's window; lower process.scan_speed_mm_s if rows are lost",
+     "process.min_measured_fraction, process.max_lost_rows_share"},
     {14, "not homed, a soft limit, or parameters that contradict the lab file",
      "home the instrument; compare its parameters with the lab file"},
-    {15, "the bare table or the first outline is not where it should be", "calibrate: firn calibrate"},
+    {15, "the bare table or the first outline is not where it should be", "calibrate: firn calibrate",
+     "laser_profiler.bias_limit_mm, laser_profiler.offset_limit_mm, laser_point.bias_limit_mm, "
+     "laser_point.offset_limit_mm"},
 };
 
 }  // namespace
+
+std::span<const InterlockWords> interlocks() { return kTable; }
 
 const InterlockWords* interlock_words(int code) {
   const auto row = std::ranges::find(kTable, code, &InterlockWords::code);

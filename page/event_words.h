@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string_view>
 
 namespace firn::page {
@@ -11,11 +12,17 @@ struct InterlockWords {
   int code;
   std::string_view cause;
   std::string_view remedy;
+  std::string_view limits = {};  ///< keys of the settings that set its limits, with commas
 };
 
 inline constexpr std::string_view kInterlocksPage = "/manual/safety.md#interlocks";
 inline constexpr std::string_view kDoubtPage = "/manual/safety.md#deposit-at-most-once";
 inline constexpr std::string_view kStopPage = "/manual/safety.md#the-stop";
+/// The remedy of a fault that is no interlock.
+inline constexpr std::string_view kResume =
+    "find the cause, make the lab safe, then: firn print --resume RUN";
+
+std::span<const InterlockWords> interlocks();
 
 /// @returns nullptr for a code without a row: 0 = no interlock
 const InterlockWords* interlock_words(int code);

@@ -2,7 +2,6 @@
 // it. Arguments: --run DIR --control-fd N. Down the control line comes "TOKEN <32 digits>", up goes
 // "PAGE <address>"; the process ends with the control line.
 #include <poll.h>
-#include <sys/resource.h>
 
 #include <csignal>
 #include <cstdio>
@@ -15,10 +14,9 @@
 
 namespace {
 
-// It gives way to the print in every respect: time of the processor, and memory when there is none left.
+// It goes first when there is no memory left; serve() gives way with the processor.
 void give_way() {
   for (const int signal : {SIGINT, SIGHUP, SIGPIPE, SIGTSTP}) std::signal(signal, SIG_IGN);
-  ::setpriority(PRIO_PROCESS, 0, 10);
   std::ofstream("/proc/self/oom_score_adj") << "900";
 }
 

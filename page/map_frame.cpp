@@ -44,6 +44,23 @@ std::vector<std::byte> encode_map(Surface surface, int layer, const GridSpec& gr
   return frame;
 }
 
+std::vector<std::byte> encode_rows(Surface surface, int layer, const HeightMap& height, std::uint32_t flags,
+                                   double t_s, std::span<const std::uint64_t> stamps, std::uint64_t since) {
+  std::vector<std::byte> frame = encode_map(surface, layer, height.spec, flags | kRows, t_s, {});
+  const std::size_t nx = std::size_t(height.spec.nx);
+  std::vector<float> values(nx);
+  for (std::size_t j = 0; j < stamps.size(); ++j) {
+    if (stamps[j] <= since) continue;
+    const std::uint32_t number = std::uint32_t(j);
+    std::transform(height.cells.begin() + std::ptrdiff_t(j * nx),
+                   height.cells.begin() + std::ptrdiff_t((j + 1) * nx), values.begin(),
+                   [](double mm) { return float(mm * 1e3); });
+    for (const auto bytes : {std::as_bytes(std::span(&number, 1)), std::as_bytes(std::span(values))})
+      frame.insert(frame.end(), bytes.begin(), bytes.end());
+  }
+  return frame;
+}
+
 std::vector<float> in_um(const HeightMap& height) {
   std::vector<float> values(height.size());
   std::ranges::transform(height.cells, values.begin(), [](double mm) { return float(mm * 1e3); });

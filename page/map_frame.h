@@ -23,11 +23,17 @@ std::string_view word_of(Surface surface);
 inline constexpr std::uint32_t kCounts = 1;   ///< values are droplets
 inline constexpr std::uint32_t kPart = 2;     ///< the map is being measured
 inline constexpr std::uint32_t kFactors = 4;  ///< values are relative to the nominal
+inline constexpr std::uint32_t kRows = 8;     ///< some rows alone, each behind its number as u32
 inline constexpr std::size_t kMapHeaderBytes = 32;
 
 /// @param values of the cells in um (droplets, factors by `flags`); NaN: not seen
 std::vector<std::byte> encode_map(Surface surface, int layer, const GridSpec& grid, std::uint32_t flags,
                                   double t_s, std::span<const float> values);
+
+/// Returns the rows whose `stamps` are above `since`, of a map that the reader has up to there. Heights in
+/// mm.
+std::vector<std::byte> encode_rows(Surface surface, int layer, const HeightMap& height, std::uint32_t flags,
+                                   double t_s, std::span<const std::uint64_t> stamps, std::uint64_t since);
 
 /// Returns heights [mm] as values in um.
 std::vector<float> in_um(const HeightMap& height);

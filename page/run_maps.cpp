@@ -90,7 +90,6 @@ void RunMaps::take(std::string_view channel, std::span<const std::byte> message,
     maps_[m->layer] = {place, time_s(*m)};
     new_maps_.push_back(m->layer);
     rows_layer_ = -1;
-    rows_came_ = false;
     if (paths_ || !grid_) grid_ = from_message(m->grid);
   } else if (channel == channels::kLayerPlan.name) {
     const auto m = decode<layer_plan_t>(message);
@@ -224,6 +223,8 @@ void RunMaps::on_profile(std::span<const std::byte> message) {
     if (const auto before = m->layer > 0 ? measured(m->layer - 1) : std::nullopt;
         before && before->height.spec == *grid_)
       rows_ = before->height;
+    stamps_.assign(std::size_t(grid_->ny), 0);
+    first_stamp_ = ++rows_stamp_;
   }
   const double j = std::round((m->y_mm - grid_->origin_y_mm) / grid_->pitch_y_mm);
   if (!(j >= 0.0 && j < grid_->ny)) return;
@@ -232,13 +233,13 @@ void RunMaps::on_profile(std::span<const std::byte> message) {
     if (k >= 0.0 && k < double(m->z_mm.size())) rows_.at(i, int(j)) = double(m->z_mm[std::size_t(k)]);
   }
   rows_s_ = time_s(*m);
-  rows_came_ = true;
+  stamps_[std::size_t(j)] = ++rows_stamp_;
 }
 
-bool RunMaps::take_rows() { return std::exchange(rows_came_, false); }
-
-std::optional<std::vector<std::byte>> RunMaps::partial() const {
+std::optional<std::vector<std::byte>> RunMaps::partial(std::uint64_t since) const {
   if (rows_layer_ < 0) return std::nullopt;
+  if (since >= first_stamp_)
+    return encode_rows(Surface::kMeasured, rows_layer_, rows_, kPart, rows_s_, stamps_, since);
   return encode_map(Surface::kMeasured, rows_layer_, rows_.spec, kPart, rows_s_, in_um(rows_));
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <span>
@@ -45,10 +46,11 @@ class RunMaps {
   std::vector<Value> take_predictions();
   /// Computes the volume beside the part [%] of the layers that were measured since the last call, likewise.
   std::vector<Value> take_overspill();
-  /// Returns true if rows came since the last call: partial() is another map.
-  bool take_rows();
-  /// Returns the newest map with the rows that are measured now over it.
-  std::optional<std::vector<std::byte>> partial() const;
+  /// Counts the rows that are measured now; 0: none are.
+  std::uint64_t rows_stamp() const { return rows_layer_ < 0 ? 0 : rows_stamp_; }
+  /// Returns the newest map with these rows over it, as a frame; to a reader that has them up to `since`, the
+  /// rows that came later.
+  std::optional<std::vector<std::byte>> partial(std::uint64_t since) const;
 
  private:
   struct MapPlace {
@@ -84,7 +86,8 @@ class RunMaps {
   HeightMap rows_;
   int rows_layer_ = -1;
   double rows_s_ = 0.0;
-  bool rows_came_ = false;
+  std::uint64_t rows_stamp_ = 0, first_stamp_ = 0;  // of the newest row; before the first of this layer
+  std::vector<std::uint64_t> stamps_;               // of the rows of rows_
 };
 
 }  // namespace firn::page

@@ -79,15 +79,17 @@ std::optional<fs::path> RunSet::find(const std::string& id) const {
   return std::nullopt;
 }
 
-std::shared_ptr<WatchedRun> RunSet::open(const std::string& id, double now_s) {
+std::shared_ptr<WatchedRun> RunSet::opened(const std::string& id) {
   const auto folder = find(id);
-  if (!folder) return nullptr;
-  auto& kept = opened_[*folder];
-  std::shared_ptr<WatchedRun> run = kept.lock();
-  if (!run) run = std::make_shared<WatchedRun>(*folder, now_s);
-  kept = run;
-  last_ = run;
+  const auto at = folder ? opened_.find(*folder) : opened_.end();
+  auto run = at == opened_.end() ? nullptr : at->second.lock();
+  if (run) last_ = run;
   return run;
+}
+
+void RunSet::keep(const std::shared_ptr<WatchedRun>& run) {
+  opened_[run->folder()] = run;
+  last_ = run;
 }
 
 std::vector<std::shared_ptr<WatchedRun>> RunSet::opened() {

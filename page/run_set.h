@@ -21,9 +21,10 @@ class RunSet {
 
   /// Returns the folder of a run; nothing: there is no such run.
   std::optional<std::filesystem::path> find(const std::string& id) const;
-  /// Returns the run, which is read once and kept while somebody has it. Empty: there is no such run.
-  /// @throws std::runtime_error naming the file that cannot be read
-  std::shared_ptr<WatchedRun> open(const std::string& id, double now_s);
+  /// Returns a run that is open; empty: it is not, or there is no such run.
+  std::shared_ptr<WatchedRun> opened(const std::string& id);
+  /// Takes a run that was read; it stays open while somebody has it, the last one longer.
+  void keep(const std::shared_ptr<WatchedRun>& run);
   /// Returns the runs that somebody has.
   std::vector<std::shared_ptr<WatchedRun>> opened();
 

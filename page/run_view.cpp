@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <utility>
 
 #include "core/grid/decision.h"
@@ -99,8 +100,7 @@ void RunView::on_command(std::string_view channel, std::span<const std::byte> by
       set_phase(Phase::kMeasuring,
                 m.layer > 0 ? "measuring " + layer_words(m.layer) : "measuring the bare substrate");
   } else if (channel == channels::kLampCommand.name) {
-    lamp_command_t m{};
-    if (decode(bytes, m)) set_phase(Phase::kCuring, "curing " + layer_words(m.layer));
+    on_exposure(bytes);
   } else if (channel == channels::kLayerPlan.name) {
     layer_plan_t m{};
     if (!decode(bytes, m)) return;
@@ -131,6 +131,24 @@ void RunView::on_command(std::string_view channel, std::span<const std::byte> by
     set_phase(p.measures ? Phase::kMeasuring : Phase::kDepositing,
               (p.measures ? "measuring " : "depositing ") + layer_words(p.layer) + ", " + interval_);
   }
+}
+
+// No message tells the lamp's own hours; what this print adds to them can be counted.
+void RunView::on_exposure(std::span<const std::byte> bytes) {
+  lamp_command_t m{};
+  if (!decode(bytes, m)) return;
+  set_phase(Phase::kCuring, "curing " + layer_words(m.layer));
+  lamp_open_s_ += m.exposure_s;
+  ++exposures_;
+  InstrumentRow& lamp = instrument("lamp");
+  char hours[20];
+  std::snprintf(hours, sizeof hours, "%.4f", lamp_open_s_ / 3600.0);
+  const std::tuple row(std::string("open in this print, exposures ") + std::to_string(exposures_),
+                       std::string(hours), std::string("h"));
+  if (exposures_ == 1)
+    lamp.details.insert(lamp.details.begin(), row);
+  else
+    lamp.details.front() = row;
 }
 
 void RunView::on_operator(std::span<const std::byte> bytes) {
@@ -188,6 +206,11 @@ void RunView::on_fault(std::span<const std::byte> bytes) {
     e.cause = row->cause;
     e.remedy = row->remedy;
     e.manual = kInterlocksPage;
+    if (const auto limit = facts_.limits.find(m.code); limit != facts_.limits.end())
+      e.cause += "; limits: " + limit->second;
+  } else if (weight == Weight::kFault) {
+    e.remedy = kResume;
+    e.manual = kStopPage;
   }
   if (weight == Weight::kWarning || weight == Weight::kFault)
     if (const auto i = instruments_.find(m.node); i != instruments_.end()) {

@@ -26,6 +26,7 @@ struct ViewFacts {
   std::set<std::string> real;                ///< nodes of instruments that are no simulation
   /// Settings of an instrument that the page shows: label, value, unit; by node.
   std::map<std::string, std::vector<std::tuple<std::string, std::string, std::string>>> details;
+  std::map<int, std::string> limits;  ///< by code of an interlock: "process.min_measured_fraction 0.8"
 };
 
 /// Rows that are new since the last call.
@@ -80,6 +81,7 @@ class RunView {
   void at_time(std::int64_t utime_us);
   void on_command(std::string_view channel, std::span<const std::byte> bytes);
   void on_measurement(std::string_view channel, std::span<const std::byte> bytes);
+  void on_exposure(std::span<const std::byte> bytes);
   void on_operator(std::span<const std::byte> bytes);
   void on_fault(std::span<const std::byte> bytes);
   void on_instrument(std::string_view channel, std::span<const std::byte> bytes);
@@ -106,6 +108,8 @@ class RunView {
   bool paused_ = false, stopping_ = false;
   std::optional<int> doubt_layer_;
   std::string doubt_words_;
+  double lamp_open_s_ = 0.0;  // by the commands of this print
+  int exposures_ = 0;
   std::vector<std::tuple<std::string, double, double>> temperatures_;
   std::optional<EstimateRow> flow_;
   std::string interval_;

@@ -166,10 +166,12 @@ void RunView::on_stop(std::string_view channel, std::span<const std::byte> bytes
   if (channel == channels::kSafeStop.name) {
     safe_stop_t m{};
     if (!decode(bytes, m) || phase_ == Phase::kStopping || phase_ == Phase::kStopped) return;
-    if (last_stop_.words.empty()) last_stop_ = {"", m.cause, "", "", std::string(kStopPage)};
+    if (last_stop_.words.empty())
+      last_stop_ = {"", m.cause, "", std::string(kResume), std::string(kStopPage)};
     set_phase(Phase::kStopping, "the lab is made safe: " + m.cause);
     EventRow& e = event(Weight::kStop, "safety", "safe stop");
     e.cause = m.cause;
+    e.remedy = last_stop_.remedy;
     e.manual = kStopPage;
     return;
   }

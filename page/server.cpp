@@ -1,5 +1,6 @@
 #include "page/server.h"
 
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <utility>  // before boost/asio/awaitable.hpp, which takes it for granted
@@ -13,6 +14,8 @@
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/redirect_error.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <boost/asio/this_coro.hpp>
+#include <boost/asio/thread_pool.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
@@ -25,15 +28,15 @@
 #include <optional>
 #include <set>
 #include <stdexcept>
+#include <thread>
 
-#include "files/text_file.h"
-#include "files/usage_error.h"
-#include "page/bundle.h"
+#include "page/answers.h"
 #include "page/client_frame.h"
-#include "page/run_set.h"
+#include "page/listening.h"
 #include "page/view_json.h"
 #include "page/web_rules.h"
 #include "print/operator/operator_client.h"
+#include "runtime/run_clock.h"
 
 namespace firn::page {
 namespace {
@@ -45,25 +48,149 @@ namespace fs = std::filesystem;
 using asio::ip::tcp;
 using namespace std::chrono_literals;
 
-constexpr auto kTick = 50ms;
+constexpr std::chrono::seconds kPatience{10};  // for a request, for an answer to an order
+constexpr auto kTick = 25ms;
 constexpr auto kMapPause = 100ms;                                // between two maps that are being measured
 constexpr auto kStatePause = 250ms;                              // between two states without an event
-constexpr auto kPatience = 10s;                                  // for a request, for an answer to an order
 constexpr std::size_t kMostWaitingBytes = std::size_t(4) << 20;  // of text for one tab
 constexpr int kSocketBuffer = 1 << 19;                           // so much of a map may wait in the kernel
-constexpr int kPortsToTry = 20;
+constexpr int kNice = 10;
+
+template <class T>
+using Shared = std::shared_ptr<const T>;
+
+std::string run_of(std::string_view target) {
+  const auto ids = query_values(target, "run");
+  return ids.empty() ? "live" : ids.front();
+}
+
+double steady_s() { return double(monotonic_ns()) * 1e-9; }
 
 using Request = http::request<http::string_body>;
 using Response = http::response<http::string_body>;
 using Socket = beast::websocket::stream<beast::tcp_stream>;
-template <class T>
-using Shared = std::shared_ptr<const T>;
-
-double steady_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 std::string to_string(beast::string_view text) { return {text.data(), text.size()}; }
+
+void make_ready(Socket& socket) {
+  socket.set_option(beast::websocket::stream_base::timeout{kPatience, 60s, true});
+  socket.read_message_max(kMostFrameBytes);
+  socket.auto_fragment(false);
+}
+
+// The order goes the way of firn ctl, to the launcher; the frame answers the browser.
+asio::awaitable<std::string> obey(std::filesystem::path folder, ClientFrame frame) {
+  std::string error, words;
+  try {
+    const auto executor = co_await asio::this_coro::executor;
+    OperatorClient client(folder);
+    client.say("from page");
+    client.send(parse_order(frame.words));
+    asio::posix::stream_descriptor readable(executor, ::dup(client.fd()));
+    asio::steady_timer patience(executor, kPatience);
+    patience.async_wait([&readable](boost::system::error_code stopped) {
+      boost::system::error_code ignored;
+      if (!stopped) readable.cancel(ignored);
+    });
+    std::optional<std::string> line;
+    for (boost::system::error_code ended; !line && !ended && !client.closed();) {
+      line = client.next(0.0);
+      if (!line)
+        co_await readable.async_wait(asio::posix::stream_descriptor::wait_read,
+                                     asio::redirect_error(asio::use_awaitable, ended));
+    }
+    patience.cancel();
+    if (!line)
+      error =
+          client.closed() ? "the print ended before it answered" : "the print has not answered within 10 s";
+    else if (line->starts_with("ok "))
+      words = line->substr(3);
+    else
+      error = line->substr(line->find(' ') + 1);
+  } catch (const std::exception& e) {
+    error = e.what();
+  }
+  co_return answer_frame(frame.id, error.empty(), error, words);
+}
+
+// Serves the lines of those who may command, apart from all else and at the print's own priority: a safe stop
+// waits for no file, no map and no crowd of watchers.
+class CommandThread {
+ public:
+  CommandThread() : work_(asio::make_work_guard(io_)), thread_([this] { run(); }) {}
+  ~CommandThread() {
+    io_.stop();
+    thread_.join();
+  }
+  CommandThread(const CommandThread&) = delete;
+  CommandThread& operator=(const CommandThread&) = delete;
+
+  static constexpr std::string_view kProtocol = "firn";
+
+  /// Takes a connection whose request named this protocol and the token. From any thread.
+  void take(asio::ip::tcp::socket socket, Request request, std::filesystem::path folder) {
+    boost::system::error_code error;
+    const auto protocol = socket.local_endpoint(error).protocol();
+    const int fd = error ? -1 : socket.release(error);
+    if (error) return;  // it has gone
+    asio::post(io_, [this, protocol, fd, request = std::move(request), folder = std::move(folder)]() mutable {
+      asio::ip::tcp::socket mine(io_, protocol, fd);
+      if (lines_ >= kMostLines) return;  // closes it
+      ++lines_;
+      asio::co_spawn(io_, serve(std::move(mine), std::move(request), std::move(folder)),
+                     [this](const std::exception_ptr&) { --lines_; });
+    });
+  }
+
+ private:
+  static constexpr int kMostLines = 32;
+
+  void run() {
+    for (;;) try {
+        io_.run();
+        return;
+      } catch (const std::exception& e) {  // of one line: the others go on
+        std::fprintf(stderr, "page: %s\n", e.what());
+      }
+  }
+
+  static asio::awaitable<void> serve(asio::ip::tcp::socket socket, Request request,
+                                     std::filesystem::path folder) {
+    Socket ws(std::move(socket));
+    make_ready(ws);
+    ws.set_option(beast::websocket::stream_base::decorator([](beast::websocket::response_type& response) {
+      response.set(http::field::sec_websocket_protocol,
+                   beast::string_view(kProtocol.data(), kProtocol.size()));
+    }));
+    co_await ws.async_accept(request, asio::use_awaitable);
+    beast::flat_buffer buffer;
+    for (;;) {
+      co_await ws.async_read(buffer, asio::use_awaitable);
+      std::string answer;
+      std::optional<ClientFrame> command;
+      try {
+        const auto data = buffer.data();
+        ClientFrame frame = parse_client_frame({static_cast<const char*>(data.data()), data.size()});
+        if (frame.kind != ClientFrame::Kind::kCommand) throw std::invalid_argument("only commands here");
+        command = std::move(frame);
+      } catch (const std::exception& e) {
+        answer = error_frame(e.what());
+      }
+      buffer.consume(buffer.size());
+      if (command) {
+        auto obeyed = obey(folder, std::move(*command));
+        answer = co_await std::move(obeyed);
+      }
+      ws.text(true);
+      co_await ws.async_write(asio::buffer(answer), asio::use_awaitable);
+    }
+  }
+
+  asio::io_context io_{1};
+  asio::executor_work_guard<asio::io_context::executor_type> work_;
+  int lines_ = 0;
+  std::thread thread_;
+};
 
 // One browser's WebSocket. It reads as fast as it likes: text waits up to a limit, of maps only the newest.
 class Tab : public std::enable_shared_from_this<Tab> {
@@ -87,8 +214,11 @@ class Tab : public std::enable_shared_from_this<Tab> {
     beast::get_lowest_layer(socket_).socket().close(ignored);
   }
 
+  bool busy() const { return writing_; }
+
   std::shared_ptr<WatchedRun> run;
   std::optional<Surface> follows;
+  std::uint64_t rows_seen = 0;  // of the rows that are measured now
 
  private:
   void write_next() {
@@ -121,13 +251,23 @@ class Tab : public std::enable_shared_from_this<Tab> {
   Shared<std::vector<std::byte>> map_, map_in_flight_;
 };
 
+// GCC 12 destroys temporaries of a co_await expression twice: what is awaited is made before, by name.
 class Server {
  public:
   explicit Server(const ServerOptions& options)
-      : options_(options), runs_(options.places, options.live), acceptor_(io_), timer_(io_) {}
+      : options_(options),
+        runs_(options.places, options.live),
+        answers_(options, runs_),
+        acceptor_(io_),
+        timer_(io_) {}
+  ~Server() {
+    reader_.stop();
+    reader_.join();
+  }
 
   void run() {
     listen();
+    ::setpriority(PRIO_PROCESS, 0, kNice);  // this thread, and those that it makes
     asio::co_spawn(io_, accept(), asio::detached);
     asio::co_spawn(io_, watch(), asio::detached);
     std::optional<asio::posix::stream_descriptor> stop;
@@ -149,52 +289,44 @@ class Server {
   asio::awaitable<void> accept();
   asio::awaitable<void> serve(tcp::socket socket);
   asio::awaitable<void> serve_tab(tcp::socket socket, Request request);
-  asio::awaitable<void> obey(std::shared_ptr<Tab> tab, ClientFrame frame);
   asio::awaitable<void> watch();
-  Response answer(const Request& request);
-  Response answer_api(const Request& request, const std::vector<std::string>& parts);
-  Response take_notes(const Request& request, const std::string& id);
+  asio::awaitable<WebReply> answer(const WebRequest& request);
+  asio::awaitable<std::shared_ptr<WatchedRun>> open(const std::string& id);
+  bool own(const Request& request) const;
+  bool take_line(beast::tcp_stream& stream, const Request& request);
   void take(const std::shared_ptr<Tab>& tab, std::string_view text);
   void follow(const std::shared_ptr<Tab>& tab, const ClientFrame& frame);
   void look(const std::shared_ptr<WatchedRun>& run);
-  void send_maps(WatchedRun& run, bool rows);
+  /// Returns what `work` returns, done by the thread that reads runs.
+  template <class Work>
+  auto apart(Work work) -> asio::awaitable<decltype(work())> {
+    auto body = [work]() -> asio::awaitable<decltype(work())> { co_return work(); };
+    auto done = asio::co_spawn(reader_, std::move(body), asio::use_awaitable);
+    co_return co_await std::move(done);
+  }
+  void send_maps(WatchedRun& run);
+  void send_rows();
 
   const ServerOptions& options_;
   RunSet runs_;
+  Answers answers_;
+  CommandThread commands_;  // before this thread gives way
   asio::io_context io_{1};
+  asio::thread_pool reader_{1};  // goes first: what it holds belongs to io_
   tcp::acceptor acceptor_;
   asio::steady_timer timer_;
   std::vector<std::string> own_;
   std::set<std::shared_ptr<Tab>> tabs_;
-  std::set<fs::path> troubled_;
+  std::set<fs::path> troubled_, opening_;
   int connections_ = 0;
   std::chrono::steady_clock::time_point last_state_{}, last_rows_{};
 };
 
 void Server::listen() {
-  boost::system::error_code error;
-  const auto address = asio::ip::make_address(options_.bind, error);
-  if (error) throw UsageError("--bind " + options_.bind + ": is no address of this machine");
-  const bool any_port = options_.port == 0;
-  for (int n = 0;; ++n) {
-    const int port = any_port ? (n < kPortsToTry ? kFirstPort + n : 0) : options_.port;
-    const tcp::endpoint at(address, std::uint16_t(port));
-    acceptor_.open(at.protocol(), error);
-    if (!error) acceptor_.set_option(tcp::acceptor::reuse_address(true), error);
-    if (!error) acceptor_.bind(at, error);
-    if (!error) acceptor_.listen(tcp::acceptor::max_listen_connections, error);
-    if (!error) break;
-    boost::system::error_code ignored;
-    acceptor_.close(ignored);
-    if (!any_port || port == 0 || error != asio::error::address_in_use)
-      throw UsageError("cannot listen on " + options_.bind + ":" + std::to_string(port) + ": " +
-                       error.message());
-  }
-  const int port = acceptor_.local_endpoint().port();
-  own_ = own_authorities(options_.bind, port, options_.hosts);
-  const bool any = options_.bind == "0.0.0.0" || options_.bind == "::";
-  const std::string shown = any ? "127.0.0.1" : address.is_v6() ? "[" + options_.bind + "]" : options_.bind;
-  if (options_.listening) options_.listening("http://" + shown + ":" + std::to_string(port) + "/");
+  const Listening l = listen_on(options_.bind, options_.port);
+  acceptor_.assign(l.v6 ? tcp::v6() : tcp::v4(), l.fd);
+  own_ = own_authorities(options_.bind, l.port, options_.hosts);
+  if (options_.listening) options_.listening(l.address);
 }
 
 asio::awaitable<void> Server::accept() {
@@ -215,6 +347,40 @@ asio::awaitable<void> Server::accept() {
   }
 }
 
+bool Server::own(const Request& request) const {
+  return host_allowed(to_string(request[http::field::host]), own_) &&
+         origin_allowed(to_string(request[http::field::origin]), own_);
+}
+
+WebRequest as_web_request(Request&& request) {
+  WebRequest r;
+  r.method = to_string(request.method_string());
+  r.target = to_string(request.target());
+  r.type = to_string(request[http::field::content_type]);
+  r.if_none_match = to_string(request[http::field::if_none_match]);
+  r.gzip = to_string(request[http::field::accept_encoding]).find("gzip") != std::string::npos;
+  r.body = std::move(request.body());
+  return r;
+}
+
+Response as_response(WebReply&& reply, unsigned version, bool keep_alive, bool head) {
+  Response r(http::int_to_status(unsigned(reply.status)), version);
+  r.set(http::field::content_type, reply.type);
+  r.set(http::field::cache_control, reply.etag.empty() ? "no-store" : "no-cache");
+  if (!reply.etag.empty()) r.set(http::field::etag, reply.etag);
+  if (reply.packed) r.set(http::field::content_encoding, "gzip");
+  r.set("X-Content-Type-Options", "nosniff");
+  r.set("Referrer-Policy", "no-referrer");
+  r.set("Content-Security-Policy",
+        reply.report ? "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:"
+                     : "default-src 'self'; img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; "
+                       "form-action 'none'; frame-ancestors 'none'");
+  r.keep_alive(keep_alive);
+  if (!head) r.body() = std::move(reply.body);
+  r.prepare_payload();
+  return r;
+}
+
 asio::awaitable<void> Server::serve(tcp::socket socket) {
   beast::tcp_stream stream(std::move(socket));
   beast::flat_buffer buffer(1 << 16);
@@ -225,14 +391,21 @@ asio::awaitable<void> Server::serve(tcp::socket socket) {
     stream.expires_after(kPatience);
     co_await http::async_read(stream, buffer, parser, asio::use_awaitable);
     Request request = parser.release();
-    if (beast::websocket::is_upgrade(request) && request.target().starts_with("/ws") &&
-        host_allowed(to_string(request[http::field::host]), own_) &&
-        origin_allowed(to_string(request[http::field::origin]), own_)) {
+    if (beast::websocket::is_upgrade(request) && own(request)) {
       stream.expires_never();
-      co_return co_await serve_tab(stream.release_socket(), std::move(request));
+      if (take_line(stream, request)) co_return;
+      if (request.target().starts_with("/ws"))
+        co_return co_await serve_tab(stream.release_socket(), std::move(request));
     }
-    Response response = answer(request);
-    go_on = response.keep_alive();
+    const unsigned version = request.version();
+    const bool head = request.method() == http::verb::head;
+    go_on = request.keep_alive();
+    WebReply reply = refusal(403, "Host or Origin is not this page's");
+    if (own(request)) {
+      const WebRequest asked = as_web_request(std::move(request));
+      reply = co_await answer(asked);
+    }
+    Response response = as_response(std::move(reply), version, go_on, head);
     stream.expires_after(kPatience);
     co_await http::async_write(stream, response, asio::use_awaitable);
   }
@@ -240,27 +413,71 @@ asio::awaitable<void> Server::serve(tcp::socket socket) {
   stream.socket().shutdown(tcp::socket::shutdown_send, ignored);
 }
 
-std::string run_of(std::string_view target) {
-  const std::size_t at = target.find("run=");
-  if (at == target.npos) return "live";
-  std::string_view value = target.substr(at + 4);
-  value = value.substr(0, value.find('&'));
-  const auto parts = path_parts("/" + std::string(value));
-  return parts.size() == 1 ? parts.front() : "";
+// "/command?run=ID" is a line for commands alone; the token comes as a protocol, which no log shows.
+bool Server::take_line(beast::tcp_stream& stream, const Request& request) {
+  const std::string target = to_string(request.target());
+  if (!target.starts_with("/command?") || options_.token.empty()) return false;
+  const std::string header = to_string(request[http::field::sec_websocket_protocol]);
+  const auto words = list_words(header);
+  if (words.size() != 2 || words[0] != CommandThread::kProtocol || !same_secret(words[1], options_.token))
+    return false;
+  const auto folder = runs_.find(run_of(target));
+  if (!folder) return false;
+  commands_.take(stream.release_socket(), request, *folder);
+  return true;
+}
+
+asio::awaitable<WebReply> Server::answer(const WebRequest& request) {
+  const auto parts = path_parts(request.target);
+  if (const auto folders = answers_.wanted_report(request); !folders.empty()) {
+    auto report = apart([folders] { return Answers::report(folders); });
+    co_return co_await std::move(report);
+  }
+  if (const std::string id = Answers::wanted_run(parts); !id.empty()) {
+    std::string trouble;
+    try {
+      if (const auto run = co_await open(id)) look(run);
+    } catch (const std::exception& e) {
+      trouble = e.what();
+    }
+    if (!trouble.empty()) co_return refusal(500, trouble);
+  }
+  co_return answers_.answer(request, parts, steady_s());
+}
+
+// A run is read apart: the others are served meanwhile.
+asio::awaitable<std::shared_ptr<WatchedRun>> Server::open(const std::string& id) {
+  const auto folder = runs_.find(id);
+  if (!folder) co_return nullptr;
+  for (;;) {
+    if (auto run = runs_.opened(id)) co_return run;
+    if (opening_.insert(*folder).second) break;
+    asio::steady_timer pause(io_, kTick / 5);
+    co_await pause.async_wait(asio::use_awaitable);
+  }
+  std::shared_ptr<WatchedRun> run;
+  std::exception_ptr trouble;
+  try {
+    auto reading = apart([at = *folder] { return std::make_shared<WatchedRun>(at, steady_s()); });
+    run = co_await std::move(reading);
+    runs_.keep(run);
+  } catch (...) {
+    trouble = std::current_exception();
+  }
+  opening_.erase(*folder);
+  if (trouble) std::rethrow_exception(trouble);
+  co_return run;
 }
 
 asio::awaitable<void> Server::serve_tab(tcp::socket socket, Request request) {
   const auto tab = std::make_shared<Tab>(std::move(socket));
   Socket& ws = tab->socket();
-  beast::websocket::stream_base::timeout timeout{kPatience, 60s, true};
-  ws.set_option(timeout);
-  ws.read_message_max(kMostFrameBytes);
-  ws.auto_fragment(false);
+  make_ready(ws);
   co_await ws.async_accept(request, asio::use_awaitable);
   const std::string id = run_of(to_string(request.target()));
   std::string trouble = "no run '" + id.substr(0, 100) + "'";
   try {
-    tab->run = runs_.open(id, steady_s());
+    tab->run = co_await open(id);
   } catch (const std::exception& e) {
     trouble = e.what();
   }
@@ -296,14 +513,14 @@ void Server::take(const std::shared_ptr<Tab>& tab, std::string_view text) {
   if (frame.kind == ClientFrame::Kind::kPing) return tab->push(pong_frame(frame.id, steady_s()));
   if (frame.kind == ClientFrame::Kind::kFollow) return follow(tab, frame);
   if (options_.token.empty() || !same_secret(frame.token, options_.token))
-    return tab->push(
-        answer_frame(frame.id, false,
-                     "the token is missing or wrong: it stands in the address that the terminal shows", ""));
-  asio::co_spawn(io_, obey(tab, std::move(frame)), asio::detached);
+    return tab->push(answer_frame(frame.id, false, std::string(kNoToken), ""));
+  asio::co_spawn(io_, obey(tab->run->folder(), std::move(frame)),
+                 [tab](const std::exception_ptr&, const std::string& answer) { tab->push(answer); });
 }
 
 void Server::follow(const std::shared_ptr<Tab>& tab, const ClientFrame& frame) {
   if (!frame.layer) tab->follows = frame.surface;
+  if (!frame.layer) tab->rows_seen = 0;
   if (!frame.surface) return;
   const auto layer = frame.layer ? frame.layer : tab->run->newest_layer();
   auto map = layer ? tab->run->map({*frame.surface, *layer}) : std::nullopt;
@@ -315,40 +532,6 @@ void Server::follow(const std::shared_ptr<Tab>& tab, const ClientFrame& frame) {
                            ""));
 }
 
-// The order goes the way of firn ctl, to the launcher.
-asio::awaitable<void> Server::obey(std::shared_ptr<Tab> tab, ClientFrame frame) {
-  std::string error, words;
-  try {
-    OperatorClient client(tab->run->folder());
-    client.say("from page");
-    client.send(parse_order(frame.words));
-    asio::posix::stream_descriptor readable(io_, ::dup(client.fd()));
-    asio::steady_timer patience(io_, kPatience);
-    patience.async_wait([&readable](boost::system::error_code stopped) {
-      boost::system::error_code ignored;
-      if (!stopped) readable.cancel(ignored);
-    });
-    std::optional<std::string> line;
-    for (boost::system::error_code ended; !line && !ended && !client.closed();) {
-      line = client.next(0.0);
-      if (!line)
-        co_await readable.async_wait(asio::posix::stream_descriptor::wait_read,
-                                     asio::redirect_error(asio::use_awaitable, ended));
-    }
-    patience.cancel();
-    if (!line)
-      error =
-          client.closed() ? "the print ended before it answered" : "the print has not answered within 10 s";
-    else if (line->starts_with("ok "))
-      words = line->substr(3);
-    else
-      error = line->substr(line->find(' ') + 1);
-  } catch (const std::exception& e) {
-    error = e.what();
-  }
-  tab->push(answer_frame(frame.id, error.empty(), error, words));
-}
-
 asio::awaitable<void> Server::watch() {
   for (;;) {
     timer_.expires_after(kTick);
@@ -358,8 +541,13 @@ asio::awaitable<void> Server::watch() {
       } catch (const std::exception& e) {  // the run was moved away, or cannot be read any more
         if (troubled_.insert(run->folder()).second) std::fprintf(stderr, "page: %s\n", e.what());
       }
-    if (std::chrono::steady_clock::now() < last_state_ + kStatePause) continue;
-    last_state_ = std::chrono::steady_clock::now();
+    const auto now = std::chrono::steady_clock::now();
+    if (now >= last_rows_ + kMapPause) {
+      last_rows_ = now;
+      send_rows();
+    }
+    if (now < last_state_ + kStatePause) continue;
+    last_state_ = now;
     runs_.read_one_error();
     for (const auto& tab : std::set(tabs_))
       if (tab->run->live()) tab->push(tab->run->state(steady_s()));
@@ -373,19 +561,16 @@ void Server::look(const std::shared_ptr<WatchedRun>& run) {
     for (const auto& tab : std::set(tabs_))  // a tab that is too slow is closed on the way
       if (tab->run == run) tab->push(shared);
   }
-  if (news.map) return send_maps(*run, false);
-  if (!news.rows || std::chrono::steady_clock::now() < last_rows_ + kMapPause) return;
-  last_rows_ = std::chrono::steady_clock::now();
-  send_maps(*run, true);
+  if (news.map) send_maps(*run);
 }
 
-void Server::send_maps(WatchedRun& run, bool rows) {
+void Server::send_maps(WatchedRun& run) {
   std::map<Surface, Shared<std::vector<std::byte>>> made;  // one for all tabs
   for (const auto& tab : tabs_) {
-    if (tab->run.get() != &run || !tab->follows || (rows && *tab->follows != Surface::kMeasured)) continue;
+    if (tab->run.get() != &run || !tab->follows) continue;
     auto& map = made[*tab->follows];
     if (!map) {
-      auto frame = rows ? run.partial_map() : run.map({*tab->follows, run.newest_layer().value_or(0)});
+      auto frame = run.map({*tab->follows, run.newest_layer().value_or(0)});
       if (!frame) continue;
       map = std::make_shared<const std::vector<std::byte>>(std::move(*frame));
     }
@@ -393,109 +578,19 @@ void Server::send_maps(WatchedRun& run, bool rows) {
   }
 }
 
-Response reply(const Request& request, http::status status, std::string type, std::string body) {
-  Response r(status, request.version());
-  r.set(http::field::content_type, type);
-  r.set(http::field::cache_control, "no-store");
-  r.set("X-Content-Type-Options", "nosniff");
-  r.set("Referrer-Policy", "no-referrer");
-  r.set("Content-Security-Policy",
-        "default-src 'self'; img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; form-action "
-        "'none'; "
-        "frame-ancestors 'none'");
-  r.keep_alive(request.keep_alive());
-  if (request.method() != http::verb::head) r.body() = std::move(body);
-  r.prepare_payload();
-  return r;
-}
-
-Response refuse(const Request& request, http::status status, const std::string& why) {
-  return reply(request, status, "application/json", error_frame(why));
-}
-
-Response give(const Request& request, const Asset& asset) {
-  if (to_string(request[http::field::if_none_match]) == asset.etag) {
-    Response r = reply(request, http::status::not_modified, std::string(asset.type), "");
-    r.set(http::field::etag, std::string(asset.etag));
-    return r;
+// A tab that still takes what was sent before gets the rows of both times later.
+void Server::send_rows() {
+  std::map<std::pair<WatchedRun*, std::uint64_t>, Shared<std::vector<std::byte>>> made;
+  for (const auto& tab : tabs_) {
+    const std::uint64_t stamp = tab->run->rows_stamp();
+    if (tab->follows != Surface::kMeasured || tab->rows_seen >= stamp || tab->busy()) continue;
+    auto& rows = made[{tab->run.get(), tab->rows_seen}];
+    if (!rows)
+      rows = std::make_shared<const std::vector<std::byte>>(
+          tab->run->partial_map(tab->rows_seen).value_or(std::vector<std::byte>()));
+    tab->rows_seen = stamp;
+    tab->push_map(rows);
   }
-  const bool packed = to_string(request[http::field::accept_encoding]).find("gzip") != std::string::npos;
-  std::string body = packed ? std::string(reinterpret_cast<const char*>(asset.gzip.data()), asset.gzip.size())
-                            : plain(asset);
-  Response r = reply(request, http::status::ok, std::string(asset.type), std::move(body));
-  r.set(http::field::etag, std::string(asset.etag));
-  r.set(http::field::cache_control, "no-cache");
-  if (packed) r.set(http::field::content_encoding, "gzip");
-  return r;
-}
-
-Response Server::answer(const Request& request) {
-  if (!host_allowed(to_string(request[http::field::host]), own_))
-    return refuse(request, http::status::forbidden, "Host is not this page's");
-  if (!origin_allowed(to_string(request[http::field::origin]), own_))
-    return refuse(request, http::status::forbidden, "Origin is not this page's");
-  try {
-    const auto parts = path_parts(to_string(request.target()));
-    if (parts.size() >= 2 && parts[0] == "api" && parts[1] == "runs") return answer_api(request, parts);
-    if (request.method() != http::verb::get && request.method() != http::verb::head)
-      return refuse(request, http::status::method_not_allowed, "only GET");
-    std::string path;
-    for (const std::string& part : parts) path += "/" + part;
-    const Asset* asset = find_asset(path == "/" ? "/index.html" : path);
-    return asset ? give(request, *asset) : refuse(request, http::status::not_found, "there is no such page");
-  } catch (const std::exception& e) {
-    return refuse(request, http::status::internal_server_error, e.what());
-  }
-}
-
-std::optional<int> layer_of(const std::string& text) {
-  if (text.empty() || text.size() > 7 || text.find_first_not_of("0123456789") != text.npos)
-    return std::nullopt;
-  return std::stoi(text);
-}
-
-Response Server::answer_api(const Request& request, const std::vector<std::string>& parts) {
-  if (parts.size() == 4 && parts[3] == "notes" && request.method() == http::verb::post)
-    return take_notes(request, parts[2]);
-  if (request.method() != http::verb::get)
-    return refuse(request, http::status::method_not_allowed, "only GET, and POST of notes");
-  if (parts.size() == 2) return reply(request, http::status::ok, "application/json", runs_.list_json());
-  if (parts.size() == 4 && parts[3] == "report") {
-    const auto folder = runs_.find(parts[2]);
-    if (!folder || !fs::is_regular_file(*folder / "report.html"))
-      return refuse(request, http::status::not_found, "there is no report: firn report RUN writes one");
-    Response r =
-        reply(request, http::status::ok, "text/html; charset=utf-8", read_file(*folder / "report.html"));
-    r.set("Content-Security-Policy", "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:");
-    return r;
-  }
-  const auto run = runs_.open(parts[2], steady_s());
-  if (!run)
-    return refuse(request, http::status::not_found, "there is no run '" + parts[2].substr(0, 100) + "'");
-  look(run);
-  if (parts.size() == 3) return reply(request, http::status::ok, "application/json", run->hello(steady_s()));
-  const auto surface = parts.size() == 6 && parts[3] == "layers" ? surface_of(parts[5]) : std::nullopt;
-  const auto layer = surface ? layer_of(parts[4]) : std::nullopt;
-  const auto map = layer ? run->map({*surface, *layer}) : std::nullopt;
-  if (!map) return refuse(request, http::status::not_found, "the run has no such map");
-  return reply(request, http::status::ok, "application/octet-stream",
-               {reinterpret_cast<const char*>(map->data()), map->size()});
-}
-
-Response Server::take_notes(const Request& request, const std::string& id) try {
-  if (!to_string(request[http::field::content_type]).starts_with("application/json"))
-    return refuse(request, http::status::unsupported_media_type, "Content-Type must be application/json");
-  std::string token;
-  const Notes notes = parse_notes(request.body(), &token);
-  if (options_.token.empty() || !same_secret(token, options_.token))
-    return refuse(request, http::status::forbidden,
-                  "the token is missing or wrong: it stands in the address that the terminal shows");
-  const auto folder = runs_.find(id);
-  if (!folder) return refuse(request, http::status::not_found, "there is no run '" + id.substr(0, 100) + "'");
-  write_notes(*folder, notes);
-  return reply(request, http::status::ok, "application/json", "{\"ok\":true}");
-} catch (const std::invalid_argument& e) {
-  return refuse(request, http::status::bad_request, e.what());
 }
 
 }  // namespace

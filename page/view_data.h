@@ -17,7 +17,7 @@ struct LayerRow {
   std::optional<double> overspill_percent;           ///< volume beside the part, of the part's
   std::int64_t droplets = 0;                         ///< of this layer; 0: the lab counts none
   std::optional<double> predicted_rms_um;            ///< by the model, before the layer was printed
-  double decide_ms = 0.0;                            ///< node time
+  double decide_ms = 0.0;                            ///< node time; 0: a print in simulated time takes none
 };
 
 enum class Weight { kInfo, kNotice, kWarning, kFault, kStop };

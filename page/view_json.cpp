@@ -34,7 +34,7 @@ Json as_json(const LayerRow& r) {
           {"droplets", r.droplets > 0 ? Json(r.droplets) : Json(nullptr)},
           {"predicted_rms_um", number(r.predicted_rms_um)},
           {"measured_rms_um", number(r.rms_um)},
-          {"decision_ms", number(r.decide_ms)}};
+          {"decision_ms", r.decide_ms > 0.0 ? number(r.decide_ms) : Json(nullptr)}};
 }
 
 Json as_json(const EventRow& e) {

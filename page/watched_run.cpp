@@ -7,7 +7,9 @@
 #include "config/fields.h"
 #include "files/run_documents.h"
 #include "files/text_file.h"
+#include "page/event_words.h"
 #include "page/view_json.h"
+#include "page/web_rules.h"
 #include "print/folder/run_config.h"
 #include "print/folder/running.h"
 
@@ -30,6 +32,14 @@ ViewFacts facts_of(Experiment& e) {
   for (const Field& field : fields(e))
     if (f.ports.contains(std::string(field.section())) && belongs(field, e))
       f.details[std::string(field.section())].emplace_back(field.name(), value_text(field), field.unit);
+  std::map<std::string, std::string> settings;
+  for (const Field& field : fields(e))
+    if (belongs(field, e))
+      settings[field.key] = value_text(field) + (field.unit.empty() ? "" : " " + std::string(field.unit));
+  for (const InterlockWords& row : interlocks())
+    for (const std::string_view key : list_words(row.limits))
+      if (const auto at = settings.find(std::string(key)); at != settings.end())
+        f.limits[row.code] += (f.limits[row.code].empty() ? "" : ", ") + at->first + " " + at->second;
   return f;
 }
 
@@ -92,7 +102,6 @@ WatchedRun::News WatchedRun::poll(double now_s) {
   look_for_the_end(now_s);
   News news;
   news.map = grown && maps_->newest_layer() != before;
-  news.rows = maps_->take_rows();
   NewRows rows = view_->take_new();
   for (const auto& [key, value] : rows.settings) {
     Changes changes(experiment_);

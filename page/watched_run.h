@@ -26,7 +26,6 @@ class WatchedRun {
   struct News {
     std::vector<std::string> frames;  ///< JSON, for every tab
     bool map = false;                 ///< there is a map of another layer
-    bool rows = false;                ///< rows of the layer that is measured now
   };
   /// Reads new messages. @param now_s of a steady clock
   News poll(double now_s);
@@ -37,7 +36,11 @@ class WatchedRun {
 
   /// Returns the frame of a map; nothing: there is none.
   std::optional<std::vector<std::byte>> map(const MapRequest& request) { return maps_->frame(request); }
-  std::optional<std::vector<std::byte>> partial_map() const { return maps_->partial(); }
+  /// As of RunMaps.
+  std::uint64_t rows_stamp() const { return maps_->rows_stamp(); }
+  std::optional<std::vector<std::byte>> partial_map(std::uint64_t since) const {
+    return maps_->partial(since);
+  }
   std::optional<int> newest_layer() const { return maps_->newest_layer(); }
 
   const std::filesystem::path& folder() const { return folder_; }

@@ -68,4 +68,32 @@ std::vector<std::string> path_parts(std::string_view target) {
   }
 }
 
+std::vector<std::string> query_values(std::string_view target, std::string_view key) {
+  std::vector<std::string> values;
+  std::size_t at = target.find('?');
+  while (at != target.npos) {
+    target.remove_prefix(at + 1);
+    at = target.find('&');
+    const std::string_view pair = target.substr(0, at);
+    const std::size_t equals = pair.find('=');
+    if (equals == pair.npos || pair.substr(0, equals) != key) continue;
+    auto parts = path_parts("/" + std::string(pair.substr(equals + 1)));
+    values.push_back(parts.size() == 1 ? std::move(parts.front()) : "");
+  }
+  return values;
+}
+
+std::vector<std::string_view> list_words(std::string_view header) {
+  std::vector<std::string_view> words;
+  while (!header.empty()) {
+    const std::size_t comma = std::min(header.find(','), header.size());
+    std::string_view word = header.substr(0, comma);
+    while (word.starts_with(' ')) word.remove_prefix(1);
+    while (word.ends_with(' ')) word.remove_suffix(1);
+    if (!word.empty()) words.push_back(word);
+    header.remove_prefix(std::min(comma + 1, header.size()));
+  }
+  return words;
+}
+
 }  // namespace firn::page

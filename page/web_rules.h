@@ -22,4 +22,11 @@ bool origin_allowed(std::string_view origin, const std::vector<std::string>& own
 /// leads out of its folder.
 std::vector<std::string> path_parts(std::string_view target);
 
+/// Returns the values of a key in "/x?key=A&key=B" with %XX decoded; empty: one that no path may
+/// hold.
+std::vector<std::string> query_values(std::string_view target, std::string_view key);
+
+/// Returns the words of a header's list, "firn, 0123": what a browser puts into Sec-WebSocket-Protocol.
+std::vector<std::string_view> list_words(std::string_view header);
+
 }  // namespace firn::page

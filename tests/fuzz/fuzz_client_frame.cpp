@@ -22,5 +22,9 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
   }
   for (const std::string& part : firn::page::path_parts(text))
     firn::fuzz::require(part != ".." && part.find('/') == std::string::npos, "a part stays in its folder");
+  for (const std::string& value : firn::page::query_values(text, "run"))
+    firn::fuzz::require(value != ".." && value.find('/') == std::string::npos, "a value stays in its folder");
+  for (const std::string_view word : firn::page::list_words(text))
+    firn::fuzz::require(!word.empty() && word.find(',') == word.npos, "a word of a list has no comma");
   return 0;
 }

@@ -125,3 +125,12 @@ TEST_CASE("no path leads out of its folder") {
        {"", "api", "/..", "/a/../b", "/%2e%2e/x", "/a%2fb", "/a%00", "/%zz", "/%4", "/1/2/3/4/5/6/7/8/9"})
     CHECK(path_parts(target).empty());
 }
+
+TEST_CASE("values of a query and words of a header's list are found") {
+  CHECK(query_values("/ws?run=a%20b&x=1&run=c", "run") == std::vector<std::string>{"a b", "c"});
+  CHECK(query_values("/ws?run=..%2fx&run=", "run") == std::vector<std::string>{"", ""});
+  CHECK(query_values("/ws?runs=a&x", "run").empty());
+  CHECK(query_values("/ws", "run").empty());
+  CHECK(list_words(" firn,0123 ,, ") == std::vector<std::string_view>{"firn", "0123"});
+  CHECK(list_words("").empty());
+}

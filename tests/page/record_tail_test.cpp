@@ -115,6 +115,46 @@ TEST_CASE("a run that is packed meanwhile stays readable at the same places") {
   CHECK(tail.read(*map) == bytes);
 }
 
+TEST_CASE("rows that came since, over the map of before, are the map of now") {
+  const test::TempFolder place;
+  const fs::path run = printed(place.path()), growing = place.path() / "growing";
+  fs::copy(run, growing, fs::copy_options::recursive);
+  const std::string profiles = read_file(run / "nodes" / "laser_profiler.wal");
+  for (const char* node : {"laser_profiler", "surface_mapper"})
+    fs::remove(growing / "nodes" / (std::string(node) + ".wal"));
+  WatchedRun watched(growing, 0.0);
+  std::vector<std::byte> before;
+  std::uint64_t since = 0;
+  int compared = 0;
+  RandomStream random(5, Purpose::kTest);
+  for (std::size_t done = 0; done < profiles.size();) {
+    const std::size_t n = std::min<std::size_t>(profiles.size() - done, random.below(4000));
+    std::ofstream(growing / "nodes" / "laser_profiler.wal", std::ios::binary | std::ios::app)
+        << profiles.substr(done, n);
+    done += n;
+    watched.poll(0.0);
+    if (watched.rows_stamp() == since) continue;
+    const auto now = watched.partial_map(0);
+    REQUIRE(now);
+    const std::vector<std::byte> rows = watched.partial_map(since).value();
+    if (rows.size() != now->size() || std::uint32_t(rows[20]) & kRows) {
+      const std::size_t row_bytes = 9 * 4;
+      REQUIRE((rows.size() - kMapHeaderBytes) % (4 + row_bytes) == 0);
+      for (std::size_t from = kMapHeaderBytes; from < rows.size(); from += 4 + row_bytes) {
+        const std::size_t row = std::size_t(rows[from]);
+        std::copy_n(rows.begin() + std::ptrdiff_t(from + 4), row_bytes,
+                    before.begin() + std::ptrdiff_t(kMapHeaderBytes + row * row_bytes));
+      }
+      CHECK(std::equal(before.begin() + kMapHeaderBytes, before.end(), now->begin() + kMapHeaderBytes,
+                       now->end()));
+      ++compared;
+    }
+    before = *now;
+    since = watched.rows_stamp();
+  }
+  CHECK(compared > 3);
+}
+
 TEST_CASE("notes stand beside a sealed run, and its seal holds") {
   const test::TempFolder place;
   const fs::path run = printed(place.path());

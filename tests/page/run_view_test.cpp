@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include "config/fields.h"
 #include "core/grid/device.h"
 #include "firn/deposition_report_t.hpp"
 #include "firn/device_state_t.hpp"
@@ -7,6 +8,7 @@
 #include "firn/fault_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/height_model_t.hpp"
+#include "firn/lamp_command_t.hpp"
 #include "firn/layer_metrics_t.hpp"
 #include "firn/operator_command_t.hpp"
 #include "firn/run_end_t.hpp"
@@ -16,6 +18,7 @@
 #include "lcmtypes/channels.h"
 #include "page/event_words.h"
 #include "page/run_view.h"
+#include "page/web_rules.h"
 
 using namespace firn;
 using namespace firn::page;
@@ -30,6 +33,7 @@ struct Told {
     f.time_scale = 2.0;
     f.ports = {{"stage", "tcp:10.0.0.2:8000"}, {"jet", "simulated"}};
     f.real = {"stage"};
+    f.limits = {{13, "process.min_measured_fraction 0.8"}};
     return f;
   }
   template <class Message>
@@ -252,4 +256,44 @@ TEST_CASE("the events of a print without end take a bounded room") {
   CHECK(t.view.events().size() == 1000);
   CHECK(t.view.events().back().n == 5000);
   CHECK(t.view.events().back().words == "notice 4999");
+}
+
+TEST_CASE("every fault says its cause, its limit where a setting sets one, and what to do") {
+  Told t;
+  t.fault(Severity::kWarning, 13, "scheduler", "0.71 of the map was measured", 1.0);
+  t.fault(Severity::kStop, 0, "scheduler", "the queue is full", 2.0);
+  const auto rows = t.view.take_new();
+  CHECK(rows.events[0].cause ==
+        std::string(interlock_words(13)->cause) + "; limits: process.min_measured_fraction 0.8");
+  CHECK(rows.events[1].remedy == kResume);
+  CHECK(rows.events[1].manual == kStopPage);
+}
+
+TEST_CASE("every interlock of the safety manual has its words") {
+  for (int code = 1; code <= 15; ++code) {
+    INFO(code);
+    CHECK(interlock_words(code) != nullptr);
+  }
+}
+
+TEST_CASE("the limits of the interlocks are settings") {
+  Experiment e;
+  std::set<std::string> keys;
+  for (const Field& f : fields(e)) keys.insert(f.key);
+  for (const InterlockWords& row : interlocks())
+    for (const std::string_view key : list_words(row.limits)) {
+      INFO(key);
+      CHECK(keys.contains(std::string(key)));
+    }
+}
+
+TEST_CASE("the lamp tells how long this print has opened it") {
+  Told t;
+  lamp_command_t m{};
+  m.exposure_s = 18.0;
+  for (int n = 0; n < 10; ++n) t.tell(channels::kLampCommand.name, m, n);
+  const auto& [label, value, unit] = t.view.instruments().at("lamp").details.front();
+  CHECK_THAT(label, Contains("exposures 10"));
+  CHECK(value == "0.0500");
+  CHECK(unit == "h");
 }

@@ -186,6 +186,38 @@ TEST_CASE("a command without the token is refused, and with it by a run that nob
   CHECK_THAT(answer["error"].get<std::string>(), Contains("is not running"));
 }
 
+TEST_CASE("a line for commands opens with the token alone, and obeys commands alone") {
+  Served s;
+  const std::string target = "/command?run=" + s.id;
+  for (const char* protocols : {"firn", "firn, wrong", "secret, firn", "firn, secret, x"}) {
+    INFO(protocols);
+    CHECK(WebClient(s.address).open(target, {std::string("Sec-WebSocket-Protocol: ") + protocols}) == 404);
+  }
+  const std::vector<std::string> right{"Sec-WebSocket-Protocol: firn, secret"};
+  CHECK(WebClient(s.address).open("/command?run=none", right) == 404);
+  CHECK(WebClient(s.address).open(target, {right[0], "Origin: http://evil.example"}) == 403);
+  WebClient line(s.address);
+  REQUIRE(line.open(target, right) == 101);
+  line.send(R"({"type":"ping","id":1})");
+  CHECK_THAT(line.next_of("error", 5.0).value_or(""), Contains("only commands"));
+  line.send(R"({"type":"command","id":2,"command":"pause"})");
+  const json answer = json::parse(line.next_of("answer", 5.0).value_or("{}"));
+  CHECK(answer["id"] == 2);
+  CHECK_THAT(answer["error"].get<std::string>(), Contains("is not running"));
+}
+
+TEST_CASE("runs are reported on one page that may run nothing") {
+  Served s;
+  const auto page = WebClient(s.address).get("/api/report?run=" + s.id + "&run=" + s.id);
+  CHECK(page.status == 200);
+  CHECK_THAT(page.head, Contains("sandbox; default-src 'none'"));
+  CHECK_THAT(page.body, Contains("<!doctype html>", Catch::CaseSensitive::No) && Contains(s.id));
+  for (const char* target : {"/api/report", "/api/report?run=none", "/api/report?run=..%2fx"}) {
+    INFO(target);
+    CHECK(WebClient(s.address).get(target).status == 404);
+  }
+}
+
 TEST_CASE("notes are kept in the run's folder, with the token alone") {
   Served s;
   WebClient c(s.address);

@@ -45,6 +45,26 @@ test("a map frame is read as it was written, unseen cells as NaN", () => {
     }
 });
 
+test("rows go over the map that they belong to, and over no other", () => {
+  const run = new MockRun({id: "a", lab: "inkjet", scheme: "mpc", nx: 3, ny: 4, printed: 1});
+  const base = page.read_map(bytes_of(run.frame("measured", 1)));
+  const head = Buffer.from(run.frame("measured", 1).subarray(0, 32));
+  head.writeUInt32LE(2 | 8, 20);
+  const row = Buffer.alloc(16);
+  row.writeUInt32LE(2, 0);
+  for (let i = 0; i < 3; ++i) row.writeFloatLE(70 + i, 4 + 4 * i);
+  const frame = bytes_of(Buffer.concat([head, row]));
+  const map = page.read_map(frame, base);
+  assert.equal(map.flags, 2);
+  assert.deepEqual([...map.values.slice(6, 9)], [70, 71, 72]);
+  assert.deepEqual([...map.values.slice(0, 6)], [...base.values.slice(0, 6)]);
+  assert.throws(() => page.read_map(frame), /rows of a map that is not here/);
+  assert.throws(() => page.read_map(frame, {...base, layer: 2}), /not here/);
+  assert.throws(() => page.read_map(frame.slice(0, 44), base), /no rows of 3 cells/);
+  row.writeUInt32LE(4, 0);
+  assert.throws(() => page.read_map(bytes_of(Buffer.concat([head, row])), base), /row 4 of 4/);
+});
+
 test("a frame that is cut, too long or foreign is refused with the byte and the limit", () => {
   const run = new MockRun({id: "a", lab: "inkjet", scheme: "mpc", nx: 6, ny: 6, printed: 1});
   const good = run.frame("error", 1);

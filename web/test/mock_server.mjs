@@ -21,13 +21,14 @@ export class MockServer {
     this.received = [];  // commands, with the time of their arrival
     this.asked = [];     // paths of maps
     this.silent = false;
+    this.lines = 0;      // that were opened for commands
     this.tabs = new Set();
   }
 
   async start(port = 0) {
     this.http = createServer((request, response) => void this.serve(request, response));
-    this.sockets = new WebSocketServer({server: this.http, path: "/ws"});
-    this.sockets.on("connection", (socket, request) => this.connect(socket, new URL(request.url, "http://x").searchParams.get("run")));
+    this.sockets = new WebSocketServer({noServer: true});
+    this.http.on("upgrade", (request, socket, head) => this.upgrade(request, socket, head));
     await new Promise(resolve => this.http.listen(port, "127.0.0.1", resolve));
     this.timer = setInterval(() => this.tell_state(), 250);
     return `http://127.0.0.1:${this.http.address().port}/`;
@@ -79,6 +80,18 @@ export class MockServer {
     return json(404, {error: "no such address"});
   }
 
+  /** Watching on /ws; commands alone on /command, with the token as a protocol. */
+  upgrade(request, socket, head) {
+    const url = new URL(request.url, "http://x");
+    const line = url.pathname === "/command";
+    if (line && request.headers["sec-websocket-protocol"] !== `firn, ${this.token}`) return socket.end("HTTP/1.1 403 Forbidden\r\n\r\n");
+    this.sockets.handleUpgrade(request, socket, head, open => {
+      if (!line) return this.connect(open, url.searchParams.get("run"));
+      ++this.lines;
+      open.on("message", text => this.take({socket: open, line}, JSON.parse(text)));
+    });
+  }
+
   connect(socket, id) {
     const run = this.run(id);
     if (!run) {
@@ -97,7 +110,7 @@ export class MockServer {
       tab.surface = message.surface;
       this.send_map(tab);
     } else if (message.type === "command") {
-      this.received.push({...message, at_ms: performance.now()});
+      this.received.push({...message, line: !!tab.line, at_ms: performance.now()});
       const answer = (ok, error, words = null) => tab.socket.send(JSON.stringify({type: "answer", id: message.id, ok, error, words}));
       if (message.token !== this.token) return answer(false, "a wrong token");
       if (this.refuse) return answer(false, this.refuse);

@@ -12,6 +12,7 @@ export class MapStore extends Observable {
   private readonly kept = new Map<string, Entry>();  // oldest use first
   private readonly loading = new Map<string, AbortController>();
   private readonly newest_frame = new Map<Surface, SurfaceMap>();
+  private partial: SurfaceMap | null = null;  // that further rows go over
   private bytes = 0;
 
   constructor(private readonly run: string) {
@@ -45,7 +46,8 @@ export class MapStore extends Observable {
 
   take_frame(bytes: ArrayBuffer): void {
     try {
-      const map = read_map(bytes);
+      const map = read_map(bytes, this.partial);
+      if (map.flags & kPartial) this.partial = map;
       this.put(`${map.layer}/${map.surface}`, map);
       if (map.layer >= (this.newest_frame.get(map.surface)?.layer ?? 0)) this.newest_frame.set(map.surface, map);
       this.changed();

@@ -5,6 +5,7 @@ import {kSurfaces, type Grid, type Surface} from "./protocol";
 export const kDroplets = 1;
 export const kPartial = 2;
 export const kFactor = 4;
+const kRows = 8;
 
 const kHeaderBytes = 32;
 const kMostCells = 1 << 24;
@@ -20,8 +21,8 @@ export interface SurfaceMap {
   values: Float32Array;
 }
 
-/** Reads a map frame; throws with the byte and the limit that was broken. */
-export function read_map(bytes: ArrayBuffer): SurfaceMap {
+/** Reads a map frame, or the rows that have changed in `base`; throws with the byte and the limit that was broken. */
+export function read_map(bytes: ArrayBuffer, base: SurfaceMap | null = null): SurfaceMap {
   const view = new DataView(bytes);
   if (bytes.byteLength < kHeaderBytes) throw new Error(`a map of ${bytes.byteLength} bytes, at least ${kHeaderBytes}`);
   if (view.getUint32(0, true) !== 0x50414d46) throw new Error("byte 0: not a map (FMAP)");
@@ -31,17 +32,35 @@ export function read_map(bytes: ArrayBuffer): SurfaceMap {
   const nx = view.getUint32(12, true);
   const ny = view.getUint32(16, true);
   if (nx === 0 || ny === 0 || nx * ny > kMostCells) throw new Error(`byte 12: ${nx} x ${ny} cells`);
+  const flags = view.getUint32(20, true);
+  const layer = view.getUint32(8, true);
+  const t_s = view.getFloat64(24, true);
+  if (flags & kRows) return {surface, layer, nx, ny, flags: flags & ~kRows, t_s, values: rows_over(view, base, surface, layer, nx, ny)};
   if (bytes.byteLength !== kHeaderBytes + 4 * nx * ny)
     throw new Error(`${bytes.byteLength} bytes for ${nx} x ${ny} cells, expected ${kHeaderBytes + 4 * nx * ny}`);
   return {
     surface,
-    layer: view.getUint32(8, true),
+    layer,
     nx,
     ny,
-    flags: view.getUint32(20, true),
-    t_s: view.getFloat64(24, true),
+    flags,
+    t_s,
     values: floats(bytes, nx * ny),
   };
+}
+
+/** A copy of the base's values, with rows over it: each is its number and its values. */
+function rows_over(view: DataView, base: SurfaceMap | null, surface: Surface, layer: number, nx: number, ny: number): Float32Array {
+  if (!base || base.surface !== surface || base.layer !== layer || base.nx !== nx || base.ny !== ny) throw new Error("rows of a map that is not here");
+  const each = 4 + 4 * nx;
+  if ((view.byteLength - kHeaderBytes) % each) throw new Error(`${view.byteLength} bytes are no rows of ${nx} cells`);
+  const values = base.values.slice();
+  for (let at = kHeaderBytes; at < view.byteLength; at += each) {
+    const row = view.getUint32(at, true);
+    if (row >= ny) throw new Error(`byte ${at}: row ${row} of ${ny}`);
+    for (let i = 0; i < nx; ++i) values[row * nx + i] = view.getFloat32(at + 4 + 4 * i, true);
+  }
+  return values;
 }
 
 function floats(bytes: ArrayBuffer, count: number): Float32Array {

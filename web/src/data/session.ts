@@ -23,6 +23,7 @@ export class Session extends Observable {
   readonly maps: MapStore;
 
   private socket: WebSocket | null = null;
+  private line: WebSocket | null = null;  // for commands alone, once there is a token: no map is before them
   private was_connected = false;
   private readonly opened_at_ms = performance.now();
   private retries = 0;
@@ -57,6 +58,7 @@ export class Session extends Observable {
     this.closed = true;
     clearTimeout(this.retry_timer);
     this.socket?.close();
+    this.line?.close();
   }
 
   get live(): boolean {
@@ -117,7 +119,10 @@ export class Session extends Observable {
   /** Sends a command; the answer says whether it was obeyed, also where none came. */
   command(command: string, more: Record<string, unknown> = {}): Promise<Answer> {
     const id = this.next_id++;
-    if (!this.send({type: "command", id, token: token(), command, ...more}))
+    const text = JSON.stringify({type: "command", id, token: token(), command, ...more});
+    const way = [this.line, this.socket].find(one => one?.readyState === WebSocket.OPEN);
+    way?.send(text);
+    if (!way)
       return Promise.resolve({id, ok: false, error: "no connection to the print: nothing was sent"});
     return new Promise(resolve => {
       const timer = setTimeout(() => {
@@ -127,6 +132,7 @@ export class Session extends Observable {
       this.waiting.set(id, answer => {
         clearTimeout(timer);
         if (!answer.ok && /token/i.test(answer.error ?? "")) forget();
+        else this.open_line();
         resolve(answer);
       });
     });
@@ -138,9 +144,37 @@ export class Session extends Observable {
     return true;
   }
 
-  private connect(): void {
+  private address(way: string): string {
     const scheme = location.protocol === "https:" ? "wss" : "ws";
-    const socket = new WebSocket(`${scheme}://${location.host}/ws?run=${encodeURIComponent(this.hello.run.id)}`);
+    return `${scheme}://${location.host}/${way}?run=${encodeURIComponent(this.hello.run.id)}`;
+  }
+
+  /** Opens the line for commands, if there is a token and none is open. */
+  private open_line(): void {
+    const secret = token();
+    if (!secret || this.closed || (this.line && this.line.readyState <= WebSocket.OPEN)) return;
+    try {
+      this.line = new WebSocket(this.address("command"), ["firn", secret]);
+    } catch {
+      return;  // a word that can be no token: the other way says so
+    }
+    const line = this.line;
+    line.onmessage = event => {
+      const message = parse_message(event.data);
+      if (message?.type === "answer") this.take(message);
+      this.changed();
+    };
+    line.onopen = () => (line.onclose = () => this.answer_none());
+  }
+
+  private answer_none(): void {
+    for (const [id, answered] of this.waiting) answered({id, ok: false, error: "the connection ended before the answer"});
+    this.waiting.clear();
+    this.changed();
+  }
+
+  private connect(): void {
+    const socket = new WebSocket(this.address("ws"));
     socket.binaryType = "arraybuffer";
     this.socket = socket;
     socket.onopen = () => {
@@ -148,6 +182,7 @@ export class Session extends Observable {
       this.connected = true;
       this.was_connected = true;
       if (this.followed) this.follow(this.followed);
+      this.open_line();
       this.changed();
     };
     socket.onmessage = event => {
@@ -157,9 +192,8 @@ export class Session extends Observable {
     };
     socket.onclose = () => {
       this.connected = false;
-      for (const [id, answered] of this.waiting) answered({id, ok: false, error: "the connection ended before the answer"});
-      this.waiting.clear();
-      this.changed();
+      this.line?.close();
+      this.answer_none();
       if (this.closed || !this.live) return;
       this.retry_timer = window.setTimeout(() => this.connect(), kRetry_ms[Math.min(this.retries++, kRetry_ms.length - 1)]);
     };

@@ -12,6 +12,7 @@ import {number, unit_words, with_unit} from "../data/words";
 import {gradient} from "../draw/colours";
 import {MapPainter} from "../draw/map_painter";
 import {Plot} from "../draw/plot";
+import {ReportLink} from "./runs";
 import {is_diverging} from "./shown_map";
 import {Timeline} from "./timeline";
 import {use_repaint} from "./use_repaint";
@@ -53,6 +54,7 @@ function Surfaces({sessions}: {sessions: Session[]}) {
         <span class="scale row"><span>${number(scale.low)}</span><span class="bar" style=${{backgroundImage: gradient(scale.diverging, "to right")}}></span>
           <span>${number(scale.high)} ${surface === "planned" ? "" : unit_words("um")}</span></span>
         <button type="button" onClick=${() => { view.scales.delete(key); view.changed(); }}>Fit</button>
+        <${ReportLink} runs=${sessions.map(one => one.hello.run.id)} />
       </div>
       <div class="beside">
         ${sessions.map((session, i) => html`<${Tile} key=${session.hello.run.id} name=${session.hello.run.id} session=${session} map=${maps[i]} scale=${scale}

@@ -34,6 +34,7 @@ export function Runs() {
         <span class="soft" role="status">${view.runs ? `${runs.length} of ${view.runs.length}` : "loading…"}</span>
         <button type="button" class="main" disabled=${view.chosen.length < 2} onClick=${() => go({page: "compare", compare: view.chosen})}>
           Put ${view.chosen.length || ""} beside each other</button>
+        ${view.chosen.length > 0 && html`<${ReportLink} runs=${view.chosen} />`}
       </div>
       <div class="scroll" tabindex="0" role="region" aria-label="Table of runs"><table class="stack">
         <thead><tr><th scope="col"><span class="hidden">Choose</span></th>
@@ -45,13 +46,19 @@ export function Runs() {
     </section>`;
 }
 
+/** One report of these runs, which the process writes when it is asked for. */
+export function ReportLink({runs}: {runs: string[]}) {
+  const address = `/api/report?${runs.map(id => `run=${encodeURIComponent(id)}`).join("&")}`;
+  return html`<a href=${address} target="_blank" rel="noopener">Open in report</a>`;
+}
+
 function Row({run, editing, edit}: {run: RunSummary; editing: boolean; edit: (on: boolean) => void}) {
   return html`
     <tr>
       <td><input type="checkbox" aria-label=${`Choose ${run.id}`} checked=${view.chosen.includes(run.id)}
         onChange=${(e: Event) => view.choose(run.id, (e.target as HTMLInputElement).checked)} /></td>
       <td><a href=${`#run=${encodeURIComponent(run.id)}`}>${run.id}</a>${run.live && html` <span class="tag on">live</span>`}
-        ${!run.live && html` <a class="soft" href=${`/api/runs/${encodeURIComponent(run.id)}/report`} target="_blank" rel="noopener">report</a>`}</td>
+        ${!run.live && html` <a class="soft" href=${`/api/report?run=${encodeURIComponent(run.id)}`} target="_blank" rel="noopener">report</a>`}</td>
       <td data-name="Started (UTC)">${date(run.started_utc)}</td><td data-name="Lab">${run.lab}</td><td data-name="Scheme">${run.scheme}</td>
       <td data-name="Layers">${number(run.layers)}</td><td data-name="Outcome">${run.live ? "printing" : run.outcome ?? "–"}</td>
       <td data-name="RMS, µm">${number(run.rms_um)}</td><td data-name="Mean, µm">${number(run.mean_um)}</td>

@@ -1,0 +1,152 @@
+#include "page/answers.h"
+
+#include <optional>
+#include <stdexcept>
+
+#include "files/text_file.h"
+#include "page/bundle.h"
+#include "page/client_frame.h"
+#include "page/view_json.h"
+#include "page/web_rules.h"
+#include "print/folder/run_config.h"
+#include "print/folder/run_report.h"
+#include "report/run/differing_parameters.h"
+#include "report/run/report_page.h"
+
+namespace firn::page {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostReported = 6;
+
+WebReply page_of(std::string html) {
+  WebReply r;
+  r.type = "text/html; charset=utf-8";
+  r.body = std::move(html);
+  r.report = true;
+  return r;
+}
+
+WebReply no_run(const std::string& id) { return refusal(404, "there is no run '" + id.substr(0, 100) + "'"); }
+
+WebReply give(const WebRequest& request, const Asset& asset) {
+  WebReply r;
+  r.type = std::string(asset.type);
+  r.etag = std::string(asset.etag);
+  if (request.if_none_match == asset.etag) {
+    r.status = 304;
+    return r;
+  }
+  r.packed = request.gzip;
+  r.body = r.packed ? std::string(reinterpret_cast<const char*>(asset.gzip.data()), asset.gzip.size())
+                    : plain(asset);
+  return r;
+}
+
+std::optional<int> layer_of(const std::string& text) {
+  if (text.empty() || text.size() > 7 || text.find_first_not_of("0123456789") != text.npos)
+    return std::nullopt;
+  return std::stoi(text);
+}
+
+}  // namespace
+
+WebReply refusal(int status, const std::string& why) {
+  WebReply r;
+  r.status = status;
+  r.body = error_frame(why);
+  return r;
+}
+
+std::string Answers::wanted_run(const std::vector<std::string>& parts) {
+  const bool of_run = parts.size() >= 3 && parts[0] == "api" && parts[1] == "runs";
+  return of_run && (parts.size() == 3 || parts[3] == "layers") ? parts[2] : "";
+}
+
+std::vector<fs::path> Answers::wanted_report(const WebRequest& request) const {
+  if (request.method != "GET" || !request.target.starts_with("/api/report?")) return {};
+  std::vector<fs::path> folders;
+  for (const std::string& id : query_values(request.target, "run")) {
+    const auto folder = runs_.find(id);
+    if (!folder || folders.size() == kMostReported) return {};
+    folders.push_back(*folder);
+  }
+  return folders;
+}
+
+// The seals are left to firn report, which also replays and audits.
+WebReply Answers::report(const std::vector<fs::path>& folders) try {
+  std::vector<replay::ReportRun> runs;
+  std::vector<Experiment> experiments;
+  for (const fs::path& folder : folders) {
+    runs.push_back({run_data(folder), "", ""});
+    runs.back().data.provenance.emplace_back("seal", "not looked at by the page; firn report does");
+    const std::string file = folder.string() + ": recorded configuration";
+    experiments.push_back(parse_recorded_experiment(recorded_config(folder), file));
+  }
+  return page_of(replay::report_page(runs, differing_parameters(experiments)));
+} catch (const std::exception& e) {
+  return refusal(409, std::string("there is no report yet: ") + e.what());
+}
+
+WebReply Answers::answer(const WebRequest& request, const std::vector<std::string>& parts, double now_s) try {
+  if (parts.size() >= 2 && parts[0] == "api") return answer_api(request, parts, now_s);
+  if (request.method != "GET" && request.method != "HEAD") return refusal(405, "only GET");
+  std::string path;
+  for (const std::string& part : parts) path += "/" + part;
+  const Asset* asset = find_asset(path == "/" ? "/index.html" : path);
+  return asset ? give(request, *asset) : refusal(404, "there is no such page");
+} catch (const std::exception& e) {
+  return refusal(500, e.what());
+}
+
+WebReply Answers::answer_api(const WebRequest& request, const std::vector<std::string>& parts, double now_s) {
+  if (parts.size() == 4 && parts[3] == "notes" && request.method == "POST")
+    return take_notes(request, parts[2]);
+  if (request.method != "GET") return refusal(405, "only GET, and POST of notes");
+  if (parts[1] != "runs") return refusal(404, "there is no such run");
+  WebReply r;
+  if (parts.size() == 2) {
+    r.body = runs_.list_json();
+    return r;
+  }
+  if (parts.size() == 4 && parts[3] == "report") {
+    const auto folder = runs_.find(parts[2]);
+    if (!folder || !fs::is_regular_file(*folder / "report.html"))
+      return refusal(404, "there is no report: firn report RUN writes one");
+    return page_of(read_file(*folder / "report.html"));
+  }
+  const auto run = runs_.opened(parts[2]);
+  if (!run) return no_run(parts[2]);
+  if (parts.size() == 3) {
+    r.body = run->hello(now_s);
+    return r;
+  }
+  const auto surface = parts.size() == 6 && parts[3] == "layers" ? surface_of(parts[5]) : std::nullopt;
+  const auto layer = surface ? layer_of(parts[4]) : std::nullopt;
+  const auto map = layer ? run->map({*surface, *layer}) : std::nullopt;
+  if (!map) return refusal(404, "the run has no such map");
+  r.type = "application/octet-stream";
+  r.body.assign(reinterpret_cast<const char*>(map->data()), map->size());
+  return r;
+}
+
+WebReply Answers::take_notes(const WebRequest& request, const std::string& id) try {
+  if (!request.type.starts_with("application/json"))
+    return refusal(415, "Content-Type must be application/json");
+  std::string token;
+  const Notes notes = parse_notes(request.body, &token);
+  if (options_.token.empty() || !same_secret(token, options_.token))
+    return refusal(403, std::string(kNoToken));
+  const auto folder = runs_.find(id);
+  if (!folder) return no_run(id);
+  write_notes(*folder, notes);
+  WebReply r;
+  r.body = "{\"ok\":true}";
+  return r;
+} catch (const std::invalid_argument& e) {
+  return refusal(400, e.what());
+}
+
+}  // namespace firn::page

@@ -1,0 +1,56 @@
+// Answers gives the page's files, the list of runs, their facts, maps, notes and reports to HTTP requests.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "page/run_set.h"
+#include "page/server.h"
+
+namespace firn::page {
+
+struct WebRequest {
+  std::string method, target, type, if_none_match, body;
+  bool gzip = false;  ///< the browser unpacks it
+};
+
+struct WebReply {
+  int status = 200;
+  std::string type = "application/json", body;
+  std::string etag;     ///< not empty: the browser may keep the body and ask by this tag
+  bool packed = false;  ///< the body is gzip
+  bool report = false;  ///< a page of its own, with styles inside, that may run nothing
+};
+
+inline constexpr std::string_view kNoToken =
+    "the token is missing or wrong: it stands in the address that the terminal shows";
+
+WebReply refusal(int status, const std::string& why);
+
+class Answers {
+ public:
+  Answers(const ServerOptions& options, RunSet& runs) : options_(options), runs_(runs) {}
+
+  /// @param parts of the target; the run that they name has been opened, if there is one
+  /// @param now_s of a steady clock
+  WebReply answer(const WebRequest& request, const std::vector<std::string>& parts, double now_s);
+
+  /// Returns the run that must be open for the answer; empty: none.
+  static std::string wanted_run(const std::vector<std::string>& parts);
+  /// Returns the folders of "/api/report?run=A&run=B"; empty: the target is no such one, or names a run that
+  /// does not exist.
+  std::vector<std::filesystem::path> wanted_report(const WebRequest& request) const;
+  /// Writes the report of these runs, as firn report does. It takes seconds; from any thread.
+  static WebReply report(const std::vector<std::filesystem::path>& folders);
+
+ private:
+  WebReply answer_api(const WebRequest& request, const std::vector<std::string>& parts, double now_s);
+  WebReply take_notes(const WebRequest& request, const std::string& id);
+
+  const ServerOptions& options_;
+  RunSet& runs_;
+};
+
+}  // namespace firn::page
