@@ -17,11 +17,13 @@
 #include "core/grid/grid.h"
 #include "core/grid/shapes.h"
 #include "core/grid/solids.h"
+#include "drivers/camera/camera_config.h"
 #include "drivers/jet/jet_config.h"
 #include "drivers/lamp/lamp_config.h"
 #include "drivers/laser_profiler/laser_profiler_config.h"
 #include "drivers/stage/stage_config.h"
 #include "estimators/droplet/options.h"
+#include "estimators/droplet/watch_options.h"
 
 namespace firn {
 
@@ -95,6 +97,7 @@ struct ProcessConfig {  ///< how a layer is printed
   double most_rise_share = 4.0;        ///< interlock I12
 };
 
+using drivers::CameraConfig;
 using drivers::JetConfig;
 using drivers::LampConfig;
 using drivers::LaserProfilerConfig;
@@ -107,6 +110,23 @@ struct JetBConfig {  ///< the jet of ink B; takes part only when has_two_jets()
       0.0;  ///< above the part point (x, y) when the stage is at (x - offset_x, y - offset_y)
   double offset_z_mm = 0.0;  ///< how much higher the stage's z must be for the same gap
   JetConfig drive;           ///< its own waveform
+};
+
+struct PlantCameraConfig {  ///< the jet as the simulated camera sees it
+  double drop_speed_m_s = 0.0;
+  double drop_angle_deg = 0.0;
+  double drop_jitter_us = 0.0;
+  double break_off_us = 50.0;
+  int satellites = 0;
+  double um_per_px = 2.5;
+  double nozzle_um = 300.0;
+  int width_px = 400, height_px = 320;
+  double blur_px = 1.0;
+  double noise = 0.006;
+  double light = 0.7;
+  double uneven = 0.2;
+  int dirt = 4;
+  int dead_before = 0;
 };
 
 struct PlantConfig {
@@ -127,6 +147,7 @@ struct PlantConfig {
   double dropout_fraction = 0.005;
   double profiler_dx_mm = 0.0, profiler_dy_mm = 0.0,
          profiler_dz_mm = 0.0;  ///< true place beyond the believed one
+  PlantCameraConfig camera;
   IcePlantConfig ice;
   AerosolPlantConfig aerosol;
 };
@@ -142,7 +163,8 @@ struct BusConfig {
 
 struct DevicesConfig {  ///< port of each instrument: files/port_address.h
   std::string stage = "sim:", jet = "sim:", jet_b = "sim:", laser_profiler = "sim:", lamp = "sim:";
-  std::string robot = "sim:", valve_a = "sim:", valve_b = "sim:", laser_point = "sim:", heater = "sim:";
+  std::string robot = "sim:", valve_a = "sim:", valve_b = "sim:", laser_point = "sim:", heater = "sim:",
+              camera = "sim:";
 };
 struct DevicePort {
   std::string_view node;
@@ -159,6 +181,7 @@ inline constexpr DevicePort kDevicePorts[] = {
     {"valve_b", &DevicesConfig::valve_b},
     {"laser_point", &DevicesConfig::laser_point},
     {"heater", &DevicesConfig::heater},
+    {"camera", &DevicesConfig::camera},
 };
 
 struct RunConfig {
@@ -184,6 +207,8 @@ struct Experiment {
   LaserProfilerConfig laser_profiler;
   LampConfig lamp;
   AerosolLabConfig aerosol;
+  CameraConfig camera;
+  droplet::WatchOptions watch;
   IceConfig ice;
   RobotConfig robot;
   ValveLineConfig valve_a, valve_b;

@@ -190,6 +190,8 @@ Table lab_fields(Experiment& e) {
   add(t, rows("jet_b.", o.drive, drivers::kJetConfig));
   add(t, rows("laser_profiler.", e.laser_profiler, drivers::kLaserProfilerConfig));
   add(t, rows("lamp.", e.lamp, drivers::kLampConfig));
+  add(t, rows("camera.", e.camera, drivers::kCameraConfig));
+  add(t, rows("watch.", e.watch, droplet::kWatchOptions));
   return t;
 }
 
@@ -224,6 +226,28 @@ Table plant_fields(Experiment& e) {
        "where the profiler truly measures, beyond the place that the lab believes"},
       {"plant.profiler_dy_mm", &p.profiler_dy_mm, "mm", within(-100, 100), "the same along y"},
       {"plant.profiler_dz_mm", &p.profiler_dz_mm, "mm", within(-100, 100), "by which it reads too high"},
+      {"plant.camera.drop_speed_m_s", &p.camera.drop_speed_m_s, "m/s", within(0, 20),
+       "of droplets as they leave the nozzle: they fly on with the stage; 0 = they land at once, and the "
+       "camera sees 2 m/s"},
+      {"plant.camera.drop_angle_deg", &p.camera.drop_angle_deg, "deg", within(-30, 30),
+       "of the jet in the camera's pictures"},
+      {"plant.camera.drop_jitter_us", &p.camera.drop_jitter_us, "us", within(0, 100),
+       "standard deviation of the firing time"},
+      {"plant.camera.break_off_us", &p.camera.break_off_us, "us", within(1, 1e4),
+       "until the droplet leaves its ligament"},
+      {"plant.camera.satellites", &p.camera.satellites, "", within(0, 4), "of each droplet"},
+      {"plant.camera.um_per_px", &p.camera.um_per_px, "um", within(0.1, 100), "true scale of the pictures"},
+      {"plant.camera.nozzle_um", &p.camera.nozzle_um, "um", within(0, 1e4),
+       "true width of the nozzle; 0 = outside the picture"},
+      {"plant.camera.width_px", &p.camera.width_px, "", within(64, 4096), "of a picture"},
+      {"plant.camera.height_px", &p.camera.height_px, "", within(64, 4096), "of a picture"},
+      {"plant.camera.blur_px", &p.camera.blur_px, "", within(0, 10), "standard deviation of the optics"},
+      {"plant.camera.noise", &p.camera.noise, "", within(0, 0.2), "of a pixel, share of white"},
+      {"plant.camera.light", &p.camera.light, "", within(0.1, 1.5), "of the ground, share of white"},
+      {"plant.camera.uneven", &p.camera.uneven, "", within(0, 1), "of the light, corner to middle"},
+      {"plant.camera.dirt", &p.camera.dirt, "", within(0, 100), "specks on the window"},
+      {"plant.camera.dead_before", &p.camera.dead_before, "", within(0, 1000),
+       "purges until the nozzle jets; 0 = it does"},
   };
 }
 

@@ -12,8 +12,9 @@ namespace {
 
 // The file of an ink-jet lab does not contain lab.kind: the dump is the same as before kinds were introduced.
 constexpr std::string_view kInkjetKeys[] = {
-    "run.", "grid.",  "part.",      "geometry.", "model.", "control.", "process.",        "stage.",
-    "jet.", "jet_b.", "estimator.", "lamp.",     "plant.", "bus.",     "laser_profiler.", "devices."};
+    "run.",    "grid.",  "part.",      "geometry.", "model.", "control.", "process.",        "stage.",
+    "jet.",    "jet_b.", "estimator.", "lamp.",     "plant.", "bus.",     "laser_profiler.", "devices.",
+    "camera.", "watch."};
 constexpr std::string_view kNotInkjet[] = {
     "plant.ice.",           "plant.aerosol.", "control.smf.speed_range", "control.smf.version",
     "control.foresee.",     "devices.robot.", "devices.valve_a.",        "devices.valve_b.",
@@ -26,6 +27,8 @@ constexpr LabProcess kInkjetProcesses[] = {
     {"jet_b", &has_two_jets},
     {"laser_profiler"},
     {"lamp"},
+    {"camera", [](const Experiment& e) { return on(e.camera.use); }},
+    {"droplet_watch", [](const Experiment& e) { return on(e.camera.use); }},
     {"droplet_estimator", [](const Experiment& e) { return e.estimator.droplets != "off"; }},
 };
 

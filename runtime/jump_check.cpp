@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "firn/camera_command_t.hpp"
 #include "firn/control_surface_t.hpp"
 #include "firn/deposition_report_t.hpp"
 #include "firn/device_state_t.hpp"
@@ -53,6 +54,7 @@ const Places* places_of(std::string_view type) {
       Places{"valve_command_t", valve_command_t::getHash(), kFirst + 8},
       Places{"laser_command_t", laser_command_t::getHash(), kFirst + 8},
       Places{"heater_command_t", heater_command_t::getHash(), kFirst + 8},
+      Places{"camera_command_t", camera_command_t::getHash(), kFirst + 8},
       Places{"height_map_t", height_map_t::getHash(), 0, kFirst + 4, kFirst + 12, "map_id"},
       Places{"layer_plan_t", layer_plan_t::getHash(), 0, kFirst + 4, kFirst + 12, "map_id"},
       Places{"control_surface_t", control_surface_t::getHash(), 0, kFirst + 4, kFirst + 12, "map_id"},

@@ -113,4 +113,32 @@ std::vector<std::byte> write_png(int width, int height, int channels, std::span<
   return std::move(w.out);
 }
 
+std::vector<std::byte> write_grey_png(int width, int height, int white,
+                                      std::span<const std::uint16_t> pixels) {
+  if (width < 1 || height < 1 || pixels.size() != std::size_t(width) * std::size_t(height))
+    throw PngError("width, height and pixels disagree");
+  const bool wide = white > 255;
+  const std::size_t stride = std::size_t(width) * (wide ? 2 : 1);
+  std::vector<std::uint8_t> row(stride);
+  Writer w;
+  if (!w.info) throw PngError("cannot be encoded");
+  if (setjmp(png_jmpbuf(w.png))) throw PngError(std::string("cannot be encoded: ") + w.told.what.data());
+  png_set_write_fn(w.png, &w.out, give, nullptr);
+  png_set_compression_level(w.png, 1);
+  png_set_filter(w.png, 0, PNG_FILTER_UP);
+  png_set_IHDR(w.png, w.info, png_uint_32(width), png_uint_32(height), wide ? 16 : 8, PNG_COLOR_TYPE_GRAY,
+               PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_write_info(w.png, w.info);
+  for (std::size_t y = 0; y < std::size_t(height); ++y) {
+    const auto from = pixels.subspan(y * std::size_t(width), std::size_t(width));
+    for (std::size_t x = 0; x < from.size(); ++x) {
+      if (wide) row[2 * x] = std::uint8_t(from[x] >> 8);
+      row[wide ? 2 * x + 1 : x] = std::uint8_t(from[x]);
+    }
+    png_write_row(w.png, row.data());
+  }
+  png_write_end(w.png, nullptr);
+  return std::move(w.out);
+}
+
 }  // namespace firn

@@ -32,6 +32,11 @@ PngHeader png_header(std::span<const std::byte> png);
 /// Of 1 to 16 bits per pixel, as stored: no gamma is applied. @throws PngError: damaged, or no grey picture
 GreyPicture read_grey_png(std::span<const std::byte> png);
 
+/// Grey, 8 bits a pixel, or 16 where white > 255. Written fast rather than small.
+/// @throws PngError: more pixels than memory
+std::vector<std::byte> write_grey_png(int width, int height, int white,
+                                      std::span<const std::uint16_t> pixels);
+
 /// @param pixels `channels` bytes each, 3 = RGB, 4 = RGBA. @throws PngError: more pixels than memory
 std::vector<std::byte> write_png(int width, int height, int channels, std::span<const std::uint8_t> pixels);
 

@@ -163,8 +163,30 @@ void Jet::arm(std::int64_t expected, std::int64_t now_us, Effects& fx) {
   pump(now_us, fx);
 }
 
+void Jet::jet(std::int64_t now_us, Effects& fx) {
+  if (busy() || phase_ != Phase::kReady) {
+    refuse(kNoCode,
+           busy() ? "the jet is busy with another command" : std::string("the jet is ") + name(state()), fx);
+  } else {
+    op_ = Op::kJet;
+    phase_ = Phase::kStartingJet;
+    expected_ = 0;
+    not_armed_.clear();
+    jetting_ = true;
+    jet_until_us_ = now_us + std::int64_t(config_.dialect.most_continuous_s * 1e6);
+    link_.push(with_u8(Command::kContinuous, 1, Repeat::kNever));
+    link_.push(jetdrive::frame(Command::kSoftTrigger, {}, Repeat::kNever));
+    set_state(DeviceState::kActive, "jetting", fx);
+  }
+  pump(now_us, fx);
+}
+
+void Jet::end_jetting(std::int64_t now_us, Effects& fx) {
+  if (jetting_) link_.urgent(with_u8(Command::kContinuous, 0), now_us, fx);
+}
+
 void Jet::disarm(std::int64_t now_us, Effects& fx) {
-  if (busy() || (phase_ != Phase::kReady && phase_ != Phase::kArmed))
+  if (busy() || (phase_ != Phase::kReady && phase_ != Phase::kArmed && phase_ != Phase::kJetting))
     refuse(kNoCode,
            busy() ? "the jet is busy with another command" : std::string("the jet is ") + name(state()), fx);
   else
@@ -198,6 +220,7 @@ void Jet::begin_disarm(Op op, std::int64_t now_us, Effects& fx) {
     poll();
     link_.push(with_u8(Command::kSource, 0));
   } else {
+    end_jetting(now_us, fx);
     link_.urgent(with_u8(Command::kSource, 0), now_us, fx);
   }
   phase_ = Phase::kDisarming;
@@ -225,6 +248,7 @@ void Jet::disarmed(Effects& fx) {
 void Jet::end_quietly(std::int64_t now_us, Effects& fx) {
   link_.clear_queue();
   phase_ = Phase::kStopping;
+  end_jetting(now_us, fx);
   link_.urgent(with_u8(Command::kSource, 0), now_us, fx);
 }
 
@@ -236,8 +260,11 @@ void Jet::stop(std::int64_t now_us, Effects& fx) {
   link_.clear_queue();
   phase_ = Phase::kStopping;
   if (busy()) ending_ = "safe stop";
+  end_jetting(now_us, fx);
   link_.urgent(with_u8(Command::kSource, 0), now_us, fx);
-  if (link_.suspect()) link_.push(with_u8(Command::kSource, 0));
+  if (!link_.suspect()) return;
+  if (jetting_) link_.push(with_u8(Command::kContinuous, 0));
+  link_.push(with_u8(Command::kSource, 0));
 }
 
 void Jet::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) {
@@ -279,10 +306,11 @@ void Jet::failed(const Request& request, std::int64_t now_us, Effects& fx) {
   fault(Severity::kWarning, kLinkLost, "jet: " + why, fx);
   if (phase_ == Phase::kStopping && request.repeat == Repeat::kNever) return;
   if (phase_ == Phase::kAsking && on(config_.keep_firmware)) identified();  // the next try is no later
-  if (phase_ != Phase::kArming) return reconnect(now_us, fx, why);
+  if (phase_ != Phase::kArming && phase_ != Phase::kStartingJet) return reconnect(now_us, fx, why);
   ending_ = why;  // it may be armed: make sure that it is not
   ending_code_ = kLinkLost;
   end_quietly(now_us, fx);
+  if (jetting_) link_.push(with_u8(Command::kContinuous, 0));
   link_.push(with_u8(Command::kSource, 0));
 }
 
@@ -290,7 +318,8 @@ void Jet::lost(std::int64_t, Effects& fx) {
   if (phase_ == Phase::kDown) return;
   const bool starting = phase_ == Phase::kAsking || phase_ == Phase::kHandshake ||
                         phase_ == Phase::kBooting || phase_ == Phase::kSetup;
-  if (phase_ == Phase::kArmed || (busy() && !starting))  // else it was told when that link was lost
+  if (phase_ == Phase::kArmed || phase_ == Phase::kJetting ||
+      (busy() && !starting))  // else it was told when that link was lost
     fault(Severity::kStop, kLinkLost, "jet: link lost while in use", fx);
   if (busy() && ending_.empty()) {
     ending_ = "the link was lost";
@@ -314,7 +343,7 @@ bool Jet::idle(std::int64_t now_us, Effects& fx) {
       [[fallthrough]];
     case Phase::kStopping:
       // A command that a stop or a lost link has cut short ends here, with the source confirmed internal.
-      may_fire_ = false;
+      may_fire_ = jetting_ = false;
       if (op_ == Op::kDisarm)
         disarmed(fx);
       else if (op_ == Op::kArm)
@@ -333,10 +362,19 @@ bool Jet::idle(std::int64_t now_us, Effects& fx) {
       return false;
     case Phase::kDisarming:
       phase_ = Phase::kReady;
-      may_fire_ = false;
+      may_fire_ = jetting_ = false;
       set_state(DeviceState::kSafe, "trigger source internal", fx);
       disarmed(fx);
       return false;
+    case Phase::kStartingJet:
+      phase_ = Phase::kJetting;
+      finish(Outcome::kReady, kNoCode, {}, fx);
+      return false;
+    case Phase::kJetting:
+      if (now_us < jet_until_us_) return false;
+      fault(Severity::kWarning, kJetLimit, "jet: it has jetted for as long as it may", fx);
+      end_quietly(now_us, fx);
+      return true;
     case Phase::kWaveform:
       phase_ = Phase::kReady;
       set_state(DeviceState::kSafe, "waveform set", fx);
@@ -355,6 +393,7 @@ bool Jet::idle(std::int64_t now_us, Effects& fx) {
 std::int64_t Jet::device_wake_us() const {
   if (!link_.idle()) return 0;
   if (phase_ == Phase::kBooting) return boot_until_us_;
+  if (phase_ == Phase::kJetting) return jet_until_us_;
   if (phase_ == Phase::kReady || phase_ == Phase::kArmed)
     return link_.last_sent_us() + std::int64_t(config_.poll_idle_s * 1e6);
   return 0;

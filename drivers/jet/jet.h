@@ -31,13 +31,16 @@ class Jet final : public Driver {
   /// Trigger source internal; Result{kDone} with counted = -1. Result{kUnknown} if the jet was not armed all
   /// the time since arm(): its droplets are in doubt.
   void disarm(std::int64_t now_us, Effects& fx);
+  /// Droplets at the jet's own rate until disarm() or a stop, at most dialect.most_continuous_s:
+  /// Result{kReady} when they come.
+  void jet(std::int64_t now_us, Effects& fx);
   /// Refused unless the jet is safe: a waveform changed while jetting can break the instrument (I11).
   void set_waveform(const jetdrive::Waveform& waveform, std::int64_t now_us, Effects& fx);
 
   bool busy() const override { return op_ != Op::kNone; }
 
  private:
-  enum class Op : std::uint8_t { kNone, kArm, kDisarm, kWaveform };
+  enum class Op : std::uint8_t { kNone, kArm, kDisarm, kWaveform, kJet };
   enum class Phase : std::uint8_t {
     kDown,
     kAsking,  // whether its firmware runs since the last setup
@@ -49,7 +52,9 @@ class Jet final : public Driver {
     kArmed,
     kDisarming,
     kStopping,
-    kWaveform
+    kWaveform,
+    kStartingJet,
+    kJetting
   };
 
   void connected(std::int64_t now_us, Effects& fx) override;
@@ -66,6 +71,7 @@ class Jet final : public Driver {
 
   void begin_waveform(const jetdrive::Waveform& waveform, Effects& fx);
   void begin_disarm(Op op, std::int64_t now_us, Effects& fx);
+  void end_jetting(std::int64_t now_us, Effects& fx);
   void start_firmware();
   void firmware_runs(bool external);
   void push_setup(bool reset);
@@ -91,6 +97,8 @@ class Jet final : public Driver {
   bool source_external_ = false;  ///< SOURCE 1 is acknowledged, SOURCE 0 not yet: POLL must say so
   bool may_fire_ = false;         ///< from SOURCE 1 until SOURCE 0 is confirmed
   std::string not_armed_;         ///< why the jet may have been disarmed since arm(); empty: it was armed
+  bool jetting_ = false;          ///< from CONTMODE 1 until CONTMODE 0 is confirmed
+  std::int64_t jet_until_us_ = 0;
   std::int64_t boot_until_us_ = 0;
   std::string ending_;
   std::int32_t ending_code_ = kNoCode;

@@ -119,6 +119,11 @@ void Microdrop::disarm(std::int64_t now_us, Effects& fx) {
   safe_stop(now_us, fx);
 }
 
+void Microdrop::jet(std::int64_t now_us, Effects& fx) {
+  finish(Outcome::kRefused, kNoCode, "microdrop does not jet for the camera", fx);
+  pump(now_us, fx);
+}
+
 void Microdrop::stop(std::int64_t now_us, Effects& fx) {
   if (phase_ == Phase::kDown || phase_ == Phase::kSetup || phase_ == Phase::kStopping) return;
   link_.clear_queue();

@@ -34,6 +34,8 @@ class Microdrop final : public Driver {
   /// As Jet's. The unit counts no droplets: counted = -1.
   void arm(std::int64_t expected, std::int64_t now_us, Effects& fx);
   void disarm(std::int64_t now_us, Effects& fx);
+  /// Refused: the unit has no jetting that a stop ends.
+  void jet(std::int64_t now_us, Effects& fx);
   bool busy() const override { return op_ != Op::kNone; }
 
  private:

@@ -30,8 +30,10 @@ std::vector<RasterRun> plan_raster(const DropletPattern& pattern, int pass, cons
     while (end < order.size() && int(order[end] / std::uint32_t(grid.nx)) == j &&
            end - n < std::size_t(params.array_limit))
       ++end;
-    const auto x_mm = [&](std::size_t k) { return grid.x_mm(int(order[k] % std::uint32_t(grid.nx))); };
     const double direction = towards_plus_x(j) ? 1.0 : -1.0;
+    const auto x_mm = [&](std::size_t k) {
+      return grid.x_mm(int(order[k] % std::uint32_t(grid.nx))) - direction * params.lead_mm;
+    };
     RasterRun run;
     run.row = j;
     run.y_mm = grid.y_mm(j);

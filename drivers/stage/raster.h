@@ -21,6 +21,7 @@ struct AxisLimits {
 struct RasterParams {
   double speed_mm_s = 50.0;
   double acceleration_mm_s2 = 2000.0;
+  double lead_mm = 0.0;    ///< every pulse comes so much earlier on its way
   double margin_mm = 0.1;  ///< run-up and run-out beyond those of the acceleration
   double counts_per_mm = 10'000;
   int array_limit = 4046;  ///< most pulses of one run

@@ -11,8 +11,9 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr char kAxisNames[] = "XYZ";
 
-RasterParams raster_params(const StageOptions& c, double speed_mm_s) {
-  return {speed_mm_s, c.acceleration_mm_s2, c.dialect.margin_mm, c.counts_per_mm, c.table.increments()};
+RasterParams raster_params(const StageOptions& c, double speed_mm_s, double lead_mm) {
+  return {speed_mm_s,          c.acceleration_mm_s2, lead_mm,
+          c.dialect.margin_mm, c.counts_per_mm,      c.table.increments()};
 }
 
 std::string too_fast(char axis, double speed_mm_s, double limit_mm_s) {
@@ -86,7 +87,7 @@ bool Stage::accept(Op op, Effects& fx) {
 }
 
 void Stage::begin_pass(const DropletPattern& pattern, int pass, double z_mm, double speed_mm_s,
-                       std::int64_t now_us, Effects& fx) {
+                       double lead_mm, std::int64_t now_us, Effects& fx) {
   if (!accept(Op::kPass, fx)) return;
   const double speed = speed_mm_s == 0.0 ? config_.raster_speed_mm_s : speed_mm_s;
   if (!in_range(speed, limits_[0].max_speed_mm_s))
@@ -97,7 +98,7 @@ void Stage::begin_pass(const DropletPattern& pattern, int pass, double z_mm, dou
                   speed, pattern.spec.pitch_x_mm, speed / pattern.spec.pitch_x_mm, config_.max_pulse_rate_hz);
     return refuse(kLimit, text, fx);
   }
-  std::vector<RasterRun> runs = plan_raster(pattern, pass, raster_params(config_, speed));
+  std::vector<RasterRun> runs = plan_raster(pattern, pass, raster_params(config_, speed, lead_mm));
   std::int64_t expected = 0;
   for (const RasterRun& run : runs) {
     for (const double x : {run.start_x_mm, run.end_x_mm})

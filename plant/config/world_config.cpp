@@ -48,6 +48,14 @@ void check_inkjet(const WorldConfig& c) {
   require_within("jet_b.baud", c.jet_b.baud, 300, 1e6);
   require_within("jet.max_rate_hz", c.jet.max_rate_hz, 1.0, 30'000.0);
   require_within("jet.baud", c.jet.baud, 300, 1e6);
+  const StrobeParams& s = c.strobe;
+  require_within("strobe.speed_m_s", s.speed_m_s, 0.01, 100.0);
+  require_within("strobe.um_per_px", s.um_per_px, 0.1, 100.0);
+  require_within("strobe.width_px", s.width_px, 64, 4096);
+  require_within("strobe.height_px", s.height_px, 64, 4096);
+  require_within("strobe.satellites", s.satellites, 0, 4);
+  require_within("strobe.dirt", s.dirt, 0, 100);
+  require_within("strobe.nozzle_gap_mm", s.nozzle_gap_mm, 0.0, 100.0);
   require_within("lamp.baud", c.lamp.baud, 300, 1e6);
   if (c.model != "droplets" && c.model != "lu2015" && !c.model.starts_with("python:"))
     throw std::invalid_argument("world: model = \"" + c.model +

@@ -119,6 +119,19 @@ struct LampParams {
   double min_dose_s = 0.01;             ///< iris share x open time that cures a layer
 };
 
+/// Holds the jet as the camera sees it, and the camera's picture.
+struct StrobeParams {
+  double speed_m_s = 2.0, angle_deg = 0.0, jitter_us = 0.0, break_off_us = 50.0;
+  int satellites = 0;
+  double um_per_px = 2.5, nozzle_um = 300.0;
+  int width_px = 400, height_px = 320;
+  double blur_px = 1.0, noise = 0.006, light = 0.7, uneven = 0.2;
+  int dirt = 4;
+  int dead_before = 0;  ///< starts of the jetting that bring no droplet
+  double nozzle_gap_mm =
+      0.0;  ///< droplets fall so far at speed_m_s and keep the stage's speed; 0 = not at all
+};
+
 class WorldLab;
 class WorldRecord;
 struct WorldConfig;
@@ -153,6 +166,7 @@ struct WorldConfig {
   JetParams jet, jet_b;
   ProfilerParams profiler;
   LampParams lamp;
+  StrobeParams strobe;
   IceWorldConfig ice;
   std::any own;  ///< configuration of a lab beyond these two
 };

@@ -19,6 +19,7 @@ enum class Port : std::uint8_t {
   kValveB = 7,
   kLaserPoint = 8,
   kHeater = 9,
+  kCamera = 10,
 };
 
 /// Names of the ports, as in the nodes' port tables.
@@ -32,9 +33,11 @@ inline constexpr std::string_view kValveAPort = "valve_a";
 inline constexpr std::string_view kValveBPort = "valve_b";
 inline constexpr std::string_view kLaserPointPort = "laser_point";
 inline constexpr std::string_view kHeaterPort = "heater";
+inline constexpr std::string_view kCameraPort = "camera";
 
 /// The ports of the ink-jet lab.
-inline constexpr std::array kPortNames{kStagePort, kJetPort, kProfilerPort, kLampPort, kJetBPort};
+inline constexpr std::array kPortNames{kStagePort, kJetPort,  kProfilerPort,
+                                       kLampPort,  kJetBPort, kCameraPort};
 /// The ports of the ice lab.
 inline constexpr std::array kIcePortNames{kRobotPort, kValveAPort, kValveBPort, kLaserPointPort, kHeaterPort};
 
@@ -46,7 +49,7 @@ inline constexpr PortRow kPorts[] = {
     {Port::kStage, kStagePort},   {Port::kJet, kJetPort},       {Port::kProfiler, kProfilerPort},
     {Port::kLamp, kLampPort},     {Port::kJetB, kJetBPort},     {Port::kRobot, kRobotPort},
     {Port::kValveA, kValveAPort}, {Port::kValveB, kValveBPort}, {Port::kLaserPoint, kLaserPointPort},
-    {Port::kHeater, kHeaterPort},
+    {Port::kHeater, kHeaterPort}, {Port::kCamera, kCameraPort},
 };
 
 }  // namespace firn::plant

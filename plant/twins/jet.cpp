@@ -123,6 +123,7 @@ void JetTwin::execute(std::int64_t now_us) {
       break;
     case kContMode:
       state_.continuous = data[0] != 0;
+      state_.jetting = state_.jetting && state_.continuous;
       break;
     case kPulse:
       // Their comment: changing the waveform while jetting "can break the JetDrive".
@@ -141,6 +142,8 @@ void JetTwin::execute(std::int64_t now_us) {
       if (!state_.waveform) return answer(false, command, kBadValue, now_us);
       state_.last_fired_us = now_us;
       ++state_.fired;
+      state_.starts += state_.continuous && !state_.jetting;
+      state_.jetting = state_.continuous;
       wires_.softtrigger(now_us, port_, state_.drops);
       break;
     case kStrobeEnable:

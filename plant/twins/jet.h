@@ -33,6 +33,9 @@ class JetTwin : public Twin {
   /// A pulse on the trigger input. On kFired, `droplets` is the number of DROPS.
   ShotOutcome trigger(std::int64_t t_us, int& droplets);
   std::uint32_t fired_since_armed() const { return state_.fired; }
+  /// Droplets follow each other until CONTMODE 0; `starts` counts how often they began.
+  bool jetting() const { return state_.jetting; }
+  std::uint32_t starts() const { return state_.starts; }
   bool nozzle_dead() const { return trip_ == 3; }
 
  protected:  // of MicrodropTwin too: the same head behind other words
@@ -40,6 +43,8 @@ class JetTwin : public Twin {
     bool external = false;    ///< SOURCE 1
     bool waveform = false;    ///< a PULSE was loaded
     bool continuous = false;  ///< CONTMODE
+    bool jetting = false;     ///< SOFTTRIGGER came since
+    std::uint32_t starts = 0;
     std::uint8_t strobe_divider = 1, strobe = 0;
     std::uint16_t drops = 1, rate_hz = 1000, low_rate_hz = 0, strobe_delay_us = 0;
     std::uint32_t fired = 0;  ///< triggers obeyed since SOURCE was last set to external

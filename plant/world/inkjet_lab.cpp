@@ -3,6 +3,8 @@
 #include <vector>
 
 #include "plant/inkjet/sensor.h"
+#include "plant/inkjet/strobe_scene.h"
+#include "plant/twins/camera.h"
 #include "plant/twins/jet.h"
 #include "plant/twins/lamp.h"
 #include "plant/twins/laser_profiler.h"
@@ -28,8 +30,9 @@ class InkjetLab final : public WorldLab, private Wires {
         profiler(c.profiler, profile_x0_mm(c.grid, c.profiler), profile_dx_mm(c.grid, c.profiler)),
         lamp_twin(c.lamp, *this),
         jet_b(make_jet(Port::kJetB, c.jet_b, *this)),
+        camera({}, [this](const Exposure& e) { return picture(e); }),
         line(std::size_t(c.profiler.points)) {
-    twins = {&stage, jet.get(), &profiler, &lamp_twin, jet_b.get()};
+    twins = {&stage, jet.get(), &profiler, &lamp_twin, jet_b.get(), &camera};
   }
 
   std::uint32_t milestones() const override { return model->layers().exposures(); }
@@ -71,6 +74,9 @@ class InkjetLab final : public WorldLab, private Wires {
 
   void softtrigger(std::int64_t t_us, Port port, int droplets) override {
     const Vec3 at = stage.device().position_mm(t_us);
+    const NearestCell below = nearest_cell(config.grid, at[0], at[1]);
+    const JetTwin& by = port == Port::kJetB ? *jet_b : *jet;
+    if (by.jetting() && !config.grid.contains(below.i, below.j)) return;  // into the camera's tray
     fire(t_us, {at[0], at[1], stage.device().velocity_mm_s(0, t_us), stage.device().velocity_mm_s(1, t_us)},
          port == Port::kJetB ? Material::kB : Material::kA, droplets);
   }
@@ -104,7 +110,9 @@ class InkjetLab final : public WorldLab, private Wires {
 
   void write_shot(const Stage& at, const Shot& shot, ShotOutcome outcome, const Landing& landing) {
     if (!record) return;
-    const NearestCell cell = nearest_cell(config.grid, shot.x_mm, shot.y_mm);
+    // The cell below which it lands without scatter.
+    const double fall_s = config.droplet.flight_time_s;
+    const NearestCell cell = nearest_cell(config.grid, shot.x_mm + fall_s * shot.vx_mm_s, shot.y_mm);
     write(RecordKind::kShot, ShotRecord{shot.t_us,
                                         at.x_mm,
                                         at.y_mm,
@@ -143,6 +151,12 @@ class InkjetLab final : public WorldLab, private Wires {
     write(RecordKind::kScanTrigger, ScanRecord{t_us, y_mm, profiler.triggers(), encoder});
   }
 
+  TakenPicture picture(const Exposure& e) const {
+    const bool droplet =
+        jet->jetting() && !jet->nozzle_dead() && jet->starts() > std::uint32_t(config.strobe.dead_before);
+    return strobe_scene(config, droplet, e);
+  }
+
   void lamp(std::int64_t t_us, LampEvent event, double dose_s) override {
     const bool cured = event != LampEvent::kOpened && dose_s >= config.lamp.min_dose_s;
     if (cured) {
@@ -166,6 +180,7 @@ class InkjetLab final : public WorldLab, private Wires {
   ProfilerTwin profiler;
   LampTwin lamp_twin;
   std::unique_ptr<JetTwin> jet_b;
+  CameraTwin camera;
   std::vector<double> line;  ///< points of one profile
 
   std::int64_t fired = 0, missed = 0, gated = 0;

@@ -8,6 +8,7 @@
 #include "core/control/python_scheme.h"
 #include "core/grid/random.h"
 #include "plant/inkjet/python_model.h"
+#include "plant/inkjet/strobe_scene.h"
 #include "plant/world/aerosol_lab.h"
 #include "python/host/recorded_files.h"
 
@@ -75,6 +76,30 @@ void set_up_jet(const JetConfig& j, JetParams& p) {
   p.baud = 19200;
   p.trigger_on = j.trigger_on;
   p.trigger_off = j.trigger_off;
+}
+
+StrobeParams strobe_of(const Experiment& e) {
+  const PlantCameraConfig& p = e.plant.camera;
+  StrobeParams s;
+  if (p.drop_speed_m_s > 0.0) {
+    s.speed_m_s = p.drop_speed_m_s;
+    s.nozzle_gap_mm = e.process.nozzle_gap_mm;
+  }
+  s.angle_deg = p.drop_angle_deg;
+  s.jitter_us = p.drop_jitter_us;
+  s.break_off_us = p.break_off_us;
+  s.satellites = p.satellites;
+  s.um_per_px = p.um_per_px;
+  s.nozzle_um = p.nozzle_um;
+  s.width_px = p.width_px;
+  s.height_px = p.height_px;
+  s.blur_px = p.blur_px;
+  s.noise = p.noise;
+  s.light = p.light;
+  s.uneven = p.uneven;
+  s.dirt = p.dirt;
+  s.dead_before = p.dead_before;
+  return s;
 }
 
 void set_up_ice(const Experiment& e, WorldConfig& c) { c.ice = ice_config(e); }
@@ -159,6 +184,8 @@ WorldConfig world_config(const Experiment& e) {
   c.profiler.error_x_mm = e.plant.profiler_dx_mm;
   c.profiler.error_y_mm = e.plant.profiler_dy_mm;
   c.profiler.error_z_mm = e.plant.profiler_dz_mm;
+  c.strobe = strobe_of(e);
+  c.droplet.flight_time_s = fall_s(c);
   c.lamp.max_on_us = std::int64_t(e.lamp.max_on_s * 1e6);
   return c;
 }

@@ -2,8 +2,10 @@
 
 #include "print/folder/run_config.h"
 #include "print/labs/print_labs.h"
+#include "procs/camera/node.h"
 #include "procs/controller/node.h"
 #include "procs/droplet_estimator/node.h"
+#include "procs/droplet_watch/node.h"
 #include "procs/flow_estimator/node.h"
 #include "procs/heater/node.h"
 #include "procs/jet/node.h"
@@ -39,6 +41,8 @@ std::span<const NamedMaker> node_makers() {
       {NodeId::kHeater, &make_heater},
       {NodeId::kPathPlanner, &make_path_planner},
       {NodeId::kFlowEstimator, &make_flow_estimator},
+      {NodeId::kCamera, &make_camera},
+      {NodeId::kDropletWatch, &make_droplet_watch},
   };
   return kMakers;
 }

@@ -20,6 +20,7 @@ Experiment fullest() {
   e.estimator.droplets = "on";
   e.control.adapt_model = "on";
   e.control.height_estimate = "kalman";
+  e.camera.use = OnOff::kOn;
   return e;
 }
 

@@ -38,10 +38,14 @@ template <class Jet>
 void JetNodeOf<Jet>::on(const jet_command_t& c, Time now, Outbox& out) {
   const JetVerb verb = JetVerb(c.verb);
   this->perform(c, false, now, out, [&](Jet& jet, std::int64_t now_us, drivers::Effects& fx) {
-    if (verb == JetVerb::kArm)
-      jet.arm(c.expected, now_us, fx);
-    else
-      jet.disarm(now_us, fx);
+    switch (verb) {
+      case JetVerb::kArm:
+        return jet.arm(c.expected, now_us, fx);
+      case JetVerb::kDisarm:
+        return jet.disarm(now_us, fx);
+      case JetVerb::kJet:
+        return jet.jet(now_us, fx);
+    }
   });
 }
 

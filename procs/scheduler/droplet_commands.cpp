@@ -28,6 +28,7 @@ void DropletLoop::proceed(Phase next, Time now, Outbox& out) {
   phase_ = next;
   const bool nothing_wet = next == Phase::kArmProfiler || (next == Phase::kArmJet && job_.cure_due());
   if (nothing_wet && holds(place(), out)) return;
+  if (enter_watch(next, now, out)) return;
   switch (next) {
     case Phase::kHoming: {
       stage_command_t c{};
@@ -76,6 +77,7 @@ void DropletLoop::send_pass(Time now, Outbox& out) {
   c.speed_mm_s = experiment().process.pass_speed_mm_s;
   c.z_mm = experiment().process.nozzle_gap_mm;
   c.grid = to_message(fires.spec);
+  c.lead_mm = job_.material() == Material::kA ? lead_mm_ : 0.0;
   if (job_.material() == Material::kB) {  // nozzle B is above the cell
     c.grid.origin_x_mm -= experiment().jet_b.offset_x_mm;
     c.grid.origin_y_mm -= experiment().jet_b.offset_y_mm;

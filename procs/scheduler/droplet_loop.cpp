@@ -28,6 +28,7 @@ DropletLoop::DropletLoop(const Experiment& experiment, HeightMap target, Mask ma
     if (inside_.cells[c]) rim_.cells[c] = 0;
   subscribe(channels::kHeightMap, this);
   subscribe(channels::kLayerPlan, this);
+  if (firn::on(experiment.camera.use)) subscribe(channels::kDropletSweep, this);
 }
 
 void DropletLoop::operator_accepted(Time now, Outbox& out) {
@@ -46,6 +47,7 @@ std::string DropletLoop::place() const {
 }
 
 std::string DropletLoop::awaited() const {
+  if (phase_ == Phase::kAwaitSweep) return "no droplet sweep " + std::to_string(sweep_id_);
   if (phase_ == Phase::kAwaitMap) return "no height map for scan " + std::to_string(scan_id_);
   return "no plan for map " + std::to_string(map_id_);
 }
@@ -66,12 +68,20 @@ void DropletLoop::after_resume(Time now, Outbox& out) {
     // The stage has homed since, or was moved by hand (I9).
     case Phase::kCure:
       return proceed(experiment().process.park_again == "on" ? Phase::kPark : Phase::kCure, now, out);
+    case Phase::kPurging:
+    case Phase::kEndPurge:
+    case Phase::kJetting:
+    case Phase::kPictures:
+    case Phase::kEndJetting:
+    case Phase::kAwaitSweep:
+      return proceed(Phase::kToCamera, now, out);
     default:
       return proceed(interrupted_, now, out);
   }
 }
 
 void DropletLoop::answered(const answer_t& m, Time now, Outbox& out) {
+  if (watch_answered(now, out)) return;
   switch (phase_) {
     case Phase::kHoming:
       return proceed(Phase::kArmProfiler, now, out);
@@ -263,7 +273,7 @@ void DropletLoop::act_on_plan(Time now, Outbox& out) {
   } catch (const std::invalid_argument& problem) {
     return fail(0, std::string("LAYER_PLAN: ") + problem.what(), now, out);
   }
-  proceed(Phase::kArmJet, now, out);
+  proceed(watch_due() ? Phase::kToCamera : Phase::kArmJet, now, out);
 }
 
 bool DropletLoop::waits_for_operator() const {

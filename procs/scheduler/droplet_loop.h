@@ -1,6 +1,6 @@
-// DropletLoop sequences the commands of a print of droplets: HEIGHT_MAP, LAYER_PLAN, ANSWER_*, STATE_*,
-// ENABLE, SAFE_STOP -> STAGE_COMMAND, JET_COMMAND, JET_B_COMMAND, PROFILER_COMMAND, LAMP_COMMAND,
-// DEPOSITION_REPORT, LAYER_METRICS, RUN_END.
+// DropletLoop sequences the commands of a print of droplets: HEIGHT_MAP, LAYER_PLAN, DROPLET_SWEEP, ANSWER_*,
+// STATE_*, ENABLE, SAFE_STOP -> STAGE_COMMAND, JET_COMMAND, JET_B_COMMAND, PROFILER_COMMAND, LAMP_COMMAND,
+// CAMERA_COMMAND, DEPOSITION_REPORT, LAYER_METRICS, RUN_END.
 #pragma once
 
 #include <optional>
@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/grid/grid.h"
+#include "firn/droplet_sweep_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/layer_metrics_t.hpp"
 #include "procs/scheduler/layer_job.h"
@@ -19,7 +20,8 @@ namespace firn {
 /// Coordinates one print of droplets: scan, ask for a plan, then for each pass arm the jet of its ink, run
 /// the stage, disarm and count, report, cure; then scan again. The passes of a layer and which of them share
 /// a cure: pass_list.h. A jet is armed only when the pass before has disarmed its own, so that two jets never
-/// are.
+/// are. With a camera, the jet is watched before layer 1 and every watch.every_layers: a strobe sweep beside
+/// the part, judged by jet_check.h; a jet outside its band is purged once.
 class DropletLoop final : public Scheduler {
  public:
   DropletLoop(const Experiment& experiment, HeightMap target, Mask mask);
@@ -27,6 +29,8 @@ class DropletLoop final : public Scheduler {
   using Scheduler::on;
   void on(const height_map_t&, Time now, Outbox&);
   void on(const layer_plan_t&, Time now, Outbox&);
+  void on(const droplet_sweep_t&, Time now, Outbox&);
+  void wake(TimerId, Time now, Outbox&) override;
 
  private:
   void proceed(Phase next, Time now, Outbox&) override;
@@ -65,6 +69,14 @@ class DropletLoop final : public Scheduler {
   void send_jet(JetVerb verb, Time now, Outbox&);
   void send_profiler(ProfilerVerb verb, Time now, Outbox&);
   void send_exposure(Time now, Outbox&);
+  // watch_jet.cpp
+  bool watch_due() const;
+  bool enter_watch(Phase, Time now, Outbox&);  ///< false: no phase of it
+  bool watch_answered(Time now, Outbox&);      ///< the same
+  void act_on_sweep(Time now, Outbox&);
+  void send_to_camera(Time now, Outbox&);
+  void send_jetting(JetVerb verb, Time now, Outbox&);
+  void send_pictures(Time now, Outbox&);
 
   bool two_jets_;
   HeightMap target_;
@@ -87,6 +99,12 @@ class DropletLoop final : public Scheduler {
   std::int64_t drops_total_ = 0;
   double objective_mm_ = 0.0;
   std::int64_t iterations_ = 0;
+
+  std::optional<droplet_sweep_t> sweep_;  ///< arrived, not acted on yet
+  std::int64_t sweep_id_ = 0;
+  int watched_layer_ = 0;  ///< before which the jet was last found good; 0 = never
+  bool purged_ = false;    ///< since then
+  double lead_mm_ = 0.0;
 };
 
 }  // namespace firn

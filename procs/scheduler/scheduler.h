@@ -41,6 +41,13 @@ class Scheduler : public Node {
     kEndScan,
     kAwaitMap,
     kAwaitPlan,  // droplets
+    kToCamera,
+    kPurging,
+    kEndPurge,
+    kJetting,
+    kPictures,
+    kEndJetting,
+    kAwaitSweep,
     kArmJet,
     kPass,
     kDisarmJet,

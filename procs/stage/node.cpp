@@ -37,7 +37,7 @@ void StageNode::on(const stage_command_t& c, Time now, Outbox& out) {
   switch (StageVerb(c.verb)) {
     case StageVerb::kPass:
       return perform(c, true, now, out, [&](Stage& stage, std::int64_t now_us, Effects& fx) {
-        stage.run_pass(fires_of(c), 0, c.z_mm, c.speed_mm_s, now_us, fx);
+        stage.run_pass(fires_of(c), 0, c.z_mm, c.speed_mm_s, now_us, fx, c.lead_mm);
       });
     case StageVerb::kScan:
       return perform(c, false, now, out, [&](Stage& stage, std::int64_t now_us, Effects& fx) {

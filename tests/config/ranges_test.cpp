@@ -14,6 +14,7 @@
 #include "core/control/surface/surface_controller.h"
 #include "core/grid/solids.h"
 #include "core/motion/kinematics/limits.h"
+#include "drivers/camera/camera.h"
 #include "drivers/heater/heater.h"
 #include "drivers/jet/jet.h"
 #include "drivers/lamp/lamp.h"
@@ -386,6 +387,8 @@ TEST_CASE("Every numeric key of an experiment has the range of what it configure
               "laser_point.", [](Experiment& e) { return drivers::LaserPointOptions{e.laser_point}; }),
           instrument<drivers::Heater>("heater.",
                                       [](Experiment& e) { return drivers::HeaterOptions{e.heater}; }),
+          instrument<drivers::Camera>("camera.",
+                                      [](Experiment& e) { return drivers::CameraOptions{e.camera}; }),
           instrument<drivers::Stage>("devices.stage.dialect.",
                                      [](Experiment& e) { return drivers::StageOptions{e.stage}; }),
           first_jet("devices.jet.dialect.ack"),
@@ -410,6 +413,8 @@ TEST_CASE("Every numeric key of an experiment has the range of what it configure
           {"devices.jet.dialect.size", "that size"},
           {"devices.jet.dialect.version_size", "the same"},
           {"devices.jet_b.dialect.", "as devices.jet.dialect."},
+          {"watch.", "a person's choices: the band of a jet, the sweeps of its watch"},
+          {"plant.camera.", "the look of nature"},
           {"run.", "the run's own: clocks and folders"},
           {"bus.", "faults that the bus injects"},
           {"part.image_white_mm", "scale of a picture"},

@@ -216,6 +216,23 @@ TEST_CASE("the increments of a run add up to the grid points, whatever the round
   }
 }
 
+TEST_CASE("With a lead every pulse comes earlier on its way, in rows of either direction", "[stage]") {
+  DropletPattern pattern(GridSpec{12, 4, 0.25, 0.25, -1.0, 2.0});
+  for (auto& c : pattern.cells) c = 1;
+  RasterParams with, without;
+  with.lead_mm = 0.0731;
+  const auto early = plan_raster(pattern, 0, with), plain = plan_raster(pattern, 0, without);
+  REQUIRE(early.size() == 4);
+  for (std::size_t n = 0; n < 4; ++n) {
+    const double back_mm = towards_plus_x(plain[n].row) ? -with.lead_mm : with.lead_mm;
+    CHECK(early[n].start_x_mm - plain[n].start_x_mm == Approx(back_mm));
+    CHECK(early[n].end_x_mm - plain[n].end_x_mm == Approx(back_mm));
+    REQUIRE(early[n].increments.size() == plain[n].increments.size());
+    for (std::size_t k = 0; k < plain[n].increments.size(); ++k)
+      CHECK(std::llabs(early[n].increments[k] - plain[n].increments[k]) <= 1);
+  }
+}
+
 TEST_CASE("the plan time of a move is that of the trapezoid", "[stage]") {
   CHECK(move_time_s(10.0, 50.0, 2000.0) == Approx(10.0 / 50.0 + 50.0 / 2000.0));
   CHECK(move_time_s(-0.5, 50.0, 2000.0) == Approx(2.0 * std::sqrt(0.5 / 2000.0)));

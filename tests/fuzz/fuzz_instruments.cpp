@@ -1,4 +1,5 @@
 // Any bytes from an instrument, in any split: no driver crashes, hangs or writes without end.
+#include "drivers/camera/camera.h"
 #include "drivers/heater/heater.h"
 #include "drivers/jet/jet.h"
 #include "drivers/lamp/lamp.h"
@@ -80,7 +81,7 @@ void play(Driver& driver, const std::uint8_t* data, std::size_t size, Command&& 
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 1) return 0;
-  switch (data[0] % 8) {
+  switch (data[0] % 9) {
     case 0: {
       Stage stage{StageOptions{}};
       play(stage, data + 1, size - 1);
@@ -130,6 +131,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         if (n == 0) laser.arm(0, 100, 0.01, now_us, fx);
         if (n == 1) laser.collect(now_us, fx);
         if (n == 2) laser.reading(now_us, fx);
+      });
+      break;
+    }
+    case 8: {
+      Camera camera{CameraOptions{}};
+      play(camera, data + 1, size - 1, [&](int n, std::int64_t now_us, Effects& fx) {
+        if (n == 0) camera.sweep({3, 40.0, 10.0}, now_us, fx);
+        if (n == 1) camera.set_up({1, 5.0}, now_us, fx);
       });
       break;
     }

@@ -11,7 +11,9 @@
 #include "core/grid/firing_order.h"
 #include "core/grid/random.h"
 #include "core/grid/sub_patterns.h"
+#include "firn/camera_command_t.hpp"
 #include "firn/deposition_report_t.hpp"
+#include "firn/droplet_sweep_t.hpp"
 #include "firn/fault_t.hpp"
 #include "firn/jet_command_t.hpp"
 #include "firn/lamp_command_t.hpp"
@@ -48,7 +50,8 @@ struct FakeLab : NodeBench {
       unanswered.reset();
       give(channels::answer(late_driver), late);
     }
-    for (NodeId d : {NodeId::kStage, NodeId::kJet, NodeId::kLaserProfiler, NodeId::kLamp, NodeId::kJetB}) {
+    for (NodeId d : {NodeId::kStage, NodeId::kJet, NodeId::kLaserProfiler, NodeId::kLamp, NodeId::kJetB,
+                     NodeId::kCamera}) {
       device_state_t s{};
       s.node = info(d).name;
       s.state = std::int8_t(DeviceState::kSafe);
@@ -62,6 +65,7 @@ struct FakeLab : NodeBench {
   }
 
   void crash() {
+    jetting = false;
     armed = Material::kNone;  // drivers make their instruments safe
     safe_stop_t stop{};
     stop.enable_epoch = ++epoch;
@@ -81,6 +85,17 @@ struct FakeLab : NodeBench {
       if (s.channel == "LAMP_COMMAND") {
         wet.clear();
         return plain(NodeId::kLamp, decode<lamp_command_t>(s), crash_probability);
+      }
+      if (s.channel == "CAMERA_COMMAND") {
+        const auto c = decode<camera_command_t>(s);
+        const bool alive = plain(NodeId::kCamera, c, crash_probability);
+        if (alive) {
+          droplet_sweep_t m = seen_by_camera ? seen_by_camera(c) : droplet_sweep_t{};
+          m.sweep_id = c.sweep_id;
+          m.frames = c.frames;
+          give(channels::kDropletSweep, m);
+        }
+        return alive;
       }
       if (s.channel == "PROFILER_COMMAND") {
         const auto c = decode<profiler_command_t>(s);
@@ -116,6 +131,7 @@ struct FakeLab : NodeBench {
   // Arms or disarms; two jets at once are remembered for the test.
   bool jet(NodeId id, const jet_command_t& c, double crash_probability) {
     const Material ink = id == NodeId::kJetB ? Material::kB : Material::kA;
+    jetting = JetVerb(c.verb) == JetVerb::kJet;
     if (JetVerb(c.verb) == JetVerb::kArm) {
       both_armed = both_armed || (armed != Material::kNone && armed != ink);
       armed = ink;
@@ -126,6 +142,7 @@ struct FakeLab : NodeBench {
   }
 
   bool stage(const stage_command_t& c, double crash_probability) {
+    moved_while_jetting = moved_while_jetting || jetting;
     if (StageVerb(c.verb) != StageVerb::kPass) return plain(NodeId::kStage, c, crash_probability);
     DropletPattern drops(experiment.grid);
     drops.cells.assign(c.fires.begin(), c.fires.end());
@@ -257,6 +274,7 @@ struct FakeLab : NodeBench {
   Experiment experiment;
   int layers = 4;
   double rise_mm = 0.0076;  ///< of each layer; its droplets' own
+  std::function<droplet_sweep_t(const camera_command_t&)> seen_by_camera;
   std::function<void(height_map_t&)> alter_map;
   std::int64_t unsure_command = -1;  ///< answered with kUnknown
   std::size_t seen = 0;
@@ -271,6 +289,7 @@ struct FakeLab : NodeBench {
       droplets;                    // layer -> cell -> jets that fired on it
   std::vector<std::uint32_t> wet;  // cells fired since the last cure
   Material armed = Material::kNone;
+  bool jetting = false, moved_while_jetting = false;
   bool both_armed = false, wet_contact = false, wrong_place = false;
   std::map<std::pair<int, int>, std::map<std::uint32_t, int>> fired;  // (layer, pass) -> cell -> triggers
 };

@@ -55,6 +55,14 @@ class NodeBench {
     step(e);
   }
 
+  void link(std::uint32_t port, LinkState state) {
+    Event e;
+    e.kind = EventKind::kLink;
+    e.id = port;
+    e.link = state;
+    step(e);
+  }
+
   void local_stop(const std::string& cause) {
     Event e;
     e.kind = EventKind::kLocalStop;

@@ -1,0 +1,83 @@
+// Camera controls a camera behind Firn's line protocol (picture_line.h): settings, and sweeps of pictures at
+// strobe delays. It moves, fires and lights nothing that could harm.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "drivers/camera/camera_config.h"
+#include "drivers/camera/picture.h"
+#include "drivers/camera/picture_line.h"
+#include "drivers/link/driver.h"
+
+namespace firn::drivers {
+
+struct CameraOptions : CameraConfig {
+  double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
+};
+
+/// Pictures of one sweep: the k-th at the strobe delay delay_us + k step_us.
+struct Sweep {
+  std::int32_t frames = 1;
+  double delay_us = 0.0, step_us = 0.0;
+  double exposure_us = 0.0;  ///< 0 = the configured one
+  double gain_db = 0.0;
+  double delay_of(std::int32_t k) const { return delay_us + k * step_us; }
+};
+
+/// One picture of the sweep in progress.
+struct CameraShot {
+  std::int32_t index = 0;  ///< 0-based
+  Sweep sweep;             ///< with the exposure that was set
+  Picture picture;
+};
+
+class Camera final : public Driver {
+ public:
+  /// Delays, exposures and gains beyond these are refused.
+  static constexpr double kMostDelay_us = 2e9, kMostExposure_us = 1e7, kMostGain_db = 100.0;
+  static constexpr std::int32_t kMostFrames = 1000;
+
+  /// @throws std::invalid_argument naming the setting, its value and its range
+  explicit Camera(CameraOptions config);
+
+  /// CameraShot for each picture, then Result{kDone} with counted = pictures. A picture that does not come is
+  /// asked for twice more; then the sweep has failed.
+  void sweep(const Sweep& sweep, std::int64_t now_us, Effects& fx);
+  /// Sets exposure, gain and delay: Result{kDone}.
+  void set_up(const Sweep& sweep, std::int64_t now_us, Effects& fx);
+
+  bool busy() const override { return op_ != Op::kNone; }
+
+ private:
+  enum class Op : std::uint8_t { kNone, kSweep, kSetUp };
+  enum class Phase : std::uint8_t { kDown, kIdentifying, kReady, kTaking };
+
+  void connected(std::int64_t now_us, Effects& fx) override;
+  void reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
+             Effects& fx) override;
+  void failed(const Request& request, std::int64_t now_us, Effects& fx) override;
+  void lost(std::int64_t now_us, Effects& fx) override;
+  void stop(std::int64_t now_us, Effects& fx) override;
+  bool idle(std::int64_t now_us, Effects& fx) override;
+  std::int64_t device_wake_us() const override;
+  bool stopping() const override { return false; }
+  void service(std::string_view verb, std::span<const double> values, std::int64_t now_us,
+               Effects& fx) override;
+
+  void begin(Op op, const Sweep& sweep, Effects& fx);
+  void ask(std::int32_t index);
+  void take(std::span<const std::byte> frame, Effects& fx);
+  void finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx);
+
+  CameraOptions config_;
+  picture_line::PictureLineDialect dialect_;
+  Phase phase_ = Phase::kDown;
+  Op op_ = Op::kNone;
+  Sweep sweep_;
+  std::int32_t taken_ = 0;
+  std::int32_t number_ = 0;  ///< of the newest picture asked for
+  std::string ending_;
+};
+
+}  // namespace firn::drivers
