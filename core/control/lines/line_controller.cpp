@@ -144,7 +144,7 @@ motion::AerosolPlan LineController::plan(const std::vector<double>& speed_mm_s) 
   }
   motion::AerosolMachine machine = setup_.machine;
   machine.shutter_delay_s = std::max(now_.open_delay_s, now_.close_delay_s);
-  return motion::plan_aerosol(job, machine, {setup_.options.corner, setup_.options.tolerance_mm});
+  return motion::plan_aerosol(job, machine, {setup_.options.corner, setup_.options.tolerance_mm, true});
 }
 
 LineDecision LineController::decide(const LineMeasurement& m) {

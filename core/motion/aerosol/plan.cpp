@@ -52,8 +52,8 @@ Corners decide_corners(const PrintJob& job, const AerosolMachine& machine, const
     if (!coincide(a.to, b.from)) continue;
     c.joint[i] = options.corner == CornerMode::kPaper ? Joint::kAverage : Joint::kLoop;
     const Point2 from = direction(a), to = direction(b);
-    // One line at two speeds: the speeds meet at their mean, and the path stays on the line.
-    if (a.speed_mm_s != b.speed_mm_s && from.x_mm * to.x_mm + from.y_mm * to.y_mm > kStraight) {
+    if (options.blend_speeds && a.speed_mm_s != b.speed_mm_s &&
+        from.x_mm * to.x_mm + from.y_mm * to.y_mm > kStraight) {
       c.joint[i] = Joint::kAverage;
       continue;
     }

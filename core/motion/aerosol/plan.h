@@ -38,6 +38,9 @@ const char* name(CornerMode mode);  ///< "paper", "loop", "hybrid"
 struct AerosolOptions {
   CornerMode corner = CornerMode::kLoop;
   double tolerance_mm = 0.05;  ///< hybrid: largest distance of the path from the corner that it rounds
+  /// Two speeds along one straight line meet at their mean, with the shutter open; else they loop like
+  /// corners.
+  bool blend_speeds = false;
 };
 
 enum class PieceKind : std::uint8_t { kPrint, kRound, kLoop, kTransit };

@@ -178,6 +178,17 @@ TEST_CASE("Slight turns round within 1 um with the shutter open, and a change of
   CHECK(loop.report.speed_error.value < 1e-9);
 }
 
+TEST_CASE("Where speeds may blend, two of one straight line meet at their mean, within 1 um of it",
+          "[aerosol]") {
+  PrintJob faster = corner(180, 20);
+  faster.segments[1].speed_mm_s = 2.0;
+  const AerosolPlan plan = plan_aerosol(faster, kMachine, {CornerMode::kLoop, 0.05, true});
+  CHECK(plan.report.loops == 0);
+  CHECK(plan.open.size() == 1);
+  CHECK(plan.report.path_error_mm.value < 0.001);
+  CHECK(plan_aerosol(corner(90, 20), kMachine, {CornerMode::kLoop, 0.05, true}).report.loops == 1);
+}
+
 TEST_CASE("Hybrid keeps the tolerance, the speed and the acceleration, and is never slower than loops",
           "[aerosol]") {
   Numbers next(33);
