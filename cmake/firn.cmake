@@ -6,11 +6,13 @@ else()
 endif()
 option(FIRN_PCH "parse the standard headers once" ${pch_default})
 function(firn_precompile name headers)
+  cmake_parse_arguments(ARG "" "" "OPTIONS" ${ARGN})
   set(source ${CMAKE_BINARY_DIR}/pch/${name}.cpp)
   file(CONFIGURE OUTPUT ${source} CONTENT "namespace firn {}\n")
   add_library(${name} OBJECT ${source})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
   target_precompile_headers(${name} PRIVATE ${headers})
+  target_compile_options(${name} PRIVATE ${ARG_OPTIONS})
   # ccache takes this sum for the precompiled header's 80 MB, so that checkouts share what they compiled.
   file(SHA256 ${headers} sum)
   string(SHA256 sum "${sum} ${CMAKE_CXX_COMPILER_VERSION} ${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_RELWITHDEBINFO} ${ARGN}")
@@ -20,14 +22,39 @@ if(FIRN_PCH)
   firn_precompile(firn_pch ${CMAKE_SOURCE_DIR}/cmake/standard_headers.h)
 endif()
 
-# FIRN_BATCHES: sources of rooms that no node is linked with, and of tests, are compiled several at a time (a unity build), since
-# parsing headers and instantiating templates is most of their time. Off under sanitizers, as above. Two sources that use one
-# name for two things cannot share a batch: the compiler says so, and set_source_files_properties takes one of them out.
+# FIRN_BATCHES: the sources of a folder are compiled several at a time (a unity build), since parsing headers and instantiating
+# templates is most of their time. Off under sanitizers, as above. Two sources of a folder that use one name for two things
+# cannot share a batch: the compiler says so, and firn_alone takes one of them out.
 option(FIRN_BATCHES "compile some sources several at a time" ${pch_default})
-function(firn_batches name size)
-  if(FIRN_BATCHES)
-    set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${size})
+function(firn_batches name most)
+  if(NOT FIRN_BATCHES)
+    return()
   endif()
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+  target_compile_options(${name} PRIVATE -Wno-subobject-linkage)  # a class defined in a source is not in the main one here
+  get_target_property(sources ${name} SOURCES)
+  list(FILTER sources INCLUDE REGEX "\\.cpp$")
+  set(folders "")
+  foreach(source ${sources})
+    get_source_file_property(alone ${source} SKIP_UNITY_BUILD_INCLUSION)
+    if(NOT alone)
+      get_filename_component(folder ${source} DIRECTORY)
+      string(MAKE_C_IDENTIFIER "of_${folder}" folder)
+      list(APPEND folders ${folder})
+      list(APPEND ${folder} ${source})
+    endif()
+  endforeach()
+  list(REMOVE_DUPLICATES folders)
+  foreach(folder ${folders})
+    list(LENGTH ${folder} length)
+    math(EXPR batches "(${length} + ${most} - 1) / ${most}")
+    set(n 0)
+    foreach(source ${${folder}})
+      math(EXPR batch "${n} * ${batches} / ${length}")
+      set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${folder}_${batch})
+      math(EXPR n "${n} + 1")
+    endforeach()
+  endforeach()
 endfunction()
 
 # firn_alone(sources…): sources that no batch takes in.
@@ -35,23 +62,20 @@ function(firn_alone)
   set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
-# firn_library(NAME sources… [COLD] [BATCHES] LINK targets… PRIVATE_LINK targets…): one library of the house; headers are
-# included by full path from the root. COLD code runs once or waits for people or instruments: -O1 compiles it in two thirds
-# of the time.
+# firn_library(NAME sources… [COLD] LINK targets… PRIVATE_LINK targets…): one library of the house; headers are included by
+# full path from the root. COLD code runs once or waits for people or instruments: -Og compiles it in half of the time.
 function(firn_library name)
-  cmake_parse_arguments(ARG "COLD;BATCHES" "" "LINK;PRIVATE_LINK" ${ARGN})
+  cmake_parse_arguments(ARG "COLD" "" "LINK;PRIVATE_LINK" ${ARGN})
   add_library(${name} STATIC ${ARG_UNPARSED_ARGUMENTS})
   target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} PUBLIC ${ARG_LINK} PRIVATE ${ARG_PRIVATE_LINK})
   if(ARG_COLD)
-    target_compile_options(${name} PRIVATE -O1)
+    target_compile_options(${name} PRIVATE -Og)
   endif()
   if(FIRN_PCH)
     target_precompile_headers(${name} REUSE_FROM firn_pch)
   endif()
-  if(ARG_BATCHES)
-    firn_batches(${name} 6)
-  endif()
+  firn_batches(${name} 10)
 endfunction()
 
 # firn_process(NAME main.cpp [DEMO] LINK targets…): one executable in build/bin; `programs` builds them all, `demo` those
@@ -63,6 +87,10 @@ function(firn_process name)
   add_executable(${name} ${ARG_UNPARSED_ARGUMENTS})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_LINK})
+  target_compile_options(${name} PRIVATE -Og)
+  if(FIRN_PCH)
+    target_precompile_headers(${name} REUSE_FROM firn_pch)
+  endif()
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
   add_dependencies(programs ${name})
   if(ARG_DEMO)
@@ -70,22 +98,33 @@ function(firn_process name)
   endif()
 endfunction()
 
-# firn_test(NAME sources… LINK targets… LABELS labels…): one Catch2 program; each TEST_CASE becomes one ctest test.
+# firn_test(NAME sources… [COMPUTES] LINK targets… LABELS labels…): one Catch2 program; each TEST_CASE becomes one ctest test.
+# COMPUTES: most of its time is spent in its own sources and in templates that these instantiate.
 # Labels: live = separate processes and real time, runs alone; threads = runs under ./firn test --tsan;
 # full = only in ./firn test --full and, one tenth of them a day, in ./firn test (scripts/run_tests.py); COST [s].
 add_custom_target(thread_tests)
+set(FIRN_TEST_OPTIONS -O0)  # three fifths of -O1's time to compile; precompiled headers are of one level too
+set(FIRN_COMPUTING_TEST_OPTIONS -Og)
+if(FIRN_SANITIZE)
+  set(FIRN_TEST_OPTIONS -O1)
+endif()
 function(firn_test name)
-  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "LINK;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "COMPUTES" "LABEL;TIMEOUT" "LINK;LABELS" ${ARGN})
+  set(kind TEST)
+  if(ARG_COMPUTES)
+    set(kind COMPUTING_TEST)
+  endif()
   add_executable(${name} ${ARG_UNPARSED_ARGUMENTS} $<TARGET_OBJECTS:firn_catch_main>)
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_LINK})
-  target_compile_options(${name} PRIVATE -O1)
+  target_compile_options(${name} PRIVATE ${FIRN_${kind}_OPTIONS})
   target_compile_definitions(${name} PRIVATE
     FIRN_SOURCE_DIR="${CMAKE_SOURCE_DIR}" FIRN_BINARY_DIR="${CMAKE_BINARY_DIR}")
   if(FIRN_PCH)
-    target_precompile_headers(${name} REUSE_FROM firn_test_pch)
+    string(TOLOWER firn_${kind}_pch pch)
+    target_precompile_headers(${name} REUSE_FROM ${pch})
   endif()
-  firn_batches(${name} 4)
+  firn_batches(${name} 8)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)

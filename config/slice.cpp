@@ -12,7 +12,7 @@
 namespace firn {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kRadians = std::numbers::pi / 180.0;
 
 double unit_mm(const std::string& unit) {
   return unit == "um"     ? 0.001
@@ -104,8 +104,8 @@ slice::PathOptions path_options(const SliceSettings& s) {
                 : b.fill == "zigzag" ? kZigzag
                 : b.fill == "none"   ? kNone
                                      : kConcentric;
-    o.fill_angle_rad = b.angle_deg * kDegree;
-    o.fill_turn_rad = b.turn_deg * kDegree;
+    o.fill_angle_rad = b.angle_deg * kRadians;
+    o.fill_turn_rad = b.turn_deg * kRadians;
     return o;
   };
   p.part = bead(s.part);
@@ -113,11 +113,11 @@ slice::PathOptions path_options(const SliceSettings& s) {
   p.support.kind = s.support == "none"       ? slice::Support::kNone
                    : s.support == "overhang" ? slice::Support::kOverhang
                                              : slice::Support::kFull;
-  p.support.overhang_rad = s.overhang_deg * kDegree;
+  p.support.overhang_rad = s.overhang_deg * kRadians;
   p.hook.on = s.hook != 0;
   p.measure.on = s.measure != 0;
   p.measure.material = std::uint8_t(s.measured_material);
-  p.measure.angle_rad = s.measure_angle_deg * kDegree;
+  p.measure.angle_rad = s.measure_angle_deg * kRadians;
   p.chord_tolerance_mm = slice::kRingShare * s.contour.chord_tolerance_mm;
   p.seam = s.seam == "aligned"  ? slice::SeamPlacement::kAligned
            : s.seam == "random" ? slice::SeamPlacement::kRandom

@@ -6,7 +6,7 @@ using namespace field_rows;
 
 namespace {
 
-constexpr double kMm = 1e5;
+constexpr double kPlace_mm = 1e5;
 
 Table mesh(SliceSettings& s) {
   return {
@@ -23,9 +23,10 @@ Table mesh(SliceSettings& s) {
       {"mesh.place_y", &s.place[1], "", one_of({"as_is", "number", "cent", "orig"}), "the same along y"},
       {"mesh.place_z", &s.place[2], "", one_of({"as_is", "number", "cent", "orig"}),
        "the same along z; number with z_mm = 0 stands on the platform"},
-      {"mesh.x_mm", &s.place_mm[0], "mm", within(-kMm, kMm), "per mesh; the last holds for all further ones"},
-      {"mesh.y_mm", &s.place_mm[1], "mm", within(-kMm, kMm), "the same along y"},
-      {"mesh.z_mm", &s.place_mm[2], "mm", within(-kMm, kMm), "the same along z"},
+      {"mesh.x_mm", &s.place_mm[0], "mm", within(-kPlace_mm, kPlace_mm),
+       "per mesh; the last holds for all further ones"},
+      {"mesh.y_mm", &s.place_mm[1], "mm", within(-kPlace_mm, kPlace_mm), "the same along y"},
+      {"mesh.z_mm", &s.place_mm[2], "mm", within(-kPlace_mm, kPlace_mm), "the same along z"},
       {"mesh.material", &s.materials, "", within(0, 250),
        "per mesh: 0 = part, 2, 3, ... = further ones; 1 is the scaffold's. Where meshes overlap the first "
        "has its way"},
@@ -94,8 +95,8 @@ Table gcode(GcodeSettings& g) {
       {"gcode.travel_mm_s", &g.travel_mm_s, "mm/s", above(0, 1e4), "speed between paths"},
       {"gcode.filament_mm", &g.filament_mm, "mm", within(0, 100),
        "E counts mm of filament of this diameter; 0 = mm^3"},
-      {"gcode.x_mm", &g.x_mm, "mm", within(-kMm, kMm), "added to x"},
-      {"gcode.y_mm", &g.y_mm, "mm", within(-kMm, kMm), "added to y"},
+      {"gcode.x_mm", &g.x_mm, "mm", within(-kPlace_mm, kPlace_mm), "added to x"},
+      {"gcode.y_mm", &g.y_mm, "mm", within(-kPlace_mm, kPlace_mm), "added to y"},
       {"gcode.start", &g.start, "", {}, "further lines at the start, '|' between them"},
       {"gcode.end", &g.end, "", {}, "further lines at the end"},
   };

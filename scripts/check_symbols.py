@@ -49,7 +49,7 @@ IN_PLANT = ("a file", INEXACT)  # nature is recorded, not replayed, and keeps it
 
 IN_NODES, APART = True, False
 ANGLES = "an arm's angles and a path's turns have no other form; the provenance holds glibc and the CPU, and replay compares them first"
-# sources, what they may call, whether a node may be linked with them, why the same input gives the same bytes all the same
+# sources (of a batch: each of them), what they may call, whether a node may be linked with them, why the same input gives the same bytes all the same
 ALLOWED = (
     ("core/motion/kinematics/*", "sincos|atan2", IN_NODES, ANGLES),
     ("core/motion/vplus_default.cpp", "atan2", IN_NODES, ANGLES),
@@ -96,17 +96,32 @@ class Object:
                     self.state.add(name)
 
 
+def sources_of(file, root, build):
+    """The sources, from the root on, that one command compiles: one, or those of a batch."""
+    if not file.is_relative_to(build):
+        found = [file]
+    elif file.parent.name == "Unity" and file.is_file():
+        found = [Path(name) for name in re.findall(r'^#include "(/.*\.cpp)"$', file.read_text(encoding="utf-8"), re.M)]
+    else:
+        found = []
+    return [s.relative_to(root).as_posix() for s in found if s.is_relative_to(root) and not s.is_relative_to(build)]
+
+
+def parts(source):
+    """The sources of an object: a batch's are joined by blanks."""
+    return source.split(" ")
+
+
 def objects_of(build, root):
-    """source -> Object of every source that is compiled for a program, and the sources whose object is not there."""
+    """sources -> Object of every object that is compiled for a program, and the sources whose object is not there."""
     commands = json.loads((Path(build) / "compile_commands.json").read_text(encoding="utf-8"))
     files = {}
     for entry in commands:
-        source = Path(entry["file"])
         words = shlex.split(entry["command"])
-        if source.is_relative_to(root) and not source.is_relative_to(build):
-            source = source.relative_to(root).as_posix()
-            if not source.startswith("tests/"):
-                files[source] = Path(entry["directory"]) / words[words.index("-o") + 1]
+        found = sources_of(Path(entry["file"]), root, build)
+        output = words[words.index("-o") + 1]
+        if found and not found[0].startswith("tests/") and not output.startswith("tests/"):
+            files[" ".join(found)] = Path(entry["directory"]) / output
     missing = sorted(source for source, file in files.items() if not file.is_file())
     there = [source for source in files if source not in missing]
     found, text = {}, ""
@@ -123,7 +138,7 @@ def is_main(source):
 
 
 def linked_into_nodes(objects):
-    """source -> the source by which the linker comes to it; None for the nodes' own."""
+    """object's sources -> the sources by which the linker comes to it; None for the nodes' own."""
     definers = {}
     for kind in ("weak", "strong"):
         for obj in objects.values():
@@ -152,14 +167,15 @@ def chain(source, came_from):
 def check_calls(objects, came_from):
     problems, used = [], set()
     for source, obj in sorted(objects.items()):
-        if is_main(source) or not (is_pure(source) or source in came_from):
+        pure = any(is_pure(part) for part in parts(source))
+        if is_main(source) or not (pure or source in came_from):
             continue
         for name in sorted(obj.calls):
             what = next((what for what, pattern in FORBIDDEN.items() if pattern.match(name)), None)
             if what is None or (source.startswith("plant/") and what in IN_PLANT):
                 continue
-            rows = [row for row in ALLOWED if fnmatch(source, row[0]) and re.fullmatch(row[1], name)
-                    and (row[2] == IN_NODES or source not in came_from)]
+            rows = [row for row in ALLOWED if all(fnmatch(part, row[0]) for part in parts(source))
+                    and re.fullmatch(row[1], name) and (row[2] == IN_NODES or source not in came_from)]
             used.update(rows)
             if not rows:
                 where = f"; linked into a node: {chain(source, came_from)}" if came_from.get(source) else ""
@@ -176,7 +192,7 @@ def demangled(names):
 def check_state(objects, came_from, root):
     """Variables that outlive a call and are not const: a node would carry them from one print, or test, into the next."""
     problems, texts = [], {}
-    pure = [o for s, o in sorted(objects.items()) if not is_main(s) and (is_pure(s) or s in came_from)]
+    pure = [o for s, o in sorted(objects.items()) if not is_main(s) and (any(map(is_pure, parts(s))) or s in came_from)]
     headers = "".join(code(read(root, path)) for path in sources(root, suffixes={".h"}) if not path.startswith("tests/"))
     names = demangled({name for obj in pure for name in obj.state})
     for obj in pure:
@@ -186,7 +202,7 @@ def check_state(objects, came_from, root):
                 continue
             last = re.sub(r"\[abi:\w+\]", "", name).rsplit("::", 1)[-1]
             if obj.source not in texts:
-                texts[obj.source] = code(read(root, obj.source))
+                texts[obj.source] = "".join(code(read(root, part)) for part in parts(obj.source))
             declared = [line for text in (texts[obj.source], headers) for line in re.findall(rf"^.*\b{re.escape(last)}\b.*$", text, re.M)
                         if re.search(rf"[\w>&*\]]\s+(?:&|\*)?{re.escape(last)}\b\s*(?:\[[^\]]*\]\s*)*(?:=|\{{|\(|;)", line)]
             if not declared or not all(re.search(r"\b(const|constexpr)\b", line) for line in declared if "static" in line or declared == [line]):
@@ -201,7 +217,7 @@ def main():
     root = Path(sys.argv[2] if len(sys.argv) > 2 else Path(__file__).resolve().parent.parent).resolve()
     objects, missing = objects_of(build, root)
     came_from = linked_into_nodes(objects)
-    problems = [f"{source}: is not compiled yet: build first" for source in missing if is_pure(source)]
+    problems = [f"{source}: is not compiled yet: build first" for source in missing if any(map(is_pure, parts(source)))]
     calls, used = check_calls(objects, came_from)
     if not missing:
         problems += [f"scripts/check_symbols.py: allows {row[0]} to call {row[1]}, which it does not" for row in ALLOWED if row not in used]

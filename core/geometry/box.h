@@ -40,6 +40,6 @@ inline BoxOf<std::int32_t> box_about(double x, double y, double reach) {
 inline Lanes4 packed(const BoxOf<std::int32_t>& b) { return Lanes4{b.x0, b.y0, -b.x1, -b.y1}; }
 /// Returns the upper bounds x1, y1, -x0, -y0 that no lane of a packed box exceeds if it meets this one.
 inline Lanes4 reach_of(Lanes4 packed) { return -__builtin_shufflevector(packed, packed, 2, 3, 0, 1); }
-inline bool within(Lanes4 packed, Lanes4 reach) { return signs(packed > reach) == 0; }
+inline bool meets(Lanes4 packed, Lanes4 reach) { return signs(packed > reach) == 0; }
 
 }  // namespace firn::slice

@@ -12,7 +12,7 @@ int side(Point a, Point b, Point p) {
   return (s > 0) - (s < 0);
 }
 
-bool within(Point a, Point b, Point p) {  // p is on the line through a and b
+bool in_bounds(Point a, Point b, Point p) {  // p is on the line through a and b
   return std::min(a.x, b.x) <= p.x && p.x <= std::max(a.x, b.x) && std::min(a.y, b.y) <= p.y &&
          p.y <= std::max(a.y, b.y);
 }
@@ -23,8 +23,8 @@ Intersection of_segments(Point a, Point b, Point c, Point d) {
   const int a_side = side(c, d, a), b_side = side(c, d, b);
   if (a_side * b_side > 0) return Intersection::kDisjoint;
   if (c_side * d_side < 0 && a_side * b_side < 0) return Intersection::kCrossing;
-  const bool touch = (!c_side && within(a, b, c)) || (!d_side && within(a, b, d)) ||
-                     (!a_side && within(c, d, a)) || (!b_side && within(c, d, b));
+  const bool touch = (!c_side && in_bounds(a, b, c)) || (!d_side && in_bounds(a, b, d)) ||
+                     (!a_side && in_bounds(c, d, a)) || (!b_side && in_bounds(c, d, b));
   return touch ? Intersection::kTouching : Intersection::kDisjoint;
 }
 

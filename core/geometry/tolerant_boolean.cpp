@@ -147,7 +147,7 @@ class TolerantUnion {
         }
         const Lanes4 reach = reach_of(packed(box));
         for (const Near& other : near)
-          if (within(other.box, reach)) cross(other.edge, j);
+          if (meets(other.box, reach)) cross(other.edge, j);
       }
     }
   }

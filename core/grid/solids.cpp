@@ -8,16 +8,17 @@
 namespace firn {
 namespace {
 
-[[noreturn]] void refuse(const std::string& what) { firn::refuse("geometry", what); }
+[[noreturn]] void refuse_solid(const std::string& what) { firn::refuse("geometry", what); }
 
 void positive(double value, const char* field) {
   if (!(std::isfinite(value) && value > 0.0))
-    refuse(std::string(field) + " = " + std::to_string(value) + " must be above 0");
+    refuse_solid(std::string(field) + " = " + std::to_string(value) + " must be above 0");
 }
 
 void smaller(double bore, double outside, const char* field, const char* than) {
   positive(bore, field);
-  if (!(bore < outside)) refuse(std::string(field) + " = " + std::to_string(bore) + " must be below " + than);
+  if (!(bore < outside))
+    refuse_solid(std::string(field) + " = " + std::to_string(bore) + " must be below " + than);
 }
 
 struct Middle {
@@ -109,19 +110,19 @@ std::unique_ptr<Solid> make_solid(const SolidSpec& spec, const GridSpec& grid) {
   if (spec.kind == "pipe") return std::make_unique<Pipe>(spec, grid);
   if (spec.kind == "pipe_junction") return std::make_unique<PipeJunction>(spec, grid);
   if (spec.kind == "ellipsoid") return std::make_unique<Ellipsoid>(spec, grid);
-  refuse("shape '" + spec.kind + "' is no analytic solid (pipe, pipe_junction, ellipsoid)");
+  refuse_solid("shape '" + spec.kind + "' is no analytic solid (pipe, pipe_junction, ellipsoid)");
 }
 
 ImageStack::ImageStack(const GridSpec& grid, double pitch_z_mm, std::vector<Mask> layers)
     : grid_(grid), pitch_z_mm_(pitch_z_mm), layers_(std::move(layers)) {
   check(grid);
   if (!kImagePitch_mm.holds(pitch_z_mm))
-    refuse("image_pitch_z_mm = " + shortest_text(pitch_z_mm) + " is outside " + text(kImagePitch_mm));
-  if (layers_.empty()) refuse("a stack of images needs one at least");
+    refuse_solid("image_pitch_z_mm = " + shortest_text(pitch_z_mm) + " is outside " + text(kImagePitch_mm));
+  if (layers_.empty()) refuse_solid("a stack of images needs one at least");
   for (std::size_t n = 0; n < layers_.size(); ++n)
     if (layers_[n].size() != grid.size())
-      refuse("image " + std::to_string(n) + " has " + std::to_string(layers_[n].size()) +
-             " cells, the grid " + std::to_string(grid.size()));
+      refuse_solid("image " + std::to_string(n) + " has " + std::to_string(layers_[n].size()) +
+                   " cells, the grid " + std::to_string(grid.size()));
 }
 
 bool ImageStack::contains(double x_mm, double y_mm, double z_mm) const {

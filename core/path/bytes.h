@@ -26,7 +26,7 @@ struct FormatError : std::runtime_error {
   std::string problem;  ///< the message without the place
 };
 
-inline constexpr std::size_t kMaxTextBytes = 200;
+inline constexpr std::size_t kMaxNameBytes = 200;
 
 class ByteWriter {
  public:
@@ -35,9 +35,9 @@ class ByteWriter {
     const auto* p = reinterpret_cast<const std::byte*>(&value);
     bytes_.insert(bytes_.end(), p, p + sizeof value);
   }
-  /// u16 length and at most kMaxTextBytes bytes.
+  /// u16 length and at most kMaxNameBytes bytes.
   void put_text(const std::string& text) {
-    const std::size_t n = std::min(text.size(), kMaxTextBytes);
+    const std::size_t n = std::min(text.size(), kMaxNameBytes);
     put(std::uint16_t(n));
     put_bytes(text.data(), n);
   }
@@ -101,8 +101,8 @@ class ByteReader {
   }
   std::string get_text(const char* what) {
     const std::size_t n = get<std::uint16_t>(what);
-    if (n > kMaxTextBytes)
-      fail(std::string(what) + " is longer than the limit of " + std::to_string(kMaxTextBytes) + " bytes");
+    if (n > kMaxNameBytes)
+      fail(std::string(what) + " is longer than the limit of " + std::to_string(kMaxNameBytes) + " bytes");
     return get_bytes(n, what);
   }
   std::string get_bytes(std::size_t n, const char* what) {

@@ -8,11 +8,11 @@
 namespace firn::drivers {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kRadians = std::numbers::pi / 180.0;
 constexpr double kJog = 5.0;  // deg, or mm of J3
 constexpr int kJogPercent = 1, kMostLines = 1000;
 
-std::string_view text_of(std::span<const std::byte> bytes) {
+std::string_view reply_text(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
@@ -26,7 +26,7 @@ void Robot::jog(std::span<const double> v, std::int64_t now_us, Effects& fx) {
   if (!where_) return refuse(kUnreachable, "where the robot stands is not known", fx);
   fvp::Joints to = fvp::joints_of(*where_);
   const auto joint = std::size_t(v[0]) - 1;
-  to[joint] += joint == 2 ? v[1] : v[1] * kDegree;
+  to[joint] += joint == 2 ? v[1] : v[1] * kRadians;
   move_to(to, kJogPercent, now_us, fx);
 }
 
@@ -41,7 +41,7 @@ void Robot::service(std::string_view verb, std::span<const double> v, std::int64
       return refuse(kLimit, "lines are a whole number, 1 to " + std::to_string(kMostLines), fx);
     for (int n = 0; n < int(v[0]); ++n) s.begin.push_back(asked("STAT"));
     s.tell = [](const Request&, std::span<const std::byte> frame) -> std::optional<std::string> {
-      WordReader words(fvp::parse(text_of(frame)).text);
+      WordReader words(fvp::parse(reply_text(frame)).text);
       return words.word() == "ACK" ? std::optional<std::string>("") : std::nullopt;
     };
     s.then = [n = v[0], begun_us = now_us](std::int64_t now, Effects& effects) {
@@ -56,15 +56,15 @@ void Robot::service(std::string_view verb, std::span<const double> v, std::int64
   if (verb != "where" && verb != "jog") return Driver::service(verb, v, now_us, fx);
   s.begin = {asked("STAT J")};
   s.tell = [this](const Request&, std::span<const std::byte> frame) -> std::optional<std::string> {
-    WordReader words(fvp::parse(text_of(frame)).text);
+    WordReader words(fvp::parse(reply_text(frame)).text);
     if (words.word() != "ACK") return std::nullopt;
     const auto counts = fvp::parse_counts(words);
     if (!counts) return std::nullopt;
     where_ = *counts;
     const fvp::Joints j = fvp::joints_of(*counts);
     char text[100];
-    std::snprintf(text, sizeof text, "J1 %.4f deg, J2 %.4f deg, J3 %.3f mm, J4 %.4f deg", j[0] / kDegree,
-                  j[1] / kDegree, j[2], j[3] / kDegree);
+    std::snprintf(text, sizeof text, "J1 %.4f deg, J2 %.4f deg, J3 %.3f mm, J4 %.4f deg", j[0] / kRadians,
+                  j[1] / kRadians, j[2], j[3] / kRadians);
     return text;
   };
   if (verb == "jog") {

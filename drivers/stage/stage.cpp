@@ -9,7 +9,6 @@ namespace firn::drivers {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr char kAxisNames[] = "XYZ";
 
 RasterParams raster_params(const StageOptions& c, double speed_mm_s, double lead_mm) {
   return {speed_mm_s,          c.acceleration_mm_s2, lead_mm,

@@ -17,6 +17,8 @@
 
 namespace firn::drivers {
 
+inline constexpr char kAxisNames[] = "XYZ";
+
 struct StageOptions : StageConfig {
   ensemble::Table table;
   double raster_speed_mm_s = 50.0;

@@ -8,7 +8,6 @@
 namespace firn::drivers {
 namespace {
 
-constexpr char kAxisNames[] = "XYZ";
 constexpr std::int64_t kStopLimit_us = 5'000'000;
 
 std::string line_of(const Request& request) {

@@ -10,7 +10,7 @@ using ensemble::Line;
 
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 constexpr double kJog_mm = 5.0, kJogSpeed_mm_s = 10.0;
 constexpr double kPulseRate_hz = 100.0;
 constexpr int kMostPulses = 1000;
@@ -67,7 +67,7 @@ void Stage::service(std::string_view verb, std::span<const double> v, std::int64
               if (r.kind != ensemble::Reply::Kind::kOk) return std::nullopt;
               if (request.format == ensemble::kText) return identity_ + " version " + std::string(r.value);
               const auto axis = std::size_t(request.argument % 4), place = std::size_t(request.argument / 4);
-              const double value = r.number().value_or(kNaN);
+              const double value = r.number().value_or(kNoNumber);
               if (place == 0) position_mm_[axis] = value;
               const std::string name(1, "xyz"[axis]);
               return shown((place == 0 ? name : name + " " + kAxisParameters[place - 1].name).c_str(), value);
@@ -84,7 +84,7 @@ void Stage::service(std::string_view verb, std::span<const double> v, std::int64
       return refuse(kLimit, shown("a jog at", v[3]) + " mm/s is outside (0, 10] mm/s; --far allows it", fx);
     ask_service(verb, s);
     s.then = [this, by = std::array{v[0], v[1], v[2]}, speed = v[3]](std::int64_t now, Effects& effects) {
-      std::array<double, 3> to{kNaN, kNaN, kNaN};
+      std::array<double, 3> to{kNoNumber, kNoNumber, kNoNumber};
       for (std::size_t axis = 0; axis < 3; ++axis)
         if (by[axis] != 0.0) to[axis] = position_mm_[axis] + by[axis];
       begin_move(to[0], to[1], to[2], speed, now, effects);
@@ -105,7 +105,7 @@ void Stage::service(std::string_view verb, std::span<const double> v, std::int64
       row.pitch_x_mm = row.pitch_y_mm = pitch;
       row.origin_x_mm = position_mm_[0] + pitch;
       row.origin_y_mm = position_mm_[1];
-      begin_pass(DropletPattern(row, 1), 0, kNaN, std::min(kJogSpeed_mm_s, pitch * kPulseRate_hz), 0.0, now,
+      begin_pass(DropletPattern(row, 1), 0, kNoNumber, std::min(kJogSpeed_mm_s, pitch * kPulseRate_hz), 0.0, now,
                  effects);
     };
   } else if ((verb == "where" || verb == "params" || verb == "serial") && v.empty()) {

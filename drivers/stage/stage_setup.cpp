@@ -7,7 +7,6 @@
 namespace firn::drivers {
 namespace {
 
-constexpr char kAxisNames[] = "XYZ";
 constexpr int kHomingOrder[] = {2, 0, 1};  // the nozzle goes up first
 
 }  // namespace

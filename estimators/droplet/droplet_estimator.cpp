@@ -31,7 +31,7 @@ std::array<double, 3> scales(const DropletModel& m) {
   return {m.h1_mm, std::max(m.h2_mm, 0.05 * m.h1_mm), std::max(m.h3_mm, 0.05 * m.h1_mm)};
 }
 
-void require(bool ok, std::string_view what) { firn::require(ok, "droplet estimator", what); }
+void estimator_needs(bool ok, std::string_view what) { firn::require(ok, "droplet estimator", what); }
 
 }  // namespace
 
@@ -79,7 +79,7 @@ void DropletEstimator::set_substrate(const HeightMap& height, const std::vector<
   check_map("droplet estimator", grid_, height, use, noise_std_mm);
   start_ = filter_.substrate(height.cells, use, noise_std_mm * noise_std_mm);
   const auto measured = std::count_if(use.begin(), use.end(), [](Use u) { return u != Use::kNothing; });
-  require(measured > 0, "the bare ground has no measured cell");
+  estimator_needs(measured > 0, "the bare ground has no measured cell");
   double rough = 0.0;
   for (const double v : start_.variance_mm2) rough += v / double(start_.variance_mm2.size());
   substrate_variance_mm2_ = (noise_std_mm * noise_std_mm + rough) / double(measured);
@@ -94,11 +94,11 @@ void DropletEstimator::set_substrate(const HeightMap& height, const std::vector<
 
 Estimate DropletEstimator::add_layer(std::vector<Pass> passes, const HeightMap& height,
                                      const std::vector<Use>& use, double noise_std_mm) {
-  require(has_substrate_, "a layer came before the map of the bare ground");
+  estimator_needs(has_substrate_, "a layer came before the map of the bare ground");
   check_map("droplet estimator", grid_, height, use, noise_std_mm);
   for (const Pass& p : passes) {
-    require(p.share > 0.0 && p.share <= 1.0, "the counted share of a pass is outside (0, 1]");
-    for (const std::uint32_t c : p.cells) require(c < grid_.size(), "a pass fires off the grid");
+    estimator_needs(p.share > 0.0 && p.share <= 1.0, "the counted share of a pass is outside (0, 1]");
+    for (const std::uint32_t c : p.cells) estimator_needs(c < grid_.size(), "a pass fires off the grid");
     droplets_ += std::int64_t(p.cells.size());
   }
   if (int(window_.size()) >= options_.window_layers) forget_oldest();
@@ -136,7 +136,7 @@ Estimate DropletEstimator::replace_map(const HeightMap& height, const std::vecto
                                        double noise_std_mm) {
   check_map("droplet estimator", grid_, height, use, noise_std_mm);
   if (window_.empty()) {
-    require(layers_ == 0, "there is no layer whose map could be replaced");
+    estimator_needs(layers_ == 0, "there is no layer whose map could be replaced");
     set_substrate(height, use, noise_std_mm);
     return estimate_;
   }

@@ -12,7 +12,7 @@ namespace {
 constexpr double kOutlier_mm =
     5e-3;  // beyond it and beyond half of the expected rise, a droplet did not come
 
-void require(bool ok, std::string_view what) { firn::require(ok, "droplet factors", what); }
+void factors_need(bool ok, std::string_view what) { firn::require(ok, "droplet factors", what); }
 
 }  // namespace
 
@@ -48,11 +48,11 @@ DropletFactors::DropletFactors(const GridSpec& grid, const Mask& mask, const Dro
       changed_(grid),
       drops_(grid) {
   deposition::check(o.model);
-  require(mask.size() == grid.size(), "the mask does not have the grid's size");
-  require(o.prior_std > 0.0 && o.cell_std_mm > 0.0, "prior_std and cell_std_mm must be above 0");
+  factors_need(mask.size() == grid.size(), "the mask does not have the grid's size");
+  factors_need(o.prior_std > 0.0 && o.cell_std_mm > 0.0, "prior_std and cell_std_mm must be above 0");
   for (const double walk : o.walk_std)
-    require(std::isfinite(walk) && walk >= 0.0, "a walk_std must not be below 0");
-  require(std::isfinite(o.sparse_std) && o.sparse_std >= 0.0, "sparse_std must not be below 0");
+    factors_need(std::isfinite(walk) && walk >= 0.0, "a walk_std must not be below 0");
+  factors_need(std::isfinite(o.sparse_std) && o.sparse_std >= 0.0, "sparse_std must not be below 0");
   variance_.fill(o.prior_std * o.prior_std);
   for (std::size_t c = 0; c < mask.size(); ++c)
     if (mask.cells[c]) cells_[std::size_t(place_.cells[c])] += 1.0;

@@ -9,7 +9,7 @@
 namespace firn::droplet {
 namespace {
 
-void require(bool ok, std::string_view what) { firn::require(ok, "height filter", what); }
+void filter_needs(bool ok, std::string_view what) { firn::require(ok, "height filter", what); }
 
 }  // namespace
 
@@ -22,8 +22,8 @@ HeightFilter::HeightFilter(const GridSpec& grid, const HeightFilterOptions& opti
 
 void HeightFilter::use_model(const deposition::DropletModel& model, double droplet_scatter) {
   deposition::check(model);
-  require(std::isfinite(droplet_scatter) && droplet_scatter >= 0.0,
-          "droplet_scatter = " + std::to_string(droplet_scatter) + " must not be below 0");
+  filter_needs(std::isfinite(droplet_scatter) && droplet_scatter >= 0.0,
+               "droplet_scatter = " + std::to_string(droplet_scatter) + " must not be below 0");
   options_.model = model;
   options_.droplet_scatter = droplet_scatter;
 }
@@ -41,11 +41,11 @@ void HeightFilter::set_substrate(const HeightMap& height, const std::vector<Use>
 
 void HeightFilter::add_layer(std::vector<Pass> passes, const HeightMap& height, const std::vector<Use>& use,
                              double noise_std_mm) {
-  require(has_substrate_, "a layer came before the map of the bare ground");
+  filter_needs(has_substrate_, "a layer came before the map of the bare ground");
   check_map("height filter", grid_, height, use, noise_std_mm);
   for (const Pass& p : passes) {
-    require(p.share > 0.0 && p.share <= 1.0, "the counted share of a pass is outside (0, 1]");
-    for (const std::uint32_t c : p.cells) require(c < grid_.size(), "a pass fires off the grid");
+    filter_needs(p.share > 0.0 && p.share <= 1.0, "the counted share of a pass is outside (0, 1]");
+    for (const std::uint32_t c : p.cells) filter_needs(c < grid_.size(), "a pass fires off the grid");
   }
   update_noise(noise_std_mm);
   Layer layer;
@@ -57,7 +57,7 @@ void HeightFilter::add_layer(std::vector<Pass> passes, const HeightMap& height, 
 }
 
 void HeightFilter::replace_map(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm) {
-  require(has_substrate_, "there is no map that could be replaced");
+  filter_needs(has_substrate_, "there is no map that could be replaced");
   if (on_substrate_) return set_substrate(height, use, noise_std_mm);
   check_map("height filter", grid_, height, use, noise_std_mm);
   update_noise(noise_std_mm);

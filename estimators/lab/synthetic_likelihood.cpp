@@ -16,7 +16,7 @@ using Vector = Eigen::VectorXd;
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using View = Eigen::Map<const RowMajor>;
 
-constexpr double kRidge = 1e-3;     // of the parameters' unit variance
+constexpr double kFitRidge = 1e-3;  // of the parameters' unit variance
 constexpr double kLeastStd = 1e-9;  // of a feature that no simulation moves
 constexpr std::size_t kSpareRows = 5;
 
@@ -96,7 +96,7 @@ SyntheticLikelihood::SyntheticLikelihood(const Simulations& sims)
   const Eigen::RowVectorXd z_mean = z.colwise().mean(), s_mean = s.colwise().mean();
   const Matrix zc = z.rowwise() - z_mean, sc = s.rowwise() - s_mean;
   Matrix normal = zc.transpose() * zc;
-  normal.diagonal().array() += kRidge * double(rows_);
+  normal.diagonal().array() += kFitRidge * double(rows_);
   const Matrix slope = normal.llt().solve(zc.transpose() * sc);  // parameters x features
   const Eigen::RowVectorXd intercept = s_mean - z_mean * slope;
   const RowMajor residual = sc - zc * slope;

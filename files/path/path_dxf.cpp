@@ -22,7 +22,7 @@
 namespace firn {
 namespace {
 
-constexpr std::size_t kMaxLineBytes = 4096;
+constexpr std::size_t kMaxDxfLineBytes = 4096;
 constexpr std::array<std::string_view, 2> kNotDrawn{"POINT", "VIEWPORT"};
 constexpr const char* kRead = "LINE, ARC, CIRCLE, ELLIPSE, LWPOLYLINE, POLYLINE and SPLINE are read";
 
@@ -128,8 +128,8 @@ class DxfReader {
   bool line(std::string& text) {
     if (!std::getline(in_, text)) return false;
     ++line_;
-    if (text.size() > kMaxLineBytes)
-      fail(fmt::format("a line longer than the limit of {} bytes", kMaxLineBytes));
+    if (text.size() > kMaxDxfLineBytes)
+      fail(fmt::format("a line longer than the limit of {} bytes", kMaxDxfLineBytes));
     return true;
   }
 

@@ -17,7 +17,7 @@
 namespace firn {
 namespace {
 
-constexpr std::size_t kMaxLineBytes = 1000;
+constexpr std::size_t kMaxGcodeLineBytes = 1000;
 constexpr double kInch_mm = 25.4;
 constexpr const char* kKnown = "G0 to G3, G5, G17, G20, G21, G90, G91 and F";
 /// Codes that leave the path as it is: dwell, no compensation, coordinate system 1, path modes, feed per
@@ -34,8 +34,8 @@ class GcodeReader {
     while (std::getline(in_, line)) {
       ++number_;
       bytes_ += double(line.size()) + 1.0;
-      if (line.size() > kMaxLineBytes)
-        fail(fmt::format("a line longer than the limit of {} bytes", kMaxLineBytes));
+      if (line.size() > kMaxGcodeLineBytes)
+        fail(fmt::format("a line longer than the limit of {} bytes", kMaxGcodeLineBytes));
       block(line);
     }
     finish();

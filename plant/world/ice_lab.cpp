@@ -50,7 +50,8 @@ class IceWorldLab final : public WorldLab, public IceLab, private IceWires {
             0,
             nature_.bed().volume_mm3(),
             {l.landed[0] + l.landed[1], l.lost, -l.grown},
-            height_over(grid)};
+            height_over(grid),
+            {}};
   }
   IceTruth ice_truth() const override {
     IceTruth t;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kMostAttempts = 3;
 constexpr int kMostSlips = 2;
-constexpr int kFewCells = 10;  // of one material: too few for an estimate
+constexpr int kFewOfInk = 10;  // of one material: too few for an estimate
 
 }  // namespace
 
@@ -399,7 +399,7 @@ std::string PathLoop::disturbed_valve(int layer, bool& much) const {
     cells[which] += 1.0;
   }
   for (const int which : {0, 1}) {
-    if (cells[which] < kFewCells) continue;
+    if (cells[which] < kFewOfInk) continue;
     const double full_mm = nominal_mm * cells[which];
     much = rise_mm[which] > experiment().process.most_rise_share * full_mm;
     if (!much && rise_mm[which] >= experiment().ice.least_rise_share * full_mm) continue;
@@ -423,7 +423,7 @@ std::string PathLoop::rise_without_command(const HeightMap& height) const {
     rise_mm += rise;
     cells += 1.0;
   }
-  if (cells < kFewCells || rise_mm <= least_mm * cells) return "";
+  if (cells < kFewOfInk || rise_mm <= least_mm * cells) return "";
   return "rise without command: the surface rose by " + std::to_string(rise_mm / cells) +
          " mm between two measurements of layer " + std::to_string(layers_done_) +
          " with nothing to deposit: a valve leaks or stays open";

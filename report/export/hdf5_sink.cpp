@@ -24,21 +24,21 @@ constexpr unsigned kTruncate = 2;     // H5F_ACC_TRUNC, whose macro calls the li
 constexpr hsize_t kBuffered = 16384;  // values of one column
 constexpr hsize_t kSmall_bytes = 4096;
 constexpr hsize_t kBufferedStrings = 1024;
-constexpr unsigned kLevel = 4;  // of deflate; 9 takes twice as long for 2 % less
+constexpr unsigned kDeflateLevel = 4;  // of deflate; 9 takes twice as long for 2 % less
 
 struct Names {
   const char* file;    // little endian
   const char* memory;  // big endian, as LCM encodes
 };
-constexpr std::array<Names, 9> kTypes{{{"H5T_STD_I8LE_g", "H5T_STD_I8BE_g"},
-                                       {"H5T_STD_I16LE_g", "H5T_STD_I16BE_g"},
-                                       {"H5T_STD_I32LE_g", "H5T_STD_I32BE_g"},
-                                       {"H5T_STD_I64LE_g", "H5T_STD_I64BE_g"},
-                                       {"H5T_STD_U8LE_g", "H5T_STD_U8BE_g"},
-                                       {"H5T_STD_I8LE_g", "H5T_STD_I8BE_g"},
-                                       {"H5T_IEEE_F32LE_g", "H5T_IEEE_F32BE_g"},
-                                       {"H5T_IEEE_F64LE_g", "H5T_IEEE_F64BE_g"},
-                                       {"", ""}}};
+constexpr std::array<Names, 9> kMemberTypes{{{"H5T_STD_I8LE_g", "H5T_STD_I8BE_g"},
+                                             {"H5T_STD_I16LE_g", "H5T_STD_I16BE_g"},
+                                             {"H5T_STD_I32LE_g", "H5T_STD_I32BE_g"},
+                                             {"H5T_STD_I64LE_g", "H5T_STD_I64BE_g"},
+                                             {"H5T_STD_U8LE_g", "H5T_STD_U8BE_g"},
+                                             {"H5T_STD_I8LE_g", "H5T_STD_I8BE_g"},
+                                             {"H5T_IEEE_F32LE_g", "H5T_IEEE_F32BE_g"},
+                                             {"H5T_IEEE_F64LE_g", "H5T_IEEE_F64BE_g"},
+                                             {"", ""}}};
 
 class Hdf5Sink : public TableSink {
  public:
@@ -220,13 +220,13 @@ class Hdf5Sink : public TableSink {
     h_.H5Pset_obj_track_times(how, false);
     if (!text && !d.fixed) {  // the characters lie outside the chunks
       h_.H5Pset_shuffle(how);
-      h_.H5Pset_deflate(how, kLevel);
+      h_.H5Pset_deflate(how, kDeflateLevel);
     }
     const hid_t access = h_.H5Pcreate(h_.id("H5P_CLS_DATASET_ACCESS_ID_g"));
     h_.H5Pset_chunk_cache(access, 3, 0, 1.0);  // chunks are written whole
     d.id = checked(h_.H5Dcreate2(file_, d.path.c_str(),
-                                 text ? text_type_ : h_.id(kTypes[std::size_t(d.column.kind)].file), space,
-                                 groups_, how, access),
+                                 text ? text_type_ : h_.id(kMemberTypes[std::size_t(d.column.kind)].file),
+                                 space, groups_, how, access),
                    d.path);
     attribute(d.id, "units", d.column.unit);
     attribute(d.id, "description", d.column.text);
@@ -255,7 +255,7 @@ class Hdf5Sink : public TableSink {
     h_.H5Sselect_hyperslab(space, H5S_SELECT_SET, from.data(), nullptr, part.data(), nullptr);
     const hid_t memory = h_.H5Screate_simple(d.grid ? 3 : 1, part.data(), nullptr);
     const hid_t type =
-        d.column.kind == Kind::kString ? text_type_ : h_.id(kTypes[std::size_t(d.column.kind)].memory);
+        d.column.kind == Kind::kString ? text_type_ : h_.id(kMemberTypes[std::size_t(d.column.kind)].memory);
     checked(h_.H5Dwrite(d.id, type, memory, space, H5P_DEFAULT, values), d.path);
     h_.H5Sclose(memory);
     h_.H5Sclose(space);

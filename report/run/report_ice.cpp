@@ -12,7 +12,7 @@
 namespace firn::replay {
 namespace {
 
-constexpr double kUm = 1e3;
+constexpr double kMicrons = 1e3;
 constexpr std::size_t kMostMaps = 6;
 constexpr double kShown = 0.995;  // of all cells lie within the colour scale
 
@@ -68,7 +68,7 @@ std::string error_maps(const std::vector<NamedIce>& runs) {
   for (const NamedIce& r : runs)
     for (const std::size_t k : chosen(r.data->intervals.size()))
       for (const double e : error_of(r.data->intervals[k]).cells)
-        if (std::isfinite(e)) sizes.push_back(std::abs(e) * kUm);
+        if (std::isfinite(e)) sizes.push_back(std::abs(e) * kMicrons);
   if (sizes.empty()) return "";
   const auto at = sizes.begin() + std::ptrdiff_t(kShown * double(sizes.size() - 1));
   std::nth_element(sizes.begin(), at, sizes.end());

@@ -172,6 +172,31 @@ class Symbols(Tree):
         self.assertEqual(len(found), 1, found)
         self.assertIn("core/statistics/distributions.cpp <- procs/stage/node.cpp", found[0])
 
+    def batch(self, paths):
+        """Compiles these sources as one, as a unity build does, and returns the problems."""
+        unity = self.build / "x.dir" / "Unity" / "unity_0_cxx.cxx"
+        unity.parent.mkdir(parents=True)
+        unity.write_text("".join(f'#include "{self.root / path}"\n' for path in paths))
+        self.sources = [path for path in self.sources if path not in paths] + ["build/x.dir/Unity/unity_0_cxx.cxx"]
+        subprocess.run(["c++", "-std=c++20", "-O2", "-fno-math-errno", f"-I{self.root}", "-c", str(unity), "-o",
+                        "build.x.dir.Unity.unity_0_cxx.cxx.o"], cwd=self.build, check=True)
+        return self.problems()
+
+    def test_a_symbol_in_a_batch_is_found_with_its_sources(self):
+        path = "core/control/mpc.cpp"
+        self.write(path, GOOD[path] + "#include <ctime>\nlong f() { return time(nullptr); }\n")
+        found = self.batch(["core/grid/grid.cpp", path])
+        self.assertEqual(found, ["core/grid/grid.cpp core/control/mpc.cpp: calls a clock (time); linked into a node: "
+                                 "core/grid/grid.cpp core/control/mpc.cpp <- procs/stage/node.cpp"])
+
+    def test_what_one_source_may_call_a_batch_with_others_may_not(self):
+        paths = ["core/statistics/distributions.cpp", "core/statistics/other.cpp"]
+        self.write(paths[0], "#include <cmath>\nnamespace firn {\ndouble tail(double x) { return std::log(x); }\n}  // namespace firn\n")
+        self.write(paths[1], "namespace firn {\nint other() { return 1; }\n}  // namespace firn\n")
+        found = self.batch(paths)
+        self.assertEqual(len(found), 1, found)
+        self.assertIn(" ".join(paths) + ": calls an inexact function", found[0])
+
     def test_a_source_without_its_object_is_named(self):
         (self.build / "core.grid.grid.cpp.o").unlink()
         self.assertEqual(self.problems(), ["core/grid/grid.cpp"])

@@ -13,7 +13,7 @@ std::unique_ptr<SurfaceController> make(const SurfaceOptions& options) {
   return std::make_unique<Controller>(options);
 }
 
-constexpr SurfaceScheme kSchemes[] = {
+constexpr SurfaceScheme kSurfaceSchemes[] = {
     {"open_loop", "nominal deposition, whatever is measured", &make<OpenLoopSurface>},
     {"smf", "surface-mapping feedback, PID on the error surface [Barnett 2012]", &make<SmfSurface>},
     {"smf_adaptive", "foresees what each place will be short of; its gain adapts from place to place",
@@ -25,11 +25,11 @@ constexpr SurfaceScheme kSchemes[] = {
 
 }  // namespace
 
-std::span<const SurfaceScheme> surface_schemes() { return kSchemes; }
+std::span<const SurfaceScheme> surface_schemes() { return kSurfaceSchemes; }
 
 std::unique_ptr<SurfaceController> make_surface_controller(const SurfaceOptions& options) {
   std::string known;
-  for (const SurfaceScheme& s : kSchemes) {
+  for (const SurfaceScheme& s : kSurfaceSchemes) {
     if (s.name == options.scheme) return s.make(options);
     known += (known.empty() ? "" : ", ") + std::string(s.name);
   }

@@ -6,7 +6,8 @@
 namespace firn::motion {
 namespace {
 
-constexpr double kForgiven = 1e-9;  // of the longest time in a move: rounding, not a broken order of times
+constexpr double kForgivenTime =
+    1e-9;  // of the longest time in a move: rounding, not a broken order of times
 
 // (5), (6) for one candidate, and the order (18).
 std::optional<AxisProfile> with_blends(const AxisEnds& e, double t0, double t1, double vc, double a0,
@@ -14,7 +15,7 @@ std::optional<AxisProfile> with_blends(const AxisEnds& e, double t0, double t1, 
   if (!std::isfinite(vc)) return std::nullopt;
   double tb0 = (vc - e.v0_mm_s) / a0 + t0;  // (5)
   double tb1 = (vc - e.v1_mm_s) / a1 + t1;  // (6)
-  const double slack = kForgiven * (t1 - t0 + (std::abs(e.v0_mm_s) + std::abs(e.v1_mm_s)) / std::abs(a0));
+  const double slack = kForgivenTime * (t1 - t0 + (std::abs(e.v0_mm_s) + std::abs(e.v1_mm_s)) / std::abs(a0));
   if (tb0 < t0 - slack || tb1 < tb0 - slack || tb1 > t1 + slack) return std::nullopt;
   tb0 = std::clamp(tb0, t0, t1);
   tb1 = std::clamp(tb1, tb0, t1);
@@ -22,7 +23,7 @@ std::optional<AxisProfile> with_blends(const AxisEnds& e, double t0, double t1, 
 }
 
 // A root that is negative by rounding only is a double root.
-double root_of(double gamma, double scale) {
+double lspb_root(double gamma, double scale) {
   return gamma < 0 && gamma > -1e-13 * scale ? 0.0 : std::sqrt(gamma);
 }
 
@@ -34,12 +35,12 @@ LspbCandidates lspb_candidates(const AxisEnds& e, double t0, double t1, double a
   LspbCandidates found;
   const double s1 = (v0 + v1) / alpha + dt;
   const double gamma_1 = s1 * s1 + 2.0 / alpha * (-squares / alpha - 2.0 * dq);   // (12)
-  const double root_1 = root_of(gamma_1, s1 * s1 + squares / (alpha * alpha));    // NaN when imaginary (17)
+  const double root_1 = lspb_root(gamma_1, s1 * s1 + squares / (alpha * alpha));  // NaN when imaginary (17)
   found[0] = with_blends(e, t0, t1, 0.5 * alpha * (s1 + root_1), alpha, -alpha);  // (11)
   found[1] = with_blends(e, t0, t1, 0.5 * alpha * (s1 - root_1), alpha, -alpha);
   const double s2 = -(v0 + v1) / alpha + dt;
   const double gamma_2 = s2 * s2 - 2.0 / alpha * (squares / alpha - 2.0 * dq);  // (14)
-  const double root_2 = root_of(gamma_2, s2 * s2 + squares / (alpha * alpha));
+  const double root_2 = lspb_root(gamma_2, s2 * s2 + squares / (alpha * alpha));
   found[2] = with_blends(e, t0, t1, -0.5 * alpha * (s2 + root_2), -alpha, alpha);  // (13)
   found[3] = with_blends(e, t0, t1, -0.5 * alpha * (s2 - root_2), -alpha, alpha);
   // (15), (16) with t1 - t0: as printed, t1 + t0, they hold at t0 = 0 only.

@@ -9,7 +9,7 @@
 namespace firn::slice {
 namespace {
 
-constexpr std::size_t kLayersAtOnce = 32;
+constexpr std::size_t kLayersOfBlock = 32;
 
 Region grown(const Region& region, double mm, double tolerance_mm) {
   return mm > 0 ? grow(region, mm, tolerance_mm) : region;
@@ -57,8 +57,8 @@ void for_overhanging(std::span<const Region> part, const OverhangOptions& option
   Region need;
   // Three blocks at a time: one whose overhangs are computed, one through which the area is carried down, one
   // that is used.
-  const auto in_block = [&](std::size_t block) { return std::min(layers, block * kLayersAtOnce); };
-  for (std::size_t block = 0; block < layers / kLayersAtOnce + 3; ++block) {
+  const auto in_block = [&](std::size_t block) { return std::min(layers, block * kLayersOfBlock); };
+  for (std::size_t block = 0; block < layers / kLayersOfBlock + 3; ++block) {
     std::swap(ahead, here);
     std::swap(needs, before);
     const std::size_t above = block >= 1 ? layers - in_block(block - 1) : 0;

@@ -10,7 +10,7 @@ namespace firn::control::mpc {
 namespace {
 
 constexpr double kLeastDeviation_mm = 1e-6;  // the majoriser's slope at a flat surface
-constexpr double kLeastGain_mm = 1e-10;
+constexpr double kLeastImprovement_mm = 1e-10;
 
 double objective(const ErrorMoments& m, double alpha) {
   return alpha * m.absolute_mm + (1.0 - alpha) * m.deviation_mm;
@@ -27,7 +27,7 @@ double lower(LayerProblem& p, double alpha, const WeightedOptions& o, const Para
       sweep_strips(next, {rows, 100, cost}, parallel);
     next.refresh();
     const ErrorMoments then = error_moments(next);
-    if (!(objective(then, alpha) < objective(now, alpha) - kLeastGain_mm)) break;
+    if (!(objective(then, alpha) < objective(now, alpha) - kLeastImprovement_mm)) break;
     p = std::move(next);
     now = then;
   }
