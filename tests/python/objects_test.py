@@ -180,7 +180,7 @@ class Droplets(Folder):
 
     def test_a_live_print_runs_all_of_them(self):
         file = self.mine("[estimator]", 'droplets = "python:mean.py:Mean"', "[plant]", 'model = "python:ink.py:Ink"', "[process]",
-                         "scan_speed_mm_s = 1.5")
+                         "scan_speed_mm_s = 1.5", "[run]", "lease_s = 5")
         run, said = self.print(file, "--set", "part.height_mm=0.02", bus=())
         self.assertEqual(said["outcome"], "finished")
         self.assertGreater(len(self.messages(run, "HEIGHT_MODEL")), 1)
