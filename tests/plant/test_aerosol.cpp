@@ -21,7 +21,7 @@ AerosolParams steady() {
 constexpr double kSpeed_mm_s = 3.0;
 
 /// A straight pass from x = 0.5 at constant speed, the shutter switched at two times.
-void pass(Deposit& d, double open_s, double close_s, double end_s) {
+void straight_pass(Deposit& d, double open_s, double close_s, double end_s) {
   const auto at = [](std::int64_t us) {
     return Deposit::Nozzle{0.5 + kSpeed_mm_s * double(us) * 1e-6, 1.0, kSpeed_mm_s};
   };
@@ -41,7 +41,7 @@ TEST_CASE("Ink is conserved: what flowed has passed, is kept or gathers, and wha
   p.blob_s = 0.02;
   p.overspray = 0.1;
   Deposit d(kPlate, p, 1);
-  pass(d, 0.2, 0.9, 1.2);
+  straight_pass(d, 0.2, 0.9, 1.2);
   const AerosolLedger& l = d.ledger();
   CHECK(l.passed_mm3 + l.kept_mm3 + d.source().gathered_mm3() == Approx(1.2 * p.flow_mm3_s).epsilon(1e-9));
   CHECK(l.landed_mm3 + l.lost_mm3 == Approx(p.solids * l.passed_mm3).epsilon(1e-9));
@@ -51,7 +51,7 @@ TEST_CASE("Ink is conserved: what flowed has passed, is kept or gathers, and wha
 TEST_CASE("A line's section is flow x solids / speed, its sigma that of beam and wet section") {
   AerosolParams p = steady();
   Deposit d(kPlate, p, 1);
-  pass(d, 0.1, 1.0, 1.2);
+  straight_pass(d, 0.1, 1.0, 1.2);
   const HeightMap h = d.surface().cell_means();
   double area = 0.0, second = 0.0;
   const int i = 100;  // x = 2 mm, in the middle
@@ -69,7 +69,7 @@ TEST_CASE("A line's section is flow x solids / speed, its sigma that of beam and
 TEST_CASE("The shutter's delays and tails move a line's ends by delay plus tail times speed") {
   const AerosolParams p = steady();
   Deposit d(kPlate, p, 1);
-  pass(d, 0.1, 0.9, 1.2);
+  straight_pass(d, 0.1, 0.9, 1.2);
   // Volume between the switches' places: open for 0.8 s, late by 30 ms and long by 45 ms, tails alike.
   CHECK(d.ledger().passed_mm3 == Approx(p.flow_mm3_s * (0.8 - 0.03 + 0.045)).epsilon(1e-3));
   double sum = 0.0, first = 0.0;

@@ -43,7 +43,7 @@ struct Nature {
   }
 };
 
-LineMeasurement bare(const LineController& c) {
+LineMeasurement unprinted(const LineController& c) {
   LineMeasurement m;
   m.total = m.last = std::vector<LineReading>(c.stations().size());
   m.start_error_mm = m.end_error_mm = NAN;
@@ -58,7 +58,7 @@ TEST_CASE("A constant error of the flow is gone after a few layers, and open loo
     setup.feedback = feedback;
     LineController c(setup);
     Nature nature;
-    LineDecision d = c.decide(bare(c));
+    LineDecision d = c.decide(unprinted(c));
     for (int layer = 1; layer <= 12; ++layer) {
       const LineMeasurement m = nature.measure(c, d, layer, 1.2);
       d = c.decide(m);
@@ -79,7 +79,7 @@ TEST_CASE("A flow that drifts by 20 % over the print is fed forward: the last la
     setup.options.feed_forward = forward;
     LineController c(setup);
     Nature nature;
-    LineDecision d = c.decide(bare(c));
+    LineDecision d = c.decide(unprinted(c));
     for (int layer = 1; layer <= 12; ++layer) {
       const LineMeasurement m = nature.measure(c, d, layer, 1.0 + 0.2 * layer / 12.0);
       d = c.decide(m);
@@ -95,7 +95,7 @@ TEST_CASE("A flow that drifts by 20 % over the print is fed forward: the last la
 TEST_CASE("The shutter's delays follow from starts and ends after one layer") {
   LineController c(two_lines());
   Nature nature;
-  LineDecision d = c.decide(bare(c));
+  LineDecision d = c.decide(unprinted(c));
   CHECK(d.open_delay_s == 0.01);
   d = c.decide(nature.measure(c, d, 1, 1.0));
   CHECK(d.open_delay_s == Approx(0.04));
@@ -103,7 +103,7 @@ TEST_CASE("The shutter's delays follow from starts and ends after one layer") {
   LineSetup fixed = two_lines();
   fixed.options.identify_shutter = OnOff::kOff;
   LineController f(fixed);
-  d = f.decide(bare(f));
+  d = f.decide(unprinted(f));
   d = f.decide(nature.measure(f, d, 1, 1.0));
   CHECK(d.open_delay_s == 0.01);
 }
@@ -111,8 +111,8 @@ TEST_CASE("The shutter's delays follow from starts and ends after one layer") {
 TEST_CASE("A layer that is measured twice is learned from once") {
   LineController once(two_lines()), twice(two_lines());
   Nature nature;
-  const LineMeasurement m = nature.measure(once, once.decide(bare(once)), 1, 1.3);
-  twice.decide(bare(twice));
+  const LineMeasurement m = nature.measure(once, once.decide(unprinted(once)), 1, 1.3);
+  twice.decide(unprinted(twice));
   twice.decide(m);
   const LineDecision a = once.decide(m), b = twice.decide(m);
   CHECK(a.speed_mm_s == b.speed_mm_s);
@@ -122,7 +122,7 @@ TEST_CASE("A layer that is measured twice is learned from once") {
 TEST_CASE(
     "A way begins and ends at rest, goes through its knots, and the shutter is open over the job's length") {
   LineController c(two_lines());
-  const LineDecision d = c.decide(bare(c));
+  const LineDecision d = c.decide(unprinted(c));
   const LineWay& w = d.way;
   REQUIRE(w.t_s.size() > 4);
   CHECK(w.t_s.front() == 0.0);
@@ -144,7 +144,7 @@ TEST_CASE(
 TEST_CASE("Speeds that differ along one line stay on the line, without a loop") {
   LineSetup setup = two_lines();
   LineController c(setup);
-  LineDecision d = c.decide(bare(c));
+  LineDecision d = c.decide(unprinted(c));
   Nature nature;
   LineMeasurement m = nature.measure(c, d, 1, 1.0);
   for (std::size_t s = 0; s < m.total.size(); ++s) {
