@@ -122,6 +122,12 @@ void show_json(const DeviceCommandOptions& o, const DeviceReport& r, const std::
   for (const height_profile_t& p : r.profiles)
     j["profiles"].push_back(
         {{"row", p.row}, {"x0_mm", p.x0_mm}, {"dx_mm", p.dx_mm}, {"y_mm", p.y_mm}, {"z_mm", p.z_mm}});
+  for (const camera_frame_t& f : r.frames)
+    j["pictures"].push_back({{"index", f.index},
+                             {"delay_us", f.delay_us},
+                             {"width", f.width},
+                             {"height", f.height},
+                             {"white", f.white}});
   if (o.dry_run) j["sent"] = sent;
   std::puts(j.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
 }
@@ -185,7 +191,8 @@ int run_device(const DeviceCommandOptions& o) {
   sinks.interrupted = [] { return InterruptGuard::raised(); };
   const DeviceReport report = run_verb(job, at, sinks);
   if (!o.record.empty()) write_file_atomically(o.record, record);
-  if (!o.out.empty()) write_profiles(o.out, report.profiles);
+  if (!o.out.empty() && !report.frames.empty()) write_frames(o.out, report.frames);
+  if (!o.out.empty() && report.frames.empty()) write_profiles(o.out, report.profiles);
   if (o.json)
     show_json(o, report, port, real, sent);
   else
@@ -207,7 +214,7 @@ void declare_device(OptionSet& options) {
   options.option("--record", o.record, "the same lines into a file, a cassette; firn cassette");
   options.flag("--dry-run", o.dry_run, "the bytes that the order sends; no port is opened");
   options.flag("--watch", o.watch, "status: each change, until Ctrl-C");
-  options.option("--out", o.out, "profiles as .csv or .png");
+  options.option("--out", o.out, "profiles as .csv or .png, pictures as .png");
   options.flag("--far", o.far, "a jog beyond 5 mm and 10 mm/s");
   options.flag("--unsafe", o.unsafe, "raw: bytes past driver, limits and stop");
   options.override_option(o.overrides);

@@ -17,7 +17,7 @@ struct DeviceCommandOptions {
   double within_s = 120.0;          ///< longest wait for the end of an order
   bool trace = false;               ///< each piece of bytes on stderr
   std::string record;               ///< file for the same as lines; empty: none
-  std::string out;                  ///< .csv or .png of profiles; empty: none
+  std::string out;                  ///< .csv or .png of profiles, .png of pictures
   bool watch = false;               ///< status: until Ctrl-C
   bool dry_run = false;             ///< the bytes of the order, and no port opened
   bool unsafe = false;              ///< raw: bytes past driver, limits and stop

@@ -3,7 +3,7 @@
 # process, one that learns the model, one that filters the surface as well, one of the ice lab. Golden runs are added to, not replaced: a run
 # that was recorded by an earlier version must decode and replay for ever.
 #   scripts/make_golden.sh NAME [KIND]...   writes tests/replay/golden/NAME-KIND
-#                                           for mpc, smf-resumed, two-inks, estimator, kalman, ice, or the kinds given
+#                                           for mpc, smf-resumed, two-inks, estimator, kalman, camera, ice, or the kinds given
 set -euo pipefail
 cd "$(dirname "$0")/.."
 name=${1:?a name for the runs, e.g. the version}
@@ -30,8 +30,10 @@ killed_and_resumed() {
 }
 
 learns=(--set estimator.droplets=on --set control.adapt_model=on)
+watches=(--set camera.use=on --set watch.gate=on --set watch.placement=on --set watch.um_per_px=2.5
+         --set plant.camera.drop_speed_m_s=2)
 filters=(--set estimator.memory_layers=8 --set estimator.window_layers=2 --set control.height_estimate=kalman)
-[ $# -gt 0 ] || set -- mpc smf-resumed two-inks estimator kalman ice
+[ $# -gt 0 ] || set -- mpc smf-resumed two-inks estimator kalman camera ice
 for kind in "$@"; do
   case $kind in
     mpc) in_process mpc tiny ;;
@@ -39,6 +41,7 @@ for kind in "$@"; do
     two-inks) in_process two-inks two-inks ;;
     estimator) in_process estimator tiny "${learns[@]}" ;;
     kalman) in_process kalman tiny "${learns[@]}" "${filters[@]}" ;;
+    camera) in_process camera tiny "${watches[@]}" ;;
     ice) in_process ice tiny-ice ;;
     *) echo "make_golden.sh: no kind '$kind'" >&2; exit 2 ;;
   esac

@@ -75,6 +75,8 @@ class Run {
     if (temperature_t t; decoded(t, channel, channels::kTemperature.name, bytes)) report_.temperature = t;
     if (height_profile_t p; decoded(p, channel, channels::kHeightProfile.name, bytes))
       report_.profiles.push_back(std::move(p));
+    if (camera_frame_t f; decoded(f, channel, channels::kCameraFrame.name, bytes))
+      report_.frames.push_back(std::move(f));
     if (laser_samples_t l; decoded(l, channel, channels::kLaserSamples.name, bytes))
       report_.readings_mm.insert(report_.readings_mm.end(), l.distance_mm.begin(), l.distance_mm.end());
     device_state_t state;

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "files/usage_error.h"
+#include "firn/camera_command_t.hpp"
 #include "firn/enums.h"
 #include "firn/heater_command_t.hpp"
 #include "firn/lamp_command_t.hpp"
@@ -80,6 +81,17 @@ DeviceOrder end_profiles(const DeviceCall&, const OrderStamp& stamp) {
   return order_of(channels::kProfilerCommand, c, stamp);
 }
 
+DeviceOrder sweep(const DeviceCall& call, const OrderStamp& stamp) {
+  camera_command_t c{};
+  c.verb = std::int8_t(CameraVerb::kSweep);
+  c.sweep_id = 1;
+  c.frames = std::int32_t(std::clamp(call.values[0], 0.0, 1e6));
+  c.delay_us = call.values[1];
+  c.step_us = call.values[2];
+  c.gain_db = call.e.camera.gain_db;
+  return order_of(channels::kCameraCommand, c, stamp);
+}
+
 // An order of the driver's own table.
 DeviceOrder serve(const DeviceCall& call, const OrderStamp& stamp) {
   service_order_t c{};
@@ -122,6 +134,8 @@ constexpr DeviceVerb kVerbs[] = {
     {"laser_point", "accuracy", "N", 1, "mean and scatter of N readings", &reading, true, nullptr, true},
     {"laser_point", "zero", "N", 1, "the offset that makes the mean of N readings 0", &reading, true, nullptr,
      true},
+    {"camera", "sweep", "N DELAY STEP [us]", 3, "N pictures at strobe delays from DELAY on", &sweep, true},
+    {"camera", "setup", "EXPOSURE GAIN DELAY [us, dB, us]", 3, "for the next picture", &serve, true},
     {"robot", "home", "", 0, "power, calibration, up", &home},
     {"robot", "where", "", 0, "its joints", &serve, true},
     {"robot", "jog", "JOINT BY [deg, mm]", 2, "turns one joint from where it is, 5 deg or mm at most",

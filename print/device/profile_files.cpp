@@ -63,4 +63,13 @@ void write_profiles(const std::string& file, std::span<const height_profile_t> p
   throw UsageError("--out " + file + ": must end in .csv or .png");
 }
 
+void write_frames(const std::string& file, std::span<const camera_frame_t> frames) {
+  constexpr std::string_view kEnding = ".png";
+  if (!file.ends_with(kEnding)) throw UsageError("--out " + file + ": must end in .png");
+  const std::string stem = file.substr(0, file.size() - kEnding.size());
+  for (std::size_t n = 0; n < frames.size(); ++n)
+    write_file_atomically(frames.size() == 1 ? file : fmt::format("{}-{}.png", stem, n + 1),
+                          {reinterpret_cast<const char*>(frames[n].png.data()), frames[n].png.size()});
+}
+
 }  // namespace firn
