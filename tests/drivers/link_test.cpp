@@ -1,6 +1,7 @@
 // The link state machine under hostile replies; properties that hold for every driver.
 #include <catch2/catch.hpp>
 
+#include "drivers/gas/gas.h"
 #include "drivers/heater/heater.h"
 #include "drivers/jet/jet.h"
 #include "drivers/jet/microdrop.h"
@@ -244,7 +245,8 @@ TEMPLATE_TEST_CASE("random bytes never crash a driver, never make it spin, and n
                    (Kind<Stage, StageOptions>), (Kind<Jet, JetOptions>), (Kind<Microdrop, JetOptions>),
                    (Kind<LaserProfiler, LaserProfilerOptions>), (Kind<Lamp, LampOptions>),
                    (Kind<Robot, RobotOptions>), (Kind<Valve, ValveOptions>),
-                   (Kind<LaserPoint, LaserPointOptions>), (Kind<Heater, HeaterOptions>)) {
+                   (Kind<LaserPoint, LaserPointOptions>), (Kind<Heater, HeaterOptions>),
+                   (Kind<Gas, GasOptions>)) {
   std::uint64_t seed = 99;
   for (int round = 0; round < 40; ++round) {
     typename TestType::Type driver{typename TestType::ConfigType{}};

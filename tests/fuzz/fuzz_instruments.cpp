@@ -1,7 +1,9 @@
 // Any bytes from an instrument, in any split: no driver crashes, hangs or writes without end.
 #include "drivers/camera/camera.h"
+#include "drivers/gas/gas.h"
 #include "drivers/heater/heater.h"
 #include "drivers/jet/jet.h"
+#include "drivers/jet/microdrop.h"
 #include "drivers/lamp/lamp.h"
 #include "drivers/laser_point/laser_point.h"
 #include "drivers/laser_profiler/laser_profiler.h"
@@ -81,7 +83,7 @@ void play(Driver& driver, const std::uint8_t* data, std::size_t size, Command&& 
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 1) return 0;
-  switch (data[0] % 9) {
+  switch (data[0] % 11) {
     case 0: {
       Stage stage{StageOptions{}};
       play(stage, data + 1, size - 1);
@@ -140,6 +142,19 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         if (n == 0) camera.sweep({3, 40.0, 10.0}, now_us, fx);
         if (n == 1) camera.set_up({1, 5.0}, now_us, fx);
       });
+      break;
+    }
+    case 9: {
+      Gas gas{GasOptions{}};
+      play(gas, data + 1, size - 1, [&](int n, std::int64_t now_us, Effects& fx) {
+        if (n == 0) gas.set(20.0, 40.0, now_us, fx);
+        if (n == 1) gas.set(0.0, 0.0, now_us, fx);
+      });
+      break;
+    }
+    case 10: {
+      Microdrop jet{JetOptions{}};
+      play(jet, data + 1, size - 1);
       break;
     }
     default: {

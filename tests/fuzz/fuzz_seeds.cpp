@@ -213,12 +213,21 @@ int main(int argc, char** argv) {
   Bytes datagram{std::byte(0), std::byte(std::min<std::size_t>(map.size(), 255))};
   datagram.insert(datagram.end(), map.begin(), map.end());
   seed("fuzz_transport", "map", datagram);
-  // {driver, bytes at once, pause, bytes…}: stage, jet, profiler, lamp, robot, valve, point laser, heater
+  // {driver, bytes at once, pause, bytes…}: stage, jet, profiler, lamp, robot, valve, point laser, heater,
+  // gas, Microdrop
   using namespace std::string_view_literals;
-  static constexpr std::string_view kTalk[] = {
-      "\x00\x02\x01%\n\x03\x01%0\n"sv, "\x01\x01\x01>\x04\x01\x06\x01\x00\x01"sv,
-      "\x02\x04\x01\x0c\x00\x00\x00"sv, "\x03\x09\x01READY0A\r\x0c\x01Received42\r"sv,
-      "\x06\x03\x01R0\r\x05\x01PR,0\r\x00\xfa"sv};
+  static constexpr std::string_view kTalk[] = {"\x00\x02\x01%\n\x03\x01%0\n"sv,
+                                               "\x01\x01\x01>\x04\x01\x06\x01\x00\x01"sv,
+                                               "\x02\x04\x01\x0c\x00\x00\x00"sv,
+                                               "\x03\x09\x01READY0A\r\x0c\x01Received42\r"sv,
+                                               "\x06\x03\x01R0\r\x05\x01PR,0\r\x00\xfa"sv,
+                                               "\x08\x0b\x01"
+                                               "A   GP07R1\r"
+                                               "\x0b\x01"
+                                               "B   10v20\r "
+                                               "\x2d\x01"
+                                               "A +014.6 +021.8 +000.0 +000.0 +000.0     N2\r"sv,
+                                               "\x09\x03\x01OK\r\x03\x01OK\r\x04\x01 72\r"sv};
   for (std::size_t n = 0; n < std::size(kTalk); ++n)
     seed("fuzz_instruments", std::to_string(n), std::as_bytes(std::span(kTalk[n])));
   seed_ice();

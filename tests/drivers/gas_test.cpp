@@ -1,0 +1,275 @@
+// The gas driver against its twin, and its codec against lines of the vendor's documents and of two public
+// programs (docs/devices/gas.md).
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "drivers/gas/gas.h"
+#include "plant/twins/gas.h"
+#include "tests/drivers/bench.h"
+#include "tests/drivers/fake_rig.h"
+#include "tests/drivers/lossy_line.h"
+
+using namespace firn;
+using namespace firn::drivers;
+using Catch::Contains;
+
+namespace {
+
+struct NoWires : plant::Wires {
+  void pulse(int, std::int64_t, const double[3], const double[3]) override {}
+  void softtrigger(std::int64_t, plant::Port, int) override {}
+  void lamp(std::int64_t, plant::LampEvent, double) override {}
+  void link_closed(std::int64_t, plant::Port) override {}
+  void note(std::int64_t, plant::Port, plant::DeviceEvent, std::int64_t) override {}
+};
+
+/// The twin as FakeRig has instruments.
+struct GasLine {
+  explicit GasLine(plant::GasParams params = {}) : twin(plant::Port::kHeater, params, wires) {
+    twin.link().connect(0);
+  }
+  void take(std::string_view bytes, std::int64_t now_us) {
+    heard += bytes;
+    twin.link().arrive(std::as_bytes(std::span(bytes.data(), bytes.size())), now_us);
+    advance(now_us);
+  }
+  void advance(std::int64_t now_us) {
+    while (twin.next_inner_us() <= now_us) twin.step();
+    while (twin.link().next_send_us() <= now_us) out += twin.link().pop_send().bytes;
+  }
+  std::int64_t next_us() const {
+    return twin.next_visible_us() < twin.next_inner_us() ? twin.next_visible_us() : twin.next_inner_us();
+  }
+
+  NoWires wires;
+  plant::GasTwin twin;
+  std::string out, heard;
+};
+
+struct GasRig {
+  explicit GasRig(plant::GasParams params = {}, GasOptions options = {})
+      : line(std::move(params)), gas(std::move(options)), rig(gas, line) {
+    rig.lines = false;
+    rig.open();
+    rig.run([&] { return gas.safe(); }, 10.0);
+  }
+  Result set(double atomizer, double sheath, double within_s = 60.0) {
+    const std::size_t before = rig.all<Result>().size();
+    rig.act([&](std::int64_t t, Effects& fx) { gas.set(atomizer, sheath, t, fx); });
+    REQUIRE(rig.run([&] { return rig.all<Result>().size() > before; }, within_s));
+    return rig.all<Result>().back();
+  }
+  double sccm(int n) { return line.twin.sccm(n, rig.now_us); }
+  void trip(std::int64_t code) { line.twin.trip(rig.now_us, code); }
+  /// The last fault that stops a print; empty: none.
+  std::string stopped() const {
+    for (const auto& f : rig.all<Fault>())
+      if (f.severity == Severity::kStop) return f.text;
+    return "";
+  }
+
+  GasLine line;
+  Gas gas;
+  drivers::test::FakeRig<Gas, GasLine> rig;
+};
+
+}  // namespace
+
+TEST_CASE("a data frame is read as the vendor's documents have it, with its codes and its total", "[gas]") {
+  const auto r = alicat::parse_reading("A +014.62 +021.89 +000.00 -000.01 +078.95     N2");
+  REQUIRE(r);
+  CHECK(r->unit == 'A');
+  CHECK(r->pressure == 14.62);
+  CHECK(r->temperature_degC == 21.89);
+  CHECK(r->mass_flow == -0.01);
+  CHECK(r->set_point == 78.95);
+  CHECK(r->resolution == Approx(0.01));
+  CHECK(r->gas == "N2");
+  CHECK(r->codes == 0);
+  const auto more = alicat::parse_reading("B +014.70 +025.0 +1.0 +1.00 +50.000 +0021513.0 Air MOV LCK XYZ");
+  REQUIRE(more);
+  CHECK(more->gas == "Air");
+  CHECK(more->codes == (alicat::kMassOver | alicat::kLocked));
+  CHECK(alicat::names_of(more->codes) == "LCK MOV");
+  for (const char* none : {"", "A", "?", "A ?", "A +014.70 +025.00 +00.000 +00.000 N2", "a +1 +1 +1 +1 +1 N2",
+                           "A +1 +1 +1 +1 +1", "A 14.70 +025.00 +00.000 +00.000 +00.000 N2",
+                           "A +1 +1 +1 +1 +1 +1 +1 N2", "A +1. +1 +1.2.3 +1 +1 N2"})
+    CHECK_FALSE(alicat::parse_reading(none));
+}
+
+TEST_CASE("another unit's line, a late data frame and a line that never ends answer nothing", "[gas]") {
+  const alicat::AlicatDialect dialect;
+  const GasDialect texts;
+  const auto kind = [&](const Request& asked, std::string_view line) {
+    return dialect.frame(std::as_bytes(std::span(line.data(), line.size())), &asked).kind;
+  };
+  const Request poll = alicat::poll_request({'A', false}, 0),
+                version = alicat::version_request({'A', false}, texts, 0);
+  constexpr std::string_view data = "A +014.62 +021.89 +000.00 +000.00 +078.95     N2\r";
+  CHECK(kind(poll, data) == Frame::Kind::kReply);
+  CHECK(kind(poll, data.substr(0, data.size() - 1)) == Frame::Kind::kIncomplete);
+  CHECK(kind(poll, "B +014.62 +021.89 +000.00 +000.00 +078.95     N2\r") == Frame::Kind::kCorrupt);
+  CHECK(kind(version, data) == Frame::Kind::kCorrupt);
+  CHECK(kind(version, "A   8v17.0-R23 Nov 27 2019,15:28:45\r") == Frame::Kind::kReply);
+  CHECK(kind(poll, "?\r") == Frame::Kind::kReply);
+  CHECK(kind(poll, std::string(200, '+')) == Frame::Kind::kCorrupt);
+  CHECK(alicat::set_request({'B', true}, 12.5, texts, 0).text() == "B$$S12.500\r");
+}
+
+TEST_CASE("the sheath flows before the atomizer's gas and ends after it", "[gas][I16]") {
+  GasRig rig;
+  CHECK(rig.gas.identity() == "Alicat A firmware 10v20.0-R24, B firmware 10v20.0-R24");
+  const auto set = [&](double atomizer, double sheath) {  // no ink without a sheath meanwhile
+    const std::size_t before = rig.rig.all<Result>().size();
+    rig.rig.act([&](std::int64_t t, Effects& fx) { rig.gas.set(atomizer, sheath, t, fx); });
+    bool bare = false;
+    REQUIRE(rig.rig.run(
+        [&] {
+          bare = bare || (rig.sccm(0) > 1.0 && rig.sccm(1) < 30.0);
+          return rig.rig.all<Result>().size() > before;
+        },
+        60.0));
+    CHECK_FALSE(bare);
+    return rig.rig.all<Result>().back().outcome;
+  };
+  CHECK(set(20.0, 40.0) == Outcome::kDone);
+  CHECK(std::abs(rig.sccm(0) - 20.0) < 1.0);
+  CHECK(std::abs(rig.sccm(1) - 40.0) < 2.0);
+  CHECK(rig.gas.state() == DeviceState::kActive);
+  rig.line.heard.clear();
+  CHECK(set(0.0, 0.0) == Outcome::kDone);
+  CHECK(rig.line.heard.find("AS0") < rig.line.heard.find("BS0"));
+  CHECK(rig.gas.safe());
+}
+
+TEST_CASE("a stop ends the atomizer's gas first of all and leaves the sheath's", "[gas]") {
+  GasRig rig;
+  REQUIRE(rig.set(20.0, 40.0).outcome == Outcome::kDone);
+  rig.line.heard.clear();
+  rig.rig.act([&](std::int64_t t, Effects& fx) { rig.gas.safe_stop(t, fx); });
+  CHECK(rig.line.heard.starts_with("AS0.000\r"));
+  REQUIRE(rig.rig.run([&] { return rig.gas.safe(); }, 1.0));
+  rig.rig.run_for(3.0);
+  CHECK(rig.sccm(0) < 0.1);
+  CHECK(std::abs(rig.sccm(1) - 40.0) < 1.0);
+}
+
+TEST_CASE("set points beyond the lab's limits, and ink without a sheath, are refused before a byte is sent",
+          "[gas][I16]") {
+  GasRig rig;
+  for (const auto& [atomizer, sheath, why] : {std::tuple{-1.0, 40.0, "[0, 100]"},
+                                              {101.0, 40.0, "[0, 100]"},
+                                              {20.0, 501.0, "[0, 500]"},
+                                              {20.0, 0.0, "without a sheath"},
+                                              {std::nan(""), 40.0, "outside"}}) {
+    rig.line.heard.clear();
+    const Result r = rig.set(atomizer, sheath);
+    CHECK(r.outcome == Outcome::kRefused);
+    CHECK_THAT(r.text, Contains(why));
+    CHECK(rig.line.heard.find('S') == std::string::npos);
+  }
+}
+
+TEST_CASE("a sheath that is lost ends the ink and stops the print by its name", "[gas][I16]") {
+  GasRig rig;
+  REQUIRE(rig.set(20.0, 40.0).outcome == Outcome::kDone);
+  rig.trip(2);
+  REQUIRE(rig.rig.run([&] { return !rig.stopped().empty(); }, 10.0));
+  CHECK_THAT(rig.stopped(), Contains("sheath") && Contains("40 sccm"));
+  CHECK(rig.gas.flows().fault[kSheath] == GasFault::kFlowLost);
+  rig.rig.run_for(3.0);
+  CHECK(rig.sccm(0) < 0.1);
+  rig.trip(0);
+  CHECK(rig.set(20.0, 40.0).outcome == Outcome::kDone);
+}
+
+TEST_CASE("a nozzle that clogs is seen by the pressure behind it", "[gas][I16]") {
+  GasRig rig;
+  REQUIRE(rig.set(20.0, 40.0).outcome == Outcome::kDone);
+  const double clean_kpa = rig.gas.flows().kpa[kSheath];
+  CHECK(clean_kpa == Approx(rig.line.twin.nozzle_kpa(rig.rig.now_us)).margin(0.1));
+  rig.trip(3);
+  REQUIRE(rig.rig.run([&] { return !rig.stopped().empty(); }, 30.0));
+  CHECK_THAT(rig.stopped(), Contains("120.0 kPa") && Contains("clogs"));
+  rig.rig.run_for(3.0);
+  CHECK(rig.sccm(0) < 0.1);
+}
+
+TEST_CASE("a controller that keeps its set point to itself, or whose valve is held, is no success",
+          "[gas][I16]") {
+  GasRig analog;
+  analog.trip(4);
+  const Result r = analog.set(20.0, 40.0);
+  CHECK(r.outcome == Outcome::kFailed);
+  CHECK_THAT(r.text, Contains("told 40 sccm its set point is 0 sccm"));
+  GasRig held;
+  REQUIRE(held.set(20.0, 40.0).outcome == Outcome::kDone);
+  held.trip(5);
+  REQUIRE(held.rig.run([&] { return !held.stopped().empty(); }, 5.0));
+  CHECK_THAT(held.stopped(), Contains("atomizer: HLD"));
+  GasOptions wide;
+  wide.sheath_max_sccm = 900.0;
+  GasRig over({}, wide);
+  CHECK_THAT(over.set(20.0, 800.0).text, Contains("it refuses 'BS800.000'"));
+}
+
+TEST_CASE("a unit that says nothing, has another id or another gas is named", "[gas]") {
+  plant::GasParams other;
+  other.units = "AC";
+  GasRig wrong(other);
+  CHECK_FALSE(wrong.gas.safe());
+  const auto faults = wrong.rig.all<Fault>();
+  REQUIRE_FALSE(faults.empty());
+  CHECK_THAT(faults[0].text, Contains("sheath: unit B gives no good reply to 'BVE'"));
+  plant::GasParams argon;
+  argon.gas = "Ar";
+  GasRig gas(argon);
+  CHECK(gas.gas.state() == DeviceState::kFault);
+  CHECK_THAT(gas.stopped(), Contains("is set to Ar"));
+  plant::GasParams old;
+  old.gp_firmware = true;
+  GasRig gp(old);
+  REQUIRE(gp.gas.safe());
+  CHECK(gp.set(20.0, 40.0).outcome == Outcome::kDone);
+  CHECK_THAT(gp.line.heard, Contains("A$$S20.000\r"));
+  GasRig mute;
+  REQUIRE(mute.set(20.0, 40.0).outcome == Outcome::kDone);
+  mute.trip(6);
+  REQUIRE(mute.rig.run([&] { return !mute.stopped().empty(); }, 20.0));
+  CHECK_THAT(mute.stopped(), Contains("link lost"));
+}
+
+TEST_CASE("a person reads model and serial number of both controllers", "[gas][service]") {
+  GasRig rig;
+  rig.rig.act([&](std::int64_t t, Effects& fx) { rig.gas.serve("serial", {}, t, fx); });
+  REQUIRE(rig.rig.run([&] { return !rig.rig.all<Result>().empty(); }, 5.0));
+  CHECK(rig.rig.all<Result>()[0].text == "MC-SCCM-D 52164A, MC-SCCM-D 52164B");
+}
+
+TEST_CASE("whatever becomes of its line, the gas says done only of flows that are there", "[gas]") {
+  std::uint64_t seed = 31;
+  int done = 0;
+  for (int round = 0; round < 60; ++round) {
+    CAPTURE(round);
+    GasRig rig;
+    rig.rig.line = [&](std::string& said) -> std::int64_t {
+      const std::uint64_t n = drivers::test::next(seed) % 12;
+      if (n == 0) said.clear();
+      if (n == 1 && !said.empty()) said[said.size() / 2] = char(said[said.size() / 2] ^ 4);
+      return n == 2 ? 900'000 : 0;
+    };
+    rig.rig.split = drivers::test::next(seed) % 5;
+    for (int n = 0; n < 6; ++n) {
+      if (!rig.rig.run([&] { return rig.gas.safe() || rig.gas.state() == DeviceState::kActive; }, 60.0))
+        break;
+      const double atomizer = double(drivers::test::next(seed) % 2) * 20.0;
+      const double sheath = 30.0 + double(drivers::test::next(seed) % 20);
+      const Result r = rig.set(atomizer, sheath, 200.0);
+      if (r.outcome != Outcome::kDone) continue;
+      ++done;
+      REQUIRE(std::abs(rig.sccm(0) - atomizer) < 0.06 * atomizer + 0.3);
+      REQUIRE(std::abs(rig.sccm(1) - sheath) < 0.06 * sheath + 1.1);
+    }
+  }
+  CHECK(done > 60);
+}
