@@ -64,6 +64,10 @@ void check_devices(Rules& r) {
               std::string(address.real() ? "a real instrument" : "a cassette") +
                   " keeps the clock's time: run.time_scale must be 1, and is " + r.value("run.time_scale"));
   }
+}
+
+void check_coupled(Rules& r) {
+  const Experiment& e = r.experiment();
   const auto outside = outside_ports(e);
   std::map<std::string, std::string> of_kind;  // one instrument of each
   for (const std::string_view node : lab_of(e).coupled) {
@@ -295,11 +299,12 @@ void check_inkjet_lab(Rules& rules) {
 }
 
 void check_experiment(const Experiment& experiment, const Origins& origins, const std::string& file,
-                      std::vector<ConfigError>* all) {
+                      bool whole, std::vector<ConfigError>* all) {
   Rules rules(experiment, origins, file, all);
   check_run(rules);
   check_dialects(rules);
   check_devices(rules);
+  if (whole) check_coupled(rules);
   lab_of(experiment).check(rules);
 }
 

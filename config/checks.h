@@ -20,8 +20,9 @@ using Origins = std::map<std::string, Origin>;
 
 /// @throws ConfigError at the first rule that is broken, naming the key set last among those concerned, its
 /// value and the limit. The error names `file` if all keys concerned have their defaults.
+/// @param whole instruments that a trigger line couples must be of one kind: all real, or all simulated
 /// @param all gets an error for every rule that is broken instead; null: the first is thrown
 void check_experiment(const Experiment& experiment, const Origins& origins, const std::string& file,
-                      std::vector<ConfigError>* all = nullptr);
+                      bool whole, std::vector<ConfigError>* all = nullptr);
 
 }  // namespace firn

@@ -48,8 +48,9 @@ std::vector<std::pair<std::string, std::string>> read_with_includes(const std::f
   return texts;
 }
 
-Experiment load_experiment(const std::filesystem::path& path, const std::vector<std::string>& overrides) {
-  return parse_experiment(read_with_includes(path), overrides);
+Experiment load_experiment(const std::filesystem::path& path, const std::vector<std::string>& overrides,
+                           LabUse use) {
+  return parse_experiment(read_with_includes(path), overrides, use);
 }
 
 // Here, because nodes parse machines and open no file.

@@ -2,6 +2,7 @@
 // sets the lab's fields first, then the experiment's own.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -23,7 +24,16 @@ std::vector<std::pair<std::string, std::string>> read_with_includes(const std::f
 /// Returns the bytes of a file. @throws ConfigError naming it: not a file, cannot be read.
 std::string read_config_text(const std::filesystem::path& path, const std::string& included_by = "");
 
+/// kAlone: one instrument at a time, so that a real one may stand beside simulated ones that a trigger line
+/// couples to it in a print.
+enum class LabUse : std::uint8_t { kWhole, kAlone };
+
+/// As parse_experiment of experiment.h.
+Experiment parse_experiment(const std::vector<std::pair<std::string, std::string>>& named_texts,
+                            const std::vector<std::string>& overrides, LabUse use);
+
 /// parse_experiment of the file at `path` with its includes and the overrides of --set.
-Experiment load_experiment(const std::filesystem::path& path, const std::vector<std::string>& overrides = {});
+Experiment load_experiment(const std::filesystem::path& path, const std::vector<std::string>& overrides = {},
+                           LabUse use = LabUse::kWhole);
 
 }  // namespace firn

@@ -327,7 +327,7 @@ Experiment before_its_keys() {
 Experiment parse_onto(Experiment experiment,
                       const std::vector<std::pair<std::string, std::string>>& named_texts,
                       const std::vector<std::string>& overrides, std::vector<ConfigError>* mistakes = nullptr,
-                      bool recorded = false) {
+                      bool recorded = false, bool whole = true) {
   Reader reader(firn::fields(experiment), mistakes, recorded);
   bool first = true;
   for (const auto& [file, text] : named_texts) {
@@ -344,13 +344,13 @@ Experiment parse_onto(Experiment experiment,
   const std::string file = named_texts.empty() ? "(defaults)" : named_texts.back().first;
   if (!mistakes) {
     check_kind(reader, experiment);
-    check_experiment(experiment, reader.origins(), file);
+    check_experiment(experiment, reader.origins(), file, whole);
     return experiment;
   }
   // The rules between keys are not asked about values that are no good in themselves.
   if (mistakes->empty()) try {
       check_kind(reader, experiment);
-      check_experiment(experiment, reader.origins(), file, mistakes);
+      check_experiment(experiment, reader.origins(), file, whole, mistakes);
     } catch (const ConfigError& e) {
       mistakes->push_back(e);
     }
@@ -362,6 +362,11 @@ Experiment parse_onto(Experiment experiment,
 Experiment parse_experiment(const std::vector<std::pair<std::string, std::string>>& named_texts,
                             const std::vector<std::string>& overrides) {
   return parse_onto({}, named_texts, overrides);
+}
+
+Experiment parse_experiment(const std::vector<std::pair<std::string, std::string>>& named_texts,
+                            const std::vector<std::string>& overrides, LabUse use) {
+  return parse_onto({}, named_texts, overrides, nullptr, false, use == LabUse::kWhole);
 }
 
 std::vector<ConfigError> mistakes_of(const std::vector<std::pair<std::string, std::string>>& named_texts,
@@ -395,7 +400,8 @@ Experiment parse_recorded_experiment(const std::string& toml_text, const std::st
   };
   thread_local Last last;
   if (overrides.empty() && last.experiment && last.text == toml_text) return *last.experiment;
-  Experiment e = parse_onto(before_its_keys(), {{file_name, toml_text}}, overrides, nullptr, true);
+  // It was checked as it was to be used when it was recorded.
+  Experiment e = parse_onto(before_its_keys(), {{file_name, toml_text}}, overrides, nullptr, true, false);
   if (overrides.empty()) last = {toml_text, e};
   return e;
 }

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "config/include.h"
 #include "files/cassette.h"
 #include "files/text_file.h"
 #include "print/device/cassette_replay.h"
@@ -78,8 +79,6 @@ TEST_CASE("Every cassette that a lab has sent is sent again by the driver of tod
 }
 
 TEST_CASE("A lab of cassettes is simulated, and mixes with neither steel nor the simulated world") {
-  const Said said = firn_says({"device", kInkjet, "stage", "identify", "--set",
-                               "devices.stage.port=\"cassette:x\"", "--set", "devices.jet.port=\"tcp:h:1\""});
-  CHECK(said.code == 2);
-  CHECK_THAT(said.err, Contains("no trigger line couples them"));
+  const std::vector<std::string> mixed{"devices.stage.port=\"cassette:x\"", "devices.jet.port=\"tcp:h:1\""};
+  CHECK_THROWS_WITH(load_experiment(kInkjet, mixed), Contains("no trigger line couples them"));
 }

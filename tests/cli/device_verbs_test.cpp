@@ -155,6 +155,17 @@ TEST_CASE("profiles come as numbers and as a picture", "[device]") {
   CHECK(read({"--out", "x.txt"}).code == 2);
 }
 
+TEST_CASE("one instrument is tried alone, whatever a trigger line couples to it in a print", "[device]") {
+  SimulatedInstruments inkjet(load_lab_experiment(kInkjet, {})), ice(load_lab_experiment(kIce, {}));
+  const std::string stage = port_option("stage", to_text(inkjet.address("stage")));
+  const Said who = device({kInkjet, "stage", "identify", "--set", stage});
+  CHECK(who.code == 0);
+  CHECK_THAT(who.out + who.err, Contains("REAL stage"));
+  const std::string laser = port_option("laser_point", to_text(ice.address("laser_point")));
+  CHECK(device({kIce, "laser_point", "status", "--set", laser}).code == 0);
+  CHECK_THAT(firn_says({"print", kInkjet, "--set", stage}).err, Contains("no trigger line couples them"));
+}
+
 TEST_CASE("a dry run tells the bytes of an order and opens no port", "[device]") {
   const Said said =
       device({kInkjet, "jet", "fire", "5", "--dry-run", "--set", port_option("jet", "serial:/dev/firn-none"),
