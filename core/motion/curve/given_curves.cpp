@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kMostParts = 64.0;  ///< of a chord
 
-double square(Point2 p) { return p.x_mm * p.x_mm + p.y_mm * p.y_mm; }
+double squared_length(Point2 p) { return p.x_mm * p.x_mm + p.y_mm * p.y_mm; }
 
 /// Number of chords with the sagitta kGivenSagittaMm instead of one with this sagitta, which falls with the
 /// square of their number.
@@ -24,7 +24,7 @@ void sample_arc(const GivenCurve& arc, Point2 p, Point2 q, std::vector<Point2>& 
     const double x = double(k) / parts;
     const Point2 off{p.x_mm + x * (q.x_mm - p.x_mm) - arc.centre.x_mm,
                      p.y_mm + x * (q.y_mm - p.y_mm) - arc.centre.y_mm};
-    const double scale = radius / std::sqrt(square(off));
+    const double scale = radius / std::sqrt(squared_length(off));
     out.push_back({arc.centre.x_mm + scale * off.x_mm, arc.centre.y_mm + scale * off.y_mm});
   }
 }
@@ -32,7 +32,7 @@ void sample_arc(const GivenCurve& arc, Point2 p, Point2 q, std::vector<Point2>& 
 /// The same of a Bezier curve between two parameters: a chord is off by at most |r''| (to - from)^2 / 8.
 void sample_bezier(const GivenCurve& b, double from, double to, std::vector<Point2>& out) {
   const auto bend = [](Point2 p, Point2 q, Point2 r) {
-    return 6.0 * std::sqrt(square({p.x_mm - 2.0 * q.x_mm + r.x_mm, p.y_mm - 2.0 * q.y_mm + r.y_mm}));
+    return 6.0 * std::sqrt(squared_length({p.x_mm - 2.0 * q.x_mm + r.x_mm, p.y_mm - 2.0 * q.y_mm + r.y_mm}));
   };
   const double most =
       std::max(bend(b.start, b.control[0], b.control[1]), bend(b.control[0], b.control[1], b.end));
