@@ -105,8 +105,8 @@ void Stage::service(std::string_view verb, std::span<const double> v, std::int64
       row.pitch_x_mm = row.pitch_y_mm = pitch;
       row.origin_x_mm = position_mm_[0] + pitch;
       row.origin_y_mm = position_mm_[1];
-      begin_pass(DropletPattern(row, 1), 0, kNoNumber, std::min(kJogSpeed_mm_s, pitch * kPulseRate_hz), 0.0, now,
-                 effects);
+      begin_pass(DropletPattern(row, 1), 0, kNoNumber, std::min(kJogSpeed_mm_s, pitch * kPulseRate_hz), 0.0,
+                 now, effects);
     };
   } else if ((verb == "where" || verb == "params" || verb == "serial") && v.empty()) {
     ask_service(verb, s);
