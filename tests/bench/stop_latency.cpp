@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -17,6 +18,8 @@
 
 namespace {
 
+constexpr int kTabs = 8;  // that watch beside the one that stops
+
 std::string output_of(const std::string& command) {
   std::string text;
   FILE* pipe = ::popen(command.c_str(), "r");
@@ -26,13 +29,19 @@ std::string output_of(const std::string& command) {
   return text;
 }
 
-// Returns the time of a stop by the page; 0: the print had ended.
+// Returns the time of a stop by the page, over the line that a browser keeps for commands, while other tabs
+// follow the maps; 0: the print had ended.
 double page_stop_ms(firn::test::LiveRun& run) {
-  firn::test::WebClient tab(run.page_address());
-  if (tab.open("/ws") != 101 || !tab.next_of("hello", 5.0)) return 0.0;
+  std::vector<std::unique_ptr<firn::test::WebClient>> tabs;
+  for (int n = 0; n < kTabs; ++n) {
+    auto& tab = *tabs.emplace_back(std::make_unique<firn::test::WebClient>(run.page_address()));
+    if (tab.open("/ws") == 101) tab.send(R"({"type":"follow","surface":"measured"})");
+  }
+  firn::test::WebClient line(run.page_address());
+  if (line.open("/command?run=live", {"Sec-WebSocket-Protocol: firn, secret"}) != 101) return 0.0;
   const auto began = std::chrono::steady_clock::now();
-  tab.send(R"({"type":"command","id":1,"token":"secret","command":"safe_stop"})");
-  const std::string answer = tab.next_of("answer", 10.0).value_or("");
+  line.send(R"({"type":"command","id":1,"command":"safe_stop"})");
+  const std::string answer = line.next_of("answer", 10.0).value_or("");
   const double ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - began).count();
   return answer.find("\"ok\":true") == std::string::npos ? 0.0 : ms;
