@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs the page's own tests with node: `web_test.py SOURCES data|browser`.
+"""Runs the page's own tests with node: `web_test.py SOURCES data|browser`; `install` only fetches the packages.
 
 The packages of web/package-lock.json are installed into web/node_modules first, once for each lockfile. A machine without
 node, npm, chromium or npm's registry skips (exit code 77), which scripts/run_tests.py counts as a failure unless
@@ -15,7 +15,7 @@ from pathlib import Path
 
 SKIPPED = 77  # tests/support/skip.h
 TESTS = {"data": ["test/data.test.mjs", "test/bundle.test.mjs"], "browser": ["test/watch.test.mjs"]}
-NEEDS = {"data": ["node"], "browser": ["node", "chromium"]}
+NEEDS = {"data": ["node"], "browser": ["node", "chromium"], "install": ["node"]}
 INSTALL = ["npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--prefer-offline"]
 
 
@@ -46,6 +46,8 @@ def main():
         if not shutil.which(program):
             skip(program, f"there is no {program} on this machine")
     install(web)
+    if what not in TESTS:
+        return
     environment = {**os.environ, "FIRN_CHROMIUM": shutil.which("chromium") or ""}
     sys.exit(subprocess.run(["node", "--test", *TESTS[what]], cwd=web, env=environment).returncode)
 
