@@ -1,13 +1,26 @@
 #!/usr/bin/env bash
-# scripts/pictures.sh: docs/images/cylinder.png anew, the report of a cylinder under three schemes as a browser shows it.
+# scripts/pictures.sh: docs/images/cylinder.png anew, the report of a cylinder under three schemes as a browser shows it,
+# and the pictures of docs/page.md, with a fourth print whose nozzle dies.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
+view=
+trap 'rm -rf "$work"; [ -z "$view" ] || kill "$view"' EXIT
+print() { # FOLDER ARGUMENT…
+  ./firn print experiments/cylinder.toml --bus in-process --runs "$work/$1" "${@:2}" || [ $? = 4 ] || [ $? = 3 ]
+}
 for scheme in mpc open_loop smf; do
-  ./firn print experiments/cylinder.toml --bus in-process --set control.scheme=$scheme --runs "$work/runs" ||
-    [ $? = 4 ] # the open loop ends out of tolerance
+  print runs --set control.scheme=$scheme # the open loop ends out of tolerance
 done
 ./firn report "$work"/runs/* -o "$work/report.html"
 chromium --headless --no-sandbox --hide-scrollbars --window-size=1200,1800 \
   --screenshot="$PWD/docs/images/cylinder.png" "file://$work/report.html"
+
+print runs --fault "200 jet trip 3" --set run.name=clogged
+runs=("$work"/runs/*)
+python3 -B tests/web/web_test.py . install
+./firn view "$work/runs" --json >"$work/said" &
+view=$!
+until [ -s "$work/said" ]; do sleep 0.2; done
+address=$(python3 -c 'import json, sys; print(json.load(open(sys.argv[1]))["address"])' "$work/said")
+node web/test/pictures.mjs "$address" docs/images "${runs[0]##*/}" "${runs[1]##*/}" "${runs[3]##*/}"

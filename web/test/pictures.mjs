@@ -1,0 +1,37 @@
+// The pictures of docs/page.md from real runs: node test/pictures.mjs ADDRESS FOLDER GOOD OTHER STOPPED. They are
+// recorded runs with these names.
+
+import {button, launch, open_tab, picture, see} from "./browser.mjs";
+
+const [address, folder, good, other, stopped] = process.argv.slice(2);
+process.env.FIRN_WEB_PICTURES = folder;
+const browser = await launch();
+const rest = () => new Promise(resolve => setTimeout(resolve, 800));
+const run_of = id => `${address}#run=${encodeURIComponent(id)}`;
+
+const page = await open_tab(browser, run_of(good), {width: 1060, height: 690});
+await see(page, "cells seen", 60_000);
+await page.select(".surface select", "measured");
+await (await button(page, "3-D")).click();
+for (let n = 0; n < 6; ++n) await page.keyboard.press("ArrowLeft");
+await rest();
+await picture(page, "page-surface");
+
+await page.goto("about:blank");
+await page.setViewport({width: 1060, height: 760});
+await page.goto(run_of(stopped));
+await see(page, "What to do:", 60_000);
+await see(page, "cells seen", 60_000);
+await rest();
+await picture(page, "page-stop");
+
+await page.goto("about:blank");
+await page.setViewport({width: 1060, height: 1010});
+await page.goto(`${address}#compare=${[good, other].map(encodeURIComponent).join(",")}`);
+await see(page, "first minus second", 60_000);
+for (let n = 0; n < 47; ++n) await page.keyboard.press("ArrowLeft");
+await rest();
+await picture(page, "page-beside");
+if (page.troubles.length) console.log(page.troubles.join("\n"));
+await browser.close();
+process.exit(page.troubles.length ? 1 : 0);
