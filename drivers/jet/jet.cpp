@@ -11,7 +11,7 @@ using jetdrive::Command;
 namespace {
 
 constexpr std::int64_t kBootWait_us = 1'000'000;
-constexpr int kAsks = 2;  // the first answer may be lost on the line
+constexpr int kAsks = 5;  // 2.5 s: an answer may be lost on the line, and a jet may hang for a while
 constexpr std::int64_t kAsk_us = 250'000;
 
 Request with_u8(Command command, int value, Repeat repeat = Repeat::kSetup) {
