@@ -11,10 +11,6 @@ namespace {
 
 constexpr double kMostBurst_s = 1.0;  // droplets of SOFTTRIGGER cannot be called back
 
-bool whole(double value, double low, double high) {
-  return value >= low && value <= high && value == std::floor(value);
-}
-
 Request number(Command command, int value, int bytes, Repeat repeat = Repeat::kSetup) {
   const std::uint8_t data[2] = {std::uint8_t(unsigned(value) >> 8), std::uint8_t(value)};
   return jetdrive::frame(command, std::span(data).last(std::size_t(bytes)), repeat);
@@ -37,7 +33,7 @@ void Jet::service(std::string_view verb, std::span<const double> v, std::int64_t
             }};
   if (verb == "fire" && v.size() == 1) {
     const double most = std::min(65535.0, config_.max_rate_hz * kMostBurst_s);
-    if (!whole(v[0], 1, most))
+    if (!whole_within(v[0], 1, most))
       return refuse(kJetLimit, beyond("a number of droplets of", v[0], most, "(one second's)"), fx);
     s.begin = {number(Command::kDrops, int(v[0]), 2), soft_trigger()};
     s.hold_us = std::int64_t(v[0] / config_.max_rate_hz * 1e6) + 1;
@@ -49,8 +45,8 @@ void Jet::service(std::string_view verb, std::span<const double> v, std::int64_t
     s.hold_us = std::int64_t(v[0] * 1e6);
     s.end = {number(Command::kContinuous, 0, 1)};
   } else if (verb == "strobe" && v.size() == 2) {
-    if (!whole(v[0], 1, 255)) return refuse(kLimit, beyond("a strobe divider of", v[0], 255, "(whole)"), fx);
-    if (!whole(v[1], 0, 65535)) return refuse(kLimit, beyond("a strobe delay of", v[1], 65535, "us"), fx);
+    if (!whole_within(v[0], 1, 255)) return refuse(kLimit, beyond("a strobe divider of", v[0], 255, "(whole)"), fx);
+    if (!whole_within(v[1], 0, 65535)) return refuse(kLimit, beyond("a strobe delay of", v[1], 65535, "us"), fx);
     const std::uint8_t delay[3] = {0x01, std::uint8_t(unsigned(v[1]) >> 8), std::uint8_t(unsigned(v[1]))};
     s.begin = {number(Command::kStrobeDivider, int(v[0]), 1), number(Command::kStrobeEnable, 1, 1),
                jetdrive::frame(Command::kStrobeDelay, delay, Repeat::kSetup)};

@@ -13,10 +13,6 @@ namespace {
 
 constexpr double kMostDrops = 65535.0, kMostStrobe_us = 65535.0;
 
-bool whole(double value, double low, double high) {
-  return value >= low && value <= high && value == std::floor(value);
-}
-
 std::string outside(const char* what, double value, double most) {
   char text[120];
   std::snprintf(text, sizeof text, "%s of %g is no whole number up to %g", what, value, most);
@@ -42,7 +38,7 @@ void Microdrop::service(std::string_view verb, std::span<const double> v, std::i
   };
   if (verb == "fire" && v.size() == 1) {
     const double most = std::min(kMostDrops, double(config_.max_rate_hz));  // those of one second
-    if (!whole(v[0], 1, most))
+    if (!whole_within(v[0], 1, most))
       return refuse_service(kJetLimit, outside("a number of droplets", v[0], most), fx);
     drops(v[0]);
   } else if (verb == "continuous" && v.size() == 1) {
@@ -56,16 +52,16 @@ void Microdrop::service(std::string_view verb, std::span<const double> v, std::i
     drops(std::max(1.0, std::floor(v[0] * config_.max_rate_hz)));
   } else if (verb == "strobe" && v.size() == 2) {
     if (v[0] != 1.0) return refuse_service(kLimit, "a Microdrop's strobe has no divider: it is 1", fx);
-    if (!whole(v[1], 0, kMostStrobe_us))
+    if (!whole_within(v[1], 0, kMostStrobe_us))
       return refuse_service(kLimit, outside("a strobe delay [us]", v[1], kMostStrobe_us), fx);
     s.begin = {command("SetStrobe(1,", v[1]), question("GetStrobe(1)", v[1])};
   } else if (verb == "waveform" && v.size() == 4) {
     if (v[1] != 0.0 || v[3] != 0.0)
       return refuse_service(kJetLimit, "a Microdrop has one pulse: ECHO and ECHO_US are 0", fx);
     const JetDialect& d = config_.dialect;
-    if (!whole(v[0], 1, d.max_abs_v))
+    if (!whole_within(v[0], 1, d.max_abs_v))
       return refuse_service(kJetLimit, outside("a voltage", v[0], d.max_abs_v), fx);
-    if (!whole(v[2], 1, d.max_time_us))
+    if (!whole_within(v[2], 1, d.max_time_us))
       return refuse_service(kJetLimit, outside("a pulse [us]", v[2], d.max_time_us), fx);
     config_.dwell_v = v[0];
     config_.dwell_us = v[2];

@@ -2,6 +2,7 @@
 // questions, or requests with an end that a stop sends at once.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -16,6 +17,11 @@ namespace firn::drivers {
 
 /// Request::tag of a service's requests: no driver has it.
 inline constexpr std::uint16_t kServiceTag = 0xFFFF;
+
+/// True for a whole number of an order within [low, high].
+inline bool whole_within(double value, double low, double high) {
+  return value >= low && value <= high && value == std::floor(value);
+}
 
 struct Service {
   std::string verb;

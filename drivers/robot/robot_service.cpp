@@ -16,10 +16,6 @@ std::string_view reply_text(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-bool whole(double value, double low, double high) {
-  return value >= low && value <= high && value == std::floor(value);
-}
-
 }  // namespace
 
 void Robot::jog(std::span<const double> v, std::int64_t now_us, Effects& fx) {
@@ -37,7 +33,7 @@ void Robot::service(std::string_view verb, std::span<const double> v, std::int64
   };
   Service s{std::string(verb), {}, 0, {}, nullptr};
   if (verb == "lines" && v.size() == 1) {
-    if (!whole(v[0], 1, kMostLines))
+    if (!whole_within(v[0], 1, kMostLines))
       return refuse(kLimit, "lines are a whole number, 1 to " + std::to_string(kMostLines), fx);
     for (int n = 0; n < int(v[0]); ++n) s.begin.push_back(asked("STAT"));
     s.tell = [](const Request&, std::span<const std::byte> frame) -> std::optional<std::string> {
@@ -68,7 +64,7 @@ void Robot::service(std::string_view verb, std::span<const double> v, std::int64
     return text;
   };
   if (verb == "jog") {
-    if (v.size() != 3 || !whole(v[0], 1, 4)) return refuse(kLimit, "a jog is of joint 1 to 4", fx);
+    if (v.size() != 3 || !whole_within(v[0], 1, 4)) return refuse(kLimit, "a jog is of joint 1 to 4", fx);
     if (v[2] == 0.0 && !(std::abs(v[1]) <= kJog))
       return refuse(kLimit, "a jog is at most 5 deg or 5 mm; --far allows more", fx);
     s.then = [this, joint = v[0], by = v[1]](std::int64_t now, Effects& effects) {

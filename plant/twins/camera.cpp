@@ -5,7 +5,7 @@
 namespace firn::plant {
 namespace {
 
-constexpr std::size_t kLongestLine = 120;
+constexpr std::size_t kLongestOrder = 120;
 constexpr double kMostExposure_us = 1e7, kMostGain_db = 48.0, kMostDelay_us = 2e9;
 
 std::string_view next_word(std::string_view& text) {
@@ -53,7 +53,7 @@ void CameraTwin::take(std::span<const std::byte> bytes, std::int64_t now_us) {
   for (const std::byte b : bytes) {
     const char c = char(b);
     if (c != '\n') {
-      if (line_.size() < kLongestLine) line_.push_back(c);
+      if (line_.size() < kLongestOrder) line_.push_back(c);
       continue;
     }
     const std::string line = std::move(line_);
