@@ -113,8 +113,7 @@ asio::awaitable<std::string> obey(std::filesystem::path folder, ClientFrame fram
   co_return answer_frame(frame.id, error.empty(), error, words);
 }
 
-// Serves the lines of those who may command, apart from all else and at the print's own priority: a safe stop
-// waits for no file, no map and no crowd of watchers.
+// Serves those who may command, at the print's own priority: a safe stop waits for no file, map or watcher.
 class CommandThread {
  public:
   CommandThread() : work_(asio::make_work_guard(io_)), thread_([this] { run(); }) {}
@@ -267,7 +266,9 @@ class Server {
 
   void run() {
     listen();
-    ::setpriority(PRIO_PROCESS, 0, kNice);  // this thread, and those that it makes
+    const auto give_way = [] { ::setpriority(PRIO_PROCESS, 0, kNice); };  // of one thread
+    give_way();
+    asio::post(reader_, give_way);
     asio::co_spawn(io_, accept(), asio::detached);
     asio::co_spawn(io_, watch(), asio::detached);
     std::optional<asio::posix::stream_descriptor> stop;
@@ -445,7 +446,6 @@ asio::awaitable<WebReply> Server::answer(const WebRequest& request) {
   co_return answers_.answer(request, parts, steady_s());
 }
 
-// A run is read apart: the others are served meanwhile.
 asio::awaitable<std::shared_ptr<WatchedRun>> Server::open(const std::string& id) {
   const auto folder = runs_.find(id);
   if (!folder) co_return nullptr;
