@@ -41,10 +41,11 @@ bool wants_part(const std::string& only, const ReproducePart& part) {
 }
 
 /// Progress over all parts.
-class Progress {
+class ReproduceProgress {
  public:
-  explicit Progress(std::vector<ReproducePart> parts) : parts_(std::move(parts)), line_({2s, 200ms, 5s}) {}
-  ~Progress() { line_.erase(); }
+  explicit ReproduceProgress(std::vector<ReproducePart> parts)
+      : parts_(std::move(parts)), line_({2s, 200ms, 5s}) {}
+  ~ReproduceProgress() { line_.erase(); }
   void show(std::size_t part, double fraction, std::string_view doing) {
     if (!line_.due()) return;
     double done_s = fraction * parts_[part].seconds;
@@ -67,7 +68,8 @@ class Progress {
 
 class Collector : public Reproduction {
  public:
-  Collector(PartResult& result, const ReproduceOptions& options, Progress& progress, std::size_t number)
+  Collector(PartResult& result, const ReproduceOptions& options, ReproduceProgress& progress,
+            std::size_t number)
       : result_(result), options_(options), progress_(progress), number_(number) {}
   void row(ReproduceRow row) override {
     check_id(row.id);
@@ -109,7 +111,7 @@ class Collector : public Reproduction {
 
   PartResult& result_;
   const ReproduceOptions& options_;
-  Progress& progress_;
+  ReproduceProgress& progress_;
   std::size_t number_;
 };
 
@@ -152,7 +154,7 @@ void write_pictures(const std::string& out, const std::vector<PartResult>& resul
 std::vector<PartResult> reproduce(const ReproduceOptions& options, const std::vector<ReproducePart>& parts) {
   const std::vector<ReproducePart> wanted = chosen(options, parts);
   std::vector<PartResult> results;
-  Progress progress(wanted);
+  ReproduceProgress progress(wanted);
   for (std::size_t n = 0; n < wanted.size(); ++n) {
     PartResult& result = results.emplace_back();
     result.part = wanted[n];

@@ -27,7 +27,7 @@
 namespace firn {
 namespace {
 
-struct Interrupted {};
+struct SliceInterrupted {};
 
 // Layers ask for the same few MiB again and again: handing them back to the system each time costs a detailed
 // part some hundredths of its time in page faults.
@@ -133,7 +133,7 @@ class SliceRun {
 
   void run() {
     const SliceProgress progress = [this](double fraction, const std::string& doing) {
-      if (InterruptGuard::raised()) throw Interrupted();
+      if (InterruptGuard::raised()) throw SliceInterrupted();
       progress_.show(fraction, doing);
     };
     job_ = slice_meshes({o_.meshes.begin(), o_.meshes.end()}, s_, parallel_, progress);
@@ -217,7 +217,7 @@ int run_slice(const SliceCommandOptions& given) {
   try {
     SliceRun(o, settings).run();
     return kOk;
-  } catch (const Interrupted&) {
+  } catch (const SliceInterrupted&) {
     std::fputs("firn slice: interrupted; nothing was written\n", stderr);
     return kInterrupted;
   } catch (const logfile::FileError& e) {
