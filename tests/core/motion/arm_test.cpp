@@ -16,7 +16,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 
 /// A smooth curve in time with known derivatives: an ellipse, rising and turning the tool.
-struct Curve {
+struct ArmCurve {
   double cx, cy, rx, ry, w, z, yaw, yaw_rate;
   TaskVector at(double t, int order) const {
     const double phase = w * t + order * kPi / 2, scale = std::pow(w, order);
@@ -38,7 +38,7 @@ struct Curve {
   }
 };
 
-Curve random_curve(RandomStream& random) {
+ArmCurve random_curve(RandomStream& random) {
   const double reach = random.uniform(260.0, 500.0), angle = random.uniform(-1.2, 1.2);
   return {reach * std::cos(angle),   reach * std::sin(angle),  random.uniform(2.0, 60.0),
           random.uniform(2.0, 60.0), random.uniform(0.2, 2.0), random.uniform(1.0, 200.0),
@@ -91,7 +91,7 @@ TEST_CASE("Joint derivatives to third order agree with differences of the invers
   RandomStream random(2, Purpose::kTest);
   const double dt = 2e-3;
   for (int trial = 0; trial < 200; ++trial) {
-    const Curve curve = random_curve(random);
+    const ArmCurve curve = random_curve(random);
     const ArmConfiguration configuration{trial % 2 ? 1 : -1, 0};
     Jets joints(4, 9);
     if (arm->inverse(curve.jets(9, dt), configuration, joints)) continue;
@@ -108,7 +108,7 @@ TEST_CASE("Forward derivatives undo the inverse's to third order") {
   const auto arm = make_scara(cobra600());
   RandomStream random(3, Purpose::kTest);
   for (int trial = 0; trial < 300; ++trial) {
-    const Curve curve = random_curve(random);
+    const ArmCurve curve = random_curve(random);
     const Jets task = curve.jets(5, 0.01);
     Jets joints(4, 5), back(kTaskAxes, 5);
     if (arm->inverse(task, {1, 0}, joints)) continue;
