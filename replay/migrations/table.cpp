@@ -33,7 +33,6 @@ void fill_stage_command(const MessageFields& old, const MessageFields*, NewField
   std::vector<std::int8_t> fires = old.small_integers("drops");
   for (std::int8_t& f : fires) f = f > old.integer("pass");
   now.set("fires", fires);
-  now.set_number("lead_mm", 0.0);
 }
 
 // Pulses came where their cells are.
@@ -69,25 +68,6 @@ void fill_profiler_command(const MessageFields& old, const MessageFields*, NewFi
 }
 
 constexpr Migration kMigrations[] = {
-    {R"(struct stage_command_t {
-          header_t header;
-          int32_t n;
-          int64_t command_id;
-          int64_t enable_epoch;
-          int8_t verb;
-          int32_t layer;
-          int32_t attempt;
-          int32_t pass;
-          int64_t scan_id;
-          int32_t rows;
-          double x_mm;
-          double y_mm;
-          double z_mm;
-          double speed_mm_s;
-          grid_t grid;
-          int8_t fires[n];
-        })",
-     fill_stage_lead},
     {R"(struct profiler_command_t {
           header_t header;
           int64_t command_id;
@@ -161,6 +141,25 @@ constexpr Migration kMigrations[] = {
           int8_t drops[n];
         })",
      fill_stage_command},
+    {R"(struct stage_command_t {
+          header_t header;
+          int32_t n;
+          int64_t command_id;
+          int64_t enable_epoch;
+          int8_t verb;
+          int32_t layer;
+          int32_t attempt;
+          int32_t pass;
+          int64_t scan_id;
+          int32_t rows;
+          double x_mm;
+          double y_mm;
+          double z_mm;
+          double speed_mm_s;
+          grid_t grid;
+          int8_t fires[n];
+        })",
+     fill_stage_lead},
     {R"(struct height_map_t {
           header_t header;
           int32_t n;

@@ -84,7 +84,7 @@ TEST_CASE("Every message that a golden run recorded is one of today, within its 
     for (const ChannelInfo& channel : channel_table())
       for (const auto bytes : messages.on(channel.name)) {
         INFO(run.path().string());
-        CHECK(validate(channel, bytes) == std::nullopt);
+        CHECK(validate(channel, bytes).value_or("") == "");
         ++count;
       }
     CHECK(count > 100);
