@@ -11,6 +11,7 @@
 #include "config/machine.h"
 #include "config/reader.h"
 #include "config/slice.h"
+#include "core/control/lines/line_controller.h"
 #include "core/control/surface/surface_controller.h"
 #include "core/grid/solids.h"
 #include "core/motion/kinematics/limits.h"
@@ -179,6 +180,14 @@ Probe<Experiment> surface(const char* keys, const char* scheme, const char* name
             control::make_surface_controller(surface_options(e, 10));
           },
           name};
+}
+
+void build_lines(Experiment& e) {
+  control::LineSetup setup;
+  setup.job = {{0, -1}, {0, 2}, {{{0, 0}, {6, 0}, 3.0}}};
+  setup.machine.axis = {4.0, 30.0};
+  setup.options = e.aerosol;
+  control::LineController{setup};
 }
 
 Probe<Experiment> model(const char* key, const char* name) {
@@ -403,6 +412,7 @@ TEST_CASE("Every numeric key of an experiment has the range of what it configure
           instrument<drivers::LaserPoint>(
               "devices.laser_point.dialect.",
               [](Experiment& e) { return drivers::LaserPointOptions{e.laser_point}; }),
+          {"aerosol.", build_lines},
           {"valve_a.hz_per_mm3_s", [](Experiment& e) { valve_setting(e.valve_a); }},
           {"valve_b.hz_per_mm3_s", [](Experiment& e) { valve_setting(e.valve_b); }},
       },
@@ -415,6 +425,7 @@ TEST_CASE("Every numeric key of an experiment has the range of what it configure
           {"devices.jet_b.dialect.", "as devices.jet.dialect."},
           {"watch.", "a person's choices: the band of a jet, the sweeps of its watch"},
           {"plant.camera.", "the look of nature"},
+          {"plant.aerosol.", "nature's own, which its world takes within wider bounds"},
           {"run.", "the run's own: clocks and folders"},
           {"bus.", "faults that the bus injects"},
           {"part.image_white_mm", "scale of a picture"},

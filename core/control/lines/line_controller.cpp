@@ -44,10 +44,15 @@ void fill(std::vector<double>& values, double otherwise) {
     if (std::isnan(v)) v = otherwise;
 }
 
+LineSetup checked(LineSetup setup) {
+  check_options("lines", kLineOptions, setup.options);
+  return setup;
+}
+
 }  // namespace
 
 LineController::LineController(LineSetup setup)
-    : setup_(std::move(setup)),
+    : setup_(checked(std::move(setup))),
       stations_(line_stations(setup_.job, setup_.options.station_mm)),
       ends_(line_ends(setup_.job, kEndClearance_mm)) {
   now_.sum.assign(stations_.size(), 0.0);

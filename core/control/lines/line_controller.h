@@ -56,7 +56,8 @@ struct LineDecision {
 /// layer to layer.
 class LineController {
  public:
-  /// @throws std::invalid_argument: a job that the machine cannot print, with segment and reason
+  /// @throws std::invalid_argument: an option outside its range; a job that the machine cannot print, with
+  /// segment and reason
   explicit LineController(LineSetup setup);
 
   LineDecision decide(const LineMeasurement& measurement);
