@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Records golden runs for tests/replay/golden: one in process, one live that is killed and resumed, one of two inks in
-# process, one that learns the model, one that filters the surface as well, one of the ice lab. Golden runs are added to, not replaced: a run
+# process, one that learns the model, one that filters the surface as well, one that watches its jet, one of
+# the ice lab. Golden runs are added to, not replaced: a run
 # that was recorded by an earlier version must decode and replay for ever.
 #   scripts/make_golden.sh NAME [KIND]...   writes tests/replay/golden/NAME-KIND
 #                                           for mpc, smf-resumed, two-inks, estimator, kalman, camera, ice, or the kinds given
@@ -30,8 +31,11 @@ killed_and_resumed() {
 }
 
 learns=(--set estimator.droplets=on --set control.adapt_model=on)
+# Small pictures, since they make most of such a run; the jet is dead until it is purged.
 watches=(--set camera.use=on --set watch.gate=on --set watch.placement=on --set watch.um_per_px=2.5
-         --set plant.camera.drop_speed_m_s=2)
+         --set watch.every_layers=1 --set watch.frames=6 --set watch.step_us=20
+         --set plant.camera.drop_speed_m_s=2 --set plant.camera.dead_before=1 --set plant.camera.noise=0
+         --set plant.camera.width_px=96 --set plant.camera.height_px=200)
 filters=(--set estimator.memory_layers=8 --set estimator.window_layers=2 --set control.height_estimate=kalman)
 [ $# -gt 0 ] || set -- mpc smf-resumed two-inks estimator kalman camera ice
 for kind in "$@"; do
