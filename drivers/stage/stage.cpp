@@ -131,7 +131,8 @@ void Stage::begin_scan(double x_mm, double y_mm, double z_mm, double pitch_mm, i
   const double pitch = std::round(pitch_mm * config_.counts_per_mm) / config_.counts_per_mm;
   if (!(pitch > 0.0 && pitch < 100.0))
     return refuse(kLimit, "a scan pitch of " + std::to_string(pitch_mm) + " mm", fx);
-  if (run_up_mm({speed, config_.acceleration_mm_s2, 0.0}) > pitch) {
+  if (run_up_mm({.speed_mm_s = speed, .acceleration_mm_s2 = config_.acceleration_mm_s2, .margin_mm = 0.0}) >
+      pitch) {
     char text[120];
     std::snprintf(text, sizeof text,
                   "axis Y: scan speed %.4f mm/s needs more run-up than one pitch; limit %.4f mm/s", speed,
