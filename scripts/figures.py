@@ -114,25 +114,6 @@ def cylinder():
         bold=(1, 2))
 
 
-MPC = {"MPC greedy N1": "greedy search, as published",
-       "MPC strips N3 filter": "three layers ahead, strips solved exactly, the surface estimated",
-       "MPC strips N3 factors": "the same, rates of inside and rim learned",
-       "MPC strips N3 together": "and inside and rim rise together"}
-
-
-def mpc():
-    study = results("mpc-held-out")
-    own = study["parts"][0]
-    rows = []
-    for scheme, text in MPC.items():
-        varied = [metric(study, scheme, "rms_um", part)["mean"] for part in study["parts"][1:]]
-        row = metric(study, scheme, "rms_um", own)
-        rows.append([(0, text), (row["mean"], interval(row, 2)), (0, f"{min(varied):.2f} to {max(varied):.2f}"),
-                     *[(0, plain(metric(study, scheme, m, own), 1)) for m in ("max_um", "overspill_pct")]])
-    bold_least(rows, 1)
-    return markdown(["MPC", "RMS [um]", f"{len(study['parts']) - 1} other plants", "largest error [um]", "overspill [%]"], rows)
-
-
 def mpc_held_out():
     """Every plant of the study: a row a plant, RMS of each scheme; the least of a row in bold."""
     study = results("mpc-held-out")
@@ -173,7 +154,7 @@ def ice_roughness():
         (part.removeprefix("roughness "), "rms_um", part, 3, 1e-3, True) for part in results("ice-roughness")["parts"]])
 
 
-TABLES = {"cylinder": cylinder, "mpc": mpc, "mpc-held-out": mpc_held_out, "schemes": schemes,
+TABLES = {"cylinder": cylinder, "mpc-held-out": mpc_held_out, "schemes": schemes,
           "ice": ice, "ice-roughness": ice_roughness}
 
 
