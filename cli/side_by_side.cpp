@@ -69,7 +69,7 @@ struct Pipe {
   Pipe(const Pipe&) = delete;
   Pipe& operator=(const Pipe&) = delete;
   void close(int end) { ::close(std::exchange(ends[end], -1)); }
-  /// Reads what there is; false at the end.
+  /// Reads all available bytes; false at the end.
   bool read() {
     char bytes[4096];
     const ssize_t n = ::read(ends[0], bytes, sizeof bytes);
@@ -83,7 +83,7 @@ struct Pipe {
   std::string text;
 };
 
-/// A print and what it has said until now.
+/// A print and its output until now.
 struct Child {
   pid_t pid = -1;
   Pipe lines, summary;

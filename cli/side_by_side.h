@@ -10,11 +10,11 @@
 namespace firn {
 
 struct LivePrint {
-  std::string title;  ///< begins the lines about what went wrong
+  std::string title;  ///< begins the lines about its failure
   std::function<PrintSummary()> carry_out;
 };
 
-/// Starts all prints, passes on what they write to stderr line by line, and waits for their ends. Ctrl-C,
+/// Starts all prints, passes on their stderr line by line, and waits for their ends. Ctrl-C,
 /// SIGTERM and the end of this process make their labs safe. Of a summary come back: folder, scheme, result,
 /// droplets, errors of the last map, wall time.
 /// @throws std::runtime_error naming the print that ended without a summary

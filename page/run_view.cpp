@@ -133,7 +133,7 @@ void RunView::on_command(std::string_view channel, std::span<const std::byte> by
   }
 }
 
-// No message tells the lamp's own hours; what this print adds to them can be counted.
+// No message reports the lamp's own hours; those that this print adds can be counted.
 void RunView::on_exposure(std::span<const std::byte> bytes) {
   lamp_command_t m{};
   if (!decode(bytes, m)) return;

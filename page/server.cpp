@@ -250,7 +250,7 @@ class Tab : public std::enable_shared_from_this<Tab> {
   Shared<std::vector<std::byte>> map_, map_in_flight_;
 };
 
-// GCC 12 destroys temporaries of a co_await expression twice: what is awaited is made before, by name.
+// GCC 12 destroys temporaries of a co_await expression twice: each awaited object has a name.
 class Server {
  public:
   explicit Server(const ServerOptions& options)
@@ -298,7 +298,7 @@ class Server {
   void take(const std::shared_ptr<Tab>& tab, std::string_view text);
   void follow(const std::shared_ptr<Tab>& tab, const ClientFrame& frame);
   void look(const std::shared_ptr<WatchedRun>& run);
-  /// Returns what `work` returns, done by the thread that reads runs.
+  /// Returns the result of `work`, done by the thread that reads runs.
   template <class Work>
   auto apart(Work work) -> asio::awaitable<decltype(work())> {
     auto body = [work]() -> asio::awaitable<decltype(work())> { co_return work(); };
@@ -313,7 +313,7 @@ class Server {
   Answers answers_;
   CommandThread commands_;  // before this thread gives way
   asio::io_context io_{1};
-  asio::thread_pool reader_{1};  // goes first: what it holds belongs to io_
+  asio::thread_pool reader_{1};  // goes first: its objects belong to io_
   tcp::acceptor acceptor_;
   asio::steady_timer timer_;
   std::vector<std::string> own_;
@@ -578,7 +578,7 @@ void Server::send_maps(WatchedRun& run) {
   }
 }
 
-// A tab that still takes what was sent before gets the rows of both times later.
+// A tab that still receives earlier rows gets the rows of both times later.
 void Server::send_rows() {
   std::map<std::pair<WatchedRun*, std::uint64_t>, Shared<std::vector<std::byte>>> made;
   for (const auto& tab : tabs_) {

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kLongestAction_s = 50.0;  // as of a decision of droplets (python_controller.cpp)
 
-/// What a class wants instead of an action.
+/// The wish of a class in place of an action.
 struct Wish {
   control::SurfaceDecision::Kind kind;
   std::string reason;

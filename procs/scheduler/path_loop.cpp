@@ -172,7 +172,7 @@ void PathLoop::settle_list(const answer_t& count, Time now, Outbox& out) {
     const std::int64_t listed = task().list_pulses[std::size_t(list_)];
     if (pulses < listed) {
       outcome_ = int(Outcome::kFailed);
-      if (experiment().control.scheme == "open_loop") {  // nothing will correct what is missing
+      if (experiment().control.scheme == "open_loop") {  // nothing will correct the gap
         closed_ = in_doubt_ = true;
         doubt_accepted_ = false;
       }

@@ -1,4 +1,4 @@
-// The droplet loop's watch of its jet: to the camera, jetting, pictures, and what the sweep says.
+// The droplet loop's watch of its jet: to the camera, jetting, pictures, and the sweep's result.
 #include <utility>
 
 #include "firn/camera_command_t.hpp"

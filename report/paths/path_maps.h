@@ -1,4 +1,4 @@
-// Draws what a motion does along its path: a value as the path's colour, the deviation from the points'
+// Draws a motion along its path: a value as the path's colour, the deviation from the points'
 // polygon, and how near the motion is to each limit.
 #pragma once
 

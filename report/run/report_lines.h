@@ -10,7 +10,7 @@
 
 namespace firn::replay {
 
-/// What one LINE_PLAN says of the layer below it.
+/// The layer below one LINE_PLAN, as the plan reports it.
 struct LineLayer {
   std::int32_t layer = 0;
   std::vector<double> area_um2, layer_area_um2, width_um;  ///< by station, NaN: not read
