@@ -45,8 +45,10 @@ void Jet::service(std::string_view verb, std::span<const double> v, std::int64_t
     s.hold_us = std::int64_t(v[0] * 1e6);
     s.end = {number(Command::kContinuous, 0, 1)};
   } else if (verb == "strobe" && v.size() == 2) {
-    if (!whole_within(v[0], 1, 255)) return refuse(kLimit, beyond("a strobe divider of", v[0], 255, "(whole)"), fx);
-    if (!whole_within(v[1], 0, 65535)) return refuse(kLimit, beyond("a strobe delay of", v[1], 65535, "us"), fx);
+    if (!whole_within(v[0], 1, 255))
+      return refuse(kLimit, beyond("a strobe divider of", v[0], 255, "(whole)"), fx);
+    if (!whole_within(v[1], 0, 65535))
+      return refuse(kLimit, beyond("a strobe delay of", v[1], 65535, "us"), fx);
     const std::uint8_t delay[3] = {0x01, std::uint8_t(unsigned(v[1]) >> 8), std::uint8_t(unsigned(v[1]))};
     s.begin = {number(Command::kStrobeDivider, int(v[0]), 1), number(Command::kStrobeEnable, 1, 1),
                jetdrive::frame(Command::kStrobeDelay, delay, Repeat::kSetup)};
