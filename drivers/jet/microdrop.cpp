@@ -29,9 +29,7 @@ Request command(const std::string& text, Repeat repeat) {
   return r;
 }
 
-Request command(const char* text, double value) {
-  return command(text + std::to_string(std::lround(value)) + ")");
-}
+Request command(const char* text, double v) { return command(text + std::to_string(std::lround(v)) + ")"); }
 
 Request question(const char* text, double expected) {
   Request r = command(text, Repeat::kRead);
@@ -117,11 +115,6 @@ void Microdrop::disarm(std::int64_t now_us, Effects& fx) {
   }
   op_ = Op::kDisarm;
   safe_stop(now_us, fx);
-}
-
-void Microdrop::jet(std::int64_t now_us, Effects& fx) {
-  finish(Outcome::kRefused, kNoCode, "microdrop does not jet for the camera", fx);
-  pump(now_us, fx);
 }
 
 void Microdrop::stop(std::int64_t now_us, Effects& fx) {

@@ -1,4 +1,5 @@
-// Microdrop: orders of a person, beside a print (firn device), in the words that its card has.
+// Microdrop: orders beside a print, of a person (firn device) or for the camera, in the words that its card
+// has.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -20,6 +21,11 @@ std::string outside(const char* what, double value, double most) {
 }
 
 }  // namespace
+
+void Microdrop::jet(std::int64_t now_us, Effects& fx) {
+  finish(Outcome::kRefused, kNoCode, "microdrop does not jet for the camera", fx);
+  pump(now_us, fx);
+}
 
 // Drops of StartGlobal come at the frequency that was set, and SetActive(1,0) ends them.
 void Microdrop::service(std::string_view verb, std::span<const double> v, std::int64_t now_us, Effects& fx) {
