@@ -85,8 +85,8 @@ TEST_CASE("A value outside its limit is refused with channel, byte, member, valu
              Contains("reason is a text of 2000001 bytes"));
 
   const auto pass = some_pass(5, 4);
-  CHECK_THAT(refused("STAGE_COMMAND", pass, [](auto& m) { m.verb = 5; }),
-             Contains("verb = 5 is outside 1..4"));
+  CHECK_THAT(refused("STAGE_COMMAND", pass, [](auto& m) { m.verb = 6; }),
+             Contains("verb = 6 is outside 1..5"));
   CHECK_THAT(refused("STAGE_COMMAND", pass, [](auto& m) { m.speed_mm_s = 0; }),
              Contains("speed_mm_s = 0 is outside above 0 up to 1000 (while verb = 1)"));
   CHECK_THAT(refused("STAGE_COMMAND", pass, [](auto& m) { m.verb = 3; }),
