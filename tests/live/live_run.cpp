@@ -19,6 +19,7 @@
 #include "runtime/lossy.h"
 #include "runtime/run_clock.h"
 #include "tests/support/mesh_samples.h"
+#include "tests/support/watched_jet.h"
 
 namespace firn::test {
 namespace {
@@ -57,6 +58,12 @@ Experiment tiny_part_of_two_inks(std::uint64_t seed) {
   e.geometry.solid.outer_diameter_mm = 1.2;
   e.geometry.solid.inner_diameter_mm = 0.5;
   e.process.sub_patterns = 4;
+  return e;
+}
+
+Experiment tiny_watched_part(std::uint64_t seed) {
+  Experiment e = tiny_part(seed);
+  watch_jet(e);
   return e;
 }
 

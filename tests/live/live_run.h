@@ -18,6 +18,8 @@ namespace firn::test {
 Experiment tiny_part(std::uint64_t seed);
 /// A pipe inside a block of support, in four sub-patterns.
 Experiment tiny_part_of_two_inks(std::uint64_t seed);
+/// tiny_part() whose jet is seen by a camera before every layer.
+Experiment tiny_watched_part(std::uint64_t seed);
 
 /// The ice printer's: a block of about 9 x 9 mm in six layers, two intervals, node time ten times faster than
 /// the wall clock.
