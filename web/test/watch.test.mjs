@@ -33,6 +33,26 @@ async function until(condition, words, timeout_ms = 10_000) {
     if (performance.now() - begin > timeout_ms) assert.fail(`waited in vain for ${words}`);
 }
 
+/** Holds what the page does after `held_ms` until `window.go()`; `window.held` has what waits. */
+const hold_timers = (page, held_ms) => page.evaluate(held_ms => {
+  const {setTimeout, clearTimeout} = window;
+  window.held = new Map();
+  window.setTimeout = (work, ms, ...more) => {
+    const id = setTimeout(ms === held_ms ? () => {} : work, ms, ...more);
+    if (ms === held_ms) window.held.set(id, work);
+    return id;
+  };
+  window.clearTimeout = id => {
+    window.held.delete(id);
+    clearTimeout(id);
+  };
+  window.go = () => {
+    Object.assign(window, {setTimeout, clearTimeout});
+    for (const work of window.held.values()) work();
+  };
+}, held_ms);
+const held = page => page.evaluate(() => window.held.size);
+
 /** Points at the middle of a cell of the map. */
 async function point_at(page, run, x, y) {
   const box = await (await page.$("canvas.map")).boundingBox();
@@ -71,6 +91,19 @@ test("a live print is watched: state, layers as they come, and the true value of
     assert.ok((await text_of(page, ".readout")).includes(words), `${words} in ${await text_of(page, ".readout")}`);
   }
   assert.equal(server.asked.filter(path => path.endsWith("/error")).length, 1, "maps of a live print come by the WebSocket; the plan's error once");
+}));
+
+test("a followed map that is late is waited for, and asked for once it is very late", () => with_page(async (page, server) => {
+  await see(page, "All of layer 7");
+  await hold_timers(page, 2000);
+  server.send_map = () => {};
+  server.next_layer();
+  await see(page, "Answer to the error of layer 8");
+  await until(() => server.asked.some(path => path.endsWith("/8/planned")), "the plan after layer 8");
+  const asked = () => server.asked.filter(path => path.endsWith("/8/error")).length;
+  assert.equal(asked(), 0);
+  await page.evaluate(() => window.go());
+  await until(() => asked() === 1, "the error of layer 8");
 }));
 
 test("dragging cuts a section through cells, with the target beside a height; Enter does it from the keyboard", () => with_page(async (page, server) => {
@@ -158,14 +191,15 @@ test("the safe stop wants a hold of 0.5 s, is sent at its end, and the page says
   await until(() => server.lines > 0, "the line for commands");
   const stop = await button(page, "Safe stop: hold");
   const box = await stop.boundingBox();
+  await hold_timers(page, 500);
   await page.mouse.move(box.x + 20, box.y + 10);
-  await page.mouse.down();
-  await wait(300);
-  await page.mouse.up();
-  await page.mouse.down();
-  await wait(200);
-  await page.mouse.move(box.x + 20, box.y + 200);  // slipped off
-  await wait(500);
+  for (const let_go of [() => page.mouse.up(), () => page.mouse.move(box.x + 20, box.y + 200)]) {
+    await page.mouse.down();
+    await until(async () => (await held(page)) === 1, "the hold");
+    await let_go();
+    await until(async () => (await held(page)) === 0, "the end of the hold");
+  }
+  await page.evaluate(() => window.go());
   await page.mouse.up();
   assert.deepEqual(server.received, []);
   await page.mouse.move(box.x + 20, box.y + 10);
@@ -210,14 +244,16 @@ test("words older than 1 s are grey and lock the commands, but never the safe st
   await see(page, "commands are locked, the safe stop is not");
   const disabled = () => page.$$eval(".commands > .row button", list => list.map(b => b.disabled));
   assert.deepEqual(await disabled(), [true, true, true, false]);
-  assert.ok(await page.$(".now.stale"));
-  assert.ok(await page.$(".status.old"));
+  await page.waitForSelector(".now.stale");
+  await page.waitForSelector(".status.old");
   server.silent = false;
   await gone(page, ".now.stale");
   await until(async () => (await disabled()).join() === "false,true,false,false", "commands that are open again");
+  await hold_timers(page, 500);
   for (const tab of server.tabs) tab.socket.terminate();
   await see(page, "No connection to the print");
-  assert.deepEqual(await disabled(), [true, true, true, true]);
+  await until(async () => (await disabled()).every(Boolean), "commands that are locked");
+  await page.evaluate(() => window.go());
   await gone(page, ".locked");
   server.next_layer();
   await see(page, "layer 8 of 8");
@@ -256,7 +292,7 @@ test("a run that was stopped opens with its cause, and foreign text and links st
   run.events.unshift({...run.events[0], n: 0, words: "<img src=x onerror=alert(1)>", manual: "javascript:alert(1)"});
 }}));
 
-test("500 layers of 256 x 256 cells open in 2 s, and load only the maps that are asked for", () => with_page(async (page, server, address) => {
+test("500 layers of 256 x 256 cells open and load only the maps that are asked for", () => with_page(async (page, server, address) => {
   await see(page, "5 of 5");
   await page.click('a[href="#run=20261121-200000-ice-helical-gear"]');
   const begin_ms = performance.now();
@@ -286,6 +322,14 @@ test("the surface turns in three dimensions, and its cell has the map's value", 
   await (await button(page, "Turn left")).click();
   await wait(200);
   assert.notDeepEqual(await canvas.screenshot(), before_turn);
+}));
+
+test("a canvas that has no size for a while, as when a window is folded, is no error", () => with_page(async (page, server) => {
+  await see(page, "droplets for layer 8");
+  await page.$eval("canvas.plan", canvas => { canvas.style.display = "none"; });
+  server.next_layer();
+  await see(page, "droplets for layer 9");
+  await wait(100);
 }));
 
 test("the difference to another layer and to another run is the difference of the cells", () => with_page(async (page, server) => {

@@ -5,6 +5,7 @@ import {kPartial, read_map, type SurfaceMap} from "./maps";
 import type {Surface} from "./protocol";
 
 const kMostBytes = 64 << 20;
+const kPatience_ms = 2000;  // for a map that the process sends by itself
 
 type Entry = SurfaceMap | {missing: string};
 
@@ -13,6 +14,7 @@ export class MapStore extends Observable {
   private readonly loading = new Map<string, AbortController>();
   private readonly newest_frame = new Map<Surface, SurfaceMap>();
   private partial: SurfaceMap | null = null;  // that further rows go over
+  private coming: string | null = null;  // key of the map that the process sends by itself next
   private bytes = 0;
 
   constructor(private readonly run: string) {
@@ -28,7 +30,7 @@ export class MapStore extends Observable {
       this.kept.set(key, found);
       return "missing" in found ? null : found;
     }
-    if (!this.loading.has(key)) void this.load(key);
+    if (!this.loading.has(key) && key !== this.coming) void this.load(key);
     return null;
   }
 
@@ -47,8 +49,10 @@ export class MapStore extends Observable {
   take_frame(bytes: ArrayBuffer): void {
     try {
       const map = read_map(bytes, this.partial);
+      const key = `${map.layer}/${map.surface}`;
       if (map.flags & kPartial) this.partial = map;
-      this.put(`${map.layer}/${map.surface}`, map);
+      else if (key === this.coming) this.coming = null;
+      this.put(key, map);
       if (map.layer >= (this.newest_frame.get(map.surface)?.layer ?? 0)) this.newest_frame.set(map.surface, map);
       this.changed();
     } catch (error) {
@@ -88,10 +92,21 @@ export class MapStore extends Observable {
     }
   }
 
-  /** A layer has been measured: maps of it that were not there, or a part, are asked for again. */
-  layer_done(layer: number): void {
+  /** A layer has been measured: maps of it that were not there, or a part, are asked for again. The one of `followed`
+   *  comes by itself, and is asked for if it does not. */
+  layer_done(layer: number, followed: Surface | null): void {
     for (const [key, entry] of this.kept)
       if (Number(key.split("/")[0]) === layer && ("missing" in entry || entry.flags & kPartial)) this.drop(key);
+    const key = followed && `${layer}/${followed}`;
+    this.coming = key && !this.kept.has(key) ? key : null;
+    if (this.coming) setTimeout(() => this.wait_no_more(key), kPatience_ms);
+  }
+
+  /** Asks for the map that was to come, if it is still this one. */
+  wait_no_more(key = this.coming): void {
+    if (key !== this.coming) return;
+    this.coming = null;
+    this.changed();
   }
 
   private drop(key: string): void {

@@ -112,6 +112,7 @@ export class Session extends Observable {
   }
 
   follow(surface: Surface | null): void {
+    if (surface !== this.followed) this.maps.wait_no_more();
     this.followed = surface;
     this.send({type: "follow", surface, layer: null});
   }
@@ -242,8 +243,8 @@ export class Session extends Observable {
         return this.take_state(message);
       case "layer":
         put(this.layers, message);
-        this.maps.layer_done(message.n);
-        this.maps.layer_done(message.n + 1);  // its plan
+        this.maps.layer_done(message.n + 1, null);  // its plan
+        this.maps.layer_done(message.n, this.followed);
         return;
       case "event":
         return put(this.events, message);

@@ -10,8 +10,7 @@ export class DropletPainter {
   private painted_for = "";
 
   paint(canvas: HTMLCanvasElement, place: Placement, plan: SurfaceMap): void {
-    const {context} = fit(canvas);
-    const ratio = canvas.width / canvas.clientWidth;
+    const {context, ratio} = fit(canvas);
     const size = `${place.pixel} ${ratio}`;
     if (this.painted !== plan || this.painted_for !== size) {
       this.dots.width = Math.ceil(place.pixel * plan.nx * ratio);

@@ -89,7 +89,7 @@ export class MapPainter {
   }
 }
 
-/** Makes the canvas as sharp as the screen; returns its size in CSS pixels. */
+/** Makes the canvas as sharp as the screen; returns its size in CSS pixels, and the screen's pixels for each. */
 export function fit(canvas: HTMLCanvasElement) {
   const ratio = Math.min(window.devicePixelRatio || 1, 3);
   const width = canvas.clientWidth;
@@ -100,7 +100,7 @@ export function fit(canvas: HTMLCanvasElement) {
   }
   const context = canvas.getContext("2d")!;
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  return {width, height, context};
+  return {width, height, ratio, context};
 }
 
 /** The ground of cells that were not seen. */
