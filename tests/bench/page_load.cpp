@@ -109,6 +109,7 @@ class FalsePrint {
   void write(Outbox& outbox, logfile::RecordWriter& wal, const Channel<Message>& channel, const Message& m) {
     outbox.begin(Time{monotonic_us()}, 0);
     outbox.send(channel, m);
+    bytes_.clear();
     encode_outputs(++step_, 0, outbox, bytes_);
     wal.append(std::uint16_t(WalKind::kOutputs), bytes_);
   }
