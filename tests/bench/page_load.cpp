@@ -19,6 +19,7 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "files/record/record_file.h"
@@ -202,11 +203,13 @@ class Tabs {
 
  private:
   void read(std::size_t n) {
+    bool greeted = false;  // by a map of before
     while (!stop_) {
       const auto frame = tabs_[n]->next(0.2);
       if (!frame) continue;
       bytes_ += frame->payload.size();
       if (frame->opcode != 2 || frame->payload.size() < 32) continue;
+      if (!std::exchange(greeted, true)) continue;
       double t_s = 0.0;
       std::memcpy(&t_s, frame->payload.data() + 24, sizeof t_s);
       delays_[n].push_back((now_s() - t_s) * 1e3);
