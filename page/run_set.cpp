@@ -5,6 +5,7 @@
 #include <set>
 #include <utility>
 
+#include "config/labs.h"
 #include "files/run_documents.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
@@ -21,6 +22,14 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr double kUm = 1e3;  // per mm
+
+/// The kind of lab of an experiment's text, which may be older than its keys are.
+std::string lab_name(const std::string& experiment) {
+  for (const LabKind* lab : lab_kinds())
+    if (experiment.find("kind = \"" + std::string(lab->name) + "\"") != std::string::npos)
+      return std::string(lab->name);
+  return std::string(lab_kinds().front()->name);
+}
 
 bool is_run(const fs::path& folder) {
   std::error_code ignored;
@@ -135,7 +144,7 @@ std::string RunSet::list_json() {
       const ProvenanceDocument p = parse_provenance(read_file(folder / "provenance.json"), "provenance.json");
       const std::string config =
           fs::exists(folder / "experiment.toml") ? read_file(folder / "experiment.toml") : "";
-      r["lab"] = config.find("kind = \"ice\"") != std::string::npos ? "ice" : "inkjet";
+      r["lab"] = lab_name(config);
       r["experiment"] = p.text("name");
       r["scheme"] = p.text("scheme");
       const Json seeds = Json::parse(p.text("seeds"), nullptr, false);

@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "config/labs.h"
 #include "core/grid/npy.h"
 #include "files/usage_error.h"
 #include "firn/deposition_report_t.hpp"
@@ -25,9 +26,15 @@ double noise_of(const height_map_t& m) { return m.noise_std_mm > 0.0 ? m.noise_s
 ObservedRun::ObservedRun(const Experiment& experiment, Mask mask)
     : experiment_(experiment), mask_(std::move(mask)) {}
 
+void require_droplets(const Experiment& e, const std::string& run) {
+  if (lab_of(e).deposition != Deposition::kDroplets)
+    throw UsageError(run + ": a run of the ink-jet lab is wanted; lab.kind = \"" + e.lab.kind + "\"");
+}
+
 ObservedRun ObservedRun::read(const std::filesystem::path& path) {
   const RunFolder folder = RunFolder::open(path);
   const Experiment e = parse_experiment(recorded_config(path), path.string() + ": recorded configuration");
+  require_droplets(e, path.string());
   if (has_two_jets(e))
     throw UsageError(path.string() + ": this run printed two inks; h1, h2, h3 are those of one");
   ObservedRun run(e, mask_from_npy(blob(folder.inputs(), "mask").bytes, e.grid, "mask"));

@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -18,11 +19,14 @@
 
 namespace firn {
 
+/// @throws UsageError: the run is not of a lab of droplets
+void require_droplets(const Experiment& experiment, const std::string& run);
+
 class ObservedRun {
  public:
   ObservedRun(const Experiment& experiment, Mask mask);
-  /// Reads the write-ahead files of a run. @throws UsageError: not a run folder; two inks; a configuration
-  /// that cannot be read.
+  /// Reads the write-ahead files of a run. @throws UsageError: not a run folder; no droplets; two inks; a
+  /// configuration that cannot be read.
   static ObservedRun read(const std::filesystem::path& run);
 
   /// Adds HEIGHT_MAP and DEPOSITION_REPORT; other messages are ignored. A later attempt at a layer replaces

@@ -9,8 +9,10 @@
 #include "config/ice_lab.h"
 #include "config/labs.h"
 #include "config/slice.h"
+#include "config/swaths.h"
 #include "core/grid/geometry.h"
 #include "core/grid/npy.h"
+#include "core/path/line_stations.h"
 #include "core/planning/path_reach.h"
 #include "core/slice/coverage/footprint.h"
 #include "files/usage_error.h"
@@ -184,6 +186,29 @@ PrintPreview of_paths(const Experiment& e, const Blobs& inputs, const std::files
   return p;
 }
 
+PrintPreview of_lines(const Experiment& e, const Blobs& inputs) {
+  PrintPreview p;
+  const GridSpec& g = e.grid;
+  const PrintJob job = decode_job(blob(inputs, "job").bytes);
+  measure(height_map_from_npy(blob(inputs, "target").bytes, g, "target"),
+          mask_from_npy(blob(inputs, "mask").bytes, g, "mask"), p);
+  p.part = "lines " + e.aerosol.job;
+  p.amount_name = "mm of lines";
+  p.layers = e.aerosol.layers;
+  double length_mm = 0.0, open_s = 0.0;
+  for (const PrintSegment& s : job.segments) {
+    const double mm = std::hypot(s.to.x_mm - s.from.x_mm, s.to.y_mm - s.from.y_mm);
+    length_mm += mm;
+    open_s += mm / s.speed_mm_s;
+  }
+  const double scan_s = (g.ny + 1) * g.pitch_y_mm / e.process.scan_speed_mm_s + kRowTurn_s;
+  p.amount = std::llround(p.layers * length_mm);
+  p.volume_mm3 = p.layers * open_s * e.aerosol.flow_mm3_s;
+  p.materials.emplace_back("ink", p.volume_mm3);
+  p.time_s = p.layers * open_s + (p.layers + 1) * double(swath_shifts_mm(e).size()) * scan_s;
+  return p;
+}
+
 std::string duration(double s) {
   return s < 120.0    ? fmt::format("{:.0f} s", s)
          : s < 7200.0 ? fmt::format("{:.0f} min", s / 60.0)
@@ -193,7 +218,15 @@ std::string duration(double s) {
 }  // namespace
 
 PrintPreview preview_print(const Experiment& e, const Blobs& inputs, const std::filesystem::path& folder) {
-  return prints_paths(e) ? of_paths(e, inputs, folder) : of_droplets(e, inputs, folder);
+  switch (lab_of(e).deposition) {
+    case Deposition::kPaths:
+      return of_paths(e, inputs, folder);
+    case Deposition::kLines:
+      return of_lines(e, inputs);
+    case Deposition::kDroplets:
+      break;
+  }
+  return of_droplets(e, inputs, folder);
 }
 
 std::string preview_text(const PrintPreview& p) {

@@ -11,11 +11,36 @@
 #include "lcmtypes/convert.h"
 
 namespace firn {
+namespace {
+
+constexpr double kClear_mm = 0.3;         // beyond the nominal lines: what overruns an end is nearer
+constexpr double kStandsOut = 8.0;        // standard deviations of a cell
+constexpr double kMostBesideShare = 0.1;  // of a layer's planned ink
+
+Mask away_from(const HeightMap& target) {
+  const GridSpec& g = target.spec;
+  const int wide = int(kClear_mm / g.pitch_x_mm), high = int(kClear_mm / g.pitch_y_mm);
+  Mask rows(g), beside(g);
+  for (int j = 0; j < g.ny; ++j)
+    for (int i = 0; i < g.nx; ++i)
+      for (int n = std::max(0, i - wide); n <= std::min(g.nx - 1, i + wide); ++n)
+        rows.at(i, j) |= target.at(n, j) > 0.0;
+  for (int j = 0; j < g.ny; ++j)
+    for (int i = 0; i < g.nx; ++i) {
+      bool near = false;
+      for (int n = std::max(0, j - high); n <= std::min(g.ny - 1, j + high); ++n) near |= rows.at(i, n) != 0;
+      beside.at(i, j) = !near;
+    }
+  return beside;
+}
+
+}  // namespace
 
 LineLoop::LineLoop(const Experiment& experiment, HeightMap target, Mask mask)
     : Scheduler(experiment, Phase::kRunPath),
       target_(std::move(target)),
       mask_(std::move(mask)),
+      beside_(away_from(target_)),
       swaths_mm_(swath_shifts_mm(experiment)) {
   subscribe(channels::kHeightMap, this);
   subscribe(channels::kLinePlan, this);
@@ -175,6 +200,8 @@ void LineLoop::act_on_map(Time now, Outbox& out) {
     return fail(0, "HEIGHT_MAP: grid is not the experiment's", now, out);
   if (rejected(m, now, out)) return;
   map_id_ = m.map_id;
+  newest_ = measured_height_of(m);
+  noise_mm_ = m.noise_std_mm;
   publish_metrics(m, out);
   proceed(Phase::kAwaitPlan, now, out);
 }
@@ -183,6 +210,16 @@ void LineLoop::on(const line_plan_t& m, Time now, Outbox& out) {
   if (m.attempt != scan_attempt_ || m.layer != layers_done_ + 1) return;
   plan_ = m;
   if (phase_ == Phase::kAwaitPlan) act_on_plan(now, out);
+}
+
+double LineLoop::ink_beside_mm3() const {
+  if (before_.size() != newest_.size()) return 0.0;
+  double sum = 0.0;
+  for (std::size_t c = 0; c < newest_.size(); ++c) {
+    const double rise = newest_.cells[c] - before_.cells[c];
+    if (beside_.cells[c] && rise > kStandsOut * noise_mm_) sum += rise;
+  }
+  return sum * newest_.spec.pitch_x_mm * newest_.spec.pitch_y_mm;
 }
 
 bool LineLoop::stopped_by_rise(const line_plan_t& m, Time now, Outbox& out) {
@@ -197,11 +234,15 @@ bool LineLoop::stopped_by_rise(const line_plan_t& m, Time now, Outbox& out) {
   if (!(planned > 0.0)) return false;
   const double share = measured / planned;
   const ProcessConfig& p = experiment().process;
-  if (share >= p.least_rise_share && share <= p.most_rise_share) return false;
+  const double beside =
+      ink_beside_mm3() / (experiment().aerosol.flow_mm3_s * experiment().aerosol.solids * way_.open_s);
+  if (share >= p.least_rise_share && share <= p.most_rise_share && !(beside > kMostBesideShare)) return false;
   const std::string what = "the lines of layer " + std::to_string(layers_done_) + " hold " +
-                           std::to_string(share) + " of the ink that was planned: " +
-                           (share < p.least_rise_share ? "the shutter stays closed or the nozzle is clogged"
-                                                       : "the shutter stays open or the flow is wrong");
+                           std::to_string(share) + " of the ink that was planned, " + std::to_string(beside) +
+                           " lies away from them: " +
+                           (beside > kMostBesideShare    ? "the shutter stays open"
+                            : share < p.least_rise_share ? "the shutter stays closed or the nozzle is clogged"
+                                                         : "the flow is wrong");
   way_done_ = false;  // after the stop somebody has been at the nozzle
   phase_ = Phase::kArmProfiler;
   fail(12, what, now, out);
@@ -245,6 +286,7 @@ void LineLoop::send_profiler(ProfilerVerb verb, Time now, Outbox& out) {
 
 void LineLoop::send_way(Time now, Outbox& out) {
   way_began_us_ = now.us;
+  before_ = newest_;
   stage_command_t c{};
   c.verb = std::int8_t(StageVerb::kTrace);
   c.attempt = way_.attempt;

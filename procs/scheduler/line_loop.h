@@ -42,6 +42,8 @@ class LineLoop final : public Scheduler {
   /// A layer that is far thinner or thicker than planned: the shutter is stuck, or the nozzle is clogged
   /// (I12).
   bool stopped_by_rise(const line_plan_t&, Time now, Outbox&);
+  /// What the last layer left away from the lines, as far as it stands out of the noise [mm^3].
+  double ink_beside_mm3() const;
   bool waits_for_operator() const;
   void settle(Outbox&);
   void publish_metrics(const height_map_t&, Outbox&);
@@ -52,6 +54,9 @@ class LineLoop final : public Scheduler {
 
   HeightMap target_;
   Mask mask_;
+  Mask beside_;                      ///< away from all lines
+  HeightMap newest_, before_;        ///< the last map, and that of the layer before
+  double noise_mm_ = 0.0;            ///< of a cell of it
   std::optional<height_map_t> map_;  ///< arrived, not acted on yet
   std::optional<line_plan_t> plan_;
   line_plan_t way_ = line_plan_t{};  ///< the one that is followed, or was last

@@ -5,7 +5,6 @@
 #include <exception>
 #include <new>
 
-#include "config/labs.h"
 #include "core/grid/npy.h"
 #include "estimators/lab/layer_features.h"
 #include "files/usage_error.h"
@@ -93,8 +92,7 @@ RecordedRun RecordedRun::read(const std::filesystem::path& path) {
   Experiment e = parse_recorded_experiment(recorded_config(path), name + ": the recorded configuration");
   // Nodes are not told the plant; a verification prints with it.
   e.plant = parse_recorded_experiment(folder.experiment_toml(), name + "/experiment.toml").plant;
-  if (prints_paths(e))
-    throw UsageError(name + ": a run of the ink-jet lab is wanted; lab.kind = \"" + e.lab.kind + "\"");
+  require_droplets(e, name);
   const auto result = folder.result();
   if (!result || can_go_on(*result)) throw UsageError(name + ": the print is not finished");
   const ObservedRun run = ObservedRun::read(path);

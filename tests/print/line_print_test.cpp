@@ -7,6 +7,7 @@
 #include "firn/enums.h"
 #include "firn/line_plan_t.hpp"
 #include "print/labs/print_labs.h"
+#include "print/preview/print_preview.h"
 #include "print/simulated/memory_print.h"
 
 using namespace firn;
@@ -57,6 +58,16 @@ TEST_CASE("The delays that the lab identifies are the shutter's own with its tai
   // Half of the level is reached where the opening is half: delay + tail ln 2; the start-up blob comes first.
   CHECK(plans[2].open_delay_s == Approx(0.03).margin(0.012));
   CHECK(plans[2].close_delay_s == Approx(0.045 + 0.004).margin(0.012));
+}
+
+TEST_CASE("A preview of lines names length, layers and ink", "[line]") {
+  const Experiment e = meander();
+  const PrintPreview p = preview_print(e, make_inputs(e, kPrintFolder), kPrintFolder);
+  CHECK(p.layers == 6);
+  CHECK(p.amount == 6 * 40);
+  CHECK(p.volume_mm3 == Approx(6 * 40.0 / 3.0 * 0.005));
+  CHECK_THAT(preview_text(p),
+             Catch::Contains("lines aerosol-meander.json") && Catch::Contains("240 mm of lines"));
 }
 
 TEST_CASE("An open loop never changes its way", "[line]") {

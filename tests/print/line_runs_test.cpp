@@ -6,12 +6,17 @@
 #include "cli/replay_command.h"
 #include "config/include.h"
 #include "core/grid/random.h"
+#include "files/usage_error.h"
+#include "page/run_set.h"
+#include "plant/record/record.h"
+#include "print/folder/observed_run.h"
 #include "print/folder/run_report.h"
 #include "print/labs/print_labs.h"
 #include "print/simulated/lab_run.h"
 #include "replay/print_verdict.h"
 #include "report/run/report_data.h"
 #include "report/run/report_page.h"
+#include "studies/tune/lab_print.h"
 #include "tests/files/record/scratch.h"
 
 using namespace firn;
@@ -63,6 +68,37 @@ struct ShortLines {
   }
 };
 
+/// A moment of node time, in s, at which the shutter is open in that layer of a print that nothing disturbs.
+std::string open_in_layer(std::size_t layer) {
+  static const std::vector<plant::FiringRecord>& firings = *new auto([] {
+    ShortLines lines;
+    REQUIRE(lines.go().result.status == 0);
+    return plant::read_history(lines.run.world_record_path()).firings;
+  }());
+  return std::to_string(double(firings.at(layer - 1).first_us) * 1e-6 + 0.5);
+}
+
+/// Stopped by name, no switch is open at the end, and the record holds.
+void check_line_stop(const ShortLines& lines, const LabRunReport& stopped, const std::string& name) {
+  INFO(stopped.result.reason);
+  CHECK(stopped.result.status == 3);
+  CHECK_THAT(stopped.result.reason, Catch::Contains(name));
+  for (const plant::FiringRecord& f : plant::read_history(lines.run.world_record_path()).firings)
+    CHECK(f.end_us > 0);
+  lines.check_replay();
+  lines.check_audit();
+}
+
+/// The instrument is mended, and the print goes on to its end.
+void check_goes_on(ShortLines& lines, int layers) {
+  const LabRunReport report = lines.go({"0 stage trip 0"}, true);
+  INFO(report.result.reason);
+  CHECK(report.result.status == 0);
+  CHECK(report.result.layers == layers);
+  lines.check_replay();
+  CHECK(lines.check_audit().finished);
+}
+
 }  // namespace
 
 TEST_CASE("A print of lines replays bit for bit, passes the audit and has a report of its lines", "[line]") {
@@ -104,10 +140,47 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("A run of lines is listed with its lab, and what learns droplets refuses it by name", "[line]") {
+  ShortLines lines({"aerosol.layers=1"});
+  REQUIRE(lines.go().result.status == 0);
+  CHECK_THAT(page::RunSet({lines.scratch / "runs"}, {}).list_json(), Catch::Contains("\"lab\":\"aerosol\""));
+  CHECK_THROWS_WITH(tuning::RecordedRun::read(lines.run.path()), Catch::Contains("lab.kind = \"aerosol\""));
+  CHECK_THROWS_WITH(ObservedRun::read(lines.run.path()), Catch::Contains("lab.kind = \"aerosol\""));
+}
+
 TEST_CASE("A shutter that stays closed stops the print at the next map, by name", "[line][I12]") {
   ShortLines lines;
   const LabRunReport stopped = lines.go({"1 stage trip 7"});
-  CHECK(stopped.result.status == 3);
-  CHECK_THAT(stopped.result.reason, Catch::Contains("shutter stays closed"));
-  lines.check_audit();
+  check_line_stop(lines, stopped, "shutter stays closed");
+}
+
+TEST_CASE("A shutter that stays open stops the print at the next map, by name", "[line][I12]") {
+  const std::string moment = open_in_layer(2);
+  ShortLines lines;
+  const LabRunReport stopped = lines.go({moment + " stage trip 7"});
+  check_line_stop(lines, stopped, "shutter stays open");
+}
+
+TEST_CASE(
+    "An axis that stands while the shutter is open: the shutter closes at once, the print stops by name",
+    "[line][I5]") {
+  const std::string moment = open_in_layer(2);
+  ShortLines lines;
+  const LabRunReport stopped = lines.go({moment + " stage trip 3"});
+  check_line_stop(lines, stopped, "1 pulses counted, 4 commanded");
+  const plant::FiringRecord cut = plant::read_history(lines.run.world_record_path()).firings.back();
+  CHECK(cut.fired == 1);
+  CHECK(double(cut.end_us) * 1e-6 - std::stod(moment) < 0.3);  // two polls of the axes
+  check_goes_on(lines, 3);
+}
+
+TEST_CASE("Switches that are not put out: the count stops the print, and the layer is in doubt", "[line]") {
+  const std::string scheme = GENERATE("smf", "open_loop");
+  const std::string moment = open_in_layer(2);
+  ShortLines lines({"control.scheme=" + scheme});
+  const LabRunReport stopped = lines.go({moment + " stage trip 5"});
+  check_line_stop(lines, stopped, "1 pulses counted, 4 commanded");
+  if (scheme == "smf") return check_goes_on(lines, 3);
+  const LabRunReport waits = lines.go({"0 stage trip 0"}, true);
+  CHECK_THAT(waits.result.reason, Catch::Contains("--accept-doubt"));
 }
