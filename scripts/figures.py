@@ -154,7 +154,14 @@ def ice_roughness():
         (part.removeprefix("roughness "), "rms_um", part, 3, 1e-3, True) for part in results("ice-roughness")["parts"]])
 
 
-TABLES = {"cylinder": cylinder, "mpc-held-out": mpc_held_out, "schemes": schemes,
+def aerosol():
+    names = {"open loop": "open loop", "paper": "the paper's corners, open loop", "feedback": "feedback"}
+    return study_table("aerosol-drift", names, [
+        (f"{part}: {head}", measure, part, decimals, 1, True) for part in results("aerosol-drift")["parts"]
+        for head, measure, decimals in (("section, RMS [%]", "section_rms_pct", 2), ("worst start [um]", "start_um", 0), ("end [um]", "end_um", 0))])
+
+
+TABLES = {"aerosol": aerosol, "cylinder": cylinder, "mpc-held-out": mpc_held_out, "schemes": schemes,
           "ice": ice, "ice-roughness": ice_roughness}
 
 
