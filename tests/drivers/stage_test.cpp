@@ -143,6 +143,13 @@ TEST_CASE(
           "5000.0 Hz; the jet follows 2000.0 Hz");
 }
 
+TEST_CASE("a scan may be as fast as its run-up fits into one pitch", "[stage]") {
+  YesEnsemble e;
+  e.bench.command([&](auto t, auto& fx) { e.stage.scan(0, 0, 0, 0.25, 10, 31.6, t, fx); });
+  CHECK(e.bench.all<Result>().empty());
+  CHECK(e.stage.busy());
+}
+
 TEST_CASE("a pass without droplets is done without a move", "[stage]") {
   YesEnsemble e;
   e.bench.command([&](auto t, auto& fx) {
