@@ -8,6 +8,7 @@
 #include "firn/enable_t.hpp"
 #include "firn/header_t.hpp"
 #include "print/folder/node_makers.h"
+#include "replay/run_migration.h"
 #include "runtime/node_host.h"
 
 namespace firn {
@@ -75,7 +76,7 @@ class Player {
     if (p.kind == Kind::kOrder) {
       e.kind = p.channel == "stop" ? EventKind::kLocalStop : EventKind::kMessage;
       e.channel = p.channel;
-      e.bytes = p.bytes;
+      e.bytes = migration_.today(p.bytes, migrated_);
       if (e.kind == EventKind::kMessage && !host_.subscribes(e.channel)) return;
       if (p.channel == "stop") leased_ = false;
       if (enable_t lease;
@@ -145,6 +146,8 @@ class Player {
   }
 
   const Cassette& cassette_;
+  const replay::RunMigration migration_;  // a tape's orders are of the version that recorded it
+  std::vector<std::byte> migrated_;
   NodeHost host_;
   Time now_{1};
   std::deque<std::vector<std::byte>> sent_;
