@@ -23,7 +23,7 @@ struct LineStation {
 /// Divides every segment into whole stretches of at most about spacing_mm. @pre segments have a length
 std::vector<LineStation> line_stations(const PrintJob& job, double spacing_mm);
 
-/// Where a stroke begins or ends. Segments that meet belong to one stroke.
+/// Beginning or end of a stroke. Segments that meet belong to one stroke.
 struct LineEnd {
   std::int32_t segment = 0;
   bool start = true;

@@ -3,7 +3,7 @@
 
 namespace firn::vision {
 
-/// What a strobe sweep says of a droplet: its velocity at a time after it left the nozzle.
+/// A droplet as a strobe sweep shows it: its velocity at a time after it left the nozzle.
 struct Flyer {
   double velocity_mm_s = 0.0, at_s = 0.0, diameter_mm = 0.0;
 };

@@ -60,8 +60,8 @@ Band band(const HeightMap& picture, const Point2& at, const Point2& to, double f
   return b;
 }
 
-// Where the section comes down to `level` on the way from index `from` by `step`; the last index if it does
-// not.
+// Place at which the section comes down to `level` on the way from index `from` by `step`; the last index if
+// it does not.
 double crossing(const std::vector<double>& h, std::size_t from, int step, double level) {
   const auto n = std::ptrdiff_t(h.size());
   for (auto k = std::ptrdiff_t(from); k + step >= 0 && k + step < n; k += step) {

@@ -24,7 +24,7 @@ struct LineLook {
 std::optional<LineReading> measure_line(const HeightMap& picture, const LineStation& station,
                                         const LineLook& look);
 
-/// How much later than planned a line begins, or how much farther than planned it ends [mm]: where the level
+/// Length by which a line begins later than planned, or ends farther than planned [mm]: where the level
 /// of the line's middle crosses half of its level inside. Returns nothing for an end that is not free or too
 /// short, or that cannot be seen.
 std::optional<double> measure_end(const HeightMap& picture, const LineEnd& end, double width_mm,

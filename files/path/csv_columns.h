@@ -18,7 +18,7 @@ struct CsvColumn {
 inline constexpr const char* kCsvHeaders =
     "x_mm,y_mm with or without speed_mm_s, yaw_deg and z_mm, in any order (also _um, _cm, _m, _in; _rad)";
 
-/// What separates the columns of a file, by its first line: a comma, or a semicolon or a tab where there is
+/// The separator of a file's columns, by its first line: a comma, or a semicolon or a tab where there is
 /// no comma.
 char csv_separator(std::string_view text);
 

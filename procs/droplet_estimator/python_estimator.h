@@ -13,7 +13,7 @@
 
 namespace firn {
 
-/// What an estimator is given of one layer.
+/// The record of one layer that an estimator is given.
 struct PrintedLayer {
   const std::vector<droplet::Pass>& passes;
   const HeightMap& height;  ///< NaN where nothing was measured

@@ -42,7 +42,7 @@ class LineLoop final : public Scheduler {
   /// A layer that is far thinner or thicker than planned: the shutter is stuck, or the nozzle is clogged
   /// (I12).
   bool stopped_by_rise(const line_plan_t&, Time now, Outbox&);
-  /// What the last layer left away from the lines, as far as it stands out of the noise [mm^3].
+  /// Ink that the last layer left away from the lines, as far as it stands out of the noise [mm^3].
   double ink_beside_mm3() const;
   bool waits_for_operator() const;
   void settle(Outbox&);

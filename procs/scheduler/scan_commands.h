@@ -18,7 +18,7 @@ struct Swath {
 
 stage_command_t scan_command(const Experiment& e, const Swath& swath, double speed_mm_s);
 profiler_command_t profiler_command(const Experiment& e, const Swath& swath, ProfilerVerb verb);
-/// How long the stage may take for a scan_command().
+/// Longest time that the stage may take for a scan_command().
 double scan_time_s(const Experiment& e, double speed_mm_s);
 
 }  // namespace firn

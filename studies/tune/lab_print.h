@@ -16,7 +16,7 @@
 
 namespace firn::tuning {
 
-/// Where the noise of the maps is known from. The maps of an imported record hold no report of it.
+/// Source of the maps' noise. The maps of an imported record hold no report of it.
 enum class MapNoise : std::uint8_t { kReported, kFromMaps };
 
 /// A run that the laboratory is learned from.

@@ -67,7 +67,7 @@ void without_number(std::vector<std::byte>& bytes, std::int64_t run_id) {
   }
 }
 
-/// What replay compares of a write-ahead file: events, and outputs without the handler's wall time.
+/// The part of a write-ahead file that replay compares: events, and outputs without the handler's wall time.
 std::vector<std::vector<std::byte>> records(const fs::path& file, std::int64_t run_id) {
   const logfile::MappedFile map(file);
   logfile::RecordReader reader(map.bytes());

@@ -76,7 +76,7 @@ class LineController {
   LineSetup setup_;
   std::vector<LineStation> stations_;
   std::vector<LineEnd> ends_;
-  /// What is known after a layer; a second measurement of it starts from the state before.
+  /// State after a layer; a second measurement of it starts from the state before.
   struct Memory {
     std::int32_t layer = 0;
     std::vector<double> sum, error;

@@ -79,7 +79,7 @@ bool yaw_varies(const PathInput& in) {
 
 namespace {
 
-/// How far a point may lie off the curve that it is a sample of.
+/// Largest distance of a point from the curve that it is a sample of.
 constexpr double kOnCurve_mm = 1e-6;
 
 bool on_curve(const GivenCurve& curve, std::size_t i, Point2 p, double radius_mm) {
