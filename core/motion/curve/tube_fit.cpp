@@ -16,8 +16,8 @@ constexpr double kSampleShare = 1.0;       ///< the same where each point is hel
 constexpr double kTurn = 2.5;              ///< radii per cell: largest cell times turn at a vertex
 constexpr double kChords = 1.2;            ///< thinned chords per cell
 constexpr double kSampleChords = 0.5;      ///< the same where each point is held: more knots than points
-/// Cell length over that which the tube alone needs: time has features of its own. Coarser cells make the time
-/// depend on where they happen to lie.
+/// Cell length over that which the tube alone needs: time has features of its own. Coarser cells make the
+/// time depend on where they happen to lie.
 constexpr double kFiner = 0.4;
 constexpr double kGrowth = 0.35;   ///< of a cell over the distance to a shorter one
 constexpr double kPlaces = 0.5;    ///< of a cell between two places
