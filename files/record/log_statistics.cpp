@@ -7,10 +7,11 @@
 namespace firn::logfile {
 namespace {
 
-// No time stamp overflows a difference.
+// No time stamp overflows a difference, nor its negative.
 std::int64_t difference(std::int64_t a, std::int64_t b) {
   std::int64_t d = 0;
-  return __builtin_sub_overflow(a, b, &d) ? (a > b ? INT64_MAX : INT64_MIN + 1) : d;
+  if (__builtin_sub_overflow(a, b, &d)) return a > b ? INT64_MAX : -INT64_MAX;
+  return std::max(d, -INT64_MAX);
 }
 
 void add_step(TimeSteps& steps, std::int64_t us, const Event& e) {
