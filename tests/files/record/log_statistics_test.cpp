@@ -1,7 +1,6 @@
 #include "files/record/log_statistics.h"
 
-#include <catch2/catch_test_macros.hpp>
-#include <catch2/generators/catch_generators.hpp>
+#include <catch2/catch.hpp>
 #include <cstdint>
 
 using namespace firn::logfile;

@@ -128,7 +128,7 @@ std::vector<std::byte> crafted(std::uint64_t plain, std::uint64_t squeezed, cons
 TEST_CASE("a packed file asks for no other file than the log of its own run") {
   const test::TempFolder folder;
   const fs::path file = folder.path() / "a.wal";
-  for (const std::string name :
+  for (const std::string& name :
        {std::string("/etc/passwd"), std::string("../../log.lcm"), std::string("a/../log.lcm"),
         std::string("b.wal"), std::string("log.lcm\0", 8), std::string(".")}) {
     write(file, crafted(1, 1, name));
