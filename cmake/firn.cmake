@@ -22,44 +22,63 @@ if(FIRN_PCH)
   firn_precompile(firn_pch ${CMAKE_SOURCE_DIR}/cmake/standard_headers.h)
 endif()
 
-# FIRN_BATCHES: the sources of a folder are compiled several at a time (a unity build), since parsing headers and instantiating
-# templates is most of their time. Off under sanitizers, as above. Two sources of a folder that use one name for two things
-# cannot share a batch: the compiler says so, and firn_alone takes one of them out.
+# FIRN_BATCHES: the sources of a target are compiled several at a time (a unity build), since parsing headers and instantiating
+# templates is most of their time. Off under sanitizers, as above. Two sources that use one name for two things cannot share
+# a batch: the compiler says so, and firn_alone takes one of them out.
 option(FIRN_BATCHES "compile some sources several at a time" ${pch_default})
 function(firn_batches name most)
-  if(NOT FIRN_BATCHES)
-    return()
+  if(FIRN_BATCHES)  # at the end of the folder's list, which sets options of single sources further down
+    cmake_language(EVAL CODE "cmake_language(DEFER CALL firn_write_batches ${name} ${most})")
   endif()
-  set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
-  target_compile_options(${name} PRIVATE -Wno-subobject-linkage)  # a class defined in a source is not in the main one here
+endfunction()
+
+# firn_write_batches(NAME MOST): replaces sources by batches of at most MOST, files that include them by their paths from the
+# root, so that ccache gives a batch of one checkout to another. A source with options of its own stays alone.
+function(firn_write_batches name most)
   get_target_property(sources ${name} SOURCES)
-  list(FILTER sources INCLUDE REGEX "\\.cpp$")
-  set(folders "")
+  set_target_properties(${name} PROPERTIES FIRN_SOURCES "${sources}")
+  set(kept "")
+  set(paths "")
   foreach(source ${sources})
-    get_source_file_property(alone ${source} SKIP_UNITY_BUILD_INCLUSION)
-    if(NOT alone)
-      get_filename_component(folder ${source} DIRECTORY)
-      string(MAKE_C_IDENTIFIER "of_${folder}" folder)
-      list(APPEND folders ${folder})
-      list(APPEND ${folder} ${source})
+    set(alone OFF)
+    foreach(property FIRN_ALONE COMPILE_OPTIONS COMPILE_DEFINITIONS OBJECT_DEPENDS SKIP_PRECOMPILE_HEADERS)
+      get_source_file_property(value ${source} ${property})
+      if(value)
+        set(alone ON)
+      endif()
+    endforeach()
+    get_filename_component(path ${source} ABSOLUTE)
+    cmake_path(IS_PREFIX CMAKE_BINARY_DIR ${path} written)
+    cmake_path(IS_PREFIX CMAKE_SOURCE_DIR ${path} ours)
+    if(alone OR written OR NOT ours OR NOT source MATCHES "\\.cpp$")
+      list(APPEND kept ${source})
+    else()
+      file(RELATIVE_PATH path ${CMAKE_SOURCE_DIR} ${path})
+      list(APPEND paths ${path})
     endif()
   endforeach()
-  list(REMOVE_DUPLICATES folders)
-  foreach(folder ${folders})
-    list(LENGTH ${folder} length)
-    math(EXPR batches "(${length} + ${most} - 1) / ${most}")
-    set(n 0)
-    foreach(source ${${folder}})
-      math(EXPR batch "${n} * ${batches} / ${length}")
-      set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${folder}_${batch})
-      math(EXPR n "${n} + 1")
-    endforeach()
-  endforeach()
+  list(SORT paths)  # a folder's sources together
+  list(LENGTH paths length)
+  math(EXPR batches "(${length} + ${most} - 1) / ${most}")
+  set(batch 0)
+  while(batch LESS batches)
+    math(EXPR from "${batch} * ${length} / ${batches}")
+    math(EXPR batch "${batch} + 1")
+    math(EXPR count "${batch} * ${length} / ${batches} - ${from}")
+    list(SUBLIST paths ${from} ${count} some)
+    list(TRANSFORM some REPLACE "(.+)" "#include \"\\1\"\n")
+    list(JOIN some "" text)
+    set(file ${CMAKE_CURRENT_BINARY_DIR}/batches/${name}/${batch}.cpp)
+    file(CONFIGURE OUTPUT ${file} CONTENT "${text}" @ONLY)
+    list(APPEND kept ${file})
+  endwhile()
+  set_target_properties(${name} PROPERTIES SOURCES "${kept}")
+  target_compile_options(${name} PRIVATE -Wno-subobject-linkage)  # a class defined in a source is not in the main one here
 endfunction()
 
 # firn_alone(sources…): sources that no batch takes in.
 function(firn_alone)
-  set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  set_source_files_properties(${ARGN} PROPERTIES FIRN_ALONE ON)
 endfunction()
 
 # firn_library(NAME sources… [COLD] LINK targets… PRIVATE_LINK targets…): one library of the house; headers are included by
@@ -98,18 +117,27 @@ function(firn_process name)
   endif()
 endfunction()
 
-# firn_test(NAME sources… [COMPUTES] LINK targets… LABELS labels…): one Catch2 program; each TEST_CASE becomes one ctest test.
-# COMPUTES: most of its time is spent in its own sources and in templates that these instantiate.
+# firn_without_lines(PROGRAM): tests and benches keep their functions' names but no line numbers, half of their bytes. A
+# sanitizer's report and a Debug build have them.
+function(firn_without_lines name)
+  if(NOT FIRN_SANITIZE AND CMAKE_BUILD_TYPE STREQUAL RelWithDebInfo)
+    target_link_options(${name} PRIVATE -Wl,--strip-debug)
+  endif()
+endfunction()
+
+# firn_test(NAME sources… [COMPUTES] [APART] LINK targets… LABELS labels…): one Catch2 program; each TEST_CASE becomes one ctest test.
+# COMPUTES: most of its time is spent in its own sources and in templates that these instantiate. APART: no batches.
 # Labels: live = separate processes and real time, runs alone; threads = runs under ./firn test --tsan;
 # full = only in ./firn test --full and, one tenth of them a day, in ./firn test (scripts/run_tests.py); COST [s].
 add_custom_target(thread_tests)
-set(FIRN_TEST_OPTIONS -O0)  # three fifths of -O1's time to compile; precompiled headers are of one level too
-set(FIRN_COMPUTING_TEST_OPTIONS -Og)
+set(FIRN_TEST_OPTIONS -O0 -g0)  # three fifths of -O1's time to compile; precompiled headers are of one level too
+set(FIRN_COMPUTING_TEST_OPTIONS -Og -g0)
 if(FIRN_SANITIZE)
   set(FIRN_TEST_OPTIONS -O1)
+  set(FIRN_COMPUTING_TEST_OPTIONS -Og)
 endif()
 function(firn_test name)
-  cmake_parse_arguments(ARG "COMPUTES" "LABEL;TIMEOUT" "LINK;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "COMPUTES;APART" "LABEL;TIMEOUT" "LINK;LABELS" ${ARGN})
   set(kind TEST)
   if(ARG_COMPUTES)
     set(kind COMPUTING_TEST)
@@ -124,8 +152,11 @@ function(firn_test name)
     string(TOLOWER firn_${kind}_pch pch)
     target_precompile_headers(${name} REUSE_FROM ${pch})
   endif()
-  firn_batches(${name} 8)
+  if(NOT ARG_APART)
+    firn_batches(${name} 8)
+  endif()
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  firn_without_lines(${name})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
   endif()
@@ -158,6 +189,7 @@ function(firn_bench name)
     target_precompile_headers(${name} REUSE_FROM firn_pch)
   endif()
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bench)
+  firn_without_lines(${name})
 endfunction()
 
 # firn_lcm_types(TARGET): every .lcm file here becomes a message. lcm-gen makes the classes; generate.py makes the list of

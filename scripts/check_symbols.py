@@ -100,8 +100,8 @@ def sources_of(file, root, build):
     """The sources, from the root on, that one command compiles: one, or those of a batch."""
     if not file.is_relative_to(build):
         found = [file]
-    elif file.parent.name == "Unity" and file.is_file():
-        found = [Path(name) for name in re.findall(r'^#include "(/.*\.cpp)"$', file.read_text(encoding="utf-8"), re.M)]
+    elif file.parent.parent.name == "batches" and file.is_file():
+        found = [root / name for name in re.findall(r'^#include "(.*\.cpp)"$', file.read_text(encoding="utf-8"), re.M)]
     else:
         found = []
     return [s.relative_to(root).as_posix() for s in found if s.is_relative_to(root) and not s.is_relative_to(build)]

@@ -31,8 +31,10 @@ def commands_of(build):
 def weight(entry):
     path = Path(entry["directory"], entry["file"])
     text = path.read_text(errors="replace")
-    batch = re.findall(r'#include "(/.*\.cpp)"', text) if "Unity" in entry["file"] else []
-    return max(1, sum(Path(p).stat().st_size for p in batch) or len(text))
+    batch = re.findall(r'#include "(.*\.cpp)"', text) if re.search("/Unity/|/batches/", entry["file"]) else []
+    cache = Path(entry["directory"], "CMakeCache.txt").read_text()
+    root = Path(re.search(r"^CMAKE_HOME_DIRECTORY:INTERNAL=(.*)$", cache, re.M)[1])
+    return max(1, sum((root / p).stat().st_size for p in batch) or len(text))
 
 
 def run(entry):

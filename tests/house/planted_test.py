@@ -173,13 +173,13 @@ class Symbols(Tree):
         self.assertIn("core/statistics/distributions.cpp <- procs/stage/node.cpp", found[0])
 
     def batch(self, paths):
-        """Compiles these sources as one, as a unity build does, and returns the problems."""
-        unity = self.build / "x.dir" / "Unity" / "unity_0_cxx.cxx"
-        unity.parent.mkdir(parents=True)
-        unity.write_text("".join(f'#include "{self.root / path}"\n' for path in paths))
-        self.sources = [path for path in self.sources if path not in paths] + ["build/x.dir/Unity/unity_0_cxx.cxx"]
-        subprocess.run(["c++", "-std=c++20", "-O2", "-fno-math-errno", f"-I{self.root}", "-c", str(unity), "-o",
-                        "build.x.dir.Unity.unity_0_cxx.cxx.o"], cwd=self.build, check=True)
+        """Compiles these sources as one (cmake/firn.cmake, firn_batches), and returns the problems."""
+        batch = self.build / "batches" / "x" / "core_0.cpp"
+        batch.parent.mkdir(parents=True)
+        batch.write_text("".join(f'#include "{path}"\n' for path in paths))
+        self.sources = [path for path in self.sources if path not in paths] + ["build/batches/x/core_0.cpp"]
+        subprocess.run(["c++", "-std=c++20", "-O2", "-fno-math-errno", f"-I{self.root}", "-c", str(batch), "-o",
+                        "build.batches.x.core_0.cpp.o"], cwd=self.build, check=True)
         return self.problems()
 
     def test_a_symbol_in_a_batch_is_found_with_its_sources(self):
