@@ -18,6 +18,7 @@
 #include "report/study/study_page.h"
 #include "report/study/study_profile.h"
 #include "runtime/build_info.h"
+#include "studies/compare/recorded_study.h"
 #include "studies/compare/study_runner.h"
 
 namespace firn {
@@ -48,18 +49,55 @@ void tell_of_the_past(const StudyPlan& plan, const StudyJournal& journal) {
                journal.damaged());
 }
 
-std::vector<std::pair<std::string, std::string>> provenance(const StudyPlan& plan) {
+using Provenance = std::vector<std::pair<std::string, std::string>>;
+
+Provenance provenance(const Provenance& data, const std::string& trial) {
+  Provenance all{
+      {"build", build_commit()}, {"sources", build_sources()}, {"platform", platform_description()}};
+  all.insert(all.end(), data.begin(), data.end());
+  all.emplace_back("intervals", "BCa bootstrap, 10,000 resamples of " + trial + "s, keyed");
+  all.emplace_back(
+      "tests",
+      "sign-flip test of the paired differences, two-sided; Holm's adjustment over all pairs of schemes");
+  return all;
+}
+
+Provenance provenance(const StudyPlan& plan) {
   const auto& seeds = plan.study.seeds;
   const auto [low, high] = std::minmax_element(seeds.begin(), seeds.end());
-  return {
-      {"build", build_commit()},
-      {"sources", build_sources()},
-      {"platform", platform_description()},
-      {"experiment", plan.study.experiment.empty() ? "the defaults" : plan.study.experiment},
-      {"seeds", fmt::format("{} from {} to {}", seeds.size(), *low, *high)},
-      {"intervals", "BCa bootstrap, 10,000 resamples of seeds, keyed"},
-      {"tests",
-       "sign-flip test of the paired differences, two-sided; Holm's adjustment over all pairs of schemes"}};
+  return provenance({{"experiment", plan.study.experiment.empty() ? "the defaults" : plan.study.experiment},
+                     {"seeds", fmt::format("{} from {} to {}", seeds.size(), *low, *high)}},
+                    "seed");
+}
+
+using Settings = std::vector<replay::DifferingParameter>;
+
+int write_results(const std::filesystem::path& folder, const replay::StudyTable& table, const Settings& arms,
+                  const Settings& parts, const Provenance& told, bool json) {
+  const replay::StudyAnalysis analysis = replay::analyse(table);
+  const std::string summary = study_json(table, analysis, told);
+  write_file_atomically(folder / "runs.csv", replay::study_csv(table));
+  write_file_atomically(folder / "summary.json", summary);
+  if (const auto rows = replay::profile_rows(table); !rows.empty())
+    write_file_atomically(folder / "profile.csv", replay::profile_csv(table, rows));
+  write_file_atomically(folder / "report.html", replay::study_page({table, analysis, arms, parts, told}));
+  if (json)
+    std::fputs(summary.c_str(), stdout);
+  else
+    std::fputs((study_text(table, analysis, arms) + "\n" + (folder / "report.html").string() + "\n").c_str(),
+               stdout);
+  return analysis.ranking.empty() ? kFailed : kOk;
+}
+
+int compare_recorded(const CompareOptions& options, const Study& study, const std::filesystem::path& from) {
+  if (!options.overrides.empty() || options.seeds > 0)
+    throw UsageError("--set, --seeds: the runs are printed already");
+  const RecordedStudy found = recorded_study(study, from);
+  Provenance runs;
+  for (std::size_t arm = 0; arm < found.runs.size(); ++arm)
+    runs.emplace_back("runs of " + study.arms[arm].name, found.runs[arm]);
+  return write_results(make_folder(options.output, study.name), found.table, found.settings, {},
+                       provenance(runs, found.table.trial), options.json);
 }
 
 std::atomic<bool> interrupted{false};
@@ -99,34 +137,24 @@ int compare(const CompareOptions& options, const StudyLab& lab, const std::atomi
     fmt::print(stderr, "{} prints in {:.1f} s, {:.3f} s of processor time each\n", made.done,
                progress.elapsed_s(), made.cpu_s / double(made.done));
 
-  const replay::StudyTable table = study_table(plan, journal);
-  const replay::StudyAnalysis analysis = replay::analyse(table);
-  const std::string summary = study_json(table, analysis, provenance(plan));
-  write_file_atomically(folder / "runs.csv", replay::study_csv(table));
-  write_file_atomically(folder / "summary.json", summary);
-  if (const auto rows = replay::profile_rows(table); !rows.empty())
-    write_file_atomically(folder / "profile.csv", replay::profile_csv(table, rows));
-  write_file_atomically(
-      folder / "report.html",
-      replay::study_page({table, analysis, differing_arms(plan), differing_parts(plan), provenance(plan)}));
-  if (options.json)
-    std::fputs(summary.c_str(), stdout);
-  else
-    std::fputs(
-        (study_text(table, analysis, differing_arms(plan)) + "\n" + (folder / "report.html").string() + "\n")
-            .c_str(),
-        stdout);
-  return analysis.ranking.empty() ? kFailed : kOk;
+  return write_results(folder, study_table(plan, journal), differing_arms(plan), differing_parts(plan),
+                       provenance(plan), options.json);
 }
 
-int run_compare(const CompareOptions& options) {
+int run_compare(const CompareOptions& given) {
+  CompareOptions options = given;
+  if (options.words.size() > 1 || std::filesystem::is_directory(options.words.front()))
+    return compare_recorded(options, study_of_runs(options.words), "");
+  options.study = options.words.front();
+  const std::filesystem::path file = options.study;
+  const Study study = load_study(file);
+  if (study.recorded()) return compare_recorded(options, study, file.parent_path());
   struct sigaction action {
   }, old_int{}, old_term{};
   action.sa_handler = [](int) { interrupted = true; };
   sigaction(SIGINT, &action, &old_int);
   sigaction(SIGTERM, &action, &old_term);
-  const std::filesystem::path file = options.study;
-  const int code = compare(options, study_lab_of(load_study(file), file.parent_path()), &interrupted);
+  const int code = compare(options, study_lab_of(study, file.parent_path()), &interrupted);
   sigaction(SIGINT, &old_int, nullptr);
   sigaction(SIGTERM, &old_term, nullptr);
   return code;
@@ -134,7 +162,7 @@ int run_compare(const CompareOptions& options) {
 
 void declare_compare(OptionSet& options) {
   auto& o = options.calls(run_compare);
-  options.option("STUDY", o.study, "study file").required();
+  options.option("STUDY", o.words, "study file; or folders of runs that were printed or imported").required();
   options.option("-o,--output", o.output, "study folder; default: runs/study-NAME");
   options.option("--seeds", o.seeds, "seeds 1..N instead of the study's").within(1, 1000000);
   options.override_option(o.overrides, "KEY=VALUE, for every print");

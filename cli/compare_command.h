@@ -1,5 +1,5 @@
-// compare prints schemes x parts x seeds in simulated time and computes which scheme is better, by how much
-// and with which confidence.
+// compare prints schemes x parts x seeds in simulated time, or reads runs on record, and computes which
+// scheme is better, by how much and with which confidence.
 #pragma once
 
 #include <atomic>
@@ -13,6 +13,7 @@ namespace firn {
 class OptionSet;
 
 struct CompareOptions {
+  std::vector<std::string> words;      ///< of the command line: a study file, or run folders
   std::string study;                   ///< file
   std::string output;                  ///< study folder; "" = runs/study-<name>
   std::vector<std::string> overrides;  ///< --set KEY=VALUE for every print, after the study's own
@@ -27,7 +28,8 @@ struct CompareOptions {
 /// @returns kOk, kFailed where nothing can be compared, or kInterrupted
 int compare(const CompareOptions& options, const StudyLab& lab, const std::atomic<bool>* stop);
 
-/// compare of the ink-jet lab, stopped by SIGINT and SIGTERM.
+/// Compares the runs of the command line or of the study file, or else prints the study in the lab of its
+/// experiment, stopped by SIGINT and SIGTERM.
 int run_compare(const CompareOptions& options);
 
 /// Declares the arguments.

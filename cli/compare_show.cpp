@@ -59,10 +59,11 @@ std::string study_text(const StudyTable& t, const StudyAnalysis& a,
                        const std::vector<replay::DifferingParameter>& settings) {
   const std::size_t w = widest(t.arms, 6);
   std::string s = fmt::format(
-      "{}: {} schemes, {} parts, {} seeds; means over all parts with 95 % intervals, smaller is better{}\n",
-      t.name, t.arms.size(), t.parts.size(), t.seeds.size(),
-      stopped(a) ? ";\nwhere prints stopped, of the survivors: the seeds without a stop" : "");
-  s += fmt::format("{:<{}} {:>5} {:>8}", "scheme", w, "seeds", "stopped");
+      "{}: {} schemes, {} parts, {} {}s; means over all parts with 95 % intervals, smaller is better{}\n",
+      t.name, t.arms.size(), t.parts.size(), t.seeds.size(), t.trial,
+      stopped(a) ? ";\nwhere prints stopped, of the survivors: the " + t.trial + "s without a stop"
+                 : std::string());
+  s += fmt::format("{:<{}} {:>5} {:>8}", "scheme", w, t.trial + "s", "stopped");
   for (const auto& m : t.metrics) s += fmt::format("   {:<25}", m.name);
   s += "\n";
   for (std::size_t arm = 0; arm < t.arms.size(); ++arm) {
@@ -91,10 +92,10 @@ std::string study_text(const StudyTable& t, const StudyAnalysis& a,
         interval(c.values.difference, c.values.interval, t.metrics[0].decimals),
         c.values.pairs > 0 ? fmt::format("{:.2f}", c.values.effect) : "-", replay::p_text(c.holm_p),
         c.holm_p > replay::kAlpha ? "not distinguishable"
-        : c.at_smallest_p()       ? fmt::format("(the smallest p that {} seeds can give)", c.tested)
+        : c.at_smallest_p()       ? fmt::format("(the smallest p that {} {}s can give)", c.tested, t.trial)
                                   : "",
-        c.by_rank() ? fmt::format(" (prints stopped {} : {}; difference of {} complete of {} seeds)",
-                                  c.stopped_a, c.stopped_b, c.values.pairs, c.tested)
+        c.by_rank() ? fmt::format(" (prints stopped {} : {}; difference of {} complete of {} {}s)",
+                                  c.stopped_a, c.stopped_b, c.values.pairs, c.tested, t.trial)
                     : "");
   }
   s += replay::profile_text(t, replay::profile_rows(t)) + "\n";

@@ -16,7 +16,7 @@
 namespace firn {
 namespace {
 
-constexpr std::size_t kMaxName = 60, kMaxOverrides = 200;
+constexpr std::size_t kMaxName = 60, kMaxOverrides = 200, kMostRuns = 1000;
 
 struct Vary {
   std::string key;
@@ -53,6 +53,7 @@ class StudyReader {
         unknown(k, line,
                 {"name", "experiment", "set", "seeds", "metrics", "baseline", "scheme", "part", "vary"});
     }
+    if (std::ranges::any_of(schemes_, [](const StudyEntry& s) { return !s.runs.empty(); })) recorded(table);
     if (study_.seeds.empty()) fail(0, "seeds", "is missing: a count, as in seeds = 100, or a list");
     if (study_.parts.empty()) study_.parts.push_back({"part", {}, 0});
     combine();
@@ -61,6 +62,27 @@ class StudyReader {
   }
 
  private:
+  // Schemes that are runs on record: the n-th runs of all stand where seeds do.
+  void recorded(const toml::table& table) {
+    for (const auto& [key, node] : table) {
+      const std::string k(key.str());
+      if (k != "name" && k != "metrics" && k != "baseline" && k != "scheme")
+        fail(int(key.source().begin.line), k,
+             "has no meaning for schemes with runs, which are printed already");
+    }
+    const std::size_t count = schemes_.front().runs.size();
+    for (const StudyEntry& s : schemes_) {
+      if (s.runs.empty()) fail(s.line, "scheme", s.name + " has no runs, another scheme has");
+      if (!s.overrides.empty())
+        fail(s.line, "scheme.set", "has no meaning for runs, which are printed already");
+      if (s.runs.size() != count)
+        fail(s.line, "scheme.runs",
+             s.name + " has " + std::to_string(s.runs.size()) + ", " + schemes_.front().name + " has " +
+                 std::to_string(count) + ": the n-th runs of all schemes are compared with each other");
+    }
+    for (std::size_t n = 1; n <= count; ++n) study_.seeds.push_back(n);
+  }
+
   void baseline(const toml::node& node, int line) {
     study_.baseline = text_of(node, "baseline", line);
     baseline_line_ = line;
@@ -105,6 +127,15 @@ class StudyReader {
       fail(line, key, "must be a list of at most 200 texts \"KEY=VALUE\"");
     std::vector<std::string> out;
     for (const toml::node& entry : *list) out.push_back(text_of(entry, key, line));
+    return out;
+  }
+
+  std::vector<std::string> runs_of(const toml::node& node, int line) const {
+    const toml::array* list = node.as_array();
+    if (!list || list->empty() || list->size() > kMostRuns)
+      fail(line, "scheme.runs", "must be a list of 1 to " + std::to_string(kMostRuns) + " run folders");
+    std::vector<std::string> out;
+    for (const toml::node& entry : *list) out.push_back(text_of(entry, "scheme.runs", line));
     return out;
   }
 
@@ -153,8 +184,10 @@ class StudyReader {
           e.name = name_of(value, kind + ".name", at);
         else if (k == "set")
           e.overrides = overrides_of(value, kind + ".set", at);
+        else if (k == "runs" && kind == "scheme")
+          e.runs = runs_of(value, at);
         else
-          unknown(kind + "." + k, at, {"name", "set"});
+          unknown(kind + "." + k, at, {"name", "set", "runs"});
       }
       if (e.name.empty()) fail(e.line, kind, "has no name");
       out.push_back(std::move(e));
@@ -260,9 +293,14 @@ Study load_study(const std::filesystem::path& path) {
   return s;
 }
 
+std::filesystem::path study_experiment_file(const Study& study, const std::filesystem::path& folder) {
+  const auto file = (folder / study.experiment).lexically_normal();
+  return std::filesystem::is_directory(file) ? file / "experiment.toml" : file;
+}
+
 std::vector<Experiment> study_experiments(const Study& study, const std::filesystem::path& folder) {
   std::vector<std::pair<std::string, std::string>> texts;
-  if (!study.experiment.empty()) texts = read_with_includes((folder / study.experiment).lexically_normal());
+  if (!study.experiment.empty()) texts = read_with_includes(study_experiment_file(study, folder));
   std::vector<Experiment> out;
   for (const StudyEntry& arm : study.arms)
     for (const StudyEntry& part : study.parts) {

@@ -17,30 +17,38 @@ struct StudyEntry {
   std::string name;
   std::vector<std::string> overrides;  ///< "control.scheme=mpc", as of --set
   int line = 0;                        ///< in the study file; 0 = not written there
+  std::vector<std::string> runs = {};  ///< on record, relative to the study file; else it is printed
 };
 
 /// Design of a comparison: an arm is a scheme under one combination of the varied keys. Every arm prints
 /// every part, once per seed.
 struct Study {
   std::string name;                    ///< of the study folder
-  std::string experiment;              ///< path as written, relative to the study file; "" = the defaults
+  std::string experiment;              ///< file or run folder, relative to the study file; "" = the defaults
   std::vector<std::string> overrides;  ///< for every print
   std::vector<StudyEntry> arms;        ///< schemes x vary, in order
   std::vector<StudyEntry> parts;       ///< one unnamed part if the file lists none
   std::vector<std::uint64_t> seeds;
   std::vector<std::string> metrics;  ///< the first is the primary one; "" = the lab's own
   std::string baseline;              ///< an arm's name, or ""
+
+  /// Returns true if the schemes are runs on record: all of them are then, with as many runs each.
+  bool recorded() const { return !arms.empty() && !arms.front().runs.empty(); }
 };
 
 inline constexpr std::size_t kMostArms = 64, kMostParts = 64, kMostSeeds = 100'000, kMostPrints = 1'000'000;
 
 /// Keys: name, experiment, set, seeds (a count n = 1..n, or a list), metrics, baseline; [[scheme]] and
-/// [[part]] with name and set; [vary] with "key" = [values]. @throws ConfigError naming file, line, key and
+/// [[part]] with name and set; [vary] with "key" = [values]. Or [[scheme]] with name and runs, name, metrics,
+/// baseline and nothing else. @throws ConfigError naming file, line, key and
 /// limit.
 Study parse_study(std::string_view toml_text, const std::string& file_name);
 
 /// parse_study of the file at `path`. @throws ConfigError, also if it cannot be read
 Study load_study(const std::filesystem::path& path);
+
+/// Returns the file of the study's experiment; that of a run folder is experiment.toml.
+std::filesystem::path study_experiment_file(const Study& study, const std::filesystem::path& folder);
 
 /// Returns the experiments of every arm on every part (arm-major), with unchanged seeds. `folder` = of the
 /// study file.

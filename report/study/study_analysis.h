@@ -42,6 +42,8 @@ struct StudyTable {
   std::string baseline;              ///< an arm, or ""
   std::vector<StudyRun> runs;        ///< [(arm * parts + part) * seeds + seed]
   StudyProfileNames profile = {};
+  std::string trial = "seed";           ///< that all arms share: "seed", or "block" of recorded runs
+  std::vector<std::string> notes = {};  ///< limits of the data
   const StudyRun& run(std::size_t arm, std::size_t part, std::size_t seed) const {
     return runs[(arm * parts.size() + part) * seeds.size() + seed];
   }

@@ -21,7 +21,9 @@ std::string with_interval(double by, double low, double high, const StudyMetric&
          (std::isfinite(low) ? " [" + fixed(low, m.decimals) + ", " + fixed(high, m.decimals) + "]" : "");
 }
 
-std::string seeds_text(std::size_t n) { return std::to_string(n) + (n == 1 ? " seed" : " seeds"); }
+std::string trials_text(const StudyTable& t, std::size_t n) {
+  return std::to_string(n) + " " + t.trial + (n == 1 ? "" : "s");
+}
 
 // "3 of 16 prints stopped"
 std::string stops_text(const StudyTable& t, const StudyAnalysis& a, std::size_t arm) {
@@ -42,8 +44,8 @@ std::string lead_text(const StudyTable& t, const StudyAnalysis& a, std::size_t b
   return s;
 }
 
-std::string both_text(const ArmComparison& c) {
-  return "over the " + seeds_text(c.values.pairs) + " that both completed ";
+std::string both_text(const StudyTable& t, const ArmComparison& c) {
+  return "over the " + trials_text(t, c.values.pairs) + " that both completed ";
 }
 
 std::string smallest_text(const ArmComparison& c) {
@@ -57,7 +59,7 @@ std::string below_text(const StudyTable& t, const StudyAnalysis& a, std::size_t 
   const ArmComparison& c = a.primary(better, other);
   if (!c.by_rank()) return lead_text(t, a, better, other) + " below " + t.arms[other] + which;
   std::string s = t.arms[other] + which + ": " + stops_text(t, a, other);
-  if (c.values.pairs > 0) s += "; " + both_text(c) + lead_text(t, a, better, other) + " below it";
+  if (c.values.pairs > 0) s += "; " + both_text(t, c) + lead_text(t, a, better, other) + " below it";
   return s;
 }
 
@@ -70,7 +72,7 @@ std::string better_text(const StudyTable& t, const StudyAnalysis& a, std::size_t
                     p = "Holm p " + p_text(c.holm_p) + smallest_text(c) + ")";
   if (!c.by_rank()) return s + " by " + lead_text(t, a, better, other) + " (" + p;
   return s + " (" + stops_text(t, a, other) + "; " +
-         (c.values.pairs > 0 ? both_text(c) + "by " + lead_text(t, a, better, other) + "; " : "") + p;
+         (c.values.pairs > 0 ? both_text(t, c) + "by " + lead_text(t, a, better, other) + "; " : "") + p;
 }
 
 std::string joined(const std::vector<std::string>& names) {
@@ -84,10 +86,10 @@ bool told_apart(const StudyAnalysis& a, std::size_t x, std::size_t y) {
   return a.primary(x, y).holm_p <= kAlpha;
 }
 
-std::string sure_text(const ArmComparison& c, std::size_t family) {
+std::string sure_text(const StudyTable& t, const ArmComparison& c, std::size_t family) {
   return "Holm p " + p_text(c.holm_p) +
          (family > 1 ? " among " + std::to_string(family) + " pairs of schemes" : "") + ", " +
-         seeds_text(c.tested) + (c.by_rank() ? ", a stopped print ranked last" : "") + smallest_text(c);
+         trials_text(t, c.tested) + (c.by_rank() ? ", a stopped print ranked last" : "") + smallest_text(c);
 }
 
 // Part by part, a pair may go either way where the mean over all parts shows nothing.
@@ -117,14 +119,15 @@ std::string p_text(double p) {
 }
 
 std::string study_answer(const StudyTable& t, const StudyAnalysis& a) {
-  if (a.ranking.empty()) return "No scheme finished every part of any seed: nothing can be compared.";
+  if (a.ranking.empty())
+    return "No scheme finished every part of any " + t.trial + ": nothing can be compared.";
   const std::size_t best = a.ranking.front();
   const StudyMetric& m = t.metrics[0];
   const ArmSummary& summary = a.summaries[best];
   const std::string mean =
       summary.seeds == 0 ? "nowhere complete" : fixed(summary.mean, m.decimals) + " " + m.unit;
   const std::string of_best = m.name + " " + mean +
-                              (a.failed[best] > 0 ? " over its " + seeds_text(summary.seeds) +
+                              (a.failed[best] > 0 ? " over its " + trials_text(t, summary.seeds) +
                                                         " without a stop (" + stops_text(t, a, best) + ")"
                                                   : "");
   if (a.ranking.size() == 1)
@@ -139,7 +142,7 @@ std::string study_answer(const StudyTable& t, const StudyAnalysis& a) {
     const std::size_t next = a.ranking[1];
     s = t.arms[best] + " is better: " + of_best + ", " +
         below_text(t, a, best, next, a.ranking.size() > 2 ? ", the next best" : "") + " (" +
-        sure_text(a.primary(best, next), family) + ")";
+        sure_text(t, a.primary(best, next), family) + ")";
   } else {
     std::vector<std::string> names{t.arms[best]};
     for (const std::size_t arm : equals) names.push_back(t.arms[arm]);
@@ -148,14 +151,15 @@ std::string study_answer(const StudyTable& t, const StudyAnalysis& a) {
     s = joined(names) + " are not distinguishable in " + m.name + ": ";
     if (equals.size() == 1 && !c.by_rank() && c.values.difference == 0.0 && c.values.interval.low == 0.0 &&
         c.values.interval.high == 0.0)
-      s += mean + ", equal for all " + seeds_text(c.values.pairs);
+      s += mean + ", equal for all " + trials_text(t, c.values.pairs);
     else
       s += of_best.substr(m.name.size() + 1) + " with " + t.arms[best] + ", " +
-           (c.values.pairs == 0 ? "no seed that " + t.arms[farthest] + " completed too"
-                                : (equals.size() > 1 ? "at most " : "") + (c.by_rank() ? both_text(c) : "") +
-                                      lead_text(t, a, best, farthest) + " more with " + t.arms[farthest]) +
-           (a.failed[farthest] > 0 ? ": " + stops_text(t, a, farthest) : "") + " (" + sure_text(c, family) +
-           ")";
+           (c.values.pairs == 0
+                ? "no " + t.trial + " that " + t.arms[farthest] + " completed too"
+                : (equals.size() > 1 ? "at most " : "") + (c.by_rank() ? both_text(t, c) : "") +
+                      lead_text(t, a, best, farthest) + " more with " + t.arms[farthest]) +
+           (a.failed[farthest] > 0 ? ": " + stops_text(t, a, farthest) : "") + " (" +
+           sure_text(t, c, family) + ")";
     if (!behind.empty()) s += "; " + better_text(t, a, best, behind.front(), "");
   }
   const auto base = std::find(t.arms.begin(), t.arms.end(), t.baseline);
@@ -168,20 +172,21 @@ std::string study_answer(const StudyTable& t, const StudyAnalysis& a) {
 }
 
 std::vector<std::string> study_notes(const StudyTable& t, const StudyAnalysis& a) {
-  std::vector<std::string> notes;
+  std::vector<std::string> notes = t.notes;
   const std::size_t planned = t.parts.size() * t.seeds.size();
   for (std::size_t arm = 0; arm < t.arms.size(); ++arm)
     if (a.failed[arm] > 0)
-      notes.push_back(
-          std::to_string(a.failed[arm]) + " of " + std::to_string(planned) + " prints of " + t.arms[arm] +
-          " stopped before their end: its tests rank them behind every complete print; its "
-          "means, intervals and differences are those of the survivors, the seeds without a stop");
+      notes.push_back(std::to_string(a.failed[arm]) + " of " + std::to_string(planned) + " prints of " +
+                      t.arms[arm] +
+                      " stopped before their end: its tests rank them behind every complete print; its "
+                      "means, intervals and differences are those of the survivors, the " +
+                      t.trial + "s without a stop");
   for (std::size_t n = 1; n < a.ranking.size(); ++n)
     note_disagreement(t, a, a.ranking[0], a.ranking[n], notes);
   const std::size_t family = t.arms.size() * (t.arms.size() - 1) / 2;
   const double smallest = double(family) * statistics::smallest_p(t.seeds.size());
   if (t.arms.size() > 1 && smallest > kAlpha)
-    notes.push_back(seeds_text(t.seeds.size()) + " cannot tell " + std::to_string(family) +
+    notes.push_back(trials_text(t, t.seeds.size()) + " cannot tell " + std::to_string(family) +
                     (family == 1 ? " pair" : " pairs") +
                     " apart at 5 %: even the clearest result would have Holm p " +
                     p_text(std::min(1.0, smallest)));

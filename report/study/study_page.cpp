@@ -40,7 +40,7 @@ std::string part_name(const StudyTable& t, int part) {
 }
 
 std::string arms_table(const StudyTable& t, const StudyAnalysis& a, int part) {
-  std::vector<std::string> head{"scheme", "seeds"};
+  std::vector<std::string> head{"scheme", t.trial + "s"};
   for (const StudyMetric& m : t.metrics) head.push_back(metric_head(m));
   std::string body;
   for (std::size_t arm = 0; arm < t.arms.size(); ++arm) {
@@ -86,8 +86,8 @@ std::string pairs_table(const StudyTable& t, const std::vector<const ArmComparis
                  : number(c->holm_p, 3),
              c->holm_p > kAlpha ? "not distinguishable" : escape_html(t.arms[c->better()]) + " is better"});
   }
-  return table_of({"pair", "seeds", "first", "second", "difference [95 % interval]", "effect d<sub>z</sub>",
-                   "first smaller", "p", "Holm p", ""},
+  return table_of({"pair", t.trial + "s", "first", "second", "difference [95 % interval]",
+                   "effect d<sub>z</sub>", "first smaller", "p", "Holm p", ""},
                   body);
 }
 
@@ -113,10 +113,12 @@ std::string plots(const StudyTable& t, const StudyAnalysis& a) {
       return !named(c->a) && !named(c->b);
     });
   if (drawn.empty()) return s;
-  return s +
-         "<h2>Differences, pair by pair</h2>\n<p class=\"soft\">Both prints of a pair met the same nature: "
-         "the same seed, and the n-th "
-         "droplet of a layer on a cell has one fate whatever scheme fires it. Blue: told apart at 5 % after "
+  return s + "<h2>Differences, pair by pair</h2>\n<p class=\"soft\">" +
+         (t.trial == "seed"
+              ? std::string("Both prints of a pair met the same nature: the same seed, and the n-th "
+                            "droplet of a layer on a cell has one fate whatever scheme fires it.")
+              : "A pair is the n-th " + t.trial + " of two schemes, in the order given.") +
+         " Blue: told apart at 5 % after "
          "Holm's adjustment; grey: not "
          "distinguishable.</p>\n<figure class=\"forest\">" +
          forest_plot(t, drawn) + "</figure>\n";
@@ -129,8 +131,9 @@ std::string trade_off(const StudyTable& t, const StudyAnalysis& a) {
     const std::string plot = trade_off_plot(t, a, m, 0);
     return plot.empty() ? plot
                         : "<h2>Accuracy against time</h2>\n<p class=\"soft\">A mark for each scheme: means "
-                          "over parts and seeds, with 95 % intervals.</p>\n<figure class=\"forest\">" +
-                              plot + "</figure>\n";
+                          "over parts and " +
+                              t.trial + "s, with 95 % intervals.</p>\n<figure class=\"forest\">" + plot +
+                              "</figure>\n";
   }
   return "";
 }
@@ -181,7 +184,7 @@ std::string failures(const StudyTable& t) {
   if (all == 0) return "<p class=\"soft\">All prints ran to their end.</p>\n";
   return "<h2>Prints that did not finish: " + std::to_string(all) + "</h2>\n" +
          (all > 50 ? "<p class=\"soft\">The first 50; runs.csv has all.</p>\n" : "") +
-         table_of({"scheme", "part", "seed", "outcome", "reason"}, body, "text");
+         table_of({"scheme", "part", t.trial, "outcome", "reason"}, body, "text");
 }
 
 std::string csv_text(std::string text) {
@@ -205,11 +208,11 @@ std::string study_page(const StudyPage& page) {
        escape_html(t.name) + "</h1>\n";
   s += "<p><b>" + escape_html(a.answer) + "</b></p>\n";
   for (const std::string& n : a.notes) s += "<p class=\"bad\">" + escape_html(n) + ".</p>\n";
-  s +=
-      "<p class=\"soft\">" + std::to_string(t.arms.size()) + " schemes, " + std::to_string(t.parts.size()) +
-      " parts, " + std::to_string(t.seeds.size()) +
-      " seeds. Primary metric: " + escape_html(t.metrics[0].meaning) +
-      "; smaller is better. Means over parts and seeds with 95 % intervals (BCa bootstrap over seeds).</p>\n";
+  s += "<p class=\"soft\">" + std::to_string(t.arms.size()) + " schemes, " + std::to_string(t.parts.size()) +
+       " parts, " + std::to_string(t.seeds.size()) + " " + t.trial +
+       "s. Primary metric: " + escape_html(t.metrics[0].meaning) +
+       "; smaller is better. Means over parts and " + t.trial + "s with 95 % intervals (BCa bootstrap over " +
+       t.trial + "s).</p>\n";
   s += arms_table(t, a, kAllParts) + profile_section(t, profile_rows(t)) + trade_off(t, a) + plots(t, a);
   if (const auto pairs = family(a, 0, kAllParts); !pairs.empty()) s += pairs_table(t, pairs);
   s += secondary(t, a) + settings("Settings that differ between the schemes", t.arms, page.arm_settings) +
@@ -220,7 +223,7 @@ std::string study_page(const StudyPage& page) {
 }
 
 std::string study_csv(const StudyTable& t) {
-  std::string s = "scheme,part,seed,finished,outcome";
+  std::string s = "scheme,part," + t.trial + ",finished,outcome";
   for (const StudyMetric& m : t.metrics) s += "," + m.name;
   s += ",reason\n";
   for (std::size_t arm = 0; arm < t.arms.size(); ++arm)

@@ -210,7 +210,7 @@ const StudyLab& aerosol_study_lab() {
 
 const StudyLab& study_lab_of(const Study& study, const std::filesystem::path& folder) {
   if (study.experiment.empty()) return inkjet_study_lab();
-  const Experiment e = load_experiment(folder / study.experiment);
+  const Experiment e = load_experiment(study_experiment_file(study, folder));
   if (prints_lines(e)) return aerosol_study_lab();
   return prints_paths(e) ? ice_study_lab() : inkjet_study_lab();
 }

@@ -8,8 +8,10 @@
 
 #include "config/error.h"
 #include "config/fields.h"
+#include "config/include.h"
 #include "files/digest.h"
 #include "files/nearest.h"
+#include "print/folder/run_folder.h"
 #include "print/inputs/ice_inputs.h"
 #include "print/labs/print_labs.h"
 #include "report/run/differing_parameters.h"
@@ -38,6 +40,17 @@ std::size_t metric_index(const StudyLab& lab, const std::string& name, const std
       "metrics: '" + name + "' is not one of " + known + (near.empty() ? "" : "; the nearest is " + near));
 }
 
+// The part of a run on record, whose target may come from others; nothing of it may be changed then.
+void take_part(const Experiment& recorded, const Blobs& of_run, const Experiment& e, Blobs& inputs,
+               const std::string& study_file) {
+  for (const replay::DifferingParameter& changed : differing_parameters({recorded, e}))
+    if (changed.key.starts_with("part.") || changed.key.starts_with("grid."))
+      throw ConfigError(study_file, 0, changed.key,
+                        changed.key + ": the part is that of the recorded run, as it was measured");
+  for (Blob& input : inputs)
+    if (input.role == "target" || input.role == "mask") input = blob(of_run, input.role);
+}
+
 }  // namespace
 
 StudyPlan plan_study(Study study, const std::filesystem::path& folder, const StudyLab& lab,
@@ -48,11 +61,14 @@ StudyPlan plan_study(Study study, const std::filesystem::path& folder, const Stu
   for (const std::string& name : study.metrics.empty() ? lab.usual : study.metrics)
     plan.metrics.push_back(metric_index(lab, name, file));
   // An image's path is relative to the experiment file.
-  const std::filesystem::path beside = (folder / study.experiment).parent_path();
+  const std::filesystem::path beside = study_experiment_file(study, folder).parent_path();
+  const bool of_run = !study.experiment.empty() && std::filesystem::is_directory(folder / study.experiment);
+  const Blobs recorded = of_run ? RunFolder::open(beside).inputs() : Blobs();
   std::map<std::string, std::shared_ptr<const Blobs>> known;
   for (Experiment& e : plan.experiments) {
     lab.check(e);
     Blobs inputs = make_inputs(e, beside);
+    if (of_run) take_part(load_experiment(beside / "experiment.toml"), recorded, e, inputs, file);
     complete_experiment(e, inputs);
     std::string key;
     for (const Blob& b : inputs) key += b.role + b.sha256;

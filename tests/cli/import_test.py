@@ -146,6 +146,74 @@ class Import(unittest.TestCase):
         for command in ("replay", "audit"):
             self.assertIn("imported, not replayable", firn(command, run, code=2).stderr)
 
+    def test_imported_runs_are_compared_by_their_last_maps(self):
+        runs = {"old": [], "new": []}
+        errors_um = {name: [] for name in runs}
+        for seed in range(6):
+            for name, noise_mm in (("old", 2e-3), ("new", 2e-4)):
+                heights, drops = printed(3, 9, 8, noise_mm, seed, dense=True)
+                run, _ = self.imported(self.write_table(heights, drops, 0, seed), "--name", name, "--target-mm", 0.02)
+                runs[name].append(run)
+                errors_um[name].append(1e3 * np.sqrt(np.mean((heights[-1] - 0.02) ** 2)))
+        words = [*runs["old"], *runs["new"], "-o", self.folder / "study", "--json"]
+        told = json.loads(firn("compare", *words).stdout)
+        for scheme in told["schemes"]:
+            rms, = (m for m in scheme["metrics"] if m["metric"] == "rms_um" and not m["part"])
+            self.assertAlmostEqual(rms["mean"], np.mean(errors_um[scheme["name"]]), places=3)
+            self.assertLess(rms["low"], rms["mean"])
+        self.assertRegex(told["answer"], r"^new is better: rms_um [0-9.]+ um, .* below old \(Holm p = 0\.031, 6 blocks")
+        self.assertIn("Imported runs", " ".join(told["notes"]))
+        page = (self.folder / "study/report.html").read_text()
+        self.assertIn("the n-th block of two schemes", page)
+        for run in runs["new"]:
+            self.assertIn(run.name, page)
+        (self.folder / "study.toml").write_text('metrics = ["std_um"]\n' + "".join(
+            f'[[scheme]]\nname = "{name}"\nruns = {json.dumps([str(r.relative_to(self.folder)) for r in of])}\n' for name, of in runs.items()))
+        named = json.loads(firn("compare", self.folder / "study.toml", "-o", self.folder / "study", "--json").stdout)
+        self.assertEqual(named["primary"], "std_um")
+        self.assertEqual([s["name"] for s in named["schemes"]], ["old", "new"])
+        self.assertIn("new has 5 runs and old 6", firn("compare", *runs["old"], *runs["new"][1:], code=2).stderr)
+
+    def test_what_cannot_be_compared_is_named(self):
+        heights, drops = printed(3, 9, 8, 2e-4, 1, dense=True)
+        run, _ = self.imported(self.write_table(heights, drops, 0, 1))
+        other, _ = self.imported(self.write_table(heights, drops, 0, 1), "--name", "other")
+
+        def refused(text, part):
+            (self.folder / "s.toml").write_text(text)
+            self.assertIn(part, firn("compare", self.folder / "s.toml", "-o", self.folder / "study", code=2).stderr)
+
+        runs = f"runs = {json.dumps([str(run)])}\n"
+        one = f'[[scheme]]\nname = "a"\n{runs}'
+        refused(one + '[[scheme]]\nname = "b"\n', "b has no runs")
+        refused(one + f'[[scheme]]\nname = "b"\nruns = {json.dumps([str(other), str(run)])}\n', "b has 2, a has 1")
+        refused(one + 'set = ["control.scheme=mpc"]\n', "no meaning for runs")
+        refused("seeds = 3\n" + one, "seeds: has no meaning for schemes with runs")
+        refused('metrics = ["overspill_pct"]\n' + one, "'overspill_pct' is not measured")
+        refused(one.replace(run.name, "nowhere"), "nowhere")
+        refused('[[scheme]]\nname = "a"\nruns = []\n', "1 to 1000 run folders")
+        refused(one + f'[[scheme]]\nname = "b"\n{runs}', "is given twice")
+        self.assertIn("--seeds", firn("compare", run, other, "--seeds", 3, code=2).stderr)
+        said = json.loads(firn("compare", run, other, "-o", self.folder / "study", "--json").stdout)
+        self.assertIn("not distinguishable", said["answer"])
+        third, _ = self.imported(self.write_table(heights, drops, 0, 1), "--name", "third", "--target-mm", 0.5)
+        said = json.loads(firn("compare", run, third, "-o", self.folder / "study", "--json").stdout)
+        self.assertIn("2 different targets", " ".join(said["notes"]))
+
+    def test_schemes_print_the_part_of_an_imported_run(self):
+        heights, drops = printed(6, 12, 10, 1e-4, 4, dense=True)
+        for k in range(1, 7):
+            drops[k][:, 8:] = 0  # the part is what was commanded: 8 columns of 12
+        run, _ = self.imported(self.write_table(heights, drops, 0, 4))
+        (self.folder / "s.toml").write_text(f'experiment = "{run}"\nseeds = 2\n[[scheme]]\nname = "loop"\nset = ["control.scheme=mpc"]\n'
+                                            '[[scheme]]\nname = "blind"\nset = ["control.scheme=open_loop"]\n')
+        told = json.loads(firn("compare", self.folder / "s.toml", "-o", self.folder / "study", "--json").stdout)
+        droplets = {s["name"]: m["mean"] for s in told["schemes"] for m in s["metrics"] if m["metric"] == "droplets" and not m["part"]}
+        layers = {s["name"]: m["mean"] for s in told["schemes"] for m in s["metrics"] if m["metric"] == "layers" and not m["part"]}
+        self.assertEqual(droplets["blind"], 80 * layers["blind"])
+        self.assertIn("part.height_mm", firn("compare", self.folder / "s.toml", "-o", self.folder / "study", "--set", "part.height_mm=1",
+                                             code=2).stderr)
+
     def test_segments_and_increments_in_other_units_are_summed_to_heights(self):
         run, said = self.imported(self.table("Layer;Segment;Increment [mil];Input\n1;1;1,5;2\n1;2;-;3\n2;1;1,25;1\n2;2;2;0\n"),
                                   "--pitch-mm", 2)

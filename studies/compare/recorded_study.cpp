@@ -1,0 +1,169 @@
+#include "studies/compare/recorded_study.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <set>
+
+#include "files/run_documents.h"
+#include "files/usage_error.h"
+#include "firn/layer_metrics_t.hpp"
+#include "lcmtypes/channels.h"
+#include "print/folder/imported_run.h"
+#include "print/folder/run_folder.h"
+#include "print/folder/running.h"
+#include "replay/run_messages.h"
+#include "report/run/differing_parameters.h"
+#include "studies/compare/study_lab.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kUmPerMm = 1e3;
+
+const std::vector<replay::StudyMetric>& measured_metrics() {
+  static const std::vector<replay::StudyMetric> table = {
+      {"rms_um", "um", "RMS of the last measured map about the target", 3},
+      {"std_um", "um", "roughness: standard deviation of the measured error about its mean", 3},
+      {"abs_mean_um", "um", "size of the mean error of the last measured map", 3},
+      {"max_um", "um", "largest absolute measured error of a cell", 2},
+      {"layers", "", "layers printed", 1},
+      {"droplets", "", "droplets fired", 0},
+  };
+  return table;
+}
+
+std::vector<double> metrics_of_layer(const layer_metrics_t& m) {
+  return {m.rms_mm * kUmPerMm,
+          m.std_mm * kUmPerMm,
+          std::abs(m.mean_error_mm) * kUmPerMm,
+          std::max(std::abs(m.min_error_mm), std::abs(m.max_error_mm)) * kUmPerMm,
+          double(m.layer),
+          double(m.drops_total)};
+}
+
+std::string run_name(const fs::path& run) { return fs::weakly_canonical(run).filename().string(); }
+
+ProvenanceDocument provenance_of(const fs::path& run) {
+  const fs::path file = run / "provenance.json";
+  return parse_provenance(read_file(file), file.string());
+}
+
+struct ReadRun {
+  replay::StudyRun run;
+  std::string target;  // digest
+  std::string grid;
+};
+
+ReadRun read_recorded(const fs::path& path) {
+  refuse_running(path);
+  const RunFolder folder = RunFolder::open(path);
+  ReadRun read;
+  for (const auto& [role, sha256] : provenance_of(path).inputs)
+    if (role == "target" || role == "mask") read.target += sha256;
+  const auto result = folder.result();
+  read.run.finished = result && !can_go_on(*result);
+  read.run.outcome = result ? result->outcome : "not ended";
+  read.run.reason = run_name(path) + (result && !result->reason.empty() ? ": " + result->reason : "");
+  std::optional<layer_metrics_t> last;
+  try {
+    const replay::RunMessages messages(path);
+    messages.each<layer_metrics_t>(channels::kLayerMetrics.name, [&](const layer_metrics_t& m) { last = m; });
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(path.string() + ": " + error.what());
+  }
+  if (!last && read.run.finished)
+    throw UsageError(path.string() + ": no layer was printed and measured: nothing can be compared");
+  read.run.metrics =
+      last ? metrics_of_layer(*last)
+           : std::vector<double>(measured_metrics().size(), std::numeric_limits<double>::quiet_NaN());
+  return read;
+}
+
+std::vector<std::size_t> wanted_metrics(const Study& study) {
+  const auto& all = measured_metrics();
+  std::vector<std::size_t> wanted;
+  for (std::size_t m = 0; m < all.size() && study.metrics.empty(); ++m) wanted.push_back(m);
+  for (const std::string& name : study.metrics) {
+    const auto at = std::ranges::find(all, name, &replay::StudyMetric::name);
+    if (at == all.end()) {
+      std::string known;
+      for (const auto& m : all) known += (known.empty() ? "" : ", ") + m.name;
+      throw UsageError("metrics: '" + name + "' is not measured in recorded runs; they have " + known);
+    }
+    wanted.push_back(std::size_t(at - all.begin()));
+  }
+  return wanted;
+}
+
+}  // namespace
+
+Study study_of_runs(const std::vector<std::string>& runs) {
+  Study study;
+  study.name = "runs";
+  for (const std::string& run : runs) {
+    RunFolder::open(run);  // names what is no run
+    const ProvenanceDocument p = provenance_of(run);
+    const std::string name = p.text(is_imported(run) ? "name" : "scheme");
+    auto arm = std::ranges::find(study.arms, name, &StudyEntry::name);
+    if (arm == study.arms.end()) arm = study.arms.insert(arm, {name, {}, 0, {}});
+    arm->runs.push_back(fs::absolute(run).string());
+  }
+  for (const StudyEntry& arm : study.arms)
+    if (arm.runs.size() != study.arms.front().runs.size())
+      throw UsageError(
+          arm.name + " has " + std::to_string(arm.runs.size()) + " runs and " + study.arms.front().name +
+          " " + std::to_string(study.arms.front().runs.size()) +
+          ": the n-th runs of all schemes are compared with each other, so that each needs as many");
+  for (std::size_t n = 1; n <= study.arms.front().runs.size(); ++n) study.seeds.push_back(n);
+  study.parts.push_back({"part", {}, 0, {}});
+  return study;
+}
+
+RecordedStudy recorded_study(const Study& study, const fs::path& folder) {
+  RecordedStudy out;
+  replay::StudyTable& t = out.table;
+  t.name = study.name;
+  t.trial = "block";
+  t.parts = {"part"};
+  t.seeds = study.seeds;
+  t.baseline = study.baseline;
+  const std::vector<std::size_t> wanted = wanted_metrics(study);
+  for (const std::size_t m : wanted) t.metrics.push_back(measured_metrics()[m]);
+  std::set<fs::path> seen;
+  std::set<std::string> targets;
+  std::vector<Experiment> first;
+  bool imported = false;
+  for (const StudyEntry& arm : study.arms) {
+    t.arms.push_back(arm.name);
+    std::string names;
+    for (const std::string& text : arm.runs) {
+      const fs::path run = folder / text;
+      if (!seen.insert(fs::weakly_canonical(run)).second) throw UsageError(run.string() + " is given twice");
+      ReadRun read = read_recorded(run);
+      targets.insert(read.target);
+      std::vector<double> metrics;
+      for (const std::size_t m : wanted) metrics.push_back(read.run.metrics[m]);
+      read.run.metrics = std::move(metrics);
+      t.runs.push_back(std::move(read.run));
+      names += (names.empty() ? "" : ", ") + run_name(run);
+      imported = imported || is_imported(run);
+    }
+    out.runs.push_back(names);
+    const fs::path run = folder / arm.runs.front();
+    first.push_back(parse_recorded_experiment(RunFolder::open(run).experiment_toml(),
+                                              (run / "experiment.toml").string()));
+  }
+  if (targets.size() > 1)
+    t.notes.push_back("The runs have " + std::to_string(targets.size()) +
+                      " different targets: each error is one about the run's own target");
+  if (imported)
+    t.notes.push_back("Imported runs count with their last measured map, as their makers measured it");
+  out.settings = differing_parameters(std::move(first));
+  return out;
+}
+
+}  // namespace firn

@@ -1,0 +1,30 @@
+// recorded_study() makes the table of a comparison from runs on record, printed and imported ones, by their
+// last measured maps.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "config/study.h"
+#include "report/run/report_page.h"
+#include "report/study/study_analysis.h"
+
+namespace firn {
+
+struct RecordedStudy {
+  replay::StudyTable table;                          ///< the n-th runs of all schemes are a block
+  std::vector<replay::DifferingParameter> settings;  ///< of the first runs of the schemes
+  std::vector<std::string> runs;                     ///< a line for each scheme: its runs by name
+};
+
+/// Returns a study whose schemes are the runs' own: the name of an imported run, else its control.scheme.
+/// @throws UsageError: a folder that is no run, schemes with different numbers of runs
+Study study_of_runs(const std::vector<std::string>& runs);
+
+/// @param study with runs in every scheme; `folder` = of the study file
+/// @throws UsageError naming the run: no run folder, a print that is not finished and leaves no measured
+/// layer to compare, a run given twice; a metric that is none
+RecordedStudy recorded_study(const Study& study, const std::filesystem::path& folder);
+
+}  // namespace firn
