@@ -209,6 +209,10 @@ int main(int argc, char** argv) {
       "seeds = 3\n[[scheme]]\nname = \"a\"\nset = [\"control.scheme=smf\"]\n[vary]\n\"control.mpc.horizon\" "
       "= [1, 2]\n";
   seed("fuzz_study", "small", std::as_bytes(std::span(study)));
+  const std::string recorded =
+      "[[scheme]]\nname = \"a\"\nruns = [\"r/1\", \"r/2\"]\n[[scheme]]\nname = \"b\"\nruns = [\"r/3\", "
+      "\"r/4\"]\n";
+  seed("fuzz_study", "recorded", std::as_bytes(std::span(recorded)));
   const Bytes map = encode(some_height_map(3, 2));
   Bytes datagram{std::byte(0), std::byte(std::min<std::size_t>(map.size(), 255))};
   datagram.insert(datagram.end(), map.begin(), map.end());

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstring>
 
+#include "core/grid/npy.h"
 #include "files/mesh/mesh_message.h"
 #include "files/record/event_format.h"
 #include "files/record/record_file.h"
@@ -164,6 +165,13 @@ void seed_foreign(const Seed& seed) {
       "fuzz_layer_record", "segments",
       behind(3, as_span(std::string_view("# made by a robot\nLayer;Segment;Increment [mil];Input\n1;1;1,5;2\n"
                                          "1;2;-;3\n2;1;1,25;NA\n"))));
+  seed("fuzz_layer_record", "matrices",
+       behind(4 + 16, as_span(std::string_view("1;2,5;-\n3;nan\n1;0;0\n1;1;2\n"))));
+  Bytes layers = to_npy(HeightMap({3, 2, 1, 1, 0, 0}, 0.25));
+  Bytes second(layers.size(), std::byte{'\n'});  // as long: the halves are the layers
+  second.front() = std::byte{'7'};
+  layers.insert(layers.end(), second.begin(), second.end());
+  seed("fuzz_layer_record", "npy", behind(1 + 4 + 8, layers));
   // As Java's lcm.logging.Log writes: every event has the number 0.
   Bytes log;
   for (int k = 0; k < 4; ++k) {
