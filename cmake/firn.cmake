@@ -22,6 +22,36 @@ if(FIRN_PCH)
   firn_precompile(firn_pch ${CMAKE_SOURCE_DIR}/cmake/standard_headers.h)
 endif()
 
+# firn_shared(TARGET): this shared library is linked with rooms, whose objects must not depend on their place then. A call within a
+# room stays direct, as in a program. Other rooms are compiled as before.
+function(firn_shared target)
+  if(FIRN_PCH)
+    firn_precompile(firn_shared_pch ${CMAKE_SOURCE_DIR}/cmake/standard_headers.h OPTIONS ${FIRN_SHARED_OPTIONS})
+  endif()
+  set(waiting ${target})
+  set(seen "")
+  while(waiting)
+    list(POP_FRONT waiting room)
+    list(APPEND seen ${room})
+    get_target_property(type ${room} TYPE)
+    if(type STREQUAL "STATIC_LIBRARY")
+      target_compile_options(${room} PRIVATE ${FIRN_SHARED_OPTIONS})
+      get_target_property(precompiled ${room} PRECOMPILE_HEADERS_REUSE_FROM)
+      if(precompiled)
+        set_target_properties(${room} PROPERTIES PRECOMPILE_HEADERS_REUSE_FROM firn_shared_pch)
+      endif()
+    endif()
+    get_target_property(linked ${room} LINK_LIBRARIES)
+    foreach(next ${linked})
+      if(next MATCHES "^firn_" AND TARGET ${next} AND NOT next IN_LIST seen)
+        list(APPEND waiting ${next})
+      endif()
+    endforeach()
+    list(REMOVE_DUPLICATES waiting)
+  endwhile()
+endfunction()
+set(FIRN_SHARED_OPTIONS -fPIC -fno-semantic-interposition)
+
 # FIRN_BATCHES: the sources of a target are compiled several at a time (a unity build), since parsing headers and instantiating
 # templates is most of their time. Off under sanitizers, as above. Two sources that use one name for two things cannot share
 # a batch: the compiler says so, and firn_alone takes one of them out.

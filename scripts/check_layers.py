@@ -47,6 +47,7 @@ ALLOWED = {
     "print": BELOW_PROCS + ("procs", "replay", "report"),
     "studies": BELOW_PROCS + ("procs", "replay", "report", "print"),
     "page": BELOW_PROCS + ("procs", "replay", "report", "print"),
+    "python/module": BELOW_PROCS + ("procs", "print"),
     "cli": BELOW_PROCS + ("procs", "replay", "report", "print", "studies", "page"),
     "tests": None,  # None: anything
 }

@@ -13,6 +13,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import threading
 import unittest
 import warnings
 from pathlib import Path
@@ -26,6 +27,7 @@ sys.dont_write_bytecode = True
 
 import firn  # noqa: E402
 from firn import contract  # noqa: E402
+from firn.program import core  # noqa: E402
 
 GOLDEN = ROOT / "tests" / "replay" / "golden" / "v2-estimator"
 CUBOID, SMALL = ROOT / "experiments" / "cuboid.toml", {"part.height_mm": 0.03}
@@ -91,6 +93,65 @@ class Package(unittest.TestCase):
         self.assertEqual(int(told["drops"].sum()), said["droplets"])
         self.assertFalse(told["drops"][~mask].any())
 
+    def by_program(self, call):
+        """What a call gives without the cores in this process."""
+        os.environ["FIRN_CORE"] = "off"
+        core.cache_clear()
+        try:
+            return call()
+        finally:
+            del os.environ["FIRN_CORE"]
+            core.cache_clear()
+
+    @unittest.skipIf(os.environ.get("FIRN_CORE") == "off", "built with a sanitizer")
+    def test_the_cores_in_this_process_give_what_the_program_gives(self):
+        self.assertIsNotNone(core(), "firn_core is not built")
+        rng = np.random.default_rng(2)
+        for settings in ({}, {"control.mpc.method": "greedy"}, {"control.scheme": "smf"}, {"control.mpc.alpha": 0.5, "model.h1_mm": 0.005}):
+            height, target = 0.03 * rng.random((9, 14)), 0.05 * rng.random((9, 14))
+            mask = rng.random((9, 14)) < 0.8
+            call = lambda: firn.decide(height, target, mask, controller=settings.get("control.scheme", "mpc"), settings=settings)  # noqa: E731
+            here, there = call(), self.by_program(call)
+            np.testing.assert_array_equal(here["drops"], there["drops"])
+            for name in ("decision", "reason", "droplets", "objective_mm", "objective_none_mm", "iterations"):
+                self.assertEqual(here[name], there[name], name)
+        points = np.cumsum(rng.normal(size=(12, 2)), axis=0).round(3) * 2
+        call = lambda: firn.plan(points, machine=ROOT / "labs" / "cobra600.toml", origin_mm=(354, -46), tolerance_mm=0.05)  # noqa: E731
+        here, there = call(), self.by_program(call)
+        self.assertEqual({k: v for k, v in here.items() if k not in ("t_s", "tool_mm", "joints")},
+                         {k: v for k, v in there.items() if k not in ("t_s", "tool_mm", "joints")})
+        np.testing.assert_array_equal(here["tool_mm"], there["tool_mm"])
+        np.testing.assert_allclose(here["t_s"], there["t_s"], atol=1e-8)  # nine digits in the program's table
+        for joint in ("joint_1_rad", "joint_2_rad"):
+            np.testing.assert_array_equal(here["joints"][joint], there["joints"][joint])
+        call = lambda: firn.slice(ROOT / "experiments" / "ice-small.stl", layers=[3, 1], settings={"layer.height_mm": 0.4})  # noqa: E731
+        here, there = call(), self.by_program(call)
+        self.assertEqual(list(here), list(there))
+        for layer, paths in here.items():
+            self.assertEqual(len(paths), len(there[layer]))
+            for a, b in zip(paths, there[layer]):
+                np.testing.assert_allclose(a.pop("points_mm"), b.pop("points_mm"), atol=6e-5)  # four decimals in the program's file
+                for name in ("width_mm", "layer_height_mm", "z_mm"):
+                    self.assertAlmostEqual(a.pop(name), b.pop(name), places=4)
+                self.assertEqual(a, b)
+
+    @unittest.skipIf(os.environ.get("FIRN_CORE") == "off", "built with a sanitizer")
+    def test_other_threads_go_on_while_a_core_computes(self):
+        beats, over = [], threading.Event()
+
+        def beat():
+            while not over.wait(0.001):
+                beats.append(1)
+
+        thread = threading.Thread(target=beat)
+        thread.start()
+        before = len(beats)
+        height = np.random.default_rng(3).random((150, 150)) * 0.02
+        firn.decide(height, np.full((150, 150), 0.1), settings={"control.mpc.horizon": 3})
+        self.assertGreater(len(beats), before)
+        over.set()
+        thread.join()
+
     def test_a_seed_gives_the_same_print_and_another_seed_another_one(self):
         level = f"python:{ROOT}/experiments/python/level.py:Level"
         a, b, c = (firn.simulate(CUBOID, controller=level, seed=s, settings=SMALL) for s in (3, 3, 4))
@@ -127,9 +188,20 @@ class Package(unittest.TestCase):
                 (lambda: firn.Run(self.folder), "not a run folder"),
                 (lambda: firn.simulate(self.folder / "none.toml"), "no such file"),
                 (lambda: firn.compare(CUBOID, {}), "scheme"),
-                (lambda: firn.plan([(0, 0), (5000, 0)], machine=cobra), "points_mm.json"),
+                (lambda: firn.compare(None, {"a": "runs/a"}), "a list of recorded runs"),
+                (lambda: firn.compare(None, {"a": [self.folder]}), "is no run folder"),
+                (lambda: firn.compare(None, {"a": [GOLDEN]}, seeds=3), "printed already"),
+                (lambda: firn.plan([(0, 0), (5000, 0)], machine=cobra), "points_mm"),
                 (lambda: firn.plan([0, 0], machine=cobra), "is not (n, 2)"),
                 (lambda: next(firn.read_log(self.folder / "none.lcm")), "none.lcm"),
+                (lambda: firn.decide(flat[0], flat), "is not (ny, nx)"),
+                (lambda: firn.decide(flat, flat, np.full((4, 5), 2)), "2 is not 0 or 1"),
+                (lambda: firn.decide(flat, flat, np.ones((5, 4))), "mask"),
+                (lambda: firn.plan([(0, 0), (1e6, 0)], machine=cobra), "must lie within"),
+                (lambda: firn.plan([(0, 0), (1, 0)], machine=cobra, method="best"), "certified"),
+                (lambda: firn.plan([(0, 0), (1, 0)], machine=cobra, tolerance_mm=99), "must lie in [0, 10]"),
+                (lambda: firn.plan([(0, 0), (1, 0)], machine=self.folder / "none.toml"), "none.toml"),
+                (lambda: firn.slice(ROOT / "experiments" / "ice-small.stl", layers=[99999]), "99999"),
                 (lambda: firn.slice(self.folder / "none.stl", layers=[1]), "none.stl")):
             with self.assertRaises(firn.FirnError) as caught:
                 call()
@@ -139,6 +211,18 @@ class Package(unittest.TestCase):
         self.assertIn("HEIGHT_MAP", str(caught.exception))
         with self.assertRaises(AttributeError):
             firn.Run(GOLDEN).maps.hight_mm
+
+    def test_recorded_runs_are_compared(self):
+        def printed(scheme):
+            return [firn.simulate(CUBOID, controller=scheme, seed=s, settings={"part.height_mm": 0.02}) for s in (1, 2)]
+
+        runs = {"blind": printed("open_loop"), "loop": printed("threshold")}
+        told = firn.compare(None, {"blind": runs["blind"], "loop": [run.path for run in runs["loop"]]})
+        for scheme in told["schemes"]:
+            rms = next(m for m in scheme["metrics"] if (m["metric"], m["part"]) == ("rms_um", ""))
+            last = [1e3 * run.metrics.rms_mm[-1] for run in runs[scheme["name"]]]
+            self.assertAlmostEqual(rms["mean"], np.mean(last), places=9)
+        self.assertIn("2 blocks", told["answer"])
 
     def test_the_stubs_declare_every_public_name_with_its_parameters(self):
         stub = ast.parse((ROOT / "python/lib/firn/__init__.pyi").read_text())

@@ -157,7 +157,8 @@ def decide(height_mm: npt.ArrayLike, target_mm: npt.ArrayLike, mask: Union[npt.A
            settings: Union[Settings, None] = ...) -> dict[str, Any]: ...
 def simulate(experiment: File, *, controller: Union[Controller, None] = ..., seed: Union[int, None] = ...,
              settings: Union[Settings, None] = ..., runs: Union[File, None] = ...) -> Run: ...
-def compare(experiment: File, schemes: Mapping[str, Union[Controller, tuple[Controller, Settings]]], *, seeds: Union[int, Sequence[int]] = ...,
+def compare(experiment: Union[File, None], schemes: Mapping[str, Union[Controller, tuple[Controller, Settings], Sequence[Union[Run, File]]]],
+            *, seeds: Union[int, Sequence[int], None] = ...,
             settings: Union[Settings, None] = ..., metrics: Union[Sequence[str], None] = ..., baseline: Union[str, None] = ...,
             threads: int = ...) -> dict[str, Any]: ...
 def slice(meshes: Union[File, Sequence[File]], *, layers: Sequence[int], settings_file: Union[File, None] = ...,

@@ -1,4 +1,8 @@
-"""Decisions, prints, comparisons, paths and trajectories."""
+"""Decisions, prints, comparisons, paths and trajectories.
+
+decide, slice and plan are computed in this process, without the interpreter's lock (firn_core). Prints, comparisons and classes in
+Python run in processes of the program, whose interpreter is Firn's own: the same bytes whatever this one has imported.
+"""
 import csv
 import json
 import pathlib
@@ -6,7 +10,7 @@ import tempfile
 
 import numpy as np
 
-from .program import FirnError, call, call_json, scheme, settings as set_words
+from .program import FirnError, assignments, call, call_json, in_core, scheme, settings as set_words
 from .runs import Run, scratch_folder
 
 
@@ -27,14 +31,19 @@ def decide(height_mm, target_mm, mask=None, *, controller="mpc", settings=None):
     ('print', 80)
     >>> decide(flat, flat[1:])  # doctest: +ELLIPSIS
     Traceback (most recent call last):
-    firn.program.FirnError: ...target_mm.npy...
+    firn.program.FirnError: ...target_mm...
     """
+    height_mm, target_mm = (np.ascontiguousarray(a, dtype=float) for a in (height_mm, target_mm))
+    mask = None if mask is None else np.ascontiguousarray(np.asarray(mask).astype(np.uint8))
+    said = in_core("decide", height_mm, target_mm, mask, [*assignments(settings), f"control.scheme={scheme(controller)}"], 0)
+    if said is not None:
+        return said
     with tempfile.TemporaryDirectory(prefix="firn-") as folder:
         files = pathlib.Path(folder)
         words = []
-        for name, array, kind in (("height_mm", height_mm, float), ("target_mm", target_mm, float), ("mask", mask, np.uint8)):
+        for name, array in (("height_mm", height_mm), ("target_mm", target_mm), ("mask", mask)):
             if array is not None:
-                np.save(files / f"{name}.npy", np.asarray(array).astype(kind))
+                np.save(files / f"{name}.npy", array)
                 words += ["--" + name.removesuffix("_mm"), files / f"{name}.npy"]
         out = call_json("decide", *words, "-o", files / "drops.npy", *set_words(settings), "--set", f"control.scheme={scheme(controller)}")
         out["drops"] = np.load(files / "drops.npy")
@@ -69,16 +78,21 @@ def simulate(experiment, *, controller=None, seed=None, settings=None, runs=None
     return run
 
 
-def compare(experiment, schemes, *, seeds=10, settings=None, metrics=None, baseline=None, threads=0):
+def compare(experiment, schemes, *, seeds=None, settings=None, metrics=None, baseline=None, threads=0):
     """Prints an experiment under several schemes on the same seeds: `firn compare` (docs/commands/compare.md).
 
-    schemes   {name: controller} with a controller as in decide, or {name: (controller, settings)}
-    seeds     a count, or a list
+    experiment  file, or the folder of a recorded run, whose part is printed; None: the schemes are recorded runs
+    schemes     {name: controller} with a controller as in decide, or {name: (controller, settings)}; of recorded runs
+                {name: [run, run]}, a Run or its folder each: the n-th runs of all schemes are compared with each other
+    seeds       a count, or a list; None: 10
     Returns a dict as `firn compare --json` writes it: answer (a sentence), schemes with means and intervals of 95 %,
     comparisons (difference, interval, p by Holm) of each pair.
     """
-    experiment = pathlib.Path(experiment).resolve()
-    lines = [f"experiment = {json.dumps(str(experiment))}", f"seeds = {json.dumps(seeds)}"]
+    lines = []
+    if experiment is not None:
+        lines = [f"experiment = {json.dumps(str(pathlib.Path(experiment).resolve()))}", f"seeds = {json.dumps(seeds or 10)}"]
+    elif seeds is not None:
+        raise FirnError("seeds: recorded runs are printed already")
     if settings:
         lines.append(f"set = {json.dumps(set_words(settings)[1::2])}")
     if metrics:
@@ -86,6 +100,12 @@ def compare(experiment, schemes, *, seeds=10, settings=None, metrics=None, basel
     if baseline:
         lines.append(f"baseline = {json.dumps(baseline)}")
     for name, controller in schemes.items():
+        if experiment is None:
+            if isinstance(controller, (str, pathlib.Path, Run)):
+                raise FirnError(f"{name}: a list of recorded runs is wanted, as there is no experiment")
+            runs = [str(pathlib.Path(getattr(run, "path", run)).resolve()) for run in controller]
+            lines += ["[[scheme]]", f"name = {json.dumps(name)}", f"runs = {json.dumps(runs)}"]
+            continue
         own = None
         if isinstance(controller, tuple):
             controller, own = controller
@@ -110,6 +130,9 @@ def slice(meshes, *, layers, settings_file=None, settings=None, threads=0):
     Returns {layer: [path]}, a path being a dict with points_mm (n, 2), kind, material, closed.
     """
     files = [meshes] if isinstance(meshes, (str, pathlib.Path)) else list(meshes)
+    found = in_core("slice", [str(f) for f in files], [int(k) for k in layers], str(settings_file or ""), assignments(settings), threads)
+    if found is not None:
+        return found
     words = [*files, *(["-c", settings_file] if settings_file else []), *set_words(settings), "--threads", threads]
     found = {}
     with tempfile.TemporaryDirectory(prefix="firn-") as folder:
@@ -136,6 +159,10 @@ def plan(points_mm, *, machine, closed=False, origin_mm=(0.0, 0.0), method="cert
     points = np.asarray(points_mm, dtype=float)
     if points.ndim != 2 or points.shape[1] != 2:
         raise FirnError(f"points_mm: shape {points.shape} is not (n, 2)")
+    said = in_core("plan", points, str(machine), bool(closed), float(origin_mm[0]), float(origin_mm[1]), method, float(tolerance_mm or 0))
+    if said is not None:
+        certificate, t_s, tool, joints = said
+        return dict(json.loads(certificate), t_s=t_s, tool_mm=tool, joints=joints)
     with tempfile.TemporaryDirectory(prefix="firn-") as folder:
         paths, table = pathlib.Path(folder) / "points_mm.json", pathlib.Path(folder) / "plan.csv"
         paths.write_text(json.dumps({"version": 1, "paths": [{"points": points.tolist(), "closed": bool(closed)}]}))

@@ -1,4 +1,7 @@
-"""Calls of the program `firn`."""
+"""The program `firn`, and its cores as a module of this interpreter."""
+import functools
+import importlib.machinery
+import importlib.util
 import json
 import os
 import pathlib
@@ -17,6 +20,39 @@ def program():
     if not found:
         raise FirnError(f"the program firn is neither {built} nor in PATH; ./firn python builds it")
     return found
+
+
+@functools.cache
+def core():
+    """The module firn_core beside the program; None: it is not built, or for another Python. FIRN_CORE=off leaves it alone."""
+    if os.environ.get("FIRN_CORE") == "off":
+        return None
+    home = pathlib.Path(program()).resolve().parent.parent
+    name = "firn_core" + importlib.machinery.EXTENSION_SUFFIXES[0]
+    for file in (home / "python" / name, home / "lib" / "firn" / name):
+        if file.is_file():
+            spec = importlib.util.spec_from_file_location("firn_core", file)
+            module = importlib.util.module_from_spec(spec)
+            spec.loader.exec_module(module)
+            module.raise_errors_as(FirnError)
+            return module
+    return None
+
+
+def in_core(name, *arguments):
+    """The answer of a core; None: the program has to be called, for want of the module or for files in Python."""
+    module = core()
+    if module is None:
+        return None
+    try:
+        return getattr(module, name)(*arguments)
+    except module.NeedsProgram:
+        return None
+
+
+def assignments(given):
+    """KEY=VALUE of each setting: numbers and texts."""
+    return settings(given)[1::2]
 
 
 def call(*words, fine=(0,)):
