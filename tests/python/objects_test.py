@@ -11,6 +11,8 @@ import tempfile
 import unittest
 from pathlib import Path
 
+from print_test import GAINS, LEARNER
+
 FIRN = ROOT = None
 
 INK = '''"""Droplets that rise by a constant and scatter; the scatter is drawn anew in each pass."""
@@ -178,12 +180,19 @@ class Droplets(Folder):
         self.assertEqual(max(m["layer"] for m in self.messages(run, "DEPOSITION_REPORT")), 2)
         self.assertIn("identical", firn("replay", run).stdout)
 
-    def test_a_live_print_runs_all_of_them(self):
-        file = self.mine("[estimator]", 'droplets = "python:mean.py:Mean"', "[plant]", 'model = "python:ink.py:Ink"', "[process]",
-                         "scan_speed_mm_s = 1.5", "[run]", "lease_s = 5")
-        run, said = self.print(file, "--set", "part.height_mm=0.02", bus=())
+    def test_a_live_print_runs_all_of_them_and_a_controller_and_replays_in_one_process(self):
+        self.write("learner.py", LEARNER)
+        self.write("gains.py", GAINS)
+        file = self.mine("[estimator]", 'droplets = "python:mean.py:Mean"', "[plant]", 'model = "python:ink.py:Ink"', "[control]",
+                         'scheme = "python:learner.py:Learner"', "[process]", "scan_speed_mm_s = 3.0", "max_rescans = 4", "[grid]", "nx = 9",
+                         "ny = 9", "[run]", "lease_s = 5")
+        run, said = self.print(file, "--set", "part.height_mm=0.02", "--set", "part.width_mm=1.5", "--set", "part.depth_mm=1.5",
+                               "--speedup", 10, bus=())
         self.assertEqual(said["outcome"], "finished")
         self.assertGreater(len(self.messages(run, "HEIGHT_MODEL")), 1)
+        plans = self.messages(run, "LAYER_PLAN")
+        self.assertGreater(len(plans), 2)
+        self.assertTrue(all(p["reason"].startswith("gain") for p in plans[:-1]))
         self.assertIn("identical", firn("replay", run).stdout)
 
     def test_what_no_print_takes_is_refused_with_key_file_and_line(self):
