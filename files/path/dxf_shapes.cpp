@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "files/path/bezier_pieces.h"
 #include "files/path/path_file.h"
 #include "files/path/sampled_shapes.h"
 
@@ -46,26 +47,70 @@ void add_segment(Point2 a, Point2 b, double bulge, ShapedPoints& out) {
   add_arc(a, b, centre, bulge > 0.0 ? 1.0 : -1.0, out);
 }
 
-/// De Boor's algorithm in homogeneous coordinates.
-Point2 evaluate(const Spline& s, std::size_t span, double u) {
-  double x[kMaxDegree + 1], y[kMaxDegree + 1], w[kMaxDegree + 1];
+void add_bezier(const CubicBezier& c, ShapedPoints& out) {
+  const std::size_t first = out.points.size() - 1;
+  const int samples = sample_bezier(c[0], c[1], c[2], c[3], [&](Point2 p) { add(p, out.points); });
+  give_bezier(c[0], c[1], c[2], c[3], samples, first, out.points.size() - 1, out.given);
+}
+
+/// The blossom of the spline's piece in a span [Piegl, Tiller 1997]: de Boor's algorithm with one parameter
+/// per level, here first `degree - high_times` times low, then high.
+WeightedPoint blossom(const Spline& s, std::size_t span, double low, double high, std::size_t high_times) {
+  WeightedPoint p[kMaxDegree + 1];
   const std::size_t d = std::size_t(s.degree);
   for (std::size_t k = 0; k <= d; ++k) {
     const std::size_t at = span - d + k;
-    w[k] = s.weights.empty() ? 1.0 : s.weights[at];
-    x[k] = w[k] * s.control[at].x_mm;
-    y[k] = w[k] * s.control[at].y_mm;
+    const double w = s.weights.empty() ? 1.0 : s.weights[at];
+    p[k] = {w * s.control[at].x_mm, w * s.control[at].y_mm, w};
   }
   for (std::size_t level = 1; level <= d; ++level)
     for (std::size_t k = d; k >= level; --k) {
+      const double u = level + high_times <= d ? low : high;
       const std::size_t at = span - d + k;
       const double left = s.knots[at], right = s.knots[at + 1 + d - level];
       const double a = right > left ? (u - left) / (right - left) : 0.0;
-      x[k] = (1.0 - a) * x[k - 1] + a * x[k];
-      y[k] = (1.0 - a) * y[k - 1] + a * y[k];
-      w[k] = (1.0 - a) * w[k - 1] + a * w[k];
+      p[k].x = (1.0 - a) * p[k - 1].x + a * p[k].x;
+      p[k].y = (1.0 - a) * p[k - 1].y + a * p[k].y;
+      p[k].w = (1.0 - a) * p[k - 1].w + a * p[k].w;
     }
-  return {x[d] / w[d], y[d] / w[d]};
+  return p[d];
+}
+
+/// Adds the arc of a circle that a rational Bezier curve of the second degree is: its sides are equal, and
+/// the middle weight is the cosine of half the arc's angle. False where it is none.
+bool add_circle(std::span<const WeightedPoint> c, ShapedPoints& out) {
+  constexpr double kSame = 1e-9;
+  if (c.size() != 3) return false;
+  const Point2 a = c[0].point(), b = c[1].point(), d = c[2].point();
+  const Point2 middle{0.5 * (a.x_mm + d.x_mm), 0.5 * (a.y_mm + d.y_mm)};
+  const double side = distance(a, b), height = distance(b, middle), half = distance(a, middle);
+  const double weight = c[1].w / std::sqrt(c[0].w * c[2].w);
+  if (!(height > kSame) || std::abs(side - distance(b, d)) > kSame || std::abs(weight - half / side) > kSame)
+    return false;
+  const double away = side * side / (height * height);
+  const Point2 centre{b.x_mm + away * (middle.x_mm - b.x_mm), b.y_mm + away * (middle.y_mm - b.y_mm)};
+  const double turn = (b.x_mm - a.x_mm) * (d.y_mm - b.y_mm) - (b.y_mm - a.y_mm) * (d.x_mm - b.x_mm);
+  add_arc(out.points.back(), d, centre, turn > 0.0 ? 1.0 : -1.0, out);
+  return true;
+}
+
+/// Points of a span that no few Bezier curves follow.
+void sample_span(const Spline& s, std::size_t span, std::vector<Point2>& out) {
+  constexpr int kLook = 8;  // chords of a first look at the span's length
+  const double low = s.knots[span], high = s.knots[span + 1];
+  const auto at = [&](double x) {
+    const double u = low + x * (high - low);
+    return blossom(s, span, u, u, 0).point();
+  };
+  Point2 before = at(0.0);
+  double length = 0.0;
+  for (int i = 1; i <= kLook; ++i) {
+    const Point2 next = at(double(i) / kLook);
+    length += distance(before, next);
+    before = next;
+  }
+  const int n = shape_points(length / kSplineChord_mm);
+  for (int i = 1; i <= n; ++i) add(at(double(i) / n), out);
 }
 
 void check_spline(const Spline& s) {
@@ -120,7 +165,7 @@ void sample_arc(Point2 centre, double radius_mm, double from_deg, double to_deg,
 }
 
 void sample_ellipse(Point2 centre, Point2 major, double ratio, double from, double to, bool mirrored,
-                    std::vector<Point2>& out) {
+                    ShapedPoints& out) {
   const double radius = distance({}, major);
   check(radius > 0.0 && radius <= kMaxCoordinate_mm,
         fmt::format("a major axis of {} mm; it must lie in (0, {}]", radius, kMaxCoordinate_mm));
@@ -132,34 +177,49 @@ void sample_ellipse(Point2 centre, Point2 major, double ratio, double from, doub
   constexpr double kWhole = 1e-9;
   const bool whole = turn > kTurn - kWhole;
   const double side = mirrored ? -ratio : ratio;
-  const int n = shape_points(turn * radius / kSplineChord_mm);
-  for (int i = 0; i <= n; ++i) {
-    if (whole && i == n) return add(out.front(), out);
-    const double t = from + turn * double(i) / n, u = std::cos(t), v = side * std::sin(t);
-    add({centre.x_mm + u * major.x_mm - v * major.y_mm, centre.y_mm + u * major.y_mm + v * major.x_mm}, out);
+  const auto place = [&](double u, double v) {
+    return Point2{centre.x_mm + u * major.x_mm - side * v * major.y_mm,
+                  centre.y_mm + u * major.y_mm + side * v * major.x_mm};
+  };
+  const auto at = [&](double t) { return place(std::cos(t), std::sin(t)); };
+  add(at(from), out.points);
+  const Point2 start = out.points.front(), end = whole ? start : at(from + turn);
+  if (ratio == 1.0) return add_arc(start, end, centre, mirrored ? -1.0 : 1.0, out);
+  const int n = std::max(1, int(std::ceil(turn / kTurn * ellipse_pieces(radius))));
+  const double step = turn / n, handle = 4.0 / 3.0 * std::tan(0.25 * step);
+  for (int i = 0; i < n; ++i) {
+    const double a = from + i * step, b = a + step;
+    add_bezier(
+        {out.points.back(), place(std::cos(a) - handle * std::sin(a), std::sin(a) + handle * std::cos(a)),
+         place(std::cos(b) + handle * std::sin(b), std::sin(b) - handle * std::cos(b)),
+         i + 1 < n ? at(b) : end},
+        out);
   }
 }
 
-void sample(const Spline& s, std::vector<Point2>& out) {
+void sample(const Spline& s, ShapedPoints& out) {
   check_spline(s);
-  constexpr int kLook = 8;  // chords of a first look at a span's length
+  constexpr double kSame_mm = 1e-9;
   const std::size_t d = std::size_t(s.degree);
+  std::vector<WeightedPoint> control(d + 1);
+  std::vector<CubicBezier> pieces;
   for (std::size_t span = d; span < s.control.size(); ++span) {
     const double low = s.knots[span], high = s.knots[span + 1];
     if (!(high > low)) continue;
-    const auto at = [&](double x) { return evaluate(s, span, low + x * (high - low)); };
-    Point2 before = at(0.0);
-    if (out.empty()) add(before, out);
-    double length = 0.0;
-    for (int i = 1; i <= kLook; ++i) {
-      const Point2 next = at(double(i) / kLook);
-      length += distance(before, next);
-      before = next;
-    }
-    const int n = s.degree == 1 ? 1 : shape_points(length / kSplineChord_mm);
-    for (int i = 1; i <= n; ++i) add(at(double(i) / n), out);
+    for (std::size_t k = 0; k <= d; ++k) control[k] = blossom(s, span, low, high, k);
+    const Point2 start = control[0].point();
+    if (out.points.empty() || distance(out.points.back(), start) > kSame_mm) add(start, out.points);
+    pieces.clear();
+    if (d == 1)
+      add(control[1].point(), out.points);
+    else if (add_circle(control, out))
+      continue;
+    else if (cubic_pieces(control, pieces))
+      for (const CubicBezier& piece : pieces) add_bezier(piece, out);
+    else
+      sample_span(s, span, out.points);
   }
-  check(!out.empty(), "a SPLINE whose knots are all the same");
+  check(!out.points.empty(), "a SPLINE whose knots are all the same");
 }
 
 }  // namespace firn::dxf

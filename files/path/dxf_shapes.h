@@ -1,5 +1,6 @@
-// dxf::Shapes turns the curve entities of a DXF drawing into points [mm]; arcs and splines are sampled as
-// exactly as files/path/sampled_shapes.h says.
+// dxf::sample() computes points [mm] of the curve entities of a DXF drawing, with the arcs and Bezier curves
+// among them. Ellipses and splines that are not cubic are Bezier curves within kCubicError_mm
+// (files/path/bezier_pieces.h).
 #pragma once
 
 #include <span>
@@ -37,7 +38,7 @@ void sample_arc(Point2 centre, double radius_mm, double from_deg, double to_deg,
 /// @param major from the centre to the end of the major axis; the ellipse runs from parameter `from` to `to`
 /// [rad] anticlockwise, clockwise if mirrored
 void sample_ellipse(Point2 centre, Point2 major, double ratio, double from, double to, bool mirrored,
-                    std::vector<Point2>& out);
-void sample(const Spline& spline, std::vector<Point2>& out);
+                    ShapedPoints& out);
+void sample(const Spline& spline, ShapedPoints& out);
 
 }  // namespace firn::dxf

@@ -95,8 +95,8 @@ class Joiner {
     return best;
   }
 
-  /// The first point of a further curve is the last one of that before; an arc that ends elsewhere is known
-  /// by its points alone.
+  /// The first point of a further curve is the last one of that before; an arc or a Bezier curve that ends
+  /// elsewhere is known by its points alone.
   void append(const Part& part, ShapedPoints& out) const {
     const ShapedPoints& from = curves_[part.curve].shape;
     std::vector<Point2> points = from.points;
@@ -104,21 +104,23 @@ class Joiner {
     if (part.reversed) {
       std::reverse(points.begin(), points.end());
       std::reverse(given.begin(), given.end());
-      for (GivenCurve& arc : given) {
-        arc.clockwise = !arc.clockwise;
-        std::swap(arc.first, arc.last);
-        arc.first = points.size() - 1 - arc.first;
-        arc.last = points.size() - 1 - arc.last;
+      for (GivenCurve& curve : given) {
+        curve.clockwise = !curve.clockwise;
+        std::swap(curve.start, curve.end);
+        std::swap(curve.control[0], curve.control[1]);
+        std::swap(curve.first, curve.last);
+        curve.first = points.size() - 1 - curve.first;
+        curve.last = points.size() - 1 - curve.last;
       }
     }
     const bool further = !out.points.empty();
     const bool same = !further || distance(out.points.back(), points.front()) <= kSame_mm;
     const std::size_t offset = out.points.size() - (further ? 1 : 0);
-    for (GivenCurve& arc : given) {
-      if (!same && arc.first == 0) continue;
-      arc.first += offset;
-      arc.last += offset;
-      out.given.push_back(arc);
+    for (GivenCurve& curve : given) {
+      if (!same && curve.first == 0) continue;
+      curve.first += offset;
+      curve.last += offset;
+      out.given.push_back(curve);
     }
     out.points.insert(out.points.end(), points.begin() + (further ? 1 : 0), points.end());
   }

@@ -13,7 +13,7 @@ namespace firn {
 /// Ends of one layer and height that are nearer to each other than this are one point.
 inline constexpr double kJoin_mm = 1e-3;
 
-/// Points with the arcs among them.
+/// Points with the arcs and Bezier curves among them; the parameters of the latter go from 0 to 1.
 struct ShapedPoints {
   std::vector<Point2> points;
   std::vector<GivenCurve> given;

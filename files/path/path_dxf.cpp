@@ -276,7 +276,7 @@ class DxfReader {
     } else if (is("ELLIPSE")) {
       constexpr double kWholeTurn = 6.283185307179586;
       dxf::sample_ellipse(point(e, 10), point(e, 11), e(40, 1.0), e(41, 0.0), e(42, kWholeTurn), mirrored(e),
-                          curve.shape.points);
+                          curve.shape);
     } else if (is("LWPOLYLINE")) {
       mirror = mirrored(e);
       std::vector<dxf::Vertex> vertices;
@@ -288,7 +288,7 @@ class DxfReader {
       }
       dxf::sample(vertices, e.flag(70, 1), curve.shape);
     } else if (is("SPLINE")) {
-      dxf::sample(spline(e), curve.shape.points);
+      dxf::sample(spline(e), curve.shape);
     } else {
       throw dxf::ShapeError(
           fmt::format("{} is not read: {}; explode it, or switch its layer off", shown(e.type), kRead));
@@ -329,9 +329,10 @@ class DxfReader {
   void keep(DrawnCurve&& curve, const Entity& e, bool mirror, double height) {
     if (mirror) {
       for (Point2& p : curve.shape.points) p.x_mm = -p.x_mm;
-      for (GivenCurve& arc : curve.shape.given) {
-        arc.centre.x_mm = -arc.centre.x_mm;
-        arc.clockwise = !arc.clockwise;
+      for (GivenCurve& given : curve.shape.given) {
+        for (Point2* p : {&given.centre, &given.start, &given.control[0], &given.control[1], &given.end})
+          p->x_mm = -p->x_mm;
+        given.clockwise = !given.clockwise;
       }
     }
     curve.z_mm = unit_mm_ * (mirror ? -height : height);

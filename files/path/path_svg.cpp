@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "files/path/path_file.h"
+#include "files/path/sampled_shapes.h"
 #include "files/path/svg_shapes.h"
 #include "files/usage_error.h"
 
@@ -148,7 +149,9 @@ class SvgReader {
   }
 
   void draw(std::string_view element, const Attributes& attributes, const svg::Transform& to_mm) {
-    const svg::Target target{[this](Point2 p) { begin(p); }, [this](Point2 p) { add(p); }};
+    const svg::Target target{[this](Point2 p) { begin(p); }, [this](Point2 p) { add(p); },
+                             [this](Point2 b, Point2 c, Point2 d) { add_bezier(b, c, d); },
+                             [this](Point2 centre, double side, Point2 to) { add_arc(centre, side, to); }};
     svg::Pen pen(to_mm, target);
     const auto value = [&](const char* key) {
       const auto text = attributes[key];
@@ -186,11 +189,26 @@ class SvgReader {
 
   void add(Point2 p) {
     check(p);
-    if (p == path_.path.points.back()) return;
+    if (p == last()) return;
     if (path_.path.points.size() == kMaxPathPoints)
       fail(fmt::format("more than {} points in one path", kMaxPathPoints));
     path_.path.points.push_back(p);
   }
+
+  void add_bezier(Point2 b, Point2 c, Point2 d) {
+    const Point2 a = last();
+    const std::size_t first = path_.path.points.size() - 1;
+    const int samples = sample_bezier(a, b, c, d, [this](Point2 p) { add(p); });
+    give_bezier(a, b, c, d, samples, first, path_.path.points.size() - 1, path_.given);
+  }
+
+  void add_arc(Point2 centre, double side, Point2 to) {
+    const std::size_t first = path_.path.points.size() - 1;
+    const auto exact = sample_arc(last(), to, centre, side, [this](Point2 p) { add(p); });
+    give_arc(exact, side, first, path_.path.points.size() - 1, path_.given);
+  }
+
+  Point2 last() const { return path_.path.points.back(); }
 
   void check(Point2 p) const {
     for (const double v : {p.x_mm, p.y_mm})

@@ -79,10 +79,25 @@ inline void give_arc(std::optional<Point2> centre, double side, std::size_t firs
   given.push_back(arc);
 }
 
-/// Points after a up to and with d on the cubic Bezier curve. Returns their number.
+/// True for a Bezier curve that is the line from a to d, which drawing programs write often.
+inline bool is_line(Point2 a, Point2 b, Point2 c, Point2 d) {
+  constexpr double kOff_mm = 1e-9;
+  const double length = distance(a, d), ux = d.x_mm - a.x_mm, uy = d.y_mm - a.y_mm;
+  const auto along = [&](Point2 p) { return ux * (p.x_mm - a.x_mm) + uy * (p.y_mm - a.y_mm); };
+  const auto off = [&](Point2 p) { return std::abs(ux * (p.y_mm - a.y_mm) - uy * (p.x_mm - a.x_mm)); };
+  const double first = along(b), second = along(c);
+  return off(b) <= kOff_mm * length && off(c) <= kOff_mm * length && 0.0 <= first && first <= second &&
+         second <= length * length && length > 0.0;
+}
+
+/// Points after a up to and with d on the cubic Bezier curve. Returns their number, 0 for a line.
 template <class Add>
 int sample_bezier(Point2 a, Point2 b, Point2 c, Point2 d, Add&& add) {
   constexpr double kChord_mm = 0.15;
+  if (is_line(a, b, c, d)) {
+    add(d);
+    return 0;
+  }
   const double length = distance(a, b) + distance(b, c) + distance(c, d);
   const int n = shape_points(length / kChord_mm);
   for (int i = 1; i < n; ++i) {
@@ -95,10 +110,11 @@ int sample_bezier(Point2 a, Point2 b, Point2 c, Point2 d, Add&& add) {
   return n;
 }
 
-/// The same as give_arc() for a Bezier curve of so many samples, unless one of them was dropped.
+/// The same as give_arc() for a Bezier curve of so many samples, unless one of them was dropped. A line is
+/// given by its ends.
 inline void give_bezier(Point2 a, Point2 b, Point2 c, Point2 d, int samples, std::size_t first,
                         std::size_t last, std::vector<GivenCurve>& given) {
-  if (last != first + std::size_t(samples)) return;
+  if (samples == 0 || last != first + std::size_t(samples)) return;
   GivenCurve curve;
   curve.kind = GivenCurve::Kind::kBezier;
   curve.first = first;

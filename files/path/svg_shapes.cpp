@@ -9,7 +9,7 @@
 #include <numbers>
 #include <utility>
 
-#include "files/path/sampled_shapes.h"
+#include "files/path/bezier_pieces.h"
 
 namespace firn::svg {
 namespace {
@@ -168,6 +168,14 @@ void numbers(std::string_view attribute, std::span<double> out) {
   if (!text.empty()) text.fail(fmt::format("{} numbers are needed", out.size()));
 }
 
+Pen::Pen(const Transform& t, const Target& target) : to_mm_(t), target_(target) {
+  constexpr double kAlike = 1e-12;
+  const double x = t.a * t.a + t.b * t.b, y = t.c * t.c + t.d * t.d;
+  scale_ = std::sqrt(x + y);
+  if (std::abs(x - y) <= kAlike * x && std::abs(t.a * t.c + t.b * t.d) <= kAlike * x)
+    turns_ = t.a * t.d > t.b * t.c ? 1.0 : -1.0;
+}
+
 void Pen::move(Point2 p) {
   at_ = start_ = p;
   open_ = false;
@@ -180,18 +188,18 @@ void Pen::begin() {
 
 void Pen::line(Point2 p) {
   begin();
-  target_.add(to_mm_(p));
+  target_.line(to_mm_(p));
   at_ = p;
 }
 
 void Pen::cubic(Point2 b, Point2 c, Point2 d) {
   begin();
-  sample_bezier(to_mm_(at_), to_mm_(b), to_mm_(c), to_mm_(d), target_.add);
+  target_.cubic(to_mm_(b), to_mm_(c), to_mm_(d));
   at_ = d;
 }
 
 void Pen::close() {
-  if (open_) target_.add(to_mm_(start_));
+  if (open_) target_.line(to_mm_(start_));
   at_ = start_;
   open_ = false;
 }
@@ -220,8 +228,15 @@ void Pen::arc(double rx, double ry, double turn_deg, bool large, bool sweep, Poi
   const auto place = [&](Point2 p) {
     return middle + turn({rx * (centre.x_mm + p.x_mm), ry * (centre.y_mm + p.y_mm)});
   };
-  constexpr int kParts = 32;  // of a whole turn; a cubic is then off by 3e-9 radii
-  const int n = std::max(1, int(std::ceil(std::abs(angle) * kParts / (2.0 * std::numbers::pi))));
+  constexpr double kAlike = 1e-12;
+  if (turns_ != 0.0 && std::abs(rx - ry) <= kAlike * rx) {
+    begin();
+    target_.arc(to_mm_(place({})), sweep ? turns_ : -turns_, to_mm_(to));
+    at_ = to;
+    return;
+  }
+  const int parts = ellipse_pieces(scale_ * std::max(rx, ry));
+  const int n = std::max(1, int(std::ceil(std::abs(angle) * parts / (2.0 * std::numbers::pi))));
   const double step = angle / n, handle = 4.0 / 3.0 * std::tan(0.25 * step);
   for (int i = 0; i < n; ++i) {
     const double a = start + i * step, b = a + step;

@@ -32,20 +32,23 @@ double length_mm(std::string_view text);
 /// As many numbers as `out` has, with blanks or commas between them. @throws SyntaxError
 void numbers(std::string_view text, std::span<double> out);
 
-/// Receives points in mm.
+/// Receives lines, Bezier curves and arcs of circles in mm, each from the point before.
 struct Target {
-  std::function<void(Point2)> begin, add;
+  std::function<void(Point2)> begin, line;
+  std::function<void(Point2 b, Point2 c, Point2 d)> cubic;
+  std::function<void(Point2 centre, double side, Point2 to)> arc;  ///< side 1 anticlockwise, -1 clockwise
 };
 
 /// Draws in the user's units.
 class Pen {
  public:
-  Pen(const Transform& to_mm, const Target& target) : to_mm_(to_mm), target_(target) {}
+  Pen(const Transform& to_mm, const Target& target);
   void move(Point2 p);
   void line(Point2 p);
   void cubic(Point2 b, Point2 c, Point2 d);
   /// An elliptic arc (appendix F.6): radii, turn of its x axis [degrees], the larger part, anticlockwise in
-  /// the user's frame with y downwards = sweep false.
+  /// the user's frame with y downwards = sweep false. One of a circle stays one where the transform does not
+  /// distort it; others are Bezier curves within kCubicError_mm (files/path/bezier_pieces.h).
   void arc(double rx, double ry, double turn_deg, bool large, bool sweep, Point2 to);
   void close();
   Point2 at() const { return at_; }
@@ -55,6 +58,8 @@ class Pen {
   const Transform& to_mm_;
   const Target& target_;
   Point2 at_, start_;
+  double scale_ = 1.0;  ///< bound of the transform's largest scale [mm per unit]
+  double turns_ = 0.0;  ///< where circles stay circles: 1, or -1 if the sense of a turn changes; otherwise 0
   bool open_ = false;
 };
 

@@ -17,9 +17,12 @@ struct Interval {
   double largest() const { return std::max(std::abs(low), std::abs(high)); }
 };
 
+/// One or two units in the last place outwards: |x| 2^-52 is at least one. The smallest double serves near 0.
 inline Interval outward(double low, double high) {
-  constexpr double kInfinite = std::numeric_limits<double>::infinity();
-  return {std::nextafter(low, -kInfinite), std::nextafter(high, kInfinite)};
+  using Limits = std::numeric_limits<double>;
+  const auto unit = [](double x) { return std::abs(x) * Limits::epsilon() + Limits::denorm_min(); };
+  return {low == Limits::infinity() ? Limits::max() : low - unit(low),
+          high == -Limits::infinity() ? -Limits::max() : high + unit(high)};
 }
 inline Interval operator+(Interval a, Interval b) { return outward(a.low + b.low, a.high + b.high); }
 inline Interval operator-(Interval a, Interval b) { return outward(a.low - b.high, a.high - b.low); }

@@ -1,7 +1,9 @@
 // Arcs and Bezier curves of path files are carried as such: every sample of one lies on it.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -15,6 +17,25 @@ namespace {
 constexpr test::PathReader<read_paths_gcode> read_nc{"part.nc"};
 constexpr test::PathReader<read_paths_json> read_json{"part.json"};
 constexpr test::PathReader<read_paths_dxf> read_dxf{"part.dxf"};
+constexpr test::PathReader<read_paths_svg> read_svg{"part.svg"};
+
+/// Of a page whose unit is a millimetre, with the origin at its upper edge.
+InputPath of_svg(const std::string& content) {
+  return read_svg("<svg width='100mm' height='100mm' viewBox='0 0 100 100'>" + content + "</svg>").at(0);
+}
+
+bool all_of(const InputPath& path, GivenCurve::Kind kind) {
+  for (const GivenCurve& g : path.given)
+    if (g.kind != kind) return false;
+  return !path.given.empty();
+}
+
+/// Number of points that belong to no given curve but for its ends.
+std::size_t beside_given(const InputPath& path) {
+  std::size_t inside = 0;
+  for (const GivenCurve& g : path.given) inside += g.last - g.first;
+  return path.path.points.size() - 1 - inside;
+}
 
 /// Largest distance of a sample from the given curve that it belongs to.
 double off_given(const InputPath& path) {
@@ -31,6 +52,69 @@ double off_given(const InputPath& path) {
     }
   }
   return most;
+}
+
+/// A spline by the sum of Cox and de Boor's basis functions, at a parameter below the last knot.
+struct BasisSpline {
+  int degree;
+  std::vector<double> knots, weights;
+  std::vector<Point2> control;
+
+  double basis(std::size_t i, int d, double u) const {
+    if (d == 0) return u >= knots[i] && u < knots[i + 1] ? 1.0 : 0.0;
+    const std::size_t n = std::size_t(d);
+    const double a = knots[i + n] - knots[i], b = knots[i + n + 1] - knots[i + 1];
+    return (a > 0.0 ? (u - knots[i]) / a * basis(i, d - 1, u) : 0.0) +
+           (b > 0.0 ? (knots[i + n + 1] - u) / b * basis(i + 1, d - 1, u) : 0.0);
+  }
+  Point2 at(double u) const {
+    double x = 0.0, y = 0.0, w = 0.0;
+    for (std::size_t i = 0; i < control.size(); ++i) {
+      const double share = weights[i] * basis(i, degree, u);
+      x += share * control[i].x_mm;
+      y += share * control[i].y_mm;
+      w += share;
+    }
+    return {x / w, y / w};
+  }
+  /// Distance of a point, by Gauss-Newton from the nearest of many samples.
+  double off(Point2 p) const {
+    constexpr int kSamples = 2000;
+    const double end = knots.back() * (1.0 - 1e-12), step = 1e-6 * end;
+    double best = 0.0;
+    for (int i = 0; i <= kSamples; ++i)
+      if (distance(at(end * i / kSamples), p) < distance(at(best), p)) best = end * i / kSamples;
+    for (int k = 0; k < 20; ++k) {
+      const double low = std::max(0.0, best - step), high = std::min(end, best + step);
+      const Point2 a = at(low), b = at(high), c = at(best);
+      const double dx = (b.x_mm - a.x_mm) / (high - low), dy = (b.y_mm - a.y_mm) / (high - low);
+      best -= ((c.x_mm - p.x_mm) * dx + (c.y_mm - p.y_mm) * dy) / (dx * dx + dy * dy);
+      best = std::clamp(best, 0.0, end);
+    }
+    return distance(at(best), p);
+  }
+  std::string entity() const {
+    std::ostringstream out;
+    out.precision(17);
+    out << "0 SPLINE 8 0 71 " << degree;
+    for (const double u : knots) out << " 40 " << u;
+    for (const double w : weights) out << " 41 " << w;
+    for (const Point2& p : control) out << " 10 " << p.x_mm << " 20 " << p.y_mm;
+    return out.str();
+  }
+};
+
+/// Clamped, with inner knots at whole numbers.
+BasisSpline random_spline(RandomStream& draw, int degree, bool rational) {
+  BasisSpline s;
+  s.degree = degree;
+  const int count = degree + 2 + int(draw.below(6)), last = count - degree;
+  for (int i = 0; i <= count + degree; ++i) s.knots.push_back(std::clamp(i - degree, 0, last));
+  for (int i = 0; i < count; ++i) {
+    s.control.push_back({8.0 * i + draw.uniform(-3.0, 3.0), draw.uniform(-12.0, 12.0)});
+    s.weights.push_back(rational ? draw.uniform(0.3, 3.0) : 1.0);
+  }
+  return s;
 }
 
 std::string dxf_lines(std::string words) {
@@ -127,6 +211,133 @@ TEST_CASE("Arcs of a drawing stay arcs when curves are joined, turned round and 
   CHECK(bulged.given[0].clockwise);  // seen from below
   CHECK_FALSE(bulged.given[1].clockwise);
   CHECK(off_given(bulged) < 1e-9);
+}
+
+TEST_CASE("A cubic spline of a drawing is given exactly: a Bezier curve for each span between its knots") {
+  RandomStream draw(17, Purpose::kTest);
+  for (int trial = 0; trial < 20; ++trial) {
+    const BasisSpline spline = random_spline(draw, 2 + int(draw.below(2)), false);
+    const InputPath path =
+        read_dxf(dxf_lines("0 SECTION 2 ENTITIES " + spline.entity() + " 0 ENDSEC 0 EOF")).at(0);
+    REQUIRE(path.given.size() == std::size_t(spline.knots.back()));
+    CHECK(beside_given(path) == 0);
+    CHECK(off_given(path) < 1e-9);
+    for (std::size_t k = 0; k < path.given.size(); ++k)
+      for (const double x : {0.1, 0.37, 0.8})
+        CHECK(distance(path.given[k].at(x), spline.at(double(k) + x)) < 1e-11);
+  }
+}
+
+TEST_CASE("Splines that are rational or of a higher degree are given within a nanometre") {
+  RandomStream draw(18, Purpose::kTest);
+  for (int trial = 0; trial < 12; ++trial) {
+    const bool rational = trial % 2 == 0;
+    const BasisSpline spline =
+        random_spline(draw, rational ? 2 + int(draw.below(3)) : 4 + int(draw.below(2)), rational);
+    const InputPath path =
+        read_dxf(dxf_lines("0 SECTION 2 ENTITIES " + spline.entity() + " 0 ENDSEC 0 EOF")).at(0);
+    CHECK(beside_given(path) == 0);
+    CHECK(off_given(path) < 1e-9);
+    double most = 0.0;
+    for (std::size_t k = 0; k < path.given.size(); k += 1 + path.given.size() / 12)
+      for (const double x : {0.21, 0.5, 0.79}) most = std::max(most, spline.off(path.given[k].at(x)));
+    CHECK(most < 1e-6);
+  }
+}
+
+TEST_CASE("Splines of a drawing stay given when they are joined, turned round and mirrored") {
+  const std::string half = "71 3 40 0 40 0 40 0 40 0 40 1 40 1 40 1 40 1 ";
+  const InputPath path = read_dxf(dxf_lines("0 SECTION 2 ENTITIES 0 SPLINE 8 0 " + half +
+                                            "10 0 20 0 10 3 20 6 10 9 20 5 10 12 20 0 0 SPLINE 8 0 " + half +
+                                            "10 24 20 0 10 20 20 -7 10 16 20 -6 10 12 20 0 0 ENDSEC 0 EOF"))
+                             .at(0);
+  REQUIRE(path.given.size() == 2);
+  CHECK(path.given[1].start == Point2{12, 0});
+  CHECK(path.given[1].control[0] == Point2{16, -6});
+  CHECK(off_given(path) < 1e-9);
+  const InputPath below =
+      read_dxf(dxf_lines("0 SECTION 2 ENTITIES 0 LINE 8 0 10 -5 20 0 11 -10 21 0 "
+                         "0 ELLIPSE 8 0 10 0 20 0 11 5 21 0 40 0.5 41 0 42 3.141592653589793 230 -1 "
+                         "0 ENDSEC 0 EOF"))
+          .at(0);
+  CHECK(all_of(below, GivenCurve::Kind::kBezier));
+  CHECK(beside_given(below) == 1);
+  CHECK(off_given(below) < 1e-9);
+}
+
+TEST_CASE("Ellipses of any size are given within a nanometre, circles as arcs") {
+  for (const double radius : {0.5, 30.0, 8000.0}) {
+    std::ostringstream entity;
+    entity << "0 SECTION 2 ENTITIES 0 ELLIPSE 10 0 20 0 11 " << radius << " 21 0 40 0.25 0 ENDSEC 0 EOF";
+    const InputPath path = read_dxf(dxf_lines(entity.str())).at(0);
+    CHECK(beside_given(path) == 0);
+    CHECK(path.path.points.front() == path.path.points.back());
+    double most = 0.0;
+    for (const GivenCurve& g : path.given)
+      for (double x = 0.05; x < 1.0; x += 0.1) {
+        const Point2 p = g.at(x);
+        // at most as far from the ellipse as from its point of the same direction
+        const double u = p.x_mm / radius, v = p.y_mm / (0.25 * radius);
+        most = std::max(most, radius * std::abs(std::sqrt(u * u + v * v) - 1.0));
+      }
+    CHECK(most < 1e-6);
+  }
+  const InputPath circle =
+      read_dxf(
+          dxf_lines("0 SECTION 2 ENTITIES 0 ELLIPSE 10 1 20 2 11 0 21 5 40 1 41 0 42 1.5 0 ENDSEC 0 EOF"))
+          .at(0);
+  REQUIRE(circle.given.size() == 1);
+  CHECK(all_of(circle, GivenCurve::Kind::kArc));
+  CHECK(distance(circle.given[0].centre, {1, 2}) < 1e-12);
+}
+
+TEST_CASE("SVG's cubic and quadratic curves are given exactly, in every transform") {
+  const InputPath path = of_svg(
+      "<g transform='rotate(30) scale(1.5 0.7)'><path d='M20 0 C24 9 31 -6 40 5 S52 9 60 0 Q66 9 72 0 T84 0 "
+      "H90'/>"
+      "</g>");
+  REQUIRE(path.given.size() == 4);
+  CHECK(all_of(path, GivenCurve::Kind::kBezier));
+  CHECK(beside_given(path) == 1);
+  CHECK(off_given(path) < 1e-9);
+  const double c = std::sqrt(0.75), s = 0.5;
+  const Point2 control{c * 1.5 * 24 - s * 0.7 * 9, 100.0 - (s * 1.5 * 24 + c * 0.7 * 9)};
+  CHECK(distance(path.given[0].control[0], control) < 1e-12);
+}
+
+TEST_CASE("SVG's arcs of circles are arcs where the transform keeps circles, otherwise parts of ellipses") {
+  const std::string arc = "<path d='M10 20 A6 6 0 0 1 22 20 A6 6 40 1 0 22 31'/>";
+  const InputPath turned = of_svg("<g transform='translate(9 4) rotate(25) scale(1.5)'>" + arc + "</g>");
+  REQUIRE(turned.given.size() == 2);
+  CHECK(all_of(turned, GivenCurve::Kind::kArc));
+  CHECK(turned.given[0].clockwise);  // seen on the page, where y goes down in the file
+  CHECK_FALSE(turned.given[1].clockwise);
+  CHECK(distance(turned.given[0].centre, turned.path.points.front()) == Approx(9.0));
+  CHECK(off_given(turned) < 1e-9);
+  const InputPath mirrored = of_svg("<g transform='translate(90 4) scale(-1 1)'>" + arc + "</g>");
+  REQUIRE(mirrored.given.size() == 2);
+  CHECK_FALSE(mirrored.given[0].clockwise);
+  const InputPath flat = of_svg("<g transform='scale(1 0.4)'>" + arc + "</g>");
+  CHECK(all_of(flat, GivenCurve::Kind::kBezier));
+  CHECK(beside_given(flat) == 0);
+  for (const GivenCurve& g : flat.given) {
+    const Point2 p = g.at(0.37), centre{16.0, 100.0 - 0.4 * 20.0};
+    if (g.last > flat.given[flat.given.size() / 3].first) break;  // of the first arc
+    const double u = (p.x_mm - centre.x_mm) / 6.0, v = (p.y_mm - centre.y_mm) / 2.4;
+    CHECK(std::abs(std::sqrt(u * u + v * v) - 1.0) < 1e-6 / 6.0);
+  }
+  const InputPath circle = of_svg("<circle cx='50' cy='50' r='12'/>");
+  REQUIRE(circle.given.size() == 2);
+  CHECK(all_of(circle, GivenCurve::Kind::kArc));
+  CHECK(distance(circle.given[1].centre, {50, 50}) < 1e-12);
+}
+
+TEST_CASE("A Bezier curve that is a line is two points") {
+  const InputPath svg = of_svg("<path d='M1 1 C2 3 4 7 9 17'/>");
+  CHECK(svg.path.points.size() == 2);
+  CHECK(svg.given.empty());
+  // back and forth on one line it is none
+  CHECK(of_svg("<path d='M1 1 C9 17 -3 -7 5 9'/>").path.points.size() > 2);
 }
 
 }  // namespace firn
