@@ -7,9 +7,12 @@
 // - `motion_paths nasty N [SEED]`: N random paths (cusps, tiny and repeated steps, zigzags, near full reach)
 // with tolerances of 0 and 0.005 to 0.1 mm: refusals by reason, deviation / tolerance, largest ratio to a
 // limit at any instant by interval arithmetic
-// - `motion_paths nlp [CURVES] [SEED]`: durations of both tiers over the optimum on the same curve by direct
-// transcription (tests/core/motion/time_transcription.h), and the lower bound over that optimum
+// - `motion_paths nlp [CURVES] [SEED] [KIND]`: durations of both tiers over the optimum on the same curve by
+// direct transcription (tests/core/motion/time_transcription.h), and the lower bound over that optimum
 // - `motion_paths one KIND SEED STEP DECIMALS TOLERANCE`: durations of one path
+//
+// Long tables may be had in parts, by kinds and by seeds. With MOTION_PATHS_VERBOSE set, each curve is
+// printed when it is done.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -152,7 +155,7 @@ double transcribed_s(const CertifiedWork& work, const PlanResult& result, int pa
   return sum;
 }
 
-int nlp(int curves, std::uint64_t seed) {
+int nlp(int curves, std::uint64_t seed, const char* only) {
   const auto arm = make_scara(cobra600());
   static constexpr int kDecimals[3] = {3, 4, 9};
   CertifiedWork work;
@@ -166,6 +169,7 @@ int nlp(int curves, std::uint64_t seed) {
     std::fflush(stdout);
   };
   for (int kind = 0; kind < kCurveKinds; ++kind) {
+    if (only && std::strcmp(only, kCurveKind[kind]) != 0) continue;
     Summary here[3];
     int none = 0;
     for (int k = kind; k < curves; k += kCurveKinds) {
@@ -187,6 +191,11 @@ int nlp(int curves, std::uint64_t seed) {
         if (best == 0.0) continue;
         here[tier].add(result.continuous_s / best);
         here[2].add(result.trajectory.certificate.lower_bound_s / best);
+        if (std::getenv("MOTION_PATHS_VERBOSE"))
+          std::printf("%s %d tier %d tolerance %.4f, %zu stops: %.4f s, over the optimum %.4f, bound %.4f\n",
+                      kCurveKind[kind], k, tier, options.tolerance_mm, result.stops, result.continuous_s,
+                      here[tier].value.back(), here[2].value.back());
+        std::fflush(stdout);
       }
     }
     print(kCurveKind[kind], here, none);
@@ -286,7 +295,7 @@ int main(int argc, char** argv) {
     return nasty(std::max(1, std::atoi(argv[2])), argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
   if (argc > 1 && std::strcmp(argv[1], "nlp") == 0)
     return nlp(argc > 2 ? std::max(1, std::atoi(argv[2])) : 36,
-               argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
+               argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1, argc > 4 ? argv[4] : nullptr);
   return table(argc > 1 ? std::max(1, std::atoi(argv[1])) : 200,
                argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1, argc > 3 ? argv[3] : nullptr);
 }
