@@ -113,6 +113,14 @@ DropModel model_of(std::span<const FlowWeighing> weighings, std::size_t frequenc
 
 }  // namespace
 
+void check_flow_frequencies(std::vector<double> hz) {
+  std::ranges::sort(hz);
+  hz.erase(std::unique(hz.begin(), hz.end()), hz.end());
+  if (hz.size() < 5 || hz.back() < 2.0 * hz.front())
+    throw Unidentifiable("a flow curve needs five frequencies over more than a factor of two; there are " +
+                         std::to_string(hz.size()));
+}
+
 FlowCurveFit calibrate_flow_curve(std::span<const FlowWeighing> weighings) {
   std::vector<const FlowWeighing*> rows;  // one of each frequency
   for (const FlowWeighing& w : weighings) {
@@ -126,9 +134,9 @@ FlowCurveFit calibrate_flow_curve(std::span<const FlowWeighing> weighings) {
   rows.erase(std::unique(rows.begin(), rows.end(),
                          [](auto a, auto b) { return a->frequency_hz == b->frequency_hz; }),
              rows.end());
-  if (rows.size() < 5 || rows.back()->frequency_hz < 2.0 * rows.front()->frequency_hz)
-    throw Unidentifiable("a flow curve needs five frequencies over more than a factor of two; there are " +
-                         std::to_string(rows.size()));
+  std::vector<double> frequencies;
+  for (const FlowWeighing* w : rows) frequencies.push_back(w->frequency_hz);
+  check_flow_frequencies(std::move(frequencies));
   double mean_drop = 0.0, mean_s = 0.0;
   for (const FlowWeighing& w : weighings) mean_s += w.duration_s / double(weighings.size());
   for (const FlowWeighing& w : weighings)

@@ -38,6 +38,9 @@ struct FlowWeighing {
   double balance_mm3 = 0.0;  ///< standard deviation of the volume from weighing;
                              ///< the flow's own noise falls off with the root of the duration
 };
+/// @throws Unidentifiable: fewer than five frequencies, or all within a factor of two
+void check_flow_frequencies(std::vector<double> frequencies_hz);
+
 struct FlowCurveRow {
   double frequency_hz = 0.0;
   Estimate flow_mm3_s;

@@ -15,6 +15,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "plant/world/ice_lab.h"
 #include "plant/world/kept_world.h"
 
 namespace firn::plant {
@@ -231,6 +232,7 @@ class Server {
       world_.advance(now_us(), [this](const World::Sent& s) { deliver(s); });
       say(truth_line(world_.tell_truth(now_us())));
     }
+    if (verb == "WEIGH") weigh(words);
     if (verb != "SIMFAULT") return;
     try {
       SimFault fault;
@@ -244,6 +246,16 @@ class Server {
     } catch (const std::invalid_argument& e) {
       say(std::string("ERROR ") + e.what());
     }
+  }
+
+  void weigh(std::istringstream& words) {
+    int material = -1;
+    std::uint32_t weighing = 0;
+    const IceLab* lab = world_.world().ice();
+    if (!(words >> material >> weighing) || material < 0 || material > 1 || !lab)
+      return say("ERROR WEIGH material weighing: material 0 or 1, of an ice lab");
+    world_.advance(now_us(), [this](const World::Sent& s) { deliver(s); });
+    say("WEIGHED " + std::to_string(lab->weighed_mg(material, weighing)));
   }
 
   void say(const std::string& line) {

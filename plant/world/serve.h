@@ -38,6 +38,7 @@ ServeOptions parse_serve_options(const std::vector<std::string>& arguments);
 /// run/world.rec. Control line, one text line each:
 ///   up    READY                     the sockets are there
 ///   down  TRUTH                     up: see truth_line()
+///   down  WEIGH material weighing   up: "WEIGHED mg" of the ice lab's cup, or "ERROR text"
 ///   down  SIMFAULT port kind [count [delay_us]]   (twins/fault.h); up: "OK" or "ERROR text"
 ///   down  START                     nothing: the world runs by its clock
 ///   down  STOP [cause]

@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include "config/fields.h"
 #include "files/text_file.h"
@@ -47,6 +48,19 @@ SimulatedInstruments::~SimulatedInstruments() {
 }
 
 void SimulatedInstruments::inject(const std::string& fault) { world_->control().say("SIMFAULT " + fault); }
+
+double SimulatedInstruments::weighed_mg(int material, int weighing) {
+  constexpr std::string_view kWeighed = "WEIGHED ";
+  world_->control().say("WEIGH " + std::to_string(material) + " " + std::to_string(weighing));
+  for (int ms = 0; ms < kBeginWithin_ms && world_->running(); ++ms) {
+    while (const auto line = world_->control().next()) {
+      if (line->starts_with(kWeighed)) return std::stod(line->substr(kWeighed.size()));
+      if (line->starts_with("ERROR")) throw std::runtime_error(*line);
+    }
+    ::usleep(1000);
+  }
+  throw std::runtime_error("the simulated lab's balance does not answer");
+}
 
 PortAddress SimulatedInstruments::address(const std::string& node) const {
   return unix_port((folder_ / "io" / node).string());

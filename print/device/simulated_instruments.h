@@ -24,6 +24,8 @@ class SimulatedInstruments {
   PortAddress address(const std::string& node) const;
   /// Injects a fault: "PORT KIND [COUNT [DELAY_US]]" (plant/twins/fault.h).
   void inject(const std::string& fault);
+  /// Reads the balance under an ice lab's cup. @throws std::runtime_error: the world does not answer
+  double weighed_mg(int material, int weighing);
 
  private:
   std::filesystem::path folder_;

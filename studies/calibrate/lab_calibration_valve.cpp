@@ -323,6 +323,7 @@ LabCalibration calibrate_flow_curve(const Experiment& experiment, const std::str
     if (!(hz >= 1.0 && hz * tick_s <= 1.0 + 1e-9))
       throw std::invalid_argument(
           fmt::format("{} Hz is not within 1 and {} Hz, a pulse a tick", hz, 1.0 / tick_s));
+  calibration::check_flow_frequencies(frequencies);  // before an hour of weighing
   const int repeats = o.repeats > 0 ? o.repeats : 4;
   std::vector<double> order;
   RandomStream random(o.seed, Purpose::kInstrument, 1);
