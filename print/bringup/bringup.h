@@ -78,6 +78,7 @@ struct BringupRow {
   std::string_view table;  ///< where the assumption stands, which is corrected when it is otherwise
   /// nullptr: a person looks.
   BringupFinding (*check)(BringupLab&, const std::string& node) = nullptr;
+  bool (*wanted)(const Experiment&, std::string_view node) = nullptr;  ///< nullptr: always
 };
 
 /// Returns a measured number with six significant digits.
@@ -85,7 +86,9 @@ std::string number_text(double value);
 
 std::span<const BringupRow> stage_rows();
 std::span<const BringupRow> inkjet_rows();  ///< jet, profiler, lamp
-std::span<const BringupRow> ice_rows();     ///< robot, valves, laser, heater
+std::span<const BringupRow> camera_rows();
+std::span<const BringupRow> ice_rows();  ///< robot, valves, laser, heater
+bool is_microdrop(const Experiment& experiment, std::string_view node);
 /// The link row of every instrument: who answers at its port.
 BringupFinding check_link(BringupLab& lab, const std::string& node);
 

@@ -41,6 +41,21 @@ BringupFinding reply_sum(BringupLab& lab, const std::string& node) {
   return {ok, hex(r), "06 02 status, and their sum", "JetDriveDialect::frame: which bytes the sum covers"};
 }
 
+bool is_jetdrive(const Experiment& e, std::string_view node) { return !is_microdrop(e, node); }
+
+// Its driver reads every setting back before it is safe.
+BringupFinding microdrop_set_up(BringupLab& lab, const std::string& node) {
+  if (const std::string why = lab.drive(node, "stop"); !why.empty()) throw BringupStop(why);
+  const drivers::JetConfig& jet = node == "jet_b" ? lab.e.jet_b.drive : lab.e.jet;
+  return {
+      !jet.trigger_on.empty(),
+      jet.trigger_on.empty() ? "settings held, no trigger command"
+                             : "settings held, '" + jet.trigger_on + "'",
+      "settings held, and the command of its trigger input",
+      node +
+          ".trigger_on, trigger_off: the commands of the unit's manual; without them no pass can be printed"};
+}
+
 // Asks the profiler for its newest profile.
 drivers::ljv::RawProfile newest(RawLine& line) {
   using namespace drivers;
@@ -250,8 +265,11 @@ BringupFinding lamp_run(BringupLab& lab, const std::string& node) {
 
 constexpr BringupRow kRows[] = {
     {13, "jet", "GETVERSION answers 06, command, status, version, sum", "[devices.jet.dialect]",
-     &version_reply},
-    {14, "jet", "the sum of a reply is that of command and status", "JetDriveDialect::frame", &reply_sum},
+     &version_reply, &is_jetdrive},
+    {14, "jet", "the sum of a reply is that of command and status", "JetDriveDialect::frame", &reply_sum,
+     &is_jetdrive},
+    {51, "jet", "Microdrop: holds what it is told, and has a trigger", "jet.trigger_on, trigger_off",
+     &microdrop_set_up, &is_microdrop},
     {15, "jet", "SOURCE 1 does not fire by itself, SOURCE 0 holds triggers off: ink on paper",
      "drivers/jet/jet.cpp"},
     {16, "jet", "trigger polarity and pulse length, 25 us of 50 us: a scope", "StageOptions::pulse_*_us"},

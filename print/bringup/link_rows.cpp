@@ -2,7 +2,10 @@
 #include <array>
 #include <charconv>
 
+#include "drivers/camera/picture_line.h"
+#include "drivers/gas/alicat.h"
 #include "drivers/heater/thermostat.h"
+#include "drivers/jet/microdrop.h"
 #include "drivers/lamp/omnicure.h"
 #include "drivers/laser_profiler/ljv.h"
 #include "drivers/robot/fvp.h"
@@ -44,7 +47,7 @@ std::string hello_robot() {
 
 // Questions that change nothing, and who answers them.
 struct Probe {
-  std::string_view node;  ///< of port_defaults
+  std::string_view node;  ///< of port_defaults, or "microdrop"
   std::string_view instrument;
   std::string question;
   bool (*answered)(std::string_view heard);
@@ -77,6 +80,17 @@ const std::vector<Probe>& probes() {
     p.push_back({"valve_a", "a valve with FVB/1",
                  std::string(reinterpret_cast<const char*>(hello.data()), hello.size()),
                  [](std::string_view s) { return fvb::find(bytes_of(s)).kind == fvb::Found::Kind::kFrame; }});
+    p.push_back({"camera", "a camera behind Firn's picture lines", text_of(picture_line::identify()),
+                 [](std::string_view s) {
+                   return s.ends_with('\n') && (s.starts_with("OK ID") || s.starts_with("NO "));
+                 }});
+    p.push_back(
+        {"gas", "an Alicat flow controller", text_of(alicat::poll_request({}, 0)), [](std::string_view s) {
+           return s.ends_with('\r') && alicat::parse_reading(s.substr(0, s.size() - 1)).has_value();
+         }});
+    p.push_back({"microdrop", "a Microdrop jet", text_of(MicrodropDialect().probe()), [](std::string_view s) {
+                   return s.ends_with('\r') && s.size() < 12 && microdrop::number_of(bytes_of(s)) >= 0;
+                 }});
     // Last: in its monitor the jet takes single letters.
     p.push_back({"jet", "a MicroFab jet", std::string("S\x02\x02\x04", 4), &jetdrive_reply});
     p.push_back({"jet", "a MicroFab jet", "Q", &jetdrive_reply});
@@ -85,8 +99,17 @@ const std::vector<Probe>& probes() {
   return all;
 }
 
-std::string_view kind_of(std::string_view node) {
+std::string_view kind_of(const Experiment& e, std::string_view node) {
+  if (is_microdrop(e, node)) return "microdrop";
   return node == "valve_b" ? "valve_a" : node == "jet_b" ? "jet" : node;
+}
+
+std::string other_instrument(const Probe& p, const std::string& node, std::string_view kind,
+                             const PortAddress& address) {
+  if ((kind == "jet" && p.node == "microdrop") || (kind == "microdrop" && p.node == "jet"))
+    return "set " + node + ".kind = \"" + (p.node == "jet" ? "jetdrive" : "microdrop") + "\"";
+  const std::string_view owner = p.node == "microdrop" ? "jet" : p.node;
+  return "exchange the addresses in [devices]: " + to_text(address) + " belongs to " + std::string(owner);
 }
 
 std::string printable(std::string_view bytes) {
@@ -121,6 +144,11 @@ BringupFinding stage_is_ready(RawLine& line) {
 
 }  // namespace
 
+bool is_microdrop(const Experiment& e, std::string_view node) {
+  return (node == "jet" && e.jet.kind == drivers::JetKind::kMicrodrop) ||
+         (node == "jet_b" && e.jet_b.drive.kind == drivers::JetKind::kMicrodrop);
+}
+
 BringupFinding check_link(BringupLab& lab, const std::string& node) {
   const PortAddress address = lab.address(node);
   RawLine line(address);
@@ -134,17 +162,17 @@ BringupFinding check_link(BringupLab& lab, const std::string& node) {
     all += heard;
     return p.answered(heard);
   };
+  const std::string_view kind = kind_of(lab.e, node);
   for (const Probe& p : probes()) {
-    if (p.node != kind_of(node) || !answers(p, kAnswerWithin_s)) continue;
+    if (p.node != kind || !answers(p, kAnswerWithin_s)) continue;
     if (node == "lamp") return lamp_is_ready(line);
     if (node == "stage") return stage_is_ready(line);
     return {true, std::string(p.instrument) + " answers", "an answer"};
   }
   for (const Probe& p : probes())
-    if (p.node != kind_of(node) && answers(p, kOthersWithin_s))
-      return {
-          false, "this is the port of " + std::string(p.instrument), "the port of " + node,
-          "exchange the addresses in [devices]: " + to_text(address) + " belongs to " + std::string(p.node)};
+    if (p.node != kind && answers(p, kOthersWithin_s))
+      return {false, "this is the port of " + std::string(p.instrument), "the port of " + node,
+              other_instrument(p, node, kind, address)};
   if (all.empty())
     return {false, "no byte comes", "an answer",
             "power, cable, remote mode at its panel; then its speed (baud), address and terminators"};

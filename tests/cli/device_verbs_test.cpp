@@ -230,26 +230,32 @@ TEST_CASE("values beyond an order's limits are refused by name", "[device]") {
 
 TEST_CASE("identify takes at most a second behind a serial or a TCP line, for every instrument", "[device]") {
   using Kind = PortBridge::Kind;
-  const std::tuple<std::string, std::string, Kind, int> all[] = {{kInkjet, "stage", Kind::kTcp, 0},
-                                                                 {kInkjet, "jet", Kind::kSerial, 9600},
-                                                                 {kInkjet, "laser_profiler", Kind::kTcp, 0},
-                                                                 {kInkjet, "lamp", Kind::kSerial, 19200},
-                                                                 {kIce, "robot", Kind::kTcp, 0},
-                                                                 {kIce, "valve_a", Kind::kSerial, 115200},
-                                                                 {kIce, "valve_b", Kind::kSerial, 115200},
-                                                                 {kIce, "laser_point", Kind::kSerial, 115200},
-                                                                 {kIce, "heater", Kind::kSerial, 9600}};
+  const std::string camera = "camera.use=\"on\"", microdrop = "jet.kind=\"microdrop\"";
+  const std::tuple<std::string, std::string, Kind, int, std::string> all[] = {
+      {kInkjet, "stage", Kind::kTcp, 0, camera},
+      {kInkjet, "jet", Kind::kSerial, 9600, camera},
+      {kInkjet, "laser_profiler", Kind::kTcp, 0, camera},
+      {kInkjet, "lamp", Kind::kSerial, 19200, camera},
+      {kInkjet, "camera", Kind::kTcp, 0, camera},
+      {kInkjet, "jet", Kind::kSerial, 19200, microdrop},
+      {kIce, "robot", Kind::kTcp, 0, ""},
+      {kIce, "valve_a", Kind::kSerial, 115200, ""},
+      {kIce, "valve_b", Kind::kSerial, 115200, ""},
+      {kIce, "laser_point", Kind::kSerial, 115200, ""},
+      {kIce, "heater", Kind::kSerial, 9600, ""}};
   std::string lab;
   std::unique_ptr<SimulatedInstruments> world;
-  for (const auto& [file, node, kind, baud] : all) {
-    if (file != lab) world = std::make_unique<SimulatedInstruments>(load_lab_experiment(file, {}));
-    lab = file;
+  for (const auto& [file, node, kind, baud, key] : all) {
+    const std::vector<std::string> keys = key.empty() ? std::vector<std::string>{} : std::vector{key};
+    if (file + key != lab) world = std::make_unique<SimulatedInstruments>(load_lab_experiment(file, keys));
+    lab = file + key;
     const PortBridge bridge(kind, world->address(node).place);
     std::vector<std::string> words{file,     node,    "identify",
                                    "--json", "--set", port_option(node, bridge.address(baud))};
+    for (const std::string& k : keys) words.insert(words.end(), {"--set", k});
     // Instruments on one trigger line are real together.
     for (const char* other : {"stage", "jet", "laser_profiler", "robot", "valve_a", "valve_b", "laser_point"})
-      if (node != other && node != "lamp" && node != "heater" &&
+      if (node != other && node != "lamp" && node != "heater" && node != "camera" &&
           (file == kInkjet) ==
               (std::string_view("stage jet laser_profiler").find(other) != std::string::npos)) {
         words.push_back("--set");
