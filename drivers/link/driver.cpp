@@ -25,10 +25,7 @@ void Driver::went_down(std::int64_t now_us, Effects& fx, std::string_view why) {
   ending_tell_ = nullptr;
   lost(now_us, fx);
   set_state(DeviceState::kDisconnected, why, fx);
-  if (reopen_at_us_ == 0) {
-    reopen_at_us_ = now_us + backoff_us_;
-    backoff_us_ = std::min(2 * backoff_us_, kLongestBackoff);
-  }
+  if (reopen_at_us_ == 0) reopen_at_us_ = now_us + backoff_us_;
 }
 
 void Driver::reconnect(std::int64_t now_us, Effects& fx, std::string_view why) { went_down(now_us, fx, why); }
@@ -48,8 +45,8 @@ void Driver::safe_stop(std::int64_t now_us, Effects& fx) {
 
 void Driver::pump(std::int64_t now_us, Effects& fx) {
   if (!link_.is_open() && reopen_at_us_ != 0 && now_us >= reopen_at_us_) {
-    reopen_at_us_ = now_us + backoff_us_;  // asked again if nothing comes of it
     backoff_us_ = std::min(2 * backoff_us_, kLongestBackoff);
+    reopen_at_us_ = now_us + backoff_us_;  // asked again if nothing comes of it
     fx.reopen = true;
   }
   tick(now_us, fx);

@@ -15,7 +15,8 @@ constexpr double kMost_mm = 10.0;  // of a lead: the range of stage_command_t
 std::string text_of(const char* what, double value, double std, const char* unit, const char* key,
                     double limit) {
   char text[160];
-  std::snprintf(text, sizeof text, "its %s is %.3g +- %.2g %s, %s = %g", what, value, std, unit, key, limit);
+  std::snprintf(text, sizeof text, "its %s is %.3g +- %.2g%s%s, %s = %g", what, value, std, *unit ? " " : "",
+                unit, key, limit);
   return text;
 }
 

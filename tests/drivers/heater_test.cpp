@@ -116,7 +116,7 @@ TEST_CASE("temperatures come once a second and settle at the set points without 
 }
 
 TEST_CASE("interlock 10: heater (a) fails in any way, and (b) alone goes on, and both, and the print stops",
-          "[heater]") {
+          "[heater][I10]") {
   for (const int way : {0, 1, 2})
     for (const int first : {Heater::kTip, Heater::kWindow}) {
       const auto fail = [&](FakeHeaters& f, int channel) {
@@ -144,7 +144,7 @@ TEST_CASE("interlock 10: heater (a) fails in any way, and (b) alone goes on, and
     }
 }
 
-TEST_CASE("interlock 10: a dead heater is found before its channel freezes", "[heater]") {
+TEST_CASE("interlock 10: a dead heater is found before its channel freezes", "[heater][I10]") {
   Lab lab;
   lab.start();
   lab.fake.dead[0] = true;
@@ -153,7 +153,7 @@ TEST_CASE("interlock 10: a dead heater is found before its channel freezes", "[h
   CHECK(lab.fake.celsius[0] > 0.0);
 }
 
-TEST_CASE("interlock 10: a heater that never warms up is found within a minute", "[heater]") {
+TEST_CASE("interlock 10: a heater that never warms up is found within a minute", "[heater][I10]") {
   Lab lab;
   lab.rig.open();
   REQUIRE(lab.rig.run([&] { return lab.heater.safe(); }, 10));
@@ -164,7 +164,8 @@ TEST_CASE("interlock 10: a heater that never warms up is found within a minute",
   CHECK(lab.rig.all<Fault>().back().severity == Severity::kWarning);
 }
 
-TEST_CASE("interlock 10: a relay that sticks is switched off as too hot and stops the print", "[heater]") {
+TEST_CASE("interlock 10: a relay that sticks is switched off as too hot and stops the print",
+          "[heater][I10]") {
   Lab lab;
   lab.start();
   lab.fake.stuck_on[1] = true;
@@ -174,7 +175,7 @@ TEST_CASE("interlock 10: a relay that sticks is switched off as too hot and stop
   CHECK(lab.fake.set_celsius[1] == -50.0);
 }
 
-TEST_CASE("one open reading is a glitch, two are an open thermocouple", "[heater]") {
+TEST_CASE("one open reading is a glitch, two are an open thermocouple", "[heater][I10]") {
   HeaterWatch watch{HeaterOptions{}};
   CHECK(watch.judge(20.0, 20.0, false, 1'000'000) == kHeaterWell);
   CHECK(watch.judge(std::nan(""), 20.0, false, 2'000'000) == kHeaterWell);

@@ -77,7 +77,7 @@ TEST_CASE("a lamp that is out and may not be switched on is named, and its shutt
   CHECK(rig.record.history.lamp.empty());
 }
 
-TEST_CASE("a lamp that does not get warm is named when its time is over", "[lamp]") {
+TEST_CASE("a lamp that does not get warm is named when its time is over", "[lamp][I9]") {
   LampOptions options;
   options.warm_up_s = 5.0;
   LampRig rig(options, 60.0);
@@ -86,7 +86,7 @@ TEST_CASE("a lamp that does not get warm is named when its time is over", "[lamp
   CHECK(rig.stopped_by("it is not warm"));
 }
 
-TEST_CASE("a lamp with an alarm is not exposed with", "[lamp]") {
+TEST_CASE("a lamp with an alarm is not exposed with", "[lamp][I9]") {
   LampRig rig;
   rig.trip(kAlarm);
   CHECK(rig.expose(0.5).outcome == Outcome::kNone);

@@ -132,7 +132,7 @@ TEST_CASE("the shutter is told to close at a stop, at once, whatever is awaited"
 }
 
 TEST_CASE("a lamp that falls silent with the shutter open is told to close, and told again after it is back",
-          "[lamp]") {
+          "[lamp][I9]") {
   Lamp lamp(without_bits());
   Bench bench(lamp);
   bench.open();

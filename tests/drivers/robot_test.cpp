@@ -168,7 +168,7 @@ TEST_CASE(
 }
 
 TEST_CASE("interlock 7: a monitor speed other than 100 is put right by homing, else nothing runs",
-          "[robot]") {
+          "[robot][I7]") {
   Lab lab;
   lab.start();
   lab.give(1, sweep(100));
@@ -180,7 +180,7 @@ TEST_CASE("interlock 7: a monitor speed other than 100 is put right by homing, e
   CHECK(lab.run(1).outcome == Outcome::kDone);
 }
 
-TEST_CASE("interlock 5: a path that does not end is stopped, with what it has done", "[robot]") {
+TEST_CASE("interlock 5: a path that does not end is stopped, with what it has done", "[robot][I5]") {
   Lab lab;
   lab.start();
   lab.give(1, sweep(101));

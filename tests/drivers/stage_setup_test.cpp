@@ -141,6 +141,20 @@ TEST_CASE("a controller whose parameters contradict the lab file moves nothing a
   CHECK_THAT(refusal(WorldRig::fast_stage(), other), Catch::Contains("14 stage: GlobalIntegers is 50"));
 }
 
+TEST_CASE("I14: a stage that is not homed refuses a move by name, and moves when it is", "[stage][I14]") {
+  StageOptions options = WorldRig::fast_stage();
+  options.home_at_start = OnOff::kOff;
+  StageRig rig(options);
+  rig.start();
+  const Result refused = rig.move(5, 6);
+  CHECK(refused.outcome == Outcome::kRefused);
+  CHECK_THAT(refused.text, Catch::Contains("not homed"));
+  CHECK(rig.sent("stage", "LINEAR") == 0);
+  rig.act("stage", [&](std::int64_t t, Effects& fx) { rig.stage.home(t, fx); });
+  REQUIRE(rig.finished().outcome == Outcome::kDone);
+  CHECK(rig.move(5, 6).outcome == Outcome::kDone);
+}
+
 TEST_CASE("a row is split by the global integers that the controller really has", "[stage]") {
   auto config = WorldRig::small_world(17, 3);
   config.stage.global_integers = 54;

@@ -157,7 +157,8 @@ TEST_CASE("a clock that runs slow is given the time for its last pulses", "[valv
   }
 }
 
-TEST_CASE("what the data type or the valve cannot do is refused by name and nothing is sent", "[valve]") {
+TEST_CASE("what the data type or the valve cannot do is refused by name and nothing is sent",
+          "[valve][I14]") {
   struct Case {
     std::vector<std::int32_t> list;
     double pulse_s;

@@ -217,7 +217,8 @@ struct LossyLab : FakeLab {
 
 }  // namespace
 
-TEST_CASE("a scan that lost more rows than the limit is made again, slower, and the lost rows are counted") {
+TEST_CASE("a scan that lost more rows than the limit is made again, slower, and the lost rows are counted",
+          "[I13]") {
   Experiment e = small();
   e.process.max_lost_rows_share = 0.1;
   e.laser_profiler.bias_limit_mm = 0.0;  // its bare table is 50 um high
