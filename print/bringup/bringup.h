@@ -96,7 +96,7 @@ struct BringupResult {
   int id = 0;
   std::string node, what, state;  ///< "ok", "failed", "open" (a person has not looked)
   bool automatic = false;
-  std::string measured, limit, mend;
+  std::string measured = {}, limit = {}, mend = {};
   double seconds = 0.0;
   std::string port = {};  ///< at which the row was carried out, port_of()
 };

@@ -12,6 +12,23 @@ struct TakenPicture {
   double took_s = 0.0;
 };
 
+// What is wrong with a reply to SNAP.
+std::string no_picture(std::string_view reply) {
+  using namespace drivers::picture_line;
+  const std::size_t end = reply.find('\n');
+  const std::string line(reply.substr(0, std::min<std::size_t>(end, 80)));
+  const auto told = parse(line, "SNAP");
+  const auto head = told && told->accepted ? parse_head(told->text) : std::nullopt;
+  if (!head || end == reply.npos)
+    return "SNAP is answered '" + line + "', which is no head of a picture (docs/devices/camera.md)";
+  const std::string_view pixels = reply.substr(end + 1);
+  if (pixels.size() < head->bytes)
+    return std::to_string(pixels.size()) + " of " + std::to_string(head->bytes) +
+           " bytes of a picture have come: camera.picture_s, the line, the bridge";
+  return "a picture's checksum is told as " + std::to_string(head->checksum) + ", that of its bytes is " +
+         std::to_string(checksum(bytes_of(pixels.substr(0, head->bytes)))) + " (docs/devices/camera.md)";
+}
+
 TakenPicture take_picture(BringupLab& lab, const std::string& node) {
   using namespace drivers;
   const auto line = lab.line(node);
@@ -36,10 +53,7 @@ TakenPicture take_picture(BringupLab& lab, const std::string& node) {
     throw BringupStop("no picture: '" + reply.substr(0, reply.find('\n')) +
                       "': sensor, its cable, its bridge");
   const auto picture = picture_line::parse_picture(bytes_of(reply));
-  if (!picture)
-    throw BringupStop("SNAP is answered by " + std::to_string(reply.size()) +
-                      " bytes that are no picture in " + number_text(exposure_s + c.picture_s) +
-                      " s: camera.picture_s, the line, the bridge");
+  if (!picture) throw BringupStop(no_picture(reply));
   return {*picture, line->last_answer_s()};
 }
 

@@ -17,7 +17,7 @@ namespace firn {
 namespace {
 
 constexpr double kIdentifyWithin_s = 10.0;
-constexpr double kAnswered_s = 0.4;  // after its first bytes an instrument has named itself, if it can
+constexpr double kAnswered_s = 0.3;  // after its first bytes an instrument has named itself, if it can
 constexpr double kForEver_s = 1e8;
 
 template <class Message>

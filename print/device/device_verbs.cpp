@@ -85,9 +85,12 @@ DeviceOrder sweep(const DeviceCall& call, const OrderStamp& stamp) {
   camera_command_t c{};
   c.verb = std::int8_t(CameraVerb::kSweep);
   c.sweep_id = 1;
-  c.frames = std::int32_t(std::clamp(call.values[0], 0.0, 1e6));
-  c.delay_us = call.values[1];
-  c.step_us = call.values[2];
+  c.frames = 1;
+  if (!call.values.empty()) {
+    c.frames = std::int32_t(std::clamp(call.values[0], 0.0, 1e6));
+    c.delay_us = call.values[1];
+    c.step_us = call.values[2];
+  }
   c.gain_db = call.e.camera.gain_db;
   return order_of(channels::kCameraCommand, c, stamp);
 }
@@ -134,6 +137,7 @@ constexpr DeviceVerb kVerbs[] = {
     {"laser_point", "accuracy", "N", 1, "mean and scatter of N readings", &reading, true, nullptr, true},
     {"laser_point", "zero", "N", 1, "the offset that makes the mean of N readings 0", &reading, true, nullptr,
      true},
+    {"camera", "read", "", 0, "one picture", &sweep, true},
     {"camera", "sweep", "N DELAY STEP [us]", 3, "N pictures at strobe delays from DELAY on", &sweep, true},
     {"camera", "setup", "EXPOSURE GAIN DELAY [us, dB, us]", 3, "for the next picture", &serve, true},
     {"robot", "home", "", 0, "power, calibration, up", &home},

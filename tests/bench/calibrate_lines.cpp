@@ -2,7 +2,9 @@
 // in simulated time, and shows the values of both. Exit code 1: one is refused, or they differ by more than
 // their 95 % intervals.
 //   ./firn bench calibrate_lines [KIND] [OPTION of firn calibrate…]     default: flow-curve, half an hour
+#include <algorithm>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "tests/support/lined_lab.h"
 
@@ -18,7 +20,7 @@ int main(int argc, char** argv) {
   if (simulated.code != 0 || real.code != 0) return 1;
   const auto on_ports = nlohmann::json::parse(real.out), in_time = nlohmann::json::parse(simulated.out);
   bool alike = true;
-  for (const test::FoundTwice& f : test::found_twice(on_ports, in_time)) {
+  for (const test::FoundTwice& f : test::found_twice(real.out, simulated.out)) {
     std::printf("%-26s %12.5f on ports %12.5f simulated +- %.5f%s\n", f.key.c_str(), f.real, f.simulated,
                 f.half_95, f.alike() ? "" : "  DIFFERS");
     alike = alike && f.alike();

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <thread>
@@ -60,10 +61,11 @@ struct Bench {
   std::map<std::string, PortAddress> exchanged;
 };
 
-// A serial line at the wrong speed: whatever is said, other bytes come back.
-class WrongSpeed {
+// An instrument of the test's own behind a serial line.
+class SerialInstrument {
  public:
-  WrongSpeed() {
+  using Answer = std::function<std::string(std::string_view heard)>;
+  explicit SerialInstrument(Answer answer) : answer_(std::move(answer)) {
     master_ = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
     REQUIRE(master_ >= 0);
     REQUIRE(::grantpt(master_) == 0);
@@ -76,12 +78,12 @@ class WrongSpeed {
         pollfd p{master_, POLLIN, 0};
         if (::poll(&p, 1, 20) <= 0) continue;
         const ssize_t n = ::read(master_, bytes, sizeof bytes);
-        for (ssize_t k = 0; k < n; ++k) bytes[k] = char(bytes[k] * 7 ^ 0xE5);
-        if (n > 0 && ::write(master_, bytes, std::size_t(n)) < 0) return;
+        const std::string said = n > 0 ? answer_({bytes, std::size_t(n)}) : std::string();
+        if (!said.empty() && ::write(master_, said.data(), said.size()) < 0) return;
       }
     });
   }
-  ~WrongSpeed() {
+  ~SerialInstrument() {
     over_ = true;
     thread_.join();
     ::close(held_);
@@ -90,10 +92,34 @@ class WrongSpeed {
   PortAddress address() const { return parse_port_address("serial:" + path_ + "?baud=9600"); }
 
  private:
+  Answer answer_;
   int master_ = -1, held_ = -1;
   std::string path_;
   std::atomic<bool> over_ = false;
   std::thread thread_;
+};
+
+// At the wrong speed other bytes arrive.
+std::string garbled(std::string_view heard) {
+  std::string said(heard);
+  for (char& c : said) c = char(c * 7 ^ 0xE5);
+  return said;
+}
+
+// A lamp that passes over every line with a wrong CRC.
+class StrictLamp {
+ public:
+  std::string operator()(std::string_view heard) {
+    line_ += heard;
+    std::string said;
+    for (std::size_t end; (end = line_.find('\r')) != line_.npos; line_.erase(0, end + 1))
+      if (line_.substr(0, end + 1) == drivers::omnicure::frame("CONN"))
+        said += drivers::omnicure::frame("READY");
+    return said;
+  }
+
+ private:
+  std::string line_;
 };
 
 void check_failed(const BringupResult& r, const char* measured, const char* mend) {
@@ -164,7 +190,7 @@ TEST_CASE("a camera passes its rows, and each of its faults is named", "[bringup
   b.hurt("camera trip 1");
   check_failed(b.row(48, "camera"), "the sensor is disconnected", "mend this first");
   b.hurt("camera trip 2");
-  check_failed(b.row(48, "camera"), "bytes that are no picture", "mend this first");
+  check_failed(b.row(48, "camera"), "checksum is told as", "mend this first");
   b.exchanged["camera"] = b.world.address("lamp");
   check_failed(b.row(0, "camera"), "the port of an OmniCure lamp", "exchange the addresses");
   b.exchanged = {{"lamp", b.world.address("camera")}};
@@ -219,7 +245,7 @@ TEST_CASE("doctor looks at the port of each real instrument, the camera's too", 
 
 TEST_CASE("a line at the wrong speed is named", "[bringup]") {
   Bench b(kInkjet);
-  const WrongSpeed line;
+  const SerialInstrument line(&garbled);
   b.exchanged["lamp"] = line.address();
   check_failed(b.row(0, "lamp"), "that are no answer", "wrong baud or frame");
 }
@@ -236,6 +262,9 @@ TEST_CASE("the port of another instrument is named by the instrument that it is"
   check_failed(ice.row(0, "laser_point"), "a heater's read-out box", "exchange");
   check_failed(ice.row(0, "valve_a"), "a Keyence LK-G laser", "exchange");
   check_failed(ice.row(0, "heater"), "a valve with FVB/1", "exchange");
+  const SerialInstrument strict{StrictLamp()};
+  b.exchanged = {{"jet", strict.address()}};
+  check_failed(b.row(0, "jet"), "this is the port of an OmniCure lamp", "exchange the addresses");
 }
 
 TEST_CASE("a port that is not there, and an instrument that says nothing, are told apart", "[bringup]") {

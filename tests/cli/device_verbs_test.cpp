@@ -228,6 +228,23 @@ TEST_CASE("values beyond an order's limits are refused by name", "[device]") {
   CHECK(device({kInkjet, "stage", "jog", "6", "0", "0", "15", "--far"}).code == 0);
 }
 
+TEST_CASE("a camera's picture and the pictures of a sweep come as files", "[device]") {
+  const auto folder = fresh_folder("device-camera");
+  const auto taken = [&](std::vector<std::string> words, const std::string& name) {
+    words.insert(words.begin(), {kInkjet, "camera"});
+    words.insert(words.end(), {"--set", "camera.use=\"on\"", "--out", (folder / name).string()});
+    const Said said = device(words);
+    INFO(said.err);
+    CHECK(said.code == 0);
+  };
+  taken({"read"}, "one.png");
+  taken({"sweep", "3", "100", "20"}, "sweep.png");
+  for (const char* file : {"one.png", "sweep-1.png", "sweep-2.png", "sweep-3.png"}) {
+    INFO(file);
+    CHECK(file_text(folder / file).starts_with("\x89PNG"));
+  }
+}
+
 TEST_CASE("identify takes at most a second behind a serial or a TCP line, for every instrument", "[device]") {
   using Kind = PortBridge::Kind;
   const std::string camera = "camera.use=\"on\"", microdrop = "jet.kind=\"microdrop\"";
