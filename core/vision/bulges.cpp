@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numeric>
 
 namespace firn::vision {
@@ -110,13 +111,10 @@ struct Peaks {
 Peaks divide(const Silhouette& s, const std::vector<int>& distance, double neck) {
   Peaks result;
   const int w = s.columns;
-  std::vector<int> order;
+  std::vector<std::uint64_t> order;  // falling distance above the cell's number
   for (std::size_t k = 0; k < s.mask.size(); ++k)
-    if (s.mask[k]) order.push_back(int(k));
-  std::sort(order.begin(), order.end(), [&](int a, int b) {
-    const int da = distance[std::size_t(a)], db = distance[std::size_t(b)];
-    return da != db ? da > db : a < b;
-  });
+    if (s.mask[k]) order.push_back(std::uint64_t(std::uint32_t(INT32_MAX - distance[k])) << 32 | k);
+  std::sort(order.begin(), order.end());
   result.label.assign(s.mask.size(), -1);
   std::vector<int> alias;      // bulges that were given up point to what took them
   std::vector<int> connected;  // sets of bulges that touch each other by now
@@ -125,8 +123,8 @@ Peaks divide(const Silhouette& s, const std::vector<int>& distance, double neck)
       i = parent[std::size_t(i)] = parent[std::size_t(parent[std::size_t(i)])];
     return i;
   };
-  for (const int k : order) {
-    const int i = k % w, j = k / w;
+  for (const std::uint64_t entry : order) {
+    const int k = int(entry & 0xFFFFFFFF), i = k % w, j = k / w;
     int own = -1;
     for (int dj = -1; dj <= 1; ++dj)
       for (int di = -1; di <= 1; ++di) {

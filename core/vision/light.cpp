@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <functional>
 
@@ -21,13 +22,37 @@ struct Blocks {
   std::vector<std::uint16_t> least, greatest;
 };
 
-// Apart, so that it becomes vector instructions.
+// These two apart, so that they become vector instructions.
 void add_row(const std::uint16_t* __restrict row, int n, std::uint32_t* __restrict sum,
              std::uint16_t* __restrict low, std::uint16_t* __restrict high) {
   for (int x = 0; x < n; ++x) {
     sum[x] += row[x];
     low[x] = std::min(low[x], row[x]);
     high[x] = std::max(high[x], row[x]);
+  }
+}
+
+void add_rows(const std::uint16_t* __restrict row, std::size_t stride, int n, std::uint32_t* __restrict sum,
+              std::uint16_t* __restrict low, std::uint16_t* __restrict high) {
+  static_assert(kBlock == 4);
+  for (int x = 0; x < n; ++x) {
+    const std::uint16_t a = row[x], b = row[x + stride], c = row[x + 2 * stride], d = row[x + 3 * stride];
+    sum[x] = std::uint32_t(a) + b + c + d;
+    low[x] = std::min(std::min(a, b), std::min(c, d));
+    high[x] = std::max(std::max(a, b), std::max(c, d));
+  }
+}
+
+// Whole blocks of a row of blocks, from the sums and extremes of its columns of pixels.
+void join_blocks(int n, const std::uint32_t* __restrict sum, const std::uint16_t* __restrict low,
+                 const std::uint16_t* __restrict high, float* __restrict mean,
+                 std::uint16_t* __restrict least, std::uint16_t* __restrict greatest) {
+  for (int b = 0; b < n; ++b) {
+    const std::uint32_t* s = sum + kBlock * b;
+    const std::uint16_t *l = low + kBlock * b, *h = high + kBlock * b;
+    mean[b] = float(double(s[0] + s[1] + s[2] + s[3]) / double(kBlock * kBlock));
+    least[b] = std::min(std::min(l[0], l[1]), std::min(l[2], l[3]));
+    greatest[b] = std::max(std::max(h[0], h[1]), std::max(h[2], h[3]));
   }
 }
 
@@ -43,13 +68,21 @@ Blocks measure_blocks(const Frame& f) {
   std::vector<std::uint32_t> sum(w);
   std::vector<std::uint16_t> low(w), high(w);
   for (int by = 0; by < b.rows; ++by) {
-    std::fill(sum.begin(), sum.end(), 0u);
-    std::fill(low.begin(), low.end(), std::uint16_t(65535));
-    std::fill(high.begin(), high.end(), std::uint16_t(0));
     const int height = std::min(kBlock, f.height - by * kBlock);
-    for (int dy = 0; dy < height; ++dy)
-      add_row(&f.pixels[f.index(0, by * kBlock + dy)], f.width, sum.data(), low.data(), high.data());
-    for (int bx = 0; bx < b.columns; ++bx) {
+    if (height == kBlock) {
+      add_rows(&f.pixels[f.index(0, by * kBlock)], std::size_t(f.width), f.width, sum.data(), low.data(),
+               high.data());
+    } else {
+      std::fill(sum.begin(), sum.end(), 0u);
+      std::fill(low.begin(), low.end(), std::uint16_t(65535));
+      std::fill(high.begin(), high.end(), std::uint16_t(0));
+      for (int dy = 0; dy < height; ++dy)
+        add_row(&f.pixels[f.index(0, by * kBlock + dy)], f.width, sum.data(), low.data(), high.data());
+    }
+    const std::size_t line = std::size_t(by) * std::size_t(b.columns);
+    const int whole = height == kBlock ? f.width / kBlock : 0;
+    join_blocks(whole, sum.data(), low.data(), high.data(), &b.mean[line], &b.least[line], &b.greatest[line]);
+    for (int bx = whole; bx < b.columns; ++bx) {
       const int width = std::min(kBlock, f.width - bx * kBlock);
       std::uint32_t s = 0;
       std::uint16_t lo = 65535, hi = 0;
@@ -59,7 +92,7 @@ Blocks measure_blocks(const Frame& f) {
         lo = std::min(lo, low[x]);
         hi = std::max(hi, high[x]);
       }
-      const std::size_t i = std::size_t(by) * std::size_t(b.columns) + std::size_t(bx);
+      const std::size_t i = line + std::size_t(bx);
       b.mean[i] = float(double(s) / double(width * height));
       b.least[i] = lo;
       b.greatest[i] = hi;
@@ -88,12 +121,26 @@ struct Tile {
   double x, y, level;
 };
 
+// statistics::upper_median of levels, which are not negative: their bits have their order, and halving the
+// range between the least and the largest needs counts alone, which are vector instructions.
+float level_median(const std::vector<std::int32_t>& bits) {
+  auto [least, largest] = std::ranges::minmax(bits);
+  const int half = int(bits.size() / 2);
+  while (least < largest) {
+    const std::int32_t middle = least + (largest - least) / 2;
+    int below = 0;
+    for (const std::int32_t b : bits) below += b <= middle;
+    (below > half ? largest : least) = below > half ? middle : middle + 1;
+  }
+  return std::bit_cast<float>(least);
+}
+
 std::vector<Tile> measure_tiles(const Blocks& b, int& columns, int& rows) {
   const int side = std::max(1, std::max(b.columns, b.rows) / kTiles);
   columns = (b.columns + side - 1) / side;
   rows = (b.rows + side - 1) / side;
   std::vector<Tile> tiles;
-  std::vector<float> values;
+  std::vector<std::int32_t> values;
   for (int ty = 0; ty < rows; ++ty)
     for (int tx = 0; tx < columns; ++tx) {
       const int x0 = tx * side, x1 = std::min(b.columns, x0 + side), y0 = ty * side,
@@ -101,8 +148,9 @@ std::vector<Tile> measure_tiles(const Blocks& b, int& columns, int& rows) {
       values.clear();
       for (int y = y0; y < y1; ++y)
         for (int x = x0; x < x1; ++x)
-          values.push_back(b.mean[std::size_t(y) * std::size_t(b.columns) + std::size_t(x)]);
-      tiles.push_back({0.5 * (x0 + x1 - 1), 0.5 * (y0 + y1 - 1), double(statistics::upper_median(values))});
+          values.push_back(
+              std::bit_cast<std::int32_t>(b.mean[std::size_t(y) * std::size_t(b.columns) + std::size_t(x)]));
+      tiles.push_back({0.5 * (x0 + x1 - 1), 0.5 * (y0 + y1 - 1), double(level_median(values))});
     }
   return tiles;
 }

@@ -71,24 +71,25 @@ std::vector<Component> find_components(const Scene& scene, double level) {
   const Frame& frame = scene.frame();
   std::vector<Run> runs;
   std::vector<std::size_t> row_begin(std::size_t(frame.height) + 1);
-  std::vector<std::uint8_t> seen(std::size_t(light.columns));
+  std::vector<int> seen;  // blocks of a row of blocks in which a pixel may be above the level
   // A background picture can be brighter than the smooth ground by its texture.
   const double depth_share = 0.9 * level;
   for (int by = 0; by < light.rows; ++by) {
+    seen.clear();
     for (int bx = 0; bx < light.columns; ++bx) {
       const std::size_t i = std::size_t(by) * std::size_t(light.columns) + std::size_t(bx);
       const double g = double(light.ground[i]);
-      seen[std::size_t(bx)] = double(light.least[i]) < g - depth_share * (g - light.dark);
+      if (double(light.least[i]) < g - depth_share * (g - light.dark)) seen.push_back(bx);
     }
     for (int y = by * kBlock; y < std::min(frame.height, (by + 1) * kBlock); ++y) {
       row_begin[std::size_t(y)] = runs.size();
-      int open = -1;
-      for (int bx = 0; bx < light.columns; ++bx) {
-        if (!seen[std::size_t(bx)]) {
-          if (open >= 0) runs.push_back({y, open, bx * kBlock - 1});
+      int open = -1, next = 0;  // the run's first pixel, the first pixel behind the last block
+      for (const int bx : seen) {
+        if (open >= 0 && bx * kBlock > next) {
+          runs.push_back({y, open, next - 1});
           open = -1;
-          continue;
         }
+        next = (bx + 1) * kBlock;
         for (int x = bx * kBlock; x < std::min(frame.width, (bx + 1) * kBlock); ++x) {
           const bool in = scene.opacity(x, y) > level;
           if (in && open < 0) open = x;
@@ -98,7 +99,7 @@ std::vector<Component> find_components(const Scene& scene, double level) {
           }
         }
       }
-      if (open >= 0) runs.push_back({y, open, frame.width - 1});
+      if (open >= 0) runs.push_back({y, open, std::min(next, frame.width) - 1});
     }
   }
   row_begin[std::size_t(frame.height)] = runs.size();

@@ -1,11 +1,13 @@
-// Measures the vision core on rendered strobe sweeps, drawn at random.
-//   droplet_pictures [SWEEPS=500] [SEED=90000]
+// Measures the vision core on rendered strobe sweeps, drawn at random, and one large picture.
+//   droplet_pictures [SWEEPS=500 [SEED=90000]]; 0 sweeps: the large picture alone
 // The thresholds of core/vision were set on seeds below 50000.
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <string_view>
 #include <vector>
 
 #include "core/grid/random.h"
@@ -87,6 +89,7 @@ struct Score {
     error.push_back(std::abs(off) / limit);
   }
   void print(const char* name, const char* limit) {
+    if (n == 0) return;
     std::sort(error.begin(), error.end());
     double square = 0;
     for (const double e : error) square += e * e;
@@ -147,8 +150,22 @@ void measure_cpu() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const int n = argc > 1 ? std::atoi(argv[1]) : 500;
-  const std::uint64_t seed = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 90000;
+  std::uint64_t numbers[2] = {500, 90000};
+  for (int k = 1; k < argc; ++k) {
+    const std::string_view text = argv[k];
+    const auto [end, error] =
+        std::from_chars(text.data(), text.data() + text.size(), numbers[std::min(k, 2) - 1]);
+    if (k > 2 || error != std::errc{} || end != text.data() + text.size() || numbers[0] > 1'000'000) {
+      std::fprintf(stderr, "usage: droplet_pictures [SWEEPS [SEED]], SWEEPS at most 1000000\n");
+      return text == "--help" ? 0 : 2;
+    }
+  }
+  const int n = int(numbers[0]);
+  const std::uint64_t seed = numbers[1];
+  if (n == 0) {
+    measure_cpu();
+    return 0;
+  }
   Score velocity, diameter, angle, nozzle, break_off, centroid, single;
   int satellites = 0, satellites_found = 0, wrong_state = 0, pictures = 0, failed = 0, no_background = 0;
   for (int k = 0; k < n; ++k) {
