@@ -58,6 +58,7 @@ void check_devices(Rules& r) {
     } catch (const std::invalid_argument& error) {
       problem = error.what();
     }
+    if (address.pictures() && port.node != "camera") problem = "only a camera has such a port";
     r.require(problem.empty(), {key.c_str()}, problem);
     if (address.kind == PortAddress::Kind::kSimulated) continue;
     r.require(e.run.time_scale == 1.0, {key.c_str(), "run.time_scale"},

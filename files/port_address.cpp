@@ -1,5 +1,6 @@
 #include "files/port_address.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <stdexcept>
@@ -8,6 +9,7 @@
 namespace firn {
 namespace {
 
+constexpr std::array<std::string_view, 5> kPixelFormats{"GREY", "Y10", "Y12", "Y16", "YUYV"};
 constexpr std::array kBauds{300, 1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400, 460800, 921600};
 
 [[noreturn]] void refuse(std::string_view text, const std::string& why) {
@@ -99,6 +101,39 @@ PortAddress serial(std::string_view text, std::string_view rest, const PortDefau
   return a;
 }
 
+void take_size(PortAddress& a, std::string_view text, std::string_view size) {
+  const std::size_t x = size.find('x');
+  if (x == std::string_view::npos) refuse(text, "size '" + std::string(size) + "' must be as 1280x960");
+  a.width_px = number(text, size.substr(0, x), "width", 16, 16384);
+  a.height_px = number(text, size.substr(x + 1), "height", 16, 16384);
+}
+
+PortAddress v4l2(std::string_view text, std::string_view rest) {
+  PortAddress a;
+  a.kind = PortAddress::Kind::kV4l2;
+  const std::size_t query = rest.find('?');
+  a.place = rest.substr(0, query);
+  check_place(text, a.place, "device file");
+  for (std::string_view options = query == std::string_view::npos ? "" : rest.substr(query + 1);
+       !options.empty();) {
+    const std::string_view option = options.substr(0, options.find('&'));
+    options.remove_prefix(std::min(options.size(), option.size() + 1));
+    const std::size_t equals = option.find('=');
+    const std::string_view name = option.substr(0, equals),
+                           value = equals == std::string_view::npos ? "" : option.substr(equals + 1);
+    if (name == "size")
+      take_size(a, text, value);
+    else if (name == "delay_us")
+      a.delay_us = number(text, value, "delay_us", 0, 1'000'000);
+    else if (name == "format" && std::ranges::find(kPixelFormats, value) != kPixelFormats.end())
+      a.format = value;
+    else
+      refuse(text, "option '" + std::string(option) +
+                       "' is none of size=WxH, format=GREY|Y10|Y12|Y16|YUYV, delay_us=N");
+  }
+  return a;
+}
+
 }  // namespace
 
 std::optional<PortDefaults> port_defaults(std::string_view node) {
@@ -126,6 +161,13 @@ PortAddress parse_port_address(std::string_view text, const PortDefaults& defaul
       check_place(text, rest, "socket");
       return unix_port(std::string(rest));
     }
+    if (scheme == "v4l2") return v4l2(text, rest);
+    if (scheme == "folder") {
+      check_place(text, rest, "folder");
+      PortAddress a = unix_port(std::string(rest));
+      a.kind = PortAddress::Kind::kFolder;
+      return a;
+    }
     if (scheme == "cassette") {
       check_place(text, rest, "file");
       PortAddress a = unix_port(std::string(rest));
@@ -133,7 +175,9 @@ PortAddress parse_port_address(std::string_view text, const PortDefaults& defaul
       return a;
     }
   }
-  refuse(text, "must be sim:, tcp:HOST:PORT, serial:FILE?baud=N, unix:PATH or cassette:FILE");
+  refuse(text,
+         "must be sim:, tcp:HOST:PORT, serial:FILE?baud=N, unix:PATH or cassette:FILE, or of a camera "
+         "v4l2:FILE or folder:PATH");
 }
 
 PortAddress unix_port(std::string path) {
@@ -161,6 +205,16 @@ std::string to_text(const PortAddress& a) {
       return "unix:" + a.place;
     case PortAddress::Kind::kCassette:
       return "cassette:" + a.place;
+    case PortAddress::Kind::kFolder:
+      return "folder:" + a.place;
+    case PortAddress::Kind::kV4l2: {
+      std::string options;
+      const auto add = [&](const std::string& option) { options += (options.empty() ? "?" : "&") + option; };
+      if (a.width_px > 0) add("size=" + std::to_string(a.width_px) + "x" + std::to_string(a.height_px));
+      if (!a.format.empty()) add("format=" + a.format);
+      if (a.delay_us > 0.0) add("delay_us=" + std::to_string(int(a.delay_us)));
+      return "v4l2:" + a.place + options;
+    }
   }
   return "sim:";
 }

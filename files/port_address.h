@@ -1,6 +1,7 @@
 // PortAddress says where the port of an instrument is: in the simulated world, behind TCP, a serial line or a
-// Unix socket, or on a cassette, which plays an instrument's earlier answers. Its text stands in a lab file,
-// `[devices.NODE] port`, and in the command line of a process.
+// Unix socket, at a V4L2 device or a folder of pictures, or on a cassette, which plays an instrument's
+// earlier answers. Its text stands in a lab file, `[devices.NODE] port`, and in the command line of a
+// process.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +12,7 @@
 namespace firn {
 
 struct PortAddress {
-  enum class Kind : std::uint8_t { kSimulated, kTcp, kSerial, kUnix, kCassette };
+  enum class Kind : std::uint8_t { kSimulated, kTcp, kSerial, kUnix, kCassette, kV4l2, kFolder };
   enum class Dtr : std::uint8_t {
     kKeep,
     kOn,
@@ -19,7 +20,7 @@ struct PortAddress {
   };  ///< modem line "data terminal ready" once the line is open
 
   Kind kind = Kind::kSimulated;
-  std::string place;  ///< host, device file, socket or cassette; empty in the simulated world
+  std::string place;  ///< host, device file, socket, folder or cassette; empty in the simulated world
   int tcp_port = 0;   ///< 1 to 65535
   // Settings of serial lines.
   int baud = 0;
@@ -28,8 +29,13 @@ struct PortAddress {
   int stop_bits = 1;
   Dtr dtr = Dtr::kKeep;
   int open_wait_ms = 0;  ///< after opening, before the first byte
+  // Settings of V4L2 devices.
+  int width_px = 0, height_px = 0;  ///< 0: as the device has them
+  std::string format;               ///< "GREY", "Y10", …; empty: the deepest that it has
+  double delay_us = 0.0;            ///< of the strobe, as another instrument was set
 
-  bool real() const { return kind != Kind::kSimulated && kind != Kind::kCassette; }
+  bool real() const { return kind != Kind::kSimulated && kind != Kind::kCassette && kind != Kind::kFolder; }
+  bool pictures() const { return kind == Kind::kV4l2 || kind == Kind::kFolder; }
   bool operator==(const PortAddress&) const = default;
 };
 
@@ -43,7 +49,8 @@ struct PortDefaults {
 std::optional<PortDefaults> port_defaults(std::string_view node);
 
 /// Reads "sim:", "tcp:HOST[:PORT]", "serial:FILE[?baud=N&frame=8N1&dtr=on|off|keep&open_wait_ms=N]",
-/// "unix:PATH" or "cassette:FILE" (files/cassette.h). An IPv6 host stands in brackets.
+/// "unix:PATH", "cassette:FILE" (files/cassette.h), and of cameras "v4l2:FILE[?size=WxH&format=F&delay_us=N]"
+/// or "folder:PATH". An IPv6 host stands in brackets.
 /// @throws std::invalid_argument naming the piece and its required form
 PortAddress parse_port_address(std::string_view text, const PortDefaults& defaults = {});
 

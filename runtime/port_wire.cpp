@@ -61,12 +61,14 @@ PortWire::PortWire(PortWire&& other) noexcept
       fd_(std::exchange(other.fd_, -1)),
       due_us_(other.due_us_),
       trouble_(std::move(other.trouble_)),
+      bridge_(std::move(other.bridge_)),
       deck_(std::move(other.deck_)),
       played_(std::move(other.played_)) {}
 
 void PortWire::close() {
   if (fd_ >= 0) ::close(fd_);
   fd_ = -1;
+  bridge_.reset();
   state_ = State::kClosed;
   due_us_ = INT64_MAX;
 }
@@ -100,6 +102,9 @@ void PortWire::open(std::int64_t wall_us) {
     }
     case PortAddress::Kind::kCassette:
       return open_cassette(wall_us);
+    case PortAddress::Kind::kV4l2:
+    case PortAddress::Kind::kFolder:
+      return open_pictures();
     case PortAddress::Kind::kTcp:
       connect_socket(reinterpret_cast<const sockaddr*>(&remote_), remote_size_);
       if (state_ == State::kConnecting) due_us_ = wall_us + kConnectWithin_us;
@@ -113,6 +118,14 @@ void PortWire::open(std::int64_t wall_us) {
       return;
     }
   }
+}
+
+void PortWire::open_pictures() try {
+  bridge_ = std::make_unique<camera::CameraBridge>(camera::open_picture_source(address_));
+  fd_ = bridge_->take_fd();
+  state_ = State::kOpen;
+} catch (const std::runtime_error& why) {
+  failed(why.what());
 }
 
 void PortWire::open_cassette(std::int64_t wall_us) {

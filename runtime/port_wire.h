@@ -1,4 +1,5 @@
-// PortWire is one nonblocking connection to an instrument: TCP, a serial line, a Unix socket or a cassette.
+// PortWire is one nonblocking connection to an instrument: TCP, a serial line, a Unix socket, a source of
+// pictures or a cassette.
 #pragma once
 
 #include <sys/socket.h>
@@ -10,6 +11,7 @@
 #include <string>
 
 #include "files/port_address.h"
+#include "runtime/camera/camera_bridge.h"
 #include "runtime/cassette_deck.h"
 
 namespace firn {
@@ -48,6 +50,7 @@ class PortWire {
 
  private:
   void failed(const std::string& why);
+  void open_pictures();
   void open_cassette(std::int64_t wall_us);
   void wait_for_cassette();
   Io read_cassette(std::span<std::byte> to, std::size_t& count);
@@ -60,6 +63,7 @@ class PortWire {
   int fd_ = -1;
   std::int64_t due_us_ = INT64_MAX;
   std::string trouble_;
+  std::unique_ptr<camera::CameraBridge> bridge_;  // of a source of pictures, while it is open
   std::unique_ptr<CassetteDeck> deck_;  // of a cassette; fd_ is a timer that runs out when bytes come
   std::vector<std::byte> played_;       // come, and not read yet
 };
