@@ -55,7 +55,7 @@ ProvenanceDocument provenance_of(const fs::path& run) {
 struct ReadRun {
   replay::StudyRun run;
   std::string target;  // digest
-  std::string grid;
+  std::string doubt;   // damage of its records, or layers without a map; empty: none
 };
 
 ReadRun read_recorded(const fs::path& path) {
@@ -72,11 +72,16 @@ ReadRun read_recorded(const fs::path& path) {
   try {
     const replay::RunMessages messages(path);
     messages.each<layer_metrics_t>(channels::kLayerMetrics.name, [&](const layer_metrics_t& m) { last = m; });
+    if (!messages.damage().empty()) read.doubt = "is damaged: " + messages.damage().front();
   } catch (const std::invalid_argument& error) {
     throw UsageError(path.string() + ": " + error.what());
   }
   if (!last && read.run.finished)
-    throw UsageError(path.string() + ": no layer was printed and measured: nothing can be compared");
+    throw UsageError(path.string() + ": no layer was printed and measured: nothing can be compared" +
+                     (read.doubt.empty() ? "" : "; it " + read.doubt));
+  if (last && read.run.finished && read.doubt.empty() && last->layer != result->layers)
+    read.doubt = "was measured last after layer " + std::to_string(last->layer) + " of " +
+                 std::to_string(result->layers);
   read.run.metrics =
       last ? metrics_of_layer(*last)
            : std::vector<double>(measured_metrics().size(), std::numeric_limits<double>::quiet_NaN());
@@ -145,6 +150,7 @@ RecordedStudy recorded_study(const Study& study, const fs::path& folder) {
       if (!seen.insert(fs::weakly_canonical(run)).second) throw UsageError(run.string() + " is given twice");
       ReadRun read = read_recorded(run);
       targets.insert(read.target);
+      if (!read.doubt.empty()) t.notes.push_back(run_name(run) + " " + read.doubt);
       std::vector<double> metrics;
       for (const std::size_t m : wanted) metrics.push_back(read.run.metrics[m]);
       read.run.metrics = std::move(metrics);

@@ -200,6 +200,29 @@ class Import(unittest.TestCase):
         said = json.loads(firn("compare", run, third, "-o", self.folder / "study", "--json").stdout)
         self.assertIn("2 different targets", " ".join(said["notes"]))
 
+    def test_a_damaged_run_is_named_by_compare(self):
+        heights, drops = printed(3, 9, 8, 2e-4, 1, dense=True)
+        runs = [self.imported(self.write_table(heights, drops, 0, 1), "--name", name)[0] for name in ("a", "b")]
+        wal = runs[1] / "nodes/scheduler.wal"
+        whole = wal.read_bytes()
+        rng = random.Random(3)
+        for case in range(12):
+            broken = bytearray(whole)
+            if case % 3 == 0:
+                broken[rng.randrange(len(whole) // 4, len(whole))] ^= 1 << rng.randrange(8)
+            elif case % 3 == 1:
+                del broken[rng.randrange(len(whole)):]
+            else:
+                broken = bytearray(rng.randbytes(case * 50))
+            wal.write_bytes(broken)
+            done = firn("compare", *runs, "-o", self.folder / "study", code=None)
+            self.assertIn(done.returncode, (0, 1, 2))
+            said = done.stdout + done.stderr
+            self.assertRegex(said, f"{runs[1].name}.*(is damaged|no layer was printed|was measured last|scheduler.wal)", case)
+        wal.write_bytes(whole)
+        (runs[1] / "provenance.json").write_text('{"scheme": 3')
+        self.assertIn("provenance.json", firn("compare", *runs, code=None).stderr)
+
     def test_schemes_print_the_part_of_an_imported_run(self):
         heights, drops = printed(6, 12, 10, 1e-4, 4, dense=True)
         for k in range(1, 7):
