@@ -22,6 +22,7 @@ void add_python_inputs(const Experiment& experiment, const std::filesystem::path
 
 /// Returns "Python 3.11.2, numpy 1.24.2 here; the run has …" if a run was printed with other versions of the
 /// interpreter or of its packages than this process has loaded; empty: with the same, or without Python.
+/// Packages that this process has not loaded do not count.
 std::string python_difference(const Blobs& inputs);
 
 }  // namespace firn

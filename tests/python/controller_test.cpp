@@ -249,6 +249,9 @@ TEST_CASE("other versions of the interpreter or of a package are named with thos
   other.role = kPythonVersionsRole;
   CHECK_THAT(python_difference({other}),
              Catch::StartsWith("Python 3.") && Catch::Contains("the run has Python 3.99.0, numpy 1.0"));
+  Blob more = python_input("", now + "torch 1.13.0\n");  // of a world, which no replay runs
+  more.role = kPythonVersionsRole;
+  CHECK(python_difference({more}).empty());
 }
 
 TEST_CASE("use_model reaches a class that has it, and its predictions") {
