@@ -4,9 +4,11 @@
     tests/python/package_test.py FIRN ROOT [Case.test]
 """
 import ast
+import contextlib
 import doctest
 import importlib
 import inspect
+import io
 import json
 import os
 import re
@@ -52,6 +54,15 @@ class Package(unittest.TestCase):
     def test_the_page_shows_the_controller_that_is_here(self):
         code = (ROOT / "experiments" / "python" / "level.py").read_text().split('"""\n', 1)[1]
         self.assertIn(f"```python\n{code}```", (ROOT / "python" / "README.md").read_text())
+
+    def test_the_comparison_on_the_page_runs(self):
+        page = (ROOT / "python" / "README.md").read_text()
+        block, = (b.split("```")[0] for b in page.split("```python\n")[1:] if "told = firn.compare(" in b)
+        self.assertIn("seeds=10", block)
+        said = io.StringIO()
+        with contextlib.chdir(ROOT), contextlib.redirect_stdout(said):
+            exec(block.replace("seeds=10", "seeds=2, settings={'part.height_mm': 0.03}"), {})
+        self.assertIn("2 seeds", said.getvalue())
 
     def test_arrays_of_a_run_are_the_numbers_of_its_log(self):
         run = firn.Run(GOLDEN)
