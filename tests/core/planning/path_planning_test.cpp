@@ -149,6 +149,26 @@ TEST_CASE("Nozzles and laser stand where their paths are, each with its own offs
   CHECK(seen > 12);
 }
 
+TEST_CASE("Curves fitted inside the tolerance save the ice lab time and keep every limit") {
+  PathTask rose = circle(20.0);
+  rose.kind = PathKind::kMeasurement;
+  rose.tool = "laser";
+  rose.points.clear();
+  for (int n = 0; n < 400; ++n) {
+    constexpr double kTurn = 6.283185307179586;
+    const double a = kTurn * n / 400.0, r = 20.0 + 4.0 * std::cos(5.0 * a);
+    rose.points.push_back({std::round(1e3 * r * std::cos(a)) / 1e3, std::round(1e3 * r * std::sin(a)) / 1e3});
+  }
+  PlanningSetup s = setup(control::SurfaceVersion::kPathSpeed);
+  const PlannedTask ramped = TaskPlanner(s).plan(rose, nullptr);
+  s.curve_rule = motion::CurveRule::kFitted;
+  const PlannedTask fitted = TaskPlanner(s).plan(rose, nullptr);
+  REQUIRE(ramped.problem.empty());
+  REQUIRE(fitted.problem.empty());
+  CHECK(fitted.trajectory.certificate.duration_s < 0.99 * ramped.trajectory.certificate.duration_s);
+  for (const LimitRatio& r : fitted.trajectory.certificate.limits) CHECK(r.ratio <= 1.0);
+}
+
 TEST_CASE("A path that is met again in another layer is not planned again, and only joint 3 differs") {
   const PlanningSetup s = setup(control::SurfaceVersion::kValveFrequency);
   TaskPlanner planner(s);
