@@ -8,6 +8,7 @@
 // and by kind
 // - `certified_bench job N FILE.csv|FILE.json`: the first N paths of that job in a file, for `firn plan FILE
 // --origin 380,0`
+// - `certified_bench job PATHS FILE.csv`: the paths of a sliced or drawn job, for drive_times
 //
 // Times per core are user CPU seconds of this process.
 #include <sys/resource.h>
@@ -28,6 +29,7 @@
 #include "core/grid/random.h"
 #include "core/motion/planner.h"
 #include "core/motion/thesis/test_path.h"
+#include "files/path/path_file.h"
 #include "tests/core/motion/random_paths.h"
 
 namespace {
@@ -261,6 +263,28 @@ int write_job(std::uint64_t paths, const std::string& file) {
   return good ? 0 : 1;
 }
 
+/// The paths of any file that `firn plan` reads, closed ones with their first point again.
+int convert_job(const char* from, const char* to) {
+  std::FILE* out = std::fopen(to, "w");
+  if (!out) {
+    std::perror(to);
+    return 1;
+  }
+  std::fputs("x_mm,y_mm\n", out);
+  std::size_t paths = 0, points = 0;
+  read_paths(from, [&](InputPath&& path) {
+    std::vector<Point2>& p = path.path.points;
+    if (path.path.closed) p.push_back(p.front());
+    for (const Point2& q : p) std::fprintf(out, "%.17g,%.17g\n", q.x_mm, q.y_mm);
+    std::fputs("\n", out);
+    ++paths;
+    points += p.size();
+  });
+  const bool good = std::fclose(out) == 0;
+  std::printf("%zu paths, %zu points\n", paths, points);
+  return good ? 0 : 1;
+}
+
 int random_paths(int count, std::uint64_t seed) {
   const auto arm = make_scara(cobra600());
   RandomPathMaker maker(seed);
@@ -353,12 +377,17 @@ int main(int argc, char** argv) {
   if (what == "tiers")
     return tiers(argc > 2 ? std::max(1, std::atoi(argv[2])) : 100,
                  argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
-  if (what == "job" && argc == 4) return write_job(std::strtoull(argv[2], nullptr, 10), argv[3]);
+  if (what == "job" && argc == 4) {
+    char* end = nullptr;
+    const std::uint64_t paths = std::strtoull(argv[2], &end, 10);
+    return *end == '\0' ? write_job(paths, argv[3]) : convert_job(argv[2], argv[3]);
+  }
   if (what == "random")
     return random_paths(argc > 2 ? std::atoi(argv[2]) : 100000,
                         argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
-  std::fprintf(stderr,
-               "usage: certified_bench speed [kind] | lucy [threads] | job N FILE | random N [seed] | tiers "
-               "N [seed]\n");
+  std::fprintf(
+      stderr,
+      "usage: certified_bench speed [kind] | lucy [threads] | job N|PATHS FILE | random N [seed] | tiers "
+      "N [seed]\n");
   return 2;
 }

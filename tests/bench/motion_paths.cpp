@@ -2,8 +2,10 @@
 // to 3, 4 or 9 decimals, with tolerances of 0.005 to 0.1 mm.
 //
 // - `motion_paths [CURVES] [SEED] [KIND]`: for each kind of curve, or for one: duration over the best of all
-// tiers, its growth with a larger tolerance and with denser sampling, the lower bound's share, deviation /
-// tolerance, and the largest ratio to a limit. CURVES are drawn in all, default 200.
+// tiers, its growth with a larger tolerance and with denser sampling (of all curves, and of those whose
+// samples' polygon leaves them by at most half the tolerance: others are not told by their samples), the
+// lower bound's share, deviation / tolerance, and the largest ratio to a limit. CURVES are drawn in all,
+// default 200.
 // - `motion_paths nasty N [SEED]`: N random paths (cusps, tiny and repeated steps, zigzags, near full reach)
 // with tolerances of 0 and 0.005 to 0.1 mm: refusals by reason, deviation / tolerance, largest ratio to a
 // limit at any instant by interval arithmetic
@@ -49,12 +51,13 @@ struct Summary {
 };
 
 struct Kind {
-  Summary over_best, wider, denser, bound, off, ratio;
+  Summary over_best, wider, denser, told, bound, off, ratio;
   int refused = 0;
   void merge(const Kind& o) {
     over_best.merge(o.over_best);
     wider.merge(o.wider);
     denser.merge(o.denser);
+    told.merge(o.told);
     bound.merge(o.bound);
     off.merge(o.off);
     ratio.merge(o.ratio);
@@ -86,6 +89,32 @@ double largest(const PlanResult& result) {
   return most;
 }
 
+/// Largest distance of a curve from the polygon of its samples.
+double missed_mm(const ParametricCurve& curve, const std::vector<Point2>& points) {
+  constexpr int kFine = 20000, kAhead = 3;
+  double most = 0.0;
+  std::size_t from = 0;
+  for (int i = 0; i <= kFine; ++i) {
+    const Point2 p = curve(double(i) / kFine);
+    double nearest = 1e300;
+    std::size_t best = from;
+    for (std::size_t k = from; k + 1 < points.size() && k < from + kAhead; ++k) {
+      const Point2 a = points[k], b = points[k + 1];
+      const double ux = b.x_mm - a.x_mm, uy = b.y_mm - a.y_mm, square = ux * ux + uy * uy;
+      const double x = square > 0.0 ? ((p.x_mm - a.x_mm) * ux + (p.y_mm - a.y_mm) * uy) / square : 0.0;
+      const double y = std::clamp(x, 0.0, 1.0);
+      const double d = distance(p, {a.x_mm + y * ux, a.y_mm + y * uy});
+      if (d < nearest) {
+        nearest = d;
+        best = k;
+      }
+    }
+    from = best;
+    most = std::max(most, nearest);
+  }
+  return most;
+}
+
 void measure(Planner& planner, int kind, std::uint64_t seed, Kind& out) {
   static constexpr int kDecimals[3] = {3, 4, 9};
   RandomStream draw(seed, Purpose::kTest);
@@ -108,29 +137,33 @@ void measure(Planner& planner, int kind, std::uint64_t seed, Kind& out) {
   out.over_best.add(t / std::min(slow.continuous_s, t));
   out.wider.add(wide.continuous_s / t - 1.0);
   out.denser.add(dense.continuous_s / t - 1.0);
+  const double missed = missed_mm(curve, sampled(curve, step, decimals)) / tolerance;
+  if (missed <= 0.5) out.told.add(out.denser.value.back());
   out.bound.add(fast.trajectory.certificate.lower_bound_s / t);
   out.off.add(std::max(fast.deviation_mm, slow.deviation_mm) / tolerance);
   out.ratio.add(std::max(largest(fast), largest(slow)));
   if (std::getenv("MOTION_PATHS_VERBOSE"))
     std::printf(
-        "%s %llu step %.3f decimals %d tolerance %.4f: %.4f optimal %.4f wider %+.4f denser %+.4f off %.3f\n",
+        "%s %llu step %.6f decimals %d tolerance %.6f: %.4f optimal %.4f wider %+.4f denser %+.4f (samples "
+        "miss %.2f) off %.3f\n",
         kCurveKind[kind], static_cast<unsigned long long>(seed), step, decimals, tolerance, t,
-        slow.continuous_s, out.wider.value.back(), out.denser.value.back(), out.off.value.back());
+        slow.continuous_s, out.wider.value.back(), out.denser.value.back(), missed, out.off.value.back());
   std::fflush(stdout);
 }
 
 void print(const char* text, const Kind& k) {
-  std::printf("%-10s %6zu %8.4f %8.4f %9.2f %9.2f %9.3f %8.4f %10.7f %7d\n", text, k.over_best.value.size(),
-              k.over_best.mean(), k.over_best.most(), 100.0 * k.wider.most(), 100.0 * k.denser.most(),
-              k.bound.mean(), k.off.most(), k.ratio.most(), k.refused);
+  std::printf("%-10s %6zu %8.4f %8.4f %9.2f %9.2f %9.2f %9.3f %8.4f %10.7f %7d\n", text,
+              k.over_best.value.size(), k.over_best.mean(), k.over_best.most(), 100.0 * k.wider.most(),
+              100.0 * k.denser.most(), 100.0 * k.told.most(), k.bound.mean(), k.off.most(), k.ratio.most(),
+              k.refused);
   std::fflush(stdout);
 }
 
 int table(int curves, std::uint64_t seed, const char* only) {
   Planner planner;
   Kind all;
-  std::printf("%-10s %6s %8s %8s %9s %9s %9s %8s %10s %7s\n", "curves", "number", "T / best", "worst",
-              "wider %", "denser %", "bound / T", "off / e", "ratio", "refused");
+  std::printf("%-10s %6s %8s %8s %9s %9s %9s %9s %8s %10s %7s\n", "curves", "number", "T / best", "worst",
+              "wider %", "denser %", "told %", "bound / T", "off / e", "ratio", "refused");
   for (int kind = 0; kind < kCurveKinds; ++kind) {
     if (only && std::strcmp(only, kCurveKind[kind]) != 0) continue;
     Kind here;
