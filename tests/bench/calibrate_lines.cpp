@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "tests/support/lined_lab.h"
+#include "tests/cli/lined_lab.h"
 
 using namespace firn;
 
@@ -21,6 +21,7 @@ int main(int argc, char** argv) {
   const auto on_ports = nlohmann::json::parse(real.out), in_time = nlohmann::json::parse(simulated.out);
   bool alike = true;
   for (const test::FoundTwice& f : test::found_twice(real.out, simulated.out)) {
+    if (f.half_95 == 0.0 && f.alike()) continue;  // a frequency that was asked for
     std::printf("%-26s %12.5f on ports %12.5f simulated +- %.5f%s\n", f.key.c_str(), f.real, f.simulated,
                 f.half_95, f.alike() ? "" : "  DIFFERS");
     alike = alike && f.alike();

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "tests/support/lined_lab.h"
+#include "tests/cli/lined_lab.h"
 
 using namespace firn;
 using namespace firn::test;

@@ -1,4 +1,4 @@
-#include "tests/support/lined_lab.h"
+#include "tests/cli/lined_lab.h"
 
 #include <algorithm>
 #include <iostream>
