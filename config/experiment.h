@@ -95,6 +95,8 @@ struct ProcessConfig {  ///< how a layer is printed
   double max_lost_rows_share = 0.01;   ///< of a scan; 1: rows are not counted
   double least_rise_share = 0.3;       ///< interlock I12: of the expected rise of a layer of droplets
   double most_rise_share = 4.0;        ///< interlock I12
+  double most_beside_share = 0.1;      ///< interlock I12, lines: of the planned ink, away from them
+  double beside_mm = 0.3;              ///< away from a line: farther than this from its nominal surface
 };
 
 using drivers::CameraConfig;

@@ -177,6 +177,10 @@ Table lab_fields(Experiment& e) {
        "print; 0 = never"},
       {"process.most_rise_share", &p.most_rise_share, "", within(1, 1e6),
        "of what a layer or an interval deposits: one that rose by more has a leak, which stops the print"},
+      {"process.most_beside_share", &p.most_beside_share, "", within(0, 1e6),
+       "lines: of the planned ink, away from them: more stops the print, the shutter stays open"},
+      {"process.beside_mm", &p.beside_mm, "mm", within(0, 100),
+       "lines: away from them is farther than this from their nominal surface"},
   };
   add(t, rows("stage.", e.stage, drivers::kStageConfig));
   add(t, rows("jet.", e.jet, drivers::kJetConfig));

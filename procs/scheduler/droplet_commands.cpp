@@ -7,7 +7,6 @@
 #include "firn/stage_command_t.hpp"
 #include "lcmtypes/convert.h"
 #include "procs/scheduler/droplet_loop.h"
-#include "procs/scheduler/scan_commands.h"
 
 namespace firn {
 namespace {
@@ -28,31 +27,8 @@ void DropletLoop::proceed(Phase next, Time now, Outbox& out) {
   phase_ = next;
   const bool nothing_wet = next == Phase::kArmProfiler || (next == Phase::kArmJet && job_.cure_due());
   if (nothing_wet && holds(place(), out)) return;
-  if (enter_watch(next, now, out)) return;
+  if (enter_watch(next, now, out) || enter_scan(next, now, out)) return;
   switch (next) {
-    case Phase::kHoming: {
-      stage_command_t c{};
-      c.verb = std::int8_t(StageVerb::kHome);
-      stamp(c, NodeId::kStage, 30.0, now, out);
-      return out.send(channels::kStageCommand, c);
-    }
-    case Phase::kArmProfiler:
-      map_.reset();  // of a scan that a crash cut off: its map and plan may have arrived all the same
-      plan_.reset();
-      return send_profiler(ProfilerVerb::kArm, now, out);
-    case Phase::kScan:
-      return send_scan(now, out);
-    case Phase::kEndScan:
-      return send_profiler(ProfilerVerb::kEnd, now, out);
-    case Phase::kAwaitMap:
-      swath_ = 0;
-      out.wake_at(kDeadline, now.after_s(kSlackWall_s * experiment().run.time_scale));
-      return act_on_map(now, out);
-    case Phase::kAwaitPlan:
-      out.wake_at(kDeadline,
-                  now.after_s(info(NodeId::kController).longest_step_s * 2.0 * experiment().run.time_scale));
-      if (waits_for_operator()) out.wake_at(kOperator, now.after_s(2.0 * experiment().run.time_scale));
-      return act_on_plan(now, out);
     case Phase::kArmJet:
       return send_jet(JetVerb::kArm, now, out);
     case Phase::kPass:
@@ -101,12 +77,6 @@ void DropletLoop::send_park(Time now, Outbox& out) {
   out.send(channels::kStageCommand, c);
 }
 
-void DropletLoop::send_scan(Time now, Outbox& out) {
-  stage_command_t c = scan_command(experiment(), swath(), scan_speed_mm_s());
-  stamp(c, NodeId::kStage, scan_time_s(experiment(), c.speed_mm_s), now, out);
-  out.send(channels::kStageCommand, c);
-}
-
 void DropletLoop::send_jet(JetVerb verb, Time now, Outbox& out) {
   jet_command_t c{};
   c.verb = std::int8_t(verb);
@@ -116,13 +86,6 @@ void DropletLoop::send_jet(JetVerb verb, Time now, Outbox& out) {
   const bool b = job_.material() == Material::kB;
   stamp(c, b ? NodeId::kJetB : NodeId::kJet, 10.0, now, out);
   out.send(b ? channels::kJetBCommand : channels::kJetCommand, c);
-}
-
-void DropletLoop::send_profiler(ProfilerVerb verb, Time now, Outbox& out) {
-  if (verb == ProfilerVerb::kArm && swath_ == 0) ++scan_id_;
-  profiler_command_t c = profiler_command(experiment(), swath(), verb);
-  stamp(c, NodeId::kLaserProfiler, 10.0, now, out);
-  out.send(channels::kProfilerCommand, c);
 }
 
 void DropletLoop::send_exposure(Time now, Outbox& out) {
@@ -135,50 +98,23 @@ void DropletLoop::send_exposure(Time now, Outbox& out) {
   out.send(channels::kLampCommand, c);
 }
 
-void DropletLoop::publish_metrics(const height_map_t& map, Outbox& out) {
-  const HeightMap height = measured_height_of(map);
-  const ErrorStats e = error_stats(height, target_, mask_);
-  double target_sum = 0.0, height_sum = 0.0;
-  for (std::size_t c = 0; c < height.size(); ++c) {
-    if (!mask_.cells[c] || !std::isfinite(height.cells[c])) continue;
-    target_sum += target_.cells[c];
-    height_sum += height.cells[c];
-  }
-  const double n = double(std::max<std::int64_t>(1, e.cells));
-  layer_metrics_t m{};
-  m.layer = map.layer;
-  m.attempt = map.attempt;
-  m.map_id = map.map_id;
-  m.target_mean_mm = target_sum / n;
-  m.mean_height_mm = height_sum / n;
-  m.mean_error_mm = e.mean_mm;
-  m.rms_mm = e.rms_mm;
-  m.std_mm = e.std_mm;
-  m.min_error_mm = e.min_mm;
-  m.max_error_mm = e.max_mm;
-  m.volume_mm3 = height_sum * experiment().grid.pitch_x_mm * experiment().grid.pitch_y_mm;
+void DropletLoop::publish_metrics(const height_map_t& map, Time now, Outbox& out) {
+  layer_metrics_t m = metrics_of(map, now);
   if (map.rows_expected > 0) {
-    m.rows_lost = rows_lost_;
-    m.cells_guessed = e.missing;
-    m.volume_mm3 *= double(e.cells + e.missing) / n;
-    m.rms_inside_mm = error_stats(height, target_, inside_).rms_mm;
-    m.rms_rim_mm = error_stats(height, target_, rim_).rms_mm;
+    const HeightMap height = measured_height_of(map);
+    m.rms_inside_mm = error_stats(height, target(), inside_).rms_mm;
+    m.rms_rim_mm = error_stats(height, target(), rim_).rms_mm;
   }
   m.drops = map.layer > 0 ? job_.fired() : 0;
   m.drops_total = drops_total_;
   m.objective_mm = objective_mm_;
   m.iterations = iterations_;
-  m.deposit_s = deposit_s_;
-  m.cure_s = cure_s_;
-  m.scan_s = scan_s_;
-  m.decide_s = decide_s_;
   // The mean height added per layer gives the number of layers to the target; before the first layer the
   // nominal layer height.
   const ModelConfig& h = experiment().model;
   const double per_layer = map.layer > 0 && m.mean_height_mm > 0 ? m.mean_height_mm / map.layer
                                                                  : h.h1_mm + 4 * h.h2_mm + 4 * h.h3_mm;
   m.layers_expected = std::int32_t(std::min(1e6, std::ceil(m.target_mean_mm / per_layer)));
-  rows_lost_ = 0;
   out.send(channels::kLayerMetrics, m);
 }
 

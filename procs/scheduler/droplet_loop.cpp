@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "config/swaths.h"
 #include "core/grid/outline.h"
 #include "lcmtypes/convert.h"
 #include "procs/scheduler/rise_check.h"
@@ -17,22 +16,14 @@ constexpr int kMostHalvings = 4;  // of the scan's speed
 }  // namespace
 
 DropletLoop::DropletLoop(const Experiment& experiment, HeightMap target, Mask mask)
-    : Scheduler(experiment, Phase::kPass),
+    : ScanLoop(experiment, Phase::kPass, std::move(target), std::move(mask)),
       two_jets_(has_two_jets(experiment)),
-      target_(std::move(target)),
-      mask_(std::move(mask)),
       inside_(inside_of(mask_)),
-      rim_(mask_),
-      swaths_mm_(swath_shifts_mm(experiment)) {
+      rim_(mask_) {
   for (std::size_t c = 0; c < rim_.size(); ++c)
     if (inside_.cells[c]) rim_.cells[c] = 0;
-  subscribe(channels::kHeightMap, this);
   subscribe(channels::kLayerPlan, this);
   if (firn::on(experiment.camera.use)) subscribe(channels::kDropletSweep, this);
-}
-
-void DropletLoop::operator_accepted(Time now, Outbox& out) {
-  if (phase_ == Phase::kAwaitPlan) act_on_plan(now, out);
 }
 
 std::string DropletLoop::doubt() const {
@@ -48,8 +39,7 @@ std::string DropletLoop::place() const {
 
 std::string DropletLoop::awaited() const {
   if (phase_ == Phase::kAwaitSweep) return "no droplet sweep " + std::to_string(sweep_id_);
-  if (phase_ == Phase::kAwaitMap) return "no height map for scan " + std::to_string(scan_id_);
-  return "no plan for map " + std::to_string(map_id_);
+  return ScanLoop::awaited();
 }
 
 void DropletLoop::answered_late(const answer_t& m) {
@@ -81,16 +71,8 @@ void DropletLoop::after_resume(Time now, Outbox& out) {
 }
 
 void DropletLoop::answered(const answer_t& m, Time now, Outbox& out) {
-  if (watch_answered(now, out)) return;
+  if (watch_answered(now, out) || scan_answered(now, out)) return;
   switch (phase_) {
-    case Phase::kHoming:
-      return proceed(Phase::kArmProfiler, now, out);
-    case Phase::kArmProfiler:
-      return proceed(Phase::kScan, now, out);
-    case Phase::kScan:
-      return proceed(Phase::kEndScan, now, out);
-    case Phase::kEndScan:
-      return proceed(++swath_ < swaths_mm_.size() ? Phase::kArmProfiler : Phase::kAwaitMap, now, out);
     case Phase::kArmJet:
       return proceed(Phase::kPass, now, out);
     case Phase::kPass:
@@ -117,14 +99,6 @@ void DropletLoop::settle_pass(const answer_t& jet, Outbox& out) {
   out.send(channels::kDepositionReport, report);
 }
 
-// A map can overtake the profiler's last answer, or arrive while the lab gets ready again: it is kept until
-// its turn.
-void DropletLoop::on(const height_map_t& m, Time now, Outbox& out) {
-  if (m.layer != layers_done_ || m.attempt != scan_attempt_ || m.map_id == map_id_) return;
-  map_ = m;
-  if (phase_ == Phase::kAwaitMap) act_on_map(now, out);
-}
-
 void DropletLoop::act_on_map(Time now, Outbox& out) {
   if (!map_) return;
   const height_map_t m = std::move(*map_);
@@ -135,9 +109,7 @@ void DropletLoop::act_on_map(Time now, Outbox& out) {
   if (rejected(m, now, out)) return;
   if (doubted(m, now, out) || stopped_by_rise(m, now, out) || stopped_by_height(m, now, out)) return;
   map_id_ = m.map_id;
-  count_phase_time(now);
-  publish_metrics(m, out);
-  deposit_s_ = cure_s_ = scan_s_ = decide_s_ = 0;
+  publish_metrics(m, now, out);
   proceed(Phase::kAwaitPlan, now, out);
 }
 
@@ -195,12 +167,6 @@ bool DropletLoop::doubted(const height_map_t& m, Time now, Outbox& out) {
     if (doubt.empty()) bare_ = HeightMap();
   }
   return stopped_by_doubt(doubt, scan_attempt_, Phase::kArmProfiler, now, out);
-}
-
-void DropletLoop::scan_again(Time now, Outbox& out) {
-  ++scan_attempt_;
-  swath_ = 0;
-  proceed(Phase::kArmProfiler, now, out);
 }
 
 // Interlock 12. After the stop somebody has been at the nozzle: the next map is where the comparison begins.

@@ -5,21 +5,18 @@
 #include <limits>
 #include <utility>
 
-#include "config/swaths.h"
-#include "firn/layer_metrics_t.hpp"
 #include "firn/path_report_t.hpp"
 #include "lcmtypes/convert.h"
 
 namespace firn {
 namespace {
 
-constexpr double kClear_mm = 0.3;         // beyond the nominal lines: what overruns an end is nearer
-constexpr double kStandsOut = 8.0;        // standard deviations of a cell
-constexpr double kMostBesideShare = 0.1;  // of a layer's planned ink
+constexpr double kStandsOut = 8.0;  // standard deviations of a cell
 
-Mask away_from(const HeightMap& target) {
+// What overruns an end is nearer.
+Mask away_from(const HeightMap& target, double clear_mm) {
   const GridSpec& g = target.spec;
-  const int wide = int(kClear_mm / g.pitch_x_mm), high = int(kClear_mm / g.pitch_y_mm);
+  const int wide = int(clear_mm / g.pitch_x_mm), high = int(clear_mm / g.pitch_y_mm);
   Mask rows(g), beside(g);
   for (int j = 0; j < g.ny; ++j)
     for (int i = 0; i < g.nx; ++i)
@@ -37,12 +34,8 @@ Mask away_from(const HeightMap& target) {
 }  // namespace
 
 LineLoop::LineLoop(const Experiment& experiment, HeightMap target, Mask mask)
-    : Scheduler(experiment, Phase::kRunPath),
-      target_(std::move(target)),
-      mask_(std::move(mask)),
-      beside_(away_from(target_)),
-      swaths_mm_(swath_shifts_mm(experiment)) {
-  subscribe(channels::kHeightMap, this);
+    : ScanLoop(experiment, Phase::kRunPath, std::move(target), std::move(mask)),
+      beside_(away_from(this->target(), experiment.process.beside_mm)) {
   subscribe(channels::kLinePlan, this);
 }
 
@@ -50,15 +43,6 @@ std::string LineLoop::doubt() const {
   return "lines of layer " + std::to_string(layers_done_) +
          " are in doubt and the open loop cannot correct them: look at the part, then resume with "
          "--accept-doubt";
-}
-
-std::string LineLoop::awaited() const {
-  if (phase_ == Phase::kAwaitMap) return "no height map for scan " + std::to_string(scan_id_);
-  return "no plan for map " + std::to_string(map_id_);
-}
-
-void LineLoop::operator_accepted(Time now, Outbox& out) {
-  if (phase_ == Phase::kAwaitPlan) act_on_plan(now, out);
 }
 
 void LineLoop::after_resume(Time now, Outbox& out) {
@@ -85,53 +69,14 @@ void LineLoop::proceed(Phase next, Time now, Outbox& out) {
   phase_ = next;
   if (next == Phase::kArmProfiler && holds("before the scan of layer " + std::to_string(layers_done_), out))
     return;
-  switch (next) {
-    case Phase::kHoming: {
-      stage_command_t c{};
-      c.verb = std::int8_t(StageVerb::kHome);
-      stamp(c, NodeId::kStage, 30.0, now, out);
-      return out.send(channels::kStageCommand, c);
-    }
-    case Phase::kArmProfiler:
-      map_.reset();
-      plan_.reset();
-      return send_profiler(ProfilerVerb::kArm, now, out);
-    case Phase::kScan:
-      return send_scan(now, out);
-    case Phase::kEndScan:
-      return send_profiler(ProfilerVerb::kEnd, now, out);
-    case Phase::kAwaitMap:
-      swath_ = 0;
-      out.wake_at(kDeadline, now.after_s(kSlackWall_s * experiment().run.time_scale));
-      return act_on_map(now, out);
-    case Phase::kAwaitPlan:
-      out.wake_at(kDeadline,
-                  now.after_s(info(NodeId::kController).longest_step_s * 2.0 * experiment().run.time_scale));
-      if (waits_for_operator()) out.wake_at(kOperator, now.after_s(2.0 * experiment().run.time_scale));
-      return act_on_plan(now, out);
-    case Phase::kRunPath:
-      return send_way(now, out);
-    default:
-      return;
-  }
+  if (enter_scan(next, now, out)) return;
+  if (next == Phase::kRunPath) send_way(now, out);
 }
 
 void LineLoop::answered(const answer_t&, Time now, Outbox& out) {
-  switch (phase_) {
-    case Phase::kHoming:
-      return proceed(Phase::kArmProfiler, now, out);
-    case Phase::kArmProfiler:
-      return proceed(Phase::kScan, now, out);
-    case Phase::kScan:
-      return proceed(Phase::kEndScan, now, out);
-    case Phase::kEndScan:
-      return proceed(++swath_ < swaths_mm_.size() ? Phase::kArmProfiler : Phase::kAwaitMap, now, out);
-    case Phase::kRunPath:
-      settle(out);
-      return proceed(Phase::kArmProfiler, now, out);
-    default:
-      return;
-  }
+  if (scan_answered(now, out) || phase_ != Phase::kRunPath) return;
+  settle(out);
+  proceed(Phase::kArmProfiler, now, out);
 }
 
 // The layer counts as printed, whole or not: the way is not followed again.
@@ -158,18 +103,6 @@ void LineLoop::settle(Outbox& out) {
   r.volume_mm3 = experiment().aerosol.flow_mm3_s * way_.open_s;
   switches_total_ += std::max<std::int64_t>(0, a.counted);
   out.send(channels::kPathReport, r);
-}
-
-void LineLoop::scan_again(Time now, Outbox& out) {
-  ++scan_attempt_;
-  swath_ = 0;
-  proceed(Phase::kArmProfiler, now, out);
-}
-
-void LineLoop::on(const height_map_t& m, Time now, Outbox& out) {
-  if (m.layer != layers_done_ || m.attempt != scan_attempt_ || m.map_id == map_id_) return;
-  map_ = m;
-  if (phase_ == Phase::kAwaitMap) act_on_map(now, out);
 }
 
 bool LineLoop::rejected(const height_map_t& m, Time now, Outbox& out) {
@@ -202,7 +135,7 @@ void LineLoop::act_on_map(Time now, Outbox& out) {
   map_id_ = m.map_id;
   newest_ = measured_height_of(m);
   noise_mm_ = m.noise_std_mm;
-  publish_metrics(m, out);
+  publish_metrics(m, now, out);
   proceed(Phase::kAwaitPlan, now, out);
 }
 
@@ -236,11 +169,12 @@ bool LineLoop::stopped_by_rise(const line_plan_t& m, Time now, Outbox& out) {
   const ProcessConfig& p = experiment().process;
   const double beside =
       ink_beside_mm3() / (experiment().aerosol.flow_mm3_s * experiment().aerosol.solids * way_.open_s);
-  if (share >= p.least_rise_share && share <= p.most_rise_share && !(beside > kMostBesideShare)) return false;
+  if (share >= p.least_rise_share && share <= p.most_rise_share && !(beside > p.most_beside_share))
+    return false;
   const std::string what = "the lines of layer " + std::to_string(layers_done_) + " hold " +
                            std::to_string(share) + " of the ink that was planned, " + std::to_string(beside) +
                            " lies away from them: " +
-                           (beside > kMostBesideShare    ? "the shutter stays open"
+                           (beside > p.most_beside_share ? "the shutter stays open"
                             : share < p.least_rise_share ? "the shutter stays closed or the nozzle is clogged"
                                                          : "the flow is wrong");
   way_done_ = false;  // after the stop somebody has been at the nozzle
@@ -271,19 +205,6 @@ bool LineLoop::waits_for_operator() const {
   return in_doubt_ && experiment().control.scheme == "open_loop" && !doubt_accepted_;
 }
 
-void LineLoop::send_scan(Time now, Outbox& out) {
-  stage_command_t c = scan_command(experiment(), swath(), experiment().process.scan_speed_mm_s);
-  stamp(c, NodeId::kStage, scan_time_s(experiment(), c.speed_mm_s), now, out);
-  out.send(channels::kStageCommand, c);
-}
-
-void LineLoop::send_profiler(ProfilerVerb verb, Time now, Outbox& out) {
-  if (verb == ProfilerVerb::kArm && swath_ == 0) ++scan_id_;
-  profiler_command_t c = profiler_command(experiment(), swath(), verb);
-  stamp(c, NodeId::kLaserProfiler, 10.0, now, out);
-  out.send(channels::kProfilerCommand, c);
-}
-
 void LineLoop::send_way(Time now, Outbox& out) {
   way_began_us_ = now.us;
   before_ = newest_;
@@ -297,38 +218,11 @@ void LineLoop::send_way(Time now, Outbox& out) {
   out.send(channels::kStageCommand, c);
 }
 
-void LineLoop::publish_metrics(const height_map_t& map, Outbox& out) {
-  const HeightMap height = measured_height_of(map);
-  const ErrorStats e = error_stats(height, target_, mask_);
-  double target_sum = 0.0, height_sum = 0.0;
-  for (std::size_t c = 0; c < height.size(); ++c) {
-    if (!mask_.cells[c] || !std::isfinite(height.cells[c])) continue;
-    target_sum += target_.cells[c];
-    height_sum += height.cells[c];
-  }
-  const double n = double(std::max<std::int64_t>(1, e.cells));
-  layer_metrics_t m{};
-  m.layer = map.layer;
-  m.attempt = map.attempt;
-  m.map_id = map.map_id;
-  m.target_mean_mm = target_sum / n;
-  m.mean_height_mm = height_sum / n;
-  m.mean_error_mm = e.mean_mm;
-  m.rms_mm = e.rms_mm;
-  m.std_mm = e.std_mm;
-  m.min_error_mm = e.min_mm;
-  m.max_error_mm = e.max_mm;
-  m.volume_mm3 = height_sum * experiment().grid.pitch_x_mm * experiment().grid.pitch_y_mm;
-  m.rows_lost = rows_lost_;
-  m.cells_guessed = e.missing;
+void LineLoop::publish_metrics(const height_map_t& map, Time now, Outbox& out) {
+  layer_metrics_t m = metrics_of(map, now);
   m.drops = map.layer > 0 ? way_.switches : 0;
   m.drops_total = switches_total_;
-  m.deposit_s = deposit_s_;
-  m.cure_s = cure_s_;
-  m.scan_s = scan_s_;
-  m.decide_s = decide_s_;
   m.layers_expected = experiment().aerosol.layers;
-  rows_lost_ = 0;
   out.send(channels::kLayerMetrics, m);
 }
 

@@ -7,6 +7,7 @@
 #include "config/include.h"
 #include "core/grid/random.h"
 #include "files/usage_error.h"
+#include "firn/layer_metrics_t.hpp"
 #include "page/run_set.h"
 #include "plant/record/record.h"
 #include "print/folder/observed_run.h"
@@ -14,6 +15,7 @@
 #include "print/labs/print_labs.h"
 #include "print/simulated/lab_run.h"
 #include "replay/print_verdict.h"
+#include "replay/run_messages.h"
 #include "report/run/report_data.h"
 #include "report/run/report_page.h"
 #include "studies/tune/lab_print.h"
@@ -120,6 +122,17 @@ TEST_CASE("A print of lines replays bit for bit, passes the audit and has a repo
     CHECK(page.find(section) != std::string::npos);
 }
 
+TEST_CASE("A layer of lines counts its own seconds and no others'", "[line]") {
+  ShortLines lines;
+  REQUIRE(lines.go().result.status == 0);
+  std::vector<double> scans_s;
+  replay::RunMessages(lines.run.path())
+      .each<layer_metrics_t>(channels::kLayerMetrics.name,
+                             [&](const layer_metrics_t& m) { scans_s.push_back(m.scan_s); });
+  REQUIRE(scans_s.size() == 4);
+  for (const double s : scans_s) CHECK(s == Approx(scans_s[1]).epsilon(0.3));
+}
+
 TEST_CASE(
     "A print of lines that dies at any step and resumes is finished, identical, and no way is run twice",
     "[line][seeded]") {
@@ -159,6 +172,14 @@ TEST_CASE("A shutter that stays open stops the print at the next map, by name", 
   ShortLines lines;
   const LabRunReport stopped = lines.go({moment + " stage trip 7"});
   check_line_stop(lines, stopped, "shutter stays open");
+}
+
+TEST_CASE("Ink beside the lines stops the print by the two keys of its limit", "[line][I12]") {
+  const std::string key = GENERATE("process.most_beside_share=1e6", "process.beside_mm=100");
+  const std::string moment = open_in_layer(2);
+  ShortLines lines({key});
+  const LabRunReport report = lines.go({moment + " stage trip 7"});
+  CHECK(report.result.reason.find("the shutter stays open") == std::string::npos);
 }
 
 TEST_CASE(
