@@ -151,9 +151,10 @@ void declare_calibrate(OptionSet& options) {
   std::string names;
   for (const std::string_view name : lab_calibration_names())
     names += (names.empty() ? "" : ", ") + std::string(name);
-  options.option("RUN", o.run, "run folder of a registration print; or, in the simulated ice lab: " + names)
+  options.option("RUN", o.run, "run folder of a registration print; or a calibration of a lab: " + names)
       .required();
-  options.option("LAB", o.lab.lab, "lab or experiment file of the ice lab").show_default();
+  options.option("LAB", o.lab.lab,
+                 "lab or experiment file; default: labs/ice-cobra600.toml, of jet labs/inkjet-lu2015.toml");
   options.option("-o,--output", o.output,
                  "proposal for the lab file; default: RUN/jet_b.toml, LAB with .proposed.toml");
   options.flag("--write", o.lab.write, "into LAB itself");
@@ -162,7 +163,7 @@ void declare_calibrate(OptionSet& options) {
       .one_of({"a", "b"});
   options
       .option("--repeats", o.lab.run.repeats,
-              "passes or weighings of each kind; default: the calibration's own")
+              "passes, weighings or sweeps of each kind; default: the calibration's own")
       .within(1, 1000);
   options.option("--speeds", o.lab.run.speeds_mm_s, "S,S,... [mm/s] of its passes")
       .separated_by(',')
@@ -172,11 +173,24 @@ void declare_calibrate(OptionSet& options) {
               "flow-curve: F,F,... [Hz]; default: 20 up to a pulse a tick")
       .separated_by(',')
       .within(1.0, 1000.0);
+  options
+      .option("--dwells", o.lab.run.dwells_us, "jet: T,T,... [us]; default: 13 from 0.4 to 2 times the lab's")
+      .separated_by(',')
+      .within(1.0, 3000.0);
+  options
+      .option("--voltages", o.lab.run.voltages_v,
+              "jet: U,U,... [V]; default: 11 from 0.6 to 1.6 times the lab's")
+      .separated_by(',')
+      .within(-100.0, 100.0);
+  options
+      .option("--velocity", o.lab.run.velocity_m_s,
+              "jet: of the droplets [m/s]; default: the middle of watch.velocity_least_m_s and _most_m_s")
+      .within(0.1, 20.0);
   options.option("--rounds", o.lab.run.rounds, "level-table: so often turned as told and measured again")
       .show_default()
       .within(1, 20);
   options.option("--seed", o.lab.run.seed, "of where passes begin and the order of things").show_default();
-  options.option("--plot", o.lab.plot, "residuals, SVG");
+  options.option("--plot", o.lab.plot, "residuals, of jet the velocities, SVG");
   options.override_option(o.lab.overrides);
   declare_unsealed(options, o.unsealed);
   options.json_flag(o.json);

@@ -1,5 +1,5 @@
 // run_calibrate computes the position of the second nozzle from a registration print and proposes keys for
-// the lab file. Calibrations of the ice lab are in cli/calibrate_lab.h.
+// the lab file. Calibrations of labs are in cli/calibrate_lab.h.
 #pragma once
 
 #include <filesystem>
@@ -14,7 +14,7 @@ namespace firn {
 class OptionSet;
 
 struct CalibrateOptions {
-  std::string run;     ///< run folder of a registration print, or a calibration of the ice lab
+  std::string run;     ///< run folder of a registration print, or a calibration of a lab
   std::string output;  ///< of the proposal; "" = RUN/jet_b.toml
   bool json = false;
   bool unsealed = false;    ///< take a run that is not as it was sealed

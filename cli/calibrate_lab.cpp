@@ -17,6 +17,7 @@
 #include "config/include.h"
 #include "files/lab_file.h"
 #include "files/usage_error.h"
+#include "print/device/lab_experiment.h"
 #include "print/exit_codes.h"
 #include "print/progress.h"
 #include "report/draw/style.h"
@@ -30,13 +31,14 @@ namespace {
 using Calibrate = LabCalibration (*)(const Experiment&, const std::string&, const LabCalibrationOptions&);
 struct Kind {
   std::string_view name;
-  Calibrate run;
+  Calibrate run;  ///< in the ice lab, with the text of its machine
+  LabCalibration (*jet)(const Experiment&, const LabCalibrationOptions&) = nullptr;  ///< in an ink-jet lab
 };
-constexpr Kind kKinds[] = {{"laser-offset", &calibrate_laser_offset},
-                           {"laser-latency", &calibrate_laser_latency},
-                           {"level-table", &calibrate_table},
-                           {"valve-latency", &calibrate_valve_latency},
-                           {"flow-curve", &calibrate_flow_curve}};
+constexpr std::string_view kIceFile = "labs/ice-cobra600.toml", kInkjetFile = "labs/inkjet-lu2015.toml";
+constexpr Kind kKinds[] = {
+    {"laser-offset", &calibrate_laser_offset}, {"laser-latency", &calibrate_laser_latency},
+    {"level-table", &calibrate_table},         {"valve-latency", &calibrate_valve_latency},
+    {"flow-curve", &calibrate_flow_curve},     {"jet", nullptr, &calibrate_jet}};
 
 std::string joined(const std::vector<double>& values, int digits, bool list) {
   if (!list) return fmt::format("{:.{}f}", values.at(0), digits);
@@ -122,18 +124,27 @@ void write_text(const std::filesystem::path& path, const std::string& text) {
   if (!file.flush()) throw std::runtime_error("cannot write " + path.string());
 }
 
-Experiment ice_lab(const CalibrateLabOptions& o, const std::vector<std::string>& overrides) {
+Experiment ice_lab(const CalibrateLabOptions& o, const std::string& lab) {
+  std::vector<std::string> overrides{"ice.mesh=\"-\""};  // nothing is printed
+  overrides.insert(overrides.end(), o.overrides.begin(), o.overrides.end());
   try {
-    return load_experiment(o.lab, overrides);
+    return load_experiment(lab, overrides);
   } catch (const ConfigError&) {  // of an ink-jet lab, that there is no mesh in it is the lesser news
     bool other = false;
     try {
-      other = !has_calibrations(load_experiment(o.lab));
+      other = !has_calibrations(load_experiment(lab));
     } catch (const ConfigError&) {
     }
-    if (other) throw UsageError(o.lab + " is no ice lab's: " + o.what + " is a calibration of that");
+    if (other) throw UsageError(lab + " is no ice lab's: " + o.what + " is a calibration of that");
     throw;
   }
+}
+
+Experiment inkjet_lab(const CalibrateLabOptions& o, const std::string& lab) {
+  Experiment e = load_lab_experiment(lab, o.overrides);
+  if (e.lab.kind != "inkjet")
+    throw UsageError(lab + " is no ink-jet lab's: " + o.what + " is a calibration of that");
+  return e;
 }
 
 // The person at the terminal is the balance of a lab with real ports.
@@ -210,11 +221,8 @@ int run_calibrate_lab(const CalibrateLabOptions& o) {
   if (kind == std::end(kKinds)) throw UsageError("there is no calibration \"" + o.what + "\"");
   if (o.write && !o.output.empty())
     throw UsageError("--write writes into the lab file: -o has no place beside it");
-  const std::filesystem::path lab = o.lab;
-  std::vector<std::string> overrides{"ice.mesh=\"-\""};  // nothing is printed
-  overrides.insert(overrides.end(), o.overrides.begin(), o.overrides.end());
-  const Experiment e = ice_lab(o, overrides);
-  const std::string machine = read_config_text(lab.parent_path() / e.ice.machine);
+  const std::filesystem::path lab = !o.lab.empty() ? o.lab : std::string(kind->jet ? kInkjetFile : kIceFile);
+  const Experiment e = kind->jet ? inkjet_lab(o, lab.string()) : ice_lab(o, lab.string());
   JobProgress progress(o.what);
   LabCalibrationOptions run = o.run;
   run.material = o.valve == "b" ? 1 : 0;
@@ -228,7 +236,8 @@ int run_calibrate_lab(const CalibrateLabOptions& o) {
   }
   LabCalibration c;
   try {
-    c = kind->run(e, machine, run);
+    c = kind->jet ? kind->jet(e, run)
+                  : kind->run(e, read_config_text(lab.parent_path() / e.ice.machine), run);
   } catch (const calibration::Unidentifiable& why) {
     progress.done();
     if (o.json)
@@ -240,7 +249,8 @@ int run_calibrate_lab(const CalibrateLabOptions& o) {
     return kFailed;
   }
   progress.done();
-  if (!o.plot.empty()) write_text(o.plot, replay::standalone_svg(residual_svg(c)));
+  if (!o.plot.empty())
+    write_text(o.plot, replay::standalone_svg(c.picture.empty() ? residual_svg(c) : c.picture));
   std::filesystem::path proposal;
   std::string changes;
   if (!c.keys.empty()) {

@@ -1,5 +1,6 @@
-// run_calibrate_lab runs one calibration in the simulated ice lab and proposes its result for the lab file:
-// firn calibrate laser-offset, laser-latency, level-table, valve-latency or flow-curve.
+// run_calibrate_lab runs one calibration of a lab and proposes its result for the lab file: firn calibrate
+// laser-offset, laser-latency, level-table, valve-latency or flow-curve in the ice lab, jet in an ink-jet
+// lab.
 #pragma once
 
 #include <string>
@@ -12,12 +13,12 @@ namespace firn {
 
 struct CalibrateLabOptions {
   std::string what;
-  std::string lab = "labs/ice-cobra600.toml";  ///< a lab or an experiment file
-  std::string output;                          ///< "" = LAB with .proposed.toml
-  bool write = false;                          ///< into the lab file itself
-  std::string valve = "a";                     ///< a, b
-  std::string plot;                            ///< residuals, SVG; empty = none
-  std::vector<std::string> overrides;          ///< KEY=VALUE
+  std::string lab;                     ///< a lab or an experiment file; "" = the shipped one
+  std::string output;                  ///< "" = LAB with .proposed.toml
+  bool write = false;                  ///< into the lab file itself
+  std::string valve = "a";             ///< a, b
+  std::string plot;                    ///< residuals, of jet the velocities, SVG; empty = none
+  std::vector<std::string> overrides;  ///< KEY=VALUE
   LabCalibrationOptions run;
   bool json = false;
 };

@@ -129,6 +129,8 @@ struct PlantCameraConfig {  ///< the jet as the simulated camera sees it
   double uneven = 0.2;
   int dirt = 4;
   int dead_before = 0;
+  double best_dwell_us = 0.0;  ///< 0: the waveform does not act on the speed
+  double threshold_v = 8.0;
 };
 
 struct PlantConfig {

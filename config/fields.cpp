@@ -252,6 +252,11 @@ Table plant_fields(Experiment& e) {
       {"plant.camera.dirt", &p.camera.dirt, "", within(0, 100), "specks on the window"},
       {"plant.camera.dead_before", &p.camera.dead_before, "", within(0, 1000),
        "purges until the nozzle jets; 0 = it does"},
+      {"plant.camera.best_dwell_us", &p.camera.best_dwell_us, "us", within(0, 1000),
+       "time between the middles of the waveform's first two slopes at which droplets are fastest: they have "
+       "drop_speed_m_s there at 20 V; 0 = the waveform does not act on them"},
+      {"plant.camera.threshold_v", &p.camera.threshold_v, "V", within(0, 19),
+       "of the first pulse: nothing leaves the nozzle below it"},
   };
 }
 

@@ -128,6 +128,9 @@ struct StrobeParams {
   double blur_px = 1.0, noise = 0.006, light = 0.7, uneven = 0.2;
   int dirt = 4;
   int dead_before = 0;  ///< starts of the jetting that bring no droplet
+  /// Rectangular pulse at which droplets are fastest; 0: the waveform does not act on them. They have
+  /// speed_m_s at 20 V then, and do not leave the nozzle below threshold_v.
+  double best_dwell_us = 0.0, threshold_v = 8.0;
   double nozzle_gap_mm =
       0.0;  ///< droplets fall so far at speed_m_s and keep the stage's speed; 0 = not at all
 };

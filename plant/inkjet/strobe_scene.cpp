@@ -35,10 +35,10 @@ StrobeCamera camera_of(const WorldConfig& config) {
 
 }  // namespace
 
-StrobeJet strobe_jet(const WorldConfig& config) {
+StrobeJet strobe_jet(const WorldConfig& config, double speed_m_s) {
   const StrobeParams& s = config.strobe;
   StrobeJet j;
-  j.speed_m_s = s.speed_m_s;
+  j.speed_m_s = speed_m_s;
   j.angle_deg = s.angle_deg;
   j.jitter_us = s.jitter_us;
   j.break_off_us = s.break_off_us;
@@ -49,24 +49,24 @@ StrobeJet strobe_jet(const WorldConfig& config) {
   return j;
 }
 
-double fall_s(const WorldConfig& config) {
+double fall_s(const WorldConfig& config, double speed_m_s) {
   const StrobeParams& s = config.strobe;
-  if (s.nozzle_gap_mm <= 0.0) return 0.0;
-  const double gap_um = 1e3 * s.nozzle_gap_mm, diameter_um = strobe_jet(config).diameter_um;
-  double low = 0.0, high = 100.0 * gap_um / s.speed_m_s;  // [us]
+  if (s.nozzle_gap_mm <= 0.0 || speed_m_s <= 0.0) return 0.0;
+  const double gap_um = 1e3 * s.nozzle_gap_mm, diameter_um = strobe_jet(config, speed_m_s).diameter_um;
+  double low = 0.0, high = 100.0 * gap_um / speed_m_s;  // [us]
   for (int n = 0; n < 60; ++n) {
     const double middle = 0.5 * (low + high);
-    (fly(s.speed_m_s, diameter_um, middle).um < gap_um ? low : high) = middle;
+    (fly(speed_m_s, diameter_um, middle).um < gap_um ? low : high) = middle;
   }
   return high * 1e-6;
 }
 
-TakenPicture strobe_scene(const WorldConfig& config, bool droplet, const Exposure& exposure) {
+TakenPicture strobe_scene(const WorldConfig& config, double speed_m_s, const Exposure& exposure) {
   StrobeCamera camera = camera_of(config);
   camera.light *= std::pow(10.0, exposure.gain_db / 20);
-  const StrobeJet jet = strobe_jet(config);
-  StrobePicture p =
-      render_strobe(camera, droplet ? &jet : nullptr, exposure.delay_us, config.seed, exposure.number);
+  const StrobeJet jet = strobe_jet(config, speed_m_s);
+  StrobePicture p = render_strobe(camera, speed_m_s > 0.0 ? &jet : nullptr, exposure.delay_us, config.seed,
+                                  exposure.number);
   return {p.width, p.height, p.white, std::move(p.pixels)};
 }
 

@@ -9,12 +9,13 @@
 namespace firn::plant {
 
 /// The gain scales the light; the flash, not the exposure, gives its amount.
-TakenPicture strobe_scene(const WorldConfig& config, bool droplet, const Exposure& exposure);
+/// @param speed_m_s of the droplets as they leave the nozzle; 0 = there are none
+TakenPicture strobe_scene(const WorldConfig& config, double speed_m_s, const Exposure& exposure);
 
-/// The jet of the configuration. Its diameter is that of DropletParams::volume_mm3.
-StrobeJet strobe_jet(const WorldConfig& config);
+/// The jet of the configuration, with this speed. Its diameter is that of DropletParams::volume_mm3.
+StrobeJet strobe_jet(const WorldConfig& config, double speed_m_s);
 
-/// Time of the droplet's fall through the nozzle's gap, slowed by the air; 0 where it is not simulated.
-double fall_s(const WorldConfig& config);
+/// Time of a droplet's fall through the nozzle's gap, slowed by the air; 0 where it is not simulated.
+double fall_s(const WorldConfig& config, double speed_m_s);
 
 }  // namespace firn::plant

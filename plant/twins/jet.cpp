@@ -130,6 +130,8 @@ void JetTwin::execute(std::int64_t now_us) {
       if (state_.external || state_.continuous)
         wires_.note(now_us, port_, DeviceEvent::kJetAbused, now_us - state_.last_fired_us);
       state_.waveform = true;
+      pulse_ = {u16(2) / 10.0, u16(13) / 10.0, u16(15) / 10.0,
+                double(std::int16_t(u16(9)) - std::int16_t(u16(7)))};
       state_.busy_until_us = now_us + params_.pulse_us;
       return answer(true, command, kOk, state_.busy_until_us);
     case kStrobeDiv:
@@ -228,6 +230,6 @@ void JetTwin::trip(std::int64_t now_us, std::int64_t code) {
   if (code == 1) set_source(false, now_us);
 }
 
-void JetTwin::io(Archive& a) { a.all(boot_count_, state_, trip_, remote_, greeting_, frame_, link_); }
+void JetTwin::io(Archive& a) { a.all(boot_count_, state_, pulse_, trip_, remote_, greeting_, frame_, link_); }
 
 }  // namespace firn::plant

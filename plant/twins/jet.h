@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "plant/config/world_config.h"
+#include "plant/twins/pulse_response.h"
 #include "plant/twins/twin.h"
 
 namespace firn::plant {
@@ -37,6 +38,7 @@ class JetTwin : public Twin {
   bool jetting() const { return state_.jetting; }
   std::uint32_t starts() const { return state_.starts; }
   bool nozzle_dead() const { return trip_ == 3; }
+  const JetPulse& pulse() const { return pulse_; }  ///< the one that was loaded
 
  protected:  // of MicrodropTwin too: the same head behind other words
   struct State {
@@ -56,6 +58,7 @@ class JetTwin : public Twin {
   JetParams params_;
   Wires& wires_;
   State state_;
+  JetPulse pulse_{};
   std::int64_t trip_ = 0;
 
  private:

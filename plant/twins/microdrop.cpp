@@ -45,10 +45,10 @@ std::string MicrodropTwin::execute(std::string_view line, std::int64_t now_us) {
     return "OK";
   }
   for (std::size_t n = 0; n < std::size(kPulse); ++n) {
-    if (last_of(line, "Get" + std::string(kPulse[n]))) return number(pulse_[n]);
+    if (last_of(line, "Get" + std::string(kPulse[n]))) return number(words_[n]);
     if (const auto v = last_of(line, "Set" + std::string(kPulse[n]))) {
       if (state_.external) wires_.note(now_us, port_, DeviceEvent::kJetAbused, now_us - state_.last_fired_us);
-      pulse_[n] = *v;
+      words_[n] = *v;
       return "OK";
     }
   }
@@ -58,7 +58,8 @@ std::string MicrodropTwin::execute(std::string_view line, std::int64_t now_us) {
     return "OK";
   }
   if (last_of(line, "RefreshPulse")) {
-    state_.waveform = pulse_[0] > 0 && pulse_[1] > 0;
+    state_.waveform = words_[0] > 0 && words_[1] > 0;
+    pulse_ = {double(words_[1]), 0.0, 0.0, double(words_[0])};
     return "OK";
   }
   if (const auto v = last_of(line, "SetFrequency"); v && *v > 0 && *v <= 65535) {
@@ -93,12 +94,12 @@ void MicrodropTwin::reboot(std::int64_t now_us) {
   JetTwin::reboot(now_us);
   line_.clear();
   active_ = false;
-  pulse_ = {};
+  words_ = {};
 }
 
 void MicrodropTwin::io(Archive& a) {
   JetTwin::io(a);
-  a.all(line_, active_, pulse_);
+  a.all(line_, active_, words_);
 }
 
 }  // namespace firn::plant

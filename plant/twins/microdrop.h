@@ -23,7 +23,7 @@ class MicrodropTwin final : public JetTwin {
 
   std::string line_;
   bool active_ = false;
-  std::array<int, 3> pulse_{};  ///< voltage [V], length and delay [us]
+  std::array<int, 3> words_{};  ///< voltage [V], length and delay [us]
 };
 
 }  // namespace firn::plant

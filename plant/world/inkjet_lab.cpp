@@ -154,7 +154,7 @@ class InkjetLab final : public WorldLab, private Wires {
   TakenPicture picture(const Exposure& e) const {
     const bool droplet =
         jet->jetting() && !jet->nozzle_dead() && jet->starts() > std::uint32_t(config.strobe.dead_before);
-    return strobe_scene(config, droplet, e);
+    return strobe_scene(config, droplet ? jet_speed_m_s(config.strobe, jet->pulse()) : 0.0, e);
   }
 
   void lamp(std::int64_t t_us, LampEvent event, double dose_s) override {

@@ -9,6 +9,7 @@
 #include "core/grid/random.h"
 #include "plant/inkjet/python_model.h"
 #include "plant/inkjet/strobe_scene.h"
+#include "plant/twins/pulse_response.h"
 #include "plant/world/aerosol_lab.h"
 #include "python/host/recorded_files.h"
 
@@ -69,6 +70,8 @@ IceWorldConfig ice_config(const Experiment& e) {
   return c;
 }
 
+JetPulse pulse_of(const JetConfig& j) { return {j.dwell_us, j.rise_us, j.fall_us, j.dwell_v - j.idle_v}; }
+
 void set_up_jet(const JetConfig& j, JetParams& p) {
   p.max_rate_hz = j.max_rate_hz;
   p.microdrop = j.kind == drivers::JetKind::kMicrodrop;
@@ -99,6 +102,8 @@ StrobeParams strobe_of(const Experiment& e) {
   s.uneven = p.uneven;
   s.dirt = p.dirt;
   s.dead_before = p.dead_before;
+  s.best_dwell_us = p.best_dwell_us;
+  s.threshold_v = p.threshold_v;
   return s;
 }
 
@@ -185,7 +190,7 @@ WorldConfig world_config(const Experiment& e) {
   c.profiler.error_y_mm = e.plant.profiler_dy_mm;
   c.profiler.error_z_mm = e.plant.profiler_dz_mm;
   c.strobe = strobe_of(e);
-  c.droplet.flight_time_s = fall_s(c);
+  c.droplet.flight_time_s = fall_s(c, jet_speed_m_s(c.strobe, pulse_of(e.jet)));
   c.lamp.max_on_us = std::int64_t(e.lamp.max_on_s * 1e6);
   return c;
 }

@@ -3,18 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <optional>
 #include <stdexcept>
 
 #include "config/devices.h"
 #include "config/ice_lab.h"
 #include "core/motion/planner.h"
-#include "firn/answer_t.hpp"
-#include "firn/device_state_t.hpp"
-#include "firn/enable_t.hpp"
 #include "firn/enums.h"
-#include "firn/fault_t.hpp"
 #include "firn/heater_command_t.hpp"
 #include "firn/laser_command_t.hpp"
 #include "firn/laser_samples_t.hpp"
@@ -25,7 +20,6 @@
 #include "firn/valve_command_t.hpp"
 #include "lcmtypes/convert.h"
 #include "plant/world/ice_lab.h"
-#include "plant/world/setup.h"
 #include "print/device/simulated_instruments.h"
 #include "print/simulated/plant_world.h"
 #include "procs/heater/node.h"
@@ -33,8 +27,7 @@
 #include "procs/robot/node.h"
 #include "procs/safety/node.h"
 #include "procs/valve/node.h"
-#include "runtime/lab.h"
-#include "runtime/wall_clock_ports.h"
+#include "studies/calibrate/commanded_lab.h"
 
 namespace firn {
 namespace {
@@ -45,18 +38,10 @@ constexpr double kReady_s = 120.0, kWarm_s = 3600.0, kAnswer_s = 60.0, kUpload_s
 constexpr double kFrom_mm = 16.0, kTo_mm = -11.0, kStep_mm = 3.0;
 constexpr double kSettle_s = 1.0;      // of the arm and of its end effector
 constexpr double kMove_mm_s = 1000.0;  // between points, as fast as the approach to a path
-constexpr std::int64_t kRunId = 1;
 constexpr std::pair<NodeId, MakeNode> kNodes[] = {
     {NodeId::kRobot, &make_robot},    {NodeId::kValveA, &make_valve_a},
     {NodeId::kValveB, &make_valve_b}, {NodeId::kLaserPoint, &make_laser_point},
     {NodeId::kHeater, &make_heater},  {NodeId::kSafety, &make_safety}};
-
-template <class Message>
-std::optional<Message> decoded(std::span<const std::byte> bytes) {
-  Message m;
-  if (m.decode(bytes.data(), 0, int(bytes.size())) < 0) return std::nullopt;
-  return m;
-}
 
 }  // namespace
 
@@ -64,131 +49,38 @@ bool has_calibrations(const Experiment& e) {
   return std::ranges::all_of(kNodes, [&](const auto& node) { return takes_part(e, info(node.first).name); });
 }
 
-// The instruments: all simulated in simulated time, or where [devices] has them, the others in a simulated
-// lab that runs by the clock.
-struct Instruments {
-  explicit Instruments(const Experiment& e) {
-    std::map<std::string, PortAddress> all = outside_ports(e);
-    if (all.empty()) {
-      plant = std::make_unique<PlantWorld>(plant::World(plant::world_config(e), nullptr));
-      return;
-    }
-    const std::vector<std::string> simulated = simulated_ports(e);
-    if (!simulated.empty()) beside = std::make_unique<SimulatedInstruments>(e);
-    for (const std::string& node : simulated) all.emplace(node, beside->address(node));
-    real = std::make_unique<WallClockPorts>(all);
-  }
-  LabWorld* world() { return plant ? static_cast<LabWorld*>(plant.get()) : real.get(); }
+namespace {
 
-  std::unique_ptr<PlantWorld> plant;
-  std::unique_ptr<SimulatedInstruments> beside;
-  std::unique_ptr<WallClockPorts> real;
-};
+const Experiment& checked(const Experiment& e) {
+  if (!has_calibrations(e))
+    throw std::invalid_argument("lab.kind = \"" + e.lab.kind + "\": only an ice lab has these calibrations");
+  return e;
+}
 
-struct CalibrationLab::State {
+Blobs machine_input(const std::string& toml) {
+  const auto* bytes = reinterpret_cast<const std::byte*>(toml.data());
+  return {{"machine", "", {bytes, bytes + toml.size()}}};
+}
+
+}  // namespace
+
+struct CalibrationLab::State final : CommandedLab {
   State(const Experiment& e, const std::string& machine_toml, Weigh balance)
-      : experiment(e),
+      : CommandedLab(checked(e), kNodes, machine_input(machine_toml)),
+        experiment(e),
         machine(parse_machine(machine_toml, e.ice.machine)),
         arm(make_arm(machine)),
-        instruments(e),
-        weigh(std::move(balance)),
-        lab(instruments.world()),
-        scheduler(NodeId::kScheduler, kRunId),
-        planner(NodeId::kPathPlanner, kRunId) {
-    if (!has_calibrations(e))
-      throw std::invalid_argument("lab.kind = \"" + e.lab.kind +
-                                  "\": only an ice lab has these calibrations");
-    const std::string config = dump(e);
-    const Blobs inputs{{"machine",
-                        "",
-                        {reinterpret_cast<const std::byte*>(machine_toml.data()),
-                         reinterpret_cast<const std::byte*>(machine_toml.data()) + machine_toml.size()}}};
-    for (const auto& [id, make] : kNodes) {
-      hosts.push_back(std::make_unique<NodeHost>(id, make(config, inputs), kRunId, nullptr));
-      if (info(id).driver) drivers.push_back(id);
-      lab.add(hosts.back().get());
-    }
-    lab.set_tap(
-        [this](std::string_view channel, std::span<const std::byte> bytes, Time) { hear(channel, bytes); });
-    lab.start(0, Time{});
-  }
+        weigh(std::move(balance)) {}
 
-  void hear(std::string_view channel, std::span<const std::byte> bytes) {
-    if (channel == channels::kEnable.name) {
-      if (const auto m = decoded<enable_t>(bytes)) {
-        epoch = m->enable_epoch;
-        enabled = m->enabled;
-      }
-    } else if (channel == channels::kLaserSamples.name) {
-      samples = decoded<laser_samples_t>(bytes);
-    } else if (channel == channels::kTemperature.name) {
-      temperature = decoded<temperature_t>(bytes);
-    }
-    for (const NodeId d : drivers) {
-      if (channel == channels::answer(d).name) {
-        if (auto m = decoded<answer_t>(bytes); m && m->command_id == command_id) answer = std::move(m);
-      } else if (channel == channels::device_state(d).name) {
-        if (const auto m = decoded<device_state_t>(bytes)) states[d] = DeviceState(m->state);
-      } else if (channel == channels::fault(d).name) {
-        if (const auto m = decoded<fault_t>(bytes); m && Severity(m->severity) == Severity::kStop)
-          stopped = m->node + ": " + m->text;
-      }
-    }
-  }
-
-  /// @throws std::runtime_error: `done` has not become true within `seconds`, or an instrument has stopped
-  /// the lab
-  template <class Done>
-  void until(Done&& done, double seconds, const std::string& what) {
-    const Time limit = lab.now().after_s(seconds);
-    while (!done()) {
-      if (!stopped.empty()) throw std::runtime_error(what + ": " + stopped);
-      if (!lab.step(limit)) {
-        std::string ports;
-        if (instruments.real)
-          for (const std::string& notice : instruments.real->take_notices()) ports += "; " + notice;
-        throw std::runtime_error(what + " is not done after " + std::to_string(int(seconds)) +
-                                 " s of lab time" + ports);
-      }
-    }
-  }
-
-  template <class Message>
-  void send(Outbox& out, const Channel<Message>& channel, Message message) {
-    out.begin(lab.now(), 0);
-    out.send(channel, std::move(message));
-    for (std::size_t n = 0; n < out.size(); ++n) lab.publish(out.at(n).channel, out.at(n).bytes);
-  }
-
-  /// Commands and waits for the answer. A refusal is tried again: the lease may have reached us before the
-  /// driver.
-  template <class Command>
-  answer_t command(const Channel<Command>& channel, Command c, double seconds, const std::string& what) {
-    for (int attempt = 0; attempt < 5; ++attempt) {
-      c.command_id = ++command_id;
-      c.enable_epoch = epoch;
-      answer.reset();
-      send(scheduler, channel, c);
-      until([&] { return answer.has_value(); }, seconds, what);
-      if (Outcome(answer->outcome) != Outcome::kRefused) break;
-      wait(0.1);
-    }
-    if (const Outcome o = Outcome(answer->outcome); o != Outcome::kDone && o != Outcome::kReady)
-      throw std::runtime_error(what + ": " + answer->node + ": " + answer->text);
-    return *answer;
-  }
-
-  void wait(double seconds) {
-    const Time limit = lab.now().after_s(seconds);
-    while (lab.now() < limit && lab.step(limit)) {
-      if (!stopped.empty()) throw std::runtime_error(stopped);
-    }
+  void heard(std::string_view channel, std::span<const std::byte> bytes) override {
+    if (channel == channels::kLaserSamples.name) samples = decoded<laser_samples_t>(bytes);
+    if (channel == channels::kTemperature.name) temperature = decoded<temperature_t>(bytes);
   }
 
   std::int64_t load(const Trajectory& motion) {
     PlannedPath p{1, 0, PathKind::kMeasurement, 0.0, motion};
     p.trajectory.id = ++path;
-    send(planner, channels::kTrajectory, to_message(p));
+    send(NodeId::kPathPlanner, channels::kTrajectory, to_message(p));
     robot(RobotVerb::kLoad, 0, kUpload_s, "loading a path");
     return path;
   }
@@ -204,20 +96,11 @@ struct CalibrationLab::State {
   Experiment experiment;
   Machine machine;
   std::unique_ptr<motion::Arm> arm;
-  Instruments instruments;
   Weigh weigh;
-  Lab lab;
-  Outbox scheduler, planner;
-  std::vector<std::unique_ptr<NodeHost>> hosts;
-  std::vector<NodeId> drivers;
-  std::map<NodeId, DeviceState> states;
-  std::int64_t epoch = 0, command_id = 0, path = 0;
+  std::int64_t path = 0;
   int weighings = 0;
-  bool enabled = false;
-  std::optional<answer_t> answer;
   std::optional<laser_samples_t> samples;
   std::optional<temperature_t> temperature;
-  std::string stopped;
 };
 
 CalibrationLab::CalibrationLab(const Experiment& e, const std::string& machine_toml, Weigh weigh)
@@ -226,7 +109,7 @@ CalibrationLab::~CalibrationLab() = default;
 
 const Experiment& CalibrationLab::experiment() const { return state_->experiment; }
 const Machine& CalibrationLab::machine() const { return state_->machine; }
-double CalibrationLab::now_s() const { return state_->lab.now().s(); }
+double CalibrationLab::now_s() const { return state_->now_s(); }
 void CalibrationLab::wait(double seconds) { state_->wait(seconds); }
 
 motion::Tool CalibrationLab::tool(const std::string& name) const {
@@ -238,12 +121,7 @@ motion::Tool CalibrationLab::tool(const std::string& name) const {
 
 void CalibrationLab::get_ready() {
   State& s = *state_;
-  s.until(
-      [&] {
-        return s.enabled && std::all_of(s.drivers.begin(), s.drivers.end(),
-                                        [&](NodeId d) { return s.states[d] == DeviceState::kSafe; });
-      },
-      kReady_s, "getting ready");
+  s.get_safe(kReady_s);
   heater_command_t h{};
   h.verb = std::int8_t(HeaterVerb::kSet);
   h.set_degC[0] = s.experiment.heater.tip_degC;
@@ -368,7 +246,7 @@ std::int64_t CalibrationLab::fire(const Trajectory& motion, int material,
   list.pulse_s = valve.pulse_us * 1e-6;
   list.n = std::int32_t(ticks.size());
   list.tick = ticks;
-  s.send(s.planner, channels::kPulseList, std::move(list));
+  s.send(NodeId::kPathPlanner, channels::kPulseList, std::move(list));
   valve_command_t v{};
   v.path = s.path;
   v.expected = std::int64_t(ticks.size());
@@ -388,10 +266,10 @@ double CalibrationLab::tip_degC() const {
 }
 double CalibrationLab::weigh_mg(int material) {
   const int n = ++state_->weighings;
-  if (state_->instruments.plant)
-    return state_->instruments.plant->world().ice()->weighed_mg(material, std::uint32_t(n));
+  if (const PlantWorld* plant = state_->simulated())
+    return plant->world().ice()->weighed_mg(material, std::uint32_t(n));
   const bool real = outside_ports(state_->experiment).contains(material == 1 ? "valve_b" : "valve_a");
-  if (!real) return state_->instruments.beside->weighed_mg(material, n);
+  if (!real) return state_->beside()->weighed_mg(material, n);
   if (!state_->weigh) throw std::runtime_error("a lab with real ports needs somebody who reads its balance");
   return state_->weigh(material, n);
 }

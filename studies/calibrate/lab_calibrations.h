@@ -1,6 +1,6 @@
-// Computes the calibrations of firn calibrate in the simulated ice lab: runs paths, collects the instruments'
-// readings, and hands them to estimators/calibration [Barnett 2012, 2.2, 5.2.1, 6.1]. The true values of
-// plant.ice.* are unknown to this code.
+// Computes the calibrations of firn calibrate: commands a lab's instruments, collects their readings, and
+// hands them to estimators/calibration [Barnett 2012, 2.2, 5.2.1, 6.1]. The true values of plant.* are
+// unknown to this code.
 #pragma once
 
 #include <cstdint>
@@ -18,6 +18,9 @@ struct LabCalibrationOptions {
   int repeats = 0;                     ///< passes or weighings of a kind; 0 = the calibration's own
   std::vector<double> speeds_mm_s;     ///< of the passes; empty = its own
   std::vector<double> frequencies_hz;  ///< flow-curve; empty = 20 up to 500 Hz [6.1]
+  std::vector<double> dwells_us;       ///< jet, first round; empty = 0.4 to 2 times the lab's
+  std::vector<double> voltages_v;      ///< jet; empty = 0.6 to 1.6 times the lab's
+  double velocity_m_s = 0.0;           ///< jet: wanted; 0 = the middle of the watch's band
   int material = 0;                    ///< valve-latency, flow-curve: 0 water, 1 scaffold
   int rounds = 1;          ///< level-table: > 1 = an operator turns as instructed and the lab measures again
   std::uint64_t seed = 1;  ///< of the passes' starts and of the order of actions
@@ -54,6 +57,7 @@ struct LabCalibration {
   bool level = false;                               ///< level-table: the points lie within the tolerance
   std::vector<double> foot_lift_mm, screw_lift_mm;  ///< and the turns until then, in all rounds
   ResidualPlot plot;
+  std::string picture;  ///< SVG in the place of the residuals' plot; empty: none
   int data = 0, outliers = 0;
   double residual_std = 0.0;
   std::string residual_unit;
@@ -80,6 +84,9 @@ LabCalibration calibrate_valve_latency(const Experiment& experiment, const std::
 /// Computes the flow within 2 %: drops of one frequency after the other into a cup, weighed.
 LabCalibration calibrate_flow_curve(const Experiment& experiment, const std::string& machine_toml,
                                     const LabCalibrationOptions& options);
+/// Computes the waveform: the dwell time of the fastest droplets within 1 us, in two rounds of strobe sweeps,
+/// and the whole volts nearest to the wanted velocity. The second pulse keeps its ratios to the first.
+LabCalibration calibrate_jet(const Experiment& experiment, const LabCalibrationOptions& options);
 
 // For the above.
 namespace lab_calibrations {

@@ -19,7 +19,7 @@ plant::WorldConfig world_of(double speed_m_s) {
   c.droplet.missed_probability = 0.0;
   c.strobe.speed_m_s = speed_m_s;
   c.strobe.nozzle_gap_mm = 1.0;
-  c.droplet.flight_time_s = plant::fall_s(c);
+  c.droplet.flight_time_s = plant::fall_s(c, c.strobe.speed_m_s);
   return c;
 }
 
@@ -77,7 +77,8 @@ TEST_CASE("The camera sees droplets while the jet jets, and none before and afte
   const vision::SweepResult r = rig.look(60, 15, 10);
   CHECK(r.with_droplet == 10);
   REQUIRE(r.velocity_m_s.known);
-  const double diameter_um = plant::strobe_jet(rig.world.config()).diameter_um;
+  const double diameter_um =
+      plant::strobe_jet(rig.world.config(), rig.world.config().strobe.speed_m_s).diameter_um;
   CHECK(r.velocity_m_s.value == Approx(plant::fly(2.0, diameter_um, r.middle_us).speed_m_s).epsilon(0.005));
   CHECK(r.diameter_um.value == Approx(diameter_um).epsilon(0.01));
   rig.end_jet();
