@@ -1,8 +1,8 @@
 // kill -9 of live prints: victim, moment and lab are drawn, every process of the print among the victims,
 // world and launcher included. 20 kills with a seed of the day. A failure names its seed: FIRN_KILL_SEED=N
-// FIRN_KILLS=1 repeats it. FIRN_KILL_VICTIM and FIRN_KILL_LAB (inkjet, two_inks, watched, ice) fix what is
-// drawn; FIRN_KILL_HARDSHIPS=1 adds to half of the prints a network that loses a tenth, and to half a disk
-// that stalls or is full from a moment drawn. tests/bench/random_kills.sh makes a table of many.
+// FIRN_KILLS=1 repeats it. FIRN_KILL_VICTIM and FIRN_KILL_LAB (inkjet, two_inks, watched, lines, ice) fix
+// what is drawn; FIRN_KILL_HARDSHIPS=1 adds to half of the prints a network that loses a tenth, and to half a
+// disk that stalls or is full from a moment drawn. tests/bench/random_kills.sh makes a table of many.
 #include <signal.h>
 #include <time.h>
 #include <unistd.h>
@@ -37,12 +37,18 @@ int kills() {
 std::string lab_of(RandomStream& random) {
   const std::uint32_t drawn = random.below(20);
   const char* fixed = std::getenv("FIRN_KILL_LAB");
-  return fixed ? fixed : drawn == 0 ? "ice" : drawn < 7 ? "two_inks" : drawn < 10 ? "watched" : "inkjet";
+  return fixed        ? fixed
+         : drawn == 0 ? "ice"
+         : drawn < 6  ? "two_inks"
+         : drawn < 9  ? "watched"
+         : drawn < 12 ? "lines"
+                      : "inkjet";
 }
 
 Experiment print_of(const std::string& lab, std::uint64_t seed) {
   if (lab == "ice") return tiny_ice(seed);
   if (lab == "watched") return tiny_watched_part(seed);
+  if (lab == "lines") return tiny_lines(seed);
   return lab == "two_inks" ? tiny_part_of_two_inks(seed) : tiny_part(seed);
 }
 
@@ -167,6 +173,10 @@ TEST_CASE("launcher killed: every process stops by itself, resumed, replayed") {
 TEST_CASE("scheduler killed: safe, named, resumed, replayed", "[I4]") {
   if (skipped()) return;
   kill_and_resume(tiny_part(11), "scheduler", "stage", 11, 0, 1'800'000);
+}
+TEST_CASE("stage killed while it prints lines: shutter closed, named, resumed, replayed", "[I4]") {
+  if (skipped()) return;
+  kill_and_resume(tiny_lines(21), "stage", "laser_profiler", 21, 0, 2'300'000);
 }
 TEST_CASE("world killed: instruments without power, named, resumed, replayed") {
   if (skipped()) return;

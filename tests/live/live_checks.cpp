@@ -43,7 +43,10 @@ void check_safe_after(const LiveRun& run, std::int64_t mono_ns) {
   }
   CHECK(last_shot_us <= limit_us);
   CHECK(open_since_us == -1);
-  for (const auto& list : world.firings) CHECK(list.last_us <= limit_us);
+  for (const auto& list : world.firings) {
+    CHECK(list.last_us <= limit_us);
+    if (run.lines) CHECK((list.end_us > 0 && list.end_us <= limit_us));
+  }
   std::int64_t moves_since_us = -1;
   for (const auto& d : world.devices) switch (d.event) {
       case plant::DeviceEvent::kRobotMotion:

@@ -24,6 +24,8 @@
 namespace firn::test {
 namespace {
 
+const std::filesystem::path kLiveExperiments = std::filesystem::path(FIRN_SOURCE_DIR) / "experiments";
+
 /// A process that has ended but that nobody has waited for counts as gone.
 bool alive(int pid) {
   std::ifstream in("/proc/" + std::to_string(pid) + "/stat");
@@ -67,21 +69,28 @@ Experiment tiny_watched_part(std::uint64_t seed) {
   return e;
 }
 
+Experiment tiny_lines(std::uint64_t seed) {
+  Experiment e = load_experiment(
+      kLiveExperiments / "aerosol-meander.toml",
+      {"aerosol.job=aerosol-lines.json", "aerosol.layers=3", "grid.nx=250", "grid.ny=80", "run.time_scale=10",
+       "process.scan_speed_mm_s=0.4", "process.max_rescans=4"});  // 5 ms of wall time per row
+  e.plant.seed = seed;
+  return e;
+}
+
 Experiment tiny_ice(std::uint64_t seed) {
-  const std::filesystem::path lab = std::filesystem::path(FIRN_SOURCE_DIR) / "experiments" / "ice-small.toml";
-  Experiment e =
-      load_experiment(lab, {"run.time_scale=10", "ice.interval_layers=3", "ice.measure_spacing_mm=3"});
+  Experiment e = load_experiment(kLiveExperiments / "ice-small.toml",
+                                 {"run.time_scale=10", "ice.interval_layers=3", "ice.measure_spacing_mm=3"});
   e.plant.seed = seed;
   return e;
 }
 
 Blobs tiny_ice_inputs(Experiment& e, const std::filesystem::path& scratch) {
-  const std::filesystem::path folder = std::filesystem::path(FIRN_SOURCE_DIR) / "experiments";
   const auto stl = mesh_bytes::binary_stl(prism(4, 1.44f, 0.0f, 0.0f, [](std::uint32_t) { return 6.5; }));
   std::ofstream(scratch / "block.stl", std::ios::binary)
       .write(reinterpret_cast<const char*>(stl.data()), std::streamsize(stl.size()));
   e.ice.mesh = (scratch / "block.stl").string();
-  Blobs inputs = make_inputs(e, folder);
+  Blobs inputs = make_inputs(e, kLiveExperiments);
   place_ice_field(e, inputs);
   return inputs;
 }
@@ -91,13 +100,13 @@ std::string multicast_refused() {
   return why;
 }
 
-LiveRun::LiveRun(const Experiment& experiment) {
+LiveRun::LiveRun(const Experiment& experiment) : lines(prints_lines(experiment)) {
   std::string name = (std::filesystem::temp_directory_path() / "firn-live-XXXXXX").string();
   if (!::mkdtemp(name.data())) throw std::runtime_error("mkdtemp");
   root_ = name;
   const std::string longer_than_a_socket_address(110, 'x');
   Experiment e = experiment;
-  const Blobs inputs = prints_paths(e) ? tiny_ice_inputs(e, root_) : make_inputs(e, {});
+  const Blobs inputs = prints_paths(e) ? tiny_ice_inputs(e, root_) : make_inputs(e, kLiveExperiments);
   folder_ = RunFolder::create(root_ / longer_than_a_socket_address, e, inputs, {"test"});
 }
 

@@ -20,6 +20,8 @@ Experiment tiny_part(std::uint64_t seed);
 Experiment tiny_part_of_two_inks(std::uint64_t seed);
 /// tiny_part() whose jet is seen by a camera before every layer.
 Experiment tiny_watched_part(std::uint64_t seed);
+/// The aerosol printer's: two short lines in three layers, node time ten times faster than the wall clock.
+Experiment tiny_lines(std::uint64_t seed);
 
 /// The ice printer's: a block of about 9 x 9 mm in six layers, two intervals, node time ten times faster than
 /// the wall clock.
@@ -56,6 +58,7 @@ class LiveRun {
   void wait_all_gone();
   bool running();
 
+  const bool lines;        ///< a print of lines
   std::string bus_url;     ///< of the next start; empty: the launcher's choice
   std::string page_token;  ///< of the next start; empty: no page
   /// Waits for the page. @returns its address; empty: the launcher ended before
