@@ -7,7 +7,7 @@
 namespace firn {
 namespace {
 
-constexpr double kFewCells = 10.0;
+constexpr double kLeastCells = 10.0;
 constexpr double kReach = 5.0;       // of the limit: a larger shift is found as one of at least so much
 constexpr double kLeastGain = 0.25;  // of the squared residual
 constexpr double kShown = 0.4;       // of an offset, by edges of readings on the part alone
@@ -22,7 +22,7 @@ std::string check_bare(const HeightMap& bare, double limit_mm, const SensorWords
     sum += h;
     cells += 1.0;
   }
-  if (limit_mm <= 0.0 || cells < kFewCells || std::abs(sum / cells) <= limit_mm) return "";
+  if (limit_mm <= 0.0 || cells < kLeastCells || std::abs(sum / cells) <= limit_mm) return "";
   return words.what + " measures " + std::to_string(sum / cells) + " mm on average, 0 within " +
          std::to_string(limit_mm) + " mm is calibrated: " + words.culprits + "; " + words.calibrate;
 }
