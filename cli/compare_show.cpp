@@ -167,7 +167,9 @@ std::string study_json(const StudyTable& t, const StudyAnalysis& a,
             {"seeds", t.seeds.size()},
             {"schemes", schemes},
             {"comparisons", comparisons},
-            {"files", {"runs.csv", "summary.json", "report.html", "study.toml", "results.journal"}}};
+            {"files", {"runs.csv", "summary.json", "report.html"}}};
+  if (t.trial == "seed")  // printed here
+    for (const char* file : {"study.toml", "results.journal"}) j["files"].push_back(file);
   for (const auto& [name, value] : provenance) j["provenance"][name] = value;
   if (!profile.empty()) {
     j["profile"] = profile;

@@ -23,8 +23,8 @@ struct RecordedStudy {
 Study study_of_runs(const std::vector<std::string>& runs);
 
 /// @param study with runs in every scheme; `folder` = of the study file
-/// @throws UsageError naming the run: no run folder, a print that is not finished and leaves no measured
-/// layer to compare, a run given twice; a metric that is none
+/// @throws UsageError naming the run: no run folder, a finished print without a measured layer, a run given
+/// twice; a metric that recorded runs have not. Damage is a note of the table.
 RecordedStudy recorded_study(const Study& study, const std::filesystem::path& folder);
 
 }  // namespace firn

@@ -163,6 +163,7 @@ class Import(unittest.TestCase):
             self.assertLess(rms["low"], rms["mean"])
         self.assertRegex(told["answer"], r"^new is better: rms_um [0-9.]+ um, .* below old \(Holm p = 0\.031, 6 blocks")
         self.assertIn("Imported runs", " ".join(told["notes"]))
+        self.assertEqual({f.name for f in (self.folder / "study").iterdir()}, set(told["files"]))
         page = (self.folder / "study/report.html").read_text()
         self.assertIn("the n-th block of two schemes", page)
         for run in runs["new"]:
