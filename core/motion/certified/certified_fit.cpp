@@ -14,7 +14,7 @@ constexpr double kMostRadiusShare = 0.7;                       ///< of the toler
 constexpr int kShrinks = 10;  ///< tries to bring a start inside the tolerance
 constexpr double kAim = 0.98, kLeastShrink = 0.1;
 constexpr int kFastRounds = 32, kSlowRounds = 40, kLastRounds = 8;  ///< of descent
-constexpr int kMostFailures = 4;                                    ///< one after another
+constexpr int kMostFailures = 6;                                    ///< one after another
 constexpr double kFastGain = 1e-4, kSlowGain = 5e-5;                ///< of a round that is worth another
 constexpr double kBelow = 0.01;  ///< of the tolerance, by which a step that left it is to stay below it
 constexpr double kFirstWeight = 2.0, kHeavier = 2.0, kLighter = 0.8;

@@ -179,6 +179,17 @@ TEST_CASE("Seeded curves at any sampling: within the tolerance, near the slow ti
   }
 }
 
+TEST_CASE("A descent goes on after a few steps without gain: these lobes are not slower in a wider tube") {
+  constexpr std::uint64_t kSeed = 103;  // as `motion_paths 1 103 lobes` draws it
+  RandomStream draw(kSeed, Purpose::kTest);
+  const double step = 0.05 * std::pow(40.0, draw.uniform(0.0, 1.0));
+  draw.below(3);
+  const double tolerance = 0.005 * std::pow(20.0, draw.uniform(0.0, 1.0));
+  const std::vector<Point2> points = sampled(random_curve(0, kSeed), step, 9);
+  const double t = plan_curve(points, tolerance).continuous_s;
+  CHECK(plan_curve(points, 1.5 * tolerance).continuous_s < 1.005 * t);
+}
+
 TEST_CASE("The time within a tolerance hardly depends on where samples fall, nor on runs of them on a line") {
   const auto spread = [](int kind, std::uint64_t seed, int decimals, double tolerance,
                          std::initializer_list<double> steps) {
