@@ -12,8 +12,8 @@ if [ ! -d "$old/source" ]; then
   git -C "$here" archive "$commit" | tar -x -C "$old/source"
 fi
 if [ ! -x "$old/drive_times" ]; then
-  cmake -G Ninja -S "$old/source" -B "$old/build" -DBUILD_TESTING=OFF -DFIRN_SPY=OFF -DFIRN_PYTHON=OFF >"$old/log"
-  ninja -C "$old/build" firn_motion firn_grid >>"$old/log"
+  cmake -G Ninja -S "$old/source" -B "$old/build" -DBUILD_TESTING=OFF -DFIRN_SPY=OFF -DFIRN_PYTHON=OFF >"$old/log" 2>&1
+  ninja -C "$old/build" firn_motion firn_grid >>"$old/log" 2>&1
   c++ -std=c++20 -O2 -I "$old/source" -o "$old/drive_times" "$here/tests/bench/drive_times.cpp" \
     $(find "$old/build" -name libfirn_motion.a) $(find "$old/build" -name libfirn_grid.a)
 fi
