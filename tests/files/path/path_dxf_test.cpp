@@ -128,6 +128,9 @@ TEST_CASE("A rational spline of degree two with the weight sqrt(1/2) is a quarte
   CHECK(p.front() == Point2{10, 0});
   CHECK(distance(p.back(), {0, 10}) < 1e-12);
   for (const Point2& q : p) CHECK(distance(q, {}) == Approx(10.0).epsilon(1e-12));
+  REQUIRE(paths[0].given.size() == 1);
+  CHECK(paths[0].given[0].kind == GivenCurve::Kind::kArc);
+  CHECK(distance(paths[0].given[0].centre, {}) < 1e-12);
 }
 
 TEST_CASE("A cubic spline without inner knots is the Bezier curve of its control points") {
