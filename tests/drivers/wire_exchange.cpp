@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/grid/firing_order.h"
+#include "drivers/camera/camera.h"
 #include "tests/drivers/bench.h"
 #include "tests/drivers/ice_rig.h"
 #include "tests/drivers/lossy_line.h"
@@ -47,6 +48,7 @@ class Session {
         return {};
       }
       const Result r = rig.template all<Result>(port)[before];
+      told = std::move(rig.events[port]);
       rig.events[port].clear();
       if (r.outcome == Outcome::kRefused) {
         if (double(rig.now_us - asked_us) * 1e-6 > kTaken_s) {
@@ -85,6 +87,7 @@ class Session {
 
   WireRig<Rig> rig;
   ExchangeFigures figures;
+  std::vector<DriverEvent> told;  ///< with the last result
 
  private:
   void inject(FaultKind kind, std::int64_t count, std::int64_t delay_us = 0) {
@@ -104,7 +107,9 @@ class Session {
         inject(FaultKind::kDelayReply, 1, 400'000 + random(2'500'000));
         break;
       case 2:
-        inject(FaultKind::kSplitReply, 1 + random(3), 1000 + random(20'000));
+        // Between two bytes; a picture has 4096.
+        inject(FaultKind::kSplitReply, 1 + random(3),
+               figures.instrument == "camera" ? 100 : 1000 + random(20'000));
         break;
       case 3:
         inject(FaultKind::kFlipBit, random(64));
@@ -148,7 +153,16 @@ class Session {
   std::string disturbed_by_;
 };
 
+struct CameraRig : PortRig {
+  explicit CameraRig(const plant::WorldConfig& config) : PortRig(config), camera(CameraOptions{}) {
+    add("camera", camera);
+  }
+  void start() { connect_all(); }
+  Camera camera;
+};
+
 using Inkjet = Session<WorldRig>;
+using Watch = Session<CameraRig>;
 using Ice = Session<IceRig>;
 
 plant::WorldConfig inkjet_world() { return WorldRig::small_world(6, 3); }
@@ -238,6 +252,31 @@ void run_profiler(Inkjet& s) {
     s.judge(row.row < grid.ny && std::abs(row.encoder_count / 10000.0 - grid.y_mm(row.row)) < 0.001,
             "a row of another place", r);
   if (r.outcome == Outcome::kDone) s.judge(r.counted <= grid.ny, "rows", r);
+}
+
+constexpr int kPicture_px = 64;
+
+plant::WorldConfig watched_world() {
+  plant::WorldConfig c = inkjet_world();
+  c.strobe.width_px = c.strobe.height_px = kPicture_px;
+  return c;
+}
+
+void run_camera(Watch& s) {
+  constexpr std::int32_t kPictures = 3;
+  const Sweep wanted{kPictures, double(s.random(1000)), double(s.random(50))};
+  const Result r =
+      s.command("camera", [&](std::int64_t t, Effects& fx) { s.rig.camera.sweep(wanted, t, fx); });
+  std::int32_t n = 0;
+  for (const DriverEvent& e : s.told)
+    if (const auto* shot = event_cast<CameraShot>(e)) {
+      s.judge(shot->index == n && shot->sweep.delay_us == wanted.delay_us &&
+                  shot->picture.pixels.size() == std::size_t(kPicture_px * kPicture_px),
+              "a picture that was not asked for", r);
+      ++n;
+    }
+  if (n > kPictures) ++s.figures.repeats;
+  if (r.outcome == Outcome::kDone) s.judge(n == kPictures && r.counted == kPictures, "pictures", r);
 }
 
 std::vector<double> sweep(int k) {
@@ -331,6 +370,11 @@ void exchange_under_faults(RealWire::Kind kind, std::int64_t exchanges, std::uin
     while (!s.enough(exchanges)) job(s);
     done(s.done());
   };
+  if (only.empty() || only == "camera") {
+    Watch s(kind, "camera", seed, watched_world());
+    while (!s.enough(exchanges)) run_camera(s);
+    done(s.done());
+  }
   inkjet("stage", run_stage);
   inkjet("jet", run_jet);
   inkjet("laser_profiler", run_profiler);
