@@ -30,6 +30,12 @@ bool omnicure_line(std::string_view s) {
   return drivers::omnicure::frame(text) == s;
 }
 
+// What another line was answered may come before.
+bool omnicure_answers(std::string_view s) {
+  if (s.size() < 2) return false;
+  return omnicure_line(s.substr(s.find_last_of('\r', s.size() - 2) + 1));
+}
+
 bool jetdrive_reply(std::string_view s) {
   return s.find('>') != s.npos || s.find("MFJET32") != s.npos ||
          (s.size() == 4 && (s[0] == 0x06 || s[0] == 0x15) && char(s[1] + s[2]) == s[3]);
@@ -58,7 +64,7 @@ const std::vector<Probe>& probes() {
   static const std::vector<Probe> all = [] {
     std::vector<Probe> p;
     p.push_back({"stage", "an Aerotech stage", "NONE\n", &ensemble_line});
-    p.push_back({"lamp", "an OmniCure lamp", omnicure::frame("CONN"), &omnicure_line});
+    p.push_back({"lamp", "an OmniCure lamp", omnicure::frame("CONN"), &omnicure_answers});
     p.push_back({"laser_profiler", "a Keyence LJ-V profiler", text_of(ljv::get_newest_profile(false)),
                  [](std::string_view s) {
                    return whole_reply(ljv::LjvDialect(), ljv::get_newest_profile(false), s);
