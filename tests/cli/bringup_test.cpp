@@ -265,6 +265,11 @@ TEST_CASE("the port of another instrument is named by the instrument that it is"
   const SerialInstrument strict{StrictLamp()};
   b.exchanged = {{"jet", strict.address()}};
   check_failed(b.row(0, "jet"), "this is the port of an OmniCure lamp", "exchange the addresses");
+  const SerialInstrument gas([](std::string_view heard) {
+    return heard.ends_with("A\r") ? "A +014.70 +025.00 +00.000 +00.000 +00.000     N2\r" : "";
+  });
+  b.exchanged = {{"lamp", gas.address()}};
+  check_failed(b.row(0, "lamp"), "this is the port of an Alicat flow controller", "belongs to gas");
 }
 
 TEST_CASE("a port that is not there, and an instrument that says nothing, are told apart", "[bringup]") {
