@@ -161,6 +161,8 @@ void check_estimator(Rules& r) {
   const bool on = e.estimator.droplets != "off";
   r.require(on || e.control.adapt_model == "off", {"control.adapt_model", "estimator.droplets"},
             "needs estimator.droplets = \"on\", which learns the model");
+  r.require(e.estimator.droplets != "camera" || firn::on(e.camera.use), {"estimator.droplets", "camera.use"},
+            "needs camera.use = \"on\", which sees the droplets' volume");
   r.require(!on || !has_two_jets(e), {"estimator.droplets"}, "learns one ink; this experiment prints two");
   r.require(!control::is_python_scheme(e.plant.model) || !has_two_jets(e), {"plant.model"},
             "a class in Python prints one ink; this experiment prints two");

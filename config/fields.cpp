@@ -138,8 +138,10 @@ Table control_fields(Experiment& e) {
 }
 
 Table estimator_fields(Experiment& e) {
-  Table t{{"estimator.droplets", &e.estimator.droplets, "", or_python(one_of({"off", "on"})),
-           "on, or a class in Python: droplet_estimator learns h1..h3 from drops and maps, layer by layer"}};
+  Table t{{"estimator.droplets", &e.estimator.droplets, "", or_python(one_of({"off", "on", "camera"})),
+           "on, or a class in Python: droplet_estimator learns h1..h3 from drops and maps, layer by layer; "
+           "camera: "
+           "also from the droplets' volume in strobe sweeps, the first before layer 1 is planned"}};
   add(t, rows("estimator.", e.estimator, droplet::kEstimatorOptions));
   return t;
 }

@@ -23,6 +23,8 @@ constexpr double kClippedSquare = 0.995;   // mean of the clipped square of a no
 constexpr double kLeastNoiseScale = 0.25;  // of the variance that the maps report
 constexpr int kMostRounds = 5;
 constexpr double kSettled = 3e-4;
+constexpr std::array<double, 3> kLayerHeight{1.0, 4.0, 4.0};  // h1 + 4 h2 + 4 h3
+
 std::array<double, 3> values(const DropletModel& m) { return {m.h1_mm, m.h2_mm, m.h3_mm}; }
 DropletModel model_of(const double* h) { return {h[0], h[1], h[2]}; }
 
@@ -37,7 +39,7 @@ void estimator_needs(bool ok, std::string_view what) { firn::require(ok, "drople
 
 double Estimate::std_mm(int n) const { return std::sqrt(std::max(0.0, covariance_mm2.at(n, n))); }
 double Estimate::layer_height_std_mm() const {
-  return std::sqrt(std::max(0.0, covariance_mm2.form({1.0, 4.0, 4.0})));
+  return std::sqrt(std::max(0.0, covariance_mm2.form(kLayerHeight)));
 }
 
 struct DropletEstimator::Work {
@@ -68,6 +70,29 @@ DropletEstimator::DropletEstimator(const GridSpec& grid, const EstimatorOptions&
 }
 
 DropletEstimator::~DropletEstimator() = default;
+
+void DropletEstimator::believe_height(double layer_height_mm, double std_mm) {
+  estimator_needs(layer_height_mm > 0.0 && std_mm > 0.0, "a seen height or its deviation is not above 0");
+  seen_height_mm_ = layer_height_mm;
+  seen_information_ = 1.0 / (std_mm * std_mm);
+  if (layers_ > 0) return;
+  Symmetric3 information = prior_information_;
+  add_seen(information);
+  estimate_.covariance_mm2 = inverse(information);
+  const std::array<double, 3> prior = values(options_.prior),
+                              gain = estimate_.covariance_mm2.times(kLayerHeight);
+  const double off = seen_height_mm_ - options_.prior.layer_height_mm();
+  std::array<double, 3> h{};
+  for (std::size_t n = 0; n < 3; ++n)
+    h[n] = std::max(n == 0 ? 0.02 * prior[0] : 0.0, prior[n] + gain[n] * seen_information_ * off);
+  estimate_.model = model_ = start_model_ = model_of(h.data());
+}
+
+void DropletEstimator::add_seen(Symmetric3& information) const {
+  for (int r = 0; r < 3; ++r)
+    for (int q = 0; q < 3; ++q)
+      information.at(r, q) += seen_information_ * kLayerHeight[std::size_t(r)] * kLayerHeight[std::size_t(q)];
+}
 
 // The noise reported with single maps jumps with the sensor's resolution. All maps are of one sensor.
 void DropletEstimator::update_noise(double std_mm) {
@@ -245,8 +270,10 @@ double DropletEstimator::objective(const double* h) {
   }
   const std::array<double, 3> at{h[0], h[1], h[2]}, prior = values(options_.prior);
   const std::array<double, 3> off{h[0] - prior[0], h[1] - prior[1], h[2] - prior[2]};
-  return 0.5 * (sum + information_.form(at) + prior_information_.form(off)) - information_vector_[0] * h[0] -
-         information_vector_[1] * h[1] - information_vector_[2] * h[2];
+  const double unseen = m.layer_height_mm() - seen_height_mm_;
+  return 0.5 * (sum + information_.form(at) + prior_information_.form(off) +
+                seen_information_ * unseen * unseen) -
+         information_vector_[0] * h[0] - information_vector_[1] * h[1] - information_vector_[2] * h[2];
 }
 
 void DropletEstimator::minimise() {
@@ -327,6 +354,8 @@ void DropletEstimator::update_fit() {
   for (std::size_t k = 0; k < window_.size(); ++k) add_substrate_terms(k, other[k], by_substrate);
   information += prior_information_;
   spread += prior_information_;
+  add_seen(information);
+  add_seen(spread);
   for (int r = 0; r < 3; ++r)
     for (int q = 0; q < 3; ++q)
       spread.at(r, q) +=

@@ -65,6 +65,12 @@ class DropletEstimator {
   /// The last layer was measured again: its map is replaced.
   Estimate replace_map(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm);
 
+  /// A volume that a camera saw, as the height h1 + 4 h2 + 4 h3 of a layer of such droplets: beside the prior
+  /// and the maps, weighted by its variance, in the place of the one before. It counts at once before the
+  /// first layer, later with the next map.
+  /// @throws std::invalid_argument: a height or a standard deviation that is not above 0
+  void believe_height(double layer_height_mm, double std_mm);
+
   bool has_substrate() const { return has_substrate_; }
   const Estimate& estimate() const { return estimate_; }
 
@@ -92,6 +98,7 @@ class DropletEstimator {
                            std::array<double, 3>& sum) const;
   void update_fit();
   void forget_oldest();
+  void add_seen(Symmetric3& information) const;
   double weight_of(std::size_t k) const;  ///< of layer k of the window, by its age
 
   GridSpec grid_;
@@ -117,6 +124,7 @@ class DropletEstimator {
   Symmetric3 information_;      ///< sums of old_
   std::array<double, 3> information_vector_{}, old_substrate_{};
   Symmetric3 prior_information_;
+  double seen_height_mm_ = 0.0, seen_information_ = 0.0;  ///< of believe_height(); 0: none
   std::unique_ptr<Work> work_;
   Estimate estimate_;
 };

@@ -16,6 +16,7 @@ namespace firn {
 namespace {
 
 constexpr double kNoiseIfUnknown_mm = 0.001;  // Lu 2015, V-B
+constexpr double kShrinkage = 0.03;           // of cured ink, standard deviation of its share
 
 droplet::EstimatorOptions options_of(const Experiment& e) {
   droplet::EstimatorOptions o = e.estimator;
@@ -34,6 +35,15 @@ DropletEstimatorNode::DropletEstimatorNode(const Experiment& e, Mask mask, const
     python_ = std::make_unique<PythonEstimator>(e, mask_, inputs);
   subscribe(channels::kDepositionReport, this);
   subscribe(channels::kHeightMap, this);
+  if (e.estimator.droplets == "camera") subscribe(channels::kDropletSweep, this);
+}
+
+// Cured ink has the volume of the droplets but for its shrinkage.
+void DropletEstimatorNode::on(const droplet_sweep_t& m, Time, Outbox&) {
+  if (!(m.known & std::int32_t(SweepValue::kVolume)) || !(m.volume_mm3 > 0.0)) return;
+  const double height_mm = m.volume_mm3 / (grid_.pitch_x_mm * grid_.pitch_y_mm),
+               share = m.volume_std_mm3 / m.volume_mm3;
+  estimator_.believe_height(height_mm, height_mm * std::sqrt(share * share + kShrinkage * kShrinkage));
 }
 
 void DropletEstimatorNode::on(const deposition_report_t& r, Time, Outbox& out) {

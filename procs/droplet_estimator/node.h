@@ -1,5 +1,6 @@
-// DropletEstimatorNode estimates the height model of the droplets: DEPOSITION_REPORT, HEIGHT_MAP ->
-// HEIGHT_MODEL. The node takes part unless estimator.droplets = "off".
+// DropletEstimatorNode estimates the height model of the droplets: DEPOSITION_REPORT, HEIGHT_MAP,
+// DROPLET_SWEEP
+// -> HEIGHT_MODEL. The node takes part unless estimator.droplets = "off".
 #pragma once
 
 #include <memory>
@@ -10,6 +11,7 @@
 #include "estimators/droplet/droplet_estimator.h"
 #include "estimators/droplet/layer_drops.h"
 #include "firn/deposition_report_t.hpp"
+#include "firn/droplet_sweep_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "procs/droplet_estimator/python_estimator.h"
 #include "runtime/node.h"
@@ -28,6 +30,7 @@ class DropletEstimatorNode final : public Node {
   DropletEstimatorNode(const Experiment& experiment, Mask mask, const Blobs& inputs = {});
   void on(const deposition_report_t&, Time now, Outbox&);
   void on(const height_map_t&, Time now, Outbox&);
+  void on(const droplet_sweep_t&, Time now, Outbox&);
 
  private:
   void learn(const height_map_t& map, Outbox& out);

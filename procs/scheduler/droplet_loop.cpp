@@ -71,6 +71,8 @@ void DropletLoop::after_resume(Time now, Outbox& out) {
 }
 
 void DropletLoop::answered(const answer_t& m, Time now, Outbox& out) {
+  if (phase_ == Phase::kHoming && volume_first() && watched_layer_ == 0)
+    return proceed(Phase::kToCamera, now, out);
   if (watch_answered(now, out) || scan_answered(now, out)) return;
   switch (phase_) {
     case Phase::kArmJet:

@@ -64,6 +64,7 @@ class DropletLoop final : public ScanLoop {
   void send_exposure(Time now, Outbox&);
   // watch_jet.cpp
   bool watch_due() const;
+  bool volume_first() const;
   bool enter_watch(Phase, Time now, Outbox&);  ///< false: no phase of it
   bool watch_answered(Time now, Outbox&);      ///< the same
   void act_on_sweep(Time now, Outbox&);

@@ -1,4 +1,5 @@
 // The droplet loop's watch of its jet: to the camera, jetting, pictures, and the sweep's result.
+#include <algorithm>
 #include <utility>
 
 #include "firn/camera_command_t.hpp"
@@ -16,10 +17,14 @@ constexpr double kPicture_s = 1.0;  // longest time of one picture
 
 bool DropletLoop::watch_due() const {
   const Experiment& e = experiment();
-  if (!firn::on(e.camera.use) || !(firn::on(e.watch.gate) || firn::on(e.watch.placement))) return false;
+  const bool wanted = firn::on(e.watch.gate) || firn::on(e.watch.placement) || volume_first();
+  if (!firn::on(e.camera.use) || !wanted) return false;
   return watched_layer_ == 0 ||
          (e.watch.every_layers > 0 && job_.layer() - watched_layer_ >= e.watch.every_layers);
 }
+
+// The droplet estimator's prior: before the map from which layer 1 is planned.
+bool DropletLoop::volume_first() const { return experiment().estimator.droplets == "camera"; }
 
 bool DropletLoop::enter_watch(Phase next, Time now, Outbox& out) {
   switch (next) {
@@ -90,7 +95,7 @@ void DropletLoop::act_on_sweep(Time now, Outbox& out) {
   out.cancel(kDeadline);
   const Experiment& e = experiment();
   const std::string what = jet_out_of_band(m, e.watch);
-  const std::string text = "the jet before layer " + std::to_string(job_.layer()) + ": " + what;
+  const std::string text = "the jet before layer " + std::to_string(std::max(1, job_.layer())) + ": " + what;
   if (!what.empty() && firn::on(e.watch.gate)) {
     if (!std::exchange(purged_, true)) {
       send_fault(Severity::kWarning, 11, text + "; purging once", out);
@@ -102,9 +107,9 @@ void DropletLoop::act_on_sweep(Time now, Outbox& out) {
   }
   if (!what.empty()) send_fault(Severity::kWarning, 11, text, out);
   purged_ = false;
-  watched_layer_ = job_.layer();
+  watched_layer_ = std::max(1, job_.layer());
   if (firn::on(e.watch.placement)) lead_mm_ = lead_of(m, e.process.pass_speed_mm_s, e.process.nozzle_gap_mm);
-  proceed(Phase::kArmJet, now, out);
+  proceed(job_.layer() > 0 ? Phase::kArmJet : Phase::kArmProfiler, now, out);
 }
 
 void DropletLoop::send_to_camera(Time now, Outbox& out) {

@@ -289,6 +289,49 @@ TEST_CASE("Wrong options and maps are named") {
                     Catch::Contains("off the grid"));
 }
 
+TEST_CASE("A layer height that a camera saw is weighted against the prior by the two variances") {
+  EstimatorOptions options;
+  options.prior = {4.4e-3, 0.6e-3, 0.2e-3};
+  const GridSpec grid{12, 12, 0.25, 0.25, 0.0, 0.0};
+  DropletEstimator estimator(grid, options);
+  const double prior_mm = options.prior.layer_height_mm(),
+               prior_std_mm = estimator.estimate().layer_height_std_mm();
+  const double seen_mm = 0.8 * prior_mm, std_mm = 0.5 * prior_std_mm;
+  estimator.believe_height(2.0 * seen_mm, std_mm);  // the next one takes its place
+  estimator.believe_height(seen_mm, std_mm);
+  const double a = 1.0 / (prior_std_mm * prior_std_mm), b = 1.0 / (std_mm * std_mm);
+  CHECK(estimator.estimate().model.layer_height_mm() == Approx((a * prior_mm + b * seen_mm) / (a + b)));
+  CHECK(estimator.estimate().layer_height_std_mm() == Approx(1.0 / std::sqrt(a + b)));
+}
+
+TEST_CASE("Beside maps a seen layer height counts by its variance") {
+  const auto height_after = [](double seen_share, double std_share) {
+    Planted world;
+    world.grid = {12, 12, 0.25, 0.25, 0.0, 0.0};
+    world.height = HeightMap(world.grid, 0.0);
+    world.model = {4.4e-3, 0.6e-3, 0.2e-3};
+    world.noise_mm = 0.0005;
+    EstimatorOptions options;
+    options.prior = world.model;
+    DropletEstimator estimator(world.grid, options);
+    const std::vector<Use> use(world.grid.size(), Use::kLearn);
+    estimator.set_substrate(world.measure(), use, world.noise_mm);
+    const double planted_mm = world.model.layer_height_mm();
+    if (std_share > 0.0) estimator.believe_height(seen_share * planted_mm, std_share * planted_mm);
+    for (int n = 0; n < 3; ++n) {
+      Pass pass = world.print();
+      estimator.add_layer({pass}, world.measure(), use, world.noise_mm);
+    }
+    return estimator.estimate().model.layer_height_mm() / planted_mm;
+  };
+  const double without = height_after(1.0, 0.0);
+  CHECK(height_after(1.3, 100.0) == Approx(without).margin(1e-4));
+  CHECK(height_after(1.3, 1e-4) == Approx(1.3).margin(0.02));
+  const double between = height_after(1.3, 0.01);
+  CHECK(between > without + 0.01);
+  CHECK(between < 1.29);
+}
+
 TEST_CASE("With a memory the estimate follows a jet that drifts, and without one it lags behind") {
   for (const std::uint64_t seed : {1, 2}) {
     Planted world;

@@ -1,9 +1,11 @@
 #include "procs/droplet_estimator/node.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <limits>
 
 #include "core/grid/npy.h"
+#include "firn/droplet_sweep_t.hpp"
 #include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "firn/height_model_t.hpp"
@@ -114,6 +116,29 @@ TEST_CASE(
   }
   CHECK(in_order.last(channels::kHeightModel).h2_mm == overtaken.last(channels::kHeightModel).h2_mm);
   CHECK(in_order.last(channels::kHeightModel).map_id == overtaken.last(channels::kHeightModel).map_id);
+}
+
+TEST_CASE("The droplets' volume in a sweep is the estimator's prior before the first layer") {
+  Experiment e = small();
+  e.estimator.droplets = "camera";
+  test::NodeBench bench(NodeId::kDropletEstimator,
+                        std::make_unique<DropletEstimatorNode>(e, Mask(e.grid, 1)));
+  bench.start();
+  droplet_sweep_t sweep{};
+  sweep.known = std::int32_t(SweepValue::kVolume);
+  sweep.volume_mm3 = 0.006 * e.grid.pitch_x_mm * e.grid.pitch_y_mm;
+  sweep.volume_std_mm3 = 0.01 * sweep.volume_mm3;
+  bench.give(channels::kDropletSweep, sweep);
+  height_map_t m{};
+  m.map_id = 1;
+  m.noise_std_mm = 0.0002;
+  set_height(m, HeightMap(e.grid, 0.0));
+  m.quality.assign(m.height_mm.size(), 0);
+  bench.give(channels::kHeightMap, m);
+  const auto models = bench.all(channels::kHeightModel);
+  REQUIRE(models.size() == 1);
+  CHECK(models[0].layer_height_mm == Approx(0.006).epsilon(0.02));
+  CHECK(models[0].layer_height_std_mm == Approx(0.006 * std::hypot(0.01, 0.03)).epsilon(0.05));
 }
 
 TEST_CASE("A layer that is measured again replaces what its first map taught") {

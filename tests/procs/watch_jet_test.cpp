@@ -1,4 +1,5 @@
 // The scheduler's watch of its jet: gate, purge, lead of the pulses, crashes.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -79,6 +80,22 @@ TEST_CASE("The jet is watched beside the part before the first droplet, and not 
   CHECK(c.frames == watched().watch.frames);
   CHECK(c.delay_us == watched().watch.first_us);
   CHECK(c.step_us == watched().watch.step_us);
+}
+
+TEST_CASE(
+    "For the droplet estimator the jet is watched before the first scan, and not again before layer 1") {
+  Experiment e = watched();
+  e.estimator.droplets = "camera";
+  FakeLab lab(1, e);
+  lab.seen_by_camera = [](const camera_command_t&) { return good_sweep(); };
+  lab.print(0.0);
+  CHECK(words(lab).starts_with("move jet pictures disarm arm pass disarm "));
+  CHECK(count(words(lab), "pictures ") == 1);
+  const auto first = [&](const std::string& channel) {
+    return std::ranges::find(lab.sent, channel, [](const auto& s) { return std::string(s.channel); }) -
+           lab.sent.begin();
+  };
+  CHECK(first("CAMERA_COMMAND") < first("PROFILER_COMMAND"));
 }
 
 TEST_CASE("The jet is watched again after every k layers") {
