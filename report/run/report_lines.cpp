@@ -21,7 +21,7 @@ std::vector<double> scaled_values(const std::vector<float>& values, double by) {
 }
 
 std::string cell_text(double value, const char* format) {
-  if (std::isnan(value)) return "-";
+  if (std::isnan(value)) return "–";
   char text[32];
   std::snprintf(text, sizeof text, format, value);
   return text;
@@ -59,9 +59,10 @@ LineData read_line_data(const RunMessages& messages) {
     l.width_um = scaled_values(m.width_mm, 1e3);
     l.start_error_um = m.start_error_mm * 1e3;
     l.end_error_um = m.end_error_mm * 1e3;
-    l.open_delay_ms = m.open_delay_s * 1e3;
-    l.close_delay_ms = m.close_delay_s * 1e3;
-    l.flow_share = m.flow_share;
+    const bool planned = PlanDecision(m.decision) == PlanDecision::kPrint;
+    l.open_delay_ms = planned ? m.open_delay_s * 1e3 : NAN;
+    l.close_delay_ms = planned ? m.close_delay_s * 1e3 : NAN;
+    l.flow_share = planned ? m.flow_share : NAN;
     const auto at = std::ranges::find(data.layers, l.layer, &LineLayer::layer);
     at == data.layers.end() ? data.layers.push_back(std::move(l)) : void(*at = std::move(l));
   });

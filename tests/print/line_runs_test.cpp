@@ -120,6 +120,7 @@ TEST_CASE("A print of lines replays bit for bit, passes the audit and has a repo
   const std::string page = replay::report_page({{data, "identical"}}, {});
   for (const char* section : {"Lines", "Cross-section", "close delay"})
     CHECK(page.find(section) != std::string::npos);
+  CHECK(page.find("<td>0.0</td>") == std::string::npos);  // delays that no layer was planned with
 }
 
 TEST_CASE("A layer of lines counts its own seconds and no others'", "[line]") {
