@@ -65,10 +65,11 @@ std::set<const RunData*> best_of(const std::vector<PartRuns>& parts) {
 std::string result_table(const std::vector<ReportRun>& runs, const std::vector<std::string>& names,
                          const std::vector<PartRuns>& parts) {
   const std::set<const RunData*> best = best_of(parts);
+  const bool lines = std::ranges::all_of(runs, [](const ReportRun& r) { return r.data.lab == &kLineReport; });
   std::string s =
       "<div class=\"scroll\"><table><thead>\n" +
-      table_row({"run", "layers", "droplets", "mean error [µm]", "RMS [µm]", "std [µm]", "min, max [µm]",
-                 "volume [mm³]", "true RMS [µm]", "largest true error [µm]", "overspill [%]",
+      table_row({"run", "layers", lines ? "switches" : "droplets", "mean error [µm]", "RMS [µm]", "std [µm]",
+                 "min, max [µm]", "volume [mm³]", "true RMS [µm]", "largest true error [µm]", "overspill [%]",
                  "first ring [µm]", "size error x, y [µm]", "print time [s]", "outcome", "replay"},
                 "th") +
       "</thead><tbody>\n";

@@ -182,7 +182,11 @@ std::string by_layer(const std::vector<NamedRun>& runs) {
                 line_chart(rms, options("RMS per layer", "RMS [µm], logarithmic", true))) +
          figure("Roughness: standard deviation of the error",
                 line_chart(std_um, options("std per layer", "std [µm]", false))) +
-         figure("Droplets", line_chart(drops, options("droplets per layer", "droplets", false))) + "</div>\n";
+         (!runs.empty() && runs.front().data->lab == &kLineReport
+              ? figure("Shutter switches",
+                       line_chart(drops, options("switches per layer", "switches", false)))
+              : figure("Droplets", line_chart(drops, options("droplets per layer", "droplets", false)))) +
+         "</div>\n";
 }
 
 std::string times(const std::vector<NamedRun>& runs) {
