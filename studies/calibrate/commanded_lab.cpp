@@ -5,7 +5,6 @@
 
 #include "config/devices.h"
 #include "firn/enable_t.hpp"
-#include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "plant/world/setup.h"
 #include "print/device/simulated_instruments.h"

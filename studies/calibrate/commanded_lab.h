@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -15,6 +16,7 @@
 #include "config/experiment.h"
 #include "firn/answer_t.hpp"
 #include "firn/device_state_t.hpp"
+#include "firn/enums.h"
 #include "runtime/lab.h"
 #include "runtime/node_host.h"
 
