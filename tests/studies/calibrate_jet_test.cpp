@@ -77,7 +77,7 @@ TEST_CASE("a velocity that no dwell time changes has no best one") {
 }
 
 TEST_CASE("calibrate jet finds the dwell time of planted resonances and the voltage of 2.5 m/s") {
-  for (const std::size_t n : test::long_cases(20, 2)) {
+  for (const std::size_t n : test::long_cases(20, 1)) {
     RandomStream random(n, Purpose::kTest, 8);
     const Experiment e = resonant_lab(random.uniform(17.0, 34.0), random.uniform(4.0, 10.0), n + 1);
     LabCalibrationOptions o;
