@@ -26,6 +26,9 @@ std::string unread_by_scheme(const Experiment& experiment, std::string_view key)
     if (s.name == "smf" && scheme.starts_with("smf")) continue;
     return "is of scheme " + std::string(s.name) + ", and this print has scheme " + scheme;
   }
+  if (key == "control.target_offset_mm" &&
+      (scheme == "open_loop" || scheme == "pattern" || scheme == "registration"))
+    return "is of schemes with feedback, and this print has scheme " + scheme;
   if (key.starts_with("control.foresee.") && scheme != "smf_foresee")
     return "is of scheme smf_foresee, and this print has scheme " + scheme;
   return "";

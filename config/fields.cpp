@@ -122,6 +122,7 @@ Table control_fields(Experiment& e) {
        "waits for the rim (with control.mpc.finish_layers = 3)"},
       row("control.noise_gate", c.noise_gate, kControlNoiseGate),
       row("control.stall_layers", c.stall_layers, kControlStallLayers),
+      row("control.target_offset_mm", c.target_offset_mm, kControlTargetOffset),
   };
   add(t, rows("control.open_loop.", c.open_loop, kOpenLoopOptions));
   add(t, rows("control.smf.", c.smf, kSmfOptions));

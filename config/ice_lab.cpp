@@ -70,6 +70,7 @@ control::SurfaceOptions surface_options(const Experiment& e, int last_layer) {
   o.last_layer = last_layer;
   o.stop_after = e.control.scheme == "open_loop" ? 0 : e.ice.max_saturated_intervals;
   o.stop_share = e.ice.saturated_share;
+  o.target_offset_mm = e.control.target_offset_mm;
   o.smf = e.control.smf;
   o.extra = e.control.extra;
   return o;

@@ -1,4 +1,5 @@
-// with_layer_bound bounds the number of layers of a scheme that is not in the table of schemes.
+// with_layer_bound adds the bound on layers and the target's offset to a scheme that is not in the table of
+// schemes.
 #pragma once
 
 #include <memory>
@@ -7,8 +8,9 @@
 
 namespace firn::control {
 
-/// Returns the scheme with the bound that those of the table have: it stops for the operator at
-/// ControlOptions::max_layers. @throws std::invalid_argument: a max_layers out of its range
+/// Returns the scheme with what those of the table have: it stops for the operator at
+/// ControlOptions::max_layers, and aims ControlOptions::target_offset_mm above the target. @throws
+/// std::invalid_argument: one of the two out of its range
 std::unique_ptr<LayerController> with_layer_bound(std::unique_ptr<LayerController> scheme, const Setup& setup,
                                                   const ControlOptions& options);
 

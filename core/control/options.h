@@ -226,6 +226,7 @@ struct ControlOptions {
   /// beyond, droplets answer the noise of the measurement (docs/algorithms/control.md has the figures).
   double noise_gate = 2.0;
   int stall_layers = 6;  ///< MPC ends when so many layers have bettered the part by no more than noise
+  double target_offset_mm = 0.0;  ///< schemes with feedback aim so far above the target
   OpenLoopOptions open_loop;
   SmfOptions smf;
   ThresholdOptions threshold;
@@ -254,6 +255,14 @@ inline constexpr Option kControlStallLayers{
     within(0, 1000),
     "MPC ends when so many layers have bettered the part by no more than the measurement's noise; 0 = never",
     Change::kBetweenLayers};
-inline constexpr OptionTable kControlOptions{kControlMaxLayers, kControlNoiseGate, kControlStallLayers};
+inline constexpr Option kControlTargetOffset{
+    "target_offset_mm",
+    &ControlOptions::target_offset_mm,
+    "mm",
+    within(-10, 10),
+    "schemes with feedback aim so far above the target; errors are still reported about the target itself",
+    Change::kBetweenLayers};
+inline constexpr OptionTable kControlOptions{kControlMaxLayers, kControlNoiseGate, kControlStallLayers,
+                                             kControlTargetOffset};
 
 }  // namespace firn::control

@@ -16,11 +16,13 @@ StallBound::StallBound(std::unique_ptr<LayerController> inner, const Setup& setu
       target_(setup.target),
       mask_(setup.mask),
       cells_(double(setup.mask.count())),
-      layers_(options.stall_layers) {}
+      layers_(options.stall_layers),
+      offset_mm_(options.target_offset_mm) {}
 
 void StallBound::use_options(const ControlOptions& options) {
   inner_->use_options(options);
   layers_ = options.stall_layers;
+  if (std::exchange(offset_mm_, options.target_offset_mm) != options.target_offset_mm) quality_.clear();
 }
 
 void StallBound::remember(const Measurement& m) {

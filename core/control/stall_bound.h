@@ -15,7 +15,8 @@ namespace firn::control {
 /// more than kSigmas standard deviations of the difference of two such means,
 ///   kSigmas * noise_std * sqrt(2 / cells):
 /// what n layers have gained cannot be told from the noise of the measurement. A second measurement of a
-/// layer replaces the first. While the part rises by layers the mean |error| falls by a layer each time.
+/// layer replaces the first. While the part rises by layers the mean |error| falls by a layer each time. When
+/// the target moves (ControlOptions::target_offset_mm), the comparison begins anew.
 class StallBound final : public LayerController {
  public:
   static constexpr double kSigmas = 3.0;
@@ -42,6 +43,7 @@ class StallBound final : public LayerController {
   Mask mask_;
   double cells_;
   int layers_;
+  double offset_mm_;
   std::deque<Quality> quality_;  ///< by layer
 };
 

@@ -48,9 +48,11 @@ class PythonLaw final : public control::SurfaceControllerBase {
     python::Parcel given;
     given.text = "layer " + std::to_string(m.layer);
     given.arrays["height_mm"] = {{g.ny, g.nx}, m.height.cells};
-    given.arrays["error"] = {{g.ny, g.nx}, error.cells};
+    HeightMap answered = error;
+    for (double& e : answered.cells) e += target_offset();
+    given.arrays["error"] = {{g.ny, g.nx}, std::move(answered.cells)};
     given.arrays["material"] = {{g.ny, g.nx}, {m.material.cells.begin(), m.material.cells.end()}};
-    given.set("nominal_mm", m.nominal_mm);
+    given.set("nominal_mm", m.nominal_mm + options_.target_offset_mm);
     given.set("layer", m.layer);
     given.set("attempt", m.attempt);
     given.set("noise_std_mm", m.noise_std_mm);

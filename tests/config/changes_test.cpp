@@ -18,6 +18,19 @@ TEST_CASE("only options that core marks may change while a print runs, within th
              Catch::Contains("cannot change"));  // of another lab
 }
 
+TEST_CASE("the target's offset may change where a scheme answers the measured surface, and nowhere else") {
+  for (const std::string scheme : {"mpc", "smf", "threshold", "open_loop", "pattern"}) {
+    Experiment e;
+    e.control.scheme = scheme;
+    const std::string problem = change_problem(e, "control.target_offset_mm", "-0.01");
+    INFO(scheme << ": " << problem);
+    if (scheme == "open_loop" || scheme == "pattern")
+      CHECK_THAT(problem, Catch::Contains("control.target_offset_mm: is of schemes with feedback"));
+    else
+      CHECK(problem.empty());
+  }
+}
+
 TEST_CASE("a change leaves all other values as they are, and a refused one leaves all") {
   Experiment e;
   e.control.smf.kp = 0.7;

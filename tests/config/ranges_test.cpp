@@ -272,6 +272,7 @@ TEST_CASE("Every numeric key of an experiment has the range of what it configure
           controller("control.max_layers", "smf"),
           controller("control.noise_gate", "mpc"),
           controller("control.stall_layers", "mpc"),
+          controller("control.target_offset_mm", "mpc"),
           controller("control.open_loop.", "open_loop"),
           controller("control.smf.kp", "smf"),
           controller("control.smf.ki_star", "smf"),

@@ -62,6 +62,7 @@ TEST_CASE("a live print is watched, paused, changed and continued from the page,
   CHECK(state["state"] == "paused");
   CHECK(state["ages"]["link_s"].get<double>() < 1.0);
   CHECK(answer_to(tab, command(2, "set", "control.max_layers", "150"))["ok"] == true);
+  CHECK(answer_to(tab, command(6, "set", "control.target_offset_mm", "0.004"))["ok"] == true);
   const json refused = answer_to(tab, command(3, "set", "grid.nx", "5"));
   CHECK(refused["ok"] == false);
   CHECK_THAT(refused["error"].get<std::string>(), Contains("grid.nx"));
@@ -76,7 +77,7 @@ TEST_CASE("a live print is watched, paused, changed and continued from the page,
   const replay::RunMessages messages(run.path());
   messages.each<operator_command_t>(channels::kOperatorCommand.name,
                                     [&](const operator_command_t& m) { from.push_back(m.text); });
-  CHECK(from == std::vector<std::string>(4, "page"));
+  CHECK(from == std::vector<std::string>(5, "page"));
   check_finished_run(run);
 }
 

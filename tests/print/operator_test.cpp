@@ -3,6 +3,7 @@
 
 #include <poll.h>
 
+#include <cmath>
 #include <thread>
 
 #include "cli/audit_command.h"
@@ -10,6 +11,7 @@
 #include "files/usage_error.h"
 #include "firn/deposition_report_t.hpp"
 #include "firn/height_map_t.hpp"
+#include "firn/layer_metrics_t.hpp"
 #include "firn/layer_plan_t.hpp"
 #include "print/exit_codes.h"
 #include "print/folder/running.h"
@@ -120,6 +122,24 @@ TEST_CASE("control.max_layers is no dead end: a resume with a higher number fini
   CHECK(report.result.status == kOk);
   CHECK(report.result.layers > 1);
   check_whole(print.run.path());
+}
+
+TEST_CASE(
+    "the target's offset, changed while a print runs, raises the part by as much, and replays identical") {
+  const auto mean_mm = [](const Print& print) {
+    double mean = 0.0;
+    const replay::RunMessages messages(print.run.path());
+    messages.each<layer_metrics_t>(channels::kLayerMetrics.name,
+                                   [&](const layer_metrics_t& m) { mean = m.mean_error_mm; });
+    return mean;
+  };
+  Print as_sliced(tiny(8)), raised(tiny(8));
+  REQUIRE(as_sliced.go().result.status == kOk);
+  const LabRunReport report =
+      raised.go({{9.0, order(OperatorVerb::kSet, "control.target_offset_mm", "0.02")}});
+  CHECK(report.result.status == kOk);
+  CHECK(std::abs(mean_mm(raised) - mean_mm(as_sliced) - 0.02) < 0.003);
+  check_whole(raised.run.path());
 }
 
 TEST_CASE("finish-layer ends a print after a measured layer, and a resume prints the rest") {

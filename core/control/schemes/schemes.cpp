@@ -10,6 +10,7 @@
 #include "core/control/registration.h"
 #include "core/control/smf.h"
 #include "core/control/stall_bound.h"
+#include "core/control/target_offset.h"
 #include "core/control/threshold.h"
 
 namespace firn::control {
@@ -79,7 +80,8 @@ std::span<const Scheme> schemes() { return kSchemes; }
 std::unique_ptr<LayerController> with_layer_bound(std::unique_ptr<LayerController> scheme, const Setup& setup,
                                                   const ControlOptions& options) {
   check_options("control", kControlOptions, options);
-  return std::make_unique<LayerBound>(std::move(scheme), setup.grid, options.max_layers);
+  return std::make_unique<LayerBound>(std::make_unique<TargetOffset>(std::move(scheme), options), setup.grid,
+                                      options.max_layers);
 }
 
 std::unique_ptr<LayerController> make_controller(const Setup& setup, const ControlOptions& options) {

@@ -55,7 +55,7 @@ HeightMap AdaptiveSurface::control_law(const SurfaceMeasurement& m, const Height
     }
     after_.gain.cells[c] = gain;
     after_.disturbance.cells[c] = d;
-    u.cells[c] = o.kp * e.cells[c] - d;
+    u.cells[c] = o.kp * (e.cells[c] + target_offset()) - d;
   }
   return u;
 }

@@ -127,7 +127,8 @@ HeightMap DisturbanceObserverSurface::control_law(const SurfaceMeasurement& m, c
     const double d = after_.material[material(c)] + kSlopeKept * after_.slope[material(c)] +
                      after_.zone[std::size_t(zone.cells[c])] + after_.wide.cells[c];
     after_.disturbance.cells[c] = d;
-    u.cells[c] = o.kp * (about.cells[c] + o.narrow_gain * (e.cells[c] - about.cells[c])) - d;
+    u.cells[c] =
+        o.kp * (about.cells[c] + target_offset() + o.narrow_gain * (e.cells[c] - about.cells[c])) - d;
   }
   return u;
 }

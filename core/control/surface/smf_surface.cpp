@@ -19,12 +19,12 @@ HeightMap SmfSurface::control_law(const SurfaceMeasurement&, const HeightMap& e,
   HeightMap u(e.spec, kNotMeasured);
   after_ = {u, e};
   for (std::size_t c = 0; c < e.size(); ++c) {
-    const double error = e.cells[c];
+    const double error = e.cells[c] + target_offset();
     if (!std::isfinite(error)) continue;
     const double total = std::clamp(sum.cells[c] + error, -limit, limit);
     after_.sum.cells[c] = total;
     u.cells[c] = o.kp * error + o.ki_star * total;
-    if (std::isfinite(last.cells[c])) u.cells[c] += o.kd_star * (error - last.cells[c]);
+    if (std::isfinite(last.cells[c])) u.cells[c] += o.kd_star * (e.cells[c] - last.cells[c]);
   }
   return u;
 }

@@ -75,6 +75,7 @@ struct SurfaceOptions {
   int last_layer = 0;         ///< of the part: its map ends the print; 0 = no last layer
   int stop_after = 0;         ///< stop when so many maps in a row saturate one material's cells; 0 = never
   double stop_share = 0.5;    ///< of them, above which a map counts
+  double target_offset_mm = 0.0;  ///< of ControlOptions
   SmfGains smf;
   SurfaceAdaptiveOptions adaptive;
   SurfaceForeseeOptions foresee;

@@ -45,6 +45,7 @@ void extend(HeightMap& u) {
 
 void check(const SurfaceOptions& o) {
   require(std::isfinite(o.interval_mm) && o.interval_mm > 0.0, "interval_mm", o.interval_mm, "above 0");
+  require(std::isfinite(o.target_offset_mm), "target_offset_mm", o.target_offset_mm, "finite");
   check_options(kWhere, kSurfaceOptions, o);
   check_options(kWhere, kSmfGains, o.smf);
   check_options(kWhere, kSurfaceForeseeOptions, o.foresee, "foresee.");
@@ -117,6 +118,7 @@ void SurfaceControllerBase::use_options(const SurfaceOptions& options) {
   take_changeable(kSurfaceOptions, options, options_);
   take_changeable(kSmfGains, options.smf, options_.smf);
   take_changeable(kSurfaceForeseeOptions, options.foresee, options_.foresee);
+  options_.target_offset_mm = options.target_offset_mm;
 }
 
 void SurfaceControllerBase::use_flow(const std::array<double, 2>& factor) {

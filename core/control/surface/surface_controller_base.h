@@ -29,6 +29,9 @@ class SurfaceControllerBase : public SurfaceController {
   void looked_after() final { before_ = after_ = {}; }
 
  protected:
+  /// In intervals: laws add it to the error that they act on. Errors that they compare with earlier ones hold
+  /// none, so that a change of it is no innovation.
+  double target_offset() const { return options_.target_offset_mm / options_.interval_mm; }
   /// U of (5.1), not saturated, NaN beyond the footprint. `again`: the layer was measured before, and the
   /// state of that call does not count.
   virtual HeightMap control_law(const SurfaceMeasurement& measurement, const HeightMap& error,

@@ -1,0 +1,12 @@
+#include "core/control/target_offset.h"
+
+namespace firn::control {
+
+Decision TargetOffset::decide(const Measurement& m) {
+  if (offset_mm_ == 0.0) return inner_->decide(m);
+  HeightMap height = m.height;
+  for (double& h : height.cells) h -= offset_mm_;  // NaN stays NaN
+  return inner_->decide({height, m.layer, m.attempt, m.noise_std_mm});
+}
+
+}  // namespace firn::control
