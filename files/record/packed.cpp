@@ -79,17 +79,18 @@ std::shared_ptr<const MappedFile> known_file(const fs::path& path) {
   return last;
 }
 
-/// Decompresses a frame into pages of its size. The output is zstd's window: nothing is copied, and the
-/// process forgets the pages that it does not need at the moment.
+/// Decompresses a frame into pages of its size, from byte `begin` of them on. The output is zstd's window:
+/// nothing is copied, and the process forgets the pages that it does not need at the moment.
 void decompress(const fs::path& file, std::span<const std::byte> frame, const MappedFile* known,
-                const Pages& out) {
+                const Pages& out, std::size_t begin) {
   constexpr std::size_t kHeld_bytes = 16 << 20;
   const auto fail = [&](const std::string& why) { throw damaged(file, "its content is damaged" + why); };
   const std::unique_ptr<ZSTD_DCtx, Free> context(ZSTD_createDCtx());
   ZSTD_DCtx_setParameter(context.get(), ZSTD_d_windowLogMax, kLargestWindow);
   ZSTD_DCtx_setParameter(context.get(), ZSTD_d_stableOutBuffer, 1);
   if (known) ZSTD_DCtx_refPrefix(context.get(), known->bytes().data(), known->bytes().size());
-  ZSTD_outBuffer to{out.span().data(), out.span().size(), 0};
+  const std::span<std::byte> into = out.span().subspan(begin);
+  ZSTD_outBuffer to{into.data(), into.size(), 0};
   std::size_t at = 0, wanted = 8,
               forgotten = 0;  // bytes of input: zstd asks for a block, which makes 128 kB at most
   while (wanted != 0 && at < frame.size()) {
@@ -100,12 +101,12 @@ void decompress(const fs::path& file, std::span<const std::byte> frame, const Ma
     if (wanted != 0 && from.pos == 0 && to.pos == made) fail("");
     at += from.pos;
     if (to.pos < forgotten + kHeld_bytes) continue;
-    out.forget(0, to.pos);
+    out.forget(0, begin + to.pos);
     if (known) known->forget();
     forgotten = to.pos;
   }
-  if (wanted != 0 || at != frame.size() || to.pos != out.span().size()) fail("");
-  out.forget(0, to.pos);
+  if (wanted != 0 || at != frame.size() || to.pos != into.size()) fail("");
+  out.forget(0, begin + to.pos);
 }
 
 std::uint64_t checksum_of(std::span<const std::byte> known) { return known.empty() ? 0 : checksum64(known); }
@@ -168,17 +169,29 @@ Pages unpack(const fs::path& file, std::span<const std::byte> packed) {
     throw damaged(file, "byte 8: " + std::to_string(h.plain) + " and " + std::to_string(h.squeezed) +
                             " bytes, the memory of this machine has " + std::to_string(memory));
   try {
-    const Pages squeezed(h.squeezed);
+    const auto check = [&](const Pages& plain) {
+      if (checksum64_of_mapped(plain.span(), plain.of_file()) != h.checksum)
+        throw damaged(file, "its content is not as it was");
+    };
+    const std::size_t page = Pages::page_bytes();
+    const bool maybe_one = h.squeezed == h.plain + kPieceHeadBytes;  // then its plain bytes begin a page
+    const std::size_t begin = maybe_one ? page - kPieceHeadBytes : 0;
+    Pages squeezed(begin + h.squeezed);
+    decompress(file, frame, known.get(), squeezed, begin);
+    if (maybe_one && is_one_piece(squeezed.span().subspan(begin))) {
+      squeezed.drop_front(page);
+      check(squeezed);
+      return squeezed;
+    }
     Pages plain(h.plain);
-    decompress(file, frame, known.get(), squeezed);
     std::size_t read = 0, written = 0;
     const auto forget = [&](std::size_t until_read, std::size_t until_written) {
       squeezed.forget(std::exchange(read, until_read), until_read);
       plain.forget(std::exchange(written, until_written), until_written);
     };
-    if (!restore_records(squeezed.span(), plain.span(), forget) ||
-        checksum64_of_mapped(plain.span(), plain.of_file()) != h.checksum)
+    if (!restore_records(squeezed.span().subspan(begin), plain.span(), forget))
       throw damaged(file, "its content is not as it was");
+    check(plain);
     return plain;
   } catch (const std::bad_alloc&) {
     throw damaged(

@@ -34,6 +34,10 @@ Pages unpack(const std::filesystem::path& file, std::span<const std::byte> packe
 /// A record file without what follows from the rest of it: sync markers, checksums, indices, padding. Bytes
 /// that are no valid record stay as they are.
 std::vector<std::byte> squeeze_records(std::span<const std::byte> plain);
+/// Bytes of the squeezed form before those of a file that is one piece without records: a log.
+inline constexpr std::size_t kPieceHeadBytes = 5;
+/// Returns true if `squeezed` is one such piece: its plain bytes follow its head.
+bool is_one_piece(std::span<const std::byte> squeezed);
 /// Writes the record file again. @returns false if `squeezed` is damaged or `plain` has another size
 /// @param done is told now and then how many bytes of both are done with
 bool restore_records(std::span<const std::byte> squeezed, std::span<std::byte> plain,

@@ -54,10 +54,18 @@ void Pages::forget(std::size_t from, std::size_t until) const {
   if (of_file_) forget_pages(span(), from, until);
 }
 
+void Pages::drop_front(std::size_t bytes) {
+  ::munmap(at_, bytes);
+  at_ += bytes;
+  bytes_ -= bytes;
+}
+
+std::size_t Pages::page_bytes() { return std::size_t(::sysconf(_SC_PAGESIZE)); }
+
 std::span<std::byte> Pages::release() { return {std::exchange(at_, nullptr), bytes_}; }
 
 void forget_pages(std::span<const std::byte> mapped, std::size_t from, std::size_t until) {
-  const std::size_t page = std::size_t(::sysconf(_SC_PAGESIZE));
+  const std::size_t page = Pages::page_bytes();
   from = (from + page - 1) / page * page;
   until = std::min(until, mapped.size()) / page * page;
   if (from < until) ::madvise(const_cast<std::byte*>(mapped.data()) + from, until - from, MADV_DONTNEED);

@@ -20,6 +20,9 @@ class Pages {
   /// Takes whole pages of [from, until) out of the process's memory; they are read again where they are used.
   /// Does nothing for small memory, which no file holds.
   void forget(std::size_t from, std::size_t until) const;
+  /// Gives up the first bytes, a multiple of page_bytes().
+  void drop_front(std::size_t bytes);
+  static std::size_t page_bytes();
   /// Returns the bytes, which the caller unmaps.
   std::span<std::byte> release();
 

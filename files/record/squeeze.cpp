@@ -110,6 +110,14 @@ std::vector<std::byte> squeeze_records(std::span<const std::byte> plain) {
   return out.take();
 }
 
+bool is_one_piece(std::span<const std::byte> squeezed) {
+  static_assert(kPieceHeadBytes == sizeof(std::uint8_t) + sizeof(std::uint32_t));
+  Source in(squeezed);
+  std::uint8_t item = 0;
+  std::uint32_t length = 0;
+  return in.number(item) && item == kBytes && in.number(length) && length == in.left();
+}
+
 bool restore_records(std::span<const std::byte> squeezed, std::span<std::byte> plain,
                      const std::function<void(std::size_t read, std::size_t written)>& done) {
   constexpr std::size_t kStep_bytes = 16 << 20;
