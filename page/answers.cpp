@@ -6,6 +6,7 @@
 #include "files/text_file.h"
 #include "page/bundle.h"
 #include "page/client_frame.h"
+#include "page/record_tail.h"
 #include "page/view_json.h"
 #include "page/web_rules.h"
 #include "print/folder/run_config.h"
@@ -44,6 +45,31 @@ WebReply give(const WebRequest& request, const Asset& asset) {
   return r;
 }
 
+WebReply exchanges(const fs::path& folder) try {
+  RecordTail files(folder, {});
+  files.poll([](auto...) {});
+  WebReply r;
+  r.body = exchanges_json(files.take_exchanges());
+  return r;
+} catch (const std::exception& e) {
+  return refusal(500, e.what());
+}
+
+// As firn report does. The seals are left to it, which also replays and audits.
+WebReply report(const std::vector<fs::path>& folders) try {
+  std::vector<replay::ReportRun> runs;
+  std::vector<Experiment> experiments;
+  for (const fs::path& folder : folders) {
+    runs.push_back({run_data(folder), "", ""});
+    runs.back().data.provenance.emplace_back("seal", "not looked at by the page; firn report does");
+    const std::string file = folder.string() + ": recorded configuration";
+    experiments.push_back(parse_recorded_experiment(recorded_config(folder), file));
+  }
+  return page_of(replay::report_page(runs, differing_parameters(experiments)));
+} catch (const std::exception& e) {
+  return refusal(409, std::string("there is no report yet: ") + e.what());
+}
+
 std::optional<int> layer_of(const std::string& text) {
   if (text.empty() || text.size() > 7 || text.find_first_not_of("0123456789") != text.npos)
     return std::nullopt;
@@ -64,30 +90,23 @@ std::string Answers::wanted_run(const std::vector<std::string>& parts) {
   return of_run && (parts.size() == 3 || parts[3] == "layers") ? parts[2] : "";
 }
 
-std::vector<fs::path> Answers::wanted_report(const WebRequest& request) const {
-  if (request.method != "GET" || !request.target.starts_with("/api/report?")) return {};
+std::function<WebReply()> Answers::slow_answer(const WebRequest& request,
+                                               const std::vector<std::string>& parts) const {
+  if (request.method != "GET") return nullptr;
+  if (parts.size() == 4 && parts[0] == "api" && parts[1] == "runs" && parts[3] == "exchanges") {
+    const auto folder = runs_.find(parts[2]);
+    if (!folder) return nullptr;
+    return [at = *folder] { return exchanges(at); };
+  }
+  if (!request.target.starts_with("/api/report?")) return nullptr;
   std::vector<fs::path> folders;
   for (const std::string& id : query_values(request.target, "run")) {
     const auto folder = runs_.find(id);
-    if (!folder || folders.size() == kMostReported) return {};
+    if (!folder || folders.size() == kMostReported) return nullptr;
     folders.push_back(*folder);
   }
-  return folders;
-}
-
-// The seals are left to firn report, which also replays and audits.
-WebReply Answers::report(const std::vector<fs::path>& folders) try {
-  std::vector<replay::ReportRun> runs;
-  std::vector<Experiment> experiments;
-  for (const fs::path& folder : folders) {
-    runs.push_back({run_data(folder), "", ""});
-    runs.back().data.provenance.emplace_back("seal", "not looked at by the page; firn report does");
-    const std::string file = folder.string() + ": recorded configuration";
-    experiments.push_back(parse_recorded_experiment(recorded_config(folder), file));
-  }
-  return page_of(replay::report_page(runs, differing_parameters(experiments)));
-} catch (const std::exception& e) {
-  return refusal(409, std::string("there is no report yet: ") + e.what());
+  if (folders.empty()) return nullptr;
+  return [folders] { return report(folders); };
 }
 
 WebReply Answers::answer(const WebRequest& request, const std::vector<std::string>& parts, double now_s) try {

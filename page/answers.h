@@ -1,7 +1,7 @@
 // Answers gives the page's files, the list of runs, their facts, maps, notes and reports to HTTP requests.
 #pragma once
 
-#include <filesystem>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -39,11 +39,10 @@ class Answers {
 
   /// Returns the run that must be open for the answer; empty: none.
   static std::string wanted_run(const std::vector<std::string>& parts);
-  /// Returns the folders of "/api/report?run=A&run=B"; empty: the target is no such one, or names a run that
-  /// does not exist.
-  std::vector<std::filesystem::path> wanted_report(const WebRequest& request) const;
-  /// Writes the report of these runs, as firn report does. It takes seconds; from any thread.
-  static WebReply report(const std::vector<std::filesystem::path>& folders);
+  /// Returns the work of an answer that takes seconds, from any thread: a report of runs, the last exchanges
+  /// of a run's instruments; nothing: the answer is no such one.
+  std::function<WebReply()> slow_answer(const WebRequest& request,
+                                        const std::vector<std::string>& parts) const;
 
  private:
   WebReply answer_api(const WebRequest& request, const std::vector<std::string>& parts, double now_s);

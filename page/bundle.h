@@ -10,7 +10,7 @@
 namespace firn::page {
 
 struct Asset {
-  std::string_view path;  ///< "/index.html", "/manual/safety.md"
+  std::string_view path;  ///< "/index.html", "/manual/safety.html"
   std::string_view type;  ///< of its content
   std::string_view etag;
   std::span<const unsigned char> gzip;

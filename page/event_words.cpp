@@ -40,6 +40,8 @@ constexpr InterlockWords kTable[] = {
     {15, "the bare table or the first outline is not where it should be", "calibrate: firn calibrate",
      "laser_profiler.bias_limit_mm, laser_profiler.offset_limit_mm, laser_point.bias_limit_mm, "
      "laser_point.offset_limit_mm"},
+    {16, "a gas or its sheath was lost, or does not follow its set point",
+     "look at the bottle, the lines and the nozzle, then: firn print --resume RUN"},
 };
 
 }  // namespace

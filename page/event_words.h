@@ -15,9 +15,9 @@ struct InterlockWords {
   std::string_view limits = {};  ///< keys of the settings that set its limits, with commas
 };
 
-inline constexpr std::string_view kInterlocksPage = "/manual/safety.md#interlocks";
-inline constexpr std::string_view kDoubtPage = "/manual/safety.md#deposit-at-most-once";
-inline constexpr std::string_view kStopPage = "/manual/safety.md#the-stop";
+inline constexpr std::string_view kInterlockPage = "/manual/safety.html#interlock-";  ///< and its code
+inline constexpr std::string_view kDoubtPage = "/manual/safety.html#deposit-at-most-once";
+inline constexpr std::string_view kStopPage = "/manual/safety.html#the-stop";
 /// The remedy of a fault that is no interlock.
 inline constexpr std::string_view kResume =
     "find the cause, make the lab safe, then: firn print --resume RUN";

@@ -61,10 +61,17 @@ std::vector<std::byte> encode_rows(Surface surface, int layer, const HeightMap& 
   return frame;
 }
 
-std::vector<float> in_um(const HeightMap& height) {
-  std::vector<float> values(height.size());
-  std::ranges::transform(height.cells, values.begin(), [](double mm) { return float(mm * 1e3); });
-  return values;
+std::vector<std::byte> encode_heights(Surface surface, int layer, const HeightMap& height,
+                                      std::uint32_t flags, double t_s) {
+  std::vector<std::byte> frame = encode_map(surface, layer, height.spec, flags, t_s, {});
+  frame.resize(kMapHeaderBytes + height.size() * sizeof(float));
+  std::byte* at = frame.data() + kMapHeaderBytes;
+  for (const double mm : height.cells) {
+    const float um = float(mm * 1e3);
+    std::memcpy(at, &um, sizeof um);
+    at += sizeof um;
+  }
+  return frame;
 }
 
 }  // namespace firn::page

@@ -35,7 +35,8 @@ std::vector<std::byte> encode_map(Surface surface, int layer, const GridSpec& gr
 std::vector<std::byte> encode_rows(Surface surface, int layer, const HeightMap& height, std::uint32_t flags,
                                    double t_s, std::span<const std::uint64_t> stamps, std::uint64_t since);
 
-/// Returns heights [mm] as values in um.
-std::vector<float> in_um(const HeightMap& height);
+/// Returns a map of heights [mm].
+std::vector<std::byte> encode_heights(Surface surface, int layer, const HeightMap& height,
+                                      std::uint32_t flags, double t_s);
 
 }  // namespace firn::page

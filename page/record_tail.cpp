@@ -1,6 +1,11 @@
 #include "page/record_tail.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cstdlib>
+#include <ctime>
 #include <utility>
 
 #include "files/record/record_file.h"
@@ -14,6 +19,7 @@
 namespace firn::page {
 namespace {
 
+constexpr std::string_view kFolder = "nodes/";
 constexpr std::size_t kShownBytes = 60;            // of an exchange
 constexpr std::uintmax_t kLargeBytes = 1'000'000;  // new in a file: it is worth a thread
 
@@ -26,28 +32,54 @@ struct RecordTail::Found {
   Place place;
 };
 
+std::string Exchange::words() const {
+  return "sent " + (sent.empty() ? "nothing" : sent) + " | received " +
+         (received.empty() ? "nothing" : received);
+}
+
 RecordTail::RecordTail(std::filesystem::path run, std::set<std::string, std::less<>> wanted)
     : run_(std::move(run)), wanted_(std::move(wanted)) {
   for (const NodeInfo& node : nodes())
     for (const char* kind : {".wal", ".sent"}) {
+      if (wanted_.empty() && !node.driver) continue;
       File& file = files_.emplace_back();
-      file.name = "nodes/" + std::string(node.name) + kind;
+      file.name = std::string(kFolder) + std::string(node.name) + kind;
       file.driver = node.driver;
     }
 }
 
-// Maps a file anew if it has changed. A packed file has the bytes of the plain one that it took the place of.
-bool RecordTail::map(File& file) {
+RecordTail::~RecordTail() {
+  if (folder_ >= 0) ::close(folder_);
+}
+
+// A time stands still for some milliseconds while files come: a folder that has just changed may change
+// again.
+bool RecordTail::folder_changed() {
+  if (folder_ < 0) folder_ = ::open((run_ / "nodes").c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   struct ::stat now {};
-  const std::filesystem::path path = run_ / file.name;
-  if (::stat(path.c_str(), &now) != 0) return false;
+  if (folder_ < 0 || ::fstat(folder_, &now) != 0) return false;
+  timespec clock{};
+  ::clock_gettime(CLOCK_REALTIME, &clock);
+  const bool other = now.st_mtim.tv_sec != folder_time_.tv_sec || now.st_mtim.tv_nsec != folder_time_.tv_nsec;
+  folder_time_ = now.st_mtim;
+  return other || std::abs(clock.tv_sec - now.st_mtim.tv_sec) <= 1;
+}
+
+bool RecordTail::changed(File& file) const {
+  struct ::stat now {};
+  if (folder_ < 0 || ::fstatat(folder_, file.name.c_str() + kFolder.size(), &now, 0) != 0) return false;
   const struct ::stat& seen = file.seen;
   if (file.map && now.st_ino == seen.st_ino && now.st_size == seen.st_size &&
       now.st_mtim.tv_sec == seen.st_mtim.tv_sec && now.st_mtim.tv_nsec == seen.st_mtim.tv_nsec)
     return false;
-  file.map = std::make_unique<logfile::MappedFile>(path);
   file.seen = now;
   return true;
+}
+
+// A packed file has the bytes of the plain one that it took the place of.
+void RecordTail::map(File& file) {
+  file.map.reset();
+  file.map = std::make_unique<logfile::MappedFile>(run_ / file.name);
 }
 
 void RecordTail::read_new(std::size_t number, std::vector<Found>& found) {
@@ -89,22 +121,23 @@ bool RecordTail::poll(const Sink& sink) {
   std::vector<std::vector<Found>> found_in(files_.size());
   std::vector<char> grew(files_.size(), 0);
   const auto read = [&](std::size_t n) {
-    grew[n] = map(files_[n]);
-    if (grew[n]) read_new(n, found_in[n]);
+    map(files_[n]);
+    read_new(n, found_in[n]);
   };
+  const bool look = folder_changed();
   std::vector<std::size_t> large;
   for (std::size_t n = 0; n < files_.size(); ++n) {
-    std::error_code missing;
-    const std::uintmax_t bytes = std::filesystem::file_size(run_ / files_[n].name, missing);
-    if (!missing && bytes > files_[n].from + kLargeBytes)
+    if ((!files_[n].map && !look) || !changed(files_[n])) continue;
+    grew[n] = 1;
+    if (std::uint64_t(files_[n].seen.st_size) > files_[n].from + kLargeBytes)
       large.push_back(n);
     else
       read(n);
   }
   if (!large.empty()) parallel_on(0)(int(large.size()), [&](int k) { read(large[std::size_t(k)]); });
+  if (std::ranges::count(grew, 1) == 0) return false;
   std::vector<Found> found;
   for (const auto& some : found_in) found.insert(found.end(), some.begin(), some.end());
-  const bool grown = std::ranges::count(grew, 1) > 0;
   std::ranges::stable_sort(found, {}, &Found::utime_us);
   std::vector<std::byte> changed;
   for (const Found& f : found) {
@@ -114,7 +147,7 @@ bool RecordTail::poll(const Sink& sink) {
   }
   for (File& file : files_)
     if (file.map) file.map->forget();
-  return grown;
+  return true;
 }
 
 std::vector<std::byte> RecordTail::read(const Place& place) {

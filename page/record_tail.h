@@ -32,6 +32,8 @@ struct Place {
 struct Exchange {
   std::string node;
   std::string sent, received;
+
+  std::string words() const;
 };
 
 class RecordTail {
@@ -39,8 +41,11 @@ class RecordTail {
   using Sink = std::function<void(std::string_view channel, std::span<const std::byte> message, Place place)>;
 
   /// @param run folder of a run; files that do not exist yet are read once they do
-  /// @param wanted channels; others are passed over
+  /// @param wanted channels; others are passed over. None: instruments' files alone are read, for exchanges
   RecordTail(std::filesystem::path run, std::set<std::string, std::less<>> wanted);
+  ~RecordTail();
+  RecordTail(const RecordTail&) = delete;
+  RecordTail& operator=(const RecordTail&) = delete;
 
   /// Hands over the messages that came since the last call, in order of their time; of one node in its order.
   /// Damaged records, messages beyond their limits and the torn end of a file are passed over. @returns true
@@ -64,13 +69,17 @@ class RecordTail {
     bool exchanged = false;
   };
   struct Found;
-  bool map(File& file);
+  bool folder_changed();
+  bool changed(File& file) const;
+  void map(File& file);
   void read_new(std::size_t number, std::vector<Found>& found);
 
   std::filesystem::path run_;
   std::set<std::string, std::less<>> wanted_;
   replay::RunMigration migration_;
   std::vector<File> files_;
+  int folder_ = -1;  // RUN/nodes
+  timespec folder_time_{};
 };
 
 }  // namespace firn::page

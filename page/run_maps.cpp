@@ -16,6 +16,7 @@
 #include "firn/layer_plan_t.hpp"
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
+#include "page/map_head.h"
 #include "replay/ice_error.h"
 #include "report/run/truth.h"
 
@@ -59,10 +60,10 @@ std::vector<int> newest(std::vector<int>& layers) {
 }  // namespace
 
 RunMaps::RunMaps(std::filesystem::path run, const Experiment& experiment,
-                 const std::map<std::string, std::filesystem::path>& inputs, RecordTail& tail)
+                 const std::map<std::string, std::filesystem::path>& inputs, Reader read)
     : run_(std::move(run)),
       experiment_(experiment),
-      tail_(tail),
+      read_(std::move(read)),
       paths_(prints_paths(experiment)),
       model_{experiment.model.h1_mm, experiment.model.h2_mm, experiment.model.h3_mm} {
   try {
@@ -70,8 +71,9 @@ RunMaps::RunMaps(std::filesystem::path run, const Experiment& experiment,
       layers_ = slice::decode_print_paths(bytes_of(inputs.at("paths")));
     } else {
       grid_ = experiment.grid;
-      droplets_ = Wanted{height_map_from_npy(bytes_of(inputs.at("target")), *grid_, "target"),
-                         mask_from_npy(bytes_of(inputs.at("mask")), *grid_, "mask")};
+      droplets_ = std::make_shared<const Wanted>(
+          Wanted{height_map_from_npy(bytes_of(inputs.at("target")), *grid_, "target"),
+                 mask_from_npy(bytes_of(inputs.at("mask")), *grid_, "mask")});
     }
   } catch (const std::exception&) {  // a run without them has its measured maps
   }
@@ -85,10 +87,11 @@ std::set<std::string, std::less<>> RunMaps::channels() {
 
 void RunMaps::take(std::string_view channel, std::span<const std::byte> message, Place place) {
   if (channel == channels::kHeightMap.name) {
-    const auto m = decode<height_map_t>(message);
+    const auto m = map_head(message);
     if (!m) return;
-    maps_[m->layer] = {place, time_s(*m)};
+    maps_[m->layer] = {place, double(m->utime_us) * 1e-6};
     new_maps_.push_back(m->layer);
+    last_.second.reset();
     rows_layer_ = -1;
     if (paths_ || !grid_) grid_ = from_message(m->grid);
   } else if (channel == channels::kLayerPlan.name) {
@@ -111,29 +114,29 @@ std::optional<int> RunMaps::newest_layer() const {
   return maps_.rbegin()->first;
 }
 
-std::optional<RunMaps::Measured> RunMaps::measured(int layer) {
+std::shared_ptr<const RunMaps::Measured> RunMaps::measured(int layer) {
   const auto found = maps_.find(layer);
-  if (found == maps_.end()) return std::nullopt;
-  const auto m = decode<height_map_t>(tail_.read(found->second.place));
-  if (!m) return std::nullopt;
-  return Measured{measured_height_of(*m), time_s(*m)};
+  if (found == maps_.end()) return nullptr;
+  if (last_.first == layer && last_.second) return last_.second;
+  const auto m = decode<height_map_t>(read_(found->second.place));
+  if (!m) return nullptr;
+  last_ = {layer, std::make_shared<const Measured>(Measured{measured_height_of(*m), time_s(*m)})};
+  return last_.second;
 }
 
-std::optional<RunMaps::Wanted> RunMaps::wanted(int layer, const GridSpec& grid) {
-  if (!paths_) {
-    if (!droplets_ || droplets_->target.spec != grid) return std::nullopt;
-    return droplets_;
-  }
+std::shared_ptr<const RunMaps::Wanted> RunMaps::wanted(int layer, const GridSpec& grid) {
+  if (!paths_) return droplets_ && droplets_->target.spec == grid ? droplets_ : nullptr;
   const slice::LayerPaths* l = layers_ ? slice::find_layer(*layers_, layer) : nullptr;
-  if (!l) return std::nullopt;
-  return Wanted{HeightMap(grid, l->z * slice::kMmPerUnit), replay::judged_cells(*l, grid)};
+  if (!l) return nullptr;
+  return std::make_shared<const Wanted>(
+      Wanted{HeightMap(grid, l->z * slice::kMmPerUnit), replay::judged_cells(*l, grid)});
 }
 
 std::optional<std::vector<std::byte>> RunMaps::planned(int layer) {
   const auto& places = paths_ ? surfaces_ : plans_;
   const auto found = places.find(paths_ ? layer : layer + 1);  // the plan that answers the layer's map
   if (found == places.end()) return std::nullopt;
-  const std::vector<std::byte> bytes = tail_.read(found->second.place);
+  const std::vector<std::byte> bytes = read_(found->second.place);
   if (paths_) {
     const auto m = decode<control_surface_t>(bytes);
     if (!m) return std::nullopt;
@@ -149,9 +152,11 @@ std::optional<std::vector<std::byte>> RunMaps::planned(int layer) {
 std::optional<RunMaps::Measured> RunMaps::predicted(int layer) {
   const auto plan = plans_.find(layer);
   if (paths_ || plan == plans_.end()) return std::nullopt;
-  std::optional<Measured> before = measured(layer - 1);
-  const auto m = decode<layer_plan_t>(tail_.read(plan->second.place));
-  if (!before || !m || m->n_material > 0 || from_message(m->grid) != before->height.spec) return std::nullopt;
+  const auto measured_before = measured(layer - 1);
+  const auto m = decode<layer_plan_t>(read_(plan->second.place));
+  if (!measured_before || !m || m->n_material > 0 || from_message(m->grid) != measured_before->height.spec)
+    return std::nullopt;
+  std::optional<Measured> before = *measured_before;
   double sum = 0.0;
   std::size_t known = 0;
   for (const double h : before->height.cells) {
@@ -179,24 +184,27 @@ std::optional<RunMaps::Measured> RunMaps::truth(int layer) {
 
 std::optional<std::vector<std::byte>> RunMaps::frame(const MapRequest& r) {
   if (r.surface == Surface::kPlanned) return planned(r.layer);
-  std::optional<Measured> m = r.surface == Surface::kPredicted ? predicted(r.layer)
-                              : r.surface == Surface::kTruth   ? truth(r.layer)
-                                                               : measured(r.layer);
-  if (!m) return std::nullopt;
-  if (r.surface == Surface::kTarget || r.surface == Surface::kError) {
-    const auto w = wanted(r.layer, m->height.spec);
-    if (!w) return std::nullopt;
-    m->height = error_of(r.surface == Surface::kError ? m->height : w->target,
-                         r.surface == Surface::kError ? w->target : HeightMap(w->target.spec, 0.0), w->mask);
+  if (r.surface == Surface::kPredicted || r.surface == Surface::kTruth) {
+    const auto m = r.surface == Surface::kPredicted ? predicted(r.layer) : truth(r.layer);
+    if (!m) return std::nullopt;
+    return encode_heights(r.surface, r.layer, m->height, 0, m->t_s);
   }
-  return encode_map(r.surface, r.layer, m->height.spec, 0, m->t_s, in_um(m->height));
+  const auto m = measured(r.layer);
+  if (!m) return std::nullopt;
+  if (r.surface == Surface::kMeasured) return encode_heights(r.surface, r.layer, m->height, 0, m->t_s);
+  const auto w = wanted(r.layer, m->height.spec);
+  if (!w) return std::nullopt;
+  const HeightMap shown = r.surface == Surface::kError
+                              ? error_of(m->height, w->target, w->mask)
+                              : error_of(w->target, HeightMap(w->target.spec, 0.0), w->mask);
+  return encode_heights(r.surface, r.layer, shown, 0, m->t_s);
 }
 
 std::vector<RunMaps::Value> RunMaps::take_predictions() {
   std::vector<Value> values;
   for (const int layer : newest(new_plans_)) {
     const auto p = predicted(layer);
-    const auto w = p ? wanted(layer, p->height.spec) : std::nullopt;
+    const auto w = p ? wanted(layer, p->height.spec) : nullptr;
     if (w) values.emplace_back(layer, error_stats(p->height, w->target, w->mask).rms_mm * kUm);
   }
   return values;
@@ -207,7 +215,7 @@ std::vector<RunMaps::Value> RunMaps::take_overspill() {
   for (const int layer : newest(new_maps_)) {
     if (paths_ || layer == 0) continue;
     const auto m = measured(layer);
-    const auto w = m ? wanted(layer, m->height.spec) : std::nullopt;
+    const auto w = m ? wanted(layer, m->height.spec) : nullptr;
     const double share = w ? outline_stats(m->height, w->target, w->mask).overspill : kNotMeasured;
     if (std::isfinite(share)) values.emplace_back(layer, share * 100.0);
   }
@@ -220,7 +228,7 @@ void RunMaps::on_profile(std::span<const std::byte> message) {
   if (rows_layer_ != m->layer) {
     rows_layer_ = m->layer;
     rows_ = HeightMap(*grid_, kNotMeasured);
-    if (const auto before = m->layer > 0 ? measured(m->layer - 1) : std::nullopt;
+    if (const auto before = m->layer > 0 ? measured(m->layer - 1) : nullptr;
         before && before->height.spec == *grid_)
       rows_ = before->height;
     stamps_.assign(std::size_t(grid_->ny), 0);
@@ -240,7 +248,7 @@ std::optional<std::vector<std::byte>> RunMaps::partial(std::uint64_t since) cons
   if (rows_layer_ < 0) return std::nullopt;
   if (since >= first_stamp_)
     return encode_rows(Surface::kMeasured, rows_layer_, rows_, kPart, rows_s_, stamps_, since);
-  return encode_map(Surface::kMeasured, rows_layer_, rows_.spec, kPart, rows_s_, in_um(rows_));
+  return encode_heights(Surface::kMeasured, rows_layer_, rows_, kPart, rows_s_);
 }
 
 }  // namespace firn::page

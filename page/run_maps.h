@@ -4,7 +4,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -27,9 +29,11 @@ struct MapRequest {
 
 class RunMaps {
  public:
+  /// Returns a message again.
+  using Reader = std::function<std::vector<std::byte>(const Place&)>;
   /// @param inputs files by role, of the run's provenance; a missing or damaged one leaves surfaces out
   RunMaps(std::filesystem::path run, const Experiment& experiment,
-          const std::map<std::string, std::filesystem::path>& inputs, RecordTail& tail);
+          const std::map<std::string, std::filesystem::path>& inputs, Reader read);
 
   static std::set<std::string, std::less<>> channels();
   void take(std::string_view channel, std::span<const std::byte> message, Place place);
@@ -61,13 +65,13 @@ class RunMaps {
     HeightMap height;
     double t_s = 0.0;
   };
-  std::optional<Measured> measured(int layer);
+  std::shared_ptr<const Measured> measured(int layer);
   /// Returns target and mask on the grid of the layer's map.
   struct Wanted {
     HeightMap target;
     Mask mask;
   };
-  std::optional<Wanted> wanted(int layer, const GridSpec& grid);
+  std::shared_ptr<const Wanted> wanted(int layer, const GridSpec& grid);
   std::optional<std::vector<std::byte>> planned(int layer);
   std::optional<Measured> predicted(int layer);
   std::optional<Measured> truth(int layer);
@@ -75,9 +79,10 @@ class RunMaps {
 
   std::filesystem::path run_;
   const Experiment& experiment_;
-  RecordTail& tail_;
+  Reader read_;
   bool paths_ = false;  // the lab prints paths
-  std::optional<Wanted> droplets_;
+  std::shared_ptr<const Wanted> droplets_;
+  std::pair<int, std::shared_ptr<const Measured>> last_{-1, nullptr};  // that was decoded, with its layer
   std::optional<slice::PrintPaths> layers_;
   deposition::DropletModel model_;
   std::optional<GridSpec> grid_;

@@ -11,6 +11,7 @@
 #include "files/usage_error.h"
 #include "firn/layer_metrics_t.hpp"
 #include "lcmtypes/channels.h"
+#include "page/recorded_log.h"
 #include "print/folder/running.h"
 #include "replay/run_migration.h"
 #include "replay/wal_file.h"
@@ -36,8 +37,21 @@ bool is_run(const fs::path& folder) {
   return fs::exists(folder / "provenance.json", ignored) && fs::is_directory(folder / "nodes", ignored);
 }
 
+std::optional<layer_metrics_t> last_of_log(const fs::path& run) {
+  const auto log = RecordedLog::open(
+      run, {std::string(channels::kLayerMetrics.name), std::string(channels::kRunEnd.name)});
+  std::optional<layer_metrics_t> last;
+  if (log)
+    log->each([&](std::string_view, std::span<const std::byte> message, Place) {
+      layer_metrics_t m{};
+      if (m.decode(message.data(), 0, int(message.size())) == int(message.size())) last = m;
+    });
+  return last;
+}
+
 // The scheduler's last metrics, without the other files of the run.
 std::optional<layer_metrics_t> last_metrics(const fs::path& run) try {
+  if (const auto last = last_of_log(run)) return last;
   replay::WalFile file(run / "nodes" / "scheduler.wal");
   std::optional<layer_metrics_t> last;
   std::vector<Output> outputs;
@@ -113,24 +127,33 @@ std::vector<std::shared_ptr<WatchedRun>> RunSet::opened() {
   return runs;
 }
 
-bool RunSet::read_one_error() {
+std::function<void()> RunSet::error_to_read() {
+  const std::lock_guard lock(errors_->mutex);
+  if (!listed_ || errors_->reading) return nullptr;
   for (const fs::path& folder : folders()) {
-    if (errors_.contains(folder) || printing_process(folder)) continue;
-    std::optional<Error>& error = errors_[folder];
-    if (const auto m = last_metrics(folder)) error = Error{m->rms_mm * kUm, m->mean_error_mm * kUm, m->layer};
-    return true;
+    if (errors_->of.contains(folder) || printing_process(folder)) continue;
+    errors_->reading = true;
+    return [errors = errors_, folder] {
+      const auto m = last_metrics(folder);
+      const std::lock_guard done(errors->mutex);
+      errors->reading = false;
+      std::optional<Error>& error = errors->of[folder];
+      if (m) error = Error{m->rms_mm * kUm, m->mean_error_mm * kUm, m->layer};
+    };
   }
-  return false;
+  return nullptr;
 }
 
 std::string RunSet::list_json() {
+  listed_ = true;
+  const std::lock_guard lock(errors_->mutex);
   Json runs = Json::array();
   for (const fs::path& folder : folders()) {
     Json r{{"id", folder.filename().string()}};
     const auto pid = printing_process(folder);
     Error error;
     bool known = false;
-    if (const auto at = errors_.find(folder); at != errors_.end() && at->second && !pid) {
+    if (const auto at = errors_->of.find(folder); at != errors_->of.end() && at->second && !pid) {
       error = *at->second;
       known = true;
     } else if (const auto o = opened_.find(folder); o != opened_.end()) {

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,21 +32,28 @@ class RunSet {
 
   /// Returns {"runs": [...]}, newest first.
   std::string list_json();
-  /// Reads the last error of one run that the list lacks. @returns false: it lacks none
-  bool read_one_error();
+  /// Returns the work that reads the last error of one run that the list lacks, for any thread; nothing:
+  /// nobody has asked for the list, it lacks none, or the work of before goes on.
+  std::function<void()> error_to_read();
 
  private:
   struct Error {
     double rms_um = 0.0, mean_um = 0.0;
     int layers = 0;
   };
+  struct Errors {
+    std::mutex mutex;
+    std::map<std::filesystem::path, std::optional<Error>> of;  // of runs that are over
+    bool reading = false;
+  };
   std::vector<std::filesystem::path> folders() const;
 
   std::vector<std::filesystem::path> places_;
   std::filesystem::path live_;
   std::map<std::filesystem::path, std::weak_ptr<WatchedRun>> opened_;
-  std::shared_ptr<WatchedRun> last_;                              // a tab that comes back finds it
-  std::map<std::filesystem::path, std::optional<Error>> errors_;  // of runs that are over
+  std::shared_ptr<WatchedRun> last_;  // a tab that comes back finds it
+  std::shared_ptr<Errors> errors_ = std::make_shared<Errors>();
+  bool listed_ = false;
 };
 
 }  // namespace firn::page

@@ -21,6 +21,7 @@
 #include "firn/stage_command_t.hpp"
 #include "lcmtypes/channels.h"
 #include "page/event_words.h"
+#include "page/fault_figures.h"
 
 namespace firn::page {
 namespace {
@@ -43,9 +44,10 @@ std::set<std::string, std::less<>> RunView::channels() {
        {channels::kRunStart.name, channels::kRunEnd.name, channels::kStageCommand.name,
         channels::kLampCommand.name, channels::kProfilerCommand.name, channels::kRobotCommand.name,
         channels::kPathJob.name, channels::kHeightMap.name, channels::kLayerPlan.name,
-        channels::kControlSurface.name, channels::kLayerMetrics.name, channels::kDepositionReport.name,
-        channels::kPathReport.name, channels::kHeightModel.name, channels::kFlowModel.name,
-        channels::kTemperature.name, channels::kSafeStop.name, channels::kOperatorCommand.name})
+        channels::kLinePlan.name, channels::kControlSurface.name, channels::kLayerMetrics.name,
+        channels::kDepositionReport.name, channels::kPathReport.name, channels::kHeightModel.name,
+        channels::kFlowModel.name, channels::kTemperature.name, channels::kSafeStop.name,
+        channels::kOperatorCommand.name})
     names.emplace(name);
   for (const NodeInfo& n : nodes()) {
     names.emplace(channels::fault(n.id).name);
@@ -96,6 +98,8 @@ void RunView::on_command(std::string_view channel, std::span<const std::byte> by
     if (StageVerb(m.verb) == StageVerb::kPass)
       set_phase(Phase::kDepositing,
                 "depositing " + layer_words(m.layer) + ", pass " + std::to_string(m.pass + 1));
+    if (StageVerb(m.verb) == StageVerb::kTrace)
+      set_phase(Phase::kDepositing, "printing the lines of " + layer_words(m.layer));
     if (StageVerb(m.verb) == StageVerb::kScan)
       set_phase(Phase::kMeasuring,
                 m.layer > 0 ? "measuring " + layer_words(m.layer) : "measuring the bare substrate");
@@ -104,12 +108,9 @@ void RunView::on_command(std::string_view channel, std::span<const std::byte> by
   } else if (channel == channels::kLayerPlan.name) {
     layer_plan_t m{};
     if (!decode(bytes, m)) return;
-    controller_us_ = utime_us_;
-    if (PlanDecision(m.decision) != PlanDecision::kPrint)
-      event(Weight::kNotice, "controller",
-            PlanDecision(m.decision) == PlanDecision::kEnd ? "the controller ends the print"
-                                                           : "the controller stops the print")
-          .cause = m.reason;
+    decided(m.decision, m.reason);
+  } else if (channel == channels::kLinePlan.name) {
+    on_line_plan(bytes);
   } else if (channel == channels::kControlSurface.name) {
     control_surface_t m{};
     if (!decode(bytes, m)) return;
@@ -131,6 +132,15 @@ void RunView::on_command(std::string_view channel, std::span<const std::byte> by
     set_phase(p.measures ? Phase::kMeasuring : Phase::kDepositing,
               (p.measures ? "measuring " : "depositing ") + layer_words(p.layer) + ", " + interval_);
   }
+}
+
+void RunView::decided(int decision, const std::string& reason) {
+  controller_us_ = utime_us_;
+  if (PlanDecision(decision) == PlanDecision::kPrint) return;
+  event(Weight::kNotice, "controller",
+        PlanDecision(decision) == PlanDecision::kEnd ? "the controller ends the print"
+                                                     : "the controller stops the print")
+      .cause = reason;
 }
 
 // No message reports the lamp's own hours; those that this print adds can be counted.
@@ -202,10 +212,15 @@ void RunView::on_fault(std::span<const std::byte> bytes) {
                         : severity == Severity::kWarning ? Weight::kWarning
                                                          : Weight::kNotice;
   EventRow& e = event(weight, m.node, m.text);
+  if (const auto figures = fault_figures(m.code, m.text, facts_.numbers)) {
+    e.value = figures->value;
+    e.limit = figures->limit;
+    e.unit = figures->unit;
+  }
   if (const InterlockWords* row = interlock_words(m.code)) {
     e.cause = row->cause;
     e.remedy = row->remedy;
-    e.manual = kInterlocksPage;
+    e.manual = std::string(kInterlockPage) + std::to_string(m.code);
     if (const auto limit = facts_.limits.find(m.code); limit != facts_.limits.end())
       e.cause += "; limits: " + limit->second;
   } else if (weight == Weight::kFault) {

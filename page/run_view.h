@@ -26,7 +26,8 @@ struct ViewFacts {
   std::set<std::string> real;                ///< nodes of instruments that are no simulation
   /// Settings of an instrument that the page shows: label, value, unit; by node.
   std::map<std::string, std::vector<std::tuple<std::string, std::string, std::string>>> details;
-  std::map<int, std::string> limits;  ///< by code of an interlock: "process.min_measured_fraction 0.8"
+  std::map<int, std::string> limits;      ///< by code of an interlock: "process.min_measured_fraction 0.8"
+  std::map<std::string, double> numbers;  ///< settings by key
 };
 
 /// Rows that are new since the last call.
@@ -81,6 +82,8 @@ class RunView {
   void at_time(std::int64_t utime_us);
   void on_command(std::string_view channel, std::span<const std::byte> bytes);
   void on_measurement(std::string_view channel, std::span<const std::byte> bytes);
+  void on_line_plan(std::span<const std::byte> bytes);
+  void decided(int decision, const std::string& reason);
   void on_exposure(std::span<const std::byte> bytes);
   void on_operator(std::span<const std::byte> bytes);
   void on_fault(std::span<const std::byte> bytes);

@@ -9,15 +9,16 @@
 #include "firn/device_state_t.hpp"
 #include "firn/enums.h"
 #include "firn/flow_model_t.hpp"
-#include "firn/height_map_t.hpp"
 #include "firn/height_model_t.hpp"
 #include "firn/layer_metrics_t.hpp"
+#include "firn/line_plan_t.hpp"
 #include "firn/path_report_t.hpp"
 #include "firn/run_end_t.hpp"
 #include "firn/safe_stop_t.hpp"
 #include "firn/temperature_t.hpp"
 #include "lcmtypes/channels.h"
 #include "page/event_words.h"
+#include "page/map_head.h"
 #include "page/run_view.h"
 
 namespace firn::page {
@@ -54,13 +55,14 @@ void RunView::doubt(int layer, const std::string& where, std::int64_t droplets) 
 void RunView::on_measurement(std::string_view channel, std::span<const std::byte> bytes) {
   if (channel == channels::kLayerMetrics.name) return on_metrics(bytes);
   if (channel == channels::kHeightMap.name) {
-    height_map_t m{};
-    if (!decode(bytes, m)) return;
+    const auto m = map_head(bytes);
+    if (!m) return;
+    at_time(m->utime_us);
     surface_us_ = utime_us_;
-    set_phase(Phase::kDeciding, "deciding layer " + std::to_string(m.layer + 1));
-    if (!doubt_layer_ || m.layer < *doubt_layer_) return;
+    set_phase(Phase::kDeciding, "deciding layer " + std::to_string(m->layer + 1));
+    if (!doubt_layer_ || m->layer < *doubt_layer_) return;
     doubt_layer_.reset();
-    event(Weight::kInfo, "print", "the doubt of layer " + std::to_string(m.layer) + " is measured").cause =
+    event(Weight::kInfo, "print", "the doubt of layer " + std::to_string(m->layer) + " is measured").cause =
         "the surface was scanned: the next layer answers what is there";
   } else if (channel == channels::kDepositionReport.name) {
     deposition_report_t m{};
@@ -139,6 +141,23 @@ void RunView::on_instrument(std::string_view channel, std::span<const std::byte>
     i.last_t_s = double(utime_us_) * 1e-6;
   }
   instruments_us_ = utime_us_;
+}
+
+// Shutter and flow are learned from the lines of the layers before.
+void RunView::on_line_plan(std::span<const std::byte> bytes) {
+  line_plan_t m{};
+  if (!decode(bytes, m)) return;
+  decided(m.decision, m.reason);
+  const auto add = [&](const char* name, double value, const char* unit) {
+    estimates_.push_back({double(utime_us_) * 1e-6, name, value, std::nan(""), unit});
+    new_.estimates.push_back(estimates_.back());
+  };
+  add("flow", m.flow_share, "");
+  add("shutter_opens_late_by", m.open_delay_s * 1e3, "ms");
+  add("shutter_closes_late_by", m.close_delay_s * 1e3, "ms");
+  for (const auto& [name, mm] :
+       {std::pair("lines_start_late_by", m.start_error_mm), std::pair("lines_end_late_by", m.end_error_mm)})
+    if (std::isfinite(mm)) add(name, mm * kUm, "um");
 }
 
 void RunView::on_estimate(std::string_view channel, std::span<const std::byte> bytes) {

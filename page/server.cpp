@@ -6,6 +6,7 @@
 #include <utility>  // before boost/asio/awaitable.hpp, which takes it for granted
 
 #include <algorithm>
+#include <atomic>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
@@ -59,19 +60,12 @@ constexpr int kNice = 10;
 template <class T>
 using Shared = std::shared_ptr<const T>;
 
-std::string run_of(std::string_view target) {
-  const auto ids = query_values(target, "run");
-  return ids.empty() ? "live" : ids.front();
-}
-
 double steady_s() { return double(monotonic_ns()) * 1e-9; }
 
 using Request = http::request<http::string_body>;
 using Response = http::response<http::string_body>;
 using Socket = beast::websocket::stream<beast::tcp_stream>;
-
 std::string to_string(beast::string_view text) { return {text.data(), text.size()}; }
-
 void make_ready(Socket& socket) {
   socket.set_option(beast::websocket::stream_base::timeout{kPatience, 60s, true});
   socket.read_message_max(kMostFrameBytes);
@@ -125,7 +119,6 @@ class CommandThread {
   CommandThread& operator=(const CommandThread&) = delete;
 
   static constexpr std::string_view kProtocol = "firn";
-
   /// Takes a connection whose request named this protocol and the token. From any thread.
   void take(asio::ip::tcp::socket socket, Request request, std::filesystem::path folder) {
     boost::system::error_code error;
@@ -143,7 +136,6 @@ class CommandThread {
 
  private:
   static constexpr int kMostLines = 32;
-
   void run() {
     for (;;) try {
         io_.run();
@@ -214,7 +206,6 @@ class Tab : public std::enable_shared_from_this<Tab> {
   }
 
   bool busy() const { return writing_; }
-
   std::shared_ptr<WatchedRun> run;
   std::optional<Surface> follows;
   std::uint64_t rows_seen = 0;  // of the rows that are measured now
@@ -258,17 +249,12 @@ class Server {
         runs_(options.places, options.live),
         answers_(options, runs_),
         acceptor_(io_),
-        timer_(io_) {}
-  ~Server() {
-    reader_.stop();
-    reader_.join();
-  }
+        timer_(io_),
+        gives_way_(!options.live.empty()) {}
 
   void run() {
     listen();
-    const auto give_way = [] { ::setpriority(PRIO_PROCESS, 0, kNice); };  // of one thread
     give_way();
-    asio::post(reader_, give_way);
     asio::co_spawn(io_, accept(), asio::detached);
     asio::co_spawn(io_, watch(), asio::detached);
     std::optional<asio::posix::stream_descriptor> stop;
@@ -298,10 +284,16 @@ class Server {
   void take(const std::shared_ptr<Tab>& tab, std::string_view text);
   void follow(const std::shared_ptr<Tab>& tab, const ClientFrame& frame);
   void look(const std::shared_ptr<WatchedRun>& run);
-  /// Returns the result of `work`, done by the thread that reads runs.
+  void give_way() const {  // of one thread, once a print runs
+    if (gives_way_) ::setpriority(PRIO_PROCESS, 0, kNice);
+  }
+  /// Returns the result of `work`, done by a thread that reads runs: a report delays no other run.
   template <class Work>
   auto apart(Work work) -> asio::awaitable<decltype(work())> {
-    auto body = [work]() -> asio::awaitable<decltype(work())> { co_return work(); };
+    auto body = [this, work]() -> asio::awaitable<decltype(work())> {
+      give_way();
+      co_return work();
+    };
     auto done = asio::co_spawn(reader_, std::move(body), asio::use_awaitable);
     co_return co_await std::move(done);
   }
@@ -313,9 +305,10 @@ class Server {
   Answers answers_;
   CommandThread commands_;  // before this thread gives way
   asio::io_context io_{1};
-  asio::thread_pool reader_{1};  // goes first: its objects belong to io_
+  asio::thread_pool reader_{2};  // goes first: its objects belong to io_
   tcp::acceptor acceptor_;
   asio::steady_timer timer_;
+  std::atomic<bool> gives_way_;
   std::vector<std::string> own_;
   std::set<std::shared_ptr<Tab>> tabs_;
   std::set<fs::path> troubled_, opening_;
@@ -430,9 +423,9 @@ bool Server::take_line(beast::tcp_stream& stream, const Request& request) {
 
 asio::awaitable<WebReply> Server::answer(const WebRequest& request) {
   const auto parts = path_parts(request.target);
-  if (const auto folders = answers_.wanted_report(request); !folders.empty()) {
-    auto report = apart([folders] { return Answers::report(folders); });
-    co_return co_await std::move(report);
+  if (auto slow = answers_.slow_answer(request, parts)) {
+    auto reply = apart(std::move(slow));
+    co_return co_await std::move(reply);
   }
   if (const std::string id = Answers::wanted_run(parts); !id.empty()) {
     std::string trouble;
@@ -461,6 +454,8 @@ asio::awaitable<std::shared_ptr<WatchedRun>> Server::open(const std::string& id)
     auto reading = apart([at = *folder] { return std::make_shared<WatchedRun>(at, steady_s()); });
     run = co_await std::move(reading);
     runs_.keep(run);
+    if (run->live()) gives_way_ = true;
+    give_way();
   } catch (...) {
     trouble = std::current_exception();
   }
@@ -548,9 +543,14 @@ asio::awaitable<void> Server::watch() {
     }
     if (now < last_state_ + kStatePause) continue;
     last_state_ = now;
-    runs_.read_one_error();
-    for (const auto& tab : std::set(tabs_))
-      if (tab->run->live()) tab->push(tab->run->state(steady_s()));
+    if (const auto work = runs_.error_to_read()) asio::co_spawn(io_, apart(work), asio::detached);
+    std::map<WatchedRun*, Shared<std::string>> made;  // one for all tabs
+    for (const auto& tab : std::set(tabs_)) {
+      if (!tab->run->live()) continue;
+      auto& state = made[tab->run.get()];
+      if (!state) state = std::make_shared<const std::string>(tab->run->state(steady_s()));
+      tab->push(state);
+    }
   }
 }
 

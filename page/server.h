@@ -24,8 +24,9 @@ struct ServerOptions {
 inline constexpr int kFirstPort = 8750;
 inline constexpr int kMostConnections = 200;  ///< further ones are closed at once
 
-/// Serves until stop_fd is readable. The calling thread and those that read give way to all other work
-/// (nice 10); commands keep the caller's priority.
+/// Serves until stop_fd is readable. The calling thread and those that read give way to all other work (nice
+/// 10) where a print runs: from the beginning with `live`, else once one is opened. Commands keep the
+/// caller's priority.
 /// @throws UsageError: an address that is none or not this machine's, a port in use, a place that is no
 /// folder
 void serve(const ServerOptions& options);

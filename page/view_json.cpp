@@ -6,6 +6,7 @@
 #include "config/changes.h"
 #include "config/devices.h"
 #include "config/fields.h"
+#include "config/labs.h"
 #include "print/labs/print_labs.h"
 #include "runtime/build_info.h"
 
@@ -166,6 +167,14 @@ Json in_flight_of(const Experiment& experiment) {
   return all;
 }
 
+constexpr const char* kDepositions[] = {"droplets", "paths", "lines"};
+
+/// The table's words without the source.
+std::string lab_words(const Experiment& e) {
+  const std::string_view words = lab_of(e).meaning;
+  return std::string(words.substr(0, words.find(" [")));
+}
+
 Json goal_of(const Experiment& e) {
   const double um = print_lab(e).tolerance_um(e);
   return {{"kind", "rms"}, {"value", um > 0.0 ? Json(um) : Json(nullptr)}, {"unit", "um"}};
@@ -191,6 +200,8 @@ std::string hello_frame(const HelloFacts& f, const RunView& view, double now_s) 
   };
   Json run{{"id", f.id},
            {"lab", e.lab.kind},
+           {"lab_words", lab_words(e)},
+           {"deposition", kDepositions[std::size_t(lab_of(e).deposition)]},
            {"experiment", known("name")},
            {"scheme", known("scheme")},
            {"seed", e.plant.seed},
@@ -241,6 +252,12 @@ std::string answer_frame(std::optional<std::int64_t> id, bool ok, const std::str
   return frame(
       "answer",
       {{"id", id ? Json(*id) : Json(nullptr)}, {"ok", ok}, {"error", text(error)}, {"words", text(words)}});
+}
+
+std::string exchanges_json(const std::vector<Exchange>& exchanges) {
+  Json all = Json::array();
+  for (const Exchange& e : exchanges) all.push_back({{"name", e.node}, {"text", e.words()}});
+  return dumped({{"exchanges", all}});
 }
 
 std::string error_frame(const std::string& error) { return frame("error", {{"error", error}}); }

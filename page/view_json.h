@@ -10,6 +10,7 @@
 #include "config/experiment.h"
 #include "core/grid/grid.h"
 #include "page/client_frame.h"
+#include "page/record_tail.h"
 #include "page/run_view.h"
 
 namespace firn::page {
@@ -33,6 +34,7 @@ void add_frames(const NewRows& rows, const std::optional<EndRow>& end, std::vect
 std::string answer_frame(std::optional<std::int64_t> id, bool ok, const std::string& error,
                          const std::string& words);
 std::string error_frame(const std::string& error);
+std::string exchanges_json(const std::vector<Exchange>& exchanges);
 std::string pong_frame(std::int64_t id, double t_s);
 
 }  // namespace firn::page

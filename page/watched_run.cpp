@@ -7,6 +7,7 @@
 #include "config/fields.h"
 #include "files/run_documents.h"
 #include "files/text_file.h"
+#include "lcmtypes/channels.h"
 #include "page/event_words.h"
 #include "page/view_json.h"
 #include "page/web_rules.h"
@@ -33,9 +34,11 @@ ViewFacts facts_of(Experiment& e) {
     if (f.ports.contains(std::string(field.section())) && belongs(field, e))
       f.details[std::string(field.section())].emplace_back(field.name(), value_text(field), field.unit);
   std::map<std::string, std::string> settings;
-  for (const Field& field : fields(e))
-    if (belongs(field, e))
-      settings[field.key] = value_text(field) + (field.unit.empty() ? "" : " " + std::string(field.unit));
+  for (const Field& field : fields(e)) {
+    if (!belongs(field, e)) continue;
+    settings[field.key] = value_text(field) + (field.unit.empty() ? "" : " " + std::string(field.unit));
+    if (const auto* number = std::get_if<double*>(&field.value)) f.numbers[field.key] = **number;
+  }
   for (const InterlockWords& row : interlocks())
     for (const std::string_view key : list_words(row.limits))
       if (const auto at = settings.find(std::string(key)); at != settings.end())
@@ -51,23 +54,57 @@ WatchedRun::WatchedRun(fs::path folder, double now_s) : folder_(std::move(folder
   const fs::path file = folder_ / "provenance.json";
   const ProvenanceDocument provenance = parse_provenance(read_file(file), file.string());
   for (const auto& [key, value] : provenance.texts) texts_[key] = value;
-  std::map<std::string, fs::path> inputs;
-  for (const auto& [role, sha] : provenance.inputs) inputs[role] = folder_ / "inputs" / sha;
+  for (const auto& [role, sha] : provenance.inputs) inputs_[role] = folder_ / "inputs" / sha;
+  if (!printing_process(folder_)) open_log();
   try {
-    const std::string recorded = recorded_config(folder_);
+    std::string recorded = log_ ? log_->config() : "";
+    if (recorded.empty()) recorded = recorded_config(folder_);
     experiment_ =
         parse_recorded_experiment(recorded.empty() ? read_file(folder_ / "experiment.toml") : recorded,
                                   (folder_ / "experiment.toml").string());
   } catch (const std::exception& e) {
     trouble_ = e.what();
   }
+  if (log_)
+    read_log();
+  else
+    follow_files();
+  poll(now_s);
+  view_->take_new();
+}
+
+void WatchedRun::make_view(RunMaps::Reader reader) {
+  maps_.emplace(folder_, experiment_, inputs_, std::move(reader));
+  view_.emplace(facts_of(experiment_));
+}
+
+// Rows of a scan are shown while it is made alone.
+void WatchedRun::open_log() {
+  auto channels = RunView::channels();
+  channels.merge(RunMaps::channels());
+  channels.erase(std::string(channels::kHeightProfile.name));
+  log_ = RecordedLog::open(folder_, channels);
+}
+
+void WatchedRun::read_log() {
+  make_view([this](const Place& place) { return log_->read(place); });
+  log_->each([&](std::string_view channel, std::span<const std::byte> message, Place place) {
+    maps_->take(channel, message, place);
+    view_->take(channel, message, 0.0);
+  });
+  take_values();
+}
+
+void WatchedRun::follow_files() {
   auto channels = RunView::channels();
   channels.merge(RunMaps::channels());
   tail_.emplace(folder_, std::move(channels));
-  maps_.emplace(folder_, experiment_, inputs, *tail_);
-  view_.emplace(facts_of(experiment_));
-  poll(now_s);
-  view_->take_new();
+  make_view([this](const Place& place) { return tail_->read(place); });
+}
+
+void WatchedRun::take_values() {
+  for (const auto& [layer, um] : maps_->take_predictions()) view_->predicted(layer, um);
+  for (const auto& [layer, percent] : maps_->take_overspill()) view_->overspill(layer, percent);
 }
 
 void WatchedRun::look_for_the_end(double now_s) {
@@ -85,19 +122,20 @@ void WatchedRun::look_for_the_end(double now_s) {
 }
 
 WatchedRun::News WatchedRun::poll(double now_s) {
+  if (log_ && live_) {  // it was resumed
+    log_.reset();
+    follow_files();
+  }
   const auto before = maps_->newest_layer();
   const bool grown =
-      tail_->poll([&](std::string_view channel, std::span<const std::byte> message, Place place) {
+      tail_ && tail_->poll([&](std::string_view channel, std::span<const std::byte> message, Place place) {
         maps_->take(channel, message, place);
         view_->take(channel, message, now_s);
       });
   if (grown) {
     view_->alive(now_s);
-    for (const auto& [layer, um] : maps_->take_predictions()) view_->predicted(layer, um);
-    for (const auto& [layer, percent] : maps_->take_overspill()) view_->overspill(layer, percent);
-    for (const Exchange& e : tail_->take_exchanges())
-      view_->exchanged(e.node, "sent " + (e.sent.empty() ? "nothing" : e.sent) + " | received " +
-                                   (e.received.empty() ? "nothing" : e.received));
+    take_values();
+    for (const Exchange& e : tail_->take_exchanges()) view_->exchanged(e.node, e.words());
   }
   look_for_the_end(now_s);
   News news;

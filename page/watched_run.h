@@ -1,4 +1,5 @@
-// WatchedRun holds one run as the page shows it: its facts, its rows, its maps; live or recorded.
+// WatchedRun holds one run as the page shows it: its facts, its rows, its maps; live or recorded. A run that
+// is over is read from its log, one that prints (or whose log has gaps) from its write-ahead files.
 #pragma once
 
 #include <filesystem>
@@ -10,6 +11,7 @@
 #include "config/experiment.h"
 #include "page/client_frame.h"
 #include "page/record_tail.h"
+#include "page/recorded_log.h"
 #include "page/run_maps.h"
 #include "page/run_view.h"
 
@@ -49,12 +51,19 @@ class WatchedRun {
   std::optional<std::pair<double, double>> last_error_um() const;
 
  private:
+  void open_log();
+  void read_log();
+  void follow_files();
+  void make_view(RunMaps::Reader reader);
+  void take_values();  // that are computed from maps
   void look_for_the_end(double now_s);
 
   std::filesystem::path folder_;
   std::map<std::string, std::string> texts_;  // of the provenance
   Experiment experiment_;
-  std::string trouble_;  // of the experiment's text
+  std::string trouble_;                                  // of the experiment's text
+  std::map<std::string, std::filesystem::path> inputs_;  // by role
+  std::unique_ptr<RecordedLog> log_;                     // in place of tail_
   std::optional<RecordTail> tail_;
   std::optional<RunMaps> maps_;
   std::optional<RunView> view_;

@@ -83,6 +83,11 @@ std::vector<std::string> query_values(std::string_view target, std::string_view 
   return values;
 }
 
+std::string run_of(std::string_view target) {
+  const auto ids = query_values(target, "run");
+  return ids.empty() ? "live" : ids.front();
+}
+
 std::vector<std::string_view> list_words(std::string_view header) {
   std::vector<std::string_view> words;
   while (!header.empty()) {

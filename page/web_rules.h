@@ -25,6 +25,8 @@ std::vector<std::string> path_parts(std::string_view target);
 /// Returns the values of a key in "/x?key=A&key=B" with %XX decoded; empty: one that no path may
 /// hold.
 std::vector<std::string> query_values(std::string_view target, std::string_view key);
+/// Returns the value of the key "run"; "live": there is none.
+std::string run_of(std::string_view target);
 
 /// Returns the words of a header's list, "firn, 0123": what a browser puts into Sec-WebSocket-Protocol.
 std::vector<std::string_view> list_words(std::string_view header);

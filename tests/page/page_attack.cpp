@@ -1,5 +1,6 @@
 #include "tests/page/page_attack.h"
 
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <memory>
@@ -13,6 +14,8 @@ namespace firn::test {
 namespace {
 
 constexpr useconds_t kPause_us = 10'000;
+constexpr int kMostRefused = 100;
+constexpr int kAttackersNice = 19;
 
 std::string noise(RandomStream& random, std::uint32_t most) {
   std::string bytes(1 + random.below(most), '\0');
@@ -30,31 +33,38 @@ PageAttack::~PageAttack() {
   thread_.join();
 }
 
-void PageAttack::wait() const {
-  while (!sent_) ::usleep(kPause_us);
+void PageAttack::wait(std::int64_t frames) const {
+  while (!over_ && frames_ < frames) ::usleep(kPause_us);
 }
 
 void PageAttack::run(Size size, std::uint64_t seed) {
+  ::setpriority(PRIO_PROCESS, 0, kAttackersNice);  // of this thread: it stands for a machine elsewhere
   RandomStream random(seed, Purpose::kTest);
+  auto tab = std::make_unique<WebClient>(address_);  // before the page is full
+  bool open = tab->open("/ws") == 101;
   std::vector<std::unique_ptr<WebClient>> kept;
   for (int n = 0; n < size.deaf && !stop_; ++n) {
-    auto& tab = *kept.emplace_back(std::make_unique<WebClient>(address_));
-    if (tab.open("/ws") == 101) tab.send(R"({"type":"follow","surface":"measured"})");
+    auto& watcher = *kept.emplace_back(std::make_unique<WebClient>(address_));
+    if (watcher.open("/ws") == 101) watcher.send(R"({"type":"follow","surface":"measured"})");
   }
   for (int n = 0; n < size.connections && !stop_; ++n) {
     auto& client = *kept.emplace_back(std::make_unique<WebClient>(address_));
     if (n % 2 == 0) client.send_raw(noise(random, 300));
   }
-  // The server closes a tab that does not take its answers, and everything once it is killed.
-  WebClient tab(address_);
-  bool open = tab.open("/ws") == 101;
-  for (int n = 0; n < size.frames && !stop_ && open; ++n) {
-    tab.send_frame(1 + int(random.below(2)), noise(random, 100));
-    while (tab.next(0.0)) {
+  // A tab that does not take its answers is closed: another goes on. A page that is killed lets none in.
+  for (int refused = 0; frames_ < size.frames && !stop_ && refused < kMostRefused;) {
+    if (!open || tab->closed()) {
+      tab = std::make_unique<WebClient>(address_);
+      open = tab->open("/ws") == 101;
+      refused = open ? 0 : refused + 1;
+      continue;
     }
-    open = !tab.closed();
+    tab->send_frame(1 + int(random.below(2)), noise(random, 100));
+    while (tab->next(0.0)) {
+    }
+    ++frames_;
   }
-  sent_ = true;
+  over_ = true;
   while (!stop_) ::usleep(kPause_us);
 }
 

@@ -21,14 +21,16 @@ class PageAttack {
   PageAttack(const PageAttack&) = delete;
   PageAttack& operator=(const PageAttack&) = delete;
 
-  /// Waits until all was sent; the connections stay.
-  void wait() const;
+  /// Waits until so many frames were sent, at most all; the connections stay.
+  void wait(std::int64_t frames) const;
+  std::int64_t frames_sent() const { return frames_; }
 
  private:
   void run(Size size, std::uint64_t seed);
 
   std::string address_;
-  std::atomic<bool> sent_ = false, stop_ = false;
+  std::atomic<bool> over_ = false, stop_ = false;
+  std::atomic<std::int64_t> frames_ = 0;
   std::thread thread_;
 };
 

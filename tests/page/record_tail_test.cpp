@@ -122,6 +122,7 @@ TEST_CASE("rows that came since, over the map of before, are the map of now") {
   const std::string profiles = read_file(run / "nodes" / "laser_profiler.wal");
   for (const char* node : {"laser_profiler", "surface_mapper"})
     fs::remove(growing / "nodes" / (std::string(node) + ".wal"));
+  fs::remove(growing / "log.lcm");  // which would be read instead
   WatchedRun watched(growing, 0.0);
   std::vector<std::byte> before;
   std::uint64_t since = 0;

@@ -1,6 +1,9 @@
 #include <catch2/catch.hpp>
 
+#include <cmath>
+
 #include "config/fields.h"
+#include "core/grid/decision.h"
 #include "core/grid/device.h"
 #include "firn/deposition_report_t.hpp"
 #include "firn/device_state_t.hpp"
@@ -10,6 +13,7 @@
 #include "firn/height_model_t.hpp"
 #include "firn/lamp_command_t.hpp"
 #include "firn/layer_metrics_t.hpp"
+#include "firn/line_plan_t.hpp"
 #include "firn/operator_command_t.hpp"
 #include "firn/run_end_t.hpp"
 #include "firn/run_start_t.hpp"
@@ -34,6 +38,7 @@ struct Told {
     f.ports = {{"stage", "tcp:10.0.0.2:8000"}, {"jet", "simulated"}};
     f.real = {"stage"};
     f.limits = {{13, "process.min_measured_fraction 0.8"}};
+    f.numbers = {{"process.nozzle_clearance_mm", 0.2}};
     return f;
   }
   template <class Message>
@@ -157,7 +162,7 @@ TEST_CASE("a stop is told with its cause, the remedy and the manual's row") {
   REQUIRE(rows.events.size() == 3);
   CHECK(rows.events[0].weight == Weight::kFault);
   CHECK(rows.events[0].cause == interlock_words(2)->cause);
-  CHECK(rows.events[0].manual == kInterlocksPage);
+  CHECK(rows.events[0].manual == "/manual/safety.html#interlock-2");
   REQUIRE(t.view.end());
   CHECK(t.view.end()->outcome == "stopped safely");
   CHECK(t.view.end()->cause == interlock_words(2)->cause);
@@ -265,12 +270,58 @@ TEST_CASE("every fault says its cause, its limit where a setting sets one, and w
   const auto rows = t.view.take_new();
   CHECK(rows.events[0].cause ==
         std::string(interlock_words(13)->cause) + "; limits: process.min_measured_fraction 0.8");
+  CHECK_FALSE(rows.events[0].value);
   CHECK(rows.events[1].remedy == kResume);
   CHECK(rows.events[1].manual == kStopPage);
 }
 
+TEST_CASE("an interlock's event has its value and limit as numbers") {
+  Told t;
+  t.fault(Severity::kStop, 13, "scheduler",
+          "height map of layer 3 measures 0.450000 of the grid; 0.800000 is needed", 1.0);
+  t.fault(Severity::kWarning, 6, "scheduler",
+          "layer 4: the map reaches 0.900000 mm at cell (3, 4), the nozzle is at 1.000000 mm: "
+          "process.nozzle_clearance_mm = 0.200000 mm is needed; measuring again",
+          2.0);
+  const auto rows = t.view.take_new();
+  REQUIRE(rows.events.size() == 2);
+  CHECK(rows.events[0].value == 0.45);
+  CHECK(rows.events[0].limit == 0.8);
+  CHECK(rows.events[1].value.value_or(0.0) == Approx(0.1));
+  CHECK(rows.events[1].limit == 0.2);
+  CHECK(rows.events[1].unit == "mm");
+}
+
+TEST_CASE("a lab of lines tells what it prints, and what it learns of flow and shutter") {
+  Told t;
+  stage_command_t way{};
+  way.verb = std::int8_t(StageVerb::kTrace);
+  way.layer = 2;
+  t.tell(channels::kStageCommand.name, way, 1.0);
+  CHECK(t.view.state(t.now_s).words == "printing the lines of layer 2");
+  line_plan_t plan{};
+  plan.layer = 3;
+  plan.flow_share = 0.9;
+  plan.open_delay_s = 0.012;
+  plan.start_error_mm = 0.03;
+  plan.end_error_mm = std::nan("");
+  t.tell(channels::kLinePlan.name, plan, 2.0);
+  const auto rows = t.view.take_new();
+  std::map<std::string, double> learned;
+  for (const EstimateRow& e : rows.estimates) learned[e.name] = e.value;
+  CHECK(learned == std::map<std::string, double>{{"flow", 0.9},
+                                                 {"shutter_opens_late_by", 12.0},
+                                                 {"shutter_closes_late_by", 0.0},
+                                                 {"lines_start_late_by", 30.0}});
+  CHECK(rows.events.empty());
+  plan.decision = std::int8_t(PlanDecision::kStop);
+  plan.reason = "no flow";
+  t.tell(channels::kLinePlan.name, plan, 3.0);
+  CHECK(t.view.take_new().events.at(0).cause == "no flow");
+}
+
 TEST_CASE("every interlock of the safety manual has its words") {
-  for (int code = 1; code <= 15; ++code) {
+  for (int code = 1; code <= 16; ++code) {
     INFO(code);
     CHECK(interlock_words(code) != nullptr);
   }

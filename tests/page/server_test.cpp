@@ -10,6 +10,7 @@
 
 #include "core/grid/random.h"
 #include "files/usage_error.h"
+#include "page/event_words.h"
 #include "page/server.h"
 #include "print/labs/print_labs.h"
 #include "print/simulated/lab_run.h"
@@ -83,7 +84,10 @@ TEST_CASE("the page's files come compressed, with a tag, and only to a page of t
   const std::string etag = page.head.substr(tag, page.head.find("\r\n", tag) - tag);
   CHECK(c.request("GET", "/", {"If-None-Match: " + etag}).status == 304);
   CHECK_THAT(c.get("/").body, Contains("<!doctype html>", Catch::CaseSensitive::No));
-  CHECK_THAT(c.get("/manual/safety.md").body, Contains("## Interlocks"));
+  const std::string manual = c.get("/manual/safety.html").body;
+  CHECK_THAT(manual, Contains("id=\"the-stop\"") && Contains("id=\"deposit-at-most-once\""));
+  for (const InterlockWords& row : interlocks())
+    CHECK_THAT(manual, Contains("<tr id=\"interlock-" + std::to_string(row.code) + "\">"));
   CHECK(c.get("/nothing").status == 404);
   CHECK(c.get("/../etc/passwd").status == 404);
   CHECK(c.request("GET", "/", {"Host: evil.example"}).status == 403);
@@ -100,6 +104,8 @@ TEST_CASE("a recorded run is greeted with its facts, layers and end, and gives e
   CHECK(hello["protocol"] == 1);
   CHECK(hello["run"]["id"] == s.id);
   CHECK(hello["run"]["lab"] == "inkjet");
+  CHECK(hello["run"]["lab_words"] == "droplets on a stage");
+  CHECK(hello["run"]["deposition"] == "droplets");
   CHECK(hello["run"]["live"] == false);
   CHECK(hello["run"]["grid"]["nx"] == 9);
   CHECK(hello["end"]["outcome"] == "finished");
@@ -124,6 +130,20 @@ TEST_CASE("a recorded run is greeted with its facts, layers and end, and gives e
   }
   CHECK(WebClient(s.address).get("/api/runs/" + s.id + "/layers/999/measured").status == 404);
   CHECK(WebClient(s.address).get("/api/runs/none/layers/1/measured").status == 404);
+}
+
+TEST_CASE("the last bytes on each instrument's line are read when they are asked for") {
+  Served s;
+  const auto reply = WebClient(s.address).get("/api/runs/" + s.id + "/exchanges");
+  REQUIRE(reply.status == 200);
+  std::map<std::string, std::string> said;
+  const json body = json::parse(reply.body);
+  for (const json& one : body["exchanges"]) said[one["name"]] = one["text"];
+  for (const char* name : {"stage", "jet", "lamp", "laser_profiler"}) {
+    INFO(name << ": " << said[name]);
+    CHECK_THAT(said[name], Contains("sent ") && Contains(" | received "));
+  }
+  CHECK(WebClient(s.address).get("/api/runs/none/exchanges").status == 404);
 }
 
 TEST_CASE("the error is the measured surface less the target, on the part's cells alone") {
