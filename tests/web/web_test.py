@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs the page's own tests with node: `web_test.py SOURCES data|browser`; `install` only fetches the packages.
+"""Runs the page's own tests with node: `web_test.py SOURCES data|browser|live [FIRN]`; `install` only fetches the packages.
 
 The packages of web/package-lock.json are installed into web/node_modules first, once for each lockfile. A machine without
 node, npm, chromium or npm's registry skips (exit code 77), which scripts/run_tests.py counts as a failure unless
@@ -14,8 +14,9 @@ import sys
 from pathlib import Path
 
 SKIPPED = 77  # tests/support/skip.h
-TESTS = {"data": ["test/data.test.mjs", "test/bundle.test.mjs"], "browser": ["test/watch.test.mjs"]}
-NEEDS = {"data": ["node"], "browser": ["node", "chromium"], "install": ["node"]}
+TESTS = {"data": ["test/data.test.mjs", "test/bundle.test.mjs"], "browser": ["test/watch.test.mjs"],
+         "live": ["test/live.test.mjs"]}
+NEEDS = {"data": ["node"], "browser": ["node", "chromium"], "live": ["node", "chromium", "script"], "install": ["node"]}
 INSTALL = ["npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--prefer-offline"]
 
 
@@ -48,7 +49,8 @@ def main():
     install(web)
     if what not in TESTS:
         return
-    environment = {**os.environ, "FIRN_CHROMIUM": shutil.which("chromium") or ""}
+    environment = {**os.environ, "FIRN_CHROMIUM": shutil.which("chromium") or "",
+                   "FIRN_BINARY": sys.argv[3] if len(sys.argv) > 3 else "", "FIRN_SOURCES": str(web.parent)}
     sys.exit(subprocess.run(["node", "--test", *TESTS[what]], cwd=web, env=environment).returncode)
 
 

@@ -58,7 +58,7 @@ function Status({session}: {session: Session}) {
       <span class="tag">${kind === "live" ? "● live" : kind === "old" ? "○ old" : "recorded"}</span>
       <strong>${session.live ? state?.words ?? "waiting for the print" : session.ending?.words ?? state?.words ?? run.outcome ?? "recorded run"}</strong>
       ${session.live && state && html`<span>layer ${state.layer}${layers ? ` of about ${layers}` : ""}${state.eta_s != null ? `, ${duration(state.eta_s)} left` : ""}</span>`}
-      <span class="soft">${run.id} · ${run.lab === "ice" ? "ice" : "ink-jet"}, ${run.scheme}${run.simulated ? ", simulated" : ""}${goal_words(session)}</span>
+      <span class="soft">${run.id} · ${run.lab_words}, ${run.scheme}${run.simulated ? ", simulated" : ""}${goal_words(session)}</span>
     </div>`;
 }
 

@@ -1,11 +1,10 @@
 // The time from the address to the painted surface: node test/first_paint.mjs FIRN RUN|live ROUNDS.
 
-import {spawn} from "node:child_process";
 import {mkdtempSync, readFileSync, rmSync} from "node:fs";
 import {loadavg, tmpdir} from "node:os";
 import {basename, join} from "node:path";
-import {createInterface} from "node:readline";
 import {launch} from "./browser.mjs";
+import {ended, start} from "./live_print.mjs";
 
 const [firn, run, rounds] = [process.argv[2], process.argv[3], Number(process.argv[4])];
 const kLimit_s = run === "live" ? 1 : 2;
@@ -14,23 +13,6 @@ const kLimit_s = run === "live" ? 1 : 2;
 function cpu_s(pid) {
   const words = readFileSync(`/proc/${pid}/stat`, "utf8").replace(/.*\) /s, "").split(" ");
   return (Number(words[11]) + Number(words[12])) / 100;
-}
-
-/** Starts firn; resolves with the first line that `found` takes. */
-function start(words, found) {
-  const child = spawn(firn, words, {stdio: ["ignore", "pipe", "pipe"]});
-  const line = new Promise((resolve, reject) => {
-    for (const stream of [child.stdout, child.stderr])
-      createInterface({input: stream}).on("line", text => { const value = found(text); if (value) resolve(value); });
-    child.on("exit", code => reject(new Error(`firn ${words.join(" ")} ended with ${code}`)));
-  });
-  return {child, line};
-}
-
-async function ended(child) {
-  if (child.exitCode !== null) return;
-  child.kill("SIGINT");
-  await new Promise(resolve => child.on("exit", resolve));
 }
 
 /** Seconds from navigation until the canvas of the surface has its map and a frame was drawn after it. */
@@ -57,13 +39,13 @@ const scratch = mkdtempSync(join(tmpdir(), "firn-first-paint-"));
 let print = null;
 try {
   if (run === "live") {
-    print = start(["print", "experiments/demo.toml", "--runs", scratch, "--no-page"], text => text.match(/run folder (\S+)/)?.[1]);
+    print = start(firn, ["print", "experiments/demo.toml", "--runs", scratch, "--no-page"], text => text.match(/run folder (\S+)/)?.[1]);
     await print.line;
     await new Promise(resolve => setTimeout(resolve, 8000));  // until something was measured
   }
   const shown = run === "live" ? await print.line : run;
   for (let n = 0; n < rounds; ++n) {
-    const view = start(["view", shown, "--json"], text => text.startsWith("{") && JSON.parse(text).address);
+    const view = start(firn, ["view", shown, "--json"], text => text.startsWith("{") && JSON.parse(text).address);
     const address = `${await view.line}#run=${encodeURIComponent(basename(shown))}`;
     const before_s = cpu_s(view.child.pid);
     for (const list of [first, again]) {

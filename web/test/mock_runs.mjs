@@ -1,5 +1,6 @@
 // Synthetic runs as the process `page` tells of them: seeded, computed as they are asked for.
 
+const kLabs = {inkjet: ["droplets on a stage", "droplets"], ice: ["the robot arm that prints ice", "paths"], aerosol: ["the printer of lines with a shuttered aerosol", "lines"]};
 const kSurfaces = ["measured", "target", "error", "planned", "predicted", "truth"];
 
 /** Noise in -1..1 of integers: the same on every machine. */
@@ -160,12 +161,12 @@ export class MockRun {
     const pitch_mm = this.lab === "ice" ? 0.3 : 0.25;
     const layers_planned = this.planned;
     return {type: "hello", protocol: 1, firn: "mock", run: {
-      id: this.id, lab: this.lab, experiment: this.experiment, scheme: this.scheme, seed: this.seed, live: this.live, finished: !this.live, simulated: this.simulated,
+      id: this.id, lab: this.lab, lab_words: kLabs[this.lab][0], deposition: kLabs[this.lab][1], experiment: this.experiment, scheme: this.scheme, seed: this.seed, live: this.live, finished: !this.live, simulated: this.simulated,
       grid: {nx, ny, pitch_mm, x0_mm: -pitch_mm * (nx - 1) / 2, y0_mm: -pitch_mm * (ny - 1) / 2}, layers_planned, layers_expected: layers_planned,
       goal: {kind: "height", value: layers_planned * this.layer_um / 1000, unit: "mm"}, outcome: this.live ? null : this.outcome, started_utc: this.started_utc,
       tags: this.tags, note: this.note, settings: this.setting_list()},
       commands: {allowed: this.live ? ["pause", "continue", "stop_after_layer", "safe_stop", "accept_doubt", "set"] : [], in_flight: this.live ? [
-        {key: "control.target_offset_um", value: "0", min: -5, max: 5, unit: "um", words: "Offset of the target"},
+        {key: "control.target_offset_mm", value: "0", min: -10, max: 10, unit: "mm", words: "Offset of the target"},
         {key: "control.mpc.horizon_layers", value: "3", min: 1, max: 8, unit: "layers", words: "Horizon of the scheme"}] : []},
       end: this.end ?? null, layers: this.layers, events: this.events, instruments: this.instruments(), estimates: this.estimates(), state};
   }
@@ -188,14 +189,14 @@ export function mock_runs() {
     new MockRun({...inkjet, id: "20261124-090000-cylinder", scheme: "mpc", started_utc: "2026-11-24T09:00:00Z", printed: 7, planned: 53, live: true, gain: 1, faulty: true, events: [
       event(1, 0.4, "info", "launcher", "All nine processes are ready."),
       event(2, 1.2, "info", "surface_mapper", "The bare substrate was measured."),
-      event(3, 61.5, "warning", "laser_profiler", "Rows came late, and were measured again.", {cause: "rows lost", value: 0.031, limit: 0.02, unit: "1", do: "Nothing: the scan was repeated slower.", manual: "/manual/safety.md#interlocks"}),
+      event(3, 61.5, "warning", "laser_profiler", "Rows came late, and were measured again.", {cause: "rows lost", value: 0.031, limit: 0.02, unit: "1", do: "Nothing: the scan was repeated slower.", manual: "/manual/safety.html#interlocks"}),
       event(4, 102.2, "notice", "jet_a", "Droplets 311 to 325 of layer 5 were in doubt; the surface was scanned and the loop went on.", {cause: "the jet was reset"})]}),
     new MockRun({...inkjet, id: "20261123-150000-cylinder", scheme: "mpc", started_utc: "2026-11-23T15:00:00Z", printed: 53, gain: 1, tags: ["good"], note: "the reference", seed: 3}),
     new MockRun({...inkjet, id: "20261123-140000-cylinder", scheme: "open", started_utc: "2026-11-23T14:00:00Z", printed: 53, gain: 0, tags: ["baseline"], seed: 3}),
     new MockRun({...inkjet, id: "20261122-110000-cuboid", experiment: "cuboid.toml", scheme: "greedy", started_utc: "2026-11-22T11:00:00Z", printed: 21, planned: 53, gain: 0.5, outcome: "stopped safely", simulated: false, events: [
       event(1, 0.5, "info", "launcher", "All nine processes are ready."),
-      event(2, 491.0, "fault", "scheduler", "Drops were fired and the surface did not rise.", {cause: "rise of layer 21", value: 0.11, limit: 0.3, unit: "1", manual: "/manual/safety.md#interlocks"}),
-      event(3, 491.1, "stop", "safety", "The print was stopped safely: jet A fires nothing.", {cause: "drops without rise (code 12), share of the rise", value: 0.11, limit: 0.3, unit: "1", do: "Clean the nozzle of jet A, look at a droplet with the strobe, then: firn print --resume 20261122-110000-cuboid", manual: "/manual/safety.md#interlocks"})]}),
+      event(2, 491.0, "fault", "scheduler", "Drops were fired and the surface did not rise.", {cause: "rise of layer 21", value: 0.11, limit: 0.3, unit: "1", manual: "/manual/safety.html#interlocks"}),
+      event(3, 491.1, "stop", "safety", "The print was stopped safely: jet A fires nothing.", {cause: "drops without rise (code 12), share of the rise", value: 0.11, limit: 0.3, unit: "1", do: "Clean the nozzle of jet A, look at a droplet with the strobe, then: firn print --resume 20261122-110000-cuboid", manual: "/manual/safety.html#interlocks"})]}),
     new MockRun({id: "20261121-200000-ice-helical-gear", lab: "ice", experiment: "ice-helical-gear.toml", scheme: "smf", started_utc: "2026-11-21T20:00:00Z", nx: 256, ny: 256, printed: 500, layer_um: 100, noise_um: 22, gain: 0.6, settings: {"ice.flow": 1.04}}),
   ];
 }

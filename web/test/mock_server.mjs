@@ -20,6 +20,7 @@ export class MockServer {
     this.ages = {link_s: 0, surface_s: 12.3, instruments_s: 0.1, controller_s: 0.4};
     this.received = [];  // commands, with the time of their arrival
     this.asked = [];     // paths of maps
+    this.asked_exchanges = [];
     this.silent = false;
     this.lines = 0;      // that were opened for commands
     this.tabs = new Set();
@@ -71,6 +72,10 @@ export class MockServer {
       if (body.token !== this.token) return json(403, {ok: false, error: "a wrong token"});
       Object.assign(run, {tags: body.tags, note: body.note});
       return json(200, {ok: true});
+    }
+    if (parts[3] === "exchanges") {
+      this.asked_exchanges.push({id: run.id, maps: this.asked.length});
+      return json(200, {exchanges: [{name: "stage", text: "sent CMDPOS X | received 12.5"}]});
     }
     if (parts[3] === "layers") {
       this.asked.push(`${run.id}/${parts[4]}/${parts[5]}`);
@@ -141,8 +146,8 @@ export class MockServer {
 
   stop(cause) {
     const resume = `Look at the machine, then: firn print --resume ${this.live.id}`;
-    this.event("stop", "safety", "The print was stopped safely.", {cause, do: resume, manual: "/manual/safety.md#the-stop"});
-    this.tell({type: "end", outcome: "stopped safely", words: "The print was stopped safely.", cause, do: resume, manual: "/manual/safety.md#the-stop"});
+    this.event("stop", "safety", "The print was stopped safely.", {cause, do: resume, manual: "/manual/safety.html#the-stop"});
+    this.tell({type: "end", outcome: "stopped safely", words: "The print was stopped safely.", cause, do: resume, manual: "/manual/safety.html#the-stop"});
     Object.assign(this.live, {live: false, outcome: "stopped safely"});
   }
 

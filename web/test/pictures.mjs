@@ -29,7 +29,7 @@ await page.goto("about:blank");
 await page.setViewport({width: 1060, height: 1010});
 await page.goto(`${address}#compare=${[good, other].map(encodeURIComponent).join(",")}`);
 await see(page, "first minus second", 60_000);
-for (let n = 0; n < 47; ++n) await page.keyboard.press("ArrowLeft");
+for (let n = 0; n < 30; ++n) await page.keyboard.press("ArrowLeft");
 await rest();
 await picture(page, "page-beside");
 if (page.troubles.length) console.log(page.troubles.join("\n"));

@@ -33,13 +33,14 @@ async function until(condition, words, timeout_ms = 10_000) {
     if (performance.now() - begin > timeout_ms) assert.fail(`waited in vain for ${words}`);
 }
 
-/** Holds what the page does after `held_ms` until `window.go()`; `window.held` has what waits. */
+/** Holds what the page does after `held_ms` (a hold's time is less by what an event took) until `window.go()`; `window.held` has what waits. */
 const hold_timers = (page, held_ms) => page.evaluate(held_ms => {
   const {setTimeout, clearTimeout} = window;
   window.held = new Map();
+  const waits = ms => ms > held_ms - 100 && ms <= held_ms;
   window.setTimeout = (work, ms, ...more) => {
-    const id = setTimeout(ms === held_ms ? () => {} : work, ms, ...more);
-    if (ms === held_ms) window.held.set(id, work);
+    const id = setTimeout(waits(ms) ? () => {} : work, ms, ...more);
+    if (waits(ms)) window.held.set(id, work);
     return id;
   };
   window.clearTimeout = id => {
@@ -162,7 +163,7 @@ test("paused, resumed, a setting changed, a doubt accepted: by keyboard alone, a
   await see(page, "Continue: goes on");
   await page.focus(".in-flight summary");
   await page.keyboard.press("Enter");
-  const field = "#set-control\\.target_offset_um";
+  const field = "#set-control\\.target_offset_mm";
   await page.focus(field);
   await page.keyboard.down("Control");
   await page.keyboard.press("a");
@@ -180,7 +181,7 @@ test("paused, resumed, a setting changed, a doubt accepted: by keyboard alone, a
   await press("accept");
   await gone(page, ".commands .warning");
   assert.deepEqual(server.received.map(({command, key, value, choice}) => [command, key, value, choice].filter(one => one !== undefined)),
-                   [["pause"], ["continue"], ["set", "control.target_offset_um", "-1.5"], ["accept_doubt", "accept"]]);
+                   [["pause"], ["continue"], ["set", "control.target_offset_mm", "-1.5"], ["accept_doubt", "accept"]]);
   server.refuse = "nothing is printed now";
   await press("Stop after this layer");
   await see(page, "Stop after this layer: nothing is printed now");
@@ -215,7 +216,7 @@ test("the safe stop wants a hold of 0.5 s, is sent at its end, and the page says
   await see(page, `firn print --resume ${server.live.id}`);
   assert.equal((await page.$$(".commands")).length, 0);
   assert.deepEqual(server.received.map(one => one.line), [true]);
-  assert.match(await page.$eval(".stopped a", a => a.href), /\/manual\/safety\.md#the-stop$/);
+  assert.match(await page.$eval(".stopped a", a => a.href), /\/manual\/safety\.html#the-stop$/);
 }));
 
 test("Ctrl-Shift-Space stops at once, from anywhere; so does a hold of the space key on the button", async () => {
@@ -304,6 +305,27 @@ test("500 layers of 256 x 256 cells open and load only the maps that are asked f
   assert.equal(address.length > 0 && page.troubles.length, 0);
 }, {hash: "#runs"}));
 
+test("the last exchange of the instruments of a run that is over comes behind its surface", () => with_page(async (page, server) => {
+  await see(page, "All of layer 53");
+  assert.deepEqual(server.asked_exchanges, [], "the surface comes first");
+  await see(page, "sent CMDPOS X | received 12.5");
+  assert.deepEqual(server.asked_exchanges.map(one => one.id), ["20261123-140000-cylinder"]);
+  assert.ok(server.asked_exchanges[0].maps >= 2);
+}, {hash: "#run=20261123-140000-cylinder"}));
+
+test("each lab has the words of the process, and a lab of lines no droplets", () => with_page(async (page, server, address) => {
+  await see(page, "the printer of lines with a shuttered aerosol, open, simulated");
+  await page.keyboard.press("ArrowLeft");
+  await see(page, "Each line's speed answers its cross-section");
+  assert.deepEqual(server.asked.filter(path => path.endsWith("/planned")), []);
+  await page.goto(`${address}#run=20261121-200000-ice-helical-gear`);
+  await see(page, "the robot arm that prints ice, smf");
+  await page.goto(`${address}#run=20261123-150000-cylinder`);
+  await see(page, "droplets on a stage, mpc");
+}, {hash: "#run=20261123-140000-cylinder", prepare: server => {
+  Object.assign(server.run("20261123-140000-cylinder"), {lab: "aerosol", printed: 40});
+}}));
+
 test("the surface turns in three dimensions, and its cell has the map's value", () => with_page(async (page, server) => {
   await see(page, "All of layer 7");
   await page.select(".surface select", "measured");
@@ -364,8 +386,12 @@ test("runs are searched, sorted, noted in the run, and two are put beside each o
   assert.equal(server.run("20261123-140000-cylinder").note, "rim falls");
   assert.deepEqual(server.run("20261123-140000-cylinder").tags, ["baseline"]);
   for (const id of ["20261123-150000-cylinder", "20261123-140000-cylinder"]) await page.click(`input[aria-label="Choose ${id}"]`);
+  const chosen = ["20261123-150000-cylinder", "20261123-140000-cylinder"].map(id => `run=${id}`).join("&");
+  const reports = () => page.$$eval("a", list => list.filter(one => one.innerText === "Open in report").map(one => one.getAttribute("href")));
+  await until(async () => (await reports()).join() === `/api/report?${chosen}`, "one report of both");
   await (await button(page, "Put 2 beside each other")).click();
   await see(page, "Settings that differ");
+  await until(async () => (await reports()).join() === `/api/report?${chosen}`, "the same beside each other");
   await see(page, "control.ki");
   const keys = await page.$$eval('[aria-label="Table of differing settings"] code', list => list.map(one => one.innerText));
   assert.deepEqual(keys, ["control.ki", "control.scheme"]);
@@ -398,7 +424,7 @@ for (const [width, dark] of [[1280, false], [1280, true], [400, false], [400, tr
     await see(page, "All of layer 7");
     await page.click(".in-flight summary");
     await page.click("details summary h2");
-    server.event("warning", "jet_a", "A warning with a detail", {cause: "c", value: 2, limit: 1, unit: "um", do: "Look.", manual: "/manual/safety.md"});
+    server.event("warning", "jet_a", "A warning with a detail", {cause: "c", value: 2, limit: 1, unit: "um", do: "Look.", manual: "/manual/safety.html"});
     await see(page, "A warning with a detail");
     await check("print");
     await (await button(page, "3-D")).click();

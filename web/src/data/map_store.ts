@@ -60,6 +60,11 @@ export class MapStore extends Observable {
     }
   }
 
+  /** Maps are on their way, or none was asked for yet. */
+  get busy(): boolean {
+    return this.loading.size > 0 || this.kept.size === 0;
+  }
+
   /** The newest map that the process sent by itself, or null. */
   newest(surface: Surface): SurfaceMap | null {
     return this.newest_frame.get(surface) ?? null;

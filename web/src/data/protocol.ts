@@ -43,6 +43,8 @@ export interface RunInfo extends Partial<Omit<RunSummary, "layers">> {
   finished: boolean;
   simulated: boolean;
   grid: Grid | null;  // null before the first map
+  lab_words: string;  // "droplets on a stage"
+  deposition: "droplets" | "paths" | "lines";
   trouble?: string;
   layers_planned?: number | null;
   layers_expected?: number | null;

@@ -8,6 +8,7 @@ import {forget, token} from "./token";
 
 const kRetry_ms = [500, 1000, 2000, 5000];
 const kAnswer_ms = 5000;
+const kExchanges_ms = 1500;  // after a run that is over: the surface comes first
 export const kOldest_s = 1;  // older words lock the commands
 
 export class Session extends Observable {
@@ -28,6 +29,7 @@ export class Session extends Observable {
   private readonly opened_at_ms = performance.now();
   private retries = 0;
   private retry_timer = 0;
+  private exchanges_timer = 0;
   private closed = false;
   private state_at_ms = performance.now();
   private next_id = 1;
@@ -42,6 +44,7 @@ export class Session extends Observable {
     this.maps = new MapStore(hello.run.id);
     this.take_hello(hello);
     if (hello.run.live) this.connect();
+    else this.exchanges_timer = window.setTimeout(() => void this.load_exchanges(), kExchanges_ms);
   }
 
   /** Reads a run by HTTP; throws with the process's own words. */
@@ -57,6 +60,7 @@ export class Session extends Observable {
   close(): void {
     this.closed = true;
     clearTimeout(this.retry_timer);
+    clearTimeout(this.exchanges_timer);
     this.socket?.close();
     this.line?.close();
   }
@@ -109,6 +113,21 @@ export class Session extends Observable {
 
   get stale(): boolean {
     return this.live && this.link_age_s > kOldest_s;
+  }
+
+  /** The last bytes on the instruments' lines, which lie in the largest files of a run that is over. */
+  private async load_exchanges(): Promise<void> {
+    if (this.maps.busy) {
+      this.exchanges_timer = window.setTimeout(() => void this.load_exchanges(), kExchanges_ms);
+      return;
+    }
+    const reply = await fetch(`/api/runs/${encodeURIComponent(this.hello.run.id)}/exchanges`).catch(() => null);
+    const body = reply?.ok ? await reply.json().catch(() => null) : null;
+    for (const {name, text} of body?.exchanges ?? []) {
+      const one = this.instruments.get(name);
+      if (one) this.instruments.set(name, {...one, last: {t_s: one.last?.t_s ?? this.state?.t_s ?? 0, text}});
+    }
+    this.changed();
   }
 
   follow(surface: Surface | null): void {

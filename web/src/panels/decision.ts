@@ -33,8 +33,8 @@ export function Decision({session}: {session: Session}) {
 function Answer({session}: {session: Session}) {
   const layer = view.shown_layer;
   const error = session.maps.get("error", layer);
-  const plan = session.maps.get("planned", layer);
-  const counted = plan ? (plan.flags & kDroplets) !== 0 : session.hello.run.lab !== "ice";
+  const plan = session.hello.run.deposition === "lines" ? null : session.maps.get("planned", layer);
+  const counted = plan ? (plan.flags & kDroplets) !== 0 : session.hello.run.deposition === "droplets";
   const scale = useRef<Scale | null>(null);
   if (error) scale.current ??= fitted_scale(error, true);
   const total = plan && counted ? plan.values.reduce((sum, value) => sum + (value > 0 ? value : 0), 0) : null;
@@ -52,6 +52,7 @@ function Answer({session}: {session: Session}) {
 
 function plan_words(session: Session, plan: SurfaceMap | null, counted: boolean, total: number | null, layer: number): string {
   if (!plan && !session.live && layer === session.last_layer) return "No layer follows this one.";
+  if (session.hello.run.deposition === "lines") return "Each line's speed answers its cross-section; flow and shutter are learned on the way.";
   if (!plan) return session.maps.missing("planned", layer) ?? "The plan is loading…";
   if (counted) return `${number(total, 6)} droplets for layer ${layer + 1}: a dot each, larger for several.`;
   const seen = plan.values.filter(Number.isFinite);
