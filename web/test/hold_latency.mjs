@@ -8,12 +8,13 @@ import {launch, open_tab} from "./browser.mjs";
 import {ended, hold_stop, note_times, print_with_page} from "./live_print.mjs";
 
 const [firn, stops] = [process.argv[2], Number(process.argv[3])];
+const kSlow = ["--set", "run.time_scale=1", "--set", "process.scan_speed_mm_s=1"];  // a busy machine loses no rows
 const runs = mkdtempSync(join(tmpdir(), "firn-hold-"));
 const browser = await launch();
 const took_ms = [];
 try {
   for (let n = 0; n < stops; ++n) {
-    const print = await print_with_page(firn, "experiments/demo.toml", runs);
+    const print = await print_with_page(firn, "experiments/demo.toml", runs, kSlow);
     const page = await open_tab(browser, "about:blank");
     await note_times(page);
     await page.goto(print.address);
