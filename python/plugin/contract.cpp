@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "python/plugin/interpreter.h"
 #include "python/plugin/watchdog.h"
 
 namespace firn::python {
@@ -124,12 +125,12 @@ class ContractObject final : public Object {
   ContractObject(std::shared_ptr<Shared> shared, py::object run, double longest_s)
       : shared_(std::move(shared)), run_(std::move(run)), longest_s_(longest_s) {}
   ~ContractObject() override {
-    const py::gil_scoped_acquire interpreter;
+    const InterpreterHold interpreter;
     run_ = {};
   }
 
   Parcel call(const Parcel& with) override {
-    const py::gil_scoped_acquire interpreter;
+    const InterpreterHold interpreter;
     Parcel answer;
     watched(*shared_, run_, longest_s_, py::cast<std::string>(run_.attr("method")) + " of " + with.text,
             [&] { answer = parcel_of(run_.attr("call")(arrays_of(with)).template cast<py::tuple>()); });
@@ -149,12 +150,12 @@ class ContractController final : public Controller {
   ContractController(std::shared_ptr<Shared> shared, py::object run, const ControllerSetup& setup)
       : shared_(std::move(shared)), run_(std::move(run)), grid_(setup.grid), longest_s_(setup.longest_s) {}
   ~ContractController() override {
-    const py::gil_scoped_acquire interpreter;
+    const InterpreterHold interpreter;
     run_ = {};
   }
 
   Answer decide(std::span<const double> height_mm, int layer, int attempt, double noise_std_mm) override {
-    const py::gil_scoped_acquire interpreter;
+    const InterpreterHold interpreter;
     Answer answer;
     watched(*shared_, run_, longest_s_, "decide of layer " + std::to_string(layer + 1), [&] {
       answer = answer_of(run_.attr("decide")(grid_array(grid_, height_mm), layer, attempt, noise_std_mm)
@@ -164,7 +165,7 @@ class ContractController final : public Controller {
   }
 
   void use_model(double h1_mm, double h2_mm, double h3_mm) override {
-    const py::gil_scoped_acquire interpreter;
+    const InterpreterHold interpreter;
     try {
       run_.attr("use_model")(h1_mm, h2_mm, h3_mm);
     } catch (py::error_already_set& error) {
@@ -193,7 +194,7 @@ class ContractController final : public Controller {
 ContractHost::ContractHost(py::object contract) : shared_(std::make_shared<Shared>(std::move(contract))) {}
 
 std::vector<SourceFile> ContractHost::sources(const std::string& path) {
-  const py::gil_scoped_acquire interpreter;
+  const InterpreterHold interpreter;
   try {
     std::vector<SourceFile> files;
     for (const py::handle pair : shared_->contract.attr("sources")(path)) {
@@ -233,7 +234,7 @@ py::object ContractHost::run_of(const char* maker, const std::vector<SourceFile>
 std::unique_ptr<Controller> ContractHost::make_controller(const std::vector<SourceFile>& files,
                                                           const ClassName& name, const ControllerSetup& setup,
                                                           std::shared_ptr<Prediction> prediction) {
-  const py::gil_scoped_acquire interpreter;
+  const InterpreterHold interpreter;
   return std::make_unique<ContractController<Shared>>(
       shared_,
       run_of("Run", files, name, setup.longest_s, setup_object(shared_->contract, setup, prediction)), setup);
@@ -243,13 +244,13 @@ std::unique_ptr<Object> ContractHost::make_object(Kind kind, const std::vector<S
                                                   const ClassName& name, const Parcel& setup,
                                                   double longest_s) {
   static constexpr const char* kMakers[] = {"EstimatorRun", "PlantRun", "SurfaceRun"};
-  const py::gil_scoped_acquire interpreter;
+  const InterpreterHold interpreter;
   return std::make_unique<ContractObject<Shared>>(
       shared_, run_of(kMakers[int(kind)], files, name, longest_s, arrays_of(setup)), longest_s);
 }
 
 std::string ContractHost::versions() {
-  const py::gil_scoped_acquire interpreter;
+  const InterpreterHold interpreter;
   return py::cast<std::string>(shared_->contract.attr("versions")());
 }
 

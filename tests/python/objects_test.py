@@ -3,6 +3,7 @@
 
     tests/python/objects_test.py FIRN ROOT [Case.test]
 """
+import concurrent.futures
 import hashlib
 import json
 import subprocess
@@ -191,9 +192,18 @@ class Droplets(Folder):
         self.assertEqual(said["outcome"], "finished")
         self.assertGreater(len(self.messages(run, "HEIGHT_MODEL")), 1)
         plans = self.messages(run, "LAYER_PLAN")
-        self.assertGreater(len(plans), 2)
-        self.assertTrue(all(p["reason"].startswith("gain") for p in plans[:-1]))
+        decided = [p for p in plans if p["reason"].startswith("gain")]  # a busy machine loses rows: those layers are measured again
+        self.assertGreater(len(decided), 2)
         self.assertIn("identical", firn("replay", run).stdout)
+
+    def test_two_nodes_in_python_replay_on_two_threads_again_and_again(self):
+        self.write("learner.py", LEARNER)
+        self.write("gains.py", GAINS)
+        run, _ = self.print(self.mine("[estimator]", 'droplets = "python:mean.py:Mean"', "[control]", 'scheme = "python:learner.py:Learner"'),
+                            "--set", "part.height_mm=0.02")
+        with concurrent.futures.ThreadPoolExecutor(4) as replays:
+            said = list(replays.map(lambda _: firn("replay", run, code=None), range(20)))
+        self.assertEqual([d.returncode for d in said], [0] * len(said), said[0].stderr)
 
     def test_what_no_print_takes_is_refused_with_key_file_and_line(self):
         for key, name, text, part in (
