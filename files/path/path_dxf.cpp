@@ -49,6 +49,13 @@ std::optional<double> unit_mm(int code) {
   }
 }
 
+std::string_view dxf_trimmed(std::string_view text) {
+  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\t' || text.back() == '\r'))
+    text.remove_suffix(1);
+  return text;
+}
+
 /// Numbers of one entity, in the file's order.
 struct Group {
   int code;
@@ -131,12 +138,12 @@ class DxfReader {
     if (!line(text_)) return false;
     if (line_ == 1 && text_.starts_with("AutoCAD Binary DXF")) fail("is a binary DXF: save it as ASCII");
     if (line_ == 1 && text_.starts_with("\xef\xbb\xbf")) text_.erase(0, 3);
-    const std::string_view code = trimmed(text_);
+    const std::string_view code = dxf_trimmed(text_);
     const auto [end, error] = std::from_chars(code.data(), code.data() + code.size(), code_);
     if (error != std::errc() || end != code.data() + code.size())
       fail(fmt::format("{} is not a group code: a whole number", shown(code)));
     if (!line(text_)) fail("ends inside of a group");
-    value_ = std::string(trimmed(text_));
+    value_ = std::string(dxf_trimmed(text_));
     return true;
   }
 

@@ -152,7 +152,9 @@ std::vector<std::byte> pack(std::span<const std::byte> plain, std::span<const st
 }
 
 Pages unpack(const fs::path& file, std::span<const std::byte> packed) {
-  const auto [h, name] = header_of(file, packed);
+  const auto header = header_of(file, packed);
+  const auto& h = header.first;
+  const std::string& name = header.second;
   const auto frame = packed.subspan(sizeof h + h.name);
   std::shared_ptr<const MappedFile> known;
   if (!name.empty()) {

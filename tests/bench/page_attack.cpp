@@ -1,7 +1,7 @@
-// Measures what an attack on the page costs a print. First in one process: which write-ahead files differ,
-// but for times, from those of a print that nobody watches, when the page is besieged and killed (kill -9)
-// after every third layer. Then live, alternating: the way from HEIGHT_MAP to LAYER_PLAN, as the scheduler
-// sees both, without a page and with one that is besieged; wall time.
+// Measures the cost of an attack on the page to a print. First in one process: which write-ahead files
+// differ, but for times, from those of a print that nobody watches, when the page is besieged and killed
+// (kill -9) after every third layer. Then live, alternating: the way from HEIGHT_MAP to LAYER_PLAN, as the
+// scheduler sees both, without a page and with one that is besieged; wall time.
 //   ./firn bench page_attack [PAIRS] [CONNECTIONS] [FRAMES]
 #include <sys/resource.h>
 

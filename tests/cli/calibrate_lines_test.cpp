@@ -1,5 +1,5 @@
 // Calibrations of the ice lab whose instruments stand behind serial lines and TCP ports, by the clock: each
-// must find what it finds in simulated time. The flow curve takes half an hour: ./firn bench calibrate_lines.
+// must find the same as in simulated time. The flow curve takes half an hour: ./firn bench calibrate_lines.
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 

@@ -18,7 +18,7 @@ class LinedLab {
   /// The simulated surface lies about (x, y), part frame. @param keys of the lab, besides
   LinedLab(const std::vector<std::string>& keys, double x_mm, double y_mm, double width_mm, double depth_mm);
 
-  /// Runs `firn calibrate what --json`, on the lines or in simulated time.
+  /// Runs `firn calibrate KIND --json`, on the lines or in simulated time.
   Said calibrate(const std::string& what, bool real, const std::vector<std::string>& more);
 
  private:
@@ -38,7 +38,7 @@ struct FoundTwice {
   bool alike() const { return std::abs(real - simulated) <= half_95; }
 };
 
-/// @param real, simulated what `firn calibrate --json` said
+/// @param real, simulated output of `firn calibrate --json`
 std::vector<FoundTwice> found_twice(const std::string& real, const std::string& simulated);
 
 }  // namespace firn::test

@@ -204,7 +204,9 @@ TEST_CASE("a print over lines at true baud is the print over sockets: answers, m
       CHECK(rms_mm < 3.0 * by_chance_mm);
       REQUIRE(a.deposited.size() == b.deposited.size());
     } else {
-      CHECK(largest_mm <= (two_jets ? 0.001 : 0.0));  // a nozzle warms and wets in time
+      // A nozzle warms and wets in time: droplets differ by parts of themselves, at single cells.
+      CHECK(largest_mm <= (two_jets ? 0.004 : 0.0));
+      CHECK(rms_mm <= 1e-4);
       CHECK(a.deposited == b.deposited);
     }
     CHECK(a.answers == b.answers);

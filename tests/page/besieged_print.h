@@ -1,4 +1,4 @@
-// Prints that a besieged page watches, and the comparison of what they record with a print that nobody
+// Prints that a besieged page watches, and the comparison of their records with those of a print that nobody
 // watches.
 #pragma once
 

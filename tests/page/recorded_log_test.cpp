@@ -1,4 +1,4 @@
-// A run that is over is read from its log, and shows what its write-ahead files would.
+// A run that is over is read from its log, and looks as from its write-ahead files.
 #include "page/recorded_log.h"
 
 #include <catch2/catch.hpp>

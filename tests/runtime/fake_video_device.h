@@ -1,4 +1,4 @@
-// FakeVideoDevice plays the kernel of a V4L2 camera: formats, buffers, frames, and what can go wrong.
+// FakeVideoDevice plays the kernel of a V4L2 camera: formats, buffers, frames, faults.
 #pragma once
 
 #include <linux/videodev2.h>
@@ -19,7 +19,7 @@ struct FakeFrame {
   bool damaged = false, stamped = true;
 };
 
-/// What the device has, shared with the test.
+/// The state of the device, shared with the test.
 struct FakeCamera {
   std::uint32_t capabilities = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
   std::vector<std::uint32_t> formats{V4L2_PIX_FMT_YUYV, V4L2_PIX_FMT_GREY};
