@@ -86,7 +86,7 @@ TEST_CASE("the page's files come compressed, with a tag, and only to a page of t
   CHECK_THAT(c.get("/").body, Contains("<!doctype html>", Catch::CaseSensitive::No));
   const std::string manual = c.get("/manual/safety.html").body;
   CHECK_THAT(manual, Contains("id=\"the-stop\"") && Contains("id=\"deposit-at-most-once\""));
-  for (const InterlockWords& row : interlocks())
+  for (const page::InterlockWords& row : page::interlocks())
     CHECK_THAT(manual, Contains("<tr id=\"interlock-" + std::to_string(row.code) + "\">"));
   CHECK(c.get("/nothing").status == 404);
   CHECK(c.get("/../etc/passwd").status == 404);
