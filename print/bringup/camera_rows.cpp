@@ -12,7 +12,7 @@ struct TakenPicture {
   double took_s = 0.0;
 };
 
-// What is wrong with a reply to SNAP.
+// Names the mistake in a reply to SNAP.
 std::string no_picture(std::string_view reply) {
   using namespace drivers::picture_line;
   const std::size_t end = reply.find('\n');

@@ -30,7 +30,7 @@ bool omnicure_line(std::string_view s) {
   return drivers::omnicure::frame(text) == s;
 }
 
-// What another line was answered may come before.
+// An answer to another line may come before.
 bool omnicure_answers(std::string_view s) {
   if (s.size() < 2) return false;
   return omnicure_line(s.substr(s.find_last_of('\r', s.size() - 2) + 1));

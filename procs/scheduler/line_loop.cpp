@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kStandsOut = 8.0;  // standard deviations of a cell
 
-// What overruns an end is nearer.
+// A run past an end is nearer.
 Mask away_from(const HeightMap& target, double clear_mm) {
   const GridSpec& g = target.spec;
   const int wide = int(clear_mm / g.pitch_x_mm), high = int(clear_mm / g.pitch_y_mm);

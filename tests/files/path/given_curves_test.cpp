@@ -19,7 +19,7 @@ constexpr test::PathReader<read_paths_json> read_json{"part.json"};
 constexpr test::PathReader<read_paths_dxf> read_dxf{"part.dxf"};
 constexpr test::PathReader<read_paths_svg> read_svg{"part.svg"};
 
-/// Of a page whose unit is a millimetre, with the origin at its upper edge.
+/// On a page whose unit is a millimetre, with the origin at its upper edge.
 InputPath of_svg(const std::string& content) {
   return read_svg("<svg width='100mm' height='100mm' viewBox='0 0 100 100'>" + content + "</svg>").at(0);
 }
