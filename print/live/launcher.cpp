@@ -35,6 +35,7 @@
 #include "print/simulated/sim_truth.h"
 #include "procs/bus/lcm_bus.h"
 #include "runtime/build_info.h"
+#include "runtime/precedence.h"
 #include "runtime/process_args.h"
 #include "runtime/station.h"
 
@@ -304,6 +305,7 @@ void Launch::begin() {
 }
 
 void Launch::watch() {
+  const Precedence precedence;  // an operator's orders wait for no other work
   double stop_seen_s = -1.0;
   while (cause_.empty() && !(watch_->end() && finish_)) {
     turn(wall_s() + 0.2);
