@@ -18,9 +18,8 @@ async function notices() {
 }
 
 await mkdir(to, {recursive: true});
-await build({
+const each = {
   absWorkingDir: here,
-  entryPoints: {app: "src/main.ts"},
   outdir: to,
   bundle: true,
   minify: true,
@@ -28,7 +27,8 @@ await build({
   target: ["chrome109", "firefox115", "safari16"],
   legalComments: "none",
   charset: "utf8",
-  banner: {js: await notices()},
   logLevel: "warning",
-});
+};
+await build({...each, entryPoints: {app: "src/main.ts"}, banner: {js: await notices()}});
+await build({...each, entryPoints: {line: "src/line_worker.ts"}});
 await copyFile(join(here, "src/index.html"), join(to, "index.html"));

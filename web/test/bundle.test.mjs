@@ -52,7 +52,7 @@ test("no source turns text into markup or code", async () => {
 test("the page asks for nothing but its own origin, and runs nothing inline", async () => {
   const page = await readFile(join(web, "dist/index.html"), "utf8");
   assert.doesNotMatch(page, /https?:|<style|style=|\son\w+=|<script(?![^>]*\ssrc=)/);
-  for (const name of ["app.js", "app.css"]) {
+  for (const name of ["app.js", "line.js", "app.css"]) {
     const addresses = (await readFile(join(web, "dist", name), "utf8")).match(/\b(?:https?:)?\/\/[a-z0-9.-]+\.[a-z]{2,}[^\s"'`)]*/gi) ?? [];
     assert.deepEqual([...new Set(addresses)].filter(address => !address.startsWith("http://www.w3.org/")), [], name);
   }

@@ -15,7 +15,7 @@ let page;
 
 before(async () => {
   folder = await mkdtemp(join(tmpdir(), "firn-web-"));
-  const contents = ["data/maps", "data/run_list", "data/settings", "data/waveform", "data/words", "data/protocol", "draw/solid_geometry", "draw/colours"].map(name => `export * from "./${name}";`).join("\n");
+  const contents = ["data/hold", "data/maps", "data/run_list", "data/settings", "data/waveform", "data/words", "data/protocol", "draw/solid_geometry", "draw/colours"].map(name => `export * from "./${name}";`).join("\n");
   await build({stdin: {contents, resolveDir: src, loader: "ts"}, bundle: true, format: "esm", outfile: join(folder, "page.mjs"), logLevel: "warning"});
   page = await import(join(folder, "page.mjs"));
 });
@@ -221,4 +221,61 @@ test("numbers keep three digits and their sign, times are read as people say the
 test("a server's text that is no message is no message", () => {
   for (const text of ["", "{", "null", "3", "[]", "{}", '{"type":5}']) assert.equal(page.parse_message(text), null);
   assert.equal(page.parse_message('{"type":"state","t_s":1}').type, "state");
+});
+
+/** A hold on a clock of its own: [time, event, lasted] in order; the times at which it ended. */
+function hold_ends(events) {
+  const {setTimeout, clearTimeout} = globalThis;
+  let now = 0;
+  let due = null;
+  globalThis.setTimeout = (work, ms) => (due = {at: now + ms, work});
+  globalThis.clearTimeout = timer => { if (timer === due) due = null; };
+  const ends = [];
+  try {
+    const hold = new page.HoldClock(() => ends.push(now));
+    const run_until = time => {
+      if (due && due.at <= time) {
+        now = due.at;
+        const {work} = due;
+        due = null;
+        work();
+      }
+      now = time;
+    };
+    for (const [time, event, lasted] of [...events, [5000, "end"]]) {
+      run_until(time);
+      if (event !== "end") hold[event](lasted);
+    }
+  } finally {
+    Object.assign(globalThis, {setTimeout, clearTimeout});
+  }
+  return ends;
+}
+
+test("a hold ends 0.5 s after its press, by a clock that was told late too", () => {
+  const told = Array.from({length: 30}, (_, i) => [20 * (i + 1), "held", 20 * (i + 1)]);
+  assert.deepEqual(hold_ends([[0, "press", 0], ...told]), [500]);
+  assert.deepEqual(hold_ends([[0, "press", 30], ...told.map(([time, event, lasted]) => [time, event, lasted + 30])]), [470]);
+  assert.deepEqual(hold_ends([[700, "press", 700], [720, "held", 720]]), [720], "a press that was heard after its end waits for a word");
+});
+
+test("no release before the hold's end stops, however late it is heard", () => {
+  for (let let_go = 0; let_go <= 500; let_go += 20) {
+    const told = Array.from({length: Math.floor(let_go / 20)}, (_, i) => [20 * (i + 1), "held", 20 * (i + 1)]);
+    assert.deepEqual(hold_ends([[0, "press", 0], ...told, [let_go, "release", let_go]]), let_go < 500 ? [] : [500], `${let_go} ms, heard at once`);
+    const late = hold_ends([[0, "press", 0], ...told, [900, "release", let_go]]);
+    if (let_go < page.kHold_ms - page.kUnheard_ms) assert.deepEqual(late, [], `${let_go} ms, heard after 900`);
+    else assert.deepEqual(late, [500], `${let_go} ms: within the last ${page.kUnheard_ms} ms it must be heard in time`);
+  }
+});
+
+test("a thread that was busy through the hold's end decides by its next word", () => {
+  assert.deepEqual(hold_ends([[0, "press", 0], [20, "held", 20], [900, "held", 900]]), [900]);
+  assert.deepEqual(hold_ends([[0, "press", 0], [20, "held", 20], [900, "release", 650]]), [900]);
+  assert.deepEqual(hold_ends([[450, "press", 450], [451, "release", 100]]), [], "press and release were heard together");
+  assert.deepEqual(hold_ends([[0, "press", 0], [20, "release", 20], [700, "held", 700]]), [], "it is over");
+});
+
+test("a second hold begins anew", () => {
+  assert.deepEqual(hold_ends([[0, "press", 0], [300, "held", 300], [310, "release", 310], [400, "press", 0], [420, "held", 20], [880, "held", 480]]), [900]);
 });

@@ -8,7 +8,7 @@ import {WebSocketServer} from "ws";
 import {mock_runs} from "./mock_runs.mjs";
 
 const kDist = join(dirname(fileURLToPath(import.meta.url)), "../dist");
-const kFiles = {"/": ["index.html", "text/html; charset=utf-8"], "/app.js": ["app.js", "text/javascript; charset=utf-8"], "/app.css": ["app.css", "text/css; charset=utf-8"]};
+const kFiles = {"/": ["index.html", "text/html; charset=utf-8"], "/app.js": ["app.js", "text/javascript; charset=utf-8"], "/line.js": ["line.js", "text/javascript; charset=utf-8"], "/app.css": ["app.css", "text/css; charset=utf-8"]};
 const kHeaders = {"Content-Security-Policy": "default-src 'self'", "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer"};
 
 export class MockServer {
@@ -77,6 +77,7 @@ export class MockServer {
       this.asked_exchanges.push({id: run.id, maps: this.asked.length});
       return json(200, {exchanges: [{name: "stage", text: "sent CMDPOS X | received 12.5"}]});
     }
+    if (parts[3] === "lamp") return json(200, {lamp: "simulated", earlier_h: 1.25, earlier_runs: 3});
     if (parts[3] === "layers") {
       this.asked.push(`${run.id}/${parts[4]}/${parts[5]}`);
       if (!run.has(parts[5], Number(parts[4]))) return json(404, {error: `this run has no ${parts[5]} surface of layer ${parts[4]}`});

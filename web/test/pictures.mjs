@@ -7,6 +7,11 @@ const [address, folder, good, other, stopped] = process.argv.slice(2);
 process.env.FIRN_WEB_PICTURES = folder;
 const browser = await launch();
 const rest = () => new Promise(resolve => setTimeout(resolve, 800));
+/** The 3-D drawing is of the layer that the time cursor names. */
+const painted = page => page.waitForFunction(() => {
+  const layer = /layer (\d+)/.exec(document.querySelector(".timeline output").innerText)?.[1];
+  return document.querySelector("canvas.solid")?.dataset.painted === `measured ${layer}`;
+}, {timeout: 60_000, polling: 100});
 const run_of = id => `${address}#run=${encodeURIComponent(id)}`;
 
 const page = await open_tab(browser, run_of(good), {width: 1060, height: 690});
@@ -14,6 +19,7 @@ await see(page, "cells seen", 60_000);
 await page.select(".surface select", "measured");
 await (await button(page, "3-D")).click();
 for (let n = 0; n < 6; ++n) await page.keyboard.press("ArrowLeft");
+await painted(page);
 await rest();
 await picture(page, "page-surface");
 

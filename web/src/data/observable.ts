@@ -2,6 +2,17 @@
 
 import {useEffect, useState} from "preact/hooks";
 
+let hushed = false;
+const unshown = new Set<Observable>();
+
+/** While this is on, no change is shown: the thread is free for the end of a hold. */
+export function hush(on: boolean): void {
+  hushed = on;
+  if (on) return;
+  for (const one of unshown) one.show();
+  unshown.clear();
+}
+
 export class Observable {
   private readonly watchers = new Set<() => void>();
   private telling = false;
@@ -14,6 +25,11 @@ export class Observable {
 
   changed(): void {
     ++this.changes;
+    if (hushed) unshown.add(this);
+    else this.show();
+  }
+
+  show(): void {
     if (this.telling) return;
     this.telling = true;
     const tell = () => {
@@ -43,7 +59,7 @@ export function use_clock(period_ms: number, running: boolean): void {
   const [, again] = useState(0);
   useEffect(() => {
     if (!running) return;
-    const timer = setInterval(() => again(n => n + 1), period_ms);
+    const timer = setInterval(() => { if (!hushed) again(n => n + 1); }, period_ms);
     return () => clearInterval(timer);
   }, [period_ms, running]);
 }

@@ -81,6 +81,13 @@ export interface PrintEvent {
   manual: string | null;
 }
 
+/** Hours that the lamp at the same port was open in the earlier runs of the folder. */
+export interface LampHours {
+  lamp: string;  // its port; empty: the run has none
+  earlier_h: number;
+  earlier_runs: number;
+}
+
 export interface Instrument {
   name: string;
   kind: string;

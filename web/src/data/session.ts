@@ -1,14 +1,15 @@
 // One run as the page knows it: what the process told of it, live over a WebSocket or once by HTTP.
 
+import {CommandLine} from "./command_line";
 import {MapStore} from "./map_store";
 import {Observable} from "./observable";
 import {kProtocol, parse_message} from "./protocol";
-import type {Answer, Ending, Estimate, Grid, Hello, Instrument, Layer, PrintEvent, PrintState, ServerMessage, Surface} from "./protocol";
+import type {Answer, Ending, Estimate, Grid, Hello, Instrument, LampHours, Layer, PrintEvent, PrintState, ServerMessage, Surface} from "./protocol";
 import {forget, token} from "./token";
 
 const kRetry_ms = [500, 1000, 2000, 5000];
 const kAnswer_ms = 5000;
-const kExchanges_ms = 1500;  // after a run that is over: the surface comes first
+const kLater_ms = 1500;  // for slow answers: the surface comes first
 export const kOldest_s = 1;  // older words lock the commands
 
 export class Session extends Observable {
@@ -21,15 +22,16 @@ export class Session extends Observable {
   ending: Ending | null = null;
   connected = false;
   trouble: string | null = null;
+  lamp: LampHours | null = null;
   readonly maps: MapStore;
 
   private socket: WebSocket | null = null;
-  private line: WebSocket | null = null;  // for commands alone, once there is a token: no map is before them
+  private line: CommandLine | null = null;  // for commands alone, once there is a token: no map is before them
   private was_connected = false;
   private readonly opened_at_ms = performance.now();
   private retries = 0;
   private retry_timer = 0;
-  private exchanges_timer = 0;
+  private later_timer = 0;
   private closed = false;
   private state_at_ms = performance.now();
   private next_id = 1;
@@ -43,8 +45,15 @@ export class Session extends Observable {
     this.state = hello.state;
     this.maps = new MapStore(hello.run.id);
     this.take_hello(hello);
-    if (hello.run.live) this.connect();
-    else this.exchanges_timer = window.setTimeout(() => void this.load_exchanges(), kExchanges_ms);
+    if (hello.run.live) {
+      this.line = new CommandLine(this.address("command"), text => {
+        const message = parse_message(text);
+        if (message?.type === "answer") this.take(message);
+        this.changed();
+      }, () => this.answer_none());
+      this.connect();
+    }
+    this.later_timer = window.setTimeout(() => void this.load_later(), kLater_ms);
   }
 
   /** Reads a run by HTTP; throws with the process's own words. */
@@ -60,9 +69,9 @@ export class Session extends Observable {
   close(): void {
     this.closed = true;
     clearTimeout(this.retry_timer);
-    clearTimeout(this.exchanges_timer);
+    clearTimeout(this.later_timer);
     this.socket?.close();
-    this.line?.close();
+    this.line?.end();
   }
 
   get live(): boolean {
@@ -115,19 +124,26 @@ export class Session extends Observable {
     return this.live && this.link_age_s > kOldest_s;
   }
 
-  /** The last bytes on the instruments' lines, which lie in the largest files of a run that is over. */
-  private async load_exchanges(): Promise<void> {
-    if (this.maps.busy) {
-      this.exchanges_timer = window.setTimeout(() => void this.load_exchanges(), kExchanges_ms);
+  /** The lamp's earlier hours, and of a run that is over the last bytes on the instruments' lines: both lie in large files. */
+  private async load_later(): Promise<void> {
+    if (this.maps.busy && !this.live) {
+      this.later_timer = window.setTimeout(() => void this.load_later(), kLater_ms);
       return;
     }
-    const reply = await fetch(`/api/runs/${encodeURIComponent(this.hello.run.id)}/exchanges`).catch(() => null);
-    const body = reply?.ok ? await reply.json().catch(() => null) : null;
-    for (const {name, text} of body?.exchanges ?? []) {
-      const one = this.instruments.get(name);
-      if (one) this.instruments.set(name, {...one, last: {t_s: one.last?.t_s ?? this.state?.t_s ?? 0, text}});
+    if (!this.live) {
+      for (const {name, text} of (await this.ask("exchanges"))?.exchanges ?? []) {
+        const one = this.instruments.get(name);
+        if (one) this.instruments.set(name, {...one, last: {t_s: one.last?.t_s ?? this.state?.t_s ?? 0, text}});
+      }
     }
+    this.lamp = await this.ask("lamp");
     this.changed();
+  }
+
+  /** A slow answer about this run; null where none came. */
+  private async ask(what: string): Promise<any> {
+    const reply = await fetch(`/api/runs/${encodeURIComponent(this.hello.run.id)}/${what}`).catch(() => null);
+    return reply?.ok ? reply.json().catch(() => null) : null;
   }
 
   follow(surface: Surface | null): void {
@@ -138,12 +154,30 @@ export class Session extends Observable {
 
   /** Sends a command; the answer says whether it was obeyed, also where none came. */
   command(command: string, more: Record<string, unknown> = {}): Promise<Answer> {
+    const {id, text} = this.order(command, more);
+    if (this.line?.is_open) this.line.send(text);
+    else if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(text);
+    else return Promise.resolve({id, ok: false, error: "no connection to the print: nothing was sent"});
+    return this.answer_to(id);
+  }
+
+  /** The stop button went down at `pressed_ms` of performance.now(). Once it was held long enough the stop is sent, and
+   *  `ended` gets its answer; null: no line for commands was open. */
+  hold_stop(pressed_ms: number, ended: (answer: Promise<Answer> | null) => void): void {
+    const {id, text} = this.order("safe_stop");
+    this.line?.press(pressed_ms, text, sent => ended(sent ? this.answer_to(id) : null));
+  }
+
+  release_stop(at_ms: number): void {
+    this.line?.release(at_ms);
+  }
+
+  private order(command: string, more: Record<string, unknown> = {}): {id: number; text: string} {
     const id = this.next_id++;
-    const text = JSON.stringify({type: "command", id, token: token(), command, ...more});
-    const way = [this.line, this.socket].find(one => one?.readyState === WebSocket.OPEN);
-    way?.send(text);
-    if (!way)
-      return Promise.resolve({id, ok: false, error: "no connection to the print: nothing was sent"});
+    return {id, text: JSON.stringify({type: "command", id, token: token(), command, ...more})};
+  }
+
+  private answer_to(id: number): Promise<Answer> {
     return new Promise(resolve => {
       const timer = setTimeout(() => {
         this.waiting.delete(id);
@@ -169,22 +203,10 @@ export class Session extends Observable {
     return `${scheme}://${location.host}/${way}?run=${encodeURIComponent(this.hello.run.id)}`;
   }
 
-  /** Opens the line for commands, if there is a token and none is open. */
+  /** Opens the line for commands, if there is a token and it is not open. */
   private open_line(): void {
     const secret = token();
-    if (!secret || this.closed || (this.line && this.line.readyState <= WebSocket.OPEN)) return;
-    try {
-      this.line = new WebSocket(this.address("command"), ["firn", secret]);
-    } catch {
-      return;  // a word that can be no token: the other way says so
-    }
-    const line = this.line;
-    line.onmessage = event => {
-      const message = parse_message(event.data);
-      if (message?.type === "answer") this.take(message);
-      this.changed();
-    };
-    line.onopen = () => (line.onclose = () => this.answer_none());
+    if (secret && !this.closed) this.line?.open(secret);
   }
 
   private answer_none(): void {

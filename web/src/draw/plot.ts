@@ -56,6 +56,8 @@ export function Plot(props: Props) {
   return html`<div class="plot" ref=${box} role="img" aria-label=${props.words}></div>`;
 }
 
+const kWhole = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000];  // no layer is half
+
 function options(box: HTMLElement, now: {current: Props}): uPlot.Options {
   const axis = (label: string): uPlot.Axis => ({
     label, labelSize: 20, size: 44, stroke: theme("soft"), font: "11px system-ui, sans-serif", labelFont: "11px system-ui, sans-serif",
@@ -69,7 +71,7 @@ function options(box: HTMLElement, now: {current: Props}): uPlot.Options {
     cursor: {y: false, drag: {x: false, y: false}},
     legend: {show: curves.length > 1 && !curves.some(curve => curve.band)},
     scales: {x: {time: false}},
-    axes: [{...axis(x_label), size: 34}, axis(y_label)],
+    axes: [{...axis(x_label), size: 34, ...(x_label === "layer" ? {incrs: kWhole} : {})}, axis(y_label)],
     series: [
       {label: x_label, value: (_, value) => number(value)},
       ...curves.map((curve): uPlot.Series => ({

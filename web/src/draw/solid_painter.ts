@@ -64,10 +64,11 @@ export class SolidPainter {
     });
   }
 
-  paint(map: SurfaceMap, scale: Scale, turn: Turn, cell: [number, number] | null): void {
+  /** @returns false: the canvas has no size yet */
+  paint(map: SurfaceMap, scale: Scale, turn: Turn, cell: [number, number] | null): boolean {
     const width = this.canvas.clientWidth;
     const height = this.canvas.clientHeight;
-    if (!width || !height) return;
+    if (!width || !height) return false;
     this.renderer.setSize(width, height);
     this.canvas.style.width = "";
     this.canvas.style.height = "";
@@ -81,6 +82,7 @@ export class SolidPainter {
     this.camera.position.set(eye[0], eye[1], eye[2]);
     this.camera.lookAt([0, 0, 0.1]);
     this.renderer.render({scene: this.scene, camera: this.camera});
+    return true;
   }
 
   /** The cell under a place of the canvas, in CSS pixels, or null. */

@@ -3,7 +3,7 @@
 import {html} from "htm/preact";
 import {useEffect, useState} from "preact/hooks";
 import {use_clock, use_observed} from "../data/observable";
-import type {InFlight} from "../data/protocol";
+import type {Answer, InFlight} from "../data/protocol";
 import type {Session} from "../data/session";
 import {value_words} from "../data/settings";
 import {duration, unit_words, with_unit} from "../data/words";
@@ -27,10 +27,12 @@ export function Commands({session}: {session: Session}) {
   const [busy, set_busy] = useState<string | null>(null);
 
   const give = async (command: string, more: Record<string, unknown> = {}) => {
-    if (!(await have_token(kNames[command] ?? command))) return;
+    if (await have_token(kNames[command] ?? command)) await hear(command, session.command(command, more));
+  };
+  const hear = async (command: string, coming: Promise<Answer>) => {
     set_busy(command);
     set_said({good: true, words: `${kNames[command]}: sent…`});
-    const answer = await session.command(command, more);
+    const answer = await coming;
     set_busy(null);
     const failure = command === "safe_stop" ? " If the machine still moves, press its own emergency stop." : "";
     set_said(answer.ok ? {good: true, words: `${kNames[command]}: ${answer.words?.replace(/^[a-z_ -]+: /, "") || "obeyed"}`}
@@ -61,7 +63,8 @@ export function Commands({session}: {session: Session}) {
         <button type="button" disabled=${!can("continue") || !paused} onClick=${() => give("continue")}>Continue</button>
         <button type="button" disabled=${!can("stop_after_layer") || ending} onClick=${() => give("stop_after_layer")}>
           Stop after this layer</button>
-        <${HoldButton} words="Safe stop: hold" fire=${stop} disabled=${!session.connected} />
+        <${HoldButton} words="Safe stop: hold" session=${session} disabled=${!session.connected}
+          ended=${(answer: Promise<Answer> | null) => { if (answer) void hear("safe_stop", answer); else stop(); }} />
         <span id="hold-hint" class="soft">hold 0.5 s, or Ctrl-Shift-Space</span>
       </div>
       <p role="status" aria-live="polite" class=${said && !said.good ? "bad" : ""}>${said?.words ?? ""}</p>

@@ -18,8 +18,16 @@ export function Instruments({session}: {session: Session}) {
     <section class=${"panel instruments" + (session.stale ? " stale" : "")} aria-labelledby="instruments-title">
       <h2 id="instruments-title">Instruments</h2>
       ${all.length === 0 && html`<p class="soft">No instrument has spoken.</p>`}
-      <div class="cards">${all.map(one => html`<${Card} key=${one.name} one=${one} now_s=${session.live ? session.state?.t_s ?? null : null} />`)}</div>
+      <div class="cards">${all.map(one => html`<${Card} key=${one.name} one=${with_hours(one, session)} now_s=${session.live ? session.state?.t_s ?? null : null} />`)}</div>
     </section>`;
+}
+
+/** The lamp's hours beside what this print has added: the sum of the other runs is no message of it. */
+function with_hours(one: Instrument, {lamp}: Session): Instrument {
+  if (one.name !== "lamp" || !lamp?.lamp) return one;
+  const [first, ...rest] = one.details ?? [];
+  const hours: [string, unknown, string] = [`open in ${lamp.earlier_runs} earlier runs in this folder, same port`, lamp.earlier_h.toFixed(4), "h"];
+  return {...one, details: first ? [first, hours, ...rest] : [hours]};
 }
 
 function Card({one, now_s}: {one: Instrument; now_s: number | null}) {

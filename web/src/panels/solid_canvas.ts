@@ -27,7 +27,8 @@ export function SolidCanvas({shown, scale}: {shown: ShownMap; scale: Scale}) {
     return () => painter.current?.end();
   }, []);
   const paint = () => {
-    if (shown.map) painter.current?.paint(shown.map, scale, turn, view.cell);
+    if (!shown.map || !painter.current?.paint(shown.map, scale, turn, view.cell)) return;
+    canvas.current!.dataset.painted = `${shown.map.surface} ${shown.map.layer}`;
   };
   use_repaint(canvas, paint);
   useEffect(paint);
