@@ -55,6 +55,12 @@ WebReply exchanges(const fs::path& folder) try {
   return refusal(500, e.what());
 }
 
+WebReply lamp(const std::function<LampSum()>& work) {
+  WebReply r;
+  r.body = lamp_json(work());
+  return r;
+}
+
 // As firn report does. The seals are left to it, which also replays and audits.
 WebReply report(const std::vector<fs::path>& folders) try {
   std::vector<replay::ReportRun> runs;
@@ -85,6 +91,16 @@ WebReply refusal(int status, const std::string& why) {
   return r;
 }
 
+std::vector<std::pair<std::string, std::string>> safety_headers(const WebReply& reply) {
+  return {
+      {"X-Content-Type-Options", "nosniff"},
+      {"Referrer-Policy", "no-referrer"},
+      {"Content-Security-Policy",
+       reply.report ? "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:"
+                    : "default-src 'self'; img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; "
+                      "form-action 'none'; frame-ancestors 'none'"}};
+}
+
 std::string Answers::wanted_run(const std::vector<std::string>& parts) {
   const bool of_run = parts.size() >= 3 && parts[0] == "api" && parts[1] == "runs";
   return of_run && (parts.size() == 3 || parts[3] == "layers") ? parts[2] : "";
@@ -93,9 +109,12 @@ std::string Answers::wanted_run(const std::vector<std::string>& parts) {
 std::function<WebReply()> Answers::slow_answer(const WebRequest& request,
                                                const std::vector<std::string>& parts) const {
   if (request.method != "GET") return nullptr;
-  if (parts.size() == 4 && parts[0] == "api" && parts[1] == "runs" && parts[3] == "exchanges") {
+  const std::string wanted =
+      parts.size() == 4 && parts[0] == "api" && parts[1] == "runs" ? parts[3] : std::string();
+  if (wanted == "exchanges" || wanted == "lamp") {
     const auto folder = runs_.find(parts[2]);
     if (!folder) return nullptr;
+    if (wanted == "lamp") return [work = runs_.lamp_before(*folder)] { return lamp(work); };
     return [at = *folder] { return exchanges(at); };
   }
   if (!request.target.starts_with("/api/report?")) return nullptr;

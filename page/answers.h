@@ -4,6 +4,7 @@
 #include <functional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "page/run_set.h"
@@ -24,6 +25,9 @@ struct WebReply {
   bool report = false;  ///< a page of its own, with styles inside, that may run nothing
 };
 
+/// Returns names and values of the headers that keep foreign content out of a reply.
+std::vector<std::pair<std::string, std::string>> safety_headers(const WebReply& reply);
+
 inline constexpr std::string_view kNoToken =
     "the token is missing or wrong: it stands in the address that the terminal shows";
 
@@ -40,7 +44,7 @@ class Answers {
   /// Returns the run that must be open for the answer; empty: none.
   static std::string wanted_run(const std::vector<std::string>& parts);
   /// Returns the work of an answer that takes seconds, from any thread: a report of runs, the last exchanges
-  /// of a run's instruments; nothing: the answer is no such one.
+  /// of a run's instruments, the hours of its lamp; nothing: the answer is no such one.
   std::function<WebReply()> slow_answer(const WebRequest& request,
                                         const std::vector<std::string>& parts) const;
 

@@ -2,6 +2,7 @@
 // it. Arguments: --run DIR --control-fd N. Down the control line comes "TOKEN <32 digits>", up goes
 // "PAGE <address>"; the process ends with the control line.
 #include <poll.h>
+#include <sys/resource.h>
 
 #include <csignal>
 #include <cstdio>
@@ -14,8 +15,11 @@
 
 namespace {
 
-// It goes first when there is no memory left; serve() gives way with the processor.
+// It goes first when there is no memory left; serve() gives way with the processor. Its thread for commands
+// may be scheduled in real time: a second of that without a pause ends the process.
 void give_way() {
+  const rlimit second{1'000'000, 1'000'000};  // us
+  ::setrlimit(RLIMIT_RTTIME, &second);
   for (const int signal : {SIGINT, SIGHUP, SIGPIPE, SIGTSTP}) std::signal(signal, SIG_IGN);
   std::ofstream("/proc/self/oom_score_adj") << "900";
 }

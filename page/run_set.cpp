@@ -9,12 +9,7 @@
 #include "files/run_documents.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
-#include "firn/layer_metrics_t.hpp"
-#include "lcmtypes/channels.h"
-#include "page/recorded_log.h"
 #include "print/folder/running.h"
-#include "replay/run_migration.h"
-#include "replay/wal_file.h"
 
 namespace firn::page {
 namespace {
@@ -22,7 +17,11 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr double kUm = 1e3;  // per mm
+std::string started(const fs::path& run) try {
+  return parse_provenance(read_file(run / "provenance.json"), "provenance.json").text("started_utc");
+} catch (const std::exception&) {
+  return "";
+}
 
 /// The kind of lab of an experiment's text, which may be older than its keys are.
 std::string lab_name(const std::string& experiment) {
@@ -35,39 +34,6 @@ std::string lab_name(const std::string& experiment) {
 bool is_run(const fs::path& folder) {
   std::error_code ignored;
   return fs::exists(folder / "provenance.json", ignored) && fs::is_directory(folder / "nodes", ignored);
-}
-
-std::optional<layer_metrics_t> last_of_log(const fs::path& run) {
-  const auto log = RecordedLog::open(
-      run, {std::string(channels::kLayerMetrics.name), std::string(channels::kRunEnd.name)});
-  std::optional<layer_metrics_t> last;
-  if (log)
-    log->each([&](std::string_view, std::span<const std::byte> message, Place) {
-      layer_metrics_t m{};
-      if (m.decode(message.data(), 0, int(message.size())) == int(message.size())) last = m;
-    });
-  return last;
-}
-
-// The scheduler's last metrics, without the other files of the run.
-std::optional<layer_metrics_t> last_metrics(const fs::path& run) try {
-  if (const auto last = last_of_log(run)) return last;
-  replay::WalFile file(run / "nodes" / "scheduler.wal");
-  std::optional<layer_metrics_t> last;
-  std::vector<Output> outputs;
-  for (auto item = file.next(); item != replay::WalFile::Item::kEnd; item = file.next()) {
-    if (item != replay::WalFile::Item::kStep || !file.step().has_outputs || file.step().damaged_at) continue;
-    decode_output_list(file.step().outputs, outputs);
-    for (const Output& o : outputs) {
-      layer_metrics_t m{};
-      if (o.kind == OutputKind::kSend && o.channel == channels::kLayerMetrics.name &&
-          replay::decode_recorded(o.bytes, m))
-        last = m;
-    }
-  }
-  return last;
-} catch (const std::runtime_error&) {  // firn log verify names it
-  return std::nullopt;
 }
 
 }  // namespace
@@ -128,33 +94,61 @@ std::vector<std::shared_ptr<WatchedRun>> RunSet::opened() {
 }
 
 std::function<void()> RunSet::error_to_read() {
-  const std::lock_guard lock(errors_->mutex);
-  if (!listed_ || errors_->reading) return nullptr;
+  const std::lock_guard lock(digests_->mutex);
+  if (!listed_ || digests_->reading) return nullptr;
   for (const fs::path& folder : folders()) {
-    if (errors_->of.contains(folder) || printing_process(folder)) continue;
-    errors_->reading = true;
-    return [errors = errors_, folder] {
-      const auto m = last_metrics(folder);
-      const std::lock_guard done(errors->mutex);
-      errors->reading = false;
-      std::optional<Error>& error = errors->of[folder];
-      if (m) error = Error{m->rms_mm * kUm, m->mean_error_mm * kUm, m->layer};
+    if (digests_->of.contains(folder) || printing_process(folder)) continue;
+    digests_->reading = true;
+    return [digests = digests_, folder] {
+      RunDigest digest = digest_run(folder);
+      const std::lock_guard done(digests->mutex);
+      digests->reading = false;
+      digests->of.insert_or_assign(folder, std::move(digest));
     };
   }
   return nullptr;
 }
 
+RunDigest RunSet::Digests::get(const fs::path& folder) {
+  {
+    const std::lock_guard lock(mutex);
+    if (const auto at = of.find(folder); at != of.end()) return at->second;
+  }
+  RunDigest digest = digest_run(folder);
+  const std::lock_guard lock(mutex);
+  if (!printing_process(folder)) of.insert_or_assign(folder, digest);
+  return digest;
+}
+
+std::function<LampSum()> RunSet::lamp_before(const fs::path& run) const {
+  return [digests = digests_, all = folders(), run] {
+    LampSum sum;
+    sum.lamp = lamp_of(run);
+    const std::pair begun(started(run), run);
+    if (sum.lamp.empty() || begun.first.empty()) return sum;
+    for (const fs::path& folder : all) {
+      const std::pair other(started(folder), folder);
+      if (other.first.empty() || other >= begun) continue;
+      const RunDigest digest = digests->get(folder);
+      if (digest.lamp != sum.lamp) continue;
+      sum.open_s += digest.lamp_open_s;
+      ++sum.runs;
+    }
+    return sum;
+  };
+}
+
 std::string RunSet::list_json() {
   listed_ = true;
-  const std::lock_guard lock(errors_->mutex);
+  const std::lock_guard lock(digests_->mutex);
   Json runs = Json::array();
   for (const fs::path& folder : folders()) {
     Json r{{"id", folder.filename().string()}};
     const auto pid = printing_process(folder);
-    Error error;
+    RunDigest::Error error;
     bool known = false;
-    if (const auto at = errors_->of.find(folder); at != errors_->of.end() && at->second && !pid) {
-      error = *at->second;
+    if (const auto at = digests_->of.find(folder); at != digests_->of.end() && at->second.last && !pid) {
+      error = *at->second.last;
       known = true;
     } else if (const auto o = opened_.find(folder); o != opened_.end()) {
       const auto run = o->second.lock();

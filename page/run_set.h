@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "page/run_digest.h"
 #include "page/watched_run.h"
 
 namespace firn::page {
@@ -35,16 +36,16 @@ class RunSet {
   /// Returns the work that reads the last error of one run that the list lacks, for any thread; nothing:
   /// nobody has asked for the list, it lacks none, or the work of before goes on.
   std::function<void()> error_to_read();
+  /// Returns the work, for any thread, that sums how long the lamp of a run was open in earlier runs.
+  std::function<LampSum()> lamp_before(const std::filesystem::path& run) const;
 
  private:
-  struct Error {
-    double rms_um = 0.0, mean_um = 0.0;
-    int layers = 0;
-  };
-  struct Errors {
+  struct Digests {
     std::mutex mutex;
-    std::map<std::filesystem::path, std::optional<Error>> of;  // of runs that are over
+    std::map<std::filesystem::path, RunDigest> of;  // of runs that are over
     bool reading = false;
+
+    RunDigest get(const std::filesystem::path& folder);
   };
   std::vector<std::filesystem::path> folders() const;
 
@@ -52,7 +53,7 @@ class RunSet {
   std::filesystem::path live_;
   std::map<std::filesystem::path, std::weak_ptr<WatchedRun>> opened_;
   std::shared_ptr<WatchedRun> last_;  // a tab that comes back finds it
-  std::shared_ptr<Errors> errors_ = std::make_shared<Errors>();
+  std::shared_ptr<Digests> digests_ = std::make_shared<Digests>();
   bool listed_ = false;
 };
 

@@ -153,12 +153,8 @@ void RunView::on_exposure(std::span<const std::byte> bytes) {
   InstrumentRow& lamp = instrument("lamp");
   char hours[20];
   std::snprintf(hours, sizeof hours, "%.4f", lamp_open_s_ / 3600.0);
-  const std::tuple row(std::string("open in this print, exposures ") + std::to_string(exposures_),
-                       std::string(hours), std::string("h"));
-  if (exposures_ == 1)
-    lamp.details.insert(lamp.details.begin(), row);
-  else
-    lamp.details.front() = row;
+  put_detail(lamp, "exposures in this print", std::to_string(exposures_), "");
+  put_detail(lamp, "open in this print", hours, "h");
 }
 
 void RunView::on_operator(std::span<const std::byte> bytes) {
@@ -254,6 +250,15 @@ EventRow& RunView::event(Weight weight, std::string source, std::string words) {
   e.words = std::move(words);
   if (events_.size() == kMostEvents) events_.pop_front();
   return events_.emplace_back(std::move(e));
+}
+
+void RunView::put_detail(InstrumentRow& i, const std::string& label, const std::string& value,
+                         const std::string& unit) {
+  const auto at = std::ranges::find(i.details, label, [](const auto& row) { return std::get<0>(row); });
+  if (at == i.details.end())
+    i.details.emplace(i.details.begin(), label, value, unit);
+  else
+    *at = {label, value, unit};
 }
 
 InstrumentRow& RunView::instrument(const std::string& node) {

@@ -95,6 +95,9 @@ class RunView {
   void set_phase(Phase phase, std::string words);
   EventRow& event(Weight weight, std::string source, std::string words);
   InstrumentRow& instrument(const std::string& node);
+  /// Puts a row before the others, or in the place of the one with this label.
+  static void put_detail(InstrumentRow&, const std::string& label, const std::string& value,
+                         const std::string& unit);
 
   ViewFacts facts_;
   double now_s_ = 0.0;          // of the message at hand

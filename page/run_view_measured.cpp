@@ -131,8 +131,7 @@ void RunView::on_instrument(std::string_view channel, std::span<const std::byte>
     InstrumentRow& i = instrument(m.node);
     i.state = word_of(kDeviceStates, m.state);
     i.words = m.text;
-    if (!m.identity.empty() && (i.details.empty() || std::get<0>(i.details.front()) != "identity"))
-      i.details.emplace(i.details.begin(), "identity", m.identity, "");
+    if (!m.identity.empty()) put_detail(i, "identity", m.identity, "");
   } else {
     answer_t m{};
     if (!decode(bytes, m)) return;

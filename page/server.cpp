@@ -5,7 +5,6 @@
 
 #include <utility>  // before boost/asio/awaitable.hpp, which takes it for granted
 
-#include <algorithm>
 #include <atomic>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/co_spawn.hpp>
@@ -33,10 +32,12 @@
 
 #include "page/answers.h"
 #include "page/client_frame.h"
+#include "page/idle_places.h"
 #include "page/listening.h"
 #include "page/view_json.h"
 #include "page/web_rules.h"
 #include "print/operator/operator_client.h"
+#include "runtime/precedence.h"
 #include "runtime/run_clock.h"
 
 namespace firn::page {
@@ -72,8 +73,18 @@ void make_ready(Socket& socket) {
   socket.auto_fragment(false);
 }
 
+// An error ends one connection or run: the others go on.
+void run_through(asio::io_context& io) {
+  for (;;) try {
+      io.run();
+      return;
+    } catch (const std::exception& e) {
+      std::fprintf(stderr, "page: %s\n", e.what());
+    }
+}
+
 // The order goes the way of firn ctl, to the launcher; the frame answers the browser.
-asio::awaitable<std::string> obey(std::filesystem::path folder, ClientFrame frame) {
+asio::awaitable<std::string> obey(fs::path folder, ClientFrame frame) {
   std::string error, words;
   try {
     const auto executor = co_await asio::this_coro::executor;
@@ -107,7 +118,7 @@ asio::awaitable<std::string> obey(std::filesystem::path folder, ClientFrame fram
   co_return answer_frame(frame.id, error.empty(), error, words);
 }
 
-// Serves those who may command, at the print's own priority: a safe stop waits for no file, map or watcher.
+// Serves those who may command before all other work: a safe stop waits for no file, map or watcher.
 class CommandThread {
  public:
   CommandThread() : work_(asio::make_work_guard(io_)), thread_([this] { run(); }) {}
@@ -118,15 +129,15 @@ class CommandThread {
   CommandThread(const CommandThread&) = delete;
   CommandThread& operator=(const CommandThread&) = delete;
 
-  static constexpr std::string_view kProtocol = "firn";
+  static constexpr const char* kProtocol = "firn";
   /// Takes a connection whose request named this protocol and the token. From any thread.
-  void take(asio::ip::tcp::socket socket, Request request, std::filesystem::path folder) {
+  void take(tcp::socket socket, Request request, fs::path folder) {
     boost::system::error_code error;
     const auto protocol = socket.local_endpoint(error).protocol();
     const int fd = error ? -1 : socket.release(error);
     if (error) return;  // it has gone
     asio::post(io_, [this, protocol, fd, request = std::move(request), folder = std::move(folder)]() mutable {
-      asio::ip::tcp::socket mine(io_, protocol, fd);
+      tcp::socket mine(io_, protocol, fd);
       if (lines_ >= kMostLines) return;  // closes it
       ++lines_;
       asio::co_spawn(io_, serve(std::move(mine), std::move(request), std::move(folder)),
@@ -137,21 +148,15 @@ class CommandThread {
  private:
   static constexpr int kMostLines = 32;
   void run() {
-    for (;;) try {
-        io_.run();
-        return;
-      } catch (const std::exception& e) {  // of one line: the others go on
-        std::fprintf(stderr, "page: %s\n", e.what());
-      }
+    const Precedence precedence;
+    run_through(io_);
   }
 
-  static asio::awaitable<void> serve(asio::ip::tcp::socket socket, Request request,
-                                     std::filesystem::path folder) {
+  static asio::awaitable<void> serve(tcp::socket socket, Request request, fs::path folder) {
     Socket ws(std::move(socket));
     make_ready(ws);
     ws.set_option(beast::websocket::stream_base::decorator([](beast::websocket::response_type& response) {
-      response.set(http::field::sec_websocket_protocol,
-                   beast::string_view(kProtocol.data(), kProtocol.size()));
+      response.set(http::field::sec_websocket_protocol, kProtocol);
     }));
     co_await ws.async_accept(request, asio::use_awaitable);
     beast::flat_buffer buffer;
@@ -263,12 +268,7 @@ class Server {
       stop->async_wait(asio::posix::stream_descriptor::wait_read,
                        [this](boost::system::error_code) { io_.stop(); });
     }
-    for (;;) try {
-        io_.run();
-        return;
-      } catch (const std::exception& e) {  // of one connection or one run: the others go on
-        std::fprintf(stderr, "page: %s\n", e.what());
-      }
+    run_through(io_);
   }
 
  private:
@@ -312,6 +312,7 @@ class Server {
   std::vector<std::string> own_;
   std::set<std::shared_ptr<Tab>> tabs_;
   std::set<fs::path> troubled_, opening_;
+  IdlePlaces idle_;
   int connections_ = 0;
   std::chrono::steady_clock::time_point last_state_{}, last_rows_{};
 };
@@ -333,7 +334,7 @@ asio::awaitable<void> Server::accept() {
       co_await pause.async_wait(asio::use_awaitable);
       continue;
     }
-    if (connections_ >= kMostConnections) continue;  // closes it
+    if (connections_ >= kMostConnections && !idle_.make_room()) continue;  // closes it
     socket.set_option(tcp::no_delay(true), error);
     socket.set_option(asio::socket_base::send_buffer_size(kSocketBuffer), error);
     ++connections_;
@@ -363,12 +364,7 @@ Response as_response(WebReply&& reply, unsigned version, bool keep_alive, bool h
   r.set(http::field::cache_control, reply.etag.empty() ? "no-store" : "no-cache");
   if (!reply.etag.empty()) r.set(http::field::etag, reply.etag);
   if (reply.packed) r.set(http::field::content_encoding, "gzip");
-  r.set("X-Content-Type-Options", "nosniff");
-  r.set("Referrer-Policy", "no-referrer");
-  r.set("Content-Security-Policy",
-        reply.report ? "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:"
-                     : "default-src 'self'; img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; "
-                       "form-action 'none'; frame-ancestors 'none'");
+  for (const auto& [name, value] : safety_headers(reply)) r.set(name, value);
   r.keep_alive(keep_alive);
   if (!head) r.body() = std::move(reply.body);
   r.prepare_payload();
@@ -376,6 +372,8 @@ Response as_response(WebReply&& reply, unsigned version, bool keep_alive, bool h
 }
 
 asio::awaitable<void> Server::serve(tcp::socket socket) {
+  boost::system::error_code ignored;
+  const std::string from = socket.remote_endpoint(ignored).address().to_string();
   beast::tcp_stream stream(std::move(socket));
   beast::flat_buffer buffer(1 << 16);
   for (bool go_on = true; go_on;) {
@@ -383,7 +381,10 @@ asio::awaitable<void> Server::serve(tcp::socket socket) {
     parser.header_limit(8192);
     parser.body_limit(kMostNotesBytes + 1024);
     stream.expires_after(kPatience);
-    co_await http::async_read(stream, buffer, parser, asio::use_awaitable);
+    {
+      const IdlePlaces::Place place = idle_.enter(from, [&stream] { stream.close(); });
+      co_await http::async_read(stream, buffer, parser, asio::use_awaitable);
+    }
     Request request = parser.release();
     if (beast::websocket::is_upgrade(request) && own(request)) {
       stream.expires_never();
@@ -403,7 +404,6 @@ asio::awaitable<void> Server::serve(tcp::socket socket) {
     stream.expires_after(kPatience);
     co_await http::async_write(stream, response, asio::use_awaitable);
   }
-  boost::system::error_code ignored;
   stream.socket().shutdown(tcp::socket::shutdown_send, ignored);
 }
 

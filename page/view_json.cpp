@@ -260,6 +260,10 @@ std::string exchanges_json(const std::vector<Exchange>& exchanges) {
   return dumped({{"exchanges", all}});
 }
 
+std::string lamp_json(const LampSum& sum) {
+  return dumped({{"lamp", sum.lamp}, {"earlier_h", sum.open_s / 3600.0}, {"earlier_runs", sum.runs}});
+}
+
 std::string error_frame(const std::string& error) { return frame("error", {{"error", error}}); }
 
 std::string pong_frame(std::int64_t id, double t_s) { return frame("pong", {{"id", id}, {"t_s", t_s}}); }

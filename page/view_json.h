@@ -11,6 +11,7 @@
 #include "core/grid/grid.h"
 #include "page/client_frame.h"
 #include "page/record_tail.h"
+#include "page/run_digest.h"
 #include "page/run_view.h"
 
 namespace firn::page {
@@ -35,6 +36,7 @@ std::string answer_frame(std::optional<std::int64_t> id, bool ok, const std::str
                          const std::string& words);
 std::string error_frame(const std::string& error);
 std::string exchanges_json(const std::vector<Exchange>& exchanges);
+std::string lamp_json(const LampSum& sum);
 std::string pong_frame(std::int64_t id, double t_s);
 
 }  // namespace firn::page

@@ -338,13 +338,22 @@ TEST_CASE("the limits of the interlocks are settings") {
     }
 }
 
-TEST_CASE("the lamp tells how long this print has opened it") {
+TEST_CASE(
+    "the lamp tells how long this print has opened it, in one row whatever its driver tells meanwhile") {
   Told t;
   lamp_command_t m{};
   m.exposure_s = 18.0;
-  for (int n = 0; n < 10; ++n) t.tell(channels::kLampCommand.name, m, n);
-  const auto& [label, value, unit] = t.view.instruments().at("lamp").details.front();
-  CHECK_THAT(label, Contains("exposures 10"));
-  CHECK(value == "0.0500");
-  CHECK(unit == "h");
+  device_state_t state{};
+  state.node = "lamp";
+  state.identity = "OmniCure S2000";
+  for (int n = 0; n < 10; ++n) {
+    t.tell("STATE_LAMP", state, n);
+    t.tell(channels::kLampCommand.name, m, n);
+  }
+  using Row = std::tuple<std::string, std::string, std::string>;
+  const auto& details = t.view.instruments().at("lamp").details;
+  REQUIRE(details.size() == 3);
+  CHECK(details[0] == Row("open in this print", "0.0500", "h"));
+  CHECK(details[1] == Row("exposures in this print", "10", ""));
+  CHECK(details[2] == Row("identity", "OmniCure S2000", ""));
 }

@@ -25,16 +25,21 @@ using nlohmann::json;
 
 namespace {
 
+/// Prints in one process. @returns the run's name
+std::string print_into(const std::filesystem::path& runs) {
+  const Experiment e = test::tiny_print("page");
+  const RunFolder run = RunFolder::create(runs, e, make_inputs(e, ""), {"test"});
+  LabRunOptions o;
+  o.note = [](const std::string&) {};
+  REQUIRE(run_in_lab(run, o).result.status == 0);
+  return run.path().filename();
+}
+
 /// Serves a folder with one finished run until it goes.
 class Served {
  public:
   Served() {
-    const Experiment e = test::tiny_print("page");
-    const RunFolder run = RunFolder::create(place.path() / "runs", e, make_inputs(e, ""), {"test"});
-    LabRunOptions o;
-    o.note = [](const std::string&) {};
-    REQUIRE(run_in_lab(run, o).result.status == 0);
-    id = run.path().filename();
+    id = print_into(place.path() / "runs");
     REQUIRE(::pipe(stop_) == 0);
     options.places = {place.path() / "runs"};
     options.token = "secret";
@@ -274,6 +279,42 @@ TEST_CASE("connections beyond the limit, garbage and half requests leave others 
   idle.clear();
   ::usleep(200'000);
   CHECK(WebClient(s.address).get("/").status == 200);
+}
+
+TEST_CASE(
+    "a newcomer is served at once beside as many idle connections as there may be, and only the oldest go") {
+  Served s;
+  std::vector<std::unique_ptr<WebClient>> idle;
+  for (int n = 0; n < 2 * page::kMostConnections; ++n) {
+    idle.push_back(std::make_unique<WebClient>(s.address));
+    if (n % 20 == 0) CHECK(WebClient(s.address).get("/").status == 200);
+  }
+  CHECK(WebClient(s.address).get("/").status == 200);
+  CHECK(idle.front()->get("/").status == 0);
+  CHECK(idle.back()->get("/").status == 200);
+}
+
+TEST_CASE("the hours of a lamp count the runs before that name its port") {
+  Served s;
+  WebClient c(s.address);
+  const auto lamp = [&](const std::string& id) {
+    return json::parse(WebClient(s.address).get("/api/runs/" + id + "/lamp").body);
+  };
+  double own_h = 0.0;
+  const json hello = s.hello(c);
+  for (const json& one : hello["instruments"])
+    for (const json& row : one["details"]) {
+      const std::string label = row[0], value = row[1];
+      if (label.starts_with("open in this print")) own_h = std::stod(value);
+    }
+  REQUIRE(own_h > 0.0);
+  CHECK(lamp(s.id) == json{{"lamp", "simulated"}, {"earlier_h", 0.0}, {"earlier_runs", 0}});
+  std::vector<std::string> later;
+  for (int n = 0; n < 2; ++n) later.push_back(print_into(s.place.path() / "runs"));
+  CHECK(lamp(later[1])["earlier_runs"] == 2);
+  CHECK(lamp(later[1])["earlier_h"].get<double>() == Approx(2.0 * own_h).margin(1e-4));
+  CHECK(lamp(s.id)["earlier_runs"] == 0);
+  CHECK(WebClient(s.address).get("/api/runs/none/lamp").status == 404);
 }
 
 TEST_CASE("a place that is no folder and an address of another machine are named") {
