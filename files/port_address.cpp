@@ -65,21 +65,31 @@ void take_frame(PortAddress& a, std::string_view text, std::string_view frame) {
   a.stop_bits = frame[2] - '0';
 }
 
+/// Takes the device file and hands each "name=value" behind its '?' to `take`, which returns false for a name
+/// that it does not know.
+template <class Take>
+void read_options(PortAddress& a, std::string_view text, std::string_view rest, const char* known,
+                  Take take) {
+  const std::size_t query = rest.find('?');
+  a.place = rest.substr(0, query);
+  check_place(text, a.place, "device file");
+  std::string_view options = query == std::string_view::npos ? "" : rest.substr(query + 1);
+  while (!options.empty()) {
+    const std::string_view option = options.substr(0, options.find('&'));
+    options.remove_prefix(std::min(options.size(), option.size() + 1));
+    const std::size_t equals = option.find('=');
+    if (!take(option.substr(0, equals),
+              equals == std::string_view::npos ? std::string_view() : option.substr(equals + 1)))
+      refuse(text, "option '" + std::string(option) + "' is none of " + known);
+  }
+}
+
 PortAddress serial(std::string_view text, std::string_view rest, const PortDefaults& defaults) {
   PortAddress a;
   a.kind = PortAddress::Kind::kSerial;
   a.baud = defaults.baud;
   a.open_wait_ms = defaults.open_wait_ms;
-  const std::size_t query = rest.find('?');
-  a.place = rest.substr(0, query);
-  check_place(text, a.place, "device file");
-  for (std::string_view options = query == std::string_view::npos ? "" : rest.substr(query + 1);
-       !options.empty();) {
-    const std::string_view option = options.substr(0, options.find('&'));
-    options.remove_prefix(std::min(options.size(), option.size() + 1));
-    const std::size_t equals = option.find('=');
-    const std::string_view name = option.substr(0, equals),
-                           value = equals == std::string_view::npos ? "" : option.substr(equals + 1);
+  const auto take = [&](std::string_view name, std::string_view value) {
     if (name == "baud")
       a.baud = number(text, value, "baud", 300, 921600);
     else if (name == "frame")
@@ -91,9 +101,10 @@ PortAddress serial(std::string_view text, std::string_view rest, const PortDefau
               : value == "off" ? PortAddress::Dtr::kOff
                                : PortAddress::Dtr::kKeep;
     else
-      refuse(text, "option '" + std::string(option) +
-                       "' is none of baud=N, frame=8N1, dtr=on|off|keep, open_wait_ms=N");
-  }
+      return false;
+    return true;
+  };
+  read_options(a, text, rest, "baud=N, frame=8N1, dtr=on|off|keep, open_wait_ms=N", take);
   if (a.baud == 0) refuse(text, "must name its speed, as serial:/dev/ttyUSB0?baud=9600");
   bool known = false;
   for (const int baud : kBauds) known = known || baud == a.baud;
@@ -111,16 +122,7 @@ void take_size(PortAddress& a, std::string_view text, std::string_view size) {
 PortAddress v4l2(std::string_view text, std::string_view rest) {
   PortAddress a;
   a.kind = PortAddress::Kind::kV4l2;
-  const std::size_t query = rest.find('?');
-  a.place = rest.substr(0, query);
-  check_place(text, a.place, "device file");
-  for (std::string_view options = query == std::string_view::npos ? "" : rest.substr(query + 1);
-       !options.empty();) {
-    const std::string_view option = options.substr(0, options.find('&'));
-    options.remove_prefix(std::min(options.size(), option.size() + 1));
-    const std::size_t equals = option.find('=');
-    const std::string_view name = option.substr(0, equals),
-                           value = equals == std::string_view::npos ? "" : option.substr(equals + 1);
+  const auto take = [&](std::string_view name, std::string_view value) {
     if (name == "size")
       take_size(a, text, value);
     else if (name == "delay_us")
@@ -128,9 +130,10 @@ PortAddress v4l2(std::string_view text, std::string_view rest) {
     else if (name == "format" && std::ranges::find(kPixelFormats, value) != kPixelFormats.end())
       a.format = value;
     else
-      refuse(text, "option '" + std::string(option) +
-                       "' is none of size=WxH, format=GREY|Y10|Y12|Y16|YUYV, delay_us=N");
-  }
+      return false;
+    return true;
+  };
+  read_options(a, text, rest, "size=WxH, format=GREY|Y10|Y12|Y16|YUYV, delay_us=N", take);
   return a;
 }
 
