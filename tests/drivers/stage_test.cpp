@@ -1,15 +1,14 @@
-#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
 
 #include "core/grid/firing_order.h"
 #include "drivers/stage/stage.h"
-#include "tests/drivers/bench.h"
+#include "tests/drivers/yes_ensemble.h"
 
 using namespace firn;
 using namespace firn::drivers;
-using firn::drivers::test::Bench;
+using firn::drivers::test::YesEnsemble;
 
 namespace {
 
@@ -51,65 +50,10 @@ TEST_CASE("the stage speaks as the Ensemble cards say, whatever the split of the
   }
 }
 
-namespace {
-
-// An Ensemble that says yes to everything and whose axes stand where they were sent.
-struct YesEnsemble {
-  Stage stage;
-  Bench bench{stage};
-  std::array<std::string, 3> at{"0", "0", "0"};
-  std::string pulses = "0";
-  std::vector<std::string> log;
-  int swallow_after = -1;  ///< lines after which nothing is answered any more
-
-  explicit YesEnsemble(StageOptions config = small_stage()) : stage(std::move(config)) {
-    bench.open();
-    run_until_safe();
-  }
-  void answer() {
-    for (std::string line; !(line = bench.take_line()).empty();) {
-      line.pop_back();
-      log.push_back(line);
-      if (swallow_after >= 0 && int(log.size()) > swallow_after) continue;
-      if (line.starts_with("LINEAR")) {
-        for (int a = 0; a < 3; ++a)
-          if (const auto n = line.find("@" + std::to_string(a)); n != std::string::npos)
-            at[std::size_t(a)] = line.substr(n + 3, line.find(' ', n + 3) - n - 3);
-        bench.feed("%\n");
-      } else if (line.starts_with("PFBKPROG")) {
-        bench.feed("%" + at[std::size_t(line[10] - '0')] + "\n");
-      } else if (line.starts_with("PSOARRAY")) {
-        pulses = line.substr(line.rfind(',') + 1);
-        bench.feed("%\n");
-      } else if (line.starts_with("PSOCOUNT")) {
-        bench.feed("%" + pulses + "\n");
-      } else if (line.starts_with("AXISSTATUS")) {
-        bench.feed("%7\n");
-      } else if (line.starts_with("GETPARM")) {
-        const auto held = [&](const char* number) { return line.find(number) != std::string::npos; };
-        bench.feed(held(", 37)") ? "%-100\n" : held(", 38)") ? "%100\n" : "%10000\n");
-      } else if (line.find('(') != std::string::npos && line.find('=') == std::string::npos) {
-        bench.feed("%0\n");
-      } else {
-        bench.feed("%\n");
-      }
-    }
-  }
-  void run_until_safe() {
-    for (int n = 0; n < 10'000 && !stage.safe(); ++n) {
-      answer();
-      if (!stage.safe()) bench.advance_to_wake();
-    }
-    REQUIRE(stage.safe());
-  }
-};
-
-}  // namespace
-
 TEST_CASE(
     "a position outside the host's limits is refused, naming axis, value and limit, and nothing is sent",
     "[stage][I8]") {
-  YesEnsemble e;
+  YesEnsemble e(small_stage());
   const auto refused = [&](const std::function<void(std::int64_t, Effects&)>& f, const std::string& text) {
     e.bench.command(f);
     const Result r = e.bench.all<Result>().back();
@@ -144,14 +88,14 @@ TEST_CASE(
 }
 
 TEST_CASE("a scan may be as fast as its run-up fits into one pitch", "[stage]") {
-  YesEnsemble e;
+  YesEnsemble e(small_stage());
   e.bench.command([&](auto t, auto& fx) { e.stage.scan(0, 0, 0, 0.25, 10, 31.6, t, fx); });
   CHECK(e.bench.all<Result>().empty());
   CHECK(e.stage.busy());
 }
 
 TEST_CASE("a pass without droplets is done without a move", "[stage]") {
-  YesEnsemble e;
+  YesEnsemble e(small_stage());
   e.bench.command([&](auto t, auto& fx) {
     e.stage.run_pass(DropletPattern(GridSpec{4, 4, 0.25, 0.25, 0, 0}), 0, 1.0, 0, t, fx);
   });
@@ -164,7 +108,7 @@ TEST_CASE("whenever the controller falls silent, no motion and no arming is ever
   DropletPattern pattern(GridSpec{4, 2, 0.25, 0.5, 0.0, 0.0});
   pattern.at(0, 0) = pattern.at(2, 0) = pattern.at(3, 1) = 1;
   for (int silent_after = 0; silent_after < 40; ++silent_after) {
-    YesEnsemble e;
+    YesEnsemble e(small_stage());
     e.bench.command([&](auto t, auto& fx) { e.stage.run_pass(pattern, 0, kNaN, 0, t, fx); });
     e.log.clear();
     e.swallow_after = silent_after;

@@ -1,66 +1,16 @@
+#include <algorithm>
 #include <catch2/catch.hpp>
 
-#include "drivers/stage/stage.h"
-#include "tests/drivers/bench.h"
+#include "tests/drivers/yes_ensemble.h"
 
 using namespace firn;
 using namespace firn::drivers;
-using firn::drivers::test::Bench;
+using firn::drivers::test::YesEnsemble;
 
 namespace {
 
-// A controller that says yes, whose axes stand at the ends that it was sent to and which counts what was
-// listed.
-struct PathEnsemble {
-  Stage stage{StageOptions{}};
-  Bench bench{stage};
-  std::vector<std::string> log;
-  std::string x = "0", y = "0", z = "0", pulses = "0";
-
-  PathEnsemble() {
-    bench.open();
-    run([&] { return stage.safe(); });
-  }
-  template <class Until>
-  void run(Until until) {
-    for (int n = 0; n < 20'000 && !until(); ++n) {
-      answer();
-      if (!until()) bench.advance_to_wake();
-    }
-    REQUIRE(until());
-  }
-  void answer() {
-    for (std::string line; !(line = bench.take_line()).empty();) {
-      line.pop_back();
-      log.push_back(line);
-      const auto word = [&](const char* axis) {
-        const auto at = line.find(axis);
-        return at == std::string::npos ? std::string() : line.substr(at + 3, line.find(' ', at + 3) - at - 3);
-      };
-      if (line.starts_with("LINEAR")) {
-        if (const std::string to = word("@0"); !to.empty()) x = to;
-        if (const std::string to = word("@1"); !to.empty()) y = to;
-        if (const std::string to = word("@2"); !to.empty()) z = to;
-        bench.feed("%\n");
-      } else if (line.starts_with("PFBKPROG")) {
-        bench.feed("%" + (line[10] == '0' ? x : line[10] == '1' ? y : z) + "\n");
-      } else if (line.starts_with("PSOARRAY")) {
-        pulses = line.substr(line.rfind(',') + 1);
-        bench.feed("%\n");
-      } else if (line.starts_with("PSOCOUNT")) {
-        bench.feed("%" + pulses + "\n");
-      } else if (line.starts_with("AXISSTATUS")) {
-        bench.feed("%7\n");
-      } else if (line.starts_with("GETPARM")) {
-        const auto asks = [&](const char* number) { return line.find(number) != std::string::npos; };
-        bench.feed(asks(", 37)") ? "%-100\n" : asks(", 38)") ? "%200\n" : "%10000\n");
-      } else if (line.find('(') != std::string::npos && line.find('=') == std::string::npos) {
-        bench.feed("%0\n");
-      } else {
-        bench.feed("%\n");
-      }
-    }
-  }
+struct PathEnsemble : YesEnsemble {
+  PathEnsemble() : YesEnsemble(StageOptions{}) {}
   bool sent(const std::string& line) const { return std::find(log.begin(), log.end(), line) != log.end(); }
   Result last() { return bench.all<Result>().back(); }
   void trace(const StageWay& way) {
