@@ -21,7 +21,10 @@ int main(int argc, char** argv) {
     firn::ProcessArgs inputs;
     inputs.options.run_dir = options.run.string();
     inputs.blobs = options.blobs;
-    firn::plant::serve(options, firn::plant::world_config(experiment, firn::read_blobs(inputs)));
+    firn::plant::WorldConfig config = firn::plant::world_config(experiment, firn::read_blobs(inputs));
+    config.line_speed = options.line_speed;
+    if (options.steady) firn::plant::make_steady(config.ice);
+    firn::plant::serve(options, config);
     return 0;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "world: %s\n", e.what());

@@ -57,6 +57,15 @@ std::string fault_names(std::uint32_t bits) {
   return out.empty() ? "none" : out;
 }
 
+std::string task_question(std::string_view program) {
+  constexpr std::string_view kRun = "RUN ";
+  const std::size_t at = program.find(kRun);
+  if (at == std::string_view::npos) return {};
+  std::string_view task = program.substr(at + kRun.size());
+  task = task.substr(0, task.find_first_not_of("0123456789"));
+  return task.empty() ? std::string() : "TASKSTATE(" + std::string(task) + ")";
+}
+
 std::optional<double> Reply::number() const {
   double v = 0.0;
   const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), v);

@@ -51,6 +51,9 @@ enum Parameter : std::int32_t {
   kGlobalIntegers = 124,
   kSoftwareLimitSetup = 210,
 };
+inline constexpr std::int64_t kTaskError = 6;  ///< TASKSTATE: 1 idle, 2 ready, 3 runs, 4 paused, 5 done [S]
+/// The question for the state of the task that a program command names; empty: it names none.
+std::string task_question(std::string_view program);
 /// Names of the bits set in an AXISFAULT value, comma separated.
 std::string fault_names(std::uint32_t bits);
 

@@ -116,7 +116,8 @@ class Stage final : public Driver {
     kFaultBits,
     kIncrement,
     kMotion,
-    kParameter
+    kParameter,
+    kTask
   };
   struct Doom {
     DeviceState state;
@@ -227,6 +228,7 @@ class Stage final : public Driver {
   bool acknowledged_ = false;  // FAULTACK was sent for axis_
   Poll poll_ = Poll::kNone;
   std::int64_t poll_at_us_ = 0;
+  int home_polls_ = 0;  ///< of the axis that homes
   std::int64_t move_end_us_ = 0;
   std::int64_t move_limit_us_ = 0;
 };

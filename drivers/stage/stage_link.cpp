@@ -116,6 +116,7 @@ void Stage::rejected(const Request& request, const ensemble::Reply& reply, std::
     pulses_.reset();
     return;
   }
+  if (request.tag == kTask) return;  // it does not tell: the time of the homing is its limit
   const char* how = reply.kind == Kind::kNak     ? "does not understand "
                     : reply.kind == Kind::kFault ? "cannot do "
                                                  : "timed out at ";
@@ -167,6 +168,12 @@ void Stage::reply(const Request& request, std::span<const std::byte> frame, std:
       break;
     case kCount:
       if (const auto n = r.number()) pulses_ = std::int64_t(*n);
+      break;
+    case kTask:
+      if (r.number() == double(ensemble::kTaskError) && phase_ == Phase::kHoming)
+        give_up(DeviceState::kFault, kStall,
+                std::string("axis ") + kAxisNames[axis] + ": the homing program has ended with an error",
+                now_us, fx);
       break;
     case kFaultBits:
       fault_bits_[axis] = r.bits().value_or(~0u);

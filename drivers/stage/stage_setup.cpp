@@ -7,6 +7,7 @@
 namespace firn::drivers {
 namespace {
 
+constexpr int kPollsToBegin = 3;
 constexpr int kHomingOrder[] = {2, 0, 1};  // the nozzle goes up first
 
 }  // namespace
@@ -156,6 +157,7 @@ std::optional<std::string> Stage::parameter_mismatch() const {
 
 void Stage::start_homing(int axis, std::int64_t now_us) {
   poll_at_us_ = now_us;
+  home_polls_ = 0;
   move_limit_us_ = now_us + std::int64_t(config_.home_timeout_s * 1e6);
   asked_ = true;
   progress_.launched = true;
@@ -195,6 +197,11 @@ bool Stage::home_next(std::int64_t now_us, Effects& fx) {
     if (now_us < poll_at_us_) return false;
     poll_at_us_ = now_us + std::int64_t(config_.poll_moving_s * 1e6);
     read("AXISSTATUS(@)", axis, kStatus);
+    // An axis that stands although the program has had time to begin: the program may be over.
+    const bool stands = !(bits & (ensemble::kMoving | ensemble::kHoming));
+    const std::string task = ensemble::task_question(config_.table.home_program);
+    if (config_.homing == Homing::kProgram && ++home_polls_ > kPollsToBegin && stands && !task.empty())
+      read(task, axis, kTask);
     return true;
   }
   phase_ = Phase::kRamp;

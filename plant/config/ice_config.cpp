@@ -107,6 +107,14 @@ IceWorldConfig::IceWorldConfig() {
   bead[1].scatter_mm = 0.15;
 }
 
+void make_steady(IceWorldConfig& c) {
+  for (IceLineParams& line : c.line) line.viscosity_b_K = line.coil_gain = line.drift = line.pulsation = 0.0;
+  for (IceBeadParams& bead : c.bead) bead.wander_tau_s = 0.01;  // of its range: nothing is left after a pause
+  c.disturbance.debris_per_h = 0.0;
+  c.arm.cantilever_hz = 60.0;  // the stiffest and most damped of its range: a swing is over within 30 ms
+  c.arm.cantilever_damping = 0.5;
+}
+
 void check(const IceWorldConfig& c) {
   range("field.cell_mm", c.field.cell_mm, 0.15, 0.6);
   range("field.width_mm", c.field.width_mm, 5.0, 500.0);

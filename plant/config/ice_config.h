@@ -164,6 +164,11 @@ struct IceWorldConfig {
   IceWorldConfig();  ///< SME's own values at index 1
 };
 
+/// Takes from nature all that depends on when a path begins: warming coils, temperature, drift, wander from
+/// path to path, debris, the end effector's swing after the move before. Prints of equal paths are equal
+/// then, whatever their pauses.
+void make_steady(IceWorldConfig& config);
+
 /// @throws std::invalid_argument naming the field and its limit.
 void check(const IceWorldConfig& config);
 

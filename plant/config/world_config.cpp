@@ -43,6 +43,7 @@ void check_inkjet(const WorldConfig& c) {
   require_within("profiler.points", c.profiler.points, 2, 800);
   require_within("profiler.dx_mm", c.profiler.dx_mm, 0.0, 10.0);
   require_within("stage.counts_per_mm", c.stage.counts_per_mm, 1.0, 1e7);
+  require_within("stage.scurve_percent", c.stage.scurve_percent, 0.0, 100.0);
   require_within("stage.ramp_rate_mm_s2", c.stage.ramp_rate_mm_s2, 1.0, 1e6);
   require_within("jet_b.max_rate_hz", c.jet_b.max_rate_hz, 1.0, 30'000.0);
   require_within("jet_b.baud", c.jet_b.baud, 300, 1e6);

@@ -89,8 +89,12 @@ struct StageParams {
   double abort_rate_mm_s2 = 2000.0;
   double home_speed_mm_s = 20.0;
   std::int64_t latency_us = 300;
-  std::int64_t idle_close_us = 0;  ///< the controller closes a silent socket; 0 = never
-  int global_integers = 4096;      ///< parameter GlobalIntegers, at most 4096
+  std::int64_t idle_close_us = 0;          ///< the controller closes a silent socket; 0 = never
+  int global_integers = 4096;              ///< parameter GlobalIntegers, at most 4096
+  double scurve_percent = 0.0;             ///< S-shaped share of ramps until SCURVE says otherwise, 0 .. 100
+  bool home_blocks = false;                ///< HOME keeps the interpreter busy until the axes are home
+  bool terminal_needed = false;            ///< pulses leave only after PSOOUTPUT CONTROL
+  std::string pulse_counter = "PSOCOUNT";  ///< the question that it answers; empty: none
 };
 struct JetParams {
   int baud = 9600;
@@ -99,6 +103,8 @@ struct JetParams {
   std::int64_t pulse_us = 550'000;
   bool microdrop = false;               ///< it is a Microdrop MD-E
   std::string trigger_on, trigger_off;  ///< its words for the external trigger; empty: it has none
+  std::int64_t settle_us = 0;           ///< deaf for so long after its line was opened
+  double most_v = 0.0;                  ///< a level beyond this abuses the head; 0: none does
 };
 struct ProfilerParams {
   int points = 800;
@@ -156,6 +162,8 @@ struct WorldConfig {
   std::uint64_t seed = 1;
   double host_scale =
       1.0;  ///< world seconds per second of the host's clock, in which watchdogs against a dead host run
+  double line_speed =
+      1.0;  ///< serial lines are faster by this: something else carries the bytes at their baud
   std::string model = "droplets";  ///< or "lu2015"
   bool two_inks = false;           ///< a block of object and support ink is printed, with two jets
   double nozzle_b_x_mm = 20.0;     ///< true place of the second nozzle, relative to the first

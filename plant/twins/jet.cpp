@@ -1,5 +1,6 @@
 #include "plant/twins/jet.h"
 
+#include <cmath>
 #include <string>
 
 namespace firn::plant {
@@ -56,7 +57,8 @@ JetTwin::JetTwin(Port port, const JetParams& params, Wires& wires)
     : Twin(port, TwinLink(10.0e6 / params.baud, 0)), params_(params), wires_(wires) {}
 
 void JetTwin::take(std::span<const std::byte> bytes, std::int64_t now_us) {
-  for (const std::byte b : bytes) byte(std::uint8_t(b), now_us);
+  for (const std::byte b : bytes)
+    if (now_us >= deaf_until_us_) byte(std::uint8_t(b), now_us);
 }
 
 void JetTwin::byte(std::uint8_t b, std::int64_t now_us) {
@@ -88,6 +90,15 @@ void JetTwin::byte(std::uint8_t b, std::int64_t now_us) {
     execute(now_us);
     frame_.clear();
   }
+}
+
+// Idle, dwell and echo level.
+bool JetTwin::beyond_head(const std::uint8_t* pulse) const {
+  for (const int at : {7, 9, 11}) {
+    const auto level_v = std::int16_t(std::uint16_t(pulse[at] << 8 | pulse[at + 1]));
+    if (params_.most_v > 0.0 && std::abs(double(level_v)) > params_.most_v) return true;
+  }
+  return false;
 }
 
 void JetTwin::answer(bool ack, std::uint8_t command, std::uint8_t status, std::int64_t now_us) {
@@ -127,7 +138,7 @@ void JetTwin::execute(std::int64_t now_us) {
       break;
     case kPulse:
       // Their comment: changing the waveform while jetting "can break the JetDrive".
-      if (state_.external || state_.continuous)
+      if (state_.external || state_.continuous || beyond_head(data))
         wires_.note(now_us, port_, DeviceEvent::kJetAbused, now_us - state_.last_fired_us);
       state_.waveform = true;
       pulse_ = {u16(2) / 10.0, u16(13) / 10.0, u16(15) / 10.0,
@@ -230,6 +241,8 @@ void JetTwin::trip(std::int64_t now_us, std::int64_t code) {
   if (code == 1) set_source(false, now_us);
 }
 
-void JetTwin::io(Archive& a) { a.all(boot_count_, state_, pulse_, trip_, remote_, greeting_, frame_, link_); }
+void JetTwin::io(Archive& a) {
+  a.all(boot_count_, state_, pulse_, trip_, deaf_until_us_, remote_, greeting_, frame_, link_);
+}
 
 }  // namespace firn::plant

@@ -19,6 +19,7 @@ class JetTwin : public Twin {
   /// @param port kJet or kJetB: the lab has one per ink
   JetTwin(Port port, const JetParams& params, Wires& wires);
   void take(std::span<const std::byte> bytes, std::int64_t now_us) override;
+  void connected(std::int64_t now_us) override { deaf_until_us_ = now_us + params_.settle_us; }
   void disconnected(std::int64_t) override {  // the jet stays as it is
     frame_.clear();
     greeting_ = 0;
@@ -59,13 +60,14 @@ class JetTwin : public Twin {
   Wires& wires_;
   State state_;
   JetPulse pulse_{};
-  std::int64_t trip_ = 0;
+  std::int64_t trip_ = 0, deaf_until_us_ = 0;
 
  private:
   void byte(std::uint8_t b, std::int64_t now_us);
   void execute(std::int64_t now_us);
   void answer(bool ack, std::uint8_t command, std::uint8_t status, std::int64_t now_us);
   void dump(std::int64_t now_us);
+  bool beyond_head(const std::uint8_t* pulse) const;
   bool remote_ = false;              ///< X2000 was received
   std::uint32_t greeting_ = 0;       ///< characters of X2000 seen
   std::vector<std::uint8_t> frame_;  ///< from 'S' on

@@ -31,6 +31,7 @@ class TwinLink {
   };
   TwinLink(double byte_us, std::int64_t latency_us) : byte_us_(byte_us), latency_us_(latency_us) {}
 
+  void speed_up(double factor) { byte_us_ /= factor; }
   bool connected() const { return connected_; }
   bool serial() const { return byte_us_ > 0.0; }
   bool hung() const { return hung_; }

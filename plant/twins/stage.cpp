@@ -31,7 +31,7 @@ void Pso::advance() {
 
 void Pso::io(Archive& a) {
   a.all(armed, output, masked, window, mode, fixed_counts, increments, window_low_mm, window_high_mm,
-        next_index, next_counts, pulses, travel_mm, toggle, vector);
+        next_index, next_counts, pulses, travel_mm, toggle, vector, terminal);
 }
 
 void StageDevice::power_on() {
@@ -44,6 +44,7 @@ void StageDevice::power_on() {
   faults_ = {};
   absolute_ = false;
   ramp_mm_s2_ = params_.ramp_rate_mm_s2;
+  scurve_percent_ = params_.scurve_percent;
   pso_ = {};
   next_pulse_ = {};
   iglobals_.fill(0.0);
@@ -111,8 +112,12 @@ StageDevice::Answer StageDevice::home_by_program(std::int64_t now_us) {
   const double axis = iglobals_[33];
   if (iglobals_[32] != 1.0 || !(axis >= 0.0 && axis < 3.0)) return Answer::kFault;
   homed_[std::size_t(axis)] = false;
+  program_broken_ = program_breaks_;
+  if (program_broken_) return Answer::kOk;
   return home(1u << unsigned(axis), now_us);
 }
+
+int StageDevice::task_state() const { return program_broken_ ? 6 : move_ && current_.homing ? 3 : 1; }
 
 void StageDevice::stop_program(std::int64_t now_us) {
   if (move_ && current_.homing) abort(now_us);
@@ -200,6 +205,12 @@ bool StageDevice::set_ramp(double rate_mm_s2) {
   return true;
 }
 
+bool StageDevice::set_scurve(double percent) {
+  if (!(percent >= 0.0 && percent <= 100.0)) return false;
+  scurve_percent_ = percent;
+  return true;
+}
+
 StageDevice::Answer StageDevice::arm(int axis, std::int64_t now_us) {
   Pso& p = pso_[axis];
   if (p.mode == Pso::Mode::kNone || (p.mode == Pso::Mode::kFixed && p.fixed_counts < 1))
@@ -261,6 +272,7 @@ void StageDevice::put_out_pulse(std::int64_t now_us) {
   find_pulse();
   if (!p.output || !inside || mute_) return;
   ++p.pulses;
+  if (params_.terminal_needed && !p.terminal) return;
   wires_.pulse(axis, now_us, position, velocity);
 }
 
@@ -298,7 +310,10 @@ void StageDevice::begin_next(std::int64_t now_us) {
     Vec3 to = at_mm_;
     for (int a = 0; a < 3; ++a)
       if (!std::isnan(current_.mm[a])) to[a] = current_.mm[a];
-    move_ = Move::trapezoid(at_mm_, to, current_.speed_mm_s, ramp_mm_s2_, now_us);
+    // An S-shaped ramp of the same largest acceleration lasts longer by its share; here its mean acts
+    // throughout.
+    const double ramp_mm_s2 = ramp_mm_s2_ / (1.0 + 0.01 * scurve_percent_);
+    move_ = Move::trapezoid(at_mm_, to, current_.speed_mm_s, ramp_mm_s2, now_us);
     if (move_->length_mm() > 0.0) {
       wires_.note(now_us, Port::kStage, DeviceEvent::kStageMoving, 0);
       find_pulse();
@@ -414,11 +429,11 @@ void StageDevice::io(Archive& a) {
   bool moving = move_.has_value(), tracking = track_.has_value();
   Move m = moving ? *move_ : Move{};
   Track t = tracking ? *track_ : Track{};
-  a.all(at_mm_, moving, m, current_, queue_, enabled_, homed_, faults_, tripped_, ramp_mm_s2_, stuck_,
-        refuses_enable_, mute_, crossed_, absolute_);
+  a.all(at_mm_, moving, m, current_, queue_, enabled_, homed_, faults_, tripped_, ramp_mm_s2_,
+        scurve_percent_, stuck_, refuses_enable_, mute_, crossed_, absolute_);
   for (Pso& p : pso_) a(p);
   a(iglobals_);
-  a.all(dglobals_, tracking, t, jammed_);
+  a.all(dglobals_, tracking, t, jammed_, program_breaks_, program_broken_);
   if (!a.loading()) return;
   move_ = moving ? std::optional<Move>(m) : std::nullopt;
   track_ = tracking ? std::optional<Track>(std::move(t)) : std::nullopt;

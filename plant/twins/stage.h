@@ -25,8 +25,9 @@ inline constexpr int kKnotCountIglobal = 40;  ///< read by the program that foll
 struct Pso {
   enum class Mode : std::uint8_t { kNone, kFixed, kArray };
   bool armed = false, output = false, masked = false, window = false;
-  bool toggle = false;  ///< each pulse switches the output over instead
-  bool vector = false;  ///< counts the way of X and Y together
+  bool toggle = false;    ///< each pulse switches the output over instead
+  bool vector = false;    ///< counts the way of X and Y together
+  bool terminal = false;  ///< PSOOUTPUT CONTROL was given
   Mode mode = Mode::kNone;
   std::int64_t fixed_counts = 0;
   std::vector<std::int64_t> increments;  ///< counts
@@ -65,12 +66,15 @@ class StageDevice {
   /// Runs or stops the homing program, which homes the axis of IGLOBAL(33).
   Answer home_by_program(std::int64_t now_us);
   void stop_program(std::int64_t now_us);
+  int task_state() const;  ///< of the homing program: 1 idle, 3 runs, 6 ended with an error
+  void break_program(bool on) { program_breaks_ = on; }
   /// Runs the program that moves X and Y through the knots in DGLOBAL: time, x, y, vx, vy of each, as many as
   /// IGLOBAL(40) says.
   Answer follow_path(std::int64_t now_us);
   std::optional<double> parameter(int axis, int number) const;
   Answer home(unsigned axes, std::int64_t now_us);
   bool set_ramp(double rate_mm_s2);
+  bool set_scurve(double percent);
   Answer arm(int axis, std::int64_t now_us);
   void pso_off(int axis, std::int64_t now_us);
 
@@ -133,9 +137,9 @@ class StageDevice {
   std::array<bool, 3> enabled_{}, homed_{};
   std::array<std::uint32_t, 3> faults_{};
   bool tripped_ = false, stuck_ = false, refuses_enable_ = false, mute_ = false, crossed_ = false,
-       jammed_ = false;
+       jammed_ = false, program_breaks_ = false, program_broken_ = false;
   bool absolute_ = false;
-  double ramp_mm_s2_ = 0.0;
+  double ramp_mm_s2_ = 0.0, scurve_percent_ = 0.0;
   std::array<Pso, 3> pso_{};
   NextPulse next_pulse_;
   std::array<double, kIglobals> iglobals_{};
@@ -154,7 +158,8 @@ class StageTwin : public Twin {
   bool device_event_replies() const override { return blocked_ || idle_close_us() != kNever; }
   void reboot(std::int64_t now_us) override;
   /// 0: mended. 1: emergency stop. 2: the pulse counters return to zero, and no status bit tells of it. 3: X
-  /// is stuck. 4: no axis enables. 5: no pulses are put out. 7: the shutter is stuck.
+  /// is stuck. 4: no axis enables. 5: no pulses are put out. 7: the shutter is stuck. 8: the homing
+  /// program ends with an error.
   void trip(std::int64_t now_us, std::int64_t code) override;
   void io(Archive& a) override;
   StageDevice& device() { return device_; }

@@ -194,7 +194,7 @@ StageReply pso_command(StageDevice& d, const Words& w, std::int64_t now_us) {
   Pso& p = d.pso(axis);
   const std::string_view verb = w[0].substr(3);
   if (verb == "CONTROL") return pso_control(d, p, axis, w, now_us);
-  if (verb == "COUNT") return integer(p.pulses);
+  if (w[0] == d.params().pulse_counter) return integer(p.pulses);
   if (verb == "DISTANCE") return pso_distance(d, p, w);
   if (verb == "ARRAY") return pso_array(d, p, w);
   if (verb == "WINDOW") return pso_window(p, w);
@@ -210,7 +210,10 @@ StageReply pso_command(StageDevice& d, const Words& w, std::int64_t now_us) {
     return {w.count == 3 || p.masked ? "%\n" : "!\n"};
   }
   double a = 0, b = 0;
-  if (verb == "OUTPUT" && w[2] == "CONTROL" && number(w[3], a)) return {"%\n"};
+  if (verb == "OUTPUT" && w[2] == "CONTROL" && number(w[3], a)) {
+    p.terminal = true;
+    return {"%\n"};
+  }
   if (verb == "PULSE" && w[2] == "TIME" && number(w[3], a) && number(w[4], b) && a > 0 && b > 0 && b <= a)
     return {"%\n"};
   if (verb == "TRACK" && (w[2] == "INPUT" || w[2] == "DIRECTION") && number(w[3], a)) {
@@ -238,7 +241,7 @@ StageReply execute(StageDevice& d, std::string_view line, std::int64_t now_us) {
   if (verb == "DGLOBAL") return dglobal(d, w);
   if (verb.starts_with("PSO")) return pso_command(d, w, now_us);
   if (verb == "PLANESTATUS") return integer(d.moving() ? 1 : 0);
-  if (verb == "TASKSTATE") return integer(1);
+  if (verb == "TASKSTATE") return integer(w[1] == "5" ? d.task_state() : 1);
   if (verb == "WAIT" && w[1] == "MODE") {
     if (w[2] == "NOWAIT") return {"%\n", false, 0};
     if (w[2] == "MOVEDONE" || w[2] == "INPOS") return {"%\n", false, 1};
@@ -251,7 +254,7 @@ StageReply execute(StageDevice& d, std::string_view line, std::int64_t now_us) {
     for (const int axis : {0, 1, 2}) d.fault_acknowledge(axis);
     return {"%\n"};
   }
-  if (verb == "SCURVE") return {number(w[1], value) && value >= 0.0 && value <= 100.0 ? "%\n" : "!\n"};
+  if (verb == "SCURVE") return {number(w[1], value) && d.set_scurve(value) ? "%\n" : "!\n"};
   if (verb == "RAMP" && w[1] == "MODE") return {w[w.count - 1] == "RATE" ? "%\n" : "!\n"};
   if (verb == "PROGRAM" && w[1] == "RUN" && w[3] == "\"HOMEASYNC.BCX\"")
     return {text_of(d.home_by_program(now_us))};
@@ -301,7 +304,7 @@ StageReply execute(StageDevice& d, std::string_view line, std::int64_t now_us) {
       axes |= 1u << axis_of(w[n]);
     }
     const Answer a = d.home(axes, now_us);
-    return {text_of(a), a == Answer::kOk};
+    return {text_of(a), a == Answer::kOk, -1, d.params().home_blocks};
   }
   return {"!\n"};
 }
@@ -332,7 +335,7 @@ void StageTwin::interpret(std::int64_t now_us) {
     StageReply reply = execute(device_, std::string_view(line_).substr(begin, end - begin), now_us);
     begin = end + 1;
     if (reply.wait_mode >= 0) wait_for_motion_ = reply.wait_mode == 1;
-    if (reply.started_motion && wait_for_motion_ && device_.moving())
+    if (reply.started_motion && (wait_for_motion_ || reply.blocks) && device_.moving())
       blocked_ = true;
     else
       link_.reply(reply.text, now_us);
@@ -371,6 +374,7 @@ void StageTwin::trip(std::int64_t now_us, std::int64_t code) {
   if (code == 0 || code == 4) device_.refuse_enable(code == 4);
   if (code == 0 || code == 5) device_.mute_pulses(code == 5);
   if (code == 0 || code == 6) device_.cross_encoder(code == 6);
+  if (code == 0 || code == 8) device_.break_program(code == 8);
   if (code == 0 || code == 7) device_.jam_shutter(code == 7);
   if (code <= 1) device_.trip(code == 1, now_us);
 }

@@ -13,6 +13,7 @@ struct StageReply {
   std::string text;             ///< with its first character and end of line
   bool started_motion = false;  ///< LINEAR or HOME was accepted
   int wait_mode = -1;           ///< WAIT MODE given: 0 NOWAIT, 1 MOVEDONE
+  bool blocks = false;          ///< the interpreter waits for that motion in either mode
 };
 
 /// Executes `line` (without its end) on the device. Never throws; an unknown command is answered with

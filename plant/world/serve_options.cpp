@@ -19,6 +19,12 @@ ServeOptions parse_serve_options(const std::vector<std::string>& arguments) {
       {"--epoch-ns", &o.epoch_ns},
       {"--offset-us", &o.offset_us},
       {"--time-scale", &o.time_scale},
+      {"--line-speed", &o.line_speed},
+      {"--nature",
+       [&](const std::string& text) {
+         if (text != "steady") throw std::invalid_argument("--nature " + text + ": must be steady");
+         o.steady = true;
+       }},
       {"--incarnation", not_used},
       {"--run-id", not_used},
       {"--bus", not_used},
@@ -38,6 +44,8 @@ ServeOptions parse_serve_options(const std::vector<std::string>& arguments) {
   if (o.run.empty()) throw std::invalid_argument("--run is missing: the run folder");
   if (!(o.time_scale > 0.0 && o.time_scale <= 1e6))
     throw std::invalid_argument("--time-scale must be above 0, at most 1e6");
+  if (!(o.line_speed >= 1.0 && o.line_speed <= 1e6))
+    throw std::invalid_argument("--line-speed must be at least 1, at most 1e6");
   if (o.io.empty()) o.io = o.run / "io";
   return o;
 }

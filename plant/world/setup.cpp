@@ -176,6 +176,7 @@ WorldConfig world_config(const Experiment& e) {
   c.stage.low_limit_mm = {e.stage.x_min_mm, e.stage.y_min_mm, e.stage.z_min_mm};
   c.stage.high_limit_mm = {e.stage.x_max_mm, e.stage.y_max_mm, e.stage.z_max_mm};
   c.stage.max_speed_mm_s = e.stage.max_speed_mm_s;
+  c.stage.terminal_needed = true;
   c.stage.abort_rate_mm_s2 = std::max(c.stage.abort_rate_mm_s2, e.stage.acceleration_mm_s2);
   set_up_jet(e.jet, c.jet);
   set_up_jet(e.jet_b.drive, c.jet_b);

@@ -25,7 +25,9 @@ std::size_t port_of(const WorldLab& lab, std::string_view name) {
 
 std::unique_ptr<WorldLab> make_lab(const WorldConfig& config, WorldRecord* record) {
   check(config);
-  return config.kind->make(config, record);
+  std::unique_ptr<WorldLab> lab = config.kind->make(config, record);
+  for (Twin* twin : lab->twins) twin->link().speed_up(config.line_speed);
+  return lab;
 }
 
 }  // namespace

@@ -54,7 +54,8 @@ TEST_CASE("a lamp that burns and is warm exposes as long as it was told, by its 
   }
 }
 
-TEST_CASE("a lamp that is out is switched on once and waited for until it is warm", "[lamp]") {
+TEST_CASE("a lamp that is out is switched on once and waited for until it is warm",
+          "[lamp][corrected:lamp-on]") {
   LampRig rig({}, 4.0);
   rig.trip(kOut);
   const std::int64_t begin_us = rig.now_us;
@@ -65,7 +66,7 @@ TEST_CASE("a lamp that is out is switched on once and waited for until it is war
 }
 
 TEST_CASE("a lamp that is out and may not be switched on is named, and its shutter stays closed",
-          "[lamp][I9]") {
+          "[lamp][I9][corrected:lamp-status]") {
   LampOptions options;
   options.auto_on = OnOff::kOff;
   LampRig rig(options);
@@ -93,7 +94,8 @@ TEST_CASE("a lamp with an alarm is not exposed with", "[lamp][I9]") {
   CHECK(rig.stopped_by("it has an alarm"));
 }
 
-TEST_CASE("a shutter that does not open is named, however short the exposure", "[lamp][I9]") {
+TEST_CASE("a shutter that does not open is named, however short the exposure",
+          "[lamp][I9][corrected:lamp-shutter]") {
   for (const double s : {0.05, 0.3, 0.5, 3.0}) {
     LampRig rig;
     rig.trip(kStuckClosed);

@@ -94,7 +94,7 @@ Scan scan(ProfileRead read, int rows, std::int64_t stall_us, std::uint64_t seed)
 }  // namespace
 
 TEST_CASE("2,000 rows at 1 kHz come whole and in order from the profiler's memory, with a host that is late",
-          "[laser]") {
+          "[laser][corrected:ljv-memory]") {
   for (const std::uint64_t seed : {1, 2, 3}) {
     const Scan s = scan(ProfileRead::kMemory, 2000, 250'000, seed);
     REQUIRE(s.over);
@@ -111,7 +111,7 @@ TEST_CASE("2,000 rows at 1 kHz come whole and in order from the profiler's memor
   }
 }
 
-TEST_CASE("by its newest profile alone the same scan loses rows", "[laser]") {
+TEST_CASE("by its newest profile alone the same scan loses rows", "[laser][corrected:ljv-memory]") {
   const Scan s = scan(ProfileRead::kNewest, 2000, 250'000, 1);
   CHECK(s.rows.size() < 1000);
 }

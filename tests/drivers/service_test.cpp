@@ -42,7 +42,8 @@ std::string jet_frame(std::string_view hex) { return test::unhex(hex); }
 
 }  // namespace
 
-TEST_CASE("a jet fires the number of droplets that a person asks for, and none afterwards", "[service]") {
+TEST_CASE("a jet fires the number of droplets that a person asks for, and none afterwards",
+          "[service][corrected:jet-verbs]") {
   WorldRig rig(WorldRig::small_world(4, 4));
   rig.start();
   const Result r = serve(rig, "jet", "fire", {5});
@@ -55,7 +56,8 @@ TEST_CASE("a jet fires the number of droplets that a person asks for, and none a
   CHECK(rig.record.history.shots.size() == 5);
 }
 
-TEST_CASE("continuous jetting ends with its time, and a stop ends it at once and first of all", "[service]") {
+TEST_CASE("continuous jetting ends with its time, and a stop ends it at once and first of all",
+          "[service][corrected:jet-verbs]") {
   const std::string on = jet_frame("53 03 04 01 08"), off = jet_frame("53 03 04 00 07");
   const std::string internal = jet_frame("53 03 08 00 0B");
   WorldRig rig(WorldRig::small_world(4, 4));

@@ -15,7 +15,15 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-enum Trip : std::int64_t { kMended, kEmergency, kCounterLost, kStuck, kEnableRefused, kMute };
+enum Trip : std::int64_t {
+  kMended,
+  kEmergency,
+  kCounterLost,
+  kStuck,
+  kEnableRefused,
+  kMute,
+  kProgramBroken = 8
+};
 
 struct StageRig : WorldRig {
   explicit StageRig(const StageOptions& options = fast_stage(),
@@ -111,6 +119,21 @@ TEST_CASE("the axes home one by one, Z first, by program or by command", "[stage
   }
 }
 
+TEST_CASE("a homing program that ends with an error is named at once, not when its time is over",
+          "[stage][corrected:stage-home]") {
+  StageRig rig;
+  rig.start();
+  rig.trip(kProgramBroken);
+  const std::int64_t before_us = rig.now_us;
+  rig.act("stage", [&](std::int64_t t, Effects& fx) { rig.stage.home(t, fx); });
+  CHECK(rig.finished().outcome == Outcome::kFailed);
+  CHECK(rig.now_us - before_us < 2'000'000);
+  CHECK_THAT(rig.stop(), Catch::Contains("axis Z: the homing program has ended with an error"));
+  rig.trip(kMended);
+  rig.act("stage", [&](std::int64_t t, Effects& fx) { rig.stage.home(t, fx); });
+  CHECK(rig.finished().outcome == Outcome::kDone);
+}
+
 TEST_CASE("a stop while the axes home by program stops the program too", "[stage]") {
   StageRig rig;
   rig.start();
@@ -125,7 +148,7 @@ TEST_CASE("a stop while the axes home by program stops the program too", "[stage
 }
 
 TEST_CASE("a controller whose parameters contradict the lab file moves nothing and is named",
-          "[stage][I14]") {
+          "[stage][I14][corrected:stage-parameters][corrected:stage-integers]") {
   const auto config = WorldRig::small_world(4, 4);
   auto other = config;
   other.stage.counts_per_mm = 2000;
@@ -155,7 +178,8 @@ TEST_CASE("I14: a stage that is not homed refuses a move by name, and moves when
   CHECK(rig.move(5, 6).outcome == Outcome::kDone);
 }
 
-TEST_CASE("a row is split by the global integers that the controller really has", "[stage]") {
+TEST_CASE("a row is split by the global integers that the controller really has",
+          "[stage][corrected:stage-integers]") {
   auto config = WorldRig::small_world(17, 3);
   config.stage.global_integers = 54;
   StageRig rig(WorldRig::fast_stage(), config);

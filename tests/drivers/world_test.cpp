@@ -143,7 +143,7 @@ std::vector<ProfileRow> scanned(const plant::WorldConfig& config, const LaserPro
 
 }  // namespace
 
-TEST_CASE("however the profiler's head is mounted, its rows are the part's", "[world]") {
+TEST_CASE("however the profiler's head is mounted, its rows are the part's", "[world][corrected:ljv-frame]") {
   plant::WorldConfig config = WorldRig::small_world(10, 4);
   config.sensor.noise_mm = 0.0;
   config.sensor.dropout_floor = 0.0;
@@ -171,6 +171,18 @@ TEST_CASE("however the profiler's head is mounted, its rows are the part's", "[w
           CHECK(std::abs(rows[r].z_mm[k] - wanted[r].z_mm[k]) < 3e-4f);
     }
   }
+}
+
+TEST_CASE("taken for part coordinates, as before, a head's rows lie beside their place and upside down",
+          "[world][corrected:ljv-frame]") {
+  plant::WorldConfig config = WorldRig::small_world(10, 4);
+  config.sensor.noise_mm = config.sensor.dropout_floor = 0.0;
+  const ProfileRow wanted = scanned(config, {}).at(1);
+  config.profiler.head_x_mm = 40.0;
+  config.profiler.upside_down = true;
+  const ProfileRow read = scanned(config, {}).at(1);
+  CHECK(read.x0_mm == Approx(wanted.x0_mm - 40.0).margin(1e-4));
+  CHECK(*std::ranges::min_element(read.z_mm) == Approx(-*std::ranges::max_element(wanted.z_mm)).margin(3e-4));
 }
 
 TEST_CASE("an exposure opens the shutter once and for its time", "[world]") {
