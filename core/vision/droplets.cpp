@@ -14,7 +14,7 @@ constexpr double kSharp_px = 0.8;  // edge spread below which sharpness says not
 // A nozzle covers a tenth of the largest object at the edge and 150 pixels: less is dirt.
 constexpr double kNozzleShare = 0.1;
 constexpr long kLeastNozzle = 150;
-constexpr double kStaysDark = 0.75;    // of its own opacity: what the background has of dirt
+constexpr double kStaysDark = 0.75;    // of its own opacity: what all pictures have of dirt
 constexpr std::size_t kObjects = 300;  // largest ones that are looked at
 
 struct Candidate {
@@ -92,7 +92,8 @@ class Picture {
     if (edge && bulges.size() == 1) ++p.cut_off;
     for (const Bulge& b : bulges) {
       if (b.at_edge) continue;
-      // A fifth of a spot's pixels reach half of its peak; whatever spreads farther has no edge.
+      // A fifth of a spot's pixels reach half of its peak; whatever spreads
+      // farther has no edge.
       if (b.radius_px < 3.5 || b.elongation > 3.0) {
         if (!joined && bulges.size() == 1) spots_.push_back(number);
         continue;
@@ -119,8 +120,8 @@ class Picture {
       darkest = std::max(darkest, std::min(1.0, c.outline.opacity));
       sharpest = std::min(sharpest, std::max(kSharp_px, c.outline.blur_px));
     }
-    // Liquid refracts the light away at its rim, so droplets are about as dark as each other; dirt is paler
-    // or lies out of focus.
+    // Liquid refracts the light away at its rim, so droplets are about as dark
+    // as each other; dirt is paler or lies out of focus.
     const auto rank = [&](const Candidate& c) {
       const double dark = std::min(1.0, c.outline.opacity / (kPale * darkest));
       const double sharp = std::min(1.0, 1.8 * sharpest / std::max(kSharp_px, c.outline.blur_px));
@@ -160,7 +161,8 @@ class Picture {
       for (const Candidate& c : *list) {
         if (&c == main || c.hangs || (list == &heads_ && c.outline.opacity < kPale * p.main.opacity))
           continue;
-        // Beads of the ligament that still joins the main droplet are no satellites yet.
+        // Beads of the ligament that still joins the main droplet are no
+        // satellites yet.
         if (c.droplet.joined && c.outline.diameter_px < kSatelliteShare * p.main.diameter_px) continue;
         Droplet d = c.droplet;
         d.axis_ratio = axis_ratio(c.outline, flight(p));
@@ -176,7 +178,8 @@ class Picture {
     for (const std::size_t number : spots_) {
       const Outline o = integrate_spot(scene_, components_[number], opaque);
       if (!o.found || o.diameter_px < options_.least_satellite_px) continue;
-      // As dark as a sharp disc of this size would be; dirt and what is out of focus is paler.
+      // As dark as a sharp disc of this size would be; dirt and what is out of
+      // focus is paler.
       const double radius = 0.5 * o.diameter_px,
                    sharp = saturation(radius * radius / (2 * (blur * blur + 0.1)));
       if (o.opacity < std::max(0.6 * opaque * sharp, 5 * scene_.noise())) continue;
@@ -196,34 +199,63 @@ class Picture {
   std::vector<std::size_t> spots_;
 };
 
-// Is there a shadow in the background where droplets are that move from picture to picture?
+// Mean opacity of a disc of 0.4 diameters about a place.
+double mean_opacity(const Scene& scene, const Droplet& d) {
+  const double r = 0.4 * d.diameter_px;
+  const Frame& f = scene.frame();
+  double sum = 0.0;
+  int n = 0;
+  for (int y = std::max(0, int(d.y - r)); y <= std::min(f.height - 1, int(d.y + r)); ++y)
+    for (int x = std::max(0, int(d.x - r)); x <= std::min(f.width - 1, int(d.x + r)); ++x)
+      if ((x - d.x) * (x - d.x) + (y - d.y) * (y - d.y) <= r * r) {
+        sum += scene.opacity(x, y);
+        ++n;
+      }
+  return n > 0 ? sum / n : 0.0;
+}
+
+// Is each of the pictures nearly as dark at the droplet's place as its own
+// picture is? Then it is dirt, which noise makes a droplet in some of them.
+// @param own its picture
+bool stays_dark(const std::vector<const Frame*>& pictures, std::size_t own, const Droplet& d,
+                Polarity polarity) {
+  std::vector<double> opacity;
+  for (const Frame* f : pictures) {
+    Frame inverted;
+    const Light light = measure_light(*f, polarity, inverted);
+    opacity.push_back(light.empty ? 0.0
+                                  : mean_opacity(Scene(light.inverted ? inverted : *f, light, nullptr), d));
+  }
+  return std::ranges::all_of(opacity, [&](double o) { return o > kStaysDark * opacity[own]; });
+}
+
+// Is there a shadow in the background where droplets are that move from picture
+// to picture?
 bool leaves_shadow(std::span<const Frame* const> frames, const Background& b, const DropletOptions& options) {
-  std::vector<Droplet> mains;
+  struct Main {
+    Droplet droplet;
+    std::size_t picture;
+  };
+  std::vector<const Frame*> pictures;
+  std::vector<Main> mains;
   const std::size_t step = (frames.size() + 5) / 6;
   for (std::size_t k = 0; k < frames.size(); k += step) {
     const DropletPicture p = find_droplets(*frames[k], nullptr, options);
-    if (p.state == PictureState::kDrop) mains.push_back(p.main);
+    if (p.state == PictureState::kDrop) mains.push_back({p.main, pictures.size()});
+    pictures.push_back(frames[k]);
   }
   Frame inverted;
   const Light light = measure_light(b.frame, Polarity::kDark, inverted);
   if (light.empty) return false;
   const Scene scene(b.frame, light, nullptr);
   int shadows = 0;
-  for (const Droplet& d : mains) {
+  for (const auto& [d, picture] : mains) {
     int alike = 0;
-    for (const Droplet& e : mains) alike += std::abs(d.x - e.x) < 2 && std::abs(d.y - e.y) < 2;
+    for (const auto& [e, other] : mains) alike += std::abs(d.x - e.x) < 2 && std::abs(d.y - e.y) < 2;
     if (2 * alike > int(mains.size())) continue;  // dirt that stays where it is
-    const double r = 0.4 * d.diameter_px;
-    double sum = 0.0;
-    int n = 0;
-    for (int y = std::max(0, int(d.y - r)); y <= std::min(b.frame.height - 1, int(d.y + r)); ++y)
-      for (int x = std::max(0, int(d.x - r)); x <= std::min(b.frame.width - 1, int(d.x + r)); ++x)
-        if ((x - d.x) * (x - d.x) + (y - d.y) * (y - d.y) <= r * r) {
-          sum += scene.opacity(x, y);
-          ++n;
-        }
-    if (alike >= 2 && sum > kStaysDark * d.opacity * n) continue;  // dirt that some pictures show
-    shadows += n > 0 && sum > 0.12 * n;
+    if (mean_opacity(scene, d) > 0.12 &&
+        !stays_dark(pictures, picture, d, b.inverted ? Polarity::kBright : Polarity::kDark))
+      ++shadows;
   }
   return 4 * shadows > int(mains.size());
 }
@@ -276,8 +308,8 @@ std::optional<Background> find_background(std::span<const Frame* const> frames, 
   if (frames.empty()) return std::nullopt;
   for (const Frame* f : frames)
     if (!is_valid(*f)) return std::nullopt;
-  // The side of the ground on which objects lie is decided by a picture with a droplet, not by the
-  // background.
+  // The side of the ground on which objects lie is decided by a picture with a
+  // droplet, not by the background.
   Frame inverted;
   const bool bright = measure_light(*frames.front(), options.polarity, inverted).inverted;
   const Frame still = static_picture(frames, bright);
