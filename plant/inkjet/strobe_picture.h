@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "plant/inkjet/optics.h"
+
 namespace firn::plant {
 
 struct StrobeSatellite {
@@ -28,10 +30,6 @@ struct StrobeJet {
   std::vector<StrobeSatellite> satellites;
 };
 
-struct StrobeDirt {
-  double x_px = 0.0, y_px = 0.0, radius_px = 2.0, opacity = 0.5, blur_px = 1.0;
-};
-
 struct StrobeCamera {
   int width = 640, height = 480, white = 255;
   double um_per_px = 2.0;
@@ -47,7 +45,7 @@ struct StrobeCamera {
          spot_radius = 0.25;  ///< brightness of the droplet's bright spot, radius over the droplet's
   double read_noise = 0.004, shot_noise = 0.006;  ///< standard deviations at white, shares of white
   bool bright_objects = false;                    ///< dark-field light: droplets shine before a dark ground
-  std::vector<StrobeDirt> dirt;
+  std::vector<Speck> dirt;
 };
 
 struct StrobeTruth {
