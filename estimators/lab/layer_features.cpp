@@ -7,6 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/grid/firing_order.h"
 #include "core/grid/outline.h"
 #include "core/statistics/median.h"
 
@@ -47,6 +48,7 @@ constexpr const char* kStretchNames[] = {
     "droplets that land displaced along x",
     "droplets that land displaced along y",
     "droplets that land displaced along their row",
+    "droplets that land ahead of the stage or behind it",
 };
 constexpr std::size_t kPerStretch = std::size(kStretchNames), kFirstSymmetric = 16;
 constexpr const char* kWholeNames[] = {
@@ -347,13 +349,14 @@ class Stretch {
   }
 
   /// Where droplets lie. Growth beyond that of the mean response is correlated with the difference of the
-  /// droplets on either side: it has the sign of the displacement. By row, because a droplet that keeps the
-  /// stage's speed is displaced the other way where the stage comes back.
+  /// droplets on either side: it has the sign of the displacement. By row, and with the sign of the stage's
+  /// way, because a droplet that keeps the stage's speed is displaced the other way where the stage comes
+  /// back.
   void droplets() {
     const std::uint32_t width = std::uint32_t(p_.grid.nx);
     std::vector<double> number(p_.grid.size(), kNotMeasured);
     for (const std::uint32_t c : p_.cells) number[c] = 0.0;
-    double all = 0.0, along_x = 0.0, along_y = 0.0, x_squares = 0.0, y_squares = 0.0;
+    double all = 0.0, along_x = 0.0, along_y = 0.0, along_way = 0.0, x_squares = 0.0, y_squares = 0.0;
     Moments residual, rows;
     for (std::size_t k = first_; k < last_; ++k) {
       const droplet::PrintedLayer& l = in_.layers[k];
@@ -371,6 +374,7 @@ class Stretch {
         const double r = rise_um(l, c) - response_[0] * l.fired.cells[c] - response_[1] * around;
         residual.add(r);
         along_x += x * r;
+        along_way += towards_plus_x(j) ? x * r : -x * r;
         along_y += y * r;
         x_squares += x * x;
         y_squares += y * y;
@@ -386,6 +390,7 @@ class Stretch {
     out_[22] = ratio(along_x, x_squares);
     out_[23] = ratio(along_y, y_squares);
     out_[24] = ratio(ratio(rows.squares, rows.n), residual.variance());
+    out_[25] = ratio(along_way, x_squares);
   }
 
   const FeatureInput& in_;
