@@ -1,11 +1,13 @@
 // Promises of firn tune held against prints, over laboratories that are drawn at random. Parameters are drawn
-// from the classes' own distributions; the recorded setting and the disturbances are drawn too.
+// from the classes' own distributions; part, keys, recorded setting and disturbances are drawn too.
 //   tune_promises [LABS] [--seed S] [--first N] [--kind KIND] [--part EXPERIMENT] [--pairs N] [--budget N]
-//                 [--threads N]
+//                 [--threads N] [--rows FILE]
+//   tune_promises --sum FILE...
 // KIND: droplets, height-change; optimal: droplets whose recorded setting is the oracle's, so that nothing
 // can be gained; thin-film, pressure, flight, dead-row, tilted: laboratories of no class that the tuner
-// knows. Without --part a cylinder of 16 x 16 cells and nine layers is printed, with 160 points a profile.
-// Laboratory n of a seed is the same whatever was run before it (--first).
+// knows. Without --part a cylinder or a block within 16 x 16 cells is printed, of eight to twelve layers,
+// with 64 points a profile. Laboratory n of a seed is the same whatever was run before it (--first); those
+// that FILE holds are not run again, and --sum adds up files.
 #include <fmt/core.h>
 #include <sys/resource.h>
 
@@ -24,6 +26,7 @@
 #include "studies/identify/identification_study.h"
 #include "studies/tune/advice.h"
 #include "studies/tune/tune_answer.h"
+#include "tests/bench/promise_rows.h"
 
 using namespace firn;
 using namespace firn::tuning;
@@ -31,7 +34,6 @@ using namespace firn::tuning;
 namespace {
 
 constexpr int kOracleEvaluations = 18, kOraclePrints = 5;
-constexpr double kHarm = 0.02;
 
 double cpu_s() {
   rusage u{};
@@ -71,7 +73,7 @@ std::vector<std::string> settings_of(bool small) {
   std::vector<std::string> s{"control.scheme=smf"};
   if (small)
     for (const char* set : {"grid.nx=16", "grid.ny=16", "part.diameter_mm=3.7", "part.height_mm=0.07",
-                            "laser_profiler.points=160", "process.scan_speed_mm_s=15.0"})
+                            "laser_profiler.points=64", "process.scan_speed_mm_s=15.0"})
       s.emplace_back(set);
   return s;
 }
@@ -79,10 +81,14 @@ std::vector<std::string> settings_of(bool small) {
 struct Case {
   LabDraw lab;
   Experiment experiment;
+  Blobs inputs;
+  std::vector<TuneKey> keys;
 };
 
 struct Options {
   std::string file, kind = "droplets";
+  std::filesystem::path rows;
+  std::vector<std::filesystem::path> sum;
   std::uint64_t seed = 1;
   int labs = 10, first = 0, threads = 2, pairs = 10, budget = 420;
 };
@@ -93,50 +99,46 @@ class Bench {
       : o_(o),
         file_(o.file.empty() ? FIRN_SOURCE_DIR "/experiments/demo.toml" : o.file),
         base_(load_experiment(file_, settings_of(o.file.empty()))),
-        inputs_(make_inputs(base_, std::filesystem::path(file_).parent_path())),
         lab_(lab_classes()[o.kind == "height-change" ? 1 : 0]) {
     for (const Nature& n : kStrange)
       if (o.kind == n.kind) lab_.nature = n.set;
   }
 
   void run() {
-    fmt::print("{:>4} {:>14} {:>7} {:>22} {:>7} {:>7} {:>17} {:>7} {:>7} {}\n", "lab", "kp, ki_star", "true",
-               "advice", "gain", "oracle", "promised", "printed", "check", "answer");
-    for (int n = o_.first; n < o_.first + o_.labs; ++n) one(n);
-    const auto share = [](int part, int all) { return all ? 100.0 * part / all : NAN; };
-    fmt::print(
-        "{}: {} labs, {} refused by the check, {} with nothing to gain, {} advised\n"
-        "promises that cover the printed gain: {} of {} ({:.0f} %)\n"
-        "advice that printed worse by more than {:.0f} %: {} of {}\n"
-        "gain of the advised and of those told to keep, over the oracle's: {:.0f} %\n"
-        "processor time of an answer: {:.1f} s\n",
-        o_.kind, answered_ + refused_, refused_, answered_ - advised_, advised_, covered_, answered_,
-        share(covered_, answered_), 100 * kHarm, harmed_, advised_, 100.0 * gained_ / possible_,
-        cpu_s_ / std::max(1, answered_ + refused_));
+    std::vector<PromiseRow> rows = read_rows(o_.rows);
+    for (int n = o_.first; n < o_.first + o_.labs; ++n) {
+      if (std::ranges::any_of(rows, [&](const PromiseRow& r) { return r.kind == o_.kind && r.lab == n; }))
+        continue;
+      rows.push_back(one(n));
+      const PromiseRow& r = rows.back();
+      fmt::print(
+          "{:>4} {:<34} {:>7.3f} promised {:>7.3f} [{:>7.3f},{:>7.3f}] printed {:>7.3f} oracle {:>7.3f} {} "
+          "{}\n",
+          n, r.keys, r.before, r.promised, r.low, r.high, r.printed, r.oracle, r.answer, r.feature);
+      std::fflush(stdout);
+      if (!o_.rows.empty()) append_row(o_.rows, r);
+    }
+    fmt::print("{}", promise_table(rows));
   }
 
  private:
-  std::vector<TuneKey> keys_of(const Experiment& e) const {
-    return {{"control.smf.kp", e}, {"control.smf.ki_star", e}};
-  }
-
   /// NaN for a print that does not finish.
-  std::vector<double> goals(const Experiment& e, const LabDraw& lab, std::uint32_t stream, int prints) const {
+  std::vector<double> goals(const Case& c, const Experiment& e, std::uint32_t stream, int prints) const {
     std::vector<double> goal(std::size_t(prints), 0.0);
     run_jobs(prints, o_.threads, [&](int n) {
-      LabDraw draw = lab;
-      draw.seed = print_seed({lab.seed, Purpose::kTest, stream, 0, std::uint32_t(n)});
-      const LabPrint print = print_in_lab(e, inputs_, draw, {});
+      LabDraw draw = c.lab;
+      draw.seed = print_seed({c.lab.seed, Purpose::kTest, stream, 0, std::uint32_t(n)});
+      const LabPrint print = print_in_lab(e, c.inputs, draw, {});
       goal[std::size_t(n)] = print.finished ? print.metrics[0] : NAN;
     });
     return goal;
   }
 
   /// Mean over the prints that finish; a setting with which others stop is no candidate of the oracle.
-  double oracle_goal(const Experiment& e, const LabDraw& lab) const {
+  double oracle_goal(const Case& c, const Experiment& e) const {
     double sum = 0.0;
     int finished = 0;
-    for (const double g : goals(e, lab, 1, kOraclePrints)) {
+    for (const double g : goals(c, e, 1, kOraclePrints)) {
       if (std::isnan(g)) continue;
       sum += g;
       ++finished;
@@ -144,123 +146,124 @@ class Bench {
     return 2 * finished > kOraclePrints ? sum / finished : 1e3;
   }
 
-  struct Printed {
-    double before = 0.0, after = 0.0, with_oracle = 0.0;
-    int stopped_before = 0, stopped_after = 0;
-  };
-  /// Over the pairs of which all finish.
-  Printed printed(const Case& c, const Setting& advice, const Setting& best) const {
-    const auto keys = keys_of(c.experiment);
+  /// Goals over the pairs of which all finish.
+  void print_pairs(const Case& c, const Setting& advice, const Setting& best, PromiseRow& row) const {
     const Experiment plain = without_plant(c.experiment);
-    const auto a = goals(plain, c.lab, 2, o_.pairs),
-               b = goals(with_setting(keys, advice, plain), c.lab, 2, o_.pairs),
-               o = goals(with_setting(keys, best, plain), c.lab, 2, o_.pairs);
-    Printed p;
-    double whole = 0.0;
+    const auto a = goals(c, plain, 2, o_.pairs),
+               b = goals(c, with_setting(c.keys, advice, plain), 2, o_.pairs),
+               o = goals(c, with_setting(c.keys, best, plain), 2, o_.pairs);
+    double whole = 0.0, before = 0.0, gain = 0.0, oracle = 0.0;
     for (std::size_t n = 0; n < a.size(); ++n) {
-      p.stopped_before += std::isnan(a[n]);
-      p.stopped_after += std::isnan(b[n]);
+      row.stopped_more += int(std::isnan(b[n])) - int(std::isnan(a[n]));
       if (std::isnan(a[n] + b[n] + o[n])) continue;
       whole += 1.0;
-      p.before += a[n];
-      p.after += b[n];
-      p.with_oracle += o[n];
+      before += a[n];
+      gain += a[n] - b[n];
+      oracle += a[n] - o[n];
     }
-    p.before /= whole;
-    p.after /= whole;
-    p.with_oracle /= whole;
-    return p;
+    row.before = before / whole;
+    row.printed = gain / whole;
+    row.oracle = oracle / whole;
   }
 
   /// The best setting that a search in the laboratory itself finds.
   Setting oracle(const Case& c) const {
-    const auto keys = keys_of(c.experiment);
     const Experiment plain = without_plant(c.experiment);
     const auto setting_at = [&](std::span<const double> u) {
-      return Setting{keys[0].at(u[0]), keys[1].at(u[1])};
+      Setting s;
+      for (std::size_t k = 0; k < c.keys.size(); ++k) s.push_back(c.keys[k].at(u[k]));
+      return s;
     };
-    const std::vector<double> start{keys[0].place(keys[0].recorded()), keys[1].place(keys[1].recorded())};
+    std::vector<double> start;
+    for (const TuneKey& k : c.keys) start.push_back(k.place(k.recorded()));
     const auto points = lab::minimise_in_box(
-        [&](std::span<const double> u) {
-          return oracle_goal(with_setting(keys, setting_at(u), plain), c.lab);
-        },
+        [&](std::span<const double> u) { return oracle_goal(c, with_setting(c.keys, setting_at(u), plain)); },
         start, kOracleEvaluations);
     return setting_at(std::ranges::min_element(points, {}, &lab::BoxPoint::value)->u);
   }
 
+  void draw_part(RandomStream& random, ShapeSpec& shape) const {
+    const bool round = random.uniform() < 0.5;
+    shape.kind = round ? "cylinder" : "cuboid";
+    shape.diameter_mm = round ? random.uniform(3.0, 3.9) : 0.0;
+    shape.width_mm = round ? 0.0 : random.uniform(2.5, 3.7);
+    shape.depth_mm = round ? 0.0 : random.uniform(2.5, 3.7);
+    shape.height_mm = random.uniform(0.06, 0.09);
+  }
+
+  /// Keys with the values that are recorded.
+  void draw_keys(RandomStream& random, Case& c) const {
+    auto& smf = c.experiment.control.smf;
+    smf.kp = random.uniform(0.3, 1.4);
+    smf.ki_star = random.uniform(0.0, 0.6);
+    smf.kd_star = 0.0;
+    static const std::vector<std::vector<std::string>> kKeys = {
+        {"control.smf.kp", "control.smf.ki_star"},
+        {"control.smf.kp", "control.smf.ki_star"},
+        {"control.smf.ki_star"},
+        {"control.smf.kp", "control.noise_gate=0.2:20"}};
+    for (const std::string& key : kKeys[std::size_t(random.uniform() * double(kKeys.size()))])
+      c.keys.emplace_back(key, c.experiment);
+  }
+
   Case draw(int n) const {
     RandomStream random(o_.seed, Purpose::kTest, std::uint32_t(n), 77);
-    Case c{{&lab_, {}, random.bits() >> 2}, base_};
+    Case c{{&lab_, {}, random.bits() >> 2}, base_, {}, {}};
     for (std::size_t p = 0; p < lab_.parameters.size(); ++p) c.lab.z.push_back(random.normal());
-    c.experiment.control.smf.kp = random.uniform(0.3, 1.4);
-    c.experiment.control.smf.ki_star = random.uniform(0.0, 0.6);
-    c.experiment.control.smf.kd_star = 0.0;
+    if (o_.file.empty()) draw_part(random, c.experiment.part.shape);
+    draw_keys(random, c);
+    c.inputs = make_inputs(c.experiment, std::filesystem::path(file_).parent_path());
     return c;
   }
 
-  void one(int n) {
+  PromiseRow one(int n) const {
     Case c = draw(n);
-    const bool optimal = o_.kind == "optimal";
-    if (optimal) {
+    PromiseRow row;
+    row.kind = o_.kind;
+    row.lab = n;
+    if (o_.kind == "optimal") {
       const Setting best = oracle(c);
-      c.experiment.control.smf.kp = best[0];
-      c.experiment.control.smf.ki_star = best[1];
+      c.experiment = with_setting(c.keys, best, c.experiment);
+      for (TuneKey& k : c.keys)
+        k = TuneKey(k.key() == "control.noise_gate" ? k.key() + "=0.2:20" : k.key(), c.experiment);
     }
-    const LabPrint log = print_in_lab(without_plant(c.experiment), inputs_, c.lab, {.features = true});
+    row.keys = text_of(c.keys, recorded_setting(c.keys));
+    const LabPrint log = print_in_lab(without_plant(c.experiment), c.inputs, c.lab, {.features = true});
     if (log.features.empty()) {
-      fmt::print("{:>4} the print does not finish: {}\n", n, log.reason);
-      return;
+      row.answer = "unfinished";
+      row.feature = log.reason;
+      return row;
     }
     const double began = cpu_s();
-    const std::vector<RecordedRun> runs{{"lab", c.experiment, inputs_, log.features, 0}};
+    const std::vector<RecordedRun> runs{{"lab", c.experiment, c.inputs, log.features, 0}};
     const int fit_prints = int(0.41 * o_.budget);
     const std::uint64_t seed = o_.seed + std::uint64_t(n);
     const FittedLab fit = fit_lab(runs, {.seed = seed, .threads = o_.threads, .prints = fit_prints});
     if (!fit.check.passed()) {
-      cpu_s_ += cpu_s() - began;
-      ++refused_;
-      const auto& worst = fit.check.missed.front();
-      fmt::print("{:>4} refused: {} ({:+.1f})\n", n, worst.feature, worst.deviation);
-      std::fflush(stdout);
-      return;
+      row.cpu_s = cpu_s() - began;
+      row.answer = "refused";
+      row.feature =
+          fmt::format("{} ({:+.1f})", fit.check.missed.front().feature, fit.check.missed.front().deviation);
+      return row;
     }
-    const auto keys = keys_of(c.experiment);
     const Advice advice = advise(
-        fit, runs[0], keys,
+        fit, runs[0], c.keys,
         {.seed = seed, .threads = o_.threads, .prints = o_.budget - fit_prints, .promised_prints = o_.pairs});
-    cpu_s_ += cpu_s() - began;
-    judge(n, c, fit, advice);
-  }
-
-  void judge(int n, const Case& c, const FittedLab& fit, const Advice& advice) {
-    const Promise& p = advice.promise;
-    const Printed printed = this->printed(c, advice.new_setting, oracle(c));
-    const double before = printed.before, after = printed.after, of_oracle = printed.with_oracle;
-    const double gain = before - after;
-    ++answered_;
-    covered_ += gain >= p.gain_interval.low && gain <= p.gain_interval.high;
-    advised_ += advice.gain_shown;
-    harmed_ += advice.gain_shown &&
-               (after > before * (1.0 + kHarm) || printed.stopped_after > printed.stopped_before);
-    gained_ += advice.gain_shown ? gain : 0.0;
-    possible_ += std::max(0.0, before - of_oracle);
-    fmt::print(
-        "{:>4} {:>6.2f}, {:>6.3f} {:>7.3f} {:>10.2f}, {:>10.3f} {:>7.3f} {:>7.3f} [{:>7.3f},{:>7.3f}] "
-        "{:>7.3f} "
-        "{:>4.1f}/{:.1f} {}\n",
-        n, c.experiment.control.smf.kp, c.experiment.control.smf.ki_star, before, advice.new_setting[0],
-        advice.new_setting[1], p.gain, before - of_oracle, p.gain_interval.low, p.gain_interval.high, gain,
-        fit.check.largest, fit.check.limit, advice.gain_shown ? "advised" : "nothing to gain");
-    std::fflush(stdout);
+    row.cpu_s = cpu_s() - began;
+    row.answer = advice.gain_shown ? "advised" : "kept";
+    row.feature = fmt::format("{:.1f} of {:.1f}; {}", fit.check.largest, fit.check.limit,
+                              text_of(c.keys, advice.new_setting));
+    row.promised = advice.promise.gain;
+    row.low = advice.promise.gain_interval.low;
+    row.high = advice.promise.gain_interval.high;
+    print_pairs(c, advice.new_setting, oracle(c), row);
+    return row;
   }
 
   Options o_;
   std::string file_;
   Experiment base_;
-  Blobs inputs_;
   LabClass lab_;
-  int answered_ = 0, refused_ = 0, advised_ = 0, covered_ = 0, harmed_ = 0;
-  double gained_ = 0.0, possible_ = 0.0, cpu_s_ = 0.0;
 };
 
 }  // namespace
@@ -284,13 +287,25 @@ int main(int argc, char** argv) {
       o.pairs = std::max(2, std::atoi(argv[++n]));
     else if (a == "--budget" && more)
       o.budget = std::max(300, std::atoi(argv[++n]));
-    else
+    else if (a == "--rows" && more)
+      o.rows = argv[++n];
+    else if (a == "--sum") {
+      o.sum.assign(argv + n + 1, argv + argc);
+      break;
+    } else
       o.labs = std::max(1, std::atoi(a.c_str()));
   }
   if (o.kind != "droplets" && o.kind != "height-change" && o.kind != "optimal" &&
       std::ranges::none_of(kStrange, [&](const Nature& n) { return o.kind == n.kind; })) {
     fmt::print(stderr, "--kind {}: no such kind of laboratory\n", o.kind);
     return 2;
+  }
+  if (!o.sum.empty()) {
+    std::vector<PromiseRow> rows;
+    for (const auto& file : o.sum)
+      for (PromiseRow& row : read_rows(file)) rows.push_back(std::move(row));
+    fmt::print("{}", promise_table(rows));
+    return 0;
   }
   Bench(o).run();
   return 0;
