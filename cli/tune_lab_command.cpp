@@ -39,17 +39,28 @@ std::vector<TuneKey> keys_of(const TuneLabOptions& o, const Experiment& e) {
   return keys;
 }
 
+/// The prints that are tuned: the first run's part, with its settings but for the overrides.
+RecordedRun start_of(const RecordedRun& run, const std::vector<std::string>& overrides) {
+  RecordedRun start = run;
+  if (overrides.empty()) return start;
+  start.experiment = parse_experiment({{run.name, dump(run.experiment)}}, overrides);
+  for (const ConfigDifference& d : differences(run.experiment, start.experiment))
+    if (!is_tuned_section(d.key)) throw UsageError("--set " + d.key + ": " + std::string(kTunedSections));
+  return start;
+}
+
 }  // namespace
 
 int run_tune_lab(const TuneLabOptions& o) {
   if (o.runs.empty()) throw UsageError("a run is wanted, or 'smf' for the thesis's model of one point");
-  const std::size_t goal = goal_index(o.goal);
   std::vector<RecordedRun> runs;
   for (const std::string& run : o.runs) {
     use_sealed_run(run, o.unsealed);
     runs.push_back(RecordedRun::read(run));
   }
-  const std::vector<TuneKey> keys = keys_of(o, runs.front().experiment);
+  const RecordedRun start = start_of(runs.front(), o.overrides);
+  const std::size_t goal = goal_index(start.experiment, o.goal);
+  const std::vector<TuneKey> keys = keys_of(o, start.experiment);
   const int threads = o.threads > 0 ? o.threads : int(std::max(1u, std::thread::hardware_concurrency()));
   const int promised = o.verify > 0 ? o.verify : o.promised;
   JobProgress progress("firn tune");
@@ -66,17 +77,17 @@ int run_tune_lab(const TuneLabOptions& o) {
     fmt::print(stderr, "firn tune: {} prints are known from {}, {} of its lines are damaged\n",
                journal->known(), o.state, journal->damaged());
   const FittedLab lab = fit_lab(runs, {o.seed, threads, fit_prints, part(0.0, 0.4), journal});
-  TuneAnswer answer{runs, keys, inkjet_study_lab().metrics[goal].name, lab, {}, {}, {}, promised, o.seed};
+  TuneAnswer answer{runs,     keys,  study_lab_of(start.experiment).metrics[goal].name, lab, {}, {}, {},
+                    promised, o.seed};
   if (lab.check.passed()) {
-    answer.advice =
-        advise(lab, runs.front(), keys,
-               {goal, o.seed, threads, o.budget - fit_prints, promised, part(0.4, 0.93), journal});
+    answer.advice = advise(
+        lab, start, keys, {goal, o.seed, threads, o.budget - fit_prints, promised, part(0.4, 0.93), journal});
     answer.next =
         next_prints(lab, runs.front(),
                     {.seed = o.seed, .threads = threads, .progress = part(0.93, 0.97), .journal = journal});
     if (o.verify > 0)
-      answer.verification = verify_promise(runs.front(), keys, *answer.advice,
-                                           {goal, o.verify, o.seed, threads, part(0.97, 1.0)});
+      answer.verification =
+          verify_promise(start, keys, *answer.advice, {goal, o.verify, o.seed, threads, part(0.97, 1.0)});
   }
   progress.done();
   if (!o.output.empty()) write_file_atomically(o.output, tune_page(answer));
@@ -89,6 +100,9 @@ void declare_tune_lab(OptionSet& options) {
   auto& o = options.calls(run_tune_lab);
   options.option("RUN", o.runs, "run folders of one laboratory; the first one's part and settings are tuned");
   options.option("--keys", o.keys, "KEY or KEY=LOW:HIGH, separated by commas").separated_by(',');
+  options.override_option(o.overrides,
+                          "KEY=VALUE of the prints that are tuned, as control.scheme=mpc; the logs' own "
+                          "settings are those recorded");
   options.option("--goal", o.goal, "metric of the true surface to minimise, as firn compare names it")
       .show_default();
   options.option("--budget", o.budget, "simulated prints, about").show_default().within(300, 100000);

@@ -12,7 +12,8 @@ class OptionSet;
 
 struct TuneLabOptions {
   std::vector<std::string> runs;
-  std::vector<std::string> keys;  ///< "control.smf.kp" or "control.smf.kp=0.2:2"
+  std::vector<std::string> keys;       ///< "control.smf.kp" or "control.smf.kp=0.2:2"
+  std::vector<std::string> overrides;  ///< of the recorded experiment, for the prints that are tuned
   std::string goal = "rms";
   int budget = 420;   ///< simulated prints, about
   int verify = 0;     ///< pairs of prints with old and new setting; 0 = none

@@ -154,7 +154,7 @@ StudyPrint print_once(const Experiment& e, const Blobs& inputs) {
     p.finished = !can_go_on(r.result);
     p.outcome = r.result.outcome;
     p.reason = r.result.reason;
-    p.metrics = lines ? line_metrics_of(r) : paths ? ice_metrics_of(r) : metrics_of(r);
+    p.metrics = study_metrics(e, r);
     if (paths)
       for (const LayerTruth& l : r.series)
         p.profile.push_back({l.layer * e.ice.layer_height_mm, l.error.rms_mm * kUm});
@@ -163,11 +163,7 @@ StudyPrint print_once(const Experiment& e, const Blobs& inputs) {
   } catch (const std::exception& error) {
     p.outcome = "error";
     p.reason = error.what();
-    p.metrics.assign((lines   ? line_metric_table()
-                      : paths ? ice_metric_table()
-                              : metric_table())
-                         .size(),
-                     std::numeric_limits<double>::quiet_NaN());
+    p.metrics.assign(study_lab_of(e).metrics.size(), std::numeric_limits<double>::quiet_NaN());
   }
   p.cpu_s = thread_cpu_s() - began;
   return p;
@@ -175,7 +171,10 @@ StudyPrint print_once(const Experiment& e, const Blobs& inputs) {
 
 }  // namespace
 
-std::vector<double> inkjet_metrics(const MemoryPrintReport& report) { return metrics_of(report); }
+std::vector<double> study_metrics(const Experiment& e, const MemoryPrintReport& report) {
+  if (prints_lines(e)) return line_metrics_of(report);
+  return prints_paths(e) ? ice_metrics_of(report) : metrics_of(report);
+}
 
 const StudyLab& inkjet_study_lab() {
   static const StudyLab lab{metric_table(),
@@ -210,7 +209,10 @@ const StudyLab& aerosol_study_lab() {
 
 const StudyLab& study_lab_of(const Study& study, const std::filesystem::path& folder) {
   if (study.experiment.empty()) return inkjet_study_lab();
-  const Experiment e = load_experiment(study_experiment_file(study, folder));
+  return study_lab_of(load_experiment(study_experiment_file(study, folder)));
+}
+
+const StudyLab& study_lab_of(const Experiment& e) {
   if (prints_lines(e)) return aerosol_study_lab();
   return prints_paths(e) ? ice_study_lab() : inkjet_study_lab();
 }

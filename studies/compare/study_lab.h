@@ -39,14 +39,17 @@ struct StudyLab {
 /// Lu's ink-jet lab in simulated time; metrics are of the true surface.
 const StudyLab& inkjet_study_lab();
 
-/// Returns a print's metrics in the order of the ink-jet lab; NaN where nothing was printed.
-std::vector<double> inkjet_metrics(const MemoryPrintReport& report);
-
 /// Barnett's ice lab: the same, and the true RMS of every interval, hours of deposition and of measurement.
 const StudyLab& ice_study_lab();
 
 /// The aerosol lab: section, height and width of the true lines, their ends.
 const StudyLab& aerosol_study_lab();
+
+/// Returns the lab of an experiment.
+const StudyLab& study_lab_of(const Experiment& experiment);
+/// Returns a print's metrics in the order of its experiment's lab; NaN where nothing was printed. Those of
+/// ice are taken from `series` too.
+std::vector<double> study_metrics(const Experiment& experiment, const MemoryPrintReport& report);
 
 /// Returns the lab of a study's experiment. @param folder of the study file
 /// @throws ConfigError: an experiment that cannot be read

@@ -13,21 +13,27 @@
 #include "core/statistics/distributions.h"
 #include "estimators/lab/box_search.h"
 #include "files/usage_error.h"
+#include "print/labs/print_labs.h"
 #include "studies/compare/study_lab.h"
 #include "studies/identify/identification_study.h"
 
 namespace firn::tuning {
 namespace {
 
-constexpr int kSearchDraws = 6, kPromiseSeeds = 2;
+constexpr int kSearchDraws = 6, kProfileDraws = 4, kPromiseSeeds = 2;
+// A candidate that is worse by so much on every draw of its first batch is out of the race.
+constexpr int kBatch = 2;
+constexpr double kClearlyWorse = 0.08;
 constexpr std::uint32_t kSearchStream = 1, kPromiseStream = 2;
 constexpr int kMostCombinations = 24;
 constexpr double kUnsafe = 1e6;  // a goal beyond any print's
 
 // Beyond the recorded setting's own values.
-constexpr double kSaturatedMore = 0.05, kSwingMore = 0.05, kOverspillMore = 0.01, kAlternates = -0.5;
+constexpr double kSaturatedMore = 0.05, kSwingMore = 0.05, kAlternates = -0.5;
+// Of the volume beside the part, times the recorded one and in shares of the part.
+constexpr double kOverspillTimes = 1.25, kOverspillMore = 0.01;
 
-constexpr std::size_t kStd = 1, kAbsMean = 2;  // rows of inkjet_study_lab().metrics
+constexpr std::size_t kStd = 1, kAbsMean = 2;  // rows of the metrics of either lab
 
 struct Mean {
   double sum = 0.0, squares = 0.0;
@@ -44,6 +50,7 @@ struct Mean {
 /// Mean over prints of one setting.
 struct Outcome {
   double goal = 0.0, std_error = 0.0;
+  std::vector<double> goals;  ///< of each draw; NaN: not finished
   PrintTraits traits;
   int stopped = 0;     ///< prints that did not finish
   std::string unsafe;  ///< why it is left out
@@ -59,13 +66,18 @@ class Adviser {
     const int usual = free_ == 0 ? 1 : free_ == 1 ? 14 : free_ == 2 ? 22 : 12 * free_;
     evaluations_ = std::max(free_ == 0 ? 1 : 8, int(usual * scale));
     promise_draws_ = std::max(12, int(16 * scale));
-    expected_ = double(kSearchDraws * (1 + evaluations_ * int(combinations().size()) + 4 * free_) +
+    const int candidates = evaluations_ * int(combinations().size());
+    expected_ = double(kSearchDraws * (1 + candidates) / 2 + 4 * kProfileDraws * free_ +
                        2 * kPromiseSeeds * promise_draws_);
   }
 
   Advice run() {
+    if (lab_.lab->one_spacing && std::ranges::any_of(keys_, &TuneKey::spacing))
+      throw UsageError(
+          fmt::format("--keys {}: the laboratory of these logs ({}) is known at their spacing alone",
+                      kSpacing, lab_.lab->meaning));
     advice_.old_setting = recorded_setting(keys_);
-    recorded_ = outcome(advice_.old_setting, true);
+    recorded_ = outcome(advice_.old_setting, Place::kRecorded);
     if (!recorded_.unsafe.empty())
       throw UsageError(run_.name + ": the recorded setting does not print in the estimated laboratory: " +
                        recorded_.unsafe);
@@ -77,58 +89,113 @@ class Adviser {
   }
 
  private:
-  std::vector<LabPrint> print_all(const Setting& setting, std::uint32_t stream, int draws, int seeds) {
+  /// Prints of draws [first, first + draws), [draw * seeds + seed].
+  std::vector<LabPrint> print_all(const Setting& setting, std::uint32_t stream, int first, int draws,
+                                  int seeds) {
     const Experiment e = with_setting(keys_, setting, base_);
+    const Blobs own = e.grid == base_.grid ? Blobs() : make_inputs(e, ".");
+    const Blobs& inputs = own.empty() ? run_.inputs : own;
     std::vector<LabPrint> out(std::size_t(draws * seeds));
     run_jobs(draws * seeds, options_.threads, [&](int n) {
-      LabDraw draw = lab_.draw(options_.seed, stream, std::uint32_t(n / seeds));
+      LabDraw draw = lab_.draw(options_.seed, stream, std::uint32_t(first + n / seeds));
       draw.seed = print_seed({draw.seed, Purpose::kInstance, 0, 0, std::uint32_t(n % seeds)});
-      out[std::size_t(n)] = print_in_lab(e, run_.inputs, draw, {.journal = options_.journal});
+      out[std::size_t(n)] = print_in_lab(e, inputs, draw, {.journal = options_.journal});
     });
     prints_ += draws * seeds;
     if (options_.progress) options_.progress(std::min(1.0, prints_ / expected_), "searching");
     return out;
   }
 
-  Outcome outcome(const Setting& setting, bool recorded) {
-    Outcome o;
-    Mean goal;
-    std::vector<LabPrint> prints;
-    try {
-      prints = print_all(setting, kSearchStream, kSearchDraws, 1);
-    } catch (const ConfigError& error) {
-      o.unsafe = error.what();
-      return o;
+  double goal_of(const LabPrint& p) const {
+    return p.finished && !p.metrics.empty() ? p.metrics[options_.goal] : NAN;
+  }
+
+  /// Goals over the best setting's on the same draws, which order candidates more surely than the goals
+  /// themselves: a difficult laboratory is difficult for both.
+  struct OverBest {
+    Mean each;
+    double least = 0.0, whole = 1.0;  ///< smallest of each; of the sums
+  };
+  OverBest over_best(std::span<const double> goals) const {
+    OverBest o;
+    double sum = 0.0, best = 0.0;
+    for (std::size_t n = 0; n < goals.size(); ++n) {
+      const double r = goals[n] / best_goals_[n];
+      if (!std::isfinite(r)) continue;
+      o.each.add(r);
+      o.least = o.each.n == 1 ? r : std::min(o.least, r);
+      sum += goals[n];
+      best += best_goals_[n];
     }
-    for (const LabPrint& p : prints) {
-      const double v = p.metrics.empty() ? NAN : p.metrics[options_.goal];
-      if (!p.finished || !std::isfinite(v)) {
-        ++o.stopped;
-        if (o.stopped > (recorded ? kSearchDraws / 2 : recorded_.stopped))
-          o.unsafe = "does not finish: " + p.reason;
-        continue;
-      }
-      goal.add(v);
-      o.traits.saturated += p.traits.saturated / kSearchDraws;
-      o.traits.alternation += p.traits.alternation / kSearchDraws;
-      o.traits.swing += p.traits.swing / kSearchDraws;
-      o.traits.overspill += p.traits.overspill / kSearchDraws;
-    }
-    o.goal = goal.mean();
-    o.std_error = std::sqrt(goal.variance() / std::max(1, goal.n));
-    if (o.unsafe.empty() && !recorded) o.unsafe = unsafe_trait(o.traits);
+    if (best > 0.0) o.whole = sum / best;
     return o;
+  }
+
+  /// Setting's place in the search: the recorded one is printed in all laboratories, a candidate until it is
+  /// clearly worse, one of a profile in some.
+  enum class Place { kRecorded, kCandidate, kProfile };
+
+  Outcome outcome(const Setting& setting, Place place) {
+    Outcome o;
+    const int most = place == Place::kProfile ? kProfileDraws : kSearchDraws;
+    int printed = 0;
+    while (printed < most && o.unsafe.empty()) {
+      const int batch = place == Place::kCandidate ? std::min(kBatch, most - printed) : most;
+      try {
+        for (const LabPrint& p : print_all(setting, kSearchStream, printed, batch, 1)) take(p, place, o);
+      } catch (const ConfigError& error) {
+        o.unsafe = error.what();
+        return o;
+      }
+      printed += batch;
+      if (place != Place::kCandidate) continue;
+      const OverBest so_far = over_best(o.goals);
+      if (so_far.each.n >= kBatch && so_far.least > 1.0 + kClearlyWorse) break;
+    }
+    finish(o, place, printed);
+    return o;
+  }
+
+  void take(const LabPrint& p, Place place, Outcome& o) const {
+    o.goals.push_back(goal_of(p));
+    if (!std::isfinite(o.goals.back())) {
+      ++o.stopped;
+      if (o.stopped > (place == Place::kRecorded ? kSearchDraws / 2 : recorded_.stopped))
+        o.unsafe = "does not finish: " + p.reason;
+      return;
+    }
+    o.traits.saturated += p.traits.saturated;
+    o.traits.alternation += p.traits.alternation;
+    o.traits.swing += p.traits.swing;
+    o.traits.overspill += p.traits.overspill;
+  }
+
+  /// Means from sums.
+  void finish(Outcome& o, Place place, int printed) const {
+    for (double* t : {&o.traits.saturated, &o.traits.alternation, &o.traits.swing, &o.traits.overspill})
+      *t /= std::max(1, printed);
+    Mean goal;
+    if (place == Place::kRecorded) {
+      for (const double g : o.goals)
+        if (std::isfinite(g)) goal.add(g);
+      o.goal = goal.mean();
+      return;
+    }
+    const OverBest over = over_best(o.goals);
+    o.goal = best_ * over.whole;
+    o.std_error = best_ * std::sqrt(over.each.variance() / std::max(1, over.each.n));
+    if (o.unsafe.empty()) o.unsafe = unsafe_trait(o.traits);
   }
 
   std::string unsafe_trait(const PrintTraits& t) const {
     const PrintTraits& r = recorded_.traits;
     if (t.saturated > r.saturated + kSaturatedMore)
-      return fmt::format("saturates: {:.0f} % of the cells get the most droplets, {:.0f} % before",
+      return fmt::format("saturates: {:.0f} % of the cells get the most that they may, {:.0f} % before",
                          100 * t.saturated, 100 * r.saturated);
     if (t.alternation < kAlternates && t.swing > r.swing + kSwingMore)
-      return fmt::format("oscillates: the droplets of a layer swing by {:.0f} %, {:.0f} % before",
-                         100 * t.swing, 100 * r.swing);
-    if (t.overspill > r.overspill + kOverspillMore)
+      return fmt::format("oscillates: what a layer gets swings by {:.0f} %, {:.0f} % before", 100 * t.swing,
+                         100 * r.swing);
+    if (t.overspill > kOverspillTimes * r.overspill + kOverspillMore)
       return fmt::format("deposits outside the part: {:.1f} % of its volume, {:.1f} % before",
                          100 * t.overspill, 100 * r.overspill);
     return "";
@@ -165,12 +232,13 @@ class Adviser {
     const auto known = evaluated_.find(setting);
     if (known != evaluated_.end()) return known->second;
     ++advice_.evaluations;
-    const Outcome o = setting == advice_.old_setting ? recorded_ : outcome(setting, false);
+    const Outcome o = setting == advice_.old_setting ? recorded_ : outcome(setting, Place::kCandidate);
     if (!o.unsafe.empty()) advice_.rejected.push_back({text_of(keys_, setting), o.unsafe});
     const double value = o.unsafe.empty() ? o.goal : kUnsafe;
     evaluated_[setting] = value;
     if (value < best_) {
       best_ = value;
+      best_goals_ = o.goals;
       advice_.new_setting = setting;
     }
     return value;
@@ -178,6 +246,7 @@ class Adviser {
 
   void search() {
     best_ = recorded_.goal;
+    best_goals_ = recorded_.goals;
     advice_.new_setting = advice_.old_setting;
     std::vector<double> start;
     for (std::size_t k = 0; k < keys_.size(); ++k)
@@ -201,7 +270,11 @@ class Adviser {
         Setting s = advice_.new_setting;
         if (u != centre) s[k] = keys_[k].at(u);
         if (!p.value.empty() && p.value.back() == s[k]) continue;
-        const Outcome o = outcome(s, false);
+        Outcome o;
+        if (s == advice_.new_setting)
+          o.goal = best_;
+        else
+          o = outcome(s, Place::kProfile);
         p.value.push_back(s[k]);
         p.mean.push_back(o.unsafe.empty() ? o.goal : std::numeric_limits<double>::quiet_NaN());
         p.std_error.push_back(o.std_error);
@@ -214,8 +287,8 @@ class Adviser {
   }
 
   void promise() {
-    const auto old_prints = print_all(advice_.old_setting, kPromiseStream, promise_draws_, kPromiseSeeds);
-    const auto new_prints = print_all(advice_.new_setting, kPromiseStream, promise_draws_, kPromiseSeeds);
+    const auto old_prints = print_all(advice_.old_setting, kPromiseStream, 0, promise_draws_, kPromiseSeeds);
+    const auto new_prints = print_all(advice_.new_setting, kPromiseStream, 0, promise_draws_, kPromiseSeeds);
     std::vector<double> old_goal, new_goal;
     Mean mean_part, all_part;
     int stopped_more = 0;
@@ -258,6 +331,7 @@ class Adviser {
   Experiment base_;
   int free_ = 0, evaluations_ = 1, promise_draws_ = 32, prints_ = 0;
   double expected_ = 1.0, best_ = 0.0;
+  std::vector<double> best_goals_;  ///< of the best setting so far, of each draw
   Outcome recorded_;
   std::map<Setting, double> evaluated_;
   Advice advice_;
@@ -287,8 +361,8 @@ Components components_of(std::span<const double> v, int seeds) {
 
 }  // namespace
 
-std::size_t goal_index(const std::string& goal) {
-  const auto& metrics = inkjet_study_lab().metrics;
+std::size_t goal_index(const Experiment& experiment, const std::string& goal) {
+  const auto& metrics = study_lab_of(experiment).metrics;
   std::string names;
   for (std::size_t n = 0; n < metrics.size(); ++n) {
     if (metrics[n].name == goal || metrics[n].name == goal + "_um") return n;

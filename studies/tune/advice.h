@@ -14,9 +14,9 @@
 
 namespace firn::tuning {
 
-/// Returns the index in inkjet_study_lab().metrics. @param goal "rms" or "rms_um"
+/// Returns the index in study_lab_of(experiment).metrics. @param goal "rms" or "rms_um"
 /// @throws UsageError naming the goals
-std::size_t goal_index(const std::string& goal);
+std::size_t goal_index(const Experiment& experiment, const std::string& goal);
 
 struct AdviceOptions {
   std::size_t goal = 0;  ///< goal_index()

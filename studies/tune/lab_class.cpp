@@ -26,6 +26,16 @@ constexpr LabParameter kHeightChange[] = {
     {"plant.dropout_fraction", "", 0.005, 1.0, 0.0, 0.3},
 };
 
+constexpr LabParameter kIce[] = {
+    {"plant.ice.flow_water_mm3_s", "mm^3/s", 200.0, 0.1, 10.0, 250.0},
+    {"plant.ice.flow_sme_mm3_s", "mm^3/s", 200.0, 0.1, 10.0, 250.0},
+    {"1 + plant.ice.drift_water", "", 1.0, 0.1, 0.7, 1.3},
+    {"1 + plant.ice.drift_sme", "", 1.0, 0.1, 0.7, 1.3},
+    {"plant.ice.roughness", "", 0.28, 0.5, 0.0, 1.0},
+    {"plant.ice.debris_per_h", "1/h", 0.4, 0.8, 0.0, 1000.0},
+    {"the laser's noise", "mm", 0.015, 0.7, 0.0, 0.5},
+};
+
 void set_droplets(std::span<const double> v, Experiment& e) {
   e.plant.model = "droplets";
   e.plant.flow = v[0];
@@ -45,6 +55,17 @@ void set_height_change(std::span<const double> v, Experiment& e) {
   e.plant.dropout_fraction = v[5];
 }
 
+void set_ice(std::span<const double> v, Experiment& e) {
+  e.plant.ice.flow_water_mm3_s = v[0];
+  e.plant.ice.flow_sme_mm3_s = v[1];
+  e.plant.ice.drift_water = v[2] - 1.0;
+  e.plant.ice.drift_sme = v[3] - 1.0;
+  e.plant.ice.roughness = v[4];
+  e.plant.ice.debris_per_h = v[5];
+}
+
+void ice_noise(std::span<const double> v, plant::WorldConfig& w) { w.ice.laser.ice_noise_mm = v[6]; }
+
 // The mean droplet of the plant is 1 + variation / 2 times as large as its constants.
 void height_change_constants(std::span<const double> v, plant::WorldConfig& w) {
   const double whole_mm = v[0] / (1.0 + 0.5 * v[3]);
@@ -56,7 +77,7 @@ void height_change_constants(std::span<const double> v, plant::WorldConfig& w) {
 constexpr LabClass kClasses[] = {
     {"droplets", "droplets that land, flow and drift", kDroplets, &set_droplets, nullptr},
     {"height change", "the height-change model with droplets of varying size", kHeightChange,
-     &set_height_change, &height_change_constants},
+     &set_height_change, &height_change_constants, true},
 };
 
 }  // namespace
@@ -69,7 +90,13 @@ std::vector<double> LabClass::values(std::span<const double> z) const {
   return out;
 }
 
-std::span<const LabClass> lab_classes() { return kClasses; }
+std::span<const LabClass> lab_classes(Deposition deposition) {
+  static constexpr LabClass kIceClasses[] = {
+      {"ice", "valves that flow and drift over ice that freezes rough", kIce, &set_ice, &ice_noise}};
+  if (deposition == Deposition::kPaths) return kIceClasses;
+  if (deposition == Deposition::kDroplets) return kClasses;
+  return {};
+}
 
 Experiment without_plant(Experiment e) {
   e.plant = PlantConfig{};

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "config/experiment.h"
+#include "config/labs.h"
 #include "plant/config/world_config.h"
 
 namespace firn::tuning {
@@ -30,13 +31,15 @@ struct LabClass {
   void (*set)(std::span<const double> values, Experiment& experiment);
   /// Sets the parameters without a key; nullptr: none.
   void (*nature)(std::span<const double> values, plant::WorldConfig& world);
+  bool one_spacing = false;  ///< the parameters are those of the recorded grid
 
   std::vector<double> values(std::span<const double> z) const;
 };
 
-/// Returns the classes that are compared: droplets that land, flow and drift; the height-change model with
-/// droplets of varying size [Lu 2015, V-A].
-std::span<const LabClass> lab_classes();
+/// Returns the classes that are compared. Of droplets: those that land, flow and drift; the height-change
+/// model with droplets of varying size [Lu 2015, V-A]. Of paths: valves that flow and drift over ice that
+/// freezes rough. Of lines: none.
+std::span<const LabClass> lab_classes(Deposition deposition = Deposition::kDroplets);
 
 /// Returns the recorded experiment in a simulated laboratory of unknown parameters: no plant key of the
 /// record is left, no real instrument and no fault of the bus.

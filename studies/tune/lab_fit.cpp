@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
-#include <optional>
+#include <string_view>
 
 #include "core/grid/random.h"
 #include "estimators/lab/layer_features.h"
@@ -47,22 +47,28 @@ std::vector<std::size_t> of_all_runs(const std::vector<std::size_t>& features, s
 
 class Fit {
  public:
-  Fit(std::span<const RecordedRun> runs, const FitOptions& options) : runs_(runs), options_(options) {
+  Fit(std::span<const RecordedRun> runs, const FitOptions& options)
+      : runs_(runs),
+        options_(options),
+        deposition_(lab_of(runs.front().experiment).deposition),
+        classes_(lab_classes(deposition_)) {
     for (const RecordedRun& r : runs) {
+      if (lab_of(r.experiment).deposition != deposition_)
+        throw UsageError(r.name + ": its lab is of another kind than that of " + runs.front().name);
       observed_.insert(observed_.end(), r.features.begin(), r.features.end());
       experiments_.push_back(without_plant(r.experiment));
     }
   }
 
   FittedLab run() {
-    const int classes = int(lab_classes().size());
+    const int classes = int(classes_.size());
     const int early = std::max(kLeastEarly, int(kEarlyShare * options_.prints / (2 * classes)));
     const int last = std::max(2 * kLeastEarly, options_.prints - 2 * classes * early);
     all_ = double(2 * classes * early + last);
     FittedLab best;
     double highest = 0.0;
     std::vector<ClassScore> scores;
-    for (const LabClass& c : lab_classes()) {
+    for (const LabClass& c : classes_) {
       FittedLab fit;
       fit.lab = &c;
       fit.posterior = lab::standard_normal(c.parameters.size());
@@ -90,7 +96,7 @@ class Fit {
     const std::size_t parameters = fit.lab->parameters.size(), features = observed_.size();
     std::vector<std::vector<double>> z(std::size_t(prints), std::vector<double>{}), s = z;
     const std::uint32_t stream =
-        kFitStream + 16u * std::uint32_t(fit.lab - lab_classes().data()) + std::uint32_t(number);
+        kFitStream + 16u * std::uint32_t(fit.lab - classes_.data()) + std::uint32_t(number);
     run_jobs(prints, options_.threads, [&](int n) {
       const std::size_t at = std::size_t(n);
       z[at] = held(
@@ -149,15 +155,27 @@ class Fit {
       out.largest = std::max(out.largest, std::abs(deviations[f]));
       if (std::abs(deviations[f]) <= out.limit) continue;
       const std::string of_run = runs_.size() > 1 ? " (" + runs_[f / lab::feature_count()].name + ")" : "";
-      out.missed.push_back({lab::feature_name(f % lab::feature_count()) + of_run, deviations[f]});
+      out.missed.push_back({named(f % lab::feature_count()) + of_run, deviations[f]});
     }
     std::ranges::stable_sort(out.missed, std::ranges::greater{},
                              [](const FitCheck::Missed& m) { return std::abs(m.deviation); });
     return out;
   }
 
+  /// An ice print's units of growth are called by their name.
+  std::string named(std::size_t feature) const {
+    std::string name = lab::feature_name(feature);
+    if (deposition_ != Deposition::kPaths) return name;
+    constexpr std::string_view kWord = "droplet", kUnit = "unit of growth";
+    for (std::size_t at = name.find(kWord); at != std::string::npos; at = name.find(kWord, at + kUnit.size()))
+      name.replace(at, kWord.size(), kUnit);
+    return name;
+  }
+
   std::span<const RecordedRun> runs_;
   const FitOptions& options_;
+  Deposition deposition_;
+  std::span<const LabClass> classes_;
   std::vector<Experiment> experiments_;
   std::vector<double> observed_;
   double all_ = 1.0;

@@ -4,16 +4,21 @@
 #include <cmath>
 #include <exception>
 #include <new>
+#include <optional>
 
+#include "config/labs.h"
 #include "core/grid/npy.h"
 #include "estimators/lab/layer_features.h"
 #include "files/usage_error.h"
+#include "firn/control_surface_t.hpp"
 #include "firn/layer_plan_t.hpp"
 #include "lcmtypes/channels.h"
 #include "print/folder/imported_run.h"
 #include "print/folder/run_config.h"
 #include "print/folder/run_folder.h"
+#include "replay/run_messages.h"
 #include "studies/compare/study_lab.h"
+#include "studies/tune/ice_layers.h"
 #include "studies/tune/print_journal.h"
 
 namespace firn::tuning {
@@ -26,6 +31,12 @@ double noise_of_bends(std::span<const droplet::PrintedLayer> layers) {
   return sum;
 }
 
+std::vector<double> features_of(const IceLayers& run) {
+  const auto intervals = run.printed();
+  const HeightMap target = run.target();
+  return lab::layer_features({intervals, run.mask(), target, run.noise_std_mm()});
+}
+
 std::vector<double> features_of(const ObservedRun& run, const Mask& mask, const HeightMap& target,
                                 MapNoise noise) {
   const auto layers = run.printed();
@@ -33,13 +44,23 @@ std::vector<double> features_of(const ObservedRun& run, const Mask& mask, const 
   return lab::layer_features({layers, mask, target, noise_mm});
 }
 
-/// Counts the droplets of the plans.
+/// Counts the droplets of the plans, or the actions of an ice print.
 class PlanWatch {
  public:
+  /// @param mask of droplets
   PlanWatch(const Experiment& e, const Mask& mask)
       : mask_(mask), most_(e.control.scheme == "smf" ? e.control.smf.max_drops : 0) {}
 
   void take(std::string_view channel, std::span<const std::byte> bytes) {
+    if (channel == channels::kControlSurface.name) {
+      control_surface_t m;
+      if (m.decode(bytes.data(), 0, int(bytes.size())) < 0 || m.u.empty()) return;
+      double growth = 0.0;
+      for (const float u : m.u) growth += (1.0 + double(u)) / double(m.u.size());
+      full_ += m.saturated_fraction;
+      cells_ += 1.0;
+      layers_.push_back(growth);
+    }
     if (channel != channels::kLayerPlan.name) return;
     layer_plan_t plan;
     if (plan.decode(bytes.data(), 0, int(bytes.size())) < 0 || plan.drops.size() != mask_.size()) return;
@@ -86,17 +107,31 @@ RecordedRun RecordedRun::of(std::string name, const Experiment& e, const Blobs& 
   return {std::move(name), e, inputs, features_of(run, run.mask(), target, noise), run.layers(), noise};
 }
 
+namespace {
+
+RecordedRun of_ice(const std::string& name, const Experiment& e, const Blobs& inputs,
+                   const std::filesystem::path& path) {
+  IceLayers run(e, blob(inputs, "paths").bytes);
+  const replay::RunMessages messages(path);
+  for (const std::string_view channel : {channels::kHeightMap.name, channels::kControlSurface.name})
+    for (const auto bytes : messages.on(channel)) run.take(channel, bytes);
+  return {name, e, inputs, features_of(run), int(run.printed().size())};
+}
+
+}  // namespace
+
 RecordedRun RecordedRun::read(const std::filesystem::path& path) {
   const RunFolder folder = RunFolder::open(path);
   const std::string name = path.string();
   Experiment e = parse_recorded_experiment(recorded_config(path), name + ": the recorded configuration");
   // Nodes are not told the plant; a verification prints with it.
   e.plant = parse_recorded_experiment(folder.experiment_toml(), name + "/experiment.toml").plant;
-  require_droplets(e, name);
+  if (!prints_paths(e)) require_droplets(e, name);
   const auto result = folder.result();
   if (!result || can_go_on(*result)) throw UsageError(name + ": the print is not finished");
-  const ObservedRun run = ObservedRun::read(path);
   try {
+    if (prints_paths(e)) return of_ice(name, e, folder.inputs(), path);
+    const ObservedRun run = ObservedRun::read(path);
     return of(name, e, folder.inputs(), run, is_imported(path) ? MapNoise::kFromMaps : MapNoise::kReported);
   } catch (const std::invalid_argument& error) {
     throw UsageError(name + ": " + error.what());
@@ -104,6 +139,18 @@ RecordedRun RecordedRun::read(const std::filesystem::path& path) {
 }
 
 namespace {
+
+/// Volume beside the part over that inside it: a part that stays low spills less, and is no safer for it.
+double overspill_of(const MemoryPrintReport& report, const HeightMap& target, const Mask& mask) {
+  if (!std::isfinite(report.outline.overspill)) return 0.0;
+  double height_mm = 0.0;
+  const double cells = double(mask.count());
+  for (std::size_t c = 0; c < mask.size(); ++c)
+    if (mask.cells[c]) height_mm += target.cells[c] / cells;
+  const double printed_mm = height_mm + report.error.mean_mm;
+  const bool droplets = height_mm > 0.0 && printed_mm > 0.1 * height_mm;
+  return report.outline.overspill * (droplets ? height_mm / printed_mm : 1.0);
+}
 
 LabPrint made_in_lab(const Experiment& experiment, const Blobs& inputs, const LabDraw& draw,
                      const LabPrintOptions& wanted) {
@@ -114,25 +161,37 @@ LabPrint made_in_lab(const Experiment& experiment, const Blobs& inputs, const La
   e.control.seed = draw.seed;
   LabPrint out;
   try {
-    const Mask mask = mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask");
+    const bool paths = prints_paths(e);
+    const Mask mask = paths ? Mask() : mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask");
     ObservedRun observed(e, mask);
+    std::optional<IceLayers> intervals;
+    if (paths && wanted.features) intervals.emplace(e, blob(inputs, "paths").bytes);
     PlanWatch plans(e, mask);
     MemoryPrintOptions options;
     options.outline = true;
+    options.series = paths;
     options.tap = [&](std::string_view channel, std::span<const std::byte> bytes) {
       plans.take(channel, bytes);
-      if (wanted.features) observed.take(channel, bytes);
+      if (intervals)
+        intervals->take(channel, bytes);
+      else if (wanted.features)
+        observed.take(channel, bytes);
     };
     if (draw.lab->nature) options.nature = [&](plant::WorldConfig& w) { draw.lab->nature(values, w); };
     const MemoryPrintReport report = print_in_memory(e, inputs, options);
     out.finished = !can_go_on(report.result);
     out.reason = report.result.reason;
-    out.metrics = inkjet_metrics(report);
+    out.metrics = study_metrics(e, report);
     out.traits = plans.traits();
-    out.traits.overspill = std::isfinite(report.outline.overspill) ? report.outline.overspill : 0.0;
-    if (wanted.features && out.finished && observed.layers() >= lab::kLeastLayers)
-      out.features = features_of(
-          observed, mask, height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target"), wanted.noise);
+    const HeightMap target =
+        paths ? HeightMap() : height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target");
+    out.traits.overspill = overspill_of(report, target, mask);
+    if (intervals) {
+      if (out.finished && int(intervals->printed().size()) >= lab::kLeastLayers)
+        out.features = features_of(*intervals);
+    } else if (wanted.features && out.finished && observed.layers() >= lab::kLeastLayers) {
+      out.features = features_of(observed, mask, target, wanted.noise);
+    }
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {

@@ -30,7 +30,7 @@ struct RecordedRun {
 
   /// An imported run counts as printed by the scheme of its experiment; the check refuses it where it was
   /// not.
-  /// @throws UsageError naming the run: not of the ink-jet lab, two inks, unfinished, too few layers
+  /// @throws UsageError naming the run: of lines, two inks, unfinished, too few layers or intervals
   static RecordedRun read(const std::filesystem::path& run);
   /// The same of a print in memory. @throws std::invalid_argument: too few layers
   static RecordedRun of(std::string name, const Experiment& experiment, const Blobs& inputs,
@@ -49,16 +49,16 @@ struct LabDraw {
 
 /// Signs of a controller at its limits, of one print.
 struct PrintTraits {
-  double saturated = 0.0;    ///< share of the part's cells and layers at SMF's most droplets
-  double alternation = 0.0;  ///< lag-1 correlation of the layers' droplets, before the last fifth
+  double saturated = 0.0;  ///< share of the part's cells and layers at SMF's most droplets, or largest action
+  double alternation = 0.0;  ///< lag-1 correlation of the layers' droplets or actions, before the last fifth
   double swing = 0.0;        ///< their relative standard deviation
-  double overspill = 0.0;    ///< volume beside the part over the target's
+  double overspill = 0.0;    ///< volume beside the part over that inside it
 };
 
 struct LabPrint {
   bool finished = false;
   std::string reason;            ///< where not finished
-  std::vector<double> metrics;   ///< of the true surface, in the order of inkjet_study_lab()
+  std::vector<double> metrics;   ///< of the true surface, in the order of study_lab_of()
   std::vector<double> features;  ///< empty unless asked for, or where the print has too few layers
   PrintTraits traits;
 };

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
+#include "config/labs.h"
 #include "core/grid/random.h"
 #include "estimators/lab/layer_features.h"
 #include "studies/identify/identification_study.h"
@@ -12,26 +14,51 @@ namespace {
 
 constexpr std::uint32_t kNextStream = 3;
 
+template <int kPercent>
+void random_pattern(Experiment& e) {
+  e.control.scheme = "pattern";
+  e.control.pattern.kind = control::PatternKind::kRandom;
+  e.control.pattern.fill = 0.01 * kPercent;
+  e.control.pattern.layers = 12;
+}
+void without_feedback(Experiment& e) { e.control.scheme = "open_loop"; }
+void lively(Experiment& e) {
+  e.control.scheme = "smf";
+  e.control.smf.kp = 1.8;
+  e.control.smf.ki_star = e.control.smf.kd_star = 0.0;
+}
+
 struct Excitation {
   const char* name;
   const char* how;
-  double fill;  ///< 0: the recorded print
-  int layers;
+  void (*set)(Experiment&);  ///< nullptr: the recorded print
 };
-constexpr Excitation kExcitations[] = {
-    {"the same print again", "", 0.0, 0},
+constexpr Excitation kOfDroplets[] = {
+    {"the same print again", "", nullptr},
     {"12 layers of random droplets, half of the cells",
-     "--set control.scheme=pattern --set control.pattern.fill=0.5 --set control.pattern.layers=12", 0.5, 12},
+     "--set control.scheme=pattern --set control.pattern.fill=0.5 --set control.pattern.layers=12",
+     &random_pattern<50>},
     {"12 layers of random droplets, four cells of five",
-     "--set control.scheme=pattern --set control.pattern.fill=0.8 --set control.pattern.layers=12", 0.8, 12},
+     "--set control.scheme=pattern --set control.pattern.fill=0.8 --set control.pattern.layers=12",
+     &random_pattern<80>},
 };
+constexpr Excitation kOfPaths[] = {
+    {"the same print again", "", nullptr},
+    {"the same part without feedback", "--set control.scheme=open_loop", &without_feedback},
+    {"the same part under feedback that overcorrects",
+     "--set control.scheme=smf --set control.smf.kp=1.8 --set control.smf.ki_star=0 --set "
+     "control.smf.kd_star=0",
+     &lively},
+};
+
+std::span<const Excitation> excitations(const Experiment& e) {
+  if (prints_paths(e)) return kOfPaths;
+  return kOfDroplets;
+}
 
 Experiment excited(const RecordedRun& run, const Excitation& x) {
   Experiment e = without_plant(run.experiment);
-  e.control.scheme = "pattern";
-  e.control.pattern.kind = control::PatternKind::kRandom;
-  e.control.pattern.fill = x.fill;
-  e.control.pattern.layers = x.layers;
+  x.set(e);
   return e;
 }
 
@@ -70,10 +97,11 @@ std::vector<NextPrint> next_prints(const FittedLab& lab, const RecordedRun& run,
                                    const NextPrintOptions& options) {
   std::vector<NextPrint> out;
   double done = 0.0;
-  for (const Excitation& x : kExcitations) {
-    done += 1.0 / std::size(kExcitations);
+  const std::span<const Excitation> allowed = excitations(run.experiment);
+  for (const Excitation& x : allowed) {
+    done += 1.0 / double(allowed.size());
     if (options.progress) options.progress(done, "looking for the next print");
-    if (x.fill == 0.0) {
+    if (!x.set) {
       out.push_back(judged(lab, x, in_posterior_units(lab)));
       continue;
     }

@@ -25,8 +25,8 @@ struct NextPrintOptions {
   PrintJournal* journal = nullptr;
 };
 
-/// Returns the allowed prints, the most informative one first: the recorded print again, and random patterns
-/// on its part.
+/// Returns the allowed prints, the most informative one first: the recorded print again; of droplets, random
+/// patterns on its part; of ice, the part without feedback and with a lively one.
 std::vector<NextPrint> next_prints(const FittedLab& lab, const RecordedRun& run,
                                    const NextPrintOptions& options);
 

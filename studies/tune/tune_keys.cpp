@@ -8,6 +8,7 @@
 #include "config/changes.h"
 #include "config/fields.h"
 #include "config/find_key.h"
+#include "config/labs.h"
 #include "files/nearest.h"
 #include "files/usage_error.h"
 
@@ -16,6 +17,9 @@ namespace {
 
 constexpr std::string_view kSections[] = {"control.", "process.", "estimator.", "model."};
 constexpr double kWidestPower = 8.0;
+constexpr double kWide = 200.0;  // times the recorded value: beyond it a range is narrowed
+constexpr double kSpacingFold = 1.3, kSpacingMost = 2.0;
+constexpr double kFold = 4.0;  // to these parts and times of it
 
 double number_in(const std::string& text, const std::string& whole) {
   char* end = nullptr;
@@ -78,16 +82,22 @@ bool is_whole(const Field& field) {
 
 }  // namespace
 
+bool is_tuned_section(std::string_view key) {
+  return std::ranges::any_of(kSections, [&](std::string_view s) { return key.starts_with(s); }) &&
+         !key.ends_with(".seed");
+}
+
 TuneKey::TuneKey(const std::string& text, const Experiment& experiment) {
   const std::size_t equals = text.find('=');
   key_ = text.substr(0, equals);
+  if (spacing()) {
+    take_spacing(text, experiment);
+    return;
+  }
   Experiment e = experiment;
   const std::vector<Field> table = fields(e);
   const Field& field = find(table, key_, e);
-  if (std::ranges::none_of(kSections, [&](std::string_view s) { return key_.starts_with(s); }) ||
-      key_.ends_with(".seed"))
-    throw UsageError("--keys " + key_ +
-                     ": keys of [control], [process], [estimator] and [model] are tuned, seeds apart");
+  if (!is_tuned_section(key_)) throw UsageError("--keys " + key_ + ": " + std::string(kTunedSections));
   if (const std::string why = unread_by_scheme(e, key_); !why.empty())
     throw UsageError("--keys " + key_ + " " + why);
   whole_ = is_whole(field);
@@ -104,25 +114,59 @@ TuneKey::TuneKey(const std::string& text, const Experiment& experiment) {
   low_ = field.limits.min;
   high_ = field.limits.max;
   if (equals != std::string::npos) {
-    const std::string range = text.substr(equals + 1);
-    const std::size_t colon = range.find(':');
-    if (colon == std::string::npos)
-      throw UsageError("--keys " + text + ": a range LOW:HIGH is wanted after '='");
-    low_ = number_in(range.substr(0, colon), text);
-    high_ = number_in(range.substr(colon + 1), text);
+    take_range(text);
     if (!(low_ < high_) || !field.limits.holds(high_) ||
         !(field.limits.holds(low_) || (field.limits.min_excluded && low_ == field.limits.min)))
       throw UsageError("--keys " + text + ": the range must be ascending and within " + limits_text(field));
   }
+  if (equals == std::string::npos && high_ > kWide * std::max(1.0, std::abs(recorded_))) narrow();
   if (field.limits.min_excluded && low_ <= field.limits.min) low_ = field.limits.min + 1e-6 * (high_ - low_);
   if (!std::isfinite(low_) || !std::isfinite(high_))
     throw UsageError("--keys " + key_ + ": it has no bounds; give a range, " + key_ + "=LOW:HIGH");
   if (whole_ && high_ - low_ < kMostEnumerated)
     for (double v = std::ceil(low_); v <= high_; v += 1.0) values_.push_back(v);
+  take_power();
+}
+
+void TuneKey::take_power() {
   const double share = (recorded_ - low_) / (high_ - low_);
   power_ = share > 0.0 && share < 1.0
                ? std::clamp(std::log(share) / std::log(0.5), 1.0 / kWidestPower, kWidestPower)
                : 3.0;
+}
+
+void TuneKey::take_range(const std::string& text) {
+  const std::string range = text.substr(text.find('=') + 1);
+  const std::size_t colon = range.find(':');
+  if (colon == std::string::npos)
+    throw UsageError("--keys " + text + ": a range LOW:HIGH is wanted after '='");
+  low_ = number_in(range.substr(0, colon), text);
+  high_ = number_in(range.substr(colon + 1), text);
+}
+
+void TuneKey::take_spacing(const std::string& text, const Experiment& e) {
+  if (e.grid.pitch_x_mm != e.grid.pitch_y_mm || !e.part.image.empty() || !e.part.mesh.empty() ||
+      prints_paths(e))
+    throw UsageError("--keys " + key_ +
+                     ": the spacing of droplets is tuned of parts of a plain shape on square cells");
+  recorded_ = e.grid.pitch_x_mm;
+  low_ = recorded_ / kSpacingFold;
+  high_ = recorded_ * kSpacingFold;
+  if (text.size() > key_.size()) take_range(text);
+  if (!(low_ < high_) || low_ < recorded_ / kSpacingMost || high_ > recorded_ * kSpacingMost)
+    throw UsageError("--keys " + text +
+                     ": the range must be ascending and within a half and twice the recorded " +
+                     this->text(recorded_) + " mm");
+  take_power();
+}
+
+// Bounds that only keep nonsense out are no range to search.
+void TuneKey::narrow() {
+  if (!(recorded_ > 0.0))
+    throw UsageError("--keys " + key_ + ": its bounds are too wide to search; give a range, " + key_ +
+                     "=LOW:HIGH");
+  low_ = std::max(low_, recorded_ / kFold);
+  high_ = kFold * recorded_;
 }
 
 double TuneKey::at(double u) const {
@@ -135,6 +179,17 @@ double TuneKey::place(double value) const {
 }
 
 void TuneKey::set(double value, Experiment& experiment) const {
+  if (spacing()) {
+    GridSpec& grid = experiment.grid;
+    const double times = value / grid.pitch_x_mm;
+    if (times == 1.0) return;
+    grid.nx = std::int32_t(std::ceil(grid.nx / times));
+    grid.ny = std::int32_t(std::ceil(grid.ny / times));
+    grid.pitch_x_mm = grid.pitch_y_mm = value;
+    for (double* h : {&experiment.model.h1_mm, &experiment.model.h2_mm, &experiment.model.h3_mm})
+      *h /= times * times;
+    return;
+  }
   const std::vector<Field> table = fields(experiment);
   write_value(find(table, key_, experiment), value, words_);
 }

@@ -6,6 +6,7 @@
 
 #include "core/grid/random.h"
 #include "files/usage_error.h"
+#include "print/labs/print_labs.h"
 #include "studies/compare/study_lab.h"
 #include "studies/identify/identification_study.h"
 
@@ -33,6 +34,11 @@ Verification verify_promise(const RecordedRun& run, std::span<const TuneKey> key
   refuse_real(run);
   const Experiment settings[2] = {with_setting(keys, advice.old_setting, run.experiment),
                                   with_setting(keys, advice.new_setting, run.experiment)};
+  const auto inputs_of = [&](const Experiment& e) {
+    return e.grid == run.experiment.grid ? run.inputs : make_inputs(e, ".");
+  };
+  const Blobs inputs[2] = {inputs_of(settings[0]), inputs_of(settings[1])};
+  const StudyLab& lab = study_lab_of(run.experiment);
   std::vector<StudyPrint> prints(std::size_t(2 * options.prints));
   std::mutex lock;
   int done = 0;
@@ -40,8 +46,8 @@ Verification verify_promise(const RecordedRun& run, std::span<const TuneKey> key
     Experiment e = settings[n % 2];
     const std::uint64_t seed =
         print_seed({options.seed, Purpose::kInstance, kVerifyStream, 0, std::uint32_t(n / 2)});
-    inkjet_study_lab().set_seed(e, seed == run.experiment.plant.seed ? seed + 1 : seed);
-    prints[std::size_t(n)] = inkjet_study_lab().print(e, run.inputs);
+    lab.set_seed(e, seed == run.experiment.plant.seed ? seed + 1 : seed);
+    prints[std::size_t(n)] = lab.print(e, inputs[n % 2]);
     const std::lock_guard hold(lock);
     if (options.progress) options.progress(double(++done) / double(2 * options.prints), "verifying");
   });

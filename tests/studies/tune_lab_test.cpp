@@ -50,6 +50,16 @@ LabDraw usual_lab(std::uint64_t seed) {
   return {&droplets(), std::vector<double>(droplets().parameters.size(), 0.3), seed};
 }
 
+/// A laboratory of the usual parameters that is known, so that nothing needs to be learned.
+FittedLab known_lab() {
+  FittedLab lab;
+  lab.lab = &droplets();
+  lab.posterior = lab::standard_normal(droplets().parameters.size());
+  for (double& v : lab.posterior.mean) v = 0.3;
+  for (double& v : lab.posterior.covariance) v *= 1e-4;
+  return lab;
+}
+
 }  // namespace
 
 TEST_CASE("A key to tune has its range from the table of options, or a narrower one that is given") {
@@ -68,6 +78,98 @@ TEST_CASE("A key to tune has its range from the table of options, or a narrower 
   const TuneKey words("control.smf.rounding", e);
   CHECK(words.values().size() == 3);
   CHECK(words.text(words.recorded()) == "diffusion");
+}
+
+TEST_CASE(
+    "A key whose limits only keep nonsense out is searched about its recorded value, or asks for a range") {
+  Experiment e = test::tiny_print("x", "open_loop");
+  CHECK_THROWS_WITH(TuneKey("control.open_loop.layers", e), Contains("control.open_loop.layers=LOW:HIGH"));
+  e.control.open_loop.layers = 40;
+  const TuneKey layers("control.open_loop.layers", e);
+  CHECK(layers.at(0.0) == 10.0);
+  CHECK(layers.at(0.5) == 40.0);
+  CHECK(layers.at(1.0) == 160.0);
+}
+
+TEST_CASE("From one log under SMF other schemes are tuned too: a planted bad value of each key is found") {
+  const Experiment log = small_print();
+  const FittedLab lab = known_lab();
+  struct Planted {
+    const char* what;
+    std::vector<std::string> set;
+    std::string key;
+    double low, high;  ///< the advised value lies between
+  };
+  const std::vector<Planted> all{
+      {"layers of the open loop",
+       {"control.scheme=open_loop", "control.open_loop.layers=4"},
+       "control.open_loop.layers",
+       5.5,
+       9.5},
+      {"noise gate of MPC",
+       {"control.scheme=mpc", "control.noise_gate=12"},
+       "control.noise_gate=0.1:20",
+       0.0,
+       8.0},
+      {"target of MPC",
+       {"control.scheme=mpc", "control.target_offset_mm=0.012"},
+       "control.target_offset_mm=-0.01:0.02",
+       -0.006,
+       0.006},
+  };
+  for (const Planted& p : all) {
+    const Experiment e = parse_experiment({{"log", dump(log)}}, p.set);
+    const RecordedRun start{"a run", e, make_inputs(e, "."), {}, 0};
+    const std::vector<TuneKey> keys{{p.key, e}};
+    const Advice advice = advise(lab, start, keys, {.seed = 2, .threads = 2, .prints = 100});
+    std::string left_out;
+    for (const Rejected& r : advice.rejected) left_out += r.setting + ": " + r.reason + "\n";
+    CAPTURE(p.what, left_out, advice.old_setting[0], advice.new_setting[0], advice.promise.old_mean,
+            advice.promise.new_mean);
+    CHECK(advice.gain_shown);
+    CHECK(advice.new_setting[0] >= p.low);
+    CHECK(advice.new_setting[0] <= p.high);
+  }
+}
+
+TEST_CASE("The spacing of droplets is a key: the field keeps its size, the model its volume") {
+  const Experiment e = small_print();
+  const std::vector<TuneKey> keys{{std::string(kSpacing), e}};
+  const Experiment wide = with_setting(keys, {0.3}, e);
+  CHECK(wide.grid.pitch_x_mm == 0.3);
+  CHECK(wide.grid.nx * wide.grid.pitch_x_mm >= e.grid.nx * e.grid.pitch_x_mm);
+  CHECK(wide.model.h1_mm * 0.3 * 0.3 == Approx(e.model.h1_mm * e.grid.pitch_x_mm * e.grid.pitch_x_mm));
+  CHECK(with_setting(keys, {e.grid.pitch_x_mm}, e).grid == e.grid);
+  Experiment mesh = e;
+  mesh.part.mesh = "part.stl";
+  CHECK_THROWS_WITH(TuneKey(std::string(kSpacing), mesh), Contains("plain shape"));
+  CHECK_THROWS_WITH(TuneKey("grid.pitch_mm=0.1:0.3", e), Contains("within a half and twice"));
+
+  const RecordedRun run{"a run", e, make_inputs(e, "."), {}, 0};
+  const FittedLab lab = known_lab();
+  const Advice advice = advise(lab, run, keys, {.seed = 2, .threads = 2, .prints = 60});
+  CHECK(advice.evaluations >= 2);
+  CHECK(advice.promise.old_mean > 0.0);
+  FittedLab other = lab;
+  other.lab = &lab_classes()[1];
+  CHECK_THROWS_WITH(advise(other, run, keys, {}), Contains("at their spacing alone"));
+}
+
+TEST_CASE("Keys of MPC, of its horizon and of the estimator that it learns from have an answer") {
+  const Experiment e = parse_experiment(
+      {{"log", dump(test::tiny_print("tuned", "mpc"))}},
+      {"control.scheme=mpc", "estimator.droplets=on", "control.adapt_model=on", "control.mpc.alpha=0.5"});
+  const RecordedRun start{"a run", e, make_inputs(e, "."), {}, 0};
+  const FittedLab lab = known_lab();
+  for (const char* key :
+       {"control.mpc.alpha=0.05:1", "control.mpc.horizon=1:2", "estimator.memory_layers=3:30"}) {
+    const std::vector<TuneKey> keys{{key, e}};
+    const Advice advice = advise(lab, start, keys, {.seed = 2, .threads = 2, .prints = 40});
+    CAPTURE(key, advice.promise.gain);
+    CHECK(advice.evaluations >= 2);
+    CHECK(advice.promise.old_mean > 0.0);
+    CHECK(advice.promise.gain_interval.low <= advice.promise.gain_interval.high);
+  }
 }
 
 TEST_CASE("Keys that cannot be tuned are refused by name, with the nearest known key or the limit") {
