@@ -94,6 +94,23 @@ std::optional<Picture> parse_picture(std::span<const std::byte> frame) {
   return p;
 }
 
+std::string encode(std::int32_t number, const Picture& p) {
+  const bool wide = p.white > 255;
+  std::string pixels;
+  pixels.reserve(p.pixels.size() * (wide ? 2 : 1));
+  for (const std::uint16_t v : p.pixels) {
+    pixels.push_back(char(v & 0xFF));
+    if (wide) pixels.push_back(char(v >> 8));
+  }
+  std::string reply = "OK SNAP";
+  const std::uint32_t sum = checksum(std::as_bytes(std::span(pixels)));
+  for (const std::int64_t n :
+       {std::int64_t(number), std::int64_t(p.width), std::int64_t(p.height), std::int64_t(p.white), p.age_us,
+        std::int64_t(pixels.size()), std::int64_t(sum)})
+    reply += ' ' + std::to_string(n);
+  return reply + '\n' + pixels;
+}
+
 std::uint32_t checksum(std::span<const std::byte> bytes) {
   std::uint64_t a = 0, b = 0;
   constexpr std::size_t kBlock = 20'000;  // words whose sums of sums stay below 2^64

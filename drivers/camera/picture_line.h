@@ -44,6 +44,9 @@ std::optional<Head> parse_head(std::string_view text);
 /// @param frame a whole reply to snap(). @returns nothing for a checksum that does not agree
 std::optional<Picture> parse_picture(std::span<const std::byte> frame);
 
+/// The instrument's reply to snap().
+std::string encode(std::int32_t number, const Picture& picture);
+
 /// Fletcher's sum of 16-bit words, modulo 65535.
 std::uint32_t checksum(std::span<const std::byte> bytes);
 

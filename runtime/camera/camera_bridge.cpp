@@ -10,6 +10,7 @@
 #include <cstring>
 #include <utility>
 
+#include "drivers/camera/picture_line.h"
 #include "runtime/camera/folder_source.h"
 #include "runtime/camera/v4l2_source.h"
 
@@ -31,29 +32,6 @@ bool read(std::string_view& text, T& value) {
   const std::string_view word = next_word(text);
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   return error == std::errc{} && end == word.data() + word.size();
-}
-
-std::string pixel_bytes(const GreyShot& s) {
-  const bool wide = s.white > 255;
-  std::string bytes;
-  bytes.reserve(s.pixels.size() * (wide ? 2 : 1));
-  for (const std::uint16_t v : s.pixels) {
-    bytes.push_back(char(v & 0xFF));
-    if (wide) bytes.push_back(char(v >> 8));
-  }
-  return bytes;
-}
-
-// Fletcher's sum of 16-bit words, low byte first, modulo 65535.
-std::uint32_t fletcher(std::string_view bytes) {
-  std::uint32_t a = 0, b = 0;
-  for (std::size_t i = 0; i < bytes.size(); i += 2) {
-    const std::uint32_t low = std::uint8_t(bytes[i]),
-                        high = i + 1 < bytes.size() ? std::uint8_t(bytes[i + 1]) : 0u;
-    a = (a + (high << 8 | low)) % 65535;
-    b = (b + a) % 65535;
-  }
-  return b << 16 | a;
 }
 
 std::string one_line(std::string text) {
@@ -79,11 +57,8 @@ std::string PictureServer::answer(std::string_view line, const std::function<boo
   if (verb != "SNAP" || !read(rest, number) || number < 0)
     return "NO " + one_line(std::string(verb.substr(0, 20))) + " unknown\n";
   try {
-    const GreyShot s = source_.take(ended);
-    const std::string pixels = pixel_bytes(s);
-    return "OK SNAP " + std::to_string(number) + ' ' + std::to_string(s.width) + ' ' +
-           std::to_string(s.height) + ' ' + std::to_string(s.white) + ' ' + std::to_string(s.age_us) + ' ' +
-           std::to_string(pixels.size()) + ' ' + std::to_string(fletcher(pixels)) + '\n' + pixels;
+    GreyShot s = source_.take(ended);
+    return drivers::picture_line::encode(number, {s.width, s.height, s.white, s.age_us, std::move(s.pixels)});
   } catch (const SourceGone&) {
     throw;
   } catch (const std::runtime_error& problem) {
