@@ -21,6 +21,7 @@ struct Effort {
 /// the solver looked, or the solver did not converge, the next attempt is finer.
 Effort effort(const PlanOptions& options, bool finer, int attempt) {
   Effort e{CellSizes{}, ProfileOptions{}, 1};
+  e.solver.from_both_ends = options.curve_rule == CurveRule::kFitted;
   if (finer) e.solver.gap = kWithinGap;
   if (options.method == Method::kOptimal) {
     e.sizes.rest_growth = 1.04;
@@ -52,6 +53,7 @@ constexpr double kFittedSplit = 3.0, kWithinSplit = 2.0;
 constexpr int kShapes = 10;  ///< tries to bring the curve inside the tolerance
 constexpr double kLeastRampMm = 0.01;
 constexpr int kAttempts = 4;
+constexpr double kHopeless = 1.5;      ///< times too slow without a solution: finer cells will not help
 constexpr double kCellFactor = 1.002;  ///< cells that need more are divided for the next attempt
 constexpr double kGoodFactor = 1.006;  ///< slowing down by less than this is cheaper than another attempt
 
@@ -125,8 +127,9 @@ void set_rows(const CertifiedTask& task, CertifiedWork& work, const StopSegment&
 
 void bound(const CertifiedTask& task, const RowGroups& groups, int active, CertifiedWork& work,
            StopSegment& out) {
-  speed_bound(out.curve, work.rows, groups, active, work.bound);
-  if (task.options.curve_rule == CurveRule::kFitted) return;  // prove() will
+  const bool fitted = task.options.curve_rule == CurveRule::kFitted;
+  speed_bound(out.curve, work.rows, groups, active, !fitted, work.bound);
+  if (fitted) return;  // prove() will
   set_duration(out.curve, work.rows, groups, work.bound);
   out.bound_s = work.bound.duration_s;
 }
@@ -227,12 +230,16 @@ void plan_curve(std::span<const Point2> points, std::span<const double> speed_li
     const bool good = trial.factor < kGoodFactor + task.options.slack;
     if (!good)
       cell_factors(trial.curve, samples.batch, samples.tool, samples.joint, task.groups, work.excess);
-    if (attempt > 0 && trial.duration_s() < out.duration_s()) {
+    const bool better = attempt > 0 && trial.duration_s() < out.duration_s();
+    if (better) {
       const Curve divided = trial.curve;
       std::swap(trial, out);
       trial.curve = divided;
     }
     if (good || (std::isfinite(out.duration_s()) && out.motion.duration_s() > most_s)) return;
+    if (task.options.curve_rule == CurveRule::kRamped || solved(out)) continue;
+    if (out.duration_s() > kHopeless * most_s) return;
+    if (attempt > 0 && !better) break;
   }
   // the solver's first guess, slowed down, always serves
   Effort none = effort(task.options, finer(task, work), 0);

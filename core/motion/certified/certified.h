@@ -89,6 +89,12 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
                   std::span<const double> yaw_rad, std::span<const GivenCurve> given, Shape shape,
                   double most_s, const CertifiedTask& task, CertifiedWork& work, StopSegment& out);
 
+/// True unless the speed profile was given up: its motion is slowed down by far. So it is beside a cusp.
+inline bool solved(const StopSegment& segment) {
+  constexpr double kMostFactor = 1.5;
+  return segment.factor < kMostFactor;
+}
+
 /// True if the curve may leave the points for the sake of a shorter time.
 inline bool within_tolerance(const PlanOptions& options) {
   return options.curve_rule == CurveRule::kFitted && options.tolerance_mm > 0.0 && options.slack == 0.0;

@@ -75,7 +75,7 @@ class FitPlanner {
     const double tolerance = allowed_mm(task.options);
     samples_ = !(task.options.tolerance_mm > 0.0);
     const double widest = try_radius(fit_radius_mm(task.options), task);
-    if (!(out_.deviation_mm <= tolerance) || out_.curve.straight) return false;
+    if (!(out_.deviation_mm <= tolerance) || out_.curve.straight || !solved(out_)) return false;
     double best = widest;
     for (double r = kLeastRadius_mm; !samples_ && r < kMostRadiusShare * tolerance; r *= kRadiusRatio)
       if (const double radius = try_radius(r, task); radius > 0.0) best = radius;

@@ -1,6 +1,8 @@
 // The interior-point method of fit_spline.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <tuple>
 #include <utility>
 
 #include "core/motion/curve/tube_fit.h"
@@ -137,6 +139,31 @@ double room(const Row& row) {
   return 1.0 - (row.off.x_mm * row.off.x_mm + row.off.y_mm * row.off.y_mm) * row.over_square;
 }
 
+constexpr std::size_t kWidth = std::tuple_size_v<decltype(TubeWork::band)::value_type>;
+
+/// Two doubles side by side.
+using Pair = double __attribute__((vector_size(16)));
+
+/// From the rows that are k = 1 to 7 below, row[k ..] times row[k] / row[0] is taken, by pairs: rows are read
+/// as they were written. @param row entries 0 to 7; odd: 1 to 7 and a zero
+template <std::size_t k>
+inline void eliminate(const Pair (&row)[4], const Pair (&odd)[4], double over,
+                      std::array<double, kWidth>* below) {
+  if constexpr (k < kWidth) {
+    const double factor = row[k / 2][k % 2] * over;
+    const Pair twice{factor, factor};
+#pragma GCC unroll 4
+    for (std::size_t m = k / 2; m < 4; ++m) {
+      double* const at = below[k].data() + 2 * (m - k / 2);
+      Pair value;
+      std::memcpy(&value, at, sizeof value);
+      value -= twice * (k % 2 ? odd[m] : row[m]);
+      std::memcpy(at, &value, sizeof value);
+    }
+    eliminate<k + 1>(row, odd, over, below);
+  }
+}
+
 /// Newton's matrix and right-hand side for the barrier parameter mu. @pre work.step is minus the gradient
 void assemble(double mu, TubeWork& work) {
   const std::size_t n = work.control.size();
@@ -152,18 +179,27 @@ void assemble(double mu, TubeWork& work) {
     const double over = 1.0 / row.slack, stiff = row.multiplier * over;
     const double xx = own + stiff * gx * gx, xy = stiff * gx * gy, yy = own + stiff * gy * gy;
     const double push = (mu - row.multiplier * (room(row) - row.slack)) * over;
+    const std::array<double, 4> basis = row.basis;
+    double* const step = &work.step[2 * row.first];
+    auto* const band = &work.band[2 * row.first];
+    const double right_x = push * gx, right_y = push * gy;
+#pragma GCC unroll 4
     for (std::size_t a = 0; a < 4; ++a) {
-      const std::size_t i = 2 * (row.first + a);
-      const double weight = row.basis[a];
-      work.step[i] += weight * push * gx;
-      work.step[i + 1] += weight * push * gy;
-      auto &x = work.band[i], &y = work.band[i + 1];
-      for (std::size_t b = a; b < 4; ++b) {
-        const double w = weight * row.basis[b];
+      const double weight = basis[a];
+      step[2 * a] += weight * right_x;
+      step[2 * a + 1] += weight * right_y;
+      double *const x = band[2 * a].data(), *const y = band[2 * a + 1].data();
+      double w = weight * weight;
+      x[0] += w * xx;
+      x[1] += w * xy;
+      y[0] += w * yy;
+#pragma GCC unroll 4
+      for (std::size_t b = a + 1; b < 4; ++b) {
+        w = weight * basis[b];
         x[2 * (b - a)] += w * xx;
         x[2 * (b - a) + 1] += w * xy;
+        y[2 * (b - a) - 1] += w * xy;
         y[2 * (b - a)] += w * yy;
-        if (b > a) y[2 * (b - a) - 1] += w * xy;
       }
     }
   }
@@ -178,25 +214,35 @@ void assemble(double mu, TubeWork& work) {
   }
 }
 
+/// @pre work.band has kWidth - 1 rows more than unknowns, and work.step as many entries
 bool solve(TubeWork& work) {
-  const std::size_t n = work.band.size();
-  for (std::size_t i = 0; i < n; ++i) {
-    auto& row = work.band[i];
-    if (!(row[0] > 0.0)) return false;
-    const double over = 1.0 / row[0], value = work.step[i];
-    const std::size_t most = std::min<std::size_t>(7, n - 1 - i);
-    for (std::size_t k = 1; k <= most; ++k) {
-      const double factor = row[k] * over;
-      auto& below = work.band[i + k];
-      for (std::size_t m = k; m < 8; ++m) below[m - k] -= factor * row[m];
-      work.step[i + k] -= factor * value;
-    }
+  const std::size_t n = 2 * work.control.size();
+  // the rows behind the last one take what is eliminated beyond it: 0
+  for (std::size_t i = n; i < n + kWidth - 1; ++i) {
+    work.band[i].fill(0.0);
+    work.step[i] = 0.0;
   }
-  for (std::size_t i = n; i-- > 0;) {
+  for (std::size_t i = 0; i < n; ++i) {
+    std::array<double, kWidth>* const band = &work.band[i];
+    Pair row[4];
+    std::memcpy(row, band->data(), sizeof row);
+    if (!(row[0][0] > 0.0)) return false;
+    const double over = 1.0 / row[0][0], value = work.step[i] * over;
+    const Pair odd[4] = {
+        {row[0][1], row[1][0]}, {row[1][1], row[2][0]}, {row[2][1], row[3][0]}, {row[3][1], 0.0}};
+    eliminate<1>(row, odd, over, band);
+    double* const step = &work.step[i];
+#pragma GCC unroll 7
+    for (std::size_t k = 1; k < kWidth; ++k) step[k] -= row[k / 2][k % 2] * value;
+    (*band)[0] = over;
+    step[0] = value;
+  }
+  for (std::size_t i = n; i-- > 0;) {  // what was found last comes last
     const auto& row = work.band[i];
-    double value = work.step[i];
-    for (std::size_t k = 1; k < 8 && i + k < n; ++k) value -= row[k] * work.step[i + k];
-    work.step[i] = value / row[0];
+    double sum = 0.0;
+#pragma GCC unroll 6
+    for (std::size_t k = kWidth - 1; k > 1; --k) sum += row[k] * work.step[i + k];
+    work.step[i] -= row[0] * (sum + row[1] * work.step[i + 1]);
   }
   return true;
 }
@@ -290,8 +336,8 @@ double fit_spline(std::span<const double> knots, std::span<const TubePlace> plac
   extend(knots, work.extended);
   set_energy(knots, work);
   const std::size_t n = work.control.size();
-  work.band.resize(2 * n);
-  work.step.resize(2 * n);
+  work.band.resize(2 * n + kWidth - 1);
+  work.step.resize(2 * n + kWidth - 1);
   work.rows.resize(places.size());
   std::size_t cell = 0;
   for (std::size_t i = 0; i < places.size(); ++i) {

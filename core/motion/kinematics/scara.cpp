@@ -20,7 +20,8 @@ constexpr double kSingularCosine =
 
 class Scara final : public Arm {
  public:
-  explicit Scara(const ScaraConfig& spec) : spec_(spec) {}
+  explicit Scara(const ScaraConfig& spec)
+      : spec_(spec), over_links_(1.0 / (2.0 * spec.link_1_mm * spec.link_2_mm)) {}
   int joints() const override { return 4; }
   bool turns() const override { return true; }
   std::string joint_name(int joint) const override {
@@ -55,6 +56,7 @@ class Scara final : public Arm {
   void derivatives(const Jets& task, int elbow, Jets& out) const;
 
   ScaraConfig spec_;
+  double over_links_;
 };
 
 Fault at(const Jets& task, std::size_t n, Reason reason, int joint, double value, double bound) {
@@ -127,14 +129,17 @@ void Scara::angles(const Jets& task, int elbow, double* theta_1, double* theta_2
   }
 }
 
-void Scara::derivatives(const Jets& task, int elbow, Jets& out) const {
-  const double l1 = spec_.link_1_mm, l2 = spec_.link_2_mm;
+/// Joint derivatives from the flange's, element-wise: all instruction sets give the same bytes.
+__attribute__((always_inline)) inline void derivative_loop(double l1, double l2, const Jets& task, int elbow,
+                                                           Jets& out) {
   const double *x = task.of(kX, 0), *x1 = task.of(kX, 1), *x2 = task.of(kX, 2), *x3 = task.of(kX, 3);
   const double *y = task.of(kY, 0), *y1 = task.of(kY, 1), *y2 = task.of(kY, 2), *y3 = task.of(kY, 3);
   double *u1 = out.of(0, 1), *u2 = out.of(0, 2), *u3 = out.of(0, 3);
   double *w1 = out.of(1, 1), *w2 = out.of(1, 2), *w3 = out.of(1, 3);
   const double inverse_links = 1.0 / (2.0 * l1 * l2), square_sum = l1 * l1 + l2 * l2;
-  for (std::size_t n = 0; n < task.samples(); ++n) {
+  const std::size_t count = task.samples();
+#pragma GCC ivdep
+  for (std::size_t n = 0; n < count; ++n) {
     const double r2 = x[n] * x[n] + y[n] * y[n];
     const double c = (r2 - square_sum) * inverse_links, s = elbow * std::sqrt(1.0 - c * c);
     const double d = l1 + l2 * c, e = l2 * s, scale = l1 / r2;
@@ -155,6 +160,21 @@ void Scara::derivatives(const Jets& task, int elbow, Jets& out) const {
     w2[n] = b2 - a2;
     w3[n] = b3 - a3;
   }
+}
+
+#ifdef __x86_64__
+__attribute__((target("avx2"))) void wide_derivatives(double l1, double l2, const Jets& task, int elbow,
+                                                      Jets& out) {
+  derivative_loop(l1, l2, task, elbow, out);
+}
+#endif
+
+void Scara::derivatives(const Jets& task, int elbow, Jets& out) const {
+#ifdef __x86_64__
+  static const bool wide = __builtin_cpu_supports("avx2");
+  if (wide) return wide_derivatives(spec_.link_1_mm, spec_.link_2_mm, task, elbow, out);
+#endif
+  derivative_loop(spec_.link_1_mm, spec_.link_2_mm, task, elbow, out);
 }
 
 std::optional<Fault> Scara::inverse(const Jets& task, const ArmConfiguration& configuration,
@@ -219,7 +239,8 @@ bool Scara::bound_higher(const FlangeBounds& flange, std::span<const JointJet> s
   const double l1 = spec_.link_1_mm, l2 = spec_.link_2_mm, half = 0.5 * flange.width;
   const double reach = std::sqrt(flange.x_mm * flange.x_mm + flange.y_mm * flange.y_mm);
   const double low = std::max(0.0, reach - flange.radius_mm), high = reach + flange.radius_mm;
-  const double cosine_low = cosine(low, 0.0), cosine_high = cosine(high, 0.0);
+  const auto cosine_at = [&](double r) { return (r * r - l1 * l1 - l2 * l2) * over_links_; };
+  const double cosine_low = cosine_at(low), cosine_high = cosine_at(high);
   const double square = std::min(1.0 - cosine_low * cosine_low, 1.0 - cosine_high * cosine_high);
   if (!(square > 0.0)) return false;
   const double sine = std::sqrt(square), over_a = 1.0 / (l1 * sine), over_b = 1.0 / (l2 * sine);

@@ -42,7 +42,7 @@ void solve_profile(const Curve& curve, const MotionRows& rows, RowGroups& groups
       if (joined) continue;
       if (left < enough) break;
     }
-    if (!problem.solve_step()) break;
+    if (!(options.from_both_ends ? problem.solve_step_from_both_ends() : problem.solve_step())) break;
     const auto lengths = problem.step_lengths(mu, kToBoundary);
     problem.move(lengths);
     const double shorter = std::min(lengths.primal, lengths.dual);

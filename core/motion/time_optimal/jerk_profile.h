@@ -4,6 +4,7 @@
 // The band is eliminated by hand: Eigen solves dense and general sparse systems, not banded ones.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -15,6 +16,7 @@ struct ProfileOptions {
   double gap =
       0.008;  ///< stop when duality gap / duration plus violation / 3 is below this (less on long ones)
   int most_iterations = 40;
+  bool from_both_ends = false;  ///< Newton's step in half of the time; recorded runs have it from one end
 };
 
 /// b(s) = (ds/dt)^2, continuous with its slope b'. In cell i, b'' = curve (1 + bend (x - 1/2)) with x from 0
@@ -45,14 +47,21 @@ struct TimeGradient {
 /// Buffers of the solver, kept between paths: arrays of one double per cell or knot.
 class ProfileWork {
  public:
-  /// Makes room for `arrays` arrays of `length` doubles each, all zero.
+  /// Makes room for `arrays` arrays of `length` doubles each. The first and the last kEdge of each are zero,
+  /// those between them are what they happen to be: callers write them first.
   void resize(std::size_t arrays, std::size_t length) {
     stride_ = (length + 7) / 8 * 8;
-    memory_.assign(arrays * stride_, 0.0);
+    if (memory_.size() < arrays * stride_) memory_.resize(arrays * stride_);
+    for (std::size_t i = 0; i < arrays; ++i) {
+      double* const a = array(i);
+      std::fill(a, a + std::min(kEdge, length), 0.0);
+      std::fill(a + std::max(kEdge, length) - kEdge, a + stride_, 0.0);
+    }
   }
   double* array(std::size_t i) { return memory_.data() + i * stride_; }
 
  private:
+  static constexpr std::size_t kEdge = 6;
   std::vector<double> memory_;
   std::size_t stride_ = 0;
 };

@@ -8,6 +8,7 @@ namespace {
 
 constexpr int kRounds = 8;  ///< of dividing
 constexpr double kMostParts = 8.0;
+constexpr double kSixth = 1.0 / 6.0;
 constexpr std::size_t kUntold = 4;  ///< parts of an interval that is too long to tell
 
 using Interval = BoundWork::Interval;
@@ -68,7 +69,7 @@ CoordinateBounds cubic_bounds(const Curve& c, std::size_t cell, bool yaw, double
     for (const int end : {0, 1}) {
       const double u = (end ? s1 : s0) - c.s[cell], w = h - u;
       const double d1 = (f[cell + 1] - f[cell]) * over +
-                        (left * (h * h - 3.0 * w * w) + right * (3.0 * u * u - h * h)) / 6.0;
+                        kSixth * (left * (h * h - 3.0 * w * w) + right * (3.0 * u * u - h * h));
       const double d2 = left * w + right * u;
       first[end] += d1 * d1;
       second[end] += d2 * d2;

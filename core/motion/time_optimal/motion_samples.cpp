@@ -38,6 +38,67 @@ void RatioTable::merge(const RatioTable& other, double shift) {
       }
 }
 
+namespace {
+
+/// Two doubles side by side.
+using Pair = double __attribute__((vector_size(16)));
+
+/// A coordinate of the curve in time, or two: value and three derivatives, at the cell's ends 0 and 1.
+template <class Value>
+struct InTime {
+  Value at, d1, d2, d3;
+  InTime(Value f0, Value f1, Value m0, Value m1, double h, double over, const PathState& q, double u) {
+    const double w = h - u;
+    const Value left = m0 * over, right = m1 * over;  // r'' = left w + right u
+    const Value r1 = (f1 - f0) * over + (left * (h * h - 3.0 * w * w) + right * (3.0 * u * u - h * h)) / 6.0;
+    const Value r2 = left * w + right * u, r3 = right - left;
+    at = (w * f0 + u * f1) * over + (left * w * (w * w - h * h) + right * u * (u * u - h * h)) / 6.0;
+    d1 = r1 * q.v;
+    d2 = r2 * q.v * q.v + r1 * q.a;
+    d3 = r3 * q.v * q.v * q.v + 3.0 * r2 * q.v * q.a + r1 * q.j;
+  }
+};
+
+void sample_plane(const Curve& c, const StateBatch& batch, const Placement& place, Jets& out) {
+  double* to[2][4];
+  for (int order = 0; order < 4; ++order) {
+    to[0][order] = out.of(kX, order);
+    to[1][order] = out.of(kY, order);
+  }
+  const double *const s = c.s.data(), *const x = c.x.data(), *const y = c.y.data(), *const xx = c.xx.data(),
+                      *const yy = c.yy.data();
+  const Pair shift{place.flange_x_mm, place.flange_y_mm};
+  for (std::size_t n = 0; n < batch.size(); ++n) {
+    const std::size_t i = batch.cell[n];
+    const PathState& q = batch.state[n];
+    const double h = s[i + 1] - s[i];
+    InTime<Pair> p(Pair{x[i], y[i]}, Pair{x[i + 1], y[i + 1]}, Pair{xx[i], yy[i]}, Pair{xx[i + 1], yy[i + 1]},
+                   h, 1.0 / h, q, q.s - s[i]);
+    p.at += shift;
+    for (int k = 0; k < 2; ++k) {
+      to[k][0][n] = p.at[k];
+      to[k][1][n] = p.d1[k];
+      to[k][2][n] = p.d2[k];
+      to[k][3][n] = p.d3[k];
+    }
+  }
+}
+
+void sample_yaw(const Curve& c, const StateBatch& batch, Jets& out) {
+  for (std::size_t n = 0; n < batch.size(); ++n) {
+    const std::size_t i = batch.cell[n];
+    const double h = c.s[i + 1] - c.s[i];
+    const InTime<double> p(c.yaw[i], c.yaw[i + 1], c.yaw2[i], c.yaw2[i + 1], h, 1.0 / h, batch.state[n],
+                           batch.state[n].s - c.s[i]);
+    out.of(kYaw, 0)[n] = p.at;
+    out.of(kYaw, 1)[n] = p.d1;
+    out.of(kYaw, 2)[n] = p.d2;
+    out.of(kYaw, 3)[n] = p.d3;
+  }
+}
+
+}  // namespace
+
 std::optional<Fault> sample_motion(const Curve& curve, const StateBatch& batch, const Arm& arm,
                                    const Placement& place, int joints, bool positions, Jets& tool,
                                    Jets& joint, Jets& flange) {
@@ -47,27 +108,8 @@ std::optional<Fault> sample_motion(const Curve& curve, const StateBatch& batch, 
     std::fill_n(tool.of(kZ, order), count, order == 0 ? place.z_mm + place.flange_z_mm : 0.0);
     std::fill_n(tool.of(kYaw, order), count, order == 0 ? place.yaw_rad : 0.0);
   }
-  for (const int axis : {int(kX), int(kY), int(kYaw)}) {
-    if (axis == kYaw && !place.turning) continue;
-    const double* f = axis == kX ? curve.x.data() : axis == kY ? curve.y.data() : curve.yaw.data();
-    const double* m = axis == kX ? curve.xx.data() : axis == kY ? curve.yy.data() : curve.yaw2.data();
-    const double shift = axis == kX ? place.flange_x_mm : axis == kY ? place.flange_y_mm : 0.0;
-    double *p = tool.of(axis, 0), *d1 = tool.of(axis, 1), *d2 = tool.of(axis, 2), *d3 = tool.of(axis, 3);
-    for (std::size_t n = 0; n < count; ++n) {
-      const std::size_t i = batch.cell[n];
-      const PathState& q = batch.state[n];
-      const double h = curve.s[i + 1] - curve.s[i], over = 1.0 / h, u = q.s - curve.s[i], w = h - u;
-      const double left = m[i] * over, right = m[i + 1] * over;  // r'' = left w + right u
-      const double r1 =
-          (f[i + 1] - f[i]) * over + (left * (h * h - 3.0 * w * w) + right * (3.0 * u * u - h * h)) / 6.0;
-      const double r2 = left * w + right * u, r3 = right - left;
-      p[n] = (w * f[i] + u * f[i + 1]) * over +
-             (left * w * (w * w - h * h) + right * u * (u * u - h * h)) / 6.0 + shift;
-      d1[n] = r1 * q.v;
-      d2[n] = r2 * q.v * q.v + r1 * q.a;
-      d3[n] = r3 * q.v * q.v * q.v + 3.0 * r2 * q.v * q.a + r1 * q.j;
-    }
-  }
+  sample_plane(curve, batch, place, tool);
+  if (place.turning) sample_yaw(curve, batch, tool);
   joint.resize(std::max(joints, 1), count);
   const Jets& pose = flange_of(place, tool, flange);
   auto fault = positions ? arm.inverse(pose, place.configuration, joint)

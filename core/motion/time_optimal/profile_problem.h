@@ -55,6 +55,8 @@ class ProfileProblem {
   double assemble(double mu);
   /// Solves for the step of c. False if the matrix is not positive definite.
   bool solve_step();
+  /// The same in half of the time, not to the last bit.
+  bool solve_step_from_both_ends();
   struct Lengths {
     double primal, dual;
   };
@@ -82,6 +84,8 @@ class ProfileProblem {
   void first_guess(const Curve& curve, const MotionRows& rows, const std::vector<double>& bound);
   void set_first(profile::Term& term, std::size_t i, std::size_t cell, double f, double scale);
   void set_slacks(std::size_t group);
+  /// Newton's matrix and right-hand side from the shares of knots and cells.
+  void set_system();
   double largest_ratio(const MotionRows& rows, const RowGroup& group) const;
   double square_speed(std::size_t knot) const {
     return a_.b0[knot] * a_.c[knot - 1] + a_.b1[knot] * a_.c[knot];

@@ -59,7 +59,8 @@ class Sample {
     const double x1 = rows.of[0][0][at], y1 = rows.of[1][0][at], x2 = rows.of[0][1][at],
                  y2 = rows.of[1][1][at];
     length_ = std::max(1e-15, std::sqrt(x1 * x1 + y1 * y1));
-    const double over = 1.0 / length_, tx = x1 * over, ty = y1 * over;
+    over_length_ = 1.0 / length_;
+    const double over = over_length_, tx = x1 * over, ty = y1 * over;
     const double second = tx * y2 - ty * x2, third = tx * rows.of[1][2][at] - ty * rows.of[0][2][at];
     along_ = tx * x2 + ty * y2;
     square_curvature_ = second * over * over * second * over * over;
@@ -72,8 +73,16 @@ class Sample {
   double length() const { return length_; }  ///< |q'| of the tool
   double square_curvature() const { return square_curvature_; }
   /// d2s/dt2 at which the tool has that acceleration along the path.
-  double path(double acceleration, double b) const { return (acceleration - along_ * b) / length_; }
-  double path_slope(double slope) const { return (slope - along_) / length_; }
+  double path(double acceleration, double b) const { return (acceleration - along_ * b) * over_length_; }
+  double path_slope(double slope) const { return (slope - along_) * over_length_; }
+
+  /// b, or the largest that the accelerations allow at all: beyond it a window holds no accelerations.
+  double within(double b) const {
+    for (int k = 0; k < count_; ++k)
+      if (limit_[k].n * b * b >= limit_[k].square)
+        b = std::sqrt(limit_[k].square / limit_[k].n) * (1.0 - 1e-9);
+    return b;
+  }
 
   Window window(double b) const {
     Window w{-1e300, 1e300, 0.0, 0.0};
@@ -104,7 +113,7 @@ class Sample {
   int count_ = 0;
   bool bends_ = false;
   double turn_ = 0.0, jerk_ = 0.0;
-  double length_ = 1.0, along_ = 0.0, square_curvature_ = 0.0;
+  double length_ = 1.0, over_length_ = 1.0, along_ = 0.0, square_curvature_ = 0.0;
 };
 
 /// Least time from b0 to b1 over h with path accelerations up to `a` and b up to `top`: up, along, down. b
@@ -154,10 +163,23 @@ class JerkRoom {
   double jerk_, enough_, fastest_ = 0.0;  ///< enough_: square of the largest acceleration
 };
 
+/// Where excesses that hold at b, convex in it, would end by their slopes: there or, by little, beyond.
+double newton_up(double b, const double (&excess)[3], const double (&slope)[3], double top) {
+  double up = top - b;
+  for (int k = 0; k < 3; ++k)
+    if (slope[k] > 0.0) up = std::min(up, -excess[k] / slope[k]);
+  return std::min(top, b + up);
+}
+
 /// Largest b in [0, top] from which some acceleration leads into [0, next]: low(b) <= high(b), b + 2 h low(b)
 /// <= next, b + 2 h high(b) >= 0. All three are convex in b and hold near 0: Newton from above.
-double reach_back(const Sample& sample, double top, double two_h, double next) {
-  double b = top;
+/// @param guess where to begin, at most top
+/// @param exact to rounding, and without a look at the other two where low = high stops it from above
+double reach_back(const Sample& sample, double top, double two_h, double next, double guess, bool exact) {
+  constexpr double kInside = 1e-9;  // of b: to have low <= high
+  const double close = exact ? 1e-12 : 1e-6;
+  double b = guess;
+  bool above = guess == top;
   for (int step = 0; step < 40; ++step) {
     const Window w = sample.window(b);
     const double excess[3] = {w.low - w.high, b + two_h * w.low - next, -b - two_h * w.high};
@@ -166,7 +188,14 @@ double reach_back(const Sample& sample, double top, double two_h, double next) {
     double down = 0.0;
     for (int k = 0; k < (excess[0] > 0.0 ? 1 : 3); ++k)
       if (excess[k] > 0.0) down = std::max(down, slope[k] > 0.0 ? excess[k] / slope[k] : 0.5 * b);
-    if (down <= 1e-12 * b) return b;
+    if (down == 0.0 && !above) {
+      b = std::min(top, newton_up(b, excess, slope, top) * (1.0 + close));
+      above = b == top;
+      continue;
+    }
+    if (down <= close * b && (exact || excess[0] <= 0.0)) return b;
+    above = true;
+    if (!exact && excess[0] > 0.0) down = std::max(down, kInside * b);
     b = std::max(b - down * (1.0 + 1e-12), 1e-3 * b);
   }
   return b;
@@ -176,8 +205,9 @@ double reach_back(const Sample& sample, double top, double two_h, double next) {
 /// from 0 still (they are convex in b^(3/2)): Newton from above, and false position where a step went beyond
 /// the interval's end. Returns that end or, by little, more.
 /// @param guess of that end, below top; at or above it = none
-double reach_back(const Sample& sample, double top, double two_h, double next, double least, double guess) {
-  constexpr double kClose = 5e-4, kFirstGap = 1e-3, kWiderGap = 20.0;
+double reach_back_bent(const Sample& sample, double top, double two_h, double next, double least,
+                       double guess) {
+  constexpr double kClose = 5e-4, kFirstGap = 1e-4, kWiderGap = 20.0;
   constexpr int kSteps = 30;
   double gap = kFirstGap;  // above a guess that was too low
   double b = std::min(top, guess), above = top, inside = 0.0, excess_above = 0.0, excess_inside = 0.0;
@@ -199,7 +229,7 @@ double reach_back(const Sample& sample, double top, double two_h, double next, d
       if (excess_above == 0.0) {
         inside = b;
         excess_inside = most;
-        b = std::min(top, (1.0 + gap) * b);
+        b = std::min(top, (1.0 + gap) * newton_up(b, excess, slope, top));
         gap *= kWiderGap;
         continue;
       }
@@ -211,7 +241,7 @@ double reach_back(const Sample& sample, double top, double two_h, double next, d
       above = b;
       excess_above = most;
       side = inside > 0.0 ? 1 : 0;
-      if (down <= kClose * b && inside == 0.0) return b;
+      if (down <= kClose * b) return b;
     }
     if (above - inside <= kClose * above) break;
     if (inside == 0.0)
@@ -224,7 +254,7 @@ double reach_back(const Sample& sample, double top, double two_h, double next, d
 
 }  // namespace
 
-void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, int active,
+void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, int active, bool exact,
                  SpeedBound& bound) {
   const std::size_t n = curve.cells();
   bound.limit.assign(n + 1, 1e300);
@@ -249,11 +279,18 @@ void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& gr
   samples.reserve(n);
   for (std::size_t i = 0; i < n; ++i)
     samples.emplace_back(rows, groups, active, 2 * i, curve.s[i + 1] - curve.s[i]);
-  for (std::size_t i = n; i-- > 1;)
-    bound.b[i] = reach_back(samples[i], bound.limit[i], 2.0 * (curve.s[i + 1] - curve.s[i]), bound.b[i + 1]);
+  double acceleration = kUnlimited;  // of the cell behind, where the end is not the limit
+  for (std::size_t i = n; i-- > 1;) {
+    const double two_h = 2.0 * (curve.s[i + 1] - curve.s[i]), next = bound.b[i + 1], top = bound.limit[i];
+    const double guess = exact ? top : std::min(top, next + two_h * acceleration);
+    const double end = reach_back(samples[i], top, two_h, next, guess > 0.0 ? guess : top, exact);
+    bound.b[i] = exact ? end : samples[i].within(end);
+    acceleration = bound.b[i] < top ? (bound.b[i] - next) / two_h : kUnlimited;
+  }
   for (std::size_t i = 0; i < n; ++i) {
-    const double highest =
-        bound.b[i] + 2.0 * (curve.s[i + 1] - curve.s[i]) * samples[i].window(bound.b[i]).high;
+    const Window window = samples[i].window(bound.b[i]);  // beyond the end by little, high may be below low
+    const double high = exact ? window.high : std::max(window.high, window.low);
+    const double highest = bound.b[i] + 2.0 * (curve.s[i + 1] - curve.s[i]) * high;
     bound.b[i + 1] = std::min(bound.b[i + 1], std::max(highest, 0.0));
   }
 }
@@ -290,7 +327,8 @@ void tighten_bound(const Curve& curve, const MotionRows& rows, const RowGroups& 
     double& b = bound.b[i];
     room.lower(samples[i], bend, next, two_h, -1.0, b);
     const double lowered = b;
-    b = reach_back(samples[i], b, two_h, next, least, guess > 0.0 ? guess : b);
+    b = reach_back_bent(samples[i], b, two_h, next, least, guess > 0.0 ? guess : b);
+    b = samples[i].within(b);
     if (b < lowered) room.lower(samples[i], bend, next, two_h, -1.0, b);
     acceleration = b < top ? (b - next) / two_h : kUnlimited;
   }

@@ -24,7 +24,8 @@ struct SpeedBound {
 
 /// @param active number of groups, from the first, whose accelerations are constraints; further groups would
 /// make the bound tighter
-void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, int active,
+/// @param exact to rounding, as recorded runs have it; otherwise b may be above by a millionth
+void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, int active, bool exact,
                  SpeedBound& bound);
 
 /// Lowers b of speed_bound by what the tool's jerk limit says without d3s/dt3.
