@@ -98,8 +98,13 @@ class ContinuousChecker {
     return r;
   }
 
-  void halve(double from, double to, std::size_t cell, int depth) {
-    const Taylor s = path({from, to});
+  /// Derivatives of orders 1 to 4 in time at every instant of an interval.
+  struct Orders {
+    std::array<Interval, 4> x, y, joint[2];
+    bool told = true;  ///< the arm may be stretched out: nothing is known of its joints
+  };
+  Orders orders(Interval t, std::size_t cell) const {
+    const Taylor s = path(t);
     const Curve& c = segment_.curve;
     const Taylor x = along(c.x, c.xx, cell, s, 0.0), y = along(c.y, c.yy, cell, s, 0.0);
     const Taylor square = x * x + y * y;
@@ -108,36 +113,63 @@ class ContinuousChecker {
     cosine = Interval(1.0 / (2.0 * link_1_ * link_2_)) * cosine;
     Taylor sine_square = Interval(-1.0) * (cosine * cosine);
     sine_square.c[0] = sine_square.c[0] + Interval(1.0);
-    std::array<std::array<Interval, 3>, 4> value;
-    for (std::size_t n = 1; n <= 3; ++n) {
-      const double factorial = n == 1 ? 1.0 : n == 2 ? 2.0 : 6.0;
-      value[0][n - 1] = Interval(factorial) * x.c[n];
-      value[3][n - 1] = Interval(factorial) * y.c[n];
+    Orders out;
+    out.told = sine_square.c[0].low > 0.0;
+    double factorial = 1.0;
+    for (std::size_t n = 1; n <= 4; ++n) {
+      factorial *= double(n);
+      out.x[n - 1] = Interval(factorial) * x.c[n];
+      out.y[n - 1] = Interval(factorial) * y.c[n];
     }
-    const bool told = sine_square.c[0].low > 0.0;
-    if (told) {
-      // theta_2 = acos(cosine), theta_1 = atan2(y, x) - atan2(l2 sin, l1 + l2 cos)
-      const Taylor sine = root(sine_square);
-      const Taylor second = Interval(-1.0) * (derivative(cosine) / sine);
-      const Taylor k2 = Interval(elbow_ * link_2_) * sine;
-      Taylor k1 = Interval(link_2_) * cosine;
-      k1.c[0] = k1.c[0] + Interval(link_1_);
-      const Taylor polar = (x * derivative(y) - y * derivative(x)) / square;
-      const Taylor inner = (k1 * derivative(k2) - k2 * derivative(k1)) / square;
-      const Taylor first = polar - inner;
-      for (std::size_t n = 0; n < 3; ++n) {
-        const double factorial = n == 2 ? 2.0 : 1.0;
-        value[1][n] = Interval(factorial) * first.c[n];
-        value[2][n] = Interval(factorial) * second.c[n];
-      }
+    if (!out.told) return out;
+    // theta_2 = acos(cosine), theta_1 = atan2(y, x) - atan2(l2 sin, l1 + l2 cos)
+    const Taylor sine = root(sine_square);
+    const Taylor second = Interval(-1.0) * (derivative(cosine) / sine);
+    const Taylor k2 = Interval(elbow_ * link_2_) * sine;
+    Taylor k1 = Interval(link_2_) * cosine;
+    k1.c[0] = k1.c[0] + Interval(link_1_);
+    const Taylor polar = (x * derivative(y) - y * derivative(x)) / square;
+    const Taylor inner = (k1 * derivative(k2) - k2 * derivative(k1)) / square;
+    const Taylor first = polar - inner;
+    factorial = 1.0;
+    for (std::size_t n = 0; n < 4; ++n) {
+      factorial *= n > 0 ? double(n) : 1.0;
+      out.joint[0][n] = Interval(factorial) * first.c[n];
+      out.joint[1][n] = Interval(factorial) * second.c[n];
     }
-    NineRatios here{};
-    bool sharp = told;
+    return out;
+  }
+
+  /// Sizes of orders 1 to 3: the tool's, and the joints'.
+  using Sizes = std::array<std::array<Interval, 3>, 3>;
+  static Sizes sizes(const Orders& of) {
+    Sizes size;
+    for (std::size_t n = 0; n < 3; ++n) {
+      size[0][n] = root(square(of.x[n]) + square(of.y[n]));
+      for (std::size_t j = 0; j < 2; ++j) size[1 + j][n] = of.joint[j][n];
+    }
+    return size;
+  }
+  /// The same by the mean value theorem: f(middle) + f'(interval) (t - middle), whose error falls with the
+  /// square of the interval's length.
+  static Sizes centred(const Orders& of, const Orders& middle, Interval off) {
+    Sizes size;
+    for (std::size_t n = 0; n < 3; ++n) {
+      const Interval slope = Interval(2.0) * (of.x[n] * of.x[n + 1] + of.y[n] * of.y[n + 1]);
+      size[0][n] = root(square(middle.x[n]) + square(middle.y[n]) + off * slope);
+      for (std::size_t j = 0; j < 2; ++j) size[1 + j][n] = middle.joint[j][n] + off * of.joint[j][n + 1];
+    }
+    return size;
+  }
+
+  /// Ratios of these sizes. Returns whether they are as sharp as asked for.
+  bool compare(const Sizes& size, NineRatios& here) const {
+    bool sharp = true;
     double scale = 1.0;
     for (std::size_t n = 0; n < 3; ++n) {
       scale *= segment_.factor;
-      for (std::size_t q = 0; q < 3 && told; ++q) {
-        const Interval norm = q == 0 ? root(square_of(value[0][n]) + square_of(value[3][n])) : value[q][n];
+      for (std::size_t q = 0; q < 3; ++q) {
+        const Interval& norm = size[q][n];
         here[q][n] = norm.largest() / (limit_[q][n] * scale);
         const double least = norm.low <= 0.0 && norm.high >= 0.0
                                  ? 0.0
@@ -147,17 +179,35 @@ class ContinuousChecker {
                           width <= (least <= 1.0 && here[q][n] > 1.0 ? std::min(kCertain, sharp_) : sharp_));
       }
     }
+    return sharp;
+  }
+
+  void halve(double from, double to, std::size_t cell, int depth) {
+    const Orders whole = orders({from, to}, cell);
+    const double middle = 0.5 * (from + to);
+    NineRatios here{};
+    bool sharp = false;
+    if (whole.told) {
+      Sizes size = sizes(whole);
+      sharp = compare(size, here);
+      if (!sharp) {
+        const Sizes other =
+            centred(whole, orders(Interval(middle), cell), Interval(from, to) - Interval(middle));
+        for (std::size_t q = 0; q < 3; ++q)
+          for (std::size_t n = 0; n < 3; ++n) size[q][n] = meet(size[q][n], other[q][n]);
+        sharp = compare(size, here);
+      }
+    }
     if (!sharp && depth > 0) {
-      const double middle = 0.5 * (from + to);
       halve(from, middle, cell, depth - 1);
       halve(middle, to, cell, depth - 1);
       return;
     }
     for (std::size_t q = 0; q < 3; ++q)
       for (std::size_t n = 0; n < 3; ++n)
-        ratio_[q][n] = told ? std::max(ratio_[q][n], here[q][n]) : std::numeric_limits<double>::infinity();
+        ratio_[q][n] =
+            std::max(ratio_[q][n], whole.told ? here[q][n] : std::numeric_limits<double>::infinity());
   }
-  static Interval square_of(Interval a) { return square(a); }
 
   const StopSegment& segment_;
   double link_1_, link_2_, elbow_, start_ = 0.0, sharp_ = 0.0, enough_ = 0.9;
