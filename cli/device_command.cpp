@@ -118,6 +118,11 @@ void show_json(const DeviceCommandOptions& o, const DeviceReport& r, const std::
     j["degC"] = r.temperature->degC;
     j["set_degC"] = r.temperature->set_degC;
   }
+  if (r.gas) {
+    j["sccm"] = r.gas->sccm;
+    j["set_sccm"] = r.gas->set_sccm;
+    j["pressure_kPa"] = r.gas->pressure_kPa;
+  }
   if (!r.readings_mm.empty()) j["readings_mm"] = r.readings_mm;
   for (const height_profile_t& p : r.profiles)
     j["profiles"].push_back(
@@ -139,6 +144,10 @@ void show(const DeviceCommandOptions& o, const DeviceReport& r, const std::vecto
     fmt::print("{:.2f}, {:.2f}, {:.2f} degC; set {:.2f}, {:.2f}, {:.2f}\n", r.temperature->degC[0],
                r.temperature->degC[1], r.temperature->degC[2], r.temperature->set_degC[0],
                r.temperature->set_degC[1], r.temperature->set_degC[2]);
+  if (r.gas)
+    fmt::print("atomizer {:.2f}, sheath {:.2f} sccm; set {:.2f}, {:.2f}; {:.1f}, {:.1f} kPa\n",
+               r.gas->sccm[0], r.gas->sccm[1], r.gas->set_sccm[0], r.gas->set_sccm[1], r.gas->pressure_kPa[0],
+               r.gas->pressure_kPa[1]);
   if (!r.text.empty()) fmt::print(r.status == kOk ? stdout : stderr, "{}: {}\n", o.node, r.text);
 }
 

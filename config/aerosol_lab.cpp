@@ -33,15 +33,50 @@ constexpr std::string_view kKeys[] = {"run.",
                                       "plant.sensor_noise_mm",
                                       "plant.dropout_fraction",
                                       "plant.aerosol.",
+                                      "gas.",
+                                      "heater.",
                                       "devices.stage.",
-                                      "devices.laser_profiler."};
-constexpr LabProcess kProcesses[] = {{"stage"}, {"laser_profiler"}};
+                                      "devices.laser_profiler.",
+                                      "devices.gas.",
+                                      "devices.heater."};
+constexpr std::string_view kWithout[] = {"heater.tip_degC", "heater.window_degC", "heater.conduit_degC"};
+
+bool has_gas(const Experiment& e) { return on(e.gas.use); }
+bool has_platen_heater(const Experiment& e) { return e.heater.platen_degC > drivers::kHeaterOff_degC; }
+
+constexpr LabProcess kProcesses[] = {
+    {"stage"}, {"laser_profiler"}, {"gas", &has_gas}, {"heater", &has_platen_heater}};
 constexpr std::string_view kCoupled[] = {"stage", "laser_profiler"};
 
 struct LineScheme {
   std::string_view name;
 };
 constexpr LineScheme kSchemes[] = {{"open_loop"}, {"smf"}};
+
+void check_gas(Rules& r) {
+  const GasConfig& g = r.experiment().gas;
+  if (!on(g.use)) return;
+  for (const auto& [key, unit] :
+       {std::pair{"gas.atomizer_unit", &g.atomizer_unit}, {"gas.sheath_unit", &g.sheath_unit}})
+    r.require(unit->size() == 1 && (*unit)[0] >= 'A' && (*unit)[0] <= 'Z', {key},
+              "must be one letter, A to Z");
+  r.require(g.atomizer_unit != g.sheath_unit, {"gas.sheath_unit", "gas.atomizer_unit"},
+            "is the atomizer's too: two controllers on one line have two letters");
+  r.require(g.atomizer_sccm > 0.0, {"gas.atomizer_sccm", "gas.use"}, "must be above 0: it carries the ink");
+  r.require(g.sheath_sccm > 0.0, {"gas.sheath_sccm", "gas.use"},
+            "must be above 0: ink without a sheath clogs");
+  r.at_most("gas.atomizer_sccm", g.atomizer_sccm, "gas.atomizer_max_sccm", g.atomizer_max_sccm);
+  r.at_most("gas.sheath_sccm", g.sheath_sccm, "gas.sheath_max_sccm", g.sheath_max_sccm);
+}
+
+void check_platen(Rules& r) {
+  const HeaterConfig& h = r.experiment().heater;
+  if (!has_platen_heater(r.experiment())) return;
+  r.require(h.low_degC < h.platen_degC && h.platen_degC < h.high_degC,
+            {"heater.platen_degC", "heater.low_degC", "heater.high_degC"},
+            "must lie between heater.low_degC = " + r.value("heater.low_degC") +
+                " and heater.high_degC = " + r.value("heater.high_degC"));
+}
 
 void check_aerosol(Rules& r) {
   const Experiment& e = r.experiment();
@@ -56,6 +91,8 @@ void check_aerosol(Rules& r) {
   r.require(control::kSmfKp.range.holds(e.control.smf.kp) && e.control.smf.output_limit < 1.0,
             {"control.smf.output_limit", "lab.kind"},
             "must be below 1 where lab.kind = " + r.value("lab.kind"));
+  check_gas(r);
+  check_platen(r);
 }
 
 }  // namespace
@@ -69,6 +106,8 @@ std::vector<Field> aerosol_fields(Experiment& e) {
   };
   add(t, rows("aerosol.", static_cast<control::LineOptions&>(c), control::kLineOptions));
   add(t, rows("plant.aerosol.", e.plant.aerosol, kAerosolPlant));
+  add(t, rows("gas.", e.gas, drivers::kGasConfig));
+  add(t, rows("devices.gas.dialect.", e.gas.dialect, drivers::kGasDialect));
   return t;
 }
 
@@ -107,7 +146,7 @@ const LabKind kAerosolLab{"aerosol",
                           "the printer of lines with a shuttered aerosol [Thompson 2014]",
                           Deposition::kLines,
                           kKeys,
-                          {},
+                          kWithout,
                           kProcesses,
                           &check_aerosol,
                           &aerosol_fields,

@@ -18,6 +18,7 @@
 #include "core/grid/shapes.h"
 #include "core/grid/solids.h"
 #include "drivers/camera/camera_config.h"
+#include "drivers/gas/gas_config.h"
 #include "drivers/jet/jet_config.h"
 #include "drivers/lamp/lamp_config.h"
 #include "drivers/laser_profiler/laser_profiler_config.h"
@@ -100,6 +101,7 @@ struct ProcessConfig {  ///< how a layer is printed
 };
 
 using drivers::CameraConfig;
+using drivers::GasConfig;
 using drivers::JetConfig;
 using drivers::LampConfig;
 using drivers::LaserProfilerConfig;
@@ -168,7 +170,7 @@ struct BusConfig {
 struct DevicesConfig {  ///< port of each instrument: files/port_address.h
   std::string stage = "sim:", jet = "sim:", jet_b = "sim:", laser_profiler = "sim:", lamp = "sim:";
   std::string robot = "sim:", valve_a = "sim:", valve_b = "sim:", laser_point = "sim:", heater = "sim:",
-              camera = "sim:";
+              camera = "sim:", gas = "sim:";
 };
 struct DevicePort {
   std::string_view node;
@@ -186,6 +188,7 @@ inline constexpr DevicePort kDevicePorts[] = {
     {"laser_point", &DevicesConfig::laser_point},
     {"heater", &DevicesConfig::heater},
     {"camera", &DevicesConfig::camera},
+    {"gas", &DevicesConfig::gas},
 };
 
 struct RunConfig {
@@ -211,6 +214,7 @@ struct Experiment {
   LaserProfilerConfig laser_profiler;
   LampConfig lamp;
   AerosolLabConfig aerosol;
+  GasConfig gas;
   CameraConfig camera;
   droplet::WatchOptions watch;
   IceConfig ice;

@@ -18,7 +18,8 @@ constexpr std::string_view kInkjetKeys[] = {
 constexpr std::string_view kNotInkjet[] = {
     "plant.ice.",           "plant.aerosol.",  "control.smf.speed_range",   "control.smf.version",
     "control.foresee.",     "devices.robot.",  "devices.valve_a.",          "devices.valve_b.",
-    "devices.laser_point.", "devices.heater.", "process.most_beside_share", "process.beside_mm"};
+    "devices.laser_point.", "devices.heater.", "process.most_beside_share", "process.beside_mm",
+    "devices.gas."};
 constexpr std::string_view kInkjetCoupled[] = {"stage", "jet", "jet_b", "laser_profiler"};
 constexpr std::string_view kIceCoupled[] = {"robot", "valve_a", "valve_b", "laser_point"};
 constexpr LabProcess kInkjetProcesses[] = {
@@ -65,6 +66,7 @@ constexpr std::string_view kIceKeys[] = {"run.",
                                          "devices.valve_b.",
                                          "devices.laser_point.",
                                          "devices.heater."};
+constexpr std::string_view kNotIce[] = {"heater.platen_degC"};
 constexpr LabProcess kIceProcesses[] = {{"robot"},  {"valve_a"},      {"valve_b"},       {"laser_point"},
                                         {"heater"}, {"path_planner"}, {"flow_estimator"}};
 
@@ -81,7 +83,7 @@ constexpr LabKind kIceLab{"ice",
                           "the robot arm that prints ice [Barnett 2012]",
                           Deposition::kPaths,
                           kIceKeys,
-                          {},
+                          kNotIce,
                           kIceProcesses,
                           &check_ice_lab,
                           nullptr,

@@ -144,7 +144,7 @@ std::optional<PortDefaults> port_defaults(std::string_view node) {
       {"stage", {8000, 115200, 0}},      {"jet", {0, 9600, 500}},     {"jet_b", {0, 9600, 500}},
       {"laser_profiler", {24691, 0, 0}}, {"lamp", {0, 19200, 0}},     {"robot", {4096, 0, 0}},
       {"valve_a", {0, 115200, 0}},       {"valve_b", {0, 115200, 0}}, {"laser_point", {0, 115200, 0}},
-      {"heater", {0, 9600, 0}},          {"camera", {0, 0, 0}},
+      {"heater", {0, 9600, 0}},          {"camera", {0, 0, 0}},       {"gas", {0, 19200, 0}},
   };
   for (const auto& [name, defaults] : kDevices)
     if (name == node) return defaults;

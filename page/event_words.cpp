@@ -41,7 +41,8 @@ constexpr InterlockWords kTable[] = {
      "laser_profiler.bias_limit_mm, laser_profiler.offset_limit_mm, laser_point.bias_limit_mm, "
      "laser_point.offset_limit_mm"},
     {16, "a gas or its sheath was lost, or does not follow its set point",
-     "look at the bottle, the lines and the nozzle, then: firn print --resume RUN"},
+     "look at the bottle, the lines and the nozzle, then: firn print --resume RUN",
+     "gas.lost_share, gas.lost_s, gas.most_pressure_kpa"},
 };
 
 }  // namespace

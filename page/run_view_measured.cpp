@@ -121,6 +121,8 @@ void RunView::on_instrument(std::string_view channel, std::span<const std::byte>
     temperature_t m{};
     if (!decode(bytes, m)) return;
     temperatures_.clear();
+    if (facts_.numbers.contains("heater.platen_degC"))
+      return void(temperatures_.emplace_back("platen", m.degC[0], m.set_degC[0]));
     for (std::size_t n = 0; n < std::size(kTemperaturePlaces); ++n)
       temperatures_.emplace_back(kTemperaturePlaces[n], m.degC[n], m.set_degC[n]);
     return;

@@ -8,6 +8,7 @@
 #include "firn/deposition_report_t.hpp"
 #include "firn/device_state_t.hpp"
 #include "firn/enable_t.hpp"
+#include "firn/gas_command_t.hpp"
 #include "firn/heater_command_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/height_profile_t.hpp"
@@ -55,6 +56,7 @@ const Places* places_of(std::string_view type) {
       Places{"laser_command_t", laser_command_t::getHash(), kFirst + 8},
       Places{"heater_command_t", heater_command_t::getHash(), kFirst + 8},
       Places{"camera_command_t", camera_command_t::getHash(), kFirst + 8},
+      Places{"gas_command_t", gas_command_t::getHash(), kFirst + 8},
       Places{"height_map_t", height_map_t::getHash(), 0, kFirst + 4, kFirst + 12, "map_id"},
       Places{"layer_plan_t", layer_plan_t::getHash(), 0, kFirst + 4, kFirst + 12, "map_id"},
       Places{"control_surface_t", control_surface_t::getHash(), 0, kFirst + 4, kFirst + 12, "map_id"},

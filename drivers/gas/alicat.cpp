@@ -8,6 +8,7 @@ namespace firn::drivers::alicat {
 namespace {
 
 constexpr std::size_t kLongestLine = 160, kLongestInfo = 1200;
+constexpr std::size_t kLongestNumber = 12;
 constexpr std::string_view kLastInfo = " M09 ";
 constexpr std::string_view kCodes[] = {"ADC", "EXH", "HLD", "LCK", "MOV", "OPL",
                                        "OVR", "POV", "TOV", "VOV", "TMF"};
@@ -23,6 +24,7 @@ std::string_view next_word(std::string_view& rest) {
 bool number(std::string_view word, double& value, double& resolution) {
   if (word.size() < 2 || (word[0] != '+' && word[0] != '-')) return false;
   const std::string_view digits = word.substr(1);
+  if (digits.size() > kLongestNumber) return false;
   if (digits.find_first_not_of("0123456789.") != std::string_view::npos) return false;
   const auto r = std::from_chars(digits.data(), digits.data() + digits.size(), value);
   if (r.ec != std::errc() || r.ptr != digits.data() + digits.size()) return false;

@@ -10,6 +10,7 @@ namespace {
 
 constexpr const char* kNames[] = {"atomizer", "sheath"};
 constexpr double kLeastMeasured = 0.002;  // of the full scale: below it a flow is none
+constexpr double kExchanges = 4.0;        // that a host may be late with until a flow is seen to be there
 
 void check_unit(const char* key, const std::string& unit) {
   if (unit.size() != 1 || unit[0] < 'A' || unit[0] > 'Z')
@@ -96,7 +97,7 @@ void Gas::begin_step(Phase phase, int n, std::int64_t now_us) {
   round_ = 0;
   was_there_[std::size_t(n)] = false;
   gone_since_us_[std::size_t(n)] = 0;
-  settle_until_us_ = now_us + std::int64_t(config_.settle_s * 1e6);
+  settle_until_us_ = now_us + std::int64_t((config_.settle_s + kExchanges * config_.host_latency_s) * 1e6);
   next_read_us_ = now_us;
   send_set_point(n);
 }

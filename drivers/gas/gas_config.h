@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "core/options/on_off.h"
 #include "core/options/option.h"
 
 namespace firn::drivers {
@@ -27,11 +28,13 @@ inline constexpr OptionTable kGasDialect{
 };
 
 struct GasConfig {
+  OnOff use = OnOff::kOff;
   std::string atomizer_unit = "A", sheath_unit = "B", gas = "N2";
   double atomizer_sccm = 20.0, sheath_sccm = 40.0;  ///< while it prints
   double atomizer_max_sccm = 100.0, sheath_max_sccm = 500.0;
   double tolerance = 0.05;
   double settle_s = 10.0;
+  double steady_s = 8.0;
   double lost_s = 1.0;
   double lost_share = 0.5;
   double most_pressure_kpa = 120.0;
@@ -39,6 +42,7 @@ struct GasConfig {
   GasDialect dialect = {};  ///< [devices.gas.dialect]
 };
 inline constexpr OptionTable kGasConfig{
+    Option{"use", &GasConfig::use, "", Range{}, "on: the lab has mass-flow controllers"},
     Option{"atomizer_unit", &GasConfig::atomizer_unit, "", Range{}, "unit id of the atomizer gas, A to Z"},
     Option{"sheath_unit", &GasConfig::sheath_unit, "", Range{},
            "unit id of the sheath gas, on the same line"},
@@ -51,6 +55,8 @@ inline constexpr OptionTable kGasConfig{
     Option{"sheath_max_sccm", &GasConfig::sheath_max_sccm, "sccm", above(0, 1e5), "the same"},
     Option{"tolerance", &GasConfig::tolerance, "", above(0, 1), "share of a set point: the flow is there"},
     Option{"settle_s", &GasConfig::settle_s, "s", above(0, 600), "longest time for it"},
+    Option{"steady_s", &GasConfig::steady_s, "s", within(0, 3600),
+           "from flows that are there to ink that flows evenly: no line begins before"},
     Option{"lost_s", &GasConfig::lost_s, "s", above(0, 60),
            "a flow that was there and is lost for so long stops the print (I16)"},
     Option{"lost_share", &GasConfig::lost_share, "", above(0, 1), "a flow below this share of its set point"},

@@ -6,10 +6,9 @@
 namespace firn::drivers {
 namespace {
 
-constexpr double kOff_degC = -50.0;
 constexpr std::array<const char*, 3> kNames{"(a), end effector's tip", "(b), laser window", "(c), conduit"};
 
-bool off(double set_celsius) { return set_celsius <= kOff_degC; }
+bool off(double set_celsius) { return set_celsius <= kHeaterOff_degC; }
 
 }  // namespace
 
@@ -59,11 +58,14 @@ Heater::Heater(HeaterOptions config)
       watch_{HeaterWatch(config), HeaterWatch(config), HeaterWatch(config)} {
   check_options("heater", kHeaterConfig, config_);
   dialect_.allow_host_latency(config_.host_latency_s);
-  identity_ = "three ON/OFF temperature controllers";
-  set_celsius_.fill(kOff_degC);
+  identity_ =
+      has_platen() ? "the platen's ON/OFF temperature controller" : "three ON/OFF temperature controllers";
+  set_celsius_.fill(kHeaterOff_degC);
 }
 
-bool Heater::keeps_warm() const { return fault_[kTip] == kHeaterWell || fault_[kWindow] == kHeaterWell; }
+bool Heater::keeps_warm() const {
+  return fault_[kTip] == kHeaterWell || (!has_platen() && fault_[kWindow] == kHeaterWell);
+}
 
 void Heater::finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx) {
   setting_ = false;
@@ -89,6 +91,8 @@ void Heater::set(const std::array<double, 3>& celsius, std::int64_t now_us, Effe
                     celsius[c], config_.high_degC);
       why = text;
     }
+  for (std::size_t c = 0; c < 3; ++c)
+    if (!watched(c) && !off(celsius[c])) why = "heater: a platen has channel 1 alone";
   if (busy() || phase_ != Phase::kReady) {
     why = busy() ? "the heater is busy with another command"
                  : std::string("the heater is ") + drivers::name(state());
@@ -115,8 +119,8 @@ void Heater::connected(std::int64_t, Effects& fx) {
   if (commanded_) push_set_points();
 }
 
-// The heat stays on: freezing destroys the valves [interlocks 2, 5, 7]. A failed heater has been switched off
-// already.
+// The heat stays on: freezing destroys the valves [interlocks 2, 5, 7], and a platen keeps its part. A failed
+// heater has been switched off already.
 void Heater::stop(std::int64_t, Effects& fx) {
   if (setting_) finish(Outcome::kDone, kNoCode, "safe stop; the heat stays on", fx);
 }
@@ -133,8 +137,10 @@ void Heater::failed(const Request&, std::int64_t now_us, Effects& fx) {
 
 void Heater::tell(int channel, Effects& fx) {
   const auto c = std::size_t(channel);
-  const std::string what = std::string("heater: ") + kNames[c] + ": " + name(fault_[c]);
+  const std::string what =
+      std::string("heater: ") + (has_platen() ? "platen" : kNames[c]) + ": " + name(fault_[c]);
   link_.push(thermostat::set_request({channel + 1, thermostat::kOff_c100}, kSet));
+  if (has_platen()) return fault(Severity::kStop, kTemperature, what + "; it is switched off", fx);
   if (!keeps_warm())
     return fault(Severity::kStop, kTemperature, what + "; neither (a) nor (b) keeps the valves from freezing",
                  fx);
@@ -152,6 +158,7 @@ void Heater::judge(const thermostat::Reading& r, std::int64_t now_us, Effects& f
   t.heating = r.heating;
   std::array<bool, 3> news{};
   for (std::size_t c = 0; c < 3; ++c) {
+    if (!watched(c)) continue;
     const TemperatureFault now = watch_[c].judge(r.celsius[c], set_celsius_[c], r.heating[c], now_us);
     news[c] = now != kHeaterWell && fault_[c] == kHeaterWell;
     fault_[c] = now;

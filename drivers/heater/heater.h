@@ -1,6 +1,6 @@
-// Heater controls the end effector's three heaters: set points, temperatures once a second, and interlock 10.
-// Heater (b) alone keeps the valves from freezing when (a) fails [Barnett 2012, 2.3.3]; without both nothing
-// may be deposited.
+// Heater controls an end effector's three heaters or a platen's one: set points, temperatures once a second,
+// and interlock 10. Heater (b) alone keeps the valves from freezing when (a) fails [Barnett 2012, 2.3.3];
+// without both, or without the platen's, nothing may be deposited.
 #pragma once
 
 #include <array>
@@ -70,7 +70,7 @@ class Heater final : public Driver {
   void set(const std::array<double, 3>& celsius, std::int64_t now_us, Effects& fx);
 
   bool busy() const override { return setting_; }
-  /// The valves are kept from freezing: (a) or (b) is well.
+  /// The valves are kept from freezing: (a) or (b) is well. Of a platen: it is well.
   bool keeps_warm() const;
 
  private:
@@ -87,6 +87,9 @@ class Heater final : public Driver {
   std::int64_t device_wake_us() const override;
   bool stopping() const override { return false; }
 
+  bool has_platen() const { return config_.platen_degC > kHeaterOff_degC; }
+  /// Nothing is connected to the channels beside the platen's.
+  bool watched(std::size_t channel) const { return channel == kTip || !has_platen(); }
   void push_set_points();
   void judge(const thermostat::Reading& reading, std::int64_t now_us, Effects& fx);
   void tell(int channel, Effects& fx);

@@ -37,9 +37,15 @@ std::vector<double> shares(double centre, double sigma, int& first) {
 
 Deposit::Deposit(const GridSpec& grid, const AerosolParams& params, std::uint64_t seed)
     : params_(params),
+      ratio_(params.focusing_ratio),
       sigma_mm_(beam_sigma_mm(params)),
       source_(params, seed),
       field_(grid, kFine, margin_cells(grid, kReach * params.halo * sigma_mm_)) {}
+
+void Deposit::focus(double ratio) {
+  ratio_ = ratio;
+  sigma_mm_ = beam_sigma_mm(params_.nozzle_mm, ratio);
+}
 
 void Deposit::spot(double dry_mm3, double x_mm, double y_mm, double sigma_mm) {
   const double dx = field_.dx_mm(), dy = field_.dy_mm();
@@ -87,6 +93,8 @@ void Deposit::lay(const Given& given, const Nozzle& at, double dt_s) {
   }
 }
 
-void Deposit::io(Archive& a) { a.all(source_, field_, ledger_, halo_mm3_, halo_x_mm_, halo_y_mm_); }
+void Deposit::io(Archive& a) {
+  a.all(ratio_, sigma_mm_, source_, field_, ledger_, halo_mm3_, halo_x_mm_, halo_y_mm_);
+}
 
 }  // namespace firn::plant

@@ -16,6 +16,7 @@ namespace firn::plant {
 namespace {
 
 constexpr double kSlowStep_s = 0.5;
+constexpr double kLeastGas = 0.01;  // of the nominal: below, no mist leaves
 constexpr double kSecondsPerHour = 3600.0;
 
 struct SourceInput {
@@ -39,9 +40,8 @@ void succeeded(int flag, const char* call) {
 
 }  // namespace
 
-double beam_sigma_mm(const AerosolParams& p) {
-  const double r = p.focusing_ratio;
-  return 0.25 * p.nozzle_mm * std::sqrt(1.0 - std::sqrt(r / (1.0 + r)));
+double beam_sigma_mm(double nozzle_mm, double r) {
+  return 0.25 * nozzle_mm * std::sqrt(1.0 - std::sqrt(r / (1.0 + r)));
 }
 
 // Every step starts afresh, so the states are all there is to save.
@@ -71,7 +71,8 @@ struct Source::Solver {
   }
 };
 
-Source::Source(const AerosolParams& params, std::uint64_t seed) : params_(params), seed_(seed) {
+Source::Source(const AerosolParams& params, std::uint64_t seed)
+    : params_(params), seed_(seed), gas_(params.gas ? 0.0 : 1.0), since_us_(params.gas ? -1 : 0) {
   mist_ = atomizer(0);
 }
 Source::~Source() = default;
@@ -80,6 +81,7 @@ Source& Source::operator=(Source&&) noexcept = default;
 
 // The random part is drawn at fixed times and goes linearly between them.
 double Source::atomizer(std::int64_t t_us) const {
+  if (since_us_ < 0) return 0.0;
   const double t = double(t_us) * 1e-6, place = t / params_.wander_s, whole = std::floor(place);
   const auto draw = [&](double n) {
     return random_normal({seed_, Purpose::kDisturbance, 40, 0, std::uint32_t(std::max(0.0, n))});
@@ -88,7 +90,14 @@ double Source::atomizer(std::int64_t t_us) const {
       params_.wander > 0.0
           ? params_.wander * (draw(whole) + (place - whole) * (draw(whole + 1.0) - draw(whole)))
           : 0.0;
-  return std::max(0.0, 1.0 + params_.drift * std::min(1.0, t / params_.drift_s) + wander);
+  const double ran_s = std::max(0.0, t - double(since_us_) * 1e-6);
+  return gas_ * std::max(0.0, 1.0 + params_.drift * std::min(1.0, ran_s / params_.drift_s) + wander);
+}
+
+void Source::supply(const GasSupply& gas) {
+  gas_ = gas.atomizer;
+  open_share_ = gas.open_share;
+  if (since_us_ < 0 && gas_ > kLeastGas) since_us_ = at_us_;
 }
 
 void Source::advance(std::int64_t t_us) {
@@ -150,7 +159,8 @@ Given Source::step(std::int64_t t_us) {
 }
 
 void Source::io(Archive& a) {
-  a.all(mist_, clog_, slow_us_, commanded_, target_, opening_, gathered_mm3_, changes_, at_us_);
+  a.all(mist_, clog_, slow_us_, gas_, open_share_, since_us_, commanded_, target_, opening_, gathered_mm3_,
+        changes_, at_us_);
 }
 
 }  // namespace firn::plant

@@ -25,13 +25,21 @@ struct AerosolParams {
   double nozzle_mm = 0.28, focusing_ratio = 2.0;
   double spread = 0.05;  ///< growth of sigma^2 per wet cross-section
   double overspray = 0.0, halo = 4.0;
+  bool gas = false;  ///< the atomizer's gas comes from a controller: none flows at first
+};
+
+/// The gas of a moment: the atomizer's by that at which the flow is nominal, the sheath's by the atomizer's,
+/// and the share of the nozzle's section that is open beside what ink has closed.
+struct GasSupply {
+  double atomizer = 1.0, focusing_ratio = 2.0, open_share = 1.0;
 };
 
 /// Standard deviation of the beam where it lands. A laminar flow through the nozzle of diameter D whose
 /// middle is aerosol and whose rest is sheath gas, R times as much: within the share s of the radius flows 1
 /// - (1 - s^2)^2 of the whole (Poiseuille), which is 1 / (1 + R), so s^2 = 1 - sqrt(R / (1 + R)). The line is
 /// s D wide, taken as four sigma.
-double beam_sigma_mm(const AerosolParams& p);
+double beam_sigma_mm(double nozzle_mm, double focusing_ratio);
+inline double beam_sigma_mm(const AerosolParams& p) { return beam_sigma_mm(p.nozzle_mm, p.focusing_ratio); }
 
 /// Ink [mm^3] that flowed in a step: what passed the shutter, and what it kept.
 struct Given {
@@ -39,11 +47,13 @@ struct Given {
 };
 
 /// States, integrated by SUNDIALS' CVODE:
-///   dm/dt = (a(t) - m) / tube_s               a: the atomizer's output, 1 + drift t / drift_s + wander
+///   dm/dt = (q a(t) - m) / tube_s             a: the atomizer's output, 1 + drift t / drift_s + wander, t
+///   since
+///                                             it began; q: its gas, which carries as much mist a volume
 ///   dc/dt = k_c m (1 - c)                     c: share of the nozzle's section that is closed
-/// The flow is nominal x flow x m (1 - c). The shutter's opening f follows its switch after a delay:
-/// df/dt = (target - f) / tail_s. Ink that gathers: db/dt = (b_max - b) / gather_s while closed, -b /
-/// release_s while open; both are exact over a step.
+/// The flow is nominal x flow x m (1 - c) x the open share of the supply. The shutter's opening f follows its
+/// switch after a delay: df/dt = (target - f) / tail_s. Ink that gathers: db/dt = (b_max - b) / gather_s
+/// while closed, -b / release_s while open; both are exact over a step.
 class Source {
  public:
   Source(const AerosolParams& params, std::uint64_t seed);
@@ -52,6 +62,7 @@ class Source {
   Source& operator=(Source&&) noexcept;
 
   void switch_shutter(bool open, std::int64_t t_us);
+  void supply(const GasSupply& gas);  ///< from the last step's end on
   bool commanded_open() const { return commanded_; }
   double opening() const { return opening_; }
   /// A step from the last one's end to t_us. @pre not across next_change_us()
@@ -61,7 +72,8 @@ class Source {
   std::int64_t next_change_us() const;
   bool quiet() const { return opening_ < 1e-6 && !target_; }  ///< nothing passes until the next change
   double flow_mm3_s() const;
-  double flow_share() const { return params_.flow * mist_ * (1.0 - clog_); }
+  double flow_share() const { return params_.flow * mist_ * (1.0 - clog_) * open_share_; }
+  double open_share() const { return 1.0 - clog_; }  ///< of the nozzle's section, by its own ink
   double gathered_mm3() const { return gathered_mm3_; }
   void io(Archive& a);
 
@@ -77,6 +89,8 @@ class Source {
   std::uint64_t seed_;
   double mist_ = 1.0, clog_ = 0.0;
   std::int64_t slow_us_ = 0;  ///< time of these two
+  double gas_, open_share_ = 1.0;
+  std::int64_t since_us_ = 0;  ///< first gas; -1 = none yet
   bool commanded_ = false, target_ = false;
   double opening_ = 0.0, gathered_mm3_ = 0.0;
   std::deque<Change> changes_;

@@ -20,6 +20,7 @@ enum class Port : std::uint8_t {
   kLaserPoint = 8,
   kHeater = 9,
   kCamera = 10,
+  kGas = 11,
 };
 
 /// Names of the ports, as in the nodes' port tables.
@@ -34,6 +35,7 @@ inline constexpr std::string_view kValveBPort = "valve_b";
 inline constexpr std::string_view kLaserPointPort = "laser_point";
 inline constexpr std::string_view kHeaterPort = "heater";
 inline constexpr std::string_view kCameraPort = "camera";
+inline constexpr std::string_view kGasPort = "gas";
 
 /// The ports of the ink-jet lab.
 inline constexpr std::array kPortNames{kStagePort, kJetPort,  kProfilerPort,
@@ -49,7 +51,7 @@ inline constexpr PortRow kPorts[] = {
     {Port::kStage, kStagePort},   {Port::kJet, kJetPort},       {Port::kProfiler, kProfilerPort},
     {Port::kLamp, kLampPort},     {Port::kJetB, kJetBPort},     {Port::kRobot, kRobotPort},
     {Port::kValveA, kValveAPort}, {Port::kValveB, kValveBPort}, {Port::kLaserPoint, kLaserPointPort},
-    {Port::kHeater, kHeaterPort}, {Port::kCamera, kCameraPort},
+    {Port::kHeater, kHeaterPort}, {Port::kCamera, kCameraPort}, {Port::kGas, kGasPort},
 };
 
 }  // namespace firn::plant

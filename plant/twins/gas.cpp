@@ -20,8 +20,8 @@ GasTwin::GasTwin(Port port, GasParams params, Wires& wires)
 
 void GasTwin::advance(std::int64_t now_us) {
   const double dt_s = double(now_us - at_us_) * 1e-6;
-  at_us_ = now_us;
   if (dt_s <= 0.0) return;
+  at_us_ = now_us;
   for (std::size_t n = 0; n < 2; ++n) {
     const bool cut = trip_ == (n == 0 ? kNoAtomizer : kNoSheath);
     const double goal = cut ? 0.0 : n == 0 && trip_ == kHeld ? sccm_[0] : set_sccm_[n];
@@ -38,7 +38,7 @@ double GasTwin::sccm(int controller, std::int64_t now_us) {
 
 double GasTwin::nozzle_kpa(std::int64_t now_us) {
   advance(now_us);
-  return kAir_kpa + params_.open_kpa_per_sccm * clog_ * (sccm_[0] + sccm_[1]);
+  return kAir_kpa + params_.open_kpa_per_sccm * clog_ * (sccm_[0] + sccm_[1]) / (open_share_ * open_share_);
 }
 
 std::string GasTwin::data(int controller, std::int64_t now_us) {
@@ -108,6 +108,7 @@ void GasTwin::reboot(std::int64_t now_us) {
 void GasTwin::trip(std::int64_t now_us, std::int64_t code) {
   advance(now_us);
   trip_ = code;
+  if (code == 0) clog_ = 1.0;  // whoever ends the fault cleans the nozzle
 }
 
 }  // namespace firn::plant

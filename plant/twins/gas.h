@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -35,11 +36,18 @@ class GasTwin : public Twin {
   /// 1 no atomizer gas, 2 no sheath gas, 3 the nozzle clogs by itself, 4 set points come from the analog
   /// input, 5 the atomizer's valve is held, 6 the sheath's unit says nothing, 7 it is unit C
   void trip(std::int64_t now_us, std::int64_t code) override;
-  void io(Archive& a) override { a.all(boot_count_, line_, sccm_, set_sccm_, clog_, at_us_, trip_, link_); }
+  void io(Archive& a) override {
+    a.all(boot_count_, line_, sccm_, set_sccm_, clog_, open_share_, at_us_, trip_, link_);
+  }
+  /// The share of the nozzle's section that ink has left open.
+  void narrow(double open_share) { open_share_ = open_share; }
 
   /// Truth, brought up to now.
   double sccm(int controller, std::int64_t now_us);
   double nozzle_kpa(std::int64_t now_us);
+  /// The share of the nozzle's section that is open after ink without a sheath: a laminar flow's resistance
+  /// goes with the square of the section.
+  double open_share() const { return 1.0 / std::sqrt(clog_); }
 
  private:
   void advance(std::int64_t now_us);
@@ -51,7 +59,8 @@ class GasTwin : public Twin {
   Wires& wires_;
   std::string line_;
   std::array<double, 2> sccm_{}, set_sccm_{};
-  double clog_ = 1.0;  ///< resistance of the nozzle, 1 = clean
+  double clog_ = 1.0;        ///< resistance of the nozzle, 1 = clean
+  double open_share_ = 1.0;  ///< and of what else has narrowed it
   std::int64_t at_us_ = 0, trip_ = 0;
 };
 

@@ -10,7 +10,7 @@ namespace firn::plant {
 namespace {
 
 constexpr int kHeaters = 3;
-constexpr std::int64_t kOff_cdegC = -5000, kHighest_cdegC = 4500;  ///< set points, 0.01 degC
+constexpr std::int64_t kOff_cdegC = -5000;  ///< set point, 0.01 degC
 constexpr const char *kDamaged = "E,1", *kUnknown = "E,2", *kRefused = "E,3";
 
 std::string reading(const Heat& heat) {
@@ -27,7 +27,7 @@ std::string reading(const Heat& heat) {
 }  // namespace
 
 std::string HeaterTwin::execute(std::string_view command, std::int64_t now_us) {
-  Heat& heat = wires_.nature().heat();
+  Heat& heat = wires_.heat();
   if (command == "T?") {
     heat.advance(now_us);
     return reading(heat);
@@ -36,7 +36,8 @@ std::string HeaterTwin::execute(std::string_view command, std::int64_t now_us) {
   std::string arguments(command.substr(2));
   std::replace(arguments.begin(), arguments.end(), ',', ' ');
   Words words(arguments);
-  const auto channel = words.integer(1, kHeaters), cdegC = words.integer(kOff_cdegC, kHighest_cdegC);
+  const auto channel = words.integer(1, kHeaters),
+             cdegC = words.integer(kOff_cdegC, std::llround(highest_degC_ * 100.0));
   if (!words.good() || words.more()) return kRefused;
   heat.advance(now_us);
   heat.set(int(channel) - 1, double(cdegC) * 0.01);
@@ -63,7 +64,7 @@ void HeaterTwin::reboot(std::int64_t now_us) {
 }
 
 void HeaterTwin::trip(std::int64_t now_us, std::int64_t code) {
-  Heat& heat = wires_.nature().heat();
+  Heat& heat = wires_.heat();
   heat.advance(now_us);
   for (int n = 0; n < kHeaters; ++n) {
     if (code == 0 || code == n + 1) heat.break_heater(n, code != 0);

@@ -1,19 +1,28 @@
-// HeaterTwin simulates the box that reads the three thermostats (docs/devices/heater.md). The thermostats
-// themselves are in plant/ice/heat.h.
+// HeaterTwin simulates the box that reads the three thermostats (docs/devices/heater.md), of an end effector
+// or a platen. The thermostats themselves are in plant/ice/heat.h.
 #pragma once
 
 #include <string>
 #include <string_view>
 
-#include "plant/twins/ice_wires.h"
+#include "plant/ice/heat.h"
 #include "plant/twins/twin.h"
 
 namespace firn::plant {
 
+/// What the box is wired to.
+class HeaterWires {
+ public:
+  virtual ~HeaterWires() = default;
+  virtual Heat& heat() = 0;
+  virtual void note(std::int64_t t_us, Port port, DeviceEvent event, std::int64_t value) = 0;
+};
+
 class HeaterTwin : public Twin {
  public:
-  explicit HeaterTwin(IceWires& wires)
-      : Twin(Port::kHeater, TwinLink(10.0e6 / 9600.0, 2000)), wires_(wires) {}
+  /// @param highest_degC the box takes no set point above it
+  explicit HeaterTwin(HeaterWires& wires, double highest_degC = 45.0)
+      : Twin(Port::kHeater, TwinLink(10.0e6 / 9600.0, 2000)), wires_(wires), highest_degC_(highest_degC) {}
   void take(std::span<const std::byte> bytes, std::int64_t now_us) override;
   void disconnected(std::int64_t) override { line_.clear(); }
   std::int64_t next_device_us() const override { return kNever; }
@@ -26,7 +35,8 @@ class HeaterTwin : public Twin {
  private:
   std::string execute(std::string_view command, std::int64_t now_us);
 
-  IceWires& wires_;
+  HeaterWires& wires_;
+  double highest_degC_;
   std::string line_;
 };
 

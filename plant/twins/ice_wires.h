@@ -5,18 +5,18 @@
 
 #include "plant/ice/nature.h"
 #include "plant/record/record.h"
+#include "plant/twins/heater.h"
 
 namespace firn::plant {
 
-class IceWires {
+class IceWires : public HeaterWires {
  public:
-  virtual ~IceWires() = default;
   virtual IceNature& nature() = 0;
+  Heat& heat() override { return nature().heat(); }
   /// The robot's signals: 1 valve_a, 2 valve_b, 4 laser.
   virtual void signals(std::int64_t t_us, int mask) = 0;
   virtual void valves_off(std::int64_t t_us) = 0;  ///< the robot's enable line of both valves falls
   virtual void link_closed(std::int64_t t_us, Port port) = 0;  ///< by the instrument
-  virtual void note(std::int64_t t_us, Port port, DeviceEvent event, std::int64_t value) = 0;
   virtual void fired(const FiringRecord& firing) = 0;
 };
 

@@ -1,5 +1,6 @@
 #include "plant/world/aerosol_lab.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -9,7 +10,9 @@
 
 #include "plant/aerosol/deposit.h"
 #include "plant/config/range.h"
+#include "plant/ice/heat.h"
 #include "plant/inkjet/sensor.h"
+#include "plant/twins/heater.h"
 #include "plant/twins/laser_profiler.h"
 #include "plant/twins/stage.h"
 #include "plant/world/world_lab.h"
@@ -17,19 +20,39 @@
 namespace firn::plant {
 namespace {
 
-constexpr std::array kAerosolPorts{kStagePort, kProfilerPort};
+constexpr std::array kAerosolPorts{kStagePort, kProfilerPort, kGasPort, kHeaterPort};
+constexpr double kHottest_degC = 150.0, kRoom_degC = 22.0;
+constexpr double kMostFocused = 100.0, kLeast_sccm = 1e-3;
 
-const AerosolParams& params_of(const WorldConfig& c) { return std::any_cast<const AerosolParams&>(c.own); }
+const AerosolWorldConfig& own_of(const WorldConfig& c) {
+  return std::any_cast<const AerosolWorldConfig&>(c.own);
+}
+const AerosolParams& params_of(const WorldConfig& c) { return own_of(c).nozzle; }
 
-class AerosolLab final : public WorldLab, private Wires {
+// One section of the ice lab's three is the platen, 60 W on 150 J/K in a room.
+IceWorldConfig platen() {
+  IceWorldConfig c;
+  c.heat.ambient_degC = c.heat.start_degC = kRoom_degC;
+  c.heat.capacity_J_K = {150.0, 150.0, 150.0};
+  c.heat.loss_W_K = {0.4, 0.4, 0.4};
+  c.heat.link_W_K = {0.0, 0.0};
+  c.heat.heater_W = {60.0, 0.0, 0.0};
+  c.heat.set_degC = {-50.0, -50.0, -50.0};
+  return c;
+}
+
+class AerosolLab final : public WorldLab, private Wires, private HeaterWires {
  public:
   AerosolLab(const WorldConfig& c, WorldRecord* r)
       : WorldLab(c, r),
         deposit_(c.grid, params_of(c), c.seed),
         stage_(c.stage, *this),
         profiler_(c.profiler, profile_x0_mm(c.grid, c.profiler), profile_dx_mm(c.grid, c.profiler)),
+        gas_(Port::kGas, own_of(c).gas, *this),
+        heat_(platen()),
+        heater_(*this, kHottest_degC),
         line_(std::size_t(c.profiler.points)) {
-    twins = {&stage_, &profiler_};
+    twins = {&stage_, &profiler_, &gas_, &heater_};
   }
 
   std::uint32_t milestones() const override { return layers_; }
@@ -49,17 +72,33 @@ class AerosolLab final : public WorldLab, private Wires {
     a.all(layers_, switches_, scans_, firing_);
     a.tag(1, "the plant");
     deposit_.io(a);
+    heat_.io(a);
   }
   void catch_up(std::int64_t t_us) override {
-    deposit_.catch_up(t_us, [&](std::int64_t at_us) {
+    const auto nozzle_at = [&](std::int64_t at_us) {
       const Vec3 p = stage_.device().position_mm(at_us);
       return Deposit::Nozzle{
           p[0], p[1],
           std::hypot(stage_.device().velocity_mm_s(0, at_us), stage_.device().velocity_mm_s(1, at_us))};
-    });
+    };
+    if (!params_of(config).gas) return deposit_.catch_up(t_us, nozzle_at);
+    deposit_.catch_up(t_us, nozzle_at, [&](std::int64_t at_us) { return supply(at_us); });
+    gas_.narrow(deposit_.source().open_share());
   }
 
  private:
+  Heat& heat() override { return heat_; }
+
+  GasSupply supply(std::int64_t at_us) {
+    const AerosolWorldConfig& own = own_of(config);
+    const double atomizer = gas_.sccm(0, at_us), sheath = gas_.sccm(1, at_us);
+    const double nominal = own.sheath_sccm / own.atomizer_sccm;
+    return {atomizer / own.atomizer_sccm,
+            std::min(kMostFocused,
+                     own.nozzle.focusing_ratio * sheath / std::max(kLeast_sccm, atomizer) / nominal),
+            gas_.open_share()};
+  }
+
   void pulse(int axis, std::int64_t t_us, const double position_mm[3], const double[3]) override {
     if (axis == 1) return scan(t_us, position_mm[0], position_mm[1]);
     if (axis != 0) return;
@@ -113,6 +152,9 @@ class AerosolLab final : public WorldLab, private Wires {
   Deposit deposit_;
   StageTwin stage_;
   ProfilerTwin profiler_;
+  GasTwin gas_;
+  Heat heat_;
+  HeaterTwin heater_;
   std::vector<double> line_;
   std::uint32_t layers_ = 0, scans_ = 0;
   std::int64_t switches_ = 0;
@@ -131,6 +173,8 @@ void check_aerosol(const WorldConfig& c) {
   require_within("aerosol.focusing_ratio", p.focusing_ratio, 0.05, 100.0);
   require_within("aerosol.overspray", p.overspray, 0.0, 0.9);
   require_within("aerosol.halo", p.halo, 1.0, 20.0);
+  require_within("gas.atomizer_sccm", own_of(c).atomizer_sccm, 1e-3, 1e6);
+  require_within("gas.sheath_sccm", own_of(c).sheath_sccm, 1e-3, 1e6);
   require_within("profiler.points", c.profiler.points, 2, 800);
   require_within("stage.counts_per_mm", c.stage.counts_per_mm, 1.0, 1e7);
 }

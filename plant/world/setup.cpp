@@ -129,7 +129,12 @@ void set_up_aerosol(const Experiment& e, WorldConfig& c) {
   a.focusing_ratio = p.focusing_ratio;
   a.overspray = p.overspray;
   a.halo = p.halo;
-  c.own = a;
+  a.gas = on(e.gas.use);
+  AerosolWorldConfig own{a, {}, e.gas.atomizer_sccm, e.gas.sheath_sccm};
+  own.gas.units = e.gas.atomizer_unit + e.gas.sheath_unit;  // they are set up as the lab file says
+  own.gas.gas = e.gas.gas;
+  if (!a.gas) own.atomizer_sccm = own.sheath_sccm = 1.0;
+  c.own = own;
 }
 
 /// Holds a lab's world and its configuration beyond the common part; nullptr: no such part.

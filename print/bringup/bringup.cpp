@@ -88,7 +88,7 @@ std::vector<PlannedRow> planned_rows(const Experiment& e) {
   std::vector<PlannedRow> all;
   const auto names = instruments(e);
   for (const std::string& node : names) all.push_back({&kLink, node});
-  for (const auto rows : {stage_rows(), inkjet_rows(), camera_rows(), ice_rows()})
+  for (const auto rows : {stage_rows(), inkjet_rows(), camera_rows(), gas_rows(), ice_rows()})
     for (const BringupRow& row : rows)
       for (const std::string& node : names)
         if ((node == row.node || (row.node == "valve_a" && node == "valve_b") ||

@@ -87,6 +87,7 @@ std::string number_text(double value);
 std::span<const BringupRow> stage_rows();
 std::span<const BringupRow> inkjet_rows();  ///< jet, profiler, lamp
 std::span<const BringupRow> camera_rows();
+std::span<const BringupRow> gas_rows();
 std::span<const BringupRow> ice_rows();  ///< robot, valves, laser, heater
 bool is_microdrop(const Experiment& experiment, std::string_view node);
 /// The link row of every instrument: who answers at its port.

@@ -226,6 +226,11 @@ BringupFinding valve_caps(BringupLab& lab, const std::string& node) {
           "NAK 21, NAK 22", "the firmware's cap against coil heat (interlock 12): valve_*.guard_us"};
 }
 
+/// Else a platen's heater, on channel 1.
+bool has_ice_heaters(const Experiment& e, std::string_view) {
+  return e.heater.platen_degC <= kHeaterOff_degC;
+}
+
 BringupFinding temperatures(BringupLab& lab, const std::string& node) {
   const auto line = lab.line(node);
   const Request asked = thermostat::read_request(0);
@@ -239,11 +244,12 @@ BringupFinding temperatures(BringupLab& lab, const std::string& node) {
     return {false, "'" + heard + "'", "three temperatures", "the read-out box's lines: thermostat.h"};
   std::string measured;
   bool ok = true;
-  for (const double t : reading->celsius) {
+  const std::size_t channels = has_ice_heaters(lab.e, node) ? reading->celsius.size() : 1;
+  for (const double t : std::span(reading->celsius).first(channels)) {
     measured += std::isnan(t) ? "open " : number_text(t) + " degC ";
     ok = ok && t > -40.0 && t < 60.0;
   }
-  return {ok, measured, "three of -40 to 60 degC",
+  return {ok, measured, std::to_string(channels) + " of -40 to 60 degC",
           measured.find("open") != measured.npos ? "an open thermocouple: its plug, its wire, its channel"
                                                  : "type of the thermocouple set in the box"};
 }
@@ -267,8 +273,9 @@ constexpr BringupRow kRows[] = {
      &storage_by_signal},
     {30, "robot", "STOP takes the signals down", "the V+ program", &signals_fall},
     {43, "laser_point", "settings in a program outlive power", "LaserPoint::push_settings"},
-    {45, "heater", "three believable temperatures", "thermostat.h", &temperatures},
-    {46, "heater", "the window heater alone keeps the valves above freezing", "heater.low_degC"},
+    {45, "heater", "believable temperatures: three, or a platen's", "thermostat.h", &temperatures},
+    {46, "heater", "the window heater alone keeps the valves above freezing", "heater.low_degC", nullptr,
+     &has_ice_heaters},
 };
 
 }  // namespace

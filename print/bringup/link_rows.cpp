@@ -163,8 +163,12 @@ BringupFinding check_link(BringupLab& lab, const std::string& node) {
             "cable, power and address; ./firn doctor LAB looks at each port"};
   std::string all;
   const auto answers = [&](const Probe& p, double within_s, const std::string& before = "") {
+    const std::string& unit = lab.e.gas.atomizer_unit;
+    const std::string question = p.node == "gas" && !unit.empty()
+                                     ? text_of(drivers::alicat::poll_request({unit[0], false}, 0))
+                                     : p.question;
     const std::string heard = line.ask(
-        before + p.question, [&](std::string_view s) { return p.answered(s); }, within_s);
+        before + question, [&](std::string_view s) { return p.answered(s); }, within_s);
     all += heard;
     return p.answered(heard);
   };

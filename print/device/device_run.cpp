@@ -34,8 +34,9 @@ class Run {
 
   DeviceReport carry_out() {
     if (become_ready() && job_.verb->order) give_orders();
-    if (report_.status == kOk && !job_.verb->order && job_.node == "heater" && job_.verb->name != "identify")
-      until([this] { return report_.temperature.has_value(); }, kIdentifyWithin_s);
+    const bool measures = job_.node == "heater" || job_.node == "gas";
+    if (report_.status == kOk && !job_.verb->order && measures && job_.verb->name != "identify")
+      until([this] { return report_.temperature || report_.gas; }, kIdentifyWithin_s);
     if (report_.status == kOk && sinks_.watch) {
       until([] { return false; }, kForEver_s);
       fail(kInterrupted, "watched");
@@ -73,6 +74,7 @@ class Run {
 
   void take(std::string_view channel, std::span<const std::byte> bytes) {
     if (temperature_t t; decoded(t, channel, channels::kTemperature.name, bytes)) report_.temperature = t;
+    if (gas_flow_t g; decoded(g, channel, channels::kGasFlow.name, bytes)) report_.gas = g;
     if (height_profile_t p; decoded(p, channel, channels::kHeightProfile.name, bytes))
       report_.profiles.push_back(std::move(p));
     if (camera_frame_t f; decoded(f, channel, channels::kCameraFrame.name, bytes))

@@ -9,6 +9,7 @@
 #include "files/port_address.h"
 #include "firn/camera_frame_t.hpp"
 #include "firn/device_state_t.hpp"
+#include "firn/gas_flow_t.hpp"
 #include "firn/height_profile_t.hpp"
 #include "firn/temperature_t.hpp"
 #include "print/device/device_verbs.h"
@@ -37,6 +38,7 @@ struct DeviceReport {
   std::string text;  ///< of the outcome
   std::optional<device_state_t> state;
   std::optional<temperature_t> temperature;
+  std::optional<gas_flow_t> gas;
   std::vector<height_profile_t> profiles;
   std::vector<camera_frame_t> frames;
   std::vector<double> readings_mm;  ///< of the point laser; NaN = no value

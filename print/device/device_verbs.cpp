@@ -9,6 +9,7 @@
 #include "files/usage_error.h"
 #include "firn/camera_command_t.hpp"
 #include "firn/enums.h"
+#include "firn/gas_command_t.hpp"
 #include "firn/heater_command_t.hpp"
 #include "firn/lamp_command_t.hpp"
 #include "firn/laser_command_t.hpp"
@@ -58,6 +59,14 @@ DeviceOrder set_temperatures(const DeviceCall& call, const OrderStamp& stamp) {
   c.verb = std::int8_t(HeaterVerb::kSet);
   for (int n = 0; n < 3; ++n) c.set_degC[n] = call.values[std::size_t(n)];
   return order_of(channels::kHeaterCommand, c, stamp);
+}
+
+DeviceOrder set_gas(const DeviceCall& call, const OrderStamp& stamp) {
+  gas_command_t c{};
+  c.verb = std::int8_t(GasVerb::kSet);
+  c.atomizer_sccm = call.values[0];
+  c.sheath_sccm = call.values[1];
+  return order_of(channels::kGasCommand, c, stamp);
 }
 
 DeviceOrder reading(const DeviceCall&, const OrderStamp& stamp) {
@@ -148,6 +157,8 @@ constexpr DeviceVerb kVerbs[] = {
     {"valve_a", "spit", "N", 1, "N pulses, 20 ms apart", &serve},
     {"heater", "read", "", 0, "temperatures and set points", nullptr, true},
     {"heater", "set", "TIP LASER CONDUIT [degC]", 3, "set points; below -50 = off", &set_temperatures},
+    {"gas", "read", "", 0, "flows, set points and pressures", nullptr, true},
+    {"gas", "set", "ATOMIZER SHEATH [sccm]", 2, "flows, which go on until the next order", &set_gas},
 };
 
 std::string_view kind_of(std::string_view node) {

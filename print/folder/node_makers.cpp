@@ -7,6 +7,7 @@
 #include "procs/droplet_estimator/node.h"
 #include "procs/droplet_watch/node.h"
 #include "procs/flow_estimator/node.h"
+#include "procs/gas/node.h"
 #include "procs/heater/node.h"
 #include "procs/jet/node.h"
 #include "procs/lamp/node.h"
@@ -43,6 +44,7 @@ std::span<const NamedMaker> node_makers() {
       {NodeId::kFlowEstimator, &make_flow_estimator},
       {NodeId::kCamera, &make_camera},
       {NodeId::kDropletWatch, &make_droplet_watch},
+      {NodeId::kGas, &make_gas},
   };
   return kMakers;
 }

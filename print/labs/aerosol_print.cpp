@@ -76,6 +76,8 @@ Experiment fullest_aerosol() {
   e.control.scheme = "smf";
   e.control.smf.output_limit = 0.5;
   e.aerosol.job = e.aerosol.machine = "-";
+  e.gas.use = OnOff::kOn;
+  e.heater.platen_degC = 40.0;
   e.grid = {50, 50, 0.02, 0.02, 0.0, 0.0};
   return e;
 }

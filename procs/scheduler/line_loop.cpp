@@ -37,6 +37,7 @@ LineLoop::LineLoop(const Experiment& experiment, HeightMap target, Mask mask)
     : ScanLoop(experiment, Phase::kRunPath, std::move(target), std::move(mask)),
       beside_(away_from(this->target(), experiment.process.beside_mm)) {
   subscribe(channels::kLinePlan, this);
+  if (heats()) subscribe(channels::kTemperature, this);
 }
 
 std::string LineLoop::doubt() const {
@@ -45,22 +46,23 @@ std::string LineLoop::doubt() const {
          "--accept-doubt";
 }
 
-void LineLoop::after_resume(Time now, Outbox& out) {
-  switch (interrupted_) {
+void LineLoop::supplied(Time now, Outbox& out) {
+  switch (after_supply_) {
     case Phase::kArmProfiler:
     case Phase::kScan:
     case Phase::kEndScan:
+    case Phase::kGasOff:
       return scan_again(now, out);
     case Phase::kRunPath:
       // Nothing of it was begun: the same way is safe.
-      if (act_answer_ && Outcome(act_answer_->outcome) == Outcome::kNone) {
+      if (!act_answer_ || Outcome(act_answer_->outcome) == Outcome::kNone) {
         act_answer_.reset();
         return proceed(Phase::kRunPath, now, out);
       }
       settle(out);
       return proceed(Phase::kArmProfiler, now, out);
     default:
-      return proceed(interrupted_, now, out);
+      return proceed(after_supply_, now, out);
   }
 }
 
@@ -69,12 +71,12 @@ void LineLoop::proceed(Phase next, Time now, Outbox& out) {
   phase_ = next;
   if (next == Phase::kArmProfiler && holds("before the scan of layer " + std::to_string(layers_done_), out))
     return;
-  if (enter_scan(next, now, out)) return;
+  if (enter_supply(next, now, out) || enter_scan(next, now, out)) return;
   if (next == Phase::kRunPath) send_way(now, out);
 }
 
 void LineLoop::answered(const answer_t&, Time now, Outbox& out) {
-  if (scan_answered(now, out) || phase_ != Phase::kRunPath) return;
+  if (supply_answered(now, out) || scan_answered(now, out) || phase_ != Phase::kRunPath) return;
   settle(out);
   proceed(Phase::kArmProfiler, now, out);
 }
@@ -188,8 +190,7 @@ void LineLoop::act_on_plan(Time now, Outbox& out) {
   const line_plan_t m = *plan_;
   out.cancel(kDeadline);
   if (stopped_by_rise(m, now, out)) return;
-  if (PlanDecision(m.decision) == PlanDecision::kEnd)
-    return finish_run(RunOutcome::kFinished, 0, m.reason, out);
+  if (PlanDecision(m.decision) == PlanDecision::kEnd) return proceed(Phase::kGasOff, now, out);
   if (PlanDecision(m.decision) == PlanDecision::kStop) {
     phase_ = Phase::kArmProfiler;
     return finish_run(RunOutcome::kWaitsForOperator, 3, m.reason, out);
@@ -198,7 +199,8 @@ void LineLoop::act_on_plan(Time now, Outbox& out) {
   plan_.reset();
   in_doubt_ = false;
   way_ = m;
-  proceed(Phase::kRunPath, now, out);
+  after_supply_ = Phase::kRunPath;
+  proceed(Phase::kGas, now, out);
 }
 
 bool LineLoop::waits_for_operator() const {

@@ -1,5 +1,6 @@
-// LineLoop sequences the commands of a print of lines: HEIGHT_MAP, LINE_PLAN, ANSWER_*, STATE_*, ENABLE,
-// SAFE_STOP -> STAGE_COMMAND, PROFILER_COMMAND, PATH_REPORT, LAYER_METRICS, RUN_END.
+// LineLoop sequences the commands of a print of lines: HEIGHT_MAP, LINE_PLAN, TEMPERATURE, ANSWER_*, STATE_*,
+// ENABLE, SAFE_STOP -> STAGE_COMMAND, PROFILER_COMMAND, GAS_COMMAND, HEATER_COMMAND, PATH_REPORT,
+// LAYER_METRICS, RUN_END.
 #pragma once
 
 #include <optional>
@@ -7,18 +8,21 @@
 
 #include "core/grid/grid.h"
 #include "firn/line_plan_t.hpp"
+#include "firn/temperature_t.hpp"
 #include "procs/scheduler/scan_loop.h"
 
 namespace firn {
 
-/// Coordinates one print of lines: scan, ask for a way, follow it with the shutter, scan again. A way that
-/// was begun is never followed again: the next map says what lies there.
+/// Coordinates one print of lines: platen, gas, then scan, ask for a way, follow it with the shutter, scan
+/// again. A way that was begun is never followed again: the next map says what lies there.
 class LineLoop final : public ScanLoop {
  public:
   LineLoop(const Experiment& experiment, HeightMap target, Mask mask);
 
   using ScanLoop::on;
   void on(const line_plan_t&, Time now, Outbox&);
+  void on(const temperature_t&, Time now, Outbox&);
+  void wake(TimerId, Time now, Outbox&) override;
 
  private:
   void proceed(Phase next, Time now, Outbox&) override;
@@ -27,7 +31,22 @@ class LineLoop final : public ScanLoop {
   std::int64_t act_size() const override { return way_.switches; }
   int command_layer() const override { return phase_ == Phase::kRunPath ? layers_done_ + 1 : layers_done_; }
   std::string doubt() const override;
+  std::string awaited() const override;
 
+  // procs/scheduler/line_supply.cpp
+  bool has_gas() const;
+  bool heats() const;
+  static bool supplies(Phase);
+  /// Enters one of the phases of platen and gas; false: another one.
+  bool enter_supply(Phase, Time now, Outbox&);
+  /// Goes on after the command of such a phase; false: another phase.
+  bool supply_answered(Time now, Outbox&);
+  void act_on_temperature(Time now, Outbox&);
+  void send_platen(Time now, Outbox&);
+  void send_gas(double atomizer_sccm, double sheath_sccm, Time now, Outbox&);
+  void end_print(Outbox&);
+
+  void supplied(Time now, Outbox&);  ///< goes on with the phase that waited for platen and gas
   void act_on_map(Time now, Outbox&) override;
   void act_on_plan(Time now, Outbox&) override;
   /// Too little of the grid measured (I13). Returns false for a map to act on.
@@ -52,6 +71,10 @@ class LineLoop final : public ScanLoop {
   bool in_doubt_ = false;
   std::int64_t way_began_us_ = 0;
   std::int64_t switches_total_ = 0;
+
+  Phase after_supply_ = Phase::kHoming;
+  std::optional<Time> gas_since_;  ///< both flows were there; nothing: since no time of this incarnation
+  std::optional<temperature_t> temperature_;
 };
 
 }  // namespace firn

@@ -55,6 +55,9 @@ class Scheduler : public Node {
     kCure,
     kHeat,
     kWarmUp,
+    kGas,
+    kGasSettles,
+    kGasOff,
     kAwaitPaths,
     kAwaitSurface,  // paths
     kLoadPath,

@@ -134,7 +134,7 @@ void check_failed(const BringupResult& r, const char* measured, const char* mend
 TEST_CASE("the checklist has the rows of the page, most of them carried out by the program", "[bringup]") {
   const std::string page = read_file(FIRN_SOURCE_DIR "/docs/devices/HARDWARE_CHECKLIST.md");
   std::set<int> all, automatic;
-  for (const auto rows : {stage_rows(), inkjet_rows(), camera_rows(), ice_rows()})
+  for (const auto rows : {stage_rows(), inkjet_rows(), camera_rows(), gas_rows(), ice_rows()})
     for (const BringupRow& row : rows) {
       CHECK(all.insert(row.id).second);
       if (row.check) automatic.insert(row.id);
@@ -144,10 +144,10 @@ TEST_CASE("the checklist has the rows of the page, most of them carried out by t
       const std::string instrument = page.substr(at + 1, page.find('|', page.find('|', at + 2) + 1) - at);
       CHECK((instrument.find('*') != std::string::npos) == (row.check != nullptr));
     }
-  for (int id = 1; id <= 51; ++id)
+  for (int id = 1; id <= 54; ++id)
     if (id != 27) CHECK(all.contains(id));
   const auto of_the_46 = std::distance(automatic.begin(), automatic.upper_bound(46));
-  WARN(of_the_46 << " of the 46 rows are automatic, " << automatic.size() << " of all 51");
+  WARN(of_the_46 << " of the 46 rows are automatic, " << automatic.size() << " of all 54");
   CHECK(of_the_46 >= 30);
 }
 
@@ -174,6 +174,37 @@ TEST_CASE("a sound ice lab passes every row that a program can check", "[bringup
     if (!kTimed.contains(r.id)) CHECK(r.state == "ok");
     CHECK_FALSE(r.measured.empty());
   }
+}
+
+TEST_CASE("a sound aerosol lab passes the rows of gas and platen, and each of their faults is named",
+          "[bringup]") {
+  const std::vector<std::string> warm{"laser_profiler.read=\"memory\""};
+  Bench b(kAerosol, warm, warm);
+  std::set<int> ids;
+  for (const PlannedRow& planned : planned_rows(b.lab_file)) {
+    if (planned.node != "gas" && planned.node != "heater") continue;
+    ids.insert(planned.row->id);
+    if (planned.row->id != 0 && !planned.row->check) continue;
+    const BringupResult r = b.row(planned.row->id, planned.node);
+    INFO(r.node << " " << r.id << " " << r.what << ": " << r.measured << " | " << r.limit << " | " << r.mend);
+    CHECK(r.state == "ok");
+  }
+  CHECK(ids == std::set<int>{0, 45, 52, 53, 54});
+  CHECK_THAT(b.row(53, "gas").measured, Contains("sheath 40 sccm, atomizer 0 sccm"));
+  b.hurt("gas trip 2");
+  check_failed(b.row(53, "gas"), "0 of 40 sccm", "bottle");
+  b.hurt("gas trip 6");
+  check_failed(b.row(52, "gas"), "unit B answers ''", "mend this first");
+  b.hurt("gas trip 0");
+  b.exchanged["gas"] = b.world.address("heater");
+  check_failed(b.row(0, "gas"), "a heater's read-out box", "exchange the addresses");
+
+  Bench litres(kAerosol, {}, {"devices.gas.dialect.kpa_per_unit=1.0"});
+  check_failed(litres.row(52, "gas"), "14.7", "kpa_per_unit");
+  Bench argon(kAerosol, {"gas.gas=\"Ar\""}, {});
+  check_failed(argon.row(52, "gas"), "Ar", "select the gas");
+  Bench letters(kAerosol, {"gas.atomizer_unit=\"D\""}, {"gas.atomizer_unit=\"D\""});
+  CHECK(letters.row(0, "gas").state == "ok");
 }
 
 TEST_CASE("a camera passes its rows, and each of its faults is named", "[bringup]") {

@@ -22,10 +22,11 @@ Said device(std::vector<std::string> words) {
 
 }  // namespace
 
-TEST_CASE("firn device names every instrument of both labs, and says that it is simulated") {
+TEST_CASE("firn device names every instrument of the labs, and says that it is simulated") {
   const std::pair<std::string, std::string> all[] = {
-      {kInkjet, "stage"}, {kInkjet, "jet"},  {kInkjet, "laser_profiler"}, {kInkjet, "lamp"}, {kIce, "robot"},
-      {kIce, "valve_a"},  {kIce, "valve_b"}, {kIce, "laser_point"},       {kIce, "heater"}};
+      {kInkjet, "stage"}, {kInkjet, "jet"},  {kInkjet, "laser_profiler"}, {kInkjet, "lamp"},
+      {kIce, "robot"},    {kIce, "valve_a"}, {kIce, "valve_b"},           {kIce, "laser_point"},
+      {kIce, "heater"},   {kAerosol, "gas"}, {kAerosol, "heater"}};
   for (const auto& [lab, node] : all) {
     const Said said = device({lab, node, "identify", "--json"});
     CAPTURE(node, said.err);

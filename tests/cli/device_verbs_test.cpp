@@ -80,6 +80,12 @@ TEST_CASE("every verb of every instrument is carried out in the simulated labs",
         {"laser_profiler", "errors"},
         {"jet", "reset"}}},
       {kIce, {{"robot", "where"}, {"robot", "lines", "50"}, {"valve_b", "spit", "10"}, {"heater", "read"}}},
+      {kAerosol,
+       {{"gas", "read"},
+        {"gas", "set", "0", "30"},
+        {"gas", "serial"},
+        {"gas", "stop"},
+        {"heater", "set", "30", "-50", "-50"}}},
   };
   for (const auto& [lab, orders] : all)
     for (std::vector<std::string> words : orders) {
@@ -88,8 +94,11 @@ TEST_CASE("every verb of every instrument is carried out in the simulated labs",
       CHECK(j["real"] == false);
       if (words[2] == "where" && words[1] == "stage")
         CHECK(j["text"] == "done: x 0.0000, y 0.0000, z 0.0000");
-      if (words[2] == "serial") CHECK_THAT(j["text"].get<std::string>(), Contains("serial 20158"));
-      if (words[1] == "heater") CHECK(j["degC"].size() == 3);
+      if (words[2] == "serial")
+        CHECK_THAT(j["text"].get<std::string>(),
+                   Contains(words[1] == "gas" ? "MC-SCCM-D 52164B" : "serial 20158"));
+      if (words[1] == "heater" && words[2] == "read") CHECK(j["degC"].size() == 3);
+      if (words[1] == "gas" && words[2] == "read") CHECK(j["pressure_kPa"][1].get<double>() > 100.0);
     }
 }
 

@@ -8,6 +8,7 @@
 namespace firn::test {
 
 inline const std::string kInkjet = FIRN_SOURCE_DIR "/labs/inkjet-lu2015.toml";
+inline const std::string kAerosol = FIRN_SOURCE_DIR "/labs/aerosol-printer.toml";
 inline const std::string kIce = FIRN_SOURCE_DIR "/labs/ice-cobra600.toml";
 
 struct Said {

@@ -53,10 +53,33 @@ TEST_CASE("Ways of an aerosol print keep to the stage's own limits, in the part'
   CHECK(s.machine.axis.alpha_mm_s2 == machine.aerosol.acceleration_mm_s2);
 }
 
-TEST_CASE("Open loop is the aerosol lab without feedback, and stage and profiler are its only instruments") {
+TEST_CASE(
+    "Open loop is the aerosol lab without feedback, and its instruments are stage, profiler, gas and "
+    "platen") {
   CHECK(line_setup(meander(), {}, {}).feedback);
   const Experiment e = meander({"control.scheme='open_loop'"});
   CHECK_FALSE(line_setup(e, {}, {}).feedback);
-  for (const char* node : {"stage", "laser_profiler", "scheduler", "safety"}) CHECK(takes_part(e, node));
-  for (const char* node : {"jet", "robot", "lamp", "heater"}) CHECK_FALSE(takes_part(e, node));
+  for (const char* node : {"stage", "laser_profiler", "gas", "heater", "scheduler", "safety"})
+    CHECK(takes_part(e, node));
+  for (const char* node : {"jet", "robot", "lamp", "camera"}) CHECK_FALSE(takes_part(e, node));
+  const Experiment bare = meander({"gas.use='off'", "heater.platen_degC=-50"});
+  for (const char* node : {"gas", "heater"}) CHECK_FALSE(takes_part(bare, node));
+  CHECK(takes_part(Experiment{}, "gas") == false);
+}
+
+TEST_CASE("Gas and platen of an aerosol lab are refused by key, value and limit") {
+  const std::pair<const char*, const char*> wrong[] = {
+      {"gas.atomizer_sccm=101", "gas.atomizer_max_sccm = 100.0 sccm"},
+      {"gas.sheath_sccm=501", "gas.sheath_max_sccm = 500.0 sccm"},
+      {"gas.sheath_sccm=0", "ink without a sheath clogs"},
+      {"gas.atomizer_sccm=0", "it carries the ink"},
+      {"gas.atomizer_unit='AB'", "must be one letter"},
+      {"gas.sheath_unit='A'", "two letters"},
+      {"heater.platen_degC=70", "heater.high_degC = 60.0 degC"},
+      {"heater.low_degC=41", "heater.low_degC = 41.0 degC"},
+      {"heater.tip_degC=20", "heater.tip_degC"}};
+  for (const auto& [set, why] : wrong) CHECK_THROWS_WITH(meander({set}), Contains(why));
+  CHECK_NOTHROW(meander({"gas.use='off'", "gas.sheath_sccm=0"}));
+  const std::string ice = FIRN_SOURCE_DIR "/labs/ice-cobra600.toml";
+  CHECK_THROWS_WITH(load_experiment(ice, {"heater.platen_degC=40"}), Contains("heater.platen_degC"));
 }

@@ -16,6 +16,7 @@
 #include "core/grid/solids.h"
 #include "core/motion/kinematics/limits.h"
 #include "drivers/camera/camera.h"
+#include "drivers/gas/gas.h"
 #include "drivers/heater/heater.h"
 #include "drivers/jet/jet.h"
 #include "drivers/lamp/lamp.h"
@@ -397,6 +398,9 @@ TEST_CASE("Every numeric key of an experiment has the range of what it configure
               "laser_point.", [](Experiment& e) { return drivers::LaserPointOptions{e.laser_point}; }),
           instrument<drivers::Heater>("heater.",
                                       [](Experiment& e) { return drivers::HeaterOptions{e.heater}; }),
+          instrument<drivers::Gas>("gas.", [](Experiment& e) { return drivers::GasOptions{e.gas}; }),
+          instrument<drivers::Gas>("devices.gas.dialect.",
+                                   [](Experiment& e) { return drivers::GasOptions{e.gas}; }),
           instrument<drivers::Camera>("camera.",
                                       [](Experiment& e) { return drivers::CameraOptions{e.camera}; }),
           instrument<drivers::Stage>("devices.stage.dialect.",

@@ -221,3 +221,37 @@ TEST_CASE("lost, late, cut and damaged replies falsify no temperature", "[heater
     for (std::size_t c = 0; c < 3; ++c) CHECK(std::abs(t.celsius[c] - t.set_celsius[c]) < 3.0);
   CHECK_FALSE(lab.rig.faulted(kTemperature));
 }
+
+TEST_CASE(
+    "interlock 10: a platen's heater that fails in any way stops the print, and the other channels are free",
+    "[heater][I10]") {
+  for (const int way : {0, 1, 2, 3}) {
+    CAPTURE(way);
+    FakeHeaters fake;
+    HeaterOptions options;
+    options.platen_degC = 20.0;
+    Heater heater{options};
+    Rig rig{heater, fake};
+    fake.open[1] = fake.open[2] = true;  // nothing is connected there
+    rig.open();
+    REQUIRE(rig.run([&] { return heater.safe(); }, 10));
+    const auto set = [&](double platen, double other) {
+      rig.act([&](std::int64_t t, Effects& fx) { heater.set({platen, other, -50}, t, fx); });
+      REQUIRE(rig.run([&] { return !heater.busy(); }, 30));
+      return rig.all<Result>().back();
+    };
+    CHECK(set(20, 5).outcome == Outcome::kRefused);
+    CHECK(set(20, -50).outcome == Outcome::kDone);
+    rig.run_for(120.0);
+    REQUIRE(rig.all<Fault>().empty());
+    (way == 0 ? fake.dead : way == 1 ? fake.open : way == 2 ? fake.frozen : fake.stuck_on)[0] = true;
+    fake.frozen_at[0] = fake.celsius[0];
+    REQUIRE(rig.run([&] { return rig.faulted(kTemperature); }, 600));
+    const Fault f = rig.all<Fault>().back();
+    CHECK(f.severity == Severity::kStop);
+    CHECK(f.text.starts_with("heater: platen: "));
+    CHECK_FALSE(heater.keeps_warm());
+    rig.run_for(2.0);
+    CHECK(fake.set_celsius[0] == -50.0);
+  }
+}

@@ -73,7 +73,8 @@ Experiment tiny_lines(std::uint64_t seed) {
   Experiment e = load_experiment(
       kLiveExperiments / "aerosol-meander.toml",
       {"aerosol.job=aerosol-lines.json", "aerosol.layers=3", "grid.nx=250", "grid.ny=80", "run.time_scale=10",
-       "process.scan_speed_mm_s=0.4", "process.max_rescans=4"});  // 5 ms of wall time per row
+       "process.scan_speed_mm_s=0.4", "process.max_rescans=4",  // 5 ms of wall time per row
+       "heater.low_degC=-40"});                                 // warm at once
   e.plant.seed = seed;
   return e;
 }

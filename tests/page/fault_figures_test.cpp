@@ -45,6 +45,14 @@ TEST_CASE("the clearance that is left is told beside the one that is needed") {
   check(6, "path 7 of layer 2: " + scrape(job, map, 0.5), 0.3, 0.5, "mm", keys);
 }
 
+TEST_CASE("a clogged nozzle is told by its pressure, a lost gas by the share that flows") {
+  check(16, "gas: sheath: 130.2 kPa behind the nozzle, gas.most_pressure_kpa = 120.0 kPa: it clogs", 130.2,
+        120.0, "kPa");
+  const std::map<std::string, double> keys{{"gas.lost_share", 0.5}};
+  check(16, "gas: sheath: 4 of 40 sccm flow: bottle, tube, valve?", 0.1, 0.5, "", keys);
+  check(16, "gas: atomizer: 5 of 20 sccm flow after gas.settle_s", 0.25, 0.5, "", keys);
+}
+
 TEST_CASE("a dead nozzle and a leak are told by the share of the rise that was expected") {
   Experiment e;
   e.grid = kTwelve;

@@ -139,3 +139,81 @@ TEST_CASE("A track of constant accelerations is followed exactly, and its way fo
   for (const double s : {0.1, 2.5, 5.0, 9.0, 12.4})
     CHECK(t.travelled_mm(1'000'000 + std::llround(t.time_of_s(s) * 1e6)) == Approx(s).margin(1e-5));
 }
+
+namespace {
+
+/// Ink that passes an open shutter in a second, under a supply of gas that has lasted for 20 s.
+double passed_in_a_second(const AerosolParams& p, const GasSupply& gas, double* width_mm = nullptr) {
+  Deposit d(kPlate, p, 1);
+  const auto along = [](std::int64_t us) {
+    return Deposit::Nozzle{0.5 + kSpeed_mm_s * (double(us) * 1e-6 - 20.0), 1.0, kSpeed_mm_s};
+  };
+  const auto supply = [&](std::int64_t) { return gas; };
+  for (int n = 1; n <= 40; ++n) d.catch_up(n * 500'000, along, supply);
+  d.switch_shutter(true, 20'000'000);
+  d.catch_up(20'900'000, along, supply);
+  const double passed = d.ledger().passed_mm3;
+  if (width_mm) {
+    const HeightMap h = d.surface().cell_means();
+    double area = 0.0, second = 0.0;
+    for (int j = 0; j < kPlate.ny; ++j) {
+      const double n = kPlate.y_mm(j) - 1.0;
+      area += h.at(100, j);
+      second += n * n * h.at(100, j);
+    }
+    *width_mm = std::sqrt(second / area);
+  }
+  return passed;
+}
+
+}  // namespace
+
+TEST_CASE("Ink goes with the atomizer's gas and the open section, and begins with the gas") {
+  AerosolParams p = steady();
+  p.gas = true;
+  const double nominal = passed_in_a_second(p, {1.0, 2.0, 1.0});
+  CHECK(nominal == Approx(0.87 * p.flow_mm3_s).epsilon(0.001));
+  CHECK(passed_in_a_second(p, {0.5, 2.0, 1.0}) == Approx(0.5 * nominal).epsilon(1e-9));
+  CHECK(passed_in_a_second(p, {1.0, 2.0, 0.25}) == Approx(0.25 * nominal).epsilon(1e-9));
+  CHECK(passed_in_a_second(p, {0.0, 2.0, 1.0}) == 0.0);
+
+  Source source(p, 1);
+  source.supply({1.0, 2.0, 1.0});
+  source.step(2'000'000);
+  CHECK(source.flow_share() == Approx(1.0 - std::exp(-1.0)).epsilon(0.001));  // mixed in tube_s = 2 s
+  source.supply({0.0, 2.0, 1.0});
+  source.step(4'000'000);
+  CHECK(source.flow_share() == Approx((1.0 - std::exp(-1.0)) * std::exp(-1.0)).epsilon(0.001));
+}
+
+TEST_CASE("An atomizer's drift counts from its first gas") {
+  AerosolParams p = steady();
+  p.drift = 0.2;
+  p.drift_s = 100.0;
+  Source early(p, 1);
+  p.gas = true;
+  Source late(p, 1);
+  early.step(200'000'000);
+  late.step(200'000'000);
+  CHECK(early.flow_share() == Approx(1.2).epsilon(0.001));
+  CHECK(late.flow_share() == 0.0);
+  late.supply({1.0, 2.0, 1.0});
+  late.step(250'000'000);
+  CHECK(late.flow_share() == Approx(1.1).epsilon(0.01));
+}
+
+TEST_CASE("A line's width goes with sheath by atomizer, and widest is a beam without a sheath") {
+  AerosolParams p = steady();
+  p.gas = true;
+  p.spread = 0.0;
+  double width[4];
+  int n = 0;
+  for (const double ratio : {0.0, 1.0, 2.0, 5.0}) {
+    passed_in_a_second(p, {1.0, ratio, 1.0}, &width[n]);
+    const double beam = 0.25 * p.nozzle_mm * std::sqrt(1.0 - std::sqrt(ratio / (1.0 + ratio)));
+    CHECK(width[n] == Approx(std::sqrt(beam * beam + 0.02 * 0.02 / 12.0)).epsilon(0.02));
+    ++n;
+  }
+  CHECK(width[0] > width[1]);
+  CHECK(width[2] > width[3]);
+}
