@@ -26,7 +26,8 @@ char csv_separator(std::string_view text);
 /// `text` must outlive the names.
 std::optional<std::vector<CsvColumn>> csv_columns(std::string_view text, char separator);
 
-/// True if the first line of a file is numbers: a file without a header, whose columns are x_mm and y_mm.
+/// True if the first line of a file is numbers: a file without a header, whose columns are x_mm, y_mm and, if
+/// there are three, z_mm.
 bool csv_numbers(std::string_view text, char separator);
 
 }  // namespace firn

@@ -71,11 +71,12 @@ class CsvReader {
 
   /// Returns true if the line is a point: a file without a header.
   bool header(std::string_view text) {
-    constexpr std::string_view kPlain = "x_mm,y_mm";
+    constexpr std::string_view kPlain = "x_mm,y_mm", kWithHeight = "x_mm,y_mm,z_mm";
     separator_ = csv_separator(text);
-    const bool numbers = csv_numbers(text, separator_);
-    header_ = numbers ? kPlain : text;
-    const auto columns = csv_columns(header_, numbers ? ',' : separator_);
+    unnamed_ = csv_numbers(text, separator_);
+    const auto separators = std::count(text.begin(), text.end(), separator_);
+    header_ = !unnamed_ ? text : separators == 2 ? kWithHeight : kPlain;
+    const auto columns = csv_columns(header_, unnamed_ ? ',' : separator_);
     if (!columns) {
       std::string shown(text.substr(0, 60));
       std::replace_if(
@@ -83,10 +84,12 @@ class CsvReader {
       fail(fmt::format("the header must be {}, not {}", kCsvHeaders, shown));
     }
     columns_ = *columns;
-    if (numbers && std::count(text.begin(), text.end(), separator_) != 1)
+    if (unnamed_ && separators != 1 && separators != 2)
       fail(
-          fmt::format("a file without a header has two columns, x_mm and y_mm; name these: {}", kCsvHeaders));
-    return numbers;
+          fmt::format("a file without a header has two columns, x_mm and y_mm, or three, with z_mm; name "
+                      "these: {}",
+                      kCsvHeaders));
+    return unnamed_;
   }
 
   double number(std::string_view text, std::string_view column) const {
@@ -123,7 +126,12 @@ class CsvReader {
       path_.place = fmt::format("{}:{}", name_, line_);
       path_.path.z_mm = z_mm.value_or(0.0);
     }
-    if (z_mm && *z_mm != path_.path.z_mm) fail("z changes along a path; it must be constant");
+    if (z_mm && *z_mm != path_.path.z_mm)
+      fail(unnamed_
+               ? fmt::format("the third column of a file without a header is z_mm, which must be constant "
+                             "along a path; if it is something else, name it: {}",
+                             kCsvHeaders)
+               : "z changes along a path; it must be constant");
     if (path_.path.points.size() == kMaxPathPoints)
       fail(fmt::format("more than {} points in one path", kMaxPathPoints));
     path_.path.points.push_back(p);
@@ -176,7 +184,8 @@ class CsvReader {
   std::size_t used_ = 0;  // bytes of the line that was handed out
   int line_ = 0;
   char separator_ = ',';
-  std::string header_;  // holds the names of the columns
+  bool unnamed_ = false;  // no header
+  std::string header_;    // holds the names of the columns
   std::vector<CsvColumn> columns_;
 };
 

@@ -104,10 +104,24 @@ TEST_CASE(
   CHECK(all.speed_limit.point_mm_s[0] == Approx(10.0));
   CHECK(std::isinf(all.speed_limit.point_mm_s[1]));
   CHECK_THAT(csv("x_mm,y_mm,z_mm\n0,0,1\n1,0,2\n"), Contains("job:3: z changes along a path"));
-  CHECK_THAT(csv("1,2,3\n"), Contains("a file without a header has two columns") && Contains("yaw_deg"));
   CHECK_THAT(csv("x_mm,x_mm,y_mm\n1,2,3\n"), Contains("header must be"));
   CHECK_THAT(csv("x_mm,speed_mm_s\n1,2\n"), Contains("header must be"));
   CHECK_THAT(csv("x_mm,y_ell\n1,2\n"), Contains("header must be") && Contains("_in"));
+}
+
+TEST_CASE(
+    "CSV: a third column without a header is z_mm, and one that changes along a path is asked for its name") {
+  const auto paths = paths_of(read_paths_csv, "1;2;30\n3;4;30\n\n5;6;-1.5\n");
+  REQUIRE(paths.size() == 2);
+  CHECK(paths[0].path.points == std::vector<Point2>{{1, 2}, {3, 4}});
+  CHECK(paths[0].path.z_mm == 30.0);
+  CHECK(paths[1].path.z_mm == -1.5);
+  CHECK_THAT(csv("1,2,0\n3,4,90\n"), Contains("job:2") && Contains("third column") && Contains("is z_mm") &&
+                                         Contains("name it") && Contains("yaw_deg") &&
+                                         Contains("speed_mm_s"));
+  CHECK_THAT(csv("1,2,3\n4,5\n"), Contains("job:2: 2 columns"));
+  CHECK_THAT(csv("1,2,3,4\n"),
+             Contains("two columns, x_mm and y_mm, or three, with z_mm") && Contains("yaw_deg"));
 }
 
 TEST_CASE("JSON: yaw_deg is a number for the path or a list with one per point, before or after the points") {
