@@ -111,7 +111,8 @@ void make_steady(IceWorldConfig& c) {
   for (IceLineParams& line : c.line) line.viscosity_b_K = line.coil_gain = line.drift = line.pulsation = 0.0;
   for (IceBeadParams& bead : c.bead) bead.wander_tau_s = 0.01;  // of its range: nothing is left after a pause
   c.disturbance.debris_per_h = 0.0;
-  c.arm.cantilever_hz = 60.0;  // the stiffest and most damped of its range: a swing is over within 30 ms
+  c.arm.servo_hz = 100.0;  // the stiffest and most damped of their ranges: the arm stands where it was sent
+  c.arm.cantilever_hz = 60.0;
   c.arm.cantilever_damping = 0.5;
 }
 

@@ -217,12 +217,14 @@ Served serve_network(const std::string& program, std::deque<VplusNetwork::Event>
   return s;
 }
 
-std::vector<std::string> motions_refused(const std::string& program) {
+/// What the main program does with a request to calibrate: done with an attached arm, and refused.
+std::pair<std::vector<std::string>, std::vector<std::string>> calibrated_by(const std::string& program) {
+  const std::size_t main = program.find(".PROGRAM a.firn"), loop = program.find("\tWHILE TRUE DO", main);
   VplusNetwork network;
-  VplusMachine machine(program, network);
+  VplusMachine machine(program.substr(main, loop - main) + "\tfv.req = 4\n" + program.substr(loop), network);
   machine.provide("fv.table", [](std::vector<VplusMachine::Value>&) {});
   machine.run("a.firn");
-  return machine.refused;
+  return {machine.moved, machine.refused};
 }
 
 }  // namespace
@@ -376,10 +378,7 @@ TEST_CASE("the old V+ program takes a READ for a line and loses those that come 
 }
 
 TEST_CASE("the old V+ program calibrates an arm that it has not attached", "[robot][corrected:robot-arm]") {
-  const auto asked = [](const std::string& program) {
-    const std::size_t main = program.find(".PROGRAM a.firn"), loop = program.find("\tWHILE TRUE DO", main);
-    return program.substr(main, loop - main) + "\tfv.req = 4\n" + program.substr(loop);
-  };
-  CHECK(motions_refused(asked(std::string(kOldMain))) == std::vector<std::string>{"CALIBRATE"});
-  CHECK(motions_refused(asked(todays_program())).empty());
+  const std::vector<std::string> none, once{"CALIBRATE"};
+  CHECK(calibrated_by(std::string(kOldMain)) == std::pair(none, once));
+  CHECK(calibrated_by(todays_program()) == std::pair(once, none));
 }

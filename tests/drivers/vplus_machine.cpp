@@ -339,7 +339,7 @@ void VplusMachine::statement(const std::string& line, Frame& frame) {
   } else if (line == "ATTACH ()") {
     attached_ = selected_;
   } else if (word == "CALIBRATE") {
-    if (!attached_) refused.push_back(line);
+    (attached_ ? moved : refused).push_back(line);
   } else if (word == "ATTACH") {
     network_.iostat = 1;
   } else if (word == "FOPEN") {

@@ -48,8 +48,8 @@ class VplusMachine {
   void run(const std::string& name);
   void set(const std::string& name, Value value) { global_[name] = std::move(value); }
 
-  std::vector<std::string> typed;    ///< by TYPE, as written in the program
-  std::vector<std::string> refused;  ///< motions without an arm
+  std::vector<std::string> typed;           ///< by TYPE, as written in the program
+  std::vector<std::string> moved, refused;  ///< motions of an attached arm; without one
 
  private:
   struct Program {
