@@ -304,6 +304,7 @@ class Server {
   RunSet runs_;
   Answers answers_;
   CommandThread commands_;  // before this thread gives way
+  IdlePlaces idle_;         // goes after io_, whose connections have places in it
   asio::io_context io_{1};
   asio::thread_pool reader_{2};  // goes first: its objects belong to io_
   tcp::acceptor acceptor_;
@@ -312,7 +313,6 @@ class Server {
   std::vector<std::string> own_;
   std::set<std::shared_ptr<Tab>> tabs_;
   std::set<fs::path> troubled_, opening_;
-  IdlePlaces idle_;
   int connections_ = 0;
   std::chrono::steady_clock::time_point last_state_{}, last_rows_{};
 };
