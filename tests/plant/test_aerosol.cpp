@@ -172,7 +172,7 @@ TEST_CASE("Ink goes with the atomizer's gas and the open section, and begins wit
   AerosolParams p = steady();
   p.gas = true;
   const double nominal = passed_in_a_second(p, {1.0, 2.0, 1.0});
-  CHECK(nominal == Approx(0.87 * p.flow_mm3_s).epsilon(0.001));
+  CHECK(nominal == Approx((0.9 - p.open_delay_s - p.tail_s) * p.flow_mm3_s).epsilon(0.001));
   CHECK(passed_in_a_second(p, {0.5, 2.0, 1.0}) == Approx(0.5 * nominal).epsilon(1e-9));
   CHECK(passed_in_a_second(p, {1.0, 2.0, 0.25}) == Approx(0.25 * nominal).epsilon(1e-9));
   CHECK(passed_in_a_second(p, {0.0, 2.0, 1.0}) == 0.0);

@@ -25,18 +25,17 @@ struct GasLab : NodeBench {
       : NodeBench(NodeId::kGas, std::make_unique<GasNode>(Experiment{})), twin(plant::Port::kGas, {}, wires) {
     start();
     open();
-    lease(1);
   }
   void open() {
     link(0, LinkState::kOpen);
     twin.link().connect(now.us);
     run_until([this] { return state() == DeviceState::kSafe; });
   }
-  void lease(std::int64_t epoch, double seconds = 1000.0) {
+  void lease() {
     enable_t m{};
     m.enable_epoch = epoch;
     m.enabled = 1;
-    m.lease_s = seconds;
+    m.lease_s = 0.3;
     give(channels::kEnable, m);
   }
   DeviceState state() const {
@@ -50,6 +49,7 @@ struct GasLab : NodeBench {
       const std::vector<std::byte> bytes = std::exchange(written, {});
       if (!bytes.empty()) twin.take(bytes, now.us);
       now.us += 1000;
+      if (leased && now.us % 50'000 == 0) lease();
       for (auto timer = host.next_timer(); timer && timer->at <= now; timer = host.next_timer()) wake();
       while (twin.link().next_send_us() <= now.us) {
         const std::string said = twin.link().pop_send().bytes;
@@ -62,11 +62,11 @@ struct GasLab : NodeBench {
     const std::int64_t end_us = now.us + std::int64_t(s * 1e6);
     run_until([&] { return now.us >= end_us; }, s + 1.0);
   }
-  answer_t set(double atomizer, double sheath, std::int64_t epoch = 1) {
+  answer_t set(double atomizer, double sheath, std::int64_t of_epoch = 1) {
     const std::size_t before = all(channels::answer(NodeId::kGas)).size();
     gas_command_t c{};
     c.command_id = ++command;
-    c.enable_epoch = epoch;
+    c.enable_epoch = of_epoch;
     c.verb = std::int8_t(GasVerb::kSet);
     c.atomizer_sccm = atomizer;
     c.sheath_sccm = sheath;
@@ -77,7 +77,8 @@ struct GasLab : NodeBench {
 
   NoGasWires wires;
   plant::GasTwin twin;
-  std::int64_t command = 0;
+  std::int64_t command = 0, epoch = 1;
+  bool leased = true;
 };
 
 }  // namespace
@@ -104,7 +105,8 @@ TEST_CASE("The gas node answers done when both flows are there, and its readings
 
 TEST_CASE("A gas command of an older epoch, beyond a cap or without a sheath is refused and sends nothing") {
   GasLab lab;
-  lab.lease(2);
+  lab.epoch = 2;
+  lab.run_for(0.1);
   for (const auto& [atomizer, sheath, epoch, why] : {std::tuple{20.0, 40.0, std::int64_t(1), "epoch"},
                                                      {101.0, 40.0, std::int64_t(2), "outside"},
                                                      {20.0, 0.0, std::int64_t(2), "without a sheath"}}) {
@@ -121,9 +123,9 @@ TEST_CASE("A safe stop, a lost lease and a local stop end the ink's gas and leav
   for (const int way : {0, 1, 2}) {
     CAPTURE(way);
     GasLab lab;
-    if (way == 1) lab.lease(1, 5.0);
     REQUIRE(Outcome(lab.set(20.0, 40.0).outcome) == Outcome::kDone);
     REQUIRE(lab.state() == DeviceState::kActive);
+    lab.leased = false;
     if (way == 0) {
       safe_stop_t stop{};
       stop.enable_epoch = 2;
