@@ -31,6 +31,9 @@ struct AerosolPlantConfig {
   double overspray = 0.05;
   double halo = 4.0;
   double clog_per_h = 0.02;
+  double optical_depth_mm = 0.002;
+  double camera_dx_mm = 0.0, camera_dy_mm = 0.0;
+  double camera_turn_deg = 0.0;
 };
 inline constexpr OptionTable kAerosolPlant{
     Option{"flow", &AerosolPlantConfig::flow, "", within(0.2, 3),
@@ -57,6 +60,13 @@ inline constexpr OptionTable kAerosolPlant{
     Option{"halo", &AerosolPlantConfig::halo, "", within(1.5, 10), "width of the halo in widths of the line"},
     Option{"clog_per_h", &AerosolPlantConfig::clog_per_h, "1/h", within(0, 5),
            "share of the nozzle's section that closes while ink flows"},
+    Option{"optical_depth_mm", &AerosolPlantConfig::optical_depth_mm, "mm", above(0, 1),
+           "true thickness of dry ink that lets 1/e of the camera's light through"},
+    Option{"camera_dx_mm", &AerosolPlantConfig::camera_dx_mm, "mm", within(-1, 1),
+           "true place of the camera beyond aerosol.camera_x_mm"},
+    Option{"camera_dy_mm", &AerosolPlantConfig::camera_dy_mm, "mm", within(-1, 1), "the same along y"},
+    Option{"camera_turn_deg", &AerosolPlantConfig::camera_turn_deg, "deg", within(-5, 5),
+           "of the camera about its axis"},
 };
 
 }  // namespace firn

@@ -13,6 +13,7 @@ constexpr std::string_view kKeys[] = {"run.",
                                       "aerosol.",
                                       "stage.",
                                       "laser_profiler.",
+                                      "camera.",
                                       "control.scheme",
                                       "control.smf.kp",
                                       "control.smf.ki_star",
@@ -33,19 +34,32 @@ constexpr std::string_view kKeys[] = {"run.",
                                       "plant.sensor_noise_mm",
                                       "plant.dropout_fraction",
                                       "plant.aerosol.",
+                                      "plant.camera.um_per_px",
+                                      "plant.camera.width_px",
+                                      "plant.camera.height_px",
+                                      "plant.camera.blur_px",
+                                      "plant.camera.noise",
+                                      "plant.camera.light",
+                                      "plant.camera.uneven",
+                                      "plant.camera.dirt",
                                       "gas.",
                                       "heater.",
                                       "devices.stage.",
                                       "devices.laser_profiler.",
                                       "devices.gas.",
+                                      "devices.camera.",
                                       "devices.heater."};
 constexpr std::string_view kWithout[] = {"heater.tip_degC", "heater.window_degC", "heater.conduit_degC"};
 
 bool has_gas(const Experiment& e) { return on(e.gas.use); }
+bool has_camera(const Experiment& e) { return on(e.camera.use); }
 bool has_platen_heater(const Experiment& e) { return e.heater.platen_degC > drivers::kHeaterOff_degC; }
 
-constexpr LabProcess kProcesses[] = {
-    {"stage"}, {"laser_profiler"}, {"gas", &has_gas}, {"heater", &has_platen_heater}};
+constexpr LabProcess kProcesses[] = {{"stage"},
+                                     {"laser_profiler"},
+                                     {"gas", &has_gas},
+                                     {"heater", &has_platen_heater},
+                                     {"camera", &has_camera}};
 constexpr std::string_view kCoupled[] = {"stage", "laser_profiler"};
 
 struct LineScheme {
@@ -88,6 +102,8 @@ void check_aerosol(Rules& r) {
             {"grid.pitch_x_mm", "grid.pitch_y_mm", "aerosol.line_width_mm"},
             "must be at most half of aerosol.line_width_mm = " + r.value("aerosol.line_width_mm") +
                 ", so that the map shows a line's width");
+  r.require(e.aerosol.width_by == control::WidthActuator::kNone || on(e.camera.use),
+            {"aerosol.width_by", "camera.use"}, "needs camera.use = \"on\", which sees the lines' width");
   r.require(control::kSmfKp.range.holds(e.control.smf.kp) && e.control.smf.output_limit < 1.0,
             {"control.smf.output_limit", "lab.kind"},
             "must be below 1 where lab.kind = " + r.value("lab.kind"));

@@ -25,6 +25,9 @@ struct AerosolParams {
   double nozzle_mm = 0.28, focusing_ratio = 2.0;
   double spread = 0.05;  ///< growth of sigma^2 per wet cross-section
   double overspray = 0.0, halo = 4.0;
+  double optical_depth_mm = 0.002;               ///< of dry ink, as the camera sees it
+  double camera_x_mm = 30.0, camera_y_mm = 0.0;  ///< true place of the camera's middle, from the nozzle
+  double camera_turn = 0.0;                      ///< about its axis [rad]
   bool gas = false;  ///< the atomizer's gas comes from a controller: none flows at first
 };
 

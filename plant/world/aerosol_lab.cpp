@@ -8,10 +8,13 @@
 #include <stdexcept>
 #include <vector>
 
+#include "core/grid/random.h"
 #include "plant/aerosol/deposit.h"
+#include "plant/aerosol/line_picture.h"
 #include "plant/config/range.h"
 #include "plant/ice/heat.h"
 #include "plant/inkjet/sensor.h"
+#include "plant/twins/camera.h"
 #include "plant/twins/heater.h"
 #include "plant/twins/laser_profiler.h"
 #include "plant/twins/stage.h"
@@ -20,9 +23,44 @@
 namespace firn::plant {
 namespace {
 
-constexpr std::array kAerosolPorts{kStagePort, kProfilerPort, kGasPort, kHeaterPort};
+constexpr std::array kAerosolPorts{kStagePort, kProfilerPort, kGasPort, kHeaterPort, kCameraPort};
 constexpr double kHottest_degC = 150.0, kRoom_degC = 22.0;
 constexpr double kMostFocused = 100.0, kLeast_sccm = 1e-3;
+
+// Bilinear between the fine cells' middles; 0 beside the field.
+double thickness_at(const Field& f, double x_mm, double y_mm) {
+  const double u = (x_mm - f.left_mm()) / f.dx_mm() - 0.5, v = (y_mm - f.bottom_mm()) / f.dy_mm() - 0.5;
+  if (!(u >= 0.0 && v >= 0.0 && u < f.width() - 1.0 && v < f.height() - 1.0)) return 0.0;
+  const int a = int(u), b = int(v);
+  const auto at = [&](int i, int j) {
+    return f.surface_mm(std::size_t(j) * std::size_t(f.width()) + std::size_t(i));
+  };
+  const double s = u - a, t = v - b;
+  return (1 - t) * ((1 - s) * at(a, b) + s * at(a + 1, b)) +
+         t * ((1 - s) * at(a, b + 1) + s * at(a + 1, b + 1));
+}
+
+// The gain scales the light; the exposure does not, since the lamp flashes.
+LineCamera line_camera(const WorldConfig& config, const AerosolParams& p, const Exposure& exposure) {
+  const StrobeParams& s = config.strobe;
+  LineCamera c;
+  c.width = s.width_px;
+  c.height = s.height_px;
+  c.um_per_px = s.um_per_px;
+  c.turn = p.camera_turn;
+  c.blur_px = s.blur_px;
+  c.light = s.light * std::pow(10.0, exposure.gain_db / 20);
+  c.slope_x = 0.5 * s.uneven;
+  c.vignette = s.uneven;
+  c.flicker = 0.005;
+  c.read_noise = c.shot_noise = s.noise;
+  c.optical_depth_mm = p.optical_depth_mm;
+  RandomStream random(config.seed, Purpose::kDisturbance, 12);
+  for (int k = 0; k < s.dirt; ++k)
+    c.dirt.push_back({random.uniform(0, c.width), random.uniform(0, c.height), random.uniform(1, 5),
+                      random.uniform(0.05, 0.5), random.uniform(0.5, 3)});
+  return c;
+}
 
 const AerosolWorldConfig& own_of(const WorldConfig& c) {
   return std::any_cast<const AerosolWorldConfig&>(c.own);
@@ -51,8 +89,9 @@ class AerosolLab final : public WorldLab, private Wires, private HeaterWires {
         gas_(Port::kGas, own_of(c).gas, *this),
         heat_(platen()),
         heater_(*this, kHottest_degC),
+        camera_({}, [this](const Exposure& e) { return picture(e); }),
         line_(std::size_t(c.profiler.points)) {
-    twins = {&stage_, &profiler_, &gas_, &heater_};
+    twins = {&stage_, &profiler_, &gas_, &heater_, &camera_};
   }
 
   std::uint32_t milestones() const override { return layers_; }
@@ -123,6 +162,18 @@ class AerosolLab final : public WorldLab, private Wires, private HeaterWires {
     write(RecordKind::kScanTrigger, ScanRecord{t_us, y_mm, profiler_.triggers(), encoder});
   }
 
+  TakenPicture picture(const Exposure& e) {
+    catch_up(e.t_us);
+    const AerosolParams& p = params_of(config);
+    LineCamera c = line_camera(config, p, e);
+    const Vec3 at = stage_.device().position_mm(e.t_us);
+    c.x_mm = at[0] + p.camera_x_mm;
+    c.y_mm = at[1] + p.camera_y_mm;
+    return render_lines(
+        c, [this](double x_mm, double y_mm) { return thickness_at(deposit_.surface(), x_mm, y_mm); },
+        config.seed, e.number);
+  }
+
   // The output rests where the shutter is closed.
   void output_off(std::int64_t t_us) {
     if (deposit_.source().commanded_open() && !stage_.device().shutter_jammed())
@@ -155,6 +206,7 @@ class AerosolLab final : public WorldLab, private Wires, private HeaterWires {
   GasTwin gas_;
   Heat heat_;
   HeaterTwin heater_;
+  CameraTwin camera_;
   std::vector<double> line_;
   std::uint32_t layers_ = 0, scans_ = 0;
   std::int64_t switches_ = 0;

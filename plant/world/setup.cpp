@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <numbers>
 #include <stdexcept>
 
 #include "config/machine.h"
@@ -129,6 +130,10 @@ void set_up_aerosol(const Experiment& e, WorldConfig& c) {
   a.focusing_ratio = p.focusing_ratio;
   a.overspray = p.overspray;
   a.halo = p.halo;
+  a.optical_depth_mm = p.optical_depth_mm;
+  a.camera_x_mm = e.aerosol.camera_x_mm + p.camera_dx_mm;
+  a.camera_y_mm = e.aerosol.camera_y_mm + p.camera_dy_mm;
+  a.camera_turn = p.camera_turn_deg * std::numbers::pi / 180.0;
   a.gas = on(e.gas.use);
   AerosolWorldConfig own{a, {}, e.gas.atomizer_sccm, e.gas.sheath_sccm};
   own.gas.units = e.gas.atomizer_unit + e.gas.sheath_unit;  // they are set up as the lab file says

@@ -13,10 +13,29 @@ constexpr int kSettled = 3;   // the first layer whose ends follow two that were
 constexpr double kGap = 0.3;  // of the nominal section
 constexpr double kLineEndClearance_mm = 0.5;
 
+// Means over the cells of a smooth surface that is given at their middles, to second order: the true surface
+// has such means.
+HeightMap cell_means_of(const HeightMap& surface) {
+  HeightMap means = surface;
+  for (int j = 1; j + 1 < surface.spec.ny; ++j)
+    for (int i = 1; i + 1 < surface.spec.nx; ++i)
+      means.at(i, j) += (surface.at(i - 1, j) + surface.at(i + 1, j) + surface.at(i, j - 1) +
+                         surface.at(i, j + 1) - 4.0 * surface.at(i, j)) /
+                        24.0;
+  return means;
+}
+
+// The light that the ink takes, in place of heights [Beer and Lambert].
+HeightMap contrast_of(HeightMap surface, double optical_depth_mm) {
+  for (double& h : surface.cells) h = h > 0.0 ? 1.0 - std::exp(-h / optical_depth_mm) : 0.0;
+  return surface;
+}
+
 }  // namespace
 
 LineJudge::LineJudge(const Experiment& e, const Blobs& inputs)
     : width_mm_(e.aerosol.line_width_mm),
+      optical_depth_mm_(e.plant.aerosol.optical_depth_mm),
       target_(height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target")),
       before_(e.grid, 0.0),
       newest_(e.grid, 0.0),
@@ -42,10 +61,19 @@ void LineJudge::take(int layer, const HeightMap& surface) {
 
 LineTruth LineJudge::result() const {
   LineTruth t;
-  double overspray = 0.0;
+  double overspray = 0.0, visible = 0.0;
+  int looks = 0;
+  const HeightMap seen = contrast_of(newest_, optical_depth_mm_),
+                  wanted = contrast_of(cell_means_of(target_), optical_depth_mm_);
   for (const LineStation& s : stations_) {
     const auto line = vision::measure_line(newest_, s, {}), nominal = vision::measure_line(target_, s, {});
     if (!line || !nominal) continue;
+    const auto look = vision::measure_line(seen, s, {}), look_nominal = vision::measure_line(wanted, s, {});
+    if (look && look_nominal && std::isfinite(look->width_mm)) {
+      const double off = look->width_mm - look_nominal->width_mm;
+      visible += off * off;
+      ++looks;
+    }
     const double section = line->area_mm2 / nominal->area_mm2 - 1.0;
     if (section + 1.0 < kGap) t.gaps += 1.0;
     if (std::isnan(line->width_mm)) continue;
@@ -69,6 +97,7 @@ LineTruth LineJudge::result() const {
   t.width_mean_mm /= n;
   t.offset_rms_mm = std::sqrt(t.offset_rms_mm / n);
   t.overspray = overspray / n;
+  t.visible_rms_mm = std::sqrt(visible / std::max(1, looks));
   t.worst_start_mm = worst_start_mm_;
   t.worst_end_mm = worst_end_mm_;
   return t;

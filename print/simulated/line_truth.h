@@ -16,7 +16,9 @@ struct LineTruth {
   double section_rms = 0.0, section_mean = 0.0, section_std = 0.0;  ///< relative
   double height_rms = 0.0;                                          ///< relative
   double width_rms_mm = 0.0, width_mean_mm = 0.0;                   ///< mean: of the line's width
-  double offset_rms_mm = 0.0;                                       ///< of the middle from the wanted line
+  /// As the camera would see it without blur: full width at half contrast, about the nominal surface's.
+  double visible_rms_mm = 0.0;
+  double offset_rms_mm = 0.0;  ///< of the middle from the wanted line
   double overspray = 0.0;
   double worst_start_mm = 0.0, worst_end_mm = 0.0;  ///< largest absolute value of any free end
   double gaps = 0.0;                                ///< stations with less than 0.3 of the nominal section
@@ -32,7 +34,7 @@ class LineJudge {
  private:
   std::vector<LineStation> stations_;
   std::vector<LineEnd> ends_;
-  double width_mm_;
+  double width_mm_, optical_depth_mm_;
   HeightMap target_, before_, newest_;
   int layer_ = 0, wanted_layers_;
   double worst_start_mm_ = 0.0, worst_end_mm_ = 0.0;

@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "config/aerosol_lab.h"
+#include "core/control/lines/visible_width.h"
+#include "core/grid/png.h"
 #include "core/vision/lines.h"
 #include "firn/enums.h"
 #include "firn/fault_t.hpp"
@@ -15,6 +17,9 @@
 namespace firn {
 namespace {
 
+constexpr double kUmPerMm = 1e3;
+constexpr double kWidthPerSigma = 2.3548;  // full width of a Gauss curve at half height
+constexpr std::size_t kBarePictures = 9;   // whose median is the light
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr LineReading kUnread{kNone, kNone, kNone, kNone, kNone};
 
@@ -32,6 +37,14 @@ std::vector<LineReading> read_lines(const HeightMap& picture, const std::vector<
   return readings;
 }
 
+vision::Frame frame_of(const camera_frame_t& m) {
+  const GreyPicture grey = read_grey_png(std::as_bytes(std::span(m.png)));
+  if (grey.width != m.width || grey.height != m.height) throw PngError("is not as large as the message says");
+  vision::Frame f{grey.width, grey.height, m.white, std::vector<std::uint16_t>(grey.pixels.size())};
+  std::ranges::transform(grey.pixels, f.pixels.begin(), [](double v) { return std::uint16_t(v); });
+  return f;
+}
+
 }  // namespace
 
 LineControllerNode::LineControllerNode(const Experiment& e, const Machine& machine, PrintJob job)
@@ -41,6 +54,66 @@ LineControllerNode::LineControllerNode(const Experiment& e, const Machine& machi
       width_mm_(e.aerosol.line_width_mm) {
   subscribe(channels::kHeightMap, this);
   subscribe(channels::kOperatorCommand, this);
+  if (!firn::on(e.camera.use)) return;
+  subscribe(channels::kCameraFrame, this);
+  looks_.resize(controller_.stations().size());
+}
+
+void LineControllerNode::on(const camera_frame_t& m, Time, Outbox& out) {
+  const std::vector<LineStation>& stations = controller_.stations();
+  if (m.sweep_id < 1 || m.sweep_id > std::int64_t(stations.size())) return;
+  vision::Frame frame;
+  try {
+    frame = frame_of(m);
+  } catch (const PngError& error) {
+    return out.warn("CAMERA_FRAME of line station " + std::to_string(m.sweep_id) + " " + error.what());
+  }
+  if (m.layer == 0) {
+    if (bare_pictures_.size() < kBarePictures) bare_pictures_.push_back(std::move(frame));
+    return;
+  }
+  if (flat_.pixels.empty() && !bare_pictures_.empty()) {
+    std::vector<const vision::Frame*> bare;
+    for (const vision::Frame& f : bare_pictures_) bare.push_back(&f);
+    flat_ = vision::flat_field(bare);
+    bare_pictures_.clear();
+  }
+  if (m.layer != looked_layer_) looks_.assign(stations.size(), {});
+  looked_layer_ = m.layer;
+  const AerosolLabConfig& c = changes_.experiment().aerosol;
+  const double per_px = c.camera_um_per_px / kUmPerMm;
+  const auto k = std::size_t(m.sweep_id - 1);
+  const LineStation& s = stations[k];
+  vision::LineView view;
+  view.middle = {0.5 * (m.width - 1), 0.5 * (m.height - 1)};
+  view.direction = {s.direction.x_mm, -s.direction.y_mm};
+  view.length_px = (s.to_mm - s.from_mm) / per_px;
+  view.width_px = width_mm_ / per_px;
+  view.window_px = std::min(vision::LineLook{}.half_window_mm * 2.0, 0.5 * s.room_mm) / per_px;
+  vision::LinePictureOptions options;
+  options.blur_px = c.camera_blur_px;
+  looks_[k] = vision::measure_line_picture(frame, flat_.pixels.empty() ? nullptr : &flat_, view, options);
+}
+
+// The width of the picture stands for the section that looks so wide, where the width is what is steered.
+void LineControllerNode::add_looks(line_plan_t& plan, std::vector<LineReading>& total) const {
+  const AerosolLabConfig& c = changes_.experiment().aerosol;
+  const double mm = c.camera_um_per_px / kUmPerMm;
+  const bool steers = c.width_by == control::WidthActuator::kSpeed;
+  const control::VisibleWidth visible(width_mm_ / kWidthPerSigma, c.optical_depth_mm);
+  plan.looks = std::int32_t(looks_.size());
+  for (std::size_t s = 0; s < looks_.size(); ++s) {
+    const vision::LinePictureReading& l = looks_[s];
+    double gap_px = 0.0;
+    for (const vision::LineGap& g : l.gaps) gap_px += g.to_px - g.from_px;
+    const bool seen = l.seen && plan.layer - 1 == looked_layer_;
+    plan.seen_width_mm.push_back(float(seen ? l.width_px * mm : kNone));
+    plan.seen_width_std_mm.push_back(float(seen ? l.width_std_px * mm : kNone));
+    plan.seen_offset_mm.push_back(float(seen ? 0.5 * (l.left_px + l.right_px) * mm : kNone));
+    plan.seen_overspray.push_back(float(seen ? std::clamp(l.overspray, -1.0, 1.0) : kNone));
+    plan.seen_gap_mm.push_back(float(seen ? gap_px * mm : kNone));
+    if (steers) total[s].area_mm2 = seen ? visible.section_mm2(l.width_px * mm) : kNone;
+  }
 }
 
 control::LineDecision LineControllerNode::decide(const height_map_t& m, line_plan_t& plan) {
@@ -85,6 +158,7 @@ control::LineDecision LineControllerNode::decide(const height_map_t& m, line_pla
     plan.offset_mm.push_back(float(total.offset_mm));
     plan.overspray.push_back(float(std::clamp(total.overspray, -1.0, 1.0)));
   }
+  add_looks(plan, measured.total);
   return controller_.decide(measured);
 }
 

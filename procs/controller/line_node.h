@@ -1,4 +1,5 @@
-// LineControllerNode decides the way of each layer of lines: HEIGHT_MAP, OPERATOR_COMMAND -> LINE_PLAN.
+// LineControllerNode decides the way of each layer of lines: HEIGHT_MAP, CAMERA_FRAME, OPERATOR_COMMAND ->
+// LINE_PLAN.
 #pragma once
 
 #include <memory>
@@ -8,6 +9,8 @@
 #include "config/machine.h"
 #include "core/control/lines/line_controller.h"
 #include "core/grid/grid.h"
+#include "core/vision/line_picture.h"
+#include "firn/camera_frame_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/line_plan_t.hpp"
 #include "firn/operator_command_t.hpp"
@@ -16,16 +19,20 @@
 namespace firn {
 
 /// Reads the lines in the map and in its difference to the map of the layer before, and asks LineController.
+/// With a camera, the picture k of a layer shows station k - 1, and arrives before the map; those of layer 0
+/// show the bare substrate and give the light.
 class LineControllerNode final : public Node {
  public:
   /// @throws std::invalid_argument: a job that the machine cannot print
   LineControllerNode(const Experiment& experiment, const Machine& machine, PrintJob job);
 
   void on(const height_map_t&, Time now, Outbox&);
+  void on(const camera_frame_t&, Time now, Outbox&);
   void on(const operator_command_t&, Time now, Outbox&);
 
  private:
   control::LineDecision decide(const height_map_t& map, line_plan_t& plan);
+  void add_looks(line_plan_t& plan, std::vector<LineReading>& total) const;
 
   Changes changes_;
   control::LineController controller_;
@@ -35,6 +42,10 @@ class LineControllerNode final : public Node {
   HeightMap before_, newest_;  ///< of the layer before, and of this one
   std::int32_t newest_layer_ = 0;
   std::int64_t paths_ = 0;
+  std::vector<vision::Frame> bare_pictures_;
+  vision::Frame flat_;
+  std::int32_t looked_layer_ = 0;
+  std::vector<vision::LinePictureReading> looks_;  ///< of that layer, by station; not seen where none came
 };
 
 }  // namespace firn

@@ -5,12 +5,14 @@
 #include <limits>
 #include <utility>
 
+#include "firn/camera_command_t.hpp"
 #include "firn/path_report_t.hpp"
 #include "lcmtypes/convert.h"
 
 namespace firn {
 namespace {
 
+constexpr double kPicture_s = 1.0;  // longest time of one picture
 constexpr double kStandsOut = 8.0;  // standard deviations of a cell
 
 // A run past an end is nearer.
@@ -33,11 +35,12 @@ Mask away_from(const HeightMap& target, double clear_mm) {
 
 }  // namespace
 
-LineLoop::LineLoop(const Experiment& experiment, HeightMap target, Mask mask)
+LineLoop::LineLoop(const Experiment& experiment, HeightMap target, Mask mask, const PrintJob& job)
     : ScanLoop(experiment, Phase::kRunPath, std::move(target), std::move(mask)),
       beside_(away_from(this->target(), experiment.process.beside_mm)) {
   subscribe(channels::kLinePlan, this);
   if (heats()) subscribe(channels::kTemperature, this);
+  if (firn::on(experiment.camera.use)) stations_ = line_stations(job, experiment.aerosol.station_mm);
 }
 
 std::string LineLoop::doubt() const {
@@ -53,6 +56,8 @@ void LineLoop::supplied(Time now, Outbox& out) {
     case Phase::kEndScan:
     case Phase::kGasOff:
       return scan_again(now, out);
+    case Phase::kPictures:
+      return proceed(Phase::kToCamera, now, out);
     case Phase::kRunPath:
       // Nothing of it was begun: the same way is safe.
       if (!act_answer_ || Outcome(act_answer_->outcome) == Outcome::kNone) {
@@ -68,14 +73,25 @@ void LineLoop::supplied(Time now, Outbox& out) {
 
 void LineLoop::proceed(Phase next, Time now, Outbox& out) {
   count_phase_time(now);
+  if (next == Phase::kArmProfiler && look_due()) next = Phase::kToCamera;
   phase_ = next;
   if (next == Phase::kArmProfiler && holds("before the scan of layer " + std::to_string(layers_done_), out))
     return;
   if (enter_supply(next, now, out) || enter_scan(next, now, out)) return;
+  if (next == Phase::kToCamera) send_to_station(now, out);
+  if (next == Phase::kPictures) send_picture(now, out);
   if (next == Phase::kRunPath) send_way(now, out);
 }
 
 void LineLoop::answered(const answer_t&, Time now, Outbox& out) {
+  if (phase_ == Phase::kToCamera) return proceed(Phase::kPictures, now, out);
+  if (phase_ == Phase::kPictures) {
+    if (++look_ == stations_.size()) {
+      look_ = 0;
+      looked_layer_ = layers_done_;
+    }
+    return proceed(look_ > 0 ? Phase::kToCamera : Phase::kArmProfiler, now, out);
+  }
   if (supply_answered(now, out) || scan_answered(now, out) || phase_ != Phase::kRunPath) return;
   settle(out);
   proceed(Phase::kArmProfiler, now, out);
@@ -218,6 +234,30 @@ void LineLoop::send_way(Time now, Outbox& out) {
   constexpr double kUpload_s = 30.0;  // of thousands of numbers, one by one
   stamp(c, NodeId::kStage, way_.duration_s + kUpload_s, now, out);
   out.send(channels::kStageCommand, c);
+}
+
+bool LineLoop::look_due() const { return !stations_.empty() && looked_layer_ != layers_done_; }
+
+void LineLoop::send_to_station(Time now, Outbox& out) {
+  const LineStation& s = stations_[look_];
+  stage_command_t c{};
+  c.verb = std::int8_t(StageVerb::kMove);
+  c.x_mm = s.at.x_mm - experiment().aerosol.camera_x_mm;
+  c.y_mm = s.at.y_mm - experiment().aerosol.camera_y_mm;
+  c.z_mm = experiment().process.nozzle_gap_mm;
+  c.speed_mm_s = experiment().process.pass_speed_mm_s;
+  stamp(c, NodeId::kStage, 10.0, now, out);
+  out.send(channels::kStageCommand, c);
+}
+
+void LineLoop::send_picture(Time now, Outbox& out) {
+  camera_command_t c{};
+  c.verb = std::int8_t(CameraVerb::kSweep);
+  c.sweep_id = std::int64_t(look_) + 1;
+  c.frames = 1;
+  c.gain_db = experiment().camera.gain_db;
+  stamp(c, NodeId::kCamera, kPicture_s + experiment().camera.exposure_us * 1e-6, now, out);
+  out.send(channels::kCameraCommand, c);
 }
 
 void LineLoop::publish_metrics(const height_map_t& map, Time now, Outbox& out) {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/grid/grid.h"
+#include "core/path/line_stations.h"
 #include "firn/line_plan_t.hpp"
 #include "firn/temperature_t.hpp"
 #include "procs/scheduler/scan_loop.h"
@@ -14,10 +15,11 @@
 namespace firn {
 
 /// Coordinates one print of lines: platen, gas, then scan, ask for a way, follow it with the shutter, scan
-/// again. A way that was begun is never followed again: the next map says what lies there.
+/// again. A way that was begun is never followed again: the next map says what lies there. A camera takes a
+/// picture of each station before each scan.
 class LineLoop final : public ScanLoop {
  public:
-  LineLoop(const Experiment& experiment, HeightMap target, Mask mask);
+  LineLoop(const Experiment& experiment, HeightMap target, Mask mask, const PrintJob& job);
 
   using ScanLoop::on;
   void on(const line_plan_t&, Time now, Outbox&);
@@ -61,6 +63,10 @@ class LineLoop final : public ScanLoop {
   void settle(Outbox&);
   void publish_metrics(const height_map_t&, Time now, Outbox&);
   void send_way(Time now, Outbox&);
+  /// The camera has a picture of each station to take before the scan of this layer.
+  bool look_due() const;
+  void send_to_station(Time now, Outbox&);
+  void send_picture(Time now, Outbox&);
 
   Mask beside_;                ///< away from all lines
   HeightMap newest_, before_;  ///< the last map, and that of the layer before
@@ -75,6 +81,9 @@ class LineLoop final : public ScanLoop {
   Phase after_supply_ = Phase::kHoming;
   std::optional<Time> gas_since_;  ///< both flows were there; nothing: since no time of this incarnation
   std::optional<temperature_t> temperature_;
+  std::vector<LineStation> stations_;  ///< that the camera walks
+  std::size_t look_ = 0;               ///< the next one
+  int looked_layer_ = -1;              ///< all pictures of it are taken
 };
 
 }  // namespace firn

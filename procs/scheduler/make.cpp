@@ -26,7 +26,8 @@ std::unique_ptr<Node> path_loop(const Experiment& e, const Blobs& blobs) {
 
 std::unique_ptr<Node> line_loop(const Experiment& e, const Blobs& blobs) {
   return std::make_unique<LineLoop>(e, height_map_from_npy(blob(blobs, "target").bytes, e.grid, "target"),
-                                    mask_from_npy(blob(blobs, "mask").bytes, e.grid, "mask"));
+                                    mask_from_npy(blob(blobs, "mask").bytes, e.grid, "mask"),
+                                    decode_job(blob(blobs, "job").bytes));
 }
 
 struct LabLoop {

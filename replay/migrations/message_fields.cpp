@@ -108,6 +108,12 @@ void NewFields::set_text(std::string_view path, std::string_view text) {
   given_.insert_or_assign(f.path, std::move(bytes));
 }
 
+void NewFields::set_empty(std::string_view path) {
+  if (field(path).dimensions.empty())
+    throw std::invalid_argument(type_.name + "." + std::string(path) + " is no array");
+  given_[std::string(path)] = {};
+}
+
 std::vector<std::byte> NewFields::encode(const MessageFields& old) const {
   std::vector<std::byte> message;
   append_integer(message, type_.fingerprint, 8);

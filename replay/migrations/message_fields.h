@@ -49,6 +49,8 @@ class NewFields {
   void set_number(std::string_view path, double value);
   /// Sets an array of int8_t; the member that counts its elements must be set too.
   void set(std::string_view path, std::span<const std::int8_t> values);
+  /// Sets an array without elements; the member that counts them must be set to 0.
+  void set_empty(std::string_view path);
   /// Sets a text.
   void set_text(std::string_view path, std::string_view text);
   /// Returns the encoded message.

@@ -67,6 +67,14 @@ void fill_profiler_command(const MessageFields& old, const MessageFields*, NewFi
   now.set_number("shift_x_mm", 0.0);
 }
 
+// There was no camera over the lines.
+void fill_line_plan(const MessageFields&, const MessageFields*, NewFields& now) {
+  now.set("looks", 0);
+  for (const char* seen :
+       {"seen_width_mm", "seen_width_std_mm", "seen_offset_mm", "seen_overspray", "seen_gap_mm"})
+    now.set_empty(seen);
+}
+
 constexpr Migration kMigrations[] = {
     {R"(struct profiler_command_t {
           header_t header;
@@ -198,6 +206,41 @@ constexpr Migration kMigrations[] = {
           int32_t layers_expected;
         })",
      fill_layer_metrics},
+    {R"(struct line_plan_t {
+          header_t header;
+          int32_t knots;
+          int32_t switches;
+          int32_t stations;
+          int32_t layer;
+          int32_t attempt;
+          int64_t map_id;
+          int64_t path;
+          int8_t decision;
+          double duration_s;
+          double open_s;
+          double printed_mm;
+          double open_delay_s;
+          double close_delay_s;
+          double flow_share;
+          double start_error_mm;
+          double end_error_mm;
+          string reason;
+          double t_s[knots];
+          double x_mm[knots];
+          double y_mm[knots];
+          double vx_mm_s[knots];
+          double vy_mm_s[knots];
+          double switch_mm[switches];
+          float station_x_mm[stations];
+          float station_y_mm[stations];
+          float speed_mm_s[stations];
+          float area_mm2[stations];
+          float layer_area_mm2[stations];
+          float width_mm[stations];
+          float offset_mm[stations];
+          float overspray[stations];
+        })",
+     fill_line_plan},
 };
 
 constexpr RetiredChannel kRetired[] = {

@@ -1,5 +1,6 @@
 // A print of lines in the aerosol lab, in process.
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <filesystem>
 
 #include "config/include.h"
@@ -76,4 +77,48 @@ TEST_CASE("An open loop never changes its way", "[line]") {
   REQUIRE(plans.size() == 4);
   CHECK(plans[1].switch_mm == plans[0].switch_mm);
   CHECK(plans[2].x_mm == plans[0].x_mm);
+}
+
+TEST_CASE("The camera walks the lines after each layer: width, middle and overspray of every station",
+          "[line]") {
+  std::vector<line_plan_t> plans;
+  const std::vector<std::string> two{"aerosol.job=aerosol-lines.json", "aerosol.layers=2", "grid.nx=250",
+                                     "grid.ny=80", "camera.use=on"};
+  const MemoryPrintReport r = printed(meander(two), &plans);
+  INFO(r.result.reason);
+  REQUIRE(r.result.status == 0);
+  REQUIRE(plans.size() == 3);
+  CHECK(plans[0].looks == plans[0].stations);
+  for (const line_plan_t& p : {plans[1], plans[2]}) {
+    int seen = 0;
+    for (int s = 0; s < p.looks; ++s) {
+      if (std::isnan(p.seen_width_mm[std::size_t(s)])) continue;
+      ++seen;
+      // Ink looks wider than it is at half height, the more the thicker it is.
+      CHECK(p.seen_width_mm[std::size_t(s)] > p.width_mm[std::size_t(s)]);
+      CHECK(p.seen_width_mm[std::size_t(s)] < 0.15);
+      CHECK(std::abs(p.seen_offset_mm[std::size_t(s)]) < 0.004);
+      CHECK(p.seen_overspray[std::size_t(s)] == Approx(0.08).margin(0.08));
+    }
+    CHECK(seen == p.looks);
+  }
+}
+
+TEST_CASE("Width in the camera's pictures steers the speed, and meets the wanted width under drift",
+          "[line]") {
+  const std::vector<std::string> all{"aerosol.job=aerosol-lines.json",
+                                     "aerosol.layers=5",
+                                     "grid.nx=250",
+                                     "grid.ny=80",
+                                     "camera.use=on",
+                                     "plant.aerosol.drift=-0.2",
+                                     "plant.aerosol.drift_s=20",
+                                     "plant.aerosol.drift_spread=0"};
+  std::vector<std::string> open = all, closed = all;
+  open.push_back("control.scheme=open_loop");
+  closed.push_back("aerosol.width_by=speed");
+  const double free_um = 1e3 * printed(meander(open)).lines.visible_rms_mm,
+               held_um = 1e3 * printed(meander(closed)).lines.visible_rms_mm;
+  INFO("open " << free_um << " um, by the width " << held_um << " um");
+  CHECK(held_um < 0.6 * free_um);
 }

@@ -19,6 +19,11 @@ constexpr std::span<const std::string_view> words_of(CornerMode) { return kCorne
 
 namespace firn::control {
 
+/// The actuator that the lines' visible width acts on.
+enum class WidthActuator { kNone, kSpeed };
+inline constexpr std::array<std::string_view, 2> kWidthActuatorWords{"off", "speed"};
+constexpr std::span<const std::string_view> words_of(WidthActuator) { return kWidthActuatorWords; }
+
 struct LineOptions {
   int layers = 4;
   motion::CornerMode corner = motion::CornerMode::kLoop;
@@ -30,6 +35,10 @@ struct LineOptions {
   double speed_range = 0.3;
   OnOff identify_shutter = OnOff::kOn;
   OnOff feed_forward = OnOff::kOn;
+  WidthActuator width_by = WidthActuator::kNone;
+  double optical_depth_mm = 0.002;
+  double camera_x_mm = 30.0, camera_y_mm = 0.0;
+  double camera_um_per_px = 4.0, camera_blur_px = 1.0;
 };
 inline constexpr OptionTable kLineOptions{
     Option{"layers", &LineOptions::layers, "", within(1, 1000), "times that all lines are printed"},
@@ -53,6 +62,18 @@ inline constexpr OptionTable kLineOptions{
            "on: the shutter's delays follow from the starts and ends of the printed lines"},
     Option{"feed_forward", &LineOptions::feed_forward, "", Range{},
            "on: the flow of the next layer is foreseen from those of the layers before"},
+    Option{"width_by", &LineOptions::width_by, "", Range{},
+           "speed: the lines' width in the camera's pictures acts on the speed, in place of the profiler's "
+           "section"},
+    Option{"optical_depth_mm", &LineOptions::optical_depth_mm, "mm", above(0, 1),
+           "thickness of dry ink that lets 1/e of the camera's light through"},
+    Option{"camera_x_mm", &LineOptions::camera_x_mm, "mm", within(-500, 500),
+           "from the nozzle to the middle of the camera's picture"},
+    Option{"camera_y_mm", &LineOptions::camera_y_mm, "mm", within(-500, 500), "the same along y"},
+    Option{"camera_um_per_px", &LineOptions::camera_um_per_px, "um", within(0.1, 100),
+           "scale of the pictures"},
+    Option{"camera_blur_px", &LineOptions::camera_blur_px, "", within(0, 10),
+           "standard deviation of the optics, by a knife edge"},
 };
 
 }  // namespace firn::control
