@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "config/devices.h"
+#include "config/labs.h"
 #include "files/digest.h"
 #include "files/run_documents.h"
 #include "files/usage_error.h"
@@ -60,7 +61,7 @@ nlohmann::ordered_json provenance(const Experiment& e, std::int64_t run_id, cons
   j["command_line"] = command_line;
   j["sealed"] = true;  // the folder has seals since its first incarnation began
   j["scheme"] = e.control.scheme;
-  j["plant_model"] = e.plant.model;
+  j["plant_model"] = lab_of(e).deposition == Deposition::kDroplets ? e.plant.model : e.lab.kind;
   j["seeds"] = {{"plant", e.plant.seed}, {"control", e.control.seed}};
   for (const Blob& b : inputs)
     j["inputs"].push_back({{"role", b.role}, {"sha256", b.sha256}, {"bytes", b.bytes.size()}});

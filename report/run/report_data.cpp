@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "core/grid/npy.h"
+#include "core/path/line_stations.h"
 #include "files/digest.h"
 #include "files/record/checksum.h"
 #include "files/run_documents.h"
@@ -177,6 +178,7 @@ void read_droplets(const RunRecord& run, RunData& data, std::map<std::int32_t, L
 void read_lines_of(const RunRecord& run, RunData& data, std::map<std::int32_t, LayerRow>& rows) {
   read_droplets(run, data, rows);
   data.own = read_line_data(run.messages);
+  if (run.has("job")) data.cut = line_cut(decode_job(run.input("job")));
 }
 
 std::string sections_of_lines(const std::vector<NamedRun>& runs) {

@@ -43,6 +43,13 @@ struct PartIdentity {
   double x_mm = 0, y_mm = 0, z_mm = 0;
 };
 
+/// A straight way over the surface, along which its heights are shown.
+struct SurfaceCut {
+  double x_mm = 0.0, y_mm = 0.0;        ///< its zero
+  double along_x = 1.0, along_y = 0.0;  ///< unit vector
+  double from_mm = 0.0, to_mm = 0.0;
+};
+
 struct ReportLab;
 
 struct RunData {
@@ -58,6 +65,7 @@ struct RunData {
   Mask mask;
   std::optional<OutlineStats> outline;  ///< of the last true surface, else, of droplets, of the last map
   const ReportLab* lab = nullptr;       ///< reader of this run
+  std::optional<SurfaceCut> cut;        ///< of the cross-sections; none: along x through the middle row
   std::optional<IceData>
       ice;  ///< of a print along paths; height, target and mask are its last interval's then
   std::optional<InkData> inks;                                  ///< of a print with two inks

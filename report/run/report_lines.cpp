@@ -38,6 +38,24 @@ ChartOptions along_the_way(const char* title, const char* y_name) {
 
 }  // namespace
 
+std::optional<SurfaceCut> line_cut(const PrintJob& job) {
+  constexpr double kEitherSide_mm = 1.0;
+  double longest = 0.0;
+  std::optional<SurfaceCut> cut;
+  for (const PrintSegment& s : job.segments) {
+    const double dx = s.to.x_mm - s.from.x_mm, dy = s.to.y_mm - s.from.y_mm, length = std::hypot(dx, dy);
+    if (!(length > longest)) continue;
+    longest = length;
+    cut = {0.5 * (s.from.x_mm + s.to.x_mm),
+           0.5 * (s.from.y_mm + s.to.y_mm),
+           -dy / length,
+           dx / length,
+           -kEitherSide_mm,
+           kEitherSide_mm};
+  }
+  return cut;
+}
+
 LineData read_line_data(const RunMessages& messages) {
   LineData data;
   messages.each<line_plan_t>(channels::kLinePlan.name, [&](const line_plan_t& m) {
@@ -57,6 +75,9 @@ LineData read_line_data(const RunMessages& messages) {
     l.area_um2 = scaled_values(m.area_mm2, kUm2PerMm2);
     l.layer_area_um2 = scaled_values(m.layer_area_mm2, kUm2PerMm2);
     l.width_um = scaled_values(m.width_mm, 1e3);
+    l.seen_width_um = scaled_values(m.seen_width_mm, 1e3);
+    for (const float gap : m.seen_gap_mm)
+      if (!std::isnan(gap)) l.gap_um += double(gap) * 1e3;
     l.start_error_um = m.start_error_mm * 1e3;
     l.end_error_um = m.end_error_mm * 1e3;
     const bool planned = PlanDecision(m.decision) == PlanDecision::kPrint;
@@ -70,13 +91,14 @@ LineData read_line_data(const RunMessages& messages) {
 }
 
 std::string line_sections(const std::vector<NamedLines>& runs) {
-  std::vector<Series> area, width;
+  std::vector<Series> area, width, seen;
   std::string table;
   for (const NamedLines& r : runs) {
     if (r.data->layers.empty()) continue;
     const LineLayer& last = r.data->layers.back();
     area.push_back({r.name, r.data->way_mm, last.area_um2, r.style});
     width.push_back({r.name, r.data->way_mm, last.width_um, r.style});
+    if (!last.seen_width_um.empty()) seen.push_back({r.name, r.data->way_mm, last.seen_width_um, r.style});
     for (const LineLayer& l : r.data->layers) {
       double sum = 0.0, n = 0.0;
       for (const double a : l.layer_area_um2)
@@ -89,7 +111,7 @@ std::string line_sections(const std::vector<NamedLines>& runs) {
                cell_text(l.start_error_um, "%.0f") + "</td><td>" + cell_text(l.end_error_um, "%.0f") +
                "</td><td>" + cell_text(l.open_delay_ms, "%.1f") + "</td><td>" +
                cell_text(l.close_delay_ms, "%.1f") + "</td><td>" + cell_text(l.flow_share, "%.3f") +
-               "</td></tr>\n";
+               "</td><td>" + cell_text(l.seen_width_um.empty() ? NAN : l.gap_um, "%.0f") + "</td></tr>\n";
     }
   }
   if (area.empty()) return "";
@@ -100,12 +122,15 @@ std::string line_sections(const std::vector<NamedLines>& runs) {
          "class=\"row\">\n" +
          chart_figure(line_chart(area, along_the_way("Cross-section", "section (um2)"))) +
          chart_figure(line_chart(width, along_the_way("Width", "width (um)"))) +
+         (seen.empty() ? std::string()
+                       : chart_figure(line_chart(
+                             seen, along_the_way("Width at half contrast, by the camera", "width (um)")))) +
          "</div>\n<p class=\"soft\">Layer by layer: mean section of the layer; how much later its free lines "
          "began "
          "and how much farther they ended; shutter delays and flow that the next layer was planned "
          "with.</p>\n"
          "<table><tr><th>run</th><th>layer</th><th>section (um2)</th><th>start (um)</th><th>end (um)</th>"
-         "<th>open delay (ms)</th><th>close delay (ms)</th><th>flow</th></tr>\n" +
+         "<th>open delay (ms)</th><th>close delay (ms)</th><th>flow</th><th>gaps, camera (um)</th></tr>\n" +
          table + "</table>\n";
 }
 

@@ -3,10 +3,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "core/path/print_job.h"
 #include "replay/run_messages.h"
+#include "report/run/report_data.h"
 
 namespace firn::replay {
 
@@ -14,6 +17,8 @@ namespace firn::replay {
 struct LineLayer {
   std::int32_t layer = 0;
   std::vector<double> area_um2, layer_area_um2, width_um;  ///< by station, NaN: not read
+  std::vector<double> seen_width_um;                       ///< by the camera; empty: there is none
+  double gap_um = 0.0;                                     ///< that it saw, of all stations
   double start_error_um = 0.0, end_error_um = 0.0;
   double open_delay_ms = 0.0, close_delay_ms = 0.0, flow_share = 1.0;  ///< for the layer after it
 };
@@ -24,6 +29,9 @@ struct LineData {
 };
 
 LineData read_line_data(const RunMessages& messages);
+
+/// The cut across the middle of the longest segment, over its nearest neighbours; none for a job without one.
+std::optional<SurfaceCut> line_cut(const PrintJob& job);
 
 struct NamedLines {
   std::string name;

@@ -12,7 +12,8 @@
 namespace firn::replay {
 namespace {
 
-constexpr double kUm = 1e3;  // per mm
+constexpr double kUm = 1e3;        // per mm
+constexpr int kFirstOfParts = 10;  // column of the result table
 
 const LayerRow* last(const RunData& r) { return r.layers.empty() ? nullptr : &r.layers.back(); }
 
@@ -66,11 +67,17 @@ std::string result_table(const std::vector<ReportRun>& runs, const std::vector<s
                          const std::vector<PartRuns>& parts) {
   const std::set<const RunData*> best = best_of(parts);
   const bool lines = std::ranges::all_of(runs, [](const ReportRun& r) { return r.data.lab == &kLineReport; });
+  // Columns of parts that have an area; lines have their own table.
+  const auto without_parts = [&](std::vector<std::string> cells) {
+    if (lines) cells.erase(cells.begin() + kFirstOfParts, cells.begin() + kFirstOfParts + 3);
+    return cells;
+  };
   std::string s =
       "<div class=\"scroll\"><table><thead>\n" +
-      table_row({"run", "layers", lines ? "switches" : "droplets", "mean error [µm]", "RMS [µm]", "std [µm]",
-                 "min, max [µm]", "volume [mm³]", "true RMS [µm]", "largest true error [µm]", "overspill [%]",
-                 "first ring [µm]", "size error x, y [µm]", "print time [s]", "outcome", "replay"},
+      table_row(without_parts({"run", "layers", lines ? "switches" : "droplets", "mean error [µm]",
+                               "RMS [µm]", "std [µm]", "min, max [µm]", "volume [mm³]", "true RMS [µm]",
+                               "largest true error [µm]", "overspill [%]", "first ring [µm]",
+                               "size error x, y [µm]", "print time [s]", "outcome", "replay"}),
                 "th") +
       "</thead><tbody>\n";
   for (std::size_t n = 0; n < runs.size(); ++n) {
@@ -82,7 +89,7 @@ std::string result_table(const std::vector<ReportRun>& runs, const std::vector<s
     const OutlineStats o = r.outline.value_or(OutlineStats{});
     const std::string& verdict = runs[n].verdict;
     const std::string outcome = r.outcome.empty() ? "not ended" : r.outcome;
-    s += table_row(
+    s += table_row(without_parts(
         {legend_sample({names[n], int(n)}) + escape_html(names[n]), l ? std::to_string(v.layer) : "–",
          l ? std::to_string(v.drops_total) : "–", um(v.mean_error_mm),
          best.contains(&r) ? "<span class=\"best\">" + um(v.rms_mm) + "</span>" : um(v.rms_mm), um(v.std_mm),
@@ -93,8 +100,12 @@ std::string result_table(const std::vector<ReportRun>& runs, const std::vector<s
          "<span title=\"" + escape_html(r.reason) + "\">" + escape_html(outcome) + "</span>",
          verdict.empty() ? "–"
                          : "<span class=\"" + std::string(verdict == "identical" ? "good" : "bad") + "\">" +
-                               escape_html(verdict) + "</span>"});
+                               escape_html(verdict) + "</span>"}));
   }
+  if (lines)
+    return s +
+           "</tbody></table></div>\n<p class=\"soft\">Errors are those of cells within half a width of the "
+           "lines' middles.</p>\n";
   return s +
          "</tbody></table></div>\n<p class=\"soft\">Errors are those of cells inside the part. Overspill is "
          "the "

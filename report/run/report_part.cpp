@@ -102,11 +102,35 @@ std::string surfaces(const std::vector<NamedRun>& runs) {
   return s + "</div><div class=\"bar\">" + color_bar(scale, "height [µm]") + "</div>\n";
 }
 
-// Heights along x through the middle row.
-Series section(const HeightMap& map, const std::string& label, int style) {
+// Bilinear between the cells' middles; the nearest ones beside the grid.
+double height_at(const HeightMap& map, double x_mm, double y_mm) {
+  const GridSpec& g = map.spec;
+  const double u = std::clamp((x_mm - g.origin_x_mm) / g.pitch_x_mm, 0.0, g.nx - 1.0),
+               v = std::clamp((y_mm - g.origin_y_mm) / g.pitch_y_mm, 0.0, g.ny - 1.0);
+  const int i = std::clamp(int(u), 0, std::max(0, g.nx - 2)),
+            j = std::clamp(int(v), 0, std::max(0, g.ny - 2)), right = std::min(i + 1, g.nx - 1),
+            up = std::min(j + 1, g.ny - 1);
+  const double a = u - i, b = v - j;
+  return (1 - b) * ((1 - a) * map.at(i, j) + a * map.at(right, j)) +
+         b * ((1 - a) * map.at(i, up) + a * map.at(right, up));
+}
+
+// Heights along the cut, else along x through the middle row.
+Series section(const HeightMap& map, const std::string& label, int style,
+               const std::optional<SurfaceCut>& cut) {
   Series s;
   s.label = label;
   s.style = style;
+  if (cut) {
+    const double step = 0.5 * std::min(map.spec.pitch_x_mm, map.spec.pitch_y_mm);
+    const int steps = std::max(1, int((cut->to_mm - cut->from_mm) / step));
+    for (int n = 0; n <= steps; ++n) {
+      const double t = cut->from_mm + (cut->to_mm - cut->from_mm) * n / steps;
+      s.x.push_back(t);
+      s.y.push_back(height_at(map, cut->x_mm + t * cut->along_x, cut->y_mm + t * cut->along_y) * kUm);
+    }
+    return s;
+  }
   const int j = map.spec.ny / 2;
   for (int i = 0; i < map.spec.nx; ++i) {
     s.x.push_back(map.spec.x_mm(i));
@@ -118,21 +142,26 @@ Series section(const HeightMap& map, const std::string& label, int style) {
 std::string sections(const std::vector<NamedRun>& runs) {
   std::vector<Series> measured, truths;
   double top = 0, target_top = 0;
+  std::optional<SurfaceCut> cut;
   for (const NamedRun& run : runs) {
     const RunData& r = *run.data;
     if (!has_map(r)) continue;
     if (measured.empty()) {
-      measured.push_back(section(r.target, "target", Series::kReference));
+      cut = r.cut;
+      measured.push_back(section(r.target, "target", Series::kReference, cut));
       truths.push_back(measured.back());
     }
-    measured.push_back(section(r.height, run.name, run.style));
-    if (r.truth) truths.push_back(section(*r.truth, run.name, run.style));
+    measured.push_back(section(r.height, run.name, run.style, cut));
+    if (r.truth) truths.push_back(section(*r.truth, run.name, run.style, cut));
     for (double h : measured.back().y) top = std::isfinite(h) ? std::max(top, h) : top;
     for (double h : r.target.cells) target_top = std::max(target_top, h * kUm);
   }
   if (measured.empty()) return "";
   const auto options = [&](const char* title, bool upper) {
-    ChartOptions o = chart(title, "x [mm], through the middle row", "height [µm]");
+    const std::string across =
+        cut ? "across the line at (" + number(cut->x_mm, 1) + ", " + number(cut->y_mm, 1) + ") mm [mm]"
+            : "x [mm], through the middle row";
+    ChartOptions o = chart(title, across, "height [µm]");
     o.from_zero = !upper;
     if (upper) o.y_range = std::pair{0.75 * target_top, std::max(top, target_top) * 1.02};
     return o;
