@@ -143,9 +143,9 @@ TEST_CASE("profiles come as numbers and as a picture", "[device]") {
   CHECK(read({}).code == 1);  // nothing was triggered
   REQUIRE(device(joined({kInkjet, "stage", "home"}, ports)).code == 0);
   RawLine line(world.address("stage"));  // three triggers on Y
-  for (const char* command :
-       {"WAIT MODE NOWAIT", "ABS", "PSOCONTROL @1 RESET", "PSOOUTPUT @1 PULSE", "PSOPULSE @1 TIME 50,25",
-        "PSOTRACK @1 INPUT 0", "PSODISTANCE @1 FIXED 0.5 UNITS", "PSOCONTROL @1 ARM", "LINEAR @1 1.7 F5"})
+  for (const char* command : {"WAIT MODE NOWAIT", "ABS", "PSOCONTROL @1 RESET", "PSOOUTPUT @1 CONTROL 1",
+                              "PSOOUTPUT @1 PULSE", "PSOPULSE @1 TIME 50,25", "PSOTRACK @1 INPUT 0",
+                              "PSODISTANCE @1 FIXED 0.5 UNITS", "PSOCONTROL @1 ARM", "LINEAR @1 1.7 F5"})
     REQUIRE(line.ask_line(std::string(command) + "\n") == "%\n");
   line.wait(1.0);
   const std::string csv = (folder / "p.csv").string(), png = (folder / "p.png").string();
