@@ -143,6 +143,7 @@ void LiveRun::start(bool resume, const std::filesystem::path& programs) {
     LaunchOptions options;
     options.resume = resume;
     options.bus_url = bus_url;
+    options.faults = faults;
     options.programs = programs;
     options.page_token = page_token;
     options.on_page = [&](const std::string& address) { std::ofstream(root_ / "page") << address << "\n"; };

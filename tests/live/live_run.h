@@ -58,9 +58,10 @@ class LiveRun {
   void wait_all_gone();
   bool running();
 
-  const bool lines;        ///< a print of lines
-  std::string bus_url;     ///< of the next start; empty: the launcher's choice
-  std::string page_token;  ///< of the next start; empty: no page
+  const bool lines;              ///< a print of lines
+  std::vector<LabFault> faults;  ///< of the simulated instruments; set before start()
+  std::string bus_url;           ///< of the next start; empty: the launcher's choice
+  std::string page_token;        ///< of the next start; empty: no page
   /// Waits for the page. @returns its address; empty: the launcher ended before
   std::string page_address();
 
