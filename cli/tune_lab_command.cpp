@@ -43,8 +43,10 @@ std::vector<TuneKey> keys_of(const TuneLabOptions& o, const Experiment& e) {
 RecordedRun start_of(const RecordedRun& run, const std::vector<std::string>& overrides) {
   RecordedRun start = run;
   if (overrides.empty()) return start;
-  start.experiment = parse_experiment({{run.name, dump(run.experiment)}}, overrides);
-  for (const ConfigDifference& d : differences(run.experiment, start.experiment))
+  const std::string recorded = dump(run.experiment);
+  const Experiment plain = parse_experiment(recorded, run.name);  // without the keys of other labs
+  start.experiment = parse_experiment({{run.name, recorded}}, overrides);
+  for (const ConfigDifference& d : differences(plain, start.experiment))
     if (!is_tuned_section(d.key)) throw UsageError("--set " + d.key + ": " + std::string(kTunedSections));
   return start;
 }

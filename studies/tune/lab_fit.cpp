@@ -24,6 +24,8 @@ constexpr double kBeyondDraws = 1.1;           // times the largest deviation of
 constexpr double kEarlyShare = 0.62;           // of the prints, for the rounds of all classes
 constexpr int kLeastEarly = 28;                // prints of a round
 constexpr std::size_t kSpareRows = 8;          // finished prints beyond the number of parameters
+constexpr double kHopeless = 100.0;            // nats behind the best class
+constexpr double kImpossible = -1e9;           // score of a class of which hardly any print finishes
 constexpr std::uint32_t kFitStream = 0;
 
 std::vector<double> normals(std::uint64_t seed, std::uint32_t stream, std::uint32_t n, std::size_t count) {
@@ -65,21 +67,20 @@ class Fit {
     const int early = std::max(kLeastEarly, int(kEarlyShare * options_.prints / (2 * classes)));
     const int last = std::max(2 * kLeastEarly, options_.prints - 2 * classes * early);
     all_ = double(2 * classes * early + last);
-    FittedLab best;
-    double highest = 0.0;
+    std::vector<FittedLab> fits(classes_.size());
     std::vector<ClassScore> scores;
-    for (const LabClass& c : classes_) {
-      FittedLab fit;
-      fit.lab = &c;
-      fit.posterior = lab::standard_normal(c.parameters.size());
-      round(fit, 0, early);
-      const bool possible = round(fit, 1, early);
-      const double score = possible ? held_out_score(fit) : -1e9;
-      scores.push_back({c.name, score});
-      if (best.lab && score <= highest) continue;
-      highest = score;
-      best = std::move(fit);
+    for (std::size_t c = 0; c < fits.size(); ++c) {
+      fits[c].lab = &classes_[c];
+      fits[c].posterior = lab::standard_normal(classes_[c].parameters.size());
+      scores.push_back({classes_[c].name, round(fits[c], 0, early) ? held_out_score(fits[c]) : kImpossible});
     }
+    // A class that is hopeless after its first round gets no second one.
+    const double least = std::ranges::max(scores, {}, &ClassScore::log_predictive).log_predictive - kHopeless;
+    for (std::size_t c = 0; c < fits.size(); ++c)
+      if (scores[c].log_predictive >= least)
+        scores[c].log_predictive = round(fits[c], 1, early) ? held_out_score(fits[c]) : kImpossible;
+    const auto highest = std::ranges::max_element(scores, {}, &ClassScore::log_predictive);
+    FittedLab best = std::move(fits[std::size_t(highest - scores.begin())]);
     if (!round(best, 2, last))
       throw UsageError("hardly any print of the simulated laboratories finishes: " + reason_);
     best.scores = std::move(scores);

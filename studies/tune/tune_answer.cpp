@@ -18,13 +18,15 @@ std::string name_of_goal(const std::string& goal) {
 
 std::string unit_of_goal(const std::string& goal) { return goal.ends_with("_um") ? " um" : ""; }
 
-// "ki_star 0.25 -> 0.02, kp 1 -> 0.8"
+// "ki_star 0.25 -> 0.02, kp stays 1"
 std::string change_of(const TuneAnswer& a) {
   std::string s;
   for (std::size_t k = 0; k < a.keys.size(); ++k) {
     const std::string& key = a.keys[k].key();
-    s += fmt::format("{}{} {} -> {}", k ? ", " : "", key.substr(key.rfind('.') + 1),
-                     a.keys[k].text(a.advice->old_setting[k]), a.keys[k].text(a.advice->new_setting[k]));
+    const std::string before = a.keys[k].text(a.advice->old_setting[k]),
+                      after = a.keys[k].text(a.advice->new_setting[k]);
+    s += fmt::format("{}{} {} {}", k ? ", " : "", key.substr(key.rfind('.') + 1),
+                     before == after ? "stays" : before + " ->", after);
   }
   return s;
 }
