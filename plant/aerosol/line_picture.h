@@ -1,5 +1,5 @@
-// render_lines() renders what a camera over the substrate sees of printed lines: physics and optics of its
-// own, which no estimator knows.
+// render_lines() renders the picture of printed lines in a camera over the substrate: physics and optics of
+// its own, which no estimator knows.
 #pragma once
 
 #include <cstdint>

@@ -32,7 +32,7 @@ struct AerosolParams {
 };
 
 /// The gas of a moment: the atomizer's by that at which the flow is nominal, the sheath's by the atomizer's,
-/// and the share of the nozzle's section that is open beside what ink has closed.
+/// and the share of the nozzle's section that is open beside the part that ink has closed.
 struct GasSupply {
   double atomizer = 1.0, focusing_ratio = 2.0, open_share = 1.0;
 };

@@ -1,4 +1,4 @@
-// optics holds what all simulated pictures share: the blur of a lens, dirt on its window.
+// optics holds the common part of all simulated pictures: the blur of a lens, dirt on its window.
 #pragma once
 
 #include <span>

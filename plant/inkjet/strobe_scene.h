@@ -1,4 +1,4 @@
-// strobe_scene renders what the ink-jet lab's camera sees at one exposure: nozzle, dirt, and the jet's
+// strobe_scene renders the picture of the ink-jet lab's camera at one exposure: nozzle, dirt, and the jet's
 // droplet if it jets.
 #pragma once
 

@@ -60,7 +60,7 @@ class GasTwin : public Twin {
   std::string line_;
   std::array<double, 2> sccm_{}, set_sccm_{};
   double clog_ = 1.0;        ///< resistance of the nozzle, 1 = clean
-  double open_share_ = 1.0;  ///< and of what else has narrowed it
+  double open_share_ = 1.0;  ///< and of all else that has narrowed it
   std::int64_t at_us_ = 0, trip_ = 0;
 };
 

@@ -10,7 +10,7 @@
 
 namespace firn::plant {
 
-/// What the box is wired to.
+/// The wires of the box.
 class HeaterWires {
  public:
   virtual ~HeaterWires() = default;
