@@ -22,7 +22,7 @@ source=$(dirname "$(readlink -f "$0")")/../..
 root=
 leave() {
   [[ -n $root ]] || return 0
-  for mount in proc dev; do mountpoint -q "$root/$mount" && umount "$root/$mount"; done
+  for mount in proc dev; do mountpoint -q "$root/$mount" && umount -R "$root/$mount"; done
   rm -rf --one-file-system "$root"
 }
 trap leave EXIT
