@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <sstream>
+#include <string_view>
+
+#include "files/trimmed.h"
 
 namespace firn {
 namespace {
@@ -22,22 +25,18 @@ std::string without_comment(const std::string& line) {
   return line;
 }
 
-std::string trimmed(const std::string& s) {
-  const auto a = s.find_first_not_of(" \t\r"), b = s.find_last_not_of(" \t\r");
-  return a == std::string::npos ? "" : s.substr(a, b - a + 1);
-}
-
 std::string section_of(const std::string& line) {
-  const std::string t = trimmed(without_comment(line));
+  const std::string bare = without_comment(line);
+  const std::string_view t = trimmed(bare);
   return t.size() > 2 && t.front() == '[' && t.back() == ']' && t[1] != '['
-             ? trimmed(t.substr(1, t.size() - 2))
+             ? std::string(trimmed(t.substr(1, t.size() - 2)))
              : "";
 }
 
 std::string key_of(const std::string& line) {
   const std::string t = without_comment(line);
   const auto equals = t.find('=');
-  return equals == std::string::npos ? "" : trimmed(t.substr(0, equals));
+  return equals == std::string::npos ? "" : std::string(trimmed(std::string_view(t).substr(0, equals)));
 }
 
 void put(std::vector<std::string>& lines, const LabKey& k) {

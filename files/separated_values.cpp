@@ -5,16 +5,11 @@
 #include <charconv>
 #include <limits>
 
+#include "files/trimmed.h"
 #include "files/usage_error.h"
 
 namespace firn {
 namespace {
-
-std::string_view trimmed(std::string_view s) {
-  while (!s.empty() && std::isspace(static_cast<unsigned char>(s.front()))) s.remove_prefix(1);
-  while (!s.empty() && std::isspace(static_cast<unsigned char>(s.back()))) s.remove_suffix(1);
-  return s;
-}
 
 bool is_missing(std::string_view s) {
   static constexpr std::string_view kMissing[] = {"", "nan", "na", "n/a", "null", "none", "-"};
