@@ -6,8 +6,8 @@
 namespace firn::drivers {
 namespace {
 
-std::string_view line_of(std::span<const std::byte> frame) {
-  const std::string_view text(reinterpret_cast<const char*>(frame.data()), frame.size());
+std::string_view first_line(std::span<const std::byte> frame) {
+  const std::string_view text = text_of(frame);
   return text.substr(0, text.find('\n'));
 }
 
@@ -125,7 +125,7 @@ void Camera::take(std::span<const std::byte> frame, Effects& fx) {
 void Camera::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
                    Effects& fx) {
   const std::string_view sent = request.text(), verb = sent.substr(0, sent.find_first_of(" \n"));
-  const auto r = picture_line::parse(line_of(frame), verb);
+  const auto r = picture_line::parse(first_line(frame), verb);
   if (!r) return;
   if (!r->accepted) {
     const std::string why = "it refuses " + std::string(verb) + ": " + std::string(r->text);

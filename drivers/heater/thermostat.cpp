@@ -8,10 +8,6 @@ namespace {
 
 constexpr std::string_view kAsk = "T?", kOpen = "OPEN";
 
-std::string_view text_of(std::span<const std::byte> bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
 Request to_request(LineWriter& line, Repeat repeat, std::uint16_t tag) {
   Request r;
   r.append(line.finish(0));

@@ -13,9 +13,7 @@ constexpr std::int32_t kAny = -1;  // program
 
 std::string command_of(const Request& r) { return "'" + std::string(r.text().substr(0, r.size - 1u)) + "'"; }
 
-std::string_view line_of(std::span<const std::byte> frame) {
-  return {reinterpret_cast<const char*>(frame.data()), frame.size() - 1};
-}
+std::string_view line_of(std::span<const std::byte> frame) { return text_of(frame.first(frame.size() - 1)); }
 
 std::string padded(int value) {
   std::string digits = std::to_string(value);

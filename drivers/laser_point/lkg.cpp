@@ -8,10 +8,6 @@
 namespace firn::drivers::lkg {
 namespace {
 
-std::string_view text_of(std::span<const std::byte> bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
 bool digit(char c) { return c >= '0' && c <= '9'; }
 
 /// The part of a command that its reply repeats: `SW,CA` of `SW,CA,5`, `SR,HB` of `SR,HB,1`, else the first

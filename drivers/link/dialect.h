@@ -13,6 +13,11 @@
 
 namespace firn::drivers {
 
+/// The bytes of a frame as its characters.
+inline std::string_view text_of(std::span<const std::byte> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
 /// Permitted reaction to the loss of a reply.
 enum class Repeat : std::uint8_t {
   kRead,   ///< asks only: may be asked again
@@ -35,7 +40,7 @@ struct Request {
   std::int64_t reply_us = 0;  ///< longest wait for the first byte of the reply; 0 = the dialect's
 
   std::span<const std::byte> data() const { return {bytes.data(), size}; }
-  std::string_view text() const { return {reinterpret_cast<const char*>(bytes.data()), size}; }
+  std::string_view text() const { return text_of(data()); }
   /// @throws std::length_error beyond kCapacity.
   void append(std::span<const std::byte> more) {
     if (more.empty()) return;

@@ -20,10 +20,6 @@ struct Block {
   std::uint32_t first = 0, count = 0;
 };
 
-std::string_view text_of(std::span<const std::byte> bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
 void append(std::vector<std::byte>& tx, std::string_view line) {
   const auto bytes = std::as_bytes(std::span(line.data(), line.size()));
   tx.insert(tx.end(), bytes.begin(), bytes.end());

@@ -21,7 +21,8 @@ std::string joint_text(std::size_t joint, double value) {
 }
 
 // Why a trajectory is not for this robot [interlock 8]; empty = it is.
-std::string broken_limit(const RobotOptions& c, double tick_s, int axes, std::span<const double> positions) {
+std::string broken_path_limit(const RobotOptions& c, double tick_s, int axes,
+                              std::span<const double> positions) {
   if (axes != 4 || positions.size() < 8 || positions.size() % 4 != 0)
     return "the robot has 4 joints and needs two points, not " + std::to_string(axes) + " axes with " +
            std::to_string(positions.size()) + " positions";
@@ -87,7 +88,7 @@ void Robot::add_path(std::int64_t path, double tick_s, int axes, std::span<const
                      std::int64_t now_us, Effects& fx) {
   if (!paths_.contains(path)) {
     Kept kept;
-    kept.refusal = broken_limit(config_, tick_s, axes, positions);
+    kept.refusal = broken_path_limit(config_, tick_s, axes, positions);
     if (kept.refusal.empty()) {
       auto points = std::make_shared<std::vector<fvp::Counts>>(positions.size() / 4);
       for (std::size_t n = 0; n < points->size(); ++n)

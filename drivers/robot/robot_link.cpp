@@ -11,14 +11,10 @@ namespace {
 constexpr std::int64_t kStopLimit_us = 5'000'000, kStopPoll_us = 50'000;
 constexpr int kWatchdog = int(fvp::Nak::kWatchdog);
 
-std::string verb_of(const Request& request) {
+std::string quoted_verb(const Request& request) {
   if (request.format == fvp::kBlock) return "'PATH P'";
   std::string_view text = fvp::parse(request.text()).text;
   return "'" + std::string(text) + "'";
-}
-
-std::string_view text_of(std::span<const std::byte> bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
 constexpr int kMostTries = 3;
@@ -83,13 +79,13 @@ void Robot::lost(std::int64_t, Effects& fx) {
 // Only requests that a stop has overtaken come here: the evidence of the stop gives their result.
 void Robot::failed(const Request& request, std::int64_t, Effects& fx) {
   if (request.tag != kHarmless && request.tag != kBeat && request.tag != kStat)
-    fault(Severity::kNotice, kLinkLost, "robot: no reply to " + verb_of(request), fx);
+    fault(Severity::kNotice, kLinkLost, "robot: no reply to " + quoted_verb(request), fx);
 }
 
 void Robot::refused(const Request& request, int code, std::string_view text, std::int64_t now_us,
                     Effects& fx) {
   const std::string why =
-      "the robot refuses " + verb_of(request) + ": " + std::to_string(code) + " " + std::string(text);
+      "the robot refuses " + quoted_verb(request) + ": " + std::to_string(code) + " " + std::string(text);
   switch (request.tag) {
     case kHarmless:
     case kDropSlot:

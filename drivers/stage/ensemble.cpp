@@ -9,10 +9,6 @@ namespace {
 
 constexpr std::size_t kLongestLine = 200;
 
-std::string_view text_of(std::span<const std::byte> bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
 }  // namespace
 
 std::string fault_names(std::uint32_t bits) {

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::int64_t kStopLimit_us = 5'000'000;
 
-std::string line_of(const Request& request) {
+std::string quoted_line(const Request& request) {
   std::string text(request.text());
   while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.pop_back();
   return "'" + text + "'";
@@ -100,7 +100,7 @@ void Stage::lost(std::int64_t, Effects& fx) {
 }
 
 void Stage::failed(const Request& request, std::int64_t now_us, Effects& fx) {
-  const std::string why = "no good reply to " + line_of(request);
+  const std::string why = "no good reply to " + quoted_line(request);
   fault(Severity::kWarning, kLinkLost, "stage: " + why, fx);
   const bool working = phase_ == Phase::kToStart || phase_ == Phase::kAtStart || phase_ == Phase::kArming ||
                        phase_ == Phase::kFiring || phase_ == Phase::kCounting || phase_ == Phase::kHoming;
@@ -112,7 +112,8 @@ void Stage::failed(const Request& request, std::int64_t now_us, Effects& fx) {
 void Stage::rejected(const Request& request, const ensemble::Reply& reply, std::int64_t now_us, Effects& fx) {
   using Kind = ensemble::Reply::Kind;
   if (request.tag == kCount) {  // this controller has no such counter: the pulses stay in doubt
-    fault(Severity::kWarning, kInstrument, "stage: the controller does not answer " + line_of(request), fx);
+    fault(Severity::kWarning, kInstrument, "stage: the controller does not answer " + quoted_line(request),
+          fx);
     pulses_.reset();
     return;
   }
@@ -120,7 +121,7 @@ void Stage::rejected(const Request& request, const ensemble::Reply& reply, std::
   const char* how = reply.kind == Kind::kNak     ? "does not understand "
                     : reply.kind == Kind::kFault ? "cannot do "
                                                  : "timed out at ";
-  std::string why = std::string("the controller ") + how + line_of(request);
+  std::string why = std::string("the controller ") + how + quoted_line(request);
   if (request.tag == kHarmless) {  // an axis that is not enabled may refuse ABORT
     fault(Severity::kNotice, kCommandRejected, "stage: " + why, fx);
     return;

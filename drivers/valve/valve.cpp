@@ -10,8 +10,8 @@ using fvb::Type;
 namespace {
 
 // Why a list is not for this valve and its microcontroller; empty = it is.
-std::string broken_limit(const ValveOptions& c, double tick_s, double pulse_s,
-                         std::span<const std::int32_t> ticks) {
+std::string broken_train_limit(const ValveOptions& c, double tick_s, double pulse_s,
+                               std::span<const std::int32_t> ticks) {
   const double tick_us = std::round(tick_s * 1e6), pulse_us = std::round(pulse_s * 1e6);
   if (!(tick_us >= 1.0 && tick_us <= 65'535.0)) return "a tick of " + std::to_string(tick_s) + " s";
   if (!(pulse_us >= fvb::kMinPulse_us && pulse_us <= 65'535.0))
@@ -64,7 +64,7 @@ void Valve::add_list(const ListName& name, double tick_s, double pulse_s, std::s
                      std::int64_t now_us, Effects& fx) {
   if (!lists_.contains(name) && name > last_) {
     Kept kept;
-    kept.refusal = broken_limit(config_, tick_s, pulse_s, ticks);
+    kept.refusal = broken_train_limit(config_, tick_s, pulse_s, ticks);
     if (kept.refusal.empty()) {
       kept.ticks = std::make_shared<const std::vector<std::uint16_t>>(ticks.begin(), ticks.end());
       kept.tick_us = std::uint16_t(std::llround(tick_s * 1e6));
