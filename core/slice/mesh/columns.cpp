@@ -69,7 +69,7 @@ struct Crossing {
   int side;
 };
 
-std::vector<Span> inside(std::vector<Crossing>& crossings, double height_mm) {
+std::vector<Span> spans_inside(std::vector<Crossing>& crossings, double height_mm) {
   std::sort(crossings.begin(), crossings.end(), [](const Crossing& p, const Crossing& q) {
     return std::pair(p.z, p.side) < std::pair(q.z, q.side);
   });
@@ -120,7 +120,7 @@ std::vector<std::vector<Span>> columns(const Mesh& mesh, const GridSpec& grid, d
   }
   std::vector<std::vector<Span>> spans;
   spans.reserve(crossings.size());
-  for (std::vector<Crossing>& column : crossings) spans.push_back(inside(column, height_mm));
+  for (std::vector<Crossing>& column : crossings) spans.push_back(spans_inside(column, height_mm));
   return spans;
 }
 

@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "core/geometry/planar.h"
+#include "core/geometry/point_measures.h"
 #include "core/geometry/rings.h"
 #include "core/slice/mesh/link_layer.h"
 
@@ -17,11 +18,6 @@ constexpr double kTinyGap =
 // Each segment has two ends: 2 s is its first point, 2 s + 1 its last one.
 bool begins(std::uint32_t end) { return (end & 1) == 0; }
 std::uint32_t other(std::uint32_t end) { return end ^ 1; }
-
-double distance(const Point& a, const Point& b) {
-  const double dx = double(b.x) - a.x, dy = double(b.y) - a.y;
-  return std::sqrt(dx * dx + dy * dy);
-}
 
 class Linker {
  public:

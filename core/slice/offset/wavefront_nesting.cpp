@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "core/geometry/point_measures.h"
 #include "core/slice/offset/wavefront.h"
 
 namespace firn::slice::wavefront {
@@ -36,16 +37,6 @@ double area(std::span<const Site> sites, std::span<const WavefrontEdge> edges, d
     before = here;
   });
   return sum;
-}
-
-bool inside(std::span<const Vec> corners, Vec p) {
-  bool in = false;
-  Vec a = corners.back();
-  for (const Vec b : corners) {
-    if ((a.y <= p.y) != (b.y <= p.y) && a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x) > p.x) in = !in;
-    a = b;
-  }
-  return in;
 }
 
 }  // namespace
@@ -92,7 +83,8 @@ void HoleNesting::list_holes(std::span<const Site> sites, std::span<const Compon
   for (std::size_t hole = 0; hole < loops.size(); ++hole) {
     if (areas_[hole] > 0) continue;
     for (std::size_t o = 0; o < outers_.size() && outer_of_[hole] == kNone; ++o)
-      if (outers_.size() == 1 || inside(corners_[o], loops[hole].edges[0].from)) outer_of_[hole] = outers_[o];
+      if (outers_.size() == 1 || encloses<Vec>(corners_[o], loops[hole].edges[0].from))
+        outer_of_[hole] = outers_[o];
   }
 }
 

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/geometry/planar.h"
+#include "core/geometry/point_measures.h"
 #include "core/geometry/vec.h"
 #include "core/slice/offset/offset_rings.h"
 
@@ -18,21 +19,10 @@ double doubled_area(std::span<const Point> ring) {
   return sum;
 }
 
-bool inside(std::span<const Point> ring, Point p) {
-  bool in = false;
-  Vec a = to_vec(ring.back());
-  for (const Point corner : ring) {
-    const Vec b = to_vec(corner);
-    if ((a.y <= p.y) != (b.y <= p.y) && a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x) > p.x) in = !in;
-    a = b;
-  }
-  return in;
-}
-
 bool runs_round_everything(std::span<const Point> ring, const Region& part) {
   if (doubled_area(ring) <= 0) return false;
   for (std::size_t r = 0; r < part.size(); ++r)
-    if (doubled_area(part[r]) > 0 && inside(part[r], ring[0])) return false;
+    if (doubled_area(part[r]) > 0 && encloses<Point>(part[r], ring[0])) return false;
   return true;
 }
 
@@ -42,7 +32,8 @@ bool encloses(const Rings& hooks, const Region& part) {
   for (std::size_t r = 0; r < part.size(); ++r) {
     if (doubled_area(part[r]) <= 0) continue;
     bool enclosed = false;
-    for (std::size_t h = 0; h < hooks.size() && !enclosed; ++h) enclosed = inside(hooks[h], part[r][0]);
+    for (std::size_t h = 0; h < hooks.size() && !enclosed; ++h)
+      enclosed = encloses<Point>(hooks[h], part[r][0]);
     if (!enclosed) return false;
   }
   return true;

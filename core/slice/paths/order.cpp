@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/geometry/box.h"
+#include "core/geometry/point_measures.h"
 #include "core/grid/random.h"
 
 namespace firn::slice {
@@ -13,13 +14,6 @@ namespace {
 
 constexpr std::size_t kWindow = 400;
 constexpr std::uint32_t kBlock = 16;  // points of a ring per box
-
-double square_distance(Point a, Point b) {
-  const double x = double(a.x) - b.x, y = double(a.y) - b.y;
-  return x * x + y * y;
-}
-
-double distance(Point a, Point b) { return std::sqrt(square_distance(a, b)); }
 
 double square_distance(const BoxOf<std::int32_t>& box, Point p) {
   const double x = std::max({0.0, double(box.x0) - p.x, double(p.x) - box.x1});
