@@ -9,7 +9,7 @@ namespace firn {
 namespace {
 
 // Instruments of the lab, in its order.
-std::vector<std::string> instruments(const Experiment& e) {
+std::vector<std::string> instrument_nodes(const Experiment& e) {
   std::vector<std::string> names;
   for (const LabProcess& p : lab_of(e).processes)
     if (port_defaults(p.node) && (!p.wanted || p.wanted(e))) names.emplace_back(p.node);
@@ -26,7 +26,7 @@ const std::string& port_text(const DevicesConfig& d, std::string_view node) {
 
 std::map<std::string, PortAddress> outside_ports(const Experiment& e) {
   std::map<std::string, PortAddress> outside;
-  for (const std::string& node : instruments(e))
+  for (const std::string& node : instrument_nodes(e))
     if (PortAddress a = parse_port_address(port_text(e.devices, node), *port_defaults(node));
         a.kind != PortAddress::Kind::kSimulated)
       outside.emplace(node, std::move(a));
@@ -40,7 +40,7 @@ std::map<std::string, PortAddress> real_ports(const Experiment& e) {
 }
 
 std::vector<std::string> simulated_ports(const Experiment& e) {
-  std::vector<std::string> all = instruments(e);
+  std::vector<std::string> all = instrument_nodes(e);
   const auto outside = outside_ports(e);
   std::erase_if(all, [&](const std::string& node) { return outside.contains(node); });
   return all;
@@ -49,7 +49,7 @@ std::vector<std::string> simulated_ports(const Experiment& e) {
 std::string ports_text(const Experiment& e) {
   const auto outside = outside_ports(e);
   std::string text, simulated;
-  for (const std::string& node : instruments(e)) {
+  for (const std::string& node : instrument_nodes(e)) {
     const auto at = outside.find(node);
     const bool real = at != outside.end() && at->second.real();
     std::string& list = real ? text : simulated;

@@ -103,7 +103,7 @@ Table valve(ValveLineConfig& v, const std::string& section) {
   return t;
 }
 
-Table instruments(Experiment& e) {
+Table instrument_table(Experiment& e) {
   Table t = rows("robot.", e.robot, drivers::kRobotConfig);
   add(t, valve(e.valve_a, "valve_a."));
   add(t, valve(e.valve_b, "valve_b."));
@@ -157,7 +157,7 @@ bool within_any(std::string_view key, std::span<const std::string_view> prefixes
 
 std::vector<Field> ice_fields(Experiment& e) {
   Table t = part_of(e);
-  add(t, instruments(e));
+  add(t, instrument_table(e));
   add(t, calibration(e.calibration));
   return t;
 }

@@ -8,7 +8,7 @@
 namespace firn::control {
 namespace {
 
-const SmfOptions& checked(const SmfOptions& o) {
+const SmfOptions& checked_smf(const SmfOptions& o) {
   check_options("smf", kSmfOptions, o);
   return o;
 }
@@ -17,7 +17,7 @@ const SmfOptions& checked(const SmfOptions& o) {
 
 Smf::Smf(const Setup& setup, const ControlOptions& options)
     : setup_(setup),
-      options_(checked(options.smf)),
+      options_(checked_smf(options.smf)),
       dh_mm_(options_.layer_height_mm > 0.0 ? options_.layer_height_mm : setup.model.layer_height_mm()),
       noise_gate_(options.noise_gate),
       part_cells_(setup.mask.count()),
@@ -28,7 +28,7 @@ Smf::Smf(const Setup& setup, const ControlOptions& options)
 }
 
 void Smf::use_options(const ControlOptions& options) {
-  take_changeable(kSmfOptions, checked(options.smf), options_);
+  take_changeable(kSmfOptions, checked_smf(options.smf), options_);
   noise_gate_ = options.noise_gate;
 }
 

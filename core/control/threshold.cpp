@@ -5,7 +5,7 @@
 namespace firn::control {
 namespace {
 
-const ThresholdOptions& checked(const ThresholdOptions& o) {
+const ThresholdOptions& checked_threshold(const ThresholdOptions& o) {
   check_options("threshold", kThresholdOptions, o);
   return o;
 }
@@ -14,7 +14,7 @@ const ThresholdOptions& checked(const ThresholdOptions& o) {
 
 Threshold::Threshold(const Setup& setup, const ControlOptions& options)
     : setup_(setup),
-      dh_mm_(checked(options.threshold).layer_height_mm),
+      dh_mm_(checked_threshold(options.threshold).layer_height_mm),
       threshold_mm_(options.threshold.threshold_mm),
       predict_(setup) {
   if (dh_mm_ == 0.0) dh_mm_ = setup.model.layer_height_mm();
@@ -22,7 +22,7 @@ Threshold::Threshold(const Setup& setup, const ControlOptions& options)
 }
 
 void Threshold::use_options(const ControlOptions& options) {
-  const double mm = checked(options.threshold).threshold_mm;
+  const double mm = checked_threshold(options.threshold).threshold_mm;
   threshold_mm_ = mm == 0.0 ? 0.5 * dh_mm_ : mm;
 }
 
