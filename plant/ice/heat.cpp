@@ -1,14 +1,10 @@
 #include "plant/ice/heat.h"
 
-#include <cvode/cvode.h>
-#include <nvector/nvector_serial.h>
-#include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
-#include <string>
+
+#include "plant/ode/cvode.h"
 
 namespace firn::plant {
 namespace {
@@ -23,7 +19,7 @@ struct Input {
   std::array<double, 3> threshold_degC{};
 };
 
-int right_hand_side(realtype, N_Vector y_vector, N_Vector rate_vector, void* user) {
+int heat_rates(realtype, N_Vector y_vector, N_Vector rate_vector, void* user) {
   const auto& in = *static_cast<const Input*>(user);
   const IceHeatParams& p = *in.params;
   const realtype* y = NV_DATA_S(y_vector);
@@ -47,48 +43,22 @@ int roots(realtype, N_Vector y_vector, realtype* g, void* user) {
   return 0;
 }
 
-void require(int flag, const char* call) {
-  if (flag < 0)
-    throw std::runtime_error(std::string("heat: ") + call + " failed, flag " + std::to_string(flag));
-}
-
 }  // namespace
 
 // Each step starts afresh (rates and relays jump), so the seven numbers are the whole of its state.
 struct Heat::Solver {
-  SUNContext context = nullptr;
-  N_Vector y = nullptr, tolerance = nullptr;
-  SUNNonlinearSolver iteration = nullptr;
-  void* cvode = nullptr;
   Input input;
+  Cvode cvode{"heat", kStates, heat_rates, &input};
+  N_Vector tolerance = N_VNew_Serial(kStates, cvode.context);
 
   explicit Solver(const IceHeatParams* params) {
     input.params = params;
-    require(SUNContext_Create(nullptr, &context), "SUNContext_Create");
-    y = N_VNew_Serial(kStates, context);
-    tolerance = N_VNew_Serial(kStates, context);
-    for (int n = 0; n < kStates; ++n) {
-      NV_Ith_S(y, n) = 0.0;
-      NV_Ith_S(tolerance, n) = n < 3 ? 1e-6 : n < 5 ? 1e-9 : 1e-3;
-    }
-    cvode = CVodeCreate(CV_ADAMS, context);
-    iteration = SUNNonlinSol_FixedPoint(y, 0, context);
-    if (!y || !tolerance || !cvode || !iteration) throw std::runtime_error("heat: no memory for CVODE");
-    require(CVodeInit(cvode, right_hand_side, 0.0, y), "CVodeInit");
-    require(CVodeSVtolerances(cvode, 1e-8, tolerance), "CVodeSVtolerances");
-    require(CVodeSetNonlinearSolver(cvode, iteration), "CVodeSetNonlinearSolver");
-    require(CVodeSetUserData(cvode, &input), "CVodeSetUserData");
-    require(CVodeRootInit(cvode, kRoots, roots), "CVodeRootInit");
-    require(CVodeSetNoInactiveRootWarn(cvode), "CVodeSetNoInactiveRootWarn");
-    require(CVodeSetMaxNumSteps(cvode, 100000), "CVodeSetMaxNumSteps");
+    for (int n = 0; n < kStates; ++n) NV_Ith_S(tolerance, n) = n < 3 ? 1e-6 : n < 5 ? 1e-9 : 1e-3;
+    cvode.require(CVodeSVtolerances(cvode.memory, 1e-8, tolerance), "CVodeSVtolerances");
+    cvode.require(CVodeRootInit(cvode.memory, kRoots, roots), "CVodeRootInit");
+    cvode.require(CVodeSetNoInactiveRootWarn(cvode.memory), "CVodeSetNoInactiveRootWarn");
   }
-  ~Solver() {
-    CVodeFree(&cvode);
-    SUNNonlinSolFree(iteration);
-    N_VDestroy(tolerance);
-    N_VDestroy(y);
-    SUNContext_Free(&context);
-  }
+  ~Solver() { N_VDestroy(tolerance); }
 };
 
 Heat::Heat(const IceWorldConfig& config) : params_(config.heat), set_degC_(config.heat.set_degC) {
@@ -168,7 +138,8 @@ void Heat::advance(std::int64_t t_us) {
 
 void Heat::step(double span_s) {
   Input& in = solver_->input;
-  realtype* y = NV_DATA_S(solver_->y);
+  const Cvode& cvode = solver_->cvode;
+  realtype* y = NV_DATA_S(cvode.y);
   double at_s = 0.0;
   while (at_s < span_s) {
     for (std::size_t n = 0; n < 3; ++n) {
@@ -186,15 +157,15 @@ void Heat::step(double span_s) {
     for (std::size_t v = 0; v < 2; ++v)
       if (state_.tank_mm3[v] <= 0.0) in.flow_mm3_s[v] = 0.0;
     in.power_W[0] += in.valve_W;
-    require(CVodeReInit(solver_->cvode, at_s, solver_->y), "CVodeReInit");
-    require(CVodeSetStopTime(solver_->cvode, span_s), "CVodeSetStopTime");
+    cvode.require(CVodeReInit(cvode.memory, at_s, cvode.y), "CVodeReInit");
+    cvode.require(CVodeSetStopTime(cvode.memory, span_s), "CVodeSetStopTime");
     realtype reached = at_s;
-    const int flag = CVode(solver_->cvode, span_s, solver_->y, &reached, CV_NORMAL);
-    require(flag, "CVode");
+    const int flag = CVode(cvode.memory, span_s, cvode.y, &reached, CV_NORMAL);
+    cvode.require(flag, "CVode");
     state_ = {{y[0], y[1], y[2]}, {y[3], y[4]}, {y[5], y[6]}};
     if (flag == CV_ROOT_RETURN) {
       int found[kRoots];
-      require(CVodeGetRootInfo(solver_->cvode, found), "CVodeGetRootInfo");
+      cvode.require(CVodeGetRootInfo(cvode.memory, found), "CVodeGetRootInfo");
       for (std::size_t n = 0; n < 3; ++n)  // on the threshold to rounding: switch for certain
         if (found[n] != 0) {
           relay_[n] = !relay_[n];

@@ -1,14 +1,9 @@
 #include "plant/inkjet/nozzle.h"
 
-#include <cvode/cvode.h>
-#include <nvector/nvector_serial.h>
-#include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
-
 #include <cmath>
-#include <stdexcept>
-#include <string>
 
 #include "core/grid/random.h"
+#include "plant/ode/cvode.h"
 
 namespace firn::plant {
 namespace {
@@ -19,7 +14,7 @@ struct Input {
   double target = 0.0;
 };
 
-int right_hand_side(realtype, N_Vector y_vector, N_Vector rate_vector, void* user) {
+int nozzle_rates(realtype, N_Vector y_vector, N_Vector rate_vector, void* user) {
   const auto& in = *static_cast<const Input*>(user);
   const NozzleParams& p = *in.params;
   const realtype* y = NV_DATA_S(y_vector);
@@ -31,38 +26,15 @@ int right_hand_side(realtype, N_Vector y_vector, N_Vector rate_vector, void* use
   return 0;
 }
 
-void require(int flag, const char* call) {
-  if (flag < 0)
-    throw std::runtime_error(std::string("nozzle: ") + call + " failed, flag " + std::to_string(flag));
-}
-
 }  // namespace
 
 // Every step starts afresh (the input jumps), so the state vector is all there is to save.
 struct Nozzle::Solver {
-  SUNContext context = nullptr;
-  N_Vector y = nullptr;
-  SUNNonlinearSolver iteration = nullptr;
-  void* cvode = nullptr;
   Input input;
+  Cvode cvode{"nozzle", 4, nozzle_rates, &input};
 
   explicit Solver(const NozzleParams* params) : input{params} {
-    require(SUNContext_Create(nullptr, &context), "SUNContext_Create");
-    y = N_VNew_Serial(4, context);
-    N_VConst(0.0, y);
-    cvode = CVodeCreate(CV_ADAMS, context);
-    require(CVodeInit(cvode, right_hand_side, 0.0, y), "CVodeInit");
-    require(CVodeSStolerances(cvode, 1e-6, 1e-9), "CVodeSStolerances");
-    iteration = SUNNonlinSol_FixedPoint(y, 0, context);
-    require(CVodeSetNonlinearSolver(cvode, iteration), "CVodeSetNonlinearSolver");
-    require(CVodeSetUserData(cvode, &input), "CVodeSetUserData");
-    require(CVodeSetMaxNumSteps(cvode, 100000), "CVodeSetMaxNumSteps");
-  }
-  ~Solver() {
-    CVodeFree(&cvode);
-    SUNNonlinSolFree(iteration);
-    N_VDestroy(y);
-    SUNContext_Free(&context);
+    cvode.require(CVodeSStolerances(cvode.memory, 1e-6, 1e-9), "CVodeSStolerances");
   }
 };
 
@@ -92,15 +64,16 @@ void Nozzle::advance(std::int64_t now_us) {
   if (span_s <= 0.0) return;
   if (!solver_) solver_ = std::make_unique<Solver>(&params_);
   solver_->input = {&params_, double(drops_) / span_s, target_};
-  realtype* y = NV_DATA_S(solver_->y);
+  const Cvode& cvode = solver_->cvode;
+  realtype* y = NV_DATA_S(cvode.y);
   y[0] = state_.pressure;
   y[1] = state_.wetting;
   y[2] = state_.heating_K;
   y[3] = state_.wander;
-  require(CVodeReInit(solver_->cvode, 0.0, solver_->y), "CVodeReInit");
-  require(CVodeSetStopTime(solver_->cvode, span_s), "CVodeSetStopTime");
+  cvode.require(CVodeReInit(cvode.memory, 0.0, cvode.y), "CVodeReInit");
+  cvode.require(CVodeSetStopTime(cvode.memory, span_s), "CVodeSetStopTime");
   realtype reached = 0.0;
-  require(CVode(solver_->cvode, span_s, solver_->y, &reached, CV_NORMAL), "CVode");
+  cvode.require(CVode(cvode.memory, span_s, cvode.y, &reached, CV_NORMAL), "CVode");
   state_ = {y[0], y[1], y[2], y[3]};
   at_us_ = now_us;
   drops_ = 0;
