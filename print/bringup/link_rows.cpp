@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kAnswerWithin_s = 2.0, kOthersWithin_s = 0.5;
 
-std::string text_of(const drivers::Request& r) { return std::string(r.text()); }
+std::string request_text(const drivers::Request& r) { return std::string(r.text()); }
 
 bool ensemble_line(std::string_view s) {
   return s.size() >= 2 && s.size() < 200 && std::string_view("%!#$").find(s[0]) != s.npos && s.back() == '\n';
@@ -65,17 +65,17 @@ const std::vector<Probe>& probes() {
     std::vector<Probe> p;
     p.push_back({"stage", "an Aerotech stage", "NONE\n", &ensemble_line});
     p.push_back({"lamp", "an OmniCure lamp", omnicure::frame("CONN"), &omnicure_answers});
-    p.push_back({"laser_profiler", "a Keyence LJ-V profiler", text_of(ljv::get_newest_profile(false)),
+    p.push_back({"laser_profiler", "a Keyence LJ-V profiler", request_text(ljv::get_newest_profile(false)),
                  [](std::string_view s) {
                    return whole_reply(ljv::LjvDialect(), ljv::get_newest_profile(false), s);
                  }});
     p.push_back({"laser_point", "a Keyence LK-G laser", "PR\r", [](std::string_view s) {
                    return s.ends_with('\r') && (s.starts_with("PR,") || s.starts_with("ER,"));
                  }});
-    p.push_back(
-        {"heater", "a heater's read-out box", text_of(thermostat::read_request(0)), [](std::string_view s) {
-           return whole_reply(thermostat::ThermostatDialect(), thermostat::read_request(0), s);
-         }});
+    p.push_back({"heater", "a heater's read-out box", request_text(thermostat::read_request(0)),
+                 [](std::string_view s) {
+                   return whole_reply(thermostat::ThermostatDialect(), thermostat::read_request(0), s);
+                 }});
     p.push_back({"robot", "a robot with FVP/1", hello_robot(), [](std::string_view s) {
                    return s.find("\r\n") != s.npos &&
                           drivers::fvp::parse(s.substr(0, s.find("\r\n") + 2)).kind !=
@@ -86,17 +86,18 @@ const std::vector<Probe>& probes() {
     p.push_back({"valve_a", "a valve with FVB/1",
                  std::string(reinterpret_cast<const char*>(hello.data()), hello.size()),
                  [](std::string_view s) { return fvb::find(bytes_of(s)).kind == fvb::Found::Kind::kFrame; }});
-    p.push_back({"camera", "a camera behind Firn's picture lines", text_of(picture_line::identify()),
+    p.push_back({"camera", "a camera behind Firn's picture lines", request_text(picture_line::identify()),
                  [](std::string_view s) {
                    return s.ends_with('\n') && (s.starts_with("OK ID") || s.starts_with("NO "));
                  }});
-    p.push_back(
-        {"gas", "an Alicat flow controller", text_of(alicat::poll_request({}, 0)), [](std::string_view s) {
-           return s.ends_with('\r') && alicat::parse_reading(s.substr(0, s.size() - 1)).has_value();
-         }});
-    p.push_back({"microdrop", "a Microdrop jet", text_of(MicrodropDialect().probe()), [](std::string_view s) {
-                   return s.ends_with('\r') && s.size() < 12 && microdrop::number_of(bytes_of(s)) >= 0;
+    p.push_back({"gas", "an Alicat flow controller", request_text(alicat::poll_request({}, 0)),
+                 [](std::string_view s) {
+                   return s.ends_with('\r') && alicat::parse_reading(s.substr(0, s.size() - 1)).has_value();
                  }});
+    p.push_back(
+        {"microdrop", "a Microdrop jet", request_text(MicrodropDialect().probe()), [](std::string_view s) {
+           return s.ends_with('\r') && s.size() < 12 && microdrop::number_of(bytes_of(s)) >= 0;
+         }});
     // Last: in its monitor the jet takes single letters.
     p.push_back({"jet", "a MicroFab jet", std::string("S\x02\x02\x04", 4), &jetdrive_reply});
     p.push_back({"jet", "a MicroFab jet", "Q", &jetdrive_reply});
@@ -165,7 +166,7 @@ BringupFinding check_link(BringupLab& lab, const std::string& node) {
   const auto answers = [&](const Probe& p, double within_s, const std::string& before = "") {
     const std::string& unit = lab.e.gas.atomizer_unit;
     const std::string question = p.node == "gas" && !unit.empty()
-                                     ? text_of(drivers::alicat::poll_request({unit[0], false}, 0))
+                                     ? request_text(drivers::alicat::poll_request({unit[0], false}, 0))
                                      : p.question;
     const std::string heard = line.ask(
         before + question, [&](std::string_view s) { return p.answered(s); }, within_s);

@@ -7,7 +7,6 @@
 #include "core/grid/cell_quality.h"
 #include "core/grid/device.h"
 #include "core/grid/npy.h"
-#include "files/digest.h"
 #include "files/record/event_log.h"
 #include "files/run_documents.h"
 #include "files/text_file.h"
@@ -22,6 +21,7 @@
 #include "print/exit_codes.h"
 #include "print/folder/run_folder.h"
 #include "print/folder/run_seal.h"
+#include "print/inputs/targets.h"
 #include "runtime/build_info.h"
 #include "runtime/wal_file.h"
 
@@ -196,11 +196,6 @@ void mark_imported(const RunFolder& folder, const ImportSource& source,
   for (const std::string& line : assumptions) assumed += (assumed.empty() ? "" : "; ") + line;
   j["imported"] = {{"from", source.name}, {"sha256", source.sha256}, {"assumptions", assumed}};
   write_file_atomically(file, j.dump(2) + "\n");
-}
-
-Blob make_blob(std::string role, std::vector<std::byte> bytes) {
-  std::string sha256 = sha256_hex(bytes);
-  return {std::move(role), std::move(sha256), std::move(bytes)};
 }
 
 }  // namespace

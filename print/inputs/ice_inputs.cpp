@@ -10,7 +10,6 @@
 #include "config/ice_lab.h"
 #include "core/planning/path_reach.h"
 #include "core/slice/paths/interval_paths.h"
-#include "files/digest.h"
 #include "files/usage_error.h"
 #include "print/inputs/mesh_part.h"
 #include "print/inputs/path_input.h"
@@ -26,11 +25,6 @@ namespace {
 constexpr double kFieldMargin_mm = 4.0;
 constexpr double kFieldStep_mm = 1.0;   // so that a slightly other part has the same field
 constexpr double kFieldShift_mm = 0.5;  // cells of the truth that is logged are those of maps of 1 mm
-
-Blob make_blob(std::string role, std::vector<std::byte> bytes) {
-  std::string name = sha256_hex(bytes);
-  return {std::move(role), std::move(name), std::move(bytes)};
-}
 
 Machine machine_of(const Experiment& e, const std::vector<std::byte>& text) {
   return parse_machine({reinterpret_cast<const char*>(text.data()), text.size()}, e.ice.machine);

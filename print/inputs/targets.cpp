@@ -76,12 +76,12 @@ PartOfCell part_of_cell(const GreyPicture& grey, const Coverage& x, const Covera
   return part;
 }
 
-Blob make_blob(std::string role, std::vector<std::byte> bytes) {
-  std::string name = sha256_hex(bytes);
-  return {std::move(role), std::move(name), std::move(bytes)};
-}
-
 }  // namespace
+
+Blob make_blob(std::string role, std::vector<std::byte> bytes) {
+  std::string sha256 = sha256_hex(bytes);
+  return {std::move(role), std::move(sha256), std::move(bytes)};
+}
 
 std::vector<std::byte> read_bytes(const std::filesystem::path& path, const std::string& key) {
   const std::string file = path.string();

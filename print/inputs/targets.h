@@ -47,6 +47,9 @@ Mask layer_from_png(std::span<const std::byte> png, const GridSpec& grid, const 
 /// Reads the bytes of a file. @throws ConfigError (file `path`, key): not a file, unreadable.
 std::vector<std::byte> read_bytes(const std::filesystem::path& path, const std::string& key);
 
+/// Names bytes by their digest.
+Blob make_blob(std::string role, std::vector<std::byte> bytes);
+
 /// Makes the blobs "target" ('<f8'), "mask" ('|u1'), for a height map "image" (the PNG as it is) and for two
 /// inks "geometry" (core/grid/geometry.h).
 /// @param folder of the experiment file, to which part.image is relative.
