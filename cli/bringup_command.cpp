@@ -48,7 +48,7 @@ std::optional<bool> ask_terminal(const std::string& question) {
   }
 }
 
-void show(const BringupResult& r) {
+void show_bringup(const BringupResult& r) {
   fmt::print("{:<7} {:>2} {:<14} {}\n", r.state, r.id, r.node, r.what);
   if (!r.measured.empty())
     fmt::print("           {}{}\n", r.measured, r.limit.empty() ? "" : "; wanted: " + r.limit);
@@ -115,7 +115,7 @@ int run_bringup(const BringupOptions& o) {
     failed += r.state == "failed";
     done += r.state == "ok";
     open += r.state == "open";
-    if (!o.json) show(r);
+    if (!o.json) show_bringup(r);
     if (at != state.rows.end())
       *at = r;
     else

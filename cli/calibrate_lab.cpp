@@ -60,7 +60,7 @@ std::vector<LabKey> lab_keys(const LabCalibration& c) {
   return keys;
 }
 
-nlohmann::ordered_json json_of(const LabCalibration& c) {
+nlohmann::ordered_json calibration_json(const LabCalibration& c) {
   nlohmann::ordered_json keys = nlohmann::ordered_json::array(), also = keys;
   for (const FoundKey& k : c.keys) {
     const auto values = [&](const std::vector<double>& v) {
@@ -86,7 +86,7 @@ nlohmann::ordered_json json_of(const LabCalibration& c) {
           {"lab_s", c.lab_s}};
 }
 
-void print(const LabCalibration& c) {
+void print_calibration(const LabCalibration& c) {
   for (const FoundKey& k : c.keys) {
     const std::string name = k.section + "." + k.key;
     if (!k.list) {
@@ -262,13 +262,13 @@ int run_calibrate_lab(const CalibrateLabOptions& o) {
     write_text(proposal, after);
   }
   if (o.json) {
-    nlohmann::ordered_json out = json_of(c);
+    nlohmann::ordered_json out = calibration_json(c);
     if (!proposal.empty()) out["proposal"] = proposal.string();
     if (!o.plot.empty()) out["plot"] = o.plot;
     std::printf("%s\n", out.dump(2).c_str());
     return kOk;
   }
-  print(c);
+  print_calibration(c);
   if (!proposal.empty())
     fmt::print("{} {}:\n{}", o.write ? "written into" : "proposed in", proposal.string(), changes);
   return kOk;

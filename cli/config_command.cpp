@@ -27,14 +27,14 @@ nlohmann::ordered_json as_json(Experiment experiment) {
   return out;
 }
 
-void print(const std::string& text) { std::fputs(text.c_str(), stdout); }
+void write_out(const std::string& text) { std::fputs(text.c_str(), stdout); }
 
 nlohmann::ordered_json as_json(const ConfigError& e) {
   return {{"file", e.file}, {"line", e.line}, {"key", e.key}, {"problem", e.problem}};
 }
 
 // All mistakes of the keys; the inputs that they name are read when there are none.
-int check(const ConfigOptions& options) {
+int check_file(const ConfigOptions& options) {
   std::vector<ConfigError> mistakes;
   try {
     mistakes = mistakes_of(read_with_includes(options.file), options.overrides);
@@ -46,8 +46,8 @@ int check(const ConfigOptions& options) {
     mistakes.push_back(e);
   }
   if (mistakes.empty()) {
-    print(options.json ? nlohmann::ordered_json{{"ok", true}, {"file", options.file}}.dump(2) + "\n"
-                       : options.file + ": ok\n");
+    write_out(options.json ? nlohmann::ordered_json{{"ok", true}, {"file", options.file}}.dump(2) + "\n"
+                           : options.file + ": ok\n");
     return kOk;
   }
   if (!options.json) {
@@ -60,7 +60,7 @@ int check(const ConfigOptions& options) {
   nlohmann::ordered_json out = {{"ok", false}};
   out.update(first);
   out["mistakes"] = all;
-  print(out.dump(2) + "\n");
+  write_out(out.dump(2) + "\n");
   return kUsage;
 }
 
@@ -85,17 +85,17 @@ std::string explanation(const Field& f) {
   return text + "    labs: " + labs + "\n";
 }
 
-void show(const std::vector<const Field*>& found, bool json, bool long_form) {
+void show_fields(const std::vector<const Field*>& found, bool json, bool long_form) {
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
   for (const Field* f : found)
     if (json)
       all.push_back(as_json(*f));
     else
-      print(long_form
-                ? explanation(*f)
-                : f->key + " = " + value_text(*f) + (f->unit.empty() ? "" : " " + std::string(f->unit)) +
-                      ": " + std::string(f->meaning) + "\n");
-  if (json) print(all.dump(2) + "\n");
+      write_out(long_form
+                    ? explanation(*f)
+                    : f->key + " = " + value_text(*f) + (f->unit.empty() ? "" : " " + std::string(f->unit)) +
+                          ": " + std::string(f->meaning) + "\n");
+  if (json) write_out(all.dump(2) + "\n");
 }
 
 int find(const ConfigOptions& options) {
@@ -104,7 +104,7 @@ int find(const ConfigOptions& options) {
   Experiment defaults;
   const std::vector<Field> table = fields(defaults);
   const auto found = find_fields(table, query);
-  show(found, options.json, false);
+  show_fields(found, options.json, false);
   if (found.empty()) std::fprintf(stderr, "firn config find: no key and no sentence has these words\n");
   return found.empty() ? kFailed : kOk;
 }
@@ -122,7 +122,7 @@ int explain(const ConfigOptions& options) {
         key.substr(0, 100) + ": unknown key" +
         (near.empty() ? "; firn config find WORD searches them" : "; the nearest known one is " + near));
   }
-  show(found, options.json, true);
+  show_fields(found, options.json, true);
   return kOk;
 }
 
@@ -131,10 +131,10 @@ int explain(const ConfigOptions& options) {
 int run_config(const ConfigOptions& options) {
   switch (options.action) {
     case ConfigAction::kCheck:
-      return check(options);
+      return check_file(options);
     case ConfigAction::kDump: {
       const Experiment experiment = load_experiment(options.file, options.overrides);
-      print(options.json ? as_json(experiment).dump(2) + "\n" : dump(experiment));
+      write_out(options.json ? as_json(experiment).dump(2) + "\n" : dump(experiment));
       return kOk;
     }
     case ConfigAction::kFind:

@@ -35,7 +35,7 @@ double cpu_s() {
   return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
 }
 
-Experiment experiment_of(const DecideOptions& o, const GridSpec& grid) {
+Experiment deciding_experiment(const DecideOptions& o, const GridSpec& grid) {
   std::vector<std::pair<std::string, std::string>> texts;
   if (!o.model.empty()) {
     const auto bytes = read_bytes(o.model, "--model");
@@ -155,7 +155,7 @@ std::string decided(const DecideOptions& o) {
   {
     const auto bytes = read_bytes(o.height, "--height");
     const NpyShape shape = npy_shape(bytes, o.height);
-    e = experiment_of(o, {shape.nx, shape.ny});
+    e = deciding_experiment(o, {shape.nx, shape.ny});
     height = height_map_from_npy(bytes, e.grid, o.height);
   }
   const control::ControlOptions options = control_options(e);

@@ -137,7 +137,8 @@ void show_json(const DeviceCommandOptions& o, const DeviceReport& r, const std::
   std::puts(j.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
 }
 
-void show(const DeviceCommandOptions& o, const DeviceReport& r, const std::vector<std::string>& sent) {
+void show_exchange(const DeviceCommandOptions& o, const DeviceReport& r,
+                   const std::vector<std::string>& sent) {
   for (const std::string& line : sent) fmt::print("{}", line);
   if (r.state && !o.dry_run) fmt::print("{}: {}\n", o.node, state_text(*r.state));
   if (r.temperature)
@@ -205,7 +206,7 @@ int run_device(const DeviceCommandOptions& o) {
   if (o.json)
     show_json(o, report, port, real, sent);
   else
-    show(o, report, sent);
+    show_exchange(o, report, sent);
   return report.status;
 }
 

@@ -26,7 +26,7 @@ std::unique_ptr<tables::TableSink> sink_of(const std::string& output) {
   throw UsageError(output + ": no format with this ending; there are .h5, .npz, .mcap and .csv (a folder)");
 }
 
-std::string name_of(const fs::path& run) { return fs::weakly_canonical(run).filename().string(); }
+std::string group_name(const fs::path& run) { return fs::weakly_canonical(run).filename().string(); }
 
 }  // namespace
 
@@ -34,8 +34,8 @@ int run_export(const ExportOptions& options) {
   std::set<std::string> names;
   for (const std::string& run : options.runs) {
     refuse_running(run);
-    if (!names.insert(name_of(run)).second)
-      throw UsageError(run + ": two runs have the name " + name_of(run) + ", which names their group");
+    if (!names.insert(group_name(run)).second)
+      throw UsageError(run + ": two runs have the name " + group_name(run) + ", which names their group");
   }
   nlohmann::ordered_json runs = nlohmann::ordered_json::array();
   std::unique_ptr<tables::McapExport> mcap;
@@ -47,9 +47,9 @@ int run_export(const ExportOptions& options) {
   JobProgress progress("export");
   for (std::size_t k = 0; k < options.runs.size(); ++k) {
     const fs::path run = options.runs[k];
-    const std::string prefix = options.runs.size() > 1 ? name_of(run) + "/" : "";
+    const std::string prefix = options.runs.size() > 1 ? group_name(run) + "/" : "";
     const auto show = [&](double fraction) {
-      progress.show((double(k) + fraction) / double(options.runs.size()), name_of(run));
+      progress.show((double(k) + fraction) / double(options.runs.size()), group_name(run));
     };
     const std::uint64_t messages =
         mcap ? mcap->add(run, prefix, show) : tables::export_run(run, prefix, *sink, show);

@@ -32,7 +32,7 @@ std::string text_of(double mean_mm, double half_mm) {
   return fmt::format("{:.3f} +- {:.3f}", mean_mm * 1e3, half_mm * 1e3);
 }
 
-void show(const Identification& id) {
+void show_identification(const Identification& id) {
   const auto& p = id.prints;
   fmt::print("{} layers, {} droplets, noise {:.2f} um a cell; 95 % intervals, um\n", id.layers, id.droplets,
              id.noise_std_mm * 1e3);
@@ -84,7 +84,7 @@ int identify_one(const IdentifyOptions& options) {
                      {"corner", json_of(id.prints.corner)}};
     std::puts(j.dump(2).c_str());
   } else if (id.uninformative.empty()) {
-    show(id);
+    show_identification(id);
   }
   if (!id.uninformative.empty()) {
     fmt::print(stderr, "{} cannot identify h1, h2, h3: {}\n", options.runs.front(), id.uninformative);

@@ -61,7 +61,7 @@ std::string setting(const char* key, double value) {
   return std::string(key) + "=" + number;
 }
 
-Experiment experiment_of(const ImportOptions& o, const LayerRecord& record) {
+Experiment imported_experiment(const ImportOptions& o, const LayerRecord& record) {
   const GridSpec& g = record.grid;
   std::vector<std::string> settings{
       "run.name=\"" + o.name + "\"",
@@ -95,7 +95,7 @@ int run_import(const ImportOptions& o) {
   LayerRecord record = folder ? read_layer_files(o.record, o.input, how)
                               : read_layer_table(read_file(o.record), o.record, how);
   ImportSource source{o.record, digest_of({o.record, o.input}), o.input_per_drop.value_or(0.0), o.target_mm};
-  const Experiment experiment = experiment_of(o, record);
+  const Experiment experiment = imported_experiment(o, record);
   const std::int64_t points = record.points, missing = record.missing;
   const ImportedRun run = write_imported_run(std::move(record), experiment, source, o.runs);
   if (o.json) {

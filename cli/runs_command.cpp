@@ -27,16 +27,16 @@ std::string size_text(std::uint64_t bytes) {
                                 : fmt::format("{:.0f} kB", double(bytes) * 1e-3);
 }
 
-Json as_json(const RunEntry& r) {
+Json entry_json(const RunEntry& r) {
   return {
       {"run", r.folder.string()}, {"started_utc", r.started_utc}, {"name", r.name},     {"scheme", r.scheme},
       {"outcome", r.outcome},     {"layers", r.layers},           {"reason", r.reason}, {"bytes", r.bytes}};
 }
 
-void show(const std::vector<RunEntry>& runs, bool json, const char* nothing) {
+void show_runs(const std::vector<RunEntry>& runs, bool json, const char* nothing) {
   if (json) {
     Json all = Json::array();
-    for (const RunEntry& r : runs) all.push_back(as_json(r));
+    for (const RunEntry& r : runs) all.push_back(entry_json(r));
     return fmt::print("{}\n", all.dump(2));
   }
   std::uint64_t sum = 0;
@@ -67,7 +67,7 @@ int clean(const RunsOptions& o) {
     return r.running || (o.older_than_days && age_days(r) < *o.older_than_days) ||
            (!o.outcome.empty() && r.outcome != o.outcome);
   });
-  show(runs, o.json, "no run to remove");
+  show_runs(runs, o.json, "no run to remove");
   if (!o.yes) {
     if (!runs.empty()) fmt::print(stderr, "nothing was removed; --yes removes them\n");
     return kOk;
@@ -110,7 +110,7 @@ int run_runs(const RunsOptions& o) {
     throw UsageError("'" + action + "' is none of list, find, clean, pack, expand");
   std::vector<RunEntry> runs = list_runs(o.runs);
   if (action == "find") std::erase_if(runs, [&](const RunEntry& r) { return !mentions(r, o.words[1]); });
-  show(runs, o.json, action == "find" ? "no run mentions it" : "no runs");
+  show_runs(runs, o.json, action == "find" ? "no run mentions it" : "no runs");
   return kOk;
 }
 

@@ -102,7 +102,7 @@ int slice_experiment(const SliceCommandOptions& o) {
   return kOk;
 }
 
-void check(const SliceCommandOptions& o) {
+void check_options(const SliceCommandOptions& o) {
   if (o.meshes.empty()) throw UsageError("MESH is missing");
   check_outputs(o);
   const bool pictures = !o.svg.empty() || !o.png.empty() || !o.layer_json.empty();
@@ -211,7 +211,7 @@ int run_slice(const SliceCommandOptions& given) {
   SliceCommandOptions o = given;
   if (!o.experiment.empty()) return slice_experiment(o);
   const SliceSettings settings = settings_of(o);
-  check(o);
+  check_options(o);
   keep_freed_memory();
   InterruptGuard guard;
   try {

@@ -47,7 +47,7 @@ struct Judged {
   double rms = 0.0;
 };
 
-ordered_json json_of(const Judged& j) {
+ordered_json judged_json(const Judged& j) {
   ordered_json z = ordered_json::array();
   for (const auto& pole : poles(j.gains)) z.push_back({pole.real(), pole.imag()});
   return {{"what", j.what},
@@ -155,7 +155,7 @@ int run_tune_smf(const TuneCommandOptions& o) {
     if (!o.output.empty()) write_file_atomically(o.output, replay::standalone_svg(picture(all, d)));
     if (o.json) {
       ordered_json rows = ordered_json::array();
-      for (const Judged& j : all) rows.push_back(json_of(j));
+      for (const Judged& j : all) rows.push_back(judged_json(j));
       std::puts(ordered_json{{"algorithm", gains::name(tune.algorithm)},
                              {"evaluations", t.evaluations},
                              {"optimality", t.optimality},

@@ -12,7 +12,7 @@
 namespace firn::replay {
 namespace {
 
-std::string of(const PassOrder& o) {
+std::string pass_name(const PassOrder& o) {
   return "layer " + std::to_string(o.layer) + ", pass " + std::to_string(o.pass) +
          (o.attempt ? ", attempt " + std::to_string(o.attempt) : "");
 }
@@ -165,15 +165,16 @@ class Audit {
     const PassOrder& o = record_.orders[n];
     const PlannedLayer* plan = plan_of(o);
     if (!plan)
-      add(ViolationKind::kOtherCells, of(o) + ": no plan asked for it");
+      add(ViolationKind::kOtherCells, pass_name(o) + ": no plan asked for it");
     else if (o.attempt == 0 && cells_of(*plan, o) != o.cells && !(cut_off(o) && within(*plan, o)))
-      add(ViolationKind::kOtherCells, of(o) + ": the stage was sent to other cells than the plan of map " +
+      add(ViolationKind::kOtherCells, pass_name(o) +
+                                          ": the stage was sent to other cells than the plan of map " +
                                           std::to_string(plan->map_id) + " names");
     if (given_again(n)) return;
     const PassReport* r = report_of(o);
     if (!r) {
       if (!is_last(o) || record_.finished)
-        add(ViolationKind::kNoReport, of(o) + ": no report, and the print went on");
+        add(ViolationKind::kNoReport, pass_name(o) + ": no report, and the print went on");
       return;
     }
     const std::int64_t cells = std::int64_t(o.cells.size());
@@ -182,7 +183,7 @@ class Audit {
     else if (r->unknown_from < cells && !is_last(o) &&
              (record_.orders[n + 1].layer != o.layer || record_.orders[n + 1].pass != o.pass))
       add(ViolationKind::kSkippedPass,
-          of(o) + ": " + std::to_string(cells - r->unknown_from) + " droplets were left out");
+          pass_name(o) + ": " + std::to_string(cells - r->unknown_from) + " droplets were left out");
   }
 
   static bool within(const PlannedLayer& plan, const PassOrder& o) {
@@ -211,7 +212,7 @@ class Audit {
                         });
       if (!seen) {
         u.resolved_by.reset();
-        add(ViolationKind::kUnresolved, what + of(*next) + " was planned without a scan after it");
+        add(ViolationKind::kUnresolved, what + pass_name(*next) + " was planned without a scan after it");
       }
     }
   }
@@ -261,25 +262,26 @@ class Audit {
       const bool on_grid = o.grid.contains(s->i, s->j);
       const std::uint32_t c = on_grid ? std::uint32_t(o.grid.index(s->i, s->j)) : 0;
       if (!on_grid || !place.contains(c)) {
-        add(ViolationKind::kCellNotCommanded, of(o) + ": a droplet on cell (" + std::to_string(s->i) + ", " +
-                                                  std::to_string(s->j) + "), which was not commanded" +
+        add(ViolationKind::kCellNotCommanded, pass_name(o) + ": a droplet on cell (" + std::to_string(s->i) +
+                                                  ", " + std::to_string(s->j) + "), which was not commanded" +
                                                   at(s->t_us));
         continue;
       }
       triggered[std::size_t(place[c])] = true;
       if (++fired[c] > 1)
-        add(ViolationKind::kCellTwice, of(o) + ": a second droplet on " + cell(o.grid, c) + at(s->t_us));
+        add(ViolationKind::kCellTwice,
+            pass_name(o) + ": a second droplet on " + cell(o.grid, c) + at(s->t_us));
       check_ink(o, *s, c);
       check_wet(o, *s, c);
       if (std::int64_t(s->exposures) < o.layer - 1)
-        add(ViolationKind::kNotCured, of(o) + ": a droplet on " + cell(o.grid, c) + " after " +
+        add(ViolationKind::kNotCured, pass_name(o) + ": a droplet on " + cell(o.grid, c) + " after " +
                                           std::to_string(s->exposures) + " exposures" + at(s->t_us));
     }
     const PassReport* r = report_of(o);
     if (given_again(n)) {
       if (!shots_[n].empty())
         add(ViolationKind::kCellNotReported,
-            of(o) + ": " + std::to_string(shots_[n].size()) +
+            pass_name(o) + ": " + std::to_string(shots_[n].size()) +
                 " droplets of a command that was given again as if it had been refused");
       return;
     }
@@ -287,10 +289,10 @@ class Audit {
     for (std::size_t k = 0; k < o.cells.size(); ++k) {
       if (std::int64_t(k) < r->unknown_from && !triggered[k])
         add(ViolationKind::kCellNotTriggered,
-            of(o) + ": " + cell(o.grid, o.cells[k]) + " is reported as done but was not triggered");
+            pass_name(o) + ": " + cell(o.grid, o.cells[k]) + " is reported as done but was not triggered");
       if (std::int64_t(k) >= r->unknown_to && triggered[k])
         add(ViolationKind::kCellNotReported,
-            of(o) + ": " + cell(o.grid, o.cells[k]) + " was triggered but is reported as not done");
+            pass_name(o) + ": " + cell(o.grid, o.cells[k]) + " was triggered but is reported as not done");
     }
   }
 
@@ -299,7 +301,7 @@ class Audit {
     const Material wanted = plan && c < plan->materials.size() ? plan->materials.of(c) : Material::kA;
     if (s.ink != wanted)
       add(ViolationKind::kWrongInk,
-          of(o) + ": " + cell(o.grid, c) + " got a droplet of the other ink" + at(s.t_us));
+          pass_name(o) + ": " + cell(o.grid, c) + " got a droplet of the other ink" + at(s.t_us));
   }
 
   // Between two cures all droplets of a layer lie in one sub-pattern.
@@ -309,7 +311,7 @@ class Audit {
     const int number = sub_pattern_of(int(c) % o.grid.nx, int(c) / o.grid.nx, part->sub_patterns);
     const auto [wet, first] = wet_.try_emplace(s.exposures, std::pair(o.layer, number));
     if (!first && wet->second.first == o.layer && wet->second.second != number)
-      add(ViolationKind::kWetNeighbour, of(o) + ": a droplet on " + cell(o.grid, c) +
+      add(ViolationKind::kWetNeighbour, pass_name(o) + ": a droplet on " + cell(o.grid, c) +
                                             " while another sub-pattern of the layer is wet" + at(s.t_us));
   }
 

@@ -28,7 +28,7 @@ struct PathHistory {
   std::int64_t firings = 0, fired = 0;  ///< lists with a pulse; pulses
 };
 
-std::string of(const path_job_t& j) {
+std::string path_name(const path_job_t& j) {
   return "path " + std::to_string(j.path) + " of layer " + std::to_string(j.layer);
 }
 
@@ -133,7 +133,8 @@ class PathAudit {
       path->second.fired += f.fired;
       path->second.firings += f.fired > 0;
       if (f.valve != path->second.job.valve)
-        add(ViolationKind::kWrongInk, of(path->second.job) + ": fired by valve " + std::to_string(f.valve));
+        add(ViolationKind::kWrongInk,
+            path_name(path->second.job) + ": fired by valve " + std::to_string(f.valve));
     }
   }
 
@@ -142,13 +143,15 @@ class PathAudit {
       return add(ViolationKind::kNotCommanded,
                  "path " + std::to_string(p.reports.front().path) + ": reported, never planned");
     if (p.reports.size() > 1)
-      add(ViolationKind::kPathTwice, of(p.job) + ": reported " + std::to_string(p.reports.size()) + " times");
+      add(ViolationKind::kPathTwice,
+          path_name(p.job) + ": reported " + std::to_string(p.reports.size()) + " times");
     if (p.reports.empty()) {
       // Paths run in the order of their numbers; a batch may be replaced before it is begun.
       if (p.job.path < last_reported_ && batch_begun(p.job.batch))
-        add(ViolationKind::kSkippedPass, of(p.job) + ": left out");
+        add(ViolationKind::kSkippedPass, path_name(p.job) + ": left out");
       if (p.fired > 0 && v_.finished)
-        add(ViolationKind::kNoReport, of(p.job) + ": " + std::to_string(p.fired) + " pulses, no report");
+        add(ViolationKind::kNoReport,
+            path_name(p.job) + ": " + std::to_string(p.fired) + " pulses, no report");
       return;
     }
     const path_report_t& r = p.reports.front();
@@ -163,13 +166,13 @@ class PathAudit {
     }
     if (!world_) return;
     if (p.firings > p.job.lists)
-      add(ViolationKind::kPathTwice, of(p.job) + ": " + std::to_string(p.firings) + " lists were fired of " +
-                                         std::to_string(p.job.lists));
+      add(ViolationKind::kPathTwice, path_name(p.job) + ": " + std::to_string(p.firings) +
+                                         " lists were fired of " + std::to_string(p.job.lists));
     if (p.fired > r.pulses_commanded)
-      add(ViolationKind::kPathTwice,
-          of(p.job) + ": " + std::to_string(p.fired) + " pulses of " + std::to_string(r.pulses_commanded));
+      add(ViolationKind::kPathTwice, path_name(p.job) + ": " + std::to_string(p.fired) + " pulses of " +
+                                         std::to_string(r.pulses_commanded));
     if (done && r.pulses_counted >= 0 && r.pulses_counted != p.fired)
-      add(ViolationKind::kCellNotTriggered, of(p.job) + ": the valve counted " +
+      add(ViolationKind::kCellNotTriggered, path_name(p.job) + ": the valve counted " +
                                                 std::to_string(r.pulses_counted) + " pulses, " +
                                                 std::to_string(p.fired) + " were fired");
   }

@@ -74,7 +74,7 @@ std::string line(const char* style, double x0, double y0, double x1, double y1) 
   return text;
 }
 
-std::string legend(double left, double top) {
+std::string aerosol_legend(double left, double top) {
   std::string s;
   const auto entry = [&](int n, const std::string& sample, const char* text) {
     const double x = left + 190.0 * (n % 2), y = top + 20.0 * (n / 2);
@@ -146,7 +146,7 @@ std::string aerosol_path_picture(const PrintJob& job, const AerosolPlan& plan, c
   };
   point(job.start, "start");
   if (!(job.end == job.start)) point(job.end, "end");
-  return s + legend(16, f.bottom + 56) + "</svg>\n";
+  return s + aerosol_legend(16, f.bottom + 56) + "</svg>\n";
 }
 
 std::string aerosol_speed_picture(const AerosolPlan& plan, const std::string& title) {

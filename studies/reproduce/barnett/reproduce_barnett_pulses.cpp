@@ -21,7 +21,7 @@ constexpr double kStep = 0.016, kBoundary_mm = 1.5, kFill_mm = 3.0, kLayer_mm = 
 constexpr double kDropsPerMm = 1.0, kTop = 125.0, kAcceleration = 500.0, kJerk = 4000.0;
 
 // Rest to rest in minimum time under (4.10): ramps of 0.375 s with jerk, and top speed between them.
-double speed_at(double t_s, double length_mm) {
+double commanded_speed(double t_s, double length_mm) {
   const double ramp = kTop / kAcceleration + kAcceleration / kJerk, rise = kAcceleration / kJerk;
   const double whole = length_mm / kTop + ramp;
   const double t = std::clamp(std::min(t_s, whole - t_s), 0.0, ramp);
@@ -35,7 +35,7 @@ FlowDemand straight(double length_mm, double width_mm) {
   d.step_s = kStep;
   const double whole = length_mm / kTop + kTop / kAcceleration + kAcceleration / kJerk;
   for (int n = 0; n <= int(std::ceil(whole / kStep)); ++n)
-    d.speed_mm_s.push_back(speed_at(kStep * n, length_mm));
+    d.speed_mm_s.push_back(commanded_speed(kStep * n, length_mm));
   d.flow_mm3_s.resize(d.speed_mm_s.size());
   nominal_flow(width_mm, kLayer_mm, d.speed_mm_s, d.flow_mm3_s);
   return d;
@@ -73,7 +73,7 @@ double pulses_by_integral(double length_mm, double width_mm, double duration_s) 
   double sum = 0.0;
   for (int k = 0; k < kParts; ++k) {
     const double tau = (k + 0.5) / kParts;
-    sum += (1.0 + action(tau)) * speed_at(tau * duration_s, length_mm);
+    sum += (1.0 + action(tau)) * commanded_speed(tau * duration_s, length_mm);
   }
   return kFeedForward * width_mm * kLayer_mm * sum * duration_s / kParts;
 }

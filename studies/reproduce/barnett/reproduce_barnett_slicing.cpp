@@ -24,7 +24,7 @@
 namespace firn {
 namespace {
 
-std::string id(const std::string& name) { return "barnett.slicing." + name; }
+std::string slicing_id(const std::string& name) { return "barnett.slicing." + name; }
 
 double cpu_s() { return double(std::clock()) / CLOCKS_PER_SEC; }
 template <class Body>
@@ -78,7 +78,7 @@ void format_rows(Reproduction& to, const SampleMesh& mesh) {
     const std::string text = mesh_bytes(mesh, r.format);
     const auto bytes = std::as_bytes(std::span(text));
     const double mb = double(text.size()) * million / (1 << 20);
-    ReproduceRow size(id(std::string("size-") + r.name),
+    ReproduceRow size(slicing_id(std::string("size-") + r.name),
                       std::string("Table 3-2: size of a million facets, ") + r.name, "MiB", mb, 1);
     size.prints(r.mb, kTable32, r.quote);
     if (r.format == MeshFormat::kBinaryStl || (r.format == MeshFormat::kBinaryPly && indexed))
@@ -95,7 +95,7 @@ void format_rows(Reproduction& to, const SampleMesh& mesh) {
         for (const slice::Corner& c : facets.facet(n)) sum += double(c[0]) + double(c[1]) + double(c[2]);
     });
     same = same && std::isfinite(sum);
-    to.row(ReproduceRow(id(std::string("import-") + r.name),
+    to.row(ReproduceRow(slicing_id(std::string("import-") + r.name),
                         std::string("Table 3-2: import, ") + r.name +
                             fmt::format(", {} facets (thesis: a million)", mesh.triangles.size()),
                         "s", took, 3)
@@ -129,8 +129,8 @@ void loop_rows(Reproduction& to, const SampleMesh& mesh) {
     if (read != mesh.triangles.size())
       throw std::runtime_error(
           fmt::format("{}: {} of {} facets were read", what, read, mesh.triangles.size()));
-    to.row(ReproduceRow(id(std::string("import-") + name), std::string("Table 3-2: import, ") + what + facets,
-                        "s", took, 3)
+    to.row(ReproduceRow(slicing_id(std::string("import-") + name),
+                        std::string("Table 3-2: import, ") + what + facets, "s", took, 3)
                .prints(thesis_s, kTable32, quote)
                .not_identifiable(kOwnTimes));
   };
@@ -274,10 +274,10 @@ void stage_rows(Reproduction& to, const Thesis& t, const Stages& s, std::size_t 
   const auto row = [&](const std::string& name, const std::string& what, const Source& source, double thesis,
                        double ours) {  // seconds, or a count
     const bool count = what.find("segments") != std::string::npos;
-    to.row(
-        ReproduceRow(id(std::string(t.name) + "-" + name), what + mesh, count ? "" : "s", ours, count ? 0 : 3)
-            .prints(thesis, source.place, source.quote)
-            .not_identifiable(count ? kOwnMesh : kOwnTimes));
+    to.row(ReproduceRow(slicing_id(std::string(t.name) + "-" + name), what + mesh, count ? "" : "s", ours,
+                        count ? 0 : 3)
+               .prints(thesis, source.place, source.quote)
+               .not_identifiable(count ? kOwnMesh : kOwnTimes));
   };
   row("segments", "Table 3-3: segments before PATHFILTER", kTable33, t.segments, double(s.counts.segments));
   row("filtered", "Table 3-3: segments after PATHFILTER, spacing 0.4 mm", kTable33, t.filtered, s.filtered);
@@ -310,12 +310,12 @@ void stage_rows(Reproduction& to, const Thesis& t, const Stages& s, std::size_t 
   row("total", "Table 3-5: total", {kTable35, "total 1002.5 1281.3"}, t.total_s,
       s.read_s + s.slice_s + s.scaffold_s + s.all_paths_s);
   const std::string front = std::string(t.name) + "-";
-  to.beside({id(front + "layers"), "layers of 0.25 mm" + mesh, "", double(s.layers.size()), 0});
-  to.beside({id(front + "metres"), "length of all paths" + mesh, "m", s.metres, 1});
-  to.beside({id(front + "paths"), "paths" + mesh, "", double(s.paths), 0});
+  to.beside({slicing_id(front + "layers"), "layers of 0.25 mm" + mesh, "", double(s.layers.size()), 0});
+  to.beside({slicing_id(front + "metres"), "length of all paths" + mesh, "m", s.metres, 1});
+  to.beside({slicing_id(front + "paths"), "paths" + mesh, "", double(s.paths), 0});
   if (s.facts.closed)
     to.beside(
-        {id(front + "volume"),
+        {slicing_id(front + "volume"),
          "volume of all contours against the mesh's (divergence theorem), chord tolerance 0.05 mm" + mesh,
          "%", 100.0 * std::abs(s.area_volume_mm3 / s.facts.volume_mm3 - 1.0), 4});
 }
