@@ -1,9 +1,12 @@
-// Rows of the stage in corrections.h: the bytes that the driver sent before, against the corrected twin, and
-// today's driver against the same twin. Apart from its own row the old host is as corrected, so that each row
-// fails alone.
+// Rows of the stage in corrections_test.cpp: the bytes that the driver sent before, against the corrected
+// twin, and today's driver against the same twin. Apart from its own row the old host is as corrected, so
+// that each row fails alone.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
 #include <string>
+#include <vector>
 
 #include "tests/drivers/world_rig.h"
 #include "tests/plant/bench_lines.h"
