@@ -14,6 +14,8 @@
 #include "files/text_file.h"
 #include "files/usage_error.h"
 #include "print/exit_codes.h"
+#include "print/folder/run_config.h"
+#include "print/folder/run_folder.h"
 #include "print/progress.h"
 #include "studies/compare/study_lab.h"
 #include "studies/tune/print_journal.h"
@@ -39,6 +41,12 @@ std::vector<TuneKey> keys_of(const TuneLabOptions& o, const Experiment& e) {
   return keys;
 }
 
+/// The goal's index, before the run's maps are read.
+std::size_t goal_of(const std::string& run, const std::string& goal) {
+  const std::string config = recorded_config(RunFolder::open(run).path());
+  return goal_index(parse_recorded_experiment(config, run + ": the recorded configuration"), goal);
+}
+
 /// The prints that are tuned: the first run's part, with its settings but for the overrides.
 RecordedRun start_of(const RecordedRun& run, const std::vector<std::string>& overrides) {
   RecordedRun start = run;
@@ -56,12 +64,13 @@ RecordedRun start_of(const RecordedRun& run, const std::vector<std::string>& ove
 int run_tune_lab(const TuneLabOptions& o) {
   if (o.runs.empty()) throw UsageError("a run is wanted, or 'smf' for the thesis's model of one point");
   std::vector<RecordedRun> runs;
+  std::size_t goal = 0;
   for (const std::string& run : o.runs) {
     use_sealed_run(run, o.unsealed);
+    if (runs.empty()) goal = goal_of(run, o.goal);
     runs.push_back(RecordedRun::read(run));
   }
   const RecordedRun start = start_of(runs.front(), o.overrides);
-  const std::size_t goal = goal_index(start.experiment, o.goal);
   const std::vector<TuneKey> keys = keys_of(o, start.experiment);
   const int threads = o.threads > 0 ? o.threads : int(std::max(1u, std::thread::hardware_concurrency()));
   const int promised = o.verify > 0 ? o.verify : o.promised;
