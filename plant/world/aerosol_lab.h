@@ -12,7 +12,7 @@ namespace firn::plant {
 struct AerosolWorldConfig {
   AerosolParams nozzle;
   GasParams gas;
-  double atomizer_sccm = 20.0, sheath_sccm = 40.0;  ///< at which the nozzle's flow and focusing are nominal
+  double atomizer_sccm = 20.0, sheath_sccm = 40.0;  ///< at which the nozzle's flow and focusing are as above
 };
 
 extern const WorldKind kAerosolWorld;

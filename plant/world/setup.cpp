@@ -135,10 +135,9 @@ void set_up_aerosol(const Experiment& e, WorldConfig& c) {
   a.camera_y_mm = e.aerosol.camera_y_mm + p.camera_dy_mm;
   a.camera_turn = p.camera_turn_deg * std::numbers::pi / 180.0;
   a.gas = on(e.gas.use);
-  AerosolWorldConfig own{a, {}, e.gas.atomizer_sccm, e.gas.sheath_sccm};
+  AerosolWorldConfig own{a, {}};
   own.gas.units = e.gas.atomizer_unit + e.gas.sheath_unit;  // they are set up as the lab file says
   own.gas.gas = e.gas.gas;
-  if (!a.gas) own.atomizer_sccm = own.sheath_sccm = 1.0;
   c.own = own;
 }
 

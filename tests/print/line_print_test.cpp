@@ -122,3 +122,21 @@ TEST_CASE("Width in the camera's pictures steers the speed, and meets the wanted
   INFO("open " << free_um << " um, by the width " << held_um << " um");
   CHECK(held_um < 0.6 * free_um);
 }
+
+TEST_CASE("More atomizer gas than the lab believes brings more ink, and a stronger sheath a narrower line",
+          "[line]") {
+  const auto lines = [](const std::string& gas) {
+    return printed(meander({"aerosol.job=aerosol-lines.json", "grid.nx=250", "grid.ny=80", "aerosol.layers=1",
+                            "control.scheme=open_loop", "plant.aerosol.drift_spread=0",
+                            "plant.aerosol.wander=0", "plant.sensor_noise_mm=0", gas}))
+        .lines;
+  };
+  const LineTruth usual = lines("gas.sheath_sccm=40"), more = lines("gas.atomizer_sccm=24"),
+                  narrow = lines("gas.sheath_sccm=120"), wide = lines("gas.sheath_sccm=15");
+  INFO("section " << usual.section_mean << ", " << more.section_mean << "; width [mm] " << usual.width_mean_mm
+                  << ", " << narrow.width_mean_mm << ", " << wide.width_mean_mm);
+  CHECK((1.0 + more.section_mean) / (1.0 + usual.section_mean) == Approx(1.2).epsilon(0.02));
+  CHECK(narrow.width_mean_mm < 0.85 * usual.width_mean_mm);
+  CHECK(wide.width_mean_mm > 1.2 * usual.width_mean_mm);
+  CHECK(narrow.section_mean == Approx(usual.section_mean).margin(0.03));
+}
