@@ -116,6 +116,7 @@ TEST_CASE("Width in the camera's pictures steers the speed, and meets the wanted
                                      "plant.aerosol.drift_spread=0"};
   std::vector<std::string> open = all, closed = all;
   open.push_back("control.scheme=open_loop");
+  open.push_back("camera.use=off");
   closed.push_back("aerosol.width_by=speed");
   const double free_um = 1e3 * printed(meander(open)).lines.visible_rms_mm,
                held_um = 1e3 * printed(meander(closed)).lines.visible_rms_mm;
