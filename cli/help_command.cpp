@@ -29,15 +29,15 @@ struct Section {
   std::string heading, text;
 };
 
-std::string lower(std::string text) {
+std::string lower_case(std::string text) {
   for (char& c : text) c = char(std::tolower(static_cast<unsigned char>(c)));
   return text;
 }
 
 bool has_all(const std::string& text, const std::vector<std::string>& words) {
-  const std::string in = lower(text);
-  return std::ranges::all_of(words,
-                             [&](const std::string& w) { return in.find(lower(w)) != std::string::npos; });
+  const std::string in = lower_case(text);
+  return std::ranges::all_of(
+      words, [&](const std::string& w) { return in.find(lower_case(w)) != std::string::npos; });
 }
 
 std::vector<Page> pages() {

@@ -58,7 +58,7 @@ double largest_deviation(const MemoryPrintReport& p) {
   return std::max(std::abs(p.error.min_mm), std::abs(p.error.max_mm));
 }
 
-std::string listed(const Prints& prints) {
+std::string gear_listed(const Prints& prints) {
   std::string s;
   for (const MemoryPrintReport& p : prints) s += (s.empty() ? "" : ", ") + fmt::format("{:.3f}", last_rms(p));
   return s;
@@ -154,15 +154,16 @@ void reproduce_barnett_gear(Reproduction& to) {
     to.row(std::move(row));
   };
   const double open_mm = mean_of(open, last_rms), smf_mm = mean_of(smf, last_rms);
-  whole(ReproduceRow(id + "smf-final",
-                     fmt::format("SMF: true RMS after the last interval, mean of seeds ({})", listed(smf)),
-                     "mm", smf_mm, 3)
-            .prints(0.12, kPage, kFinal)
-            .within(0.02)
-            .fitted(kRoughness));
+  whole(
+      ReproduceRow(id + "smf-final",
+                   fmt::format("SMF: true RMS after the last interval, mean of seeds ({})", gear_listed(smf)),
+                   "mm", smf_mm, 3)
+          .prints(0.12, kPage, kFinal)
+          .within(0.02)
+          .fitted(kRoughness));
   whole(ReproduceRow(
             id + "open-final",
-            fmt::format("open loop: true RMS after the last interval, mean of seeds ({})", listed(open)),
+            fmt::format("open loop: true RMS after the last interval, mean of seeds ({})", gear_listed(open)),
             "mm", open_mm, 3)
             .prints(0.84, kPage, kFinal)
             .not_identifiable(
