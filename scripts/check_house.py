@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import test_names
-from firn_tree import code, finish, read, sources
+from firn_tree import ROOMS, code, finish, read, sources
 
 MAX_LINES, MAX_MAIN_LINES, MAX_COLUMNS = 600, 60, 110
 
@@ -172,7 +172,53 @@ def check_truth(root):
     return problems
 
 
-CHECKS = (check_same_bytes, check_sizes, check_finished, check_test_names, check_listed, check_type_names, check_truth)
+HIDDEN = re.compile(r"^namespace \{\n(.*?)^\}  // namespace\n", re.M | re.S)
+HIDDEN_FUNCTION = re.compile(r"^(?:\[\[\w+\]\] )?(?:template <[^\n]*>\n)?(?:(?:static|inline|constexpr|const) )*[A-Za-z_][\w:<>,&*\[\] ]*?[ &*](\w+)"
+                             r"\(([^;{}]*?)\)[^;{}]*\{", re.M)
+
+
+def parameters(text):
+    for inner in (r"\([^()]*\)", r"\{[^{}]*\}", r"<[^<>]*>", r"<[^<>]*>", r"<[^<>]*>"):
+        text = re.sub(inner, "", text)
+    return text.count(",") + 1 if text.strip() else 0
+
+
+def batch_groups(root):
+    """(path, group) of sources that may be compiled in one batch, as cmake/firn.cmake makes them: those of one firn_library, BY_FOLDER
+    those of one folder of it. What a list of cmake/ names belongs to the library of its CMakeLists.txt that takes a list."""
+    for lists in sorted(Path(root).rglob("CMakeLists.txt")):
+        folder = lists.parent.relative_to(root).as_posix()
+        if folder.split("/")[0] in ROOMS and not folder.startswith("tests"):
+            text = re.sub(r"#[^\n]*", "", lists.read_text(encoding="utf-8"))
+            alone = set(" ".join(re.findall(r"firn_alone\(([^)]*)\)", text)).split())
+            libraries = [body.split() for body in re.findall(r"firn_library\(([^)]*)\)", text)]
+            listed = {word for words in libraries for word in words}
+            deeper = [p.parent.relative_to(root).as_posix() + "/" for p in lists.parent.rglob("CMakeLists.txt") if p != lists]
+            others = [path[len(folder) + 1:] for path in sources(root, (folder,), {".cpp"}) if not path.startswith(tuple(deeper))]
+            others = [name for name in others if name not in listed and not name.endswith("main.cpp")]
+            for words in libraries:
+                names = [w for w in words if w.endswith(".cpp")] + (others if any("${FIRN_" in w for w in words) else [])
+                for name in names:
+                    path = f"{folder}/{name}"
+                    if name not in alone and "$" not in name and (Path(root) / path).is_file():
+                        yield path, (folder, words[0], path.rsplit("/", 1)[0] if "BY_FOLDER" in words else "")
+
+
+def check_hidden_functions(root):
+    """Sources of one library are compiled several at a time: two hidden functions of one name and as many parameters become
+    overloads of each other where they meet, and which sources meet changes with every new one."""
+    places = {}
+    for path, group in batch_groups(root):
+        for hidden in HIDDEN.finditer(read(root, path)):
+            for function in HIDDEN_FUNCTION.finditer(code(hidden.group(1))):
+                key = (*group, function.group(1), parameters(function.group(2)))
+                places.setdefault(key, {})[path] = None
+    return [f"{min(where)}: {name}, a hidden function of {count} parameter(s), stands in {', '.join(sorted(where)[1:])} too"
+            for (*_, name, count), where in sorted(places.items()) if len(where) > 1 and name not in ("if", "for", "while", "switch", "return")]
+
+
+CHECKS = (check_same_bytes, check_sizes, check_finished, check_test_names, check_listed, check_type_names, check_hidden_functions,
+          check_truth)
 
 
 def main():

@@ -167,6 +167,23 @@ class Lints(SmallTree):
         driver = cell.replace("namespace firn", "namespace firn::drivers")
         self.caught("core/control/mpc.cpp", driver, "firn::drivers::Cell has the name of firn::Cell in core/grid/grid.h")
 
+    def test_hidden_functions_of_one_name(self):
+        hidden = "namespace firn {\nnamespace {\n\nint twice(int a) { return 2 * a; }\n\n}  // namespace\n}  // namespace firn\n"
+        self.write("core/grid/grid.cpp", GOOD["core/grid/grid.cpp"] + hidden)
+        self.write("core/grid/CMakeLists.txt", "firn_library(firn_grid grid.cpp lines.cpp)\n")
+        for other in ("(int a, int b)", "(std::pair<int, int> a, int b)", "()"):
+            self.write("core/grid/lines.cpp", hidden.replace("(int a)", other))
+            self.assertNotIn("twice", " ".join(self.problems()))
+        self.write("core/control/mpc.cpp", GOOD["core/control/mpc.cpp"] + hidden)  # another target
+        self.assertNotIn("twice", " ".join(self.problems()))
+        for same in ("(int b)", "(const std::pair<int, int>& a)", "(std::span<const int> a)"):
+            self.write("core/grid/lines.cpp", hidden.replace("(int a)", same))
+            self.assertTrue(any("twice, a hidden function of 1 parameter(s), stands in core/grid/lines.cpp too" in p
+                                for p in self.problems()), same)
+        self.write("core/grid/CMakeLists.txt", "firn_alone(lines.cpp)\nfirn_library(firn_grid grid.cpp lines.cpp)\n")
+        self.assertEqual(self.problems(), [])
+        (self.root / "core/grid/lines.cpp").unlink()
+
     def test_readers_of_the_truth(self):
         self.caught("procs/stage/node.cpp", "subscribe(channels::kSimTruth, this);\n", "SIM_TRUTH")
         self.write("print/CMakeLists.txt", "firn_library(firn_print print.cpp)\n")
