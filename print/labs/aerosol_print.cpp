@@ -78,6 +78,7 @@ Experiment fullest_aerosol() {
   e.aerosol.job = e.aerosol.machine = "-";
   e.gas.use = OnOff::kOn;
   e.heater.platen_degC = 40.0;
+  e.camera.use = OnOff::kOn;
   e.grid = {50, 50, 0.02, 0.02, 0.0, 0.0};
   return e;
 }

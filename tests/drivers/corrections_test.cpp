@@ -217,7 +217,7 @@ Served serve_network(const std::string& program, std::deque<VplusNetwork::Event>
   return s;
 }
 
-/// What the main program does with a request to calibrate: done with an attached arm, and refused.
+/// The main program's answer to a request to calibrate: done with an attached arm, and refused.
 std::pair<std::vector<std::string>, std::vector<std::string>> calibrated_by(const std::string& program) {
   const std::size_t main = program.find(".PROGRAM a.firn"), loop = program.find("\tWHILE TRUE DO", main);
   VplusNetwork network;

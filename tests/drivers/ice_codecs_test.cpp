@@ -19,10 +19,6 @@ std::span<const std::byte> bytes_of(std::string_view s) {
   return std::as_bytes(std::span(s.data(), s.size()));
 }
 
-std::string text_of(std::span<const std::byte> b) {
-  return {reinterpret_cast<const char*>(b.data()), b.size()};
-}
-
 fvp::Counts some_point(std::uint64_t& seed, bool far) {
   const auto within = [&](std::int32_t low, std::int32_t high) {
     return far ? low : std::int32_t(low + std::int64_t(next(seed) % std::uint64_t(high - low + 1)));
@@ -109,7 +105,7 @@ TEST_CASE(
     const std::size_t first = next(seed) % n, count = 1 + next(seed) % (n - first);
     std::vector<std::byte> tx;
     dialect.write(fvp::path_block(65535, first, count, 0), tx);
-    std::string all = text_of(tx);
+    std::string all(text_of(tx));
     std::vector<fvp::Counts> got;
     fvp::PointsCrc crc, direct;
     while (!all.empty()) {
@@ -361,7 +357,7 @@ TEST_CASE("frames are the same however the bytes are cut", "[robot][valve][laser
     heater += line.text("T,").number(n).text(",1,2,0").finish(0);
   }
   check_splits(fvp::FvpDialect(), robot, [] { return 40; });
-  check_splits(fvb::FvbDialect(), text_of(valve), [] { return 20; });
+  check_splits(fvb::FvbDialect(), std::string(text_of(valve)), [] { return 20; });
   check_splits(lkg::LkgDialect(), laser, [] { return 20; });
   check_splits(thermostat::ThermostatDialect(), heater, [] { return 20; });
 }

@@ -44,7 +44,7 @@ std::vector<std::string> split_arguments(std::string_view text) {
   return parts;
 }
 
-/// What stands behind the first bracket of a statement: `READ (…) $piece`.
+/// The text behind the first bracket of a statement: `READ (…) $piece`.
 std::string after_bracket(const std::string& line) { return trimmed_line(line.substr(line.find(')') + 1)); }
 
 /// Reads one expression: OR, AND, NOT, comparisons, sums, products, functions of strings.

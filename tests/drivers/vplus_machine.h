@@ -12,7 +12,7 @@
 
 namespace firn::drivers::test {
 
-/// Simulates the TCP device of V+: FOPEN takes one string; a READ gives what has come, at most 128
+/// Simulates the TCP device of V+: FOPEN takes one string; a READ gives all that has come, at most 128
 /// characters, without regard for lines; a client that is gone keeps its place until FCMND 600.
 struct VplusNetwork {
   static constexpr int kNothing = -526, kNoDevice = -508, kCame = 100, kGone = 101;

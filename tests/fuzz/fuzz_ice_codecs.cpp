@@ -15,10 +15,6 @@ using namespace firn::drivers;
 
 namespace {
 
-std::string_view text_of(std::span<const std::byte> bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
 // Kinds and sizes of the frames, when `step` bytes arrive at a time.
 std::vector<std::size_t> frames(const Dialect& dialect, const Request* awaited,
                                 std::span<const std::byte> bytes, std::size_t step) {

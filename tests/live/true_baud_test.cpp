@@ -1,6 +1,6 @@
 // Whole prints whose serial instruments are behind pseudo terminals at their true baud and whose others are
 // behind TCP, against the same print over the world's own sockets: the same answers, the same map, the same
-// audit, and an identical replay. What ice becomes depends on when its paths begin (the end effector's swing
+// audit, and an identical replay. An ice part depends on when its paths begin (the end effector's swing
 // after a move, warm coils, thermostats, the jet's wander): by a nature without those its maps are equal too,
 // by all of nature they differ as those of prints over sockets whose robot answers at other times.
 #include <signal.h>
@@ -154,7 +154,7 @@ bool replays(const LiveRun& run) {
   return replay::replay_run(run.path(), options).identical();
 }
 
-// A path begins with what is left of the end effector's swing (12 Hz) after the move before: a robot's
+// A path begins with the rest of the end effector's swing (12 Hz) after the move before: a robot's
 // answers that are late by this turn its phase as those over a line do.
 constexpr const char* kLaterRobot = "0 robot delay 1000000 10000";
 constexpr const char *kIceKind = "ice", *kSteadyIceKind = "ice, steady", *kTwoInksKind = "registration";

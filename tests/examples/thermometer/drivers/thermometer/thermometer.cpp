@@ -10,10 +10,6 @@ constexpr std::size_t kLongestLine = 16;
 constexpr double kLowest_degC = -100.0;
 constexpr double kHighest_degC = 400.0;
 
-std::string_view text_of(std::span<const std::byte> bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
 }  // namespace
 
 std::optional<double> parse_bed_temperature(std::string_view line) {
