@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # Records golden runs for tests/replay/golden: one in process, one live that is killed and resumed, one of two inks in
 # process, one that learns the model, one that filters the surface as well, one that watches its jet, one of
-# the ice lab. Golden runs are added to, not replaced: a run
+# the ice lab, one of lines. Golden runs are added to, not replaced: a run
 # that was recorded by an earlier version must decode and replay for ever.
 #   scripts/make_golden.sh NAME [KIND]...   writes tests/replay/golden/NAME-KIND
-#                                           for mpc, smf-resumed, two-inks, estimator, kalman, camera, ice, or the kinds given
+#                                           for mpc, smf-resumed, two-inks, estimator, kalman, camera, ice, lines, or the kinds given
 set -euo pipefail
 cd "$(dirname "$0")/.."
 name=${1:?a name for the runs, e.g. the version}
@@ -37,7 +37,7 @@ watches=(--set camera.use=on --set watch.gate=on --set watch.placement=on --set 
          --set plant.camera.drop_speed_m_s=2 --set plant.camera.dead_before=1 --set plant.camera.noise=0
          --set plant.camera.width_px=96 --set plant.camera.height_px=200)
 filters=(--set estimator.memory_layers=8 --set estimator.window_layers=2 --set control.height_estimate=kalman)
-[ $# -gt 0 ] || set -- mpc smf-resumed two-inks estimator kalman camera ice
+[ $# -gt 0 ] || set -- mpc smf-resumed two-inks estimator kalman camera ice lines
 for kind in "$@"; do
   case $kind in
     mpc) in_process mpc tiny ;;
@@ -47,6 +47,7 @@ for kind in "$@"; do
     kalman) in_process kalman tiny "${learns[@]}" "${filters[@]}" ;;
     camera) in_process camera tiny "${watches[@]}" ;;
     ice) in_process ice tiny-ice ;;
+    lines) in_process lines tiny-lines ;;
     *) echo "make_golden.sh: no kind '$kind'" >&2; exit 2 ;;
   esac
   build/bin/firn replay "$scratch/$kind"/* >/dev/null
