@@ -342,7 +342,7 @@ TEST_CASE("Any one changed number is the only setting that differs") {
     double* const* value = std::get_if<double*>(&table[k].value);
     if (!value) continue;
     const double before = **value;
-    **value = before * 0.5 + 0.125;
+    **value = before * 0.5 + 0.1234567;
     const auto rows = differing_parameters({Experiment{}, changed});
     CAPTURE(table[k].key);
     REQUIRE(rows.size() == 1);
