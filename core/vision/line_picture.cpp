@@ -350,7 +350,7 @@ LinePictureReading measure_line_picture(const Frame& picture, const Frame* flat,
   const double clipped = s.saturated > kFewSaturated ? kClipped : 0.0;
   const double noise = pixel_noise(s), centre = -s.first_across_px;
 
-  // Where it lies and whether it is darker or brighter, by medians: gaps and dirt are few of the rows.
+  // Its place and its sign (darker or brighter), by medians: gaps and dirt are few of the rows.
   std::vector<double> median(std::size_t(s.columns), kUnread), column;
   for (int c = 0; c < s.columns; ++c) {
     column.clear();

@@ -30,7 +30,7 @@ constexpr double kUnsafe = 1e6;  // a goal beyond any print's
 
 // Beyond the recorded setting's own values.
 constexpr double kSaturatedMore = 0.05, kSwingMore = 0.05, kAlternates = -0.5;
-// Of the volume beside the part, times the recorded one and in shares of the part.
+// Limits of the volume beside the part: times the recorded one, and in shares of the part.
 constexpr double kOverspillTimes = 1.25, kOverspillMore = 0.01;
 
 constexpr std::size_t kStd = 1, kAbsMean = 2;  // rows of the metrics of either lab

@@ -163,7 +163,7 @@ class JerkRoom {
   double jerk_, enough_, fastest_ = 0.0;  ///< enough_: square of the largest acceleration
 };
 
-/// Where excesses that hold at b, convex in it, would end by their slopes: there or, by little, beyond.
+/// Returns the end, by their slopes, of excesses that hold at b and are convex in it: there or little beyond.
 double newton_up(double b, const double (&excess)[3], const double (&slope)[3], double top) {
   double up = top - b;
   for (int k = 0; k < 3; ++k)
