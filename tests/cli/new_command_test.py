@@ -92,10 +92,10 @@ class NewCommand(unittest.TestCase):
 
         cache = (Path(BUILD) / "CMakeCache.txt").read_text()
         given = dict(line.split("=", 1) for line in cache.splitlines() if "=" in line and not line.startswith(("#", "/")))
-        self.copy.configure(given["CMAKE_BUILD_TYPE:STRING"], "-DBUILD_TESTING=OFF",
+        self.copy.configure(given["CMAKE_BUILD_TYPE:STRING"], "-DBUILD_TESTING=OFF", "-DFIRN_PCH=OFF",
                             f"-DFIRN_SANITIZE={given['FIRN_SANITIZE:STRING']}")
         objects = [f"cli/CMakeFiles/firn_cli.dir/{name}.cpp.o" for name in ("commands", "greet_command")]
-        self.copy.build(*objects)
+        self.copy.compile(*objects)
         firn = self.link(Path(self.folder.name) / "build" / o for o in objects)
 
         def say(*words):

@@ -56,3 +56,12 @@ class ScratchCopy:
 
     def build(self, *targets):
         run(["ninja", "-C", self.folder / "build", *targets])
+
+    def compile(self, *objects):
+        """Compiles objects alone. ninja would first build every library of the program that embeds the page's files."""
+        build = self.folder / "build"
+        self.build("firn_version_generate", "lcmtypes/firn_lcm_headers_generate")
+        for made in objects:
+            (build / made).parent.mkdir(parents=True, exist_ok=True)
+            command = run(["ninja", "-C", build, "-t", "commands", "-s", made]).stdout.strip().splitlines()[-1]
+            run(["sh", "-c", command], cwd=build)
