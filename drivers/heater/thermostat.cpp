@@ -76,26 +76,20 @@ Request set_request(const SetPoint& set, std::uint16_t tag) {
   return to_request(line, Repeat::kSetup, tag);
 }
 
-ThermostatDialect::ThermostatDialect() {
+ThermostatDialect::ThermostatDialect() : LineDialect('\n', LineWriter::kLongest) {
   timeouts.reply_us = 500'000;
   timeouts.read_us = 100'000;
   timeouts.quiet_us = 150'000;
   timeouts.lock_us = 5'000'000;
 }
 
-Frame ThermostatDialect::frame(std::span<const std::byte> buffer, const Request* awaited) const {
-  const std::string_view all = text_of(buffer);
-  const std::size_t end = all.find('\n');
-  if (end == std::string_view::npos)
-    return all.size() > LineWriter::kLongest ? Frame{Frame::Kind::kCorrupt, all.size()} : Frame{};
-  const std::size_t size = end + 1;
-  const std::optional<std::string_view> text = checked_text(all.substr(0, size), 0);
-  if (!text) return {Frame::Kind::kCorrupt, size};
-  if (!awaited) return {Frame::Kind::kUnsolicited, size};
-  const std::optional<std::string_view> asked = checked_text(awaited->text(), 0);
-  const bool answers =
-      text->starts_with("E,") || (*asked == kAsk ? parse_reading(*text).has_value() : *text == *asked);
-  return {answers ? Frame::Kind::kReply : Frame::Kind::kCorrupt, size};
+std::optional<std::string_view> ThermostatDialect::body(std::string_view line) const {
+  return checked_text(line, 0);
+}
+
+bool ThermostatDialect::answers(std::string_view text, const Request& asked) const {
+  const std::optional<std::string_view> question = checked_text(asked.text(), 0);
+  return text.starts_with("E,") || (*question == kAsk ? parse_reading(text).has_value() : text == *question);
 }
 
 Request ThermostatDialect::probe() const { return read_request(0); }

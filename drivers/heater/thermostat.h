@@ -16,7 +16,7 @@
 #include <string_view>
 
 #include "drivers/link/checked_line.h"
-#include "drivers/link/dialect.h"
+#include "drivers/link/line_dialect.h"
 
 namespace firn::drivers::thermostat {
 
@@ -45,11 +45,14 @@ std::optional<SetPoint> parse_set_point(std::string_view text);
 Request read_request(std::uint16_t tag);
 Request set_request(const SetPoint& set, std::uint16_t tag);
 
-class ThermostatDialect : public Dialect {
+class ThermostatDialect : public LineDialect {
  public:
   ThermostatDialect();
-  Frame frame(std::span<const std::byte> buffer, const Request* awaited) const override;
   Request probe() const override;
+
+ private:
+  std::optional<std::string_view> body(std::string_view line) const override;
+  bool answers(std::string_view body, const Request& asked) const override;
 };
 
 }  // namespace firn::drivers::thermostat

@@ -52,8 +52,8 @@ void check_range(const char* what, int value, int low, int high) {
 
 }  // namespace
 
-Jet::Jet(JetOptions config) : Driver(dialect_), config_(config), waveform_(jetdrive::waveform_of(config)) {
-  check_options("jet", kJetConfig, config_);
+Jet::Jet(JetOptions config)
+    : JetDriver(dialect_, JetKind::kJetdrive, config), waveform_(jetdrive::waveform_of(config)) {
   dialect_.layout = config_.dialect;
   dialect_.allow_host_latency(config.host_latency_s);
   identity_ = "MicroFab JetDrive III";
@@ -131,43 +131,17 @@ void Jet::push_setup(bool reset_it) {
 
 void Jet::poll() { link_.push(jetdrive::frame(Command::kPoll, {}, Repeat::kRead)); }
 
-void Jet::refuse(std::int32_t code, std::string text, Effects& fx) {
-  fx.events.emplace_back(Result{Outcome::kRefused, -1, 0, 0, 0, code, std::move(text)});
-}
-
-void Jet::finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx) {
-  if (op_ == Op::kNone) return;
-  op_ = Op::kNone;
-  Result r{outcome, -1, expected_, 0, 0, code, std::move(text)};
-  if (outcome == Outcome::kUnknown) r.unknown_to = expected_;
-  fx.events.emplace_back(std::move(r));
-}
-
-void Jet::arm(std::int64_t expected, std::int64_t now_us, Effects& fx) {
-  if (busy() || phase_ != Phase::kReady) {
-    refuse(kNoCode,
-           busy() ? "the jet is busy with another command" : std::string("the jet is ") + name(state()), fx);
-  } else {
-    op_ = Op::kArm;
-    phase_ = Phase::kArming;
-    expected_ = expected;
-    link_.push(with_u16(Command::kDrops, config_.drops_per_trigger));
-    link_.push(with_u8(Command::kSource, 1, Repeat::kNever));
-    may_fire_ = true;
-    settled_ = source_external_ = false;
-    asks_left_ = on(config_.keep_firmware) ? kAsks : 1;
-    not_armed_.clear();
-    if (tells_source()) poll();
-    set_state(DeviceState::kStaged, "arming", fx);
-  }
-  pump(now_us, fx);
+void Jet::start_arming() {
+  phase_ = Phase::kArming;
+  link_.push(with_u16(Command::kDrops, config_.drops_per_trigger));
+  link_.push(with_u8(Command::kSource, 1, Repeat::kNever));
+  settled_ = source_external_ = false;
+  asks_left_ = on(config_.keep_firmware) ? kAsks : 1;
+  if (tells_source()) poll();
 }
 
 void Jet::jet(std::int64_t now_us, Effects& fx) {
-  if (busy() || phase_ != Phase::kReady) {
-    refuse(kNoCode,
-           busy() ? "the jet is busy with another command" : std::string("the jet is ") + name(state()), fx);
-  } else {
+  if (accepts(ready(), fx)) {
     op_ = Op::kJet;
     phase_ = Phase::kStartingJet;
     expected_ = 0;
@@ -185,15 +159,6 @@ void Jet::end_jetting(std::int64_t now_us, Effects& fx) {
   if (jetting_) link_.urgent(with_u8(Command::kContinuous, 0), now_us, fx);
 }
 
-void Jet::disarm(std::int64_t now_us, Effects& fx) {
-  if (busy() || (phase_ != Phase::kReady && phase_ != Phase::kArmed && phase_ != Phase::kJetting))
-    refuse(kNoCode,
-           busy() ? "the jet is busy with another command" : std::string("the jet is ") + name(state()), fx);
-  else
-    begin_disarm(Op::kDisarm, now_us, fx);
-  pump(now_us, fx);
-}
-
 void Jet::set_waveform(const jetdrive::Waveform& waveform, std::int64_t now_us, Effects& fx) {
   begin_waveform(waveform, fx);
   pump(now_us, fx);
@@ -202,9 +167,10 @@ void Jet::set_waveform(const jetdrive::Waveform& waveform, std::int64_t now_us, 
 void Jet::begin_waveform(const jetdrive::Waveform& waveform, Effects& fx) {
   const std::string why = jetdrive::waveform_refusal(waveform, config_.dialect);
   if (!why.empty()) {
-    refuse(kJetLimit, why, fx);
+    refuse_service(kJetLimit, why, fx);
   } else if (busy() || phase_ != Phase::kReady) {
-    refuse(kJetLimit, std::string("the waveform is never changed while the jet is ") + name(state()), fx);
+    refuse_service(kJetLimit, std::string("the waveform is never changed while the jet is ") + name(state()),
+                   fx);
   } else {
     op_ = Op::kWaveform;
     phase_ = Phase::kWaveform;
@@ -214,8 +180,7 @@ void Jet::begin_waveform(const jetdrive::Waveform& waveform, Effects& fx) {
   }
 }
 
-void Jet::begin_disarm(Op op, std::int64_t now_us, Effects& fx) {
-  op_ = op;
+void Jet::start_disarming(std::int64_t now_us, Effects& fx) {
   if (phase_ == Phase::kArmed && tells_source()) {
     poll();
     link_.push(with_u8(Command::kSource, 0));
@@ -237,12 +202,6 @@ void Jet::take_source(bool external, std::int64_t now_us, Effects& fx) {
   ending_ = why;
   ending_code_ = kInstrument;
   end_quietly(now_us, fx);
-}
-
-void Jet::disarmed(Effects& fx) {
-  if (not_armed_.empty()) return finish(Outcome::kDone, kNoCode, ending_, fx);
-  finish(Outcome::kUnknown, kInstrument, "the jet was not seen armed during the whole pass: " + not_armed_,
-         fx);
 }
 
 void Jet::end_quietly(std::int64_t now_us, Effects& fx) {
@@ -345,7 +304,7 @@ bool Jet::idle(std::int64_t now_us, Effects& fx) {
       // A command that a stop or a lost link has cut short ends here, with the source confirmed internal.
       may_fire_ = jetting_ = false;
       if (op_ == Op::kDisarm)
-        disarmed(fx);
+        finish_pass(ending_, fx);
       else if (op_ == Op::kArm)
         finish(Outcome::kNone, ending_code_, ending_, fx);
       else
@@ -357,14 +316,13 @@ bool Jet::idle(std::int64_t now_us, Effects& fx) {
       return false;
     case Phase::kArming:
       phase_ = Phase::kArmed;
-      set_state(DeviceState::kArmed, "trigger source external", fx);
-      finish(Outcome::kReady, kNoCode, {}, fx);
+      armed("trigger source external", fx);
       return false;
     case Phase::kDisarming:
       phase_ = Phase::kReady;
       may_fire_ = jetting_ = false;
       set_state(DeviceState::kSafe, "trigger source internal", fx);
-      disarmed(fx);
+      finish_pass(ending_, fx);
       return false;
     case Phase::kStartingJet:
       phase_ = Phase::kJetting;
@@ -382,7 +340,7 @@ bool Jet::idle(std::int64_t now_us, Effects& fx) {
       return false;
     case Phase::kReady:
     case Phase::kArmed:
-      if (now_us - link_.last_sent_us() < std::int64_t(config_.poll_idle_s * 1e6)) return false;
+      if (now_us < poll_at_us()) return false;
       link_.push(jetdrive::frame(Command::kPoll, {}, Repeat::kRead));
       return true;
     default:
@@ -394,9 +352,7 @@ std::int64_t Jet::device_wake_us() const {
   if (!link_.idle()) return 0;
   if (phase_ == Phase::kBooting) return boot_until_us_;
   if (phase_ == Phase::kJetting) return jet_until_us_;
-  if (phase_ == Phase::kReady || phase_ == Phase::kArmed)
-    return link_.last_sent_us() + std::int64_t(config_.poll_idle_s * 1e6);
-  return 0;
+  return JetDriver::device_wake_us();
 }
 
 }  // namespace firn::drivers

@@ -6,22 +6,20 @@
 namespace firn::drivers {
 namespace {
 
-constexpr std::size_t kLongestLine = 100;
+constexpr std::int32_t kUnchecked = -1;
+enum MicrodropFormat : std::uint8_t { kAnything, kNumber };
 
 std::string shown(const Request& r) { return "'" + std::string(r.text().substr(0, r.size - 1u)) + "'"; }
 
-}  // namespace
-
-namespace microdrop {
-
-std::int32_t number_of(std::span<const std::byte> line) {
-  const auto* text = reinterpret_cast<const char*>(line.data());
+/// The number of an answer; -1 = none.
+std::int32_t number_of(std::string_view line) {
   std::int32_t n = -1;
-  const auto r = std::from_chars(text + 1, text + std::max<std::size_t>(line.size(), 1), n);
-  return r.ec == std::errc() && *r.ptr == '\r' ? n : -1;
+  const char* end = line.data() + line.size();
+  const auto r = std::from_chars(std::min(line.data() + 1, end), end, n);
+  return r.ec == std::errc() && (r.ptr == end || *r.ptr == '\r') ? n : -1;
 }
 
-Request command(const std::string& text, Repeat repeat) {
+Request command(const std::string& text, Repeat repeat = Repeat::kSetup) {
   Request r;
   r.append(text + "\r");
   r.repeat = repeat;
@@ -29,92 +27,72 @@ Request command(const std::string& text, Repeat repeat) {
   return r;
 }
 
+/// "SetFrequency(1," and a value, rounded.
 Request command(const char* text, double v) { return command(text + std::to_string(std::lround(v)) + ")"); }
 
-Request question(const char* text, double expected) {
+Request question(const char* text, double expected = kUnchecked) {
   Request r = command(text, Repeat::kRead);
   r.format = kNumber;
   r.argument = std::int32_t(std::lround(expected));
   return r;
 }
 
-}  // namespace microdrop
+}  // namespace
 
-using namespace microdrop;
+constinit const JetTraits kMicrodropTraits{
+    .instrument = "a Microdrop jet",
+    .make = &new_jet<Microdrop>,
+    .questions = [] { return std::vector{MicrodropDialect().probe()}; },
+    .answers = [](std::string_view heard) { return answers_probe(MicrodropDialect(), heard); },
+    .trigger_by_words = true,
+    .second_pulse = false,
+    .least_v = 1.0,
+    .step_us = 1.0,
+    .most_divider = 1,
+    .most_drops = 65535.0,
+};
 
-Frame MicrodropDialect::frame(std::span<const std::byte> buffer, const Request* awaited) const {
-  const auto end = std::find(buffer.begin(), buffer.end(), std::byte('\r'));
-  const auto size = std::size_t(end - buffer.begin()) + 1;
-  if (end == buffer.end()) return size > kLongestLine ? Frame{Frame::Kind::kCorrupt, buffer.size()} : Frame{};
-  if (!awaited) return {Frame::Kind::kUnsolicited, size};
-  const bool good = awaited->format == kAny || number_of(buffer.first(size)) >= 0;
-  return {good ? Frame::Kind::kReply : Frame::Kind::kCorrupt, size};
+bool MicrodropDialect::answers(std::string_view body, const Request& asked) const {
+  return asked.format == kAnything || number_of(body) >= 0;
 }
 
 Request MicrodropDialect::probe() const { return question("GetFrequency(1)"); }
 
-Microdrop::Microdrop(JetOptions config) : Driver(dialect_), config_(std::move(config)) {
-  check_options("jet", kJetConfig, config_);
+Microdrop::Microdrop(JetOptions config) : JetDriver(dialect_, JetKind::kMicrodrop, std::move(config)) {
   dialect_.allow_host_latency(config_.host_latency_s);
-  identity_ = "Microdrop MD-E";
 }
 
-void Microdrop::connected(std::int64_t, Effects& fx) {
-  set_state(DeviceState::kIdentifying, identity_, fx);
-  phase_ = Phase::kSetup;
-  link_.push(command("SetActive(1,0)"));
-  if (!config_.trigger_off.empty()) link_.push(command(config_.trigger_off));
-  link_.push(command("SetPulseVoltage(1,1,", config_.dwell_v));
-  link_.push(command("SetPulseLength(1,1,", config_.dwell_us));
-  link_.push(command("RefreshPulse(1)"));
-  link_.push(command("SetFrequency(1,", config_.max_rate_hz));
-  link_.push(command("SetDrops(1,1)"));
-  read_back();
+std::vector<Request> Microdrop::pulse_set() const {
+  return {command("SetPulseVoltage(1,1,", config_.dwell_v), command("SetPulseLength(1,1,", config_.dwell_us),
+          command("RefreshPulse(1)")};
 }
 
 // No public source tells how a refusal reads: that a setting is held is the evidence that it was taken, and
 // that the unit has had its power.
-void Microdrop::read_back() {
-  link_.push(question("GetPulseVoltage(1,1)", config_.dwell_v));
-  link_.push(question("GetPulseLength(1,1)", config_.dwell_us));
-  link_.push(question("GetFrequency(1)", config_.max_rate_hz));
-  link_.push(question("GetDrops(1)", 1));
+std::vector<Request> Microdrop::held() const {
+  return {question("GetPulseVoltage(1,1)", config_.dwell_v),
+          question("GetPulseLength(1,1)", config_.dwell_us), question("GetFrequency(1)", config_.max_rate_hz),
+          question("GetDrops(1)", 1)};
 }
 
-void Microdrop::finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx) {
-  if (outcome != Outcome::kRefused) op_ = Op::kNone;
-  fx.events.emplace_back(
-      Result{outcome, -1, expected_, 0, outcome == Outcome::kUnknown ? expected_ : 0, code, std::move(text)});
+void Microdrop::connected(std::int64_t, Effects& fx) {
+  identity_ = "Microdrop MD-E";
+  set_state(DeviceState::kIdentifying, identity_, fx);
+  phase_ = Phase::kSetup;
+  link_.push(command("SetActive(1,0)"));
+  if (!config_.trigger_off.empty()) link_.push(command(config_.trigger_off));
+  for (const Request& r : pulse_set()) link_.push(r);
+  link_.push(command("SetFrequency(1,", config_.max_rate_hz));
+  link_.push(command("SetDrops(1,1)"));
+  for (const Request& r : held()) link_.push(r);
+  link_.push(question("GetConfig(1,3)"));
+  link_.push(question("GetConfig(1,6)"));
 }
 
-void Microdrop::arm(std::int64_t expected, std::int64_t now_us, Effects& fx) {
-  if (busy() || phase_ != Phase::kReady) {
-    finish(Outcome::kRefused, kNoCode, "the jet is busy or " + std::string(name(state())), fx);
-  } else if (config_.trigger_on.empty()) {
-    finish(Outcome::kRefused, kInstrument,
-           "the Microdrop's known commands name no external trigger, so that the stage cannot fire it: "
-           "jet.trigger_on and jet.trigger_off take the texts of the unit's manual [P]",
-           fx);
-  } else {
-    op_ = Op::kArm;
-    phase_ = Phase::kArming;
-    expected_ = expected;
-    doubt_.clear();
-    may_fire_ = true;
-    link_.push(command("SetActive(1,1)", Repeat::kNever));
-    link_.push(command(config_.trigger_on, Repeat::kNever));
-    set_state(DeviceState::kStaged, "arming", fx);
-  }
-  pump(now_us, fx);
-}
-
-void Microdrop::disarm(std::int64_t now_us, Effects& fx) {
-  if (busy() || (phase_ != Phase::kReady && phase_ != Phase::kArmed)) {
-    finish(Outcome::kRefused, kNoCode, "the jet is busy or " + std::string(name(state())), fx);
-    return pump(now_us, fx);
-  }
-  op_ = Op::kDisarm;
-  safe_stop(now_us, fx);
+void Microdrop::start_arming() {
+  phase_ = Phase::kArming;
+  link_.push(command("SetActive(1,1)", Repeat::kNever));
+  link_.push(command(config_.trigger_on, Repeat::kNever));
 }
 
 void Microdrop::stop(std::int64_t now_us, Effects& fx) {
@@ -124,15 +102,19 @@ void Microdrop::stop(std::int64_t now_us, Effects& fx) {
   link_.urgent(command("SetActive(1,0)"), now_us, fx);
   if (link_.suspect()) link_.push(command("SetActive(1,0)"));  // the first answer is drained
   if (!config_.trigger_off.empty()) link_.push(command(config_.trigger_off));
-  read_back();
+  for (const Request& r : held()) link_.push(r);
 }
 
-void Microdrop::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
+void Microdrop::reply(const Request& request, std::span<const std::byte> line, std::int64_t now_us,
                       Effects& fx) {
-  if (request.argument == kUnchecked || number_of(frame) == request.argument) return;
-  const std::string why = shown(request) + " is " + std::to_string(number_of(frame)) + " instead of " +
-                          std::to_string(request.argument);
-  if (may_fire_) doubt_ = why;
+  const std::string number = std::to_string(number_of(text_of(line)));
+  if (request.text().starts_with("GetConfig"))
+    identity_ +=
+        (request.text().find(",3)") != std::string_view::npos ? " hardware " : ", software ") + number;
+  if (obeyed(request, line)) return;
+  const std::string why =
+      shown(request) + " is " + number + " instead of " + std::to_string(request.argument);
+  if (may_fire_) not_armed_ = why;
   give_up(kInstrument, why, now_us, fx);
 }
 
@@ -140,43 +122,57 @@ void Microdrop::failed(const Request& request, std::int64_t now_us, Effects& fx)
   give_up(kLinkLost, "no good reply to " + shown(request), now_us, fx);
 }
 
-void Microdrop::give_up(std::int32_t code, const std::string& why, std::int64_t now_us, Effects& fx) {
-  fault(Severity::kWarning, code, "jet: " + why, fx);
-  reconnect(now_us, fx, why);
-}
-
 void Microdrop::lost(std::int64_t, Effects& fx) {
   if (phase_ == Phase::kDown) return;
   if (may_fire_ && phase_ != Phase::kSetup)
     fault(Severity::kStop, kLinkLost, "jet: link lost while in use", fx);
-  if (may_fire_ && doubt_.empty()) doubt_ = "the link was lost while it was armed";
+  if (may_fire_ && not_armed_.empty()) not_armed_ = "the link was lost while it was armed";
   phase_ = Phase::kDown;
 }
 
 bool Microdrop::idle(std::int64_t now_us, Effects& fx) {
   if (phase_ == Phase::kArming) {
     phase_ = Phase::kArmed;
-    set_state(DeviceState::kArmed, "external trigger", fx);
-    finish(Outcome::kReady, kNoCode, {}, fx);
+    armed("external trigger", fx);
   } else if (phase_ == Phase::kSetup || phase_ == Phase::kStopping) {
     identified();
     phase_ = Phase::kReady;
     may_fire_ = false;
     set_state(DeviceState::kSafe, "inactive", fx);
-    const bool doubt = op_ == Op::kDisarm && !doubt_.empty();
-    if (op_ == Op::kDisarm)
-      finish(doubt ? Outcome::kUnknown : Outcome::kDone, doubt ? kInstrument : kNoCode, doubt_, fx);
-    if (op_ == Op::kArm) finish(Outcome::kNone, kLinkLost, doubt_, fx);
-  } else if ((phase_ == Phase::kReady || phase_ == Phase::kArmed) && now_us >= device_wake_us()) {
+    if (op_ == Op::kDisarm) finish_pass({}, fx);
+    finish(Outcome::kNone, kLinkLost, not_armed_, fx);  // of an arming that was cut short
+  } else if (at_rest() && now_us >= poll_at_us()) {
     link_.push(question("GetFrequency(1)", config_.max_rate_hz));
     return true;
   }
   return false;
 }
 
-std::int64_t Microdrop::device_wake_us() const {
-  const bool waits = link_.idle() && (phase_ == Phase::kReady || phase_ == Phase::kArmed);
-  return waits ? link_.last_sent_us() + std::int64_t(config_.poll_idle_s * 1e6) : 0;
+// Drops of StartGlobal come at the frequency that was set, and SetActive(1,0) ends them.
+void Microdrop::fire(int droplets, Service& s) {
+  s.begin = {command("SetDrops(1,", droplets), question("GetDrops(1)", droplets),
+             command("SetActive(1,1)", Repeat::kNever), command("StartGlobal(1)", Repeat::kNever)};
+  s.end = {command("SetActive(1,0)"), command("SetDrops(1,1)")};
+}
+
+void Microdrop::jet_for(double seconds, Service& s) {
+  fire(std::max(1, int(seconds * config_.max_rate_hz)), s);
+}
+
+void Microdrop::strobe(int, int delay_us, Service& s) {
+  s.begin = {command("SetStrobe(1,", delay_us), question("GetStrobe(1)", delay_us)};
+}
+
+void Microdrop::pulses(const JetPulses& pulses, Service s, Effects&) {
+  config_.dwell_v = pulses.dwell_v;
+  config_.dwell_us = pulses.dwell_us;
+  s.begin = pulse_set();
+  for (const Request& r : held()) s.begin.push_back(r);
+  run_service(std::move(s));
+}
+
+bool Microdrop::obeyed(const Request& asked, std::span<const std::byte> line) const {
+  return asked.argument == kUnchecked || number_of(text_of(line)) == asked.argument;
 }
 
 }  // namespace firn::drivers

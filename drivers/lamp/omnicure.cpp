@@ -53,7 +53,7 @@ std::string_view trouble(std::uint32_t status) {
   return {};
 }
 
-OmnicureDialect::OmnicureDialect() {
+OmnicureDialect::OmnicureDialect() : LineDialect('\r', kLongestLine) {
   timeouts.reply_us = 500'000;
   timeouts.read_us = 100'000;
   timeouts.quiet_us = 150'000;
@@ -65,34 +65,28 @@ std::string_view OmnicureDialect::text(std::span<const std::byte> frame) {
   return {reinterpret_cast<const char*>(frame.data()), frame.size() - 3};
 }
 
-Frame OmnicureDialect::frame(std::span<const std::byte> buffer, const Request* awaited) const {
-  const std::string_view all(reinterpret_cast<const char*>(buffer.data()), buffer.size());
-  const std::size_t end = all.find('\r');
-  if (end == std::string_view::npos)
-    return all.size() > kLongestLine ? Frame{Frame::Kind::kCorrupt, all.size()} : Frame{};
-  const std::size_t size = end + 1;
-  if (end < 3 || size > kLongestLine) return {Frame::Kind::kCorrupt, size};
-  const std::string_view body = all.substr(0, end - 2);
-  const int high = hex_digit(all[end - 2]), low = hex_digit(all[end - 1]);
-  if (high < 0 || low < 0 || crc8(body) != std::uint8_t(high << 4 | low))
-    return {Frame::Kind::kCorrupt, size};
-  if (!awaited) return {Frame::Kind::kUnsolicited, size};
-  bool good = body.starts_with(table.error);
-  switch (Format(awaited->format)) {
+std::optional<std::string_view> OmnicureDialect::body(std::string_view line) const {
+  const std::size_t end = line.size() - 1;
+  if (end < 3) return std::nullopt;
+  const std::string_view body = line.substr(0, end - 2);
+  const int high = hex_digit(line[end - 2]), low = hex_digit(line[end - 1]);
+  return high < 0 || low < 0 || crc8(body) != std::uint8_t(high << 4 | low) ? std::nullopt
+                                                                            : std::optional(body);
+}
+
+bool OmnicureDialect::answers(std::string_view body, const Request& asked) const {
+  if (body.starts_with(table.error)) return true;
+  switch (Format(asked.format)) {
     case kReceived:
-      good = good || body == table.received;
-      break;
+      return body == table.received;
     case kReady:
-      good = good || body == table.ready;
-      break;
+      return body == table.ready;
     case kClosed:
-      good = good || body.starts_with(table.disconnected);
-      break;
+      return body.starts_with(table.disconnected);
     case kAny:
-      good = good || digits(body);
-      break;  // an integer
+      break;
   }
-  return {good ? Frame::Kind::kReply : Frame::Kind::kCorrupt, size};
+  return digits(body);
 }
 
 Request OmnicureDialect::probe() const { return request(table.status, kAny, Repeat::kRead, 0); }

@@ -10,7 +10,7 @@
 #include <string_view>
 
 #include "drivers/lamp/lamp_config.h"
-#include "drivers/link/dialect.h"
+#include "drivers/link/line_dialect.h"
 
 namespace firn::drivers::omnicure {
 
@@ -36,16 +36,19 @@ std::string_view trouble(std::uint32_t status);
 
 enum Format : std::uint8_t { kReceived, kReady, kClosed, kAny };
 
-class OmnicureDialect : public Dialect {
+class OmnicureDialect : public LineDialect {
  public:
   OmnicureDialect();
-  /// A line whose CRC is wrong is never a reply. Err is a reply to anything.
-  Frame frame(std::span<const std::byte> buffer, const Request* awaited) const override;
   Request probe() const override;
   /// The text of a good frame, without CRC and end.
   static std::string_view text(std::span<const std::byte> frame);
 
   Table table;
+
+ private:
+  /// A line whose CRC is wrong is never a reply. Err is a reply to anything.
+  std::optional<std::string_view> body(std::string_view line) const override;
+  bool answers(std::string_view body, const Request& asked) const override;
 };
 
 Request request(std::string_view text, Format format, Repeat repeat, std::uint16_t tag);

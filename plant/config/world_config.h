@@ -101,7 +101,7 @@ struct JetParams {
   double max_rate_hz = 2000.0;  ///< a trigger sooner than this after the last droplet is not obeyed
   std::int64_t reset_us = 3'000'000;
   std::int64_t pulse_us = 550'000;
-  bool microdrop = false;               ///< it is a Microdrop MD-E
+  std::string kind = "jetdrive";        ///< the word of jet.kind
   std::string trigger_on, trigger_off;  ///< its words for the external trigger; empty: it has none
   std::int64_t settle_us = 0;           ///< deaf for so long after its line was opened
   double most_v = 0.0;                  ///< a level beyond this abuses the head; 0: none does

@@ -41,7 +41,7 @@ class JetTwin : public Twin {
   bool nozzle_dead() const { return trip_ == 3; }
   const JetPulse& pulse() const { return pulse_; }  ///< the one that was loaded
 
- protected:  // of MicrodropTwin too: the same head behind other words
+ protected:  // of other jets' twins too: the same head behind other words
   struct State {
     bool external = false;    ///< SOURCE 1
     bool waveform = false;    ///< a PULSE was loaded

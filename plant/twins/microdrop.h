@@ -12,7 +12,7 @@ namespace firn::plant {
 
 class MicrodropTwin final : public JetTwin {
  public:
-  using JetTwin::JetTwin;
+  MicrodropTwin(Port port, JetParams params, Wires& wires);
   void take(std::span<const std::byte> bytes, std::int64_t now_us) override;
   void disconnected(std::int64_t) override { line_.clear(); }
   void reboot(std::int64_t now_us) override;

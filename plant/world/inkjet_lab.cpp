@@ -16,7 +16,7 @@ namespace firn::plant {
 namespace {
 
 std::unique_ptr<JetTwin> make_jet(Port port, const JetParams& params, Wires& wires) {
-  if (params.microdrop) return std::make_unique<MicrodropTwin>(port, params, wires);
+  if (params.kind == "microdrop") return std::make_unique<MicrodropTwin>(port, params, wires);
   return std::make_unique<JetTwin>(port, params, wires);
 }
 

@@ -75,9 +75,7 @@ JetPulse pulse_of(const JetConfig& j) { return {j.dwell_us, j.rise_us, j.fall_us
 
 void set_up_jet(const JetConfig& j, JetParams& p) {
   p.max_rate_hz = j.max_rate_hz;
-  p.microdrop = j.kind == drivers::JetKind::kMicrodrop;
-  if (!p.microdrop) return;
-  p.baud = 19200;
+  p.kind = drivers::kJetKindWords[std::size_t(j.kind)];
   p.trigger_on = j.trigger_on;
   p.trigger_off = j.trigger_off;
 }

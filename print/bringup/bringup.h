@@ -89,7 +89,8 @@ std::span<const BringupRow> inkjet_rows();  ///< jet, profiler, lamp
 std::span<const BringupRow> camera_rows();
 std::span<const BringupRow> gas_rows();
 std::span<const BringupRow> ice_rows();  ///< robot, valves, laser, heater
-bool is_microdrop(const Experiment& experiment, std::string_view node);
+/// The settings of a jet; nullptr: the node is none.
+const drivers::JetConfig* jet_of(const Experiment& experiment, std::string_view node);
 /// The link row of every instrument: who answers at its port.
 BringupFinding check_link(BringupLab& lab, const std::string& node);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "drivers/jet/jet_driver.h"
 #include "drivers/lamp/omnicure.h"
 #include "drivers/laser_profiler/ljv.h"
 #include "drivers/stage/ensemble.h"
@@ -41,19 +42,22 @@ BringupFinding reply_sum(BringupLab& lab, const std::string& node) {
   return {ok, hex(r), "06 02 status, and their sum", "JetDriveDialect::frame: which bytes the sum covers"};
 }
 
-bool is_jetdrive(const Experiment& e, std::string_view node) { return !is_microdrop(e, node); }
+bool is_jetdrive(const Experiment& e, std::string_view node) {
+  const drivers::JetConfig* jet = jet_of(e, node);
+  return jet && jet->kind == drivers::JetKind::kJetdrive;
+}
 
-// Its driver reads every setting back before it is safe.
-BringupFinding microdrop_set_up(BringupLab& lab, const std::string& node) {
+bool is_armed_by_words(const Experiment& e, std::string_view node) {
+  const drivers::JetConfig* jet = jet_of(e, node);
+  return jet && drivers::traits_of(jet->kind).trigger_by_words;
+}
+
+// A jet is safe when its driver has set it up: it has read every setting back that can be read.
+BringupFinding set_up_and_armable(BringupLab& lab, const std::string& node) {
   if (const std::string why = lab.drive(node, "stop"); !why.empty()) throw BringupStop(why);
-  const drivers::JetConfig& jet = node == "jet_b" ? lab.e.jet_b.drive : lab.e.jet;
-  return {
-      !jet.trigger_on.empty(),
-      jet.trigger_on.empty() ? "settings held, no trigger command"
-                             : "settings held, '" + jet.trigger_on + "'",
-      "settings held, and the command of its trigger input",
-      node +
-          ".trigger_on, trigger_off: the commands of the unit's manual; without them no pass can be printed"};
+  const std::string why = drivers::unarmable(*jet_of(lab.e, node));
+  return {why.empty(), why.empty() ? "settings held, a trigger command" : "settings held, no trigger command",
+          "settings held, and the command of its trigger input", node + ": " + why};
 }
 
 // Asks the profiler for its newest profile.
@@ -268,8 +272,8 @@ constexpr BringupRow kRows[] = {
      &version_reply, &is_jetdrive},
     {14, "jet", "the sum of a reply is that of command and status", "JetDriveDialect::frame", &reply_sum,
      &is_jetdrive},
-    {51, "jet", "Microdrop: holds what it is told, and has a trigger", "jet.trigger_on, trigger_off",
-     &microdrop_set_up, &is_microdrop},
+    {51, "jet", "holds what it is told, and has a trigger", "jet.trigger_on, trigger_off",
+     &set_up_and_armable, &is_armed_by_words},
     {15, "jet", "SOURCE 1 does not fire by itself, SOURCE 0 holds triggers off: ink on paper",
      "drivers/jet/jet.cpp"},
     {16, "jet", "trigger polarity and pulse length, 25 us of 50 us: a scope", "StageOptions::pulse_*_us"},

@@ -1,11 +1,11 @@
 // The link row: who answers at a port, and the fault when it is not the instrument of the lab file.
-#include <array>
+#include <algorithm>
 #include <charconv>
 
 #include "drivers/camera/picture_line.h"
 #include "drivers/gas/alicat.h"
 #include "drivers/heater/thermostat.h"
-#include "drivers/jet/microdrop.h"
+#include "drivers/jet/jet_driver.h"
 #include "drivers/lamp/omnicure.h"
 #include "drivers/laser_profiler/ljv.h"
 #include "drivers/robot/fvp.h"
@@ -36,11 +36,6 @@ bool omnicure_answers(std::string_view s) {
   return omnicure_line(s.substr(s.find_last_of('\r', s.size() - 2) + 1));
 }
 
-bool jetdrive_reply(std::string_view s) {
-  return s.find('>') != s.npos || s.find("MFJET32") != s.npos ||
-         (s.size() == 4 && (s[0] == 0x06 || s[0] == 0x15) && char(s[1] + s[2]) == s[3]);
-}
-
 bool whole_reply(const drivers::Dialect& dialect, const drivers::Request& asked, std::string_view s) {
   return !s.empty() && dialect.frame(bytes_of(s), &asked).kind == drivers::Frame::Kind::kReply;
 }
@@ -53,7 +48,7 @@ std::string hello_robot() {
 
 // Questions that change nothing, and who answers them.
 struct Probe {
-  std::string_view node;  ///< of port_defaults, or "microdrop"
+  std::string_view node;  ///< of port_defaults, or the word of a kind of jet
   std::string_view instrument;
   std::string question;
   bool (*answered)(std::string_view heard);
@@ -94,28 +89,30 @@ const std::vector<Probe>& probes() {
                  [](std::string_view s) {
                    return s.ends_with('\r') && alicat::parse_reading(s.substr(0, s.size() - 1)).has_value();
                  }});
-    p.push_back(
-        {"microdrop", "a Microdrop jet", request_text(MicrodropDialect().probe()), [](std::string_view s) {
-           return s.ends_with('\r') && s.size() < 12 && microdrop::number_of(bytes_of(s)) >= 0;
-         }});
-    // Last: in its monitor the jet takes single letters.
-    p.push_back({"jet", "a MicroFab jet", std::string("S\x02\x02\x04", 4), &jetdrive_reply});
-    p.push_back({"jet", "a MicroFab jet", "Q", &jetdrive_reply});
+    for (std::size_t n = kJetKindWords.size(); n-- > 0;) {  // last JetDrive: its monitor takes single letters
+      const JetTraits& jet = traits_of(JetKind(n));
+      for (const Request& question : jet.questions())
+        p.push_back({kJetKindWords[n], jet.instrument, request_text(question), jet.answers});
+    }
     return p;
   }();
   return all;
 }
 
 std::string_view kind_of(const Experiment& e, std::string_view node) {
-  if (is_microdrop(e, node)) return "microdrop";
-  return node == "valve_b" ? "valve_a" : node == "jet_b" ? "jet" : node;
+  if (const drivers::JetConfig* jet = jet_of(e, node)) return drivers::kJetKindWords[std::size_t(jet->kind)];
+  return node == "valve_b" ? "valve_a" : node;
+}
+
+bool is_kind_of_jet(std::string_view kind) {
+  return std::ranges::find(drivers::kJetKindWords, kind) != drivers::kJetKindWords.end();
 }
 
 std::string other_instrument(const Probe& p, const std::string& node, std::string_view kind,
                              const PortAddress& address) {
-  if ((kind == "jet" && p.node == "microdrop") || (kind == "microdrop" && p.node == "jet"))
-    return "set " + node + ".kind = \"" + (p.node == "jet" ? "jetdrive" : "microdrop") + "\"";
-  const std::string_view owner = p.node == "microdrop" ? "jet" : p.node;
+  const bool is_jet = is_kind_of_jet(p.node);
+  if (is_jet && is_kind_of_jet(kind)) return "set " + node + ".kind = \"" + std::string(p.node) + "\"";
+  const std::string_view owner = is_jet ? "jet" : p.node;
   return "exchange the addresses in [devices]: " + to_text(address) + " belongs to " + std::string(owner);
 }
 
@@ -151,9 +148,8 @@ BringupFinding stage_is_ready(RawLine& line) {
 
 }  // namespace
 
-bool is_microdrop(const Experiment& e, std::string_view node) {
-  return (node == "jet" && e.jet.kind == drivers::JetKind::kMicrodrop) ||
-         (node == "jet_b" && e.jet_b.drive.kind == drivers::JetKind::kMicrodrop);
+const drivers::JetConfig* jet_of(const Experiment& e, std::string_view node) {
+  return node == "jet" ? &e.jet : node == "jet_b" ? &e.jet_b.drive : nullptr;
 }
 
 BringupFinding check_link(BringupLab& lab, const std::string& node) {

@@ -21,23 +21,19 @@ drivers::JetOptions jet_config(NodeId id, const Experiment& e) {
 }
 
 std::unique_ptr<Node> make(NodeId id, const std::string& config_toml) {
-  const Experiment e = parse_recorded_experiment(config_toml, "experiment.toml");
-  if (drive(id, e).kind == drivers::JetKind::kMicrodrop) return std::make_unique<MicrodropNode>(id, e);
-  return std::make_unique<JetNode>(id, e);
+  return std::make_unique<JetNode>(id, parse_recorded_experiment(config_toml, "experiment.toml"));
 }
 
 }  // namespace
 
-template <class Jet>
-JetNodeOf<Jet>::JetNodeOf(NodeId id, const Experiment& e)
-    : DriverNode<JetNodeOf<Jet>, Jet, drivers::Effects>(id, jet_config(id, e)) {
-  this->subscribe(id == NodeId::kJetB ? channels::kJetBCommand : channels::kJetCommand, this);
+JetNode::JetNode(NodeId id, const Experiment& e) : DriverNode(id, jet_config(id, e)) {
+  subscribe(id == NodeId::kJetB ? channels::kJetBCommand : channels::kJetCommand, this);
 }
 
-template <class Jet>
-void JetNodeOf<Jet>::on(const jet_command_t& c, Time now, Outbox& out) {
+void JetNode::on(const jet_command_t& c, Time now, Outbox& out) {
   const JetVerb verb = JetVerb(c.verb);
-  this->perform(c, false, now, out, [&](Jet& jet, std::int64_t now_us, drivers::Effects& fx) {
+  perform(c, false, now, out, [&](drivers::SomeJet& some, std::int64_t now_us, drivers::Effects& fx) {
+    drivers::JetDriver& jet = some.jet();
     switch (verb) {
       case JetVerb::kArm:
         return jet.arm(c.expected, now_us, fx);
@@ -48,9 +44,6 @@ void JetNodeOf<Jet>::on(const jet_command_t& c, Time now, Outbox& out) {
     }
   });
 }
-
-template class JetNodeOf<drivers::Jet>;
-template class JetNodeOf<drivers::Microdrop>;
 
 std::unique_ptr<Node> make_jet(const std::string& config_toml, const Blobs&) {
   return make(NodeId::kJet, config_toml);

@@ -6,26 +6,22 @@
 #include <string>
 
 #include "config/experiment.h"
-#include "drivers/jet/jet.h"
-#include "drivers/jet/microdrop.h"
+#include "drivers/jet/jet_kinds.h"
 #include "firn/jet_command_t.hpp"
 #include "runtime/driver_node.h"
 
 namespace firn {
 
 /// Adapter of drivers/jet: arm for external triggers, disarm. The jet of ink A (kJet) or that of ink B
-/// (kJetB), of one of the kinds that node.cpp instantiates.
-template <class Jet>
-class JetNodeOf final : public DriverNode<JetNodeOf<Jet>, Jet, drivers::Effects> {
+/// (kJetB), of the kind that its settings name.
+class JetNode final : public DriverNode<JetNode, drivers::SomeJet, drivers::Effects> {
  public:
   /// @throws std::invalid_argument for a waveform beyond the limits.
-  JetNodeOf(NodeId id, const Experiment& experiment);
+  JetNode(NodeId id, const Experiment& experiment);
 
-  using DriverNode<JetNodeOf<Jet>, Jet, drivers::Effects>::on;
+  using DriverNode::on;
   void on(const jet_command_t&, Time now, Outbox&);
 };
-using JetNode = JetNodeOf<drivers::Jet>;
-using MicrodropNode = JetNodeOf<drivers::Microdrop>;
 
 std::unique_ptr<Node> make_jet(const std::string& config_toml, const Blobs& blobs);
 std::unique_ptr<Node> make_jet_b(const std::string& config_toml, const Blobs& blobs);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "drivers/jet/jet_driver.h"
 #include "estimators/calibration/jet_waveform.h"
 #include "firn/camera_command_t.hpp"
 #include "firn/droplet_sweep_t.hpp"
@@ -36,7 +37,7 @@ constexpr int kDwells = 13, kFineDwells = 9;
 constexpr double kFineShare = 0.3;                     // of the best dwell time, either side, second round
 constexpr double kLeastVolts = 0.6, kMostVolts = 1.6;  // of the lab's
 constexpr int kVoltages = 11;
-constexpr double kTenth_us = 0.1, kWatched_us = 1.0;
+constexpr double kTenth_us = 0.1;
 
 constexpr std::pair<NodeId, MakeNode> kJetNodes[] = {{NodeId::kStage, &make_stage},
                                                      {NodeId::kJet, &make_jet},
@@ -54,7 +55,7 @@ std::vector<std::pair<NodeId, MakeNode>> nodes_of(const Experiment& e) {
   return nodes;
 }
 
-/// The first pulse; the second keeps its ratio to it, a Microdrop has none.
+/// The first pulse; the second keeps its ratio to it, if the jet has one.
 struct Pulse {
   double dwell_us = 0.0, volts = 0.0;
 };
@@ -116,7 +117,7 @@ class JetLab final : public CommandedLab {
   std::int64_t sweeps() const { return sweeps_; }
 
  private:
-  bool single() const { return experiment_.jet.kind == drivers::JetKind::kMicrodrop; }
+  bool single() const { return !drivers::traits_of(experiment_.jet.kind).second_pulse; }
   void heard(std::string_view channel, std::span<const std::byte> bytes) override {
     if (channel != channels::kDropletSweep.name) return;
     if (auto m = decoded<droplet_sweep_t>(bytes); m && m->sweep_id == sweeps_) sweep_ = std::move(m);
@@ -208,7 +209,7 @@ LabCalibration calibrate_jet(const Experiment& given, const LabCalibrationOption
   e.camera.use = OnOff::kOn;
   const double wanted =
       o.velocity_m_s > 0.0 ? o.velocity_m_s : 0.5 * (e.watch.velocity_least_m_s + e.watch.velocity_most_m_s);
-  const double step_us = e.jet.kind == drivers::JetKind::kMicrodrop ? kWatched_us : kTenth_us;
+  const double step_us = drivers::traits_of(e.jet.kind).step_us;
 
   JetLab lab(e);
   lab.get_ready();

@@ -29,8 +29,7 @@ JetOptions with_words(const std::string& on, const std::string& off) {
 
 plant::WorldConfig world_of(const JetOptions& o) {
   plant::WorldConfig c = WorldRig::small_world(12, 6);
-  c.jet.microdrop = true;
-  c.jet.baud = 19200;
+  c.jet.kind = "microdrop";
   c.jet.trigger_on = o.trigger_on;
   c.jet.trigger_off = o.trigger_off;
   return c;
@@ -77,7 +76,7 @@ TEST_CASE("a Microdrop is set up by the card's lines and read back before it is 
       rig.written["jet"].starts_with("SetActive(1,0)\rSetTrigger(1,0)\rSetPulseVoltage(1,1,72)\r"
                                      "SetPulseLength(1,1,24)\rRefreshPulse(1)\rSetFrequency(1,2000)\r"
                                      "SetDrops(1,1)\rGetPulseVoltage(1,1)\rGetPulseLength(1,1)\r"
-                                     "GetFrequency(1)\rGetDrops(1)\r"));
+                                     "GetFrequency(1)\rGetDrops(1)\rGetConfig(1,3)\rGetConfig(1,6)\r"));
   CHECK(rig.jet.state() == DeviceState::kSafe);
   CHECK(rig.arm().outcome == Outcome::kReady);
   CHECK(rig.written["jet"].ends_with("SetActive(1,1)\rSetTrigger(1,1)\r"));
@@ -216,7 +215,7 @@ TEST_CASE("a Microdrop tells who it is, takes a pulse and a strobe, and refuses 
   REQUIRE(rig.run([&] { return rig.jet.safe(); }, 5.0));  // read back with the new pulse
   const std::string sent = rig.written["jet"];
   const std::tuple<const char*, std::vector<double>, const char*> refused[] = {
-      {"strobe", {2, 250}, "no divider"},
+      {"strobe", {2, 250}, "(0, 1]"},
       {"strobe", {1, 70000}, "65535"},
       {"waveform", {80, -20, 30, 9}, "one pulse"},
       {"waveform", {500, 0, 30, 0}, "100"},
