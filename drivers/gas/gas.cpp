@@ -173,7 +173,7 @@ void Gas::reply(const Request& request, std::span<const std::byte> frame, std::i
   if (request.tag == kSetTag && std::abs(flows_.set_sccm[std::size_t(n)] - commanded_sccm_[std::size_t(n)]) >
                                     tolerated_sccm_[std::size_t(n)])
     return refused(request,
-                   shown("told %g sccm its set point is %g sccm: analog or panel control?",
+                   shown("told %.4g sccm its set point is %.4g sccm: analog or panel control?",
                          commanded_sccm_[std::size_t(n)], flows_.set_sccm[std::size_t(n)]),
                    now_us, fx);
   if (request.tag == kReadTag && n == kSheath) judge(now_us, fx);
@@ -231,14 +231,14 @@ void Gas::judge(std::int64_t now_us, Effects& fx) {
     if (gone_since_us_[k] == 0) gone_since_us_[k] = now_us;
     if (double(now_us - gone_since_us_[k]) < config_.lost_s * 1e6) continue;
     stop_for(GasFault::kFlowLost, n,
-             shown("%g of %g sccm flow: bottle, tube, valve?", flows_.sccm[k], commanded_sccm_[k]));
+             shown("%.3g of %.3g sccm flow: bottle, tube, valve?", flows_.sccm[k], commanded_sccm_[k]));
   }
   const double kpa = flows_.kpa[kSheath];
   if (kpa <= config_.most_pressure_kpa) {
     if (flows_.fault[kSheath] == GasFault::kPressure) flows_.fault[kSheath] = GasFault::kNone;
   } else if (flows_.fault[kSheath] == GasFault::kNone) {
     stop_for(GasFault::kPressure, kSheath,
-             shown("%.1f kPa behind the nozzle, gas.most_pressure_kpa = %.1f kPa: it clogs", kpa,
+             shown("%.1f kPa behind the nozzle, gas.most_pressure_kpa = %.5g: it clogs", kpa,
                    config_.most_pressure_kpa));
   }
   fx.measured(flows_);
@@ -289,7 +289,7 @@ bool Gas::idle(std::int64_t now_us, Effects& fx) {
       }
       if (now_us < settle_until_us_) break;
       const std::string why =
-          std::string(kNames[n]) + shown(": %g of %g sccm flow after gas.settle_s",
+          std::string(kNames[n]) + shown(": %.3g of %.3g sccm flow after gas.settle_s",
                                          flows_.sccm[std::size_t(n)], wanted_sccm_[std::size_t(n)]);
       fault(Severity::kStop, kGas, "gas: " + why, fx);
       finish(Outcome::kFailed, kGas, why, fx);

@@ -45,6 +45,7 @@ class GasTwin : public Twin {
   /// Truth, brought up to now.
   double sccm(int controller, std::int64_t now_us);
   double nozzle_kpa(std::int64_t now_us);
+  const std::array<double, 2>& set_sccm() const { return set_sccm_; }
   /// The share of the nozzle's section that is open after ink without a sheath: a laminar flow's resistance
   /// goes with the square of the section.
   double open_share() const { return 1.0 / std::sqrt(clog_); }

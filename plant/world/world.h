@@ -44,6 +44,7 @@ struct Truth {
   VolumeLedger ledger;
   HeightMap height;  ///< noise-free mean over each cell [mm]
   HeightMap wide;    ///< the same, and the cells of a margin around the grid; droplets only
+  std::array<double, 2> gas_set_sccm = {};  ///< set points in force: atomizer, sheath
 };
 
 class World {

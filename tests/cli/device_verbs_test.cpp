@@ -256,7 +256,8 @@ TEST_CASE("a camera's picture and the pictures of a sweep come as files", "[devi
 
 TEST_CASE("identify takes at most a second behind a serial or a TCP line, for every instrument", "[device]") {
   using Kind = PortBridge::Kind;
-  const std::string camera = "camera.use=\"on\"", microdrop = "jet.kind=\"microdrop\"";
+  const std::string camera = "camera.use=\"on\"", microdrop = "jet.kind=\"microdrop\"",
+                    gas = "gas.use=\"on\"";
   const std::tuple<std::string, std::string, Kind, int, std::string> all[] = {
       {kInkjet, "stage", Kind::kTcp, 0, camera},
       {kInkjet, "jet", Kind::kSerial, 9600, camera},
@@ -264,6 +265,8 @@ TEST_CASE("identify takes at most a second behind a serial or a TCP line, for ev
       {kInkjet, "lamp", Kind::kSerial, 19200, camera},
       {kInkjet, "camera", Kind::kTcp, 0, camera},
       {kInkjet, "jet", Kind::kSerial, 19200, microdrop},
+      {kAerosol, "gas", Kind::kSerial, 19200, gas},
+      {kAerosol, "heater", Kind::kSerial, 9600, gas},
       {kIce, "robot", Kind::kTcp, 0, ""},
       {kIce, "valve_a", Kind::kSerial, 115200, ""},
       {kIce, "valve_b", Kind::kSerial, 115200, ""},
@@ -281,7 +284,7 @@ TEST_CASE("identify takes at most a second behind a serial or a TCP line, for ev
     for (const std::string& k : keys) words.insert(words.end(), {"--set", k});
     // Instruments on one trigger line are real together.
     for (const char* other : {"stage", "jet", "laser_profiler", "robot", "valve_a", "valve_b", "laser_point"})
-      if (node != other && node != "lamp" && node != "heater" && node != "camera" &&
+      if (node != other && node != "lamp" && node != "heater" && node != "camera" && node != "gas" &&
           (file == kInkjet) ==
               (std::string_view("stage jet laser_profiler").find(other) != std::string::npos)) {
         words.push_back("--set");

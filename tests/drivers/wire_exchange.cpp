@@ -6,6 +6,8 @@
 
 #include "core/grid/firing_order.h"
 #include "drivers/camera/camera.h"
+#include "drivers/gas/gas.h"
+#include "plant/world/aerosol_lab.h"
 #include "tests/drivers/bench.h"
 #include "tests/drivers/ice_rig.h"
 #include "tests/drivers/lossy_line.h"
@@ -161,6 +163,13 @@ struct CameraRig : PortRig {
   Camera camera;
 };
 
+struct GasRig : PortRig {
+  explicit GasRig(const plant::WorldConfig& config) : PortRig(config), gas(GasOptions{}) { add("gas", gas); }
+  void start() { connect_all(); }
+  Gas gas;
+};
+
+using Gases = Session<GasRig>;
 using Inkjet = Session<WorldRig>;
 using Watch = Session<CameraRig>;
 using Ice = Session<IceRig>;
@@ -279,6 +288,24 @@ void run_camera(Watch& s) {
   if (r.outcome == Outcome::kDone) s.judge(n == kPictures && r.counted == kPictures, "pictures", r);
 }
 
+plant::WorldConfig aerosol_world() {
+  plant::WorldConfig c = inkjet_world();
+  c.kind = &plant::kAerosolWorld;
+  c.own = plant::AerosolWorldConfig{};
+  return c;
+}
+
+void run_gas(Gases& s) {
+  const double atomizer = double(s.random(25)), sheath = 20.0 + double(s.random(60));
+  const Result r =
+      s.command("gas", [&](std::int64_t t, Effects& fx) { s.rig.gas.set(atomizer, sheath, t, fx); });
+  const auto in_force = [&] { return s.rig.world.truth().gas_set_sccm; };
+  if (r.outcome == Outcome::kDone)
+    return s.judge(in_force() == std::array{atomizer, sheath}, "set points", r);
+  s.judge(s.rig.run([&] { return s.rig.gas.safe(); }, kTaken_s) && in_force()[kAtomizer] == 0.0,
+          "atomizer gas goes on", r);
+}
+
 std::vector<double> sweep(int k) {
   std::vector<double> q;
   for (std::size_t i = 0; i < 60; ++i) {
@@ -373,6 +400,11 @@ void exchange_under_faults(RealWire::Kind kind, std::int64_t exchanges, std::uin
   if (only.empty() || only == "camera") {
     Watch s(kind, "camera", seed, watched_world());
     while (!s.enough(exchanges)) run_camera(s);
+    done(s.done());
+  }
+  if (only.empty() || only == "gas") {
+    Gases s(kind, "gas", seed, aerosol_world());
+    while (!s.enough(exchanges)) run_gas(s);
     done(s.done());
   }
   inkjet("stage", run_stage);
