@@ -46,8 +46,8 @@ TEST_CASE("the clearance that is left is told beside the one that is needed") {
 }
 
 TEST_CASE("a clogged nozzle is told by its pressure, a lost gas by the share that flows") {
-  check(16, "gas: sheath: 130.2 kPa behind the nozzle, gas.most_pressure_kpa = 120: it clogs", 130.2,
-        120.0, "kPa");
+  check(16, "gas: sheath: 130.2 kPa behind the nozzle, gas.most_pressure_kpa = 120: it clogs", 130.2, 120.0,
+        "kPa");
   const std::map<std::string, double> keys{{"gas.lost_share", 0.5}};
   check(16, "gas: sheath: 4 of 40 sccm flow: bottle, tube, valve?", 0.1, 0.5, "", keys);
   check(16, "gas: atomizer: 5 of 20 sccm flow after gas.settle_s", 0.25, 0.5, "", keys);
