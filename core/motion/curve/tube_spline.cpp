@@ -228,8 +228,10 @@ bool solve(TubeWork& work) {
     std::memcpy(row, band->data(), sizeof row);
     if (!(row[0][0] > 0.0)) return false;
     const double over = 1.0 / row[0][0], value = work.step[i] * over;
+    // by shuffles: loads across what was stored just before would wait for it
     const Pair odd[4] = {
-        {row[0][1], row[1][0]}, {row[1][1], row[2][0]}, {row[2][1], row[3][0]}, {row[3][1], 0.0}};
+        __builtin_shufflevector(row[0], row[1], 1, 2), __builtin_shufflevector(row[1], row[2], 1, 2),
+        __builtin_shufflevector(row[2], row[3], 1, 2), __builtin_shufflevector(row[3], Pair{}, 1, 2)};
     eliminate<1>(row, odd, over, band);
     double* const step = &work.step[i];
 #pragma GCC unroll 7
