@@ -2,6 +2,7 @@
 // of the speed profile's limits are the gradient of the minimum time with regard to the curve.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/motion/certified/certified.h"
 #include "core/motion/curve/frechet.h"
@@ -14,6 +15,7 @@ constexpr double kMostRadiusShare = 0.7;                       ///< of the toler
 constexpr int kShrinks = 10;  ///< tries to bring a start inside the tolerance
 constexpr double kAim = 0.98, kLeastShrink = 0.1;
 constexpr int kFastRounds = 32, kSlowRounds = 40, kLastRounds = 8;  ///< of descent
+constexpr int kTrialRounds = 8;                                     ///< of each of two starts
 constexpr int kMostFailures = 6;                                    ///< one after another
 constexpr double kFastGain = 1e-4, kSlowGain = 5e-5;                ///< of a round that is worth another
 constexpr double kBelow = 0.01;  ///< of the tolerance, by which a step that left it is to stay below it
@@ -69,19 +71,30 @@ class FitPlanner {
   ~FitPlanner() { work_.descends = false; }
   FitPlanner(const FitPlanner&) = delete;
 
-  /// Plans along fits of several radii; the fastest is kept, with its tube as wide as the tolerance allows.
-  /// Returns whether it can be improved.
+  /// Plans along fits of several radii; the fastest is kept, with its tube as wide as the tolerance allows,
+  /// unless descent from the widest one is faster. Returns whether it can be improved.
   bool start(const CertifiedTask& task) {
     const double tolerance = allowed_mm(task.options);
     samples_ = !(task.options.tolerance_mm > 0.0);
     const double widest = try_radius(fit_radius_mm(task.options), task);
     if (!(out_.deviation_mm <= tolerance) || out_.curve.straight || !solved(out_)) return false;
     double best = widest;
+    StopSegment wide;
+    if (!samples_) wide = out_;
     for (double r = kLeastRadius_mm; !samples_ && r < kMostRadiusShare * tolerance; r *= kRadiusRatio)
       if (const double radius = try_radius(r, task); radius > 0.0) best = radius;
-    fit(best, task);
-    widen_tube(widest - best, work_.tube);
-    work_.tube.base = work_.tube.control;
+    begin(best, widest, task);
+    if (best == widest) return true;
+    descend(kTrialRounds, kFastGain, task);
+    TubeWork tube = work_.tube;
+    const double weight = weight_;
+    std::swap(out_, wide);
+    begin(widest, widest, task);
+    descend(kTrialRounds, kFastGain, task);
+    if (out_.duration_s() <= wide.duration_s()) return true;
+    std::swap(out_, wide);
+    std::swap(work_.tube, tube);
+    weight_ = weight;
     return true;
   }
 
@@ -120,8 +133,17 @@ class FitPlanner {
   void fit(double radius, const CertifiedTask& task) {
     const CellSizes sizes = cell_sizes(points_, speed_limit_, {}, task, work_);
     const double between = samples_ ? kSagittaMm : radius;
-    fit_tube(points_, {radius, between, sizes.largest_mm}, work_.tube, work_.curve.coarse);
+    fit_tube(points_, {radius, between, sizes.largest_mm, allowed_mm(task.options)}, work_.tube,
+             work_.curve.coarse);
     work_.curve.offset.assign({0.0, work_.curve.coarse.s.back()});
+  }
+
+  /// Descent will begin at the fit of this radius, which `out_` is planned along.
+  void begin(double radius, double widest, const CertifiedTask& task) {
+    fit(radius, task);
+    widen_tube(widest - radius, work_.tube);
+    work_.tube.base = work_.tube.control;
+    weight_ = kFirstWeight;
   }
 
   void plan(double most_s, const CertifiedTask& task, StopSegment& segment) {

@@ -232,19 +232,46 @@ std::array<double, 4> derivative_form(const std::vector<double>& knot, std::size
   return form;
 }
 
+/// Distances by which chords miss an arc that turns at the polygon's vertices as these do: length times
+/// turn / 8. What turns more is a corner.
+void set_missed(std::span<const Point2> points, const std::vector<double>& length,
+                std::vector<double>& missed) {
+  constexpr double kMostTurn = 0.8;
+  missed.assign(points.size(), 0.0);
+  for (std::size_t i = 1; i + 1 < points.size(); ++i) {
+    const double ux = points[i].x_mm - points[i - 1].x_mm, uy = points[i].y_mm - points[i - 1].y_mm;
+    const double vx = points[i + 1].x_mm - points[i].x_mm, vy = points[i + 1].y_mm - points[i].y_mm;
+    const double turn = std::abs(std::atan2(ux * vy - uy * vx, ux * vx + uy * vy));
+    if (turn < kMostTurn)
+      missed[i] = 0.125 * turn * std::min(length[i] - length[i - 1], length[i + 1] - length[i]);
+  }
+}
+
+/// Share of the tube where the polygon misses its curve by `missed` tolerances: less where that is about one,
+/// since a curve near coarse samples would be faster than one near finer ones. What misses more has corners.
+double share_of(double missed) {
+  constexpr double kLess = 0.2, kMost = 1.1, kCorner = 3.0;
+  const double x = std::min(missed, kMost);
+  return 1.0 - kLess * x * x * std::clamp(2.0 - missed / kCorner, 0.0, 1.0);
+}
+
 /// Lines given as such stay: on a chord too long to be between two samples the tube is narrower, beyond
 /// kNearEnd_mm of its ends. Runs of samples on a line are not told by chance from those beside it.
-void narrow_lines(std::span<const Point2> points, const std::vector<double>& length, double total,
-                  std::vector<TubePlace>& places) {
+void narrow(std::span<const Point2> points, double tolerance, double total, TubeWork& work) {
   constexpr double kNearEnd_mm = 2.0, kNarrow = 0.1;
+  const std::vector<double>& length = work.point_length;
+  if (tolerance > 0.0) set_missed(points, length, work.missed);
   const double scale = total / length.back();
   std::size_t k = 0;
-  for (TubePlace& place : places) {
+  for (TubePlace& place : work.places) {
     while (k + 2 < points.size() && scale * length[k + 1] < place.t) ++k;
-    if (place.t <= scale * length[k] + kNearEnd_mm || place.t >= scale * length[k + 1] - kNearEnd_mm)
-      continue;
-    place.share = kNarrow;
-    place.radius *= kNarrow;
+    const bool line =
+        place.t > scale * length[k] + kNearEnd_mm && place.t < scale * length[k + 1] - kNearEnd_mm;
+    if (line)
+      place.share = kNarrow;
+    else if (tolerance > 0.0)
+      place.share = share_of(std::max(work.missed[k], work.missed[k + 1]) / tolerance);
+    place.radius *= place.share;
   }
 }
 
@@ -273,7 +300,7 @@ void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWo
               total, work.knots);
   const double share = samples ? 1.0 : 1.0 - kBetween;
   set_places(work, points, work.kept, share * options.radius_mm, share * options.between_mm, work.places);
-  if (!samples) narrow_lines(points, work.point_length, total, work.places);
+  if (!samples) narrow(points, options.tolerance_mm, total, work);
   guess_control(work);
   work.control.front() = points.front();
   work.control.back() = points.back();

@@ -38,7 +38,7 @@ struct TubeWork {
   };
   std::vector<std::size_t> kept, coarse;
   std::vector<Point2> line, shape;
-  std::vector<double> length, point_length, knots, extended;
+  std::vector<double> length, point_length, missed, knots, extended;
   std::vector<TubePlace> places;
   std::vector<Row> rows;
   std::vector<Point2> control;
@@ -62,9 +62,10 @@ double fit_spline(std::span<const double> knots, std::span<const TubePlace> plac
                   TubeWork& work);
 
 struct TubeOptions {
-  double radius_mm = 0.0;   ///< of the tube at the points
-  double between_mm = 0.0;  ///< and between them; the points are thinned where it is the same
-  double largest_mm = 5.0;  ///< cell
+  double radius_mm = 0.0;     ///< of the tube at the points
+  double between_mm = 0.0;    ///< and between them; the points are thinned where it is the same
+  double largest_mm = 5.0;    ///< cell
+  double tolerance_mm = 0.0;  ///< inside of which the curve will be moved; 0 = it stays
 };
 
 /// Fits a path's points between two rests. @param curve without speed limits
