@@ -5,102 +5,12 @@
 #include <cstdint>
 #include <numeric>
 
+#include "core/vision/raster.h"
+
 namespace firn::vision {
 namespace {
 
 constexpr double kCore = 0.6;  // share of the inscribed radius that a core keeps from the outline
-constexpr int kFar = 1 << 20;
-
-void fill_holes(Silhouette& s) {
-  // Ground that is connected to the lattice's rim, four neighbours, is no hole.
-  std::vector<std::uint8_t> outside(s.mask.size());
-  std::vector<int> stack;
-  const auto seed = [&](int i, int j) {
-    const int k = j * s.columns + i;
-    if (!s.mask[std::size_t(k)] && !outside[std::size_t(k)]) {
-      outside[std::size_t(k)] = 1;
-      stack.push_back(k);
-    }
-  };
-  for (int i = 0; i < s.columns; ++i) {
-    seed(i, 0);
-    seed(i, s.rows - 1);
-  }
-  for (int j = 0; j < s.rows; ++j) {
-    seed(0, j);
-    seed(s.columns - 1, j);
-  }
-  while (!stack.empty()) {
-    const int k = stack.back(), i = k % s.columns, j = k / s.columns;
-    stack.pop_back();
-    if (i > 0) seed(i - 1, j);
-    if (i + 1 < s.columns) seed(i + 1, j);
-    if (j > 0) seed(i, j - 1);
-    if (j + 1 < s.rows) seed(i, j + 1);
-  }
-  for (std::size_t k = 0; k < s.mask.size(); ++k) s.mask[k] = !outside[k];
-}
-
-// Squared distance of each cell to the nearest cell off the mask [Meijster, Roerdink and Hesselink 2000].
-// Beyond the lattice lies ground, beyond the picture's edge nothing.
-std::vector<int> squared_distances(const Silhouette& s) {
-  const int w = s.columns, h = s.rows;
-  std::vector<int> column(s.mask.size()), result(s.mask.size());
-  for (int x = 0; x < w; ++x) {
-    int d = s.top ? kFar : 0;
-    for (int y = 0; y < h; ++y) {
-      const std::size_t k = std::size_t(y) * std::size_t(w) + std::size_t(x);
-      d = s.mask[k] ? std::min(kFar, d + 1) : 0;
-      column[k] = d;
-    }
-    d = s.bottom ? kFar : 0;
-    for (int y = h - 1; y >= 0; --y) {
-      const std::size_t k = std::size_t(y) * std::size_t(w) + std::size_t(x);
-      d = s.mask[k] ? std::min(kFar, d + 1) : 0;
-      column[k] = std::min(column[k], d);
-    }
-  }
-  // Lower envelope of parabolas in each row; position -1 and w are ground unless the picture ends there.
-  std::vector<int> at, from;
-  for (int y = 0; y < h; ++y) {
-    const int first = s.left ? 0 : -1, last = s.right ? w - 1 : w;
-    const auto g = [&](int x) -> long {
-      if (x < 0 || x >= w) return 0;
-      return column[std::size_t(y) * std::size_t(w) + std::size_t(x)];
-    };
-    const auto value = [&](int x, int i) { return long(x - i) * (x - i) + g(i) * g(i); };
-    at.clear();
-    from.clear();
-    for (int u = first; u <= last; ++u) {
-      while (!at.empty() && value(from.back(), at.back()) > value(from.back(), u)) {
-        at.pop_back();
-        from.pop_back();
-      }
-      if (at.empty()) {
-        at.push_back(u);
-        from.push_back(first);
-      } else {
-        const long i = at.back();
-        const long numerator = long(u) * u - i * i + g(u) * g(u) - g(int(i)) * g(int(i)),
-                   denominator = 2 * (u - i);
-        const long cut =
-            1 + (numerator >= 0 ? numerator / denominator : -((-numerator + denominator - 1) / denominator));
-        if (cut <= last) {
-          at.push_back(u);
-          from.push_back(int(std::max<long>(cut, first)));
-        }
-      }
-    }
-    std::size_t q = at.size() - 1;
-    for (int x = last; x >= first; --x) {
-      while (q > 0 && x < from[q]) --q;
-      if (x >= 0 && x < w)
-        result[std::size_t(y) * std::size_t(w) + std::size_t(x)] =
-            int(std::min<long>(value(x, at[q]), 1L << 30));
-    }
-  }
-  return result;
-}
 
 struct Peaks {
   std::vector<int> label;  // bulge of each cell, -1 off the mask
@@ -168,30 +78,15 @@ Bulge measure(const Silhouette& s, const std::vector<int>& distance, const Peaks
   const int w = s.columns, peak = peaks.peak[std::size_t(number)];
   const double radius = std::sqrt(double(distance[std::size_t(peak)])), keep = kCore * radius;
   // The core: cells far from the outline that are connected to the peak.
-  std::vector<std::uint8_t> in(s.mask.size());
-  std::vector<int> core{peak};
-  in[std::size_t(peak)] = 1;
-  double sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0;
-  for (std::size_t n = 0; n < core.size(); ++n) {
-    const int k = core[n], i = k % w, j = k / w;
-    sx += i;
-    sy += j;
-    sxx += double(i) * i;
-    sxy += double(i) * j;
-    syy += double(j) * j;
-    b.at_edge |=
-        (i == 0 && s.left) || (j == 0 && s.top) || (i == w - 1 && s.right) || (j == s.rows - 1 && s.bottom);
-    for (const auto& [di, dj] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
-      const int x = i + di, y = j + dj, l = y * w + x;
-      if (x < 0 || y < 0 || x >= w || y >= s.rows || in[std::size_t(l)]) continue;
-      if (peaks.label[std::size_t(l)] != number || double(distance[std::size_t(l)]) <= keep * keep) continue;
-      in[std::size_t(l)] = 1;
-      core.push_back(l);
-    }
-  }
-  const double n = double(core.size()), cx = sx / n, cy = sy / n;
-  const double vxx = sxx / n - cx * cx + 1.0 / 12, vyy = syy / n - cy * cy + 1.0 / 12,
-               vxy = sxy / n - cx * cy;
+  CellMask far_inside(s.columns, s.rows);
+  for (std::size_t k = 0; k < s.mask.size(); ++k)
+    far_inside.cells[k] = peaks.label[k] == number && double(distance[k]) > keep * keep;
+  const CellSums core = connected_sums(far_inside, peak % w, peak / w);
+  b.at_edge =
+      (core.left && s.left) || (core.top && s.top) || (core.right && s.right) || (core.bottom && s.bottom);
+  const double n = core.n, cx = core.x / n, cy = core.y / n;
+  const double vxx = core.xx / n - cx * cx + 1.0 / 12, vyy = core.yy / n - cy * cy + 1.0 / 12,
+               vxy = core.xy / n - cx * cy;
   const double mean = 0.5 * (vxx + vyy), spread = std::sqrt(0.25 * (vxx - vyy) * (vxx - vyy) + vxy * vxy);
   const double large = 2 * std::sqrt(mean + spread) + keep,
                small = 2 * std::sqrt(std::max(0.0, mean - spread)) + keep;

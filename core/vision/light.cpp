@@ -8,6 +8,7 @@
 
 #include "core/statistics/median.h"
 #include "core/vision/least_squares.h"
+#include "core/vision/raster.h"
 
 namespace firn::vision {
 namespace {
@@ -241,13 +242,6 @@ std::vector<double> slight_residuals(const std::vector<Tile>& tiles, int columns
   return result;
 }
 
-Frame invert(const Frame& f) {
-  Frame g{f.width, f.height, f.white, std::vector<std::uint16_t>(f.pixels.size())};
-  for (std::size_t i = 0; i < f.pixels.size(); ++i)
-    g.pixels[i] = std::uint16_t(f.white - std::min<int>(f.white, f.pixels[i]));
-  return g;
-}
-
 // Bilinear between the tiles' middles.
 void add_tiles(const std::vector<double>& tiles, int columns, int rows, Light& light) {
   const int side = std::max(1, std::max(light.columns, light.rows) / kTiles);
@@ -331,7 +325,7 @@ Light measure_light(const Frame& frame, Polarity polarity, Frame& inverted) {
   }
   light.inverted = polarity == Polarity::kBright || (polarity == Polarity::kAuto && brighter > darker);
   if (light.inverted) {
-    inverted = invert(frame);
+    inverted = inverted_frame(frame);
     for (std::size_t i = 0; i < b.mean.size(); ++i) {
       b.mean[i] = float(white) - b.mean[i];
       light.ground[i] = float(white) - light.ground[i];

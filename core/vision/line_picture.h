@@ -1,5 +1,6 @@
 // measure_line_picture() reads a printed line in a camera's picture from above: edges, width, gaps and
-// overspray, each with its standard deviation. Pure: pixels in, numbers out.
+// overspray, each with its standard deviation. Pure: pixels in, numbers out. Samples, profiles and robust
+// fits are own code: OpenCV has no median, mean or fit that leaves out pixels (core/vision/raster.h).
 #pragma once
 
 #include <span>

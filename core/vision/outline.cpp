@@ -7,6 +7,7 @@
 
 #include "core/statistics/median.h"
 #include "core/vision/least_squares.h"
+#include "core/vision/raster.h"
 
 namespace firn::vision {
 namespace {
@@ -272,15 +273,11 @@ Outline integrate_spot(const Scene& scene, const Component& c, double opaque) {
   const int x1 = std::min(scene.frame().width - 1, c.x1 + kMargin),
             y1 = std::min(scene.frame().height - 1, c.y1 + kMargin);
   const int w = x1 - x0 + 1, h = y1 - y0 + 1;
-  std::vector<std::uint8_t> near(std::size_t(w) * std::size_t(h));
+  CellMask spot(w, h);
   for (const Run& run : c.runs)
-    for (int dy = -kMargin; dy <= kMargin; ++dy) {
-      const int y = run.y + dy;
-      if (y < y0 || y > y1) continue;
-      const int reach = kMargin - std::max(0, std::abs(dy) - 1);
-      for (int x = std::max(x0, run.x0 - reach); x <= std::min(x1, run.x1 + reach); ++x)
-        near[std::size_t(y - y0) * std::size_t(w) + std::size_t(x - x0)] = 1;
-    }
+    std::fill_n(spot.cells.begin() + std::ptrdiff_t(spot.index(run.x0 - x0, run.y - y0)), run.x1 - run.x0 + 1,
+                std::uint8_t(1));
+  const std::vector<std::uint8_t> near = dilated(spot).cells;
   double sum = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0, most = 0;
   long n = 0;
   for (int y = y0; y <= y1; ++y)

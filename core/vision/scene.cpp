@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/statistics/median.h"
+#include "core/vision/raster.h"
 
 namespace firn::vision {
 namespace {
@@ -18,27 +20,29 @@ double brightness_ratio(const Frame& a, const Frame& b) {
   return ratio.size() < 16 ? 1.0 : statistics::median(ratio);
 }
 
-class Sets {
- public:
-  int add() {
-    parent_.push_back(int(parent_.size()));
-    return parent_.back();
-  }
-  int root(int i) {
-    while (parent_[std::size_t(i)] != i)
-      i = parent_[std::size_t(i)] = parent_[std::size_t(parent_[std::size_t(i)])];
-    return i;
-  }
-  void join(int a, int b) {
-    a = root(a);
-    b = root(b);
-    if (a != b) parent_[std::size_t(std::max(a, b))] = std::min(a, b);
-  }
-  int size() const { return int(parent_.size()); }
+bool precedes(const Component& a, const Component& b) {
+  const Run &p = a.runs.front(), &q = b.runs.front();
+  return p.y != q.y ? p.y < q.y : p.x0 < q.x0;
+}
 
- private:
-  std::vector<int> parent_;
-};
+// The blocks that may hold a pixel above the level, labelled; boxes in blocks.
+Labels candidate_blocks(const Light& light, double level) {
+  // A background picture can be brighter than the smooth ground by its texture.
+  const double depth_share = 0.9 * level;
+  CellMask blocks(light.columns, light.rows);
+  for (std::size_t i = 0; i < blocks.cells.size(); ++i) {
+    const double g = double(light.ground[i]);
+    blocks.cells[i] = double(light.least[i]) < g - depth_share * (g - light.dark);
+  }
+  Labels labels = label_cells(blocks);
+  long all = 0;
+  for (const Labels::Box& b : labels.box) all += long(b.columns) * b.rows;
+  if (all <= long(blocks.cells.size())) return labels;
+  // Boxes within boxes: one box is less work.
+  for (int& l : labels.label) l = std::min(l, 1);
+  labels.box = {{0, 0, light.columns, light.rows, 0}};
+  return labels;
+}
 
 }  // namespace
 
@@ -66,71 +70,28 @@ double Scene::opacity(double x, double y) const {
          v * ((1 - u) * opacity(x0, y0 + 1) + u * opacity(x0 + 1, y0 + 1));
 }
 
+// Most of a picture is ground, which the blocks show: pixels are labelled in the boxes of the others alone.
 std::vector<Component> find_components(const Scene& scene, double level) {
   const Light& light = scene.light();
   const Frame& frame = scene.frame();
-  std::vector<Run> runs;
-  std::vector<std::size_t> row_begin(std::size_t(frame.height) + 1);
-  std::vector<int> seen;  // blocks of a row of blocks in which a pixel may be above the level
-  // A background picture can be brighter than the smooth ground by its texture.
-  const double depth_share = 0.9 * level;
-  for (int by = 0; by < light.rows; ++by) {
-    seen.clear();
-    for (int bx = 0; bx < light.columns; ++bx) {
-      const std::size_t i = std::size_t(by) * std::size_t(light.columns) + std::size_t(bx);
-      const double g = double(light.ground[i]);
-      if (double(light.least[i]) < g - depth_share * (g - light.dark)) seen.push_back(bx);
-    }
-    for (int y = by * kBlock; y < std::min(frame.height, (by + 1) * kBlock); ++y) {
-      row_begin[std::size_t(y)] = runs.size();
-      int open = -1, next = 0;  // the run's first pixel, the first pixel behind the last block
-      for (const int bx : seen) {
-        if (open >= 0 && bx * kBlock > next) {
-          runs.push_back({y, open, next - 1});
-          open = -1;
-        }
-        next = (bx + 1) * kBlock;
-        for (int x = bx * kBlock; x < std::min(frame.width, (bx + 1) * kBlock); ++x) {
-          const bool in = scene.opacity(x, y) > level;
-          if (in && open < 0) open = x;
-          if (!in && open >= 0) {
-            runs.push_back({y, open, x - 1});
-            open = -1;
-          }
-        }
-      }
-      if (open >= 0) runs.push_back({y, open, std::min(next, frame.width) - 1});
-    }
-  }
-  row_begin[std::size_t(frame.height)] = runs.size();
-
-  Sets sets;
-  for (std::size_t i = 0; i < runs.size(); ++i) sets.add();
-  for (int y = 1; y < frame.height; ++y) {
-    std::size_t above = row_begin[std::size_t(y) - 1];
-    const std::size_t above_end = row_begin[std::size_t(y)];
-    for (std::size_t i = above_end; i < row_begin[std::size_t(y) + 1]; ++i) {
-      while (above < above_end && runs[above].x1 + 1 < runs[i].x0) ++above;
-      for (std::size_t a = above; a < above_end && runs[a].x0 <= runs[i].x1 + 1; ++a)
-        sets.join(int(a), int(i));
-    }
-  }
-  std::vector<int> number(runs.size(), -1);
+  const Labels blocks = candidate_blocks(light, level);
   std::vector<Component> components;
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    const std::size_t root = std::size_t(sets.root(int(i)));
-    const Run& r = runs[i];
-    if (number[root] < 0) {
-      number[root] = int(components.size());
-      components.push_back({r.x0, r.y, r.x1, r.y, 0, false, {}});
-    }
-    Component& c = components[std::size_t(number[root])];
-    c.x0 = std::min(c.x0, r.x0);
-    c.x1 = std::max(c.x1, r.x1);
-    c.y1 = r.y;
-    c.area += r.x1 - r.x0 + 1;
-    c.runs.push_back(r);
+  for (std::size_t n = 0; n < blocks.box.size(); ++n) {
+    const Labels::Box& box = blocks.box[n];
+    const int x0 = box.x0 * kBlock, y0 = box.y0 * kBlock;
+    CellMask above(std::min(frame.width - x0, box.columns * kBlock),
+                   std::min(frame.height - y0, box.rows * kBlock));
+    for (int y = y0; y < y0 + above.rows; ++y)
+      for (int bx = box.x0; bx < box.x0 + box.columns; ++bx) {
+        if (blocks.label[std::size_t(y / kBlock) * std::size_t(light.columns) + std::size_t(bx)] !=
+            int(n + 1))
+          continue;
+        for (int x = bx * kBlock; x < std::min(frame.width, (bx + 1) * kBlock); ++x)
+          above.cells[above.index(x - x0, y - y0)] = scene.opacity(x, y) > level;
+      }
+    std::ranges::move(components_of(above, x0, y0), std::back_inserter(components));
   }
+  std::ranges::sort(components, precedes);
   for (Component& c : components)
     c.at_edge = c.x0 == 0 || c.y0 == 0 || c.x1 == frame.width - 1 || c.y1 == frame.height - 1;
   return components;
