@@ -11,20 +11,16 @@
 
 namespace firn::plant {
 
-struct LineCamera {
-  int width = 320, height = 320, white = 255;
-  double um_per_px = 4.0;
-  double x_mm = 0.0, y_mm = 0.0;  ///< of the picture's middle over the part; its rows go up in y
-  double turn = 0.0;              ///< of the camera about its axis [rad]
-  double blur_px = 1.0;           ///< standard deviation of the point spread function
-  double light = 0.7;             ///< mean level of the ground, share of white; above 1: saturated
-  double slope_x = 0.0, slope_y = 0.0, vignette = 0.0;  ///< shares of the light, corner to middle
-  double flicker = 0.0;                                 ///< standard deviation of the light's energy
-  double optical_depth_mm = 0.002;                ///< thickness of dry ink that lets 1/e of the light through
-  double contrast = 0.95;                         ///< share of the light that thick ink takes, or
-  bool bright = false;                            ///< adds, on a darker ground
-  double read_noise = 0.004, shot_noise = 0.006;  ///< standard deviations at white, shares of white
-  std::vector<Speck> dirt;                        ///< on the window
+struct LineCamera : Optics {
+  LineCamera() {
+    width = height = 320;
+    um_per_px = 4.0;
+  }
+  double x_mm = 0.0, y_mm = 0.0;    ///< of the picture's middle over the part; its rows go up in y
+  double turn = 0.0;                ///< of the camera about its axis [rad]
+  double optical_depth_mm = 0.002;  ///< thickness of dry ink that lets 1/e of the light through
+  double contrast = 0.95;           ///< share of the light that thick ink takes, or
+  bool bright = false;              ///< adds, on a darker ground
 };
 
 /// Share of the contrast that ink of this thickness has [Beer and Lambert].

@@ -30,22 +30,18 @@ struct StrobeJet {
   std::vector<StrobeSatellite> satellites;
 };
 
-struct StrobeCamera {
-  int width = 640, height = 480, white = 255;
-  double um_per_px = 2.0;
+struct StrobeCamera : Optics {
+  StrobeCamera() {
+    blur_px = 1.2;
+    light = 0.75;
+  }
   double nozzle_x_px = 320.0, nozzle_y_px = 60.0;  ///< middle of its edge
   double nozzle_um = 200.0;                        ///< width; 0: no nozzle in the picture
   double nozzle_taper = 0.0;                       ///< widening per length above the edge
-  double blur_px = 1.2;                            ///< standard deviation of the point spread function
-  double light = 0.75;  ///< mean level of the ground, share of white; above 1: saturated
-  double slope_x = 0.0, slope_y = 0.0, vignette = 0.0;  ///< shares of the light, corner to middle
-  double flicker = 0.0;                                 ///< standard deviation of the strobe's energy
-  double opacity = 0.85;                                ///< of droplets and nozzle
+  double opacity = 0.85;                           ///< of droplets and nozzle
   double spot = 0.0,
-         spot_radius = 0.25;  ///< brightness of the droplet's bright spot, radius over the droplet's
-  double read_noise = 0.004, shot_noise = 0.006;  ///< standard deviations at white, shares of white
-  bool bright_objects = false;                    ///< dark-field light: droplets shine before a dark ground
-  std::vector<Speck> dirt;
+         spot_radius = 0.25;    ///< brightness of the droplet's bright spot, radius over the droplet's
+  bool bright_objects = false;  ///< dark-field light: droplets shine before a dark ground
 };
 
 struct StrobeTruth {

@@ -14,26 +14,31 @@ constexpr double kNozzleEdge_px = 40.0;
 StrobeCamera camera_of(const WorldConfig& config) {
   const StrobeParams& s = config.strobe;
   StrobeCamera c;
-  c.width = s.width_px;
-  c.height = s.height_px;
-  c.um_per_px = s.um_per_px;
+  set_optics(config, 11, c);
   c.nozzle_um = s.nozzle_um;
   c.nozzle_x_px = 0.5 * s.width_px;
   c.nozzle_y_px = std::min(kNozzleEdge_px, 0.2 * s.height_px);
+  return c;
+}
+
+}  // namespace
+
+void set_optics(const WorldConfig& config, std::uint32_t dirt_key, Optics& c) {
+  const StrobeParams& s = config.strobe;
+  c.width = s.width_px;
+  c.height = s.height_px;
+  c.um_per_px = s.um_per_px;
   c.blur_px = s.blur_px;
   c.read_noise = c.shot_noise = s.noise;
   c.light = s.light;
   c.slope_x = 0.5 * s.uneven;
   c.vignette = s.uneven;
   c.flicker = 0.005;
-  RandomStream random(config.seed, Purpose::kDisturbance, 11);
+  RandomStream random(config.seed, Purpose::kDisturbance, dirt_key);
   for (int k = 0; k < s.dirt; ++k)
     c.dirt.push_back({random.uniform(0, c.width), random.uniform(0, c.height), random.uniform(1, 5),
                       random.uniform(0.05, 0.5), random.uniform(0.5, 3)});
-  return c;
 }
-
-}  // namespace
 
 StrobeJet strobe_jet(const WorldConfig& config, double speed_m_s) {
   const StrobeParams& s = config.strobe;

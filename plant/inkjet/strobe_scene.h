@@ -8,6 +8,9 @@
 
 namespace firn::plant {
 
+/// What the configuration says of any camera of the world. @param dirt_key of the random specks
+void set_optics(const WorldConfig& config, std::uint32_t dirt_key, Optics& optics);
+
 /// The gain scales the light; the flash, not the exposure, gives its amount.
 /// @param speed_m_s of the droplets as they leave the nozzle; 0 = there are none
 TakenPicture strobe_scene(const WorldConfig& config, double speed_m_s, const Exposure& exposure);

@@ -8,12 +8,12 @@
 #include <stdexcept>
 #include <vector>
 
-#include "core/grid/random.h"
 #include "plant/aerosol/deposit.h"
 #include "plant/aerosol/line_picture.h"
 #include "plant/config/range.h"
 #include "plant/ice/heat.h"
 #include "plant/inkjet/sensor.h"
+#include "plant/inkjet/strobe_scene.h"
 #include "plant/twins/camera.h"
 #include "plant/twins/heater.h"
 #include "plant/twins/laser_profiler.h"
@@ -42,23 +42,11 @@ double thickness_at(const Field& f, double x_mm, double y_mm) {
 
 // The gain scales the light; the exposure does not, since the lamp flashes.
 LineCamera line_camera(const WorldConfig& config, const AerosolParams& p, const Exposure& exposure) {
-  const StrobeParams& s = config.strobe;
   LineCamera c;
-  c.width = s.width_px;
-  c.height = s.height_px;
-  c.um_per_px = s.um_per_px;
+  set_optics(config, 12, c);
   c.turn = p.camera_turn;
-  c.blur_px = s.blur_px;
-  c.light = s.light * std::pow(10.0, exposure.gain_db / 20);
-  c.slope_x = 0.5 * s.uneven;
-  c.vignette = s.uneven;
-  c.flicker = 0.005;
-  c.read_noise = c.shot_noise = s.noise;
+  c.light *= std::pow(10.0, exposure.gain_db / 20);
   c.optical_depth_mm = p.optical_depth_mm;
-  RandomStream random(config.seed, Purpose::kDisturbance, 12);
-  for (int k = 0; k < s.dirt; ++k)
-    c.dirt.push_back({random.uniform(0, c.width), random.uniform(0, c.height), random.uniform(1, 5),
-                      random.uniform(0.05, 0.5), random.uniform(0.5, 3)});
   return c;
 }
 

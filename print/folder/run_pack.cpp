@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "drivers/link/dialect.h"
 #include "files/record/file.h"
 #include "files/record/packed.h"
 #include "files/text_file.h"
@@ -36,10 +36,6 @@ std::vector<fs::path> records(const fs::path& run) {
   return files;
 }
 
-std::string_view text_of(std::span<const std::byte> bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
 bool same(const fs::path& packed, std::span<const std::byte> plain) {
   const MappedFile file(packed);
   return std::ranges::equal(file.bytes(), plain);
@@ -58,7 +54,7 @@ void pack_file(const fs::path& file, const fs::path& log) {
   }
   if (packed.size() >= plain.bytes().size()) return;
   const fs::path trial = file.string() + ".packed";
-  write_file_atomically(trial, text_of(packed));
+  write_file_atomically(trial, drivers::text_of(packed));
   if (!same(trial, plain.bytes())) {
     fs::remove(trial);
     throw std::runtime_error(file.string() + ": does not unpack to the same bytes; it stays plain");
@@ -102,7 +98,7 @@ PackReport expand_records(const fs::path& run) {
     report.before += fs::file_size(file);
     if (logfile::is_packed(file)) {
       const MappedFile plain(file);
-      write_file_atomically(file, text_of(plain.bytes()));
+      write_file_atomically(file, drivers::text_of(plain.bytes()));
     }
     report.after += fs::file_size(file);
   }

@@ -12,6 +12,7 @@
 #include "core/vision/lines.h"
 #include "firn/enums.h"
 #include "firn/fault_t.hpp"
+#include "lcmtypes/camera_picture.h"
 #include "lcmtypes/convert.h"
 
 namespace firn {
@@ -35,14 +36,6 @@ std::vector<LineReading> read_lines(const HeightMap& picture, const std::vector<
   for (const LineStation& s : stations)
     readings.push_back(vision::measure_line(picture, s, look).value_or(kUnread));
   return readings;
-}
-
-vision::Frame frame_of(const camera_frame_t& m) {
-  const GreyPicture grey = read_grey_png(std::as_bytes(std::span(m.png)));
-  if (grey.width != m.width || grey.height != m.height) throw PngError("is not as large as the message says");
-  vision::Frame f{grey.width, grey.height, m.white, std::vector<std::uint16_t>(grey.pixels.size())};
-  std::ranges::transform(grey.pixels, f.pixels.begin(), [](double v) { return std::uint16_t(v); });
-  return f;
 }
 
 }  // namespace

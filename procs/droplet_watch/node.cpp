@@ -1,14 +1,13 @@
 #include "procs/droplet_watch/node.h"
 
-#include <algorithm>
 #include <numbers>
 #include <optional>
-#include <span>
 
 #include "core/grid/png.h"
 #include "core/vision/sweep.h"
 #include "firn/droplet_sweep_t.hpp"
 #include "firn/enums.h"
+#include "lcmtypes/camera_picture.h"
 
 namespace firn {
 namespace {
@@ -16,14 +15,6 @@ namespace {
 constexpr double kUmPerMm = 1e3, kMmPerSPerMPerS = 1e3, kUsPerS = 1e6, kPlPerMm3 = 1e6;
 constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 constexpr std::size_t kLeastForBackground = 5;
-
-vision::Frame decoded(const camera_frame_t& m) {
-  const GreyPicture grey = read_grey_png(std::as_bytes(std::span(m.png)));
-  if (grey.width != m.width || grey.height != m.height) throw PngError("is not as large as the message says");
-  vision::Frame f{grey.width, grey.height, m.white, std::vector<std::uint16_t>(grey.pixels.size())};
-  std::ranges::transform(grey.pixels, f.pixels.begin(), [](double v) { return std::uint16_t(v); });
-  return f;
-}
 
 }  // namespace
 
@@ -38,7 +29,7 @@ void DropletWatchNode::on(const camera_frame_t& m, Time, Outbox& out) {
     first_.png.clear();
   }
   try {
-    pictures_.push_back({m.delay_us, decoded(m)});
+    pictures_.push_back({m.delay_us, frame_of(m)});
   } catch (const PngError& error) {
     out.warn("CAMERA_FRAME " + std::to_string(m.index) + " of sweep " + std::to_string(m.sweep_id) + " " +
              error.what());

@@ -10,15 +10,17 @@
 #include <string_view>
 #include <vector>
 
-#include "core/grid/random.h"
 #include "core/vision/sweep.h"
 #include "plant/inkjet/strobe_picture.h"
+#include "tests/bench/drawn_light.h"
 
 using namespace firn;
 using namespace firn::plant;
 using namespace firn::vision;
 
 namespace {
+
+constexpr LightRange kLight{1.5, 0.9, 0.02, 12};
 
 struct Drawn {
   StrobeCamera camera;
@@ -35,29 +37,19 @@ Drawn draw(std::uint64_t seed) {
   c.height = 320;
   j.diameter_um = r.uniform(25, 75);
   c.um_per_px = j.diameter_um / r.uniform(14, 45);
-  c.white = std::vector{255, 255, 1023, 4095}[r.below(4)];
-  c.blur_px = r.uniform(0.6, 1.5);
-  c.light = r.uniform(0.4, 0.9);
-  if (r.uniform() < 0.1) c.light = r.uniform(0.98, 1.03);  // part of the ground is saturated
-  c.slope_x = r.uniform(-0.3, 0.3);
-  c.slope_y = r.uniform(-0.3, 0.3);
-  c.vignette = r.uniform(0, 0.4);
-  c.flicker = r.uniform(0, 0.02);
+  draw_light(r, kLight, c);
   c.opacity = r.uniform(0.65, 0.97);
   if (r.uniform() < 0.6) {
     c.spot = r.uniform(0.3, 1.0);
     c.spot_radius = r.uniform(0.15, 0.4);
   }
-  c.read_noise = r.uniform(0.002, 0.012);
-  c.shot_noise = r.uniform(0.002, 0.012);
+  draw_noise(r, c);
   c.nozzle_um = r.uniform(50, 180) * c.um_per_px;
   c.nozzle_x_px = r.uniform(160, 240);
   c.nozzle_y_px = r.uniform(15, 50);
   c.nozzle_taper = r.uniform() < 0.5 ? 0.0 : r.uniform(0, 0.4);
   c.bright_objects = r.uniform() < 0.15;
-  for (std::uint32_t k = r.below(12); k > 0; --k)
-    c.dirt.push_back({r.uniform(3, c.width - 3), r.uniform(3, c.height - 3), r.uniform(1, 6),
-                      r.uniform(0.05, 0.5), r.uniform(0.5, 4)});
+  draw_dirt(r, kLight, c);
   j.speed_m_s = r.uniform(1, 6);
   j.angle_deg = r.uniform(-5, 5);
   j.ligament_um = std::max(2.5 * c.um_per_px, 0.15 * j.diameter_um);

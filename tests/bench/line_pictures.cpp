@@ -11,9 +11,9 @@
 #include <string_view>
 #include <vector>
 
-#include "core/grid/random.h"
 #include "core/vision/line_picture.h"
 #include "plant/aerosol/line_picture.h"
+#include "tests/bench/drawn_light.h"
 
 using namespace firn;
 using namespace firn::plant;
@@ -22,6 +22,7 @@ using namespace firn::vision;
 namespace {
 
 constexpr int kBare = 9;
+constexpr LightRange kLight{1.8, 0.85, 0.03, 9};
 
 struct Wave {
   double amplitude = 0.0, per_px = 0.0, phase = 0.0;
@@ -79,22 +80,12 @@ DrawnPicture draw_line(std::uint64_t seed) {
   DrawnPicture d;
   LineCamera& c = d.camera;
   c.um_per_px = r.uniform(2.5, 5);
-  c.white = std::vector{255, 255, 1023, 4095}[r.below(4)];
-  c.blur_px = r.uniform(0.6, 1.8);
-  c.light = r.uniform(0.4, 0.85);
-  if (r.uniform() < 0.1) c.light = r.uniform(0.98, 1.03);  // part of the ground is saturated
-  c.slope_x = r.uniform(-0.3, 0.3);
-  c.slope_y = r.uniform(-0.3, 0.3);
-  c.vignette = r.uniform(0, 0.4);
-  c.flicker = r.uniform(0, 0.03);
+  draw_light(r, kLight, c);
   c.contrast = r.uniform(0.7, 0.98);
   c.bright = r.uniform() < 0.2;
-  c.read_noise = r.uniform(0.002, 0.012);
-  c.shot_noise = r.uniform(0.002, 0.012);
+  draw_noise(r, c);
   c.optical_depth_mm = 1.0;  // thickness is drawn in optical depths
-  for (std::uint32_t k = r.below(9); k > 0; --k)
-    c.dirt.push_back({r.uniform(3, c.width - 3), r.uniform(3, c.height - 3), r.uniform(1, 6),
-                      r.uniform(0.05, 0.5), r.uniform(0.5, 4)});
+  draw_dirt(r, kLight, c);
 
   DrawnLine& l = d.line;
   const double width_px = r.uniform(14, 36);
