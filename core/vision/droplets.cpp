@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/vision/writing.h"
+
 namespace firn::vision {
 namespace {
 
@@ -67,6 +69,8 @@ class Picture {
     std::stable_sort(order.begin(), order.end(),
                      [&](std::size_t a, std::size_t b) { return components_[a].area > components_[b].area; });
     if (order.size() > kObjects) order.resize(kObjects);
+    const std::vector<bool> written = find_writing(components_, order, scene_.frame());
+    std::erase_if(order, [&](std::size_t i) { return written[i]; });
     find_nozzle(order, p);
     for (const std::size_t i : order) look_at(i, p);
     choose(p);

@@ -13,7 +13,8 @@ namespace firn::vision {
 namespace {
 
 constexpr int kRays = 128;
-constexpr double kStep = 0.5;  // along a ray [px]
+constexpr double kStep = 0.5;       // along a ray [px]
+constexpr double kWidest_px = 2.8;  // edge spread that rays of this step reach over
 constexpr double kSystematic_px =
     0.03;  // pixel grid, interpolation, compression: what averaging does not remove
 constexpr double kCentroid_px = 0.008;  // of it, what opposite sides do not share
@@ -95,14 +96,15 @@ struct Ray {
   double at(std::size_t i) const { return start + step * double(i); }
 };
 
-// Opacity from inside of the rim to 10 px beyond the silhouette.
-Ray sample(const Scene& scene, Point c, Point u, double r, double scale) {
+// Opacity from inside of the rim to 10 px beyond the silhouette, or `reach` times as far in such steps.
+Ray sample(const Scene& scene, Point c, Point u, double r, double scale, double reach) {
   Ray ray;
-  const double in = std::min(9.0 + scale, 0.7 * r), out = 9.0 + scale;
+  const double in = std::min(reach * 9.0 + scale, 0.7 * r), out = reach * 9.0 + scale;
   ray.start = r - in;
-  for (double d = -in; d <= out; d += kStep)
+  ray.step = reach * kStep;
+  for (double d = -in; d <= out; d += ray.step)
     ray.opacity.push_back(scene.opacity(c.x + u.x * (r + d), c.y + u.y * (r + d)));
-  const std::size_t n = ray.opacity.size(), edge = std::min(n - 1, std::size_t((in + scale) / kStep) + 2);
+  const std::size_t n = ray.opacity.size(), edge = std::min(n - 1, std::size_t((in + scale) / ray.step) + 2);
   for (std::size_t i = 0; i <= edge; ++i) {
     double s = 0.0;
     int m = 0;
@@ -134,17 +136,17 @@ bool crossing(const Ray& ray, double inside, double& r) {
 double edge_blur(const std::array<Ray, kRays>& rays, const std::array<double, kRays>& r,
                  const std::array<bool, kRays>& use) {
   constexpr int kSamples = 20;
-  constexpr double kPitch = 0.25;
+  const double pitch = 0.5 * rays[0].step;
   std::array<double, kSamples> mean{};
   int n = 0;
   for (int k = 0; k < kRays; ++k) {
     if (!use[k]) continue;
     const Ray& ray = rays[k];
     const double height = ray.inside - ray.outside, last = ray.at(ray.opacity.size() - 2);
-    if (height <= 0 || r[k] + kSamples * kPitch > last) continue;
+    if (height <= 0 || r[k] + kSamples * pitch > last) continue;
     ++n;
     for (int i = 0; i < kSamples; ++i) {
-      const double at = (r[k] + (i + 0.5) * kPitch - ray.start) / ray.step;
+      const double at = (r[k] + (i + 0.5) * pitch - ray.start) / ray.step;
       const std::size_t j = std::size_t(at);
       mean[i] +=
           ((1 - (at - double(j))) * ray.opacity[j] + (at - double(j)) * ray.opacity[j + 1] - ray.outside) /
@@ -153,7 +155,7 @@ double edge_blur(const std::array<Ray, kRays>& rays, const std::array<double, kR
   }
   if (n == 0) return 0.0;
   double sum = 0.0;
-  for (const double m : mean) sum += std::max(0.0, m / n) * kPitch;
+  for (const double m : mean) sum += std::max(0.0, m / n) * pitch;
   return sum * std::sqrt(2 * std::numbers::pi);
 }
 
@@ -182,9 +184,8 @@ void measure_polygon(const std::array<double, kRays>& r, Point centre, Outline& 
   o.diameter_px = 2 * std::sqrt(area * kPolygon / std::numbers::pi);
 }
 
-}  // namespace
-
-Outline measure_outline(const Scene& scene, const Silhouette& s, const Bulge& bulge) {
+// @param reach of the rays: 1 for edges that spread by up to kWidest_px
+Outline outline_with(const Scene& scene, const Silhouette& s, const Bulge& bulge, double reach) {
   Outline o;
   const auto u = directions();
   const Point c{bulge.x, bulge.y};
@@ -206,7 +207,7 @@ Outline measure_outline(const Scene& scene, const Silhouette& s, const Bulge& bu
   for (int k = 0; k < kRays; ++k) {
     const double e = coarse.radius(u[k]);
     use[k] = std::abs(r[k] - e) < slack;
-    rays[k] = sample(scene, c, u[k], use[k] ? r[k] : e, s.scale);
+    rays[k] = sample(scene, c, u[k], use[k] ? r[k] : e, s.scale, reach);
   }
   std::vector<double> near;
   std::array<double, kRays> edge{};
@@ -263,6 +264,20 @@ Outline measure_outline(const Scene& scene, const Silhouette& s, const Bulge& bu
   o.x_std = o.y_std = std::sqrt(1.2 * o.roughness_px * o.roughness_px / independent +
                                 kCentroid_px * kCentroid_px + unseen * unseen);
   o.found = true;
+  return o;
+}
+
+}  // namespace
+
+Outline measure_outline(const Scene& scene, const Silhouette& s, const Bulge& bulge) {
+  double reach = 1.0;
+  Outline o = outline_with(scene, s, bulge, reach);
+  while (o.found && o.blur_px > kWidest_px * reach && 9.0 * reach < bulge.radius_px) {
+    reach *= 2.0;
+    const Outline wider = outline_with(scene, s, bulge, reach);
+    if (!wider.found) break;
+    o = wider;
+  }
   return o;
 }
 
