@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "core/grid/npy.h"
+#include "core/grid/png.h"
 #include "files/mesh/mesh_message.h"
 #include "files/record/event_format.h"
 #include "files/record/record_file.h"
@@ -145,6 +146,28 @@ void seed_foreign(const Seed& seed) {
       disc.push_back((x - 28) * (x - 28) + (y - 34) * (y - 34) < 90 || (y < 10 && x > 12 && x < 44) ? 20
                                                                                                     : 190);
   seed("fuzz_droplets", "disc", std::as_bytes(std::span(disc)));
+  // A dark line with a gap: along x, aslant, and the same in runs of bytes.
+  for (const bool aslant : {false, true}) {
+    constexpr int kSide = 60;
+    std::vector<std::uint16_t> pixels;
+    for (int y = 0; y < kSide; ++y)
+      for (int x = 0; x < kSide; ++x) {
+        const int across = std::abs(aslant ? (x - y) * 7 / 10 : y - 29), along = aslant ? (x + y) / 2 : x;
+        pixels.push_back(std::uint16_t(across < 6 && (along < 26 || along > 34) ? 40 + 5 * across : 190));
+      }
+    Bytes input;
+    for (const int b : {0, 0, 0, 0, 124, 124, 218, aslant ? 1 : 2, 200, 88, 176, 32})
+      input.push_back(std::byte(b));
+    const std::vector<std::byte> png = write_grey_png(kSide, kSide, 255, pixels);
+    const std::size_t head = input.size();
+    input.insert(input.end(), png.begin(), png.end());
+    seed("fuzz_line_picture", aslant ? "aslant" : "along", input);
+    input.resize(head);
+    input[0] = std::byte(128);
+    input[1] = input[2] = std::byte(kSide - 16);
+    for (const std::uint16_t p : pixels) input.push_back(std::byte(p));
+    seed("fuzz_line_picture", aslant ? "aslant-runs" : "along-runs", input);
+  }
   seed("fuzz_cassette", "lamp",
        as_span(std::string_view("firn cassette 1 lamp\n# SIMULATED sim:\n# config: [run]\n       0.500 open\n"
                                 "       1.000 > 47 55 53 46 41 0d |GUSFA.|\n       3.000 < 31 38 0d |18.|\n"
