@@ -39,6 +39,11 @@ constexpr const char* kStretchNames[] = {
     "long waves of the surface",
     "short waves of the surface",
     "cells without a measurement",
+    "droplets that land ahead of the stage or behind it",
+    "growth from a layer's first row to its last",
+    "growth of layers of many droplets",
+    "growth by a droplet two cells away",
+    "growth by a droplet at a side against one at a corner",
     "tilt of the surface along x",
     "tilt of the surface along y",
     "tilt of the droplets along x",
@@ -48,12 +53,16 @@ constexpr const char* kStretchNames[] = {
     "droplets that land displaced along x",
     "droplets that land displaced along y",
     "droplets that land displaced along their row",
-    "droplets that land ahead of the stage or behind it",
 };
-constexpr std::size_t kPerStretch = std::size(kStretchNames), kFirstSymmetric = 16;
+constexpr std::size_t kPerStretch = std::size(kStretchNames), kFirstSymmetric = 21;
 constexpr const char* kWholeNames[] = {
-    "noise of the maps", "number of layers", "number of droplets",
-    "final mean error",  "final RMS error",  "final largest error",
+    "noise of the maps",
+    "number of layers",
+    "number of droplets",
+    "final mean error",
+    "final RMS error",
+    "final largest error",
+    "growth of the first layers over the others",
 };
 constexpr std::size_t kWhole = std::size(kWholeNames);
 constexpr const char* kStretchWords[] = {"first", "second", "last"};
@@ -72,6 +81,19 @@ struct Moments {
   double mean() const { return ratio(sum, n); }
   double variance() const { return n > 1.0 ? std::max(0.0, (squares - sum * sum / n) / (n - 1.0)) : 0.0; }
   double std() const { return std::sqrt(variance()); }
+};
+
+/// Regression of y on x.
+struct Regression {
+  Moments x, y;
+  double xy = 0.0;
+  void add(double a, double b) {
+    x.add(a);
+    y.add(b);
+    xy += a * b;
+  }
+  double covariance() const { return x.n > 1.0 ? (xy - x.sum * y.mean()) / x.n : 0.0; }
+  double slope() const { return ratio(covariance(), x.variance() + 1e-3); }
 };
 
 /// Values of the cells of a map that count, with the cell's place.
@@ -181,6 +203,34 @@ double lowest_line(const Places& p, const std::vector<double>& value, bool colum
   return lowest;
 }
 
+int fired_at(const droplet::PrintedLayer& l, const GridSpec& grid, int i, int j) {
+  return grid.contains(i, j) ? int(l.fired.at(i, j)) : 0;
+}
+
+/// Regressions of the residual growth of inside cells.
+struct GrowthPatterns {
+  Regression rows;   ///< on the row's place in the part, from -1/2 to 1/2
+  Regression ring;   ///< on the droplets two cells away
+  Regression sides;  ///< on the droplets at the sides less those at the corners
+
+  /// @param residual of a layer, its mean 0
+  void take(const droplet::PrintedLayer& l, const Places& p, const std::vector<double>& residual) {
+    const int width = p.grid.nx;
+    for (const std::uint32_t c : p.inside) {
+      if (!std::isfinite(residual[c])) continue;
+      const int i = int(c) % width, j = int(c) / width;
+      const auto at = [&](int a, int b) { return fired_at(l, p.grid, i + a, j + b); };
+      double near = 0.0, far = 0.0;
+      for (int b = -2; b <= 2; ++b)
+        for (int a = -2; a <= 2; ++a) (std::max(std::abs(a), std::abs(b)) == 2 ? far : near) += at(a, b);
+      const double side = at(-1, 0) + at(1, 0) + at(0, -1) + at(0, 1);
+      rows.add(double(j) / p.grid.ny - 0.5, residual[c]);
+      ring.add(far, residual[c]);
+      sides.add(2.0 * side - (near - at(0, 0)), residual[c]);
+    }
+  }
+};
+
 /// One stretch of layers.
 class Stretch {
  public:
@@ -257,6 +307,8 @@ class Stretch {
     const std::size_t layers = last_ - first_;
     std::vector<std::vector<double>> r(layers, std::vector<double>(p_.grid.size(), kNotMeasured));
     Moments scatter, growth, change;
+    GrowthPatterns patterns;
+    std::vector<std::array<double, 2>> by_number;  // of a layer's droplets, and its growth by one of them
     double waves = 0.0, wave_layers = 0.0, before = kNotMeasured;
     std::vector<double> all;
     for (std::size_t n = 0; n < layers; ++n) {
@@ -275,6 +327,7 @@ class Stretch {
         if (std::isfinite(r[n][c])) r[n][c] -= layer.mean();
       for (const std::uint32_t c : p_.inside)
         if (std::isfinite(r[n][c])) all.push_back(r[n][c]);
+      patterns.take(l, p_, r[n]);
       scatter.n += layer.n - 1.0;
       scatter.squares += layer.variance() * (layer.n - 1.0);
       waves += long_wave_share(p_, r[n]);
@@ -283,6 +336,7 @@ class Stretch {
       if (expected / layer.n < 0.3 * std::abs(out_[0])) continue;
       const double relative = layer.mean() * layer.n / expected;
       growth.add(relative);
+      by_number.push_back({std::log(expected / layer.n), relative});
       if (std::isfinite(before)) change.add(relative - before);
       before = relative;
     }
@@ -310,8 +364,19 @@ class Stretch {
     out_[9] = log_share(low_share(all));
     out_[10] = log_scale(std::sqrt(ratio(change.squares, change.n)) + 1e-3);
     out_[11] = log_scale(growth.std() + 1e-3);
-    out_[20] = ratio(lowest_line(p_, mean, true) * std::sqrt(double(layers)), std::sqrt(variance));
-    out_[21] = ratio(lowest_line(p_, mean, false) * std::sqrt(double(layers)), std::sqrt(variance));
+    out_[17] = patterns.rows.slope();
+    out_[18] = growth_by_number(by_number);
+    out_[19] = patterns.ring.slope();
+    out_[20] = patterns.sides.slope();
+    out_[25] = ratio(lowest_line(p_, mean, true) * std::sqrt(double(layers)), std::sqrt(variance));
+    out_[26] = ratio(lowest_line(p_, mean, false) * std::sqrt(double(layers)), std::sqrt(variance));
+  }
+
+  /// Covariance of a layer's relative growth with the logarithm of its droplets, over its standard deviation.
+  static double growth_by_number(const std::vector<std::array<double, 2>>& layers) {
+    Regression p;
+    for (const auto& [number, relative] : layers) p.add(number, relative);
+    return p.covariance() / (p.x.std() + 0.02);
   }
 
   static double low_share(const std::vector<double>& r) {
@@ -340,12 +405,8 @@ class Stretch {
     out_[12] = log_scale(std::sqrt(rough / layers));
     out_[13] = log_share(low / layers);
     out_[14] = high / layers;
-    out_[16] = x / layers;
-    out_[17] = y / layers;
-  }
-
-  int fired_at(const droplet::PrintedLayer& l, int i, int j) const {
-    return p_.grid.contains(i, j) ? int(l.fired.at(i, j)) : 0;
+    out_[21] = x / layers;
+    out_[22] = y / layers;
   }
 
   /// Where droplets lie. Growth beyond that of the mean response is correlated with the difference of the
@@ -366,11 +427,11 @@ class Stretch {
         all += l.fired.cells[c];
         if (!counts(l, c)) continue;
         const int i = int(c % width), j = int(c / width);
-        const double x = fired_at(l, i - 1, j) - fired_at(l, i + 1, j),
-                     y = fired_at(l, i, j - 1) - fired_at(l, i, j + 1);
+        const double x = fired_at(l, p_.grid, i - 1, j) - fired_at(l, p_.grid, i + 1, j),
+                     y = fired_at(l, p_.grid, i, j - 1) - fired_at(l, p_.grid, i, j + 1);
         double around = -double(l.fired.cells[c]);
         for (int b = -1; b <= 1; ++b)
-          for (int a = -1; a <= 1; ++a) around += fired_at(l, i + a, j + b);
+          for (int a = -1; a <= 1; ++a) around += fired_at(l, p_.grid, i + a, j + b);
         const double r = rise_um(l, c) - response_[0] * l.fired.cells[c] - response_[1] * around;
         residual.add(r);
         along_x += x * r;
@@ -385,12 +446,12 @@ class Stretch {
         if (row_squares[j] > 0.0) rows.add(row_product[j] / std::sqrt(row_squares[j]));
     }
     for (const std::uint32_t c : p_.cells) number[c] *= ratio(double(p_.cells.size()), all);
-    out_[18] = tilt(p_, number, true);
-    out_[19] = tilt(p_, number, false);
-    out_[22] = ratio(along_x, x_squares);
-    out_[23] = ratio(along_y, y_squares);
-    out_[24] = ratio(ratio(rows.squares, rows.n), residual.variance());
-    out_[25] = ratio(along_way, x_squares);
+    out_[23] = tilt(p_, number, true);
+    out_[24] = tilt(p_, number, false);
+    out_[27] = ratio(along_x, x_squares);
+    out_[28] = ratio(along_y, y_squares);
+    out_[29] = ratio(ratio(rows.squares, rows.n), residual.variance());
+    out_[16] = ratio(along_way, x_squares);
   }
 
   const FeatureInput& in_;
@@ -400,15 +461,36 @@ class Stretch {
   std::array<double, kPerStretch> out_{};
 };
 
+/// Growth of the part by one of its droplets, over layers [first, last).
+double growth_by_droplet(const FeatureInput& in, std::size_t first, std::size_t last) {
+  double rise = 0.0, drops = 0.0;
+  for (std::size_t k = first; k < last; ++k) {
+    const droplet::PrintedLayer& l = in.layers[k];
+    for (std::size_t c = 0; c < in.mask.size(); ++c) {
+      if (!in.mask.cells[c] || !std::isfinite(l.after.cells[c]) || !std::isfinite(l.before.cells[c]))
+        continue;
+      rise += (l.after.cells[c] - l.before.cells[c]) * kUm;
+      drops += l.fired.cells[c];
+    }
+  }
+  return ratio(rise, drops);
+}
+
 std::array<double, kWhole> whole(const FeatureInput& in) {
   double droplets = 0.0;
   for (const auto& l : in.layers)
     for (const auto n : l.fired.cells) droplets += n;
+  const std::size_t first = std::max<std::size_t>(1, in.layers.size() / 6);
+  const double early = growth_by_droplet(in, 0, first),
+               later = growth_by_droplet(in, first, in.layers.size());
   const ErrorStats e = error_stats(in.layers.back().after, in.target, in.mask);
-  return {
-      log_scale(in.noise_std_mm * kUm), std::log(double(in.layers.size())),
-      std::log(droplets + 1.0),         e.mean_mm * kUm,
-      log_scale(e.rms_mm * kUm),        log_scale(std::max(std::abs(e.min_mm), std::abs(e.max_mm)) * kUm)};
+  return {log_scale(in.noise_std_mm * kUm),
+          std::log(double(in.layers.size())),
+          std::log(droplets + 1.0),
+          e.mean_mm * kUm,
+          log_scale(e.rms_mm * kUm),
+          log_scale(std::max(std::abs(e.min_mm), std::abs(e.max_mm)) * kUm),
+          ratio(early, later)};
 }
 
 void check_sizes(const FeatureInput& in) {

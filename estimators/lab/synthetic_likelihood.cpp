@@ -97,7 +97,8 @@ SyntheticLikelihood::SyntheticLikelihood(const Simulations& sims)
   const Matrix zc = z.rowwise() - z_mean, sc = s.rowwise() - s_mean;
   Matrix normal = zc.transpose() * zc;
   normal.diagonal().array() += kFitRidge * double(rows_);
-  const Matrix slope = normal.llt().solve(zc.transpose() * sc);  // parameters x features
+  const Eigen::LLT<Matrix> solver(normal);
+  const Matrix slope = solver.solve(zc.transpose() * sc);  // parameters x features
   const Eigen::RowVectorXd intercept = s_mean - z_mean * slope;
   const RowMajor residual = sc - zc * slope;
   const double freedom = double(rows_ - parameters_ - 1);
@@ -105,6 +106,8 @@ SyntheticLikelihood::SyntheticLikelihood(const Simulations& sims)
   const RowMajor by_feature = slope.transpose();
   slope_.assign(by_feature.data(), by_feature.data() + by_feature.size());
   residual_.assign(residual.data(), residual.data() + residual.size());
+  for (Eigen::Index n = 0; n < rows; ++n)
+    leverage_.push_back(1.0 / double(rows_) + zc.row(n).dot(solver.solve(zc.row(n).transpose())));
   for (Eigen::Index f = 0; f < tall; ++f)
     std_.push_back(std::max(kLeastStd, std::sqrt(residual.col(f).squaredNorm() / freedom)));
 }
@@ -171,6 +174,45 @@ std::vector<double> SyntheticLikelihood::largest_deviations(std::span<const std:
   for (std::size_t n = 0; n < rows_; ++n)
     for (const std::size_t f : used)
       out[n] = std::max(out[n], std::abs(residual_[n * features_ + f]) / std_[f]);
+  return out;
+}
+
+double SyntheticLikelihood::joint_deviation(std::span<const double> observed,
+                                            std::span<const std::size_t> used,
+                                            const Normal& parameters) const {
+  if (used.empty()) throw std::invalid_argument("joint deviation of no feature");
+  const auto wide = Eigen::Index(parameters_), tall = Eigen::Index(used.size());
+  Matrix e(Eigen::Index(rows_), tall), b(tall, wide);
+  Vector d(tall);
+  for (std::size_t n = 0; n < used.size(); ++n) {
+    const auto at = Eigen::Index(n);
+    const std::size_t f = used[n];
+    for (std::size_t row = 0; row < rows_; ++row)
+      e(Eigen::Index(row), at) = residual_[row * features_ + f] / std_[f];
+    b.row(at) = Vector::Map(slope_.data() + f * parameters_, wide).transpose() / std_[f];
+    d[at] = (observed[f] - intercept_[f]) / std_[f];
+  }
+  d -= b * Vector::Map(parameters.mean.data(), wide);
+  const Matrix v =
+      shrunk_covariance(e, double(rows_ - parameters_ - 1)) + b * covariance_of(parameters) * b.transpose();
+  return d.dot(v.llt().solve(d)) / double(tall);
+}
+
+std::vector<double> SyntheticLikelihood::joint_deviations(std::span<const std::size_t> used) const {
+  if (used.empty()) throw std::invalid_argument("joint deviations of no feature");
+  const auto tall = Eigen::Index(used.size());
+  Matrix e(Eigen::Index(rows_), tall);
+  for (std::size_t row = 0; row < rows_; ++row)
+    for (std::size_t n = 0; n < used.size(); ++n)
+      e(Eigen::Index(row), Eigen::Index(n)) = residual_[row * features_ + used[n]] / std_[used[n]];
+  const double freedom = double(rows_ - parameters_ - 2);
+  std::vector<double> out;
+  for (Eigen::Index row = 0; row < e.rows(); ++row) {
+    Matrix others = e;
+    others.row(row).setZero();
+    const Vector d = e.row(row).transpose() / (1.0 - leverage_[std::size_t(row)]);
+    out.push_back(d.dot(shrunk_covariance(others, freedom).llt().solve(d)) / double(tall));
+  }
   return out;
 }
 

@@ -67,12 +67,22 @@ class SyntheticLikelihood {
   /// prediction.
   std::vector<double> largest_deviations(std::span<const std::size_t> used) const;
 
+  /// Returns d' V^-1 d / n, d = observed - predicted of the n features with these indices, V their
+  /// covariance.
+  /// @throws std::invalid_argument: none is given
+  double joint_deviation(std::span<const double> observed, std::span<const std::size_t> used,
+                         const Normal& parameters) const;
+
+  /// Returns the same of each simulation from the prediction and covariance of the others.
+  std::vector<double> joint_deviations(std::span<const std::size_t> used) const;
+
  private:
   std::size_t rows_, parameters_, features_;
   std::vector<double> intercept_;  ///< a
   std::vector<double> slope_;      ///< B, [f * parameters + p]
   std::vector<double> residual_;   ///< e, [row * features + f]
   std::vector<double> std_;        ///< of e
+  std::vector<double> leverage_;   ///< of each row in the regression
 };
 
 }  // namespace firn::lab

@@ -107,6 +107,35 @@ TEST_CASE("A feature beyond anything that the simulator does deviates beyond all
   CHECK(of(strange) > 1.5 * *std::ranges::max_element(within));
 }
 
+TEST_CASE("Features that contradict each other deviate together where none deviates alone") {
+  // The features hold the parameter with one error in common.
+  Simulations sims{1, 4, {}, {}};
+  RandomStream random(12, Purpose::kTest);
+  const auto simulated_print = [&](double z) {
+    const double common = random.normal();
+    std::vector<double> s(4);
+    for (double& v : s) v = 0.5 * z + common + 0.1 * random.normal();
+    return s;
+  };
+  for (int n = 0; n < 80; ++n) {
+    const double z = random.normal();
+    sims.add(std::vector<double>{z}, simulated_print(z));
+  }
+  const SyntheticLikelihood likelihood(sims);
+  const std::vector<std::size_t> all{0, 1, 2, 3};
+  const Normal usual = standard_normal(1);
+  const std::vector<double> simulated_ones = likelihood.joint_deviations(all);
+  const double most = *std::ranges::max_element(simulated_ones);
+  int beyond = 0;
+  for (int n = 0; n < 200; ++n)
+    beyond += likelihood.joint_deviation(simulated_print(random.normal()), all, usual) > 1.3 * most;
+  CHECK(beyond <= 4);
+  const std::vector<double> strange{1.6, -1.6, 1.6, -1.6};
+  for (const double d : likelihood.deviations(strange, usual)) CHECK(std::abs(d) < 2.0);
+  CHECK(likelihood.joint_deviation(strange, all, usual) > 5.0 * most);
+  CHECK_THROWS_AS(likelihood.joint_deviation(strange, {}, usual), std::invalid_argument);
+}
+
 TEST_CASE("Simulations of another length or without a number are refused, and too few of them") {
   Simulations sims{2, 3, {}, {}};
   CHECK_THROWS_WITH(sims.add(std::vector<double>{1.0}, std::vector<double>{1, 2, 3}),
@@ -212,7 +241,10 @@ TEST_CASE("Droplets that land displaced are found along x, and along their row w
     }
     return part.features();
   };
+  const std::size_t ahead = index_of("droplets that land ahead of the stage or behind it");
   const auto even = displaced(false), turned = displaced(true);
+  CHECK(std::abs(even[ahead]) < 0.2);
+  CHECK(turned[ahead] > 0.7);
   const std::size_t along_x = index_of("droplets that land displaced along x"),
                     along_row = index_of("droplets that land displaced along their row");
   CHECK(even[along_x] > 0.7);
@@ -220,6 +252,42 @@ TEST_CASE("Droplets that land displaced are found along x, and along their row w
   CHECK(even[along_row] > 2.0);
   CHECK(turned[along_row] > 2.0);
   CHECK(std::abs(turned[index_of("droplets that land displaced along y")]) < 0.2);
+}
+
+TEST_CASE("Features hold the shape of a droplet's response and growth that falls along a layer") {
+  // Half of the cells get a droplet of 10 um: a tenth of it lies in each side cell, or in each two cells
+  // away.
+  const auto spread = [](int distance, double fall) {
+    Part part;
+    RandomStream random(4, Purpose::kTest);
+    for (std::size_t k = 0; k < part.layers.size(); ++k) {
+      auto& l = part.layers[k];
+      l.before = k == 0 ? HeightMap(part.grid, 0.0) : part.layers[k - 1].after;
+      l.after = l.before;
+      for (int j = 0; j < 12; ++j)
+        for (int i = 0; i < 12; ++i) {
+          l.fired.at(i, j) = std::uint8_t(random.uniform() < 0.5);
+          if (!l.fired.at(i, j)) continue;
+          const double whole_mm = 0.01 * (1.0 - fall * j / 12.0);
+          l.after.at(i, j) += 0.6 * whole_mm;
+          const int away[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
+          for (const auto& [a, b] : away)
+            if (part.grid.contains(i + distance * a, j + distance * b))
+              l.after.at(i + distance * a, j + distance * b) += 0.1 * whole_mm;
+        }
+    }
+    return part.features();
+  };
+  const auto near = spread(1, 0.0), far = spread(2, 0.0), falling = spread(1, 0.4);
+  const std::size_t ring = index_of("growth by a droplet two cells away"),
+                    sides = index_of("growth by a droplet at a side against one at a corner"),
+                    rows = index_of("growth from a layer's first row to its last");
+  CHECK(near[sides] > 0.3);
+  CHECK(std::abs(far[sides]) < 0.1);
+  CHECK(far[ring] > 0.1);
+  CHECK(std::abs(near[ring]) < 0.1);
+  CHECK(std::abs(near[rows]) < 0.3);
+  CHECK(falling[rows] < -1.0);
 }
 
 TEST_CASE("Features of a print of five layers are refused, and unmeasured cells leave them finite") {
