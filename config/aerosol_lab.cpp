@@ -102,8 +102,15 @@ void check_aerosol(Rules& r) {
             {"grid.pitch_x_mm", "grid.pitch_y_mm", "aerosol.line_width_mm"},
             "must be at most half of aerosol.line_width_mm = " + r.value("aerosol.line_width_mm") +
                 ", so that the map shows a line's width");
-  r.require(e.aerosol.width_by == control::WidthActuator::kNone || on(e.camera.use),
+  using control::WidthActuator;
+  r.require(e.aerosol.width_by != WidthActuator::kSpeed || on(e.camera.use),
             {"aerosol.width_by", "camera.use"}, "needs camera.use = \"on\", which sees the lines' width");
+  r.require(e.aerosol.width_by != WidthActuator::kGas || on(e.gas.use), {"aerosol.width_by", "gas.use"},
+            "needs gas.use = \"on\", whose sheath focuses the lines");
+  r.require(e.aerosol.width_by != WidthActuator::kGas ||
+                (1.0 + e.aerosol.sheath_range) * e.gas.sheath_sccm <= e.gas.sheath_max_sccm,
+            {"aerosol.sheath_range", "gas.sheath_sccm", "gas.sheath_max_sccm"},
+            "must leave the sheath's gas below gas.sheath_max_sccm = " + r.value("gas.sheath_max_sccm"));
   r.require(control::kSmfKp.range.holds(e.control.smf.kp) && e.control.smf.output_limit < 1.0,
             {"control.smf.output_limit", "lab.kind"},
             "must be below 1 where lab.kind = " + r.value("lab.kind"));

@@ -154,6 +154,7 @@ void RunView::on_line_plan(std::span<const std::byte> bytes) {
     new_.estimates.push_back(estimates_.back());
   };
   add("flow", m.flow_share, "");
+  add("sheath_gas", m.sheath_share, "");
   add("shutter_opens_late_by", m.open_delay_s * 1e3, "ms");
   add("shutter_closes_late_by", m.close_delay_s * 1e3, "ms");
   for (const auto& [name, mm] :

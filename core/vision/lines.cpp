@@ -102,6 +102,18 @@ std::optional<LineReading> measure_line(const HeightMap& picture, const LineStat
   return r;
 }
 
+HeightMap seen_through(const HeightMap& picture, double extent_x_mm, double extent_y_mm) {
+  const GridSpec& g = picture.spec;
+  const double x = extent_x_mm / g.pitch_x_mm, y = extent_y_mm / g.pitch_y_mm;
+  const double wx = x * x / 24.0, wy = y * y / 24.0;  // half of the window's variance, in cells
+  HeightMap seen = picture;
+  for (int j = 1; j + 1 < g.ny; ++j)
+    for (int i = 1; i + 1 < g.nx; ++i)
+      seen.at(i, j) += wx * (picture.at(i - 1, j) + picture.at(i + 1, j) - 2.0 * picture.at(i, j)) +
+                       wy * (picture.at(i, j - 1) + picture.at(i, j + 1) - 2.0 * picture.at(i, j));
+  return seen;
+}
+
 std::optional<double> measure_end(const HeightMap& picture, const LineEnd& end, double width_mm,
                                   const LineLook& look) {
   if (!end.free || end.length_mm < look.end_inside_mm) return std::nullopt;

@@ -24,6 +24,9 @@ struct LineLook {
 std::optional<LineReading> measure_line(const HeightMap& picture, const LineStation& station,
                                         const LineLook& look);
 
+/// Picture of a smooth surface seen through a window that has these extents, to second order.
+HeightMap seen_through(const HeightMap& picture, double extent_x_mm, double extent_y_mm);
+
 /// Length by which a line begins later than planned, or ends farther than planned [mm]: where the level
 /// of the line's middle crosses half of its level inside. Returns nothing for an end that is not free or too
 /// short, or that cannot be seen.

@@ -13,18 +13,6 @@ constexpr int kSettled = 3;   // the first layer whose ends follow two that were
 constexpr double kGap = 0.3;  // of the nominal section
 constexpr double kLineEndClearance_mm = 0.5;
 
-// Means over the cells of a smooth surface that is given at their middles, to second order: the true surface
-// has such means.
-HeightMap cell_means_of(const HeightMap& surface) {
-  HeightMap means = surface;
-  for (int j = 1; j + 1 < surface.spec.ny; ++j)
-    for (int i = 1; i + 1 < surface.spec.nx; ++i)
-      means.at(i, j) += (surface.at(i - 1, j) + surface.at(i + 1, j) + surface.at(i, j - 1) +
-                         surface.at(i, j + 1) - 4.0 * surface.at(i, j)) /
-                        24.0;
-  return means;
-}
-
 // The light that the ink takes, in place of heights [Beer and Lambert].
 HeightMap contrast_of(HeightMap surface, double optical_depth_mm) {
   for (double& h : surface.cells) h = h > 0.0 ? 1.0 - std::exp(-h / optical_depth_mm) : 0.0;
@@ -36,7 +24,9 @@ HeightMap contrast_of(HeightMap surface, double optical_depth_mm) {
 LineJudge::LineJudge(const Experiment& e, const Blobs& inputs)
     : width_mm_(e.aerosol.line_width_mm),
       optical_depth_mm_(e.plant.aerosol.optical_depth_mm),
-      target_(height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target")),
+      // The true surface has means over cells, the target values at their middles.
+      target_(vision::seen_through(height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target"),
+                                   e.grid.pitch_x_mm, e.grid.pitch_y_mm)),
       before_(e.grid, 0.0),
       newest_(e.grid, 0.0),
       wanted_layers_(e.aerosol.layers) {
@@ -64,7 +54,7 @@ LineTruth LineJudge::result() const {
   double overspray = 0.0, visible = 0.0;
   int looks = 0;
   const HeightMap seen = contrast_of(newest_, optical_depth_mm_),
-                  wanted = contrast_of(cell_means_of(target_), optical_depth_mm_);
+                  wanted = contrast_of(target_, optical_depth_mm_);
   for (const LineStation& s : stations_) {
     const auto line = vision::measure_line(newest_, s, {}), nominal = vision::measure_line(target_, s, {});
     if (!line || !nominal) continue;

@@ -1,6 +1,7 @@
 #include "procs/controller/line_node.h"
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <limits>
 #include <stdexcept>
@@ -38,13 +39,21 @@ std::vector<LineReading> read_lines(const HeightMap& picture, const std::vector<
   return readings;
 }
 
+// The mapper averages along x over a cell, and rows lie at the middles of cells.
+HeightMap seen_by_profiler(const HeightMap& surface, const AerosolLabConfig& c) {
+  return vision::seen_through(vision::seen_through(surface, surface.spec.pitch_x_mm, 0.0), c.spot_x_mm,
+                              c.spot_y_mm);
+}
+
 }  // namespace
 
-LineControllerNode::LineControllerNode(const Experiment& e, const Machine& machine, PrintJob job)
+LineControllerNode::LineControllerNode(const Experiment& e, const Machine& machine, PrintJob job,
+                                       const HeightMap& target)
     : changes_(e),
       controller_(line_setup(e, machine, std::move(job))),
       grid_(e.grid),
-      width_mm_(e.aerosol.line_width_mm) {
+      width_mm_(e.aerosol.line_width_mm),
+      nominal_(read_lines(seen_by_profiler(target, e.aerosol), controller_.stations(), {})) {
   subscribe(channels::kHeightMap, this);
   subscribe(channels::kOperatorCommand, this);
   if (!firn::on(e.camera.use)) return;
@@ -109,6 +118,31 @@ void LineControllerNode::add_looks(line_plan_t& plan, std::vector<LineReading>& 
   }
 }
 
+// The section that a line of the nominal width and of this height has, where the height is what is held.
+void LineControllerNode::hold_height(control::LineMeasurement& m) const {
+  const int layers = changes_.experiment().aerosol.layers;
+  for (std::size_t s = 0; s < nominal_.size(); ++s) {
+    const double per_height = controller_.nominal_area_mm2(s) * layers / nominal_[s].height_mm;
+    m.total[s].area_mm2 = m.total[s].height_mm * per_height;
+    m.last[s].area_mm2 = m.last[s].height_mm * per_height;
+  }
+}
+
+double LineControllerNode::squared_width(const control::LineMeasurement& m, const line_plan_t& plan) const {
+  const AerosolLabConfig& c = changes_.experiment().aerosol;
+  const control::VisibleWidth visible(width_mm_ / kWidthPerSigma, c.optical_depth_mm);
+  double sum = 0.0, seen = 0.0;
+  for (std::size_t s = 0; s < nominal_.size(); ++s) {
+    const double share = plan.looks > 0 ? double(plan.seen_width_mm[s]) /
+                                              visible.width_mm(m.layer * controller_.nominal_area_mm2(s))
+                                        : m.total[s].width_mm / nominal_[s].width_mm;
+    if (std::isnan(share)) continue;
+    sum += share * share;
+    seen += 1.0;
+  }
+  return seen > 0.0 ? sum / seen : kNone;
+}
+
 control::LineDecision LineControllerNode::decide(const height_map_t& m, line_plan_t& plan) {
   if (from_message(m.grid) != grid_ || m.height_mm.size() != grid_.size())
     throw std::invalid_argument("HEIGHT_MAP " + std::to_string(m.map_id) +
@@ -119,6 +153,7 @@ control::LineDecision LineControllerNode::decide(const height_map_t& m, line_pla
   newest_ = std::move(height);
   newest_layer_ = m.layer;
 
+  const AerosolLabConfig& c = changes_.experiment().aerosol;
   vision::LineLook look;
   look.noise_mm = m.noise_std_mm;
   control::LineMeasurement measured;
@@ -151,7 +186,10 @@ control::LineDecision LineControllerNode::decide(const height_map_t& m, line_pla
     plan.offset_mm.push_back(float(total.offset_mm));
     plan.overspray.push_back(float(std::clamp(total.overspray, -1.0, 1.0)));
   }
+  if (c.hold == control::HeldQuantity::kHeight && m.layer > 0) hold_height(measured);
   add_looks(plan, measured.total);
+  if (c.width_by == control::WidthActuator::kGas && m.layer > 0)
+    measured.squared_width = squared_width(measured, plan);
   return controller_.decide(measured);
 }
 
@@ -184,6 +222,7 @@ void LineControllerNode::on(const height_map_t& m, Time, Outbox& out) {
   plan.open_delay_s = d.open_delay_s;
   plan.close_delay_s = d.close_delay_s;
   plan.flow_share = d.flow_share;
+  plan.sheath_share = d.sheath_share;
   plan.t_s = std::move(d.way.t_s);
   plan.x_mm = std::move(d.way.x_mm);
   plan.y_mm = std::move(d.way.y_mm);

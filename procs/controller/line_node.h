@@ -24,7 +24,8 @@ namespace firn {
 class LineControllerNode final : public Node {
  public:
   /// @throws std::invalid_argument: a job that the machine cannot print
-  LineControllerNode(const Experiment& experiment, const Machine& machine, PrintJob job);
+  LineControllerNode(const Experiment& experiment, const Machine& machine, PrintJob job,
+                     const HeightMap& target);
 
   void on(const height_map_t&, Time now, Outbox&);
   void on(const camera_frame_t&, Time now, Outbox&);
@@ -33,13 +34,16 @@ class LineControllerNode final : public Node {
  private:
   control::LineDecision decide(const height_map_t& map, line_plan_t& plan);
   void add_looks(line_plan_t& plan, std::vector<LineReading>& total) const;
+  void hold_height(control::LineMeasurement& measured) const;
+  double squared_width(const control::LineMeasurement& measured, const line_plan_t& plan) const;
 
   Changes changes_;
   control::LineController controller_;
   GridSpec grid_;
   double width_mm_;
-  HeightMap bare_;             ///< of layer 0
-  HeightMap before_, newest_;  ///< of the layer before, and of this one
+  std::vector<LineReading> nominal_;  ///< of the target as the profiler sees it, by station
+  HeightMap bare_;                    ///< of layer 0
+  HeightMap before_, newest_;         ///< of the layer before, and of this one
   std::int32_t newest_layer_ = 0;
   std::int64_t paths_ = 0;
   std::vector<vision::Frame> bare_pictures_;

@@ -184,8 +184,9 @@ std::unique_ptr<Node> make_controller_node_on(const ParallelFor& parallel, const
   if (prints_lines(e)) {
     const std::vector<std::byte>& machine = blob(blobs, "machine").bytes;
     const std::string text(reinterpret_cast<const char*>(machine.data()), machine.size());
-    return std::make_unique<LineControllerNode>(e, parse_machine(text, "machine"),
-                                                decode_job(blob(blobs, "job").bytes));
+    return std::make_unique<LineControllerNode>(
+        e, parse_machine(text, "machine"), decode_job(blob(blobs, "job").bytes),
+        height_map_from_npy(blob(blobs, "target").bytes, e.grid, "target"));
   }
   std::shared_ptr<const Geometry> geometry;
   if (e.geometry.solid.kind != "none")

@@ -215,6 +215,7 @@ void LineLoop::act_on_plan(Time now, Outbox& out) {
   plan_.reset();
   in_doubt_ = false;
   way_ = m;
+  if (std::exchange(sheath_share_, m.sheath_share) != m.sheath_share) gas_since_.reset();
   after_supply_ = Phase::kRunPath;
   proceed(Phase::kGas, now, out);
 }

@@ -79,6 +79,7 @@ class LineLoop final : public ScanLoop {
   std::int64_t switches_total_ = 0;
 
   Phase after_supply_ = Phase::kHoming;
+  double sheath_share_ = 1.0;      ///< of gas.sheath_sccm, in the layer that is printed
   std::optional<Time> gas_since_;  ///< both flows were there; nothing: since no time of this incarnation
   std::optional<temperature_t> temperature_;
   std::vector<LineStation> stations_;  ///< that the camera walks

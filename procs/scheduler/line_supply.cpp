@@ -42,7 +42,7 @@ bool LineLoop::enter_supply(Phase next, Time now, Outbox& out) {
       act_on_temperature(now, out);
       return true;
     case Phase::kGas:
-      has_gas() ? send_gas(gas.atomizer_sccm, gas.sheath_sccm, now, out) : supplied(now, out);
+      has_gas() ? send_gas(gas.atomizer_sccm, sheath_share_ * gas.sheath_sccm, now, out) : supplied(now, out);
       return true;
     case Phase::kGasSettles: {
       const Time steady = gas_since_->after_s(gas.steady_s);

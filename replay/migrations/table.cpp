@@ -75,6 +75,11 @@ void fill_line_plan(const MessageFields&, const MessageFields*, NewFields& now) 
     now.set_empty(seen);
 }
 
+// The sheath's gas was the same in all layers.
+void fill_line_plan_gas(const MessageFields&, const MessageFields*, NewFields& now) {
+  now.set_number("sheath_share", 1.0);
+}
+
 constexpr Migration kMigrations[] = {
     {R"(struct profiler_command_t {
           header_t header;
@@ -241,6 +246,47 @@ constexpr Migration kMigrations[] = {
           float overspray[stations];
         })",
      fill_line_plan},
+    {R"(struct line_plan_t {
+          header_t header;
+          int32_t knots;
+          int32_t switches;
+          int32_t stations;
+          int32_t looks;
+          int32_t layer;
+          int32_t attempt;
+          int64_t map_id;
+          int64_t path;
+          int8_t decision;
+          double duration_s;
+          double open_s;
+          double printed_mm;
+          double open_delay_s;
+          double close_delay_s;
+          double flow_share;
+          double start_error_mm;
+          double end_error_mm;
+          string reason;
+          double t_s[knots];
+          double x_mm[knots];
+          double y_mm[knots];
+          double vx_mm_s[knots];
+          double vy_mm_s[knots];
+          double switch_mm[switches];
+          float station_x_mm[stations];
+          float station_y_mm[stations];
+          float speed_mm_s[stations];
+          float area_mm2[stations];
+          float layer_area_mm2[stations];
+          float width_mm[stations];
+          float offset_mm[stations];
+          float overspray[stations];
+          float seen_width_mm[looks];
+          float seen_width_std_mm[looks];
+          float seen_offset_mm[looks];
+          float seen_overspray[looks];
+          float seen_gap_mm[looks];
+        })",
+     fill_line_plan_gas},
 };
 
 constexpr RetiredChannel kRetired[] = {

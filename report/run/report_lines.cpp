@@ -84,6 +84,7 @@ LineData read_line_data(const RunMessages& messages) {
     l.open_delay_ms = planned ? m.open_delay_s * 1e3 : NAN;
     l.close_delay_ms = planned ? m.close_delay_s * 1e3 : NAN;
     l.flow_share = planned ? m.flow_share : NAN;
+    l.sheath_share = planned ? m.sheath_share : NAN;
     const auto at = std::ranges::find(data.layers, l.layer, &LineLayer::layer);
     at == data.layers.end() ? data.layers.push_back(std::move(l)) : void(*at = std::move(l));
   });
@@ -111,7 +112,8 @@ std::string line_sections(const std::vector<NamedLines>& runs) {
                cell_text(l.start_error_um, "%.0f") + "</td><td>" + cell_text(l.end_error_um, "%.0f") +
                "</td><td>" + cell_text(l.open_delay_ms, "%.1f") + "</td><td>" +
                cell_text(l.close_delay_ms, "%.1f") + "</td><td>" + cell_text(l.flow_share, "%.3f") +
-               "</td><td>" + cell_text(l.seen_width_um.empty() ? NAN : l.gap_um, "%.0f") + "</td></tr>\n";
+               "</td><td>" + cell_text(l.sheath_share, "%.3f") + "</td><td>" +
+               cell_text(l.seen_width_um.empty() ? NAN : l.gap_um, "%.0f") + "</td></tr>\n";
     }
   }
   if (area.empty()) return "";
@@ -130,7 +132,8 @@ std::string line_sections(const std::vector<NamedLines>& runs) {
          "and how much farther they ended; shutter delays and flow that the next layer was planned "
          "with.</p>\n"
          "<table><tr><th>run</th><th>layer</th><th>section (um2)</th><th>start (um)</th><th>end (um)</th>"
-         "<th>open delay (ms)</th><th>close delay (ms)</th><th>flow</th><th>gaps, camera (um)</th></tr>\n" +
+         "<th>open delay (ms)</th><th>close delay (ms)</th><th>flow</th><th>sheath gas</th><th>gaps, camera "
+         "(um)</th></tr>\n" +
          table + "</table>\n";
 }
 

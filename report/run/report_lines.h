@@ -20,7 +20,8 @@ struct LineLayer {
   std::vector<double> seen_width_um;                       ///< by the camera; empty: there is none
   double gap_um = 0.0;                                     ///< that it saw, of all stations
   double start_error_um = 0.0, end_error_um = 0.0;
-  double open_delay_ms = 0.0, close_delay_ms = 0.0, flow_share = 1.0;  ///< for the layer after it
+  double open_delay_ms = 0.0, close_delay_ms = 0.0;  ///< for the layer after it
+  double flow_share = 1.0, sheath_share = 1.0;       ///< the same
 };
 
 struct LineData {

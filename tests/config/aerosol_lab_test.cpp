@@ -67,6 +67,14 @@ TEST_CASE(
   CHECK(takes_part(Experiment{}, "gas") == false);
 }
 
+TEST_CASE("Width by the sheath's gas needs gas, and a sheath below its limit") {
+  CHECK_NOTHROW(meander({"aerosol.width_by='gas'"}));
+  CHECK_THROWS_WITH(meander({"aerosol.width_by='gas'", "gas.use='off'"}), Contains("needs gas.use"));
+  CHECK_THROWS_WITH(meander({"aerosol.width_by='gas'", "gas.sheath_max_sccm=50"}),
+                    Contains("gas.sheath_max_sccm = 50.0 sccm"));
+  CHECK_THROWS_WITH(meander({"aerosol.width_by='speed'"}), Contains("camera.use"));
+}
+
 TEST_CASE("Gas and platen of an aerosol lab are refused by key, value and limit") {
   const std::pair<const char*, const char*> wrong[] = {
       {"gas.atomizer_sccm=101", "gas.atomizer_max_sccm = 100.0 sccm"},

@@ -302,6 +302,7 @@ TEST_CASE("a lab of lines tells what it prints, and what it learns of flow and s
   line_plan_t plan{};
   plan.layer = 3;
   plan.flow_share = 0.9;
+  plan.sheath_share = 1.2;
   plan.open_delay_s = 0.012;
   plan.start_error_mm = 0.03;
   plan.end_error_mm = std::nan("");
@@ -310,6 +311,7 @@ TEST_CASE("a lab of lines tells what it prints, and what it learns of flow and s
   std::map<std::string, double> learned;
   for (const EstimateRow& e : rows.estimates) learned[e.name] = e.value;
   CHECK(learned == std::map<std::string, double>{{"flow", 0.9},
+                                                 {"sheath_gas", 1.2},
                                                  {"shutter_opens_late_by", 12.0},
                                                  {"shutter_closes_late_by", 0.0},
                                                  {"lines_start_late_by", 30.0}});

@@ -124,6 +124,23 @@ TEST_CASE("Width in the camera's pictures steers the speed, and meets the wanted
   CHECK(held_um < 0.6 * free_um);
 }
 
+TEST_CASE("The sheath's gas holds the lines' width and the speed their height, layer by layer", "[line]") {
+  const std::vector<std::string> all{"aerosol.job=aerosol-lines.json", "aerosol.layers=5", "grid.nx=250",
+                                     "grid.ny=80", "plant.aerosol.nozzle_mm=0.295"};
+  std::vector<std::string> free = all, held = all;
+  free.push_back("aerosol.hold=height");
+  held.insert(held.end(), {"aerosol.hold=height", "aerosol.width_by=gas"});
+  std::vector<line_plan_t> plans;
+  const LineTruth wide = printed(meander(free)).lines, line = printed(meander(held), &plans).lines;
+  INFO("width off by " << 1e3 * wide.width_rms_mm << " um, held " << 1e3 * line.width_rms_mm << " um; height "
+                       << wide.height_rms << ", " << line.height_rms);
+  CHECK(line.width_rms_mm < 0.4 * wide.width_rms_mm);
+  CHECK(line.height_rms < 0.03);
+  REQUIRE(plans.size() == 6);
+  CHECK(plans[0].sheath_share == 1.0);
+  for (std::size_t n = 1; n < 5; ++n) CHECK(plans[n].sheath_share > 1.02);
+}
+
 TEST_CASE("More atomizer gas than the lab believes brings more ink, and a stronger sheath a narrower line",
           "[line]") {
   const auto lines = [](const std::string& gas) {

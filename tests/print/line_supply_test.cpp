@@ -1,4 +1,5 @@
 // Prints of lines with gas and a heated platen: their order, their faults, stops by name and the way back.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
 
@@ -10,6 +11,7 @@
 #include "firn/gas_command_t.hpp"
 #include "firn/gas_flow_t.hpp"
 #include "firn/heater_command_t.hpp"
+#include "firn/line_plan_t.hpp"
 #include "firn/stage_command_t.hpp"
 #include "firn/temperature_t.hpp"
 #include "plant/record/record.h"
@@ -178,6 +180,25 @@ TEST_CASE(
 
 TEST_CASE("A platen whose thermocouple opens stops the print by name, and it goes on", "[line][I10]") {
   check_supply_fault({"heater", 4, "platen: open thermocouple", 4.0});
+}
+
+TEST_CASE("A layer's own sheath gas is set and flows for gas.steady_s before its way", "[line]") {
+  SuppliedLines lines({"aerosol.width_by=gas", "plant.aerosol.nozzle_mm=0.31", "aerosol.layers=2"});
+  REQUIRE(lines.go().result.status == 0);
+  lines.check_record();
+  const auto plans = lines.all<line_plan_t>(channels::kLinePlan.name);
+  const auto gas = lines.all<gas_command_t>(channels::kGasCommand.name);
+  const auto answers = lines.all<answer_t>(channels::answer(NodeId::kGas).name);
+  const auto stage = lines.all<stage_command_t>(channels::kStageCommand.name);
+  REQUIRE(gas.size() == 1 + 2 + 1);
+  CHECK(plans.at(1).sheath_share > 1.05);
+  for (std::size_t layer = 0; layer < 2; ++layer)
+    CHECK(gas[1 + layer].sheath_sccm == plans[layer].sheath_share * lines.experiment.gas.sheath_sccm);
+  const auto last = std::find_if(stage.rbegin(), stage.rend(), [](const stage_command_t& c) {
+    return StageVerb(c.verb) == StageVerb::kTrace;
+  });
+  REQUIRE(last != stage.rend());
+  CHECK(double(last->header.utime_us - answers[2].header.utime_us) * 1e-6 >= lines.experiment.gas.steady_s);
 }
 
 TEST_CASE("A lab without gas and platen heater prints as before they were", "[line]") {

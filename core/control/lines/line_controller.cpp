@@ -53,6 +53,7 @@ LineSetup checked(LineSetup setup) {
 
 LineController::LineController(LineSetup setup)
     : setup_(checked(std::move(setup))),
+      focus_(setup_.options, setup_.gains, setup_.output_limit),
       stations_(line_stations(setup_.job, setup_.options.station_mm)),
       ends_(line_ends(setup_.job, kEndClearance_mm)) {
   now_.sum.assign(stations_.size(), 0.0);
@@ -71,6 +72,7 @@ LineController::LineController(LineSetup setup)
 void LineController::use_options(const LineOptions& options, const SmfGains& gains) {
   setup_.options.speed_range = options.speed_range;
   setup_.gains = gains;
+  focus_.use_options(options, gains);
 }
 
 double LineController::nominal_area_mm2(std::size_t station) const {
@@ -166,6 +168,8 @@ LineDecision LineController::decide(const LineMeasurement& m) {
     d.reason = "all " + std::to_string(setup_.options.layers) + " layers are printed";
     return d;
   }
+  if (setup_.feedback && setup_.options.width_by == WidthActuator::kGas)
+    d.sheath_share = focus_.next_share(m.layer, m.squared_width);
   const SmfGains& k = setup_.gains;
   std::vector<double> speed(stations_.size());
   double share_sum = 0.0;

@@ -3,10 +3,12 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/control/lines/focus_control.h"
 #include "core/control/lines/line_options.h"
 #include "core/control/options.h"
 #include "core/grid/decision.h"
@@ -31,6 +33,8 @@ struct LineMeasurement {
   std::vector<LineReading> total;                   ///< all layers
   std::vector<LineReading> last;                    ///< the last layer alone
   double start_error_mm = 0.0, end_error_mm = 0.0;  ///< means over the free ends of the last layer, NaN: none
+  /// Of all layers: mean over the stations of (width / nominal width)^2; NaN: not known.
+  double squared_width = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// A way in knots, the acceleration constant between them, and the shutter's switches by the way travelled.
@@ -46,7 +50,8 @@ struct LineDecision {
   std::vector<double> speed_mm_s;  ///< by station
   double duration_s = 0.0, open_s = 0.0, printed_mm = 0.0;
   double open_delay_s = 0.0, close_delay_s = 0.0;
-  double flow_share = 1.0;  ///< mean expected in the planned layer
+  double flow_share = 1.0;    ///< mean expected in the planned layer
+  double sheath_share = 1.0;  ///< of the nominal sheath gas, in the planned layer
 };
 
 /// e = (k A - area) / A by station, in layers of the nominal cross-section A = flow solids / speed; the next
@@ -74,6 +79,7 @@ class LineController {
   motion::AerosolPlan plan(const std::vector<double>& speed_mm_s) const;
 
   LineSetup setup_;
+  FocusControl focus_;
   std::vector<LineStation> stations_;
   std::vector<LineEnd> ends_;
   /// State after a layer; a second measurement of it starts from the state before.
