@@ -23,6 +23,8 @@ int main(int argc, char** argv) {
     inputs.blobs = options.blobs;
     firn::plant::WorldConfig config = firn::plant::world_config(experiment, firn::read_blobs(inputs));
     config.line_speed = options.line_speed;
+    if (options.quick)
+      for (firn::plant::JetParams* jet : {&config.jet, &config.jet_b}) jet->reset_us = jet->pulse_us = 0;
     if (options.steady) firn::plant::make_steady(config.ice);
     firn::plant::serve(options, config);
     return 0;

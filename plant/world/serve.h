@@ -23,13 +23,15 @@ struct ServeOptions {
   double time_scale = 1.0;                                 ///< world seconds per wall second
   double line_speed = 1.0;                                 ///< as WorldConfig's
   bool steady = false;                                     ///< see make_steady()
+  bool quick = false;                                      ///< instruments that start without delay
   std::vector<std::pair<std::string, std::string>> blobs;  ///< inputs: role and digest
   std::set<std::string, std::less<>>
       elsewhere;  ///< ports that are not served: they have an address of their own
 };
 
 /// Reads "--run DIR [--io DIR] [--control-fd N] [--epoch-ns E] [--offset-us O] [--time-scale S]
-/// [--line-speed F] [--nature steady] [--port NAME=ADDRESS]…": such a port is not served;
+/// [--line-speed F] [--nature steady] [--instruments quick] [--port NAME=ADDRESS]…": such a port is not
+/// served;
 /// [--blob ROLE=DIGEST]…: inputs of the run.
 /// --incarnation, --run-id, --bus, --node, which every process of a run receives, are accepted and not used.
 /// @throws std::invalid_argument naming the argument and its required form

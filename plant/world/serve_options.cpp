@@ -25,6 +25,11 @@ ServeOptions parse_serve_options(const std::vector<std::string>& arguments) {
          if (text != "steady") throw std::invalid_argument("--nature " + text + ": must be steady");
          o.steady = true;
        }},
+      {"--instruments",
+       [&](const std::string& text) {
+         if (text != "quick") throw std::invalid_argument("--instruments " + text + ": must be quick");
+         o.quick = true;
+       }},
       {"--incarnation", not_used},
       {"--run-id", not_used},
       {"--bus", not_used},

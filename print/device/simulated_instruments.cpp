@@ -19,7 +19,7 @@ constexpr int kBeginWithin_ms = 10'000;
 
 }  // namespace
 
-SimulatedInstruments::SimulatedInstruments(const Experiment& experiment) {
+SimulatedInstruments::SimulatedInstruments(const Experiment& experiment, bool quick) {
   std::string name = (fs::temp_directory_path() / "firn-device-XXXXXX").string();
   if (!::mkdtemp(name.data())) throw std::runtime_error(name + ": cannot be made");
   folder_ = name;
@@ -28,11 +28,11 @@ SimulatedInstruments::SimulatedInstruments(const Experiment& experiment) {
   write_file_atomically(folder_ / "experiment.toml", dump(alone));
   const fs::path beside = fs::read_symlink("/proc/self/exe").parent_path();
   const fs::path program = fs::exists(beside / "world") ? beside / "world" : beside / ".." / "bin" / "world";
-  world_ = std::make_unique<ChildProcess>(
-      "world", program,
-      std::vector<std::string>{"--run", folder_.string(), "--epoch-ns", std::to_string(monotonic_ns()),
-                               "--control-fd", std::to_string(ChildProcess::kControlFd)},
-      folder_ / "world.err");
+  std::vector<std::string> words{"--run",        folder_.string(),
+                                 "--epoch-ns",   std::to_string(monotonic_ns()),
+                                 "--control-fd", std::to_string(ChildProcess::kControlFd)};
+  if (quick) words.insert(words.end(), {"--instruments", "quick"});
+  world_ = std::make_unique<ChildProcess>("world", program, words, folder_ / "world.err");
   for (int ms = 0; ms < kBeginWithin_ms; ++ms) {
     if (fs::exists(folder_ / "io") && !fs::is_empty(folder_ / "io")) return;
     if (!world_->running()) break;

@@ -14,9 +14,10 @@ namespace firn {
 
 class SimulatedInstruments {
  public:
+  /// @param quick they start without delay: a JetDrive's RESET takes 3 s
   /// @throws std::runtime_error: the program `world` is neither beside this one nor in ../bin, or does not
   /// begin
-  explicit SimulatedInstruments(const Experiment& experiment);
+  explicit SimulatedInstruments(const Experiment& experiment, bool quick = false);
   ~SimulatedInstruments();  ///< ends the world and removes its folder
   SimulatedInstruments(const SimulatedInstruments&) = delete;
   SimulatedInstruments& operator=(const SimulatedInstruments&) = delete;
