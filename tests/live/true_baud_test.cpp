@@ -204,9 +204,12 @@ void compare_lines_with_sockets(const std::string& kind) {
     again->start(false);
     REQUIRE(again->wait_started());
   }
-  CHECK(status_of(sockets) == 0);
-  if (again) CHECK(again->wait() == 0);
-  if (beside) beside->stop();
+  const auto end_of_sockets = [&] {
+    CHECK(status_of(sockets) == 0);
+    if (again) CHECK(again->wait() == 0);
+    if (beside) beside->stop();
+  };
+  if (!steady) end_of_sockets();  // a steady nature lets both print side by side
 
   Bench bench(instruments, Bench::Way::kLines);
   Experiment real = e;
@@ -214,6 +217,7 @@ void compare_lines_with_sockets(const std::string& kind) {
   LiveRun lines(real);
   bench.start(placed, steady);
   lines.start(false);
+  if (steady) end_of_sockets();
   CHECK(status_of(lines) == 0);
   bench.stop();
 
