@@ -9,6 +9,7 @@
 #include "core/motion/planner.h"
 #include "core/motion/thesis/test_path.h"
 #include "tests/core/motion/random_paths.h"
+#include "tests/support/long_cases.h"
 
 namespace firn::motion {
 namespace {
@@ -151,8 +152,10 @@ TEST_CASE("With a tolerance no random path leaves it, and none that keeps it any
   RandomPathMaker maker(9);
   PlanWorkspace work;
   double exact_s = 0.0, within_s = 0.0;
-  for (int k = 0; k < 150; ++k) {
+  const test::Stride tried = test::long_stride({0, 1}, {0, 5});
+  for (std::size_t k = 0; k < 150; ++k) {
     const RandomPath path = maker.next();
+    if (k % tried.step != tried.first) continue;
     PathInput input;
     input.points = path.points;
     const PlanResult exact = plan(input, *arm, cobra600_limits(), {}, work);
@@ -174,7 +177,9 @@ TEST_CASE(
   const auto arm = make_scara(cobra600());
   PlanWorkspace work;
   double exact_s = 0.0, hundredth_s = 0.0;
-  for (const double radius_mm : {50.0, 42.0, 25.0, 8.0, 3.0}) {
+  std::vector<double> radii_mm = test::long_cases<double>({50.0, 42.0, 25.0}, 0);
+  radii_mm.insert(radii_mm.end(), {8.0, 3.0});
+  for (const double radius_mm : radii_mm) {
     std::vector<Point2> ring;  // uneven chords, as the slicer's: close together on the flanks of the teeth
     const int n = int(60.0 + 4.0 * radius_mm);
     for (int i = 0; i < n; ++i) {
