@@ -7,11 +7,11 @@ const char* const kReportStyle = R"css(
 :root { color-scheme: light dark;
   --bg: #ffffff; --fg: #1c2024; --soft: #5b6670; --line: #d8dde2; --grid: #e9edf0; --card: #ffffff; --good: #00664b; --bad: #b03a00;
   --c0: #0072b2; --c1: #d55e00; --c2: #009e73; --c3: #a8508a; --c4: #b07d00; --c5: #3a3a3a;
-  --p0: #0072b2; --p1: #e69f00; --p2: #56b4e9; --p3: #cc79a7; }
+  --p0: #0072b2; --p1: #e69f00; --p2: #56b4e9; --p3: #cc79a7; --p4: #009e73; }
 @media (prefers-color-scheme: dark) { :root {
   --bg: #14181c; --fg: #e6eaee; --soft: #a2adb7; --line: #343c44; --grid: #262d34; --card: #191e23; --good: #5fd3ad; --bad: #ff9d66;
   --c0: #56b4e9; --c1: #ff8a3d; --c2: #38c79b; --c3: #e39cc9; --c4: #f0c14b; --c5: #d0d0d0;
-  --p0: #3f9bd6; --p1: #e69f00; --p2: #9ad4f5; --p3: #e39cc9; } }
+  --p0: #3f9bd6; --p1: #e69f00; --p2: #9ad4f5; --p3: #e39cc9; --p4: #4fc3a1; } }
 * { box-sizing: border-box; }
 body { margin: 0 auto; max-width: 1360px; padding: 28px 24px 60px; background: var(--bg); color: var(--fg);
   font: 15px/1.5 system-ui, "DejaVu Sans", sans-serif; }

@@ -13,7 +13,11 @@
 #include "files/record/checksum.h"
 #include "files/run_documents.h"
 #include "files/text_file.h"
+#include "firn/answer_t.hpp"
+#include "firn/camera_command_t.hpp"
+#include "firn/enums.h"
 #include "firn/layer_metrics_t.hpp"
+#include "firn/stage_command_t.hpp"
 #include "lcmtypes/convert.h"
 #include "replay/run_messages.h"
 #include "replay/run_migration.h"
@@ -56,6 +60,30 @@ LayerRow row_of(const layer_metrics_t& m) {
   r.rms_inside_mm = m.rms_inside_mm;
   r.rms_rim_mm = m.rms_rim_mm;
   return r;
+}
+
+// A picture's time begins with the stage's move to its place and ends with the camera's answer.
+void read_looks(const RunMessages& messages, std::map<std::int32_t, LayerRow>& rows) {
+  struct Look {
+    std::int32_t layer = 0;
+    std::int64_t begin_us = 0;
+  };
+  std::vector<std::int64_t> moves_us;
+  messages.each<stage_command_t>(channels::kStageCommand.name, [&](const stage_command_t& m) {
+    if (StageVerb(m.verb) == StageVerb::kMove) moves_us.push_back(m.header.utime_us);
+  });
+  std::map<std::int64_t, Look> looks;
+  messages.each<camera_command_t>(channels::kCameraCommand.name, [&](const camera_command_t& m) {
+    const auto after = std::ranges::upper_bound(moves_us, m.header.utime_us);
+    looks[m.command_id] = {m.layer, after == moves_us.begin() ? m.header.utime_us : *std::prev(after)};
+  });
+  messages.each<answer_t>(channels::answer(NodeId::kCamera).name, [&](const answer_t& m) {
+    const auto look = looks.find(m.command_id);
+    if (look == looks.end()) return;
+    if (const auto row = rows.find(look->second.layer); row != rows.end())
+      row->second.look_s += double(m.header.utime_us - look->second.begin_us) * 1e-6;
+    looks.erase(look);
+  });
 }
 
 std::map<std::string, fs::path> inputs_of(const fs::path& run, const ProvenanceDocument& provenance) {
@@ -221,6 +249,7 @@ RunData read_run_data(const fs::path& run, const ReportLab& lab) {
   messages.each<layer_metrics_t>(channels::kLayerMetrics.name, [&](const layer_metrics_t& m) {
     rows.insert_or_assign(m.layer, row_of(m));
   });
+  read_looks(messages, rows);
   read_provenance(run, provenance, data);
   data.health = health_of(messages);
   data.lab = &lab;

@@ -28,6 +28,7 @@ struct LayerRow {
   double objective_mm = 0;
   std::int64_t iterations = 0;
   double deposit_s = 0, cure_s = 0, scan_s = 0, decide_s = 0;
+  double look_s = 0;                         ///< of the camera's pictures and the ways to them
   double end_s = 0;                          ///< node time
   std::int32_t rows_lost = 0;                ///< of all scans of the layer
   std::int64_t cells_guessed = 0;            ///< of the part, in the last map

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "report/draw/charts.h"
 #include "report/draw/heat_map.h"
@@ -219,18 +220,22 @@ std::string by_layer(const std::vector<NamedRun>& runs) {
 }
 
 std::string times(const std::vector<NamedRun>& runs) {
-  const std::vector<std::string> phases{"deposit", "cure", "scan", "decide"};
+  std::vector<std::string> phases{"deposit", "cure", "scan", "decide"};
+  const bool looks = std::ranges::any_of(runs, [](const NamedRun& r) {
+    return std::ranges::any_of(r.data->layers, [](const LayerRow& l) { return l.look_s > 0; });
+  });
+  if (looks) phases.push_back("pictures");
   double top = 0;
   std::vector<Bars> all;
   for (const NamedRun& r : runs) {
     Bars b;
     b.parts = phases;
-    b.heights.resize(4);
+    b.heights.resize(phases.size());
     for (const LayerRow& l : r.data->layers) {
       b.x.push_back(l.layer);
-      const double spent_s[] = {l.deposit_s, l.cure_s, l.scan_s, l.decide_s};
-      for (std::size_t p = 0; p < 4; ++p) b.heights[p].push_back(spent_s[p]);
-      top = std::max(top, l.deposit_s + l.cure_s + l.scan_s + l.decide_s);
+      const double spent_s[] = {l.deposit_s, l.cure_s, l.scan_s, l.decide_s, l.look_s};
+      for (std::size_t p = 0; p < phases.size(); ++p) b.heights[p].push_back(spent_s[p]);
+      top = std::max(top, std::accumulate(std::begin(spent_s), std::end(spent_s), 0.0));
     }
     all.push_back(std::move(b));
   }

@@ -74,7 +74,8 @@ Experiment tiny_lines(std::uint64_t seed) {
       kLiveExperiments / "aerosol-meander.toml",
       {"aerosol.job=aerosol-lines.json", "aerosol.layers=3", "grid.nx=250", "grid.ny=80", "run.time_scale=10",
        "process.scan_speed_mm_s=0.4", "process.max_rescans=4",  // 5 ms of wall time per row
-       "heater.low_degC=-40"});                                 // warm at once
+       "heater.low_degC=-40",                                   // warm at once
+       "camera.use=on", "plant.camera.width_px=64", "plant.camera.height_px=64", "plant.camera.um_per_px=6"});
   e.plant.seed = seed;
   return e;
 }

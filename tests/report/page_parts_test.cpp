@@ -9,6 +9,7 @@
 #include "core/grid/random.h"
 #include "report/draw/charts.h"
 #include "report/draw/heat_map.h"
+#include "report/run/report_lab.h"
 #include "report/run/report_page.h"
 #include "tests/report/markup.h"
 
@@ -58,6 +59,24 @@ std::vector<const Element*> drawings(const Element& page, const std::string& tit
 
 std::size_t at(const std::vector<std::string>& names, const std::string& name) {
   return std::size_t(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+TEST_CASE("The camera has a phase in the time per layer of runs with pictures, and none in others") {
+  const auto phases = [](const RunData& run) {
+    const Element page = parse_markup(replay::report_page({{run, ""}}, {}));
+    return page.all("p", "class", "legend").back()->all_text();
+  };
+  RunData run = made_run("smf", "disc", 0.4, 0.001, 3);
+  CHECK(phases(run).find("pictures") == std::string::npos);
+  run.layers[2].look_s = 1.0;
+  CHECK(phases(run).find("pictures") != std::string::npos);
+}
+
+TEST_CASE("The pictures of a recorded run of lines take time in each layer, from the way to the camera on") {
+  const RunData run =
+      replay::read_run_data(FIRN_SOURCE_DIR "/tests/replay/golden/v7-lines", replay::kLineReport);
+  REQUIRE(run.layers.size() == 3);
+  for (const replay::LayerRow& l : run.layers) CHECK((l.look_s > 0.05 && l.look_s < l.end_s));
 }
 
 TEST_CASE("The error maps are the first figures of a page") {
