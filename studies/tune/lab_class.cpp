@@ -16,6 +16,8 @@ constexpr LabParameter kDroplets[] = {
     {"plant.drift", "", 0.08, 0.8, 0.002, 0.5},
     {"plant.sensor_noise_mm", "mm", 0.001, 0.8, 0.0, 0.02},
     {"plant.dropout_fraction", "", 0.005, 1.0, 0.0, 0.3},
+    {"flight that the stage does not lead", "s", 0.0, 3e-4, -1e-3, 1e-3, true},
+    {"pressure that a droplet takes", "", 3e-5, 1.2, 1e-6, 1e-3},
 };
 constexpr LabParameter kHeightChange[] = {
     {"h1 + 4 h2 + 4 h3", "mm", 0.0082, 0.2, 0.002, 0.03},
@@ -48,6 +50,11 @@ void set_droplets(std::span<const double> v, Experiment& e) {
   e.plant.dropout_fraction = v[7];
 }
 
+void droplet_nature(std::span<const double> v, plant::WorldConfig& w) {
+  w.droplet.flight_time_s += v[8];
+  w.nozzle.pressure_per_drop = v[9];
+}
+
 void set_height_change(std::span<const double> v, Experiment& e) {
   e.plant.model = "lu2015";
   e.plant.variation = v[3];
@@ -75,14 +82,16 @@ void height_change_constants(std::span<const double> v, plant::WorldConfig& w) {
 }
 
 constexpr LabClass kClasses[] = {
-    {"droplets", "droplets that land, flow and drift", kDroplets, &set_droplets, nullptr},
+    {"droplets", "droplets that fly, land, flow and drift", kDroplets, &set_droplets, &droplet_nature},
     {"height change", "the height-change model with droplets of varying size", kHeightChange,
      &set_height_change, &height_change_constants, true},
 };
 
 }  // namespace
 
-double LabParameter::value(double z) const { return std::clamp(centre * std::exp(spread * z), low, high); }
+double LabParameter::value(double z) const {
+  return std::clamp(either_sign ? centre + spread * z : centre * std::exp(spread * z), low, high);
+}
 
 std::vector<double> LabClass::values(std::span<const double> z) const {
   std::vector<double> out;

@@ -14,11 +14,13 @@
 
 namespace firn::tuning {
 
-/// A parameter is centre x exp(spread x z), held within [low, high]; z is standard normal before the log.
+/// A parameter is centre x exp(spread x z), or centre + spread x z where it has either sign, held within
+/// [low, high]; z is standard normal before the log.
 struct LabParameter {
   std::string_view name;  ///< of the key, or a name of its own
   std::string_view unit;
   double centre, spread, low, high;
+  bool either_sign = false;
 
   double value(double z) const;
 };

@@ -1,5 +1,7 @@
 #include "studies/tune/lab_fit.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <mutex>
@@ -21,6 +23,8 @@ constexpr double kFarthest = 3.5;              // |z| of any draw
 constexpr double kWiden[] = {1.0, 1.6, 1.25};  // draws of a round over the posterior of the round before
 constexpr double kLeastLimit = 4.5;            // standard deviations, over some seventy features
 constexpr double kBeyondDraws = 1.1;           // times the largest deviation of any simulated print
+constexpr double kUnusual = 3.0;               // standard deviations of the sum of squared parameters
+constexpr double kJointly = 1.3;               // times the largest joint deviation of any simulated print
 constexpr double kEarlyShare = 0.62;           // of the prints, for the rounds of all classes
 constexpr int kLeastEarly = 28;                // prints of a round
 constexpr std::size_t kSpareRows = 8;          // finished prints beyond the number of parameters
@@ -158,9 +162,35 @@ class Fit {
       const std::string of_run = runs_.size() > 1 ? " (" + runs_[f / lab::feature_count()].name + ")" : "";
       out.missed.push_back({named(f % lab::feature_count()) + of_run, deviations[f]});
     }
+    const auto of_draws = likelihood.joint_deviations(checked);
+    out.joint = likelihood.joint_deviation(observed_, checked, fit.posterior);
+    out.joint_limit = kJointly * *std::ranges::max_element(of_draws);
+    if (out.joint > out.joint_limit && out.missed.empty()) {
+      const std::size_t most =
+          *std::ranges::max_element(checked, {}, [&](std::size_t f) { return std::abs(deviations[f]); });
+      out.missed.push_back(
+          {"all features together, most the " + named(most % lab::feature_count()), deviations[most]});
+    }
+    miss_usual(fit, out);
     std::ranges::stable_sort(out.missed, std::ranges::greater{},
                              [](const FitCheck::Missed& m) { return std::abs(m.deviation); });
     return out;
+  }
+
+  /// A laboratory of no known class may be reproduced by parameters that hardly any laboratory has. The sum
+  /// of squares of n usual ones has mean n and variance 2 n.
+  static void miss_usual(const FittedLab& fit, FitCheck& out) {
+    const std::vector<double>& z = fit.posterior.mean;
+    const double n = double(z.size());
+    double sum = 0.0;
+    for (const double v : z) sum += v * v;
+    const double deviation = (sum - n) / std::sqrt(2.0 * n);
+    if (deviation <= kUnusual) return;
+    const auto farthest = std::ranges::max_element(z, {}, [](double v) { return std::abs(v); });
+    const LabParameter& p = fit.lab->parameters[std::size_t(farthest - z.begin())];
+    out.missed.push_back({fmt::format("parameters of usual laboratories (most {} = {:.3g}{}{})", p.name,
+                                      p.value(*farthest), p.unit.empty() ? "" : " ", p.unit),
+                          deviation});
   }
 
   /// An ice print's units of growth are called by their name.

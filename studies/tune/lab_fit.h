@@ -35,6 +35,7 @@ struct ClassScore {
 struct FitCheck {
   double largest = 0.0;  ///< |deviation| of the feature that is missed most, in standard deviations
   double limit = 0.0;    ///< beyond it, the laboratory is of no known class
+  double joint = 0.0, joint_limit = 0.0;  ///< mean square deviation of all features, whitened
   /// The features beyond the limit, the worst first; for each the run's deviation.
   struct Missed {
     std::string feature;

@@ -128,7 +128,9 @@ std::string tune_text(const TuneAnswer& a) {
   s += fmt::format("laboratory: {} (last third of the layers: ", a.lab.lab->meaning);
   for (std::size_t n = 0; n < a.lab.scores.size(); ++n)
     s += fmt::format("{}{} {:.1f}", n ? ", " : "", a.lab.scores[n].lab, a.lab.scores[n].log_predictive);
-  s += fmt::format("); largest deviation {:.1f} of {:.1f} allowed\n", a.lab.check.largest, a.lab.check.limit);
+  s += fmt::format(
+      "); largest deviation {:.1f} of {:.1f} allowed, of all features together {:.1f} of {:.1f}\n",
+      a.lab.check.largest, a.lab.check.limit, a.lab.check.joint, a.lab.check.joint_limit);
   if (a.advice) {
     const Advice& d = *a.advice;
     for (const Profile& f : d.profiles)
@@ -166,7 +168,9 @@ std::string tune_json(const TuneAnswer& a) {
   j["laboratory"] = lab;
   j["check"] = {{"passed", a.lab.check.passed()},
                 {"largest_deviation", a.lab.check.largest},
-                {"limit", a.lab.check.limit}};
+                {"limit", a.lab.check.limit},
+                {"joint_deviation", a.lab.check.joint},
+                {"joint_limit", a.lab.check.joint_limit}};
   for (const auto& m : a.lab.check.missed)
     j["check"]["missed"].push_back({{"feature", m.feature}, {"deviation", m.deviation}});
   if (a.advice) j["advice"] = advice_json(a);

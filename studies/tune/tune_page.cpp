@@ -89,8 +89,10 @@ std::string check_section(const TuneAnswer& a) {
   const FitCheck& c = a.lab.check;
   std::string s =
       "<h2>Does the estimated laboratory reproduce the runs?</h2>\n<p>" +
-      fmt::format("Largest deviation of a feature: {:.1f} standard deviations; {:.1f} are allowed.",
-                  c.largest, c.limit) +
+      fmt::format(
+          "Largest deviation of a feature: {:.1f} standard deviations; {:.1f} are allowed. Mean square "
+          "of all together: {:.1f}; {:.1f} is allowed.",
+          c.largest, c.limit, c.joint, c.joint_limit) +
       "</p>\n";
   if (c.passed()) return s;
   std::string body;

@@ -23,23 +23,9 @@ namespace {
 
 constexpr int kIntervals = 6;
 
-/// A block of 11 mm of one layer an interval, without scaffold.
-slice::PrintPaths block_paths() {
-  slice::PrintPaths p;
-  p.head = {"test", kIntervals, {{"part", "water"}, {"scaffold", "scaffold"}}, "laser", ""};
-  for (int n = 1; n <= kIntervals; ++n) {
-    slice::LayerPaths l;
-    l.layer = n;
-    l.z = 2400 * n;
-    l.height = 2400;
-    test::add_rings(l, 5.5, 0.0, 1.5, n % 2 ? PathKind::kFill : PathKind::kBoundary, 0);
-    test::add_rings(l, 5.7, 0.0, 1.5, PathKind::kMeasurement, 0);
-    p.layers.push_back(l);
-  }
-  return p;
+Blobs block_inputs() {
+  return {{"paths", "", slice::encode(test::ice_block(kIntervals))}, {"machine", "", {}}};
 }
-
-Blobs block_inputs() { return {{"paths", "", slice::encode(block_paths())}, {"machine", "", {}}}; }
 
 Experiment block(const std::string& scheme = "smf") {
   return load_experiment(FIRN_SOURCE_DIR "/labs/ice-cobra600.toml",

@@ -36,6 +36,13 @@ Experiment small_print() {
   return e;
 }
 
+/// With fewer points a profile, and fewer profiles.
+Experiment quick(Experiment e) {
+  e.laser_profiler.points = 64;
+  e.process.scan_speed_mm_s = 15.0;
+  return e;
+}
+
 RecordedRun record(const Experiment& e, const LabDraw& lab) {
   const Blobs inputs = make_inputs(e, ".");
   const LabPrint print = print_in_lab(without_plant(e), inputs, lab, {.features = true});
@@ -157,7 +164,7 @@ TEST_CASE("The spacing of droplets is a key: the field keeps its size, the model
 
 TEST_CASE("Keys of MPC, of its horizon and of the estimator that it learns from have an answer") {
   const Experiment e = parse_experiment(
-      {{"log", dump(test::tiny_print("tuned", "mpc"))}},
+      {{"log", dump(quick(test::tiny_print("tuned", "mpc")))}},
       {"control.scheme=mpc", "estimator.droplets=on", "control.adapt_model=on", "control.mpc.alpha=0.5"});
   const RecordedRun start{"a run", e, make_inputs(e, "."), {}, 0};
   const FittedLab lab = known_lab();
@@ -189,6 +196,16 @@ TEST_CASE("Keys that cannot be tuned are refused by name, with the nearest known
   CHECK_THAT(refused("control.smf.kp=2:1"), Contains("ascending"));
   CHECK_THAT(refused("control.smf.kp=0.5:20"), Contains("(0, 10]"));
   CHECK_THAT(refused("control.smf.kp=a:2"), Contains("'a' is not a number"));
+}
+
+TEST_CASE("A laboratory's parameter is a multiple of its centre, or lies on either side of it") {
+  const LabParameter flow{"flow", "", 2.0, 0.5, 1.0, 3.0};
+  CHECK(flow.value(0.0) == 2.0);
+  CHECK(flow.value(0.4) == Approx(2.0 * std::exp(0.2)));
+  CHECK(flow.value(-9.0) == 1.0);
+  const LabParameter lead{"lead", "s", 0.0, 0.2, -0.5, 0.5, true};
+  CHECK(lead.value(-1.0) == -0.2);
+  CHECK(lead.value(9.0) == 0.5);
 }
 
 TEST_CASE("A setting is written into the experiment and read back, and nothing else changes") {
@@ -236,43 +253,32 @@ TEST_CASE("A laboratory is never known by the plant section of its recorded expe
   CHECK(differences(without_plant(e), without_plant(small_print())).empty());
 }
 
-TEST_CASE("The same log gives the same answer with one thread and with three, and it is written whole") {
-  const Experiment e = small_print();
-  const std::vector<RecordedRun> runs{record(e, usual_lab(5))};
-  const std::vector<TuneKey> keys{{"control.smf.ki_star=0.01:1", e}};
-  std::string texts[2];
-  for (const int threads : {1, 3}) {
-    const FittedLab lab = fit_lab(runs, {.seed = 2, .threads = threads, .prints = 180});
-    const Advice advice = advise(lab, runs[0], keys, {.seed = 2, .threads = threads, .prints = 200});
-    CHECK(advice.promise.gain_interval.low <= advice.promise.gain);
-    CHECK(advice.promise.gain <= advice.promise.gain_interval.high);
-    CHECK(advice.profiles.size() == 1);
-    TuneAnswer answer{runs, keys,   "rms_um",
-                      lab,  advice, next_prints(lab, runs[0], {.seed = 2, .threads = threads, .draws = 18}),
-                      {},   10,     2};
-    CHECK(answer.next.size() == 3);
-    texts[threads == 3] = tune_text(answer) + tune_json(answer) + tune_page(answer);
-  }
-  CHECK(texts[0] == texts[1]);
-  CHECK_THAT(texts[0], Contains("RMS") && Contains("laboratory: ") && Contains("</html>"));
-}
-
-TEST_CASE("A search that goes on from its file of prints gives the same answer and makes no print again") {
-  const Experiment e = small_print();
+TEST_CASE(
+    "The same log gives the same answer with one thread and with three, and a search that goes on from its "
+    "file of prints makes none again") {
+  const Experiment e = quick(small_print());
   const std::vector<RecordedRun> runs{record(e, usual_lab(5))};
   const std::vector<TuneKey> keys{{"control.smf.ki_star=0.01:1", e}};
   const test::TempFolder folder;
   const std::filesystem::path file = folder.path() / "state";
-  const auto answer = [&](PrintJournal* journal) {
-    const FittedLab lab = fit_lab(runs, {.seed = 2, .threads = 3, .prints = 170, .journal = journal});
+  const auto answer = [&](int threads, PrintJournal* journal) {
+    const FittedLab lab = fit_lab(runs, {.seed = 2, .threads = threads, .prints = 170, .journal = journal});
     const Advice advice =
-        advise(lab, runs[0], keys, {.seed = 2, .threads = 3, .prints = 60, .journal = journal});
-    return tune_json({runs, keys, "rms_um", lab, advice, {}, {}, 10, 2});
+        advise(lab, runs[0], keys, {.seed = 2, .threads = threads, .prints = 60, .journal = journal});
+    CHECK(advice.promise.gain_interval.low <= advice.promise.gain);
+    CHECK(advice.promise.gain <= advice.promise.gain_interval.high);
+    CHECK(advice.profiles.size() == 1);
+    const auto next =
+        next_prints(lab, runs[0], {.seed = 2, .threads = threads, .draws = 18, .journal = journal});
+    CHECK(next.size() == 3);
+    const TuneAnswer answer{runs, keys, "rms_um", lab, advice, next, {}, 10, 2};
+    return tune_text(answer) + tune_json(answer) + tune_page(answer);
   };
-  const std::string plain = answer(nullptr);
+  const std::string plain = answer(1, nullptr);
+  CHECK_THAT(plain, Contains("RMS") && Contains("laboratory: ") && Contains("</html>"));
   {
     PrintJournal journal(file);
-    CHECK(answer(&journal) == plain);
+    CHECK(answer(3, &journal) == plain);
     CHECK_THROWS_WITH(PrintJournal(file), Contains("state: another firn tune"));
   }
   // Killed while it wrote the last of its lines.
@@ -282,12 +288,12 @@ TEST_CASE("A search that goes on from its file of prints gives the same answer a
   PrintJournal journal(file);
   CHECK(journal.known() > 150);
   CHECK(journal.damaged() == 1);
-  CHECK(answer(&journal) == plain);
+  CHECK(answer(3, &journal) == plain);
   CHECK(lines() == whole + 1);  // the torn line, and its print once more
 }
 
 TEST_CASE("An imported record of a print is taken as printed by the scheme of its experiment") {
-  Experiment e = small_print();
+  Experiment e = quick(small_print());
   e.plant.seed = 12;
   const Blobs inputs = make_inputs(e, ".");
   ObservedRun observed(e, mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask"));
@@ -327,8 +333,25 @@ TEST_CASE("An imported record of a print is taken as printed by the scheme of it
   CHECK_FALSE(fit_lab(wrong_runs, {.seed = 3, .threads = 2, .prints = 170}).check.passed());
 }
 
+TEST_CASE("A laboratory that only far parameters would reproduce is refused with the farthest one's name") {
+  LabDraw far = usual_lab(6);
+  far.z = std::vector<double>(far.z.size(), 0.0);
+  far.z[0] = 3.4;  // flow
+  far.z[1] = 3.0;
+  far.z[6] = 3.4;
+  far.z[8] = -3.4;
+  const Experiment e = quick(small_print());
+  const std::vector<RecordedRun> runs{record(e, far)};
+  const FittedLab lab = fit_lab(runs, {.seed = 3, .threads = 2, .prints = 168});
+  REQUIRE_FALSE(lab.check.passed());
+  CAPTURE(lab.posterior.mean, lab.check.missed.front().feature);
+  CHECK(std::ranges::any_of(lab.check.missed, [](const FitCheck::Missed& m) {
+    return m.feature.starts_with("parameters of usual laboratories (most ");
+  }));
+}
+
 TEST_CASE("A log whose surface is tilted as no laboratory tilts it is refused by the feature's name") {
-  const Experiment e = small_print();
+  const Experiment e = quick(small_print());
   std::vector<RecordedRun> runs{record(e, usual_lab(6))};
   for (std::size_t f = 0; f < lab::feature_count(); ++f)
     if (lab::feature_name(f).starts_with("tilt of the surface along y")) runs[0].features[f] += 8.0;

@@ -48,6 +48,22 @@ inline void add_rings(slice::LayerPaths& l, double half_mm, double inner_mm, dou
   }
 }
 
+/// A block of 11 mm of one layer an interval, without scaffold.
+inline slice::PrintPaths ice_block(int intervals) {
+  slice::PrintPaths p;
+  p.head = {"test", intervals, {{"part", "water"}, {"scaffold", "scaffold"}}, "laser", ""};
+  for (int n = 1; n <= intervals; ++n) {
+    slice::LayerPaths l;
+    l.layer = n;
+    l.z = 2400 * n;
+    l.height = 2400;
+    add_rings(l, 5.5, 0.0, 1.5, n % 2 ? PathKind::kFill : PathKind::kBoundary, 0);
+    add_rings(l, 5.7, 0.0, 1.5, PathKind::kMeasurement, 0);
+    p.layers.push_back(l);
+  }
+  return p;
+}
+
 /// `layers` of 0.24 mm: ice within +-12 mm, scaffold to +-15 mm; measured every `every` layers on rings 3 mm
 /// apart.
 inline slice::PrintPaths ice_print(int layers = 10, int every = 5) {
