@@ -4,19 +4,23 @@
 //                 [--threads N] [--rows FILE]
 //   tune_promises --sum FILE...
 // KIND: droplets, height-change; optimal: droplets whose recorded setting is the oracle's, so that nothing
-// can be gained; thin-film, pressure, flight, dead-row, tilted: laboratories of no class that the tuner
-// knows. Without --part a cylinder or a block within 16 x 16 cells is printed, of eight to twelve layers,
-// with 64 points a profile. Laboratory n of a seed is the same whatever was run before it (--first); those
-// that FILE holds are not run again, and --sum adds up files.
+// can be gained; mpc, estimator, spacing: droplets with other keys; ice, ice-foresee: the ice printer under
+// smf and smf_foresee; pressure, flight: droplets at the far end of what the tuner takes for possible;
+// thin-film, dead-row, tilted: laboratories of no class that it knows. Without --part a cylinder or a block
+// within 16 x 16 cells is printed, of eight to twelve layers, with 64 points a profile. Laboratory n of a
+// seed is the same whatever was run before it (--first); those that FILE holds are not run again, and --sum
+// adds up files.
 #include <fmt/core.h>
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/include.h"
@@ -27,6 +31,7 @@
 #include "studies/tune/advice.h"
 #include "studies/tune/tune_answer.h"
 #include "tests/bench/promise_rows.h"
+#include "tests/support/ice_print.h"
 
 using namespace firn;
 using namespace firn::tuning;
@@ -43,34 +48,54 @@ double cpu_s() {
 }
 
 // A film that levels far more than a droplet does.
-void thin_film(std::span<const double>, plant::WorldConfig& w) {
+void thin_film(plant::WorldConfig& w) {
   w.droplet.levelling_steps = 12;
   w.droplet.levelling = 0.25;
   w.droplet.run_share = 0.25;
 }
 // A line whose pressure falls by a third within a layer.
-void weak_pressure(std::span<const double>, plant::WorldConfig& w) {
+void weak_pressure(plant::WorldConfig& w) {
   w.nozzle.drift = true;
   w.nozzle.pressure_per_drop = 3e-4;
 }
 // Droplets that land a third of a cell ahead, the other way in every other row.
-void late_flight(std::span<const double>, plant::WorldConfig& w) { w.droplet.flight_time_s = 6e-4; }
+void late_flight(plant::WorldConfig& w) { w.droplet.flight_time_s = 6e-4; }
 // A row in the middle of the part that gets no droplet.
-void dead_row(std::span<const double>, plant::WorldConfig& w) { w.droplet.dead_row = w.grid.ny / 2; }
+void dead_row(plant::WorldConfig& w) { w.droplet.dead_row = w.grid.ny / 2; }
 // A sensor that hangs askew by an eighth of a degree.
-void tilted_sensor(std::span<const double>, plant::WorldConfig& w) { w.sensor.tilt = 0.0022; }
+void tilted_sensor(plant::WorldConfig& w) { w.sensor.tilt = 0.0022; }
 
 struct Nature {
   const char* kind;
-  void (*set)(std::span<const double>, plant::WorldConfig&);
+  void (*set)(plant::WorldConfig&);
 };
 constexpr Nature kStrange[] = {
     {"thin-film", &thin_film}, {"pressure", &weak_pressure}, {"flight", &late_flight},
     {"dead-row", &dead_row},   {"tilted", &tilted_sensor},
 };
+// Droplets in a laboratory of a kind, with the parameters drawn for the others.
+template <std::size_t kKind>
+void strange_droplets(std::span<const double> values, plant::WorldConfig& w) {
+  lab_classes()[0].nature(values, w);
+  kStrange[kKind].set(w);
+}
+template <std::size_t... kKinds>
+constexpr auto strange_natures(std::index_sequence<kKinds...>) {
+  return std::array{&strange_droplets<kKinds>...};
+}
+constexpr auto kStrangeNatures = strange_natures(std::make_index_sequence<std::size(kStrange)>());
 
-std::vector<std::string> settings_of(bool small) {
-  std::vector<std::string> s{"control.scheme=smf"};
+constexpr int kIceIntervals = 6;
+
+bool of_ice(const std::string& kind) { return kind.starts_with("ice"); }
+
+std::vector<std::string> settings_of(const std::string& kind, bool small) {
+  if (of_ice(kind))
+    return {"ice.paths=\"-\"", "ice.interval_layers=1",
+            kind == "ice" ? "control.scheme=smf" : "control.scheme=smf_foresee"};
+  std::vector<std::string> s{kind == "mpc" || kind == "estimator" ? "control.scheme=mpc"
+                                                                  : "control.scheme=smf"};
+  if (kind == "estimator") s.insert(s.end(), {"estimator.droplets=on", "control.adapt_model=on"});
   if (small)
     for (const char* set : {"grid.nx=16", "grid.ny=16", "part.diameter_mm=3.7", "part.height_mm=0.07",
                             "laser_profiler.points=64", "process.scan_speed_mm_s=15.0"})
@@ -83,6 +108,7 @@ struct Case {
   Experiment experiment;
   Blobs inputs;
   std::vector<TuneKey> keys;
+  std::vector<std::string> key_texts = {};  ///< with ranges
 };
 
 struct Options {
@@ -97,11 +123,14 @@ class Bench {
  public:
   explicit Bench(const Options& o)
       : o_(o),
-        file_(o.file.empty() ? FIRN_SOURCE_DIR "/experiments/demo.toml" : o.file),
-        base_(load_experiment(file_, settings_of(o.file.empty()))),
-        lab_(lab_classes()[o.kind == "height-change" ? 1 : 0]) {
-    for (const Nature& n : kStrange)
-      if (o.kind == n.kind) lab_.nature = n.set;
+        file_(!o.file.empty()  ? o.file
+              : of_ice(o.kind) ? FIRN_SOURCE_DIR "/labs/ice-cobra600.toml"
+                               : FIRN_SOURCE_DIR "/experiments/demo.toml"),
+        base_(load_experiment(file_, settings_of(o.kind, o.file.empty()))),
+        goal_(goal_index(base_, "rms")),
+        lab_(lab_classes(lab_of(base_).deposition)[o.kind == "height-change" ? 1 : 0]) {
+    for (std::size_t n = 0; n < std::size(kStrange); ++n)
+      if (o.kind == kStrange[n].kind) lab_.nature = kStrangeNatures[n];
   }
 
   void run() {
@@ -125,11 +154,13 @@ class Bench {
   /// NaN for a print that does not finish.
   std::vector<double> goals(const Case& c, const Experiment& e, std::uint32_t stream, int prints) const {
     std::vector<double> goal(std::size_t(prints), 0.0);
+    const Blobs own = e.grid == c.experiment.grid ? Blobs() : make_inputs(e, ".");
+    const Blobs& inputs = own.empty() ? c.inputs : own;
     run_jobs(prints, o_.threads, [&](int n) {
       LabDraw draw = c.lab;
       draw.seed = print_seed({c.lab.seed, Purpose::kTest, stream, 0, std::uint32_t(n)});
-      const LabPrint print = print_in_lab(e, c.inputs, draw, {});
-      goal[std::size_t(n)] = print.finished ? print.metrics[0] : NAN;
+      const LabPrint print = print_in_lab(e, inputs, draw, {});
+      goal[std::size_t(n)] = print.finished ? print.metrics[goal_] : NAN;
     });
     return goal;
   }
@@ -191,6 +222,12 @@ class Bench {
     shape.height_mm = random.uniform(0.06, 0.09);
   }
 
+  static void set_recorded(Case& c, const Setting& setting) {
+    c.experiment = with_setting(c.keys, setting, c.experiment);
+    c.keys.clear();
+    for (const std::string& text : c.key_texts) c.keys.emplace_back(text, c.experiment);
+  }
+
   /// Keys with the values that are recorded.
   void draw_keys(RandomStream& random, Case& c) const {
     auto& smf = c.experiment.control.smf;
@@ -202,17 +239,40 @@ class Bench {
         {"control.smf.kp", "control.smf.ki_star"},
         {"control.smf.ki_star"},
         {"control.smf.kp", "control.noise_gate=0.2:20"}};
-    for (const std::string& key : kKeys[std::size_t(random.uniform() * double(kKeys.size()))])
-      c.keys.emplace_back(key, c.experiment);
+    static const std::vector<std::vector<std::string>> kMpcKeys = {
+        {"control.mpc.alpha=0.05:1"}, {"control.noise_gate=0.2:20"}, {"control.mpc.horizon=1:2"}};
+    static const std::vector<std::vector<std::string>> kEstimator = {{"estimator.memory_layers=3:30"}},
+                                                       kSpacingKey = {{std::string(kSpacing)}},
+                                                       kIce = {{"control.smf.kp=0.05:1.4"}},
+                                                       kForesee = {{"control.foresee.flow_gain"}};
+    const auto& groups = o_.kind == "mpc"           ? kMpcKeys
+                         : o_.kind == "estimator"   ? kEstimator
+                         : o_.kind == "spacing"     ? kSpacingKey
+                         : o_.kind == "ice"         ? kIce
+                         : o_.kind == "ice-foresee" ? kForesee
+                                                    : kKeys;
+    c.key_texts = groups[std::size_t(random.uniform() * double(groups.size()))];
+    for (const std::string& text : c.key_texts) c.keys.emplace_back(text, c.experiment);
+    if (&groups == &kKeys) return;
+    Setting recorded;
+    for (const TuneKey& k : c.keys) {
+      const double u = random.uniform();
+      recorded.push_back(k.enumerated() ? k.values()[std::size_t(u * double(k.values().size()))]
+                                        : k.at(0.1 + 0.8 * u));
+    }
+    set_recorded(c, recorded);
   }
 
   Case draw(int n) const {
     RandomStream random(o_.seed, Purpose::kTest, std::uint32_t(n), 77);
     Case c{{&lab_, {}, random.bits() >> 2}, base_, {}, {}};
     for (std::size_t p = 0; p < lab_.parameters.size(); ++p) c.lab.z.push_back(random.normal());
-    if (o_.file.empty()) draw_part(random, c.experiment.part.shape);
+    if (o_.file.empty() && !of_ice(o_.kind)) draw_part(random, c.experiment.part.shape);
     draw_keys(random, c);
-    c.inputs = make_inputs(c.experiment, std::filesystem::path(file_).parent_path());
+    if (of_ice(o_.kind))
+      c.inputs = {{"paths", "", slice::encode(test::ice_block(kIceIntervals))}, {"machine", "", {}}};
+    else
+      c.inputs = make_inputs(c.experiment, std::filesystem::path(file_).parent_path());
     return c;
   }
 
@@ -221,12 +281,7 @@ class Bench {
     PromiseRow row;
     row.kind = o_.kind;
     row.lab = n;
-    if (o_.kind == "optimal") {
-      const Setting best = oracle(c);
-      c.experiment = with_setting(c.keys, best, c.experiment);
-      for (TuneKey& k : c.keys)
-        k = TuneKey(k.key() == "control.noise_gate" ? k.key() + "=0.2:20" : k.key(), c.experiment);
-    }
+    if (o_.kind == "optimal") set_recorded(c, oracle(c));
     row.keys = text_of(c.keys, recorded_setting(c.keys));
     const LabPrint log = print_in_lab(without_plant(c.experiment), c.inputs, c.lab, {.features = true});
     if (log.features.empty()) {
@@ -246,13 +301,16 @@ class Bench {
           fmt::format("{} ({:+.1f})", fit.check.missed.front().feature, fit.check.missed.front().deviation);
       return row;
     }
-    const Advice advice = advise(
-        fit, runs[0], c.keys,
-        {.seed = seed, .threads = o_.threads, .prints = o_.budget - fit_prints, .promised_prints = o_.pairs});
+    const Advice advice = advise(fit, runs[0], c.keys,
+                                 {.goal = goal_,
+                                  .seed = seed,
+                                  .threads = o_.threads,
+                                  .prints = o_.budget - fit_prints,
+                                  .promised_prints = o_.pairs});
     row.cpu_s = cpu_s() - began;
     row.answer = advice.gain_shown ? "advised" : "kept";
-    row.feature = fmt::format("{:.1f} of {:.1f}; {}", fit.check.largest, fit.check.limit,
-                              text_of(c.keys, advice.new_setting));
+    row.feature = fmt::format("{:.1f} of {:.1f}; {:.1f} of {:.1f}; {}", fit.check.largest, fit.check.limit,
+                              fit.check.joint, fit.check.joint_limit, text_of(c.keys, advice.new_setting));
     row.promised = advice.promise.gain;
     row.low = advice.promise.gain_interval.low;
     row.high = advice.promise.gain_interval.high;
@@ -263,6 +321,7 @@ class Bench {
   Options o_;
   std::string file_;
   Experiment base_;
+  std::size_t goal_;
   LabClass lab_;
 };
 
@@ -295,7 +354,9 @@ int main(int argc, char** argv) {
     } else
       o.labs = std::max(1, std::atoi(a.c_str()));
   }
-  if (o.kind != "droplets" && o.kind != "height-change" && o.kind != "optimal" &&
+  constexpr const char* kUsual[] = {"droplets",  "height-change", "optimal", "mpc",
+                                    "estimator", "spacing",       "ice",     "ice-foresee"};
+  if (std::ranges::find(kUsual, o.kind) == std::end(kUsual) &&
       std::ranges::none_of(kStrange, [&](const Nature& n) { return o.kind == n.kind; })) {
     fmt::print(stderr, "--kind {}: no such kind of laboratory\n", o.kind);
     return 2;

@@ -21,9 +21,10 @@ fs::path printed_run(const std::string& name) {
   const fs::path root = fresh_folder(name);
   std::vector<std::string> words{
       "print", kSource + "/experiments/demo.toml", "--bus", "in-process", "--runs", root.string()};
-  for (const char* set : {"grid.nx=14", "grid.ny=12", "part.shape=cuboid", "part.width_mm=2.6",
-                          "part.depth_mm=2.1", "part.height_mm=0.055", "control.scheme=smf",
-                          "control.smf.ki_star=0.6", "plant.flow=1.1", "plant.seed=7"}) {
+  for (const char* set :
+       {"grid.nx=14", "grid.ny=12", "part.shape=cuboid", "part.width_mm=2.6", "part.depth_mm=2.1",
+        "part.height_mm=0.055", "control.scheme=smf", "control.smf.ki_star=0.6", "plant.flow=1.1",
+        "plant.seed=7", "laser_profiler.points=64", "process.scan_speed_mm_s=15.0"}) {
     words.push_back("--set");
     words.push_back(set);
   }
