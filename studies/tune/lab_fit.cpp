@@ -21,8 +21,9 @@ using lab::SyntheticLikelihood;
 
 constexpr double kFarthest = 3.5;              // |z| of any draw
 constexpr double kWiden[] = {1.0, 1.6, 1.25};  // draws of a round over the posterior of the round before
-constexpr double kLeastLimit = 4.5;            // standard deviations, over some seventy features
+constexpr double kLeastLimit = 4.5;            // standard deviations, over some hundred features
 constexpr double kBeyondDraws = 1.1;           // times the largest deviation of any simulated print
+constexpr double kMostDeviation = 99.0;        // of a feature that no simulation moves
 constexpr double kUnusual = 3.0;               // standard deviations of the sum of squared parameters
 constexpr double kJointly = 1.3;               // times the largest joint deviation of any simulated print
 constexpr double kEarlyShare = 0.62;           // of the prints, for the rounds of all classes
@@ -153,7 +154,8 @@ class Fit {
     const SyntheticLikelihood likelihood(fit.simulations);
     const auto checked = of_all_runs(lab::checked_features(), runs_.size());
     const auto draws = likelihood.largest_deviations(checked);
-    const auto deviations = likelihood.deviations(observed_, fit.posterior);
+    auto deviations = likelihood.deviations(observed_, fit.posterior);
+    for (double& d : deviations) d = std::clamp(d, -kMostDeviation, kMostDeviation);
     FitCheck out;
     out.limit = std::max(kLeastLimit, kBeyondDraws * *std::ranges::max_element(draws));
     for (const std::size_t f : checked) {
