@@ -18,6 +18,7 @@ using View = Eigen::Map<const RowMajor>;
 
 constexpr double kFitRidge = 1e-3;  // of the parameters' unit variance
 constexpr double kLeastStd = 1e-9;  // of a feature that no simulation moves
+constexpr double kRounding = 1e-6;  // variance of scaled features beyond the simulated one
 constexpr std::size_t kSpareRows = 5;
 
 Matrix covariance_of(const Normal& n) {
@@ -193,8 +194,9 @@ double SyntheticLikelihood::joint_deviation(std::span<const double> observed,
     d[at] = (observed[f] - intercept_[f]) / std_[f];
   }
   d -= b * Vector::Map(parameters.mean.data(), wide);
-  const Matrix v =
+  Matrix v =
       shrunk_covariance(e, double(rows_ - parameters_ - 1)) + b * covariance_of(parameters) * b.transpose();
+  v.diagonal().array() += kRounding;
   return d.dot(v.llt().solve(d)) / double(tall);
 }
 
@@ -211,7 +213,9 @@ std::vector<double> SyntheticLikelihood::joint_deviations(std::span<const std::s
     Matrix others = e;
     others.row(row).setZero();
     const Vector d = e.row(row).transpose() / (1.0 - leverage_[std::size_t(row)]);
-    out.push_back(d.dot(shrunk_covariance(others, freedom).llt().solve(d)) / double(tall));
+    Matrix v = shrunk_covariance(others, freedom);
+    v.diagonal().array() += kRounding;
+    out.push_back(d.dot(v.llt().solve(d)) / double(tall));
   }
   return out;
 }

@@ -109,12 +109,13 @@ TEST_CASE("A feature beyond anything that the simulator does deviates beyond all
 
 TEST_CASE("Features that contradict each other deviate together where none deviates alone") {
   // The features hold the parameter with one error in common.
-  Simulations sims{1, 4, {}, {}};
+  Simulations sims{1, 5, {}, {}};
   RandomStream random(12, Purpose::kTest);
   const auto simulated_print = [&](double z) {
     const double common = random.normal();
     std::vector<double> s(4);
     for (double& v : s) v = 0.5 * z + common + 0.1 * random.normal();
+    s.push_back(std::log(13.0));  // the same in every print
     return s;
   };
   for (int n = 0; n < 80; ++n) {
@@ -122,7 +123,7 @@ TEST_CASE("Features that contradict each other deviate together where none devia
     sims.add(std::vector<double>{z}, simulated_print(z));
   }
   const SyntheticLikelihood likelihood(sims);
-  const std::vector<std::size_t> all{0, 1, 2, 3};
+  const std::vector<std::size_t> all{0, 1, 2, 3, 4};
   const Normal usual = standard_normal(1);
   const std::vector<double> simulated_ones = likelihood.joint_deviations(all);
   const double most = *std::ranges::max_element(simulated_ones);
@@ -130,7 +131,7 @@ TEST_CASE("Features that contradict each other deviate together where none devia
   for (int n = 0; n < 200; ++n)
     beyond += likelihood.joint_deviation(simulated_print(random.normal()), all, usual) > 1.3 * most;
   CHECK(beyond <= 4);
-  const std::vector<double> strange{1.6, -1.6, 1.6, -1.6};
+  const std::vector<double> strange{1.6, -1.6, 1.6, -1.6, std::log(13.0)};
   for (const double d : likelihood.deviations(strange, usual)) CHECK(std::abs(d) < 2.0);
   CHECK(likelihood.joint_deviation(strange, all, usual) > 5.0 * most);
   CHECK_THROWS_AS(likelihood.joint_deviation(strange, {}, usual), std::invalid_argument);
