@@ -3,14 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/control/lines/visible_width.h"
 #include "core/grid/npy.h"
 #include "core/vision/lines.h"
 
 namespace firn {
 namespace {
 
-constexpr int kSettled = 3;   // the first layer whose ends follow two that were measured
-constexpr double kGap = 0.3;  // of the nominal section
+constexpr int kSettled = 3;               // the first layer whose ends follow two that were measured
+constexpr double kGap = 0.3;              // of the nominal section
+constexpr double kFwhmPerSigma = 2.3548;  // of a Gauss curve
 constexpr double kLineEndClearance_mm = 0.5;
 
 // The light that the ink takes, in place of heights [Beer and Lambert].
@@ -24,6 +26,7 @@ HeightMap contrast_of(HeightMap surface, double optical_depth_mm) {
 LineJudge::LineJudge(const Experiment& e, const Blobs& inputs)
     : width_mm_(e.aerosol.line_width_mm),
       optical_depth_mm_(e.plant.aerosol.optical_depth_mm),
+      believed_depth_mm_(e.aerosol.optical_depth_mm),
       // The true surface has means over cells, the target values at their middles.
       target_(vision::seen_through(height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target"),
                                    e.grid.pitch_x_mm, e.grid.pitch_y_mm)),
@@ -33,6 +36,9 @@ LineJudge::LineJudge(const Experiment& e, const Blobs& inputs)
   const PrintJob job = decode_job(blob(inputs, "job").bytes);
   stations_ = line_stations(job, e.aerosol.station_mm);
   ends_ = line_ends(job, kLineEndClearance_mm);
+  for (const LineStation& s : stations_)
+    layer_mm2_.push_back(e.aerosol.flow_mm3_s * e.aerosol.solids /
+                         job.segments[std::size_t(s.segment)].speed_mm_s);
 }
 
 void LineJudge::take(int layer, const HeightMap& surface) {
@@ -47,6 +53,28 @@ void LineJudge::take(int layer, const HeightMap& surface) {
       double& worst = end.start ? worst_start_mm_ : worst_end_mm_;
       worst = std::max(worst, std::abs(*error));
     }
+}
+
+void LineJudge::take(const line_plan_t& m) {
+  if (m.layer < 2 || std::size_t(m.looks) != layer_mm2_.size()) return;
+  const control::VisibleWidth nominal(width_mm_ / kFwhmPerSigma, believed_depth_mm_);
+  LineLooks l;
+  double width = 0.0, offset = 0.0, overspray = 0.0, gap = 0.0;
+  for (std::size_t s = 0; s < layer_mm2_.size(); ++s) {
+    if (std::isnan(m.seen_width_mm[s])) continue;
+    ++l.stations;
+    const double off = m.seen_width_mm[s] - nominal.width_mm((m.layer - 1) * layer_mm2_[s]);
+    width += off * off;
+    offset += double(m.seen_offset_mm[s]) * m.seen_offset_mm[s];
+    overspray += m.seen_overspray[s];
+    gap += m.seen_gap_mm[s];
+  }
+  if (l.stations == 0) return;
+  l.width_rms_mm = std::sqrt(width / l.stations);
+  l.offset_rms_mm = std::sqrt(offset / l.stations);
+  l.overspray = overspray / l.stations;
+  l.gap_mm = gap;
+  looks_ = l;
 }
 
 LineTruth LineJudge::result() const {

@@ -1,10 +1,13 @@
-// LineJudge measures the true lines of a print, layer by layer, as no node can.
+// LineJudge measures the true lines of a print, layer by layer, as no node can, and sums up what the camera
+// saw.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "config/experiment.h"
 #include "core/path/line_stations.h"
+#include "firn/line_plan_t.hpp"
 #include "runtime/node.h"
 
 namespace firn {
@@ -24,17 +27,30 @@ struct LineTruth {
   double gaps = 0.0;                                ///< stations with less than 0.3 of the nominal section
 };
 
+/// The lines after the last layer as LINE_PLAN has them from the camera's pictures; NaN: without a camera.
+struct LineLooks {
+  int stations = 0;
+  double width_rms_mm = NAN;   ///< of the width at half contrast about the nominal line's
+  double offset_rms_mm = NAN;  ///< of the middle from the wanted line
+  double overspray = NAN;
+  double gap_mm = NAN;  ///< length without material
+};
+
 class LineJudge {
  public:
   LineJudge(const Experiment& experiment, const Blobs& inputs);
   int layer() const { return layer_; }
   void take(int layer, const HeightMap& surface);
+  void take(const line_plan_t& plan);
   LineTruth result() const;
+  const LineLooks& looks() const { return looks_; }
 
  private:
   std::vector<LineStation> stations_;
   std::vector<LineEnd> ends_;
-  double width_mm_, optical_depth_mm_;
+  double width_mm_, optical_depth_mm_, believed_depth_mm_;
+  std::vector<double> layer_mm2_;  ///< nominal section of one layer, by station
+  LineLooks looks_;
   HeightMap target_, before_, newest_;
   int layer_ = 0, wanted_layers_;
   double worst_start_mm_ = 0.0, worst_end_mm_ = 0.0;

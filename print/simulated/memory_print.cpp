@@ -11,6 +11,7 @@
 #include "core/slice/coverage/footprint.h"
 #include "firn/layer_metrics_t.hpp"
 #include "firn/layer_plan_t.hpp"
+#include "firn/line_plan_t.hpp"
 #include "firn/run_end_t.hpp"
 #include "firn/run_start_t.hpp"
 #include "plant/world/ice_lab.h"
@@ -111,6 +112,8 @@ MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs,
     if (options.tap) options.tap(channel, bytes);
     if (channel == channels::kRunEnd.name) decode(bytes, end);
     if (layer_metrics_t m; channel == channels::kLayerMetrics.name && decode(bytes, m)) measured = m;
+    if (line_plan_t plan; lines && channel == channels::kLinePlan.name && decode(bytes, plan))
+      lines->take(plan);
     if (layer_plan_t plan; channel == channels::kLayerPlan.name && decode(bytes, plan))
       report.iterations += plan.iterations;
   });
@@ -158,7 +161,10 @@ MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs,
   report.volume_mm3 = truth.volume_mm3;
   report.node_s = lab.now().s();
   for (const auto& host : hosts) report.decide_cpu_s += double(host->handler_ns()) * 1e-9;
-  if (lines) report.lines = lines->result();
+  if (lines) {
+    report.lines = lines->result();
+    report.looks = lines->looks();
+  }
   if (options.materials) report.materials = world.world().materials();
   if (options.ice_over && world.world().ice())
     report.ice = world.world().ice()->thickness_over(*options.ice_over, 0);

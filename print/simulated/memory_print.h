@@ -59,6 +59,7 @@ struct MemoryPrintReport {
   double decide_cpu_s = 0.0;         ///< processor time in the controller; differs from run to run
   std::vector<LayerTruth> series;
   LineTruth lines;                  ///< aerosol lab
+  LineLooks looks;                  ///< the same as its camera sees it
   HeightMap surface;                ///< noise-free mean over each cell [mm]
   MaterialColumns materials;        ///< two inks: the materials of the block
   HeightMap ice;                    ///< ice lab: thickness of the ice, without scaffold; NaN off the field

@@ -113,6 +113,10 @@ const std::vector<replay::StudyMetric>& line_metric_table() {
       {"gaps", "", "stations with less than 0.3 of the nominal section", 0},
       {"layers", "", "layers printed", 1},
       {"print_s", "s", "simulated duration of the print", 1},
+      {"seen_width_um", "um", "RMS of the width in the camera's pictures about the nominal one", 2},
+      {"seen_offset_um", "um", "RMS of the middles in the camera's pictures from the wanted ones", 2},
+      {"seen_overspray_pct", "%", "share of the contrast beside the line, by the camera", 2},
+      {"seen_gap_um", "um", "length without material, by the camera", 1},
   };
   return table;
 }
@@ -136,7 +140,11 @@ std::vector<double> line_metrics_of(const MemoryPrintReport& r) {
           kUm * std::max(std::abs(r.error.min_mm), std::abs(r.error.max_mm)),
           t.gaps,
           double(r.result.layers),
-          r.node_s};
+          r.node_s,
+          kUm * r.looks.width_rms_mm,
+          kUm * r.looks.offset_rms_mm,
+          kPercent * r.looks.overspray,
+          kUm * r.looks.gap_mm};
 }
 
 void seed_all(Experiment& e, std::uint64_t seed) {

@@ -190,7 +190,7 @@ TEST_CASE("a sound ice lab passes every row that a program can check", "[bringup
 
 TEST_CASE("a sound aerosol lab passes the rows of gas and platen, and each of their faults is named",
           "[bringup]") {
-  const std::vector<std::string> warm{"laser_profiler.read=\"memory\""};
+  const std::vector<std::string> warm{"laser_profiler.read=\"memory\"", "gas.settle_s=3"};
   Bench b(kAerosol, warm, warm);
   std::set<int> ids;
   for (const PlannedRow& planned : planned_rows(b.lab_file)) {
@@ -200,9 +200,9 @@ TEST_CASE("a sound aerosol lab passes the rows of gas and platen, and each of th
     const BringupResult r = b.row(planned.row->id, planned.node);
     INFO(r.node << " " << r.id << " " << r.what << ": " << r.measured << " | " << r.limit << " | " << r.mend);
     CHECK(r.state == "ok");
+    if (r.id == 53) CHECK_THAT(r.measured, Contains("sheath ") && Contains("atomizer 0 sccm"));
   }
   CHECK(ids == std::set<int>{0, 45, 52, 53, 54});
-  CHECK_THAT(b.row(53, "gas").measured, Contains("sheath ") && Contains("atomizer 0 sccm"));
   b.hurt("gas trip 2");
   check_failed(b.row(53, "gas"), "0 of 40 sccm", "bottle");
   b.hurt("gas trip 6");

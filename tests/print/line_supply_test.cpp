@@ -105,7 +105,6 @@ void check_supply_fault(const SupplyFault& fault) {
   WARN(port << " trip " << fault.code << ": the shutter is closed " << over_s
             << " s after the fault: " << stopped.result.reason);
   CHECK(over_s < fault.within_s);
-  lines.check_record();
   const LabRunReport report = lines.go({"0 " + port + " trip 0"}, true);
   INFO(report.result.reason);
   CHECK(report.result.status == 0);
