@@ -10,10 +10,11 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/option_set.h"
-#include "cli/print_command.h"
+#include "cli/print_run.h"
 #include "cli/replay_command.h"
 #include "cli/report_command.h"
 #include "cli/side_by_side.h"
+#include "cli/source_folder.h"
 #include "config/include.h"
 #include "print/exit_codes.h"
 #include "print/labs/print_labs.h"
@@ -77,7 +78,7 @@ void show(const std::vector<Printed>& all) {
 
 int run_demo(const DemoOptions& options) {
   const auto began = std::chrono::steady_clock::now();
-  const std::filesystem::path file = FIRN_SOURCE_DIR "/experiments/demo.toml";
+  const std::filesystem::path file = source_folder() / "experiments/demo.toml";
   PrintOptions print;
   print.bus = options.bus;
   print.runs = options.runs;

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "cli/option_set.h"
+#include "cli/source_folder.h"
 #include "config/find_key.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
@@ -41,7 +42,7 @@ bool has_all(const std::string& text, const std::vector<std::string>& words) {
 }
 
 std::vector<Page> pages() {
-  const fs::path docs = fs::path(FIRN_SOURCE_DIR) / "docs";
+  const fs::path docs = source_folder() / "docs";
   if (!fs::is_directory(docs)) throw UsageError(docs.string() + ": the documents are not there");
   std::vector<Page> all;
   for (const auto& entry : fs::recursive_directory_iterator(docs)) {

@@ -1,11 +1,7 @@
 #include "cli/print_command.h"
 
 #include <fmt/core.h>
-#include <unistd.h>
 
-#include <algorithm>
-#include <chrono>
-#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
@@ -17,126 +13,21 @@
 #include "config/changes.h"
 #include "config/devices.h"
 #include "config/include.h"
-#include "config/labs.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
 #include "print/bringup/bringup.h"
 #include "print/exit_codes.h"
-#include "print/folder/folder_watch.h"
-#include "print/folder/lab_lock.h"
-#include "print/folder/run_pack.h"
 #include "print/folder/run_seal.h"
 #include "print/folder/running.h"
-#include "print/inputs/check_print.h"
 #include "print/interrupt.h"
 #include "print/labs/print_labs.h"
 #include "print/live/bus_port.h"
 #include "print/live/detached.h"
-#include "print/live/launcher.h"
-#include "print/live/row_rehearsal.h"
-#include "print/operator/page_token.h"
 #include "print/preview/print_preview.h"
-#include "print/progress.h"
-#include "print/simulated/lab_run.h"
+#include "print/simulated/lab_fault.h"
 
 namespace firn {
 namespace {
-
-// Orders of the operator that come with --resume.
-std::vector<OperatorOrder> orders_of(const PrintOptions& options) {
-  std::vector<OperatorOrder> orders;
-  if (options.accept_doubt) orders.push_back({new_order_id(), OperatorVerb::kAcceptDoubt, {}, {}});
-  if (options.resume.empty()) return orders;
-  for (const std::string& assignment : options.overrides)
-    orders.push_back(parse_order(std::vector<std::string>{"set", assignment}));
-  return orders;
-}
-
-// The records of a run take a sixth of the room when they are packed, and nothing needs them plain but a
-// resume.
-void pack_after(const std::string& folder, const Experiment& e, PrintProgress& progress) try {
-  const LabLock held(RunFolder::open(folder), e, "", LabLock::Heirs::kNobody);
-  pack_records(folder);
-} catch (const std::exception& error) {
-  progress.note(std::string("the run folder stays plain: ") + error.what());
-}
-
-// The page is there for people: by default where one has a terminal, and its program is built.
-bool page_wanted(const PrintOptions& o) {
-  if (o.page || o.no_page || o.json) return o.page;
-  return ::isatty(STDERR_FILENO) &&
-         std::filesystem::exists(std::filesystem::read_symlink("/proc/self/exe").parent_path() / "page");
-}
-
-// The token is for who sits at the terminal, and does not go into files.
-std::string page_text(const std::string& address, const std::string& token) {
-  return "page: " + address +
-         (::isatty(STDERR_FILENO) ? "#token=" + token
-                                  : " (to watch; firn view RUN gives an address for commands)");
-}
-
-PrintSummary carry_out(const RunFolder& run, const Experiment& e, const PrintOptions& options, bool resume) {
-  PrintSummary s;
-  s.folder = run.path().string();
-  s.scheme = e.control.scheme;
-  s.words = print_lab(e).words;
-  s.tolerance_asked = options.tolerance_um > 0.0;
-  s.tolerance_um = s.tolerance_asked ? options.tolerance_um : usual_tolerance_um(e);
-  PrintProgress progress(e.control.scheme);
-  const auto began = std::chrono::steady_clock::now();
-  int last_layer = 0;
-  const auto note = [&](const std::string& text) { progress.note(text); };
-  progress.note("run folder " + s.folder);
-  const auto on_layer = [&](const layer_metrics_t& m) {
-    progress.layer(m);
-    s.measured = true;
-    s.mean_error_um = m.mean_error_mm * 1e3;
-    s.rms_um = m.rms_mm * 1e3;
-    s.std_um = m.std_mm * 1e3;
-    s.rms_inside_um = m.rms_inside_mm * 1e3;
-    s.rms_rim_um = m.rms_rim_mm * 1e3;
-    s.cells_guessed = m.cells_guessed;
-    s.rows_lost += m.rows_lost;
-    s.droplets = m.drops_total;
-    last_layer = m.layer;
-    s.node_s = double(m.header.utime_us) * 1e-6;
-  };
-  const auto on_warning = [&](const fault_t& f) { progress.note("warning: " + f.node + ": " + f.text); };
-  const auto with = [&](auto o) {
-    o.resume = resume;
-    o.orders = orders_of(options);
-    o.note = note;
-    o.unsealed = options.unsealed;
-    o.faults = parse_lab_faults(options.faults, e);
-    o.progress = on_layer;
-    o.warned = on_warning;
-    return o;
-  };
-  if (options.bus == "in-process") {
-    LabRunOptions o = with(LabRunOptions{});
-    const InterruptGuard guard;
-    o.interrupted = InterruptGuard::raised;
-    const LabRunReport report = run_in_lab(run, o);
-    s.result = report.result;
-    s.folder = report.folder.string();
-  } else {
-    LaunchOptions o = with(LaunchOptions{});
-    o.bus_url = options.bus;
-    o.record = options.record;
-    if (page_wanted(options)) o.page_token = new_page_token();
-    o.on_page = [&](const std::string& address) { progress.note(page_text(address, o.page_token)); };
-    const LaunchReport report = launch(run, o);
-    s.result = report.result;
-    s.folder = report.folder.string();
-  }
-  s.deleted = s.folder.empty();
-  if (!s.deleted && !options.plain) pack_after(s.folder, e, progress);
-  if (s.deleted) s.folder = run.path().string();
-  progress.done();
-  s.result.layers = std::max(s.result.layers, last_layer);  // a print that was stopped has no end of its own
-  s.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  return s;
-}
 
 // Lease, resend and heartbeat stay in wall time; above ten, an instrument's second is too short for them.
 void check_speedup(const PrintOptions& o) {
@@ -178,21 +69,14 @@ void check_bringup(const Experiment& e, const PrintOptions& options) try {
 }
 
 // The state of the bring-up at the beginning: its rows, and those whose risk was taken.
-void keep_bringup(const std::filesystem::path& run, const Experiment& e, const PrintOptions& options) {
-  if (real_ports(e).empty()) return;
+std::string bringup_state(const Experiment& e, const PrintOptions& options) {
   nlohmann::ordered_json j{{"accepted", options.accept_bringup}, {"file", options.bringup}};
   std::vector<std::string> nodes;
   for (const auto& [node, address] : real_ports(e)) nodes.push_back(node);
   j["assumptions"] = assumptions_json(e, nodes);
   if (std::filesystem::exists(options.bringup))
     j["result"] = nlohmann::ordered_json::parse(read_file(options.bringup));
-  write_file_atomically(run / "bringup.json", j.dump(2) + "\n");
-}
-
-void check_all(const Experiment& e, const Blobs& inputs, const PrintOptions& options) {
-  check_bus(options.bus);
-  check_print(e, options.bus);
-  check_inputs(e, inputs);
+  return j.dump(2) + "\n";
 }
 
 // The process that prints is another one: it goes on when this terminal is closed.
@@ -218,35 +102,7 @@ int detach(const std::filesystem::path& run, const PrintOptions& options) {
   return kOk;
 }
 
-// A print that finds no room for its inputs has not begun.
-RunFolder make_folder(const Experiment& e, const Blobs& inputs, const PrintOptions& options) try {
-  RunFolder run = RunFolder::create(options.runs, e, inputs, own_command_line());
-  keep_bringup(run.path(), e, options);
-  return run;
-} catch (const UsageError&) {
-  throw;
-} catch (const std::runtime_error& error) {
-  const std::string storage = storage_trouble(error);
-  throw UsageError(storage.empty() ? error.what() : storage);
-}
-
-// The speed at which this machine reads every row.
-void keep_up(Experiment& e, const PrintOptions& options) {
-  const bool keeps_rows = e.laser_profiler.read == drivers::ProfileRead::kMemory;
-  if (options.bus == "in-process" || prints_paths(e) || keeps_rows) return;
-  const double period_s = row_period_s(e, e.process.scan_speed_mm_s);
-  if (const std::string slower = fit_scan_speed(e, slowest_row_s(period_s)); !slower.empty())
-    fmt::print(stderr, "{}\n", slower);
-}
-
 }  // namespace
-
-PrintSummary print_experiment(const Experiment& asked, const Blobs& inputs, const PrintOptions& options) {
-  Experiment e = asked;
-  check_all(e, inputs, options);
-  keep_up(e, options);
-  return carry_out(make_folder(e, inputs, options), e, options, false);
-}
 
 int run_print(const PrintOptions& options) {
   if (options.experiment.empty() == options.resume.empty())
@@ -271,13 +127,13 @@ int run_print(const PrintOptions& options) {
     if (result && !can_go_on(*result))
       throw UsageError(options.resume + ": this run has finished (" + result->reason + ")");
     const Experiment e = parse_experiment(run.experiment_toml(), (run.path() / "experiment.toml").string());
-    for (const OperatorOrder& o : orders_of(options))
+    for (const OperatorOrder& o : orders_with_resume(options))
       if (const std::string problem =
               o.verb == OperatorVerb::kSet ? change_problem(e, o.key, o.value) : std::string();
           !problem.empty())
         throw UsageError("--resume --set: " + problem);
     if (options.detach) return detach(run.path(), options);
-    summary = carry_out(run, e, options, true);
+    summary = carry_out_print(run, e, options, true);
   } else {
     const std::filesystem::path file = options.experiment;
     std::vector<std::string> overrides = options.overrides;
@@ -288,15 +144,18 @@ int run_print(const PrintOptions& options) {
     complete_experiment(e, inputs);
     PrintOptions whole = options;
     if (whole.bringup.empty()) whole.bringup = bringup_beside(file);
-    if (!real_ports(e).empty()) check_bringup(e, whole);
+    if (!real_ports(e).empty()) {
+      check_bringup(e, whole);
+      whole.bringup_state = bringup_state(e, whole);
+    }
     const PrintPreview preview = preview_print(e, inputs, file.parent_path());
     std::fputs(preview_text(preview).c_str(), stderr);
     if (options.detach) {
-      check_all(e, inputs, options);
-      keep_up(e, options);
+      check_request(e, inputs, whole);
+      slow_to_rows(e, whole);
       PrintOptions again = whole;
       again.overrides.clear();
-      return detach(make_folder(e, inputs, options).path(), again);
+      return detach(make_run_folder(e, inputs, whole).path(), again);
     }
     summary = print_experiment(e, inputs, whole);
   }

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "cli/print_command.h"
+#include "cli/print_run.h"
 
 namespace firn {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/print_command.h"
+#include "cli/print_run.h"
 
 namespace firn {
 

@@ -3,14 +3,14 @@
 namespace firn {
 namespace {
 
-volatile std::sig_atomic_t interrupted = 0;
+volatile std::sig_atomic_t interrupt_raised = 0;
 
 }  // namespace
 
 InterruptGuard::InterruptGuard() {
-  interrupted = 0;
+  interrupt_raised = 0;
   struct sigaction a {};
-  a.sa_handler = [](int) { interrupted = 1; };
+  a.sa_handler = [](int) { interrupt_raised = 1; };
   for (std::size_t n = 0; n < kSignals.size(); ++n) ::sigaction(kSignals[n], &a, &before_[n]);
 }
 
@@ -18,6 +18,6 @@ InterruptGuard::~InterruptGuard() {
   for (std::size_t n = 0; n < kSignals.size(); ++n) ::sigaction(kSignals[n], &before_[n], nullptr);
 }
 
-bool InterruptGuard::raised() { return interrupted != 0; }
+bool InterruptGuard::raised() { return interrupt_raised != 0; }
 
 }  // namespace firn

@@ -1,6 +1,5 @@
 #include "print/folder/node_makers.h"
 
-#include "print/folder/run_config.h"
 #include "print/labs/print_labs.h"
 #include "procs/camera/node.h"
 #include "procs/controller/node.h"
@@ -47,26 +46,6 @@ std::span<const NamedMaker> node_makers() {
       {NodeId::kGas, &make_gas},
   };
   return kMakers;
-}
-
-std::vector<NamedMaker> taking_part(const Experiment& e) {
-  std::vector<NamedMaker> out;
-  for (const NamedMaker& m : node_makers())
-    if (takes_part(e, info(m.id).name)) out.push_back(m);
-  return out;
-}
-
-std::vector<NamedMaker> taking_part(const std::filesystem::path& run) {
-  try {
-    return taking_part(parse_experiment(recorded_config(run), "the recorded configuration"));
-  } catch (const std::exception&) {  // replay reports the fault
-    std::vector<NamedMaker> out = taking_part(Experiment{});
-    for (const NamedMaker& m : node_makers())
-      if (!takes_part(Experiment{}, info(m.id).name) &&
-          std::filesystem::exists(run / "nodes" / (std::string(info(m.id).name) + ".wal")))
-        out.push_back(m);
-    return out;
-  }
 }
 
 namespace {

@@ -17,10 +17,11 @@ struct NamedMaker {
   NodeId id;
   MakeNode make;
 };
+/// Returns the nodes of this program: all, or those of its own table (print/CMakeLists.txt).
 std::span<const NamedMaker> node_makers();
 
 /// Returns the nodes of an experiment, in the table's order: jet_b only with two jets, droplet_estimator only
-/// if the experiment asks for it.
+/// if the experiment asks for it. @throws UsageError naming a node that this program does not have
 std::vector<NamedMaker> taking_part(const Experiment& experiment);
 /// Returns the nodes of a recorded run, from the configuration in its record; if the configuration cannot be
 /// read, by the files that exist.

@@ -5,7 +5,8 @@
 
 #include "config/error.h"
 #include "core/grid/png.h"
-#include "print/inputs/mesh_part.h"
+#include "files/usage_error.h"
+#include "print/inputs/mesh_inputs.h"
 #include "print/inputs/targets.h"
 
 namespace firn {
@@ -50,10 +51,10 @@ ImageStack load_stack(const Experiment& e, const std::filesystem::path& folder) 
   return ImageStack(e.grid, e.geometry.image_pitch_z_mm, std::move(layers));
 }
 
-Geometry load_mesh(const Experiment& e, const std::filesystem::path& file, double height_mm) {
-  const MeshPart mesh(file, "geometry.mesh", e.geometry.mesh_scale_xy, e.geometry.mesh_scale_z,
-                      e.geometry.mesh_z_mm);
-  return Geometry(e.grid, height_mm, mesh.columns(e.grid, height_mm));
+Geometry load_mesh(const Experiment& e, const std::filesystem::path& folder, double height_mm) {
+  if (!mesh_inputs())
+    throw UsageError("geometry.shape = \"mesh\": this program reads no meshes; firn print does");
+  return mesh_inputs()->geometry(e, folder, height_mm);
 }
 
 }  // namespace
@@ -66,7 +67,7 @@ std::optional<Geometry> make_geometry(const Experiment& e, const HeightMap& targ
   const double step_mm = 0.25 * (e.model.h1_mm + 4.0 * e.model.h2_mm + 4.0 * e.model.h3_mm);
   try {
     Geometry g =
-        kind == "mesh" ? load_mesh(e, folder / e.geometry.mesh, height_mm)
+        kind == "mesh" ? load_mesh(e, folder, height_mm)
         : kind == "images"
             ? Geometry::sampled(load_stack(e, folder / e.geometry.images), e.grid, height_mm, step_mm)
             : Geometry::sampled(*make_solid(e.geometry.solid, e.grid), e.grid, height_mm, step_mm);

@@ -7,6 +7,7 @@
 #include "config/error.h"
 #include "core/slice/mesh/columns.h"
 #include "files/usage_error.h"
+#include "print/inputs/mesh_inputs.h"
 
 namespace firn {
 namespace {
@@ -77,6 +78,8 @@ void check_fits(const BoxSize& part, const BoxSize& lab, const std::string& file
                      box_text(lab), factor, units));
 }
 
+namespace {
+
 Target target_from_mesh(const Experiment& e, const std::filesystem::path& folder) {
   const std::string file = (folder / e.part.mesh).string(), key = "part.mesh";
   const MeshPart mesh(file, key, e.part.mesh_scale_xy, e.part.mesh_scale_z, 0.0);
@@ -102,6 +105,19 @@ Target target_from_mesh(const Experiment& e, const std::filesystem::path& folder
                     "as support: geometry.shape = \"mesh\", geometry.mesh",
                     hanging, target.mask.count()));
   return target;
+}
+
+Geometry geometry_from_mesh(const Experiment& e, const std::filesystem::path& folder, double height_mm) {
+  const MeshPart mesh(folder / e.geometry.mesh, "geometry.mesh", e.geometry.mesh_scale_xy,
+                      e.geometry.mesh_scale_z, e.geometry.mesh_z_mm);
+  return Geometry(e.grid, height_mm, mesh.columns(e.grid, height_mm));
+}
+
+}  // namespace
+
+const MeshInputs* mesh_inputs() {
+  static constexpr MeshInputs kReaders{&target_from_mesh, &geometry_from_mesh};
+  return &kReaders;
 }
 
 }  // namespace firn

@@ -49,8 +49,4 @@ void check_fits(const BoxSize& part_mm, const BoxSize& lab_mm, const std::string
 std::vector<std::string> mesh_remarks(const std::filesystem::path& file, const std::string& key,
                                       double scale_xy, double scale_z, double detail_mm);
 
-/// Makes part.mesh a target: the height of each cell's column. @throws ConfigError: as MeshPart and
-/// check_fits; a column with a gap, which one ink cannot print; no cell of the part
-Target target_from_mesh(const Experiment& experiment, const std::filesystem::path& folder);
-
 }  // namespace firn

@@ -9,8 +9,9 @@
 #include "core/grid/npy.h"
 #include "core/grid/png.h"
 #include "files/digest.h"
+#include "files/usage_error.h"
 #include "print/inputs/geometry_input.h"
-#include "print/inputs/mesh_part.h"
+#include "print/inputs/mesh_inputs.h"
 #include "print/inputs/python_input.h"
 #include "procs/controller/node.h"
 
@@ -27,21 +28,22 @@ struct ImageName {
   const std::string& key;
 };
 
-[[noreturn]] void refuse(const ImageName& name, const std::string& problem) {
+[[noreturn]] void refuse_image(const ImageName& name, const std::string& problem) {
   throw ConfigError(name.file, 0, name.key, name.key + ": " + problem);
 }
 
 /// Checking the header first keeps a forged one from asking for gigabytes.
 void check_png_header(std::span<const std::byte> png, const ImageName& name) {
   if (png.size() > kMaxPngBytes)
-    refuse(name, std::to_string(png.size()) + " bytes is above the limit of " + std::to_string(kMaxPngBytes));
+    refuse_image(name,
+                 std::to_string(png.size()) + " bytes is above the limit of " + std::to_string(kMaxPngBytes));
   const auto [width, height, colour] = png_header(png);
   if (width < 1 || height < 1 || width > std::uint32_t(kMaxGridSide) || height > std::uint32_t(kMaxGridSide))
-    refuse(name, std::to_string(width) + " x " + std::to_string(height) +
-                     " pixels: each side must lie in [1, " + std::to_string(kMaxGridSide) + "]");
+    refuse_image(name, std::to_string(width) + " x " + std::to_string(height) +
+                           " pixels: each side must lie in [1, " + std::to_string(kMaxGridSide) + "]");
   if (colour != 0)
-    refuse(name, "must be grey without alpha or palette (PNG colour type 0, this is " +
-                     std::to_string(colour) + ")");
+    refuse_image(name, "must be grey without alpha or palette (PNG colour type 0, this is " +
+                           std::to_string(colour) + ")");
 }
 
 /// Overlap of [a0, a1) with pixels along one axis: first pixel and weights that sum to a1 - a0.
@@ -86,10 +88,10 @@ Blob make_blob(std::string role, std::vector<std::byte> bytes) {
 std::vector<std::byte> read_bytes(const std::filesystem::path& path, const std::string& key) {
   const std::string file = path.string();
   std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) refuse({file, key}, "no such file");
+  if (!std::filesystem::is_regular_file(path, error)) refuse_image({file, key}, "no such file");
   std::ifstream in(path, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
-  if (!in) refuse({file, key}, "cannot be read");
+  if (!in) refuse_image({file, key}, "cannot be read");
   const auto* begin = reinterpret_cast<const std::byte*>(text.data());
   return {begin, begin + text.size()};
 }
@@ -100,7 +102,7 @@ GreyPicture read_picture(std::span<const std::byte> png, const ImageName& name) 
   check_png_header(png, name);
   return read_grey_png(png);
 } catch (const PngError& e) {
-  refuse(name, e.what());
+  refuse_image(name, e.what());
 }
 
 // Cells of one axis in pixels of a picture in the middle of the grid; negative and beyond: beside the
@@ -136,10 +138,11 @@ bool check_on_grid(const GreyPicture& grey, const GridSpec& g, const PixelSize& 
   const auto beyond = [&](int low, int high, int pixels, double pixel_mm, double grid_mm, const char* axis) {
     const double half_mm = std::max(0.5 * pixels - low, high + 1 - 0.5 * pixels) * pixel_mm - 0.1 * pixel_mm;
     if (half_mm <= 0.5 * grid_mm) return;
-    refuse(name, "a picture of " + std::to_string(grey.width * pixel.x_mm) + " x " +
-                     std::to_string(grey.height * pixel.y_mm) + " mm: along " + axis + " the part reaches " +
-                     std::to_string(half_mm) + " mm from the middle of the grid, which is " +
-                     std::to_string(0.5 * grid_mm) + " mm to its edge");
+    refuse_image(name, "a picture of " + std::to_string(grey.width * pixel.x_mm) + " x " +
+                           std::to_string(grey.height * pixel.y_mm) + " mm: along " + axis +
+                           " the part reaches " + std::to_string(half_mm) +
+                           " mm from the middle of the grid, which is " + std::to_string(0.5 * grid_mm) +
+                           " mm to its edge");
   };
   if (high_x < 0) return false;
   beyond(low_x, high_x, grey.width, pixel.x_mm, g.nx * g.pitch_x_mm, "x");
@@ -186,7 +189,7 @@ Target target_from_png(std::span<const std::byte> png, const GridSpec& grid, dou
   const PixelSize pixel = given.value_or(
       PixelSize{grid.nx * grid.pitch_x_mm / grey.width, grid.ny * grid.pitch_y_mm / grey.height});
   if (!check_on_grid(grey, grid, pixel, name, [](double value) { return value > 0.0; }))
-    refuse(name, "is black everywhere: no part");
+    refuse_image(name, "is black everywhere: no part");
   const Placed at(grey, grid, pixel);
   Target target{HeightMap(grid), Mask(grid)};
   for (int j = 0; j < grid.ny; ++j)
@@ -196,7 +199,7 @@ Target target_from_png(std::span<const std::byte> png, const GridSpec& grid, dou
       target.height.at(i, j) = part.sum / part.area_px / grey.white * white_mm;
       target.mask.at(i, j) = 1;
     }
-  if (target.mask.count() == 0) refuse(name, "the part covers half of no cell");
+  if (target.mask.count() == 0) refuse_image(name, "the part covers half of no cell");
   return target;
 }
 
@@ -244,7 +247,9 @@ Blobs make_target_inputs(const Experiment& experiment, const std::filesystem::pa
     target = target_from_png(png, experiment.grid, experiment.part.image_white_mm, path.string(), pixel);
     blobs.push_back(make_blob("image", std::move(png)));
   } else if (experiment.part.shape.kind == "mesh") {
-    target = target_from_mesh(experiment, folder);
+    if (!mesh_inputs())
+      throw UsageError("part.shape = \"mesh\": this program reads no meshes; firn print does");
+    target = mesh_inputs()->target(experiment, folder);
   } else {
     try {
       target = make_shape(experiment.part.shape, experiment.grid);

@@ -39,6 +39,7 @@ struct PrintLab {
   const replay::ReportLab* report;
 };
 
+/// Returns the labs of this program: all, or those of its own table (print/CMakeLists.txt).
 std::span<const PrintLab* const> print_labs();
 /// Returns the row of an experiment's lab. @throws std::invalid_argument: lab.kind has no row
 const PrintLab& print_lab(const Experiment& experiment);

@@ -23,7 +23,7 @@
 namespace firn {
 namespace {
 
-constexpr double kUm = 1e3;           // per mm
+constexpr double kPreviewUm = 1e3;    // per mm
 constexpr double kRowTurn_s = 0.065;  // of a stage between two rows
 constexpr double kPathStart_s = 1.5;  // of an arm: load, travel, approach
 constexpr double kBead_mm = 1.5;      // width of a line of ice
@@ -266,7 +266,7 @@ std::string preview_json(const PrintPreview& p) {
 
 std::string preview_svg(const PrintPreview& p) {
   return replay::standalone_svg(replay::heat_map(
-      p.picture, {0.0, std::max(1e-3, p.size_mm[2] * kUm), replay::ColorMap::kSequential}, p.part));
+      p.picture, {0.0, std::max(1e-3, p.size_mm[2] * kPreviewUm), replay::ColorMap::kSequential}, p.part));
 }
 
 }  // namespace firn

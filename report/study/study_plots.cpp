@@ -3,22 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "core/grid/random.h"
 #include "report/draw/svg.h"
+#include "report/study/form.h"
 
 namespace firn::replay {
 namespace {
 
 constexpr double kRow = 30, kRight = 640, kTop = 8;
 constexpr double kNames = 150, kPairNames = 250;  // room for the rows' names
-
-std::string form(const char* format, auto... values) {
-  char text[240];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
 
 // Ticks below, names of the rows at the left.
 std::string frame(const Axis& x, double left, const std::vector<std::string>& rows,

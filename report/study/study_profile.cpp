@@ -2,20 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 
 #include "report/draw/charts.h"
 #include "report/draw/svg.h"
+#include "report/study/form.h"
 
 namespace firn::replay {
 namespace {
-
-std::string form(const char* format, auto... values) {
-  char text[240];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
 
 std::string quoted(const std::string& text) {
   std::string s = "\"";
