@@ -264,15 +264,20 @@ bool leaves_shadow(std::span<const Frame* const> frames, const Background& b, co
   return 4 * shadows > int(mains.size());
 }
 
-}  // namespace
+// A fifth of the picture has less than a third of the light that another fifth has.
+bool has_one_sided_light(const Frame& f) {
+  std::vector<std::uint16_t> levels;
+  const int step = std::max(1, std::min(f.width, f.height) / 64);
+  for (int y = step / 2; y < f.height; y += step)
+    for (int x = step / 2; x < f.width; x += step) levels.push_back(f.at(x, y));
+  std::ranges::sort(levels);
+  const std::size_t fifth = levels.size() / 5;
+  return levels[levels.size() - 1 - fifth] > 3 * levels[fifth];
+}
 
-DropletPicture find_droplets(const Frame& picture, const Background* background,
-                             const DropletOptions& options) {
+DropletPicture droplets_of(const Frame& picture, const Background* background, Polarity polarity,
+                           const DropletOptions& options) {
   DropletPicture p;
-  if (!is_valid(picture)) return p;
-  const Polarity polarity = !background            ? options.polarity
-                            : background->inverted ? Polarity::kBright
-                                                   : Polarity::kDark;
   Frame inverted;
   const Light light = measure_light(picture, polarity, inverted);
   const Frame& frame = light.inverted ? inverted : picture;
@@ -282,6 +287,24 @@ DropletPicture find_droplets(const Frame& picture, const Background* background,
   const Scene scene(frame, light, background);
   p.noise = scene.noise();
   Picture(scene, options).look(p);
+  return p;
+}
+
+}  // namespace
+
+DropletPicture find_droplets(const Frame& picture, const Background* background,
+                             const DropletOptions& options) {
+  if (!is_valid(picture)) return {};
+  const Polarity polarity = !background            ? options.polarity
+                            : background->inverted ? Polarity::kBright
+                                                   : Polarity::kDark;
+  DropletPicture p = droplets_of(picture, background, polarity, options);
+  // Before the smooth ground, light from one side may look like a bright object.
+  if (polarity == Polarity::kAuto && p.bright && p.state == PictureState::kNoDrop &&
+      has_one_sided_light(picture)) {
+    DropletPicture dark = droplets_of(picture, background, Polarity::kDark, options);
+    if (dark.state != PictureState::kNoDrop) return dark;
+  }
   return p;
 }
 

@@ -99,7 +99,7 @@ int wait_in_trouble(LiveRun& run, const Hardship& h) {
 void kill_at_random(std::uint64_t seed) {
   RandomStream random(seed, Purpose::kKill);
   const std::string lab = lab_of(random);
-  const std::uint32_t latest_us = lab == "ice" ? 8'000'000 : 2'300'000;
+  const std::uint32_t latest_us = lab == "ice" ? 8'000'000 : lab == "lines" ? 5'000'000 : 2'300'000;
   std::string story = "seed " + std::to_string(seed) + "  " + lab;
   RandomStream hard(seed, Purpose::kBusFault);
   const Hardship hardship = hardship_of(hard, latest_us);

@@ -19,7 +19,8 @@ constexpr double kX = 322.3, kY = 251.7, kRadius = 31.4;  // of the main droplet
 struct Photo {
   cv::Mat grey;  // 0 to 1
   double unit;
-  int quality = 60;  // of the JPEG file
+  double light_x = 250, light_y = 200;  // where it is brightest
+  int quality = 60;                     // of the JPEG file
 
   Photo(int width, double ground)
       : grey(3 * width / 4, width, CV_32F, cv::Scalar(ground)), unit(width / 640.0) {}
@@ -55,12 +56,12 @@ struct Photo {
     disc(0.1, kX, kY, kRadius);
     if (spot > 0) disc(0.7, kX, kY, spot * kRadius);
   }
-  // Lens, light that falls off from a place at the left, sensor.
+  // Lens, light that falls off, sensor.
   void take(double blur, double fall = 0.35, double noise = 0.012) {
     cv::GaussianBlur(grey, grey, {}, blur * unit);
     for (int y = 0; y < grey.rows; ++y)
       for (int x = 0; x < grey.cols; ++x) {
-        const double u = (x / unit - 250) / 640, v = (y / unit - 200) / 640;
+        const double u = (x / unit - light_x) / 640, v = (y / unit - light_y) / 640;
         grey.at<float>(y, x) *= float(1 - fall * std::min(1.0, (u * u + v * v) / 0.4));
       }
     cv::RNG random(1);
@@ -123,7 +124,7 @@ TEST_CASE("A photo's droplet may shine before a dark ground, with a dark middle"
 }
 
 TEST_CASE(
-    "A highlight at the side, a fringe, and light that falls off to a third leave the droplet in place") {
+    "A highlight at the side, a fringe, and light that falls off to a tenth leave the droplet in place") {
   Photo side(480, 0.6);
   side.nozzle();
   side.droplet(0.0);
@@ -136,6 +137,12 @@ TEST_CASE(
   fringe.droplet(0.4);
   fringe.take(1.0, 0.7);
   check_main(fringe);
+  Photo corner(480, 0.8);
+  corner.light_x = corner.light_y = 0;
+  corner.nozzle();
+  corner.droplet(0.4);
+  corner.take(1.2, 0.9);
+  check_main(corner);
 }
 
 TEST_CASE("A droplet out of focus has the diameter of its edge's middle") {
