@@ -102,6 +102,11 @@ TEST_CASE("The camera walks the lines after each layer: width, middle and oversp
     }
     CHECK(seen == p.looks);
   }
+  CHECK(r.looks.stations == plans[2].looks);
+  CHECK(r.looks.width_rms_mm < 0.01);
+  CHECK(r.looks.offset_rms_mm < 0.004);
+  CHECK(r.looks.overspray == Approx(0.04).margin(0.04));
+  CHECK(r.looks.gap_mm == 0.0);
 }
 
 TEST_CASE("Width in the camera's pictures steers the speed, and meets the wanted width under drift",
