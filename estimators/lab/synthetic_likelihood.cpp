@@ -17,7 +17,8 @@ using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 using View = Eigen::Map<const RowMajor>;
 
 constexpr double kFitRidge = 1e-3;  // of the parameters' unit variance
-constexpr double kLeastStd = 1e-9;  // of a feature that no simulation moves
+constexpr double kLeastStd = 1e-9;
+constexpr double kUnmoved = 1e-7;   // standard deviation below which no simulation moves a feature
 constexpr double kRounding = 1e-6;  // variance of scaled features beyond the simulated one
 constexpr std::size_t kSpareRows = 5;
 
@@ -164,6 +165,10 @@ std::vector<double> SyntheticLikelihood::deviations(std::span<const double> obse
   const Vector m = Vector::Map(parameters.mean.data(), wide);
   std::vector<double> out;
   for (std::size_t f = 0; f < features_; ++f) {
+    if (std_[f] < kUnmoved) {
+      out.push_back(0.0);
+      continue;
+    }
     const Vector b = Vector::Map(slope_.data() + f * parameters_, wide);
     out.push_back((observed[f] - intercept_[f] - b.dot(m)) / std::sqrt(std_[f] * std_[f] + b.dot(c * b)));
   }
@@ -191,7 +196,8 @@ double SyntheticLikelihood::joint_deviation(std::span<const double> observed,
     for (std::size_t row = 0; row < rows_; ++row)
       e(Eigen::Index(row), at) = residual_[row * features_ + f] / std_[f];
     b.row(at) = Vector::Map(slope_.data() + f * parameters_, wide).transpose() / std_[f];
-    d[at] = (observed[f] - intercept_[f]) / std_[f];
+    d[at] = std_[f] < kUnmoved ? 0.0 : (observed[f] - intercept_[f]) / std_[f];
+    if (std_[f] < kUnmoved) b.row(at).setZero();
   }
   d -= b * Vector::Map(parameters.mean.data(), wide);
   Matrix v =

@@ -60,7 +60,7 @@ class SyntheticLikelihood {
   double log_predictive(std::span<const double> observed, std::span<const std::size_t> used,
                         const Normal& parameters) const;
 
-  /// Returns (observed - predicted) / standard deviation of each feature.
+  /// Returns (observed - predicted) / standard deviation of each feature; 0 for one that no simulation moves.
   std::vector<double> deviations(std::span<const double> observed, const Normal& parameters) const;
 
   /// Returns the largest |deviation| over the features with these indices, of each simulation from its own
