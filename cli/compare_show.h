@@ -14,7 +14,7 @@ namespace firn {
 std::string study_text(const replay::StudyTable& table, const replay::StudyAnalysis& analysis,
                        const std::vector<replay::DifferingParameter>& settings);
 /// {study, answer, notes, primary, schemes, comparisons, files}; numbers that are not finite are null.
-/// @param provenance name and value of what made the study: build, platform, seeds
+/// @param provenance names and values of build, platform, seeds
 std::string study_json(const replay::StudyTable& table, const replay::StudyAnalysis& analysis,
                        const std::vector<std::pair<std::string, std::string>>& provenance = {});
 

@@ -59,7 +59,7 @@ PrintSummary print_experiment(const Experiment& experiment, const Blobs& inputs,
 
 /// Steps of it, for firn print, which resumes and detaches too.
 ///
-/// Refuses what no process can print. @throws UsageError
+/// Refuses a print that no process can carry out. @throws UsageError
 void check_request(const Experiment& experiment, const Blobs& inputs, const PrintOptions& options);
 /// Sets the speed at which this machine reads every row.
 void slow_to_rows(Experiment& experiment, const PrintOptions& options);
