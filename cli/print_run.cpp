@@ -13,6 +13,7 @@
 #include "config/labs.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
+#include "lcmtypes/told_heights.h"
 #include "print/exit_codes.h"
 #include "print/folder/folder_watch.h"
 #include "print/folder/lab_lock.h"
@@ -78,7 +79,7 @@ PrintSummary carry_out_print(const RunFolder& run, const Experiment& e, const Pr
   progress.note("run folder " + s.folder);
   const auto on_layer = [&](const layer_metrics_t& m) {
     progress.layer(m);
-    s.measured = true;
+    s.measured = heights_told(m);
     s.mean_error_um = m.mean_error_mm * 1e3;
     s.rms_um = m.rms_mm * 1e3;
     s.std_um = m.std_mm * 1e3;

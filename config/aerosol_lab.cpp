@@ -56,7 +56,7 @@ bool has_camera(const Experiment& e) { return on(e.camera.use); }
 bool has_platen_heater(const Experiment& e) { return e.heater.platen_degC > drivers::kHeaterOff_degC; }
 
 constexpr LabProcess kProcesses[] = {{"stage"},
-                                     {"laser_profiler"},
+                                     {"laser_profiler", &has_profiler},
                                      {"gas", &has_gas},
                                      {"heater", &has_platen_heater},
                                      {"camera", &has_camera}};
@@ -92,6 +92,21 @@ void check_platen(Rules& r) {
                 " and heater.high_degC = " + r.value("heater.high_degC"));
 }
 
+// Pictures show edges and no heights.
+void check_without_profiler(Rules& r) {
+  const Experiment& e = r.experiment();
+  if (has_profiler(e)) return;
+  constexpr const char* kPort = "devices.laser_profiler.port";
+  r.require(on(e.camera.use), {kPort, "camera.use"},
+            "without a profiler camera.use must be \"on\": nothing else says what lies there");
+  r.require(e.aerosol.hold != control::HeldQuantity::kHeight, {"aerosol.hold", kPort},
+            "height needs a profiler, and devices.laser_profiler.port is \"none\"");
+  r.require(e.control.scheme == "open_loop" || e.aerosol.width_by != control::WidthActuator::kNone,
+            {"aerosol.width_by", "aerosol.hold", kPort},
+            "hold = section needs a profiler, and devices.laser_profiler.port is \"none\": width_by = speed "
+            "or gas, or control.scheme = open_loop");
+}
+
 void check_aerosol(Rules& r) {
   const Experiment& e = r.experiment();
   r.scheme_of(std::span<const LineScheme>(kSchemes));
@@ -114,6 +129,7 @@ void check_aerosol(Rules& r) {
   r.require(control::kSmfKp.range.holds(e.control.smf.kp) && e.control.smf.output_limit < 1.0,
             {"control.smf.output_limit", "lab.kind"},
             "must be below 1 where lab.kind = " + r.value("lab.kind"));
+  check_without_profiler(r);
   check_gas(r);
   check_platen(r);
 }

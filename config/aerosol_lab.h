@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "config/devices.h"
 #include "config/fields.h"
 #include "config/labs.h"
 #include "config/machine.h"
@@ -19,6 +20,9 @@ motion::AerosolMachine aerosol_machine(const Machine& machine);
 
 /// Returns the fields of the aerosol lab's own sections.
 std::vector<Field> aerosol_fields(Experiment& experiment);
+
+/// Without one the camera's pictures alone say what lies there.
+inline bool has_profiler(const Experiment& e) { return e.devices.laser_profiler != kNoInstrument; }
 
 control::LineSetup line_setup(const Experiment& experiment, const Machine& machine, PrintJob job);
 

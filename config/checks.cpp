@@ -50,6 +50,7 @@ void check_dialects(Rules& r) {
 void check_devices(Rules& r) {
   const Experiment& e = r.experiment();
   for (const DevicePort& port : kDevicePorts) {
+    if (e.devices.*port.member == kNoInstrument && !takes_part(e, port.node)) continue;
     const std::string key = "devices." + std::string(port.node) + ".port";
     std::string problem;
     PortAddress address;

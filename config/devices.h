@@ -11,6 +11,9 @@
 
 namespace firn {
 
+/// Port of an instrument that the lab can do without, and does.
+inline constexpr std::string_view kNoInstrument = "none";
+
 /// Returns the `[devices.NODE] port` text of an instrument. @throws std::invalid_argument: no instrument
 const std::string& port_text(const DevicesConfig& devices, std::string_view node);
 

@@ -11,6 +11,7 @@
 #include "firn/lamp_command_t.hpp"
 #include "firn/layer_metrics_t.hpp"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/told_heights.h"
 #include "page/recorded_log.h"
 #include "print/folder/run_config.h"
 #include "replay/run_migration.h"
@@ -27,7 +28,7 @@ constexpr std::string_view kLamp = "lamp";
 void add(std::string_view channel, std::span<const std::byte> message, RunDigest& digest) {
   if (channel == channels::kLayerMetrics.name) {
     layer_metrics_t m{};
-    if (replay::decode_recorded(message, m))
+    if (replay::decode_recorded(message, m) && heights_told(m))
       digest.last = RunDigest::Error{m.rms_mm * kUm, m.mean_error_mm * kUm, m.layer};
   } else if (channel == channels::kLampCommand.name) {
     lamp_command_t m{};

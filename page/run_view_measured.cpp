@@ -17,6 +17,7 @@
 #include "firn/safe_stop_t.hpp"
 #include "firn/temperature_t.hpp"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/told_heights.h"
 #include "page/event_words.h"
 #include "page/map_head.h"
 #include "page/run_view.h"
@@ -85,6 +86,7 @@ void RunView::on_metrics(std::span<const std::byte> bytes) {
   r.rms_um = m.rms_mm * kUm;
   r.mean_um = m.mean_error_mm * kUm;
   r.max_um = std::max(std::abs(m.min_error_mm), std::abs(m.max_error_mm)) * kUm;
+  if (!heights_told(m)) r.rms_um = r.mean_um = r.max_um = std::nan("");
   r.droplets = m.drops;
   r.decide_ms = m.decide_s * 1e3;
   if (const auto p = predicted_.find(m.layer); p != predicted_.end()) r.predicted_rms_um = p->second;

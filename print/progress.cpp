@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "lcmtypes/told_heights.h"
+
 namespace firn {
 
 using namespace std::chrono_literals;
@@ -80,14 +82,16 @@ std::string layer_text(const std::string& title, const layer_metrics_t& m, doubl
   const double fraction = m.layers_expected > 0 ? std::min(1.0, double(m.layer) / m.layers_expected) : 0.0;
   const auto filled = std::size_t(fraction * 20.0);
   std::string front, middle;
-  std::string text = layer + fmt::format("  RMS {:6.2f} um", m.rms_mm * 1e3);
+  const bool told = heights_told(m);
+  std::string text =
+      layer + (told ? fmt::format("  RMS {:6.2f} um", m.rms_mm * 1e3) : "  heights not measured");
   if (m.rows_lost > 0) text += fmt::format("  {} ROWS LOST", m.rows_lost);
   const auto fits = [&](const std::string& more) {
     return int((front + text + middle + left + more).size()) < columns;
   };
   if (!fits("")) return text;
   const std::string height = fmt::format("  height {:7.2f} um", m.mean_height_mm * 1e3);
-  if (fits(height)) middle = height;
+  if (told && fits(height)) middle = height;
   if (const std::string name = fmt::format("{:<10} ", title); fits(name)) front = name;
   const std::string bar = "[" + std::string(filled, '#') + std::string(20 - filled, '.') + "] ";
   if (fits(bar)) front += bar;

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <set>
 
+#include "firn/camera_frame_t.hpp"
 #include "firn/enable_t.hpp"
 #include "firn/enums.h"
 #include "firn/fault_t.hpp"
@@ -48,6 +50,7 @@ class PathAudit {
     if (world_) take_firings();
     for (const auto& [number, path] : paths_) check_path(path);
     check_doubts();
+    check_looks();
     if (world_) {
       check_stops();
       check_leases();
@@ -85,6 +88,12 @@ class PathAudit {
     messages_.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) {
       maps_.push_back({m.header.utime_us, m.map_id});
     });
+    // Without a profiler the camera's pictures are what was measured.
+    if (maps_.empty())
+      messages_.each<camera_frame_t>(channels::kCameraFrame.name, [&](const camera_frame_t& m) {
+        maps_.push_back({m.header.utime_us, m.sweep_id});
+        looked_.insert(m.layer);
+      });
     messages_.each<run_end_t>(channels::kRunEnd.name, [&](const run_end_t& e) {
       if (RunOutcome(e.outcome) == RunOutcome::kFinished ||
           RunOutcome(e.outcome) == RunOutcome::kOutOfTolerance) {
@@ -191,6 +200,14 @@ class PathAudit {
         add(ViolationKind::kUnresolved, "path " + std::to_string(u.pass) + ": in doubt, and no map after it");
   }
 
+  // A camera alone looks at every layer.
+  void check_looks() {
+    if (looked_.empty() || !v_.finished) return;
+    for (const auto& [number, path] : paths_)
+      if (!path.reports.empty() && !looked_.contains(path.reports.front().layer))
+        add(ViolationKind::kUnresolved, path_name(path.job) + ": no picture of it");
+  }
+
   // Several causes of one stop count once: the first stop of each incarnation.
   void add_stop(const header_t& h) {
     if (h.utime_us >= end_us_ || h.incarnation < 0) return;
@@ -246,7 +263,8 @@ class PathAudit {
   AuditVerdict v_;
   std::map<std::int64_t, PathHistory> paths_;
   std::int64_t last_reported_ = 0;
-  std::vector<std::pair<std::int64_t, std::int64_t>> maps_;  // time, map_id
+  std::vector<std::pair<std::int64_t, std::int64_t>> maps_;  // time, map_id or place of the picture
+  std::set<std::int32_t> looked_;                            // layers that pictures show
   std::vector<Arming> armings_;
   std::map<std::int32_t, std::int64_t> stops_;                 // incarnation, first stop
   std::vector<std::pair<std::int64_t, std::int64_t>> leases_;  // time, end

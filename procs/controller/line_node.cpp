@@ -22,6 +22,9 @@ namespace {
 constexpr double kUmPerMm = 1e3;
 constexpr double kWidthPerSigma = 2.3548;  // full width of a Gauss curve at half height
 constexpr std::size_t kBarePictures = 9;   // whose median is the light
+constexpr double kDarkest = 1e-3;          // share of the white level that still tells ink from none
+constexpr double kBlackest = 0.99;         // contrast; thicker ink looks alike
+constexpr double kOfPicture = 0.95;        // looked at around an end
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr LineReading kUnread{kNone, kNone, kNone, kNone, kNone};
 
@@ -45,25 +48,48 @@ HeightMap seen_by_profiler(const HeightMap& surface, const AerosolLabConfig& c) 
                               c.spot_y_mm);
 }
 
+// Of the starts, or of the others; NaN where none is known.
+double mean_error_mm(const std::vector<LineEnd>& ends, const std::vector<double>& errors_mm, bool starts) {
+  double sum = 0.0, seen = 0.0;
+  for (std::size_t n = 0; n < ends.size(); ++n)
+    if (ends[n].start == starts && !std::isnan(errors_mm[n])) {
+      sum += errors_mm[n];
+      seen += 1.0;
+    }
+  return seen > 0.0 ? sum / seen : kNone;
+}
+
 }  // namespace
 
 LineControllerNode::LineControllerNode(const Experiment& e, const Machine& machine, PrintJob job,
                                        const HeightMap& target)
     : changes_(e),
+      has_profiler_(has_profiler(e)),
       controller_(line_setup(e, machine, std::move(job))),
       grid_(e.grid),
       width_mm_(e.aerosol.line_width_mm),
       nominal_(read_lines(seen_by_profiler(target, e.aerosol), controller_.stations(), {})) {
-  subscribe(channels::kHeightMap, this);
+  if (has_profiler_) subscribe(channels::kHeightMap, this);
   subscribe(channels::kOperatorCommand, this);
   if (!firn::on(e.camera.use)) return;
   subscribe(channels::kCameraFrame, this);
   looks_.resize(controller_.stations().size());
+  end_errors_mm_.assign(controller_.ends().size(), kNone);
 }
 
 void LineControllerNode::on(const camera_frame_t& m, Time, Outbox& out) {
-  const std::vector<LineStation>& stations = controller_.stations();
-  if (m.sweep_id < 1 || m.sweep_id > std::int64_t(stations.size())) return;
+  const std::size_t stations = looks_.size(), places = stations + (has_profiler_ ? 0 : end_errors_mm_.size());
+  if (m.sweep_id < 1 || m.sweep_id > std::int64_t(places)) return;
+  look_at(m, out);
+  if (has_profiler_ || m.sweep_id != std::int64_t(places)) return;
+  line_plan_t plan{};
+  plan.layer = m.layer + 1;
+  plan.attempt = m.attempt;
+  answer(
+      std::move(plan), [this](line_plan_t& p) { return decide_by_pictures(p); }, out);
+}
+
+void LineControllerNode::look_at(const camera_frame_t& m, Outbox& out) {
   vision::Frame frame;
   try {
     frame = frame_of(m);
@@ -80,21 +106,51 @@ void LineControllerNode::on(const camera_frame_t& m, Time, Outbox& out) {
     flat_ = vision::flat_field(bare);
     bare_pictures_.clear();
   }
-  if (m.layer != looked_layer_) looks_.assign(stations.size(), {});
+  if (m.layer != looked_layer_) {
+    looks_.assign(looks_.size(), {});
+    end_errors_mm_.assign(end_errors_mm_.size(), kNone);
+  }
   looked_layer_ = m.layer;
+  const auto k = std::size_t(m.sweep_id - 1);
+  if (k < looks_.size())
+    looks_[k] = look_along(controller_.stations()[k], frame);
+  else
+    end_errors_mm_[k - looks_.size()] = look_at_end(controller_.ends()[k - looks_.size()], frame);
+}
+
+vision::LinePictureReading LineControllerNode::look_along(const LineStation& s,
+                                                          const vision::Frame& frame) const {
   const AerosolLabConfig& c = changes_.experiment().aerosol;
   const double per_px = c.camera_um_per_px / kUmPerMm;
-  const auto k = std::size_t(m.sweep_id - 1);
-  const LineStation& s = stations[k];
   vision::LineView view;
-  view.middle = {0.5 * (m.width - 1), 0.5 * (m.height - 1)};
+  view.middle = {0.5 * (frame.width - 1), 0.5 * (frame.height - 1)};
   view.direction = {s.direction.x_mm, -s.direction.y_mm};
   view.length_px = (s.to_mm - s.from_mm) / per_px;
   view.width_px = width_mm_ / per_px;
   view.window_px = std::min(vision::LineLook{}.half_window_mm * 2.0, 0.5 * s.room_mm) / per_px;
   vision::LinePictureOptions options;
   options.blur_px = c.camera_blur_px;
-  looks_[k] = vision::measure_line_picture(frame, flat_.pixels.empty() ? nullptr : &flat_, view, options);
+  return vision::measure_line_picture(frame, flat_.pixels.empty() ? nullptr : &flat_, view, options);
+}
+
+// The picture as a map of the ink's thickness around the end.
+double LineControllerNode::look_at_end(const LineEnd& end, const vision::Frame& frame) const {
+  if (flat_.pixels.size() != frame.pixels.size() || flat_.width != frame.width) return kNone;
+  const AerosolLabConfig& c = changes_.experiment().aerosol;
+  const double mm = c.camera_um_per_px / kUmPerMm;
+  const double half_x_mm = 0.5 * (frame.width - 1) * mm, half_y_mm = 0.5 * (frame.height - 1) * mm;
+  HeightMap ink({frame.width, frame.height, mm, mm, end.at.x_mm - half_x_mm, end.at.y_mm - half_y_mm});
+  for (int y = 0; y < frame.height; ++y)
+    for (int x = 0; x < frame.width; ++x) {
+      const double light = double(flat_.at(x, y)) / flat_.white;
+      const double left = double(frame.at(x, y)) / frame.white / std::max(kDarkest, light);
+      ink.at(x, frame.height - 1 - y) =
+          c.optical_depth_mm * control::ink_depths(std::clamp(1.0 - left, 0.0, kBlackest));
+    }
+  vision::LineLook look;
+  look.noise_mm = c.optical_depth_mm;
+  look.end_before_mm = look.end_inside_mm = kOfPicture * std::min(half_x_mm, half_y_mm);
+  return vision::measure_end(ink, end, width_mm_, look).value_or(kNone);
 }
 
 // The width of the picture stands for the section that looks so wide, where the width is what is steered.
@@ -143,6 +199,50 @@ double LineControllerNode::squared_width(const control::LineMeasurement& m, cons
   return seen > 0.0 ? sum / seen : kNone;
 }
 
+control::LineMeasurement LineControllerNode::unread(std::int32_t layer, std::int32_t attempt) const {
+  control::LineMeasurement m;
+  m.layer = layer;
+  m.attempt = attempt;
+  m.start_error_mm = m.end_error_mm = kNone;
+  m.total = m.last = std::vector<LineReading>(controller_.stations().size(), kUnread);
+  return m;
+}
+
+void LineControllerNode::tell_lines(const control::LineMeasurement& m, line_plan_t& plan) const {
+  plan.start_error_mm = m.start_error_mm;
+  plan.end_error_mm = m.end_error_mm;
+  for (std::size_t s = 0; s < controller_.stations().size(); ++s) {
+    const LineReading& total = m.total[s];
+    plan.station_x_mm.push_back(float(controller_.stations()[s].at.x_mm));
+    plan.station_y_mm.push_back(float(controller_.stations()[s].at.y_mm));
+    plan.area_mm2.push_back(float(total.area_mm2));
+    plan.layer_area_mm2.push_back(float(m.last[s].area_mm2));
+    plan.width_mm.push_back(float(total.width_mm));
+    plan.offset_mm.push_back(float(total.offset_mm));
+    plan.overspray.push_back(float(std::clamp(total.overspray, -1.0, 1.0)));
+  }
+}
+
+control::LineDecision LineControllerNode::decide_by_pictures(line_plan_t& plan) {
+  control::LineMeasurement measured = unread(plan.layer - 1, plan.attempt);
+  if (measured.layer > 0) {
+    measured.start_error_mm = mean_error_mm(controller_.ends(), end_errors_mm_, true);
+    measured.end_error_mm = mean_error_mm(controller_.ends(), end_errors_mm_, false);
+  }
+  tell_lines(measured, plan);
+  if (measured.layer > 1) measured.start_error_mm = measured.end_error_mm = kNone;
+  add_looks(plan, measured.total);
+  if (measured.layer != newest_layer_) seen_before_ = std::move(seen_);
+  newest_layer_ = measured.layer;
+  seen_ = measured.total;
+  if (seen_before_.size() == seen_.size())
+    for (std::size_t s = 0; s < seen_.size(); ++s)
+      measured.last[s].area_mm2 = seen_[s].area_mm2 - (measured.layer > 1 ? seen_before_[s].area_mm2 : 0.0);
+  if (changes_.experiment().aerosol.width_by == control::WidthActuator::kGas && measured.layer > 0)
+    measured.squared_width = squared_width(measured, plan);
+  return controller_.decide(measured);
+}
+
 control::LineDecision LineControllerNode::decide(const height_map_t& m, line_plan_t& plan) {
   if (from_message(m.grid) != grid_ || m.height_mm.size() != grid_.size())
     throw std::invalid_argument("HEIGHT_MAP " + std::to_string(m.map_id) +
@@ -156,36 +256,18 @@ control::LineDecision LineControllerNode::decide(const height_map_t& m, line_pla
   const AerosolLabConfig& c = changes_.experiment().aerosol;
   vision::LineLook look;
   look.noise_mm = m.noise_std_mm;
-  control::LineMeasurement measured;
-  measured.layer = m.layer;
-  measured.attempt = m.attempt;
-  measured.start_error_mm = measured.end_error_mm = kNone;
-  measured.total = measured.last = std::vector<LineReading>(controller_.stations().size(), kUnread);
+  control::LineMeasurement measured = unread(m.layer, m.attempt);
   if (m.layer > 0) {
     measured.total = read_lines(less(newest_, bare_), controller_.stations(), look);
     const HeightMap last = less(newest_, before_);
     measured.last = read_lines(last, controller_.stations(), look);
-    double sum[2] = {}, seen[2] = {};
+    std::vector<double> errors_mm;
     for (const LineEnd& end : controller_.ends())
-      if (const auto error = vision::measure_end(last, end, width_mm_, look)) {
-        sum[end.start] += *error;
-        seen[end.start] += 1.0;
-      }
-    if (seen[1] > 0.0) measured.start_error_mm = sum[1] / seen[1];
-    if (seen[0] > 0.0) measured.end_error_mm = sum[0] / seen[0];
+      errors_mm.push_back(vision::measure_end(last, end, width_mm_, look).value_or(kNone));
+    measured.start_error_mm = mean_error_mm(controller_.ends(), errors_mm, true);
+    measured.end_error_mm = mean_error_mm(controller_.ends(), errors_mm, false);
   }
-  plan.start_error_mm = measured.start_error_mm;
-  plan.end_error_mm = measured.end_error_mm;
-  for (std::size_t s = 0; s < controller_.stations().size(); ++s) {
-    const LineReading& total = measured.total[s];
-    plan.station_x_mm.push_back(float(controller_.stations()[s].at.x_mm));
-    plan.station_y_mm.push_back(float(controller_.stations()[s].at.y_mm));
-    plan.area_mm2.push_back(float(total.area_mm2));
-    plan.layer_area_mm2.push_back(float(measured.last[s].area_mm2));
-    plan.width_mm.push_back(float(total.width_mm));
-    plan.offset_mm.push_back(float(total.offset_mm));
-    plan.overspray.push_back(float(std::clamp(total.overspray, -1.0, 1.0)));
-  }
+  tell_lines(measured, plan);
   if (c.hold == control::HeldQuantity::kHeight && m.layer > 0) hold_height(measured);
   add_looks(plan, measured.total);
   if (c.width_by == control::WidthActuator::kGas && m.layer > 0)
@@ -198,11 +280,18 @@ void LineControllerNode::on(const height_map_t& m, Time, Outbox& out) {
   plan.layer = m.layer + 1;
   plan.attempt = m.attempt;
   plan.map_id = m.map_id;
+  answer(
+      std::move(plan), [&](line_plan_t& p) { return decide(m, p); }, out);
+}
+
+void LineControllerNode::answer(line_plan_t plan,
+                                const std::function<control::LineDecision(line_plan_t&)>& decide,
+                                Outbox& out) {
   plan.flow_share = 1.0;
   plan.start_error_mm = plan.end_error_mm = kNone;
   control::LineDecision d;
   try {
-    d = decide(m, plan);
+    d = decide(plan);
   } catch (const std::exception& error) {
     d = {};
     d.kind = PlanDecision::kStop;

@@ -2,6 +2,7 @@
 // LINE_PLAN.
 #pragma once
 
+#include <functional>
 #include <memory>
 
 #include "config/changes.h"
@@ -20,7 +21,8 @@ namespace firn {
 
 /// Reads the lines in the map and in its difference to the map of the layer before, and asks LineController.
 /// With a camera, the picture k of a layer shows station k - 1, and arrives before the map; those of layer 0
-/// show the bare substrate and give the light.
+/// show the bare substrate and give the light. Without a profiler the last picture asks: those of the ends
+/// follow the stations'. They show all layers at once, so that only the first one's ends tell the delays.
 class LineControllerNode final : public Node {
  public:
   /// @throws std::invalid_argument: a job that the machine cannot print
@@ -32,12 +34,21 @@ class LineControllerNode final : public Node {
   void on(const operator_command_t&, Time now, Outbox&);
 
  private:
+  /// Sends the plan with what `decide` returns.
+  void answer(line_plan_t plan, const std::function<control::LineDecision(line_plan_t&)>& decide, Outbox&);
   control::LineDecision decide(const height_map_t& map, line_plan_t& plan);
+  control::LineDecision decide_by_pictures(line_plan_t& plan);
+  control::LineMeasurement unread(std::int32_t layer, std::int32_t attempt) const;
+  void tell_lines(const control::LineMeasurement&, line_plan_t& plan) const;
+  void look_at(const camera_frame_t&, Outbox&);
+  vision::LinePictureReading look_along(const LineStation&, const vision::Frame&) const;
+  double look_at_end(const LineEnd&, const vision::Frame&) const;
   void add_looks(line_plan_t& plan, std::vector<LineReading>& total) const;
   void hold_height(control::LineMeasurement& measured) const;
   double squared_width(const control::LineMeasurement& measured, const line_plan_t& plan) const;
 
   Changes changes_;
+  bool has_profiler_;
   control::LineController controller_;
   GridSpec grid_;
   double width_mm_;
@@ -50,6 +61,8 @@ class LineControllerNode final : public Node {
   vision::Frame flat_;
   std::int32_t looked_layer_ = 0;
   std::vector<vision::LinePictureReading> looks_;  ///< of that layer, by station; not seen where none came
+  std::vector<LineReading> seen_before_, seen_;    ///< sections that the widths of the two layers stand for
+  std::vector<double> end_errors_mm_;              ///< the same by end; NaN where not seen
 };
 
 }  // namespace firn

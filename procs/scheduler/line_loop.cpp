@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "config/aerosol_lab.h"
 #include "firn/camera_command_t.hpp"
 #include "firn/path_report_t.hpp"
 #include "lcmtypes/convert.h"
@@ -37,10 +38,14 @@ Mask away_from(const HeightMap& target, double clear_mm) {
 
 LineLoop::LineLoop(const Experiment& experiment, HeightMap target, Mask mask, const PrintJob& job)
     : ScanLoop(experiment, Phase::kRunPath, std::move(target), std::move(mask)),
-      beside_(away_from(this->target(), experiment.process.beside_mm)) {
+      beside_(away_from(this->target(), experiment.process.beside_mm)),
+      has_profiler_(has_profiler(experiment)) {
   subscribe(channels::kLinePlan, this);
   if (heats()) subscribe(channels::kTemperature, this);
-  if (firn::on(experiment.camera.use)) stations_ = line_stations(job, experiment.aerosol.station_mm);
+  if (!firn::on(experiment.camera.use)) return;
+  for (const LineStation& s : line_stations(job, experiment.aerosol.station_mm)) places_.push_back(s.at);
+  if (has_profiler_) return;
+  for (const LineEnd& end : line_ends(job, 0.0)) places_.push_back(end.at);
 }
 
 std::string LineLoop::doubt() const {
@@ -58,6 +63,9 @@ void LineLoop::supplied(Time now, Outbox& out) {
       return scan_again(now, out);
     case Phase::kPictures:
       return proceed(Phase::kToCamera, now, out);
+    case Phase::kAwaitPlan:
+      if (!has_profiler_ && !plan_) return scan_again(now, out);  // a picture may be lost
+      return proceed(Phase::kAwaitPlan, now, out);
     case Phase::kRunPath:
       // Nothing of it was begun: the same way is safe.
       if (!act_answer_ || Outcome(act_answer_->outcome) == Outcome::kNone) {
@@ -73,12 +81,17 @@ void LineLoop::supplied(Time now, Outbox& out) {
 
 void LineLoop::proceed(Phase next, Time now, Outbox& out) {
   count_phase_time(now);
-  if (next == Phase::kArmProfiler && look_due()) next = Phase::kToCamera;
+  if (next == Phase::kArmProfiler && has_profiler_ && look_due()) next = Phase::kToCamera;
   phase_ = next;
   if (next == Phase::kArmProfiler && holds("before the scan of layer " + std::to_string(layers_done_), out))
     return;
+  if (next == Phase::kArmProfiler && !has_profiler_) {
+    forget_plan();  // of a walk that was cut off
+    look_ = 0;
+    phase_ = next = Phase::kToCamera;
+  }
   if (enter_supply(next, now, out) || enter_scan(next, now, out)) return;
-  if (next == Phase::kToCamera) send_to_station(now, out);
+  if (next == Phase::kToCamera) send_to_place(now, out);
   if (next == Phase::kPictures) send_picture(now, out);
   if (next == Phase::kRunPath) send_way(now, out);
 }
@@ -86,11 +99,10 @@ void LineLoop::proceed(Phase next, Time now, Outbox& out) {
 void LineLoop::answered(const answer_t&, Time now, Outbox& out) {
   if (phase_ == Phase::kToCamera) return proceed(Phase::kPictures, now, out);
   if (phase_ == Phase::kPictures) {
-    if (++look_ == stations_.size()) {
-      look_ = 0;
-      looked_layer_ = layers_done_;
-    }
-    return proceed(look_ > 0 ? Phase::kToCamera : Phase::kArmProfiler, now, out);
+    if (++look_ < places_.size()) return proceed(Phase::kToCamera, now, out);
+    look_ = 0;
+    looked_layer_ = layers_done_;
+    return proceed(has_profiler_ ? Phase::kArmProfiler : Phase::kAwaitPlan, now, out);
   }
   if (supply_answered(now, out) || scan_answered(now, out) || phase_ != Phase::kRunPath) return;
   settle(out);
@@ -153,7 +165,7 @@ void LineLoop::act_on_map(Time now, Outbox& out) {
   map_id_ = m.map_id;
   newest_ = measured_height_of(m);
   noise_mm_ = m.noise_std_mm;
-  publish_metrics(m, now, out);
+  publish_metrics(metrics_of(m, now), out);
   proceed(Phase::kAwaitPlan, now, out);
 }
 
@@ -173,7 +185,22 @@ double LineLoop::ink_beside_mm3() const {
   return sum * newest_.spec.pitch_x_mm * newest_.spec.pitch_y_mm;
 }
 
+bool LineLoop::stopped_by_pictures(const line_plan_t& m, Time now, Outbox& out) {
+  if (!way_done_ || layers_done_ == 0) return false;
+  const auto unseen = std::ranges::count_if(m.seen_width_mm, [](float w) { return std::isnan(w); });
+  const double seen = 1.0 - double(unseen) / double(m.looks);
+  if (seen >= experiment().process.least_rise_share) return false;
+  way_done_ = false;  // after the stop somebody has been at the nozzle
+  phase_ = Phase::kArmProfiler;
+  fail(12,
+       "the camera sees lines at " + std::to_string(seen) + " of the stations after layer " +
+           std::to_string(layers_done_) + ": the shutter stays closed or the nozzle is clogged",
+       now, out);
+  return true;
+}
+
 bool LineLoop::stopped_by_rise(const line_plan_t& m, Time now, Outbox& out) {
+  if (!has_profiler_) return stopped_by_pictures(m, now, out);
   if (!way_done_ || layers_done_ == 0 || m.layer_area_mm2.size() != way_.speed_mm_s.size()) return false;
   double measured = 0.0, planned = 0.0;
   for (std::size_t s = 0; s < m.layer_area_mm2.size(); ++s) {
@@ -205,6 +232,12 @@ void LineLoop::act_on_plan(Time now, Outbox& out) {
   if (!plan_ || plan_->map_id != map_id_ || waits_for_operator()) return;
   const line_plan_t m = *plan_;
   out.cancel(kDeadline);
+  if (!has_profiler_) {  // its heights are not told
+    layer_metrics_t metrics = times_of_layer(now);
+    metrics.layer = layers_done_;
+    metrics.attempt = scan_attempt_;
+    publish_metrics(metrics, out);
+  }
   if (stopped_by_rise(m, now, out)) return;
   if (PlanDecision(m.decision) == PlanDecision::kEnd) return proceed(Phase::kGasOff, now, out);
   if (PlanDecision(m.decision) == PlanDecision::kStop) {
@@ -237,14 +270,13 @@ void LineLoop::send_way(Time now, Outbox& out) {
   out.send(channels::kStageCommand, c);
 }
 
-bool LineLoop::look_due() const { return !stations_.empty() && looked_layer_ != layers_done_; }
+bool LineLoop::look_due() const { return !places_.empty() && looked_layer_ != layers_done_; }
 
-void LineLoop::send_to_station(Time now, Outbox& out) {
-  const LineStation& s = stations_[look_];
+void LineLoop::send_to_place(Time now, Outbox& out) {
   stage_command_t c{};
   c.verb = std::int8_t(StageVerb::kMove);
-  c.x_mm = s.at.x_mm - experiment().aerosol.camera_x_mm;
-  c.y_mm = s.at.y_mm - experiment().aerosol.camera_y_mm;
+  c.x_mm = places_[look_].x_mm - experiment().aerosol.camera_x_mm;
+  c.y_mm = places_[look_].y_mm - experiment().aerosol.camera_y_mm;
   c.z_mm = experiment().process.nozzle_gap_mm;
   c.speed_mm_s = experiment().process.pass_speed_mm_s;
   stamp(c, NodeId::kStage, 10.0, now, out);
@@ -254,6 +286,7 @@ void LineLoop::send_to_station(Time now, Outbox& out) {
 void LineLoop::send_picture(Time now, Outbox& out) {
   camera_command_t c{};
   c.verb = std::int8_t(CameraVerb::kSweep);
+  c.attempt = scan_attempt_;
   c.sweep_id = std::int64_t(look_) + 1;
   c.frames = 1;
   c.gain_db = experiment().camera.gain_db;
@@ -261,9 +294,8 @@ void LineLoop::send_picture(Time now, Outbox& out) {
   out.send(channels::kCameraCommand, c);
 }
 
-void LineLoop::publish_metrics(const height_map_t& map, Time now, Outbox& out) {
-  layer_metrics_t m = metrics_of(map, now);
-  m.drops = map.layer > 0 ? way_.switches : 0;
+void LineLoop::publish_metrics(layer_metrics_t m, Outbox& out) {
+  m.drops = m.layer > 0 ? way_.switches : 0;
   m.drops_total = switches_total_;
   m.layers_expected = experiment().aerosol.layers;
   out.send(channels::kLayerMetrics, m);

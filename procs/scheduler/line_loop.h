@@ -16,7 +16,8 @@ namespace firn {
 
 /// Coordinates one print of lines: platen, gas, then scan, ask for a way, follow it with the shutter, scan
 /// again. A way that was begun is never followed again: the next map says what lies there. A camera takes a
-/// picture of each station before each scan.
+/// picture of each station before each scan. Without a profiler the pictures are the scan: also of each end,
+/// and the way is the answer to the last of them.
 class LineLoop final : public ScanLoop {
  public:
   LineLoop(const Experiment& experiment, HeightMap target, Mask mask, const PrintJob& job);
@@ -61,11 +62,13 @@ class LineLoop final : public ScanLoop {
   bool waits_for_operator() const override;
   void forget_plan() override { plan_.reset(); }
   void settle(Outbox&);
-  void publish_metrics(const height_map_t&, Time now, Outbox&);
+  /// The same, as far as pictures say it: no line after a layer, or lines that do not end.
+  bool stopped_by_pictures(const line_plan_t&, Time now, Outbox&);
+  void publish_metrics(layer_metrics_t, Outbox&);
   void send_way(Time now, Outbox&);
   /// The camera has a picture of each station to take before the scan of this layer.
   bool look_due() const;
-  void send_to_station(Time now, Outbox&);
+  void send_to_place(Time now, Outbox&);
   void send_picture(Time now, Outbox&);
 
   Mask beside_;                ///< away from all lines
@@ -82,9 +85,10 @@ class LineLoop final : public ScanLoop {
   double sheath_share_ = 1.0;      ///< of gas.sheath_sccm, in the layer that is printed
   std::optional<Time> gas_since_;  ///< both flows were there; nothing: since no time of this incarnation
   std::optional<temperature_t> temperature_;
-  std::vector<LineStation> stations_;  ///< that the camera walks
-  std::size_t look_ = 0;               ///< the next one
-  int looked_layer_ = -1;              ///< all pictures of it are taken
+  bool has_profiler_;
+  std::vector<Point2> places_;  ///< that the camera walks: stations, without a profiler ends too
+  std::size_t look_ = 0;        ///< the next one
+  int looked_layer_ = -1;       ///< all pictures of it are taken
 };
 
 }  // namespace firn

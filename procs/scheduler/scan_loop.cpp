@@ -112,7 +112,6 @@ void ScanLoop::send_profiler(ProfilerVerb verb, Time now, Outbox& out) {
 }
 
 layer_metrics_t ScanLoop::metrics_of(const height_map_t& map, Time now) {
-  count_phase_time(now);
   const HeightMap height = measured_height_of(map);
   const ErrorStats e = error_stats(height, target_, mask_);
   double target_sum = 0.0, height_sum = 0.0;
@@ -122,7 +121,7 @@ layer_metrics_t ScanLoop::metrics_of(const height_map_t& map, Time now) {
     height_sum += height.cells[c];
   }
   const double n = double(std::max<std::int64_t>(1, e.cells));
-  layer_metrics_t m{};
+  layer_metrics_t m = times_of_layer(now);
   m.layer = map.layer;
   m.attempt = map.attempt;
   m.map_id = map.map_id;
@@ -140,6 +139,12 @@ layer_metrics_t ScanLoop::metrics_of(const height_map_t& map, Time now) {
     m.volume_mm3 *= double(e.cells + e.missing) / n;
   }
   rows_lost_ = 0;
+  return m;
+}
+
+layer_metrics_t ScanLoop::times_of_layer(Time now) {
+  count_phase_time(now);
+  layer_metrics_t m{};
   m.deposit_s = std::exchange(deposit_s_, 0.0);
   m.cure_s = std::exchange(cure_s_, 0.0);
   m.scan_s = std::exchange(scan_s_, 0.0);

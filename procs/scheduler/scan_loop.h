@@ -38,6 +38,8 @@ class ScanLoop : public Scheduler {
 
   /// Errors, heights and times of a map that is acted on; afterwards the times count from zero.
   layer_metrics_t metrics_of(const height_map_t&, Time now);
+  /// Their times alone.
+  layer_metrics_t times_of_layer(Time now);
   const HeightMap& target() const { return target_; }
 
   Mask mask_;

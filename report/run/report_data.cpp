@@ -19,6 +19,7 @@
 #include "firn/layer_metrics_t.hpp"
 #include "firn/stage_command_t.hpp"
 #include "lcmtypes/convert.h"
+#include "lcmtypes/told_heights.h"
 #include "replay/run_messages.h"
 #include "replay/run_migration.h"
 #include "report/run/report_ice.h"
@@ -59,6 +60,9 @@ LayerRow row_of(const layer_metrics_t& m) {
   r.cells_guessed = m.cells_guessed;
   r.rms_inside_mm = m.rms_inside_mm;
   r.rms_rim_mm = m.rms_rim_mm;
+  if (!heights_told(m))
+    r.mean_height_mm = r.mean_error_mm = r.rms_mm = r.std_mm = r.min_error_mm = r.max_error_mm =
+        r.volume_mm3 = kNotMeasured;
   return r;
 }
 

@@ -97,8 +97,10 @@ std::string line_sections(const std::vector<NamedLines>& runs) {
   for (const NamedLines& r : runs) {
     if (r.data->layers.empty()) continue;
     const LineLayer& last = r.data->layers.back();
-    area.push_back({r.name, r.data->way_mm, last.area_um2, r.style});
-    width.push_back({r.name, r.data->way_mm, last.width_um, r.style});
+    if (std::ranges::any_of(last.area_um2, [](double a) { return !std::isnan(a); })) {
+      area.push_back({r.name, r.data->way_mm, last.area_um2, r.style});
+      width.push_back({r.name, r.data->way_mm, last.width_um, r.style});
+    }
     if (!last.seen_width_um.empty()) seen.push_back({r.name, r.data->way_mm, last.seen_width_um, r.style});
     for (const LineLayer& l : r.data->layers) {
       double sum = 0.0, n = 0.0;
@@ -116,14 +118,20 @@ std::string line_sections(const std::vector<NamedLines>& runs) {
                cell_text(l.seen_width_um.empty() ? NAN : l.gap_um, "%.0f") + "</td></tr>\n";
     }
   }
-  if (area.empty()) return "";
-  return "<h2>Lines</h2>\n<p class=\"soft\">As measured by the profiler after the last layer: the section of "
-         "all "
-         "layers, and the full width at half height. Gaps: stations that another line is too near "
-         "to.</p>\n<div "
-         "class=\"row\">\n" +
-         chart_figure(line_chart(area, along_the_way("Cross-section", "section (um2)"))) +
-         chart_figure(line_chart(width, along_the_way("Width", "width (um)"))) +
+  if (table.empty()) return "";
+  return (area.empty()
+              ? std::string("<h2>Lines</h2>\n<p class=\"soft\">Heights were not measured: this lab has a "
+                            "camera "
+                            "and no profiler. Starts and ends are those of all layers.</p>\n<div "
+                            "class=\"row\">\n")
+              : "<h2>Lines</h2>\n<p class=\"soft\">As measured by the profiler after the last layer: the "
+                "section of "
+                "all "
+                "layers, and the full width at half height. Gaps: stations that another line is too near "
+                "to.</p>\n<div "
+                "class=\"row\">\n" +
+                    chart_figure(line_chart(area, along_the_way("Cross-section", "section (um2)"))) +
+                    chart_figure(line_chart(width, along_the_way("Width", "width (um)")))) +
          (seen.empty() ? std::string()
                        : chart_figure(line_chart(
                              seen, along_the_way("Width at half contrast, by the camera", "width (um)")))) +

@@ -43,10 +43,10 @@ std::string sizes(const OutlineStats& o) {
 
 bool better(const NamedRun& a, const NamedRun& b) { return last(*a.data)->rms_mm < last(*b.data)->rms_mm; }
 
-// The runs of a part that have measured a layer.
+// The runs of a part that have measured a layer's heights.
 std::vector<NamedRun> measured(const PartRuns& part) {
   std::vector<NamedRun> runs = part.runs;
-  std::erase_if(runs, [](const NamedRun& r) { return !last(*r.data); });
+  std::erase_if(runs, [](const NamedRun& r) { return !last(*r.data) || std::isnan(last(*r.data)->rms_mm); });
   return runs;
 }
 
@@ -84,7 +84,7 @@ std::string result_table(const std::vector<ReportRun>& runs, const std::vector<s
     const RunData& r = runs[n].data;
     const LayerRow* l = last(r);
     const LayerRow none;
-    const auto um = [&](double mm) { return l ? number(mm * kUm, 2) : std::string("–"); };
+    const auto um = [&](double mm) { return l ? value(mm * kUm, 2) : std::string("–"); };
     const LayerRow& v = l ? *l : none;
     const OutlineStats o = r.outline.value_or(OutlineStats{});
     const std::string& verdict = runs[n].verdict;
@@ -93,7 +93,7 @@ std::string result_table(const std::vector<ReportRun>& runs, const std::vector<s
         {legend_sample({names[n], int(n)}) + escape_html(names[n]), l ? std::to_string(v.layer) : "–",
          l ? std::to_string(v.drops_total) : "–", um(v.mean_error_mm),
          best.contains(&r) ? "<span class=\"best\">" + um(v.rms_mm) + "</span>" : um(v.rms_mm), um(v.std_mm),
-         um(v.min_error_mm) + ", " + um(v.max_error_mm), l ? number(v.volume_mm3, 3) : "–",
+         um(v.min_error_mm) + ", " + um(v.max_error_mm), l ? value(v.volume_mm3, 3) : "–",
          v.truth ? number(v.truth->rms_mm * kUm, 2) : "–",
          v.truth ? number(std::max(-v.truth->min_mm, v.truth->max_mm) * kUm, 2) : "–",
          value(o.overspill * 100, 2), value(o.first_ring_mm * kUm, 1), sizes(o), l ? number(v.end_s, 1) : "–",
@@ -133,7 +133,7 @@ std::string summary(const std::vector<PartRuns>& parts) {
            number(last(*worst->data)->rms_mm / last(*best->data)->rms_mm, 1) + " times as large";
     s += ".</p>\n";
   }
-  return s.empty() ? "<p>No run has a measured layer yet.</p>\n" : s;
+  return s.empty() ? "<p>No run has measured a layer's heights.</p>\n" : s;
 }
 
 std::string legend(const std::vector<std::string>& names) {

@@ -207,11 +207,18 @@ std::string by_layer(const std::vector<NamedRun>& runs) {
     o.from_zero = !logarithmic;
     return o;
   };
+  const auto any_layer = [&](auto is) {
+    return std::ranges::any_of(runs,
+                               [&](const NamedRun& r) { return std::ranges::any_of(r.data->layers, is); });
+  };
+  const bool heights = any_layer([](const LayerRow& l) { return std::isfinite(l.rms_mm); }) ||
+                       !any_layer([](const LayerRow&) { return true; });
   return "<h2>Layer by layer</h2>\n<div class=\"row\">\n" +
-         figure("RMS error about the final target",
-                line_chart(rms, options("RMS per layer", "RMS [µm], logarithmic", true))) +
-         figure("Roughness: standard deviation of the error",
-                line_chart(std_um, options("std per layer", "std [µm]", false))) +
+         (heights ? figure("RMS error about the final target",
+                           line_chart(rms, options("RMS per layer", "RMS [µm], logarithmic", true))) +
+                        figure("Roughness: standard deviation of the error",
+                               line_chart(std_um, options("std per layer", "std [µm]", false)))
+                  : std::string()) +
          (!runs.empty() && runs.front().data->lab == &kLineReport
               ? figure("Shutter switches",
                        line_chart(drops, options("switches per layer", "switches", false)))

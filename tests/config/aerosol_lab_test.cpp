@@ -75,6 +75,23 @@ TEST_CASE("Width by the sheath's gas needs gas, and a sheath below its limit") {
   CHECK_THROWS_WITH(meander({"aerosol.width_by='speed'"}), Contains("camera.use"));
 }
 
+TEST_CASE("An aerosol lab without a profiler steers by width or not at all, and needs its camera") {
+  const std::string none = "devices.laser_profiler.port='none'";
+  const Experiment e = meander({none, "camera.use='on'", "aerosol.width_by='speed'"});
+  CHECK_FALSE(takes_part(e, "laser_profiler"));
+  CHECK(takes_part(e, "camera"));
+  CHECK_NOTHROW(meander({none, "camera.use='on'", "aerosol.width_by='gas'"}));
+  CHECK_NOTHROW(meander({none, "camera.use='on'", "control.scheme='open_loop'"}));
+  CHECK_THROWS_WITH(meander({none, "control.scheme='open_loop'"}),
+                    Contains("devices.laser_profiler.port") && Contains("camera.use"));
+  CHECK_THROWS_WITH(meander({none, "camera.use='on'"}), Contains("section needs a profiler"));
+  CHECK_THROWS_WITH(meander({none, "camera.use='on'", "aerosol.width_by='gas'", "aerosol.hold='height'"}),
+                    Contains("aerosol.hold") && Contains("height needs a profiler"));
+  CHECK_THROWS_WITH(meander({"devices.stage.port='none'"}), Contains("devices.stage.port"));
+  CHECK_THROWS_WITH(load_experiment(FIRN_SOURCE_DIR "/experiments/cuboid.toml", {none}),
+                    Contains("devices.laser_profiler.port"));
+}
+
 TEST_CASE("Gas and platen of an aerosol lab are refused by key, value and limit") {
   const std::pair<const char*, const char*> wrong[] = {
       {"gas.atomizer_sccm=101", "gas.atomizer_max_sccm = 100.0 sccm"},

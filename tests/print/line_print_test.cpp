@@ -129,6 +129,33 @@ TEST_CASE("Width in the camera's pictures steers the speed, and meets the wanted
   CHECK(held_um < 0.6 * free_um);
 }
 
+TEST_CASE("A camera alone holds the lines' width as it does beside a profiler, and finds their ends",
+          "[line]") {
+  const std::vector<std::string> all{"aerosol.job=aerosol-lines.json",
+                                     "aerosol.layers=4",
+                                     "grid.nx=250",
+                                     "grid.ny=80",
+                                     "camera.use=on",
+                                     "aerosol.width_by=speed",
+                                     "plant.aerosol.drift=-0.2",
+                                     "plant.aerosol.drift_s=20",
+                                     "plant.aerosol.drift_spread=0"};
+  std::vector<std::string> without = all;
+  without.push_back("devices.laser_profiler.port=none");
+  std::vector<line_plan_t> plans;
+  const MemoryPrintReport both = printed(meander(all)), alone = printed(meander(without), &plans);
+  INFO(alone.result.reason);
+  REQUIRE(alone.result.status == 0);
+  CHECK(alone.result.layers == 4);
+  INFO("both " << 1e3 * both.lines.visible_rms_mm << " um, alone " << 1e3 * alone.lines.visible_rms_mm
+               << " um; delays " << plans.at(1).open_delay_s << ", " << plans.at(1).close_delay_s
+               << " s; ends " << alone.lines.worst_start_mm << ", " << alone.lines.worst_end_mm
+               << " mm, with both " << both.lines.worst_start_mm << ", " << both.lines.worst_end_mm);
+  CHECK(alone.lines.visible_rms_mm < 1.2 * both.lines.visible_rms_mm);
+  CHECK(alone.lines.worst_start_mm < 0.05);
+  CHECK(alone.lines.worst_end_mm < 0.05);
+}
+
 TEST_CASE("The sheath's gas holds the lines' width and the speed their height, layer by layer", "[line]") {
   const std::vector<std::string> all{"aerosol.job=aerosol-lines.json", "aerosol.layers=5", "grid.nx=250",
                                      "grid.ny=80", "plant.aerosol.nozzle_mm=0.295"};

@@ -154,6 +154,38 @@ TEST_CASE(
   }
 }
 
+TEST_CASE(
+    "A print by the camera alone dies, resumes, replays bit for bit, and its pictures are the audit's "
+    "evidence",
+    "[line]") {
+  ShortLines lines({"devices.laser_profiler.port=none", "camera.use=on", "aerosol.width_by=speed",
+                    "aerosol.layers=2", "aerosol.station_mm=1.6"});
+  LabRunReport report = lines.go({}, false, 3'000);
+  CHECK(report.crashed);
+  report = lines.go({}, true);
+  INFO(report.result.reason);
+  REQUIRE(report.result.status == 0);
+  CHECK(report.result.layers == 2);
+  lines.check_replay();
+  CHECK(lines.check_audit().finished);
+  const replay::RunData data = run_data(lines.run.path());
+  CHECK(data.layers.size() == 3);
+  const std::string page = replay::report_page({{data, "identical"}}, {});
+  for (const char* words : {"Heights were not measured", "by the camera", "Shutter switches"})
+    CHECK(page.find(words) != std::string::npos);
+  for (const std::string words : {"Cross-section", "RMS error about", ">nan"}) {
+    CAPTURE(words);
+    CHECK(page.find(words) == std::string::npos);
+  }
+}
+
+TEST_CASE("A shutter that stays closed stops a print by the camera alone, by name", "[line][I12]") {
+  ShortLines lines({"devices.laser_profiler.port=none", "camera.use=on", "aerosol.width_by=speed",
+                    "aerosol.layers=2", "aerosol.station_mm=1.6"});
+  const LabRunReport stopped = lines.go({"1 stage trip 7"});
+  check_line_stop(lines, stopped, "shutter stays closed");
+}
+
 TEST_CASE("A run of lines is listed with its lab, and what learns droplets refuses it by name", "[line]") {
   ShortLines lines({"aerosol.layers=1"});
   REQUIRE(lines.go().result.status == 0);

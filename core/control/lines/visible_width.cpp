@@ -54,4 +54,6 @@ double VisibleWidth::section_mm2(double width_mm) const {
   return low * kSqrtTwoPi * sigma_mm_ * depth_mm_;
 }
 
+double ink_depths(double contrast) { return -logarithm(1.0 - contrast); }
+
 }  // namespace firn::control

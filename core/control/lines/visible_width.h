@@ -20,4 +20,7 @@ class VisibleWidth {
   double sigma_mm_, depth_mm_;
 };
 
+/// Thickness of ink of this contrast, in optical depths: -ln(1 - contrast). @pre contrast in [0, 1)
+double ink_depths(double contrast);
+
 }  // namespace firn::control
