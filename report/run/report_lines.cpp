@@ -121,9 +121,10 @@ std::string line_sections(const std::vector<NamedLines>& runs) {
   if (table.empty()) return "";
   return (area.empty()
               ? std::string("<h2>Lines</h2>\n<p class=\"soft\">Heights were not measured: this lab has a "
-                            "camera "
-                            "and no profiler. Starts and ends are those of all layers.</p>\n<div "
-                            "class=\"row\">\n")
+                            "camera and no "
+                            "profiler. The width is that at half contrast in its pictures; starts and ends "
+                            "are those of "
+                            "all layers.</p>\n<div class=\"row\">\n")
               : "<h2>Lines</h2>\n<p class=\"soft\">As measured by the profiler after the last layer: the "
                 "section of "
                 "all "

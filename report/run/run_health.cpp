@@ -1,6 +1,7 @@
 #include "report/run/run_health.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "firn/deposition_report_t.hpp"
@@ -28,6 +29,7 @@ std::string tolerance_cell(const RunData& r) {
   if (!r.health.tolerance_mm) return "no target";
   if (r.layers.empty() || r.outcome.empty()) return "not judged: the print has not ended";
   const double rms = r.layers.back().rms_mm, limit = *r.health.tolerance_mm;
+  if (std::isnan(rms)) return "not judged: heights were not measured";
   const bool within = rms <= limit && r.outcome != "out of tolerance";
   return marked(within ? "within tolerance" : "OUT OF TOLERANCE", within) + ": RMS " + number(rms * kUm, 2) +
          " µm, one layer is " + number(limit * kUm, 2) + " µm" +

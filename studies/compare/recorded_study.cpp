@@ -10,6 +10,7 @@
 #include "files/usage_error.h"
 #include "firn/layer_metrics_t.hpp"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/told_heights.h"
 #include "print/folder/imported_run.h"
 #include "print/folder/run_folder.h"
 #include "print/folder/running.h"
@@ -79,6 +80,8 @@ ReadRun read_recorded(const fs::path& path) {
   if (!last && read.run.finished)
     throw UsageError(path.string() + ": no layer was printed and measured: nothing can be compared" +
                      (read.doubt.empty() ? "" : "; it " + read.doubt));
+  if (last && !heights_told(*last))
+    throw UsageError(path.string() + ": heights were not measured: nothing can be compared");
   if (last && read.run.finished && read.doubt.empty() && last->layer != result->layers)
     read.doubt = "was measured last after layer " + std::to_string(last->layer) + " of " +
                  std::to_string(result->layers);

@@ -171,7 +171,8 @@ TEST_CASE(
   const replay::RunData data = run_data(lines.run.path());
   CHECK(data.layers.size() == 3);
   const std::string page = replay::report_page({{data, "identical"}}, {});
-  for (const char* words : {"Heights were not measured", "by the camera", "Shutter switches"})
+  for (const char* words :
+       {"not judged: heights were not measured", "a camera and no profiler", "Shutter switches"})
     CHECK(page.find(words) != std::string::npos);
   for (const std::string words : {"Cross-section", "RMS error about", ">nan"}) {
     CAPTURE(words);
