@@ -24,6 +24,7 @@ constexpr double kWidthPerSigma = 2.3548;  // full width of a Gauss curve at hal
 constexpr std::size_t kBarePictures = 9;   // whose median is the light
 constexpr double kDarkest = 1e-3;          // share of the white level that still tells ink from none
 constexpr double kBlackest = 0.99;         // contrast; thicker ink looks alike
+constexpr double kLeastDepths = 0.1;       // optical depths of ink that is no noise
 constexpr double kOfPicture = 0.95;        // looked at around an end
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr LineReading kUnread{kNone, kNone, kNone, kNone, kNone};
@@ -49,11 +50,12 @@ HeightMap seen_by_profiler(const HeightMap& surface, const AerosolLabConfig& c) 
 }
 
 // Of the starts, or of the others; NaN where none is known.
-double mean_error_mm(const std::vector<LineEnd>& ends, const std::vector<double>& errors_mm, bool starts) {
+double mean_over_ends(const std::vector<LineEnd>& ends, bool starts,
+                      const std::function<double(std::size_t)>& error_mm) {
   double sum = 0.0, seen = 0.0;
   for (std::size_t n = 0; n < ends.size(); ++n)
-    if (ends[n].start == starts && !std::isnan(errors_mm[n])) {
-      sum += errors_mm[n];
+    if (const double e = error_mm(n); ends[n].start == starts && !std::isnan(e)) {
+      sum += e;
       seen += 1.0;
     }
   return seen > 0.0 ? sum / seen : kNone;
@@ -74,11 +76,12 @@ LineControllerNode::LineControllerNode(const Experiment& e, const Machine& machi
   if (!firn::on(e.camera.use)) return;
   subscribe(channels::kCameraFrame, this);
   looks_.resize(controller_.stations().size());
-  end_errors_mm_.assign(controller_.ends().size(), kNone);
+  end_looks_.resize(controller_.ends().size());
+  told_.resize(end_looks_.size());
 }
 
 void LineControllerNode::on(const camera_frame_t& m, Time, Outbox& out) {
-  const std::size_t stations = looks_.size(), places = stations + (has_profiler_ ? 0 : end_errors_mm_.size());
+  const std::size_t stations = looks_.size(), places = stations + (has_profiler_ ? 0 : end_looks_.size());
   if (m.sweep_id < 1 || m.sweep_id > std::int64_t(places)) return;
   look_at(m, out);
   if (has_profiler_ || m.sweep_id != std::int64_t(places)) return;
@@ -108,14 +111,14 @@ void LineControllerNode::look_at(const camera_frame_t& m, Outbox& out) {
   }
   if (m.layer != looked_layer_) {
     looks_.assign(looks_.size(), {});
-    end_errors_mm_.assign(end_errors_mm_.size(), kNone);
+    end_looks_.assign(end_looks_.size(), {});
   }
   looked_layer_ = m.layer;
   const auto k = std::size_t(m.sweep_id - 1);
   if (k < looks_.size())
     looks_[k] = look_along(controller_.stations()[k], frame);
   else
-    end_errors_mm_[k - looks_.size()] = look_at_end(controller_.ends()[k - looks_.size()], frame);
+    end_looks_[k - looks_.size()] = look_at_end(controller_.ends()[k - looks_.size()], frame);
 }
 
 vision::LinePictureReading LineControllerNode::look_along(const LineStation& s,
@@ -134,8 +137,9 @@ vision::LinePictureReading LineControllerNode::look_along(const LineStation& s,
 }
 
 // The picture as a map of the ink's thickness around the end.
-double LineControllerNode::look_at_end(const LineEnd& end, const vision::Frame& frame) const {
-  if (flat_.pixels.size() != frame.pixels.size() || flat_.width != frame.width) return kNone;
+LineControllerNode::EndLook LineControllerNode::look_at_end(const LineEnd& end,
+                                                            const vision::Frame& frame) const {
+  if (flat_.pixels.size() != frame.pixels.size() || flat_.width != frame.width) return {};
   const AerosolLabConfig& c = changes_.experiment().aerosol;
   const double mm = c.camera_um_per_px / kUmPerMm;
   const double half_x_mm = 0.5 * (frame.width - 1) * mm, half_y_mm = 0.5 * (frame.height - 1) * mm;
@@ -150,7 +154,39 @@ double LineControllerNode::look_at_end(const LineEnd& end, const vision::Frame& 
   vision::LineLook look;
   look.noise_mm = c.optical_depth_mm;
   look.end_before_mm = look.end_inside_mm = kOfPicture * std::min(half_x_mm, half_y_mm);
-  return vision::measure_end(ink, end, width_mm_, look).value_or(kNone);
+  EndLook seen;
+  seen.error_mm = vision::measure_end(ink, end, width_mm_, look).value_or(kNone);
+  const auto height_mm = [&](double inwards) {  // of the outer half of that side of the picture
+    const double to_mm = 0.75 * look.end_inside_mm * (end.start ? inwards : -inwards);
+    LineStation s;
+    s.to_mm = 0.5 * look.end_inside_mm;
+    s.direction = end.direction;
+    s.at = {end.at.x_mm + to_mm * end.direction.x_mm, end.at.y_mm + to_mm * end.direction.y_mm};
+    return vision::measure_line(ink, s, {}).value_or(kUnread).height_mm;
+  };
+  const double inside_mm = height_mm(1.0);
+  seen.goes_on =
+      end.free && inside_mm > kLeastDepths * c.optical_depth_mm && height_mm(-1.0) > 0.5 * inside_mm;
+  return seen;
+}
+
+double LineControllerNode::mean_error_mm(bool starts) const {
+  return mean_over_ends(controller_.ends(), starts, [this](std::size_t n) { return end_looks_[n].error_mm; });
+}
+
+// After the stop the layer is looked at again: what is there then is old.
+std::string LineControllerNode::new_end_that_goes_on(std::int32_t layer) {
+  std::string what;
+  for (std::size_t n = 0; n < end_looks_.size(); ++n) {
+    if (!end_looks_[n].goes_on || told_[n]) continue;
+    told_[n] = true;
+    const Point2 at = controller_.ends()[n].at;
+    what = "the line goes on beyond its end at (" + std::to_string(at.x_mm) + ", " + std::to_string(at.y_mm) +
+           ") mm: the shutter stays open";
+  }
+  if (what.empty() || layer == told_layer_) return {};
+  told_layer_ = layer;
+  return what;
 }
 
 // The width of the picture stands for the section that looks so wide, where the width is what is steered.
@@ -226,8 +262,8 @@ void LineControllerNode::tell_lines(const control::LineMeasurement& m, line_plan
 control::LineDecision LineControllerNode::decide_by_pictures(line_plan_t& plan) {
   control::LineMeasurement measured = unread(plan.layer - 1, plan.attempt);
   if (measured.layer > 0) {
-    measured.start_error_mm = mean_error_mm(controller_.ends(), end_errors_mm_, true);
-    measured.end_error_mm = mean_error_mm(controller_.ends(), end_errors_mm_, false);
+    measured.start_error_mm = mean_error_mm(true);
+    measured.end_error_mm = mean_error_mm(false);
   }
   tell_lines(measured, plan);
   if (measured.layer > 1) measured.start_error_mm = measured.end_error_mm = kNone;
@@ -240,7 +276,13 @@ control::LineDecision LineControllerNode::decide_by_pictures(line_plan_t& plan) 
       measured.last[s].area_mm2 = seen_[s].area_mm2 - (measured.layer > 1 ? seen_before_[s].area_mm2 : 0.0);
   if (changes_.experiment().aerosol.width_by == control::WidthActuator::kGas && measured.layer > 0)
     measured.squared_width = squared_width(measured, plan);
-  return controller_.decide(measured);
+  control::LineDecision d = controller_.decide(measured);
+  if (std::string reason = new_end_that_goes_on(measured.layer); !reason.empty()) {
+    d = {};
+    d.kind = PlanDecision::kStop;
+    d.reason = std::move(reason);
+  }
+  return d;
 }
 
 control::LineDecision LineControllerNode::decide(const height_map_t& m, line_plan_t& plan) {
@@ -264,8 +306,9 @@ control::LineDecision LineControllerNode::decide(const height_map_t& m, line_pla
     std::vector<double> errors_mm;
     for (const LineEnd& end : controller_.ends())
       errors_mm.push_back(vision::measure_end(last, end, width_mm_, look).value_or(kNone));
-    measured.start_error_mm = mean_error_mm(controller_.ends(), errors_mm, true);
-    measured.end_error_mm = mean_error_mm(controller_.ends(), errors_mm, false);
+    const auto error_mm = [&](std::size_t n) { return errors_mm[n]; };
+    measured.start_error_mm = mean_over_ends(controller_.ends(), true, error_mm);
+    measured.end_error_mm = mean_over_ends(controller_.ends(), false, error_mm);
   }
   tell_lines(measured, plan);
   if (c.hold == control::HeldQuantity::kHeight && m.layer > 0) hold_height(measured);

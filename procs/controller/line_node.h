@@ -3,7 +3,10 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "config/changes.h"
 #include "config/experiment.h"
@@ -22,7 +25,8 @@ namespace firn {
 /// Reads the lines in the map and in its difference to the map of the layer before, and asks LineController.
 /// With a camera, the picture k of a layer shows station k - 1, and arrives before the map; those of layer 0
 /// show the bare substrate and give the light. Without a profiler the last picture asks: those of the ends
-/// follow the stations'. They show all layers at once, so that only the first one's ends tell the delays.
+/// follow the stations'. They show all layers at once, so that only the first one's ends tell the delays. An
+/// end behind which the line goes on stops the print, once.
 class LineControllerNode final : public Node {
  public:
   /// @throws std::invalid_argument: a job that the machine cannot print
@@ -42,7 +46,14 @@ class LineControllerNode final : public Node {
   void tell_lines(const control::LineMeasurement&, line_plan_t& plan) const;
   void look_at(const camera_frame_t&, Outbox&);
   vision::LinePictureReading look_along(const LineStation&, const vision::Frame&) const;
-  double look_at_end(const LineEnd&, const vision::Frame&) const;
+  struct EndLook {
+    double error_mm = std::numeric_limits<double>::quiet_NaN();  ///< NaN where not seen
+    bool goes_on = false;                                        ///< there is a line behind it
+  };
+  EndLook look_at_end(const LineEnd&, const vision::Frame&) const;
+  double mean_error_mm(bool starts) const;
+  /// Empty where none goes on that has not been told.
+  std::string new_end_that_goes_on(std::int32_t layer);
   void add_looks(line_plan_t& plan, std::vector<LineReading>& total) const;
   void hold_height(control::LineMeasurement& measured) const;
   double squared_width(const control::LineMeasurement& measured, const line_plan_t& plan) const;
@@ -62,7 +73,9 @@ class LineControllerNode final : public Node {
   std::int32_t looked_layer_ = 0;
   std::vector<vision::LinePictureReading> looks_;  ///< of that layer, by station; not seen where none came
   std::vector<LineReading> seen_before_, seen_;    ///< sections that the widths of the two layers stand for
-  std::vector<double> end_errors_mm_;              ///< the same by end; NaN where not seen
+  std::vector<EndLook> end_looks_;                 ///< the same by end
+  std::vector<bool> told_;                         ///< ends that go on, as a stop said
+  std::int32_t told_layer_ = 0;                    ///< that the last such stop followed
 };
 
 }  // namespace firn

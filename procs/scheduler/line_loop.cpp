@@ -189,12 +189,14 @@ bool LineLoop::stopped_by_pictures(const line_plan_t& m, Time now, Outbox& out) 
   if (!way_done_ || layers_done_ == 0) return false;
   const auto unseen = std::ranges::count_if(m.seen_width_mm, [](float w) { return std::isnan(w); });
   const double seen = 1.0 - double(unseen) / double(m.looks);
-  if (seen >= experiment().process.least_rise_share) return false;
+  const bool open = PlanDecision(m.decision) == PlanDecision::kStop;
+  if (seen >= experiment().process.least_rise_share && !open) return false;
   way_done_ = false;  // after the stop somebody has been at the nozzle
   phase_ = Phase::kArmProfiler;
   fail(12,
-       "the camera sees lines at " + std::to_string(seen) + " of the stations after layer " +
-           std::to_string(layers_done_) + ": the shutter stays closed or the nozzle is clogged",
+       open ? m.reason
+            : "the camera sees lines at " + std::to_string(seen) + " of the stations after layer " +
+                  std::to_string(layers_done_) + ": the shutter stays closed or the nozzle is clogged",
        now, out);
   return true;
 }
