@@ -123,7 +123,7 @@ def mpc_held_out():
     for part in study["parts"]:
         found = [metric(study, scheme, "rms_um", part) for scheme in schemes]
         least = min(row["mean"] for row in found)
-        shown = [interval(row, 2) if text in ("greedy", "factors", "together") else plain(row, 2) for row, text in zip(found, schemes.values())]
+        shown = [interval(row, 2) if text in ("factors", "together") else plain(row, 2) for row, text in zip(found, schemes.values())]
         lines.append(f"|{part}|" + "|".join(f"**{s}**" if row["mean"] == least else s for row, s in zip(found, shown)) + "|")
     return "\n".join(lines) + "\n"
 
@@ -155,13 +155,30 @@ def ice_roughness():
 
 
 def aerosol():
-    names = {"open loop": "open loop", "paper": "the paper's corners, open loop", "feedback": "feedback"}
+    names = {"open loop": "open loop", "paper": "the paper's corners, open loop", "feedback": "sections fed back",
+             "section and width": "sections and widths"}
     return study_table("aerosol-drift", names, [
-        (f"{part}: {head}", measure, part, decimals, 1, True) for part in results("aerosol-drift")["parts"]
+        (f"{part}: {head}", measure, part, decimals, 1, decimals > 0) for part in results("aerosol-drift")["parts"]
         for head, measure, decimals in (("section, RMS [%]", "section_rms_pct", 2), ("worst start [um]", "start_um", 0), ("end [um]", "end_um", 0))])
 
 
-TABLES = {"aerosol": aerosol, "cylinder": cylinder, "mpc-held-out": mpc_held_out, "schemes": schemes,
+def aerosol_width():
+    names = {"open loop": "open loop", "section by profiler": "section by speed", "width by camera": "width by speed",
+             "width by gas": "width by gas, section by speed", "width by gas and height": "width by gas, height by speed"}
+    return study_table("aerosol-width", names, [
+        (f"{part}: {head}", measure, part, 1, 1, measure == "visible_rms_um") for part in results("aerosol-width")["parts"]
+        for head, measure in (("width [um]", "visible_rms_um"), ("section [%]", "section_rms_pct"), ("height [%]", "height_rms_pct"))])
+
+
+def aerosol_thompson():
+    names = {"paper": "the paper's corners", "loops": "loops", "hybrid": "hybrid"}
+    return study_table("aerosol-thompson", names, [
+        (f"{part}: {head}", measure, part, decimals, 1, measure == "offset_rms_um") for part in results("aerosol-thompson")["parts"]
+        for head, measure, decimals in (("middles [um]", "offset_rms_um", 1), ("camera", "seen_offset_um", 1),
+                                        ("overspray [%]", "overspray_pct", 2), ("camera", "seen_overspray_pct", 2))])
+
+
+TABLES = {"aerosol": aerosol, "aerosol-width": aerosol_width, "aerosol-thompson": aerosol_thompson, "cylinder": cylinder, "mpc-held-out": mpc_held_out, "schemes": schemes,
           "ice": ice, "ice-roughness": ice_roughness}
 
 
