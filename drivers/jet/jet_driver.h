@@ -42,7 +42,7 @@ std::unique_ptr<JetDriver> new_jet(const JetOptions& config) {
   return std::make_unique<Kind>(config);
 }
 
-/// Whether it is an answer to the dialect's harmless question.
+/// Returns whether the reply answers the dialect's harmless question.
 bool answers_probe(const Dialect& dialect, std::string_view heard);
 
 /// The row of a kind in drivers/jet/jet_kinds.cpp.

@@ -8,7 +8,7 @@
 
 namespace firn::plant {
 
-/// What the configuration says of any camera of the world. @param dirt_key of the random specks
+/// Sets the optics that the configuration has for any camera. @param dirt_key of the random specks
 void set_optics(const WorldConfig& config, std::uint32_t dirt_key, Optics& optics);
 
 /// The gain scales the light; the flash, not the exposure, gives its amount.

@@ -49,7 +49,7 @@ HeightMap seen_by_profiler(const HeightMap& surface, const AerosolLabConfig& c) 
                               c.spot_y_mm);
 }
 
-// Of the starts, or of the others; NaN where none is known.
+// Mean error of the starts, or of the other ends; NaN where none is known.
 double mean_over_ends(const std::vector<LineEnd>& ends, bool starts,
                       const std::function<double(std::size_t)>& error_mm) {
   double sum = 0.0, seen = 0.0;

@@ -67,7 +67,7 @@ void check_rings(const char* name, Layers&& next_layer) {
   }
 }
 
-/// Of check_rings(): one layer, counted from 1.
+/// Makes check_rings() look at one layer, counted from 1.
 auto only(std::size_t layer) {
   return [=](std::size_t k) { return k == 0 ? layer - 1 : 1'000'000; };
 }
