@@ -174,7 +174,7 @@ double LineControllerNode::mean_error_mm(bool starts) const {
   return mean_over_ends(controller_.ends(), starts, [this](std::size_t n) { return end_looks_[n].error_mm; });
 }
 
-// After the stop the layer is looked at again: what is there then is old.
+// After the stop the layer is looked at again; all ink of it is old by then.
 std::string LineControllerNode::new_end_that_goes_on(std::int32_t layer) {
   std::string what;
   for (std::size_t n = 0; n < end_looks_.size(); ++n) {
@@ -189,7 +189,7 @@ std::string LineControllerNode::new_end_that_goes_on(std::int32_t layer) {
   return what;
 }
 
-// The width of the picture stands for the section that looks so wide, where the width is what is steered.
+// The width of the picture stands for the section that looks so wide, where the width is steered.
 void LineControllerNode::add_looks(line_plan_t& plan, std::vector<LineReading>& total) const {
   const AerosolLabConfig& c = changes_.experiment().aerosol;
   const double mm = c.camera_um_per_px / kUmPerMm;
@@ -210,7 +210,7 @@ void LineControllerNode::add_looks(line_plan_t& plan, std::vector<LineReading>& 
   }
 }
 
-// The section that a line of the nominal width and of this height has, where the height is what is held.
+// The section that a line of the nominal width and of this height has, where the height is held.
 void LineControllerNode::hold_height(control::LineMeasurement& m) const {
   const int layers = changes_.experiment().aerosol.layers;
   for (std::size_t s = 0; s < nominal_.size(); ++s) {

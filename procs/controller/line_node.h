@@ -38,7 +38,7 @@ class LineControllerNode final : public Node {
   void on(const operator_command_t&, Time now, Outbox&);
 
  private:
-  /// Sends the plan with what `decide` returns.
+  /// Sends the plan with the decision of `decide`.
   void answer(line_plan_t plan, const std::function<control::LineDecision(line_plan_t&)>& decide, Outbox&);
   control::LineDecision decide(const height_map_t& map, line_plan_t& plan);
   control::LineDecision decide_by_pictures(line_plan_t& plan);
