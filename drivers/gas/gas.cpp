@@ -11,6 +11,7 @@ namespace {
 constexpr const char* kNames[] = {"atomizer", "sheath"};
 constexpr double kLeastMeasured = 0.002;  // of the full scale: below it a flow is none
 constexpr double kExchanges = 4.0;        // that a host may be late with until a flow is seen to be there
+constexpr int kNamings = 3;               // of another gas, until it is no damage of the line
 
 void check_unit(const char* key, const std::string& unit) {
   if (unit.size() != 1 || unit[0] < 'A' || unit[0] > 'Z')
@@ -48,7 +49,7 @@ Gas::Gas(GasOptions config) : Driver(dialect_), config_(std::move(config)) {
 void Gas::connected(std::int64_t, Effects& fx) {
   set_state(DeviceState::kIdentifying, identity_, fx);
   phase_ = Phase::kIdentifying;
-  checked_ = false;
+  other_gas_.fill(0);
   dollars_.fill(false);
   was_there_.fill(false);
   gone_since_us_.fill(0);
@@ -200,7 +201,10 @@ void Gas::take(int n, const alicat::Reading& r, std::int64_t now_us, Effects& fx
       end_atomizer(now_us, fx);
     }
   }
-  if (r.gas == config_.gas || phase_ != Phase::kIdentifying) return;
+  if (phase_ != Phase::kIdentifying) return;
+  other_gas_[k] = r.gas == config_.gas ? 0 : other_gas_[k] + 1;
+  if (other_gas_[k] == 0) return;
+  if (other_gas_[k] < kNamings) return link_.push(alicat::poll_request(unit(n), kReadTag));
   const std::string why = std::string(kNames[k]) + " is set to " + std::string(r.gas) + ", gas.gas is \"" +
                           config_.gas + "\": select it at its panel";
   phase_ = Phase::kRefused;

@@ -95,9 +95,9 @@ class Gas final : public Driver {
   std::array<double, 2> tolerated_sccm_{};  ///< by which a set point as shown may be off
   std::array<bool, 2> was_there_{};
   std::array<std::int64_t, 2> gone_since_us_{};
-  int first_ = kSheath;   ///< the flow that changes first
-  int round_ = 0;         ///< readings since the set point was sent
-  bool checked_ = false;  ///< the gases that the units are set to
+  int first_ = kSheath;             ///< the flow that changes first
+  int round_ = 0;                   ///< readings since the set point was sent
+  std::array<int, 2> other_gas_{};  ///< times in succession that another gas was named
   GasFlows flows_;
   std::int64_t next_read_us_ = 0, settle_until_us_ = 0;
 };

@@ -36,7 +36,15 @@ struct GasLine {
   }
   void advance(std::int64_t now_us) {
     while (twin.next_inner_us() <= now_us) twin.step();
-    while (twin.link().next_send_us() <= now_us) out += twin.link().pop_send().bytes;
+    while (twin.link().next_send_us() <= now_us) {
+      std::string sent(twin.link().pop_send().bytes);
+      if (const std::size_t at = sent.find(" N2");
+          at != std::string::npos && sent[0] == 'A' && damaged_names > 0) {
+        --damaged_names;
+        sent[at + 2] = '3';
+      }
+      out += sent;
+    }
   }
   std::int64_t next_us() const {
     return twin.next_visible_us() < twin.next_inner_us() ? twin.next_visible_us() : twin.next_inner_us();
@@ -45,11 +53,13 @@ struct GasLine {
   NoWires wires;
   plant::GasTwin twin;
   std::string out, heard;
+  int damaged_names = 0;  ///< of the gas, in the atomizer's next data frames
 };
 
 struct GasRig {
-  explicit GasRig(plant::GasParams params = {}, GasOptions options = {})
+  explicit GasRig(plant::GasParams params = {}, GasOptions options = {}, int damaged_names = 0)
       : line(std::move(params)), gas(std::move(options)), rig(gas, line) {
+    line.damaged_names = damaged_names;
     rig.lines = false;
     rig.open();
     rig.run([&] { return gas.safe(); }, 10.0);
@@ -253,6 +263,17 @@ TEST_CASE("a unit that says nothing, has another id or another gas is named", "[
   mute.trip(6);
   REQUIRE(mute.rig.run([&] { return !mute.stopped().empty(); }, 20.0));
   CHECK_THAT(mute.stopped(), Contains("link lost"));
+}
+
+TEST_CASE("a gas's name damaged on the line is asked for again, and twice more at most", "[gas]") {
+  for (const int damaged : {1, 2}) {
+    GasRig asked({}, {}, damaged);
+    CHECK(asked.gas.safe());
+    CHECK(asked.stopped().empty());
+  }
+  GasRig believed({}, {}, 3);
+  CHECK(believed.gas.state() == DeviceState::kFault);
+  CHECK_THAT(believed.stopped(), Contains("atomizer is set to N3"));
 }
 
 TEST_CASE("a person reads model and serial number of both controllers", "[gas][service]") {
