@@ -94,7 +94,8 @@ class AerosolLab final : public WorldLab, private Wires, private HeaterWires {
             {l.landed_mm3 + l.lost_mm3, l.lost_mm3, 0.0},
             deposit_.surface().cell_means(),
             deposit_.surface().means_with_margin(),
-            gas_.set_sccm()};
+            gas_.set_sccm(),
+            heat_.set_degC(0)};
   }
   void io_plant(Archive& a) override {
     a.all(layers_, switches_, scans_, firing_);

@@ -45,6 +45,7 @@ struct Truth {
   HeightMap height;  ///< noise-free mean over each cell [mm]
   HeightMap wide;    ///< the same, and the cells of a margin around the grid; droplets only
   std::array<double, 2> gas_set_sccm = {};  ///< set points in force: atomizer, sheath
+  double platen_set_degC = 0.0;             ///< set point in force
 };
 
 class World {

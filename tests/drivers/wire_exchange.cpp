@@ -169,7 +169,22 @@ struct GasRig : PortRig {
   Gas gas;
 };
 
+struct PlatenRig : PortRig {
+  explicit PlatenRig(const plant::WorldConfig& config) : PortRig(config), platen(options()) {
+    add("heater", platen);
+  }
+  void start() { connect_all(); }
+  static HeaterOptions options() {
+    HeaterOptions o;
+    o.platen_degC = 60.0;
+    o.high_degC = 100.0;
+    return o;
+  }
+  Heater platen;
+};
+
 using Gases = Session<GasRig>;
+using Platen = Session<PlatenRig>;
 using Inkjet = Session<WorldRig>;
 using Watch = Session<CameraRig>;
 using Ice = Session<IceRig>;
@@ -306,6 +321,14 @@ void run_gas(Gases& s) {
           "atomizer gas goes on", r);
 }
 
+void run_platen(Platen& s) {
+  const double set = 30.0 + double(s.random(50));
+  const Result r = s.command("heater", [&](std::int64_t t, Effects& fx) {
+    s.rig.platen.set({set, kHeaterOff_degC, kHeaterOff_degC}, t, fx);
+  });
+  if (r.outcome == Outcome::kDone) s.judge(s.rig.world.truth().platen_set_degC == set, "set point", r);
+}
+
 std::vector<double> sweep(int k) {
   std::vector<double> q;
   for (std::size_t i = 0; i < 60; ++i) {
@@ -406,6 +429,13 @@ void exchange_under_faults(RealWire::Kind kind, std::int64_t exchanges, std::uin
     Gases s(kind, "gas", seed, aerosol_world());
     while (!s.enough(exchanges)) run_gas(s);
     done(s.done());
+  }
+  if (only.empty() || only == "platen") {
+    Platen s(kind, "heater", seed, aerosol_world());
+    while (!s.enough(exchanges)) run_platen(s);
+    ExchangeFigures figures = s.done();
+    figures.instrument = "platen";
+    done(figures);
   }
   inkjet("stage", run_stage);
   inkjet("jet", run_jet);
