@@ -113,6 +113,7 @@ PrintJob decode_job(std::span<const std::byte> bytes) {
   ByteReader in(bytes);
   if (in.get<std::uint32_t>("the mark") != kJobMark) in.fail("is no print job");
   const std::size_t count = in.get_count("segments", kMostSegments);
+  if (count == 0) in.fail("the print job has no segments");
   const auto point = [&](const char* what) {
     Point2 p;
     p.x_mm = in.get_number(what, -1e5, 1e5);

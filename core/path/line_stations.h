@@ -37,7 +37,7 @@ std::vector<LineEnd> line_ends(const PrintJob& job, double clearance_mm);
 /// Distance from a point to a segment.
 double distance_to(const Point2& p, const PrintSegment& s);
 
-/// Bytes of a job, for a run's input "job". @throws FormatError in decode
+/// Bytes of a job, for a run's input "job". @throws FormatError in decode; also of a job without segments
 std::vector<std::byte> encode_job(const PrintJob& job);
 PrintJob decode_job(std::span<const std::byte> bytes);
 

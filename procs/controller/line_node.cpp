@@ -70,7 +70,8 @@ LineControllerNode::LineControllerNode(const Experiment& e, const Machine& machi
       controller_(line_setup(e, machine, std::move(job))),
       grid_(e.grid),
       width_mm_(e.aerosol.line_width_mm),
-      nominal_(read_lines(seen_by_profiler(target, e.aerosol), controller_.stations(), {})) {
+      nominal_(read_lines(seen_by_profiler(target, e.aerosol), controller_.stations(), {})),
+      growth_(control::VisibleWidth(width_mm_ / kWidthPerSigma, e.aerosol.optical_depth_mm)) {
   if (has_profiler_) subscribe(channels::kHeightMap, this);
   subscribe(channels::kOperatorCommand, this);
   if (!firn::on(e.camera.use)) return;
@@ -78,6 +79,7 @@ LineControllerNode::LineControllerNode(const Experiment& e, const Machine& machi
   looks_.resize(controller_.stations().size());
   end_looks_.resize(controller_.ends().size());
   told_.resize(end_looks_.size());
+  if (!has_profiler_) subscribe(channels::kPathReport, this);
 }
 
 void LineControllerNode::on(const camera_frame_t& m, Time, Outbox& out) {
@@ -89,7 +91,7 @@ void LineControllerNode::on(const camera_frame_t& m, Time, Outbox& out) {
   plan.layer = m.layer + 1;
   plan.attempt = m.attempt;
   answer(
-      std::move(plan), [this](line_plan_t& p) { return decide_by_pictures(p); }, out);
+      std::move(plan), [&](line_plan_t& p) { return decide_by_pictures(p, out); }, out);
 }
 
 void LineControllerNode::look_at(const camera_frame_t& m, Outbox& out) {
@@ -184,9 +186,37 @@ std::string LineControllerNode::new_end_that_goes_on(std::int32_t layer) {
     what = "the line goes on beyond its end at (" + std::to_string(at.x_mm) + ", " + std::to_string(at.y_mm) +
            ") mm: the shutter stays open";
   }
-  if (what.empty() || layer == told_layer_) return {};
-  told_layer_ = layer;
-  return what;
+  return layer == told_layer_ ? std::string() : what;
+}
+
+std::string LineControllerNode::missing_growth(std::int32_t layer, Outbox& out) {
+  const double mm = changes_.experiment().aerosol.camera_um_per_px / kUmPerMm;
+  std::vector<control::SeenLine> seen;
+  for (const vision::LinePictureReading& l : looks_)
+    seen.push_back(l.seen && layer == looked_layer_
+                       ? control::SeenLine{std::abs(l.contrast), l.width_px * mm, l.width_std_px * mm}
+                       : control::SeenLine{kNone, kNone, kNone});
+  const control::GrowthShare grown = growth_.look(layer, seen);
+  if (layer == 1 || layer == cut_layer_ || layer == told_layer_) return {};
+  if (!grown.resolved()) {
+    if (!std::exchange(doubt_told_, true))
+      out.warn("the pictures of layer " + std::to_string(layer) +
+               " do not tell whether it added ink: a shutter that stays closed is found layers later");
+    return {};
+  }
+  if (grown.share >= changes_.experiment().process.least_rise_share) return {};
+  return "the lines of layer " + std::to_string(layer) + " hold " + std::to_string(grown.share) +
+         " of the ink that was planned, as they grow in the pictures: the shutter stays closed or the nozzle "
+         "is "
+         "clogged";
+}
+
+std::vector<double> LineControllerNode::planned_sections(const control::LineDecision& d) const {
+  const AerosolLabConfig& c = changes_.experiment().aerosol;
+  std::vector<double> sections;
+  for (const double speed_mm_s : d.speed_mm_s)
+    sections.push_back(c.flow_mm3_s * c.solids * d.flow_share / speed_mm_s);
+  return sections;
 }
 
 // The width of the picture stands for the section that looks so wide, where the width is steered.
@@ -259,7 +289,7 @@ void LineControllerNode::tell_lines(const control::LineMeasurement& m, line_plan
   }
 }
 
-control::LineDecision LineControllerNode::decide_by_pictures(line_plan_t& plan) {
+control::LineDecision LineControllerNode::decide_by_pictures(line_plan_t& plan, Outbox& out) {
   control::LineMeasurement measured = unread(plan.layer - 1, plan.attempt);
   if (measured.layer > 0) {
     measured.start_error_mm = mean_error_mm(true);
@@ -277,7 +307,11 @@ control::LineDecision LineControllerNode::decide_by_pictures(line_plan_t& plan) 
   if (changes_.experiment().aerosol.width_by == control::WidthActuator::kGas && measured.layer > 0)
     measured.squared_width = squared_width(measured, plan);
   control::LineDecision d = controller_.decide(measured);
-  if (std::string reason = new_end_that_goes_on(measured.layer); !reason.empty()) {
+  std::string reason = measured.layer > 0 ? missing_growth(measured.layer, out) : std::string();
+  if (std::string open = new_end_that_goes_on(measured.layer); !open.empty()) reason = std::move(open);
+  growth_.plan(plan.layer, planned_sections(d));
+  if (!reason.empty()) {
+    told_layer_ = measured.layer;
     d = {};
     d.kind = PlanDecision::kStop;
     d.reason = std::move(reason);
@@ -367,6 +401,10 @@ void LineControllerNode::answer(line_plan_t plan,
   plan.knots = std::int32_t(plan.t_s.size());
   plan.switches = std::int32_t(plan.switch_mm.size());
   out.send(channels::kLinePlan, std::move(plan));
+}
+
+void LineControllerNode::on(const path_report_t& m, Time, Outbox&) {
+  if (Outcome(m.outcome) != Outcome::kDone) cut_layer_ = m.layer;
 }
 
 void LineControllerNode::on(const operator_command_t& m, Time, Outbox&) {

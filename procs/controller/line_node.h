@@ -1,5 +1,5 @@
-// LineControllerNode decides the way of each layer of lines: HEIGHT_MAP, CAMERA_FRAME, OPERATOR_COMMAND ->
-// LINE_PLAN.
+// LineControllerNode decides the way of each layer of lines: HEIGHT_MAP, CAMERA_FRAME, PATH_REPORT,
+// OPERATOR_COMMAND -> LINE_PLAN.
 #pragma once
 
 #include <functional>
@@ -12,12 +12,14 @@
 #include "config/experiment.h"
 #include "config/machine.h"
 #include "core/control/lines/line_controller.h"
+#include "core/control/lines/line_growth.h"
 #include "core/grid/grid.h"
 #include "core/vision/line_picture.h"
 #include "firn/camera_frame_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/line_plan_t.hpp"
 #include "firn/operator_command_t.hpp"
+#include "firn/path_report_t.hpp"
 #include "runtime/node.h"
 
 namespace firn {
@@ -26,7 +28,7 @@ namespace firn {
 /// With a camera, the picture k of a layer shows station k - 1, and arrives before the map; those of layer 0
 /// show the bare substrate and give the light. Without a profiler the last picture asks: those of the ends
 /// follow the stations'. They show all layers at once, so that only the first one's ends tell the delays. An
-/// end behind which the line goes on stops the print, once.
+/// end behind which the line goes on, or a layer after which the lines have not grown, stops the print, once.
 class LineControllerNode final : public Node {
  public:
   /// @throws std::invalid_argument: a job that the machine cannot print
@@ -35,13 +37,14 @@ class LineControllerNode final : public Node {
 
   void on(const height_map_t&, Time now, Outbox&);
   void on(const camera_frame_t&, Time now, Outbox&);
+  void on(const path_report_t&, Time now, Outbox&);
   void on(const operator_command_t&, Time now, Outbox&);
 
  private:
   /// Sends the plan with the decision of `decide`.
   void answer(line_plan_t plan, const std::function<control::LineDecision(line_plan_t&)>& decide, Outbox&);
   control::LineDecision decide(const height_map_t& map, line_plan_t& plan);
-  control::LineDecision decide_by_pictures(line_plan_t& plan);
+  control::LineDecision decide_by_pictures(line_plan_t& plan, Outbox&);
   control::LineMeasurement unread(std::int32_t layer, std::int32_t attempt) const;
   void tell_lines(const control::LineMeasurement&, line_plan_t& plan) const;
   void look_at(const camera_frame_t&, Outbox&);
@@ -54,6 +57,10 @@ class LineControllerNode final : public Node {
   double mean_error_mm(bool starts) const;
   /// Empty where none goes on that has not been told.
   std::string new_end_that_goes_on(std::int32_t layer);
+  /// Empty where the lines have grown, where nothing was to be printed, and where the pictures do not tell.
+  std::string missing_growth(std::int32_t layer, Outbox&);
+  /// That the next layer shall add, by station.
+  std::vector<double> planned_sections(const control::LineDecision&) const;
   void add_looks(line_plan_t& plan, std::vector<LineReading>& total) const;
   void hold_height(control::LineMeasurement& measured) const;
   double squared_width(const control::LineMeasurement& measured, const line_plan_t& plan) const;
@@ -75,7 +82,10 @@ class LineControllerNode final : public Node {
   std::vector<LineReading> seen_before_, seen_;    ///< sections that the widths of the two layers stand for
   std::vector<EndLook> end_looks_;                 ///< the same by end
   std::vector<bool> told_;                         ///< ends that go on, as a stop said
-  std::int32_t told_layer_ = 0;                    ///< that the last such stop followed
+  control::LineGrowth growth_;
+  std::int32_t cut_layer_ = 0;   ///< the last one whose way was not wholly followed
+  bool doubt_told_ = false;      ///< that pictures do not tell the growth
+  std::int32_t told_layer_ = 0;  ///< that the last stop by pictures followed
 };
 
 }  // namespace firn

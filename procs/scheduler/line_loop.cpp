@@ -188,7 +188,7 @@ double LineLoop::ink_beside_mm3() const {
 bool LineLoop::stopped_by_pictures(const line_plan_t& m, Time now, Outbox& out) {
   if (!way_done_ || layers_done_ == 0) return false;
   const auto unseen = std::ranges::count_if(m.seen_width_mm, [](float w) { return std::isnan(w); });
-  const double seen = 1.0 - double(unseen) / double(m.looks);
+  const double seen = m.looks > 0 ? 1.0 - double(unseen) / double(m.looks) : 0.0;
   const bool open = PlanDecision(m.decision) == PlanDecision::kStop;
   if (seen >= experiment().process.least_rise_share && !open) return false;
   way_done_ = false;  // after the stop somebody has been at the nozzle

@@ -19,6 +19,7 @@
 #include "replay/run_messages.h"
 #include "report/run/report_data.h"
 #include "report/run/report_page.h"
+#include "studies/compare/recorded_study.h"
 #include "studies/tune/lab_print.h"
 #include "tests/files/record/scratch.h"
 
@@ -71,8 +72,8 @@ struct ShortLines {
   }
 };
 
-/// A moment of node time, in s, at which the shutter is open in that layer of a print that nothing disturbs.
-std::string open_in_layer(std::size_t layer, const std::vector<std::string>& more = {}) {
+/// The pulses of that layer in a print that nothing disturbs.
+plant::FiringRecord firing_of_layer(std::size_t layer, const std::vector<std::string>& more) {
   static std::map<std::vector<std::string>, std::vector<plant::FiringRecord>>& known =
       *new auto(std::map<std::vector<std::string>, std::vector<plant::FiringRecord>>{});
   if (!known.contains(more)) {
@@ -80,7 +81,17 @@ std::string open_in_layer(std::size_t layer, const std::vector<std::string>& mor
     REQUIRE(lines.go().result.status == 0);
     known[more] = plant::read_history(lines.run.world_record_path()).firings;
   }
-  return std::to_string(double(known.at(more).at(layer - 1).first_us) * 1e-6 + 0.5);
+  return known.at(more).at(layer - 1);
+}
+
+/// A moment of node time, in s, at which the shutter is open in that layer.
+std::string open_in_layer(std::size_t layer, const std::vector<std::string>& more = {}) {
+  return std::to_string(double(firing_of_layer(layer, more).first_us) * 1e-6 + 0.5);
+}
+
+/// The same of the closed shutter, behind that layer.
+std::string closed_after_layer(std::size_t layer, const std::vector<std::string>& more) {
+  return std::to_string(double(firing_of_layer(layer, more).end_us) * 1e-6 + 0.5);
 }
 
 /// Stopped by name, no switch is open at the end, and the record holds.
@@ -181,6 +192,8 @@ TEST_CASE(
     CAPTURE(words);
     CHECK(page.find(words) == std::string::npos);
   }
+  CHECK_THROWS_WITH(recorded_study(study_of_runs({lines.run.path().string()}), ""),
+                    Catch::Contains(lines.run.path().string() + ": heights were not measured"));
 }
 
 TEST_CASE("A shutter that stays closed stops a print by the camera alone, by name", "[line][I12]") {
@@ -188,6 +201,20 @@ TEST_CASE("A shutter that stays closed stops a print by the camera alone, by nam
                     "aerosol.layers=2", "aerosol.station_mm=1.6"});
   const LabRunReport stopped = lines.go({"1 stage trip 7"});
   check_line_stop(lines, stopped, "shutter stays closed");
+}
+
+TEST_CASE(
+    "A shutter that sticks closed after layer 1 stops a print by the camera alone, and it goes on mended",
+    "[line][I12]") {
+  const std::vector<std::string> alone{"devices.laser_profiler.port=none", "camera.use=on",
+                                       "aerosol.width_by=speed", "aerosol.layers=2",
+                                       "aerosol.station_mm=1.6"};
+  const std::string moment = closed_after_layer(1, alone);
+  ShortLines stuck(alone);
+  const LabRunReport stopped = stuck.go({moment + " stage trip 7"});
+  check_line_stop(stuck, stopped, "the lines of layer 2 hold");
+  CHECK_THAT(stopped.result.reason, Catch::Contains("shutter stays closed"));
+  check_goes_on(stuck, 2);
 }
 
 TEST_CASE("A shutter that stays open stops a print by the camera alone, by name, until somebody mends it",

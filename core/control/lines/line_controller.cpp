@@ -56,6 +56,7 @@ LineController::LineController(LineSetup setup)
       focus_(setup_.options, setup_.gains, setup_.output_limit),
       stations_(line_stations(setup_.job, setup_.options.station_mm)),
       ends_(line_ends(setup_.job, kEndClearance_mm)) {
+  if (stations_.empty()) throw std::invalid_argument("lines: the print job has no segments");
   now_.sum.assign(stations_.size(), 0.0);
   now_.error.assign(stations_.size(), 0.0);
   now_.open_delay_s = now_.close_delay_s = setup_.machine.shutter_delay_s;

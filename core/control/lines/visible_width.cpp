@@ -40,10 +40,13 @@ double widths(double depths) {
 
 }  // namespace
 
-double VisibleWidth::width_mm(double section_mm2) const {
-  const double depths = section_mm2 / (kSqrtTwoPi * sigma_mm_ * depth_mm_);
-  return sigma_mm_ * widths(std::clamp(depths, kThinnest, kThickest));
+double VisibleWidth::depths(double section_mm2) const {
+  return std::clamp(section_mm2 / (kSqrtTwoPi * sigma_mm_ * depth_mm_), kThinnest, kThickest);
 }
+
+double VisibleWidth::width_mm(double section_mm2) const { return sigma_mm_ * widths(depths(section_mm2)); }
+
+double VisibleWidth::contrast(double section_mm2) const { return 1.0 - decay(depths(section_mm2)); }
 
 double VisibleWidth::section_mm2(double width_mm) const {
   double low = kThinnest, high = kThickest;

@@ -13,10 +13,14 @@ class VisibleWidth {
   VisibleWidth(double sigma_mm, double depth_mm) : sigma_mm_(sigma_mm), depth_mm_(depth_mm) {}
 
   double width_mm(double section_mm2) const;
+  /// Of the line's middle.
+  double contrast(double section_mm2) const;
   /// By bisection, between 1e-3 and 1e3 optical depths at the middle; the nearer limit beyond.
   double section_mm2(double width_mm) const;
 
  private:
+  double depths(double section_mm2) const;
+
   double sigma_mm_, depth_mm_;
 };
 

@@ -193,4 +193,7 @@ TEST_CASE("A job that the machine cannot print is refused with segment and reaso
   LineSetup setup = two_lines();
   setup.job.segments[1].speed_mm_s = 9.0;
   CHECK_THROWS_WITH(LineController(setup), Catch::Contains("segments["));
+  setup.job.segments.clear();
+  CHECK_THROWS_WITH(LineController(setup), Catch::Contains("no segments"));
+  CHECK_THROWS_WITH(decode_job(encode_job(setup.job)), Catch::Contains("no segments"));
 }
