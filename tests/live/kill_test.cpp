@@ -1,8 +1,9 @@
 // kill -9 of live prints: victim, moment and lab are drawn, every process of the print among the victims,
 // world and launcher included. 20 kills with a seed of the day. A failure names its seed: FIRN_KILL_SEED=N
-// FIRN_KILLS=1 repeats it. FIRN_KILL_VICTIM and FIRN_KILL_LAB (inkjet, two_inks, watched, lines, ice) fix
-// what is drawn; FIRN_KILL_HARDSHIPS=1 adds to half of the prints a network that loses a tenth, and to half a
-// disk that stalls or is full from a moment drawn. tests/bench/random_kills.sh makes a table of many.
+// FIRN_KILLS=1 repeats it. FIRN_KILL_VICTIM and FIRN_KILL_LAB (inkjet, two_inks, watched, lines,
+// camera_alone, ice) fix what is drawn; FIRN_KILL_HARDSHIPS=1 adds to half of the prints a network that loses
+// a tenth, and to half a disk that stalls or is full from a moment drawn. tests/bench/random_kills.sh makes a
+// table of many.
 #include <signal.h>
 #include <time.h>
 #include <unistd.h>
@@ -41,7 +42,8 @@ std::string lab_of(RandomStream& random) {
          : drawn == 0 ? "ice"
          : drawn < 6  ? "two_inks"
          : drawn < 9  ? "watched"
-         : drawn < 12 ? "lines"
+         : drawn < 11 ? "lines"
+         : drawn < 12 ? "camera_alone"
                       : "inkjet";
 }
 
@@ -49,6 +51,7 @@ Experiment print_of(const std::string& lab, std::uint64_t seed) {
   if (lab == "ice") return tiny_ice(seed);
   if (lab == "watched") return tiny_watched_part(seed);
   if (lab == "lines") return tiny_lines(seed);
+  if (lab == "camera_alone") return tiny_lines_by_camera(seed);
   return lab == "two_inks" ? tiny_part_of_two_inks(seed) : tiny_part(seed);
 }
 
@@ -99,7 +102,9 @@ int wait_in_trouble(LiveRun& run, const Hardship& h) {
 void kill_at_random(std::uint64_t seed) {
   RandomStream random(seed, Purpose::kKill);
   const std::string lab = lab_of(random);
-  const std::uint32_t latest_us = lab == "ice" ? 8'000'000 : lab == "lines" ? 5'000'000 : 2'300'000;
+  const std::uint32_t latest_us = lab == "ice"                              ? 8'000'000
+                                  : lab == "lines" || lab == "camera_alone" ? 5'000'000
+                                                                            : 2'300'000;
   std::string story = "seed " + std::to_string(seed) + "  " + lab;
   RandomStream hard(seed, Purpose::kBusFault);
   const Hardship hardship = hardship_of(hard, latest_us);

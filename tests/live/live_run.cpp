@@ -11,6 +11,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "config/devices.h"
 #include "config/include.h"
 #include "config/labs.h"
 #include "print/inputs/ice_inputs.h"
@@ -77,6 +78,15 @@ Experiment tiny_lines(std::uint64_t seed) {
        "heater.low_degC=-40",                                   // warm at once
        "camera.use=on", "plant.camera.width_px=64", "plant.camera.height_px=64", "plant.camera.um_per_px=6"});
   e.plant.seed = seed;
+  return e;
+}
+
+Experiment tiny_lines_by_camera(std::uint64_t seed) {
+  Experiment e = tiny_lines(seed);
+  e.devices.laser_profiler = kNoInstrument;
+  e.aerosol.width_by = control::WidthActuator::kSpeed;
+  e.plant.camera.width_px = e.plant.camera.height_px = 128;  // there is ground beside the line
+  e.aerosol.camera_um_per_px = e.plant.camera.um_per_px;
   return e;
 }
 

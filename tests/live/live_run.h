@@ -22,6 +22,8 @@ Experiment tiny_part_of_two_inks(std::uint64_t seed);
 Experiment tiny_watched_part(std::uint64_t seed);
 /// The aerosol printer's: two short lines in three layers, node time ten times faster than the wall clock.
 Experiment tiny_lines(std::uint64_t seed);
+/// The same without a profiler.
+Experiment tiny_lines_by_camera(std::uint64_t seed);
 
 /// The ice printer's: a block of about 9 x 9 mm in six layers, two intervals, node time ten times faster than
 /// the wall clock.
