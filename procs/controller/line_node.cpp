@@ -189,15 +189,19 @@ std::string LineControllerNode::new_end_that_goes_on(std::int32_t layer) {
   return layer == told_layer_ ? std::string() : what;
 }
 
-std::string LineControllerNode::missing_growth(std::int32_t layer, Outbox& out) {
+std::vector<control::SeenLine> LineControllerNode::seen_lines() const {
   const double mm = changes_.experiment().aerosol.camera_um_per_px / kUmPerMm;
   std::vector<control::SeenLine> seen;
   for (const vision::LinePictureReading& l : looks_)
-    seen.push_back(l.seen && layer == looked_layer_
+    seen.push_back(l.seen && newest_layer_ == looked_layer_
                        ? control::SeenLine{std::abs(l.contrast), l.width_px * mm, l.width_std_px * mm}
                        : control::SeenLine{kNone, kNone, kNone});
-  const control::GrowthShare grown = growth_.look(layer, seen);
-  if (layer == 1 || layer == cut_layer_ || layer == told_layer_) return {};
+  return seen;
+}
+
+std::string LineControllerNode::missing_growth(std::int32_t layer, const control::GrowthShare& grown,
+                                               Outbox& out) {
+  if (layer <= 1 || layer == cut_layer_ || layer == told_layer_) return {};
   if (!grown.resolved()) {
     if (!std::exchange(doubt_told_, true))
       out.warn("the pictures of layer " + std::to_string(layer) +
@@ -304,10 +308,14 @@ control::LineDecision LineControllerNode::decide_by_pictures(line_plan_t& plan, 
   if (seen_before_.size() == seen_.size())
     for (std::size_t s = 0; s < seen_.size(); ++s)
       measured.last[s].area_mm2 = seen_[s].area_mm2 - (measured.layer > 1 ? seen_before_[s].area_mm2 : 0.0);
+  const control::GrowthShare grown =
+      measured.layer > 0 ? growth_.look(measured.layer, seen_lines()) : control::GrowthShare();
+  if (measured.layer > 1 && !grown.resolved())
+    for (LineReading& last : measured.last) last.area_mm2 = kNone;  // noise says nothing of the flow
   if (changes_.experiment().aerosol.width_by == control::WidthActuator::kGas && measured.layer > 0)
     measured.squared_width = squared_width(measured, plan);
   control::LineDecision d = controller_.decide(measured);
-  std::string reason = measured.layer > 0 ? missing_growth(measured.layer, out) : std::string();
+  std::string reason = missing_growth(measured.layer, grown, out);
   if (std::string open = new_end_that_goes_on(measured.layer); !open.empty()) reason = std::move(open);
   growth_.plan(plan.layer, planned_sections(d));
   if (!reason.empty()) {

@@ -58,7 +58,8 @@ class LineControllerNode final : public Node {
   /// Empty where none goes on that has not been told.
   std::string new_end_that_goes_on(std::int32_t layer);
   /// Empty where the lines have grown, where nothing was to be printed, and where the pictures do not tell.
-  std::string missing_growth(std::int32_t layer, Outbox&);
+  std::string missing_growth(std::int32_t layer, const control::GrowthShare&, Outbox&);
+  std::vector<control::SeenLine> seen_lines() const;
   /// That the next layer shall add, by station.
   std::vector<double> planned_sections(const control::LineDecision&) const;
   void add_looks(line_plan_t& plan, std::vector<LineReading>& total) const;
