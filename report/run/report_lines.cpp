@@ -14,6 +14,19 @@ namespace {
 
 constexpr double kUm2PerMm2 = 1e6;  // per mm^2
 
+constexpr const char* kByCamera =
+    "Heights were not measured: this lab has a camera and no profiler. The width is that at half contrast in "
+    "its pictures; starts and ends are those of all layers.";
+constexpr const char* kByProfiler =
+    "As measured by the profiler after the last layer: the section of all layers, and the full width at half "
+    "height. Gaps: stations that another line is too near to.";
+constexpr const char* kLayersBegin =
+    "<p class=\"soft\">Layer by layer: mean section of the layer; how much later its free lines began and "
+    "how much farther they ended; shutter delays and flow that the next layer was planned with.</p>\n"
+    "<table><tr><th>run</th><th>layer</th><th>section [µm²]</th><th>start [µm]</th><th>end [µm]</th>"
+    "<th>open delay [ms]</th><th>close delay [ms]</th><th>flow</th><th>sheath gas</th>"
+    "<th>gaps, camera [µm]</th></tr>\n";
+
 std::vector<double> scaled_values(const std::vector<float>& values, double by) {
   std::vector<double> out;
   for (const float v : values) out.push_back(double(v) * by);
@@ -27,13 +40,11 @@ std::string cell_text(double value, const char* format) {
   return text;
 }
 
-std::string chart_figure(const std::string& chart) { return "<figure>" + chart + "</figure>\n"; }
-
-ChartOptions along_the_way(const char* title, const char* y_name) {
-  ChartOptions o{title, "way along the lines (mm)", y_name};
-  o.from_zero = true;
+std::string chart_along(const char* title, const char* y_name, const std::vector<Series>& runs) {
+  ChartOptions o{title, "way along the lines [mm]", y_name};
   o.legend = false;
-  return o;
+  return std::string("<figure><figcaption>") + title + "</figcaption>\n" + line_chart(runs, o) +
+         "</figure>\n";
 }
 
 }  // namespace
@@ -119,31 +130,13 @@ std::string line_sections(const std::vector<NamedLines>& runs) {
     }
   }
   if (table.empty()) return "";
-  return (area.empty()
-              ? std::string("<h2>Lines</h2>\n<p class=\"soft\">Heights were not measured: this lab has a "
-                            "camera and no "
-                            "profiler. The width is that at half contrast in its pictures; starts and ends "
-                            "are those of "
-                            "all layers.</p>\n<div class=\"row\">\n")
-              : "<h2>Lines</h2>\n<p class=\"soft\">As measured by the profiler after the last layer: the "
-                "section of "
-                "all "
-                "layers, and the full width at half height. Gaps: stations that another line is too near "
-                "to.</p>\n<div "
-                "class=\"row\">\n" +
-                    chart_figure(line_chart(area, along_the_way("Cross-section", "section (um2)"))) +
-                    chart_figure(line_chart(width, along_the_way("Width", "width (um)")))) +
-         (seen.empty() ? std::string()
-                       : chart_figure(line_chart(
-                             seen, along_the_way("Width at half contrast, by the camera", "width (um)")))) +
-         "</div>\n<p class=\"soft\">Layer by layer: mean section of the layer; how much later its free lines "
-         "began "
-         "and how much farther they ended; shutter delays and flow that the next layer was planned "
-         "with.</p>\n"
-         "<table><tr><th>run</th><th>layer</th><th>section (um2)</th><th>start (um)</th><th>end (um)</th>"
-         "<th>open delay (ms)</th><th>close delay (ms)</th><th>flow</th><th>sheath gas</th><th>gaps, camera "
-         "(um)</th></tr>\n" +
-         table + "</table>\n";
+  std::string charts;
+  if (!area.empty())
+    charts += chart_along("Cross-section", "section [µm²]", area) +
+              chart_along("Width at half height", "width [µm]", width);
+  if (!seen.empty()) charts += chart_along("Width at half contrast, by the camera", "width [µm]", seen);
+  return std::string("<h2>Lines</h2>\n<p class=\"soft\">") + (area.empty() ? kByCamera : kByProfiler) +
+         "</p>\n<div class=\"row\">\n" + charts + "</div>\n" + kLayersBegin + table + "</table>\n";
 }
 
 }  // namespace firn::replay
