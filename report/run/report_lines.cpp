@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "firn/enums.h"
 #include "firn/line_plan_t.hpp"
@@ -13,6 +14,7 @@ namespace firn::replay {
 namespace {
 
 constexpr double kUm2PerMm2 = 1e6;  // per mm^2
+constexpr double kLeastHalfRange = 0.1;
 
 constexpr const char* kByCamera =
     "Heights were not measured: this lab has a camera and no profiler. The width is that at half contrast in "
@@ -43,6 +45,17 @@ std::string cell_text(double value, const char* format) {
 std::string chart_along(const char* title, const char* y_name, const std::vector<Series>& runs) {
   ChartOptions o{title, "way along the lines [mm]", y_name};
   o.legend = false;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Series& run : runs)
+    for (const double y : run.y)
+      if (std::isfinite(y)) {
+        low = std::min(low, y);
+        high = std::max(high, y);
+      }
+  if (low <= high) {  // noise of a per cent does not fill the chart
+    const double middle = 0.5 * (low + high), half = std::max(0.6 * (high - low), kLeastHalfRange * middle);
+    o.y_range = {middle - half, middle + half};
+  }
   return std::string("<figure><figcaption>") + title + "</figcaption>\n" + line_chart(runs, o) +
          "</figure>\n";
 }

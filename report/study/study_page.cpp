@@ -209,7 +209,7 @@ std::string study_page(const StudyPage& page) {
   s += "<p><b>" + escape_html(a.answer) + "</b></p>\n";
   for (const std::string& n : a.notes) s += "<p class=\"bad\">" + escape_html(n) + ".</p>\n";
   s += "<p class=\"soft\">" + std::to_string(t.arms.size()) + " schemes, " + std::to_string(t.parts.size()) +
-       " parts, " + std::to_string(t.seeds.size()) + " " + t.trial +
+       (t.parts.size() == 1 ? " part, " : " parts, ") + std::to_string(t.seeds.size()) + " " + t.trial +
        "s. Primary metric: " + escape_html(t.metrics[0].meaning) +
        "; smaller is better. Means over parts and " + t.trial + "s with 95 % intervals (BCa bootstrap over " +
        t.trial + "s).</p>\n";

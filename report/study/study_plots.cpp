@@ -115,8 +115,7 @@ std::string forest_plot(const StudyTable& t, const std::vector<const ArmComparis
   }
   const Axis x(-reach, reach, kPairNames, kRight, 6);
   std::string s = svg_open(660, total_height(rows.size()), "paired differences");
-  s += frame(x, kPairNames, rows,
-             "difference in " + t.metrics[0].name + ", % of the larger mean; left: the first is better");
+  s += frame(x, kPairNames, rows, "difference, % of the larger mean; left: the first is smaller");
   s += form("<path class=\"axis\" d=\"M%.1f %.1fV%.1f\"/>\n", x.px(0.0), kTop,
             kTop + kRow * double(rows.size()));
   for (std::size_t n = 0; n < pairs.size(); ++n) {
