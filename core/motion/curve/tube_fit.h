@@ -27,20 +27,34 @@ struct TubePlace {
 
 /// Buffers kept between paths.
 struct TubeWork {
+  static constexpr std::size_t kWidth = 8;            ///< of a row of Newton's matrix
+  static constexpr std::size_t kBehind = kWidth + 1;  ///< rows behind the last one that solving reads
   struct Row {
     std::array<double, 4> basis;
     std::size_t first = 0;  ///< control point
-    double over_square = 0.0, slack = 0.0, multiplier = 0.0;
-    bool inside = false;                ///< slack is the room itself
-    Point2 at, off;                     ///< place; spline less place [mm]
-    double step = 0.0, change = 0.0;    ///< of slack and multiplier
-    double step_x = 0.0, step_y = 0.0;  ///< of `off`
+    double over_square = 0.0;
+    Point2 at, off;  ///< place; the first guess less that [mm]
+  };
+  /// One number of each row that iterations change, and neutral ones up to a whole number of vectors.
+  struct States {
+    std::vector<double> off_x, off_y;  ///< spline less place [mm]
+    std::vector<double> over_square, slack, multiplier;
+    std::vector<double> inside;          ///< 1 where slack is the room itself
+    std::vector<double> step, change;    ///< of slack and multiplier
+    std::vector<double> step_x, step_y;  ///< of `off`
+    std::vector<double> xx, xy, yy;      ///< Hessian of the barrier
+    std::vector<double> push_x, push_y;  ///< and minus its gradient
+    std::size_t size() const { return slack.size(); }
+  };
+  struct alignas(64) BandRow {
+    double at[kWidth];  ///< the diagonal and seven to the right
   };
   std::vector<std::size_t> kept, coarse;
   std::vector<Point2> line, shape;
   std::vector<double> length, point_length, missed, knots, extended;
   std::vector<TubePlace> places;
   std::vector<Row> rows;
+  States states;
   std::vector<Point2> control;
   std::vector<double> weight;                 ///< of each cell, empty = 1
   std::vector<Point2> base;                   ///< the objective is of control - base; empty = 0
@@ -49,7 +63,7 @@ struct TubeWork {
                                               ///< and its weight
   std::vector<std::array<double, 4>> near;    ///< matrix of the least squares
   std::vector<std::array<double, 4>> energy;  ///< banded Hessian of the objective, per control point
-  std::vector<std::array<double, 8>> band;    ///< Newton matrix, row-wise: diagonal and seven to the right
+  std::vector<BandRow> band;                  ///< Newton matrix
   std::vector<double> step;                   ///< of the control points: x, y in turn
   int iterations = 0;
 };
