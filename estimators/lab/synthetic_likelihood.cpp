@@ -19,6 +19,7 @@ using View = Eigen::Map<const RowMajor>;
 constexpr double kFitRidge = 1e-3;  // of the parameters' unit variance
 constexpr double kLeastStd = 1e-9;
 constexpr double kUnmoved = 1e-7;   // standard deviation below which no simulation moves a feature
+constexpr double kSame = 1e-6;      // relative difference of values that are equal but for rounding
 constexpr double kRounding = 1e-6;  // variance of scaled features beyond the simulated one
 constexpr std::size_t kSpareRows = 5;
 
@@ -114,6 +115,8 @@ SyntheticLikelihood::SyntheticLikelihood(const Simulations& sims)
     std_.push_back(std::max(kLeastStd, std::sqrt(residual.col(f).squaredNorm() / freedom)));
 }
 
+bool SyntheticLikelihood::moved(std::size_t feature) const { return std_[feature] >= kUnmoved; }
+
 Normal SyntheticLikelihood::posterior(std::span<const double> observed,
                                       std::span<const std::size_t> used) const {
   const auto wide = Eigen::Index(parameters_);
@@ -165,12 +168,10 @@ std::vector<double> SyntheticLikelihood::deviations(std::span<const double> obse
   const Vector m = Vector::Map(parameters.mean.data(), wide);
   std::vector<double> out;
   for (std::size_t f = 0; f < features_; ++f) {
-    if (std_[f] < kUnmoved) {
-      out.push_back(0.0);
-      continue;
-    }
     const Vector b = Vector::Map(slope_.data() + f * parameters_, wide);
-    out.push_back((observed[f] - intercept_[f] - b.dot(m)) / std::sqrt(std_[f] * std_[f] + b.dot(c * b)));
+    const double predicted = intercept_[f] + b.dot(m), off = observed[f] - predicted;
+    const bool same = !moved(f) && std::abs(off) <= kSame * (1.0 + std::abs(predicted));
+    out.push_back(same ? 0.0 : off / std::sqrt(std_[f] * std_[f] + b.dot(c * b)));
   }
   return out;
 }
@@ -196,8 +197,8 @@ double SyntheticLikelihood::joint_deviation(std::span<const double> observed,
     for (std::size_t row = 0; row < rows_; ++row)
       e(Eigen::Index(row), at) = residual_[row * features_ + f] / std_[f];
     b.row(at) = Vector::Map(slope_.data() + f * parameters_, wide).transpose() / std_[f];
-    d[at] = std_[f] < kUnmoved ? 0.0 : (observed[f] - intercept_[f]) / std_[f];
-    if (std_[f] < kUnmoved) b.row(at).setZero();
+    d[at] = moved(f) ? (observed[f] - intercept_[f]) / std_[f] : 0.0;
+    if (!moved(f)) b.row(at).setZero();
   }
   d -= b * Vector::Map(parameters.mean.data(), wide);
   Matrix v =

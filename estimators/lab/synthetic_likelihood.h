@@ -60,7 +60,11 @@ class SyntheticLikelihood {
   double log_predictive(std::span<const double> observed, std::span<const std::size_t> used,
                         const Normal& parameters) const;
 
-  /// Returns (observed - predicted) / standard deviation of each feature; 0 for one that no simulation moves.
+  /// Returns whether the simulations differ in this feature by more than rounding.
+  bool moved(std::size_t feature) const;
+
+  /// Returns (observed - predicted) / standard deviation of each feature. One that no simulation moves
+  /// deviates by 0 where the observed value is the simulated one but for rounding, else beyond any limit.
   std::vector<double> deviations(std::span<const double> observed, const Normal& parameters) const;
 
   /// Returns the largest |deviation| over the features with these indices, of each simulation from its own

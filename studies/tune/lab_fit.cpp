@@ -23,7 +23,7 @@ constexpr double kFarthest = 3.5;              // |z| of any draw
 constexpr double kWiden[] = {1.0, 1.6, 1.25};  // draws of a round over the posterior of the round before
 constexpr double kLeastLimit = 4.5;            // standard deviations, over some hundred features
 constexpr double kBeyondDraws = 1.1;           // times the largest deviation of any simulated print
-constexpr double kMostDeviation = 99.0;        // of a feature that hardly any simulation moves
+constexpr double kMostDeviation = 99.0;        // of a feature that no simulation or hardly any moves
 constexpr double kUnusual = 3.0;               // standard deviations of the sum of squared parameters
 constexpr double kJointly = 1.3;               // times the largest joint deviation of any simulated print
 constexpr double kEarlyShare = 0.62;           // of the prints, for the rounds of all classes
@@ -159,10 +159,10 @@ class Fit {
     FitCheck out;
     out.limit = std::max(kLeastLimit, kBeyondDraws * *std::ranges::max_element(draws));
     for (const std::size_t f : checked) {
-      out.largest = std::max(out.largest, std::abs(deviations[f]));
+      if (likelihood.moved(f)) out.largest = std::max(out.largest, std::abs(deviations[f]));
       if (std::abs(deviations[f]) <= out.limit) continue;
       const std::string of_run = runs_.size() > 1 ? " (" + runs_[f / lab::feature_count()].name + ")" : "";
-      out.missed.push_back({named(f % lab::feature_count()) + of_run, deviations[f]});
+      out.missed.push_back({named(f % lab::feature_count()) + of_run, deviations[f], !likelihood.moved(f)});
     }
     const auto of_draws = likelihood.joint_deviations(checked);
     out.joint = likelihood.joint_deviation(observed_, checked, fit.posterior);

@@ -40,6 +40,7 @@ struct FitCheck {
   struct Missed {
     std::string feature;
     double deviation = 0.0;
+    bool constant = false;  ///< the same in every simulated print
   };
   std::vector<Missed> missed;
   bool passed() const { return missed.empty(); }

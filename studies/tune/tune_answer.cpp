@@ -40,8 +40,9 @@ std::string source_of(const Promise& p) {
 std::string missed_of(const FitCheck& c) {
   std::string s;
   for (std::size_t n = 0; n < std::min<std::size_t>(c.missed.size(), 3); ++n)
-    s += fmt::format("{}{} ({:+.1f} standard deviations)", n ? "; " : "", c.missed[n].feature,
-                     c.missed[n].deviation);
+    s += fmt::format("{}{} ({})", n ? "; " : "", c.missed[n].feature,
+                     c.missed[n].constant ? "the same in every simulated print, another in the run"
+                                          : fmt::format("{:+.1f} standard deviations", c.missed[n].deviation));
   return s;
 }
 
@@ -172,7 +173,8 @@ std::string tune_json(const TuneAnswer& a) {
                 {"joint_deviation", a.lab.check.joint},
                 {"joint_limit", a.lab.check.joint_limit}};
   for (const auto& m : a.lab.check.missed)
-    j["check"]["missed"].push_back({{"feature", m.feature}, {"deviation", m.deviation}});
+    j["check"]["missed"].push_back(
+        {{"feature", m.feature}, {"deviation", m.deviation}, {"constant_in_simulations", m.constant}});
   if (a.advice) j["advice"] = advice_json(a);
   if (a.verification) j["verification"] = verification_json(*a.verification);
   for (const NextPrint& n : a.next)

@@ -96,7 +96,9 @@ std::string check_section(const TuneAnswer& a) {
       "</p>\n";
   if (c.passed()) return s;
   std::string body;
-  for (const auto& m : c.missed) body += row({escape_html(m.feature), fmt::format("{:+.1f}", m.deviation)});
+  for (const auto& m : c.missed)
+    body += row({escape_html(m.feature),
+                 m.constant ? "the same in every simulated print" : fmt::format("{:+.1f}", m.deviation)});
   return s + table({"missed feature", "deviation [standard deviations]"}, body);
 }
 

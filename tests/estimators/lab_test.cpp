@@ -137,6 +137,26 @@ TEST_CASE("Features that contradict each other deviate together where none devia
   CHECK_THROWS_AS(likelihood.joint_deviation(strange, {}, usual), std::invalid_argument);
 }
 
+TEST_CASE("A feature that no simulation moves deviates where the observed value is another, not by rounding") {
+  Simulations sims{1, 2, {}, {}};
+  RandomStream random(13, Purpose::kTest);
+  const double layers = std::log(53.0);
+  for (int n = 0; n < 60; ++n) {
+    const std::vector<double> z{random.normal()};
+    sims.add(z, std::vector<double>{z[0] + random.normal(), layers});
+  }
+  const SyntheticLikelihood likelihood(sims);
+  CHECK_FALSE(likelihood.moved(1));
+  CHECK(likelihood.moved(0));
+  const auto of = [&](double observed) {
+    return likelihood.deviations(std::vector<double>{0.3, observed}, standard_normal(1))[1];
+  };
+  CHECK(of(layers) == 0.0);
+  CHECK(of(layers * (1.0 + 1e-9)) == 0.0);
+  CHECK(of(std::log(54.0)) > 1000.0);
+  CHECK(of(std::log(52.0)) < -1000.0);
+}
+
 TEST_CASE("Simulations of another length or without a number are refused, and too few of them") {
   Simulations sims{2, 3, {}, {}};
   CHECK_THROWS_WITH(sims.add(std::vector<double>{1.0}, std::vector<double>{1, 2, 3}),
