@@ -7,6 +7,7 @@ namespace firn {
 void Lab::add(NodeHost* host) {
   const int node = int(hosts_.size());
   hosts_.push_back(host);
+  armed_.push_back(host->next_timer());
   std::uint32_t port = 0;
   for (std::string& name : host->ports()) ports_.push_back({std::move(name), node, port++, false});
 }
@@ -53,8 +54,7 @@ bool Lab::step(Time limit) {
   int timer_node = -1;
   NodeHost::Armed timer{};
   for (int n = 0; n < int(hosts_.size()); ++n)
-    if (const auto armed = hosts_[std::size_t(n)]->next_timer();
-        armed && (timer_node < 0 || armed->at < timer.at)) {
+    if (const auto& armed = armed_[std::size_t(n)]; armed && (timer_node < 0 || armed->at < timer.at)) {
       timer_node = n;
       timer = *armed;
     }
@@ -96,7 +96,10 @@ bool Lab::step(Time limit) {
 
 void Lab::dispatch(int node, const Event& event) {
   ++steps_;
-  carry_out(node, hosts_[std::size_t(node)]->step(event));
+  NodeHost& host = *hosts_[std::size_t(node)];
+  const Outbox& outbox = host.step(event);
+  armed_[std::size_t(node)] = host.next_timer();
+  carry_out(node, outbox);
 }
 
 void Lab::carry_out(int node, const Outbox& outbox) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <queue>
 #include <span>
 #include <string>
@@ -89,6 +90,7 @@ class Lab {
   LabWorld* world_;
   Tap tap_;
   std::vector<NodeHost*> hosts_;
+  std::vector<std::optional<NodeHost::Armed>> armed_;  ///< of each host, its next timer as of its last step
   std::vector<PortOwner> ports_;
   std::priority_queue<Pending, std::vector<Pending>, std::greater<>> queue_;
   Time now_;

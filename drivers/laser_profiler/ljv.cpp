@@ -23,6 +23,9 @@ std::uint32_t u16(std::span<const std::byte> b, std::size_t n) {
   return std::uint32_t(b[n]) | std::uint32_t(b[n + 1]) << 8;
 }
 
+/// The lowest 20 bits as a signed number.
+std::int32_t signed20(std::uint32_t bits) { return std::int32_t(bits << 12) >> 12; }
+
 Request request(std::uint8_t command, std::initializer_list<std::uint32_t> words, Repeat repeat) {
   Request r;
   r.repeat = repeat;
@@ -84,8 +87,7 @@ std::int32_t sample20(std::span<const std::byte> data, std::size_t n) {
   const std::size_t bit = 20 * n, byte = bit / 8;
   const std::uint32_t window =
       std::uint32_t(data[byte]) | std::uint32_t(data[byte + 1]) << 8 | std::uint32_t(data[byte + 2]) << 16;
-  const std::uint32_t value = window >> (bit % 8) & 0xFFFFFu;
-  return value & 0x80000u ? std::int32_t(value) - 0x100000 : std::int32_t(value);
+  return signed20(window >> (bit % 8));
 }
 
 std::optional<Holdings> parse_holdings(std::span<const std::byte> frame) {
@@ -124,11 +126,19 @@ bool parse_profile(std::span<const std::byte> frame, RawProfile& out, int k) {
   out.encoder_count = std::int32_t(u32(data, at + kEncoder));
   const double unit_mm = u16(data, kUnit) * kMmPerUnit;
   const std::span<const std::byte> samples = data.subspan(at + kSamples);
-  out.z_mm.reserve(points);
-  for (std::uint32_t n = 0; n < points; ++n) {
-    const std::int32_t v = sample20(samples, n);
-    out.z_mm.push_back(v <= kLastInvalid ? std::numeric_limits<float>::quiet_NaN() : float(v * unit_mm));
+  out.z_mm.resize(points);
+  const auto put = [&](std::size_t n, std::int32_t v) {
+    out.z_mm[n] = v <= kLastInvalid ? std::numeric_limits<float>::quiet_NaN() : float(v * unit_mm);
+  };
+  // Two points fill five bytes.
+  std::size_t n = 0;
+  for (const std::byte* five = samples.data(); n + 1 < points; n += 2, five += 5) {
+    std::uint64_t bits = 0;
+    for (int b = 4; b >= 0; --b) bits = bits << 8 | std::uint64_t(five[b]);
+    put(n, signed20(std::uint32_t(bits)));
+    put(n + 1, signed20(std::uint32_t(bits >> 20)));
   }
+  if (n < points) put(n, sample20(samples, n));
   out.points = std::int32_t(points);
   return true;
 }

@@ -14,6 +14,7 @@ struct Work {
 /// Weights of the footprint: cap and film are paraboloids 1 - (r/R)^2, each normalised by its own sum; then
 /// low ground is preferred: each share is weighed by 1 + (mean - z) / bias, held within 0 .. 2. Then the
 /// liquid is added.
+/// Loops over the working arrays alone run over whole vectors; sums take the window's columns.
 /// @param u, v the centre in fine cells from the window's corner
 template <int kWidth>
 FIRN_INLINE void spread(const FieldWindow& w, Work<kWidth>& work, const DropletParams& p, double depth_cells,
@@ -21,7 +22,8 @@ FIRN_INLINE void spread(const FieldWindow& w, Work<kWidth>& work, const DropletP
   const double ic = 1.0 / (p.cap_radius_mm * p.cap_radius_mm),
                fc = 1.0 / (p.film_radius_mm * p.film_radius_mm);
   double rx2[kWidth], cap_column[kWidth] = {}, film_column[kWidth] = {}, column[kWidth] = {};
-  for (int a = 0; a < w.nx; ++a) {
+  const int whole = (w.nx + 3) / 4 * 4;
+  for (int a = 0; a < whole; ++a) {
     const double r = (a + 0.5 - u) * dx;
     rx2[a] = r * r;
   }
@@ -29,7 +31,7 @@ FIRN_INLINE void spread(const FieldWindow& w, Work<kWidth>& work, const DropletP
     const double r = (b + 0.5 - v) * dy, ry2 = r * r;
     double* cap = work.weight[b];
     double* film = work.other[b];
-    for (int a = 0; a < w.nx; ++a) {
+    for (int a = 0; a < whole; ++a) {
       const double r2 = rx2[a] + ry2, c = 1.0 - r2 * ic, f = 1.0 - r2 * fc;
       cap[a] = c > 0.0 ? c : 0.0;
       film[a] = f > 0.0 ? f : 0.0;
@@ -65,7 +67,7 @@ FIRN_INLINE void spread(const FieldWindow& w, Work<kWidth>& work, const DropletP
   for (int b = 0; b < w.ny; ++b) {
     double* weight = work.weight[b];
     const double* z = work.other[b];
-    for (int a = 0; a < w.nx; ++a) {
+    for (int a = 0; a < whole; ++a) {
       double g = 1.0 + (mean - z[a]) * steepness;
       g = g > 0.0 ? g : 0.0;
       g = g < 2.0 ? g : 2.0;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <vector>
 
 namespace firn {
 namespace {
@@ -24,6 +26,21 @@ bool on_edge(const HeightMap& before, int i, int j, double fall_mm) {
   return false;
 }
 
+/// Cells with a droplet on them or up to two cells away.
+std::vector<std::uint8_t> near_droplets(const DropletPattern& drops) {
+  const GridSpec& g = drops.spec;
+  std::vector<std::uint8_t> along_x(g.size()), near(g.size());
+  for (int j = 0; j < g.ny; ++j)
+    for (int i = 0; i < g.nx; ++i) {
+      if (drops.at(i, j) == 0) continue;
+      for (int x = std::max(0, i - 2); x <= std::min(g.nx - 1, i + 2); ++x) along_x[g.index(x, j)] = 1;
+    }
+  for (int j = 0; j < g.ny; ++j)
+    for (int y = std::max(0, j - 2); y <= std::min(g.ny - 1, j + 2); ++y)
+      for (int i = 0; i < g.nx; ++i) near[g.index(i, j)] |= along_x[g.index(i, y)];
+  return near;
+}
+
 std::string um(double mm) { return std::to_string(mm * 1e3) + " um"; }
 
 }  // namespace
@@ -40,24 +57,20 @@ std::string check_rise(const Experiment& e, const HeightMap& before, const Heigh
   const double layer_mm = h[0][0] + 4.0 * h[0][1] + 4.0 * h[0][2];
   std::array<Rise, 2> of_ink;
   Rise bare;
-  double total = 0.0;  // droplets
+  const std::vector<std::uint8_t> near_them = near_droplets(drops);
   for (int j = 0; j < g.ny; ++j)
     for (int i = 0; i < g.nx; ++i) {
       const std::size_t c = std::size_t(g.index(i, j));
-      total += drops.cells[c];
       const double rise = after.cells[c] - before.cells[c];
       if (!std::isfinite(rise)) continue;
       double expected_mm[2] = {};
-      bool near = false;
-      for (int y = std::max(0, j - 2); y <= std::min(g.ny - 1, j + 2); ++y)
-        for (int x = std::max(0, i - 2); x <= std::min(g.nx - 1, i + 2); ++x) {
-          const std::size_t n = std::size_t(g.index(x, y));
-          if (drops.cells[n] == 0) continue;
-          near = true;
-          const int dx = std::abs(x - i), dy = std::abs(y - j);
-          if (dx < 2 && dy < 2) expected_mm[ink(n)] += drops.cells[n] * h[ink(n)][dx + dy];
-        }
+      const bool near = near_them[c] != 0;
       if (near && drops.cells[c] == 0) continue;
+      for (int y = std::max(0, j - 1); y <= std::min(g.ny - 1, j + 1); ++y)
+        for (int x = std::max(0, i - 1); x <= std::min(g.nx - 1, i + 1); ++x) {
+          const std::size_t n = std::size_t(g.index(x, y));
+          expected_mm[ink(n)] += drops.cells[n] * h[ink(n)][std::abs(x - i) + std::abs(y - j)];
+        }
       Rise& r = near ? of_ink[std::size_t(ink(c))] : bare;
       r.cells += 1.0;
       r.measured_mm += rise;
