@@ -1,12 +1,17 @@
 #include "cli/tune_lab_command.h"
 
 #include <fmt/core.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
+#include <filesystem>
 #include <optional>
 #include <set>
 #include <stdexcept>
+#include <system_error>
 #include <thread>
 
 #include "cli/option_set.h"
@@ -59,10 +64,21 @@ RecordedRun start_of(const RecordedRun& run, const std::vector<std::string>& ove
   return start;
 }
 
+/// The search takes a minute: a place that cannot be written is told before it.
+void require_place(const std::string& output) {
+  const std::filesystem::path folder = std::filesystem::absolute(output).parent_path();
+  std::error_code none;
+  if (std::filesystem::is_directory(output, none))
+    throw UsageError("--output " + output + ": is a folder, a file is wanted");
+  if (access(folder.c_str(), W_OK | X_OK) != 0)
+    throw UsageError("--output " + output + ": cannot be written: " + std::strerror(errno));
+}
+
 }  // namespace
 
 int run_tune_lab(const TuneLabOptions& o) {
   if (o.runs.empty()) throw UsageError("a run is wanted, or 'smf' for the thesis's model of one point");
+  if (!o.output.empty()) require_place(o.output);
   std::vector<RecordedRun> runs;
   std::size_t goal = 0;
   for (const std::string& run : o.runs) {

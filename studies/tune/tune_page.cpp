@@ -34,8 +34,11 @@ std::string svg(const std::string& title, const std::string& inner) {
 }
 
 std::string profile_chart(const TuneAnswer& a, const Profile& p) {
-  replay::Series s{"predicted, mean of the search's draws", p.value, p.mean, 0, true, {}, {}};
+  replay::Series s{"predicted, mean of the search's draws", {}, {}, 0, true, {}, {}};
   for (std::size_t n = 0; n < p.mean.size(); ++n) {
+    if (!std::isfinite(p.mean[n])) continue;  // left out: no point, and no stretch of the axis
+    s.x.push_back(p.value[n]);
+    s.y.push_back(p.mean[n]);
     s.low.push_back(p.mean[n] - 1.96 * p.std_error[n]);
     s.high.push_back(p.mean[n] + 1.96 * p.std_error[n]);
   }

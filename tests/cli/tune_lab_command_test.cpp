@@ -60,7 +60,9 @@ TEST_CASE("firn tune answers from a print's log, writes its page and holds the p
              Contains("</html>") && Contains("control.smf.ki_star") && Contains("plant.flow"));
 }
 
-TEST_CASE("firn tune refuses keys that it cannot tune, before anything is simulated") {
+TEST_CASE(
+    "firn tune refuses keys that it cannot tune and pages that it cannot write, before anything is "
+    "simulated") {
   const fs::path run = printed_run("tune-refused");
   const auto refused = [&](const std::string& keys) {
     const Said said = firn_says({"tune", run.string(), "--keys", keys});
@@ -72,6 +74,11 @@ TEST_CASE("firn tune refuses keys that it cannot tune, before anything is simula
   CHECK_THAT(refused("control.smf.kpp"), Catch::EndsWith("; the nearest known one is control.smf.kp"));
   CHECK_THAT(refused("control.smf.kp,control.smf.kp"), Contains("twice"));
   CHECK_THAT(refused("control.smf.kp=3:1"), Contains("ascending"));
+  const auto page_at = [&](const std::string& page) {
+    return firn_says({"tune", run.string(), "--keys", "control.smf.kp", "-o", page}).err;
+  };
+  CHECK_THAT(page_at("/nowhere/page.html"), Contains("/nowhere/page.html") && Contains("cannot be written"));
+  CHECK_THAT(page_at(run.string()), Contains("is a folder"));
   const Said none = firn_says({"tune", run.string()});
   CHECK(none.code == 2);
   CHECK_THAT(none.err, Contains("--keys"));
