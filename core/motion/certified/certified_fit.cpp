@@ -12,7 +12,8 @@ namespace {
 
 constexpr double kLeastRadius_mm = 0.003, kRadiusRatio = 3.0;  ///< of the starts
 constexpr double kMostRadiusShare = 0.7;                       ///< of the tolerance
-constexpr int kShrinks = 10;  ///< tries to bring a start inside the tolerance
+constexpr double kNearer = 0.9;  ///< radius of a start over that of one before it that left the tolerance
+constexpr int kShrinks = 10;     ///< tries to bring a start inside the tolerance
 constexpr double kAim = 0.98, kLeastShrink = 0.1;
 constexpr int kFastRounds = 32, kSlowRounds = 40, kLastRounds = 8;  ///< of descent
 constexpr int kTrialRounds = 8;                                     ///< of each of two starts
@@ -76,13 +77,18 @@ class FitPlanner {
   bool start(const CertifiedTask& task) {
     const double tolerance = allowed_mm(task.options);
     samples_ = !(task.options.tolerance_mm > 0.0);
-    const double widest = try_radius(fit_radius_mm(task.options), task);
+    double widest = try_radius(fit_radius_mm(task.options), task);
     if (!(out_.deviation_mm <= tolerance) || out_.curve.straight || !solved(out_)) return false;
     double best = widest;
     StopSegment wide;
     if (!samples_) wide = out_;
     for (double r = kLeastRadius_mm; !samples_ && r < kMostRadiusShare * tolerance; r *= kRadiusRatio)
       if (const double radius = try_radius(r, task); radius > 0.0) best = radius;
+    if (best > widest) {  // the first fit left the tolerance by far, and was narrowed by too much
+      for (double r = kAim * tolerance; r > best; r *= kNearer)
+        if (const double radius = try_radius(r, task, 0); radius > 0.0) best = radius;
+      widest = best;
+    }
     begin(best, widest, task);
     if (best == widest) return true;
     descend(kTrialRounds, kFastGain, task);
@@ -152,12 +158,13 @@ class FitPlanner {
   }
 
   /// Returns the radius of a fit that is now the fastest one (the first is), otherwise 0.
-  double try_radius(double radius, const CertifiedTask& task) {
+  /// @param shrinks tries to bring it inside the tolerance
+  double try_radius(double radius, const CertifiedTask& task, int shrinks = kShrinks) {
     const double tolerance = allowed_mm(task.options);
     for (int tries = 0;; ++tries) {
       fit(radius, task);
       trial_.deviation_mm = frechet_bound(work_.curve.coarse, reference_);
-      if (trial_.deviation_mm <= tolerance || tries == kShrinks) break;
+      if (trial_.deviation_mm <= tolerance || tries == shrinks) break;
       radius *= std::clamp(kAim * tolerance / trial_.deviation_mm, kLeastShrink, kAim);
     }
     if (!first_ && trial_.deviation_mm > tolerance) return 0.0;

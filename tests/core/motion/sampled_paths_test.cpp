@@ -216,6 +216,40 @@ TEST_CASE(
   }
 }
 
+/// Strokes of letters, as an engraver's file has them: points a few micrometres apart, beside their lines by
+/// chance, and corners.
+std::vector<Point2> letters() {
+  std::vector<Point2> points;
+  RandomStream draw(7, Purpose::kTest);
+  const auto add = [&](double x, double y) {
+    const auto moved = [&](double v) { return std::round(1e3 * (v + draw.uniform(-1e-3, 1e-3))) / 1e3; };
+    points.push_back({moved(x), moved(y)});
+  };
+  const auto line = [&](Point2 a, Point2 b, int count) {
+    for (int i = 0; i < count; ++i)
+      add(a.x_mm + (b.x_mm - a.x_mm) * i / count, a.y_mm + (b.y_mm - a.y_mm) * i / count);
+  };
+  const auto arc = [&](Point2 centre, double from, double to, int count) {
+    for (int i = 0; i < count; ++i) {
+      const double at = from + (to - from) * i / count;
+      add(centre.x_mm + 2.0 * std::cos(at), centre.y_mm + 2.0 * std::sin(at));
+    }
+  };
+  arc({4.0, 8.0}, 0.3, 4.71, 300);
+  arc({4.0, 4.0}, 1.57, -2.8, 300);
+  line({2.1, 3.3}, {10.0, 2.0}, 240);
+  line({10.0, 2.0}, {10.0, 10.0}, 300);
+  arc({11.5, 8.0}, 2.2, -1.57, 300);
+  line({11.5, 6.0}, {14.0, 2.0}, 260);
+  line({14.0, 2.0}, {20.0, 2.0}, 300);
+  return points;
+}
+
+TEST_CASE("Letters are not slower within a larger tolerance whose widest fit leaves it") {
+  const std::vector<Point2> points = letters();
+  CHECK(plan_curve(points, 0.06).continuous_s <= 1.005 * plan_curve(points, 0.02).continuous_s);
+}
+
 TEST_CASE("The time within a tolerance hardly depends on where samples fall, nor on runs of them on a line") {
   const auto spread = [](int kind, std::uint64_t seed, int decimals, double tolerance,
                          std::initializer_list<double> steps) {
