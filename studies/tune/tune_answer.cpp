@@ -40,9 +40,10 @@ std::string source_of(const Promise& p) {
 std::string missed_of(const FitCheck& c) {
   std::string s;
   for (std::size_t n = 0; n < std::min<std::size_t>(c.missed.size(), 3); ++n)
-    s += fmt::format("{}{} ({})", n ? "; " : "", c.missed[n].feature,
-                     c.missed[n].constant ? "the same in every simulated print, another in the run"
-                                          : fmt::format("{:+.1f} standard deviations", c.missed[n].deviation));
+    s +=
+        fmt::format("{}{} ({})", n ? "; " : "", c.missed[n].feature,
+                    c.missed[n].constant ? "the same in every simulated print, another in the run"
+                                         : fmt::format("{:+.1f} standard deviations", c.missed[n].deviation));
   return s;
 }
 

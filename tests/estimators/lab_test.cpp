@@ -137,7 +137,8 @@ TEST_CASE("Features that contradict each other deviate together where none devia
   CHECK_THROWS_AS(likelihood.joint_deviation(strange, {}, usual), std::invalid_argument);
 }
 
-TEST_CASE("A feature that no simulation moves deviates where the observed value is another, not by rounding") {
+TEST_CASE(
+    "A feature that no simulation moves deviates where the observed value is another, not by rounding") {
   Simulations sims{1, 2, {}, {}};
   RandomStream random(13, Purpose::kTest);
   const double layers = std::log(53.0);
