@@ -169,8 +169,8 @@ std::vector<double> SyntheticLikelihood::deviations(std::span<const double> obse
   std::vector<double> out;
   for (std::size_t f = 0; f < features_; ++f) {
     const Vector b = Vector::Map(slope_.data() + f * parameters_, wide);
-    const double predicted = intercept_[f] + b.dot(m), off = observed[f] - predicted;
-    const bool same = !moved(f) && std::abs(off) <= kSame * (1.0 + std::abs(predicted));
+    const double off = observed[f] - intercept_[f] - b.dot(m);
+    const bool same = !moved(f) && std::abs(off) <= kSame * (1.0 + std::abs(observed[f]));
     out.push_back(same ? 0.0 : off / std::sqrt(std_[f] * std_[f] + b.dot(c * b)));
   }
   return out;
