@@ -19,6 +19,12 @@ std::int32_t number_of(std::string_view line) {
   return r.ec == std::errc() && (r.ptr == end || *r.ptr == '\r') ? n : -1;
 }
 
+/// The number of an answer, or all of it: no public source tells how a version reads.
+std::string told_by(std::string_view line) {
+  const std::int32_t n = number_of(line);
+  return n >= 0 ? std::to_string(n) : std::string(line.substr(0, line.find('\r')));
+}
+
 Request command(const std::string& text, Repeat repeat = Repeat::kSetup) {
   Request r;
   r.append(text + "\r");
@@ -85,8 +91,8 @@ void Microdrop::connected(std::int64_t, Effects& fx) {
   link_.push(command("SetFrequency(1,", config_.max_rate_hz));
   link_.push(command("SetDrops(1,1)"));
   for (const Request& r : held()) link_.push(r);
-  link_.push(question("GetConfig(1,3)"));
-  link_.push(question("GetConfig(1,6)"));
+  link_.push(command("GetConfig(1,3)", Repeat::kRead));
+  link_.push(command("GetConfig(1,6)", Repeat::kRead));
 }
 
 void Microdrop::start_arming() {
@@ -107,13 +113,11 @@ void Microdrop::stop(std::int64_t now_us, Effects& fx) {
 
 void Microdrop::reply(const Request& request, std::span<const std::byte> line, std::int64_t now_us,
                       Effects& fx) {
-  const std::string number = std::to_string(number_of(text_of(line)));
+  const std::string told = told_by(text_of(line));
   if (request.text().starts_with("GetConfig"))
-    identity_ +=
-        (request.text().find(",3)") != std::string_view::npos ? " hardware " : ", software ") + number;
+    identity_ += (request.text().find(",3)") != std::string_view::npos ? " hardware " : ", software ") + told;
   if (obeyed(request, line)) return;
-  const std::string why =
-      shown(request) + " is " + number + " instead of " + std::to_string(request.argument);
+  const std::string why = shown(request) + " is " + told + " instead of " + std::to_string(request.argument);
   if (may_fire_) not_armed_ = why;
   give_up(kInstrument, why, now_us, fx);
 }

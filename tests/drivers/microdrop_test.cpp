@@ -37,8 +37,10 @@ plant::WorldConfig world_of(const JetOptions& o) {
 
 /// Stage and Microdrop of an ink-jet lab; the words of its trigger are the twin's too.
 struct MicrodropRig : test::PortRig {
-  explicit MicrodropRig(const JetOptions& o = with_words("SetTrigger(1,1)", "SetTrigger(1,0)"))
-      : PortRig(world_of(o)), stage(WorldRig::fast_stage()), jet(o) {
+  /// @param version that it tells in the place of the twin's 214
+  explicit MicrodropRig(const JetOptions& o = with_words("SetTrigger(1,1)", "SetTrigger(1,0)"),
+                        std::string version = "214")
+      : PortRig(world_of(o)), stage(WorldRig::fast_stage()), jet(o), version_(std::move(version)) {
     add("stage", stage);
     add("jet", jet);
     connect_all();
@@ -66,6 +68,13 @@ struct MicrodropRig : test::PortRig {
 
   Stage stage;
   Microdrop jet;
+
+ private:
+  std::string to_host(std::string_view, std::string bytes) override {
+    if (const std::size_t at = bytes.find("214"); at != std::string::npos) bytes.replace(at, 3, version_);
+    return bytes;
+  }
+  std::string version_;
 };
 
 }  // namespace
@@ -209,6 +218,7 @@ TEST_CASE("a Microdrop tells who it is, takes a pulse and a strobe, and refuses 
           "[jet][microdrop][service]") {
   MicrodropRig rig(with_words("", ""));
   CHECK(order(rig, "serial", {}).text == "Microdrop MD-E hardware 7, software 214");
+  CHECK_THAT(MicrodropRig(with_words("", ""), "V2.14").jet.identity(), Catch::Contains("V2.14"));
   CHECK(order(rig, "strobe", {1, 250}).outcome == Outcome::kDone);
   CHECK(order(rig, "waveform", {80, 0, 30, 0}).outcome == Outcome::kDone);
   rig.act("jet", [&](std::int64_t t, Effects& fx) { rig.jet.safe_stop(t, fx); });
