@@ -17,6 +17,19 @@ struct BothReadings {
   Reading reading[2];
 };
 
+/// The unit's own answer; before it may come late ones to the driver that had the line.
+std::string_view own_answer(std::string_view heard, const drivers::Request& asked) {
+  using drivers::Frame;
+  const drivers::alicat::AlicatDialect dialect;
+  while (!heard.empty()) {
+    const Frame f = dialect.frame(bytes_of(heard), &asked);
+    if (f.kind == Frame::Kind::kReply) return heard.substr(0, f.size);
+    if (f.kind == Frame::Kind::kIncomplete) break;
+    heard.remove_prefix(f.size);
+  }
+  return {};
+}
+
 BothReadings both_controllers(BringupLab& lab, const std::string& node) {
   using namespace drivers;
   BothReadings both;
@@ -24,12 +37,12 @@ BothReadings both_controllers(BringupLab& lab, const std::string& node) {
   const auto line = lab.line(node);
   for (std::size_t n = 0; n < 2; ++n) {
     const Request asked = alicat::poll_request({units[n][0], false}, 0);
-    const alicat::AlicatDialect dialect;
-    both.text[n] = line->ask(asked.text(), [&](std::string_view s) {
-      return !s.empty() && dialect.frame(bytes_of(s), &asked).kind == Frame::Kind::kReply;
-    });
+    const std::string heard =
+        line->ask(asked.text(), [&](std::string_view s) { return !own_answer(s, asked).empty(); });
+    const std::string_view own = own_answer(heard, asked);
+    both.text[n] = own.empty() ? heard : own;
     const auto r = alicat::parse_reading(alicat::text_of(bytes_of(both.text[n])));
-    if (!r)
+    if (!r || own.empty())
       throw BringupStop("unit " + units[n] + " answers '" + both.text[n].substr(0, 60) +
                         "': its letter at its panel, gas.atomizer_unit, gas.sheath_unit");
     both.reading[n] = *r;
