@@ -152,6 +152,10 @@ Call parse_command_line(std::span<const Command> commands, int argc, const char*
   }
   if (const std::string word = argc > 1 ? argv[1] : "";
       !word.empty() && word[0] != '-' && std::find(names.begin(), names.end(), word) == names.end()) {
+    if (names.size() == 1)  // a program that is small so that it is built soon
+      return refused(app, "",
+                     "unknown command '" + word + "': this program has " + std::string(names[0]) +
+                         " alone; try ./firn " + word);
     const std::string near = nearest(word, names);
     return refused(
         app, "",

@@ -33,6 +33,13 @@ TEST_CASE("Usage errors name the command and the argument and are raised by run,
   CHECK(parse({"config", "check"}).command == "config check");
 }
 
+TEST_CASE("A program of one command points to the one that has them all") {
+  const char* words[] = {"firn-demo", "print"};
+  CHECK_THROWS_WITH(parse_command_line(commands().first(1), 2, words).run(),
+                    Catch::Contains("unknown command 'print': this program has ") &&
+                        Catch::Contains(" alone; try ./firn print"));
+}
+
 TEST_CASE("A number that cannot be is refused with the option and the number, before anything runs") {
   CHECK_THROWS_WITH(parse({"print", "x.toml", "--tolerance", "-1"}).run(),
                     Catch::Contains("--tolerance: -1 is not a number above 0"));
