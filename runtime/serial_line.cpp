@@ -3,14 +3,18 @@
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <termios.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <utility>
 
 namespace firn {
@@ -55,12 +59,35 @@ bool configure(int fd, const PortAddress& a) {
   return true;
 }
 
+/// Returns the process that holds the flock; others may have the file open beside it. Empty: none.
+std::string locker_of(const fs::path& file) {
+  struct stat found {};
+  if (::stat(file.c_str(), &found) != 0) return {};
+  char wanted[64];
+  std::snprintf(wanted, sizeof wanted, "%02x:%02x:%llu", ::major(found.st_dev), ::minor(found.st_dev),
+                static_cast<unsigned long long>(found.st_ino));
+  std::ifstream locks("/proc/locks");
+  std::string line, number, kind, mode, access, pid, inode;
+  while (std::getline(locks, line)) {
+    std::istringstream words(line);
+    if (words >> number >> kind >> mode >> access >> pid >> inode && kind == "FLOCK" && inode == wanted)
+      return pid;
+  }
+  return {};
+}
+
 }  // namespace
 
 std::string holder_of(std::string_view file) {
   std::error_code ignored;
   const fs::path wanted = fs::canonical(fs::path(file), ignored);
   if (ignored) return {};
+  const auto named = [](const std::string& pid) {
+    std::string name;
+    std::getline(std::ifstream("/proc/" + pid + "/comm"), name);
+    return "process " + pid + " (" + name + ")";
+  };
+  if (const std::string pid = locker_of(wanted); !pid.empty()) return named(pid);
   for (const auto& process : fs::directory_iterator("/proc", ignored)) {
     const std::string pid = process.path().filename();
     if (pid.find_first_not_of("0123456789") != std::string::npos || pid == std::to_string(::getpid()))
@@ -69,9 +96,7 @@ std::string holder_of(std::string_view file) {
     for (const auto& fd : fs::directory_iterator(process.path() / "fd", gone)) {
       std::error_code unread;
       if (fs::read_symlink(fd.path(), unread) != wanted) continue;
-      std::string name;
-      std::getline(std::ifstream(process.path() / "comm"), name);
-      return "process " + pid + " (" + name + ")";
+      return named(pid);
     }
   }
   return {};

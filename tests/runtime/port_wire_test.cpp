@@ -133,6 +133,9 @@ TEST_CASE("a serial line that is pulled out is told closed, and opens again when
 
 TEST_CASE("a second opener of a serial line is refused at once, and told who holds it") {
   Line line;
+  const pid_t bystander = ::fork();  // has it open too, and does not use it
+  if (bystander == 0)
+    for (;;) ::pause();
   const pid_t child = ::fork();
   if (child == 0) {
     std::string why;
@@ -154,8 +157,10 @@ TEST_CASE("a second opener of a serial line is refused at once, and told who hol
   CHECK(open_serial_line(line.address(), why) == -1);
   CHECK(monotonic_us() - before < 1'000'000);
   CHECK_THAT(why, Contains("in use") && Contains("process " + std::to_string(child)));
-  ::kill(child, SIGKILL);
-  ::waitpid(child, nullptr, 0);
+  for (const pid_t pid : {child, bystander}) {
+    ::kill(pid, SIGKILL);
+    ::waitpid(pid, nullptr, 0);
+  }
 }
 
 TEST_CASE("nothing is written to a serial line before its time to wake up is over") {
