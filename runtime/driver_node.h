@@ -15,6 +15,7 @@
 #include "firn/fault_t.hpp"
 #include "firn/safe_stop_t.hpp"
 #include "firn/service_order_t.hpp"
+#include "runtime/answering_node.h"
 #include "runtime/device_guard.h"
 #include "runtime/node.h"
 
@@ -27,7 +28,7 @@ inline double host_latency_s(double time_scale) { return 0.25 * time_scale; }
 /// `Self` derives from it, has `on(command, now, out)` for its commands, which ends in perform(), and
 /// `on_measured(value, now, out)` for each type of `Measurements`, which are those of its instrument.
 template <class Self, class Driver, class Effects, class... Measurements>
-class DriverNode : public Node {
+class DriverNode : public Node, public AnsweringNode {
  public:
   template <class Config>
   DriverNode(NodeId id, Config&& config) : driver_(std::forward<Config>(config)), id_(id) {
@@ -38,6 +39,7 @@ class DriverNode : public Node {
   }
 
   std::vector<std::string> ports() const override { return {std::string(info(id_).name)}; }
+  bool answered() const override { return driver_.answered(); }
 
   void start(const Start& start, Time now, Outbox& out) override {
     incarnation_ = start.incarnation;

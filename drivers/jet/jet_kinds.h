@@ -23,6 +23,7 @@ class SomeJet {
   }
   DeviceState state() const { return jet_->state(); }
   const std::string& identity() const { return jet_->identity(); }
+  bool answered() const { return jet_->answered(); }
   bool safe() const { return jet_->safe(); }
 
   JetDriver& jet() { return *jet_; }

@@ -20,6 +20,7 @@ void Driver::closed(std::int64_t now_us, Effects& fx) {
 
 void Driver::went_down(std::int64_t now_us, Effects& fx, std::string_view why) {
   link_.closed();
+  answered_ = false;
   if (service_)
     end_service(service_->acts() ? Outcome::kUnknown : Outcome::kFailed, kLinkLost, std::string(why), fx);
   ending_tell_ = nullptr;
@@ -59,6 +60,7 @@ void Driver::pump(std::int64_t now_us, Effects& fx) {
           connected(now_us, fx);
           break;
         case Kind::kReply:
+          answered_ = true;
           if (e->request.tag == kServiceTag) {
             service_reply(*e, now_us, fx);
             break;

@@ -34,6 +34,8 @@ class Driver {
 
   DeviceState state() const { return state_; }
   const std::string& identity() const { return identity_; }  ///< as the instrument gave it
+  /// A good reply has come since the port was opened.
+  bool answered() const { return answered_; }
   /// A command was accepted and its Result is still to come.
   virtual bool busy() const = 0;
   /// The instrument has confirmed that nothing moves, fires or shines, and no stop is under way.
@@ -87,6 +89,7 @@ class Driver {
 
   DeviceState state_ = DeviceState::kDisconnected;
   DeviceState before_suspect_ = DeviceState::kDisconnected;
+  bool answered_ = false;
   std::int64_t reopen_at_us_ = 0;
   std::int64_t backoff_us_ = kFirstBackoff;
 

@@ -95,17 +95,29 @@ class Run {
     report_.text = std::move(text);
   }
 
+  /// Who answers is known before it is safe.
+  bool named() const {
+    const auto state = session_.state() ? DeviceState(session_.state()->state) : DeviceState::kDisconnected;
+    return session_.answered() && session_.heard_for_s() > kAnswered_s && state != DeviceState::kSuspect &&
+           state != DeviceState::kDisconnected;
+  }
+
   bool become_ready() {
-    // Who answers is known before it is safe; a reset is for one that is not.
-    const bool any_state = job_.verb->name == "identify" || job_.verb->name == "reset";
-    const double within_s = any_state ? kIdentifyWithin_s : job_.within_s;
-    if (until([&] { return session_.safe() || (any_state && session_.answered_for_s() > kAnswered_s); },
-              within_s))
-      return true;
+    const bool identifies = job_.verb->name == "identify";
+    const bool resets = job_.verb->name == "reset";  // one that is not safe, or says nothing good
+    const double within_s = identifies || resets ? std::min(kIdentifyWithin_s, job_.within_s) : job_.within_s;
+    const auto ready = [&] {
+      return session_.safe() || (identifies && named()) || (resets && session_.heard_for_s() > kAnswered_s);
+    };
+    if (until(ready, within_s)) {
+      const bool in_order = !identifies || DeviceState(session_.state()->state) != DeviceState::kFault;
+      if (!in_order) fail(kFailed, "it answers, and is in fault");
+      return in_order;
+    }
     fail(kSafetyStop, fmt::format("{} within {:g} s",
-                                  session_.answered_for_s() > 0.0 ? "it answers, and is not safe"
-                                  : session_.state()              ? "no answer"
-                                                                  : "its port does not open",
+                                  session_.heard_for_s() > 0.0 ? "it answers, and is not safe"
+                                  : session_.state()           ? "no answer"
+                                                               : "its port does not open",
                                   within_s));
     return false;
   }

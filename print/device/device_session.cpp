@@ -20,7 +20,8 @@ constexpr std::int64_t kRun = 1;
 }  // namespace
 
 DeviceSession::DeviceSession(NodeId id, std::unique_ptr<Node> node, const PortAddress& address, Sinks sinks)
-    : host_(id, std::move(node), kRun, nullptr),
+    : answering_(dynamic_cast<const AnsweringNode*>(node.get())),
+      host_(id, std::move(node), kRun, nullptr),
       ports_({address},
              [this] { return host_.lease_refusal(now(), granted_ ? std::int64_t(0) : kEpoch + 1); }),
       sinks_(std::move(sinks)),
@@ -120,7 +121,7 @@ void DeviceSession::turn() {
         step(e);
       },
       [this](PortId id, std::span<const std::byte> bytes) {
-        if (answered_us_ == 0) answered_us_ = monotonic_us();
+        if (heard_us_ == 0) heard_us_ = monotonic_us();
         Event e;
         e.kind = EventKind::kIo;
         e.now = now();
@@ -162,8 +163,8 @@ bool DeviceSession::safe() const {
   return state_ && DeviceState(state_->state) == DeviceState::kSafe && !state_->identity.empty();
 }
 
-double DeviceSession::answered_for_s() const {
-  return answered_us_ == 0 ? 0.0 : double(monotonic_us() - answered_us_) * 1e-6;
+double DeviceSession::heard_for_s() const {
+  return heard_us_ == 0 ? 0.0 : double(monotonic_us() - heard_us_) * 1e-6;
 }
 
 bool DeviceSession::stop(const std::string& cause) {

@@ -13,6 +13,7 @@
 #include "firn/answer_t.hpp"
 #include "firn/device_state_t.hpp"
 #include "print/device/device_order.h"
+#include "runtime/answering_node.h"
 #include "runtime/node_host.h"
 #include "runtime/ports.h"
 
@@ -36,8 +37,10 @@ class DeviceSession {
 
   /// The instrument has been identified and is safe.
   bool safe() const;
-  /// Time since its first bytes; 0 before.
-  double answered_for_s() const;
+  /// Time since its first bytes, whatever they are; 0 before.
+  double heard_for_s() const;
+  /// It has given a good reply.
+  bool answered() const { return answering_ && answering_->answered(); }
   const std::optional<device_state_t>& state() const { return state_; }
 
   /// Gives the instrument an order; `text` is the person's.
@@ -56,10 +59,11 @@ class DeviceSession {
   void step(const Event& event);
   void turn();
 
+  const AnsweringNode* answering_;  ///< the node of host_
   NodeHost host_;
   Ports ports_;
   Sinks sinks_;
-  std::int64_t began_us_ = 0, answered_us_ = 0, lease_us_ = 0, seq_ = 0, commands_ = 0;
+  std::int64_t began_us_ = 0, heard_us_ = 0, lease_us_ = 0, seq_ = 0, commands_ = 0;
   bool granted_ = true;
   std::optional<device_state_t> state_;
   std::optional<answer_t> answer_;

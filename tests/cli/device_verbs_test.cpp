@@ -179,6 +179,20 @@ TEST_CASE("one instrument is tried alone, whatever a trigger line couples to it 
   CHECK_THAT(firn_says({"print", kInkjet, "--set", stage}).err, Contains("no trigger line couples them"));
 }
 
+TEST_CASE("identify is no success where another instrument answers, or one that the lab refuses",
+          "[device]") {
+  SimulatedInstruments inkjet(load_lab_experiment(kInkjet, {}));
+  const Said lamp = device({kAerosol, "gas", "identify", "--within", "1", "--set", "gas.use=\"on\"", "--set",
+                            port_option("gas", to_text(inkjet.address("lamp")))});
+  CHECK(lamp.code == 3);
+  CHECK_THAT(lamp.err, Contains("within 1 s"));
+  SimulatedInstruments aerosol(load_lab_experiment(kAerosol, {"gas.use=\"on\""}));
+  const Said argon = device({kAerosol, "gas", "identify", "--set", "gas.use=\"on\"", "--set",
+                             "gas.gas=\"Ar\"", "--set", port_option("gas", to_text(aerosol.address("gas")))});
+  CHECK(argon.code == 1);
+  CHECK_THAT(argon.err, Contains("atomizer is set to N2, gas.gas is \"Ar\""));
+}
+
 TEST_CASE("a dry run tells the bytes of an order and opens no port", "[device]") {
   const Said said =
       device({kInkjet, "jet", "fire", "5", "--dry-run", "--set", port_option("jet", "serial:/dev/firn-none"),
