@@ -81,6 +81,16 @@ std::string escaped(std::string_view bytes) {
   return text;
 }
 
+int tell_verbs(const DeviceCommandOptions& o) {
+  auto j = nlohmann::ordered_json::array();
+  for (const DeviceVerb* v : verbs_of(o.node)) {
+    j.push_back({{"verb", v->name}, {"values", v->values}, {"meaning", v->meaning}});
+    if (!o.json) fmt::print("{:<44}{}\n", fmt::format("{} {}", v->name, v->values), v->meaning);
+  }
+  if (o.json) std::puts(j.dump(2).c_str());
+  return kOk;
+}
+
 int run_raw(const DeviceCommandOptions& o, const PortAddress& address) {
   if (o.values.size() != 1) throw UsageError("raw takes one text: 'GUSFA\\r'");
   const std::string bytes = unescaped(o.values[0]);
@@ -158,6 +168,7 @@ int run_device(const DeviceCommandOptions& o) {
   DeviceJob job;
   job.e = load_lab_experiment(o.lab, o.overrides);
   check_node(job.e, o.node);
+  if (o.verb == "?") return tell_verbs(o);
   const auto outside = outside_ports(job.e);
   std::optional<SimulatedInstruments> world;
   const bool simulated = !outside.contains(o.node);

@@ -167,15 +167,19 @@ std::string_view kind_of(std::string_view node) {
 
 }  // namespace
 
-std::span<const DeviceVerb> device_verbs() { return kVerbs; }
+std::vector<const DeviceVerb*> verbs_of(std::string_view node) {
+  std::vector<const DeviceVerb*> verbs;
+  for (const DeviceVerb& v : kVerbs)
+    if (v.node.empty() || v.node == kind_of(node)) verbs.push_back(&v);
+  return verbs;
+}
 
 const DeviceVerb& device_verb(std::string_view node, std::string_view name) {
   std::string known;
-  for (const DeviceVerb& v : kVerbs) {
-    if (!v.node.empty() && v.node != kind_of(node)) continue;
-    if (v.name == name) return v;
-    known += (known.empty() ? "" : ", ") + std::string(v.name) +
-             (v.values.empty() ? "" : " " + std::string(v.values));
+  for (const DeviceVerb* v : verbs_of(node)) {
+    if (v->name == name) return *v;
+    known += (known.empty() ? "" : ", ") + std::string(v->name) +
+             (v->values.empty() ? "" : " " + std::string(v->values));
   }
   throw UsageError(fmt::format("{} has no verb '{}'; known: {}", node, name, known));
 }

@@ -33,7 +33,8 @@ struct DeviceVerb {
   bool repeats = false;       ///< the first value is how often `order` is given
 };
 
-std::span<const DeviceVerb> device_verbs();
+/// Returns the verbs that the instrument has.
+std::vector<const DeviceVerb*> verbs_of(std::string_view node);
 
 /// @throws UsageError naming the verbs that the instrument has
 const DeviceVerb& device_verb(std::string_view node, std::string_view name);

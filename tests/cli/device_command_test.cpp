@@ -2,6 +2,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
@@ -36,6 +37,18 @@ TEST_CASE("firn device names every instrument of the labs, and says that it is s
     CHECK(j["real"] == false);
     CHECK_FALSE(j["identity"].get<std::string>().empty());
   }
+}
+
+TEST_CASE("? tells the verbs of an instrument with their values, as text and as JSON") {
+  const Said said = device({kInkjet, "stage", "?"});
+  CHECK(said.code == 0);
+  CHECK_THAT(said.out,
+             Contains("move X Y Z SPEED [mm, mm/s]") && Contains("homes the axes") && !Contains("waveform"));
+  const Said json = device({kInkjet, "jet", "?", "--json"});
+  REQUIRE(json.code == 0);
+  const Json verbs = Json::parse(json.out);
+  CHECK(std::count_if(verbs.begin(), verbs.end(), [](const Json& v) { return v["verb"] == "waveform"; }) ==
+        1);
 }
 
 TEST_CASE("A question to a stage moves nothing, and a home command homes it") {
