@@ -210,9 +210,8 @@ std::string LineControllerNode::missing_growth(std::int32_t layer, const control
   }
   if (grown.share >= changes_.experiment().process.least_rise_share) return {};
   return "the lines of layer " + std::to_string(layer) + " hold " + std::to_string(grown.share) +
-         " of the ink that was planned, as they grow in the pictures: the shutter stays closed or the nozzle "
-         "is "
-         "clogged";
+         " of the ink that was planned, as they grow in the pictures: the shutter stays closed or "
+         "the nozzle is clogged";
 }
 
 std::vector<double> LineControllerNode::planned_sections(const control::LineDecision& d) const {

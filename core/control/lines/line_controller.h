@@ -33,7 +33,7 @@ struct LineMeasurement {
   std::vector<LineReading> total;                   ///< all layers
   std::vector<LineReading> last;                    ///< the last layer alone
   double start_error_mm = 0.0, end_error_mm = 0.0;  ///< means over the free ends of the last layer, NaN: none
-  /// Mean, of all layers, over the stations of (width / nominal width)^2; NaN: not known.
+  /// All layers together: mean over the stations of (width / nominal width)^2; NaN: not known.
   double squared_width = std::numeric_limits<double>::quiet_NaN();
 };
 

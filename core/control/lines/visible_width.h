@@ -13,7 +13,7 @@ class VisibleWidth {
   VisibleWidth(double sigma_mm, double depth_mm) : sigma_mm_(sigma_mm), depth_mm_(depth_mm) {}
 
   double width_mm(double section_mm2) const;
-  /// Of the line's middle.
+  /// Contrast of the line's middle to the substrate, 0 to 1.
   double contrast(double section_mm2) const;
   /// By bisection, between 1e-3 and 1e3 optical depths at the middle; the nearer limit beyond.
   double section_mm2(double width_mm) const;

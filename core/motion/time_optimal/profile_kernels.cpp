@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "core/grid/avx2.h"
 #include "core/motion/time_optimal/profile_problem.h"
 
 namespace firn::motion {
@@ -19,33 +20,26 @@ namespace avx2 {
 #include "core/motion/time_optimal/profile_loops.inc"
 }  // namespace avx2
 #pragma GCC pop_options
-
-static bool wide() {
-  static const bool supported = __builtin_cpu_supports("avx2");
-  return supported;
-}
 #else
 namespace avx2 = base;
-static bool wide() { return false; }
 #endif
 
 }  // namespace profile
 
 double ProfileProblem::assemble(double mu) {
-  return profile::wide() ? profile::avx2::assemble(a_, mu, duration_)
-                         : profile::base::assemble(a_, mu, duration_);
+  return has_avx2() ? profile::avx2::assemble(a_, mu, duration_) : profile::base::assemble(a_, mu, duration_);
 }
 
 ProfileProblem::Lengths ProfileProblem::step_lengths(double mu, double eta) {
   double primal = 0.0, dual = 0.0;  // largest relative decrease
   for (std::size_t i = 1; i + 1 < n_; ++i) primal = std::max(primal, -a_.step[i] / a_.c[i] * (eta / 0.8));
-  profile::wide() ? profile::avx2::steps(a_, mu, primal, dual) : profile::base::steps(a_, mu, primal, dual);
+  has_avx2() ? profile::avx2::steps(a_, mu, primal, dual) : profile::base::steps(a_, mu, primal, dual);
   return {std::min(1.0, eta / std::max(primal, 1e-30)), std::min(1.0, eta / std::max(dual, 1e-30))};
 }
 
 void ProfileProblem::move(Lengths l) {
   complementarity_ =
-      profile::wide() ? profile::avx2::move(a_, l.primal, l.dual) : profile::base::move(a_, l.primal, l.dual);
+      has_avx2() ? profile::avx2::move(a_, l.primal, l.dual) : profile::base::move(a_, l.primal, l.dual);
 }
 
 void ProfileProblem::set_system() {
