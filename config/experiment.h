@@ -227,6 +227,14 @@ struct Experiment {
   PlantConfig plant;
   BusConfig bus;
   DevicesConfig devices;
+
+  // Out of line: the constructors of all parts would be compiled again in each of a hundred sources.
+  Experiment();
+  Experiment(const Experiment& other);
+  Experiment(Experiment&& other) noexcept;
+  Experiment& operator=(const Experiment& other);
+  Experiment& operator=(Experiment&& other) noexcept;
+  ~Experiment();
 };
 
 /// Returns true if the lab has a second nozzle with its jet: for a part of two inks, or to measure the
