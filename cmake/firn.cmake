@@ -166,8 +166,8 @@ function(firn_without_lines name)
   endif()
 endfunction()
 
-# firn_test(NAME sources… [COMPUTES] [APART] LINK targets… LABELS labels…): one Catch2 program; each TEST_CASE becomes one ctest test.
-# COMPUTES: most of its time is spent in its own sources and in templates that these instantiate. APART: no batches.
+# firn_test(NAME sources… [COMPUTES] LINK targets… LABELS labels…): one Catch2 program; each TEST_CASE becomes one ctest test.
+# COMPUTES: most of its time is spent in its own sources and in templates that these instantiate.
 # Labels: live = separate processes and real time, runs alone; threads = runs under ./firn test --tsan;
 # full = only in ./firn test --full and, one tenth of them a day, in ./firn test (scripts/run_tests.py); COST [s].
 add_custom_target(thread_tests)
@@ -178,7 +178,7 @@ if(FIRN_SANITIZE)
   set(FIRN_COMPUTING_TEST_OPTIONS -Og)
 endif()
 function(firn_test name)
-  cmake_parse_arguments(ARG "COMPUTES;APART" "LABEL;TIMEOUT" "LINK;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "COMPUTES" "LABEL;TIMEOUT" "LINK;LABELS" ${ARGN})
   set(kind TEST)
   if(ARG_COMPUTES)
     set(kind COMPUTING_TEST)
@@ -193,9 +193,7 @@ function(firn_test name)
     string(TOLOWER firn_${kind}_pch pch)
     target_precompile_headers(${name} REUSE_FROM ${pch})
   endif()
-  if(NOT ARG_APART)
-    firn_batches(${name} 8 FALSE)
-  endif()
+  firn_batches(${name} 16 FALSE)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   firn_without_lines(${name})
   if(NOT ARG_TIMEOUT)
@@ -218,16 +216,23 @@ function(firn_test name)
     SKIP_RETURN_CODE 77)  # tests/support/skip.h
 endfunction()
 
-# firn_bench(NAME sources… LINK targets…): one program in build/bench, which measures.
+# firn_bench(NAME sources… [OUTCOMES] LINK targets…): one program in build/bench, which measures. OUTCOMES: it counts what
+# happens and times nothing of its own process, so that it is compiled like a test.
 function(firn_bench name)
-  cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})
+  cmake_parse_arguments(ARG "OUTCOMES" "" "LINK" ${ARGN})
   add_executable(${name} ${ARG_UNPARSED_ARGUMENTS})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_LINK})
   target_compile_definitions(${name} PRIVATE
     FIRN_SOURCE_DIR="${CMAKE_SOURCE_DIR}" FIRN_BINARY_DIR="${CMAKE_BINARY_DIR}")
+  set(pch firn_pch)
+  if(ARG_OUTCOMES)
+    target_compile_options(${name} PRIVATE ${FIRN_TEST_OPTIONS})
+    set(pch firn_test_pch)
+    firn_batches(${name} 16 FALSE)
+  endif()
   if(FIRN_PCH)
-    target_precompile_headers(${name} REUSE_FROM firn_pch)
+    target_precompile_headers(${name} REUSE_FROM ${pch})
   endif()
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bench)
   firn_without_lines(${name})

@@ -7,7 +7,7 @@ using namespace firn;
 
 namespace {
 
-std::string what_of(const std::string& toml) {
+std::string rule_broken_by(const std::string& toml) {
   try {
     parse_experiment(toml, "x.toml");
   } catch (const ConfigError& e) {
@@ -17,7 +17,7 @@ std::string what_of(const std::string& toml) {
 }
 
 bool says(const std::string& toml, const std::string& words) {
-  const std::string what = what_of(toml);
+  const std::string what = rule_broken_by(toml);
   INFO(what);
   CHECK(what.find(words) != std::string::npos);
   return what.find(words) != std::string::npos;
@@ -26,8 +26,8 @@ bool says(const std::string& toml, const std::string& words) {
 }  // namespace
 
 TEST_CASE("The defaults and the smallest grid pass every check") {
-  CHECK(what_of("") == "no error");
-  CHECK(what_of("grid.nx = 1\ngrid.ny = 1\npart.diameter_mm = 0.2") == "no error");
+  CHECK(rule_broken_by("") == "no error");
+  CHECK(rule_broken_by("grid.nx = 1\ngrid.ny = 1\npart.diameter_mm = 0.2") == "no error");
 }
 
 TEST_CASE("A part that does not fit the grid is named with the key, its line and the room there is") {
@@ -48,7 +48,7 @@ TEST_CASE("A part that does not fit the grid is named with the key, its line and
 TEST_CASE("A height map needs its image, and only a height map takes one") {
   CHECK(says("part.shape = \"height_map\"", "needs a PNG"));
   CHECK(says("part.image = \"a.png\"", "only part.shape \"height_map\" takes a PNG"));
-  CHECK(what_of("part = {shape = \"height_map\", image = \"a.png\"}") == "no error");
+  CHECK(rule_broken_by("part = {shape = \"height_map\", image = \"a.png\"}") == "no error");
 }
 
 TEST_CASE(
@@ -88,9 +88,9 @@ TEST_CASE("Lamp, lease, profiler line, model and run name are checked against ea
 }
 
 TEST_CASE("The stage must reach the grid under the second nozzle, when there is one") {
-  CHECK(what_of("jet_b.offset_x_mm = 60.0") == "no error");
+  CHECK(rule_broken_by("jet_b.offset_x_mm = 60.0") == "no error");
   const std::string two = "geometry = {shape = \"pipe\", outer_diameter_mm = 5.0, inner_diameter_mm = 3.0}\n";
-  CHECK(what_of(two) == "no error");
+  CHECK(rule_broken_by(two) == "no error");
   CHECK(says(two + "jet_b.offset_x_mm = 60.0", "the offset of nozzle B"));
   CHECK(says(two + "jet_b.offset_y_mm = -160.0", "outside stage.y_min_mm"));
   CHECK(says(two + "jet_b.offset_z_mm = 49.5", "the gap of nozzle B"));

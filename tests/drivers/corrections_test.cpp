@@ -131,7 +131,7 @@ struct OldLamp {
   }
 };
 
-std::string_view bytes_of(const Request& r) { return r.text(); }
+std::string_view request_text(const Request& r) { return r.text(); }
 
 bool jet_fires_on(plant::Bench& bench) {
   const std::string poll = bench.ask(plant::kJetPort, plant::hex("53 02 02 04"));
@@ -326,7 +326,7 @@ TEST_CASE("a head that bears less than the old fixed cap is abused by it, and th
                               &plant::DeviceRecord::event);
   };
   CHECK(abuses() == 0);
-  bench.ask(plant::kJetPort, bytes_of(jetdrive::pulse(waveform)));
+  bench.ask(plant::kJetPort, request_text(jetdrive::pulse(waveform)));
   CHECK(abuses() == 1);
 
   JetOptions lab;

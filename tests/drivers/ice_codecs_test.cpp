@@ -11,13 +11,10 @@
 #include "tests/drivers/lossy_line.h"
 
 using namespace firn::drivers;
+using firn::drivers::test::bytes_of;
 using firn::drivers::test::next;
 
 namespace {
-
-std::span<const std::byte> bytes_of(std::string_view s) {
-  return std::as_bytes(std::span(s.data(), s.size()));
-}
 
 fvp::Counts some_point(std::uint64_t& seed, bool far) {
   const auto within = [&](std::int32_t low, std::int32_t high) {

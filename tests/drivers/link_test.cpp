@@ -19,13 +19,10 @@ using namespace firn::drivers;
 using firn::DeviceState;
 using firn::Outcome;
 using firn::drivers::test::Bench;
+using firn::drivers::test::bytes_of;
 using firn::drivers::test::next;
 
 namespace {
-
-std::span<const std::byte> bytes_of(std::string_view s) {
-  return std::as_bytes(std::span(s.data(), s.size()));
-}
 
 Request line(std::string_view text, Repeat repeat, std::uint16_t tag,
              ensemble::Format format = ensemble::kValue) {

@@ -3,14 +3,21 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <string>
+#include <string_view>
 
 namespace firn::drivers::test {
 
 inline std::uint64_t next(std::uint64_t& seed) {
   return (seed = seed * 6364136223846793005u + 1442695040888963407u) >> 33;
+}
+
+inline std::span<const std::byte> bytes_of(std::string_view text) {
+  return std::as_bytes(std::span(text.data(), text.size()));
 }
 
 /// FakeRig::line: of `percent` in a hundred things said, a third is lost, one in three has a bit turned, and

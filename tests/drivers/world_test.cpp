@@ -321,7 +321,7 @@ TEST_CASE("under lost, late and split replies and closed ports nothing fires twi
     REQUIRE(rig.results("stage").size() == 1);
     const Result r = rig.results("stage").back();
     const auto fired = std::int64_t(rig.record.history.shots.size());
-    INFO("round " << round << " " << test::describe(r));
+    INFO("round " << round << " " << drivers::test::describe(r));
     CHECK(r.counted <= fired);
     CHECK(fired <= std::max(r.counted, r.unknown_to));
     if (r.unknown_from == r.unknown_to) CHECK(r.counted == fired);

@@ -12,7 +12,7 @@ using control::smf_line::spread;
 
 namespace {
 
-constexpr Algorithm kAll[] = {Algorithm::kSlsqp, Algorithm::kLbfgs, Algorithm::kCobyla};
+constexpr Algorithm kAlgorithms[] = {Algorithm::kSlsqp, Algorithm::kLbfgs, Algorithm::kCobyla};
 constexpr Gains kStarts[] = {{1.0, 1.0, 0.0}, {0.0, 0.0, 0.5}};
 
 }  // namespace
@@ -21,7 +21,7 @@ TEST_CASE(
     "Table 5-2, errata: every algorithm finds K = [0.99990, 0.32798, 0.00005], sigma 0.060990, from both "
     "starts") {
   const auto d = disturbance({100, 0.5, 60, 0.2, 30});
-  for (const Algorithm a : kAll)
+  for (const Algorithm a : kAlgorithms)
     for (const Gains& start : kStarts) {
       INFO(name(a) << " from K_p = " << start.kp);
       const TunedGains t = tune_smf(d, {a, start});
@@ -34,7 +34,7 @@ TEST_CASE(
 
 TEST_CASE("5.6, errata: with d_s = 0.5 the optimum is [1, 0.618034, 0]") {
   const auto d = disturbance({100, 0.5, 60, 0.5, 30});
-  for (const Algorithm a : kAll) {
+  for (const Algorithm a : kAlgorithms) {
     INFO(name(a));
     const TunedGains t = tune_smf(d, {a, {1.0, 1.0, 0.0}});
     CHECK(std::abs(t.gains.kp - 1.0) < 1e-5);
@@ -50,7 +50,7 @@ TEST_CASE("Table 5-3: K_d* and sigma for each pulse, from both starts and by eve
   for (const Row row :
        {Row{0.5, 0.0, 0.061}, Row{0.25, 0.023, 0.038}, Row{0.0, 0.126, 0.027}, Row{-0.5, 0.0, 0.061}})
     for (const double start : {0.0, 0.2})
-      for (const Algorithm a : kAll) {
+      for (const Algorithm a : kAlgorithms) {
         INFO(name(a) << ", d_p = " << row.pulse << " from " << start);
         const TunedGains t =
             tune_smf(disturbance({100, row.pulse, 60, 0.2, 30}), {a, {1.0, 0.33, start}, true});

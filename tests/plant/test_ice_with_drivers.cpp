@@ -27,8 +27,8 @@ WorldConfig ice_world() {
   return c;
 }
 
-struct Rig : DriverRig {
-  explicit Rig(const WorldConfig& config)
+struct PathPrinterRig : DriverRig {
+  explicit PathPrinterRig(const WorldConfig& config)
       : DriverRig(config, 180'000'000),
         robot(drivers::RobotOptions{}),
         valve_a(drivers::ValveOptions{}),
@@ -83,7 +83,7 @@ ice_paths::Run deposition(const IceWorldConfig& c, double y_mm, double speed = 6
 
 TEST_CASE("The drivers home the robot, print a bead, count its pulses and measure it with the laser") {
   const WorldConfig config = ice_world();
-  Rig rig(config);
+  PathPrinterRig rig(config);
   rig.start();
   const auto run = deposition(config.ice, 2.0);
   rig.add(1, run);
@@ -148,7 +148,7 @@ TEST_CASE(
     "A stop in the middle of a path: the arm rests, the valve is closed, both say how far they came, and "
     "nature agrees") {
   const WorldConfig config = ice_world();
-  Rig rig(config);
+  PathPrinterRig rig(config);
   rig.start();
   const auto run = deposition(config.ice, -4.0, 10.0);
   rig.add(1, run);

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-WorldConfig small_world() {
+WorldConfig kept_small_world() {
   WorldConfig c;
   c.grid = {12, 12, 0.263256, 0.263256, 0.0, 0.0};
   c.seed = 11;
@@ -59,7 +59,8 @@ std::vector<Turn> layer() {
 }
 
 struct Lab {
-  explicit Lab(const fs::path& run, std::int64_t from_us = 0) : world(run, small_world()), now_us(from_us) {
+  explicit Lab(const fs::path& run, std::int64_t from_us = 0)
+      : world(run, kept_small_world()), now_us(from_us) {
     for (const auto port : {kStagePort, kJetPort, kProfilerPort, kLampPort}) world.connect(port, now_us);
   }
   void give(const Turn& turn) {
@@ -98,7 +99,7 @@ TEST_CASE("A world killed at any moment has every droplet, cure and time that it
     for (const Turn& turn : layer()) {
       lab.give(turn);
       if (turn.bytes.starts_with("OPN")) continue;  // the light goes out with the power, which may cure
-      const KeptWorld again(killed(run, folder.path() / "left"), small_world());
+      const KeptWorld again(killed(run, folder.path() / "left"), kept_small_world());
       REQUIRE(again.lost_power());
       const Truth is = again.world().truth(), was = lab.world.world().truth();
       REQUIRE(is.droplets_fired == was.droplets_fired);
@@ -124,7 +125,7 @@ TEST_CASE("The record of a world killed twice in one layer names each droplet on
     Lab second(killed(run, left), lab.now_us);
     for (const Turn& again : layer())
       if (again.port != kLampPort) second.give(again);
-    { const KeptWorld third(killed(left, twice), small_world()); }
+    { const KeptWorld third(killed(left, twice), kept_small_world()); }
     fired = second.world.world().truth().droplets_fired;
     REQUIRE(std::int64_t(read_history(twice / "world.rec").shots.size()) == fired);
   }
@@ -144,7 +145,7 @@ TEST_CASE("Events that a kill kept from the record are written when the inputs a
   }
   killed(run, left);
   fs::resize_file(left / "world.rec", before);
-  { const KeptWorld again(left, small_world()); }
+  { const KeptWorld again(left, kept_small_world()); }
   const auto is = read_history(left / "world.rec").shots, was = read_history(run / "world.rec").shots;
   REQUIRE(was.size() == 8);
   REQUIRE(is.size() == was.size());
@@ -191,7 +192,7 @@ TEST_CASE("Inputs that belong to an older state are left alone") {
   }
   REQUIRE(lab.world.world().exposures() == 1);
   fs::copy_file(run / "world" / "state", left / "world" / "state", fs::copy_options::overwrite_existing);
-  const KeptWorld again(left, small_world());
+  const KeptWorld again(left, kept_small_world());
   CHECK(again.world().truth().droplets_fired == 8);
   CHECK(again.world().exposures() == 1);
 }

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-const fs::path kFolder = fs::path(FIRN_SOURCE_DIR) / "experiments";
+const fs::path kExperiments = fs::path(FIRN_SOURCE_DIR) / "experiments";
 
 std::string bytes_of(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
@@ -37,12 +37,12 @@ void check_part(const Experiment& e, const Blobs& inputs) {
 
 TEST_CASE("Every shipped experiment is valid, has a part and bears its file's name") {
   int count = 0;
-  for (const auto& entry : fs::directory_iterator(kFolder)) {
+  for (const auto& entry : fs::directory_iterator(kExperiments)) {
     if (entry.path().extension() != ".toml") continue;
     INFO(entry.path().string());
     const Experiment e = load_experiment(entry.path());
     CHECK(e.run.name == entry.path().stem().string());
-    check_part(e, make_inputs(e, kFolder));
+    check_part(e, make_inputs(e, kExperiments));
     ++count;
   }
   CHECK(count >= 5);
@@ -50,7 +50,7 @@ TEST_CASE("Every shipped experiment is valid, has a part and bears its file's na
 
 TEST_CASE("Every shipped study resolves, and each of its parts covers cells of the grid") {
   int count = 0;
-  for (const auto& entry : fs::directory_iterator(kFolder / "studies")) {
+  for (const auto& entry : fs::directory_iterator(kExperiments / "studies")) {
     INFO(entry.path().string());
     const StudyPlan plan =
         plan_study(load_study(entry.path()), entry.path().parent_path(),
@@ -67,15 +67,15 @@ TEST_CASE("The shipped height map is what scripts/make_height_map.py writes") {
   const std::string command =
       "python3 '" + std::string(FIRN_SOURCE_DIR) + "/scripts/make_height_map.py' '" + written.string() + "'";
   REQUIRE(std::system(command.c_str()) == 0);
-  CHECK(bytes_of(written) == bytes_of(kFolder / "height_map.png"));
+  CHECK(bytes_of(written) == bytes_of(kExperiments / "height_map.png"));
   fs::remove(written);
 }
 
 TEST_CASE("The shipped relief has the formula's height at its centre and corners outside the part") {
-  const Experiment e = load_experiment(kFolder / "height-map.toml");
-  const Blobs inputs = make_inputs(e, kFolder);
+  const Experiment e = load_experiment(kExperiments / "height-map.toml");
+  const Blobs inputs = make_inputs(e, kExperiments);
   const HeightMap target = height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target");
   CHECK(target.at(20, 20) == Approx(0.3 * 0.7).epsilon(0.03));  // 0.5 + 0.2 at r = 0
   CHECK(target.at(0, 0) == 0.0);
-  CHECK(blob(inputs, "image").bytes.size() == fs::file_size(kFolder / "height_map.png"));
+  CHECK(blob(inputs, "image").bytes.size() == fs::file_size(kExperiments / "height_map.png"));
 }

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-const fs::path kFolder = fs::path(FIRN_SOURCE_DIR) / "experiments";
+const fs::path kMeshFolder = fs::path(FIRN_SOURCE_DIR) / "experiments";
 
 std::string bytes_of(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
@@ -32,7 +32,7 @@ std::string bytes_of(const fs::path& path) {
 
 // Of the slicer's layers, which know that hub and wheel share a millimetre, scaled as the experiment scales.
 double volume_mm3(const Experiment& e) {
-  const MeshFile mesh(kFolder / e.geometry.mesh);
+  const MeshFile mesh(kMeshFolder / e.geometry.mesh);
   slice::SliceOptions thin;
   thin.layer_height_mm = 0.1;
   double file_mm3 = 0.0;
@@ -49,7 +49,7 @@ TEST_CASE("The shipped gear is what scripts/make_mesh.py writes") {
   const std::string command =
       "python3 '" + std::string(FIRN_SOURCE_DIR) + "/scripts/make_mesh.py' '" + written.string() + "' 8";
   REQUIRE(std::system(command.c_str()) == 0);
-  CHECK(bytes_of(written) == bytes_of(kFolder / "gear.stl"));
+  CHECK(bytes_of(written) == bytes_of(kMeshFolder / "gear.stl"));
 }
 
 TEST_CASE(
@@ -58,8 +58,8 @@ TEST_CASE(
   const test::Scratch scratch("mesh-print");
   for (const char* plant : {"lu2015", "droplets"}) {
     CAPTURE(plant);
-    const Experiment e = load_experiment(kFolder / "gear.toml", {"plant.model=" + std::string(plant)});
-    const RunFolder run = RunFolder::create(scratch / "runs", e, make_inputs(e, kFolder), {"test"});
+    const Experiment e = load_experiment(kMeshFolder / "gear.toml", {"plant.model=" + std::string(plant)});
+    const RunFolder run = RunFolder::create(scratch / "runs", e, make_inputs(e, kMeshFolder), {"test"});
     const LabRunReport report = run_in_lab(run, {});
     INFO(report.result.reason);
     REQUIRE(report.result.status == 0);
@@ -74,8 +74,8 @@ TEST_CASE(
 }
 
 TEST_CASE("The printed object has the mesh's volume and shape and is one piece that washing sets free") {
-  const Experiment e = load_experiment(kFolder / "gear.toml");
-  const Blobs inputs = make_inputs(e, kFolder);
+  const Experiment e = load_experiment(kMeshFolder / "gear.toml");
+  const Blobs inputs = make_inputs(e, kMeshFolder);
   const Geometry geometry = geometry_from_bytes(blob(inputs, "geometry").bytes, e.grid, "geometry");
   double wanted_mm3 = 0.0;
   for (std::size_t c = 0; c < e.grid.size(); ++c)

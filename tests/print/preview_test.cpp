@@ -18,7 +18,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-const std::filesystem::path kFolder = std::filesystem::path(FIRN_SOURCE_DIR) / "experiments";
+const std::filesystem::path kPreviewed = std::filesystem::path(FIRN_SOURCE_DIR) / "experiments";
 
 // An ASCII STL of a box, without one of its sides if `open`.
 std::string box(double x, double y, double z, bool open = false, double z0 = 0.0) {
@@ -51,7 +51,7 @@ TEST_CASE(
     "A preview names size, cells, layers, droplets and volume of a cylinder, near what its print takes") {
   const std::vector<std::string> small{"part.height_mm=0.08", "grid.nx=24", "grid.ny=24",
                                        "part.diameter_mm=5"};
-  const PrintPreview p = shown(kFolder / "cylinder.toml", small);
+  const PrintPreview p = shown(kPreviewed / "cylinder.toml", small);
   CHECK(p.size_mm[0] == Approx(5.0).margin(0.3));
   CHECK(p.size_mm[1] == Approx(5.0).margin(0.3));
   CHECK(p.size_mm[2] == Approx(0.08));
@@ -60,8 +60,8 @@ TEST_CASE(
   CHECK(p.layers == 11);  // 80 um of 7.6 um
   CHECK(p.outside.empty());
   CHECK(p.remarks.empty());
-  const Experiment e = load_experiment(kFolder / "cylinder.toml", small);
-  const MemoryPrintReport r = print_in_memory(e, make_inputs(e, kFolder));
+  const Experiment e = load_experiment(kPreviewed / "cylinder.toml", small);
+  const MemoryPrintReport r = print_in_memory(e, make_inputs(e, kPreviewed));
   REQUIRE(r.result.status == 0);
   CHECK(double(p.amount) == Approx(double(r.droplets)).epsilon(0.25));
   CHECK(p.time_s == Approx(r.node_s).epsilon(0.5));
@@ -70,7 +70,7 @@ TEST_CASE(
   CHECK(j["layers"] == p.layers);
   CHECK_THAT(preview_svg(p), Contains("<svg") && Contains("</svg>"));
   CHECK_THAT(preview_text(p), Contains("cylinder: ") && Contains("about 11 layers") && Contains("droplets"));
-  CHECK_THAT(preview_text(shown(kFolder / "cylinder.toml", {"control.max_layers=3"})),
+  CHECK_THAT(preview_text(shown(kPreviewed / "cylinder.toml", {"control.max_layers=3"})),
              Contains("OUTSIDE: control.max_layers = 3"));
 }
 

@@ -27,7 +27,7 @@ class Sink final : public WalSink {
 };
 
 // Hosts one driver node; `answer` maps the node's bytes to the instrument's immediate reply.
-struct Rig {
+struct DriverNodeRig {
   Sink sink;
   NodeHost host;
   std::function<std::string(std::string_view)> answer;
@@ -41,7 +41,7 @@ struct Rig {
   std::int64_t first_stall_us = 0;
   std::vector<Time> of_commands;  // when bytes of a command left
 
-  Rig(NodeId id, std::unique_ptr<Node> node) : host(id, std::move(node), 1, &sink) {}
+  DriverNodeRig(NodeId id, std::unique_ptr<Node> node) : host(id, std::move(node), 1, &sink) {}
 
   void give(Event e) {
     e.now = now;
@@ -169,8 +169,8 @@ lamp_command_t expose(std::int64_t id, std::int64_t epoch) {
   return c;
 }
 
-struct LampRig : Rig {
-  LampRig() : Rig(NodeId::kLamp, std::make_unique<LampNode>(Experiment{})) {
+struct LampRig : DriverNodeRig {
+  LampRig() : DriverNodeRig(NodeId::kLamp, std::make_unique<LampNode>(Experiment{})) {
     answer = lamp_answer;
     start(0);
     run_for(1.0);
@@ -202,7 +202,7 @@ TEST_CASE("a command is executed once, however often it arrives, and each copy i
 }
 
 TEST_CASE("the command of a pass stands on the disk before anything leaves, and moves need not") {
-  Rig rig(NodeId::kStage, std::make_unique<StageNode>(Experiment{}));
+  DriverNodeRig rig(NodeId::kStage, std::make_unique<StageNode>(Experiment{}));
   rig.start(0);
   rig.enable(1);
   stage_command_t c{};

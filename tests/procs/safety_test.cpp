@@ -17,8 +17,8 @@ Experiment lab(bool two_jets) {
   return e;
 }
 
-struct Bench : test::NodeBench {
-  explicit Bench(bool two_jets = false)
+struct SafetyBench : test::NodeBench {
+  explicit SafetyBench(bool two_jets = false)
       : NodeBench(NodeId::kSafety, std::make_unique<Safety>(lab(two_jets))) {
     start();
   }
@@ -43,7 +43,7 @@ struct Bench : test::NodeBench {
 };
 
 TEST_CASE("safety grants no lease before every driver has answered SAFE") {
-  Bench b;
+  SafetyBench b;
   for (std::size_t n = 0; n + 1 < std::size(kDrivers); ++n) {
     b.state(kDrivers[n], DeviceState::kSafe, 0);
     b.wake();
@@ -56,7 +56,7 @@ TEST_CASE("safety grants no lease before every driver has answered SAFE") {
 }
 
 TEST_CASE("with two jets the lease waits for both, and ends when both are armed", "[I-]") {
-  Bench b(true);
+  SafetyBench b(true);
   b.all_safe(0);
   b.wake();
   REQUIRE_FALSE(b.lease().enabled);
@@ -70,7 +70,7 @@ TEST_CASE("with two jets the lease waits for both, and ends when both are armed"
 }
 
 TEST_CASE("safety renews the lease at least three times while it lasts") {
-  Bench b;
+  SafetyBench b;
   b.all_safe(0);
   const Time from = b.now;
   const std::size_t before = b.all(channels::kEnable).size();
@@ -79,7 +79,7 @@ TEST_CASE("safety renews the lease at least three times while it lasts") {
 }
 
 TEST_CASE("a fault of severity 2 raises the epoch, names its cause and ends the lease for good") {
-  Bench b;
+  SafetyBench b;
   b.all_safe(0);
   const std::int64_t before = b.lease().enable_epoch;
   const std::size_t leases = b.all(channels::kEnable).size();
@@ -91,7 +91,7 @@ TEST_CASE("a fault of severity 2 raises the epoch, names its cause and ends the 
 }
 
 TEST_CASE("a warning does not stop the print") {
-  Bench b;
+  SafetyBench b;
   b.all_safe(0);
   b.fault(1);
   REQUIRE(b.all(channels::kSafeStop).empty());
@@ -99,7 +99,7 @@ TEST_CASE("a warning does not stop the print") {
 }
 
 TEST_CASE("SAFE_STOP is repeated until every driver honours the new epoch, and not longer") {
-  Bench b;
+  SafetyBench b;
   b.all_safe(0);
   b.fault(2);
   const std::int64_t epoch = b.last(channels::kSafeStop).enable_epoch;
@@ -119,7 +119,7 @@ TEST_CASE("SAFE_STOP is repeated until every driver honours the new epoch, and n
 }
 
 TEST_CASE("a heartbeat that stops is a safe stop that names the node", "[I4]") {
-  Bench b;
+  SafetyBench b;
   b.all_safe(0);
   heartbeat_t h{};
   h.node = "lamp";
@@ -131,7 +131,7 @@ TEST_CASE("a heartbeat that stops is a safe stop that names the node", "[I4]") {
 }
 
 TEST_CASE("a step that takes longer than the node's table allows is a safe stop") {
-  Bench b;
+  SafetyBench b;
   b.all_safe(0);
   heartbeat_t h{};
   h.node = "stage";
@@ -145,7 +145,7 @@ TEST_CASE("a step that takes longer than the node's table allows is a safe stop"
 }
 
 TEST_CASE("a resume begins with a newer epoch than anything commanded before it") {
-  Bench b;
+  SafetyBench b;
   b.all_safe(0);
   b.fault(2);
   const std::int64_t stopped = b.last(channels::kSafeStop).enable_epoch;
@@ -158,7 +158,7 @@ TEST_CASE("a resume begins with a newer epoch than anything commanded before it"
 }
 
 TEST_CASE("the end of the run ends the lease") {
-  Bench b;
+  SafetyBench b;
   b.all_safe(0);
   b.give(channels::kRunEnd, run_end_t{});
   REQUIRE_FALSE(b.lease().enabled);
@@ -166,7 +166,7 @@ TEST_CASE("the end of the run ends the lease") {
 }
 
 TEST_CASE("a local stop stops all drivers, not only this process") {
-  Bench b;
+  SafetyBench b;
   b.all_safe(0);
   b.local_stop("the launcher is gone");
   REQUIRE(b.last(channels::kSafeStop).cause == "the launcher is gone");

@@ -7,7 +7,6 @@
 #include "core/grid/random.h"
 #include "print/folder/run_config.h"
 #include "replay/print_verdict.h"
-#include "replay/replayer.h"
 #include "runtime/write_ahead.h"
 #include "tests/replay/damage.h"
 #include "tests/replay/tiny_run.h"
@@ -21,11 +20,6 @@ using replay::FindingKind;
 
 constexpr auto kEvent = std::uint16_t(WalKind::kEvent);
 constexpr auto kOutputs = std::uint16_t(WalKind::kOutputs);
-
-replay::RunVerdict replay_tiny(const fs::path& run, replay::ReplayOptions options = {}) {
-  options.makers = tiny_makers();
-  return replay::replay_run(run, options);
-}
 
 fs::path recorded(const std::string& name, const TinyOptions& options = {}) {
   const fs::path run = scratch_folder(name);

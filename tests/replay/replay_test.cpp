@@ -2,18 +2,12 @@
 #include <catch2/catch.hpp>
 
 #include "replay/print_verdict.h"
-#include "replay/replayer.h"
 #include "runtime/write_ahead.h"
 #include "tests/replay/damage.h"
 #include "tests/replay/tiny_run.h"
 
 namespace firn::test {
 namespace {
-
-replay::RunVerdict replay_tiny(const std::filesystem::path& run, replay::ReplayOptions options = {}) {
-  options.makers = tiny_makers();
-  return replay::replay_run(run, options);
-}
 
 TEST_CASE("an untouched run replays identical and says how much was compared") {
   const auto run = scratch_folder("identical");

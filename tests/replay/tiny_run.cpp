@@ -214,7 +214,10 @@ constexpr replay::NodeMaker kMakers[] = {{"scheduler", make_scheduler},
 
 }  // namespace
 
-std::span<const replay::NodeMaker> tiny_makers() { return kMakers; }
+replay::RunVerdict replay_tiny(const std::filesystem::path& run, replay::ReplayOptions options) {
+  options.makers = kMakers;
+  return replay::replay_run(run, options);
+}
 
 std::filesystem::path scratch_folder(const std::string& name) {
   const std::filesystem::path folder = std::filesystem::path(FIRN_BINARY_DIR) / "scratch" / name;

@@ -4,10 +4,9 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <span>
 #include <string>
 
-#include "replay/options.h"
+#include "replay/replayer.h"
 
 namespace firn::test {
 
@@ -22,8 +21,8 @@ struct TinyOptions {
 inline constexpr int kTinyColumns = 6;  // of the grid
 inline constexpr int kTinyRows = 4;
 
-/// scheduler, surface_mapper, controller, laser_profiler.
-std::span<const replay::NodeMaker> tiny_makers();
+/// Replays such a run by its own nodes: scheduler, surface_mapper, controller, laser_profiler.
+replay::RunVerdict replay_tiny(const std::filesystem::path& run, replay::ReplayOptions options = {});
 
 /// Records into `folder` (made anew): experiment.toml, inputs/, nodes/, log.lcm.
 void record_tiny_run(const std::filesystem::path& folder, const TinyOptions& options = {});

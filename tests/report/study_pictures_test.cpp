@@ -21,7 +21,7 @@ using firn::test::ReadAxis;
 
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 
 // Random prints: arms `apart` from each other, a share of them stopped.
 StudyTable random_table(std::uint64_t key, std::size_t arms, std::size_t parts, std::size_t seeds,
@@ -289,7 +289,7 @@ TEST_CASE("Labels of marks that lie on each other do not cover one another") {
 
 TEST_CASE("runs.csv reads back as the table: every print, its outcome and its exact metrics") {
   StudyTable t = random_table(13, 3, 2, 4, 0.5, 0.3);
-  t.runs[5].metrics[1] = kNan;
+  t.runs[5].metrics[1] = kNoValue;
   t.runs[7].reason = "line one\nline \"two\", end";
   t.arms[2] = "mpc, \"weighted\"";
   const auto rows = test::csv_rows(study_csv(t));

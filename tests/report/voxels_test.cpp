@@ -7,15 +7,15 @@ using namespace firn::replay;
 
 namespace {
 
-const GridSpec kGrid{9, 9};
+const GridSpec kVoxelGrid{9, 9};
 constexpr double kSlice = 0.01;
 
 // A box of 5 x 5 cells, from 2 to 7 slices up, in a block of 9.
 Geometry box() {
-  std::vector<std::vector<Span>> spans(kGrid.size());
+  std::vector<std::vector<Span>> spans(kVoxelGrid.size());
   for (int j = 2; j < 7; ++j)
-    for (int i = 2; i < 7; ++i) spans[kGrid.index(i, j)] = {{0.02, 0.07}};
-  return Geometry(kGrid, 0.09, spans);
+    for (int i = 2; i < 7; ++i) spans[kVoxelGrid.index(i, j)] = {{0.02, 0.07}};
+  return Geometry(kVoxelGrid, 0.09, spans);
 }
 
 MaterialColumns print_of(const Geometry& g, double raised_mm) {
@@ -56,8 +56,8 @@ TEST_CASE("A part one slice too high is wrong in the boundary layer only, two sl
 }
 
 TEST_CASE("Washing frees what support can reach from outside and leaves the object in its pieces") {
-  MaterialColumns m(kGrid);
-  for (std::size_t c = 0; c < kGrid.size(); ++c) {
+  MaterialColumns m(kVoxelGrid);
+  for (std::size_t c = 0; c < kVoxelGrid.size(); ++c) {
     const int i = int(c) % 9, j = int(c) / 9;
     const bool shell = i >= 2 && i <= 6 && j >= 2 && j <= 6, core = i >= 3 && i <= 5 && j >= 3 && j <= 5;
     for (int k = 0; k < 7; ++k) {
@@ -73,20 +73,20 @@ TEST_CASE("Washing frees what support can reach from outside and leaves the obje
   CHECK(shut.largest_piece == 125 - 27);
   CHECK(shut.support == 9 * 9 * 7 - shut.object);
   CHECK(shut.support_shut_in == 27);
-  v.cells[4 * 81 + kGrid.index(4, 4)] = Material::kNone;  // a hole in its lid
+  v.cells[4 * 81 + kVoxelGrid.index(4, 4)] = Material::kNone;  // a hole in its lid
   CHECK(wash(v).support_shut_in == 0);
 }
 
 TEST_CASE("Air inside M and object ink above the block are wrong, and missing support is not") {
   const Geometry g = box();
   MaterialColumns m = print_of(g, 0.0);
-  const std::size_t c = kGrid.index(0, 0);
+  const std::size_t c = kVoxelGrid.index(0, 0);
   m.add(c, 0.02, Material::kA);  // on the support's top
   const int nz = slices_for(m, g, kSlice);
   CHECK(nz == 11);
   CHECK(count_wrong(voxels_of(g, kSlice, nz), voxels_of(m, kSlice, nz)).outside == 2);
   const WrongVoxels nothing =
-      count_wrong(voxels_of(g, kSlice, 9), voxels_of(MaterialColumns(kGrid), kSlice, 9));
+      count_wrong(voxels_of(g, kSlice, 9), voxels_of(MaterialColumns(kVoxelGrid), kSlice, 9));
   CHECK(nothing.inside + nothing.boundary_inside == 125);
   CHECK(nothing.outside + nothing.boundary_outside == 0);
   CHECK_THROWS_AS(count_wrong(voxels_of(g, kSlice, 9), voxels_of(m, kSlice, 8)), std::invalid_argument);

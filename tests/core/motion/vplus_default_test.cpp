@@ -12,7 +12,7 @@ using namespace firn::motion;
 namespace {
 
 std::unique_ptr<Arm> stage() { return make_stage({{{-500, 500}, {-500, 500}}}); }
-double duration(const Trajectory& t) { return double(t.samples() - 1) * t.tick_s; }
+double duration_s(const Trajectory& t) { return double(t.samples() - 1) * t.tick_s; }
 Point2 at(const Trajectory& t, std::size_t i) { return {t.positions[2 * i], t.positions[2 * i + 1]}; }
 
 }  // namespace
@@ -68,7 +68,7 @@ TEST_CASE("The blend time is found with which the default technique takes a give
   const PathInput in{.points = points};
   DefaultOptions options;
   options.blend_s = blend_for_duration(in, cobra600_limits(), options, 6.0);
-  CHECK(duration(plan_default(in, *stage(), cobra600_limits(), options)) == Approx(6.0).margin(0.017));
+  CHECK(duration_s(plan_default(in, *stage(), cobra600_limits(), options)) == Approx(6.0).margin(0.017));
   CHECK_THROWS_AS(blend_for_duration(in, cobra600_limits(), options, 1.0), MotionError);
 }
 
