@@ -1,30 +1,51 @@
 #include "core/vision/writing.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
+
+#include "core/vision/raster.h"
 
 namespace firn::vision {
 namespace {
 
-constexpr int kLeast_px = 6;              // height of a character that can be told from a spot
-constexpr int kMostShare = 8;             // of the picture's height
-constexpr double kAlike = 0.15;           // of heights and baselines, share of the height
-constexpr double kApart = 1.2;            // gap between characters over their height
-constexpr double kRound[] = {0.8, 1.25};  // width over height of what may be a droplet
-constexpr double kWords = 2.0;            // gap between words over the height of their characters
-constexpr double kBar = 0.6;              // least share of a bar in its box
+constexpr int kLeast_px = 6;           // height of a character that can be told from a spot
+constexpr int kMostShare = 7;          // of the picture's height
+constexpr double kAlike = 0.15;        // of baselines, share of the height
+constexpr double kSmallLetter = 0.55;  // height of small letters over that of capitals, at least
+constexpr double kApart = 1.7;         // gap between characters of a line over their height
+constexpr double kWords = 2.0;         // gap between words over the height of their characters
+constexpr double kBar = 0.6;           // least share of a bar in its box
+constexpr double kStroke = 0.78;       // width of a stroke or bowl over the shorter side of its character
+constexpr double kSlim = 0.75;         // width over height of digits that are closed, as 0 and 8
+constexpr double kClosed = 0.65;       // share of its box that such a digit fills; a droplet with a tail less
+constexpr double kSquare = 0.86;       // share of its box that no disc fills: D
+constexpr int kCoarse_px = 12;         // height below which a disc's pixels may fill more
 constexpr std::size_t kLeastLetters = 3;
 
 int height_of(const Component& c) { return c.y1 - c.y0 + 1; }
 int width_of(const Component& c) { return c.x1 - c.x0 + 1; }
-bool is_round(const Component& c) {
-  const double ratio = double(width_of(c)) / height_of(c);
-  return ratio > kRound[0] && ratio < kRound[1];
+
+// Strokes are slim everywhere, droplets with or without a tail are as wide as their box.
+bool is_character(const Component& c) {
+  const int w = width_of(c), h = height_of(c);
+  Silhouette s;
+  s.columns = w;
+  s.rows = h;
+  s.mask.assign(std::size_t(w) * std::size_t(h), 0);
+  for (const Run& r : c.runs)
+    std::fill_n(s.mask.begin() + std::ptrdiff_t(r.y - c.y0) * w + (r.x0 - c.x0), r.x1 - r.x0 + 1,
+                std::uint8_t(1));
+  fill_holes(s);
+  const double radius = std::sqrt(double(std::ranges::max(squared_distances(s))));
+  if (2 * radius - 1 < kStroke * std::min(w, h)) return true;
+  const double share = 1.0 - double(std::ranges::count(s.mask, 0)) / (double(w) * h);
+  return (h >= kCoarse_px && share > kSquare) || (w < kSlim * h && share > kClosed);
 }
 
 bool side_by_side(const Component& a, const Component& b) {
   const int h = std::max(height_of(a), height_of(b)), alike = std::max(1, int(kAlike * h));
-  return std::abs(height_of(a) - height_of(b)) <= alike && std::abs(a.y1 - b.y1) <= alike &&
+  return std::min(height_of(a), height_of(b)) >= kSmallLetter * h && std::abs(a.y1 - b.y1) <= alike &&
          std::max(a.x0, b.x0) - std::min(a.x1, b.x1) <= kApart * h;
 }
 
@@ -58,8 +79,9 @@ std::vector<bool> find_writing(const std::vector<Component>& components,
           taken[i] = true;
           line.push_back(i);
         }
-    const auto slim = std::ranges::count_if(line, [&](std::size_t i) { return !is_round(components[i]); });
-    if (line.size() < kLeastLetters || 2 * slim < std::ptrdiff_t(line.size())) continue;
+    if (line.size() < kLeastLetters) continue;
+    const auto sure = std::ranges::count_if(line, [&](std::size_t i) { return is_character(components[i]); });
+    if (2 * sure < std::ptrdiff_t(line.size())) continue;
     int x0 = components[first].x0, x1 = components[first].x1, tallest = 0;
     for (const std::size_t i : line) {
       x0 = std::min(x0, components[i].x0);

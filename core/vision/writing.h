@@ -7,9 +7,9 @@
 
 namespace firn::vision {
 
-/// A line of writing is at least three components side by side, of one height on one baseline, of which most
-/// are not as wide as they are high: droplets of a train are round. What lies
-/// between and beside them belongs to it.
+/// A line of writing is at least three components side by side on one baseline, as high as capitals or small
+/// letters, of which at least half consist of strokes or are slim, closed digits: droplets of a train are as
+/// wide as their box, with or without a tail. The neighbours that belong to it are written too.
 /// A bar over the picture's whole width holds writing alone.
 /// @param order the components that are looked at
 /// @returns by component

@@ -213,6 +213,35 @@ TEST_CASE("Writing in a picture, even larger and sharper than the droplet, is no
     }
 }
 
+TEST_CASE("A caption of few characters, of small and capital letters and words far apart, is writing") {
+  for (const char* text : {"t = 85 us", "500 um", "100 V", "2026-03-14 10:22", "DROP 3"})
+    for (const bool bright : {false, true}) {
+      CAPTURE(text, bright);
+      Photo photo(1100, bright ? 0.08 : 0.75);
+      photo.nozzle(bright ? 0.7 : 0.08);
+      photo.disc(bright ? 0.7 : 0.1, kX, kY, kRadius);
+      photo.take(1.2);
+      photo.write(text, 20, 460, 36, bright ? 1 : 0);
+      check_main(photo);
+    }
+}
+
+TEST_CASE("Droplets of several nozzles, side by side with tails or without, are no writing") {
+  for (const double tail : {0.0, 80.0})
+    for (const double width : {1.0, 4.0}) {
+      CAPTURE(tail, width);
+      Photo photo(640, 0.75);
+      photo.stem(0.08, 320, -20, 40, 300, 300);
+      for (const double x : {kX - 150, kX - 75, kX, kX + 75}) {
+        if (tail > 0) photo.stem(0.1, x, kY - 20 - tail, kY, width, width);
+        photo.disc(0.1, x, kY, x < kX || x > kX ? 27 : kRadius);
+      }
+      photo.take(1.0);
+      check_main(photo);
+      CHECK(photo.seen().drops.size() == 3);
+    }
+}
+
 TEST_CASE("A black bar with white writing below the picture holds no droplet") {
   Photo photo(1200, 0.7);
   photo.nozzle();
