@@ -17,14 +17,35 @@ struct Peaks {
   std::vector<int> peak;   // cell of each bulge
 };
 
+// The cells of a mask by falling distance, then by number: counted, or sorted where no ground bounds
+// distances.
+std::vector<int> by_distance(const std::vector<std::uint8_t>& mask, const std::vector<int>& distance) {
+  std::vector<int> order;
+  int largest = 0;
+  for (std::size_t k = 0; k < mask.size(); ++k)
+    if (mask[k]) {
+      order.push_back(int(k));
+      largest = std::max(largest, distance[k]);
+    }
+  constexpr int kCounted = 1 << 20;
+  if (largest >= kCounted) {
+    std::stable_sort(order.begin(), order.end(),
+                     [&](int a, int b) { return distance[std::size_t(a)] > distance[std::size_t(b)]; });
+    return order;
+  }
+  std::vector<int> place(std::size_t(largest) + 2);  // of each distance's first cell
+  for (const int k : order) ++place[std::size_t(largest - distance[std::size_t(k)]) + 1];
+  for (std::size_t d = 1; d < place.size(); ++d) place[d] += place[d - 1];
+  std::vector<int> sorted(order.size());
+  for (const int k : order) sorted[std::size_t(place[std::size_t(largest - distance[std::size_t(k)])]++)] = k;
+  return sorted;
+}
+
 // Cells enter from the farthest to the nearest to the outline, and join what they touch.
 Peaks divide(const Silhouette& s, const std::vector<int>& distance, double neck) {
   Peaks result;
   const int w = s.columns;
-  std::vector<std::uint64_t> order;  // falling distance above the cell's number
-  for (std::size_t k = 0; k < s.mask.size(); ++k)
-    if (s.mask[k]) order.push_back(std::uint64_t(std::uint32_t(INT32_MAX - distance[k])) << 32 | k);
-  std::sort(order.begin(), order.end());
+  const std::vector<int> order = by_distance(s.mask, distance);
   result.label.assign(s.mask.size(), -1);
   std::vector<int> alias;      // bulges that were given up point to what took them
   std::vector<int> connected;  // sets of bulges that touch each other by now
@@ -33,15 +54,16 @@ Peaks divide(const Silhouette& s, const std::vector<int>& distance, double neck)
       i = parent[std::size_t(i)] = parent[std::size_t(parent[std::size_t(i)])];
     return i;
   };
-  for (const std::uint64_t entry : order) {
-    const int k = int(entry & 0xFFFFFFFF), i = k % w, j = k / w;
-    int own = -1;
-    for (int dj = -1; dj <= 1; ++dj)
-      for (int di = -1; di <= 1; ++di) {
-        const int x = i + di, y = j + dj;
-        if ((di == 0 && dj == 0) || x < 0 || y < 0 || x >= w || y >= s.rows) continue;
+  for (const int k : order) {
+    const int i = k % w, j = k / w;
+    int own = -1, last = -1;
+    const int y0 = std::max(0, j - 1), y1 = std::min(s.rows - 1, j + 1), x0 = std::max(0, i - 1),
+              x1 = std::min(w - 1, i + 1);
+    for (int y = y0; y <= y1; ++y)
+      for (int x = x0; x <= x1; ++x) {
         const int l = result.label[std::size_t(y) * std::size_t(w) + std::size_t(x)];
-        if (l < 0) continue;
+        if (l < 0 || l == last) continue;  // its own label is not set yet
+        last = l;
         const int bulge = root(alias, l);
         if (own < 0) {
           own = bulge;

@@ -8,6 +8,7 @@
 
 #include "core/statistics/median.h"
 #include "core/vision/least_squares.h"
+#include "core/vision/light_kernels.h"
 #include "core/vision/raster.h"
 
 namespace firn::vision {
@@ -23,37 +24,11 @@ struct Blocks {
   std::vector<std::uint16_t> least, greatest;
 };
 
-// These two apart, so that they become vector instructions.
-void add_row(const std::uint16_t* __restrict row, int n, std::uint32_t* __restrict sum,
-             std::uint16_t* __restrict low, std::uint16_t* __restrict high) {
+void add_row(const std::uint16_t* row, int n, std::uint32_t* sum, std::uint16_t* low, std::uint16_t* high) {
   for (int x = 0; x < n; ++x) {
     sum[x] += row[x];
     low[x] = std::min(low[x], row[x]);
     high[x] = std::max(high[x], row[x]);
-  }
-}
-
-void add_rows(const std::uint16_t* __restrict row, std::size_t stride, int n, std::uint32_t* __restrict sum,
-              std::uint16_t* __restrict low, std::uint16_t* __restrict high) {
-  static_assert(kBlock == 4);
-  for (int x = 0; x < n; ++x) {
-    const std::uint16_t a = row[x], b = row[x + stride], c = row[x + 2 * stride], d = row[x + 3 * stride];
-    sum[x] = std::uint32_t(a) + b + c + d;
-    low[x] = std::min(std::min(a, b), std::min(c, d));
-    high[x] = std::max(std::max(a, b), std::max(c, d));
-  }
-}
-
-// Whole blocks of a row of blocks, from the sums and extremes of its columns of pixels.
-void join_blocks(int n, const std::uint32_t* __restrict sum, const std::uint16_t* __restrict low,
-                 const std::uint16_t* __restrict high, float* __restrict mean,
-                 std::uint16_t* __restrict least, std::uint16_t* __restrict greatest) {
-  for (int b = 0; b < n; ++b) {
-    const std::uint32_t* s = sum + kBlock * b;
-    const std::uint16_t *l = low + kBlock * b, *h = high + kBlock * b;
-    mean[b] = float(double(s[0] + s[1] + s[2] + s[3]) / double(kBlock * kBlock));
-    least[b] = std::min(std::min(l[0], l[1]), std::min(l[2], l[3]));
-    greatest[b] = std::max(std::max(h[0], h[1]), std::max(h[2], h[3]));
   }
 }
 
@@ -65,14 +40,15 @@ Blocks measure_blocks(const Frame& f) {
   b.mean.resize(n);
   b.least.resize(n);
   b.greatest.resize(n);
+  static_assert(kBlock == 4);
   const std::size_t w = std::size_t(b.columns) * kBlock;
   std::vector<std::uint32_t> sum(w);
   std::vector<std::uint16_t> low(w), high(w);
   for (int by = 0; by < b.rows; ++by) {
     const int height = std::min(kBlock, f.height - by * kBlock);
     if (height == kBlock) {
-      add_rows(&f.pixels[f.index(0, by * kBlock)], std::size_t(f.width), f.width, sum.data(), low.data(),
-               high.data());
+      light_kernels().add_rows(&f.pixels[f.index(0, by * kBlock)], std::size_t(f.width), f.width, sum.data(),
+                               low.data(), high.data());
     } else {
       std::fill(sum.begin(), sum.end(), 0u);
       std::fill(low.begin(), low.end(), std::uint16_t(65535));
@@ -82,7 +58,8 @@ Blocks measure_blocks(const Frame& f) {
     }
     const std::size_t line = std::size_t(by) * std::size_t(b.columns);
     const int whole = height == kBlock ? f.width / kBlock : 0;
-    join_blocks(whole, sum.data(), low.data(), high.data(), &b.mean[line], &b.least[line], &b.greatest[line]);
+    light_kernels().join_blocks(whole, sum.data(), low.data(), high.data(), &b.mean[line], &b.least[line],
+                                &b.greatest[line]);
     for (int bx = whole; bx < b.columns; ++bx) {
       const int width = std::min(kBlock, f.width - bx * kBlock);
       std::uint32_t s = 0;
@@ -110,10 +87,10 @@ double measure_noise(const Frame& f) {
   for (int y = step / 2; y < f.height; y += step)
     for (int x = 0; x + 2 < f.width; x += 5) d.push_back(std::abs(int(f.at(x, y)) - int(f.at(x + 2, y))));
   // Whole grey levels: the median of a rounded value is interpolated inside its level.
-  std::sort(d.begin(), d.end());
+  std::nth_element(d.begin(), d.begin() + std::ptrdiff_t(d.size() / 2), d.end());
   const int middle = d[d.size() / 2];
-  const auto [from, to] = std::equal_range(d.begin(), d.end(), middle);
-  const double share = (0.5 * double(d.size()) - double(from - d.begin())) / double(to - from);
+  const auto below = std::ranges::count_if(d, [&](int v) { return v < middle; });
+  const double share = (0.5 * double(d.size()) - double(below)) / double(std::ranges::count(d, middle));
   const double width = middle == 0 ? 0.5 : 1.0, begin = middle == 0 ? 0.0 : middle - 0.5;
   return statistics::kMadToStd * (begin + width * share) / std::sqrt(2.0);
 }
@@ -122,21 +99,24 @@ struct Tile {
   double x, y, level;
 };
 
-// statistics::upper_median of levels, which are not negative: their bits have their order, and halving the
-// range between the least and the largest needs counts alone, which are vector instructions.
-float level_median(const std::vector<std::int32_t>& bits) {
-  auto [least, largest] = std::ranges::minmax(bits);
-  const int half = int(bits.size() / 2);
+// statistics::upper_median of whole numbers: halving the range between the least and the largest needs counts
+// alone, which are vector instructions.
+std::int32_t level_median(const std::vector<std::int32_t>& levels) {
+  const int n = int(levels.size());
+  std::int32_t least = 0, largest = 0;
+  light_kernels().extremes(levels.data(), n, least, largest);
   while (least < largest) {
     const std::int32_t middle = least + (largest - least) / 2;
-    int below = 0;
-    for (const std::int32_t b : bits) below += b <= middle;
-    (below > half ? largest : least) = below > half ? middle : middle + 1;
+    if (light_kernels().count_up_to(levels.data(), n, middle) > n / 2)
+      largest = middle;
+    else
+      least = middle + 1;
   }
-  return std::bit_cast<float>(least);
+  return least;
 }
 
-std::vector<Tile> measure_tiles(const Blocks& b, int& columns, int& rows) {
+// @param whole_columns, whole_rows blocks of kBlock x kBlock pixels, whose means are multiples of 1/16
+std::vector<Tile> measure_tiles(const Blocks& b, int whole_columns, int whole_rows, int& columns, int& rows) {
   const int side = std::max(1, std::max(b.columns, b.rows) / kTiles);
   columns = (b.columns + side - 1) / side;
   rows = (b.rows + side - 1) / side;
@@ -145,13 +125,20 @@ std::vector<Tile> measure_tiles(const Blocks& b, int& columns, int& rows) {
   for (int ty = 0; ty < rows; ++ty)
     for (int tx = 0; tx < columns; ++tx) {
       const int x0 = tx * side, x1 = std::min(b.columns, x0 + side), y0 = ty * side,
-                y1 = std::min(b.rows, y0 + side);
-      values.clear();
-      for (int y = y0; y < y1; ++y)
-        for (int x = x0; x < x1; ++x)
-          values.push_back(
-              std::bit_cast<std::int32_t>(b.mean[std::size_t(y) * std::size_t(b.columns) + std::size_t(x)]));
-      tiles.push_back({0.5 * (x0 + x1 - 1), 0.5 * (y0 + y1 - 1), double(level_median(values))});
+                y1 = std::min(b.rows, y0 + side), width = x1 - x0;
+      const bool whole = x1 <= whole_columns && y1 <= whole_rows;
+      values.resize(std::size_t(width) * std::size_t(y1 - y0));
+      for (int y = y0; y < y1; ++y) {
+        const float* from = &b.mean[std::size_t(y) * std::size_t(b.columns) + std::size_t(x0)];
+        std::int32_t* to = &values[std::size_t(y - y0) * std::size_t(width)];
+        if (whole)
+          light_kernels().scale_by_16(from, width, to);
+        else  // the bits of levels, which are not negative, have their order
+          for (int x = 0; x < width; ++x) to[x] = std::bit_cast<std::int32_t>(from[x]);
+      }
+      const std::int32_t median = level_median(values);
+      const float level = whole ? float(median) / 16 : std::bit_cast<float>(median);
+      tiles.push_back({0.5 * (x0 + x1 - 1), 0.5 * (y0 + y1 - 1), double(level)});
     }
   return tiles;
 }
@@ -245,7 +232,15 @@ std::vector<double> slight_residuals(const std::vector<Tile>& tiles, int columns
 // Bilinear between the tiles' middles.
 void add_tiles(const std::vector<double>& tiles, int columns, int rows, Light& light) {
   const int side = std::max(1, std::max(light.columns, light.rows) / kTiles);
-  std::vector<double> line(static_cast<std::size_t>(columns));
+  std::vector<double> line(static_cast<std::size_t>(columns)), share(std::size_t(light.columns));
+  std::vector<int> first;  // block of each span between two tiles
+  for (int x = 0, span = -1; x < light.columns; ++x) {
+    const double tx = std::clamp((x - 0.5 * (side - 1)) / side, 0.0, double(columns - 1));
+    const int x0 = std::min(int(tx), std::max(0, columns - 2));
+    share[std::size_t(x)] = tx - x0;
+    for (; span < x0; ++span) first.push_back(x);
+  }
+  first.push_back(light.columns);
   for (int y = 0; y < light.rows; ++y) {
     const double ty = std::clamp((y - 0.5 * (side - 1)) / side, 0.0, double(rows - 1));
     const int y0 = std::min(int(ty), std::max(0, rows - 2)), y1 = std::min(y0 + 1, rows - 1);
@@ -253,29 +248,38 @@ void add_tiles(const std::vector<double>& tiles, int columns, int rows, Light& l
       return tiles[std::size_t(j) * std::size_t(columns) + std::size_t(i)];
     };
     for (int i = 0; i < columns; ++i) line[std::size_t(i)] = at(i, y0) + (ty - y0) * (at(i, y1) - at(i, y0));
-    for (int x = 0; x < light.columns; ++x) {
-      const double tx = std::clamp((x - 0.5 * (side - 1)) / side, 0.0, double(columns - 1));
-      const int x0 = std::min(int(tx), std::max(0, columns - 2)), x1 = std::min(x0 + 1, columns - 1);
-      const double add = line[std::size_t(x0)] + (tx - x0) * (line[std::size_t(x1)] - line[std::size_t(x0)]);
-      light.ground[std::size_t(y) * std::size_t(light.columns) + std::size_t(x)] += float(add);
+    float* ground = &light.ground[std::size_t(y) * std::size_t(light.columns)];
+    for (std::size_t i = 0; i + 1 < first.size(); ++i) {
+      const double from = line[i], to = line[std::min(i + 1, line.size() - 1)];
+      light_kernels().add_line(&share[std::size_t(first[i])], first[i + 1] - first[i], from, to - from,
+                               ground + first[i]);
     }
   }
 }
 
 // Level of opaque objects: the median of the blocks that are nearly as dark as the darkest.
 double dark_level(const Blocks& b, const std::vector<float>& ground, double least_contrast, bool& empty) {
-  std::vector<float> contrast;
-  for (std::size_t i = 0; i < b.mean.size(); ++i)
-    if (double(ground[i] - b.mean[i]) > least_contrast) contrast.push_back(ground[i] - b.mean[i]);
+  std::vector<float> contrast, means;
+  constexpr std::size_t kSome = 64;
+  const float nearly = float(0.999 * least_contrast);
+  for (std::size_t from = 0; from < b.mean.size(); from += kSome) {
+    const std::size_t to = std::min(b.mean.size(), from + kSome);
+    if (!light_kernels().any_deeper(&ground[from], &b.mean[from], int(to - from), nearly)) continue;
+    for (std::size_t i = from; i < to; ++i)
+      if (double(ground[i] - b.mean[i]) > least_contrast) {
+        contrast.push_back(ground[i] - b.mean[i]);
+        means.push_back(b.mean[i]);
+      }
+  }
   empty = contrast.empty();
   if (empty) return 0.0;
-  const std::size_t rank = std::min<std::size_t>(contrast.size() - 1, 2);
-  std::nth_element(contrast.begin(), contrast.begin() + std::ptrdiff_t(rank), contrast.end(),
-                   std::greater<>());
-  const float deepest = contrast[rank];
+  std::vector<float> sorted(contrast);
+  const std::size_t rank = std::min<std::size_t>(sorted.size() - 1, 2);
+  std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(rank), sorted.end(), std::greater<>());
+  const float deepest = sorted[rank];
   std::vector<float> levels;
-  for (std::size_t i = 0; i < b.mean.size(); ++i)
-    if (ground[i] - b.mean[i] >= 0.85f * deepest) levels.push_back(b.mean[i]);
+  for (std::size_t i = 0; i < contrast.size(); ++i)
+    if (contrast[i] >= 0.85f * deepest) levels.push_back(means[i]);
   if (levels.empty()) return 0.0;
   return double(statistics::upper_median(levels));
 }
@@ -301,29 +305,26 @@ Light measure_light(const Frame& frame, Polarity polarity, Frame& inverted) {
   light.rows = b.rows;
   light.noise = measure_noise(frame);
   int columns = 0, rows = 0;
-  std::vector<Tile> tiles = measure_tiles(b, columns, rows);
+  std::vector<Tile> tiles = measure_tiles(b, frame.width / kBlock, frame.height / kBlock, columns, rows);
   const double cx = 0.5 * (b.columns - 1), cy = 0.5 * (b.rows - 1), size = 0.5 * std::max(b.columns, b.rows);
   const double white = frame.white;
   Cubic cubic = fit_ground(tiles, cx, cy, size, light.noise, white);
   light.ground.resize(b.mean.size());
-  double darker = 0.0, brighter = 0.0;
+  ContrastSums sums;
   const double least = std::max(kLeastDepth * white, 3.0 * light.noise);
+  std::vector<double> u(std::size_t(b.columns));
+  for (int x = 0; x < b.columns; ++x) u[std::size_t(x)] = (x - cx) / size;
   for (int y = 0; y < b.rows; ++y) {
     const double v = (y - cy) / size;
-    const double k0 = cubic[0] + v * (cubic[2] + v * (cubic[5] + v * cubic[9]));
-    const double k1 = cubic[1] + v * (cubic[4] + v * cubic[8]);
-    const double k2 = cubic[3] + v * cubic[7];
-    const double k3 = cubic[6];
-    for (int x = 0; x < b.columns; ++x) {
-      const std::size_t i = std::size_t(y) * std::size_t(b.columns) + std::size_t(x);
-      const double u = (x - cx) / size, g = std::clamp(k0 + u * (k1 + u * (k2 + u * k3)), 0.0, white);
-      light.ground[i] = float(g);
-      const double c = g - double(b.mean[i]);
-      if (c > least) darker += c * c;
-      if (-c > least) brighter += c * c;
-    }
+    const std::array<double, 4> k{cubic[0] + v * (cubic[2] + v * (cubic[5] + v * cubic[9])),
+                                  cubic[1] + v * (cubic[4] + v * cubic[8]), cubic[3] + v * cubic[7],
+                                  cubic[6]};
+    const std::size_t row = std::size_t(y) * std::size_t(b.columns);
+    light_kernels().cubic_row(u.data(), b.columns, k, white, least, &b.mean[row], &light.ground[row], sums);
   }
-  light.inverted = polarity == Polarity::kBright || (polarity == Polarity::kAuto && brighter > darker);
+  light.inverted =
+      polarity == Polarity::kBright || (polarity == Polarity::kAuto && sums.brighter > sums.darker);
+  light.opposite = std::min(sums.darker, sums.brighter) / std::max({sums.darker, sums.brighter, 1.0});
   if (light.inverted) {
     inverted = inverted_frame(frame);
     for (std::size_t i = 0; i < b.mean.size(); ++i) {

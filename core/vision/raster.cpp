@@ -26,7 +26,7 @@ Labels label_cells(const CellMask& mask) {
   cv::Mat labels, stats, centroids;
   const int n = cv::connectedComponentsWithStats(matrix(mask), labels, stats, centroids, 8, CV_32S);
   Labels result;
-  result.label.assign(labels.begin<int>(), labels.end<int>());
+  result.label.assign(labels.ptr<int>(), labels.ptr<int>() + labels.total());
   for (int k = 1; k < n; ++k)
     result.box.push_back({stats.at<int>(k, cv::CC_STAT_LEFT), stats.at<int>(k, cv::CC_STAT_TOP),
                           stats.at<int>(k, cv::CC_STAT_WIDTH), stats.at<int>(k, cv::CC_STAT_HEIGHT),

@@ -52,13 +52,14 @@ Scene::Scene(const Frame& frame, const Light& light, const Background* backgroun
   least_depth_ = std::max(1.0, 0.3 * light.depth);
 }
 
-double Scene::ground(int x, int y) const {
-  if (background_) {
-    const std::size_t i = frame_.index(x, y);
-    if (!background_->nozzle[i]) return gain_ * double(background_->frame.pixels[i]);
-  }
-  const int bx = x / kBlock, by = y / kBlock;
-  return double(light_.ground[std::size_t(by) * std::size_t(light_.columns) + std::size_t(bx)]);
+int Scene::darkest_above(int x, int y, double level) const {
+  const double g = ground(x, y), depth = g - light_.dark;
+  if (!(depth > least_depth_)) return -1;
+  const auto above = [&](int pixel) { return (g - double(pixel)) / depth > level; };
+  int pixel = int(std::clamp(g - level * depth, 0.0, 65535.0));  // the place in exact numbers
+  while (pixel >= 0 && !above(pixel)) --pixel;
+  while (pixel < 65535 && above(pixel + 1)) ++pixel;
+  return pixel;
 }
 
 double Scene::opacity(double x, double y) const {
@@ -81,13 +82,21 @@ std::vector<Component> find_components(const Scene& scene, double level) {
     const int x0 = box.x0 * kBlock, y0 = box.y0 * kBlock;
     CellMask above(std::min(frame.width - x0, box.columns * kBlock),
                    std::min(frame.height - y0, box.rows * kBlock));
+    std::vector<int> limit(std::size_t(box.columns));
     for (int y = y0; y < y0 + above.rows; ++y)
       for (int bx = box.x0; bx < box.x0 + box.columns; ++bx) {
         if (blocks.label[std::size_t(y / kBlock) * std::size_t(light.columns) + std::size_t(bx)] !=
             int(n + 1))
           continue;
-        for (int x = bx * kBlock; x < std::min(frame.width, (bx + 1) * kBlock); ++x)
-          above.cells[above.index(x - x0, y - y0)] = scene.opacity(x, y) > level;
+        const int from = bx * kBlock, to = std::min(frame.width, from + kBlock);
+        std::uint8_t* cell = &above.cells[above.index(from - x0, y - y0)];
+        if (scene.has_background()) {
+          for (int x = from; x < to; ++x) *cell++ = scene.opacity(x, y) > level;
+        } else {
+          if (y % kBlock == 0) limit[std::size_t(bx - box.x0)] = scene.darkest_above(from, y, level);
+          const std::uint16_t* pixel = &frame.pixels[frame.index(from, y)];
+          for (int x = from; x < to; ++x) *cell++ = int(*pixel++) <= limit[std::size_t(bx - box.x0)];
+        }
       }
     std::ranges::move(components_of(above, x0, y0), std::back_inserter(components));
   }

@@ -27,11 +27,23 @@ class Scene {
   /// Grey level of the ground: of the background picture, and of the smooth ground where the nozzle is, so
   /// that the nozzle stays an object. 0 depth, hence opacity 0, where the background is nearly as dark as an
   /// object.
-  double ground(int x, int y) const;
+  double ground(int x, int y) const {
+    if (background_) {
+      const std::size_t i = frame_.index(x, y);
+      if (!background_->nozzle[i]) return gain_ * double(background_->frame.pixels[i]);
+    }
+    return double(
+        light_.ground[std::size_t(y / kBlock) * std::size_t(light_.columns) + std::size_t(x / kBlock)]);
+  }
   double opacity(int x, int y) const {
     const double g = ground(x, y), depth = g - light_.dark;
     return depth > least_depth_ ? (g - double(frame_.at(x, y))) / depth : 0.0;
   }
+  /// The largest grey level at which a pixel of a block's ground has an opacity above `level`, -1 if none
+  /// has.
+  /// @pre it lies on the smooth ground: there is no background
+  int darkest_above(int x, int y, double level) const;
+  bool has_background() const { return background_ != nullptr; }
   /// Bilinear, inside the picture.
   double opacity(double x, double y) const;
   /// Standard deviation of a pixel's opacity.
