@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/vision/drawn_lines.h"
 #include "core/vision/writing.h"
 
 namespace firn::vision {
@@ -12,6 +13,10 @@ namespace {
 constexpr double kConnect = 0.28;  // opacity that joins pixels to one object
 constexpr int kCells = 60'000;     // lattice of a silhouette
 constexpr double kPale = 0.65;     // opacity of a droplet over that of the darkest one, at least
+constexpr double kFaint =
+    0.85;  // opacity of the darkest object below which writing has set the level of opaque
+constexpr double kOpposite =
+    0.01;  // contrast of the other side of the ground that makes the objects' side doubtful
 constexpr double kSharp_px = 0.8;  // edge spread below which sharpness says nothing
 // A nozzle covers a tenth of the largest object at the edge and 150 pixels: less is dirt.
 constexpr double kNozzleShare = 0.1;
@@ -30,10 +35,12 @@ struct Candidate {
 double rim_opacity(const Scene& scene, const Component& c) {
   std::vector<float> v;
   const long step = std::max(1L, c.area / 4000);
-  long n = 0;
-  for (const Run& r : c.runs)
-    for (int x = r.x0; x <= r.x1; ++x)
-      if (n++ % step == 0) v.push_back(float(scene.opacity(x, r.y)));
+  long next = 0;  // pixels to go
+  for (const Run& r : c.runs) {
+    long x = r.x0 + next;
+    for (; x <= r.x1; x += step) v.push_back(float(scene.opacity(int(x), r.y)));
+    next = x - r.x1 - 1;
+  }
   const auto at = v.begin() + std::ptrdiff_t(v.size() * 9 / 10);
   std::nth_element(v.begin(), at, v.end());
   return double(*at);
@@ -55,22 +62,48 @@ Droplet droplet_of(const Outline& o, bool joined) {
   return d;
 }
 
+// The components that may be droplets, ligaments or nozzles: without lines and writing that were drawn in.
+struct Objects {
+  std::vector<Component> components;
+  std::vector<std::size_t> order;  // of them, the largest first
+  bool written = false;
+};
+
+Objects find_objects(const Scene& scene) {
+  Objects found;
+  const double level = std::max(kConnect, 5 * scene.noise());
+  if (level > 0.6) return found;
+  std::vector<Component>& components = found.components;
+  components = remove_drawn_lines(find_components(scene, level), scene.frame());
+  std::vector<std::size_t>& order = found.order;
+  for (std::size_t i = 0; i < components.size(); ++i)
+    if (components[i].area >= 3) order.push_back(i);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return components[a].area > components[b].area; });
+  if (order.size() > kObjects) order.resize(kObjects);
+  const std::vector<bool> written = find_writing(components, order, scene.frame());
+  found.written = std::erase_if(order, [&](std::size_t i) { return written[i]; }) > 0;
+  return found;
+}
+
+// The opacity of the darkest object that is not much smaller than the largest.
+double darkest_object(const Scene& scene, const Objects& objects) {
+  double darkest = 0.0;
+  long largest = 0;
+  for (const std::size_t i : objects.order) {
+    const Component& c = objects.components[i];
+    largest = std::max(largest, c.area);
+    if (10 * c.area >= largest) darkest = std::max(darkest, rim_opacity(scene, c));
+  }
+  return darkest;
+}
+
 class Picture {
  public:
-  Picture(const Scene& scene, const DropletOptions& options) : scene_(scene), options_(options) {}
+  Picture(const Scene& scene, Objects&& objects, const DropletOptions& options)
+      : scene_(scene), options_(options), components_(std::move(objects.components)) {}
 
-  void look(DropletPicture& p) {
-    const double level = std::max(kConnect, 5 * scene_.noise());
-    if (level > 0.6) return;
-    components_ = find_components(scene_, level);
-    std::vector<std::size_t> order;
-    for (std::size_t i = 0; i < components_.size(); ++i)
-      if (components_[i].area >= 3) order.push_back(i);
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return components_[a].area > components_[b].area; });
-    if (order.size() > kObjects) order.resize(kObjects);
-    const std::vector<bool> written = find_writing(components_, order, scene_.frame());
-    std::erase_if(order, [&](std::size_t i) { return written[i]; });
+  void look(const std::vector<std::size_t>& order, DropletPicture& p) {
     find_nozzle(order, p);
     for (const std::size_t i : order) look_at(i, p);
     choose(p);
@@ -275,19 +308,39 @@ bool has_one_sided_light(const Frame& f) {
   return levels[levels.size() - 1 - fifth] > 3 * levels[fifth];
 }
 
-DropletPicture droplets_of(const Frame& picture, const Background* background, Polarity polarity,
-                           const DropletOptions& options) {
-  DropletPicture p;
+struct Looked {
+  DropletPicture picture;
+  double contrast = 0.0;  // squared, of all objects [grey levels^2 px]
+  double opposite = 0.0;
+};
+
+Looked look_at_picture(const Frame& picture, const Background* background, Polarity polarity,
+                       const DropletOptions& options) {
+  Looked looked;
+  DropletPicture& p = looked.picture;
   Frame inverted;
-  const Light light = measure_light(picture, polarity, inverted);
+  Light light = measure_light(picture, polarity, inverted);
   const Frame& frame = light.inverted ? inverted : picture;
   p.bright = light.inverted;
-  if (light.empty) return p;
+  looked.opposite = light.opposite;
+  if (light.empty) return looked;
   p.used_background = background != nullptr;
+  Objects objects = find_objects(Scene(frame, light, background));
+  if (objects.written) {
+    const double darkest = darkest_object(Scene(frame, light, background), objects);
+    if (darkest > 0.0 && darkest < kFaint) {
+      light.dark += (1.0 - darkest) * light.depth;
+      light.depth *= darkest;
+      objects = find_objects(Scene(frame, light, background));
+    }
+  }
   const Scene scene(frame, light, background);
   p.noise = scene.noise();
-  Picture(scene, options).look(p);
-  return p;
+  for (const std::size_t i : objects.order)
+    looked.contrast += double(objects.components[i].area) * light.depth * light.depth;
+  const std::vector<std::size_t> order = objects.order;
+  Picture(scene, std::move(objects), options).look(order, p);
+  return looked;
 }
 
 }  // namespace
@@ -298,14 +351,21 @@ DropletPicture find_droplets(const Frame& picture, const Background* background,
   const Polarity polarity = !background            ? options.polarity
                             : background->inverted ? Polarity::kBright
                                                    : Polarity::kDark;
-  DropletPicture p = droplets_of(picture, background, polarity, options);
-  // Before the smooth ground, light from one side may look like a bright object.
-  if (polarity == Polarity::kAuto && p.bright && p.state == PictureState::kNoDrop &&
-      has_one_sided_light(picture)) {
-    DropletPicture dark = droplets_of(picture, background, Polarity::kDark, options);
-    if (dark.state != PictureState::kNoDrop) return dark;
+  Looked looked = look_at_picture(picture, background, polarity, options);
+  if (polarity != Polarity::kAuto) return looked.picture;
+  const bool bright = looked.picture.bright;
+  // Writing on the other side of the ground may have outweighed the objects.
+  if (looked.opposite > kOpposite) {
+    Looked other =
+        look_at_picture(picture, background, bright ? Polarity::kDark : Polarity::kBright, options);
+    if (other.contrast > looked.contrast) return other.picture;
   }
-  return p;
+  // Before the smooth ground, light from one side may look like a bright object.
+  if (bright && looked.picture.state == PictureState::kNoDrop && has_one_sided_light(picture)) {
+    Looked dark = look_at_picture(picture, background, Polarity::kDark, options);
+    if (dark.picture.state != PictureState::kNoDrop) return dark.picture;
+  }
+  return looked.picture;
 }
 
 Background known_background(const Frame& frame, Polarity objects) {

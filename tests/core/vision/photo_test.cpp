@@ -73,6 +73,14 @@ struct Photo {
     cv::putText(grey, text, {int(x * unit), int(y * unit)}, cv::FONT_HERSHEY_SIMPLEX, height * unit / 22,
                 cv::Scalar(level), std::max(1, int(height * unit / 10)), cv::LINE_AA);
   }
+  void frame_lines(int level, bool crosshair, bool box = true) {
+    const int w = grey.cols, h = grey.rows, in = w / 40;
+    cv::rectangle(grey, {in, in}, {w - in, h - in}, cv::Scalar(level));
+    if (box) cv::rectangle(grey, cv::Rect(w / 2 - w / 10, h / 2 - w / 10, w / 5, w / 5), cv::Scalar(level));
+    if (!crosshair) return;
+    cv::line(grey, {w / 2, 0}, {w / 2, h - 1}, cv::Scalar(level));
+    cv::line(grey, {0, h / 2}, {w - 1, h / 2}, cv::Scalar(level));
+  }
   DropletPicture seen() const {
     cv::Mat bytes;
     grey.convertTo(bytes, CV_8U, 255.0);
@@ -239,6 +247,55 @@ TEST_CASE("Droplets of several nozzles, side by side with tails or without, are 
       photo.take(1.0);
       check_main(photo);
       CHECK(photo.seen().drops.size() == 3);
+    }
+}
+
+TEST_CASE("Writing on the other side of the ground does not choose which side the droplet is on") {
+  for (const double ground : {0.35, 0.55}) {
+    CAPTURE(ground);
+    Photo photo(800, ground);
+    photo.nozzle(0.5 * ground);
+    photo.disc(0.4 * ground, kX, kY, kRadius);
+    photo.take(1.2, 0.2);
+    photo.write("2026-03-14 10:22:07", 20, 460, 40, 1);
+    check_main(photo);
+  }
+}
+
+TEST_CASE("White writing on a dark ground leaves paler liquid opaque, with its ligament") {
+  Photo photo(640, 0.05);
+  photo.nozzle(0.3);
+  photo.stem(0.25, kX, 50, kY - 10, 4, 3);
+  photo.disc(0.3, kX, kY, kRadius);
+  photo.take(1.2, 0.0, 0.006);
+  photo.write("t = 100 us  80 V", 20, 460, 30, 1);
+  check_main(photo, PictureState::kNotBrokenOff);
+}
+
+TEST_CASE("Frames, boxes and a crosshair that a program drew belong to no object") {
+  for (const bool crosshair : {false, true})
+    for (const int level : {0, 1}) {
+      if (crosshair && level == 1) continue;  // it cuts the droplet
+      CAPTURE(crosshair, level);
+      Photo photo(640, 0.7);
+      photo.nozzle();
+      photo.droplet(0.4);
+      photo.take(1.2);
+      photo.frame_lines(level, crosshair);
+      check_main(photo);
+      Photo empty(640, 0.7);
+      empty.nozzle();
+      empty.take(1.2);
+      empty.frame_lines(level, crosshair);
+      CHECK(empty.seen().state == PictureState::kNoDrop);
+      if (level == 1) continue;  // a bright frame cuts the nozzle off
+      Photo joined(640, 0.7);
+      joined.nozzle();
+      joined.stem(0.1, kX, 50, kY - 10, 6, 4);
+      joined.droplet(0.4);
+      joined.take(1.2);
+      joined.frame_lines(level, crosshair, false);
+      check_main(joined, PictureState::kNotBrokenOff);
     }
 }
 
