@@ -1,10 +1,14 @@
 // Measures core/vision on drawn photographs that nothing was set on: several droplets, ligaments, satellites,
-// light from one side, dark or bright field, defocus, writing, a scale bar, JPEG.
-//   droplet_photos [PHOTOS=300 [SEED=610000]]
+// light from one side, dark or bright field, defocus, writing, a scale bar, JPEG; then on as many of
+// dispensers (tests/bench/dispenser_photo.h).
+//   droplet_photos [PHOTOS=300 [SEED=610000 [FOLDER]]]; FOLDER: the dispensers' photos that are misread
+// are written there
+// VERBOSE=1 names each miss.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <functional>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -13,6 +17,7 @@
 
 #include "core/grid/random.h"
 #include "core/vision/droplets.h"
+#include "tests/bench/dispenser_photo.h"
 
 using namespace firn;
 using namespace firn::vision;
@@ -112,15 +117,19 @@ DrawnPhoto draw_photo(std::uint64_t seed) {
   return p;
 }
 
+Frame frame_of_file(const std::vector<unsigned char>& file) {
+  const cv::Mat m = cv::imdecode(file, cv::IMREAD_GRAYSCALE);
+  Frame f{m.cols, m.rows, 255, {}};
+  f.pixels.assign(m.begin<unsigned char>(), m.end<unsigned char>());
+  return f;
+}
+
 Frame through_jpeg(const DrawnPhoto& p) {
   cv::Mat bytes;
   p.grey.convertTo(bytes, CV_8U, 255.0);
   std::vector<unsigned char> file;
   cv::imencode(".jpg", bytes, file, {cv::IMWRITE_JPEG_QUALITY, p.quality});
-  const cv::Mat m = cv::imdecode(file, cv::IMREAD_GRAYSCALE);
-  Frame f{m.cols, m.rows, 255, {}};
-  f.pixels.assign(m.begin<unsigned char>(), m.end<unsigned char>());
-  return f;
+  return frame_of_file(file);
 }
 
 struct Share {
@@ -130,17 +139,12 @@ struct Share {
     n += counts;
     good += counts && is_good;
   }
+  void print() const {
+    std::printf("%-28s %d of %d, %.1f %%\n", name, good, n, 100.0 * good / std::max(1, n));
+  }
 };
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  const int photos = argc > 1 ? std::atoi(argv[1]) : 300;
-  const std::uint64_t seed = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 610000;
-  if (argc > 3 || photos < 1) {
-    std::fprintf(stderr, "usage: droplet_photos [PHOTOS [SEED]]\n");
-    return 2;
-  }
+void measure_plain(int photos, std::uint64_t seed) {
   Share all{"within 3 px and 3 %"}, ligament{"ligaments said"}, free{"free droplets said free"};
   Share by[] = {{"dark field"},  {"bright field"},       {"light from one side"},
                 {"writing"},     {"out of focus"},       {"quality below 60"},
@@ -165,8 +169,63 @@ int main(int argc, char** argv) {
           p.joined ? ", joined" : "", p.side_light ? ", side light" : "", p.written ? ", writing" : "",
           p.soft ? ", soft" : "");
   }
-  for (const Share& s : {all, ligament, free})
-    std::printf("%-24s %d of %d, %.1f %%\n", s.name, s.good, s.n, 100.0 * s.good / std::max(1, s.n));
+  for (const Share& s : {all, ligament, free}) s.print();
   std::printf("within 3 px and 3 %%, by kind:\n");
   for (const Share& s : by) std::printf("  %-22s %d of %d\n", s.name, s.good, s.n);
+}
+
+void measure_dispensers(int photos, std::uint64_t seed, const char* folder) {
+  Share all{"as drawn"}, droplets{"droplets within 3 px and 3 %"}, ligament{"ligaments said"},
+      free{"free droplets said free"}, empty{"no drop said"};
+  std::vector<Share> by;
+  for (const char* trait : kPhotoTraits) by.push_back({trait});
+  for (int k = 0; k < photos; ++k) {
+    const DispenserPhoto p = draw_dispenser(seed + std::uint64_t(k));
+    const DropletPicture found = find_droplets(frame_of_file(p.file), nullptr);
+    double off = 1e9, ratio = 0.0;
+    for (const PhotoDisc& d : p.main)
+      if (const double o = std::hypot(found.main.x - d.x, found.main.y - d.y); o < off) {
+        off = o;
+        ratio = 0.5 * found.main.diameter_px / d.radius;
+      }
+    const bool drawn = p.state != PictureState::kNoDrop;
+    const bool placed = found.state != PictureState::kNoDrop && off <= 3.0 && std::abs(ratio - 1.0) <= 0.03;
+    const bool good = found.state == p.state && (placed || !drawn);
+    all.add(true, good);
+    droplets.add(drawn, placed);
+    ligament.add(p.state == PictureState::kNotBrokenOff, found.state == p.state);
+    free.add(p.state == PictureState::kDrop, found.state == p.state);
+    empty.add(!drawn, found.state == p.state);
+    std::string traits;
+    for (std::size_t n = 0; n < by.size(); ++n) {
+      by[n].add(p.traits[n], good);
+      if (p.traits[n]) traits += std::string(", ") + kPhotoTraits[n];
+    }
+    if (folder && !good) {
+      const bool png = p.file.front() == 0x89;
+      std::ofstream file(std::string(folder) + "/photo_" + std::to_string(k) + (png ? ".png" : ".jpg"),
+                         std::ios::binary);
+      file.write(reinterpret_cast<const char*>(p.file.data()), std::streamsize(p.file.size()));
+    }
+    if (!good && std::getenv("VERBOSE"))
+      std::printf("  dispenser %d: state %d of %d, off %.1f px, diameter %.3f of %.1f px at %.0f %.0f%s\n", k,
+                  int(found.state), int(p.state), off, ratio, drawn ? 2 * p.main.front().radius : 0.0,
+                  found.main.x, found.main.y, traits.c_str());
+  }
+  for (const Share& s : {all, droplets, ligament, free, empty}) s.print();
+  std::printf("dispensers as drawn, by trait:\n");
+  for (const Share& s : by) std::printf("  %-22s %d of %d\n", s.name, s.good, s.n);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int photos = argc > 1 ? std::atoi(argv[1]) : 300;
+  const std::uint64_t seed = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 610000;
+  if (argc > 4 || photos < 1) {
+    std::fprintf(stderr, "usage: droplet_photos [PHOTOS [SEED [FOLDER]]]\n");
+    return 2;
+  }
+  measure_plain(photos, seed);
+  measure_dispensers(photos, seed, argc > 3 ? argv[3] : nullptr);
 }
