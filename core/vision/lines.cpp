@@ -9,6 +9,7 @@ namespace firn::vision {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kBridged_mm = 0.2;
 constexpr double kBeside = 1.3;  // widths from the middle; FWHM = 2.355 sigma, so 3.06 sigma
 
 // Bilinear; NaN beside the picture and where a corner is not measured.
@@ -55,9 +56,24 @@ Band band(const HeightMap& picture, const Point2& at, const Point2& to, double f
     b.mean.push_back(found > 0 ? sum / found : kNaN);
     missing += std::size_t(across - found);
   }
-  b.enough = double(missing) <= (1.0 - least_share) * double(count) * across &&
-             std::ranges::none_of(b.mean, [](double m) { return std::isnan(m); });
+  b.enough = double(missing) <= (1.0 - least_share) * double(count) * across;
   return b;
+}
+
+bool has_gap(const Band& b) {
+  return std::ranges::any_of(b.mean, [](double m) { return std::isnan(m); });
+}
+
+// Gaps of at most most_mm between measured places become straight.
+void bridge(Band& b, double most_mm) {
+  std::size_t known = b.mean.size();  // the last one; none yet
+  for (std::size_t n = 0; n < b.mean.size(); ++n) {
+    if (std::isnan(b.mean[n])) continue;
+    if (known < n && double(n - known) * b.step_mm <= most_mm)
+      for (std::size_t k = known + 1; k < n; ++k)
+        b.mean[k] = b.mean[known] + (b.mean[n] - b.mean[known]) * double(k - known) / double(n - known);
+    known = n;
+  }
 }
 
 // Place at which the section comes down to `level` on the way from index `from` by `step`; the last index if
@@ -80,7 +96,7 @@ std::optional<LineReading> measure_line(const HeightMap& picture, const LineStat
   const Point2 left{-s.direction.y_mm, s.direction.x_mm};
   const double length = 0.5 * (s.to_mm - s.from_mm);
   const Band b = band(picture, s.at, left, -half, half, s.direction, -length, length, look.least_share);
-  if (!b.enough) return std::nullopt;
+  if (!b.enough || has_gap(b)) return std::nullopt;
   LineReading r;
   for (std::size_t n = 0; n < b.mean.size(); ++n)
     r.area_mm2 += b.mean[n] * b.step_mm * (n == 0 || n + 1 == b.mean.size() ? 0.5 : 1.0);
@@ -120,9 +136,10 @@ std::optional<double> measure_end(const HeightMap& picture, const LineEnd& end, 
   const double sign = end.start ? 1.0 : -1.0;  // towards the inside of the line
   const Point2 inside{sign * end.direction.x_mm, sign * end.direction.y_mm};
   const Point2 left{-inside.y_mm, inside.x_mm};
-  const Band b = band(picture, end.at, inside, -look.end_before_mm, look.end_inside_mm, left, -0.5 * width_mm,
-                      0.5 * width_mm, look.least_share);
-  if (!b.enough) return std::nullopt;
+  Band b = band(picture, end.at, inside, -look.end_before_mm, look.end_inside_mm, left, -0.5 * width_mm,
+                0.5 * width_mm, look.least_share);
+  bridge(b, kBridged_mm);
+  if (!b.enough || has_gap(b)) return std::nullopt;
   const std::size_t count = b.mean.size();
   const auto index = [&](double mm) { return std::size_t((mm + look.end_before_mm) / b.step_mm); };
   double level = 0.0;

@@ -83,6 +83,22 @@ TEST_CASE("A line's end is found where its level falls to half, and its sign say
   }
 }
 
+TEST_CASE("An end is found beside and behind a few cells that were not measured, and not in a longer gap") {
+  const Point2 u{1.0, 0.0};
+  const LineEnd end{0, false, {2.4, 1.0}, u, true, 1.8};
+  const auto read = [&](double from_mm, double to_mm) {
+    HeightMap h = drawn(1.5, 1.0, u, -0.9, 0.9);
+    for (int j = 45; j <= 55; ++j)
+      for (int i = 0; i < kGrid.nx; ++i)
+        if (kGrid.x_mm(i) >= from_mm && kGrid.x_mm(i) <= to_mm) h.at(i, j) = kNotMeasured;
+    return vision::measure_end(h, end, 0.07, {});
+  };
+  CHECK(read(1.79, 1.85).value() == Approx(0.0).margin(0.003));
+  CHECK(read(2.59, 2.65).value() == Approx(0.0).margin(0.003));
+  CHECK(read(2.35, 2.41).value() == Approx(0.0).margin(0.02));
+  CHECK(!read(2.2, 2.5));
+}
+
 TEST_CASE("Noise of a tenth of a layer leaves section and end where they are", "[seeded]") {
   const Point2 u{0.8, 0.6};
   double worst_section = 0.0, worst_end = 0.0;
