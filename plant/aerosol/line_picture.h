@@ -4,7 +4,7 @@
 
 #include <cstdint>
 #include <functional>
-#include <vector>
+#include <span>
 
 #include "plant/inkjet/optics.h"
 #include "plant/twins/camera.h"
@@ -26,9 +26,13 @@ struct LineCamera : Optics {
 /// Share of the contrast that ink of this thickness has [Beer and Lambert].
 double ink_contrast(double thickness_mm, double optical_depth_mm);
 
-/// @param thickness_mm of the dry ink over the part, by place; not called for an empty scene (nullptr)
+/// Sets the thickness of the dry ink over the part at many places.
+using InkThickness =
+    std::function<void(std::span<const double> x_mm, std::span<const double> y_mm, std::span<double> ink_mm)>;
+
+/// @param thickness not called for an empty scene (nullptr)
 /// @param exposure numbers the picture: another noise and flicker
-TakenPicture render_lines(const LineCamera& camera, const std::function<double(double, double)>& thickness_mm,
-                          std::uint64_t seed, std::uint32_t exposure);
+TakenPicture render_lines(const LineCamera& camera, const InkThickness& thickness, std::uint64_t seed,
+                          std::uint32_t exposure);
 
 }  // namespace firn::plant

@@ -5,32 +5,44 @@
 
 namespace firn::plant {
 
+// A row or a column of equal values stays as it is.
 void blur_picture(std::vector<float>& f, int w, int h, double sigma) {
   if (sigma <= 0) return;
   const int reach = int(std::ceil(4 * sigma));
   std::vector<float> kernel;
-  float sum = 0;
+  float weights = 0;
   for (int i = -reach; i <= reach; ++i)
-    sum += kernel.emplace_back(float(std::exp(-0.5 * i * i / (sigma * sigma))));
-  for (float& k : kernel) k /= sum;
-  std::vector<float> line(std::size_t(std::max(w, h)));
-  const auto pass = [&](std::size_t begin, std::size_t stride, int n) {
-    float least = f[begin], most = f[begin];
-    for (int i = 0; i < n; ++i) {
-      line[std::size_t(i)] = f[begin + std::size_t(i) * stride];
-      least = std::min(least, line[std::size_t(i)]);
-      most = std::max(most, line[std::size_t(i)]);
+    weights += kernel.emplace_back(float(std::exp(-0.5 * i * i / (sigma * sigma))));
+  for (float& k : kernel) k /= weights;
+  const auto wide = std::size_t(w), high = std::size_t(h), taps = kernel.size();
+  std::vector<float> line(wide + taps - 1), sum(wide), least(wide), most(wide);
+  for (std::size_t y = 0; y < high; ++y) {
+    float* row = f.data() + y * wide;
+    const auto [low, top] = std::minmax_element(row, row + wide);
+    if (*low == *top) continue;
+    for (std::size_t i = 0; i < line.size(); ++i) line[i] = row[std::clamp(int(i) - reach, 0, w - 1)];
+    std::ranges::fill(sum, 0.0f);
+    for (std::size_t k = 0; k < taps; ++k)
+      for (std::size_t x = 0; x < wide; ++x) sum[x] += kernel[k] * line[x + k];
+    std::ranges::copy(sum, row);
+  }
+  const std::vector<float> rows = f;
+  std::copy_n(rows.begin(), wide, least.begin());
+  most = least;
+  for (std::size_t y = 1; y < high; ++y)
+    for (std::size_t x = 0; x < wide; ++x) {
+      least[x] = std::min(least[x], rows[y * wide + x]);
+      most[x] = std::max(most[x], rows[y * wide + x]);
     }
-    if (least == most) return;
-    for (int i = 0; i < n; ++i) {
-      float s = 0;
-      for (int k = -reach; k <= reach; ++k)
-        s += kernel[std::size_t(k + reach)] * line[std::size_t(std::clamp(i + k, 0, n - 1))];
-      f[begin + std::size_t(i) * stride] = s;
+  for (std::size_t y = 0; y < high; ++y) {
+    std::ranges::fill(sum, 0.0f);
+    for (std::size_t k = 0; k < taps; ++k) {
+      const float* from = rows.data() + wide * std::size_t(std::clamp(int(y + k) - reach, 0, h - 1));
+      for (std::size_t x = 0; x < wide; ++x) sum[x] += kernel[k] * from[x];
     }
-  };
-  for (int y = 0; y < h; ++y) pass(std::size_t(y) * std::size_t(w), 1, w);
-  for (int x = 0; x < w; ++x) pass(std::size_t(x), std::size_t(w), h);
+    for (std::size_t x = 0; x < wide; ++x)
+      f[y * wide + x] = least[x] == most[x] ? rows[y * wide + x] : sum[x];
+  }
 }
 
 std::vector<float> soiled(std::span<const Speck> specks, int width, int height) {

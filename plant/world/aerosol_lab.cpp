@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <span>
 #include <stdexcept>
 #include <vector>
 
@@ -159,9 +160,12 @@ class AerosolLab final : public WorldLab, private Wires, private HeaterWires {
     const Vec3 at = stage_.device().position_mm(e.t_us);
     c.x_mm = at[0] + p.camera_x_mm;
     c.y_mm = at[1] + p.camera_y_mm;
-    return render_lines(
-        c, [this](double x_mm, double y_mm) { return thickness_at(deposit_.surface(), x_mm, y_mm); },
-        config.seed, e.number);
+    const InkThickness thickness = [&](std::span<const double> x_mm, std::span<const double> y_mm,
+                                       std::span<double> ink_mm) {
+      for (std::size_t n = 0; n < ink_mm.size(); ++n)
+        ink_mm[n] = thickness_at(deposit_.surface(), x_mm[n], y_mm[n]);
+    };
+    return render_lines(c, thickness, config.seed, e.number);
   }
 
   // The output rests where the shutter is closed.

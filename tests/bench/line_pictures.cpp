@@ -241,10 +241,13 @@ int main(int argc, char** argv) {
     const Frame* light = numbers[2] != 0 ? &flat : nullptr;
     const Point u = d.view.direction, left{u.y, -u.x};
     const double scale = d.camera.um_per_px / 1e3;
-    const auto thickness = [&](double x_mm, double y_mm) {
-      const double x = x_mm / scale + 0.5 * (d.camera.width - 1) - d.view.middle.x,
-                   y = -y_mm / scale + 0.5 * (d.camera.height - 1) - d.view.middle.y;
-      return d.line.depth(x * u.x + y * u.y, x * left.x + y * left.y);
+    const auto thickness = [&](std::span<const double> x_mm, std::span<const double> y_mm,
+                               std::span<double> ink_mm) {
+      for (std::size_t n = 0; n < ink_mm.size(); ++n) {
+        const double x = x_mm[n] / scale + 0.5 * (d.camera.width - 1) - d.view.middle.x,
+                     y = -y_mm[n] / scale + 0.5 * (d.camera.height - 1) - d.view.middle.y;
+        ink_mm[n] = d.line.depth(x * u.x + y * u.y, x * left.x + y * left.y);
+      }
     };
     const Frame frame = frame_of_lines(render_lines(d.camera, thickness, seed, 0));
     const double began = 1e3 * double(std::clock()) / CLOCKS_PER_SEC;

@@ -1,8 +1,12 @@
 // The aerosol nozzle against conservation and closed forms.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <vector>
 
+#include "core/grid/random.h"
 #include "plant/aerosol/deposit.h"
+#include "plant/inkjet/optics.h"
 #include "plant/twins/track.h"
 
 using namespace firn;
@@ -216,4 +220,32 @@ TEST_CASE("A line's width goes with sheath by atomizer, and widest is a beam wit
   }
   CHECK(width[0] > width[1]);
   CHECK(width[2] > width[3]);
+}
+
+TEST_CASE("A picture's blur is the convolution with a Gauss curve, beyond the edges with the pixels there") {
+  constexpr int kWide = 23, kHigh = 17;
+  constexpr double kBlur = 1.3;
+  std::vector<float> picture(kWide * kHigh);
+  for (std::size_t n = 0; n < picture.size(); ++n)
+    picture[n] = float(random_uniform({1, Purpose::kTest, 0, 0, std::uint32_t(n)}));
+  for (int x = 0; x < kWide; ++x) picture[std::size_t(3 * kWide + x)] = 0.25f;
+  std::vector<float> blurred = picture;
+  plant::blur_picture(blurred, kWide, kHigh, kBlur);
+  double worst = 0.0;
+  for (int y = 0; y < kHigh; ++y)
+    for (int x = 0; x < kWide; ++x) {
+      double sum = 0.0, weights = 0.0;
+      for (int j = -6; j <= 6; ++j)
+        for (int i = -6; i <= 6; ++i) {
+          const double weight = std::exp(-0.5 * (i * i + j * j) / (kBlur * kBlur));
+          sum += weight * double(picture[std::size_t(std::clamp(y + j, 0, kHigh - 1) * kWide +
+                                                     std::clamp(x + i, 0, kWide - 1))]);
+          weights += weight;
+        }
+      worst = std::max(worst, std::abs(double(blurred[std::size_t(y * kWide + x)]) - sum / weights));
+    }
+  CHECK(worst < 1e-6);
+  std::vector<float> flat(kWide * kHigh, 0.3f);
+  plant::blur_picture(flat, kWide, kHigh, kBlur);
+  CHECK(std::ranges::all_of(flat, [](float v) { return v == 0.3f; }));
 }

@@ -5,6 +5,8 @@
 #include <set>
 #include <vector>
 
+#include "core/grid/random_normals.h"
+
 using namespace firn;
 
 TEST_CASE("Philox4x32-10 gives the known answers of Random123's kat_vectors") {
@@ -80,4 +82,20 @@ TEST_CASE("Normal numbers have the quantiles of the normal distribution, tails i
     CHECK(below[q] / double(kN) == Approx(share[q]).margin(4.0 * std::sqrt(share[q] * (1 - share[q]) / kN)));
   CHECK(sum / kN == Approx(0.0).margin(0.007));
   CHECK(square / kN == Approx(1.0).margin(0.01));
+}
+
+TEST_CASE("Many normal numbers at once are those drawn one by one, to the last bit") {
+  for (const std::size_t count : {0, 1, 15, 16, 17, 5003}) {
+    const DrawKey first{0xfedcba9876543210u, Purpose::kTest, 5, 0xffffffffu, 0xfffffff0u};
+    std::vector<double> many(count);
+    random_normals(first, many);
+    bool same = true;
+    for (std::size_t n = 0; n < count; ++n) {
+      DrawKey key = first;
+      key.cell += std::uint32_t(n);
+      same = same && many[n] == random_normal(key);
+    }
+    INFO(count << " numbers");
+    CHECK(same);
+  }
 }

@@ -27,14 +27,14 @@ LineCamera camera_over_lines() {
 // A line along x at y_mm, without material between two places.
 Frame picture_of_line(const LineCamera& c, double y_mm, double gap_from_mm = 0.0, double gap_to_mm = 0.0,
                       std::uint32_t exposure = 0) {
-  const plant::TakenPicture p = plant::render_lines(
-      c,
-      [&](double x, double y) {
-        return x > gap_from_mm && x < gap_to_mm
-                   ? 0.0
-                   : kInkPeak_mm * std::exp(-0.5 * (y - y_mm) * (y - y_mm) / (kInkSigma_mm * kInkSigma_mm));
-      },
-      7, exposure);
+  const auto thickness = [&](std::span<const double> xs_mm, std::span<const double> ys_mm,
+                             std::span<double> ink_mm) {
+    for (std::size_t n = 0; n < ink_mm.size(); ++n) {
+      const double d = (ys_mm[n] - y_mm) / kInkSigma_mm;
+      ink_mm[n] = xs_mm[n] > gap_from_mm && xs_mm[n] < gap_to_mm ? 0.0 : kInkPeak_mm * std::exp(-0.5 * d * d);
+    }
+  };
+  const plant::TakenPicture p = plant::render_lines(c, thickness, 7, exposure);
   return {p.width, p.height, p.white, p.pixels};
 }
 
