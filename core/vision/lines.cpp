@@ -87,6 +87,34 @@ double crossing(const std::vector<double>& h, std::size_t from, int step, double
   return step > 0 ? double(n - 1) : 0.0;
 }
 
+// From outside to inside of an end, across the line's width.
+std::optional<Band> end_band(const HeightMap& picture, const LineEnd& end, double width_mm,
+                             const LineLook& look) {
+  if (!end.free || end.length_mm < look.end_inside_mm) return std::nullopt;
+  const double sign = end.start ? 1.0 : -1.0;
+  const Point2 inside{sign * end.direction.x_mm, sign * end.direction.y_mm};
+  const Point2 left{-inside.y_mm, inside.x_mm};
+  Band b = band(picture, end.at, inside, -look.end_before_mm, look.end_inside_mm, left, -0.5 * width_mm,
+                0.5 * width_mm, look.least_share);
+  bridge(b, kBridged_mm);
+  if (!b.enough || has_gap(b)) return std::nullopt;
+  return b;
+}
+
+std::size_t first_inside(const Band& b, const LineLook& look) {
+  return std::size_t((0.5 * look.end_inside_mm + look.end_before_mm) / b.step_mm);
+}
+
+// Returns nothing within the noise.
+std::optional<double> inner_level(const Band& b, const LineLook& look) {
+  const std::size_t count = b.mean.size(), first = first_inside(b, look);
+  double level = 0.0;
+  for (std::size_t n = first; n < count; ++n) level += b.mean[n] / double(count - first);
+  if (!(level > 4.0 * look.noise_mm / std::sqrt(double(b.samples) * double(count - first))))
+    return std::nullopt;
+  return level;
+}
+
 }  // namespace
 
 std::optional<LineReading> measure_line(const HeightMap& picture, const LineStation& s,
@@ -132,27 +160,38 @@ HeightMap seen_through(const HeightMap& picture, double extent_x_mm, double exte
 
 std::optional<double> measure_end(const HeightMap& picture, const LineEnd& end, double width_mm,
                                   const LineLook& look) {
-  if (!end.free || end.length_mm < look.end_inside_mm) return std::nullopt;
-  const double sign = end.start ? 1.0 : -1.0;  // towards the inside of the line
-  const Point2 inside{sign * end.direction.x_mm, sign * end.direction.y_mm};
-  const Point2 left{-inside.y_mm, inside.x_mm};
-  Band b = band(picture, end.at, inside, -look.end_before_mm, look.end_inside_mm, left, -0.5 * width_mm,
-                0.5 * width_mm, look.least_share);
-  bridge(b, kBridged_mm);
-  if (!b.enough || has_gap(b)) return std::nullopt;
-  const std::size_t count = b.mean.size();
-  const auto index = [&](double mm) { return std::size_t((mm + look.end_before_mm) / b.step_mm); };
-  double level = 0.0;
-  const std::size_t first = index(0.5 * look.end_inside_mm);
-  for (std::size_t n = first; n < count; ++n) level += b.mean[n] / double(count - first);
-  if (!(level > 4.0 * look.noise_mm / std::sqrt(double(b.samples) * double(count - first))))
-    return std::nullopt;
+  const std::optional<Band> b = end_band(picture, end, width_mm, look);
+  if (!b) return std::nullopt;
+  const std::size_t first = first_inside(*b, look);
+  const std::optional<double> level = inner_level(*b, look);
+  if (!level) return std::nullopt;
   // From inside to outside: the last place above half of the level.
   std::size_t n = first;
-  while (n > 0 && b.mean[n] > 0.5 * level) --n;
-  if (b.mean[n] > 0.5 * level) return std::nullopt;  // the line goes on beyond what is looked at
-  const double share = (0.5 * level - b.mean[n]) / (b.mean[n + 1] - b.mean[n]);
-  const double edge_mm = (double(n) + share) * b.step_mm - look.end_before_mm;  // > 0: inside
+  while (n > 0 && b->mean[n] > 0.5 * *level) --n;
+  if (b->mean[n] > 0.5 * *level) return std::nullopt;  // the line goes on beyond what is looked at
+  const double share = (0.5 * *level - b->mean[n]) / (b->mean[n + 1] - b->mean[n]);
+  const double edge_mm = (double(n) + share) * b->step_mm - look.end_before_mm;  // > 0: inside
+  return end.start ? edge_mm : -edge_mm;
+}
+
+std::optional<double> level_inside(const HeightMap& picture, const LineEnd& end, double width_mm,
+                                   const LineLook& look) {
+  const std::optional<Band> b = end_band(picture, end, width_mm, look);
+  return b ? inner_level(*b, look) : std::nullopt;
+}
+
+std::optional<double> measure_added_end(const AddedInk& ink, const LineEnd& end, double width_mm,
+                                        const LineLook& look) {
+  const std::optional<Band> before = end_band(ink.before, end, width_mm, look),
+                            after = end_band(ink.after, end, width_mm, look);
+  if (!before || !after || before->mean.size() != after->mean.size()) return std::nullopt;
+  const auto added = [&](std::size_t n) { return after->mean[n] - before->mean[n]; };
+  const double half = 0.5 * ink.level;
+  std::size_t n = 0;
+  while (n < after->mean.size() && !(added(n) >= half)) ++n;
+  if (n == 0 || n == after->mean.size() || after->mean[n] > ink.deepest) return std::nullopt;
+  const double share = (half - added(n - 1)) / (added(n) - added(n - 1));
+  const double edge_mm = (double(n - 1) + share) * after->step_mm - look.end_before_mm;
   return end.start ? edge_mm : -edge_mm;
 }
 

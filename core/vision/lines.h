@@ -1,5 +1,5 @@
-// measure_line() and measure_end() read printed lines in a picture on a grid: a height map, or a grey picture
-// whose values grow with the material. Pure: a picture in, numbers out.
+// measure_line(), measure_end() and measure_added_end() read printed lines in a picture on a grid: a height
+// map, or a grey picture whose values grow with the material. Pure: a picture in, numbers out.
 #pragma once
 
 #include <optional>
@@ -32,5 +32,23 @@ HeightMap seen_through(const HeightMap& picture, double extent_x_mm, double exte
 /// short, or that cannot be seen.
 std::optional<double> measure_end(const HeightMap& picture, const LineEnd& end, double width_mm,
                                   const LineLook& look);
+
+/// Level of the line's middle inside an end, over the last half of end_inside_mm. Returns nothing within the
+/// noise.
+std::optional<double> level_inside(const HeightMap& picture, const LineEnd& end, double width_mm,
+                                   const LineLook& look);
+
+/// Ink around an end before and after a layer.
+struct AddedInk {
+  const HeightMap& before;
+  const HeightMap& after;
+  double level = 0.0;    ///< that the layer adds to the line's middle
+  double deepest = 0.0;  ///< of all layers; of more ink a picture does not tell how much it is
+};
+
+/// measure_end() of the ink that one layer added: where this first comes up to half of its level, from
+/// outside. Returns nothing where all ink is deeper there.
+std::optional<double> measure_added_end(const AddedInk& ink, const LineEnd& end, double width_mm,
+                                        const LineLook& look);
 
 }  // namespace firn::vision

@@ -5,6 +5,7 @@
 
 #include "config/aerosol_lab.h"
 #include "config/error.h"
+#include "core/control/lines/visible_width.h"
 #include "core/grid/npy.h"
 #include "core/path/line_stations.h"
 #include "files/digest.h"
@@ -15,9 +16,8 @@
 namespace firn {
 namespace {
 
-constexpr double kUmPerMm = 1e3;           // per mm
-constexpr double kWidthPerSigma = 2.3548;  // full width of a Gauss curve at half height
-constexpr double kReach = 4.0;             // sigmas
+constexpr double kUmPerMm = 1e3;  // per mm
+constexpr double kReach = 4.0;    // sigmas
 
 Blob line_blob(std::string role, std::vector<std::byte> bytes) {
   std::string name = sha256_hex(bytes);
@@ -63,7 +63,7 @@ void check_aerosol_inputs(const Experiment& e, const Blobs& inputs) {
 }
 
 double peak_mm(const Experiment& e, double speed_mm_s) {
-  const double sigma = e.aerosol.line_width_mm / kWidthPerSigma;
+  const double sigma = e.aerosol.line_width_mm / control::kWidthPerSigma;
   return e.aerosol.flow_mm3_s * e.aerosol.solids / speed_mm_s /
          (sigma * std::sqrt(2.0 * 3.14159265358979324));
 }
@@ -94,7 +94,8 @@ Blobs example_aerosol_inputs(const Experiment& e) {
 
 NominalLines nominal_lines(const Experiment& e, const PrintJob& job) {
   NominalLines n{HeightMap(e.grid, 0.0), Mask(e.grid)};
-  const double width = e.aerosol.line_width_mm, sigma = width / kWidthPerSigma, reach = kReach * sigma;
+  const double width = e.aerosol.line_width_mm, sigma = width / control::kWidthPerSigma,
+               reach = kReach * sigma;
   for (const PrintSegment& s : job.segments) {
     const auto column = [&](double x) { return (x - e.grid.origin_x_mm) / e.grid.pitch_x_mm; };
     const auto row = [&](double y) { return (y - e.grid.origin_y_mm) / e.grid.pitch_y_mm; };

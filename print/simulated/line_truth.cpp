@@ -10,9 +10,8 @@
 namespace firn {
 namespace {
 
-constexpr int kSettled = 3;               // the first layer whose ends follow two that were measured
-constexpr double kGap = 0.3;              // of the nominal section
-constexpr double kFwhmPerSigma = 2.3548;  // of a Gauss curve
+constexpr int kSettled = 3;   // the first layer whose ends follow two that were measured
+constexpr double kGap = 0.3;  // of the nominal section
 constexpr double kLineEndClearance_mm = 0.5;
 
 // The light that the ink takes, in place of heights [Beer and Lambert].
@@ -57,7 +56,7 @@ void LineJudge::take(int layer, const HeightMap& surface) {
 
 void LineJudge::take(const line_plan_t& m) {
   if (m.layer < 2 || std::size_t(m.looks) != layer_mm2_.size()) return;
-  const control::VisibleWidth nominal(width_mm_ / kFwhmPerSigma, believed_depth_mm_);
+  const control::VisibleWidth nominal(width_mm_ / control::kWidthPerSigma, believed_depth_mm_);
   LineLooks l;
   double width = 0.0, offset = 0.0, overspray = 0.0, gap = 0.0;
   for (std::size_t s = 0; s < layer_mm2_.size(); ++s) {

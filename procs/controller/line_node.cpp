@@ -20,12 +20,12 @@ namespace firn {
 namespace {
 
 constexpr double kUmPerMm = 1e3;
-constexpr double kWidthPerSigma = 2.3548;  // full width of a Gauss curve at half height
-constexpr std::size_t kBarePictures = 9;   // whose median is the light
-constexpr double kDarkest = 1e-3;          // share of the white level that still tells ink from none
-constexpr double kBlackest = 0.99;         // contrast; thicker ink looks alike
-constexpr double kLeastDepths = 0.1;       // optical depths of ink that is no noise
-constexpr double kOfPicture = 0.95;        // looked at around an end
+constexpr std::size_t kBarePictures = 9;  // whose median is the light
+constexpr double kDarkest = 1e-3;         // share of the white level that still tells ink from none
+constexpr double kBlackest = 0.99;        // contrast; thicker ink looks alike
+constexpr double kLeastDepths = 0.1;      // optical depths of ink that is no noise
+constexpr double kDeepestDepths = 2.0;    // optical depths; of more ink a layer's share is not told
+constexpr double kOfPicture = 0.95;       // looked at around an end
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr LineReading kUnread{kNone, kNone, kNone, kNone, kNone};
 
@@ -71,7 +71,7 @@ LineControllerNode::LineControllerNode(const Experiment& e, const Machine& machi
       grid_(e.grid),
       width_mm_(e.aerosol.line_width_mm),
       nominal_(read_lines(seen_by_profiler(target, e.aerosol), controller_.stations(), {})),
-      growth_(control::VisibleWidth(width_mm_ / kWidthPerSigma, e.aerosol.optical_depth_mm)) {
+      growth_(control::VisibleWidth(width_mm_ / control::kWidthPerSigma, e.aerosol.optical_depth_mm)) {
   if (has_profiler_) subscribe(channels::kHeightMap, this);
   subscribe(channels::kOperatorCommand, this);
   if (!firn::on(e.camera.use)) return;
@@ -113,14 +113,14 @@ void LineControllerNode::look_at(const camera_frame_t& m, Outbox& out) {
   }
   if (m.layer != looked_layer_) {
     looks_.assign(looks_.size(), {});
-    end_looks_.assign(end_looks_.size(), {});
+    for (EndLook& e : end_looks_) e.before = std::exchange(e.ink, {});
   }
   looked_layer_ = m.layer;
   const auto k = std::size_t(m.sweep_id - 1);
   if (k < looks_.size())
     looks_[k] = look_along(controller_.stations()[k], frame);
   else
-    end_looks_[k - looks_.size()] = look_at_end(controller_.ends()[k - looks_.size()], frame);
+    look_at_end(k - looks_.size(), frame);
 }
 
 vision::LinePictureReading LineControllerNode::look_along(const LineStation& s,
@@ -138,14 +138,12 @@ vision::LinePictureReading LineControllerNode::look_along(const LineStation& s,
   return vision::measure_line_picture(frame, flat_.pixels.empty() ? nullptr : &flat_, view, options);
 }
 
-// The picture as a map of the ink's thickness around the end.
-LineControllerNode::EndLook LineControllerNode::look_at_end(const LineEnd& end,
-                                                            const vision::Frame& frame) const {
-  if (flat_.pixels.size() != frame.pixels.size() || flat_.width != frame.width) return {};
+// The picture as a map of the ink's thickness around a place.
+HeightMap LineControllerNode::ink_around(const Point2& at, const vision::Frame& frame) const {
   const AerosolLabConfig& c = changes_.experiment().aerosol;
   const double mm = c.camera_um_per_px / kUmPerMm;
   const double half_x_mm = 0.5 * (frame.width - 1) * mm, half_y_mm = 0.5 * (frame.height - 1) * mm;
-  HeightMap ink({frame.width, frame.height, mm, mm, end.at.x_mm - half_x_mm, end.at.y_mm - half_y_mm});
+  HeightMap ink({frame.width, frame.height, mm, mm, at.x_mm - half_x_mm, at.y_mm - half_y_mm});
   for (int y = 0; y < frame.height; ++y)
     for (int x = 0; x < frame.width; ++x) {
       const double light = double(flat_.at(x, y)) / flat_.white;
@@ -153,27 +151,58 @@ LineControllerNode::EndLook LineControllerNode::look_at_end(const LineEnd& end,
       ink.at(x, frame.height - 1 - y) =
           c.optical_depth_mm * control::ink_depths(std::clamp(1.0 - left, 0.0, kBlackest));
     }
+  return ink;
+}
+
+vision::LineLook LineControllerNode::end_window(const HeightMap& ink) const {
   vision::LineLook look;
-  look.noise_mm = c.optical_depth_mm;
-  look.end_before_mm = look.end_inside_mm = kOfPicture * std::min(half_x_mm, half_y_mm);
-  EndLook seen;
-  seen.error_mm = vision::measure_end(ink, end, width_mm_, look).value_or(kNone);
+  look.noise_mm = changes_.experiment().aerosol.optical_depth_mm;
+  look.end_before_mm = look.end_inside_mm =
+      0.5 * kOfPicture *
+      std::min((ink.spec.nx - 1) * ink.spec.pitch_x_mm, (ink.spec.ny - 1) * ink.spec.pitch_y_mm);
+  return look;
+}
+
+void LineControllerNode::look_at_end(std::size_t n, const vision::Frame& frame) {
+  EndLook& seen = end_looks_[n];
+  seen.ink = {};
+  seen.goes_on = false;
+  if (flat_.pixels.size() != frame.pixels.size() || flat_.width != frame.width) return;
+  const LineEnd& end = controller_.ends()[n];
+  seen.ink = ink_around(end.at, frame);
+  const vision::LineLook look = end_window(seen.ink);
+  if (looked_layer_ == 1)
+    seen.level_mm = vision::level_inside(seen.ink, end, width_mm_, look).value_or(kNone);
   const auto height_mm = [&](double inwards) {  // of the outer half of that side of the picture
     const double to_mm = 0.75 * look.end_inside_mm * (end.start ? inwards : -inwards);
     LineStation s;
     s.to_mm = 0.5 * look.end_inside_mm;
     s.direction = end.direction;
     s.at = {end.at.x_mm + to_mm * end.direction.x_mm, end.at.y_mm + to_mm * end.direction.y_mm};
-    return vision::measure_line(ink, s, {}).value_or(kUnread).height_mm;
+    return vision::measure_line(seen.ink, s, {}).value_or(kUnread).height_mm;
   };
   const double inside_mm = height_mm(1.0);
-  seen.goes_on =
-      end.free && inside_mm > kLeastDepths * c.optical_depth_mm && height_mm(-1.0) > 0.5 * inside_mm;
-  return seen;
+  seen.goes_on = end.free && inside_mm > kLeastDepths * changes_.experiment().aerosol.optical_depth_mm &&
+                 height_mm(-1.0) > 0.5 * inside_mm;
 }
 
-double LineControllerNode::mean_error_mm(bool starts) const {
-  return mean_over_ends(controller_.ends(), starts, [this](std::size_t n) { return end_looks_[n].error_mm; });
+// The end's station got its planned share of the first layer's ink.
+double LineControllerNode::end_error_mm(std::size_t n, std::int32_t layer) const {
+  const EndLook& seen = end_looks_[n];
+  const LineEnd& end = controller_.ends()[n];
+  if (seen.ink.size() == 0 || layer != looked_layer_) return kNone;
+  const vision::LineLook look = end_window(seen.ink);
+  if (layer == 1) return vision::measure_end(seen.ink, end, width_mm_, look).value_or(kNone);
+  if (seen.before.size() != seen.ink.size() || planned_.size() < std::size_t(layer)) return kNone;
+  const auto& stations = controller_.stations();
+  std::size_t s = 0;
+  for (std::size_t k = 0; k < stations.size(); ++k)
+    if (stations[k].segment == end.segment && (!end.start || stations[s].segment != end.segment)) s = k;
+  const double level_mm = seen.level_mm * planned_[std::size_t(layer - 1)][s] / planned_[0][s];
+  if (std::isnan(level_mm)) return kNone;
+  const double deepest_mm = kDeepestDepths * changes_.experiment().aerosol.optical_depth_mm;
+  return vision::measure_added_end({seen.before, seen.ink, level_mm, deepest_mm}, end, width_mm_, look)
+      .value_or(kNone);
 }
 
 // After the stop the layer is looked at again; all ink of it is old by then.
@@ -227,7 +256,7 @@ void LineControllerNode::add_looks(line_plan_t& plan, std::vector<LineReading>& 
   const AerosolLabConfig& c = changes_.experiment().aerosol;
   const double mm = c.camera_um_per_px / kUmPerMm;
   const bool steers = c.width_by == control::WidthActuator::kSpeed;
-  const control::VisibleWidth visible(width_mm_ / kWidthPerSigma, c.optical_depth_mm);
+  const control::VisibleWidth visible(width_mm_ / control::kWidthPerSigma, c.optical_depth_mm);
   plan.looks = std::int32_t(looks_.size());
   for (std::size_t s = 0; s < looks_.size(); ++s) {
     const vision::LinePictureReading& l = looks_[s];
@@ -255,7 +284,7 @@ void LineControllerNode::hold_height(control::LineMeasurement& m) const {
 
 double LineControllerNode::squared_width(const control::LineMeasurement& m, const line_plan_t& plan) const {
   const AerosolLabConfig& c = changes_.experiment().aerosol;
-  const control::VisibleWidth visible(width_mm_ / kWidthPerSigma, c.optical_depth_mm);
+  const control::VisibleWidth visible(width_mm_ / control::kWidthPerSigma, c.optical_depth_mm);
   double sum = 0.0, seen = 0.0;
   for (std::size_t s = 0; s < nominal_.size(); ++s) {
     const double share = plan.looks > 0 ? double(plan.seen_width_mm[s]) /
@@ -295,11 +324,11 @@ void LineControllerNode::tell_lines(const control::LineMeasurement& m, line_plan
 control::LineDecision LineControllerNode::decide_by_pictures(line_plan_t& plan, Outbox& out) {
   control::LineMeasurement measured = unread(plan.layer - 1, plan.attempt);
   if (measured.layer > 0) {
-    measured.start_error_mm = mean_error_mm(true);
-    measured.end_error_mm = mean_error_mm(false);
+    const auto error_mm = [&](std::size_t n) { return end_error_mm(n, measured.layer); };
+    measured.start_error_mm = mean_over_ends(controller_.ends(), true, error_mm);
+    measured.end_error_mm = mean_over_ends(controller_.ends(), false, error_mm);
   }
   tell_lines(measured, plan);
-  if (measured.layer > 1) measured.start_error_mm = measured.end_error_mm = kNone;
   add_looks(plan, measured.total);
   if (measured.layer != newest_layer_) seen_before_ = std::move(seen_);
   newest_layer_ = measured.layer;
@@ -316,6 +345,10 @@ control::LineDecision LineControllerNode::decide_by_pictures(line_plan_t& plan, 
   control::LineDecision d = controller_.decide(measured);
   std::string reason = missing_growth(measured.layer, grown, out);
   if (std::string open = new_end_that_goes_on(measured.layer); !open.empty()) reason = std::move(open);
+  if (d.kind == PlanDecision::kPrint) {
+    planned_.resize(std::size_t(plan.layer));
+    planned_.back() = planned_sections(d);
+  }
   growth_.plan(plan.layer, planned_sections(d));
   if (!reason.empty()) {
     told_layer_ = measured.layer;

@@ -15,6 +15,7 @@
 #include "core/control/lines/line_growth.h"
 #include "core/grid/grid.h"
 #include "core/vision/line_picture.h"
+#include "core/vision/lines.h"
 #include "firn/camera_frame_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/line_plan_t.hpp"
@@ -27,8 +28,9 @@ namespace firn {
 /// Reads the lines in the map and in its difference to the map of the layer before, and asks LineController.
 /// With a camera, the picture k of a layer shows station k - 1, and arrives before the map; those of layer 0
 /// show the bare substrate and give the light. Without a profiler the last picture asks: those of the ends
-/// follow the stations'. They show all layers at once, so that only the first one's ends tell the delays. An
-/// end behind which the line goes on, or a layer after which the lines have not grown, stops the print, once.
+/// follow the stations'. They show all layers at once: the ends that tell the delays are those of the ink
+/// that is new since the picture of the layer before, as long as it is not too dark there. An end behind
+/// which the line goes on, or a layer after which the lines have not grown, stops the print, once.
 class LineControllerNode final : public Node {
  public:
   /// @throws std::invalid_argument: a job that the machine cannot print
@@ -50,11 +52,15 @@ class LineControllerNode final : public Node {
   void look_at(const camera_frame_t&, Outbox&);
   vision::LinePictureReading look_along(const LineStation&, const vision::Frame&) const;
   struct EndLook {
-    double error_mm = std::numeric_limits<double>::quiet_NaN();  ///< NaN where not seen
+    HeightMap before, ink;  ///< around it, by the pictures of the layer before and of this one
+    double level_mm = std::numeric_limits<double>::quiet_NaN();  ///< of the first layer's line; NaN: not seen
     bool goes_on = false;                                        ///< there is a line behind it
   };
-  EndLook look_at_end(const LineEnd&, const vision::Frame&) const;
-  double mean_error_mm(bool starts) const;
+  HeightMap ink_around(const Point2&, const vision::Frame&) const;
+  vision::LineLook end_window(const HeightMap& ink) const;
+  void look_at_end(std::size_t end, const vision::Frame&);
+  /// Of the ink that the layer added; NaN where the pictures do not tell.
+  double end_error_mm(std::size_t end, std::int32_t layer) const;
   /// Empty where none goes on that has not been told.
   std::string new_end_that_goes_on(std::int32_t layer);
   /// Empty where the lines have grown, where nothing was to be printed, and where the pictures do not tell.
@@ -83,6 +89,7 @@ class LineControllerNode final : public Node {
   std::vector<LineReading> seen_before_, seen_;    ///< sections that the widths of the two layers stand for
   std::vector<EndLook> end_looks_;                 ///< the same by end
   std::vector<bool> told_;                         ///< ends that go on, as a stop said
+  std::vector<std::vector<double>> planned_;       ///< sections by layer and station
   control::LineGrowth growth_;
   std::int32_t cut_layer_ = 0;   ///< the last one whose way was not wholly followed
   bool doubt_told_ = false;      ///< that pictures do not tell the growth

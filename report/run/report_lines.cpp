@@ -18,7 +18,9 @@ constexpr double kLeastHalfRange = 0.1;
 
 constexpr const char* kByCamera =
     "Heights were not measured: this lab has a camera and no profiler. The width is that at half contrast in "
-    "its pictures; starts and ends are those of all layers.";
+    "its pictures; starts and ends are those of the ink that a layer added, where the lines are not too dark "
+    "to "
+    "tell.";
 constexpr const char* kByProfiler =
     "As measured by the profiler after the last layer: the section of all layers, and the full width at half "
     "height. Gaps: stations that another line is too near to.";

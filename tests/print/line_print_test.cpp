@@ -154,6 +154,9 @@ TEST_CASE("A camera alone holds the lines' width as it does beside a profiler, a
   CHECK(alone.lines.visible_rms_mm < 1.2 * both.lines.visible_rms_mm);
   CHECK(alone.lines.worst_start_mm < 0.05);
   CHECK(alone.lines.worst_end_mm < 0.05);
+  // Layers print upon each other: seen as one they would begin and end at the farthest.
+  CHECK(std::abs(plans.at(2).start_error_mm) < 0.02);
+  CHECK(std::abs(plans.at(2).end_error_mm) < 0.02);
 }
 
 TEST_CASE("The sheath's gas holds the lines' width and the speed their height, layer by layer", "[line]") {

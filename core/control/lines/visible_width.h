@@ -4,6 +4,8 @@
 
 namespace firn::control {
 
+inline constexpr double kWidthPerSigma = 2.3548;  ///< full width of a Gauss curve at half height
+
 /// The contrast of ink of thickness h is 1 - exp(-h / depth) [Beer and Lambert]. At the middle h / depth = a,
 /// so half of the contrast there is at h / depth = b = ln 2 - ln(1 + exp(-a)), and the full width at half
 /// contrast is 2 sigma sqrt(2 ln(a / b)): a thicker line looks wider. Of thin ink b = a / 2.

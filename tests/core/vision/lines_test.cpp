@@ -99,6 +99,23 @@ TEST_CASE("An end is found beside and behind a few cells that were not measured,
   CHECK(!read(2.2, 2.5));
 }
 
+TEST_CASE("A layer's own end is found in the ink that it added, though the layer before went farther") {
+  const Point2 u{1.0, 0.0};
+  const LineEnd start{0, true, {0.6, 1.0}, u, true, 1.8}, end{0, false, {2.4, 1.0}, u, true, 1.8};
+  const HeightMap before = drawn(1.5, 1.0, u, -1.0, 1.1);
+  const double level = vision::level_inside(before, end, 0.07, {}).value();
+  for (const double shift : {-0.05, 0.0, 0.04}) {
+    INFO("shift " << shift);
+    HeightMap after = drawn(1.5, 1.0, u, -0.9 + shift, 0.9 + shift);
+    for (std::size_t c = 0; c < after.size(); ++c) after.cells[c] += before.cells[c];
+    for (const LineEnd& e : {start, end})
+      CHECK(vision::measure_added_end({before, after, level, 1.0}, e, 0.07, {}).value() ==
+            Approx(shift).margin(0.003));
+    CHECK(!vision::measure_added_end({before, after, level, level}, end, 0.07, {}));
+    CHECK(!vision::measure_added_end({before, before, level, 1.0}, end, 0.07, {}));
+  }
+}
+
 TEST_CASE("Noise of a tenth of a layer leaves section and end where they are", "[seeded]") {
   const Point2 u{0.8, 0.6};
   double worst_section = 0.0, worst_end = 0.0;
