@@ -70,17 +70,25 @@ Provenance provenance(const StudyPlan& plan) {
                     "seed");
 }
 
+// That a seed fixes for all schemes.
+std::string same_nature(const StudyLab& lab) {
+  if (&lab == &aerosol_study_lab()) return "the atomizer's output drifts and wanders alike in both";
+  if (&lab == &ice_study_lab()) return "valves, bed and instruments deviate alike in both";
+  return "the n-th droplet of a layer on a cell has one fate whatever scheme fires it";
+}
+
 using Settings = std::vector<replay::DifferingParameter>;
 
 int write_results(const std::filesystem::path& folder, const replay::StudyTable& table, const Settings& arms,
-                  const Settings& parts, const Provenance& told, bool json) {
+                  const Settings& parts, const Provenance& told, const std::string& nature, bool json) {
   const replay::StudyAnalysis analysis = replay::analyse(table);
   const std::string summary = study_json(table, analysis, told);
   write_file_atomically(folder / "runs.csv", replay::study_csv(table));
   write_file_atomically(folder / "summary.json", summary);
   if (const auto rows = replay::profile_rows(table); !rows.empty())
     write_file_atomically(folder / "profile.csv", replay::profile_csv(table, rows));
-  write_file_atomically(folder / "report.html", replay::study_page({table, analysis, arms, parts, told}));
+  write_file_atomically(folder / "report.html",
+                        replay::study_page({table, analysis, arms, parts, told, nature}));
   if (json)
     std::fputs(summary.c_str(), stdout);
   else
@@ -97,7 +105,7 @@ int compare_recorded(const CompareOptions& options, const Study& study, const st
   for (std::size_t arm = 0; arm < found.runs.size(); ++arm)
     runs.emplace_back("runs of " + study.arms[arm].name, found.runs[arm]);
   return write_results(make_folder(options.output, study.name), found.table, found.settings, {},
-                       provenance(runs, found.table.trial), options.json);
+                       provenance(runs, found.table.trial), "", options.json);
 }
 
 std::atomic<bool> interrupted{false};
@@ -138,7 +146,7 @@ int compare(const CompareOptions& options, const StudyLab& lab, const std::atomi
                progress.elapsed_s(), made.cpu_s / double(made.done));
 
   return write_results(folder, study_table(plan, journal), differing_arms(plan), differing_parts(plan),
-                       provenance(plan), options.json);
+                       provenance(plan), same_nature(lab), options.json);
 }
 
 int run_compare(const CompareOptions& given) {

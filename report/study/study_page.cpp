@@ -63,9 +63,17 @@ std::string arms_table(const StudyTable& t, const StudyAnalysis& a, int part) {
   return table_of(head, body);
 }
 
+std::string metric_meanings(const StudyTable& t) {
+  std::string s;
+  for (const StudyMetric& m : t.metrics)
+    s += (s.empty() ? "<code>" : "; <code>") + escape_html(m.name) + "</code> " + escape_html(m.meaning);
+  return "<p class=\"soft\">" + s + ".</p>\n";
+}
+
 std::string pairs_table(const StudyTable& t, const std::vector<const ArmComparison*>& pairs) {
   std::string body;
   for (const ArmComparison* c : pairs) {
+    if (c->tested == 0) continue;  // one of the two does not measure it
     const auto& v = c->values;
     const int decimals = t.metrics[c->metric].decimals;
     body +=
@@ -98,7 +106,7 @@ std::vector<const ArmComparison*> family(const StudyAnalysis& a, std::size_t met
   return out;
 }
 
-std::string plots(const StudyTable& t, const StudyAnalysis& a) {
+std::string plots(const StudyTable& t, const StudyAnalysis& a, const std::string& nature) {
   std::string s =
       "<h2>Every print</h2>\n<p class=\"soft\">A dot is a print; the bar is the mean with its 95 % "
       "interval.</p>\n<div class=\"row\">\n";
@@ -114,10 +122,9 @@ std::string plots(const StudyTable& t, const StudyAnalysis& a) {
     });
   if (drawn.empty()) return s;
   return s + "<h2>Differences, pair by pair</h2>\n<p class=\"soft\">" +
-         (t.trial == "seed"
-              ? std::string("Both prints of a pair met the same nature: the same seed, and the n-th "
-                            "droplet of a layer on a cell has one fate whatever scheme fires it.")
-              : "A pair is the n-th " + t.trial + " of two schemes, in the order given.") +
+         (t.trial == "seed" ? "Both prints of a pair met the same nature: the same seed" +
+                                  (nature.empty() ? "" : ", and " + nature) + "."
+                            : "A pair is the n-th " + t.trial + " of two schemes, in the order given.") +
          " Blue: told apart at 5 % after "
          "Holm's adjustment; grey: not "
          "distinguishable.</p>\n<figure class=\"forest\">" +
@@ -144,7 +151,7 @@ std::string secondary(const StudyTable& t, const StudyAnalysis& a) {
     for (int part = kAllParts; part < int(t.parts.size()); ++part) {
       if ((m == 0 && part == kAllParts) || (part != kAllParts && t.parts.size() == 1)) continue;
       const auto pairs = family(a, m, part);
-      if (pairs.empty()) continue;
+      if (std::ranges::all_of(pairs, [](const ArmComparison* c) { return c->tested == 0; })) continue;
       s += "<details><summary>" + escape_html(t.metrics[m].name) + ", " + escape_html(part_name(t, part)) +
            "</summary>\n" + pairs_table(t, pairs) + "</details>\n";
     }
@@ -210,10 +217,11 @@ std::string study_page(const StudyPage& page) {
   for (const std::string& n : a.notes) s += "<p class=\"bad\">" + escape_html(n) + ".</p>\n";
   s += "<p class=\"soft\">" + std::to_string(t.arms.size()) + " schemes, " + std::to_string(t.parts.size()) +
        (t.parts.size() == 1 ? " part, " : " parts, ") + std::to_string(t.seeds.size()) + " " + t.trial +
-       "s. Primary metric: " + escape_html(t.metrics[0].meaning) +
+       (t.seeds.size() == 1 ? "" : "s") + ". Primary metric: " + escape_html(t.metrics[0].meaning) +
        "; smaller is better. Means over parts and " + t.trial + "s with 95 % intervals (BCa bootstrap over " +
        t.trial + "s).</p>\n";
-  s += arms_table(t, a, kAllParts) + profile_section(t, profile_rows(t)) + trade_off(t, a) + plots(t, a);
+  s += arms_table(t, a, kAllParts) + metric_meanings(t) + profile_section(t, profile_rows(t)) +
+       trade_off(t, a) + plots(t, a, page.nature);
   if (const auto pairs = family(a, 0, kAllParts); !pairs.empty()) s += pairs_table(t, pairs);
   s += secondary(t, a) + settings("Settings that differ between the schemes", t.arms, page.arm_settings) +
        settings("Settings that differ between the parts", t.parts, page.part_settings) + failures(t);

@@ -17,6 +17,7 @@ struct StudyPage {
   std::vector<DifferingParameter> arm_settings;   ///< that differ between the arms, a value for each
   std::vector<DifferingParameter> part_settings;  ///< that differ between the parts
   std::vector<std::pair<std::string, std::string>> provenance;
+  std::string nature = {};  ///< that a seed fixes for all arms
 };
 
 std::string study_page(const StudyPage& page);

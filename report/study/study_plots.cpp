@@ -12,7 +12,7 @@ namespace firn::replay {
 namespace {
 
 constexpr double kRow = 30, kRight = 640, kTop = 8;
-constexpr double kNames = 150, kPairNames = 250;  // room for the rows' names
+constexpr double kNames = 150, kPairNames = 320;  // room for the rows' names
 
 // Ticks below, names of the rows at the left.
 std::string frame(const Axis& x, double left, const std::vector<std::string>& rows,

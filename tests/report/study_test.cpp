@@ -257,6 +257,24 @@ TEST_CASE("page and CSV hold every arm, escape what names hold, and are the same
   CHECK(csv.find("\"said \"\"no\"\", twice\"") != std::string::npos);
 }
 
+TEST_CASE("The page says what a seed fixes in its lab, and holds no pair of which one does not measure") {
+  StudyTable t = made({2.0, 1.0, 0.0}, 8, 0.2, 1, 1);
+  for (std::size_t seed = 0; seed < 8; ++seed) t.runs[seed].metrics[1] = NAN;
+  const StudyAnalysis a = analyse(t);
+  StudyPage page{t, a, {}, {}, {}};
+  CHECK(study_page(page).find("the same seed. Blue") != std::string::npos);
+  page.nature = "the wind";
+  const std::string html = study_page(page);
+  CHECK(html.find("the same seed, and the wind. Blue") != std::string::npos);
+  const auto count = [&](const std::string& pair) {
+    std::size_t n = 0;
+    for (std::size_t at = html.find(pair); at != std::string::npos; at = html.find(pair, at + 1)) ++n;
+    return n;
+  };
+  CHECK(count("<td>arm0 – arm1</td>") == 1);
+  CHECK(count("<td>arm1 – arm2</td>") == 2);
+}
+
 TEST_CASE("A profile has a row for each place, over the seeds that came so far") {
   StudyTable t = made({0.0, 1.0}, 9, 0.3, 1, 1);
   CHECK(profile_rows(t).empty());
