@@ -105,7 +105,8 @@ std::string result_table(const std::vector<ReportRun>& runs, const std::vector<s
   if (lines)
     return s +
            "</tbody></table></div>\n<p class=\"soft\">Errors are those of cells within half a width of the "
-           "lines' middles.</p>\n";
+           "lines' middles. The profiler's spot "
+           "sees a line lower than it is; the true errors are without that.</p>\n";
   return s +
          "</tbody></table></div>\n<p class=\"soft\">Errors are those of cells inside the part. Overspill is "
          "the "

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "report/draw/charts.h"
 #include "report/draw/heat_map.h"
@@ -170,12 +169,14 @@ std::string sections(const std::vector<NamedRun>& runs) {
   std::string s =
       "<h2>Cross-sections</h2>\n<div class=\"row\">\n" +
       figure("Measured surface and target", line_chart(measured, options("cross-sections", false)));
-  if (target_top > 0)
+  const bool level = target_top > 0 && !cut;  // a line's section has no level top
+  if (level)
     s += figure("The same, the upper part enlarged",
                 line_chart(measured, options("cross-sections, enlarged", true)));
   if (truths.size() > 1 && target_top > 0)
-    s += figure("True surface of the simulated world, enlarged",
-                line_chart(truths, options("true cross-sections", true)));
+    s += figure(
+        level ? "True surface of the simulated world, enlarged" : "True surface of the simulated world",
+        line_chart(truths, options("true cross-sections", level)));
   return s + "</div>\n";
 }
 
@@ -227,29 +228,38 @@ std::string by_layer(const std::vector<NamedRun>& runs) {
 }
 
 std::string times(const std::vector<NamedRun>& runs) {
-  std::vector<std::string> phases{"deposit", "cure", "scan", "decide"};
-  const bool looks = std::ranges::any_of(runs, [](const NamedRun& r) {
-    return std::ranges::any_of(r.data->layers, [](const LayerRow& l) { return l.look_s > 0; });
+  using Spent = double LayerRow::*;
+  std::vector<std::pair<std::string, Spent>> phases{{"deposit", &LayerRow::deposit_s},
+                                                    {"cure", &LayerRow::cure_s},
+                                                    {"scan", &LayerRow::scan_s},
+                                                    {"decide", &LayerRow::decide_s},
+                                                    {"pictures", &LayerRow::look_s}};
+  std::erase_if(phases, [&](const auto& phase) {  // a lab without a lamp has none
+    return std::ranges::none_of(runs, [&](const NamedRun& r) {
+      return std::ranges::any_of(r.data->layers, [&](const LayerRow& l) { return l.*phase.second > 0; });
+    });
   });
-  if (looks) phases.push_back("pictures");
   double top = 0;
   std::vector<Bars> all;
   for (const NamedRun& r : runs) {
     Bars b;
-    b.parts = phases;
+    for (const auto& phase : phases) b.parts.push_back(phase.first);
     b.heights.resize(phases.size());
     for (const LayerRow& l : r.data->layers) {
       b.x.push_back(l.layer);
-      const double spent_s[] = {l.deposit_s, l.cure_s, l.scan_s, l.decide_s, l.look_s};
-      for (std::size_t p = 0; p < phases.size(); ++p) b.heights[p].push_back(spent_s[p]);
-      top = std::max(top, std::accumulate(std::begin(spent_s), std::end(spent_s), 0.0));
+      double spent_s = 0.0;
+      for (std::size_t p = 0; p < phases.size(); ++p) {
+        b.heights[p].push_back(l.*phases[p].second);
+        spent_s += b.heights[p].back();
+      }
+      top = std::max(top, spent_s);
     }
     all.push_back(std::move(b));
   }
   if (!(top > 0)) return "";
   std::vector<LegendEntry> entries;
   for (std::size_t p = 0; p < phases.size(); ++p)
-    entries.push_back({phases[p], int(p), LegendEntry::Kind::kBar});
+    entries.push_back({phases[p].first, int(p), LegendEntry::Kind::kBar});
   std::string s =
       "<h2>Time per layer</h2>\n<p class=\"soft\">Node time by phase, all on one scale; layer 0 is the scan "
       "of the bare substrate.</p>\n<div class=\"still\">" +
