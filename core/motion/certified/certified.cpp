@@ -270,7 +270,7 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
                     task.options.curve_rule == CurveRule::kFitted,
                     yaw_rad,
                     given};
-  const std::span<const Point2> reference = sample_given(points, given, work.reference);
+  const GivenReference reference = sample_given(points, given, work.reference);
   const auto form = [&] {
     if (fitted) {
       const double radius = spec.tolerance_mm > 0.0 ? spec.tolerance_mm : fit_radius_mm(task.options);
@@ -297,9 +297,10 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
                                                          : farthest_mm(options);
   for (int tries = 0;; ++tries) {
     const Curve& curve = work.curve.coarse;
-    out.deviation_mm = options.curve_rule == CurveRule::kFitted ? frechet_bound(curve, reference)
-                       : curve.straight                         ? 0.0
-                                                                : deviation(curve, points, work.length);
+    out.deviation_mm = options.curve_rule == CurveRule::kFitted
+                           ? frechet_bound(curve, reference.points) + reference.sagitta_mm
+                       : curve.straight ? 0.0
+                                        : deviation(curve, points, work.length);
     if (out.deviation_mm <= allowed_mm) break;
     if (out.deviation_mm < nearest_mm) {
       nearest = spec;

@@ -82,7 +82,8 @@ bool free_form(const CleanPath& path, std::size_t from, std::size_t to, const Ce
     const double chord = 0.5 * length / double(to - from);
     return 8.0 * noise > kLeastBend * chord * chord * chord;
   }
-  recognise(part(path, from, to), given_curves(path, from, to, work), kSagittaMm, true, work.curve.pieces);
+  recognise(part(path, from, to), given_curves(path, from, to, work), kSagittaMm, true, 0.0,
+            work.curve.pieces);
   std::size_t meant = 0;
   for (const CurvePiece& piece : work.curve.pieces)
     if (!piece.chord || piece.length_mm > kDenseWidths * options.curvature_ramp_mm)
@@ -167,22 +168,23 @@ bool rollable(Point2 a, Point2 b, Point2 c) {
   return ux * vx + uy * vy > kRollableCosine * std::sqrt((ux * ux + uy * uy) * (vx * vx + vy * vy));
 }
 
-/// Samples of an arc turn, but an arc has no corner; at its ends there may be one, which thinning may have
-/// moved.
+/// Samples of an arc turn, but an arc has no corner; at the ends of given curves their tangents decide, and
+/// thinning may have moved a corner away from there.
 void set_given_corners(const CleanPath& path, double cos_split, std::vector<std::size_t>& kept,
                        std::vector<std::size_t>& corners) {
   const auto insert = [](std::vector<std::size_t>& to, std::size_t i) {
     const auto at = std::lower_bound(to.begin(), to.end(), i);
     if (at == to.end() || *at != i) to.insert(at, i);
   };
-  std::vector<std::size_t> turns;
   for (const GivenCurve& g : path.given) {
     if (g.kind == GivenCurve::Kind::kArc)
       std::erase_if(corners, [&](std::size_t c) { return g.first < c && c < g.last; });
     for (const std::size_t i : {g.first, g.last}) {
       if (i == 0 || i + 1 == path.points.size()) continue;
-      split_points(part(path, i - 1, i + 1), cos_split, turns);
-      if (turns.size() < 3) continue;
+      const Point2 a = direction_at(path.points, path.given, i, false).tangent,
+                   b = direction_at(path.points, path.given, i, true).tangent;
+      std::erase(corners, i);
+      if (a.x_mm * b.x_mm + a.y_mm * b.y_mm >= cos_split) continue;
       insert(corners, i);
       insert(kept, i);
     }
@@ -268,6 +270,21 @@ double plan_all(const CleanPath& path, const std::vector<std::size_t>& stops, co
   return total;
 }
 
+/// Parts each chord of a thinned polygon whose ends are one point, a loop smaller than the tolerance, at the
+/// farthest vertex.
+void open_loops(std::span<const Point2> points, std::vector<std::size_t>& kept) {
+  constexpr double kSame_mm = 1e-9;
+  for (std::size_t k = 0; k + 1 < kept.size(); ++k) {
+    const Point2 start = points[kept[k]];
+    if (distance(points[kept[k + 1]], start) > kSame_mm) continue;
+    const auto farthest = std::max_element(
+        points.begin() + std::ptrdiff_t(kept[k]), points.begin() + std::ptrdiff_t(kept[k + 1]),
+        [&](Point2 a, Point2 b) { return distance(start, a) < distance(start, b); });
+    kept.insert(kept.begin() + std::ptrdiff_t(k) + 1, std::size_t(farthest - points.begin()));
+    ++k;
+  }
+}
+
 /// Replaces each segment whose curve leaves the tolerance (a cusp, a spike, a tangle shorter than the
 /// tolerance) by a thinned polygon with rests at its vertices. Returns the number of segments.
 std::size_t keep_inside(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work,
@@ -288,6 +305,7 @@ std::size_t keep_inside(const CleanPath& path, const CertifiedTask& task, Certif
     }
     std::vector<std::size_t> kept;
     thin_polyline(part(path, whole.first, whole.last), 0.45 * allowed_mm, kept);
+    open_loops(part(path, whole.first, whole.last), kept);
     for (std::size_t i = 0; i + 1 < kept.size(); ++i) {
       const std::size_t from = whole.first + kept[i], to = whole.first + kept[i + 1];
       const Point2 ends[2] = {path.points[from], path.points[to]};
@@ -300,7 +318,7 @@ std::size_t keep_inside(const CleanPath& path, const CertifiedTask& task, Certif
       if (!std::isfinite(segment.duration_s())) continue;
       const auto reference =
           sample_given(part(path, from, to), given_curves(path, from, to, work), work.reference);
-      segment.deviation_mm = frechet_bound(segment.curve, reference);
+      segment.deviation_mm = frechet_bound(segment.curve, reference.points) + reference.sagitta_mm;
     }
   }
   work.segments = std::move(all);

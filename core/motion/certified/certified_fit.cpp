@@ -118,7 +118,7 @@ class FitPlanner {
       const TimeGradient& g = out_.gradient;
       step_tube(out_.curve, {{g.x[0], g.x[1], g.x[2]}, {g.y[0], g.y[1], g.y[2]}}, work_.weight, work_.tube,
                 work_.curve.coarse);
-      trial_.deviation_mm = frechet_bound(work_.curve.coarse, reference_);
+      trial_.deviation_mm = bound_mm();
       const double over = trial_.deviation_mm - allowed_mm(task.options);
       if (over > 0.0) {  // between two places: the tube is narrowed for the next try
         widen_tube(-over - kBelow * allowed_mm(task.options), work_.tube);
@@ -152,6 +152,11 @@ class FitPlanner {
     weight_ = kFirstWeight;
   }
 
+  /// Bound of the Frechet distance of the present curve from the path.
+  double bound_mm() const {
+    return frechet_bound(work_.curve.coarse, reference_.points) + reference_.sagitta_mm;
+  }
+
   void plan(double most_s, const CertifiedTask& task, StopSegment& segment) {
     plan_curve(points_, speed_limit_, {}, cell_sizes(points_, speed_limit_, {}, task, work_), most_s, task,
                work_, segment);
@@ -163,7 +168,7 @@ class FitPlanner {
     const double tolerance = allowed_mm(task.options);
     for (int tries = 0;; ++tries) {
       fit(radius, task);
-      trial_.deviation_mm = frechet_bound(work_.curve.coarse, reference_);
+      trial_.deviation_mm = bound_mm();
       if (trial_.deviation_mm <= tolerance || tries == shrinks) break;
       radius *= std::clamp(kAim * tolerance / trial_.deviation_mm, kLeastShrink, kAim);
     }
@@ -175,7 +180,8 @@ class FitPlanner {
     return radius;
   }
 
-  std::span<const Point2> points_, reference_;
+  std::span<const Point2> points_;
+  GivenReference reference_;
   std::span<const double> speed_limit_;
   CertifiedWork& work_;
   StopSegment &trial_, &out_;

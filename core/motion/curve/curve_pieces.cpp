@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/motion/curve/given_curves.h"
+
 namespace firn::motion {
 namespace {
 
@@ -289,47 +291,112 @@ void append_recognised(std::span<const Point2> p, std::size_t from, std::size_t 
   }
 }
 
-void append_given(std::span<const Point2> p, const GivenCurve& curve, std::vector<CurvePiece>& pieces) {
-  CurvePiece piece;
-  piece.given = true;
+/// Chords of a sample interval of a Bezier curve, the first one no longer than `first_mm` and each further
+/// one twice as long; in the other order where they lead to its end.
+void append_parted(const GivenCurve& curve, std::size_t i, double first_mm, bool at_end,
+                   std::vector<CurvePiece>& pieces) {
+  constexpr int kMostHalvings = 12;
+  const double step = (curve.to - curve.from) / double(curve.last - curve.first),
+               from = curve.from + step * double(i - curve.first);
+  const double length = distance(curve.at(from), curve.at(from + step));
+  int halvings = 0;
+  while (halvings < kMostHalvings && std::ldexp(length, -halvings) > first_mm) ++halvings;
+  double before = 0.0;
+  for (int k = 0; k <= halvings; ++k) {
+    const double to =
+        at_end ? (k < halvings ? 1.0 - std::ldexp(1.0, -k - 1) : 1.0) : std::ldexp(1.0, k - halvings);
+    CurvePiece piece;
+    piece.given = piece.chord = true;
+    piece.first = i;
+    piece.last = i + 1;
+    set_line(piece, curve.at(from + before * step), curve.at(from + to * step));
+    pieces.push_back(piece);
+    before = to;
+  }
+}
+
+/// @param first_mm, last_mm longest chord of a Bezier curve at its two ends
+void append_bezier(std::span<const Point2> p, const GivenCurve& curve, double first_mm, double last_mm,
+                   std::vector<CurvePiece>& pieces) {
+  for (std::size_t i = curve.first; i < curve.last; ++i) {
+    const double chord = norm(p[i + 1] - p[i]);
+    if (i == curve.first && first_mm < chord) {
+      append_parted(curve, i, first_mm, false, pieces);
+    } else if (i + 1 == curve.last && last_mm < chord) {
+      append_parted(curve, i, last_mm, true, pieces);
+    } else {
+      CurvePiece piece;
+      piece.given = piece.chord = true;
+      piece.first = i;
+      piece.last = i + 1;
+      set_line(piece, p[i], p[i + 1]);
+      pieces.push_back(piece);
+    }
+  }
+}
+
+void append_arc(std::span<const Point2> p, const GivenCurve& curve, std::vector<CurvePiece>& pieces) {
   const double curvature = 1.0 / distance(curve.centre, p[curve.first]);  // one of both parts: no ramp there
   const auto append = [&](std::size_t from, std::size_t to) {
+    CurvePiece piece;
+    piece.given = true;
     piece.first = from;
     piece.last = to;
-    if (curve.kind == GivenCurve::Kind::kArc) {
-      set_arc(piece, {curve.centre, curve.clockwise ? -curvature : curvature}, p[from], p[to]);
-    } else {
-      piece.chord = true;
-      set_line(piece, p[from], p[to]);
-    }
+    set_arc(piece, {curve.centre, curve.clockwise ? -curvature : curvature}, p[from], p[to]);
     pieces.push_back(piece);
   };
-  if (curve.kind == GivenCurve::Kind::kBezier) {
-    for (std::size_t i = curve.first; i < curve.last; ++i) append(i, i + 1);
-    return;
-  }
-  const Vec a = p[curve.first] - curve.centre, b = p[curve.last] - curve.centre;
-  const double side = curve.clockwise ? -1.0 : 1.0;
-  const bool beyond_half = curve.last > curve.first + 1 && side * cross(a, b) <= 0.0;
-  const std::size_t middle = beyond_half ? (curve.first + curve.last) / 2 : curve.last;
+  // a full circle ends at its first point, give or take rounding: its middle tells it from no turn at all
+  constexpr double kWholePiece = 3.0;
+  const auto turn = [&](std::size_t from, std::size_t to) {
+    const Vec a = p[from] - curve.centre, b = p[to] - curve.centre;
+    const double angle = (curve.clockwise ? -1.0 : 1.0) * std::atan2(cross(a, b), dot(a, b));
+    return angle < 0.0 ? angle + 6.283185307179586 : angle;
+  };
+  std::size_t middle = (curve.first + curve.last) / 2;
+  if (middle == curve.first || turn(curve.first, middle) + turn(middle, curve.last) < kWholePiece)
+    middle = curve.last;
   append(curve.first, middle);
   if (middle < curve.last) append(middle, curve.last);
 }
 
 }  // namespace
 
+double exact_spacing_mm(double jump, double turn, double ramp_mm) {
+  // off by u h^2 / 41 at a step u of the second derivative between equal cells, by more where they grow
+  constexpr double kJumpShare = 27.0, kTurnShare = 10.0;
+  const double a = std::abs(jump) / kJumpShare, b = std::abs(turn) / kTurnShare;  // a h^2 + b h = kExactMm
+  const double root = b + std::sqrt(b * b + 4.0 * a * kExactMm);
+  return root > 0.0 ? std::min(0.5 * ramp_mm, 2.0 * kExactMm / root) : 0.5 * ramp_mm;
+}
+
 void recognise(std::span<const Point2> p, std::span<const GivenCurve> given, double sagitta_mm, bool abrupt,
-               std::vector<CurvePiece>& pieces) {
+               double ramp_mm, std::vector<CurvePiece>& pieces) {
   if (given.empty()) return recognise(p, sagitta_mm, abrupt, pieces);
   pieces.clear();
   std::vector<CurvePiece> part;
   std::size_t at = 0;
-  for (const GivenCurve& curve : given) {
-    append_recognised(p, at, curve.first, sagitta_mm, abrupt, part, pieces);
-    append_given(p, curve, pieces);
+  const auto append_points = [&](std::size_t to) {
+    if (at == to) return;
+    append_recognised(p, at, to, sagitta_mm, abrupt, part, pieces);
+    if (to == at + 1) pieces.back().chord = false;
+  };
+  const auto spacing_mm = [&](std::size_t k, bool at_end) {
+    const std::size_t i = at_end ? given[k].last : given[k].first;
+    if (!(ramp_mm > 0.0) || i == 0 || i + 1 == p.size()) return 1e300;
+    const PathDirection before = direction_at(p, given, i, false), after = direction_at(p, given, i, true);
+    return exact_spacing_mm(after.curvature - before.curvature, distance(before.tangent, after.tangent),
+                            ramp_mm);
+  };
+  for (std::size_t k = 0; k < given.size(); ++k) {
+    const GivenCurve& curve = given[k];
+    append_points(curve.first);
+    if (curve.kind == GivenCurve::Kind::kBezier)
+      append_bezier(p, curve, spacing_mm(k, false), spacing_mm(k, true), pieces);
+    else
+      append_arc(p, curve, pieces);
     at = curve.last;
   }
-  append_recognised(p, at, p.size() - 1, sagitta_mm, abrupt, part, pieces);
+  append_points(p.size() - 1);
 }
 
 void split_points(std::span<const Point2> p, double cos_split, std::vector<std::size_t>& splits) {

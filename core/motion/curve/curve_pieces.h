@@ -42,9 +42,16 @@ void recognise(std::span<const Point2> points, double sagitta_mm, bool abrupt,
                std::vector<CurvePiece>& pieces);
 
 /// The same where some of the points are samples of given curves: an arc is one piece, two where it turns by
-/// more than half a turn; a Bezier curve is chords between its samples.
+/// about half a turn or more; a Bezier curve is chords between its samples; a single chord beside given
+/// curves is a line that is meant. @param ramp_mm > 0: the first and last chord of a Bezier curve are parted
+/// where exact_spacing_mm() is shorter
 void recognise(std::span<const Point2> points, std::span<const GivenCurve> given, double sagitta_mm,
-               bool abrupt, std::vector<CurvePiece>& pieces);
+               bool abrupt, double ramp_mm, std::vector<CurvePiece>& pieces);
+
+/// Length of the cells beside a joint of exact pieces: a C2 spline through a jump of curvature and a turn of
+/// the tangent between such cells leaves them by at most about kExactMm. Never longer than half a ramp.
+double exact_spacing_mm(double jump, double turn, double ramp_mm);
+inline constexpr double kExactMm = 1e-4;
 
 /// Indices of the points where the polygon turns by more than the angle whose cosine is given, ends included.
 void split_points(std::span<const Point2> points, double cos_split, std::vector<std::size_t>& splits);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace firn::motion {
 namespace {
@@ -133,6 +134,7 @@ double straight_bound(std::span<const Point2> points) {
 }  // namespace
 
 double frechet_bound(const Curve& curve, std::span<const Point2> points) {
+  if (!(curve.s.back() > 0.0)) return std::numeric_limits<double>::infinity();
   if (curve.straight) return straight_bound(points);
   const std::size_t n = points.size();
   double worst = 0.0;

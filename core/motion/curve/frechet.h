@@ -14,7 +14,7 @@
 namespace firn::motion {
 
 /// Returns the bound in mm; it exceeds the largest distance within the correspondence by at most 1 % and
-/// 1e-6 mm.
+/// 1e-6 mm. Infinite for a curve without length: no motion follows it.
 double frechet_bound(const Curve& curve, std::span<const Point2> points);
 
 }  // namespace firn::motion

@@ -23,14 +23,6 @@ double half_ramp(const CurveOptions& spec, double curvature) {
   return 0.5 * (spec.held_sagitta_mm > 0.0 ? allowed : std::max(spec.ramp_mm, allowed));
 }
 
-/// B of path_curve.h for x = w / 2R.
-double wide_share(double x) {
-  constexpr double kSmall = 1e-2;
-  if (x < kSmall) return 1.0 / 3.0 + x * x / 15.0;
-  const double s1 = std::sin(x) / x, s2 = std::sin(2.0 * x) / (2.0 * x);
-  return (1.0 - s1) / (s1 - s2);
-}
-
 /// Pieces between two long lines share one ramp length, the smallest that any of them requires: the
 /// convolution has one width wherever it moves the base.
 void set_ramps(const CurveOptions& spec, CurveWork& work) {
@@ -45,22 +37,58 @@ void set_ramps(const CurveOptions& spec, CurveWork& work) {
     while (to + 1 < pieces.size() && pieces[to + 1].curvature != 0.0)
       half = std::min(half, half_ramp(spec, std::abs(pieces[++to].curvature)));
     // half of the lines on both sides, so that the ramps of two groups never meet
-    const double share = 0.5 / work.reach;
-    if (from > 0) half = std::min(half, std::max(share * pieces[from - 1].length_mm, 1e-3));
-    if (to + 1 < pieces.size()) half = std::min(half, std::max(share * pieces[to + 1].length_mm, 1e-3));
-    double wide = 0.0;
-    if (work.reach > 1.0) {
-      double bend = 0.0;
-      for (std::size_t k = from; k <= to; ++k) bend = std::max(bend, std::abs(pieces[k].curvature));
-      half = std::min(half, 1.0 / bend);
-      wide = wide_share(half * bend);
-    }
-    for (std::size_t k = from; k <= to + 1; ++k) {
-      work.joints[k].half_ramp = half;
-      work.joints[k].wide = wide;
-    }
+    if (from > 0) half = std::min(half, std::max(0.5 * pieces[from - 1].length_mm, 1e-3));
+    if (to + 1 < pieces.size()) half = std::min(half, std::max(0.5 * pieces[to + 1].length_mm, 1e-3));
+    for (std::size_t k = from; k <= to + 1; ++k) work.joints[k].half_ramp = half;
     from = to + 1;
   }
+}
+
+/// Length of the cells beside a joint of lines and arcs. Beside an arc that is shorter than two of them they
+/// are shorter, unless it is a mere turn.
+double spacing_mm(const CurvePiece& a, const CurvePiece& b, double jump, double turn, double ramp_mm) {
+  const double alone = exact_spacing_mm(jump, turn, ramp_mm);
+  double beside_arcs = 1e300;
+  for (const CurvePiece* arc : {&a, &b}) {
+    if (arc->curvature == 0.0) continue;
+    const double turns = std::abs(arc->curvature) * arc->length_mm + turn;
+    const double as_turn = 0.5 * exact_spacing_mm(0.0, turns, ramp_mm);
+    beside_arcs = std::min(beside_arcs, std::max(std::min(alone, 0.5 * arc->length_mm), as_turn));
+  }
+  return beside_arcs < 1e300 ? beside_arcs : alone;
+}
+
+/// A joint of an exact path. Chords of sampled curves are interpolated; the lines beside them begin with
+/// cells as short as these chords.
+void set_exact_joint(const CurveOptions& spec, const CurvePiece& a, const CurvePiece& b, Joint& joint) {
+  constexpr double kNone = 1e300, kSmallJump = 1e-12;
+  const auto sampled_mm = [&](const CurvePiece& p) {
+    return p.chord && (p.given || p.length_mm < kDenseWidths * spec.ramp_mm) ? p.length_mm : kNone;
+  };
+  const double turn = norm(joint.turn_x, joint.turn_y), jump = b.curvature - a.curvature;
+  const double sampled = std::min(sampled_mm(a), sampled_mm(b));
+  if (sampled < kNone && turn * std::min(a.length_mm, b.length_mm) < 8.0 * sagitta_mm(spec)) {
+    joint.interpolate = true;
+    joint.spacing = sampled;
+  } else if (turn > kSmallTurn || std::abs(jump) > kSmallJump) {
+    joint.spacing = spacing_mm(a, b, jump, turn, spec.ramp_mm);
+  }
+}
+
+/// Cells that grow from one joint on do not yet have the length that another wishes close to it.
+void grade_joints(const CurveOptions& spec, std::vector<Joint>& joints) {
+  const auto pass = [&](auto from, auto to) {
+    const Joint* before = nullptr;
+    for (auto joint = from; joint != to; ++joint) {
+      if (!(joint->spacing > 0.0)) continue;
+      if (before)
+        joint->spacing = std::min(
+            joint->spacing, before->spacing + (spec.sizes.growth - 1.0) * std::abs(joint->s - before->s));
+      before = &*joint;
+    }
+  };
+  pass(joints.begin(), joints.end());
+  pass(joints.rbegin(), joints.rend());
 }
 
 /// Joint k is where piece k starts; joints 0 and n are the ends.
@@ -71,19 +99,22 @@ void set_joints(const CurveOptions& spec, CurveWork& work) {
   work.offset.resize(n + 1);
   work.offset[0] = 0.0;
   for (std::size_t k = 0; k < n; ++k) work.offset[k + 1] = work.offset[k] + pieces[k].length_mm;
-  set_ramps(spec, work);
+  if (!spec.exact()) set_ramps(spec, work);
   for (std::size_t k = 0; k <= n; ++k) {
     Joint& joint = work.joints[k];
     joint.s = work.offset[k];
     if (k == 0 || k == n) {
       joint.interpolate = true;
-      if (joint.wide > 0.0) joint.half_ramp = 0.0;
       continue;
     }
     const CurvePiece &a = pieces[k - 1], &b = pieces[k];
     const Point2 t = a.tangent(a.length_mm);
     joint.turn_x = b.tx - t.x_mm;
     joint.turn_y = b.ty - t.y_mm;
+    if (spec.exact()) {
+      set_exact_joint(spec, a, b, joint);
+      continue;
+    }
     const double turn = norm(joint.turn_x, joint.turn_y), room = std::min(a.length_mm, b.length_mm);
     if ((a.chord || b.chord) && room < kDenseWidths * spec.ramp_mm && turn * room < 8.0 * sagitta_mm(spec)) {
       joint = {joint.s};
@@ -98,6 +129,7 @@ void set_joints(const CurveOptions& spec, CurveWork& work) {
       joint.half_hat = std::min(allowed, 0.5 * room);
     }
   }
+  if (spec.exact()) grade_joints(spec, work.joints);
 }
 
 /// Mean position of the base over [s - half, s + half]: Gauss's rule of four points on the part of each piece
@@ -139,32 +171,23 @@ Point2 ramped(const CurveWork& work, std::size_t k, double s) {
   const Joint &a = work.joints[k], &b = work.joints[k + 1];
   const double local = s - work.offset[k], rest = work.offset[k + 1] - s;
   Point2 p = piece.at(local);
-  double half = 0.0, wide = 0.0;
-  if (piece.curvature != 0.0) {
+  double half = 0.0;
+  if (piece.curvature != 0.0)
     half = std::max(a.half_ramp, b.half_ramp);
-    wide = std::max(a.wide, b.wide);  // one group's
-  } else if (local < work.reach * a.half_ramp) {
+  else if (local < a.half_ramp)
     half = a.half_ramp;
-    wide = a.wide;
-  } else if (rest < work.reach * b.half_ramp) {
+  else if (rest < b.half_ramp)
     half = b.half_ramp;
-    wide = b.wide;
-  }
   if (half > 0.0) {
     // the shift of an arc is gone where the path ends and at interpolated vertices
     const double left = a.interpolate ? 0.0 : 1.0, right = b.interpolate ? 0.0 : 1.0;
     const double fade = piece.curvature == 0.0 ? 1.0 : left + (right - left) * (local / piece.length_mm);
-    if (local >= work.reach * half && rest >= work.reach * half) {
-      double shift = box_shift(fade, piece.curvature, half);
-      if (wide > 0.0) shift += wide * (shift - box_shift(fade, piece.curvature, 2.0 * half));
+    if (local >= half && rest >= half) {
+      const double shift = box_shift(fade, piece.curvature, half);
       const Point2 t = piece.tangent(local);
       p = {p.x_mm - shift * t.y_mm, p.y_mm + shift * t.x_mm};
     } else {
-      Point2 mean = mean_position(work, k, s, half);
-      if (wide > 0.0) {
-        const Point2 far = mean_position(work, k, s, 2.0 * half);
-        mean = {mean.x_mm + wide * (mean.x_mm - far.x_mm), mean.y_mm + wide * (mean.y_mm - far.y_mm)};
-      }
+      const Point2 mean = mean_position(work, k, s, half);
       p = {p.x_mm + fade * (mean.x_mm - p.x_mm), p.y_mm + fade * (mean.y_mm - p.y_mm)};
     }
   }
@@ -186,8 +209,8 @@ double hat_shift(double x, double half) {
 }
 
 void build_curve(std::span<const Point2> points, const CurveOptions& spec, CurveWork& work) {
-  recognise(points, spec.given, sagitta_mm(spec), spec.abrupt_runs, work.pieces);
-  work.reach = spec.exact() ? 2.0 : 1.0;
+  recognise(points, spec.given, sagitta_mm(spec), spec.abrupt_runs, spec.exact() ? spec.ramp_mm : 0.0,
+            work.pieces);
   set_joints(spec, work);
   Curve& coarse = work.coarse;
   place_yaw(points, spec, work);
@@ -209,6 +232,10 @@ void build_curve(std::span<const Point2> points, const CurveOptions& spec, Curve
   const CurvePiece &a = work.pieces.front(), &b = work.pieces.back();
   const Point2 t = b.tangent(b.length_mm);
   Point2 start{-a.curvature * a.ty, a.curvature * a.tx}, end{-b.curvature * t.y_mm, b.curvature * t.x_mm};
+  if (spec.exact()) {  // an arc that is shorter than its cell is a mere turn
+    if (coarse.s[1] > work.offset[1]) start = {};
+    if (coarse.s[n - 2] < work.offset[work.pieces.size() - 1]) end = {};
+  }
   const auto bezier = [](const GivenCurve& g) { return g.kind == GivenCurve::Kind::kBezier; };
   if (a.given && bezier(spec.given.front())) start = spec.given.front().bend(spec.given.front().from);
   if (b.given && bezier(spec.given.back())) end = spec.given.back().bend(spec.given.back().to);

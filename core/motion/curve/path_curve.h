@@ -9,9 +9,10 @@
 // half width w: shift (T2 - T1) (w - |x|)^3 / (6 w^2), at most |T2 - T1| w / 6. Vertices of a polygon sampled
 // more densely than 2 w are interpolated: curvature is then linear between them, as in the thesis's sampling
 // at constant spacing. The shift vanishes at both ends, which are points of the path.
-// Beside given arcs that have to stay (CurveOptions::exact) the kernel is 1 + B of that box less B of one
-// twice as wide. With B = (1 - s1) / (s1 - s2), s1 = sin(x) / x, s2 = sin(2x) / 2x, x = w / 2R (near 1/3), an
-// arc does not move; a joint's ramp reaches over 2 w, and curvature exceeds the arc's by B / 4 there.
+// Beside given curves that have to stay (CurveOptions::exact) there is no convolution: the spline passes the
+// base itself, and at a joint its cells are so short that it leaves the base by at most about kExactMm. Over
+// them the spline ramps a jump of curvature and rounds a turn of less than a stop's; the motion is as slow
+// there as its limits ask.
 // The motion follows the C2 cubic spline through that curve at its knots: r' is quadratic, r'' linear, r'''
 // constant in each cell, exactly; nothing else is approximated afterwards.
 #pragma once
@@ -64,7 +65,7 @@ struct CurveOptions {
   std::span<const double> yaw{};        ///< of the tool at the points, linear between them; empty = constant
   std::span<const GivenCurve> given{};  ///< among the points
 
-  /// Given curves stay where they are: without a tolerance, beyond ramps no arc moves.
+  /// Given curves stay where they are: without a tolerance the spline passes them.
   bool exact() const { return !given.empty() && tolerance_mm <= 0.0; }
 };
 
@@ -75,10 +76,10 @@ inline constexpr double kDenseWidths = 2.0;
 struct CurveWork {
   struct Joint {
     double s = 0.0, half_ramp = 0.0, half_hat = 0.0;
-    double wide = 0.0;                  ///< B
     double turn_x = 0.0, turn_y = 0.0;  ///< T2 - T1
     bool interpolate = false;           ///< the vertex itself is a point of the curve
     bool smooth = false;                ///< and needs no knot: its neighbours' spline passes it
+    double spacing = 0.0;               ///< > 0: length of the cells beside an exact joint
   };
   struct Mark {
     double s, spacing, growth;
@@ -90,7 +91,6 @@ struct CurveWork {
   std::vector<Joint> joints;
   std::vector<Mark> marks;
   std::vector<double> sweep;
-  double reach = 1.0;  ///< half widths of a ramp, from its joint, within which it moves the base
   Curve coarse;
 };
 

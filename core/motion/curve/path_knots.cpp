@@ -54,16 +54,19 @@ void set_marks(const CurveOptions& spec, CurveWork& work) {
   for (std::size_t k = 1; k + 1 < work.joints.size(); ++k) {
     const Joint& joint = work.joints[k];
     const double half = std::max(joint.half_ramp, joint.half_hat);
+    if (joint.spacing > 0.0 && !joint.smooth) {
+      marks.push_back({joint.s, joint.spacing, sizes.growth});
+      continue;
+    }
     if (joint.interpolate && !joint.smooth) marks.push_back({joint.s, kNoWish, sizes.growth});
     if (half == 0.0) continue;
-    const int reach = joint.half_hat > joint.half_ramp ? 1 : int(work.reach);
     const int cells =
-        joint.half_hat > joint.half_ramp ? sizes.ramp_cells + sizes.ramp_cells % 2 : reach * sizes.ramp_cells;
+        joint.half_hat > joint.half_ramp ? sizes.ramp_cells + sizes.ramp_cells % 2 : sizes.ramp_cells;
     const double wide = 2.0 * half / spec.ramp_mm;  // wide ramps need no finer cells beside them than inside
     const double exit = sizes.ramp_exit_mm * std::max(1.0, 0.5 * wide);
     for (int i = 0; i <= cells; ++i)
-      marks.push_back({joint.s + reach * half * (2.0 * i / cells - 1.0),
-                       i == 0 || i == cells ? exit : kNoWish, sizes.growth});
+      marks.push_back(
+          {joint.s + half * (2.0 * i / cells - 1.0), i == 0 || i == cells ? exit : kNoWish, sizes.growth});
   }
   for (std::size_t i = 1; i + 1 < work.yaw_s.size(); ++i) {
     const double half = work.yaw_half[i], at = work.yaw_s[i];
@@ -78,12 +81,20 @@ void set_marks(const CurveOptions& spec, CurveWork& work) {
   std::sort(marks.begin(), marks.end(), [](const Mark& a, const Mark& b) { return a.s < b.s; });
 }
 
-/// Drops marks nearer than `least` to the mark before or to an end.
-void thin_marks(double least, std::vector<Mark>& marks) {
+/// Drops marks nearer than `least` to the mark before or to an end. @param inherits the mark beside a dropped
+/// one takes its spacing
+void thin_marks(double least, bool inherits, std::vector<Mark>& marks) {
   const double total = marks.back().s;
   std::size_t kept = 1;
-  for (std::size_t i = 1; i + 1 < marks.size(); ++i)
-    if (marks[i].s - marks[kept - 1].s >= least && total - marks[i].s >= least) marks[kept++] = marks[i];
+  for (std::size_t i = 1; i + 1 < marks.size(); ++i) {
+    const bool far_from_end = total - marks[i].s >= least;
+    if (marks[i].s - marks[kept - 1].s >= least && far_from_end) {
+      marks[kept++] = marks[i];
+    } else if (inherits) {
+      double& spacing = (far_from_end ? marks[kept - 1] : marks.back()).spacing;
+      spacing = std::min(spacing, marks[i].spacing);
+    }
+  }
   marks[kept++] = marks.back();
   marks.resize(kept);
 }
@@ -122,7 +133,10 @@ void place_knots(const CurveOptions& spec, CurveWork& work, std::vector<double>&
     for (const Joint& joint : work.joints)
       if (const double half = std::max(joint.half_ramp, joint.half_hat); half > 0.0)
         shortest = std::min(shortest, 2.0 * half);
-  thin_marks(std::min(0.5 * shortest / spec.sizes.ramp_cells, 0.05 * total), work.marks);
+  if (spec.exact())
+    for (const Joint& joint : work.joints)
+      if (joint.spacing > 0.0) shortest = std::min(shortest, joint.spacing);
+  thin_marks(std::min(0.5 * shortest / spec.sizes.ramp_cells, 0.05 * total), spec.exact(), work.marks);
   knots.assign(1, 0.0);
   const auto& joints = work.joints;
   std::size_t k = 0;
@@ -134,7 +148,8 @@ void place_knots(const CurveOptions& spec, CurveWork& work, std::vector<double>&
     // between interpolated vertices the spline alone decides; a knot on the chord would bend it
     const bool vertex =
         (k > 0 && joints[k].interpolate) || (k + 2 < joints.size() && joints[k + 1].interpolate);
-    if (!piece.chord || !vertex) {
+    const bool meant = spec.exact() && !piece.given && piece.length_mm >= kDenseWidths * spec.ramp_mm;
+    if (!piece.chord || !vertex || meant) {
       const double curvature = std::abs(piece.curvature);
       double largest = std::min(spec.sizes.largest_mm, 0.125 * total);
       if (curvature > 0.0)

@@ -1,7 +1,9 @@
 // Arcs and Bezier curves that a file gives as such are the curve that is driven, not its samples.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
+#include <string>
 #include <vector>
 
 #include "core/grid/random.h"
@@ -83,28 +85,85 @@ TEST_CASE("A given arc from rest to rest is its circle: at the knots to 1e-9 mm,
   }
 }
 
-TEST_CASE(
-    "Without a tolerance a given arc leaves its circle only in the ramps at its ends, and no line moves") {
-  CertifiedWork work;
-  const double radius = 4.0;
-  const GivenPath path = rounded_corner(radius);
-  planned(path, {}, work);
-  const Curve& curve = work.segments[0].curve;
-  const Point2 centre = in_base({0.0, radius});
-  constexpr double kBeyond_mm = 0.45;  // a ramp reaches over 0.4 mm on either side of its joint
-  const double joint = 30.0, end = joint + 0.5 * std::numbers::pi * radius;
-  double off_arc = 0.0, off_line = 0.0, most = 0.0;
-  for (std::size_t i = 0; i < curve.cells(); ++i) {
-    const double s = 0.5 * (curve.s[i] + curve.s[i + 1]);
-    const Point2 p = curve.at(i, s);
-    const double radial = std::abs(distance(p, centre) - radius);
-    if (s < joint - kBeyond_mm) off_line = std::max(off_line, std::abs(p.y_mm - kGivenPart.y_mm));
-    if (s > joint + kBeyond_mm && s < end - kBeyond_mm) off_arc = std::max(off_arc, radial);
-    if (s > joint && s < end) most = std::max(most, radial);
+namespace {
+
+/// Largest distance of a place of the driven curves from the lines and arcs of a path.
+double farthest_off(const GivenPath& path, const CertifiedWork& work, std::size_t segments) {
+  std::vector<std::size_t> arc_of(path.points.size(), path.given.size());
+  for (std::size_t k = 0; k < path.given.size(); ++k)
+    for (std::size_t i = path.given[k].first; i < path.given[k].last; ++i) arc_of[i] = k;
+  const auto off = [&](Point2 p) {
+    double least = 1e300;
+    for (std::size_t i = 0; i + 1 < path.points.size(); ++i) {
+      const Point2 a = path.points[i], b = path.points[i + 1];
+      const double ux = b.x_mm - a.x_mm, uy = b.y_mm - a.y_mm;
+      const double along = ((p.x_mm - a.x_mm) * ux + (p.y_mm - a.y_mm) * uy) / (ux * ux + uy * uy);
+      const double x = std::clamp(along, 0.0, 1.0);
+      const Point2 foot{a.x_mm + x * ux, a.y_mm + x * uy};
+      if (arc_of[i] == path.given.size() || along < 0.0 || along > 1.0) {
+        least = std::min(least, distance(p, foot));
+        continue;
+      }
+      const Point2 centre = path.given[arc_of[i]].centre;
+      const double radius = distance(centre, a), away = std::abs(distance(centre, p) - radius);
+      if (away < 0.5 * radius) least = std::min(least, away);
+    }
+    return least;
+  };
+  double most = 0.0;
+  for (std::size_t k = 0; k < segments; ++k) {
+    const Curve& curve = work.segments[k].curve;
+    for (std::size_t i = 0; i < curve.cells(); ++i)
+      for (const double x : {0.0, 0.3, 0.7}) {
+        const Point2 p = curve.at(i, curve.s[i] + x * (curve.s[i + 1] - curve.s[i]));
+        most = std::max(most, off({p.x_mm - kGivenPart.x_mm, p.y_mm - kGivenPart.y_mm}));
+      }
   }
-  CHECK(off_line < 1e-6);
-  CHECK(off_arc < 2e-6);
-  CHECK(most < 0.4 * 0.4 / (24.0 * radius));
+  return most;
+}
+
+/// A line, an arc that turns by `angle` from a tangent that is `corner` off the line's, and a line tangent to
+/// it.
+GivenPath line_arc_line(double radius, double angle, double corner) {
+  GivenPath path;
+  path.points = {{-20.0, 0.0}, {0.0, 0.0}};
+  const double side = angle < 0.0 ? -1.0 : 1.0, left = corner + side * 0.5 * std::numbers::pi;
+  path.arc({radius * std::cos(left), radius * std::sin(left)}, angle,
+           8 + int(std::abs(angle) * std::sqrt(radius / 8e-3)));
+  const Point2 end = path.points.back();
+  path.points.push_back(
+      {end.x_mm + 15.0 * std::cos(corner + angle), end.y_mm + 15.0 * std::sin(corner + angle)});
+  return path;
+}
+
+}  // namespace
+
+TEST_CASE("Without a tolerance lines and given arcs of any radius, joined anyhow, stay within 0.12 um") {
+  constexpr double kExactWithin_mm = 1.2e-4;
+  CertifiedWork work;
+  const auto check = [&](const GivenPath& path, const std::string& what) {
+    const PlanResult result = planned(path, {}, work);
+    INFO(what);
+    CHECK(result.deviation_mm <= kExactWithin_mm);
+    CHECK(farthest_off(path, work, result.stops + 1) <= result.deviation_mm + 1e-9);
+    for (const LimitRatio& limit : result.trajectory.certificate.limits) CHECK(limit.ratio <= 1.0);
+  };
+  for (const double radius : {0.005, 0.01, 0.05, 0.5, 1.0, 5.0, 100.0}) {
+    const double most = radius > 50.0 ? 0.5 : 2.0 * std::numbers::pi;
+    for (const double angle :
+         {1e-3, -0.1, 0.5 * std::numbers::pi, -3.0, 2.0 * std::numbers::pi - 1e-3, 2.0 * std::numbers::pi})
+      for (const double corner : {0.0, 0.01, 0.4, 2.0})
+        if (std::abs(angle) <= most)
+          check(line_arc_line(radius, angle, corner), "radius " + std::to_string(radius) + " angle " +
+                                                          std::to_string(angle) + " corner " +
+                                                          std::to_string(corner));
+    GivenPath both = line_arc_line(radius, std::min(most, 1.5), 0.0);  // two arcs, curved to either side
+    both.points.pop_back();
+    const Point2 end = both.points.back(), centre = both.given[0].centre;
+    both.arc({2.0 * end.x_mm - centre.x_mm, 2.0 * end.y_mm - centre.y_mm}, -std::min(most, 1.5), 40);
+    both.points.push_back({both.points.back().x_mm + 10.0, both.points.back().y_mm});
+    check(both, "two arcs of radius " + std::to_string(radius));
+  }
 }
 
 TEST_CASE("A given Bezier curve is driven to a nanometre, as its tick samples tell") {
@@ -138,6 +197,32 @@ TEST_CASE("A given Bezier curve is driven to a nanometre, as its tick samples te
   }
 }
 
+TEST_CASE(
+    "Lines and arcs that a Bezier curve joins, with a turn or without, stay within 0.12 um without a "
+    "tolerance") {
+  CertifiedWork work;
+  for (const double size : {0.2, 1.0, 5.0, 20.0})
+    for (const double turn : {0.0, 0.03, 0.3}) {
+      GivenCurve curve;
+      curve.kind = GivenCurve::Kind::kBezier;
+      curve.control[0] = {0.55 * size * std::cos(turn), 0.55 * size * std::sin(turn)};
+      curve.control[1] = {size, 0.45 * size};
+      curve.end = {size, size};
+      GivenPath path;
+      path.points = {{-15.0, 0.0}, {0.0, 0.0}};
+      const int samples = std::max(8, int(size / 0.1));
+      for (int i = 1; i <= samples; ++i) path.points.push_back(curve.at(double(i) / samples));
+      curve.first = 1;
+      curve.last = path.points.size() - 1;
+      path.given = {curve};
+      path.arc({0.0, size}, 1.0, 60);
+      const PlanResult result = planned(path, {}, work);
+      INFO("size " << size << " turn " << turn);
+      CHECK(result.stops == 0);
+      CHECK(result.deviation_mm <= 1.2e-4);
+    }
+}
+
 TEST_CASE("A given arc turns without a stop, however few and sharp its samples") {
   CertifiedWork work;
   GivenPath path;
@@ -166,6 +251,22 @@ TEST_CASE(
   for (const Point2& p : result.tool)
     if (p.x_mm > 0.0 && p.y_mm < 4.0) most = std::max(most, std::abs(distance(p, centre) - 4.0));
   CHECK(most <= 0.01);
+}
+
+TEST_CASE("A circle smaller than the tolerance is driven out and back, given or as samples") {
+  CertifiedWork work;
+  PlanOptions options;
+  options.tolerance_mm = 0.02;
+  GivenPath path;
+  path.points = {{0.005, 0.0}};
+  path.arc({}, 2.0 * std::numbers::pi, 8);
+  path.points.back() = path.points.front();
+  for (int samples = 0; samples < 2; ++samples) {
+    const PlanResult result = planned(path, options, work);
+    CHECK(result.continuous_s > 0.0);
+    CHECK(result.deviation_mm <= options.tolerance_mm);
+    path.given.clear();
+  }
 }
 
 TEST_CASE("A given curve whose points are not on it, or that has none, is refused by its number") {
