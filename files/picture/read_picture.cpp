@@ -3,6 +3,7 @@
 #include <dlfcn.h>
 
 #include <cstdlib>
+#include <string_view>
 #include <system_error>
 
 #include "files/text_file.h"
@@ -38,6 +39,23 @@ PictureCodec load() {
       searched + ")");
 }
 
+// A JPEG file that was cut would decode to a picture whose last rows are grey. Its markers are followed to
+// that of the end: a preview in it has one of its own. @pre it begins as a JPEG file
+bool ends_as_jpeg(std::string_view bytes) {
+  const auto at = [&](std::size_t i) { return i < bytes.size() ? static_cast<unsigned char>(bytes[i]) : 0; };
+  for (std::size_t i = 2; i + 1 < bytes.size();) {
+    const int marker = at(i + 1);
+    const bool inside = at(i) != 0xFF || marker == 0 || marker == 0xFF || (marker >= 0xD0 && marker <= 0xD7);
+    if (inside) {
+      ++i;
+      continue;
+    }
+    if (marker == 0xD9) return true;
+    i += 2 + std::size_t(at(i + 2) * 256 + at(i + 3));
+  }
+  return false;
+}
+
 }  // namespace
 
 DecodedPicture read_picture(const fs::path& file) {
@@ -47,6 +65,9 @@ DecodedPicture read_picture(const fs::path& file) {
                      std::to_string(kMaxPictureFile));
   const std::string bytes = read_file(file);
   if (bytes.empty()) throw UsageError(file.string() + ": is empty; a picture is needed");
+  if (bytes.starts_with("\xFF\xD8\xFF") && !ends_as_jpeg(bytes))
+    throw UsageError(file.string() + ": is cut: byte " + std::to_string(bytes.size()) +
+                     " is the last one, and a JPEG file ends with a marker (FF D9)");
   static const PictureCodec codec = load();
   DecodedPicture picture;
   codec({reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()}, picture);
