@@ -12,6 +12,9 @@ namespace {
 
 constexpr double kWhole = 0.97, kHalfWay = 0.5;  // length of a line over the picture's side
 constexpr int kBreak_px = 3;                     // gaps that compression makes in a line
+constexpr int kMostCut = 4;                      // gap that a bright line leaves in an object [px]
+constexpr int kLeastFace = 8, kDeep = 3;         // sides of such a gap [px]
+constexpr long kLeastPart = 64;                  // area [px]
 constexpr int kMostThickness(int side) { return std::max(4, side / 150); }
 
 // A mask seen by rows or by columns.
@@ -116,6 +119,81 @@ bool is_box(const Component& c) {
   return true;
 }
 
+struct Cover {
+  int from = 0, to = -1, cells = 0;
+  int width() const { return to - from + 1; }
+};
+
+Cover cover_of(const MaskView& m, int line) {
+  Cover c;
+  for (int p = 0; p < m.length(); ++p)
+    if (m.at(line, p)) {
+      if (c.cells++ == 0) c.from = p;
+      c.to = p;
+    }
+  return c;
+}
+
+// The last lines of an object at a cut, from its first or last line, in places of the picture.
+struct Face {
+  bool flat = false;
+  int from = 0, to = -1;
+};
+
+Face face_of(const Component& c, bool columns, bool at_first) {
+  CellMask mask = mask_of(c);
+  const MaskView m{mask, columns};
+  Face f;
+  if (m.lines() <= kDeep) return f;
+  const Cover edge = cover_of(m, at_first ? 0 : m.lines() - 1),
+              inner = cover_of(m, at_first ? kDeep : m.lines() - 1 - kDeep);
+  const int begin = columns ? c.y0 : c.x0;
+  f.flat = edge.width() >= kLeastFace && edge.cells >= 0.8 * inner.cells && inner.cells >= 0.8 * edge.cells;
+  f.from = begin + edge.from;
+  f.to = begin + edge.to;
+  return f;
+}
+
+// A bright line cuts an object into two that face each other with flat, equal sides; droplets are round.
+bool is_cut(const Component& a, const Component& b, bool columns) {
+  const int gap = columns ? b.x0 - a.x1 - 1 : b.y0 - a.y1 - 1;
+  if (gap < 1 || gap > kMostCut || std::min(a.area, b.area) < kLeastPart) return false;
+  const Face f = face_of(a, columns, false), g = face_of(b, columns, true);
+  const int shared = std::min(f.to, g.to) - std::max(f.from, g.from) + 1,
+            widest = std::max(f.to - f.from, g.to - g.from) + 1;
+  return f.flat && g.flat && shared >= 0.8 * widest;
+}
+
+void append(Component& a, Component&& b) {
+  a.x0 = std::min(a.x0, b.x0);
+  a.y0 = std::min(a.y0, b.y0);
+  a.x1 = std::max(a.x1, b.x1);
+  a.y1 = std::max(a.y1, b.y1);
+  a.area += b.area;
+  a.at_edge |= b.at_edge;
+  std::vector<Run> runs;
+  std::ranges::merge(a.runs, b.runs, std::back_inserter(runs),
+                     [](const Run& p, const Run& q) { return p.y != q.y ? p.y < q.y : p.x0 < q.x0; });
+  a.runs = std::move(runs);
+}
+
+// What the picture's edge does not reach joins what it does, if a line cuts it off.
+void join_cut_objects(std::vector<Component>& components) {
+  for (std::size_t i = 0; i < components.size(); ++i) {
+    if (components[i].area < kLeastPart) continue;
+    for (std::size_t k = 0; k < components.size() && components[i].at_edge; ++k) {
+      const Component &a = components[i], &b = components[k];
+      if (b.at_edge ||
+          !(is_cut(a, b, false) || is_cut(b, a, false) || is_cut(a, b, true) || is_cut(b, a, true)))
+        continue;
+      append(components[i], std::move(components[k]));
+      components.erase(components.begin() + std::ptrdiff_t(k));
+      if (k < i) --i;
+      k = std::size_t(-1);  // again: there may be a second cut
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<Component> remove_drawn_lines(std::vector<Component>&& components, const Frame& f) {
@@ -146,6 +224,7 @@ std::vector<Component> remove_drawn_lines(std::vector<Component>&& components, c
   }
   std::erase_if(kept, is_box);
   for (Component& c : kept) c.at_edge = c.x0 == 0 || c.y0 == 0 || c.x1 == f.width - 1 || c.y1 == f.height - 1;
+  join_cut_objects(kept);
   return kept;
 }
 

@@ -62,14 +62,24 @@ Droplet droplet_of(const Outline& o, bool joined) {
   return d;
 }
 
+struct Box {
+  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+};
+
+bool holds(const std::vector<Box>& boxes, const Component& c) {
+  return std::ranges::any_of(
+      boxes, [&](const Box& b) { return c.x0 >= b.x0 && c.y0 >= b.y0 && c.x1 <= b.x1 && c.y1 <= b.y1; });
+}
+
 // The components that may be droplets, ligaments or nozzles: without lines and writing that were drawn in.
 struct Objects {
   std::vector<Component> components;
   std::vector<std::size_t> order;  // of them, the largest first
-  bool written = false;
+  std::vector<Box> written;
 };
 
-Objects find_objects(const Scene& scene) {
+// @param also_written boxes that hold writing
+Objects find_objects(const Scene& scene, const std::vector<Box>& also_written) {
   Objects found;
   const double level = std::max(kConnect, 5 * scene.noise());
   if (level > 0.6) return found;
@@ -82,7 +92,9 @@ Objects find_objects(const Scene& scene) {
                    [&](std::size_t a, std::size_t b) { return components[a].area > components[b].area; });
   if (order.size() > kObjects) order.resize(kObjects);
   const std::vector<bool> written = find_writing(components, order, scene.frame());
-  found.written = std::erase_if(order, [&](std::size_t i) { return written[i]; }) > 0;
+  for (const std::size_t i : order)
+    if (const Component& c = components[i]; written[i]) found.written.push_back({c.x0, c.y0, c.x1, c.y1});
+  std::erase_if(order, [&](std::size_t i) { return written[i] || holds(also_written, components[i]); });
   return found;
 }
 
@@ -311,11 +323,12 @@ bool has_one_sided_light(const Frame& f) {
 struct Looked {
   DropletPicture picture;
   double contrast = 0.0;  // squared, of all objects [grey levels^2 px]
-  double opposite = 0.0;
+  double opposite = 0.0;  ///< contrast of the ground's other side over this one's
+  std::vector<Box> written;
 };
 
 Looked look_at_picture(const Frame& picture, const Background* background, Polarity polarity,
-                       const DropletOptions& options) {
+                       const DropletOptions& options, const std::vector<Box>& written = {}) {
   Looked looked;
   DropletPicture& p = looked.picture;
   Frame inverted;
@@ -325,19 +338,20 @@ Looked look_at_picture(const Frame& picture, const Background* background, Polar
   looked.opposite = light.opposite;
   if (light.empty) return looked;
   p.used_background = background != nullptr;
-  Objects objects = find_objects(Scene(frame, light, background));
-  if (objects.written) {
+  Objects objects = find_objects(Scene(frame, light, background), written);
+  if (!objects.written.empty()) {
     const double darkest = darkest_object(Scene(frame, light, background), objects);
     if (darkest > 0.0 && darkest < kFaint) {
       light.dark += (1.0 - darkest) * light.depth;
       light.depth *= darkest;
-      objects = find_objects(Scene(frame, light, background));
+      objects = find_objects(Scene(frame, light, background), written);
     }
   }
   const Scene scene(frame, light, background);
   p.noise = scene.noise();
   for (const std::size_t i : objects.order)
     looked.contrast += double(objects.components[i].area) * light.depth * light.depth;
+  looked.written = std::move(objects.written);
   const std::vector<std::size_t> order = objects.order;
   Picture(scene, std::move(objects), options).look(order, p);
   return looked;
@@ -356,8 +370,8 @@ DropletPicture find_droplets(const Frame& picture, const Background* background,
   const bool bright = looked.picture.bright;
   // Writing on the other side of the ground may have outweighed the objects.
   if (looked.opposite > kOpposite) {
-    Looked other =
-        look_at_picture(picture, background, bright ? Polarity::kDark : Polarity::kBright, options);
+    Looked other = look_at_picture(picture, background, bright ? Polarity::kDark : Polarity::kBright, options,
+                                   looked.written);
     if (other.contrast > looked.contrast) return other.picture;
   }
   // Before the smooth ground, light from one side may look like a bright object.

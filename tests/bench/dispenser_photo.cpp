@@ -288,8 +288,9 @@ class Painter {
       if (r_.uniform() < 0.2) caption(corner % 2 ? left : -left, y, scale, thick, outlined);
     }
     if (maybe(PhotoTrait::kScaleBar, 0.25)) {
-      const int y = int(0.9 * height_), x = int(width_ * (r_.uniform() < 0.5 ? 0.05 : 0.75)),
-                w = int(0.2 * width_), thick = std::max(2, int(r_.uniform(2, 7) * unit));
+      const int y = int((has(PhotoTrait::kCaption) ? 0.78 : 0.9) * height_),
+                x = int(width_ * (r_.uniform() < 0.5 ? 0.05 : 0.75)), w = int(0.2 * width_),
+                thick = std::max(2, int(r_.uniform(2, 7) * unit));
       cv::rectangle(shown_, {x, y}, {x + w, y + thick}, ink_, cv::FILLED);
       if (r_.uniform() < 0.4)
         for (const int end : {x, x + w})

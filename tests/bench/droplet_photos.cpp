@@ -1,9 +1,8 @@
 // Measures core/vision on drawn photographs that nothing was set on: several droplets, ligaments, satellites,
 // light from one side, dark or bright field, defocus, writing, a scale bar, JPEG; then on as many of
 // dispensers (tests/bench/dispenser_photo.h).
-//   droplet_photos [PHOTOS=300 [SEED=610000 [FOLDER]]]; FOLDER: the dispensers' photos that are misread
-// are written there
-// VERBOSE=1 names each miss.
+//   droplet_photos [PHOTOS=300 [SEED=610000 [FOLDER]]]; FOLDER: the photos that are misread are written there
+// VERBOSE=1 names each of them.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -124,12 +123,18 @@ Frame frame_of_file(const std::vector<unsigned char>& file) {
   return f;
 }
 
-Frame through_jpeg(const DrawnPhoto& p) {
+std::vector<unsigned char> jpeg_of(const DrawnPhoto& p) {
   cv::Mat bytes;
   p.grey.convertTo(bytes, CV_8U, 255.0);
   std::vector<unsigned char> file;
   cv::imencode(".jpg", bytes, file, {cv::IMWRITE_JPEG_QUALITY, p.quality});
-  return frame_of_file(file);
+  return file;
+}
+
+void write_photo(const char* folder, const std::string& name, const std::vector<unsigned char>& bytes) {
+  const bool png = bytes.front() == 0x89;
+  std::ofstream file(std::string(folder) + "/" + name + (png ? ".png" : ".jpg"), std::ios::binary);
+  file.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
 }
 
 struct Share {
@@ -144,14 +149,15 @@ struct Share {
   }
 };
 
-void measure_plain(int photos, std::uint64_t seed) {
+void measure_plain(int photos, std::uint64_t seed, const char* folder) {
   Share all{"within 3 px and 3 %"}, ligament{"ligaments said"}, free{"free droplets said free"};
   Share by[] = {{"dark field"},  {"bright field"},       {"light from one side"},
                 {"writing"},     {"out of focus"},       {"quality below 60"},
                 {"below 24 px"}, {"above 1000 px wide"}, {"joined"}};
   for (int k = 0; k < photos; ++k) {
     const DrawnPhoto p = draw_photo(seed + std::uint64_t(k));
-    const DropletPicture found = find_droplets(through_jpeg(p), nullptr);
+    const std::vector<unsigned char> file = jpeg_of(p);
+    const DropletPicture found = find_droplets(frame_of_file(file), nullptr);
     const double off = std::hypot(found.main.x - p.x, found.main.y - p.y),
                  ratio = 0.5 * found.main.diameter_px / p.radius;
     const bool good = found.state != PictureState::kNoDrop && off <= 3.0 && std::abs(ratio - 1.0) <= 0.03;
@@ -162,6 +168,7 @@ void measure_plain(int photos, std::uint64_t seed) {
                           p.written,    p.soft,        p.quality<60, p.small, p.width> 1000,
                           p.joined};
     for (std::size_t n = 0; n < std::size(by); ++n) by[n].add(kinds[n], good);
+    if (folder && !good) write_photo(folder, "photo_" + std::to_string(k), file);
     if (!good && std::getenv("VERBOSE"))
       std::printf(
           "  photo %d: state %d, off %.1f px, diameter %.3f of %.1f px, width %d, quality %d%s%s%s%s%s\n", k,
@@ -201,12 +208,7 @@ void measure_dispensers(int photos, std::uint64_t seed, const char* folder) {
       by[n].add(p.traits[n], good);
       if (p.traits[n]) traits += std::string(", ") + kPhotoTraits[n];
     }
-    if (folder && !good) {
-      const bool png = p.file.front() == 0x89;
-      std::ofstream file(std::string(folder) + "/photo_" + std::to_string(k) + (png ? ".png" : ".jpg"),
-                         std::ios::binary);
-      file.write(reinterpret_cast<const char*>(p.file.data()), std::streamsize(p.file.size()));
-    }
+    if (folder && !good) write_photo(folder, "dispenser_" + std::to_string(k), p.file);
     if (!good && std::getenv("VERBOSE"))
       std::printf("  dispenser %d: state %d of %d, off %.1f px, diameter %.3f of %.1f px at %.0f %.0f%s\n", k,
                   int(found.state), int(p.state), off, ratio, drawn ? 2 * p.main.front().radius : 0.0,
@@ -226,6 +228,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: droplet_photos [PHOTOS [SEED [FOLDER]]]\n");
     return 2;
   }
-  measure_plain(photos, seed);
-  measure_dispensers(photos, seed, argc > 3 ? argv[3] : nullptr);
+  const char* const folder = argc > 3 ? argv[3] : nullptr;
+  measure_plain(photos, seed, folder);
+  measure_dispensers(photos, seed, folder);
 }
