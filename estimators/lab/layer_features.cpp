@@ -495,7 +495,7 @@ std::array<double, kWhole> whole(const FeatureInput& in) {
 
 void check_sizes(const FeatureInput& in) {
   if (in.layers.size() < std::size_t(kLeastLayers))
-    throw std::invalid_argument(std::to_string(in.layers.size()) + " measured layers are too few: " +
+    throw std::invalid_argument("measured layers: " + std::to_string(in.layers.size()) + ", at least " +
                                 std::to_string(kLeastLayers) + " are needed");
   for (const auto& l : in.layers)
     if (l.after.size() != in.mask.size() || in.target.size() != in.mask.size() ||

@@ -117,8 +117,8 @@ SyntheticLikelihood::SyntheticLikelihood(const Simulations& sims)
 
 bool SyntheticLikelihood::moved(std::size_t feature) const { return std_[feature] >= kUnmoved; }
 
-Normal SyntheticLikelihood::posterior(std::span<const double> observed,
-                                      std::span<const std::size_t> used) const {
+Normal SyntheticLikelihood::posterior(std::span<const double> observed, std::span<const std::size_t> used,
+                                      double prior_std) const {
   const auto wide = Eigen::Index(parameters_);
   const View residual(residual_.data(), Eigen::Index(rows_), Eigen::Index(features_));
   const View slope(slope_.data(), Eigen::Index(features_), wide);
@@ -133,7 +133,8 @@ Normal SyntheticLikelihood::posterior(std::span<const double> observed,
     d[row] = (observed[f] - intercept_[f]) / std_[f];
   }
   const Eigen::LLT<Matrix> noise(shrunk_covariance(e, double(rows_ - parameters_ - 1)));
-  const Matrix information = b.transpose() * noise.solve(b) + Matrix::Identity(wide, wide);
+  const Matrix information =
+      b.transpose() * noise.solve(b) + Matrix::Identity(wide, wide) / (prior_std * prior_std);
   const Eigen::LLT<Matrix> solver(information);
   const Vector mean = solver.solve(b.transpose() * noise.solve(d));
   const RowMajor covariance = solver.solve(Matrix::Identity(wide, wide));

@@ -26,6 +26,10 @@ struct Simulations {
   std::size_t rows() const { return parameters == 0 ? 0 : z.size() / parameters; }
   /// Adds one row. @throws std::invalid_argument: another length, a value that is not finite
   void add(std::span<const double> z_row, std::span<const double> s_row);
+  void clear() {
+    z.clear();
+    s.clear();
+  }
 };
 
 /// A normal distribution of the parameters.
@@ -54,7 +58,9 @@ class SyntheticLikelihood {
 
   /// Returns the posterior from the features with these indices.
   /// @param observed of all features, finite
-  Normal posterior(std::span<const double> observed, std::span<const std::size_t> used) const;
+  /// @param prior_std of each parameter before: beyond 1 where the prior is doubted
+  Normal posterior(std::span<const double> observed, std::span<const std::size_t> used,
+                   double prior_std = 1.0) const;
 
   /// Returns the log density of the features with these indices, predicted with the parameters' distribution.
   double log_predictive(std::span<const double> observed, std::span<const std::size_t> used,

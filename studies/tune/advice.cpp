@@ -20,10 +20,16 @@
 namespace firn::tuning {
 namespace {
 
-constexpr int kSearchDraws = 6, kProfileDraws = 4, kPromiseSeeds = 2;
-// A candidate that is worse by so much on every draw of its first batch is out of the race.
+constexpr int kSearchDraws = 6, kProfileDraws = 2, kPromiseSeeds = 2;
+// After each batch a candidate leaves the race whose mean logarithm over the best one's goals on the same
+// draws lies so many standard errors above an improvement that is not worth a print. The scatter of few
+// logarithms is taken together with a usual one.
 constexpr int kBatch = 2;
-constexpr double kClearlyWorse = 0.08;
+constexpr double kLeaves = 1.6, kNotWorth = 0.01;
+constexpr double kUsualScatter = 0.05, kUsualWeight = 2.0;
+// Draws of the promise: first so many, the others where a standard error or two decide.
+constexpr int kFirstDraws = 8, kMayStop = 2;
+constexpr double kDecided = 5.0;
 constexpr std::uint32_t kSearchStream = 1, kPromiseStream = 2;
 constexpr int kMostCombinations = 24;
 constexpr double kUnsafe = 1e6;  // a goal beyond any print's
@@ -54,6 +60,7 @@ struct Outcome {
   PrintTraits traits;
   int stopped = 0;     ///< prints that did not finish
   std::string unsafe;  ///< why it is left out
+  bool left = false;   ///< the race
 };
 
 class Adviser {
@@ -113,17 +120,22 @@ class Adviser {
   /// Goals over the best setting's on the same draws, which order candidates more surely than the goals
   /// themselves: a difficult laboratory is difficult for both.
   struct OverBest {
-    Mean each;
-    double least = 0.0, whole = 1.0;  ///< smallest of each; of the sums
+    Mean log;            ///< of each draw
+    double whole = 1.0;  ///< of the sums
+    double std_error() const {
+      const double squares = log.variance() * std::max(0, log.n - 1);
+      return std::sqrt((squares + kUsualWeight * kUsualScatter * kUsualScatter) /
+                       ((kUsualWeight + log.n - 1) * std::max(1, log.n)));
+    }
+    bool leaves() const { return log.n >= kBatch && log.mean() + kNotWorth > kLeaves * std_error(); }
   };
   OverBest over_best(std::span<const double> goals) const {
     OverBest o;
     double sum = 0.0, best = 0.0;
     for (std::size_t n = 0; n < goals.size(); ++n) {
       const double r = goals[n] / best_goals_[n];
-      if (!std::isfinite(r)) continue;
-      o.each.add(r);
-      o.least = o.each.n == 1 ? r : std::min(o.least, r);
+      if (!std::isfinite(r) || r <= 0.0) continue;
+      o.log.add(std::log(r));
       sum += goals[n];
       best += best_goals_[n];
     }
@@ -149,8 +161,8 @@ class Adviser {
       }
       printed += batch;
       if (place != Place::kCandidate) continue;
-      const OverBest so_far = over_best(o.goals);
-      if (so_far.each.n >= kBatch && so_far.least > 1.0 + kClearlyWorse) break;
+      o.left = over_best(o.goals).leaves();
+      if (o.left) break;
     }
     finish(o, place, printed);
     return o;
@@ -183,7 +195,7 @@ class Adviser {
     }
     const OverBest over = over_best(o.goals);
     o.goal = best_ * over.whole;
-    o.std_error = best_ * std::sqrt(over.each.variance() / std::max(1, over.each.n));
+    o.std_error = best_ * over.std_error();
     if (o.unsafe.empty()) o.unsafe = unsafe_trait(o.traits);
   }
 
@@ -234,7 +246,8 @@ class Adviser {
     ++advice_.evaluations;
     const Outcome o = setting == advice_.old_setting ? recorded_ : outcome(setting, Place::kCandidate);
     if (!o.unsafe.empty()) advice_.rejected.push_back({text_of(keys_, setting), o.unsafe});
-    const double value = o.unsafe.empty() ? o.goal : kUnsafe;
+    // One that left is no better, whatever the sum of the draws that it was printed on.
+    const double value = !o.unsafe.empty() ? kUnsafe : o.left ? std::max(o.goal, best_) : o.goal;
     evaluated_[setting] = value;
     if (value < best_) {
       best_ = value;
@@ -286,42 +299,65 @@ class Adviser {
     }
   }
 
-  void promise() {
-    const auto old_prints = print_all(advice_.old_setting, kPromiseStream, 0, promise_draws_, kPromiseSeeds);
-    const auto new_prints = print_all(advice_.new_setting, kPromiseStream, 0, promise_draws_, kPromiseSeeds);
+  /// Goals of the promise's draws, [draw * seeds + seed].
+  struct Pairs {
     std::vector<double> old_goal, new_goal;
     Mean mean_part, all_part;
     int stopped_more = 0;
-    for (int d = 0; d < promise_draws_; ++d) {
+  };
+
+  /// Prints draws [first, last) with the old and the new setting.
+  void print_pairs(int first, int last, Pairs& pairs) {
+    const int draws = last - first;
+    const auto old_prints = print_all(advice_.old_setting, kPromiseStream, first, draws, kPromiseSeeds);
+    const auto new_prints = print_all(advice_.new_setting, kPromiseStream, first, draws, kPromiseSeeds);
+    for (int d = 0; d < draws; ++d) {
       double a[kPromiseSeeds], b[kPromiseSeeds];
       bool whole = true;
       for (int s = 0; s < kPromiseSeeds; ++s) {
         const std::size_t n = std::size_t(d * kPromiseSeeds + s);
         const LabPrint &o = old_prints[n], &w = new_prints[n];
-        stopped_more += int(!w.finished) - int(!o.finished);
+        pairs.stopped_more += int(!w.finished) - int(!o.finished);
         whole = whole && o.finished && w.finished && !o.metrics.empty() && !w.metrics.empty() &&
                 std::isfinite(o.metrics[options_.goal]) && std::isfinite(w.metrics[options_.goal]);
         if (!whole) break;
         a[s] = o.metrics[options_.goal];
         b[s] = w.metrics[options_.goal];
-        mean_part.add(o.metrics[kAbsMean] * o.metrics[kAbsMean] - w.metrics[kAbsMean] * w.metrics[kAbsMean]);
-        all_part.add(o.metrics[kAbsMean] * o.metrics[kAbsMean] - w.metrics[kAbsMean] * w.metrics[kAbsMean] +
-                     o.metrics[kStd] * o.metrics[kStd] - w.metrics[kStd] * w.metrics[kStd]);
+        const double mean =
+            o.metrics[kAbsMean] * o.metrics[kAbsMean] - w.metrics[kAbsMean] * w.metrics[kAbsMean];
+        pairs.mean_part.add(mean);
+        pairs.all_part.add(mean + o.metrics[kStd] * o.metrics[kStd] - w.metrics[kStd] * w.metrics[kStd]);
       }
       if (!whole) continue;
-      old_goal.insert(old_goal.end(), a, a + kPromiseSeeds);
-      new_goal.insert(new_goal.end(), b, b + kPromiseSeeds);
+      pairs.old_goal.insert(pairs.old_goal.end(), a, a + kPromiseSeeds);
+      pairs.new_goal.insert(pairs.new_goal.end(), b, b + kPromiseSeeds);
       advice_.old_goal.push_back(0.5 * (a[0] + a[1]));
       advice_.new_goal.push_back(0.5 * (b[0] + b[1]));
     }
-    if (old_goal.size() < 8) throw UsageError(run_.name + ": hardly any simulated print finishes");
-    advice_.promise = promise_of(old_goal, new_goal, kPromiseSeeds, options_.promised_prints);
+  }
+
+  /// True where more draws would hardly change whether the gain is worth advice.
+  bool decided(const Pairs& pairs) const {
+    if (int(pairs.old_goal.size()) < kPromiseSeeds * (kFirstDraws - kMayStop) || pairs.stopped_more > 0)
+      return false;
+    const Promise p = promise_of(pairs.old_goal, pairs.new_goal, kPromiseSeeds, options_.promised_prints);
+    return std::abs(p.gain - kLeastGain * p.old_mean) >= kDecided * p.gain_std;
+  }
+
+  void promise() {
+    Pairs pairs;
+    const int first = std::min(kFirstDraws, promise_draws_);
+    print_pairs(0, first, pairs);
+    if (!decided(pairs)) print_pairs(first, promise_draws_, pairs);
+    if (pairs.old_goal.size() < 8) throw UsageError(run_.name + ": hardly any simulated print finishes");
+    advice_.promise = promise_of(pairs.old_goal, pairs.new_goal, kPromiseSeeds, options_.promised_prints);
     Promise& p = advice_.promise;
-    p.mean_error_share = all_part.sum != 0.0 ? mean_part.sum / all_part.sum : 0.0;
-    if (stopped_more > 0)
+    p.mean_error_share = pairs.all_part.sum != 0.0 ? pairs.mean_part.sum / pairs.all_part.sum : 0.0;
+    if (pairs.stopped_more > 0)
       advice_.rejected.push_back({text_of(keys_, advice_.new_setting), "some prints do not finish"});
-    advice_.gain_shown = stopped_more <= 0 && p.sure >= kLeastSure && p.gain >= kLeastGain * p.old_mean &&
-                         p.gain_interval.high > 0.0 && advice_.new_setting != advice_.old_setting;
+    advice_.gain_shown = pairs.stopped_more <= 0 && p.sure >= kLeastSure &&
+                         p.gain >= kLeastGain * p.old_mean && p.gain_interval.high > 0.0 &&
+                         advice_.new_setting != advice_.old_setting;
   }
 
   const FittedLab& lab_;
@@ -389,6 +425,7 @@ Promise promise_of(std::span<const double> old_goal, std::span<const double> new
   p.gain = g.mean;
   p.gain_interval = interval(g.mean, std(g), draws - 1.0);
   const double lab_std = std::sqrt(g.between * (1.0 + 1.0 / draws) + g.within / (draws * seeds));
+  p.gain_std = lab_std;
   p.sure = lab_std > 0.0 ? statistics::student_t_cdf(g.mean / lab_std, draws - 1.0)
                          : (g.mean > 0.0   ? 1.0
                             : g.mean < 0.0 ? 0.0

@@ -34,6 +34,7 @@ struct Promise {
   statistics::Interval new_interval;      ///< 95 %
   double gain = 0.0;                      ///< old - new
   statistics::Interval gain_interval;     ///< 95 %
+  double gain_std = 0.0;                  ///< of one laboratory's mean gain over endless prints
   double sure = 0.5;                      ///< probability that the new setting is better in this laboratory
   double mean_error_share = 0.0;  ///< of the gain in the mean square error, the part of the mean error
 };

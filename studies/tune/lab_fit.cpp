@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <numeric>
 #include <string_view>
 
 #include "core/grid/random.h"
@@ -28,9 +29,16 @@ constexpr double kUnusual = 3.0;               // standard deviations of the sum
 constexpr double kJointly = 1.3;               // times the largest joint deviation of any simulated print
 constexpr double kEarlyShare = 0.62;           // of the prints, for the rounds of all classes
 constexpr int kLeastEarly = 28;                // prints of a round
-constexpr std::size_t kSpareRows = 8;          // finished prints beyond the number of parameters
-constexpr double kHopeless = 100.0;            // nats behind the best class
-constexpr double kImpossible = -1e9;           // score of a class of which hardly any print finishes
+constexpr double kLastShare = 0.26;            // of the prints, for the last round
+constexpr int kLeastLast = 44;                 // its prints
+// Times the classes' own scatter, for the last posterior: a laboratory at the far end of its class would else
+// be pulled towards the usual ones by more than its interval is wide.
+constexpr double kDoubt = 1.5;
+constexpr std::size_t kSpareRows = 8;  // finished prints beyond the number of parameters
+constexpr int kMayFail = 2;            // prints more than that number
+constexpr double kHopeless = 100.0;    // nats behind the best class
+constexpr double kFarBehind = 300.0;   // the same after hardly more prints than a regression needs
+constexpr double kImpossible = -1e9;   // score of a class of which hardly any print finishes
 constexpr std::uint32_t kFitStream = 0;
 
 std::vector<double> normals(std::uint64_t seed, std::uint32_t stream, std::uint32_t n, std::size_t count) {
@@ -70,23 +78,41 @@ class Fit {
   FittedLab run() {
     const int classes = int(classes_.size());
     const int early = std::max(kLeastEarly, int(kEarlyShare * options_.prints / (2 * classes)));
-    const int last = std::max(2 * kLeastEarly, options_.prints - 2 * classes * early);
+    const int last = std::max(kLeastLast, int(kLastShare * options_.prints));
     all_ = double(2 * classes * early + last);
     std::vector<FittedLab> fits(classes_.size());
     std::vector<ClassScore> scores;
     for (std::size_t c = 0; c < fits.size(); ++c) {
       fits[c].lab = &classes_[c];
       fits[c].posterior = lab::standard_normal(classes_[c].parameters.size());
-      scores.push_back({classes_[c].name, round(fits[c], 0, early) ? held_out_score(fits[c]) : kImpossible});
+      fits[c].simulations = {classes_[c].parameters.size(), observed_.size(), {}, {}};
+      scores.push_back({classes_[c].name, 0.0});
     }
-    // A class that is hopeless after its first round gets no second one.
-    const double least = std::ranges::max(scores, {}, &ClassScore::log_predictive).log_predictive - kHopeless;
+    // A class that is hopeless gets no more prints: first by hardly enough of them, then after each round.
+    if (classes > 1)
+      for (std::size_t c = 0; c < fits.size(); ++c) {
+        simulate(fits[c], 0, 0, least_prints(fits[c]));
+        scores[c].log_predictive = enough(fits[c]) ? held_out_score(fits[c]) : kImpossible;
+      }
+    double least = best_of(scores).log_predictive - kFarBehind;
+    for (std::size_t c = 0; c < fits.size(); ++c) {
+      if (scores[c].log_predictive < least && scores[c].log_predictive > kImpossible) continue;
+      const int before = classes > 1 ? least_prints(fits[c]) : 0;
+      simulate(fits[c], 0, before, early);
+      scores[c].log_predictive = narrow(fits[c]) ? held_out_score(fits[c]) : kImpossible;
+    }
+    least = best_of(scores).log_predictive - kHopeless;
     for (std::size_t c = 0; c < fits.size(); ++c)
-      if (scores[c].log_predictive >= least)
-        scores[c].log_predictive = round(fits[c], 1, early) ? held_out_score(fits[c]) : kImpossible;
-    const auto highest = std::ranges::max_element(scores, {}, &ClassScore::log_predictive);
-    FittedLab best = std::move(fits[std::size_t(highest - scores.begin())]);
-    if (!round(best, 2, last))
+      if (scores[c].log_predictive >= least) {
+        fits[c].simulations.clear();
+        simulate(fits[c], 1, 0, early);
+        scores[c].log_predictive = narrow(fits[c]) ? held_out_score(fits[c]) : kImpossible;
+      }
+    const ClassScore& highest = best_of(scores);
+    FittedLab best = std::move(fits[std::size_t(&highest - scores.data())]);
+    const int kept = keep_near(best, 2, last);
+    simulate(best, 2, 0, std::max(last / 2, last - kept));
+    if (!narrow(best, kDoubt))
       throw UsageError("hardly any print of the simulated laboratories finishes: " + reason_);
     best.scores = std::move(scores);
     best.observed = observed_;
@@ -97,19 +123,31 @@ class Fit {
   }
 
  private:
-  /// Prints with draws of the posterior so far and narrows it. @returns false where too few prints finished
-  bool round(FittedLab& fit, int number, int prints) {
+  static const ClassScore& best_of(const std::vector<ClassScore>& scores) {
+    return *std::ranges::max_element(scores, {}, &ClassScore::log_predictive);
+  }
+
+  static int least_prints(const FittedLab& fit) {
+    return int(fit.lab->parameters.size() + kSpareRows) + kMayFail;
+  }
+
+  std::uint32_t stream_of(const FittedLab& fit, int round) const {
+    return kFitStream + 16u * std::uint32_t(fit.lab - classes_.data()) + std::uint32_t(round);
+  }
+
+  /// Adds prints [first, last) of a round, with draws of the posterior so far.
+  void simulate(FittedLab& fit, int round, int first, int last) {
     const std::size_t parameters = fit.lab->parameters.size(), features = observed_.size();
+    const int prints = std::max(0, last - first);
     std::vector<std::vector<double>> z(std::size_t(prints), std::vector<double>{}), s = z;
-    const std::uint32_t stream =
-        kFitStream + 16u * std::uint32_t(fit.lab - classes_.data()) + std::uint32_t(number);
-    run_jobs(prints, options_.threads, [&](int n) {
-      const std::size_t at = std::size_t(n);
-      z[at] = held(
-          fit.posterior.at(normals(options_.seed, stream, std::uint32_t(n), parameters), kWiden[number]));
+    const std::uint32_t stream = stream_of(fit, round);
+    run_jobs(prints, options_.threads, [&](int job) {
+      const std::size_t at = std::size_t(job);
+      const auto n = std::uint32_t(first + job);
+      z[at] = held(fit.posterior.at(normals(options_.seed, stream, n, parameters), kWiden[round]));
       for (std::size_t r = 0; r < runs_.size(); ++r) {
-        const std::uint64_t seed = print_seed(
-            {options_.seed, Purpose::kInstance, stream, std::uint32_t(n), std::uint32_t(1000 + r)});
+        const std::uint64_t seed =
+            print_seed({options_.seed, Purpose::kInstance, stream, n, std::uint32_t(1000 + r)});
         const LabPrint print =
             print_in_lab(experiments_[r], runs_[r].inputs, {fit.lab, z[at], seed},
                          {.features = true, .noise = runs_[r].noise, .journal = options_.journal});
@@ -125,15 +163,43 @@ class Fit {
       }
       const std::lock_guard hold(lock_);
       ++prints_;
-      if (options_.progress) options_.progress(prints_ / all_, "learning the laboratory");
+      if (options_.progress) options_.progress(std::min(1.0, prints_ / all_), "learning the laboratory");
     });
-    Simulations sims{parameters, features, {}, {}};
     for (std::size_t n = 0; n < z.size(); ++n)
-      if (s[n].size() == features) sims.add(z[n], s[n]);
-    if (sims.rows() < parameters + kSpareRows) return false;
-    fit.simulations = std::move(sims);
+      if (s[n].size() == features) fit.simulations.add(z[n], s[n]);
+  }
+
+  /// Keeps of the simulations those whose parameters lie no farther out than the draws of the next round
+  /// will. @returns their number
+  int keep_near(FittedLab& fit, int next, int prints) const {
+    const lab::Simulations from = std::move(fit.simulations);
+    fit.simulations = {from.parameters, from.features, {}, {}};
+    const auto square = [](std::span<const double> v) {
+      return std::inner_product(v.begin(), v.end(), v.begin(), 0.0);
+    };
+    double farthest = 0.0;
+    for (int n = 0; n < prints; ++n)
+      farthest = std::max(
+          farthest, square(normals(options_.seed, stream_of(fit, next), std::uint32_t(n), from.parameters)));
+    farthest *= kWiden[next] * kWiden[next];
+    for (std::size_t n = 0; n < from.rows(); ++n) {
+      const std::span<const double> z{from.z.data() + n * from.parameters, from.parameters};
+      if (square(fit.posterior.normals_of(z)) <= farthest)
+        fit.simulations.add(z, {from.s.data() + n * from.features, from.features});
+    }
+    return int(fit.simulations.rows());
+  }
+
+  static bool enough(const FittedLab& fit) {
+    return fit.simulations.rows() >= fit.simulations.parameters + kSpareRows;
+  }
+
+  /// Narrows the posterior by the simulations. @returns false where too few prints finished
+  bool narrow(FittedLab& fit, double prior_std = 1.0) const {
+    if (!enough(fit)) return false;
     const SyntheticLikelihood likelihood(fit.simulations);
-    fit.posterior = likelihood.posterior(observed_, of_all_runs(lab::fitted_features(), runs_.size()));
+    fit.posterior =
+        likelihood.posterior(observed_, of_all_runs(lab::fitted_features(), runs_.size()), prior_std);
     fit.posterior.mean = held(fit.posterior.mean);
     return true;
   }

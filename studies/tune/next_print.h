@@ -20,7 +20,7 @@ struct NextPrint {
 struct NextPrintOptions {
   std::uint64_t seed = 1;
   int threads = 1;
-  int draws = 28;  ///< of the laboratory, each printed once
+  int draws = 20;  ///< of the laboratory, each printed once
   Progress progress = {};
   PrintJournal* journal = nullptr;
 };

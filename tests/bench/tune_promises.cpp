@@ -309,8 +309,9 @@ class Bench {
                                   .promised_prints = o_.pairs});
     row.cpu_s = cpu_s() - began;
     row.answer = advice.gain_shown ? "advised" : "kept";
-    row.feature = fmt::format("{:.1f} of {:.1f}; {:.1f} of {:.1f}; {}", fit.check.largest, fit.check.limit,
-                              fit.check.joint, fit.check.joint_limit, text_of(c.keys, advice.new_setting));
+    row.feature = fmt::format("{:.1f} of {:.1f}; {:.1f} of {:.1f}; {}; {:.2f} before was foretold",
+                              fit.check.largest, fit.check.limit, fit.check.joint, fit.check.joint_limit,
+                              text_of(c.keys, advice.new_setting), advice.promise.old_mean);
     row.promised = advice.promise.gain;
     row.low = advice.promise.gain_interval.low;
     row.high = advice.promise.gain_interval.high;
