@@ -200,17 +200,21 @@ void read_paths(const std::filesystem::path& file, const PathSink& sink) {
   if (std::filesystem::is_directory(file, error))
     throw UsageError(file.string() + ": is a folder, not a file");
   if (!std::filesystem::is_regular_file(file, error)) throw UsageError(file.string() + ": no such file");
-  if (file.extension() == ".paths") return read_paths_layers(file, sink);
+  std::string extension = file.extension().string();
+  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
+  if (extension == ".paths") return read_paths_layers(file, sink);
   std::ifstream in(file, std::ios::binary);
   if (!in) throw UsageError(file.string() + ": cannot be read");
   const double size = double(std::filesystem::file_size(file, error));
-  if (file.extension() == ".csv") return read_paths_csv(in, file.string(), size, sink);
-  if (file.extension() == ".json") return read_paths_json(in, file.string(), size, sink);
-  if (file.extension() == ".svg") return read_paths_svg(in, file.string(), size, sink);
-  if (file.extension() == ".dxf") return read_paths_dxf(in, file.string(), size, sink);
-  for (const char* extension : {".gcode", ".nc", ".ngc"})
-    if (file.extension() == extension) return read_paths_gcode(in, file.string(), size, sink);
-  throw UsageError(file.string() + ": must end in .gcode, .nc, .ngc, .dxf, .svg, .csv, .json or .paths");
+  if (extension == ".csv") return read_paths_csv(in, file.string(), size, sink);
+  if (extension == ".json") return read_paths_json(in, file.string(), size, sink);
+  if (extension == ".svg") return read_paths_svg(in, file.string(), size, sink);
+  if (extension == ".dxf") return read_paths_dxf(in, file.string(), size, sink);
+  for (const char* gcode : {".gcode", ".nc", ".ngc", ".g", ".gco", ".cnc", ".tap"})
+    if (extension == gcode) return read_paths_gcode(in, file.string(), size, sink);
+  throw UsageError(
+      file.string() +
+      ": must end in .gcode, .nc, .ngc, .g, .gco, .cnc, .tap, .dxf, .svg, .csv, .json or .paths");
 }
 
 }  // namespace firn

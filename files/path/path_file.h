@@ -31,9 +31,9 @@ struct InputPath {
 /// Receives each path in order.
 using PathSink = std::function<void(InputPath&&)>;
 
-/// Reads a *.csv, *.json, *.gcode (*.nc, *.ngc), *.svg, *.dxf or *.paths file. @throws UsageError naming the
-/// file, line or key (for an unknown one the nearest known), and the limit: coordinates within +-100 m, yaws
-/// within
+/// Reads a *.csv, *.json, *.gcode (*.nc, *.ngc, *.g, *.gco, *.cnc, *.tap), *.svg, *.dxf or *.paths file.
+/// @throws UsageError naming the file, line or key (for an unknown one the nearest known), and the limit:
+/// coordinates within +-100 m, yaws within
 /// +-20 turns, speeds above 0, 4 million points in one path, 1000 bytes in one CSV line; of a *.paths file
 /// the byte
 void read_paths(const std::filesystem::path& file, const PathSink& sink);
@@ -41,12 +41,15 @@ void read_paths(const std::filesystem::path& file, const PathSink& sink);
 /// Read the same formats from any stream; `size` in bytes (for the fraction), `name` for messages.
 void read_paths_csv(std::istream& in, const std::string& name, double size, const PathSink& sink);
 void read_paths_json(std::istream& in, const std::string& name, double size, const PathSink& sink);
-/// G-code: G1, G2, G3 (I J or R), G5 in G17, with G20, G21, G90, G91 and F (a speed limit); G0, M2 and M30
-/// end a path. @throws also for any other G code, and for a height that changes along a path
+/// G-code: G1, G2, G3 (I J or R), G5 in G17, with G20, G21, G90, G91, G90.1, G91.1, G92 and F (a speed
+/// limit). G0, G4, G28, G30 and stops (M0, M1, M2, M6, M30, M60) end a path; the first move after G28 or G30
+/// only places the tool. Words of printers (E, M104 S200, M201 X500) are left out. @throws for any other G
+/// code, other axes, parameters, subprograms, and for a height that changes along a path
 void read_paths_gcode(std::istream& in, const std::string& name, double size, const PathSink& sink);
 /// SVG: each subpath of path, line, polyline, polygon, rect, circle and ellipse, whatever its stroke, with
 /// transforms, viewBox and units; y upwards from the page's lower edge. Shapes in defs, symbol, marker,
-/// pattern, clipPath or mask, or with display="none", are left out. @throws also for use, text and image
+/// pattern, clipPath or mask, or that display or visibility hides, are left out. @throws also for use, text
+/// and image
 void read_paths_svg(std::istream& in, const std::string& name, double size, const PathSink& sink);
 /// DXF (ASCII): LINE, ARC, CIRCLE, ELLIPSE, LWPOLYLINE and POLYLINE (with bulges) and SPLINE of the model
 /// space in $INSUNITS, on layers that are neither off nor frozen; curves of one layer whose ends meet are one

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <exception>
 #include <istream>
@@ -108,23 +109,44 @@ class SvgReader {
     const Attributes attributes{list};
     State state = stack_.back();
     const auto is = [&](std::string_view other) { return other == element; };
-    const auto display = attributes["display"];
+    const auto display = property(attributes, "display"), visibility = property(attributes, "visibility");
     if (std::any_of(kNotDrawn.begin(), kNotDrawn.end(), is) || (display && *display == "none"))
       state.drawn = false;
+    if (visibility) state.visible = *visibility != "hidden" && *visibility != "collapse";
     if (state.drawn && std::any_of(kRefused.begin(), kRefused.end(), is))
       fail(fmt::format("<{}> is not read: turn it into paths", element));
     if (state.drawn && is("svg")) fail("an svg inside of an svg is not read");
     if (const auto text = attributes["transform"]) state.transform = state.transform * svg::transform(*text);
     stack_.push_back(state);
-    if (state.drawn) draw(element, attributes, state.transform);
+    if (state.drawn && state.visible) draw(element, attributes, state.transform);
   }
 
   void end() { stack_.pop_back(); }
 
   struct State {
     svg::Transform transform;
-    bool drawn = true;
+    bool drawn = true, visible = true;
   };
+
+  /// A presentation property: of the style attribute, or an attribute of its own.
+  static std::optional<std::string_view> property(const Attributes& attributes, std::string_view key) {
+    const auto trimmed = [](std::string_view text) {
+      while (!text.empty() && std::isspace(static_cast<unsigned char>(text.front()))) text.remove_prefix(1);
+      while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.remove_suffix(1);
+      return text;
+    };
+    std::optional<std::string_view> found = attributes[key];
+    std::string_view style = attributes["style"].value_or("");
+    while (!style.empty()) {
+      const std::string_view one = style.substr(0, style.find(';'));
+      style.remove_prefix(std::min(style.size(), one.size() + 1));
+      const std::size_t colon = one.find(':');
+      if (colon == one.npos || trimmed(one.substr(0, colon)) != key) continue;
+      const std::string_view value = trimmed(one.substr(colon + 1));
+      found = trimmed(value.substr(0, value.find('!')));  // !important
+    }
+    return found;
+  }
 
   /// From the user's units, y downwards, to mm, y upwards, with the origin at the page's lower left corner.
   State page(const Attributes& attributes) const {
@@ -155,7 +177,12 @@ class SvgReader {
     svg::Pen pen(to_mm, target);
     const auto value = [&](const char* key) {
       const auto text = attributes[key];
-      return text ? svg::length_mm(*text) / kPixel_mm : 0.0;
+      return text && *text != "auto" ? svg::length_mm(*text) / kPixel_mm : 0.0;
+    };
+    // of a rect's two radii one is enough
+    const auto radius = [&](const char* key, const char* other) {
+      const auto text = attributes[key];
+      return text && *text != "auto" ? key : other;
     };
     if (element == "path") {
       if (const auto d = attributes["d"]) svg::draw_path(*d, pen);
@@ -165,11 +192,8 @@ class SvgReader {
       pen.move({value("x1"), value("y1")});
       pen.line({value("x2"), value("y2")});
     } else if (element == "rect") {
-      if (attributes["rx"] || attributes["ry"]) fail("a rect with rx or ry is not read: turn it into a path");
-      const double x = value("x"), y = value("y"), w = value("width"), h = value("height");
-      pen.move({x, y});
-      for (const Point2 p : {Point2{x + w, y}, Point2{x + w, y + h}, Point2{x, y + h}}) pen.line(p);
-      pen.close();
+      const double rx = value(radius("rx", "ry")), ry = value(radius("ry", "rx"));
+      svg::draw_rect({value("x"), value("y")}, value("width"), value("height"), rx, ry, pen);
     } else if (element == "circle") {
       svg::draw_ellipse({value("cx"), value("cy")}, value("r"), value("r"), pen);
     } else if (element == "ellipse") {

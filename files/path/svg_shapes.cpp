@@ -326,6 +326,31 @@ void draw_polygon(std::string_view points, bool closed, Pen& pen) {
   if (closed) pen.close();
 }
 
+void draw_rect(Point2 corner, double w, double h, double rx, double ry, Pen& pen) {
+  constexpr double kSame = 1e-12;
+  if (!(w > 0.0) || !(h > 0.0)) return;
+  rx = std::clamp(rx, 0.0, 0.5 * w);
+  ry = std::clamp(ry, 0.0, 0.5 * h);
+  if (rx == 0.0 || ry == 0.0) rx = ry = 0.0;
+  const double left = corner.x_mm, top = corner.y_mm, right = left + w, bottom = top + h;
+  const auto side = [&](Point2 to) {
+    if (distance(pen.at(), to) > kSame * (w + h)) pen.line(to);
+  };
+  const auto round = [&](Point2 to) {
+    if (rx > 0.0) pen.arc(rx, ry, 0.0, false, true, to);
+  };
+  pen.move({left + rx, top});
+  side({right - rx, top});
+  round({right, top + ry});
+  side({right, bottom - ry});
+  round({right - rx, bottom});
+  side({left + rx, bottom});
+  round({left, bottom - ry});
+  side({left, top + ry});
+  round({left + rx, top});
+  pen.close();
+}
+
 void draw_ellipse(Point2 centre, double rx, double ry, Pen& pen) {
   if (!(rx > 0.0) || !(ry > 0.0)) return;
   pen.move({centre.x_mm + rx, centre.y_mm});

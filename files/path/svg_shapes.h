@@ -67,5 +67,7 @@ class Pen {
 void draw_path(std::string_view data, Pen& pen);
 void draw_polygon(std::string_view points, bool closed, Pen& pen);
 void draw_ellipse(Point2 centre, double rx, double ry, Pen& pen);
+/// @param rx, ry radii of the corners, at most half of the sides; 0 = sharp
+void draw_rect(Point2 corner, double w, double h, double rx, double ry, Pen& pen);
 
 }  // namespace firn::svg

@@ -1,4 +1,5 @@
 // Paths from SVG: path data, shapes, transforms and units against closed forms; anything else is named.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
@@ -161,6 +162,27 @@ TEST_CASE("What is wrong in an SVG is said with file, line and limit") {
   std::string deep = "<svg>";
   for (int i = 0; i < 300; ++i) deep += "<g>";
   names(deep, "nested deeper than 200");
+}
+
+TEST_CASE("A rectangle's corners are arcs, one radius stands for both, and none is larger than half a side") {
+  const auto paths = on_page(
+      "<rect x='10' y='10' width='20' height='10' rx='3'/><rect width='8' height='4' rx='9' ry='1'/>"
+      "<rect width='8' height='4' rx='0'/><rect width='0' height='4'/>");
+  REQUIRE(paths.size() == 3);
+  CHECK(paths[0].given.size() == 4);
+  double farthest = 0.0;
+  for (const Point2& p : paths[0].path.points) farthest = std::max(farthest, off(p, {20, 35}));
+  CHECK(farthest == Approx(std::hypot(7.0, 2.0) + 3.0).epsilon(1e-4));
+  CHECK(paths[1].path.points.front() == paths[1].path.points.back());
+  CHECK(paths[2].path.points.size() == 5);
+}
+
+TEST_CASE("A style hides shapes as attributes do") {
+  const auto paths = on_page(
+      "<g style='fill:none; display : none'><path d='M0 0 9 9'/><text/></g>"
+      "<g visibility='hidden'><path d='M0 0 8 8'/><path d='M0 0 7 7' style='visibility:visible'/></g>");
+  REQUIRE(paths.size() == 1);
+  CHECK(off(paths[0].path.points.back(), {7, 43}) < 1e-12);
 }
 
 }  // namespace firn
