@@ -12,7 +12,7 @@ namespace firn::replay {
 namespace {
 
 constexpr double kRow = 30, kRight = 640, kTop = 8;
-constexpr double kNames = 150, kPairNames = 320;  // room for the rows' names
+constexpr double kNames = 150, kPairNames = 330;  // room for the rows' names
 
 // Ticks below, names of the rows at the left.
 std::string frame(const Axis& x, double left, const std::vector<std::string>& rows,
@@ -115,7 +115,7 @@ std::string forest_plot(const StudyTable& t, const std::vector<const ArmComparis
   }
   const Axis x(-reach, reach, kPairNames, kRight, 6);
   std::string s = svg_open(660, total_height(rows.size()), "paired differences");
-  s += frame(x, kPairNames, rows, "difference, % of the larger mean; left: the first is smaller");
+  s += frame(x, kPairNames, rows, "% of the larger mean; left: the first is smaller");
   s += form("<path class=\"axis\" d=\"M%.1f %.1fV%.1f\"/>\n", x.px(0.0), kTop,
             kTop + kRow * double(rows.size()));
   for (std::size_t n = 0; n < pairs.size(); ++n) {
