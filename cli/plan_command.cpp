@@ -10,6 +10,7 @@
 
 #include "cli/option_set.h"
 #include "config/error.h"
+#include "core/motion/curve/given_curves.h"
 #include "files/path/trajectory_file.h"
 #include "files/usage_error.h"
 #include "print/exit_codes.h"
@@ -204,7 +205,9 @@ class PlanRun {
     PlanPlot plot;
     plot.title = fmt::format("Path {}: {:.1f} mm in {:.3f} s, {}", item.input.number, item.length_mm,
                              item.result.trajectory.certificate.duration_s, method);
-    plot.points = item.input.path.points;
+    std::vector<Point2> buffer;  // a given curve is what the deviation is from, not the chords of its samples
+    const auto exact = motion::sample_given(item.input.path.points, item.input.given, buffer).points;
+    plot.points.assign(exact.begin(), exact.end());
     if (item.input.path.closed && !plot.points.empty()) plot.points.push_back(plot.points.front());
     plot.deviation_mm = item.result.deviation_mm;
     const std::vector<motion::TraceSample> all =

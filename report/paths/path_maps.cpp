@@ -38,9 +38,11 @@ std::string colour_bar(double left, double top, double width, const PathColours&
   for (int n = 0; n < kSteps; ++n)
     s += fmt::format("<rect x=\"{:.1f}\" y=\"{:.0f}\" width=\"{:.1f}\" height=\"12\" fill=\"{}\"/>",
                      left + width * n / kSteps, top, width / kSteps + 0.4, colour((n + 0.5) / kSteps));
-  for (int n = 0; n <= kTicks; ++n)
-    s += replay::svg_text(left + width * n / kTicks, top + 28, "middle", "tick",
-                          replay::number(colours.top * n / kTicks, colours.decimals));
+  for (int n = 0; n <= kTicks; ++n) {
+    const bool last = n == kTicks;  // ends with the picture, however long
+    s += replay::svg_text(left + width * n / kTicks + (last ? 8.0 : 0.0), top + 28, last ? "end" : "middle",
+                          "tick", replay::number(colours.top * n / kTicks, colours.decimals));
+  }
   return s + replay::svg_text(left + width / 2, top + 46, "middle", "name", colours.name);
 }
 

@@ -21,6 +21,7 @@ using motion::TraceSample;
 
 constexpr std::size_t kPoints = 600;  // columns of a chart; each keeps its minimum and maximum
 constexpr double kUm = 1e3;           // per mm
+constexpr double kLeastUm = 1e-3;     // top of a deviation's axis
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 replay::Series drawn(const std::vector<TraceSample>& trace,
@@ -94,6 +95,9 @@ std::string deviation_chart(const PlanPlot& p, const std::vector<double>& along_
   options.x_name = "along the path [mm]";
   options.y_name = "off the points' polygon [um]";
   options.from_zero = true;
+  // rounding alone is no shape to look at
+  if (std::max(bound, *std::max_element(line.y.begin(), line.y.end())) < kLeastUm)
+    options.y_range = {0.0, kLeastUm};
   return replay::line_chart({line, proved}, options);
 }
 
@@ -155,12 +159,13 @@ Drawing drawn_plan(const PlanPlot& p, double left, double to_s) {
   put(speed_map(p.trace, p.limits.position.rate, "path coloured by speed"), 10, kHead, kColumn - 16,
       kMapRow - 16);
   if (p.points.size() > 1) {
-    PathColours off{deviations(p.trace, p.points), 1e-3, "off the points' polygon [um]", 2};
+    PathColours off{deviations(p.trace, p.points), kLeastUm, "off the points' polygon [um]", 2};
     put(deviation_chart(p, along, off.value), 10 + 2 * kColumn, kHead + kMapRow, kColumn - 16, kRow - 10);
     for (double& mm : off.value) mm *= kUm;
     off.top =
         std::max({off.top, kUm * p.deviation_mm, *std::max_element(off.value.begin(), off.value.end())});
     if (off.top >= 10.0) off.decimals = 1;
+    if (off.top < 0.1) off.decimals = 4;
     put(path_map(p.trace, off, p.points, "path coloured by its deviation"), 10 + kColumn, kHead, kColumn - 16,
         kMapRow - 16);
   }
