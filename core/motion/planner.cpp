@@ -9,6 +9,7 @@
 #include "core/motion/certified/checker.h"
 #include "core/motion/constant_speed.h"
 #include "core/motion/curve/deviation.h"
+#include "core/motion/curve/given_curves.h"
 #include "core/motion/kinematics/placement.h"
 #include "core/motion/sampled_trace.h"
 #include "core/motion/thesis/thesis.h"
@@ -108,8 +109,11 @@ PlanResult checked(Trajectory trajectory, const PathInput& path, const Arm& arm,
   for (std::size_t n = 0; n < count; ++n)
     result.tool.push_back({pose.of(kX, 0)[n] - path.origin.x_mm, pose.of(kY, 0)[n] - path.origin.y_mm});
   result.stop_samples = samples_at(stops, clean_path, path.origin, result.tool);
-  for (Point2& p : clean_path.points) p = {p.x_mm - path.origin.x_mm, p.y_mm - path.origin.y_mm};
-  result.deviation_mm = deviation(result.tool, clean_path.points);
+  std::vector<Point2> buffer;
+  const GivenReference reference = sample_given(clean_path.points, clean_path.given, buffer);
+  std::vector<Point2> in_part(reference.points.begin(), reference.points.end());
+  for (Point2& p : in_part) p = {p.x_mm - path.origin.x_mm, p.y_mm - path.origin.y_mm};
+  result.deviation_mm = deviation(result.tool, in_part) + reference.sagitta_mm;
   const RowGroups groups = row_groups(limits, limited_joints(limits, arm.joints()), turning);
   fill_certificate(difference_ratios(trajectory, result.tool, result.yaw_rad, groups), groups, arm,
                    trajectory.certificate);

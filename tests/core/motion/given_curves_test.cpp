@@ -269,6 +269,24 @@ TEST_CASE("A circle smaller than the tolerance is driven out and back, given or 
   }
 }
 
+TEST_CASE("A method that drives the chords of a given arc reports how far they are off it") {
+  GivenPath path;
+  path.points = {{10.0, 0.0}};
+  path.arc({}, 0.5 * std::numbers::pi, 6);
+  const auto arm = make_scara(cobra600());
+  PathInput input;
+  input.points = path.points;
+  input.given = path.given;
+  input.origin = kGivenPart;
+  PlanOptions options;
+  options.method = Method::kConstant;
+  const PlanResult result = plan(input, *arm, cobra600_limits(), options);
+  REQUIRE(result.ok());
+  const double sagitta = 10.0 * (1.0 - std::cos(std::numbers::pi / 24.0));
+  CHECK(result.deviation_mm <= sagitta + 1e-5);
+  CHECK(result.deviation_mm > 0.9 * sagitta);
+}
+
 TEST_CASE("A given curve whose points are not on it, or that has none, is refused by its number") {
   const auto arm = make_scara(cobra600());
   const GivenPath good = rounded_corner(4.0);
