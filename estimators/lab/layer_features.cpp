@@ -495,8 +495,9 @@ std::array<double, kWhole> whole(const FeatureInput& in) {
 
 void check_sizes(const FeatureInput& in) {
   if (in.layers.size() < std::size_t(kLeastLayers))
-    throw std::invalid_argument("measured layers: " + std::to_string(in.layers.size()) + ", at least " +
-                                std::to_string(kLeastLayers) + " are needed");
+    throw std::invalid_argument(std::to_string(in.layers.size()) +
+                                (in.layers.size() == 1 ? " measured layer" : " measured layers") +
+                                ", at least " + std::to_string(kLeastLayers) + " are needed");
   for (const auto& l : in.layers)
     if (l.after.size() != in.mask.size() || in.target.size() != in.mask.size() ||
         l.use.size() != in.mask.size())

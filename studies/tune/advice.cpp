@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <optional>
+#include <numbers>
 
 #include "config/error.h"
 #include "core/grid/random.h"
@@ -340,8 +340,8 @@ class Adviser {
   bool decided(const Pairs& pairs) const {
     if (int(pairs.old_goal.size()) < kPromiseSeeds * (kFirstDraws - kMayStop) || pairs.stopped_more > 0)
       return false;
-    const Promise p = promise_of(pairs.old_goal, pairs.new_goal, kPromiseSeeds, options_.promised_prints);
-    return std::abs(p.gain - kLeastGain * p.old_mean) >= kDecided * p.gain_std;
+    return promise_of(pairs.old_goal, pairs.new_goal, kPromiseSeeds, options_.promised_prints).clear >=
+           kDecided;
   }
 
   void promise() {
@@ -395,6 +395,35 @@ Components components_of(std::span<const double> v, int seeds) {
   return {all.mean(), std::max(0.0, all.variance() - within / seeds), within};
 }
 
+/// 95 % interval of exp(x) - exp(y), x and y of Student's bivariate t about their means. Errors are positive
+/// and scale with the laboratory, so that a gain scatters farther upwards than downwards.
+/// @param difference_std of x - y
+statistics::Interval gain_of_scales(double x, double y, double x_std, double y_std, double difference_std,
+                                    double freedom) {
+  constexpr int kRadii = 160, kAngles = 64;
+  double common = 0.0;
+  if (x_std > 0.0 && y_std > 0.0)
+    common = (x_std * x_std + y_std * y_std - difference_std * difference_std) / (2.0 * x_std * y_std);
+  common = std::clamp(common, -1.0, 1.0);
+  const double own = std::sqrt(1.0 - common * common);
+  std::vector<double> gain;
+  for (int k = 0; k < kRadii; ++k) {
+    const double beyond = (k + 0.5) / kRadii;
+    const double radius = std::sqrt(freedom * (std::pow(beyond, -2.0 / freedom) - 1.0));
+    for (int n = 0; n < kAngles; ++n) {
+      const double angle = 2.0 * std::numbers::pi * (n + 0.5) / kAngles;
+      const double u = radius * std::cos(angle), v = radius * std::sin(angle);
+      gain.push_back(std::exp(x + x_std * u) - std::exp(y + y_std * (common * u + own * v)));
+    }
+  }
+  const auto quantile = [&gain](double share) {
+    const auto at = gain.begin() + std::lround(share * double(gain.size() - 1));
+    std::ranges::nth_element(gain, at);
+    return *at;
+  };
+  return {quantile(0.025), quantile(0.975)};
+}
+
 }  // namespace
 
 std::size_t goal_index(const Experiment& experiment, const std::string& goal) {
@@ -409,26 +438,45 @@ std::size_t goal_index(const Experiment& experiment, const std::string& goal) {
 
 Promise promise_of(std::span<const double> old_goal, std::span<const double> new_goal, int seeds,
                    int prints) {
-  std::vector<double> gain(old_goal.size());
-  for (std::size_t n = 0; n < gain.size(); ++n) gain[n] = old_goal[n] - new_goal[n];
-  const double draws = double(gain.size()) / seeds;
-  const Components o = components_of(old_goal, seeds), w = components_of(new_goal, seeds),
-                   g = components_of(gain, seeds);
+  Promise p;
+  p.old_mean = components_of(old_goal, seeds).mean;
+  p.new_mean = components_of(new_goal, seeds).mean;
+  p.gain = p.old_mean - p.new_mean;
+  const auto positive = [](double v) { return v > 0.0; };
+  const bool scales = std::ranges::all_of(old_goal, positive) && std::ranges::all_of(new_goal, positive);
+  std::vector<double> from(old_goal.begin(), old_goal.end()), to(new_goal.begin(), new_goal.end());
+  if (scales)
+    for (std::vector<double>* all : {&from, &to})
+      for (double& v : *all) v = std::log(v);
+  std::vector<double> difference(from.size());
+  for (std::size_t n = 0; n < from.size(); ++n) difference[n] = from[n] - to[n];
+  const Components o = components_of(from, seeds), w = components_of(to, seeds),
+                   g = components_of(difference, seeds);
+  const double draws = double(from.size()) / seeds, freedom = draws - 1.0;
   // One laboratory's mean over `prints`, and the error of the simulated mean.
   const auto std = [&](const Components& c) {
     return std::sqrt(c.between * (1.0 + 1.0 / draws) + c.within * (1.0 / prints + 1.0 / (draws * seeds)));
   };
-  Promise p;
-  p.old_mean = o.mean;
-  p.new_mean = w.mean;
-  p.new_interval = interval(w.mean, std(w), draws - 1.0);
-  p.gain = g.mean;
-  p.gain_interval = interval(g.mean, std(g), draws - 1.0);
   const double lab_std = std::sqrt(g.between * (1.0 + 1.0 / draws) + g.within / (draws * seeds));
-  p.gain_std = lab_std;
-  p.sure = lab_std > 0.0 ? statistics::student_t_cdf(g.mean / lab_std, draws - 1.0)
-                         : (g.mean > 0.0   ? 1.0
-                            : g.mean < 0.0 ? 0.0
+  double centre = g.mean, least = kLeastGain * p.old_mean;
+  if (scales) {
+    // The mean over prints is larger than its logarithm says by half their variance.
+    const double old_log = o.mean + 0.5 * o.within, new_log = w.mean + 0.5 * w.within;
+    p.gain_interval = gain_of_scales(old_log, new_log, std(o), std(w), std(g), freedom);
+    p.new_interval = interval(new_log, std(w), freedom);
+    p.new_interval = {std::exp(p.new_interval.low), std::exp(p.new_interval.high)};
+    centre = old_log - new_log;
+    least = -std::log1p(-kLeastGain);
+  } else {
+    p.gain_interval = interval(p.gain, std(g), freedom);
+    p.new_interval = interval(p.new_mean, std(w), freedom);
+  }
+  p.gain_interval.low = std::min(p.gain_interval.low, p.gain);
+  p.gain_interval.high = std::max(p.gain_interval.high, p.gain);
+  p.clear = lab_std > 0.0 ? std::abs(centre - least) / lab_std : std::numeric_limits<double>::infinity();
+  p.sure = lab_std > 0.0 ? statistics::student_t_cdf(centre / lab_std, freedom)
+                         : (centre > 0.0   ? 1.0
+                            : centre < 0.0 ? 0.0
                                            : 0.5);
   return p;
 }

@@ -34,8 +34,8 @@ struct Promise {
   statistics::Interval new_interval;      ///< 95 %
   double gain = 0.0;                      ///< old - new
   statistics::Interval gain_interval;     ///< 95 %
-  double gain_std = 0.0;                  ///< of one laboratory's mean gain over endless prints
-  double sure = 0.5;                      ///< probability that the new setting is better in this laboratory
+  double clear = 0.0;             ///< standard errors between the gain and the least that is worth a change
+  double sure = 0.5;              ///< probability that the new setting is better in this laboratory
   double mean_error_share = 0.0;  ///< of the gain in the mean square error, the part of the mean error
 };
 
@@ -72,7 +72,8 @@ inline constexpr double kLeastGain = 0.02;
 /// Smallest certainty with which a change is advised.
 inline constexpr double kLeastSure = 0.95;
 
-/// Computes the promise of goals with two settings, [draw * seeds + seed].
+/// Computes the promise of goals with two settings, [draw * seeds + seed]: from their logarithms where all
+/// are positive.
 /// @pre equal sizes, at least two draws of two seeds
 Promise promise_of(std::span<const double> old_goal, std::span<const double> new_goal, int seeds, int prints);
 

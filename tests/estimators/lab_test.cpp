@@ -78,6 +78,24 @@ TEST_CASE("The posterior of a linear simulator is the one of its closed form") {
   }
 }
 
+TEST_CASE("A prior that is doubted pulls a far simulator less, and its posterior is wider") {
+  const SyntheticLikelihood likelihood(simulated(20'000, 1));
+  const std::vector<double> observed{2.0, -1.0, 0.3};
+  const Normal usual = likelihood.posterior(observed, kAll),
+               doubted = likelihood.posterior(observed, kAll, 1.5);
+  // Precisions add: the doubted posterior's is less by 1 - 1 / 1.5^2 on each axis.
+  const auto determinant = [](const Normal& n, double more) {
+    const double all = n.covariance[0] * n.covariance[3] - n.covariance[1] * n.covariance[2];
+    return (n.covariance[3] / all + more) * (n.covariance[0] / all + more) -
+           n.covariance[1] * n.covariance[2] / (all * all);
+  };
+  CHECK(determinant(doubted, 1.0 - 1.0 / 2.25) == Approx(determinant(usual, 0.0)));
+  for (std::size_t n = 0; n < 2; ++n) {
+    CHECK(doubted.std(n) > usual.std(n));
+    CHECK(std::abs(doubted.mean[n]) > std::abs(usual.mean[n]));
+  }
+}
+
 TEST_CASE("Posterior intervals of a simulator cover its parameters as often as they say") {
   const SyntheticLikelihood likelihood(simulated(120, 2));
   RandomStream random(3, Purpose::kTest);
@@ -321,5 +339,7 @@ TEST_CASE("Features of a print of five layers are refused, and unmeasured cells 
     }
   for (const double v : part.features()) CHECK(std::isfinite(v));
   part.layers.resize(5);
-  CHECK_THROWS_WITH(part.features(), Catch::Contains("5 measured layers"));
+  CHECK_THROWS_WITH(part.features(), Catch::Contains("5 measured layers, at least 6"));
+  part.layers.resize(1);
+  CHECK_THROWS_WITH(part.features(), Catch::Contains("1 measured layer, at least 6"));
 }

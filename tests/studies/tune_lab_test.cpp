@@ -244,6 +244,36 @@ TEST_CASE("A promise for the mean of many prints covers the laboratory's own gai
   CHECK(sure > trials * 9 / 10);
 }
 
+TEST_CASE(
+    "A promise covers gains that scale with the laboratory, though few draws hold the largest of them") {
+  RandomStream random(12, Purpose::kTest);
+  int above = 0, below = 0;
+  const int trials = 800, draws = 12, prints = 10;
+  const auto lab = [&] { return std::pair(0.6 * random.normal(), 0.3 + 0.3 * random.normal()); };
+  for (int t = 0; t < trials; ++t) {
+    std::vector<double> before, after;
+    for (int d = 0; d < draws; ++d) {
+      const auto [size, gain] = lab();
+      for (int s = 0; s < 2; ++s) {
+        after.push_back(std::exp(size + 0.1 * random.normal()));
+        before.push_back(after.back() * std::exp(gain + 0.05 * random.normal()));
+      }
+    }
+    const Promise p = promise_of(before, after, 2, prints);
+    const auto [size, gain] = lab();
+    double printed = 0.0;
+    for (int n = 0; n < prints; ++n) {
+      const double one = std::exp(size + 0.1 * random.normal());
+      printed += one * (std::exp(gain + 0.05 * random.normal()) - 1.0) / prints;
+    }
+    above += printed > p.gain_interval.high;
+    below += printed < p.gain_interval.low;
+  }
+  CHECK(above < trials * 4 / 100);
+  CHECK(below < trials * 4 / 100);
+  CHECK(above + below > trials * 2 / 100);
+}
+
 TEST_CASE("A laboratory is never known by the plant section of its recorded experiment") {
   Experiment e = small_print();
   e.plant.flow = 0.6;
