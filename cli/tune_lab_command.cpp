@@ -74,6 +74,13 @@ void require_place(const std::string& output) {
     throw UsageError("--output " + output + ": cannot be written: " + std::strerror(errno));
 }
 
+std::optional<PrintJournal> known_prints(const std::string& file) try {
+  if (file.empty()) return std::nullopt;
+  return std::optional<PrintJournal>(std::in_place, file);
+} catch (const UsageError& error) {
+  throw UsageError(std::string("--state ") + error.what());
+}
+
 }  // namespace
 
 int run_tune_lab(const TuneLabOptions& o) {
@@ -88,6 +95,7 @@ int run_tune_lab(const TuneLabOptions& o) {
   }
   const RecordedRun start = start_of(runs.front(), o.overrides);
   const std::vector<TuneKey> keys = keys_of(o, start.experiment);
+  std::optional<PrintJournal> known = known_prints(o.state);
   const int threads = o.threads > 0 ? o.threads : int(std::max(1u, std::thread::hardware_concurrency()));
   const int promised = o.verify > 0 ? o.verify : o.promised;
   JobProgress progress("firn tune");
@@ -97,11 +105,9 @@ int run_tune_lab(const TuneLabOptions& o) {
     });
   };
   const int fit_prints = int(kFitShare * o.budget);
-  std::optional<PrintJournal> known;
-  if (!o.state.empty()) known.emplace(o.state);
   PrintJournal* const journal = known ? &*known : nullptr;
   if (journal && journal->known() + journal->damaged() > 0)
-    fmt::print(stderr, "firn tune: {} prints are known from {}, {} of its lines are damaged\n",
+    fmt::print(stderr, "firn tune: {} prints are known from {}, {} of its lines were cut short\n",
                journal->known(), o.state, journal->damaged());
   const FittedLab lab = fit_lab(runs, {o.seed, threads, fit_prints, part(0.0, 0.4), journal});
   TuneAnswer answer{runs,     keys,  study_lab_of(start.experiment).metrics[goal].name, lab, {}, {}, {},

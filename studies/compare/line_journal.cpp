@@ -40,22 +40,33 @@ LineJournal::LineJournal(const std::filesystem::path& path, const std::string& b
 
 LineJournal::~LineJournal() { ::close(fd_); }
 
-std::vector<std::string> LineJournal::read(std::size_t& damaged) {
+std::vector<LineJournal::Line> LineJournal::lines() {
   const std::string text = read_file(path_);
   torn_ = !text.empty() && text.back() != '\n';
-  std::vector<std::string> lines;
+  std::vector<Line> lines;
+  std::size_t number = 0;
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t end = std::min(text.find('\n', at), text.size());
     const std::string_view line = std::string_view(text).substr(at, end - at);
     at = end + 1;
+    ++number;
     if (line.empty()) continue;
-    if (line.size() > kDigits + 1 && line[kDigits] == ' ' &&
-        checksum_of(line.substr(kDigits + 1)) == line.substr(0, kDigits))
-      lines.emplace_back(line.substr(kDigits + 1));
+    const bool right = line.size() > kDigits + 1 && line[kDigits] == ' ' &&
+                       checksum_of(line.substr(kDigits + 1)) == line.substr(0, kDigits);
+    lines.push_back({number, std::string(right ? line.substr(kDigits + 1) : line), right});
+  }
+  return lines;
+}
+
+std::vector<std::string> LineJournal::read(std::size_t& damaged) {
+  std::vector<std::string> texts;
+  for (Line& line : lines()) {
+    if (line.right)
+      texts.push_back(std::move(line.text));
     else
       ++damaged;
   }
-  return lines;
+  return texts;
 }
 
 void LineJournal::append(std::string_view text) {

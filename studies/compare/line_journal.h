@@ -20,6 +20,13 @@ class LineJournal {
   LineJournal(const LineJournal&) = delete;
   LineJournal& operator=(const LineJournal&) = delete;
 
+  struct Line {
+    std::size_t number;  ///< from 1
+    std::string text;    ///< without the checksum where it is right, else as it stands
+    bool right;
+  };
+  /// Returns all lines but empty ones.
+  std::vector<Line> lines();
   /// Returns the whole lines as they were appended, and adds the number of the others to `damaged`.
   std::vector<std::string> read(std::size_t& damaged);
   /// Appends with one write(), so that a line is whole or torn, never mixed with another.

@@ -1,13 +1,20 @@
 #include "studies/tune/print_journal.h"
 
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <span>
+#include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "files/digest.h"
+#include "files/usage_error.h"
 #include "runtime/build_info.h"
 
 namespace firn::tuning {
@@ -32,32 +39,59 @@ std::vector<double> numbers_of(const Json& j) {
   return values;
 }
 
-std::optional<std::pair<std::string, LabPrint>> parse_print(const std::string& line) {
+/// @throws UsageError naming the key
+std::pair<std::string, LabPrint> parse_print(const std::string& where, const std::string& line) {
+  const Json j = Json::parse(line, nullptr, false);
+  const char* key = "digest";
   try {
-    const Json j = Json::parse(line);
+    if (!j.is_object()) throw UsageError(where + "no simulated print");
+    const auto at = [&](const char* name) -> const Json& { return j.at(key = name); };
     LabPrint p;
-    p.finished = j.at("finished").get<bool>();
-    p.reason = j.at("reason").get<std::string>();
-    p.metrics = numbers_of(j.at("metrics"));
-    p.features = numbers_of(j.at("features"));
-    const std::vector<double> traits = numbers_of(j.at("traits"));
-    if (traits.size() != 4) return std::nullopt;
+    std::string digest = at("digest").get<std::string>();
+    p.finished = at("finished").get<bool>();
+    p.reason = at("reason").get<std::string>();
+    p.metrics = numbers_of(at("metrics"));
+    p.features = numbers_of(at("features"));
+    const std::vector<double> traits = numbers_of(at("traits"));
+    if (traits.size() != 4) throw UsageError(where + "key 'traits': four numbers are wanted");
     p.traits = {traits[0], traits[1], traits[2], traits[3]};
-    return std::pair(j.at("digest").get<std::string>(), std::move(p));
+    return {std::move(digest), std::move(p)};
   } catch (const Json::exception&) {
-    return std::nullopt;
+    throw UsageError(fmt::format("{}no simulated print: key '{}' is missing or of another type", where, key));
   }
+}
+
+/// True for the beginning of a line, as a writer that was killed leaves it.
+bool cut_short(const std::string& line) {
+  constexpr std::string_view kBegin = "0000000000000000 {";
+  for (std::size_t n = 0; n < std::min(line.size(), kBegin.size()); ++n)
+    if (kBegin[n] == '0' ? !std::isxdigit(static_cast<unsigned char>(line[n])) : line[n] != kBegin[n])
+      return false;
+  return line.back() != '}';
+}
+
+const std::filesystem::path& require_file(const std::filesystem::path& file) {
+  std::error_code none;
+  const auto status = std::filesystem::status(file, none);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    throw UsageError(file.string() + ": is no file");
+  return file;
 }
 
 }  // namespace
 
 PrintJournal::PrintJournal(const std::filesystem::path& file)
-    : lines_(file, file.string() + ": another firn tune is at work with this file") {
-  for (const std::string& line : lines_.read(damaged_)) {
-    if (auto print = parse_print(line))
-      prints_.insert_or_assign(std::move(print->first), std::move(print->second));
-    else
+    : lines_(require_file(file), file.string() + ": another firn tune is at work with this file") {
+  for (const LineJournal::Line& line : lines_.lines()) {
+    const std::string where = fmt::format("{}: line {}: ", file.string(), line.number);
+    if (line.right) {
+      auto [digest, print] = parse_print(where, line.text);
+      prints_.insert_or_assign(std::move(digest), std::move(print));
+    } else if (cut_short(line.text)) {
       ++damaged_;
+    } else {
+      throw UsageError(where + "damaged, or no record of firn tune: its checksum is another");
+    }
   }
   known_ = prints_.size();
 }

@@ -18,8 +18,9 @@ namespace firn::tuning {
 
 class PrintJournal {
  public:
-  /// Opens or makes the file. @throws UsageError naming it and the reason: another firn tune is at work with
-  /// it
+  /// Opens or makes the file. A line that was cut short when its writer was killed does not count.
+  /// @throws UsageError naming file, line and key: it is no file or cannot be written, another firn tune is
+  /// at work with it, a line is damaged or no simulated print
   explicit PrintJournal(const std::filesystem::path& file);
 
   /// Returns the digest of everything that decides a print's result, this program's commit included.
@@ -29,7 +30,7 @@ class PrintJournal {
   std::optional<LabPrint> find(const std::string& digest);
   void append(const std::string& digest, const LabPrint& print);
   std::size_t known() const { return known_; }      ///< prints on record when it was opened
-  std::size_t damaged() const { return damaged_; }  ///< lines that do not count
+  std::size_t damaged() const { return damaged_; }  ///< lines that were cut short
 
  private:
   LineJournal lines_;

@@ -1,9 +1,14 @@
 // firn tune from the log of a small print to its answer, its page and its verification.
 #include <catch2/catch.hpp>
 
+#include <fmt/core.h>
+
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "cli/tune_lab_command.h"
+#include "files/record/checksum.h"
 #include "files/usage_error.h"
 #include "tests/cli/run_firn.h"
 
@@ -36,6 +41,11 @@ fs::path printed_run(const std::string& name) {
   return {};
 }
 
+// A line with its checksum.
+std::string checked_line(const std::string& text) {
+  return fmt::format("{:016x} {}\n", logfile::checksum64(std::as_bytes(std::span(text))), text);
+}
+
 }  // namespace
 
 TEST_CASE("firn tune answers from a print's log, writes its page and holds the promise against prints") {
@@ -61,8 +71,8 @@ TEST_CASE("firn tune answers from a print's log, writes its page and holds the p
 }
 
 TEST_CASE(
-    "firn tune refuses keys that it cannot tune and pages that it cannot write, before anything is "
-    "simulated") {
+    "firn tune refuses keys that it cannot tune, pages that it cannot write and states that are none, before "
+    "anything is simulated") {
   const fs::path run = printed_run("tune-refused");
   const auto refused = [&](const std::string& keys) {
     const Said said = firn_says({"tune", run.string(), "--keys", keys});
@@ -79,6 +89,24 @@ TEST_CASE(
   };
   CHECK_THAT(page_at("/nowhere/page.html"), Contains("/nowhere/page.html") && Contains("cannot be written"));
   CHECK_THAT(page_at(run.string()), Contains("is a folder"));
+  const auto state_of = [&](const std::string& text) {
+    const fs::path state = run.parent_path() / "state";
+    std::ofstream(state) << text;
+    const Said said =
+        firn_says({"tune", run.string(), "--keys", "control.smf.kp", "--state", state.string()});
+    CHECK(said.code == 2);
+    CHECK(file_text(state) == text);
+    return said.err;
+  };
+  CHECK_THAT(state_of("[run]\nname = 'demo'\n"), Contains("--state") && Contains("state: line 1: damaged"));
+  CHECK_THAT(state_of("9b04f9d28dfcc4d0 {\"finished\":true}\n"), Contains("line 1: damaged"));
+  CHECK_THAT(state_of(checked_line("{\"digest\":\"1\",\"finished\":true}")),
+             Contains("state: line 1") && Contains("key 'reason'"));
+  const auto state_at = [&](const std::string& state) {
+    return firn_says({"tune", run.string(), "--keys", "control.smf.kp", "--state", state}).err;
+  };
+  CHECK_THAT(state_at("/nowhere/state"), Contains("--state /nowhere/state: cannot be opened"));
+  CHECK_THAT(state_at(run.string()), Contains("is no file"));
   const Said none = firn_says({"tune", run.string()});
   CHECK(none.code == 2);
   CHECK_THAT(none.err, Contains("--keys"));
