@@ -100,11 +100,15 @@ std::string verification_text(const TuneAnswer& a) {
         "verified: {} prints with the old and {} with the new setting stopped: nothing to compare\n",
         v.stopped_old, v.stopped_new);
   const auto& promised = a.advice->promise.gain_interval;
+  const bool more = v.stopped_new <= v.stopped_old && v.pairs.difference > promised.high;
   return fmt::format(
       "verified by {} pairs: {:.3f} -> {:.3f}, gain {:.3f} [{:.3f}, {:.3f}], p = {:.3f}; promised [{:.3f}, "
       "{:.3f}]: the promise {}\n",
       v.pairs.pairs, v.pairs.mean_a, v.pairs.mean_b, v.pairs.difference, v.pairs.interval.low,
-      v.pairs.interval.high, v.pairs.p, promised.low, promised.high, v.held ? "held" : "DID NOT HOLD");
+      v.pairs.interval.high, v.pairs.p, promised.low, promised.high,
+      v.held ? "held"
+      : more ? "did not hold: more was gained"
+             : "DID NOT HOLD");
 }
 
 }  // namespace

@@ -390,3 +390,24 @@ TEST_CASE("A log whose surface is tilted as no laboratory tilts it is refused by
   TuneAnswer answer{runs, {}, "rms_um", lab, {}, {}, {}, 10, 3};
   CHECK_THAT(tune_line(answer), Contains("no advice") && Contains("tilt of the surface along y"));
 }
+
+TEST_CASE("A verification says whether its gain lies within, above or below the promised interval") {
+  FittedLab lab;
+  lab.lab = &lab_classes().front();
+  lab.posterior.mean.assign(lab.lab->parameters.size(), 0.0);
+  Advice advice;
+  advice.promise.gain_interval = {0.2, 0.6};
+  Verification verification;
+  verification.pairs.pairs = 20;
+  TuneAnswer answer{{}, {}, "rms_um", lab, advice, {}, verification, 20, 1};
+  const auto said = [&](double gain, int stopped_new) {
+    answer.verification->pairs.difference = gain;
+    answer.verification->held = gain >= 0.2 && gain <= 0.6 && stopped_new == 0;
+    answer.verification->stopped_new = stopped_new;
+    return tune_text(answer);
+  };
+  CHECK_THAT(said(0.4, 0), Contains("the promise held\n"));
+  CHECK_THAT(said(0.7, 0), Contains("the promise did not hold: more was gained\n"));
+  CHECK_THAT(said(0.1, 0), Contains("the promise DID NOT HOLD\n"));
+  CHECK_THAT(said(0.7, 1), Contains("the promise DID NOT HOLD\n"));
+}
