@@ -15,7 +15,7 @@ constexpr int kBreak_px = 3;                     // gaps that compression makes 
 constexpr int kMostCut = 4;                      // gap that a bright line leaves in an object [px]
 constexpr int kLeastFace = 8, kDeep = 3;         // sides of such a gap [px]
 constexpr long kLeastPart = 64;                  // area [px]
-constexpr int kMostThickness(int side) { return std::max(4, side / 150); }
+constexpr int most_thickness_px(int side) { return std::max(4, side / 150); }
 
 // A mask seen by rows or by columns.
 struct MaskView {
@@ -90,14 +90,6 @@ bool erase(const MaskView& m, const Stretch& s) {
     for (int line = s.first; line <= s.last; ++line) erased |= std::exchange(m.at(line, p), 0) != 0;
   }
   return erased;
-}
-
-CellMask mask_of(const Component& c) {
-  CellMask mask(c.x1 - c.x0 + 1, c.y1 - c.y0 + 1);
-  for (const Run& r : c.runs)
-    std::fill_n(mask.cells.begin() + std::ptrdiff_t(mask.index(r.x0 - c.x0, r.y - c.y0)), r.x1 - r.x0 + 1,
-                std::uint8_t(1));
-  return mask;
 }
 
 // All four sides of its box are lines, and nothing else.
@@ -177,7 +169,7 @@ void append(Component& a, Component&& b) {
   a.runs = std::move(runs);
 }
 
-// What the picture's edge does not reach joins what it does, if a line cuts it off.
+// Joins an object at the picture's edge and the objects that a line cuts off from it.
 void join_cut_objects(std::vector<Component>& components) {
   for (std::size_t i = 0; i < components.size(); ++i) {
     if (components[i].area < kLeastPart) continue;
@@ -209,9 +201,9 @@ std::vector<Component> remove_drawn_lines(std::vector<Component>&& components, c
     bool erased = false;
     const MaskView rows{mask, false}, columns{mask, true};
     const std::vector<Stretch> across =
-        wide ? long_bands(rows, f.width, kMostThickness(f.height)) : std::vector<Stretch>{};
+        wide ? long_bands(rows, f.width, most_thickness_px(f.height)) : std::vector<Stretch>{};
     const std::vector<Stretch> down =
-        high ? long_bands(columns, f.height, kMostThickness(f.width)) : std::vector<Stretch>{};
+        high ? long_bands(columns, f.height, most_thickness_px(f.width)) : std::vector<Stretch>{};
     for (const Stretch& s : across)
       if (is_drawn(s, across, f.width)) erased |= erase(rows, s);
     for (const Stretch& s : down)

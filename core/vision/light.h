@@ -23,8 +23,7 @@ struct Light {
   double noise = 0.0;                ///< standard deviation of one pixel [grey levels]
   double dark = 0.0;                 ///< grey level of opaque objects
   double depth = 0.0;                ///< ground - dark, typical
-  double opposite =
-      0.0;  ///< squared contrast of what is brighter than the ground over that of darker objects
+  double opposite = 0.0;             ///< squared contrast of the weaker side of the ground over the other's
 
   /// Bilinear in the blocks' centres.
   double ground_at(double x, double y) const;

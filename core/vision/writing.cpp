@@ -46,10 +46,7 @@ Silhouette silhouette_of(const Component& c) {
   Silhouette s;
   s.columns = width_of(c);
   s.rows = height_of(c);
-  s.mask.assign(std::size_t(s.columns) * std::size_t(s.rows), 0);
-  for (const Run& r : c.runs)
-    std::fill_n(s.mask.begin() + std::ptrdiff_t(r.y - c.y0) * s.columns + (r.x0 - c.x0), r.x1 - r.x0 + 1,
-                std::uint8_t(1));
+  s.mask = mask_of(c).cells;
   return s;
 }
 

@@ -57,7 +57,7 @@ class GcodeReader {
     std::array<std::optional<double>, 26> of{};
     std::optional<double>& operator[](char letter) { return of[std::size_t(letter - 'A')]; }
   };
-  /// What a block asks for besides its modal codes.
+  /// Requests of a block besides its modal codes.
   struct Asked {
     std::optional<int> motion;
     bool cancel = false, dwell = false, home = false, set_place = false;

@@ -59,7 +59,7 @@ class LineControllerNode final : public Node {
   HeightMap ink_around(const Point2&, const vision::Frame&) const;
   vision::LineLook end_window(const HeightMap& ink) const;
   void look_at_end(std::size_t end, const vision::Frame&);
-  /// Of the ink that the layer added; NaN where the pictures do not tell.
+  /// Error of an end of the ink that the layer added [mm]; NaN where the pictures do not tell.
   double end_error_mm(std::size_t end, std::int32_t layer) const;
   /// Empty where none goes on that has not been told.
   std::string new_end_that_goes_on(std::int32_t layer);
