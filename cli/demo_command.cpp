@@ -14,12 +14,12 @@
 #include "cli/replay_command.h"
 #include "cli/report_command.h"
 #include "cli/side_by_side.h"
-#include "cli/source_folder.h"
 #include "config/include.h"
 #include "print/exit_codes.h"
 #include "print/labs/print_labs.h"
 #include "print/live/bus_check.h"
 #include "replay/print_verdict.h"
+#include "runtime/source_folder.h"
 
 namespace firn {
 namespace {

@@ -9,11 +9,11 @@
 #include <sstream>
 
 #include "cli/option_set.h"
-#include "cli/source_folder.h"
 #include "config/find_key.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
 #include "print/exit_codes.h"
+#include "runtime/source_folder.h"
 
 namespace firn {
 namespace {

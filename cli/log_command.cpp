@@ -24,8 +24,6 @@
 namespace firn {
 namespace {
 
-using namespace logfile;
-
 constexpr std::size_t kShownProblems = 20;
 
 struct Channel {
@@ -34,10 +32,10 @@ struct Channel {
   std::vector<std::pair<std::int64_t, std::int64_t>> gaps;  // first, last seq
 };
 
-struct Verdict {
+struct LogVerdict {
   std::string kind;
   std::uint64_t bytes = 0, pieces = 0, checked = 0;
-  DamageList damage;
+  logfile::DamageList damage;
   std::vector<std::string> problems;  // of the content; the first kShownProblems are shown
   std::uint64_t problem_count = 0;
   std::map<std::string, Channel, std::less<>> channels;
@@ -52,19 +50,19 @@ struct Verdict {
 bool is_record_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
   for (const char* ending : {".wal", ".rec", ".paths", ".traj"})
     if (path.extension() == ending) return true;
-  return RecordReader(bytes).header_ok();
+  return logfile::RecordReader(bytes).header_ok();
 }
 
 // A trajectory file is known by its name, or under any name by its first record.
 bool holds_trajectories(const std::filesystem::path& path, std::span<const std::byte> bytes) {
   if (path.extension() == ".traj") return true;
-  const auto first = RecordReader(bytes).next();
+  const auto first = logfile::RecordReader(bytes).next();
   return first && first->kind == std::uint16_t(TrajectoryRecord::kHead) && path.extension() != ".wal" &&
          path.extension() != ".rec" && path.extension() != ".paths";
 }
 
 // A file of paths that ends between two records is whole to its records, but not to a printer.
-void read_layers(Verdict& v, std::span<const std::byte> bytes) try {
+void read_layers(LogVerdict& v, std::span<const std::byte> bytes) try {
   LayerReader layers(bytes);
   while (layers.next()) {
   }
@@ -72,7 +70,7 @@ void read_layers(Verdict& v, std::span<const std::byte> bytes) try {
   v.problem("byte " + std::to_string(e.offset) + ": " + e.problem);
 }
 
-void read_trajectories(Verdict& v, std::span<const std::byte> bytes) try {
+void read_trajectories(LogVerdict& v, std::span<const std::byte> bytes) try {
   TrajectoryReader paths(bytes);
   while (paths.next()) {
   }
@@ -81,7 +79,7 @@ void read_trajectories(Verdict& v, std::span<const std::byte> bytes) try {
 }
 
 // Messages of reliable channels are numbered without gaps; a missing one is a gap of the recording.
-void count_message(Verdict& v, const logfile::Event& e) {
+void count_message(LogVerdict& v, const logfile::Event& e) {
   const auto it = v.channels.try_emplace(std::string(e.channel)).first;
   Channel& c = it->second;
   ++c.messages;
@@ -100,7 +98,7 @@ void count_message(Verdict& v, const logfile::Event& e) {
 }
 
 // Says of each gap how much of it a repair would fill.
-void count_gaps(Verdict& v, const std::filesystem::path& nodes) {
+void count_gaps(LogVerdict& v, const std::filesystem::path& nodes) {
   std::map<std::string, std::uint64_t, std::less<>> held;
   const bool gaps = std::ranges::any_of(v.channels, [](const auto& c) { return c.second.missing > 0; });
   if (gaps && std::filesystem::is_directory(nodes))
@@ -121,10 +119,10 @@ void count_gaps(Verdict& v, const std::filesystem::path& nodes) {
   }
 }
 
-Verdict verify_events(const std::filesystem::path& path) {
-  const EventLogFile file(path);
-  EventLogReader reader = file.reader();
-  Verdict v;
+LogVerdict verify_events(const std::filesystem::path& path) {
+  const logfile::EventLogFile file(path);
+  logfile::EventLogReader reader = file.reader();
+  LogVerdict v;
   v.kind = "event log";
   v.bytes = file.bytes().size();
   if (!file.has_index())
@@ -137,16 +135,16 @@ Verdict verify_events(const std::filesystem::path& path) {
     count_message(v, *e);
   }
   count_gaps(v, path.parent_path() / "nodes");
-  for (const Damage& d : file.index().damage().list())
+  for (const logfile::Damage& d : file.index().damage().list())
     v.problem("index: byte " + std::to_string(d.offset) + ": " + std::string(d.reason));
   v.damage = reader.damage();
   return v;
 }
 
-Verdict verify_records(const std::filesystem::path& path) {
-  const MappedFile file(path);
-  RecordReader reader(file.bytes());
-  Verdict v;
+LogVerdict verify_records(const std::filesystem::path& path) {
+  const logfile::MappedFile file(path);
+  logfile::RecordReader reader(file.bytes());
+  LogVerdict v;
   const bool paths = path.extension() == ".paths", trajectories = holds_trajectories(path, file.bytes());
   v.kind = path.extension() == ".wal" ? "write-ahead file"
            : paths                    ? "path file"
@@ -166,13 +164,13 @@ Verdict verify_records(const std::filesystem::path& path) {
   return v;
 }
 
-void print_json(const LogOptions& o, const Verdict& v, std::ostream& out) {
+void print_json(const LogOptions& o, const LogVerdict& v, std::ostream& out) {
   out << "{\"ok\":" << (v.ok() ? "true" : "false") << ",\"file\":" << json_string(o.file)
       << ",\"kind\":" << json_string(v.kind) << ",\"bytes\":" << v.bytes << ",\"read\":" << v.pieces
       << ",\"checked\":" << v.checked << ",\"lost\":" << v.damage.lost()
       << ",\"damage_count\":" << v.damage.count() << ",\"damage\":[";
   for (std::size_t i = 0; i < v.damage.list().size(); ++i) {
-    const Damage& d = v.damage.list()[i];
+    const logfile::Damage& d = v.damage.list()[i];
     out << (i ? "," : "") << "{\"offset\":" << d.offset << ",\"bytes\":" << d.bytes
         << ",\"reason\":" << json_string(d.reason) << ",\"lost\":" << d.lost << "}";
   }
@@ -188,12 +186,12 @@ void print_json(const LogOptions& o, const Verdict& v, std::ostream& out) {
   out << "}}\n";
 }
 
-void print_text(const LogOptions& o, const Verdict& v, std::ostream& out) {
+void print_text(const LogOptions& o, const LogVerdict& v, std::ostream& out) {
   out << o.file << ": " << v.kind << ", " << v.bytes << " bytes, " << v.pieces << " read, " << v.checked
       << " with checksum, " << v.damage.lost() << " lost\n";
   if (!v.note.empty()) out << "  note: " << v.note << "\n";
   for (std::size_t i = 0; i < std::min(kShownProblems, v.damage.list().size()); ++i) {
-    const Damage& d = v.damage.list()[i];
+    const logfile::Damage& d = v.damage.list()[i];
     out << "  byte " << d.offset << ": " << d.reason << " (" << d.bytes << " bytes, " << d.lost << " lost)\n";
   }
   if (v.damage.count() > kShownProblems) out << "  ... " << v.damage.count() << " damages in all\n";
@@ -210,15 +208,15 @@ bool wanted(const LogOptions& o, std::int64_t us) {
 }
 
 template <class Piece>
-int finish_cat(const LogOptions& o, const DamageList& damage, Piece what, std::ostream& err) {
-  for (const Damage& d : damage.list())
+int finish_cat(const LogOptions& o, const logfile::DamageList& damage, Piece what, std::ostream& err) {
+  for (const logfile::Damage& d : damage.list())
     err << o.file << ": byte " << d.offset << ": " << d.reason << " (" << d.lost << " " << what << " lost)\n";
   return damage.count() ? kFailed : kOk;
 }
 
 int cat_events(const LogOptions& o, const MessageTypes& types, std::ostream& out, std::ostream& err) {
-  const EventLogFile file(o.file);
-  EventLogReader reader = file.reader();
+  const logfile::EventLogFile file(o.file);
+  logfile::EventLogReader reader = file.reader();
   const LineOptions json{{16, o.full}, &types};
   std::int64_t left = o.count;
   while (left != 0) {
@@ -234,8 +232,8 @@ int cat_events(const LogOptions& o, const MessageTypes& types, std::ostream& out
 }
 
 int cat_records(const LogOptions& o, const MessageTypes& types, std::ostream& out, std::ostream& err) {
-  const MappedFile file(o.file);
-  RecordReader reader(file.bytes());
+  const logfile::MappedFile file(o.file);
+  logfile::RecordReader reader(file.bytes());
   const LineOptions json{{16, o.full}, &types};
   std::int64_t left = o.count, now_us = 0;
   while (left != 0) {
@@ -253,12 +251,12 @@ int cat_records(const LogOptions& o, const MessageTypes& types, std::ostream& ou
   return finish_cat(o, reader.damage(), "records", err);
 }
 
-bool is_records(const LogOptions& o) { return is_record_file(o.file, MappedFile(o.file).bytes()); }
+bool is_records(const LogOptions& o) { return is_record_file(o.file, logfile::MappedFile(o.file).bytes()); }
 
 }  // namespace
 
 int log_verify(const LogOptions& o, std::ostream& out) {
-  const Verdict v = is_records(o) ? verify_records(o.file) : verify_events(o.file);
+  const LogVerdict v = is_records(o) ? verify_records(o.file) : verify_events(o.file);
   (o.json ? print_json : print_text)(o, v, out);
   return v.ok() ? kOk : kFailed;
 }
@@ -287,7 +285,7 @@ int log_repair(const LogOptions& o, std::ostream& out) {
     throw UsageError(sources.string() + ": no folder of write-ahead files to repair from");
   const std::filesystem::path run = std::filesystem::absolute(log).parent_path();
   const SealCheck seals = std::filesystem::is_directory(run / "seals") ? check_seals(run) : SealCheck{};
-  const RepairReport r = repair_from_write_ahead(log, sources);
+  const logfile::RepairReport r = repair_from_write_ahead(log, sources);
   if (r.rewritten) seal_repaired(run, seals);
   if (o.json) {
     out << "{\"rewritten\":" << (r.rewritten ? "true" : "false") << ",\"events\":" << r.events
@@ -322,7 +320,7 @@ int run_log(const LogOptions& o) try {
       return log_repair(o, std::cout);
   }
   return kUsage;
-} catch (const FileError& e) {
+} catch (const logfile::FileError& e) {
   if (o.action == LogAction::kRepair) throw;
   throw UsageError(e.what());
 }

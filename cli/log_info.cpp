@@ -13,16 +13,14 @@
 namespace firn {
 namespace {
 
-using namespace logfile;
-
 constexpr std::int64_t kFirstWallTime_us = 1'000'000'000'000'000;  // 2001; smaller stamps are times of a run
 
 struct LogInfo {
   std::uint64_t bytes = 0;
   bool numbered = true, has_index = false;
   std::uint64_t restarts = 0;
-  DamageList damage;
-  LogStatistics statistics;
+  logfile::DamageList damage;
+  logfile::LogStatistics statistics;
 };
 
 /// The messages of a channel that begin with the same fingerprint, as a reader sees them.
@@ -35,18 +33,19 @@ struct TypeRow {
   bool fits = false;
 };
 
-std::string hex(std::int64_t fingerprint) {
+std::string hex_of(std::int64_t fingerprint) {
   char text[20];
   std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(fingerprint));
   return text;
 }
 
-std::vector<TypeRow> rows(const std::string& channel, const ChannelStatistics& c, const MessageTypes& types) {
-  std::vector<TypeRow> rows;
+std::vector<TypeRow> info_rows(const std::string& channel, const logfile::ChannelStatistics& c,
+                               const MessageTypes& types) {
+  std::vector<TypeRow> info_rows;
   for (const auto& [fingerprint, count] : c.fingerprints) {
     TypeRow row;
     row.messages = count.messages;
-    row.fingerprint = hex(fingerprint);
+    row.fingerprint = hex_of(fingerprint);
     for (const schema::Type* type : types.of(count.first)) row.names.push_back(full_name(*type));
     if (row.names.empty()) {
       row.not_lcm = not_lcm(channel, count.first).value_or("");
@@ -56,25 +55,25 @@ std::vector<TypeRow> rows(const std::string& channel, const ChannelStatistics& c
         row.fits = near.fits;
       }
     }
-    rows.push_back(std::move(row));
+    info_rows.push_back(std::move(row));
   }
   if (c.too_short > 0) {
     TypeRow row;
     row.messages = c.too_short;
     row.not_lcm = not_lcm(channel, c.first_short).value_or("");
-    rows.push_back(std::move(row));
+    info_rows.push_back(std::move(row));
   }
-  std::ranges::stable_sort(rows, std::greater{}, &TypeRow::messages);
-  return rows;
+  std::ranges::stable_sort(info_rows, std::greater{}, &TypeRow::messages);
+  return info_rows;
 }
 
-std::string number(double v, const char* format = "%.6g") {
+std::string number_text(double v, const char* format = "%.6g") {
   char text[40];
   std::snprintf(text, sizeof text, format, v);
   return text;
 }
 
-std::string seconds(std::int64_t us) { return number(double(us) * 1e-6, "%.6f"); }
+std::string seconds(std::int64_t us) { return number_text(double(us) * 1e-6, "%.6f"); }
 
 std::string utc(std::int64_t us) {
   const std::time_t t = std::time_t(us / 1'000'000);
@@ -85,7 +84,7 @@ std::string utc(std::int64_t us) {
   return text;
 }
 
-std::string json_steps(const TimeSteps& s) {
+std::string json_steps(const logfile::TimeSteps& s) {
   return "{\"back\":" + std::to_string(s.back) + ",\"largest_s\":" + seconds(s.largest_us) +
          ",\"event\":" + std::to_string(s.largest_event) + ",\"byte\":" + std::to_string(s.largest_offset) +
          "}";
@@ -103,29 +102,30 @@ std::string json_row(const TypeRow& row) {
   return text + "}";
 }
 
-std::string json_channel(const std::string& name, const ChannelStatistics& c, const MessageTypes& types) {
-  const Intervals::Gaps gaps = c.intervals.gaps();
+std::string json_channel(const std::string& name, const logfile::ChannelStatistics& c,
+                         const MessageTypes& types) {
+  const logfile::Intervals::Gaps gaps = c.intervals.gaps();
   std::string text =
       "{\"messages\":" + std::to_string(c.messages) + ",\"bytes\":" + std::to_string(c.bytes) +
       ",\"smallest\":" + std::to_string(c.smallest) + ",\"largest\":" + std::to_string(c.largest) +
       ",\"damaged\":" + std::to_string(c.damaged) + ",\"first_s\":" + seconds(c.first_us) +
-      ",\"last_s\":" + seconds(c.last_us) + ",\"rate_hz\":" + number(c.rate_hz()) +
-      ",\"median_interval_s\":" + number(c.intervals.median_us() * 1e-6) +
+      ",\"last_s\":" + seconds(c.last_us) + ",\"rate_hz\":" + number_text(c.rate_hz()) +
+      ",\"median_interval_s\":" + number_text(c.intervals.median_us() * 1e-6) +
       ",\"longest_interval_s\":" + seconds(std::max<std::int64_t>(c.intervals.longest_us(), 0)) +
       ",\"longest_begins_s\":" + seconds(c.intervals.longest_begin_us()) +
-      ",\"gaps\":" + std::to_string(gaps.count) + ",\"gap_s\":" + number(gaps.at_least_us * 1e-6) +
+      ",\"gaps\":" + std::to_string(gaps.count) + ",\"gap_s\":" + number_text(gaps.at_least_us * 1e-6) +
       ",\"time_order\":" + json_steps(c.steps) +
       ",\"more_fingerprints\":" + std::to_string(c.more_fingerprints) + ",\"types\":[";
   const char* comma = "";
-  for (const TypeRow& row : rows(name, c, types)) {
+  for (const TypeRow& row : info_rows(name, c, types)) {
     text += comma + json_row(row);
     comma = ",";
   }
   return text + "]}";
 }
 
-void print_json(const LogOptions& o, const LogInfo& info, const MessageTypes& types, std::ostream& out) {
-  const LogStatistics& s = info.statistics;
+void print_info_json(const LogOptions& o, const LogInfo& info, const MessageTypes& types, std::ostream& out) {
+  const logfile::LogStatistics& s = info.statistics;
   out << "{\"file\":" << json_string(o.file) << ",\"bytes\":" << info.bytes << ",\"events\":" << s.events()
       << ",\"data_bytes\":" << s.data_bytes() << ",\"first_s\":" << seconds(s.first_us())
       << ",\"last_s\":" << seconds(s.last_us()) << ",\"index\":" << (info.has_index ? "true" : "false")
@@ -163,32 +163,32 @@ void print_row(const TypeRow& row, std::ostream& out) {
   out << "\n";
 }
 
-void print_steps(const TimeSteps& steps, const char* indent, std::ostream& out) {
+void print_steps(const logfile::TimeSteps& steps, const char* indent, std::ostream& out) {
   if (steps.back > 0)
     out << indent << "time goes back " << steps.back << " times, by " << seconds(steps.largest_us)
         << " s at most (event " << steps.largest_event << ", byte " << steps.largest_offset << ")\n";
 }
 
-void print_channel(const std::string& name, const ChannelStatistics& c, const MessageTypes& types,
+void print_channel(const std::string& name, const logfile::ChannelStatistics& c, const MessageTypes& types,
                    std::ostream& out) {
   out << "  " << name << ": " << c.messages << " messages, " << c.bytes << " bytes (" << c.smallest << " to "
-      << c.largest << "), " << number(c.rate_hz(), "%.4g") << " Hz";
+      << c.largest << "), " << number_text(c.rate_hz(), "%.4g") << " Hz";
   if (c.intervals.count() > 0)
     out << ", longest interval " << seconds(c.intervals.longest_us()) << " s from "
         << seconds(c.intervals.longest_begin_us()) << " s";
   out << "\n";
-  for (const TypeRow& row : rows(name, c, types)) print_row(row, out);
+  for (const TypeRow& row : info_rows(name, c, types)) print_row(row, out);
   if (c.more_fingerprints > 0) out << "    " << c.more_fingerprints << " with further fingerprints\n";
-  const Intervals::Gaps gaps = c.intervals.gaps();
+  const logfile::Intervals::Gaps gaps = c.intervals.gaps();
   if (gaps.count > 0)
-    out << "    gaps: " << gaps.count << " intervals of " << number(gaps.at_least_us * 1e-6)
-        << " s or more; the median is " << number(c.intervals.median_us() * 1e-6, "%.3g") << " s\n";
+    out << "    gaps: " << gaps.count << " intervals of " << number_text(gaps.at_least_us * 1e-6)
+        << " s or more; the median is " << number_text(c.intervals.median_us() * 1e-6, "%.3g") << " s\n";
   print_steps(c.steps, "    ", out);
   if (c.damaged > 0) out << "    " << c.damaged << " damaged\n";
 }
 
-void print_text(const LogOptions& o, const LogInfo& info, const MessageTypes& types, std::ostream& out) {
-  const LogStatistics& s = info.statistics;
+void print_info_text(const LogOptions& o, const LogInfo& info, const MessageTypes& types, std::ostream& out) {
+  const logfile::LogStatistics& s = info.statistics;
   out << o.file << ": LCM log, " << info.bytes << " bytes, " << s.events() << " events on "
       << s.channels().size() << " channels, " << seconds(s.last_us() - s.first_us()) << " s";
   if (const std::string begin = utc(s.first_us()); !begin.empty()) out << " from " << begin;
@@ -198,7 +198,7 @@ void print_text(const LogOptions& o, const LogInfo& info, const MessageTypes& ty
   if (info.restarts > 0) out << "  " << info.restarts + 1 << " logs, one behind the other\n";
   print_steps(s.steps(), "  ", out);
   for (std::size_t i = 0; i < std::min<std::size_t>(20, info.damage.list().size()); ++i) {
-    const Damage& d = info.damage.list()[i];
+    const logfile::Damage& d = info.damage.list()[i];
     out << "  byte " << d.offset << ": " << d.reason << " (" << d.bytes << " bytes, " << d.lost << " lost)\n";
   }
   if (info.damage.count() > 20) out << "  ... " << info.damage.count() << " damages in all\n";
@@ -210,10 +210,10 @@ void print_text(const LogOptions& o, const LogInfo& info, const MessageTypes& ty
 
 int log_info(const LogOptions& o, std::ostream& out) {
   const MessageTypes types(o.types);
-  const EventLogFile file(o.file);
-  if (RecordReader(file.bytes()).header_ok())
+  const logfile::EventLogFile file(o.file);
+  if (logfile::RecordReader(file.bytes()).header_ok())
     throw UsageError(o.file + ": a record file, not an LCM log; `firn log verify` reads it");
-  EventLogReader reader = file.reader();
+  logfile::EventLogReader reader = file.reader();
   LogInfo info;
   info.bytes = file.bytes().size();
   info.has_index = file.has_index();
@@ -226,7 +226,7 @@ int log_info(const LogOptions& o, std::ostream& out) {
   info.numbered = reader.numbered();
   info.restarts = reader.restarts();
   info.damage = reader.damage();
-  (o.json ? print_json : print_text)(o, info, types, out);
+  (o.json ? print_info_json : print_info_text)(o, info, types, out);
   return info.damage.count() ? kFailed : kOk;
 }
 

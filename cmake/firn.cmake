@@ -123,7 +123,8 @@ endfunction()
 
 # firn_library(NAME sources… [COLD] [BY_FOLDER] LINK targets… PRIVATE_LINK targets…): one library of the house; headers are
 # included by full path from the root. COLD code runs once or waits for people or instruments: -Og compiles it in half of the
-# time. BY_FOLDER: no batch crosses folders, of which some may call what others may not (scripts/check_symbols.py).
+# time, and a batch may be large, which has less to compile twice and inlines less. BY_FOLDER: no batch crosses folders, of which
+# some may call what others may not (scripts/check_symbols.py).
 function(firn_library name)
   cmake_parse_arguments(ARG "COLD;BY_FOLDER" "" "LINK;PRIVATE_LINK" ${ARGN})
   add_library(${name} STATIC ${ARG_UNPARSED_ARGUMENTS})
@@ -135,7 +136,11 @@ function(firn_library name)
   if(FIRN_PCH)
     target_precompile_headers(${name} REUSE_FROM firn_pch)
   endif()
-  firn_batches(${name} 10 ${ARG_BY_FOLDER})
+  set(most 10)
+  if(ARG_COLD)
+    set(most 24)
+  endif()
+  firn_batches(${name} ${most} ${ARG_BY_FOLDER})
 endfunction()
 
 # firn_process(NAME main.cpp [DEMO] LINK targets…): one executable in build/bin; `programs` builds them all, `demo` those
@@ -193,7 +198,7 @@ function(firn_test name)
     string(TOLOWER firn_${kind}_pch pch)
     target_precompile_headers(${name} REUSE_FROM ${pch})
   endif()
-  firn_batches(${name} 16 FALSE)
+  firn_batches(${name} 32 FALSE)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   firn_without_lines(${name})
   if(NOT ARG_TIMEOUT)
@@ -229,8 +234,8 @@ function(firn_bench name)
   if(ARG_OUTCOMES)
     target_compile_options(${name} PRIVATE ${FIRN_TEST_OPTIONS})
     set(pch firn_test_pch)
-    firn_batches(${name} 16 FALSE)
   endif()
+  firn_batches(${name} 16 FALSE)
   if(FIRN_PCH)
     target_precompile_headers(${name} REUSE_FROM ${pch})
   endif()

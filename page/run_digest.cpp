@@ -22,14 +22,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kUm = 1e3;  // per mm
+constexpr double kDigestUm = 1e3;  // per mm
 constexpr std::string_view kLamp = "lamp";
 
 void add(std::string_view channel, std::span<const std::byte> message, RunDigest& digest) {
   if (channel == channels::kLayerMetrics.name) {
     layer_metrics_t m{};
     if (replay::decode_recorded(message, m) && heights_told(m))
-      digest.last = RunDigest::Error{m.rms_mm * kUm, m.mean_error_mm * kUm, m.layer};
+      digest.last = RunDigest::Error{m.rms_mm * kDigestUm, m.mean_error_mm * kDigestUm, m.layer};
   } else if (channel == channels::kLampCommand.name) {
     lamp_command_t m{};
     if (replay::decode_recorded(message, m)) digest.lamp_open_s += m.exposure_s;

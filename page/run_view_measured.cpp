@@ -25,7 +25,7 @@
 namespace firn::page {
 namespace {
 
-constexpr double kUm = 1e3;  // per mm
+constexpr double kMeasuredUm = 1e3;  // per mm
 constexpr const char* kDeviceStates[] = {"disconnected", "connecting", "identifying", "safe",  "staged",
                                          "armed",        "active",     "suspect",     "fault", "estop"};
 constexpr const char* kOutcomes[] = {"ready", "done", "nothing done", "unknown", "refused", "failed"};
@@ -83,9 +83,9 @@ void RunView::on_metrics(std::span<const std::byte> bytes) {
   LayerRow r;
   r.n = m.layer;
   r.t_s = double(m.header.utime_us) * 1e-6;
-  r.rms_um = m.rms_mm * kUm;
-  r.mean_um = m.mean_error_mm * kUm;
-  r.max_um = std::max(std::abs(m.min_error_mm), std::abs(m.max_error_mm)) * kUm;
+  r.rms_um = m.rms_mm * kMeasuredUm;
+  r.mean_um = m.mean_error_mm * kMeasuredUm;
+  r.max_um = std::max(std::abs(m.min_error_mm), std::abs(m.max_error_mm)) * kMeasuredUm;
   if (!heights_told(m)) r.rms_um = r.mean_um = r.max_um = std::nan("");
   r.droplets = m.drops;
   r.decide_ms = m.decide_s * 1e3;
@@ -161,7 +161,7 @@ void RunView::on_line_plan(std::span<const std::byte> bytes) {
   add("shutter_closes_late_by", m.close_delay_s * 1e3, "ms");
   for (const auto& [name, mm] :
        {std::pair("lines_start_late_by", m.start_error_mm), std::pair("lines_end_late_by", m.end_error_mm)})
-    if (std::isfinite(mm)) add(name, mm * kUm, "um");
+    if (std::isfinite(mm)) add(name, mm * kMeasuredUm, "um");
 }
 
 void RunView::on_estimate(std::string_view channel, std::span<const std::byte> bytes) {
@@ -174,8 +174,8 @@ void RunView::on_estimate(std::string_view channel, std::span<const std::byte> b
     if (!decode(bytes, m)) return;
     const double values[] = {m.h1_mm, m.h2_mm, m.h3_mm};
     for (std::size_t n = 0; n < 3; ++n)
-      add("h" + std::to_string(n + 1), values[n] * kUm,
-          std::sqrt(std::max(0.0, m.covariance_mm2[4 * n])) * kUm, "um");
+      add("h" + std::to_string(n + 1), values[n] * kMeasuredUm,
+          std::sqrt(std::max(0.0, m.covariance_mm2[4 * n])) * kMeasuredUm, "um");
     return;
   }
   flow_model_t m{};

@@ -87,7 +87,7 @@ std::string as_json(std::uint64_t step, const Event& e, const std::vector<std::s
     case EventKind::kMessage: {
       const ChannelInfo* channel = find_channel(e.channel);
       const schema::Type* type = channel ? Schema::builtin().find(channel->type) : nullptr;
-      s += ",\"message\":" + (type ? to_json(*type, e.bytes) : "null");
+      s += ",\"message\":" + (type ? firn::to_json(*type, e.bytes) : "null");
       break;
     }
     case EventKind::kWake:

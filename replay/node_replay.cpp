@@ -311,8 +311,8 @@ class NodeReplay {
     } else if (same_place) {
       difference = byte_difference(a->bytes, b->bytes);
     } else {
-      difference = {"output " + std::to_string(n), a ? in_words(*a) : "nothing", b ? in_words(*b) : "nothing",
-                    0};
+      difference = {"output " + std::to_string(n), a ? replay::in_words(*a) : "nothing",
+                    b ? replay::in_words(*b) : "nothing", 0};
     }
     if (told) return true;
     Finding f = finding(FindingKind::kOutput, "the node puts out something else than was recorded");

@@ -25,8 +25,8 @@ constexpr std::size_t kMostDepth = 200;
 constexpr double kPixel_mm = 25.4 / 96.0;
 
 /// Elements whose content is not drawn where it stands.
-constexpr std::array<std::string_view, 10> kNotDrawn{"defs", "symbol", "marker", "pattern", "clipPath",
-                                                     "mask", "style",  "script", "filter",  "metadata"};
+constexpr std::array<std::string_view, 10> kSvgNotDrawn{"defs", "symbol", "marker", "pattern", "clipPath",
+                                                        "mask", "style",  "script", "filter",  "metadata"};
 /// Elements that would be drawn, but are no shapes.
 constexpr std::array<std::string_view, 4> kRefused{"use", "text", "image", "foreignObject"};
 
@@ -110,7 +110,7 @@ class SvgReader {
     State state = stack_.back();
     const auto is = [&](std::string_view other) { return other == element; };
     const auto display = property(attributes, "display"), visibility = property(attributes, "visibility");
-    if (std::any_of(kNotDrawn.begin(), kNotDrawn.end(), is) || (display && *display == "none"))
+    if (std::any_of(kSvgNotDrawn.begin(), kSvgNotDrawn.end(), is) || (display && *display == "none"))
       state.drawn = false;
     if (visibility) state.visible = *visibility != "hidden" && *visibility != "collapse";
     if (state.drawn && std::any_of(kRefused.begin(), kRefused.end(), is))

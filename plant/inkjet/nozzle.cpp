@@ -8,14 +8,14 @@
 namespace firn::plant {
 namespace {
 
-struct Input {
+struct NozzleInput {
   const NozzleParams* params;
   double drops_per_s = 0.0;
   double target = 0.0;
 };
 
 int nozzle_rates(realtype, N_Vector y_vector, N_Vector rate_vector, void* user) {
-  const auto& in = *static_cast<const Input*>(user);
+  const auto& in = *static_cast<const NozzleInput*>(user);
   const NozzleParams& p = *in.params;
   const realtype* y = NV_DATA_S(y_vector);
   realtype* rate = NV_DATA_S(rate_vector);
@@ -30,7 +30,7 @@ int nozzle_rates(realtype, N_Vector y_vector, N_Vector rate_vector, void* user) 
 
 // Every step starts afresh (the input jumps), so the state vector is all there is to save.
 struct Nozzle::Solver {
-  Input input;
+  NozzleInput input;
   Cvode cvode{"nozzle", 4, nozzle_rates, &input};
 
   explicit Solver(const NozzleParams* params) : input{params} {

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kHeaters = 3;
 constexpr std::int64_t kOff_cdegC = -5000;  ///< set point, 0.01 degC
-constexpr const char *kDamaged = "E,1", *kUnknown = "E,2", *kRefused = "E,3";
+constexpr const char *kDamaged = "E,1", *kUnknown = "E,2", *kHeaterRefused = "E,3";
 
 std::string reading(const Heat& heat) {
   std::string text = "T";
@@ -38,7 +38,7 @@ std::string HeaterTwin::execute(std::string_view command, std::int64_t now_us) {
   Words words(arguments);
   const auto channel = words.integer(1, kHeaters),
              cdegC = words.integer(kOff_cdegC, std::llround(highest_degC_ * 100.0));
-  if (!words.good() || words.more()) return kRefused;
+  if (!words.good() || words.more()) return kHeaterRefused;
   heat.advance(now_us);
   heat.set(int(channel) - 1, double(cdegC) * 0.01);
   wires_.note(now_us, port_, DeviceEvent::kHeaterSet, channel * 100'000 + cdegC + 10'000);

@@ -23,7 +23,14 @@ enum Command : std::uint8_t {
   kDump = 0x60,
   kGetVersion = 0xF0,
 };
-enum Status : std::uint8_t { kOk = 0, kBadSum = 1, kUnknown = 2, kBadLength = 3, kBusy = 4, kBadValue = 5 };
+enum Status : std::uint8_t {
+  kOk = 0,
+  kBadSum = 1,
+  kJetUnknown = 2,
+  kBadLength = 3,
+  kBusy = 4,
+  kBadValue = 5
+};
 
 int data_length(std::uint8_t command) {
   switch (command) {
@@ -114,7 +121,7 @@ void JetTwin::execute(std::int64_t now_us) {
   std::uint8_t sum = 0;
   for (std::size_t n = 1; n + 1 < frame_.size(); ++n) sum = std::uint8_t(sum + frame_[n]);
   if (sum != frame_.back()) return answer(false, command, kBadSum, now_us);
-  if (wanted < 0) return answer(false, command, kUnknown, now_us);
+  if (wanted < 0) return answer(false, command, kJetUnknown, now_us);
   if (count != wanted) return answer(false, command, kBadLength, now_us);
   if (now_us < state_.busy_until_us) return answer(false, command, kBusy, now_us);
   const auto u16 = [&](int at) { return std::uint16_t(data[at] << 8 | data[at + 1]); };
@@ -180,7 +187,7 @@ void JetTwin::execute(std::int64_t now_us) {
       return link_.reply({bytes, 5}, now_us);
     }
     default:
-      return answer(false, command, kUnknown, now_us);
+      return answer(false, command, kJetUnknown, now_us);
   }
   answer(true, command, kOk, now_us);
 }

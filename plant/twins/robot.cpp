@@ -12,13 +12,14 @@ using namespace fvp;
 
 namespace {
 
-constexpr double kRad = std::numbers::pi / 180.0, kTick_s = 0.016;
+constexpr double kRobotRad = std::numbers::pi / 180.0, kTick_s = 0.016;
 constexpr std::int64_t kPower_us = 3'000'000, kCalibrate_us = 8'000'000, kBoot_us = 2'000'000;
 constexpr std::int64_t kInterpret_us = 20'000;  ///< from a command to the motion that it starts
 constexpr double kWatchdog_us = 1e6;            ///< of the host's time
-constexpr std::array<double, 4> kFullRate{360.0 * kRad, 672.0 * kRad, 1100.0, 1200.0 * kRad};  ///< Table 2-1
-constexpr double kFullAccel_s = 0.25;  ///< from rest to full rate
-constexpr double kStopPower_s = 0.06;  ///< brakes
+constexpr std::array<double, 4> kFullRate{360.0 * kRobotRad, 672.0 * kRobotRad, 1100.0,
+                                          1200.0 * kRobotRad};  ///< Table 2-1
+constexpr double kFullAccel_s = 0.25;                           ///< from rest to full rate
+constexpr double kStopPower_s = 0.06;                           ///< brakes
 constexpr int kMotionError = -1016;
 
 }  // namespace
@@ -177,7 +178,7 @@ std::string RobotTwin::execute(std::string_view text, std::int64_t now_us) {
 
 bool RobotTwin::in_range(const Joints& q) const {
   for (std::size_t n = 0; n < 4; ++n) {
-    const double value = n == 2 ? q[n] : q[n] / kRad, slack = 1e-3;
+    const double value = n == 2 ? q[n] : q[n] / kRobotRad, slack = 1e-3;
     if (value < params_.low[n] - slack || value > params_.high[n] + slack) return false;
   }
   return true;
@@ -226,7 +227,7 @@ std::string RobotTwin::run(std::int32_t id, int mask, std::int64_t now_us) {
   points.reserve(slot->points.size());
   for (const Point& c : slot->points) points.push_back(joints_at(c));
   for (std::size_t n = 0; n < 4; ++n)
-    if (std::abs(points.front()[n] - arm.reference()[n]) > (n == 2 ? 0.05 : 0.01 * kRad))
+    if (std::abs(points.front()[n] - arm.reference()[n]) > (n == 2 ? 0.05 : 0.01 * kRobotRad))
       return refused(Nak::kState, "not at the first point");
 
   // DURATION is a minimum: a motion that a joint cannot follow in a tick takes longer, and so does a path now

@@ -267,7 +267,7 @@ BringupFinding lamp_run(BringupLab& lab, const std::string& node) {
               : "switch it on and wait until it is warm: lamp.warm_up_s; STM, RUN unknown: instrument_timer"};
 }
 
-constexpr BringupRow kRows[] = {
+constexpr BringupRow kInkjetRows[] = {
     {13, "jet", "GETVERSION answers 06, command, status, version, sum", "[devices.jet.dialect]",
      &version_reply, &is_jetdrive},
     {14, "jet", "the sum of a reply is that of command and status", "JetDriveDialect::frame", &reply_sum,
@@ -296,6 +296,6 @@ constexpr BringupRow kRows[] = {
 
 }  // namespace
 
-std::span<const BringupRow> inkjet_rows() { return kRows; }
+std::span<const BringupRow> inkjet_rows() { return kInkjetRows; }
 
 }  // namespace firn

@@ -247,7 +247,7 @@ BringupFinding pulse_array(BringupLab& lab, const std::string& node) {
                        : "pulses come after the array's last entry: shorten the run-out"};
 }
 
-constexpr BringupRow kRows[] = {
+constexpr BringupRow kStageRows[] = {
     {8, "stage", "reply characters and terminators", "controller parameters", &reply_characters},
     {9, "stage", "several lines in one chunk are all answered", "send_stop_burst", &burst},
     {12, "stage", "counts per unit and soft limits", "[stage]", &limits_and_counts},
@@ -263,6 +263,6 @@ constexpr BringupRow kRows[] = {
 
 }  // namespace
 
-std::span<const BringupRow> stage_rows() { return kRows; }
+std::span<const BringupRow> stage_rows() { return kStageRows; }
 
 }  // namespace firn

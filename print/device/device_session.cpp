@@ -13,8 +13,8 @@
 namespace firn {
 namespace {
 
-constexpr std::int64_t kLeaseEvery_us = 50'000, kLongestWait_us = 50'000;
-constexpr double kLease_s = 0.3, kStopWithin_s = 5.0;
+constexpr std::int64_t kRenewEvery_us = 50'000, kLongestWait_us = 50'000;
+constexpr double kSessionLease_s = 0.3, kStopWithin_s = 5.0;
 constexpr std::int64_t kRun = 1;
 
 }  // namespace
@@ -83,12 +83,12 @@ void DeviceSession::step(const Event& event) {
 
 void DeviceSession::turn() {
   if (granted_ && monotonic_us() >= lease_us_) {
-    lease_us_ = monotonic_us() + kLeaseEvery_us;
+    lease_us_ = monotonic_us() + kRenewEvery_us;
     enable_t lease{};
     lease.header = header();
     lease.enable_epoch = kEpoch;
     lease.enabled = 1;
-    lease.lease_s = kLease_s;
+    lease.lease_s = kSessionLease_s;
     std::vector<std::byte> bytes(std::size_t(lease.getEncodedSize()));
     lease.encode(bytes.data(), 0, int(bytes.size()));
     deliver(channels::kEnable.name, bytes);

@@ -161,7 +161,7 @@ constexpr DeviceVerb kVerbs[] = {
     {"gas", "set", "ATOMIZER SHEATH [sccm]", 2, "flows, which go on until the next order", &set_gas},
 };
 
-std::string_view kind_of(std::string_view node) {
+std::string_view verb_kind(std::string_view node) {
   return node == "valve_b" ? "valve_a" : node == "jet_b" ? "jet" : node;
 }
 
@@ -170,7 +170,7 @@ std::string_view kind_of(std::string_view node) {
 std::vector<const DeviceVerb*> verbs_of(std::string_view node) {
   std::vector<const DeviceVerb*> verbs;
   for (const DeviceVerb& v : kVerbs)
-    if (v.node.empty() || v.node == kind_of(node)) verbs.push_back(&v);
+    if (v.node.empty() || v.node == verb_kind(node)) verbs.push_back(&v);
   return verbs;
 }
 

@@ -11,7 +11,7 @@
 namespace firn {
 namespace {
 
-constexpr double kPicture_s = 1.0;  // longest time of one picture
+constexpr double kJetPicture_s = 1.0;  // longest time of one picture
 
 }  // namespace
 
@@ -140,7 +140,7 @@ void DropletLoop::send_pictures(Time now, Outbox& out) {
   c.delay_us = o.first_us;
   c.step_us = o.step_us;
   c.gain_db = experiment().camera.gain_db;
-  stamp(c, NodeId::kCamera, o.frames * (kPicture_s + experiment().camera.exposure_us * 1e-6), now, out);
+  stamp(c, NodeId::kCamera, o.frames * (kJetPicture_s + experiment().camera.exposure_us * 1e-6), now, out);
   out.send(channels::kCameraCommand, c);
 }
 

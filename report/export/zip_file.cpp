@@ -11,7 +11,7 @@
 namespace firn::tables {
 namespace {
 
-constexpr int kLevel = 4;
+constexpr int kZipLevel = 4;
 constexpr std::size_t kBlock = 1 << 18;
 constexpr std::uint32_t kAll32 = 0xffffffffu;
 constexpr std::uint16_t kVersion = 45, kDeflated = 8, kUtf8Names = 1 << 11;
@@ -58,7 +58,7 @@ void ZipWriter::write(std::string_view bytes) {
 
 void ZipWriter::deflate(Entry& entry, const std::function<void(const Put&)>& fill) {
   z_stream z{};
-  if (deflateInit2(&z, kLevel, Z_DEFLATED, -MAX_WBITS, 8, Z_DEFAULT_STRATEGY) != Z_OK)
+  if (deflateInit2(&z, kZipLevel, Z_DEFLATED, -MAX_WBITS, 8, Z_DEFAULT_STRATEGY) != Z_OK)
     throw WriteError(path_.string() + ": no memory to deflate");
   struct End {
     z_stream* z;

@@ -14,11 +14,11 @@
 namespace firn::replay {
 namespace {
 
-constexpr int kSlices = 24;        // of a block in its pictures
-constexpr std::size_t kShown = 6;  // layers
+constexpr int kSlices = 24;            // of a block in its pictures
+constexpr std::size_t kInksShown = 6;  // layers
 
 // As in the pictures of the block.
-Rgba color(Material m) {
+Rgba ink_color(Material m) {
   switch (m) {
     case Material::kA:
       return {58, 128, 186, 255};
@@ -38,7 +38,7 @@ std::string mask_pictures(const InkLayer& layer, const std::string& title) {
   for (const MaterialMap* map : {&layer.wanted, &layer.planned}) {
     Raster raster(g.nx, g.ny);
     for (int j = 0; j < g.ny; ++j)
-      for (int i = 0; i < g.nx; ++i) raster.at(i, g.ny - 1 - j) = color(map->of(g.index(i, j)));
+      for (int i = 0; i < g.nx; ++i) raster.at(i, g.ny - 1 - j) = ink_color(map->of(g.index(i, j)));
     s += svg_text(left, kTop - 7, "start", "tick", map == &layer.wanted ? "wanted" : "printed") +
          svg_image(raster, left, kTop, kWide, high);
     left += kWide + kGap;
@@ -59,7 +59,7 @@ std::int64_t cells_against(const InkLayer& l) {
 
 std::string layers_of(const NamedInks& run) {
   const std::vector<InkLayer>& all = run.data->layers;
-  const std::size_t shown = std::min(kShown, all.size());
+  const std::size_t shown = std::min(kInksShown, all.size());
   std::string s = "<div class=\"row\">\n";
   for (std::size_t n = 0; n < shown; ++n) {
     const InkLayer& l = all[shown > 1 ? n * (all.size() - 1) / (shown - 1) : 0];

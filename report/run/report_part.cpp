@@ -11,14 +11,14 @@
 namespace firn::replay {
 namespace {
 
-constexpr double kUm = 1e3;        // per mm
-constexpr double kShown = 0.995;   // of a run's cells decide about the scale of errors
+constexpr double kPartUm = 1e3;       // per mm
+constexpr double kPartShown = 0.995;  // of a run's cells decide about the scale of errors
 constexpr double kOfMedian = 2.0;  // the scale in medians of the runs: one bad run must not blanch the others
 
-const LayerRow* last(const RunData& r) { return r.layers.empty() ? nullptr : &r.layers.back(); }
+const LayerRow* last_part_row(const RunData& r) { return r.layers.empty() ? nullptr : &r.layers.back(); }
 bool has_map(const RunData& r) { return r.height.size() > 0; }
 
-std::string figure(const std::string& caption, const std::string& body, const std::string& cls = "") {
+std::string part_figure(const std::string& caption, const std::string& body, const std::string& cls = "") {
   return "<figure" + (cls.empty() ? "" : " class=\"" + cls + "\"") + "><figcaption>" + caption +
          "</figcaption>\n" + body + "</figure>\n";
 }
@@ -40,7 +40,7 @@ HeightMap error_map(const RunData& r) {
 std::vector<double> sizes_um(const HeightMap& errors) {
   std::vector<double> sizes;
   for (const double e : errors.cells)
-    if (std::isfinite(e)) sizes.push_back(std::abs(e) * kUm);
+    if (std::isfinite(e)) sizes.push_back(std::abs(e) * kPartUm);
   return sizes;
 }
 
@@ -50,7 +50,7 @@ double quantile(std::vector<double> values, double share) {
   return *at;
 }
 
-std::string error_maps(const std::vector<NamedRun>& runs) {
+std::string part_error_maps(const std::vector<NamedRun>& runs) {
   double largest_um = 0.0;
   std::vector<double> usual_um;
   for (const NamedRun& r : runs) {
@@ -58,7 +58,7 @@ std::string error_maps(const std::vector<NamedRun>& runs) {
     const std::vector<double> sizes = sizes_um(error_map(*r.data));
     if (sizes.empty()) continue;
     largest_um = std::max(largest_um, *std::ranges::max_element(sizes));
-    usual_um.push_back(quantile(sizes, kShown));
+    usual_um.push_back(quantile(sizes, kPartShown));
   }
   if (usual_um.empty()) return "";
   const double end_um = std::max(std::min(largest_um, kOfMedian * quantile(usual_um, 0.5)), 1e-3);
@@ -71,10 +71,11 @@ std::string error_maps(const std::vector<NamedRun>& runs) {
   s += "</p>\n<div class=\"row\">\n";
   for (const NamedRun& r : runs) {
     if (!has_map(*r.data)) continue;
-    const LayerRow* l = last(*r.data);
-    s += figure(
+    const LayerRow* l = last_part_row(*r.data);
+    s += part_figure(
         "<b>" + escape_html(r.name) + "</b>" +
-            (l ? ", layer " + std::to_string(l->layer) + ", RMS " + number(l->rms_mm * kUm, 2) + " µm" : ""),
+            (l ? ", layer " + std::to_string(l->layer) + ", RMS " + number(l->rms_mm * kPartUm, 2) + " µm"
+               : ""),
         heat_map(error_map(*r.data), scale, "error of " + r.name, &r.data->mask), "map");
   }
   return s + "</div><div class=\"bar\">" + color_bar(scale, "height − target [µm]") + "</div>\n";
@@ -86,8 +87,8 @@ std::string surfaces(const std::vector<NamedRun>& runs) {
     if (!has_map(*r.data)) continue;
     for (const double h : r.data->height.cells)
       if (std::isfinite(h)) {
-        scale.low_um = std::min(scale.low_um, h * kUm);
-        scale.high_um = std::max(scale.high_um, h * kUm);
+        scale.low_um = std::min(scale.low_um, h * kPartUm);
+        scale.high_um = std::max(scale.high_um, h * kPartUm);
       }
   }
   if (!(scale.low_um < scale.high_um)) return "";
@@ -97,8 +98,8 @@ std::string surfaces(const std::vector<NamedRun>& runs) {
       "outline.</p>\n<div class=\"row\">\n";
   for (const NamedRun& r : runs)
     if (has_map(*r.data))
-      s += figure("<b>" + escape_html(r.name) + "</b>",
-                  heat_map(r.data->height, scale, "height of " + r.name, &r.data->mask), "map");
+      s += part_figure("<b>" + escape_html(r.name) + "</b>",
+                       heat_map(r.data->height, scale, "height of " + r.name, &r.data->mask), "map");
   return s + "</div><div class=\"bar\">" + color_bar(scale, "height [µm]") + "</div>\n";
 }
 
@@ -127,14 +128,14 @@ Series section(const HeightMap& map, const std::string& label, int style,
     for (int n = 0; n <= steps; ++n) {
       const double t = cut->from_mm + (cut->to_mm - cut->from_mm) * n / steps;
       s.x.push_back(t);
-      s.y.push_back(height_at(map, cut->x_mm + t * cut->along_x, cut->y_mm + t * cut->along_y) * kUm);
+      s.y.push_back(height_at(map, cut->x_mm + t * cut->along_x, cut->y_mm + t * cut->along_y) * kPartUm);
     }
     return s;
   }
   const int j = map.spec.ny / 2;
   for (int i = 0; i < map.spec.nx; ++i) {
     s.x.push_back(map.spec.x_mm(i));
-    s.y.push_back(map.at(i, j) * kUm);
+    s.y.push_back(map.at(i, j) * kPartUm);
   }
   return s;
 }
@@ -154,7 +155,7 @@ std::string sections(const std::vector<NamedRun>& runs) {
     measured.push_back(section(r.height, run.name, run.style, cut));
     if (r.truth) truths.push_back(section(*r.truth, run.name, run.style, cut));
     for (double h : measured.back().y) top = std::isfinite(h) ? std::max(top, h) : top;
-    for (double h : r.target.cells) target_top = std::max(target_top, h * kUm);
+    for (double h : r.target.cells) target_top = std::max(target_top, h * kPartUm);
   }
   if (measured.empty()) return "";
   const auto options = [&](const char* title, bool upper) {
@@ -168,13 +169,13 @@ std::string sections(const std::vector<NamedRun>& runs) {
   };
   std::string s =
       "<h2>Cross-sections</h2>\n<div class=\"row\">\n" +
-      figure("Measured surface and target", line_chart(measured, options("cross-sections", false)));
+      part_figure("Measured surface and target", line_chart(measured, options("cross-sections", false)));
   const bool level = target_top > 0 && !cut;  // a line's section has no level top
   if (level)
-    s += figure("The same, the upper part enlarged",
-                line_chart(measured, options("cross-sections, enlarged", true)));
+    s += part_figure("The same, the upper part enlarged",
+                     line_chart(measured, options("cross-sections, enlarged", true)));
   if (truths.size() > 1 && target_top > 0)
-    s += figure(
+    s += part_figure(
         level ? "True surface of the simulated world, enlarged" : "True surface of the simulated world",
         line_chart(truths, options("true cross-sections", level)));
   return s + "</div>\n";
@@ -197,8 +198,8 @@ Series per_layer(const NamedRun& r, Value value) {
 std::string by_layer(const std::vector<NamedRun>& runs) {
   std::vector<Series> rms, drops, std_um;
   for (const NamedRun& r : runs) {
-    rms.push_back(per_layer(r, [](const LayerRow& l) { return l.rms_mm * kUm; }));
-    std_um.push_back(per_layer(r, [](const LayerRow& l) { return l.std_mm * kUm; }));
+    rms.push_back(per_layer(r, [](const LayerRow& l) { return l.rms_mm * kPartUm; }));
+    std_um.push_back(per_layer(r, [](const LayerRow& l) { return l.std_mm * kPartUm; }));
     drops.push_back(per_layer(r, [](const LayerRow& l) { return double(l.drops); }));
   }
   const auto options = [](const char* title, const char* y_name, bool logarithmic) {
@@ -215,15 +216,16 @@ std::string by_layer(const std::vector<NamedRun>& runs) {
   const bool heights = any_layer([](const LayerRow& l) { return std::isfinite(l.rms_mm); }) ||
                        !any_layer([](const LayerRow&) { return true; });
   return "<h2>Layer by layer</h2>\n<div class=\"row\">\n" +
-         (heights ? figure("RMS error about the final target",
-                           line_chart(rms, options("RMS per layer", "RMS [µm], logarithmic", true))) +
-                        figure("Roughness: standard deviation of the error",
-                               line_chart(std_um, options("std per layer", "std [µm]", false)))
+         (heights ? part_figure("RMS error about the final target",
+                                line_chart(rms, options("RMS per layer", "RMS [µm], logarithmic", true))) +
+                        part_figure("Roughness: standard deviation of the error",
+                                    line_chart(std_um, options("std per layer", "std [µm]", false)))
                   : std::string()) +
          (!runs.empty() && runs.front().data->lab == &kLineReport
-              ? figure("Shutter switches",
-                       line_chart(drops, options("switches per layer", "switches", false)))
-              : figure("Droplets", line_chart(drops, options("droplets per layer", "droplets", false)))) +
+              ? part_figure("Shutter switches",
+                            line_chart(drops, options("switches per layer", "switches", false)))
+              : part_figure("Droplets",
+                            line_chart(drops, options("droplets per layer", "droplets", false)))) +
          "</div>\n";
 }
 
@@ -268,7 +270,7 @@ std::string times(const std::vector<NamedRun>& runs) {
     if (all[n].x.empty()) continue;
     ChartOptions o = chart("time per layer of " + runs[n].name, "layer", "time [s]");
     o.whole_x = o.from_zero = true;
-    s += figure("<b>" + escape_html(runs[n].name) + "</b>", bar_chart(all[n], top, o));
+    s += part_figure("<b>" + escape_html(runs[n].name) + "</b>", bar_chart(all[n], top, o));
   }
   return s + "</div>\n";
 }
@@ -313,7 +315,7 @@ std::string part_sections(const std::vector<NamedRun>& runs) {
   std::vector<NamedInks> inks;
   for (const NamedRun& r : runs)
     if (r.data->inks) inks.push_back({r.name, &*r.data->inks});
-  return error_maps(runs) + lab_sections(runs) + surfaces(runs) + sections(runs) + ink_sections(inks) +
+  return part_error_maps(runs) + lab_sections(runs) + surfaces(runs) + sections(runs) + ink_sections(inks) +
          by_layer(runs) + times(runs);
 }
 

@@ -17,7 +17,7 @@
 namespace firn::replay {
 namespace {
 
-constexpr double kUm = 1e3;  // per mm
+constexpr double kHealthUm = 1e3;  // per mm
 
 std::string marked(const std::string& text, bool good) {
   return "<span class=\"" + std::string(good ? "good" : "bad") + "\">" + escape_html(text) + "</span>";
@@ -31,8 +31,8 @@ std::string tolerance_cell(const RunData& r) {
   const double rms = r.layers.back().rms_mm, limit = *r.health.tolerance_mm;
   if (std::isnan(rms)) return "not judged: heights were not measured";
   const bool within = rms <= limit && r.outcome != "out of tolerance";
-  return marked(within ? "within tolerance" : "OUT OF TOLERANCE", within) + ": RMS " + number(rms * kUm, 2) +
-         " µm, one layer is " + number(limit * kUm, 2) + " µm" +
+  return marked(within ? "within tolerance" : "OUT OF TOLERANCE", within) + ": RMS " +
+         number(rms * kHealthUm, 2) + " µm, one layer is " + number(limit * kHealthUm, 2) + " µm" +
          (r.outcome == "out of tolerance" ? "; " + escape_html(r.reason) : "");
 }
 

@@ -51,7 +51,7 @@ std::vector<double> between(const std::vector<double>& v) {
 }
 
 constexpr double kApartShare = 0.9;  // of the spacing of the points of 2.2
-constexpr double kEdge_mm = 10.0, kStep_mm = 10.0;
+constexpr double kEdge_mm = 10.0, kTableStep_mm = 10.0;
 
 double distance_to(const std::vector<TablePoint>& points, const TablePoint& p) {
   double nearest = std::numeric_limits<double>::max();
@@ -75,12 +75,12 @@ std::vector<TablePoint> more_points(const CalibrationLab& lab) {
                           all = grid_of(xs, ys);
   all.insert(all.end(), more.begin(), more.end());
   const double apart_mm = kApartShare * std::min(step(xs), step(ys));
-  if (apart_mm <= kStep_mm) return more;
+  if (apart_mm <= kTableStep_mm) return more;
   std::vector<TablePoint> places;
   for (double y = c.table_y_mm - 0.5 * c.table_depth_mm + kEdge_mm;
-       y <= c.table_y_mm + 0.5 * c.table_depth_mm - kEdge_mm; y += kStep_mm)
+       y <= c.table_y_mm + 0.5 * c.table_depth_mm - kEdge_mm; y += kTableStep_mm)
     for (double x = c.table_x_mm - 0.5 * c.table_width_mm + kEdge_mm;
-         x <= c.table_x_mm + 0.5 * c.table_width_mm - kEdge_mm; x += kStep_mm)
+         x <= c.table_x_mm + 0.5 * c.table_width_mm - kEdge_mm; x += kTableStep_mm)
       if (distance_to(all, {x, y, 0.0}) >= apart_mm && lab.reaches(x, y)) places.push_back({x, y, 0.0});
   while (true) {
     std::erase_if(places, [&](const TablePoint& p) { return distance_to(all, p) < apart_mm; });

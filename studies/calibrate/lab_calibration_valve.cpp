@@ -21,7 +21,7 @@ using calibration::FlowWeighing;
 using calibration::LaidMark;
 using surface::SurfacePoint;
 
-constexpr double kLatencyTolerance_s = 0.002, kFlowTolerance = 0.02;
+constexpr double kValveLatencyTolerance_s = 0.002, kFlowTolerance = 0.02;
 const char* section_of(int material) { return material == 1 ? "valve_b" : "valve_a"; }
 const char* tool_of(int material) { return material == 1 ? "scaffold" : "water"; }
 
@@ -36,10 +36,10 @@ constexpr double kFirst_mm = 42.0,
                                     // reaches well; gaps of 7, 8, ... mm, so that a shifted row fits nowhere
 constexpr int kDrops = 8;
 constexpr double kLines_mm = 5.0;  // between lines
-constexpr double kRunUp_s = 0.6;
-constexpr double kLeastDrop_mm = 0.06;  // of height
-constexpr double kNear_mm = 1.0;        // a drop belongs to a mark
-constexpr double kReach_mm = 12.0;      // maximum distance of a mark from its commanded place
+constexpr double kValveRunUp_s = 0.6;
+constexpr double kLeastDrop_mm = 0.06;   // of height
+constexpr double kNear_mm = 1.0;         // a drop belongs to a mark
+constexpr double kValveReach_mm = 12.0;  // maximum distance of a mark from its commanded place
 
 std::vector<double> marks_of_line() {
   std::vector<double> at{kFirst_mm};
@@ -68,7 +68,7 @@ struct Line {
 Line lay(CalibrationLab& lab, int material, double table_mm, double y_mm, double speed_mm_s,
          RandomStream& random) {
   const std::vector<double> marks = marks_of_line();
-  const double run_up = 10.0 + kRunUp_s * std::abs(speed_mm_s) + random.uniform(0.0, 12.0);
+  const double run_up = 10.0 + kValveRunUp_s * std::abs(speed_mm_s) + random.uniform(0.0, 12.0);
   const double low = marks.front() - run_up, high = marks.back() + run_up;
   LabPass pass;
   pass.tool = lab.tool(tool_of(material));
@@ -114,7 +114,7 @@ std::vector<double> drops_on(CalibrationLab& lab, int material, double table_mm,
     pass.tool = lab.tool("laser");
     pass.z_mm = table_mm + kScanAbove_mm;
     pass.speed_mm_s = kScan_mm_s;
-    const double low = marks.front() - kReach_mm - 6.0, high = marks.back() + kReach_mm + 6.0;
+    const double low = marks.front() - kValveReach_mm - 6.0, high = marks.back() + kValveReach_mm + 6.0;
     pass.points = forward ? std::vector<Point2>{{low, y_mm}, {high, y_mm}}
                           : std::vector<Point2>{{high, y_mm}, {low, y_mm}};
     const Trajectory motion = lab.plan(pass);
@@ -162,7 +162,7 @@ std::vector<double> drops_on(CalibrationLab& lab, int material, double table_mm,
 double shift_of(const Line& line, const std::vector<double>& drops) {
   double best = std::nan(""), best_off = 0.0;
   std::size_t most = 0;
-  for (double shift = -kReach_mm; shift <= kReach_mm; shift += 0.25) {
+  for (double shift = -kValveReach_mm; shift <= kValveReach_mm; shift += 0.25) {
     std::size_t hits = 0;
     double sum = 0.0, off = 0.0;
     for (const double c : line.commanded_mm)
@@ -251,8 +251,8 @@ LabCalibration calibrate_valve_latency(const Experiment& experiment, const std::
   const double first = kMiddle_mm - 0.5 * kLines_mm * double(wanted.size() - 1);
   for (std::size_t n = 0; n < wanted.size(); ++n) wanted[n].first = first + kLines_mm * double(n);
   const std::vector<double> marks = marks_of_line();
-  const double width = marks.back() - marks.front() + 2.0 * kReach_mm + 10.0;
-  CalibrationLab lab(with_field(experiment, marks.front() - kReach_mm - 5.0, first - 5.0, width,
+  const double width = marks.back() - marks.front() + 2.0 * kValveReach_mm + 10.0;
+  CalibrationLab lab(with_field(experiment, marks.front() - kValveReach_mm - 5.0, first - 5.0, width,
                                 kLines_mm * double(wanted.size()) + 10.0),
                      machine_toml);
   lab.get_ready();
@@ -290,7 +290,7 @@ LabCalibration calibrate_valve_latency(const Experiment& experiment, const std::
                {believed},
                5,
                false,
-               kLatencyTolerance_s}};
+               kValveLatencyTolerance_s}};
   out.also.emplace_back("nozzle along x beyond the machine's, with the laser's own error [mm]", v.offset_mm);
   out.lines.push_back(
       fmt::format("{} lines of {} single drops laid both ways, found by passes of the laser both ways{}",

@@ -28,14 +28,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Said device(std::vector<std::string> words) {
+Said device_verb(std::vector<std::string> words) {
   words.insert(words.begin(), "device");
   return firn_says(words);
 }
 
 Json asked(std::vector<std::string> words) {
   words.push_back("--json");
-  const Said said = device(words);
+  const Said said = device_verb(words);
   CAPTURE(words, said.err);
   REQUIRE(said.code == 0);
   return Json::parse(said.out);
@@ -111,7 +111,7 @@ TEST_CASE("an arm that is at home is turned by one joint", "[device]") {
   std::vector<std::string> ports;
   for (const char* node : {"robot", "valve_a", "valve_b", "laser_point"})
     ports.insert(ports.end(), {"--set", port_option(node, to_text(world.address(node)))});
-  CHECK_THAT(device(joined({kIce, "robot", "jog", "4", "2"}, ports)).err, Contains("no arm power"));
+  CHECK_THAT(device_verb(joined({kIce, "robot", "jog", "4", "2"}, ports)).err, Contains("no arm power"));
   REQUIRE(asked(joined({kIce, "robot", "home"}, ports))["text"] == "done");
   const auto where = [&] {
     return asked(joined({kIce, "robot", "where"}, ports))["text"].get<std::string>();
@@ -142,10 +142,10 @@ TEST_CASE("profiles come as numbers and as a picture", "[device]") {
   const fs::path folder = fresh_folder("profiles");
   const auto ports = coupled(world);
   const auto read = [&](const std::vector<std::string>& more) {
-    return device(joined(joined({kInkjet, "laser_profiler", "read"}, more), ports));
+    return device_verb(joined(joined({kInkjet, "laser_profiler", "read"}, more), ports));
   };
   CHECK(read({}).code == 1);  // nothing was triggered
-  REQUIRE(device(joined({kInkjet, "stage", "home"}, ports)).code == 0);
+  REQUIRE(device_verb(joined({kInkjet, "stage", "home"}, ports)).code == 0);
   RawLine line(world.address("stage"));  // three triggers on Y
   for (const char* command : {"WAIT MODE NOWAIT", "ABS", "PSOCONTROL @1 RESET", "PSOOUTPUT @1 CONTROL 1",
                               "PSOOUTPUT @1 PULSE", "PSOPULSE @1 TIME 50,25", "PSOTRACK @1 INPUT 0",
@@ -162,7 +162,7 @@ TEST_CASE("profiles come as numbers and as a picture", "[device]") {
   const PngHeader header = png_header(std::as_bytes(std::span(picture.data(), picture.size())));
   CHECK(header.width == 800);
   CHECK(header.height == 64);
-  const Said batch = device(joined({kInkjet, "laser_profiler", "batch", "5", "0.3"}, ports));
+  const Said batch = device_verb(joined({kInkjet, "laser_profiler", "batch", "5", "0.3"}, ports));
   CHECK(batch.code == 0);
   CHECK_THAT(batch.out, Contains("0 of 5 profiles"));
   CHECK(read({"--out", "x.txt"}).code == 2);
@@ -171,51 +171,52 @@ TEST_CASE("profiles come as numbers and as a picture", "[device]") {
 TEST_CASE("one instrument is tried alone, whatever a trigger line couples to it in a print", "[device]") {
   SimulatedInstruments inkjet(load_lab_experiment(kInkjet, {})), ice(load_lab_experiment(kIce, {}));
   const std::string stage = port_option("stage", to_text(inkjet.address("stage")));
-  const Said who = device({kInkjet, "stage", "identify", "--set", stage});
+  const Said who = device_verb({kInkjet, "stage", "identify", "--set", stage});
   CHECK(who.code == 0);
   CHECK_THAT(who.out + who.err, Contains("REAL stage"));
   const std::string laser = port_option("laser_point", to_text(ice.address("laser_point")));
-  CHECK(device({kIce, "laser_point", "status", "--set", laser}).code == 0);
+  CHECK(device_verb({kIce, "laser_point", "status", "--set", laser}).code == 0);
   CHECK_THAT(firn_says({"print", kInkjet, "--set", stage}).err, Contains("no trigger line couples them"));
 }
 
 TEST_CASE("identify is no success where another instrument answers, or one that the lab refuses",
           "[device]") {
   SimulatedInstruments inkjet(load_lab_experiment(kInkjet, {}));
-  const Said lamp = device({kAerosol, "gas", "identify", "--within", "1", "--set", "gas.use=\"on\"", "--set",
-                            port_option("gas", to_text(inkjet.address("lamp")))});
+  const Said lamp = device_verb({kAerosol, "gas", "identify", "--within", "1", "--set", "gas.use=\"on\"",
+                                 "--set", port_option("gas", to_text(inkjet.address("lamp")))});
   CHECK(lamp.code == 3);
   CHECK_THAT(lamp.err, Contains("within 1 s"));
   SimulatedInstruments aerosol(load_lab_experiment(kAerosol, {"gas.use=\"on\""}));
-  const Said argon = device({kAerosol, "gas", "identify", "--set", "gas.use=\"on\"", "--set",
-                             "gas.gas=\"Ar\"", "--set", port_option("gas", to_text(aerosol.address("gas")))});
+  const Said argon =
+      device_verb({kAerosol, "gas", "identify", "--set", "gas.use=\"on\"", "--set", "gas.gas=\"Ar\"", "--set",
+                   port_option("gas", to_text(aerosol.address("gas")))});
   CHECK(argon.code == 1);
   CHECK_THAT(argon.err, Contains("atomizer is set to N2, gas.gas is \"Ar\""));
 }
 
 TEST_CASE("a dry run tells the bytes of an order and opens no port", "[device]") {
-  const Said said =
-      device({kInkjet, "jet", "fire", "5", "--dry-run", "--set", port_option("jet", "serial:/dev/firn-none"),
-              "--set", port_option("stage", "tcp:127.0.0.1:9"), "--set",
-              port_option("laser_profiler", "tcp:127.0.0.1:9")});
+  const Said said = device_verb({kInkjet, "jet", "fire", "5", "--dry-run", "--set",
+                                 port_option("jet", "serial:/dev/firn-none"), "--set",
+                                 port_option("stage", "tcp:127.0.0.1:9"), "--set",
+                                 port_option("laser_profiler", "tcp:127.0.0.1:9")});
   CAPTURE(said.err);
   CHECK(said.code == 0);
   CHECK_THAT(said.out, Contains("DRY RUN jet") && Contains("53 04 03 00 05 0c") && Contains("53 02 09 0b") &&
                            !Contains("58 |X|"));
-  const Said raw = device({kInkjet, "lamp", "raw", "GUSFA\\r", "--unsafe", "--dry-run", "--set",
-                           port_option("lamp", "serial:/dev/firn-none")});
+  const Said raw = device_verb({kInkjet, "lamp", "raw", "GUSFA\\r", "--unsafe", "--dry-run", "--set",
+                                port_option("lamp", "serial:/dev/firn-none")});
   CHECK(raw.code == 0);
   CHECK_THAT(raw.out, Contains("> GUSFA\\r"));
 }
 
 TEST_CASE("raw bytes go out only by --unsafe, and what comes back is shown", "[device]") {
-  const Said safe = device({kInkjet, "lamp", "raw", "CONN18\\r"});
+  const Said safe = device_verb({kInkjet, "lamp", "raw", "CONN18\\r"});
   CHECK(safe.code == 2);
   CHECK_THAT(safe.err, Contains("--unsafe"));
-  const Said said = device({kInkjet, "lamp", "raw", "CONN18\\x0d", "--unsafe"});
+  const Said said = device_verb({kInkjet, "lamp", "raw", "CONN18\\x0d", "--unsafe"});
   CHECK(said.code == 0);
   CHECK_THAT(said.out, Contains("> CONN18\\r\n< READY0A\\r"));
-  CHECK_THAT(device({kInkjet, "lamp", "raw", "\\q", "--unsafe"}).err, Contains("after \\ comes"));
+  CHECK_THAT(device_verb({kInkjet, "lamp", "raw", "\\q", "--unsafe"}).err, Contains("after \\ comes"));
 }
 
 TEST_CASE("a status that is watched goes on until Ctrl-C, which makes the instrument safe", "[device]") {
@@ -247,12 +248,12 @@ TEST_CASE("values beyond an order's limits are refused by name", "[device]") {
       {{kIce, "valve_a", "spit", "60"}, "most_spits"},
   };
   for (const auto& [words, why] : wrong) {
-    const Said said = device(words);
+    const Said said = device_verb(words);
     CAPTURE(why, said.out, said.err);
     CHECK(said.code == 1);
     CHECK_THAT(said.err, Contains(why));
   }
-  CHECK(device({kInkjet, "stage", "jog", "6", "0", "0", "15", "--far"}).code == 0);
+  CHECK(device_verb({kInkjet, "stage", "jog", "6", "0", "0", "15", "--far"}).code == 0);
 }
 
 TEST_CASE("a camera's picture and the pictures of a sweep come as files", "[device]") {
@@ -260,7 +261,7 @@ TEST_CASE("a camera's picture and the pictures of a sweep come as files", "[devi
   const auto taken = [&](std::vector<std::string> words, const std::string& name) {
     words.insert(words.begin(), {kInkjet, "camera"});
     words.insert(words.end(), {"--set", "camera.use=\"on\"", "--out", (folder / name).string()});
-    const Said said = device(words);
+    const Said said = device_verb(words);
     INFO(said.err);
     CHECK(said.code == 0);
   };
@@ -309,7 +310,7 @@ TEST_CASE("identify takes at most a second behind a serial or a TCP line, for ev
         words.push_back(port_option(other, "tcp:127.0.0.1:9"));
       }
     const std::int64_t began_us = monotonic_us();
-    const Said said = device(words);
+    const Said said = device_verb(words);
     const double took_s = double(monotonic_us() - began_us) * 1e-6;
     CAPTURE(node, said.err, took_s);
     REQUIRE(said.code == 0);
@@ -344,7 +345,7 @@ TEST_CASE("a jet whose host was killed while it jetted is ended by the next stop
     ::kill(pid, SIGKILL);
     ::waitpid(pid, nullptr, 0);
     any = any || jetting();
-    const Said said = device(joined({kInkjet, "jet", "stop"}, ports));
+    const Said said = device_verb(joined({kInkjet, "jet", "stop"}, ports));
     CAPTURE(after_ms, said.out, said.err);
     CHECK(said.code == 0);
     CHECK_FALSE(jetting());

@@ -122,7 +122,7 @@ TEST_CASE(
     "firn log verify exits 1 and names byte, reason and loss of damage, in log and write-ahead file alike") {
   const RunFiles run;
   for (const auto& path : {run.log, run.wal}) {
-    auto bytes = read_file(path);
+    auto bytes = read_bytes(path);
     bytes[bytes.size() / 2] ^= std::byte{4};
     write_file(path, bytes);
     const Json found = verify(run.options(path), kFailed);
@@ -154,7 +154,7 @@ TEST_CASE("firn log verify advises a repair only where the write-ahead files hol
     return verify(run.options(run.log), kFailed)["problems"][0].get<std::string>();
   };
   CHECK_THAT(problem(), Contains("`firn log repair` fills it"));
-  const std::vector<std::byte> whole = read_file(run.wal);
+  const std::vector<std::byte> whole = read_bytes(run.wal);
   logfile::RecordReader reader(whole);
   std::uint64_t cut = 0;  // behind the outputs of layer 3
   while (const auto r = reader.next())
@@ -239,7 +239,7 @@ TEST_CASE("firn log cat shows events and outputs of a write-ahead file with thei
 
 TEST_CASE("firn log cat marks damage, prints what can be read, and exits 1") {
   const RunFiles run;
-  auto bytes = read_file(run.log);
+  auto bytes = read_bytes(run.log);
   bytes[bytes.size() - 5] ^= std::byte{4};
   write_file(run.log, bytes);
   const auto lines = cat(run.options(run.log), kFailed);
@@ -310,13 +310,13 @@ TEST_CASE(
 
 TEST_CASE("A log that somebody is writing is not repaired under his hands") {
   const RunFiles run({3});
-  const auto before = read_file(run.log);
+  const auto before = read_bytes(run.log);
   logfile::EventLogWriter::Options appending;
   appending.mode = logfile::File::Mode::kAppend;
   const logfile::EventLogWriter recorder(run.log, appending);
   CHECK_THROWS_WITH(repair_from_write_ahead(run.log, run.wal.parent_path()),
                     Contains("is being written by another process"));
-  CHECK(read_file(run.log) == before);
+  CHECK(read_bytes(run.log) == before);
 }
 
 TEST_CASE("A file that is not there, or a folder without write-ahead files, is a usage error that names it") {
@@ -346,7 +346,7 @@ TEST_CASE("firn log verify tells a whole path file from one that is empty or end
   std::ostringstream whole;
   CHECK(log_verify(run.options(file), whole) == kOk);
   CHECK_THAT(whole.str(), Contains("path file"));
-  const std::vector<std::byte> bytes = read_file(file);
+  const std::vector<std::byte> bytes = read_bytes(file);
   std::size_t ends = 0;
   for (std::size_t size = 0; size < bytes.size(); ++size) {
     write_file(file, {bytes.begin(), bytes.begin() + std::ptrdiff_t(size)});

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-const std::string kSource = FIRN_SOURCE_DIR;
+const std::string kPlanSource = FIRN_SOURCE_DIR;
 
 fs::path folder() {
   const fs::path f = fs::path(FIRN_BINARY_DIR) / "tests" / "plan_command";
@@ -33,8 +33,8 @@ std::string text_of(const fs::path& file) {
 
 PlanCommandOptions fig42() {
   PlanCommandOptions o;
-  o.paths = kSource + "/experiments/barnett-fig42.csv";
-  o.machine = kSource + "/labs/cobra600.toml";
+  o.paths = kPlanSource + "/experiments/barnett-fig42.csv";
+  o.machine = kPlanSource + "/labs/cobra600.toml";
   o.origin_mm = {354.0, -46.0};
   o.threads = 1;
   o.json = true;
@@ -113,7 +113,7 @@ TEST_CASE(
     "JSON paths with tools, speed limits and pulses are planned, and one and two threads write the same "
     "bytes") {
   PlanCommandOptions o = fig42();
-  o.paths = kSource + "/experiments/measure-square.json";
+  o.paths = kPlanSource + "/experiments/measure-square.json";
   o.output = folder() / "one.traj";
   o.csv = folder() / "square.csv";
   REQUIRE(run_plan(o) == kOk);
@@ -210,8 +210,8 @@ TEST_CASE("Options that do not fit are refused by name before anything is writte
              }),
              Contains("--plot-path 7") && Contains("1 path"));
   const auto aerosol = [](PlanCommandOptions& o) {
-    o.machine = kSource + "/labs/aerosol.toml";
-    o.paths = kSource + "/experiments/thompson-fig7.json";
+    o.machine = kPlanSource + "/labs/aerosol.toml";
+    o.paths = kPlanSource + "/experiments/thompson-fig7.json";
     o.origin_mm.clear();
   };
   CHECK_THAT(refused([&](auto& o) {
@@ -228,8 +228,8 @@ TEST_CASE("Options that do not fit are refused by name before anything is writte
 
 TEST_CASE("An aerosol machine's job becomes a trajectory file of its stage") {
   PlanCommandOptions o = fig42();
-  o.machine = kSource + "/labs/aerosol.toml";
-  o.paths = kSource + "/experiments/thompson-fig7.json";
+  o.machine = kPlanSource + "/labs/aerosol.toml";
+  o.paths = kPlanSource + "/experiments/thompson-fig7.json";
   o.origin_mm.clear();
   o.output = folder() / "fig7.traj";
   REQUIRE(run_plan(o) == kOk);

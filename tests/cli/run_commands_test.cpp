@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 using Catch::Contains;
 using Json = nlohmann::json;
 
-const std::string kSource = FIRN_SOURCE_DIR;
+const std::string kRunsSource = FIRN_SOURCE_DIR;
 const std::vector<std::string> kRuns{"v1-mpc", "v2-two-inks", "v2-estimator", "v3-kalman", "v1-smf-resumed"};
 
 std::vector<std::string> lines_of(const std::string& text) {
@@ -32,19 +32,19 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-Json json_of(const Said& said) {
+Json runs_json(const Said& said) {
   CAPTURE(said.out, said.err);
   return Json::parse(said.out);
 }
 
 TEST_CASE("firn config check says ok of every experiment of the repository") {
   int checked = 0;
-  for (const auto& entry : fs::directory_iterator(kSource + "/experiments")) {
+  for (const auto& entry : fs::directory_iterator(kRunsSource + "/experiments")) {
     if (entry.path().extension() != ".toml" || entry.path().filename() == "ice-helical-gear.toml") continue;
     const Said said = firn_says({"config", "check", entry.path().string(), "--json"});
     CAPTURE(entry.path().string());
     CHECK(said.code == 0);
-    CHECK(json_of(said) == Json{{"ok", true}, {"file", entry.path().string()}});
+    CHECK(runs_json(said) == Json{{"ok", true}, {"file", entry.path().string()}});
     ++checked;
   }
   CHECK(checked >= 8);
@@ -62,7 +62,7 @@ TEST_CASE("firn config check names file, line, key and problem of the first mist
         Mistake{"[control]\nmax_layers = \"many\"\n", "control.max_layers", 2}}) {
     write_file_text(file, m.text);
     const Said said = firn_says({"config", "check", file.string(), "--json"});
-    const Json j = json_of(said);
+    const Json j = runs_json(said);
     CAPTURE(m.text, said.out);
     CHECK(said.code == 2);
     CHECK(j.at("ok") == false);
@@ -79,7 +79,7 @@ TEST_CASE("firn config check names file, line, key and problem of the first mist
 
 TEST_CASE("Whatever an experiment file holds, firn config check answers in words") {
   const fs::path file = fresh_folder("config-fuzz") / "x.toml";
-  const std::string whole = file_text(kSource + "/experiments/demo.toml");
+  const std::string whole = file_text(kRunsSource + "/experiments/demo.toml");
   RandomStream random(71, Purpose::kTest);
   for (int trial = 0; trial < 60; ++trial) {
     std::string text = whole.substr(0, random.below(std::uint32_t(whole.size())));
@@ -96,7 +96,7 @@ TEST_CASE("Whatever an experiment file holds, firn config check answers in words
 TEST_CASE("A dumped experiment reads back as the same experiment") {
   const fs::path file = fresh_folder("dump") / "dumped.toml";
   for (const char* name : {"demo.toml", "gear.toml", "wedge.toml", "ice-small.toml"}) {
-    const Said said = firn_says({"config", "dump", kSource + "/experiments/" + name});
+    const Said said = firn_says({"config", "dump", kRunsSource + "/experiments/" + name});
     REQUIRE(said.code == 0);
     write_file_text(file, said.out);
     CAPTURE(name);
@@ -105,9 +105,9 @@ TEST_CASE("A dumped experiment reads back as the same experiment") {
 }
 
 TEST_CASE("firn config dump --json holds every field once with its resolved value, overrides included") {
-  const Said said = firn_says({"config", "dump", kSource + "/experiments/demo.toml", "--json", "--set",
+  const Said said = firn_says({"config", "dump", kRunsSource + "/experiments/demo.toml", "--json", "--set",
                                "control.max_layers=17", "--set", "control.scheme=smf"});
-  const Json j = json_of(said);
+  const Json j = runs_json(said);
   Experiment e;
   const std::vector<Field> table = fields(e);
   CHECK(j.size() == table.size());
@@ -121,7 +121,7 @@ TEST_CASE("firn config dump --json holds every field once with its resolved valu
 }
 
 TEST_CASE("An override that is no KEY=VALUE, or of an unknown key, is refused by its text") {
-  const std::string file = kSource + "/experiments/demo.toml";
+  const std::string file = kRunsSource + "/experiments/demo.toml";
   for (const char* text : {"control.scheme", "=3", "grid.nx=none", "control.schem=mpc", "grid.nx=-1"}) {
     const Said said = firn_says({"config", "check", file, "--set", text});
     CAPTURE(text, said.err);
@@ -144,7 +144,7 @@ TEST_CASE("Committed documents are what firn config docs and firn dataflow write
     words.back() = file.string();
     words.push_back("--json");
     if (words.front() == "dataflow") continue;
-    const Json j = json_of(firn_says(words));
+    const Json j = runs_json(firn_says(words));
     CHECK(j.at("written") == file.string());
     CHECK(j.at("bytes") == said.out.size());
     CHECK(file_text(file) == said.out);
@@ -153,7 +153,7 @@ TEST_CASE("Committed documents are what firn config docs and firn dataflow write
 
 TEST_CASE("firn dataflow --json has each channel once, with publishers and a known delivery") {
   std::set<std::string> seen;
-  for (const Json& row : json_of(firn_says({"dataflow", "--json"}))) {
+  for (const Json& row : runs_json(firn_says({"dataflow", "--json"}))) {
     CHECK(seen.insert(row.at("channel")).second);
     CHECK((row.at("delivery") == "reliable" || row.at("delivery") == "latest"));
     CHECK(row.at("publishers").is_array());
@@ -167,7 +167,7 @@ TEST_CASE("firn dataflow --json has each channel once, with publishers and a kno
 TEST_CASE("firn audit of a recorded run is clean, and its droplets balance") {
   for (const std::string& name : kRuns) {
     const Said said = firn_says({"audit", golden(name).string(), "--json"});
-    const Json j = json_of(said);
+    const Json j = runs_json(said);
     CAPTURE(name, said.out);
     CHECK(said.code == 0);
     CHECK(j.at("clean") == true);
@@ -186,7 +186,7 @@ TEST_CASE("An audit of a run whose record of a node was cut is not clean, and te
   const fs::path wal = run / "nodes" / "stage.wal";
   fs::resize_file(wal, fs::file_size(wal) / 2);
   const Said said = firn_says({"audit", run.string(), "--json"});
-  const Json j = json_of(said);
+  const Json j = runs_json(said);
   CHECK(said.code == 1);
   CHECK(j.at("clean") == false);
   CHECK(j.at("violations_total").get<int>() >= int(j.at("violations").size()));
@@ -213,7 +213,7 @@ TEST_CASE("Commands that need a run folder refuse another folder by its name wit
 TEST_CASE(
     "firn replay of a recorded run is identical, and compares every message of the log that a node sent") {
   const Said said = firn_says({"replay", golden("v1-mpc").string(), "--json"});
-  const Json j = json_of(said);
+  const Json j = runs_json(said);
   CHECK(said.code == 0);
   CHECK(j.at("identical") == true);
   CHECK(j.at("findings_total") == 0);
@@ -227,8 +227,8 @@ TEST_CASE(
 TEST_CASE(
     "Commands that learn from a run refuse one that is not as it was sealed, and take it with a warning") {
   const fs::path root = fresh_folder("unsealed");
-  const Said printed = firn_says({"print", kSource + "/experiments/excitation.toml", "--bus", "in-process",
-                                  "--set", "part.height_mm=0.03", "--runs", root.string()});
+  const Said printed = firn_says({"print", kRunsSource + "/experiments/excitation.toml", "--bus",
+                                  "in-process", "--set", "part.height_mm=0.03", "--runs", root.string()});
   CAPTURE(printed.err);
   fs::path run;
   for (const auto& entry : fs::directory_iterator(root))
@@ -251,7 +251,7 @@ TEST_CASE(
 TEST_CASE("firn replay with another gain differs, exits 1 and names setting, node and field") {
   const Said said =
       firn_says({"replay", golden("v1-smf-resumed").string(), "--json", "--set", "control.smf.kp=0.1"});
-  const Json j = json_of(said);
+  const Json j = runs_json(said);
   CHECK(said.code == 1);
   CHECK(j.at("identical") == false);
   CHECK_THAT(j.at("changed_settings").at(0).get<std::string>(), Contains("control.smf.kp"));
@@ -287,7 +287,7 @@ TEST_CASE("firn report writes one page and a metrics.csv with a line for each la
   const fs::path run = golden_copy("v1-mpc", "report");
   const fs::path page = run.parent_path() / "page.html";
   const Said said = firn_says({"report", run.string(), "-o", page.string(), "--no-replay", "--json"});
-  const Json j = json_of(said);
+  const Json j = runs_json(said);
   CHECK(said.code == 0);
   CHECK(j.at("report") == page.string());
   CHECK(j.at("runs") == Json{run.string()});
@@ -315,7 +315,7 @@ TEST_CASE("firn log verify finds every file of a recorded run whole, and counts 
     for (const fs::path& file :
          {golden(name) / "log.lcm", golden(name) / "nodes" / "scheduler.wal", golden(name) / "world.rec"}) {
       const Said said = firn_says({"log", "verify", file.string(), "--json"});
-      const Json j = json_of(said);
+      const Json j = runs_json(said);
       CAPTURE(file.string(), said.out);
       CHECK(said.code == 0);
       CHECK(j.at("ok") == true);
@@ -343,7 +343,7 @@ TEST_CASE("Each line of firn log cat is a JSON object, and channels part the lin
   for (const auto& [channel, count] : by_channel)
     sum += lines_of(firn_says({"log", "cat", log, "-c", channel}).out).size();
   CHECK(sum == lines.size());
-  const Json verified = json_of(firn_says({"log", "verify", log, "--json"}));
+  const Json verified = runs_json(firn_says({"log", "verify", log, "--json"}));
   for (const auto& [channel, count] : by_channel)
     CHECK(verified.at("channels").at(channel).at("messages") == count);
 }
@@ -385,22 +385,22 @@ TEST_CASE("A log cut anywhere is repaired to the events of the whole one") {
   const fs::path run = golden_copy("v1-mpc", "repair");
   const fs::path log = run / "log.lcm";
   const std::string whole = file_text(log);
-  const std::size_t events = json_of(firn_says({"log", "verify", log.string(), "--json"})).at("read");
+  const std::size_t events = runs_json(firn_says({"log", "verify", log.string(), "--json"})).at("read");
   RandomStream random(72, Purpose::kTest);
   for (int trial = 0; trial < 3; ++trial) {
     const std::size_t keep = whole.size() / 4 + random.below(std::uint32_t(whole.size() / 2));
     write_file_text(log, whole.substr(0, keep));
     fs::remove(run / "log.lcm.idx");
     const Said said = firn_says({"log", "repair", log.string(), "--json"});
-    const Json j = json_of(said);
+    const Json j = runs_json(said);
     CAPTURE(keep, said.out);
     CHECK(j.at("rewritten") == true);
     CHECK(j.at("inserted").get<std::int64_t>() > 0);
-    const Json after = json_of(firn_says({"log", "verify", log.string(), "--json"}));
+    const Json after = runs_json(firn_says({"log", "verify", log.string(), "--json"}));
     CHECK(after.at("problem_count") == 0);
     CHECK(after.at("lost") == 0);
     CHECK(after.at("read").get<std::size_t>() <= events);
-    const Json again = json_of(firn_says({"log", "repair", log.string(), "--json"}));
+    const Json again = runs_json(firn_says({"log", "repair", log.string(), "--json"}));
     CHECK(again.at("rewritten") == false);
   }
 }
@@ -417,7 +417,7 @@ TEST_CASE("A flipped bit in a log or in a node's file is found by its byte") {
       bytes[at] = char(bytes[at] ^ 4);
       write_file_text(file, bytes);
       const Said said = firn_says({"log", "verify", file.string(), "--json"});
-      const Json j = json_of(said);
+      const Json j = runs_json(said);
       CAPTURE(name, at, said.out);
       CHECK(said.code == 1);
       CHECK(j.at("ok") == false);
@@ -437,14 +437,14 @@ TEST_CASE("Files that firn log cannot read are refused by name: missing, a folde
       CHECK(said.code == 2);
       CHECK_THAT(said.err, Contains(file.string()));
     }
-  const Json empty = json_of(firn_says({"log", "verify", (folder / "empty.wal").string(), "--json"}));
+  const Json empty = runs_json(firn_says({"log", "verify", (folder / "empty.wal").string(), "--json"}));
   CHECK(empty.at("read") == 0);
   CHECK(empty.at("bytes") == 0);
 }
 
 TEST_CASE("firn doctor's exit code is what its checks say, and every fault has its mend") {
   const Said said = firn_says({"doctor", "--json"});
-  const Json j = json_of(said);
+  const Json j = runs_json(said);
   bool well = true;
   for (const Json& check : j.at("checks")) {
     well = well && check.at("ok").get<bool>();
@@ -461,8 +461,8 @@ TEST_CASE("firn doctor's exit code is what its checks say, and every fault has i
 
 TEST_CASE("Tuned gains are stable and no worse than where they started or than the thesis' own") {
   for (const char* algorithm : {"slsqp", "lbfgs", "cobyla"}) {
-    const Json j = json_of(firn_says({"tune", "smf", "--json", "--algorithm", algorithm, "--intervals", "30",
-                                      "--pulse-at", "5", "--step-at", "15", "--random", "0.05"}));
+    const Json j = runs_json(firn_says({"tune", "smf", "--json", "--algorithm", algorithm, "--intervals",
+                                        "30", "--pulse-at", "5", "--step-at", "15", "--random", "0.05"}));
     CHECK(j.at("intervals") == 30);
     REQUIRE(j.at("disturbance").size() == 30);
     const Json& gains = j.at("gains");
@@ -477,8 +477,8 @@ TEST_CASE("Tuned gains are stable and no worse than where they started or than t
 }
 
 TEST_CASE("The disturbance that firn tune smf draws is the one that was asked for") {
-  const Json j = json_of(firn_says({"tune", "smf", "--json", "--intervals", "12", "--pulse", "0.5",
-                                    "--pulse-at", "4", "--step", "0.25", "--step-at", "8"}));
+  const Json j = runs_json(firn_says({"tune", "smf", "--json", "--intervals", "12", "--pulse", "0.5",
+                                      "--pulse-at", "4", "--step", "0.25", "--step-at", "8"}));
   const std::vector<double> d = j.at("disturbance");
   REQUIRE(d.size() == 12);
   double sum = 0.0;

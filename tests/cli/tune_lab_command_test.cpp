@@ -19,13 +19,13 @@ namespace fs = std::filesystem;
 using Catch::Contains;
 using Json = nlohmann::json;
 
-const std::string kSource = FIRN_SOURCE_DIR;
+const std::string kTuneSource = FIRN_SOURCE_DIR;
 
 // A cuboid of eleven layers under SMF with an integral gain that makes it run over, in a lab of its own.
 fs::path printed_run(const std::string& name) {
   const fs::path root = fresh_folder(name);
   std::vector<std::string> words{
-      "print", kSource + "/experiments/demo.toml", "--bus", "in-process", "--runs", root.string()};
+      "print", kTuneSource + "/experiments/demo.toml", "--bus", "in-process", "--runs", root.string()};
   for (const char* set :
        {"grid.nx=14", "grid.ny=12", "part.shape=cuboid", "part.width_mm=2.6", "part.depth_mm=2.1",
         "part.height_mm=0.055", "control.scheme=smf", "control.smf.ki_star=0.6", "plant.flow=1.1",

@@ -12,7 +12,7 @@ using Catch::Contains;
 
 namespace {
 
-std::string mistake(const std::string& toml) {
+std::string machine_mistake(const std::string& toml) {
   try {
     parse_machine(toml, "m.toml");
   } catch (const ConfigError& e) {
@@ -50,26 +50,29 @@ TEST_CASE("labs/cobra600.toml says what the defaults say, and both are the thesi
 }
 
 TEST_CASE("A mistake in a machine file names file, line, key, value and limit, or the nearest key") {
-  CHECK_THAT(mistake("[machine]\nkindd = \"scara\"\n"), Contains("m.toml:2") && Contains("machine.kind"));
-  CHECK_THAT(mistake("[machine]\nkind = \"scarab\"\n"),
+  CHECK_THAT(machine_mistake("[machine]\nkindd = \"scara\"\n"),
+             Contains("m.toml:2") && Contains("machine.kind"));
+  CHECK_THAT(machine_mistake("[machine]\nkind = \"scarab\"\n"),
              Contains("m.toml:2") && Contains("did you mean \"scara\"?"));
-  CHECK_THAT(mistake("[total]\njerk_mm_s3 = 0\n"), Contains("m.toml:2") && Contains("(0, 1e+09] mm/s^3"));
-  CHECK_THAT(mistake("[total]\nspeed_mm_s = nan\n"), Contains("total.speed_mm_s"));
-  CHECK_THAT(mistake("[joint_1]\nlow_deg = 120.0\n"),
+  CHECK_THAT(machine_mistake("[total]\njerk_mm_s3 = 0\n"),
+             Contains("m.toml:2") && Contains("(0, 1e+09] mm/s^3"));
+  CHECK_THAT(machine_mistake("[total]\nspeed_mm_s = nan\n"), Contains("total.speed_mm_s"));
+  CHECK_THAT(machine_mistake("[joint_1]\nlow_deg = 120.0\n"),
              Contains("joint_1.high_deg") && Contains("above the other end"));
-  CHECK_THAT(mistake("[machine]\nkind = \"stage\"\n[scara]\nlink_1_mm = 3.0\n"),
+  CHECK_THAT(machine_mistake("[machine]\nkind = \"stage\"\n[scara]\nlink_1_mm = 3.0\n"),
              Contains("m.toml:4") && Contains("kind \"stage\""));
-  CHECK_THAT(mistake("[aerosol]\nv_max_mm_s = 3.0\n"),
+  CHECK_THAT(machine_mistake("[aerosol]\nv_max_mm_s = 3.0\n"),
              Contains("aerosol.v_max_mm_s") && Contains("kind \"scara\""));
-  CHECK_THAT(mistake("[scara]\nelbow = 0\n"), Contains("1 or -1"));
-  CHECK_THAT(mistake("[valve]\ntable_hz = [1.0, 2.0]\n"), Contains("as many entries"));
-  CHECK_THAT(mistake("[valve]\ntable_hz = [1.0, 2.0]\ntable_mm3_s = [2.0, 1.0]\n"), Contains("must ascend"));
-  CHECK_THAT(mistake("[valve]\ntable_hz = [1.0, \"x\"]\n"), Contains("list of numbers"));
-  CHECK_THAT(mistake("[valve]\ntable_hz = [1.0, -1.0]\n"), Contains("every entry must lie in (0,"));
-  CHECK_THAT(mistake("[valve]\npulse_s = 0.0001\n"), Contains("min_pulse_s"));
-  CHECK_THAT(mistake("[valve]\nmax_duration_s = 200.0\n"), Contains("65,536"));
-  CHECK_THAT(mistake("include = \"x.toml\"\n"), Contains("include"));
-  CHECK_THAT(mistake("[machine\n"), Contains("m.toml:1"));
+  CHECK_THAT(machine_mistake("[scara]\nelbow = 0\n"), Contains("1 or -1"));
+  CHECK_THAT(machine_mistake("[valve]\ntable_hz = [1.0, 2.0]\n"), Contains("as many entries"));
+  CHECK_THAT(machine_mistake("[valve]\ntable_hz = [1.0, 2.0]\ntable_mm3_s = [2.0, 1.0]\n"),
+             Contains("must ascend"));
+  CHECK_THAT(machine_mistake("[valve]\ntable_hz = [1.0, \"x\"]\n"), Contains("list of numbers"));
+  CHECK_THAT(machine_mistake("[valve]\ntable_hz = [1.0, -1.0]\n"), Contains("every entry must lie in (0,"));
+  CHECK_THAT(machine_mistake("[valve]\npulse_s = 0.0001\n"), Contains("min_pulse_s"));
+  CHECK_THAT(machine_mistake("[valve]\nmax_duration_s = 200.0\n"), Contains("65,536"));
+  CHECK_THAT(machine_mistake("include = \"x.toml\"\n"), Contains("include"));
+  CHECK_THAT(machine_mistake("[machine\n"), Contains("m.toml:1"));
   CHECK_THROWS_AS(load_machine("no/such.toml"), ConfigError);
 }
 
@@ -120,7 +123,7 @@ TEST_CASE("Each kind of machine has its own sections and no other's") {
       {"aerosol", "[total]\nspeed_mm_s = 20\n"}, {"aerosol", "[axis_3]\nlow_mm = 1\n"},
       {"aerosol", "[scara]\nlink_1_mm = 200\n"}};
   for (const auto& [kind, section] : foreign)
-    CHECK_THAT(mistake("[machine]\nkind = \"" + std::string(kind) + "\"\n" + section),
+    CHECK_THAT(machine_mistake("[machine]\nkind = \"" + std::string(kind) + "\"\n" + section),
                Contains("does not belong to a machine of kind \"" + std::string(kind) + "\""));
   const std::pair<const char*, const char*> own[] = {{"scara", "[valve]\npulse_s = 0.002\n"},
                                                      {"stage", "[axis_3]\nlow_mm = 1\n"},
@@ -128,11 +131,11 @@ TEST_CASE("Each kind of machine has its own sections and no other's") {
                                                      {"aerosol", "[axis_1]\nlow_mm = 1\n"},
                                                      {"aerosol", "[aerosol]\nv_max_mm_s = 2\n"}};
   for (const auto& [kind, section] : own)
-    CHECK(mistake("[machine]\nkind = \"" + std::string(kind) + "\"\n" + section) == "");
+    CHECK(machine_mistake("[machine]\nkind = \"" + std::string(kind) + "\"\n" + section) == "");
 }
 
 TEST_CASE("An empty range of a stage's axis is refused") {
-  CHECK_THAT(mistake("[machine]\nkind = \"stage\"\n[axis_2]\nlow_mm = 300\n"),
+  CHECK_THAT(machine_mistake("[machine]\nkind = \"stage\"\n[axis_2]\nlow_mm = 300\n"),
              Contains("axis_2.high_mm") && Contains("above the other end"));
 }
 

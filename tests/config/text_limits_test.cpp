@@ -11,7 +11,7 @@ using Catch::Contains;
 
 namespace {
 
-std::string refusal(const std::string& text) {
+std::string text_refusal(const std::string& text) {
   try {
     check_text(text, "x.toml");
   } catch (const ConfigError& e) {
@@ -26,20 +26,20 @@ TEST_CASE("65,536 bytes are read, one more is refused with both numbers") {
   std::string text;
   while (text.size() + 64 <= 65536) text += std::string(63, '#') + '\n';
   REQUIRE(text.size() == 65536);
-  CHECK(refusal(text) == "");
-  CHECK_THAT(refusal(text + "\n"), Contains("65537 bytes") && Contains("65536"));
+  CHECK(text_refusal(text) == "");
+  CHECK_THAT(text_refusal(text + "\n"), Contains("65537 bytes") && Contains("65536"));
 }
 
 TEST_CASE("A line of 2,000 bytes is read, a longer one is refused by its number") {
-  CHECK(refusal("\n" + std::string(2000, 'x') + "\n") == "");
-  CHECK_THAT(refusal("\n\n" + std::string(2001, 'x')), Contains("x.toml:3") && Contains("2000"));
+  CHECK(text_refusal("\n" + std::string(2000, 'x') + "\n") == "");
+  CHECK_THAT(text_refusal("\n\n" + std::string(2001, 'x')), Contains("x.toml:3") && Contains("2000"));
 }
 
 TEST_CASE("4,000 dots are read, more are called nesting") {
   std::string text;
   for (int n = 0; n < 400; ++n) text += "..........\n";
-  CHECK(refusal(text) == "");
-  CHECK_THAT(refusal(text + "."), Contains("4000 dots"));
+  CHECK(text_refusal(text) == "");
+  CHECK_THAT(text_refusal(text + "."), Contains("4000 dots"));
 }
 
 TEST_CASE("An experiment meets these limits before its parser") {

@@ -42,10 +42,10 @@ class TwinCamera {
   CameraTwin twin;
 };
 
-using Rig = test::FakeRig<Camera, TwinCamera>;
+using CameraFakeRig = test::FakeRig<Camera, TwinCamera>;
 
-struct Lab {
-  explicit Lab(int white = 255) : fake(white) {
+struct CameraLab {
+  explicit CameraLab(int white = 255) : fake(white) {
     rig.lines = false;
     rig.open();
     REQUIRE(rig.run([&] { return camera.safe(); }, 5));
@@ -59,20 +59,20 @@ struct Lab {
 
   TwinCamera fake;
   Camera camera{CameraOptions{}};
-  Rig rig{camera, fake};
+  CameraFakeRig rig{camera, fake};
 };
 
 }  // namespace
 
 TEST_CASE("A camera names itself and is safe") {
-  Lab lab;
+  CameraLab lab;
   CHECK(lab.camera.identity() == "simulated camera, serial 1");
   CHECK(lab.camera.state() == DeviceState::kSafe);
 }
 
 TEST_CASE("A sweep brings its pictures in order, each at its own delay, pixel for pixel") {
   const int white = GENERATE(255, 4095);
-  Lab lab(white);
+  CameraLab lab(white);
   const Result r = lab.sweep({5, 40.0, 12.5, 80.0, 3.0});
   CHECK(r.outcome == Outcome::kDone);
   CHECK(r.counted == 5);
@@ -90,7 +90,7 @@ TEST_CASE("A sweep brings its pictures in order, each at its own delay, pixel fo
 }
 
 TEST_CASE("The age of a picture leads back to its exposure, up to the line's latency") {
-  Lab lab;
+  CameraLab lab;
   lab.sweep({1, 40.0, 0.0, 5000.0, 0.0});
   std::int64_t answered_us = lab.rig.now_us;
   const std::int64_t age_us = lab.rig.all<CameraShot>().at(0).picture.age_us;
@@ -98,13 +98,13 @@ TEST_CASE("The age of a picture leads back to its exposure, up to the line's lat
 }
 
 TEST_CASE("An exposure of 0 is that of the lab file") {
-  Lab lab;
+  CameraLab lab;
   lab.sweep({});
   CHECK(lab.fake.exposures.at(0).exposure_us == CameraOptions{}.exposure_us);
 }
 
 TEST_CASE("Values outside the limits are refused by name before anything is sent") {
-  Lab lab;
+  CameraLab lab;
   const auto refused = [&](const Sweep& s, const char* text) {
     const auto before = lab.rig.bytes_sent;
     const Result r = lab.sweep(s);
@@ -120,7 +120,7 @@ TEST_CASE("Values outside the limits are refused by name before anything is sent
 }
 
 TEST_CASE("What the camera refuses ends the sweep with its own words") {
-  Lab lab;
+  CameraLab lab;
   lab.fake.twin.trip(0, 1);
   const Result r = lab.sweep({3, 1.0, 1.0});
   CHECK(r.outcome == Outcome::kFailed);
@@ -131,7 +131,7 @@ TEST_CASE("What the camera refuses ends the sweep with its own words") {
 }
 
 TEST_CASE("A damaged picture is never taken for one, and is asked for again") {
-  Lab lab;
+  CameraLab lab;
   int damaged = 0;
   lab.rig.line = [&](std::string& said) -> std::int64_t {
     if (said.starts_with("OK SNAP") && damaged++ == 1) said.back() = char(said.back() ^ 1);
@@ -146,14 +146,14 @@ TEST_CASE("A damaged picture is never taken for one, and is asked for again") {
 }
 
 TEST_CASE("Pictures cut into pieces of any size come whole") {
-  Lab lab;
+  CameraLab lab;
   lab.rig.split = GENERATE(1, 7, 100);
   CHECK(lab.sweep({2, 1.0, 1.0}).outcome == Outcome::kDone);
   CHECK(lab.rig.all<CameraShot>().size() == 2);
 }
 
 TEST_CASE("A camera that falls silent ends the sweep as failed, and is used again when it answers") {
-  Lab lab;
+  CameraLab lab;
   lab.rig.hung = true;
   lab.rig.act([&](std::int64_t t, Effects& fx) { lab.camera.sweep({3, 1.0, 1.0}, t, fx); });
   lab.rig.run_for(30);
@@ -164,7 +164,7 @@ TEST_CASE("A camera that falls silent ends the sweep as failed, and is used agai
 }
 
 TEST_CASE("A stop ends a sweep, and a picture that comes after it belongs to none") {
-  Lab lab;
+  CameraLab lab;
   lab.rig.act([&](std::int64_t t, Effects& fx) { lab.camera.sweep({100, 1.0, 1.0}, t, fx); });
   lab.rig.run([&] { return lab.rig.all<CameraShot>().size() == 3; }, 10);
   lab.rig.act([&](std::int64_t t, Effects& fx) { lab.camera.safe_stop(t, fx); });

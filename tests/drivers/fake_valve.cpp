@@ -2,12 +2,11 @@
 
 namespace firn::drivers::test {
 
-using fvb::State;
 using fvb::Type;
 
 void FakeValve::reboot() {
   ++status.boot_count;
-  status.state = State::kIdle;
+  status.state = fvb::State::kIdle;
   status.next = 0;
   status.path = 0;
   list.clear();
@@ -15,13 +14,13 @@ void FakeValve::reboot() {
 }
 
 void FakeValve::trigger(std::int64_t now_us) {
-  if (status.state != State::kArmed) return;
-  status.state = State::kFiring;
+  if (status.state != fvb::State::kArmed) return;
+  status.state = fvb::State::kFiring;
   trigger_us_ = now_us;
 }
 
 void FakeValve::advance(std::int64_t now_us) {
-  if (status.state != State::kFiring) return;
+  if (status.state != fvb::State::kFiring) return;
   const std::int64_t end_us = std::min(now_us, heard_us_ + 2'000'000);  // two seconds without its host
   while (status.next < list.size()) {
     const auto at = trigger_us_ + std::int64_t(double(list[status.next]) * begin_.tick_us / clock);
@@ -30,7 +29,7 @@ void FakeValve::advance(std::int64_t now_us) {
     ++status.next;
   }
   status.since_us = std::uint32_t(double(end_us - trigger_us_) * clock);
-  if (status.next == list.size() || end_us < now_us) status.state = State::kDone;
+  if (status.next == list.size() || end_us < now_us) status.state = fvb::State::kDone;
 }
 
 void FakeValve::answer(Type type, std::uint8_t seq, int refusal) {
@@ -73,12 +72,12 @@ void FakeValve::execute(const fvb::Found& f, std::int64_t now_us) {
   switch (f.type) {
     case Type::kBegin:
       begin_ = fvb::parse_begin(f.payload).value();
-      if (status.state == State::kArmed || status.state == State::kFiring) {
+      if (status.state == fvb::State::kArmed || status.state == fvb::State::kFiring) {
         refusal = 20;
         break;
       }
       list.clear();
-      status.state = State::kLoading;
+      status.state = fvb::State::kLoading;
       status.path = begin_.path;
       status.next = 0;
       break;
@@ -93,20 +92,20 @@ void FakeValve::execute(const fvb::Found& f, std::int64_t now_us) {
           corrupt_ends-- > 0)
         refusal = 23;
       else
-        status.state = State::kLoaded;
+        status.state = fvb::State::kLoaded;
       break;
     case Type::kArm:
-      if (status.state != State::kLoaded)
+      if (status.state != fvb::State::kLoaded)
         refusal = 20;
       else
-        status.state = State::kArmed;
+        status.state = fvb::State::kArmed;
       break;
     case Type::kDisarm:
-      if (status.state == State::kArmed) status.state = State::kLoaded;
-      if (status.state == State::kFiring) status.state = State::kDone;
+      if (status.state == fvb::State::kArmed) status.state = fvb::State::kLoaded;
+      if (status.state == fvb::State::kFiring) status.state = fvb::State::kDone;
       break;
     case Type::kAbort:
-      status.state = State::kIdle;
+      status.state = fvb::State::kIdle;
       list.clear();
       break;
     default:

@@ -56,8 +56,8 @@ struct GasLine {
   int damaged_names = 0;  ///< of the gas, in the atomizer's next data frames
 };
 
-struct GasRig {
-  explicit GasRig(plant::GasParams params = {}, GasOptions options = {}, int damaged_names = 0)
+struct FakeGasRig {
+  explicit FakeGasRig(plant::GasParams params = {}, GasOptions options = {}, int damaged_names = 0)
       : line(std::move(params)), gas(std::move(options)), rig(gas, line) {
     line.damaged_names = damaged_names;
     rig.lines = false;
@@ -141,7 +141,7 @@ TEST_CASE("another unit's line, a late data frame and a line that never ends ans
 }
 
 TEST_CASE("the sheath flows before the atomizer's gas and ends after it", "[gas][I16]") {
-  GasRig rig;
+  FakeGasRig rig;
   CHECK(rig.gas.identity() == "Alicat A firmware 10v20.0-R24, B firmware 10v20.0-R24");
   const auto set = [&](double atomizer, double sheath) {  // no ink without a sheath meanwhile
     const std::size_t before = rig.rig.all<Result>().size();
@@ -167,7 +167,7 @@ TEST_CASE("the sheath flows before the atomizer's gas and ends after it", "[gas]
 }
 
 TEST_CASE("a stop ends the atomizer's gas first of all and leaves the sheath's", "[gas]") {
-  GasRig rig;
+  FakeGasRig rig;
   REQUIRE(rig.set(20.0, 40.0).outcome == Outcome::kDone);
   rig.line.heard.clear();
   rig.rig.act([&](std::int64_t t, Effects& fx) { rig.gas.safe_stop(t, fx); });
@@ -180,7 +180,7 @@ TEST_CASE("a stop ends the atomizer's gas first of all and leaves the sheath's",
 
 TEST_CASE("set points beyond the lab's limits, and ink without a sheath, are refused before a byte is sent",
           "[gas][I16]") {
-  GasRig rig;
+  FakeGasRig rig;
   for (const auto& [atomizer, sheath, why] : {std::tuple{-1.0, 40.0, "[0, 100]"},
                                               {101.0, 40.0, "[0, 100]"},
                                               {20.0, 501.0, "[0, 500]"},
@@ -195,7 +195,7 @@ TEST_CASE("set points beyond the lab's limits, and ink without a sheath, are ref
 }
 
 TEST_CASE("a sheath that is lost ends the ink and stops the print by its name", "[gas][I16]") {
-  GasRig rig;
+  FakeGasRig rig;
   REQUIRE(rig.set(20.0, 40.0).outcome == Outcome::kDone);
   rig.trip(2);
   REQUIRE(rig.rig.run([&] { return !rig.stopped().empty(); }, 10.0));
@@ -209,7 +209,7 @@ TEST_CASE("a sheath that is lost ends the ink and stops the print by its name", 
 }
 
 TEST_CASE("a nozzle that clogs is seen by the pressure behind it", "[gas][I16]") {
-  GasRig rig;
+  FakeGasRig rig;
   REQUIRE(rig.set(20.0, 40.0).outcome == Outcome::kDone);
   const double clean_kpa = rig.gas.flows().kpa[kSheath];
   CHECK(clean_kpa == Approx(rig.line.twin.nozzle_kpa(rig.rig.now_us)).margin(0.1));
@@ -223,42 +223,42 @@ TEST_CASE("a nozzle that clogs is seen by the pressure behind it", "[gas][I16]")
 
 TEST_CASE("a controller that keeps its set point to itself, or whose valve is held, is no success",
           "[gas][I16]") {
-  GasRig analog;
+  FakeGasRig analog;
   analog.trip(4);
   const Result r = analog.set(20.0, 40.0);
   CHECK(r.outcome == Outcome::kFailed);
   CHECK_THAT(r.text, Contains("told 40 sccm its set point is 0 sccm"));
-  GasRig held;
+  FakeGasRig held;
   REQUIRE(held.set(20.0, 40.0).outcome == Outcome::kDone);
   held.trip(5);
   REQUIRE(held.rig.run([&] { return !held.stopped().empty(); }, 5.0));
   CHECK_THAT(held.stopped(), Contains("atomizer: HLD"));
   GasOptions wide;
   wide.sheath_max_sccm = 900.0;
-  GasRig over({}, wide);
+  FakeGasRig over({}, wide);
   CHECK_THAT(over.set(20.0, 800.0).text, Contains("it refuses 'BS800.000'"));
 }
 
 TEST_CASE("a unit that says nothing, has another id or another gas is named", "[gas]") {
   plant::GasParams other;
   other.units = "AC";
-  GasRig wrong(other);
+  FakeGasRig wrong(other);
   CHECK_FALSE(wrong.gas.safe());
   const auto faults = wrong.rig.all<Fault>();
   REQUIRE_FALSE(faults.empty());
   CHECK_THAT(faults[0].text, Contains("sheath: unit B gives no good reply to 'BVE'"));
   plant::GasParams argon;
   argon.gas = "Ar";
-  GasRig gas(argon);
+  FakeGasRig gas(argon);
   CHECK(gas.gas.state() == DeviceState::kFault);
   CHECK_THAT(gas.stopped(), Contains("is set to Ar"));
   plant::GasParams old;
   old.gp_firmware = true;
-  GasRig gp(old);
+  FakeGasRig gp(old);
   REQUIRE(gp.gas.safe());
   CHECK(gp.set(20.0, 40.0).outcome == Outcome::kDone);
   CHECK_THAT(gp.line.heard, Contains("A$$S20.000\r"));
-  GasRig mute;
+  FakeGasRig mute;
   REQUIRE(mute.set(20.0, 40.0).outcome == Outcome::kDone);
   mute.trip(6);
   REQUIRE(mute.rig.run([&] { return !mute.stopped().empty(); }, 20.0));
@@ -267,17 +267,17 @@ TEST_CASE("a unit that says nothing, has another id or another gas is named", "[
 
 TEST_CASE("a gas's name damaged on the line is asked for again, and twice more at most", "[gas]") {
   for (const int damaged : {1, 2}) {
-    GasRig asked({}, {}, damaged);
+    FakeGasRig asked({}, {}, damaged);
     CHECK(asked.gas.safe());
     CHECK(asked.stopped().empty());
   }
-  GasRig believed({}, {}, 3);
+  FakeGasRig believed({}, {}, 3);
   CHECK(believed.gas.state() == DeviceState::kFault);
   CHECK_THAT(believed.stopped(), Contains("atomizer is set to N3"));
 }
 
 TEST_CASE("a person reads model and serial number of both controllers", "[gas][service]") {
-  GasRig rig;
+  FakeGasRig rig;
   rig.rig.act([&](std::int64_t t, Effects& fx) { rig.gas.serve("serial", {}, t, fx); });
   REQUIRE(rig.rig.run([&] { return !rig.rig.all<Result>().empty(); }, 5.0));
   CHECK(rig.rig.all<Result>()[0].text == "MC-SCCM-D 52164A, MC-SCCM-D 52164B");
@@ -288,7 +288,7 @@ TEST_CASE("whatever becomes of its line, the gas says done only of flows that ar
   int done = 0;
   for (int round = 0; round < 60; ++round) {
     CAPTURE(round);
-    GasRig rig;
+    FakeGasRig rig;
     rig.rig.line = [&](std::string& said) -> std::int64_t {
       const std::uint64_t n = drivers::test::next(seed) % 12;
       if (n == 0) said.clear();

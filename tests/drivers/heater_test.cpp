@@ -14,7 +14,7 @@ using firn::drivers::test::next;
 
 namespace {
 
-const std::string kTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/transcripts/";
+const std::string kHeaterTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/transcripts/";
 
 // Three first-order heaters with ON/OFF controllers and a reading of 0.01 degC.
 class FakeHeaters {
@@ -64,12 +64,12 @@ class FakeHeaters {
   std::int64_t t_us_ = 1'000'000;
 };
 
-using Rig = test::FakeRig<Heater, FakeHeaters>;
+using HeaterRig = test::FakeRig<Heater, FakeHeaters>;
 
-struct Lab {
+struct HeaterLab {
   FakeHeaters fake;
   Heater heater{HeaterOptions{}};
-  Rig rig{heater, fake};
+  HeaterRig rig{heater, fake};
 
   Result set(double tip, double window, double conduit) {
     rig.act([&](std::int64_t t, Effects& fx) { heater.set({tip, window, conduit}, t, fx); });
@@ -95,7 +95,7 @@ TEST_CASE("the heaters' driver speaks as its card says, whatever the split of th
   for (const std::size_t split : {0, 1, 4}) {
     Heater heater{HeaterOptions{}};
     test::play(
-        heater, kTranscripts + "heater_set.txt",
+        heater, kHeaterTranscripts + "heater_set.txt",
         [&](const std::string&, std::int64_t t, Effects& fx) {
           heater.set({20, 22.5, -60}, t, fx);
         },
@@ -104,7 +104,7 @@ TEST_CASE("the heaters' driver speaks as its card says, whatever the split of th
 }
 
 TEST_CASE("temperatures come once a second and settle at the set points without a fault", "[heater]") {
-  Lab lab;
+  HeaterLab lab;
   lab.start();
   lab.rig.run_for(600.0);
   const auto all = lab.rig.all<Temperatures>();
@@ -124,7 +124,7 @@ TEST_CASE("interlock 10: heater (a) fails in any way, and (b) alone goes on, and
         f.frozen_at[c] = f.celsius[c];
         (way == 0 ? f.dead : way == 1 ? f.open : f.frozen)[c] = true;
       };
-      Lab lab;
+      HeaterLab lab;
       lab.start();
       fail(lab.fake, first);
       REQUIRE(lab.rig.run([&] { return lab.rig.faulted(kTemperature); }, 300));
@@ -145,7 +145,7 @@ TEST_CASE("interlock 10: heater (a) fails in any way, and (b) alone goes on, and
 }
 
 TEST_CASE("interlock 10: a dead heater is found before its channel freezes", "[heater][I10]") {
-  Lab lab;
+  HeaterLab lab;
   lab.start();
   lab.fake.dead[0] = true;
   REQUIRE(lab.rig.run([&] { return lab.rig.faulted(kTemperature); }, 300));
@@ -154,7 +154,7 @@ TEST_CASE("interlock 10: a dead heater is found before its channel freezes", "[h
 }
 
 TEST_CASE("interlock 10: a heater that never warms up is found within a minute", "[heater][I10]") {
-  Lab lab;
+  HeaterLab lab;
   lab.rig.open();
   REQUIRE(lab.rig.run([&] { return lab.heater.safe(); }, 10));
   lab.fake.dead[2] = true;
@@ -166,7 +166,7 @@ TEST_CASE("interlock 10: a heater that never warms up is found within a minute",
 
 TEST_CASE("interlock 10: a relay that sticks is switched off as too hot and stops the print",
           "[heater][I10]") {
-  Lab lab;
+  HeaterLab lab;
   lab.start();
   lab.fake.stuck_on[1] = true;
   REQUIRE(lab.rig.run([&] { return lab.rig.faulted(kTemperature); }, 600));
@@ -194,7 +194,7 @@ TEST_CASE("a still reading proves nothing while nothing heats", "[heater]") {
 
 TEST_CASE("a set point above the limit is refused, and the heat stays on through stops and lost links",
           "[heater]") {
-  Lab lab;
+  HeaterLab lab;
   lab.start();
   CHECK(lab.set(20, 50, 20).outcome == Outcome::kRefused);
   CHECK(lab.rig.all<Result>().back().text.find("50 degC") != std::string::npos);
@@ -211,7 +211,7 @@ TEST_CASE("a set point above the limit is refused, and the heat stays on through
 
 TEST_CASE("lost, late, cut and damaged replies falsify no temperature", "[heater]") {
   std::uint64_t seed = 71;
-  Lab lab;
+  HeaterLab lab;
   lab.start();
   lab.rig.line = test::lossy_line(seed, 20, 900'000);
   lab.rig.run_for(1000.0);
@@ -231,7 +231,7 @@ TEST_CASE(
     HeaterOptions options;
     options.platen_degC = 20.0;
     Heater heater{options};
-    Rig rig{heater, fake};
+    HeaterRig rig{heater, fake};
     fake.open[1] = fake.open[2] = true;  // nothing is connected there
     rig.open();
     REQUIRE(rig.run([&] { return heater.safe(); }, 10));

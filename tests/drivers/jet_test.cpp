@@ -8,7 +8,7 @@ using firn::drivers::test::Bench;
 
 namespace {
 
-const std::string kTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/transcripts/";
+const std::string kJetTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/transcripts/";
 
 void jet_command(Jet& jet, const std::string& text, std::int64_t now_us, Effects& fx) {
   if (text == "arm")
@@ -29,7 +29,7 @@ TEST_CASE("the jet speaks as the JetDrive card says, whatever the split of the r
     options.max_rate_hz = 1000;
     Jet jet(options);
     test::play(
-        jet, kTranscripts + "jet_start_arm.txt",
+        jet, kJetTranscripts + "jet_start_arm.txt",
         [&](const std::string& c, std::int64_t t, Effects& fx) { jet_command(jet, c, t, fx); }, split);
   }
 }

@@ -10,7 +10,7 @@ using firn::drivers::test::Bench;
 
 namespace {
 
-const std::string kTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/transcripts/";
+const std::string kLampTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/transcripts/";
 
 void lamp_command(Lamp& lamp, const std::string& text, std::int64_t now_us, Effects& fx) {
   double s = 0.0;
@@ -57,7 +57,7 @@ TEST_CASE("the lamp speaks as the OmniCure card says, whatever the split of the 
   for (const std::size_t split : {0, 1, 2, 3}) {
     Lamp lamp(LampOptions{});
     test::play(
-        lamp, kTranscripts + "omni_expose.txt",
+        lamp, kLampTranscripts + "omni_expose.txt",
         [&](const std::string& c, std::int64_t t, Effects& fx) { lamp_command(lamp, c, t, fx); }, split);
   }
 }

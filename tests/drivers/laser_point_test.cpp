@@ -16,8 +16,8 @@ using firn::drivers::test::next;
 
 namespace {
 
-const std::string kTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/transcripts/";
-using Rig = test::FakeRig<LaserPoint, FakeLaser>;
+const std::string kLaserTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/transcripts/";
+using LaserRig = test::FakeRig<LaserPoint, FakeLaser>;
 
 LaserPointOptions slow_readings() {
   LaserPointOptions o;
@@ -26,12 +26,12 @@ LaserPointOptions slow_readings() {
   return o;
 }
 
-struct Lab {
+struct LaserLab {
   FakeLaser fake;
   LaserPoint laser;
-  Rig rig;
+  LaserRig rig;
 
-  explicit Lab(LaserPointOptions config = slow_readings()) : laser(std::move(config)), rig(laser, fake) {
+  explicit LaserLab(LaserPointOptions config = slow_readings()) : laser(std::move(config)), rig(laser, fake) {
     rig.lines = false;
   }
 
@@ -70,7 +70,7 @@ TEST_CASE("the point laser's driver speaks as its card says, whatever the split 
   for (const std::size_t split : {0, 1, 2, 5}) {
     LaserPoint laser{slow_readings()};
     test::play(
-        laser, kTranscripts + "lkg_storage.txt",
+        laser, kLaserTranscripts + "lkg_storage.txt",
         [&](const std::string& c, std::int64_t t, Effects& fx) {
           if (c == "arm")
             laser.arm(0, 4, 0.01, t, fx);
@@ -86,7 +86,7 @@ TEST_CASE("the point laser's driver speaks as its card says, whatever the split 
 }
 
 TEST_CASE("what was stored comes back value by value, and what is no number is NaN", "[laser_point]") {
-  Lab lab;
+  LaserLab lab;
   lab.start();
   for (int path = 0; path < 4; ++path) {
     lab.fake.heights = some_heights(500, 3 + std::uint64_t(path));
@@ -117,7 +117,7 @@ TEST_CASE("what was stored comes back value by value, and what is no number is N
 
 TEST_CASE("settings are sent when the material changes, and only then, always between Q0 and R0",
           "[laser_point]") {
-  Lab lab;
+  LaserLab lab;
   lab.start();
   const auto count = [&](std::string_view front) {
     return std::count_if(lab.fake.commands.begin(), lab.fake.commands.end(),
@@ -133,7 +133,7 @@ TEST_CASE("settings are sent when the material changes, and only then, always be
 }
 
 TEST_CASE("a full storage of 131 s is read out in the time that 115200 baud take", "[laser_point]") {
-  Lab lab;
+  LaserLab lab;
   lab.start();
   lab.fake.heights.assign(13'107, 1.25);
   lab.arm(0, 13'107);
@@ -146,7 +146,7 @@ TEST_CASE("a full storage of 131 s is read out in the time that 115200 baud take
 }
 
 TEST_CASE("values that come by themselves are never taken for the answer", "[laser_point]") {
-  Lab lab;
+  LaserLab lab;
   lab.fake.timing_before_reply = true;
   lab.start();
   for (int n = 0; n < 20; ++n) {
@@ -160,7 +160,7 @@ TEST_CASE("values that come by themselves are never taken for the answer", "[las
 TEST_CASE("an error in the settings leaves the laser measuring, the storage not armed, and is told",
           "[laser_point]") {
   for (int at = 0; at < 8; ++at) {
-    Lab lab;
+    LaserLab lab;
     lab.start();
     int n = 0;
     lab.rig.line = [&](std::string& said) -> std::int64_t {
@@ -186,7 +186,7 @@ TEST_CASE("an error in the settings leaves the laser measuring, the storage not 
 TEST_CASE("settings of the other material are made whatever the idle laser has just been asked",
           "[laser_point]") {
   for (std::int64_t delay_us = 0; delay_us < 3'000; delay_us += 100) {
-    Lab lab;
+    LaserLab lab;
     lab.start();
     REQUIRE(lab.arm(0, 10).outcome == Outcome::kReady);
     REQUIRE(lab.collect().outcome == Outcome::kDone);
@@ -200,7 +200,7 @@ TEST_CASE("settings of the other material are made whatever the idle laser has j
 }
 
 TEST_CASE("a program that was not taken is told by its number, and the storage not armed", "[laser_point]") {
-  Lab lab;
+  LaserLab lab;
   lab.start();
   lab.rig.line = [&](std::string& said) -> std::int64_t {
     if (said.starts_with("PR,")) said = "PR,7\r";
@@ -214,7 +214,7 @@ TEST_CASE("a program that was not taken is told by its number, and the storage n
 TEST_CASE("of what a stop interrupts no value is told", "[laser_point]") {
   for (const bool collecting : {false, true})
     for (std::int64_t delay_us = 0; delay_us < 20'000; delay_us += 250) {
-      Lab lab;
+      LaserLab lab;
       lab.start();
       lab.fake.heights.assign(20, 0.5);
       REQUIRE(lab.arm(0, 20).outcome == Outcome::kReady);
@@ -239,7 +239,7 @@ TEST_CASE("of what a stop interrupts no value is told", "[laser_point]") {
 }
 
 TEST_CASE("what the storage or the sampling time cannot do is refused by name", "[laser_point]") {
-  Lab lab;
+  LaserLab lab;
   lab.start();
   const auto refused = [&](int material, int samples, double period_s) {
     const Result r =
@@ -261,7 +261,7 @@ TEST_CASE("at rest the status is asked for once every poll_idle_s", "[laser_poin
   for (const double period_s : {0.5, 5.0, 20.0}) {
     LaserPointOptions options = slow_readings();
     options.poll_idle_s = period_s;
-    Lab lab{options};
+    LaserLab lab{options};
     lab.start();
     lab.rig.run_for(2 * period_s);
     lab.fake.commands.clear();
@@ -275,7 +275,7 @@ TEST_CASE("at rest the status is asked for once every poll_idle_s", "[laser_poin
 TEST_CASE("a lost link while storing: the values are still collected, and a reset laser is set up anew",
           "[laser_point]") {
   for (const bool reset : {false, true}) {
-    Lab lab;
+    LaserLab lab;
     lab.start();
     lab.fake.heights.assign(300, 0.5);
     lab.arm(1, 300);
@@ -300,7 +300,7 @@ TEST_CASE("lost, late, cut and damaged replies give no value that was not measur
   std::uint64_t seed = 44;
   int done = 0;
   for (int round = 0; round < 60; ++round) {
-    Lab lab;
+    LaserLab lab;
     lab.start();
     lab.rig.line = test::lossy_line(seed, 12, 900'000, 2);
     lab.fake.heights = some_heights(50, std::uint64_t(round));

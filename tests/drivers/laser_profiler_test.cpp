@@ -12,7 +12,7 @@ using firn::drivers::test::unhex;
 
 namespace {
 
-const std::string kTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/transcripts/";
+const std::string kProfilerTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/transcripts/";
 
 void put(std::string& s, std::size_t at, std::uint32_t v, int bytes = 4) {
   for (int n = 0; n < bytes; ++n) s[at + std::size_t(n)] = char(v >> 8 * n);
@@ -89,7 +89,7 @@ TEST_CASE("the profiler speaks as its transcript says, whatever the split of the
   for (const std::size_t split : {0, 1, 3, 7}) {
     LaserProfiler profiler(LaserProfilerOptions{});
     test::play(
-        profiler, kTranscripts + "ljv_scan.txt",
+        profiler, kProfilerTranscripts + "ljv_scan.txt",
         [&](const std::string& c, std::int64_t t, Effects& fx) {
           if (c == "arm")
             profiler.arm(2, t, fx);

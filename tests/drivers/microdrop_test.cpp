@@ -27,7 +27,7 @@ JetOptions with_words(const std::string& on, const std::string& off) {
   return o;
 }
 
-plant::WorldConfig world_of(const JetOptions& o) {
+plant::WorldConfig microdrop_world(const JetOptions& o) {
   plant::WorldConfig c = WorldRig::small_world(12, 6);
   c.jet.kind = "microdrop";
   c.jet.trigger_on = o.trigger_on;
@@ -40,7 +40,7 @@ struct MicrodropRig : test::PortRig {
   /// @param version that it tells in the place of the twin's 214
   explicit MicrodropRig(const JetOptions& o = with_words("SetTrigger(1,1)", "SetTrigger(1,0)"),
                         std::string version = "214")
-      : PortRig(world_of(o)), stage(WorldRig::fast_stage()), jet(o), version_(std::move(version)) {
+      : PortRig(microdrop_world(o)), stage(WorldRig::fast_stage()), jet(o), version_(std::move(version)) {
     add("stage", stage);
     add("jet", jet);
     connect_all();

@@ -18,7 +18,7 @@ using Lab = firn::drivers::test::RobotLab;
 
 namespace {
 
-const std::string kTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/transcripts/";
+const std::string kRobotTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/transcripts/";
 
 }  // namespace
 
@@ -28,7 +28,7 @@ TEST_CASE("the robot's driver speaks as its card says, whatever the split of the
     options.poll_moving_s = 0.5;
     Robot robot{options};
     test::play(
-        robot, kTranscripts + "fvp_run_path.txt",
+        robot, kRobotTranscripts + "fvp_run_path.txt",
         [&](const std::string& c, std::int64_t t, Effects& fx) {
           if (c == "home")
             robot.home(t, fx);

@@ -13,9 +13,9 @@ using plant::FaultKind;
 
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
-enum Trip : std::int64_t {
+enum StageTrip : std::int64_t {
   kMended,
   kEmergency,
   kCounterLost,
@@ -35,7 +35,7 @@ struct StageRig : WorldRig {
     return results("stage").back();
   }
   Result move(double x_mm, double y_mm) {
-    act("stage", [&](std::int64_t t, Effects& fx) { stage.move_to(x_mm, y_mm, kNaN, 0.0, t, fx); });
+    act("stage", [&](std::int64_t t, Effects& fx) { stage.move_to(x_mm, y_mm, kNoNumber, 0.0, t, fx); });
     return finished();
   }
   std::string stop() const {
@@ -186,7 +186,8 @@ TEST_CASE("a row is split by the global integers that the controller really has"
   rig.start();
   DropletPattern pattern(config.grid);
   std::fill(pattern.cells.begin(), pattern.cells.end(), std::uint8_t(1));
-  rig.act("stage", [&](std::int64_t t, Effects& fx) { rig.stage.run_pass(pattern, 0, kNaN, 0.0, t, fx); });
+  rig.act("stage",
+          [&](std::int64_t t, Effects& fx) { rig.stage.run_pass(pattern, 0, kNoNumber, 0.0, t, fx); });
   CHECK(rig.finished().counted == 51);
   CHECK(rig.sent("stage", "IGLOBAL(54)") == 0);
   CHECK(rig.sent("stage", " ARM\n") == 3 * 5);
@@ -217,7 +218,8 @@ TEST_CASE("an axis that is stuck, one that does not enable and pulses that are n
     DropletPattern pattern(rig.world.config().grid);
     std::fill(pattern.cells.begin(), pattern.cells.end(), std::uint8_t(1));
     rig.trip(kMute);
-    rig.act("stage", [&](std::int64_t t, Effects& fx) { rig.stage.run_pass(pattern, 0, kNaN, 0.0, t, fx); });
+    rig.act("stage",
+            [&](std::int64_t t, Effects& fx) { rig.stage.run_pass(pattern, 0, kNoNumber, 0.0, t, fx); });
     const Result r = rig.finished();
     CHECK(r.outcome != Outcome::kDone);
     CHECK(r.code == kPulseCount);
@@ -232,9 +234,11 @@ TEST_CASE("without a pulse counter a whole row counts by its end, and a broken o
   rig.start();
   DropletPattern pattern(rig.world.config().grid);
   std::fill(pattern.cells.begin(), pattern.cells.end(), std::uint8_t(1));
-  rig.act("stage", [&](std::int64_t t, Effects& fx) { rig.stage.run_pass(pattern, 0, kNaN, 0.0, t, fx); });
+  rig.act("stage",
+          [&](std::int64_t t, Effects& fx) { rig.stage.run_pass(pattern, 0, kNoNumber, 0.0, t, fx); });
   CHECK(rig.finished().counted == 24);
-  rig.act("stage", [&](std::int64_t t, Effects& fx) { rig.stage.run_pass(pattern, 0, kNaN, 0.0, t, fx); });
+  rig.act("stage",
+          [&](std::int64_t t, Effects& fx) { rig.stage.run_pass(pattern, 0, kNoNumber, 0.0, t, fx); });
   REQUIRE(rig.run([&] { return rig.stage.progress().run == 2 && rig.stage.progress().launched; }, 60.0));
   rig.act("stage", [&](std::int64_t t, Effects& fx) { rig.stage.safe_stop(t, fx); });
   const Result r = rig.finished();
@@ -252,7 +256,8 @@ TEST_CASE("I5: without a pulse counter a row whose axis stuck is in doubt, and n
     rig.start();
     DropletPattern pattern(rig.world.config().grid);
     std::fill(pattern.cells.begin(), pattern.cells.end(), std::uint8_t(1));
-    rig.act("stage", [&](std::int64_t t, Effects& fx) { rig.stage.run_pass(pattern, 0, kNaN, 0.0, t, fx); });
+    rig.act("stage",
+            [&](std::int64_t t, Effects& fx) { rig.stage.run_pass(pattern, 0, kNoNumber, 0.0, t, fx); });
     REQUIRE(
         rig.run([&] { return int(rig.stage.progress().run) == row && rig.stage.progress().launched; }, 60.0));
     rig.trip(kStuck);

@@ -12,9 +12,9 @@ using firn::drivers::test::YesEnsemble;
 
 namespace {
 
-const std::string kTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/transcripts/";
+const std::string kStageTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/transcripts/";
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
 
 // The stage of the transcripts: slower and smaller than the lab's.
 StageOptions small_stage() {
@@ -31,9 +31,9 @@ void stage_command(Stage& stage, const std::string& text, std::int64_t now_us, E
   if (text == "pass") {
     DropletPattern pattern(GridSpec{4, 2, 0.25, 0.5, 0.0, 0.0});
     pattern.at(0, 1) = pattern.at(2, 1) = pattern.at(3, 1) = 1;
-    stage.run_pass(pattern, 0, kNaN, 0.0, now_us, fx);
+    stage.run_pass(pattern, 0, kNotANumber, 0.0, now_us, fx);
   } else if (text == "bad verb") {
-    stage.move_to(1.0, kNaN, kNaN, 0.0, now_us, fx);
+    stage.move_to(1.0, kNotANumber, kNotANumber, 0.0, now_us, fx);
   } else {
     FAIL("no command " << text);
   }
@@ -45,7 +45,7 @@ TEST_CASE("the stage speaks as the Ensemble cards say, whatever the split of the
   for (const std::size_t split : {0, 1, 2, 3}) {
     Stage stage(small_stage());
     test::play(
-        stage, kTranscripts + "ens_pso_row.txt",
+        stage, kStageTranscripts + "ens_pso_row.txt",
         [&](const std::string& c, std::int64_t t, Effects& fx) { stage_command(stage, c, t, fx); }, split);
   }
 }
@@ -69,21 +69,21 @@ TEST_CASE(
   refused([&](auto t, auto& fx) { stage.move_to(0, -50.1, 0, 10, t, fx); }, "axis Y: -50.1000 mm");
   refused([&](auto t, auto& fx) { stage.move_to(0, 0, std::numeric_limits<double>::infinity(), 10, t, fx); },
           "axis Z: inf mm");
-  refused([&](auto t, auto& fx) { stage.move_to(kNaN, kNaN, 0, 201, t, fx); },
+  refused([&](auto t, auto& fx) { stage.move_to(kNotANumber, kNotANumber, 0, 201, t, fx); },
           "axis Z: speed 201.0000 mm/s is outside (0, 200.0000] mm/s");
-  refused([&](auto t, auto& fx) { stage.move_to(0, 0, 0, kNaN, t, fx); }, "speed");
+  refused([&](auto t, auto& fx) { stage.move_to(0, 0, 0, kNotANumber, t, fx); }, "speed");
   refused([&](auto t, auto& fx) { stage.scan(0, 49, 0, 0.25, 10, 10, t, fx); }, "axis Y: 51.");
   refused([&](auto t, auto& fx) { stage.scan(0, 0, 0, 0.25, 10, 60, t, fx); },
           "more run-up than one pitch; limit 31.6228 mm/s");
-  refused([&](auto t, auto& fx) { stage.scan(0, 0, 0, kNaN, 10, 10, t, fx); }, "scan pitch");
+  refused([&](auto t, auto& fx) { stage.scan(0, 0, 0, kNotANumber, 10, 10, t, fx); }, "scan pitch");
   DropletPattern pattern(GridSpec{4, 1, 0.25, 0.25, 49.0, 0.0});
   pattern.at(3, 0) = 1;  // x = 49.75 mm: the run-out is beyond the limit
-  refused([&](auto t, auto& fx) { stage.run_pass(pattern, 0, kNaN, 50, t, fx); },
+  refused([&](auto t, auto& fx) { stage.run_pass(pattern, 0, kNotANumber, 50, t, fx); },
           "axis X: 50.4750 mm is outside [-50.0000, 50.0000] mm (row 0)");
-  refused([&](auto t, auto& fx) { stage.run_pass(pattern, 0, kNaN, 1e6, t, fx); }, "axis X: speed");
+  refused([&](auto t, auto& fx) { stage.run_pass(pattern, 0, kNotANumber, 1e6, t, fx); }, "axis X: speed");
   DropletPattern fine(GridSpec{4, 1, 0.01, 0.25, 0.0, 0.0});
   fine.at(0, 0) = 1;
-  refused([&](auto t, auto& fx) { stage.run_pass(fine, 0, kNaN, 50, t, fx); },
+  refused([&](auto t, auto& fx) { stage.run_pass(fine, 0, kNotANumber, 50, t, fx); },
           "5000.0 Hz; the jet follows 2000.0 Hz");
 }
 
@@ -109,7 +109,7 @@ TEST_CASE("whenever the controller falls silent, no motion and no arming is ever
   pattern.at(0, 0) = pattern.at(2, 0) = pattern.at(3, 1) = 1;
   for (int silent_after = 0; silent_after < 40; ++silent_after) {
     YesEnsemble e(small_stage());
-    e.bench.command([&](auto t, auto& fx) { e.stage.run_pass(pattern, 0, kNaN, 0, t, fx); });
+    e.bench.command([&](auto t, auto& fx) { e.stage.run_pass(pattern, 0, kNotANumber, 0, t, fx); });
     e.log.clear();
     e.swallow_after = silent_after;
     for (int n = 0; n < 300; ++n) {

@@ -15,21 +15,21 @@ using firn::drivers::test::next;
 
 namespace {
 
-const std::string kTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/transcripts/";
-using Rig = test::FakeRig<Valve, FakeValve>;
+const std::string kValveTranscripts = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/transcripts/";
+using ValveRig = test::FakeRig<Valve, FakeValve>;
 
-std::vector<std::int32_t> every(int n, int ticks = 4) {
+std::vector<std::int32_t> every_pulse(int n, int ticks = 4) {
   std::vector<std::int32_t> list;
   for (int k = 0; k < n; ++k) list.push_back(k * ticks);
   return list;
 }
 
-struct Lab {
+struct ValveLab {
   FakeValve fake;
   Valve valve;
-  Rig rig;
+  ValveRig rig;
 
-  explicit Lab(ValveOptions config = {}) : valve(config), rig(valve, fake) { rig.lines = false; }
+  explicit ValveLab(ValveOptions config = {}) : valve(config), rig(valve, fake) { rig.lines = false; }
 
   void start() {
     rig.open();
@@ -62,7 +62,7 @@ TEST_CASE("the valve's driver speaks as its card says, whatever the split of the
   for (const std::size_t split : {0, 1, 3}) {
     Valve valve{ValveOptions{}};
     test::play(
-        valve, kTranscripts + "fvb_fire_list.txt",
+        valve, kValveTranscripts + "fvb_fire_list.txt",
         [&](const std::string& c, std::int64_t t, Effects& fx) {
           if (c == "list")
             valve.add_list({5, 0}, 0.002, 0.00125, std::vector<std::int32_t>{0, 4, 1000}, t, fx);
@@ -81,9 +81,9 @@ TEST_CASE("the valve's driver speaks as its card says, whatever the split of the
 
 TEST_CASE("a list is armed and fired whatever the idle valve has just been asked", "[valve]") {
   for (std::int64_t delay_us = 0; delay_us < 3'000; delay_us += 100) {
-    Lab lab;
+    ValveLab lab;
     lab.start();
-    lab.give(1, every(20));
+    lab.give(1, every_pulse(20));
     REQUIRE(lab.load(1).outcome == Outcome::kDone);
     REQUIRE(lab.rig.run_past_next_request(10, delay_us));
     INFO(delay_us << " us after it was asked");
@@ -98,14 +98,14 @@ TEST_CASE("a list is armed and fired whatever the idle valve has just been asked
 }
 
 TEST_CASE("every list is fired once and its pulses are counted", "[valve]") {
-  Lab lab;
+  ValveLab lab;
   lab.start();
   std::uint64_t seed = 2;
   std::size_t fired = 0;
-  for (int p = 1; p <= 8; ++p) lab.give(p, every(1 + int(next(seed) % 2000)));
+  for (int p = 1; p <= 8; ++p) lab.give(p, every_pulse(1 + int(next(seed) % 2000)));
   seed = 2;
   for (int p = 1; p <= 8; ++p) {
-    const std::vector<std::int32_t> list = every(1 + int(next(seed) % 2000));
+    const std::vector<std::int32_t> list = every_pulse(1 + int(next(seed) % 2000));
     CHECK(lab.load(p).outcome == Outcome::kDone);
     CHECK(lab.arm(p).outcome == Outcome::kReady);
     CHECK(lab.valve.state() == DeviceState::kArmed);
@@ -124,10 +124,10 @@ TEST_CASE("every list is fired once and its pulses are counted", "[valve]") {
 }
 
 TEST_CASE("the next list goes over as soon as the controller is free", "[valve]") {
-  Lab lab;
+  ValveLab lab;
   lab.start();
-  lab.give(1, every(2000));
-  lab.give(2, every(16'384, 1), 0.0005);
+  lab.give(1, every_pulse(2000));
+  lab.give(2, every_pulse(16'384, 1), 0.0005);
   lab.rig.run_for(1.0);
   CHECK(lab.valve.holds({1, 0}));
   lab.arm(1);
@@ -143,10 +143,10 @@ TEST_CASE("the next list goes over as soon as the controller is free", "[valve]"
 
 TEST_CASE("a clock that runs slow is given the time for its last pulses", "[valve]") {
   for (const double clock : {1.0 - 2e-4, 1.0 + 2e-4}) {
-    Lab lab;
+    ValveLab lab;
     lab.start();
     lab.fake.clock = clock;
-    lab.give(1, every(10'000));
+    lab.give(1, every_pulse(10'000));
     lab.load(1);
     lab.arm(1);
     lab.fake.trigger(lab.rig.now_us);
@@ -164,12 +164,12 @@ TEST_CASE("what the data type or the valve cannot do is refused by name and noth
     double pulse_s;
     const char* text;
   };
-  for (const Case& c :
-       {Case{every(16'385, 1), 0.0005, "16385 pulses are outside [1, 16384]"}, Case{{}, 0.00125, "0 pulses"},
-        Case{{0, 65'536}, 0.00125, "tick 65536"}, Case{{5, 4}, 0.00125, "pulse 1 begins -2000 us"},
-        Case{{4, 4}, 0.00125, "pulse 1 begins 0 us"}, Case{{0, 1}, 0.00195, "2050 us"},
-        Case{{0, 4}, 0.0004, "a pulse of 0.4"}, Case{{-1, 4}, 0.00125, "tick -1"}}) {
-    Lab lab;
+  for (const Case& c : {Case{every_pulse(16'385, 1), 0.0005, "16385 pulses are outside [1, 16384]"},
+                        Case{{}, 0.00125, "0 pulses"}, Case{{0, 65'536}, 0.00125, "tick 65536"},
+                        Case{{5, 4}, 0.00125, "pulse 1 begins -2000 us"},
+                        Case{{4, 4}, 0.00125, "pulse 1 begins 0 us"}, Case{{0, 1}, 0.00195, "2050 us"},
+                        Case{{0, 4}, 0.0004, "a pulse of 0.4"}, Case{{-1, 4}, 0.00125, "tick -1"}}) {
+    ValveLab lab;
     lab.start();
     const std::int64_t sent = lab.rig.bytes_sent;
     lab.give(1, c.list, c.pulse_s);
@@ -185,10 +185,10 @@ TEST_CASE("what the data type or the valve cannot do is refused by name and noth
 TEST_CASE("interlock 3: a controller that was reset has lost its list, and what it fired is in doubt",
           "[valve][I3]") {
   for (const double after_s : {0.0, 1.0, 5.0}) {
-    Lab lab;
+    ValveLab lab;
     lab.start();
-    lab.give(1, every(2000));
-    lab.give(2, every(10));
+    lab.give(1, every_pulse(2000));
+    lab.give(2, every_pulse(10));
     lab.load(1);
     lab.arm(1);
     lab.fake.trigger(lab.rig.now_us);
@@ -212,9 +212,9 @@ TEST_CASE("interlock 3: a controller that was reset has lost its list, and what 
 TEST_CASE("a safe stop closes the valve with its first byte, and the count is exact", "[valve]") {
   std::uint64_t seed = 6;
   for (int round = 0; round < 30; ++round) {
-    Lab lab;
+    ValveLab lab;
     lab.start();
-    lab.give(1, every(500));
+    lab.give(1, every_pulse(500));
     lab.load(1);
     lab.arm(1);
     if (round % 5) lab.fake.trigger(lab.rig.now_us);
@@ -238,9 +238,9 @@ TEST_CASE("a lost link while it fires: the firmware closes it, and the count is 
           "[valve]") {
   std::uint64_t seed = 16;
   for (int round = 0; round < 20; ++round) {
-    Lab lab;
+    ValveLab lab;
     lab.start();
-    lab.give(1, every(1000));
+    lab.give(1, every_pulse(1000));
     lab.load(1);
     lab.arm(1);
     lab.fake.trigger(lab.rig.now_us);
@@ -265,11 +265,11 @@ TEST_CASE("lost, late, cut and damaged replies lose no pulse, fire nothing twice
   std::uint64_t seed = 26;
   int done = 0;
   for (int round = 0; round < 40; ++round) {
-    Lab lab;
+    ValveLab lab;
     lab.start();
     lab.rig.split = round % 4 == 0 ? 1 : 0;
     lab.rig.line = test::lossy_line(seed, 15, 500'000);
-    for (int p = 1; p <= 4; ++p) lab.give(p, every(600));
+    for (int p = 1; p <= 4; ++p) lab.give(p, every_pulse(600));
     for (int p = 1; p <= 4; ++p) {
       const std::size_t before = lab.fake.shots_us.size();
       if (lab.load(p).outcome != Outcome::kDone) break;
@@ -296,10 +296,10 @@ TEST_CASE("lost, late, cut and damaged replies lose no pulse, fire nothing twice
 
 TEST_CASE("a list that does not verify is sent again, three times at most", "[valve]") {
   for (const int bad : {1, 2, 3, 9}) {
-    Lab lab;
+    ValveLab lab;
     lab.fake.corrupt_ends = bad;
     lab.start();
-    lab.give(1, every(300));
+    lab.give(1, every_pulse(300));
     lab.rig.run_for(0.5);
     const Result r = lab.load(1);
     CHECK(r.outcome == (bad < 3 ? Outcome::kDone : Outcome::kRefused));

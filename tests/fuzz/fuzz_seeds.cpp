@@ -50,7 +50,7 @@ void seed_each_type(TypeList<M...>) {
 void seed_logs(std::size_t events, std::size_t longest) {
   const Scratch scratch("fuzz-seeds");
   write_events(scratch / "a.lcm", some_events(events, longest, events));
-  const Bytes log = read_file(scratch / "a.lcm"), index = read_file(scratch / "a.lcm.idx");
+  const Bytes log = read_bytes(scratch / "a.lcm"), index = read_bytes(scratch / "a.lcm.idx");
   Bytes input(4);
   const auto split = std::uint32_t(log.size());
   std::memcpy(input.data(), &split, 4);
@@ -70,7 +70,7 @@ std::vector<std::byte> behind(std::uint8_t choice, std::span<const std::byte> by
 void seed_packed() {
   const Scratch scratch("fuzz-seeds");
   write_events(scratch / "a.lcm", some_events(3, 40, 3));
-  const Bytes records = read_file(scratch / "a.lcm.idx");
+  const Bytes records = read_bytes(scratch / "a.lcm.idx");
   const auto log = as_span(fuzz::kKnownLog);
   seed("fuzz_packed", "alone", behind(0, logfile::pack(records, {}, "")));
   seed("fuzz_packed", "known", behind(0, logfile::pack(records, log, "log.lcm")));

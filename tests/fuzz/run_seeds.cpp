@@ -62,9 +62,9 @@ void seed_nodes(const Seed& seed) {
 void seed_folders(const Seed& seed) {
   for (const char* name : {"v1-mpc", "v5-ice"}) {
     const std::filesystem::path run = std::filesystem::path(FIRN_SOURCE_DIR) / "tests/replay/golden" / name;
-    seed("fuzz_run_documents", name, behind(1, test::read_file(run / "provenance.json")));
+    seed("fuzz_run_documents", name, behind(1, test::read_bytes(run / "provenance.json")));
     seed("fuzz_run_documents", std::string(name) + "-result",
-         behind(0, test::read_file(run / "result.json")));
+         behind(0, test::read_bytes(run / "result.json")));
     const logfile::MappedFile file(run / "world.rec");
     logfile::RecordReader reader(file.bytes());
     Bytes input;
@@ -84,7 +84,7 @@ void seed_states(const Seed& seed) {
   for (const int ice : {0, 1}) {
     const plant::World world(ice ? small_ice_world() : small_inkjet_world(), nullptr);
     world.save(scratch / "state");
-    Bytes state = test::read_file(scratch / "state");
+    Bytes state = test::read_bytes(scratch / "state");
     seed("fuzz_world_state", "whole-" + std::to_string(ice), behind(std::uint8_t(ice), state));
     state.resize(state.size() - 8);
     seed("fuzz_world_state", "body-" + std::to_string(ice), behind(std::uint8_t(ice | 2), state));
@@ -100,7 +100,7 @@ void seed_picture(const Seed& seed) {
       8 + 25 + 29 + 12);
   seed("fuzz_png", "grey", as_span(kPng));
   seed("fuzz_png", "height-map",
-       test::read_file(std::filesystem::path(FIRN_SOURCE_DIR) / "experiments/height_map.png"));
+       test::read_bytes(std::filesystem::path(FIRN_SOURCE_DIR) / "experiments/height_map.png"));
 }
 
 void seed_meshes(const Seed& seed) {
@@ -117,7 +117,7 @@ void seed_meshes(const Seed& seed) {
   std::FILE* file = std::fopen((scratch / "mesh").c_str(), "wb");
   mesh::send_mesh(::fileno(file), data);
   std::fclose(file);
-  seed("fuzz_3mf", "message", behind(2, test::read_file(scratch / "mesh")));
+  seed("fuzz_3mf", "message", behind(2, test::read_bytes(scratch / "mesh")));
 }
 
 void seed_datagrams(const Seed& seed) {

@@ -14,7 +14,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-const schema::Type& type(std::string_view name) { return *Schema::builtin().find(name); }
+const schema::Type& bounded_type(std::string_view name) { return *Schema::builtin().find(name); }
 
 void put32(std::vector<std::byte>& bytes, std::size_t at, std::uint32_t v) {
   for (int i = 0; i < 4; ++i) bytes[at + std::size_t(i)] = std::byte(v >> (24 - 8 * i));
@@ -23,7 +23,7 @@ void put32(std::vector<std::byte>& bytes, std::size_t at, std::uint32_t v) {
 // check() says yes exactly when the decoder takes all bytes and encoding again gives them back.
 template <class M>
 void agree(const std::vector<std::byte>& bytes) {
-  const auto error = check(type(M::getTypeName()), bytes);
+  const auto error = check(bounded_type(M::getTypeName()), bytes);
   if (error) return;
   M m;
   const int used = m.decode(bytes.data(), 0, int(bytes.size()));
@@ -34,7 +34,7 @@ void agree(const std::vector<std::byte>& bytes) {
 template <class M>
 void try_damaged(const M& message) {
   const auto whole = encode(message);
-  const schema::Type& t = type(M::getTypeName());
+  const schema::Type& t = bounded_type(M::getTypeName());
   REQUIRE_FALSE(check(t, whole));
   for (std::size_t size = 0; size < whole.size(); ++size) REQUIRE(check(t, std::span(whole).first(size)));
   auto longer = whole;
@@ -68,14 +68,15 @@ TEST_CASE("Messages cut anywhere, lengthened or flipped are refused or decode to
 TEST_CASE(
     "Absurd array sizes and string lengths are refused at their byte, without allocating what they claim") {
   const auto whole = encode(some_layer_plan(5, 4));
-  REQUIRE_FALSE(check(type("layer_plan_t"), whole));  // the first use parses the schema, which allocates
-  const std::size_t n_at = 8 + 28;                    // fingerprint, header
+  REQUIRE_FALSE(
+      check(bounded_type("layer_plan_t"), whole));  // the first use parses the schema, which allocates
+  const std::size_t n_at = 8 + 28;                  // fingerprint, header
   const std::size_t reason_at = n_at + 4 + 4 + 4 + 8 + 1 + 4 + 40 + 4 + 8 + 8 + 8;
   for (const std::uint32_t v : {0x7fffffffu, 0xffffffffu, 0x80000000u, 0x40000000u, 100000u}) {
     auto bytes = whole;
     put32(bytes, n_at, v);
     largest_allocation() = 0;
-    auto error = check(type("layer_plan_t"), bytes);
+    auto error = check(bounded_type("layer_plan_t"), bytes);
     CHECK(largest_allocation() < 1000);
     REQUIRE(error);
     CHECK(error->path == "drops");
@@ -84,7 +85,7 @@ TEST_CASE(
 
     bytes = whole;
     put32(bytes, reason_at, v);
-    error = check(type("layer_plan_t"), bytes);
+    error = check(bounded_type("layer_plan_t"), bytes);
     REQUIRE(error);
     CHECK(error->path == "reason");
     CHECK(error->offset == reason_at);
@@ -92,7 +93,7 @@ TEST_CASE(
   }
   auto bytes = whole;
   put32(bytes, reason_at, 0);  // LCM's decoder would make a string of length -1
-  CHECK(check(type("layer_plan_t"), bytes));
+  CHECK(check(bounded_type("layer_plan_t"), bytes));
 }
 
 TEST_CASE("A string with a zero byte inside is refused: LCM's encoder would cut it there") {
@@ -101,7 +102,7 @@ TEST_CASE("A string with a zero byte inside is refused: LCM's encoder would cut 
                               reinterpret_cast<const std::byte*>("STATE_JET") + 9);
   REQUIRE(at != bytes.end());
   at[2] = std::byte{0};
-  const auto error = check(type("heartbeat_t"), bytes);
+  const auto error = check(bounded_type("heartbeat_t"), bytes);
   REQUIRE(error);
   CHECK(error->path == "channel[1]");
   CHECK(error->offset == std::size_t(at - bytes.begin()) + 2);
@@ -120,7 +121,7 @@ TEST_CASE("A large dimension beside a zero one is refused: the decoder would all
 
 TEST_CASE("Checking a message allocates nothing") {
   const auto bytes = encode(some_height_map(40, 40));
-  const schema::Type& t = type("height_map_t");
+  const schema::Type& t = bounded_type("height_map_t");
   largest_allocation() = 0;
   const bool ok = !check(t, bytes);
   const std::size_t allocated = largest_allocation();

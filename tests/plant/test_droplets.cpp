@@ -10,7 +10,7 @@ using namespace firn::plant;
 
 namespace {
 
-WorldConfig small_world(std::uint64_t seed = 3) {
+WorldConfig droplet_world(std::uint64_t seed = 3) {
   WorldConfig c;
   c.grid = {16, 16, 0.263256, 0.263256, 0.0, 0.0};
   c.seed = seed;
@@ -33,7 +33,7 @@ NozzleState after(double seconds, const NozzleParams& p) {
 }  // namespace
 
 TEST_CASE("The same droplet sees the same disturbance whatever was printed before it") {
-  WorldConfig c = small_world();
+  WorldConfig c = droplet_world();
   c.nozzle.drift = false;
   const auto a = make_model(c), b = make_model(c);
   for (int n = 0; n < 50; ++n) a->fire(at_cell(c.grid, 2 + n % 10, 3, n));  // only in the first world
@@ -48,7 +48,7 @@ TEST_CASE("The same droplet sees the same disturbance whatever was printed befor
 }
 
 TEST_CASE("Droplet sizes, places and misses have the configured statistics") {
-  WorldConfig c = small_world();
+  WorldConfig c = droplet_world();
   c.nozzle.drift = false;
   c.droplet.missed_probability = 0.02;
   c.droplet.satellite_probability = 0.0;
@@ -78,7 +78,7 @@ TEST_CASE("Droplet sizes, places and misses have the configured statistics") {
 }
 
 TEST_CASE("No droplet reaches a dead row, and every other row is as without it") {
-  WorldConfig c = small_world();
+  WorldConfig c = droplet_world();
   const auto whole = make_model(c);
   c.droplet.dead_row = 6;
   const auto clogged = make_model(c);
@@ -92,7 +92,7 @@ TEST_CASE("No droplet reaches a dead row, and every other row is as without it")
 
 TEST_CASE("An ink of another flow and spread lands the same volume times the flow, over the spread's area") {
   const auto landed = [](double flow, double spread) {
-    WorldConfig c = small_world();
+    WorldConfig c = droplet_world();
     c.nozzle.drift = false;
     c.droplet.size_scatter = c.droplet.placement_scatter_mm = c.droplet.missed_probability =
         c.droplet.satellite_probability = 0.0;
@@ -137,7 +137,7 @@ TEST_CASE("CVODE's line states agree with their closed forms at a steady firing 
 
 TEST_CASE("A restored model goes on bit for bit") {
   for (const char* name : {"droplets", "lu2015"}) {
-    WorldConfig c = small_world();
+    WorldConfig c = droplet_world();
     c.model = name;
     const auto a = make_model(c);
     std::int64_t t = 0;
@@ -162,10 +162,10 @@ TEST_CASE("A restored model goes on bit for bit") {
 }
 
 TEST_CASE("A world that cannot be is refused by field and limit") {
-  WorldConfig c = small_world();
+  WorldConfig c = droplet_world();
   c.model = "wax";
   CHECK_THROWS_WITH(make_model(c), Catch::Contains("wax") && Catch::Contains("lu2015"));
-  c = small_world();
+  c = droplet_world();
   c.droplet.run_share = 0.3;
   CHECK_THROWS_WITH(make_model(c), Catch::Contains("run_share") && Catch::Contains("0.25"));
 }

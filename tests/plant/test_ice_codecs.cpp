@@ -37,18 +37,18 @@ std::span<const std::byte> bytes_of(const std::string& text) {
 }
 
 /// Lines of a transcript that begin with '>' (the host's) or '<' (the instrument's), as bytes.
-struct Line {
+struct TranscriptLine {
   bool host = false;
   std::string bytes;
 };
-std::vector<Line> transcript(const std::string& name) {
+std::vector<TranscriptLine> transcript(const std::string& name) {
   std::ifstream in(std::filesystem::path(FIRN_SOURCE_DIR) / "tests/drivers/transcripts" / name);
-  std::vector<Line> lines;
+  std::vector<TranscriptLine> lines;
   bool hex = false;
   for (std::string text; std::getline(in, text);) {
     hex |= text == "hex";
     if (text.size() < 3 || (text[0] != '>' && text[0] != '<')) continue;
-    Line line{text[0] == '>', {}};
+    TranscriptLine line{text[0] == '>', {}};
     if (hex) {
       std::istringstream digits(text.substr(2));
       for (unsigned byte = 0; digits >> std::hex >> byte;) line.bytes += char(byte);
@@ -100,7 +100,7 @@ TEST_CASE("the twins' checksums and lines equal the vectors of the cards") {
 }
 
 TEST_CASE("both codecs take every line of the transcripts for the same, and the twins write the replies") {
-  for (const Line& line : transcript("fvp_run_path.txt")) {
+  for (const TranscriptLine& line : transcript("fvp_run_path.txt")) {
     INFO(line.bytes);
     const auto host = host_fvp::parse(line.bytes);
     REQUIRE(host.kind != host_fvp::Message::Kind::kBad);
@@ -114,13 +114,13 @@ TEST_CASE("both codecs take every line of the transcripts for the same, and the 
     CHECK(request->text == host.text);
     if (!line.host) CHECK(fvp::reply_line(host.seq, host.text) == line.bytes);
   }
-  for (const Line& line : transcript("heater_set.txt")) {
+  for (const TranscriptLine& line : transcript("heater_set.txt")) {
     INFO(line.bytes);
     const auto text = plant::unsealed(line.bytes);
     CHECK(text.has_value() == drivers::checked_text(line.bytes, 0).has_value());
     if (text) CHECK(plant::sealed(*text) == line.bytes);
   }
-  for (const Line& line : transcript("fvb_fire_list.txt")) {
+  for (const TranscriptLine& line : transcript("fvb_fire_list.txt")) {
     const fvb::Intake in = fvb::take_in(bytes_of(line.bytes));
     REQUIRE(in.good);
     CHECK(in.size == line.bytes.size());

@@ -11,13 +11,13 @@ using namespace firn::plant;
 
 namespace {
 
-IceWorldConfig small() {
+IceWorldConfig small_bed() {
   IceWorldConfig c;
   c.field = {0.3, -25.0, -25.0, 50.0, 50.0};
   return c;
 }
 
-ice_paths::Run line_of(const IceWorldConfig& c, double y_mm, double z_mm, double speed = 60.0) {
+ice_paths::Run nature_line(const IceWorldConfig& c, double y_mm, double z_mm, double speed = 60.0) {
   return ice_paths::along(
       c.arm, c.arm.valve_a, {{-15.0, y_mm}, {15.0, y_mm}}, z_mm, speed, 1.5, [](double) { return 0.25; },
       ice_paths::calibrated_late_s(c, 0));
@@ -32,14 +32,14 @@ std::vector<std::byte> bytes_of(IceNature& nature) {
 }  // namespace
 
 TEST_CASE("A straight bead lies where its path was, with the volume per length of its flow and speed") {
-  IceWorldConfig c = small();
+  IceWorldConfig c = small_bed();
   c.disturbance = {};
   c.disturbance.debris_per_h = c.disturbance.roughness = c.disturbance.pattern = 0.0;
   c.table.roughness_mm = 0.0;
   for (auto& line : c.line) line.pulsation = 0.0;
   for (auto& bead : c.bead) bead.wander_rad = bead.scatter_mm = 0.0;
   IceNature nature(c, 1);
-  ice_paths::print(nature, c, line_of(c, 4.0, 3.24), 0, 1'000'000);
+  ice_paths::print(nature, c, nature_line(c, 4.0, 3.24), 0, 1'000'000);
   const Bed& bed = nature.bed();
   double volume = 0.0, moment_x = 0.0, moment_y = 0.0, section = 0.0;
   for (int j = 0; j < bed.height(); ++j)
@@ -57,10 +57,10 @@ TEST_CASE("A straight bead lies where its path was, with the volume per length o
 }
 
 TEST_CASE("What happens does not depend on how often nature is caught up with") {
-  const IceWorldConfig c = small();
+  const IceWorldConfig c = small_bed();
   IceNature coarse(c, 3), fine(c, 3);
   for (IceNature* nature : {&coarse, &fine}) {
-    const auto run = line_of(c, -3.0, 3.24);
+    const auto run = nature_line(c, -3.0, 3.24);
     nature->arm().place(run.points.front());
     nature->arm().follow(run.points, 0.016, 0.012);
     Firing list;
@@ -76,9 +76,9 @@ TEST_CASE("What happens does not depend on how often nature is caught up with") 
 }
 
 TEST_CASE("A nature that was saved in the middle of a path goes on bit for bit") {
-  const IceWorldConfig c = small();
+  const IceWorldConfig c = small_bed();
   IceNature whole(c, 4);
-  const auto run = line_of(c, 2.0, 3.24);
+  const auto run = nature_line(c, 2.0, 3.24);
   whole.arm().place(run.points.front());
   whole.arm().follow(run.points, 0.016, 0.012);
   Firing list;
@@ -97,10 +97,10 @@ TEST_CASE("A nature that was saved in the middle of a path goes on bit for bit")
 }
 
 TEST_CASE("Two seeds print different surfaces, one seed the same") {
-  const IceWorldConfig c = small();
+  const IceWorldConfig c = small_bed();
   const auto surface = [&](std::uint64_t seed) {
     IceNature nature(c, seed);
-    ice_paths::print(nature, c, line_of(c, 0.0, 3.24), 0, 1'000'000);
+    ice_paths::print(nature, c, nature_line(c, 0.0, 3.24), 0, 1'000'000);
     return nature.bed().mean_over({40, 40, 1.0, 1.0, -19.5, -19.5}).cells;
   };
   CHECK(surface(1) == surface(1));
@@ -108,9 +108,9 @@ TEST_CASE("Two seeds print different surfaces, one seed the same") {
 }
 
 TEST_CASE("A valve that is closed in the middle of a list fires no more, and the last pulse is known") {
-  const IceWorldConfig c = small();
+  const IceWorldConfig c = small_bed();
   IceNature nature(c, 1);
-  const auto run = line_of(c, 0.0, 3.24);
+  const auto run = nature_line(c, 0.0, 3.24);
   nature.arm().place(run.points.front());
   Firing list;
   list.ticks = run.ticks;
@@ -128,11 +128,11 @@ TEST_CASE("A valve that is closed in the middle of a list fires no more, and the
 
 TEST_CASE(
     "A nozzle that goes through what was printed is recorded as a collision, one that clears it is not") {
-  IceWorldConfig c = small();
+  IceWorldConfig c = small_bed();
   IceNature nature(c, 1);
   std::int64_t t_us = 1'000'000;
   for (int layer = 0; layer < 6; ++layer)
-    t_us = ice_paths::print(nature, c, line_of(c, 0.0, 3.24 + 0.24 * layer), 0, t_us) + 100'000;
+    t_us = ice_paths::print(nature, c, nature_line(c, 0.0, 3.24 + 0.24 * layer), 0, t_us) + 100'000;
   CHECK(nature.collisions().contacts == 0);
   const double top_mm = nature.bed().highest_mm();
   for (const double z_mm : {top_mm + 0.2, 0.5 * top_mm}) {
@@ -148,11 +148,11 @@ TEST_CASE(
 
 TEST_CASE("The jet scatters more the higher the nozzle stands above the surface") {
   const auto spread = [](double gap_mm) {
-    IceWorldConfig c = small();
+    IceWorldConfig c = small_bed();
     c.disturbance.debris_per_h = c.disturbance.roughness = c.disturbance.pattern = 0.0;
     c.table.roughness_mm = 0.0;
     IceNature nature(c, 2);
-    ice_paths::print(nature, c, line_of(c, 0.0, gap_mm), 0, 1'000'000);
+    ice_paths::print(nature, c, nature_line(c, 0.0, gap_mm), 0, 1'000'000);
     double volume = 0.0, square = 0.0;
     const Bed& bed = nature.bed();
     for (int j = 0; j < bed.height(); ++j)
@@ -167,15 +167,15 @@ TEST_CASE("The jet scatters more the higher the nozzle stands above the surface"
 }
 
 TEST_CASE("Frozen and dead valves are told apart from closed ones: pulses without volume") {
-  IceWorldConfig c = small();
+  IceWorldConfig c = small_bed();
   c.heat.start_degC = -5.0;
   IceNature frozen(c, 1);
-  ice_paths::print(frozen, c, line_of(c, 0.0, 3.24), 0, 1000);
+  ice_paths::print(frozen, c, nature_line(c, 0.0, 3.24), 0, 1000);
   CHECK(frozen.dead_pulses() == frozen.pulses(0));
   CHECK(frozen.bed().volume_mm3() == 0.0);
-  IceNature dead(small(), 1);
+  IceNature dead(small_bed(), 1);
   dead.break_valve(0, true);
-  ice_paths::print(dead, c, line_of(c, 0.0, 3.24), 0, 1000);
+  ice_paths::print(dead, c, nature_line(c, 0.0, 3.24), 0, 1000);
   CHECK(dead.pulses(0) > 10);
   CHECK(dead.dead_pulses() == dead.pulses(0));
 }
@@ -183,15 +183,15 @@ TEST_CASE("Frozen and dead valves are told apart from closed ones: pulses withou
 TEST_CASE(
     "A valve that stays open lets out its flow from its next pulse on until it is mended, and counts "
     "pulses") {
-  IceWorldConfig c = small();
+  IceWorldConfig c = small_bed();
   c.disturbance.debris_per_h = 0.0;
   IceNature sound(c, 1), jammed(c, 1);
   jammed.jam_valve(0, true);
   jammed.catch_up(5'000'000);
   CHECK(jammed.bed().volume_mm3() == 0.0);  // not before it has opened
   const std::int64_t begin_us = 6'000'000;
-  const std::int64_t end_us = ice_paths::print(sound, c, line_of(c, 0.0, 3.24), 0, begin_us);
-  CHECK(ice_paths::print(jammed, c, line_of(c, 0.0, 3.24), 0, begin_us) == end_us);
+  const std::int64_t end_us = ice_paths::print(sound, c, nature_line(c, 0.0, 3.24), 0, begin_us);
+  CHECK(ice_paths::print(jammed, c, nature_line(c, 0.0, 3.24), 0, begin_us) == end_us);
   CHECK(jammed.pulses(0) == sound.pulses(0));
   sound.catch_up(end_us + 1'000'000);
   jammed.catch_up(end_us + 1'000'000);
@@ -208,7 +208,7 @@ TEST_CASE(
 }
 
 TEST_CASE("The laser's storage is what single readings along the motion would be, at its own clock") {
-  IceWorldConfig c = small();
+  IceWorldConfig c = small_bed();
   c.laser.ice_noise_mm = c.laser.scaffold_noise_mm = c.laser.repeatability_mm = 0.0;
   c.table.jigs.push_back({-5.0, -25.0, 5.0, 25.0, 2.0});
   IceNature nature(c, 1);

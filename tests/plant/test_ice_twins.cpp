@@ -7,14 +7,14 @@
 
 using namespace firn;
 using namespace firn::plant;
-namespace fvp = drivers::fvp;
-namespace fvb = drivers::fvb;
+namespace host_fvp = drivers::fvp;
+namespace host_fvb = drivers::fvb;
 
 TEST_CASE("The robot's twin wants power, calibration and a verified path at whose first point it stands") {
   const IceWorldConfig c = small();
   IceBench b(c);
   CHECK(b.robot("HELLO FIRN 1") == "ACK OK C40 1 TICK=0.016");
-  CHECK(b.status().state == fvp::State::kIdle);
+  CHECK(b.status().state == host_fvp::State::kIdle);
   CHECK(b.robot("CAL").starts_with("NAK 24"));
   CHECK(b.robot("MOVEZ 100000 20").starts_with("NAK 24"));
   b.robot("POWER 1");
@@ -30,7 +30,7 @@ TEST_CASE("The robot's twin wants power, calibration and a verified path at whos
   const auto run = line_of(c);
   CHECK(b.robot("PATH RUN 7 0").starts_with("NAK 20"));
   b.load(7, run.points);
-  CHECK(b.status().state == fvp::State::kReady);
+  CHECK(b.status().state == host_fvp::State::kReady);
   CHECK(b.status().held[0] == 7);
   CHECK(b.robot("PATH RUN 7 0").starts_with("NAK 20"));  // it stands elsewhere
   CHECK(b.robot("MOVEZ 211000 20").starts_with("NAK 22"));
@@ -42,7 +42,7 @@ TEST_CASE("The robot's twin wants power, calibration and a verified path at whos
   CHECK(b.robot("PATH RUN 7 0") == "ACK");
   CHECK(b.status().running == 7);
   b.wait_for_rest();
-  const fvp::Status done = b.status();
+  const host_fvp::Status done = b.status();
   CHECK(done.last == 7);
   CHECK(done.last_done);
   CHECK(std::abs(done.last_ms - std::int32_t(std::lround((run.points.size() - 1) * 16.0))) <= 1);
@@ -82,8 +82,8 @@ TEST_CASE(
   CHECK(b.robot("PATH RUN 7 1") == "ACK");
   b.wait_for_rest();
   b.run(200'000);
-  const fvb::Status s = b.valve_status(kValveAPort);
-  CHECK(s.state == fvb::State::kDone);
+  const host_fvb::Status s = b.valve_status(kValveAPort);
+  CHECK(s.state == host_fvb::State::kDone);
   CHECK(s.next == run.ticks.size());
   const IceTruth t = b.truth();
   CHECK(t.pulses[0] == std::int64_t(run.ticks.size()));
@@ -112,18 +112,18 @@ TEST_CASE("A valve refuses what would harm it and ignores triggers unless armed"
   const IceWorldConfig c = small();
   IceBench b(c);
   b.hello(kValveAPort);
-  CHECK(b.arm(kValveAPort) == int(fvb::Refusal::kWrongState));
-  CHECK(b.load_list(kValveAPort, 1, {10, 9}) == int(fvb::Refusal::kOrder));
-  CHECK(b.load_list(kValveAPort, 1, {10, 10}) == int(fvb::Refusal::kOrder));
+  CHECK(b.arm(kValveAPort) == int(host_fvb::Refusal::kWrongState));
+  CHECK(b.load_list(kValveAPort, 1, {10, 9}) == int(host_fvb::Refusal::kOrder));
+  CHECK(b.load_list(kValveAPort, 1, {10, 10}) == int(host_fvb::Refusal::kOrder));
   CHECK(b.load_list(kValveAPort, 1, {10, 12, 40}) == 0);
-  CHECK(b.valve_status(kValveAPort).state == fvb::State::kLoaded);
+  CHECK(b.valve_status(kValveAPort).state == host_fvb::State::kLoaded);
   b.home();
   b.robot("SIG 1");
   b.run(1'000'000);
   CHECK(b.truth().pulses[0] == 0);  // loaded, not armed
   b.robot("SIG 0");
   CHECK(b.arm(kValveAPort) == 0);
-  CHECK(b.valve_status(kValveAPort).state == fvb::State::kArmed);
+  CHECK(b.valve_status(kValveAPort).state == host_fvb::State::kArmed);
   b.robot("SIG 2");  // the other valve's line
   b.run(500'000);
   CHECK(b.truth().pulses[0] == 0);
@@ -131,7 +131,7 @@ TEST_CASE("A valve refuses what would harm it and ignores triggers unless armed"
   b.run(500'000);
   CHECK(b.truth().pulses[0] == 3);
   CHECK(b.valve_status(kValveAPort).next == 3);
-  CHECK(b.arm(kValveAPort) == int(fvb::Refusal::kWrongState));  // used up
+  CHECK(b.arm(kValveAPort) == int(host_fvb::Refusal::kWrongState));  // used up
 }
 
 TEST_CASE("STOP brakes the arm, drops the signals and closes the valves by their enable line") {
@@ -146,13 +146,13 @@ TEST_CASE("STOP brakes the arm, drops the signals and closes the valves by their
   b.run(2'000'000);
   CHECK(b.truth().last_pulse_us[0] <= stop_us);
   CHECK(b.truth().last_pulse_us[0] > stop_us - 200'000);
-  CHECK(b.valve_status(kValveAPort).state == fvb::State::kDone);
+  CHECK(b.valve_status(kValveAPort).state == host_fvb::State::kDone);
   CHECK(b.valve_status(kValveAPort).next == b.truth().pulses[0]);
-  CHECK(b.status().state == fvp::State::kHold);
+  CHECK(b.status().state == host_fvp::State::kHold);
   CHECK((b.status().last == 7 && !b.status().last_done));
   CHECK(b.robot("PATH RUN 7 1").starts_with("NAK 20"));
   CHECK(b.robot("CLEAR") == "ACK");
-  CHECK(b.status().state == fvp::State::kReady);
+  CHECK(b.status().state == host_fvp::State::kReady);
   REQUIRE(b.record.history.firings.size() == 1);
   CHECK(b.record.history.firings[0].end == FiringEnd::kDisabled);
 }
@@ -169,7 +169,7 @@ TEST_CASE("A valve that hears nothing for two seconds of the host's time while i
     CHECK(b.record.history.firings[0].end == FiringEnd::kWatchdog);
     CHECK(b.truth().last_pulse_us[0] <= from_us + std::int64_t(scale * 2e6));
     CHECK(b.truth().last_pulse_us[0] > from_us + std::int64_t(scale * 1.9e6));
-    CHECK(b.valve_status(kValveAPort).state == fvb::State::kFault);
+    CHECK(b.valve_status(kValveAPort).state == host_fvb::State::kFault);
   }
 }
 
@@ -206,7 +206,7 @@ TEST_CASE("A robot that hears nothing for a second while a path runs ends it and
       CHECK(d.t_us - from_us > 990'000);
     }
   CHECK(watchdog);
-  CHECK(b.status().state == fvp::State::kFault);
+  CHECK(b.status().state == host_fvp::State::kFault);
   CHECK(b.status().error == 40);
   REQUIRE(b.record.history.firings.size() == 1);
   CHECK(b.record.history.firings[0].end == FiringEnd::kDisabled);
@@ -224,21 +224,21 @@ TEST_CASE(
   b.robot("PATH RUN 7 1");
   b.run(200'000);
   b.world.inject({"robot", FaultKind::kTrip, 1, 0}, b.now_us);
-  CHECK(b.status().state == fvp::State::kEstop);
+  CHECK(b.status().state == host_fvp::State::kEstop);
   CHECK_FALSE(b.status().power);
   CHECK(b.status().state2 >= 1);
   CHECK(b.robot("CLEAR").starts_with("NAK"));
   b.world.inject({"robot", FaultKind::kTrip, 0, 0}, b.now_us);
   b.run(500'000);
   CHECK(b.robot("CLEAR") == "ACK");
-  CHECK(b.status().state != fvp::State::kEstop);
+  CHECK(b.status().state != host_fvp::State::kEstop);
   b.robot("POWER 1");
   b.run(3'100'000);
   b.move_to(run.points.front());
   b.robot("PATH RUN 7 0");
   b.run(100'000);
   b.world.inject({"robot", FaultKind::kTrip, 2, 0}, b.now_us);
-  CHECK(b.status().state == fvp::State::kFault);
+  CHECK(b.status().state == host_fvp::State::kFault);
   CHECK(b.status().error < 0);
   REQUIRE_FALSE(b.events.empty());
   CHECK(b.events.back().starts_with("MOTION_ERR 7 7 -"));
@@ -255,18 +255,18 @@ TEST_CASE("Reboot loses paths and lists, closes the port and counts, and the val
   b.connect();
   b.seq = 0;
   b.robot("HELLO FIRN 1");
-  const fvp::Status s = b.status();
+  const host_fvp::Status s = b.status();
   CHECK(s.boot_count == 2);
   CHECK(s.held[0] == 0);
   CHECK_FALSE(s.power);
   std::vector<std::byte> bytes;
-  fvb::encode(fvb::Type::kHello, 1, {}, bytes);
+  host_fvb::encode(host_fvb::Type::kHello, 1, {}, bytes);
   b.vseq = 1;
-  const auto hello = fvb::parse_hello(b.valve(kValveAPort, bytes).payload);
+  const auto hello = host_fvb::parse_hello(b.valve(kValveAPort, bytes).payload);
   REQUIRE(hello);
   CHECK(hello->boot_count == 2);
   CHECK(hello->reset_cause == 1);
-  CHECK(b.valve_status(kValveAPort).state == fvb::State::kIdle);
+  CHECK(b.valve_status(kValveAPort).state == host_fvb::State::kIdle);
 }
 
 TEST_CASE(

@@ -13,19 +13,19 @@ using namespace firn;
 
 namespace {
 
-struct Printed {
+struct PrintedWithGaps {
   MemoryPrintReport report;
   std::vector<layer_metrics_t> layers;
   int measured_again = 0, decided_without = 0;
 };
 
 // 0.263256 mm a row at 15 mm/s: a row every 17.6 ms.
-Printed printed(std::vector<std::string> overrides) {
+PrintedWithGaps printed_with_gaps(std::vector<std::string> overrides) {
   const std::filesystem::path folder = std::filesystem::path(FIRN_SOURCE_DIR) / "experiments";
   for (const char* small : {"part.height_mm=0.06", "grid.nx=24", "grid.ny=24", "part.diameter_mm=5"})
     overrides.insert(overrides.begin(), small);
   const Experiment e = load_experiment(folder / "cylinder.toml", overrides);
-  Printed p;
+  PrintedWithGaps p;
   MemoryPrintOptions o;
   o.tap = [&](std::string_view channel, std::span<const std::byte> bytes) {
     if (channel == "LAYER_METRICS") p.layers.emplace_back().decode(bytes.data(), 0, int(bytes.size()));
@@ -43,7 +43,8 @@ Printed printed(std::vector<std::string> overrides) {
 
 TEST_CASE(
     "Lost rows are counted, the scan is made again slower, and the part is as good as without the loss") {
-  const Printed whole = printed({}), lossy = printed({"laser_profiler.poll_s=0.025"});
+  const PrintedWithGaps whole = printed_with_gaps({}),
+                        lossy = printed_with_gaps({"laser_profiler.poll_s=0.025"});
   REQUIRE(whole.report.result.status == 0);
   REQUIRE(lossy.report.result.status == 0);
   for (const layer_metrics_t& m : whole.layers) CHECK(m.rows_lost == 0);
@@ -71,7 +72,7 @@ TEST_CASE("Where rows are lost for good, the model's heights print a better part
                                             std::string("control.scheme=") + scheme};
     std::vector<std::string> guesses = loses;
     guesses.push_back("process.max_lost_rows_share=1");
-    const Printed honest = printed(loses), guessed = printed(guesses);
+    const PrintedWithGaps honest = printed_with_gaps(loses), guessed = printed_with_gaps(guesses);
     CHECK(honest.decided_without > 3);
     CHECK(honest.layers.back().rows_lost > 0);
     CHECK(honest.layers.back().cells_guessed > 0);

@@ -25,7 +25,7 @@ namespace {
 
 const fs::path kMeshFolder = fs::path(FIRN_SOURCE_DIR) / "experiments";
 
-std::string bytes_of(const fs::path& path) {
+std::string file_text(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
 }
@@ -49,7 +49,7 @@ TEST_CASE("The shipped gear is what scripts/make_mesh.py writes") {
   const std::string command =
       "python3 '" + std::string(FIRN_SOURCE_DIR) + "/scripts/make_mesh.py' '" + written.string() + "' 8";
   REQUIRE(std::system(command.c_str()) == 0);
-  CHECK(bytes_of(written) == bytes_of(kMeshFolder / "gear.stl"));
+  CHECK(file_text(written) == file_text(kMeshFolder / "gear.stl"));
 }
 
 TEST_CASE(

@@ -45,7 +45,7 @@ std::map<std::string, std::string> contents(const fs::path& run) {
   return all;
 }
 
-void check_whole(const fs::path& run) {
+void check_unpacked(const fs::path& run) {
   ReplayCommandOptions o;
   o.run = run.string();
   CHECK(replay_verdict(o).identical());
@@ -65,7 +65,7 @@ TEST_CASE("a packed run takes a fifth of its room, reads as before, and unpacks 
   INFO(before << " bytes, packed " << folder_bytes(run.path()));
   CHECK(folder_bytes(run.path()) * 5 <= before);
   CHECK(logfile::is_packed(run.path() / "log.lcm"));
-  check_whole(run.path());
+  check_unpacked(run.path());
   CHECK(pack_run(run.path()).after == report.after);  // nothing is left to do
   expand_run(run.path());
   CHECK(contents(run.path()) == plain);
@@ -79,14 +79,14 @@ TEST_CASE("a packed print that was stopped goes on, and the repair of a packed l
   o.later = {{12.0, {new_order_id(), OperatorVerb::kStop, {}, {}}}};
   REQUIRE(run_in_lab(run, o).result.status == kSafetyStop);
   pack_run(run.path());
-  check_whole(run.path());
+  check_unpacked(run.path());
   CHECK_FALSE(repair_from_write_ahead(run.path() / "log.lcm", run.path() / "nodes").rewritten);
-  check_whole(run.path());
+  check_unpacked(run.path());
   pack_run(run.path());
   LabRunOptions again;
   again.resume = true;
   CHECK(run_in_lab(run, again).result.status == kOk);
-  check_whole(run.path());
+  check_unpacked(run.path());
 }
 
 TEST_CASE("a run that somebody prints is neither packed nor replayed, and the list names the process") {

@@ -27,18 +27,18 @@ namespace {
 namespace fs = std::filesystem;
 using Catch::Contains;
 
-Experiment tiny() {
+Experiment tiny_sealed() {
   Experiment e = tiny_print("seal", "smf");
   e.part.shape.height_mm = 0.015;
   return e;
 }
 
 RunFolder new_run(const TempFolder& root) {
-  const Experiment e = tiny();
+  const Experiment e = tiny_sealed();
   return RunFolder::create(root.path(), e, make_inputs(e, ""), {"test"});
 }
 
-fs::path printed(const TempFolder& root) {
+fs::path sealed_print(const TempFolder& root) {
   const RunFolder run = new_run(root);
   REQUIRE(run_in_lab(run, {}).result.status == 0);
   return run.path();
@@ -62,7 +62,7 @@ bool names(const SealCheck& check, const std::string& file) {
 
 TEST_CASE("A print that ended is sealed whole, and audit and replay say nothing but that") {
   const TempFolder root;
-  const fs::path run = printed(root);
+  const fs::path run = sealed_print(root);
   const SealCheck c = check_seals(run);
   INFO((c.lines().empty() ? "" : c.lines().front()));
   CHECK(c.whole());
@@ -79,7 +79,7 @@ TEST_CASE("A print that ended is sealed whole, and audit and replay say nothing 
 
 TEST_CASE("Each of 1,000 single bytes changed anywhere in a run folder is reported with its file") {
   const TempFolder root;
-  const fs::path run = printed(root);
+  const fs::path run = sealed_print(root);
   const std::vector<fs::path> files = files_in(run);
   std::vector<std::uint64_t> ends;  // of each file in the folder's bytes
   for (const fs::path& f : files) ends.push_back(fs::file_size(f) + (ends.empty() ? 0 : ends.back()));
@@ -114,7 +114,7 @@ TEST_CASE("Each of 1,000 single bytes changed anywhere in a run folder is report
 
 TEST_CASE("The audit of a run with one changed byte in any of its files is not clean and names the file") {
   const TempFolder root;
-  const fs::path run = printed(root);
+  const fs::path run = sealed_print(root);
   for (const fs::path& file : files_in(run)) {
     const std::string whole = read_file(file);
     if (whole.empty()) continue;
@@ -133,7 +133,7 @@ TEST_CASE("The audit of a run with one changed byte in any of its files is not c
 
 TEST_CASE("A file that is cut, continued, added, removed or replaced by a link is named") {
   const TempFolder root;
-  const fs::path run = printed(root), log = run / "log.lcm", index = run / "log.lcm.idx";
+  const fs::path run = sealed_print(root), log = run / "log.lcm", index = run / "log.lcm.idx";
   const std::string whole = read_file(log);
   const auto only = [&](const std::string& file) {
     const SealCheck c = check_seals(run);
@@ -163,14 +163,14 @@ TEST_CASE("A file that is cut, continued, added, removed or replaced by a link i
 
 TEST_CASE("A page of the user's own in the run folder is no difference") {
   const TempFolder root;
-  const fs::path run = printed(root);
+  const fs::path run = sealed_print(root);
   write_bytes(run / "notes.txt", "a good print");
   CHECK(check_seals(run).whole());
 }
 
 TEST_CASE("A changed byte of a page or table that firn report made in the run folder is named by the audit") {
   const TempFolder root;
-  const fs::path run = printed(root);
+  const fs::path run = sealed_print(root);
   ReportOptions page;
   page.runs = {run.string()};
   page.output = (run / "report.html").string();
@@ -194,7 +194,7 @@ TEST_CASE("A changed byte of a page or table that firn report made in the run fo
 
 TEST_CASE("The end of a run that was killed before its last seal is sealed by a resume, as found") {
   const TempFolder root;
-  const fs::path run = printed(root);
+  const fs::path run = sealed_print(root);
   fs::remove(run / "seals" / "1.seal");
   CHECK_FALSE(audit_verdict(run).clean());
   PrintOptions o;
@@ -210,7 +210,7 @@ TEST_CASE("The end of a run that was killed before its last seal is sealed by a 
 
 TEST_CASE("Seals that were all made anew do not have the digest that the user kept") {
   const TempFolder root;
-  const fs::path run = printed(root);
+  const fs::path run = sealed_print(root);
   const std::string kept = check_seals(run).seals.back().digest;
   CHECK(audit_verdict(run, kept).clean());
   const std::string text = read_file(run / "result.json");
@@ -228,7 +228,7 @@ TEST_CASE("Seals that were all made anew do not have the digest that the user ke
 
 TEST_CASE("Seals that are missing, exchanged or made of other seals are named") {
   const TempFolder root;
-  const fs::path run = printed(root), first = run / "seals" / "0.seal", last = run / "seals" / "1.seal";
+  const fs::path run = sealed_print(root), first = run / "seals" / "0.seal", last = run / "seals" / "1.seal";
   const std::string begun = read_file(first), ended = read_file(last);
   fs::remove(first);
   CHECK(names(check_seals(run), "seals/0.seal"));
@@ -331,7 +331,7 @@ TEST_CASE("Two processes do not print one run at a time") {
 
 TEST_CASE("Replay marks a changed experiment.toml, and a changed setting in it as one made on purpose") {
   const TempFolder root;
-  const fs::path run = printed(root);
+  const fs::path run = sealed_print(root);
   const std::string whole = read_file(run / "experiment.toml");
   ReplayCommandOptions r;
   r.run = run.string();
@@ -396,7 +396,7 @@ void rewrite_truth(const fs::path& run) {
 TEST_CASE("Truth rewritten in the log, its index removed, is noticed by audit, replay and report") {
   for (const bool sealed : {true, false}) {
     const TempFolder root;
-    const fs::path run = printed(root);
+    const fs::path run = sealed_print(root);
     CHECK(check_truth(run).differs.empty());
     CHECK(check_truth(run).compared > 0);
     rewrite_truth(run);

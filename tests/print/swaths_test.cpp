@@ -16,7 +16,7 @@ using namespace firn;
 
 namespace {
 
-struct Printed {
+struct PrintedSwaths {
   MemoryPrintReport report;
   std::vector<height_map_t> maps;
   std::vector<height_profile_t> first_rows;  ///< row 0 of each swath of the bare table
@@ -30,9 +30,9 @@ Experiment wedge(std::vector<std::string> overrides) {
   return load_experiment(std::filesystem::path(FIRN_SOURCE_DIR) / "experiments" / "cylinder.toml", overrides);
 }
 
-Printed printed(const std::vector<std::string>& overrides) {
+PrintedSwaths printed_swaths(const std::vector<std::string>& overrides) {
   const Experiment e = wedge(overrides);
-  Printed p;
+  PrintedSwaths p;
   MemoryPrintOptions o;
   o.tap = [&](std::string_view channel, std::span<const std::byte> bytes) {
     const auto decode = [&](auto& m) { return m.decode(bytes.data(), 0, int(bytes.size())) > 0; };
@@ -66,7 +66,8 @@ TEST_CASE("swaths cover the grid from rim to rim, side by side, with the overlap
 }
 
 TEST_CASE("a profiler narrower than the part measures it in swaths, stitched by the stage's x") {
-  const Printed wide = printed({}), narrow = printed({"laser_profiler.dx_mm=0.003"});  // 2.4 mm of 6.1 mm
+  const PrintedSwaths wide = printed_swaths({}),
+                      narrow = printed_swaths({"laser_profiler.dx_mm=0.003"});  // 2.4 mm of 6.1 mm
   REQUIRE(wide.report.result.status == 0);
   REQUIRE(narrow.report.result.status == 0);
   CHECK(wide.first_rows.size() == 1);
@@ -86,9 +87,9 @@ TEST_CASE("a profiler narrower than the part measures it in swaths, stitched by 
 }
 
 TEST_CASE("a profiler that keeps its rows loses none to a driver that asks too seldom") {
-  const Printed loses =
-      printed({"laser_profiler.poll_s=0.025", "process.max_rescans=0", "process.min_measured_fraction=0.3"});
-  const Printed keeps = printed({"laser_profiler.poll_s=0.025", "laser_profiler.read=memory"});
+  const PrintedSwaths loses = printed_swaths(
+      {"laser_profiler.poll_s=0.025", "process.max_rescans=0", "process.min_measured_fraction=0.3"});
+  const PrintedSwaths keeps = printed_swaths({"laser_profiler.poll_s=0.025", "laser_profiler.read=memory"});
   CHECK(loses.rows_lost > 10);
   REQUIRE(keeps.report.result.status == 0);
   CHECK(keeps.rows_lost == 0);

@@ -17,7 +17,7 @@
 namespace firn {
 namespace {
 
-Experiment small() {
+Experiment small_experiment() {
   Experiment e;
   e.grid = {16, 14, 0.25, 0.25, 1.0, -2.0};
   e.estimator.droplets = "on";
@@ -25,11 +25,11 @@ Experiment small() {
 }
 
 // The node and a planted world that prints and measures for it.
-struct Bench : test::NodeBench {
-  Bench()
-      : NodeBench(NodeId::kDropletEstimator,
-                  std::make_unique<DropletEstimatorNode>(small(), Mask(small().grid, 1))) {
-    world.grid = small().grid;
+struct EstimatorBench : test::NodeBench {
+  EstimatorBench()
+      : NodeBench(NodeId::kDropletEstimator, std::make_unique<DropletEstimatorNode>(
+                                                 small_experiment(), Mask(small_experiment().grid, 1))) {
+    world.grid = small_experiment().grid;
     world.height = HeightMap(world.grid, 0.0);
     world.model = {4.8e-3, 0.5e-3, 0.25e-3};
     world.noise_mm = 0.0002;
@@ -78,11 +78,11 @@ struct Bench : test::NodeBench {
 }  // namespace
 
 TEST_CASE("A model follows every map, names it, and comes near the planted one with the layers") {
-  Bench b;
+  EstimatorBench b;
   b.map(0);
   CHECK(b.models() == 1);
   CHECK(b.last(channels::kHeightModel).layers_used == 0);
-  CHECK(b.last(channels::kHeightModel).h1_mm == small().model.h1_mm);
+  CHECK(b.last(channels::kHeightModel).h1_mm == small_experiment().model.h1_mm);
   for (int k = 1; k <= 5; ++k) {
     b.layer();
     const height_model_t m = b.last(channels::kHeightModel);
@@ -103,7 +103,7 @@ TEST_CASE("A model follows every map, names it, and comes near the planted one w
 TEST_CASE(
     "A map that overtakes the report of its layer waits for it, and the result is the same to the last "
     "byte") {
-  Bench in_order, overtaken;
+  EstimatorBench in_order, overtaken;
   in_order.map(0);
   overtaken.map(0);
   for (int k = 1; k <= 3; ++k) {
@@ -119,7 +119,7 @@ TEST_CASE(
 }
 
 TEST_CASE("The droplets' volume in a sweep is the estimator's prior before the first layer") {
-  Experiment e = small();
+  Experiment e = small_experiment();
   e.estimator.droplets = "camera";
   test::NodeBench bench(NodeId::kDropletEstimator,
                         std::make_unique<DropletEstimatorNode>(e, Mask(e.grid, 1)));
@@ -142,7 +142,7 @@ TEST_CASE("The droplets' volume in a sweep is the estimator's prior before the f
 }
 
 TEST_CASE("A layer that is measured again replaces what its first map taught") {
-  Bench b, clean;
+  EstimatorBench b, clean;
   b.map(0);
   clean.map(0);
   b.layer();
@@ -158,7 +158,7 @@ TEST_CASE("A layer that is measured again replaces what its first map taught") {
 }
 
 TEST_CASE("Messages of another grid, maps without a reading and late reports change nothing but a warning") {
-  Bench b;
+  EstimatorBench b;
   b.map(0);
   height_map_t other{};
   set_height(other, HeightMap(GridSpec{3, 3, 0.25, 0.25, 0.0, 0.0}, 0.0));
@@ -185,7 +185,7 @@ TEST_CASE("Messages of another grid, maps without a reading and late reports cha
 }
 
 TEST_CASE("The estimator's node is built from the configuration and the mask") {
-  Experiment e = small();
+  Experiment e = small_experiment();
   e.part.shape.diameter_mm = 3.0;
   CHECK(make_droplet_estimator(dump(e), {{"mask", "", to_npy(Mask(e.grid, 1))}}) != nullptr);
   CHECK_THROWS_WITH(make_droplet_estimator(dump(e), {}), Catch::Contains("mask"));

@@ -17,7 +17,7 @@ using namespace firn;
 
 namespace {
 
-class Sink final : public WalSink {
+class IceNodeSink final : public WalSink {
  public:
   void append(WalKind, std::span<const std::byte>) override {}
   void sync() override { ++syncs; }
@@ -25,9 +25,9 @@ class Sink final : public WalSink {
 };
 
 /// Nodes and the world, in one time. The nodes' messages are kept by channel.
-class Rig {
+class IceNodeRig {
  public:
-  Rig() : world_(config(), nullptr) {
+  IceNodeRig() : world_(config(), nullptr) {
     Experiment e;
     e.lab.kind = "ice";
     e.control.scheme = "smf";
@@ -142,7 +142,7 @@ class Rig {
   }
 
   std::int64_t now_us = 0;
-  Sink sink;
+  IceNodeSink sink;
   plant::World& world() { return world_; }
 
  private:
@@ -192,7 +192,7 @@ robot_command_t verb(RobotVerb v) {
 }  // namespace
 
 TEST_CASE("a move puts the tool's point over the part's, as the simulated arm truly stands", "[ice]") {
-  Rig rig;
+  IceNodeRig rig;
   REQUIRE(rig.robot(verb(RobotVerb::kHome)).outcome == std::int8_t(Outcome::kDone));
   const Machine machine;
   for (const RobotTool tool :
@@ -227,7 +227,7 @@ TEST_CASE("a move puts the tool's point over the part's, as the simulated arm tr
 TEST_CASE(
     "a deposition run: list and trajectory go ahead, the run stands on the disk first, the counts come back",
     "[ice]") {
-  Rig rig;
+  IceNodeRig rig;
   REQUIRE(rig.robot(verb(RobotVerb::kHome)).outcome == std::int8_t(Outcome::kDone));
   pulse_list_t list{};
   list.path = 7;
@@ -269,7 +269,7 @@ TEST_CASE(
 }
 
 TEST_CASE("laser samples carry path, scan and material of the command that armed the storage", "[ice]") {
-  Rig rig;
+  IceNodeRig rig;
   REQUIRE(rig.robot(verb(RobotVerb::kHome)).outcome == std::int8_t(Outcome::kDone));
   rig.message(NodeId::kRobot, channels::kTrajectory, test::short_trajectory(9, 500));
   laser_command_t c{};
@@ -304,7 +304,7 @@ TEST_CASE("laser samples carry path, scan and material of the command that armed
 }
 
 TEST_CASE("temperatures are told once a second with set points and faults", "[ice]") {
-  Rig rig;
+  IceNodeRig rig;
   heater_command_t c{};
   c.verb = std::int8_t(HeaterVerb::kSet);
   c.set_degC[0] = 20;

@@ -15,28 +15,28 @@
 namespace firn {
 namespace {
 
-Experiment small() {
+Experiment small_plate() {
   Experiment e;
   e.grid = {8, 6, 0.25, 0.25, 2.0, 1.0};
   e.part.shape.diameter_mm = 1.2;
   return e;
 }
 
-Mask disc() {
-  Mask m(small().grid);
+Mask mapped_disc() {
+  Mask m(small_plate().grid);
   for (int j = 1; j < 5; ++j)
     for (int i = 1; i < 7; ++i) m.at(i, j) = 1;
   return m;
 }
 
-struct Bench : test::NodeBench {
-  explicit Bench(const Experiment& e = small())
-      : NodeBench(NodeId::kSurfaceMapper, std::make_unique<SurfaceMapper>(e, disc())) {
+struct MapperBench : test::NodeBench {
+  explicit MapperBench(const Experiment& e = small_plate())
+      : NodeBench(NodeId::kSurfaceMapper, std::make_unique<SurfaceMapper>(e, mapped_disc())) {
     start();
   }
 
   height_profile_t row(int j, std::int64_t scan_id, int layer, double height_mm) const {
-    const GridSpec g = small().grid;
+    const GridSpec g = small_plate().grid;
     height_profile_t p{};
     p.layer = layer;
     p.scan_id = scan_id;
@@ -71,7 +71,7 @@ struct Bench : test::NodeBench {
 
 TEST_CASE(
     "A scan becomes one map with layer, attempt, time of its last row and a new map_id, and a preview") {
-  Bench bench;
+  MapperBench bench;
   bench.scan(1, 0, 0.0);
   for (int j = 0; j < 6; ++j) bench.give(channels::kHeightProfile, bench.row(j, 2, 1, 0.5));
   bench.give(channels::kScanDone, bench.done(2, 1, 6, 3));
@@ -82,7 +82,7 @@ TEST_CASE(
   CHECK(maps[1].attempt == 3);
   CHECK(maps[1].sample_utime_us == 2005);
   CHECK(maps[1].measured_fraction == 1.0);
-  CHECK(from_message(maps[1].grid) == small().grid);
+  CHECK(from_message(maps[1].grid) == small_plate().grid);
   for (int c = 0; c < 48; ++c) {
     CHECK(double(maps[1].height_mm[std::size_t(c)]) == Approx(0.5 + 0.001 * (c / 8)).margin(1e-6));
     CHECK(maps[1].quality[std::size_t(c)] == 0);
@@ -92,11 +92,11 @@ TEST_CASE(
 }
 
 TEST_CASE("Rows in any order, repeated rows and SCAN_DONE before the last rows give the same map bytes") {
-  Bench plain;
+  MapperBench plain;
   plain.scan(1, 4, 0.2);
   RandomStream random(1, Purpose::kTest);
   for (int trial = 0; trial < 20; ++trial) {
-    Bench mixed;
+    MapperBench mixed;
     std::vector<int> order = {0, 1, 2, 3, 4, 5, 2, 5};
     for (std::size_t n = order.size(); n > 1; --n)
       std::swap(order[n - 1], order[random.below(std::uint32_t(n))]);
@@ -113,7 +113,7 @@ TEST_CASE("Rows in any order, repeated rows and SCAN_DONE before the last rows g
 }
 
 TEST_CASE("Missing rows are waited for, then filled, marked and told") {
-  Bench bench;
+  MapperBench bench;
   for (int j : {0, 1, 2, 4, 5}) bench.give(channels::kHeightProfile, bench.row(j, 1, 2, 0.1));
   bench.give(channels::kScanDone, bench.done(1, 2));
   CHECK(bench.maps().empty());
@@ -132,7 +132,7 @@ TEST_CASE("Missing rows are waited for, then filled, marked and told") {
 }
 
 TEST_CASE("A row that the profiler itself did not receive is not waited for") {
-  Bench bench;
+  MapperBench bench;
   for (int j : {0, 1, 2, 4, 5}) bench.give(channels::kHeightProfile, bench.row(j, 1, 2, 0.1));
   bench.give(channels::kScanDone, bench.done(1, 2, 5));
   REQUIRE(bench.maps().size() == 1);
@@ -141,16 +141,16 @@ TEST_CASE("A row that the profiler itself did not receive is not waited for") {
 }
 
 TEST_CASE("A recorded configuration without process.max_lost_rows_share counts no rows, as its version did") {
-  std::string recorded = dump(small());
+  std::string recorded = dump(small_plate());
   const std::size_t at = recorded.find("max_lost_rows_share");
   REQUIRE(at != std::string::npos);
   recorded.erase(at, recorded.find('\n', at) + 1 - at);
   CHECK(parse_recorded_experiment(recorded, "recorded").process.max_lost_rows_share == 1.0);
-  CHECK(parse_recorded_experiment(dump(small()), "recorded").process.max_lost_rows_share ==
-        small().process.max_lost_rows_share);
-  Experiment old = small();
+  CHECK(parse_recorded_experiment(dump(small_plate()), "recorded").process.max_lost_rows_share ==
+        small_plate().process.max_lost_rows_share);
+  Experiment old = small_plate();
   old.process.max_lost_rows_share = 1.0;
-  Bench bench(old);
+  MapperBench bench(old);
   for (int j : {0, 1, 2, 4, 5}) bench.give(channels::kHeightProfile, bench.row(j, 1, 2, 0.1));
   bench.give(channels::kScanDone, bench.done(1, 2, 5));
   REQUIRE(bench.maps().size() == 1);
@@ -159,7 +159,7 @@ TEST_CASE("A recorded configuration without process.max_lost_rows_share counts n
 }
 
 TEST_CASE("Rows of an older scan change nothing, and a newer scan drops the unfinished one and says so") {
-  Bench bench;
+  MapperBench bench;
   bench.scan(5, 1, 0.1);
   bench.give(channels::kHeightProfile, bench.row(0, 4, 1, 9.0));
   bench.give(channels::kScanDone, bench.done(4, 1));
@@ -173,7 +173,7 @@ TEST_CASE("Rows of an older scan change nothing, and a newer scan drops the unfi
 
 TEST_CASE("A malformed row is left out and named, and the map is made from the others") {
   const auto broken = [](auto change) {
-    Bench bench;
+    MapperBench bench;
     for (int j : {0, 1, 2, 3, 4}) bench.give(channels::kHeightProfile, bench.row(j, 1, 0, 0.1));
     height_profile_t bad = bench.row(5, 1, 0, 0.1);
     change(bad);
@@ -195,7 +195,7 @@ TEST_CASE("A malformed row is left out and named, and the map is made from the o
 }
 
 TEST_CASE("A scan without a single row is a map that measures nothing") {
-  Bench bench;
+  MapperBench bench;
   bench.give(channels::kScanDone, bench.done(1, 0, 0));
   REQUIRE(bench.maps().size() == 1);
   CHECK(bench.maps()[0].measured_fraction == 0.0);
@@ -205,16 +205,16 @@ TEST_CASE("A scan without a single row is a map that measures nothing") {
 
 TEST_CASE(
     "control.smoothing takes the noise out of the part and leaves the surroundings and their cliff alone") {
-  Experiment e = small();
+  Experiment e = small_plate();
   double error[2] = {};
   for (const bool on : {false, true}) {
     e.control.smoothing = on ? 1.0 : 0.0;
-    Bench bench(e);
+    MapperBench bench(e);
     RandomStream random(3, Purpose::kSensorNoise);
     for (int j = 0; j < 6; ++j) {
       height_profile_t p = bench.row(j, 1, 1, 0.0);
       for (int n = 0; n < 80; ++n) {
-        const bool part = disc().at(n / 10, j);
+        const bool part = mapped_disc().at(n / 10, j);
         p.z_mm[std::size_t(n)] = float((part ? 0.4 : 0.0) + 0.01 * random.normal());
       }
       bench.give(channels::kHeightProfile, p);
@@ -222,9 +222,9 @@ TEST_CASE(
     bench.give(channels::kScanDone, bench.done(1, 1));
     const height_map_t map = bench.last(channels::kHeightMap);
     for (std::size_t c = 0; c < 48; ++c) {
-      const double truth = disc().cells[c] ? 0.4 : 0.0;
+      const double truth = mapped_disc().cells[c] ? 0.4 : 0.0;
       CHECK(std::abs(double(map.height_mm[c]) - truth) < 0.02);
-      if (disc().cells[c])
+      if (mapped_disc().cells[c])
         error[on] += (double(map.height_mm[c]) - truth) * (double(map.height_mm[c]) - truth);
     }
   }
@@ -232,12 +232,12 @@ TEST_CASE(
 }
 
 TEST_CASE("The mapper is built from the resolved configuration and the mask") {
-  CHECK(make_surface_mapper(dump(small()), {{"mask", "", to_npy(disc())}}) != nullptr);
-  CHECK_THROWS_WITH(make_surface_mapper(dump(small()), {}), Catch::Contains("mask"));
+  CHECK(make_surface_mapper(dump(small_plate()), {{"mask", "", to_npy(mapped_disc())}}) != nullptr);
+  CHECK_THROWS_WITH(make_surface_mapper(dump(small_plate()), {}), Catch::Contains("mask"));
 }
 
 TEST_CASE("A preview keeps small maps as they are and reduces large ones by whole blocks to 60 kB") {
-  const HeightMap h(small().grid, 0.3);
+  const HeightMap h(small_plate().grid, 0.3);
   CHECK(preview_of(h, 1).n == 48);
   HeightMap large(GridSpec{1001, 640, 0.1, 0.1, 0.0, 0.0});
   for (int j = 0; j < 640; ++j)

@@ -41,13 +41,6 @@ std::size_t find_record(const Records& records, std::uint16_t kind, std::string_
   throw std::runtime_error("no such record: " + std::string(text));
 }
 
-std::vector<std::byte> read_bytes(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
-  const auto bytes = std::as_bytes(std::span(text));
-  return {bytes.begin(), bytes.end()};
-}
-
 void write_bytes(const std::filesystem::path& file, const std::vector<std::byte>& bytes) {
   std::ofstream(file, std::ios::binary | std::ios::trunc)
       .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "tests/files/record/scratch.h"
+
 namespace firn::test {
 
 struct RawRecord {
@@ -26,7 +28,6 @@ void edit_records(const std::filesystem::path& file, const std::function<void(Re
 /// outputs are searched for the channel they send on. @throws std::runtime_error if there is no such record
 std::size_t find_record(const Records& records, std::uint16_t kind, std::string_view text, int n);
 
-std::vector<std::byte> read_bytes(const std::filesystem::path& file);
 void write_bytes(const std::filesystem::path& file, const std::vector<std::byte>& bytes);
 /// Flips bit `bit` of the byte that stands `from_end` bytes before the end of the n-th occurrence's record or
 /// event.

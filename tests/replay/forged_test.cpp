@@ -25,7 +25,7 @@ constexpr Forgery kForgeries[] = {{"LAYER_PLAN", "scheduler", "controller"},
                                   {"ENABLE", "jet", "safety"},
                                   {"HEIGHT_MAP", "controller", "surface_mapper"}};
 
-fs::path recorded(const std::string& name) {
+fs::path forged_recording(const std::string& name) {
   const fs::path run = scratch_folder(name) / "run";
   fs::copy(fs::path(FIRN_SOURCE_DIR) / "tests/replay/golden/v3-kalman", run, fs::copy_options::recursive);
   return run;
@@ -59,7 +59,7 @@ bool forged(const fs::path& run, const std::string& what) {
 
 TEST_CASE("A received message with other bytes than its publisher sent is named with channel and number") {
   for (const Forgery& f : kForgeries) {
-    const fs::path run = recorded("forged-bytes");
+    const fs::path run = forged_recording("forged-bytes");
     const std::int64_t seq =
         forge(run, f, [](std::span<std::byte> m) { m.back() = m.back() ^ std::byte{1}; });
     CHECK(forged(run, std::string(f.channel) + " " + std::to_string(seq) + " of incarnation 0, received by " +
@@ -69,7 +69,7 @@ TEST_CASE("A received message with other bytes than its publisher sent is named 
 
 TEST_CASE("A received message that its publisher never sent is named with channel and number") {
   for (const Forgery& f : kForgeries) {
-    const fs::path run = recorded("forged-number");
+    const fs::path run = forged_recording("forged-number");
     const std::int64_t seq = forge(run, f, [](std::span<std::byte> m) { m[25] = std::byte{7}; });
     CHECK(seq > 7 << 16);
     CHECK(forged(run, std::string(f.channel) + " " + std::to_string(seq) + " of incarnation 0, received by " +
@@ -78,7 +78,7 @@ TEST_CASE("A received message that its publisher never sent is named with channe
 }
 
 TEST_CASE("A damaged record of a message is damage and no forgery") {
-  const fs::path run = recorded("forged-damage");
+  const fs::path run = forged_recording("forged-damage");
   const fs::path file = run / "nodes" / "scheduler.wal";
   const Records records = read_records(file);
   const std::size_t at = find_record(records, std::uint16_t(WalKind::kEvent), "LAYER_PLAN", 1);

@@ -214,7 +214,7 @@ TEST_CASE("A member is added with the .lcm and one row: messages of every versio
     Bytes into;
     const auto now = run.today(old, into);
     REQUIRE(table.type_of(now) == today.find("oven_t"));
-    CHECK(to_json(*today.find("oven_t"), now) ==
+    CHECK(firn::to_json(*today.find("oven_t"), now) ==
           (first ? R"({"seq":7,"degC":42,"mode":2,"zones":2,"on":[1,0]})"
                  : R"({"seq":7,"degC":42,"mode":0,"zones":2,"on":[0,0]})"));
     const auto cut = std::span(old).first(old.size() - 1);  // damaged: as it is

@@ -33,7 +33,7 @@ using replay::RunData;
 
 const fs::path kGolden = fs::path(FIRN_SOURCE_DIR) / "tests" / "replay" / "golden";
 
-std::string text_of(const fs::path& path) {
+std::string file_text(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
   std::ostringstream out;
   out << in.rdbuf();
@@ -79,7 +79,7 @@ std::vector<Message> logged(const fs::path& run, std::string_view channel) {
   return out;
 }
 
-RunData made_run(const std::string& scheme, const std::string& folder, std::vector<double> rms_um) {
+RunData run_with_data(const std::string& scheme, const std::string& folder, std::vector<double> rms_um) {
   RunData r;
   r.scheme = scheme;
   r.folder = folder;
@@ -114,7 +114,7 @@ const Element& table_after(const Element& page, std::size_t n) { return *page.al
 
 TEST_CASE("Every row of metrics.csv reads back as the layer's values in the header's units") {
   RandomStream random(31, Purpose::kTest);
-  RunData run = made_run("mpc", "a", {5, 4, 3, 2});
+  RunData run = run_with_data("mpc", "a", {5, 4, 3, 2});
   for (LayerRow& l : run.layers) {
     l.attempt = int(random.below(4));
     l.map_id = std::int64_t(random.bits() >> 2);
@@ -171,7 +171,7 @@ TEST_CASE("Every row of metrics.csv reads back as the layer's values in the head
 }
 
 TEST_CASE("A layer of absurd numbers keeps its row and its columns in metrics.csv") {
-  RunData run = made_run("mpc", "a", {1, 2});
+  RunData run = run_with_data("mpc", "a", {1, 2});
   LayerRow& l = run.layers[0];
   for (double* v : {&l.target_mean_mm, &l.mean_height_mm, &l.mean_error_mm, &l.rms_mm, &l.std_mm,
                     &l.min_error_mm, &l.max_error_mm, &l.volume_mm3, &l.objective_mm, &l.end_s})
@@ -256,7 +256,7 @@ TEST_CASE("A folder that is no run, or whose provenance is damaged, is refused b
   CHECK(error_of(empty).find(empty.string()) != std::string::npos);
   CHECK(error_of(empty / "nowhere").find("nowhere") != std::string::npos);
   const fs::path folder = copy_of("v1-mpc", "provenance");
-  const std::string whole = text_of(folder / "provenance.json");
+  const std::string whole = file_text(folder / "provenance.json");
   const std::vector<std::string> damaged{"",
                                          "{",
                                          "[1, 2]",
@@ -278,7 +278,7 @@ TEST_CASE("A damaged or missing input is refused by its role") {
   const fs::path folder = copy_of("v1-mpc", "inputs");
   const fs::path target =
       folder / "inputs" / "602bf69bb384bc421055d4cd9c8f51b6511292e5084b83e5a2c93efda079f525";
-  const std::string whole = text_of(target);
+  const std::string whole = file_text(target);
   for (const std::size_t keep : {std::size_t(0), std::size_t(5), std::size_t(60), whole.size() - 1}) {
     write_text(target, whole.substr(0, keep));
     CAPTURE(keep, error_of(folder));
@@ -295,7 +295,7 @@ TEST_CASE("A damaged or missing input is refused by its role") {
 TEST_CASE("Whatever byte of a node's file is damaged, the report reads the rest or refuses in words") {
   const fs::path folder = copy_of("v1-mpc", "wal");
   const fs::path wal = folder / "nodes" / "scheduler.wal";
-  const std::string whole = text_of(wal);
+  const std::string whole = file_text(wal);
   RandomStream random(32, Purpose::kTest);
   for (int trial = 0; trial < 25; ++trial) {
     std::string bytes = whole;
@@ -354,9 +354,9 @@ TEST_CASE("Any one changed number is the only setting that differs") {
 }
 
 TEST_CASE("The page's table gives each run's last layer, and marks the smallest RMS error") {
-  const std::vector<ReportRun> runs{{made_run("mpc", "a", {9, 4.5, 2.25}), "identical"},
-                                    {made_run("smf", "b", {9, 7.251}), "differs"},
-                                    {made_run("open_loop", "c", {}), ""}};
+  const std::vector<ReportRun> runs{{run_with_data("mpc", "a", {9, 4.5, 2.25}), "identical"},
+                                    {run_with_data("smf", "b", {9, 7.251}), "differs"},
+                                    {run_with_data("open_loop", "c", {}), ""}};
   const Element page = parse_markup(replay::report_page(runs, {}));
   const Element& table = table_after(page, 1);
   const auto rows = table_rows(table);
@@ -384,17 +384,17 @@ TEST_CASE("Runs of one scheme are told apart by their folders, runs of different
     out.erase(out.begin());
     return out;
   };
-  CHECK(names({{made_run("mpc", "a", {1}), ""}, {made_run("smf", "b", {1}), ""}}) ==
+  CHECK(names({{run_with_data("mpc", "a", {1}), ""}, {run_with_data("smf", "b", {1}), ""}}) ==
         std::vector<std::string>{"mpc", "smf"});
-  CHECK(names({{made_run("mpc", "a", {1}), ""}, {made_run("mpc", "b", {1}), ""}}) ==
+  CHECK(names({{run_with_data("mpc", "a", {1}), ""}, {run_with_data("mpc", "b", {1}), ""}}) ==
         std::vector<std::string>{"mpc (a)", "mpc (b)"});
 }
 
 TEST_CASE("A page is well formed and holds no number that is none, whatever the runs hold") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  RunData odd = made_run("<i>&\"", "b", {nan, nan});
+  RunData odd = run_with_data("<i>&\"", "b", {nan, nan});
   odd.height.cells.assign(odd.height.size(), nan);
-  RunData huge = made_run("huge", "c", {1e300, 1e-300});
+  RunData huge = run_with_data("huge", "c", {1e300, 1e-300});
   huge.height.cells[3] = 1e250;
   RunData bare;
   bare.scheme = "bare";
@@ -418,7 +418,7 @@ TEST_CASE("A page without runs says so") {
 }
 
 TEST_CASE("The charts by layer hold the RMS error of every layer but the substrate") {
-  const RunData run = made_run("mpc", "a", {99, 8, 4, 2, 1});
+  const RunData run = run_with_data("mpc", "a", {99, 8, 4, 2, 1});
   const Element page = parse_markup(replay::report_page({{run, ""}}, {}));
   const Element* chart = nullptr;
   for (const Element* svg : page.all("svg", "role", "img"))
@@ -434,7 +434,7 @@ TEST_CASE("The charts by layer hold the RMS error of every layer but the substra
 }
 
 TEST_CASE("The error map of a page is empty outside the part and orange where the surface is too high") {
-  RunData run = made_run("mpc", "a", {1, 1});
+  RunData run = run_with_data("mpc", "a", {1, 1});
   run.mask.at(0, 0) = 0;
   run.height.at(1, 0) = run.target.at(1, 0) + 0.005;
   run.height.at(2, 0) = run.target.at(2, 0) - 0.005;
@@ -456,7 +456,7 @@ TEST_CASE("Provenance on the page names the commit and the digest of the configu
   CHECK(facts.at("run id") == "1795263705748301");
   CHECK(facts.at("command line").find("build/bin/firn print tests/replay/golden/tiny.toml") == 0);
   const fs::path other = copy_of("v1-mpc", "digest");
-  write_text(other / "experiment.toml", text_of(other / "experiment.toml") + "\n");
+  write_text(other / "experiment.toml", file_text(other / "experiment.toml") + "\n");
   std::map<std::string, std::string> changed;
   for (const auto& [key, value] : run_data(other).provenance) changed[key] = value;
   CHECK(changed.at("configuration digest (XXH64)") != facts.at("configuration digest (XXH64)"));

@@ -37,7 +37,7 @@ struct Silent {
   int listener = -1, fd = -1;
 };
 
-struct Bench {
+struct PortsBench {
   test::TempFolder folder;
   Silent instrument{folder.path() / "valve"};
   std::string loss;
@@ -45,7 +45,7 @@ struct Bench {
   std::vector<LinkState> links;
   std::vector<std::string> refused;
 
-  Bench() {
+  PortsBench() {
     ports.open_all(0);
     service();
     instrument.accept();
@@ -64,7 +64,7 @@ struct Bench {
 }  // namespace
 
 TEST_CASE("bytes of a command leave under a lease only, bytes that make safe always") {
-  Bench b;
+  PortsBench b;
   b.write("FIRE 1\n", true);
   b.loss = "the lease has ended";
   b.write("FIRE 2\n", true);
@@ -77,7 +77,7 @@ TEST_CASE("bytes of a command leave under a lease only, bytes that make safe alw
 }
 
 TEST_CASE("bytes of a command that wait for a slow instrument are dropped when the lease ends") {
-  Bench b;
+  PortsBench b;
   b.write(std::string(1 << 20, 'x'), false);  // more than the kernel takes
   b.write("FIRE\n", true);
   b.write("STOP\n", false);
@@ -95,7 +95,7 @@ TEST_CASE("bytes of a command that wait for a slow instrument are dropped when t
 }
 
 TEST_CASE("a command of which a part has left is cut by closing the link, so that a stop begins a new line") {
-  Bench b;
+  PortsBench b;
   b.write(std::string(1 << 20, 'F'), true);
   b.loss = "the lease has ended";
   b.write("STOP\n", false);

@@ -11,6 +11,7 @@
 #include "config/include.h"
 #include "print/inputs/ice_inputs.h"
 #include "report/draw/charts.h"
+#include "runtime/source_folder.h"
 #include "studies/calibrate/lab_calibrations.h"
 #include "studies/reproduce/reproduce_parts.h"
 
@@ -28,7 +29,7 @@ void reproduce_barnett_flow(Reproduction& to) {
       "on a balance (firn calibrate flow-curve); the drop's flow at low frequency is drawn on as the "
       "proportional line. "
       "The plant's share and time of recovery after a pulse were chosen for this figure.");
-  const std::filesystem::path folder = std::filesystem::path(FIRN_SOURCE_DIR) / "labs";
+  const std::filesystem::path folder = source_folder() / "labs";
   Experiment lab = load_experiment(folder / "ice-cobra600.toml", {"ice.mesh=\"none.stl\""});
   LabCalibrationOptions options;
   options.repeats = to.quick() ? 2 : 0;

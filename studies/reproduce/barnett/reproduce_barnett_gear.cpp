@@ -16,6 +16,7 @@
 #include "print/simulated/memory_print.h"
 #include "report/draw/charts.h"
 #include "report/draw/heat_map.h"
+#include "runtime/source_folder.h"
 #include "studies/identify/identification_study.h"
 #include "studies/reproduce/reproduce_parts.h"
 
@@ -24,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kSeeds = 3, kSeedsQuick = 1;
+constexpr int kGearSeeds = 3, kGearSeedsQuick = 1;
 constexpr double kQuickHeight_mm = 2.4;
 constexpr const char* kScheme[] = {"open_loop", "smf"};
 constexpr const char* kPage = "p. 109, 5.3, Fig. 5-9";
@@ -112,13 +113,13 @@ void time_rows(const Add& add, const std::string& id, const Prints& smf) {
 
 void reproduce_barnett_gear(Reproduction& to) {
   const std::string id = "barnett.gear.";
-  const fs::path folder = fs::path(FIRN_SOURCE_DIR) / "experiments";
+  const fs::path folder = source_folder() / "experiments";
   std::vector<std::string> overrides;
   if (to.quick()) overrides.push_back(fmt::format("ice.height_mm={}", kQuickHeight_mm));
   Experiment gear = load_experiment(folder / "ice-helical-gear.toml", overrides);
   const Blobs inputs = make_ice_inputs(gear, folder);
   place_ice_field(gear, inputs);
-  const int seeds = to.quick() ? kSeedsQuick : kSeeds;
+  const int seeds = to.quick() ? kGearSeedsQuick : kGearSeeds;
   to.note(fmt::format(
       "The gear of experiments/ice-helical-gear.toml, {:g} mm high in intervals of 1.2 mm, printed {} times "
       "each way by "

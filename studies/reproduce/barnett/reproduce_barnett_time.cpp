@@ -15,14 +15,13 @@ namespace firn {
 namespace {
 
 using barnett::BuildPaths;
-using barnett::Way;
 using motion::PathInput;
 
 constexpr double kPaperHours[] = {11.6, 7.4, 2.6};
 constexpr const char* kPlaces[] = {"p. 89, 4.4", "p. 90, 4.4", "p. 89, 4.4"};
 constexpr const char* kBothHours =
     "11.6 hours using the constant-speed technique and 2.6 hours using the variable-speed technique";
-constexpr const char* kQuotes[] = {kBothHours, "the required construction time is 7.4 hours", kBothHours};
+constexpr const char* kTimeQuotes[] = {kBothHours, "the required construction time is 7.4 hours", kBothHours};
 constexpr const char* kBetween =
     "the thesis prints no time that valve, link and controller take between two paths";
 constexpr double kShare = 0.15;
@@ -34,7 +33,7 @@ constexpr double kLucyPath_s = (85.0 * 3600.0 - 14e6 * 0.016) / 48e3;
 // The thesis's slicing (3.2, 3.5, 3.7): fine facets, points 0.4 mm apart, its offsets, rings alone without
 // beads in the gaps between.
 constexpr int kFineEdges = 200, kCoarseEdges = 16;
-const std::vector<std::string> kFine{"contour.tolerance_mm=0.0005"};
+const std::vector<std::string> kFineScenes{"contour.tolerance_mm=0.0005"};
 const std::vector<std::string> kOffsets{"part.first_offset_mm=0.6", "scaffold.first_offset_mm=1.2"};
 const std::vector<std::string> kNoBeads{"part.gap_mm=0", "scaffold.gap_mm=0"};
 const std::vector<std::string> kLines{"part.fill=lines", "scaffold.fill=lines"};
@@ -55,10 +54,10 @@ struct Builder {
     for (const auto& s : settings) overrides.insert(overrides.end(), s.begin(), s.end());
     return build_paths(barnett::BoxFolder(p, true), limits.position, overrides, threads);
   }
-  double motion_h(Way way, const BuildPaths& of, const motion::MotionLimits& within) const {
+  double motion_h(barnett::Way way, const BuildPaths& of, const motion::MotionLimits& within) const {
     return motion_s(of, [&](const PathInput& in) { return duration_s(way, in, *arm, within); }) / 3600.0;
   }
-  double motion_h(Way way, const BuildPaths& of) const { return motion_h(way, of, limits); }
+  double motion_h(barnett::Way way, const BuildPaths& of) const { return motion_h(way, of, limits); }
 };
 
 std::string described(const BuildPaths& p) {
@@ -74,13 +73,13 @@ void lift(Reproduction& to, const Builder& b, const BuildPaths& paths, double wa
   motion::MotionLimits l = b.limits;
   l.joint = {};
   row("joints", "motion and ways without the joints' limits of (4.10)",
-      ways_h + b.motion_h(Way::kVariable, paths, l));
+      ways_h + b.motion_h(barnett::Way::kVariable, paths, l));
   // Finite, as the planner wants them, and beyond anything that a path of 0.4 mm points asks for.
   l.position.jerk = 1e6;
-  row("jerk", "without jerk limits either", ways_h + b.motion_h(Way::kVariable, paths, l));
+  row("jerk", "without jerk limits either", ways_h + b.motion_h(barnett::Way::kVariable, paths, l));
   l.position.acceleration = 1e5;
   row("acceleration", "without acceleration limits either: 125 mm/s nearly everywhere",
-      ways_h + b.motion_h(Way::kVariable, paths, l));
+      ways_h + b.motion_h(barnett::Way::kVariable, paths, l));
   double straight_s = 0.0;
   for (const barnett::BuildPath& p : paths.paths)
     straight_s += double(p.count) * barnett::rest_to_rest_s(p.length_mm, b.limits.position);
@@ -109,14 +108,14 @@ void walls(Reproduction& to, const Builder& b) {
         PathInput in{.points = points};
         in.kind = kind;
         in.origin = motion::thesis::kWellPlaced;
-        wall_s[n] += duration_s(Way(n), in, *b.arm, b.limits);
+        wall_s[n] += duration_s(barnett::Way(n), in, *b.arm, b.limits);
       }
     };
     add(layer.boundaries, PathKind::kBoundary);
-    if (Way(n) == Way::kStraightConstant)
+    if (barnett::Way(n) == barnett::Way::kStraightConstant)
       add(layer.lines, PathKind::kFill);
     else
-      add(layer.contours, Way(n) == Way::kVariable ? PathKind::kFill : PathKind::kBoundary);
+      add(layer.contours, barnett::Way(n) == barnett::Way::kVariable ? PathKind::kFill : PathKind::kBoundary);
   }
   const std::string id = "barnett.build-time.";
   to.row(ReproduceRow(id + "ratio",
@@ -150,7 +149,7 @@ void reproduce_barnett_build_time(Reproduction& to) {
   const auto add = [&](const std::string& name, const std::string& what, int n, double ours_h,
                        const char* miss) {
     ReproduceRow row(id + name, what, "h", ours_h);
-    row.prints(kPaperHours[n], kPlaces[n], kQuotes[n]);
+    row.prints(kPaperHours[n], kPlaces[n], kTimeQuotes[n]);
     if (to.quick())
       row.not_judged("with --quick the part is 7 mm high");
     else
@@ -160,7 +159,7 @@ void reproduce_barnett_build_time(Reproduction& to) {
   Builder b;
   b.threads = to.threads();
   if (to.quick()) b.part.height_mm = 7.0;
-  const Settings fine{kFine, kOffsets, kNoBeads};
+  const Settings fine{kFineScenes, kOffsets, kNoBeads};
   BuildPaths paths[3];
   double motion_h[3], ways_h[3], hours[3];
   for (int n = 0; n < 3; ++n) {
@@ -168,8 +167,8 @@ void reproduce_barnett_build_time(Reproduction& to) {
     if (n == 2)
       paths[n] = paths[1];
     else
-      paths[n] = b.paths(kFineEdges, n == 0 ? Settings{kFine, kOffsets, kNoBeads, kLines} : fine);
-    motion_h[n] = b.motion_h(Way(n), paths[n]);
+      paths[n] = b.paths(kFineEdges, n == 0 ? Settings{kFineScenes, kOffsets, kNoBeads, kLines} : fine);
+    motion_h[n] = b.motion_h(barnett::Way(n), paths[n]);
     ways_h[n] = (paths[n].transit_s + (n == 0 ? paths[n].run_up_s : 0.0)) / 3600.0;
     hours[n] = motion_h[n] + ways_h[n];
     const std::string what = fmt::format("4.4, {}: {:.2f} h along {}, {:.2f} h between them", kWhat[n],
@@ -193,7 +192,7 @@ void reproduce_barnett_build_time(Reproduction& to) {
     const BuildPaths p = b.paths(edges, settings);
     to.beside({id + "slicing-" + name,
                fmt::format("variable speed, {}: motion and ways, {}", what, described(p)), "h",
-               b.motion_h(Way::kVariable, p) + p.transit_s / 3600.0});
+               b.motion_h(barnett::Way::kVariable, p) + p.transit_s / 3600.0});
   };
   to.progress(0.75, "slicing");
   change("own", "rounds of 16 edges, chord tolerance 0.05 mm, beads in gaps, offsets 0.75 and 0.9 mm",

@@ -10,11 +10,12 @@
 #include "config/include.h"
 #include "print/inputs/targets.h"
 #include "print/labs/print_labs.h"
+#include "runtime/source_folder.h"
 
 namespace firn {
 
 Experiment lu_lab(const std::string& shape, double cells_across, double height_mm) {
-  Experiment e = load_experiment(std::filesystem::path(FIRN_SOURCE_DIR) / "labs" / "inkjet-lu2015.toml");
+  Experiment e = load_experiment(source_folder() / "labs" / "inkjet-lu2015.toml");
   e.part.shape.kind = shape;
   // Half a cell less than the outer centres' distance plus one: exactly so many centres lie inside.
   const double across_mm = (cells_across - (shape == "cuboid" ? 0.5 : 0.0)) * e.grid.pitch_x_mm;

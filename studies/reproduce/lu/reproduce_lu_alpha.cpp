@@ -15,10 +15,10 @@
 namespace firn {
 namespace {
 
-constexpr double kUm = 1e3;
+constexpr double kAlphaUm = 1e3;
 constexpr double kAlphas[] = {0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0};
 constexpr int kHorizons[] = {1, 3};
-constexpr int kSeeds = 4, kSeedsQuick = 1, kMostLayers = 120;
+constexpr int kAlphaSeeds = 4, kAlphaSeedsQuick = 1, kMostLayers = 120;
 constexpr int kUnguardedLayers = 90;
 
 // The search of IV-C as printed, without a guard: from all ones, one random point at a time, a flip is kept
@@ -120,14 +120,14 @@ Unguarded print_unguarded(const Experiment& e, const Target& target, double alph
   HeightMap height(e.grid, 0.0);
   Unguarded out{{fmt::format("alpha {:g}", alpha),
                  {0.0},
-                 {kUm * error_stats(height, target.height, target.mask).mean_mm},
+                 {kAlphaUm * error_stats(height, target.height, target.mask).mean_mm},
                  style}};
   for (int layer = 1; layer <= kUnguardedLayers && !out.ended; ++layer) {
     const DropletPattern drops = search.decide(height, std::uint32_t(layer));
     out.ended = drops.total() == 0;
     nature.deposit(height, drops);
     out.mean_um.x.push_back(layer);
-    out.mean_um.y.push_back(kUm * error_stats(height, target.height, target.mask).mean_mm);
+    out.mean_um.y.push_back(kAlphaUm * error_stats(height, target.height, target.mask).mean_mm);
   }
   return out;
 }
@@ -197,20 +197,20 @@ void show_trap(Reproduction& to) {
   control::Predictor(setup).score(striped, flat, alpha);
   const char* by = "(8) on 100 x 100 cells, flat, 3.8 um short, alpha = 0.8";
   to.row(ReproduceRow(id + "trap-nothing", "flat, 3.8 um short, alpha = 0.8: objective of printing nothing",
-                      "um", kUm * ours.objective_none_mm, 4)
+                      "um", kAlphaUm * ours.objective_none_mm, 4)
              .derives(3.04, "errata", by)
              .within_derived(1e-6));
   to.row(ReproduceRow(id + "trap-greedy",
                       fmt::format("the printed search from all ones stays there ({:.0f} % ones)",
                                   100.0 * double(found.total()) / double(e.grid.size())),
-                      "um", kUm * search.objective_mm(), 4)
+                      "um", kAlphaUm * search.objective_mm(), 4)
              .derives(3.0475, "errata", by)
              .within_derived(5e-5));
   to.row(ReproduceRow(id + "trap-stripes", "diagonal stripes, half of the cells", "um",
-                      kUm * striped.objective_mm, 4)
+                      kAlphaUm * striped.objective_mm, 4)
              .derives(1.405, "errata", by)
              .within_derived(5e-4));
-  to.beside({id + "trap-ours", "Firn's search", "um", kUm * ours.objective_mm, 4});
+  to.beside({id + "trap-ours", "Firn's search", "um", kAlphaUm * ours.objective_mm, 4});
 }
 
 }  // namespace
@@ -225,7 +225,7 @@ void reproduce_lu_alpha(Reproduction& to) {
       "20 % variation, 1 µm of sensor noise.");
   show_trap(to);
   show_guard(to);
-  const int seeds = to.quick() ? kSeedsQuick : kSeeds;
+  const int seeds = to.quick() ? kAlphaSeedsQuick : kAlphaSeeds;
   std::vector<replay::Series> mean, std_dev;
   double step = 0.0, worst_rms = 0.0, best_rms = 1e9, best_alpha = 0.0;
   for (const int horizon : kHorizons) {
@@ -244,9 +244,9 @@ void reproduce_lu_alpha(Reproduction& to) {
       step += share;
       m.x.push_back(alpha);
       s.x.push_back(alpha);
-      m.y.push_back(mean_of(prints, [](const auto& p) { return kUm * p.error.mean_mm; }));
-      s.y.push_back(mean_of(prints, [](const auto& p) { return kUm * p.error.std_mm; }));
-      const double rms = mean_of(prints, [](const auto& p) { return kUm * p.error.rms_mm; });
+      m.y.push_back(mean_of(prints, [](const auto& p) { return kAlphaUm * p.error.mean_mm; }));
+      s.y.push_back(mean_of(prints, [](const auto& p) { return kAlphaUm * p.error.std_mm; }));
+      const double rms = mean_of(prints, [](const auto& p) { return kAlphaUm * p.error.rms_mm; });
       if (alpha >= 0.5) worst_rms = std::max(worst_rms, rms);
       if (rms < best_rms) {
         best_rms = rms;

@@ -7,6 +7,7 @@
 #include "core/control/mpc/greedy.h"
 #include "core/control/mpc/objective.h"
 #include "core/grid/random.h"
+#include "runtime/source_folder.h"
 #include "studies/identify/identification_study.h"
 #include "studies/identify/identify.h"
 #include "studies/reproduce/reproduce_parts.h"
@@ -14,7 +15,6 @@
 namespace firn {
 namespace {
 
-constexpr const char* kExperiments = FIRN_SOURCE_DIR "/experiments/";
 constexpr double kPaper_um[] = {4.4, 0.6, 0.2};
 constexpr double kGamma = 0.6268, kDiameter_mm = 0.420;
 constexpr double kGammaBound = 0.01;  // the paper gives gamma as 0.6268, 0.63 and 63 %
@@ -24,7 +24,7 @@ const std::vector<std::string> kNoChance = {"plant.sensor_noise_mm=0", "plant.si
                                             "plant.missed_fraction=0", "plant.satellite_fraction=0",
                                             "plant.drift=0",           "plant.dropout_fraction=0"};
 
-std::string experiment(const char* name) { return std::string(kExperiments) + name; }
+std::string experiment(const char* name) { return (source_folder() / "experiments" / name).string(); }
 
 int exactly_recovered() {
   const GridSpec g{20, 20};

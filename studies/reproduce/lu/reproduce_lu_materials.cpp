@@ -14,16 +14,17 @@
 #include "report/draw/svg.h"
 #include "report/run/block_view.h"
 #include "report/run/voxels.h"
+#include "runtime/source_folder.h"
 #include "studies/reproduce/reproduce_parts.h"
 
 namespace firn {
 namespace {
 
-constexpr int kSeeds = 20, kSeedsQuick = 2;
+constexpr int kMaterialsSeeds = 20, kMaterialsSeedsQuick = 2;
 constexpr int kPlantSeeds = 3, kPlantSeedsQuick = 1;  // on Firn's own plant, which takes longer
 constexpr const char* kId = "lu.figs-13-15.";
 
-struct Outcome {
+struct JunctionOutcome {
   replay::WrongVoxels wrong;
   replay::Washed washed;
   ErrorStats top;                      ///< of the block's surface about h_d
@@ -38,15 +39,14 @@ struct Case {
 };
 
 Case load_case() {
-  const std::filesystem::path file =
-      std::filesystem::path(FIRN_SOURCE_DIR) / "experiments" / "pipe-junction.toml";
+  const std::filesystem::path file = source_folder() / "experiments" / "pipe-junction.toml";
   const Experiment e = load_experiment(file);
   const Blobs in = make_inputs(e, file.parent_path());
   return {e, in, geometry_from_bytes(blob(in, "geometry").bytes, e.grid, "geometry"),
           e.model.h1_mm + 4.0 * e.model.h2_mm + 4.0 * e.model.h3_mm};
 }
 
-Outcome print(const Case& c, const std::string& plant, const std::string& scheme, int seed) {
+JunctionOutcome print(const Case& c, const std::string& plant, const std::string& scheme, int seed) {
   Experiment e = c.experiment;
   e.plant.model = plant;
   e.control.scheme = scheme;
@@ -57,7 +57,7 @@ Outcome print(const Case& c, const std::string& plant, const std::string& scheme
   if (report.result.status != 0)
     throw std::runtime_error("the " + scheme + " print of seed " + std::to_string(seed) +
                              " did not finish: " + report.result.reason);
-  Outcome o;
+  JunctionOutcome o;
   const int nz = replay::slices_for(report.materials, c.geometry, c.slice_mm);
   o.printed = replay::voxels_of(report.materials, c.slice_mm, nz);
   o.wanted = replay::voxels_of(c.geometry, c.slice_mm, nz);
@@ -69,9 +69,9 @@ Outcome print(const Case& c, const std::string& plant, const std::string& scheme
 }
 
 // Makes all prints on the given number of threads; the order of the result does not depend on it.
-std::vector<Outcome> print_all(const Case& c, const std::string& plant, int seeds, Reproduction& to) {
+std::vector<JunctionOutcome> print_all(const Case& c, const std::string& plant, int seeds, Reproduction& to) {
   const std::string schemes[] = {"open_loop", "mpc"};
-  std::vector<Outcome> out(2 * std::size_t(seeds));
+  std::vector<JunctionOutcome> out(2 * std::size_t(seeds));
   std::atomic<std::size_t> next{0};
   std::size_t done = 0;
   std::mutex lock;
@@ -98,15 +98,16 @@ std::vector<Outcome> print_all(const Case& c, const std::string& plant, int seed
 }
 
 template <class Value>
-double mean(std::span<const Outcome> runs, const Value& value) {
+double mean(std::span<const JunctionOutcome> runs, const Value& value) {
   double sum = 0.0;
-  for (const Outcome& o : runs) sum += double(value(o));
+  for (const JunctionOutcome& o : runs) sum += double(value(o));
   return sum / double(runs.size());
 }
 
 // Returns the maximum closed / open of any seed (the same seed: common random numbers).
 template <class Value>
-double worst_share(std::span<const Outcome> open, std::span<const Outcome> closed, const Value& value) {
+double worst_share(std::span<const JunctionOutcome> open, std::span<const JunctionOutcome> closed,
+                   const Value& value) {
   double worst = 0.0;
   for (std::size_t n = 0; n < open.size(); ++n) {
     const double a = double(value(closed[n])), b = double(value(open[n]));
@@ -119,8 +120,8 @@ constexpr const char* kPlace = "p. 1064, V-A, Figs. 13, 14";
 
 // Closed loop at most half of open loop.
 template <class Value>
-void half_row(const std::string& name, const std::string& what, std::span<const Outcome> open,
-              std::span<const Outcome> closed, const Value& value, Reproduction& to) {
+void half_row(const std::string& name, const std::string& what, std::span<const JunctionOutcome> open,
+              std::span<const JunctionOutcome> closed, const Value& value, Reproduction& to) {
   const double a = mean(open, value), b = mean(closed, value);
   to.row(
       ReproduceRow(kId + name, what + ": closed loop, at most half of open loop's " + replay::number(a, 1),
@@ -131,16 +132,17 @@ void half_row(const std::string& name, const std::string& what, std::span<const 
           .at_most(0.5 * a));
 }
 
-void count_rows(std::span<const Outcome> open, std::span<const Outcome> closed, Reproduction& to) {
+void count_rows(std::span<const JunctionOutcome> open, std::span<const JunctionOutcome> closed,
+                Reproduction& to) {
   const auto row = [&](const char* name, const std::string& what, auto value) {
     half_row(name, what + " (worst seed " + replay::number(worst_share(open, closed, value), 2) + ")", open,
              closed, value, to);
   };
-  row("wrong-inside", "Wrong voxels inside M", [](const Outcome& o) { return o.wrong.inside; });
-  row("wrong-outside", "Wrong voxels outside M", [](const Outcome& o) { return o.wrong.outside; });
+  row("wrong-inside", "Wrong voxels inside M", [](const JunctionOutcome& o) { return o.wrong.inside; });
+  row("wrong-outside", "Wrong voxels outside M", [](const JunctionOutcome& o) { return o.wrong.outside; });
   row("boundary-layer", "Wrong voxels in the one-cell boundary layer",
-      [](const Outcome& o) { return o.wrong.boundary_wrong(); });
-  const auto std_um = [](const Outcome& o) { return o.top.std_mm * 1e3; };
+      [](const JunctionOutcome& o) { return o.wrong.boundary_wrong(); });
+  const auto std_um = [](const JunctionOutcome& o) { return o.top.std_mm * 1e3; };
   to.row(ReproduceRow(kId + std::string("top-surface"),
                       "Deviation of the block's top: closed loop, at most half of open loop's " +
                           replay::number(mean(open, std_um), 1) + " um",
@@ -149,11 +151,11 @@ void count_rows(std::span<const Outcome> open, std::span<const Outcome> closed, 
              .at_most(0.5 * mean(open, std_um)));
 }
 
-void wash_rows(std::span<const Outcome> closed, Reproduction& to) {
-  const double loose = mean(closed, [](const Outcome& o) {
+void wash_rows(std::span<const JunctionOutcome> closed, Reproduction& to) {
+  const double loose = mean(closed, [](const JunctionOutcome& o) {
     return 100.0 * double(o.washed.object - o.washed.largest_piece) / double(o.washed.object);
   });
-  const double shut = mean(closed, [](const Outcome& o) {
+  const double shut = mean(closed, [](const JunctionOutcome& o) {
     return 100.0 * double(o.washed.support_shut_in) / double(o.washed.support);
   });
   constexpr const char* kFig15 = "p. 1065, Fig. 15";
@@ -172,19 +174,19 @@ void wash_rows(std::span<const Outcome> closed, Reproduction& to) {
 // The same on the independent plant, which knows nothing of (7).
 void own_plant_rows(const Case& c, Reproduction& to) {
   const int seeds = to.quick() ? kPlantSeedsQuick : kPlantSeeds;
-  const std::vector<Outcome> all = print_all(c, "droplets", seeds, to);
-  const std::span<const Outcome> open(all.data(), std::size_t(seeds)),
+  const std::vector<JunctionOutcome> all = print_all(c, "droplets", seeds, to);
+  const std::span<const JunctionOutcome> open(all.data(), std::size_t(seeds)),
       closed(all.data() + seeds, std::size_t(seeds));
   const std::string what = "Firn's own plant, " + std::to_string(seeds) + " seeds: wrong voxels ";
   half_row(
       "own-plant", what + "inside and outside M", open, closed,
-      [](const Outcome& o) { return o.wrong.wrong(); }, to);
+      [](const JunctionOutcome& o) { return o.wrong.wrong(); }, to);
   half_row(
       "own-plant-boundary", what + "in the boundary layer", open, closed,
-      [](const Outcome& o) { return o.wrong.boundary_wrong(); }, to);
+      [](const JunctionOutcome& o) { return o.wrong.boundary_wrong(); }, to);
 }
 
-void pictures(const Outcome& open, const Outcome& closed, Reproduction& to) {
+void pictures(const JunctionOutcome& open, const JunctionOutcome& closed, Reproduction& to) {
   const std::string stretch =
       " z is drawn " + replay::number(replay::z_stretch(open.wanted), 0) + " times as high.";
   const replay::VoxelBlock& tall = open.wanted.nz > closed.wanted.nz ? open.wanted : closed.wanted;
@@ -208,7 +210,7 @@ void pictures(const Outcome& open, const Outcome& closed, Reproduction& to) {
 
 void reproduce_lu_materials(Reproduction& to) {
   const Case c = load_case();
-  const int seeds = to.quick() ? kSeedsQuick : kSeeds;
+  const int seeds = to.quick() ? kMaterialsSeedsQuick : kMaterialsSeeds;
   to.note(
       "Figs. 13-15 print no sizes and no numbers: geometry, g1..g3, alpha and h_d are chosen and stated in "
       "experiments/pipe-junction.toml. Each print is one of the whole lab with two jets, in simulated time; "
@@ -217,8 +219,8 @@ void reproduce_lu_materials(Reproduction& to) {
       "Voxels are a "
       "cell wide and a nominal layer high and are counted in the plant's truth; means of " +
       std::to_string(seeds) + " seeds.");
-  const std::vector<Outcome> all = print_all(c, "lu2015", seeds, to);
-  const std::span<const Outcome> open(all.data(), std::size_t(seeds)),
+  const std::vector<JunctionOutcome> all = print_all(c, "lu2015", seeds, to);
+  const std::span<const JunctionOutcome> open(all.data(), std::size_t(seeds)),
       closed(all.data() + seeds, std::size_t(seeds));
   count_rows(open, closed, to);
   wash_rows(closed, to);

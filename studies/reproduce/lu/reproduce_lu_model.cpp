@@ -13,8 +13,8 @@
 namespace firn {
 namespace {
 
-constexpr double kUm = 1e3;
-constexpr int kCells = 16, kLayers = 4, kSeeds = 20, kSeedsQuick = 2;
+constexpr double kModelUm = 1e3;
+constexpr int kCells = 16, kLayers = 4, kModelSeeds = 20, kModelSeedsQuick = 2;
 
 DropletPattern full_layer(const Mask& mask, const GridSpec& grid) {
   DropletPattern p(grid);
@@ -40,7 +40,7 @@ double rms_um(const HeightMap& a, const HeightMap& b, const Mask& mask, int from
       sum += d * d;
       ++count;
     }
-  return kUm * std::sqrt(sum / count);
+  return kModelUm * std::sqrt(sum / count);
 }
 
 // Returns the height of the middle above the ring at a depth.
@@ -60,7 +60,7 @@ double drop_um(const HeightMap& h, const Mask& mask, int at_depth) {
         ++in_middle;
       }
     }
-  return kUm * (middle / in_middle - ring / in_ring);
+  return kModelUm * (middle / in_middle - ring / in_ring);
 }
 
 // III-C, one dimension, h1 = 4.4, h2 = 0.6: heights of the first five points of a row after `layers` full
@@ -75,7 +75,7 @@ std::vector<double> row_heights_um(int layers) {
                                     deposition::Border::kLose);
   for (int n = 0; n < layers; ++n) model.deposit(h, all);
   std::vector<double> first;
-  for (int i = 0; i < 5; ++i) first.push_back(kUm * h.at(i, 0));
+  for (int i = 0; i < 5; ++i) first.push_back(kModelUm * h.at(i, 0));
   return first;
 }
 
@@ -89,7 +89,7 @@ void reproduce_lu_model(Reproduction& to) {
       "outermost row, where liquid runs further than "
       "either lets it. The difference is inside: (4) foretells a dome, the additive (2) a plateau with one "
       "low row.");
-  const int seeds = to.quick() ? kSeedsQuick : kSeeds;
+  const int seeds = to.quick() ? kModelSeedsQuick : kModelSeeds;
   Experiment e = lu_lab("cuboid", kCells, kLayers * 0.0076);
   e.grid.nx = e.grid.ny = kCells + 8;
   e.control.scheme = "open_loop";

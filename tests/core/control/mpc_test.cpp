@@ -11,7 +11,7 @@ using namespace firn::control;
 
 namespace {
 
-Setup random_setup(RandomStream& random, int nx, int ny, double height_mm = 0.1) {
+Setup random_mpc_setup(RandomStream& random, int nx, int ny, double height_mm = 0.1) {
   const GridSpec g{nx, ny};
   Setup s{g,
           HeightMap(g, height_mm),
@@ -39,15 +39,15 @@ std::vector<DropletPattern> random_plan(const Setup& s, RandomStream& random, in
 }
 
 // The objective by the full model, nothing incremental.
-double full_objective(const Setup& s, const HeightMap& height, const std::vector<DropletPattern>& plan,
-                      double alpha) {
+double one_ink_objective(const Setup& s, const HeightMap& height, const std::vector<DropletPattern>& plan,
+                         double alpha) {
   Predictor predict(s);
   HeightMap h = height;
   for (const auto& layer : plan) h = predict.after(h, layer);
   return objective_mm(h, s.target, s.mask, alpha);
 }
 
-std::vector<DropletPattern> plan_of(const mpc::HorizonObjective& objective) {
+std::vector<DropletPattern> mpc_plan_of(const mpc::HorizonObjective& objective) {
   std::vector<DropletPattern> plan;
   for (int n = 0; n < objective.horizon(); ++n) plan.push_back(objective.layer(n));
   return plan;
@@ -68,7 +68,7 @@ TEST_CASE(
     "each gain") {
   RandomStream random(1, Purpose::kTest);
   for (int trial = 0; trial < 60; ++trial) {
-    const Setup s = random_setup(random, 1 + int(random.below(9)), 1 + int(random.below(9)));
+    const Setup s = random_mpc_setup(random, 1 + int(random.below(9)), 1 + int(random.below(9)));
     const int horizon = 1 + int(random.below(3)), max_drops = 1 + int(random.below(3));
     const double alpha = trial % 3 == 0 ? 1.0 : random.uniform(0.05, 1.0);
     const HeightMap h = near_target(s, random, -0.005, 0.03);
@@ -80,11 +80,11 @@ TEST_CASE(
       const mpc::Move move{int(random.below(std::uint32_t(horizon))),
                            cells[random.below(std::uint32_t(cells.size()))], random.below(2) ? 1 : -1};
       if (!objective.allowed(move)) continue;
-      const double before = full_objective(s, h, plan_of(objective), alpha);
+      const double before = one_ink_objective(s, h, mpc_plan_of(objective), alpha);
       const double gain = objective.gain_mm(move);
       CHECK(objective.value_mm() == Approx(before).margin(1e-13));
       objective.apply(move);
-      const double after = full_objective(s, h, plan_of(objective), alpha);
+      const double after = one_ink_objective(s, h, mpc_plan_of(objective), alpha);
       CHECK(objective.value_mm() == Approx(after).margin(1e-13));
       CHECK(std::abs(gain - (after - before)) < 1e-13);
     }
@@ -96,7 +96,7 @@ TEST_CASE(
 
 TEST_CASE("Eq. (8): an undone move restores objective and plan") {
   RandomStream random(2, Purpose::kTest);
-  const Setup s = random_setup(random, 8, 8);
+  const Setup s = random_mpc_setup(random, 8, 8);
   const HeightMap h = near_target(s, random, 0.0, 0.02);
   mpc::HorizonObjective objective(s, 2, 2);
   objective.set_surface(h, 0.6);
@@ -107,12 +107,12 @@ TEST_CASE("Eq. (8): an undone move restores objective and plan") {
                          random.below(2) ? 1 : -1};
     if (!objective.allowed(move)) continue;
     const double value = objective.value_mm();
-    const auto plan = plan_of(objective);
+    const auto plan = mpc_plan_of(objective);
     objective.apply(move);
     REQUIRE(objective.allowed(move.undone()));
     objective.apply(move.undone());
     CHECK(objective.value_mm() == Approx(value).margin(1e-14));
-    CHECK(plan_of(objective) == plan);
+    CHECK(mpc_plan_of(objective) == plan);
   }
 }
 
@@ -186,7 +186,7 @@ TEST_CASE(
     "force") {
   RandomStream random(4, Purpose::kTest);
   for (int trial = 0; trial < 24; ++trial) {
-    const Setup s = random_setup(random, 7, 6);
+    const Setup s = random_mpc_setup(random, 7, 6);
     const int horizon = 1 + trial % 3, max_drops = 1 + (trial / 3) % 3;
     const double alpha = trial % 2 ? 1.0 : 0.7;
     const HeightMap h = near_target(s, random, 0.0, 0.02);
@@ -197,8 +197,8 @@ TEST_CASE(
     RandomStream search(std::uint64_t(trial), Purpose::kGreedySearch);
     const auto result = mpc::greedy_search(objective, {4, 10'000'000}, search);
     REQUIRE(result.optimal);
-    auto plan = plan_of(objective);
-    const double value = full_objective(s, h, plan, alpha);
+    auto plan = mpc_plan_of(objective);
+    const double value = one_ink_objective(s, h, plan, alpha);
     CHECK(value <= before);
     for (auto& layer : plan)
       for (std::size_t c = 0; c < s.grid.size(); ++c)
@@ -206,7 +206,7 @@ TEST_CASE(
           const int n = layer.cells[c] + change;
           if (!s.mask.cells[c] || n < 0 || n > max_drops) continue;
           layer.cells[c] = std::uint8_t(n);
-          CHECK(full_objective(s, h, plan, alpha) >= value - 1e-12);
+          CHECK(one_ink_objective(s, h, plan, alpha) >= value - 1e-12);
           layer.cells[c] = std::uint8_t(n - change);
         }
   }
@@ -218,7 +218,7 @@ TEST_CASE(
   int raised = 0;
   RandomStream random(9, Purpose::kTest);
   for (int trial = 0; trial < 300; ++trial) {
-    Setup t = random_setup(random, 6, 6);
+    Setup t = random_mpc_setup(random, 6, 6);
     const HeightMap h = near_target(t, random, 0.002, 0.0042);
     mpc::HorizonObjective o(t, 1, 1);
     o.set_surface(h, 1.0);
@@ -240,7 +240,7 @@ TEST_CASE(
 
 TEST_CASE("The bound on evaluations holds and leaves a plan that is no worse than its start") {
   RandomStream random(5, Purpose::kTest);
-  const Setup s = random_setup(random, 30, 30);
+  const Setup s = random_mpc_setup(random, 30, 30);
   const HeightMap h = near_target(s, random, 0.0, 0.01);
   for (const std::int64_t bound : {1, 10, 100, 1000}) {
     mpc::HorizonObjective objective(s, 1, 1);
@@ -261,7 +261,7 @@ TEST_CASE(
   RandomStream random(6, Purpose::kTest);
   int prints = 0, ends = 0;
   for (int trial = 0; trial < 200; ++trial) {
-    const Setup s = random_setup(random, 10, 8);
+    const Setup s = random_mpc_setup(random, 10, 8);
     const double alpha = random.uniform(0.05, 1.0);
     const HeightMap h = near_target(s, random, -0.01, random.uniform(-0.008, 0.02));
     Mpc controller = make_mpc(s, alpha, 1 + trial % 2);
@@ -331,7 +331,7 @@ TEST_CASE("The schedule of alpha applies from its layers on") {
 
 TEST_CASE("A decision depends on seed, layer and attempt and on nothing decided before") {
   RandomStream random(8, Purpose::kTest);
-  const Setup s = random_setup(random, 20, 20);
+  const Setup s = random_mpc_setup(random, 20, 20);
   const HeightMap h = near_target(s, random, 0.0, 0.0076), other = near_target(s, random, 0.0, 0.02);
   Mpc fresh = make_mpc(s, 0.7), used = make_mpc(s, 0.7);
   for (int k = 0; k < 5; ++k) used.decide({other, k, 0, 0.0});
@@ -341,7 +341,7 @@ TEST_CASE("A decision depends on seed, layer and attempt and on nothing decided 
 
 TEST_CASE("Two droplets per cell are planned pass by pass: the prediction is the full model's") {
   RandomStream random(10, Purpose::kTest);
-  const Setup s = random_setup(random, 12, 12);
+  const Setup s = random_mpc_setup(random, 12, 12);
   const HeightMap h = near_target(s, random, 0.0, 0.02);
   Mpc controller = make_mpc(s, 1.0, 1, 3);
   const Decision d = controller.decide({h, 0, 0, 0.0});

@@ -11,8 +11,8 @@ using namespace firn::deposition::test;
 
 namespace {
 
-const ValveLimits kLimits;
-ValveSetting proportional(double pulse_s = 0.00125) {
+const ValveLimits kPulseLimits;
+ValveSetting proportional_valve(double pulse_s = 0.00125) {
   return {pulse_s, FlowCurve::proportional(kFeedForward, 500.0)};
 }
 
@@ -71,7 +71,7 @@ TEST_CASE("With a proportional valve each drop lands where counting says, to hal
   for (double width : {kBoundary_mm, kFill_mm})
     for (int trial = 0; trial < 30; ++trial) {
       const FlowDemand d = demand_of(random_speeds(random, random.uniform(5, 400), 125.0), width);
-      const PulsePlan plan = plan_pulses(d, proportional(), kLimits);
+      const PulsePlan plan = plan_pulses(d, proportional_valve(), kPulseLimits);
       REQUIRE(plan.problem.empty());
       REQUIRE(plan.trains.size() == 1);
       const DemandIntegral path(d);
@@ -79,7 +79,7 @@ TEST_CASE("With a proportional valve each drop lands where counting says, to hal
       REQUIRE(std::int64_t(ticks.size()) == pulse_count(path.total_length_mm() * drops_per_mm(width)));
       for (std::size_t k = 0; k < ticks.size(); ++k) {
         const double t = path.time_at_length_s((double(k) + 0.5) / drops_per_mm(width));
-        REQUIRE(std::abs(ticks[k] * kLimits.tick_s - t) <= 0.5 * kLimits.tick_s + 1e-9);
+        REQUIRE(std::abs(ticks[k] * kPulseLimits.tick_s - t) <= 0.5 * kPulseLimits.tick_s + 1e-9);
         if (k > 0) REQUIRE(ticks[k] > ticks[k - 1]);
       }
       CHECK(plan.least_drops_per_mm == Approx(drops_per_mm(width)));
@@ -98,10 +98,11 @@ TEST_CASE(
                    random_action(random, d.flow_mm3_s.size(), random.uniform(0, 1.2)), d.flow_mm3_s);
     const ValveSetting setting{0.00125,
                                trial % 2 ? bent_curve(random) : FlowCurve::proportional(kFeedForward, 500.0)};
-    clip_flow(d, max_flow_mm3_s(setting, kLimits));
-    const PulsePlan plan = plan_pulses(d, setting, kLimits);
-    const std::vector<Drop> drops = drops_of(plan, d, setting.curve, kLimits.tick_s);
-    const DeliveryError error = count_delivery(d, drops, granted_by(d, setting.curve, kLimits.tick_s), 0.0);
+    clip_flow(d, max_flow_mm3_s(setting, kPulseLimits));
+    const PulsePlan plan = plan_pulses(d, setting, kPulseLimits);
+    const std::vector<Drop> drops = drops_of(plan, d, setting.curve, kPulseLimits.tick_s);
+    const DeliveryError error =
+        count_delivery(d, drops, granted_by(d, setting.curve, kPulseLimits.tick_s), 0.0);
     if (!plan.problem.empty()) continue;  // 5 m may need more than 131 s
     INFO("trial " << trial << " worst " << error.worst_mm3 << " at " << error.worst_at_s);
     REQUIRE(error.worst_excess_mm3 <= 1e-9);
@@ -117,9 +118,10 @@ TEST_CASE("Over any 70 mm of boundary and any 35 mm of fill the volume is right 
     double worst = 0.0;
     for (int trial = 0; trial < 100; ++trial) {
       const FlowDemand d = demand_of(random_speeds(random, 300.0, random.uniform(15, 125)), width);
-      const ValveSetting setting = proportional();
+      const ValveSetting setting = proportional_valve();
       const DeliveryError error = count_delivery(
-          d, drops_of(plan_pulses(d, setting, kLimits), d, setting.curve, kLimits.tick_s), {}, window);
+          d, drops_of(plan_pulses(d, setting, kPulseLimits), d, setting.curve, kPulseLimits.tick_s), {},
+          window);
       worst = std::max(worst, error.window_worst);
     }
     INFO("width " << width);
@@ -145,11 +147,12 @@ TEST_CASE(
                      d.flow_mm3_s);
       const ValveSetting setting{0.0005, FlowCurve::proportional(hz, 500.0)};
       const DeliveryError error = count_delivery(
-          d, drops_of(plan_pulses(d, setting, kLimits), d, setting.curve, kLimits.tick_s), {}, window);
-      const double bound = window_error_bound(d, setting.curve, kLimits.tick_s, window);
+          d, drops_of(plan_pulses(d, setting, kPulseLimits), d, setting.curve, kPulseLimits.tick_s), {},
+          window);
+      const double bound = window_error_bound(d, setting.curve, kPulseLimits.tick_s, window);
       INFO("width " << width << " u " << u << " hz " << hz << " top " << top);
       CHECK(error.window_worst <= bound + 1e-9);
-      CHECK(bound <= (1.0 / hz + top * width * kLayer_mm * (1.0 + u) * kLimits.tick_s) /
+      CHECK(bound <= (1.0 / hz + top * width * kLayer_mm * (1.0 + u) * kPulseLimits.tick_s) /
                              (window * width * kLayer_mm * (1.0 + u)) +
                          1e-9);  // closed form
       if (bound <= 0.01) ++below_one_percent;
@@ -166,45 +169,46 @@ TEST_CASE("The widest pulse is chosen that keeps 1 % over 70 mm at any action wi
     FlowDemand d = demand_of(random_speeds(random, 300.0, 40.0), kBoundary_mm);
     std::vector<double> u = random_action(random, d.flow_mm3_s.size(), 0.5);
     corrected_flow(std::vector<double>(d.flow_mm3_s), u, d.flow_mm3_s);
-    const std::size_t n = choose_setting(d, settings, kLimits, 1.0, {70.0, 0.01});
+    const std::size_t n = choose_setting(d, settings, kPulseLimits, 1.0, {70.0, 0.01});
     REQUIRE(n < settings.size());
-    CHECK(window_error_bound(d, settings[n].curve, kLimits.tick_s, 70.0) <= 0.01);
+    CHECK(window_error_bound(d, settings[n].curve, kPulseLimits.tick_s, 70.0) <= 0.01);
     const DeliveryError error = count_delivery(
-        d, drops_of(plan_pulses(d, settings[n], kLimits), d, settings[n].curve, kLimits.tick_s), {}, 70.0);
+        d, drops_of(plan_pulses(d, settings[n], kPulseLimits), d, settings[n].curve, kPulseLimits.tick_s), {},
+        70.0);
     CHECK(error.window_worst <= 0.01);
     if (n + 1 < settings.size())
-      CHECK(window_error_bound(d, settings[n + 1].curve, kLimits.tick_s, 70.0) > 0.01);
+      CHECK(window_error_bound(d, settings[n + 1].curve, kPulseLimits.tick_s, 70.0) > 0.01);
   }
 }
 
 TEST_CASE("Erratum chapter 6: the frequency that is drawn as nominal is the corrected one, h(Q_cor)") {
   RandomStream random(67, Purpose::kTest);
   FlowDemand d = demand_of(random_speeds(random, 200.0, 100.0), kBoundary_mm);
-  const std::size_t nominal = plan_pulses(d, proportional(), kLimits).trains[0].ticks.size();
+  const std::size_t nominal = plan_pulses(d, proportional_valve(), kPulseLimits).trains[0].ticks.size();
   corrected_flow(std::vector<double>(d.flow_mm3_s), std::vector<double>(d.flow_mm3_s.size(), 0.3),
                  d.flow_mm3_s);
-  const std::size_t corrected = plan_pulses(d, proportional(), kLimits).trains[0].ticks.size();
+  const std::size_t corrected = plan_pulses(d, proportional_valve(), kPulseLimits).trains[0].ticks.size();
   CHECK(double(corrected) == Approx(1.3 * double(nominal)).margin(1.0));
 }
 
 TEST_CASE("At the limit of 500 Hz every tick has one pulse") {
   FlowDemand d{kStep, std::vector<double>(101, 125.0), std::vector<double>(101, 125.0), {}};
-  const auto ticks = plan_pulses(d, proportional(), kLimits).trains[0].ticks;
+  const auto ticks = plan_pulses(d, proportional_valve(), kPulseLimits).trains[0].ticks;
   REQUIRE(ticks.size() == 800);
   for (std::size_t k = 1; k < ticks.size(); ++k) REQUIRE(ticks[k] == ticks[k - 1] + 1);
   d.flow_mm3_s[50] = 125.1;
-  CHECK_THROWS_WITH(plan_pulses(d, proportional(), kLimits),
+  CHECK_THROWS_WITH(plan_pulses(d, proportional_valve(), kPulseLimits),
                     Catch::Contains("instant 50") && Catch::Contains("above the valve"));
-  const Shortfall short_of = clip_flow(d, max_flow_mm3_s(proportional(), kLimits));
+  const Shortfall short_of = clip_flow(d, max_flow_mm3_s(proportional_valve(), kPulseLimits));
   CHECK(short_of.instants == 1);
   CHECK(short_of.first == 50);
   CHECK(short_of.volume_mm3 == Approx(0.1 * kStep));
-  CHECK_NOTHROW(plan_pulses(d, proportional(), kLimits));
+  CHECK_NOTHROW(plan_pulses(d, proportional_valve(), kPulseLimits));
 }
 
 TEST_CASE("A demand that is not finite, too short or has a stop outside is refused by name") {
-  const ValveSetting s = proportional();
-  const auto plan = [&](FlowDemand d) { return plan_pulses(d, s, kLimits); };
+  const ValveSetting s = proportional_valve();
+  const auto plan = [&](FlowDemand d) { return plan_pulses(d, s, kPulseLimits); };
   CHECK_THROWS_WITH(plan({kStep, {1.0}, {1.0}, {}}), Catch::Contains("two instants"));
   CHECK_THROWS_WITH(plan({kStep, {1.0, 2.0}, {1.0}, {}}), Catch::Contains("length"));
   CHECK_THROWS_WITH(plan({kStep, {1.0, -2.0}, {1.0, 1.0}, {}}), Catch::Contains("instant 1"));

@@ -60,10 +60,10 @@ TEST_CASE("Eq. (6.4): h gives each calibrated row back, starts at the origin and
 }
 
 TEST_CASE("Erratum chapter 6: C_f = c_ff c w dh = 37.5 Hz for the simulations of 5.7") {
-  const FlowCurve curve = FlowCurve::proportional(test::kFeedForward, 500.0);
+  const FlowCurve curve = FlowCurve::proportional(deposition::test::kFeedForward, 500.0);
   const std::vector<double> speed{25.0};
   std::vector<double> flow(1);
-  nominal_flow(test::kBoundary_mm, test::kLayer_mm, speed, flow);
+  nominal_flow(deposition::test::kBoundary_mm, deposition::test::kLayer_mm, speed, flow);
   CHECK(curve.frequency_hz(flow[0]) == Approx(37.5).epsilon(1e-14));
 }
 

@@ -11,7 +11,7 @@ using namespace firn;
 
 namespace {
 
-const GridSpec kLu{40, 40, 0.263256, 0.263256, -3.1, 7.77};
+const GridSpec kLuGrid{40, 40, 0.263256, 0.263256, -3.1, 7.77};
 
 DropletPattern random_pattern(const GridSpec& g, RandomStream& random, std::uint32_t up_to) {
   DropletPattern p(g);
@@ -36,7 +36,7 @@ TEST_CASE("A grid out of range is refused with the field and its limit") {
   const auto refused = [](GridSpec g, const char* field) {
     CHECK_THROWS_WITH(check(g), Catch::Contains(field));
   };
-  CHECK_NOTHROW(check(kLu));
+  CHECK_NOTHROW(check(kLuGrid));
   refused({0, 5}, "nx = 0");
   refused({5, kMaxGridSide + 1}, "ny = 4097");
   refused({5, 5, 0.0, 1.0}, "pitch_x_mm");
@@ -49,8 +49,8 @@ TEST_CASE("A grid out of range is refused with the field and its limit") {
 TEST_CASE("Error statistics are those of the definition, over masked and measured cells") {
   RandomStream random(1, Purpose::kTest);
   for (int trial = 0; trial < 20; ++trial) {
-    HeightMap h(kLu), target(kLu, 0.1);
-    Mask mask(kLu);
+    HeightMap h(kLuGrid), target(kLuGrid, 0.1);
+    Mask mask(kLuGrid);
     std::vector<double> errors;
     int missing = 0;
     for (std::size_t c = 0; c < h.size(); ++c) {
@@ -80,10 +80,11 @@ TEST_CASE("Error statistics are those of the definition, over masked and measure
     CHECK(s.max_mm == *std::max_element(errors.begin(), errors.end()));
     CHECK(s.rms_mm * s.rms_mm == Approx(s.mean_mm * s.mean_mm + s.std_mm * s.std_mm));
   }
-  const ErrorStats none = error_stats(HeightMap(kLu), HeightMap(kLu), Mask(kLu));
+  const ErrorStats none = error_stats(HeightMap(kLuGrid), HeightMap(kLuGrid), Mask(kLuGrid));
   CHECK(none.cells == 0);
   CHECK(none.rms_mm == 0.0);
-  CHECK_THROWS_AS(error_stats(HeightMap(kLu), HeightMap(GridSpec{2, 2}), Mask(kLu)), std::invalid_argument);
+  CHECK_THROWS_AS(error_stats(HeightMap(kLuGrid), HeightMap(GridSpec{2, 2}), Mask(kLuGrid)),
+                  std::invalid_argument);
 }
 
 TEST_CASE("Counts of patterns and masks") {

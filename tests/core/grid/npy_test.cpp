@@ -10,7 +10,7 @@ using namespace firn;
 
 namespace {
 
-const GridSpec kGrid{3, 2};
+const GridSpec kNpyGrid{3, 2};
 
 std::vector<std::byte> npy(const std::string& dict, const std::string& data, char major = 1) {
   std::string s = "\x93NUMPY";
@@ -31,7 +31,7 @@ std::string dict(const std::string& dtype, const std::string& shape = "(2, 3)",
 }
 
 void refused(const std::vector<std::byte>& bytes, const std::string& why) {
-  CHECK_THROWS_WITH(height_map_from_npy(bytes, kGrid, "target.npy"),
+  CHECK_THROWS_WITH(height_map_from_npy(bytes, kNpyGrid, "target.npy"),
                     Catch::Contains("target.npy: byte ") && Catch::Contains(why));
 }
 
@@ -62,11 +62,11 @@ TEST_CASE(
   const float values[] = {0.0f, 0.5f, 1.0f, 2.0f, 3.0f, 4.0f};
   const std::string data(reinterpret_cast<const char*>(values), sizeof values);
   for (char version : {1, 2}) {
-    const HeightMap h = height_map_from_npy(npy(dict("<f4"), data, version), kGrid, "h");
+    const HeightMap h = height_map_from_npy(npy(dict("<f4"), data, version), kNpyGrid, "h");
     CHECK(h.at(1, 0) == 0.5);
     CHECK(h.at(2, 1) == 4.0);
   }
-  CHECK(mask_from_npy(npy(dict("|b1"), std::string("\1\0\1\0\1\0", 6)), kGrid, "m").count() == 3);
+  CHECK(mask_from_npy(npy(dict("|b1"), std::string("\1\0\1\0\1\0", 6)), kNpyGrid, "m").count() == 3);
 }
 
 TEST_CASE("What is not such a file is refused with name, byte and reason") {
@@ -89,22 +89,22 @@ TEST_CASE("What is not such a file is refused with name, byte and reason") {
   auto cut = npy(dict("<f8"), six);
   cut.resize(30);
   refused(cut, "runs past the end");
-  CHECK_THROWS_WITH(mask_from_npy(npy(dict("|u1"), std::string("\0\0\2\0\0\0", 6)), kGrid, "m"),
+  CHECK_THROWS_WITH(mask_from_npy(npy(dict("|u1"), std::string("\0\0\2\0\0\0", 6)), kNpyGrid, "m"),
                     Catch::Contains("mask value 2"));
 }
 
 TEST_CASE("No cut and no flipped bit of a file crashes the reader") {
-  HeightMap h(kGrid, 0.25);
+  HeightMap h(kNpyGrid, 0.25);
   const auto good = to_npy(h);
   int refusals = 0;
   for (std::size_t n = 0; n < good.size(); ++n) {
-    CHECK_THROWS_AS(height_map_from_npy(std::span(good).first(n), kGrid, "h"), std::invalid_argument);
+    CHECK_THROWS_AS(height_map_from_npy(std::span(good).first(n), kNpyGrid, "h"), std::invalid_argument);
     for (int bit = 0; bit < 8; ++bit) {
       auto bad = good;
       bad[n] ^= std::byte(1 << bit);
       std::size_t cells = 6;  // read as another map of the same size, or refused
       try {
-        cells = height_map_from_npy(bad, kGrid, "h").size();
+        cells = height_map_from_npy(bad, kNpyGrid, "h").size();
       } catch (const std::invalid_argument&) {
         ++refusals;
       }

@@ -10,17 +10,17 @@ using namespace firn;
 
 namespace {
 
-constexpr GridSpec kGrid{41, 31, 0.2, 0.3, -4.0, -4.5};
+constexpr GridSpec kOutlineGrid{41, 31, 0.2, 0.3, -4.0, -4.5};
 constexpr double kTarget_mm = 0.4;
 
 // A box of 4 x 3 mm: 21 x 11 cells, whose edges lie between cells.
 struct Box {
-  HeightMap target{kGrid, 0.0};
-  Mask mask{kGrid};
+  HeightMap target{kOutlineGrid, 0.0};
+  Mask mask{kOutlineGrid};
   Box() {
-    for (int j = 0; j < kGrid.ny; ++j)
-      for (int i = 0; i < kGrid.nx; ++i)
-        if (std::abs(kGrid.x_mm(i)) < 2.1 && std::abs(kGrid.y_mm(j)) < 1.65) {
+    for (int j = 0; j < kOutlineGrid.ny; ++j)
+      for (int i = 0; i < kOutlineGrid.nx; ++i)
+        if (std::abs(kOutlineGrid.x_mm(i)) < 2.1 && std::abs(kOutlineGrid.y_mm(j)) < 1.65) {
           mask.at(i, j) = 1;
           target.at(i, j) = kTarget_mm;
         }
@@ -29,13 +29,14 @@ struct Box {
 
 // Flanks that fall linearly over `flank_mm`, at half height `wider_mm` wider on each side along x.
 HeightMap with_flanks(double half_x_mm, double half_y_mm, double flank_mm) {
-  HeightMap h(kGrid, 0.0);
+  HeightMap h(kOutlineGrid, 0.0);
   const auto side = [&](double at, double half) {
     return std::clamp((half - std::abs(at)) / flank_mm + 0.5, 0.0, 1.0);
   };
-  for (int j = 0; j < kGrid.ny; ++j)
-    for (int i = 0; i < kGrid.nx; ++i)
-      h.at(i, j) = kTarget_mm * std::min(side(kGrid.x_mm(i), half_x_mm), side(kGrid.y_mm(j), half_y_mm));
+  for (int j = 0; j < kOutlineGrid.ny; ++j)
+    for (int i = 0; i < kOutlineGrid.nx; ++i)
+      h.at(i, j) =
+          kTarget_mm * std::min(side(kOutlineGrid.x_mm(i), half_x_mm), side(kOutlineGrid.y_mm(j), half_y_mm));
   return h;
 }
 
@@ -66,9 +67,9 @@ TEST_CASE("Overspill is the volume beside the mask over the target's volume") {
   const Box box;
   std::mt19937 random(9);
   std::uniform_real_distribution<double> height(0.0, 0.5);
-  HeightMap h(kGrid);
+  HeightMap h(kOutlineGrid);
   double outside_mm3 = 0.0;
-  const double cell_mm2 = kGrid.pitch_x_mm * kGrid.pitch_y_mm;
+  const double cell_mm2 = kOutlineGrid.pitch_x_mm * kOutlineGrid.pitch_y_mm;
   for (std::size_t c = 0; c < h.size(); ++c) {
     h.cells[c] = height(random);
     if (!box.mask.cells[c]) outside_mm3 += h.cells[c] * cell_mm2;
@@ -81,7 +82,7 @@ TEST_CASE("The first ring is the cells that share a side with the part, outside 
   Box box;
   box.mask.at(20, 15) = 0;  // a hole of one cell
   box.target.at(20, 15) = 0.0;
-  HeightMap h(kGrid, 0.0);
+  HeightMap h(kOutlineGrid, 0.0);
   h.at(20, 15) = 0.3;
   int ring = 2 * (21 + 11) + 1;
   CHECK(outline_stats(h, box.target, box.mask).first_ring_mm == Approx(0.3 / ring));
@@ -91,7 +92,7 @@ TEST_CASE("The first ring is the cells that share a side with the part, outside 
 
 TEST_CASE("Cells that were not measured count nowhere, and values that nothing tells are NaN") {
   const Box box;
-  HeightMap h(kGrid, kNotMeasured);
+  HeightMap h(kOutlineGrid, kNotMeasured);
   const OutlineStats none = outline_stats(h, box.target, box.mask);
   CHECK(std::isnan(none.overspill));
   CHECK(std::isnan(none.first_ring_mm));
@@ -99,7 +100,7 @@ TEST_CASE("Cells that were not measured count nowhere, and values that nothing t
   for (std::size_t c = 0; c < h.size(); ++c)
     if (box.mask.cells[c]) h.cells[c] = kTarget_mm;
   CHECK(outline_stats(h, box.target, box.mask).size_error_x_mm == Approx(0.0).margin(1e-12));
-  const OutlineStats low = outline_stats(HeightMap(kGrid, 0.1), box.target, box.mask);
+  const OutlineStats low = outline_stats(HeightMap(kOutlineGrid, 0.1), box.target, box.mask);
   CHECK(std::isnan(low.size_error_x_mm));
   CHECK(std::isfinite(low.overspill));
 }
@@ -113,14 +114,14 @@ TEST_CASE("Maps that do not fit each other are refused") {
 TEST_CASE(
     "A map that reaches beyond the target's grid counts what lies there, and is cut only at its border") {
   const Box box;
-  GridSpec wide = kGrid;
+  GridSpec wide = kOutlineGrid;
   wide.nx += 6;
   wide.ny += 4;
   wide.origin_x_mm -= 3 * wide.pitch_x_mm;
   wide.origin_y_mm -= 2 * wide.pitch_y_mm;
   HeightMap h(wide, 0.0);
-  for (int j = 0; j < kGrid.ny; ++j)
-    for (int i = 0; i < kGrid.nx; ++i) h.at(i + 3, j + 2) = box.target.at(i, j);
+  for (int j = 0; j < kOutlineGrid.ny; ++j)
+    for (int i = 0; i < kOutlineGrid.nx; ++i) h.at(i + 3, j + 2) = box.target.at(i, j);
   CHECK(outline_stats(h, box.target, box.mask).overspill == 0.0);
   h.at(1, 17) = kTarget_mm;  // beyond the target's grid
   const OutlineStats s = outline_stats(h, box.target, box.mask);

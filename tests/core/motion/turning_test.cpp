@@ -15,7 +15,7 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr Method kEveryMethod[] = {Method::kCertified, Method::kOptimal, Method::kThesis, Method::kConstant,
                                    Method::kDefault};
 
-double largest_ratio(const PlanResult& result) {
+double turning_ratio(const PlanResult& result) {
   double most = 0.0;
   for (const LimitRatio& limit : result.trajectory.certificate.limits) most = std::max(most, limit.ratio);
   return most;
@@ -94,7 +94,7 @@ TEST_CASE(
         CHECK(std::abs(r.yaw_rad[n] - (a + 0.5 * std::numbers::pi)) < 2e-4);
         CHECK(std::abs(std::hypot(r.tool[n].x_mm - 400.0, r.tool[n].y_mm) - 40.0) < 1e-3);
       }
-      CHECK(largest_ratio(r) <= 1.001);
+      CHECK(turning_ratio(r) <= 1.001);
     }
 }
 
@@ -112,7 +112,7 @@ TEST_CASE("Limits of orientation and wrist bind, hold by differences, and the ce
     CHECK(r.trajectory.certificate.duration_s > 1.5 * plain.trajectory.certificate.duration_s);
     CHECK(r.trajectory.certificate.lower_bound_s < r.continuous_s);
     CHECK(r.trajectory.certificate.lower_bound_s > plain.trajectory.certificate.lower_bound_s);
-    CHECK(largest_ratio(r) <= 1.001);
+    CHECK(turning_ratio(r) <= 1.001);
     double orientation = 0.0, wrist = 0.0;
     for (const LimitRatio& l : r.trajectory.certificate.limits) {
       if (l.limit.starts_with("orientation")) orientation = std::max(orientation, l.ratio);
@@ -183,7 +183,7 @@ TEST_CASE(
       continue;
     }
     ++planned;
-    CHECK(largest_ratio(r) <= 1.001);
+    CHECK(turning_ratio(r) <= 1.001);
     const auto wrist = differences(joint(r, 3), options.tick_s);
     CHECK(wrist[0] <= 1.001 * limits.joint[3].rate);
     CHECK(wrist[1] <= 1.001 * limits.joint[3].acceleration);

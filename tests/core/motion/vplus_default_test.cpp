@@ -11,7 +11,7 @@ using namespace firn::motion;
 
 namespace {
 
-std::unique_ptr<Arm> stage() { return make_stage({{{-500, 500}, {-500, 500}}}); }
+std::unique_ptr<Arm> moving_stage() { return make_stage({{{-500, 500}, {-500, 500}}}); }
 double duration_s(const Trajectory& t) { return double(t.samples() - 1) * t.tick_s; }
 Point2 at(const Trajectory& t, std::size_t i) { return {t.positions[2 * i], t.positions[2 * i + 1]}; }
 
@@ -19,7 +19,7 @@ Point2 at(const Trajectory& t, std::size_t i) { return {t.positions[2 * i], t.po
 
 TEST_CASE("4.4: a right corner at 125 mm/s is rounded as by a radius of 10 mm (FIT of the blend time)") {
   const std::vector<Point2> corner{{0, 0}, {100, 0}, {100, 100}};
-  const Trajectory t = plan_default({.points = corner}, *stage(), cobra600_limits());
+  const Trajectory t = plan_default({.points = corner}, *moving_stage(), cobra600_limits());
   double first = 0, nearest = 1e9;  // where the motion leaves the line; how near it comes to the corner
   for (std::size_t i = 0; i < t.samples(); ++i) {
     if (at(t, i).y_mm < 1e-9) first = at(t, i).x_mm;
@@ -36,7 +36,7 @@ TEST_CASE(
     for (double a = 0; a < 3.0; a += spacing / 40) arc.push_back({40 * std::cos(a), 40 * std::sin(a)});
     DefaultOptions options;
     options.support_spacing_mm = 0;
-    const Trajectory t = plan_default({.points = arc}, *stage(), cobra600_limits(), options);
+    const Trajectory t = plan_default({.points = arc}, *moving_stage(), cobra600_limits(), options);
     const std::size_t k = t.samples() / 2;
     const double speed =
         std::hypot(at(t, k + 1).x_mm - at(t, k).x_mm, at(t, k + 1).y_mm - at(t, k).y_mm) / t.tick_s;
@@ -68,7 +68,8 @@ TEST_CASE("The blend time is found with which the default technique takes a give
   const PathInput in{.points = points};
   DefaultOptions options;
   options.blend_s = blend_for_duration(in, cobra600_limits(), options, 6.0);
-  CHECK(duration_s(plan_default(in, *stage(), cobra600_limits(), options)) == Approx(6.0).margin(0.017));
+  CHECK(duration_s(plan_default(in, *moving_stage(), cobra600_limits(), options)) ==
+        Approx(6.0).margin(0.017));
   CHECK_THROWS_AS(blend_for_duration(in, cobra600_limits(), options, 1.0), MotionError);
 }
 
@@ -81,7 +82,7 @@ TEST_CASE("Random paths are followed from the first point to the last within the
           {random.uniform(-300, 300), random.below(5) ? random.uniform(-300, 300) : points.back().y_mm});
     PathInput in{.points = points};
     in.speed_limit.path_mm_s = random.uniform(5, 200);
-    const Trajectory t = plan_default(in, *stage(), cobra600_limits());
+    const Trajectory t = plan_default(in, *moving_stage(), cobra600_limits());
     REQUIRE(at(t, 0) == points.front());
     REQUIRE(at(t, t.samples() - 1) == points.back());
     for (std::size_t i = 0; i + 1 < t.samples(); ++i) {
@@ -95,10 +96,10 @@ TEST_CASE("Default options that cannot be are refused by name") {
   const std::vector<Point2> line{{0, 0}, {50, 0}};
   DefaultOptions options;
   options.blend_s = 0;
-  CHECK_THROWS_WITH(plan_default({.points = line}, *stage(), cobra600_limits(), options),
+  CHECK_THROWS_WITH(plan_default({.points = line}, *moving_stage(), cobra600_limits(), options),
                     Catch::Contains("blend time"));
   options = {};
   options.support_spacing_mm = NAN;
-  CHECK_THROWS_WITH(plan_default({.points = line}, *stage(), cobra600_limits(), options),
+  CHECK_THROWS_WITH(plan_default({.points = line}, *moving_stage(), cobra600_limits(), options),
                     Catch::Contains("support"));
 }

@@ -10,15 +10,15 @@
 namespace firn::slice {
 namespace {
 
-constexpr std::int32_t kHeight = 2500;
-constexpr double kTolerance = 0.05;
+constexpr std::int32_t kScaffoldHeight = 2500;
+constexpr double kScaffoldTolerance = 0.05;
 
 struct Part {
   std::string name;
   std::vector<Region> layers;
 };
 
-Part ball() {
+Part scaffold_ball() {
   Part part{"ball", {}};
   for (int k = 0; k < 40; ++k) {
     Region layer;
@@ -74,9 +74,10 @@ double distance_above_mm(std::span<const Region> layers, std::size_t from, Point
 TEST_CASE(
     "Full scaffold: within 3.3 mm of ice at its height or above, everywhere up to there, and nowhere in "
     "ice") {
-  for (const Part& part : {ball(), steps(), wobble(), prism()}) {
+  for (const Part& part : {scaffold_ball(), steps(), wobble(), prism()}) {
     INFO(part.name);
-    const std::vector<Region> scaffold = scaffold_regions(part.layers, kHeight, {}, kTolerance);
+    const std::vector<Region> scaffold =
+        scaffold_regions(part.layers, kScaffoldHeight, {}, kScaffoldTolerance);
     REQUIRE(scaffold.size() == part.layers.size());
     for (std::size_t k = 0; k < part.layers.size(); k += 3) {
       INFO("layer " << k);
@@ -87,7 +88,7 @@ TEST_CASE(
           const bool stands = winding(scaffold[k], p) > 0, ice = winding(part.layers[k], p) > 0;
           const double d = distance_above_mm(part.layers, k, p);
           if (stands) CHECK((!ice && d <= 3.3));
-          if (!ice && d < 3.3 - 4.5 * kTolerance - 0.01) CHECK(stands);
+          if (!ice && d < 3.3 - 4.5 * kScaffoldTolerance - 0.01) CHECK(stands);
         }
       }
       // No place of its outline is further than the buffer either.
@@ -100,9 +101,10 @@ TEST_CASE(
 TEST_CASE(
     "With full scaffold every ice boundary has scaffold beside it, and what overhangs stands on ice or "
     "scaffold") {
-  for (const Part& part : {ball(), steps(), wobble(), prism()}) {
+  for (const Part& part : {scaffold_ball(), steps(), wobble(), prism()}) {
     INFO(part.name);
-    const std::vector<Region> scaffold = scaffold_regions(part.layers, kHeight, {}, kTolerance);
+    const std::vector<Region> scaffold =
+        scaffold_regions(part.layers, kScaffoldHeight, {}, kScaffoldTolerance);
     for (std::size_t k = 0; k < part.layers.size(); ++k) {
       for (const oracle::Segment& s : oracle::segments_of(part.layers[k])) {
         const Vec m = 0.5 * (s.a + s.b), out = (50 / length(s.b - s.a)) * (Vec{} - left_of(s.b - s.a));
@@ -122,7 +124,8 @@ TEST_CASE(
     "else") {
   const Part part = steps();
   SupportOptions options{.kind = Support::kOverhang, .buffer_mm = 1.0};
-  const std::vector<Region> scaffold = scaffold_regions(part.layers, kHeight, options, kTolerance);
+  const std::vector<Region> scaffold =
+      scaffold_regions(part.layers, kScaffoldHeight, options, kScaffoldTolerance);
   const Point under_arm = outlines::at_mm(25, 0), over_plate = outlines::at_mm(14, 0),
               beside = outlines::at_mm(-15, 0);
   CHECK(winding(scaffold[15], under_arm) > 0);
@@ -132,14 +135,15 @@ TEST_CASE(
   CHECK(winding(scaffold[7], over_plate) == 0);
   CHECK(winding(scaffold[3], outlines::at_mm(0, 0)) > 0);  // the lid over the hole
   CHECK(winding(scaffold[10], beside) == 0);
-  for (const Region& layer :
-       scaffold_regions(ball().layers, kHeight, {.kind = Support::kOverhang, .overhang_rad = 1.5}, 0.05))
+  for (const Region& layer : scaffold_regions(scaffold_ball().layers, kScaffoldHeight,
+                                              {.kind = Support::kOverhang, .overhang_rad = 1.5}, 0.05))
     CHECK(area_mm2(layer) < 500);
 }
 
 TEST_CASE("No support, no part: no scaffold") {
-  CHECK(scaffold_regions({}, kHeight, {}, kTolerance).empty());
-  for (const Region& layer : scaffold_regions(ball().layers, kHeight, {.kind = Support::kNone}, kTolerance))
+  CHECK(scaffold_regions({}, kScaffoldHeight, {}, kScaffoldTolerance).empty());
+  for (const Region& layer : scaffold_regions(scaffold_ball().layers, kScaffoldHeight,
+                                              {.kind = Support::kNone}, kScaffoldTolerance))
     CHECK(layer.empty());
 }
 

@@ -14,15 +14,16 @@
 namespace firn {
 namespace {
 
-constexpr test::PathReader<read_paths_svg> read{"part.svg"};
+constexpr test::PathReader<read_paths_svg> svg_paths{"part.svg"};
 
 /// A page of 100 x 50 mm whose unit is a millimetre.
 std::vector<InputPath> on_page(const std::string& content) {
-  return read("<svg xmlns='http://www.w3.org/2000/svg' width='100mm' height='50mm' viewBox='0 0 100 50'>" +
-              content + "</svg>");
+  return svg_paths(
+      "<svg xmlns='http://www.w3.org/2000/svg' width='100mm' height='50mm' viewBox='0 0 100 50'>" + content +
+      "</svg>");
 }
 
-std::string refusal(const std::string& text) { return read.refusal(text); }
+std::string svg_refusal(const std::string& text) { return svg_paths.refusal(text); }
 
 double off(Point2 a, Point2 b) { return distance(a, b); }
 
@@ -119,7 +120,7 @@ TEST_CASE("Transforms are applied from the inside out, in every notation") {
 
 TEST_CASE("Sizes in units: the viewBox is fitted into the page, without one a unit is 1/96 inch") {
   const auto width = [](const std::string& head) {
-    const auto p = read("<svg " + head + "><path d='M0 0h96'/></svg>").at(0).path.points;
+    const auto p = svg_paths("<svg " + head + "><path d='M0 0h96'/></svg>").at(0).path.points;
     return distance(p.front(), p.back());
   };
   CHECK(width("") == Approx(25.4));
@@ -140,7 +141,7 @@ TEST_CASE("Circles and ellipses are closed, and what is defined but not drawn is
 
 TEST_CASE("What is wrong in an SVG is said with file, line and limit") {
   const auto names = [](const std::string& text, const std::string& part) {
-    const std::string said = refusal(text);
+    const std::string said = svg_refusal(text);
     INFO(said);
     CHECK(said.find("part.svg:") == 0);
     CHECK(said.find(part) != std::string::npos);

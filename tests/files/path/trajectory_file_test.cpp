@@ -28,35 +28,36 @@ PlannedPath some_path(std::int64_t id, std::size_t samples) {
   return p;
 }
 
-std::vector<std::byte> file_bytes(const fs::path& file) {
+std::vector<std::byte> trajectory_bytes(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   const auto* p = reinterpret_cast<const std::byte*>(text.data());
   return {p, p + text.size()};
 }
 
-std::size_t read_all(TrajectoryReader reader) {
+std::size_t read_trajectory(TrajectoryReader reader) {
   std::size_t n = 0;
   while (reader.next()) ++n;
   return n;
 }
 
-const TrajectoryHead kHead{"cobra600", "thesis", "firn test", 0.016, {1, 2}, {"J1", "J2"}, {"rad", "rad"}};
+const TrajectoryHead kTrajectoryHead{"cobra600", "thesis",     "firn test",   0.016,
+                                     {1, 2},     {"J1", "J2"}, {"rad", "rad"}};
 
-std::vector<std::byte> written(const fs::path& file) {
-  TrajectoryWriter out(file, kHead);
+std::vector<std::byte> written_trajectory(const fs::path& file) {
+  TrajectoryWriter out(file, kTrajectoryHead);
   for (std::int64_t id = 1; id <= 5; ++id) out.add(some_path(id, std::size_t(id) * 30));
   out.finish();
-  return file_bytes(file);
+  return trajectory_bytes(file);
 }
 
 }  // namespace
 
 TEST_CASE("A trajectory file reads back path by path, to the same bits, with its totals") {
   const fs::path file = folder() / "whole.traj";
-  written(file);
+  written_trajectory(file);
   TrajectoryReader reader(file);
-  CHECK(reader.head() == kHead);
+  CHECK(reader.head() == kTrajectoryHead);
   for (std::int64_t id = 1; id <= 5; ++id) {
     const auto path = reader.next();
     REQUIRE(path);
@@ -75,19 +76,19 @@ TEST_CASE(
   const fs::path file = folder() / "cut.traj";
   fs::remove(file);
   {
-    TrajectoryWriter out(file, kHead);
+    TrajectoryWriter out(file, kTrajectoryHead);
     out.add(some_path(1, 10));
   }
   for (const auto& entry : fs::directory_iterator(folder()))  // other tests write beside it at the same time
     CHECK_FALSE(entry.path().filename().string().starts_with("cut.traj"));
-  const std::vector<std::byte> bytes = written(file);
-  CHECK(read_all(TrajectoryReader(bytes)) == 5);
+  const std::vector<std::byte> bytes = written_trajectory(file);
+  CHECK(read_trajectory(TrajectoryReader(bytes)) == 5);
   for (std::size_t n = 0; n < bytes.size(); n += 7)
-    CHECK_THROWS_AS(read_all(TrajectoryReader(std::span(bytes).first(n))), TrajectoryFormatError);
+    CHECK_THROWS_AS(read_trajectory(TrajectoryReader(std::span(bytes).first(n))), TrajectoryFormatError);
 }
 
 TEST_CASE("One changed bit anywhere in a trajectory file is found") {
-  const std::vector<std::byte> bytes = written(folder() / "flip.traj");
+  const std::vector<std::byte> bytes = written_trajectory(folder() / "flip.traj");
   RandomStream random(85, Purpose::kTest);
   std::size_t found = 0, trials = 400;
   for (std::size_t n = 0; n < trials; ++n) {
@@ -96,7 +97,7 @@ TEST_CASE("One changed bit anywhere in a trajectory file is found") {
     const std::size_t at = 16 + random.below(std::uint32_t(bytes.size() - 24));
     changed[at] ^= std::byte(1 << random.below(8));
     try {
-      read_all(TrajectoryReader(changed));
+      read_trajectory(TrajectoryReader(changed));
     } catch (const TrajectoryFormatError& e) {
       found += std::string(e.what()).find("byte ") == 0;
     }

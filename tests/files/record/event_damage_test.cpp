@@ -22,8 +22,8 @@ struct Original {
       : samples(some_events(n, longest, seed, fixed)) {
     const Scratch scratch("event-damage");
     write_events(scratch / "log.lcm", samples);
-    log = read_file(scratch / "log.lcm");
-    index = EventIndex(read_file(scratch / "log.lcm.idx"));
+    log = read_bytes(scratch / "log.lcm");
+    index = EventIndex(read_bytes(scratch / "log.lcm.idx"));
     for (const IndexEntry& e : index.entries()) at.push_back(e.offset);
     at.push_back(log.size());
   }
@@ -34,15 +34,15 @@ struct Original {
   }
 };
 
-struct Outcome {
+struct EventOutcome {
   std::set<std::uint64_t> intact;  // numbers of events that came back byte for byte, not marked
   std::size_t marked = 0;
   std::size_t changed = 0;  // came back changed and not marked: only a reader without index may do this
   DamageList damage;
 };
 
-Outcome read_all(const Original& original, const Bytes& log, bool with_index) {
-  Outcome o;
+EventOutcome read_all(const Original& original, const Bytes& log, bool with_index) {
+  EventOutcome o;
   EventLogReader reader(log, with_index ? &original.index : nullptr);
   while (const auto e = reader.next()) {
     if (e->damaged)
@@ -57,7 +57,7 @@ Outcome read_all(const Original& original, const Bytes& log, bool with_index) {
   return o;
 }
 
-bool reported_near(const Outcome& o, std::uint64_t at, std::uint64_t slack) {
+bool reported_near(const EventOutcome& o, std::uint64_t at, std::uint64_t slack) {
   for (const Damage& d : o.damage.list())
     if (d.offset <= at + slack && at <= d.offset + d.bytes + slack) return true;
   return false;
@@ -75,11 +75,11 @@ TEST_CASE("A bit flipped anywhere in a log costs at most its event, and with the
         Bytes log = original.log;
         log[byte] ^= std::byte(1 << bit);
         ++trials;
-        const Outcome with = read_all(original, log, true);
+        const EventOutcome with = read_all(original, log, true);
         if (with.intact.size() + 1 < 24)
           FAIL("byte " << byte << " bit " << bit << ": " << with.intact.size() << " left");
         if (!reported_near(with, byte, 0)) FAIL("byte " << byte << " bit " << bit << " not reported");
-        const Outcome without = read_all(original, log, false);
+        const EventOutcome without = read_all(original, log, false);
         if (without.intact.size() + 2 < 24)
           FAIL("byte " << byte << " bit " << bit << ": " << without.intact.size() << " left without index");
       }
@@ -93,7 +93,7 @@ TEST_CASE("With the index a damaged event header costs nothing") {
     for (std::size_t byte = 0; byte < kEventHeaderBytes; ++byte) {
       Bytes log = original.log;
       log[original.at[i] + byte] ^= std::byte{0x24};
-      const Outcome o = read_all(original, log, true);
+      const EventOutcome o = read_all(original, log, true);
       if (o.intact.size() != 30) FAIL("event " << i << " byte " << byte << ": " << o.intact.size());
       REQUIRE(o.damage.list().at(0).offset == original.at[i]);
     }
@@ -108,7 +108,7 @@ TEST_CASE("A log cut anywhere keeps every event before the cut, and the index te
         std::size_t(std::upper_bound(original.at.begin(), original.at.end(), size) - original.at.begin()) - 1;
     for (const bool with_index : {true, false}) {
       ++trials;
-      const Outcome o = read_all(original, log, with_index);
+      const EventOutcome o = read_all(original, log, with_index);
       if (o.intact.size() != whole) FAIL("cut at " << size << ": " << o.intact.size() << " of " << whole);
       if (with_index && o.damage.lost() != 30 - whole)
         FAIL("cut at " << size << ": " << o.damage.lost() << " said lost");
@@ -125,7 +125,7 @@ TEST_CASE("Bytes taken out of a log cost the events they touched and at most one
     for (const std::size_t n : {1u, 4u, 64u, 333u})
       for (const bool with_index : {true, false}) {
         ++trials;
-        const Outcome o = read_all(original, cut_from(original.log, at, n), with_index);
+        const EventOutcome o = read_all(original, cut_from(original.log, at, n), with_index);
         const std::size_t lost = 40 - o.intact.size();
         if (lost > original.touched(at, at + n) + 1)
           FAIL("cut " << n << " at " << at << ": " << lost << " lost, index " << with_index);
@@ -142,7 +142,7 @@ TEST_CASE("A 4 KiB hole of zeros costs the events it touched and at most one nei
     const std::size_t at = random.below(original.log.size());
     for (const bool with_index : {true, false}) {
       ++trials;
-      const Outcome o = read_all(original, with_zeros(original.log, at, 4096), with_index);
+      const EventOutcome o = read_all(original, with_zeros(original.log, at, 4096), with_index);
       const std::size_t lost = 3000 - o.intact.size();
       if (lost > original.touched(at, at + 4096) + (with_index ? 0 : 1))
         FAIL("hole at " << at << ": " << lost << " lost");
@@ -163,7 +163,7 @@ TEST_CASE("A repeated block is dropped and reported, and costs at most the event
       const std::size_t at = random.below(original.log.size());
       for (const bool with_index : {true, false}) {
         ++trials;
-        const Outcome o = read_all(original, with_copy(original.log, from, n, at), with_index);
+        const EventOutcome o = read_all(original, with_copy(original.log, from, n, at), with_index);
         const std::size_t lost = 400 - o.intact.size();
         if (lost > 2)
           FAIL("block " << from << "+" << n << " at " << at << ": " << lost << " lost, index " << with_index);
@@ -182,7 +182,7 @@ TEST_CASE("An absurd length costs its event at most") {
       for (const std::uint32_t length : {0x7fffffffu, 0xffffffffu, 0x80000000u, 0u, 1u, 36u + 68u * 3u}) {
         Bytes log = original.log;
         put_big32(log.data() + original.at[i] + field, length);
-        const Outcome with = read_all(original, log, true), without = read_all(original, log, false);
+        const EventOutcome with = read_all(original, log, true), without = read_all(original, log, false);
         if (with.intact.size() < 39)
           FAIL("event " << i << " length " << length << ": " << with.intact.size());
         if (without.intact.size() < 38)
@@ -205,7 +205,7 @@ TEST_CASE("Damage at many random places costs no more than the events touched an
           std::size_t(std::upper_bound(original.at.begin(), original.at.end(), byte) - original.at.begin()));
     }
     ++trials;
-    const Outcome with = read_all(original, log, true), without = read_all(original, log, false);
+    const EventOutcome with = read_all(original, log, true), without = read_all(original, log, false);
     if (4000 - with.intact.size() > touched.size())
       FAIL(4000 - with.intact.size() << " lost, touched " << touched.size());
     if (4000 - without.intact.size() > 2 * touched.size())
@@ -218,7 +218,7 @@ TEST_CASE("A damaged index costs checks, never events") {
   const Original original(1500, 60, 29);
   const Scratch scratch("index-damage");
   write_events(scratch / "log.lcm", original.samples);
-  const Bytes index = read_file(scratch / "log.lcm.idx");
+  const Bytes index = read_bytes(scratch / "log.lcm.idx");
   Random random{29};
   for (int trial = 0; trial < 200; ++trial) {
     Bytes bad = index;

@@ -202,7 +202,7 @@ TEST_CASE("Appending goes on behind the last whole event, wherever log and index
   const Scratch scratch("continue");
   const auto samples = some_events(40, 60, 5);
   write_events(scratch / "whole.lcm", samples);
-  const Bytes log = read_file(scratch / "whole.lcm"), index = read_file(scratch / "whole.lcm.idx");
+  const Bytes log = read_bytes(scratch / "whole.lcm"), index = read_bytes(scratch / "whole.lcm.idx");
   Random random{5};
   for (std::size_t size = 0; size <= log.size(); size += 1 + random.below(4)) {
     const auto path = scratch / "log.lcm";
@@ -224,7 +224,7 @@ TEST_CASE("Appending goes on behind the last whole event, wherever log and index
       EventLogWriter writer(path, options);
       REQUIRE(writer.events() == expected.size());
       REQUIRE(writer.torn_path().empty() == (end == size));
-      if (end != size) REQUIRE(read_file(writer.torn_path()).size() == size - end);
+      if (end != size) REQUIRE(read_bytes(writer.torn_path()).size() == size - end);
       expected.push_back({99'999'999, "RUN_START", Bytes(9)});
       writer.append(expected.back().utime_us, expected.back().channel, expected.back().data);
       writer.close();
@@ -240,7 +240,7 @@ TEST_CASE("Appending to a file that is no log is refused and leaves it alone") {
   EventLogWriter::Options options;
   options.mode = EventLogWriter::Mode::kAppend;
   CHECK_THROWS_WITH(EventLogWriter(scratch / "data.csv", options), Contains("not an LCM log"));
-  CHECK(read_file(scratch / "data.csv").size() == 32);
+  CHECK(read_bytes(scratch / "data.csv").size() == 32);
 }
 
 TEST_CASE("The index of another log is ignored, not believed") {

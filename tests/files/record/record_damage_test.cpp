@@ -13,12 +13,12 @@ using namespace firn::test;
 
 namespace {
 
-struct Original {
+struct OriginalRecord {
   Bytes file;
   std::vector<Bytes> payloads;
   std::vector<std::uint64_t> at;  // offset of each record, and the end
 
-  Original(std::size_t records, std::size_t fixed, std::size_t longest, std::uint64_t seed) {
+  OriginalRecord(std::size_t records, std::size_t fixed, std::size_t longest, std::uint64_t seed) {
     const Scratch scratch("record-damage");
     Random random{seed};
     RecordWriter writer(scratch / "a.wal", RecordWriter::Mode::kCreate);
@@ -28,7 +28,7 @@ struct Original {
       writer.append(std::uint16_t(i % 5), payloads.back());
     }
     at.push_back(writer.bytes());
-    file = read_file(scratch / "a.wal");
+    file = read_bytes(scratch / "a.wal");
   }
   // Records that [from, to) touches.
   std::size_t touched(std::uint64_t from, std::uint64_t to) const {
@@ -38,15 +38,15 @@ struct Original {
   }
 };
 
-struct Outcome {
+struct RecordOutcome {
   std::size_t intact = 0, flagged = 0;
   DamageList damage;
 };
 
 // Reads everything; each record that comes back undamaged must equal the record written under that index,
 // byte for byte.
-Outcome read_all(const Original& original, const Bytes& file) {
-  Outcome o;
+RecordOutcome read_records(const OriginalRecord& original, const Bytes& file) {
+  RecordOutcome o;
   RecordReader reader(file);
   std::uint64_t last = 0;
   bool first = true;
@@ -69,7 +69,8 @@ Outcome read_all(const Original& original, const Bytes& file) {
 }
 
 // Some damage is reported whose bytes reach to within one record of `at`.
-bool reported_near(const Original& original, const Outcome& o, std::uint64_t at, std::uint64_t longest) {
+bool record_reported_near(const OriginalRecord& original, const RecordOutcome& o, std::uint64_t at,
+                          std::uint64_t longest) {
   return std::any_of(o.damage.list().begin(), o.damage.list().end(), [&](const Damage& d) {
     return d.offset <= at + longest && at <= d.offset + d.bytes + longest;
   });
@@ -81,28 +82,29 @@ TEST_CASE("A bit flipped anywhere costs at most the record that holds it, and is
   std::size_t trials = 0;
   for (const std::size_t fixed :
        {0u, 32u}) {  // equal sizes: a wrong length may end on another record's marker
-    const Original original(24, fixed, 90, 11);
+    const OriginalRecord original(24, fixed, 90, 11);
     for (std::size_t byte = 0; byte < original.file.size(); ++byte)
       for (int bit = 0; bit < 8; ++bit) {
         Bytes file = original.file;
         file[byte] ^= std::byte(1 << bit);
         ++trials;
-        const Outcome o = read_all(original, file);
+        const RecordOutcome o = read_records(original, file);
         if (o.intact + 1 < original.payloads.size())
           FAIL("byte " << byte << " bit " << bit << ": " << o.intact << " left");
-        if (!reported_near(original, o, byte, 0)) FAIL("byte " << byte << " bit " << bit << " not reported");
+        if (!record_reported_near(original, o, byte, 0))
+          FAIL("byte " << byte << " bit " << bit << " not reported");
       }
   }
   CHECK(trials >= 2 * 8 * 24 * 40);
 }
 
 TEST_CASE("A payload bit flipped between whole neighbours is delivered and marked as damaged") {
-  const Original original(10, 0, 90, 12);
+  const OriginalRecord original(10, 0, 90, 12);
   for (std::size_t i = 0; i < original.payloads.size(); ++i)
     for (std::size_t byte = 0; byte < original.payloads[i].size(); ++byte) {
       Bytes file = original.file;
       file[original.at[i] + kRecordHeaderBytes + byte] ^= std::byte{0x10};
-      const Outcome o = read_all(original, file);
+      const RecordOutcome o = read_records(original, file);
       if (o.flagged != 1 || o.intact != 9) FAIL("record " << i << " byte " << byte);
       REQUIRE(o.damage.list().at(0).offset == original.at[i]);
       REQUIRE(o.damage.lost() == 0);
@@ -111,11 +113,11 @@ TEST_CASE("A payload bit flipped between whole neighbours is delivered and marke
 
 TEST_CASE("A file cut anywhere keeps every record before the cut") {
   std::size_t trials = 0;
-  const Original original(30, 0, 90, 13);
+  const OriginalRecord original(30, 0, 90, 13);
   for (std::size_t size = 0; size <= original.file.size(); ++size) {
     const Bytes file(original.file.begin(), original.file.begin() + std::ptrdiff_t(size));
     ++trials;
-    const Outcome o = read_all(original, file);
+    const RecordOutcome o = read_records(original, file);
     const std::size_t whole = std::size_t(
         std::count_if(original.at.begin() + 1, original.at.end(), [&](auto end) { return end <= size; }));
     if (o.intact != whole) FAIL("cut at " << size << ": " << o.intact << " of " << whole);
@@ -128,11 +130,11 @@ TEST_CASE("A file cut anywhere keeps every record before the cut") {
 
 TEST_CASE("Bytes taken out of the middle cost what they touched, at most one record more, and are reported") {
   std::size_t trials = 0;
-  const Original original(40, 0, 90, 14);
+  const OriginalRecord original(40, 0, 90, 14);
   for (std::size_t at = 0; at < original.file.size(); ++at)
     for (const std::size_t n : {1u, 8u, 64u, 333u}) {
       ++trials;
-      const Outcome o = read_all(original, cut_from(original.file, at, n));
+      const RecordOutcome o = read_records(original, cut_from(original.file, at, n));
       const std::size_t lost = original.payloads.size() - o.intact;
       if (lost > original.touched(at, at + n) + 1)
         FAIL("cut " << n << " at " << at << ": " << lost << " lost");
@@ -144,15 +146,15 @@ TEST_CASE("Bytes taken out of the middle cost what they touched, at most one rec
 
 TEST_CASE("A hole of zeros costs what it touched, and is reported") {
   std::size_t trials = 0;
-  const Original original(3000, 0, 200, 15);
+  const OriginalRecord original(3000, 0, 200, 15);
   Random random{15};
   for (int trial = 0; trial < 300; ++trial) {
     const std::size_t at = random.below(original.file.size());
     ++trials;
-    const Outcome o = read_all(original, with_zeros(original.file, at, 4096));
+    const RecordOutcome o = read_records(original, with_zeros(original.file, at, 4096));
     const std::size_t lost = original.payloads.size() - o.intact;
     if (lost > original.touched(at, at + 4096)) FAIL("hole at " << at << ": " << lost << " lost");
-    if (!reported_near(original, o, at, 250)) FAIL("hole at " << at << " not reported");
+    if (!record_reported_near(original, o, at, 250)) FAIL("hole at " << at << " not reported");
   }
   CHECK(trials == 300);
 }
@@ -160,14 +162,14 @@ TEST_CASE("A hole of zeros costs what it touched, and is reported") {
 TEST_CASE("A repeated block is dropped and reported, and costs at most the record it split") {
   std::size_t trials = 0;
   for (const std::size_t fixed : {0u, 32u, 96u}) {
-    const Original original(400, fixed, 120, 16);
+    const OriginalRecord original(400, fixed, 120, 16);
     Random random{16 + fixed};
     for (int trial = 0; trial < 300; ++trial) {
       const std::size_t n = trial % 2 ? 4096 : 1 + random.below(8000);
       const std::size_t from = random.below(original.file.size() - 16);
       const std::size_t at = random.below(original.file.size());
       ++trials;
-      const Outcome o = read_all(original, with_copy(original.file, from, n, at));
+      const RecordOutcome o = read_records(original, with_copy(original.file, from, n, at));
       const std::size_t copied = std::min(n, original.file.size() - from);
       const std::size_t lost = original.payloads.size() - o.intact;
       if (lost > 2) FAIL("block " << from << "+" << copied << " at " << at << ": " << lost << " lost");
@@ -178,12 +180,12 @@ TEST_CASE("A repeated block is dropped and reported, and costs at most the recor
 }
 
 TEST_CASE("An absurd length costs the record that claims it") {
-  const Original original(40, 48, 0, 17);
+  const OriginalRecord original(40, 48, 0, 17);
   for (std::size_t i = 0; i < original.payloads.size(); ++i)
     for (const std::uint32_t length : {0x7fffffffu, 0xffffffffu, 0x80000000u, 0u, 1u, 128u, 48u + 80u * 5u}) {
       Bytes file = original.file;
       std::memcpy(file.data() + original.at[i] + 12, &length, 4);
-      const Outcome o = read_all(original, file);
+      const RecordOutcome o = read_records(original, file);
       if (o.intact + 1 < original.payloads.size())
         FAIL("record " << i << " length " << length << ": " << o.intact);
       REQUIRE(o.damage.list().at(0).offset == original.at[i]);
@@ -192,7 +194,7 @@ TEST_CASE("An absurd length costs the record that claims it") {
 
 TEST_CASE("Many damages at random places cost no more than the records they touch and their neighbours") {
   std::size_t trials = 0;
-  const Original original(5000, 0, 150, 18);
+  const OriginalRecord original(5000, 0, 150, 18);
   Random random{18};
   for (int trial = 0; trial < 50; ++trial) {
     Bytes file = original.file;
@@ -205,7 +207,7 @@ TEST_CASE("Many damages at random places cost no more than the records they touc
       ++touched[std::size_t(record)];
     }
     ++trials;
-    const Outcome o = read_all(original, file);
+    const RecordOutcome o = read_records(original, file);
     const std::size_t lost = original.payloads.size() - o.intact;
     if (lost > touched.size() + 2) FAIL(lost << " lost, " << touched.size() << " touched");
   }
@@ -215,7 +217,7 @@ TEST_CASE("Many damages at random places cost no more than the records they touc
 TEST_CASE("Hostile bytes made of markers and headers are read in linear work and bounded memory") {
   // Headers whose own check holds and that each claim the whole rest of the file: hashing each would be
   // quadratic.
-  const Original one(2, 64, 0, 19);
+  const OriginalRecord one(2, 64, 0, 19);
   RecordLayout header;
   std::memcpy(&header, one.file.data() + one.at[1], sizeof header);
   Bytes file(one.file.begin(), one.file.begin() + std::ptrdiff_t(one.at[1]));

@@ -59,7 +59,7 @@ TEST_CASE("A record given in parts reads as the parts joined") {
     CHECK_THROWS_WITH(writer.append(9, many), Contains("at most 14 parts"));
     CHECK(writer.append(10, as_span("next")) == 1);
   }
-  const Bytes bytes = read_file(scratch / "a.wal");
+  const Bytes bytes = read_bytes(scratch / "a.wal");
   RecordReader reader(bytes);
   const auto record = reader.next();
   REQUIRE(record);
@@ -73,7 +73,7 @@ TEST_CASE("A written record stands in the file before the writer is closed, as a
   const Scratch scratch("killed");
   RecordWriter writer(scratch / "a.wal", RecordWriter::Mode::kCreate);
   writer.append(1, as_span("fired"));
-  const Bytes bytes = read_file(scratch / "a.wal");
+  const Bytes bytes = read_bytes(scratch / "a.wal");
   RecordReader reader(bytes);
   CHECK(reader.next());
   CHECK(writer.bytes() == bytes.size());
@@ -93,10 +93,10 @@ TEST_CASE("A buffered writer leaves the same bytes, once it is flushed or gone")
         CHECK(a.bytes() == b.bytes());
         if (n != 20) continue;
         b.flush();
-        CHECK(read_file(plain) == read_file(buffered));
+        CHECK(read_bytes(plain) == read_bytes(buffered));
       }
     }
-    CHECK(read_file(plain) == read_file(buffered));
+    CHECK(read_bytes(plain) == read_bytes(buffered));
   }
 }
 
@@ -113,7 +113,7 @@ TEST_CASE(
     "Appending goes on behind the last whole record, wherever the file was cut, and keeps the torn bytes") {
   const Scratch scratch("torn");
   const auto payloads = write_some(scratch / "whole.wal", 12, 2);
-  const Bytes whole = read_file(scratch / "whole.wal");
+  const Bytes whole = read_bytes(scratch / "whole.wal");
   for (std::size_t size = 0; size <= whole.size(); ++size) {
     const auto path = scratch / ("cut" + std::to_string(size) + ".wal");
     write_file(path, std::span(whole).first(size));
@@ -122,10 +122,10 @@ TEST_CASE(
     {
       RecordWriter writer(path, RecordWriter::Mode::kAppend);
       next = writer.next_index();
-      if (!writer.torn_path().empty()) torn = read_file(writer.torn_path());
+      if (!writer.torn_path().empty()) torn = read_bytes(writer.torn_path());
       REQUIRE(writer.append(3, as_span("resumed")) == next);
     }
-    const Bytes now = read_file(path);
+    const Bytes now = read_bytes(path);
     RecordReader reader(now);
     for (std::uint64_t i = 0; i < next; ++i) {
       const auto record = reader.next();
@@ -160,7 +160,7 @@ TEST_CASE("Appending to a file that is no record file is refused and leaves it a
   write_file(scratch / "thesis.tex", as_span("\\documentclass{article}, years of work"));
   CHECK_THROWS_WITH(RecordWriter(scratch / "thesis.tex", RecordWriter::Mode::kAppend),
                     Contains("not a record file"));
-  CHECK(read_file(scratch / "thesis.tex").size() == 38);
+  CHECK(read_bytes(scratch / "thesis.tex").size() == 38);
 }
 
 TEST_CASE("When the disk is full the error names file, byte and cause, and no half record stays") {
@@ -193,7 +193,7 @@ TEST_CASE("When the disk is full the error names file, byte and cause, and no ha
   CHECK(std::filesystem::file_size(path) == end);
   CHECK(writer.append(2, large) == 1);  // room again: goes on
   writer.sync();
-  const Bytes bytes = read_file(path);
+  const Bytes bytes = read_bytes(path);
   RecordReader reader(bytes);
   CHECK(reader.next()->payload.size() == 5);
   CHECK(reader.next()->payload.size() == 1000);

@@ -160,7 +160,7 @@ TEST_CASE(
     writer.append(messages.back().utime_us, "NOTE", as_span("a note that no write-ahead file holds"));
     writer.close();
   }
-  Bytes log = read_file(scratch / "log.lcm");
+  Bytes log = read_bytes(scratch / "log.lcm");
   const Bytes before = log;
   Random random{6};
   for (int i = 0; i < 30; ++i) log[random.below(log.size())] ^= std::byte{0x40};
@@ -171,7 +171,7 @@ TEST_CASE(
   CHECK(report.inserted + report.replaced > 10);
   CHECK(report.damage.count() > 10);
   expect_complete(scratch / "log.lcm", messages, 0);
-  CHECK(read_file(report.kept_path) == log);
+  CHECK(read_bytes(report.kept_path) == log);
   CHECK_THAT(describe(report).back(), Contains("left out; they stay in") && Contains("before-repair-1"));
 }
 

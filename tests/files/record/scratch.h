@@ -36,7 +36,7 @@ class Scratch {
   std::filesystem::path folder_;
 };
 
-inline Bytes read_file(const std::filesystem::path& path) {
+inline Bytes read_bytes(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   const auto* data = reinterpret_cast<const std::byte*>(text.data());

@@ -9,11 +9,11 @@
 namespace firn::control {
 namespace {
 
-constexpr double kInterval_mm = 1.2;
+constexpr double kSmfInterval_mm = 1.2;
 
-SurfaceOptions options(double kp, double ki, double kd) {
+SurfaceOptions smf_options(double kp, double ki, double kd) {
   SurfaceOptions o;
-  o.interval_mm = kInterval_mm;
+  o.interval_mm = kSmfInterval_mm;
   o.version = SurfaceVersion::kValveFrequency;
   o.smf = {kp, ki, kd, 1000.0};
   return o;
@@ -27,15 +27,15 @@ Grid<std::uint8_t> all(const GridSpec& g, CellMaterial m = CellMaterial::kPart) 
 
 HeightMap height_of(const HeightMap& error, double nominal_mm) {
   HeightMap h(error.spec);
-  for (std::size_t c = 0; c < h.size(); ++c) h.cells[c] = nominal_mm - kInterval_mm * error.cells[c];
+  for (std::size_t c = 0; c < h.size(); ++c) h.cells[c] = nominal_mm - kSmfInterval_mm * error.cells[c];
   return h;
 }
 
 /// A controller's answer to errors in intervals at interval k (1-based).
 SurfaceDecision answer(SurfaceController& s, const HeightMap& error, int k,
                        const Grid<std::uint8_t>& material, int attempt = 0) {
-  const HeightMap h = height_of(error, k * kInterval_mm);
-  return s.decide({h, material, k * kInterval_mm, 5 * k, attempt, 0.0});
+  const HeightMap h = height_of(error, k * kSmfInterval_mm);
+  return s.decide({h, material, k * kSmfInterval_mm, 5 * k, attempt, 0.0});
 }
 
 }  // namespace
@@ -45,7 +45,7 @@ TEST_CASE(
   const GridSpec g = grid(7, 5);
   for (const smf_line::Gains gains :
        {smf_line::Gains{1.0, 0.25, 0.25}, {0.9999, 0.32798, 0.00005}, {0.7, 0.4, 0.1}}) {
-    SurfaceOptions o = options(gains.kp, gains.ki_star, gains.kd_star);
+    SurfaceOptions o = smf_options(gains.kp, gains.ki_star, gains.kd_star);
     o.output_limit = 1.0;
     SmfSurface smf(o);
     const int n = 30;
@@ -70,7 +70,7 @@ TEST_CASE(
 }
 
 TEST_CASE("(5.1): at k = 1 the derivative term is left out, the integral term is not") {
-  SmfSurface smf(options(0.5, 0.25, 10.0));
+  SmfSurface smf(smf_options(0.5, 0.25, 10.0));
   const GridSpec g = grid(4, 4);
   CHECK(answer(smf, HeightMap(g, 0.2), 1, all(g)).u.at(1, 1) == Approx(0.5 * 0.2 + 0.25 * 0.2));
   CHECK(answer(smf, HeightMap(g, 0.21), 2, all(g)).u.at(1, 1) ==
@@ -80,7 +80,7 @@ TEST_CASE("(5.1): at k = 1 the derivative term is left out, the integral term is
 TEST_CASE(
     "5.1.2: sum and last error follow the part onto a grid that moves and shrinks, and new cells start at "
     "zero") {
-  SmfSurface smf(options(0.5, 0.25, 0.5));
+  SmfSurface smf(smf_options(0.5, 0.25, 0.5));
   const GridSpec first = grid(8, 6);
   HeightMap e(first);
   const auto plane = [](double x, double y) { return 0.02 + 0.01 * x - 0.005 * y; };
@@ -104,7 +104,7 @@ TEST_CASE(
 }
 
 TEST_CASE("Cells that join the footprint inside an old grid start at zero, too") {
-  SmfSurface smf(options(0.5, 0.25, 0.5));
+  SmfSurface smf(smf_options(0.5, 0.25, 0.5));
   const GridSpec g = grid(6, 4);
   Grid<std::uint8_t> half = all(g);
   for (int j = 0; j < g.ny; ++j)
@@ -116,7 +116,7 @@ TEST_CASE("Cells that join the footprint inside an old grid start at zero, too")
 }
 
 TEST_CASE("5.2.2: the saturated action keeps the path speed within 30 % of nominal") {
-  SurfaceOptions o = options(1.0, 0.25, 0.25);
+  SurfaceOptions o = smf_options(1.0, 0.25, 0.25);
   o.version = SurfaceVersion::kPathSpeed;
   const ActionBounds b = action_bounds(o);
   CHECK(speed_for(25.0, b.low) == Approx(1.3 * 25.0));
@@ -141,7 +141,7 @@ TEST_CASE("5.2.2: the saturated action keeps the path speed within 30 % of nomin
 
 TEST_CASE(
     "5.2.2: the integral is held at its limit, so a subarea is not driven away once it is at its height") {
-  SurfaceOptions held = options(1.0, 0.25, 0.0), free = held;
+  SurfaceOptions held = smf_options(1.0, 0.25, 0.0), free = held;
   held.smf.integral_limit = 0.3;
   SmfSurface a(held), b(free);
   const GridSpec g = grid(3, 3);
@@ -178,7 +178,7 @@ TEST_CASE("(5.6), (5.13): the flow that lays 1 + u layers at any speed") {
 }
 
 TEST_CASE("A second map of a layer replaces the first, in sum, difference and the count of saturated maps") {
-  SurfaceOptions o = options(1.0, 0.25, 0.25);
+  SurfaceOptions o = smf_options(1.0, 0.25, 0.25);
   o.stop_after = 3;
   SmfSurface twice(o), once(o);
   const GridSpec g = grid(3, 3);
@@ -196,7 +196,7 @@ TEST_CASE("A second map of a layer replaces the first, in sum, difference and th
 TEST_CASE(
     "More than the share of one material at the upper bound for n maps running stops the print by name, and "
     "one map between does not") {
-  SurfaceOptions o = options(1.0, 0.0, 0.0);
+  SurfaceOptions o = smf_options(1.0, 0.0, 0.0);
   o.stop_after = 3;
   const GridSpec g = grid(8, 2);
   Grid<std::uint8_t> both = all(g);
@@ -219,7 +219,7 @@ TEST_CASE(
 TEST_CASE(
     "Feed-forward divides the flow by what the valve gives, per material, and the statistics are those of "
     "the map") {
-  SurfaceOptions o = options(1.0, 0.0, 0.0);
+  SurfaceOptions o = smf_options(1.0, 0.0, 0.0);
   o.feed_forward = true;
   SmfSurface smf(o);
   smf.use_flow({1.25, 0.8});
@@ -236,7 +236,7 @@ TEST_CASE(
 }
 
 TEST_CASE("Beyond the footprint the action goes on for two cells and is then zero") {
-  SmfSurface smf(options(1.0, 0.0, 0.0));
+  SmfSurface smf(smf_options(1.0, 0.0, 0.0));
   const GridSpec g = grid(9, 1);
   Grid<std::uint8_t> one(g);
   one.at(4, 0) = 1;
@@ -247,7 +247,7 @@ TEST_CASE("Beyond the footprint the action goes on for two cells and is then zer
 }
 
 TEST_CASE("What cannot be used is refused by name, and the last layer ends the print") {
-  SurfaceOptions o = options(1.0, 0.25, 0.25);
+  SurfaceOptions o = smf_options(1.0, 0.25, 0.25);
   o.last_layer = 10;
   const GridSpec g = grid(3, 2);
   SmfSurface smf(o);
@@ -270,7 +270,7 @@ TEST_CASE("What cannot be used is refused by name, and the last layer ends the p
 }
 
 TEST_CASE("Open loop corrects nothing and still tells the error") {
-  SurfaceOptions o = options(1.0, 0.25, 0.25);
+  SurfaceOptions o = smf_options(1.0, 0.25, 0.25);
   o.scheme = "open_loop";
   const auto s = make_surface_controller(o);
   const GridSpec g = grid(3, 2);

@@ -13,7 +13,7 @@ using firn::PrintJob;
 
 namespace {
 
-const AerosolMachine kMachine;
+const AerosolMachine kCornerMachine;
 constexpr AerosolOptions kLoop{CornerMode::kLoop};
 
 // Closed form of the least time in which one axis with |a| <= alpha comes back to where it is, from v0 to v1
@@ -68,22 +68,22 @@ TEST_CASE(
     "open",
     "[aerosol]") {
   for (const PrintJob& job : {thompson_fig7(), thompson_fig11()}) {
-    const AerosolPlan plan = plan_aerosol(job, kMachine, kLoop);
+    const AerosolPlan plan = plan_aerosol(job, kCornerMachine, kLoop);
     REQUIRE(plan.ok());
     CHECK(plan.report.speed_error.value <= 1e-3);
     CHECK(plan.report.position_error_mm.value <= 1e-3);
-    check_continuous(plan, job, kMachine);
+    check_continuous(plan, job, kCornerMachine);
   }
   Numbers next(31);
   for (int n = 0; n < 200; ++n) {
     const PrintJob job = random_job(next, 8, n % 2 ? 10.0 : 0.4, next(0.5, 4.0));
-    const AerosolPlan plan = plan_aerosol(job, kMachine, kLoop);
+    const AerosolPlan plan = plan_aerosol(job, kCornerMachine, kLoop);
     REQUIRE(plan.ok());
     CHECK(plan.report.speed_error.value <= 1e-3);
     CHECK(plan.report.position_error_mm.value <= 1e-3);
     CHECK(plan.report.axis_speed_ratio.value <= 1 + 1e-9);
     CHECK(plan.report.axis_acceleration_ratio.value <= 1 + 1e-9);
-    check_continuous(plan, job, kMachine);
+    check_continuous(plan, job, kCornerMachine);
   }
 }
 
@@ -117,7 +117,7 @@ TEST_CASE(
     "alpha",
     "[aerosol]") {
   const auto corner_s = [](double angle, double heading) {
-    return plan_aerosol(corner(angle, heading), kMachine, kLoop).report.corner_s.value;
+    return plan_aerosol(corner(angle, heading), kCornerMachine, kLoop).report.corner_s.value;
   };
   CHECK(corner_s(0, 0) == Approx(2 * 3.0 / 30));
   CHECK(corner_s(90, 0) == Approx((1 + std::sqrt(2.0)) * 3.0 / 30));
@@ -167,13 +167,13 @@ TEST_CASE("The shutter's spans are the printed segments, and its commands come o
 
 TEST_CASE("Slight turns round within 1 um with the shutter open, and a change of speed never does",
           "[aerosol]") {
-  const AerosolPlan slight = plan_aerosol(corner(175, 20), kMachine, kLoop);
+  const AerosolPlan slight = plan_aerosol(corner(175, 20), kCornerMachine, kLoop);
   CHECK(slight.report.loops == 0);
   CHECK(slight.report.rounded == 1);
   CHECK(slight.open.size() == 1);
   PrintJob faster = corner(180, 20);
   faster.segments[1].speed_mm_s = 2.0;
-  const AerosolPlan loop = plan_aerosol(faster, kMachine, kLoop);
+  const AerosolPlan loop = plan_aerosol(faster, kCornerMachine, kLoop);
   CHECK(loop.report.loops == 1);
   CHECK(loop.report.speed_error.value < 1e-9);
 }
@@ -182,11 +182,11 @@ TEST_CASE("Where speeds may blend, two of one straight line meet at their mean, 
           "[aerosol]") {
   PrintJob faster = corner(180, 20);
   faster.segments[1].speed_mm_s = 2.0;
-  const AerosolPlan plan = plan_aerosol(faster, kMachine, {CornerMode::kLoop, 0.05, true});
+  const AerosolPlan plan = plan_aerosol(faster, kCornerMachine, {CornerMode::kLoop, 0.05, true});
   CHECK(plan.report.loops == 0);
   CHECK(plan.open.size() == 1);
   CHECK(plan.report.path_error_mm.value < 0.001);
-  CHECK(plan_aerosol(corner(90, 20), kMachine, {CornerMode::kLoop, 0.05, true}).report.loops == 1);
+  CHECK(plan_aerosol(corner(90, 20), kCornerMachine, {CornerMode::kLoop, 0.05, true}).report.loops == 1);
 }
 
 TEST_CASE("Hybrid keeps the tolerance, the speed and the acceleration, and is never slower than loops",
@@ -197,8 +197,8 @@ TEST_CASE("Hybrid keeps the tolerance, the speed and the acceleration, and is ne
     const double speed = next(0.5, 4.0), tolerance = next(0.0, 0.1);
     PrintJob job =
         n % 2 ? random_job(next, 6, 5.0, speed) : corner(next(0, 180), next(0, 360), next(0.05, 3.0), speed);
-    const AerosolPlan hybrid = plan_aerosol(job, kMachine, {CornerMode::kHybrid, tolerance}),
-                      loop = plan_aerosol(job, kMachine, kLoop);
+    const AerosolPlan hybrid = plan_aerosol(job, kCornerMachine, {CornerMode::kHybrid, tolerance}),
+                      loop = plan_aerosol(job, kCornerMachine, kLoop);
     REQUIRE(hybrid.ok());
     rounded += hybrid.report.rounded;
     looped += hybrid.report.loops;
@@ -207,7 +207,7 @@ TEST_CASE("Hybrid keeps the tolerance, the speed and the acceleration, and is ne
     CHECK(hybrid.report.axis_acceleration_ratio.value <= 1 + 1e-9);
     CHECK(hybrid.report.total_s <= loop.report.total_s + 1e-9);
     CHECK(hybrid.report.transit_s <= loop.report.transit_s + 1e-9);
-    check_continuous(hybrid, job, kMachine);
+    check_continuous(hybrid, job, kCornerMachine);
   }
   CHECK(rounded > 100);
   CHECK(looped > 100);

@@ -14,7 +14,7 @@ namespace {
 
 constexpr AerosolOptions kPaper{CornerMode::kPaper};
 constexpr double kFeature_mm = 10.0;  // the paper gives position errors in percent of this size
-const AerosolMachine kMachine;
+const AerosolMachine kPaperMachine;
 
 double to_rad(double deg) { return deg * std::numbers::pi / 180.0; }
 
@@ -53,7 +53,7 @@ TEST_CASE(
     "Erratum FIT, Fig. 10: with the fitted coordinates the speed error is 60.0 % and the position error 1.09 "
     "%",
     "[aerosol]") {
-  const AerosolPlan plan = plan_aerosol(thompson_fig7(), kMachine, kPaper);
+  const AerosolPlan plan = plan_aerosol(thompson_fig7(), kPaperMachine, kPaper);
   REQUIRE(plan.ok());
   CHECK(100 * plan.report.speed_error.value == Approx(60.0).margin(0.1));
   CHECK(100 * plan.report.position_error_mm.value / kFeature_mm == Approx(1.09).margin(0.1));
@@ -70,7 +70,7 @@ TEST_CASE(
     "Erratum FIT, Fig. 12: from 125 to 5 degrees the speed error reaches 96.8 % and the position error 1.49 "
     "%",
     "[aerosol]") {
-  const AerosolPlan plan = plan_aerosol(thompson_fig11(), kMachine, kPaper);
+  const AerosolPlan plan = plan_aerosol(thompson_fig11(), kPaperMachine, kPaper);
   REQUIRE(plan.ok());
   CHECK(100 * plan.report.speed_error.value == Approx(96.8).margin(0.1));
   CHECK(100 * plan.report.position_error_mm.value / kFeature_mm == Approx(1.49).margin(0.1));
@@ -85,7 +85,7 @@ TEST_CASE("Equations (52), (53): at a corner the speed is v sin(angle / 2), for 
   for (int n = 0; n < 300; ++n) {
     const double angle = next(0, 180), heading = next(0, 360);
     const PrintJob job = corner(angle, heading);
-    const AerosolPlan plan = plan_aerosol(job, kMachine, kPaper);
+    const AerosolPlan plan = plan_aerosol(job, kPaperMachine, kPaper);
     if (!plan.ok()) continue;  // an axis that would need more than 4 mm/s
     for (const Piece& p : plan.pieces)
       if (p.kind == PieceKind::kPrint && p.segment == 1) {
@@ -100,13 +100,13 @@ TEST_CASE("Equations (52), (53): at a corner the speed is v sin(angle / 2), for 
 TEST_CASE("At 0 degrees the speed error is 100 %, straight on it is none, and it falls as the angle grows",
           "[aerosol]") {
   for (double heading : {0.0, 17.0, 45.0, 60.0, 90.0}) {
-    CHECK(plan_aerosol(corner(0, heading), kMachine, kPaper).report.speed_error.value ==
+    CHECK(plan_aerosol(corner(0, heading), kPaperMachine, kPaper).report.speed_error.value ==
           Approx(1.0).margin(1e-7));
-    CHECK(plan_aerosol(corner(180, heading), kMachine, kPaper).report.speed_error.value ==
+    CHECK(plan_aerosol(corner(180, heading), kPaperMachine, kPaper).report.speed_error.value ==
           Approx(0.0).margin(1e-7));
     double before = 1.0 + 1e-9;
     for (double angle = 0; angle <= 180; angle += 2.5) {
-      const AerosolPlan plan = plan_aerosol(corner(angle, heading), kMachine, kPaper);
+      const AerosolPlan plan = plan_aerosol(corner(angle, heading), kPaperMachine, kPaper);
       REQUIRE(plan.ok());
       for (const Piece& p : plan.pieces)
         if (p.kind == PieceKind::kPrint && p.segment == 1) {
@@ -139,7 +139,7 @@ TEST_CASE("The position error of averaged corners is at most v^2 / (2 alpha), fo
 TEST_CASE("Isolated segments are printed without any error (48), (49)", "[aerosol]") {
   PrintJob job = thompson_fig7();
   job.segments.erase(job.segments.begin(), job.segments.begin() + 3);
-  const AerosolPlan plan = plan_aerosol(job, kMachine, kPaper);
+  const AerosolPlan plan = plan_aerosol(job, kPaperMachine, kPaper);
   REQUIRE(plan.ok());
   CHECK(plan.report.speed_error.value < 1e-9);
   CHECK(plan.report.position_error_mm.value < 1e-9);
@@ -151,7 +151,7 @@ TEST_CASE(
     "reason are told",
     "[aerosol]") {
   const auto hairpin = [](double length) { return through({{0, 0}, {5, 0}, {5 - length, 0}, {10, 0}}); };
-  const auto plan = [&](double length) { return plan_aerosol(hairpin(length), kMachine, kPaper); };
+  const auto plan = [&](double length) { return plan_aerosol(hairpin(length), kPaperMachine, kPaper); };
   CHECK(plan(1.601).ok());
   const AerosolPlan slow = plan(1.599), none = plan(1.199), between = plan(1.201);
   REQUIRE(slow.refused.size() == 1);

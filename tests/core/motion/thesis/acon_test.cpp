@@ -12,7 +12,7 @@ using namespace firn::motion::thesis;
 
 namespace {
 
-const RateLimits kLimits{125, 500, 4000};
+const RateLimits kAconLimits{125, 500, 4000};
 
 Ladder even(std::size_t intervals, double ds, double radius = kUnlimited) {
   return {std::vector<double>(intervals, ds), std::vector<double>(intervals + 1, radius)};
@@ -45,7 +45,7 @@ TEST_CASE("(4.7): the time found is the only positive root, for any positive jer
 
 TEST_CASE("Erratum Fig. 4-5: the entry replaced is dt_i, from i to i + 1, and the update uses dt_i and c_i") {
   std::vector<double> dt(10, 1e-3);
-  acceleration_curve(even(10, 0.4), {4, 10.0, 0.0}, +1, 10, kLimits, dt);
+  acceleration_curve(even(10, 0.4), {4, 10.0, 0.0}, +1, 10, kAconLimits, dt);
   CHECK(dt[3] == 1e-3);
   // From 10 mm/s with constant jerk the motion over every point is 10 t + j t^3 / 6 until a reaches 500 at
   // 0.125 s.
@@ -59,7 +59,7 @@ TEST_CASE("Erratum Fig. 4-5: the entry replaced is dt_i, from i to i + 1, and th
 TEST_CASE("Erratum Fig. 4-5: the curve ends where it is faster than the envelope (then f <- 0)") {
   std::vector<double> dt(100, 0.4 / 60);  // envelope 60 mm/s
   dt[0] = 0.4 / 20;
-  CHECK(acceleration_curve(even(100, 0.4), {1, 20.0, 0.0}, +1, 100, kLimits, dt));
+  CHECK(acceleration_curve(even(100, 0.4), {1, 20.0, 0.0}, +1, 100, kAconLimits, dt));
   std::size_t met = 1;
   while (met < 100 && dt[met] > 0.4 / 60) ++met;
   CHECK(met > 5);
@@ -70,23 +70,23 @@ TEST_CASE("Erratum Fig. 4-5: the curve ends where it is faster than the envelope
 
 TEST_CASE("Erratum Fig. 4-5: with a_r above the limit, a_t is zero and the speed stays, never NaN") {
   std::vector<double> dt(20, 1e-4);
-  acceleration_curve(even(20, 0.4, 1.0), {0, 50.0, 0.0}, +1, 20, kLimits, dt);  // 2500 mm/s^2 radial
+  acceleration_curve(even(20, 0.4, 1.0), {0, 50.0, 0.0}, +1, 20, kAconLimits, dt);  // 2500 mm/s^2 radial
   for (const double t : dt) CHECK(t == Approx(0.4 / 50));
   std::vector<double> rest(20, 1e-4);
-  acceleration_curve(even(20, 0.4, 1.0), {0, 0.0, 0.0}, +1, 20, kLimits, rest);
+  acceleration_curve(even(20, 0.4, 1.0), {0, 0.0, 0.0}, +1, 20, kAconLimits, rest);
   for (const double t : rest) CHECK((std::isfinite(t) && t > 0));
 }
 
 TEST_CASE("A curve backwards is the mirror of the curve forwards") {
   std::vector<double> forward(50, 1e-3), backward(50, 1e-3);
-  acceleration_curve(even(50, 0.4, 30.0), {0, 15.0, 100.0}, +1, 50, kLimits, forward);
-  acceleration_curve(even(50, 0.4, 30.0), {50, 15.0, 100.0}, -1, 0, kLimits, backward);
+  acceleration_curve(even(50, 0.4, 30.0), {0, 15.0, 100.0}, +1, 50, kAconLimits, forward);
+  acceleration_curve(even(50, 0.4, 30.0), {50, 15.0, 100.0}, -1, 0, kAconLimits, backward);
   for (std::size_t k = 0; k < 50; ++k) CHECK(forward[k] == backward[49 - k]);
 }
 
 TEST_CASE("On a bend the tangential part shrinks so that the total acceleration keeps its limit") {
   std::vector<double> dt(200, 1e-4);
-  acceleration_curve(even(200, 0.1, 20.0), {0, 20.0, 0.0}, +1, 200, kLimits, dt);
+  acceleration_curve(even(200, 0.1, 20.0), {0, 20.0, 0.0}, +1, 200, kAconLimits, dt);
   double c = 20.0;
   for (std::size_t k = 0; k < 200; ++k) {
     const double next = 2 * 0.1 / dt[k] - c, tangential = (next - c) / dt[k], radial = c * c / 20;
@@ -97,7 +97,7 @@ TEST_CASE("On a bend the tangential part shrinks so that the total acceleration 
 
 TEST_CASE("ACON leaves no acceleration above its margin in a straight dip of the envelope") {
   std::vector<Point2> points;
-  Profile p;
+  thesis::Profile p;
   for (int i = 0; i <= 500; ++i) {
     p.points.push_back({0.4 * i, 0});
     p.s_mm.push_back(0.4 * i);
@@ -106,7 +106,7 @@ TEST_CASE("ACON leaves no acceleration above its margin in a straight dip of the
   p.speed_limit_mm_s.assign(500, 125);
   p.dt_s[250] = p.dt_s[251] = 0.4 / 10;
   const std::vector<double> envelope = p.dt_s;
-  acon(p, {.position = kLimits}, {});
+  acon(p, {.position = kAconLimits}, {});
   const auto total = total_rates(p).acceleration;
   for (std::size_t i = 0; i < total.size(); ++i) CHECK(total[i] <= 1.1 * 500);
   for (std::size_t k = 0; k < envelope.size(); ++k) CHECK(p.dt_s[k] >= envelope[k]);
@@ -116,7 +116,7 @@ TEST_CASE("ACON leaves no acceleration above its margin in a straight dip of the
 TEST_CASE("Erratum 4.2.4: the pair of margins is of acceleration, 10 %, and of jerk, 20 %") {
   // A straight that gains speed at a constant rate after a start with constant jerk: both just under or over.
   const auto changed = [](double acceleration, double jerk) {
-    Profile p;
+    thesis::Profile p;
     double s = 0, c = 30, a = 0;
     for (int i = 0; i <= 100; ++i) {
       p.points.push_back({s, 0});
@@ -129,7 +129,7 @@ TEST_CASE("Erratum 4.2.4: the pair of margins is of acceleration, 10 %, and of j
       p.speed_limit_mm_s.push_back(1e9);
     }
     const auto before = p.dt_s;
-    acon(p, {.position = kLimits}, {});
+    acon(p, {.position = kAconLimits}, {});
     return p.dt_s != before;
   };
   CHECK_FALSE(changed(1.08 * 500, 1.15 * 4000));

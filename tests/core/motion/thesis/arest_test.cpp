@@ -10,10 +10,10 @@ using namespace firn::motion::thesis;
 
 namespace {
 
-const RateLimits kLimits{125, 500, 4000};
+const RateLimits kRestLimits{125, 500, 4000};
 
-Profile straight(double length, std::size_t intervals, double speed) {
-  Profile p;
+thesis::Profile straight(double length, std::size_t intervals, double speed) {
+  thesis::Profile p;
   for (std::size_t i = 0; i <= intervals; ++i) {
     p.s_mm.push_back(length * double(i) / double(intervals));
     p.points.push_back({p.s_mm.back(), 0});
@@ -26,7 +26,7 @@ Profile straight(double length, std::size_t intervals, double speed) {
 }  // namespace
 
 TEST_CASE("4.2.6: the curve from rest begins with 80 mm/s^2 and jerk 4000, at steps of half a tick") {
-  const RestCurve curve = rest_curve(straight(100, 250, 125), kLimits, {});
+  const RestCurve curve = rest_curve(straight(100, 250, 125), kRestLimits, {});
   double t = 0.008;
   for (std::size_t k = 1; k < curve.s_mm.size() && 80 + 4000 * t <= 500; ++k, t += 0.008) {
     CHECK(curve.s_mm[k] == Approx(40 * t * t + 4000 * t * t * t / 6).epsilon(1e-9));
@@ -48,7 +48,7 @@ TEST_CASE(
 }
 
 TEST_CASE("Both ends rest, the length stays and the middle keeps its speed") {
-  const Profile p = arest(straight(100, 250, 125), kLimits, {});
+  const thesis::Profile p = arest(straight(100, 250, 125), kRestLimits, {});
   CHECK(p.s_mm.front() == 0);
   CHECK(p.s_mm.back() == Approx(100));
   CHECK(p.dt_s.front() == 0.008);
@@ -64,7 +64,7 @@ TEST_CASE("Both ends rest, the length stays and the middle keeps its speed") {
 
 TEST_CASE("On short paths the two curves meet below the envelope") {
   for (const double length : {20.0, 5.0, 1.0, 0.1, 0.01, 1e-4}) {
-    const Profile p = arest(straight(length, 8, 125), kLimits, {});
+    const thesis::Profile p = arest(straight(length, 8, 125), kRestLimits, {});
     CHECK(p.s_mm.back() == Approx(length));
     for (std::size_t k = 0; k < p.dt_s.size(); ++k) {
       REQUIRE(p.s_mm[k + 1] > p.s_mm[k]);
@@ -77,11 +77,11 @@ TEST_CASE("On short paths the two curves meet below the envelope") {
 }
 
 TEST_CASE("A joint with tighter limits leaves rest more slowly") {
-  Profile p = arest(straight(50, 125, 100), kLimits, {});
+  thesis::Profile p = arest(straight(50, 125, 100), kRestLimits, {});
   p.joints.assign(1, {});
   for (const double s : p.s_mm) p.joints[0].push_back(0.01 * s);
   const double before = p.duration_s();
-  MotionLimits limits{.position = kLimits};
+  MotionLimits limits{.position = kRestLimits};
   limits.joint[0] = {10, 1.0, 1000};  // 100 mm/s^2
   arest_joints(p, limits, {});
   CHECK(p.duration_s() > before);

@@ -12,8 +12,8 @@ using namespace firn::motion::thesis;
 namespace {
 
 /// Straight profile whose speed rises with 400 mm/s^2, then stays: one sudden loss of acceleration.
-Profile ramp_and_hold() {
-  Profile p;
+thesis::Profile ramp_and_hold() {
+  thesis::Profile p;
   double s = 0;
   for (int i = 0; i <= 300; ++i) {
     p.points.push_back({s, 0});
@@ -49,14 +49,14 @@ TEST_CASE("Erratum Fig. 4-6: the time of an interval is the sum over k = l .. r 
   std::vector<double> a, dt(20, 0.01);
   for (int i = 0; i <= 20; ++i) a.push_back(3000 - 100.0 * i);
   dt[7] = 1.0;
-  const Interval got = grow({10, 11}, a, dt, 900, {0, 20});
+  const thesis::Interval got = grow({10, 11}, a, dt, 900, {0, 20});
   CHECK(got.left == 7);  // interval 7 runs from point 7 to point 8
   CHECK(got.right == 14);
 }
 
 TEST_CASE("Erratum Fig. 4-6: a side halts on a change of sign of its acceleration, not on a > 0") {
   std::vector<double> a{-100, -100, 300, 300, 300, -300, -300, -300, 50, 50}, dt(9, 0.01);
-  const Interval got = grow({4, 5}, a, dt, 1.0, {0, 9});
+  const thesis::Interval got = grow({4, 5}, a, dt, 1.0, {0, 9});
   CHECK(got.left == 2);
   CHECK(got.right == 7);
 }
@@ -76,16 +76,16 @@ TEST_CASE("Erratum (4.12): the cubic does not conserve arc length, so durations 
   double length = 0;
   for (int i = 0; i < 1000; ++i) length += v.at((i + 0.5) / 1000) * 1e-4;
   CHECK(length != Approx(100 * 0.1).epsilon(0.01));
-  Profile p = ramp_and_hold();
+  thesis::Profile p = ramp_and_hold();
   const std::vector<double> s = p.s_mm;
   jcon(p, {.position = {125, 500, 4000}}, {});
   CHECK(p.s_mm == s);  // the path is covered all the same
 }
 
 TEST_CASE("JCON spreads a sudden loss of acceleration and only ever takes longer") {
-  Profile p = ramp_and_hold();
-  const Profile before = p;
-  const auto worst = [](const Profile& q) {
+  thesis::Profile p = ramp_and_hold();
+  const thesis::Profile before = p;
+  const auto worst = [](const thesis::Profile& q) {
     double most = 0;
     for (const double j : rates(q.s_mm, q.dt_s).jerk) most = std::min(most, j);
     return -most;
@@ -97,7 +97,7 @@ TEST_CASE("JCON spreads a sudden loss of acceleration and only ever takes longer
 }
 
 TEST_CASE("A smooth profile is left alone") {
-  Profile p = ramp_and_hold();
+  thesis::Profile p = ramp_and_hold();
   p.dt_s.assign(300, 0.01);
   const auto dt = p.dt_s;
   jcon(p, {.position = {125, 500, 4000}}, {});

@@ -58,7 +58,7 @@ TEST_CASE("Points are redistributed evenly on the polyline, both ends kept") {
       points.push_back(
           {points.back().x_mm + random.uniform(0.01, 3), points.back().y_mm + random.uniform(-0.1, 0.1)});
     const CleanPath path = cleaned(points);
-    const Profile even = redistribute(path, 0, path.points.size() - 1, {});
+    const thesis::Profile even = redistribute(path, 0, path.points.size() - 1, {});
     const double step = even.s_mm.back() / double(even.size() - 1);
     REQUIRE(even.points.front() == points.front());
     REQUIRE(distance(even.points.back(), points.back()) < 1e-12);
@@ -78,7 +78,7 @@ TEST_CASE("An interval takes the lowest speed limit of the segments it touches")
   const std::vector<Point2> points{{0, 0}, {1, 0}, {2, 0}, {3, 0}};
   PathInput in{.points = points};
   in.speed_limit.point_mm_s = {90, 50, 90, 90};
-  const Profile even = redistribute(clean(in), 0, 3, {});
+  const thesis::Profile even = redistribute(clean(in), 0, 3, {});
   for (std::size_t i = 0; i + 1 < even.size(); ++i)
     CHECK(even.speed_limit_mm_s[i] == (even.s_mm[i] < 2.0 - 1e-12 ? 50 : 90));
 }
@@ -88,9 +88,9 @@ TEST_CASE("Smoothing shortens a noisy path and keeps its ends") {
   std::vector<Point2> points;
   for (int i = 0; i <= 100; ++i) points.push_back({0.4 * i, 0.02 * random.normal()});
   PathSplitOptions options;
-  const Profile rough = redistribute(cleaned(points), 0, 100, options);
+  const thesis::Profile rough = redistribute(cleaned(points), 0, 100, options);
   options.smoothing_points = 9;
-  const Profile smooth = redistribute(cleaned(points), 0, 100, options);
+  const thesis::Profile smooth = redistribute(cleaned(points), 0, 100, options);
   CHECK(smooth.s_mm.back() < rough.s_mm.back());
   CHECK(smooth.points.front() == points.front());
   CHECK(distance(smooth.points.back(), points.back()) < 1e-12);

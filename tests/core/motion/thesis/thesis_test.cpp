@@ -35,7 +35,7 @@ Sampled sampled(const Trajectory& t, const Arm& arm) {
   return out;
 }
 
-double largest(const std::vector<double>& values) {
+double largest_rate(const std::vector<double>& values) {
   double most = 0;
   for (const double v : values) most = std::max(most, v);
   return most;
@@ -48,7 +48,7 @@ ThesisResult plan_fig_4_3(Point2 origin, const ThesisOptions& options = {}) {
   return plan_thesis_steps(in, *make_scara(cobra600()), cobra600_limits(), options);
 }
 
-double duration(const Trajectory& t) { return double(t.samples() - 1) * t.tick_s; }
+double last_time(const Trajectory& t) { return double(t.samples() - 1) * t.tick_s; }
 
 }  // namespace
 
@@ -66,7 +66,7 @@ TEST_CASE(
   }
   CHECK(result.trajectory.axes == 4);
   CHECK(result.trajectory.axis_units == std::vector<std::string>{"rad", "rad", "mm", "rad"});
-  CHECK(duration(result.trajectory) ==
+  CHECK(last_time(result.trajectory) ==
         Approx(5.008).margin(0.05));  // certified optimum 5.165 s holds the jerk
 }
 
@@ -94,7 +94,7 @@ TEST_CASE(
     "4.3: on the poorly placed path theta_2's rate limit binds twice and the motion along x suffers, not "
     "along y") {
   const auto well = plan_fig_4_3(thesis::kWellPlaced), poor = plan_fig_4_3(thesis::kPoorlyPlaced);
-  CHECK(duration(poor.trajectory) > duration(well.trajectory) + 0.5);
+  CHECK(last_time(poor.trajectory) > last_time(well.trajectory) + 0.5);
   // Where theta_2 runs at its limit: the lower right with its round, and the upper side with its; nowhere
   // along y.
   int lower = 0, upper = 0;
@@ -126,10 +126,10 @@ TEST_CASE("4.3: the thesis method keeps speed, nearly keeps acceleration and vio
   const auto arm = make_scara(cobra600());
   for (const Point2 origin : {thesis::kWellPlaced, thesis::kPoorlyPlaced}) {
     const Sampled s = sampled(plan_fig_4_3(origin).trajectory, *arm);
-    CHECK(largest(s.speed) <= 1.01 * 125);
-    CHECK(largest(s.acceleration) <= 1.10 * 500);
-    CHECK(largest(s.jerk) > 1.3 * 4000);
-    CHECK(largest(s.jerk) < 3.5 * 4000);
+    CHECK(largest_rate(s.speed) <= 1.01 * 125);
+    CHECK(largest_rate(s.acceleration) <= 1.10 * 500);
+    CHECK(largest_rate(s.jerk) > 1.3 * 4000);
+    CHECK(largest_rate(s.jerk) < 3.5 * 4000);
   }
 }
 
@@ -138,11 +138,11 @@ TEST_CASE("A measuring path's speed limit of 50 mm/s is kept and costs time") {
   const auto arm = make_scara(cobra600());
   PathInput in{.points = path};
   in.origin = thesis::kWellPlaced;
-  const double free = duration(plan_thesis(in, *arm, cobra600_limits()));
+  const double free = last_time(plan_thesis(in, *arm, cobra600_limits()));
   in.speed_limit.path_mm_s = 50;
   const Trajectory slow = plan_thesis(in, *arm, cobra600_limits());
-  CHECK(largest(sampled(slow, *arm).speed) <= 50.5);
-  CHECK(duration(slow) > free + 1.0);
+  CHECK(largest_rate(sampled(slow, *arm).speed) <= 50.5);
+  CHECK(last_time(slow) > free + 1.0);
 }
 
 TEST_CASE("A speed limit per point slows the trajectory there and only there") {
@@ -152,13 +152,13 @@ TEST_CASE("A speed limit per point slows the trajectory there and only there") {
   in.speed_limit.point_mm_s = {125, 40, 40, 125};  // between two points the smaller value holds
   const auto arm = make_scara(cobra600());
   const Trajectory t = plan_thesis(in, *arm, cobra600_limits());
-  CHECK(largest(sampled(t, *arm).speed) <= 40.5);
+  CHECK(largest_rate(sampled(t, *arm).speed) <= 40.5);
   const std::vector<Point2> longer{{0, 0}, {55, 0}, {60, 0}, {100, 0}, {105, 0}, {160, 0}};
   in.points = longer;
   in.speed_limit.point_mm_s = {125, 125, 40, 40, 125, 125};
   const Trajectory u = plan_thesis(in, *arm, cobra600_limits());
   const Sampled s = sampled(u, *arm);
-  CHECK(largest(s.speed) > 110);
+  CHECK(largest_rate(s.speed) > 110);
   double travelled = 0;
   for (const double c : s.speed) {
     if (travelled > 61 && travelled < 99) CHECK(c <= 40.5);

@@ -12,7 +12,7 @@ using namespace firn::motion::thesis;
 
 namespace {
 
-Profile circle(double radius, double spacing) {
+thesis::Profile circle(double radius, double spacing) {
   std::vector<Point2> points;
   for (int i = 0; i * spacing < 3 * radius; ++i)
     points.push_back({radius * std::cos(i * spacing / radius), radius * std::sin(i * spacing / radius)});
@@ -20,7 +20,7 @@ Profile circle(double radius, double spacing) {
   return redistribute(clean(in), 0, points.size() - 1, {.spacing_mm = spacing});
 }
 
-double middle_speed(const Profile& p) {
+double middle_speed(const thesis::Profile& p) {
   const std::size_t k = p.dt_s.size() / 2;
   return (p.s_mm[k + 1] - p.s_mm[k]) / p.dt_s[k];
 }
@@ -31,13 +31,13 @@ RateLimits only_acceleration(double a) { return {1e9, a, 1e12}; }
 
 TEST_CASE("Erratum (4.9): the speed limit of a round is sqrt(a_max r_c), not sqrt(a_max / r_c)") {
   for (const double radius : {1.0, 5.0, 20.0}) {
-    Profile p = circle(radius, radius / 200);
+    thesis::Profile p = circle(radius, radius / 200);
     vcon(p, {.position = only_acceleration(500)});
     CHECK(middle_speed(p) == Approx(std::sqrt(500 * radius)).epsilon(1e-3));
   }
   // At 1 mm, where the thesis quotes 25 mm/s, which needs 625 mm/s^2.
   const auto speed_at_1_mm = [](double a_mm_s2) {
-    Profile p = circle(1.0, 1.0 / 200);
+    thesis::Profile p = circle(1.0, 1.0 / 200);
     vcon(p, {.position = only_acceleration(a_mm_s2)});
     return middle_speed(p);
   };
@@ -47,7 +47,7 @@ TEST_CASE("Erratum (4.9): the speed limit of a round is sqrt(a_max r_c), not sqr
 
 TEST_CASE(
     "Erratum 4.1.2: the total differences D2s, D3s contain the curvature, the tangential D2s, D3s do not") {
-  Profile p = circle(10.0, 0.1);
+  thesis::Profile p = circle(10.0, 0.1);
   p.dt_s.assign(p.size() - 1, 0.1 / 50);  // 50 mm/s
   const TotalRates total = total_rates(p);
   const Rates tangential = rates(p.s_mm, p.dt_s);
@@ -60,7 +60,7 @@ TEST_CASE(
 }
 
 TEST_CASE("Erratum (4.2), (4.5): the third rows bound the jerk, so a round's speed is (j r^2)^(1/3)") {
-  Profile p = circle(5.0, 0.02);
+  thesis::Profile p = circle(5.0, 0.02);
   vcon(p, {.position = {1e9, 1e12, 4000}});
   CHECK(middle_speed(p) == Approx(std::cbrt(4000 * 25.0)).epsilon(1e-3));
 }
@@ -73,7 +73,7 @@ TEST_CASE("Erratum (4.5): the bound divides the root of the squares, it does not
 }
 
 TEST_CASE("Erratum (4.4): every joint has its own bound") {
-  Profile p = circle(5.0, 0.1);
+  thesis::Profile p = circle(5.0, 0.1);
   const std::size_t n = p.size();
   p.joints.assign(2, std::vector<double>(n, 0.0));
   for (std::size_t i = 0; i < n; ++i) p.joints[1][i] = 0.01 * double(i);  // the second joint alone moves
@@ -89,7 +89,7 @@ TEST_CASE("Erratum (4.4), (4.5): the envelope drops q' s-double-dot and is no bo
   const std::vector<Point2> points{{0, 0}, {10, 0}, {20, 0}};
   PathInput in{.points = points};
   in.speed_limit.point_mm_s = {20, 20, 120};
-  Profile p = redistribute(clean(in), 0, 2, {});
+  thesis::Profile p = redistribute(clean(in), 0, 2, {});
   vcon(p, {.position = {125, 500, 4000}});
   double most = 0;
   for (const double a : total_rates(p).acceleration) most = std::max(most, a);
@@ -125,7 +125,7 @@ TEST_CASE("A speed limit caps the envelope along the path and per interval") {
   const auto path = thesis::fig_4_2();
   PathInput in{.points = path};
   in.speed_limit.path_mm_s = 50;
-  for (Profile& p : pathsplit(clean(in), {})) {
+  for (thesis::Profile& p : pathsplit(clean(in), {})) {
     vcon(p, {.position = {125, 500, 4000}});
     for (std::size_t i = 0; i + 1 < p.size(); ++i)
       CHECK((p.s_mm[i + 1] - p.s_mm[i]) / p.dt_s[i] <= 50 * (1 + 1e-12));

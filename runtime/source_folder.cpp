@@ -1,4 +1,4 @@
-#include "cli/source_folder.h"
+#include "runtime/source_folder.h"
 
 namespace firn {
 
