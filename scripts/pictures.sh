@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # scripts/pictures.sh: docs/images/cylinder.png anew, the report of a cylinder under three schemes as a browser shows it,
-# and the pictures of docs/page.md, with a fourth print whose nozzle dies.
+# docs/images/certified.png, the plan of Fig. 4-2's path, and the pictures of docs/page.md, with a fourth print whose
+# nozzle dies.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 work=$(mktemp -d)
@@ -15,6 +16,11 @@ done
 ./firn report "$work"/runs/* -o "$work/report.html"
 chromium --headless --no-sandbox --hide-scrollbars --window-size=1200,1800 \
   --screenshot="$PWD/docs/images/cylinder.png" "file://$work/report.html"
+
+./firn plan experiments/barnett-fig42.csv --machine labs/cobra600.toml --origin 354,-46 -o "$work/fig42.traj" \
+  --plot "$work/fig42.svg"
+chromium --headless --no-sandbox --hide-scrollbars --force-device-scale-factor=0.75 --window-size=1340,1760 \
+  --screenshot="$PWD/docs/images/certified.png" "file://$work/fig42.svg"
 
 print runs --fault "200 jet trip 3" --set run.name=clogged
 runs=("$work"/runs/*)

@@ -93,7 +93,7 @@ std::string deviation_chart(const PlanPlot& p, const std::vector<double>& along_
   replay::ChartOptions options;
   options.title = "deviation";
   options.x_name = "along the path [mm]";
-  options.y_name = "off the points' polygon [um]";
+  options.y_name = "off the path as given [um]";
   options.from_zero = true;
   // rounding alone is no shape to look at
   if (std::max(bound, *std::max_element(line.y.begin(), line.y.end())) < kLeastUm)
@@ -159,7 +159,7 @@ Drawing drawn_plan(const PlanPlot& p, double left, double to_s) {
   put(speed_map(p.trace, p.limits.position.rate, "path coloured by speed"), 10, kHead, kColumn - 16,
       kMapRow - 16);
   if (p.points.size() > 1) {
-    PathColours off{deviations(p.trace, p.points), kLeastUm, "off the points' polygon [um]", 2};
+    PathColours off{deviations(p.trace, p.points), kLeastUm, "off the path as given [um]", 2};
     put(deviation_chart(p, along, off.value), 10 + 2 * kColumn, kHead + kMapRow, kColumn - 16, kRow - 10);
     for (double& mm : off.value) mm *= kUm;
     off.top =
