@@ -14,6 +14,16 @@ double rounded(double mm) {
   return std::round(mm * kPerMm) / kPerMm + 0.0;  // no -0
 }
 
+/// Nine digits without an exponent, which controllers refuse.
+std::string plain(double value) {
+  constexpr int kDecimals = 15;
+  std::string text = fmt::format("{:.9g}", value);
+  if (text.find('e') == std::string::npos) return text;
+  text = fmt::format("{:.{}f}", value, value < 1.0 ? kDecimals : 0);
+  if (text.find('.') != std::string::npos) text.erase(text.find_last_not_of('0') + 1);
+  return text;
+}
+
 }  // namespace
 
 std::string gcode_head(const std::string& machine, const std::string& method) {
@@ -38,9 +48,9 @@ std::string gcode_lines(const PlannedItem& item) {
     const Point2 next{rounded(tool[n].x_mm), rounded(tool[n].y_mm)};
     const double chord = distance(at, next);
     if (chord > 0.0)
-      fmt::format_to(out, "G1 X{:.6f} Y{:.6f} F{:.9g}\n", next.x_mm, next.y_mm, 60.0 * chord / tick_s);
+      fmt::format_to(out, "G1 X{:.6f} Y{:.6f} F{}\n", next.x_mm, next.y_mm, plain(60.0 * chord / tick_s));
     else
-      fmt::format_to(out, "G4 P{:.9g}\n", tick_s);
+      fmt::format_to(out, "G4 P{}\n", plain(tick_s));
     at = next;
   }
   return fmt::to_string(lines);
@@ -63,7 +73,7 @@ std::string pvt_lines(const PlannedItem& item, const std::vector<std::string>& a
     fmt::format_to(out, "PVT");
     for (std::size_t a = 0; a < count; ++a)
       fmt::format_to(out, " {}{:.9f},{:.9f}", axes[a], t.positions[n * count + a], rates[n * count + a]);
-    fmt::format_to(out, " TIME {:.9g}\n", double(n) * t.tick_s);
+    fmt::format_to(out, " TIME {}\n", plain(double(n) * t.tick_s));
   }
   return fmt::to_string(lines);
 }

@@ -146,6 +146,25 @@ TEST_CASE(
   CHECK(distance(read[0].path.points.back(), {30, 20}) < 1e-6);
 }
 
+TEST_CASE("Programs of motion controllers hold no number with an exponent, however short or long the tick") {
+  for (const double tick_s : {1e-5, 0.016, 0.9, 10.0}) {
+    PlannedItem item;
+    item.result.tool = {{0, 0}, {1e-6, 0}, {1e-6, 0}, {5e4, 0}};
+    item.result.trajectory.tick_s = tick_s;
+    item.result.trajectory.axes = 1;
+    for (const Point2& p : item.result.tool) item.result.trajectory.positions.push_back(p.x_mm);
+    item.result.axis_rates.assign(4, 1e-7);
+    const std::string program = gcode_lines(item), pvt = pvt_lines(item, {"X"});
+    INFO(program << pvt);
+    CHECK(program.find('e') == std::string::npos);
+    CHECK(pvt.find("e-") == std::string::npos);
+    CHECK(pvt.find("e+") == std::string::npos);
+    double f = 0.0;
+    REQUIRE(std::sscanf(program.c_str() + program.find('F'), "F%lf", &f) == 1);
+    CHECK(f == Approx(6e-5 / tick_s).epsilon(1e-8));
+  }
+}
+
 TEST_CASE("PVT lines are the emitted positions, their velocities and the time since the first") {
   InputPath bent;
   bent.number = 4;
