@@ -228,14 +228,17 @@ class PlanRun {
   void print(const PlannedItem& item) const {
     const motion::PlanResult& r = item.result;
     const Certificate& c = r.trajectory.certificate;
+    const bool held = r.held_mm > 0.0;
     if (paths_ == 1)
-      std::printf("%6s %8s %10s %9s %9s %7s %6s %11s\n", "path", "points", "length mm", "time s", "bound s",
-                  "ratio", "stops", "off path um");
+      std::printf("%6s %8s %10s %9s %9s %7s %6s %11s%s\n", "path", "points", "length mm", "time s", "bound s",
+                  "ratio", "stops", "off path um", held ? "  off points um  (held within)" : "");
     double largest = 0.0;
     for (const LimitRatio& l : c.limits) largest = std::max(largest, l.ratio);
-    std::printf("%6lld %8zu %10.2f %9.3f %9.3f %7.4f %6zu %11.2f\n",
-                static_cast<long long>(item.input.number), item.input.path.points.size(), item.length_mm,
-                c.duration_s, c.lower_bound_s, largest, r.stops, 1e3 * r.deviation_mm);
+    std::printf("%6lld %8zu %10.2f %9.3f %9.3f %7.4f %6zu %11.2f", static_cast<long long>(item.input.number),
+                item.input.path.points.size(), item.length_mm, c.duration_s, c.lower_bound_s, largest,
+                r.stops, 1e3 * r.deviation_mm);
+    std::puts(held ? fmt::format(" {:>14.3f} {:>14.3f}", 1e3 * r.points_off_mm, 1e3 * r.held_mm).c_str()
+                   : "");
     for (const AddedStop& stop : item.added_stops)
       std::printf("       rests at %.2f mm (%s): its pulses need %zu lists\n", stop.along_mm,
                   stop.corner ? "corner" : "no corner near", item.pulse_plan.trains.size());
@@ -304,6 +307,7 @@ motion::PlanOptions plan_options(const PlanCommandOptions& o, const Machine& mac
   motion::PlanOptions plan;
   plan.method = *method;
   plan.tolerance_mm = o.tolerance_mm.value_or(0.0);
+  plan.hold_points = o.tolerance_mm == 0.0;
   if (!(o.fill_mm_s > 0.0 && o.fill_mm_s <= 1e6))
     throw UsageError(fmt::format("--fill-speed {}: must lie in (0, 1e6] mm/s", o.fill_mm_s));
   plan.constant_fill_mm_s = o.fill_mm_s;
@@ -378,9 +382,11 @@ void declare_plan(OptionSet& options) {
   options.option("--method", o.method, "certified, optimal, thesis, constant or default").show_default();
   options.option("--fill-speed", o.fill_mm_s, "of straight fill with method constant [mm/s]: 100 or 125")
       .show_default();
-  options.option("--tolerance", o.tolerance_mm,
-                 "the curve stays within so many mm of the points' polygon; default 0: it passes the points "
-                 "themselves, within their rounding; of an aerosol machine 0.05");
+  options.option(
+      "--tolerance", o.tolerance_mm,
+      "the curve stays within so many mm of the points' polygon; 0: it passes every point within "
+      "its rounding, or 0.2 um; default: through the points, but for ramps (--ramp); of an aerosol "
+      "machine 0.05");
   options.option("--point-noise", o.point_noise_mm,
                  "largest rounding of a coordinate [mm]; default: half of the points' last decimal");
   options.option("--ramp", o.curvature_ramp_mm, "every jump of curvature is ramped over so many mm")

@@ -96,6 +96,9 @@ std::string item_json(const PlannedItem& item) {
       r.trajectory.samples(), c.duration_s, r.continuous_s, c.lower_bound_s,
       c.lower_bound_s > 0.0 ? fmt::format("{}", c.duration_s / c.lower_bound_s) : "null", r.deviation_mm,
       r.stops, c.curvature_ramp_mm);
+  if (r.held_mm > 0.0)
+    j.insert(j.find(",\"limits\""),
+             fmt::format(",\"points_off_mm\":{},\"held_mm\":{}", r.points_off_mm, r.held_mm));
   for (const LimitRatio& l : c.limits)
     fmt::format_to(std::back_inserter(j), "{}{{\"limit\":\"{}\",\"ratio\":{},\"time_s\":{}}}",
                    &l == c.limits.data() ? "" : ",", l.limit, l.ratio, l.time_s);

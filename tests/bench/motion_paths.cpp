@@ -9,6 +9,8 @@
 // - `motion_paths nasty N [SEED]`: N random paths (cusps, tiny and repeated steps, zigzags, near full reach)
 // with tolerances of 0 and 0.005 to 0.1 mm: refusals by reason, deviation / tolerance, largest ratio to a
 // limit at any instant by interval arithmetic
+// - `motion_paths held N [SEED] [nasty]`: N paths whose points are held, or of those above: largest distance
+// of a point over its rounding, what dense sampling finds beyond the distances told, largest ratio to a limit
 // - `motion_paths nlp [CURVES] [SEED] [KIND]`: durations of both tiers over the optimum on the same curve by
 // direct transcription (tests/core/motion/time_transcription.h), and the lower bound over that optimum
 // - `motion_paths one KIND SEED STEP DECIMALS TOLERANCE`: durations of one path
@@ -27,6 +29,7 @@
 #include "core/motion/certified/certified.h"
 #include "core/motion/planner.h"
 #include "tests/core/motion/continuous_checker.h"
+#include "tests/core/motion/held_paths.h"
 #include "tests/core/motion/random_paths.h"
 #include "tests/core/motion/sampled_curves.h"
 #include "tests/core/motion/time_transcription.h"
@@ -259,15 +262,10 @@ int one(char** argv) {
   return 0;
 }
 
-/// Plans, and returns the checker's largest ratio of the motion as it is emitted: in whole ticks.
-double emitted_ratio(const std::vector<Point2>& points, const PlanOptions& options, const Arm& arm,
-                     CertifiedWork& work, double& deviation_mm) {
+/// The checker's largest ratio of a motion as it is emitted: in whole ticks.
+double proved_ratio(const PlanResult& result, const CertifiedWork& work) {
   static const MotionLimits limits = cobra600_limits();
-  PathInput input;
-  input.points = points;
-  const PlanResult result = plan_certified(input, arm, limits, options, work);
   const double slow = result.trajectory.certificate.duration_s / result.continuous_s;
-  deviation_mm = result.deviation_mm;
   double most = 0.0;
   for (std::size_t k = 0; k <= result.stops; ++k) {
     StopSegment segment = work.segments[k];
@@ -277,6 +275,17 @@ double emitted_ratio(const std::vector<Point2>& points, const PlanOptions& optio
       for (const double r : row) most = std::max(most, r);
   }
   return most;
+}
+
+/// Plans, and returns that ratio.
+double emitted_ratio(const std::vector<Point2>& points, const PlanOptions& options, const Arm& arm,
+                     CertifiedWork& work, double& deviation_mm) {
+  static const MotionLimits limits = cobra600_limits();
+  PathInput input;
+  input.points = points;
+  const PlanResult result = plan_certified(input, arm, limits, options, work);
+  deviation_mm = result.deviation_mm;
+  return proved_ratio(result, work);
 }
 
 int nasty(int paths, std::uint64_t seed) {
@@ -320,12 +329,73 @@ int nasty(int paths, std::uint64_t seed) {
   return 0;
 }
 
+/// Paths with `--tolerance 0`: points within their rounding, by the planner and by dense sampling of the
+/// curve.
+int held(int paths, std::uint64_t seed, bool nasty) {
+  constexpr double kChords_mm = 5e-6;  ///< sagitta of the chords between samples
+  const auto arm = make_scara(cobra600());
+  CertifiedWork work;
+  HeldPathMaker maker(seed);
+  RandomPathMaker random(seed);
+  double most = 0.0, share = 0.0, told = -1.0, polygon = -1.0;
+  int planned = 0;
+  for (int k = 0; k < paths; ++k) {
+    HeldPath path = maker.next();
+    if (nasty) {
+      const RandomPath other = random.next();
+      path = {other.points, other.kind, 9};
+      for (Point2& p : path.points) p = {p.x_mm - kPart.x_mm, p.y_mm - kPart.y_mm};
+    }
+    PathInput input;
+    input.points = path.points;
+    input.origin = kPart;
+    PlanOptions options;
+    options.hold_points = true;
+    options.point_noise_mm = path.decimals < 9 ? 0.5 * std::pow(10.0, -path.decimals) : 0.0;
+    try {
+      const PlanResult result = plan_certified(input, *arm, cobra600_limits(), options, work);
+      std::vector<Point2> points;
+      for (const Point2& p : path.points) points.push_back({p.x_mm + kPart.x_mm, p.y_mm + kPart.y_mm});
+      const HeldDistances found = sampled_distances(points, work.segments, result.stops + 1);
+      const double ratio = proved_ratio(result, work);
+      const bool bad = ratio > 1.0 || result.points_off_mm > result.held_mm ||
+                       found.points_mm > result.points_off_mm + kChords_mm ||
+                       (!nasty && found.curve_mm > result.deviation_mm + kChords_mm);
+      if (bad || std::getenv("MOTION_PATHS_VERBOSE"))
+        std::printf(
+            "path %d (%s, %zu points, %d decimals): %.3f s, ratio 1 %+.3g, points off %.6f of %.6f, found "
+            "%.6f; curve off %.6f, found %.6f, %zu stops\n",
+            k, path.kind, path.points.size(), path.decimals, result.continuous_s, ratio - 1.0,
+            result.points_off_mm, result.held_mm, found.points_mm, result.deviation_mm, found.curve_mm,
+            result.stops);
+      std::fflush(stdout);
+      most = std::max(most, ratio);
+      share = std::max(share, result.points_off_mm / result.held_mm);
+      told = std::max(told, found.points_mm - result.points_off_mm);
+      if (!nasty) polygon = std::max(polygon, found.curve_mm - result.deviation_mm);
+      ++planned;
+    } catch (const MotionError& error) {
+      std::printf("path %d (%s, %zu points): %s\n", k, path.kind, path.points.size(),
+                  describe(error.fault()).c_str());
+    }
+  }
+  std::printf(
+      "%d of %d planned, largest ratio 1 %+.3g, points off / rounding %.4f, found beyond what is told: "
+      "points "
+      "%.3g mm, curve %.3g mm\n",
+      planned, paths, most - 1.0, share, told, polygon);
+  return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   if (argc == 7 && std::strcmp(argv[1], "one") == 0) return one(argv);
   if (argc > 2 && std::strcmp(argv[1], "nasty") == 0)
     return nasty(std::max(1, std::atoi(argv[2])), argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
+  if (argc > 2 && std::strcmp(argv[1], "held") == 0)
+    return held(std::max(1, std::atoi(argv[2])), argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1,
+                argc > 4);
   if (argc > 1 && std::strcmp(argv[1], "nlp") == 0)
     return nlp(argc > 2 ? std::max(1, std::atoi(argv[2])) : 36,
                argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1, argc > 4 ? argv[4] : nullptr);

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "core/deposition/delivery.h"
@@ -144,6 +145,18 @@ TEST_CASE(
   REQUIRE(read.size() == 1);
   CHECK(read[0].path.z_mm == 0.5);
   CHECK(distance(read[0].path.points.back(), {30, 20}) < 1e-6);
+}
+
+TEST_CASE("A path whose points are held says how far they are from its curve, others do not") {
+  InputPath bent;
+  bent.path.points = {{0, 0}, {10, 0}, {20, 0.5}, {30, 0.5}};
+  PlanJobOptions how;
+  CHECK(item_json(planned({bent}, 1, how)[0]).find("held_mm") == std::string::npos);
+  how.plan.hold_points = true;
+  const auto items = planned({bent}, 1, how);
+  const auto json = nlohmann::json::parse(item_json(items[0]));
+  CHECK(json.at("points_off_mm") == items[0].result.points_off_mm);
+  CHECK(json.at("points_off_mm") <= json.at("held_mm"));
 }
 
 TEST_CASE("Programs of motion controllers hold no number with an exponent, however short or long the tick") {

@@ -50,7 +50,9 @@ constexpr double kLeastShare = 0.1, kMostShare = 0.9;  ///< of the tolerance, fr
 constexpr double kMostFittedShare = 0.98;
 /// Cells of the fast tier are divided so often where a tolerance is used without slack.
 constexpr double kFittedSplit = 3.0, kWithinSplit = 2.0;
-constexpr int kShapes = 10;  ///< tries to bring the curve inside the tolerance
+constexpr int kShapes = 10;        ///< tries to bring the curve inside the tolerance
+constexpr int kHoldTries = 6;      ///< and within the points' rounding
+constexpr double kHoldAim = 0.95;  ///< of that
 constexpr double kLeastRampMm = 0.01;
 constexpr int kAttempts = 4;
 constexpr double kHopeless = 1.5;      ///< times too slow without a solution: finer cells will not help
@@ -219,6 +221,7 @@ void plan_curve(std::span<const Point2> points, std::span<const double> speed_li
     trial.first = out.first;
     trial.last = out.last;
     trial.deviation_mm = out.deviation_mm;
+    trial.points_off_mm = out.points_off_mm;
     if (attempt == 0 && trial.curve.straight && yaw_rad.empty() && plan_straight(task, work, trial)) {
       if (!task.options.lower_bound || task.options.curve_rule == CurveRule::kFitted) return;
       set_rows(task, work, trial);
@@ -249,6 +252,7 @@ void plan_curve(std::span<const Point2> points, std::span<const double> speed_li
   guess.first = out.first;
   guess.last = out.last;
   guess.deviation_mm = out.deviation_mm;
+  guess.points_off_mm = out.points_off_mm;
   refine(sizes, work.curve, guess.curve);
   set_speed_limit(points, speed_limit, work.curve, guess.curve);
   set_rows(task, work, guess);
@@ -269,13 +273,17 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
                     sizes,
                     task.options.curve_rule == CurveRule::kFitted,
                     yaw_rad,
-                    given};
+                    given,
+                    hold_mm(task.options)};
   const GivenReference reference = sample_given(points, given, work.reference);
   const auto form = [&] {
     if (fitted) {
-      const double radius = spec.tolerance_mm > 0.0 ? spec.tolerance_mm : fit_radius_mm(task.options);
+      const double radius = spec.tolerance_mm > 0.0 ? spec.tolerance_mm
+                            : spec.hold_mm > 0.0    ? kHoldRadius * spec.hold_mm
+                                                    : fit_radius_mm(task.options);
       TubeOptions tube{radius, std::max(radius, spec.tolerance_mm > 0.0 ? 0.0 : kSagittaMm),
                        sizes.largest_mm};
+      tube.hold_lines = spec.hold_mm > 0.0;
       fit_tube(points, tube, work.tube, work.curve.coarse);
       work.curve.offset.assign({0.0, work.curve.coarse.s.back()});
       return;
@@ -301,6 +309,12 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
                            ? frechet_bound(curve, reference.points) + reference.sagitta_mm
                        : curve.straight ? 0.0
                                         : deviation(curve, points, work.length);
+    out.points_off_mm = spec.hold_mm > 0.0 ? farthest_point_mm(curve, points) : 0.0;
+    if (!holds(out, options) && tries < kHoldTries) {
+      spec.hold_mm *= std::clamp(kHoldAim * hold_mm(options) / out.points_off_mm, kLeastShare, kMostShare);
+      form();
+      continue;
+    }
     if (out.deviation_mm <= allowed_mm) break;
     if (out.deviation_mm < nearest_mm) {
       nearest = spec;

@@ -3,6 +3,7 @@
 // is exceeded.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -30,6 +31,7 @@ struct StopSegment {
   bool proved = false;              ///< the ratios are bounds at every instant
   bool closed_form = false;         ///< `motion` is the minimum-time motion within the tool's limits
   double deviation_mm = 0.0;        ///< bound of the Frechet distance from the points (curve/frechet.h)
+  double points_off_mm = 0.0;       ///< farthest_point_mm(), where points are held
   std::size_t first = 0, last = 0;  ///< input points where it starts and ends
 
   /// Unlimited, as deviation_mm then is, where no motion along this curve was found.
@@ -105,6 +107,21 @@ inline bool within_tolerance(const PlanOptions& options) {
 inline double fit_radius_mm(const PlanOptions& options) {
   constexpr double kDiagonal = 1.4142135623730951;
   return options.tolerance_mm > 0.0 ? options.tolerance_mm : kDiagonal * options.point_noise_mm;
+}
+
+/// Distance within which the curve passes every point; 0 = points are not held.
+inline double hold_mm(const PlanOptions& options) {
+  if (!options.hold_points || options.tolerance_mm > 0.0 || options.curve_rule == CurveRule::kRamped)
+    return 0.0;
+  return std::max(fit_radius_mm(options), PlanOptions::kLeastHold_mm);
+}
+
+inline constexpr double kHoldRadius = 0.99;  ///< of that, for a fitted curve
+
+/// True where no points are held that the curve leaves.
+inline bool holds(const StopSegment& segment, const PlanOptions& options) {
+  const double within = hold_mm(options);
+  return !(within > 0.0) || segment.points_off_mm <= within;
 }
 
 /// Sizes of the cells of a curve through `points`.

@@ -140,6 +140,7 @@ void plan_between(const CleanPath& path, std::size_t from, std::size_t to, const
                 work, segment);
   };
   plan_shape(free ? Shape::kFitted : Shape::kRamped, kNever_s, out);
+  if (free && !holds(out, options)) plan_shape(Shape::kRamped, kNever_s, out);
   if (!(options.tolerance_mm > 0.0) || !path.yaw_rad.empty()) return prove(task, work, out);
   const bool inside = out.deviation_mm <= options.tolerance_mm;
   if (inside &&
@@ -290,8 +291,14 @@ void open_loops(std::span<const Point2> points, std::vector<std::size_t>& kept) 
 std::size_t keep_inside(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work,
                         std::size_t count) {
   const PlanOptions& options = task.options;
-  const double allowed_mm = options.tolerance_mm > 0.0 ? options.tolerance_mm : farthest_mm(options);
-  const auto inside = [&](const StopSegment& s) { return s.deviation_mm <= allowed_mm; };
+  const double hold = hold_mm(options);
+  const double allowed_mm = options.tolerance_mm > 0.0 ? options.tolerance_mm
+                            : hold > 0.0               ? hold
+                                                       : farthest_mm(options);
+  const auto inside = [&](const StopSegment& s) {
+    return hold > 0.0 ? holds(s, options) && s.deviation_mm <= farthest_mm(options)
+                      : s.deviation_mm <= allowed_mm;
+  };
   const auto end = work.segments.begin() + std::ptrdiff_t(count);
   if (options.curve_rule == CurveRule::kRamped || !path.yaw_rad.empty() ||
       std::all_of(work.segments.begin(), end, inside))
@@ -319,6 +326,7 @@ std::size_t keep_inside(const CleanPath& path, const CertifiedTask& task, Certif
       const auto reference =
           sample_given(part(path, from, to), given_curves(path, from, to, work), work.reference);
       segment.deviation_mm = frechet_bound(segment.curve, reference.points) + reference.sagitta_mm;
+      segment.points_off_mm = hold > 0.0 ? farthest_point_mm(segment.curve, part(path, from, to)) : 0.0;
     }
   }
   work.segments = std::move(all);

@@ -77,7 +77,8 @@ class FitPlanner {
   bool start(const CertifiedTask& task) {
     const double tolerance = allowed_mm(task.options);
     samples_ = !(task.options.tolerance_mm > 0.0);
-    double widest = try_radius(fit_radius_mm(task.options), task);
+    double widest =
+        try_radius(std::max(fit_radius_mm(task.options), kHoldRadius * hold_mm(task.options)), task);
     if (!(out_.deviation_mm <= tolerance) || out_.curve.straight || !solved(out_)) return false;
     double best = widest;
     StopSegment wide;
@@ -118,8 +119,13 @@ class FitPlanner {
       const TimeGradient& g = out_.gradient;
       step_tube(out_.curve, {{g.x[0], g.x[1], g.x[2]}, {g.y[0], g.y[1], g.y[2]}}, work_.weight, work_.tube,
                 work_.curve.coarse);
-      trial_.deviation_mm = bound_mm();
+      measure(task);
       const double over = trial_.deviation_mm - allowed_mm(task.options);
+      if (!holds(trial_, task.options)) {
+        widen_tube(hold_mm(task.options) - trial_.points_off_mm - kBelow * hold_mm(task.options), work_.tube);
+        ++failures;
+        continue;
+      }
       if (over > 0.0) {  // between two places: the tube is narrowed for the next try
         widen_tube(-over - kBelow * allowed_mm(task.options), work_.tube);
         ++failures;
@@ -139,8 +145,9 @@ class FitPlanner {
   void fit(double radius, const CertifiedTask& task) {
     const CellSizes sizes = cell_sizes(points_, speed_limit_, {}, task, work_);
     const double between = samples_ ? kSagittaMm : radius;
-    fit_tube(points_, {radius, between, sizes.largest_mm, allowed_mm(task.options)}, work_.tube,
-             work_.curve.coarse);
+    fit_tube(points_,
+             {radius, between, sizes.largest_mm, allowed_mm(task.options), hold_mm(task.options) > 0.0},
+             work_.tube, work_.curve.coarse);
     work_.curve.offset.assign({0.0, work_.curve.coarse.s.back()});
   }
 
@@ -152,9 +159,11 @@ class FitPlanner {
     weight_ = kFirstWeight;
   }
 
-  /// Bound of the Frechet distance of the present curve from the path.
-  double bound_mm() const {
-    return frechet_bound(work_.curve.coarse, reference_.points) + reference_.sagitta_mm;
+  /// How far the present curve is from the path, into the trial.
+  void measure(const CertifiedTask& task) {
+    const Curve& curve = work_.curve.coarse;
+    trial_.deviation_mm = frechet_bound(curve, reference_.points) + reference_.sagitta_mm;
+    trial_.points_off_mm = hold_mm(task.options) > 0.0 ? farthest_point_mm(curve, points_) : 0.0;
   }
 
   void plan(double most_s, const CertifiedTask& task, StopSegment& segment) {
@@ -168,7 +177,7 @@ class FitPlanner {
     const double tolerance = allowed_mm(task.options);
     for (int tries = 0;; ++tries) {
       fit(radius, task);
-      trial_.deviation_mm = bound_mm();
+      measure(task);
       if (trial_.deviation_mm <= tolerance || tries == shrinks) break;
       radius *= std::clamp(kAim * tolerance / trial_.deviation_mm, kLeastShrink, kAim);
     }

@@ -239,7 +239,9 @@ void finish(const PathInput& input, const CertifiedTask& task, std::size_t segme
     start += segment.duration_s();
     certificate.lower_bound_s += options.lower_bound ? segment.bound_s : 0.0;
     result.deviation_mm = std::max(result.deviation_mm, segment.deviation_mm);
+    result.points_off_mm = std::max(result.points_off_mm, segment.points_off_mm);
   }
+  result.held_mm = hold_mm(options);
   result.stops = segments - 1;
   Trajectory& trajectory = result.trajectory;
   trajectory.tick_s = options.tick_s;

@@ -361,12 +361,12 @@ void append_arc(std::span<const Point2> p, const GivenCurve& curve, std::vector<
 
 }  // namespace
 
-double exact_spacing_mm(double jump, double turn, double ramp_mm) {
+double exact_spacing_mm(double jump, double turn, double ramp_mm, double within_mm) {
   // off by u h^2 / 41 at a step u of the second derivative between equal cells, by more where they grow
   constexpr double kJumpShare = 27.0, kTurnShare = 10.0;
-  const double a = std::abs(jump) / kJumpShare, b = std::abs(turn) / kTurnShare;  // a h^2 + b h = kExactMm
-  const double root = b + std::sqrt(b * b + 4.0 * a * kExactMm);
-  return root > 0.0 ? std::min(0.5 * ramp_mm, 2.0 * kExactMm / root) : 0.5 * ramp_mm;
+  const double a = std::abs(jump) / kJumpShare, b = std::abs(turn) / kTurnShare;  // a h^2 + b h = within
+  const double root = b + std::sqrt(b * b + 4.0 * a * within_mm);
+  return root > 0.0 ? std::min(0.5 * ramp_mm, 2.0 * within_mm / root) : 0.5 * ramp_mm;
 }
 
 void recognise(std::span<const Point2> p, std::span<const GivenCurve> given, double sagitta_mm, bool abrupt,

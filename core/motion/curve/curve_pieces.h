@@ -48,10 +48,10 @@ void recognise(std::span<const Point2> points, double sagitta_mm, bool abrupt,
 void recognise(std::span<const Point2> points, std::span<const GivenCurve> given, double sagitta_mm,
                bool abrupt, double ramp_mm, std::vector<CurvePiece>& pieces);
 
-/// Length of the cells beside a joint of exact pieces: a C2 spline through a jump of curvature and a turn of
-/// the tangent between such cells leaves them by at most about kExactMm. Never longer than half a ramp.
-double exact_spacing_mm(double jump, double turn, double ramp_mm);
 inline constexpr double kExactMm = 1e-4;
+/// Length of the cells beside a joint of exact pieces: a C2 spline through a jump of curvature and a turn of
+/// the tangent between such cells leaves them by at most about `within_mm`. Never longer than half a ramp.
+double exact_spacing_mm(double jump, double turn, double ramp_mm, double within_mm = kExactMm);
 
 /// Indices of the points where the polygon turns by more than the angle whose cosine is given, ends included.
 void split_points(std::span<const Point2> points, double cos_split, std::vector<std::size_t>& splits);

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kSharp = 1.01, kSharpMm = 1e-6;
 constexpr int kDivisions = 12;
-constexpr int kNewton = 4;
+constexpr int kNewton = 4, kPreciseNewton = 20;
 
 double square(Point2 p) { return p.x_mm * p.x_mm + p.y_mm * p.y_mm; }
 Point2 middle(Point2 a, Point2 b) { return {0.5 * (a.x_mm + b.x_mm), 0.5 * (a.y_mm + b.y_mm)}; }
@@ -36,7 +36,9 @@ Jet jet(const Curve& c, std::size_t i, double s) {
 /// Walks along the curve to the place nearest to each vertex, never back.
 class Walk {
  public:
-  explicit Walk(const Curve& curve) : curve_(curve), jet_(jet(curve, 0, 0.0)) {}
+  /// @param precise places are the nearest ones to the last digits
+  explicit Walk(const Curve& curve, bool precise = false)
+      : curve_(curve), jet_(jet(curve, 0, 0.0)), precise_(precise) {}
 
   double s() const { return s_; }
   std::size_t cell() const { return cell_; }
@@ -44,13 +46,15 @@ class Walk {
 
   /// To a place near p, from the present one on and at most about twice `ahead_mm` further.
   void to(Point2 p, double ahead_mm) {
-    constexpr double kNear = 1e-4, kMostStretch = 1.02;
+    constexpr double kNear = 1e-4, kPreciseNear = 1e-9, kMostStretch = 1.02;
+    const int steps = precise_ ? kPreciseNewton : kNewton;
     constexpr double kLeastSpeed = 1e-3;
     const double from = s_, ahead = ahead_mm / std::max(kLeastSpeed, std::sqrt(square(jet_.d1)));
     const double most = std::min(curve_.s.back(), from + 2.0 * ahead);
+    const double close = (precise_ ? kPreciseNear : kNear) * ahead;
     double s = std::min(from + stretch_ * ahead, most);
     bool near = false;
-    for (int step = 0; step < kNewton && !near; ++step) {
+    for (int step = 0; step < steps && !near; ++step) {
       seek(s);
       jet_ = jet(curve_, cell_, s);
       const double dx = jet_.at.x_mm - p.x_mm, dy = jet_.at.y_mm - p.y_mm;
@@ -58,7 +62,7 @@ class Walk {
       const double bend = speed + dx * jet_.d2.x_mm + dy * jet_.d2.y_mm;
       const double slope = std::max(bend, 0.25 * speed);
       const double next = slope > 0.0 ? std::clamp(s - along / slope, from, most) : s;
-      near = std::abs(next - s) < kNear * ahead || next == s;
+      near = std::abs(next - s) < close || next == s;
       if (!near) s = next;
     }
     if (!near) {
@@ -82,6 +86,7 @@ class Walk {
   }
   const Curve& curve_;
   Jet jet_;
+  bool precise_;
   double s_ = 0.0, stretch_ = 1.0;
   std::size_t cell_ = 0;
 };
@@ -168,6 +173,18 @@ double frechet_bound(const Curve& curve, std::span<const Point2> points) {
     }
   }
   return std::sqrt(worst);
+}
+
+double farthest_point_mm(const Curve& curve, std::span<const Point2> points) {
+  if (!(curve.s.back() > 0.0)) return std::numeric_limits<double>::infinity();
+  if (curve.straight) return straight_bound(points);
+  double most = 0.0;
+  Walk walk(curve, true);
+  for (std::size_t i = 1; i + 1 < points.size(); ++i) {
+    walk.to(points[i], distance(points[i - 1], points[i]));
+    most = std::max(most, distance(walk.here().at, points[i]));
+  }
+  return most;
 }
 
 }  // namespace firn::motion

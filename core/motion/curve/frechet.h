@@ -17,4 +17,8 @@ namespace firn::motion {
 /// 1e-6 mm. Infinite for a curve without length: no motion follows it.
 double frechet_bound(const Curve& curve, std::span<const Point2> points);
 
+/// Largest distance of one of `points` from the place of the curve that goes with it, none before that of the
+/// point before it.
+double farthest_point_mm(const Curve& curve, std::span<const Point2> points);
+
 }  // namespace firn::motion

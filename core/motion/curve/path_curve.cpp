@@ -46,13 +46,14 @@ void set_ramps(const CurveOptions& spec, CurveWork& work) {
 
 /// Length of the cells beside a joint of lines and arcs. Beside an arc that is shorter than two of them they
 /// are shorter, unless it is a mere turn.
-double spacing_mm(const CurvePiece& a, const CurvePiece& b, double jump, double turn, double ramp_mm) {
-  const double alone = exact_spacing_mm(jump, turn, ramp_mm);
+double spacing_mm(const CurveOptions& spec, const CurvePiece& a, const CurvePiece& b, double jump,
+                  double turn) {
+  const double alone = exact_spacing_mm(jump, turn, spec.ramp_mm, spec.exact_mm());
   double beside_arcs = 1e300;
   for (const CurvePiece* arc : {&a, &b}) {
     if (arc->curvature == 0.0) continue;
     const double turns = std::abs(arc->curvature) * arc->length_mm + turn;
-    const double as_turn = 0.5 * exact_spacing_mm(0.0, turns, ramp_mm);
+    const double as_turn = 0.5 * exact_spacing_mm(0.0, turns, spec.ramp_mm, spec.exact_mm());
     beside_arcs = std::min(beside_arcs, std::max(std::min(alone, 0.5 * arc->length_mm), as_turn));
   }
   return beside_arcs < 1e300 ? beside_arcs : alone;
@@ -71,7 +72,7 @@ void set_exact_joint(const CurveOptions& spec, const CurvePiece& a, const CurveP
     joint.interpolate = true;
     joint.spacing = sampled;
   } else if (turn > kSmallTurn || std::abs(jump) > kSmallJump) {
-    joint.spacing = spacing_mm(a, b, jump, turn, spec.ramp_mm);
+    joint.spacing = spacing_mm(spec, a, b, jump, turn);
   }
 }
 

@@ -65,8 +65,13 @@ struct CurveOptions {
   std::span<const double> yaw{};        ///< of the tool at the points, linear between them; empty = constant
   std::span<const GivenCurve> given{};  ///< among the points
 
+  double hold_mm = 0.0;  ///< > 0: the points stay, too, within about so much
+
   /// Given curves stay where they are: without a tolerance the spline passes them.
-  bool exact() const { return !given.empty() && tolerance_mm <= 0.0; }
+  bool exact() const { return (!given.empty() || hold_mm > 0.0) && tolerance_mm <= 0.0; }
+  /// At joints of an exact path.
+  double exact_mm() const { return given.empty() && hold_mm > 0.0 ? kHoldShare * hold_mm : kExactMm; }
+  static constexpr double kHoldShare = 0.5;
 };
 
 /// Chords shorter than so many ramps are dense: their vertices are interpolated.

@@ -19,7 +19,8 @@ constexpr double kNoWish = std::numeric_limits<double>::max();
 /// Where the vertices of a dense polygon lie on a smooth curve, every second or fourth is knot enough: vertex
 /// k is left out if the cubic through k - 3 d, k - d, k + d, k + 3 d passes it within kSmoothMm, first for d
 /// = 1, then for d = 2.
-void thin_vertices(CurveWork& work) {
+void thin_vertices(const CurveOptions& spec, CurveWork& work) {
+  const double smooth_mm = spec.hold_mm > 0.0 ? std::min(kSmoothMm, spec.exact_mm()) : kSmoothMm;
   auto& joints = work.joints;
   const auto& pieces = work.pieces;
   const auto dense = [&](std::size_t k) { return k > 0 && k + 1 < joints.size() && joints[k].interpolate; };
@@ -41,13 +42,13 @@ void thin_vertices(CurveWork& work) {
                    &e = pieces[k + 3 * d].start, &p = pieces[k].start;
       const double dx = p.x_mm - (9.0 * (b.x_mm + c.x_mm) - a.x_mm - e.x_mm) / 16.0;
       const double dy = p.y_mm - (9.0 * (b.y_mm + c.y_mm) - a.y_mm - e.y_mm) / 16.0;
-      joints[k].smooth = dx * dx + dy * dy < kSmoothMm * kSmoothMm;
+      joints[k].smooth = dx * dx + dy * dy < smooth_mm * smooth_mm;
     }
   }
 }
 
 void set_marks(const CurveOptions& spec, CurveWork& work) {
-  thin_vertices(work);
+  thin_vertices(spec, work);
   auto& marks = work.marks;
   const CellSizes& sizes = spec.sizes;
   marks.assign(1, {0.0, kNoWish, sizes.growth});

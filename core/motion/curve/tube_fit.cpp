@@ -122,15 +122,27 @@ class PolygonAt {
   std::size_t i_ = 0;
 };
 
+/// True where a chord is so much longer than one beside it that it is no sample interval but a line.
+bool is_line(const std::vector<double>& length, std::size_t i) {
+  constexpr double kLeast_mm = 0.8, kLonger = 4.0;
+  const auto chord = [&](std::size_t k) { return length[k + 1] - length[k]; };
+  const double own = chord(i);
+  return own >= kLeast_mm && ((i > 0 && own >= kLonger * chord(i - 1)) ||
+                              (i + 2 < length.size() && own >= kLonger * chord(i + 1)));
+}
+
 /// Vertices of the line, and places of the polygon between them about half a cell apart. @param kept the
 /// line's vertices among `points`
 void set_places(TubeWork& work, std::span<const Point2> points, const std::vector<std::size_t>& kept,
-                double radius, double between, std::vector<TubePlace>& places) {
+                const TubeOptions& options, double share, std::vector<TubePlace>& places) {
+  const double radius = share * options.radius_mm;
   places.clear();
   PolygonAt polygon(points, work.point_length);
   std::size_t cell = 0;
   for (std::size_t i = 0; i + 1 < work.line.size(); ++i) {
     const double from = work.length[i], to = work.length[i + 1];
+    const bool line = options.hold_lines && is_line(work.length, i);
+    const double between = line ? radius : share * options.between_mm;
     if (i > 0) places.push_back({from, work.line[i], radius});
     double t = from;
     for (;;) {
@@ -299,7 +311,7 @@ void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWo
                std::min(options.largest_mm, total / kLeastCells)},
               total, work.knots);
   const double share = samples ? 1.0 : 1.0 - kBetween;
-  set_places(work, points, work.kept, share * options.radius_mm, share * options.between_mm, work.places);
+  set_places(work, points, work.kept, options, share, work.places);
   if (!samples) narrow(points, options.tolerance_mm, total, work);
   guess_control(work);
   work.control.front() = points.front();

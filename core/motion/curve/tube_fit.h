@@ -80,6 +80,7 @@ struct TubeOptions {
   double between_mm = 0.0;    ///< and between them; the points are thinned where it is the same
   double largest_mm = 5.0;    ///< cell
   double tolerance_mm = 0.0;  ///< inside of which the curve will be moved; 0 = it stays
+  bool hold_lines = false;    ///< chords much longer than those beside them are lines, held like points
 };
 
 /// Fits a path's points between two rests. @param curve without speed limits

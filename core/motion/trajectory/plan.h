@@ -35,6 +35,10 @@ struct PlanOptions {
   CurveRule curve_rule = CurveRule::kFitted;
   double tolerance_mm = 0.0;    ///< > 0: corners may be rolled and curvature ramped within this deviation
   double point_noise_mm = 0.0;  ///< largest rounding of a coordinate of the points, 0 = none
+  /// Without a tolerance: the curve passes every point within its rounding, but for kLeastHold_mm. Otherwise
+  /// it may leave points where curvature jumps and at slight corners, by about curvature_ramp_mm / 10.
+  bool hold_points = false;
+  static constexpr double kLeastHold_mm = 2e-4;
   double slack = 0.0;  ///< certified: work ends where a motion is slower than it might be by about this share
   double tick_s = 0.016;  ///< period of the emitted samples
   double curvature_ramp_mm =
@@ -67,6 +71,8 @@ struct PlanResult {
   ArmConfiguration configuration;         ///< of this path: hand it to the next one as PathInput::preferred
   double continuous_s = 0.0;              ///< duration before rounding up to whole ticks
   double deviation_mm = 0.0;              ///< largest distance of the motion's curve from the path handed in
+  double held_mm = 0.0;                   ///< distance within which the points are held, 0 = they are not
+  double points_off_mm = 0.0;             ///< largest distance of a held point from the curve, in order
   std::size_t stops = 0;                  ///< corners where the motion comes to rest (ends not counted)
   std::vector<std::size_t> stop_samples;  ///< the sample nearest to each stop
   std::vector<TraceSample> trace;         ///< empty unless asked for

@@ -1,0 +1,133 @@
+// Without a tolerance the curve passes every point within its rounding, where that is asked for.
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+#include "core/motion/certified/certified.h"
+#include "tests/core/motion/continuous_checker.h"
+#include "tests/core/motion/held_paths.h"
+#include "tests/core/motion/random_paths.h"
+
+namespace firn::motion {
+namespace {
+
+constexpr Point2 kHeldPart{400.0, 0.0};
+constexpr double kSampledChords_mm = 5e-6;  ///< sagitta of the chords between samples
+
+PlanResult plan_held(const std::vector<Point2>& points, Point2 origin, PlanOptions options,
+                     CertifiedWork& work) {
+  static const auto arm = make_scara(cobra600());
+  PathInput input;
+  input.points = points;
+  input.origin = origin;
+  options.hold_points = true;
+  return plan_certified(input, *arm, cobra600_limits(), options, work);
+}
+
+HeldDistances found_distances(const std::vector<Point2>& points, Point2 origin, const PlanResult& result,
+                              const CertifiedWork& work) {
+  std::vector<Point2> in_base;
+  for (const Point2& p : points) in_base.push_back({p.x_mm + origin.x_mm, p.y_mm + origin.y_mm});
+  return sampled_distances(in_base, work.segments, result.stops + 1);
+}
+
+double largest_ratio(const PlanResult& result, const CertifiedWork& work) {
+  static const MotionLimits limits = cobra600_limits();
+  const double slow = result.trajectory.certificate.duration_s / result.continuous_s;
+  double most = 0.0;
+  for (std::size_t k = 0; k <= result.stops; ++k) {
+    StopSegment segment = work.segments[k];
+    segment.factor *= slow;
+    for (const auto& row :
+         ContinuousChecker(segment, limits, 325.0, 275.0, result.configuration.elbow).ratios(1e-3, 1.0))
+      for (const double r : row) most = std::max(most, r);
+  }
+  return most;
+}
+
+PlanOptions rounded_to(int decimals) {
+  PlanOptions options;
+  options.point_noise_mm = decimals < 9 ? 0.5 * std::pow(10.0, -decimals) : 0.0;
+  return options;
+}
+
+}  // namespace
+
+TEST_CASE("A line into dense samples and slight corners of a polygon are passed within 0.2 um, where asked") {
+  std::vector<Point2> samples{{0.0, 0.0}, {10.0, 0.0}};
+  for (int k = 1; k < 100; ++k) samples.push_back({10.0 + 0.05 * k, 2.5e-5 * k * k});
+  const std::vector<Point2> corners{{0.0, 0.0}, {10.0, 0.0}, {20.0, 0.5}, {30.0, 0.5}};
+  CertifiedWork work;
+  for (const auto& points : {samples, corners}) {
+    const PlanResult result = plan_held(points, kHeldPart, {}, work);
+    CHECK(result.stops == 0);
+    CHECK(result.held_mm == PlanOptions::kLeastHold_mm);
+    CHECK(result.points_off_mm <= result.held_mm);
+    const HeldDistances found = found_distances(points, kHeldPart, result, work);
+    CHECK(found.points_mm <= result.points_off_mm + kSampledChords_mm);
+    CHECK(found.curve_mm <= result.deviation_mm + kSampledChords_mm);
+    CHECK(result.deviation_mm < 4e-4);  // the line and the corners' chords are followed, too
+  }
+}
+
+TEST_CASE(
+    "Held points of 100 random paths are passed within their rounding, as told, and within all limits") {
+  HeldPathMaker maker(7);
+  CertifiedWork work;
+  for (int k = 0; k < 100; ++k) {
+    const HeldPath path = maker.next();
+    const PlanResult result = plan_held(path.points, kHeldPart, rounded_to(path.decimals), work);
+    INFO("path " << k << ", " << path.kind << ", decimals " << path.decimals);
+    CHECK(result.held_mm == Approx(path.decimals == 3 ? 7.0711e-4 : 2e-4));
+    CHECK(result.points_off_mm <= result.held_mm);
+    const HeldDistances found = found_distances(path.points, kHeldPart, result, work);
+    CHECK(found.points_mm <= result.points_off_mm + kSampledChords_mm);
+    CHECK(found.curve_mm <= result.deviation_mm + kSampledChords_mm);
+    CHECK(largest_ratio(result, work) <= 1.0);
+  }
+}
+
+TEST_CASE("Held points with cusps, spikes and steps of nanometres are passed within their rounding") {
+  RandomPathMaker maker(8);
+  CertifiedWork work;
+  for (int k = 0; k < 60; ++k) {
+    const RandomPath path = maker.next();
+    const PlanResult result = plan_held(path.points, {}, {}, work);
+    INFO("path " << k << ", " << path.kind);
+    CHECK(result.points_off_mm <= result.held_mm);
+    CHECK(found_distances(path.points, {}, result, work).points_mm <=
+          result.points_off_mm + kSampledChords_mm);
+    CHECK(largest_ratio(result, work) <= 1.0);
+  }
+}
+
+TEST_CASE("The slow tier holds points, too, and is not slower") {
+  HeldPathMaker maker(9);
+  CertifiedWork work;
+  for (int k = 0; k < 6; ++k) {
+    const HeldPath path = maker.next();
+    PlanOptions options = rounded_to(path.decimals);
+    const double fast = plan_held(path.points, kHeldPart, options, work).continuous_s;
+    options.method = Method::kOptimal;
+    const PlanResult result = plan_held(path.points, kHeldPart, options, work);
+    INFO("path " << k << ", " << path.kind << ", decimals " << path.decimals);
+    CHECK(result.points_off_mm <= result.held_mm);
+    CHECK(found_distances(path.points, kHeldPart, result, work).points_mm <=
+          result.points_off_mm + kSampledChords_mm);
+    CHECK(result.continuous_s < 1.001 * fast);
+  }
+}
+
+TEST_CASE("A corner whose point is held is a stop, or is passed within the rounding") {
+  CertifiedWork work;
+  for (const double turn : {0.3, 0.5, 0.55, 1.5, 3.0}) {
+    const std::vector<Point2> points{
+        {0.0, 0.0}, {20.0, 0.0}, {20.0 + 15.0 * std::cos(turn), 15.0 * std::sin(turn)}};
+    const PlanResult result = plan_held(points, kHeldPart, rounded_to(3), work);
+    INFO("turn " << turn);
+    CHECK(result.stops == (turn > 0.53 ? 1 : 0));
+    CHECK(result.deviation_mm <= result.held_mm);
+  }
+}
+
+}  // namespace firn::motion
