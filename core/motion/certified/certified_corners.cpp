@@ -71,7 +71,7 @@ bool free_form(const CleanPath& path, std::size_t from, std::size_t to, const Ce
                CertifiedWork& work) {
   constexpr double kMeantShare = 0.5;
   const PlanOptions& options = task.options;
-  const double noise = options.point_noise_mm;
+  const double noise = std::max(options.point_noise_mm, 0.5 * hold_mm(options));
   if (options.curve_rule == CurveRule::kRamped || !path.yaw_rad.empty() || to - from < kLeastFreeChords)
     return false;
   if (!(options.tolerance_mm > 0.0)) {
@@ -140,7 +140,12 @@ void plan_between(const CleanPath& path, std::size_t from, std::size_t to, const
                 work, segment);
   };
   plan_shape(free ? Shape::kFitted : Shape::kRamped, kNever_s, out);
-  if (free && !holds(out, options)) plan_shape(Shape::kRamped, kNever_s, out);
+  if (free && hold_mm(options) > 0.0 && (options.point_noise_mm == 0.0 || !holds(out, options))) {
+    StopSegment& other = work.other_shape;
+    plan_shape(Shape::kRamped, kNever_s, other);
+    const bool other_holds = holds(other, options), out_holds = holds(out, options);
+    if (other_holds != out_holds ? other_holds : other.duration_s() < out.duration_s()) std::swap(other, out);
+  }
   if (!(options.tolerance_mm > 0.0) || !path.yaw_rad.empty()) return prove(task, work, out);
   const bool inside = out.deviation_mm <= options.tolerance_mm;
   if (inside &&
