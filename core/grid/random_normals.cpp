@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstring>
 
 #include "core/grid/avx2.h"
 
@@ -16,20 +17,23 @@ namespace {
 
 constexpr std::size_t kLanes = 4, kBlocks = 4, kAtOnce = kLanes * kBlocks;
 
-// The operations of philox4x32() and of the middle of random_normal(), on kAtOnce cells; p are the uniform
-// numbers.
-__attribute__((target("avx2"))) void draw(const DrawKey& key, double* p, double* normal) {
+/// kAtOnce outputs of philox4x32(), word k of each in the low halves of c[k].
+struct Blocks {
+  __m256i c[4][kBlocks];
+};
+
+__attribute__((target("avx2"))) void draw_blocks(const PhiloxBlock& first, std::uint32_t k0, std::uint32_t k1,
+                                                 Blocks& out) {
   const __m256i m0 = _mm256_set1_epi64x(0xD2511F53), m1 = _mm256_set1_epi64x(0xCD9E8D57),
                 low = _mm256_set1_epi64x(0xffffffff);
-  __m256i c0[kBlocks], c1[kBlocks], c2[kBlocks], c3[kBlocks];
+  auto& [c0, c1, c2, c3] = out.c;
   for (std::size_t b = 0; b < kBlocks; ++b) {
-    const std::uint32_t n = key.cell + std::uint32_t(kLanes * b);
+    const std::uint32_t n = first[0] + std::uint32_t(kLanes * b);
     c0[b] = _mm256_set_epi64x(n + 3, n + 2, n + 1, n);
-    c1[b] = _mm256_set1_epi64x(key.attempt);
-    c2[b] = _mm256_set1_epi64x(key.layer);
-    c3[b] = _mm256_set1_epi64x(std::int64_t(key.purpose));
+    c1[b] = _mm256_set1_epi64x(first[1]);
+    c2[b] = _mm256_set1_epi64x(first[2]);
+    c3[b] = _mm256_set1_epi64x(first[3]);
   }
-  std::uint32_t k0 = std::uint32_t(key.seed), k1 = std::uint32_t(key.seed >> 32);
   for (int round = 0; round < 10; ++round) {
     const __m256i key0 = _mm256_set1_epi64x(k0), key1 = _mm256_set1_epi64x(k1);
     for (std::size_t b = 0; b < kBlocks; ++b) {
@@ -42,6 +46,14 @@ __attribute__((target("avx2"))) void draw(const DrawKey& key, double* p, double*
     k0 += 0x9E3779B9u;
     k1 += 0xBB67AE85u;
   }
+}
+
+// The middle of random_normal(), on kAtOnce cells; p are the uniform numbers.
+__attribute__((target("avx2"))) void draw(const DrawKey& key, double* p, double* normal) {
+  Blocks drawn;
+  draw_blocks({key.cell, key.attempt, key.layer, std::uint32_t(key.purpose)}, std::uint32_t(key.seed),
+              std::uint32_t(key.seed >> 32), drawn);
+  const auto& [c0, c1, c2, c3] = drawn.c;
   for (std::size_t b = 0; b < kBlocks; ++b) {
     // 52 bits as the fraction of a number in [2^52, 2^53), from which 2^52 is taken off: exact.
     const __m256i bits =
@@ -90,6 +102,27 @@ void random_normals(const DrawKey& first, std::span<double> out) {
   for (DrawKey key = first; done < out.size(); ++done) {
     key.cell = first.cell + std::uint32_t(done);
     out[done] = random_normal(key);
+  }
+}
+
+void philox_blocks(const PhiloxBlock& first, const std::array<std::uint32_t, 2>& key,
+                   std::span<PhiloxBlock> out) {
+  PhiloxBlock counter = first;
+  std::size_t done = 0;
+#ifdef __x86_64__
+  for (; has_avx2() && done + kAtOnce <= out.size(); done += kAtOnce) {
+    counter[0] = first[0] + std::uint32_t(done);
+    Blocks drawn;
+    draw_blocks(counter, key[0], key[1], drawn);
+    std::uint64_t words[4][kAtOnce];
+    std::memcpy(words, drawn.c, sizeof words);
+    for (std::size_t n = 0; n < kAtOnce; ++n)
+      for (std::size_t k = 0; k < 4; ++k) out[done + n][k] = std::uint32_t(words[k][n]);
+  }
+#endif
+  for (; done < out.size(); ++done) {
+    counter[0] = first[0] + std::uint32_t(done);
+    out[done] = philox4x32(counter, key);
   }
 }
 

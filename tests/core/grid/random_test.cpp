@@ -99,3 +99,17 @@ TEST_CASE("Many normal numbers at once are those drawn one by one, to the last b
     CHECK(same);
   }
 }
+
+TEST_CASE("Many Philox blocks at once are those computed one by one") {
+  for (const std::size_t count : {0, 1, 15, 16, 17, 203}) {
+    const PhiloxBlock first{0xfffffff9u, 3, 0xffffffffu, 7};
+    const std::array<std::uint32_t, 2> key{0x12345678u, 0xfedcba98u};
+    std::vector<PhiloxBlock> many(count);
+    philox_blocks(first, key, many);
+    bool same = true;
+    for (std::size_t n = 0; n < count; ++n)
+      same = same && many[n] == philox4x32({first[0] + std::uint32_t(n), first[1], first[2], first[3]}, key);
+    INFO(count << " blocks");
+    CHECK(same);
+  }
+}
