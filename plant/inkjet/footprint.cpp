@@ -5,10 +5,19 @@ namespace {
 
 #define FIRN_INLINE [[gnu::always_inline]] inline
 
+constexpr double kWall_mm = 1e9;
+
 /// Working arrays of one footprint, rows of kWidth cells.
 template <int kWidth>
 struct Work {
-  double weight[kWidth][kWidth], other[kWidth][kWidth], net[kWidth][kWidth];
+  double weight[kWidth][kWidth], other[kWidth][kWidth];
+};
+
+/// The same between walls, which give nothing and take nothing.
+template <int kWidth>
+struct Walled {
+  static constexpr int kMargin = 4;  // columns before the first cell and after the last
+  double z[kWidth][kWidth + 2 * kMargin], give[kWidth][kWidth + 2 * kMargin];
 };
 
 /// Weights of the footprint: cap and film are paraboloids 1 - (r/R)^2, each normalised by its own sum; then
@@ -81,43 +90,67 @@ FIRN_INLINE void spread(const FieldWindow& w, Work<kWidth>& work, const DropletP
     for (int a = 0; a < w.nx; ++a) w.liquid[b * w.stride + a] += depth * work.weight[b][a];
 }
 
-/// One levelling step: fluxes from the old heights, then all exchanges, so that the result does not depend on
-/// the order of cells. run_share <= 1/4 keeps every cell's liquid >= 0.
+/// Flow from a cell to its neighbour in one step, at most the liquid that either gives.
+FIRN_INLINE double flow(double rate, double from_z, double to_z, double from_gives, double to_gives) {
+  double q = rate * (from_z - to_z);
+  q = q < from_gives ? q : from_gives;
+  return q > -to_gives ? q : -to_gives;
+}
+
+/// One levelling step: flows from the old heights, then all exchanges, so that the result does not depend on
+/// the order of cells. run_share <= 1/4 keeps every cell's liquid >= 0. Cells beside the window are walls.
 template <int kWidth>
-FIRN_INLINE void level(const FieldWindow& w, Work<kWidth>& work, double rate, double run_share) {
-  auto& z = work.weight;
-  auto& give = work.other;
-  auto& net = work.net;
-  for (int b = 0; b < w.ny; ++b)
+FIRN_INLINE void level(const FieldWindow& w, Walled<kWidth>& work, double rate, double run_share) {
+  constexpr int kLeft = Walled<kWidth>::kMargin;
+  const int whole = (w.nx + 3) / 4 * 4;
+  for (int b = 0; b < w.ny; ++b) {
+    double* z = work.z[b] + kLeft;
+    double* give = work.give[b] + kLeft;
+    const double* solid = w.solid + b * w.stride;
+    const double* liquid = w.liquid + b * w.stride;
     for (int a = 0; a < w.nx; ++a) {
-      const double wet = w.liquid[b * w.stride + a];
-      z[b][a] = w.solid[b * w.stride + a] + wet;
-      give[b][a] = run_share * wet;
-      net[b][a] = 0.0;
+      z[a] = solid[a] + liquid[a];
+      give[a] = run_share * liquid[a];
     }
-  double flux[kWidth];
-  const auto exchange = [&](int n, const double* za, const double* zb, const double* ga, const double* gb,
-                            double* from, double* to) {
-    for (int a = 0; a < n; ++a) {
-      double q = rate * (za[a] - zb[a]);
-      q = q < ga[a] ? q : ga[a];
-      flux[a] = q > -gb[a] ? q : -gb[a];
+    for (int a = w.nx; a <= whole; ++a) {
+      z[a] = kWall_mm;
+      give[a] = 0.0;
     }
-    for (int a = 0; a < n; ++a) from[a] -= flux[a];
-    for (int a = 0; a < n; ++a) to[a] += flux[a];
-  };
-  for (int b = 0; b < w.ny; ++b) exchange(w.nx - 1, z[b], z[b] + 1, give[b], give[b] + 1, net[b], net[b] + 1);
-  for (int b = 0; b + 1 < w.ny; ++b) exchange(w.nx, z[b], z[b + 1], give[b], give[b + 1], net[b], net[b + 1]);
-  for (int b = 0; b < w.ny; ++b)
-    for (int a = 0; a < w.nx; ++a) w.liquid[b * w.stride + a] += net[b][a];
+    z[-1] = kWall_mm;
+    give[-1] = 0.0;
+  }
+  double from_below[kWidth] = {}, net[kWidth];
+  for (int b = 0; b < w.ny; ++b) {
+    const double* z = work.z[b] + kLeft;
+    const double* give = work.give[b] + kLeft;
+    // Left and right are computed for either cell: sums over shifted columns would wait for their stores.
+    for (int a = 0; a < whole; ++a) {
+      net[a] = 0.0 - flow(rate, z[a], z[a + 1], give[a], give[a + 1]);
+      net[a] += flow(rate, z[a - 1], z[a], give[a - 1], give[a]);
+      net[a] += from_below[a];
+    }
+    if (b + 1 < w.ny) {
+      const double* above = work.z[b + 1] + kLeft;
+      const double* above_gives = work.give[b + 1] + kLeft;
+      for (int a = 0; a < whole; ++a) {
+        from_below[a] = flow(rate, z[a], above[a], give[a], above_gives[a]);
+        net[a] -= from_below[a];
+      }
+    }
+    double* liquid = w.liquid + b * w.stride;
+    for (int a = 0; a < w.nx; ++a) liquid[a] += net[a];
+  }
 }
 
 template <int kWidth>
 FIRN_INLINE void land_in(const FieldWindow& w, const DropletParams& p, double depth_cells, double u, double v,
                          double dx, double dy) {
-  Work<kWidth> work;
+  union {  // one after the other
+    Work<kWidth> work;
+    Walled<kWidth> walled;
+  };
   spread(w, work, p, depth_cells, u, v, dx, dy);
-  for (int n = 0; n < p.levelling_steps; ++n) level(w, work, p.levelling, p.run_share);
+  for (int n = 0; n < p.levelling_steps; ++n) level(w, walled, p.levelling, p.run_share);
 }
 
 FIRN_INLINE void land_body(const FieldWindow& w, const DropletParams& p, double depth_cells, double u,

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include "core/grid/avx2.h"
 #include "core/grid/random.h"
+#include "core/grid/random_normals.h"
 
 namespace firn::plant {
 namespace {
@@ -27,7 +29,7 @@ class NormalTable {
   }
   double operator()(std::uint32_t bits) const {
     const std::uint32_t n = bits >> 20;
-    const double rest = double(bits & 0xfffff) * 0x1p-20;
+    const double rest = double(int(bits & 0xfffff)) * 0x1p-20;
     return value_[n] + rest * (value_[n + 1] - value_[n]);
   }
 
@@ -62,49 +64,119 @@ std::vector<double> row_under_spot(const Field& f, double y_mm, double spot_mm) 
   return line;
 }
 
+#define FIRN_INLINE [[gnu::always_inline]] inline
+
+constexpr std::size_t kAtOnce = 128;  // points
+
+/// Row of the fine field seen through the spot, and where a point lies on it.
+struct SeenRow {
+  const double* line;
+  double x0_mm, dx_mm, left_mm, per_cell, quarter, low_end, high_end;
+  bool steps;
+};
+
+FIRN_INLINE double held_within(double u, double low, double high) {
+  const double v = u < low ? low : u;
+  return high < v ? high : v;
+}
+FIRN_INLINE int floor_of(double u) { return int(u + kPad) - kPad; }
+
+/// Heights and slopes of points [first, first + kAtOnce). Two Gauss points represent the spot.
+template <bool kSteps>
+FIRN_INLINE void see(const SeenRow& row, std::size_t first, double* z, double* slope) {
+  const double half_slope = 0.5 * row.per_cell;
+  for (std::size_t n = 0; n < kAtOnce; ++n) {
+    const double u = (row.x0_mm + double(int(first + n)) * row.dx_mm - row.left_mm) * row.per_cell;
+    if constexpr (kSteps) {
+      z[n] = row.line[floor_of(held_within(u, row.low_end, row.high_end)) + kPad];
+      slope[n] = 0.0;
+    } else {
+      const double a = held_within(u - row.quarter - 0.5, row.low_end, row.high_end),
+                   b = held_within(u + row.quarter - 0.5, row.low_end, row.high_end);
+      const int i = floor_of(a), j = floor_of(b);
+      const double low_a = row.line[i + kPad], step_a = row.line[i + kPad + 1] - low_a;
+      const double low_b = row.line[j + kPad], step_b = row.line[j + kPad + 1] - low_b;
+      z[n] = 0.0 + 0.5 * (low_a + (a - i) * step_a) + 0.5 * (low_b + (b - j) * step_b);
+      slope[n] = 0.0 + half_slope * step_a + half_slope * step_b;
+    }
+  }
+}
+
+/// Random words of kAtOnce points, and their heights as read.
+struct Draws {
+  std::array<PhiloxBlock, kAtOnce / 4> noise;
+  std::array<PhiloxBlock, kAtOnce / 8> gap;
+};
+FIRN_INLINE void read_points(const SeenRow& row, const SensorParams& p, double offset, double middle_mm,
+                             std::size_t first, const Draws& draws, double* z_mm) {
+  double z[kAtOnce], slope[kAtOnce], noise[kAtOnce], draw[kAtOnce];
+  if (row.steps)
+    see<true>(row, first, z, slope);
+  else
+    see<false>(row, first, z, slope);
+  const NormalTable& normal = normal_table();
+  for (std::size_t n = 0; n < kAtOnce; ++n) noise[n] = normal(draws.noise[n / 4][n % 4]);
+  for (std::size_t n = 0; n < kAtOnce; n += 2) {  // two points a word
+    const std::uint32_t word = draws.gap[n / 8][n % 8 / 2];
+    draw[n] = (int(word & 0xffffu) + 0.5) * 0x1p-16;
+    draw[n + 1] = (int(word >> 16) + 0.5) * 0x1p-16;
+  }
+  for (std::size_t n = 0; n < kAtOnce; ++n) {
+    const double steep = std::abs(slope[n]) - p.dropout_slope_from;
+    const double dropout = p.dropout_floor + p.dropout_per_slope * (0.0 < steep ? steep : 0.0);
+    const double read = z[n] + offset +
+                        p.tilt * (row.x0_mm + double(int(first + n)) * row.dx_mm - middle_mm) +
+                        p.noise_mm * noise[n];
+    z_mm[n] = draw[n] < dropout ? std::numeric_limits<double>::quiet_NaN() : read;
+  }
+}
+
+using ReadPoints = void (*)(const SeenRow&, const SensorParams&, double, double, std::size_t, const Draws&,
+                            double*);
+void read_portable(const SeenRow& row, const SensorParams& p, double offset, double middle_mm,
+                   std::size_t first, const Draws& draws, double* z_mm) {
+  read_points(row, p, offset, middle_mm, first, draws, z_mm);
+}
+#ifdef __x86_64__
+__attribute__((target("avx2"))) void read_avx2(const SeenRow& row, const SensorParams& p, double offset,
+                                               double middle_mm, std::size_t first, const Draws& draws,
+                                               double* z_mm) {
+  read_points(row, p, offset, middle_mm, first, draws, z_mm);
+}
+#endif
+
+ReadPoints reader_of_points() {
+#ifdef __x86_64__
+  if (has_avx2()) return &read_avx2;
+#endif
+  return &read_portable;
+}
+
 }  // namespace
 
 void measure_profile(const Field& f, const SensorParams& p, ProfileKey key, double y_mm, double x0_mm,
                      double dx_mm, std::span<double> z_mm) {
   const std::vector<double> line = row_under_spot(f, y_mm, p.spot_y_mm);
-  const NormalTable& normal = normal_table();
-  const bool steps = f.fine_cells() == 1;
   const std::array<std::uint32_t, 2> seed{std::uint32_t(key.seed), std::uint32_t(key.seed >> 32)};
-  const auto block = [&](Purpose purpose, std::size_t n) {
-    return philox4x32({std::uint32_t(n), key.trigger, key.layer, std::uint32_t(purpose)}, seed);
+  const auto counter = [&](Purpose purpose, std::size_t n) {
+    return PhiloxBlock{std::uint32_t(n), key.trigger, key.layer, std::uint32_t(purpose)};
   };
   const double offset = p.offset_noise_mm > 0.0
-                            ? p.offset_noise_mm * normal(block(Purpose::kSensorNoise, 0xffffffffu)[0])
+                            ? p.offset_noise_mm * normal_table()(philox4x32(
+                                                      counter(Purpose::kSensorNoise, 0xffffffffu), seed)[0])
                             : 0.0;
-  const double per_cell = 1.0 / f.dx_mm(), half_slope = 0.5 * per_cell;
-  const double quarter =
-      p.spot_x_mm / (2.0 * std::sqrt(3.0)) * per_cell;  // two Gauss points represent the spot
-  const double low_end = -2.0, high_end = f.width() + 2.0;
-  const double middle_mm = f.left_mm() + 0.5 * f.width() * f.dx_mm();
-  const auto floor_of = [](double u) { return int(u + kPad) - kPad; };
-  PhiloxBlock noise{}, gap{};
-  for (std::size_t n = 0; n < z_mm.size(); ++n) {
-    if (n % 4 == 0) noise = block(Purpose::kSensorNoise, n / 4);
-    if (n % 8 == 0) gap = block(Purpose::kDropout, n / 8);
-    const double u = (x0_mm + double(n) * dx_mm - f.left_mm()) * per_cell;  // in fine cells
-    double z = 0.0, slope = 0.0;
-    if (steps) {
-      z = line[std::size_t(floor_of(std::clamp(u, low_end, high_end)) + kPad)];
-    } else {
-      for (const double at : {u - quarter - 0.5, u + quarter - 0.5}) {
-        const double held = std::clamp(at, low_end, high_end);
-        const int cell = floor_of(held);
-        const double low = line[std::size_t(cell + kPad)], step = line[std::size_t(cell + kPad + 1)] - low;
-        z += 0.5 * (low + (held - cell) * step);
-        slope += half_slope * step;
-      }
-    }
-    const double dropout =
-        p.dropout_floor + p.dropout_per_slope * std::max(0.0, std::abs(slope) - p.dropout_slope_from);
-    const double draw = ((gap[n % 8 / 2] >> 16 * (n % 2) & 0xffffu) + 0.5) * 0x1p-16;
-    z_mm[n] = draw < dropout ? std::numeric_limits<double>::quiet_NaN()
-                             : z + offset + p.tilt * (x0_mm + double(n) * dx_mm - middle_mm) +
-                                   p.noise_mm * normal(noise[n % 4]);
+  const double per_cell = 1.0 / f.dx_mm(), middle_mm = f.left_mm() + 0.5 * f.width() * f.dx_mm();
+  const SeenRow row{line.data(), x0_mm,           dx_mm,
+                    f.left_mm(), per_cell,        p.spot_x_mm / (2.0 * std::sqrt(3.0)) * per_cell,
+                    -2.0,        f.width() + 2.0, f.fine_cells() == 1};
+  const ReadPoints read = reader_of_points();
+  Draws draws;
+  double z[kAtOnce];
+  for (std::size_t first = 0; first < z_mm.size(); first += kAtOnce) {
+    philox_blocks(counter(Purpose::kSensorNoise, first / 4), seed, draws.noise);
+    philox_blocks(counter(Purpose::kDropout, first / 8), seed, draws.gap);
+    read(row, p, offset, middle_mm, first, draws, z);
+    std::copy_n(z, std::min(kAtOnce, z_mm.size() - first), z_mm.begin() + std::ptrdiff_t(first));
   }
 }
 

@@ -15,11 +15,10 @@ namespace firn::plant {
 namespace {
 
 std::size_t port_of(const WorldLab& lab, std::string_view name) {
-  std::string known;
-  for (std::size_t n = 0; n < lab.ports().size(); ++n) {
+  for (std::size_t n = 0; n < lab.ports().size(); ++n)
     if (lab.ports()[n] == name) return n;
-    known += (n == 0 ? "" : " ") + std::string(lab.ports()[n]);
-  }
+  std::string known;
+  for (const std::string_view port : lab.ports()) known += (known.empty() ? "" : " ") + std::string(port);
   throw std::invalid_argument("world: unknown port \"" + std::string(name) + "\"; known: " + known);
 }
 
