@@ -53,8 +53,11 @@ class SurfaceMap {
 
  private:
   double noise_of_one_sample() const;
+  const std::vector<int>& columns(double x0_mm, double dx_mm, std::size_t count);
 
   GridSpec grid_;
+  double x0_mm_ = 0.0, dx_mm_ = 0.0;  // of columns_
+  std::vector<int> columns_;          // of each sample of a row, -1 off the grid; one scan's rows are alike
   std::vector<std::vector<float>> samples_;  // per cell
   std::vector<float> differences_;           // |z[n + 1] - z[n]| of every fourth pair of valid samples
 };

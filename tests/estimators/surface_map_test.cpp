@@ -70,6 +70,29 @@ TEST_CASE("The estimate does not depend on the order of the rows, to the last bi
   CHECK(a.noise_std_mm == b.noise_std_mm);
 }
 
+TEST_CASE("A cell of any number of samples, many of them equal, has the median and the mean of its inliers") {
+  const GridSpec one{1, 1, 1.0, 1.0, 0.0, 0.0};
+  RandomStream random(3, Purpose::kTest);
+  for (std::size_t count = 1; count < 100; ++count) {
+    std::vector<float> z;
+    for (std::size_t n = 0; n < count; ++n) z.push_back(0.001f * float(int(random.below(9)) - 4));
+    SurfaceMap map(one);
+    map.add_row(0.0, -0.49, 0.98 / double(count), z);
+    std::sort(z.begin(), z.end());
+    const double median = 0.5 * (double(z[(count - 1) / 2]) + double(z[count / 2]));
+    const double reach = std::max(1e-3, 4.0 * 0.7413 * (double(z[3 * count / 4]) - double(z[count / 4])));
+    double sum = 0.0, inliers = 0.0;
+    for (const float v : z) {
+      if (double(v) < median - reach || double(v) > median + reach) continue;
+      sum += double(v);
+      inliers += 1.0;
+    }
+    INFO(count << " samples");
+    CHECK(map.estimate({CellStatistic::kMedian}).height.cells[0] == median);
+    CHECK(map.estimate({CellStatistic::kInlierMean}).height.cells[0] == sum / inliers);
+  }
+}
+
 TEST_CASE("Noise of a cell is the noise of a sample over the root of their number") {
   const SurfaceEstimate e = map_of(kGrid, scan(
                                               kGrid, [](double, double) { return 0.2; }, 0.001));
