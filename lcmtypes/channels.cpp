@@ -3,6 +3,7 @@
 #include <deque>
 #include <stdexcept>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "lcmtypes/channel_rows.h"
@@ -31,6 +32,7 @@ std::string channel_name(std::string_view prefix, std::string_view node) {
 struct Table {
   std::deque<std::string> names;  // stable addresses for the string_views below
   std::vector<ChannelInfo> rows;
+  std::unordered_map<std::string_view, const ChannelInfo*> row_of;
 
   Table() {
     rows.assign(shared_channels().begin(), shared_channels().end());
@@ -41,6 +43,7 @@ struct Table {
           rows.push_back({names.back(), f.type, n.id, f.delivery, f.rate_hz, f.queue, f.logged, f.meaning,
                           f.nodes_may_read});
         }
+    for (const ChannelInfo& c : rows) row_of.emplace(c.name, &c);
   }
 };
 
@@ -70,9 +73,8 @@ const NodeInfo* find_node(std::string_view name) {
 std::span<const ChannelInfo> channel_table() { return table().rows; }
 
 const ChannelInfo* find_channel(std::string_view name) {
-  for (const ChannelInfo& c : table().rows)
-    if (c.name == name) return &c;
-  return nullptr;
+  const auto found = table().row_of.find(name);
+  return found == table().row_of.end() ? nullptr : found->second;
 }
 
 namespace channels {

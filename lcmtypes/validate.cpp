@@ -128,12 +128,29 @@ bool any_outside(const std::byte* p, std::size_t n, float high) {
   return bad != 0;
 }
 
+// The same of doubles; without nan_ok, NaN lies outside.
+bool any_double_outside(const std::byte* p, std::size_t n, double high, bool nan_ok) {
+  const std::uint64_t top = std::bit_cast<std::uint64_t>(high), infinite = 0x7ff0000000000000u;
+  const std::uint64_t most = nan_ok ? infinite : ~std::uint64_t(0);
+  std::uint64_t bad = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    std::uint64_t x;
+    std::memcpy(&x, p + 8 * i, 8);
+    x = __builtin_bswap64(x) & 0x7fffffffffffffffu;
+    bad |= std::uint64_t(x > top) & std::uint64_t(x <= most);
+  }
+  return bad != 0;
+}
+
 // First element outside the limit, or n.
 std::size_t first_outside(const Check& c, const std::byte* p, std::size_t n) {
   const std::size_t size = kSizes[std::size_t(c.kind)];
   if (n > 1) {
     const Limit& l = c.limit;
     if (c.kind == Kind::kInt8 && l.low == 0 && l.high <= 127 && !any_outside(p, n, unsigned(l.high)))
+      return n;
+    if (c.kind == Kind::kDouble && l.low == -l.high && !l.above_low &&
+        !any_double_outside(p, n, l.high, l.nan_ok))
       return n;
     if (c.kind == Kind::kFloat && l.nan_ok && l.low == -l.high && !any_outside(p, n, float(l.high))) return n;
   }

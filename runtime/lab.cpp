@@ -1,13 +1,22 @@
 #include "runtime/lab.h"
 
 #include <algorithm>
+#include <functional>
 
 namespace firn {
+namespace {
+
+std::size_t place_of(const ChannelInfo& channel) { return std::size_t(&channel - channel_table().data()); }
+
+}  // namespace
 
 void Lab::add(NodeHost* host) {
   const int node = int(hosts_.size());
   hosts_.push_back(host);
   armed_.push_back(host->next_timer());
+  readers_.resize(channel_table().size());
+  for (const std::string_view channel : host->channels())
+    readers_[place_of(*find_channel(channel))].push_back(node);
   std::uint32_t port = 0;
   for (std::string& name : host->ports()) ports_.push_back({std::move(name), node, port++, false});
 }
@@ -59,7 +68,7 @@ bool Lab::step(Time limit) {
       timer = *armed;
     }
   Time next = world;
-  if (!queue_.empty()) next = std::min(next, queue_.top().at);
+  if (!queue_.empty()) next = std::min(next, queue_.front().at);
   if (timer_node >= 0) next = std::min(next, std::max(timer.at, now_));
   if (next == Time::never()) return false;
   if (next > limit) {
@@ -71,10 +80,11 @@ bool Lab::step(Time limit) {
     run_world();
     return true;
   }
-  const bool queue_due = !queue_.empty() && queue_.top().at <= now_;
-  if (queue_due && (timer_node < 0 || timer.at > now_ || queue_.top().node <= timer_node)) {
-    const Pending p = queue_.top();
-    queue_.pop();
+  const bool queue_due = !queue_.empty() && queue_.front().at <= now_;
+  if (queue_due && (timer_node < 0 || timer.at > now_ || queue_.front().node <= timer_node)) {
+    std::ranges::pop_heap(queue_, std::greater{});
+    const Pending p = std::move(queue_.back());
+    queue_.pop_back();
     Event e;
     e.kind = p.kind;
     e.now = now_;
@@ -143,17 +153,19 @@ void Lab::carry_out(int node, const Outbox& outbox) {
 
 void Lab::deliver(std::string_view channel, std::span<const std::byte> bytes) {
   if (tap_) tap_(channel, bytes, now_);
-  std::shared_ptr<const std::vector<std::byte>> shared;
-  for (int n = 0; n < int(hosts_.size()); ++n) {
-    if (!hosts_[std::size_t(n)]->subscribes(channel)) continue;
-    if (!shared) shared = std::make_shared<const std::vector<std::byte>>(bytes.begin(), bytes.end());
-    push({now_, n, 0, EventKind::kMessage, 0, LinkState::kClosed, find_channel(channel)->name, shared});
-  }
+  const ChannelInfo* row = find_channel(channel);
+  if (!row || readers_.empty()) return;
+  const std::vector<int>& readers = readers_[place_of(*row)];
+  if (readers.empty()) return;
+  const auto shared = std::make_shared<const std::vector<std::byte>>(bytes.begin(), bytes.end());
+  for (const int n : readers)
+    push({now_, n, 0, EventKind::kMessage, 0, LinkState::kClosed, row->name, shared});
 }
 
 void Lab::push(Pending p) {
   p.seq = ++seq_;
-  queue_.push(std::move(p));
+  queue_.push_back(std::move(p));
+  std::ranges::push_heap(queue_, std::greater{});
 }
 
 void Lab::run_world() {

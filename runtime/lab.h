@@ -6,7 +6,6 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <queue>
 #include <span>
 #include <string>
 #include <string_view>
@@ -92,7 +91,8 @@ class Lab {
   std::vector<NodeHost*> hosts_;
   std::vector<std::optional<NodeHost::Armed>> armed_;  ///< of each host, its next timer as of its last step
   std::vector<PortOwner> ports_;
-  std::priority_queue<Pending, std::vector<Pending>, std::greater<>> queue_;
+  std::vector<std::vector<int>> readers_;  ///< of each row of channel_table(), nodes in their order
+  std::vector<Pending> queue_;             ///< a heap, the next event first
   Time now_;
   std::uint64_t seq_ = 0;
   std::uint64_t steps_ = 0;

@@ -18,6 +18,13 @@ NodeHost::NodeHost(NodeId id, std::unique_ptr<Node> node, std::int64_t run_id, W
     s.channel = row;
     s.routes.push_back(&r);
   }
+  by_row_.resize(channel_table().size());
+  for (const auto& [_, s] : routes_) by_row_[std::size_t(s.channel - channel_table().data())] = &s;
+}
+
+const NodeHost::Subscription* NodeHost::subscription(std::string_view channel) const {
+  const ChannelInfo* row = find_channel(channel);
+  return row ? by_row_[std::size_t(row - channel_table().data())] : nullptr;
 }
 
 std::vector<std::string_view> NodeHost::channels() const {
@@ -83,10 +90,10 @@ void NodeHost::run_handler(const Event& e) {
                         outbox_);
       break;
     case EventKind::kMessage: {
-      const auto it = routes_.find(e.channel);
-      if (it == routes_.end()) return;
-      if (const auto why = validate(*it->second.channel, e.bytes)) return refuse(*why);
-      for (const Node::Route* route : it->second.routes)
+      const Subscription* read = subscription(e.channel);
+      if (!read) return;
+      if (const auto why = validate(*read->channel, e.bytes)) return refuse(*why);
+      for (const Node::Route* route : read->routes)
         if (!route->deliver(e.bytes, e.now, outbox_))
           return refuse(std::string(e.channel) + ": does not decode");
       break;

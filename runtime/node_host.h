@@ -28,7 +28,7 @@ class NodeHost {
   /// there.
   const Outbox& replay_step(const Event& event);
 
-  bool subscribes(std::string_view channel) const { return routes_.count(channel) != 0; }
+  bool subscribes(std::string_view channel) const { return subscription(channel) != nullptr; }
   std::vector<std::string_view> channels() const;
   std::vector<std::string> ports() const { return node_->ports(); }
   bool writes_need_lease() const { return node_->writes_need_lease(); }
@@ -68,7 +68,10 @@ class NodeHost {
     const ChannelInfo* channel = nullptr;
     std::vector<const Node::Route*> routes;
   };
+  const Subscription* subscription(std::string_view channel) const;
+
   std::map<std::string_view, Subscription> routes_;
+  std::vector<const Subscription*> by_row_;  ///< of each row of channel_table(); null: not subscribed
   Outbox outbox_;
   WalSink* sink_;
   std::map<std::uint32_t, Time> timers_;
