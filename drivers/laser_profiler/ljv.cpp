@@ -132,11 +132,10 @@ bool parse_profile(std::span<const std::byte> frame, RawProfile& out, int k) {
   };
   // Two points fill five bytes.
   std::size_t n = 0;
-  for (const std::byte* five = samples.data(); n + 1 < points; n += 2, five += 5) {
-    std::uint64_t bits = 0;
-    for (int b = 4; b >= 0; --b) bits = bits << 8 | std::uint64_t(five[b]);
-    put(n, signed20(std::uint32_t(bits)));
-    put(n + 1, signed20(std::uint32_t(bits >> 20)));
+  for (std::size_t five = 0; n + 1 < points; n += 2, five += 5) {
+    const std::uint32_t low = u32(samples, five), high = std::uint32_t(samples[five + 4]);
+    put(n, signed20(low));
+    put(n + 1, signed20(low >> 20 | high << 12));
   }
   if (n < points) put(n, sample20(samples, n));
   out.points = std::int32_t(points);
