@@ -27,17 +27,16 @@ constexpr int kSearchDraws = 6, kProfileDraws = 2, kPromiseSeeds = 2;
 constexpr int kBatch = 2;
 constexpr double kLeaves = 1.6, kNotWorth = 0.01;
 constexpr double kUsualScatter = 0.05, kUsualWeight = 2.0;
-// Draws of the promise: first so many, the others where a standard error or two decide.
-constexpr int kFirstDraws = 8, kMayStop = 2;
-constexpr double kDecided = 5.0;
+// Draws of the promise: first so many, then more where a standard error or two decide.
+constexpr int kFirstDraws = 8, kMoreDraws = 4, kMayStop = 2;
+constexpr double kDecided = 3.0;
 constexpr std::uint32_t kSearchStream = 1, kPromiseStream = 2;
 constexpr int kMostCombinations = 24;
 constexpr double kUnsafe = 1e6;  // a goal beyond any print's
 
-// Beyond the recorded setting's own values.
-constexpr double kSaturatedMore = 0.05, kSwingMore = 0.05, kAlternates = -0.5;
-// Limits of the volume beside the part: times the recorded one, and in shares of the part.
-constexpr double kOverspillTimes = 1.25, kOverspillMore = 0.01;
+// Limits are so many times the recorded setting's own value, and so much more.
+constexpr double kTimes = 1.25, kSaturatedMore = 0.05, kOverspillMore = 0.01;
+constexpr double kSwingMore = 0.05, kAlternates = -0.5;
 
 constexpr std::size_t kStd = 1, kAbsMean = 2;  // rows of the metrics of either lab
 
@@ -70,12 +69,14 @@ class Adviser {
       : lab_(lab), run_(run), keys_(keys), options_(options), base_(without_plant(run.experiment)) {
     const double scale = double(options.prints) / 250.0;
     for (const TuneKey& k : keys) free_ += k.enumerated() ? 0 : 1;
-    const int usual = free_ == 0 ? 1 : free_ == 1 ? 14 : free_ == 2 ? 22 : 12 * free_;
+    // Goals over the spacing are jagged: a step of it adds a row of cells or a layer.
+    const bool jagged = std::ranges::any_of(keys, &TuneKey::spacing);
+    const int usual = free_ == 0 ? 1 : free_ == 1 ? (jagged ? 28 : 14) : free_ == 2 ? 22 : 12 * free_;
     evaluations_ = std::max(free_ == 0 ? 1 : 8, int(usual * scale));
     promise_draws_ = std::max(12, int(16 * scale));
     const int candidates = evaluations_ * int(combinations().size());
     expected_ = double(kSearchDraws * (1 + candidates) / 2 + 4 * kProfileDraws * free_ +
-                       2 * kPromiseSeeds * promise_draws_);
+                       kPromiseSeeds * (kFirstDraws + promise_draws_));
   }
 
   Advice run() {
@@ -196,21 +197,7 @@ class Adviser {
     const OverBest over = over_best(o.goals);
     o.goal = best_ * over.whole;
     o.std_error = best_ * over.std_error();
-    if (o.unsafe.empty()) o.unsafe = unsafe_trait(o.traits);
-  }
-
-  std::string unsafe_trait(const PrintTraits& t) const {
-    const PrintTraits& r = recorded_.traits;
-    if (t.saturated > r.saturated + kSaturatedMore)
-      return fmt::format("saturates: {:.0f} % of the cells get the most that they may, {:.0f} % before",
-                         100 * t.saturated, 100 * r.saturated);
-    if (t.alternation < kAlternates && t.swing > r.swing + kSwingMore)
-      return fmt::format("oscillates: what a layer gets swings by {:.0f} %, {:.0f} % before", 100 * t.swing,
-                         100 * r.swing);
-    if (t.overspill > kOverspillTimes * r.overspill + kOverspillMore)
-      return fmt::format("deposits outside the part: {:.1f} % of its volume, {:.1f} % before",
-                         100 * t.overspill, 100 * r.overspill);
-    return "";
+    if (o.unsafe.empty()) o.unsafe = unsafe_trait(o.traits, recorded_.traits);
   }
 
   /// All values of the enumerated keys; the free ones at their recorded value.
@@ -346,9 +333,11 @@ class Adviser {
 
   void promise() {
     Pairs pairs;
-    const int first = std::min(kFirstDraws, promise_draws_);
-    print_pairs(0, first, pairs);
-    if (!decided(pairs)) print_pairs(first, promise_draws_, pairs);
+    for (int done = 0; done < promise_draws_ && !(done > 0 && decided(pairs));) {
+      const int next = std::min(promise_draws_, done > 0 ? done + kMoreDraws : kFirstDraws);
+      print_pairs(done, next, pairs);
+      done = next;
+    }
     if (pairs.old_goal.size() < 8) throw UsageError(run_.name + ": hardly any simulated print finishes");
     advice_.promise = promise_of(pairs.old_goal, pairs.new_goal, kPromiseSeeds, options_.promised_prints);
     Promise& p = advice_.promise;
@@ -425,6 +414,19 @@ statistics::Interval gain_of_scales(double x, double y, double x_std, double y_s
 }
 
 }  // namespace
+
+std::string unsafe_trait(const PrintTraits& t, const PrintTraits& recorded) {
+  if (t.saturated > kTimes * recorded.saturated + kSaturatedMore)
+    return fmt::format("saturates: {:.0f} % of the cells get the most that they may, {:.0f} % before",
+                       100 * t.saturated, 100 * recorded.saturated);
+  if (t.alternation < kAlternates && t.swing > recorded.swing + kSwingMore)
+    return fmt::format("oscillates: what a layer gets swings by {:.0f} %, {:.0f} % before", 100 * t.swing,
+                       100 * recorded.swing);
+  if (t.overspill > kTimes * recorded.overspill + kOverspillMore)
+    return fmt::format("deposits outside the part: {:.1f} % of its volume, {:.1f} % before",
+                       100 * t.overspill, 100 * recorded.overspill);
+  return "";
+}
 
 std::size_t goal_index(const Experiment& experiment, const std::string& goal) {
   const auto& metrics = study_lab_of(experiment).metrics;

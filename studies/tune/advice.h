@@ -39,6 +39,9 @@ struct Promise {
   double mean_error_share = 0.0;  ///< of the gain in the mean square error, the part of the mean error
 };
 
+/// Returns why a setting with these means over prints is left out, or nothing.
+std::string unsafe_trait(const PrintTraits& traits, const PrintTraits& recorded);
+
 struct Rejected {
   std::string setting, reason;
 };

@@ -151,30 +151,53 @@ class Bench {
   }
 
  private:
-  /// NaN for a print that does not finish.
-  std::vector<double> goals(const Case& c, const Experiment& e, std::uint32_t stream, int prints) const {
-    std::vector<double> goal(std::size_t(prints), 0.0);
+  std::vector<LabPrint> prints_of(const Case& c, const Experiment& e, std::uint32_t stream,
+                                  int prints) const {
+    std::vector<LabPrint> made(std::size_t(prints), LabPrint{});
     const Blobs own = e.grid == c.experiment.grid ? Blobs() : make_inputs(e, ".");
     const Blobs& inputs = own.empty() ? c.inputs : own;
     run_jobs(prints, o_.threads, [&](int n) {
       LabDraw draw = c.lab;
       draw.seed = print_seed({c.lab.seed, Purpose::kTest, stream, 0, std::uint32_t(n)});
-      const LabPrint print = print_in_lab(e, inputs, draw, {});
-      goal[std::size_t(n)] = print.finished ? print.metrics[goal_] : NAN;
+      made[std::size_t(n)] = print_in_lab(e, inputs, draw, {});
     });
+    return made;
+  }
+  /// NaN for a print that does not finish.
+  std::vector<double> goals(const Case& c, const Experiment& e, std::uint32_t stream, int prints) const {
+    std::vector<double> goal;
+    for (const LabPrint& p : prints_of(c, e, stream, prints))
+      goal.push_back(p.finished ? p.metrics[goal_] : NAN);
     return goal;
   }
 
-  /// Mean over the prints that finish; a setting with which others stop is no candidate of the oracle.
-  double oracle_goal(const Case& c, const Experiment& e) const {
-    double sum = 0.0;
+  /// Means over the oracle's prints that finish.
+  struct OraclePrints {
+    double goal = 0.0;
     int finished = 0;
-    for (const double g : goals(c, e, 1, kOraclePrints)) {
-      if (std::isnan(g)) continue;
-      sum += g;
-      ++finished;
+    PrintTraits traits;
+  };
+  OraclePrints oracle_prints(const Case& c, const Experiment& e) const {
+    OraclePrints mean;
+    for (const LabPrint& p : prints_of(c, e, 1, kOraclePrints)) {
+      if (!p.finished || p.metrics.empty()) continue;
+      ++mean.finished;
+      mean.goal += p.metrics[goal_];
+      mean.traits.saturated += p.traits.saturated;
+      mean.traits.alternation += p.traits.alternation;
+      mean.traits.swing += p.traits.swing;
+      mean.traits.overspill += p.traits.overspill;
     }
-    return 2 * finished > kOraclePrints ? sum / finished : 1e3;
+    for (double* m : {&mean.goal, &mean.traits.saturated, &mean.traits.alternation, &mean.traits.swing,
+                      &mean.traits.overspill})
+      *m /= std::max(1, mean.finished);
+    return mean;
+  }
+
+  /// A setting with which prints stop, or that the tuner leaves out as unsafe, is no candidate of the oracle.
+  double oracle_goal(const Case& c, const Experiment& e, const PrintTraits& recorded) const {
+    const OraclePrints o = oracle_prints(c, e);
+    return 2 * o.finished > kOraclePrints && unsafe_trait(o.traits, recorded).empty() ? o.goal : 1e3;
   }
 
   /// Goals over the pairs of which all finish.
@@ -205,10 +228,13 @@ class Bench {
       for (std::size_t k = 0; k < c.keys.size(); ++k) s.push_back(c.keys[k].at(u[k]));
       return s;
     };
+    const PrintTraits recorded = oracle_prints(c, plain).traits;
     std::vector<double> start;
     for (const TuneKey& k : c.keys) start.push_back(k.place(k.recorded()));
     const auto points = lab::minimise_in_box(
-        [&](std::span<const double> u) { return oracle_goal(c, with_setting(c.keys, setting_at(u), plain)); },
+        [&](std::span<const double> u) {
+          return oracle_goal(c, with_setting(c.keys, setting_at(u), plain), recorded);
+        },
         start, kOracleEvaluations);
     return setting_at(std::ranges::min_element(points, {}, &lab::BoxPoint::value)->u);
   }

@@ -28,6 +28,14 @@ TEST_CASE("Rows of promises are read back as they were kept, and a torn one is l
   CHECK_FALSE(rows[1].answered());
 }
 
+TEST_CASE("The mean gain of promises is of shares, which a rough laboratory does not outweigh") {
+  const std::vector<PromiseRow> rows{
+      {"droplets", 0, "", "advised", "", 1.0, 0.5, 0.25, 0.75, 0.5, 0.5, 0, 1.0},
+      {"ice", 0, "", "kept", "", 100.0, 0.0, -1.0, 1.0, 0.0, 12.0, 0, 1.0},
+  };
+  CHECK_THAT(promise_table(rows), Contains("81 %     4 %"));  // 0.5 of 0.62, 0.5 um of 12.5 um
+}
+
 TEST_CASE("The table of promises counts what covers, what harms and what was gained of the oracle's gain") {
   const std::vector<PromiseRow> rows{
       {"droplets", 0, "", "advised", "", 2.0, 0.5, 0.25, 0.75, 0.5, 0.5, 0, 1.0},

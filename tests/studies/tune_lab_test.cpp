@@ -69,6 +69,17 @@ FittedLab known_lab() {
 
 }  // namespace
 
+TEST_CASE(
+    "A setting is left out that saturates, swings or spills more than a quarter above the recorded one") {
+  const PrintTraits recorded{0.2, -0.1, 0.1, 0.08};
+  CHECK(unsafe_trait(recorded, recorded).empty());
+  CHECK(unsafe_trait({0.29, -0.1, 0.1, 0.08}, recorded).empty());
+  CHECK_THAT(unsafe_trait({0.31, -0.1, 0.1, 0.08}, recorded), Contains("saturates: 31 %"));
+  CHECK_THAT(unsafe_trait({0.2, -0.6, 0.16, 0.08}, recorded), Contains("oscillates"));
+  CHECK(unsafe_trait({0.2, -0.4, 0.16, 0.08}, recorded).empty());
+  CHECK_THAT(unsafe_trait({0.2, -0.1, 0.1, 0.12}, recorded), Contains("deposits outside"));
+}
+
 TEST_CASE("A key to tune has its range from the table of options, or a narrower one that is given") {
   const Experiment e = test::tiny_print("x", "smf");
   const TuneKey kp("control.smf.kp", e);
