@@ -34,6 +34,7 @@ struct AerosolPlantConfig {
   double optical_depth_mm = 0.002;
   double camera_dx_mm = 0.0, camera_dy_mm = 0.0;
   double camera_turn_deg = 0.0;
+  double servo_hz = 60.0, servo_damping = 0.7, servo_feed_forward = 0.9;
 };
 inline constexpr OptionTable kAerosolPlant{
     Option{"flow", &AerosolPlantConfig::flow, "", within(0.2, 3),
@@ -67,6 +68,11 @@ inline constexpr OptionTable kAerosolPlant{
     Option{"camera_dy_mm", &AerosolPlantConfig::camera_dy_mm, "mm", within(-1, 1), "the same along y"},
     Option{"camera_turn_deg", &AerosolPlantConfig::camera_turn_deg, "deg", within(-5, 5),
            "of the camera about its axis"},
+    Option{"servo_hz", &AerosolPlantConfig::servo_hz, "Hz", within(0, 1000),
+           "bandwidth of the stage's servo along a path, a damped oscillator; 0: it follows exactly"},
+    Option{"servo_damping", &AerosolPlantConfig::servo_damping, "", within(0.1, 5), "its damping ratio"},
+    Option{"servo_feed_forward", &AerosolPlantConfig::servo_feed_forward, "", within(0, 1.2),
+           "share of the velocity that is fed forward; the rest lags"},
 };
 
 }  // namespace firn

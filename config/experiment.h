@@ -97,6 +97,7 @@ struct ProcessConfig {  ///< how a layer is printed
   double least_rise_share = 0.3;       ///< interlock I12: of the expected rise of a layer of droplets
   double most_rise_share = 4.0;        ///< interlock I12
   double most_beside_share = 0.1;      ///< interlock I12, lines: of the planned ink, away from them
+  double most_path_error_mm = 0.05;    ///< interlock I17, lines: of the followed from the planned path
   double beside_mm = 0.3;              ///< away from a line: farther than this from its nominal surface
 };
 

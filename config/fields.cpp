@@ -182,6 +182,9 @@ Table lab_fields(Experiment& e) {
        "of what a layer or an interval deposits: one that rose by more has a leak, which stops the print"},
       {"process.most_beside_share", &p.most_beside_share, "", within(0, 1e6),
        "lines: of the planned ink, away from them: more stops the print, the shutter stays open"},
+      {"process.most_path_error_mm", &p.most_path_error_mm, "mm", above(0, 100),
+       "lines: distance of the followed from the planned path, of the stage from its place on it, or of a "
+       "switch of the shutter from its own: more stops the print"},
       {"process.beside_mm", &p.beside_mm, "mm", within(0, 100),
        "lines: away from them is farther than this from their nominal surface"},
   };

@@ -15,11 +15,20 @@ constexpr std::string_view kInkjetKeys[] = {
     "run.",    "grid.",  "part.",      "geometry.", "model.", "control.", "process.",        "stage.",
     "jet.",    "jet_b.", "estimator.", "lamp.",     "plant.", "bus.",     "laser_profiler.", "devices.",
     "camera.", "watch."};
-constexpr std::string_view kNotInkjet[] = {
-    "plant.ice.",           "plant.aerosol.",  "control.smf.speed_range",   "control.smf.version",
-    "control.foresee.",     "devices.robot.",  "devices.valve_a.",          "devices.valve_b.",
-    "devices.laser_point.", "devices.heater.", "process.most_beside_share", "process.beside_mm",
-    "devices.gas."};
+constexpr std::string_view kNotInkjet[] = {"plant.ice.",
+                                           "plant.aerosol.",
+                                           "control.smf.speed_range",
+                                           "control.smf.version",
+                                           "control.foresee.",
+                                           "devices.robot.",
+                                           "devices.valve_a.",
+                                           "devices.valve_b.",
+                                           "devices.laser_point.",
+                                           "devices.heater.",
+                                           "process.most_beside_share",
+                                           "process.beside_mm",
+                                           "devices.gas.",
+                                           "process.most_path_error_mm"};
 constexpr std::string_view kInkjetCoupled[] = {"stage", "jet", "jet_b", "laser_profiler"};
 constexpr std::string_view kIceCoupled[] = {"robot", "valve_a", "valve_b", "laser_point"};
 constexpr LabProcess kInkjetProcesses[] = {

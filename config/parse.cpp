@@ -318,6 +318,7 @@ Experiment before_its_keys() {
   e.stage.home_timeout_s = 120.0;
   e.stage.quiet_s = 0.3;
   e.stage.absolute = e.stage.linear_ramps = e.stage.pulse_terminal = e.stage.check_parameters = OnOff::kOff;
+  e.stage.path_sample_s = e.stage.settle_s = 0.0;
   e.jet.keep_firmware = e.jet_b.drive.keep_firmware = OnOff::kOff;
   e.lamp.status_bits = e.lamp.auto_on = OnOff::kOff;
   e.laser_point.bias_limit_mm = e.laser_point.offset_limit_mm = 0.0;

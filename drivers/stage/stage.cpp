@@ -410,7 +410,7 @@ bool Stage::work(std::int64_t now_us, Effects& fx) {
           begin_stop(now_us, fx, "a move was not over in time", kStall);
           return true;
         }
-        return false;
+        return phase_ == Phase::kFiring && op_ == Op::kTrace && read_samples();
       }
       if (phase_ == Phase::kStopping) {
         phase_ = Phase::kEvidence;
@@ -450,9 +450,12 @@ bool Stage::work(std::int64_t now_us, Effects& fx) {
       }
       return true;
     case Phase::kArming:
+    case Phase::kSettling:
+      if (op_ == Op::kTrace && !settled(now_us, fx)) return !link_.idle();
       fire(now_us);
       return true;
     case Phase::kCounting:
+      if (op_ == Op::kTrace && read_last_samples()) return true;
       count_run(now_us, fx);
       return true;
     default:

@@ -40,6 +40,13 @@ struct StageWay {
   std::vector<double> switch_mm;  ///< way travelled; the first one opens, the last one closes
 };
 
+/// Position feedback of X and Y along a way, sample k at k periods after its beginning. A Result follows.
+struct FollowedWay {
+  double period_s = 0.0;
+  std::int64_t begin_us = 0;  ///< the program was started
+  std::vector<float> x_mm, y_mm;
+};
+
 /// Where a raster pass stands. Its drops are numbered in firing order.
 struct PassProgress {
   std::size_t run = 0;      ///< index of the run in progress
@@ -72,7 +79,9 @@ class Stage final : public Driver {
     begin_move(x_mm, y_mm, z_mm, speed_mm_s, now_us, fx);
     pump(now_us, fx);
   }
-  /// Follows a way with the shutter's switches by position; the shutter is closed before and after it.
+  /// Follows a way with the shutter's switches by position; the shutter is closed before and after it. With
+  /// path_sample_s, the controller records its position along the way; the samples are read while it runs,
+  /// and a FollowedWay comes before the Result of a way that was begun.
   void trace(StageWay way, double z_mm, std::int64_t now_us, Effects& fx) {
     begin_trace(std::move(way), z_mm, now_us, fx);
     pump(now_us, fx);
@@ -102,6 +111,7 @@ class Stage final : public Driver {
     kToStart,  // move to the start of a run, or the move of a move command
     kAtStart,  // positions are read and compared
     kArming,
+    kSettling,  // a path waits for the in-position bits
     kFiring,
     kCounting,  // one run
     kDead,      // fault or emergency stop: latched until home() or a new connection
@@ -117,7 +127,9 @@ class Stage final : public Driver {
     kIncrement,
     kMotion,
     kParameter,
-    kTask
+    kTask,
+    kSamples,
+    kSample
   };
   struct Doom {
     DeviceState state;
@@ -151,6 +163,11 @@ class Stage final : public Driver {
   std::optional<std::string> way_refused(const StageWay& way) const;
   void push_way();
   void follow(std::int64_t now_us);
+  bool settled(std::int64_t now_us, Effects& fx);
+  bool read_samples();
+  bool read_last_samples();
+  void take_sample(std::int32_t index, double value_mm);
+  void report_followed(Effects& fx);
   void start_operation(std::int64_t now_us, Effects& fx);
   void ask_service(std::string_view verb, Service& service);
   // Link, stopping.
@@ -196,6 +213,12 @@ class Stage final : public Driver {
   StageWay way_;
   PassProgress progress_;
   std::int64_t expected_ = 0;
+  FollowedWay followed_;          // its samples so far, x and y by turns
+  std::int32_t counted_ = 0;      // that the controller holds
+  std::int64_t counted_for_ = 0;  // poll after which they were counted last; -1: after the end
+  bool sampling_ = false;         // the controller records
+  double plausible_mm_ = 0.0;     // that a sample may be away from where those before it lead
+  bool sample_again_ = false;     // the last one was implausible and is read once more
   double speed_mm_s_ = 0.0;
   std::array<double, 3> start_mm_{};  // of the scan; target of the move; NaN = axis stays
   double scan_pitch_mm_ = 0.0;

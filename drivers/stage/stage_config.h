@@ -31,6 +31,7 @@ struct StageDialect {
   int feedback_input = 0;
   std::string path_program = "PROGRAM RUN 1, \"FirnPath.bcx\"", stop_path_program = "PROGRAM STOP 1";
   int path_count_iglobal = 40;
+  int path_period_iglobal = 41, path_samples_iglobal = 42;
   std::string path_track = "PSOTRACK @ INPUT 3,4";
   int pulse_total_us = 50, pulse_on_us = 25;
   double margin_mm = 0.1;
@@ -55,6 +56,10 @@ inline constexpr OptionTable kStageDialect{
     Option{"stop_path_program", &StageDialect::stop_path_program, "", Range{}, "and ends it [P]"},
     Option{"path_count_iglobal", &StageDialect::path_count_iglobal, "", within(0, 1000),
            "global integer in which that program finds the number of knots [P]"},
+    Option{"path_period_iglobal", &StageDialect::path_period_iglobal, "", within(0, 1000),
+           "in which it finds the time between two samples of the followed path [ms], 0 = none [P]"},
+    Option{"path_samples_iglobal", &StageDialect::path_samples_iglobal, "", within(0, 1000),
+           "in which it counts the samples: x, y of each in DGLOBAL behind the knots [P]"},
     Option{"path_track", &StageDialect::path_track, "", Range{},
            "makes the output @ count the way of X and Y together [P]"},
     Option{"pulse_total_us", &StageDialect::pulse_total_us, "us", within(1, 10'000), "of one pulse [S]"},
@@ -86,6 +91,8 @@ struct StageConfig {
   OnOff linear_ramps = OnOff::kOn;
   OnOff pulse_terminal = OnOff::kOn;
   OnOff check_parameters = OnOff::kOn;
+  double path_sample_s = 0.01;
+  double settle_s = 0.5;
   StageDialect dialect = {};  ///< [devices.stage.dialect]
 };
 inline constexpr OptionTable kStageConfig{
@@ -123,6 +130,11 @@ inline constexpr OptionTable kStageConfig{
     Option{
         "check_parameters", &StageConfig::check_parameters, "", Range{},
         "the controller's counts per unit, soft limits and global integers are held against these keys [S]"},
+    Option{"path_sample_s", &StageConfig::path_sample_s, "s", within(0, 1),
+           "between two samples of the position along a path, longer where the controller's memory ends; "
+           "whole ms; 0: not recorded"},
+    Option{"settle_s", &StageConfig::settle_s, "s", within(0, 60),
+           "a path waits so long for the in-position bits of X and Y, then it is refused; 0: not at all"},
 };
 
 }  // namespace firn::drivers

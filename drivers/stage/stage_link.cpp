@@ -16,6 +16,7 @@ std::string quoted_line(const Request& request) {
   return "'" + text + "'";
 }
 
+constexpr double kMostSamples = 8192.0;
 constexpr double kTriggerOffEarly_s = 0.002;  // at most between the trigger's off and the axis' ABORT
 
 }  // namespace
@@ -103,7 +104,8 @@ void Stage::failed(const Request& request, std::int64_t now_us, Effects& fx) {
   const std::string why = "no good reply to " + quoted_line(request);
   fault(Severity::kWarning, kLinkLost, "stage: " + why, fx);
   const bool working = phase_ == Phase::kToStart || phase_ == Phase::kAtStart || phase_ == Phase::kArming ||
-                       phase_ == Phase::kFiring || phase_ == Phase::kCounting || phase_ == Phase::kHoming;
+                       phase_ == Phase::kSettling || phase_ == Phase::kFiring || phase_ == Phase::kCounting ||
+                       phase_ == Phase::kHoming;
   if (stopping() && request.repeat == Repeat::kNever) return;  // of the operation that is being stopped
   if (working) return begin_stop(now_us, fx, why, kLinkLost);
   reconnect(now_us, fx, why);
@@ -115,6 +117,13 @@ void Stage::rejected(const Request& request, const ensemble::Reply& reply, std::
     fault(Severity::kWarning, kInstrument, "stage: the controller does not answer " + quoted_line(request),
           fx);
     pulses_.reset();
+    return;
+  }
+  if (request.tag == kSamples || request.tag == kSample) {
+    fault(Severity::kWarning, kInstrument,
+          "stage: the followed path is not recorded: the controller does not answer " + quoted_line(request),
+          fx);
+    sampling_ = false;
     return;
   }
   if (request.tag == kTask) return;  // it does not tell: the time of the homing is its limit
@@ -156,7 +165,7 @@ void Stage::reply(const Request& request, std::span<const std::byte> frame, std:
                   Effects& fx) {
   const ensemble::Reply r = dialect_.parse(frame);
   if (r.kind != ensemble::Reply::Kind::kOk) return rejected(request, r, now_us, fx);
-  const auto axis = std::size_t(request.argument);  // or the number of the increment
+  const auto axis = std::size_t(request.argument);  // or the number of the increment, of the sample
   switch (request.tag) {
     case kStatus:
       if (const auto bits = r.bits()) check_status(request.argument, *bits, now_us, fx);
@@ -175,6 +184,12 @@ void Stage::reply(const Request& request, std::span<const std::byte> frame, std:
         give_up(DeviceState::kFault, kStall,
                 std::string("axis ") + kAxisNames[axis] + ": the homing program has ended with an error",
                 now_us, fx);
+      break;
+    case kSamples:
+      if (const auto n = r.number(); n && *n >= counted_ && *n <= kMostSamples) counted_ = std::int32_t(*n);
+      break;
+    case kSample:
+      if (const auto mm = r.number()) take_sample(request.argument, *mm);
       break;
     case kFaultBits:
       fault_bits_[axis] = r.bits().value_or(~0u);
@@ -299,6 +314,7 @@ void Stage::conclude(Effects& fx) {
 }
 
 void Stage::finish(Result result, Effects& fx) {
+  if (op_ == Op::kTrace && progress_.launched) report_followed(fx);
   op_ = Op::kNone;
   runs_.clear();
   way_ = {};
@@ -313,6 +329,7 @@ bool Stage::idle(std::int64_t now_us, Effects& fx) {
     case Phase::kToStart:
     case Phase::kAtStart:
     case Phase::kArming:
+    case Phase::kSettling:
     case Phase::kFiring:
     case Phase::kCounting:
       return work(now_us, fx);
@@ -333,8 +350,8 @@ std::int64_t Stage::device_wake_us() const {
   if (!link_.idle()) return 0;
   if (phase_ == Phase::kReady || phase_ == Phase::kDead)
     return link_.last_sent_us() + std::int64_t(config_.poll_idle_s * 1e6);
-  if (phase_ == Phase::kToStart || phase_ == Phase::kFiring || phase_ == Phase::kStopping ||
-      phase_ == Phase::kHoming)
+  if (phase_ == Phase::kToStart || phase_ == Phase::kSettling || phase_ == Phase::kFiring ||
+      phase_ == Phase::kStopping || phase_ == Phase::kHoming)
     return poll_at_us_;
   return 0;
 }

@@ -95,6 +95,10 @@ struct StageParams {
   bool home_blocks = false;                ///< HOME keeps the interpreter busy until the axes are home
   bool terminal_needed = false;            ///< pulses leave only after PSOOUTPUT CONTROL
   std::string pulse_counter = "PSOCOUNT";  ///< the question that it answers; empty: none
+  double servo_hz = 0.0;                   ///< of the motion along a path; 0: exact
+  double servo_damping = 0.7, servo_feed_forward = 1.0;
+  double position_error_mm = 1.0;  ///< that the controller takes for a fault, along a path
+  std::int64_t settle_us = 0;      ///< from the end of a move until it is in position
 };
 struct JetParams {
   int baud = 9600;

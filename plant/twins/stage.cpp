@@ -47,6 +47,8 @@ void StageDevice::power_on() {
   scurve_percent_ = params_.scurve_percent;
   pso_ = {};
   next_pulse_ = {};
+  in_position_us_ = 0;
+  sample_period_us_ = 0.0;
   iglobals_.fill(0.0);
   std::ranges::fill(dglobals_, 0.0);
   if (tripped_) faults_.fill(kFaultEstop);
@@ -123,39 +125,6 @@ void StageDevice::stop_program(std::int64_t now_us) {
   if (move_ && current_.homing) abort(now_us);
 }
 
-// A knot out of range, or one that the motion would jump to, is refused: nothing has moved then.
-StageDevice::Answer StageDevice::follow_path(std::int64_t now_us) {
-  constexpr double kJump_mm = 0.005;
-  constexpr double kRest_mm_s = 0.01;
-  const double count = iglobals_[kKnotCountIglobal];
-  if (moving() || !(count >= 2.0 && 5.0 * count <= kDglobals)) return Answer::kNak;
-  std::vector<TrackKnot> knots;
-  for (std::size_t k = 0; k < std::size_t(count); ++k) {
-    const double* d = dglobals_.data() + 5 * k;
-    const TrackKnot knot{d[0], d[1], d[2], d[3], d[4]};
-    const double at[2] = {knot.x_mm, knot.y_mm};
-    if (k == 0 ? knot.t_s != 0.0 : !(knot.t_s > knots.back().t_s)) return Answer::kNak;
-    if (std::hypot(knot.vx_mm_s, knot.vy_mm_s) > params_.max_speed_mm_s) return Answer::kNak;
-    for (std::size_t a = 0; a < 2; ++a)
-      if (!(at[a] >= params_.low_limit_mm[a] && at[a] <= params_.high_limit_mm[a])) return Answer::kNak;
-    knots.push_back(knot);
-  }
-  for (const TrackKnot& end : {knots.front(), knots.back()})
-    if (std::hypot(end.vx_mm_s, end.vy_mm_s) > kRest_mm_s) return Answer::kNak;
-  if (std::hypot(knots[0].x_mm - at_mm_[0], knots[0].y_mm - at_mm_[1]) > kJump_mm) return Answer::kNak;
-  for (int a = 0; a < 2; ++a)
-    if (faults_[a] != 0 || !enabled_[a]) return Answer::kFault;
-  current_ = {{NAN, NAN, NAN}, 0.0, 3u, 0u};
-  if (stuck_) {
-    raise(0, kFaultPosition, now_us);
-    return Answer::kOk;
-  }
-  track_.emplace(std::move(knots), now_us);
-  wires_.note(now_us, Port::kStage, DeviceEvent::kStageMoving, 0);
-  find_pulse();
-  return Answer::kOk;
-}
-
 Vec3 StageDevice::position_mm(std::int64_t now_us) const {
   if (track_) {
     const auto p = track_->position(now_us);
@@ -228,15 +197,15 @@ void StageDevice::pso_off(int axis, std::int64_t now_us) {
   find_pulse();
 }
 
-std::uint32_t StageDevice::axis_status(int axis) const {
+std::uint32_t StageDevice::axis_status(int axis, std::int64_t now_us) const {
   bool active = moving() && (current_.axes >> axis & 1u), homing = move_ && (current_.homing >> axis & 1u);
   for (const Target& t : queue_) {
     active |= t.axes >> axis & 1u;
     homing |= t.homing >> axis & 1u;
   }
   return (enabled_[axis] ? kEnabled : 0) | (homed_[axis] ? kHomed : 0) |
-         (enabled_[axis] && !active ? kInPosition : 0) | (active ? kMoveActive : 0) | (homing ? kHoming : 0) |
-         (tripped_ ? kEstopInput : 0);
+         (enabled_[axis] && !active && now_us >= in_position_us_ ? kInPosition : 0) |
+         (active ? kMoveActive : 0) | (homing ? kHoming : 0) | (tripped_ ? kEstopInput : 0);
 }
 
 std::int64_t StageDevice::encoder_counts(int axis, double position_mm) const {
@@ -244,7 +213,7 @@ std::int64_t StageDevice::encoder_counts(int axis, double position_mm) const {
 }
 
 std::int64_t StageDevice::next_us() const {
-  if (track_) return std::min(track_->end_us(), next_pulse_.t_us);
+  if (track_) return std::min({track_->end_us(), track_->fault_us(), next_pulse_.t_us});
   return move_ ? std::min(move_->end_us(), next_pulse_.t_us) : kNever;
 }
 
@@ -276,19 +245,12 @@ void StageDevice::put_out_pulse(std::int64_t now_us) {
   wires_.pulse(axis, now_us, position, velocity);
 }
 
-void StageDevice::end_track() {
-  const auto end = track_->position(track_->end_us());
-  pso_[0].travel_mm += track_->length_mm();
-  at_mm_[0] = end[0];
-  at_mm_[1] = end[1];
-  track_.reset();
-}
-
 void StageDevice::event(std::int64_t now_us) {
   if (!moving()) return;
   if (next_pulse_.t_us <= now_us) return put_out_pulse(now_us);
+  if (track_ && now_us < track_->end_us()) return raise(track_->fault_axis(), kFaultPosition, now_us);
   if (track_) {
-    end_track();
+    end_track(now_us);
   } else {
     const std::uint32_t homing = current_.homing;
     end_move();
@@ -335,6 +297,7 @@ void StageDevice::end_move() {
   for (int a = 0; a < 3; ++a)
     if (!std::isnan(current_.mm[a])) end[a] = current_.mm[a];
   at_mm_ = end;
+  in_position_us_ = m.end_us() + params_.settle_us;
   move_.reset();
 }
 
@@ -343,9 +306,7 @@ void StageDevice::brake(std::int64_t now_us) {
   if (track_) {
     const auto v = track_->velocity(now_us);
     const double speed = std::hypot(v[0], v[1]);
-    pso_[0].travel_mm += track_->travelled_mm(now_us);
-    at_mm_ = position_mm(now_us);
-    track_.reset();
+    leave_track(now_us);
     current_.mm = {NAN, NAN, NAN};
     const Vec3 direction = speed > 0.0 ? Vec3{v[0] / speed, v[1] / speed, 0.0} : Vec3{};
     move_ = Move::stop(at_mm_, direction, speed, params_.abort_rate_mm_s2, now_us);
@@ -390,9 +351,10 @@ void StageDevice::find_switch() {
   const Pso& p = pso_[0];
   if (p.exhausted() || !p.vector) return;
   const double s = double(p.next_counts) / params_.counts_per_mm - p.travel_mm;
-  if (s > track_->length_mm() + 1e-7) return;
-  const double at_mm = std::clamp(s, 0.0, track_->length_mm());
-  next_pulse_ = {track_->start_us() + std::llround(track_->time_of_s(at_mm) * 1e6), 0, at_mm};
+  const Track& way = track_->counted();
+  if (s > way.length_mm() + 1e-7) return;
+  const double at_mm = std::clamp(s, 0.0, way.length_mm());
+  next_pulse_ = {way.start_us() + std::llround(way.time_of_s(at_mm) * 1e6), 0, at_mm};
 }
 
 void StageDevice::link_lost(std::int64_t now_us) {
@@ -416,8 +378,8 @@ void StageDevice::stick(bool on, std::int64_t now_us) {
   stuck_ = on;
   if (!on || !moving() || !(current_.axes & 1u)) return;
   at_mm_ = position_mm(now_us);
+  if (track_) leave_track(now_us);
   move_.reset();
-  track_.reset();
   raise(0, kFaultPosition, now_us);
 }
 
@@ -428,15 +390,19 @@ void StageDevice::lose_count() {
 void StageDevice::io(Archive& a) {
   bool moving = move_.has_value(), tracking = track_.has_value();
   Move m = moving ? *move_ : Move{};
-  Track t = tracking ? *track_ : Track{};
+  PathFollower t = tracking ? *track_ : PathFollower{};
+  bool frozen = frozen_x_mm_.has_value();
+  double frozen_mm = frozen_x_mm_.value_or(0.0);
   a.all(at_mm_, moving, m, current_, queue_, enabled_, homed_, faults_, tripped_, ramp_mm_s2_,
         scurve_percent_, stuck_, refuses_enable_, mute_, crossed_, absolute_);
   for (Pso& p : pso_) a(p);
   a(iglobals_);
-  a.all(dglobals_, tracking, t, jammed_, program_breaks_, program_broken_);
+  a.all(dglobals_, tracking, t, jammed_, program_breaks_, program_broken_, drags_, frozen, frozen_mm,
+        in_position_us_, sample_period_us_, sample_first_);
   if (!a.loading()) return;
   move_ = moving ? std::optional<Move>(m) : std::nullopt;
-  track_ = tracking ? std::optional<Track>(std::move(t)) : std::nullopt;
+  track_ = tracking ? std::optional<PathFollower>(std::move(t)) : std::nullopt;
+  frozen_x_mm_ = frozen ? std::optional<double>(frozen_mm) : std::nullopt;
   find_pulse();
 }
 

@@ -12,7 +12,7 @@
 
 #include "plant/config/world_config.h"
 #include "plant/twins/motion.h"
-#include "plant/twins/track.h"
+#include "plant/twins/path_follower.h"
 #include "plant/twins/twin.h"
 
 namespace firn::plant {
@@ -20,6 +20,9 @@ namespace firn::plant {
 inline constexpr int kIglobals = 4096;
 inline constexpr int kDglobals = 16384;
 inline constexpr int kKnotCountIglobal = 40;  ///< read by the program that follows a path [P]
+/// The time between two samples of its position [ms], 0 = none; and their number so far, which it writes: x,
+/// y of each in DGLOBAL behind the knots [P]
+inline constexpr int kSamplePeriodIglobal = 41, kSampleCountIglobal = 42;
 
 /// Position-synchronised output of one axis. Counts travel since ARM, whatever the direction.
 struct Pso {
@@ -79,9 +82,10 @@ class StageDevice {
   void pso_off(int axis, std::int64_t now_us);
 
   // Questions
-  Vec3 position_mm(std::int64_t now_us) const;
+  Vec3 position_mm(std::int64_t now_us) const;  ///< true
+  Vec3 feedback_mm(std::int64_t now_us) const;  ///< as the encoders report it
   double velocity_mm_s(int axis, std::int64_t now_us) const;
-  std::uint32_t axis_status(int axis) const;
+  std::uint32_t axis_status(int axis, std::int64_t now_us) const;
   std::uint32_t axis_fault(int axis) const { return faults_[axis]; }
   bool moving() const { return move_.has_value() || track_.has_value(); }
   std::int64_t encoder_counts(int axis, double position_mm) const;
@@ -89,6 +93,7 @@ class StageDevice {
   std::array<double, kIglobals>& iglobals() { return iglobals_; }
   std::vector<double>& dglobals() { return dglobals_; }
   const StageParams& params() const { return params_; }
+  void record_samples(std::int64_t now_us);  ///< up to now, into DGLOBAL
 
   // Time
   std::int64_t next_us() const;
@@ -97,6 +102,8 @@ class StageDevice {
   void trip(bool on, std::int64_t now_us);   ///< emergency stop input
   void lose_count();                         ///< pulse counters return to zero; homing and motion stay
   void stick(bool on, std::int64_t now_us);  ///< X stands still, whatever it is told
+  void drag(bool on, std::int64_t now_us);   ///< X falls behind along a path
+  void stick_encoder(bool on, std::int64_t now_us);  ///< X's position feedback stays as it is
   void refuse_enable(bool on) { refuses_enable_ = on; }
   void cross_encoder(bool on) { crossed_ = on; }
   bool encoder_crossed() const { return crossed_; }  ///< the profiler's encoder input is on X, not on Y
@@ -120,7 +127,8 @@ class StageDevice {
   };
   void begin_next(std::int64_t now_us);
   void put_out_pulse(std::int64_t now_us);
-  void end_track();
+  void end_track(std::int64_t now_us);
+  void leave_track(std::int64_t now_us);
   void end_move();
   void brake(std::int64_t now_us);
   void raise(int axis, std::uint32_t bits, std::int64_t now_us);
@@ -131,14 +139,18 @@ class StageDevice {
   Wires& wires_;
   Vec3 at_mm_{};  ///< while nothing moves
   std::optional<Move> move_;
-  std::optional<Track> track_;  ///< in place of a move
+  std::optional<PathFollower> track_;  ///< in place of a move
   Target current_;
   std::deque<Target> queue_;
   std::array<bool, 3> enabled_{}, homed_{};
   std::array<std::uint32_t, 3> faults_{};
   bool tripped_ = false, stuck_ = false, refuses_enable_ = false, mute_ = false, crossed_ = false,
        jammed_ = false, program_breaks_ = false, program_broken_ = false;
-  bool absolute_ = false;
+  bool absolute_ = false, drags_ = false;
+  std::optional<double> frozen_x_mm_;  ///< of a stuck encoder
+  std::int64_t in_position_us_ = 0;
+  double sample_period_us_ = 0.0;   ///< 0: nothing is recorded
+  std::uint32_t sample_first_ = 0;  ///< its DGLOBAL
   double ramp_mm_s2_ = 0.0, scurve_percent_ = 0.0;
   std::array<Pso, 3> pso_{};
   NextPulse next_pulse_;
@@ -159,7 +171,7 @@ class StageTwin : public Twin {
   void reboot(std::int64_t now_us) override;
   /// 0: mended. 1: emergency stop. 2: the pulse counters return to zero, and no status bit tells of it. 3: X
   /// is stuck. 4: no axis enables. 5: no pulses are put out. 7: the shutter is stuck. 8: the homing
-  /// program ends with an error.
+  /// program ends with an error. 9: X drags along a path. 10: X's encoder is stuck.
   void trip(std::int64_t now_us, std::int64_t code) override;
   void io(Archive& a) override;
   StageDevice& device() { return device_; }

@@ -111,7 +111,8 @@ StageReply move_command(StageDevice& d, const Words& w, std::int64_t now_us) {
   return {text_of(a), a == Answer::kOk};
 }
 
-StageReply iglobal(StageDevice& d, const Words& w) {
+StageReply iglobal(StageDevice& d, const Words& w, std::int64_t now_us) {
+  d.record_samples(now_us);
   double index = -1, value = 0;
   if (!number(w[1], index) || index < 0 || index >= d.params().global_integers || index != std::floor(index))
     return {"!\n"};
@@ -123,7 +124,8 @@ StageReply iglobal(StageDevice& d, const Words& w) {
   return {"%\n"};
 }
 
-StageReply dglobal(StageDevice& d, const Words& w) {
+StageReply dglobal(StageDevice& d, const Words& w, std::int64_t now_us) {
+  d.record_samples(now_us);
   double index = -1, value = 0;
   if (!number(w[1], index) || index < 0 || index >= kDglobals || index != std::floor(index)) return {"!\n"};
   double& cell = d.dglobals()[std::size_t(index)];
@@ -224,10 +226,10 @@ StageReply pso_command(StageDevice& d, const Words& w, std::int64_t now_us) {
 }
 
 StageReply axis_query(StageDevice& d, std::string_view verb, int axis, std::int64_t now_us) {
-  if (verb == "AXISSTATUS") return integer(std::int32_t(d.axis_status(axis)));
+  if (verb == "AXISSTATUS") return integer(std::int32_t(d.axis_status(axis, now_us)));
   if (verb == "AXISFAULT") return integer(std::int32_t(d.axis_fault(axis)));
   if (verb == "VFBK") return decimal(d.velocity_mm_s(axis, now_us));
-  return decimal(d.position_mm(now_us)[std::size_t(axis)]);
+  return decimal(d.feedback_mm(now_us)[std::size_t(axis)]);
 }
 
 }  // namespace
@@ -237,8 +239,8 @@ StageReply execute(StageDevice& d, std::string_view line, std::int64_t now_us) {
   const std::string_view verb = w[0];
   if (w.count == 0 || w.too_many) return {"!\n"};
   if (verb == "LINEAR" || verb == "MOVEABS") return move_command(d, w, now_us);
-  if (verb == "IGLOBAL") return iglobal(d, w);
-  if (verb == "DGLOBAL") return dglobal(d, w);
+  if (verb == "IGLOBAL") return iglobal(d, w, now_us);
+  if (verb == "DGLOBAL") return dglobal(d, w, now_us);
   if (verb.starts_with("PSO")) return pso_command(d, w, now_us);
   if (verb == "PLANESTATUS") return integer(d.moving() ? 1 : 0);
   if (verb == "TASKSTATE") return integer(w[1] == "5" ? d.task_state() : 1);
@@ -376,6 +378,8 @@ void StageTwin::trip(std::int64_t now_us, std::int64_t code) {
   if (code == 0 || code == 6) device_.cross_encoder(code == 6);
   if (code == 0 || code == 8) device_.break_program(code == 8);
   if (code == 0 || code == 7) device_.jam_shutter(code == 7);
+  if (code == 0 || code == 9) device_.drag(code == 9, now_us);
+  if (code == 0 || code == 10) device_.stick_encoder(code == 10, now_us);
   if (code <= 1) device_.trip(code == 1, now_us);
 }
 

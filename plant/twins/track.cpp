@@ -5,8 +5,8 @@
 
 namespace firn::plant {
 
-Track::Track(std::vector<TrackKnot> knots, std::int64_t start_us)
-    : knots_(std::move(knots)), start_us_(start_us) {
+Track::Track(std::vector<TrackKnot> knots, std::int64_t start_us, int parts_per_knot)
+    : knots_(std::move(knots)), start_us_(start_us), parts_(parts_per_knot) {
   measure();
 }
 
@@ -49,15 +49,16 @@ double Track::way_over(std::size_t k, double from_s, double to_s) const {
 }
 
 double Track::part_begin_s(std::size_t part) const {
-  const std::size_t k = part / kParts;
+  const std::size_t parts = std::size_t(parts_), k = part / parts;
   if (k + 1 >= knots_.size()) return knots_.back().t_s;
-  return knots_[k].t_s + (knots_[k + 1].t_s - knots_[k].t_s) * double(part % kParts) / kParts;
+  return knots_[k].t_s + (knots_[k + 1].t_s - knots_[k].t_s) * double(part % parts) / double(parts);
 }
 
 void Track::measure() {
   way_mm_.assign(1, 0.0);
-  for (std::size_t part = 0; part < kParts * (knots_.size() - 1); ++part)
-    way_mm_.push_back(way_mm_.back() + way_over(part / kParts, part_begin_s(part), part_begin_s(part + 1)));
+  const std::size_t parts = std::size_t(parts_);
+  for (std::size_t part = 0; part < parts * (knots_.size() - 1); ++part)
+    way_mm_.push_back(way_mm_.back() + way_over(part / parts, part_begin_s(part), part_begin_s(part + 1)));
 }
 
 double Track::travelled_mm(std::int64_t t_us) const {
@@ -66,8 +67,8 @@ double Track::travelled_mm(std::int64_t t_us) const {
   if (t >= knots_.back().t_s) return length_mm();
   const auto after = std::ranges::upper_bound(knots_, t, {}, &TrackKnot::t_s);
   const std::size_t k = std::size_t(after - knots_.begin()) - 1;
-  std::size_t part = k * kParts;
-  while (part + 1 < (k + 1) * kParts && part_begin_s(part + 1) <= t) ++part;
+  std::size_t part = k * std::size_t(parts_);
+  while (part + 1 < (k + 1) * std::size_t(parts_) && part_begin_s(part + 1) <= t) ++part;
   return way_mm_[part] + way_over(k, part_begin_s(part), t);
 }
 
@@ -79,14 +80,15 @@ double Track::time_of_s(double s_mm) const {
   double low = part_begin_s(part), high = part_begin_s(part + 1);
   for (int n = 0; n < 48 && high - low > 1e-9; ++n) {
     const double middle = 0.5 * (low + high);
-    const bool before = way_mm_[part] + way_over(part / kParts, part_begin_s(part), middle) < s_mm;
+    const bool before =
+        way_mm_[part] + way_over(part / std::size_t(parts_), part_begin_s(part), middle) < s_mm;
     (before ? low : high) = middle;
   }
   return high;
 }
 
 void Track::io(Archive& a) {
-  a.all(knots_, start_us_);
+  a.all(knots_, start_us_, parts_);
   if (a.loading() && knots_.size() > 1) measure();
 }
 

@@ -17,8 +17,10 @@ struct TrackKnot {
 class Track {
  public:
   Track() = default;
+  static constexpr int kParts = 8;  ///< of the way between two knots, each by Gauss's rule with 3 points
   /// @pre at least two knots, times ascend from 0
-  Track(std::vector<TrackKnot> knots, std::int64_t start_us);
+  /// @param parts_per_knot fewer than kParts are enough where knots are dense
+  Track(std::vector<TrackKnot> knots, std::int64_t start_us, int parts_per_knot = kParts);
 
   std::int64_t start_us() const { return start_us_; }
   std::int64_t end_us() const;
@@ -28,10 +30,10 @@ class Track {
   double travelled_mm(std::int64_t t_us) const;
   /// Returns the first time [s since the start] at which the way is s_mm, 0 <= s_mm <= length.
   double time_of_s(double s_mm) const;
+  const std::vector<TrackKnot>& knots() const { return knots_; }
   void io(Archive& a);
 
  private:
-  static constexpr int kParts = 8;  ///< of the way between two knots, each by Gauss's rule with 3 points
   struct State {
     std::array<double, 2> p{}, v{};
   };
@@ -44,6 +46,7 @@ class Track {
 
   std::vector<TrackKnot> knots_;
   std::int64_t start_us_ = 0;
+  std::int32_t parts_ = kParts;
   std::vector<double> way_mm_;  ///< at the beginning of each part, and at the end
 };
 

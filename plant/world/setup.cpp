@@ -108,6 +108,8 @@ StrobeParams strobe_of(const Experiment& e) {
 
 void set_up_ice(const Experiment& e, WorldConfig& c) { c.ice = ice_config(e); }
 
+constexpr std::int64_t kSettle_us = 20'000;  // of the aerosol lab's stage after a move
+
 // The machine's flow is what the lab believes; the nozzle's own share of it is the plant's.
 void set_up_aerosol(const Experiment& e, WorldConfig& c) {
   const AerosolPlantConfig& p = e.plant.aerosol;
@@ -133,6 +135,10 @@ void set_up_aerosol(const Experiment& e, WorldConfig& c) {
   a.camera_y_mm = e.aerosol.camera_y_mm + p.camera_dy_mm;
   a.camera_turn = p.camera_turn_deg * std::numbers::pi / 180.0;
   a.gas = on(e.gas.use);
+  c.stage.servo_hz = p.servo_hz;
+  c.stage.servo_damping = p.servo_damping;
+  c.stage.servo_feed_forward = p.servo_feed_forward;
+  c.stage.settle_us = kSettle_us;
   AerosolWorldConfig own{a, {}};
   own.gas.units = e.gas.atomizer_unit + e.gas.sheath_unit;  // they are set up as the lab file says
   own.gas.gas = e.gas.gas;

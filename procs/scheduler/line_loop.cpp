@@ -7,7 +7,6 @@
 
 #include "config/aerosol_lab.h"
 #include "firn/camera_command_t.hpp"
-#include "firn/path_report_t.hpp"
 #include "lcmtypes/convert.h"
 
 namespace firn {
@@ -39,11 +38,13 @@ Mask away_from(const HeightMap& target, double clear_mm) {
 LineLoop::LineLoop(const Experiment& experiment, HeightMap target, Mask mask, const PrintJob& job)
     : ScanLoop(experiment, Phase::kRunPath, std::move(target), std::move(mask)),
       beside_(away_from(this->target(), experiment.process.beside_mm)),
+      stations_(line_stations(job, experiment.aerosol.station_mm)),
       has_profiler_(has_profiler(experiment)) {
   subscribe(channels::kLinePlan, this);
+  if (path_recorded()) subscribe(channels::kFollowedPath, this);
   if (heats()) subscribe(channels::kTemperature, this);
   if (!firn::on(experiment.camera.use)) return;
-  for (const LineStation& s : line_stations(job, experiment.aerosol.station_mm)) places_.push_back(s.at);
+  for (const LineStation& s : stations_) places_.push_back(s.at);
   if (has_profiler_) return;
   for (const LineEnd& end : line_ends(job, 0.0)) places_.push_back(end.at);
 }
@@ -72,7 +73,7 @@ void LineLoop::supplied(Time now, Outbox& out) {
         act_answer_.reset();
         return proceed(Phase::kRunPath, now, out);
       }
-      settle(out);
+      settle(errors_of_way(), out);
       return proceed(Phase::kArmProfiler, now, out);
     default:
       return proceed(after_supply_, now, out);
@@ -105,34 +106,7 @@ void LineLoop::answered(const answer_t&, Time now, Outbox& out) {
     return proceed(has_profiler_ ? Phase::kArmProfiler : Phase::kAwaitPlan, now, out);
   }
   if (supply_answered(now, out) || scan_answered(now, out) || phase_ != Phase::kRunPath) return;
-  settle(out);
-  proceed(Phase::kArmProfiler, now, out);
-}
-
-// The layer counts as printed, whole or not: the way is not followed again.
-void LineLoop::settle(Outbox& out) {
-  if (!act_answer_) return;
-  const answer_t a = *std::exchange(act_answer_, std::nullopt);
-  way_done_ = Outcome(a.outcome) == Outcome::kDone;
-  if (!way_done_) {
-    in_doubt_ = true;
-    doubt_accepted_ = false;
-  }
-  ++layers_done_;
-  scan_attempt_ = 0;
-  path_report_t r{};
-  r.path = r.batch = way_.path;
-  r.layer = layers_done_;
-  r.attempt = way_.attempt;
-  r.outcome = a.outcome;
-  r.pulses_commanded = way_.switches;
-  r.pulses_counted = a.counted;
-  r.planned_s = way_.duration_s;
-  r.measured_s = std::numeric_limits<double>::quiet_NaN();
-  r.begin_utime_us = way_began_us_;
-  r.volume_mm3 = experiment().aerosol.flow_mm3_s * way_.open_s;
-  switches_total_ += std::max<std::int64_t>(0, a.counted);
-  out.send(channels::kPathReport, r);
+  path_over(now, out);
 }
 
 bool LineLoop::rejected(const height_map_t& m, Time now, Outbox& out) {
@@ -250,6 +224,7 @@ void LineLoop::act_on_plan(Time now, Outbox& out) {
   plan_.reset();
   in_doubt_ = false;
   way_ = m;
+  followed_.reset();
   if (std::exchange(sheath_share_, m.sheath_share) != m.sheath_share) gas_since_.reset();
   after_supply_ = Phase::kRunPath;
   proceed(Phase::kGas, now, out);

@@ -1,13 +1,15 @@
-// LineLoop sequences the commands of a print of lines: HEIGHT_MAP, LINE_PLAN, TEMPERATURE, ANSWER_*, STATE_*,
-// ENABLE, SAFE_STOP -> STAGE_COMMAND, PROFILER_COMMAND, GAS_COMMAND, HEATER_COMMAND, PATH_REPORT,
-// LAYER_METRICS, RUN_END.
+// LineLoop sequences the commands of a print of lines: HEIGHT_MAP, LINE_PLAN, FOLLOWED_PATH, TEMPERATURE,
+// ANSWER_*, STATE_*, ENABLE, SAFE_STOP -> STAGE_COMMAND, PROFILER_COMMAND, GAS_COMMAND, HEATER_COMMAND,
+// PATH_REPORT, LAYER_METRICS, RUN_END.
 #pragma once
 
 #include <optional>
 #include <string>
 
 #include "core/grid/grid.h"
+#include "core/path/followed_path.h"
 #include "core/path/line_stations.h"
+#include "firn/followed_path_t.hpp"
 #include "firn/line_plan_t.hpp"
 #include "firn/temperature_t.hpp"
 #include "procs/scheduler/scan_loop.h"
@@ -25,6 +27,7 @@ class LineLoop final : public ScanLoop {
   using ScanLoop::on;
   void on(const line_plan_t&, Time now, Outbox&);
   void on(const temperature_t&, Time now, Outbox&);
+  void on(const followed_path_t&, Time now, Outbox&);
   void wake(TimerId, Time now, Outbox&) override;
 
  private:
@@ -61,7 +64,14 @@ class LineLoop final : public ScanLoop {
   double ink_beside_mm3() const;
   bool waits_for_operator() const override;
   void forget_plan() override { plan_.reset(); }
-  void settle(Outbox&);
+  void settle(const PathErrors& errors, Outbox&);
+  // procs/scheduler/line_follow.cpp
+  /// The stage has answered and its followed path is here, or none is recorded.
+  void path_over(Time now, Outbox&);
+  bool path_recorded() const;
+  PathErrors errors_of_way() const;
+  /// The followed path, or a place of the shutter, is too far from the planned one (I17); empty: it is not.
+  std::string off_path(const PathErrors& errors) const;
   /// The same, as far as pictures say it: no line after a layer, or lines that do not end.
   bool stopped_by_pictures(const line_plan_t&, Time now, Outbox&);
   void publish_metrics(layer_metrics_t, Outbox&);
@@ -75,8 +85,10 @@ class LineLoop final : public ScanLoop {
   HeightMap newest_, before_;  ///< the last map, and that of the layer before
   double noise_mm_ = 0.0;      ///< of a cell of it
   std::optional<line_plan_t> plan_;
-  line_plan_t way_ = line_plan_t{};  ///< the one that is followed, or was last
-  bool way_done_ = false;            ///< wholly
+  line_plan_t way_ = line_plan_t{};          ///< the one that is followed, or was last
+  std::optional<followed_path_t> followed_;  ///< of the last way
+  std::vector<LineStation> stations_;
+  bool way_done_ = false;  ///< wholly
   bool in_doubt_ = false;
   std::int64_t way_began_us_ = 0;
   std::int64_t switches_total_ = 0;

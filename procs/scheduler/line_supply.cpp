@@ -96,6 +96,7 @@ void LineLoop::act_on_temperature(Time now, Outbox& out) {
 
 std::string LineLoop::awaited() const {
   if (phase_ == Phase::kWarmUp) return "the platen is not above heater.low_degC";
+  if (phase_ == Phase::kRunPath) return "no followed path of layer " + std::to_string(layers_done_ + 1);
   if (!has_profiler_) return "no plan for the pictures of layer " + std::to_string(layers_done_);
   return ScanLoop::awaited();
 }

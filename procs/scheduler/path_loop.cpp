@@ -220,6 +220,8 @@ void PathLoop::report(Outbox& out) {
   r.planned_s = job.duration_s;
   r.measured_s = measured_s_;
   r.begin_utime_us = begun_.us;
+  r.contour_max_mm = r.contour_rms_mm = r.following_max_mm = r.lag_max_s = r.switch_max_mm = r.offset_rms_mm =
+      std::numeric_limits<double>::quiet_NaN();
   out.send(channels::kPathReport, r);
   pulses_interval_ += std::max<std::int64_t>(0, pulses_counted_);
   pulses_total_ += std::max<std::int64_t>(0, pulses_counted_);

@@ -1,6 +1,9 @@
 #include "procs/stage/node.h"
 
+#include <utility>
+
 #include "config/labs.h"
+#include "firn/followed_path_t.hpp"
 #include "lcmtypes/convert.h"
 
 namespace firn {
@@ -44,6 +47,7 @@ void StageNode::on(const stage_command_t& c, Time now, Outbox& out) {
         stage.scan(c.x_mm, c.y_mm, c.z_mm, c.grid.pitch_y_mm, c.rows, c.speed_mm_s, now_us, fx);
       });
     case StageVerb::kTrace: {
+      if (c.command_id > traced_.command_id) traced_ = c;
       // Without its plan the command would follow a way of no knots, which the driver refuses.
       drivers::StageWay way = plan_.path == c.scan_id ? way_of(plan_) : drivers::StageWay{};
       return perform(c, true, now, out, [&](Stage& stage, std::int64_t now_us, Effects& fx) {
@@ -58,6 +62,19 @@ void StageNode::on(const stage_command_t& c, Time now, Outbox& out) {
       return perform(c, false, now, out,
                      [](Stage& stage, std::int64_t now_us, Effects& fx) { stage.home(now_us, fx); });
   }
+}
+
+void StageNode::on_measured(drivers::FollowedWay& way, Time, Outbox& out) {
+  followed_path_t m{};
+  m.n = std::int32_t(way.x_mm.size());
+  m.path = traced_.scan_id;
+  m.layer = traced_.layer;
+  m.attempt = traced_.attempt;
+  m.period_s = way.period_s;
+  m.begin_utime_us = way.begin_us;
+  m.x_mm = std::move(way.x_mm);
+  m.y_mm = std::move(way.y_mm);
+  out.send(channels::kFollowedPath, m);
 }
 
 std::unique_ptr<Node> make_stage(const std::string& config_toml, const Blobs&) {

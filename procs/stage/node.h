@@ -1,5 +1,5 @@
 // StageNode connects the stage to the bus: STAGE_COMMAND, LINE_PLAN, ENABLE, SAFE_STOP, instrument ->
-// ANSWER_STAGE, STATE_STAGE, FAULT_STAGE.
+// FOLLOWED_PATH, ANSWER_STAGE, STATE_STAGE, FAULT_STAGE.
 #pragma once
 
 #include <memory>
@@ -14,16 +14,18 @@
 namespace firn {
 
 /// Adapter of drivers/stage: one pass, scan, path or move per command.
-class StageNode final : public DriverNode<StageNode, drivers::Stage, drivers::Effects> {
+class StageNode final : public DriverNode<StageNode, drivers::Stage, drivers::Effects, drivers::FollowedWay> {
  public:
   explicit StageNode(const Experiment& experiment);
 
   using DriverNode::on;
   void on(const stage_command_t&, Time now, Outbox&);
   void on(const line_plan_t& plan, Time, Outbox&) { plan_ = plan; }  ///< kept for the command that follows it
+  void on_measured(drivers::FollowedWay& way, Time, Outbox&);
 
  private:
   line_plan_t plan_ = line_plan_t{};
+  stage_command_t traced_ = stage_command_t{};  ///< the last command that follows a path
 };
 
 std::unique_ptr<Node> make_stage(const std::string& config_toml, const Blobs& blobs);

@@ -1,6 +1,7 @@
 #include "replay/migrations/table.h"
 
 #include <algorithm>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -78,6 +79,14 @@ void fill_line_plan(const MessageFields&, const MessageFields*, NewFields& now) 
 // The sheath's gas was the same in all layers.
 void fill_line_plan_gas(const MessageFields&, const MessageFields*, NewFields& now) {
   now.set_number("sheath_share", 1.0);
+}
+
+// The path that was followed was not recorded.
+void fill_path_report(const MessageFields&, const MessageFields*, NewFields& now) {
+  now.set("samples", 0);
+  for (const char* error : {"contour_max_mm", "contour_rms_mm", "following_max_mm", "lag_max_s",
+                            "switch_max_mm", "offset_rms_mm"})
+    now.set_number(error, std::numeric_limits<double>::quiet_NaN());
 }
 
 constexpr Migration kMigrations[] = {
@@ -287,6 +296,23 @@ constexpr Migration kMigrations[] = {
           float seen_gap_mm[looks];
         })",
      fill_line_plan_gas},
+    {R"(struct path_report_t {
+          header_t header;
+          int64_t path;
+          int64_t batch;
+          int32_t layer;
+          int32_t attempt;
+          int8_t material;
+          int8_t kind;
+          int8_t outcome;
+          int64_t pulses_commanded;
+          int64_t pulses_counted;
+          double volume_mm3;
+          double planned_s;
+          double measured_s;
+          int64_t begin_utime_us;
+        })",
+     fill_path_report},
 };
 
 constexpr RetiredChannel kRetired[] = {

@@ -42,6 +42,7 @@ constexpr std::array kTopics{
     Topic{"PULSE_LIST", "paths"},
     Topic{"PATH_JOB", "paths"},
     Topic{"PATH_REPORT", "paths"},
+    Topic{"FOLLOWED_PATH", "paths"},
     Topic{"HEIGHT_PROFILE", "measurements"},
     Topic{"LASER_SAMPLES", "measurements"},
     Topic{"SCAN_DONE", "measurements"},

@@ -459,6 +459,7 @@ TEST_CASE("Every numeric key of an experiment has the range of what it configure
           {"process.least_rise_share", "an interlock"},
           {"process.most_rise_share", "an interlock"},
           {"process.most_beside_share", "an interlock"},
+          {"process.most_path_error_mm", "an interlock"},
           {"process.beside_mm", "an interlock"},
           {"ice.max_time_slip_s", "an interlock"},
           {"ice.max_pulses", "with the machine's valve.max_entries: the smaller counts"},

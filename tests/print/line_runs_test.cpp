@@ -8,7 +8,9 @@
 #include "config/include.h"
 #include "core/grid/random.h"
 #include "files/usage_error.h"
+#include "firn/followed_path_t.hpp"
 #include "firn/layer_metrics_t.hpp"
+#include "firn/path_report_t.hpp"
 #include "page/run_set.h"
 #include "plant/record/record.h"
 #include "print/folder/observed_run.h"
@@ -284,4 +286,57 @@ TEST_CASE("Switches that are not put out: the count stops the print, and the lay
   if (scheme == "smf") return check_goes_on(lines, 3);
   const LabRunReport waits = lines.go({"0 stage trip 0"}, true);
   CHECK_THAT(waits.result.reason, Catch::Contains("--accept-doubt"));
+}
+
+TEST_CASE("Each layer's followed path is recorded with its errors, which the stage's servo explains",
+          "[line][followed]") {
+  ShortLines lines({"aerosol.layers=2"});
+  REQUIRE(lines.go().result.status == 0);
+  const replay::RunMessages messages(lines.run.path());
+  std::vector<path_report_t> reports;
+  messages.each<path_report_t>(channels::kPathReport.name,
+                               [&](const path_report_t& m) { reports.push_back(m); });
+  std::vector<followed_path_t> paths;
+  messages.each<followed_path_t>(channels::kFollowedPath.name,
+                                 [&](const followed_path_t& m) { paths.push_back(m); });
+  REQUIRE(reports.size() == 2);
+  REQUIRE(paths.size() == 2);
+  for (std::size_t k = 0; k < 2; ++k) {
+    const path_report_t& r = reports[k];
+    CHECK(r.samples == paths[k].n);
+    CHECK(double(r.samples) * paths[k].period_s >= r.planned_s);
+    CHECK(r.lag_max_s > 0.0);
+    CHECK(r.lag_max_s < 0.002);
+    CHECK(r.contour_max_mm < 0.01);
+    CHECK(r.contour_rms_mm <= r.contour_max_mm);
+    CHECK(r.switch_max_mm < 0.01);
+    CHECK(r.offset_rms_mm < 0.002);
+  }
+}
+
+TEST_CASE(
+    "A stage that drags off its path stops the print by name, the layer is in doubt, and it goes on mended",
+    "[line][followed][I17]") {
+  const std::string moment = open_in_layer(2);
+  ShortLines lines({"plant.aerosol.servo_feed_forward=0.5"});
+  const LabRunReport stopped = lines.go({moment + " stage trip 9"});
+  check_line_stop(lines, stopped, "layer 2: the stage was");
+  CHECK_THAT(stopped.result.reason, Catch::Contains("process.most_path_error_mm"));
+  check_goes_on(lines, 3);
+}
+
+TEST_CASE("The same drag within a wider process.most_path_error_mm is printed through",
+          "[line][followed][I17]") {
+  const std::string moment = open_in_layer(2);
+  ShortLines lines({"plant.aerosol.servo_feed_forward=0.5", "process.most_path_error_mm=3"});
+  CHECK(lines.go({moment + " stage trip 9"}).result.status == 0);
+}
+
+TEST_CASE("An encoder that sticks stops the print by name, with the shutter closed",
+          "[line][followed][I17]") {
+  const std::string moment = open_in_layer(2);
+  ShortLines lines;
+  const LabRunReport stopped = lines.go({moment + " stage trip 10"});
+  check_line_stop(lines, stopped, "stage: ");
+  check_goes_on(lines, 3);
 }
