@@ -76,6 +76,24 @@ void LineJudge::take(const line_plan_t& m) {
   looks_ = l;
 }
 
+void LineJudge::take(const path_report_t& m) {
+  if (m.samples == 0) return;
+  const double before = paths_.layers++, n = paths_.layers;
+  const auto largest = [](double& most, double value) {
+    if (!(most >= value)) most = std::isnan(value) ? most : value;
+  };
+  const auto mean_square = [&](double& rms, double value) {
+    const double sum = std::isnan(rms) ? 0.0 : before * rms * rms;
+    rms = std::sqrt((sum + value * value) / n);
+  };
+  largest(paths_.contour_max_mm, m.contour_max_mm);
+  largest(paths_.following_max_mm, m.following_max_mm);
+  largest(paths_.lag_max_s, m.lag_max_s);
+  largest(paths_.switch_max_mm, m.switch_max_mm);
+  mean_square(paths_.contour_rms_mm, m.contour_rms_mm);
+  mean_square(paths_.offset_rms_mm, m.offset_rms_mm);
+}
+
 LineTruth LineJudge::result() const {
   LineTruth t;
   double overspray = 0.0, visible = 0.0;

@@ -8,6 +8,7 @@
 #include "config/experiment.h"
 #include "core/path/line_stations.h"
 #include "firn/line_plan_t.hpp"
+#include "firn/path_report_t.hpp"
 #include "runtime/node.h"
 
 namespace firn {
@@ -36,14 +37,26 @@ struct LineLooks {
   double gap_mm = NAN;  ///< length without material
 };
 
+/// The stage's paths by their position feedback, over all layers; NaN: none was recorded.
+struct LinePaths {
+  int layers = 0;
+  double contour_max_mm = NAN, contour_rms_mm = NAN;  ///< from the planned path
+  double following_max_mm = NAN;                      ///< from the place of the same time
+  double lag_max_s = NAN;
+  double switch_max_mm = NAN;  ///< of a switch, along the path
+  double offset_rms_mm = NAN;  ///< of the lines' middles from the wanted ones
+};
+
 class LineJudge {
  public:
   LineJudge(const Experiment& experiment, const Blobs& inputs);
   int layer() const { return layer_; }
   void take(int layer, const HeightMap& surface);
   void take(const line_plan_t& plan);
+  void take(const path_report_t& report);
   LineTruth result() const;
   const LineLooks& looks() const { return looks_; }
+  const LinePaths& paths() const { return paths_; }
 
  private:
   std::vector<LineStation> stations_;
@@ -51,6 +64,7 @@ class LineJudge {
   double width_mm_, optical_depth_mm_, believed_depth_mm_;
   std::vector<double> layer_mm2_;  ///< nominal section of one layer, by station
   LineLooks looks_;
+  LinePaths paths_;
   HeightMap target_, before_, newest_;
   int layer_ = 0, wanted_layers_;
   double worst_start_mm_ = 0.0, worst_end_mm_ = 0.0;

@@ -114,6 +114,8 @@ MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs,
     if (layer_metrics_t m; channel == channels::kLayerMetrics.name && decode(bytes, m)) measured = m;
     if (line_plan_t plan; lines && channel == channels::kLinePlan.name && decode(bytes, plan))
       lines->take(plan);
+    if (path_report_t path; lines && channel == channels::kPathReport.name && decode(bytes, path))
+      lines->take(path);
     if (layer_plan_t plan; channel == channels::kLayerPlan.name && decode(bytes, plan))
       report.iterations += plan.iterations;
   });
@@ -164,6 +166,7 @@ MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs,
   if (lines) {
     report.lines = lines->result();
     report.looks = lines->looks();
+    report.paths = lines->paths();
   }
   if (options.materials) report.materials = world.world().materials();
   if (options.ice_over && world.world().ice())

@@ -60,6 +60,7 @@ struct MemoryPrintReport {
   std::vector<LayerTruth> series;
   LineTruth lines;                  ///< aerosol lab
   LineLooks looks;                  ///< the same as its camera sees it
+  LinePaths paths;                  ///< and the paths that its stage followed
   HeightMap surface;                ///< noise-free mean over each cell [mm]
   MaterialColumns materials;        ///< two inks: the materials of the block
   HeightMap ice;                    ///< ice lab: thickness of the ice, without scaffold; NaN off the field

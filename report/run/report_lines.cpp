@@ -114,13 +114,16 @@ LineData read_line_data(const RunMessages& messages) {
     const auto at = std::ranges::find(data.layers, l.layer, &LineLayer::layer);
     at == data.layers.end() ? data.layers.push_back(std::move(l)) : void(*at = std::move(l));
   });
+  data.followed = read_followed(messages);
   return data;
 }
 
 std::string line_sections(const std::vector<NamedLines>& runs) {
   std::vector<Series> area, width, seen;
+  std::vector<NamedPaths> paths;
   std::string table;
   for (const NamedLines& r : runs) {
+    paths.push_back({r.name, &r.data->followed, r.style});
     if (r.data->layers.empty()) continue;
     const LineLayer& last = r.data->layers.back();
     if (std::ranges::any_of(last.area_um2, [](double a) { return !std::isnan(a); })) {
@@ -144,14 +147,15 @@ std::string line_sections(const std::vector<NamedLines>& runs) {
                cell_text(l.seen_width_um.empty() ? NAN : l.gap_um, "%.0f") + "</td></tr>\n";
     }
   }
-  if (table.empty()) return "";
+  if (table.empty()) return followed_sections(paths);
   std::string charts;
   if (!area.empty())
     charts += chart_along("Cross-section", "section [µm²]", area) +
               chart_along("Width at half height", "width [µm]", width);
   if (!seen.empty()) charts += chart_along("Width at half contrast, by the camera", "width [µm]", seen);
   return std::string("<h2>Lines</h2>\n<p class=\"soft\">") + (area.empty() ? kByCamera : kByProfiler) +
-         "</p>\n<div class=\"row\">\n" + charts + "</div>\n" + kLayersBegin + table + "</table>\n";
+         "</p>\n<div class=\"row\">\n" + charts + "</div>\n" + kLayersBegin + table + "</table>\n" +
+         followed_sections(paths);
 }
 
 }  // namespace firn::replay

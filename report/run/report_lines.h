@@ -10,6 +10,7 @@
 #include "core/path/print_job.h"
 #include "replay/run_messages.h"
 #include "report/run/report_data.h"
+#include "report/run/report_followed.h"
 
 namespace firn::replay {
 
@@ -27,6 +28,7 @@ struct LineLayer {
 struct LineData {
   std::vector<LineLayer> layers;  ///< measured ones, from 1
   std::vector<double> way_mm;     ///< of the stations, along the job
+  std::vector<FollowedLayer> followed;
 };
 
 LineData read_line_data(const RunMessages& messages);

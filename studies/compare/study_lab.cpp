@@ -117,9 +117,17 @@ const std::vector<replay::StudyMetric>& line_metric_table() {
       {"seen_offset_um", "um", "RMS of the middles in the camera's pictures from the wanted ones", 2},
       {"seen_overspray_pct", "%", "share of the contrast beside the line, by the camera", 2},
       {"seen_gap_um", "um", "length without material, by the camera", 1},
+      {"contour_max_um", "um", "largest distance of the followed from the planned path, any layer", 2},
+      {"contour_rms_um", "um", "RMS of that distance along the path", 2},
+      {"following_max_um", "um", "largest distance of the stage from the place planned for the time", 1},
+      {"lag_ms", "ms", "largest time by which the stage is behind the plan", 2},
+      {"switch_um", "um", "largest error of a place of the shutter along the followed path", 2},
+      {"followed_offset_um", "um", "RMS of the lines' middles by the followed path from the wanted ones", 2},
   };
   return table;
 }
+
+constexpr double kMs = 1e3;  // per s
 
 std::vector<double> line_metrics_of(const MemoryPrintReport& r) {
   const LineTruth& t = r.lines;
@@ -144,7 +152,13 @@ std::vector<double> line_metrics_of(const MemoryPrintReport& r) {
           kUm * r.looks.width_rms_mm,
           kUm * r.looks.offset_rms_mm,
           kPercent * r.looks.overspray,
-          kUm * r.looks.gap_mm};
+          kUm * r.looks.gap_mm,
+          kUm * r.paths.contour_max_mm,
+          kUm * r.paths.contour_rms_mm,
+          kUm * r.paths.following_max_mm,
+          kMs * r.paths.lag_max_s,
+          kUm * r.paths.switch_max_mm,
+          kUm * r.paths.offset_rms_mm};
 }
 
 void seed_all(Experiment& e, std::uint64_t seed) {

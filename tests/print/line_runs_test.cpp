@@ -134,7 +134,8 @@ TEST_CASE("A print of lines replays bit for bit, passes the audit and has a repo
   CHECK(data.layers.size() == 4);
   CHECK(data.layers.back().truth);
   const std::string page = replay::report_page({{data, "identical"}}, {});
-  for (const char* section : {"Lines", "Cross-section", "close delay", "Shutter switches"})
+  for (const char* section :
+       {"Lines", "Cross-section", "close delay", "Shutter switches", "Followed path", "Contour error along"})
     CHECK(page.find(section) != std::string::npos);
   CHECK(page.find("<td>0.0</td>") == std::string::npos);  // delays that no layer was planned with
 }
