@@ -17,6 +17,7 @@ if(OPENCV_imgcodecs)
   set(FIRN_HAS_CODECS ON)
   add_library(firn_opencv_codecs INTERFACE)
   target_link_libraries(firn_opencv_codecs INTERFACE firn_opencv ${OPENCV_imgcodecs})
+  find_library(JPEG_LIBRARY jpeg REQUIRED)  # says what of a file is damaged
 endif()
 file(STRINGS ${OPENCV_INCLUDE}/opencv2/core/version.hpp lines REGEX "define CV_VERSION_(MAJOR|MINOR|REVISION)")
 string(REGEX REPLACE "[^0-9;]" "" OPENCV_VERSION_TEXT "${lines}")

@@ -3,12 +3,18 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "files/picture/codecs.h"
+#include "files/picture/jpeg_check.h"
 
 using firn::DecodedPicture;
 
 // JPEG, PNG, TIFF, BMP, PNM, WebP and what else OpenCV reads; colours become grey.
 extern "C" __attribute__((visibility("default"))) void firn_decode_picture(
     std::span<const unsigned char> file, DecodedPicture& picture) try {
+  if (file.size() > 3 && file[0] == 0xFF && file[1] == 0xD8 && file[2] == 0xFF)
+    if (const std::string damage = firn::damage_of_jpeg(file); !damage.empty()) {
+      picture.error = "damaged: " + damage;
+      return;
+    }
   const cv::Mat bytes(1, int(file.size()), CV_8U, const_cast<unsigned char*>(file.data()));
   const cv::Mat image = cv::imdecode(bytes, cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH);
   if (image.empty()) {
