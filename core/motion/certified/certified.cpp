@@ -9,6 +9,8 @@
 namespace firn::motion {
 namespace {
 
+/// Samples of letters are some micrometres apart, their speed changes over tens of micrometres.
+constexpr double kLeastCellMm = 5e-4;
 constexpr double kWithinGap = 0.003;  ///< where a tolerance is used without slack
 
 struct Effort {
@@ -27,6 +29,7 @@ Effort effort(const PlanOptions& options, bool finer, int attempt) {
     e.sizes.rest_growth = 1.04;
     e.sizes.rest_mm = 0.01;
     e.sizes.split = 8.0;
+    e.sizes.least_mm = kLeastCellMm;
     e.solver.gap = 1e-4;
     e.solver.most_iterations = 80;
     e.inner_checks = 2;
@@ -341,6 +344,10 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
         spec.ramp_mm = std::max(0.6 * spec.ramp_mm, kLeastRampMm);  // w itself is too long for this curve
     }
     form();
+  }
+  if (fitted && !holds(out, options)) {  // a tube too narrow for its turns; another shape holds
+    give_up(out);
+    return;
   }
   plan_curve(points, speed_limit, yaw_rad, sizes, most_s, task, work, out);
 }

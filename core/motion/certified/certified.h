@@ -38,6 +38,12 @@ struct StopSegment {
   double duration_s() const { return factor * motion.duration_s(); }
 };
 
+/// No motion along this curve is wanted.
+inline void give_up(StopSegment& segment) {
+  segment.motion.t.assign({0.0, kUnlimited});
+  segment.factor = 1.0;
+}
+
 /// Everything that one planner thread reuses from path to path.
 struct CertifiedWork {
   CurveWork curve;

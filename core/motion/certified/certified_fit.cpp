@@ -79,7 +79,9 @@ class FitPlanner {
     samples_ = !(task.options.tolerance_mm > 0.0);
     double widest =
         try_radius(std::max(fit_radius_mm(task.options), kHoldRadius * hold_mm(task.options)), task);
-    if (!(out_.deviation_mm <= tolerance) || out_.curve.straight || !solved(out_)) return false;
+    if (!(out_.deviation_mm <= tolerance) || out_.curve.straight || !solved(out_) ||
+        !holds(out_, task.options))
+      return false;
     double best = widest;
     StopSegment wide;
     if (!samples_) wide = out_;
@@ -182,6 +184,13 @@ class FitPlanner {
       radius *= std::clamp(kAim * tolerance / trial_.deviation_mm, kLeastShrink, kAim);
     }
     if (!first_ && trial_.deviation_mm > tolerance) return 0.0;
+    if (!holds(trial_, task.options)) {
+      if (std::exchange(first_, false)) {
+        give_up(trial_);
+        std::swap(trial_, out_);
+      }
+      return 0.0;
+    }
     plan(first_ ? kUnlimited : out_.duration_s(), task, trial_);
     if (!first_ && trial_.duration_s() >= out_.duration_s()) return 0.0;
     first_ = false;

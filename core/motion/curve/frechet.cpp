@@ -182,7 +182,9 @@ double farthest_point_mm(const Curve& curve, std::span<const Point2> points) {
   Walk walk(curve, true);
   for (std::size_t i = 1; i + 1 < points.size(); ++i) {
     walk.to(points[i], distance(points[i - 1], points[i]));
-    most = std::max(most, distance(walk.here().at, points[i]));
+    const double off = distance(walk.here().at, points[i]);
+    if (!std::isfinite(off)) return std::numeric_limits<double>::infinity();
+    most = std::max(most, off);
   }
   return most;
 }

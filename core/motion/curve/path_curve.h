@@ -38,6 +38,7 @@ struct CellSizes {
   double split = 1.0;           ///< every cell of the spline is divided into about so many
   double tight_mm = 2.0;        ///< where the radius is smaller, into as many times more (up to three)
   double least_cells = 60.0;    ///< curves of few cells are divided up to here (at most into four)
+  double least_mm = 0.0;        ///< no cell of the spline is divided into shorter ones
 };
 
 struct Curve {

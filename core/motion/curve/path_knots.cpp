@@ -236,11 +236,12 @@ void refine(const CellSizes& sizes, CurveWork& work, Curve& fine) {
   for (std::size_t i = 0; i < cells; ++i) {
     const double from = i == 0 ? first : coarse.s[i], to = i + 1 == cells ? last : coarse.s[i + 1];
     if (to <= from) continue;
-    const double parts =
-        split * std::clamp(sizes.tight_mm * std::max(curvature(i), curvature(i + 1)), 1.0, 3.0);
+    const double h = coarse.s[i + 1] - coarse.s[i];
+    double parts = split * std::clamp(sizes.tight_mm * std::max(curvature(i), curvature(i + 1)), 1.0, 3.0);
+    if (parts * sizes.least_mm > h) parts = std::max(1.0, h / sizes.least_mm);
     fill({from, wish(from), from < 0.5 * total ? sizes.rest_growth : 1.0},
-         {to, wish(to), to > 0.5 * total ? sizes.rest_growth : 1.0},
-         std::min((coarse.s[i + 1] - coarse.s[i]) / parts, largest), work.sweep, fine.s);
+         {to, wish(to), to > 0.5 * total ? sizes.rest_growth : 1.0}, std::min(h / parts, largest), work.sweep,
+         fine.s);
     fine.s.push_back(to);
   }
   fine.s.push_back(total);

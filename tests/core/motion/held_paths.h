@@ -150,7 +150,7 @@ inline HeldDistances sampled_distances(const std::vector<Point2>& points,
     return std::hypot(p.x_mm - a.x_mm - y * ux, p.y_mm - a.y_mm - y * uy);
   };
   // both are in order: each search goes on from where the one before it ended, and looks some way ahead
-  constexpr double kAhead_mm = 3.0;
+  constexpr double kAhead_mm = 0.5;
   const auto farthest = [&](const std::vector<Point2>& of, const std::vector<Point2>& from) {
     double most = 0.0;
     std::size_t at = 0;
