@@ -71,7 +71,8 @@ bool free_form(const CleanPath& path, std::size_t from, std::size_t to, const Ce
                CertifiedWork& work) {
   constexpr double kMeantShare = 0.5;
   const PlanOptions& options = task.options;
-  const double noise = std::max(options.point_noise_mm, 0.5 * hold_mm(options));
+  const double noise =  // samples of given curves are not rounded
+      path.given.empty() ? std::max(options.point_noise_mm, 0.5 * hold_mm(options)) : options.point_noise_mm;
   if (options.curve_rule == CurveRule::kRamped || !path.yaw_rad.empty() || to - from < kLeastFreeChords)
     return false;
   if (!(options.tolerance_mm > 0.0)) {

@@ -133,6 +133,31 @@ TEST_CASE("The slow tier holds points, too, and is not slower") {
   }
 }
 
+TEST_CASE("Beside held points given arcs stay within 0.12 um") {
+  std::vector<Point2> points{{-30.0, 0.0}, {0.0, 0.0}};
+  GivenCurve arc;
+  arc.centre = {0.0, 10.0};
+  arc.first = 1;
+  constexpr int kSamples = 40;
+  for (int i = 1; i <= kSamples; ++i) {
+    const double at = 0.5 * std::numbers::pi * i / kSamples;
+    points.push_back({10.0 * std::sin(at), 10.0 - 10.0 * std::cos(at)});
+  }
+  arc.last = points.size() - 1;
+  for (int k = 1; k < 40; ++k) points.push_back({10.0 - 2.5e-5 * k * k, 10.0 + 0.05 * k});
+  const std::vector<GivenCurve> given{arc};
+  PathInput input;
+  input.points = points;
+  input.given = given;
+  input.origin = kHeldPart;
+  PlanOptions options;
+  options.hold_points = true;
+  CertifiedWork work;
+  const PlanResult result = plan_certified(input, *make_scara(cobra600()), cobra600_limits(), options, work);
+  CHECK(result.deviation_mm <= 1.2e-4);
+  CHECK(result.points_off_mm <= result.held_mm);
+}
+
 TEST_CASE("A tube too narrow for its turns costs that fit, not the path") {
   HeldPathMaker maker(5000);
   constexpr int kNarrow = 1881;  // a line of 12 mm turns by 21 degrees into samples 0.26 mm apart
