@@ -116,6 +116,9 @@ class SvgReader {
     if (state.drawn && std::any_of(kRefused.begin(), kRefused.end(), is))
       fail(fmt::format("<{}> is not read: turn it into paths", element));
     if (state.drawn && is("svg")) fail("an svg inside of an svg is not read");
+    for (const char* cut : {"clip-path", "mask"})
+      if (const auto by = property(attributes, cut); state.drawn && by && *by != "none")
+        fail(fmt::format("{} = {}: what it cuts off would be drawn: remove it", cut, by->substr(0, 40)));
     if (const auto text = attributes["transform"]) state.transform = state.transform * svg::transform(*text);
     stack_.push_back(state);
     if (state.drawn && state.visible) draw(element, attributes, state.transform);
@@ -128,13 +131,14 @@ class SvgReader {
     bool drawn = true, visible = true;
   };
 
+  static std::string_view trimmed(std::string_view text) {
+    while (!text.empty() && std::isspace(static_cast<unsigned char>(text.front()))) text.remove_prefix(1);
+    while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.remove_suffix(1);
+    return text;
+  }
+
   /// A presentation property: of the style attribute, or an attribute of its own.
   static std::optional<std::string_view> property(const Attributes& attributes, std::string_view key) {
-    const auto trimmed = [](std::string_view text) {
-      while (!text.empty() && std::isspace(static_cast<unsigned char>(text.front()))) text.remove_prefix(1);
-      while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.remove_suffix(1);
-      return text;
-    };
     std::optional<std::string_view> found = attributes[key];
     std::string_view style = attributes["style"].value_or("");
     while (!style.empty()) {
@@ -162,12 +166,38 @@ class SvgReader {
     if (const auto text = attributes["viewBox"]) {
       svg::numbers(*text, box);
       if (!(box[2] > 0.0) || !(box[3] > 0.0)) fail("viewBox: its width and height must be above 0");
-      if (width || height)
-        scale = std::min(width ? *width / box[2] : 1e300, height ? *height / box[3] : 1e300);
+      if (width && height)
+        return placed(box, *width, *height, attributes["preserveAspectRatio"].value_or(""));
+      if (width || height) scale = width ? *width / box[2] : *height / box[3];
     } else if (height) {
       box[3] = *height / kPixel_mm;
     }
     return {{scale, 0.0, 0.0, -scale, -scale * box[0], scale * (box[1] + box[3])}, true};
+  }
+
+  /// The viewBox in a page of another shape: by default it is fitted in and centred.
+  State placed(const double (&box)[4], double width, double height, std::string_view how) const {
+    const double wide = width / box[2], high = height / box[3];
+    const auto word = [&] {
+      const std::string_view one = trimmed(how).substr(0, trimmed(how).find(' '));
+      how = trimmed(how).substr(one.size());
+      return one;
+    };
+    std::string_view align = word();
+    if (align.empty()) align = "xMidYMid";
+    if (align == "none") return {{wide, 0.0, 0.0, -high, -wide * box[0], high * (box[1] + box[3])}, true};
+    const auto share = [&](std::string_view text) {
+      return text == "Min" ? 0.0 : text == "Mid" ? 0.5 : text == "Max" ? 1.0 : -1.0;
+    };
+    const double x = align.size() == 8 && align[0] == 'x' ? share(align.substr(1, 3)) : -1.0,
+                 y = align.size() == 8 && align[4] == 'Y' ? share(align.substr(5)) : -1.0;
+    const std::string_view fit = word();
+    if (x < 0.0 || y < 0.0 || (!fit.empty() && fit != "meet" && fit != "slice"))
+      fail("preserveAspectRatio: none, or such as xMidYMid, then meet or slice");
+    const double scale = fit == "slice" ? std::max(wide, high) : std::min(wide, high);
+    const double left = scale == wide ? 0.0 : x * (width - scale * box[2]),
+                 below = scale == high ? 0.0 : (1.0 - y) * (height - scale * box[3]);
+    return {{scale, 0.0, 0.0, -scale, left - scale * box[0], below + scale * (box[1] + box[3])}, true};
   }
 
   void draw(std::string_view element, const Attributes& attributes, const svg::Transform& to_mm) {

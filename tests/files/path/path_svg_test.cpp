@@ -130,6 +130,27 @@ TEST_CASE("Sizes in units: the viewBox is fitted into the page, without one a un
   CHECK(width("width='72pt' viewBox='0 0 96 96'") == Approx(25.4));
 }
 
+TEST_CASE("A viewBox of another shape than its page is centred in it, or as preserveAspectRatio says") {
+  const auto line = [](const std::string& how) {  // across the box, along its lower edge
+    return read("<svg width='100mm' height='50mm' viewBox='0 0 50 50' " + how +
+                "><path d='M0 50 h50'/></svg>")
+        .at(0)
+        .path.points;
+  };
+  const auto lies = [&](const std::string& how, Point2 from, Point2 to) {
+    const std::vector<Point2> p = line(how);
+    INFO(how);
+    CHECK(distance(p.front(), from) < 1e-12);
+    CHECK(distance(p.back(), to) < 1e-12);
+  };
+  lies("", {25, 0}, {75, 0});
+  lies("preserveAspectRatio='xMinYMid'", {0, 0}, {50, 0});
+  lies("preserveAspectRatio='xMaxYMin meet'", {50, 0}, {100, 0});
+  lies("preserveAspectRatio='xMidYMin slice'", {0, -50}, {100, -50});
+  lies("preserveAspectRatio='xMidYMax slice'", {0, 0}, {100, 0});
+  lies("preserveAspectRatio='none'", {0, 0}, {100, 0});
+}
+
 TEST_CASE("Circles and ellipses are closed, and what is defined but not drawn is left out") {
   const auto paths = on_page(
       "<defs><path d='M0 0 9 9'/></defs><circle cx='10' cy='10' r='5'/>"
@@ -158,6 +179,9 @@ TEST_CASE("What is wrong in an SVG is said with file, line and limit") {
   names("<svg width='3 miles'/>", "mm, cm, in, pt, pc or px");
   names("<svg viewBox='0 0 0 1'/>", "viewBox");
   names("<svg><path d='M0 0 1 1'></svg>", "is not XML");
+  names("<svg>\n<g clip-path='url(#a)'><path d='M0 0 1 1'/></g></svg>", "part.svg:2: clip-path = url(#a)");
+  names("<svg><path style='mask:url(#m)' d='M0 0 1 1'/></svg>", "mask = url(#m)");
+  names("<svg width='1' height='2' viewBox='0 0 1 1' preserveAspectRatio='xMid'/>", "preserveAspectRatio");
   names("<html/>", "the first element must be svg");
   names("<svg/>", "holds no path");
   std::string deep = "<svg>";
