@@ -52,6 +52,15 @@ struct Mean {
   double variance() const { return n > 1 ? std::max(0.0, (squares - sum * sum / n) / (n - 1)) : 0.0; }
 };
 
+/// Returns the broken rule of "the setting SETTING:LINE: RULE", without the setting's own name before it.
+std::string rule_of(const std::string& error, const std::string& setting) {
+  const std::string head = "the setting " + setting + ":", again = setting + ": ";
+  if (!error.starts_with(head)) return error;
+  const std::size_t line = error.find(": ", head.size());
+  const std::string rule = line == std::string::npos ? error : error.substr(line + 2);
+  return rule.starts_with(again) ? rule.substr(again.size()) : rule;
+}
+
 /// Mean over prints of one setting.
 struct Outcome {
   double goal = 0.0, std_error = 0.0;
@@ -157,7 +166,7 @@ class Adviser {
       try {
         for (const LabPrint& p : print_all(setting, kSearchStream, printed, batch, 1)) take(p, place, o);
       } catch (const ConfigError& error) {
-        o.unsafe = error.what();
+        o.unsafe = rule_of(error.what(), text_of(keys_, setting));
         return o;
       }
       printed += batch;

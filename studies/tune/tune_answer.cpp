@@ -142,6 +142,10 @@ std::string tune_text(const TuneAnswer& a) {
     for (const Profile& f : d.profiles)
       s += fmt::format("within {:.0f} % of the optimum: {} from {} to {}\n", 100 * kFlat, a.keys[f.key].key(),
                        a.keys[f.key].text(f.flat_low), a.keys[f.key].text(f.flat_high));
+    for (std::size_t k = 0; k < a.keys.size() && d.gain_shown; ++k)
+      if (a.keys[k].at_open_end(d.new_setting[k]))
+        s += fmt::format("{} = {} is an end of the range that was searched: a wider one may gain more\n",
+                         a.keys[k].key(), a.keys[k].text(d.new_setting[k]));
     for (std::size_t n = 0; n < std::min<std::size_t>(d.rejected.size(), 3); ++n)
       s += "left out: " + d.rejected[n].setting + ": " + d.rejected[n].reason + "\n";
     if (d.rejected.size() > 3)

@@ -97,6 +97,9 @@ TuneKey::TuneKey(const std::string& text, const Experiment& experiment) {
   Experiment e = experiment;
   const std::vector<Field> table = fields(e);
   const Field& field = find(table, key_, e);
+  if (key_.starts_with("ice."))
+    throw UsageError("--keys " + key_ + ": the part was sliced by [ice] before its print; " +
+                     std::string(kTunedSections));
   if (!is_tuned_section(key_)) throw UsageError("--keys " + key_ + ": " + std::string(kTunedSections));
   if (const std::string why = unread_by_scheme(e, key_); !why.empty())
     throw UsageError("--keys " + key_ + " " + why);
@@ -111,8 +114,8 @@ TuneKey::TuneKey(const std::string& text, const Experiment& experiment) {
     return;
   }
   if (!std::isfinite(recorded_)) throw UsageError("--keys " + key_ + ": its value is no single number");
-  low_ = field.limits.min;
-  high_ = field.limits.max;
+  low_ = least_ = field.limits.min;
+  high_ = most_ = field.limits.max;
   if (equals != std::string::npos) {
     take_range(text);
     if (!(low_ < high_) || !field.limits.holds(high_) ||
@@ -152,8 +155,10 @@ void TuneKey::take_spacing(const std::string& text, const Experiment& e) {
   recorded_ = e.grid.pitch_x_mm;
   low_ = recorded_ / kSpacingFold;
   high_ = recorded_ * kSpacingFold;
+  least_ = recorded_ / kSpacingMost;
+  most_ = recorded_ * kSpacingMost;
   if (text.size() > key_.size()) take_range(text);
-  if (!(low_ < high_) || low_ < recorded_ / kSpacingMost || high_ > recorded_ * kSpacingMost)
+  if (!(low_ < high_) || low_ < least_ || high_ > most_)
     throw UsageError("--keys " + text +
                      ": the range must be ascending and within a half and twice the recorded " +
                      this->text(recorded_) + " mm");
@@ -192,6 +197,13 @@ void TuneKey::set(double value, Experiment& experiment) const {
   }
   const std::vector<Field> table = fields(experiment);
   write_value(find(table, key_, experiment), value, words_);
+}
+
+bool TuneKey::at_open_end(double value) const {
+  constexpr double kNear = 0.02;  // of the searched range
+  if (!words_.empty()) return false;
+  const double near = kNear * (high_ - low_);
+  return (value <= low_ + near && low_ - least_ > near) || (value >= high_ - near && most_ - high_ > near);
 }
 
 std::string TuneKey::text(double value) const {

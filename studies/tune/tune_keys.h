@@ -37,6 +37,8 @@ class TuneKey {
   /// True for kSpacing, whose values need inputs of their own.
   bool spacing() const { return key_ == kSpacing; }
   std::string text(double value) const;
+  /// True for a value at an end of the searched range, beyond which the key's own limits allow more.
+  bool at_open_end(double value) const;
 
  private:
   void narrow();
@@ -46,6 +48,7 @@ class TuneKey {
 
   std::string key_;
   double low_ = 0.0, high_ = 1.0, power_ = 1.0, recorded_ = 0.0;
+  double least_ = 0.0, most_ = 0.0;  ///< the key's own limits
   bool whole_ = false;
   std::vector<std::string> words_;
   std::vector<double> values_;

@@ -100,6 +100,7 @@ TEST_CASE(
   }
   CHECK_THROWS_WITH(TuneKey("control.foresee.flow_gain", block("smf")), Contains("smf_foresee"));
   CHECK_THROWS_WITH(TuneKey(std::string(kSpacing), block()), Contains("plain shape"));
+  CHECK_THROWS_WITH(TuneKey("ice.interval_layers", block()), Contains("sliced by [ice] before its print"));
   CHECK_THROWS_WITH(goal_index(block(), "droplets"), Contains("worst_rms_um"));
 }
 

@@ -98,6 +98,28 @@ TEST_CASE("A key to tune has its range from the table of options, or a narrower 
   CHECK(words.text(words.recorded()) == "diffusion");
 }
 
+TEST_CASE("A value at an end of the searched range is one where the key's own limits allow more") {
+  const Experiment e = test::tiny_print("x", "smf");
+  const TuneKey kp("control.smf.kp", e), narrow("control.smf.kp=0.5:2", e);
+  CHECK(narrow.at_open_end(0.5));
+  CHECK(narrow.at_open_end(1.99));
+  CHECK_FALSE(narrow.at_open_end(1.2));
+  CHECK_FALSE(kp.at_open_end(10.0));
+  CHECK(TuneKey("control.smf.max_drops=1:4", e).at_open_end(4.0));
+  CHECK_FALSE(TuneKey("control.smf.rounding", e).at_open_end(2.0));
+  CHECK(TuneKey(std::string(kSpacing), e).at_open_end(1.3 * e.grid.pitch_x_mm));
+}
+
+TEST_CASE("A setting that breaks a rule between keys is left out with that rule alone") {
+  const Experiment e = quick(small_print());
+  const std::vector<TuneKey> keys{{"process.sub_patterns=2:4", e}};
+  const RecordedRun run{"a run", e, make_inputs(e, "."), {}, 0};
+  const Advice advice = advise(known_lab(), run, keys, {.seed = 2, .threads = 2, .prints = 40});
+  const auto three = std::ranges::find(advice.rejected, "process.sub_patterns = 3", &Rejected::setting);
+  REQUIRE(three != advice.rejected.end());
+  CHECK(three->reason == "a layer has 1, 2 or 4 sub-patterns");
+}
+
 TEST_CASE(
     "A key whose limits only keep nonsense out is searched about its recorded value, or asks for a range") {
   Experiment e = test::tiny_print("x", "open_loop");
