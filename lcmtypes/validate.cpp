@@ -1,5 +1,6 @@
 #include "lcmtypes/validate.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -7,6 +8,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "core/grid/avx2.h"
 #include "lcmtypes/limits.h"
 #include "lcmtypes/schema.h"
 #include "lcmtypes/schema_walk.h"
@@ -115,31 +117,50 @@ bool any_outside(const std::byte* p, std::size_t n, unsigned high) {
   return (bad & kTops) != 0;
 }
 
-// Is any of n floats outside -high..high, NaN being fine?
-bool any_outside(const std::byte* p, std::size_t n, float high) {
-  const std::uint32_t top = std::bit_cast<std::uint32_t>(high), infinite = 0x7f800000u;
-  std::uint32_t bad = 0;
+/// Is any of n big-endian reals outside -high..high, or NaN unless nan_ok?
+template <class Bits, Bits kInfinite>
+[[gnu::always_inline]] inline bool any_real_outside(const std::byte* p, std::size_t n, Bits high,
+                                                    bool nan_ok) {
+  const Bits most = nan_ok ? kInfinite : std::numeric_limits<Bits>::max();
+  Bits bad = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    std::uint32_t x;
-    std::memcpy(&x, p + 4 * i, 4);
-    x = __builtin_bswap32(x) & 0x7fffffffu;
-    bad |= std::uint32_t(x > top) & std::uint32_t(x <= infinite);
+    Bits x;
+    std::memcpy(&x, p + sizeof x * i, sizeof x);
+    if constexpr (sizeof x == 4)
+      x = __builtin_bswap32(x);
+    else
+      x = __builtin_bswap64(x);
+    x &= std::numeric_limits<Bits>::max() >> 1;
+    bad |= Bits(x > high) & Bits(x <= most);
   }
   return bad != 0;
 }
+bool floats_portable(const std::byte* p, std::size_t n, std::uint32_t high, bool nan_ok) {
+  return any_real_outside<std::uint32_t, 0x7f800000u>(p, n, high, nan_ok);
+}
+bool doubles_portable(const std::byte* p, std::size_t n, std::uint64_t high, bool nan_ok) {
+  return any_real_outside<std::uint64_t, 0x7ff0000000000000u>(p, n, high, nan_ok);
+}
+#ifdef __x86_64__
+__attribute__((target("avx2"))) bool floats_avx2(const std::byte* p, std::size_t n, std::uint32_t high,
+                                                 bool nan_ok) {
+  return any_real_outside<std::uint32_t, 0x7f800000u>(p, n, high, nan_ok);
+}
+__attribute__((target("avx2"))) bool doubles_avx2(const std::byte* p, std::size_t n, std::uint64_t high,
+                                                  bool nan_ok) {
+  return any_real_outside<std::uint64_t, 0x7ff0000000000000u>(p, n, high, nan_ok);
+}
+#else
+constexpr auto floats_avx2 = floats_portable;
+constexpr auto doubles_avx2 = doubles_portable;
+#endif
 
-// The same of doubles; without nan_ok, NaN lies outside.
-bool any_double_outside(const std::byte* p, std::size_t n, double high, bool nan_ok) {
-  const std::uint64_t top = std::bit_cast<std::uint64_t>(high), infinite = 0x7ff0000000000000u;
-  const std::uint64_t most = nan_ok ? infinite : ~std::uint64_t(0);
-  std::uint64_t bad = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    std::uint64_t x;
-    std::memcpy(&x, p + 8 * i, 8);
-    x = __builtin_bswap64(x) & 0x7fffffffffffffffu;
-    bad |= std::uint64_t(x > top) & std::uint64_t(x <= most);
+bool any_outside(Kind kind, const std::byte* p, std::size_t n, double high, bool nan_ok) {
+  if (kind == Kind::kFloat) {
+    const float most = float(std::min(high, double(std::numeric_limits<float>::max())));
+    return (has_avx2() ? floats_avx2 : floats_portable)(p, n, std::bit_cast<std::uint32_t>(most), nan_ok);
   }
-  return bad != 0;
+  return (has_avx2() ? doubles_avx2 : doubles_portable)(p, n, std::bit_cast<std::uint64_t>(high), nan_ok);
 }
 
 // First element outside the limit, or n.
@@ -149,10 +170,8 @@ std::size_t first_outside(const Check& c, const std::byte* p, std::size_t n) {
     const Limit& l = c.limit;
     if (c.kind == Kind::kInt8 && l.low == 0 && l.high <= 127 && !any_outside(p, n, unsigned(l.high)))
       return n;
-    if (c.kind == Kind::kDouble && l.low == -l.high && !l.above_low &&
-        !any_double_outside(p, n, l.high, l.nan_ok))
+    if (is_real(c.kind) && l.low == -l.high && !l.above_low && !any_outside(c.kind, p, n, l.high, l.nan_ok))
       return n;
-    if (c.kind == Kind::kFloat && l.nan_ok && l.low == -l.high && !any_outside(p, n, float(l.high))) return n;
   }
   for (std::size_t k = 0; k < n; ++k)
     if (!inside(c.limit, number_at(c.kind, p + k * size))) return k;

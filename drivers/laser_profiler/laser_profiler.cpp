@@ -157,7 +157,7 @@ void LaserProfiler::reply(const Request& request, std::span<const std::byte> fra
     fault(nothing_yet ? Severity::kNotice : Severity::kWarning, kInstrument, text, fx);
     if (request.argument == ljv::kChangeProgram) return reconnect(now_us, fx, text);
     raw_.points = 0;
-  } else if (request.argument == ljv::kGetProfile && !ljv::parse_profile(frame, raw_)) {
+  } else if (request.argument == ljv::kGetProfile && !ljv::parse_profile(frame, raw_, 0, false)) {
     fault(
         Severity::kWarning, kInstrument,
         "laser_profiler: a profile of " + std::to_string(frame.size()) + " bytes contradicts its own fields",
@@ -167,10 +167,12 @@ void LaserProfiler::reply(const Request& request, std::span<const std::byte> fra
   }
   if (request.argument != ljv::kGetProfile) return;
   if (scanning_ && (phase_ == Phase::kArmed || phase_ == Phase::kEnding)) {
-    if (by_number())
+    if (by_number()) {
       take_all(frame, now_us, fx);
-    else
+    } else {
+      if (raw_.points > 0 && raw_.trigger_count != last_trigger_) ljv::parse_profile(frame, raw_);
       take(now_us, fx);
+    }
     if (!scanning_ && phase_ == Phase::kArmed) {
       phase_ = Phase::kReady;
       set_state(DeviceState::kSafe, "scan complete", fx);

@@ -102,7 +102,7 @@ std::optional<Holdings> parse_holdings(std::span<const std::byte> frame) {
   return h;
 }
 
-bool parse_profile(std::span<const std::byte> frame, RawProfile& out, int k) {
+bool parse_profile(std::span<const std::byte> frame, RawProfile& out, int k, bool wanted) {
   out.points = 0;
   out.z_mm.clear();
   if (frame.size() < kPrefix + kHeader) return false;
@@ -124,6 +124,8 @@ bool parse_profile(std::span<const std::byte> frame, RawProfile& out, int k) {
   out.dx_mm = dx * kMmPerUnit;
   out.trigger_count = u32(data, at + kTrigger);
   out.encoder_count = std::int32_t(u32(data, at + kEncoder));
+  out.points = std::int32_t(points);
+  if (!wanted) return true;
   const double unit_mm = u16(data, kUnit) * kMmPerUnit;
   const std::span<const std::byte> samples = data.subspan(at + kSamples);
   out.z_mm.resize(points);
@@ -138,7 +140,6 @@ bool parse_profile(std::span<const std::byte> frame, RawProfile& out, int k) {
     put(n + 1, signed20(low >> 20 | high << 12));
   }
   if (n < points) put(n, sample20(samples, n));
-  out.points = std::int32_t(points);
   return true;
 }
 

@@ -61,8 +61,9 @@ struct Holdings {
 };
 /// @returns nothing as parse_head, or when the reply has more profiles than bytes for them
 std::optional<Holdings> parse_holdings(std::span<const std::byte> frame);
-/// Profile `k` of the reply; reuses the storage of `out`. @returns false as parse_head.
-bool parse_profile(std::span<const std::byte> frame, RawProfile& out, int k = 0);
+/// Profile `k` of the reply; reuses the storage of `out`. @param samples false: z_mm stays empty
+/// @returns false as parse_head.
+bool parse_profile(std::span<const std::byte> frame, RawProfile& out, int k = 0, bool samples = true);
 
 /// Sample `n` of the packed 20-bit signed little-endian stream. @pre the stream holds it.
 std::int32_t sample20(std::span<const std::byte> data, std::size_t n);

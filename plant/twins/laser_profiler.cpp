@@ -21,7 +21,9 @@ std::uint32_t u32_at(std::span<const std::byte> bytes, std::size_t at) {
 }
 
 void put(std::string& out, std::uint64_t value, int bytes) {
-  for (int n = 0; n < bytes; ++n) out.push_back(char(value >> 8 * n));
+  char text[8];
+  for (int n = 0; n < 8; ++n) text[n] = char(value >> 8 * n);
+  out.append(text, std::size_t(bytes));
 }
 
 }  // namespace
@@ -48,23 +50,27 @@ void ProfilerTwin::trigger(std::int64_t t_us, std::int32_t encoder_counts, std::
   newest_.trigger = ++triggers_;
   newest_.encoder = encoder_counts;
   newest_.points = std::uint32_t(z_mm.size());
-  newest_.packed.assign((z_mm.size() * 20 + 7) / 8, '\0');
-  char* out = newest_.packed.data();
-  std::uint64_t bits = 0;
-  int held = 0;
-  for (std::size_t n = 0; n < z_mm.size(); ++n) {
-    const std::size_t at = params_.mirrored ? z_mm.size() - 1 - n : n;
-    const double height_mm = z_mm[at] + (gauge_ && at < z_mm.size() / 3 ? kGauge_mm : 0.0);
+  const std::size_t size = z_mm.size();
+  units_.resize(size + size % 2);  // a pair of points fills five bytes
+  for (std::size_t n = 0; n < size; ++n) {
+    const std::size_t at = params_.mirrored ? size - 1 - n : n;
+    const double height_mm = z_mm[at] + (gauge_ && at < size / 3 ? kGauge_mm : 0.0);
     const double z = params_.zero_mm + (params_.upside_down ? -height_mm : height_mm);
     const double units = z * (1e5 / kUnit);  // 1 mm = 1e5 x 0.01 um
-    const std::int32_t point =
-        std::isnan(units)
-            ? kNoPeak
-            : std::int32_t(std::clamp(units, double(kLowest), double(kLimit)) + 1048576.5) - 1048576;
-    bits |= std::uint64_t(std::uint32_t(point) & 0xfffffu) << held;
-    for (held += 20; held >= 8; held -= 8, bits >>= 8) *out++ = char(bits);
+    units_[n] = std::isnan(units)
+                    ? kNoPeak
+                    : std::int32_t(std::clamp(units, double(kLowest), double(kLimit)) + 1048576.5) - 1048576;
   }
-  if (held > 0) *out = char(bits);
+  if (size % 2 == 1) units_.back() = 0;
+  newest_.packed.resize(units_.size() / 2 * 5);
+  char* out = newest_.packed.data();
+  for (std::size_t n = 0; n < units_.size(); n += 2, out += 5) {
+    const std::uint32_t a = std::uint32_t(units_[n]) & 0xfffffu, b = std::uint32_t(units_[n + 1]) & 0xfffffu;
+    const std::uint32_t low = a | b << 20;
+    for (int k = 0; k < 4; ++k) out[k] = char(low >> 8 * k);
+    out[4] = char(b >> 12);
+  }
+  newest_.packed.resize((size * 20 + 7) / 8);
   memory_.push_back(newest_);
   if (memory_.size() > kMemory) memory_.pop_front();
 }

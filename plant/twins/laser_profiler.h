@@ -54,8 +54,9 @@ class ProfilerTwin : public Twin {
   std::uint8_t program_ = 0;
   std::uint32_t triggers_ = 0;  ///< since power on
   std::uint8_t gauge_ = 0;
-  Shot newest_, before_;     ///< the one before serves until the newest is ready
-  std::deque<Shot> memory_;  ///< not forgotten yet, the newest last
+  std::vector<std::int32_t> units_;  ///< of the profile that is packed
+  Shot newest_, before_;             ///< the one before serves until the newest is ready
+  std::deque<Shot> memory_;          ///< not forgotten yet, the newest last
 };
 
 /// Returns the spacing of points of a line that covers `grid` with 15 % to spare, in steps of 5 um [mm].
