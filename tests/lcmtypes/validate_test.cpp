@@ -1,9 +1,11 @@
 #include "lcmtypes/validate.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <limits>
 
 #include "firn/enums.h"
+#include "firn/gas_flow_t.hpp"
 #include "tests/lcmtypes/samples.h"
 
 using namespace firn;
@@ -148,6 +150,18 @@ TEST_CASE("The fast checks of whole arrays agree with each element's own limit")
         plan.drops[at] = 0;
       }
   }
+}
+
+TEST_CASE("Any finite pair of doubles passes where nothing else is asked, and no other") {
+  gas_flow_t flow{};
+  flow.header = some_header();
+  const double most = std::numeric_limits<double>::max(), infinite = std::numeric_limits<double>::infinity();
+  for (const double v : {0.0, -0.0, most, -most, infinite, -infinite, double(NAN), 5e-324})
+    for (double& place : flow.sccm) {
+      place = v;
+      CHECK(judge("GAS_FLOW", flow).has_value() != std::isfinite(v));
+      place = 0.0;
+    }
 }
 
 TEST_CASE("Every end of a run may be told, also a part out of tolerance") {
