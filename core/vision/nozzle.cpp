@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/statistics/median.h"
 
@@ -9,7 +10,8 @@ namespace firn::vision {
 namespace {
 
 constexpr double kHalf = 0.5;
-constexpr double kWidthStd_px = 0.12;  // the halfway level's, which all rows share
+constexpr double kWidthStd_px = 0.12;                  // the halfway level's, which all rows share
+constexpr double kReach_px = 2.0, kReachShare = 0.02;  // of a flank, from row to row; share of the width
 
 // The picture seen with the nozzle at the top: s counts inwards from the nozzle's side, c along that side.
 struct Turned {
@@ -36,27 +38,96 @@ struct Turned {
 
 struct Span {
   double from = 0.0, to = 0.0;
-  bool seen = false;
+  bool seen = false;  // both sides
   double width() const { return to - from; }
 };
 
-// The outermost halfway points of one row, within the component's columns.
-Span span_of(const Turned& t, int s, int c0, int c1) {
-  Span span;
-  int first = c0, last = c1;
-  while (first <= last && t.opacity(first, s) < kHalf) ++first;
-  while (last >= first && t.opacity(last, s) < kHalf) --last;
-  if (first > last) return span;
-  span = {double(first), double(last), true};
-  if (first > 0) {
-    const double in = t.opacity(first, s), out = t.opacity(first - 1, s);
-    if (in > out && out < kHalf) span.from = first - (in - kHalf) / (in - out);
+// The halfway point between columns c - 1 and c of a row, where it is crossed.
+std::optional<double> halfway(const Turned& t, int s, int c) {
+  const double a = t.opacity(c - 1, s), b = t.opacity(c, s);
+  if ((a < kHalf) == (b < kHalf)) return std::nullopt;
+  return c - 1 + (kHalf - a) / (b - a);
+}
+
+// One flank of the nozzle, followed from row to row: the halfway point nearest to where the rows before lead.
+// What is written over the flank is far from it and is passed over.
+class Flank {
+ public:
+  Flank(double at, double reach_px, bool left) : at_(at), reach_px_(reach_px), left_(left) {}
+
+  double at() const { return seen_at_; }  ///< in the last row
+  double expected() const { return at_ + slope_; }
+  bool follow(const Turned& t, int s) {
+    at_ += slope_;
+    ++rows_;
+    std::optional<double> best;
+    // Its first rows, where nothing is written, say how it runs.
+    const double near = s < kFirstRows ? reach_px_ : std::min(reach_px_, kNear_px + kNearPerRow_px * rows_);
+    const int middle = int(std::lround(at_)), reach = int(std::ceil(near)) + 1;
+    for (int c = std::max(1, middle - reach); c <= std::min(t.breadth - 1, middle + reach); ++c) {
+      if ((t.opacity(c, s) >= kHalf) != left_) continue;
+      const auto at = halfway(t, s, c);
+      if (at && std::abs(*at - at_) <= near && (!best || std::abs(*at - at_) < std::abs(*best - at_)))
+        best = at;
+    }
+    seen_at_ = best.value_or(at_);
+    if (!best) return false;
+    // Place and slope follow slowly: writing that touches the flank must not lead it away.
+    const bool first = s < kFirstRows;
+    if (rows_ <= kSlopeRows) slope_ += (first ? kFirstSlope : kSlope) * (*best - at_) / rows_;
+    at_ += (first ? 1.0 : kGain) * (*best - at_);
+    rows_ = 0;
+    return true;
   }
-  if (last + 1 < t.breadth) {
-    const double in = t.opacity(last, s), out = t.opacity(last + 1, s);
-    if (in > out && out < kHalf) span.to = last + (in - kHalf) / (in - out);
+
+ private:
+  static constexpr int kSlopeRows = 3, kFirstRows = 6;
+  static constexpr double kSlope = 0.05, kFirstSlope = 0.5, kGain = 0.3;
+  static constexpr double kNear_px = 1.5, kNearPerRow_px = 0.05;
+  double at_, reach_px_, slope_ = 0.0, seen_at_ = 0.0;
+  bool left_;
+  int rows_ = 0;  // since it was seen
+};
+
+// The longest stretch of a row that is the nozzle's.
+Span longest_run(const Turned& t, int s, int c0, int c1) {
+  Span longest;
+  for (int c = c0; c <= c1; ++c) {
+    if (t.opacity(c, s) < kHalf) continue;
+    int last = c;
+    while (last < c1 && t.opacity(last + 1, s) >= kHalf) ++last;
+    if (last - c > longest.width()) {
+      longest = {double(c), double(last), true};
+      if (c > 0) longest.from = halfway(t, s, c).value_or(c);
+      if (last + 1 < t.breadth) longest.to = halfway(t, s, last + 1).value_or(last);
+    }
+    c = last;
   }
-  return span;
+  return longest;
+}
+
+// Share of the stretch that is not bright.
+double covered(const Turned& t, int s, double from, double to) {
+  int n = 0, dark = 0;
+  for (int c = std::max(0, int(std::ceil(from))); c <= std::min(t.breadth - 1, int(to)); ++c, ++n)
+    dark += t.opacity(c, s) >= kHalf;
+  return n > 0 ? double(dark) / n : 0.0;
+}
+
+// The rows of the nozzle from the picture's edge to its own.
+std::vector<Span> follow_flanks(const Turned& t, int far, int c0, int c1) {
+  std::vector<Span> spans;
+  const Span first = longest_run(t, 0, c0, c1);
+  if (!first.seen) return spans;
+  const double reach = kReach_px + kReachShare * first.width();
+  Flank left(first.from, reach, true), right(first.to, reach, false);
+  for (int s = 0; s <= far; ++s) {
+    const double from = left.expected(), to = right.expected();
+    if (s > 2 && covered(t, s, from, to) < kHalf) break;
+    const bool left_seen = left.follow(t, s), right_seen = right.follow(t, s);
+    spans.push_back({left.at(), right.at(), left_seen && right_seen});
+  }
+  return spans;
 }
 
 double square(double x) { return x * x; }
@@ -83,33 +154,25 @@ Nozzle measure_nozzle(const Scene& scene, const Component& c) {
   const Turned t(scene, side);
   const int c0 = side < 2 ? c.x0 : c.y0, c1 = side < 2 ? c.x1 : c.y1;
   const int far = side == 0 ? c.y1 : side == 1 ? f.height - 1 - c.y0 : side == 2 ? c.x1 : f.width - 1 - c.x0;
-  std::vector<Span> spans;
-  std::vector<double> widths;
-  int end = -1;
-  for (int s = 0; s <= far; ++s) {
-    const Span span = span_of(t, s, c0, c1);
-    if (widths.size() >= 3) {
-      std::vector<double> before(widths.end() - std::ptrdiff_t(std::min<std::size_t>(widths.size(), 24)),
-                                 widths.end());
-      if (!span.seen || span.width() < kHalf * statistics::median(before)) {
-        end = s;
-        break;
-      }
-    }
-    spans.push_back(span);
-    widths.push_back(span.seen ? span.width() : 0.0);
-  }
-  if (end < 0) end = far + 1;
+  const std::vector<Span> spans = follow_flanks(t, far, c0, c1);
+  const int end = int(spans.size());
   if (end < 4 || touch[side] < 4) return nozzle;
   // Rows close to the edge, but clear of its rounding.
   std::vector<double> near, left, right;
-  for (int s = std::max(0, end - 3 - std::max(6, end / 3)); s < end - 2; ++s) {
-    const Span& span = spans[std::size_t(s)];
-    if (!span.seen || span.from <= 0 || span.to >= t.breadth - 1) continue;
-    near.push_back(span.width());
-    left.push_back(span.from);
-    right.push_back(span.to);
-  }
+  const auto take = [&](int from) {
+    near.clear();
+    left.clear();
+    right.clear();
+    for (int s = std::max(0, from); s < end - 2; ++s) {
+      const Span& span = spans[std::size_t(s)];
+      if (!span.seen || span.from <= 0 || span.to >= t.breadth - 1) continue;
+      near.push_back(span.width());
+      left.push_back(span.from);
+      right.push_back(span.to);
+    }
+  };
+  take(end - 3 - std::max(6, end / 3));
+  if (near.size() < 3) take(0);  // written over
   if (near.size() < 3) return nozzle;
   const double width = statistics::median(near), from = statistics::median(left),
                to = statistics::median(right);

@@ -13,8 +13,9 @@ struct Nozzle {
   Point flight;                               ///< unit vector from the nozzle's side of the picture inwards
 };
 
-/// Follows the width of the silhouette from its side of the picture inwards: the nozzle ends where the width
-/// falls below half of its median before. @pre the component reaches the picture's edge
+/// Follows both flanks of the silhouette from its side of the picture inwards; writing over them is passed
+/// over. It ends where less than half of what is between them is covered. @pre the component reaches the
+/// picture's edge
 Nozzle measure_nozzle(const Scene& scene, const Component& component);
 
 }  // namespace firn::vision

@@ -8,6 +8,7 @@
 #include "core/statistics/median.h"
 #include "core/vision/least_squares.h"
 #include "core/vision/raster.h"
+#include "core/vision/rim.h"
 
 namespace firn::vision {
 namespace {
@@ -159,6 +160,36 @@ double edge_blur(const std::array<Ray, kRays>& rays, const std::array<double, kR
   return sum * std::sqrt(2 * std::numbers::pi);
 }
 
+// The opacity across the rim, averaged over the rays at equal distances from their halfway points: where it
+// is that of a ring, by its true edge.
+RimFit thin_rim(const std::array<Ray, kRays>& rays, const std::array<double, kRays>& r,
+                const std::array<bool, kRays>& use, double blur_px) {
+  constexpr int kInwards = 18, kOutwards = 12;
+  const double pitch = rays[0].step;
+  std::array<double, kInwards + kOutwards + 1> mean{};
+  std::array<int, kInwards + kOutwards + 1> n{};
+  for (int k = 0; k < kRays; ++k) {
+    if (!use[k]) continue;
+    const Ray& ray = rays[k];
+    for (int i = -kInwards; i <= kOutwards; ++i) {
+      const double at = (r[k] + i * pitch - ray.start) / ray.step;
+      if (at < 0.0 || at + 1.0 >= double(ray.opacity.size())) continue;
+      const std::size_t j = std::size_t(at);
+      mean[std::size_t(i + kInwards)] +=
+          (1 - (at - double(j))) * ray.opacity[j] + (at - double(j)) * ray.opacity[j + 1] - ray.outside;
+      ++n[std::size_t(i + kInwards)];
+    }
+  }
+  const int most = *std::ranges::max_element(n);
+  int first = 0, last = kInwards + kOutwards;
+  while (first < last && 2 * n[std::size_t(first)] < most) ++first;
+  while (last > first && 2 * n[std::size_t(last)] < most) --last;
+  if (most < kRays / 4) return {};
+  for (int i = first; i <= last; ++i) mean[std::size_t(i)] /= n[std::size_t(i)];
+  return fit_rim(std::span(mean).subspan(std::size_t(first), std::size_t(last - first + 1)),
+                 (first - kInwards) * pitch, pitch, blur_px);
+}
+
 void measure_polygon(const std::array<double, kRays>& r, Point centre, Outline& o) {
   const auto u = directions();
   double area = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0;
@@ -232,6 +263,8 @@ Outline outline_with(const Scene& scene, const Silhouette& s, const Bulge& bulge
   if (!fine.valid || inside.empty()) return o;
   o.opacity = statistics::median(inside);
   o.blur_px = edge_blur(rays, edge, use);
+  const RimFit rim_fit = thin_rim(rays, edge, use, o.blur_px);
+  if (rim_fit.found) o.blur_px = rim_fit.blur_px;
 
   std::vector<double> off;
   for (int k = 0; k < kRays; ++k)
@@ -248,6 +281,7 @@ Outline outline_with(const Scene& scene, const Silhouette& s, const Bulge& bulge
     } else {
       edge[k] = e;
     }
+    if (rim_fit.found) edge[k] += rim_fit.edge_px;
     edge[k] += o.blur_px * o.blur_px / (2 * std::max(edge[k], o.blur_px));  // less than half the blur
   }
   if (seen < kRays / 4) return o;
