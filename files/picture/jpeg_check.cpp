@@ -11,11 +11,11 @@ namespace firn {
 namespace {
 
 constexpr double kMostPixels = 268435456.0;  // as the decoder of pictures admits
-constexpr int kStrayBytes = 4;               // between markers, as some cameras write: no damage
 
 struct Complaints {
   jpeg_error_mgr manager;
   std::jmp_buf leave;
+  bool decoding = false;  ///< the head is read; stray bytes in it, as some cameras write, are no damage
   char first[JMSG_LENGTH_MAX] = "";
 };
 
@@ -27,8 +27,7 @@ void keep(j_common_ptr jpeg) {
 
 void warn(j_common_ptr jpeg, int level) {
   if (level >= 0) return;  // traces
-  const jpeg_error_mgr& e = of(jpeg).manager;
-  if (e.msg_code == JWRN_EXTRANEOUS_DATA && e.msg_parm.i[0] <= kStrayBytes) return;
+  if (const Complaints& c = of(jpeg); !c.decoding && c.manager.msg_code == JWRN_EXTRANEOUS_DATA) return;
   keep(jpeg);
 }
 
@@ -56,6 +55,7 @@ std::string damage_of_jpeg(std::span<const unsigned char> file) {
   jpeg_mem_src(&jpeg, file.data(), static_cast<unsigned long>(file.size()));
   jpeg_read_header(&jpeg, TRUE);
   if (double(jpeg.image_width) * jpeg.image_height <= kMostPixels) {
+    complaints.decoding = true;
     jpeg.scale_num = 1;
     jpeg.scale_denom = 8;
     jpeg.dct_method = JDCT_IFAST;

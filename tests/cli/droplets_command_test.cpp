@@ -133,9 +133,9 @@ TEST_CASE("Wrong pictures and options are refused by file, option and limit") {
   write_file_text(folder / "cut.png", file_text(none).substr(0, 40));
   const std::string jpeg = save(plant::render_strobe(camera(), nullptr, 0, 1, 0), folder / "none.jpg");
   write_file_text(folder / "cut.jpg", file_text(jpeg).substr(0, file_text(jpeg).size() / 2));
-  std::string turned = file_text(jpeg);
-  for (std::size_t n = 0; n < 6; ++n) turned[turned.size() / 2 + 37 * n] ^= char(0x5A);
-  write_file_text(folder / "turned.jpg", turned);
+  std::string holed = file_text(jpeg);
+  holed.erase(holed.size() / 2, 200);  // a turned byte need not be seen: JPEG has no checksum
+  write_file_text(folder / "holed.jpg", holed);
   cv::imwrite((folder / "small.png").string(), cv::Mat(8, 300, CV_8U, cv::Scalar(9)));
   write_file_text(folder / "dot.pgm", "P5\n1 1\n255\nx");
   write_file_text(folder / "none.pgm", "P5\n0 0\n255\n");
@@ -153,7 +153,7 @@ TEST_CASE("Wrong pictures and options are refused by file, option and limit") {
   refused({(folder / "zero.png").string()}, "zero.png: is empty");
   refused({(folder / "cut.png").string()}, "cut.png: no");
   refused({(folder / "cut.jpg").string()}, "cut.jpg: is cut: byte ");
-  refused({(folder / "turned.jpg").string()}, "turned.jpg: damaged: Corrupt JPEG data");
+  refused({(folder / "holed.jpg").string()}, "holed.jpg: damaged: Corrupt JPEG data");
   refused({(folder / "small.png").string()}, "300 x 8 pixels; sides must be from 16 to 16384");
   refused({(folder / "dot.pgm").string()}, "dot.pgm: 1 x 1 pixels; sides must be from 16 to 16384");
   refused({(folder / "none.pgm").string()}, "none.pgm: ");
