@@ -174,7 +174,7 @@ def aerosol_thompson():
     names = {"paper": "the paper's corners", "loops": "loops", "hybrid": "hybrid"}
     return study_table("aerosol-thompson", names, [
         (f"{part}: {head}", measure, part, decimals, 1, measure == "offset_rms_um") for part in results("aerosol-thompson")["parts"]
-        for head, measure, decimals in (("middles [um]", "offset_rms_um", 1), ("camera", "seen_offset_um", 1),
+        for head, measure, decimals in (("middles [um]", "offset_rms_um", 1), ("camera", "seen_offset_um", 1), ("path", "followed_offset_um", 1),
                                         ("overspray [%]", "overspray_pct", 2), ("camera", "seen_overspray_pct", 2))])
 
 
