@@ -15,7 +15,7 @@ using Json = nlohmann::json;
 
 namespace {
 
-plant::StrobeCamera camera() {
+plant::StrobeCamera photo_camera() {
   plant::StrobeCamera c;
   c.width = 320;
   c.height = 280;
@@ -53,7 +53,7 @@ TEST_CASE("The droplet of a picture is the same in JPEG, PNG, TIFF and BMP, and 
                                                                             {"a.tif", 255},
                                                                             {"b.tif", 4095},
                                                                             {"b.png", 65535}}) {
-    plant::StrobeCamera c = camera();
+    plant::StrobeCamera c = photo_camera();
     c.white = white;
     const plant::StrobePicture p = plant::render_strobe(c, &jet, 100, 7, 0);
     const Said said = firn_says({"droplets", save(p, folder / name), "--scale", "2", "--json"});
@@ -78,7 +78,7 @@ TEST_CASE("Pictures at several delays give velocity, angle and break-off, the no
   std::string delays;
   for (int k = 0; k < 10; ++k) {
     const double delay = 30 + 12 * k;
-    words.push_back(save(plant::render_strobe(camera(), &jet, delay, 9, std::uint32_t(k)),
+    words.push_back(save(plant::render_strobe(photo_camera(), &jet, delay, 9, std::uint32_t(k)),
                          folder / (std::to_string(k) + ".png")));
     delays += (k ? "," : "") + std::to_string(int(delay));
   }
@@ -105,9 +105,9 @@ TEST_CASE("Pictures at several delays give velocity, angle and break-off, the no
 TEST_CASE("Without a scale a sweep is in pixels, and an empty picture is no drop") {
   const auto folder = fresh_folder("droplet-none");
   const plant::StrobeJet jet;
-  const std::string none = save(plant::render_strobe(camera(), nullptr, 0, 1, 0), folder / "none.png");
-  const std::string a = save(plant::render_strobe(camera(), &jet, 80, 1, 1), folder / "a.png");
-  const std::string b = save(plant::render_strobe(camera(), &jet, 120, 1, 2), folder / "b.png");
+  const std::string none = save(plant::render_strobe(photo_camera(), nullptr, 0, 1, 0), folder / "none.png");
+  const std::string a = save(plant::render_strobe(photo_camera(), &jet, 80, 1, 1), folder / "a.png");
+  const std::string b = save(plant::render_strobe(photo_camera(), &jet, 120, 1, 2), folder / "b.png");
   const Said said = firn_says({"droplets", none, a, b, "--delay-us", "10,80,120", "--json"});
   INFO(said.err);
   REQUIRE(said.code == 0);
@@ -124,14 +124,14 @@ TEST_CASE("Without a scale a sweep is in pixels, and an empty picture is no drop
 
 TEST_CASE("Wrong pictures and options are refused by file, option and limit") {
   const auto folder = fresh_folder("droplet-errors");
-  const std::string none = save(plant::render_strobe(camera(), nullptr, 0, 1, 0), folder / "none.png");
-  plant::StrobeCamera bare = camera();
+  const std::string none = save(plant::render_strobe(photo_camera(), nullptr, 0, 1, 0), folder / "none.png");
+  plant::StrobeCamera bare = photo_camera();
   bare.nozzle_um = 0;
   const std::string empty = save(plant::render_strobe(bare, nullptr, 0, 1, 0), folder / "empty.png");
   write_file_text(folder / "text.jpg", "no picture");
   write_file_text(folder / "zero.png", "");
   write_file_text(folder / "cut.png", file_text(none).substr(0, 40));
-  const std::string jpeg = save(plant::render_strobe(camera(), nullptr, 0, 1, 0), folder / "none.jpg");
+  const std::string jpeg = save(plant::render_strobe(photo_camera(), nullptr, 0, 1, 0), folder / "none.jpg");
   write_file_text(folder / "cut.jpg", file_text(jpeg).substr(0, file_text(jpeg).size() / 2));
   std::string holed = file_text(jpeg);
   holed.erase(holed.size() / 2, 200);  // a turned byte need not be seen: JPEG has no checksum
