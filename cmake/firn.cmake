@@ -188,9 +188,9 @@ function(firn_test name)
   if(ARG_COMPUTES)
     set(kind COMPUTING_TEST)
   endif()
-  add_executable(${name} ${ARG_UNPARSED_ARGUMENTS} $<TARGET_OBJECTS:firn_catch_main>)
+  add_executable(${name} ${ARG_UNPARSED_ARGUMENTS})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
-  target_link_libraries(${name} PRIVATE ${ARG_LINK})
+  target_link_libraries(${name} PRIVATE firn_catch_main ${ARG_LINK})
   target_compile_options(${name} PRIVATE ${FIRN_${kind}_OPTIONS})
   target_compile_definitions(${name} PRIVATE
     FIRN_SOURCE_DIR="${CMAKE_SOURCE_DIR}" FIRN_BINARY_DIR="${CMAKE_BINARY_DIR}")
@@ -216,8 +216,7 @@ function(firn_test name)
     add_dependencies(thread_tests ${name})
   endif()
   list(JOIN labels "-" labels)  # one label, which ctest -L and -LE match by part
-  catch_discover_tests(${name} TEST_PREFIX "${name}: " EXTRA_ARGS --warn NoTests  # a name that matches nothing fails
-    PROPERTIES TIMEOUT ${ARG_TIMEOUT} RUN_SERIAL ${alone} LABELS "${labels}"
+  catch_discover_tests(${name} TEST_PREFIX "${name}: " PROPERTIES TIMEOUT ${ARG_TIMEOUT} RUN_SERIAL ${alone} LABELS "${labels}"
     SKIP_RETURN_CODE 77)  # tests/support/skip.h
 endfunction()
 
