@@ -356,7 +356,8 @@ int held(int paths, std::uint64_t seed, bool nasty) {
       const PlanResult result = plan_certified(input, *arm, cobra600_limits(), options, work);
       std::vector<Point2> points;
       for (const Point2& p : path.points) points.push_back({p.x_mm + kPart.x_mm, p.y_mm + kPart.y_mm});
-      const HeldDistances found = sampled_distances(points, work.segments, result.stops + 1);
+      const HeldDistances found =
+          sampled_distances(points, work.segments, result.stops + 1, result.points_off_mm);
       const double ratio = proved_ratio(result, work);
       const bool bad = ratio > 1.0 || result.points_off_mm > result.held_mm ||
                        found.points_mm > result.points_off_mm + kChords_mm ||

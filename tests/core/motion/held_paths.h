@@ -125,9 +125,11 @@ struct HeldDistances {
   double curve_mm = 0.0;   ///< and of a sample of the curve from the polygon
 };
 
+/// @param told_mm the first place that is so near to a point goes with it
 /// @param points as planned, in the arm's base frame; their last may be that of the first segment's start
 inline HeldDistances sampled_distances(const std::vector<Point2>& points,
-                                       const std::vector<StopSegment>& segments, std::size_t count) {
+                                       const std::vector<StopSegment>& segments, std::size_t count,
+                                       double told_mm = 0.0) {
   constexpr int kParts = 48;
   std::vector<Point2> curve;
   for (std::size_t k = 0; k < count; ++k) {
@@ -150,12 +152,13 @@ inline HeldDistances sampled_distances(const std::vector<Point2>& points,
     return std::hypot(p.x_mm - a.x_mm - y * ux, p.y_mm - a.y_mm - y * uy);
   };
   // both are in order: each search goes on from where the one before it ended, and looks some way ahead
-  constexpr double kAhead_mm = 0.5;
-  const auto farthest = [&](const std::vector<Point2>& of, const std::vector<Point2>& from) {
+  constexpr double kPointAhead_mm = 3.0, kCurveAhead_mm = 0.5;
+  const auto farthest = [&](const std::vector<Point2>& of, const std::vector<Point2>& from, double most_mm,
+                            double enough) {
     double most = 0.0;
     std::size_t at = 0;
     for (std::size_t n = 0; n < of.size(); ++n) {
-      const double ahead = kAhead_mm + (n > 0 ? 2.0 * distance(of[n - 1], of[n]) : 0.0);
+      const double ahead = most_mm + (n > 0 ? 2.0 * distance(of[n - 1], of[n]) : 0.0);
       double least = 1e300, gone = 0.0;
       std::size_t best = at;
       for (std::size_t i = at; i + 1 < from.size() && gone <= ahead; ++i) {
@@ -165,13 +168,14 @@ inline HeldDistances sampled_distances(const std::vector<Point2>& points,
           least = d;
           best = i;
         }
+        if (least <= enough) break;  // a path that turns back passes its points again
       }
       at = best;
       most = std::max(most, least);
     }
     return most;
   };
-  return {farthest(points, curve), farthest(curve, points)};
+  return {farthest(points, curve, kPointAhead_mm, told_mm), farthest(curve, points, kCurveAhead_mm, 0.0)};
 }
 
 }  // namespace firn::motion

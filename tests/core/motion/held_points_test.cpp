@@ -29,7 +29,7 @@ HeldDistances found_distances(const std::vector<Point2>& points, Point2 origin, 
                               const CertifiedWork& work) {
   std::vector<Point2> in_base;
   for (const Point2& p : points) in_base.push_back({p.x_mm + origin.x_mm, p.y_mm + origin.y_mm});
-  return sampled_distances(in_base, work.segments, result.stops + 1);
+  return sampled_distances(in_base, work.segments, result.stops + 1, result.points_off_mm);
 }
 
 double largest_ratio(const PlanResult& result, const CertifiedWork& work) {
