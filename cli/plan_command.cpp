@@ -307,7 +307,7 @@ motion::PlanOptions plan_options(const PlanCommandOptions& o, const Machine& mac
   motion::PlanOptions plan;
   plan.method = *method;
   plan.tolerance_mm = o.tolerance_mm.value_or(0.0);
-  plan.hold_points = o.tolerance_mm == 0.0;
+  plan.point_rule = o.tolerance_mm ? motion::PointRule::kHeld : motion::PointRule::kFaster;
   if (!(o.fill_mm_s > 0.0 && o.fill_mm_s <= 1e6))
     throw UsageError(fmt::format("--fill-speed {}: must lie in (0, 1e6] mm/s", o.fill_mm_s));
   plan.constant_fill_mm_s = o.fill_mm_s;
@@ -385,8 +385,8 @@ void declare_plan(OptionSet& options) {
   options.option(
       "--tolerance", o.tolerance_mm,
       "the curve stays within so many mm of the points' polygon; 0: it passes every point within "
-      "its rounding, or 0.2 um; default: through the points, but for ramps (--ramp); of an aerosol "
-      "machine 0.05");
+      "its rounding, or 0.2 um; default: as 0, or through the points but for ramps (--ramp) where that is "
+      "faster; of an aerosol machine 0.05");
   options.option("--point-noise", o.point_noise_mm,
                  "largest rounding of a coordinate [mm]; default: half of the points' last decimal");
   options.option("--ramp", o.curvature_ramp_mm, "every jump of curvature is ramped over so many mm")

@@ -350,7 +350,7 @@ int held(int paths, std::uint64_t seed, bool nasty) {
     input.points = path.points;
     input.origin = kPart;
     PlanOptions options;
-    options.hold_points = true;
+    options.point_rule = PointRule::kHeld;
     options.point_noise_mm = path.decimals < 9 ? 0.5 * std::pow(10.0, -path.decimals) : 0.0;
     try {
       const PlanResult result = plan_certified(input, *arm, cobra600_limits(), options, work);

@@ -152,7 +152,7 @@ TEST_CASE("A path whose points are held says how far they are from its curve, ot
   bent.path.points = {{0, 0}, {10, 0}, {20, 0.5}, {30, 0.5}};
   PlanJobOptions how;
   CHECK(item_json(planned({bent}, 1, how)[0]).find("held_mm") == std::string::npos);
-  how.plan.hold_points = true;
+  how.plan.point_rule = motion::PointRule::kHeld;
   const auto items = planned({bent}, 1, how);
   const auto json = nlohmann::json::parse(item_json(items[0]));
   CHECK(json.at("points_off_mm") == items[0].result.points_off_mm);

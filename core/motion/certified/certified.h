@@ -117,7 +117,8 @@ inline double fit_radius_mm(const PlanOptions& options) {
 
 /// Distance within which the curve passes every point; 0 = points are not held.
 inline double hold_mm(const PlanOptions& options) {
-  if (!options.hold_points || options.tolerance_mm > 0.0 || options.curve_rule == CurveRule::kRamped)
+  if (options.point_rule != PointRule::kHeld || options.tolerance_mm > 0.0 ||
+      options.curve_rule == CurveRule::kRamped)
     return 0.0;
   return std::max(fit_radius_mm(options), PlanOptions::kLeastHold_mm);
 }

@@ -25,6 +25,7 @@ constexpr double kLikely =
     0.998;  ///< of the fastest shape so far: who is no faster before it is checked will not win
 constexpr double kNever_s = 1e300;
 constexpr std::size_t kLeastFreeChords = 6;  ///< of a free-form curve
+constexpr double kMostHeldChord_mm = 2.5;    ///< half of it: farther points are no samples of a curve
 constexpr double kLeastBend = 1e-3;          ///< 1/mm^2, of the speed limit's jerk at 125 mm/s a half
 
 std::span<const Point2> part(const CleanPath& path, std::size_t from, std::size_t to) {
@@ -71,16 +72,17 @@ bool free_form(const CleanPath& path, std::size_t from, std::size_t to, const Ce
                CertifiedWork& work) {
   constexpr double kMeantShare = 0.5;
   const PlanOptions& options = task.options;
-  const double noise =  // samples of given curves are not rounded
-      path.given.empty() ? std::max(options.point_noise_mm, 0.5 * hold_mm(options)) : options.point_noise_mm;
+  const double noise = options.point_noise_mm;
+  const bool held = path.given.empty() && hold_mm(options) > 0.0;  // samples of given curves are not rounded
   if (options.curve_rule == CurveRule::kRamped || !path.yaw_rad.empty() || to - from < kLeastFreeChords)
     return false;
   if (!(options.tolerance_mm > 0.0)) {
-    if (noise == 0.0) return false;
+    if (noise == 0.0 && !held) return false;
     // does the rounding bend the curve through the points? its third derivative is some 8 noise / chord^3
     double length = 0.0;
     for (std::size_t i = from; i < to; ++i) length += distance(path.points[i], path.points[i + 1]);
     const double chord = 0.5 * length / double(to - from);
+    if (held) return chord <= kMostHeldChord_mm;
     return 8.0 * noise > kLeastBend * chord * chord * chord;
   }
   recognise(part(path, from, to), given_curves(path, from, to, work), kSagittaMm, true, 0.0,
@@ -141,7 +143,7 @@ void plan_between(const CleanPath& path, std::size_t from, std::size_t to, const
                 work, segment);
   };
   plan_shape(free ? Shape::kFitted : Shape::kRamped, kNever_s, out);
-  if (free && hold_mm(options) > 0.0 && (options.point_noise_mm == 0.0 || !holds(out, options))) {
+  if (free && hold_mm(options) > 0.0) {
     StopSegment& other = work.other_shape;
     plan_shape(Shape::kRamped, kNever_s, other);
     const bool other_holds = holds(other, options), out_holds = holds(out, options);

@@ -30,14 +30,19 @@ enum class CurveRule {
   kRamped   ///< as in runs recorded before: curves through the points; true at dense samples. Replays need it
 };
 
+/// Distance of the curve from the points without a tolerance, for methods certified and optimal.
+enum class PointRule {
+  kRamped,  ///< may leave points where curvature jumps and at slight corners, by about curvature_ramp_mm / 10
+  kHeld,    ///< passes every point within its rounding, but for PlanOptions::kLeastHold_mm
+  kFaster   ///< of the two
+};
+
 struct PlanOptions {
   Method method = Method::kCertified;
   CurveRule curve_rule = CurveRule::kFitted;
   double tolerance_mm = 0.0;    ///< > 0: corners may be rolled and curvature ramped within this deviation
   double point_noise_mm = 0.0;  ///< largest rounding of a coordinate of the points, 0 = none
-  /// Without a tolerance: the curve passes every point within its rounding, but for kLeastHold_mm. Otherwise
-  /// it may leave points where curvature jumps and at slight corners, by about curvature_ramp_mm / 10.
-  bool hold_points = false;
+  PointRule point_rule = PointRule::kRamped;
   static constexpr double kLeastHold_mm = 2e-4;
   double slack = 0.0;  ///< certified: work ends where a motion is slower than it might be by about this share
   double tick_s = 0.016;  ///< period of the emitted samples

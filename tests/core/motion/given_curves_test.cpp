@@ -48,8 +48,6 @@ PlanResult planned(const GivenPath& path, const PlanOptions& options, CertifiedW
   return plan_certified(input, *arm, cobra600_limits(), options, work);
 }
 
-Point2 in_base(Point2 p) { return {p.x_mm + kGivenPart.x_mm, p.y_mm + kGivenPart.y_mm}; }
-
 /// Two lines that are tangent to a quarter of a circle.
 GivenPath rounded_corner(double radius) {
   GivenPath path;

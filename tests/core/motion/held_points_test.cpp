@@ -1,9 +1,12 @@
 // Without a tolerance the curve passes every point within its rounding, where that is asked for.
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <string>
 #include <vector>
 
 #include "core/motion/certified/certified.h"
+#include "core/motion/planner.h"
 #include "tests/core/motion/continuous_checker.h"
 #include "tests/core/motion/held_paths.h"
 #include "tests/core/motion/random_paths.h"
@@ -21,7 +24,7 @@ PlanResult plan_held(const std::vector<Point2>& points, Point2 origin, PlanOptio
   PathInput input;
   input.points = points;
   input.origin = origin;
-  options.hold_points = true;
+  options.point_rule = PointRule::kHeld;
   return plan_certified(input, *arm, cobra600_limits(), options, work);
 }
 
@@ -151,11 +154,56 @@ TEST_CASE("Beside held points given arcs stay within 0.12 um") {
   input.given = given;
   input.origin = kHeldPart;
   PlanOptions options;
-  options.hold_points = true;
+  options.point_rule = PointRule::kHeld;
   CertifiedWork work;
   const PlanResult result = plan_certified(input, *make_scara(cobra600()), cobra600_limits(), options, work);
   CHECK(result.deviation_mm <= 1.2e-4);
   CHECK(result.points_off_mm <= result.held_mm);
+}
+
+TEST_CASE("An ellipse takes as long however its samples are spaced and rounded, without a tolerance too") {
+  const auto arm = make_scara(cobra600());
+  const double a = 45.0, b = 30.0;
+  for (const double step_mm : {0.3, 1.0, 2.0})
+    for (const int decimals : {3, 5, 9}) {
+      const double unit = std::pow(10.0, -decimals);
+      const int chords = int(std::round(237.98 / step_mm));
+      std::vector<Point2> points;
+      double angle = 0.0;
+      for (int k = 0; k <= chords; ++k) {
+        points.push_back(
+            {unit * std::round(a * std::cos(angle) / unit), unit * std::round(b * std::sin(angle) / unit)});
+        angle += 237.98 / chords / std::hypot(a * std::sin(angle), b * std::cos(angle));
+      }
+      PathInput input;
+      input.points = points;
+      input.origin = kHeldPart;
+      PlanOptions options = rounded_to(decimals);
+      options.point_rule = PointRule::kFaster;
+      const PlanResult result = plan(input, *arm, cobra600_limits(), options);
+      INFO(step_mm << " mm, " << decimals << " decimals");
+      REQUIRE(result.ok());
+      CHECK(std::abs(result.trajectory.certificate.duration_s - 2.368) < 1.5 * options.tick_s);
+    }
+}
+
+TEST_CASE("Without a tolerance a path is driven no slower than with held points, nor than with ramps") {
+  const auto arm = make_scara(cobra600());
+  HeldPathMaker maker(8100);
+  for (int k = 0; k < 12; ++k) {
+    const HeldPath path = maker.next();
+    PathInput input;
+    input.points = path.points;
+    input.origin = kHeldPart;
+    PlanOptions options = rounded_to(path.decimals);
+    const auto seconds = [&](PointRule rule) {
+      options.point_rule = rule;
+      const PlanResult result = plan(input, *arm, cobra600_limits(), options);
+      return result.ok() ? result.trajectory.certificate.duration_s : 1e9;
+    };
+    INFO(k << ": " << path.kind);
+    CHECK(seconds(PointRule::kFaster) == std::min(seconds(PointRule::kRamped), seconds(PointRule::kHeld)));
+  }
 }
 
 TEST_CASE("A tube too narrow for its turns costs that fit, not the path") {
