@@ -132,8 +132,8 @@ TEST_CASE("Sizes in units: the viewBox is fitted into the page, without one a un
 
 TEST_CASE("A viewBox of another shape than its page is centred in it, or as preserveAspectRatio says") {
   const auto line = [](const std::string& how) {  // across the box, along its lower edge
-    return read("<svg width='100mm' height='50mm' viewBox='0 0 50 50' " + how +
-                "><path d='M0 50 h50'/></svg>")
+    return svg_paths("<svg width='100mm' height='50mm' viewBox='0 0 50 50' " + how +
+                     "><path d='M0 50 h50'/></svg>")
         .at(0)
         .path.points;
   };
