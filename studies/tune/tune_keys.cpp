@@ -61,7 +61,10 @@ void write_value(const Field& field, double value, const std::vector<std::string
 
 const Field& find(const std::vector<Field>& table, const std::string& key, const Experiment& e) {
   const auto found = std::ranges::find(table, key, &Field::key);
-  if (found == table.end() || !belongs(*found, e)) {
+  if (found != table.end() && !belongs(*found, e))
+    throw UsageError("--keys: '" + key + "' is a key of another lab; the run's is " +
+                     std::string(lab_of(e).name));
+  if (found == table.end()) {
     std::string near = likeliest_key(table, key);
     if (near.empty()) {  // no word is known, but the letters may be
       std::vector<std::string_view> known;

@@ -80,6 +80,12 @@ TEST_CASE(
   CHECK_THAT(unsafe_trait({0.2, -0.1, 0.1, 0.12}, recorded), Contains("deposits outside"));
 }
 
+TEST_CASE("A key to tune that another lab has is refused by that name") {
+  const Experiment e = test::tiny_print("x", "smf");
+  CHECK_THROWS_WITH(TuneKey("control.smf.version", e),
+                    Catch::Contains("'control.smf.version' is a key of another lab; the run's is inkjet"));
+}
+
 TEST_CASE("A key to tune has its range from the table of options, or a narrower one that is given") {
   const Experiment e = test::tiny_print("x", "smf");
   const TuneKey kp("control.smf.kp", e);
