@@ -13,9 +13,9 @@ namespace {
 constexpr double kConnect = 0.28;  // opacity that joins pixels to one object
 constexpr int kCells = 60'000;     // lattice of a silhouette
 constexpr double kPale = 0.65;     // opacity of a droplet over that of the darkest one, at least
-// Where the darkest object is paler than this, writing has set the level of opaque.
+// Opacity of the darkest object below which writing has set the level of opaque.
 constexpr double kFaint = 0.85;
-// Where the ground's other side has at least this share of contrast, the objects' side is doubtful.
+// Share of contrast on the ground's other side from which on the objects' side is doubtful.
 constexpr double kOpposite = 0.01;
 constexpr double kSharp_px = 0.8;  // edge spread below which sharpness says nothing
 // A nozzle covers a tenth of the largest object at the edge and 150 pixels: less is dirt.

@@ -50,7 +50,7 @@ std::optional<double> halfway(const Turned& t, int s, int c) {
 }
 
 // One flank of the nozzle, followed from row to row: the halfway point nearest to where the rows before lead.
-// What is written over the flank is far from it and is passed over.
+// Writing over the flank is far from it and is passed over.
 class Flank {
  public:
   Flank(double at, double reach_px, bool left) : at_(at), reach_px_(reach_px), left_(left) {}

@@ -29,6 +29,7 @@
 #include "core/motion/certified/certified.h"
 #include "core/motion/planner.h"
 #include "tests/core/motion/continuous_checker.h"
+#include "tests/core/motion/emitted_ratio.h"
 #include "tests/core/motion/held_paths.h"
 #include "tests/core/motion/random_paths.h"
 #include "tests/core/motion/sampled_curves.h"
@@ -262,30 +263,15 @@ int one(char** argv) {
   return 0;
 }
 
-/// The checker's largest ratio of a motion as it is emitted: in whole ticks.
-double proved_ratio(const PlanResult& result, const CertifiedWork& work) {
-  static const MotionLimits limits = cobra600_limits();
-  const double slow = result.trajectory.certificate.duration_s / result.continuous_s;
-  double most = 0.0;
-  for (std::size_t k = 0; k <= result.stops; ++k) {
-    StopSegment segment = work.segments[k];
-    segment.factor *= slow;
-    for (const auto& row :
-         ContinuousChecker(segment, limits, 325.0, 275.0, result.configuration.elbow).ratios(1e-3, 1.0))
-      for (const double r : row) most = std::max(most, r);
-  }
-  return most;
-}
-
-/// Plans, and returns that ratio.
-double emitted_ratio(const std::vector<Point2>& points, const PlanOptions& options, const Arm& arm,
+/// Plans, and returns emitted_ratio().
+double planned_ratio(const std::vector<Point2>& points, const PlanOptions& options, const Arm& arm,
                      CertifiedWork& work, double& deviation_mm) {
   static const MotionLimits limits = cobra600_limits();
   PathInput input;
   input.points = points;
   const PlanResult result = plan_certified(input, arm, limits, options, work);
   deviation_mm = result.deviation_mm;
-  return proved_ratio(result, work);
+  return emitted_ratio(result, work);
 }
 
 int nasty(int paths, std::uint64_t seed) {
@@ -307,7 +293,7 @@ int nasty(int paths, std::uint64_t seed) {
     if (k % 2) options.tolerance_mm = 0.005 * std::pow(20.0, draw.uniform(0.0, 1.0));
     try {
       double deviation_mm = 0.0;
-      const double ratio = emitted_ratio(path.points, options, *arm, work, deviation_mm);
+      const double ratio = planned_ratio(path.points, options, *arm, work, deviation_mm);
       ++planned;
       if (options.tolerance_mm > 0.0) off = std::max(off, deviation_mm / options.tolerance_mm);
       if (ratio > most || (options.tolerance_mm > 0.0 && deviation_mm > options.tolerance_mm))
@@ -358,7 +344,7 @@ int held(int paths, std::uint64_t seed, bool nasty) {
       for (const Point2& p : path.points) points.push_back({p.x_mm + kPart.x_mm, p.y_mm + kPart.y_mm});
       const HeldDistances found =
           sampled_distances(points, work.segments, result.stops + 1, result.points_off_mm);
-      const double ratio = proved_ratio(result, work);
+      const double ratio = emitted_ratio(result, work);
       const bool bad = ratio > 1.0 || result.points_off_mm > result.held_mm ||
                        found.points_mm > result.points_off_mm + kChords_mm ||
                        (!nasty && found.curve_mm > result.deviation_mm + kChords_mm);
@@ -382,8 +368,7 @@ int held(int paths, std::uint64_t seed, bool nasty) {
   }
   std::printf(
       "%d of %d planned, largest ratio 1 %+.3g, points off / rounding %.4f, found beyond what is told: "
-      "points "
-      "%.3g mm, curve %.3g mm\n",
+      "points %.3g mm, curve %.3g mm\n",
       planned, paths, most - 1.0, share, told, polygon);
   return 0;
 }

@@ -124,10 +124,9 @@ std::string promise_table(std::span<const PromiseRow> rows) {
   }
   s += line("known classes", known) + line("other classes", foreign) + line("all", all);
   return s +
-         "gain: mean of the printed gains in shares of the recorded setting's goal, 0 where it is kept, over "
-         "the "
-         "mean\nof the oracle's; in um: the same of the gains themselves, most of which are the roughest "
-         "laboratories'\n";
+         "gain: mean of the printed gains in shares of the recorded setting's goal, 0 where it is kept,\n"
+         "over the mean of the oracle's; in um: the same of the gains themselves, most of which are the\n"
+         "roughest laboratories'\n";
 }
 
 }  // namespace firn::tuning

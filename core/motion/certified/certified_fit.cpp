@@ -161,7 +161,7 @@ class FitPlanner {
     weight_ = kFirstWeight;
   }
 
-  /// How far the present curve is from the path, into the trial.
+  /// Sets the trial's distances of the present curve from the path and from held points.
   void measure(const CertifiedTask& task) {
     const Curve& curve = work_.curve.coarse;
     trial_.deviation_mm = frechet_bound(curve, reference_.points) + reference_.sagitta_mm;

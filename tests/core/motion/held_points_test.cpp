@@ -7,7 +7,7 @@
 
 #include "core/motion/certified/certified.h"
 #include "core/motion/planner.h"
-#include "tests/core/motion/continuous_checker.h"
+#include "tests/core/motion/emitted_ratio.h"
 #include "tests/core/motion/held_paths.h"
 #include "tests/core/motion/random_paths.h"
 #include "tests/core/motion/sampled_curves.h"
@@ -33,20 +33,6 @@ HeldDistances found_distances(const std::vector<Point2>& points, Point2 origin, 
   std::vector<Point2> in_base;
   for (const Point2& p : points) in_base.push_back({p.x_mm + origin.x_mm, p.y_mm + origin.y_mm});
   return sampled_distances(in_base, work.segments, result.stops + 1, result.points_off_mm);
-}
-
-double largest_ratio(const PlanResult& result, const CertifiedWork& work) {
-  static const MotionLimits limits = cobra600_limits();
-  const double slow = result.trajectory.certificate.duration_s / result.continuous_s;
-  double most = 0.0;
-  for (std::size_t k = 0; k <= result.stops; ++k) {
-    StopSegment segment = work.segments[k];
-    segment.factor *= slow;
-    for (const auto& row :
-         ContinuousChecker(segment, limits, 325.0, 275.0, result.configuration.elbow).ratios(1e-3, 1.0))
-      for (const double r : row) most = std::max(most, r);
-  }
-  return most;
 }
 
 PlanOptions rounded_to(int decimals) {
@@ -86,7 +72,7 @@ TEST_CASE("Held points of 40 random paths are passed within their rounding, as t
     const HeldDistances found = found_distances(path.points, kHeldPart, result, work);
     CHECK(found.points_mm <= result.points_off_mm + kSampledChords_mm);
     CHECK(found.curve_mm <= result.deviation_mm + kSampledChords_mm);
-    CHECK(largest_ratio(result, work) <= 1.0);
+    CHECK(emitted_ratio(result, work) <= 1.0);
   }
 }
 
@@ -100,7 +86,7 @@ TEST_CASE("Held points with cusps, spikes and steps of nanometres are passed wit
     CHECK(result.points_off_mm <= result.held_mm);
     CHECK(found_distances(path.points, {}, result, work).points_mm <=
           result.points_off_mm + kSampledChords_mm);
-    CHECK(largest_ratio(result, work) <= 1.0);
+    CHECK(emitted_ratio(result, work) <= 1.0);
   }
 }
 
