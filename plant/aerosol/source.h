@@ -84,6 +84,7 @@ class Source {
   struct Change {
     std::int64_t t_us = 0;
     bool open = false;
+    void io(Archive& a) { a.all(t_us, open); }
   };
   double atomizer(std::int64_t t_us) const;
   void advance(std::int64_t t_us);

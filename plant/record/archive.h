@@ -2,6 +2,8 @@
 // state equals the saved state bit for bit, so that nature continues from it.
 #pragma once
 
+#include <array>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -15,6 +17,31 @@
 
 namespace firn::plant {
 
+template <std::size_t>
+struct AnyField {
+  template <class T>
+  operator T() const;
+};
+struct BoolField {
+  template <std::same_as<bool> T>
+  operator T() const;
+};
+/// True when one of T's first fields can be initialized by a bool and by nothing else.
+template <class T, std::size_t... Before>
+constexpr bool is_bool_after(std::index_sequence<Before...>) {
+  return requires { T{AnyField<Before>{}..., BoolField{}}; };
+}
+template <class T, std::size_t... N>
+constexpr bool has_bool(std::index_sequence<N...>) {
+  return (is_bool_after<T>(std::make_index_sequence<N>{}) || ...);
+}
+
+class Archive;
+template <class T>
+concept HasIo = requires(T& t, Archive& a) {
+  t.io(a);
+};
+
 class Archive {
  public:
   Archive() = default;  ///< for saving
@@ -24,14 +51,27 @@ class Archive {
   const std::vector<std::byte>& bytes() const { return bytes_; }
 
   template <class T>
-  requires std::is_trivially_copyable_v<T>
-  void operator()(T& value) {
+  requires(std::is_trivially_copyable_v<T> && !HasIo<T>) void operator()(T& value) {
+    if constexpr (std::is_class_v<T>)
+      static_assert(!has_bool<T>(std::make_index_sequence<32>{}),
+                    "needs io(Archive&): a damaged file's byte may be neither true nor false");
     if (loading_) return raw(&value, sizeof value);
     T saved = value;
 #if __has_builtin(__builtin_clear_padding)  // clang, for fuzzing, has it not
     __builtin_clear_padding(&saved);  // equal states are equal files, and no stray bytes of memory in them
 #endif
     raw(&saved, sizeof saved);
+  }
+  void operator()(bool& value) {
+    std::uint8_t byte = value ? 1 : 0;
+    raw(&byte, 1);
+    if (byte > 1)
+      throw std::runtime_error("world state: neither true nor false at byte " + std::to_string(at_ - 1));
+    value = byte == 1;
+  }
+  template <std::size_t N>
+  void operator()(std::array<bool, N>& values) {
+    for (bool& v : values) operator()(v);
   }
   template <class T>
   void operator()(std::vector<T>& values) {
@@ -46,9 +86,10 @@ class Archive {
     text.resize(n);
     raw(text.data(), n);
   }
-  template <class T>
-  requires requires(T& t, Archive& a) { t.io(a); }
-  void operator()(T& value) { value.io(*this); }
+  template <HasIo T>
+  void operator()(T& value) {
+    value.io(*this);
+  }
   template <class... T>
   void all(T&... values) {
     (operator()(values), ...);

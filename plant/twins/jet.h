@@ -53,6 +53,10 @@ class JetTwin : public Twin {
     std::uint32_t fired = 0;  ///< triggers obeyed since SOURCE was last set to external
     std::int64_t busy_until_us = 0;
     std::int64_t last_fired_us = -1'000'000'000;
+    void io(Archive& a) {
+      a.all(external, waveform, continuous, jetting, starts, strobe_divider, strobe, drops, rate_hz);
+      a.all(low_rate_hz, strobe_delay_us, fired, busy_until_us, last_fired_us);
+    }
   };
   void set_source(bool external, std::int64_t now_us);
 

@@ -39,6 +39,10 @@ class LampTwin : public Twin {
     std::int64_t opened_us = 0, close_at_us = kNever;
     std::int64_t dose_from_us = 0;
     double dose_s = 0.0;  ///< up to dose_from_us
+    void io(Archive& a) {
+      a.all(talking, open, alarm, alarm_held, locked, timed, burning, stuck_open, stuck_closed, warm_at_us);
+      a.all(iris_percent, exposure_tenths, opened_us, close_at_us, dose_from_us, dose_s);
+    }
   };
   std::string execute(std::string_view command, std::int64_t now_us);
   void open(std::int64_t now_us, std::int64_t for_us, bool timed);

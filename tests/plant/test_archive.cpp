@@ -51,3 +51,34 @@ TEST_CASE("A loaded state is the saved one, and a cut one is refused") {
     CHECK_THROWS_WITH(cut.all(q, loaded, read), Catch::Contains("cut short"));
   }
 }
+
+TEST_CASE("A loaded byte that is neither true nor false is refused by its place") {
+  struct Switches {
+    std::int32_t count = 3;
+    std::array<bool, 2> relays{true, false};
+    bool open = true;
+    void io(Archive& a) { a.all(count, relays, open); }
+  };
+  Switches s;
+  Archive out;
+  out(s);
+  REQUIRE(out.bytes().size() == 7);
+  for (std::size_t n = 4; n < 7; ++n)
+    for (const int value : {2, 0x80, 0xff}) {
+      std::vector<std::byte> damaged = out.bytes();
+      damaged[n] = std::byte(value);
+      Archive in(damaged);
+      CHECK_THROWS_WITH(in(s), Catch::Contains("neither true nor false at byte " + std::to_string(n)));
+    }
+}
+
+TEST_CASE("A class with a bool is told from one without, so that none is loaded by its bytes") {
+  struct With {
+    double value = 0.0;
+    std::array<int, 2> counts{};
+    bool open = false;
+  };
+  constexpr auto fields = std::make_index_sequence<32>{};
+  CHECK(has_bool<With>(fields));
+  CHECK_FALSE(has_bool<Padded>(fields));
+}
