@@ -8,12 +8,12 @@
 #include <cstdio>
 #include <iostream>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "cli/option_set.h"
 #include "config/assumptions.h"
 #include "config/devices.h"
 #include "config/labs.h"
+#include "files/json.h"
 #include "files/usage_error.h"
 #include "print/bringup/bringup.h"
 #include "print/device/lab_experiment.h"

@@ -2,12 +2,12 @@
 
 #include <cstdio>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
 
 #include "cli/option_set.h"
 #include "cli/sealed_run.h"
+#include "files/json.h"
 #include "files/usage_error.h"
 #include "firn/enums.h"
 #include "firn/height_map_t.hpp"

@@ -10,11 +10,11 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
-#include <nlohmann/json.hpp>
 
 #include "config/devices.h"
 #include "config/error.h"
 #include "config/include.h"
+#include "files/json.h"
 #include "files/lab_file.h"
 #include "files/usage_error.h"
 #include "print/device/lab_experiment.h"

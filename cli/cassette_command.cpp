@@ -3,10 +3,10 @@
 #include <fmt/core.h>
 
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "cli/option_set.h"
 #include "files/cassette.h"
+#include "files/json.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
 #include "print/device/cassette_replay.h"

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
+#include "files/json.h"
 #include "report/study/study_profile.h"
 
 namespace firn {

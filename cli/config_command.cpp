@@ -1,7 +1,6 @@
 #include "cli/config_command.h"
 
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "cli/generated_document.h"
 #include "cli/option_set.h"
@@ -13,6 +12,7 @@
 #include "config/machine.h"
 #include "config/markdown.h"
 #include "config/slice.h"
+#include "files/json.h"
 #include "files/usage_error.h"
 #include "print/exit_codes.h"
 #include "print/labs/print_labs.h"

@@ -4,10 +4,10 @@
 
 #include <chrono>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "cli/option_set.h"
+#include "files/json.h"
 #include "files/usage_error.h"
 #include "print/exit_codes.h"
 #include "print/operator/operator_client.h"

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "cli/generated_document.h"
 #include "cli/option_set.h"
+#include "files/json.h"
 #include "lcmtypes/channels.h"
 #include "print/exit_codes.h"
 #include "print/folder/node_makers.h"

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "cli/option_set.h"
 #include "config/experiment.h"
@@ -17,6 +16,7 @@
 #include "core/control/mpc/layer/window_kernel.h"
 #include "core/grid/npy.h"
 #include "files/certificate_file.h"
+#include "files/json.h"
 #include "files/usage_error.h"
 #include "print/exit_codes.h"
 #include "print/folder/run_folder.h"

@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <iterator>
-#include <nlohmann/json.hpp>
 
 #include "cli/option_set.h"
 #include "cli/print_run.h"
@@ -15,6 +14,7 @@
 #include "cli/report_command.h"
 #include "cli/side_by_side.h"
 #include "config/include.h"
+#include "files/json.h"
 #include "print/exit_codes.h"
 #include "print/labs/print_labs.h"
 #include "print/live/bus_check.h"

@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "cli/option_set.h"
@@ -12,6 +11,7 @@
 #include "config/labs.h"
 #include "drivers/link/driver_event.h"
 #include "files/cassette.h"
+#include "files/json.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
 #include "firn/enums.h"

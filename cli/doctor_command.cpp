@@ -5,13 +5,13 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "cli/option_set.h"
 #include "config/assumptions.h"
 #include "config/devices.h"
+#include "files/json.h"
 #include "lcmtypes/channels.h"
 #include "print/bringup/raw_line.h"
 #include "print/device/lab_experiment.h"

@@ -3,9 +3,9 @@
 #include <cerrno>
 #include <filesystem>
 #include <new>
-#include <nlohmann/json.hpp>
 
 #include "config/error.h"
+#include "files/json.h"
 #include "files/record/file.h"
 #include "files/usage_error.h"
 #include "print/exit_codes.h"

@@ -1,8 +1,8 @@
 #include "cli/generated_document.h"
 
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
+#include "files/json.h"
 #include "print/folder/run_folder.h"
 
 namespace firn {

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "cli/option_set.h"
 #include "cli/sealed_run.h"
+#include "files/json.h"
 #include "files/usage_error.h"
 #include "print/exit_codes.h"
 #include "print/folder/run_folder.h"

@@ -4,11 +4,11 @@
 #include <charconv>
 #include <cstdio>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
 #include "cli/option_set.h"
 #include "config/include.h"
 #include "files/digest.h"
+#include "files/json.h"
 #include "files/layer_record.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <thread>
 
 #include "cli/option_set.h"
 #include "config/error.h"
 #include "core/motion/curve/given_curves.h"
+#include "files/json.h"
 #include "files/path/trajectory_file.h"
 #include "files/usage_error.h"
 #include "print/exit_codes.h"

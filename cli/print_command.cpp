@@ -5,7 +5,6 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "cli/option_set.h"
@@ -13,6 +12,7 @@
 #include "config/changes.h"
 #include "config/devices.h"
 #include "config/include.h"
+#include "files/json.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
 #include "print/bringup/bringup.h"

@@ -3,8 +3,8 @@
 #include <fmt/core.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
+#include "files/json.h"
 #include "print/exit_codes.h"
 
 namespace firn {

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "cli/audit_command.h"
 #include "cli/option_set.h"
 #include "cli/replay_command.h"
 #include "config/fields.h"
+#include "files/json.h"
 #include "files/usage_error.h"
 #include "print/exit_codes.h"
 #include "print/folder/imported_run.h"

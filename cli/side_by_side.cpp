@@ -10,12 +10,12 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
 
 #include "cli/failure.h"
+#include "files/json.h"
 #include "print/interrupt.h"
 
 namespace firn {

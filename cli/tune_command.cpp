@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "cli/option_set.h"
@@ -13,6 +12,7 @@
 #include "cli/tune_lab_command.h"
 #include "config/labs.h"
 #include "estimators/gains/tune_smf.h"
+#include "files/json.h"
 #include "files/usage_error.h"
 #include "print/exit_codes.h"
 #include "print/folder/run_config.h"

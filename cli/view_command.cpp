@@ -6,9 +6,9 @@
 
 #include <csignal>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "cli/option_set.h"
+#include "files/json.h"
 #include "page/server.h"
 #include "print/exit_codes.h"
 #include "print/operator/page_token.h"

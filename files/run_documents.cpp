@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
+
+#include "files/json.h"
 
 namespace firn {
 namespace {

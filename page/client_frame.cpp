@@ -1,7 +1,8 @@
 #include "page/client_frame.h"
 
-#include <nlohmann/json.hpp>
 #include <stdexcept>
+
+#include "files/json.h"
 
 namespace firn::page {
 namespace {

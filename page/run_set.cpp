@@ -1,11 +1,11 @@
 #include "page/run_set.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <utility>
 
 #include "config/labs.h"
+#include "files/json.h"
 #include "files/run_documents.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"

@@ -1,12 +1,12 @@
 #include "page/view_json.h"
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "config/changes.h"
 #include "config/devices.h"
 #include "config/fields.h"
 #include "config/labs.h"
+#include "files/json.h"
 #include "print/labs/print_labs.h"
 #include "runtime/build_info.h"
 

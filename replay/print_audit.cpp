@@ -1,7 +1,7 @@
 // The audit's verdict as text and as JSON.
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
+#include "files/json.h"
 #include "replay/audit.h"
 #include "replay/print_verdict.h"
 

@@ -1,7 +1,8 @@
 #include "replay/print_verdict.h"
 
 #include <cstdio>
-#include <nlohmann/json.hpp>
+
+#include "files/json.h"
 
 namespace firn::replay {
 namespace {

@@ -5,9 +5,9 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "files/json.h"
 #include "files/nearest.h"
 #include "files/usage_error.h"
 

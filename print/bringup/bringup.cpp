@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
 #include "config/assumptions.h"
 #include "config/devices.h"
@@ -12,6 +11,7 @@
 #include "config/labs.h"
 #include "drivers/link/driver_event.h"
 #include "files/digest.h"
+#include "files/json.h"
 #include "files/text_file.h"
 #include "firn/enums.h"
 #include "print/device/device_session.h"

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "core/grid/cell_quality.h"
 #include "core/grid/device.h"
 #include "core/grid/npy.h"
+#include "files/json.h"
 #include "files/record/event_log.h"
 #include "files/run_documents.h"
 #include "files/text_file.h"

@@ -9,11 +9,11 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
-#include <nlohmann/json.hpp>
 
 #include "config/devices.h"
 #include "config/labs.h"
 #include "files/digest.h"
+#include "files/json.h"
 #include "files/run_documents.h"
 #include "files/usage_error.h"
 #include "firn/enums.h"

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cctype>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "files/json.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
 #include "print/folder/run_folder.h"

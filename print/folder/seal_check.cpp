@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
 
+#include "files/json.h"
 #include "files/record/file.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"

@@ -4,10 +4,10 @@
 
 #include <cmath>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "core/motion/kinematics/fault.h"
+#include "files/json.h"
 #include "files/path/print_job_file.h"
 #include "files/path/trajectory_file.h"
 #include "files/text_file.h"

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "config/ice_lab.h"
 #include "config/labs.h"
@@ -15,6 +14,7 @@
 #include "core/path/line_stations.h"
 #include "core/planning/path_reach.h"
 #include "core/slice/coverage/footprint.h"
+#include "files/json.h"
 #include "files/usage_error.h"
 #include "print/inputs/mesh_part.h"
 #include "report/draw/heat_map.h"

@@ -1,8 +1,8 @@
 #include <fmt/core.h>
 
-#include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "files/json.h"
 #include "report/droplets/droplet_files.h"
 
 namespace firn {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
+#include "files/json.h"
 #include "studies/reproduce/reproduce.h"
 
 namespace firn {

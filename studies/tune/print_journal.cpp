@@ -7,13 +7,13 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <span>
 #include <string_view>
 #include <system_error>
 #include <vector>
 
 #include "files/digest.h"
+#include "files/json.h"
 #include "files/usage_error.h"
 #include "runtime/build_info.h"
 

@@ -4,7 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
+
+#include "files/json.h"
 
 namespace firn::tuning {
 namespace {

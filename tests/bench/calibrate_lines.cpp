@@ -4,8 +4,8 @@
 //   ./firn bench calibrate_lines [KIND] [OPTION of firn calibrate…]     default: flow-curve, half an hour
 #include <algorithm>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
+#include "files/json.h"
 #include "tests/cli/lined_lab.h"
 
 using namespace firn;

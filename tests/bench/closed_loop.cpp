@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -21,6 +20,7 @@
 #include "core/grid/npy.h"
 #include "core/statistics/bootstrap.h"
 #include "estimators/droplet/droplet_factors.h"
+#include "files/json.h"
 #include "print/labs/print_labs.h"
 #include "print/simulated/memory_print.h"
 #include "studies/reproduce/lu/lu_prints.h"

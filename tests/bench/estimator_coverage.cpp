@@ -5,11 +5,11 @@
 #include <fmt/core.h>
 
 #include <cstdlib>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "files/json.h"
 #include "studies/identify/identification_study.h"
 
 int main(int argc, char** argv) {

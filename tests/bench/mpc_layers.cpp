@@ -4,13 +4,13 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "core/control/mpc/bound/bound.h"
 #include "core/control/mpc/layer/layer_solver.h"
 #include "core/grid/npy.h"
 #include "files/digest.h"
+#include "files/json.h"
 #include "tests/bench/mpc_instances.h"
 #include "tests/bench/mpc_tables.h"
 

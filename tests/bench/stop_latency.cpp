@@ -8,11 +8,11 @@
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "core/grid/random.h"
+#include "files/json.h"
 #include "tests/live/live_run.h"
 #include "tests/page/web_client.h"
 

@@ -9,11 +9,11 @@
 #include <filesystem>
 #include <functional>
 #include <future>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <thread>
 
 #include "drivers/lamp/omnicure.h"
+#include "files/json.h"
 #include "files/text_file.h"
 #include "print/bringup/bringup.h"
 #include "print/device/lab_experiment.h"

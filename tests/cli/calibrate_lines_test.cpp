@@ -1,8 +1,8 @@
 // Calibrations of the ice lab whose instruments stand behind serial lines and TCP ports, by the clock: each
 // must find the same as in simulated time. The flow curve takes half an hour: ./firn bench calibrate_lines.
 #include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
 
+#include "files/json.h"
 #include "tests/cli/lined_lab.h"
 
 using namespace firn;

@@ -1,8 +1,8 @@
 // A calibration of the ice lab whose instruments stand behind serial lines and TCP ports, by the clock.
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
+#include "files/json.h"
 #include "print/device/lab_experiment.h"
 #include "print/device/simulated_instruments.h"
 #include "runtime/run_clock.h"

@@ -2,10 +2,10 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
 #include "config/include.h"
 #include "files/cassette.h"
+#include "files/json.h"
 #include "files/text_file.h"
 #include "print/device/cassette_replay.h"
 #include "tests/cli/run_firn.h"

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "cli/compare_show.h"
 #include "core/grid/npy.h"
 #include "core/grid/random.h"
+#include "files/json.h"
 #include "report/study/study_analysis.h"
 #include "tests/cli/run_firn.h"
 

@@ -3,12 +3,12 @@
 #include <catch2/catch.hpp>
 #include <functional>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "config/error.h"
 #include "config/include.h"
 #include "core/grid/npy.h"
 #include "core/grid/random.h"
+#include "files/json.h"
 #include "files/usage_error.h"
 #include "print/folder/run_folder.h"
 #include "print/inputs/targets.h"

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
 
+#include "files/json.h"
 #include "files/text_file.h"
 #include "tests/cli/run_firn.h"
 

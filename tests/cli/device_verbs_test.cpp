@@ -6,9 +6,9 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "core/grid/png.h"
+#include "files/json.h"
 #include "files/text_file.h"
 #include "print/bringup/raw_line.h"
 #include "print/device/lab_experiment.h"

@@ -1,10 +1,10 @@
 // firn droplets on pictures in files.
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "files/json.h"
 #include "plant/inkjet/strobe_picture.h"
 #include "tests/cli/run_firn.h"
 

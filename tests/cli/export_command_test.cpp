@@ -1,8 +1,8 @@
 // firn import and firn export: refusals, and that nothing is left behind.
 #include <catch2/catch.hpp>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
+#include "files/json.h"
 #include "print/exit_codes.h"
 #include "tests/cli/run_firn.h"
 

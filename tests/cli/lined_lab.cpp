@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <iostream>
-#include <nlohmann/json.hpp>
 #include <streambuf>
 #include <utility>
 
+#include "files/json.h"
 #include "print/device/lab_experiment.h"
 #include "studies/calibrate/lab_calibrations.h"
 

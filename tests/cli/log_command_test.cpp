@@ -2,9 +2,9 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "files/json.h"
 #include "files/path/layer_file.h"
 #include "files/path/trajectory_file.h"
 #include "files/record/event_log.h"

@@ -5,10 +5,10 @@
 #include <catch2/catch.hpp>
 #include <ctime>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "config/experiment.h"
 #include "config/include.h"
+#include "files/json.h"
 #include "print/folder/lab_lock.h"
 #include "print/folder/run_folder.h"
 #include "tests/cli/run_firn.h"

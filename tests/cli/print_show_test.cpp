@@ -1,10 +1,9 @@
 // Tests the lines that a print shows at its end.
 #include <catch2/catch.hpp>
 
-#include <nlohmann/json.hpp>
-
 #include "cli/print_show.h"
 #include "config/include.h"
+#include "files/json.h"
 #include "print/exit_codes.h"
 #include "print/labs/print_labs.h"
 #include "tests/print/ice_runs.h"

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 
 #include "core/grid/random.h"
+#include "files/json.h"
 #include "tests/cli/run_firn.h"
 
 namespace firn::test {

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 
 #include "config/experiment.h"
 #include "config/fields.h"
 #include "core/grid/random.h"
+#include "files/json.h"
 #include "tests/cli/run_firn.h"
 
 namespace firn::test {

@@ -14,10 +14,10 @@
 #include <fstream>
 #include <iterator>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "config/error.h"
+#include "files/json.h"
 #include "files/path/layer_file.h"
 #include "files/path/path_file.h"
 #include "files/record/part_file.h"

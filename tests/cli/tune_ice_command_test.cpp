@@ -1,8 +1,7 @@
 // firn tune from the run folder of an ice print.
 #include <catch2/catch.hpp>
 
-#include <nlohmann/json.hpp>
-
+#include "files/json.h"
 #include "files/path/layer_file.h"
 #include "tests/cli/run_firn.h"
 #include "tests/support/ice_print.h"

@@ -4,10 +4,10 @@
 #include <fmt/core.h>
 
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <span>
 
 #include "cli/tune_lab_command.h"
+#include "files/json.h"
 #include "files/record/checksum.h"
 #include "files/usage_error.h"
 #include "tests/cli/run_firn.h"

@@ -2,10 +2,10 @@
 #include "files/json_events.h"
 
 #include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "core/grid/random.h"
+#include "files/json.h"
 
 namespace firn {
 namespace {

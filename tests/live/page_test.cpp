@@ -3,8 +3,8 @@
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
 
+#include "files/json.h"
 #include "firn/operator_command_t.hpp"
 #include "print/exit_codes.h"
 #include "replay/run_messages.h"

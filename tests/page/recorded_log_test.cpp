@@ -4,8 +4,8 @@
 #include <catch2/catch.hpp>
 
 #include <fstream>
-#include <nlohmann/json.hpp>
 
+#include "files/json.h"
 #include "files/text_file.h"
 #include "firn/height_map_t.hpp"
 #include "page/map_head.h"

@@ -5,10 +5,10 @@
 #include <cstring>
 #include <fstream>
 #include <future>
-#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "core/grid/random.h"
+#include "files/json.h"
 #include "files/usage_error.h"
 #include "page/event_words.h"
 #include "page/server.h"

@@ -2,11 +2,11 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "core/deposition/delivery.h"
 #include "core/grid/random.h"
+#include "files/json.h"
 #include "files/path/path_file.h"
 #include "print/prepare/motion_program.h"
 #include "print/prepare/plan_outputs.h"

@@ -1,11 +1,11 @@
 // What is shown of a print before its first droplet, and parts that are refused before they are sliced.
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "config/error.h"
 #include "config/include.h"
 #include "core/grid/npy.h"
+#include "files/json.h"
 #include "files/usage_error.h"
 #include "print/inputs/mesh_part.h"
 #include "print/labs/print_labs.h"

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <cstring>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "core/grid/random.h"
+#include "files/json.h"
 #include "files/record/event_log.h"
 #include "firn/height_map_t.hpp"
 #include "firn/layer_plan_t.hpp"

@@ -1,9 +1,9 @@
 // Droplets of picture files: discs drawn by the test, found, printed as JSON and text, and drawn in.
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "files/json.h"
 #include "files/usage_error.h"
 #include "report/droplets/droplet_files.h"
 #include "tests/report/markup.h"

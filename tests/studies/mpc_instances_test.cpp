@@ -2,11 +2,11 @@
 #include "tests/bench/mpc_instances.h"
 
 #include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
 
 #include "core/control/mpc/bound/bound.h"
 #include "core/control/mpc/layer/layer_solver.h"
 #include "files/digest.h"
+#include "files/json.h"
 
 using namespace firn;
 using namespace firn::control::mpc;

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <set>
 
+#include "files/json.h"
 #include "files/usage_error.h"
 
 using namespace firn;
