@@ -232,9 +232,9 @@ function(firn_test name)
     SKIP_RETURN_CODE 77)  # tests/support/skip.h
 endfunction()
 
-# firn_bench(NAME sources… [OUTCOMES] LINK targets…): one program in build/bench, which measures. OUTCOMES: it counts what
-# happens and times nothing of its own process, so that it is compiled like a test.
-function(firn_bench name)
+# firn_bench_program(NAME [sources…] [OUTCOMES] LINK targets…): one program in build/bench, which measures. OUTCOMES: it counts
+# what happens and times nothing of its own process, so that it is compiled like a test.
+function(firn_bench_program name)
   cmake_parse_arguments(ARG "OUTCOMES" "" "LINK" ${ARGN})
   add_executable(${name} ${ARG_UNPARSED_ARGUMENTS})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
@@ -252,6 +252,21 @@ function(firn_bench name)
   endif()
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bench)
   firn_without_lines(${name})
+endfunction()
+
+# firn_bench(NAME sources… IN PROGRAM): build/bench/NAME is PROGRAM by another name, which chooses this bench
+# (tests/bench/bench.h): most of a bench's cost is what its headers bring, once for all of a program.
+# firn_bench(NAME sources… [OUTCOMES] LINK targets…): a program of its own.
+function(firn_bench name)
+  cmake_parse_arguments(ARG "" "IN" "" ${ARGN})
+  if(NOT ARG_IN)
+    firn_bench_program(${name} ${ARGN})
+    return()
+  endif()
+  target_sources(${ARG_IN} PRIVATE ${ARG_UNPARSED_ARGUMENTS})
+  add_custom_command(TARGET ${ARG_IN} POST_BUILD
+    COMMAND ${CMAKE_COMMAND} -E create_symlink ${ARG_IN} ${CMAKE_BINARY_DIR}/bench/${name} VERBATIM)
+  add_custom_target(${name} DEPENDS ${ARG_IN})
 endfunction()
 
 # firn_lcm_types(TARGET): every .lcm file here becomes a message. lcm-gen makes the classes; generate.py makes the list of

@@ -6,11 +6,14 @@
 #include <cstdio>
 
 #include "files/json.h"
+#include "tests/bench/bench.h"
 #include "tests/cli/lined_lab.h"
+
+namespace firn::bench::calibrate_lines {
 
 using namespace firn;
 
-int main(int argc, char** argv) {
+FIRN_BENCH(calibrate_lines) {
   const std::string what = argc > 1 ? argv[1] : "flow-curve";
   const std::vector<std::string> more(argv + std::min(argc, 2), argv + argc);
   test::LinedLab lab({}, -60.0, -60.0, 10.0, 10.0);
@@ -30,3 +33,5 @@ int main(int argc, char** argv) {
               in_time["data"].get<int>(), on_ports["lab_s"].get<double>(), in_time["lab_s"].get<double>());
   return alike ? 0 : 1;
 }
+
+}  // namespace firn::bench::calibrate_lines

@@ -30,7 +30,10 @@
 #include "core/motion/planner.h"
 #include "core/motion/thesis/test_path.h"
 #include "files/path/path_file.h"
+#include "tests/bench/bench.h"
 #include "tests/core/motion/random_paths.h"
+
+namespace firn::bench::certified_bench {
 
 namespace {
 
@@ -370,7 +373,7 @@ int tiers(int count, std::uint64_t seed) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+FIRN_BENCH(certified_bench) {
   const std::string what = argc > 1 ? argv[1] : "speed";
   if (what == "speed") return speed(argc > 2 ? argv[2] : "");
   if (what == "lucy") return lucy(argc > 2 ? std::atoi(argv[2]) : 1);
@@ -391,3 +394,5 @@ int main(int argc, char** argv) {
       "N [seed]\n");
   return 2;
 }
+
+}  // namespace firn::bench::certified_bench

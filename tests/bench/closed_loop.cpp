@@ -24,6 +24,9 @@
 #include "print/labs/print_labs.h"
 #include "print/simulated/memory_print.h"
 #include "studies/reproduce/lu/lu_prints.h"
+#include "tests/bench/bench.h"
+
+namespace firn::bench::closed_loop {
 
 namespace {
 
@@ -107,7 +110,7 @@ double cpu_s() {
 
 }  // namespace
 
-int main(int argc, char** argv) try {
+FIRN_BENCH(closed_loop) try {
   int seeds = 20, first = 1001;
   bool json = false, each = false, alone = false;
   std::string plant = "lu2015", only;
@@ -205,3 +208,5 @@ int main(int argc, char** argv) try {
   fmt::print(stderr, "closed_loop: {}\n", e.what());
   return 2;
 }
+
+}  // namespace firn::bench::closed_loop

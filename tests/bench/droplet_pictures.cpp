@@ -12,7 +12,10 @@
 
 #include "core/vision/sweep.h"
 #include "plant/inkjet/strobe_picture.h"
+#include "tests/bench/bench.h"
 #include "tests/bench/drawn_light.h"
+
+namespace firn::bench::droplet_pictures {
 
 using namespace firn;
 using namespace firn::plant;
@@ -141,7 +144,7 @@ void measure_cpu() {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+FIRN_BENCH(droplet_pictures) {
   std::uint64_t numbers[2] = {500, 90000};
   for (int k = 1; k < argc; ++k) {
     const std::string_view text = argv[k];
@@ -254,4 +257,7 @@ int main(int argc, char** argv) {
               pictures);
   measure_empty(200 * n / 500, seed + 1000000);
   measure_cpu();
+  return 0;
 }
+
+}  // namespace firn::bench::droplet_pictures

@@ -11,8 +11,11 @@
 
 #include "files/json.h"
 #include "studies/identify/identification_study.h"
+#include "tests/bench/bench.h"
 
-int main(int argc, char** argv) {
+namespace firn::bench::estimator_coverage {
+
+FIRN_BENCH(estimator_coverage) {
   using namespace firn;
   int seeds = 200;
   double variation = 0.2;
@@ -50,3 +53,5 @@ int main(int argc, char** argv) {
   if (json) fmt::print("{}\n", rows.dump(2));
   return 0;
 }
+
+}  // namespace firn::bench::estimator_coverage

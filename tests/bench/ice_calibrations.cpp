@@ -12,7 +12,10 @@
 #include <string>
 #include <vector>
 
+#include "tests/bench/bench.h"
 #include "tests/support/planted_ice.h"
+
+namespace firn::bench::ice_calibrations {
 
 using namespace firn;
 using planted::Judged;
@@ -69,7 +72,7 @@ std::vector<Kind> kinds() {
 
 }  // namespace
 
-int main(int argc, char** argv) try {
+FIRN_BENCH(ice_calibrations) try {
   int cases = 100, from = 1;
   bool each = false;
   std::vector<std::string> only, names;
@@ -118,3 +121,5 @@ int main(int argc, char** argv) try {
   std::fprintf(stderr, "%s\n", e.what());
   return 1;
 }
+
+}  // namespace firn::bench::ice_calibrations

@@ -22,7 +22,10 @@
 #include "estimators/surface/path_readings.h"
 #include "print/inputs/ice_inputs.h"
 #include "runtime/thread_pool.h"
+#include "tests/bench/bench.h"
 #include "tests/bench/ice_gear.h"
+
+namespace firn::bench::ice_interval {
 
 namespace {
 
@@ -86,7 +89,7 @@ Job experiment_job(int intervals, const std::string& file, const std::vector<std
 
 }  // namespace
 
-int main(int argc, char** argv) {
+FIRN_BENCH(ice_interval) {
   int threads = 1;
   for (int n = 1; n + 1 < argc; ++n)
     if (std::string(argv[n]) == "--threads") {
@@ -189,3 +192,5 @@ int main(int argc, char** argv) {
       threads);
   return 0;
 }
+
+}  // namespace firn::bench::ice_interval

@@ -8,6 +8,9 @@
 
 #include "drivers/robot/robot.h"
 #include "drivers/valve/fvb.h"
+#include "tests/bench/bench.h"
+
+namespace firn::bench::ice_link_bench {
 
 using namespace firn::drivers;
 
@@ -26,7 +29,7 @@ std::vector<double> path(std::size_t points, double shift) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+FIRN_BENCH(ice_link_bench) {
   const std::size_t points = argc > 1 ? std::size_t(std::atoll(argv[1])) : 3'900'000;
   constexpr std::size_t kPath = 1250, kBlock = 192;
   const std::vector<double> q = path(kPath, 0.01);
@@ -97,3 +100,5 @@ int main(int argc, char** argv) {
   std::printf("%zu paths checked and kept by the driver: %.3f s of CPU\n", paths, cpu_s() - t);
   return 0;
 }
+
+}  // namespace firn::bench::ice_link_bench

@@ -11,10 +11,13 @@
 #include <vector>
 
 #include "studies/reproduce/barnett/box_print.h"
+#include "tests/bench/bench.h"
+
+namespace firn::bench::ice_part {
 
 using namespace firn;
 
-int main(int argc, char** argv) try {
+FIRN_BENCH(ice_part) try {
   std::vector<std::uint64_t> seeds = {2, 3, 4, 5, 6};
   CLI::App app("the part of Fig. 4-15 on several seeds");
   app.add_option("SEED", seeds)->capture_default_str();
@@ -48,3 +51,5 @@ int main(int argc, char** argv) try {
   std::fprintf(stderr, "%s\n", e.what());
   return 1;
 }
+
+}  // namespace firn::bench::ice_part

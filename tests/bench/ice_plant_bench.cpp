@@ -10,7 +10,10 @@
 #include <numbers>
 #include <string>
 
+#include "tests/bench/bench.h"
 #include "tests/support/ice_paths.h"
+
+namespace firn::bench::ice_plant_bench {
 
 namespace {
 
@@ -58,7 +61,7 @@ Errors errors_of(const Bed& bed, double nominal_mm, double radius_mm) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+FIRN_BENCH(ice_plant_bench) {
   int intervals = 1;
   std::uint64_t seed = 1;
   double fill_mm = 3.0;
@@ -149,4 +152,7 @@ int main(int argc, char** argv) {
       "landed %.1f + %.1f mm3, lost %.2f, grown %.1f, debris %.1f, on the field %.1f; switchings %u\n",
       l.landed[0], l.landed[1], l.lost, l.grown, l.debris, nature.bed().volume_mm3(),
       nature.heat().switchings());
+  return 0;
 }
+
+}  // namespace firn::bench::ice_plant_bench

@@ -8,6 +8,9 @@
 
 #include "core/grid/random.h"
 #include "core/statistics/bootstrap.h"
+#include "tests/bench/bench.h"
+
+namespace firn::bench::interval_coverage {
 
 namespace {
 
@@ -36,7 +39,7 @@ double coverage(const Distribution& d, std::size_t size, int studies) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+FIRN_BENCH(interval_coverage) {
   const int studies = argc > 1 ? std::atoi(argv[1]) : 2000;
   const Distribution all[] = {
       {"normal", 0.0, [](RandomStream& r) { return r.normal(); }},
@@ -52,3 +55,5 @@ int main(int argc, char** argv) {
   }
   return 0;
 }
+
+}  // namespace firn::bench::interval_coverage

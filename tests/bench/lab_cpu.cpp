@@ -13,6 +13,9 @@
 #include "config/include.h"
 #include "print/labs/print_labs.h"
 #include "print/simulated/lab_run.h"
+#include "tests/bench/bench.h"
+
+namespace firn::bench::lab_cpu {
 
 namespace {
 
@@ -25,7 +28,7 @@ double cpu_s(bool user) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+FIRN_BENCH(lab_cpu) {
   using namespace firn;
   std::string file = FIRN_SOURCE_DIR "/experiments/cylinder.toml";
   std::vector<std::string> overrides;
@@ -64,3 +67,5 @@ int main(int argc, char** argv) {
              system[system.size() / 2]);
   return 0;
 }
+
+}  // namespace firn::bench::lab_cpu

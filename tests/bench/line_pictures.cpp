@@ -13,7 +13,10 @@
 
 #include "core/vision/line_picture.h"
 #include "plant/aerosol/line_picture.h"
+#include "tests/bench/bench.h"
 #include "tests/bench/drawn_light.h"
+
+namespace firn::bench::line_pictures {
 
 using namespace firn;
 using namespace firn::plant;
@@ -214,7 +217,7 @@ struct Score {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+FIRN_BENCH(line_pictures) {
   std::uint64_t numbers[3] = {500, 7400000, 1};
   for (int k = 1; k < argc; ++k) {
     const std::string_view text = argv[k];
@@ -303,4 +306,7 @@ int main(int argc, char** argv) {
   overspray.print("overspray", "0.03");
   gaps.print("gap's end", "1 px");
   std::printf("gaps: %d, %d missed, %d false\n", wanted, missed, wrong);
+  return 0;
 }
+
+}  // namespace firn::bench::line_pictures

@@ -26,6 +26,9 @@
 #include "runtime/process_args.h"
 #include "runtime/run_clock.h"
 #include "runtime/station.h"
+#include "tests/bench/bench.h"
+
+namespace firn::bench::loop_latency {
 
 namespace {
 
@@ -66,7 +69,7 @@ std::vector<double> handler_ms(const std::filesystem::path& wal) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+FIRN_BENCH(loop_latency) {
   int maps = 300;
   std::vector<std::string> overrides = {"grid.nx=100",          "grid.ny=100",        "part.shape=cuboid",
                                         "part.width_mm=26.3",   "part.depth_mm=26.3", "part.height_mm=0.2",
@@ -146,3 +149,5 @@ int main(int argc, char** argv) {
   std::filesystem::remove_all(root);
   return 0;
 }
+
+}  // namespace firn::bench::loop_latency

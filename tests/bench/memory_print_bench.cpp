@@ -12,6 +12,9 @@
 #include "config/include.h"
 #include "print/labs/print_labs.h"
 #include "print/simulated/memory_print.h"
+#include "tests/bench/bench.h"
+
+namespace firn::bench::memory_print_bench {
 
 namespace {
 
@@ -19,7 +22,7 @@ double seconds(const timeval& t) { return double(t.tv_sec) + double(t.tv_usec) *
 
 }  // namespace
 
-int main(int argc, char** argv) {
+FIRN_BENCH(memory_print_bench) {
   using namespace firn;
   std::string file = FIRN_SOURCE_DIR "/experiments/cylinder.toml";
   std::vector<std::string> overrides;
@@ -56,3 +59,5 @@ int main(int argc, char** argv) {
              system[system.size() / 2]);
   return 0;
 }
+
+}  // namespace firn::bench::memory_print_bench

@@ -28,12 +28,15 @@
 
 #include "core/motion/certified/certified.h"
 #include "core/motion/planner.h"
+#include "tests/bench/bench.h"
 #include "tests/core/motion/continuous_checker.h"
 #include "tests/core/motion/emitted_ratio.h"
 #include "tests/core/motion/held_paths.h"
 #include "tests/core/motion/random_paths.h"
 #include "tests/core/motion/sampled_curves.h"
 #include "tests/core/motion/time_transcription.h"
+
+namespace firn::bench::motion_paths {
 
 namespace {
 
@@ -375,7 +378,7 @@ int held(int paths, std::uint64_t seed, bool nasty) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+FIRN_BENCH(motion_paths) {
   if (argc == 7 && std::strcmp(argv[1], "one") == 0) return one(argv);
   if (argc > 2 && std::strcmp(argv[1], "nasty") == 0)
     return nasty(std::max(1, std::atoi(argv[2])), argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
@@ -388,3 +391,5 @@ int main(int argc, char** argv) {
   return table(argc > 1 ? std::max(1, std::atoi(argv[1])) : 200,
                argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1, argc > 3 ? argv[3] : nullptr);
 }
+
+}  // namespace firn::bench::motion_paths

@@ -9,12 +9,15 @@
 #include <map>
 #include <string>
 
+#include "tests/bench/bench.h"
 #include "tests/core/control/guard_cases.h"
+
+namespace firn::bench::mpc_guard {
 
 using namespace firn;
 using namespace firn::control;
 
-int main(int argc, char** argv) {
+FIRN_BENCH(mpc_guard) {
   const int decisions = argc > 1 ? std::atoi(argv[1]) : 10'000,
             prints = argc > 2 ? std::atoi(argv[2]) : 1'000;
   int wrong = 0, printed = 0;
@@ -51,3 +54,5 @@ int main(int argc, char** argv) {
   std::printf("the longest print that ends has %d layers\n", longest);
   return wrong != 0;
 }
+
+}  // namespace firn::bench::mpc_guard

@@ -17,9 +17,12 @@
 #include "files/record/record_file.h"
 #include "lcmtypes/channels.h"
 #include "runtime/write_ahead.h"
+#include "tests/bench/bench.h"
 #include "tests/live/live_run.h"
 #include "tests/page/besieged_print.h"
 #include "tests/support/temp_folder.h"
+
+namespace firn::bench::page_attack {
 
 namespace {
 
@@ -111,7 +114,7 @@ bool same_bytes(const test::PageAttack::Size& size) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+FIRN_BENCH(page_attack) {
   const int pairs = argc > 1 ? std::atoi(argv[1]) : 6;
   const test::PageAttack::Size size{argc > 2 ? std::atoi(argv[2]) : 1'000,
                                     argc > 3 ? std::atoi(argv[3]) : 100'000, 16};
@@ -133,3 +136,5 @@ int main(int argc, char** argv) {
   for (const double share : {0.5, 0.9}) tell_ratio(share, alone, attacked);
   return tell_ratio(0.99, alone, attacked) <= 1.1 && same && failed == 0 ? 0 : 1;
 }
+
+}  // namespace firn::bench::page_attack

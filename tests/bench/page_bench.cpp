@@ -8,6 +8,9 @@
 #include <string>
 
 #include "page/watched_run.h"
+#include "tests/bench/bench.h"
+
+namespace firn::bench::page_bench {
 
 namespace {
 
@@ -19,7 +22,7 @@ double clock_s(clockid_t clock) {
 
 }  // namespace
 
-int main(int argc, char** argv) try {
+FIRN_BENCH(page_bench) try {
   if (argc != 2) {
     std::fprintf(stderr, "usage: page_bench RUN\n");
     return 2;
@@ -37,3 +40,5 @@ int main(int argc, char** argv) try {
   std::fprintf(stderr, "page_bench: %s\n", e.what());
   return 1;
 }
+
+}  // namespace firn::bench::page_bench

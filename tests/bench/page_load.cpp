@@ -32,9 +32,12 @@
 #include "print/labs/print_labs.h"
 #include "runtime/run_clock.h"
 #include "runtime/write_ahead.h"
+#include "tests/bench/bench.h"
 #include "tests/page/web_client.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/tiny_print.h"
+
+namespace firn::bench::page_load {
 
 namespace {
 
@@ -286,7 +289,7 @@ double memory(FalsePrint& print, const PageProcess& page, int messages) {
 
 }  // namespace
 
-int main(int argc, char** argv) try {
+FIRN_BENCH(page_load) try {
   int tabs = 16, messages = 100'000;
   double seconds = 20.0;
   for (int n = 1; n + 1 < argc; n += 2) {
@@ -309,3 +312,5 @@ int main(int argc, char** argv) try {
   std::fprintf(stderr, "page_load: %s\n", e.what());
   return 1;
 }
+
+}  // namespace firn::bench::page_load

@@ -17,6 +17,9 @@
 #include "runtime/ports.h"
 #include "runtime/run_clock.h"
 #include "runtime/serial_line.h"
+#include "tests/bench/bench.h"
+
+namespace firn::bench::port_latency {
 
 namespace {
 
@@ -113,8 +116,10 @@ bool stop_on_the_wire(int rounds) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+FIRN_BENCH(port_latency) {
   const int rounds = argc > 1 ? std::max(1, std::atoi(argv[1])) : 1000;
   const bool refused = second_opener(rounds), sent = stop_on_the_wire(rounds);
   return refused && sent ? 0 : 1;
 }
+
+}  // namespace firn::bench::port_latency

@@ -15,6 +15,9 @@
 #include "runtime/process_args.h"
 #include "runtime/station.h"
 #include "runtime/transport_wire.h"
+#include "tests/bench/bench.h"
+
+namespace firn::bench::recorder_bench {
 
 namespace fs = std::filesystem;
 using namespace firn;
@@ -67,7 +70,7 @@ std::int64_t send(const ProcessOptions& options, const std::string& url, const L
 
 }  // namespace
 
-int main(int argc, char** argv) {
+FIRN_BENCH(recorder_bench) {
   const double seconds = argc > 1 ? std::atof(argv[1]) : 3.0;
   std::printf("receive buffer granted: %d bytes, wanted %d\n", granted_receive_buffer(),
               kWantedReceiveBuffer);
@@ -99,4 +102,7 @@ int main(int argc, char** argv) {
                 static_cast<long long>(sent));
     fs::remove_all(folder);
   }
+  return 0;
 }
+
+}  // namespace firn::bench::recorder_bench

@@ -15,6 +15,9 @@
 #include "print/inputs/targets.h"
 #include "print/labs/print_labs.h"
 #include "print/simulated/memory_print.h"
+#include "tests/bench/bench.h"
+
+namespace firn::bench::registration_accuracy {
 
 using namespace firn;
 
@@ -39,7 +42,7 @@ registration::NozzleOffset measured(const Experiment& e) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+FIRN_BENCH(registration_accuracy) {
   const int seeds = argc > 1 ? std::atoi(argv[1]) : 200;
   const std::vector<std::string> settings(argv + std::min(argc, 2), argv + argc);
   double square = 0.0, sum = 0.0, variance = 0.0, worst = 0.0;
@@ -68,4 +71,7 @@ int main(int argc, char** argv) {
       "%.3f\n",
       seeds, 1e3 * std::sqrt(square / n), 1e3 * sum / n, 1e3 * worst, 1e3 * std::sqrt(variance / n),
       covered / n);
+  return 0;
 }
+
+}  // namespace firn::bench::registration_accuracy

@@ -14,6 +14,9 @@
 #include "print/labs/print_labs.h"
 #include "print/simulated/lab_run.h"
 #include "replay/print_verdict.h"
+#include "tests/bench/bench.h"
+
+namespace firn::bench::replay_bench {
 
 namespace {
 
@@ -31,7 +34,7 @@ double median(std::vector<double> v) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+FIRN_BENCH(replay_bench) {
   using namespace firn;
   std::string file = FIRN_SOURCE_DIR "/experiments/cylinder.toml";
   std::vector<std::string> overrides;
@@ -87,3 +90,5 @@ int main(int argc, char** argv) {
   std::filesystem::remove_all(root);
   return status;
 }
+
+}  // namespace firn::bench::replay_bench

@@ -12,12 +12,15 @@
 #include "core/slice/offset/offset_rings.h"
 #include "core/slice/paths/path_options.h"
 #include "files/mesh/mesh_file.h"
+#include "tests/bench/bench.h"
 #include "tests/core/slice/offset_oracle.h"
+
+namespace firn::bench::slice_exactness {
 
 using namespace firn;
 using namespace firn::slice;
 
-int main(int argc, char** argv) try {
+FIRN_BENCH(slice_exactness) try {
   if (argc < 2) {
     std::fprintf(stderr, "usage: %s MESH [FIRST [STEP]]\n", argv[0]);
     return 2;
@@ -65,3 +68,5 @@ int main(int argc, char** argv) try {
   std::fprintf(stderr, "%s: %s\n", argv[0], e.what());
   return 1;
 }
+
+}  // namespace firn::bench::slice_exactness

@@ -14,6 +14,9 @@
 #include "core/slice/mesh/slicer.h"
 #include "core/slice/offset/offset_rings.h"
 #include "files/mesh/mesh_file.h"
+#include "tests/bench/bench.h"
+
+namespace firn::bench::slice_rings {
 
 namespace {
 
@@ -64,7 +67,7 @@ Rings simplified(const Rings& rings, double tolerance_mm) {
 
 }  // namespace
 
-int main(int argc, char** argv) try {
+FIRN_BENCH(slice_rings) try {
   if (argc < 2) {
     std::fprintf(stderr, "usage: %s MESH [CHORD_TOLERANCE_MM]\n", argv[0]);
     return 2;
@@ -120,3 +123,5 @@ int main(int argc, char** argv) try {
   std::fprintf(stderr, "%s: %s\n", argv[0], e.what());
   return 1;
 }
+
+}  // namespace firn::bench::slice_rings

@@ -15,8 +15,11 @@
 #include "core/slice/mesh/path_filter.h"
 #include "core/slice/offset/offset_rings.h"
 #include "core/slice/paths/path_options.h"
+#include "tests/bench/bench.h"
 #include "tests/core/slice/offset_oracle.h"
 #include "tests/core/slice/outlines.h"
+
+namespace firn::bench::slice_straits {
 
 using namespace firn;
 using namespace firn::slice;
@@ -57,7 +60,7 @@ Worst worst(const Region& contours, const Rings& rings, double d, double most, d
 
 }  // namespace
 
-int main(int argc, char** argv) {
+FIRN_BENCH(slice_straits) {
   const int trials = argc > 1 ? std::atoi(argv[1]) : 900, seed = argc > 2 ? std::atoi(argv[2]) : 74;
   if (trials < 1 || seed < 0) {
     std::fprintf(stderr, "usage: %s [TRIALS [SEED]], 1 or more and 0 or more\n", argv[0]);
@@ -90,3 +93,5 @@ int main(int argc, char** argv) {
   std::printf("%d hourglasses, %d levels, %d further off than %g mm\n", trials, levels, off, tolerance_mm);
   return 0;
 }
+
+}  // namespace firn::bench::slice_straits

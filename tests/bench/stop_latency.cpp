@@ -13,8 +13,11 @@
 
 #include "core/grid/random.h"
 #include "files/json.h"
+#include "tests/bench/bench.h"
 #include "tests/live/live_run.h"
 #include "tests/page/web_client.h"
+
+namespace firn::bench::stop_latency {
 
 namespace {
 
@@ -53,7 +56,7 @@ double percentile(const std::vector<double>& sorted, double share) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+FIRN_BENCH(stop_latency) {
   using namespace firn;
   const int prints = argc > 1 ? std::max(1, std::atoi(argv[1])) : 100;
   const bool page = argc > 2 && std::string(argv[2]) == "page";
@@ -94,3 +97,5 @@ int main(int argc, char** argv) {
       ms.size(), lost, percentile(ms, 0.5), percentile(ms, 0.9), percentile(ms, 0.99), ms.back(), load[0]);
   return percentile(ms, 0.99) <= 20.0 ? 0 : 1;
 }
+
+}  // namespace firn::bench::stop_latency

@@ -30,8 +30,11 @@
 #include "studies/identify/identification_study.h"
 #include "studies/tune/advice.h"
 #include "studies/tune/tune_answer.h"
+#include "tests/bench/bench.h"
 #include "tests/bench/promise_rows.h"
 #include "tests/support/ice_print.h"
+
+namespace firn::bench::tune_promises {
 
 using namespace firn;
 using namespace firn::tuning;
@@ -354,7 +357,7 @@ class Bench {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+FIRN_BENCH(tune_promises) {
   Options o;
   for (int n = 1; n < argc; ++n) {
     const std::string a = argv[n];
@@ -398,3 +401,5 @@ int main(int argc, char** argv) {
   Bench(o).run();
   return 0;
 }
+
+}  // namespace firn::bench::tune_promises

@@ -9,10 +9,13 @@
 #include "print/labs/print_labs.h"
 #include "print/simulated/memory_print.h"
 #include "report/run/voxels.h"
+#include "tests/bench/bench.h"
+
+namespace firn::bench::two_ink_schemes {
 
 using namespace firn;
 
-int main() {
+FIRN_BENCH(two_ink_schemes) {
   struct Case {
     const char* scheme;
     double alpha, judge_above_layers;
@@ -41,4 +44,7 @@ int main() {
                 (long long)wrong.wrong(), (long long)wrong.boundary_wrong(), r.error.std_mm * 1e3,
                 r.result.layers);
   }
+  return 0;
 }
+
+}  // namespace firn::bench::two_ink_schemes
