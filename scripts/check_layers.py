@@ -64,8 +64,9 @@ EXCEPTIONS = {
     "plant/inkjet/lu2015.*": ("core/deposition",),  # the paper's own simulation, on the paper's own model
 }
 
-# Heavy third-party headers stay behind one translation unit; LCM's C API behind procs/bus.
-HEAVY = re.compile(r"^(boost/|CLI/|toml\+\+/|nlohmann/json\.hpp|Eigen/|opencv2/|spdlog/|fmt/|catch2/)")
+# Heavy third-party headers stay behind one translation unit, JSON's behind files/json.h; LCM's C API behind procs/bus.
+HEAVY = re.compile(r"^(boost/|CLI/|toml\+\+/|nlohmann/json\.hpp|files/json\.h|Eigen/|opencv2/|spdlog/|fmt/|catch2/)")
+JSON, JSON_HEADER = "nlohmann/json.hpp", "files/json.h"
 LCM_API = re.compile(r"^lcm/lcm(-cpp)?\.(h|hpp)$")
 LCM_ROOMS = ("procs/bus/", "tests/", "cli/doctor")
 
@@ -109,9 +110,11 @@ def check_includes(root):
             line = text.count("\n", 0, match.start(0)) + match.group(0).count("\n", 0, match.group(0).find("#")) + 1
             where = f"{path}:{line}"
             own, system = match.groups()
+            if path.endswith(".h") and path != JSON_HEADER and HEAVY.match(own or system):
+                problems.append(f"{where}: {own or system} is heavy: only in a .cpp file")
             if system:
-                if path.endswith(".h") and HEAVY.match(system):
-                    problems.append(f"{where}: <{system}> is heavy: only in a .cpp file")
+                if system == JSON and path != JSON_HEADER:
+                    problems.append(f"{where}: <{system}>: include \"{JSON_HEADER}\", whose functions are compiled once")
                 if LCM_API.match(system) and not path.startswith(LCM_ROOMS):
                     problems.append(f"{where}: <{system}>: only procs/bus calls LCM")
                 if (Path(root) / system).is_file():

@@ -92,7 +92,10 @@ class Lints(SmallTree):
         self.caught("core/grid/grid.cpp", "#include <core/grid/grid.h>\n", "in quotes")
 
     def test_heavy_headers_and_lcm(self):
-        self.caught("runtime/node.h", "#include <nlohmann/json.hpp>\n", "heavy")
+        self.caught("runtime/node.h", "#include <toml++/toml.h>\n", "heavy")
+        self.write("files/json.h", "#pragma once\n")
+        self.caught("print/labs/lab.h", '#include "files/json.h"\n', "heavy")
+        self.caught("print/labs/lab.cpp", "#include <nlohmann/json.hpp>\n", "compiled once")
         self.caught("core/grid/grid.h", "#include <Eigen/Dense>\n", "heavy")
         self.caught("runtime/node.cpp", "#include <lcm/lcm-cpp.hpp>\n", "only procs/bus")
 
