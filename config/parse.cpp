@@ -85,6 +85,25 @@ class Reader {
     for (const Field& f : fields_) keys_.push_back(f.key);
   }
 
+  /// @throws ConfigError for a machine's file where a lab's is wanted, and the other way round
+  void check_kind_of_file(const toml::table& table, const std::string& file) const {
+    const auto knows = [&](std::string_view key) { return std::ranges::find(keys_, key) != keys_.end(); };
+    const auto refuse = [&](const std::string& section, const std::string& problem) {
+      const int line = int(table.get(section)->source().begin.line);
+      throw ConfigError(file, line, section, "[" + section + "]: " + problem);
+    };
+    if (knows("machine.kind") && table.contains("lab")) {
+      std::string named;
+      for (const auto& [section, node] : table)
+        if (const auto machine = table[section.str()]["machine"].value<std::string>())
+          named = "; its machine is " +
+                  (std::filesystem::path(file).parent_path() / *machine).lexically_normal().generic_string();
+      refuse("lab", "this is the file of a lab, and a machine's is wanted" + named);
+    }
+    if (knows("lab.kind") && table.contains("machine"))
+      refuse("machine", "this is the file of a machine, and a lab's or an experiment's is wanted");
+  }
+
   void read(const toml::table& table, const std::string& file, const std::string& prefix = "") {
     for (const auto& [key, node] : table) {
       const std::string full = prefix + std::string(key.str());
@@ -288,6 +307,7 @@ Origins read_fields(std::vector<Field> table, const std::string& toml_text, cons
     throw ConfigError(file_name, int(include->source().begin.line), "include",
                       "include: only experiments may include a file");
   Reader reader(std::move(table));
+  reader.check_kind_of_file(parsed, file_name);
   reader.read(parsed, file_name);
   reader.override_with(overrides);
   return reader.origins();
@@ -338,6 +358,7 @@ Experiment parse_onto(Experiment experiment,
           file, int(include->source().begin.line), "include",
           "include = " + shown(*include) + ": the included text was not handed in before this one");
     first = false;
+    reader.check_kind_of_file(table, file);
     reader.read(table, file);
     reader.paths_from(file, std::filesystem::path(named_texts.back().first).parent_path());
   }

@@ -1,5 +1,7 @@
 #include "core/deposition/row_kernels.h"
 
+#include "core/grid/avx2.h"
+
 namespace firn::deposition {
 namespace {
 
@@ -96,8 +98,7 @@ const RowKernels& portable_row_kernels() { return k_portable; }
 
 const RowKernels& row_kernels() {
 #if defined(__x86_64__)
-  static const bool avx2 = __builtin_cpu_supports("avx2");
-  if (avx2) return k_avx2;
+  if (has_avx2()) return k_avx2;
 #endif
   return k_portable;
 }

@@ -1,5 +1,7 @@
 #include "plant/inkjet/footprint.h"
 
+#include "core/grid/avx2.h"
+
 namespace firn::plant {
 namespace {
 
@@ -179,8 +181,7 @@ Footprint portable_footprint() { return &land_portable; }
 
 Footprint footprint() {
 #if defined(__x86_64__)
-  static const bool avx2 = __builtin_cpu_supports("avx2");
-  if (avx2) return &land_avx2;
+  if (has_avx2()) return &land_avx2;
 #endif
   return &land_portable;
 }

@@ -3,6 +3,7 @@
 #include "config/error.h"
 #include "config/experiment.h"
 #include "config/fields.h"
+#include "config/machine.h"
 #include "tests/config/texts.h"
 
 using namespace firn;
@@ -110,6 +111,18 @@ TEST_CASE("An unknown key is reported with the nearest known one") {
   CHECK(what_of("[controll]\nscheme = \"mpc\"").find("nearest known one is control") != std::string::npos);
   CHECK(what_of("horizon = 2").find("nearest known one is control.mpc.horizon") != std::string::npos);
   CHECK(what_of("xyzzy_plugh_quux = 1").find("unknown key") != std::string::npos);
+}
+
+TEST_CASE(
+    "A machine's file where a lab's is wanted is refused as a whole, and a lab's where a machine's is") {
+  CHECK(what_of("[aerosol]\nv_max_mm_s = 4.0\n[machine]\nkind = \"aerosol\"") ==
+        "x.toml:3: [machine]: this is the file of a machine, and a lab's or an experiment's is wanted");
+  CHECK_THROWS_WITH(
+      parse_machine(
+          "[calibration]\ntable_x_mm = 1.0\n[ice]\nmachine = \"../arm.toml\"\n[lab]\nkind = \"ice\"",
+          "labs/ice/mine.toml"),
+      Catch::Equals("labs/ice/mine.toml:5: [lab]: this is the file of a lab, and a machine's is wanted; its "
+                    "machine is labs/arm.toml"));
 }
 
 TEST_CASE("An unknown word is reported with the allowed ones and the nearest") {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/control/mpc/flip_kernel.h"
+#include "core/grid/avx2.h"
 
 namespace firn::control::mpc {
 namespace {
@@ -280,7 +281,7 @@ DeltaCache::DeltaCache(HorizonState& field, Wanted wanted, Kernel kernel)
         static const Kernels portable{&look_portable, &flip_portable, &note_portable};
 #if defined(__x86_64__)
         static const Kernels avx2{&look_avx2, &flip_avx2, &note_avx2};
-        if (kernel == Kernel::kWidest && __builtin_cpu_supports("avx2")) return avx2;
+        if (kernel == Kernel::kWidest && has_avx2()) return avx2;
 #endif
         return portable;
       }()) {

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/grid/avx2.h"
 #include "core/motion/kinematics/arm.h"
 
 namespace firn::motion {
@@ -171,8 +172,7 @@ __attribute__((target("avx2"))) void wide_derivatives(double l1, double l2, cons
 
 void Scara::derivatives(const Jets& task, int elbow, Jets& out) const {
 #ifdef __x86_64__
-  static const bool wide = __builtin_cpu_supports("avx2");
-  if (wide) return wide_derivatives(spec_.link_1_mm, spec_.link_2_mm, task, elbow, out);
+  if (has_avx2()) return wide_derivatives(spec_.link_1_mm, spec_.link_2_mm, task, elbow, out);
 #endif
   derivative_loop(spec_.link_1_mm, spec_.link_2_mm, task, elbow, out);
 }

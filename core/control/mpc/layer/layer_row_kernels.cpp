@@ -6,6 +6,7 @@
 
 #include "core/control/mpc/layer/lanes.h"
 #include "core/control/mpc/layer/layer_rows.h"
+#include "core/grid/avx2.h"
 
 namespace firn::control::mpc {
 namespace {
@@ -338,12 +339,7 @@ std::span<const LayerRowKernels> layer_row_kernels() {
       {"AVX2", &errors_avx2, &gains_avx2},
 #endif
   }};
-#if defined(__x86_64__)
-  static const std::size_t count = __builtin_cpu_supports("avx2") ? 2 : 1;
-#else
-  static const std::size_t count = 1;
-#endif
-  return std::span(all).first(count);
+  return std::span(all).first(has_avx2() ? 2 : 1);
 }
 
 }  // namespace firn::control::mpc

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/grid/avx2.h"
+
 namespace firn::control::mpc {
 namespace {
 
@@ -101,8 +103,7 @@ template <int K, int R>
 double forward(const StripColumn<K, R>* columns, int nx, const CellCost& cost, std::uint8_t* choice,
                float* last) {
 #if defined(__x86_64__)
-  static const bool avx2 = __builtin_cpu_supports("avx2");
-  if (avx2) return solve_avx2<K, R>(columns, nx, cost, choice, last);
+  if (has_avx2()) return solve_avx2<K, R>(columns, nx, cost, choice, last);
 #endif
   return solve_portable<K, R>(columns, nx, cost, choice, last);
 }

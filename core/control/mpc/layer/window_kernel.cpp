@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "core/grid/avx2.h"
+
 namespace firn::control::mpc {
 namespace {
 
@@ -122,11 +124,7 @@ struct Wide {
   }
   FIRN_WIDE static float off(int rows, float* values) { return Plain::off(rows, values); }
 };
-bool wide() {
-  static const bool has = __builtin_cpu_supports("avx2");
-  return has;
-}
-#define FIRN_DISPATCH(call) (wide() ? Wide::call : Plain::call)
+#define FIRN_DISPATCH(call) (has_avx2() ? Wide::call : Plain::call)
 #else
 #define FIRN_DISPATCH(call) Plain::call
 #endif
