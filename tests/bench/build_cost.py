@@ -1,10 +1,14 @@
 #!/usr/bin/env python3
-"""CPU-seconds (user + system) of compiling all sources of build folders, from a random share of their commands, without ccache.
+"""CPU-seconds (user + system) of building folders without ccache, in whole or estimated from a share of their commands.
 
-Each folder is configured (cmake -G Ninja, tests included), and what its sources include is built first: generated and
-precompiled headers. A generated source that is not there is left out. The folders' commands run in alternation, one at a time. The estimate is the sum over all commands; its
-interval (95 %) is that of a ratio estimator, the command's weight being the bytes of its sources (all sources of a batch).
+--whole empties each folder and builds it again, links and generated files included, on all processors.
 
+Otherwise each folder is configured (cmake -G Ninja, tests included), and what its sources include is built first: generated
+and precompiled headers. A generated source that is not there is left out. The folders' compile commands run in alternation,
+one at a time. The estimate is the sum over all; its interval (95 %) is that of a ratio estimator, a command's weight being the
+bytes of its sources (all sources of a batch).
+
+    tests/bench/build_cost.py BUILD... --whole
     tests/bench/build_cost.py BUILD... [--share 0.15] [--seed 1]
 """
 import argparse
@@ -15,6 +19,7 @@ import random
 import re
 import resource
 import subprocess
+import time
 from pathlib import Path
 
 
@@ -37,23 +42,41 @@ def weight(entry):
     return max(1, sum((root / p).stat().st_size for p in batch) or len(text))
 
 
+def children_s():
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def build_whole(builds):
+    first = None
+    for build in builds:
+        subprocess.run(["ninja", "-C", build, "-t", "clean"], check=True, stdout=subprocess.DEVNULL)
+        before, began = children_s(), time.monotonic()
+        subprocess.run(["ninja", "-C", build, "-j", str(os.cpu_count()), "all"], check=True, stdout=subprocess.DEVNULL, env={**os.environ, "CCACHE_DISABLE": "1"})
+        cost = children_s() - before
+        first = first or cost
+        print(f"{build}: {cost:.0f} CPU-s, {time.monotonic() - began:.0f} s; {cost / first:.3f} of the first", flush=True)
+
+
 def run(entry):
     command = re.sub(r"CCACHE_\w+=\S+|/usr/bin/ccache|\S*/cmake -E env", "", entry["command"])
     command = re.sub(r" -o \S+", " -o /dev/null", re.sub(r"-MD|-MT \S+|-MF \S+", "", command))
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    before = children_s()
     done = subprocess.run(command, shell=True, cwd=entry["directory"], capture_output=True, text=True, env={**os.environ, "CCACHE_DISABLE": "1"})
     if done.returncode:
         raise SystemExit(f"build_cost: {entry['file']}: {done.stderr.strip().splitlines()[-1:]}")
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return children_s() - before
 
 
 def main():
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("build", nargs="+")
+    arguments.add_argument("--whole", action="store_true")
     arguments.add_argument("--share", type=float, default=0.15)
     arguments.add_argument("--seed", type=int, default=1)
     given = arguments.parse_args()
+    if given.whole:
+        return build_whole(given.build)
     draw = random.Random(given.seed)
     jobs = []
     for build in given.build:
