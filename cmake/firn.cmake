@@ -264,9 +264,9 @@ function(firn_bench name)
     return()
   endif()
   target_sources(${ARG_IN} PRIVATE ${ARG_UNPARSED_ARGUMENTS})
-  add_custom_command(TARGET ${ARG_IN} POST_BUILD
-    COMMAND ${CMAKE_COMMAND} -E create_symlink ${ARG_IN} ${CMAKE_BINARY_DIR}/bench/${name} VERBATIM)
-  add_custom_target(${name} DEPENDS ${ARG_IN})
+  set(link ${CMAKE_BINARY_DIR}/bench/${name})
+  add_custom_command(OUTPUT ${link} COMMAND ${CMAKE_COMMAND} -E create_symlink ${ARG_IN} ${link} DEPENDS ${ARG_IN} VERBATIM)
+  add_custom_target(${name} ALL DEPENDS ${link})
 endfunction()
 
 # firn_lcm_types(TARGET): every .lcm file here becomes a message. lcm-gen makes the classes; generate.py makes the list of

@@ -1,5 +1,5 @@
-// The JSON library, nlohmann's. Its functions are compiled once, in json.cpp, instead of in each source that
-// calls them.
+// Declares the JSON library, nlohmann's, as compiled once, in json.cpp, instead of in each source that calls
+// it.
 #pragma once
 
 #include <nlohmann/json.hpp>

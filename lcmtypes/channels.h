@@ -37,7 +37,7 @@ struct ChannelInfo {
   int queue;       ///< receive queue [messages]; 0 = unlimited
   bool logged;
   std::string_view meaning;
-  /// False for what only tests, audit and reports may read (SIM_TRUTH) and for what no node reads.
+  /// False where only tests, audit and reports may read (SIM_TRUTH), and where no node reads.
   bool nodes_may_read = true;
 };
 std::span<const ChannelInfo> channel_table();

@@ -1,4 +1,4 @@
-// Messages <-> core types. The only place where lcmtypes meets core.
+// Converts messages to core's types and back: the only place where lcmtypes meets core.
 #pragma once
 
 #include <optional>
@@ -24,7 +24,7 @@ HeightMap height_of(const height_map_t& map);  ///< NaN where not measured
 HeightMap measured_height_of(const height_map_t& map);
 void set_height(height_map_t& map, const HeightMap& height);
 DropletPattern drops_of(const layer_plan_t& plan);
-DropletPattern drops_of(const deposition_report_t& report);  ///< what the pass commanded
+DropletPattern drops_of(const deposition_report_t& report);  ///< as the pass commanded
 void set_drops(layer_plan_t& plan, const DropletPattern& drops);
 MaterialMap materials_of(const layer_plan_t& plan);  ///< without cells: one ink
 void set_materials(layer_plan_t& plan, const MaterialMap& materials);

@@ -18,7 +18,7 @@ struct Limit {
 /// Of the rows without `when` the first that fits a member decides; rows with `when` hold besides it.
 std::span<const Limit> limits();
 
-/// What members must be to each other.
+/// A condition between members.
 struct Relation {
   enum class Kind : unsigned char {
     kCells,        ///< a = b * c

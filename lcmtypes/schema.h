@@ -18,7 +18,7 @@
 
 namespace firn {
 
-/// All .lcm files of the house, one after another; what logs and write-ahead files carry to explain
+/// All .lcm files of the house, one after another; logs and write-ahead files carry them to explain
 /// themselves.
 std::string_view lcm_type_texts();
 
@@ -86,7 +86,7 @@ struct TypeFile {
   std::string name, text;
 };
 
-/// What is wrong with the size or the form of an encoded message.
+/// An error of the size or the form of an encoded message.
 struct SizeError {
   std::size_t offset = 0;  ///< byte in the message
   std::string path;        ///< member, or empty
@@ -171,7 +171,7 @@ std::optional<SizeError> check(const schema::Type& type, std::span<const std::by
                                std::span<FieldPlace> places);
 
 /// Calls `visit` for every number and string in encoded order until it returns false.
-/// @returns what stopped the walk if the message is damaged (leaves before it were visited).
+/// @returns the damage that stopped the walk, if there is one (leaves before it were visited).
 std::optional<SizeError> for_each_leaf(const schema::Type& type, std::span<const std::byte> message,
                                        const std::function<bool(const Leaf&)>& visit);
 

@@ -1,4 +1,4 @@
-// The one walk over an encoded message that all of schema.h stands on. For the schema_*.cpp files.
+// Walks over an encoded message, for all functions of schema.h. For the schema_*.cpp files.
 #pragma once
 
 #include <algorithm>
@@ -72,7 +72,7 @@ inline std::string element_path(const std::string& path, const Counts& counts, s
   return p;
 }
 
-// What the walk reports. A sink may stop it by setting `stop`.
+// A sink of the walk's reports. It may stop it by setting `stop`.
 struct NullSink {
   static constexpr bool stop = false;
   void numbers(const Field&, std::size_t /*index*/, std::size_t /*offset*/, const Counts&) {}

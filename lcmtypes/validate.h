@@ -1,5 +1,5 @@
-// Is a received message one that a node may act on? Form first (schema.h), then the range of every member,
-// from one table by member path. Called on every message that reaches a node.
+// validate() checks whether a node may act on a received message: form first (schema.h), then the range of
+// every member, from one table by member path. Called on every message that reaches a node.
 #pragma once
 
 #include <cstddef>

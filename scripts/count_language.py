@@ -14,8 +14,8 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-ROOMS = ["core", "config", "files", "drivers", "estimators", "runtime", "plant", "procs", "replay", "report", "print",
-         "studies", "page", "cli", "tests"]
+ROOMS = ["core", "lcmtypes", "config", "files", "drivers", "estimators", "runtime", "plant", "procs", "replay", "report", "print",
+         "studies", "page", "cli", "python", "tests"]
 WORDS = ["what", "stands", "tells", "told", "none", "computes", "returns", "maximum", "must"]
 MOST_WHAT = 1.0  # per thousand
 CLAUSE = re.compile(r"^(what|where|which|how|whether|who|when|why|of|is|are|does|do|has|have|may|can|in which|to which|at which)\b",

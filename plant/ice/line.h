@@ -14,6 +14,7 @@
 
 #include "core/grid/random.h"
 #include "plant/config/ice_config.h"
+#include "plant/record/archive.h"
 
 namespace firn::plant {
 
@@ -30,7 +31,6 @@ struct Wander {
   void step(double keep, double draw);
 };
 
-/// Trivially copyable: its bytes are its state.
 class Line {
  public:
   Line(const IceLineParams& params, std::uint64_t seed, int number);
@@ -56,6 +56,11 @@ class Line {
   double steady_pulse_mm3(double frequency_hz, double pulse_s) const;
   std::int64_t pulses() const { return pulses_; }
   double jet_speed_mm_s() const;
+
+  void io(Archive& a) {
+    a.all(params_, seed_, number_, orifice_, laminar_, factor_, sag_, last_s_, closed_s_);
+    a.all(pulsation_, empty_, blocked_, pulses_);
+  }
 
  private:
   double flow(double share) const;

@@ -56,6 +56,8 @@ class LayerCount {
   std::uint32_t exposures() const { return exposures_; }
   std::uint32_t layer() const { return layer_; }  ///< finished layers: the key of present draws
 
+  void io(Archive& a) { a.all(exposures_, layer_, cured_); }
+
  private:
   std::uint32_t exposures_ = 0, layer_ = 0;
   bool cured_ = false;

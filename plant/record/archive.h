@@ -17,23 +17,36 @@
 
 namespace firn::plant {
 
+/// True for numbers, enums and structures that hold nothing else: any bytes are a value of them. A bool has
+/// two values only, and a class may have rules of its own.
+template <class T>
+constexpr bool is_plain();
+
 template <std::size_t>
 struct AnyField {
   template <class T>
   operator T() const;
 };
-struct BoolField {
-  template <std::same_as<bool> T>
-  operator T() const;
+template <class Owner>
+struct OtherField {
+  template <class T>
+  requires(!std::same_as<T, Owner>) && (!is_plain<T>()) operator T() const;
 };
-/// True when one of T's first fields can be initialized by a bool and by nothing else.
 template <class T, std::size_t... Before>
-constexpr bool is_bool_after(std::index_sequence<Before...>) {
-  return requires { T{AnyField<Before>{}..., BoolField{}}; };
+constexpr bool is_other_after(std::index_sequence<Before...>) {
+  return requires { T{AnyField<Before>{}..., OtherField<T>{}}; };
 }
 template <class T, std::size_t... N>
-constexpr bool has_bool(std::index_sequence<N...>) {
-  return (is_bool_after<T>(std::make_index_sequence<N>{}) || ...);
+constexpr bool has_other_field(std::index_sequence<N...>) {
+  return (is_other_after<T>(std::make_index_sequence<N>{}) || ...);
+}
+
+template <class T>
+constexpr bool is_plain() {
+  if constexpr (std::is_aggregate_v<T> && std::is_class_v<T>)
+    return !has_other_field<T>(std::make_index_sequence<32>{});
+  else
+    return (std::is_arithmetic_v<T> || std::is_enum_v<T>)&&!std::same_as<T, bool>;
 }
 
 class Archive;
@@ -52,9 +65,7 @@ class Archive {
 
   template <class T>
   requires(std::is_trivially_copyable_v<T> && !HasIo<T>) void operator()(T& value) {
-    if constexpr (std::is_class_v<T>)
-      static_assert(!has_bool<T>(std::make_index_sequence<32>{}),
-                    "needs io(Archive&): a damaged file's byte may be neither true nor false");
+    static_assert(is_plain<T>(), "needs io(Archive&): not all bytes of a damaged file are a value of it");
     if (loading_) return raw(&value, sizeof value);
     T saved = value;
 #if __has_builtin(__builtin_clear_padding)  // clang, for fuzzing, has it not

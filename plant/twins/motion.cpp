@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace firn::plant {
 
@@ -85,6 +86,12 @@ double Move::time_of_s(double s_mm) const {
   const Phase& p = phase_at_s(s_mm);
   const double ds = s_mm - p.s_mm, sum = p.v_mm_s + speed_at_s(s_mm);
   return sum > 0.0 ? p.t_s + 2.0 * ds / sum : p.t_s;
+}
+
+void Move::io(Archive& a) {
+  a.all(t0_us_, from_, direction_, length_, duration_s_, phases_, phase_);
+  if (phases_ < 0 || std::size_t(phases_) > phase_.size())
+    throw std::runtime_error("world state: a move of " + std::to_string(phases_) + " phases");
 }
 
 }  // namespace firn::plant

@@ -5,6 +5,8 @@
 #include <array>
 #include <cstdint>
 
+#include "plant/record/archive.h"
+
 namespace firn::plant {
 
 using Vec3 = std::array<double, 3>;
@@ -32,6 +34,8 @@ class Move {
   /// Returns the time [s since the start] at which s_mm is reached, 0 <= s_mm <= length.
   double time_of_s(double s_mm) const;
   double speed_at_s(double s_mm) const;
+
+  void io(Archive& a);
 
  private:
   struct Phase {

@@ -3,8 +3,10 @@
 #include <array>
 #include <cstring>
 #include <new>
+#include <optional>
 
 #include "plant/record/archive.h"
+#include "plant/twins/motion.h"
 
 using namespace firn::plant;
 
@@ -72,13 +74,53 @@ TEST_CASE("A loaded byte that is neither true nor false is refused by its place"
     }
 }
 
-TEST_CASE("A class with a bool is told from one without, so that none is loaded by its bytes") {
-  struct With {
-    double value = 0.0;
-    std::array<int, 2> counts{};
-    bool open = false;
+TEST_CASE("Only numbers, enums and structures of nothing else are loaded by their bytes") {
+  struct Flag {
+    int count = 0;
+    bool on = false;
   };
-  constexpr auto fields = std::make_index_sequence<32>{};
-  CHECK(has_bool<With>(fields));
-  CHECK_FALSE(has_bool<Padded>(fields));
+  struct Nested {
+    double value = 0.0;
+    Flag flag;
+  };
+  class Private {
+   public:
+    bool on() const { return on_; }
+
+   private:
+    bool on_ = false;
+  };
+  struct Poses {
+    std::array<Padded, 2> poses{};
+    std::array<int, 3> counts{};
+    std::byte byte{};
+  };
+  STATIC_REQUIRE(is_plain<Padded>());
+  STATIC_REQUIRE(is_plain<Poses>());
+  STATIC_REQUIRE(is_plain<std::array<double, 4>>());
+  STATIC_REQUIRE_FALSE(is_plain<bool>());
+  STATIC_REQUIRE_FALSE(is_plain<Flag>());
+  STATIC_REQUIRE_FALSE(is_plain<Nested>());
+  STATIC_REQUIRE_FALSE(is_plain<std::array<Flag, 2>>());
+  STATIC_REQUIRE_FALSE(is_plain<Private>());
+  STATIC_REQUIRE_FALSE(is_plain<std::optional<int>>());
+}
+
+TEST_CASE("A loaded move is the saved one, and one of more phases than it holds is refused") {
+  Move move = Move::trapezoid({0.0, 0.0, 0.0}, {3.0, 4.0, 0.0}, 20.0, 500.0, 7);
+  Archive out;
+  out(move);
+  Move loaded;
+  Archive in(out.bytes());
+  in(loaded);
+  in.expect_end();
+  CHECK(loaded.end_us() == move.end_us());
+  CHECK(loaded.position(100'000) == move.position(100'000));
+  std::vector<std::byte> damaged = out.bytes();
+  const std::size_t phases =
+      sizeof(std::int64_t) + 8 * sizeof(double);  // begin, two vectors, length, duration
+  REQUIRE(damaged[phases] == std::byte(3));
+  damaged[phases] = std::byte(4);
+  Archive again(damaged);
+  CHECK_THROWS_WITH(again(loaded), Catch::Contains("a move of 4 phases"));
 }
