@@ -55,7 +55,7 @@ void check_devices(Rules& r) {
     std::string problem;
     PortAddress address;
     try {
-      address = parse_port_address(e.devices.*port.member, *port_defaults(port.node));
+      address = parse_port_address(e.devices.*port.member, port.defaults);
     } catch (const std::invalid_argument& error) {
       problem = error.what();
     }

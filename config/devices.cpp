@@ -18,6 +18,12 @@ std::vector<std::string> instrument_nodes(const Experiment& e) {
 
 }  // namespace
 
+std::optional<PortDefaults> port_defaults(std::string_view node) {
+  for (const DevicePort& port : kDevicePorts)
+    if (port.node == node) return port.defaults;
+  return std::nullopt;
+}
+
 const std::string& port_text(const DevicesConfig& d, std::string_view node) {
   for (const DevicePort& port : kDevicePorts)
     if (port.node == node) return d.*port.member;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,6 +14,9 @@ namespace firn {
 
 /// Port of an instrument that the lab can do without, and does.
 inline constexpr std::string_view kNoInstrument = "none";
+
+/// Returns the defaults of an instrument's port; none for another node.
+std::optional<PortDefaults> port_defaults(std::string_view node);
 
 /// Returns the `[devices.NODE] port` text of an instrument. @throws std::invalid_argument: no instrument
 const std::string& port_text(const DevicesConfig& devices, std::string_view node);

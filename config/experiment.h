@@ -25,6 +25,7 @@
 #include "drivers/stage/stage_config.h"
 #include "estimators/droplet/options.h"
 #include "estimators/droplet/watch_options.h"
+#include "files/port_address.h"
 
 namespace firn {
 
@@ -176,20 +177,21 @@ struct DevicesConfig {  ///< port of each instrument: files/port_address.h
 struct DevicePort {
   std::string_view node;
   std::string DevicesConfig::*member;
+  PortDefaults defaults;  ///< TCP port, baud, wait after opening [ms]
 };
 inline constexpr DevicePort kDevicePorts[] = {
-    {"stage", &DevicesConfig::stage},
-    {"jet", &DevicesConfig::jet},
-    {"jet_b", &DevicesConfig::jet_b},
-    {"laser_profiler", &DevicesConfig::laser_profiler},
-    {"lamp", &DevicesConfig::lamp},
-    {"robot", &DevicesConfig::robot},
-    {"valve_a", &DevicesConfig::valve_a},
-    {"valve_b", &DevicesConfig::valve_b},
-    {"laser_point", &DevicesConfig::laser_point},
-    {"heater", &DevicesConfig::heater},
-    {"camera", &DevicesConfig::camera},
-    {"gas", &DevicesConfig::gas},
+    {"stage", &DevicesConfig::stage, {8000, 115200, 0}},
+    {"jet", &DevicesConfig::jet, {0, 9600, 500}},
+    {"jet_b", &DevicesConfig::jet_b, {0, 9600, 500}},
+    {"laser_profiler", &DevicesConfig::laser_profiler, {24691, 0, 0}},
+    {"lamp", &DevicesConfig::lamp, {0, 19200, 0}},
+    {"robot", &DevicesConfig::robot, {4096, 0, 0}},
+    {"valve_a", &DevicesConfig::valve_a, {0, 115200, 0}},
+    {"valve_b", &DevicesConfig::valve_b, {0, 115200, 0}},
+    {"laser_point", &DevicesConfig::laser_point, {0, 115200, 0}},
+    {"heater", &DevicesConfig::heater, {0, 9600, 0}},
+    {"camera", &DevicesConfig::camera, {}},
+    {"gas", &DevicesConfig::gas, {0, 19200, 0}},
 };
 
 struct RunConfig {

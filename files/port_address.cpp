@@ -139,18 +139,6 @@ PortAddress v4l2(std::string_view text, std::string_view rest) {
 
 }  // namespace
 
-std::optional<PortDefaults> port_defaults(std::string_view node) {
-  static constexpr std::pair<std::string_view, PortDefaults> kDevices[] = {
-      {"stage", {8000, 115200, 0}},      {"jet", {0, 9600, 500}},     {"jet_b", {0, 9600, 500}},
-      {"laser_profiler", {24691, 0, 0}}, {"lamp", {0, 19200, 0}},     {"robot", {4096, 0, 0}},
-      {"valve_a", {0, 115200, 0}},       {"valve_b", {0, 115200, 0}}, {"laser_point", {0, 115200, 0}},
-      {"heater", {0, 9600, 0}},          {"camera", {0, 0, 0}},       {"gas", {0, 19200, 0}},
-  };
-  for (const auto& [name, defaults] : kDevices)
-    if (name == node) return defaults;
-  return std::nullopt;
-}
-
 PortAddress parse_port_address(std::string_view text, const PortDefaults& defaults) {
   const std::size_t colon = text.find(':');
   const std::string_view scheme = text.substr(0, colon),

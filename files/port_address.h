@@ -5,7 +5,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <string_view>
 
@@ -45,8 +44,6 @@ struct PortDefaults {
   int baud = 0;      ///< 0: the address must name it
   int open_wait_ms = 0;
 };
-/// Defaults of a device node of the channel table ("stage", "jet", ...); none for another name.
-std::optional<PortDefaults> port_defaults(std::string_view node);
 
 /// Reads "sim:", "tcp:HOST[:PORT]", "serial:FILE[?baud=N&frame=8N1&dtr=on|off|keep&open_wait_ms=N]",
 /// "unix:PATH", "cassette:FILE" (files/cassette.h), and of cameras "v4l2:FILE[?size=WxH&format=F&delay_us=N]"

@@ -153,4 +153,10 @@ Frame PictureLineDialect::frame(std::span<const std::byte> buffer, const Request
   return {parse(text.substr(0, end), verb_of(*awaited)) ? Kind::kReply : Kind::kCorrupt, size};
 }
 
+LinkProbe link_probe() {
+  return {"a camera behind Firn's picture lines", std::string(identify().text()), [](std::string_view s) {
+            return s.ends_with('\n') && (s.starts_with("OK ID") || s.starts_with("NO "));
+          }};
+}
+
 }  // namespace firn::drivers::picture_line

@@ -9,6 +9,7 @@
 
 #include "drivers/camera/picture.h"
 #include "drivers/link/dialect.h"
+#include "drivers/link/link_probe.h"
 
 namespace firn::drivers::picture_line {
 
@@ -56,5 +57,7 @@ class PictureLineDialect final : public Dialect {
   Frame frame(std::span<const std::byte> buffer, const Request* awaited) const override;
   Request probe() const override { return identify(); }
 };
+
+LinkProbe link_probe();
 
 }  // namespace firn::drivers::picture_line

@@ -151,4 +151,10 @@ Frame AlicatDialect::frame(std::span<const std::byte> buffer, const Request* awa
 
 Request AlicatDialect::probe() const { return poll_request({probed, false}, 0); }
 
+LinkProbe link_probe() {
+  return {"an Alicat flow controller", std::string(poll_request({}, 0).text()), [](std::string_view s) {
+            return s.ends_with('\r') && parse_reading(s.substr(0, s.size() - 1)).has_value();
+          }};
+}
+
 }  // namespace firn::drivers::alicat

@@ -13,6 +13,7 @@
 
 #include "drivers/gas/gas_config.h"
 #include "drivers/link/dialect.h"
+#include "drivers/link/link_probe.h"
 
 namespace firn::drivers::alicat {
 
@@ -73,5 +74,7 @@ class AlicatDialect : public Dialect {
 
   char probed = 'A';  ///< unit that is asked after a lost reply
 };
+
+LinkProbe link_probe();
 
 }  // namespace firn::drivers::alicat

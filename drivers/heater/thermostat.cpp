@@ -94,4 +94,9 @@ bool ThermostatDialect::answers(std::string_view text, const Request& asked) con
 
 Request ThermostatDialect::probe() const { return read_request(0); }
 
+LinkProbe link_probe() {
+  return {"a heater's read-out box", std::string(read_request(0).text()),
+          [](std::string_view s) { return is_whole_reply(ThermostatDialect(), read_request(0), s); }};
+}
+
 }  // namespace firn::drivers::thermostat

@@ -17,6 +17,7 @@
 
 #include "drivers/link/checked_line.h"
 #include "drivers/link/line_dialect.h"
+#include "drivers/link/link_probe.h"
 
 namespace firn::drivers::thermostat {
 
@@ -54,5 +55,7 @@ class ThermostatDialect : public LineDialect {
   std::optional<std::string_view> body(std::string_view line) const override;
   bool answers(std::string_view body, const Request& asked) const override;
 };
+
+LinkProbe link_probe();
 
 }  // namespace firn::drivers::thermostat

@@ -91,4 +91,15 @@ bool OmnicureDialect::answers(std::string_view body, const Request& asked) const
 
 Request OmnicureDialect::probe() const { return request(table.status, kAny, Repeat::kRead, 0); }
 
+bool is_line(std::string_view s) {
+  return s.size() >= 4 && s.back() == '\r' && frame(s.substr(0, s.size() - 3)) == s;
+}
+
+LinkProbe link_probe() {
+  return {"an OmniCure lamp", frame("CONN"),
+          [](std::string_view s) {  // an answer to another line may come before
+            return s.size() >= 2 && is_line(s.substr(s.find_last_of('\r', s.size() - 2) + 1));
+          }};
+}
+
 }  // namespace firn::drivers::omnicure

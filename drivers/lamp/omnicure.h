@@ -11,6 +11,7 @@
 
 #include "drivers/lamp/lamp_config.h"
 #include "drivers/link/line_dialect.h"
+#include "drivers/link/link_probe.h"
 
 namespace firn::drivers::omnicure {
 
@@ -52,5 +53,10 @@ class OmnicureDialect : public LineDialect {
 };
 
 Request request(std::string_view text, Format format, Repeat repeat, std::uint16_t tag);
+
+/// Returns whether these bytes are one line: a text, two hex digits that are its CRC, CR.
+bool is_line(std::string_view bytes);
+
+LinkProbe link_probe();
 
 }  // namespace firn::drivers::omnicure

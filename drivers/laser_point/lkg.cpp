@@ -165,4 +165,10 @@ Frame LkgDialect::frame(std::span<const std::byte> buffer, const Request* awaite
 
 Request LkgDialect::probe() const { return request(table.selected, Repeat::kRead, 0); }
 
+LinkProbe link_probe() {
+  return {"a Keyence LK-G laser", "PR\r", [](std::string_view s) {
+            return s.ends_with('\r') && (s.starts_with("PR,") || s.starts_with("ER,"));
+          }};
+}
+
 }  // namespace firn::drivers::lkg

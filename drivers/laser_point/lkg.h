@@ -14,6 +14,7 @@
 
 #include "drivers/laser_point/laser_point_config.h"
 #include "drivers/link/dialect.h"
+#include "drivers/link/link_probe.h"
 
 namespace firn::drivers::lkg {
 
@@ -80,5 +81,7 @@ class LkgDialect : public Dialect {
 
   Table table;
 };
+
+LinkProbe link_probe();
 
 }  // namespace firn::drivers::lkg

@@ -165,4 +165,9 @@ Frame LjvDialect::frame(std::span<const std::byte> buffer, const Request* awaite
 
 Request LjvDialect::probe() const { return get_newest_profile(); }
 
+LinkProbe link_probe() {
+  return {"a Keyence LJ-V profiler", std::string(get_newest_profile(false).text()),
+          [](std::string_view s) { return is_whole_reply(LjvDialect(), get_newest_profile(false), s); }};
+}
+
 }  // namespace firn::drivers::ljv

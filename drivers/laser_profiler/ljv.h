@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "drivers/link/dialect.h"
+#include "drivers/link/link_probe.h"
 
 namespace firn::drivers::ljv {
 
@@ -74,5 +75,7 @@ class LjvDialect : public Dialect {
   Frame frame(std::span<const std::byte> buffer, const Request* awaited) const override;
   Request probe() const override;
 };
+
+LinkProbe link_probe();
 
 }  // namespace firn::drivers::ljv

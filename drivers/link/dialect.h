@@ -107,4 +107,10 @@ class Dialect {
   bool numbered = false;
 };
 
+/// Returns whether `heard` begins with a whole reply to the request.
+inline bool is_whole_reply(const Dialect& dialect, const Request& asked, std::string_view heard) {
+  const auto bytes = std::as_bytes(std::span(heard.data(), heard.size()));
+  return !bytes.empty() && dialect.frame(bytes, &asked).kind == Frame::Kind::kReply;
+}
+
 }  // namespace firn::drivers

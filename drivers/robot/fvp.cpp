@@ -213,4 +213,13 @@ void FvpDialect::write(const Request& r, std::vector<std::byte>& tx) const {
   }
 }
 
+LinkProbe link_probe() {
+  LineWriter line;
+  line.text("@").number(1).word("HELLO FIRN 1");
+  return {"a robot with FVP/1", std::string(line.finish(1)), [](std::string_view s) {
+            const std::size_t end = s.find("\r\n");
+            return end != s.npos && parse(s.substr(0, end + 2)).kind != Message::Kind::kBad;
+          }};
+}
+
 }  // namespace firn::drivers::fvp

@@ -13,6 +13,7 @@
 
 #include "drivers/link/checked_line.h"
 #include "drivers/link/dialect.h"
+#include "drivers/link/link_probe.h"
 
 namespace firn::drivers::fvp {
 
@@ -130,5 +131,7 @@ class FvpDialect : public Dialect {
 
   std::span<const Counts> points;  ///< source of the path blocks, read when they are sent
 };
+
+LinkProbe link_probe();
 
 }  // namespace firn::drivers::fvp

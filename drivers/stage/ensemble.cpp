@@ -173,4 +173,11 @@ Line& with_axis(Line& line, std::string_view text, int axis) {
   return line.text(text.substr(0, at)).axis(axis).text(text.substr(at + 1));
 }
 
+LinkProbe link_probe() {
+  return {"an Aerotech stage", "NONE\n", [](std::string_view s) {
+            return s.size() >= 2 && s.size() < 200 && std::string_view("%!#$").find(s[0]) != s.npos &&
+                   s.back() == '\n';
+          }};
+}
+
 }  // namespace firn::drivers::ensemble

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "drivers/link/dialect.h"
+#include "drivers/link/link_probe.h"
 #include "drivers/stage/stage_config.h"
 
 namespace firn::drivers::ensemble {
@@ -96,5 +97,7 @@ class Line {
 
 /// `text` of the table with '@' replaced by the axis.
 Line& with_axis(Line& line, std::string_view text, int axis);
+
+LinkProbe link_probe();
 
 }  // namespace firn::drivers::ensemble

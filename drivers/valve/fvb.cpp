@@ -254,4 +254,13 @@ void FvbDialect::write(const Request& r, std::vector<std::byte>& tx) const {
   encode_data(seq, std::uint16_t(first), ticks.subspan(first, count), tx);
 }
 
+LinkProbe link_probe() {
+  std::vector<std::byte> hello;
+  encode(Type::kHello, 1, {}, hello);
+  return {"a valve with FVB/1", std::string(reinterpret_cast<const char*>(hello.data()), hello.size()),
+          [](std::string_view s) {
+            return find(std::as_bytes(std::span(s.data(), s.size()))).kind == Found::Kind::kFrame;
+          }};
+}
+
 }  // namespace firn::drivers::fvb

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "drivers/link/dialect.h"
+#include "drivers/link/link_probe.h"
 
 namespace firn::drivers::fvb {
 
@@ -148,5 +149,7 @@ class FvbDialect : public Dialect {
 
   std::span<const std::uint16_t> ticks;
 };
+
+LinkProbe link_probe();
 
 }  // namespace firn::drivers::fvb

@@ -35,11 +35,7 @@ TakenPicture take_picture(BringupLab& lab, const std::string& node) {
   const auto ask = [&](const Request& asked, double within_s) {
     const picture_line::PictureLineDialect dialect;
     return line->ask(
-        asked.text(),
-        [&](std::string_view s) {
-          return !s.empty() && dialect.frame(bytes_of(s), &asked).kind == Frame::Kind::kReply;
-        },
-        within_s);
+        asked.text(), [&](std::string_view s) { return is_whole_reply(dialect, asked, s); }, within_s);
   };
   const CameraConfig& c = lab.e.camera;
   const double exposure_s = c.exposure_us * 1e-6;

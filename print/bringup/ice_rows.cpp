@@ -235,9 +235,8 @@ BringupFinding temperatures(BringupLab& lab, const std::string& node) {
   const auto line = lab.line(node);
   const Request asked = thermostat::read_request(0);
   const thermostat::ThermostatDialect dialect;
-  const std::string heard = line->ask(asked.text(), [&](std::string_view s) {
-    return !s.empty() && dialect.frame(bytes_of(s), &asked).kind == Frame::Kind::kReply;
-  });
+  const std::string heard =
+      line->ask(asked.text(), [&](std::string_view s) { return is_whole_reply(dialect, asked, s); });
   const auto text = checked_text(heard, 0);
   const auto reading = text ? thermostat::parse_reading(*text) : std::nullopt;
   if (!reading)

@@ -65,9 +65,8 @@ drivers::ljv::RawProfile newest(RawLine& line) {
   using namespace drivers;
   const Request asked = ljv::get_newest_profile(false);
   const ljv::LjvDialect dialect;
-  const std::string reply = line.ask(asked.text(), [&](std::string_view s) {
-    return !s.empty() && dialect.frame(bytes_of(s), &asked).kind == Frame::Kind::kReply;
-  });
+  const std::string reply =
+      line.ask(asked.text(), [&](std::string_view s) { return is_whole_reply(dialect, asked, s); });
   ljv::RawProfile raw;
   if (reply.empty() || !ljv::parse_profile(bytes_of(reply), raw))
     throw BringupStop("42h is answered by " + std::to_string(reply.size()) + " bytes that are no profile");

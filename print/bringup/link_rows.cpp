@@ -2,15 +2,11 @@
 #include <algorithm>
 #include <charconv>
 
-#include "drivers/camera/picture_line.h"
 #include "drivers/gas/alicat.h"
-#include "drivers/heater/thermostat.h"
 #include "drivers/jet/jet_driver.h"
 #include "drivers/lamp/omnicure.h"
-#include "drivers/laser_profiler/ljv.h"
-#include "drivers/robot/fvp.h"
-#include "drivers/valve/fvb.h"
 #include "print/bringup/bringup.h"
+#include "print/folder/node_makers.h"
 
 namespace firn {
 namespace {
@@ -19,80 +15,20 @@ constexpr double kAnswerWithin_s = 2.0, kOthersWithin_s = 0.5;
 
 std::string request_text(const drivers::Request& r) { return std::string(r.text()); }
 
-bool ensemble_line(std::string_view s) {
-  return s.size() >= 2 && s.size() < 200 && std::string_view("%!#$").find(s[0]) != s.npos && s.back() == '\n';
-}
-
-// A line of the OmniCure: CR at its end, two hex digits before it that are the CRC of the rest.
-bool omnicure_line(std::string_view s) {
-  if (s.size() < 4 || s.back() != '\r') return false;
-  const std::string_view text = s.substr(0, s.size() - 3);
-  return drivers::omnicure::frame(text) == s;
-}
-
-// An answer to another line may come before.
-bool omnicure_answers(std::string_view s) {
-  if (s.size() < 2) return false;
-  return omnicure_line(s.substr(s.find_last_of('\r', s.size() - 2) + 1));
-}
-
-bool whole_reply(const drivers::Dialect& dialect, const drivers::Request& asked, std::string_view s) {
-  return !s.empty() && dialect.frame(bytes_of(s), &asked).kind == drivers::Frame::Kind::kReply;
-}
-
-std::string hello_robot() {
-  drivers::LineWriter line;
-  line.text("@").number(1).word("HELLO FIRN 1");
-  return std::string(line.finish(1));
-}
-
-// Questions that change nothing, and who answers them.
-struct Probe {
+struct Probe : drivers::LinkProbe {
   std::string_view node;  ///< of port_defaults, or the word of a kind of jet
-  std::string_view instrument;
-  std::string question;
-  bool (*answered)(std::string_view heard);
 };
 
 const std::vector<Probe>& probes() {
   using namespace drivers;
   static const std::vector<Probe> all = [] {
     std::vector<Probe> p;
-    p.push_back({"stage", "an Aerotech stage", "NONE\n", &ensemble_line});
-    p.push_back({"lamp", "an OmniCure lamp", omnicure::frame("CONN"), &omnicure_answers});
-    p.push_back({"laser_profiler", "a Keyence LJ-V profiler", request_text(ljv::get_newest_profile(false)),
-                 [](std::string_view s) {
-                   return whole_reply(ljv::LjvDialect(), ljv::get_newest_profile(false), s);
-                 }});
-    p.push_back({"laser_point", "a Keyence LK-G laser", "PR\r", [](std::string_view s) {
-                   return s.ends_with('\r') && (s.starts_with("PR,") || s.starts_with("ER,"));
-                 }});
-    p.push_back({"heater", "a heater's read-out box", request_text(thermostat::read_request(0)),
-                 [](std::string_view s) {
-                   return whole_reply(thermostat::ThermostatDialect(), thermostat::read_request(0), s);
-                 }});
-    p.push_back({"robot", "a robot with FVP/1", hello_robot(), [](std::string_view s) {
-                   return s.find("\r\n") != s.npos &&
-                          drivers::fvp::parse(s.substr(0, s.find("\r\n") + 2)).kind !=
-                              drivers::fvp::Message::Kind::kBad;
-                 }});
-    std::vector<std::byte> hello;
-    fvb::encode(fvb::Type::kHello, 1, {}, hello);
-    p.push_back({"valve_a", "a valve with FVB/1",
-                 std::string(reinterpret_cast<const char*>(hello.data()), hello.size()),
-                 [](std::string_view s) { return fvb::find(bytes_of(s)).kind == fvb::Found::Kind::kFrame; }});
-    p.push_back({"camera", "a camera behind Firn's picture lines", request_text(picture_line::identify()),
-                 [](std::string_view s) {
-                   return s.ends_with('\n') && (s.starts_with("OK ID") || s.starts_with("NO "));
-                 }});
-    p.push_back({"gas", "an Alicat flow controller", request_text(alicat::poll_request({}, 0)),
-                 [](std::string_view s) {
-                   return s.ends_with('\r') && alicat::parse_reading(s.substr(0, s.size() - 1)).has_value();
-                 }});
+    for (const NamedMaker& maker : node_makers())
+      if (maker.probe) p.push_back({maker.probe(), info(maker.id).name});
     for (std::size_t n = kJetKindWords.size(); n-- > 0;) {  // last JetDrive: its monitor takes single letters
       const JetTraits& jet = traits_of(JetKind(n));
       for (const Request& question : jet.questions())
-        p.push_back({kJetKindWords[n], jet.instrument, request_text(question), jet.answers});
+        p.push_back({{jet.instrument, request_text(question), jet.answers}, kJetKindWords[n]});
     }
     return p;
   }();
@@ -127,7 +63,7 @@ BringupFinding lamp_is_ready(RawLine& line) {
   const std::string reply = line.ask_line(drivers::omnicure::frame("GUS"), '\r');
   unsigned bits = 0;
   std::from_chars(reply.data(), reply.data() + (reply.size() < 3 ? 0 : reply.size() - 3), bits);
-  if (!omnicure_line(reply))
+  if (!drivers::omnicure::is_line(reply))
     return {false, "'" + printable(reply) + "' to GUS", "a status", "the manual's GUS"};
   BringupFinding f{true, "GUS " + std::to_string(bits), "burns, warm, shutter closed, no alarm"};
   f.ok = (bits & 0x12) == 0x12 && (bits & 0x8D) == 0;

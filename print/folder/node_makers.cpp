@@ -1,5 +1,14 @@
 #include "print/folder/node_makers.h"
 
+#include "drivers/camera/picture_line.h"
+#include "drivers/gas/alicat.h"
+#include "drivers/heater/thermostat.h"
+#include "drivers/lamp/omnicure.h"
+#include "drivers/laser_point/lkg.h"
+#include "drivers/laser_profiler/ljv.h"
+#include "drivers/robot/fvp.h"
+#include "drivers/stage/ensemble.h"
+#include "drivers/valve/fvb.h"
 #include "print/labs/print_labs.h"
 #include "procs/camera/node.h"
 #include "procs/controller/node.h"
@@ -27,23 +36,23 @@ std::span<const NamedMaker> node_makers() {
       {NodeId::kScheduler, &make_scheduler},
       {NodeId::kSurfaceMapper, &make_surface_mapper},
       {NodeId::kController, &make_controller_node},
-      {NodeId::kStage, &make_stage},
+      {NodeId::kStage, &make_stage, &drivers::ensemble::link_probe},
       {NodeId::kJet, &make_jet},
-      {NodeId::kLaserProfiler, &make_laser_profiler},
-      {NodeId::kLamp, &make_lamp},
+      {NodeId::kLaserProfiler, &make_laser_profiler, &drivers::ljv::link_probe},
+      {NodeId::kLamp, &make_lamp, &drivers::omnicure::link_probe},
       {NodeId::kJetB, &make_jet_b},
       {NodeId::kSafety, &make_safety},
       {NodeId::kDropletEstimator, &make_droplet_estimator},
-      {NodeId::kRobot, &make_robot},
-      {NodeId::kValveA, &make_valve_a},
+      {NodeId::kRobot, &make_robot, &drivers::fvp::link_probe},
+      {NodeId::kValveA, &make_valve_a, &drivers::fvb::link_probe},
       {NodeId::kValveB, &make_valve_b},
-      {NodeId::kLaserPoint, &make_laser_point},
-      {NodeId::kHeater, &make_heater},
+      {NodeId::kLaserPoint, &make_laser_point, &drivers::lkg::link_probe},
+      {NodeId::kHeater, &make_heater, &drivers::thermostat::link_probe},
       {NodeId::kPathPlanner, &make_path_planner},
       {NodeId::kFlowEstimator, &make_flow_estimator},
-      {NodeId::kCamera, &make_camera},
+      {NodeId::kCamera, &make_camera, &drivers::picture_line::link_probe},
       {NodeId::kDropletWatch, &make_droplet_watch},
-      {NodeId::kGas, &make_gas},
+      {NodeId::kGas, &make_gas, &drivers::alicat::link_probe},
   };
   return kMakers;
 }

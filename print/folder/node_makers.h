@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "config/experiment.h"
+#include "drivers/link/link_probe.h"
 #include "runtime/node.h"
 
 namespace firn {
@@ -16,6 +17,8 @@ namespace firn {
 struct NamedMaker {
   NodeId id;
   MakeNode make;
+  drivers::LinkProbe (*probe)() =
+      nullptr;  ///< of an instrument that is known at its port; jets: of their kinds
 };
 /// Returns the nodes of this program: all, or those of its own table (print/CMakeLists.txt).
 std::span<const NamedMaker> node_makers();

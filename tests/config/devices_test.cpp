@@ -19,6 +19,17 @@ Experiment read(const std::string& text) { return parse_experiment(text, "lab.to
 
 }  // namespace
 
+TEST_CASE("A device's port takes the speed and the TCP port of its kind where the address names none") {
+  CHECK(parse_port_address("tcp:10.0.0.2", *port_defaults("stage")).tcp_port == 8000);
+  CHECK(parse_port_address("tcp:10.0.0.2", *port_defaults("robot")).tcp_port == 4096);
+  CHECK(parse_port_address("tcp:[::1]", *port_defaults("laser_profiler")).tcp_port == 24691);
+  const PortAddress jet = parse_port_address("serial:/dev/ttyUSB0", *port_defaults("jet"));
+  CHECK(jet.baud == 9600);
+  CHECK(jet.open_wait_ms == 500);
+  CHECK(parse_port_address("serial:/dev/ttyUSB0?baud=38400", *port_defaults("lamp")).baud == 38400);
+  CHECK_FALSE(port_defaults("scheduler"));
+}
+
 TEST_CASE("Without [devices] every instrument is in the simulated world") {
   const Experiment e = read("");
   CHECK(real_ports(e).empty());

@@ -42,6 +42,12 @@ Request ThermometerDialect::probe() const {
   return r;
 }
 
+LinkProbe thermometer_probe() {
+  return {"a thermometer", "T?\n", [](std::string_view s) {
+            return is_whole_reply(ThermometerDialect(), ThermometerDialect().probe(), s);
+          }};
+}
+
 Thermometer::Thermometer(ThermometerOptions options) : Driver(dialect_), options_(options) {
   check_options("thermometer", kThermometerConfig, options_);
   dialect_.allow_host_latency(options.host_latency_s);

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "drivers/link/driver.h"
+#include "drivers/link/link_probe.h"
 #include "drivers/thermometer/thermometer_config.h"
 
 namespace firn::drivers {
@@ -20,6 +21,8 @@ class ThermometerDialect final : public Dialect {
   Frame frame(std::span<const std::byte> buffer, const Request* awaited) const override;
   Request probe() const override;
 };
+
+LinkProbe thermometer_probe();
 
 struct ThermometerOptions : ThermometerConfig {
   double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
