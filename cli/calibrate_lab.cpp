@@ -142,7 +142,7 @@ Experiment ice_lab(const CalibrateLabOptions& o, const std::string& lab) {
 
 Experiment inkjet_lab(const CalibrateLabOptions& o, const std::string& lab) {
   Experiment e = load_lab_experiment(lab, o.overrides);
-  if (e.lab.kind != "inkjet")
+  if (!takes_part(e, "jet"))
     throw UsageError(lab + " is no ink-jet lab's: " + o.what + " is a calibration of that");
   return e;
 }
