@@ -62,7 +62,7 @@ class DropletLoop final : public ScanLoop {
   }
   void send_jet(JetVerb verb, Time now, Outbox&);
   void send_exposure(Time now, Outbox&);
-  // watch_jet.cpp
+  // The watch of the jet: watch_jet.cpp
   bool watch_due() const;
   bool volume_first() const;
   bool enter_watch(Phase, Time now, Outbox&);  ///< false: no phase of it

@@ -39,7 +39,7 @@ class LineLoop final : public ScanLoop {
   std::string doubt() const override;
   std::string awaited() const override;
 
-  // procs/scheduler/line_supply.cpp
+  // Platen and gas: line_supply.cpp
   bool has_gas() const;
   bool heats() const;
   static bool supplies(Phase);
@@ -65,7 +65,7 @@ class LineLoop final : public ScanLoop {
   bool waits_for_operator() const override;
   void forget_plan() override { plan_.reset(); }
   void settle(const PathErrors& errors, Outbox&);
-  // procs/scheduler/line_follow.cpp
+  // The path that the stage followed.
   /// The stage has answered and its followed path is here, or none is recorded.
   void path_over(Time now, Outbox&);
   bool path_recorded() const;

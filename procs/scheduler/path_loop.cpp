@@ -3,16 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/slice/coverage/footprint.h"
 #include "firn/path_report_t.hpp"
 #include "lcmtypes/convert.h"
+#include "procs/scheduler/path_map_check.h"
 
 namespace firn {
 namespace {
 
 constexpr int kMostAttempts = 3;
 constexpr int kMostSlips = 2;
-constexpr int kFewOfInk = 10;  // of one material: too few for an estimate
 
 }  // namespace
 
@@ -328,7 +327,9 @@ void PathLoop::act_on_map(Time now, Outbox& out) {
     return measure_again(now, out);
   }
   if (doubted(m, now, out)) return;
-  if (const std::string leak = rise_without_command(height_of(m)); !leak.empty()) {
+  const std::string leak =
+      untouched_ ? rise_without_command(experiment(), layers_done_, newest_, height_of(m)) : "";
+  if (!leak.empty()) {
     phase_ = Phase::kLoadScan;  // a resume measures first
     return fail(12, leak, now, out);
   }
@@ -337,12 +338,13 @@ void PathLoop::act_on_map(Time now, Outbox& out) {
   newest_ = height_of(m);
   untouched_ = true;
   mapped_layers_ = m.layer;
-  bool much = false;
-  std::string disturbed = in_doubt_ ? "" : disturbed_valve(m.layer, much);
+  const ValveDoubt valve =
+      in_doubt_ ? ValveDoubt()
+                : disturbed_valve(experiment(), paths_, m.layer, layers_laid(m.layer), newest_, below_);
   // Debris rises once, which interlock 6 sees; a valve that stays open does so in every interval.
   const bool again = much_layer_ != 0 && much_layer_ < m.layer;
-  much_layer_ = !much ? 0 : much_layer_ == 0 ? int(m.layer) : much_layer_;
-  dry_ = m.layer == dry_told_ || (much && !again) ? "" : std::move(disturbed);
+  much_layer_ = !valve.much ? 0 : much_layer_ == 0 ? int(m.layer) : much_layer_;
+  dry_ = m.layer == dry_told_ || (valve.much && !again) ? "" : valve.text;
   in_doubt_ = false;
   count_phase_time(now);
   if (m.layer > 0) {  // the table has no error; the time that its measurement took is the first interval's
@@ -381,54 +383,22 @@ void PathLoop::act_on_surface(Time now, Outbox& out) {
   proceed(Phase::kAwaitPaths, now, out);
 }
 
-// An empty tank or a blocked line shows in one interval; the saturation of the action, which also knows
-// slower failures, takes several.
-std::string PathLoop::disturbed_valve(int layer, bool& much) const {
-  const slice::LayerPaths* top = slice::find_layer(paths_, layer);
+int PathLoop::layers_laid(int layer) const {
   int layers = 0;
   for (const PathTask& t : deposition_) layers = std::max(layers, layer - int(t.job.layer) + 1);
-  if (!top || layers == 0) return "";
-  const double nominal_mm = layers * experiment().ice.layer_height_mm;
-  const auto material = slice::footprint_materials(*top, newest_.spec);
-  const HeightMap below =
-      below_.size() ? resample(below_, newest_.spec, kNotMeasured) : HeightMap(newest_.spec, 0.0);
-  double rise_mm[2] = {}, cells[2] = {};  // part, scaffold
-  for (std::size_t c = 0; c < newest_.size(); ++c) {
-    const double rise = newest_.cells[c] - below.cells[c];
-    if (!material.cells[c] || !std::isfinite(rise)) continue;
-    const int which = material.cells[c] == 1 ? 0 : 1;
-    rise_mm[which] += rise;
-    cells[which] += 1.0;
-  }
-  for (const int which : {0, 1}) {
-    if (cells[which] < kFewOfInk) continue;
-    const double full_mm = nominal_mm * cells[which];
-    much = rise_mm[which] > experiment().process.most_rise_share * full_mm;
-    if (!much && rise_mm[which] >= experiment().ice.least_rise_share * full_mm) continue;
-    return std::string(which ? "valve_b" : "valve_a") +
-           (much ? " gives too much: the " : " gives nothing: the ") + (which ? "scaffold" : "part") +
-           " rose by " + std::to_string(rise_mm[which] / cells[which]) + " mm in layers " +
-           std::to_string(layer - layers + 1) + " to " + std::to_string(layer) + " instead of " +
-           std::to_string(nominal_mm) +
-           (much ? " mm; it leaks or stays open" : " mm; tank empty or line blocked");
-  }
-  return "";
+  return layers;
 }
 
-std::string PathLoop::rise_without_command(const HeightMap& height) const {
-  const double least_mm = experiment().ice.least_rise_share * experiment().ice.layer_height_mm;
-  if (!untouched_ || least_mm == 0.0 || height.spec != newest_.spec) return "";
-  double rise_mm = 0.0, cells = 0.0;
-  for (std::size_t c = 0; c < height.size(); ++c) {
-    const double rise = height.cells[c] - newest_.cells[c];
-    if (!std::isfinite(rise)) continue;
-    rise_mm += rise;
-    cells += 1.0;
-  }
-  if (cells < kFewOfInk || rise_mm <= least_mm * cells) return "";
-  return "rise without command: the surface rose by " + std::to_string(rise_mm / cells) +
-         " mm between two measurements of layer " + std::to_string(layers_done_) +
-         " with nothing to deposit: a valve leaks or stays open";
+bool PathLoop::doubted(const height_map_t& m, Time now, Outbox& out) {
+  if (mapped_layers_ > 0 || in_doubt_) return false;
+  const FirstMapDoubt doubt = doubt_of_first_map(experiment(), paths_, m, newest_);
+  if (!doubt.warning.empty()) send_fault(Severity::kWarning, 15, doubt.warning, out);
+  return stopped_by_doubt(doubt.stop, scan_attempt_, Phase::kLoadScan, now, out);
+}
+
+void PathLoop::scan_again(Time now, Outbox& out) {
+  count_phase_time(now);
+  measure_again(now, out);
 }
 
 void PathLoop::stop_for_operator(const std::string& who, const std::string& reason, Outbox& out) {

@@ -60,15 +60,11 @@ class PathLoop final : public Scheduler {
   void act_on_map(Time now, Outbox&);
   void act_on_surface(Time now, Outbox&);
   void act_on_temperature(Time now, Outbox&);
-  /// Returns the reason to suspect a valve without flow, from the newest two maps; empty = no suspicion.
-  /// @param layer that was measured
-  std::string disturbed_valve(int layer, bool& much) const;
-  /// Interlock 12: a surface that was measured twice and rose in between, where nothing was to be laid.
-  std::string rise_without_command(const HeightMap& height) const;
+  /// Layers that the deposition of the batch in hand covers, up to `layer`.
+  int layers_laid(int layer) const;
   /// Interlock 15: the bare table and the first interval's place, against the calibrated uncertainty: a
   /// warning and another scan, then a stop. Returns false for a map to act on.
   bool doubted(const height_map_t&, Time now, Outbox&);
-  std::string misplaced(const HeightMap& rise, int layer) const;
   void stop_for_operator(const std::string& who, const std::string& reason,
                          Outbox&);  ///< a resume measures again first
   void settle_list(const answer_t& count, Time now, Outbox&);
