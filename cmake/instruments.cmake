@@ -17,7 +17,7 @@ firn_instrument(stage DRIVER ensemble.cpp raster.cpp stage.cpp stage_link.cpp st
 firn_instrument(jet DRIVER jetdrive.cpp jet.cpp jet_driver.cpp jet_kinds.cpp jet_service.cpp microdrop.cpp TWIN jet.cpp microdrop.cpp
                 TEST jet_test.cpp microdrop_test.cpp)
 firn_instrument(laser_profiler DRIVER ljv.cpp laser_profiler.cpp laser_profiler_service.cpp TWIN laser_profiler.cpp TEST laser_profiler_test.cpp)
-firn_instrument(lamp DRIVER omnicure.cpp lamp.cpp lamp_service.cpp lamp_status.cpp
+firn_instrument(lamp DRIVER omnicure.cpp lamp.cpp lamp_status.cpp
                 TWIN lamp.cpp TEST lamp_test.cpp lamp_status_test.cpp)
 firn_instrument(robot DRIVER fvp.cpp robot.cpp robot_link.cpp robot_service.cpp
                 TWIN robot.cpp robot_paths.cpp fvp.cpp TEST robot_test.cpp robot_reset_test.cpp fake_robot.cpp)
