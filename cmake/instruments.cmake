@@ -12,8 +12,9 @@ function(firn_instrument name)
   set(FIRN_INSTRUMENT_TESTS ${FIRN_INSTRUMENT_TESTS} ${ARG_TEST} PARENT_SCOPE)
 endfunction()
 
-firn_instrument(stage DRIVER ensemble.cpp raster.cpp stage.cpp stage_link.cpp stage_service.cpp stage_setup.cpp
-                stage_trace.cpp TWIN path_follower.cpp servo.cpp stage.cpp stage_dialect.cpp stage_path.cpp track.cpp TEST stage_test.cpp stage_setup_test.cpp stage_trace_test.cpp stage_followed_test.cpp)
+firn_instrument(stage DRIVER controller_parameters.cpp ensemble.cpp pulse_outputs.cpp raster.cpp stage.cpp stage_link.cpp
+                stage_service.cpp stage_way.cpp way_readout.cpp
+                TWIN path_follower.cpp servo.cpp stage.cpp stage_dialect.cpp stage_path.cpp track.cpp TEST stage_test.cpp stage_setup_test.cpp stage_trace_test.cpp stage_followed_test.cpp)
 firn_instrument(jet DRIVER jetdrive.cpp jet.cpp jet_driver.cpp jet_kinds.cpp jet_service.cpp microdrop.cpp TWIN jet.cpp microdrop.cpp
                 TEST jet_test.cpp microdrop_test.cpp)
 firn_instrument(laser_profiler DRIVER ljv.cpp laser_profiler.cpp laser_profiler_service.cpp TWIN laser_profiler.cpp TEST laser_profiler_test.cpp)

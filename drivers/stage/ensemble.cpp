@@ -173,6 +173,21 @@ Line& with_axis(Line& line, std::string_view text, int axis) {
   return line.text(text.substr(0, at)).axis(axis).text(text.substr(at + 1));
 }
 
+Request question(const Table& table, std::string_view verb, int axis, std::uint16_t tag) {
+  Line line(table, Repeat::kRead, tag, kValue);
+  Request r = with_axis(line, verb, axis).done();
+  r.argument = axis;
+  return r;
+}
+
+Request setting(const Table& table, std::string_view verb, int axis, std::string_view rest,
+                std::uint16_t tag) {
+  Line line(table, Repeat::kSetup, tag);
+  Request r = with_axis(line, verb, axis).text(rest).done();
+  r.argument = axis;
+  return r;
+}
+
 LinkProbe link_probe() {
   return {"an Aerotech stage", "NONE\n", [](std::string_view s) {
             return s.size() >= 2 && s.size() < 200 && std::string_view("%!#$").find(s[0]) != s.npos &&

@@ -98,6 +98,13 @@ class Line {
 /// `text` of the table with '@' replaced by the axis.
 Line& with_axis(Line& line, std::string_view text, int axis);
 
+/// The question `verb` for one axis, which is the request's argument; its reply is a value.
+Request question(const Table& table, std::string_view verb, int axis, std::uint16_t tag);
+
+/// The setting `verb` of one axis, which is the request's argument, followed by `rest`.
+Request setting(const Table& table, std::string_view verb, int axis, std::string_view rest,
+                std::uint16_t tag);
+
 LinkProbe link_probe();
 
 }  // namespace firn::drivers::ensemble

@@ -5,10 +5,14 @@
 #include <cstdio>
 #include <limits>
 
+#include "drivers/stage/stage_service.h"
+
 namespace firn::drivers {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kSettlePoll_s = 0.005;
+constexpr double kServicePulseRate_hz = 100.0;
 
 RasterParams raster_params(const StageOptions& c, double speed_mm_s, double lead_mm) {
   return {speed_mm_s,          c.acceleration_mm_s2, lead_mm,
@@ -25,6 +29,8 @@ std::string too_fast(char axis, double speed_mm_s, double limit_mm_s) {
 bool in_range(double speed_mm_s, double limit_mm_s) { return speed_mm_s > 0.0 && speed_mm_s <= limit_mm_s; }
 
 }  // namespace
+
+using ensemble::Line;
 
 Stage::Stage(StageOptions config) : Driver(dialect_), config_(std::move(config)) {
   check_options("stage", kStageConfig, config_);
@@ -70,6 +76,51 @@ void Stage::refuse(std::int32_t code, std::string text, Effects& fx) {
   r.code = code;
   r.text = std::move(text);
   fx.events.emplace_back(std::move(r));
+}
+
+// Orders of a person, beside a print (firn device).
+void Stage::service(std::string_view verb, std::span<const double> v, std::int64_t now_us, Effects& fx) {
+  Service s{std::string(verb),
+            {},
+            0,
+            {},
+            [this](const Request& request, std::span<const std::byte> frame) -> std::optional<std::string> {
+              const ensemble::Reply r = dialect_.parse(frame);
+              if (r.kind != ensemble::Reply::Kind::kOk) return std::nullopt;
+              if (const auto axis = asked_place(request)) position_mm_[*axis] = r.number().value_or(kNaN);
+              return service_answer(request, r, identity_);
+            }};
+  if (verb == "jog" && v.size() == 5) {
+    if (const auto why = jog_refused(v)) return refuse(kLimit, *why, fx);
+    s.begin = service_questions(verb, config_.table);
+    s.then = [this, by = std::array{v[0], v[1], v[2]}, speed = v[3]](std::int64_t now, Effects& effects) {
+      std::array<double, 3> to{kNaN, kNaN, kNaN};
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        if (by[axis] != 0.0) to[axis] = position_mm_[axis] + by[axis];
+      begin_move(to[0], to[1], to[2], speed, now, effects);
+    };
+  } else if (verb == "pulse" && v.size() == 2) {
+    if (const auto why = pulses_refused(v)) return refuse(kLimit, *why, fx);
+    s.begin = service_questions(verb, config_.table);
+    s.then = [this, n = int(v[0]), pitch = v[1]](std::int64_t now, Effects& effects) {
+      for (std::size_t axis = 0; axis < 2; ++axis)  // a row is planned for a place that can be
+        if (auto why = limit_broken("XY"[axis], position_mm_[axis], limits_[axis]))
+          return refuse(kLimit, *why, effects);
+      GridSpec row;
+      row.nx = n;
+      row.ny = 1;
+      row.pitch_x_mm = row.pitch_y_mm = pitch;
+      row.origin_x_mm = position_mm_[0] + pitch;
+      row.origin_y_mm = position_mm_[1];
+      begin_pass(DropletPattern(row, 1), 0, kNaN, std::min(kStageJogSpeed_mm_s, pitch * kServicePulseRate_hz),
+                 0.0, now, effects);
+    };
+  } else if ((verb == "where" || verb == "params" || verb == "serial") && v.empty()) {
+    s.begin = service_questions(verb, config_.table);
+  } else {
+    return Driver::service(verb, v, now_us, fx);
+  }
+  run_service(std::move(s));
 }
 
 bool Stage::accept(Op op, Effects& fx) {
@@ -177,6 +228,19 @@ void Stage::begin_move(double x_mm, double y_mm, double z_mm, double speed_mm_s,
   start_operation(now_us, fx);
 }
 
+void Stage::begin_trace(StageWay way, double z_mm, std::int64_t now_us, Effects& fx) {
+  if (!accept(Op::kTrace, fx)) return;
+  if (const auto why = way_refused(way, limits_, config_, config_.table)) return refuse(kLimit, *why, fx);
+  if (auto why = std::isnan(z_mm) ? std::nullopt : limit_broken('Z', z_mm, limits_[2]))
+    return refuse(kLimit, *why, fx);
+  op_ = Op::kTrace;
+  runs_.clear();
+  start_mm_ = {way.knots[0].x_mm, way.knots[0].y_mm, z_mm};
+  expected_ = std::int64_t(way.switch_mm.size());
+  way_ = std::move(way);
+  start_operation(now_us, fx);
+}
+
 void Stage::begin_home(Effects& fx) {
   if (!accept(Op::kHome, fx)) return;
   op_ = Op::kHome;
@@ -210,8 +274,6 @@ void Stage::start_operation(std::int64_t now_us, Effects& fx) {
   axis_ = 0;
   asked_ = acknowledged_ = false;
 }
-
-using ensemble::Line;
 
 // Straight move from rest to rest; NaN = axis stays. Given once, never again.
 void Stage::move(std::array<double, 3> target_mm, double speed_mm_s, std::int64_t now_us) {
@@ -301,54 +363,14 @@ std::optional<std::string> Stage::off_target() const {
 }
 
 void Stage::push_arming() {
-  if (op_ == Op::kTrace) return push_way();
-  const int axis = pulse_axis();
-  if (!pulses_set_up_[std::size_t(axis)]) {
-    setup("PSOCONTROL @", axis, " RESET");
-    if (on(config_.pulse_terminal)) setup("PSOOUTPUT @", axis, " CONTROL 1");
-    setup("PSOOUTPUT @", axis, " PULSE");
-    setup("PSOPULSE @", axis,
-          " TIME " + std::to_string(config_.dialect.pulse_total_us) + "," +
-              std::to_string(config_.dialect.pulse_on_us));
-    setup("PSOTRACK @", axis, " INPUT " + std::to_string(config_.table.feedback_input));
-    pulses_set_up_[std::size_t(axis)] = true;
-  }
-  if (op_ == Op::kScan) {
-    Line line(config_.table, Repeat::kSetup, kPlain);
-    link_.push(line.text("PSODISTANCE ").axis(axis).text(" FIXED ").fixed4(scan_pitch_mm_).text(" UNITS"));
+  if (op_ == Op::kTrace) {
+    outputs_.lend_to_way();
+    push_way(way_, readout_.prepare(way_, config_.path_sample_s), config_, config_.table, link_);
+  } else if (op_ == Op::kScan) {
+    outputs_.arm_scan(pulse_axis(), scan_pitch_mm_, config_, config_.table, link_);
   } else {
-    // An increment that the controller still holds is kept if the pulse lands within the tolerance: grid
-    // pitches are seldom whole counts, and exact rounding would rewrite most of a full row each time.
-    const std::vector<std::int64_t>& wanted = runs_[progress_.run].increments;
-    std::int64_t error = 0;  // of the pulse before, counts
-    for (std::size_t i = 0; i < wanted.size(); ++i) {
-      const std::int64_t held = increments_held_[i];
-      if (held > 0 && std::abs(error + held - wanted[i]) <= config_.dialect.pulse_tolerance_counts) {
-        error += held - wanted[i];
-        continue;
-      }
-      const std::int64_t exact = wanted[i] - error;
-      error = 0;
-      increments_held_[i] = -2 - exact;  // held once acknowledged
-      Request r = Line(config_.table, Repeat::kSetup, kIncrement)
-                      .text("IGLOBAL(")
-                      .integer(config_.table.first_iglobal + std::int64_t(i))
-                      .text(")=")
-                      .integer(exact);
-      r.argument = std::int32_t(i);
-      link_.push(r);
-    }
-    Line line(config_.table, Repeat::kSetup, kPlain);
-    link_.push(line.text("PSOARRAY ")
-                   .axis(axis)
-                   .text(",")
-                   .integer(config_.table.first_iglobal)
-                   .text(",")
-                   .integer(std::int64_t(wanted.size())));
-    setup("PSODISTANCE @", axis, " ARRAY");
+    outputs_.arm_row(pulse_axis(), runs_[progress_.run].increments, config_, config_.table, link_);
   }
-  Line line(config_.table, Repeat::kNever, kMotion);
-  link_.push(with_axis(line, "PSOCONTROL @", axis).text(" ARM"));
 }
 
 void Stage::fire(std::int64_t now_us) {
@@ -390,6 +412,61 @@ void Stage::count_run(std::int64_t now_us, Effects& fx) {
   set_state(DeviceState::kSafe, "pass done", fx);
   phase_ = Phase::kReady;
   finish({Outcome::kDone, expected_, expected_, expected_, expected_, kNoCode, {}}, fx);
+}
+
+// Status says "no motion" before the servo has settled on its target. A controller that never reports it
+// does not begin.
+bool Stage::settled(std::int64_t now_us, Effects& fx) {
+  if (phase_ == Phase::kArming) {
+    if (!(config_.settle_s > 0.0)) return true;
+    phase_ = Phase::kSettling;
+    move_limit_us_ = now_us + std::int64_t((config_.settle_s + 2.0 * config_.host_latency_s) * 1e6);
+    poll_at_us_ = now_us;
+    asked_ = false;
+  }
+  if (!asked_) {
+    if (now_us < poll_at_us_) return false;
+    for (const int axis : {0, 1}) read("AXISSTATUS(@)", axis, kStatus);
+    asked_ = true;
+    return false;
+  }
+  if (status_[0] & status_[1] & ensemble::kInPosition) return true;
+  if (now_us >= move_limit_us_) {
+    const std::string why = std::string("axis ") + (status_[0] & ensemble::kInPosition ? "Y" : "X") +
+                            " does not settle at the start of the path";
+    fault(Severity::kStop, kStall, "stage: " + why, fx);
+    begin_stop(now_us, fx, why, kStall);
+    return false;
+  }
+  asked_ = false;
+  poll_at_us_ = now_us + std::int64_t(kSettlePoll_s * 1e6);
+  return false;
+}
+
+void Stage::follow(std::int64_t now_us) {
+  readout_.begin(way_, now_us);
+  link_.push(Line(config_.table, Repeat::kNever, kMotion).text(config_.dialect.path_program));
+  const WayKnot& end = way_.knots.back();
+  target_mm_ = {end.x_mm, end.y_mm, kNaN};
+  move_end_us_ = now_us + std::int64_t(end.t_s * 1e6) + 1000;
+  move_limit_us_ =
+      now_us +
+      std::int64_t((end.t_s * config_.move_timeout_factor + 0.5 + 2.0 * config_.host_latency_s) * 1e6);
+  poll_at_us_ = std::min(move_end_us_, now_us + std::int64_t(config_.poll_moving_s * 1e6));
+  poll_ = Poll::kNone;
+}
+
+// No question while the state of the motion is due: a stop is never behind them.
+bool Stage::read_samples() {
+  const auto question = readout_.question(poll_at_us_, config_, config_.table);
+  if (question) link_.push(*question);
+  return question.has_value();
+}
+
+// The same once the motion is over, until nothing is left.
+bool Stage::read_last_samples() {
+  poll_at_us_ = -1;
+  return read_samples();
 }
 
 bool Stage::work(std::int64_t now_us, Effects& fx) {

@@ -11,9 +11,14 @@
 #include <vector>
 
 #include "drivers/link/driver.h"
+#include "drivers/stage/controller_parameters.h"
 #include "drivers/stage/ensemble.h"
+#include "drivers/stage/pulse_outputs.h"
 #include "drivers/stage/raster.h"
 #include "drivers/stage/stage_config.h"
+#include "drivers/stage/stage_tag.h"
+#include "drivers/stage/stage_way.h"
+#include "drivers/stage/way_readout.h"
 
 namespace firn::drivers {
 
@@ -27,24 +32,6 @@ struct StageOptions : StageConfig {
   double poll_end_s = 0.01;           ///< after the move should be over
   double move_timeout_factor = 1.1;   ///< I5: a move takes longer than factor x plan + 0.5 s
   double host_latency_s = 0.0;        ///< see Dialect::allow_host_latency
-};
-
-/// The nozzle's position and velocity over the part at a time.
-struct WayKnot {
-  double t_s = 0.0, x_mm = 0.0, y_mm = 0.0, vx_mm_s = 0.0, vy_mm_s = 0.0;
-};
-
-/// A way of X and Y from rest to rest, cubic between two knots, and the shutter's switches along it.
-struct StageWay {
-  std::vector<WayKnot> knots;     ///< times ascend from 0
-  std::vector<double> switch_mm;  ///< way travelled; the first one opens, the last one closes
-};
-
-/// Position feedback of X and Y along a way, sample k at k periods after its beginning. A Result follows.
-struct FollowedWay {
-  double period_s = 0.0;
-  std::int64_t begin_us = 0;  ///< the program was started
-  std::vector<float> x_mm, y_mm;
 };
 
 /// Where a raster pass stands. Its drops are numbered in firing order.
@@ -116,21 +103,8 @@ class Stage final : public Driver {
     kCounting,  // one run
     kDead,      // fault or emergency stop: latched until home() or a new connection
   };
-  enum Tag : std::uint16_t {
-    kPlain,
-    kHarmless,
-    kStatus,
-    kPlane,
-    kPosition,
-    kCount,
-    kFaultBits,
-    kIncrement,
-    kMotion,
-    kParameter,
-    kTask,
-    kSamples,
-    kSample
-  };
+  using Tag = stage_tag::Tag;
+  using enum stage_tag::Tag;
   struct Doom {
     DeviceState state;
     std::int32_t code;
@@ -149,7 +123,7 @@ class Stage final : public Driver {
   void service(std::string_view verb, std::span<const double> values, std::int64_t now_us,
                Effects& fx) override;
 
-  // stage.cpp: commands
+  // Commands.
   bool accept(Op op, Effects& fx);
   void refuse(std::int32_t code, std::string text, Effects& fx);
   void begin_pass(const DropletPattern& pattern, int pass, double z_mm, double speed_mm_s, double lead_mm,
@@ -158,18 +132,12 @@ class Stage final : public Driver {
                   std::int64_t now_us, Effects& fx);
   void begin_move(double x_mm, double y_mm, double z_mm, double speed_mm_s, std::int64_t now_us, Effects& fx);
   void begin_home(Effects& fx);
-  // stage_trace.cpp
   void begin_trace(StageWay way, double z_mm, std::int64_t now_us, Effects& fx);
-  std::optional<std::string> way_refused(const StageWay& way) const;
-  void push_way();
   void follow(std::int64_t now_us);
   bool settled(std::int64_t now_us, Effects& fx);
   bool read_samples();
   bool read_last_samples();
-  void take_sample(std::int32_t index, double value_mm);
-  void report_followed(Effects& fx);
   void start_operation(std::int64_t now_us, Effects& fx);
-  void ask_service(std::string_view verb, Service& service);
   // Link, stopping.
   void begin_stop(std::int64_t now_us, Effects& fx, std::string why, std::int32_t code);
   void send_stop_burst(std::int64_t now_us, Effects& fx, bool urgently);
@@ -179,12 +147,11 @@ class Stage final : public Driver {
   std::optional<PulseRange> pulses_possible() const;
   void finish(Result result, Effects& fx);
   void check_status(int axis, std::uint32_t bits, std::int64_t now_us, Effects& fx);
-  // stage_setup.cpp: enabling, the controller's parameters, homing.
+  // Enabling, the controller's parameters, homing.
   bool initialise(std::int64_t now_us, Effects& fx);
   bool home_next(std::int64_t now_us, Effects& fx);
   void start_homing(int axis, std::int64_t now_us);
   bool check_parameters(std::int64_t now_us, Effects& fx);
-  std::optional<std::string> parameter_mismatch() const;
   bool give_up(DeviceState state, std::int32_t code, std::string why, std::int64_t now_us, Effects& fx);
   // Runs, moves, polling.
   bool work(std::int64_t now_us, Effects& fx);
@@ -213,12 +180,7 @@ class Stage final : public Driver {
   StageWay way_;
   PassProgress progress_;
   std::int64_t expected_ = 0;
-  FollowedWay followed_;          // its samples so far, x and y by turns
-  std::int32_t counted_ = 0;      // that the controller holds
-  std::int64_t counted_for_ = 0;  // poll after which they were counted last; -1: after the end
-  bool sampling_ = false;         // the controller records
-  double plausible_mm_ = 0.0;     // that a sample may be away from where those before it lead
-  bool sample_again_ = false;     // the last one was implausible and is read once more
+  WayReadout readout_;
   double speed_mm_s_ = 0.0;
   std::array<double, 3> start_mm_{};  // of the scan; target of the move; NaN = axis stays
   double scan_pitch_mm_ = 0.0;
@@ -227,14 +189,9 @@ class Stage final : public Driver {
   std::optional<Doom> doom_;  // latched once the stop is over
 
   // State and settings of the controller.
-  struct AxisParameters {
-    double counts_per_unit = 0.0, low_limit_mm = 0.0, high_limit_mm = 0.0, limit_setup = 0.0;
-  };
-  std::array<AxisParameters, 3> parameters_{};
-  int global_integers_ = 0;
-  bool absolute_ = false;                      // ABS was sent since the connection or the last stop
-  std::vector<std::int64_t> increments_held_;  // IGLOBALs from first_iglobal; -1 = not known
-  std::array<bool, 3> pulses_set_up_{};
+  ControllerParameters parameters_;
+  PulseOutputs outputs_;
+  bool absolute_ = false;  // ABS was sent since the connection or the last stop
   std::array<double, 3> position_mm_;
   std::array<double, 3> target_mm_;
   std::array<std::uint32_t, 3> status_{};

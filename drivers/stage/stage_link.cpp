@@ -1,4 +1,4 @@
-// Stage: link, stopping, and the result of an interrupted operation.
+// Stage: link, stopping, the result of an interrupted operation, enabling and homing.
 #include "drivers/stage/stage.h"
 
 #include <algorithm>
@@ -16,7 +16,8 @@ std::string quoted_line(const Request& request) {
   return "'" + text + "'";
 }
 
-constexpr double kMostSamples = 8192.0;
+constexpr int kPollsToBegin = 3;
+constexpr int kHomingOrder[] = {2, 0, 1};     // the nozzle goes up first
 constexpr double kTriggerOffEarly_s = 0.002;  // at most between the trigger's off and the axis' ABORT
 
 }  // namespace
@@ -24,23 +25,16 @@ constexpr double kTriggerOffEarly_s = 0.002;  // at most between the trigger's o
 using ensemble::Line;
 
 void Stage::read(std::string_view verb, int axis, Tag tag) {
-  Line line(config_.table, Repeat::kRead, tag, ensemble::kValue);
-  Request r = with_axis(line, verb, axis).done();
-  r.argument = axis;
-  link_.push(r);
+  link_.push(ensemble::question(config_.table, verb, axis, tag));
 }
 
 void Stage::setup(std::string_view verb, int axis, std::string_view rest, Tag tag) {
-  Line line(config_.table, Repeat::kSetup, tag);
-  Request r = with_axis(line, verb, axis).text(rest).done();
-  r.argument = axis;
-  link_.push(r);
+  link_.push(ensemble::setting(config_.table, verb, axis, rest, tag));
 }
 
 void Stage::connected(std::int64_t now_us, Effects& fx) {
   set_state(DeviceState::kIdentifying, identity_, fx);
-  increments_held_.assign(std::size_t(std::max(config_.table.increments(), 0)), -1);
-  pulses_set_up_.fill(false);
+  outputs_.forget(config_.table.increments());
   absolute_ = initialised_ = false;
   initialise_after_stop_ = true;
   doom_.reset();
@@ -123,7 +117,7 @@ void Stage::rejected(const Request& request, const ensemble::Reply& reply, std::
     fault(Severity::kWarning, kInstrument,
           "stage: the followed path is not recorded: the controller does not answer " + quoted_line(request),
           fx);
-    sampling_ = false;
+    readout_.refused();
     return;
   }
   if (request.tag == kTask) return;  // it does not tell: the time of the homing is its limit
@@ -186,38 +180,20 @@ void Stage::reply(const Request& request, std::span<const std::byte> frame, std:
                 now_us, fx);
       break;
     case kSamples:
-      if (const auto n = r.number(); n && *n >= counted_ && *n <= kMostSamples) counted_ = std::int32_t(*n);
+      if (const auto n = r.number()) readout_.held(*n);
       break;
     case kSample:
-      if (const auto mm = r.number()) take_sample(request.argument, *mm);
+      if (const auto mm = r.number()) readout_.take(request.argument, *mm);
       break;
     case kFaultBits:
       fault_bits_[axis] = r.bits().value_or(~0u);
       break;
-    case kParameter: {
-      const double v = r.number().value_or(std::numeric_limits<double>::quiet_NaN());
-      AxisParameters& of = parameters_[axis % 3];
-      switch (request.argument / 3) {
-        case ensemble::kCountsPerUnit:
-          of.counts_per_unit = v;
-          break;
-        case ensemble::kSoftwareLimitLow:
-          of.low_limit_mm = v;
-          break;
-        case ensemble::kSoftwareLimitHigh:
-          of.high_limit_mm = v;
-          break;
-        case ensemble::kSoftwareLimitSetup:
-          of.limit_setup = v;
-          break;
-        default:
-          global_integers_ = v >= 0.0 && v < 1e6 ? int(v) : 0;
-      }
+    case kParameter:
+      parameters_.take(request.argument, r.number().value_or(std::numeric_limits<double>::quiet_NaN()));
       break;
-    }
     case kIncrement:
-      increments_held_[axis] = -2 - increments_held_[axis];
-      break;  // now held: see push_arming
+      outputs_.acknowledged(axis);
+      break;
     default:
       break;
   }
@@ -314,7 +290,8 @@ void Stage::conclude(Effects& fx) {
 }
 
 void Stage::finish(Result result, Effects& fx) {
-  if (op_ == Op::kTrace && progress_.launched) report_followed(fx);
+  if (op_ == Op::kTrace && progress_.launched && config_.path_sample_s > 0.0)
+    fx.measured(readout_.take_followed());
   op_ = Op::kNone;
   runs_.clear();
   way_ = {};
@@ -354,6 +331,157 @@ std::int64_t Stage::device_wake_us() const {
       phase_ == Phase::kStopping || phase_ == Phase::kHoming)
     return poll_at_us_;
   return 0;
+}
+
+// Fault check, FAULTACK, ENABLE, homing, ramps. @returns true if something was queued.
+bool Stage::initialise(std::int64_t now_us, Effects& fx) {
+  switch (phase_) {
+    case Phase::kFaultCheck:
+      if (axis_ == 3) {
+        for (int a = 0; a < 3; ++a) setup("ENABLE @", a, "");
+        for (int a = 0; a < 3; ++a) read("AXISSTATUS(@)", a, kStatus);
+        phase_ = Phase::kEnabling;
+        return true;
+      }
+      if (!asked_) {
+        read("AXISFAULT(@)", axis_, kFaultBits);
+        return asked_ = true;
+      }
+      if (fault_bits_[std::size_t(axis_)] == 0) {
+        ++axis_;
+        asked_ = acknowledged_ = false;
+        return initialise(now_us, fx);
+      }
+      if (!acknowledged_) {
+        fault(Severity::kNotice, kAxisFault,
+              std::string("stage: axis ") + kAxisNames[axis_] +
+                  " had a fault: " + ensemble::fault_names(fault_bits_[std::size_t(axis_)]),
+              fx);
+        setup("FAULTACK @", axis_, "");
+        read("AXISFAULT(@)", axis_, kFaultBits);
+        return acknowledged_ = true;
+      }
+      begin_stop(now_us, fx, "the fault of an axis stays", kAxisFault);
+      return true;
+    case Phase::kEnabling:
+      for (std::size_t a = 0; a < 3; ++a)
+        if (!(status_[a] & ensemble::kEnabled))
+          return give_up(DeviceState::kFault, kAxisFault,
+                         std::string("axis ") + kAxisNames[a] + " does not enable", now_us, fx);
+      phase_ = Phase::kParameters;
+      asked_ = false;
+      return check_parameters(now_us, fx);
+    case Phase::kParameters:
+      return check_parameters(now_us, fx);
+    case Phase::kHoming:
+      return home_next(now_us, fx);
+    case Phase::kRamp:
+      if (!asked_) {
+        for (int a = 0; a < 3; ++a) setup("RAMP MODE @", a, " RATE");
+        link_.push(Line(config_.table, Repeat::kSetup, kPlain)
+                       .text("RAMP RATE ")
+                       .fixed4(config_.acceleration_mm_s2));
+        if (on(config_.linear_ramps))
+          link_.push(Line(config_.table, Repeat::kSetup, kPlain).text("SCURVE 0"));
+        for (int a = 0; a < 3; ++a) read("PFBKPROG(@)", a, kPosition);
+        return asked_ = true;
+      }
+      identified();
+      restarted_ = false;
+      was_homed_ = initialised_ = (status_[0] & status_[1] & status_[2] & ensemble::kHomed) != 0;
+      progress_ = {};
+      if (busy() && op_ != Op::kHome && initialised_) {
+        go_to_start(now_us);
+        return true;
+      }
+      phase_ = Phase::kReady;
+      set_state(DeviceState::kSafe, initialised_ ? "homed" : "not homed", fx);
+      if (op_ == Op::kHome)
+        finish({Outcome::kDone, -1, 0, 0, 0, kNoCode, "homed"}, fx);
+      else if (busy())
+        finish({Outcome::kRefused, -1, expected_, 0, 0, kLimit, "the stage is not homed"}, fx);
+      return false;
+    default:
+      return false;
+  }
+}
+
+// The stop of an initialisation that cannot go on.
+bool Stage::give_up(DeviceState state, std::int32_t code, std::string why, std::int64_t now_us, Effects& fx) {
+  doom_ = Doom{state, code, why};
+  begin_stop(now_us, fx, std::move(why), code);
+  return true;
+}
+
+bool Stage::check_parameters(std::int64_t now_us, Effects& fx) {
+  if (on(config_.check_parameters) && !asked_) {
+    ControllerParameters::ask(config_.table, link_);
+    return asked_ = true;
+  }
+  if (on(config_.check_parameters)) {
+    if (const auto why = parameters_.mismatch(config_, limits_))
+      return give_up(DeviceState::kFault, kLimit, *why, now_us, fx);
+    config_.table.iglobals = parameters_.global_integers();
+    outputs_.resize(config_.table.increments());
+  }
+  phase_ = Phase::kHoming;
+  axis_ = 0;
+  asked_ = false;
+  return home_next(now_us, fx);
+}
+
+void Stage::start_homing(int axis, std::int64_t now_us) {
+  poll_at_us_ = now_us;
+  home_polls_ = 0;
+  move_limit_us_ = now_us + std::int64_t(config_.home_timeout_s * 1e6);
+  asked_ = true;
+  progress_.launched = true;
+  if (config_.homing == Homing::kCommand) {
+    Line line(config_.table, Repeat::kNever, kMotion);
+    link_.push(with_axis(line, config_.table.home, axis));
+    read("AXISSTATUS(@)", axis, kStatus);
+    return;
+  }
+  const auto set = [&](int iglobal, int value) {
+    Line line(config_.table, Repeat::kSetup, kPlain);
+    link_.push(line.text("IGLOBAL(").integer(iglobal).text(")=").integer(value));
+  };
+  set(config_.table.home_count_iglobal, 1);
+  set(config_.table.home_axis_iglobal, axis);
+  link_.push(Line(config_.table, Repeat::kNever, kMotion).text(config_.table.home_program));
+  // The program begins a little later: a home flag that was read before it says nothing.
+  status_[std::size_t(axis)] &= ~std::uint32_t(ensemble::kHomed);
+  poll_at_us_ += std::int64_t(config_.poll_moving_s * 1e6);
+}
+
+// One axis after the other, Z first. Homing is begun once and then only watched.
+bool Stage::home_next(std::int64_t now_us, Effects& fx) {
+  for (; axis_ < 3; ++axis_, asked_ = false) {
+    const int axis = kHomingOrder[axis_];
+    const std::uint32_t bits = status_[std::size_t(axis)];
+    if (!asked_) {
+      const bool homed = bits & ensemble::kHomed;
+      if (op_ == Op::kHome ? false : homed || !on(config_.home_at_start)) continue;
+      start_homing(axis, now_us);
+      return true;
+    }
+    if (bits & ensemble::kHomed && !(bits & (ensemble::kMoving | ensemble::kHoming))) continue;
+    if (now_us >= move_limit_us_)
+      return give_up(DeviceState::kFault, kStall,
+                     std::string("axis ") + kAxisNames[axis] + " is not home in time", now_us, fx);
+    if (now_us < poll_at_us_) return false;
+    poll_at_us_ = now_us + std::int64_t(config_.poll_moving_s * 1e6);
+    read("AXISSTATUS(@)", axis, kStatus);
+    // An axis that stands although the program has had time to begin: the program may be over.
+    const bool stands = !(bits & (ensemble::kMoving | ensemble::kHoming));
+    const std::string task = ensemble::task_question(config_.table.home_program);
+    if (config_.homing == Homing::kProgram && ++home_polls_ > kPollsToBegin && stands && !task.empty())
+      read(task, axis, kTask);
+    return true;
+  }
+  phase_ = Phase::kRamp;
+  asked_ = false;
+  return initialise(now_us, fx);
 }
 
 }  // namespace firn::drivers
