@@ -20,7 +20,7 @@ firn_instrument(jet DRIVER jetdrive.cpp jet.cpp jet_driver.cpp jet_kinds.cpp jet
 firn_instrument(laser_profiler DRIVER ljv.cpp laser_profiler.cpp laser_profiler_service.cpp TWIN laser_profiler.cpp TEST laser_profiler_test.cpp)
 firn_instrument(lamp DRIVER omnicure.cpp lamp.cpp lamp_status.cpp
                 TWIN lamp.cpp TEST lamp_test.cpp lamp_status_test.cpp)
-firn_instrument(robot DRIVER fvp.cpp robot.cpp robot_link.cpp robot_service.cpp
+firn_instrument(robot DRIVER fvp.cpp robot.cpp robot_link.cpp robot_paths.cpp
                 TWIN robot.cpp robot_paths.cpp fvp.cpp TEST robot_test.cpp robot_reset_test.cpp fake_robot.cpp)
 firn_instrument(valve DRIVER fvb.cpp valve.cpp valve_service.cpp TWIN valve.cpp fvb.cpp TEST valve_test.cpp fake_valve.cpp)
 firn_instrument(laser_point DRIVER lkg.cpp laser_point.cpp TWIN laser_point.cpp lkg.cpp TEST laser_point_test.cpp fake_laser.cpp)

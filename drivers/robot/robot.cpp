@@ -86,8 +86,8 @@ void Robot::finish(Result result, Effects& fx) {
 
 void Robot::add_path(std::int64_t path, double tick_s, int axes, std::span<const double> positions,
                      std::int64_t now_us, Effects& fx) {
-  if (!paths_.contains(path)) {
-    Kept kept;
+  if (!paths_.find(path)) {
+    RobotPaths::Kept kept;
     kept.refusal = broken_path_limit(config_, tick_s, axes, positions);
     if (kept.refusal.empty()) {
       auto points = std::make_shared<std::vector<fvp::Counts>>(positions.size() / 4);
@@ -99,7 +99,7 @@ void Robot::add_path(std::int64_t path, double tick_s, int axes, std::span<const
       fault(Severity::kWarning, kUnreachable,
             "robot: path " + std::to_string(path) + " is refused: " + kept.refusal, fx);
     }
-    paths_.emplace(path, std::move(kept));
+    paths_.keep(path, std::move(kept));
   }
   pump(now_us, fx);
 }
@@ -125,45 +125,45 @@ bool Robot::accept(Op op, Effects& fx) {
   return true;
 }
 
-const Robot::Kept* Robot::runnable(const PathPart& part, Effects& fx) {
+bool Robot::runnable(const PathPart& part, Effects& fx) {
   const std::string which = "path " + std::to_string(part.path);
-  const auto at = paths_.find(part.path);
-  if (at == paths_.end()) {
+  const RobotPaths::Kept* kept = paths_.find(part.path);
+  if (!kept) {
     refuse(kNoCode, which + " has not been received", fx);
-    return nullptr;
+    return false;
   }
-  if (!at->second.refusal.empty()) {
-    refuse(kUnreachable, which + ": " + at->second.refusal, fx);
-    return nullptr;
+  if (!kept->refusal.empty()) {
+    refuse(kUnreachable, which + ": " + kept->refusal, fx);
+    return false;
   }
-  const auto n = std::int64_t(at->second.points->size());
+  const auto n = std::int64_t(kept->points->size());
   const std::int64_t last = part.to == 0 ? n - 1 : part.to;
   if (part.from < 0 || last >= n || last <= part.from) {
     refuse(kLimit,
            which + ": samples " + std::to_string(part.from) + " to " + std::to_string(last) +
                " are not within its " + std::to_string(n),
            fx);
-    return nullptr;
+    return false;
   }
   if (last - part.from + 1 > fvp::kMostPoints) {
     refuse(kLimit,
            which + ": " + std::to_string(last - part.from + 1) + " points are more than the robot's " +
                std::to_string(fvp::kMostPoints) + " (131.072 s)",
            fx);
-    return nullptr;
+    return false;
   }
   part_ = {part.path, part.from, std::int32_t(last)};
   part_points_ = std::size_t(last - part.from + 1);
-  first_point_ = (*at->second.points)[std::size_t(part.from)];
-  last_point_ = (*at->second.points)[std::size_t(last)];
-  return &at->second;
+  first_point_ = (*kept->points)[std::size_t(part.from)];
+  last_point_ = (*kept->points)[std::size_t(last)];
+  return true;
 }
 
 void Robot::load(const PathPart& part, std::int64_t now_us, Effects& fx) {
   if (accept(Op::kLoad, fx) && runnable(part, fx)) {
     op_ = Op::kLoad;
     phase_ = Phase::kLoading;
-    last_path_ = part.path;
+    paths_.set_last(part.path);
   }
   pump(now_us, fx);
 }
@@ -171,25 +171,19 @@ void Robot::load(const PathPart& part, std::int64_t now_us, Effects& fx) {
 void Robot::run(const PathPart& part, int signals, std::int64_t now_us, Effects& fx) {
   const bool deposits = signals & (kSignalValveA | kSignalValveB);
   if (accept(Op::kRun, fx) && runnable(part, fx)) {
-    if (spent_.contains(part_)) {
+    if (paths_.spent(part_)) {
       refuse(kNoCode, "path " + std::to_string(part.path) + " was started before and is never run again", fx);
     } else {
       op_ = Op::kRun;
       signals_ = signals;
       path_over_ = false;
-      last_path_ = part.path;
-      if (deposits) forget_before(part.path);
+      paths_.set_last(part.path);
+      if (deposits) paths_.forget_before(part.path);
       phase_ = Phase::kLoading;
       set_state(DeviceState::kStaged, "path " + std::to_string(part.path), fx);
     }
   }
   pump(now_us, fx);
-}
-
-// Paths are printed in the order of their numbers: all paths before one that deposits are over.
-void Robot::forget_before(std::int64_t path) {
-  paths_.erase(paths_.begin(), paths_.lower_bound(path));
-  spent_.erase(spent_.begin(), spent_.lower_bound(PathPart{path, 0, 0}));
 }
 
 void Robot::move_to(const fvp::Joints& target, int percent, std::int64_t now_us, Effects& fx) {
@@ -233,7 +227,7 @@ void Robot::drop(std::int64_t path, std::int64_t now_us, Effects& fx) {
   if (busy()) {
     refuse(kNoCode, "the robot is busy with another command", fx);
   } else {
-    paths_.erase(path);  // its slot is freed when another path needs it
+    paths_.drop(path);
     fx.events.emplace_back(Result{});
   }
   pump(now_us, fx);
@@ -329,11 +323,11 @@ bool Robot::moving_step(std::int64_t now_us, Effects& fx) {
 }
 
 void Robot::start_path(std::int64_t now_us, Effects& fx) {
-  const Slot* slot = slot_of(part_);
+  const RobotPaths::Slot* slot = paths_.slot_of(part_);
   if (!slot) return begin_stop(now_us, fx, "the robot has lost the path", kInstrument);
   phase_ = Phase::kStarting;
   run_id_ = slot->id;
-  if (signals_ & (kSignalValveA | kSignalValveB)) spent_.insert(part_);
+  if (signals_ & (kSignalValveA | kSignalValveB)) paths_.spend(part_);
   launched_ = true;
   low_ = true;
   commanded_.reset();
@@ -353,9 +347,7 @@ void Robot::complete_run(Effects& fx) {
     slips_ = 0;
   }
   commanded_ = last_point_;
-  if (signals_ & (kSignalValveA | kSignalValveB)) {
-    if (Slot* slot = slot_of(part_)) slot->verified = false;  // it may be overwritten
-  }
+  if (signals_ & (kSignalValveA | kSignalValveB)) paths_.let_overwrite(part_);
   finish(std::move(r), fx);
 }
 

@@ -5,18 +5,16 @@
 
 #include <array>
 #include <cstdint>
-#include <map>
-#include <memory>
 #include <optional>
-#include <set>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "drivers/link/driver.h"
 #include "drivers/robot/fvp.h"
 #include "drivers/robot/robot_config.h"
+#include "drivers/robot/robot_paths.h"
+#include "drivers/robot/robot_tag.h"
 
 namespace firn::drivers {
 
@@ -35,14 +33,6 @@ struct RobotOptions : RobotConfig {
   double stall_factor = 1.1, stall_s = 0.5;  ///< interlock 5
   double host_latency_s = 0.0;               ///< see Dialect::allow_host_latency
   RobotOptions();
-};
-
-/// A trajectory, or samples [from, to] of one: it rests at both ends.
-struct PathPart {
-  std::int64_t path = 0;
-  std::int32_t from = 0;
-  std::int32_t to = 0;  ///< 0 = the last one
-  auto operator<=>(const PathPart&) const = default;
 };
 
 /// Of RobotCommand::signals and `PATH RUN`.
@@ -82,7 +72,7 @@ class Robot final : public Driver {
   bool busy() const override { return op_ != Op::kNone; }
   std::optional<fvp::Joints> joints() const;  ///< where it last said that it stands
   const fvp::Status& status() const { return status_; }
-  bool holds(const PathPart& part) const;
+  bool holds(const PathPart& part) const { return paths_.holds(part); }
   std::size_t paths_kept() const { return paths_.size(); }
 
  private:
@@ -99,42 +89,9 @@ class Robot final : public Driver {
     kHoming,
     kDead,  // fault or emergency stop: until home() or a new connection
   };
-  enum Tag : std::uint16_t {
-    kPlain,
-    kHello,
-    kStat,
-    kWhere,
-    kBeat,
-    kSpeed,
-    kMove,
-    kRunPath,
-    kBegin,
-    kPoints,
-    kEnd,
-    kDropSlot,
-    kClear,
-    kHarmless
-  };
+  using Tag = robot_tag::Tag;
+  using enum robot_tag::Tag;
   enum class Motion : std::uint8_t { kAsked, kWaiting, kOver };
-  using Points = std::shared_ptr<const std::vector<fvp::Counts>>;
-  struct Kept {
-    Points points;
-    std::string refusal;  // not empty: never to be run
-  };
-  struct Slot {
-    std::int32_t id = 0;  // number on the wire; 0 = free
-    PathPart part;
-    bool verified = false;
-  };
-  struct Upload {
-    Slot* slot = nullptr;  // null = none
-    Points points;         // the dialect writes from them
-    std::size_t first = 0, count = 0;
-    std::size_t held = 0;  // that the robot confirmed
-    std::uint16_t crc = 0;
-    bool begun = false;
-    int tries = 0;
-  };
   struct Target {
     bool only_z = false;
     fvp::Counts counts{};
@@ -164,10 +121,9 @@ class Robot final : public Driver {
 
   // Commands.
   bool accept(Op op, Effects& fx);
-  const Kept* runnable(const PathPart& part, Effects& fx);
+  bool runnable(const PathPart& part, Effects& fx);
   void refuse(std::int32_t code, std::string text, Effects& fx);
   void finish(Result result, Effects& fx);
-  void forget_before(std::int64_t path);
   // Link, stopping, result of an interrupted command.
   void begin_stop(std::int64_t now_us, Effects& fx, std::string why, std::int32_t code);
   bool stopping_step(std::int64_t now_us, Effects& fx);
@@ -190,13 +146,7 @@ class Robot final : public Driver {
   std::int64_t planned_us() const;
   // Upload of paths.
   bool upload_step();
-  bool choose_upload();
-  void begin_upload(const PathPart& part, const Points& points, Slot& slot);
-  void uploaded(const Request& request, std::int64_t number, Effects& fx);
   void upload_refused(std::string_view why, Effects& fx);
-  void abandon_upload();
-  void forget_slots();
-  Slot* slot_of(const PathPart& part);
 
   std::int64_t seq() { return seq_ = fvp::next_seq(seq_); }
   void push(LineWriter line, Repeat repeat, Tag tag) { link_.push(fvp::to_request(line, seq_, repeat, tag)); }
@@ -211,6 +161,7 @@ class Robot final : public Driver {
   Phase phase_ = Phase::kDown;
   Op op_ = Op::kNone;
   std::int64_t seq_ = 0;
+  RobotPaths paths_{dialect_, link_, seq_};
 
   // The command in progress.
   PathPart part_;
@@ -226,14 +177,6 @@ class Robot final : public Driver {
   std::string ending_;
   std::int32_t ending_code_ = kNoCode;
   std::optional<Doom> doom_;
-
-  // Trajectories kept for the robot, and the contents of its slots.
-  std::map<std::int64_t, Kept> paths_;
-  std::set<PathPart> spent_;  // started with a valve's signal
-  std::array<Slot, fvp::kSlots> slots_;
-  Upload upload_;
-  std::int32_t last_id_ = 0;
-  std::int64_t last_path_ = 0;  // run or loaded last
 
   // The robot's status.
   fvp::Status status_;

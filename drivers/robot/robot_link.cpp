@@ -1,9 +1,10 @@
-// Robot: link, stopping, the result of an interrupted command, and the upload of paths ahead of time.
+// Robot: link, stopping, the result of an interrupted command, and the orders of a person.
 #include "drivers/robot/robot.h"
 
 #include <algorithm>
-
-#include "drivers/link/crc16.h"
+#include <cmath>
+#include <cstdio>
+#include <numbers>
 
 namespace firn::drivers {
 namespace {
@@ -17,7 +18,13 @@ std::string quoted_verb(const Request& request) {
   return "'" + std::string(text) + "'";
 }
 
-constexpr int kMostTries = 3;
+constexpr double kRadians = std::numbers::pi / 180.0;
+constexpr double kJog = 5.0;  // deg, or mm of J3
+constexpr int kJogPercent = 1, kMostLines = 1000;
+
+std::string_view reply_text(std::span<const std::byte> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
 
 }  // namespace
 
@@ -52,7 +59,7 @@ void Robot::begin_stop(std::int64_t now_us, Effects& fx, std::string why, std::i
   limit_us_ = now_us + kStopLimit_us;
   move_over_ = false;
   commanded_.reset();
-  abandon_upload();  // its requests may have been thrown away with the queue
+  paths_.abandon();  // its requests may have been thrown away with the queue
 }
 
 void Robot::stop(std::int64_t now_us, Effects& fx) {
@@ -67,7 +74,7 @@ void Robot::stop(std::int64_t now_us, Effects& fx) {
 void Robot::lost(std::int64_t, Effects& fx) {
   if (phase_ == Phase::kDown) return;
   phase_ = Phase::kDown;
-  forget_slots();
+  paths_.forget_slots();
   if (!busy()) return;
   if (ending_.empty()) {
     ending_ = "the link was lost";
@@ -130,7 +137,7 @@ void Robot::take_status(const fvp::Status& s, std::int64_t now_us, Effects& fx) 
     restarted_ = true;
     where_.reset();
     commanded_.reset();
-    forget_slots();
+    paths_.forget_slots();
     if (phase_ != Phase::kHello)
       fault(Severity::kWarning, kInstrument, "robot: its program was started anew", fx);
   }
@@ -186,7 +193,9 @@ void Robot::reply(const Request& request, std::span<const std::byte> frame, std:
     case kBegin:
     case kPoints:
     case kEnd:
-      return uploaded(request, words.number(0, fvp::kMostId), fx);
+      if (const auto why = paths_.acknowledged(request.tag, words.number(0, fvp::kMostId)); !why.empty())
+        upload_refused(why, fx);
+      return;
     case kRunPath:
       if (phase_ != Phase::kStarting) return;  // a stop came between
       phase_ = Phase::kRunning;
@@ -252,10 +261,8 @@ bool Robot::stopping_step(std::int64_t now_us, Effects& fx) {
                      status_.state == fvp::State::kEstop))
         order("CLEAR", kClear);
       for (const std::int32_t id : status_.held)
-        if (id != 0 &&
-            std::none_of(slots_.begin(), slots_.end(), [&](const Slot& s) { return s.id == id; })) {
+        if (id != 0 && !paths_.in_slot(id))
           push(fvp::request(seq(), "PATH DROP").word(id), Repeat::kSetup, kDropSlot);
-        }
       ask("STAT", kStat);
       ask("STAT J", kWhere);
       step_ = 2;
@@ -335,7 +342,7 @@ void Robot::conclude(Effects& fx) {
       r.outcome = Outcome::kUnknown;
       r.unknown_to = r.expected;
     } else if (launched_) {
-      spent_.erase(part_);  // the robot has never started it
+      paths_.unspend(part_);  // the robot has never started it
     }
   } else if (op_ == Op::kMove || op_ == Op::kHome) {
     r.outcome = Outcome::kFailed;
@@ -343,132 +350,82 @@ void Robot::conclude(Effects& fx) {
   finish(std::move(r), fx);
 }
 
-Robot::Slot* Robot::slot_of(const PathPart& part) {
-  for (Slot& s : slots_)
-    if (s.id != 0 && s.part == part) return &s;
-  return nullptr;
-}
-
-bool Robot::holds(const PathPart& part) const {
-  return std::any_of(slots_.begin(), slots_.end(),
-                     [&](const Slot& s) { return s.id != 0 && s.part == part && s.verified; });
-}
-
-void Robot::abandon_upload() {
-  dialect_.points = {};
-  upload_ = {};
-}
-
-void Robot::forget_slots() {
-  abandon_upload();
-  for (Slot& s : slots_) s = {};
-}
-
-void Robot::begin_upload(const PathPart& part, const Points& points, Slot& slot) {
-  const bool again = slot.id != 0 && slot.part == part;
-  const std::int32_t old_id = slot.id;
-  const int tries = again ? upload_.tries : 0;
-  last_id_ = last_id_ >= fvp::kMostId ? 1 : last_id_ + 1;
-  slot = {last_id_, part, false};
-  upload_ = {};
-  upload_.slot = &slot;
-  upload_.points = points;
-  upload_.first = std::size_t(part.from);
-  upload_.count = std::size_t(part.to - part.from + 1);
-  upload_.tries = tries + 1;
-  dialect_.points = std::span(*points).subspan(upload_.first, upload_.count);
-  fvp::PointsCrc crc;
-  for (const fvp::Counts& p : dialect_.points) crc.add(p);
-  upload_.crc = crc.value();
-  if (old_id != 0) push(fvp::request(seq(), "PATH DROP").word(old_id), Repeat::kSetup, kDropSlot);
-  push(fvp::request(seq(), "PATH BEGIN")
-           .word(last_id_)
-           .text(" N=")
-           .number(std::int64_t(upload_.count))
-           .text(" DT=0.016"),
-       Repeat::kSetup, kBegin);
-}
-
-// The part that a command waits for; else, while a slot is free, the next path in order.
-bool Robot::choose_upload() {
-  const bool wanted = phase_ == Phase::kLoading && !holds(part_);
-  const bool running = phase_ == Phase::kRunning || (phase_ == Phase::kMoving && op_ == Op::kRun);
-  Slot* free = nullptr;
-  for (Slot& s : slots_) {
-    if (running && s.part == part_ && s.id != 0) continue;
-    const bool useless = s.id == 0 || !s.verified || !paths_.contains(s.part.path) ||
-                         spent_.contains(s.part) || s.part.path < last_path_;
-    if (useless || (wanted && !free)) free = &s;
-    if (useless) break;
-  }
-  if (!free) return false;
-  if (wanted) {
-    begin_upload(part_, paths_.at(part_.path).points, *free);
-    return true;
-  }
-  if (!config_.upload_ahead) return false;
-  for (auto at = paths_.upper_bound(last_path_); at != paths_.end(); ++at) {
-    const Points& points = at->second.points;
-    if (!points || points->size() > std::size_t(fvp::kMostPoints)) continue;
-    const PathPart part{at->first, 0, std::int32_t(points->size()) - 1};
-    if (spent_.contains(part)) continue;
-    if (slot_of(part)) return false;  // it is there already
-    begin_upload(part, points, *free);
-    return true;
-  }
-  return false;
-}
-
 bool Robot::upload_step() {
-  if (!upload_.slot) return choose_upload();
-  if (!upload_.begun) return false;  // its reply is still to come
-  if (upload_.held < upload_.count) {
-    const std::size_t block =
-        std::min(upload_.count - upload_.held, std::size_t(config_.block_lines * fvp::kPointsPerLine));
-    link_.push(fvp::path_block(seq(), upload_.held, block, kPoints));
-  } else {
-    char crc[4];
-    put_hex4(crc, upload_.crc);
-    push(fvp::request(seq(), "PATH END").word(std::string_view(crc, 4)), Repeat::kSetup, kEnd);
-  }
-  return true;
-}
-
-void Robot::uploaded(const Request& request, std::int64_t number, Effects& fx) {
-  if (!upload_.slot) return;  // given up meanwhile
-  switch (request.tag) {
-    case kBegin:
-      upload_.begun = true;
-      return;
-    case kPoints:
-      if (std::size_t(number) > upload_.count) return upload_refused("more points held than sent", fx);
-      if (std::size_t(number) <= upload_.held && ++upload_.tries > kMostTries)
-        return upload_refused("no points are kept", fx);
-      upload_.held = std::size_t(number);
-      return;
-    default:
-      upload_.slot->verified = true;
-      abandon_upload();
-  }
+  RobotPaths::Use use;
+  if (phase_ == Phase::kLoading) use.wanted = part_;
+  if (phase_ == Phase::kRunning || (phase_ == Phase::kMoving && op_ == Op::kRun)) use.running = part_;
+  use.ahead = config_.upload_ahead;
+  use.block_lines = config_.block_lines;
+  return paths_.step(use);
 }
 
 void Robot::upload_refused(std::string_view why, Effects& fx) {
-  if (!upload_.slot) return;
-  const Upload was = upload_;
-  const bool wanted = phase_ == Phase::kLoading && was.slot->part == part_;
-  if (was.tries < kMostTries) {
-    fault(Severity::kNotice, kCommandRejected,
-          "robot: path " + std::to_string(was.slot->part.path) + " again: " + std::string(why), fx);
-    return begin_upload(PathPart(was.slot->part), was.points, *was.slot);
-  }
-  fault(Severity::kWarning, kCommandRejected,
-        "robot: path " + std::to_string(was.slot->part.path) + " does not load: " + std::string(why), fx);
-  const std::int64_t path = was.slot->part.path;
-  abandon_upload();
-  paths_[path] = {nullptr, "the robot does not take it: " + std::string(why)};
-  if (!wanted) return;
+  const auto refusal = paths_.refused(why);
+  if (!refusal) return;
+  const std::string path = "robot: path " + std::to_string(refusal->part.path);
+  if (!refusal->given_up)
+    return fault(Severity::kNotice, kCommandRejected, path + " again: " + std::string(why), fx);
+  fault(Severity::kWarning, kCommandRejected, path + " does not load: " + std::string(why), fx);
+  if (phase_ != Phase::kLoading || refusal->part != part_) return;
   finish({Outcome::kNone, -1, 0, 0, 0, kCommandRejected, std::string(why)}, fx);
   ready("path not loaded", fx);
+}
+
+// Orders of a person, beside a print (firn device).
+void Robot::jog(std::span<const double> v, std::int64_t now_us, Effects& fx) {
+  if (!where_) return refuse(kUnreachable, "where the robot stands is not known", fx);
+  fvp::Joints to = fvp::joints_of(*where_);
+  const auto joint = std::size_t(v[0]) - 1;
+  to[joint] += joint == 2 ? v[1] : v[1] * kRadians;
+  move_to(to, kJogPercent, now_us, fx);
+}
+
+void Robot::service(std::string_view verb, std::span<const double> v, std::int64_t now_us, Effects& fx) {
+  const auto asked = [this](std::string_view question) {
+    LineWriter line = fvp::request(seq(), question);
+    return fvp::to_request(line, seq_, Repeat::kRead, kServiceTag);
+  };
+  Service s{std::string(verb), {}, 0, {}, nullptr};
+  if (verb == "lines" && v.size() == 1) {
+    if (!whole_within(v[0], 1, kMostLines))
+      return refuse(kLimit, "lines are a whole number, 1 to " + std::to_string(kMostLines), fx);
+    for (int n = 0; n < int(v[0]); ++n) s.begin.push_back(asked("STAT"));
+    s.tell = [](const Request&, std::span<const std::byte> frame) -> std::optional<std::string> {
+      WordReader words(fvp::parse(reply_text(frame)).text);
+      return words.word() == "ACK" ? std::optional<std::string>("") : std::nullopt;
+    };
+    s.then = [n = v[0], begun_us = now_us](std::int64_t now, Effects& effects) {
+      char text[80];
+      const double took_s = double(now - begun_us) * 1e-6;
+      std::snprintf(text, sizeof text, "%.0f lines in %.3f s: %.0f a second", n, took_s, n / took_s);
+      effects.events.emplace_back(
+          Result{Outcome::kDone, std::int64_t(n), std::int64_t(n), 0, 0, kNoCode, text});
+    };
+    return run_service(std::move(s));
+  }
+  if (verb != "where" && verb != "jog") return Driver::service(verb, v, now_us, fx);
+  s.begin = {asked("STAT J")};
+  s.tell = [this](const Request&, std::span<const std::byte> frame) -> std::optional<std::string> {
+    WordReader words(fvp::parse(reply_text(frame)).text);
+    if (words.word() != "ACK") return std::nullopt;
+    const auto counts = fvp::parse_counts(words);
+    if (!counts) return std::nullopt;
+    where_ = *counts;
+    const fvp::Joints j = fvp::joints_of(*counts);
+    char text[100];
+    std::snprintf(text, sizeof text, "J1 %.4f deg, J2 %.4f deg, J3 %.3f mm, J4 %.4f deg", j[0] / kRadians,
+                  j[1] / kRadians, j[2], j[3] / kRadians);
+    return text;
+  };
+  if (verb == "jog") {
+    if (v.size() != 3 || !whole_within(v[0], 1, 4)) return refuse(kLimit, "a jog is of joint 1 to 4", fx);
+    if (v[2] == 0.0 && !(std::abs(v[1]) <= kJog))
+      return refuse(kLimit, "a jog is at most 5 deg or 5 mm; --far allows more", fx);
+    s.then = [this, joint = v[0], by = v[1]](std::int64_t now, Effects& effects) {
+      jog(std::array{joint, by}, now, effects);
+    };
+  }
+  run_service(std::move(s));
 }
 
 }  // namespace firn::drivers
