@@ -159,6 +159,34 @@ def check_type_names(root):
     return problems
 
 
+MEMBER = re.compile(r"^(?!#|//|/\*|using |namespace |return )[^\s;={}][^\n;={}]*?(?<![\w:<])((?:\w+(?:<[^<>\n]*>)?::)+)~?(?:operator[^\w(]{1,3}|\w+)\("
+                    r"|^((?:\w+(?:<[^<>\n]*>)?::)+)~?\w+\(", re.M)
+MAX_CLASS_SOURCES = 2
+
+
+def check_class_sources(root):
+    """A class lives in one header and one or two sources: what needs a third is a type of its own. Members of a class within a
+    class count for the outer one."""
+    places = {}
+    for path in sources(root, suffixes={".cpp"}):
+        if path.startswith("tests/"):
+            continue
+        text = read(root, path)
+        spaces = []
+        for match in sorted([*NAMESPACE.finditer(text), *MEMBER.finditer(text)], key=lambda m: m.start()):
+            if match.re is NAMESPACE and match.group(0).startswith("namespace"):
+                spaces.append(match.group(1))
+            elif match.re is NAMESPACE and match.group(0).startswith("}"):
+                del spaces[-1:]
+            elif match.re is MEMBER and None not in spaces:
+                names = re.findall(r"(\w+)(?:<[^<>\n]*>)?::", match.group(1) or match.group(2))
+                inner = next((n for n, name in enumerate(names) if name[0].isupper()), None)  # namespaces are snake_case
+                if inner is not None:
+                    places.setdefault("::".join([*spaces, *names[:inner + 1]]), {})[path] = None
+    return [f"{min(where)}: {name} has members in {len(where)} sources, the limit is {MAX_CLASS_SOURCES}: {', '.join(sorted(where)[1:])} too"
+            for name, where in sorted(places.items()) if len(where) > MAX_CLASS_SOURCES]
+
+
 def check_truth(root):
     problems = []
     for path in sources(root):
@@ -217,8 +245,8 @@ def check_hidden_functions(root):
             for (*_, name, count), where in sorted(places.items()) if len(where) > 1 and name not in ("if", "for", "while", "switch", "return")]
 
 
-CHECKS = (check_same_bytes, check_sizes, check_finished, check_test_names, check_listed, check_type_names, check_hidden_functions,
-          check_truth)
+CHECKS = (check_same_bytes, check_sizes, check_finished, check_test_names, check_listed, check_type_names, check_class_sources,
+          check_hidden_functions, check_truth)
 
 
 def main():

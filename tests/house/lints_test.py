@@ -170,6 +170,28 @@ class Lints(SmallTree):
         driver = cell.replace("namespace firn", "namespace firn::drivers")
         self.caught("core/control/mpc.cpp", driver, "firn::drivers::Cell has the name of firn::Cell in core/grid/grid.h")
 
+    def test_classes_in_many_sources(self):
+        def grid_with(*members):
+            listed = ["grid.cpp"]
+            for n, (member, space) in enumerate(members):
+                listed.append(f"part{n}.cpp")
+                self.write(f"core/grid/part{n}.cpp", f"namespace {space} {{\n\n{member} {{\n  Cell::count(1);\n}}\n\n}}  // namespace {space}\n")
+            self.write("core/grid/CMakeLists.txt", f"firn_library(firn_grid {' '.join(listed)})\n")
+            return [problem for problem in self.problems() if "sources" in problem]
+        free = ("Cell area(const Cell& of)", "firn")
+        once, twice = ("void Cell::grow(int by)", "firn"), ("Cell::Cell(int a) : a_(a)", "firn")
+        self.assertEqual(grid_with(once, twice, free), [])
+        self.assertEqual(grid_with(once, twice, ("void Cell::grow(int by)", "firn::drivers")), [])  # another Cell
+        self.assertEqual(grid_with(once, twice, ("void Row::add(const Cell& c)", "firn")), [])
+        for third in ("Cell::~Cell()", "std::optional<Cell::Kind> Cell::kind(std::size_t n) const", "Cell& Cell::operator+=(int by)",
+                      "std::function<void(int)> Cell::later()", "template <typename T> T Cell::as() const", "void Cell::Side::turn()",
+                      "bool operator==(const Cell& a, int b) {\n  return false;\n}\n\nbool Cell::empty() const"):
+            found = grid_with(once, twice, (third, "firn"))
+            self.assertEqual(found, ["core/grid/part0.cpp: firn::Cell has members in 3 sources, the limit is 2: core/grid/part1.cpp, "
+                                     "core/grid/part2.cpp too"], third)
+        for n in range(3):
+            (self.root / f"core/grid/part{n}.cpp").unlink()
+
     def test_hidden_functions_of_one_name(self):
         hidden = "namespace firn {\nnamespace {\n\nint twice(int a) { return 2 * a; }\n\n}  // namespace\n}  // namespace firn\n"
         self.write("core/grid/grid.cpp", GOOD["core/grid/grid.cpp"] + hidden)
