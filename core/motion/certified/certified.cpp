@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/motion/curve/deviation.h"
 #include "core/motion/curve/frechet.h"
@@ -279,6 +280,7 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
                     given,
                     hold_mm(task.options)};
   const GivenReference reference = sample_given(points, given, work.reference);
+  bool hold_lines = fitted && spec.hold_mm > 0.0;
   const auto form = [&] {
     if (fitted) {
       const double radius = spec.tolerance_mm > 0.0 ? spec.tolerance_mm
@@ -286,7 +288,7 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
                                                     : fit_radius_mm(task.options);
       TubeOptions tube{radius, std::max(radius, spec.tolerance_mm > 0.0 ? 0.0 : kSagittaMm),
                        sizes.largest_mm};
-      tube.hold_lines = spec.hold_mm > 0.0;
+      tube.hold_lines = hold_lines;
       fit_tube(points, tube, work.tube, work.curve.coarse);
       work.curve.offset.assign({0.0, work.curve.coarse.s.back()});
       return;
@@ -314,7 +316,9 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
                                         : deviation(curve, points, work.length);
     out.points_off_mm = spec.hold_mm > 0.0 ? farthest_point_mm(curve, points) : 0.0;
     if (!holds(out, options) && tries < kHoldTries) {
-      spec.hold_mm *= std::clamp(kHoldAim * hold_mm(options) / out.points_off_mm, kLeastShare, kMostShare);
+      // a tube too narrow: some chord is no line after all
+      if (!std::exchange(hold_lines, false))
+        spec.hold_mm *= std::clamp(kHoldAim * hold_mm(options) / out.points_off_mm, kLeastShare, kMostShare);
       form();
       continue;
     }

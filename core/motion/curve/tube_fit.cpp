@@ -122,13 +122,45 @@ class PolygonAt {
   std::size_t i_ = 0;
 };
 
-/// True where a chord is so much longer than one beside it that it is no sample interval but a line.
-bool is_line(const std::vector<double>& length, std::size_t i) {
-  constexpr double kLeast_mm = 0.8, kLonger = 4.0;
+double turn_at(Point2 a, Point2 b, Point2 c) {
+  const double ux = b.x_mm - a.x_mm, uy = b.y_mm - a.y_mm, vx = c.x_mm - b.x_mm, vy = c.y_mm - b.y_mm;
+  return std::atan2(ux * vy - uy * vx, ux * vx + uy * vy);
+}
+
+/// True where the points beyond a chord's end bend like a curve of which the chord is a sample interval: its
+/// angle to their tangent there is half of their curvature times its length. A line's is 0, a corner's
+/// larger.
+/// @param end vertex of the chord @param step +1 at its last vertex, -1 at its first
+bool continues(std::span<const Point2> line, const std::vector<double>& length, std::size_t end, int step) {
+  constexpr double kBeyond = 0.5;  ///< of the chord's length: how far the points are looked at
+  constexpr double kLeast = 0.25, kMost = 3.0;
+  const auto next = [step](std::size_t k) { return step > 0 ? k + 1 : k - 1; };
+  const Point2 from = line[step > 0 ? end - 1 : end + 1], at = line[end];
+  const double own = distance(from, at);
+  const auto beyond = [&](std::size_t k, double far) {
+    while (k != 0 && k + 1 != line.size() && std::abs(length[k] - length[end]) < far) k = next(k);
+    return k;
+  };
+  const std::size_t middle = beyond(end, 0.5 * kBeyond * own);
+  if (middle == 0 || middle + 1 == line.size()) return false;
+  const std::size_t last = beyond(next(middle), kBeyond * own);
+  const double near = distance(at, line[middle]), far = distance(line[middle], line[last]);
+  const double bend = turn_at(at, line[middle], line[last]) / (near + far);  // half of the curvature
+  const double share = (turn_at(from, at, line[middle]) - bend * near) / (bend * own);
+  return share > kLeast && share < kMost;
+}
+
+/// True where a chord is so much longer than one beside it that it is no sample interval but a line, unless
+/// it is short enough to be one of a curve sampled unevenly and the points beyond an end bend like that
+/// curve.
+bool is_line(std::span<const Point2> line, const std::vector<double>& length, std::size_t i) {
+  constexpr double kLeast_mm = 0.8, kLonger = 4.0, kMostSampled_mm = 5.0;
   const auto chord = [&](std::size_t k) { return length[k + 1] - length[k]; };
   const double own = chord(i);
-  return own >= kLeast_mm && ((i > 0 && own >= kLonger * chord(i - 1)) ||
-                              (i + 2 < length.size() && own >= kLonger * chord(i + 1)));
+  if (own < kLeast_mm ||
+      !((i > 0 && own >= kLonger * chord(i - 1)) || (i + 2 < length.size() && own >= kLonger * chord(i + 1))))
+    return false;
+  return own > kMostSampled_mm || !(continues(line, length, i, -1) || continues(line, length, i + 1, 1));
 }
 
 /// Vertices of the line, and places of the polygon between them about half a cell apart. @param kept the
@@ -141,7 +173,7 @@ void set_places(TubeWork& work, std::span<const Point2> points, const std::vecto
   std::size_t cell = 0;
   for (std::size_t i = 0; i + 1 < work.line.size(); ++i) {
     const double from = work.length[i], to = work.length[i + 1];
-    const bool line = options.hold_lines && is_line(work.length, i);
+    const bool line = options.hold_lines && is_line(work.line, work.length, i);
     const double between = line ? radius : share * options.between_mm;
     if (i > 0) places.push_back({from, work.line[i], radius});
     double t = from;

@@ -125,7 +125,7 @@ struct HeldDistances {
   double curve_mm = 0.0;   ///< and of a sample of the curve from the polygon
 };
 
-/// @param told_mm the first place that is so near to a point goes with it
+/// @param told_mm the first place that is so near to a point, but for the chords' sagitta, goes with it
 /// @param points as planned, in the arm's base frame; their last may be that of the first segment's start
 inline HeldDistances sampled_distances(const std::vector<Point2>& points,
                                        const std::vector<StopSegment>& segments, std::size_t count,
@@ -152,7 +152,7 @@ inline HeldDistances sampled_distances(const std::vector<Point2>& points,
     return std::hypot(p.x_mm - a.x_mm - y * ux, p.y_mm - a.y_mm - y * uy);
   };
   // both are in order: each search goes on from where the one before it ended, and looks some way ahead
-  constexpr double kPointAhead_mm = 3.0, kCurveAhead_mm = 0.5;
+  constexpr double kPointAhead_mm = 3.0, kCurveAhead_mm = 0.5, kChordSagitta_mm = 5e-6;
   const auto farthest = [&](const std::vector<Point2>& of, const std::vector<Point2>& from, double most_mm,
                             double enough) {
     double most = 0.0;
@@ -175,7 +175,8 @@ inline HeldDistances sampled_distances(const std::vector<Point2>& points,
     }
     return most;
   };
-  return {farthest(points, curve, kPointAhead_mm, told_mm), farthest(curve, points, kCurveAhead_mm, 0.0)};
+  return {farthest(points, curve, kPointAhead_mm, told_mm + kChordSagitta_mm),
+          farthest(curve, points, kCurveAhead_mm, 0.0)};
 }
 
 }  // namespace firn::motion

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -171,6 +172,42 @@ TEST_CASE("An ellipse takes as long however its samples are spaced and rounded, 
       REQUIRE(result.ok());
       CHECK(std::abs(result.trajectory.certificate.duration_s - 2.368) < 1.5 * options.tick_s);
     }
+}
+
+TEST_CASE("Long sample intervals beside short ones are no lines: a curve sampled at random is as fast") {
+  const auto figure = [](double t) {
+    const double w = 2.0 * std::numbers::pi * t;
+    return Point2{35.0 * std::cos(3.0 * w), 30.0 * std::sin(2.0 * w)};
+  };
+  CertifiedWork work;
+  const double even = plan_held(sampled(figure, 0.1, 9), kHeldPart, {}, work).continuous_s;
+  for (const int decimals : {3, 5, 9})
+    for (const std::uint64_t seed : {1, 2}) {
+      RandomStream draw(seed, Purpose::kTest);
+      std::vector<double> at{0.0, 1.0};
+      for (int k = 0; k < 2500; ++k) at.push_back(draw.uniform(0.0, 1.0));
+      std::sort(at.begin(), at.end());
+      const double unit = std::pow(10.0, -decimals);
+      std::vector<Point2> points;
+      for (const double t : at) {
+        const Point2 p = figure(t);
+        points.push_back({unit * std::round(p.x_mm / unit), unit * std::round(p.y_mm / unit)});
+      }
+      const PlanResult result = plan_held(points, kHeldPart, rounded_to(decimals), work);
+      INFO(decimals << " decimals, seed " << seed);
+      CHECK(result.points_off_mm <= result.held_mm);
+      CHECK(result.continuous_s < 1.2 * even);
+    }
+}
+
+TEST_CASE("Where a chord that is no line was held as one, the fit is repeated without") {
+  const std::vector<Point2> points{{34.97772, 26.33023}, {34.98358, 26.28164}, {34.98401, 26.27779},
+                                   {34.92921, 25.32145}, {34.65348, 24.46008}, {34.63797, 24.42385},
+                                   {34.52296, 24.17359}};
+  CertifiedWork work;
+  const PlanResult result = plan_held(points, kHeldPart, rounded_to(5), work);
+  CHECK(result.points_off_mm <= result.held_mm);
+  CHECK(result.continuous_s < 0.5);
 }
 
 TEST_CASE("Without a tolerance a path is driven no slower than with held points, nor than with ramps") {
