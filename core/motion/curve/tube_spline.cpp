@@ -12,6 +12,12 @@ using Row = TubeWork::Row;
 
 constexpr int kMostIterations = 40;
 constexpr double kGap = 0.03;  ///< of the objective, where the iteration ends
+/// The same where points are held: one tight turn may be all of the objective, and the rest of the path has
+/// to be smooth beside it.
+constexpr double kSampleGap = 1e-4;
+constexpr double kFirstGap = 0.3;  ///< of the objective: where the iteration starts
+/// The same where points are held. Near their centres the first steps are long ones, whatever the turns.
+constexpr double kFirstSampleGap = 100.0;
 /// The same of a step, as shares of the third derivative's integral, at its end and its start.
 constexpr double kStepGap = 1e-4, kFirstStepGap = 0.1;
 constexpr double kViolation = 0.005;  ///< of the squared radius
@@ -197,17 +203,19 @@ double fit_spline(std::span<const double> knots, std::span<const TubePlace> plac
   if (near_places) move_near(work);
   const double terms = double(places.size());
   const bool steps = !work.base.empty();
-  const double least = steps ? kStepGap / kGap * scale_of(work) : 0.0;
+  const double enough = near_places ? kSampleGap : kGap;
+  const double least = steps ? kStepGap / enough * scale_of(work) : 0.0;
   const auto size = [&] {
     const double v = tube::objective(work);
     return steps ? std::max(std::abs(v), least) : v;
   };
-  double value = size(), gap = 0.3 * (steps ? kFirstStepGap * scale_of(work) : value), stationary = 1.0,
+  double value = size(), stationary = 1.0,
+         gap = (near_places ? kFirstSampleGap : kFirstGap) * (steps ? kFirstStepGap * scale_of(work) : value),
          centring = 0.3;
   double worst = set_states(gap / terms, work);
   while (work.iterations < kMostIterations && value > 0.0 &&
-         (gap > kGap * value || worst > kViolation || stationary > kStationary)) {
-    const double mu = std::max(centring * gap, worst > kViolation ? 0.2 * kGap * value : 0.0) / terms;
+         (gap > enough * value || worst > kViolation || stationary > kStationary)) {
+    const double mu = std::max(centring * gap, worst > kViolation ? 0.2 * enough * value : 0.0) / terms;
     tube::assemble(mu, work);
     if (!tube::solve(work)) break;
     const double length = tube::row_steps(mu, work);

@@ -174,6 +174,21 @@ TEST_CASE("An ellipse takes as long however its samples are spaced and rounded, 
     }
 }
 
+TEST_CASE("Two tight turns leave the rest of an ellipse as smooth: held points at any spacing and rounding") {
+  const auto ellipse = [](double t) {
+    const double w = 2.0 * std::numbers::pi * t + 1.5;
+    return Point2{40.0 * std::cos(w), 3.5 * std::sin(w)};
+  };
+  CertifiedWork work;
+  for (const auto& [step, decimals] : {std::pair{0.05, 3}, {0.05, 4}, {0.1, 3}, {0.1, 9}}) {
+    const PlanResult result =
+        plan_held(sampled(ellipse, step, decimals), kHeldPart, rounded_to(decimals), work);
+    INFO("step " << step << ", decimals " << decimals);
+    CHECK(result.points_off_mm <= result.held_mm);
+    CHECK(result.continuous_s < 1.01 * 2.19);
+  }
+}
+
 TEST_CASE("Long sample intervals beside short ones are no lines: a curve sampled at random is as fast") {
   const auto figure = [](double t) {
     const double w = 2.0 * std::numbers::pi * t;
