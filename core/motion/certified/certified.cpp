@@ -314,7 +314,7 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
                            ? frechet_bound(curve, reference.points) + reference.sagitta_mm
                        : curve.straight ? 0.0
                                         : deviation(curve, points, work.length);
-    out.points_off_mm = spec.hold_mm > 0.0 ? farthest_point_mm(curve, points) : 0.0;
+    out.points_off_mm = spec.hold_mm > 0.0 ? farthest_point_mm(curve, points, hold_mm(options)) : 0.0;
     if (!holds(out, options) && tries < kHoldTries) {
       // a tube too narrow: some chord is no line after all
       if (!std::exchange(hold_lines, false))

@@ -2,6 +2,7 @@
 // fastest.
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 
 #include "core/motion/certified/certified.h"
@@ -294,8 +295,25 @@ void open_loops(std::span<const Point2> points, std::vector<std::size_t>& kept) 
   }
 }
 
+/// Where the points between two rests turn back by a step longer than twice `within_mm`, and the rests.
+std::vector<std::size_t> turning_points(const CleanPath& path, std::size_t from, std::size_t to,
+                                        double within_mm) {
+  const auto slight = [&](std::size_t i) { return i > from && steps_back(path.points, i, within_mm); };
+  std::vector<std::size_t> stops{from};
+  for (std::size_t i = from + 1; i < to; ++i) {
+    const Point2 &a = path.points[i - 1], &b = path.points[i], &c = path.points[i + 1];
+    if ((b.x_mm - a.x_mm) * (c.x_mm - b.x_mm) + (b.y_mm - a.y_mm) * (c.y_mm - b.y_mm) < 0.0 && !slight(i) &&
+        !slight(i - 1))
+      stops.push_back(i);
+  }
+  stops.push_back(to);
+  return stops;
+}
+
 /// Replaces each segment whose curve leaves the tolerance (a cusp, a spike, a tangle shorter than the
-/// tolerance) by a thinned polygon with rests at its vertices. Returns the number of segments.
+/// tolerance) by a thinned polygon with rests at its vertices, held points first by segments between those
+/// that turn back by more than their rounding, then between all that turn back. Returns the number of
+/// segments.
 std::size_t keep_inside(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work,
                         std::size_t count) {
   const PlanOptions& options = task.options;
@@ -311,9 +329,24 @@ std::size_t keep_inside(const CleanPath& path, const CertifiedTask& task, Certif
   if (options.curve_rule == CurveRule::kRamped || !path.yaw_rad.empty() ||
       std::all_of(work.segments.begin(), end, inside))
     return count;
-  std::vector<StopSegment> all;
-  for (std::size_t k = 0; k < count; ++k) {
-    StopSegment& whole = work.segments[k];
+  constexpr double kShareOfHold = 0.95;
+  std::vector<StopSegment> parts(std::make_move_iterator(work.segments.begin()),
+                                 std::make_move_iterator(end)),
+      all;
+  for (const double within_mm : {kShareOfHold * hold, 0.0}) {
+    std::vector<StopSegment> shorter;
+    for (StopSegment& whole : parts) {
+      const std::vector<std::size_t> stops = turning_points(path, whole.first, whole.last, within_mm);
+      if (!(hold > 0.0) || inside(whole) || stops.size() == 2) {
+        shorter.push_back(std::move(whole));
+        continue;
+      }
+      for (std::size_t i = 0; i + 1 < stops.size(); ++i)
+        plan_between(path, stops[i], stops[i + 1], task, work, shorter.emplace_back());
+    }
+    std::swap(parts, shorter);
+  }
+  for (StopSegment& whole : parts) {
     if (inside(whole)) {
       all.push_back(std::move(whole));
       continue;
@@ -334,7 +367,7 @@ std::size_t keep_inside(const CleanPath& path, const CertifiedTask& task, Certif
       const auto reference =
           sample_given(part(path, from, to), given_curves(path, from, to, work), work.reference);
       segment.deviation_mm = frechet_bound(segment.curve, reference.points) + reference.sagitta_mm;
-      segment.points_off_mm = hold > 0.0 ? farthest_point_mm(segment.curve, part(path, from, to)) : 0.0;
+      segment.points_off_mm = hold > 0.0 ? farthest_point_mm(segment.curve, part(path, from, to), hold) : 0.0;
     }
   }
   work.segments = std::move(all);

@@ -165,7 +165,8 @@ class FitPlanner {
   void measure(const CertifiedTask& task) {
     const Curve& curve = work_.curve.coarse;
     trial_.deviation_mm = frechet_bound(curve, reference_.points) + reference_.sagitta_mm;
-    trial_.points_off_mm = hold_mm(task.options) > 0.0 ? farthest_point_mm(curve, points_) : 0.0;
+    trial_.points_off_mm =
+        hold_mm(task.options) > 0.0 ? farthest_point_mm(curve, points_, hold_mm(task.options)) : 0.0;
   }
 
   void plan(double most_s, const CertifiedTask& task, StopSegment& segment) {

@@ -175,14 +175,25 @@ double frechet_bound(const Curve& curve, std::span<const Point2> points) {
   return std::sqrt(worst);
 }
 
-double farthest_point_mm(const Curve& curve, std::span<const Point2> points) {
+bool steps_back(std::span<const Point2> points, std::size_t i, double within_mm) {
+  if (i == 0 || i + 2 >= points.size()) return false;
+  const Point2 &before = points[i - 1], &p = points[i], &q = points[i + 1];
+  constexpr double kCosine = 0.5;
+  const double x = q.x_mm - p.x_mm, y = q.y_mm - p.y_mm, step = std::sqrt(x * x + y * y);
+  return step <= 2.0 * within_mm &&
+         (p.x_mm - before.x_mm) * x + (p.y_mm - before.y_mm) * y < kCosine * step * distance(before, p);
+}
+
+double farthest_point_mm(const Curve& curve, std::span<const Point2> points, double within_mm) {
   if (!(curve.s.back() > 0.0)) return std::numeric_limits<double>::infinity();
   if (curve.straight) return straight_bound(points);
   double most = 0.0;
   Walk walk(curve, true);
   for (std::size_t i = 1; i + 1 < points.size(); ++i) {
-    walk.to(points[i], distance(points[i - 1], points[i]));
-    const double off = distance(walk.here().at, points[i]);
+    const bool pair = steps_back(points, i, within_mm);
+    walk.to(pair ? middle(points[i], points[i + 1]) : points[i], distance(points[i - 1], points[i]));
+    double off = distance(walk.here().at, points[i]);
+    if (pair) off = std::max(off, distance(walk.here().at, points[++i]));
     if (!std::isfinite(off)) return std::numeric_limits<double>::infinity();
     most = std::max(most, off);
   }

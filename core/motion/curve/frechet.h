@@ -17,8 +17,13 @@ namespace firn::motion {
 /// 1e-6 mm. Infinite for a curve without length: no motion follows it.
 double frechet_bound(const Curve& curve, std::span<const Point2> points);
 
+/// True where points[i + 1] lies behind or beside points[i] by no more than twice `within_mm`: rounding or an
+/// overlap of two chords, which one place of the curve serves.
+bool steps_back(std::span<const Point2> points, std::size_t i, double within_mm);
+
 /// Largest distance of one of `points` from the place of the curve that goes with it, none before that of the
 /// point before it.
-double farthest_point_mm(const Curve& curve, std::span<const Point2> points);
+/// @param within_mm of steps_back(): both points go with the place nearest to their middle
+double farthest_point_mm(const Curve& curve, std::span<const Point2> points, double within_mm);
 
 }  // namespace firn::motion

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <utility>
 
+#include "core/motion/curve/frechet.h"
 #include "core/motion/curve/polyline_thinning.h"
 
 namespace firn::motion {
@@ -33,6 +34,24 @@ void lengths(std::span<const Point2> line, std::vector<double>& length) {
   length.assign(1, 0.0);
   for (std::size_t i = 1; i < line.size(); ++i)
     length.push_back(length.back() + distance(line[i - 1], line[i]));
+}
+
+/// How far c lies behind b, seen from a.
+double behind_by(Point2 a, Point2 b, Point2 c) {
+  return ((b.x_mm - a.x_mm) * (b.x_mm - c.x_mm) + (b.y_mm - a.y_mm) * (b.y_mm - c.y_mm)) / distance(a, b);
+}
+
+/// Lengths along held points. Where a point lies behind or beside the one before it, inside both tubes, both
+/// have the same place of the curve.
+void held_lengths(std::span<const Point2> line, double radius, std::vector<double>& length) {
+  length.assign(1, 0.0);
+  double behind = 0.0;
+  for (std::size_t i = 1; i < line.size(); ++i) {
+    const double step = distance(line[i - 1], line[i]);
+    const bool back = steps_back(line, i - 1, radius);
+    length.push_back(length.back() + (back ? 0.0 : std::max(step - behind, 0.1 * step)));
+    behind = back ? std::max(0.0, behind_by(line[i - 2], line[i - 1], line[i])) : 0.0;
+  }
 }
 
 /// Sizes of the cells along the thinned shape, from the turn at each of its vertices.
@@ -334,7 +353,7 @@ void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWo
     thin_polyline(points, within, work.kept);
   }
   take(points, work.kept, work.line);
-  lengths(work.line, work.length);
+  samples ? held_lengths(work.line, options.radius_mm, work.length) : lengths(work.line, work.length);
   thin_polyline(work.line, (samples ? kSampleShare : kShapeShare) * options.radius_mm, work.coarse);
   take(work.line, work.coarse, work.shape);
   if (work.shape.size() == 2) return straight_line(points.front(), points.back(), curve);

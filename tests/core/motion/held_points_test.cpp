@@ -189,6 +189,32 @@ TEST_CASE("Two tight turns leave the rest of an ellipse as smooth: held points a
   }
 }
 
+TEST_CASE(
+    "A step back by one unit of the last decimal costs nothing, one by more costs stops, not the path") {
+  const auto circle = [](double t) {
+    const double w = 2.0 * std::numbers::pi * t;
+    return Point2{60.0 * std::cos(w), 60.0 * std::sin(w)};
+  };
+  CertifiedWork work;
+  const std::vector<Point2> points = sampled(circle, 0.3, 3);
+  const double plain = plan_held(points, kHeldPart, rounded_to(3), work).continuous_s;
+  const auto with_step = [&](double x_mm, double y_mm) {
+    std::vector<Point2> other = points;
+    const std::size_t middle = points.size() / 2;  // where the circle goes towards -y
+    const Point2 p = points[middle];
+    other.insert(other.begin() + std::ptrdiff_t(middle) + 1, {p.x_mm + x_mm, p.y_mm + y_mm});
+    const PlanResult result = plan_held(other, kHeldPart, rounded_to(3), work);
+    CHECK(result.points_off_mm <= result.held_mm);
+    CHECK(found_distances(other, kHeldPart, result, work).points_mm <=
+          result.points_off_mm + kSampledChords_mm);
+    return result.continuous_s;
+  };
+  CHECK(with_step(0.0, 0.001) < 1.005 * plain);
+  CHECK(with_step(0.001, 0.0) < 1.005 * plain);
+  CHECK(with_step(0.001, 0.001) < 1.2 * plain);
+  CHECK(with_step(0.0, 0.002) < 1.2 * plain);
+}
+
 TEST_CASE("Long sample intervals beside short ones are no lines: a curve sampled at random is as fast") {
   const auto figure = [](double t) {
     const double w = 2.0 * std::numbers::pi * t;
