@@ -78,10 +78,7 @@ class CsvReader {
     header_ = !unnamed_ ? text : separators == 2 ? kWithHeight : kPlain;
     const auto columns = csv_columns(header_, unnamed_ ? ',' : separator_);
     if (!columns) {
-      std::string shown(text.substr(0, 60));
-      std::replace_if(
-          shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
-      fail(fmt::format("the header must be {}, not {}", kCsvHeaders, shown));
+      fail(fmt::format("the header must be {}, not {}", kCsvHeaders, shown(text.substr(0, 60))));
     }
     columns_ = *columns;
     if (unnamed_ && separators != 1 && separators != 2)
@@ -100,8 +97,15 @@ class CsvReader {
     if (read_short_decimal(text.data(), last, value) == last) return value;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
-      fail(fmt::format("{} = {}: is not a finite number", column, text.substr(0, 40)));
+      fail(fmt::format("{} = {}: is not a finite number", column, shown(text.substr(0, 40))));
     return value;
+  }
+
+  static std::string shown(std::string_view text) {
+    std::string line(text);
+    std::replace_if(
+        line.begin(), line.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+    return line;
   }
 
   double within(double value, double most, std::string_view column) const {

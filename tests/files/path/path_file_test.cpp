@@ -83,6 +83,8 @@ TEST_CASE("CSV: a column yaw_deg turns the tool, behind the speed or without it"
   CHECK(alone[0].yaw_point_rad.size() == 2);
   CHECK_THAT(csv("x_mm,y_mm,yaw_deg\n0,0,\n"),
              Contains("job:2") && Contains("yaw_deg = : is not a finite number"));
+  CHECK_THAT(csv(std::string("0,0\n1,\0001\n", 9)),
+             Contains("job:2") && Contains("y_mm = ?1: is not a finite"));
   CHECK_THAT(csv("x_mm,y_mm,yaw_deg\n0,0,1e9\n"), Contains("beyond the limit of +-7200"));
 }
 
