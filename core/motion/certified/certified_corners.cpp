@@ -201,11 +201,22 @@ void set_given_corners(const CleanPath& path, double cos_split, std::vector<std:
   }
 }
 
-/// Corners: where the path turns by more than the split angle, over a length that rounding does not reach.
+/// True where the path turns at points[i] between places at least `reach_mm` before and behind it.
+bool turns(std::span<const Point2> points, std::size_t i, double reach_mm, double cos_split) {
+  std::size_t from = i - 1, to = i + 1;
+  while (from > 0 && distance(points[from], points[i]) < reach_mm) --from;
+  while (to + 1 < points.size() && distance(points[i], points[to]) < reach_mm) ++to;
+  const Point2 &a = points[from], &b = points[i], &c = points[to];
+  return (b.x_mm - a.x_mm) * (c.x_mm - b.x_mm) + (b.y_mm - a.y_mm) * (c.y_mm - b.y_mm) <
+         cos_split * distance(a, b) * distance(b, c);
+}
+
+/// Corners: where the path turns back, or turns by more than the split angle over a length that rounding does
+/// not reach.
 /// @param kept on return the vertices of the thinned path between which the angles are
 void find_corners(const CleanPath& path, const PlanOptions& options, std::vector<std::size_t>& kept,
                   std::vector<std::size_t>& corners) {
-  constexpr double kNoises = 1.5, kShare = 1.0 / 16.0;
+  constexpr double kNoises = 1.5, kShare = 1.0 / 16.0, kReachNoises = 10.0;
   const double within = std::max(kNoises * options.point_noise_mm, kShare * options.tolerance_mm);
   const double cos_split = std::cos(options.split_angle_rad);
   if (options.curve_rule == CurveRule::kRamped || within == 0.0) {
@@ -217,6 +228,11 @@ void find_corners(const CleanPath& path, const PlanOptions& options, std::vector
     std::vector<Point2> thinned;
     for (const std::size_t i : kept) thinned.push_back(path.points[i]);
     split_points(thinned, cos_split, corners);
+    const double reach = kReachNoises * options.point_noise_mm;
+    std::erase_if(corners, [&](std::size_t c) {
+      return c > 0 && c + 1 < thinned.size() && !turns(thinned, c, 0.0, 0.0) &&
+             !turns(path.points, kept[c], reach, cos_split);
+    });
     for (std::size_t& corner : corners) corner = kept[corner];
   }
   set_given_corners(path, cos_split, kept, corners);

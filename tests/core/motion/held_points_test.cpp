@@ -241,6 +241,25 @@ TEST_CASE("Long sample intervals beside short ones are no lines: a curve sampled
     }
 }
 
+TEST_CASE("Samples nearer to each other than some roundings have no corners by chance") {
+  const auto spiral = [](double t) {
+    const double w = 6.0 * std::numbers::pi * t, r = 5.0 + 20.0 * t;
+    return Point2{r * std::cos(w), r * std::sin(w)};
+  };
+  CertifiedWork work;
+  for (const std::uint64_t seed : {1, 2, 3, 4}) {
+    RandomStream draw(seed, Purpose::kTest);
+    std::vector<double> at{0.0, 1.0};
+    for (int k = 0; k < 5000; ++k) at.push_back(draw.uniform(0.0, 1.0));
+    std::sort(at.begin(), at.end());
+    std::vector<Point2> points;
+    for (const double t : at)
+      points.push_back({1e-3 * std::round(1e3 * spiral(t).x_mm), 1e-3 * std::round(1e3 * spiral(t).y_mm)});
+    INFO("seed " << seed);
+    CHECK(plan_held(points, kHeldPart, rounded_to(3), work).stops == 0);
+  }
+}
+
 TEST_CASE("Where a chord that is no line was held as one, the fit is repeated without") {
   const std::vector<Point2> points{{34.97772, 26.33023}, {34.98358, 26.28164}, {34.98401, 26.27779},
                                    {34.92921, 25.32145}, {34.65348, 24.46008}, {34.63797, 24.42385},
