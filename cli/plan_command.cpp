@@ -4,13 +4,11 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
-#include <iterator>
 #include <optional>
 #include <thread>
-#include <utility>
 
 #include "cli/option_set.h"
+#include "cli/output_files.h"
 #include "config/error.h"
 #include "core/motion/curve/given_curves.h"
 #include "files/json.h"
@@ -331,25 +329,6 @@ void check_common(const PlanCommandOptions& o) {
       throw UsageError(fmt::format("--origin: {} must lie within +-{} mm", v, kMaxCoordinate_mm));
 }
 
-bool same_file(const std::string& a, const std::string& b) {
-  std::error_code none;
-  return std::filesystem::equivalent(a, b, none) || std::filesystem::absolute(a, none).lexically_normal() ==
-                                                        std::filesystem::absolute(b, none).lexically_normal();
-}
-
-/// No output replaces an input or another output.
-void check_outputs(const PlanCommandOptions& o) {
-  const std::pair<const char*, const std::string&> files[] = {
-      {"PATHS", o.paths},     {"--machine", o.machine}, {"--output", o.output}, {"--csv", o.csv},
-      {"--pulses", o.pulses}, {"--gcode", o.gcode},     {"--pvt", o.pvt},       {"--plot", o.plot}};
-  constexpr std::size_t kInputs = 2;
-  for (std::size_t k = kInputs; k < std::size(files); ++k)
-    for (std::size_t i = 0; i < k && !files[k].second.empty(); ++i)
-      if (!files[i].second.empty() && same_file(files[i].second, files[k].second))
-        throw UsageError(
-            fmt::format("{} {}: is the file of {}, too", files[k].first, files[k].second, files[i].first));
-}
-
 int run_aerosol(const PlanCommandOptions& o, const Machine& machine) {
   if (o.method != "certified")
     throw UsageError("--method: not for an aerosol machine; it has --corner paper, loop or hybrid");
@@ -373,7 +352,7 @@ int run_aerosol(const PlanCommandOptions& o, const Machine& machine) {
 
 int run_plan(const PlanCommandOptions& o) {
   check_common(o);
-  check_outputs(o);
+  check_output_files({o.paths, o.machine}, {o.output, o.csv, o.pulses, o.gcode, o.pvt, o.plot});
   const Machine machine = load_machine(o.machine);
   if (machine.kind == "aerosol") return run_aerosol(o, machine);
   if (!o.corner.empty())

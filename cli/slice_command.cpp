@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "cli/option_set.h"
+#include "cli/output_files.h"
 #include "config/include.h"
 #include "config/labs.h"
 #include "files/path/layer_file.h"
@@ -61,20 +62,10 @@ SliceSettings settings_of(SliceCommandOptions& o) {
   return load_slice_settings(o.config, overrides);
 }
 
-// No output takes the place of another or of an input.
 void check_outputs(const SliceCommandOptions& o) {
-  std::vector<std::filesystem::path> taken(o.meshes.begin(), o.meshes.end());
-  if (!o.config.empty()) taken.push_back(o.config);
-  for (const std::string& file : {o.output, o.gcode, o.svg, o.png, o.layer_json}) {
-    if (file.empty()) continue;
-    for (const std::filesystem::path& other : taken) {
-      std::error_code error;
-      if (other.lexically_normal() == std::filesystem::path(file).lexically_normal() ||
-          std::filesystem::equivalent(file, other, error))
-        throw UsageError(file + ": would take the place of " + other.string());
-    }
-    taken.push_back(file);
-  }
+  std::vector<std::filesystem::path> inputs(o.meshes.begin(), o.meshes.end());
+  if (!o.config.empty()) inputs.push_back(o.config);
+  check_output_files(std::move(inputs), {o.output, o.gcode, o.svg, o.png, o.layer_json});
 }
 
 /// The layers of an experiment's part as a print of it would be given them.

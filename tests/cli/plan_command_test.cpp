@@ -227,14 +227,15 @@ TEST_CASE("Options that do not fit are refused by name before anything is writte
                o.plot_path = 7;
              }),
              Contains("--plot-path 7") && Contains("1 path"));
-  CHECK_THAT(refused([](auto& o) { o.output = o.paths; }), Contains("--output") && Contains("of PATHS"));
+  CHECK_THAT(refused([](auto& o) { o.output = o.paths; }),
+             Contains("would take the place of") && Contains("fig42.csv"));
   CHECK_THAT(refused([](auto& o) { o.gcode = kPlanSource + "/labs/../labs/cobra600.toml"; }),
-             Contains("--gcode") && Contains("of --machine"));
+             Contains("would take the place of") && Contains("cobra600.toml"));
   CHECK_THAT(refused([](auto& o) {
                o.csv = folder() / "new.csv";
                o.plot = folder() / "." / "new.csv";
              }),
-             Contains("--plot") && Contains("of --csv"));
+             Contains("new.csv: would take the place of"));
   const auto aerosol = [](PlanCommandOptions& o) {
     o.machine = kPlanSource + "/labs/aerosol.toml";
     o.paths = kPlanSource + "/experiments/thompson-fig7.json";
