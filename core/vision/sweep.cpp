@@ -14,6 +14,8 @@ namespace {
 constexpr double kPrior = 8.0;    // degrees of freedom of the stated variances
 constexpr double kFar_std = 5.0;  // a centroid farther from the line belongs to another droplet
 
+constexpr std::size_t kLeastAgreed = 3;  // pictures on one line that make another one an outlier
+
 constexpr double kDragPower = 1.35, kDragPower_std = 0.2;
 constexpr double kShared_px = 0.008;  // error of places that changes slowly across the picture: light, lens
 
@@ -91,7 +93,9 @@ void follow(std::span<const TimedPicture> pictures, std::vector<Seen>& seen) {
     off.push_back(std::sqrt(dx * dx + dy * dy));
   }
   std::vector<double> copy(off);
-  const double reach = std::max(kFar_std * statistics::kMadToStd * statistics::median(copy), 1.5);
+  const double n = double(seen.size());  // a line takes two degrees of freedom from the distances
+  const double reach =
+      std::max(kFar_std * statistics::kMadToStd * statistics::median(copy) * n / std::max(1.0, n - 2), 1.5);
   std::vector<Seen> kept;
   for (std::size_t i = 0; i < seen.size(); ++i) {
     Seen best = seen[i];
@@ -110,18 +114,28 @@ void follow(std::span<const TimedPicture> pictures, std::vector<Seen>& seen) {
       }
     if (nearest <= reach) kept.push_back(best);
   }
-  seen = std::move(kept);
+  // A line passes through any two places: two pictures cannot outvote a third one.
+  if (kept.size() >= kLeastAgreed) seen = std::move(kept);
 }
 
-// value +- 1.96 std covers 95 % of Student's t with `freedom` [Abramowitz and Stegun 26.7.5, two terms].
-double widen(double freedom) { return 1 + (1.21 + 1.44 / freedom) / freedom; }
+// value +- 1.96 std covers 95 % of Student's t with `freedom` [Abramowitz and Stegun, table 26.10 for 1 and
+// 2; 26.7.5, two terms].
+double widen(double freedom) {
+  if (freedom < 1.5) return 6.483;
+  if (freedom < 2.5) return 2.195;
+  return 1 + (1.21 + 1.44 / freedom) / freedom;
+}
+
+// Sum of squares over `freedom` and variance above which the scatter contradicts the stated variance: with
+// one or two degrees of freedom the 95 % quantile of chi-squared.
+double contradiction(double freedom) { return freedom < 1.5 ? 3.84 : freedom < 2.5 ? 3.0 : 2.0; }
 
 // The scatter of n values about `fitted` parameters, with the stated variance as prior; the scatter alone
 // where it contradicts the prior: a jet that jitters. @returns the variance, then widened for its degrees of
 // freedom
 double pooled_variance(double squares, double n, double fitted, double stated) {
   const double freedom = n - fitted;
-  const bool alone = freedom >= 3 && squares > 2 * freedom * stated;
+  const bool alone = freedom >= 1 && squares > contradiction(freedom) * freedom * stated;
   const double prior = alone ? 0.0 : kPrior, all = std::max(0.0, freedom) + prior;
   const double factor = alone ? widen(all) : 1.0;
   return (squares + prior * stated) / all * factor * factor;

@@ -57,6 +57,38 @@ TEST_CASE("The stated deviations of velocity, angle and jitter are those of many
   CHECK(jitter == Approx(0.4).epsilon(0.08));
 }
 
+TEST_CASE("The stated deviation of the velocity covers a jet that jitters, from three pictures on") {
+  const int pictures = GENERATE(3, 4, 5, 6, 8);
+  const double jitter_us = GENERATE(0.4, 4.0);
+  int covered = 0;
+  constexpr int kSweeps = 400;
+  for (std::uint64_t seed = 0; seed < kSweeps; ++seed) {
+    RandomStream random(seed, Purpose::kTest);
+    std::vector<TimedPicture> p;
+    for (int k = 0; k < pictures; ++k) {
+      const double t = 20.0 + 96.0 * k / (pictures - 1), late = t + jitter_us * random.normal();
+      p.push_back(seen(t, 100, 50 + 1.2 * late + 0.02 * random.normal()));
+    }
+    const SweepResult r = measure_sweep(p, {2.0, 0.0});
+    covered += std::abs(r.velocity_m_s.value - 2.4) < 1.96 * r.velocity_m_s.std;
+  }
+  CAPTURE(pictures, jitter_us);
+  CHECK(covered >= 0.84 * kSweeps);
+  CHECK(covered <= 0.985 * kSweeps);
+}
+
+TEST_CASE("Two of three pictures do not outvote the third, three of four do") {
+  std::vector<TimedPicture> p{seen(0, 100, 250), seen(60, 100, 160), seen(120, 100, 340)};
+  const SweepResult three = measure_sweep(p, {1.0, 0.0});
+  CHECK(three.used == 3);
+  CHECK(three.velocity_m_s.std > 0.5);
+  p[1].picture.main.y = 295;
+  p.push_back(seen(90, 100, 20));
+  const SweepResult four = measure_sweep(p, {1.0, 0.0});
+  CHECK(four.used == 3);
+  CHECK(four.velocity_m_s.value == Approx(0.75));
+}
+
 TEST_CASE("A picture whose largest droplet is another one is followed to the right one, or left out") {
   std::vector<TimedPicture> p;
   for (int k = 0; k < 8; ++k) p.push_back(seen(10.0 * k, 100, 50 + 15.0 * k));
