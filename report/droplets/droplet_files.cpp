@@ -49,11 +49,35 @@ struct Size {
 };
 Size size_of(const Frame& f) { return {f.width, f.height, f.white}; }
 
+constexpr int kWhiteOf8Bits = 255;
+
+// The white level of a camera of more than 8 bits is that of its brightest picture: a file does not hold it,
+// and one picture may lie below 1023 where the next one does not. 0 where the pictures have 8 bits.
+int deepest_white(const DropletRequest& r) {
+  int white = 0;
+  const auto look = [&](const std::filesystem::path& file) {
+    const int of_file = read_frame(file).white;
+    if (of_file > kWhiteOf8Bits) white = std::max(white, of_file);
+    return of_file > kWhiteOf8Bits;
+  };
+  if (r.images.size() + std::size_t(r.background.has_value()) < 2) return 0;
+  if (r.background && !look(*r.background)) return 0;
+  for (const std::filesystem::path& file : r.images)
+    if (!look(file)) break;
+  return white;
+}
+
+Frame read_frame(const std::filesystem::path& file, int deepest) {
+  Frame f = read_frame(file);
+  if (f.white > kWhiteOf8Bits) f.white = std::max(f.white, deepest);
+  return f;
+}
+
 // The backgrounds of a sweep, by size of picture.
-std::map<Size, std::optional<vision::Background>> backgrounds(const DropletRequest& r) {
+std::map<Size, std::optional<vision::Background>> backgrounds(const DropletRequest& r, int deepest) {
   std::map<Size, std::optional<vision::Background>> result;
   if (r.background) {
-    const Frame f = read_frame(*r.background);
+    const Frame f = read_frame(*r.background, deepest);
     result[size_of(f)] = vision::known_background(f, r.objects);
     return result;
   }
@@ -61,7 +85,7 @@ std::map<Size, std::optional<vision::Background>> backgrounds(const DropletReque
   std::map<Size, std::vector<Frame>> frames;
   const std::size_t step = (r.images.size() + kBackgroundPictures - 1) / kBackgroundPictures;
   for (std::size_t i = 0; i < r.images.size(); i += step) {
-    Frame f = read_frame(r.images[i]);
+    Frame f = read_frame(r.images[i], deepest);
     frames[size_of(f)].push_back(std::move(f));
   }
   for (const auto& [size, list] : frames) {
@@ -77,11 +101,12 @@ std::map<Size, std::optional<vision::Background>> backgrounds(const DropletReque
 DropletAnalysis analyse_droplets(const DropletRequest& r) {
   check(r);
   DropletAnalysis a;
-  const auto of_size = backgrounds(r);
+  const int deepest = deepest_white(r);
+  const auto of_size = backgrounds(r, deepest);
   std::vector<vision::DropletPicture> results;
   std::vector<vision::TimedPicture> timed;
   for (std::size_t i = 0; i < r.images.size(); ++i) {
-    const Frame f = read_frame(r.images[i]);
+    const Frame f = read_frame(r.images[i], deepest);
     const auto found = of_size.find(size_of(f));
     if (r.background && found == of_size.end())
       throw UsageError(r.images[i].string() + ": differs in size or depth from the background " +

@@ -25,6 +25,7 @@ struct StrobeSketch {
   std::vector<Disc> discs = {};
   bool nozzle = false;    // from the top edge to y = 20.5, 60 px wide about x = 100
   double ligament = 0.0;  // half its width, from the nozzle down to the first disc
+  int deep_level = 0;     // of the ground, in 16 bits; 0: 8 bits
 
   bool dark(double x, double y) const {
     if (nozzle && std::abs(x - 100.0) < 30.0 && y < 20.5) return true;
@@ -34,12 +35,15 @@ struct StrobeSketch {
     return false;
   }
   std::string pnm() const {
-    std::string out = "P5\n" + std::to_string(width) + " " + std::to_string(height) + "\n255\n";
+    std::string out = "P5\n" + std::to_string(width) + " " + std::to_string(height) +
+                      (deep_level ? "\n65535\n" : "\n255\n");
     for (int y = 0; y < height; ++y)
       for (int x = 0; x < width; ++x) {
         int inside = 0;
         for (int n = 0; n < 64; ++n) inside += dark(x + (n % 8 - 3.5) / 8.0, y + (double(n / 8) - 3.5) / 8.0);
-        out.push_back(char(180 - 150 * inside / 64));
+        const int ground = deep_level ? deep_level : 180, level = ground - ground * 5 / 6 * inside / 64;
+        if (deep_level) out.push_back(char(level / 256));
+        out.push_back(char(level % 256));
       }
     return out;
   }
@@ -164,6 +168,31 @@ TEST_CASE("A droplet's velocity is its way over the delays, in m/s with a scale 
   CHECK(um["sweep"]["angle_deg"].get<double>() == Approx(0.0).margin(0.5));
   CHECK(um["pictures"][5]["delay_us"] == 90.0);
   CHECK_THAT(droplets_text(scaled), Contains("0.pgm (40 us): drop") && Contains(" m/s\n"));
+}
+
+TEST_CASE(
+    "Pictures of one 12-bit camera share a scene, whether or not their levels exceed those of 10 bits") {
+  const TempFolder folder;
+  DropletRequest r;
+  const auto draw = [&](int n, double y, int level) {
+    const StrobeSketch sketch{.discs = {{100, y, 14}, {40, 100, 12}}, .nozzle = true, .deep_level = level};
+    return folder.file(std::to_string(n) + ".pgm", sketch.pnm());
+  };
+  for (int n = 0; n < 8; ++n) {
+    r.images.push_back(draw(n, 45 + 12.0 * n, n % 2 ? 1040 : 1000));
+    r.delays_us.push_back(10.0 * n);
+  }
+  for (const AnalysedPicture& p : analyse_droplets(r).pictures) {
+    CAPTURE(p.file);
+    CHECK(p.result.used_background);
+    CHECK(p.result.drops.empty());  // the disc that does not move belongs to the scene
+  }
+  r.delays_us.clear();
+  r.images = {draw(8, 80, 1000)};
+  r.background = folder.file("bare.pgm", StrobeSketch{.nozzle = true, .deep_level = 1040}.pnm());
+  CHECK(refusal(r) == "accepted");
+  r.images = {folder.file("eight.pgm", StrobeSketch{.discs = {{100, 80, 12}}}.pnm())};
+  CHECK_THAT(refusal(r), Contains("differs in size or depth"));
 }
 
 TEST_CASE("The overlay circles the droplet in green where it is and leaves the rest of the picture grey") {
