@@ -17,6 +17,10 @@ struct Outline {
   double covered = 0.0;                 ///< share of the circumference where the edge was seen
 };
 
+/// Standard deviation of a diameter that pictures of one focus share, from the edge's spread. A spread wider
+/// than the rays of a droplet of this size reach is not known, and with it how far it moved the edge.
+double blurred_std_px(double blur_px, double diameter_px);
+
 /// Samples the opacity along 128 rays from the bulge's centre. Each edge point is where the opacity is
 /// halfway between the ray's ground and its own rim, so that light and transparency may vary around the
 /// droplet. An ellipse is fitted to the points, robustly; rays in which the edge is far from it (tail,

@@ -164,8 +164,9 @@ void measure_size(const std::vector<Seen>& seen, const Scale& scale, SweepResult
                      std::sqrt(std::clamp(s.droplet->axis_ratio, 0.5, 2.0)) * 1e-3);
     relative.push_back(s.droplet->diameter_std_px / s.droplet->diameter_px);
     // The rim's plateau is known to some per cent, and a level moves a blurred edge; all pictures share that.
-    bias.push_back((0.006 + 0.018 * blur + 0.09 * blur * blur / s.droplet->diameter_px) /
-                   s.droplet->diameter_px);
+    const double px = s.droplet->diameter_px, level_px = 0.006 + 0.018 * blur + 0.09 * blur * blur / px,
+                 focus_px = blurred_std_px(blur, px);
+    bias.push_back(std::sqrt(level_px * level_px + focus_px * focus_px) / px);
   }
   const double stated = statistics::median(relative), scale_share = scale.std / scale.um_per_px;
   const double common = statistics::median(bias),

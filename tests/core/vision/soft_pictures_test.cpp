@@ -71,6 +71,18 @@ TEST_CASE("A droplet out of focus with a bright middle is measured within 3 %") 
   CHECK(found.main.diameter_px == Approx(2.0 * radius).epsilon(0.03));
 }
 
+TEST_CASE("However far out of focus a droplet is, its diameter lies within three stated deviations") {
+  const double blur = GENERATE(1.0, 3.0, 4.0, 6.0), radius = GENERATE(8.0, 15.0, 30.0);
+  SoftPicture p;
+  p.disc(130.3, 130.4, radius, kLiquid);
+  p.blur(blur);
+  const DropletPicture found = find_droplets(p.frame(), nullptr);
+  CAPTURE(blur, radius, found.blur_px, found.main.diameter_px, found.main.diameter_std_px);
+  REQUIRE(found.state == PictureState::kDrop);
+  CHECK(std::abs(found.main.diameter_px - 2.0 * radius) < 3.0 * found.main.diameter_std_px);
+  if (blur < 2.0) CHECK(found.main.diameter_std_px < 0.1);
+}
+
 TEST_CASE("The fitted rim of a profile made by the model is the model's own") {
   const double sigma = 3.0, width = GENERATE(4.0, 7.0, 9.5), edge = -1.3;
   std::vector<double> profile;
