@@ -165,15 +165,36 @@ motion::AerosolMachine aerosol_machine(const Machine& machine) {
   return m;
 }
 
+namespace {
+
+struct Travel {
+  double low, high;
+};
+
+// The part of `soft` that an axis reaches; a stage that carries the substrate moves against the part's frame.
+Travel reached(Travel soft, double low, double high, double origin, bool substrate_moves) {
+  const Travel axis =
+      substrate_moves ? Travel{origin - high, origin - low} : Travel{low - origin, high - origin};
+  return {std::max(soft.low, axis.low), std::min(soft.high, axis.high)};
+}
+
+}  // namespace
+
 control::LineSetup line_setup(const Experiment& e, const Machine& machine, PrintJob job) {
   control::LineSetup s;
   s.job = std::move(job);
   s.machine = aerosol_machine(machine);
-  // Ways are in the part's frame, as all commands of the stage are; its own limits hold.
-  s.machine.substrate_moves = false;
-  s.machine.stage_origin = {};
-  s.machine.stage_low = {e.stage.x_min_mm, e.stage.y_min_mm};
-  s.machine.stage_high = {e.stage.x_max_mm, e.stage.y_max_mm};
+  // Ways are in the part's frame, as all commands of the stage are; its own limits hold, and the machine's
+  // travel.
+  motion::AerosolMachine& m = s.machine;
+  const Travel x = reached({e.stage.x_min_mm, e.stage.x_max_mm}, m.stage_low.x_mm, m.stage_high.x_mm,
+                           m.stage_origin.x_mm, m.substrate_moves),
+               y = reached({e.stage.y_min_mm, e.stage.y_max_mm}, m.stage_low.y_mm, m.stage_high.y_mm,
+                           m.stage_origin.y_mm, m.substrate_moves);
+  m.substrate_moves = false;
+  m.stage_origin = {};
+  m.stage_low = {x.low, y.low};
+  m.stage_high = {x.high, y.high};
   s.machine.flow_mm3_s = e.aerosol.flow_mm3_s;
   s.options = e.aerosol;
   s.gains = e.control.smf;

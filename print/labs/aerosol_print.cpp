@@ -7,6 +7,7 @@
 #include "config/error.h"
 #include "core/control/lines/visible_width.h"
 #include "core/grid/npy.h"
+#include "core/motion/aerosol/check.h"
 #include "core/path/line_stations.h"
 #include "files/digest.h"
 #include "files/path/print_job_file.h"
@@ -41,7 +42,27 @@ Blobs make_aerosol_inputs(const Experiment& e, const std::filesystem::path& fold
   if (parsed.kind != "aerosol")
     throw ConfigError((folder / e.aerosol.machine).string(), 0, "aerosol.machine",
                       "aerosol.machine: machine.kind is \"" + parsed.kind + "\", not \"aerosol\"");
+  for (const motion::Refusal& r : motion::check_job(job, line_setup(e, parsed, {}).machine))
+    throw UsageError(e.aerosol.job + ": segments[" + std::to_string(r.segment) + "]: " + r.reason);
   return inputs_of(e, job, std::move(machine));
+}
+
+double peak_mm(const Experiment& e, double speed_mm_s) {
+  const double sigma = e.aerosol.line_width_mm / control::kWidthPerSigma;
+  return e.aerosol.flow_mm3_s * e.aerosol.solids / speed_mm_s /
+         (sigma * std::sqrt(2.0 * 3.14159265358979324));
+}
+
+// Lines that would reach the nozzle.
+void check_height(const Experiment& e, const PrintJob& job) {
+  for (std::size_t n = 0; n < job.segments.size(); ++n) {
+    const double speed = job.segments[n].speed_mm_s, high = e.aerosol.layers * peak_mm(e, speed);
+    if (high < e.process.nozzle_gap_mm) continue;
+    throw UsageError(e.aerosol.job + ": segments[" + std::to_string(n) + "]: at " + motion::text(speed) +
+                     " mm/s aerosol.layers = " + std::to_string(e.aerosol.layers) + " are " +
+                     motion::text(high) +
+                     " mm high, and process.nozzle_gap_mm = " + motion::text(e.process.nozzle_gap_mm));
+  }
 }
 
 // Lines that the map does not show, and jobs that no planner can do.
@@ -55,17 +76,12 @@ void check_aerosol_inputs(const Experiment& e, const Blobs& inputs) {
                          ", " + std::to_string(p.y_mm) + ") mm is beside the grid, x " +
                          std::to_string(g.x_mm(0)) + " to " + std::to_string(g.x_mm(g.nx - 1)) + ", y " +
                          std::to_string(g.y_mm(0)) + " to " + std::to_string(g.y_mm(g.ny - 1)) + " mm");
+  check_height(e, job);
   try {
     control::LineController(line_setup(e, machine_of_lines(e, blob(inputs, "machine").bytes), job));
   } catch (const std::invalid_argument& problem) {
     throw UsageError(e.aerosol.job + ": " + problem.what());
   }
-}
-
-double peak_mm(const Experiment& e, double speed_mm_s) {
-  const double sigma = e.aerosol.line_width_mm / control::kWidthPerSigma;
-  return e.aerosol.flow_mm3_s * e.aerosol.solids / speed_mm_s /
-         (sigma * std::sqrt(2.0 * 3.14159265358979324));
 }
 
 double layer_um(const Experiment& e) { return peak_mm(e, 3.0) * kUmPerMm; }
@@ -84,7 +100,9 @@ Experiment fullest_aerosol() {
 }
 
 Blobs example_aerosol_inputs(const Experiment& e) {
-  const std::string machine = "[machine]\nkind = \"aerosol\"\n[aerosol]\nv_max_mm_s = 4.0\n";
+  const std::string machine =
+      "[machine]\nkind = \"aerosol\"\n[aerosol]\nv_max_mm_s = 4.0\nstage_origin_x_mm = 150.0\n"
+      "stage_origin_y_mm = 150.0\n";
   const auto* bytes = reinterpret_cast<const std::byte*>(machine.data());
   return inputs_of(e, {{0.1, 0.5}, {0.9, 0.5}, {{{0.3, 0.5}, {0.7, 0.5}, 3.0}}},
                    {bytes, bytes + machine.size()});

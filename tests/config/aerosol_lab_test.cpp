@@ -53,6 +53,22 @@ TEST_CASE("Ways of an aerosol print keep to the stage's own limits, in the part'
   CHECK(s.machine.axis.alpha_mm_s2 == machine.aerosol.acceleration_mm_s2);
 }
 
+TEST_CASE("Ways of an aerosol print keep to the travel of the machine, whichever of stage and nozzle moves") {
+  const Experiment e = meander({"stage.x_min_mm=-40", "stage.x_max_mm=40"});
+  Machine machine = load_machine(FIRN_SOURCE_DIR "/labs/aerosol.toml");
+  machine.axis[0].low = 2.0;
+  machine.axis[0].high = 50.0;
+  machine.aerosol.stage_origin_x_mm = 30.0;
+  machine.aerosol.substrate_moves = 1;
+  const motion::AerosolMachine carries = line_setup(e, machine, {}).machine;
+  CHECK(carries.stage_low.x_mm == -20.0);
+  CHECK(carries.stage_high.x_mm == 28.0);
+  machine.aerosol.substrate_moves = 0;
+  const motion::AerosolMachine carried = line_setup(e, machine, {}).machine;
+  CHECK(carried.stage_low.x_mm == -28.0);
+  CHECK(carried.stage_high.x_mm == 20.0);
+}
+
 TEST_CASE(
     "Open loop is the aerosol lab without feedback, and its instruments are stage, profiler, gas and "
     "platen") {

@@ -5,6 +5,8 @@
 
 #include "config/include.h"
 #include "config/labs.h"
+#include "files/text_file.h"
+#include "files/usage_error.h"
 #include "firn/enums.h"
 #include "firn/line_plan_t.hpp"
 #include "print/labs/print_labs.h"
@@ -69,6 +71,34 @@ TEST_CASE("A preview of lines names length, layers and ink", "[line]") {
   CHECK(p.volume_mm3 == Approx(6 * 40.0 / 3.0 * 0.005));
   CHECK_THAT(preview_text(p),
              Catch::Contains("lines aerosol-meander.json") && Catch::Contains("240 mm of lines"));
+}
+
+TEST_CASE("Lines that no print can do are refused by file, segment and limit", "[line]") {
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / "firn-refused-lines";
+  std::filesystem::create_directories(folder);
+  std::filesystem::copy_file(std::filesystem::path(FIRN_SOURCE_DIR) / "labs/aerosol.toml",
+                             folder / "aerosol.toml", std::filesystem::copy_options::overwrite_existing);
+  const auto refusal = [&](const std::string& start, const std::string& segment) -> std::string {
+    write_file_atomically(folder / "own.json",
+                          "{\"start\": " + start + ", \"end\": [0.5, 5.5], \"segments\": [" +
+                              R"({"from": [1, 2], "to": [6, 2], "speed_mm_s": 3}, {)" + segment + "}]}");
+    const Experiment e = meander({"aerosol.job='own.json'", "aerosol.machine='aerosol.toml'"});
+    try {
+      check_inputs(e, make_inputs(e, folder));
+    } catch (const UsageError& problem) {
+      return problem.what();
+    }
+    return "accepted";
+  };
+  const std::string line = R"("from": [1, 1], "to": [6, 1], "speed_mm_s": )", near = "[0.5, 0.5]";
+  CHECK(refusal(near, line + "2") == "accepted");
+  CHECK(refusal(near, line + "-2") == "own.json: segments[1]: speed -2 mm/s is not positive");
+  CHECK(refusal(near, R"("from": [1, 1], "to": [1, 1], "speed_mm_s": 2)") ==
+        "own.json: segments[1]: it has no length: both ends are (1, 1) mm");
+  CHECK(refusal("[-30, 0.5]", line + "2") ==
+        "own.json: segments[0]: the stage's x would go to -30 mm, its range is -25 to 25 mm");
+  CHECK_THAT(refusal(near, line + "0.001"), Catch::Contains("own.json: segments[1]: at 0.001 mm/s") &&
+                                                Catch::Contains("process.nozzle_gap_mm = 3"));
 }
 
 TEST_CASE("An open loop never changes its way", "[line]") {
