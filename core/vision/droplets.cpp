@@ -232,7 +232,10 @@ class Picture {
       const double radius = 0.5 * o.diameter_px,
                    sharp = saturation(radius * radius / (2 * (blur * blur + 0.1)));
       if (o.opacity < std::max(0.6 * opaque * sharp, 5 * scene_.noise())) continue;
-      const double longest = std::max(o.xx, o.yy), shortest = std::min(o.xx, o.yy);
+      // The principal moments: those along x and y are alike for a fibre that lies aslant.
+      const double mean = 0.5 * (o.xx + o.yy), half = 0.5 * (o.xx - o.yy),
+                   apart = std::sqrt(half * half + o.xy * o.xy), longest = mean + apart,
+                   shortest = std::max(0.0, mean - apart);
       if (longest > 9 * (shortest + 0.3)) continue;  // a fibre
       spots.push_back({droplet_of(o, false), o, number, false});
     }

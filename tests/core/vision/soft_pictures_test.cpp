@@ -71,6 +71,17 @@ TEST_CASE("A droplet out of focus with a bright middle is measured within 3 %") 
   CHECK(found.main.diameter_px == Approx(2.0 * radius).epsilon(0.03));
 }
 
+TEST_CASE("A fibre is no droplet, upright or aslant") {
+  const double across = GENERATE(0.0, 40.0, 90.0), half_width = GENERATE(1.5, 3.0);
+  SoftPicture p;
+  for (double way = -1.0; way <= 1.0; way += 0.005)
+    p.disc(130.0 + across * way, 130.0 + 90.0 * way, half_width, kLiquid);
+  p.blur(1.0);
+  const DropletPicture found = find_droplets(p.frame(), nullptr);
+  CAPTURE(across, half_width, found.main.diameter_px);
+  CHECK(found.state == PictureState::kNoDrop);
+}
+
 TEST_CASE("However far out of focus a droplet is, its diameter lies within three stated deviations") {
   const double blur = GENERATE(1.0, 3.0, 4.0, 6.0), radius = GENERATE(8.0, 15.0, 30.0);
   SoftPicture p;
