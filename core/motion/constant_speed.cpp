@@ -4,18 +4,11 @@
 #include <cmath>
 
 #include "core/motion/kinematics/placement.h"
+#include "core/motion/kinematics/require.h"
 #include "core/motion/thesis/pathsplit.h"
 
 namespace firn::motion {
 namespace {
-
-void require_positive(double value, const char* what) {
-  if (value > 0.0 && std::isfinite(value)) return;
-  Fault fault(Reason::kOption);
-  fault.what = what;
-  fault.value = value;
-  throw MotionError(fault);
-}
 
 /// Points first..last of the path at whole ticks, without the first one.
 void emit(const CleanPath& path, std::size_t first, std::size_t last, double speed_mm_s,

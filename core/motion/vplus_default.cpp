@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/motion/kinematics/placement.h"
+#include "core/motion/kinematics/require.h"
 #include "core/motion/thesis/profile.h"
 
 namespace firn::motion {
@@ -88,16 +89,10 @@ Moves sample(const Moves& m, double blend, double tick_s) {
 }
 
 void check(const DefaultOptions& options) {
-  Fault fault(Reason::kOption);
-  const auto require = [&](bool good, const char* what, double value) {
-    fault.what = what;
-    fault.value = value;
-    if (!good) throw MotionError(fault);
-  };
-  require(options.blend_s > 0.0 && std::isfinite(options.blend_s), "blend time", options.blend_s);
-  require(options.support_spacing_mm >= 0.0 && std::isfinite(options.support_spacing_mm), "support spacing",
-          options.support_spacing_mm);
-  require(options.tick_s > 0.0 && std::isfinite(options.tick_s), "tick", options.tick_s);
+  require_positive(options.blend_s, "blend time");
+  require(options.support_spacing_mm >= 0.0 && std::isfinite(options.support_spacing_mm), Reason::kOption,
+          "support spacing", options.support_spacing_mm);
+  require_positive(options.tick_s, "tick");
 }
 
 }  // namespace

@@ -3,20 +3,12 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/motion/kinematics/fault.h"
+#include "core/motion/kinematics/require.h"
 
 namespace firn::motion {
 namespace {
 
 bool finite(const Point2& p) { return std::isfinite(p.x_mm) && std::isfinite(p.y_mm); }
-
-void require(bool good, Reason reason, const char* what, double value) {
-  if (good) return;
-  Fault fault(reason);
-  fault.what = what;
-  fault.value = value;
-  throw MotionError(fault);
-}
 
 bool positive(double v) { return v > 0.0 && std::isfinite(v); }
 bool not_negative(double v) { return v >= 0.0 && std::isfinite(v); }

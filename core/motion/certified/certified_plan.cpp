@@ -5,6 +5,7 @@
 #include "core/motion/certified/certified.h"
 #include "core/motion/certified/checker.h"
 #include "core/motion/kinematics/placement.h"
+#include "core/motion/kinematics/require.h"
 
 namespace firn::motion {
 namespace {
@@ -48,22 +49,13 @@ ArmConfiguration configuration(const CleanPath& path, const PathInput& input, co
   return configuration_for(some, input, arm);
 }
 
-void require(bool good, const char* what, double value, double bound) {
-  if (good) return;
-  Fault fault(Reason::kOption);
-  fault.what = what;
-  fault.value = value;
-  fault.bound = bound;
-  throw MotionError(fault);
-}
-
 void check_options(const PlanOptions& options) {
-  require(options.tick_s > 0.0 && options.tick_s <= 10.0, "tick", options.tick_s, 0.0);
-  require(options.tolerance_mm >= 0.0 && options.tolerance_mm <= 10.0, "tolerance", options.tolerance_mm,
-          0.0);
-  require(options.curvature_ramp_mm >= 0.01 && options.curvature_ramp_mm <= 100.0, "curvature ramp",
-          options.curvature_ramp_mm, 0.01);
-  require(options.split_angle_rad > 0.0 && options.split_angle_rad <= 3.2, "split angle",
+  require(options.tick_s > 0.0 && options.tick_s <= 10.0, Reason::kOption, "tick", options.tick_s, 0.0);
+  require(options.tolerance_mm >= 0.0 && options.tolerance_mm <= 10.0, Reason::kOption, "tolerance",
+          options.tolerance_mm, 0.0);
+  require(options.curvature_ramp_mm >= 0.01 && options.curvature_ramp_mm <= 100.0, Reason::kOption,
+          "curvature ramp", options.curvature_ramp_mm, 0.01);
+  require(options.split_angle_rad > 0.0 && options.split_angle_rad <= 3.2, Reason::kOption, "split angle",
           options.split_angle_rad, 0.0);
 }
 
@@ -79,7 +71,7 @@ void check_ticks(const CleanPath& path, const MotionLimits& limits, const PlanOp
   }
   whole_ticks(least_s, options.tick_s);
   if (options.trace_step_s > 0.0) whole_ticks(least_s, options.trace_step_s);
-  require(options.tick_s >= kLeastTickS, "tick", options.tick_s, kLeastTickS);
+  require(options.tick_s >= kLeastTickS, Reason::kOption, "tick", options.tick_s, kLeastTickS);
 }
 
 /// The emitted motion: segments one after another, all of it slowed down by `slow`.

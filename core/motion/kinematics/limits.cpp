@@ -4,24 +4,21 @@
 #include <numbers>
 #include <string>
 
+#include "core/motion/kinematics/require.h"
+
 namespace firn::motion {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-void require(double value, const std::string& what, bool finite, int axis) {
-  if (value > 0.0 && (!finite || std::isfinite(value))) return;
-  Fault fault{Reason::kLimitNotPositive};
-  fault.axis = axis;
-  fault.value = value;
-  fault.what = what;
-  throw MotionError(fault);
-}
-
-void require(const RateLimits& limits, const std::string& what, bool finite, int axis = -1) {
-  require(limits.rate, what + " rate", finite, axis);
-  require(limits.acceleration, what + " acceleration", finite, axis);
-  require(limits.jerk, what + " jerk", finite, axis);
+void require_limits(const RateLimits& limits, const std::string& what, bool finite, int axis = -1) {
+  const auto limit = [&](double value, const char* of) {
+    require(value > 0.0 && (!finite || std::isfinite(value)), Reason::kLimitNotPositive, what + of, value,
+            0.0, axis);
+  };
+  limit(limits.rate, " rate");
+  limit(limits.acceleration, " acceleration");
+  limit(limits.jerk, " jerk");
 }
 
 bool limited(const RateLimits& l) {
@@ -52,9 +49,9 @@ int limited_joints(const MotionLimits& limits, int joints) {
 }
 
 void check_limits(const MotionLimits& limits, int joints) {
-  require(limits.position, "total position", true);
-  require(limits.orientation, "orientation", false);
-  for (int j = 0; j < joints; ++j) require(limits.joint[std::size_t(j)], "joint", false, j);
+  require_limits(limits.position, "total position", true);
+  require_limits(limits.orientation, "orientation", false);
+  for (int j = 0; j < joints; ++j) require_limits(limits.joint[std::size_t(j)], "joint", false, j);
 }
 
 void check_speed_limit(const PathSpeedLimit& speed_limit, std::size_t points) {

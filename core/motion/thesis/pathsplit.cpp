@@ -5,18 +5,11 @@
 #include <numbers>
 
 #include "core/motion/kinematics/placement.h"
+#include "core/motion/kinematics/require.h"
 #include "core/motion/thesis/savitzky_golay.h"
 
 namespace firn::motion::thesis {
 namespace {
-
-void require(bool good, const char* what, double value) {
-  if (good) return;
-  Fault fault(Reason::kOption);
-  fault.what = what;
-  fault.value = value;
-  throw MotionError(fault);
-}
 
 void smooth(Profile& profile, int window) {
   std::vector<double> x, y;
@@ -86,12 +79,12 @@ Profile redistribute(const CleanPath& path, std::size_t first, std::size_t last,
 }
 
 std::vector<Profile> pathsplit(const CleanPath& path, const PathSplitOptions& options) {
-  require(options.split_angle_rad > 0.0 && options.split_angle_rad <= std::numbers::pi, "split angle",
-          options.split_angle_rad);
-  require(options.spacing_mm > 0.0 && std::isfinite(options.spacing_mm), "spacing", options.spacing_mm);
+  require(options.split_angle_rad > 0.0 && options.split_angle_rad <= std::numbers::pi, Reason::kOption,
+          "split angle", options.split_angle_rad);
+  require_positive(options.spacing_mm, "spacing");
   require(
       options.smoothing_points == 0 || (options.smoothing_points >= 5 && options.smoothing_points % 2 == 1),
-      "smoothing window", options.smoothing_points);
+      Reason::kOption, "smoothing window", options.smoothing_points);
   const auto splits = with_stops(split_points(path.points, options.split_angle_rad), path);
   std::vector<Profile> out;
   for (std::size_t k = 0; k + 1 < splits.size(); ++k)

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/motion/kinematics/placement.h"
+#include "core/motion/kinematics/require.h"
 #include "core/motion/thesis/jcon.h"
 #include "core/motion/thesis/savitzky_golay.h"
 #include "core/motion/thesis/vcon.h"
@@ -12,14 +13,6 @@ namespace firn::motion {
 namespace {
 
 using thesis::Profile;
-
-void require_positive(double value, const char* what) {
-  if (value > 0.0 && std::isfinite(value)) return;
-  Fault fault(Reason::kOption);
-  fault.what = what;
-  fault.value = value;
-  throw MotionError(fault);
-}
 
 void check_options(const ThesisOptions& options) {
   require_positive(options.tick_s, "tick");
