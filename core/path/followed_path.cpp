@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "core/path/polyline.h"
+
 namespace firn {
 namespace {
 
@@ -15,14 +17,6 @@ constexpr double kAcross_mm = 1.0;  // farther from a station is not at it
 constexpr double kAlong = 0.7;      // cosine between the path and a station's direction
 
 Point2 point_of(const PathKnot& k) { return {k.x_mm, k.y_mm}; }
-
-double squared_distance(const Point2& p, const Point2& a, const Point2& b) {
-  const double dx = b.x_mm - a.x_mm, dy = b.y_mm - a.y_mm, square = dx * dx + dy * dy;
-  const double along = (p.x_mm - a.x_mm) * dx + (p.y_mm - a.y_mm) * dy;
-  const double share = square > 0.0 ? std::clamp(along / square, 0.0, 1.0) : 0.0;
-  const double ex = p.x_mm - a.x_mm - share * dx, ey = p.y_mm - a.y_mm - share * dy;
-  return ex * ex + ey * ey;
-}
 
 double middle_of(std::vector<double>& values) {
   const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/path/bytes.h"
+#include "core/path/polyline.h"
 
 namespace firn {
 namespace {
@@ -33,13 +34,9 @@ bool goes_on(const PrintSegment& a, const PrintSegment& b) {
 }  // namespace
 
 double distance_to(const Point2& p, const PrintSegment& s) {
-  const double dx = s.to.x_mm - s.from.x_mm, dy = s.to.y_mm - s.from.y_mm;
-  const double square = dx * dx + dy * dy;
-  const double share =
-      square > 0.0
-          ? std::clamp(((p.x_mm - s.from.x_mm) * dx + (p.y_mm - s.from.y_mm) * dy) / square, 0.0, 1.0)
-          : 0.0;
-  return distance(p, {s.from.x_mm + share * dx, s.from.y_mm + share * dy});
+  const double share = nearest_share(p, s.from, s.to);
+  return distance(
+      p, {s.from.x_mm + share * (s.to.x_mm - s.from.x_mm), s.from.y_mm + share * (s.to.y_mm - s.from.y_mm)});
 }
 
 std::vector<LineStation> line_stations(const PrintJob& job, double spacing_mm) {

@@ -7,6 +7,7 @@
 
 #include "core/motion/insert_stops.h"
 #include "core/motion/kinematics/placement.h"
+#include "core/path/polyline.h"
 
 namespace firn::planning {
 namespace {

@@ -127,8 +127,6 @@ class TaskPlanner {
   std::unique_ptr<State> state_;
 };
 
-double path_length_mm(const std::vector<Point2>& points, bool closed);
-
 /// A point every `step_mm` of a polygon at least; the original points stay.
 std::vector<Point2> subdivided(const std::vector<Point2>& points, bool closed, double step_mm);
 

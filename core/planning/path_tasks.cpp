@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/path/polyline.h"
 #include "core/planning/path_planning.h"
 #include "core/slice/coverage/footprint.h"
 
@@ -52,12 +53,6 @@ void divide(PathTask task, double most_mm, std::vector<PathTask>& out) {
 }
 
 }  // namespace
-
-double path_length_mm(const std::vector<Point2>& p, bool closed) {
-  double length = 0.0;
-  for (std::size_t i = 1; i < p.size(); ++i) length += distance(p[i - 1], p[i]);
-  return closed && p.size() > 1 ? length + distance(p.back(), p.front()) : length;
-}
 
 std::vector<Point2> subdivided(const std::vector<Point2>& p, bool closed, double step_mm) {
   std::vector<Point2> out;

@@ -12,6 +12,7 @@
 #include "core/grid/geometry.h"
 #include "core/grid/npy.h"
 #include "core/path/line_stations.h"
+#include "core/path/polyline.h"
 #include "core/planning/path_reach.h"
 #include "core/slice/coverage/footprint.h"
 #include "files/json.h"
@@ -143,10 +144,7 @@ double speed_of(const Experiment& e, const slice::PathInfo& path) {
 
 double length_mm(const slice::LayerPaths& l, std::size_t line) {
   const Path path = slice::to_path(l, line);
-  double sum = 0.0;
-  for (std::size_t n = 1; n < path.points.size(); ++n) sum += distance(path.points[n - 1], path.points[n]);
-  if (path.closed && path.points.size() > 1) sum += distance(path.points.back(), path.points.front());
-  return sum;
+  return path_length_mm(path.points, path.closed);
 }
 
 PrintPreview of_paths(const Experiment& e, const Blobs& inputs, const std::filesystem::path& folder) {

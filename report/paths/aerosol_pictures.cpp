@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/motion/aerosol/measure.h"
+#include "core/path/line_stations.h"
 #include "report/draw/charts.h"
 #include "report/draw/style.h"
 #include "report/draw/svg.h"
@@ -199,8 +200,7 @@ std::string aerosol_path_error_picture(const PrintJob& job, const AerosolPlan& p
     const Point2 at = motion::state_of(p, dt).p_mm;
     if (p.kind == PieceKind::kRound) {
       segment = -1;
-      return 1e3 * std::min(motion::distance(at, s),
-                            motion::distance(at, job.segments[std::size_t(p.segment - 1)]));
+      return 1e3 * std::min(distance_to(at, s), distance_to(at, job.segments[std::size_t(p.segment - 1)]));
     }
     return 1e3 * std::hypot(at.x_mm - begin.p_mm.x_mm - gone * (s.to.x_mm - s.from.x_mm),
                             at.y_mm - begin.p_mm.y_mm - gone * (s.to.y_mm - s.from.y_mm));

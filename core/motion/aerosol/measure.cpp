@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/path/polyline.h"
+
 namespace firn::motion {
 namespace {
 
@@ -14,6 +16,12 @@ void take(Extreme& extreme, double value, double t, std::int32_t segment) {
 
 double speed(const Piece& p, double dt) {
   return std::hypot(p.v_mm_s.x_mm + p.a_mm_s2.x_mm * dt, p.v_mm_s.y_mm + p.a_mm_s2.y_mm * dt);
+}
+
+// By hypot: of a path without error, rounding decides where the written plan has its largest error.
+double off_mm(const Point2& p, const PrintSegment& s) {
+  const Point2 off = offset_from(p, s.from, s.to);
+  return std::hypot(off.x_mm, off.y_mm);
 }
 
 // The speed's square is a parabola of time: smallest at its vertex, largest at an end.
@@ -51,13 +59,6 @@ Peak largest(const std::function<double(double)>& f, double duration) {
   return best;
 }
 
-double distance(const Point2& p, const PrintSegment& s) {
-  const double dx = s.to.x_mm - s.from.x_mm, dy = s.to.y_mm - s.from.y_mm;
-  const double along =
-      std::clamp(((p.x_mm - s.from.x_mm) * dx + (p.y_mm - s.from.y_mm) * dy) / (dx * dx + dy * dy), 0.0, 1.0);
-  return std::hypot(p.x_mm - s.from.x_mm - along * dx, p.y_mm - s.from.y_mm - along * dy);
-}
-
 void measure(const PrintJob& job, const AerosolMachine& machine, const std::vector<PrintStart>& starts,
              AerosolPlan& plan) {
   AerosolReport& r = plan.report;
@@ -80,7 +81,7 @@ void measure(const PrintJob& job, const AerosolMachine& machine, const std::vect
     if (p.kind == PieceKind::kRound) {
       const PrintSegment& before = job.segments[std::size_t(p.segment - 1)];
       const auto off = [&](double dt) {
-        return std::min(distance(state_of(p, dt).p_mm, before), distance(state_of(p, dt).p_mm, segment));
+        return std::min(off_mm(state_of(p, dt).p_mm, before), off_mm(state_of(p, dt).p_mm, segment));
       };
       worst(off, r.path_error_mm);
       worst(
@@ -91,7 +92,7 @@ void measure(const PrintJob& job, const AerosolMachine& machine, const std::vect
     const double dx = segment.to.x_mm - segment.from.x_mm, dy = segment.to.y_mm - segment.from.y_mm,
                  length = std::hypot(dx, dy);
     const PrintStart& start = starts[std::size_t(p.segment)];
-    worst([&](double dt) { return distance(state_of(p, dt).p_mm, segment); }, r.path_error_mm);
+    worst([&](double dt) { return off_mm(state_of(p, dt).p_mm, segment); }, r.path_error_mm);
     worst(
         [&](double dt) {
           const Point2 at = state_of(p, dt).p_mm;

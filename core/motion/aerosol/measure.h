@@ -17,9 +17,6 @@ struct Peak {
 };
 Peak largest(const std::function<double(double)>& f, double duration);
 
-/// Distance from a point to the segment.
-double distance(const Point2& p, const PrintSegment& s);
-
 /// Where and when the constant-speed print of one segment begins; the reference of the position error.
 struct PrintStart {
   double t_s = 0.0;

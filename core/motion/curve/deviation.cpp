@@ -3,15 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/path/polyline.h"
+
 namespace firn::motion {
 namespace {
-
-double distance_squared(Point2 p, Point2 a, Point2 b) {
-  const double ux = b.x_mm - a.x_mm, uy = b.y_mm - a.y_mm, vx = p.x_mm - a.x_mm, vy = p.y_mm - a.y_mm;
-  const double along = std::clamp((ux * vx + uy * vy) / (ux * ux + uy * uy), 0.0, 1.0);
-  const double dx = vx - along * ux, dy = vy - along * uy;
-  return dx * dx + dy * dy;
-}
 
 std::vector<double> lengths(std::span<const Point2> points) {
   std::vector<double> s(points.size(), 0.0);
@@ -34,7 +29,7 @@ double deviation(std::span<const Point2> samples, std::span<const Point2> path) 
     while (from + 2 < path.size() && length[from + 1] < followed[n] - window) ++from;
     double least = 1e300;
     for (std::size_t k = from; k + 1 < path.size() && length[k] <= followed[n] + window; ++k)
-      least = std::min(least, distance_squared(samples[n], path[k], path[k + 1]));
+      least = std::min(least, squared_distance(samples[n], path[k], path[k + 1]));
     worst = std::max(worst, least);
   }
   return std::sqrt(worst);
@@ -59,7 +54,7 @@ double deviation(const Curve& curve, std::span<const Point2> points, std::vector
       while (from + 2 < points.size() && length[from + 1] < at - window) ++from;
       double least = 1e300;
       for (std::size_t k = from; k + 1 < points.size() && length[k] <= at + window; ++k)
-        least = std::min(least, distance_squared(p, points[k], points[k + 1]));
+        least = std::min(least, squared_distance(p, points[k], points[k + 1]));
       worst = std::max(worst, least);
     }
   }

@@ -5,6 +5,7 @@
 
 #include "core/motion/constant_speed.h"
 #include "core/motion/thesis/thesis.h"
+#include "core/path/polyline.h"
 #include "print/prepare/slice_job.h"
 #include "runtime/thread_pool.h"
 
@@ -12,13 +13,6 @@ namespace firn::barnett {
 namespace {
 
 constexpr double kLeast_mm = 0.4;  // the thesis's sampling (4.2.2)
-
-double length_of(const std::vector<Point2>& points, bool closed) {
-  double length = 0.0;
-  for (std::size_t k = 1; k < points.size(); ++k) length += distance(points[k - 1], points[k]);
-  if (closed) length += distance(points.back(), points.front());
-  return length;
-}
 
 // The arm's places of rest before and after a path: its ends, or `run_mm` beyond them.
 struct Ends {
@@ -84,7 +78,7 @@ BuildPaths build_paths(const BoxFolder& folder, const motion::RateLimits& limits
       std::vector<std::int32_t> key{std::int32_t(info.kind), info.closed, info.material};
       std::vector<Point2> points;
       for (const slice::Point& p : line) points.push_back({p.x * slice::kMmPerUnit, p.y * slice::kMmPerUnit});
-      const double length = length_of(points, info.closed);
+      const double length = path_length_mm(points, info.closed);
       if (length < kLeast_mm) continue;
       const bool straight = info.kind == PathKind::kFill && points.size() == 2 && !info.closed;
       at_rest[0].push_back(ends_of(points, info.closed, 0.0));

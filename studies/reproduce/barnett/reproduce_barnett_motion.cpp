@@ -10,6 +10,7 @@
 #include "core/motion/planner.h"
 #include "core/motion/thesis/test_path.h"
 #include "core/motion/vplus_default.h"
+#include "core/path/polyline.h"
 #include "studies/reproduce/barnett/reproduce_barnett_motion.h"
 #include "studies/reproduce/reproduce_parts.h"
 
@@ -161,13 +162,9 @@ void certified_rows(Reproduction& to, const Chapter4& c) {
 
 double distance_to(const std::vector<Point2>& path, Point2 p) {
   double nearest = 1e300;
-  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
-    const double dx = path[i + 1].x_mm - path[i].x_mm, dy = path[i + 1].y_mm - path[i].y_mm;
-    const double f = ((p.x_mm - path[i].x_mm) * dx + (p.y_mm - path[i].y_mm) * dy) / (dx * dx + dy * dy);
-    const double g = std::min(1.0, std::max(0.0, f));
-    nearest = std::min(nearest, std::hypot(path[i].x_mm + g * dx - p.x_mm, path[i].y_mm + g * dy - p.y_mm));
-  }
-  return nearest;
+  for (std::size_t i = 0; i + 1 < path.size(); ++i)
+    nearest = std::min(nearest, squared_distance(p, path[i], path[i + 1]));
+  return std::sqrt(nearest);
 }
 
 void default_rows(Reproduction& to, const Chapter4& c) {
