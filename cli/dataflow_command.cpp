@@ -7,6 +7,7 @@
 #include "cli/generated_document.h"
 #include "cli/option_set.h"
 #include "files/json.h"
+#include "files/lowercase.h"
 #include "lcmtypes/channels.h"
 #include "print/exit_codes.h"
 #include "print/folder/node_makers.h"
@@ -14,16 +15,10 @@
 namespace firn {
 namespace {
 
-std::string lower(std::string_view text) {
-  std::string out;
-  for (char c : text) out += c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
-  return out;
-}
-
 /// FAULT_STAGE, FAULT_JET, … are drawn and listed once, as FAULT_*; "" for a channel of its own.
 std::string family(const ChannelInfo& channel) {
   const std::string suffix = "_" + std::string(info(channel.publisher).name);
-  return lower(channel.name).ends_with(suffix)
+  return lowercase(channel.name).ends_with(suffix)
              ? std::string(channel.name.substr(0, channel.name.size() - suffix.size())) + "_*"
              : "";
 }

@@ -3,13 +3,13 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstdio>
 #include <filesystem>
 #include <sstream>
 
 #include "cli/option_set.h"
 #include "config/find_key.h"
+#include "files/lowercase.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
 #include "print/exit_codes.h"
@@ -30,15 +30,10 @@ struct Section {
   std::string heading, text;
 };
 
-std::string lower_case(std::string text) {
-  for (char& c : text) c = char(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
 bool has_all(const std::string& text, const std::vector<std::string>& words) {
-  const std::string in = lower_case(text);
+  const std::string in = lowercase(text);
   return std::ranges::all_of(
-      words, [&](const std::string& w) { return in.find(lower_case(w)) != std::string::npos; });
+      words, [&](const std::string& w) { return in.find(lowercase(w)) != std::string::npos; });
 }
 
 std::vector<Page> pages() {

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/grid/npy.h"
+#include "files/lowercase.h"
 #include "files/nearest.h"
 #include "files/separated_values.h"
 #include "files/text_file.h"
@@ -35,12 +36,6 @@ constexpr Unit kUnits[] = {{"mm", 1},        {"um", 1e-3},      {"\xc2\xb5m", 1e
                            {"m", 1000},      {"in", 25.4},      {"inch", 25.4},      {"mil", 0.0254},
                            {"thou", 0.0254}};
 
-std::string lower(std::string_view text) {
-  std::string out;
-  for (const char c : text) out += char(std::tolower(static_cast<unsigned char>(c)));
-  return out;
-}
-
 // "Height [um]", "height (um)", "height_um", "height um": the word and the unit.
 struct Heading {
   std::string word, unit;
@@ -48,7 +43,7 @@ struct Heading {
 };
 Heading heading_of(const std::string& name) {
   Heading h;
-  h.word = lower(name);
+  h.word = lowercase(name);
   if (const std::size_t open = h.word.find_first_of("[("); open != h.word.npos) {
     h.unit = h.word.substr(open + 1, h.word.find_first_of("])", open) - open - 1);
     h.word.resize(open);

@@ -1,10 +1,10 @@
 #include "files/separated_values.h"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <limits>
 
+#include "files/lowercase.h"
 #include "files/trimmed.h"
 #include "files/usage_error.h"
 
@@ -13,9 +13,7 @@ namespace {
 
 bool is_missing(std::string_view s) {
   static constexpr std::string_view kMissing[] = {"", "nan", "na", "n/a", "null", "none", "-"};
-  std::string lower(s);
-  for (char& c : lower) c = char(std::tolower(static_cast<unsigned char>(c)));
-  return std::ranges::find(kMissing, lower) != std::end(kMissing);
+  return std::ranges::find(kMissing, lowercase(s)) != std::end(kMissing);
 }
 
 }  // namespace

@@ -3,17 +3,12 @@
 #include <algorithm>
 #include <charconv>
 
+#include "files/lowercase.h"
+
 namespace firn::page {
 namespace {
 
 constexpr std::size_t kMostParts = 8;
-
-std::string lower(std::string_view text) {
-  std::string low(text);
-  for (char& c : low)
-    if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
-  return low;
-}
 
 }  // namespace
 
@@ -23,12 +18,12 @@ std::vector<std::string> own_authorities(const std::string& bind, int port,
   std::vector<std::string> own{"127.0.0.1" + colon, "localhost" + colon, "[::1]" + colon};
   const bool any = bind == "0.0.0.0" || bind == "::";
   if (!any) own.push_back((bind.find(':') == bind.npos ? bind : "[" + bind + "]") + colon);
-  for (const std::string& host : hosts) own.push_back(lower(host));
+  for (const std::string& host : hosts) own.push_back(lowercase(host));
   return own;
 }
 
 bool host_allowed(std::string_view host, const std::vector<std::string>& own) {
-  return std::ranges::find(own, lower(host)) != own.end();
+  return std::ranges::find(own, lowercase(host)) != own.end();
 }
 
 bool origin_allowed(std::string_view origin, const std::vector<std::string>& own) {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <exception>
 #include <istream>
@@ -16,6 +15,7 @@
 #include "files/path/path_file.h"
 #include "files/path/sampled_shapes.h"
 #include "files/path/svg_shapes.h"
+#include "files/trimmed.h"
 #include "files/usage_error.h"
 
 namespace firn {
@@ -130,12 +130,6 @@ class SvgReader {
     svg::Transform transform;
     bool drawn = true, visible = true;
   };
-
-  static std::string_view trimmed(std::string_view text) {
-    while (!text.empty() && std::isspace(static_cast<unsigned char>(text.front()))) text.remove_prefix(1);
-    while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.remove_suffix(1);
-    return text;
-  }
 
   /// A presentation property: of the style attribute, or an attribute of its own.
   static std::optional<std::string_view> property(const Attributes& attributes, std::string_view key) {

@@ -1,10 +1,10 @@
 #include "print/folder/run_list.h"
 
 #include <algorithm>
-#include <cctype>
 #include <sstream>
 
 #include "files/json.h"
+#include "files/lowercase.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
 #include "print/folder/run_folder.h"
@@ -15,11 +15,6 @@ namespace firn {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string lower(std::string text) {
-  for (char& c : text) c = char(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
 
 // A folder that cannot be read is listed with the reason.
 RunEntry entry_of(const fs::path& folder) {
@@ -68,7 +63,7 @@ bool mentions(const RunEntry& run, const std::string& word) {
         text += "\n" + line.substr(equals + 1);
   } catch (const std::exception&) {  // the list names it
   }
-  return lower(text).find(lower(word)) != std::string::npos;
+  return lowercase(text).find(lowercase(word)) != std::string::npos;
 }
 
 }  // namespace firn

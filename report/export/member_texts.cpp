@@ -1,21 +1,15 @@
 #include "report/export/member_texts.h"
 
 #include <array>
-#include <cctype>
 #include <map>
 #include <utility>
 #include <vector>
 
+#include "files/trimmed.h"
 #include "lcmtypes/schema.h"
 
 namespace firn::tables {
 namespace {
-
-std::string_view trimmed(std::string_view s) {
-  while (!s.empty() && std::isspace(static_cast<unsigned char>(s.front()))) s.remove_prefix(1);
-  while (!s.empty() && std::isspace(static_cast<unsigned char>(s.back()))) s.remove_suffix(1);
-  return s;
-}
 
 struct Texts {
   std::map<std::string, std::string, std::less<>> types;    // "grid_t"
