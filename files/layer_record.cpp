@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/grid/npy.h"
+#include "core/statistics/median.h"
 #include "files/lowercase.h"
 #include "files/nearest.h"
 #include "files/separated_values.h"
@@ -137,8 +138,7 @@ Axis axis_of(std::vector<double> values, double pitch, const std::string& name, 
   std::vector<double> steps;
   for (std::size_t k = 1; k < values.size(); ++k)
     if (values[k] - values[k - 1] > 1e-6 * span) steps.push_back(values[k] - values[k - 1]);
-  if (!steps.empty()) std::ranges::nth_element(steps, steps.begin() + std::ptrdiff_t(steps.size() / 2));
-  a.pitch = pitch > 0 ? pitch : steps.empty() ? 1.0 : steps[steps.size() / 2];
+  a.pitch = pitch > 0 ? pitch : steps.empty() ? 1.0 : statistics::upper_median(steps);
   const double cells = std::round(span / a.pitch) + 1;
   if (!(cells <= kMaxGridSide))
     throw UsageError(name + ": " + fmt::format("{:.9g}", cells) + " cells along " + axis +

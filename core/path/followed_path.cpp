@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/path/polyline.h"
+#include "core/statistics/median.h"
 
 namespace firn {
 namespace {
@@ -17,12 +18,6 @@ constexpr double kAcross_mm = 1.0;  // farther from a station is not at it
 constexpr double kAlong = 0.7;      // cosine between the path and a station's direction
 
 Point2 point_of(const PathKnot& k) { return {k.x_mm, k.y_mm}; }
-
-double middle_of(std::vector<double>& values) {
-  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
 
 /// A smooth curve through the samples, whose slopes are central differences.
 class SampledCurve {
@@ -170,7 +165,7 @@ PathErrors path_errors(const TimedPath& plan, double period_s, std::span<const P
     e.lag_max_s = std::isnan(e.lag_max_s) ? lag : std::max(e.lag_max_s, lag);
     lags.push_back(lag);
   }
-  const double usual_s = lags.empty() ? 0.0 : middle_of(lags);
+  const double usual_s = lags.empty() ? 0.0 : statistics::upper_median(lags);
   for (std::size_t k = 0; k < followed.size(); ++k) {
     const PathKnot p = plan.at(double(k) * period_s - usual_s);
     const double x = p.x_mm - followed[k].x_mm, y = p.y_mm - followed[k].y_mm,

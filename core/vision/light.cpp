@@ -87,8 +87,7 @@ double measure_noise(const Frame& f) {
   for (int y = step / 2; y < f.height; y += step)
     for (int x = 0; x + 2 < f.width; x += 5) d.push_back(std::abs(int(f.at(x, y)) - int(f.at(x + 2, y))));
   // Whole grey levels: the median of a rounded value is interpolated inside its level.
-  std::nth_element(d.begin(), d.begin() + std::ptrdiff_t(d.size() / 2), d.end());
-  const int middle = d[d.size() / 2];
+  const int middle = statistics::upper_median(d);
   const auto below = std::ranges::count_if(d, [&](int v) { return v < middle; });
   const double share = (0.5 * double(d.size()) - double(below)) / double(std::ranges::count(d, middle));
   const double width = middle == 0 ? 0.5 : 1.0, begin = middle == 0 ? 0.0 : middle - 0.5;

@@ -6,6 +6,7 @@
 #include "core/grid/cell_quality.h"
 #include "core/grid/device.h"
 #include "core/grid/npy.h"
+#include "core/statistics/median.h"
 #include "files/json.h"
 #include "files/record/event_log.h"
 #include "files/run_documents.h"
@@ -208,9 +209,7 @@ double noise_of_bends_mm(const HeightMap& map) {
       if (!std::isnan(bend)) bends.push_back(std::abs(bend));
     }
   if (bends.size() < 8) return 0.0;
-  const auto middle = bends.begin() + std::ptrdiff_t(bends.size() / 2);
-  std::ranges::nth_element(bends, middle);
-  return std::min(1.4826 * *middle / std::sqrt(6.0), 100.0);
+  return std::min(statistics::kMadToStd * statistics::upper_median(bends) / std::sqrt(6.0), 100.0);
 }
 
 ImportedRun write_imported_run(LayerRecord r, const Experiment& experiment, const ImportSource& source,
