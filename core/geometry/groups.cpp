@@ -5,18 +5,10 @@
 
 #include "core/geometry/box.h"
 #include "core/geometry/planar.h"
+#include "core/geometry/point_measures.h"
 #include "core/geometry/winding.h"
 
 namespace firn::slice {
-namespace {
-
-BoxOf<std::int32_t> box_of(std::span<const Point> ring) {
-  BoxOf<std::int32_t> box;
-  for (const Point p : ring) box.add(p.x, p.y);
-  return box;
-}
-
-}  // namespace
 
 std::vector<std::vector<std::uint32_t>> nested_groups(const Region& region) {
   struct Outer {

@@ -1,8 +1,10 @@
-// distance and encloses measure points of the plane: how far apart two lie, whether a ring runs round one.
+// distance, encloses and box_of measure points of the plane: how far apart two lie, whether a ring runs round
+// one, the bounding box of a ring.
 #pragma once
 
 #include <span>
 
+#include "core/geometry/box.h"
 #include "core/geometry/vec.h"
 
 namespace firn::slice {
@@ -12,6 +14,12 @@ inline double square_distance(Point a, Point b) {
   return x * x + y * y;
 }
 inline double distance(Point a, Point b) { return std::sqrt(square_distance(a, b)); }
+
+inline BoxOf<std::int32_t> box_of(std::span<const Point> ring) {
+  BoxOf<std::int32_t> box;
+  for (const Point p : ring) box.add(p.x, p.y);
+  return box;
+}
 
 /// Returns whether the ring (of Points or Vecs) encloses p, by the parity of the edges right of it.
 template <class Corner>

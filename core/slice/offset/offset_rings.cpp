@@ -9,6 +9,7 @@
 #include "core/geometry/groups.h"
 #include "core/geometry/minimum_link.h"
 #include "core/geometry/planar.h"
+#include "core/geometry/point_measures.h"
 #include "core/geometry/rings.h"
 #include "core/slice/offset/offset_propagator.h"
 
@@ -55,12 +56,6 @@ Region simplified_again(const Rings& contours, Numbers some, std::span<const cha
     draw(line, mm * kUnitsPerMm, rings, stay);
   }
   return region_of(canonical(rings));
-}
-
-BoxOf<std::int32_t> box_of(std::span<const Point> ring) {
-  BoxOf<std::int32_t> box;
-  for (const Point p : ring) box.add(p.x, p.y);
-  return box;
 }
 
 // ContourAreas finds the contours of the areas of a simplified region.

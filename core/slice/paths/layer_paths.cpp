@@ -1,14 +1,11 @@
 #include "core/slice/paths/layer_paths.h"
 
-#include <cmath>
+#include "core/geometry/point_measures.h"
 
 namespace firn::slice {
 namespace {
 
-double distance_mm(Point a, Point b) {
-  const double x = double(a.x) - b.x, y = double(a.y) - b.y;
-  return std::sqrt(x * x + y * y) * kMmPerUnit;
-}
+double distance_mm(Point a, Point b) { return distance(a, b) * kMmPerUnit; }
 
 // Roots of some steps side by side, sums in their order.
 double length_mm(std::span<const Point> line, double length) {
