@@ -76,13 +76,8 @@ class PythonController final : public control::LayerController {
     d.drops = DropletPattern(setup_.grid);
     d.reason = std::move(answer.reason);
     d.materials = materials_at(setup_, height);
-    if (answer.kind == python::Answer::Kind::kPrint) {
-      d.kind = control::Decision::Kind::kPrint;
-      d.drops.cells = std::move(answer.drops);
-    } else {
-      d.kind = answer.kind == python::Answer::Kind::kEnd ? control::Decision::Kind::kEnd
-                                                         : control::Decision::Kind::kStop;
-    }
+    d.kind = answer.kind;
+    if (d.kind == PlanDecision::kPrint) d.drops.cells = std::move(answer.drops);
     predict_.score(d, height, 1.0);
     return d;
   }

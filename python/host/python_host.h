@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "core/grid/decision.h"
 #include "core/grid/grid.h"
 
 namespace firn::python {
@@ -48,8 +49,7 @@ class Prediction {
 };
 
 struct Answer {
-  enum class Kind : std::uint8_t { kPrint, kEnd, kStop };
-  Kind kind = Kind::kStop;
+  PlanDecision kind = PlanDecision::kStop;
   std::vector<std::uint8_t> drops;  ///< [ny][nx] with kPrint; else empty
   std::string reason;
 };

@@ -176,9 +176,9 @@ class ContractController final : public Controller {
  private:
   static Answer answer_of(const py::tuple& told) {
     Answer answer;
-    answer.kind = Answer::Kind(told[0].cast<int>());
+    answer.kind = PlanDecision(told[0].cast<int>());
     answer.reason = told[2].cast<std::string>();
-    if (answer.kind == Answer::Kind::kPrint) {
+    if (answer.kind == PlanDecision::kPrint) {
       const auto drops = told[1].cast<Drops>();
       answer.drops.assign(drops.data(), drops.data() + drops.size());
     }

@@ -234,7 +234,7 @@ TEST_CASE("a decision that takes too long ends by its name, and the next one goe
   const auto controller = python::host().make_controller({{"mine.py", text}}, {"Mine", ""}, s, nullptr);
   const std::vector<double> height(setup.grid.size(), 0.0);
   CHECK_THROWS_WITH(controller->decide(height, 0, 0, 0.0), Catch::Contains("took longer than 0.3"));
-  CHECK(controller->decide(height, 1, 0, 0.0).kind == python::Answer::Kind::kPrint);
+  CHECK(controller->decide(height, 1, 0, 0.0).kind == PlanDecision::kPrint);
 }
 
 TEST_CASE("other versions of the interpreter or of a package are named with those of the run") {
