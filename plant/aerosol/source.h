@@ -14,21 +14,22 @@ namespace firn::plant {
 struct AerosolParams {
   double flow_mm3_s = 0.005;  ///< nominal flow of ink [the machine's]
   double solids = 0.2;        ///< share of the ink that stays
-  double flow = 1.0, drift = 0.0, drift_s = 300.0, wander = 0.0;
+  double flow = 1.0, drift = 0.0, drift_s = 300.0, wander = 0.01;
   double tube_s = 2.0;     ///< time constant of mixing between atomizer and nozzle
   double wander_s = 20.0;  ///< between two draws of the output's random part
-  double clog_per_h = 0.0;
-  double open_delay_s = 0.0, close_delay_s = 0.0, tail_s = 0.005;
-  double blob_s = 0.0;      ///< most that gathers, in seconds of nominal flow
+  double clog_per_h = 0.02;
+  double open_delay_s = 0.03, close_delay_s = 0.045, tail_s = 0.006;
+  double blob_s = 0.02;     ///< most that gathers, in seconds of nominal flow
   double gather_s = 1.0;    ///< time constant of gathering
   double release_s = 0.01;  ///< and of the release after opening
   double nozzle_mm = 0.28, focusing_ratio = 2.0;
   double spread = 0.05;  ///< growth of sigma^2 per wet cross-section
-  double overspray = 0.0, halo = 4.0;
+  double overspray = 0.05, halo = 4.0;
   double optical_depth_mm = 0.002;               ///< of dry ink, as the camera sees it
   double camera_x_mm = 30.0, camera_y_mm = 0.0;  ///< true place of the camera's middle, from the nozzle
   double camera_turn = 0.0;                      ///< about its axis [rad]
   bool gas = false;  ///< the atomizer's gas comes from a controller: none flows at first
+  bool operator==(const AerosolParams&) const = default;
 };
 
 /// The gas of a moment: the atomizer's by that at which the flow is nominal, the sheath's by the atomizer's,

@@ -51,6 +51,7 @@ struct IceLineParams {
   double pulsation = 0.03;       ///< standard deviation of fast flow noise, 0 .. 0.3
   double pulsation_tau_s = 1.0;  ///< 0.01 .. 1000
   double tank_mm3 = 2.0e6;       ///< 0: empty from the start
+  bool operator==(const IceLineParams&) const = default;
 };
 
 /// Holds the thermal parameters of the end effector in the freezer: sections (a) tip with the valves, (b)
@@ -71,6 +72,7 @@ struct IceHeatParams {
 
 struct IceTool {
   double x_mm = 0.0, y_mm = 0.0, z_mm = 0.0;  ///< from the flange, x along its yaw, z up
+  bool operator==(const IceTool&) const = default;
 };
 
 struct IceArmParams {
@@ -92,6 +94,7 @@ struct IceArmParams {
   std::array<double, 4> low{-105.0, -150.0, 0.0, -360.0},
       high{105.0, 150.0, 210.0, 360.0};  ///< deg, deg, mm, deg
   std::int64_t latency_us = 2000;        ///< of a reply
+  bool operator==(const IceArmParams&) const = default;
 };
 
 struct IceValveParams {  ///< firmware of a valve's controller
@@ -116,11 +119,13 @@ struct IceLaserParams {
   double wrong_dropout = 0.35;
   double speed_power = 1.5;    ///< noise and drop-outs grow with (speed / the above)^this
   double slope_dropout = 0.6;  ///< more per unit of slope above 0.5
+  bool operator==(const IceLaserParams&) const = default;
 };
 
 /// Holds a block on the table, for calibrations: sharp edges of known height.
 struct IceJig {
   double x0_mm = 0.0, y0_mm = 0.0, x1_mm = 0.0, y1_mm = 0.0, top_mm = 0.0;
+  bool operator==(const IceJig&) const = default;
 };
 struct IceTableParams {
   double width_mm = 900.0, depth_mm = 400.0, centre_x_mm = 0.0, centre_y_mm = 0.0;  ///< part frame
@@ -129,6 +134,7 @@ struct IceTableParams {
       screw_mm{};              ///< and of the nine screws on top, row by row from -y, biquadratic between
   double roughness_mm = 0.05;  ///< a fixed pattern besides, standard deviation
   std::vector<IceJig> jigs;    ///< at most 16
+  bool operator==(const IceTableParams&) const = default;
 };
 
 struct IceDisturbanceParams {
@@ -140,6 +146,7 @@ struct IceDisturbanceParams {
   double roughness = 0.28;    ///< share of each layer's height that freezes rough, new in every layer
   double roughness_mm = 2.5;  ///< its length
   double gap_mm = 3.0;        ///< clearance for which the jet's wander is stated
+  bool operator==(const IceDisturbanceParams&) const = default;
 };
 
 /// Holds the balance beside the table and the densities of the material in its cup, which falls beside the
@@ -148,6 +155,7 @@ struct IceBalanceParams {
   std::array<double, 2> density_mg_mm3{0.917, 0.875};  ///< of frozen volumes, 0.1 .. 10
   double std_mg = 1.0;                                 ///< of a weighing, 0 .. 1000
   double step_mg = 1.0;                                ///< of its display, 0.001 .. 1000
+  bool operator==(const IceBalanceParams&) const = default;
 };
 
 struct IceWorldConfig {

@@ -34,14 +34,15 @@ struct DropletParams {
   double flow = 1.0;          ///< every volume times this: another waveform, another ink
   double spread = 1.0;        ///< both radii times this: an ink that wets more or less
   double size_scatter = 0.03;  ///< standard deviation of the volume, relative
-  double placement_scatter_mm = 0.006;
+  double placement_scatter_mm = 0.008;
   double flight_time_s =
       0.0;  ///< a droplet keeps the stage's speed while it falls; 0 = compensated by the lab
-  double missed_probability = 0.001;
+  double missed_probability = 0.002;
   int dead_row = -1;  ///< row of the grid that no droplet reaches; -1: none
-  double satellite_probability = 0.005;
+  double satellite_probability = 0.01;
   double satellite_share = 0.04;  ///< of the droplet's volume
   double satellite_distance_mm = 0.12;
+  bool operator==(const DropletParams&) const = default;
 };
 
 /// Holds the parameters of ink line and nozzle as an ODE (plant/nozzle.h).
@@ -59,6 +60,7 @@ struct NozzleParams {
   double wander_tau_s = 10.0;
   double wander_sigma = 0.1;  ///< standard deviation that the random wander reaches in the course of a print
   double wander_memory = 0.97;  ///< of its target from one layer to the next
+  bool operator==(const NozzleParams&) const = default;
 };
 
 /// Holds the parameters of the paper's own simulation [Lu 2015, Eqs. (3)-(5), V-A].
@@ -66,6 +68,7 @@ struct Lu2015Params {
   double h1_mm = 0.0044, h2_mm = 0.0006, h3_mm = 0.0002;
   double variation = 0.2;    ///< v: h1..h3 all times (1 + v U[0,1]) per droplet per layer (errata, FIT)
   bool keep_border = false;  ///< false: ink that leaves the grid is lost
+  bool operator==(const Lu2015Params&) const = default;
 };
 
 /// Holds the parameters of the line sensor, which measures profiles of the surface (plant/sensor.h).
@@ -75,9 +78,10 @@ struct SensorParams {
   double tilt = 0.0;             ///< error along the profile, mm of height per mm from the field's middle
   double spot_x_mm = 0.02;
   double spot_y_mm = 0.05;
-  double dropout_floor = 1e-4;      ///< probability of no reading on level ground
+  double dropout_floor = 0.005;     ///< probability of no reading on level ground
   double dropout_slope_from = 0.5;  ///< |dz/dx| above which it grows
   double dropout_per_slope = 0.3;
+  bool operator==(const SensorParams&) const = default;
 };
 
 struct StageParams {
@@ -143,6 +147,7 @@ struct StrobeParams {
   double best_dwell_us = 0.0, threshold_v = 8.0;
   double nozzle_gap_mm =
       0.0;  ///< droplets fall so far at speed_m_s and keep the stage's speed; 0 = not at all
+  bool operator==(const StrobeParams&) const = default;
 };
 
 class WorldLab;

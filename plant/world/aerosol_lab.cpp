@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <numbers>
 #include <span>
 #include <stdexcept>
 #include <vector>
@@ -27,6 +28,7 @@ namespace {
 constexpr std::array kAerosolPorts{kStagePort, kProfilerPort, kGasPort, kHeaterPort, kCameraPort};
 constexpr double kHottest_degC = 150.0, kRoom_degC = 22.0;
 constexpr double kMostFocused = 100.0, kLeast_sccm = 1e-3;
+constexpr double kMostTurn = 5.0 * std::numbers::pi / 180.0;
 
 // Bilinear between the fine cells' middles; 0 beside the field.
 double thickness_at(const Field& f, double x_mm, double y_mm) {
@@ -210,15 +212,26 @@ class AerosolLab final : public WorldLab, private Wires, private HeaterWires {
 void check_aerosol(const WorldConfig& c) {
   firn::check(c.grid);
   const AerosolParams& p = params_of(c);
-  require_within("aerosol.flow_mm3_s", p.flow_mm3_s, 1e-9, 10.0);
-  require_within("aerosol.solids", p.solids, 1e-6, 1.0);
-  require_within("aerosol.tail_s", p.tail_s, 1e-6, 1.0);
-  require_within("aerosol.open_delay_s", p.open_delay_s, 0.0, 1.0);
-  require_within("aerosol.close_delay_s", p.close_delay_s, 0.0, 1.0);
-  require_within("aerosol.nozzle_mm", p.nozzle_mm, 0.01, 5.0);
-  require_within("aerosol.focusing_ratio", p.focusing_ratio, 0.05, 100.0);
-  require_within("aerosol.overspray", p.overspray, 0.0, 0.9);
-  require_within("aerosol.halo", p.halo, 1.0, 20.0);
+  require_above("aerosol.flow_mm3_s", p.flow_mm3_s, 0.0, 10.0);
+  require_above("aerosol.solids", p.solids, 0.0, 1.0);
+  require_within("aerosol.flow", p.flow, 0.2, 3.0);
+  require_within("aerosol.drift", p.drift, -1.0, 1.0);  // the given one and the drawn one
+  require_within("aerosol.drift_s", p.drift_s, 1.0, 1e6);
+  require_within("aerosol.wander", p.wander, 0.0, 0.2);
+  require_within("aerosol.clog_per_h", p.clog_per_h, 0.0, 5.0);
+  require_within("aerosol.open_delay_s", p.open_delay_s, 0.0, 0.3);
+  require_within("aerosol.close_delay_s", p.close_delay_s, 0.0, 0.3);
+  require_above("aerosol.tail_s", p.tail_s, 0.0, 0.3);
+  require_within("aerosol.blob_s", p.blob_s, 0.0, 1.0);
+  require_within("aerosol.nozzle_mm", p.nozzle_mm, 0.02, 2.0);
+  require_within("aerosol.focusing_ratio", p.focusing_ratio, 0.2, 20.0);
+  require_within("aerosol.overspray", p.overspray, 0.0, 0.5);
+  require_within("aerosol.halo", p.halo, 1.5, 10.0);
+  require_above("aerosol.optical_depth_mm", p.optical_depth_mm, 0.0, 1.0);
+  require_within("aerosol.camera_turn", p.camera_turn, -kMostTurn, kMostTurn);
+  require_within("stage.servo_hz", c.stage.servo_hz, 0.0, 1000.0);
+  require_within("stage.servo_damping", c.stage.servo_damping, 0.1, 5.0);
+  require_within("stage.servo_feed_forward", c.stage.servo_feed_forward, 0.0, 1.2);
   require_within("gas.atomizer_sccm", own_of(c).atomizer_sccm, 1e-3, 1e6);
   require_within("gas.sheath_sccm", own_of(c).sheath_sccm, 1e-3, 1e6);
   require_within("profiler.points", c.profiler.points, 2, 800);

@@ -16,6 +16,7 @@ namespace {
 
 AerosolParams steady() {
   AerosolParams p;
+  p.wander = p.clog_per_h = p.blob_s = p.overspray = 0.0;
   p.tail_s = 0.005;
   p.open_delay_s = 0.03;
   p.close_delay_s = 0.045;

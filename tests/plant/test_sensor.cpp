@@ -55,6 +55,7 @@ TEST_CASE("Drop-outs grow with the slope and stay rare on level ground") {
     for (int a = field.width() / 2; a < field.width(); ++a)
       field.set_solid_mm(a, b, (a - field.width() / 2) * field.dx_mm() * 2.0);  // level, then slope 2
   SensorParams p;
+  p.dropout_floor = 1e-4;
   std::vector<double> z(400);
   int level = 0, steep = 0;
   const double middle = field.left_mm() + 0.5 * field.width() * field.dx_mm();
