@@ -165,6 +165,23 @@ motion::AerosolMachine aerosol_machine(const Machine& machine) {
   return m;
 }
 
+control::LineSetup line_setup(const Experiment& e, const Machine& machine, PrintJob job) {
+  control::LineSetup s;
+  s.job = std::move(job);
+  s.machine = aerosol_machine(machine);
+  // Ways are in the part's frame, as all commands of the stage are; its own limits hold.
+  s.machine.substrate_moves = false;
+  s.machine.stage_origin = {};
+  s.machine.stage_low = {e.stage.x_min_mm, e.stage.y_min_mm};
+  s.machine.stage_high = {e.stage.x_max_mm, e.stage.y_max_mm};
+  s.machine.flow_mm3_s = e.aerosol.flow_mm3_s;
+  s.options = e.aerosol;
+  s.gains = e.control.smf;
+  s.output_limit = e.control.smf.output_limit;
+  s.feedback = e.control.scheme != "open_loop";
+  return s;
+}
+
 namespace {
 
 struct Travel {
@@ -180,26 +197,15 @@ Travel reached(Travel soft, double low, double high, double origin, bool substra
 
 }  // namespace
 
-control::LineSetup line_setup(const Experiment& e, const Machine& machine, PrintJob job) {
-  control::LineSetup s;
-  s.job = std::move(job);
-  s.machine = aerosol_machine(machine);
-  // Ways are in the part's frame, as all commands of the stage are; its own limits hold, and the machine's
-  // travel.
-  motion::AerosolMachine& m = s.machine;
-  const Travel x = reached({e.stage.x_min_mm, e.stage.x_max_mm}, m.stage_low.x_mm, m.stage_high.x_mm,
-                           m.stage_origin.x_mm, m.substrate_moves),
-               y = reached({e.stage.y_min_mm, e.stage.y_max_mm}, m.stage_low.y_mm, m.stage_high.y_mm,
-                           m.stage_origin.y_mm, m.substrate_moves);
-  m.substrate_moves = false;
-  m.stage_origin = {};
-  m.stage_low = {x.low, y.low};
-  m.stage_high = {x.high, y.high};
-  s.machine.flow_mm3_s = e.aerosol.flow_mm3_s;
-  s.options = e.aerosol;
-  s.gains = e.control.smf;
-  s.output_limit = e.control.smf.output_limit;
-  s.feedback = e.control.scheme != "open_loop";
+control::LineSetup line_setup_within_travel(const Experiment& e, const Machine& machine, PrintJob job) {
+  control::LineSetup s = line_setup(e, machine, std::move(job));
+  const motion::AerosolMachine m = aerosol_machine(machine);
+  const Travel x = reached({s.machine.stage_low.x_mm, s.machine.stage_high.x_mm}, m.stage_low.x_mm,
+                           m.stage_high.x_mm, m.stage_origin.x_mm, m.substrate_moves),
+               y = reached({s.machine.stage_low.y_mm, s.machine.stage_high.y_mm}, m.stage_low.y_mm,
+                           m.stage_high.y_mm, m.stage_origin.y_mm, m.substrate_moves);
+  s.machine.stage_low = {x.low, y.low};
+  s.machine.stage_high = {x.high, y.high};
   return s;
 }
 

@@ -25,5 +25,8 @@ std::vector<Field> aerosol_fields(Experiment& experiment);
 inline bool has_profiler(const Experiment& e) { return e.devices.laser_profiler != kNoInstrument; }
 
 control::LineSetup line_setup(const Experiment& experiment, const Machine& machine, PrintJob job);
+/// The same, with ways kept to the machine's travel too: for prints to come. Recorded ones replay without.
+control::LineSetup line_setup_within_travel(const Experiment& experiment, const Machine& machine,
+                                            PrintJob job);
 
 }  // namespace firn

@@ -46,7 +46,7 @@ constexpr bool is_plain() {
   if constexpr (std::is_aggregate_v<T> && std::is_class_v<T>)
     return !has_other_field<T>(std::make_index_sequence<32>{});
   else
-    return (std::is_arithmetic_v<T> || std::is_enum_v<T>)&&!std::same_as<T, bool>;
+    return std::is_enum_v<T> || (std::is_arithmetic_v<T> && !std::same_as<T, bool>);
 }
 
 class Archive;

@@ -42,7 +42,7 @@ Blobs make_aerosol_inputs(const Experiment& e, const std::filesystem::path& fold
   if (parsed.kind != "aerosol")
     throw ConfigError((folder / e.aerosol.machine).string(), 0, "aerosol.machine",
                       "aerosol.machine: machine.kind is \"" + parsed.kind + "\", not \"aerosol\"");
-  for (const motion::Refusal& r : motion::check_job(job, line_setup(e, parsed, {}).machine))
+  for (const motion::Refusal& r : motion::check_job(job, line_setup_within_travel(e, parsed, {}).machine))
     throw UsageError(e.aerosol.job + ": segments[" + std::to_string(r.segment) + "]: " + r.reason);
   return inputs_of(e, job, std::move(machine));
 }
@@ -78,7 +78,8 @@ void check_aerosol_inputs(const Experiment& e, const Blobs& inputs) {
                          std::to_string(g.y_mm(0)) + " to " + std::to_string(g.y_mm(g.ny - 1)) + " mm");
   check_height(e, job);
   try {
-    control::LineController(line_setup(e, machine_of_lines(e, blob(inputs, "machine").bytes), job));
+    control::LineController(
+        line_setup_within_travel(e, machine_of_lines(e, blob(inputs, "machine").bytes), job));
   } catch (const std::invalid_argument& problem) {
     throw UsageError(e.aerosol.job + ": " + problem.what());
   }

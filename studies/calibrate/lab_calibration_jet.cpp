@@ -203,7 +203,8 @@ double coarse_best(const std::vector<JetSpeed>& seen, const std::vector<Pulse>& 
 LabCalibration calibrate_jet(const Experiment& given, const LabCalibrationOptions& o) {
   using namespace lab_calibrations;
   Experiment e = given;
-  if (!takes_part(e, "jet")) throw std::invalid_argument("lab.kind = \"" + e.lab.kind + "\": this lab has no jet");
+  if (!takes_part(e, "jet"))
+    throw std::invalid_argument("lab.kind = \"" + e.lab.kind + "\": this lab has no jet");
   if (e.jet.dwell_v == 0.0) throw std::invalid_argument("jet.dwell_v = 0: the waveform has no first pulse");
   e.camera.use = OnOff::kOn;
   const double wanted =

@@ -60,13 +60,14 @@ TEST_CASE("Ways of an aerosol print keep to the travel of the machine, whichever
   machine.axis[0].high = 50.0;
   machine.aerosol.stage_origin_x_mm = 30.0;
   machine.aerosol.substrate_moves = 1;
-  const motion::AerosolMachine carries = line_setup(e, machine, {}).machine;
+  const motion::AerosolMachine carries = line_setup_within_travel(e, machine, {}).machine;
   CHECK(carries.stage_low.x_mm == -20.0);
   CHECK(carries.stage_high.x_mm == 28.0);
   machine.aerosol.substrate_moves = 0;
-  const motion::AerosolMachine carried = line_setup(e, machine, {}).machine;
+  const motion::AerosolMachine carried = line_setup_within_travel(e, machine, {}).machine;
   CHECK(carried.stage_low.x_mm == -28.0);
   CHECK(carried.stage_high.x_mm == 20.0);
+  CHECK(line_setup(e, machine, {}).machine.stage_low.x_mm == -40.0);  // as recorded runs went
 }
 
 TEST_CASE(
