@@ -311,7 +311,8 @@ void open_loops(std::span<const Point2> points, std::vector<std::size_t>& kept) 
   }
 }
 
-/// Where the points between two rests turn back by a step longer than twice `within_mm`, and the rests.
+/// Returns the points between two rests that turn back by a step longer than twice `within_mm`, and the
+/// rests.
 std::vector<std::size_t> turning_points(const CleanPath& path, std::size_t from, std::size_t to,
                                         double within_mm) {
   const auto slight = [&](std::size_t i) { return i > from && steps_back(path.points, i, within_mm); };

@@ -36,7 +36,7 @@ void lengths(std::span<const Point2> line, std::vector<double>& length) {
     length.push_back(length.back() + distance(line[i - 1], line[i]));
 }
 
-/// How far c lies behind b, seen from a.
+/// Distance by which c lies behind b, seen from a [mm].
 double behind_by(Point2 a, Point2 b, Point2 c) {
   return ((b.x_mm - a.x_mm) * (b.x_mm - c.x_mm) + (b.y_mm - a.y_mm) * (b.y_mm - c.y_mm)) / distance(a, b);
 }
