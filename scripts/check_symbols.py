@@ -77,10 +77,10 @@ GENERATED = re.compile(r"::getHash\(\)::hash$")  # lcm-gen's: a constant that is
 
 
 class Object:
-    """Symbols of one object file."""
+    """Symbols of one object file, and the target that it is compiled for."""
 
-    def __init__(self, source, text):
-        self.source, self.calls, self.strong, self.weak, self.state = source, set(), set(), set(), set()
+    def __init__(self, source, library, text):
+        self.source, self.library, self.calls, self.strong, self.weak, self.state = source, library, set(), set(), set(), set()
         for line in text.splitlines():
             match = re.match(r"[0-9a-f]{8,} (.{7}) (\S+)\t[0-9a-f]+ +(?:0x[0-9a-f]+ |\.hidden )?(\S+)$", line)
             if not match:
@@ -130,7 +130,8 @@ def objects_of(build, root):
         text = subprocess.run(["objdump", "-t", *[str(files[s]) for s in there]], check=True, stdout=subprocess.PIPE, text=True).stdout
     parts = re.split(r"^\S.*:\s+file format \S+$", text, flags=re.M)[1:]
     for source, part in zip(there, parts, strict=True):
-        found[source] = Object(source, part)
+        folder = re.search(r"/(\w+)\.dir/", str(files[source]))
+        found[source] = Object(source, folder and folder.group(1), part)
     return found, missing
 
 

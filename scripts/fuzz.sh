@@ -27,7 +27,7 @@ targets=${*:-"fuzz_record_file fuzz_packed fuzz_event_log fuzz_messages fuzz_typ
 if [ -z "${FIRN_FUZZ_BUILT:-}" ]; then
   cmake -G Ninja -S . -B build-fuzz -DCMAKE_CXX_COMPILER=clang++ -DFIRN_FUZZ=ON \
     -DFIRN_SANITIZE=fuzzer-no-link,address,undefined >/dev/null
-  ninja -C build-fuzz fuzz_seeds $targets >build-fuzz/build.log || { grep -v "^\\[" build-fuzz/build.log | head -n 60; exit 1; }
+  ninja -C build-fuzz fuzz_seeds $targets >build-fuzz/build.log || { grep -A 8 -E "^FAILED|error:|fatal" build-fuzz/build.log | cut -c1-400 | head -n 60; exit 1; }
 fi
 if [ -n "$each" ]; then
   corpus=$(mktemp -d)

@@ -10,6 +10,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
 import check_ast  # noqa: E402
 import check_house  # noqa: E402
+import check_links  # noqa: E402
 import check_symbols  # noqa: E402
 import check_tests  # noqa: E402
 from small_tree import SmallTree  # noqa: E402
@@ -114,6 +115,27 @@ TEXTS = {
 
 class Tree(SmallTree):
     GOOD = GOOD
+
+
+class Links(SmallTree):
+    def problems(self, links, *objects):
+        """Of objects of one name each: (library, what it calls, what it defines)."""
+        self.write("links.txt", links)
+        found = {}
+        for number, (library, calls, defines) in enumerate(objects):
+            found[str(number)] = check_symbols.Object(str(number), library, "")
+            found[str(number)].calls, found[str(number)].strong = set(calls), set(defines)
+        return check_links.check(found, check_links.linked(self.root))
+
+    def test_a_library_that_calls_another_without_a_link_is_found(self):
+        found = self.problems("firn_a firn_b\nfirn_b\nfirn_c\n", ("firn_a", ["c"], []), ("firn_c", [], ["c"]))
+        self.assertEqual(found, ["firn_a: calls c of firn_c, which it is not linked with"])
+
+    def test_a_link_through_another_library_is_one(self):
+        self.assertEqual(self.problems("firn_a firn_b\nfirn_b firn_c\nfirn_c\n", ("firn_a", ["c"], []), ("firn_c", [], ["c"])), [])
+
+    def test_a_name_that_two_libraries_define_is_the_programs_to_choose(self):
+        self.assertEqual(self.problems("firn_a\nfirn_b\nfirn_c\n", ("firn_a", ["c"], []), ("firn_b", [], ["c"]), ("firn_c", [], ["c"])), [])
 
 
 class Symbols(Tree):
