@@ -63,8 +63,9 @@ struct CertifiedWork {
   std::vector<GivenCurve> given;
   std::vector<Point2> reference;  ///< sample_given()
   TubeWork tube;
-  bool descends = false;       ///< the curve is being moved: finer cells, and the time's gradient
-  std::vector<double> weight;  ///< of a step
+  std::vector<StretchBeyond> beyond;  ///< of a curve that left the tolerance
+  bool descends = false;              ///< the curve is being moved: finer cells, and the time's gradient
+  std::vector<double> weight;         ///< of a step
   StopSegment shape_trial, other_shape;
   BoundWork bounds;
   std::uint64_t sampled = 0;  ///< number of the motion that work.bounds.samples holds

@@ -12,14 +12,13 @@ namespace {
 
 constexpr double kLeastRadius_mm = 0.003, kRadiusRatio = 3.0;  ///< of the starts
 constexpr double kMostRadiusShare = 0.7;                       ///< of the tolerance
-constexpr double kNearer = 0.9;  ///< radius of a start over that of one before it that left the tolerance
-constexpr int kShrinks = 10;     ///< tries to bring a start inside the tolerance
-constexpr double kAim = 0.98, kLeastShrink = 0.1;
+constexpr int kShrinks = 10;  ///< tries to bring a start inside the tolerance
 constexpr int kFastRounds = 32, kSlowRounds = 40, kLastRounds = 8;  ///< of descent
 constexpr int kTrialRounds = 8;                                     ///< of each of two starts
 constexpr int kMostFailures = 6;                                    ///< one after another
 constexpr double kFastGain = 1e-4, kSlowGain = 5e-5;                ///< of a round that is worth another
-constexpr double kBelow = 0.01;  ///< of the tolerance, by which a step that left it is to stay below it
+constexpr double kBelow = 0.01;     ///< of the tolerance, by which a step that left it is to stay below it
+constexpr double kLastSplit = 2.0;  ///< of cells, when the curve is found
 constexpr double kFirstWeight = 2.0, kHeavier = 2.0, kLighter = 0.8;
 
 /// Largest deviation of the curve from the polygon. Without a tolerance the points bind before that.
@@ -87,11 +86,6 @@ class FitPlanner {
     if (!samples_) wide = out_;
     for (double r = kLeastRadius_mm; !samples_ && r < kMostRadiusShare * tolerance; r *= kRadiusRatio)
       if (const double radius = try_radius(r, task); radius > 0.0) best = radius;
-    if (best > widest) {  // the first fit left the tolerance by far, and was narrowed by too much
-      for (double r = kAim * tolerance; r > best; r *= kNearer)
-        if (const double radius = try_radius(r, task, 0); radius > 0.0) best = radius;
-      widest = best;
-    }
     begin(best, widest, task);
     if (best == widest) return true;
     descend(kTrialRounds, kFastGain, task);
@@ -113,6 +107,17 @@ class FitPlanner {
     plan(kUnlimited, task, out_);
   }
 
+  /// Plans the present curve on finer cells, where that is faster: on those of the descent its time depends
+  /// by up to half a percent on where they fall.
+  void refine(const CertifiedTask& task) {
+    base_curve(work_.tube, work_.curve.coarse);
+    CellSizes sizes = cell_sizes(points_, speed_limit_, {}, task, work_);
+    sizes.split *= kLastSplit;
+    measure(task);
+    plan_curve(points_, speed_limit_, {}, sizes, kUnlimited, task, work_, trial_);
+    if (trial_.duration_s() < out_.duration_s()) std::swap(trial_, out_);
+  }
+
   void descend(int rounds, double gain, const CertifiedTask& task) {
     int failures = 0;
     for (int round = 0; round < rounds && failures < kMostFailures; ++round) {
@@ -128,8 +133,8 @@ class FitPlanner {
         ++failures;
         continue;
       }
-      if (over > 0.0) {  // between two places: the tube is narrowed for the next try
-        widen_tube(-over - kBelow * allowed_mm(task.options), work_.tube);
+      if (over > 0.0) {  // between two places: the tube is narrowed there for the next try
+        narrow(task);
         ++failures;
         continue;
       }
@@ -153,9 +158,21 @@ class FitPlanner {
     work_.curve.offset.assign({0.0, work_.curve.coarse.s.back()});
   }
 
+  /// The same inside the tolerance, if a tube that is narrower in places brings it there.
+  void fit_inside(double radius, const CertifiedTask& task) {
+    fit(radius, task);
+    for (int tries = 0;; ++tries) {
+      measure(task);
+      if (trial_.deviation_mm <= allowed_mm(task.options) || tries == kShrinks || work_.curve.coarse.straight)
+        return;
+      narrow(task);
+      refit_tube(work_.tube, work_.curve.coarse);
+    }
+  }
+
   /// Descent will begin at the fit of this radius, which `out_` is planned along.
   void begin(double radius, double widest, const CertifiedTask& task) {
-    fit(radius, task);
+    fit_inside(radius, task);
     widen_tube(widest - radius, work_.tube);
     work_.tube.base = work_.tube.control;
     weight_ = kFirstWeight;
@@ -169,21 +186,23 @@ class FitPlanner {
         hold_mm(task.options) > 0.0 ? farthest_point_mm(curve, points_, hold_mm(task.options)) : 0.0;
   }
 
+  /// Narrows the tube where the present curve is outside of the tolerance.
+  void narrow(const CertifiedTask& task) {
+    const double allowed = allowed_mm(task.options);
+    find_stretches_beyond(work_.curve.coarse, reference_.points, allowed - reference_.sagitta_mm,
+                          work_.beyond);
+    narrow_tube(work_.beyond, kBelow * allowed, work_.tube);
+  }
+
   void plan(double most_s, const CertifiedTask& task, StopSegment& segment) {
     plan_curve(points_, speed_limit_, {}, cell_sizes(points_, speed_limit_, {}, task, work_), most_s, task,
                work_, segment);
   }
 
   /// Returns the radius of a fit that is now the fastest one (the first is), otherwise 0.
-  /// @param shrinks tries to bring it inside the tolerance
-  double try_radius(double radius, const CertifiedTask& task, int shrinks = kShrinks) {
+  double try_radius(double radius, const CertifiedTask& task) {
     const double tolerance = allowed_mm(task.options);
-    for (int tries = 0;; ++tries) {
-      fit(radius, task);
-      measure(task);
-      if (trial_.deviation_mm <= tolerance || tries == shrinks) break;
-      radius *= std::clamp(kAim * tolerance / trial_.deviation_mm, kLeastShrink, kAim);
-    }
+    fit_inside(radius, task);
     if (!first_ && trial_.deviation_mm > tolerance) return 0.0;
     if (!holds(trial_, task.options)) {
       if (std::exchange(first_, false)) {
@@ -221,6 +240,7 @@ void plan_fitted(std::span<const Point2> points, std::span<const double> speed_l
   const CertifiedTask fast{task.arm, task.limits, options, task.placement, task.joints, task.groups};
   const bool moves = planner.start(fast);
   if (moves) planner.descend(slow ? kSlowRounds : kFastRounds, slow ? kSlowGain : kFastGain, fast);
+  if (!slow && moves) planner.refine(fast);
   if (!slow) return;
   if (!moves) {  // a straight line, or no curve within the tolerance
     FitPlanner(points, speed_limit, given, work, out).start(task);

@@ -136,13 +136,16 @@ double straight_bound(std::span<const Point2> points) {
   return std::sqrt(worst);
 }
 
-}  // namespace
+/// Curve minus polygon over a part of a cell.
+struct Piece {
+  double from, to;  ///< parameters of the curve
+  Point2 at[4];     ///< Bezier points
+};
 
-double frechet_bound(const Curve& curve, std::span<const Point2> points) {
-  if (!(curve.s.back() > 0.0)) return std::numeric_limits<double>::infinity();
-  if (curve.straight) return straight_bound(points);
+/// Calls visit(Piece) along the correspondence of the polygon's places with those of the curve.
+template <class Visit>
+void follow(const Curve& curve, std::span<const Point2> points, Visit visit) {
   const std::size_t n = points.size();
-  double worst = 0.0;
   Walk walk(curve);
   for (std::size_t i = 0; i + 1 < n; ++i) {
     const Point2 &p = points[i], &q = points[i + 1];
@@ -165,14 +168,40 @@ double frechet_bound(const Curve& curve, std::span<const Point2> points) {
       const double px = (p3.x_mm - p0.x_mm) / 3.0, py = (p3.y_mm - p0.y_mm) / 3.0;
       const Point2 a{left.at.x_mm - p0.x_mm, left.at.y_mm - p0.y_mm},
           d{right.at.x_mm - p3.x_mm, right.at.y_mm - p3.y_mm};
-      raise(a, {a.x_mm + third * left.d1.x_mm - px, a.y_mm + third * left.d1.y_mm - py},
-            {d.x_mm - third * right.d1.x_mm + px, d.y_mm - third * right.d1.y_mm + py}, d, kDivisions, worst);
+      visit(Piece{s,
+                  end,
+                  {a,
+                   {a.x_mm + third * left.d1.x_mm - px, a.y_mm + third * left.d1.y_mm - py},
+                   {d.x_mm - third * right.d1.x_mm + px, d.y_mm - third * right.d1.y_mm + py},
+                   d}});
       s = end;
       left = right;
       p0 = p3;
     }
   }
+}
+
+}  // namespace
+
+double frechet_bound(const Curve& curve, std::span<const Point2> points) {
+  if (!(curve.s.back() > 0.0)) return std::numeric_limits<double>::infinity();
+  if (curve.straight) return straight_bound(points);
+  double worst = 0.0;
+  follow(curve, points,
+         [&](const Piece& p) { raise(p.at[0], p.at[1], p.at[2], p.at[3], kDivisions, worst); });
   return std::sqrt(worst);
+}
+
+void find_stretches_beyond(const Curve& curve, std::span<const Point2> points, double limit_mm,
+                           std::vector<StretchBeyond>& found) {
+  found.clear();
+  if (!(curve.s.back() > 0.0) || curve.straight) return;
+  const double limit = limit_mm * limit_mm;
+  follow(curve, points, [&](const Piece& p) {
+    double worst = limit;
+    raise(p.at[0], p.at[1], p.at[2], p.at[3], kDivisions, worst);
+    if (worst > limit) found.push_back({p.from, p.to, std::sqrt(worst) - limit_mm});
+  });
 }
 
 bool steps_back(std::span<const Point2> points, std::size_t i, double within_mm) {

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "core/motion/curve/path_curve.h"
 
@@ -16,6 +17,16 @@ namespace firn::motion {
 /// Returns the bound in mm; it exceeds the largest distance within the correspondence by at most 1 % and
 /// 1e-6 mm. Infinite for a curve without length: no motion follows it.
 double frechet_bound(const Curve& curve, std::span<const Point2> points);
+
+/// A part of a curve that is further from the polygon than some limit.
+struct StretchBeyond {
+  double from = 0.0, to = 0.0;  ///< parameters of the curve
+  double beyond_mm = 0.0;       ///< bound of the distance, less the limit
+};
+
+/// All of them, in order; together they hold every place where frechet_bound() is beyond the limit.
+void find_stretches_beyond(const Curve& curve, std::span<const Point2> points, double limit_mm,
+                           std::vector<StretchBeyond>& found);
 
 /// True where points[i + 1] lies behind or beside points[i] by no more than twice `within_mm`: rounding or an
 /// overlap of two chords, which one place of the curve serves.

@@ -338,6 +338,15 @@ void narrow(std::span<const Point2> points, double tolerance, double total, Tube
   }
 }
 
+/// The spline of least energy in work.places. @param near_places of fit_spline()
+void fit_inside(bool near_places, TubeWork& work, Curve& curve) {
+  work.weight.clear();
+  work.base.clear();
+  work.linear.clear();
+  fit_spline(work.knots, work.places, near_places, work);
+  to_curve(work, curve);
+}
+
 }  // namespace
 
 void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWork& work, Curve& curve) {
@@ -367,16 +376,34 @@ void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWo
   guess_control(work);
   work.control.front() = points.front();
   work.control.back() = points.back();
-  work.weight.clear();
-  work.base.clear();
-  work.linear.clear();
-  fit_spline(work.knots, work.places, samples, work);
-  to_curve(work, curve);
+  fit_inside(samples, work, curve);
 }
+
+void refit_tube(TubeWork& work, Curve& curve) { fit_inside(false, work, curve); }
 
 void widen_tube(double by_mm, TubeWork& work) {
   for (TubePlace& place : work.places)
     place.radius = std::max(place.radius + place.share * by_mm, 0.5 * place.radius);
+}
+
+void narrow_tube(std::span<const StretchBeyond> stretches, double more_mm, TubeWork& work) {
+  constexpr std::size_t kCells = 2;  // the spline there depends on so many to either side
+  const std::vector<double>& knots = work.knots;
+  std::size_t first = 0;  // place
+  for (const StretchBeyond& stretch : stretches) {
+    const auto cell = [&](double t) {
+      return std::size_t(std::upper_bound(knots.begin(), knots.end(), t) - knots.begin());
+    };
+    const double from = knots[std::max(cell(stretch.from), kCells + 1) - kCells - 1],
+                 to = knots[std::min(cell(stretch.to) + kCells, knots.size() - 1)];
+    while (first < work.places.size() && work.places[first].t < from) ++first;
+    for (std::size_t i = first; i < work.places.size() && work.places[i].t <= to; ++i) {
+      TubePlace& place = work.places[i];
+      place.narrower = std::max(place.narrower, stretch.beyond_mm + more_mm);
+    }
+  }
+  for (TubePlace& place : work.places)
+    place.radius = std::max(place.radius - std::exchange(place.narrower, 0.0), 0.5 * place.radius);
 }
 
 void base_curve(TubeWork& work, Curve& curve) {

@@ -13,6 +13,7 @@
 #include <span>
 #include <vector>
 
+#include "core/motion/curve/frechet.h"
 #include "core/motion/curve/path_curve.h"
 
 namespace firn::motion {
@@ -22,7 +23,8 @@ struct TubePlace {
   double t = 0.0;
   Point2 at;
   double radius = 0.0;
-  double share = 1.0;  ///< of the tube's radius that it may use
+  double share = 1.0;     ///< of the tube's radius that it may use
+  double narrower = 0.0;  ///< narrow_tube()
 };
 
 /// Buffers kept between paths.
@@ -85,6 +87,13 @@ struct TubeOptions {
 
 /// Fits a path's points between two rests. @param curve without speed limits
 void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWork& work, Curve& curve);
+
+/// Makes the tube of the last fit narrower near these stretches of its curve, by what is beyond and
+/// `more_mm`, but by no more than half of it.
+void narrow_tube(std::span<const StretchBeyond> stretches, double more_mm, TubeWork& work);
+
+/// Fits inside the tube of the last fit, which was made wider or narrower.
+void refit_tube(TubeWork& work, Curve& curve);
 
 /// Makes the tube of the last fit wider by so much, or narrower, by no more than half of it.
 void widen_tube(double by_mm, TubeWork& work);

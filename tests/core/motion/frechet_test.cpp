@@ -94,6 +94,43 @@ TEST_CASE(
   CHECK(back <= 4.0 + 1e-3);
 }
 
+TEST_CASE("The stretches beyond a limit are where the curve is further off, and say by how much") {
+  RandomStream draw(6, Purpose::kTest);
+  for (int trial = 0; trial < 30; ++trial) {
+    // a line with bumps: as far off as it is high
+    std::vector<double> at, height;
+    for (double s = draw.uniform(2.0, 4.0); s < 56.0; s += draw.uniform(5.0, 9.0)) {
+      at.push_back(s);
+      height.push_back(draw.uniform(0.0, 0.2));
+    }
+    const auto bump = [&](double s) {
+      double y = 0.0;
+      for (std::size_t i = 0; i < at.size(); ++i) y += height[i] * std::exp(-4.0 * (s - at[i]) * (s - at[i]));
+      return y;
+    };
+    const Curve curve = curve_of([&](double s) { return Point2{s, bump(s)}; }, 600, 60.0);
+    const std::vector<Point2> polygon{{0.0, curve.y.front()}, {60.0, curve.y.back()}};
+    constexpr double kLimit = 0.1, kNear = 0.003;
+    std::vector<StretchBeyond> found;
+    find_stretches_beyond(curve, polygon, kLimit, found);
+    double most = 0.0;
+    bool missed = false, false_one = false;
+    for (double s = 0.01; s < 60.0; s += 0.02) {
+      const auto holds = [&](const StretchBeyond& x) { return x.from <= s && s <= x.to; };
+      const bool inside = std::any_of(found.begin(), found.end(), holds);
+      missed = missed || (bump(s) > kLimit + kNear && !inside);
+      // a stretch is a whole cell, over which a bump falls by at most 0.035
+      false_one = false_one || (inside && bump(s) < 0.6 * kLimit);
+    }
+    for (const StretchBeyond& x : found) most = std::max(most, x.beyond_mm);
+    INFO("trial " << trial);
+    CHECK_FALSE(missed);
+    CHECK_FALSE(false_one);
+    const double all = frechet_bound(curve, polygon);
+    CHECK(std::abs(most - std::max(0.0, all - kLimit)) < 0.02 * all);
+  }
+}
+
 TEST_CASE("A chord of a circle is off by its sagitta, the chord's end by nothing") {
   Curve curve = curve_of(
       [](double s) {

@@ -208,6 +208,22 @@ TEST_CASE("Descent from two starts: these lobes are not slower in a wider tube, 
   CHECK(lobes.time_s(0.5, 1.0) < 1.01 * t);
 }
 
+TEST_CASE("A curve that leaves the tolerance in one place is no slower for it elsewhere") {
+  const DrawnCurve polygon(0, 9001);  // its samples miss it by 18 tolerances
+  const double t = polygon.time_s(1.0, 1.0);
+  CHECK(polygon.time_s(1.0, 1.32) < 0.96 * t);
+  CHECK(polygon.time_s(1.0, 1.5) < 0.93 * t);
+}
+
+TEST_CASE("The time of the fast tier hardly depends on where the cells of its last curve fall") {
+  const DrawnCurve lobes(0, 9742);
+  const double t = lobes.time_s(1.0, 1.0);
+  for (const double wider : {1.1, 1.25, 1.5, 1.75}) {
+    INFO(wider);
+    CHECK(lobes.time_s(1.0, wider) < 1.005 * t);
+  }
+}
+
 TEST_CASE(
     "Coarse samples that miss their curve by about the tolerance are no faster than finer ones by 1 %") {
   for (const std::uint64_t seed : {65, 161, 599}) {

@@ -138,6 +138,31 @@ TEST_CASE("No spline near the fitted one, with its knots and inside its radii, h
   CHECK(tried > 500);
 }
 
+TEST_CASE("A tube that is narrowed about a stretch brings the spline nearer there, and leaves the rest") {
+  TubeWork work;
+  const std::vector<Point2> points = sampled(random_curve(0, 8), 0.3, 4);
+  Curve before, after;
+  fit_tube(points, {0.05, 0.05}, work, before);
+  const double total = before.s.back(), from = 0.4 * total, to = 0.42 * total, beyond = 0.02;
+  narrow_tube(std::vector<StretchBeyond>{{from, to, beyond}}, 0.005, work);
+  refit_tube(work, after);
+  std::size_t narrower = 0;
+  for (const TubePlace& place : work.places) {
+    const Curve& c = after;
+    const std::size_t cell = std::min(
+        c.cells() - 1, std::size_t(std::upper_bound(c.s.begin(), c.s.end(), place.t) - c.s.begin()) - 1);
+    const double off_mm = distance(c.at(cell, place.t), place.at);
+    CHECK(off_mm <= 1.0001 * place.radius);
+    if (place.t >= from && place.t <= to) {
+      ++narrower;
+      CHECK(off_mm <= 0.026);
+    } else if (place.t < 0.3 * total || place.t > 0.52 * total) {
+      CHECK(place.radius > 0.04);
+    }
+  }
+  CHECK(narrower > 0);
+}
+
 TEST_CASE("Rounded samples of a line are a line") {
   std::vector<Point2> points;
   for (int i = 0; i <= 1000; ++i)
