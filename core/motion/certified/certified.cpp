@@ -286,10 +286,13 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
       const double radius = spec.tolerance_mm > 0.0 ? spec.tolerance_mm
                             : spec.hold_mm > 0.0    ? kHoldRadius * spec.hold_mm
                                                     : fit_radius_mm(task.options);
-      TubeOptions tube{radius, std::max(radius, spec.tolerance_mm > 0.0 ? 0.0 : kSagittaMm),
-                       sizes.largest_mm};
-      tube.hold_lines = hold_lines;
-      fit_tube(points, tube, work.tube, work.curve.coarse);
+      fit_tube(points,
+               {.radius_mm = radius,
+                .between_mm = std::max(radius, spec.tolerance_mm > 0.0 ? 0.0 : kSagittaMm),
+                .most_between_mm = most_between_mm(task.options),
+                .largest_mm = sizes.largest_mm,
+                .hold_lines = hold_lines},
+               work.tube, work.curve.coarse);
       work.curve.offset.assign({0.0, work.curve.coarse.s.back()});
       return;
     }

@@ -109,6 +109,10 @@ inline bool within_tolerance(const PlanOptions& options) {
   return options.curve_rule == CurveRule::kFitted && options.tolerance_mm > 0.0 && options.slack == 0.0;
 }
 
+/// Maximum deviation of a curve from its path by ramps, rounded corners and vertices: tolerance + w / 2
+/// + the chords' sagitta.
+double farthest_mm(const PlanOptions& options);
+
 /// Radius of the tube about the points: the tolerance, or the distance by which rounding of both coordinates
 /// moves a point.
 inline double fit_radius_mm(const PlanOptions& options) {
@@ -125,6 +129,13 @@ inline double hold_mm(const PlanOptions& options) {
 }
 
 inline constexpr double kHoldRadius = 0.99;  ///< of that, for a fitted curve
+
+/// Largest distance between a curve and the polygon of its samples, where these are far apart: a share of
+/// what keep_near() takes.
+inline double most_between_mm(const PlanOptions& options) {
+  constexpr double kShare = 0.9;
+  return kShare * farthest_mm(options);
+}
 
 /// True where no points are held that the curve leaves.
 inline bool holds(const StopSegment& segment, const PlanOptions& options) {
@@ -154,10 +165,6 @@ std::size_t plan_segments(const CleanPath& path, const CertifiedTask& task, Cert
 /// Makes the ratios of a planned segment bounds at every instant (time_optimal/motion_bounds.h), its factor
 /// with them, and bound_s as sharp as it can be. Nothing happens where they are already.
 void prove(const CertifiedTask& task, CertifiedWork& work, StopSegment& out);
-
-/// Maximum deviation of a curve from its path by ramps, rounded corners and vertices: tolerance + w / 2
-/// + the chords' sagitta.
-double farthest_mm(const PlanOptions& options);
 
 /// Throws MotionError (kPathDeviation: value and bound in mm, index that of the clean path) for a curve that
 /// is further off. It gets no certificate.

@@ -151,9 +151,13 @@ class FitPlanner {
  private:
   void fit(double radius, const CertifiedTask& task) {
     const CellSizes sizes = cell_sizes(points_, speed_limit_, {}, task, work_);
-    const double between = samples_ ? kSagittaMm : radius;
     fit_tube(points_,
-             {radius, between, sizes.largest_mm, allowed_mm(task.options), hold_mm(task.options) > 0.0},
+             {.radius_mm = radius,
+              .between_mm = samples_ ? kSagittaMm : radius,
+              .most_between_mm = most_between_mm(task.options),
+              .largest_mm = sizes.largest_mm,
+              .tolerance_mm = allowed_mm(task.options),
+              .hold_lines = hold_mm(task.options) > 0.0},
              work_.tube, work_.curve.coarse);
     work_.curve.offset.assign({0.0, work_.curve.coarse.s.back()});
   }

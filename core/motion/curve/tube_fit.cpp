@@ -25,6 +25,9 @@ constexpr double kPlaces = 0.5;    ///< of a cell between two places
 constexpr double kBetween = 0.04;  ///< of the radius, by which a curve may leave the tube between two places
 constexpr double kLeastCells = 8.0;
 
+/// The points are places of a curve, and the polygon between them is not meant.
+bool samples(const TubeOptions& options) { return options.radius_mm < options.between_mm; }
+
 void take(std::span<const Point2> points, const std::vector<std::size_t>& kept, std::vector<Point2>& out) {
   out.clear();
   for (const std::size_t i : kept) out.push_back(points[i]);
@@ -182,6 +185,24 @@ bool is_line(std::span<const Point2> line, const std::vector<double>& length, st
   return own > kMostSampled_mm || !(continues(line, length, i, -1) || continues(line, length, i + 1, 1));
 }
 
+/// Distance within which a curve passes between two of its samples: some of it beyond the sagitta of the arcs
+/// that turn at both ends of the chord as the polygon does; the smaller of both, since beside a line there is
+/// none.
+double bulge_mm(std::span<const Point2> line, std::size_t chord, double most_mm) {
+  constexpr double kBeyond = 2.0, kMostTurn = 0.8;  // what turns more is a corner
+  if (line.size() < 3) return 0.0;
+  const double own = distance(line[chord], line[chord + 1]);
+  double least = most_mm;
+  for (const std::size_t at : {chord, chord + 1}) {
+    if (at == 0 || at + 1 == line.size()) continue;
+    const double turn = std::abs(turn_at(line[at - 1], line[at], line[at + 1]));
+    const double curvature =
+        2.0 * turn / (distance(line[at - 1], line[at]) + distance(line[at], line[at + 1]));
+    least = std::min(least, turn < kMostTurn ? kBeyond * 0.125 * curvature * own * own : 0.0);
+  }
+  return least;
+}
+
 /// Vertices of the line, and places of the polygon between them about half a cell apart. @param kept the
 /// line's vertices among `points`
 void set_places(TubeWork& work, std::span<const Point2> points, const std::vector<std::size_t>& kept,
@@ -193,7 +214,8 @@ void set_places(TubeWork& work, std::span<const Point2> points, const std::vecto
   for (std::size_t i = 0; i + 1 < work.line.size(); ++i) {
     const double from = work.length[i], to = work.length[i + 1];
     const bool line = options.hold_lines && is_line(work.line, work.length, i);
-    const double between = line ? radius : share * options.between_mm;
+    const double bulge = samples(options) && !line ? bulge_mm(work.line, i, options.most_between_mm) : 0.0;
+    const double between = line ? radius : share * std::max(options.between_mm, bulge);
     if (i > 0) places.push_back({from, work.line[i], radius});
     double t = from;
     for (;;) {
@@ -350,7 +372,7 @@ void fit_inside(bool near_places, TubeWork& work, Curve& curve) {
 }  // namespace
 
 void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWork& work, Curve& curve) {
-  const bool samples = options.radius_mm < options.between_mm;
+  const bool samples = motion::samples(options);
   const double within = samples ? 0.0 : kLineShare * options.radius_mm;
   curve.straight = false;
   curve.yaw.clear();

@@ -78,8 +78,11 @@ double fit_spline(std::span<const double> knots, std::span<const TubePlace> plac
                   TubeWork& work);
 
 struct TubeOptions {
-  double radius_mm = 0.0;     ///< of the tube at the points
-  double between_mm = 0.0;    ///< and between them; the points are thinned where it is the same
+  double radius_mm = 0.0;   ///< of the tube at the points
+  double between_mm = 0.0;  ///< and between them; the points are thinned where it is the same
+  /// and at most, where it is more than radius_mm and the points turn like samples of a curve whose sagitta
+  /// is more than between_mm
+  double most_between_mm = 0.0;
   double largest_mm = 5.0;    ///< cell
   double tolerance_mm = 0.0;  ///< inside of which the curve will be moved; 0 = it stays
   bool hold_lines = false;    ///< chords much longer than those beside them are lines, held like points
