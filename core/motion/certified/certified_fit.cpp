@@ -12,11 +12,11 @@ namespace {
 
 constexpr double kLeastRadius_mm = 0.003, kRadiusRatio = 3.0;  ///< of the starts
 constexpr double kMostRadiusShare = 0.7;                       ///< of the tolerance
-constexpr int kShrinks = 10;  ///< tries to bring a start inside the tolerance
-constexpr int kFastRounds = 32, kSlowRounds = 40, kLastRounds = 8;  ///< of descent
-constexpr int kTrialRounds = 8;                                     ///< of each of two starts
-constexpr int kMostFailures = 6;                                    ///< one after another
-constexpr double kFastGain = 1e-4, kSlowGain = 5e-5;                ///< of a round that is worth another
+constexpr int kShrinks = 10;                          ///< tries to bring a start inside the tolerance
+constexpr int kTrialRounds = 16, kFastRounds = 48;    ///< of descent: from each of two starts, of the better
+constexpr int kSlowRounds = 48, kLastRounds = 8;      ///< of descent
+constexpr int kMostFailures = 6;                      ///< one after another
+constexpr double kFastGain = 1e-4, kSlowGain = 5e-5;  ///< of a round that is worth another
 constexpr double kBelow = 0.01;     ///< of the tolerance, by which a step that left it is to stay below it
 constexpr double kLastSplit = 2.0;  ///< of cells, when the curve is found
 constexpr double kFirstWeight = 2.0, kHeavier = 2.0, kLighter = 0.8;
@@ -54,6 +54,13 @@ void set_weights(const StopSegment& planned, double share, const RateLimits& lim
   }
 }
 
+/// Duration by which descent judges a curve: without the slowing down for limits exceeded between the
+/// profile's knots, as long as it is slight. That depends on where they fall, and finer cells take it away.
+double judged_s(const StopSegment& planned) {
+  constexpr double kSlight = 0.006;
+  return std::max(1.0, planned.factor - kSlight) * planned.motion.duration_s();
+}
+
 class FitPlanner {
  public:
   FitPlanner(std::span<const Point2> points, std::span<const double> speed_limit,
@@ -71,31 +78,46 @@ class FitPlanner {
   ~FitPlanner() { work_.descends = false; }
   FitPlanner(const FitPlanner&) = delete;
 
-  /// Plans along fits of several radii; the fastest is kept, with its tube as wide as the tolerance allows,
-  /// unless descent from the widest one is faster. Returns whether it can be improved.
+  /// Plans along fits of several radii. Descent begins at the fastest one and at another, the widest or else
+  /// the fastest of the rest, both in a tube as wide as the tolerance allows; the faster one after some
+  /// rounds is kept. Returns whether it can be improved.
   bool start(const CertifiedTask& task) {
     const double tolerance = allowed_mm(task.options);
     samples_ = !(task.options.tolerance_mm > 0.0);
-    double widest =
-        try_radius(std::max(fit_radius_mm(task.options), kHoldRadius * hold_mm(task.options)), task);
+    const double widest = std::max(fit_radius_mm(task.options), kHoldRadius * hold_mm(task.options));
+    double best_s = try_radius(widest, task);
     if (!(out_.deviation_mm <= tolerance) || out_.curve.straight || !solved(out_) ||
         !holds(out_, task.options))
       return false;
-    double best = widest;
-    StopSegment wide;
-    if (!samples_) wide = out_;
-    for (double r = kLeastRadius_mm; !samples_ && r < kMostRadiusShare * tolerance; r *= kRadiusRatio)
-      if (const double radius = try_radius(r, task); radius > 0.0) best = radius;
-    begin(best, widest, task);
-    if (best == widest) return true;
+    double best = widest, second = 0.0, second_s = kUnlimited;
+    for (double r = kLeastRadius_mm; !samples_ && r < kMostRadiusShare * tolerance; r *= kRadiusRatio) {
+      const double r_s = try_radius(r, task);
+      if (r_s < best_s) {
+        second = std::exchange(best, r);
+        second_s = std::exchange(best_s, r_s);
+      } else if (r_s < second_s) {
+        second = r;
+        second_s = r_s;
+      }
+    }
+    fit_inside(best, task);
+    begin(best, widest);
+    if (second == 0.0) return true;
     descend(kTrialRounds, kFastGain, task);
     TubeWork tube = work_.tube;
     const double weight = weight_;
-    std::swap(out_, wide);
-    begin(widest, widest, task);
+    StopSegment other;
+    std::swap(out_, other);
+    out_.first = other.first;
+    out_.last = other.last;
+    second = best == widest ? second : widest;
+    fit_inside(second, task);
+    plan(kUnlimited, task, trial_);
+    std::swap(trial_, out_);
+    begin(second, widest);
     descend(kTrialRounds, kFastGain, task);
-    if (out_.duration_s() <= wide.duration_s()) return true;
-    std::swap(out_, wide);
+    if (judged_s(out_) <= judged_s(other)) return true;
+    std::swap(out_, other);
     std::swap(work_.tube, tube);
     weight_ = weight;
     return true;
@@ -139,9 +161,9 @@ class FitPlanner {
         continue;
       }
       plan(out_.duration_s(), task, trial_);
-      const bool faster = trial_.duration_s() < out_.duration_s();
+      const bool faster = judged_s(trial_) < judged_s(out_);
       weight_ *= faster ? kLighter : kHeavier;
-      failures = faster && trial_.duration_s() < (1.0 - gain) * out_.duration_s() ? 0 : failures + 1;
+      failures = faster && judged_s(trial_) < (1.0 - gain) * judged_s(out_) ? 0 : failures + 1;
       if (!faster) continue;
       std::swap(trial_, out_);
       work_.tube.base = work_.tube.control;
@@ -174,10 +196,10 @@ class FitPlanner {
     }
   }
 
-  /// Descent will begin at the fit of this radius, which `out_` is planned along.
-  void begin(double radius, double widest, const CertifiedTask& task) {
-    fit_inside(radius, task);
-    widen_tube(widest - radius, work_.tube);
+  /// Descent will begin at the present fit of this radius, which `out_` is planned along, in a tube as wide
+  /// as the tolerance: it is narrowed where a step leaves that.
+  void begin(double radius, double widest) {
+    if (!samples_) widen_tube(widest - kInside * radius, work_.tube);
     work_.tube.base = work_.tube.control;
     weight_ = kFirstWeight;
   }
@@ -203,23 +225,23 @@ class FitPlanner {
                work_, segment);
   }
 
-  /// Returns the radius of a fit that is now the fastest one (the first is), otherwise 0.
+  /// Plans along the fit of this radius, which becomes `out_` where it is faster, or the first. Returns its
+  /// duration, unlimited where it is outside of the tolerance.
   double try_radius(double radius, const CertifiedTask& task) {
-    const double tolerance = allowed_mm(task.options);
     fit_inside(radius, task);
-    if (!first_ && trial_.deviation_mm > tolerance) return 0.0;
+    const bool first = std::exchange(first_, false);
+    if (!first && trial_.deviation_mm > allowed_mm(task.options)) return kUnlimited;
     if (!holds(trial_, task.options)) {
-      if (std::exchange(first_, false)) {
+      if (first) {
         give_up(trial_);
         std::swap(trial_, out_);
       }
-      return 0.0;
+      return kUnlimited;
     }
-    plan(first_ ? kUnlimited : out_.duration_s(), task, trial_);
-    if (!first_ && trial_.duration_s() >= out_.duration_s()) return 0.0;
-    first_ = false;
-    std::swap(trial_, out_);
-    return radius;
+    plan(first ? kUnlimited : out_.duration_s(), task, trial_);
+    const double duration_s = trial_.duration_s();
+    if (first || duration_s < out_.duration_s()) std::swap(trial_, out_);
+    return duration_s;
   }
 
   std::span<const Point2> points_;

@@ -20,9 +20,8 @@ constexpr double kSampleChords = 0.5;      ///< the same where each point is hel
 /// Cell length over that which the tube alone needs: time has features of its own. Coarser cells make the
 /// time depend on where they happen to lie.
 constexpr double kFiner = 0.4;
-constexpr double kGrowth = 0.35;   ///< of a cell over the distance to a shorter one
-constexpr double kPlaces = 0.5;    ///< of a cell between two places
-constexpr double kBetween = 0.04;  ///< of the radius, by which a curve may leave the tube between two places
+constexpr double kGrowth = 0.35;  ///< of a cell over the distance to a shorter one
+constexpr double kPlaces = 0.5;   ///< of a cell between two places
 constexpr double kLeastCells = 8.0;
 
 /// The points are places of a curve, and the polygon between them is not meant.
@@ -335,7 +334,7 @@ void set_missed(std::span<const Point2> points, const std::vector<double>& lengt
 /// Share of the tube where the polygon misses its curve by `missed` tolerances: less where that is about one,
 /// since a curve near coarse samples would be faster than one near finer ones. What misses more has corners.
 double share_of(double missed) {
-  constexpr double kLess = 0.2, kMost = 1.1, kCorner = 3.0;
+  constexpr double kLess = 0.22, kMost = 1.1, kCorner = 3.0;
   const double x = std::min(missed, kMost);
   return 1.0 - kLess * x * x * std::clamp(2.0 - missed / kCorner, 0.0, 1.0);
 }
@@ -392,7 +391,7 @@ void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWo
   place_knots({work.shape, options.between_mm, samples ? kSampleChords : kChords,
                std::min(options.largest_mm, total / kLeastCells)},
               total, work.knots);
-  const double share = samples ? 1.0 : 1.0 - kBetween;
+  const double share = samples ? 1.0 : kInside;
   set_places(work, points, work.kept, options, share, work.places);
   if (!samples) narrow(points, options.tolerance_mm, total, work);
   guess_control(work);

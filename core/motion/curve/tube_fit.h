@@ -68,6 +68,7 @@ struct TubeWork {
   std::vector<BandRow> band;                  ///< Newton matrix
   std::vector<double> step;                   ///< of the control points: x, y in turn
   int iterations = 0;
+  bool converged = false;  ///< else the curve is inside, but not smooth
 };
 
 /// The spline with `knots` (ascending, first = start, last = end) from a guess in work.control, whose ends
@@ -76,6 +77,10 @@ struct TubeWork {
 /// Returns the largest |r(t_i) - p_i| / radius_i, or 1.
 double fit_spline(std::span<const double> knots, std::span<const TubePlace> places, bool near_places,
                   TubeWork& work);
+
+/// Radius of a tube's places over TubeOptions::radius_mm, where the polygon is meant: a curve leaves the tube
+/// between two places.
+inline constexpr double kInside = 0.96;
 
 struct TubeOptions {
   double radius_mm = 0.0;   ///< of the tube at the points

@@ -199,6 +199,7 @@ double fit_spline(std::span<const double> knots, std::span<const TubePlace> plac
     set_off(work, row);
   }
   work.iterations = 0;
+  work.converged = places.empty();
   if (places.empty()) return 1.0;
   if (near_places) move_near(work);
   const double terms = double(places.size());
@@ -213,8 +214,10 @@ double fit_spline(std::span<const double> knots, std::span<const TubePlace> plac
          gap = (near_places ? kFirstSampleGap : kFirstGap) * (steps ? kFirstStepGap * scale_of(work) : value),
          centring = 0.3;
   double worst = set_states(gap / terms, work);
-  while (work.iterations < kMostIterations && value > 0.0 &&
-         (gap > enough * value || worst > kViolation || stationary > kStationary)) {
+  const auto left = [&] {
+    return value > 0.0 && (gap > enough * value || worst > kViolation || stationary > kStationary);
+  };
+  while (work.iterations < kMostIterations && left()) {
     const double mu = std::max(centring * gap, worst > kViolation ? 0.2 * enough * value : 0.0) / terms;
     tube::assemble(mu, work);
     if (!tube::solve(work)) break;
@@ -231,6 +234,7 @@ double fit_spline(std::span<const double> knots, std::span<const TubePlace> plac
     centring = std::clamp((1.0 - length) * (1.0 - length), 0.05, 0.9);
     ++work.iterations;
   }
+  work.converged = !left();
   return std::sqrt(1.0 + worst);
 }
 

@@ -241,6 +241,29 @@ TEST_CASE("Long sample intervals beside short ones are no lines: a curve sampled
     }
 }
 
+TEST_CASE("A curve bulges between samples far apart: it is as fast as through many of them") {
+  const auto spiral = [](double t) {
+    const double w = 8.0 * std::numbers::pi * t, r = 5.0 + 20.0 * t;
+    return Point2{r * std::cos(w), r * std::sin(w)};
+  };
+  CertifiedWork work;
+  const double even = plan_held(sampled(spiral, 0.2, 9), kHeldPart, {}, work).continuous_s;
+  CHECK(plan_held(sampled(spiral, 1.5, 9), kHeldPart, {}, work).continuous_s < 1.01 * even);
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    RandomStream draw(seed, Purpose::kTest);
+    std::vector<double> at{0.0, 1.0};
+    for (int k = 0; k < 1000; ++k) at.push_back(draw.uniform(0.0, 1.0));
+    std::sort(at.begin(), at.end());
+    std::vector<Point2> points;
+    for (const double t : at) points.push_back(spiral(t));
+    const PlanResult result = plan_held(points, kHeldPart, {}, work);
+    INFO("seed " << seed);
+    CHECK(result.points_off_mm <= result.held_mm);
+    CHECK(result.deviation_mm <= 0.2);
+    CHECK(result.continuous_s < 1.03 * even);
+  }
+}
+
 TEST_CASE("Samples nearer to each other than some roundings have no corners by chance") {
   const auto spiral = [](double t) {
     const double w = 6.0 * std::numbers::pi * t, r = 5.0 + 20.0 * t;

@@ -163,6 +163,33 @@ TEST_CASE("A tube that is narrowed about a stretch brings the spline nearer ther
   CHECK(narrower > 0);
 }
 
+TEST_CASE("Between samples of an arc the tube is as wide as two sagittas, beside a line as ever") {
+  constexpr double kRadius = 6.0, kChord = 2.0, kBetween = 0.03, kMost = 0.18;
+  const double angle = 2.0 * std::asin(0.5 * kChord / kRadius);
+  std::vector<Point2> points;
+  for (int i = 0; i < 6; ++i) points.push_back({kChord * i - 12.0, 0.0});
+  for (int i = 0; i < 10; ++i)
+    points.push_back({kRadius * std::sin(angle * i), kRadius * (1.0 - std::cos(angle * i))});
+  TubeWork work;
+  Curve curve;
+  fit_tube(points, {.radius_mm = 1e-4, .between_mm = kBetween, .most_between_mm = kMost}, work, curve);
+  const double sagitta = kRadius * (1.0 - std::cos(0.5 * angle));
+  int on_line = 0, on_arc = 0;
+  for (const TubePlace& place : work.places) {
+    if (place.radius < kBetween) continue;  // a sample
+    const double chord = place.t / kChord;
+    if (chord < 6.0) {
+      ++on_line;
+      CHECK(std::abs(place.radius - kBetween) < 1e-12);
+    } else if (chord > 7.0 && chord < 14.0) {
+      ++on_arc;
+      CHECK(std::abs(place.radius - std::min(kMost, 2.0 * sagitta)) < 0.02 * sagitta);
+    }
+  }
+  CHECK(on_line > 5);
+  CHECK(on_arc > 5);
+}
+
 TEST_CASE("Rounded samples of a line are a line") {
   std::vector<Point2> points;
   for (int i = 0; i <= 1000; ++i)
