@@ -1,13 +1,19 @@
 #include "cli/options.h"
 
+#include <fmt/core.h>
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
+
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
+#include <limits>
 #include <optional>
+#include <type_traits>
 
 #include "cli/commands.h"
 #include "cli/option_set.h"
@@ -43,13 +49,14 @@ Argument& Argument::within(int minimum, int maximum) {
   return *this;
 }
 Argument& Argument::within(double minimum, double maximum) {
-  const auto no_number = [](const std::string& text) {  // the parser library's range lets it pass
+  const auto problem = [minimum, maximum](const std::string& text) {
     double number = 0.0;
-    return CLI::detail::lexical_cast(text, number) && std::isnan(number) ? text + " is not a number"
-                                                                         : std::string();
+    const bool read = CLI::detail::lexical_cast(text, number);
+    return read && number >= minimum && number <= maximum
+               ? std::string()
+               : fmt::format("Value {} not in range {:g} to {:g}", text, minimum, maximum);
   };
-  option_.check(CLI::Validator(no_number, ""));
-  option_.check(CLI::Range(minimum, maximum));
+  option_.check(CLI::Validator(problem, fmt::format("FLOAT in [{:g} - {:g}]", minimum, maximum)));
   return *this;
 }
 // The parser library has a check of its own; its message writes the largest double out.
@@ -67,9 +74,56 @@ Argument& Argument::one_of(std::vector<std::string> words) {
   return *this;
 }
 
+namespace {
+
+template <class T>
+struct NumberOf {
+  using type = T;
+};
+template <class T>
+struct NumberOf<std::optional<T>> {
+  using type = T;
+};
+template <class T>
+struct NumberOf<std::vector<T>> {
+  using type = T;
+};
+
+// The parser library reads "" as 0, the infinite as a number, -1 as the largest unsigned number and a whole
+// number that is too large as the largest one.
+template <class Number>
+std::string number_problem(const std::string& text) {
+  if (text.empty()) return "the value is empty";
+  if constexpr (std::is_floating_point_v<Number>) {
+    Number number = 0;
+    return CLI::detail::lexical_cast(text, number) && !std::isfinite(number)
+               ? text + " is not a finite number"
+               : std::string();
+  } else {
+    using Limits = std::numeric_limits<Number>;
+    errno = 0;
+    bool outside = false;
+    if constexpr (std::is_signed_v<Number>) {
+      const long long number = std::strtoll(text.c_str(), nullptr, 0);
+      outside = number < Limits::min() || number > Limits::max();
+    } else {
+      std::strtoull(text.c_str(), nullptr, 0);
+      outside = text.find('-') != std::string::npos;
+    }
+    return outside || errno == ERANGE
+               ? fmt::format("{} is not a whole number from {} to {}", text, Limits::min(), Limits::max())
+               : std::string();
+  }
+}
+
+}  // namespace
+
 template <class T>
 Argument OptionSet::option(const std::string& name, T& value, const std::string& help) {
-  return Argument(*app_.add_option(name, value, help));
+  using Number = typename NumberOf<T>::type;
+  CLI::Option& added = *app_.add_option(name, value, help);
+  if constexpr (std::is_arithmetic_v<Number>) added.check(CLI::Validator(number_problem<Number>, ""));
+  return Argument(added);
 }
 #define FIRN_OPTION(T) template Argument OptionSet::option(const std::string&, T&, const std::string&)
 FIRN_OPTION(std::string);
@@ -136,6 +190,30 @@ std::string chosen(const CLI::App& app) {
   return command;
 }
 
+bool has_empty_item(const std::string& list, char separator) {
+  return list.empty() || list.front() == separator || list.back() == separator ||
+         list.find(std::string(2, separator)) != std::string::npos;
+}
+
+// The parser library drops empty items of a list.
+std::string empty_item(const CLI::App& app, int argc, const char* const* argv) {
+  const CLI::App* command = &app;
+  while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
+  for (int n = 1; n < argc; ++n) {
+    const std::string word = argv[n];
+    if (word.rfind("--", 0) != 0) continue;
+    const std::size_t equals = word.find('=');
+    const CLI::Option* option = command->get_option_no_throw(word.substr(0, equals));
+    if (option == nullptr || option->get_delimiter() == '\0') continue;
+    if (equals == std::string::npos && n + 1 == argc) continue;
+    const std::string list = equals == std::string::npos ? argv[n + 1] : word.substr(equals + 1);
+    if (has_empty_item(list, option->get_delimiter()))
+      return fmt::format("{}: \"{}\" has an empty item; items are separated by one '{}'",
+                         word.substr(0, equals), list, option->get_delimiter());
+  }
+  return "";
+}
+
 }  // namespace
 
 Call parse_command_line(std::span<const Command> commands, int argc, const char* const* argv) {
@@ -168,8 +246,12 @@ Call parse_command_line(std::span<const Command> commands, int argc, const char*
   } catch (const CLI::CallForVersion&) {
     return printed(app.version() + "\n");
   } catch (const CLI::ParseError& e) {
-    return refused(app, chosen(app), e.what());
+    const std::string problem =
+        empty_item(app, argc, argv);  // of which the library says "1 required missing"
+    return refused(app, chosen(app), problem.empty() ? e.what() : problem);
   }
+  if (const std::string problem = empty_item(app, argc, argv); !problem.empty())
+    return refused(app, chosen(app), problem);
   return {chosen(app), run};
 }
 

@@ -44,11 +44,39 @@ TEST_CASE("A number that cannot be is refused with the option and the number, be
   CHECK_THROWS_WITH(parse({"print", "x.toml", "--tolerance", "-1"}).run(),
                     Catch::Contains("--tolerance: -1 is not a number above 0"));
   CHECK_THROWS_WITH(parse({"print", "x.toml", "--speedup", "inf"}).run(),
-                    Catch::Contains("--speedup: inf is not a number above 0"));
+                    Catch::Contains("--speedup: inf is not a finite number"));
   CHECK_THROWS_WITH(parse({"print", "x.toml", "--tolerance", "two"}).run(),
                     Catch::Contains("two is not a number above 0"));
   CHECK_THROWS_WITH(parse({"compare", "x.toml", "--seeds", "0"}).run(),
                     Catch::Contains("--seeds") && Catch::Contains("0"));
+}
+
+TEST_CASE("A number that its type cannot hold, and an empty one, are refused with the option and the limit") {
+  CHECK_THROWS_WITH(parse({"calibrate", "jet", "--seed", "-1"}).run(),
+                    Catch::Contains("--seed: -1 is not a whole number from 0 to 18446744073709551615"));
+  CHECK_THROWS_WITH(parse({"calibrate", "jet", "--seed", "99999999999999999999"}).run(),
+                    Catch::Contains("--seed: 99999999999999999999 is not a whole number from 0 to"));
+  CHECK_THROWS_WITH(parse({"calibrate", "jet", "--seed", ""}).run(),
+                    Catch::Contains("--seed: the value is empty"));
+  CHECK_THROWS_WITH(
+      parse({"plan", "x.csv", "--machine", "m.toml", "--plot-path", "9223372036854775808"}).run(),
+      Catch::Contains("--plot-path: 9223372036854775808 is not a whole number"));
+  CHECK_THROWS_WITH(parse({"plan", "x.csv", "--machine", "m.toml", "--ramp", "nan"}).run(),
+                    Catch::Contains("--ramp: nan is not a finite number"));
+  CHECK_THROWS_WITH(parse({"calibrate", "jet", "--dwells", "1e300"}).run(),
+                    Catch::Contains("--dwells: Value 1e300 not in range 1 to 3000"));
+}
+
+TEST_CASE("An empty item of a list is refused with the option and the list") {
+  for (const char* list : {"60,,70", "60,70,", ",60,70", ",", ""}) {
+    CAPTURE(list);
+    CHECK_THROWS_WITH(parse({"droplets", "a.png", "b.png", "--delay-us", list}).run(),
+                      Catch::Contains("--delay-us: ") && Catch::Contains("empty"));
+    CHECK_THROWS_WITH(parse({"calibrate", "jet", (std::string("--voltages=") + list).c_str()}).run(),
+                      Catch::Contains("--voltages: ") && Catch::Contains("empty"));
+  }
+  CHECK_THROWS_WITH(parse({"plan", "x.csv", "--machine", "m.toml", "--origin", "1,,2"}).run(),
+                    Catch::Contains("--origin: \"1,,2\" has an empty item; items are separated by one ','"));
 }
 
 TEST_CASE("An unreadable experiment is a configuration error that names the file") {
