@@ -46,11 +46,12 @@ void declare_droplets(OptionSet& options) {
   options
       .option("--delay-us", o.delays_us,
               "strobe delay of each picture, as 20,40,60: velocity, angle, break-off, jitter")
-      .separated_by(',');
-  options.option("--scale", o.scale_um_per_px, "um per pixel").above_zero();
-  options.option("--nozzle-um", o.nozzle_um, "width of the nozzle, which gives the scale").above_zero();
+      .separated_by(',')
+      .within(-1e9, 1e9);
+  options.option("--scale", o.scale_um_per_px, "um per pixel").within(1e-3, 1e4);
+  options.option("--nozzle-um", o.nozzle_um, "width of the nozzle, which gives the scale").within(0.1, 1e5);
   options.option("--target", o.target, "picture of a calibration target: equal dots in a square lattice");
-  options.option("--pitch-um", o.pitch_um, "distance of the target's dots").above_zero();
+  options.option("--pitch-um", o.pitch_um, "distance of the target's dots").within(0.1, 1e5);
   options.option("--background", o.background, "picture of the same scene without a droplet");
   options.option("--objects", o.objects, "droplets against their ground")
       .one_of({"auto", "dark", "bright"})

@@ -165,6 +165,14 @@ TEST_CASE("Wrong pictures and options are refused by file, option and limit") {
   refused({none, "--target", none}, "--pitch-um");
   refused({none, "--target", none, "--pitch-um", "50"}, "none.png: fewer than 9 equal dots");
   refused({none, "--scale", "-1"}, "--scale");
+  refused({none, "--scale", "1e300"}, "--scale: Value 1e300 not in range 0.001 to 10000");
+  refused({none, "--scale", "1e-300"}, "--scale: Value 1e-300 not in range 0.001 to 10000");
+  refused({none, "--scale", "nan"}, "--scale: nan");
+  refused({none, "--nozzle-um", "1e300"}, "--nozzle-um: Value 1e300 not in range 0.1 to 100000");
+  refused({none, "--target", none, "--pitch-um", "1e300"},
+          "--pitch-um: Value 1e300 not in range 0.1 to 100000");
+  refused({none, none, "--delay-us", "60,,70"}, "--delay-us: \"60,,70\" has an empty item");
+  refused({none, none, "--delay-us", "60,1e10"}, "--delay-us: Value 1e10 not in range -1e+09 to 1e+09");
   refused({none, "--objects", "pale"}, "--objects");
 }
 
