@@ -100,8 +100,8 @@ void JetDriver::give_up(std::int32_t code, const std::string& why, std::int64_t 
   reconnect(now_us, fx, why);
 }
 
-std::string JetDriver::refusal_of(const JetPulses& p) const {
-  const JetTraits& t = traits_of(config_.kind);
+std::string refusal_of(const JetPulses& p, const JetConfig& config) {
+  const JetTraits& t = traits_of(config.kind);
   if (!t.second_pulse && (p.echo_v != 0.0 || p.echo_us != 0.0))
     return std::string(t.instrument) + " has one pulse: ECHO and ECHO_US are 0";
   if (p.dwell_v != std::round(p.dwell_v) || p.echo_v != std::round(p.echo_v) || p.dwell_v < t.least_v ||
@@ -113,7 +113,7 @@ std::string JetDriver::refusal_of(const JetPulses& p) const {
   if (t.step_us == 1.0 && !whole_within(p.dwell_us, 1, kMaxJet_us))
     return "the jet takes whole microseconds from 1";
   return jetdrive::waveform_refusal({0, int(p.dwell_v), int(p.echo_v), 0.0, p.dwell_us, 0.0, p.echo_us, 0.0},
-                                    config_.dialect);
+                                    config.dialect);
 }
 
 void JetDriver::service(std::string_view verb, std::span<const double> v, std::int64_t now_us, Effects& fx) {
@@ -142,7 +142,7 @@ void JetDriver::service(std::string_view verb, std::span<const double> v, std::i
     strobe(int(v[0]), int(v[1]), s);
   } else if (verb == "waveform" && v.size() == 4) {
     const JetPulses wanted{v[0], v[1], v[2], v[3]};
-    if (std::string why = refusal_of(wanted); !why.empty())
+    if (std::string why = refusal_of(wanted, config_); !why.empty())
       return refuse_service(kJetLimit, std::move(why), fx);
     return pulses(wanted, std::move(s), fx);
   } else {

@@ -54,6 +54,8 @@ std::string unarmable(const JetConfig& config);
 struct JetPulses {
   double dwell_v = 0.0, echo_v = 0.0, dwell_us = 0.0, echo_us = 0.0;
 };
+/// Why a jet with this configuration refuses them, with value and limit; "": it takes them.
+std::string refusal_of(const JetPulses& pulses, const JetConfig& config);
 
 class JetDriver : public Driver {
  public:
@@ -99,9 +101,6 @@ class JetDriver : public Driver {
   std::int64_t expected_ = 0;
   bool may_fire_ = false;  ///< from the first byte of arming until the instrument confirms that it is off
   std::string not_armed_;  ///< why the jet may have been disarmed since arm(); empty: it was armed
-
- private:
-  std::string refusal_of(const JetPulses& pulses) const;
 };
 
 }  // namespace firn::drivers

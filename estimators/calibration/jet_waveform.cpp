@@ -6,7 +6,7 @@
 namespace firn::calibration {
 namespace {
 
-constexpr std::size_t kLeastDwells = 6, kLeastVoltages = 4;
+constexpr std::size_t kLeastDwells = 6;
 constexpr double kStandsOut = 5.0;  // standard deviations
 
 double std_of(const JetSpeed& s) { return std::max(s.std_m_s, 1e-6); }

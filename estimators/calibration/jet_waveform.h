@@ -1,6 +1,7 @@
 // Estimates the dwell time at which a jet's droplets are fastest, and the voltage that gives them a velocity.
 #pragma once
 
+#include <cstddef>
 #include <span>
 
 #include "estimators/calibration/robust_fit.h"
@@ -33,8 +34,9 @@ struct VoltageLine {
   FitResult fit;
   double at(double v) const { return slope_m_s_v.value * (v - threshold_v.value); }
 };
-/// v = m (U - U0), at one dwell time. @throws Unidentifiable: fewer than four settings; a velocity that does
-/// not rise with the voltage
+inline constexpr std::size_t kLeastVoltages = 4;
+/// v = m (U - U0), at one dwell time. @throws Unidentifiable: fewer than kLeastVoltages settings; a velocity
+/// that does not rise with the voltage
 VoltageLine fit_voltage(std::span<const JetSpeed> speeds, double wanted_m_s);
 
 }  // namespace firn::calibration

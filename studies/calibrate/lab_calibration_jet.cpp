@@ -8,6 +8,7 @@
 
 #include "drivers/jet/jet_driver.h"
 #include "estimators/calibration/jet_waveform.h"
+#include "files/usage_error.h"
 #include "firn/camera_command_t.hpp"
 #include "firn/droplet_sweep_t.hpp"
 #include "firn/enums.h"
@@ -37,6 +38,7 @@ constexpr int kDwells = 13, kFineDwells = 9;
 constexpr double kFineShare = 0.3;                     // of the best dwell time, either side, second round
 constexpr double kLeastVolts = 0.6, kMostVolts = 1.6;  // of the lab's
 constexpr int kVoltages = 11;
+constexpr std::size_t kLeastGivenDwells = 3;  // the fastest lies between others
 constexpr double kTenth_us = 0.1;
 
 constexpr std::pair<NodeId, MakeNode> kJetNodes[] = {{NodeId::kStage, &make_stage},
@@ -55,24 +57,25 @@ std::vector<std::pair<NodeId, MakeNode>> nodes_of(const Experiment& e) {
   return nodes;
 }
 
-/// The first pulse; the second keeps its ratio to it, if the jet has one.
+/// Holds the first pulse of a waveform; the second keeps its ratio to it, if the jet has one.
 struct Pulse {
   double dwell_us = 0.0, volts = 0.0;
 };
+
+double echo_us_of(const JetConfig& jet, const Pulse& p) {
+  if (!drivers::traits_of(jet.kind).second_pulse) return 0.0;
+  return std::round(p.dwell_us * jet.echo_us / jet.dwell_us / kTenth_us) * kTenth_us;
+}
+double echo_v_of(const JetConfig& jet, const Pulse& p) {
+  return drivers::traits_of(jet.kind).second_pulse ? std::round(p.volts * jet.echo_v / jet.dwell_v) : 0.0;
+}
 
 class JetLab final : public CommandedLab {
  public:
   explicit JetLab(const Experiment& e) : CommandedLab(e, nodes_of(e), {}), experiment_(e) {}
 
-  double echo_us(const Pulse& p) const {
-    return single()
-               ? 0.0
-               : std::round(p.dwell_us * experiment_.jet.echo_us / experiment_.jet.dwell_us / kTenth_us) *
-                     kTenth_us;
-  }
-  double echo_v(const Pulse& p) const {
-    return single() ? 0.0 : std::round(p.volts * experiment_.jet.echo_v / experiment_.jet.dwell_v);
-  }
+  double echo_us(const Pulse& p) const { return echo_us_of(experiment_.jet, p); }
+  double echo_v(const Pulse& p) const { return echo_v_of(experiment_.jet, p); }
 
   void get_ready() {
     get_safe(kReadySweep_s);
@@ -117,7 +120,6 @@ class JetLab final : public CommandedLab {
   std::int64_t sweeps() const { return sweeps_; }
 
  private:
-  bool single() const { return !drivers::traits_of(experiment_.jet.kind).second_pulse; }
   void heard(std::string_view channel, std::span<const std::byte> bytes) override {
     if (channel != channels::kDropletSweep.name) return;
     if (auto m = decoded<droplet_sweep_t>(bytes); m && m->sweep_id == sweeps_) sweep_ = std::move(m);
@@ -183,6 +185,34 @@ std::vector<Pulse> first_dwells(const Experiment& e, const LabCalibrationOptions
   return pulses;
 }
 
+void check_count(const char* option, const char* what, const std::vector<double>& given, std::size_t least) {
+  const std::size_t count = std::set<double>(given.begin(), given.end()).size();
+  if (!given.empty() && count < least)
+    throw UsageError(fmt::format("{}: {} different {}, {} at least are needed", option, count, what, least));
+}
+
+void check_pulse(const char* option, double value, const JetConfig& jet, const Pulse& p) {
+  const std::string why =
+      drivers::refusal_of({p.volts, echo_v_of(jet, p), p.dwell_us, echo_us_of(jet, p)}, jet);
+  if (!why.empty()) throw UsageError(fmt::format("{} {:g}: {}", option, value, why));
+}
+
+/// Checks the dwell times and voltages of the user. The jet itself would refuse them when their turn comes.
+/// @throws UsageError naming option, value and limit
+void check_given(const JetConfig& jet, const LabCalibrationOptions& o, double step_us) {
+  check_count("--dwells", "dwell times", o.dwells_us, kLeastGivenDwells);
+  check_count("--voltages", "voltages", o.voltages_v, calibration::kLeastVoltages);
+  for (const double d : o.dwells_us) {
+    if (std::abs(d - in_steps(d, step_us)) > 1e-6)
+      throw UsageError(fmt::format("--dwells {:g}: the jet takes multiples of {:g} us", d, step_us));
+    check_pulse("--dwells", d, jet, {d, jet.dwell_v});
+  }
+  for (const double v : o.voltages_v) {
+    if (v == 0.0) throw UsageError("--voltages 0: a pulse of 0 V drives no droplet");
+    check_pulse("--voltages", v, jet, {jet.dwell_us, v});
+  }
+}
+
 /// @throws Unidentifiable: no maximum within the range
 double coarse_best(const std::vector<JetSpeed>& seen, const std::vector<Pulse>& tried) {
   if (seen.empty())
@@ -211,6 +241,7 @@ LabCalibration calibrate_jet(const Experiment& given, const LabCalibrationOption
       o.velocity_m_s > 0.0 ? o.velocity_m_s : 0.5 * (e.watch.velocity_least_m_s + e.watch.velocity_most_m_s);
   const double step_us = drivers::traits_of(e.jet.kind).step_us;
 
+  check_given(e.jet, o, step_us);
   JetLab lab(e);
   lab.get_ready();
   const std::vector<Pulse> first = first_dwells(e, o, step_us);

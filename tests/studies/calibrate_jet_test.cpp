@@ -5,6 +5,7 @@
 
 #include "core/grid/random.h"
 #include "estimators/calibration/jet_waveform.h"
+#include "files/usage_error.h"
 #include "studies/calibrate/lab_calibrations.h"
 #include "tests/support/long_cases.h"
 #include "tests/support/watched_jet.h"
@@ -114,6 +115,27 @@ TEST_CASE("calibrate jet names the voltage that a velocity beyond the sweep need
   LabCalibrationOptions o;
   o.velocity_m_s = 12.0;
   CHECK_THROWS_WITH(calibrate_jet(resonant_lab(24.0, 8.0, 1), o), Contains("12 m/s need about 8"));
+}
+
+TEST_CASE("calibrate jet refuses dwell times and voltages that cannot be tried, before the lab moves") {
+  const auto refused = [](std::vector<double> dwells_us, std::vector<double> voltages_v, const char* why) {
+    Experiment e = resonant_lab(24.0, 8.0, 1);
+    e.jet.dialect.max_abs_v = 60;
+    LabCalibrationOptions o;
+    o.dwells_us = std::move(dwells_us);
+    o.voltages_v = std::move(voltages_v);
+    CAPTURE(why);
+    CHECK_THROWS_WITH(calibrate_jet(e, o), Contains(why));
+    CHECK_THROWS_AS(calibrate_jet(e, o), UsageError);
+  };
+  refused({20}, {}, "--dwells: 1 different dwell times, 3 at least are needed");
+  refused({20, 20, 24, 24}, {}, "--dwells: 2 different dwell times, 3 at least are needed");
+  refused({1, 2, 3000}, {}, "--dwells 3000: echo time 6000 us is outside [0, 3276.7] us");
+  refused({16.03, 20, 24}, {}, "--dwells 16.03: the jet takes multiples of 0.1 us");
+  refused({}, {20}, "--voltages: 1 different voltages, 4 at least are needed");
+  refused({}, {20, 30, 40, 61}, "--voltages 61: dwell voltage 61 V is beyond +-60 V");
+  refused({}, {0, 20, 30, 40}, "--voltages 0: a pulse of 0 V drives no droplet");
+  refused({}, {20.4, 21, 30, 40}, "--voltages 20.4: the jet takes whole volts");
 }
 
 }  // namespace firn
