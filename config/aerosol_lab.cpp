@@ -131,6 +131,11 @@ void check_aerosol(Rules& r) {
             {"control.smf.output_limit", "lab.kind"},
             "must be below 1 where lab.kind = " + r.value("lab.kind"));
   check_without_profiler(r);
+  check_stage_travel(r);
+  if (has_profiler(e)) check_scan_speed(r);
+  if (on(e.camera.use))
+    r.at_most("process.pass_speed_mm_s", e.process.pass_speed_mm_s, "stage.max_speed_mm_s",
+              e.stage.max_speed_mm_s);
   check_gas(r);
   check_platen(r);
 }

@@ -181,7 +181,7 @@ void check_estimator(Rules& r) {
             "and control.adapt_model learn the same: one of them only");
 }
 
-void check_axis(Rules& r, double low_mm, double high_mm, const char* what,
+void check_axis(const Rules& r, double low_mm, double high_mm, const char* what,
                 std::initializer_list<const char*> keys, const char* min_key, double min_mm,
                 const char* max_key, double max_mm) {
   r.require(low_mm >= min_mm && high_mm <= max_mm, keys,
@@ -193,14 +193,9 @@ void check_stage(Rules& r) {
   const Experiment& e = r.experiment();
   const StageConfig& s = e.stage;
   const ProcessConfig& p = e.process;
-  const auto ordered = [&](const char* low, double a, const char* high, double b) {
-    r.require(a < b, {low, high}, std::string("must be below ") + high + " = " + r.value(high));
-  };
-  ordered("stage.x_min_mm", s.x_min_mm, "stage.x_max_mm", s.x_max_mm);
-  ordered("stage.y_min_mm", s.y_min_mm, "stage.y_max_mm", s.y_max_mm);
-  ordered("stage.z_min_mm", s.z_min_mm, "stage.z_max_mm", s.z_max_mm);
+  check_stage_travel(r);
   r.at_most("process.pass_speed_mm_s", p.pass_speed_mm_s, "stage.max_speed_mm_s", s.max_speed_mm_s);
-  r.at_most("process.scan_speed_mm_s", p.scan_speed_mm_s, "stage.max_speed_mm_s", s.max_speed_mm_s);
+  check_scan_speed(r);
   r.at_most("grid.nx", e.grid.nx, "stage.array_limit", s.array_limit);
 
   // Nozzle B is above a cell when the stage is short of the cell by the offset.
@@ -225,9 +220,9 @@ void check_stage(Rules& r) {
              {"grid.origin_y_mm", "grid.ny", "grid.pitch_y_mm", "laser_profiler.offset_y_mm",
               "jet_b.offset_y_mm", "stage.y_min_mm", "stage.y_max_mm"},
              "stage.y_min_mm", s.y_min_mm, "stage.y_max_mm", s.y_max_mm);
-  const double gap_mm = p.nozzle_gap_mm + (two ? std::max(0.0, e.jet_b.offset_z_mm) : 0.0);
   if (two)
-    check_axis(r, p.nozzle_gap_mm + std::min(0.0, e.jet_b.offset_z_mm), gap_mm, "the gap of nozzle B",
+    check_axis(r, p.nozzle_gap_mm + std::min(0.0, e.jet_b.offset_z_mm),
+               p.nozzle_gap_mm + std::max(0.0, e.jet_b.offset_z_mm), "the gap of nozzle B",
                {"jet_b.offset_z_mm", "process.nozzle_gap_mm", "stage.z_min_mm", "stage.z_max_mm"},
                "stage.z_min_mm", s.z_min_mm, "stage.z_max_mm", s.z_max_mm);
   check_axis(r, p.park_x_mm, p.park_x_mm, "parking",
@@ -236,6 +231,20 @@ void check_stage(Rules& r) {
   check_axis(r, p.park_y_mm, p.park_y_mm, "parking",
              {"process.park_y_mm", "stage.y_min_mm", "stage.y_max_mm"}, "stage.y_min_mm", s.y_min_mm,
              "stage.y_max_mm", s.y_max_mm);
+}
+
+// The jet is watched at one place of the stage.
+void check_watch(Rules& r) {
+  const Experiment& e = r.experiment();
+  const droplet::WatchOptions& w = e.watch;
+  const StageConfig& s = e.stage;
+  if (!on(e.camera.use)) return;
+  r.below("watch.velocity_least_m_s", w.velocity_least_m_s, "watch.velocity_most_m_s", w.velocity_most_m_s);
+  if (!on(w.gate) && !on(w.placement)) return;
+  check_axis(r, w.x_mm, w.x_mm, "the camera", {"watch.x_mm", "stage.x_min_mm", "stage.x_max_mm"},
+             "stage.x_min_mm", s.x_min_mm, "stage.x_max_mm", s.x_max_mm);
+  check_axis(r, w.y_mm, w.y_mm, "the camera", {"watch.y_mm", "stage.y_min_mm", "stage.y_max_mm"},
+             "stage.y_min_mm", s.y_min_mm, "stage.y_max_mm", s.y_max_mm);
 }
 
 void check_instruments(Rules& r) {
@@ -291,6 +300,35 @@ void Rules::at_most(const char* key, double actual, const char* limit_key, doubl
           std::string("must not exceed ") + limit_key + " = " + value(limit_key));
 }
 
+void Rules::below(const char* low_key, double low, const char* high_key, double high) const {
+  require(low < high, {low_key, high_key},
+          std::string("must be below ") + high_key + " = " + value(high_key));
+}
+
+void check_stage_travel(const Rules& r) {
+  const StageConfig& s = r.experiment().stage;
+  r.below("stage.x_min_mm", s.x_min_mm, "stage.x_max_mm", s.x_max_mm);
+  r.below("stage.y_min_mm", s.y_min_mm, "stage.y_max_mm", s.y_max_mm);
+  r.below("stage.z_min_mm", s.z_min_mm, "stage.z_max_mm", s.z_max_mm);
+  const double gap_mm = r.experiment().process.nozzle_gap_mm;
+  check_axis(r, gap_mm, gap_mm, "the nozzle's gap",
+             {"process.nozzle_gap_mm", "stage.z_min_mm", "stage.z_max_mm"}, "stage.z_min_mm", s.z_min_mm,
+             "stage.z_max_mm", s.z_max_mm);
+}
+
+void check_scan_speed(const Rules& r) {
+  const Experiment& e = r.experiment();
+  const double speed = e.process.scan_speed_mm_s;
+  r.at_most("process.scan_speed_mm_s", speed, "stage.max_speed_mm_s", e.stage.max_speed_mm_s);
+  // The pulse output counts from one row before the first one, where the stage is at rest.
+  const double run_up_mm = speed * speed / (2.0 * e.stage.acceleration_mm_s2);
+  r.require(run_up_mm <= e.grid.pitch_y_mm * (1.0 + 1e-9),
+            {"process.scan_speed_mm_s", "stage.acceleration_mm_s2", "grid.pitch_y_mm"},
+            "needs " + mm(run_up_mm) +
+                " of run-up at stage.acceleration_mm_s2 = " + r.value("stage.acceleration_mm_s2") +
+                ", and has one row: grid.pitch_y_mm = " + r.value("grid.pitch_y_mm"));
+}
+
 void check_inkjet_lab(Rules& rules) {
   if (!control::is_python_scheme(rules.experiment().control.scheme)) rules.scheme_of(control::schemes());
   check_part(rules);
@@ -299,6 +337,7 @@ void check_inkjet_lab(Rules& rules) {
   check_passes(rules);
   check_estimator(rules);
   check_stage(rules);
+  check_watch(rules);
   check_instruments(rules);
 }
 

@@ -19,6 +19,7 @@ class Rules {
         std::vector<ConfigError>* all = nullptr);
 
   Experiment& experiment() { return experiment_; }
+  const Experiment& experiment() const { return experiment_; }
 
   /// The value of a key as text, with its unit.
   std::string value(const std::string& key) const;
@@ -27,6 +28,7 @@ class Rules {
   /// @throws ConfigError unless ok
   void require(bool ok, std::initializer_list<const char*> keys, const std::string& problem) const;
   void at_most(const char* key, double actual, const char* limit_key, double limit) const;
+  void below(const char* low_key, double low, const char* high_key, double high) const;
 
   /// @throws ConfigError unless the lab's table of control schemes has control.scheme
   template <class Scheme>
@@ -47,6 +49,11 @@ class Rules {
   std::string file_;
   std::vector<ConfigError>* all_;
 };
+
+/// Checks that the soft limits of the stage leave it a travel, and the height of the nozzle in it.
+void check_stage_travel(const Rules& rules);
+/// Checks the speed of the profiler's scan: the stage reaches it within one row.
+void check_scan_speed(const Rules& rules);
 
 void check_inkjet_lab(Rules& rules);
 void check_ice_lab(Rules& rules);

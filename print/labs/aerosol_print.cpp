@@ -97,6 +97,7 @@ Experiment fullest_aerosol() {
   e.heater.platen_degC = 40.0;
   e.camera.use = OnOff::kOn;
   e.grid = {50, 50, 0.02, 0.02, 0.0, 0.0};
+  e.process.scan_speed_mm_s = 4.0;
   return e;
 }
 

@@ -109,6 +109,26 @@ TEST_CASE("An aerosol lab without a profiler steers by width or not at all, and 
                     Contains("devices.laser_profiler.port"));
 }
 
+TEST_CASE("Limits of an aerosol lab's stage that leave it no travel are refused by file, keys and values") {
+  const std::pair<std::vector<std::string>, const char*> wrong[] = {
+      {{"stage.x_min_mm=60", "stage.x_max_mm=50"},
+       "--set: stage.x_min_mm = 60.0 mm: must be below stage.x_max_mm = 50.0 mm"},
+      {{"stage.y_min_mm=300"}, "--set: stage.y_min_mm = 300.0 mm: must be below stage.y_max_mm = 150.0 mm"},
+      {{"stage.z_max_mm=-10"}, "stage.z_min_mm = -10.0 mm: must be below stage.z_max_mm = -10.0 mm"},
+      {{"process.nozzle_gap_mm=90"}, "the nozzle's gap needs 90.000 mm to 90.000 mm, outside stage.z_min_mm"},
+      {{"process.scan_speed_mm_s=60"},
+       "process.scan_speed_mm_s = 60.0 mm/s: must not exceed stage.max_speed_mm_s = 50.0 mm/s"},
+      {{"process.scan_speed_mm_s=5"}, "process.scan_speed_mm_s = 5.0 mm/s: needs 0.025 mm of run-up"},
+      {{"process.pass_speed_mm_s=60", "camera.use='on'"},
+       "process.pass_speed_mm_s = 60.0 mm/s: must not exceed stage.max_speed_mm_s = 50.0 mm/s"}};
+  for (const auto& [set, why] : wrong) CHECK_THROWS_WITH(meander(set), Contains(why));
+  auto files = read_with_includes(kMeander);
+  files.emplace_back("my-lab.toml", "[stage]\nx_min_mm = 60.0\nx_max_mm = 50.0\n");
+  CHECK_THROWS_WITH(
+      parse_experiment(files, {}),
+      Contains("my-lab.toml:2: stage.x_min_mm = 60.0 mm: must be below stage.x_max_mm = 50.0 mm"));
+}
+
 TEST_CASE("Gas and platen of an aerosol lab are refused by key, value and limit") {
   const std::pair<const char*, const char*> wrong[] = {
       {"gas.atomizer_sccm=101", "gas.atomizer_max_sccm = 100.0 sccm"},

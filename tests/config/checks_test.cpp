@@ -68,6 +68,22 @@ TEST_CASE("Speeds stay within the stage's and the jet's") {
   CHECK(says("jet.max_rate_hz = 500", "fires faster than jet.max_rate_hz = 500 Hz"));
 }
 
+TEST_CASE("The stage reaches the speed of a scan within one row") {
+  CHECK(says(
+      "process.scan_speed_mm_s = 52.0",
+      "process.scan_speed_mm_s = 52.0 mm/s: needs 0.270 mm of run-up at stage.acceleration_mm_s2 = 5000.0"));
+  CHECK(rule_broken_by("process.scan_speed_mm_s = 51.0") == "no error");
+}
+
+TEST_CASE("The band of the jet is a band, and the stage reaches the camera") {
+  CHECK(says("camera.use = \"on\"\nwatch.velocity_least_m_s = 6.0",
+             "watch.velocity_least_m_s = 6.0 m/s: must be below watch.velocity_most_m_s = 6.0 m/s"));
+  const std::string gate = "camera.use = \"on\"\nwatch.gate = \"on\"\n";
+  CHECK(says(gate + "watch.x_mm = 1000.0",
+             "x.toml:3: watch.x_mm = 1000.0 mm: the camera needs 1000.000 mm to"));
+  CHECK(says(gate + "watch.y_mm = -51.0", "outside stage.y_min_mm = -50.0 mm"));
+}
+
 TEST_CASE("Grid, run-up, scan and parking stay within the stage's limits") {
   CHECK(says("grid.origin_x_mm = 145.0", "grid.origin_x_mm = 145.0 mm: the grid with its run-up needs"));
   CHECK(says("grid.origin_y_mm = -50.0", "outside stage.y_min_mm = -50.0 mm"));
@@ -75,6 +91,8 @@ TEST_CASE("Grid, run-up, scan and parking stay within the stage's limits") {
   CHECK(says("stage.acceleration_mm_s2 = 100.0", "run-up"));  // 112 mm of run-up
   CHECK(says("process.park_x_mm = -51.0", "parking"));
   CHECK(says("stage.z_min_mm = 60.0", "must be below stage.z_max_mm"));
+  CHECK(
+      says("process.nozzle_gap_mm = 51.0", "outside stage.z_min_mm = -10.0 mm to stage.z_max_mm = 50.0 mm"));
   CHECK(says("stage.array_limit = 39", "must not exceed stage.array_limit = 39"));
 }
 
