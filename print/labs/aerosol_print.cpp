@@ -1,10 +1,12 @@
 #include "print/labs/aerosol_print.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "config/aerosol_lab.h"
 #include "config/error.h"
+#include "config/swaths.h"
 #include "core/control/lines/visible_width.h"
 #include "core/grid/npy.h"
 #include "core/motion/aerosol/check.h"
@@ -35,6 +37,76 @@ Blobs inputs_of(const Experiment& e, const PrintJob& job, std::vector<std::byte>
           line_blob("target", to_npy(nominal.target)), line_blob("mask", to_npy(nominal.mask))};
 }
 
+/// Travel of the stage along one axis, in the part's frame.
+struct AxisTravel {
+  const char* name;        ///< "x"
+  const char* machine;     ///< its keys in the machine's file
+  const char* soft;        ///< its keys in the lab
+  double low_mm, high_mm;  ///< reached: the machine's and the soft limits' common part
+  double Point2::*along;
+};
+std::array<AxisTravel, 2> travel_of(const Experiment& e, const Machine& machine) {
+  const motion::AerosolMachine m = line_setup_within_travel(e, machine, {}).machine;
+  return {{{"x", "axis_1.low_mm, axis_1.high_mm, aerosol.stage_origin_x_mm", "stage.x_min_mm, stage.x_max_mm",
+            m.stage_low.x_mm, m.stage_high.x_mm, &Point2::x_mm},
+           {"y", "axis_2.low_mm, axis_2.high_mm, aerosol.stage_origin_y_mm", "stage.y_min_mm, stage.y_max_mm",
+            m.stage_low.y_mm, m.stage_high.y_mm, &Point2::y_mm}}};
+}
+
+// A machine whose travel and the lab's soft limits have nothing in common cannot print.
+void check_common_travel(const Experiment& e, const Machine& machine) {
+  Experiment alone = e;
+  alone.stage.x_min_mm = alone.stage.y_min_mm = -1e9;
+  alone.stage.x_max_mm = alone.stage.y_max_mm = 1e9;
+  const auto own = travel_of(alone, machine), both = travel_of(e, machine);
+  const double soft[2][2] = {{e.stage.x_min_mm, e.stage.x_max_mm}, {e.stage.y_min_mm, e.stage.y_max_mm}};
+  for (std::size_t n = 0; n < both.size(); ++n)
+    if (both[n].low_mm >= both[n].high_mm) {
+      const std::string axis = both[n].name;
+      throw UsageError(e.aerosol.machine + ": " + axis + " of the machine, " + motion::text(own[n].low_mm) +
+                       " to " + motion::text(own[n].high_mm) + " mm, and stage." + axis +
+                       "_min_mm = " + motion::text(soft[n][0]) + " to stage." + axis +
+                       "_max_mm = " + motion::text(soft[n][1]) + " mm have no travel in common");
+    }
+}
+
+/// Refuses a place that the stage does not reach.
+void check_reach(const Experiment& e, const std::array<AxisTravel, 2>& travel, const Point2& at,
+                 const std::string& what, const std::string& keys) {
+  for (const AxisTravel& t : travel)
+    if (const double p = at.*t.along; p < t.low_mm - 1e-9 || p > t.high_mm + 1e-9)
+      throw UsageError(e.aerosol.machine + ": " + what + " would take the stage's " + t.name + " to " +
+                       motion::text(p) + " mm, it reaches " + motion::text(t.low_mm) + " to " +
+                       motion::text(t.high_mm) + " mm (" + t.machine + "; of the lab " + t.soft + "); " +
+                       keys);
+}
+
+// The ends of a scan, and the stops of the camera.
+void check_travel(const Experiment& e, const Machine& machine, const PrintJob& job) {
+  const std::array<AxisTravel, 2> travel = travel_of(e, machine);
+  const GridSpec& g = e.grid;
+  if (has_profiler(e)) {
+    const std::string keys =
+        "grid.origin_x_mm = " + motion::text(g.origin_x_mm) + ", grid.nx = " + std::to_string(g.nx) +
+        ", grid.origin_y_mm = " + motion::text(g.origin_y_mm) + ", grid.ny = " + std::to_string(g.ny);
+    const double middle_mm = 0.5 * (g.x_mm(0) + g.x_mm(g.nx - 1));
+    // As drivers::Stage runs it: from one row before the first to half a row after the last.
+    for (const double shift_mm : swath_shifts_mm(e))
+      for (const double y_mm : {g.y_mm(0) - g.pitch_y_mm, g.y_mm(g.ny - 1) + 0.5 * g.pitch_y_mm})
+        check_reach(e, travel, {middle_mm + shift_mm, y_mm}, "the scan", keys);
+  }
+  if (!on(e.camera.use)) return;
+  const std::string keys = "aerosol.camera_x_mm = " + motion::text(e.aerosol.camera_x_mm) +
+                           ", aerosol.camera_y_mm = " + motion::text(e.aerosol.camera_y_mm);
+  const auto stop = [&](std::int32_t segment, const Point2& at) {
+    check_reach(e, travel, {at.x_mm - e.aerosol.camera_x_mm, at.y_mm - e.aerosol.camera_y_mm},
+                "the camera's stop over segments[" + std::to_string(segment) + "]", keys);
+  };
+  for (const LineStation& s : line_stations(job, e.aerosol.station_mm)) stop(s.segment, s.at);
+  if (has_profiler(e)) return;
+  for (const LineEnd& end : line_ends(job, 0.0)) stop(end.segment, end.at);
+}
+
 Blobs make_aerosol_inputs(const Experiment& e, const std::filesystem::path& folder) {
   const PrintJob job = read_print_job(folder / e.aerosol.job);
   std::vector<std::byte> machine = read_bytes(folder / e.aerosol.machine, "aerosol.machine");
@@ -42,6 +114,7 @@ Blobs make_aerosol_inputs(const Experiment& e, const std::filesystem::path& fold
   if (parsed.kind != "aerosol")
     throw ConfigError((folder / e.aerosol.machine).string(), 0, "aerosol.machine",
                       "aerosol.machine: machine.kind is \"" + parsed.kind + "\", not \"aerosol\"");
+  check_common_travel(e, parsed);
   for (const motion::Refusal& r : motion::check_job(job, line_setup_within_travel(e, parsed, {}).machine))
     throw UsageError(e.aerosol.job + ": segments[" + std::to_string(r.segment) + "]: " + r.reason);
   return inputs_of(e, job, std::move(machine));
@@ -77,9 +150,11 @@ void check_aerosol_inputs(const Experiment& e, const Blobs& inputs) {
                          std::to_string(g.x_mm(0)) + " to " + std::to_string(g.x_mm(g.nx - 1)) + ", y " +
                          std::to_string(g.y_mm(0)) + " to " + std::to_string(g.y_mm(g.ny - 1)) + " mm");
   check_height(e, job);
+  const Machine machine = machine_of_lines(e, blob(inputs, "machine").bytes);
+  check_common_travel(e, machine);
+  check_travel(e, machine, job);
   try {
-    control::LineController(
-        line_setup_within_travel(e, machine_of_lines(e, blob(inputs, "machine").bytes), job));
+    control::LineController(line_setup_within_travel(e, machine, job));
   } catch (const std::invalid_argument& problem) {
     throw UsageError(e.aerosol.job + ": " + problem.what());
   }

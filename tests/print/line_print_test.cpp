@@ -95,10 +95,70 @@ TEST_CASE("Lines that no print can do are refused by file, segment and limit", "
   CHECK(refusal(near, line + "-2") == "own.json: segments[1]: speed -2 mm/s is not positive");
   CHECK(refusal(near, R"("from": [1, 1], "to": [1, 1], "speed_mm_s": 2)") ==
         "own.json: segments[1]: it has no length: both ends are (1, 1) mm");
-  CHECK(refusal("[-30, 0.5]", line + "2") ==
-        "own.json: segments[0]: the stage's x would go to -30 mm, its range is -25 to 25 mm");
+  CHECK(refusal("[-60, 0.5]", line + "2") ==
+        "own.json: segments[0]: the stage's x would go to -60 mm, its range is -50 to 50 mm");
   CHECK_THAT(refusal(near, line + "0.001"), Catch::Contains("own.json: segments[1]: at 0.001 mm/s") &&
                                                 Catch::Contains("process.nozzle_gap_mm = 3"));
+}
+
+namespace {
+
+// Why a print of lines is refused on a stage of 50 mm with the part's origin in its middle; "": it is not.
+std::string refused_on_small_stage(const std::vector<std::string>& set) {
+  const Experiment e = meander(set);
+  Blobs inputs = make_inputs(e, kPrintFolder);
+  const std::string machine =
+      "[machine]\nname = \"small\"\nkind = \"aerosol\"\n[aerosol]\nv_max_mm_s = 4.0\n"
+      "stage_origin_x_mm = 25.0\nstage_origin_y_mm = 25.0\n"
+      "[axis_1]\nlow_mm = 0.0\nhigh_mm = 50.0\n[axis_2]\nlow_mm = 0.0\nhigh_mm = 50.0\n";
+  const auto* bytes = reinterpret_cast<const std::byte*>(machine.data());
+  for (Blob& b : inputs)
+    if (b.role == "machine") b.bytes = {bytes, bytes + machine.size()};
+  try {
+    check_inputs(e, inputs);
+  } catch (const UsageError& problem) {
+    return problem.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("A scan or a picture beyond the travel of a small stage is refused by file, place and keys",
+          "[line]") {
+  CHECK(refused_on_small_stage({}) == "");
+  CHECK_THAT(refused_on_small_stage({"grid.ny=1830"}),
+             Catch::Contains(
+                 "aerosol.toml: the scan would take the stage's y to 36.59 mm, it reaches -25 to 25 mm") &&
+                 Catch::Contains("axis_2.high_mm") && Catch::Contains("grid.ny = 1830"));
+  CHECK_THAT(refused_on_small_stage({"grid.origin_y_mm=-25", "grid.ny=1700"}),
+             Catch::Contains("the scan would take the stage's y to -25.02 mm"));
+  CHECK(refused_on_small_stage({"stage.y_max_mm=6"}) == "");
+  CHECK_THAT(refused_on_small_stage({"stage.y_max_mm=5.9"}),
+             Catch::Contains("the scan would take the stage's y to 5.99 mm, it reaches -25 to 5.9 mm") &&
+                 Catch::Contains("stage.y_max_mm"));
+  CHECK_THAT(refused_on_small_stage({"camera.use=on"}),
+             Catch::Contains("aerosol.toml: the camera's stop over segments[") &&
+                 Catch::Contains("would take the stage's x to -") &&
+                 Catch::Contains("aerosol.camera_x_mm = 30"));
+  CHECK(refused_on_small_stage({"camera.use=on", "aerosol.camera_x_mm=20"}) == "");
+  CHECK(refused_on_small_stage({"camera.use=on", "aerosol.camera_x_mm=20", "aerosol.width_by=speed",
+                                "devices.laser_profiler.port=none", "grid.ny=1830"}) == "");
+  CHECK_THAT(refused_on_small_stage({"stage.x_min_mm=40", "stage.x_max_mm=50"}),
+             Catch::Contains("aerosol.toml: x of the machine, -25 to 25 mm, and stage.x_min_mm = 40 to "
+                             "stage.x_max_mm = 50 mm have no travel in common"));
+}
+
+TEST_CASE("The shipped jobs of lines and their scans fit the shipped machine", "[line]") {
+  const auto check = [](const std::vector<std::string>& set) {
+    const Experiment e = load_experiment(kPrintFolder / "aerosol-fig7.toml", set);
+    CHECK_NOTHROW(check_inputs(e, make_inputs(e, kPrintFolder)));
+  };
+  check({"camera.use=on"});
+  check({"aerosol.job=thompson-fig11.json", "grid.nx=410", "grid.ny=1830", "grid.origin_x_mm=-0.8",
+         "camera.use=on"});
+  const Experiment e = meander({"camera.use=on"});
+  CHECK_NOTHROW(check_inputs(e, make_inputs(e, kPrintFolder)));
 }
 
 TEST_CASE("An open loop never changes its way", "[line]") {

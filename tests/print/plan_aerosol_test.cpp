@@ -45,7 +45,7 @@ TEST_CASE("The stored job is the paper's Fig. 7 and plans on the stored machine"
   const motion::AerosolMachine machine = aerosol_machine(load_machine(kSource + "/labs/aerosol.toml"));
   CHECK(machine.axis.v_max_mm_s == 4.0);
   CHECK(machine.axis.alpha_mm_s2 == 30.0);
-  CHECK(machine.stage_high.x_mm == 50.0);
+  CHECK(machine.stage_high.x_mm == 100.0);
   CHECK(motion::plan_aerosol(job, machine).ok());
 }
 
@@ -57,7 +57,7 @@ TEST_CASE("firn plan writes the trajectory and the picture, whole, for an aeroso
   o.plot = (scratch / "out.svg").string();
   CHECK(run_plan_aerosol(load_machine(kSource + "/labs/aerosol.toml"), o) == kOk);
   const std::string csv = text_of(o.csv);
-  CHECK_THAT(csv, Catch::StartsWith("t_s,x_mm,y_mm,joint_1_mm,joint_2_mm,shutter_command\n0,0,10,25,15,0\n"));
+  CHECK_THAT(csv, Catch::StartsWith("t_s,x_mm,y_mm,joint_1_mm,joint_2_mm,shutter_command\n0,0,10,50,40,0\n"));
   CHECK_THAT(csv, Contains(",1\n"));
   CHECK_THAT(text_of(o.plot), Catch::StartsWith("<svg ") && Catch::EndsWith("</svg>\n"));
 }
