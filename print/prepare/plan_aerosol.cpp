@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "core/motion/kinematics/fault.h"
+#include "core/path/line_overlap.h"
 #include "files/json.h"
 #include "files/path/print_job_file.h"
 #include "files/path/trajectory_file.h"
@@ -158,6 +159,8 @@ int run_plan_aerosol(const Machine& config, const AerosolPlanOptions& o) {
     std::fputs("firn plan: nothing was written\n", stderr);
     return kFailed;
   }
+  for (const std::string& r : overlap_remarks(job))
+    std::fprintf(stderr, "remark: %s: %s\n", o.job.c_str(), r.c_str());
   const auto write = [](const std::string& file, const std::string& text) {
     if (file.empty()) return;
     write_file_atomically(file, text);

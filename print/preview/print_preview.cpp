@@ -11,6 +11,7 @@
 #include "config/swaths.h"
 #include "core/grid/geometry.h"
 #include "core/grid/npy.h"
+#include "core/path/line_overlap.h"
 #include "core/path/line_stations.h"
 #include "core/path/polyline.h"
 #include "core/planning/path_reach.h"
@@ -203,6 +204,7 @@ PrintPreview of_lines(const Experiment& e, const Blobs& inputs) {
   p.amount = std::llround(p.layers * length_mm);
   p.volume_mm3 = p.layers * open_s * e.aerosol.flow_mm3_s;
   p.materials.emplace_back("ink", p.volume_mm3);
+  for (const std::string& r : overlap_remarks(job)) p.remarks.push_back(e.aerosol.job + ": " + r);
   p.time_s = p.layers * open_s + (p.layers + 1) * double(swath_shifts_mm(e).size()) * scan_s;
   return p;
 }

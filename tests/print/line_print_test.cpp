@@ -73,6 +73,20 @@ TEST_CASE("A preview of lines names length, layers and ink", "[line]") {
              Catch::Contains("lines aerosol-meander.json") && Catch::Contains("240 mm of lines"));
 }
 
+TEST_CASE("A preview remarks on a line that is given twice, by file and segments", "[line]") {
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / "firn-doubled-lines";
+  std::filesystem::create_directories(folder);
+  write_file_atomically(folder / "twice.json", R"({"start": [0.5, 0.5], "end": [0.5, 5.5], "segments": [)"
+                                               R"({"from": [1, 2], "to": [6, 2], "speed_mm_s": 3},)"
+                                               R"({"from": [6, 2], "to": [1, 2], "speed_mm_s": 3}]})");
+  const Experiment e =
+      meander({"aerosol.job='" + (folder / "twice.json").string() + "'", "aerosol.layers=1"});
+  const PrintPreview p = preview_print(e, make_inputs(e, kPrintFolder), kPrintFolder);
+  REQUIRE(p.remarks.size() == 1);
+  CHECK_THAT(p.remarks[0], Catch::Contains("twice.json: segments[1] lies on segments[0] along 5 mm"));
+  CHECK(preview_print(meander(), make_inputs(meander(), kPrintFolder), kPrintFolder).remarks.empty());
+}
+
 TEST_CASE("Lines that no print can do are refused by file, segment and limit", "[line]") {
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / "firn-refused-lines";
   std::filesystem::create_directories(folder);
