@@ -24,6 +24,8 @@ constexpr double kSystematic_px =
 constexpr double kBlurFree_px = 1.5, kBlurred_per_px = 0.025;  // std of a diameter: (blur - free)^2 times it
 constexpr double kCentroid_px = 0.008;                         // of it, what opposite sides do not share
 
+constexpr double kClipped = 0.5;  // of the blur: how far a saturated ground moves an edge that is not fitted
+
 // Evenly spaced directions by bisection: square roots alone give the same bytes on every machine.
 std::array<Point, kRays> directions() {
   std::array<Point, kRays> d{};
@@ -164,10 +166,14 @@ double edge_blur(const std::array<Ray, kRays>& rays, const std::array<double, kR
   return sum * std::sqrt(2 * std::numbers::pi);
 }
 
-// The opacity across the rim, averaged over the rays at equal distances from their halfway points: where it
-// is that of a ring, by its true edge.
-RimFit thin_rim(const std::array<Ray, kRays>& rays, const std::array<double, kRays>& r,
-                const std::array<bool, kRays>& use, double blur_px) {
+/// The opacity across the rim, averaged over the rays at equal distances from their halfway points.
+struct MeanProfile {
+  std::vector<double> opacity;  ///< empty: too few rays
+  double first_px = 0.0, pitch_px = 0.0;
+};
+
+MeanProfile mean_profile(const std::array<Ray, kRays>& rays, const std::array<double, kRays>& r,
+                         const std::array<bool, kRays>& use) {
   constexpr int kInwards = 18, kOutwards = 12;
   const double pitch = rays[0].step;
   std::array<double, kInwards + kOutwards + 1> mean{};
@@ -188,10 +194,35 @@ RimFit thin_rim(const std::array<Ray, kRays>& rays, const std::array<double, kRa
   int first = 0, last = kInwards + kOutwards;
   while (first < last && 2 * n[std::size_t(first)] < most) ++first;
   while (last > first && 2 * n[std::size_t(last)] < most) --last;
-  if (most < kRays / 4) return {};
-  for (int i = first; i <= last; ++i) mean[std::size_t(i)] /= n[std::size_t(i)];
-  return fit_rim(std::span(mean).subspan(std::size_t(first), std::size_t(last - first + 1)),
-                 (first - kInwards) * pitch, pitch, blur_px);
+  MeanProfile profile{{}, (first - kInwards) * pitch, pitch};
+  if (most < kRays / 4) return profile;
+  for (int i = first; i <= last; ++i) profile.opacity.push_back(mean[std::size_t(i)] / n[std::size_t(i)]);
+  return profile;
+}
+
+// Where the profile is that of a ring, by its true edge.
+RimFit thin_rim(const MeanProfile& p, double blur_px) {
+  return p.opacity.empty() ? RimFit{} : fit_rim(p.opacity, p.first_px, p.pitch_px, blur_px);
+}
+
+// Rays whose ground the sensor shows as white.
+std::array<bool, kRays> clipped_rays(const Scene& scene, Point c, const std::array<Ray, kRays>& rays,
+                                     const std::array<bool, kRays>& use) {
+  constexpr std::size_t kGround = 6;
+  const auto u = directions();
+  const Frame& f = scene.frame();
+  std::array<bool, kRays> clipped{};
+  if (scene.light().inverted) return clipped;
+  for (int k = 0; k < kRays; ++k) {
+    int white = 0;
+    for (std::size_t i = rays[k].opacity.size() - kGround; i < rays[k].opacity.size(); ++i) {
+      const int x = std::clamp(int(c.x + u[k].x * rays[k].at(i) + 0.5), 0, f.width - 1),
+                y = std::clamp(int(c.y + u[k].y * rays[k].at(i) + 0.5), 0, f.height - 1);
+      white += f.at(x, y) >= f.white;
+    }
+    clipped[k] = use[k] && 4 * white >= 3 * int(kGround);
+  }
+  return clipped;
 }
 
 void measure_polygon(const std::array<double, kRays>& r, Point centre, Outline& o) {
@@ -267,8 +298,16 @@ Outline outline_with(const Scene& scene, const Silhouette& s, const Bulge& bulge
   if (!fine.valid || inside.empty()) return o;
   o.opacity = statistics::median(inside);
   o.blur_px = edge_blur(rays, edge, use);
-  const RimFit rim_fit = thin_rim(rays, edge, use, o.blur_px);
+  const RimFit rim_fit = thin_rim(mean_profile(rays, edge, use), o.blur_px);
   if (rim_fit.found) o.blur_px = rim_fit.blur_px;
+  const std::array<bool, kRays> clipped = clipped_rays(scene, c, rays, use);
+  ClippedEdge cut;
+  const bool ground_clipped = std::ranges::count(clipped, true) >= kRays / 4;
+  if (ground_clipped && !rim_fit.found) {
+    const MeanProfile p = mean_profile(rays, edge, clipped);
+    if (!p.opacity.empty()) cut = fit_clipped_edge(p.opacity, p.first_px, p.pitch_px, o.blur_px);
+  }
+  if (cut.found) o.blur_px = cut.blur_px;
 
   std::vector<double> off;
   for (int k = 0; k < kRays; ++k)
@@ -286,6 +325,7 @@ Outline outline_with(const Scene& scene, const Silhouette& s, const Bulge& bulge
       edge[k] = e;
     }
     if (rim_fit.found) edge[k] += rim_fit.edge_px;
+    if (cut.found) edge[k] += cut.edge_px;
     edge[k] += o.blur_px * o.blur_px / (2 * std::max(edge[k], o.blur_px));  // less than half the blur
   }
   if (seen < kRays / 4) return o;
@@ -298,7 +338,8 @@ Outline outline_with(const Scene& scene, const Silhouette& s, const Bulge& bulge
   const double unseen = (1 - o.covered) * std::max(0.02 * radius, o.roughness_px);
   const double mean_std = std::sqrt(o.roughness_px * o.roughness_px / independent +
                                     kSystematic_px * kSystematic_px + unseen * unseen);
-  o.diameter_std_px = 2 * mean_std;
+  const double clipped_std = !ground_clipped ? 0.0 : cut.found ? cut.edge_std_px : kClipped * o.blur_px;
+  o.diameter_std_px = 2 * std::sqrt(mean_std * mean_std + clipped_std * clipped_std);
   o.x_std = o.y_std = std::sqrt(1.2 * o.roughness_px * o.roughness_px / independent +
                                 kCentroid_px * kCentroid_px + unseen * unseen);
   o.found = true;

@@ -14,6 +14,8 @@ constexpr double kPlateau = 3.5;    // width of a rim over its blur from which i
 constexpr double kLevelStd = 0.2;   // of the liquid's opacity from 1
 constexpr double kResidual = 0.03;  // of the peak: a profile that is farther from the model is no rim
 constexpr double kLeastBlur_px = 0.8;
+constexpr double kClippedResidual =
+    0.02;  // of the plateau: a profile that is farther from the model is no edge
 constexpr int kRounds = 24;
 
 // exp(-x) for x >= 0 by its series and squares: the same bytes on every machine.
@@ -53,7 +55,115 @@ double cost_of(const Parameters& p, std::span<const double> opacity, double firs
   return square + level * level;
 }
 
+struct EdgeProfile {
+  std::span<const double> opacity;
+  double first_px, pitch_px;
+};
+using EdgeParameters = std::array<double, 4>;  // A, c, edge, blur
+
+// Between pixels the opacity is bilinear: a triangle of +-1 px that comes after the sensor has cut the light
+// off.
+constexpr std::array<double, 5> kPlaces_px{-0.7071, -0.3536, 0.0, 0.3536, 0.7071};
+constexpr std::array<double, 5> kWeights{1.0 / 9, 2.0 / 9, 3.0 / 9, 2.0 / 9, 1.0 / 9};
+constexpr double kInterpolated_px2 = 1.0 / 6;  // variance of these
+
+double clipped_at(const EdgeParameters& p, double d) {
+  double sum = 0.0;
+  for (std::size_t n = 0; n < kPlaces_px.size(); ++n)
+    sum += kWeights[n] * std::max(0.0, (1.0 + p[1]) * distribution((p[2] - d - kPlaces_px[n]) / p[3]) - p[1]);
+  return p[0] * sum;
+}
+
+double cost_of(const EdgeParameters& p, const EdgeProfile& profile) {
+  double square = 0.0;
+  for (std::size_t k = 0; k < profile.opacity.size(); ++k) {
+    const double off = profile.opacity[k] - clipped_at(p, profile.first_px + profile.pitch_px * double(k));
+    square += off * off;
+  }
+  return square;
+}
+
+SmallLeastSquares<4> equations_of(const EdgeParameters& p, const EdgeProfile& profile) {
+  SmallLeastSquares<4> sums;
+  for (std::size_t k = 0; k < profile.opacity.size(); ++k) {
+    const double d = profile.first_px + profile.pitch_px * double(k);
+    double model = 0.0;
+    EdgeParameters row{};
+    for (std::size_t n = 0; n < kPlaces_px.size(); ++n) {
+      const double u = (p[2] - d - kPlaces_px[n]) / p[3], share = distribution(u),
+                   opacity = (1.0 + p[1]) * share - p[1], slope = p[0] * (1.0 + p[1]) * density(u) / p[3];
+      if (opacity <= 0.0) continue;
+      model += kWeights[n] * p[0] * opacity;
+      row[0] += kWeights[n] * opacity;
+      row[1] += kWeights[n] * p[0] * (share - 1.0);
+      row[2] += kWeights[n] * slope;
+      row[3] -= kWeights[n] * slope * u;
+    }
+    if (model > 0.0) sums.add(row, profile.opacity[k] - model, 1.0);
+  }
+  return sums;
+}
+
+constexpr double kMostExcess = 4.0;
+// Of the distance between the halfway point and the edge; measured on drawn discs of 25 to 110 px before
+// light of 1.02 to 2.2 times the white level.
+constexpr double kShiftStd = 0.2, kShiftStdPerExcess = 0.6;
+
+// Damped Gauss-Newton steps from one guess. @returns the cost
+double fit_from(EdgeParameters& p, const EdgeProfile& profile) {
+  double cost = cost_of(p, profile), damping = 1e-3;
+  for (int round = 0; round < kRounds; ++round) {
+    SmallLeastSquares<4> sums = equations_of(p, profile);
+    for (std::size_t n = 0; n < p.size(); ++n) {
+      EdgeParameters row{};
+      row[n] = std::sqrt(damping);
+      sums.add(row, 0.0, 1.0);
+    }
+    EdgeParameters step{};
+    if (!sums.solve(step)) break;
+    EdgeParameters next = p;
+    for (std::size_t n = 0; n < p.size(); ++n) next[n] += step[n];
+    next[0] = std::max(0.1, next[0]);
+    next[1] = std::clamp(next[1], 0.0, 2.0 * kMostExcess);
+    next[3] = std::max(0.5 * kLeastBlur_px, next[3]);
+    if (const double now = cost_of(next, profile); now < cost) {
+      p = next;
+      cost = now;
+      damping = std::max(1e-9, 0.3 * damping);
+    } else {
+      damping *= 6.0;
+    }
+  }
+  return cost;
+}
+
 }  // namespace
+
+ClippedEdge fit_clipped_edge(std::span<const double> opacity, double first_px, double pitch_px,
+                             double blur_px) {
+  ClippedEdge fit;
+  if (opacity.size() < 12) return fit;
+  const auto peak = std::ranges::max_element(opacity);
+  const std::size_t from = std::size_t(peak - opacity.begin());
+  if (opacity.size() - from < 8 || *peak <= 0.0) return fit;
+  const EdgeProfile profile{opacity.subspan(from), first_px + pitch_px * double(from), pitch_px};
+  EdgeParameters best{};
+  double least = -1.0;
+  for (const double excess : {0.1, 0.5, 1.5}) {
+    EdgeParameters p{*peak, excess, 0.0, std::max(kLeastBlur_px, blur_px) * (1.0 + excess)};
+    if (const double cost = fit_from(p, profile); least < 0.0 || cost < least) {
+      least = cost;
+      best = p;
+    }
+  }
+  const double rms = std::sqrt(least / double(profile.opacity.size()));
+  fit = {false, best[2], std::abs(best[2]) * (kShiftStd + kShiftStdPerExcess * best[1]),
+         std::sqrt(best[3] * best[3] + kInterpolated_px2)};
+  fit.found = rms < kClippedResidual * best[0] && best[1] < kMostExcess &&
+              std::abs(best[2]) < 3.0 * best[3] &&
+              best[3] < 2.0 * (std::max(kLeastBlur_px, blur_px) * (1.0 + best[1]));
+  return fit;
+}
 
 RimFit fit_rim(std::span<const double> opacity, double first_px, double pitch_px, double blur_px) {
   RimFit fit;
