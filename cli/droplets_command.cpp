@@ -36,6 +36,7 @@ int run_droplets(const DropletsOptions& o) {
       write_file_atomically(numbered(o.picture, i, a.pictures.size()),
                             {reinterpret_cast<const char*>(png.data()), png.size()});
     }
+  std::fputs(droplets_warnings(a).c_str(), stderr);
   std::fputs((o.json ? droplets_json(a) : droplets_text(a)).c_str(), stdout);
   return kOk;
 }

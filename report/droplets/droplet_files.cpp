@@ -96,6 +96,11 @@ std::map<Size, std::optional<vision::Background>> backgrounds(const DropletReque
   return result;
 }
 
+double saturated_share(const Frame& f) {
+  const auto white = std::ranges::count_if(f.pixels, [&](int pixel) { return pixel >= f.white; });
+  return double(white) / double(f.pixels.size());
+}
+
 }  // namespace
 
 DropletAnalysis analyse_droplets(const DropletRequest& r) {
@@ -112,8 +117,12 @@ DropletAnalysis analyse_droplets(const DropletRequest& r) {
       throw UsageError(r.images[i].string() + ": differs in size or depth from the background " +
                        r.background->string());
     const bool known = found != of_size.end() && found->second.has_value();
-    AnalysedPicture p{r.images[i], f.width, f.height, std::nullopt,
-                      vision::find_droplets(f, known ? &*found->second : nullptr, {r.objects})};
+    AnalysedPicture p{r.images[i],
+                      f.width,
+                      f.height,
+                      std::nullopt,
+                      vision::find_droplets(f, known ? &*found->second : nullptr, {r.objects}),
+                      saturated_share(f)};
     results.push_back(p.result);
     if (!r.delays_us.empty()) {
       p.delay_us = r.delays_us[i];

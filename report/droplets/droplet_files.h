@@ -26,6 +26,7 @@ struct AnalysedPicture {
   int width = 0, height = 0;
   std::optional<double> delay_us;
   vision::DropletPicture result;
+  double saturated = 0.0;  ///< share of the pixels at the white level, from which light was cut off
 };
 
 struct DropletAnalysis {
@@ -40,6 +41,8 @@ struct DropletAnalysis {
 /// @throws UsageError naming the file, or the option, and the limit
 DropletAnalysis analyse_droplets(const DropletRequest& request);
 
+/// Warnings by picture, a line each: pixels that are saturated.
+std::string droplets_warnings(const DropletAnalysis& analysis);
 std::string droplets_json(const DropletAnalysis& analysis);
 std::string droplets_text(const DropletAnalysis& analysis);
 

@@ -70,6 +70,7 @@ Json picture_json(const AnalysedPicture& p, const vision::Scale& scale) {
   j["bright_objects"] = r.bright;
   j["noise"] = r.noise;
   j["blur_px"] = r.blur_px;
+  j["saturated"] = p.saturated;
   j["background"] = r.used_background ? "pictures" : "smooth";
   return j;
 }
@@ -99,6 +100,18 @@ std::string line(const char* name, const Estimate& e, const char* unit) {
 }
 
 }  // namespace
+
+std::string droplets_warnings(const DropletAnalysis& a) {
+  constexpr double kSaturated = 0.01;  // a bright spot in a droplet is less
+  std::string out;
+  for (const AnalysedPicture& p : a.pictures)
+    if (p.saturated > kSaturated)
+      out += fmt::format(
+          "warning: {}: {:.0f} % of the pixels are saturated: edges are less certain there; less light or a "
+          "shorter exposure is needed\n",
+          p.file.string(), 100.0 * p.saturated);
+  return out;
+}
 
 std::string droplets_json(const DropletAnalysis& a) {
   Json pictures = Json::array();

@@ -122,6 +122,23 @@ TEST_CASE("Without a scale a sweep is in pixels, and an empty picture is no drop
   CHECK(with["pictures"][0]["state"] == "drop");
 }
 
+TEST_CASE("A warning names the picture and the share of its pixels that are saturated") {
+  const auto folder = fresh_folder("droplet-saturated");
+  const plant::StrobeJet jet;
+  plant::StrobeCamera bright = photo_camera();
+  bright.light = 1.2;
+  const std::string dark = save(plant::render_strobe(photo_camera(), &jet, 100, 7, 0), folder / "dark.png"),
+                    lit = save(plant::render_strobe(bright, &jet, 100, 7, 1), folder / "lit.png");
+  const Said said = firn_says({"droplets", dark, lit, "--json"});
+  INFO(said.err);
+  REQUIRE(said.code == 0);
+  const Json j = Json::parse(said.out)["pictures"];
+  CHECK(j[0]["saturated"].get<double>() < 0.001);
+  CHECK(j[1]["saturated"].get<double>() > 0.8);
+  CHECK_THAT(said.err,
+             Contains("lit.png: ") && Contains(" % of the pixels are saturated") && !Contains("dark.png"));
+}
+
 TEST_CASE("Wrong pictures and options are refused by file, option and limit") {
   const auto folder = fresh_folder("droplet-errors");
   const std::string none = save(plant::render_strobe(photo_camera(), nullptr, 0, 1, 0), folder / "none.png");
