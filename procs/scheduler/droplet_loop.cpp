@@ -275,7 +275,7 @@ void DropletLoop::proceed(Phase next, Time now, Outbox& out) {
     case Phase::kDisarmJet:
       return send_jet(JetVerb::kDisarm, now, out);
     case Phase::kPark:
-      return send_park(now, out);
+      return send_move(experiment().process.park_x_mm, experiment().process.park_y_mm, now, out);
     case Phase::kCure:
       return send_exposure(now, out);
     default:
@@ -302,17 +302,6 @@ void DropletLoop::send_pass(Time now, Outbox& out) {
   c.fires.assign(fires.cells.begin(), fires.cells.end());
   const double row_s = extent_mm(fires.spec.nx, fires.spec.pitch_x_mm) / c.speed_mm_s + 1.0;
   stamp(c, NodeId::kStage, fires.spec.ny * row_s, now, out);
-  out.send(channels::kStageCommand, c);
-}
-
-void DropletLoop::send_park(Time now, Outbox& out) {
-  stage_command_t c{};
-  c.verb = std::int8_t(StageVerb::kMove);
-  c.x_mm = experiment().process.park_x_mm;
-  c.y_mm = experiment().process.park_y_mm;
-  c.z_mm = experiment().process.nozzle_gap_mm;
-  c.speed_mm_s = experiment().process.pass_speed_mm_s;
-  stamp(c, NodeId::kStage, 10.0, now, out);
   out.send(channels::kStageCommand, c);
 }
 

@@ -56,7 +56,6 @@ class DropletLoop final : public ScanLoop {
   bool waits_for_operator() const override;
   void forget_plan() override { plan_.reset(); }
   void send_pass(Time now, Outbox&);
-  void send_park(Time now, Outbox&);
   double scan_speed_mm_s() const override {
     return experiment().process.scan_speed_mm_s / double(1 << slower_);
   }
@@ -68,7 +67,6 @@ class DropletLoop final : public ScanLoop {
   bool enter_watch(Phase, Time now, Outbox&);  ///< false: no phase of it
   bool watch_answered(Time now, Outbox&);      ///< the same
   void act_on_sweep(Time now, Outbox&);
-  void send_to_camera(Time now, Outbox&);
   void send_jetting(JetVerb verb, Time now, Outbox&);
   void send_pictures(Time now, Outbox&);
 

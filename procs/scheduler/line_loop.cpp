@@ -260,14 +260,8 @@ void LineLoop::send_way(Time now, Outbox& out) {
 bool LineLoop::look_due() const { return !places_.empty() && looked_layer_ != layers_done_; }
 
 void LineLoop::send_to_place(Time now, Outbox& out) {
-  stage_command_t c{};
-  c.verb = std::int8_t(StageVerb::kMove);
-  c.x_mm = places_[look_].x_mm - experiment().aerosol.camera_x_mm;
-  c.y_mm = places_[look_].y_mm - experiment().aerosol.camera_y_mm;
-  c.z_mm = experiment().process.nozzle_gap_mm;
-  c.speed_mm_s = experiment().process.pass_speed_mm_s;
-  stamp(c, NodeId::kStage, 10.0, now, out);
-  out.send(channels::kStageCommand, c);
+  const Point2& p = places_[look_];
+  send_move(p.x_mm - experiment().aerosol.camera_x_mm, p.y_mm - experiment().aerosol.camera_y_mm, now, out);
 }
 
 void LineLoop::send_picture(Time now, Outbox& out) {

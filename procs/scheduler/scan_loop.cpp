@@ -98,6 +98,17 @@ void ScanLoop::send_home(Time now, Outbox& out) {
   out.send(channels::kStageCommand, c);
 }
 
+void ScanLoop::send_move(double x_mm, double y_mm, Time now, Outbox& out) {
+  stage_command_t c{};
+  c.verb = std::int8_t(StageVerb::kMove);
+  c.x_mm = x_mm;
+  c.y_mm = y_mm;
+  c.z_mm = experiment().process.nozzle_gap_mm;
+  c.speed_mm_s = experiment().process.pass_speed_mm_s;
+  stamp(c, NodeId::kStage, 10.0, now, out);
+  out.send(channels::kStageCommand, c);
+}
+
 void ScanLoop::send_scan(Time now, Outbox& out) {
   stage_command_t c = scan_command(experiment(), swath(), scan_speed_mm_s());
   stamp(c, NodeId::kStage, scan_time_s(experiment(), c.speed_mm_s), now, out);

@@ -36,6 +36,9 @@ class ScanLoop : public Scheduler {
   /// "no height map for scan 7" in kAwaitMap, else "no plan for map 7".
   std::string awaited() const override;
 
+  /// Moves the stage to a place, the nozzle at its gap.
+  void send_move(double x_mm, double y_mm, Time now, Outbox&);
+
   /// Errors, heights and times of a map that is acted on; afterwards the times count from zero.
   layer_metrics_t metrics_of(const height_map_t&, Time now);
   /// Their times alone.

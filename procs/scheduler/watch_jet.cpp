@@ -30,7 +30,7 @@ bool DropletLoop::enter_watch(Phase next, Time now, Outbox& out) {
   switch (next) {
     case Phase::kToCamera:
       sweep_.reset();
-      send_to_camera(now, out);
+      send_move(experiment().watch.x_mm, experiment().watch.y_mm, now, out);
       return true;
     case Phase::kPurging:
     case Phase::kJetting:
@@ -110,17 +110,6 @@ void DropletLoop::act_on_sweep(Time now, Outbox& out) {
   watched_layer_ = std::max(1, job_.layer());
   if (firn::on(e.watch.placement)) lead_mm_ = lead_of(m, e.process.pass_speed_mm_s, e.process.nozzle_gap_mm);
   proceed(job_.layer() > 0 ? Phase::kArmJet : Phase::kArmProfiler, now, out);
-}
-
-void DropletLoop::send_to_camera(Time now, Outbox& out) {
-  stage_command_t c{};
-  c.verb = std::int8_t(StageVerb::kMove);
-  c.x_mm = experiment().watch.x_mm;
-  c.y_mm = experiment().watch.y_mm;
-  c.z_mm = experiment().process.nozzle_gap_mm;
-  c.speed_mm_s = experiment().process.pass_speed_mm_s;
-  stamp(c, NodeId::kStage, 10.0, now, out);
-  out.send(channels::kStageCommand, c);
 }
 
 // The camera sees the jet of ink A.
