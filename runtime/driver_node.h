@@ -12,7 +12,6 @@
 #include "firn/device_state_t.hpp"
 #include "firn/enable_t.hpp"
 #include "firn/enums.h"
-#include "firn/fault_t.hpp"
 #include "firn/safe_stop_t.hpp"
 #include "firn/service_order_t.hpp"
 #include "runtime/answering_node.h"
@@ -108,9 +107,8 @@ class DriverNode : public Node, public AnsweringNode {
       answer_.text = "nothing was sent: " + std::string(cause);
       out.send(channels::answer(id_), answer_);
     }
-    send_stop_fault(
-        "command " + std::to_string(answer_.command_id) + " was kept from the port: " + std::string(cause),
-        out);
+    out.report(Severity::kStop, "command " + std::to_string(answer_.command_id) +
+                                    " was kept from the port: " + std::string(cause));
     local_stop(cause, now, out);
   }
 
@@ -211,14 +209,9 @@ class DriverNode : public Node, public AnsweringNode {
       send_state(e.text, out);
       return true;
     } else if constexpr (requires { e.severity; }) {
-      fault_t f{};
       const bool old =
           starting_ && e.severity == Severity::kStop;  // an old incarnation's loss stops no new one
-      f.severity = std::int8_t(old ? Severity::kWarning : e.severity);
-      f.code = e.code;
-      f.node = info(id_).name;
-      f.text = e.text;
-      out.send(channels::fault(id_), std::move(f));
+      out.report(old ? Severity::kWarning : e.severity, e.text, e.code);
     } else if constexpr (requires { e.value; }) {
       (deliver<Measurements>(e.value, now, out), ...);
     }
@@ -234,14 +227,6 @@ class DriverNode : public Node, public AnsweringNode {
     s.identity = driver_.identity();
     s.text = text;
     out.send(channels::device_state(id_), std::move(s));
-  }
-
-  void send_stop_fault(std::string text, Outbox& out) {
-    fault_t f{};
-    f.severity = std::int8_t(Severity::kStop);
-    f.node = info(id_).name;
-    f.text = std::move(text);
-    out.send(channels::fault(id_), std::move(f));
   }
 
   void make_safe(std::string_view, Time now, Outbox& out) {
@@ -260,9 +245,8 @@ class DriverNode : public Node, public AnsweringNode {
     if (driver_.safe() && !in_progress_) return;
     if (guard_.allowed(now)) return watch_lease(out);
     if (stop_pending_) return;
-    send_stop_fault(
-        "the lease ended at " + std::to_string(guard_.lease_until().s()) + " s with a command in progress",
-        out);
+    out.report(Severity::kStop, "the lease ended at " + std::to_string(guard_.lease_until().s()) +
+                                    " s with a command in progress");
     local_stop("the lease ended", now, out);
   }
 

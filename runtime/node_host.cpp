@@ -3,7 +3,6 @@
 #include <new>
 
 #include "firn/enums.h"
-#include "firn/fault_t.hpp"
 #include "lcmtypes/validate.h"
 
 namespace firn {
@@ -101,14 +100,7 @@ void NodeHost::run_handler(const Event& e) {
   }
 }
 
-void NodeHost::refuse(const std::string& why) {
-  fault_t fault;
-  fault.severity = std::int8_t(Severity::kStop);
-  fault.code = 0;
-  fault.node = name_;
-  fault.text = why;
-  outbox_.send(channels::fault(id_), fault);
-}
+void NodeHost::refuse(const std::string& why) { outbox_.report(Severity::kStop, why); }
 
 void NodeHost::apply_timers() {
   for (std::size_t n = 0; n < outbox_.size(); ++n) {

@@ -1,6 +1,7 @@
 #include "runtime/outbox.h"
 
 #include <cstring>
+#include <utility>
 
 #include "firn/enums.h"
 #include "firn/fault_t.hpp"
@@ -56,13 +57,16 @@ void Outbox::push(OutputKind kind, std::string_view channel, std::uint32_t id, T
   entries_.push_back({kind, channel, id, at, arena_.size() - bytes.size(), bytes.size()});
 }
 
-void Outbox::warn(const std::string& text) {
+void Outbox::report(Severity severity, std::string text, std::int32_t code) {
   fault_t f{};
-  f.severity = std::int8_t(Severity::kWarning);
+  f.severity = std::int8_t(severity);
+  f.code = code;
   f.node = info(node_).name;
-  f.text = text;
+  f.text = std::move(text);
   send(channels::fault(node_), std::move(f));
 }
+
+void Outbox::warn(std::string text) { report(Severity::kWarning, std::move(text)); }
 
 void Outbox::wake_at(TimerId t, Time at) { push(OutputKind::kArm, {}, std::uint32_t(t), at, {}); }
 void Outbox::cancel(TimerId t) { push(OutputKind::kCancel, {}, std::uint32_t(t), {}, {}); }

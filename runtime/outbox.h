@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/grid/device.h"
 #include "lcmtypes/channels.h"
 #include "runtime/event.h"
 
@@ -32,7 +33,9 @@ class Outbox {
     push_send(channel.name, place.size());
   }
 
-  void warn(const std::string& text);    ///< sends a fault_t of this node, severity kWarning
+  /// Sends a fault_t of this node.
+  void report(Severity severity, std::string text, std::int32_t code = 0);
+  void warn(std::string text);           ///< the same with severity kWarning
   void wake_at(TimerId timer, Time at);  ///< arms or moves the timer
   void cancel(TimerId timer);
   void write(PortId port, std::span<const std::byte> bytes);  ///< bytes for an instrument; drivers only

@@ -12,7 +12,6 @@
 #include "core/grid/png.h"
 #include "core/vision/lines.h"
 #include "firn/enums.h"
-#include "firn/fault_t.hpp"
 #include "lcmtypes/camera_picture.h"
 #include "lcmtypes/convert.h"
 
@@ -413,11 +412,7 @@ void LineControllerNode::answer(line_plan_t plan,
     d = {};
     d.kind = PlanDecision::kStop;
     d.reason = error.what();
-    fault_t fault{};
-    fault.severity = std::int8_t(Severity::kStop);
-    fault.node = info(NodeId::kController).name;
-    fault.text = error.what();
-    out.send(channels::fault(NodeId::kController), fault);
+    out.report(Severity::kStop, error.what());
   }
   plan.decision = std::int8_t(d.kind);
   plan.reason = d.reason;

@@ -8,7 +8,6 @@
 #include "core/control/python_scheme.h"
 #include "core/grid/npy.h"
 #include "firn/enums.h"
-#include "firn/fault_t.hpp"
 #include "firn/layer_plan_t.hpp"
 #include "lcmtypes/convert.h"
 #include "procs/controller/line_node.h"
@@ -149,11 +148,7 @@ void ControllerNode::answer(const height_map_t& m, Outbox& out) {
   } catch (const std::exception& error) {
     d.kind = control::Decision::Kind::kStop;
     d.reason = error.what();
-    fault_t fault{};
-    fault.severity = std::int8_t(Severity::kStop);
-    fault.node = info(NodeId::kController).name;
-    fault.text = error.what();
-    out.send(channels::fault(NodeId::kController), fault);
+    out.report(Severity::kStop, error.what());
   }
   plan.decision = std::int8_t(d.kind);
   plan.objective_mm = d.objective_mm;

@@ -9,7 +9,6 @@
 #include "core/slice/coverage/footprint.h"
 #include "firn/control_surface_t.hpp"
 #include "firn/enums.h"
-#include "firn/fault_t.hpp"
 #include "lcmtypes/convert.h"
 #include "procs/controller/python_surface.h"
 
@@ -76,11 +75,7 @@ void SurfaceControllerNode::answer(const height_map_t& m, Outbox& out) {
   } catch (const std::exception& error) {
     d.reason = error.what();
     d.u = HeightMap(from_message(m.grid), 0.0);
-    fault_t fault{};
-    fault.severity = std::int8_t(Severity::kStop);
-    fault.node = info(NodeId::kController).name;
-    fault.text = error.what();
-    out.send(channels::fault(NodeId::kController), fault);
+    out.report(Severity::kStop, error.what());
   }
   answer.decision = std::int8_t(d.kind);
   answer.saturated_fraction = d.saturated_fraction;

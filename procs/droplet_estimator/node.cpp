@@ -8,7 +8,6 @@
 #include "core/control/python_scheme.h"
 #include "core/grid/npy.h"
 #include "firn/enums.h"
-#include "firn/fault_t.hpp"
 #include "firn/height_model_t.hpp"
 #include "lcmtypes/convert.h"
 
@@ -92,11 +91,7 @@ void DropletEstimatorNode::learn(const height_map_t& m, Outbox& out) {
   } catch (const std::invalid_argument& error) {
     out.warn("HEIGHT_MAP " + std::to_string(m.map_id) + ": " + error.what());
   } catch (const std::runtime_error& error) {
-    fault_t fault{};
-    fault.severity = std::int8_t(Severity::kStop);
-    fault.node = info(NodeId::kDropletEstimator).name;
-    fault.text = error.what();
-    out.send(channels::fault(NodeId::kDropletEstimator), fault);
+    out.report(Severity::kStop, error.what());
   }
 }
 

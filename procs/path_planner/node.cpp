@@ -7,7 +7,6 @@
 #include "config/ice_lab.h"
 #include "core/planning/path_reach.h"
 #include "firn/enums.h"
-#include "firn/fault_t.hpp"
 #include "firn/path_job_t.hpp"
 #include "firn/pulse_list_t.hpp"
 #include "lcmtypes/convert.h"
@@ -19,14 +18,6 @@ constexpr TimerId kAhead{1};
 constexpr double kAheadAfter_s = 0.001;
 constexpr std::size_t kMostRefusals = 20;
 constexpr double kMissingShare = 0.01;
-
-void tell(Severity severity, const std::string& text, Outbox& out) {
-  fault_t f{};
-  f.severity = std::int8_t(severity);
-  f.node = info(NodeId::kPathPlanner).name;
-  f.text = text;
-  out.send(channels::fault(NodeId::kPathPlanner), f);
-}
 
 path_job_t job_of(const planning::PathTask& t) {
   path_job_t job{};
@@ -97,7 +88,7 @@ bool PathPlannerNode::refuse_unreachable(Outbox& out) {
     job.text = refused[n].text;
     out.send(channels::kPathJob, std::move(job));
   }
-  if (!refused.empty()) tell(Severity::kStop, planning::refusal(refused.front()), out);
+  if (!refused.empty()) out.report(Severity::kStop, planning::refusal(refused.front()));
   return !refused.empty();
 }
 
@@ -132,10 +123,9 @@ void PathPlannerNode::send_batch(const Batch& batch, int next_below, std::int64_
     send_path(batch.tasks[n], planned, int(n), int(batch.tasks.size()), map_id, out);
   }
   if (missing_mm3 > kMissingShare * wanted_mm3)
-    tell(Severity::kWarning,
-         "batch " + std::to_string(batch_) + " wants " + std::to_string(missing_mm3) +
-             " mm3 more than the valves give at its speeds",
-         out);
+    out.report(Severity::kWarning, "batch " + std::to_string(batch_) + " wants " +
+                                       std::to_string(missing_mm3) +
+                                       " mm3 more than the valves give at its speeds");
   ahead_ = batch_after(next_below);
   if (!motions_keep_) std::erase_if(ahead_.tasks, [](const planning::PathTask& t) { return t.deposits(); });
   ahead_next_ = 0;

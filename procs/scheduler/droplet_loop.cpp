@@ -137,9 +137,9 @@ bool DropletLoop::rejected(const height_map_t& m, Time now, Outbox& out) {
             " is needed";
   if (scan_attempt_ < experiment().process.max_rescans) {
     if (many && slower_ < kMostHalvings) ++slower_;
-    send_fault(
-        Severity::kWarning, 13,
-        what + "; measuring again" + (many ? " at " + std::to_string(scan_speed_mm_s()) + " mm/s" : ""), out);
+    out.report(
+        Severity::kWarning,
+        what + "; measuring again" + (many ? " at " + std::to_string(scan_speed_mm_s()) + " mm/s" : ""), 13);
     scan_again(now, out);
     return true;
   }
@@ -148,7 +148,7 @@ bool DropletLoop::rejected(const height_map_t& m, Time now, Outbox& out) {
     fail(13, what, now, out);
     return true;
   }
-  send_fault(Severity::kWarning, 13, what + "; the layer is decided without them", out);
+  out.report(Severity::kWarning, what + "; the layer is decided without them", 13);
   return false;
 }
 
@@ -200,7 +200,7 @@ bool DropletLoop::stopped_by_height(const height_map_t& m, Time now, Outbox& out
   if (what.empty()) return false;
   const std::string text = "layer " + std::to_string(m.layer) + ": " + what;
   if (scan_attempt_ < experiment().process.max_rescans) {
-    send_fault(Severity::kWarning, 6, text + "; measuring again", out);
+    out.report(Severity::kWarning, text + "; measuring again", 6);
     scan_again(now, out);
     return true;
   }

@@ -130,7 +130,7 @@ bool LineLoop::rejected(const height_map_t& m, Time now, Outbox& out) {
                            " is needed, and lost " + std::to_string(m.rows_expected - m.rows_received) +
                            " rows";
   if (scan_attempt_ < experiment().process.max_rescans) {
-    send_fault(Severity::kWarning, 13, what + "; measuring again", out);
+    out.report(Severity::kWarning, what + "; measuring again", 13);
     scan_again(now, out);
     return true;
   }

@@ -175,10 +175,10 @@ void PathLoop::settle_list(const answer_t& count, Time now, Outbox& out) {
         closed_ = in_doubt_ = true;
         doubt_accepted_ = false;
       }
-      send_fault(
-          Severity::kWarning, 3,
+      out.report(
+          Severity::kWarning,
           path + ": the valve fired " + std::to_string(pulses) + " of " + std::to_string(listed) + " pulses",
-          out);
+          3);
     }
     measured_s_ += double(m.counted) * 1e-6;
     const double slip_s = std::abs(double(m.counted - m.expected)) * 1e-6;
@@ -285,7 +285,7 @@ void PathLoop::act_on_batch(Time now, Outbox& out) {
         "path " + std::to_string(t.job.path) + " of layer " + std::to_string(t.job.layer) + ": " + why;
     if (raised_) return fail(6, text, now, out);
     raised_ = true;
-    send_fault(Severity::kWarning, 6, text + "; raising and measuring again", out);
+    out.report(Severity::kWarning, text + "; raising and measuring again", 6);
     return proceed(Phase::kRaise, now, out);
   }
   raised_ = false;
@@ -322,7 +322,7 @@ void PathLoop::act_on_map(Time now, Outbox& out) {
           13, what + (deposited ? "; the surface may be beyond the laser's range: a valve stays open?" : ""),
           now, out);
     }
-    send_fault(Severity::kWarning, 13, what + "; measuring again", out);
+    out.report(Severity::kWarning, what + "; measuring again", 13);
     count_phase_time(now);
     return measure_again(now, out);
   }
@@ -372,7 +372,7 @@ void PathLoop::act_on_surface(Time now, Outbox& out) {
                std::to_string(m.saturated_fraction) + " of its cells: mean error " +
                std::to_string(m.mean_error_mm) + " mm, RMS " + std::to_string(m.rms_mm) + " mm";
     if (missed.empty()) return finish_run(RunOutcome::kFinished, 0, m.reason, out);
-    send_fault(Severity::kWarning, 12, missed, out);
+    out.report(Severity::kWarning, missed, 12);
     return finish_run(RunOutcome::kOutOfTolerance, 1, m.reason + ", but it is not what was wanted: " + missed,
                       out);
   }
@@ -392,7 +392,7 @@ int PathLoop::layers_laid(int layer) const {
 bool PathLoop::doubted(const height_map_t& m, Time now, Outbox& out) {
   if (mapped_layers_ > 0 || in_doubt_) return false;
   const FirstMapDoubt doubt = doubt_of_first_map(experiment(), paths_, m, newest_);
-  if (!doubt.warning.empty()) send_fault(Severity::kWarning, 15, doubt.warning, out);
+  if (!doubt.warning.empty()) out.report(Severity::kWarning, doubt.warning, 15);
   return stopped_by_doubt(doubt.stop, scan_attempt_, Phase::kLoadScan, now, out);
 }
 
@@ -404,7 +404,7 @@ void PathLoop::scan_again(Time now, Outbox& out) {
 void PathLoop::stop_for_operator(const std::string& who, const std::string& reason, Outbox& out) {
   dry_told_ = layers_done_;
   phase_ = Phase::kLoadScan;  // the surface may not be as it was when somebody has been at the lab
-  send_fault(Severity::kWarning, 12, who + reason, out);
+  out.report(Severity::kWarning, who + reason, 12);
   finish_run(RunOutcome::kWaitsForOperator, 3, reason, out);
 }
 
@@ -434,7 +434,7 @@ void PathLoop::act_on_temperature(Time now, Outbox& out) {
                     ": the valves freeze",
                 now, out);
   if (tip_failed && !one_heater_)
-    send_fault(Severity::kWarning, 10, "heater (a) has failed; (b) alone keeps the valves warm", out);
+    out.report(Severity::kWarning, "heater (a) has failed; (b) alone keeps the valves warm", 10);
   one_heater_ = tip_failed;
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "firn/fault_t.hpp"
 #include "firn/run_end_t.hpp"
 
 namespace firn {
@@ -87,15 +86,14 @@ void Scheduler::on(const operator_command_t& m, Time now, Outbox& out) {
       return;  // safety's
     case OperatorVerb::kSet:
       if (const std::string problem = changes_.set(m.key, m.value); !problem.empty())
-        send_fault(Severity::kWarning, 0, "the operator's change has no effect: " + problem, out);
+        out.report(Severity::kWarning, "the operator's change has no effect: " + problem);
       return;
   }
 }
 
 bool Scheduler::holds(const std::string& place, Outbox& out) {
   if (!paused_) return false;
-  if (!holding_)
-    send_fault(Severity::kNotice, 0, "the print waits " + place + ", as the operator asked", out);
+  if (!holding_) out.report(Severity::kNotice, "the print waits " + place + ", as the operator asked");
   holding_ = true;
   out.cancel(kDeadline);
   return true;
@@ -105,7 +103,7 @@ bool Scheduler::holds(const std::string& place, Outbox& out) {
 void Scheduler::go_on(Time now, Outbox& out) {
   paused_ = false;
   if (!std::exchange(holding_, false) || phase_ == Phase::kGetReady || phase_ == Phase::kStopped) return;
-  send_fault(Severity::kNotice, 0, "the print goes on", out);
+  out.report(Severity::kNotice, "the print goes on");
   phase_since_ = now;
   proceed(phase_, now, out);
 }
@@ -224,17 +222,8 @@ void Scheduler::count_phase_time(Time now) {
   }
 }
 
-void Scheduler::send_fault(Severity severity, int code, const std::string& text, Outbox& out) {
-  fault_t f;
-  f.severity = std::int8_t(severity);
-  f.code = code;
-  f.node = "scheduler";
-  f.text = text;
-  out.send(channels::fault(NodeId::kScheduler), f);
-}
-
 void Scheduler::fail(int code, const std::string& text, Time now, Outbox& out) {
-  send_fault(Severity::kStop, code, text, out);
+  out.report(Severity::kStop, text, code);
   count_phase_time(now);
   if (phase_ != Phase::kGetReady) interrupted_ = phase_;
   phase_ = Phase::kStopped;
@@ -247,7 +236,7 @@ bool Scheduler::stopped_by_doubt(const std::string& doubt, int attempt, Phase me
   if (doubt.empty()) return false;
   if (first && attempt < experiment().process.max_rescans) {
     map_doubted_ = true;
-    send_fault(Severity::kWarning, 15, doubt + "; measuring again", out);
+    out.report(Severity::kWarning, doubt + "; measuring again", 15);
     scan_again(now, out);
     return true;
   }

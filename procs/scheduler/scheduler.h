@@ -105,7 +105,6 @@ class Scheduler : public Node {
   /// Returns true if the operator wants no further layer; the print has ended then.
   bool ended_by_operator(Phase resume_at, Outbox&);
   void finish_run(RunOutcome outcome, int status, const std::string& reason, Outbox&);
-  void send_fault(Severity severity, int code, const std::string& text, Outbox&);
   void fail(int code, const std::string& text, Time now, Outbox&);  ///< FAULT that stops the print
   /// Interlock 15. Returns true if the map is in doubt: it is measured once more, then the print stops.
   /// @param attempt number of the map's measurement @param measure the phase that a resume continues with

@@ -98,14 +98,14 @@ void DropletLoop::act_on_sweep(Time now, Outbox& out) {
   const std::string text = "the jet before layer " + std::to_string(std::max(1, job_.layer())) + ": " + what;
   if (!what.empty() && firn::on(e.watch.gate)) {
     if (!std::exchange(purged_, true)) {
-      send_fault(Severity::kWarning, 11, text + "; purging once", out);
+      out.report(Severity::kWarning, text + "; purging once", 11);
       return proceed(Phase::kPurging, now, out);
     }
     purged_ = false;
     phase_ = Phase::kToCamera;  // a resume looks again
     return fail(11, text, now, out);
   }
-  if (!what.empty()) send_fault(Severity::kWarning, 11, text, out);
+  if (!what.empty()) out.report(Severity::kWarning, text, 11);
   purged_ = false;
   watched_layer_ = std::max(1, job_.layer());
   if (firn::on(e.watch.placement)) lead_mm_ = lead_of(m, e.process.pass_speed_mm_s, e.process.nozzle_gap_mm);
