@@ -11,6 +11,7 @@
 #include <fstream>
 #include <iostream>
 
+#include "cli/output_files.h"
 #include "config/devices.h"
 #include "config/error.h"
 #include "config/include.h"
@@ -109,6 +110,29 @@ void print_calibration(const LabCalibration& c) {
   for (const std::string& line : c.lines) fmt::print("{}\n", line);
   fmt::print("{} data, {} of them left out as outliers; residual {:.3g} {}; {:.0f} s of the lab's time\n",
              c.data, c.outliers, c.residual_std, c.residual_unit, c.lab_s);
+}
+
+// An option that the calibration does not read was meant for another one.
+void refuse_unread_options(const CalibrateLabOptions& o) {
+  const auto only = [&](bool given, const char* option, std::initializer_list<std::string_view> of) {
+    if (!given || std::find(of.begin(), of.end(), o.what) != of.end()) return;
+    std::string names;
+    for (const std::string_view name : of) names += (names.empty() ? "" : ", ") + std::string(name);
+    throw UsageError(std::string(option) + ": not of " + o.what + ", but of " + names);
+  };
+  only(!o.run.speeds_mm_s.empty(), "--speeds", {"laser-offset", "laser-latency", "valve-latency"});
+  only(!o.run.frequencies_hz.empty(), "--frequencies", {"flow-curve"});
+  only(!o.run.dwells_us.empty(), "--dwells", {"jet"});
+  only(!o.run.voltages_v.empty(), "--voltages", {"jet"});
+  only(o.run.velocity_m_s > 0.0, "--velocity", {"jet"});
+  only(o.run.rounds > 1, "--rounds", {"level-table"});
+  only(o.valve != "a", "--valve", {"valve-latency", "flow-curve"});
+}
+
+std::filesystem::path proposal_of(const CalibrateLabOptions& o, const std::filesystem::path& lab) {
+  if (o.write) return lab;
+  return !o.output.empty() ? std::filesystem::path(o.output)
+                           : std::filesystem::path(lab).replace_extension(".proposed.toml");
 }
 
 std::string text_of(const std::filesystem::path& path) {
@@ -222,7 +246,12 @@ int run_calibrate_lab(const CalibrateLabOptions& o) {
   if (o.write && !o.output.empty())
     throw UsageError("--write writes into the lab file: -o has no place beside it");
   const std::filesystem::path lab = !o.lab.empty() ? o.lab : std::string(kind->jet ? kInkjetFile : kIceFile);
+  refuse_unread_options(o);
   const Experiment e = kind->jet ? inkjet_lab(o, lab.string()) : ice_lab(o, lab.string());
+  const std::string written = proposal_of(o, lab).string();
+  check_output_files({lab}, {o.write ? std::string() : written, o.plot});
+  if (o.write) check_output_files({}, {written, o.plot});
+  check_writable({written, o.plot});
   JobProgress progress(o.what);
   LabCalibrationOptions run = o.run;
   run.material = o.valve == "b" ? 1 : 0;
@@ -256,9 +285,7 @@ int run_calibrate_lab(const CalibrateLabOptions& o) {
   if (!c.keys.empty()) {
     const std::string before = text_of(lab), after = with_keys(before, lab_keys(c));
     changes = changed_lines(before, after);
-    proposal = o.write             ? lab
-               : !o.output.empty() ? std::filesystem::path(o.output)
-                                   : std::filesystem::path(lab).replace_extension(".proposed.toml");
+    proposal = proposal_of(o, lab);
     write_text(proposal, after);
   }
   if (o.json) {

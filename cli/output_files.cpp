@@ -1,5 +1,7 @@
 #include "cli/output_files.h"
 
+#include <unistd.h>
+
 #include <system_error>
 
 #include "files/usage_error.h"
@@ -18,6 +20,20 @@ void check_output_files(std::vector<std::filesystem::path> inputs,
         throw UsageError(file + ": would take the place of " + other.string());
     }
     taken.push_back(file);
+  }
+}
+
+void check_writable(std::initializer_list<std::string> outputs) {
+  for (const std::string& file : outputs) {
+    if (file.empty()) continue;
+    std::error_code error;
+    if (std::filesystem::is_directory(file, error)) throw UsageError(file + ": is a folder, not a file");
+    std::filesystem::path folder = std::filesystem::path(file).parent_path();
+    if (folder.empty()) folder = ".";
+    if (!std::filesystem::is_directory(folder, error))
+      throw UsageError(file + ": there is no folder " + folder.string());
+    if (::access(folder.c_str(), W_OK) != 0)
+      throw UsageError(file + ": the folder " + folder.string() + " cannot be written to");
   }
 }
 

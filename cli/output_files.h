@@ -1,4 +1,5 @@
-// check_output_files() refuses a command's outputs that would replace its inputs or each other.
+// check_output_files() refuses a command's outputs that would replace its inputs or each other;
+// check_writable() those that cannot be written.
 #pragma once
 
 #include <filesystem>
@@ -13,5 +14,9 @@ namespace firn {
 /// @throws UsageError
 void check_output_files(std::vector<std::filesystem::path> inputs,
                         std::initializer_list<std::string> outputs);
+
+/// For a command whose work is long: it would end without its result. Empty names are left out.
+/// @throws UsageError: no such folder, not writable, a folder itself
+void check_writable(std::initializer_list<std::string> outputs);
 
 }  // namespace firn

@@ -379,6 +379,32 @@ TEST_CASE("firn calibrate refuses a lab that is missing, a valve that is none an
   CHECK(!run.err.empty());
 }
 
+TEST_CASE(
+    "firn calibrate refuses files that it cannot write and options of other calibrations before the lab "
+    "moves") {
+  const auto folder = fresh_folder("calibrate-refused");
+  const auto refused = [&](std::vector<std::string> words, const std::string& why) {
+    words.insert(words.begin(), "calibrate");
+    const Said said = firn_says(words);
+    CAPTURE(words, said.err);
+    CHECK(said.code == 2);
+    CHECK_THAT(said.err, Contains(why) && !Contains(" %  ETA"));
+  };
+  const std::string lab = kInkjet, out = (folder / "out.toml").string();
+  refused({"jet", lab, "-o", "/nonexistent/x.toml"}, "/nonexistent/x.toml: there is no folder /nonexistent");
+  refused({"jet", lab, "-o", folder.string()}, folder.string() + ": is a folder");
+  refused({"jet", lab, "-o", out, "--plot", "/nonexistent/x.svg"}, "/nonexistent/x.svg: there is no folder");
+  refused({"jet", lab, "-o", out, "--plot", lab}, lab + ": would take the place of " + lab);
+  refused({"jet", lab, "-o", out, "--plot", out}, out + ": would take the place of " + out);
+  refused({"jet", lab, "-o", out, "--speeds", "10"}, "--speeds: not of jet, but of laser-offset");
+  refused({"jet", lab, "-o", out, "--rounds", "3"}, "--rounds: not of jet, but of level-table");
+  refused({"laser-offset", kIce, "-o", out, "--dwells", "10,20,30"},
+          "--dwells: not of laser-offset, but of jet");
+  refused({"laser-offset", kIce, "-o", out, "--velocity", "2"},
+          "--velocity: not of laser-offset, but of jet");
+  CHECK_FALSE(std::filesystem::exists(out));
+}
+
 TEST_CASE("firn identify needs one run, and squares for a spacing") {
   const std::string run = golden("v1-mpc").string();
   const Said two = firn_says({"identify", run, run});
