@@ -3,7 +3,9 @@
 #include <cstdio>
 
 #include "cli/option_set.h"
+#include "cli/output_files.h"
 #include "files/text_file.h"
+#include "files/usage_error.h"
 #include "print/exit_codes.h"
 #include "report/droplets/droplet_files.h"
 
@@ -16,9 +18,24 @@ std::filesystem::path numbered(const std::filesystem::path& out, std::size_t n, 
   return out.parent_path() / (out.stem().string() + "-" + std::to_string(n + 1) + out.extension().string());
 }
 
+void check_picture(const DropletsOptions& o) {
+  if (o.picture.empty()) return;
+  if (std::filesystem::path(o.picture).extension() != ".png")
+    throw UsageError("--picture " + o.picture + ": a PNG is written: the name must end in .png");
+  std::vector<std::filesystem::path> inputs(o.images.begin(), o.images.end());
+  for (const std::string& file : {o.target, o.background})
+    if (!file.empty()) inputs.emplace_back(file);
+  for (std::size_t i = 0; i < o.images.size(); ++i) {
+    const std::string file = numbered(o.picture, i, o.images.size()).string();
+    check_output_files(inputs, {file});
+    check_writable({file});
+  }
+}
+
 }  // namespace
 
 int run_droplets(const DropletsOptions& o) {
+  check_picture(o);
   DropletRequest r;
   r.images.assign(o.images.begin(), o.images.end());
   r.delays_us = o.delays_us;
@@ -48,17 +65,19 @@ void declare_droplets(OptionSet& options) {
       .option("--delay-us", o.delays_us,
               "strobe delay of each picture, as 20,40,60: velocity, angle, break-off, jitter")
       .separated_by(',')
+      .one_value_each()
       .within(-1e9, 1e9);
   options.option("--scale", o.scale_um_per_px, "um per pixel").within(1e-3, 1e4);
   options.option("--nozzle-um", o.nozzle_um, "width of the nozzle, which gives the scale").within(0.1, 1e5);
-  options.option("--target", o.target, "picture of a calibration target: equal dots in a square lattice");
+  options.option("--target", o.target, "picture of a calibration target: equal dots in a square lattice")
+      .not_empty();
   options.option("--pitch-um", o.pitch_um, "distance of the target's dots").within(0.1, 1e5);
-  options.option("--background", o.background, "picture of the same scene without a droplet");
+  options.option("--background", o.background, "picture of the same scene without a droplet").not_empty();
   options.option("--objects", o.objects, "droplets against their ground")
       .one_of({"auto", "dark", "bright"})
       .show_default();
-  options.option("--picture", o.picture,
-                 "writes the pictures with what was found, PNG; several: OUT-1.png …");
+  options.option("--picture", o.picture, "writes the pictures with what was found, PNG; several: OUT-1.png …")
+      .not_empty();
   options.json_flag(o.json);
 }
 

@@ -27,6 +27,7 @@ class Argument {
   Argument& within(int minimum, int maximum);
   Argument& within(double minimum, double maximum);
   Argument& above_zero();
+  Argument& not_empty();
   Argument& one_of(std::vector<std::string> words);
 
  private:

@@ -69,6 +69,13 @@ Argument& Argument::above_zero() {
   option_.check(CLI::Validator(problem, "above 0"));
   return *this;
 }
+Argument& Argument::not_empty() {
+  const auto problem = [](const std::string& text) {
+    return text.empty() ? std::string("the value is empty") : std::string();
+  };
+  option_.check(CLI::Validator(problem, ""));
+  return *this;
+}
 Argument& Argument::one_of(std::vector<std::string> words) {
   option_.check(CLI::IsMember(std::move(words)));
   return *this;

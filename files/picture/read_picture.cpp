@@ -60,6 +60,8 @@ bool ends_as_jpeg(std::string_view bytes) {
 
 DecodedPicture read_picture(const fs::path& file) {
   std::error_code error;
+  if (fs::is_character_file(file, error) || fs::is_block_file(file, error))  // /dev/zero has no end
+    throw UsageError(file.string() + ": is no regular file; a picture is needed");
   if (const auto size = fs::file_size(file, error); !error && size > kMaxPictureFile)
     throw UsageError(file.string() + ": " + std::to_string(size) + " bytes; a picture has at most " +
                      std::to_string(kMaxPictureFile));

@@ -193,6 +193,44 @@ TEST_CASE("Wrong pictures and options are refused by file, option and limit") {
   refused({none, "--objects", "pale"}, "--objects");
 }
 
+TEST_CASE("The picture of the findings takes the place of no picture that was read") {
+  const auto folder = fresh_folder("droplet-outputs");
+  const plant::StrobeJet jet;
+  const std::string a = save(plant::render_strobe(photo_camera(), &jet, 100, 7, 0), folder / "a.png"),
+                    b = save(plant::render_strobe(photo_camera(), &jet, 100, 7, 1), folder / "b-2.png"),
+                    before = file_text(a) + file_text(b);
+  const auto refused = [&](std::vector<std::string> words, const std::string& part) {
+    words.insert(words.begin(), "droplets");
+    const Said said = firn_says(words);
+    CAPTURE(words, said.err);
+    CHECK(said.code == 2);
+    CHECK_THAT(said.err, Contains(part));
+  };
+  refused({a, "--picture", a}, a + ": would take the place of " + a);
+  refused({a, b, "--picture", (folder / "b.png").string()}, b + ": would take the place of " + b);
+  refused({a, "--background", b, "--picture", b}, b + ": would take the place of " + b);
+  refused({a, "--picture", (folder / "seen.jpg").string()},
+          "seen.jpg: a PNG is written: the name must end in .png");
+  refused({a, "--picture", "/nonexistent/seen.png"},
+          "/nonexistent/seen.png: there is no folder /nonexistent");
+  CHECK(file_text(a) + file_text(b) == before);
+  for (const char* option : {"--picture", "--background", "--target"})
+    refused({a, option, "", "--pitch-um", "5"}, std::string(option) + ": the value is empty");
+  refused({"/dev/zero"}, "/dev/zero: is no regular file");
+}
+
+TEST_CASE("The delays may stand before, between and behind the pictures") {
+  const auto folder = fresh_folder("droplet-order");
+  const plant::StrobeJet jet;
+  const std::string a = save(plant::render_strobe(photo_camera(), &jet, 100, 7, 0), folder / "a.png"),
+                    b = save(plant::render_strobe(photo_camera(), &jet, 120, 7, 1), folder / "b.png");
+  const std::string said = firn_says({"droplets", a, b, "--delay-us", "100,120"}).out;
+  CHECK_THAT(said, Contains("b.png (120 us)"));
+  CHECK(firn_says({"droplets", "--delay-us", "100,120", a, b}).out == said);
+  CHECK(firn_says({"droplets", a, "--delay-us=100,120", b}).out == said);
+  CHECK(firn_says({"droplets", a, "--delay-us", "100", b, "--delay-us", "120"}).out == said);
+}
+
 TEST_CASE("An all black and an all white picture are no drop") {
   const auto folder = fresh_folder("droplet-even");
   for (const int level : {0, 255}) {
