@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -46,6 +48,14 @@ std::string shown(const toml::node& node) {
       out << n;
   });
   std::string text = out.str();
+  if (const auto number =
+          node.value_exact<double>()) {  // the library writes 17 digits: 1.0000000000000001e+300
+    std::array<char, 40> buffer;
+    const std::string_view digits(
+        buffer.data(), std::size_t(std::to_chars(buffer.data(), buffer.data() + buffer.size(), *number).ptr -
+                                   buffer.data()));
+    if (text.size() > 15 && digits.size() < text.size()) text = digits;
+  }
   return text.size() > 60 ? text.substr(0, 57) + "..." : text;
 }
 

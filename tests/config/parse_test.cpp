@@ -57,6 +57,8 @@ TEST_CASE("A value beyond its limit is reported with file, line, key, value, lim
   CHECK(r.what == "x.toml:3: grid.pitch_x_mm = -0.25: must lie in (0, 100] mm");
   CHECK(r.key == "grid.pitch_x_mm");
   CHECK(r.line == 3);
+  CHECK(what_of("stage.x_min_mm = 1e300") ==
+        "x.toml:1: stage.x_min_mm = 1e+300: must lie in [-10000, 10000] mm");
   CHECK(what_of("grid.nx = 0") == "x.toml:1: grid.nx = 0: must lie in [1, 4096]");
   CHECK(
       what_of("grid.nx = 9223372036854775807").find("grid.nx = 9223372036854775807: must lie in [1, 4096]") !=
