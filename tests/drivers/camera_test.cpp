@@ -19,10 +19,12 @@ namespace {
 class TwinCamera {
  public:
   explicit TwinCamera(int white = 255)
-      : twin({}, [this, white](const Exposure& e) { return picture(e, white); }) {}
+      : twin({}, [this, white](const Exposure& e) {
+          exposures.push_back(e);
+          return picture(e, white);
+        }) {}
 
-  TakenPicture picture(const Exposure& e, int white) {
-    exposures.push_back(e);
+  static TakenPicture picture(const Exposure& e, int white) {
     TakenPicture p{32, 24, white, {}};
     for (int i = 0; i < 32 * 24; ++i)
       p.pixels.push_back(std::uint16_t((i * 37 + int(e.delay_us)) % (white + 1)));
