@@ -73,11 +73,12 @@ Experiment imported_experiment(const ImportOptions& o, const LayerRecord& record
       setting("grid.origin_y_mm", g.origin_y_mm),
   };
   // Nothing of this is printed: the record's mask and target are the run's. The values pass every check.
-  constexpr double kWithin = 1 - 1e-6, kSlow_hz = 100;
+  constexpr double kWithin = 1 - 1e-6, kSlow_hz = 100, kRows_hz = 10;
   settings.insert(settings.end(),
                   {"part.shape=\"cuboid\"", setting("part.width_mm", kWithin * g.nx * g.pitch_x_mm),
                    setting("part.depth_mm", kWithin * g.ny * g.pitch_y_mm),
-                   setting("process.pass_speed_mm_s", kSlow_hz * g.pitch_x_mm)});
+                   setting("process.pass_speed_mm_s", kSlow_hz * g.pitch_x_mm),
+                   setting("process.scan_speed_mm_s", kRows_hz * g.pitch_y_mm)});
   settings.insert(settings.end(), o.overrides.begin(), o.overrides.end());
   if (!o.experiment.empty()) return load_experiment(o.experiment, settings);
   return parse_experiment({{"firn import", ""}}, settings);

@@ -456,7 +456,7 @@ test("runs are searched, sorted, noted in the run, and two are put beside each o
   await see(page, "control.ki");
   const keys = await page.$$eval('[aria-label="Table of differing settings"] code', list => list.map(one => one.innerText));
   assert.deepEqual(keys, ["control.ki", "control.scheme"]);
-  assert.equal((await page.$$(".beside canvas")).length, 3, "two surfaces and their difference");
+  await until(async () => (await page.$$(".beside canvas")).length === 3, "two surfaces and their difference");
   await page.keyboard.press("ArrowLeft");
   await see(page, "Surfaces, layer 52");
   await page.goBack();

@@ -215,8 +215,8 @@ class FitPlanner {
   /// Narrows the tube where the present curve is outside of the tolerance.
   void narrow(const CertifiedTask& task) {
     const double allowed = allowed_mm(task.options);
-    find_stretches_beyond(work_.curve.coarse, reference_.points, allowed - reference_.sagitta_mm,
-                          work_.beyond);
+    find_stretches_beyond(work_.curve.coarse, reference_.points,
+                          std::max(0.0, allowed - reference_.sagitta_mm), work_.beyond);
     narrow_tube(work_.beyond, kBelow * allowed, work_.tube);
   }
 
