@@ -6,9 +6,8 @@ A static library is built whatever its objects call: the linker of a program tha
     scripts/check_links.py BUILD_FOLDER [ROOT]
 """
 import sys
-from pathlib import Path
 
-from check_symbols import demangled, objects_of
+from check_symbols import build_and_root, demangled, objects_of
 from firn_tree import finish
 
 
@@ -51,10 +50,7 @@ def check(objects, reached):
 
 
 def main():
-    if len(sys.argv) < 2:
-        sys.exit(__doc__)
-    build = Path(sys.argv[1]).resolve()
-    root = Path(sys.argv[2] if len(sys.argv) > 2 else Path(__file__).resolve().parent.parent).resolve()
+    build, root = build_and_root(__doc__)
     objects, missing = objects_of(build, root)
     problems = [f"{source}: is not compiled yet: build first" for source in missing]
     return finish("check_links", problems + check(objects, linked(build)))

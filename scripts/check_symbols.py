@@ -135,6 +135,14 @@ def objects_of(build, root):
     return found, missing
 
 
+def build_and_root(usage):
+    """The folders that the command line names: BUILD_FOLDER [ROOT]."""
+    if len(sys.argv) < 2:
+        sys.exit(usage)
+    root = sys.argv[2] if len(sys.argv) > 2 else Path(__file__).resolve().parent.parent
+    return Path(sys.argv[1]).resolve(), Path(root).resolve()
+
+
 def is_main(source):
     return re.fullmatch(r"main\w*\.cpp", source.rsplit("/", 1)[-1]) is not None
 
@@ -213,10 +221,7 @@ def check_state(objects, came_from, root):
 
 
 def main():
-    if len(sys.argv) < 2:
-        sys.exit(__doc__)
-    build = Path(sys.argv[1]).resolve()
-    root = Path(sys.argv[2] if len(sys.argv) > 2 else Path(__file__).resolve().parent.parent).resolve()
+    build, root = build_and_root(__doc__)
     objects, missing = objects_of(build, root)
     came_from = linked_into_nodes(objects)
     problems = [f"{source}: is not compiled yet: build first" for source in missing if any(map(is_pure, parts(source)))]

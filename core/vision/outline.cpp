@@ -200,7 +200,7 @@ MeanProfile mean_profile(const std::array<Ray, kRays>& rays, const std::array<do
   return profile;
 }
 
-// Where the profile is that of a ring, by its true edge.
+// The true edge of a ring, not found where the profile is none of a ring.
 RimFit thin_rim(const MeanProfile& p, double blur_px) {
   return p.opacity.empty() ? RimFit{} : fit_rim(p.opacity, p.first_px, p.pitch_px, blur_px);
 }

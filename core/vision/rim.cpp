@@ -105,8 +105,8 @@ SmallLeastSquares<4> equations_of(const EdgeParameters& p, const EdgeProfile& pr
 }
 
 constexpr double kMostExcess = 4.0;
-// Of the distance between the halfway point and the edge; measured on drawn discs of 25 to 110 px before
-// light of 1.02 to 2.2 times the white level.
+// Standard deviation of the edge, as shares of its distance from the halfway point: measured on drawn discs
+// of 25 to 110 px before light of 1.02 to 2.2 times the white level.
 constexpr double kShiftStd = 0.2, kShiftStdPerExcess = 0.6;
 
 // Damped Gauss-Newton steps from one guess. @returns the cost

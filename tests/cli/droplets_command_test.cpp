@@ -42,6 +42,15 @@ std::string save(const plant::StrobePicture& p, const std::filesystem::path& fil
   return file.string();
 }
 
+/// Of `firn droplets` with these words.
+void check_droplets_refused(std::vector<std::string> words, const std::string& part) {
+  words.insert(words.begin(), "droplets");
+  const Said said = firn_says(words);
+  CAPTURE(words, said.err);
+  CHECK(said.code == 2);
+  CHECK_THAT(said.err, Contains(part));
+}
+
 }  // namespace
 
 TEST_CASE("The droplet of a picture is the same in JPEG, PNG, TIFF and BMP, and said in px and um") {
@@ -157,40 +166,36 @@ TEST_CASE("Wrong pictures and options are refused by file, option and limit") {
   write_file_text(folder / "dot.pgm", "P5\n1 1\n255\nx");
   write_file_text(folder / "none.pgm", "P5\n0 0\n255\n");
   write_file_text(folder / "huge.pgm", "P5\n20000 20000\n255\nx");
-  const auto refused = [&](std::vector<std::string> words, const std::string& part) {
-    words.insert(words.begin(), "droplets");
-    const Said said = firn_says(words);
-    CAPTURE(words, said.err);
-    CHECK(said.code == 2);
-    CHECK_THAT(said.err, Contains(part));
-  };
-  refused({(folder / "missing.png").string()}, "missing.png");
-  refused({folder.string()}, "droplet-errors");
-  refused({(folder / "text.jpg").string()}, "text.jpg: no picture in a format that is known");
-  refused({(folder / "zero.png").string()}, "zero.png: is empty");
-  refused({(folder / "cut.png").string()}, "cut.png: no");
-  refused({(folder / "cut.jpg").string()}, "cut.jpg: is cut: byte ");
-  refused({(folder / "holed.jpg").string()}, "holed.jpg: damaged: Corrupt JPEG data");
-  refused({(folder / "small.png").string()}, "300 x 8 pixels; sides must be from 16 to 16384");
-  refused({(folder / "dot.pgm").string()}, "dot.pgm: 1 x 1 pixels; sides must be from 16 to 16384");
-  refused({(folder / "none.pgm").string()}, "none.pgm: ");
-  refused({(folder / "huge.pgm").string()}, "huge.pgm: ");
-  refused({none, none, "--delay-us", "3"}, "1 delays for 2 pictures");
-  refused({none, "--delay-us", "inf"}, "--delay-us");
-  refused({empty, "--nozzle-um", "50"}, "--nozzle-um: no picture shows");
-  refused({none, "--nozzle-um", "50", "--scale", "2"}, "one of them");
-  refused({none, "--target", none}, "--pitch-um");
-  refused({none, "--target", none, "--pitch-um", "50"}, "none.png: fewer than 9 equal dots");
-  refused({none, "--scale", "-1"}, "--scale");
-  refused({none, "--scale", "1e300"}, "--scale: Value 1e300 not in range 0.001 to 10000");
-  refused({none, "--scale", "1e-300"}, "--scale: Value 1e-300 not in range 0.001 to 10000");
-  refused({none, "--scale", "nan"}, "--scale: nan");
-  refused({none, "--nozzle-um", "1e300"}, "--nozzle-um: Value 1e300 not in range 0.1 to 100000");
-  refused({none, "--target", none, "--pitch-um", "1e300"},
-          "--pitch-um: Value 1e300 not in range 0.1 to 100000");
-  refused({none, none, "--delay-us", "60,,70"}, "--delay-us: \"60,,70\" has an empty item");
-  refused({none, none, "--delay-us", "60,1e10"}, "--delay-us: Value 1e10 not in range -1e+09 to 1e+09");
-  refused({none, "--objects", "pale"}, "--objects");
+  check_droplets_refused({(folder / "missing.png").string()}, "missing.png");
+  check_droplets_refused({folder.string()}, "droplet-errors");
+  check_droplets_refused({(folder / "text.jpg").string()}, "text.jpg: no picture in a format that is known");
+  check_droplets_refused({(folder / "zero.png").string()}, "zero.png: is empty");
+  check_droplets_refused({(folder / "cut.png").string()}, "cut.png: no");
+  check_droplets_refused({(folder / "cut.jpg").string()}, "cut.jpg: is cut: byte ");
+  check_droplets_refused({(folder / "holed.jpg").string()}, "holed.jpg: damaged: Corrupt JPEG data");
+  check_droplets_refused({(folder / "small.png").string()}, "300 x 8 pixels; sides must be from 16 to 16384");
+  check_droplets_refused({(folder / "dot.pgm").string()},
+                         "dot.pgm: 1 x 1 pixels; sides must be from 16 to 16384");
+  check_droplets_refused({(folder / "none.pgm").string()}, "none.pgm: ");
+  check_droplets_refused({(folder / "huge.pgm").string()}, "huge.pgm: ");
+  check_droplets_refused({none, none, "--delay-us", "3"}, "1 delays for 2 pictures");
+  check_droplets_refused({none, "--delay-us", "inf"}, "--delay-us");
+  check_droplets_refused({empty, "--nozzle-um", "50"}, "--nozzle-um: no picture shows");
+  check_droplets_refused({none, "--nozzle-um", "50", "--scale", "2"}, "one of them");
+  check_droplets_refused({none, "--target", none}, "--pitch-um");
+  check_droplets_refused({none, "--target", none, "--pitch-um", "50"}, "none.png: fewer than 9 equal dots");
+  check_droplets_refused({none, "--scale", "-1"}, "--scale");
+  check_droplets_refused({none, "--scale", "1e300"}, "--scale: Value 1e300 not in range 0.001 to 10000");
+  check_droplets_refused({none, "--scale", "1e-300"}, "--scale: Value 1e-300 not in range 0.001 to 10000");
+  check_droplets_refused({none, "--scale", "nan"}, "--scale: nan");
+  check_droplets_refused({none, "--nozzle-um", "1e300"},
+                         "--nozzle-um: Value 1e300 not in range 0.1 to 100000");
+  check_droplets_refused({none, "--target", none, "--pitch-um", "1e300"},
+                         "--pitch-um: Value 1e300 not in range 0.1 to 100000");
+  check_droplets_refused({none, none, "--delay-us", "60,,70"}, "--delay-us: \"60,,70\" has an empty item");
+  check_droplets_refused({none, none, "--delay-us", "60,1e10"},
+                         "--delay-us: Value 1e10 not in range -1e+09 to 1e+09");
+  check_droplets_refused({none, "--objects", "pale"}, "--objects");
 }
 
 TEST_CASE("The picture of the findings takes the place of no picture that was read") {
@@ -199,24 +204,18 @@ TEST_CASE("The picture of the findings takes the place of no picture that was re
   const std::string a = save(plant::render_strobe(photo_camera(), &jet, 100, 7, 0), folder / "a.png"),
                     b = save(plant::render_strobe(photo_camera(), &jet, 100, 7, 1), folder / "b-2.png"),
                     before = file_text(a) + file_text(b);
-  const auto refused = [&](std::vector<std::string> words, const std::string& part) {
-    words.insert(words.begin(), "droplets");
-    const Said said = firn_says(words);
-    CAPTURE(words, said.err);
-    CHECK(said.code == 2);
-    CHECK_THAT(said.err, Contains(part));
-  };
-  refused({a, "--picture", a}, a + ": would take the place of " + a);
-  refused({a, b, "--picture", (folder / "b.png").string()}, b + ": would take the place of " + b);
-  refused({a, "--background", b, "--picture", b}, b + ": would take the place of " + b);
-  refused({a, "--picture", (folder / "seen.jpg").string()},
-          "seen.jpg: a PNG is written: the name must end in .png");
-  refused({a, "--picture", "/nonexistent/seen.png"},
-          "/nonexistent/seen.png: there is no folder /nonexistent");
+  check_droplets_refused({a, "--picture", a}, a + ": would take the place of " + a);
+  check_droplets_refused({a, b, "--picture", (folder / "b.png").string()},
+                         b + ": would take the place of " + b);
+  check_droplets_refused({a, "--background", b, "--picture", b}, b + ": would take the place of " + b);
+  check_droplets_refused({a, "--picture", (folder / "seen.jpg").string()},
+                         "seen.jpg: a PNG is written: the name must end in .png");
+  check_droplets_refused({a, "--picture", "/nonexistent/seen.png"},
+                         "/nonexistent/seen.png: there is no folder /nonexistent");
   CHECK(file_text(a) + file_text(b) == before);
   for (const char* option : {"--picture", "--background", "--target"})
-    refused({a, option, "", "--pitch-um", "5"}, std::string(option) + ": the value is empty");
-  refused({"/dev/zero"}, "/dev/zero: is no regular file");
+    check_droplets_refused({a, option, "", "--pitch-um", "5"}, std::string(option) + ": the value is empty");
+  check_droplets_refused({"/dev/zero"}, "/dev/zero: is no regular file");
 }
 
 TEST_CASE("The delays may stand before, between and behind the pictures") {
