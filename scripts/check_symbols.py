@@ -139,8 +139,11 @@ def build_and_root(usage):
     """The folders that the command line names: BUILD_FOLDER [ROOT]."""
     if len(sys.argv) < 2:
         sys.exit(usage)
+    build = Path(sys.argv[1]).resolve()
+    if not (build / "compile_commands.json").is_file():
+        sys.exit(f"{build}: is no build folder of CMake: it has no compile_commands.json")
     root = sys.argv[2] if len(sys.argv) > 2 else Path(__file__).resolve().parent.parent
-    return Path(sys.argv[1]).resolve(), Path(root).resolve()
+    return build, Path(root).resolve()
 
 
 def is_main(source):
