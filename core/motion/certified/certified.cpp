@@ -53,7 +53,7 @@ constexpr double kLessSagitta = 0.2;  ///< where interpolated vertices of uneven
 constexpr double kLeastShare = 0.1, kMostShare = 0.9;  ///< of the tolerance, from one try to the next
 constexpr double kMostFittedShare = 0.98;
 /// Cells of the fast tier are divided so often where a tolerance is used without slack.
-constexpr double kFittedSplit = 3.0, kWithinSplit = 2.0;
+constexpr double kWithinSplit = 2.0;
 constexpr int kShapes = 10;        ///< tries to bring the curve inside the tolerance
 constexpr int kHoldTries = 6;      ///< and within the points' rounding
 constexpr double kHoldAim = 0.95;  ///< of that
@@ -197,8 +197,7 @@ double rest_cell(double size_mm, double speed_mm_s, const RateLimits& limit) {
 CellSizes cell_sizes(std::span<const Point2> points, std::span<const double> speed_limit,
                      std::span<const double> yaw_rad, const CertifiedTask& task, const CertifiedWork& work) {
   CellSizes sizes = effort(task.options, finer(task, work), 0).sizes;
-  if (finer(task, work) && task.options.method == Method::kCertified)
-    sizes.split = work.descends ? kFittedSplit : kWithinSplit;
+  if (finer(task, work) && task.options.method == Method::kCertified) sizes.split = kWithinSplit;
   const double low_mm_s =
       std::max(std::min(speed_limit.front(), turning_speed(points, yaw_rad, 0, task.limits)),
                std::min(speed_limit.back(), turning_speed(points, yaw_rad, points.size() - 2, task.limits)));

@@ -12,11 +12,11 @@ namespace {
 
 constexpr double kLeastRadius_mm = 0.003, kRadiusRatio = 3.0;  ///< of the starts
 constexpr double kMostRadiusShare = 0.7;                       ///< of the tolerance
-constexpr int kShrinks = 10;                          ///< tries to bring a start inside the tolerance
-constexpr int kTrialRounds = 16, kFastRounds = 48;    ///< of descent: from each of two starts, of the better
-constexpr int kSlowRounds = 48, kLastRounds = 8;      ///< of descent
-constexpr int kMostFailures = 6;                      ///< one after another
-constexpr double kFastGain = 1e-4, kSlowGain = 5e-5;  ///< of a round that is worth another
+constexpr int kShrinks = 10;                    ///< tries to bring a start inside the tolerance
+constexpr int kTrialRounds = 24, kRounds = 96;  ///< of descent: from each of two starts, of the better
+constexpr int kLastRounds = 8;                  ///< of descent on the slow tier's cells
+constexpr int kMostFailures = 6;                ///< one after another
+constexpr double kGain = 3e-5;                  ///< of a round that is worth another
 constexpr double kBelow = 0.01;     ///< of the tolerance, by which a step that left it is to stay below it
 constexpr double kLastSplit = 2.0;  ///< of cells, when the curve is found
 constexpr double kFirstWeight = 2.0, kHeavier = 2.0, kLighter = 0.8;
@@ -28,10 +28,11 @@ double allowed_mm(const PlanOptions& options) {
 
 /// Weights of |change of r'''|^2 of a step: the curvature of T that makes the gradient G of T that of w
 /// |r'''|^2 / 2, G / |r'''|, and so that of slow places as well v^5 / (3 jerk^2), which is the same where
-/// jerk alone decides: v = (jerk / |r'''|)^(1/3), T = integral of ds / v.
+/// jerk alone decides: v = (jerk / |r'''|)^(1/3), T = integral of ds / v. Beside a rest the speed is that
+/// of its first maximum: a curve that bends freely at the lowest speeds costs those after them.
 void set_weights(const StopSegment& planned, double share, const RateLimits& limit,
                  std::vector<double>& weight) {
-  constexpr double kLeast = 1e-3, kLeastJerk = 0.3;
+  constexpr double kLeast = 1e-5, kLeastJerk = 0.6;
   const Curve& c = planned.curve;
   const std::vector<double>& v = planned.motion.v;
   const TimeGradient& g = planned.gradient;
@@ -48,8 +49,11 @@ void set_weights(const StopSegment& planned, double share, const RateLimits& lim
     weight[i] = std::max(weight[i], own);
     weight[i + 1] = std::max(weight[i + 1], own);
   }
+  std::size_t rises = 0, falls = v.size() - 1;
+  while (v[rises + 1] > v[rises]) ++rises;
+  while (v[falls - 1] > v[falls]) --falls;
   for (std::size_t i = 0; i < v.size(); ++i) {
-    const double u = v[i] / fastest, u2 = u * u;
+    const double u = v[std::clamp(i, rises, falls)] / fastest, u2 = u * u;
     weight[i] = share * (scale * (kLeast + u2 * u2 * u) + weight[i]);
   }
 }
@@ -103,7 +107,7 @@ class FitPlanner {
     fit_inside(best, task);
     begin(best, widest);
     if (second == 0.0) return true;
-    descend(kTrialRounds, kFastGain, task);
+    descend(kTrialRounds, task);
     TubeWork tube = work_.tube;
     const double weight = weight_;
     StopSegment other;
@@ -115,7 +119,7 @@ class FitPlanner {
     plan(kUnlimited, task, trial_);
     std::swap(trial_, out_);
     begin(second, widest);
-    descend(kTrialRounds, kFastGain, task);
+    descend(kTrialRounds, task);
     if (judged_s(out_) <= judged_s(other)) return true;
     std::swap(out_, other);
     std::swap(work_.tube, tube);
@@ -140,14 +144,14 @@ class FitPlanner {
     if (trial_.duration_s() < out_.duration_s()) std::swap(trial_, out_);
   }
 
-  void descend(int rounds, double gain, const CertifiedTask& task) {
+  void descend(int rounds, const CertifiedTask& task) {
     int failures = 0;
     for (int round = 0; round < rounds && failures < kMostFailures; ++round) {
       if (out_.gradient.x[0].size() != 2 * out_.curve.cells()) return;
       set_weights(out_, weight_, task.limits.position, work_.weight);
       const TimeGradient& g = out_.gradient;
-      step_tube(out_.curve, {{g.x[0], g.x[1], g.x[2]}, {g.y[0], g.y[1], g.y[2]}}, work_.weight, work_.tube,
-                work_.curve.coarse);
+      step_tube(out_.curve, {{g.x[0], g.x[1], g.x[2]}, {g.y[0], g.y[1], g.y[2]}}, work_.weight,
+                judged_s(out_), work_.tube, work_.curve.coarse);
       measure(task);
       const double over = trial_.deviation_mm - allowed_mm(task.options);
       if (!holds(trial_, task.options)) {
@@ -163,7 +167,7 @@ class FitPlanner {
       plan(out_.duration_s(), task, trial_);
       const bool faster = judged_s(trial_) < judged_s(out_);
       weight_ *= faster ? kLighter : kHeavier;
-      failures = faster && judged_s(trial_) < (1.0 - gain) * judged_s(out_) ? 0 : failures + 1;
+      failures = faster && judged_s(trial_) < (1.0 - kGain) * judged_s(out_) ? 0 : failures + 1;
       if (!faster) continue;
       std::swap(trial_, out_);
       work_.tube.base = work_.tube.control;
@@ -265,7 +269,7 @@ void plan_fitted(std::span<const Point2> points, std::span<const double> speed_l
   options.method = Method::kCertified;
   const CertifiedTask fast{task.arm, task.limits, options, task.placement, task.joints, task.groups};
   const bool moves = planner.start(fast);
-  if (moves) planner.descend(slow ? kSlowRounds : kFastRounds, slow ? kSlowGain : kFastGain, fast);
+  if (moves) planner.descend(kRounds, fast);
   if (!slow && moves) planner.refine(fast);
   if (!slow) return;
   if (!moves) {  // a straight line, or no curve within the tolerance
@@ -273,7 +277,7 @@ void plan_fitted(std::span<const Point2> points, std::span<const double> speed_l
     return;
   }
   planner.plan_again(task);
-  planner.descend(kLastRounds, kSlowGain, task);
+  planner.descend(kLastRounds, task);
 }
 
 }  // namespace firn::motion

@@ -19,9 +19,9 @@ constexpr double kChords = 1.2;            ///< thinned chords per cell
 constexpr double kSampleChords = 0.5;      ///< the same where each point is held: more knots than points
 /// Cell length over that which the tube alone needs: time has features of its own. Coarser cells make the
 /// time depend on where they happen to lie.
-constexpr double kFiner = 0.4;
-constexpr double kGrowth = 0.35;  ///< of a cell over the distance to a shorter one
-constexpr double kPlaces = 0.5;   ///< of a cell between two places
+constexpr double kFiner = 0.4, kFinerMoved = 0.28;  ///< of a curve that stays, that descent moves
+constexpr double kGrowth = 0.35;                    ///< of a cell over the distance to a shorter one
+constexpr double kPlaces = 0.5;                     ///< of a cell between two places
 constexpr double kLeastCells = 8.0;
 
 /// The points are places of a curve, and the polygon between them is not meant.
@@ -83,8 +83,8 @@ class CellField {
   double at(double t) {
     while (i_ > 0 && t < at_[i_]) --i_;
     while (i_ + 2 < at_.size() && t >= at_[i_ + 1]) ++i_;
-    return kFiner * std::min({largest_, size_[i_] + kGrowth * std::abs(t - at_[i_]),
-                              size_[i_ + 1] + kGrowth * std::abs(at_[i_ + 1] - t)});
+    return std::min({largest_, size_[i_] + kGrowth * std::abs(t - at_[i_]),
+                     size_[i_ + 1] + kGrowth * std::abs(at_[i_ + 1] - t)});
   }
 
  private:
@@ -93,14 +93,14 @@ class CellField {
   std::size_t i_ = 0;
 };
 
-/// Knots over [0, total]: each cell as long as the field in its middle, all of them shortened by one share so
-/// that the last one ends at the end.
-void place_knots(CellField field, double total, std::vector<double>& knots) {
+/// Knots over [0, total]: each cell as long as the field in its middle times `finer`, all of them shortened
+/// by one share so that the last one ends at the end.
+void place_knots(CellField field, double finer, double total, std::vector<double>& knots) {
   constexpr int kRounds = 3;
   const double end = field.total();
   const auto step = [&](double t, double share) {
-    double h = share * field.at(t);
-    for (int round = 0; round < kRounds; ++round) h = share * field.at(std::min(end, t + 0.5 * h));
+    double h = share * finer * field.at(t);
+    for (int round = 0; round < kRounds; ++round) h = share * finer * field.at(std::min(end, t + 0.5 * h));
     return h;
   };
   double cells = 0.0;
@@ -390,7 +390,7 @@ void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWo
   const double total = work.length.back();
   place_knots({work.shape, options.between_mm, samples ? kSampleChords : kChords,
                std::min(options.largest_mm, total / kLeastCells)},
-              total, work.knots);
+              !samples && options.tolerance_mm > 0.0 ? kFinerMoved : kFiner, total, work.knots);
   const double share = samples ? 1.0 : kInside;
   set_places(work, points, work.kept, options, share, work.places);
   if (!samples) narrow(points, options.tolerance_mm, total, work);
@@ -432,27 +432,35 @@ void base_curve(TubeWork& work, Curve& curve) {
   to_curve(work, curve);
 }
 
-void step_tube(const Curve& fine, const CurveGradient& gradient, std::span<const double> weight,
+void step_tube(const Curve& fine, const CurveGradient& gradient, std::span<const double> weight, double value,
                TubeWork& work, Curve& curve) {
   const std::size_t cells = work.knots.size() - 1;
   work.weight.assign(cells, 0.0);
   work.linear.assign(work.base.size(), {});
-  std::size_t k = 0;
-  for (std::size_t i = 0; i < fine.cells(); ++i) {
-    const double h = fine.s[i + 1] - fine.s[i], middle = 0.5 * (fine.s[i] + fine.s[i + 1]);
-    while (k + 1 < cells && middle >= work.knots[k + 1]) ++k;
-    work.weight[k] += 0.5 * (weight[i] + weight[i + 1]) * h / (work.knots[k + 1] - work.knots[k]);
-    for (std::size_t side = 0; side < 2; ++side)
-      for (int order = 1; order <= 3; ++order) {
-        const double x = gradient.x[order - 1][2 * i + side], y = gradient.y[order - 1][2 * i + side];
-        if (x == 0.0 && y == 0.0) continue;
-        const std::array<double, 4> form = derivative_form(work.extended, k, order, fine.s[i + side]);
+  const auto middle = [&](std::size_t i) { return 0.5 * (fine.s[i] + fine.s[i + 1]); };
+  std::size_t i = 0;
+  for (std::size_t k = 0; k < cells; ++k) {
+    const double start = work.knots[k], end = work.knots[k + 1];
+    const std::array<double, 4> first = derivative_form(work.extended, k, 1, start),
+                                second = derivative_form(work.extended, k, 2, start),
+                                third = derivative_form(work.extended, k, 3, start);
+    for (; i < fine.cells() && (k + 1 == cells || middle(i) < end); ++i) {
+      work.weight[k] += 0.5 * (weight[i] + weight[i + 1]) * (fine.s[i + 1] - fine.s[i]) / (end - start);
+      for (const std::size_t side : {0, 1}) {
+        const double t = fine.s[i + side] - start;
+        const auto along = [&](const std::span<const double>(&g)[3], std::size_t a) {
+          const std::size_t at = 2 * i + side;
+          return g[0][at] * (first[a] + t * (second[a] + 0.5 * t * third[a])) +
+                 g[1][at] * (second[a] + t * third[a]) + g[2][at] * third[a];
+        };
         for (std::size_t a = 0; a < 4; ++a) {
-          work.linear[k + a].x_mm += form[a] * x;
-          work.linear[k + a].y_mm += form[a] * y;
+          work.linear[k + a].x_mm += along(gradient.x, a);
+          work.linear[k + a].y_mm += along(gradient.y, a);
         }
       }
+    }
   }
+  work.value = value;
   work.control = work.base;
   fit_spline(work.knots, work.places, false, work);
   to_curve(work, curve);

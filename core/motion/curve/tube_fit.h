@@ -61,6 +61,7 @@ struct TubeWork {
   std::vector<double> weight;                 ///< of each cell, empty = 1
   std::vector<Point2> base;                   ///< the objective is of control - base; empty = 0
   std::vector<Point2> linear;                 ///< and has this linear part; empty = 0
+  double value = 0.0;                         ///< of the function that step_tube() makes smaller
   std::vector<std::array<double, 4>> form;    ///< third derivative in each cell, times the root of its length
                                               ///< and its weight
   std::vector<std::array<double, 4>> near;    ///< matrix of the least squares
@@ -112,11 +113,12 @@ void base_curve(TubeWork& work, Curve& curve);
 /// One step of descent of a function of the curve, from work.base inside the same tube: minimises
 ///   <gradient, r - base> + 1/2 integral w(t) |r''' - base'''|^2 dt.
 /// @param fine the curve of base with more knots; @param gradient at both ends of its cells
-/// @param weight w at the knots of `fine`
+/// @param weight w at the knots of `fine` @param value of the function along base, a share of which the step
+/// is exact to
 struct CurveGradient {
   std::span<const double> x[3], y[3];  ///< of r', r'', r''': [2 * cells]
 };
-void step_tube(const Curve& fine, const CurveGradient& gradient, std::span<const double> weight,
+void step_tube(const Curve& fine, const CurveGradient& gradient, std::span<const double> weight, double value,
                TubeWork& work, Curve& curve);
 
 }  // namespace firn::motion

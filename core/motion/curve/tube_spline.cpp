@@ -18,8 +18,9 @@ constexpr double kSampleGap = 1e-4;
 constexpr double kFirstGap = 0.3;  ///< of the objective: where the iteration starts
 /// The same where points are held. Near their centres the first steps are long ones, whatever the turns.
 constexpr double kFirstSampleGap = 100.0;
-/// The same of a step, as shares of the third derivative's integral, at its end and its start.
-constexpr double kStepGap = 1e-4, kFirstStepGap = 0.1;
+/// The same of a step, as shares of the function's value, at its end and its start: shares of the objective
+/// grow with its weights, and push a curve that hardly moves away from the tube's edge.
+constexpr double kStepGap = 2e-5, kFirstStepGap = 0.01;
 constexpr double kViolation = 0.005;  ///< of the squared radius
 constexpr double kLeastSlack = 0.05;
 constexpr double kStationary = 1e-2;  ///< of the first gradient of the Lagrangian
@@ -74,20 +75,6 @@ void set_energy(std::span<const double> knots, TubeWork& work) {
       for (std::size_t b = a; b < 4; ++b) work.energy[k + a][b - a] += h * form[a] * form[b];
     }
   }
-}
-
-/// Size of the objective: of the whole third derivative where the objective is that of a step.
-double scale_of(const TubeWork& work) {
-  double sum = 0.0;
-  for (std::size_t k = 0; k < work.form.size(); ++k) {
-    double x = 0.0, y = 0.0;
-    for (std::size_t a = 1; a < 4; ++a) {
-      x += work.form[k][a] * (work.control[k + a].x_mm - work.control[k].x_mm);
-      y += work.form[k][a] * (work.control[k + a].y_mm - work.control[k].y_mm);
-    }
-    sum += x * x + y * y;
-  }
-  return 0.5 * sum;
 }
 
 void set_off(const TubeWork& work, Row& row) {
@@ -205,13 +192,12 @@ double fit_spline(std::span<const double> knots, std::span<const TubePlace> plac
   const double terms = double(places.size());
   const bool steps = !work.base.empty();
   const double enough = near_places ? kSampleGap : kGap;
-  const double least = steps ? kStepGap / enough * scale_of(work) : 0.0;
   const auto size = [&] {
     const double v = tube::objective(work);
-    return steps ? std::max(std::abs(v), least) : v;
+    return steps ? std::max(-v, kStepGap / enough * work.value) : v;
   };
   double value = size(), stationary = 1.0,
-         gap = (near_places ? kFirstSampleGap : kFirstGap) * (steps ? kFirstStepGap * scale_of(work) : value),
+         gap = (near_places ? kFirstSampleGap : kFirstGap) * (steps ? kFirstStepGap * work.value : value),
          centring = 0.3;
   double worst = set_states(gap / terms, work);
   const auto left = [&] {
