@@ -331,12 +331,11 @@ void set_missed(std::span<const Point2> points, const std::vector<double>& lengt
   }
 }
 
-/// Share of the tube where the polygon misses its curve by `missed` tolerances: less where that is about one,
-/// since a curve near coarse samples would be faster than one near finer ones. What misses more has corners.
-double share_of(double missed) {
-  constexpr double kLess = 0.22, kMost = 1.1, kCorner = 3.0;
-  const double x = std::min(missed, kMost);
-  return 1.0 - kLess * x * x * std::clamp(2.0 - missed / kCorner, 0.0, 1.0);
+/// Share of the tube where the polygon misses its curve by x tolerances: less where that is about one, since
+/// a curve near coarse samples would be faster than one near finer ones. What misses more has corners.
+double share_of(double x) {
+  constexpr double kLess = 0.25;
+  return 1.0 - kLess * x * x * std::clamp(2.0 - x, 0.0, 1.0);
 }
 
 /// Lines given as such stay: on a chord too long to be between two samples the tube is narrower, beyond
