@@ -12,7 +12,10 @@ namespace {
 
 /// Samples of letters are some micrometres apart, their speed changes over tens of micrometres.
 constexpr double kLeastCellMm = 5e-4;
-constexpr double kWithinGap = 0.003;  ///< where a tolerance is used without slack
+/// Cells of the fast tier are divided so often where a tolerance is used without slack.
+constexpr double kWithinSplit = 2.0;
+constexpr double kWithinGap = 0.003;    ///< where a tolerance is used without slack
+constexpr double kDescentGap = 0.0015;  ///< where the curve is moved
 
 struct Effort {
   CellSizes sizes;
@@ -21,12 +24,14 @@ struct Effort {
 };
 
 /// How hard the profile is worked on. When the check shows that a limit is exceeded between the places where
-/// the solver looked, or the solver did not converge, the next attempt is finer.
-Effort effort(const PlanOptions& options, bool finer, int attempt) {
+/// the solver looked, or the solver did not converge, the next attempt is finer. Times that descent compares
+/// are all as exact.
+Effort effort(const CertifiedTask& task, const CertifiedWork& work, int attempt) {
   Effort e{CellSizes{}, ProfileOptions{}, 1};
+  const PlanOptions& options = task.options;
+  const bool slow = options.method == Method::kOptimal;
   e.solver.from_both_ends = options.curve_rule == CurveRule::kFitted;
-  if (finer) e.solver.gap = kWithinGap;
-  if (options.method == Method::kOptimal) {
+  if (slow) {
     e.sizes.rest_growth = 1.04;
     e.sizes.rest_mm = 0.01;
     e.sizes.split = 8.0;
@@ -34,16 +39,15 @@ Effort effort(const PlanOptions& options, bool finer, int attempt) {
     e.solver.gap = 1e-4;
     e.solver.most_iterations = 80;
     e.inner_checks = 2;
+  } else if (work.descends || within_tolerance(options)) {
+    e.sizes.split = kWithinSplit;
+    e.solver.gap = work.descends ? kDescentGap : kWithinGap;
   }
   if (attempt > 0) {
     e.solver.most_iterations = 80;
-    e.solver.gap *= 0.25;
+    if (slow || !work.descends) e.solver.gap *= 0.25;
   }
   return e;
-}
-
-bool finer(const CertifiedTask& task, const CertifiedWork& work) {
-  return work.descends || within_tolerance(task.options);
 }
 
 constexpr double kSmoothShare = 0.9;  ///< of the tolerance, for moving the points of dense runs
@@ -52,8 +56,6 @@ constexpr double kSlightly =
 constexpr double kLessSagitta = 0.2;  ///< where interpolated vertices of uneven chords leave the tolerance
 constexpr double kLeastShare = 0.1, kMostShare = 0.9;  ///< of the tolerance, from one try to the next
 constexpr double kMostFittedShare = 0.98;
-/// Cells of the fast tier are divided so often where a tolerance is used without slack.
-constexpr double kWithinSplit = 2.0;
 constexpr int kShapes = 10;        ///< tries to bring the curve inside the tolerance
 constexpr int kHoldTries = 6;      ///< and within the points' rounding
 constexpr double kHoldAim = 0.95;  ///< of that
@@ -196,8 +198,7 @@ double rest_cell(double size_mm, double speed_mm_s, const RateLimits& limit) {
 
 CellSizes cell_sizes(std::span<const Point2> points, std::span<const double> speed_limit,
                      std::span<const double> yaw_rad, const CertifiedTask& task, const CertifiedWork& work) {
-  CellSizes sizes = effort(task.options, finer(task, work), 0).sizes;
-  if (finer(task, work) && task.options.method == Method::kCertified) sizes.split = kWithinSplit;
+  CellSizes sizes = effort(task, work, 0).sizes;
   const double low_mm_s =
       std::max(std::min(speed_limit.front(), turning_speed(points, yaw_rad, 0, task.limits)),
                std::min(speed_limit.back(), turning_speed(points, yaw_rad, points.size() - 2, task.limits)));
@@ -211,7 +212,7 @@ void plan_curve(std::span<const Point2> points, std::span<const double> speed_li
   bool all = false;
   const MotionSamples& samples = work.bounds.samples;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    const Effort effort = motion::effort(task.options, finer(task, work), attempt);
+    const Effort effort = motion::effort(task, work, attempt);
     StopSegment& trial = attempt == 0 ? out : work.trial;
     trial.closed_form = false;
     if (attempt == 0) {
@@ -248,7 +249,7 @@ void plan_curve(std::span<const Point2> points, std::span<const double> speed_li
     if (attempt > 0 && !better) break;
   }
   // the solver's first guess, slowed down, always serves
-  Effort none = effort(task.options, finer(task, work), 0);
+  Effort none = effort(task, work, 0);
   none.solver.most_iterations = 0;
   StopSegment& guess = work.trial;
   guess.closed_form = false;
