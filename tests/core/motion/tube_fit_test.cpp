@@ -163,6 +163,27 @@ TEST_CASE("A tube that is narrowed about a stretch brings the spline nearer ther
   CHECK(narrower > 0);
 }
 
+TEST_CASE("A step of descent whose weights are large leaves a curve at the tube's edge where it is") {
+  TubeWork work;
+  const double radius = 0.05;
+  Curve curve;
+  fit_tube(sampled(random_curve(5, 3), 0.2, 4), {.radius_mm = radius, .between_mm = radius}, work, curve);
+  work.base = work.control;
+  const std::size_t cells = curve.cells();
+  RandomStream draw(3, Purpose::kTest);
+  std::vector<double> none(2 * cells, 0.0), third(2 * cells);
+  for (double& g : third) g = 1e-6 * draw.uniform(-1.0, 1.0);
+  for (const double weight : {1e4, 1e6}) {
+    step_tube(curve, {{none, none, third}, {none, none, third}}, std::vector<double>(cells + 1, weight), 1.0,
+              work, curve);
+    double moved = 0.0;
+    for (std::size_t i = 0; i < work.base.size(); ++i)
+      moved = std::max(moved, distance(work.base[i], work.control[i]));
+    INFO("weight " << weight);
+    CHECK(moved < 1e-3 * radius);
+  }
+}
+
 TEST_CASE("Between samples of an arc the tube is as wide as two sagittas, beside a line as ever") {
   constexpr double kRadius = 6.0, kChord = 2.0, kBetween = 0.03, kMost = 0.18;
   const double angle = 2.0 * std::asin(0.5 * kChord / kRadius);
