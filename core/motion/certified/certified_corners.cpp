@@ -211,6 +211,23 @@ bool turns(std::span<const Point2> points, std::size_t i, double reach_mm, doubl
          cos_split * distance(a, b) * distance(b, c);
 }
 
+/// Rounded samples about a corner: the one farthest out, between two others and within reach of the corner.
+/// A curve that ended at another would have to turn back for it.
+std::size_t tip(std::span<const Point2> points, std::size_t before, std::size_t corner, std::size_t after,
+                double reach_mm) {
+  const Point2 &a = points[before], &b = points[corner], &c = points[after];
+  const double in = distance(a, b), out = distance(b, c);
+  const double x = (b.x_mm - a.x_mm) / in - (c.x_mm - b.x_mm) / out,
+               y = (b.y_mm - a.y_mm) / in - (c.y_mm - b.y_mm) / out;
+  const auto far_out = [&](std::size_t i) { return x * points[i].x_mm + y * points[i].y_mm; };
+  std::size_t found = corner;
+  for (std::size_t i = corner; i-- > before + 1 && distance(points[i], b) < reach_mm;)
+    if (far_out(i) > far_out(found)) found = i;
+  for (std::size_t i = corner + 1; i < after && distance(points[i], b) < reach_mm; ++i)
+    if (far_out(i) > far_out(found)) found = i;
+  return found;
+}
+
 /// Corners: where the path turns back, or turns by more than the split angle over a length that rounding does
 /// not reach.
 /// @param kept on return the vertices of the thinned path between which the angles are
@@ -233,7 +250,11 @@ void find_corners(const CleanPath& path, const PlanOptions& options, std::vector
       return c > 0 && c + 1 < thinned.size() && !turns(thinned, c, 0.0, 0.0) &&
              !turns(path.points, kept[c], reach, cos_split);
     });
-    for (std::size_t& corner : corners) corner = kept[corner];
+    for (std::size_t& corner : corners) {
+      if (options.tolerance_mm == 0.0 && corner > 0 && corner + 1 < kept.size())
+        kept[corner] = tip(path.points, kept[corner - 1], kept[corner], kept[corner + 1], reach);
+      corner = kept[corner];
+    }
   }
   set_given_corners(path, cos_split, kept, corners);
 }

@@ -44,13 +44,14 @@ double behind_by(Point2 a, Point2 b, Point2 c) {
 }
 
 /// Lengths along held points. Where a point lies behind or beside the one before it, inside both tubes, both
-/// have the same place of the curve.
+/// have the same place of the curve; a third does not, which may be further from the first than two radii.
 void held_lengths(std::span<const Point2> line, double radius, std::vector<double>& length) {
   length.assign(1, 0.0);
   double behind = 0.0;
+  bool back = false;
   for (std::size_t i = 1; i < line.size(); ++i) {
     const double step = distance(line[i - 1], line[i]);
-    const bool back = steps_back(line, i - 1, radius);
+    back = !back && steps_back(line, i - 1, radius);
     length.push_back(length.back() + (back ? 0.0 : std::max(step - behind, 0.1 * step)));
     behind = back ? std::max(0.0, behind_by(line[i - 2], line[i - 1], line[i])) : 0.0;
   }
