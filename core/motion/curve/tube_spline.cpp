@@ -20,7 +20,7 @@ constexpr double kFirstGap = 0.3;  ///< of the objective: where the iteration st
 constexpr double kFirstSampleGap = 100.0;
 /// The same of a step, as shares of the function's value, at its end and its start: shares of the objective
 /// grow with its weights, and push a curve that hardly moves away from the tube's edge.
-constexpr double kStepGap = 2e-5, kFirstStepGap = 0.01;
+constexpr double kStepGap = 2e-5, kFirstStepGap = 0.003;
 constexpr double kViolation = 0.005;  ///< of the squared radius
 constexpr double kLeastSlack = 0.05;
 constexpr double kStationary = 1e-2;  ///< of the first gradient of the Lagrangian
@@ -197,7 +197,9 @@ double fit_spline(std::span<const double> knots, std::span<const TubePlace> plac
     return steps ? std::max(-v, kStepGap / enough * work.value) : v;
   };
   double value = size(), stationary = 1.0,
-         gap = (near_places ? kFirstSampleGap : kFirstGap) * (steps ? kFirstStepGap * work.value : value),
+         gap = steps         ? kFirstStepGap * work.value
+               : near_places ? kFirstSampleGap * value
+                             : kFirstGap * value,
          centring = 0.3;
   double worst = set_states(gap / terms, work);
   const auto left = [&] {
