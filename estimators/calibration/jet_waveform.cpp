@@ -13,6 +13,12 @@ double std_of(const JetSpeed& s) { return std::max(s.std_m_s, 1e-6); }
 
 }  // namespace
 
+const JetSpeed& fastest(std::span<const JetSpeed> speeds) {
+  constexpr double kSure = 1.96;  // standard deviations
+  return *std::ranges::max_element(speeds, {},
+                                   [](const JetSpeed& s) { return s.velocity_m_s - kSure * std_of(s); });
+}
+
 double BestDwell::at(double dwell) const {
   const double u = (dwell - dwell_us.value) / half_width_us, q = u * u;
   return velocity_m_s.value - quadratic_m_s * q + quartic_m_s * q * q;
@@ -23,7 +29,7 @@ BestDwell fit_best_dwell(std::span<const JetSpeed> speeds) {
     throw Unidentifiable("droplets were seen at " + std::to_string(speeds.size()) + " dwell times only, " +
                          std::to_string(kLeastDwells) + " are needed");
   const auto [low, high] = std::ranges::minmax(speeds, {}, &JetSpeed::dwell_us);
-  const JetSpeed top = *std::ranges::max_element(speeds, {}, &JetSpeed::velocity_m_s);
+  const JetSpeed& top = fastest(speeds);
   const double half = 0.5 * (high.dwell_us - low.dwell_us);
   if (!(half > 0.0)) throw Unidentifiable("the dwell time: there is only one");
   double least = top.velocity_m_s;

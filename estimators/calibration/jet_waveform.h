@@ -15,6 +15,10 @@ struct JetSpeed {
   double velocity_m_s = 0.0, std_m_s = 0.0;
 };
 
+/// The speed that is the largest for sure: by the lower end of its 95 % interval, since a sweep of few
+/// droplets may give any velocity. @param speeds one or more
+const JetSpeed& fastest(std::span<const JetSpeed> speeds);
+
 struct BestDwell {
   Estimate dwell_us, velocity_m_s;  ///< at the maximum
   double quadratic_m_s = 0.0, quartic_m_s = 0.0, half_width_us = 0.0;

@@ -219,7 +219,7 @@ double coarse_best(const std::vector<JetSpeed>& seen, const std::vector<Pulse>& 
     throw calibration::Unidentifiable(fmt::format(
         "no droplet was measured at any dwell time from {:g} to {:g} us: a dead nozzle, or too low a voltage",
         tried.front().dwell_us, tried.back().dwell_us));
-  const double best = std::ranges::max_element(seen, {}, &JetSpeed::velocity_m_s)->dwell_us;
+  const double best = calibration::fastest(seen).dwell_us;
   if (best <= tried.front().dwell_us || best >= tried.back().dwell_us)
     throw calibration::Unidentifiable(
         fmt::format("the velocity is largest at {:g} us, an end of the range of dwell times: give others "

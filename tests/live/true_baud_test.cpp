@@ -269,6 +269,11 @@ TEST_CASE("a print over lines at true baud is the print over sockets: answers, m
 
 TEST_CASE("a print over lines at true baud has the map of that over sockets in ice too, by a steady nature") {
   if (skipped()) return;
+  bool today = false;
   for (const std::size_t n : long_cases(std::size_t(5), 0))
-    if (n == 4) compare_lines_with_sockets(kSteadyIceKind);  // in the tenth after the other kinds
+    today = today || n == 4;  // the tenth after the other kinds
+  if (today)
+    compare_lines_with_sockets(kSteadyIceKind);
+  else
+    SUCCEED("another tenth's: a test without an assertion fails");
 }

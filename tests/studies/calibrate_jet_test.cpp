@@ -63,6 +63,14 @@ TEST_CASE("the best dwell time of planted resonances lies within its interval") 
   CHECK(inside <= 198);
 }
 
+TEST_CASE(
+    "a velocity of few droplets that happens to be the largest does not draw the best dwell time to it") {
+  std::vector<JetSpeed> speeds = planted_speeds(20.0, 0.001, 3);
+  speeds.push_back({40.0, 20.0, 9.0, 4.0});
+  CHECK(calibration::fastest(speeds).dwell_us < 25.0);
+  CHECK(calibration::fit_best_dwell(speeds).dwell_us.value == Approx(20.0).margin(0.2));
+}
+
 TEST_CASE("the voltage of a wanted velocity follows from a line above its threshold") {
   std::vector<JetSpeed> speeds;
   for (const double v : {12.0, 16.0, 20.0, 24.0}) speeds.push_back({20.0, v, 0.25 * (v - 9.0), 0.01});
