@@ -332,6 +332,16 @@ void open_loops(std::span<const Point2> points, std::vector<std::size_t>& kept) 
   }
 }
 
+/// True where points[i + 1] lies behind or beside points[i] by no more than twice `within_mm`.
+bool steps_back(std::span<const Point2> points, std::size_t i, double within_mm) {
+  if (i == 0 || i + 2 >= points.size()) return false;
+  const Point2 &before = points[i - 1], &p = points[i], &q = points[i + 1];
+  constexpr double kCosine = 0.5;
+  const double x = q.x_mm - p.x_mm, y = q.y_mm - p.y_mm, step = std::sqrt(x * x + y * y);
+  return step <= 2.0 * within_mm &&
+         (p.x_mm - before.x_mm) * x + (p.y_mm - before.y_mm) * y < kCosine * step * distance(before, p);
+}
+
 /// Returns the points between two rests that turn back by a step longer than twice `within_mm`, and the
 /// rests.
 std::vector<std::size_t> turning_points(const CleanPath& path, std::size_t from, std::size_t to,

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
+
+#include "core/motion/curve/in_order.h"
 
 namespace firn::motion {
 namespace {
@@ -44,12 +47,13 @@ class Walk {
   std::size_t cell() const { return cell_; }
   const Jet& here() const { return jet_; }
 
-  /// To a place near p, from the present one on and at most about twice `ahead_mm` further.
-  void to(Point2 p, double ahead_mm) {
+  /// To a place near p, from `back_mm` before the present one on and at most about twice `ahead_mm` further.
+  void to(Point2 p, double ahead_mm, double back_mm = 0.0) {
     constexpr double kNear = 1e-4, kPreciseNear = 1e-9, kMostStretch = 1.02;
     const int steps = precise_ ? kPreciseNewton : kNewton;
     constexpr double kLeastSpeed = 1e-3;
-    const double from = s_, ahead = ahead_mm / std::max(kLeastSpeed, std::sqrt(square(jet_.d1)));
+    const double from = s_, rate = std::max(kLeastSpeed, std::sqrt(square(jet_.d1)));
+    const double ahead = ahead_mm / rate, least = std::max(0.0, from - back_mm / rate);
     const double most = std::min(curve_.s.back(), from + 2.0 * ahead);
     const double close = (precise_ ? kPreciseNear : kNear) * ahead;
     double s = std::min(from + stretch_ * ahead, most);
@@ -61,7 +65,7 @@ class Walk {
       const double along = dx * jet_.d1.x_mm + dy * jet_.d1.y_mm, speed = square(jet_.d1);
       const double bend = speed + dx * jet_.d2.x_mm + dy * jet_.d2.y_mm;
       const double slope = std::max(bend, 0.25 * speed);
-      const double next = slope > 0.0 ? std::clamp(s - along / slope, from, most) : s;
+      const double next = slope > 0.0 ? std::clamp(s - along / slope, least, most) : s;
       near = std::abs(next - s) < close || next == s;
       if (!near) s = next;
     }
@@ -204,25 +208,21 @@ void find_stretches_beyond(const Curve& curve, std::span<const Point2> points, d
   });
 }
 
-bool steps_back(std::span<const Point2> points, std::size_t i, double within_mm) {
-  if (i == 0 || i + 2 >= points.size()) return false;
-  const Point2 &before = points[i - 1], &p = points[i], &q = points[i + 1];
-  constexpr double kCosine = 0.5;
-  const double x = q.x_mm - p.x_mm, y = q.y_mm - p.y_mm, step = std::sqrt(x * x + y * y);
-  return step <= 2.0 * within_mm &&
-         (p.x_mm - before.x_mm) * x + (p.y_mm - before.y_mm) * y < kCosine * step * distance(before, p);
-}
-
 double farthest_point_mm(const Curve& curve, std::span<const Point2> points, double within_mm) {
   if (!(curve.s.back() > 0.0)) return std::numeric_limits<double>::infinity();
   if (curve.straight) return straight_bound(points);
-  double most = 0.0;
+  std::vector<double> at;
   Walk walk(curve, true);
   for (std::size_t i = 1; i + 1 < points.size(); ++i) {
-    const bool pair = steps_back(points, i, within_mm);
-    walk.to(pair ? middle(points[i], points[i + 1]) : points[i], distance(points[i - 1], points[i]));
-    double off = distance(walk.here().at, points[i]);
-    if (pair) off = std::max(off, distance(walk.here().at, points[++i]));
+    walk.to(points[i], distance(points[i - 1], points[i]), 2.0 * within_mm);
+    at.push_back(walk.s());
+  }
+  put_in_order(at);
+  double most = 0.0;
+  std::size_t cell = 0;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    while (cell + 1 < curve.cells() && at[i] >= curve.s[cell + 1]) ++cell;
+    const double off = distance(jet(curve, cell, at[i]).at, points[i + 1]);
     if (!std::isfinite(off)) return std::numeric_limits<double>::infinity();
     most = std::max(most, off);
   }

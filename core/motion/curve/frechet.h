@@ -28,13 +28,9 @@ struct StretchBeyond {
 void find_stretches_beyond(const Curve& curve, std::span<const Point2> points, double limit_mm,
                            std::vector<StretchBeyond>& found);
 
-/// True where points[i + 1] lies behind or beside points[i] by no more than twice `within_mm`: rounding or an
-/// overlap of two chords, which one place of the curve serves.
-bool steps_back(std::span<const Point2> points, std::size_t i, double within_mm);
-
 /// Largest distance of one of `points` from the place of the curve that goes with it, none before that of the
-/// point before it.
-/// @param within_mm of steps_back(): both points go with the place nearest to their middle
+/// point before it: of the nearest places those in order that are nearest to them.
+/// @param within_mm how far the points may be off: so far one may lie behind the one before it
 double farthest_point_mm(const Curve& curve, std::span<const Point2> points, double within_mm);
 
 }  // namespace firn::motion

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/motion/curve/frechet.h"
+#include "core/motion/curve/held_samples.h"
 #include "core/motion/curve/polyline_thinning.h"
 
 namespace firn::motion {
@@ -20,6 +21,7 @@ constexpr double kSampleChords = 0.5;      ///< the same where each point is hel
 /// Cell length over that which the tube alone needs: time has features of its own. Coarser cells make the
 /// time depend on where they happen to lie.
 constexpr double kFiner = 0.4, kFinerMoved = 0.28;  ///< of a curve that stays, that descent moves
+constexpr double kFinest = 0.09;                    ///< where samples cannot be held by coarser cells
 constexpr double kGrowth = 0.35;                    ///< of a cell over the distance to a shorter one
 constexpr double kPlaces = 0.5;                     ///< of a cell between two places
 constexpr double kLeastCells = 8.0;
@@ -36,25 +38,6 @@ void lengths(std::span<const Point2> line, std::vector<double>& length) {
   length.assign(1, 0.0);
   for (std::size_t i = 1; i < line.size(); ++i)
     length.push_back(length.back() + distance(line[i - 1], line[i]));
-}
-
-/// Distance by which c lies behind b, seen from a [mm].
-double behind_by(Point2 a, Point2 b, Point2 c) {
-  return ((b.x_mm - a.x_mm) * (b.x_mm - c.x_mm) + (b.y_mm - a.y_mm) * (b.y_mm - c.y_mm)) / distance(a, b);
-}
-
-/// Lengths along held points. Where a point lies behind or beside the one before it, inside both tubes, both
-/// have the same place of the curve; a third does not, which may be further from the first than two radii.
-void held_lengths(std::span<const Point2> line, double radius, std::vector<double>& length) {
-  length.assign(1, 0.0);
-  double behind = 0.0;
-  bool back = false;
-  for (std::size_t i = 1; i < line.size(); ++i) {
-    const double step = distance(line[i - 1], line[i]);
-    back = !back && steps_back(line, i - 1, radius);
-    length.push_back(length.back() + (back ? 0.0 : std::max(step - behind, 0.1 * step)));
-    behind = back ? std::max(0.0, behind_by(line[i - 2], line[i - 1], line[i])) : 0.0;
-  }
 }
 
 /// Sizes of the cells along the thinned shape, from the turn at each of its vertices.
@@ -143,65 +126,6 @@ class PolygonAt {
   const std::vector<double>& length_;
   std::size_t i_ = 0;
 };
-
-double turn_at(Point2 a, Point2 b, Point2 c) {
-  const double ux = b.x_mm - a.x_mm, uy = b.y_mm - a.y_mm, vx = c.x_mm - b.x_mm, vy = c.y_mm - b.y_mm;
-  return std::atan2(ux * vy - uy * vx, ux * vx + uy * vy);
-}
-
-/// True where the points beyond a chord's end bend like a curve of which the chord is a sample interval: its
-/// angle to their tangent there is half of their curvature times its length. A line's is 0, a corner's
-/// larger.
-/// @param end vertex of the chord @param step +1 at its last vertex, -1 at its first
-bool continues(std::span<const Point2> line, const std::vector<double>& length, std::size_t end, int step) {
-  constexpr double kBeyond = 0.5;  ///< of the chord's length: how far the points are looked at
-  constexpr double kLeast = 0.25, kMost = 3.0;
-  const auto next = [step](std::size_t k) { return step > 0 ? k + 1 : k - 1; };
-  const Point2 from = line[step > 0 ? end - 1 : end + 1], at = line[end];
-  const double own = distance(from, at);
-  const auto beyond = [&](std::size_t k, double far) {
-    while (k != 0 && k + 1 != line.size() && std::abs(length[k] - length[end]) < far) k = next(k);
-    return k;
-  };
-  const std::size_t middle = beyond(end, 0.5 * kBeyond * own);
-  if (middle == 0 || middle + 1 == line.size()) return false;
-  const std::size_t last = beyond(next(middle), kBeyond * own);
-  const double near = distance(at, line[middle]), far = distance(line[middle], line[last]);
-  const double bend = turn_at(at, line[middle], line[last]) / (near + far);  // half of the curvature
-  const double share = (turn_at(from, at, line[middle]) - bend * near) / (bend * own);
-  return share > kLeast && share < kMost;
-}
-
-/// True where a chord is so much longer than one beside it that it is no sample interval but a line, unless
-/// it is short enough to be one of a curve sampled unevenly and the points beyond an end bend like that
-/// curve.
-bool is_line(std::span<const Point2> line, const std::vector<double>& length, std::size_t i) {
-  constexpr double kLeast_mm = 0.8, kLonger = 4.0, kMostSampled_mm = 5.0;
-  const auto chord = [&](std::size_t k) { return length[k + 1] - length[k]; };
-  const double own = chord(i);
-  if (own < kLeast_mm ||
-      !((i > 0 && own >= kLonger * chord(i - 1)) || (i + 2 < length.size() && own >= kLonger * chord(i + 1))))
-    return false;
-  return own > kMostSampled_mm || !(continues(line, length, i, -1) || continues(line, length, i + 1, 1));
-}
-
-/// Distance within which a curve passes between two of its samples: some of it beyond the sagitta of the arcs
-/// that turn at both ends of the chord as the polygon does; the smaller of both, since beside a line there is
-/// none.
-double bulge_mm(std::span<const Point2> line, std::size_t chord, double most_mm) {
-  constexpr double kBeyond = 2.0, kMostTurn = 0.8;  // what turns more is a corner
-  if (line.size() < 3) return 0.0;
-  const double own = distance(line[chord], line[chord + 1]);
-  double least = most_mm;
-  for (const std::size_t at : {chord, chord + 1}) {
-    if (at == 0 || at + 1 == line.size()) continue;
-    const double turn = std::abs(turn_at(line[at - 1], line[at], line[at + 1]));
-    const double curvature =
-        2.0 * turn / (distance(line[at - 1], line[at]) + distance(line[at], line[at + 1]));
-    least = std::min(least, turn < kMostTurn ? kBeyond * 0.125 * curvature * own * own : 0.0);
-  }
-  return least;
-}
 
 /// Vertices of the line, and places of the polygon between them about half a cell apart. @param kept the
 /// line's vertices among `points`
@@ -359,13 +283,42 @@ void narrow(std::span<const Point2> points, double tolerance, double total, Tube
   }
 }
 
+/// Weights of held samples' cells: beside a rest the jerk of a motion grows with |r'''| v^3, and v^6 with
+/// the fourth power of the distance from there. The tight turn into a cusp is all of the objective otherwise,
+/// and the rest of the path stays rough.
+void weigh_rests(TubeWork& work) {
+  constexpr double kReach_mm = 0.05, kLeast = 1e-8;
+  for (std::size_t k = 0; k + 1 < work.knots.size(); ++k) {
+    const double at = 0.5 * (work.knots[k] + work.knots[k + 1]);
+    const double x = std::min(1.0, std::min(at, work.knots.back() - at) / kReach_mm);
+    work.weight.push_back(std::max(kLeast, x * x * x * x));
+  }
+}
+
 /// The spline of least energy in work.places. @param near_places of fit_spline()
 void fit_inside(bool near_places, TubeWork& work, Curve& curve) {
-  work.weight.clear();
   work.base.clear();
   work.linear.clear();
   fit_spline(work.knots, work.places, near_places, work);
   to_curve(work, curve);
+}
+
+/// Cells, places and spline of a fit whose line is set.
+void fit_cells(std::span<const Point2> points, const TubeOptions& options, double finer, TubeWork& work,
+               Curve& curve) {
+  const bool samples = motion::samples(options);
+  const double total = work.length.back();
+  place_knots({work.shape, options.between_mm, samples ? kSampleChords : kChords,
+               std::min(options.largest_mm, total / kLeastCells)},
+              finer, total, work.knots);
+  set_places(work, points, work.kept, options, samples ? 1.0 : kInside, work.places);
+  if (!samples) narrow(points, options.tolerance_mm, total, work);
+  guess_control(work);
+  work.control.front() = points.front();
+  work.control.back() = points.back();
+  work.weight.clear();
+  if (samples) weigh_rests(work);
+  fit_inside(samples, work, curve);
 }
 
 }  // namespace
@@ -387,17 +340,11 @@ void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWo
   thin_polyline(work.line, (samples ? kSampleShare : kShapeShare) * options.radius_mm, work.coarse);
   take(work.line, work.coarse, work.shape);
   if (work.shape.size() == 2) return straight_line(points.front(), points.back(), curve);
-  const double total = work.length.back();
-  place_knots({work.shape, options.between_mm, samples ? kSampleChords : kChords,
-               std::min(options.largest_mm, total / kLeastCells)},
-              !samples && options.tolerance_mm > 0.0 ? kFinerMoved : kFiner, total, work.knots);
-  const double share = samples ? 1.0 : kInside;
-  set_places(work, points, work.kept, options, share, work.places);
-  if (!samples) narrow(points, options.tolerance_mm, total, work);
-  guess_control(work);
-  work.control.front() = points.front();
-  work.control.back() = points.back();
-  fit_inside(samples, work, curve);
+  fit_cells(points, options, !samples && options.tolerance_mm > 0.0 ? kFinerMoved : kFiner, work, curve);
+  // a turn that the samples ask for may be tighter than the cells beside it allow
+  for (double finer = 0.5 * kFiner; samples && !options.hold_lines && !work.converged && finer > kFinest;
+       finer *= 0.5)
+    fit_cells(points, options, finer, work, curve);
 }
 
 void refit_tube(TubeWork& work, Curve& curve) { fit_inside(false, work, curve); }

@@ -202,10 +202,10 @@ double fit_spline(std::span<const double> knots, std::span<const TubePlace> plac
                              : kFirstGap * value,
          centring = 0.3;
   double worst = set_states(gap / terms, work);
-  const auto left = [&] {
-    return value > 0.0 && (gap > enough * value || worst > kViolation || stationary > kStationary);
+  const auto left = [&](double gaps) {
+    return value > 0.0 && (gap > gaps * value || worst > kViolation || stationary > kStationary);
   };
-  while (work.iterations < kMostIterations && left()) {
+  while (work.iterations < kMostIterations && left(enough)) {
     const double mu = std::max(centring * gap, worst > kViolation ? 0.2 * enough * value : 0.0) / terms;
     tube::assemble(mu, work);
     if (!tube::solve(work)) break;
@@ -222,7 +222,7 @@ double fit_spline(std::span<const double> knots, std::span<const TubePlace> plac
     centring = std::clamp((1.0 - length) * (1.0 - length), 0.05, 0.9);
     ++work.iterations;
   }
-  work.converged = !left();
+  work.converged = !left(kGap);
   return std::sqrt(1.0 + worst);
 }
 

@@ -102,6 +102,53 @@ TEST_CASE("Rounding steps back beside five cusps: held points cost little more t
   }
 }
 
+TEST_CASE("Rounded samples beside cusps of 24 epicycloids are driven about as fast as exact ones") {
+  RandomStream draw(5, Purpose::kTest);
+  CertifiedWork work;
+  double sum_s[2] = {};
+  for (int k = 0; k < 24; ++k) {
+    const double cusps = 2.0 + double(draw.below(7)), small_mm = draw.uniform(1.0, 5.0),
+                 heading = draw.uniform(0.0, 6.28);
+    const int samples = int(500.0 * std::pow(16.0, draw.uniform(0.0, 1.0)));
+    const auto epicycloid = [&](double t) {
+      const double w = 2.0 * std::numbers::pi * t, other = (cusps + 1.0) * w + heading;
+      return Point2{small_mm * ((cusps + 1.0) * std::cos(w + heading) - std::cos(other)),
+                    small_mm * ((cusps + 1.0) * std::sin(w + heading) - std::sin(other))};
+    };
+    double time_s[2];
+    for (const int decimals : {9, 3}) {
+      const double unit = std::pow(10.0, -decimals);
+      std::vector<Point2> points;
+      for (int i = 0; i <= samples; ++i) {
+        const Point2 p = epicycloid(double(i) / samples);
+        points.push_back({unit * std::round(p.x_mm / unit), unit * std::round(p.y_mm / unit)});
+      }
+      const PlanResult result = plan_held(points, kHeldPart, rounded_to(decimals), work);
+      CHECK(result.points_off_mm <= result.held_mm);
+      CHECK(found_distances(points, kHeldPart, result, work).points_mm <=
+            result.points_off_mm + kSampledChords_mm);
+      time_s[decimals == 3] = result.continuous_s;
+      sum_s[decimals == 3] += result.continuous_s;
+    }
+    INFO("epicycloid " << k << ", " << cusps << " cusps, " << samples << " samples");
+    CHECK(time_s[1] < 1.2 * time_s[0]);
+  }
+  CHECK(sum_s[1] < 1.04 * sum_s[0]);
+}
+
+TEST_CASE("Samples some roundings apart are driven as fast as those far apart, on lobes and on an outline") {
+  CertifiedWork work;
+  const auto time_s = [&](int kind, std::uint64_t seed, double step_mm, int decimals) {
+    const std::vector<Point2> points = sampled(random_curve(kind, seed), step_mm, decimals);
+    const PlanResult result = plan_held(points, kHeldPart, rounded_to(decimals), work);
+    CHECK(result.points_off_mm <= result.held_mm);
+    CHECK(result.stops == 0);
+    return result.continuous_s;
+  };
+  CHECK(time_s(0, 90003, 0.01, 3) < 1.01 * time_s(0, 90003, 0.2, 9));
+  CHECK(time_s(4, 72015, 0.02, 3) < 1.02 * time_s(4, 72015, 0.02, 9));
+}
+
 TEST_CASE("Held points with cusps, spikes and steps of nanometres are passed within their rounding") {
   RandomPathMaker maker(8);
   CertifiedWork work;

@@ -1,0 +1,97 @@
+#include "core/motion/curve/held_samples.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/motion/curve/in_order.h"
+
+namespace firn::motion {
+namespace {
+
+/// Length of the step from a to b in the direction from `from` to `to`; 0 where these are one point.
+double along_mm(Point2 a, Point2 b, Point2 from, Point2 to) {
+  const double x = to.x_mm - from.x_mm, y = to.y_mm - from.y_mm, far = std::sqrt(x * x + y * y);
+  return far > 0.0 ? ((b.x_mm - a.x_mm) * x + (b.y_mm - a.y_mm) * y) / far : 0.0;
+}
+
+double turn_at(Point2 a, Point2 b, Point2 c) {
+  const double ux = b.x_mm - a.x_mm, uy = b.y_mm - a.y_mm, vx = c.x_mm - b.x_mm, vy = c.y_mm - b.y_mm;
+  return std::atan2(ux * vy - uy * vx, ux * vx + uy * vy);
+}
+
+/// True where the points beyond a chord's end bend like a curve of which the chord is a sample interval: its
+/// angle to their tangent there is half of their curvature times its length. A line's is 0, a corner's
+/// larger.
+/// @param end vertex of the chord @param step +1 at its last vertex, -1 at its first
+bool continues(std::span<const Point2> line, const std::vector<double>& length, std::size_t end, int step) {
+  constexpr double kBeyond = 0.5;  ///< of the chord's length: how far the points are looked at
+  constexpr double kLeast = 0.25, kMost = 3.0;
+  const auto next = [step](std::size_t k) { return step > 0 ? k + 1 : k - 1; };
+  const Point2 from = line[step > 0 ? end - 1 : end + 1], at = line[end];
+  const double own = distance(from, at);
+  const auto beyond = [&](std::size_t k, double far) {
+    while (k != 0 && k + 1 != line.size() && std::abs(length[k] - length[end]) < far) k = next(k);
+    return k;
+  };
+  const std::size_t middle = beyond(end, 0.5 * kBeyond * own);
+  if (middle == 0 || middle + 1 == line.size()) return false;
+  const std::size_t last = beyond(next(middle), kBeyond * own);
+  const double near = distance(at, line[middle]), far = distance(line[middle], line[last]);
+  const double bend = turn_at(at, line[middle], line[last]) / (near + far);  // half of the curvature
+  const double share = (turn_at(from, at, line[middle]) - bend * near) / (bend * own);
+  return share > kLeast && share < kMost;
+}
+
+}  // namespace
+
+void held_lengths(std::span<const Point2> line, double radius, std::vector<double>& length) {
+  constexpr double kAbout = 4.0;   ///< radii between the ends of the points about a step
+  constexpr int kMost = 32;        ///< of them to either side
+  constexpr double kBack = -0.25;  ///< least cosine of a step forward: one aside may be a step of a staircase
+  constexpr double kOwn = 1e-3;    ///< share of the steps' own lengths: no two points have the same place
+  length.assign(1, 0.0);
+  for (std::size_t i = 1; i < line.size(); ++i) {
+    std::size_t from = i - 1, to = i;
+    for (int more = 0; more < kMost && distance(line[from], line[to]) < kAbout * radius; ++more) {
+      if (from > 0) --from;
+      if (to + 1 < line.size()) ++to;
+    }
+    const double step = distance(line[i - 1], line[i]);
+    const double along = along_mm(line[i - 1], line[i], line[from], line[to]);
+    length.push_back(length.back() + (along < kBack * step ? along : step));
+  }
+  put_in_order(length);
+  double own = 0.0;
+  for (std::size_t i = 1; i < line.size(); ++i) {
+    own += kOwn * distance(line[i - 1], line[i]);
+    length[i] = std::max(0.0, length[i]) + own;
+  }
+}
+
+bool is_line(std::span<const Point2> line, const std::vector<double>& length, std::size_t chord) {
+  constexpr double kLeast_mm = 0.8, kLonger = 4.0, kMostSampled_mm = 5.0;
+  const auto step = [&](std::size_t k) { return length[k + 1] - length[k]; };
+  const double own = step(chord);
+  const bool longer = (chord > 0 && own >= kLonger * step(chord - 1)) ||
+                      (chord + 2 < length.size() && own >= kLonger * step(chord + 1));
+  if (own < kLeast_mm || !longer) return false;
+  return own > kMostSampled_mm ||
+         !(continues(line, length, chord, -1) || continues(line, length, chord + 1, 1));
+}
+
+double bulge_mm(std::span<const Point2> line, std::size_t chord, double most_mm) {
+  constexpr double kBeyond = 2.0, kMostTurn = 0.8;  // what turns more is a corner
+  if (line.size() < 3) return 0.0;
+  const double own = distance(line[chord], line[chord + 1]);
+  double least = most_mm;
+  for (const std::size_t at : {chord, chord + 1}) {
+    if (at == 0 || at + 1 == line.size()) continue;
+    const double turn = std::abs(turn_at(line[at - 1], line[at], line[at + 1]));
+    const double curvature =
+        2.0 * turn / (distance(line[at - 1], line[at]) + distance(line[at], line[at + 1]));
+    least = std::min(least, turn < kMostTurn ? kBeyond * 0.125 * curvature * own * own : 0.0);
+  }
+  return least;
+}
+
+}  // namespace firn::motion
