@@ -11,6 +11,8 @@
 // limit at any instant by interval arithmetic
 // - `motion_paths held N [SEED] [nasty]`: N paths whose points are held, or of those above: largest distance
 // of a point over its rounding, what dense sampling finds beyond the distances told, largest ratio to a limit
+// - `motion_paths rounded N [SEED]`: duration with held samples of three decimals over that with nine, of N
+// curves of each kind, 0.01 to 1 mm apart, and of N epicycloids by 500 to 8,000 equal parameters
 // - `motion_paths nlp [CURVES] [SEED] [KIND]`: durations of both tiers over the optimum on the same curve by
 // direct transcription (tests/core/motion/time_transcription.h), and the lower bound over that optimum
 // - `motion_paths one KIND SEED STEP DECIMALS TOLERANCE`: durations of one path
@@ -376,6 +378,45 @@ int held(int paths, std::uint64_t seed, bool nasty) {
   return 0;
 }
 
+int rounded(int curves_of_kind, std::uint64_t seed) {
+  constexpr double kSlower = 1.05;
+  const auto arm = make_scara(cobra600());
+  CertifiedWork work;
+  RandomStream draw(seed, Purpose::kTest);
+  const auto duration_s = [&](const std::vector<Point2>& points, int decimals) {
+    PathInput input;
+    input.points = points;
+    input.origin = kPart;
+    PlanOptions options;
+    options.point_rule = PointRule::kHeld;
+    options.point_noise_mm = decimals < 9 ? 0.5 * std::pow(10.0, -decimals) : 0.0;
+    return plan_certified(input, *arm, cobra600_limits(), options, work).continuous_s;
+  };
+  for (int kind = 0; kind <= kCurveKinds; ++kind) {
+    const bool cusps = kind == kCurveKinds;
+    Summary over;
+    for (int k = 0; k < curves_of_kind; ++k) {
+      const ParametricCurve curve =
+          cusps ? curves::epicycloid(draw) : random_curve(kind, seed + std::uint64_t(k));
+      const double share = draw.uniform(0.0, 1.0);
+      const auto points = [&](int decimals) {
+        return cusps ? at_parameters(curve, int(500.0 * std::pow(16.0, share)), decimals)
+                     : sampled(curve, 0.01 * std::pow(100.0, share), decimals);
+      };
+      over.add(duration_s(points(3), 3) / duration_s(points(9), 9));
+      if (std::getenv("MOTION_PATHS_VERBOSE"))
+        std::printf("%s %d: %.4f\n", cusps ? "epicycloids" : kCurveKind[kind], k, over.value.back());
+    }
+    std::printf(
+        "%-11s %d curves: mean %.4f, at most %.4f, %ld above %.2f\n",
+        cusps ? "epicycloids" : kCurveKind[kind], curves_of_kind, over.mean(), over.most(),
+        long(std::count_if(over.value.begin(), over.value.end(), [](double v) { return v > kSlower; })),
+        kSlower);
+    std::fflush(stdout);
+  }
+  return 0;
+}
+
 }  // namespace
 
 FIRN_BENCH(motion_paths) {
@@ -385,6 +426,8 @@ FIRN_BENCH(motion_paths) {
   if (argc > 2 && std::strcmp(argv[1], "held") == 0)
     return held(std::max(1, std::atoi(argv[2])), argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1,
                 argc > 4);
+  if (argc > 2 && std::strcmp(argv[1], "rounded") == 0)
+    return rounded(std::max(1, std::atoi(argv[2])), argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
   if (argc > 1 && std::strcmp(argv[1], "nlp") == 0)
     return nlp(argc > 2 ? std::max(1, std::atoi(argv[2])) : 36,
                argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1, argc > 4 ? argv[4] : nullptr);

@@ -21,7 +21,7 @@ constexpr double kSampleChords = 0.5;      ///< the same where each point is hel
 /// Cell length over that which the tube alone needs: time has features of its own. Coarser cells make the
 /// time depend on where they happen to lie.
 constexpr double kFiner = 0.4, kFinerMoved = 0.28;  ///< of a curve that stays, that descent moves
-constexpr double kFinest = 0.09;                    ///< where samples cannot be held by coarser cells
+constexpr int kMostSplits = 6;                      ///< of cells that cannot hold their samples
 constexpr double kGrowth = 0.35;                    ///< of a cell over the distance to a shorter one
 constexpr double kPlaces = 0.5;                     ///< of a cell between two places
 constexpr double kLeastCells = 8.0;
@@ -303,22 +303,37 @@ void fit_inside(bool near_places, TubeWork& work, Curve& curve) {
   to_curve(work, curve);
 }
 
-/// Cells, places and spline of a fit whose line is set.
-void fit_cells(std::span<const Point2> points, const TubeOptions& options, double finer, TubeWork& work,
-               Curve& curve) {
+/// Places and spline of a fit whose line and cells are set.
+void fit_cells(std::span<const Point2> points, const TubeOptions& options, TubeWork& work, Curve& curve) {
   const bool samples = motion::samples(options);
-  const double total = work.length.back();
-  place_knots({work.shape, options.between_mm, samples ? kSampleChords : kChords,
-               std::min(options.largest_mm, total / kLeastCells)},
-              finer, total, work.knots);
   set_places(work, points, work.kept, options, samples ? 1.0 : kInside, work.places);
-  if (!samples) narrow(points, options.tolerance_mm, total, work);
+  if (!samples) narrow(points, options.tolerance_mm, work.length.back(), work);
   guess_control(work);
   work.control.front() = points.front();
   work.control.back() = points.back();
   work.weight.clear();
   if (samples) weigh_rests(work);
   fit_inside(samples, work, curve);
+}
+
+/// Halves the cells with places that the last fit left outside of their radii, and those beside them. Returns
+/// whether there are any.
+bool split_cells(TubeWork& work) {
+  std::vector<double>& knots = work.knots;
+  std::vector<bool> split(knots.size() + 1, false);  // cell k at k + 1
+  std::size_t cell = 0;
+  for (std::size_t i = 0; i < work.places.size(); ++i) {
+    while (cell + 2 < knots.size() && work.places[i].t >= knots[cell + 1]) ++cell;
+    const double x = work.states.off_x[i], y = work.states.off_y[i], radius = work.places[i].radius;
+    if (x * x + y * y > radius * radius) split[cell] = split[cell + 1] = split[cell + 2] = true;
+  }
+  std::vector<double> finer{knots.front()};
+  for (std::size_t k = 0; k + 1 < knots.size(); ++k) {
+    if (split[k + 1]) finer.push_back(0.5 * (knots[k] + knots[k + 1]));
+    finer.push_back(knots[k + 1]);
+  }
+  std::swap(knots, finer);
+  return knots.size() > finer.size();
 }
 
 }  // namespace
@@ -340,11 +355,15 @@ void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWo
   thin_polyline(work.line, (samples ? kSampleShare : kShapeShare) * options.radius_mm, work.coarse);
   take(work.line, work.coarse, work.shape);
   if (work.shape.size() == 2) return straight_line(points.front(), points.back(), curve);
-  fit_cells(points, options, !samples && options.tolerance_mm > 0.0 ? kFinerMoved : kFiner, work, curve);
-  // a turn that the samples ask for may be tighter than the cells beside it allow
-  for (double finer = 0.5 * kFiner; samples && !options.hold_lines && !work.converged && finer > kFinest;
-       finer *= 0.5)
-    fit_cells(points, options, finer, work, curve);
+  const double total = work.length.back();
+  place_knots({work.shape, options.between_mm, samples ? kSampleChords : kChords,
+               std::min(options.largest_mm, total / kLeastCells)},
+              !samples && options.tolerance_mm > 0.0 ? kFinerMoved : kFiner, total, work.knots);
+  fit_cells(points, options, work, curve);
+  // samples may ask for a turn that is tighter than the cells there allow
+  if (!samples || options.hold_lines) return;
+  for (int splits = 0; !work.converged && splits < kMostSplits && split_cells(work); ++splits)
+    fit_cells(points, options, work, curve);
 }
 
 void refit_tube(TubeWork& work, Curve& curve) { fit_inside(false, work, curve); }

@@ -36,7 +36,7 @@ HeldDistances found_distances(const std::vector<Point2>& points, Point2 origin, 
   return sampled_distances(in_base, work.segments, result.stops + 1, result.points_off_mm);
 }
 
-PlanOptions rounded_to(int decimals) {
+PlanOptions held_to(int decimals) {
   PlanOptions options;
   options.point_noise_mm = decimals < 9 ? 0.5 * std::pow(10.0, -decimals) : 0.0;
   return options;
@@ -66,7 +66,7 @@ TEST_CASE("Held points of 40 random paths are passed within their rounding, as t
   CertifiedWork work;
   for (int k = 0; k < 40; ++k) {
     const HeldPath path = maker.next();
-    const PlanResult result = plan_held(path.points, kHeldPart, rounded_to(path.decimals), work);
+    const PlanResult result = plan_held(path.points, kHeldPart, held_to(path.decimals), work);
     INFO("path " << k << ", " << path.kind << ", decimals " << path.decimals);
     CHECK(result.held_mm == Approx(path.decimals == 3 ? 7.0711e-4 : 2e-4));
     CHECK(result.points_off_mm <= result.held_mm);
@@ -87,13 +87,8 @@ TEST_CASE("Rounding steps back beside five cusps: held points cost little more t
     INFO(samples << " samples");
     double time_s[2];
     for (const int decimals : {9, 3}) {
-      std::vector<Point2> points;
-      const double scale = std::pow(10.0, decimals);
-      for (int k = 0; k <= samples; ++k) {
-        const Point2 p = epicycloid(double(k) / samples);
-        points.push_back({std::round(scale * p.x_mm) / scale, std::round(scale * p.y_mm) / scale});
-      }
-      const PlanResult result = plan_held(points, kHeldPart, rounded_to(decimals), work);
+      const std::vector<Point2> points = at_parameters(epicycloid, samples, decimals);
+      const PlanResult result = plan_held(points, kHeldPart, held_to(decimals), work);
       CHECK(result.stops == 4);
       CHECK(result.points_off_mm <= result.held_mm);
       time_s[decimals == 3] = result.continuous_s;
@@ -107,30 +102,19 @@ TEST_CASE("Rounded samples beside cusps of 24 epicycloids are driven about as fa
   CertifiedWork work;
   double sum_s[2] = {};
   for (int k = 0; k < 24; ++k) {
-    const double cusps = 2.0 + double(draw.below(7)), small_mm = draw.uniform(1.0, 5.0),
-                 heading = draw.uniform(0.0, 6.28);
-    const int samples = int(500.0 * std::pow(16.0, draw.uniform(0.0, 1.0)));
-    const auto epicycloid = [&](double t) {
-      const double w = 2.0 * std::numbers::pi * t, other = (cusps + 1.0) * w + heading;
-      return Point2{small_mm * ((cusps + 1.0) * std::cos(w + heading) - std::cos(other)),
-                    small_mm * ((cusps + 1.0) * std::sin(w + heading) - std::sin(other))};
-    };
+    const ParametricCurve curve = curves::epicycloid(draw);
+    const int chords = int(500.0 * std::pow(16.0, draw.uniform(0.0, 1.0)));
+    INFO("epicycloid " << k << ", " << chords << " chords");
     double time_s[2];
     for (const int decimals : {9, 3}) {
-      const double unit = std::pow(10.0, -decimals);
-      std::vector<Point2> points;
-      for (int i = 0; i <= samples; ++i) {
-        const Point2 p = epicycloid(double(i) / samples);
-        points.push_back({unit * std::round(p.x_mm / unit), unit * std::round(p.y_mm / unit)});
-      }
-      const PlanResult result = plan_held(points, kHeldPart, rounded_to(decimals), work);
+      const std::vector<Point2> points = at_parameters(curve, chords, decimals);
+      const PlanResult result = plan_held(points, kHeldPart, held_to(decimals), work);
       CHECK(result.points_off_mm <= result.held_mm);
       CHECK(found_distances(points, kHeldPart, result, work).points_mm <=
             result.points_off_mm + kSampledChords_mm);
       time_s[decimals == 3] = result.continuous_s;
       sum_s[decimals == 3] += result.continuous_s;
     }
-    INFO("epicycloid " << k << ", " << cusps << " cusps, " << samples << " samples");
     CHECK(time_s[1] < 1.2 * time_s[0]);
   }
   CHECK(sum_s[1] < 1.04 * sum_s[0]);
@@ -140,7 +124,7 @@ TEST_CASE("Samples some roundings apart are driven as fast as those far apart, o
   CertifiedWork work;
   const auto time_s = [&](int kind, std::uint64_t seed, double step_mm, int decimals) {
     const std::vector<Point2> points = sampled(random_curve(kind, seed), step_mm, decimals);
-    const PlanResult result = plan_held(points, kHeldPart, rounded_to(decimals), work);
+    const PlanResult result = plan_held(points, kHeldPart, held_to(decimals), work);
     CHECK(result.points_off_mm <= result.held_mm);
     CHECK(result.stops == 0);
     return result.continuous_s;
@@ -170,8 +154,7 @@ TEST_CASE("An ellipse whose points are held takes the same at any spacing and ro
       const double w = 2.0 * std::numbers::pi * t;
       return Point2{45.0 * std::cos(w), 30.0 * std::sin(w)};
     };
-    const PlanResult result =
-        plan_held(sampled(ellipse, step, decimals), kHeldPart, rounded_to(decimals), work);
+    const PlanResult result = plan_held(sampled(ellipse, step, decimals), kHeldPart, held_to(decimals), work);
     INFO("step " << step << ", decimals " << decimals);
     CHECK(result.points_off_mm <= result.held_mm);
     CHECK(result.continuous_s < 1.02 * 2.36);
@@ -183,7 +166,7 @@ TEST_CASE("The slow tier holds points, too, and is not slower") {
   CertifiedWork work;
   for (int k = 0; k < 3; ++k) {
     const HeldPath path = maker.next();
-    PlanOptions options = rounded_to(path.decimals);
+    PlanOptions options = held_to(path.decimals);
     const double fast = plan_held(path.points, kHeldPart, options, work).continuous_s;
     options.method = Method::kOptimal;
     const PlanResult result = plan_held(path.points, kHeldPart, options, work);
@@ -237,7 +220,7 @@ TEST_CASE("An ellipse takes as long however its samples are spaced and rounded, 
       PathInput input;
       input.points = points;
       input.origin = kHeldPart;
-      PlanOptions options = rounded_to(decimals);
+      PlanOptions options = held_to(decimals);
       options.point_rule = PointRule::kFaster;
       const PlanResult result = plan(input, *arm, cobra600_limits(), options);
       INFO(step_mm << " mm, " << decimals << " decimals");
@@ -253,8 +236,7 @@ TEST_CASE("Two tight turns leave the rest of an ellipse as smooth: held points a
   };
   CertifiedWork work;
   for (const auto& [step, decimals] : {std::pair{0.05, 3}, {0.05, 4}, {0.1, 3}, {0.1, 9}}) {
-    const PlanResult result =
-        plan_held(sampled(ellipse, step, decimals), kHeldPart, rounded_to(decimals), work);
+    const PlanResult result = plan_held(sampled(ellipse, step, decimals), kHeldPart, held_to(decimals), work);
     INFO("step " << step << ", decimals " << decimals);
     CHECK(result.points_off_mm <= result.held_mm);
     CHECK(result.continuous_s < 1.01 * 2.19);
@@ -269,13 +251,13 @@ TEST_CASE(
   };
   CertifiedWork work;
   const std::vector<Point2> points = sampled(circle, 0.3, 3);
-  const double plain = plan_held(points, kHeldPart, rounded_to(3), work).continuous_s;
+  const double plain = plan_held(points, kHeldPart, held_to(3), work).continuous_s;
   const auto with_step = [&](double x_mm, double y_mm) {
     std::vector<Point2> other = points;
     const std::size_t middle = points.size() / 2;  // where the circle goes towards -y
     const Point2 p = points[middle];
     other.insert(other.begin() + std::ptrdiff_t(middle) + 1, {p.x_mm + x_mm, p.y_mm + y_mm});
-    const PlanResult result = plan_held(other, kHeldPart, rounded_to(3), work);
+    const PlanResult result = plan_held(other, kHeldPart, held_to(3), work);
     CHECK(result.points_off_mm <= result.held_mm);
     CHECK(found_distances(other, kHeldPart, result, work).points_mm <=
           result.points_off_mm + kSampledChords_mm);
@@ -306,7 +288,7 @@ TEST_CASE("Long sample intervals beside short ones are no lines: a curve sampled
         const Point2 p = figure(t);
         points.push_back({unit * std::round(p.x_mm / unit), unit * std::round(p.y_mm / unit)});
       }
-      const PlanResult result = plan_held(points, kHeldPart, rounded_to(decimals), work);
+      const PlanResult result = plan_held(points, kHeldPart, held_to(decimals), work);
       INFO(decimals << " decimals, seed " << seed);
       CHECK(result.points_off_mm <= result.held_mm);
       CHECK(result.continuous_s < 1.2 * even);
@@ -351,7 +333,7 @@ TEST_CASE("Samples nearer to each other than some roundings have no corners by c
     for (const double t : at)
       points.push_back({1e-3 * std::round(1e3 * spiral(t).x_mm), 1e-3 * std::round(1e3 * spiral(t).y_mm)});
     INFO("seed " << seed);
-    CHECK(plan_held(points, kHeldPart, rounded_to(3), work).stops == 0);
+    CHECK(plan_held(points, kHeldPart, held_to(3), work).stops == 0);
   }
 }
 
@@ -360,7 +342,7 @@ TEST_CASE("Where a chord that is no line was held as one, the fit is repeated wi
                                    {34.92921, 25.32145}, {34.65348, 24.46008}, {34.63797, 24.42385},
                                    {34.52296, 24.17359}};
   CertifiedWork work;
-  const PlanResult result = plan_held(points, kHeldPart, rounded_to(5), work);
+  const PlanResult result = plan_held(points, kHeldPart, held_to(5), work);
   CHECK(result.points_off_mm <= result.held_mm);
   CHECK(result.continuous_s < 0.5);
 }
@@ -373,7 +355,7 @@ TEST_CASE("Without a tolerance a path is driven no slower than with held points,
     PathInput input;
     input.points = path.points;
     input.origin = kHeldPart;
-    PlanOptions options = rounded_to(path.decimals);
+    PlanOptions options = held_to(path.decimals);
     const auto seconds = [&](PointRule rule) {
       options.point_rule = rule;
       const PlanResult result = plan(input, *arm, cobra600_limits(), options);
@@ -390,7 +372,7 @@ TEST_CASE("A tube too narrow for its turns costs that fit, not the path") {
   for (int k = 0; k < kNarrow; ++k) maker.next();
   const HeldPath path = maker.next();
   CertifiedWork work;
-  PlanOptions options = rounded_to(path.decimals);
+  PlanOptions options = held_to(path.decimals);
   for (const Method method : {Method::kCertified, Method::kOptimal}) {
     options.method = method;
     const PlanResult result = plan_held(path.points, kHeldPart, options, work);
@@ -403,7 +385,7 @@ TEST_CASE("A corner whose point is held is a stop, or is passed within the round
   for (const double turn : {0.3, 0.5, 0.55, 1.5, 3.0}) {
     const std::vector<Point2> points{
         {0.0, 0.0}, {20.0, 0.0}, {20.0 + 15.0 * std::cos(turn), 15.0 * std::sin(turn)}};
-    const PlanResult result = plan_held(points, kHeldPart, rounded_to(3), work);
+    const PlanResult result = plan_held(points, kHeldPart, held_to(3), work);
     INFO("turn " << turn);
     CHECK(result.stops == (turn > 0.53 ? 1 : 0));
     CHECK(result.deviation_mm <= result.held_mm);

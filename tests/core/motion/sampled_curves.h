@@ -155,6 +155,17 @@ inline ParametricCurve fillet(RandomStream& draw) {
   return rounded(corner, pitch * draw.uniform(0.15, 0.45));
 }
 
+/// 2 to 8 cusps, between arches.
+inline ParametricCurve epicycloid(RandomStream& draw) {
+  const double cusps = 2.0 + double(draw.below(7)), radius = draw.uniform(1.0, 5.0),
+               heading = draw.uniform(0.0, 6.28);
+  return [=](double t) {
+    const double w = 2.0 * std::numbers::pi * t, other = (cusps + 1.0) * w + heading;
+    return Point2{radius * ((cusps + 1.0) * std::cos(w + heading) - std::cos(other)),
+                  radius * ((cusps + 1.0) * std::sin(w + heading) - std::sin(other))};
+  };
+}
+
 }  // namespace curves
 
 inline ParametricCurve random_curve(int kind, std::uint64_t seed) {
@@ -162,6 +173,18 @@ inline ParametricCurve random_curve(int kind, std::uint64_t seed) {
   ParametricCurve (*const make[kCurveKinds])(RandomStream&) = {
       curves::lobes, curves::spline, curves::ellipse, curves::spiral, curves::offset, curves::fillet};
   return make[kind](draw);
+}
+
+inline Point2 rounded_to(Point2 p, int decimals) {
+  const double scale = std::pow(10.0, decimals);
+  return {std::round(p.x_mm * scale) / scale, std::round(p.y_mm * scale) / scale};
+}
+
+/// `chords` + 1 samples at equal parameters, rounded to decimals.
+inline std::vector<Point2> at_parameters(const ParametricCurve& curve, int chords, int decimals) {
+  std::vector<Point2> points;
+  for (int i = 0; i <= chords; ++i) points.push_back(rounded_to(curve(double(i) / chords), decimals));
+  return points;
 }
 
 /// Samples about `step_mm` apart along the curve (each by its own share of +-uneven), rounded to decimals.
@@ -177,7 +200,6 @@ inline std::vector<Point2> sampled(const ParametricCurve& curve, double step_mm,
     before = p;
   }
   const int n = std::max(2, int(std::lround(along.back() / step_mm)));
-  const double scale = std::pow(10.0, decimals);
   std::vector<Point2> points;
   std::size_t k = 0;
   for (int i = 0; i <= n; ++i) {
@@ -185,8 +207,7 @@ inline std::vector<Point2> sampled(const ParametricCurve& curve, double step_mm,
     const double s = along.back() * (i + shift) / n;
     while (k + 2 < along.size() && along[k + 1] < s) ++k;
     const double x = along[k + 1] > along[k] ? (s - along[k]) / (along[k + 1] - along[k]) : 0.0;
-    const Point2 p = curve((double(k) + x) / kFine);
-    points.push_back({std::round(p.x_mm * scale) / scale, std::round(p.y_mm * scale) / scale});
+    points.push_back(rounded_to(curve((double(k) + x) / kFine), decimals));
   }
   return points;
 }
