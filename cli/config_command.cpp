@@ -40,10 +40,12 @@ int check_file(const ConfigOptions& options) {
     mistakes = mistakes_of(read_with_includes(options.file), options.overrides);
     if (mistakes.empty()) {
       const Experiment experiment = load_experiment(options.file, options.overrides);
-      make_inputs(experiment, std::filesystem::path(options.file).parent_path());
+      check_inputs(experiment, make_inputs(experiment, std::filesystem::path(options.file).parent_path()));
     }
   } catch (const ConfigError& e) {
     mistakes.push_back(e);
+  } catch (const UsageError& e) {
+    mistakes.emplace_back(options.file, 0, "", e.what());
   }
   if (mistakes.empty()) {
     write_out(options.json ? nlohmann::ordered_json{{"ok", true}, {"file", options.file}}.dump(2) + "\n"

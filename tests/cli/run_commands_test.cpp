@@ -77,6 +77,22 @@ TEST_CASE("firn config check names file, line, key and problem of the first mist
   }
 }
 
+TEST_CASE("firn config check refuses inputs that no print can follow, as text and as JSON") {
+  const std::string file = kRunsSource + "/experiments/aerosol-fig7.toml";
+  const std::vector<std::string> far{
+      "config", "check", file, "--set", "camera.use=on", "--set", "aerosol.camera_x_mm=90"};
+  const Said words = firn_says(far);
+  CHECK(words.code == 2);
+  CHECK_THAT(words.err, Contains(file) && Contains("segments[0]") && Contains("it reaches -50 to 50 mm") &&
+                            Contains("aerosol.camera_x_mm = 90"));
+  std::vector<std::string> as_json = far;
+  as_json.push_back("--json");
+  const Said said = firn_says(as_json);
+  CHECK(said.code == 2);
+  CHECK(runs_json(said).at("ok") == false);
+  CHECK_THAT(runs_json(said).at("problem").get<std::string>(), Contains("it reaches -50 to 50 mm"));
+}
+
 TEST_CASE("Whatever an experiment file holds, firn config check answers in words") {
   const fs::path file = fresh_folder("config-fuzz") / "x.toml";
   const std::string whole = file_text(kRunsSource + "/experiments/demo.toml");
