@@ -107,7 +107,7 @@ def main():
                 out.write("0,0,0," + ",".join(run) + "\n")  # without the end of line ctest drops the last
             selection = ["-I", numbers]
     status = subprocess.run(["ctest", "--test-dir", folder, "-j2", "--output-on-failure", "--output-junit", report,
-                             *selection, *options], env=environment).returncode
+                             *selection, *options], env=environment, stdin=subprocess.DEVNULL).returncode
     found = skips(report) if os.path.exists(report) else []
     patterns, refused = environment.get("FIRN_ALLOW_SKIP", ""), 0
     for test, key, reason in found:
