@@ -25,7 +25,7 @@ namespace firn::drivers {
 inline constexpr char kAxisNames[] = "XYZ";
 
 struct StageOptions : StageConfig {
-  ensemble::Table table;
+  ensemble::Table table{};
   double raster_speed_mm_s = 50.0;
   double move_speed_mm_s = 50.0;
   double max_pulse_rate_hz = 2000.0;  ///< that the jet follows

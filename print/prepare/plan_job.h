@@ -23,8 +23,8 @@ struct PlanJobOptions {
   bool keep_tool = false;   ///< keep PlanResult::tool
   bool pulses = false;      ///< plan the valve's pulses too; paths get rests where its lists need them
   std::function<void(struct PlannedItem&)>
-      describe;                          ///< run for each planned path by the thread that planned it
-  std::optional<double> point_noise_mm;  ///< of every path; none: from the decimals of its points
+      describe;                            ///< run for each planned path by the thread that planned it
+  std::optional<double> point_noise_mm{};  ///< of every path; none: from the decimals of its points
 };
 
 struct PlannedItem {

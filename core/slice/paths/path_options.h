@@ -102,9 +102,9 @@ inline constexpr OptionTable kMeasurePlace{
 struct PathOptions {
   ExtrusionOptions part = kWater;  ///< every material but the scaffold
   ExtrusionOptions scaffold = kSme;
-  SupportOptions support;
-  HookOptions hook;
-  MeasureOptions measure;
+  SupportOptions support{};
+  HookOptions hook{};
+  MeasureOptions measure{};
   /// Maximum distance of a path from its exact position (arc, offset of the given region). 0: the rounding of
   /// the grid, arcs within 1 um.
   double chord_tolerance_mm = 0.05;
