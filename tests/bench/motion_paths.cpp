@@ -12,7 +12,8 @@
 // - `motion_paths held N [SEED] [nasty]`: N paths whose points are held, or of those above: largest distance
 // of a point over its rounding, what dense sampling finds beyond the distances told, largest ratio to a limit
 // - `motion_paths rounded N [SEED]`: duration with held samples of three decimals over that with nine, of N
-// curves of each kind, 0.01 to 1 mm apart, and of N epicycloids by 500 to 8,000 equal parameters
+// curves of each kind, 0.01 to 1 mm apart, and of N epicycloids by 500 to 8,000 equal parameters; then that
+// with samples of three decimals whose chords leave the curves by up to 0.005 to 0.05 mm over 0.1 mm apart
 // - `motion_paths nlp [CURVES] [SEED] [KIND]`: durations of both tiers over the optimum on the same curve by
 // direct transcription (tests/core/motion/time_transcription.h), and the lower bound over that optimum
 // - `motion_paths one KIND SEED STEP DECIMALS TOLERANCE`: durations of one path
@@ -392,6 +393,14 @@ int rounded(int curves_of_kind, std::uint64_t seed) {
     options.point_noise_mm = decimals < 9 ? 0.5 * std::pow(10.0, -decimals) : 0.0;
     return plan_certified(input, *arm, cobra600_limits(), options, work).continuous_s;
   };
+  const auto told = [&](const char* what, const Summary& over) {
+    std::printf(
+        "%-16s %zu curves: mean %.4f, at most %.4f, %ld above %.2f\n", what, over.value.size(), over.mean(),
+        over.most(),
+        long(std::count_if(over.value.begin(), over.value.end(), [](double v) { return v > kSlower; })),
+        kSlower);
+    std::fflush(stdout);
+  };
   for (int kind = 0; kind <= kCurveKinds; ++kind) {
     const bool cusps = kind == kCurveKinds;
     Summary over;
@@ -407,12 +416,18 @@ int rounded(int curves_of_kind, std::uint64_t seed) {
       if (std::getenv("MOTION_PATHS_VERBOSE"))
         std::printf("%s %d: %.4f\n", cusps ? "epicycloids" : kCurveKind[kind], k, over.value.back());
     }
-    std::printf(
-        "%-11s %d curves: mean %.4f, at most %.4f, %ld above %.2f\n",
-        cusps ? "epicycloids" : kCurveKind[kind], curves_of_kind, over.mean(), over.most(),
-        long(std::count_if(over.value.begin(), over.value.end(), [](double v) { return v > kSlower; })),
-        kSlower);
-    std::fflush(stdout);
+    told(cusps ? "epicycloids" : kCurveKind[kind], over);
+  }
+  for (const double sagitta_mm : {0.005, 0.01, 0.02, 0.05}) {
+    Summary over;
+    for (int k = 0; k < curves_of_kind; ++k) {
+      const int kind = k % kCurveKinds;
+      const ParametricCurve curve = random_curve(kind, seed + std::uint64_t(k));
+      over.add(duration_s(within_sagitta(curve, sagitta_mm, 3), 3) / duration_s(sampled(curve, 0.1, 9), 9));
+      if (std::getenv("MOTION_PATHS_VERBOSE"))
+        std::printf("within %.3f mm, %s %d: %.4f\n", sagitta_mm, kCurveKind[kind], k, over.value.back());
+    }
+    told(("within " + std::to_string(sagitta_mm).substr(0, 5) + " mm").c_str(), over);
   }
   return 0;
 }

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "core/motion/certified/certified.h"
+#include "core/motion/certified/path_corners.h"
 #include "core/motion/curve/frechet.h"
 #include "core/motion/curve/polyline_thinning.h"
 
@@ -26,7 +27,7 @@ constexpr double kLikely =
     0.998;  ///< of the fastest shape so far: who is no faster before it is checked will not win
 constexpr double kNever_s = 1e300;
 constexpr std::size_t kLeastFreeChords = 6;  ///< of a free-form curve
-constexpr double kMostHeldChord_mm = 2.5;    ///< half of it: farther points are no samples of a curve
+constexpr double kMostHeldChord_mm = 5.0;    ///< median: farther points are no samples of a curve
 constexpr double kLeastBend = 1e-3;          ///< 1/mm^2, of the speed limit's jerk at 125 mm/s a half
 
 std::span<const Point2> part(const CleanPath& path, std::size_t from, std::size_t to) {
@@ -79,11 +80,15 @@ bool free_form(const CleanPath& path, std::size_t from, std::size_t to, const Ce
     return false;
   if (!(options.tolerance_mm > 0.0)) {
     if (noise == 0.0 && !held) return false;
+    std::vector<double> chords;
+    for (std::size_t i = from; i < to; ++i) chords.push_back(distance(path.points[i], path.points[i + 1]));
+    if (held) {
+      const auto middle = chords.begin() + std::ptrdiff_t(chords.size() / 2);
+      std::nth_element(chords.begin(), middle, chords.end());
+      return *middle <= kMostHeldChord_mm;
+    }
     // does the rounding bend the curve through the points? its third derivative is some 8 noise / chord^3
-    double length = 0.0;
-    for (std::size_t i = from; i < to; ++i) length += distance(path.points[i], path.points[i + 1]);
-    const double chord = 0.5 * length / double(to - from);
-    if (held) return chord <= kMostHeldChord_mm;
+    const double chord = 0.5 * std::accumulate(chords.begin(), chords.end(), 0.0) / double(chords.size());
     return 8.0 * noise > kLeastBend * chord * chord * chord;
   }
   recognise(part(path, from, to), given_curves(path, from, to, work), kSagittaMm, true, 0.0,
@@ -176,87 +181,6 @@ void plan_between(const CleanPath& path, std::size_t from, std::size_t to, const
 bool rollable(Point2 a, Point2 b, Point2 c) {
   const double ux = b.x_mm - a.x_mm, uy = b.y_mm - a.y_mm, vx = c.x_mm - b.x_mm, vy = c.y_mm - b.y_mm;
   return ux * vx + uy * vy > kRollableCosine * std::sqrt((ux * ux + uy * uy) * (vx * vx + vy * vy));
-}
-
-/// Samples of an arc turn, but an arc has no corner; at the ends of given curves their tangents decide, and
-/// thinning may have moved a corner away from there.
-void set_given_corners(const CleanPath& path, double cos_split, std::vector<std::size_t>& kept,
-                       std::vector<std::size_t>& corners) {
-  const auto insert = [](std::vector<std::size_t>& to, std::size_t i) {
-    const auto at = std::lower_bound(to.begin(), to.end(), i);
-    if (at == to.end() || *at != i) to.insert(at, i);
-  };
-  for (const GivenCurve& g : path.given) {
-    if (g.kind == GivenCurve::Kind::kArc)
-      std::erase_if(corners, [&](std::size_t c) { return g.first < c && c < g.last; });
-    for (const std::size_t i : {g.first, g.last}) {
-      if (i == 0 || i + 1 == path.points.size()) continue;
-      const Point2 a = direction_at(path.points, path.given, i, false).tangent,
-                   b = direction_at(path.points, path.given, i, true).tangent;
-      std::erase(corners, i);
-      if (a.x_mm * b.x_mm + a.y_mm * b.y_mm >= cos_split) continue;
-      insert(corners, i);
-      insert(kept, i);
-    }
-  }
-}
-
-/// True where the path turns at points[i] between places at least `reach_mm` before and behind it.
-bool turns(std::span<const Point2> points, std::size_t i, double reach_mm, double cos_split) {
-  std::size_t from = i - 1, to = i + 1;
-  while (from > 0 && distance(points[from], points[i]) < reach_mm) --from;
-  while (to + 1 < points.size() && distance(points[i], points[to]) < reach_mm) ++to;
-  const Point2 &a = points[from], &b = points[i], &c = points[to];
-  return (b.x_mm - a.x_mm) * (c.x_mm - b.x_mm) + (b.y_mm - a.y_mm) * (c.y_mm - b.y_mm) <
-         cos_split * distance(a, b) * distance(b, c);
-}
-
-/// Rounded samples about a corner: the one farthest out, between two others and within reach of the corner.
-/// A curve that ended at another would have to turn back for it.
-std::size_t tip(std::span<const Point2> points, std::size_t before, std::size_t corner, std::size_t after,
-                double reach_mm) {
-  const Point2 &a = points[before], &b = points[corner], &c = points[after];
-  const double in = distance(a, b), out = distance(b, c);
-  const double x = (b.x_mm - a.x_mm) / in - (c.x_mm - b.x_mm) / out,
-               y = (b.y_mm - a.y_mm) / in - (c.y_mm - b.y_mm) / out;
-  const auto far_out = [&](std::size_t i) { return x * points[i].x_mm + y * points[i].y_mm; };
-  std::size_t found = corner;
-  for (std::size_t i = corner; i-- > before + 1 && distance(points[i], b) < reach_mm;)
-    if (far_out(i) > far_out(found)) found = i;
-  for (std::size_t i = corner + 1; i < after && distance(points[i], b) < reach_mm; ++i)
-    if (far_out(i) > far_out(found)) found = i;
-  return found;
-}
-
-/// Corners: where the path turns back, or turns by more than the split angle over a length that rounding does
-/// not reach.
-/// @param kept on return the vertices of the thinned path between which the angles are
-void find_corners(const CleanPath& path, const PlanOptions& options, std::vector<std::size_t>& kept,
-                  std::vector<std::size_t>& corners) {
-  constexpr double kNoises = 1.5, kShare = 1.0 / 16.0, kReachNoises = 10.0;
-  const double within = std::max(kNoises * options.point_noise_mm, kShare * options.tolerance_mm);
-  const double cos_split = std::cos(options.split_angle_rad);
-  if (options.curve_rule == CurveRule::kRamped || within == 0.0) {
-    kept.resize(path.points.size());
-    std::iota(kept.begin(), kept.end(), std::size_t{0});
-    split_points(path.points, cos_split, corners);
-  } else {
-    thin_polyline(path.points, within, kept);
-    std::vector<Point2> thinned;
-    for (const std::size_t i : kept) thinned.push_back(path.points[i]);
-    split_points(thinned, cos_split, corners);
-    const double reach = kReachNoises * options.point_noise_mm;
-    std::erase_if(corners, [&](std::size_t c) {
-      return c > 0 && c + 1 < thinned.size() && !turns(thinned, c, 0.0, 0.0) &&
-             !turns(path.points, kept[c], reach, cos_split);
-    });
-    for (std::size_t& corner : corners) {
-      if (options.tolerance_mm == 0.0 && corner > 0 && corner + 1 < kept.size())
-        kept[corner] = tip(path.points, kept[corner - 1], kept[corner], kept[corner + 1], reach);
-      corner = kept[corner];
-    }
-  }
-  set_given_corners(path, cos_split, kept, corners);
 }
 
 /// How far from a corner on either side stopping there still shows.
@@ -358,10 +282,38 @@ std::vector<std::size_t> turning_points(const CleanPath& path, std::size_t from,
   return stops;
 }
 
+/// Replaces segments of held points by some between those that turn back by more than their rounding, where
+/// that is faster or they are not inside, then where they are not inside between all that turn back.
+template <class Inside>
+void stop_at_turns(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work,
+                   const Inside& inside, std::vector<StopSegment>& segments) {
+  constexpr double kShareOfHold = 0.95;
+  for (const double within_mm : {kShareOfHold * hold_mm(task.options), 0.0}) {
+    std::vector<StopSegment> all;
+    for (StopSegment& whole : segments) {
+      const std::vector<std::size_t> stops = turning_points(path, whole.first, whole.last, within_mm);
+      const bool held = inside(whole);
+      std::vector<StopSegment> shorter;
+      double total_s = 0.0;
+      bool better = stops.size() > 2 && (!held || within_mm > 0.0);
+      for (std::size_t i = 0; better && i + 1 < stops.size(); ++i) {
+        plan_between(path, stops[i], stops[i + 1], task, work, shorter.emplace_back());
+        total_s += shorter.back().duration_s();
+        better = !held || (inside(shorter.back()) && total_s < whole.duration_s());
+      }
+      if (better)
+        all.insert(all.end(), std::make_move_iterator(shorter.begin()),
+                   std::make_move_iterator(shorter.end()));
+      else
+        all.push_back(std::move(whole));
+    }
+    std::swap(segments, all);
+  }
+}
+
 /// Replaces each segment whose curve leaves the tolerance (a cusp, a spike, a tangle shorter than the
 /// tolerance) by a thinned polygon with rests at its vertices, held points first by segments between those
-/// that turn back by more than their rounding, then between all that turn back. Returns the number of
-/// segments.
+/// that turn back. Returns the number of segments.
 std::size_t keep_inside(const CleanPath& path, const CertifiedTask& task, CertifiedWork& work,
                         std::size_t count) {
   const PlanOptions& options = task.options;
@@ -375,25 +327,12 @@ std::size_t keep_inside(const CleanPath& path, const CertifiedTask& task, Certif
   };
   const auto end = work.segments.begin() + std::ptrdiff_t(count);
   if (options.curve_rule == CurveRule::kRamped || !path.yaw_rad.empty() ||
-      std::all_of(work.segments.begin(), end, inside))
+      (!(hold > 0.0) && std::all_of(work.segments.begin(), end, inside)))
     return count;
-  constexpr double kShareOfHold = 0.95;
   std::vector<StopSegment> parts(std::make_move_iterator(work.segments.begin()),
                                  std::make_move_iterator(end)),
       all;
-  for (const double within_mm : {kShareOfHold * hold, 0.0}) {
-    std::vector<StopSegment> shorter;
-    for (StopSegment& whole : parts) {
-      const std::vector<std::size_t> stops = turning_points(path, whole.first, whole.last, within_mm);
-      if (!(hold > 0.0) || inside(whole) || stops.size() == 2) {
-        shorter.push_back(std::move(whole));
-        continue;
-      }
-      for (std::size_t i = 0; i + 1 < stops.size(); ++i)
-        plan_between(path, stops[i], stops[i + 1], task, work, shorter.emplace_back());
-    }
-    std::swap(parts, shorter);
-  }
+  if (hold > 0.0) stop_at_turns(path, task, work, inside, parts);
   for (StopSegment& whole : parts) {
     if (inside(whole)) {
       all.push_back(std::move(whole));

@@ -47,7 +47,7 @@ bool continues(std::span<const Point2> line, const std::vector<double>& length, 
 void held_lengths(std::span<const Point2> line, double radius, std::vector<double>& length) {
   constexpr double kAbout = 4.0;   ///< radii between the ends of the points about a step
   constexpr int kMost = 32;        ///< of them to either side
-  constexpr double kBack = -0.25;  ///< least cosine of a step forward: one aside may be a step of a staircase
+  constexpr double kBack = -0.25;  ///< least cosine of a step forward near an end, whose direction is rounded
   constexpr double kOwn = 1e-3;    ///< share of the steps' own lengths: no two points have the same place
   length.assign(1, 0.0);
   for (std::size_t i = 1; i < line.size(); ++i) {
@@ -58,7 +58,8 @@ void held_lengths(std::span<const Point2> line, double radius, std::vector<doubl
     }
     const double step = distance(line[i - 1], line[i]);
     const double along = along_mm(line[i - 1], line[i], line[from], line[to]);
-    length.push_back(length.back() + (along < kBack * step ? along : step));
+    const bool near_end = from == 0 || to + 1 == line.size();
+    length.push_back(length.back() + (near_end && along > kBack * step ? step : along));
   }
   put_in_order(length);
   double own = 0.0;
@@ -70,28 +71,38 @@ void held_lengths(std::span<const Point2> line, double radius, std::vector<doubl
 
 bool is_line(std::span<const Point2> line, const std::vector<double>& length, std::size_t chord) {
   constexpr double kLeast_mm = 0.8, kLonger = 4.0, kMostSampled_mm = 5.0;
-  const auto step = [&](std::size_t k) { return length[k + 1] - length[k]; };
-  const double own = step(chord);
-  const bool longer = (chord > 0 && own >= kLonger * step(chord - 1)) ||
-                      (chord + 2 < length.size() && own >= kLonger * step(chord + 1));
-  if (own < kLeast_mm || !longer) return false;
-  return own > kMostSampled_mm ||
+  const double own = length[chord + 1] - length[chord];
+  const auto longer = [&](std::size_t k) { return own >= kLonger * (length[k + 1] - length[k]); };
+  const bool first = chord == 0, last = chord + 2 == length.size();
+  const bool before = !first && longer(chord - 1), after = !last && longer(chord + 1);
+  if (own < kLeast_mm || !(before || after)) return false;
+  if (own > kMostSampled_mm) return true;
+  // beside one short chord alone it may be the flat part of a curve
+  return (first || before) && (last || after) &&
          !(continues(line, length, chord, -1) || continues(line, length, chord + 1, 1));
 }
 
 double bulge_mm(std::span<const Point2> line, std::size_t chord, double most_mm) {
   constexpr double kBeyond = 2.0, kMostTurn = 0.8;  // what turns more is a corner
-  if (line.size() < 3) return 0.0;
+  constexpr double kStraight = 0.2;                 ///< of the turn at the other end
   const double own = distance(line[chord], line[chord + 1]);
-  double least = most_mm;
-  for (const std::size_t at : {chord, chord + 1}) {
-    if (at == 0 || at + 1 == line.size()) continue;
-    const double turn = std::abs(turn_at(line[at - 1], line[at], line[at + 1]));
-    const double curvature =
-        2.0 * turn / (distance(line[at - 1], line[at]) + distance(line[at], line[at + 1]));
-    least = std::min(least, turn < kMostTurn ? kBeyond * 0.125 * curvature * own * own : 0.0);
-  }
-  return least;
+  const auto turn = [&](std::size_t k) {
+    return k == 0 || k + 1 >= line.size() ? 0.0 : std::abs(turn_at(line[k - 1], line[k], line[k + 1]));
+  };
+  const auto bulge = [&](std::size_t k, double other) {  // beside a line that of the arc
+    const double curvature = 2.0 * turn(k) / (own + std::min(own, other));
+    return turn(k) < kMostTurn ? kBeyond * 0.125 * curvature * own * own : 0.0;
+  };
+  const bool first = chord == 0, last = chord + 2 == line.size();
+  if (first && last) return 0.0;
+  const double start = first ? 0.0 : bulge(chord, distance(line[chord - 1], line[chord])),
+               end = last ? 0.0 : bulge(chord + 1, distance(line[chord + 1], line[chord + 2]));
+  if (first || last) return std::min(most_mm, start + end);
+  // an end that does not turn is beside a line where the next vertex does not either, else an inflection
+  const double before = turn(chord), after = turn(chord + 1);
+  const bool line_before = before < kStraight * after && turn(chord - 1) < kStraight * after,
+             line_after = after < kStraight * before && turn(chord + 2) < kStraight * before;
+  return std::min(most_mm, line_before || line_after ? std::min(start, end) : 0.5 * (start + end));
 }
 
 }  // namespace firn::motion

@@ -8,18 +8,17 @@
 
 namespace firn::motion {
 
-/// Lengths along held points [mm]. A step against the direction of the points about it is rounding, or an
-/// overlap of two chords. @param radius within which the curve passes the points
+/// Lengths along held points [mm], in the direction of the points about each step: one against that or aside
+/// is rounding, or an overlap of two chords. @param radius within which the curve passes the points
 void held_lengths(std::span<const Point2> line, double radius, std::vector<double>& length);
 
 /// True where a chord is so much longer than one beside it that it is no sample interval but a line, unless
-/// it is short enough to be one of a curve sampled unevenly and the points beyond an end bend like that
-/// curve.
+/// it is short enough to be one of a curve sampled unevenly: it is not so long beside the other one, or the
+/// points beyond an end bend like that curve.
 bool is_line(std::span<const Point2> line, const std::vector<double>& length, std::size_t chord);
 
 /// Distance within which a curve passes between two of its samples: some of it beyond the sagitta of the arcs
-/// that turn at both ends of the chord as the polygon does; the smaller of both, since beside a line there is
-/// none.
+/// that turn at both ends of the chord as the polygon does: the mean of both, beside a line none.
 double bulge_mm(std::span<const Point2> line, std::size_t chord, double most_mm);
 
 }  // namespace firn::motion

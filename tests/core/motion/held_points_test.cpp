@@ -133,6 +133,51 @@ TEST_CASE("Samples some roundings apart are driven as fast as those far apart, o
   CHECK(time_s(4, 72015, 0.02, 3) < 1.02 * time_s(4, 72015, 0.02, 9));
 }
 
+TEST_CASE("Samples as far apart as their chords stay near a curve are driven as fast as near ones") {
+  CertifiedWork work;
+  const auto time_s = [&](const std::vector<Point2>& points, int decimals) {
+    const PlanResult result = plan_held(points, kHeldPart, held_to(decimals), work);
+    CHECK(result.points_off_mm <= result.held_mm);
+    CHECK(result.stops == 0);
+    return result.continuous_s;
+  };
+  double near_sum_s = 0.0, far_sum_s = 0.0;
+  for (const int kind : {0, 1, 2, 3, 4})
+    for (const std::uint64_t seed : {7, 8, 9})
+      for (const double sagitta_mm : {0.005, 0.02}) {
+        INFO(kCurveKind[kind] << " " << seed << ", chords off by " << sagitta_mm);
+        const ParametricCurve curve = random_curve(kind, seed);
+        const double near_s = time_s(sampled(curve, 0.1, 9), 9),
+                     far_s = time_s(within_sagitta(curve, sagitta_mm, 3), 3);
+        CHECK(far_s < 1.1 * near_s);
+        near_sum_s += near_s;
+        far_sum_s += far_s;
+      }
+  CHECK(far_sum_s < 1.01 * near_sum_s);
+}
+
+TEST_CASE("Chords that turn by much are samples of a tight arc beside their like, else corners") {
+  CertifiedWork work;
+  const auto stops = [&](double turn_rad, int vertices, double chord_mm) {
+    std::vector<Point2> points;
+    Point2 p{0.0, 0.0};
+    double heading = 0.0;
+    const auto step = [&](double length) {
+      points.push_back(p = {p.x_mm + length * std::cos(heading), p.y_mm + length * std::sin(heading)});
+    };
+    for (int i = 0; i < 10; ++i) step(0.3);
+    for (int k = 0; k < vertices; ++k) {
+      heading += (k == 0 || k + 1 == vertices ? 0.5 : 1.0) * turn_rad;
+      step(chord_mm);
+    }
+    for (int i = 0; i < 10; ++i) step(0.3);
+    return plan_held(points, kHeldPart, held_to(9), work).stops;
+  };
+  CHECK(stops(0.6, 6, 0.3) == 0);  // an arc of 0.5 mm, its chords off by 0.022 mm
+  CHECK(stops(0.6, 6, 1.5) > 0);   // of 2.5 mm, off by 0.11 mm: a polygon
+  CHECK(stops(2.4, 2, 0.3) > 0);   // two corners
+}
+
 TEST_CASE("Held points with cusps, spikes and steps of nanometres are passed within their rounding") {
   RandomPathMaker maker(8);
   CertifiedWork work;

@@ -187,6 +187,29 @@ inline std::vector<Point2> at_parameters(const ParametricCurve& curve, int chord
   return points;
 }
 
+/// Samples as far apart as their chords stay within `sagitta_mm` of the curve, rounded to decimals.
+inline std::vector<Point2> within_sagitta(const ParametricCurve& curve, double sagitta_mm, int decimals) {
+  constexpr int kFine = 20000, kChecked = 8;
+  const auto at = [&](int i) { return curve(double(i) / kFine); };
+  const auto stays = [&](int from, int to) {
+    const Point2 a = at(from), b = at(to);
+    const double x = b.x_mm - a.x_mm, y = b.y_mm - a.y_mm, length = std::sqrt(x * x + y * y);
+    for (int k = 1; k < kChecked; ++k) {
+      const Point2 p = at(from + (to - from) * k / kChecked);
+      if (std::abs((p.x_mm - a.x_mm) * y - (p.y_mm - a.y_mm) * x) > sagitta_mm * length) return false;
+    }
+    return true;
+  };
+  std::vector<Point2> points{rounded_to(at(0), decimals)};
+  for (int from = 0; from < kFine;) {
+    int to = from + 1;
+    for (int more = 1; to + more <= kFine && stays(from, to + more); more = 1 + (to - from) / 16) to += more;
+    points.push_back(rounded_to(at(to), decimals));
+    from = to;
+  }
+  return points;
+}
+
 /// Samples about `step_mm` apart along the curve (each by its own share of +-uneven), rounded to decimals.
 inline std::vector<Point2> sampled(const ParametricCurve& curve, double step_mm, int decimals,
                                    double uneven = 0.0, std::uint64_t seed = 1) {
