@@ -26,7 +26,7 @@ constexpr double kFastEnough =
 constexpr double kLikely =
     0.998;  ///< of the fastest shape so far: who is no faster before it is checked will not win
 constexpr double kNever_s = 1e300;
-constexpr std::size_t kLeastFreeChords = 6;  ///< of a free-form curve
+constexpr std::size_t kLeastFreeChords = 6, kLeastHeldChords = 3;  ///< of a free-form curve
 constexpr double kMostHeldChord_mm = 5.0;    ///< median: farther points are no samples of a curve
 constexpr double kLeastBend = 1e-3;          ///< 1/mm^2, of the speed limit's jerk at 125 mm/s a half
 
@@ -76,7 +76,8 @@ bool free_form(const CleanPath& path, std::size_t from, std::size_t to, const Ce
   const PlanOptions& options = task.options;
   const double noise = options.point_noise_mm;
   const bool held = path.given.empty() && hold_mm(options) > 0.0;  // samples of given curves are not rounded
-  if (options.curve_rule == CurveRule::kRamped || !path.yaw_rad.empty() || to - from < kLeastFreeChords)
+  if (options.curve_rule == CurveRule::kRamped || !path.yaw_rad.empty() ||
+      to - from < (held ? kLeastHeldChords : kLeastFreeChords))
     return false;
   if (!(options.tolerance_mm > 0.0)) {
     if (noise == 0.0 && !held) return false;
