@@ -55,7 +55,7 @@ ALLOWED = (
     ("core/motion/kinematics/*", "sincos|atan2", IN_NODES, ANGLES),
     ("core/motion/vplus_default.cpp", "atan2", IN_NODES, ANGLES),
     ("core/motion/curve/*", "atan2|sin|sincos|pow", IN_NODES, ANGLES),
-    ("core/motion/certified/certified_corners.cpp", "cos", IN_NODES, ANGLES),
+    ("core/motion/certified/path_corners.cpp", "cos", IN_NODES, ANGLES),
     ("core/motion/thesis/*", "cos|cbrt", IN_NODES, "the thesis's limits of jerk are cube roots; as above"),
     ("core/motion/time_optimal/*", "cbrt", IN_NODES, "limits of jerk are cube roots; as above"),
     ("core/motion/insert_stops.cpp", "hypot", IN_NODES, "lengths of tiny steps without underflow; as above"),

@@ -27,8 +27,8 @@ constexpr double kLikely =
     0.998;  ///< of the fastest shape so far: who is no faster before it is checked will not win
 constexpr double kNever_s = 1e300;
 constexpr std::size_t kLeastFreeChords = 6, kLeastHeldChords = 3;  ///< of a free-form curve
-constexpr double kMostHeldChord_mm = 5.0;    ///< median: farther points are no samples of a curve
-constexpr double kLeastBend = 1e-3;          ///< 1/mm^2, of the speed limit's jerk at 125 mm/s a half
+constexpr double kMostHeldChord_mm = 5.0;  ///< median: farther points are no samples of a curve
+constexpr double kLeastBend = 1e-3;        ///< 1/mm^2, of the speed limit's jerk at 125 mm/s a half
 
 std::span<const Point2> part(const CleanPath& path, std::size_t from, std::size_t to) {
   return std::span<const Point2>(path.points).subspan(from, to - from + 1);

@@ -46,18 +46,17 @@ bool turns(std::span<const Point2> points, std::size_t i, double reach_mm, doubl
 /// True where the chords at a vertex are samples of an arc: they turn as those beside them do, and their arc
 /// passes no farther from them than a curve may pass from the polygon of its samples.
 bool bends(std::span<const Point2> points, std::size_t i) {
-  constexpr double kMostTurn = 0.8, kLeastShare = 0.3;
+  constexpr double kMost = 0.4228, kLeastShare = 0.3;  // tan of half of 0.8 rad
   if (i < 2 || i + 2 >= points.size()) return false;
-  const auto turn = [&](std::size_t k) {
+  const auto half_turn = [&](std::size_t k) {  // its tangent
     const double ux = points[k].x_mm - points[k - 1].x_mm, uy = points[k].y_mm - points[k - 1].y_mm;
     const double vx = points[k + 1].x_mm - points[k].x_mm, vy = points[k + 1].y_mm - points[k].y_mm;
-    return std::atan2(ux * vy - uy * vx, ux * vx + uy * vy);
+    return (ux * vy - uy * vx) / (std::sqrt((ux * ux + uy * uy) * (vx * vx + vy * vy)) + ux * vx + uy * vy);
   };
-  const double own = turn(i), side = own > 0.0 ? 1.0 : -1.0;
+  const double own = half_turn(i), side = own > 0.0 ? 1.0 : -1.0, least = kLeastShare * std::abs(own);
   const double chord = std::max(distance(points[i - 1], points[i]), distance(points[i], points[i + 1]));
-  return std::abs(own) < kMostTurn && 0.125 * chord * std::abs(own) <= kSagittaMm &&
-         side * turn(i - 1) >= kLeastShare * std::abs(own) &&
-         side * turn(i + 1) >= kLeastShare * std::abs(own);
+  return std::abs(own) < kMost && 0.25 * chord * std::abs(own) <= kSagittaMm &&
+         side * half_turn(i - 1) >= least && side * half_turn(i + 1) >= least;
 }
 
 /// Rounded samples about a corner: the one farthest out, between two others and within reach of the corner.
