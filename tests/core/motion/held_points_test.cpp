@@ -133,6 +133,17 @@ TEST_CASE("Samples some roundings apart are driven as fast as those far apart, o
   CHECK(time_s(4, 72015, 0.02, 3) < 1.02 * time_s(4, 72015, 0.02, 9));
 }
 
+TEST_CASE("Cells too long for the joint of an outline's line and arc are halved: its samples are held") {
+  CertifiedWork work;
+  const auto time_s = [&](int decimals) {
+    const std::vector<Point2> points = sampled(random_curve(4, 5), 0.037312, decimals);
+    const PlanResult result = plan_held(points, kHeldPart, held_to(decimals), work);
+    CHECK(result.points_off_mm <= result.held_mm);
+    return result.continuous_s;
+  };
+  CHECK(time_s(3) < 1.01 * time_s(9));
+}
+
 TEST_CASE("Samples as far apart as their chords stay near a curve are driven as fast as near ones") {
   CertifiedWork work;
   const auto time_s = [&](const std::vector<Point2>& points, int decimals) {
