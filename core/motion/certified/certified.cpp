@@ -318,9 +318,11 @@ void plan_segment(std::span<const Point2> points, std::span<const double> speed_
                        : curve.straight ? 0.0
                                         : deviation(curve, points, work.length);
     out.points_off_mm = spec.hold_mm > 0.0 ? farthest_point_mm(curve, points, hold_mm(options)) : 0.0;
-    if ((!holds(out, options) || (hold_lines && !work.tube.converged)) && tries < kHoldTries) {
+    const bool lines = hold_lines && work.tube.lines;
+    if ((!holds(out, options) || (lines && !work.tube.converged)) && tries < kHoldTries) {
       // a tube too narrow: some chord is no line after all
-      if (!std::exchange(hold_lines, false))
+      hold_lines = false;
+      if (!lines)
         spec.hold_mm *= std::clamp(kHoldAim * hold_mm(options) / out.points_off_mm, kLeastShare, kMostShare);
       form();
       continue;

@@ -292,11 +292,12 @@ void stop_at_turns(const CleanPath& path, const CertifiedTask& task, CertifiedWo
   for (const double within_mm : {kShareOfHold * hold_mm(task.options), 0.0}) {
     std::vector<StopSegment> all;
     for (StopSegment& whole : segments) {
-      const std::vector<std::size_t> stops = turning_points(path, whole.first, whole.last, within_mm);
       const bool held = inside(whole);
+      std::vector<std::size_t> stops;
+      if (!held || within_mm > 0.0) stops = turning_points(path, whole.first, whole.last, within_mm);
       std::vector<StopSegment> shorter;
       double total_s = 0.0;
-      bool better = stops.size() > 2 && (!held || within_mm > 0.0);
+      bool better = stops.size() > 2;
       for (std::size_t i = 0; better && i + 1 < stops.size(); ++i) {
         plan_between(path, stops[i], stops[i + 1], task, work, shorter.emplace_back());
         total_s += shorter.back().duration_s();

@@ -90,6 +90,11 @@ class FitPlanner {
     samples_ = !(task.options.tolerance_mm > 0.0);
     const double widest = std::max(fit_radius_mm(task.options), kHoldRadius * hold_mm(task.options));
     double best_s = try_radius(widest, task);
+    if (work_.tube.lines && (!holds(out_, task.options) || !work_.tube.converged)) {
+      hold_lines_ = false;  // some chord is no line after all
+      first_ = true;
+      best_s = try_radius(widest, task);
+    }
     if (!(out_.deviation_mm <= tolerance) || out_.curve.straight || !solved(out_) ||
         !holds(out_, task.options))
       return false;
@@ -183,7 +188,7 @@ class FitPlanner {
               .most_between_mm = most_between_mm(task.options),
               .largest_mm = sizes.largest_mm,
               .tolerance_mm = allowed_mm(task.options),
-              .hold_lines = hold_mm(task.options) > 0.0},
+              .hold_lines = hold_lines_ && hold_mm(task.options) > 0.0},
              work_.tube, work_.curve.coarse);
     work_.curve.offset.assign({0.0, work_.curve.coarse.s.back()});
   }
@@ -253,7 +258,7 @@ class FitPlanner {
   std::span<const double> speed_limit_;
   CertifiedWork& work_;
   StopSegment &trial_, &out_;
-  bool first_ = true, samples_ = false;
+  bool first_ = true, samples_ = false, hold_lines_ = true;
   double weight_ = kFirstWeight;
 };
 

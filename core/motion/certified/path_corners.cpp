@@ -46,7 +46,7 @@ bool turns(std::span<const Point2> points, std::size_t i, double reach_mm, doubl
 /// True where the chords at a vertex are samples of an arc: they turn as those beside them do, and their arc
 /// passes no farther from them than a curve may pass from the polygon of its samples.
 bool bends(std::span<const Point2> points, std::size_t i) {
-  constexpr double kMost = 0.4228, kLeastShare = 0.3;  // tan of half of 0.8 rad
+  constexpr double kMost = 0.4228, kLeastShare = 0.3;  // tan of half of kMostSampledTurn
   if (i < 2 || i + 2 >= points.size()) return false;
   const auto half_turn = [&](std::size_t k) {  // its tangent
     const double ux = points[k].x_mm - points[k - 1].x_mm, uy = points[k].y_mm - points[k - 1].y_mm;

@@ -14,11 +14,6 @@ double along_mm(Point2 a, Point2 b, Point2 from, Point2 to) {
   return far > 0.0 ? ((b.x_mm - a.x_mm) * x + (b.y_mm - a.y_mm) * y) / far : 0.0;
 }
 
-double turn_at(Point2 a, Point2 b, Point2 c) {
-  const double ux = b.x_mm - a.x_mm, uy = b.y_mm - a.y_mm, vx = c.x_mm - b.x_mm, vy = c.y_mm - b.y_mm;
-  return std::atan2(ux * vy - uy * vx, ux * vx + uy * vy);
-}
-
 /// True where the points beyond a chord's end bend like a curve of which the chord is a sample interval: its
 /// angle to their tangent there is half of their curvature times its length. A line's is 0, a corner's
 /// larger.
@@ -43,6 +38,11 @@ bool continues(std::span<const Point2> line, const std::vector<double>& length, 
 }
 
 }  // namespace
+
+double turn_at(Point2 a, Point2 b, Point2 c) {
+  const double ux = b.x_mm - a.x_mm, uy = b.y_mm - a.y_mm, vx = c.x_mm - b.x_mm, vy = c.y_mm - b.y_mm;
+  return std::atan2(ux * vy - uy * vx, ux * vx + uy * vy);
+}
 
 void held_lengths(std::span<const Point2> line, double radius, std::vector<double>& length) {
   constexpr double kAbout = 4.0;   ///< radii between the ends of the points about a step
@@ -83,23 +83,22 @@ bool is_line(std::span<const Point2> line, const std::vector<double>& length, st
 }
 
 double bulge_mm(std::span<const Point2> line, std::size_t chord, double most_mm) {
-  constexpr double kBeyond = 2.0, kMostTurn = 0.8;  // what turns more is a corner
-  constexpr double kStraight = 0.2;                 ///< of the turn at the other end
+  constexpr double kBeyond = 2.0;
+  constexpr double kStraight = 0.2;  ///< of the turn at the other end
+  const bool first = chord == 0, last = chord + 2 == line.size();
   const double own = distance(line[chord], line[chord + 1]);
   const auto turn = [&](std::size_t k) {
     return k == 0 || k + 1 >= line.size() ? 0.0 : std::abs(turn_at(line[k - 1], line[k], line[k + 1]));
   };
-  const auto bulge = [&](std::size_t k, double other) {  // beside a line that of the arc
-    const double curvature = 2.0 * turn(k) / (own + std::min(own, other));
-    return turn(k) < kMostTurn ? kBeyond * 0.125 * curvature * own * own : 0.0;
+  const auto bulge = [&](double turned, double other) {  // beside a line that of the arc
+    const double curvature = 2.0 * turned / (own + std::min(own, other));
+    return turned < kMostSampledTurn ? kBeyond * 0.125 * curvature * own * own : 0.0;
   };
-  const bool first = chord == 0, last = chord + 2 == line.size();
-  if (first && last) return 0.0;
-  const double start = first ? 0.0 : bulge(chord, distance(line[chord - 1], line[chord])),
-               end = last ? 0.0 : bulge(chord + 1, distance(line[chord + 1], line[chord + 2]));
+  const double before = turn(chord), after = turn(chord + 1);
+  const double start = first ? 0.0 : bulge(before, distance(line[chord - 1], line[chord])),
+               end = last ? 0.0 : bulge(after, distance(line[chord + 1], line[chord + 2]));
   if (first || last) return std::min(most_mm, start + end);
   // an end that does not turn is beside a line where the next vertex does not either, else an inflection
-  const double before = turn(chord), after = turn(chord + 1);
   const bool line_before = before < kStraight * after && turn(chord - 1) < kStraight * after,
              line_after = after < kStraight * before && turn(chord + 2) < kStraight * before;
   return std::min(most_mm, line_before || line_after ? std::min(start, end) : 0.5 * (start + end));

@@ -8,6 +8,11 @@
 
 namespace firn::motion {
 
+inline constexpr double kMostSampledTurn = 0.8;  ///< of samples' chords; what turns more is a corner
+
+/// Angle by which b-c turns from a-b, -pi to pi.
+double turn_at(Point2 a, Point2 b, Point2 c);
+
 /// Lengths along held points [mm], in the direction of the points about each step: one against that or aside
 /// is rounding, or an overlap of two chords. @param radius within which the curve passes the points
 void held_lengths(std::span<const Point2> line, double radius, std::vector<double>& length);
@@ -18,7 +23,8 @@ void held_lengths(std::span<const Point2> line, double radius, std::vector<doubl
 bool is_line(std::span<const Point2> line, const std::vector<double>& length, std::size_t chord);
 
 /// Distance within which a curve passes between two of its samples: some of it beyond the sagitta of the arcs
-/// that turn at both ends of the chord as the polygon does: the mean of both, beside a line none.
+/// that turn at both ends of the chord as the polygon does: the mean of both, or the smaller one beside a
+/// line.
 double bulge_mm(std::span<const Point2> line, std::size_t chord, double most_mm);
 
 }  // namespace firn::motion

@@ -133,11 +133,13 @@ void set_places(TubeWork& work, std::span<const Point2> points, const std::vecto
                 const TubeOptions& options, double share, std::vector<TubePlace>& places) {
   const double radius = share * options.radius_mm;
   places.clear();
+  work.lines = false;
   PolygonAt polygon(points, work.point_length);
   std::size_t cell = 0;
   for (std::size_t i = 0; i + 1 < work.line.size(); ++i) {
     const double from = work.length[i], to = work.length[i + 1];
     const bool line = options.hold_lines && is_line(work.line, work.length, i);
+    work.lines |= line;
     const double bulge = samples(options) && !line ? bulge_mm(work.line, i, options.most_between_mm) : 0.0;
     const double between = line ? radius : share * std::max(options.between_mm, bulge);
     if (i > 0) places.push_back({from, work.line[i], radius});
@@ -245,13 +247,10 @@ std::array<double, 4> derivative_form(const std::vector<double>& knot, std::size
 /// turn / 8. What turns more is a corner.
 void set_missed(std::span<const Point2> points, const std::vector<double>& length,
                 std::vector<double>& missed) {
-  constexpr double kMostTurn = 0.8;
   missed.assign(points.size(), 0.0);
   for (std::size_t i = 1; i + 1 < points.size(); ++i) {
-    const double ux = points[i].x_mm - points[i - 1].x_mm, uy = points[i].y_mm - points[i - 1].y_mm;
-    const double vx = points[i + 1].x_mm - points[i].x_mm, vy = points[i + 1].y_mm - points[i].y_mm;
-    const double turn = std::abs(std::atan2(ux * vy - uy * vx, ux * vx + uy * vy));
-    if (turn < kMostTurn)
+    const double turn = std::abs(turn_at(points[i - 1], points[i], points[i + 1]));
+    if (turn < kMostSampledTurn)
       missed[i] = 0.125 * turn * std::min(length[i] - length[i - 1], length[i + 1] - length[i]);
   }
 }
@@ -360,8 +359,8 @@ void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWo
                std::min(options.largest_mm, total / kLeastCells)},
               !samples && options.tolerance_mm > 0.0 ? kFinerMoved : kFiner, total, work.knots);
   fit_cells(points, options, work, curve);
-  // samples may ask for a turn that is tighter than the cells there allow
-  if (!samples || options.hold_lines) return;
+  // samples may ask for a turn that is tighter than the cells there allow; beside a line that is none, too
+  if (!samples || work.lines) return;
   for (int splits = 0; !work.converged && splits < kMostSplits && split_cells(work); ++splits)
     fit_cells(points, options, work, curve);
 }

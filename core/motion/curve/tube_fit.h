@@ -70,6 +70,7 @@ struct TubeWork {
   std::vector<double> step;                   ///< of the control points: x, y in turn
   int iterations = 0;
   bool converged = false;  ///< else the curve is inside, but not smooth
+  bool lines = false;      ///< chords are held as lines
 };
 
 /// The spline with `knots` (ascending, first = start, last = end) from a guess in work.control, whose ends

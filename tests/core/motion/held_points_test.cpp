@@ -135,13 +135,17 @@ TEST_CASE("Samples some roundings apart are driven as fast as those far apart, o
 
 TEST_CASE("Cells too long for the joint of an outline's line and arc are halved: its samples are held") {
   CertifiedWork work;
-  const auto time_s = [&](int decimals) {
+  const auto time_s = [&](int decimals, Method method) {
     const std::vector<Point2> points = sampled(random_curve(4, 5), 0.037312, decimals);
-    const PlanResult result = plan_held(points, kHeldPart, held_to(decimals), work);
+    PlanOptions options = held_to(decimals);
+    options.method = method;
+    const PlanResult result = plan_held(points, kHeldPart, options, work);
     CHECK(result.points_off_mm <= result.held_mm);
     return result.continuous_s;
   };
-  CHECK(time_s(3) < 1.01 * time_s(9));
+  const double fast_s = time_s(3, Method::kCertified);
+  CHECK(fast_s < 1.01 * time_s(9, Method::kCertified));
+  CHECK(time_s(3, Method::kOptimal) < 1.001 * fast_s);
 }
 
 TEST_CASE("Samples as far apart as their chords stay near a curve are driven as fast as near ones") {
