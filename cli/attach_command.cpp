@@ -1,41 +1,57 @@
-#include "cli/attach_command.h"
+// run_attach shows the progress of a print that runs in another process, and hands keys to it.
+#include "cli/commands.h"
 
+#include <fmt/core.h>
 #include <poll.h>
 
-#include <cstdio>
 #include <sstream>
+#include <string>
 
 #include "cli/option_set.h"
-#include "print/exit_codes.h"
-#include "print/folder/run_folder.h"
+#include "config/labs.h"
+#include "files/exit_codes.h"
 #include "print/interrupt.h"
 #include "print/operator/key_reader.h"
 #include "print/operator/operator_client.h"
 #include "print/operator/operator_desk.h"
 #include "print/progress.h"
+#include "runs/folder/address.h"
+#include "runs/folder/run_folder.h"
+#include "runs/folder/verdict.h"
 
 namespace firn {
 namespace {
+
+struct AttachOptions {
+  std::string run;  ///< run folder
+};
 
 constexpr int kLook_ms = 200;  // for Ctrl-C
 
 void send_keys(KeyReader& keys, OperatorClient& client, PrintProgress& progress) {
   while (const auto key = keys.next())
-    if (const auto order = KeyReader::order_of(*key))
-      client.send(*order);
+    if (const KeyPress pressed = keys.press(*key); pressed.order)
+      client.send(*pressed.order);
     else
-      progress.note(std::string(KeyReader::kHelp));
+      progress.note(pressed.hint);
 }
 
-}  // namespace
+// As the print's own terminal shows it.
+void show_result(const runs::RunFolder& run, const LabWords& words) {
+  if (const auto result = run.result())
+    fmt::print("{}\n{}{}\n", end_words(*result), result_lines(*result, words), verdict_words(*result, words));
+}
 
+/// Returns the exit code of the print when it ends. Ctrl-C leaves the print running.
+/// @throws UsageError: a run that is not running
 int run_attach(const AttachOptions& options) {
-  const RunFolder run = RunFolder::open(options.run);
-  OperatorClient client(options.run);
+  const runs::RunFolder run = runs::RunFolder::open(runs::folder_of(options.run));
+  OperatorClient client(run.path());
   client.say("attach");
   const InterruptGuard guard;
   KeyReader keys;
-  PrintProgress progress(run.path().filename().string());
+  const LabWords& words = lab_words(lab_kind_in(run.experiment_toml()));
+  PrintProgress progress(run.path().filename().string(), words);
   while (!InterruptGuard::raised()) {
     pollfd fds[] = {{client.fd(), POLLIN, 0}, {keys.fd(), POLLIN, 0}};
     ::poll(fds, 2, kLook_ms);
@@ -51,6 +67,9 @@ int run_attach(const AttachOptions& options) {
         in >> status >> std::ws;
         std::getline(in, rest);
         progress.note(options.run + ": " + rest);
+        const bool over =
+            client.await_end(InterruptGuard::raised, [&](const std::string& text) { progress.note(text); });
+        if (over) show_result(run, words);
         return status;
       } else {
         std::getline(in, rest);
@@ -66,9 +85,11 @@ int run_attach(const AttachOptions& options) {
   return kOk;
 }
 
+}  // namespace
+
 void declare_attach(OptionSet& options) {
   auto& o = options.calls(run_attach);
-  options.option("RUN", o.run, "folder of a running print").required();
+  options.option("RUN", o.run, "folder or number of a running print").required();
 }
 
 }  // namespace firn

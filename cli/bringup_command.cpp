@@ -1,39 +1,52 @@
-#include "cli/bringup_command.h"
+// run_bringup carries out the hardware checklist on a lab's instruments and keeps the findings.
+#include "cli/commands.h"
 
 #include <fmt/core.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cstdio>
 #include <iostream>
 #include <map>
+#include <string>
+#include <vector>
 
 #include "cli/option_set.h"
 #include "config/assumptions.h"
 #include "config/devices.h"
 #include "config/labs.h"
+#include "core/options/number.h"
+#include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/usage_error.h"
 #include "print/bringup/bringup.h"
 #include "print/device/lab_experiment.h"
 #include "print/device/simulated_instruments.h"
-#include "print/exit_codes.h"
 #include "print/interrupt.h"
 
 namespace firn {
 namespace {
 
+struct BringupOptions {
+  std::string lab;                     ///< lab or experiment file
+  std::string node;                    ///< only this instrument; empty: all
+  int row = -1;                        ///< only this row; -1: all
+  bool again = false;                  ///< also rows that are done
+  std::vector<std::string> answers;    ///< ROW=yes, ROW=no: instead of asking
+  std::string result;                  ///< file; empty: LAB.bringup.json
+  std::vector<std::string> overrides;  ///< --set KEY=VALUE
+  bool json = false;
+};
+
 std::map<int, bool> answers_of(const std::vector<std::string>& texts) {
   std::map<int, bool> answers;
   for (const std::string& text : texts) {
     const std::size_t at = text.find('=');
-    int row = -1;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + std::min(at, text.size()), row);
+    const std::optional<int> row = whole_number<int>(std::string_view(text).substr(0, at));
     const std::string said = at == text.npos ? "" : text.substr(at + 1);
-    if (error != std::errc() || end != text.data() + at || (said != "yes" && said != "no"))
+    if (!row || (said != "yes" && said != "no"))
       throw UsageError("--answer " + text + ": must be ROW=yes or ROW=no");
-    answers[row] = said == "yes";
+    answers[*row] = said == "yes";
   }
   return answers;
 }
@@ -55,9 +68,8 @@ void show_bringup(const BringupResult& r) {
   if (r.state != "ok" && !r.mend.empty()) fmt::print("           {}\n", r.mend);
 }
 
-}  // namespace
-
-int run_bringup(const BringupOptions& o) {
+/// @returns 0 no row has failed, 1 one has
+int run_bringup(const Product& product, const BringupOptions& o) {
   const Experiment e = load_lab_experiment(o.lab, o.overrides);
   const std::string file = o.result.empty() ? bringup_file(o.lab) : o.result;
   const std::string configuration = bringup_configuration(e);
@@ -70,7 +82,7 @@ int run_bringup(const BringupOptions& o) {
   const auto answers = answers_of(o.answers);
   const InterruptGuard guard;
   BringupLab lab(
-      e,
+      product, e,
       [&](const std::string& node) {
         const auto at = outside.find(node);
         return at != outside.end() ? at->second : world->address(node);
@@ -141,6 +153,8 @@ int run_bringup(const BringupOptions& o) {
   }
   return InterruptGuard::raised() ? kInterrupted : failed > 0 ? kFailed : kOk;
 }
+
+}  // namespace
 
 void declare_bringup(OptionSet& options) {
   auto& o = options.calls(&run_bringup);

@@ -1,21 +1,22 @@
 #include "cli/calibrate_command.h"
 
 #include <cstdio>
-#include <fstream>
 #include <optional>
 #include <stdexcept>
 
+#include "cli/commands.h"
 #include "cli/option_set.h"
 #include "cli/sealed_run.h"
+#include "files/exit_codes.h"
 #include "files/json.h"
+#include "files/text_file.h"
 #include "files/usage_error.h"
 #include "firn/enums.h"
 #include "firn/height_map_t.hpp"
 #include "firn/layer_plan_t.hpp"
 #include "lcmtypes/convert.h"
-#include "print/exit_codes.h"
-#include "print/folder/run_config.h"
-#include "replay/run_messages.h"
+#include "runs/folder/config_change.h"
+#include "runs/read/run_reader.h"
 
 namespace firn {
 namespace {
@@ -28,7 +29,7 @@ struct Seen {
 };
 
 Seen read(const std::filesystem::path& run) {
-  const replay::RunMessages messages(run);
+  const runs::RunReader messages(run);
   Seen seen;
   messages.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) {
     if (m.layer == 0) seen.bare = height_of(m);  // the last attempt counts
@@ -64,7 +65,7 @@ std::string number(double value, int digits) {
 
 Calibration calibrate(const std::filesystem::path& run) {
   try {
-    const std::string config = recorded_config(run);
+    const std::string config = runs::recorded_config(run);
     if (config.empty())
       throw std::invalid_argument(run.string() + ": no configuration is recorded in nodes/");
     const Experiment e = parse_experiment(config, "the recorded configuration");
@@ -109,13 +110,11 @@ int run_calibrate(const CalibrateOptions& options) {
       names += (names.empty() ? "" : ", ") + std::string(name);
     throw UsageError(options.run + " is neither a run folder nor one of " + names);
   }
-  use_sealed_run(options.run, options.unsealed);
+  const auto still = use_sealed_run(options.run, options.unsealed);
   const Calibration c = calibrate(options.run);
   const std::filesystem::path run = std::filesystem::weakly_canonical(options.run);
   const std::string path = options.output.empty() ? (run / "jet_b.toml").string() : options.output;
-  std::ofstream file(path, std::ios::trunc);
-  file << proposal(c, run.filename().string());
-  if (!file.flush()) throw std::runtime_error("cannot write " + path);
+  write_file_atomically(path, proposal(c, run.filename().string()));
   if (options.json) {
     const auto axis = [](double value, double believed, const registration::Interval& i) {
       return nlohmann::ordered_json{{"offset_mm", value},

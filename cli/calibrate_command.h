@@ -11,8 +11,6 @@
 
 namespace firn {
 
-class OptionSet;
-
 struct CalibrateOptions {
   std::string run;     ///< run folder of a registration print, or a calibration of a lab
   std::string output;  ///< of the proposal; "" = RUN/jet_b.toml
@@ -37,8 +35,5 @@ Calibration calibrate(const std::filesystem::path& run);
 std::string proposal(const Calibration& calibration, const std::string& run_name);
 
 int run_calibrate(const CalibrateOptions& options);
-
-/// Declares the arguments.
-void declare_calibrate(OptionSet& options);
 
 }  // namespace firn

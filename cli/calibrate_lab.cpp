@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -15,11 +14,13 @@
 #include "config/devices.h"
 #include "config/error.h"
 #include "config/include.h"
+#include "core/options/number.h"
+#include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/lab_file.h"
+#include "files/trimmed.h"
 #include "files/usage_error.h"
 #include "print/device/lab_experiment.h"
-#include "print/exit_codes.h"
 #include "print/progress.h"
 #include "report/draw/style.h"
 #include "report/draw/svg.h"
@@ -177,9 +178,7 @@ double read_balance(int material, int weighing) {
     std::fprintf(stderr, "weighing %d, cup of %s: reading of the balance [mg]? ", weighing,
                  material == 0 ? "water" : "scaffold");
     if (!std::getline(std::cin, line)) throw std::runtime_error("the balance was not read");
-    char* end = nullptr;
-    const double mg = std::strtod(line.c_str(), &end);
-    if (end != line.c_str() && *end == '\0' && std::isfinite(mg)) return mg;
+    if (const auto mg = whole_number<double>(trimmed(line))) return *mg;
   }
 }
 
@@ -204,14 +203,14 @@ std::string residual_svg(const LabCalibration& c) {
       most = std::max(most, std::abs(g.y[n]));
     }
   const double pad = 0.05 * std::max(x1 - x0, 1e-9);
-  const replay::Frame frame{78, 40, 620, 330};
-  const replay::Axis x(x0 - pad, x1 + pad, frame.left, frame.right, 7),
+  const report::Frame frame{78, 40, 620, 330};
+  const report::Axis x(x0 - pad, x1 + pad, frame.left, frame.right, 7),
       y(-1.1 * most - 1e-9, 1.1 * most + 1e-9, frame.bottom, frame.top, 6);
-  std::string s = replay::svg_open(650, 420, "residuals of firn calibrate " + c.what);
-  s += replay::svg_text(0.5 * (frame.left + frame.right), 22, "middle", "name",
+  std::string s = report::svg_open(650, 420, "residuals of firn calibrate " + c.what);
+  s += report::svg_text(0.5 * (frame.left + frame.right), 22, "middle", "name",
                         fmt::format("{}: {} data, standard deviation {:.3g} {}", c.what, c.data,
                                     c.residual_std, c.residual_unit));
-  s += replay::draw_axes(frame, x, y, c.plot.x_name, c.plot.y_name);
+  s += report::draw_axes(frame, x, y, c.plot.x_name, c.plot.y_name);
   s += fmt::format("<path class=\"axis\" d=\"M{:.1f} {:.1f}H{:.1f}\"/>", frame.left, y.px(0.0), frame.right);
   double at = frame.left;
   for (std::size_t g = 0; g < c.plot.groups.size(); ++g) {
@@ -233,7 +232,7 @@ std::string residual_svg(const LabCalibration& c) {
           px - 3, py - 3, g % 6);
     };
     for (std::size_t n = 0; n < group.x.size(); ++n) s += mark(x.px(group.x[n]), y.px(group.y[n]));
-    s += mark(at + 4, 394) + replay::svg_text(at + 14, 398, "start", "tick", group.label);
+    s += mark(at + 4, 394) + report::svg_text(at + 14, 398, "start", "tick", group.label);
     at += 160;
   }
   return s + "</svg>";
@@ -279,7 +278,7 @@ int run_calibrate_lab(const CalibrateLabOptions& o) {
   }
   progress.done();
   if (!o.plot.empty())
-    write_text(o.plot, replay::standalone_svg(c.picture.empty() ? residual_svg(c) : c.picture));
+    write_text(o.plot, report::standalone_svg(c.picture.empty() ? residual_svg(c) : c.picture));
   std::filesystem::path proposal;
   std::string changes;
   if (!c.keys.empty()) {

@@ -1,20 +1,30 @@
-#include "cli/cassette_command.h"
+// run_cassette shows the record of an instrument's port, and holds it against the driver of today.
+#include "cli/commands.h"
 
 #include <fmt/core.h>
 
 #include <cstdio>
+#include <string>
 
 #include "cli/option_set.h"
 #include "files/cassette.h"
+#include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
 #include "print/device/cassette_replay.h"
-#include "print/exit_codes.h"
 
 namespace firn {
+namespace {
 
-int run_cassette(const CassetteOptions& o) try {
+struct CassetteOptions {
+  std::string file;
+  std::string keep;  ///< file of a transcript test that is written
+  bool json = false;
+};
+
+/// @returns 0, or 1 where the driver of today sends something else than the tape has
+int run_cassette(const Product& product, const CassetteOptions& o) try {
   const std::string text = read_file(o.file);
   const Cassette c = parse_cassette(text, o.file);
   int sent = 0, received = 0, orders = 0;
@@ -25,7 +35,7 @@ int run_cassette(const CassetteOptions& o) try {
   }
   const double seconds = c.pieces.empty() ? 0.0 : (c.pieces.back().ms - c.pieces.front().ms) * 1e-3;
   const std::string from = c.remarks.empty() ? "" : c.remarks.front();
-  const std::string difference = replay_cassette(c);
+  const std::string difference = replay_cassette(product, c);
   if (!o.keep.empty()) write_file_atomically(o.keep, text);
   if (o.json)
     std::puts(nlohmann::ordered_json{{"node", c.node},
@@ -45,6 +55,8 @@ int run_cassette(const CassetteOptions& o) try {
 } catch (const std::invalid_argument& e) {
   throw UsageError(e.what());
 }
+
+}  // namespace
 
 void declare_cassette(OptionSet& options) {
   auto& o = options.calls(&run_cassette);

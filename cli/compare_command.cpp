@@ -8,15 +8,17 @@
 #include <filesystem>
 #include <set>
 
+#include "cli/commands.h"
 #include "cli/compare_show.h"
 #include "cli/option_set.h"
 #include "config/include.h"
+#include "files/exit_codes.h"
 #include "files/usage_error.h"
-#include "print/exit_codes.h"
-#include "print/folder/run_folder.h"
 #include "print/progress.h"
+#include "report/study/study_answer.h"
 #include "report/study/study_page.h"
 #include "report/study/study_profile.h"
+#include "runs/folder/run_folder.h"
 #include "runtime/build_info.h"
 #include "studies/compare/recorded_study.h"
 #include "studies/compare/study_runner.h"
@@ -58,7 +60,8 @@ Provenance provenance(const Provenance& data, const std::string& trial) {
   all.emplace_back("intervals", "BCa bootstrap, 10,000 resamples of " + trial + "s, keyed");
   all.emplace_back(
       "tests",
-      "sign-flip test of the paired differences, two-sided; Holm's adjustment over all pairs of schemes");
+      "sign-flip tests of the paired differences and of failed prints, two-sided; Holm's adjustment over all "
+      "pairs of schemes");
   return all;
 }
 
@@ -77,18 +80,18 @@ std::string same_nature(const StudyLab& lab) {
   return "the n-th droplet of a layer on a cell has one fate whatever scheme fires it";
 }
 
-using Settings = std::vector<replay::DifferingParameter>;
+using Settings = std::vector<report::DifferingParameter>;
 
-int write_results(const std::filesystem::path& folder, const replay::StudyTable& table, const Settings& arms,
+int write_results(const std::filesystem::path& folder, const report::StudyTable& table, const Settings& arms,
                   const Settings& parts, const Provenance& told, const std::string& nature, bool json) {
-  const replay::StudyAnalysis analysis = replay::analyse(table);
+  const report::StudyAnalysis analysis = report::analyse(table);
   const std::string summary = study_json(table, analysis, told);
-  write_file_atomically(folder / "runs.csv", replay::study_csv(table));
+  write_file_atomically(folder / "runs.csv", report::study_csv(table));
   write_file_atomically(folder / "summary.json", summary);
-  if (const auto rows = replay::profile_rows(table); !rows.empty())
-    write_file_atomically(folder / "profile.csv", replay::profile_csv(table, rows));
+  if (const auto rows = report::profile_rows(table); !rows.empty())
+    write_file_atomically(folder / "profile.csv", report::profile_csv(table, rows));
   write_file_atomically(folder / "report.html",
-                        replay::study_page({table, analysis, arms, parts, told, nature}));
+                        report::study_page({table, analysis, arms, parts, told, nature}));
   if (json)
     std::fputs(summary.c_str(), stdout);
   else
@@ -127,6 +130,9 @@ int compare(const CompareOptions& options, const StudyLab& lab, const std::atomi
   tell_of_the_past(plan, journal);
   write_file_atomically(folder / "study.toml", read_config_text(file));
 
+  if (const std::string few = report::few_seeds_note(plan.study.arms.size(), plan.study.seeds.size(), "seed");
+      !few.empty())
+    fmt::print(stderr, "{}\n", few);
   std::size_t left = 0;
   for (const StudyCell& c : plan.cells) left += journal.find(c.digest) == nullptr;
   StudyProgress progress(left);

@@ -10,8 +10,6 @@
 
 namespace firn {
 
-class OptionSet;
-
 struct CompareOptions {
   std::vector<std::string> words;      ///< of the command line: a study file, or run folders
   std::string study;                   ///< file
@@ -31,8 +29,5 @@ int compare(const CompareOptions& options, const StudyLab& lab, const std::atomi
 /// Compares the runs of the command line or of the study file, or else prints the study in the lab of its
 /// experiment, stopped by SIGINT and SIGTERM.
 int run_compare(const CompareOptions& options);
-
-/// Declares the arguments.
-void declare_compare(OptionSet& options);
 
 }  // namespace firn

@@ -11,16 +11,16 @@
 namespace firn {
 namespace {
 
-using replay::ArmComparison;
-using replay::ArmSummary;
-using replay::StudyAnalysis;
-using replay::StudyTable;
+using report::ArmComparison;
+using report::ArmSummary;
+using report::StudyAnalysis;
+using report::StudyTable;
 using Json = nlohmann::ordered_json;
 
 Json real(double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); }
 
 std::string part_name(const StudyTable& t, int part) {
-  return part == replay::kAllParts ? "" : t.parts[std::size_t(part)];
+  return part == report::kAllParts ? "" : t.parts[std::size_t(part)];
 }
 
 std::size_t widest(const std::vector<std::string>& names, std::size_t least) {
@@ -42,35 +42,32 @@ std::string part_table(const StudyTable& t, const StudyAnalysis& a, std::size_t 
   for (std::size_t arm = 0; arm < t.arms.size(); ++arm) {
     s += fmt::format("{:<{}}", t.arms[arm], name_width);
     for (const ArmSummary& one : a.summaries)
-      if (one.arm == arm && one.metric == 0 && one.part != replay::kAllParts)
+      if (one.arm == arm && one.metric == 0 && one.part != report::kAllParts)
         s += fmt::format("   {:<25}", interval(one.mean, one.interval, t.metrics[0].decimals));
     s += "\n";
   }
   return s;
 }
 
-bool stopped(const StudyAnalysis& a) {
-  return std::any_of(a.failed.begin(), a.failed.end(), [](int n) { return n > 0; });
-}
-
 }  // namespace
 
 std::string study_text(const StudyTable& t, const StudyAnalysis& a,
-                       const std::vector<replay::DifferingParameter>& settings) {
+                       const std::vector<report::DifferingParameter>& settings) {
   const std::size_t w = widest(t.arms, 6);
-  std::string s = fmt::format(
-      "{}: {} schemes, {} parts, {} {}s; means over all parts with 95 % intervals, smaller is better{}\n",
-      t.name, t.arms.size(), t.parts.size(), t.seeds.size(), t.trial,
-      stopped(a) ? ";\nwhere prints stopped, of the survivors: the " + t.trial + "s without a stop"
-                 : std::string());
-  s += fmt::format("{:<{}} {:>5} {:>8}", "scheme", w, t.trial + "s", "stopped");
+  std::string s;
+  for (const std::string& n : a.notes) s += n + ".\n";
+  s += fmt::format(
+      "{}: {} schemes, {} parts, {} {}s; means over all parts with 95 % intervals, smaller is better\n",
+      t.name, t.arms.size(), t.parts.size(), t.seeds.size(), t.trial);
+  s += fmt::format("{:<{}} {:>5} {:>8} {:>16}", "scheme", w, t.trial + "s", "stopped", "OUT OF TOLERANCE");
   for (const auto& m : t.metrics) s += fmt::format("   {:<25}", m.name);
   s += "\n";
   for (std::size_t arm = 0; arm < t.arms.size(); ++arm) {
-    s += fmt::format("{:<{}} {:>5} {:>8}", t.arms[arm], w, a.summaries[arm].seeds,
-                     fmt::format("{}/{}", a.failed[arm], t.parts.size() * t.seeds.size()));
+    const std::size_t prints = t.parts.size() * t.seeds.size();
+    s += fmt::format("{:<{}} {:>5} {:>8} {:>16}", t.arms[arm], w, a.summaries[arm].seeds,
+                     fmt::format("{}/{}", a.stopped[arm], prints), fmt::format("{}/{}", a.out[arm], prints));
     for (const ArmSummary& one : a.summaries)
-      if (one.arm == arm && one.part == replay::kAllParts)
+      if (one.arm == arm && one.part == report::kAllParts)
         s += fmt::format("   {:<25}", interval(one.mean, one.interval, t.metrics[one.metric].decimals));
     s += "\n";
   }
@@ -86,21 +83,20 @@ std::string study_text(const StudyTable& t, const StudyAnalysis& a,
   }
   if (t.arms.size() > 1) s += fmt::format("\n{}, pair by pair (first - second):\n", t.metrics[0].name);
   for (const ArmComparison& c : a.comparisons) {
-    if (c.metric != 0 || c.part != replay::kAllParts) continue;
+    if (c.metric != 0 || c.part != report::kAllParts) continue;
     s += fmt::format(
         "  {:<{}} - {:<{}} {:<26} effect d_z {:>7}   Holm p {:<8} {}{}\n", t.arms[c.a], w, t.arms[c.b], w,
         interval(c.values.difference, c.values.interval, t.metrics[0].decimals),
-        c.values.pairs > 0 ? fmt::format("{:.2f}", c.values.effect) : "-", replay::p_text(c.holm_p),
-        c.holm_p > replay::kAlpha ? "not distinguishable"
-        : c.at_smallest_p()       ? fmt::format("(the smallest p that {} {}s can give)", c.tested, t.trial)
-                                  : "",
-        c.by_rank() ? fmt::format(" (prints stopped {} : {}; difference of {} complete of {} {}s)",
-                                  c.stopped_a, c.stopped_b, c.values.pairs, c.tested, t.trial)
-                    : "");
+        c.values.pairs > 0 ? fmt::format("{:.2f}", c.values.effect) : "-", report::p_text(c.holm_p),
+        !c.told_apart()     ? "not distinguishable"
+        : c.at_smallest_p() ? fmt::format("(the smallest p that {} {}s can give)", t.seeds.size(), t.trial)
+                            : "",
+        c.any_failed() ? fmt::format(" (failed prints {} : {}, Holm p {}; difference over {} of {} {}s)",
+                                     c.failed_a, c.failed_b, report::p_text(c.failures_holm_p),
+                                     c.values.pairs, t.seeds.size(), t.trial)
+                       : "");
   }
-  s += replay::profile_text(t, replay::profile_rows(t)) + "\n";
-  for (const std::string& n : a.notes) s += n + ".\n";
-  return s + a.answer + "\n";
+  return s + report::profile_text(t, report::profile_rows(t)) + "\n" + a.answer + "\n";
 }
 
 std::string study_json(const StudyTable& t, const StudyAnalysis& a,
@@ -117,39 +113,40 @@ std::string study_json(const StudyTable& t, const StudyAnalysis& a,
                            {"low", real(s.interval.low)},
                            {"high", real(s.interval.high)}});
     schemes.push_back({{"name", t.arms[arm]},
-                       {"failed_prints", a.failed[arm]},
-                       {"means_of", a.failed[arm] ? "survivors" : "all prints"},
+                       {"failed_prints", a.stopped[arm]},
+                       {"out_of_tolerance", a.out[arm]},
+                       {"means_of", a.stopped[arm] ? "complete prints" : "all prints"},
                        {"prints", t.parts.size() * t.seeds.size()},
                        {"metrics", metrics}});
   }
   Json comparisons = Json::array();
   for (const ArmComparison& c : a.comparisons)
-    comparisons.push_back(
-        {{"a", t.arms[c.a]},
-         {"b", t.arms[c.b]},
-         {"metric", t.metrics[c.metric].name},
-         {"part", part_name(t, c.part)},
-         {"primary", c.metric == 0 && c.part == replay::kAllParts},
-         {"seeds", c.tested},
-         {"seeds_complete", c.values.pairs},
-         {"left_out", c.left_out},
-         {"stopped_a", c.stopped_a},
-         {"stopped_b", c.stopped_b},
-         {"test", c.by_rank() ? "signed ranks, a stopped print last" : "mean difference"},
-         {"mean_a", real(c.values.mean_a)},
-         {"mean_b", real(c.values.mean_b)},
-         {"difference", real(c.values.difference)},
-         {"low", real(c.values.interval.low)},
-         {"high", real(c.values.interval.high)},
-         {"effect_dz", real(c.values.effect)},
-         {"a_smaller", real(c.values.a_below_b)},
-         {"p", c.values.p},
-         {"p_is_smallest_possible", c.at_smallest_p()},
-         {"holm_p", c.holm_p},
-         {"distinguishable", c.holm_p <= replay::kAlpha},
-         {"better", c.holm_p <= replay::kAlpha ? Json(t.arms[c.better()]) : Json(nullptr)}});
+    comparisons.push_back({{"a", t.arms[c.a]},
+                           {"b", t.arms[c.b]},
+                           {"metric", t.metrics[c.metric].name},
+                           {"part", part_name(t, c.part)},
+                           {"primary", c.metric == 0 && c.part == report::kAllParts},
+                           {"seeds", t.seeds.size()},
+                           {"seeds_complete", c.values.pairs},
+                           {"left_out", c.left_out},
+                           {"failed_a", c.failed_a},
+                           {"failed_b", c.failed_b},
+                           {"failures_p", c.failures_p},
+                           {"failures_holm_p", c.failures_holm_p},
+                           {"mean_a", real(c.values.mean_a)},
+                           {"mean_b", real(c.values.mean_b)},
+                           {"difference", real(c.values.difference)},
+                           {"low", real(c.values.interval.low)},
+                           {"high", real(c.values.interval.high)},
+                           {"effect_dz", real(c.values.effect)},
+                           {"a_smaller", real(c.values.a_below_b)},
+                           {"p", c.values.p},
+                           {"p_is_smallest_possible", c.at_smallest_p()},
+                           {"holm_p", c.holm_p},
+                           {"distinguishable", c.told_apart()},
+                           {"better", c.told_apart() ? Json(t.arms[c.better()]) : Json(nullptr)}});
   Json profile = Json::array();
-  for (const replay::ProfileRow& r : replay::profile_rows(t))
+  for (const report::ProfileRow& r : report::profile_rows(t))
     profile.push_back({{"scheme", t.arms[r.arm]},
                        {"part", t.parts[r.part]},
                        {t.profile.x_name, r.x},

@@ -11,11 +11,11 @@ namespace firn {
 
 /// Table of the schemes, settings that differ, the pairs of the primary metric, and the answer as the last
 /// line.
-std::string study_text(const replay::StudyTable& table, const replay::StudyAnalysis& analysis,
-                       const std::vector<replay::DifferingParameter>& settings);
+std::string study_text(const report::StudyTable& table, const report::StudyAnalysis& analysis,
+                       const std::vector<report::DifferingParameter>& settings);
 /// {study, answer, notes, primary, schemes, comparisons, files}; numbers that are not finite are null.
 /// @param provenance names and values of build, platform, seeds
-std::string study_json(const replay::StudyTable& table, const replay::StudyAnalysis& analysis,
+std::string study_json(const report::StudyTable& table, const report::StudyAnalysis& analysis,
                        const std::vector<std::pair<std::string, std::string>>& provenance = {});
 
 }  // namespace firn

@@ -1,6 +1,9 @@
-#include "cli/config_command.h"
+// run_config checks, resolves, explains and documents the keys of experiments.
+#include "cli/commands.h"
 
 #include <cstdio>
+#include <string>
+#include <vector>
 
 #include "cli/generated_document.h"
 #include "cli/option_set.h"
@@ -12,13 +15,26 @@
 #include "config/machine.h"
 #include "config/markdown.h"
 #include "config/slice.h"
+#include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/usage_error.h"
-#include "print/exit_codes.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/product.h"
 
 namespace firn {
 namespace {
+
+enum class ConfigAction { kCheck, kDump, kFind, kExplain, kDocs };
+
+struct ConfigOptions {
+  ConfigAction action = ConfigAction::kCheck;
+  std::string file;
+  std::vector<std::string> overrides;  ///< "a.b=value"
+  std::vector<std::string> words;      ///< of kFind; the key of kExplain
+  std::string output;                  ///< of kDocs; "-" = stdout; empty = the file in docs/
+  bool machines = false;               ///< of kDocs: the keys of machine files
+  bool slice = false;                  ///< of kDocs: the settings of firn slice
+  bool json = false;
+};
 
 nlohmann::ordered_json as_json(Experiment experiment) {
   nlohmann::ordered_json out;
@@ -34,13 +50,14 @@ nlohmann::ordered_json as_json(const ConfigError& e) {
 }
 
 // All mistakes of the keys; the inputs that they name are read when there are none.
-int check_file(const ConfigOptions& options) {
+int check_file(const Product& product, const ConfigOptions& options) {
   std::vector<ConfigError> mistakes;
   try {
     mistakes = mistakes_of(read_with_includes(options.file), options.overrides);
     if (mistakes.empty()) {
       const Experiment experiment = load_experiment(options.file, options.overrides);
-      check_inputs(experiment, make_inputs(experiment, std::filesystem::path(options.file).parent_path()));
+      check_inputs(product, experiment,
+                   make_inputs(product, experiment, std::filesystem::path(options.file).parent_path()));
     }
   } catch (const ConfigError& e) {
     mistakes.push_back(e);
@@ -128,12 +145,10 @@ int explain(const ConfigOptions& options) {
   return kOk;
 }
 
-}  // namespace
-
-int run_config(const ConfigOptions& options) {
+int run_config(const Product& product, const ConfigOptions& options) {
   switch (options.action) {
     case ConfigAction::kCheck:
-      return check_file(options);
+      return check_file(product, options);
     case ConfigAction::kDump: {
       const Experiment experiment = load_experiment(options.file, options.overrides);
       write_out(options.json ? as_json(experiment).dump(2) + "\n" : dump(experiment));
@@ -156,6 +171,8 @@ int run_config(const ConfigOptions& options) {
   }
   return kUsage;
 }
+
+}  // namespace
 
 void declare_config(OptionSet& options) {
   const auto common = [](OptionSet& sub, ConfigAction action) -> ConfigOptions& {

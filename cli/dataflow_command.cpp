@@ -4,13 +4,14 @@
 #include <cstdio>
 #include <set>
 
+#include "cli/commands.h"
 #include "cli/generated_document.h"
 #include "cli/option_set.h"
+#include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/lowercase.h"
 #include "lcmtypes/channels.h"
-#include "print/exit_codes.h"
-#include "print/folder/node_makers.h"
+#include "print/folder/taking_part.h"
 
 namespace firn {
 namespace {
@@ -31,8 +32,8 @@ struct Row {
   std::set<std::pair<std::string, std::string>> arrows;  ///< publisher, subscriber
 };
 
-std::vector<Row> rows() {
-  const Subscriptions subscriptions = all_subscriptions();
+std::vector<Row> rows(const Product& product) {
+  const Subscriptions subscriptions = all_subscriptions(product);
   std::vector<Row> out;
   for (const ChannelInfo& channel : channel_table()) {
     std::string name = family(channel);
@@ -115,8 +116,8 @@ std::string graph(const std::vector<Row>& table) {
 
 }  // namespace
 
-std::string dataflow_markdown() {
-  const std::vector<Row> table = rows();
+std::string dataflow_markdown(const Product& product) {
+  const std::vector<Row> table = rows(product);
   std::string out =
       "# Data flow\n\n"
       "Written by `firn dataflow` from `lcmtypes/channels.table` and the nodes' subscriptions. Each node is "
@@ -135,13 +136,13 @@ std::string dataflow_markdown() {
   return out;
 }
 
-int run_dataflow(const DataflowOptions& options) {
+int run_dataflow(const Product& product, const DataflowOptions& options) {
   if (!options.json) {
-    write_generated(options.output, dataflow_markdown(), false);
+    write_generated(options.output, dataflow_markdown(product), false);
     return kOk;
   }
   nlohmann::ordered_json out = nlohmann::ordered_json::array();
-  for (const Row& r : rows())
+  for (const Row& r : rows(product))
     out.push_back({{"channel", r.name},
                    {"type", r.channel->type},
                    {"publishers", r.publishers},

@@ -5,19 +5,16 @@
 
 namespace firn {
 
-class OptionSet;
+struct Product;
 
 struct DataflowOptions {
   std::string output = "docs/dataflow.md";  ///< "-" = stdout
   bool json = false;                        ///< the table as JSON on stdout; writes no file
 };
 
-int run_dataflow(const DataflowOptions& options);
+int run_dataflow(const Product& product, const DataflowOptions& options);
 
 /// The document: a Mermaid graph and the table of channels.
-std::string dataflow_markdown();
-
-/// Declares the arguments.
-void declare_dataflow(OptionSet& options);
+std::string dataflow_markdown(const Product& product);
 
 }  // namespace firn

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "cli/commands.h"
 #include "cli/option_set.h"
 #include "config/experiment.h"
 #include "core/control/mpc/bound/bound.h"
@@ -16,14 +17,14 @@
 #include "core/control/mpc/layer/window_kernel.h"
 #include "core/grid/npy.h"
 #include "files/certificate_file.h"
+#include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/usage_error.h"
-#include "print/exit_codes.h"
-#include "print/folder/run_folder.h"
 #include "print/inputs/python_input.h"
 #include "print/inputs/targets.h"
 #include "print/progress.h"
 #include "procs/controller/node.h"
+#include "runs/folder/run_folder.h"
 #include "runtime/thread_pool.h"
 
 namespace firn {

@@ -7,8 +7,6 @@
 
 namespace firn {
 
-class OptionSet;
-
 struct DecideOptions {
   std::string height, target, mask;    ///< NPY; mask may be empty: every cell
   std::string model;                   ///< TOML with [model] and, if wanted, [control]
@@ -31,8 +29,5 @@ struct DecideOptions {
 /// @throws ConfigError, UsageError, std::invalid_argument: naming file, key, byte, shape or cell.
 std::string decide(const DecideOptions& options);
 int run_decide(const DecideOptions& options);
-
-/// Declares the arguments.
-void declare_decide(OptionSet& options);
 
 }  // namespace firn

@@ -1,4 +1,5 @@
-#include "cli/demo_command.h"
+// run_demo prints a cylinder under each scheme, replays every run and writes one report.
+#include "cli/commands.h"
 
 #include <fmt/core.h>
 
@@ -7,6 +8,8 @@
 #include <cstdio>
 #include <filesystem>
 #include <iterator>
+#include <string>
+#include <vector>
 
 #include "cli/option_set.h"
 #include "cli/print_run.h"
@@ -14,15 +17,23 @@
 #include "cli/report_command.h"
 #include "cli/side_by_side.h"
 #include "config/include.h"
+#include "files/exit_codes.h"
 #include "files/json.h"
-#include "print/exit_codes.h"
-#include "print/labs/print_labs.h"
+#include "files/run_paths.h"
 #include "print/live/bus_check.h"
 #include "replay/print_verdict.h"
 #include "runtime/source_folder.h"
 
 namespace firn {
 namespace {
+
+struct DemoOptions {
+  std::string bus;  ///< as PrintOptions
+  std::string runs = "runs";
+  std::string output;                  ///< of the report; "" = report.html in the last run's folder
+  std::vector<std::string> overrides;  ///< --set KEY=VALUE, for every scheme
+  bool json = false;
+};
 
 constexpr const char* kSchemes[] = {"mpc", "open_loop", "smf"};
 constexpr double kLayerNodeS =
@@ -60,23 +71,25 @@ std::vector<PrintSummary> carry_out(const std::vector<LivePrint>& prints, const 
   std::vector<PrintSummary> done;
   for (const LivePrint& print : prints) {
     done.push_back(print.carry_out());
-    if (done.back().result.status != 0) break;
+    if (runs::can_go_on(done.back().result)) break;
   }
   return done;
 }
 
 void show(const std::vector<Printed>& all) {
-  fmt::print("{:<10} {:>7} {:>9} {:>12} {:>10} {:>10} {:>9}  replay\n", "scheme", "layers", "droplets",
-             "mean [um]", "RMS [um]", "std [um]", "wall [s]");
-  for (const Printed& p : all)
-    fmt::print("{:<10} {:>7} {:>9} {:>+12.2f} {:>10.2f} {:>10.2f} {:>9.1f}  {}\n", p.print.scheme,
-               p.print.result.layers, p.print.droplets, p.print.mean_error_um, p.print.rms_um, p.print.std_um,
-               p.print.wall_s, p.replay.identical() ? "identical" : "DIFFERS");
+  fmt::print("{:<10} {:>7} {:>9} {:>12} {:>10} {:>10} {:>9}  {:<10} end\n", "scheme", "layers", "droplets",
+             "mean [um]", "RMS [um]", "std [um]", "wall [s]", "replay");
+  for (const Printed& p : all) {
+    const runs::MapError error = p.print.result.error.value_or(runs::MapError{});
+    fmt::print("{:<10} {:>7} {:>9} {:>+12.2f} {:>10.2f} {:>10.2f} {:>9.1f}  {:<10} {}\n", p.print.scheme,
+               p.print.result.layers, p.print.droplets, error.mean_um, error.rms_um, error.std_um,
+               p.print.wall_s, p.replay.identical() ? "identical" : "DIFFERS", p.print.result.outcome);
+  }
 }
 
-}  // namespace
-
-int run_demo(const DemoOptions& options) {
+/// @returns 0 if every print finished and every run replays identical, 1 if one does not, 3 after a safety
+/// stop
+int run_demo(const Product& product, const DemoOptions& options) {
   const auto began = std::chrono::steady_clock::now();
   const std::filesystem::path file = source_folder() / "experiments/demo.toml";
   PrintOptions print;
@@ -94,16 +107,17 @@ int run_demo(const DemoOptions& options) {
   for (const char* scheme : kSchemes) {
     std::vector<std::string> overrides = options.overrides;
     overrides.push_back(std::string("control.scheme=") + scheme);
-    prints.push_back(
-        {std::string("firn demo: ") + scheme, [&print, &file, e = load_experiment(file, overrides)] {
-           return print_experiment(e, make_inputs(e, file.parent_path()), print);
-         }});
+    prints.push_back({std::string("firn demo: ") + scheme,
+                      [&product, &print, &file, e = load_experiment(file, overrides)] {
+                        return print_experiment(product, e, make_inputs(product, e, file.parent_path()),
+                                                print);
+                      }});
   }
   std::vector<Printed> all;
   std::vector<std::string> folders;
   int status = kOk;
   for (PrintSummary& p : carry_out(prints, print.bus)) {
-    if (p.result.status != 0) {
+    if (runs::can_go_on(p.result)) {
       fmt::print(stderr, "firn demo: {}: {}: {}; run folder {}\n", p.scheme, p.result.outcome,
                  p.result.reason, p.folder);
       return p.result.status;
@@ -115,7 +129,7 @@ int run_demo(const DemoOptions& options) {
   for (Printed& p : all) {
     ReplayCommandOptions r;
     r.run = p.print.folder;
-    p.replay = replay_verdict(r);
+    p.replay = replay_verdict(product, r);
     if (!p.replay.identical()) {
       status = kFailed;
       std::fputs(replay::to_text(p.replay).c_str(), stderr);
@@ -128,37 +142,44 @@ int run_demo(const DemoOptions& options) {
   }
   ReportOptions report;
   report.runs = folders;
-  report.output = options.output.empty() ? folders.back() + "/report.html" : options.output;
+  report.output = options.output.empty() ? RunPaths(folders.back()).report_path().string() : options.output;
   report.verdicts.reserve(all.size());
   for (const Printed& p : all) report.verdicts.push_back(p.replay.identical() ? "identical" : "differs");
-  write_report(report);
+  write_report(product, report);
 
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   if (options.json) {
     nlohmann::ordered_json j;
-    for (const Printed& p : all)
+    for (const Printed& p : all) {
+      const runs::MapError error = p.print.result.error.value_or(runs::MapError{});
       j["runs"].push_back({{"run", p.print.folder},
                            {"scheme", p.print.scheme},
+                           {"outcome", p.print.result.outcome},
                            {"layers", p.print.result.layers},
                            {"droplets", p.print.droplets},
-                           {"mean_error_um", p.print.mean_error_um},
-                           {"rms_um", p.print.rms_um},
-                           {"std_um", p.print.std_um},
+                           {"mean_error_um", error.mean_um},
+                           {"rms_um", error.rms_um},
+                           {"std_um", error.std_um},
                            {"wall_s", p.print.wall_s},
                            {"identical", p.replay.identical()}});
+    }
     j["replayed"] = {{"nodes", nodes}, {"steps", steps}, {"messages", messages}};
     j["report"] = report.output;
     j["wall_s"] = wall_s;
     std::puts(j.dump(2).c_str());
-    return status;
+  } else {
+    show(all);
+    fmt::print("replayed {} nodes, {} steps, {} messages: {}\n", nodes, replay::grouped(steps),
+               replay::grouped(messages), status == kOk ? "identical" : "they DIFFER (see above)");
+    fmt::print("report: {}\n{:.1f} s in all\nin a browser: ./firn view {}\n", report.output, wall_s,
+               options.runs);
   }
-  show(all);
-  fmt::print("replayed {} nodes, {} steps, {} messages: {}\n", nodes, replay::grouped(steps),
-             replay::grouped(messages), status == kOk ? "identical" : "they DIFFER (see above)");
-  fmt::print("report: {}\n{:.1f} s in all\nin a browser: ./firn view {}\n", report.output, wall_s,
-             options.runs);
+  std::fflush(stdout);
+  for (const Printed& p : all) pack_print(p.print, print);
   return status;
 }
+
+}  // namespace
 
 void declare_demo(OptionSet& options) {
   auto& o = options.calls(run_demo);

@@ -1,16 +1,21 @@
-#include "cli/device_command.h"
+// run_device speaks to one instrument of a lab alone: who it is, what it measures, and the orders of its
+// kind.
+#include "cli/commands.h"
 
 #include <fmt/core.h>
 
-#include <cmath>
 #include <cstdio>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "cli/option_set.h"
 #include "config/devices.h"
 #include "config/labs.h"
+#include "core/options/number.h"
 #include "drivers/link/driver_event.h"
 #include "files/cassette.h"
+#include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
@@ -20,18 +25,34 @@
 #include "print/device/lab_experiment.h"
 #include "print/device/profile_files.h"
 #include "print/device/simulated_instruments.h"
-#include "print/exit_codes.h"
-#include "print/folder/node_makers.h"
+#include "print/folder/taking_part.h"
 #include "print/interrupt.h"
 
 namespace firn {
 namespace {
 
+struct DeviceCommandOptions {
+  std::string lab;   ///< lab or experiment file
+  std::string node;  ///< "stage", "lamp", ...
+  std::string verb;
+  std::vector<std::string> values;  ///< of the verb
+  double within_s = 120.0;          ///< longest wait for the end of an order
+  bool trace = false;               ///< each piece of bytes on stderr
+  std::string record;               ///< file for the same as lines; empty: none
+  std::string out;                  ///< .csv or .png of profiles, .png of pictures
+  bool watch = false;               ///< status: until Ctrl-C
+  bool dry_run = false;             ///< the bytes of the order, and no port opened
+  bool unsafe = false;              ///< raw: bytes past driver, limits and stop
+  bool far = false;                 ///< a jog beyond 5 mm and 10 mm/s
+  bool json = false;
+  std::vector<std::string> overrides;
+};
+
 constexpr double kRawQuiet_s = 1.0;
 
-void check_node(const Experiment& e, const std::string& node) {
+void check_node(const Product& product, const Experiment& e, const std::string& node) {
   std::string known;
-  for (const NamedMaker& m : taking_part(e)) {
+  for (const NamedMaker& m : taking_part(product, e)) {
     const std::string name(info(m.id).name);
     if (!port_defaults(name)) continue;
     if (name == node) return;
@@ -54,18 +75,19 @@ std::string unescaped(const std::string& text) {
       continue;
     }
     const char c = ++n < text.size() ? text[n] : '\0';
-    char* end = nullptr;
-    const std::string hex = c == 'x' ? text.substr(n + 1, 2) : "";
+    const std::optional<std::uint8_t> byte =
+        c == 'x' ? hex_byte(std::string_view(text).substr(n + 1, 2)) : std::nullopt;
     if (c == 'r')
       bytes += '\r';
     else if (c == 'n')
       bytes += '\n';
     else if (c == '\\')
       bytes += '\\';
-    else if (hex.size() == 2 && (bytes += char(std::strtol(hex.c_str(), &end, 16)), *end == '\0'))
-      n += 2;
+    else if (byte)
+      bytes += char(*byte);
     else
       throw UsageError("raw '" + text + "': after \\ comes r, n, \\ or xNN");
+    if (byte) n += 2;
   }
   return bytes;
 }
@@ -162,12 +184,13 @@ void show_exchange(const DeviceCommandOptions& o, const DeviceReport& r,
   if (!r.text.empty()) fmt::print(r.status == kOk ? stdout : stderr, "{}: {}\n", o.node, r.text);
 }
 
-}  // namespace
-
-int run_device(const DeviceCommandOptions& o) {
-  DeviceJob job;
+/// @returns kOk; kFailed when the instrument refused or failed; kSafetyStop when the link gave no answer;
+/// kInterrupted after Ctrl-C, with the instrument made safe. @throws UsageError: no such instrument or verb,
+/// a value that is none
+int run_device(const Product& product, const DeviceCommandOptions& o) {
+  DeviceJob job{product};
   job.e = load_lab_experiment(o.lab, o.overrides);
-  check_node(job.e, o.node);
+  check_node(product, job.e, o.node);
   if (o.verb == "?") return tell_verbs(o);
   const auto outside = outside_ports(job.e);
   std::optional<SimulatedInstruments> world;
@@ -220,6 +243,8 @@ int run_device(const DeviceCommandOptions& o) {
     show_exchange(o, report, sent);
   return report.status;
 }
+
+}  // namespace
 
 void declare_device(OptionSet& options) {
   auto& o = options.calls(&run_device);

@@ -1,28 +1,36 @@
-#include "cli/doctor_command.h"
+// run_doctor reports the requirements of live prints that this machine does not meet, each with its remedy.
+#include "cli/commands.h"
 
 #include <unistd.h>
 
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <vector>
 
 #include "cli/option_set.h"
 #include "config/assumptions.h"
 #include "config/devices.h"
+#include "core/options/for_people.h"
+#include "files/exit_codes.h"
 #include "files/json.h"
 #include "lcmtypes/channels.h"
 #include "print/bringup/raw_line.h"
 #include "print/device/lab_experiment.h"
-#include "print/exit_codes.h"
 #include "print/live/bus_check.h"
 #include "print/live/bus_port.h"
+#include "print/live/busy_machine.h"
 #include "procs/bus/lcm_bus.h"
 #include "runtime/build_info.h"
 
 namespace firn {
 namespace {
+
+struct DoctorOptions {
+  std::string lab;                     ///< lab file; empty: the machine alone
+  std::vector<std::string> overrides;  ///< --set KEY=VALUE
+  bool json = false;
+};
 
 namespace fs = std::filesystem;
 
@@ -114,10 +122,20 @@ Check instrument(const std::string& node, const PortAddress& address) {
   return c;
 }
 
-}  // namespace
+// A heartbeat later than the lease stops a print.
+Check wake_ups() {
+  constexpr double kFor_s = 3.0, kLease_s = 0.3, kMsPerS = 1e3;
+  const double longest_s = longest_delay_s(kFor_s);
+  const std::string found = "the latest of " + for_people(kFor_s) + " s came " +
+                            for_people(longest_s * kMsPerS) + " ms late; " + for_people(kLease_s * kMsPerS) +
+                            " ms stop a print";
+  // A late wake-up is no failure: it belongs to this moment, and nothing is wrong with the computer.
+  return {"wake-ups", true, found + (longest_s < kLease_s ? "" : std::string(": ") + kPriorityRemedy), ""};
+}
 
+/// @returns kOk when nothing is wrong, else kFailed
 int run_doctor(const DoctorOptions& options) {
-  std::vector<Check> checks{multicast(), receive_buffer(), ports(), disk(), programs()};
+  std::vector<Check> checks{multicast(), receive_buffer(), ports(), disk(), programs(), wake_ups()};
   if (!options.lab.empty()) {
     const Experiment e = load_lab_experiment(options.lab, options.overrides);
     for (const auto& [node, address] : real_ports(e)) {
@@ -142,6 +160,8 @@ int run_doctor(const DoctorOptions& options) {
                   .c_str());
   return well ? kOk : kFailed;
 }
+
+}  // namespace
 
 void declare_doctor(OptionSet& options) {
   auto& o = options.calls(run_doctor);

@@ -1,16 +1,30 @@
-#include "cli/droplets_command.h"
+// run_droplets measures droplets in a user's own strobe pictures.
+#include "cli/commands.h"
 
 #include <cstdio>
+#include <string>
+#include <vector>
 
 #include "cli/option_set.h"
 #include "cli/output_files.h"
+#include "files/exit_codes.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
-#include "print/exit_codes.h"
 #include "report/droplets/droplet_files.h"
 
 namespace firn {
 namespace {
+
+struct DropletsOptions {
+  std::vector<std::string> images;
+  std::vector<double> delays_us;
+  double scale_um_per_px = 0.0, nozzle_um = 0.0, pitch_um = 0.0;
+  std::string target, background;
+  std::string objects = "auto";
+  std::vector<int> crop;  ///< x, y, width, height [px]; empty: whole pictures
+  std::string picture;    ///< PNG that is written
+  bool json = false;
+};
 
 // OUT.png for one picture; OUT-1.png, OUT-2.png … for several.
 std::filesystem::path numbered(const std::filesystem::path& out, std::size_t n, std::size_t of) {
@@ -32,11 +46,17 @@ void check_picture(const DropletsOptions& o) {
   }
 }
 
-}  // namespace
+PictureCrop crop_of(const std::vector<int>& numbers) {
+  if (numbers.size() != 4)
+    throw UsageError("--crop: " + std::to_string(numbers.size()) +
+                     " numbers; it takes four: x,y,width,height [px]");
+  return {numbers[0], numbers[1], numbers[2], numbers[3]};
+}
 
+/// @returns 0. @throws UsageError
 int run_droplets(const DropletsOptions& o) {
   check_picture(o);
-  DropletRequest r;
+  report::DropletRequest r;
   r.images.assign(o.images.begin(), o.images.end());
   r.delays_us = o.delays_us;
   r.um_per_px = o.scale_um_per_px;
@@ -46,17 +66,20 @@ int run_droplets(const DropletsOptions& o) {
   if (!o.background.empty()) r.background = o.background;
   if (o.objects == "dark") r.objects = vision::Polarity::kDark;
   if (o.objects == "bright") r.objects = vision::Polarity::kBright;
-  const DropletAnalysis a = analyse_droplets(r);
+  if (!o.crop.empty()) r.crop = crop_of(o.crop);
+  const report::DropletAnalysis a = report::analyse_droplets(r);
   if (!o.picture.empty())
     for (std::size_t i = 0; i < a.pictures.size(); ++i) {
-      const std::vector<std::byte> png = droplet_overlay(a.pictures[i]);
+      const std::vector<std::byte> png = report::droplet_overlay(a.pictures[i]);
       write_file_atomically(numbered(o.picture, i, a.pictures.size()),
                             {reinterpret_cast<const char*>(png.data()), png.size()});
     }
-  std::fputs(droplets_warnings(a).c_str(), stderr);
-  std::fputs((o.json ? droplets_json(a) : droplets_text(a)).c_str(), stdout);
+  std::fputs(report::droplets_warnings(a).c_str(), stderr);
+  std::fputs((o.json ? report::droplets_json(a) : report::droplets_text(a)).c_str(), stdout);
   return kOk;
 }
+
+}  // namespace
 
 void declare_droplets(OptionSet& options) {
   auto& o = options.calls(run_droplets);
@@ -76,6 +99,11 @@ void declare_droplets(OptionSet& options) {
   options.option("--objects", o.objects, "droplets against their ground")
       .one_of({"auto", "dark", "bright"})
       .show_default();
+  options
+      .option("--crop", o.crop,
+              "x,y,width,height: the part of every picture that is measured, without captions [px]")
+      .separated_by(',')
+      .one_value_each();
   options.option("--picture", o.picture, "writes the pictures with what was found, PNG; several: OUT-1.png …")
       .not_empty();
   options.json_flag(o.json);

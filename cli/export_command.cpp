@@ -1,28 +1,32 @@
 #include "cli/export_command.h"
 
 #include <cstdio>
+#include <deque>
 #include <filesystem>
 #include <set>
+#include <string>
+#include <vector>
 
+#include "cli/commands.h"
 #include "cli/option_set.h"
+#include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/usage_error.h"
-#include "print/exit_codes.h"
-#include "print/folder/running.h"
 #include "print/progress.h"
 #include "report/export/run_mcap.h"
 #include "report/export/run_tables.h"
+#include "runs/folder/run_lock.h"
 
 namespace firn {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::unique_ptr<tables::TableSink> sink_of(const std::string& output) {
+std::unique_ptr<report::TableSink> sink_of(const std::string& output) {
   const std::string ending = fs::path(output).extension().string();
-  if (ending == ".h5" || ending == ".hdf5") return tables::hdf5_sink(output);
-  if (ending == ".npz") return tables::npz_sink(output);
-  if (ending == ".csv") return tables::csv_sink(output);
+  if (ending == ".h5" || ending == ".hdf5") return report::hdf5_sink(output);
+  if (ending == ".npz") return report::npz_sink(output);
+  if (ending == ".csv") return report::csv_sink(output);
   throw UsageError(output + ": no format with this ending; there are .h5, .npz, .mcap and .csv (a folder)");
 }
 
@@ -32,16 +36,17 @@ std::string group_name(const fs::path& run) { return fs::weakly_canonical(run).f
 
 int run_export(const ExportOptions& options) {
   std::set<std::string> names;
+  std::deque<runs::RunLock> still;
   for (const std::string& run : options.runs) {
-    refuse_running(run);
     if (!names.insert(group_name(run)).second)
       throw UsageError(run + ": two runs have the name " + group_name(run) + ", which names their group");
+    still.emplace_back(run, runs::RunUse::kRead);
   }
   nlohmann::ordered_json runs = nlohmann::ordered_json::array();
-  std::unique_ptr<tables::McapExport> mcap;
-  std::unique_ptr<tables::TableSink> sink;
+  std::unique_ptr<report::McapExport> mcap;
+  std::unique_ptr<report::TableSink> sink;
   if (fs::path(options.output).extension() == ".mcap")
-    mcap = std::make_unique<tables::McapExport>(options.output);
+    mcap = std::make_unique<report::McapExport>(options.output);
   else
     sink = sink_of(options.output);
   JobProgress progress("export");
@@ -52,7 +57,7 @@ int run_export(const ExportOptions& options) {
       progress.show((double(k) + fraction) / double(options.runs.size()), group_name(run));
     };
     const std::uint64_t messages =
-        mcap ? mcap->add(run, prefix, show) : tables::export_run(run, prefix, *sink, show);
+        mcap ? mcap->add(run, prefix, show) : report::export_run(run, prefix, *sink, show);
     runs.push_back({{"run", run.string()}, {"messages", messages}});
   }
   mcap ? mcap->finish() : sink->finish();

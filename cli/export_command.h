@@ -6,8 +6,6 @@
 
 namespace firn {
 
-class OptionSet;
-
 struct ExportOptions {
   std::vector<std::string> runs;
   std::string output;  ///< its ending names the format: .h5, .hdf5, .npz, .mcap, .csv (a folder)
@@ -17,8 +15,5 @@ struct ExportOptions {
 /// @returns kOk. @throws UsageError: no run, an ending without a format, two runs of one name;
 /// std::invalid_argument: damage, with file and byte; WriteError
 int run_export(const ExportOptions& options);
-
-/// Declares the arguments.
-void declare_export(OptionSet& options);
 
 }  // namespace firn

@@ -5,10 +5,11 @@
 #include <new>
 
 #include "config/error.h"
+#include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/record/file.h"
+#include "files/record/packed.h"
 #include "files/usage_error.h"
-#include "print/exit_codes.h"
 
 namespace firn {
 namespace {
@@ -22,9 +23,10 @@ bool is_path_error(int error) {
 }
 
 Failure failure(const std::exception& error) {
-  if (dynamic_cast<const ConfigError*>(&error) || dynamic_cast<const UsageError*>(&error))
+  if (dynamic_cast<const ConfigError*>(&error) || dynamic_cast<const UsageError*>(&error) ||
+      dynamic_cast<const record::PackedError*>(&error))
     return {kUsage, error.what()};
-  if (const auto* file = dynamic_cast<const logfile::FileError*>(&error))
+  if (const auto* file = dynamic_cast<const record::FileError*>(&error))
     return {is_path_error(file->error) ? kUsage : kFailed, error.what()};
   // The library's own text has the name of its function and quotes.
   if (const auto* file = dynamic_cast<const std::filesystem::filesystem_error*>(&error)) {

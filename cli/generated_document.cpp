@@ -3,7 +3,7 @@
 #include <cstdio>
 
 #include "files/json.h"
-#include "print/folder/run_folder.h"
+#include "runs/folder/run_folder.h"
 
 namespace firn {
 

@@ -1,4 +1,5 @@
-#include "cli/help_command.h"
+// run_help shows a page of the documents, or the sections and keys that a topic is found in.
+#include "cli/commands.h"
 
 #include <fmt/core.h>
 
@@ -6,17 +7,23 @@
 #include <cstdio>
 #include <filesystem>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "cli/option_set.h"
 #include "config/find_key.h"
+#include "files/exit_codes.h"
 #include "files/lowercase.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
-#include "print/exit_codes.h"
 #include "runtime/source_folder.h"
 
 namespace firn {
 namespace {
+
+struct HelpOptions {
+  std::vector<std::string> topic;  ///< words; empty: the list of pages
+};
 
 namespace fs = std::filesystem;
 
@@ -70,8 +77,7 @@ const Page* page_of(const std::vector<Page>& all, const std::string& topic) {
   return nullptr;
 }
 
-}  // namespace
-
+/// @returns 0, or 1 when nothing mentions the topic
 int run_help(const HelpOptions& options) {
   const std::vector<Page> all = pages();
   if (options.topic.empty()) {
@@ -109,6 +115,8 @@ int run_help(const HelpOptions& options) {
   if (!found) fmt::print(stderr, "no page, section or key mentions it; firn help lists the pages\n");
   return found ? kOk : kFailed;
 }
+
+}  // namespace
 
 void declare_help(OptionSet& options) {
   auto& o = options.calls(run_help);

@@ -6,13 +6,14 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "cli/commands.h"
 #include "cli/option_set.h"
 #include "cli/sealed_run.h"
+#include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/usage_error.h"
-#include "print/exit_codes.h"
-#include "print/folder/run_folder.h"
 #include "report/draw/style.h"
+#include "runs/folder/run_folder.h"
 #include "studies/identify/identify.h"
 #include "studies/reproduce/reproduce.h"
 
@@ -60,7 +61,7 @@ void show_identification(const Identification& id) {
 
 int identify_one(const IdentifyOptions& options) {
   if (options.runs.size() != 1) throw UsageError("firn identify takes one run; several only with --spacing");
-  use_sealed_run(options.runs.front(), options.unsealed);
+  const auto still = use_sealed_run(options.runs.front(), options.unsealed);
   const Identification id = identify(ObservedRun::read(options.runs.front()));
   if (options.json) {
     ordered_json j = {{"run", options.runs.front()},
@@ -91,7 +92,7 @@ int identify_one(const IdentifyOptions& options) {
     return kFailed;
   }
   if (!options.output.empty())
-    write_file_atomically(options.output, replay::standalone_svg(identification_svg(id)));
+    write_file_atomically(options.output, report::standalone_svg(identification_svg(id)));
   return kOk;
 }
 
@@ -101,7 +102,7 @@ int choose(const IdentifyOptions& options) {
   droplet::SpacingChoice choice;
   try {
     for (const std::string& run : options.runs) {
-      use_sealed_run(run, options.unsealed);
+      const auto still = use_sealed_run(run, options.unsealed);
       try {
         results.push_back(spacing_of(ObservedRun::read(run), options.diameter_mm));
       } catch (const UsageError& error) {
@@ -145,7 +146,7 @@ int choose(const IdentifyOptions& options) {
           choice.gamma);
   }
   if (!options.output.empty())
-    write_file_atomically(options.output, replay::standalone_svg(spacing_svg(results, choice)));
+    write_file_atomically(options.output, report::standalone_svg(spacing_svg(results, choice)));
   return kOk;
 }
 

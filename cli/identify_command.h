@@ -6,8 +6,6 @@
 
 namespace firn {
 
-class OptionSet;
-
 struct IdentifyOptions {
   std::vector<std::string> runs;
   bool spacing = false;
@@ -19,8 +17,5 @@ struct IdentifyOptions {
 /// @returns 0, or 1 when the run cannot identify the model (and why). @throws UsageError: not a run; runs
 /// without squares with --spacing; fewer than three spacings.
 int run_identify(const IdentifyOptions& options);
-
-/// Declares the arguments.
-void declare_identify(OptionSet& options);
 
 }  // namespace firn

@@ -5,20 +5,33 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "cli/commands.h"
 #include "cli/option_set.h"
 #include "config/include.h"
 #include "files/digest.h"
+#include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/layer_record.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
-#include "print/exit_codes.h"
-#include "print/folder/imported_run.h"
+#include "print/import/imported_run.h"
 
 namespace firn {
 namespace {
 
 namespace fs = std::filesystem;
+
+MatrixLabels labels_named(const std::string& word) {
+  constexpr std::pair<std::string_view, MatrixLabels> kWords[] = {{"detect", MatrixLabels::kDetect},
+                                                                  {"none", MatrixLabels::kNone},
+                                                                  {"row", MatrixLabels::kRow},
+                                                                  {"column", MatrixLabels::kColumn},
+                                                                  {"both", MatrixLabels::kBoth}};
+  const auto found = std::ranges::find(kWords, word, &std::pair<std::string_view, MatrixLabels>::first);
+  if (found == std::end(kWords))
+    throw UsageError("--labels " + word + ": must be one of detect, none, row, column, both");
+  return found->second;
+}
 
 LayerRecordOptions record_options(const ImportOptions& o) {
   LayerRecordOptions r;
@@ -30,6 +43,8 @@ LayerRecordOptions record_options(const ImportOptions& o) {
   r.pitch_x_mm = o.pitch_mm.value_or(0.0);
   r.pitch_y_mm = o.pitch_y_mm.value_or(r.pitch_x_mm);
   r.unit = o.unit;
+  r.labels = labels_named(o.labels);
+  r.layer_number = o.layer_number;
   return r;
 }
 
@@ -123,6 +138,14 @@ void declare_import(OptionSet& options) {
   options.option("--column", o.columns, "ROLE=NAME: layer, x, y, segment, height, increment, input")
       .one_value_each();
   options.option("--unit", o.unit, "of lengths that name none: mm, um, nm, cm, m, in, mil");
+  options
+      .option("--labels", o.labels,
+              "first row and column of a matrix file that are names, no heights: none, row, column, both or "
+              "detect")
+      .show_default();
+  options.option(
+      "--layer-number", o.layer_number,
+      "number of a file's name that is the layer: 1 = the first, -1 = the last; default: detected");
   options.option("--pitch-mm", o.pitch_mm, "size of a cell; default: from the positions");
   options.option("--pitch-y-mm", o.pitch_y_mm, "the same along y");
   options.option("--target-mm", o.target_mm, "height of the part; default: the mean of the last map");

@@ -7,13 +7,13 @@
 
 namespace firn {
 
-class OptionSet;
-
 struct ImportOptions {
   std::string record;                ///< a CSV table, or a folder with a file for each layer
   std::string input;                 ///< folder of the commanded inputs; empty = in the table, or none
   std::vector<std::string> columns;  ///< "height=NAME"
   std::string unit;
+  std::string labels = "detect";  ///< first row and column of matrix files
+  int layer_number = 0;           ///< number of the files' names that is the layer; 0 = detect
   std::optional<double> pitch_mm, pitch_y_mm, target_mm, input_per_drop;
   std::string experiment;  ///< model and settings; empty = the defaults
   std::vector<std::string> overrides;
@@ -24,8 +24,5 @@ struct ImportOptions {
 
 /// @returns kOk. @throws UsageError naming file, line and column, or layer and cell; ConfigError
 int run_import(const ImportOptions& options);
-
-/// Declares the arguments.
-void declare_import(OptionSet& options);
 
 }  // namespace firn

@@ -5,20 +5,23 @@
 #include <map>
 #include <ostream>
 
+#include "cli/commands.h"
 #include "cli/log_lines.h"
 #include "cli/message_types.h"
 #include "cli/option_set.h"
+#include "files/exit_codes.h"
 #include "files/path/layer_file.h"
 #include "files/path/trajectory_file.h"
 #include "files/record/event_log.h"
 #include "files/record/record_file.h"
+#include "files/run_paths.h"
 #include "files/usage_error.h"
 #include "lcmtypes/channels.h"
 #include "lcmtypes/validate.h"
-#include "print/exit_codes.h"
-#include "print/folder/log_repair.h"
-#include "print/folder/run_seal.h"
-#include "replay/run_migration.h"
+#include "runs/folder/incarnation_seal.h"
+#include "runs/folder/log_repair.h"
+#include "runs/folder/run_lock.h"
+#include "runs/migrate/run_migration.h"
 #include "runtime/transport_wire.h"
 
 namespace firn {
@@ -35,7 +38,7 @@ struct Channel {
 struct LogVerdict {
   std::string kind;
   std::uint64_t bytes = 0, pieces = 0, checked = 0;
-  logfile::DamageList damage;
+  record::DamageList damage;
   std::vector<std::string> problems;  // of the content; the first kShownProblems are shown
   std::uint64_t problem_count = 0;
   std::map<std::string, Channel, std::less<>> channels;
@@ -48,16 +51,16 @@ struct LogVerdict {
 };
 
 bool is_record_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
-  for (const char* ending : {".wal", ".rec", ".paths", ".traj"})
+  for (const char* ending : {RunPaths::kWal, ".rec", ".paths", ".traj"})
     if (path.extension() == ending) return true;
-  return logfile::RecordReader(bytes).header_ok();
+  return record::RecordReader(bytes).header_ok();
 }
 
 // A trajectory file is known by its name, or under any name by its first record.
 bool holds_trajectories(const std::filesystem::path& path, std::span<const std::byte> bytes) {
   if (path.extension() == ".traj") return true;
-  const auto first = logfile::RecordReader(bytes).next();
-  return first && first->kind == std::uint16_t(TrajectoryRecord::kHead) && path.extension() != ".wal" &&
+  const auto first = record::RecordReader(bytes).next();
+  return first && first->kind == std::uint16_t(TrajectoryRecord::kHead) && !RunPaths::is_wal(path) &&
          path.extension() != ".rec" && path.extension() != ".paths";
 }
 
@@ -79,14 +82,14 @@ void read_trajectories(LogVerdict& v, std::span<const std::byte> bytes) try {
 }
 
 // Messages of reliable channels are numbered without gaps; a missing one is a gap of the recording.
-void count_message(LogVerdict& v, const logfile::Event& e) {
+void count_message(LogVerdict& v, const record::Event& e) {
   const auto it = v.channels.try_emplace(std::string(e.channel)).first;
   Channel& c = it->second;
   ++c.messages;
   const ChannelInfo* info = find_channel(e.channel);
   if (!info || e.damaged) return;
   std::vector<std::byte> changed;
-  if (const auto wrong = validate(*info, replay::RunMigration().today(e.data, changed)))
+  if (const auto wrong = validate(*info, runs::RunMigration().today(e.data, changed)))
     v.problem("event " + std::to_string(e.eventnum) + ": " + *wrong);
   const auto header = wire::read_header(e.data);
   if (!header || info->delivery != Delivery::kReliable) return;
@@ -102,7 +105,7 @@ void count_gaps(LogVerdict& v, const std::filesystem::path& nodes) {
   std::map<std::string, std::uint64_t, std::less<>> held;
   const bool gaps = std::ranges::any_of(v.channels, [](const auto& c) { return c.second.missing > 0; });
   if (gaps && std::filesystem::is_directory(nodes))
-    each_sent_message(nodes, [&](std::string_view channel, std::int64_t seq) {
+    runs::each_sent_message(nodes, [&](std::string_view channel, std::int64_t seq) {
       const auto c = v.channels.find(channel);
       if (c == v.channels.end()) return;
       for (const auto& [first, last] : c->second.gaps)
@@ -120,8 +123,8 @@ void count_gaps(LogVerdict& v, const std::filesystem::path& nodes) {
 }
 
 LogVerdict verify_events(const std::filesystem::path& path) {
-  const logfile::EventLogFile file(path);
-  logfile::EventLogReader reader = file.reader();
+  const record::EventLogFile file(path);
+  record::EventLogReader reader = file.reader();
   LogVerdict v;
   v.kind = "event log";
   v.bytes = file.bytes().size();
@@ -134,27 +137,27 @@ LogVerdict verify_events(const std::filesystem::path& path) {
     v.checked += e->checked;
     count_message(v, *e);
   }
-  count_gaps(v, path.parent_path() / "nodes");
-  for (const logfile::Damage& d : file.index().damage().list())
+  count_gaps(v, RunPaths(path.parent_path()).nodes_path());
+  for (const record::Damage& d : file.index().damage().list())
     v.problem("index: byte " + std::to_string(d.offset) + ": " + std::string(d.reason));
   v.damage = reader.damage();
   return v;
 }
 
 LogVerdict verify_records(const std::filesystem::path& path) {
-  const logfile::MappedFile file(path);
-  logfile::RecordReader reader(file.bytes());
+  const record::MappedFile file(path);
+  record::RecordReader reader(file.bytes());
   LogVerdict v;
   const bool paths = path.extension() == ".paths", trajectories = holds_trajectories(path, file.bytes());
-  v.kind = path.extension() == ".wal" ? "write-ahead file"
-           : paths                    ? "path file"
-           : trajectories             ? "trajectory file"
-                                      : "record file";
+  v.kind = RunPaths::is_wal(path) ? "write-ahead file"
+           : paths                ? "path file"
+           : trajectories         ? "trajectory file"
+                                  : "record file";
   v.bytes = file.bytes().size();
   while (const auto r = reader.next()) {
     ++v.pieces;
     v.checked += !r->damaged;
-    const RecordLine line = record_line(*r, path.extension() == ".wal", {});
+    const RecordLine line = record_line(*r, RunPaths::is_wal(path), {});
     if (!line.error.empty() && !r->damaged)
       v.problem("record " + std::to_string(r->index) + ": " + line.error);
   }
@@ -170,7 +173,7 @@ void print_json(const LogOptions& o, const LogVerdict& v, std::ostream& out) {
       << ",\"checked\":" << v.checked << ",\"lost\":" << v.damage.lost()
       << ",\"damage_count\":" << v.damage.count() << ",\"damage\":[";
   for (std::size_t i = 0; i < v.damage.list().size(); ++i) {
-    const logfile::Damage& d = v.damage.list()[i];
+    const record::Damage& d = v.damage.list()[i];
     out << (i ? "," : "") << "{\"offset\":" << d.offset << ",\"bytes\":" << d.bytes
         << ",\"reason\":" << json_string(d.reason) << ",\"lost\":" << d.lost << "}";
   }
@@ -191,7 +194,7 @@ void print_text(const LogOptions& o, const LogVerdict& v, std::ostream& out) {
       << " with checksum, " << v.damage.lost() << " lost\n";
   if (!v.note.empty()) out << "  note: " << v.note << "\n";
   for (std::size_t i = 0; i < std::min(kShownProblems, v.damage.list().size()); ++i) {
-    const logfile::Damage& d = v.damage.list()[i];
+    const record::Damage& d = v.damage.list()[i];
     out << "  byte " << d.offset << ": " << d.reason << " (" << d.bytes << " bytes, " << d.lost << " lost)\n";
   }
   if (v.damage.count() > kShownProblems) out << "  ... " << v.damage.count() << " damages in all\n";
@@ -208,15 +211,15 @@ bool wanted(const LogOptions& o, std::int64_t us) {
 }
 
 template <class Piece>
-int finish_cat(const LogOptions& o, const logfile::DamageList& damage, Piece what, std::ostream& err) {
-  for (const logfile::Damage& d : damage.list())
+int finish_cat(const LogOptions& o, const record::DamageList& damage, Piece what, std::ostream& err) {
+  for (const record::Damage& d : damage.list())
     err << o.file << ": byte " << d.offset << ": " << d.reason << " (" << d.lost << " " << what << " lost)\n";
   return damage.count() ? kFailed : kOk;
 }
 
 int cat_events(const LogOptions& o, const MessageTypes& types, std::ostream& out, std::ostream& err) {
-  const logfile::EventLogFile file(o.file);
-  logfile::EventLogReader reader = file.reader();
+  const record::EventLogFile file(o.file);
+  record::EventLogReader reader = file.reader();
   const LineOptions json{{16, o.full}, &types};
   std::int64_t left = o.count;
   while (left != 0) {
@@ -232,14 +235,14 @@ int cat_events(const LogOptions& o, const MessageTypes& types, std::ostream& out
 }
 
 int cat_records(const LogOptions& o, const MessageTypes& types, std::ostream& out, std::ostream& err) {
-  const logfile::MappedFile file(o.file);
-  logfile::RecordReader reader(file.bytes());
+  const record::MappedFile file(o.file);
+  record::RecordReader reader(file.bytes());
   const LineOptions json{{16, o.full}, &types};
   std::int64_t left = o.count, now_us = 0;
   while (left != 0) {
     const auto r = reader.next();
     if (!r) break;
-    const RecordLine line = record_line(*r, std::filesystem::path(o.file).extension() == ".wal", json);
+    const RecordLine line = record_line(*r, RunPaths::is_wal(o.file), json);
     now_us = line.now_us.value_or(now_us);
     const bool on_channel = o.channels.empty() || std::any_of(line.channels.begin(), line.channels.end(),
                                                               [&](const auto& c) { return wanted(o, c); });
@@ -251,7 +254,7 @@ int cat_records(const LogOptions& o, const MessageTypes& types, std::ostream& ou
   return finish_cat(o, reader.damage(), "records", err);
 }
 
-bool is_records(const LogOptions& o) { return is_record_file(o.file, logfile::MappedFile(o.file).bytes()); }
+bool is_records(const LogOptions& o) { return is_record_file(o.file, record::MappedFile(o.file).bytes()); }
 
 }  // namespace
 
@@ -266,7 +269,7 @@ int log_cat(const LogOptions& o, std::ostream& out, std::ostream& err) {
   for (const std::string& problem : types.problems()) err << "firn log cat: note: " << problem << "\n";
   if (o.types.empty())
     for (const std::string& c : o.channels)
-      if (!find_channel(c) && !replay::MigrationTable::builtin().retired(c))
+      if (!find_channel(c) && !runs::MigrationTable::builtin().retired(c))
         err << "firn log cat: note: channel " << c << " is not in Firn's table\n";
   return is_records(o) ? cat_records(o, types, out, err) : cat_events(o, types, out, err);
 }
@@ -276,17 +279,19 @@ int log_repair(const LogOptions& o, std::ostream& out) {
   // A run whose recorder died early has no log yet: it is made. Any other name is more likely a slip of the
   // pen.
   const bool there = std::filesystem::exists(log);
-  if (!there && log.filename() != "log.lcm") throw UsageError(o.file + ": no such file");
+  if (!there && log.filename() != RunPaths::kLog) throw UsageError(o.file + ": no such file");
   if (there && is_records(o))
     throw UsageError(o.file + ": a write-ahead file is the record itself; only an event log can be repaired");
   const std::filesystem::path sources =
-      o.sources.empty() ? log.parent_path() / "nodes" : std::filesystem::path(o.sources);
+      o.sources.empty() ? RunPaths(log.parent_path()).nodes_path() : std::filesystem::path(o.sources);
   if (!std::filesystem::is_directory(sources))
     throw UsageError(sources.string() + ": no folder of write-ahead files to repair from");
   const std::filesystem::path run = std::filesystem::absolute(log).parent_path();
-  const SealCheck seals = std::filesystem::is_directory(run / "seals") ? check_seals(run) : SealCheck{};
-  const logfile::RepairReport r = repair_from_write_ahead(log, sources);
-  if (r.rewritten) seal_repaired(run, seals);
+  const runs::RunLock lock(run, runs::RunUse::kWrite);
+  const runs::SealCheck seals =
+      std::filesystem::is_directory(RunPaths(run).seals_path()) ? runs::check_seals(run) : runs::SealCheck{};
+  const record::RepairReport r = runs::repair_from_write_ahead(log, sources);
+  if (r.rewritten) runs::seal_repaired(run, seals);
   if (o.json) {
     out << "{\"rewritten\":" << (r.rewritten ? "true" : "false") << ",\"events\":" << r.events
         << ",\"inserted\":" << r.inserted << ",\"replaced\":" << r.replaced << ",\"repeated\":" << r.repeated
@@ -320,7 +325,7 @@ int run_log(const LogOptions& o) try {
       return log_repair(o, std::cout);
   }
   return kUsage;
-} catch (const logfile::FileError& e) {
+} catch (const record::FileError& e) {
   if (o.action == LogAction::kRepair) throw;
   throw UsageError(e.what());
 }

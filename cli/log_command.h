@@ -10,8 +10,6 @@
 
 namespace firn {
 
-class OptionSet;
-
 enum class LogAction { kInfo, kVerify, kCat, kRepair };
 
 struct LogOptions {
@@ -37,8 +35,5 @@ int log_verify(const LogOptions& options, std::ostream& out);
 /// One JSON object per line on `out`; damage on `err`.
 int log_cat(const LogOptions& options, std::ostream& out, std::ostream& err);
 int log_repair(const LogOptions& options, std::ostream& out);
-
-/// Declares the arguments.
-void declare_log(OptionSet& options);
 
 }  // namespace firn

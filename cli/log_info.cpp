@@ -1,14 +1,17 @@
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <ctime>
 #include <ostream>
 
 #include "cli/log_command.h"
 #include "cli/message_types.h"
+#include "core/options/number.h"
+#include "files/exit_codes.h"
+#include "files/json.h"
 #include "files/record/log_statistics.h"
 #include "files/record/record_file.h"
 #include "files/usage_error.h"
-#include "print/exit_codes.h"
 
 namespace firn {
 namespace {
@@ -19,8 +22,8 @@ struct LogInfo {
   std::uint64_t bytes = 0;
   bool numbered = true, has_index = false;
   std::uint64_t restarts = 0;
-  logfile::DamageList damage;
-  logfile::LogStatistics statistics;
+  record::DamageList damage;
+  record::LogStatistics statistics;
 };
 
 /// The messages of a channel that begin with the same fingerprint, as a reader sees them.
@@ -39,7 +42,7 @@ std::string hex_of(std::int64_t fingerprint) {
   return text;
 }
 
-std::vector<TypeRow> info_rows(const std::string& channel, const logfile::ChannelStatistics& c,
+std::vector<TypeRow> info_rows(const std::string& channel, const record::ChannelStatistics& c,
                                const MessageTypes& types) {
   std::vector<TypeRow> info_rows;
   for (const auto& [fingerprint, count] : c.fingerprints) {
@@ -84,67 +87,70 @@ std::string utc(std::int64_t us) {
   return text;
 }
 
-std::string json_steps(const logfile::TimeSteps& s) {
-  return "{\"back\":" + std::to_string(s.back) + ",\"largest_s\":" + seconds(s.largest_us) +
-         ",\"event\":" + std::to_string(s.largest_event) + ",\"byte\":" + std::to_string(s.largest_offset) +
-         "}";
+using Json = nlohmann::ordered_json;
+
+// The numbers of the text; of seconds all digits.
+double rounded(double v) { return whole_number<double>(number_text(v)).value_or(v); }
+double to_s(std::int64_t us) { return double(us) / 1e6; }
+
+Json json_steps(const record::TimeSteps& s) {
+  return {{"back", s.back},
+          {"largest_s", to_s(s.largest_us)},
+          {"event", s.largest_event},
+          {"byte", s.largest_offset}};
 }
 
-std::string json_row(const TypeRow& row) {
-  std::string text = "{\"messages\":" + std::to_string(row.messages);
-  if (!row.fingerprint.empty()) text += ",\"fingerprint\":" + json_string(row.fingerprint);
-  text += ",\"types\":[";
-  for (std::size_t i = 0; i < row.names.size(); ++i) text += (i ? "," : "") + json_string(row.names[i]);
-  text += "]";
-  if (!row.not_lcm.empty()) text += ",\"not_lcm\":" + json_string(row.not_lcm);
-  if (!row.nearest.empty())
-    text += ",\"nearest\":" + json_string(row.nearest) + ",\"fits\":" + (row.fits ? "true" : "false");
-  return text + "}";
+Json json_row(const TypeRow& row) {
+  Json json{{"messages", row.messages}};
+  if (!row.fingerprint.empty()) json["fingerprint"] = row.fingerprint;
+  json["types"] = row.names;
+  if (!row.not_lcm.empty()) json["not_lcm"] = row.not_lcm;
+  if (!row.nearest.empty()) json.update({{"nearest", row.nearest}, {"fits", row.fits}});
+  return json;
 }
 
-std::string json_channel(const std::string& name, const logfile::ChannelStatistics& c,
-                         const MessageTypes& types) {
-  const logfile::Intervals::Gaps gaps = c.intervals.gaps();
-  std::string text =
-      "{\"messages\":" + std::to_string(c.messages) + ",\"bytes\":" + std::to_string(c.bytes) +
-      ",\"smallest\":" + std::to_string(c.smallest) + ",\"largest\":" + std::to_string(c.largest) +
-      ",\"damaged\":" + std::to_string(c.damaged) + ",\"first_s\":" + seconds(c.first_us) +
-      ",\"last_s\":" + seconds(c.last_us) + ",\"rate_hz\":" + number_text(c.rate_hz()) +
-      ",\"median_interval_s\":" + number_text(c.intervals.median_us() * 1e-6) +
-      ",\"longest_interval_s\":" + seconds(std::max<std::int64_t>(c.intervals.longest_us(), 0)) +
-      ",\"longest_begins_s\":" + seconds(c.intervals.longest_begin_us()) +
-      ",\"gaps\":" + std::to_string(gaps.count) + ",\"gap_s\":" + number_text(gaps.at_least_us * 1e-6) +
-      ",\"time_order\":" + json_steps(c.steps) +
-      ",\"more_fingerprints\":" + std::to_string(c.more_fingerprints) + ",\"types\":[";
-  const char* comma = "";
-  for (const TypeRow& row : info_rows(name, c, types)) {
-    text += comma + json_row(row);
-    comma = ",";
-  }
-  return text + "]}";
+Json json_channel(const std::string& name, const record::ChannelStatistics& c, const MessageTypes& types) {
+  const record::Intervals::Gaps gaps = c.intervals.gaps();
+  Json rows = Json::array();
+  for (const TypeRow& row : info_rows(name, c, types)) rows.push_back(json_row(row));
+  return {{"messages", c.messages},
+          {"bytes", c.bytes},
+          {"smallest", c.smallest},
+          {"largest", c.largest},
+          {"damaged", c.damaged},
+          {"first_s", to_s(c.first_us)},
+          {"last_s", to_s(c.last_us)},
+          {"rate_hz", rounded(c.rate_hz())},
+          {"median_interval_s", rounded(c.intervals.median_us() * 1e-6)},
+          {"longest_interval_s", to_s(std::max<std::int64_t>(c.intervals.longest_us(), 0))},
+          {"longest_begins_s", to_s(c.intervals.longest_begin_us())},
+          {"gaps", gaps.count},
+          {"gap_s", rounded(gaps.at_least_us * 1e-6)},
+          {"time_order", json_steps(c.steps)},
+          {"more_fingerprints", c.more_fingerprints},
+          {"types", std::move(rows)}};
 }
 
 void print_info_json(const LogOptions& o, const LogInfo& info, const MessageTypes& types, std::ostream& out) {
-  const logfile::LogStatistics& s = info.statistics;
-  out << "{\"file\":" << json_string(o.file) << ",\"bytes\":" << info.bytes << ",\"events\":" << s.events()
-      << ",\"data_bytes\":" << s.data_bytes() << ",\"first_s\":" << seconds(s.first_us())
-      << ",\"last_s\":" << seconds(s.last_us()) << ",\"index\":" << (info.has_index ? "true" : "false")
-      << ",\"numbered\":" << (info.numbered ? "true" : "false") << ",\"logs\":" << info.restarts + 1
-      << ",\"damage_count\":" << info.damage.count() << ",\"lost\":" << info.damage.lost()
-      << ",\"time_order\":" << json_steps(s.steps()) << ",\"more_channels\":" << s.more_channels()
-      << ",\"problems\":[";
-  const char* comma = "";
-  for (const std::string& problem : types.problems()) {
-    out << comma << json_string(problem);
-    comma = ",";
-  }
-  out << "],\"channels\":{";
-  comma = "";
-  for (const auto& [name, channel] : s.channels()) {
-    out << comma << json_string(name) << ":" << json_channel(name, channel, types);
-    comma = ",";
-  }
-  out << "}}\n";
+  const record::LogStatistics& s = info.statistics;
+  Json channels = Json::object();
+  for (const auto& [name, channel] : s.channels()) channels[name] = json_channel(name, channel, types);
+  const Json json{{"file", o.file},
+                  {"bytes", info.bytes},
+                  {"events", s.events()},
+                  {"data_bytes", s.data_bytes()},
+                  {"first_s", to_s(s.first_us())},
+                  {"last_s", to_s(s.last_us())},
+                  {"index", info.has_index},
+                  {"numbered", info.numbered},
+                  {"logs", info.restarts + 1},
+                  {"damage_count", info.damage.count()},
+                  {"lost", info.damage.lost()},
+                  {"time_order", json_steps(s.steps())},
+                  {"more_channels", s.more_channels()},
+                  {"problems", types.problems()},
+                  {"channels", std::move(channels)}};
+  out << json.dump(-1, ' ', false, Json::error_handler_t::replace) << "\n";
 }
 
 void print_row(const TypeRow& row, std::ostream& out) {
@@ -163,13 +169,13 @@ void print_row(const TypeRow& row, std::ostream& out) {
   out << "\n";
 }
 
-void print_steps(const logfile::TimeSteps& steps, const char* indent, std::ostream& out) {
+void print_steps(const record::TimeSteps& steps, const char* indent, std::ostream& out) {
   if (steps.back > 0)
     out << indent << "time goes back " << steps.back << " times, by " << seconds(steps.largest_us)
         << " s at most (event " << steps.largest_event << ", byte " << steps.largest_offset << ")\n";
 }
 
-void print_channel(const std::string& name, const logfile::ChannelStatistics& c, const MessageTypes& types,
+void print_channel(const std::string& name, const record::ChannelStatistics& c, const MessageTypes& types,
                    std::ostream& out) {
   out << "  " << name << ": " << c.messages << " messages, " << c.bytes << " bytes (" << c.smallest << " to "
       << c.largest << "), " << number_text(c.rate_hz(), "%.4g") << " Hz";
@@ -179,16 +185,17 @@ void print_channel(const std::string& name, const logfile::ChannelStatistics& c,
   out << "\n";
   for (const TypeRow& row : info_rows(name, c, types)) print_row(row, out);
   if (c.more_fingerprints > 0) out << "    " << c.more_fingerprints << " with further fingerprints\n";
-  const logfile::Intervals::Gaps gaps = c.intervals.gaps();
+  const record::Intervals::Gaps gaps = c.intervals.gaps();
   if (gaps.count > 0)
     out << "    gaps: " << gaps.count << " intervals of " << number_text(gaps.at_least_us * 1e-6)
-        << " s or more; the median is " << number_text(c.intervals.median_us() * 1e-6, "%.3g") << " s\n";
+        << " s or more; the usual interval is " << number_text(c.intervals.usual_us() * 1e-6, "%.3g")
+        << " s\n";
   print_steps(c.steps, "    ", out);
   if (c.damaged > 0) out << "    " << c.damaged << " damaged\n";
 }
 
 void print_info_text(const LogOptions& o, const LogInfo& info, const MessageTypes& types, std::ostream& out) {
-  const logfile::LogStatistics& s = info.statistics;
+  const record::LogStatistics& s = info.statistics;
   out << o.file << ": LCM log, " << info.bytes << " bytes, " << s.events() << " events on "
       << s.channels().size() << " channels, " << seconds(s.last_us() - s.first_us()) << " s";
   if (const std::string begin = utc(s.first_us()); !begin.empty()) out << " from " << begin;
@@ -198,7 +205,7 @@ void print_info_text(const LogOptions& o, const LogInfo& info, const MessageType
   if (info.restarts > 0) out << "  " << info.restarts + 1 << " logs, one behind the other\n";
   print_steps(s.steps(), "  ", out);
   for (std::size_t i = 0; i < std::min<std::size_t>(20, info.damage.list().size()); ++i) {
-    const logfile::Damage& d = info.damage.list()[i];
+    const record::Damage& d = info.damage.list()[i];
     out << "  byte " << d.offset << ": " << d.reason << " (" << d.bytes << " bytes, " << d.lost << " lost)\n";
   }
   if (info.damage.count() > 20) out << "  ... " << info.damage.count() << " damages in all\n";
@@ -210,10 +217,10 @@ void print_info_text(const LogOptions& o, const LogInfo& info, const MessageType
 
 int log_info(const LogOptions& o, std::ostream& out) {
   const MessageTypes types(o.types);
-  const logfile::EventLogFile file(o.file);
-  if (logfile::RecordReader(file.bytes()).header_ok())
+  const record::EventLogFile file(o.file);
+  if (record::RecordReader(file.bytes()).header_ok())
     throw UsageError(o.file + ": a record file, not an LCM log; `firn log verify` reads it");
-  logfile::EventLogReader reader = file.reader();
+  record::EventLogReader reader = file.reader();
   LogInfo info;
   info.bytes = file.bytes().size();
   info.has_index = file.has_index();

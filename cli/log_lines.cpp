@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "cli/message_types.h"
+#include "core/options/enumerators.h"
 #include "runtime/write_ahead.h"
 
 namespace firn {
@@ -75,7 +76,9 @@ void add_message(Line& line, std::string_view channel, std::span<const std::byte
 
 constexpr const char* kEventNames[] = {"?",  "start", "message",    "wake",
                                        "io", "link",  "local_stop", "refused"};
+static_assert(std::size(kEventNames) == kTableSize<EventKind>);
 constexpr const char* kOutputNames[] = {"?", "send", "write", "arm", "cancel", "reopen", "finish"};
+static_assert(std::size(kOutputNames) == kTableSize<OutputKind>);
 
 template <std::size_t N, class Kind>
 const char* name_of(const char* const (&names)[N], Kind kind) {
@@ -165,7 +168,7 @@ void add_head(Line& line, std::span<const std::byte> payload, const LineOptions&
 
 }  // namespace
 
-std::string event_line(const logfile::Event& e, const LineOptions& options) {
+std::string event_line(const record::Event& e, const LineOptions& options) {
   Line line;
   line.number("event", std::int64_t(e.eventnum)).number("utime_us", e.utime_us).text("channel", e.channel);
   if (e.damaged) line.add("damaged", "true").number("offset", std::int64_t(e.offset));
@@ -173,7 +176,7 @@ std::string event_line(const logfile::Event& e, const LineOptions& options) {
   return line.end();
 }
 
-RecordLine record_line(const logfile::Record& record, bool write_ahead, const LineOptions& options) {
+RecordLine record_line(const record::Record& record, bool write_ahead, const LineOptions& options) {
   RecordLine to;
   Line line;
   line.number("record", std::int64_t(record.index));

@@ -21,7 +21,7 @@ struct LineOptions : JsonOptions {
 
 /// The line of a message of unknown type has "unknown_fingerprint" and the type with the nearest name; that
 /// of other bytes says "not_lcm".
-std::string event_line(const logfile::Event& event, const LineOptions& options);
+std::string event_line(const record::Event& event, const LineOptions& options);
 
 /// A record in readable form.
 struct RecordLine {
@@ -31,6 +31,6 @@ struct RecordLine {
   std::vector<std::string> channels;   ///< that it is about
 };
 /// @param write_ahead whether the kinds are those of runtime/write_ahead.h; else only kind and size are known
-RecordLine record_line(const logfile::Record& record, bool write_ahead, const LineOptions& options);
+RecordLine record_line(const record::Record& record, bool write_ahead, const LineOptions& options);
 
 }  // namespace firn

@@ -8,15 +8,15 @@
 #include "files/record/event_format.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
-#include "replay/migrations/table.h"
+#include "runs/migrate/table.h"
 
 namespace firn {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t kMostBytes = 16 << 20;  // of one .lcm file
-constexpr std::size_t kMostKnown = 4096;         // fingerprints that are kept
+constexpr std::uintmax_t kMaxBytes = 16 << 20;  // of one .lcm file
+constexpr std::size_t kMaxKnown = 4096;         // fingerprints that are kept
 
 std::vector<TypeFile> files_of(const std::vector<std::string>& folders, std::vector<std::string>& problems) {
   std::vector<TypeFile> files;
@@ -33,7 +33,7 @@ std::vector<TypeFile> files_of(const std::vector<std::string>& folders, std::vec
     }
     std::ranges::sort(paths);
     for (const fs::path& path : paths) {
-      if (fs::file_size(path, error) > kMostBytes && !error)
+      if (fs::file_size(path, error) > kMaxBytes && !error)
         problems.push_back(path.string() + ": longer than 16 MiB: a log, not the text of a type?");
       else
         files.push_back({path.string(), read_file(path)});
@@ -65,15 +65,15 @@ MessageTypes::MessageTypes(const std::vector<std::string>& folders)
 const std::vector<const schema::Type*>& MessageTypes::of(std::span<const std::byte> message) const {
   static const std::vector<const schema::Type*> kNone;
   if (message.size() < 8) return kNone;
-  const std::int64_t fingerprint = std::int64_t(logfile::big64(message.data()));
+  const std::int64_t fingerprint = std::int64_t(record::big64(message.data()));
   if (const auto it = known_.find(fingerprint); it != known_.end()) return it->second;
   std::vector<const schema::Type*> types = others_.all_of(fingerprint);
-  const schema::Type* own = replay::MigrationTable::builtin().type_of(message);
+  const schema::Type* own = runs::MigrationTable::builtin().type_of(message);
   const bool same = own && std::ranges::any_of(types, [&](const schema::Type* t) {
                       return full_name(*t) == full_name(*own);
                     });
   if (own && !same) types.push_back(own);
-  if (known_.size() >= kMostKnown) known_.clear();
+  if (known_.size() >= kMaxKnown) known_.clear();
   return known_[fingerprint] = std::move(types);
 }
 
@@ -100,7 +100,7 @@ MessageTypes::Nearest MessageTypes::nearest_to(std::string_view channel,
                                                std::span<const std::byte> message) const {
   auto it = near_.find(channel);
   if (it == near_.end()) {
-    if (near_.size() >= kMostKnown) near_.clear();
+    if (near_.size() >= kMaxKnown) near_.clear();
     it = near_.emplace(channel, nearest_name(channel)).first;
   }
   const schema::Type* type = it->second;

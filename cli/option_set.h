@@ -14,6 +14,8 @@ class Option;
 
 namespace firn {
 
+struct Product;
+
 /// A declared argument. Each call adds one property to it.
 class Argument {
  public:
@@ -38,8 +40,9 @@ class OptionSet {
  public:
   using Run = std::function<int()>;
 
+  /// @param product of the program, for commands that print or read prints; outlives their calls
   /// @param run receives the call of the command that the command line names; must outlive the set
-  OptionSet(CLI::App& app, Run& run) : app_(app), run_(run) {}
+  OptionSet(CLI::App& app, const Product& product, Run& run) : app_(app), product_(product), run_(run) {}
 
   /// Names the function that carries out the command.
   /// @returns its options with their defaults. They live as long as the call that holds them.
@@ -47,6 +50,12 @@ class OptionSet {
   Options& calls(int (*command)(const Options&)) {
     auto options = std::make_shared<Options>();
     when_parsed([options, command] { return command(*options); });
+    return *options;
+  }
+  template <class Options>
+  Options& calls(int (*command)(const Product&, const Options&)) {
+    auto options = std::make_shared<Options>();
+    when_parsed([options, command, &product = product_] { return command(product, *options); });
     return *options;
   }
 
@@ -71,6 +80,7 @@ class OptionSet {
   void when_parsed(Run call);
 
   CLI::App& app_;
+  const Product& product_;
   Run& run_;
 };
 

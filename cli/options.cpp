@@ -15,11 +15,10 @@
 #include <optional>
 #include <type_traits>
 
-#include "cli/commands.h"
 #include "cli/option_set.h"
+#include "files/exit_codes.h"
 #include "files/nearest.h"
 #include "files/usage_error.h"
-#include "print/exit_codes.h"
 #include "runtime/build_info.h"
 
 namespace firn {
@@ -158,7 +157,7 @@ void OptionSet::thread_option(int& threads, const std::string& more) {
 }
 
 OptionSet OptionSet::subcommand(const std::string& name, const std::string& summary) {
-  return {*app_.add_subcommand(name, summary), run_};
+  return {*app_.add_subcommand(name, summary), product_, run_};
 }
 
 void OptionSet::require_subcommand() { app_.require_subcommand(1); }
@@ -223,12 +222,13 @@ std::string empty_item(const CLI::App& app, int argc, const char* const* argv) {
 
 }  // namespace
 
-Call parse_command_line(std::span<const Command> commands, int argc, const char* const* argv) {
+Call parse_command_line(std::span<const Command> commands, const Product& product, int argc,
+                        const char* const* argv) {
   CLI::App app("Closed-loop additive manufacturing: print, measure, decide, record, replay.", "firn");
-  app.set_version_flag("--version", std::string("firn ") + build_commit());
+  app.set_version_flag("--version", "firn " + build_version() + " " + build_commit());
   app.require_subcommand(1);
   OptionSet::Run run;
-  OptionSet all(app, run);
+  OptionSet all(app, product, run);
   std::vector<std::string_view> names;
   for (const Command& c : commands) {
     OptionSet options = all.subcommand(c.name, c.summary);

@@ -6,7 +6,8 @@
 #include <span>
 #include <string>
 
-#include "cli/commands.h"
+#include "cli/command.h"
+#include "print/labs/product.h"
 
 namespace firn {
 
@@ -15,8 +16,10 @@ struct Call {
   std::function<int()> run;  ///< returns an ExitCode; throws UsageError, ConfigError, std::exception
 };
 
+/// @param product handed to the command; outlives the call
 /// --help and --version print to stdout and give a call that returns 0; a usage error gives a call that
 /// throws UsageError naming the argument and, for an unknown command, the nearest known one.
-Call parse_command_line(std::span<const Command> commands, int argc, const char* const* argv);
+Call parse_command_line(std::span<const Command> commands, const Product& product, int argc,
+                        const char* const* argv);
 
 }  // namespace firn

@@ -4,20 +4,20 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <optional>
 #include <thread>
 
+#include "cli/commands.h"
 #include "cli/option_set.h"
 #include "cli/output_files.h"
+#include "cli/plan_aerosol.h"
 #include "config/error.h"
 #include "core/motion/curve/given_curves.h"
+#include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/path/trajectory_file.h"
 #include "files/usage_error.h"
-#include "print/exit_codes.h"
 #include "print/interrupt.h"
 #include "print/prepare/motion_program.h"
-#include "print/prepare/plan_aerosol.h"
 #include "print/prepare/plan_job.h"
 #include "print/prepare/plan_outputs.h"
 #include "print/progress.h"
@@ -75,9 +75,14 @@ class PlanRun {
 
   void add(InputPath&& path) {
     if (InterruptGuard::raised()) throw Interrupted();
+    if (const auto warning = slow_path_warning(o_.method, path.place, path.path.points.size()))
+      std::fprintf(stderr, "firn plan: note: %s\n", warning->c_str());
     if (o_.json && read_++ == 0) std::fputs("{\"trajectories\": [", stdout);
     job_->add(std::move(path));
   }
+
+  void note(const std::string& sentence) { notes_.push_back(sentence); }
+  void travelled(double mm) { travel_mm_ = mm; }
 
   int finish() {
     job_->finish();
@@ -127,6 +132,7 @@ class PlanRun {
     if (InterruptGuard::raised()) throw Interrupted();
     ++paths_;
     points_ += std::int64_t(item.input.path.points.size());
+    deposited_mm_ += item.length_mm;
     if (!item.result.ok()) return fault(item.input.place + ": " + motion::describe(*item.result.fault));
     const Certificate& c = item.result.trajectory.certificate;
     take_worst(worst_, c, item.input.number);
@@ -181,10 +187,10 @@ class PlanRun {
   }
 
   void draw(const PlannedItem& item) {
-    const PlanPlot plot = plot_of(item, o_.method);
+    const report::PlanPlot plot = plot_of(item, o_.method);
     if (plot.trace.size() < 2) return;
     if (o_.beside.empty()) {
-      picture_ = plan_picture(plot);
+      picture_ = report::plan_picture(plot);
       return;
     }
     PlanJobOptions how = how_;
@@ -196,14 +202,14 @@ class PlanRun {
       if (!second.result.ok())
         return fault(fmt::format("{}: --beside {}: {}", second.input.place, o_.beside,
                                  motion::describe(*second.result.fault)));
-      picture_ = plan_pictures_beside(plot, plot_of(second, o_.beside));
+      picture_ = report::plan_pictures_beside(plot, plot_of(second, o_.beside));
     });
     other.add(InputPath(item.input));
     other.finish();
   }
 
-  PlanPlot plot_of(const PlannedItem& item, const std::string& method) const {
-    PlanPlot plot;
+  report::PlanPlot plot_of(const PlannedItem& item, const std::string& method) const {
+    report::PlanPlot plot;
     plot.title = fmt::format("Path {}: {:.1f} mm in {:.3f} s, {}", item.input.number, item.length_mm,
                              item.result.trajectory.certificate.duration_s, method);
     std::vector<Point2> buffer;  // a given curve is what the deviation is from, not the chords of its samples
@@ -212,7 +218,7 @@ class PlanRun {
     if (item.input.path.closed && !plot.points.empty()) plot.points.push_back(plot.points.front());
     plot.deviation_mm = item.result.deviation_mm;
     const std::vector<motion::TraceSample> all =
-        item.result.trace.empty() ? trace_of_samples(item.result.trajectory, item.result.tool)
+        item.result.trace.empty() ? report::trace_of_samples(item.result.trajectory, item.result.tool)
                                   : item.result.trace;
     const std::size_t step = std::max<std::size_t>(1, all.size() / kTraceSamples);
     for (std::size_t n = 0; n < all.size(); n += step) plot.trace.push_back(all[n]);
@@ -254,16 +260,27 @@ class PlanRun {
                           {"ratio", w.ratio.ratio},
                           {"path", w.path},
                           {"time_s", w.ratio.time_s}});
-      const nlohmann::ordered_json j{
-          {"machine", machine_.name},  {"method", o_.method},       {"paths", paths_},
-          {"points", points_},         {"samples", samples_},       {"added_stops", added_stops_},
-          {"tick_s", machine_.tick_s}, {"duration_s", duration_s_}, {"lower_bound_s", lower_bound_s_},
-          {"limits", limits},          {"output", o_.output}};
+      nlohmann::ordered_json j{{"machine", machine_.name},
+                               {"method", o_.method},
+                               {"paths", paths_},
+                               {"points", points_},
+                               {"deposited_mm", deposited_mm_}};
+      if (travel_mm_) j["travel_mm"] = *travel_mm_;
+      j.update({{"samples", samples_},
+                {"added_stops", added_stops_},
+                {"tick_s", machine_.tick_s},
+                {"duration_s", duration_s_},
+                {"lower_bound_s", lower_bound_s_},
+                {"limits", limits},
+                {"notes", notes_},
+                {"output", o_.output}});
       std::fputs(("\n], " + j.dump().substr(1) + "\n").c_str(), stdout);
       return;
     }
-    std::printf("\n%lld paths, %lld points, %.3f s, %lld samples at %g s", static_cast<long long>(paths_),
-                static_cast<long long>(points_), duration_s_, static_cast<long long>(samples_),
+    std::printf("\n%lld paths, %lld points, %.2f mm deposited", static_cast<long long>(paths_),
+                static_cast<long long>(points_), deposited_mm_);
+    if (travel_mm_) std::printf(", %.2f mm travel", *travel_mm_);
+    std::printf(", %.3f s, %lld samples at %g s", duration_s_, static_cast<long long>(samples_),
                 machine_.tick_s);
     if (lower_bound_s_ > 0.0) std::printf(", %.3f x the lower bound", duration_s_ / lower_bound_s_);
     if (added_stops_ > 0)
@@ -273,6 +290,8 @@ class PlanRun {
     for (const WorstRatio& w : worst_)
       std::printf("%-24s %8.5f %6lld %9.3f\n", w.ratio.limit.c_str(), w.ratio.ratio,
                   static_cast<long long>(w.path), w.ratio.time_s);
+    for (const std::string& sentence : notes_)
+      std::fprintf(stderr, "firn plan: note: %s\n", sentence.c_str());
     for (const std::string& file : {o_.output, o_.csv, o_.pulses, o_.gcode, o_.pvt, o_.plot})
       if (!file.empty()) std::fprintf(stderr, "wrote %s\n", file.c_str());
   }
@@ -286,10 +305,11 @@ class PlanRun {
   PlanJobOptions how_;
   std::optional<PlanJob> job_;
   JobProgress progress_{"plan"};
-  std::vector<std::string> faults_;
+  std::vector<std::string> faults_, notes_;
   std::vector<WorstRatio> worst_;
   std::string picture_;
-  double duration_s_ = 0.0, lower_bound_s_ = 0.0;
+  double duration_s_ = 0.0, lower_bound_s_ = 0.0, deposited_mm_ = 0.0;
+  std::optional<double> travel_mm_;
   std::int64_t read_ = 0, paths_ = 0, points_ = 0, samples_ = 0, added_stops_ = 0;
 };
 
@@ -329,32 +349,23 @@ void check_common(const PlanCommandOptions& o) {
       throw UsageError(fmt::format("--origin: {} must lie within +-{} mm", v, kMaxCoordinate_mm));
 }
 
-int run_aerosol(const PlanCommandOptions& o, const Machine& machine) {
-  if (o.method != "certified")
-    throw UsageError("--method: not for an aerosol machine; it has --corner paper, loop or hybrid");
-  if (!o.gcode.empty() || !o.pvt.empty() || !o.beside.empty())
-    throw UsageError("--gcode, --pvt, --beside: not for an aerosol machine");
-  if (!o.pulses.empty())
-    throw UsageError("--pulses: not for an aerosol machine, whose shutter stands in the CSV");
-  AerosolPlanOptions a;
-  a.job = o.paths;
-  if (!o.corner.empty()) a.corner = o.corner;
-  a.tolerance_mm = o.tolerance_mm.value_or(a.tolerance_mm);
-  if (!o.origin_mm.empty()) a.origin_mm = {o.origin_mm[0], o.origin_mm[1]};
-  a.trajectory = o.output;
-  a.csv = o.csv;
-  a.plot = o.plot;
-  a.json = o.json;
-  return run_plan_aerosol(machine, a);
-}
-
 }  // namespace
+
+std::optional<std::string> slow_path_warning(const std::string& method, const std::string& place,
+                                             std::size_t points) {
+  constexpr double kPerPoint_s = 5e-3;  // samples 0.1 mm apart; method certified takes 6e-5 s
+  constexpr double kSaid_s = 10.0;
+  const double cost_s = kPerPoint_s * double(points);
+  if (method != "optimal" || cost_s < kSaid_s) return std::nullopt;
+  return fmt::format("{}: method optimal may take {:.0f} s for its {} points; certified is 80 times as fast",
+                     place, cost_s, points);
+}
 
 int run_plan(const PlanCommandOptions& o) {
   check_common(o);
   check_output_files({o.paths, o.machine}, {o.output, o.csv, o.pulses, o.gcode, o.pvt, o.plot});
   const Machine machine = load_machine(o.machine);
-  if (machine.kind == "aerosol") return run_aerosol(o, machine);
+  if (machine.kind == "aerosol") return run_plan_aerosol(machine, o);
   if (!o.corner.empty())
     throw UsageError("--corner: only for an aerosol machine; " + o.machine + " is of kind \"" + machine.kind +
                      "\"");
@@ -362,7 +373,9 @@ int run_plan(const PlanCommandOptions& o) {
   InterruptGuard guard;
   PlanRun run(o, machine, plan);
   try {
-    read_paths(o.paths, [&](InputPath&& path) { run.add(std::move(path)); });
+    read_paths(o.paths, {[&](InputPath&& path) { run.add(std::move(path)); },
+                         [&](const std::string& sentence) { run.note(sentence); },
+                         [&](double mm) { run.travelled(mm); }});
     return run.finish();
   } catch (const TooManyFaults&) {
     return run.report_faults();

@@ -8,8 +8,6 @@
 
 namespace firn {
 
-class OptionSet;
-
 struct PlanCommandOptions {
   std::string paths;              ///< path file (read_paths)
   std::string output;             ///< trajectory file; empty = none
@@ -33,7 +31,9 @@ struct PlanCommandOptions {
 /// @throws UsageError, ConfigError
 int run_plan(const PlanCommandOptions& options);
 
-/// Declares the arguments.
-void declare_plan(OptionSet& options);
+/// Returns what a path costs that takes method `optimal` more than some seconds, to be said before it is
+/// planned; nothing for other methods and paths. @param place of the path in its file
+std::optional<std::string> slow_path_warning(const std::string& method, const std::string& place,
+                                             std::size_t points);
 
 }  // namespace firn

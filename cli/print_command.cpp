@@ -5,43 +5,47 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <stdexcept>
+#include <utility>
 
+#include "cli/commands.h"
 #include "cli/option_set.h"
 #include "cli/print_show.h"
 #include "config/changes.h"
 #include "config/devices.h"
 #include "config/include.h"
+#include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
 #include "print/bringup/bringup.h"
-#include "print/exit_codes.h"
-#include "print/folder/run_seal.h"
-#include "print/folder/running.h"
 #include "print/interrupt.h"
-#include "print/labs/print_labs.h"
 #include "print/live/bus_port.h"
 #include "print/live/detached.h"
 #include "print/preview/print_preview.h"
 #include "print/simulated/lab_fault.h"
+#include "runs/folder/incarnation_seal.h"
+#include "runs/folder/origin.h"
 
 namespace firn {
 namespace {
 
+constexpr double kForetellWithin_s = 3.0;
+
 // Lease, resend and heartbeat stay in wall time; above ten, an instrument's second is too short for them.
 void check_speedup(const PrintOptions& o) {
-  constexpr double kMost = 10.0;
+  constexpr double kMax = 10.0;
   if (o.speedup == 0.0) return;
   if (!o.resume.empty()) throw UsageError("--speedup cannot change a run that has begun; start a new one");
   if (o.bus == "in-process")
     throw UsageError(
         "--speedup: a print in one process has no clock to run ahead of: it goes as fast as it can");
-  if (!(o.speedup >= 1.0 && o.speedup <= kMost))
+  if (!(o.speedup >= 1.0 && o.speedup <= kMax))
     throw UsageError(
         fmt::format("--speedup {}: a live print can go 1 to {} times as fast as the clock; --bus in-process "
                     "goes as fast as it can",
-                    o.speedup, kMost));
+                    o.speedup, kMax));
 }
 
 // Real instruments are brought up before they print: LAB.bringup.json beside a file of the experiment, or in
@@ -53,15 +57,15 @@ std::string bringup_beside(const std::filesystem::path& experiment) {
   return found;
 }
 
-void check_bringup(const Experiment& e, const PrintOptions& options) try {
+void check_bringup(const Product& product, const Experiment& e, const PrintOptions& options) try {
   const auto state = read_bringup(options.bringup);
   if (const std::string why = bringup_refusal(e, state, options.bringup, options.accept_bringup);
       !why.empty())
     throw UsageError(why);
   const InterruptGuard guard;
   if (const std::string why =
-          identity_refusal(e, state.value_or(BringupState{}), options.bringup, options.accept_bringup,
-                           [] { return InterruptGuard::raised(); });
+          identity_refusal(product, e, state.value_or(BringupState{}), options.bringup,
+                           options.accept_bringup, [] { return InterruptGuard::raised(); });
       !why.empty())
     throw UsageError(why);
 } catch (const std::invalid_argument& damaged) {
@@ -93,7 +97,9 @@ int detach(const std::filesystem::path& run, const PrintOptions& options) {
   if (options.plain) words.push_back("--plain");
   if (options.record) words.push_back("--record");
   if (options.page) words.push_back("--page");
+  if (options.is_public) words.push_back("--public");
   if (options.unsealed) words.push_back("--unsealed");
+  if (options.run_python) words.push_back("--run-python");
   const DetachedPrint print = start_detached(run, words);
   if (options.json)
     fmt::print("{}\n", nlohmann::ordered_json{{"run", run.string()}, {"pid", print.pid}}.dump(2));
@@ -104,7 +110,7 @@ int detach(const std::filesystem::path& run, const PrintOptions& options) {
 
 }  // namespace
 
-int run_print(const PrintOptions& options) {
+int run_print(const Product& product, const PrintOptions& options) {
   if (options.experiment.empty() == options.resume.empty())
     throw UsageError("give either an experiment file or --resume RUN");
   check_bus(options.bus);
@@ -117,50 +123,62 @@ int run_print(const PrintOptions& options) {
   std::signal(SIGPIPE, SIG_IGN);  // a reader that has gone does not end the print
   PrintSummary summary;
   if (!options.resume.empty()) {
-    refuse_running(options.resume);
-    const RunFolder run = RunFolder::open(options.resume);
+    runs::require_run(options.resume);
+    std::optional<runs::RunLock> lock(std::in_place, options.resume, runs::RunUse::kPrint);
+    const runs::RunFolder run = runs::RunFolder::open(options.resume);
+    runs::require_own_python(options.resume, options.run_python);
     const auto result = run.result();
-    if (result && !can_go_on(*result) && seal_end(run.path(), result->outcome)) {
+    if (result && !runs::can_go_on(*result) && runs::seal_end(run.path(), result->outcome)) {
       fmt::print(stderr, "{}: the end of this run had no seal; it is sealed as found\n", options.resume);
       return result->status;
     }
-    if (result && !can_go_on(*result))
+    if (result && !runs::can_go_on(*result))
       throw UsageError(options.resume + ": this run has finished (" + result->reason + ")");
-    const Experiment e = parse_experiment(run.experiment_toml(), (run.path() / "experiment.toml").string());
+    const Experiment e = parse_experiment(run.experiment_toml(), run.experiment_path().string());
     for (const OperatorOrder& o : orders_with_resume(options))
       if (const std::string problem =
               o.verb == OperatorVerb::kSet ? change_problem(e, o.key, o.value) : std::string();
           !problem.empty())
         throw UsageError("--resume --set: " + problem);
-    if (options.detach) return detach(run.path(), options);
-    summary = carry_out_print(run, e, options, true);
+    if (options.detach) {
+      lock.reset();  // the print takes it, and looks again
+      return detach(run.path(), options);
+    }
+    summary = carry_out_print(product, run, e, options, true, *lock);
   } else {
     const std::filesystem::path file = options.experiment;
     std::vector<std::string> overrides = options.overrides;
     if (options.speedup > 0.0) overrides.push_back(fmt::format("run.time_scale={}", options.speedup));
     Experiment e = load_experiment(file, overrides);
     parse_lab_faults(options.faults, e);  // before anything is written
-    const Blobs inputs = make_inputs(e, file.parent_path());
-    complete_experiment(e, inputs);
+    const Blobs inputs = make_inputs(product, e, file.parent_path());
+    complete_experiment(product, e, inputs);
     PrintOptions whole = options;
     if (whole.bringup.empty()) whole.bringup = bringup_beside(file);
     if (!real_ports(e).empty()) {
-      check_bringup(e, whole);
+      check_bringup(product, e, whole);
       whole.bringup_state = bringup_state(e, whole);
     }
-    const PrintPreview preview = preview_print(e, inputs, file.parent_path());
+    PrintPreview preview = preview_print(e, inputs, file.parent_path());
+    if (options.bus != "in-process")  // which would take as long as its simulation
+      if (const auto foretold = foretell(product, e, inputs, kForetellWithin_s)) {
+        take_foretold(*foretold, e, preview);
+        whole.foretold_layer_s = foretold->layer_s;
+      }
     std::fputs(preview_text(preview).c_str(), stderr);
     if (options.detach) {
-      check_request(e, inputs, whole);
+      check_request(product, e, inputs, whole);
       slow_to_rows(e, whole);
       PrintOptions again = whole;
       again.overrides.clear();
       return detach(make_run_folder(e, inputs, whole).path(), again);
     }
-    summary = print_experiment(e, inputs, whole);
+    summary = print_experiment(product, e, inputs, whole);
   }
   std::fputs((options.json ? print_json(summary) : print_text(summary)).c_str(), stdout);
-  return exit_code(summary);
+  std::fflush(stdout);
+  pack_print(summary, options);
+  return summary.result.status;
 }
 
 void declare_print(OptionSet& options) {
@@ -198,10 +216,13 @@ void declare_print(OptionSet& options) {
   options.flag(
       "--detach", o.detach,
       "the print goes on in a process of its own, also when the terminal is closed; firn attach RUN");
+  options.flag("--public", o.is_public, "of the page: who reaches it may read without the token");
   options.flag("--page", o.page, "show the print in a browser too; default with a terminal; docs/page.md");
   options.flag("--no-page", o.no_page, "do not");
   options.flag("--unsealed", o.unsealed,
                "with --resume: go on though the run folder is not as it was sealed; the next seal says so");
+  options.flag("--run-python", o.run_python,
+               "with --resume: run the Python code in a run of another user or host; docs/security.md");
   options.json_flag(o.json);
 }
 

@@ -5,11 +5,6 @@
 
 namespace firn {
 
-class OptionSet;
-
-int run_print(const PrintOptions& options);
-
-/// Declares the arguments.
-void declare_print(OptionSet& options);
+int run_print(const Product& product, const PrintOptions& options);
 
 }  // namespace firn

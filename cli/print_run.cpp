@@ -9,15 +9,10 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "cli/print_show.h"
 #include "config/labs.h"
+#include "files/exit_codes.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
-#include "lcmtypes/told_heights.h"
-#include "print/exit_codes.h"
-#include "print/folder/folder_watch.h"
-#include "print/folder/lab_lock.h"
-#include "print/folder/run_pack.h"
 #include "print/inputs/check_print.h"
 #include "print/interrupt.h"
 #include "print/live/bus_port.h"
@@ -26,18 +21,11 @@
 #include "print/operator/page_token.h"
 #include "print/progress.h"
 #include "print/simulated/lab_run.h"
+#include "runs/folder/folder_watch.h"
+#include "runs/folder/pack.h"
 
 namespace firn {
 namespace {
-
-// The records of a run take a sixth of the room when they are packed, and nothing needs them plain but a
-// resume.
-void pack_after(const std::string& folder, const Experiment& e, PrintProgress& progress) try {
-  const LabLock held(RunFolder::open(folder), e, "", LabLock::Heirs::kNobody);
-  pack_records(folder);
-} catch (const std::exception& error) {
-  progress.note(std::string("the run folder stays plain: ") + error.what());
-}
 
 // The page is there for people: by default where one has a terminal, and its program is built.
 bool page_wanted(const PrintOptions& o) {
@@ -64,27 +52,20 @@ std::vector<OperatorOrder> orders_with_resume(const PrintOptions& options) {
   return orders;
 }
 
-PrintSummary carry_out_print(const RunFolder& run, const Experiment& e, const PrintOptions& options,
-                             bool resume) {
+PrintSummary carry_out_print(const Product& product, const runs::RunFolder& run, const Experiment& e,
+                             const PrintOptions& options, bool resume, const runs::RunLock& lock) {
   PrintSummary s;
   s.folder = run.path().string();
   s.scheme = e.control.scheme;
-  s.words = print_lab(e).words;
-  s.tolerance_asked = options.tolerance_um > 0.0;
-  s.tolerance_um = s.tolerance_asked ? options.tolerance_um : usual_tolerance_um(e);
-  PrintProgress progress(e.control.scheme);
+  s.words = lab_words(e.lab.kind);
+  PrintProgress progress(e.control.scheme, s.words);
+  progress.foretell(options.foretold_layer_s, e.run.time_scale);
   const auto began = std::chrono::steady_clock::now();
   int last_layer = 0;
   const auto note = [&](const std::string& text) { progress.note(text); };
   progress.note("run folder " + s.folder);
   const auto on_layer = [&](const layer_metrics_t& m) {
     progress.layer(m);
-    s.measured = heights_told(m);
-    s.mean_error_um = m.mean_error_mm * 1e3;
-    s.rms_um = m.rms_mm * 1e3;
-    s.std_um = m.std_mm * 1e3;
-    s.rms_inside_um = m.rms_inside_mm * 1e3;
-    s.rms_rim_um = m.rms_rim_mm * 1e3;
     s.cells_guessed = m.cells_guessed;
     s.rows_lost += m.rows_lost;
     s.droplets = m.drops_total;
@@ -93,11 +74,13 @@ PrintSummary carry_out_print(const RunFolder& run, const Experiment& e, const Pr
   };
   const auto on_warning = [&](const fault_t& f) { progress.note("warning: " + f.node + ": " + f.text); };
   const auto with = [&](auto o) {
+    o.lock = &lock;
     o.resume = resume;
     o.orders = orders_with_resume(options);
     o.note = note;
     o.unsealed = options.unsealed;
     o.faults = parse_lab_faults(options.faults, e);
+    o.tolerance_um = options.tolerance_um;
     o.progress = on_layer;
     o.warned = on_warning;
     return o;
@@ -106,7 +89,7 @@ PrintSummary carry_out_print(const RunFolder& run, const Experiment& e, const Pr
     LabRunOptions o = with(LabRunOptions{});
     const InterruptGuard guard;
     o.interrupted = InterruptGuard::raised;
-    const LabRunReport report = run_in_lab(run, o);
+    const LabRunReport report = run_in_lab(product, run, o);
     s.result = report.result;
     s.folder = report.folder.string();
   } else {
@@ -114,13 +97,13 @@ PrintSummary carry_out_print(const RunFolder& run, const Experiment& e, const Pr
     o.bus_url = options.bus;
     o.record = options.record;
     if (page_wanted(options)) o.page_token = new_page_token();
+    o.page_is_public = options.is_public;
     o.on_page = [&](const std::string& address) { progress.note(page_text(address, o.page_token)); };
-    const LaunchReport report = launch(run, o);
+    const LaunchReport report = launch(product, run, o);
     s.result = report.result;
     s.folder = report.folder.string();
   }
   s.deleted = s.folder.empty();
-  if (!s.deleted && !options.plain) pack_after(s.folder, e, progress);
   if (s.deleted) s.folder = run.path().string();
   progress.done();
   s.result.layers = std::max(s.result.layers, last_layer);  // a print that was stopped has no end of its own
@@ -128,21 +111,22 @@ PrintSummary carry_out_print(const RunFolder& run, const Experiment& e, const Pr
   return s;
 }
 
-void check_request(const Experiment& e, const Blobs& inputs, const PrintOptions& options) {
+void check_request(const Product& product, const Experiment& e, const Blobs& inputs,
+                   const PrintOptions& options) {
   check_bus(options.bus);
   check_print(e, options.bus);
-  check_inputs(e, inputs);
+  check_inputs(product, e, inputs);
 }
 
-RunFolder make_run_folder(const Experiment& e, const Blobs& inputs, const PrintOptions& options) try {
-  RunFolder run = RunFolder::create(options.runs, e, inputs, own_command_line());
+runs::RunFolder make_run_folder(const Experiment& e, const Blobs& inputs, const PrintOptions& options) try {
+  runs::RunFolder run = runs::RunFolder::create(options.runs, e, inputs, runs::own_command_line());
   if (!options.bringup_state.empty())
     write_file_atomically(run.path() / "bringup.json", options.bringup_state);
   return run;
 } catch (const UsageError&) {
   throw;
 } catch (const std::runtime_error& error) {
-  const std::string storage = storage_trouble(error);
+  const std::string storage = runs::storage_trouble(error);
   throw UsageError(storage.empty() ? error.what() : storage);
 }
 
@@ -154,11 +138,31 @@ void slow_to_rows(Experiment& e, const PrintOptions& options) {
     fmt::print(stderr, "{}\n", slower);
 }
 
-PrintSummary print_experiment(const Experiment& asked, const Blobs& inputs, const PrintOptions& options) {
+PrintSummary print_experiment(const Product& product, const Experiment& asked, const Blobs& inputs,
+                              const PrintOptions& options) {
   Experiment e = asked;
-  check_request(e, inputs, options);
+  check_request(product, e, inputs, options);
   slow_to_rows(e, options);
-  return carry_out_print(make_run_folder(e, inputs, options), e, options, false);
+  const runs::RunFolder run = make_run_folder(e, inputs, options);
+  const runs::RunLock lock(run.path(), runs::RunUse::kPrint);
+  return carry_out_print(product, run, e, options, false, lock);
+}
+
+// The records of a run take a sixth of the room when they are packed, and nothing needs them plain but a
+// resume.
+void pack_print(const PrintSummary& print, const PrintOptions& options) try {
+  if (print.deleted || options.plain) return;
+  const InterruptGuard guard;
+  JobProgress progress("packing");
+  const runs::PackWatch watch{
+      [&](double fraction, const std::string& file) { progress.show(fraction, file); },
+      InterruptGuard::raised};
+  const bool interrupted = runs::pack_run(print.folder, watch).interrupted;
+  progress.done();
+  if (interrupted)
+    fmt::print(stderr, "{}: was not packed to its end; firn runs pack does it\n", print.folder);
+} catch (const std::exception& error) {
+  fmt::print(stderr, "the run folder stays plain: {}\n", error.what());
 }
 
 }  // namespace firn

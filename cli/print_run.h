@@ -1,13 +1,16 @@
 // print_experiment() carries out a print that is checked and has its inputs: in one process, or live.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
 #include "config/experiment.h"
-#include "print/folder/run_folder.h"
-#include "print/labs/print_labs.h"
+#include "config/labs.h"
+#include "print/labs/product.h"
 #include "print/operator/operator_order.h"
+#include "runs/folder/run_folder.h"
+#include "runs/folder/run_lock.h"
 
 namespace firn {
 
@@ -28,9 +31,12 @@ struct PrintOptions {
   bool record = false;                      ///< bytes at the ports of instruments go onto cassettes too
   bool detach = false;                      ///< in a process of its own
   bool unsealed = false;
-  bool page = false;  ///< in a browser too; default: with a terminal, if the program is built
+  bool run_python = false;  ///< resume with Python code of another user or host
+  bool page = false;        ///< in a browser too; default: with a terminal, if the program is built
   bool no_page = false;
+  bool is_public = false;  ///< who reaches the page may read without the token
   bool json = false;
+  std::map<int, double> foretold_layer_s = {};  ///< node time at the end of each layer, as simulated
 };
 
 /// Result of a print.
@@ -38,35 +44,36 @@ struct PrintSummary {
   std::string folder;    ///< of the run, where it is now
   bool deleted = false;  ///< the run folder was deleted during the print; `folder` is its old name
   std::string scheme;
-  RunResult result;
+  runs::RunResult result;
   double wall_s = 0.0;
   double node_s = 0.0;
-  bool measured = false;  ///< a map was measured in this incarnation; then, of the last one:
-  double mean_error_um = 0.0, rms_um = 0.0, std_um = 0.0;
-  double rms_inside_um = 0.0, rms_rim_um = 0.0;  ///< 0: not told
-  std::int64_t cells_guessed = 0;                ///< of the part, without a sample
-  std::int64_t rows_lost = 0;                    ///< of all scans of this incarnation
-  std::int64_t droplets = 0;                     ///< or whatever `words` calls the amount
-  PrintWords words;
-  double tolerance_um =
-      0.0;  ///< that the last map's RMS is judged by; 0 = the scheme prints towards no target
-  bool tolerance_asked = false;  ///< by --tolerance: a print without a map is no success then
+  std::int64_t cells_guessed = 0;  ///< of the part, without a sample in the last map
+  std::int64_t rows_lost = 0;      ///< of all scans of this incarnation
+  std::int64_t droplets = 0;       ///< or whatever `words` calls the amount
+  LabWords words;
 };
 
 /// Prints `experiment`; `bus` as in PrintOptions. Shows progress on stderr. A live print's scans are slowed,
 /// or refused, by the rate that this machine keeps up with (print/live/row_rehearsal.h).
-PrintSummary print_experiment(const Experiment& experiment, const Blobs& inputs, const PrintOptions& options);
+PrintSummary print_experiment(const Product& product, const Experiment& experiment, const Blobs& inputs,
+                              const PrintOptions& options);
 
 /// Steps of it, for firn print, which resumes and detaches too.
 ///
 /// Refuses a print that no process can carry out. @throws UsageError
-void check_request(const Experiment& experiment, const Blobs& inputs, const PrintOptions& options);
+void check_request(const Product& product, const Experiment& experiment, const Blobs& inputs,
+                   const PrintOptions& options);
 /// Sets the speed at which this machine reads every row.
 void slow_to_rows(Experiment& experiment, const PrintOptions& options);
 /// Makes the run folder. @throws UsageError: no room for the inputs, so that the print has not begun
-RunFolder make_run_folder(const Experiment& experiment, const Blobs& inputs, const PrintOptions& options);
-PrintSummary carry_out_print(const RunFolder& run, const Experiment& experiment, const PrintOptions& options,
-                             bool resume);
+runs::RunFolder make_run_folder(const Experiment& experiment, const Blobs& inputs,
+                                const PrintOptions& options);
+/// @param lock of the run, for a print
+PrintSummary carry_out_print(const Product& product, const runs::RunFolder& run, const Experiment& experiment,
+                             const PrintOptions& options, bool resume, const runs::RunLock& lock);
+/// Packs the records of a print that is over and whose verdict was told, unless options.plain. Shows its
+/// progress on stderr. Ctrl-C leaves the rest plain; nothing that happens here changes the verdict.
+void pack_print(const PrintSummary& print, const PrintOptions& options);
 /// Returns the orders of the operator that come with --resume.
 std::vector<OperatorOrder> orders_with_resume(const PrintOptions& options);
 

@@ -4,11 +4,12 @@
 #include <string>
 #include <vector>
 
+#include "replay/options.h"
 #include "replay/verdict.h"
 
 namespace firn {
 
-class OptionSet;
+struct Product;
 
 struct ReplayCommandOptions {
   std::string run;                     ///< run folder
@@ -18,16 +19,15 @@ struct ReplayCommandOptions {
   std::vector<std::string> overrides;  ///< "a.b=value"
   int threads = 0;                     ///< 0 = as many as the machine has
   bool stopwatch = false;              ///< measures the handlers
+  replay::RunPython run_python = replay::RunPython::kOwn;
+  bool any_python = false;  ///< --run-python
   bool json = false;
 };
 
 /// @throws UsageError, ConfigError
-replay::RunVerdict replay_verdict(const ReplayCommandOptions& options);
+replay::RunVerdict replay_verdict(const Product& product, const ReplayCommandOptions& options);
 
 /// Prints the verdict. @returns 0 identical, 1 differs, 2 usage or a file that cannot be read
-int run_replay(const ReplayCommandOptions& options);
-
-/// Declares the arguments.
-void declare_replay(OptionSet& options);
+int run_replay(const Product& product, const ReplayCommandOptions& options);
 
 }  // namespace firn

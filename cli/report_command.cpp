@@ -2,66 +2,73 @@
 
 #include <unistd.h>
 
-#include <algorithm>
 #include <cstdio>
+#include <deque>
 #include <filesystem>
+#include <set>
 #include <stdexcept>
 
-#include "cli/audit_command.h"
+#include "cli/commands.h"
 #include "cli/option_set.h"
 #include "cli/replay_command.h"
 #include "config/fields.h"
+#include "files/exit_codes.h"
 #include "files/json.h"
+#include "files/run_paths.h"
 #include "files/usage_error.h"
-#include "print/exit_codes.h"
-#include "print/folder/imported_run.h"
-#include "print/folder/run_config.h"
-#include "print/folder/run_folder.h"
 #include "print/folder/run_report.h"
-#include "print/folder/run_seal.h"
-#include "print/folder/truth_check.h"
+#include "print/import/imported_run.h"
+#include "replay/audit_run.h"
 #include "report/run/differing_parameters.h"
 #include "report/run/metrics.h"
 #include "report/run/report_page.h"
+#include "runs/folder/config_change.h"
+#include "runs/folder/incarnation_seal.h"
+#include "runs/folder/run_folder.h"
+#include "runs/folder/run_lock.h"
+#include "runs/folder/truth_check.h"
 
 namespace firn {
 namespace {
 
-std::string verdict_of(const std::string& run, bool no_replay) {
+std::string verdict_of(const Product& product, const std::string& run, bool no_replay) {
   if (no_replay) return {};
   if (is_imported(run)) return "imported, not replayable";
   ReplayCommandOptions options;
   options.run = run;
-  return replay_verdict(options).identical() ? "identical" : "differs";
+  options.run_python = replay::RunPython::kNever;
+  const replay::RunVerdict verdict = replay_verdict(product, options);
+  std::string said = verdict.identical() ? "identical" : "differs";
+  for (const replay::NodeVerdict& node : verdict.not_replayed)
+    said += ", " + node.name + " (Python) not replayed";
+  return said;
 }
 
 // A run whose world told nothing is audited by its own records, and the verdict says so.
 std::string audit_of(const std::string& run) {
   if (is_imported(run)) return "imported: there are no passes to audit";
-  const replay::AuditVerdict v = audit_verdict(run);
-  if (v.clean()) return v.with_world ? "clean" : "clean, without the world's record";
-  return std::to_string(v.violations_total) + (v.violations_total == 1 ? " violation: " : " violations: ") +
-         v.violations.front().what;
+  return replay::audit_words(replay::audit_run(run));
 }
 
 // Returns the run's data; the provenance ends with its seal, or with the reasons to doubt it.
-replay::RunData sealed_data(const std::string& run, bool unsealed) {
+report::RunData sealed_data(const Product& product, const std::string& run, bool unsealed) {
   std::string seal;
-  for (const std::string& line : require_seals(run, unsealed)) seal += (seal.empty() ? "" : "; ") + line;
-  const TruthCheck truth = check_truth(run);
+  for (const std::string& line : runs::require_seals(run, unsealed))
+    seal += (seal.empty() ? "" : "; ") + line;
+  const runs::TruthCheck truth = runs::check_truth(run);
   if (!truth.differs.empty() && !unsealed)
     throw UsageError(run + ": " + truth.differs.front() + "; --unsealed shows the run without its truth");
-  replay::RunData data = run_data(run);
+  report::RunData data = run_data(product, run);
   if (!truth.differs.empty()) {
     data.truth.reset();
     data.outline.reset();
-    for (replay::LayerRow& row : data.layers) {
+    for (report::LayerRow& row : data.layers) {
       row.truth.reset();
       row.outline.reset();
     }
     if (data.ice) {
       data.ice->field.reset();
-      for (replay::IceInterval& i : data.ice->intervals) i.truth.reset();
+      for (report::IceInterval& i : data.ice->intervals) i.truth.reset();
     }
     seal += (seal.empty() ? "" : "; ") + truth.differs.front() + "; no truth is shown";
   }
@@ -73,39 +80,51 @@ bool writable(const std::string& run) { return ::access(run.c_str(), W_OK) == 0;
 
 // metrics.csv, and the page if it is in the run folder.
 void seal_made(const std::filesystem::path& run, const std::filesystem::path& page) {
-  std::vector<std::string> files{"metrics.csv"};
+  std::vector<std::string> files{RunPaths::kMetrics};
   if (std::filesystem::weakly_canonical(page).parent_path() == std::filesystem::weakly_canonical(run))
     files.push_back(page.filename().string());
-  seal_derived(run, files);
+  runs::seal_derived(run, files);
 }
 
 std::vector<Experiment> recorded_experiments(const std::vector<std::string>& runs) {
   std::vector<Experiment> experiments;
   for (const std::string& run : runs)
-    experiments.push_back(parse_experiment(recorded_config(run), run + ": recorded configuration"));
+    experiments.push_back(parse_experiment(runs::recorded_config(run), run + ": recorded configuration"));
   return experiments;
+}
+
+// A run that is given twice is locked once.
+std::deque<runs::RunLock> hold(const std::vector<std::string>& runs) {
+  std::deque<runs::RunLock> held;
+  std::set<std::filesystem::path> seen;
+  for (const std::string& run : runs) {
+    runs::require_run(run);
+    if (seen.insert(std::filesystem::weakly_canonical(run)).second)
+      held.emplace_back(run, writable(run) ? runs::RunUse::kReport : runs::RunUse::kRead);
+  }
+  return held;
 }
 
 }  // namespace
 
-void write_report(const ReportOptions& options) {
+void write_report(const Product& product, const ReportOptions& options) {
   if (!options.verdicts.empty() && options.verdicts.size() != options.runs.size())
     throw UsageError("a report needs one verdict for each run, or none");
-  std::vector<replay::ReportRun> runs;
+  const std::deque<runs::RunLock> held = hold(options.runs);
+  std::vector<report::ReportRun> runs;
   try {
     for (std::size_t n = 0; n < options.runs.size(); ++n) {
       const std::string& run = options.runs[n];
-      runs.push_back({sealed_data(run, options.unsealed),
-                      options.verdicts.empty() ? verdict_of(run, options.no_replay) : options.verdicts[n],
-                      audit_of(run)});
+      runs.push_back(
+          {sealed_data(product, run, options.unsealed),
+           options.verdicts.empty() ? verdict_of(product, run, options.no_replay) : options.verdicts[n],
+           audit_of(run)});
       if (!writable(run)) continue;  // an archive: the page is all that is made
-      const std::filesystem::path metrics = std::filesystem::path(run) / "metrics.csv";
-      if (std::filesystem::is_symlink(metrics))
-        throw UsageError(metrics.string() + ": is a link, no file of the run; it is left as it is");
-      write_file_atomically(metrics, replay::metrics_csv(runs.back().data));
+      write_file_atomically(RunPaths(run).metrics_path(), report::metrics_csv(runs.back().data));
     }
     write_file_atomically(
-        options.output, replay::report_page(runs, differing_parameters(recorded_experiments(options.runs))));
+        options.output,
+        report::report_page(runs, report::differing_parameters(recorded_experiments(options.runs))));
     for (const std::string& run : options.runs)
       if (writable(run)) seal_made(run, options.output);
   } catch (const std::invalid_argument& e) {
@@ -113,8 +132,8 @@ void write_report(const ReportOptions& options) {
   }
 }
 
-int run_report(const ReportOptions& options) {
-  write_report(options);
+int run_report(const Product& product, const ReportOptions& options) {
+  write_report(product, options);
   if (options.json)
     std::puts(nlohmann::ordered_json{{"report", options.output}, {"runs", options.runs}}.dump(2).c_str());
   else

@@ -6,7 +6,7 @@
 
 namespace firn {
 
-class OptionSet;
+struct Product;
 
 struct ReportOptions {
   std::vector<std::string> runs;  ///< run folders
@@ -20,12 +20,9 @@ struct ReportOptions {
 
 /// Writes the page whole or not at all, and metrics.csv into each run folder. @throws UsageError,
 /// std::runtime_error
-void write_report(const ReportOptions& options);
+void write_report(const Product& product, const ReportOptions& options);
 
 /// @returns 0 written, 2 usage
-int run_report(const ReportOptions& options);
-
-/// Declares the arguments.
-void declare_report(OptionSet& options);
+int run_report(const Product& product, const ReportOptions& options);
 
 }  // namespace firn

@@ -1,4 +1,5 @@
-#include "cli/runs_command.h"
+// run_runs lists, finds, packs and removes run folders.
+#include "cli/commands.h"
 
 #include <fmt/core.h>
 
@@ -6,17 +7,37 @@
 #include <chrono>
 #include <cstdio>
 #include <ctime>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "cli/option_set.h"
+#include "config/labs.h"
+#include "core/options/for_people.h"
+#include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/usage_error.h"
-#include "print/exit_codes.h"
-#include "print/folder/run_list.h"
-#include "print/folder/run_pack.h"
-#include "print/folder/running.h"
+#include "print/operator/operator_client.h"
+#include "print/progress.h"
+#include "runs/folder/address.h"
+#include "runs/folder/list.h"
+#include "runs/folder/pack.h"
+#include "runs/folder/run_folder.h"
+#include "runs/folder/verdict.h"
 
 namespace firn {
 namespace {
+
+struct RunsOptions {
+  std::vector<std::string>
+      words;  ///< {}, {"list"}, {"find", WORD}, {"clean"}, {"pack", RUN…}, {"expand", RUN…}
+  std::string runs = "runs";  ///< folder of the run folders
+  std::optional<double> older_than_days;
+  std::optional<int> keep;  ///< of the newest runs
+  std::string outcome;
+  bool yes = false;  ///< clean removes
+  bool json = false;
+};
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
@@ -27,22 +48,68 @@ std::string size_text(std::uint64_t bytes) {
                                 : fmt::format("{:.0f} kB", double(bytes) * 1e-3);
 }
 
-Json entry_json(const RunEntry& r) {
-  return {
-      {"run", r.folder.string()}, {"started_utc", r.started_utc}, {"name", r.name},     {"scheme", r.scheme},
-      {"outcome", r.outcome},     {"layers", r.layers},           {"reason", r.reason}, {"bytes", r.bytes}};
+Json entry_json(const runs::RunEntry& r) {
+  const runs::RunResult result = r.result.value_or(runs::RunResult{});
+  const auto known = [](const auto& value) { return value ? Json(*value) : Json(nullptr); };
+  Json j{{"run", r.folder.string()},
+         {"address", runs::address_of(r.folder).text()},
+         {"started_utc", r.started_utc},
+         {"name", r.name},
+         {"lab", r.lab},
+         {"scheme", r.scheme},
+         {"outcome", r.outcome},
+         {"layers", r.layers},
+         {"reason", r.reason},
+         {"bytes", r.bytes},
+         {"part", result.part ? Json(result.part->name) : Json(nullptr)},
+         {"size_mm", result.part ? Json(result.part->size_mm) : Json(nullptr)},
+         {"tolerance_um", known(result.tolerance_um)},
+         {"overspill_percent", known(result.overspill_percent)},
+         {"audit", result.audit.empty() ? Json(nullptr) : Json(result.audit)}};
+  for (const auto& [key, um] : {std::pair("rms_um", &runs::MapError::rms_um),
+                                {"rms_inside_um", &runs::MapError::rms_inside_um},
+                                {"rms_rim_um", &runs::MapError::rms_rim_um}})
+    j[key] = result.error ? Json((*result.error).*um) : Json(nullptr);
+  const std::string verdict = r.result ? verdict_words(result, lab_words(r.lab)) : "";
+  j["verdict"] = verdict.empty() ? Json(nullptr) : Json(verdict);
+  return j;
 }
 
-void show_runs(const std::vector<RunEntry>& runs, bool json, const char* nothing) {
+// A line a run, and below it its part and verdict.
+void show_run(const runs::RunEntry& r) {
+  const LabWords& words = lab_words(r.lab);
+  const bool measured = r.result && r.result->error;
+  fmt::print("{:<44} {:<10} {:>4} layers {:>14} {:>9}  {}\n", r.folder.string(), r.scheme, r.layers,
+             measured ? "RMS " + words.length(r.result->error->rms_um) : "", size_text(r.bytes), r.outcome);
+  if (!r.result) return;
+  std::string text = r.result->part ? part_words(*r.result->part) : "";
+  const auto add = [&](const std::string& more) {
+    text += (text.empty() || more.empty() ? "" : "; ") + more;
+  };
+  if (r.result->overspill_percent) add("overspill " + for_people(*r.result->overspill_percent) + " %");
+  if (!r.result->audit.empty()) add("audit " + r.result->audit);
+  const std::string verdict = verdict_words(*r.result, words);
+  add(verdict.empty() ? for_people(r.reason) : verdict);
+  fmt::print("    {}\n", text);
+}
+
+// Paused or not says the print itself.
+void ask_state(runs::RunEntry& r) {
+  if (const std::string state = OperatorClient::state_of(r.folder); state != "running")
+    r.outcome = state + r.outcome.substr(std::string_view("running").size());
+}
+
+void show_runs(std::vector<runs::RunEntry> runs, bool json, const char* nothing) {
+  for (runs::RunEntry& r : runs)
+    if (r.running) ask_state(r);
   if (json) {
     Json all = Json::array();
-    for (const RunEntry& r : runs) all.push_back(entry_json(r));
-    return fmt::print("{}\n", all.dump(2));
+    for (const runs::RunEntry& r : runs) all.push_back(entry_json(r));
+    return fmt::print("{}\n", all.dump(2, ' ', false, Json::error_handler_t::replace));
   }
   std::uint64_t sum = 0;
-  for (const RunEntry& r : runs) {
-    fmt::print("{:<44} {:<10} {:>4} layers {:>9}  {}\n", r.folder.string(), r.scheme, r.layers,
-               size_text(r.bytes), r.outcome);
+  for (const runs::RunEntry& r : runs) {
+    show_run(r);
     sum += r.bytes;
   }
   if (runs.empty())
@@ -51,7 +118,7 @@ void show_runs(const std::vector<RunEntry>& runs, bool json, const char* nothing
     fmt::print("{} runs, {}\n", runs.size(), size_text(sum));
 }
 
-double age_days(const RunEntry& r) {
+double age_days(const runs::RunEntry& r) {
   std::tm tm{};
   if (!::strptime(r.started_utc.c_str(), "%Y-%m-%dT%H:%M:%SZ", &tm)) return 0.0;
   const auto started = std::chrono::system_clock::from_time_t(::timegm(&tm));
@@ -61,9 +128,9 @@ double age_days(const RunEntry& r) {
 int clean(const RunsOptions& o) {
   if (!o.older_than_days && !o.keep && o.outcome.empty())
     throw UsageError("clean: which runs? give --older-than DAYS, --keep N or --outcome TEXT");
-  std::vector<RunEntry> runs = list_runs(o.runs);
+  std::vector<runs::RunEntry> runs = runs::list_runs(o.runs);
   if (o.keep) runs.resize(runs.size() - std::min(runs.size(), std::size_t(*o.keep)));
-  std::erase_if(runs, [&](const RunEntry& r) {
+  std::erase_if(runs, [&](const runs::RunEntry& r) {
     return r.running || (o.older_than_days && age_days(r) < *o.older_than_days) ||
            (!o.outcome.empty() && r.outcome != o.outcome);
   });
@@ -72,19 +139,23 @@ int clean(const RunsOptions& o) {
     if (!runs.empty()) fmt::print(stderr, "nothing was removed; --yes removes them\n");
     return kOk;
   }
-  for (const RunEntry& r : runs) {
-    refuse_running(r.folder);  // a resume may have begun meanwhile
-    fs::remove_all(r.folder);
-  }
+  runs::finish_removals(o.runs);
+  for (const runs::RunEntry& r : runs)
+    if (!runs::remove_run(r))
+      fmt::print(stderr, "{}: has changed since it was listed; it stays\n", r.folder.string());
   return kOk;
 }
 
-int for_each_run(const RunsOptions& o, PackReport (*act)(const fs::path&)) {
+int for_each_run(const RunsOptions& o, const std::string& action) {
   Json all = Json::array();
+  JobProgress progress(action);
+  const runs::PackWatch watch{
+      [&](double fraction, const std::string& file) { progress.show(fraction, file); }, {}};
   for (std::size_t n = 1; n < o.words.size(); ++n) {
     const fs::path run = o.words[n];
-    if (!fs::exists(run / "provenance.json")) throw UsageError(run.string() + ": is no run folder");
-    const PackReport r = act(run);
+    runs::require_run(run);
+    const runs::PackReport r = action == "pack" ? runs::pack_run(run, watch) : runs::expand_run(run, watch);
+    progress.done();
     if (o.json)
       all.push_back({{"run", run.string()}, {"bytes_before", r.before}, {"bytes", r.after}});
     else
@@ -94,25 +165,27 @@ int for_each_run(const RunsOptions& o, PackReport (*act)(const fs::path&)) {
   return kOk;
 }
 
-}  // namespace
-
+/// @throws UsageError: an unknown action, a run folder that is none
 int run_runs(const RunsOptions& o) {
   const std::string action = o.words.empty() ? "list" : o.words.front();
   const std::size_t further = o.words.empty() ? 0 : o.words.size() - 1;
   if (action == "pack" || action == "expand") {
     if (further == 0) throw UsageError(action + ": give at least one run folder");
-    return for_each_run(o, action == "pack" ? pack_run : expand_run);
+    return for_each_run(o, action);
   }
   if (further != (action == "find" ? 1 : 0))
     throw UsageError(action + (action == "find" ? ": one WORD is wanted" : ": takes no further word"));
   if (action == "clean") return clean(o);
   if (action != "list" && action != "find")
     throw UsageError("'" + action + "' is none of list, find, clean, pack, expand");
-  std::vector<RunEntry> runs = list_runs(o.runs);
-  if (action == "find") std::erase_if(runs, [&](const RunEntry& r) { return !mentions(r, o.words[1]); });
+  std::vector<runs::RunEntry> runs = runs::list_runs(o.runs);
+  if (action == "find")
+    std::erase_if(runs, [&](const runs::RunEntry& r) { return !runs::mentions(r, o.words[1]); });
   show_runs(runs, o.json, action == "find" ? "no run mentions it" : "no runs");
   return kOk;
 }
+
+}  // namespace
 
 void declare_runs(OptionSet& options) {
   auto& o = options.calls(run_runs);

@@ -3,15 +3,17 @@
 #include <fmt/core.h>
 
 #include "cli/option_set.h"
-#include "print/folder/seal_check.h"
+#include "runs/folder/seal_check.h"
 
 namespace firn {
 
-void use_sealed_run(const std::string& run, bool unsealed) {
+std::unique_ptr<runs::RunLock> use_sealed_run(const std::string& run, bool unsealed) {
+  auto still = std::make_unique<runs::RunLock>(run, runs::RunUse::kRead);
   if (!unsealed)
-    require_seals(run, false);
+    runs::require_seals(run, false);
   else
-    for (const std::string& line : check_seals(run).lines()) fmt::print(stderr, "{}: {}\n", run, line);
+    for (const std::string& line : runs::check_seals(run).lines()) fmt::print(stderr, "{}: {}\n", run, line);
+  return still;
 }
 
 void declare_unsealed(OptionSet& options, bool& unsealed) {

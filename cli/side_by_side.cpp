@@ -22,11 +22,10 @@ namespace firn {
 namespace {
 
 std::string summary_text(const PrintSummary& s) {
-  return nlohmann::json{{"folder", s.folder},          {"scheme", s.scheme},
-                        {"outcome", s.result.outcome}, {"status", s.result.status},
-                        {"layers", s.result.layers},   {"reason", s.result.reason},
-                        {"droplets", s.droplets},      {"mean_error_um", s.mean_error_um},
-                        {"rms_um", s.rms_um},          {"std_um", s.std_um},
+  return nlohmann::json{{"folder", s.folder},
+                        {"scheme", s.scheme},
+                        {"result", runs::result_text(s.result)},
+                        {"droplets", s.droplets},
                         {"wall_s", s.wall_s}}
       .dump();
 }
@@ -36,14 +35,8 @@ PrintSummary parse_summary(const std::string& text) {
   PrintSummary s;
   s.folder = j.at("folder");
   s.scheme = j.at("scheme");
-  s.result.outcome = j.at("outcome");
-  s.result.status = j.at("status");
-  s.result.layers = j.at("layers");
-  s.result.reason = j.at("reason");
+  s.result = runs::parse_result(j.at("result").get<std::string>(), "summary");
   s.droplets = j.at("droplets");
-  s.mean_error_um = j.at("mean_error_um");
-  s.rms_um = j.at("rms_um");
-  s.std_um = j.at("std_um");
   s.wall_s = j.at("wall_s");
   return s;
 }

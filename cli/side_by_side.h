@@ -16,7 +16,7 @@ struct LivePrint {
 
 /// Starts all prints, passes on their stderr line by line, and waits for their ends. Ctrl-C,
 /// SIGTERM and the end of this process make their labs safe. Of a summary come back: folder, scheme, result,
-/// droplets, errors of the last map, wall time.
+/// droplets, wall time.
 /// @throws std::runtime_error naming the print that ended without a summary
 std::vector<PrintSummary> print_side_by_side(const std::vector<LivePrint>& prints);
 

@@ -4,17 +4,18 @@
 #include <malloc.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cstdio>
-#include <optional>
 
+#include "cli/commands.h"
 #include "cli/option_set.h"
 #include "cli/output_files.h"
 #include "config/include.h"
 #include "config/labs.h"
+#include "core/options/number.h"
+#include "files/exit_codes.h"
 #include "files/path/layer_file.h"
 #include "files/usage_error.h"
-#include "print/exit_codes.h"
+#include "lcmtypes/schema.h"
 #include "print/inputs/ice_inputs.h"
 #include "print/interrupt.h"
 #include "print/prepare/gcode.h"
@@ -41,9 +42,8 @@ void keep_freed_memory() {
 // "--support overhang 30 a.stl" leaves the angle among the meshes.
 std::optional<double> take_angle(std::vector<std::string>& meshes) {
   for (auto m = meshes.begin(); m != meshes.end(); ++m) {
-    double angle = 0.0;
-    const auto [end, error] = std::from_chars(m->data(), m->data() + m->size(), angle);
-    if (error != std::errc() || end != m->data() + m->size() || std::filesystem::exists(*m)) continue;
+    const auto angle = whole_number<double>(*m);
+    if (!angle || std::filesystem::exists(*m)) continue;
     meshes.erase(m);
     return angle;
   }
@@ -86,8 +86,8 @@ int slice_experiment(const SliceCommandOptions& o) {
   out.finish();
   const slice::PathFileTotals& t = out.totals();
   if (o.json)
-    fmt::print("{{\"file\": \"{}\", \"layers\": {}, \"paths\": {}, \"points\": {}}}\n", o.output, t.layers,
-               t.paths, t.points);
+    fmt::print("{{\"file\": {}, \"layers\": {}, \"paths\": {}, \"points\": {}}}\n", json_string(o.output),
+               t.layers, t.paths, t.points);
   else
     fmt::print("{}: {} layers, {} paths, {} points\n", o.output, t.layers, t.paths, t.points);
   return kOk;
@@ -169,10 +169,10 @@ class SliceRun {
       gcode_->finish();
       outputs_.push_back({o_.gcode, gcode_bytes_});
     }
-    if (!o_.svg.empty()) write_text(o_.svg, layers_svg(pictured_), outputs_);
-    if (!o_.png.empty()) write_text(o_.png, layers_png(pictured_, o_.png_width), outputs_);
+    if (!o_.svg.empty()) write_text(o_.svg, report::layers_svg(pictured_), outputs_);
+    if (!o_.png.empty()) write_text(o_.png, report::layers_png(pictured_, o_.png_width), outputs_);
     if (!o_.layer_json.empty())
-      write_text(o_.layer_json, layer_json(pictured_[0].paths, material_tools(s_, 256)), outputs_);
+      write_text(o_.layer_json, report::layer_json(pictured_[0].paths, material_tools(s_, 256)), outputs_);
     if (o_.json) {
       std::fputs(slice_json(job_, s_, sums_, outputs_, threads_).c_str(), stdout);
       return;
@@ -192,7 +192,7 @@ class SliceRun {
   std::optional<LayerWriter> paths_;
   std::optional<TextOutput> gcode_;
   std::uint64_t gcode_bytes_ = 0;
-  std::vector<PicturedLayer> pictured_;
+  std::vector<report::PicturedLayer> pictured_;
   std::vector<SliceOutput> outputs_;
 };
 
@@ -211,7 +211,7 @@ int run_slice(const SliceCommandOptions& given) {
   } catch (const SliceInterrupted&) {
     std::fputs("firn slice: interrupted; nothing was written\n", stderr);
     return kInterrupted;
-  } catch (const logfile::FileError& e) {
+  } catch (const record::FileError& e) {
     if (e.disk_full()) throw;
     throw UsageError(e.what());
   }

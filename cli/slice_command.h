@@ -7,8 +7,6 @@
 
 namespace firn {
 
-class OptionSet;
-
 struct SliceCommandOptions {
   std::vector<std::string>
       meshes;  ///< *.stl, *.ply, *.obj, *.3mf; behind "--support overhang" also the angle
@@ -29,8 +27,5 @@ struct SliceCommandOptions {
 
 /// @returns 0; 130 after Ctrl-C, and nothing was written then. @throws UsageError, ConfigError
 int run_slice(const SliceCommandOptions& options);
-
-/// Declares the arguments.
-void declare_slice(OptionSet& options);
 
 }  // namespace firn

@@ -1,4 +1,5 @@
-#include "cli/spy_command.h"
+// run_spy starts lcm-spy on a run's bus, with Firn's message types and views.
+#include "cli/commands.h"
 
 #include <poll.h>
 #include <signal.h>
@@ -11,22 +12,32 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <sstream>
+#include <string>
 #include <vector>
 
 #include "cli/option_set.h"
+#include "files/exit_codes.h"
+#include "files/text_file.h"
 #include "files/usage_error.h"
-#include "print/exit_codes.h"
-#include "print/folder/run_folder.h"
 #include "print/live/bus_port.h"
 #include "print/live/child_process.h"
+#include "runs/folder/run_folder.h"
+#include "runs/folder/running.h"
 
 extern char** environ;
 
 namespace firn {
 namespace {
+
+struct SpyOptions {
+  std::string run;  ///< run folder; empty = the newest print that goes on in `runs`
+  std::string runs = "runs";
+  std::string bus;         ///< LCM URL instead of a run
+  std::string screenshot;  ///< PNG of the whole screen, then the end; without a display a virtual one is used
+  int layers = 3;          ///< seen before the screenshot
+};
 
 namespace fs = std::filesystem;
 
@@ -37,24 +48,21 @@ constexpr int kRunWithinS = 10, kLooksPerS = 10;
 constexpr int kPictureWithinS = 5;  // of the print's end
 
 bool launcher_runs(const fs::path& run) {
-  std::ifstream pids(run / "pids");
-  std::string name;
-  pid_t pid = 0;
-  return pids >> name >> pid && name == "launcher" && (::kill(pid, 0) == 0 || errno == EPERM);
+  return fs::exists(RunPaths(run).clocks_path()) && runs::printing_process(run);
 }
 
 // The bus of a run that goes on: last word of the last line of `clocks`, which the launcher writes at each
 // start.
 std::string bus_of(const fs::path& run) {
-  const RunFolder folder = RunFolder::open(run);
+  const runs::RunFolder folder = runs::RunFolder::open(run);
   if (folder.result() || !launcher_runs(run))
     throw UsageError(run.string() + ": does not print now; firn report " + run.string() +
                      " shows what was printed");
-  std::ifstream clocks(run / "clocks");
+  std::istringstream clocks(read_file(folder.clocks_path()));
   std::string url;
   for (std::string line, word; std::getline(clocks, line);)
     for (std::istringstream words(line); words >> word;) url = word;
-  if (url.empty()) throw UsageError(run.string() + "/clocks: names no bus");
+  if (url.empty()) throw UsageError(folder.clocks_path().string() + ": names no bus");
   return url;
 }
 
@@ -126,8 +134,9 @@ int run_java(std::vector<std::string> arguments, const fs::path& run_of_picture)
   return WIFEXITED(status) ? WEXITSTATUS(status) : int(kFailed);
 }
 
-}  // namespace
-
+/// @throws UsageError: no such run, a run that has ended or was printed in one process, no display, a missing
+/// package.
+/// @returns the exit code of lcm-spy.
 int run_spy(const SpyOptions& o) {
   check_bus(o.bus);
   if (o.bus == "in-process")
@@ -151,6 +160,8 @@ int run_spy(const SpyOptions& o) {
   std::fprintf(stderr, "firn: watching %s\n", bus.c_str());
   return run_java(java, o.screenshot.empty() ? fs::path() : run);
 }
+
+}  // namespace
 
 void declare_spy(OptionSet& options) {
   auto& o = options.calls(run_spy);

@@ -7,18 +7,19 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "cli/commands.h"
 #include "cli/option_set.h"
 #include "cli/sealed_run.h"
 #include "cli/tune_lab_command.h"
 #include "config/labs.h"
 #include "estimators/gains/tune_smf.h"
+#include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/usage_error.h"
-#include "print/exit_codes.h"
-#include "print/folder/run_config.h"
-#include "print/folder/run_folder.h"
 #include "report/draw/charts.h"
 #include "report/draw/style.h"
+#include "runs/folder/config_change.h"
+#include "runs/folder/run_folder.h"
 #include "studies/reproduce/reproduce.h"
 #include "studies/tune/ice_disturbance.h"
 
@@ -63,16 +64,16 @@ ordered_json judged_json(const Judged& j) {
 
 // Error and action over the intervals, tuned gains and those they are compared with.
 std::string picture(const std::vector<Judged>& all, const std::vector<double>& d) {
-  std::vector<replay::Series> errors, actions;
+  std::vector<report::Series> errors, actions;
   for (std::size_t n = 0; n < all.size(); ++n) {
     std::vector<double> e(d.size()), u(d.size()), k(d.size());
     simulate(all[n].gains, d, e, u);
     for (std::size_t i = 0; i < d.size(); ++i) k[i] = double(i + 1);
     errors.push_back({all[n].what, k, e, int(n)});
     actions.push_back({all[n].what, k, u, int(n)});
-    if (n == 0) actions.push_back({"disturbance d", k, d, replay::Series::kReference});
+    if (n == 0) actions.push_back({"disturbance d", k, d, report::Series::kReference});
   }
-  replay::ChartOptions a, b;
+  report::ChartOptions a, b;
   a.title = "error e";
   a.x_name = "measurement interval k";
   a.y_name = "e [intervals]";
@@ -84,8 +85,8 @@ std::string picture(const std::vector<Judged>& all, const std::vector<double>& d
   return "<svg viewBox=\"0 0 900 330\" role=\"img\" xmlns=\"http://www.w3.org/2000/svg\"><title>SMF under "
          "its disturbance</title>\n"
          "<svg x=\"0\" y=\"0\" width=\"440\" height=\"330\">" +
-         replay::line_chart(errors, a) + "</svg><svg x=\"450\" y=\"0\" width=\"440\" height=\"330\">" +
-         replay::line_chart(actions, b) + "</svg></svg>\n";
+         report::line_chart(errors, a) + "</svg><svg x=\"450\" y=\"0\" width=\"440\" height=\"330\">" +
+         report::line_chart(actions, b) + "</svg></svg>\n";
 }
 
 }  // namespace
@@ -118,7 +119,7 @@ std::vector<double> disturbance_of(const ObservedRun& run) {
 namespace {
 
 Experiment recorded_experiment(const std::string& run) {
-  const std::string config = recorded_config(RunFolder::open(run).path());
+  const std::string config = runs::recorded_config(runs::RunFolder::open(run).path());
   return config.empty() ? Experiment{} : parse_experiment(config, run + ": the recorded configuration");
 }
 
@@ -142,7 +143,7 @@ int run_tune_smf(const TuneCommandOptions& o) {
     if (o.run.empty()) {
       d = disturbance(o.model);
     } else {
-      use_sealed_run(o.run, o.unsealed);
+      const auto still = use_sealed_run(o.run, o.unsealed);
       const Experiment e = recorded_experiment(o.run);
       d = recorded_disturbance(o.run, e);
       const auto& smf = e.control.smf;
@@ -152,7 +153,7 @@ int run_tune_smf(const TuneCommandOptions& o) {
     all[0] = {"tuned", t.gains, t.rms};
     all.push_back({"thesis, 5.7", {1.0, 0.33, 0.03}});
     for (Judged& j : all) j.rms = spread(j.gains, d).rms;
-    if (!o.output.empty()) write_file_atomically(o.output, replay::standalone_svg(picture(all, d)));
+    if (!o.output.empty()) write_file_atomically(o.output, report::standalone_svg(picture(all, d)));
     if (o.json) {
       ordered_json rows = ordered_json::array();
       for (const Judged& j : all) rows.push_back(judged_json(j));

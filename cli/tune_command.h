@@ -10,8 +10,6 @@
 
 namespace firn {
 
-class OptionSet;
-
 /// d_k of a run's layers, in nominal layers: the mean height added over the mask, less the height that its
 /// droplets were to add (n h1 + 4 n h2 + 4 n h3), over that height. Whatever scheme printed it.
 /// @throws UsageError: fewer than three layers with their maps
@@ -29,8 +27,5 @@ struct TuneCommandOptions {
 };
 /// @throws UsageError: an unknown algorithm, a start that is not three numbers, a run without layers
 int run_tune_smf(const TuneCommandOptions& options);
-
-/// Declares the arguments.
-void declare_tune(OptionSet& options);
 
 }  // namespace firn

@@ -10,18 +10,18 @@
 #include <filesystem>
 #include <optional>
 #include <set>
-#include <stdexcept>
 #include <system_error>
 #include <thread>
 
 #include "cli/option_set.h"
 #include "cli/sealed_run.h"
+#include "files/exit_codes.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
-#include "print/exit_codes.h"
-#include "print/folder/run_config.h"
-#include "print/folder/run_folder.h"
 #include "print/progress.h"
+#include "runs/folder/config_change.h"
+#include "runs/folder/origin.h"
+#include "runs/folder/run_folder.h"
 #include "studies/compare/study_lab.h"
 #include "studies/tune/print_journal.h"
 #include "studies/tune/tune_answer.h"
@@ -29,7 +29,7 @@
 namespace firn {
 namespace {
 
-using namespace tuning;
+using namespace tune;
 
 constexpr double kFitShare = 0.41;  // of the budget
 
@@ -48,7 +48,7 @@ std::vector<TuneKey> keys_of(const TuneLabOptions& o, const Experiment& e) {
 
 /// The goal's index, before the run's maps are read.
 std::size_t goal_of(const std::string& run, const std::string& goal) {
-  const std::string config = recorded_config(RunFolder::open(run).path());
+  const std::string config = runs::recorded_config(runs::RunFolder::open(run).path());
   return goal_index(parse_recorded_experiment(config, run + ": the recorded configuration"), goal);
 }
 
@@ -89,7 +89,8 @@ int run_tune_lab(const TuneLabOptions& o) {
   std::vector<RecordedRun> runs;
   std::size_t goal = 0;
   for (const std::string& run : o.runs) {
-    use_sealed_run(run, o.unsealed);
+    const auto still = use_sealed_run(run, o.unsealed);
+    runs::require_own_python(run, o.run_python);
     if (runs.empty()) goal = goal_of(run, o.goal);
     runs.push_back(RecordedRun::read(run));
   }
@@ -147,6 +148,8 @@ void declare_tune_lab(OptionSet& options) {
   options.option("--state", o.state, "file that remembers simulated prints: the same call goes on from it");
   options.option("-o,--output", o.output, "page with predicted curves, HTML");
   declare_unsealed(options, o.unsealed);
+  options.flag("--run-python", o.run_python,
+               "run the Python code in a run of another user or host; docs/security.md");
   options.thread_option(o.threads);
   options.json_flag(o.json);
 }

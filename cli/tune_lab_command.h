@@ -24,6 +24,7 @@ struct TuneLabOptions {
   int threads = 0;
   bool json = false;
   bool unsealed = false;
+  bool run_python = false;  ///< of a run of another user or host
 };
 
 /// @returns kOk with advice or with nothing to gain, kFailed where the laboratory is of no known class or a

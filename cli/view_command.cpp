@@ -1,4 +1,5 @@
-#include "cli/view_command.h"
+// run_view shows recorded and running prints in a browser.
+#include "cli/commands.h"
 
 #include <fmt/core.h>
 #include <sys/signalfd.h>
@@ -6,15 +7,28 @@
 
 #include <csignal>
 #include <cstdio>
+#include <string>
+#include <vector>
 
 #include "cli/option_set.h"
+#include "files/exit_codes.h"
 #include "files/json.h"
 #include "page/server.h"
-#include "print/exit_codes.h"
 #include "print/operator/page_token.h"
+#include "runs/folder/address.h"
+#include "runs/folder/run_folder.h"
 
 namespace firn {
 namespace {
+
+struct ViewOptions {
+  std::vector<std::string> runs;  ///< run folders, and folders of run folders; none: "runs"
+  std::string bind = "127.0.0.1";
+  bool is_public = false;
+  int port = 0;  ///< 0: the first free one
+  std::vector<std::string> hosts;
+  bool json = false;
+};
 
 // Readable when Ctrl-C was pressed.
 class StopSignal {
@@ -36,9 +50,8 @@ class StopSignal {
   int fd_ = -1;
 };
 
-}  // namespace
-
-int run_view(const ViewOptions& o) {
+/// Serves until Ctrl-C. @throws UsageError: no such folder, an address that is none, a port in use
+int run_view(const Product& product, const ViewOptions& o) {
   std::signal(SIGPIPE, SIG_IGN);
   const StopSignal stop;
   page::ServerOptions s;
@@ -48,10 +61,10 @@ int run_view(const ViewOptions& o) {
   s.port = o.port;
   s.hosts = o.hosts;
   s.token = new_page_token();
+  s.is_public = o.is_public;
   s.stop_fd = stop.fd();
   std::string open;  // the one run that was named
-  if (o.runs.size() == 1 && std::filesystem::exists(s.places[0] / "provenance.json"))
-    open = std::filesystem::weakly_canonical(s.places[0]).filename().string();
+  if (o.runs.size() == 1 && runs::is_run(s.places[0])) open = runs::address_of(s.places[0]).text();
   s.listening = [&](const std::string& address) {
     const std::string whole = address + "#token=" + s.token + (open.empty() ? "" : "&run=" + open);
     if (o.json)
@@ -61,9 +74,11 @@ int run_view(const ViewOptions& o) {
       fmt::print("{}\nCtrl-C ends it; docs/page.md says how others may see it\n", whole);
     std::fflush(stdout);
   };
-  page::serve(s);
+  page::serve(product, s);
   return kOk;
 }
+
+}  // namespace
 
 void declare_view(OptionSet& options) {
   auto& o = options.calls(run_view);
@@ -74,6 +89,8 @@ void declare_view(OptionSet& options) {
               "address to listen on; beyond 127.0.0.1 put a proxy with TLS before it; docs/page.md")
       .show_default();
   options.option("--host", o.hosts, "NAME[:PORT] under which a proxy offers the page").one_value_each();
+  options.flag("--public", o.is_public,
+               "who reaches the page may read without the token; commands ask for it");
   options.json_flag(o.json);
 }
 

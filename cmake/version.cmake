@@ -13,7 +13,7 @@ foreach(name logs/HEAD HEAD)  # the log of HEAD changes with every commit, check
 endforeach()
 set(version_depfile ${CMAKE_BINARY_DIR}/version/firn_version.d)
 add_custom_command(OUTPUT ${version_header}
-  COMMAND ${CMAKE_COMMAND} -DOUT=${version_header} -DSOURCE=${CMAKE_SOURCE_DIR} -DOPENCV=${OPENCV_VERSION_TEXT}
+  COMMAND ${CMAKE_COMMAND} -DOUT=${version_header} -DSOURCE=${CMAKE_SOURCE_DIR} -DVERSION=${PROJECT_VERSION} -DOPENCV=${OPENCV_VERSION_TEXT}
           "-DFLAGS=${CMAKE_CXX_COMPILER_VERSION} ${CMAKE_BUILD_TYPE} ${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_RELWITHDEBINFO} ${FIRN_SANITIZE}"
           -DDEPFILE=${version_depfile} -P ${CMAKE_SOURCE_DIR}/cmake/write_version.cmake
   DEPENDS ${head_log} ${CMAKE_SOURCE_DIR}/cmake/write_version.cmake DEPFILE ${version_depfile} COMMENT "" VERBATIM)

@@ -1,7 +1,7 @@
-# cmake -DOUT=firn_version.h -DSOURCE=root -DOPENCV=version -DFLAGS=… [-DDEPFILE=file] -P write_version.cmake: what a build
+# cmake -DOUT=firn_version.h -DSOURCE=root -DVERSION=number -DOPENCV=version -DFLAGS=… [-DDEPFILE=file] -P write_version.cmake: what a build
 # came from. FIRN_SOURCES is the SHA-256 over path and content of every source, and over the compiler's flags. A tree
 # that differs from its commit is dirty: the difference goes to SHA256.diff beside OUT.
-set(rooms cli cmake config core drivers estimators files lcmtypes page plant print procs replay report runtime studies)
+set(rooms cli cmake config core drivers estimators files lcmtypes page plant print procs replay report runs runtime studies)
 set(patterns "")
 foreach(room ${rooms})
   foreach(kind *.h *.cpp *.lcm *.table *.cmake CMakeLists.txt)
@@ -49,7 +49,7 @@ else()
   endif()
 endif()
 
-set(text "#define FIRN_COMMIT \"${commit}\"\n#define FIRN_SOURCES \"${sources}\"\n")
+set(text "#define FIRN_VERSION \"${VERSION}\"\n#define FIRN_COMMIT \"${commit}\"\n#define FIRN_SOURCES \"${sources}\"\n")
 string(APPEND text "#define FIRN_DIFF \"${diff_sum}\"\n#define FIRN_DIFF_FOLDER \"${folder}\"\n")
 string(APPEND text "#define FIRN_OPENCV_VERSION \"${OPENCV}\"\n")
 set(before "")

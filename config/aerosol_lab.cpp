@@ -214,14 +214,10 @@ control::LineSetup line_setup_within_travel(const Experiment& e, const Machine& 
   return s;
 }
 
-const LabKind kAerosolLab{"aerosol",
-                          "the printer of lines with a shuttered aerosol [Thompson 2014]",
-                          Deposition::kLines,
-                          kKeys,
-                          kWithout,
-                          kProcesses,
-                          &check_aerosol,
-                          &aerosol_fields,
-                          kCoupled};
+const LabKind kAerosolLab{"aerosol",          "the printer of lines with a shuttered aerosol [Thompson 2014]",
+                          Deposition::kLines, kKeys,
+                          kWithout,           kProcesses,
+                          &check_aerosol,     &aerosol_fields,
+                          kCoupled,           {"switches", "target", true}};
 
 }  // namespace firn

@@ -147,7 +147,7 @@ void check_passes(Rules& r) {
   // A pass has a number of seven bits (lcmtypes/stage_command_t.lcm).
   const int drops = e.control.scheme == "mpc"                     ? e.control.mpc.max_drops
                     : e.control.scheme == "smf"                   ? e.control.smf.max_drops
-                    : control::is_python_scheme(e.control.scheme) ? control::kMostPythonDrops
+                    : control::is_python_scheme(e.control.scheme) ? control::kMaxPythonDrops
                                                                   : 1;
   const int inks = has_two_jets(e) ? 2 : 1;
   if (s * inks > 1)

@@ -94,7 +94,7 @@ struct ProcessConfig {  ///< how a layer is printed
   int sub_patterns = 1;  ///< interlaced patterns of a layer, each cured before the next [Lu 2015, V-D.2]
   int max_rescans = 2;   ///< of one layer when the map is rejected
   double min_measured_fraction = 0.8;  ///< interlock I13
-  double max_lost_rows_share = 0.01;   ///< of a scan; 1: rows are not counted
+  double max_lost_rows_share = 0.01;   ///< of a scan, else it is made again; 1 = never
   double least_rise_share = 0.3;       ///< interlock I12: of the expected rise of a layer of droplets
   double most_rise_share = 4.0;        ///< interlock I12
   double most_beside_share = 0.1;      ///< interlock I12, lines: of the planned ink, away from them
@@ -249,15 +249,19 @@ bool has_two_jets(const Experiment& experiment);
 /// recorder) always take part.
 bool takes_part(const Experiment& experiment, std::string_view node);
 
-/// A key of earlier versions that had no effect is passed over: the text may be a recorded one.
+/// Ignores keys that only earlier versions had: the text may be a recorded one.
 /// @throws ConfigError: file, line, key, value, unit and limit; for an unknown key also the nearest known
 /// one.
 Experiment parse_experiment(const std::string& toml_text, const std::string& file_name);
 
-/// The same of a text that dump() wrote, perhaps in an earlier version: a key that it lacks has the value
-/// with which that version ran, which need not be today's default.
+/// The same of a text that dump() wrote, perhaps in an earlier version, for the use for which it was checked
+/// then: a lab whose instruments alone are calibrated needs no part, for example.
 Experiment parse_recorded_experiment(const std::string& toml_text, const std::string& file_name,
                                      const std::vector<std::string>& overrides = {});
+
+/// Returns lab.kind of a text that may be older than its other keys; of one that cannot be read, or of an
+/// unknown lab, the default.
+std::string lab_kind_in(const std::string& toml_text);
 
 /// `overrides`: "a.b=value" as of --set, applied in order after the file. A leading `include =
 /// "../labs/x.toml"` is resolved relative to the file by the caller, who hands in the texts from base to

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "config/fields.h"
+#include "core/options/enumerators.h"
 #include "core/options/option.h"
 
 namespace firn::field_rows {
@@ -28,7 +29,8 @@ Field row(std::string key, Value& value, const Option<Struct, Value>& option, st
   const std::string_view told = meaning.empty() ? option.meaning : meaning;
   const bool between_layers = option.change == Change::kBetweenLayers;
   if constexpr (Worded<Value>) {
-    const auto words = words_of(value);
+    constexpr std::span<const std::string_view> words = words_of(Value{});
+    static_assert(words.size() == kTableSize<Value>, "one word for each value");
     const WordMember member{&value, [](const void* v) { return std::size_t(*static_cast<const Value*>(v)); },
                             [](void* v, std::size_t word) { *static_cast<Value*>(v) = Value(word); }};
     return {std::move(key), member, option.unit, one_of({words.begin(), words.end()}), told, between_layers};

@@ -173,7 +173,7 @@ Table lab_fields(Experiment& e) {
       {"process.min_measured_fraction", &p.min_measured_fraction, "", within(0, 1),
        "of the part's cells, else the map is rejected"},
       {"process.max_lost_rows_share", &p.max_lost_rows_share, "", within(0, 1),
-       "of a scan's rows: with more lost it is made again at half the speed; 1 = lost rows are not counted"},
+       "of a scan's rows: with more lost it is made again at half the speed; 1 = never"},
       {"process.least_rise_share", &p.least_rise_share, "", within(0, 1),
        "of what a layer's droplets deposit: one that rose by less was printed by a dead nozzle, which stops "
        "the "

@@ -13,7 +13,7 @@ namespace {
 constexpr int kSame = 8, kBegins = 5, kSimilar = 4;  // a word of the key
 constexpr int kSaid = 2, kSaidBegins = 1;            // a word of the sentence
 constexpr std::size_t kShortest = 3;                 // of a beginning
-constexpr std::size_t kMostWords = 16;
+constexpr std::size_t kMaxWords = 16;
 
 std::vector<std::string> words_of_text(std::string_view text) {
   std::vector<std::string> words(1);
@@ -60,7 +60,7 @@ int said_score(const std::string& word, const std::vector<std::string>& sentence
 
 std::vector<const Field*> find_fields(const std::vector<Field>& table, std::string_view query) {
   std::vector<std::string> wanted = words_of_text(query);
-  if (wanted.size() > kMostWords) wanted.resize(kMostWords);
+  if (wanted.size() > kMaxWords) wanted.resize(kMaxWords);
   std::vector<std::pair<int, const Field*>> found;
   for (const Field& f : table) {
     const auto key = words_of_text(f.key), sentence = words_of_text(f.meaning);
@@ -80,7 +80,7 @@ std::vector<const Field*> find_fields(const std::vector<Field>& table, std::stri
 
 std::string likeliest_key(const std::vector<Field>& table, std::string_view unknown) {
   std::vector<std::string> wanted = words_of_text(unknown);
-  if (wanted.empty() || wanted.size() > kMostWords) return "";
+  if (wanted.empty() || wanted.size() > kMaxWords) return "";
   const bool section_only = unknown.find('.') == std::string_view::npos;
   const std::vector<std::string> name = words_of_text(unknown.substr(unknown.rfind('.') + 1));
   std::vector<std::string_view> best;

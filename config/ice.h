@@ -42,7 +42,6 @@ struct IceConfig {
   double measure_offset_mm =
       0.0;              ///< of measurement paths from the edge of their material; 0 = as its first bead
   int map_samples = 1;  ///< a cell's height is the mean of n x n places of it; 1 = its centre
-  std::string curves = "ramped";  ///< ramped, as recorded runs without the key have it, or fitted
   std::string map_table =
       "off";  ///< "on": the bare table is measured before the first layer; the first interval answers its map
   std::string coverage = "window";  ///< flows make up for beads that overlap or leave spots, by means over 5

@@ -54,9 +54,6 @@ Table part_of(Experiment& e) {
        "of measurement paths from the edge of their material; 0 = as its first bead"},
       {"ice.map_samples", &c.map_samples, "", within(1, 8),
        "a map cell's height is the mean over n x n places of it; 1 = the height at its centre"},
-      {"ice.curves", &c.curves, "", one_of({"ramped", "fitted"}),
-       "curves of the paths: ramped through their points, or fitted inside the tolerance and proved at every "
-       "instant"},
       {"ice.map_table", &c.map_table, "", one_of({"off", "on"}),
        "on: the bare table is measured before the first layer, along the paths that measure the first "
        "interval, and the first interval answers that map"},

@@ -56,7 +56,6 @@ planning::PlanningSetup planning_setup(const Experiment& e, const Machine& machi
               {valve_setting(e.valve_b), e.valve_b.latency_s}};
   s.valve_limits = list_limits(machine, e);
   if (e.ice.coverage == "off") s.coverage_window_mm = 0.0;
-  s.curve_rule = e.ice.curves == "fitted" ? motion::CurveRule::kFitted : motion::CurveRule::kRamped;
   s.version = surface_options(e, 0).version;
   return s;
 }

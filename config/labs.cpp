@@ -1,11 +1,13 @@
 #include "config/labs.h"
 
 #include <algorithm>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 
 #include "config/aerosol_lab.h"
 #include "config/lab_checks.h"
+#include "core/options/for_people.h"
 
 namespace firn {
 namespace {
@@ -96,7 +98,8 @@ constexpr LabKind kIceLab{"ice",
                           kIceProcesses,
                           &check_ice_lab,
                           nullptr,
-                          kIceCoupled};
+                          kIceCoupled,
+                          {"pulses", "the nominal height", true}};
 
 constexpr const LabKind* kLabs[] = {
     &kInkjetLab,
@@ -105,6 +108,11 @@ constexpr const LabKind* kLabs[] = {
 };
 
 }  // namespace
+
+std::string LabWords::length(double um) const {
+  constexpr double kMmPerUm = 1e-3;
+  return in_mm ? for_people(um * kMmPerUm) + " mm" : for_people(um) + " um";
+}
 
 std::span<const LabKind* const> lab_kinds() { return kLabs; }
 
@@ -118,6 +126,11 @@ const LabKind& lab_kind(std::string_view name) {
 }
 
 const LabKind& lab_of(const Experiment& e) { return lab_kind(e.lab.kind); }
+
+const LabWords& lab_words(std::string_view name) {
+  const auto lab = std::ranges::find(kLabs, name, &LabKind::name);
+  return (lab == std::end(kLabs) ? kLabs[0] : *lab)->words;
+}
 
 bool takes_part(const Experiment& e, std::string_view node) {
   const auto named = [&](const LabProcess& p) { return p.node == node; };

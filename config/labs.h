@@ -3,6 +3,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -26,6 +27,16 @@ struct LabProcess {
   bool (*wanted)(const Experiment&) = nullptr;  ///< nullptr: in every experiment of the lab
 };
 
+/// Holds the words and units in which people read a lab's prints; files for programs have um.
+struct LabWords {
+  std::string_view amount = "droplets";
+  std::string_view reference = "target";  ///< of the measured surface
+  bool in_mm = false;                     ///< heights; else in um
+
+  /// Returns a height in three significant digits with its unit.
+  std::string length(double um) const;
+};
+
 struct LabKind {
   std::string_view name;     ///< value of lab.kind
   std::string_view meaning;  ///< in words, for the documentation of lab.kind
@@ -38,6 +49,7 @@ struct LabKind {
   std::vector<Field> (*fields)(Experiment&) = nullptr;
   /// Instruments that trigger lines couple: all of them are real, or all simulated.
   std::span<const std::string_view> coupled = {};
+  LabWords words = {};
 };
 
 /// Returns every kind of lab; the first one is the default.
@@ -46,6 +58,8 @@ std::span<const LabKind* const> lab_kinds();
 /// Returns the row of that name. @throws std::invalid_argument naming the known kinds
 const LabKind& lab_kind(std::string_view name);
 const LabKind& lab_of(const Experiment& experiment);
+/// Returns the words of the lab of that name; those of the first lab for a name without a row.
+const LabWords& lab_words(std::string_view name);
 
 inline bool prints_lines(const Experiment& e) { return lab_of(e).deposition == Deposition::kLines; }
 inline bool prints_paths(const Experiment& e) { return lab_of(e).deposition == Deposition::kPaths; }

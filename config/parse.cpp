@@ -14,6 +14,7 @@
 #include "config/fields.h"
 #include "config/find_key.h"
 #include "config/include.h"
+#include "config/labs.h"
 #include "config/reader.h"
 #include "config/text_limits.h"
 #include "core/control/python_scheme.h"
@@ -23,8 +24,11 @@ namespace firn {
 namespace {
 
 const std::string kSet = "--set";  // used as a file name
-// Key of earlier versions that nothing read: a recorded experiment may have it.
-constexpr std::string_view kWithoutEffect = "laser_point.poll_s";
+// Keys that only earlier versions had. A recorded experiment may have them; a written one may not.
+constexpr std::array<std::string_view, 2> kRetiredKeys{
+    "ice.curves",         // "ramped" or "fitted": the rule by which paths were planned
+    "laser_point.poll_s"  // nothing read it
+};
 
 toml::table parse_text(std::string_view text, const std::string& file) {
   check_text(text, file);
@@ -171,7 +175,7 @@ class Reader {
     const auto field =
         std::find_if(fields_.begin(), fields_.end(), [&](const Field& f) { return f.key == full; });
     if (field != fields_.end()) return assign(*field, node, file, line);
-    if (recorded_ && file != kSet && full == kWithoutEffect) return;
+    if (recorded_ && file != kSet && std::ranges::find(kRetiredKeys, full) != kRetiredKeys.end()) return;
     if (!is_section(full)) unknown(full, file, line);
     if (!node.is_table())
       throw ConfigError(file, line, full, full + " = " + shown(node) + ": is a section of keys, not a value");
@@ -323,6 +327,16 @@ Origins read_fields(std::vector<Field> table, const std::string& toml_text, cons
   return reader.origins();
 }
 
+std::string lab_kind_in(const std::string& toml_text) {
+  std::string kind;
+  try {
+    kind = parse_text(toml_text, "")["lab"]["kind"].value_or("");
+  } catch (const ConfigError&) {
+  }
+  const auto named = [&](const LabKind* lab) { return lab->name == kind; };
+  return std::ranges::any_of(lab_kinds(), named) ? kind : std::string(lab_kinds().front()->name);
+}
+
 std::string include_of(const std::string& toml_text, const std::string& file_name) {
   const toml::table table = parse_text(toml_text, file_name);
   const toml::node* include = table.get("include");
@@ -335,25 +349,6 @@ std::string include_of(const std::string& toml_text, const std::string& file_nam
 }
 
 namespace {
-
-// Values of keys by which a run behaves as it did before the keys existed.
-Experiment before_its_keys() {
-  Experiment e;
-  e.process.max_lost_rows_share = 1.0;
-  e.process.nozzle_clearance_mm = 0.0;
-  e.process.park_again = "off";
-  e.control.stall_layers = 0;
-  e.laser_profiler.bias_limit_mm = e.laser_profiler.offset_limit_mm = 0.0;
-  e.stage.homing = drivers::Homing::kCommand;
-  e.stage.home_timeout_s = 120.0;
-  e.stage.quiet_s = 0.3;
-  e.stage.absolute = e.stage.linear_ramps = e.stage.pulse_terminal = e.stage.check_parameters = OnOff::kOff;
-  e.stage.path_sample_s = e.stage.settle_s = 0.0;
-  e.jet.keep_firmware = e.jet_b.drive.keep_firmware = OnOff::kOff;
-  e.lamp.status_bits = e.lamp.auto_on = OnOff::kOff;
-  e.laser_point.bias_limit_mm = e.laser_point.offset_limit_mm = 0.0;
-  return e;
-}
 
 Experiment parse_onto(Experiment experiment,
                       const std::vector<std::pair<std::string, std::string>>& named_texts,
@@ -433,7 +428,7 @@ Experiment parse_recorded_experiment(const std::string& toml_text, const std::st
   thread_local Last last;
   if (overrides.empty() && last.experiment && last.text == toml_text) return *last.experiment;
   // It was checked as it was to be used when it was recorded.
-  Experiment e = parse_onto(before_its_keys(), {{file_name, toml_text}}, overrides, nullptr, true, false);
+  Experiment e = parse_onto({}, {{file_name, toml_text}}, overrides, nullptr, true, false);
   if (overrides.empty()) last = {toml_text, e};
   return e;
 }

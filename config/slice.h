@@ -33,6 +33,7 @@ struct GcodeSettings {
 /// Settings of a job, with the Cobra 600's defaults [Barnett 2012, Table 3-1, 3.3, 3.5, 3.7].
 struct SliceSettings {
   std::string unit = "mm";
+  std::string facet_count = "agree";
   std::vector<double> scale{1, 1, 1}, rotation_deg{0, 0, 0}, rotation_order{1, 2, 3};
   std::array<std::string, 3> place{"as_is", "as_is", "number"};
   std::array<std::vector<double>, 3> place_mm{

@@ -12,6 +12,8 @@ Table mesh(SliceSettings& s) {
   return {
       {"mesh.unit", &s.unit, "", one_of({"mm", "um", "cm", "m", "inch", "foot"}),
        "of the numbers in the files; 3MF names its own"},
+      {"mesh.facet_count", &s.facet_count, "", one_of({"agree", "header", "file"}),
+       "where an STL's or PLY's header counts other facets than the file holds: agree refuses the file"},
       {"mesh.scale", &s.scale, "", within(-1e4, 1e4),
        "along x, y, z, none of them 0 [Barnett 2012, Table 3-1]"},
       {"mesh.rotation_deg", &s.rotation_deg, "deg", within(-3600, 3600),

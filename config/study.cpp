@@ -12,11 +12,12 @@
 #include "config/include.h"
 #include "config/text_limits.h"
 #include "files/nearest.h"
+#include "files/run_paths.h"
 
 namespace firn {
 namespace {
 
-constexpr std::size_t kMaxName = 60, kMaxOverrides = 200, kMostRuns = 1000;
+constexpr std::size_t kMaxName = 60, kMaxOverrides = 200, kMaxRuns = 1000;
 
 struct Vary {
   std::string key;
@@ -132,24 +133,24 @@ class StudyReader {
 
   std::vector<std::string> runs_of(const toml::node& node, int line) const {
     const toml::array* list = node.as_array();
-    if (!list || list->empty() || list->size() > kMostRuns)
-      fail(line, "scheme.runs", "must be a list of 1 to " + std::to_string(kMostRuns) + " run folders");
+    if (!list || list->empty() || list->size() > kMaxRuns)
+      fail(line, "scheme.runs", "must be a list of 1 to " + std::to_string(kMaxRuns) + " run folders");
     std::vector<std::string> out;
     for (const toml::node& entry : *list) out.push_back(text_of(entry, "scheme.runs", line));
     return out;
   }
 
   void seeds(const toml::node& node, int line) {
-    const std::string limits = "must be a count from 1 to " + std::to_string(kMostSeeds) +
+    const std::string limits = "must be a count from 1 to " + std::to_string(kMaxSeeds) +
                                ", or a list of different seeds of 0 or more";
     if (node.is_integer()) {
       const std::int64_t count = node.as_integer()->get();
-      if (count < 1 || count > std::int64_t(kMostSeeds)) fail(line, "seeds", limits);
+      if (count < 1 || count > std::int64_t(kMaxSeeds)) fail(line, "seeds", limits);
       for (std::int64_t s = 1; s <= count; ++s) study_.seeds.push_back(std::uint64_t(s));
       return;
     }
     const toml::array* list = node.as_array();
-    if (!list || list->empty() || list->size() > kMostSeeds) fail(line, "seeds", limits);
+    if (!list || list->empty() || list->size() > kMaxSeeds) fail(line, "seeds", limits);
     for (const toml::node& entry : *list) {
       if (!entry.is_integer() || entry.as_integer()->get() < 0) fail(line, "seeds", limits);
       study_.seeds.push_back(std::uint64_t(entry.as_integer()->get()));
@@ -205,7 +206,7 @@ class StudyReader {
         continue;
       }
       const toml::array* list = value.as_array();
-      if (!list || list->empty() || list->size() > kMostArms)
+      if (!list || list->empty() || list->size() > kMaxArms)
         fail(at, "vary", full + " must be a list of 1 to 64 values");
       Vary v{full, {}};
       for (const toml::node& entry : *list) {
@@ -229,8 +230,7 @@ class StudyReader {
     for (const Vary& v : vary_) {
       std::vector<StudyEntry> wider;
       const std::string shown = v.key.substr(v.key.rfind('.') + 1);
-      if (study_.arms.size() * v.values.size() > kMostArms)
-        fail(0, "vary", "gives more than 64 combinations");
+      if (study_.arms.size() * v.values.size() > kMaxArms) fail(0, "vary", "gives more than 64 combinations");
       for (const StudyEntry& arm : study_.arms)
         for (const std::string& value : v.values) {
           StudyEntry e = arm;
@@ -247,10 +247,10 @@ class StudyReader {
   void finish() {
     unique(study_.arms, "scheme");
     unique(study_.parts, "part");
-    if (study_.arms.size() > kMostArms) fail(0, "scheme", "more than 64 schemes");
-    if (study_.parts.size() > kMostParts) fail(0, "part", "more than 64 parts");
-    if (study_.arms.size() * study_.parts.size() * study_.seeds.size() > kMostPrints)
-      fail(0, "seeds", "asks for more than " + std::to_string(kMostPrints) + " prints");
+    if (study_.arms.size() > kMaxArms) fail(0, "scheme", "more than 64 schemes");
+    if (study_.parts.size() > kMaxParts) fail(0, "part", "more than 64 parts");
+    if (study_.arms.size() * study_.parts.size() * study_.seeds.size() > kMaxPrints)
+      fail(0, "seeds", "asks for more than " + std::to_string(kMaxPrints) + " prints");
     const auto& arms = study_.arms;
     if (!study_.baseline.empty() && std::none_of(arms.begin(), arms.end(), [&](const StudyEntry& a) {
           return a.name == study_.baseline;
@@ -295,7 +295,7 @@ Study load_study(const std::filesystem::path& path) {
 
 std::filesystem::path study_experiment_file(const Study& study, const std::filesystem::path& folder) {
   const auto file = (folder / study.experiment).lexically_normal();
-  return std::filesystem::is_directory(file) ? file / "experiment.toml" : file;
+  return std::filesystem::is_directory(file) ? RunPaths(file).experiment_path() : file;
 }
 
 std::vector<Experiment> study_experiments(const Study& study, const std::filesystem::path& folder) {

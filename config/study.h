@@ -36,7 +36,7 @@ struct Study {
   bool recorded() const { return !arms.empty() && !arms.front().runs.empty(); }
 };
 
-inline constexpr std::size_t kMostArms = 64, kMostParts = 64, kMostSeeds = 100'000, kMostPrints = 1'000'000;
+inline constexpr std::size_t kMaxArms = 64, kMaxParts = 64, kMaxSeeds = 100'000, kMaxPrints = 1'000'000;
 
 /// Keys: name, experiment, set, seeds (a count n = 1..n, or a list), metrics, baseline; [[scheme]] and
 /// [[part]] with name and set; [vary] with "key" = [values]. Or [[scheme]] with name and runs, name, metrics,

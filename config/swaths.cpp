@@ -11,10 +11,10 @@ std::vector<double> swath_shifts_mm(const Experiment& e) {
   const double line_mm = e.laser_profiler.dx_mm * (e.laser_profiler.points - 1);
   if (e.laser_profiler.dx_mm == 0.0 || line_mm >= width_mm * (1.0 - 1e-9)) return {0.0};
   const double step_mm = line_mm - kSwathOverlap * e.grid.pitch_x_mm;
-  const double steps = step_mm > 0.0 ? std::ceil((width_mm - line_mm) / step_mm - 1e-9) : kMostSwaths;
-  if (steps >= kMostSwaths)
+  const double steps = step_mm > 0.0 ? std::ceil((width_mm - line_mm) / step_mm - 1e-9) : kMaxSwaths;
+  if (steps >= kMaxSwaths)
     throw std::invalid_argument("a line of " + std::to_string(line_mm) + " mm needs more than " +
-                                std::to_string(kMostSwaths) + " swaths of a grid of " +
+                                std::to_string(kMaxSwaths) + " swaths of a grid of " +
                                 std::to_string(width_mm) + " mm, which overlap by " +
                                 std::to_string(kSwathOverlap) + " cells");
   const int n = int(steps) + 1;

@@ -9,11 +9,11 @@ namespace firn {
 
 /// Cells that two swaths side by side have in common.
 inline constexpr int kSwathOverlap = 2;
-inline constexpr int kMostSwaths = 64;
+inline constexpr int kMaxSwaths = 64;
 
 /// Returns the stage's x of each swath, from the grid's middle, from left to right; {0} where one is enough.
 /// Swaths are of equal distance and overlap by kSwathOverlap cells at least.
-/// @throws std::invalid_argument: more than kMostSwaths, or a line no longer than the overlap
+/// @throws std::invalid_argument: more than kMaxSwaths, or a line no longer than the overlap
 std::vector<double> swath_shifts_mm(const Experiment& experiment);
 
 }  // namespace firn

@@ -1,10 +1,11 @@
 #include "files/cassette.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <stdexcept>
+
+#include "core/options/number.h"
 
 namespace firn {
 namespace {
@@ -45,9 +46,9 @@ Cassette::Piece piece_of(std::string_view text, const std::string& file, int lin
   Cassette::Piece p;
   p.line = line;
   const std::string_view time = next_word(rest), what = next_word(rest);
-  const auto [end, error] = std::from_chars(time.data(), time.data() + time.size(), p.ms);
-  if (error != std::errc() || end != time.data() + time.size() || !(p.ms >= 0.0 && p.ms <= kLongest_ms))
-    refuse(file, line, "'" + std::string(time) + "' is no time in [0, 1e12] ms");
+  const std::optional<double> ms = whole_number(time, 0.0, kLongest_ms);
+  if (!ms) refuse(file, line, "'" + std::string(time) + "' is no time in [0, 1e12] ms");
+  p.ms = *ms;
   const bool sent = what == ">", received = what == "<", order = what == "=";
   if (order) p.channel = next_word(rest);
   if (!sent && !received && !order) {

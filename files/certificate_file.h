@@ -1,5 +1,5 @@
 // certificate_bytes and certificate_from write and read the certificate of a layer's lower bound as an NPY
-// file: float32 (cuts, nx, 64), the multipliers of core/control/mpc/bound.h in their order.
+// file: float32 (cuts, nx, 64), the multipliers of core/control/mpc/bound/bound.h in their order.
 #pragma once
 
 #include <cstddef>

@@ -22,27 +22,32 @@ struct LayerRecord {
   std::int64_t missing = 0;              ///< cells without one, of layers that have some
 };
 
+/// Which edges of a matrix in text are no heights, but names or numbers of columns and rows.
+enum class MatrixLabels { kDetect, kNone, kRow, kColumn, kBoth };
+
 struct LayerRecordOptions {
   std::map<std::string, std::string>
       columns;  ///< role ("layer", "x", "y", "segment", "height", "increment",
                 ///< "input") to the column's name, where it is not found by name
   double pitch_x_mm = 0.0, pitch_y_mm = 0.0;  ///< 0 = from the positions, else 1 mm
   std::string unit;                           ///< of lengths whose column names none; "" = mm
+  MatrixLabels labels = MatrixLabels::kDetect;
+  int layer_number =
+      0;  ///< number in the files' names that is the layer: 1 = the first, -1 = the last, 0 = detect
 };
 
 /// Returns millimetres per unit of a length: "mm", "um", "µm", "micron", "nm", "cm", "m", "in", "mil".
 /// @throws UsageError naming the known units
 double millimetres(std::string_view unit, const std::string& place);
 
-/// Reads a table with a row for each point. Separators: comma, semicolon or tab; lines that begin with # are
-/// comments; empty fields, "nan", "na", "n/a", "null", "none" and "-" are missing values.
+/// Reads a table with a row for each point, as files/separated_values.h reads it.
 /// @param name of the file, for errors
 /// @throws UsageError naming file, line and column
 LayerRecord read_layer_table(std::string_view text, const std::string& name,
                              const LayerRecordOptions& options);
 
-/// Reads the files of a folder whose names hold a number: the layer. Each is a matrix of heights, .npy or
-/// .csv, with rows along x; rows may have different lengths.
+/// Reads the files of a folder whose names hold a number: the layer (files/layer_file_names.h). Each is a
+/// matrix of heights, .npy, .csv or .txt, with rows along x; rows may have different lengths.
 /// @param inputs folder of the same for the commanded input; empty = none
 /// @throws UsageError naming the file, and line where it has lines
 LayerRecord read_layer_files(const std::filesystem::path& heights, const std::filesystem::path& inputs,

@@ -2,14 +2,15 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <stdexcept>
 #include <utility>
+
+#include "core/options/number.h"
 
 namespace firn {
 namespace {
 
-constexpr std::array<std::string_view, 5> kPixelFormats{"GREY", "Y10", "Y12", "Y16", "YUYV"};
+constexpr std::array<std::string_view, 6> kPixelFormats{"GREY", "Y10", "Y12", "Y16", "YUYV", "MJPG"};
 constexpr std::array kBauds{300, 1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400, 460800, 921600};
 
 [[noreturn]] void refuse(std::string_view text, const std::string& why) {
@@ -17,12 +18,11 @@ constexpr std::array kBauds{300, 1200, 2400, 4800, 9600, 19200, 38400, 57600, 11
 }
 
 int number(std::string_view text, std::string_view piece, const char* name, int low, int high) {
-  int v = 0;
-  const auto [end, error] = std::from_chars(piece.data(), piece.data() + piece.size(), v);
-  if (error != std::errc{} || end != piece.data() + piece.size() || v < low || v > high)
+  const std::optional<int> v = whole_number(piece, low, high);
+  if (!v)
     refuse(text, std::string(name) + " '" + std::string(piece) + "' must be a whole number in [" +
                      std::to_string(low) + ", " + std::to_string(high) + "]");
-  return v;
+  return *v;
 }
 
 void check_place(std::string_view text, std::string_view place, const char* what) {
@@ -133,7 +133,7 @@ PortAddress v4l2(std::string_view text, std::string_view rest) {
       return false;
     return true;
   };
-  read_options(a, text, rest, "size=WxH, format=GREY|Y10|Y12|Y16|YUYV, delay_us=N", take);
+  read_options(a, text, rest, "size=WxH, format=GREY|Y10|Y12|Y16|YUYV|MJPG, delay_us=N", take);
   return a;
 }
 

@@ -16,8 +16,10 @@ class WriteError : public std::runtime_error {
 };
 
 /// Writes a file whole or not at all: temporary file, fsync, rename. Follows symbolic links; a folder, a
-/// device or a pipe is never replaced. @throws UsageError: an unwritable place; WriteError
+/// device or a pipe is never replaced. In a run folder no link is followed (files/record/open_file.h).
+/// @throws UsageError: an unwritable place; WriteError
 void write_file_atomically(const std::filesystem::path& path, std::string_view content);
+/// Reads 64 MiB of a file in a run folder at most, and no link there.
 /// @throws UsageError naming path and the system's reason: a missing file, a folder
 std::string read_file(const std::filesystem::path& path);
 

@@ -1,11 +1,14 @@
 #include "lcmtypes/convert.h"
 
+#include <cmath>
+
 #include "core/grid/cell_quality.h"
+#include "firn/enums.h"
 
 namespace firn {
 
 grid_t to_message(const GridSpec& s) {
-  grid_t g;
+  grid_t g{};
   g.nx = s.nx;
   g.ny = s.ny;
   g.pitch_x_mm = s.pitch_x_mm;
@@ -17,6 +20,30 @@ grid_t to_message(const GridSpec& s) {
 
 GridSpec from_message(const grid_t& g) {
   return {g.nx, g.ny, g.pitch_x_mm, g.pitch_y_mm, g.origin_x_mm, g.origin_y_mm};
+}
+
+figure_t to_message(const Figure& f) {
+  figure_t m{};
+  m.known = 0;
+  const auto number = [&m](const std::optional<double>& x, FigurePart part) {
+    if (!x || !std::isfinite(*x)) return 0.0;
+    m.known = std::int8_t(m.known | part);
+    return *x;
+  };
+  m.value = number(f.value, kFigureValue);
+  m.limit = number(f.limit, kFigureLimit);
+  m.unit = f.unit;
+  m.key = f.key;
+  return m;
+}
+
+Figure from_message(const figure_t& m) {
+  Figure f;
+  if (m.known & kFigureValue) f.value = m.value;
+  if (m.known & kFigureLimit) f.limit = m.limit;
+  f.unit = m.unit;
+  f.key = m.key;
+  return f;
 }
 
 HeightMap height_of(const height_map_t& m) {

@@ -4,10 +4,12 @@
 #include <optional>
 #include <string>
 
+#include "core/grid/figure.h"
 #include "core/grid/grid.h"
 #include "core/grid/material.h"
 #include "core/path/trajectory_codec.h"
 #include "firn/deposition_report_t.hpp"
+#include "firn/figure_t.hpp"
 #include "firn/grid_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/layer_plan_t.hpp"
@@ -17,7 +19,9 @@
 namespace firn {
 
 grid_t to_message(const GridSpec& spec);
+figure_t to_message(const Figure& figure);  ///< a number that is not finite counts as not known
 GridSpec from_message(const grid_t& grid);
+Figure from_message(const figure_t& figure);
 
 HeightMap height_of(const height_map_t& map);  ///< NaN where not measured
 /// The same, NaN also where the map guesses the height; a map that does not count its rows names no guesses.

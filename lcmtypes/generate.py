@@ -4,7 +4,8 @@
     lcmtypes/generate.py ROOT OUT TYPE.lcm...
 
 Writes OUT/firn/all_types.h (every message), OUT/firn/enums.h (the enums of the comments), OUT/firn/channels.h (message
-classes and channel constants) and OUT/message_tables.cpp (limits, relations, channel rows, the .lcm texts). A file
+classes and channel constants) and OUT/message_tables.cpp (limits, relations, channel rows, the .lcm texts, the texts of
+their comments). A file
 whose text stays the same is not touched; OUT/generated always is, and OUT/generated.d names the C++ headers read.
 """
 import math
@@ -52,12 +53,15 @@ class Member:
         self.ranges = []     # (sub-path, low, high, above_low, nan_ok, condition)
         self.relations = []  # (kind, b, c, condition)
         self.enum = None     # name
+        self.range = ""      # the first one, as written
+        self.text = ""       # the comment behind the clauses
 
 
 class Enum:
     def __init__(self, name, bits, underlying):
         self.name, self.bits, self.underlying = name, bits, underlying
         self.values, self.header, self.users = None, None, []
+        self.text = ""       # of the values, as written
 
 
 def pieces(comment):
@@ -106,6 +110,8 @@ class Type:
         if not match or match[1] != path.stem:
             raise Mistake(f"{path.name}: 'struct {path.stem} {{' is wanted")
         self.name = match[1]
+        above = (line.strip().removeprefix("//").strip() for line in head.splitlines() if line.strip().startswith("//"))
+        self.text = " ".join(filter(None, above))
         for number_, line in enumerate(body.splitlines(), head.count("\n") + 2):
             match = MEMBER.match(line)
             if match:
@@ -146,9 +152,12 @@ class Words:
 
     def read_clauses(self, t, m):
         where = f"{t.path.name}: {m.name}"
-        for text in pieces(m.comment):
+        texts = list(pieces(m.comment))
+        for at, text in enumerate(texts):
             if self.clause(where, m, text):
+                m.range = m.range or (text if re.match(r"[\[(].*,", text) else "")
                 continue
+            m.text = "; ".join(texts[at:])
             if re.match(r"[\[(=<.]|(enum|bits)\b", text):
                 raise Mistake(f"{where}: '{text}' is neither range, relation nor enum")
             break
@@ -183,7 +192,7 @@ class Words:
         if values:
             if e.values is not None:
                 raise Mistake(f"{where}: enum {name} has its values at {e.users[0]}")
-            e.values, e.header = parse_values(values, where), header
+            e.values, e.header, e.text = parse_values(values, where), header, values
         m.enum = name
 
     def finish(self, t, m):
@@ -340,6 +349,7 @@ def channel_constants(words, channels):
 
 def tables(words, channels):
     out = ('#include <limits>\n\n#include "lcmtypes/channel_rows.h"\n#include "lcmtypes/limits.h"\n'
+           '#include "lcmtypes/member_texts.h"\n'
            '#include "lcmtypes/schema.h"\n\nnamespace firn {\nnamespace {\n\n'
            "constexpr double kAny = std::numeric_limits<double>::max();\nusing enum Delivery;\n\n"
            "constexpr Limit kLimits[] = {\n")
@@ -373,7 +383,15 @@ def tables(words, channels):
             "std::span<const ChannelFamily> channel_families() { return kFamilies; }\n\n"
             "std::string_view lcm_type_texts() {\n  return ")
     out += "\n".join(f'R"lcm({t.path.read_text()})lcm"' for t in words.types.values())
-    return out + ";\n}\n\n}  // namespace firn\n"
+    out += ";\n}\n\nnamespace {\n\nconstexpr MemberText kMemberTexts[] = {\n"
+    for t in words.types.values():
+        for m in t.members:
+            texts = (t.name, m.name, m.text, m.range, words.enums[m.enum].text if m.enum else "")
+            out += f"    {{{', '.join(map(quoted, texts))}}},\n"
+    out += "};\n\nconstexpr TypeText kTypeTexts[] = {\n"
+    out += "".join(f"    {{{quoted(t.name)}, {quoted(t.text)}}},\n" for t in words.types.values())
+    return out + ("};\n\n}  // namespace\n\nstd::span<const MemberText> member_texts() { return kMemberTexts; }\n"
+                  "std::span<const TypeText> type_texts() { return kTypeTexts; }\n\n}  // namespace firn\n")
 
 
 def write(path, text):

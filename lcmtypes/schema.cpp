@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "core/options/enumerators.h"
 #include "lcmtypes/schema_walk.h"
 
 namespace firn {
@@ -11,6 +12,8 @@ namespace firn {
 using namespace schema;
 
 namespace {
+
+static_assert(kSizes.size() == kTableSize<Kind>);
 
 struct PlaceSink : NullSink {
   std::span<FieldPlace> places;

@@ -43,7 +43,7 @@ struct Dimension {
   bool variable = false;
   std::int32_t size = 0;  ///< fixed
   int slot = -1;          ///< variable: which of the type's counting members
-  std::string text;       ///< as in the .lcm text: a number or the member's name
+  std::string text;       ///< as in the .lcm text: a number, also of a constant, or the member's name
 };
 inline constexpr std::size_t kMaxDimensions = 8;
 inline constexpr std::size_t kMaxSlots = 64;
@@ -70,6 +70,7 @@ struct Member {
 
 struct Type {
   std::string package, name;
+  bool enumeration = false;  ///< one int32_t, "value"
   std::vector<Member> members;
   std::vector<Field> fields;
   std::size_t slots = 0;           ///< counting members

@@ -1,6 +1,9 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <limits>
+#include <map>
+#include <optional>
 #include <stdexcept>
 
 #include "lcmtypes/schema_build.h"
@@ -50,6 +53,31 @@ std::uint64_t struct_hash(const std::vector<Member>& members) {
   return v;
 }
 
+// lcm-gen's hash of an enumeration [lcmgen.c: lcm_enum_hash]: values may be added later.
+std::uint64_t enumeration_hash(std::string_view name) { return hash_text(0x87654321, name); }
+
+// A whole number as strtoll reads it with base 0: decimal, 0x hexadecimal, 0 octal.
+std::optional<std::int64_t> whole_number(std::string_view text) {
+  const bool negative = text.starts_with('-');
+  if (negative) text.remove_prefix(1);
+  const bool hexadecimal = text.starts_with("0x") || text.starts_with("0X");
+  const int base = hexadecimal ? 16 : text.starts_with('0') && text.size() > 1 ? 8 : 10;
+  if (hexadecimal) text.remove_prefix(2);
+  std::uint64_t magnitude = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), magnitude, base);
+  constexpr auto kMost = std::uint64_t(std::numeric_limits<std::int64_t>::max());
+  if (error != std::errc{} || end != text.data() + text.size() || magnitude > kMost + (negative ? 1 : 0))
+    return {};
+  return std::int64_t(negative ? 0 - magnitude : magnitude);
+}
+
+// A constant of a struct.
+struct Constant {
+  Kind kind;
+  std::string text;  // of its value, as written: lcm-gen hashes it where the constant is the size of an array
+};
+using Constants = std::map<std::string, Constant, std::less<>>;
+
 class Parser {
  public:
   /// @param file named in errors and as the origin of types; empty: the types of the house
@@ -63,8 +91,10 @@ class Parser {
         expect(";");
       } else if (accept("struct")) {
         types.push_back(structure(package));
+      } else if (accept("enum")) {
+        types.push_back(enumeration(package));
       } else {
-        fail("'package' or 'struct' expected, found '" + std::string(token_) + "'");
+        fail("'package', 'struct' or 'enum' expected, found '" + std::string(token_) + "'");
       }
     }
   }
@@ -122,21 +152,26 @@ class Parser {
     return n;
   }
 
-  Type structure(const std::string& package) {
+  Type begin_type(const std::string& package) {
     Type type;
     type.package = package;
     if (!file_.empty()) type.origin = std::string(file_) + ":" + std::to_string(line_);
     type.name = name();
     expect("{");
+    return type;
+  }
+
+  Type structure(const std::string& package) {
+    Type type = begin_type(package);
+    Constants constants;
     while (!accept("}")) {
       if (accept("const")) {
-        while (!token_.empty() && token_ != ";") advance();
-        expect(";");
+        read_constants(type, constants);
         continue;
       }
       const std::string member_type = name();
       do {
-        type.members.push_back(member(type, member_type));
+        type.members.push_back(member(type, constants, member_type));
       } while (accept(","));
       expect(";");
     }
@@ -144,44 +179,100 @@ class Parser {
     return type;
   }
 
-  Member member(const Type& type, const std::string& member_type) {
+  // Encoded as an int32_t; the values may be left without commas or end with semicolons.
+  Type enumeration(const std::string& package) {
+    Type type = begin_type(package);
+    while (!accept("}")) {
+      const std::string value_name = name();
+      if (accept("=")) {
+        if (!whole_number(token_))
+          fail(value_name + ": a whole number expected, found '" + std::string(token_) + "'");
+        advance();
+      }
+      while (accept(",") || accept(";")) {
+      }
+    }
+    type.enumeration = true;
+    type.members.push_back({"value", "int32_t", Kind::kInt32, {}});
+    type.struct_hash = enumeration_hash(type.name);
+    return type;
+  }
+
+  // "int32_t ROWS = 0x2, COLS = 2;"
+  void read_constants(const Type& type, Constants& constants) {
+    const Primitive* p = primitive(token_);
+    if (!p || p->kind == Kind::kByte || p->kind == Kind::kBoolean || p->kind == Kind::kString)
+      fail("a constant is of an integer type, float or double, found '" + std::string(token_) + "'");
+    advance();
+    do {
+      const std::string constant = new_name(type, constants);
+      expect("=");
+      if (p->kind <= Kind::kInt64) check_constant(constant, *p);
+      constants.emplace(constant, Constant{p->kind, std::string(token_)});
+      advance();
+    } while (accept(","));
+    expect(";");
+  }
+
+  void check_constant(const std::string& constant, const Primitive& p) const {
+    const auto value = whole_number(token_);
+    const int unused_bits = 64 - int(8 * p.size);
+    if (!value || *value != (*value << unused_bits) >> unused_bits)
+      fail(constant + ": '" + std::string(token_) + "' is no value of " + std::string(p.name));
+  }
+
+  std::string new_name(const Type& type, const Constants& constants) {
+    if (constants.contains(token_) ||
+        std::ranges::find(type.members, token_, &Member::name) != type.members.end())
+      fail("'" + std::string(token_) + "' is declared twice in " + type.name);
+    return name();
+  }
+
+  Member member(const Type& type, const Constants& constants, const std::string& member_type) {
     const Primitive* p = primitive(member_type);
-    Member m{name(), member_type, p ? p->kind : Kind::kStruct, {}};
+    Member m{new_name(type, constants), member_type, p ? p->kind : Kind::kStruct, {}};
     while (accept("[")) {
-      const Dimension d = dimension(type, m.name);
+      m.dimensions.push_back(dimension(type, constants, m.name));
       advance();
       expect("]");
-      m.dimensions.push_back(d);
     }
     if (m.dimensions.size() > kMaxDimensions)
       fail(m.name + ": more than " + std::to_string(kMaxDimensions) + " dimensions");
     return m;
   }
 
-  // A number as strtol reads it with base 0, or a counting member.
-  Dimension dimension(const Type& type, const std::string& member) const {
+  // A number, a constant of the same struct, or a counting member.
+  Dimension dimension(const Type& type, const Constants& constants, const std::string& member) const {
+    const auto is_number = [](std::string_view text) {
+      return !text.empty() && (std::isdigit(static_cast<unsigned char>(text[0])) || text[0] == '-');
+    };
+    const auto constant = constants.find(token_);
     Dimension d;
     d.text = std::string(token_);
-    d.variable = token_.empty() || !(std::isdigit(static_cast<unsigned char>(token_[0])) || token_[0] == '-');
-    if (d.variable) {
+    std::string shown = d.text;
+    if (constant != constants.end()) {
+      d.text = constant->second.text;
+      shown += " = " + d.text;
+      if (constant->second.kind > Kind::kInt64) fail(member + ": array size " + shown + " is no integer");
+    } else if (!is_number(token_)) {
+      d.variable = true;
       check_counter(type, d.text);
       return d;
     }
-    std::string_view digits = token_;
-    const bool hexadecimal = digits.starts_with("0x") || digits.starts_with("0X");
-    const int base = hexadecimal ? 16 : digits.starts_with("0") && digits.size() > 1 ? 8 : 10;
-    if (hexadecimal) digits.remove_prefix(2);
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), d.size, base);
-    if (error != std::errc{} || end != digits.data() + digits.size())
-      fail(member + ": array size " + d.text + " is not a number");
-    if (d.size < 1) fail(member + ": array size " + d.text + " is not positive");
+    const auto size = whole_number(d.text);
+    if (!size) fail(member + ": array size " + shown + " is not a number");
+    if (*size < 1) fail(member + ": array size " + shown + " is not positive");
+    if (*size > std::numeric_limits<std::int32_t>::max())
+      fail(member + ": array size " + shown + " is above 2147483647");
+    d.size = std::int32_t(*size);
     return d;
   }
 
   void check_counter(const Type& type, const std::string& counter) const {
     for (const Member& m : type.members)
       if (m.name == counter && m.kind <= Kind::kInt64 && m.dimensions.empty()) return;
-    fail("array size '" + counter + "' is no integer member before the array");
+    fail("array size '" + counter + "' is no integer member or constant of " + type.name +
+         " before the array");
   }
 
   std::string_view rest_, token_, file_;

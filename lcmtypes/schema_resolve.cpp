@@ -9,7 +9,7 @@ namespace firn {
 namespace schema {
 namespace {
 
-constexpr std::size_t kMostNested = 32, kMostStructs = 10000;
+constexpr std::size_t kMaxNested = 32, kMaxStructs = 10000;
 constexpr std::size_t kEndless = std::size_t(1) << 40;  // bytes; more than any message
 
 // A name with a package stands for itself; another one is looked for in the user's package first.
@@ -32,6 +32,7 @@ class Resolver {
   // A type inside itself counts nothing [lcm-gen, emit_cpp.c: _computeHash].
   std::uint64_t hash(const Type& type) {
     if (std::ranges::find(parents_, &type) != parents_.end()) return 0;
+    if (type.enumeration) return type.struct_hash;
     enter(type);
     std::uint64_t sum = type.struct_hash;
     for (const Member& m : type.members)
@@ -76,6 +77,11 @@ class Resolver {
       if (const auto it = counters.find(m.name); it != counters.end()) f.slot = it->second;
       if (m.kind == Kind::kStruct) {
         const Type& element = find_type(names_, type, m.type);
+        if (element.enumeration) {
+          f.kind = Kind::kInt32;
+          out.fields.push_back(std::move(f));
+          continue;
+        }
         if (m.dimensions.empty()) {
           flatten(element, f.path + ".", out);
           continue;
@@ -92,7 +98,7 @@ class Resolver {
 
  private:
   void enter(const Type& type) {
-    if (parents_.size() == kMostNested || ++structs_ > kMostStructs)
+    if (parents_.size() == kMaxNested || ++structs_ > kMaxStructs)
       throw std::invalid_argument("LCM types: " + type.name + " is nested too deeply or too often");
     parents_.push_back(&type);
   }

@@ -19,7 +19,7 @@ using namespace schema;
 
 namespace {
 
-constexpr std::size_t kMostFields = 64;
+constexpr std::size_t kMaxFields = 64;
 
 struct Check {
   std::size_t field;
@@ -56,7 +56,7 @@ const Limit* general_limit(const Type& type, const Field& field) {
 
 Plan plan_for(const Type& type) {
   Plan plan{&type, {}, {}};
-  if (type.fields.size() > kMostFields)
+  if (type.fields.size() > kMaxFields)
     throw std::logic_error(type.name + " has more members than validate() can hold");
   for (std::size_t i = 0; i < type.fields.size(); ++i) {
     const Field& f = type.fields[i];
@@ -78,7 +78,7 @@ Plan plan_for(const Type& type) {
     if (r.type != type.name) continue;
     const int a = field_index(type, r.a), b = field_index(type, r.b),
               c = r.c.empty() ? 0 : field_index(type, r.c);
-    if (a < 0 || b < 0 || c < 0) continue;  // unmatched_limits() says so
+    if (a < 0 || b < 0 || c < 0) continue;  // tests/lcmtypes/limit_rows.h names it
     plan.relations.push_back(
         {r, std::size_t(a), std::size_t(b), std::size_t(c), r.when.empty() ? -1 : field_index(type, r.when)});
   }
@@ -135,32 +135,19 @@ template <class Bits, Bits kInfinite>
   }
   return bad != 0;
 }
-bool floats_portable(const std::byte* p, std::size_t n, std::uint32_t high, bool nan_ok) {
+FIRN_CLONES bool any_float_outside(const std::byte* p, std::size_t n, std::uint32_t high, bool nan_ok) {
   return any_real_outside<std::uint32_t, 0x7f800000u>(p, n, high, nan_ok);
 }
-bool doubles_portable(const std::byte* p, std::size_t n, std::uint64_t high, bool nan_ok) {
+FIRN_CLONES bool any_double_outside(const std::byte* p, std::size_t n, std::uint64_t high, bool nan_ok) {
   return any_real_outside<std::uint64_t, 0x7ff0000000000000u>(p, n, high, nan_ok);
 }
-#ifdef __x86_64__
-__attribute__((target("avx2"))) bool floats_avx2(const std::byte* p, std::size_t n, std::uint32_t high,
-                                                 bool nan_ok) {
-  return any_real_outside<std::uint32_t, 0x7f800000u>(p, n, high, nan_ok);
-}
-__attribute__((target("avx2"))) bool doubles_avx2(const std::byte* p, std::size_t n, std::uint64_t high,
-                                                  bool nan_ok) {
-  return any_real_outside<std::uint64_t, 0x7ff0000000000000u>(p, n, high, nan_ok);
-}
-#else
-constexpr auto floats_avx2 = floats_portable;
-constexpr auto doubles_avx2 = doubles_portable;
-#endif
 
 bool any_outside(Kind kind, const std::byte* p, std::size_t n, double high, bool nan_ok) {
   if (kind == Kind::kFloat) {
     const float most = float(std::min(high, double(std::numeric_limits<float>::max())));
-    return (has_avx2() ? floats_avx2 : floats_portable)(p, n, std::bit_cast<std::uint32_t>(most), nan_ok);
+    return any_float_outside(p, n, std::bit_cast<std::uint32_t>(most), nan_ok);
   }
-  return (has_avx2() ? doubles_avx2 : doubles_portable)(p, n, std::bit_cast<std::uint64_t>(high), nan_ok);
+  return any_double_outside(p, n, std::bit_cast<std::uint64_t>(high), nan_ok);
 }
 
 // First element outside the limit, or n.
@@ -187,7 +174,7 @@ std::string text_of(double v) {
 
 struct Message {
   std::span<const std::byte> bytes;
-  std::array<FieldPlace, kMostFields> places;
+  std::array<FieldPlace, kMaxFields> places;
   const Type* type;
 
   double number(std::size_t field, std::size_t k = 0) const {
@@ -299,33 +286,6 @@ std::optional<std::string> validate(std::string_view channel, std::string_view t
 
 std::optional<std::string> validate(const ChannelInfo& channel, std::span<const std::byte> message) {
   return validate(channel.name, channel.type, message);
-}
-
-std::vector<std::string> unmatched_limits() {
-  std::vector<std::string> lost;
-  const auto known = [](std::string_view type, std::string_view path) {
-    for (const Type& t : Schema::builtin().types())
-      if (type == t.name && field_index(t, path) >= 0) return true;
-    return false;
-  };
-  const auto demand = [&](std::string_view type, std::string_view path) {
-    if (!path.empty() && !known(type, path)) lost.push_back(std::string(type) + "." + std::string(path));
-  };
-  for (const Limit& l : limits()) {
-    demand(l.type, l.path);
-    demand(l.type, l.when);
-  }
-  for (const Relation& r : relations())
-    for (const std::string_view path : {r.a, r.b, r.c, r.when}) demand(r.type, path);
-  return lost;
-}
-
-std::vector<std::string> unlimited_members() {
-  std::vector<std::string> free;
-  for (const Type& t : Schema::builtin().types())
-    for (const Field& f : t.fields)
-      if (f.kind < Kind::kString && !general_limit(t, f)) free.push_back(t.name + "." + f.path);
-  return free;
 }
 
 }  // namespace firn

@@ -21,9 +21,4 @@ std::optional<std::string> validate(const ChannelInfo& channel, std::span<const 
 std::optional<std::string> validate(std::string_view channel, std::string_view type,
                                     std::span<const std::byte> message);
 
-/// Rows of the limits table that name no member of any type: empty, or a rename has lost a limit.
-std::vector<std::string> unmatched_limits();
-/// Numbers, "type.path", for which no row of the table sets a limit.
-std::vector<std::string> unlimited_members();
-
 }  // namespace firn

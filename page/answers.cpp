@@ -3,23 +3,25 @@
 #include <optional>
 #include <stdexcept>
 
+#include "core/options/number.h"
+#include "files/run_paths.h"
 #include "files/text_file.h"
 #include "page/bundle.h"
 #include "page/client_frame.h"
-#include "page/record_tail.h"
 #include "page/view_json.h"
 #include "page/web_rules.h"
-#include "print/folder/run_config.h"
 #include "print/folder/run_report.h"
 #include "report/run/differing_parameters.h"
 #include "report/run/report_page.h"
+#include "runs/folder/config_change.h"
+#include "runs/read/run_reader.h"
 
 namespace firn::page {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostReported = 6;
+constexpr std::size_t kMaxReported = 6;
 
 WebReply page_of(std::string html) {
   WebReply r;
@@ -29,7 +31,10 @@ WebReply page_of(std::string html) {
   return r;
 }
 
-WebReply no_run(const std::string& id) { return refusal(404, "there is no run '" + id.substr(0, 100) + "'"); }
+WebReply no_run(const std::string& id) {
+  return refusal(
+      404, "there is no run '" + id.substr(0, 100) + "', or several have this name: /api/runs has addresses");
+}
 
 WebReply give(const WebRequest& request, const Asset& asset) {
   WebReply r;
@@ -46,7 +51,7 @@ WebReply give(const WebRequest& request, const Asset& asset) {
 }
 
 WebReply exchanges(const fs::path& folder) try {
-  RecordTail files(folder, {});
+  runs::RunReader files(folder, {});
   files.poll([](auto...) {});
   WebReply r;
   r.body = exchanges_json(files.take_exchanges());
@@ -55,32 +60,28 @@ WebReply exchanges(const fs::path& folder) try {
   return refusal(500, e.what());
 }
 
-WebReply lamp(const std::function<LampSum()>& work) {
+WebReply lamp(const std::function<runs::LampSum()>& work) {
   WebReply r;
   r.body = lamp_json(work());
   return r;
 }
 
 // As firn report does. The seals are left to it, which also replays and audits.
-WebReply report(const std::vector<fs::path>& folders) try {
-  std::vector<replay::ReportRun> runs;
+WebReply report(const Product& product, const std::vector<fs::path>& folders) try {
+  std::vector<report::ReportRun> runs;
   std::vector<Experiment> experiments;
   for (const fs::path& folder : folders) {
-    runs.push_back({run_data(folder), "", ""});
+    runs.push_back({run_data(product, folder), "", ""});
     runs.back().data.provenance.emplace_back("seal", "not looked at by the page; firn report does");
     const std::string file = folder.string() + ": recorded configuration";
-    experiments.push_back(parse_recorded_experiment(recorded_config(folder), file));
+    experiments.push_back(parse_recorded_experiment(runs::recorded_config(folder), file));
   }
-  return page_of(replay::report_page(runs, differing_parameters(experiments)));
+  return page_of(report::report_page(runs, report::differing_parameters(experiments)));
 } catch (const std::exception& e) {
   return refusal(409, std::string("there is no report yet: ") + e.what());
 }
 
-std::optional<int> layer_of(const std::string& text) {
-  if (text.empty() || text.size() > 7 || text.find_first_not_of("0123456789") != text.npos)
-    return std::nullopt;
-  return std::stoi(text);
-}
+std::optional<int> layer_of(const std::string& text) { return whole_number(text, 0, 9'999'999); }
 
 }  // namespace
 
@@ -109,6 +110,12 @@ std::string Answers::wanted_run(const std::vector<std::string>& parts) {
 std::function<WebReply()> Answers::slow_answer(const WebRequest& request,
                                                const std::vector<std::string>& parts) const {
   if (request.method != "GET") return nullptr;
+  if (parts.size() == 2 && parts[0] == "api" && parts[1] == "runs")
+    return [work = runs_.list()] {
+      WebReply r;
+      r.body = work();
+      return r;
+    };
   const std::string wanted =
       parts.size() == 4 && parts[0] == "api" && parts[1] == "runs" ? parts[3] : std::string();
   if (wanted == "exchanges" || wanted == "lamp") {
@@ -121,11 +128,11 @@ std::function<WebReply()> Answers::slow_answer(const WebRequest& request,
   std::vector<fs::path> folders;
   for (const std::string& id : query_values(request.target, "run")) {
     const auto folder = runs_.find(id);
-    if (!folder || folders.size() == kMostReported) return nullptr;
+    if (!folder || folders.size() == kMaxReported) return nullptr;
     folders.push_back(*folder);
   }
   if (folders.empty()) return nullptr;
-  return [folders] { return report(folders); };
+  return [&product = product_, folders] { return report(product, folders); };
 }
 
 WebReply Answers::answer(const WebRequest& request, const std::vector<std::string>& parts, double now_s) try {
@@ -145,20 +152,16 @@ WebReply Answers::answer_api(const WebRequest& request, const std::vector<std::s
   if (request.method != "GET") return refusal(405, "only GET, and POST of notes");
   if (parts[1] != "runs") return refusal(404, "there is no such run");
   WebReply r;
-  if (parts.size() == 2) {
-    r.body = runs_.list_json();
-    return r;
-  }
   if (parts.size() == 4 && parts[3] == "report") {
     const auto folder = runs_.find(parts[2]);
-    if (!folder || !fs::is_regular_file(*folder / "report.html"))
+    if (!folder || !fs::is_regular_file(RunPaths(*folder).report_path()))
       return refusal(404, "there is no report: firn report RUN writes one");
-    return page_of(read_file(*folder / "report.html"));
+    return page_of(read_file(RunPaths(*folder).report_path()));
   }
   const auto run = runs_.opened(parts[2]);
   if (!run) return no_run(parts[2]);
   if (parts.size() == 3) {
-    r.body = run->hello(now_s);
+    r.body = run->hello(now_s, runs_.label(run->folder()));
     return r;
   }
   const auto surface = parts.size() == 6 && parts[3] == "layers" ? surface_of(parts[5]) : std::nullopt;

@@ -35,7 +35,8 @@ WebReply refusal(int status, const std::string& why);
 
 class Answers {
  public:
-  Answers(const ServerOptions& options, RunSet& runs) : options_(options), runs_(runs) {}
+  Answers(const Product& product, const ServerOptions& options, RunSet& runs)
+      : product_(product), options_(options), runs_(runs) {}
 
   /// @param parts of the target; the run that they name has been opened, if there is one
   /// @param now_s of a steady clock
@@ -43,8 +44,9 @@ class Answers {
 
   /// Returns the run that must be open for the answer; empty: none.
   static std::string wanted_run(const std::vector<std::string>& parts);
-  /// Returns the work of an answer that takes seconds, from any thread: a report of runs, the last exchanges
-  /// of a run's instruments, the hours of its lamp; nothing: the answer is no such one.
+  /// Returns the work of an answer that takes seconds, from any thread: the list of runs, a report of
+  /// runs, the last exchanges of a run's instruments, the hours of its lamp; nothing: the answer is no such
+  /// one.
   std::function<WebReply()> slow_answer(const WebRequest& request,
                                         const std::vector<std::string>& parts) const;
 
@@ -52,6 +54,7 @@ class Answers {
   WebReply answer_api(const WebRequest& request, const std::vector<std::string>& parts, double now_s);
   WebReply take_notes(const WebRequest& request, const std::string& id);
 
+  const Product& product_;
   const ServerOptions& options_;
   RunSet& runs_;
 };

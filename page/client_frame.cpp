@@ -9,14 +9,14 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::int64_t kMostId = std::int64_t(1) << 53;
+constexpr std::int64_t kMaxId = std::int64_t(1) << 53;
 constexpr int kDeepest = 4;
 
 // A parser that goes down a level for every bracket must not be sent down by a browser.
-Json parse_object(std::string_view text, std::size_t most_bytes) {
-  if (text.size() > most_bytes)
+Json parse_object(std::string_view text, std::size_t max_bytes) {
+  if (text.size() > max_bytes)
     throw std::invalid_argument("a frame of " + std::to_string(text.size()) + " bytes; at most " +
-                                std::to_string(most_bytes));
+                                std::to_string(max_bytes));
   bool too_deep = false;
   const Json j = Json::parse(
       text.begin(), text.end(),
@@ -31,12 +31,12 @@ Json parse_object(std::string_view text, std::size_t most_bytes) {
   return j;
 }
 
-std::string text_of(const Json& j, const char* key, std::size_t most_bytes) {
+std::string text_of(const Json& j, const char* key, std::size_t max_bytes) {
   const auto at = j.find(key);
   if (at == j.end() || !at->is_string()) throw std::invalid_argument(std::string(key) + ": must be a text");
   const std::string& text = at->get_ref<const std::string&>();
-  if (text.size() > most_bytes)
-    throw std::invalid_argument(std::string(key) + ": at most " + std::to_string(most_bytes) + " bytes");
+  if (text.size() > max_bytes)
+    throw std::invalid_argument(std::string(key) + ": at most " + std::to_string(max_bytes) + " bytes");
   return text;
 }
 
@@ -82,11 +82,11 @@ std::vector<std::string> words_of(const Json& j) {
 }  // namespace
 
 ClientFrame parse_client_frame(std::string_view text) {
-  const Json j = parse_object(text, kMostFrameBytes);
+  const Json j = parse_object(text, kMaxFrameBytes);
   const std::string type = text_of(j, "type", 20);
   ClientFrame f;
   if (type == "ping") {
-    f.id = integer_of(j, "id", 0, kMostId);
+    f.id = integer_of(j, "id", 0, kMaxId);
   } else if (type == "follow") {
     f.kind = ClientFrame::Kind::kFollow;
     if (const auto s = j.find("surface"); s != j.end() && !s->is_null()) {
@@ -99,7 +99,7 @@ ClientFrame parse_client_frame(std::string_view text) {
       f.layer = int(integer_of(j, "layer", 0, 1'000'000));
   } else if (type == "command") {
     f.kind = ClientFrame::Kind::kCommand;
-    f.id = integer_of(j, "id", 0, kMostId);
+    f.id = integer_of(j, "id", 0, kMaxId);
     f.words = words_of(j);
     f.token = j.contains("token") ? text_of(j, "token", 200) : "";
   } else {
@@ -109,16 +109,16 @@ ClientFrame parse_client_frame(std::string_view text) {
 }
 
 Notes parse_notes(std::string_view text, std::string* token) {
-  const Json j = parse_object(text, token ? kMostNotesBytes : 2 * kMostNotesBytes);
+  const Json j = parse_object(text, token ? kMaxNotesBytes : 2 * kMaxNotesBytes);
   if (token) *token = j.contains("token") ? text_of(j, "token", 200) : "";
   Notes n;
-  n.note = text_of(j, "note", kMostNotesBytes);
+  n.note = text_of(j, "note", kMaxNotesBytes);
   const auto tags = j.find("tags");
-  if (tags == j.end() || !tags->is_array() || tags->size() > kMostTags)
-    throw std::invalid_argument("tags: must be a list of at most " + std::to_string(kMostTags) + " texts");
+  if (tags == j.end() || !tags->is_array() || tags->size() > kMaxTags)
+    throw std::invalid_argument("tags: must be a list of at most " + std::to_string(kMaxTags) + " texts");
   for (const Json& tag : *tags) {
-    if (!tag.is_string() || tag.get_ref<const std::string&>().size() > kMostTagBytes)
-      throw std::invalid_argument("tags: each must be a text of at most " + std::to_string(kMostTagBytes) +
+    if (!tag.is_string() || tag.get_ref<const std::string&>().size() > kMaxTagBytes)
+      throw std::invalid_argument("tags: each must be a text of at most " + std::to_string(kMaxTagBytes) +
                                   " bytes");
     n.tags.push_back(tag.get<std::string>());
   }

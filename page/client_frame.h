@@ -21,7 +21,7 @@ struct ClientFrame {
   std::vector<std::string> words;  ///< kCommand: as of firn ctl, {"pause"}, {"set", "KEY=VALUE"}
 };
 
-inline constexpr std::size_t kMostFrameBytes = 4096;
+inline constexpr std::size_t kMaxFrameBytes = 4096;
 
 /// @throws std::invalid_argument naming the member and its requirement
 ClientFrame parse_client_frame(std::string_view text);
@@ -30,9 +30,9 @@ struct Notes {
   std::vector<std::string> tags;
   std::string note;
 };
-inline constexpr std::size_t kMostNotesBytes = 16384;
-inline constexpr std::size_t kMostTags = 32;
-inline constexpr std::size_t kMostTagBytes = 64;
+inline constexpr std::size_t kMaxNotesBytes = 16384;
+inline constexpr std::size_t kMaxTags = 32;
+inline constexpr std::size_t kMaxTagBytes = 64;
 
 /// Reads {"token", "tags", "note"} of a browser, or RUN/notes.json, which has no token and line breaks.
 /// @param token receives the token; nullptr: none is wanted

@@ -48,7 +48,7 @@ def manual(text):
             parts.append(f"<p>{inline(' '.join(block.split()))}</p>")
     title = html.escape(text.splitlines()[0].lstrip("# "))
     return (f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{title}</title>'
-            f'<meta name="viewport" content="width=device-width"><link rel="stylesheet" href="/app.css">'
+            f'<meta name="viewport" content="width=device-width"><link rel="stylesheet" href="../app.css">'
             f'<main class="manual">\n' + "\n".join(parts) + "\n</main></html>\n").encode()
 
 

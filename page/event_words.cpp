@@ -43,6 +43,9 @@ constexpr InterlockWords kTable[] = {
     {16, "a gas or its sheath was lost, or does not follow its set point",
      "look at the bottle, the lines and the nozzle, then: firn print --resume RUN",
      "gas.lost_share, gas.lost_s, gas.most_pressure_kpa"},
+    {17, "the stage, or a place where the shutter switches, is off the planned path",
+     "look for an obstacle and at the drive's tuning; the layer is in doubt and is measured after the resume",
+     "process.most_path_error_mm"},
 };
 
 }  // namespace

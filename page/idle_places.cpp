@@ -7,7 +7,7 @@ namespace firn::page {
 
 IdlePlaces::Place IdlePlaces::enter(std::string from, std::function<void()> close) {
   const auto alike = [&](const auto& one) { return one->from == from; };
-  if (std::size_t(std::ranges::count_if(list_, alike)) >= kMostFromOne) {
+  if (std::size_t(std::ranges::count_if(list_, alike)) >= kMaxFromOne) {
     const auto oldest = std::ranges::find_if(list_, alike);
     const auto gone = *oldest;
     list_.erase(oldest);

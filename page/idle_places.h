@@ -17,7 +17,7 @@ class IdlePlaces {
   using List = std::list<std::shared_ptr<const Waiting>>;  // longest wait first
 
  public:
-  static constexpr std::size_t kMostFromOne = 100;
+  static constexpr std::size_t kMaxFromOne = 100;
 
   /// The time in which a connection waits.
   class Place {
@@ -32,7 +32,7 @@ class IdlePlaces {
     std::shared_ptr<const Waiting> mine_;
   };
 
-  /// Takes a connection that waits from now on. Where kMostFromOne of its address wait, the first of them is
+  /// Takes a connection that waits from now on. Where kMaxFromOne of its address wait, the first of them is
   /// closed. @param close must not end a Place by itself, but soon
   Place enter(std::string from, std::function<void()> close);
   /// Closes the connection that has waited longest, from anywhere. @returns false: none waits

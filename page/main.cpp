@@ -1,6 +1,6 @@
 // The process `page`: shows one print to browsers while it runs. The launcher starts it and never waits for
-// it. Arguments: --run DIR --control-fd N. Down the control line comes "TOKEN <32 digits>", up goes
-// "PAGE <address>"; the process ends with the control line.
+// it. Arguments: --run DIR --control-fd N. Down the control line come "PUBLIC", if whoever reaches the page
+// may read, and "TOKEN <32 digits>", up goes "PAGE <address>"; the process ends with the control line.
 #include <poll.h>
 #include <sys/resource.h>
 
@@ -10,7 +10,9 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/options/arguments.h"
 #include "page/server.h"
+#include "print/labs/full_product.h"
 #include "runtime/control_line.h"
 
 namespace {
@@ -24,11 +26,14 @@ void give_way() {
   std::ofstream("/proc/self/oom_score_adj") << "900";
 }
 
-std::string take_token(firn::ControlLine& control) {
-  for (;;) {
+void take_rights(firn::ControlLine& control, firn::page::ServerOptions& options) {
+  while (options.token.empty()) {
     pollfd readable{control.fd(), POLLIN, 0};
     ::poll(&readable, 1, -1);
-    if (const auto line = control.next(); line && line->starts_with("TOKEN ")) return line->substr(6);
+    while (const auto line = control.next()) {
+      if (*line == "PUBLIC") options.is_public = true;
+      if (line->starts_with("TOKEN ")) options.token = line->substr(6);
+    }
     if (control.closed()) throw std::runtime_error("no token came");
   }
 }
@@ -40,14 +45,14 @@ int main(int argc, char** argv) try {
   if (argc != 5 || words[0] != "--run" || words[1] != "--control-fd")
     throw std::runtime_error("wanted: --run DIR --control-fd N");
   give_way();
-  firn::ControlLine control(std::stoi(argv[4]));
+  firn::ControlLine control(firn::argument_number<std::int32_t>(words[1], argv[4]));
   firn::page::ServerOptions options;
   options.live = argv[2];
   options.places = {std::filesystem::absolute(options.live).parent_path()};
-  options.token = take_token(control);
+  take_rights(control, options);
   options.stop_fd = control.fd();
   options.listening = [&](const std::string& address) { control.say("PAGE " + address); };
-  firn::page::serve(options);
+  firn::page::serve(firn::full_product(), options);
   return 0;
 } catch (const std::exception& e) {
   std::fprintf(stderr, "page: %s\n", e.what());

@@ -10,18 +10,15 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "frames are little endian");
 
-constexpr std::string_view kWords[kSurfaces] = {"measured", "target",    "error",
-                                                "planned",  "predicted", "truth"};
-
 }  // namespace
 
 std::optional<Surface> surface_of(std::string_view word) {
-  const auto found = std::ranges::find(kWords, word);
-  if (found == std::end(kWords)) return std::nullopt;
-  return Surface(found - std::begin(kWords));
+  const auto found = std::ranges::find(kSurfaceWords, word);
+  if (found == std::end(kSurfaceWords)) return std::nullopt;
+  return Surface(found - std::begin(kSurfaceWords));
 }
 
-std::string_view word_of(Surface surface) { return kWords[std::size_t(surface)]; }
+std::string_view word_of(Surface surface) { return kSurfaceWords[std::size_t(surface)]; }
 
 std::vector<std::byte> encode_map(Surface surface, int layer, const GridSpec& grid, std::uint32_t flags,
                                   double t_s, std::span<const float> values) {
@@ -33,7 +30,7 @@ std::vector<std::byte> encode_map(Surface surface, int layer, const GridSpec& gr
   };
   std::memcpy(at, "FMAP", 4);
   at += 4;
-  put(std::uint16_t{1});
+  put(std::uint16_t{kMapVersion});
   put(std::uint16_t(surface));
   put(std::uint32_t(layer));
   put(std::uint32_t(grid.nx));
@@ -46,7 +43,7 @@ std::vector<std::byte> encode_map(Surface surface, int layer, const GridSpec& gr
 
 std::vector<std::byte> encode_rows(Surface surface, int layer, const HeightMap& height, std::uint32_t flags,
                                    double t_s, std::span<const std::uint64_t> stamps, std::uint64_t since) {
-  std::vector<std::byte> frame = encode_map(surface, layer, height.spec, flags | kRows, t_s, {});
+  std::vector<std::byte> frame = encode_map(surface, layer, height.spec, flags | kMapRows, t_s, {});
   const std::size_t nx = std::size_t(height.spec.nx);
   std::vector<float> values(nx);
   for (std::size_t j = 0; j < stamps.size(); ++j) {

@@ -8,7 +8,8 @@
 #include "core/grid/decision.h"
 #include "core/grid/npy.h"
 #include "core/grid/outline.h"
-#include "files/text_file.h"
+#include "core/slice/coverage/footprint.h"
+#include "files/record/file.h"
 #include "firn/control_surface_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/height_model_t.hpp"
@@ -17,14 +18,13 @@
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
 #include "page/map_head.h"
-#include "replay/ice_error.h"
-#include "report/run/truth.h"
+#include "runs/read/truth.h"
 
 namespace firn::page {
 namespace {
 
-constexpr double kUm = 1e3;               // per mm
-constexpr std::size_t kMostDerived = 40;  // values that are computed at one look
+constexpr double kUm = 1e3;              // per mm
+constexpr std::size_t kMaxDerived = 40;  // values that are computed at one look
 
 template <class Message>
 std::optional<Message> decode(std::span<const std::byte> bytes) {
@@ -39,9 +39,8 @@ double time_s(const Message& m) {
 }
 
 std::vector<std::byte> bytes_of(const std::filesystem::path& file) {
-  const std::string text = read_file(file);
-  const auto bytes = std::as_bytes(std::span(text));
-  return {bytes.begin(), bytes.end()};
+  const record::MappedFile mapped(file, record::MappedFile::Packed::kAsIs);
+  return {mapped.bytes().begin(), mapped.bytes().end()};
 }
 
 HeightMap error_of(const HeightMap& height, const HeightMap& target, const Mask& mask) {
@@ -53,7 +52,7 @@ HeightMap error_of(const HeightMap& height, const HeightMap& target, const Mask&
 
 std::vector<int> newest(std::vector<int>& layers) {
   std::vector<int> some = std::exchange(layers, {});
-  if (some.size() > kMostDerived) some.erase(some.begin(), some.end() - kMostDerived);
+  if (some.size() > kMaxDerived) some.erase(some.begin(), some.end() - kMaxDerived);
   return some;
 }
 
@@ -85,7 +84,7 @@ std::set<std::string, std::less<>> RunMaps::channels() {
           std::string(channels::kHeightProfile.name)};
 }
 
-void RunMaps::take(std::string_view channel, std::span<const std::byte> message, Place place) {
+void RunMaps::take(std::string_view channel, std::span<const std::byte> message, runs::Place place) {
   if (channel == channels::kHeightMap.name) {
     const auto m = map_head(message);
     if (!m) return;
@@ -129,7 +128,8 @@ std::shared_ptr<const RunMaps::Wanted> RunMaps::wanted(int layer, const GridSpec
   const slice::LayerPaths* l = layers_ ? slice::find_layer(*layers_, layer) : nullptr;
   if (!l) return nullptr;
   return std::make_shared<const Wanted>(
-      Wanted{HeightMap(grid, l->z * slice::kMmPerUnit), replay::judged_cells(*l, grid)});
+      Wanted{HeightMap(grid, l->z * geometry::kMmPerUnit),
+             slice::footprint_mask(slice::footprint_materials(*l, grid))});  // as LAYER_METRICS
 }
 
 std::optional<std::vector<std::byte>> RunMaps::planned(int layer) {
@@ -140,12 +140,12 @@ std::optional<std::vector<std::byte>> RunMaps::planned(int layer) {
   if (paths_) {
     const auto m = decode<control_surface_t>(bytes);
     if (!m) return std::nullopt;
-    return encode_map(Surface::kPlanned, layer, from_message(m->grid), kFactors, time_s(*m), m->u);
+    return encode_map(Surface::kPlanned, layer, from_message(m->grid), kMapFactor, time_s(*m), m->u);
   }
   const auto m = decode<layer_plan_t>(bytes);
   if (!m) return std::nullopt;
   const std::vector<float> drops(m->drops.begin(), m->drops.end());
-  return encode_map(Surface::kPlanned, layer, from_message(m->grid), kCounts, time_s(*m), drops);
+  return encode_map(Surface::kPlanned, layer, from_message(m->grid), kMapDroplets, time_s(*m), drops);
 }
 
 // The model wants every cell: those that were not measured count as the mean of the others.
@@ -176,7 +176,7 @@ std::optional<RunMaps::Measured> RunMaps::predicted(int layer) {
 
 std::optional<RunMaps::Measured> RunMaps::truth(int layer) {
   std::optional<Measured> found;
-  replay::each_truth(run_, [&](std::int32_t of, HeightMap surface) {
+  runs::each_truth(run_, [&](std::int32_t of, HeightMap surface) {
     if (of == layer) found = Measured{std::move(surface), 0.0};
   });
   return found;
@@ -247,8 +247,8 @@ void RunMaps::on_profile(std::span<const std::byte> message) {
 std::optional<std::vector<std::byte>> RunMaps::partial(std::uint64_t since) const {
   if (rows_layer_ < 0) return std::nullopt;
   if (since >= first_stamp_)
-    return encode_rows(Surface::kMeasured, rows_layer_, rows_, kPart, rows_s_, stamps_, since);
-  return encode_heights(Surface::kMeasured, rows_layer_, rows_, kPart, rows_s_);
+    return encode_rows(Surface::kMeasured, rows_layer_, rows_, kMapPartial, rows_s_, stamps_, since);
+  return encode_heights(Surface::kMeasured, rows_layer_, rows_, kMapPartial, rows_s_);
 }
 
 }  // namespace firn::page

@@ -18,7 +18,7 @@
 #include "core/grid/grid.h"
 #include "core/slice/paths/print_paths.h"
 #include "page/map_frame.h"
-#include "page/record_tail.h"
+#include "runs/read/run_reader.h"
 
 namespace firn::page {
 
@@ -30,13 +30,13 @@ struct MapRequest {
 class RunMaps {
  public:
   /// Returns a message again.
-  using Reader = std::function<std::vector<std::byte>(const Place&)>;
+  using Reader = std::function<std::vector<std::byte>(const runs::Place&)>;
   /// @param inputs files by role, of the run's provenance; a missing or damaged one leaves surfaces out
   RunMaps(std::filesystem::path run, const Experiment& experiment,
           const std::map<std::string, std::filesystem::path>& inputs, Reader read);
 
   static std::set<std::string, std::less<>> channels();
-  void take(std::string_view channel, std::span<const std::byte> message, Place place);
+  void take(std::string_view channel, std::span<const std::byte> message, runs::Place place);
 
   /// Returns the map as a frame; nothing: the run has no such map.
   std::optional<std::vector<std::byte>> frame(const MapRequest& request);
@@ -58,7 +58,7 @@ class RunMaps {
 
  private:
   struct MapPlace {
-    Place place;
+    runs::Place place;
     double t_s = 0.0;
   };
   struct Measured {

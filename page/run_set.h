@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "page/run_digest.h"
 #include "page/watched_run.h"
+#include "runs/read/run_digest.h"
 
 namespace firn::page {
 
@@ -22,8 +22,12 @@ class RunSet {
   /// @throws UsageError: a place that is neither
   RunSet(std::vector<std::filesystem::path> places, std::filesystem::path live);
 
-  /// Returns the folder of a run; nothing: there is no such run.
+  /// Returns the folder of a run by its address (runs/folder/address.h), "live", or a folder's name that one
+  /// run alone has; nothing: there is no such run, or several have the name.
   std::optional<std::filesystem::path> find(const std::string& id) const;
+  /// Returns the name under which a run is shown: that of its folder, and its place where others have the
+  /// name.
+  std::string label(const std::filesystem::path& run) const;
   /// Returns a run that is open; empty: it is not, or there is no such run.
   std::shared_ptr<WatchedRun> opened(const std::string& id);
   /// Takes a run that was read; it stays open while somebody has it, the last one longer.
@@ -31,23 +35,29 @@ class RunSet {
   /// Returns the runs that somebody has.
   std::vector<std::shared_ptr<WatchedRun>> opened();
 
-  /// Returns {"runs": [...]}, newest first.
-  std::string list_json();
+  /// Returns the work, for any thread, that writes {"runs": [...]}, newest first: it reads files of each run.
+  std::function<std::string()> list();
   /// Returns the work that reads the last error of one run that the list lacks, for any thread; nothing:
   /// nobody has asked for the list, it lacks none, or the work of before goes on.
   std::function<void()> error_to_read();
   /// Returns the work, for any thread, that sums how long the lamp of a run was open in earlier runs.
-  std::function<LampSum()> lamp_before(const std::filesystem::path& run) const;
+  std::function<runs::LampSum()> lamp_before(const std::filesystem::path& run) const;
 
  private:
   struct Digests {
     std::mutex mutex;
-    std::map<std::filesystem::path, RunDigest> of;  // of runs that are over
+    std::map<std::filesystem::path, runs::RunDigest> of;  // of runs that are over
     bool reading = false;
 
-    RunDigest get(const std::filesystem::path& folder);
+    runs::RunDigest get(const std::filesystem::path& folder);
   };
+  using Errors = std::map<std::filesystem::path, runs::RunDigest::Error>;
   std::vector<std::filesystem::path> folders() const;
+  static std::string list_json(const std::vector<std::filesystem::path>& folders, Digests& digests,
+                               const Errors& of_opened);
+  static std::vector<std::filesystem::path> folders(const std::vector<std::filesystem::path>& places,
+                                                    const std::filesystem::path& live);
+  static std::string label(const std::filesystem::path& run, bool others_have_the_name);
 
   std::vector<std::filesystem::path> places_;
   std::filesystem::path live_;

@@ -7,6 +7,7 @@
 
 #include "core/grid/decision.h"
 #include "core/grid/device.h"
+#include "core/options/for_people.h"
 #include "core/path/path.h"
 #include "firn/control_surface_t.hpp"
 #include "firn/enums.h"
@@ -20,14 +21,14 @@
 #include "firn/run_start_t.hpp"
 #include "firn/stage_command_t.hpp"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/convert.h"
 #include "page/event_words.h"
-#include "page/fault_figures.h"
 
 namespace firn::page {
 namespace {
 
-constexpr std::size_t kMostEvents = 1000;  // older ones are forgotten; the run's log keeps them
-constexpr std::size_t kMostPaths = 4096;
+constexpr std::size_t kMaxEvents = 1000;  // older ones are forgotten; the run's log keeps them
+constexpr std::size_t kMaxPaths = 4096;
 
 std::string layer_words(int layer) { return "layer " + std::to_string(layer); }
 
@@ -120,7 +121,7 @@ void RunView::on_command(std::string_view channel, std::span<const std::byte> by
     path_job_t m{};
     if (!decode(bytes, m)) return;
     paths_[m.path] = {m.layer, m.index, m.count, PathKind(m.kind) == PathKind::kMeasurement};
-    if (paths_.size() > kMostPaths) paths_.erase(paths_.begin());
+    if (paths_.size() > kMaxPaths) paths_.erase(paths_.begin());
   } else if (channel == channels::kRobotCommand.name) {
     robot_command_t m{};
     if (!decode(bytes, m) || RobotVerb(m.verb) != RobotVerb::kRun) return;
@@ -177,6 +178,7 @@ void RunView::on_operator(std::span<const std::byte> bytes) {
       told("stop after this layer");
       break;
     case OperatorVerb::kStop:
+      operator_stopped_ = true;
       told("safe stop");
       break;
     case OperatorVerb::kAcceptDoubt:
@@ -208,11 +210,10 @@ void RunView::on_fault(std::span<const std::byte> bytes) {
                         : severity == Severity::kWarning ? Weight::kWarning
                                                          : Weight::kNotice;
   EventRow& e = event(weight, m.node, m.text);
-  if (const auto figures = fault_figures(m.code, m.text, facts_.numbers)) {
-    e.value = figures->value;
-    e.limit = figures->limit;
-    e.unit = figures->unit;
-  }
+  const Figure figure = from_message(m.figure);
+  e.value = figure.value;
+  e.limit = figure.limit;
+  e.unit = figure.unit;
   if (const InterlockWords* row = interlock_words(m.code)) {
     e.cause = row->cause;
     e.remedy = row->remedy;
@@ -229,16 +230,16 @@ void RunView::on_fault(std::span<const std::byte> bytes) {
       changed_instruments_.insert(m.node);
     }
   if (weight == Weight::kFault && last_stop_.words.empty())
-    last_stop_ = {"", m.node + ": " + m.text, e.cause, e.remedy, e.manual};
+    last_stop_ = {.words = m.node + ": " + m.text, .cause = e.cause, .remedy = e.remedy, .manual = e.manual};
 }
 
 void RunView::set_phase(Phase phase, std::string words) {
   const bool ends = phase == Phase::kStopped || phase == Phase::kFinished || phase == Phase::kInterrupted;
-  if ((phase_ == phase && words_ == words) || (end_ && !ends))
+  if ((phase_ == phase && words_ == for_people(words)) || (end_ && !ends))
     return;  // the last messages may come after the end
   new_.state = true;
   phase_ = phase;
-  words_ = std::move(words);
+  words_ = for_people(words);
 }
 
 EventRow& RunView::event(Weight weight, std::string source, std::string words) {
@@ -247,8 +248,8 @@ EventRow& RunView::event(Weight weight, std::string source, std::string words) {
   e.t_s = double(utime_us_) * 1e-6;
   e.weight = weight;
   e.source = std::move(source);
-  e.words = std::move(words);
-  if (events_.size() == kMostEvents) events_.pop_front();
+  e.words = for_people(words);
+  if (events_.size() == kMaxEvents) events_.pop_front();
   return events_.emplace_back(std::move(e));
 }
 

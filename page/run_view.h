@@ -26,8 +26,8 @@ struct ViewFacts {
   std::set<std::string> real;                ///< nodes of instruments that are no simulation
   /// Settings of an instrument that the page shows: label, value, unit; by node.
   std::map<std::string, std::vector<std::tuple<std::string, std::string, std::string>>> details;
-  std::map<int, std::string> limits;      ///< by code of an interlock: "process.min_measured_fraction 0.8"
-  std::map<std::string, double> numbers;  ///< settings by key
+  std::map<int, std::string> limits;  ///< by code of an interlock: "process.min_measured_fraction 0.8"
+  bool platen = false;                ///< the heater is a platen
 };
 
 /// Rows that are new since the last call.
@@ -59,6 +59,8 @@ class RunView {
   void overspill(int layer, double percent);
   /// Takes the end that the run folder holds, or that nobody prints it any more.
   void over(const std::string& outcome, const std::string& reason);
+  /// Takes verdict and facts of the result that the run folder holds.
+  void judged(const std::string& verdict, std::optional<bool> within, const std::string& facts);
   /// Takes that the print goes on after an end: it was resumed.
   void resumed();
 
@@ -111,7 +113,7 @@ class RunView {
   int layer_ = 0, layers_expected_ = 0;
   int first_layer_ = -1;  // with metrics, of this incarnation
   double first_s_ = 0.0;  // node time of it
-  bool paused_ = false, stopping_ = false;
+  bool paused_ = false, stopping_ = false, operator_stopped_ = false;
   std::optional<int> doubt_layer_;
   std::string doubt_words_;
   double lamp_open_s_ = 0.0;  // by the commands of this print

@@ -3,7 +3,9 @@
 #include <cmath>
 #include <utility>
 
+#include "core/grid/decision.h"
 #include "core/grid/device.h"
+#include "core/options/enumerators.h"
 #include "firn/answer_t.hpp"
 #include "firn/deposition_report_t.hpp"
 #include "firn/device_state_t.hpp"
@@ -28,7 +30,9 @@ namespace {
 constexpr double kMeasuredUm = 1e3;  // per mm
 constexpr const char* kDeviceStates[] = {"disconnected", "connecting", "identifying", "safe",  "staged",
                                          "armed",        "active",     "suspect",     "fault", "estop"};
+static_assert(std::size(kDeviceStates) == kTableSize<DeviceState>);
 constexpr const char* kOutcomes[] = {"ready", "done", "nothing done", "unknown", "refused", "failed"};
+static_assert(std::size(kOutcomes) == kTableSize<Outcome>);
 constexpr const char* kTemperaturePlaces[] = {"tip", "laser", "conduit joint"};
 
 template <std::size_t N>
@@ -123,8 +127,7 @@ void RunView::on_instrument(std::string_view channel, std::span<const std::byte>
     temperature_t m{};
     if (!decode(bytes, m)) return;
     temperatures_.clear();
-    if (facts_.numbers.contains("heater.platen_degC"))
-      return void(temperatures_.emplace_back("platen", m.degC[0], m.set_degC[0]));
+    if (facts_.platen) return void(temperatures_.emplace_back("platen", m.degC[0], m.set_degC[0]));
     for (std::size_t n = 0; n < std::size(kTemperaturePlaces); ++n)
       temperatures_.emplace_back(kTemperaturePlaces[n], m.degC[n], m.set_degC[n]);
     return;
@@ -155,13 +158,16 @@ void RunView::on_line_plan(std::span<const std::byte> bytes) {
     estimates_.push_back({double(utime_us_) * 1e-6, name, value, std::nan(""), unit});
     new_.estimates.push_back(estimates_.back());
   };
-  add("flow", m.flow_share, "");
-  add("sheath_gas", m.sheath_share, "");
-  add("shutter_opens_late_by", m.open_delay_s * 1e3, "ms");
-  add("shutter_closes_late_by", m.close_delay_s * 1e3, "ms");
+  // Else no layer follows that has a shutter and a flow.
+  if (PlanDecision(m.decision) == PlanDecision::kPrint) {
+    add("flow", m.flow_share, "");
+    add("sheath_gas", m.sheath_share, "");
+    add("shutter_opens_late_by", m.open_delay_s * 1e3, "ms");
+    add("shutter_closes_late_by", m.close_delay_s * 1e3, "ms");
+  }
   for (const auto& [name, mm] :
        {std::pair("lines_start_late_by", m.start_error_mm), std::pair("lines_end_late_by", m.end_error_mm)})
-    if (std::isfinite(mm)) add(name, mm * kMeasuredUm, "um");
+    if (std::isfinite(mm)) add(name, mm, "mm");
 }
 
 void RunView::on_estimate(std::string_view channel, std::span<const std::byte> bytes) {
@@ -189,9 +195,15 @@ void RunView::on_stop(std::string_view channel, std::span<const std::byte> bytes
   if (channel == channels::kSafeStop.name) {
     safe_stop_t m{};
     if (!decode(bytes, m) || phase_ == Phase::kStopping || phase_ == Phase::kStopped) return;
-    if (last_stop_.words.empty())
-      last_stop_ = {"", m.cause, "", std::string(kResume), std::string(kStopPage)};
+    if (end_ && end_->whole) return;  // a finished print ends safe, too
     set_phase(Phase::kStopping, "the lab is made safe: " + m.cause);
+    if (operator_stopped_) {
+      last_stop_ = {.words = m.cause, .by_operator = true};
+      event(Weight::kNotice, "safety", "safe stop").cause = m.cause;
+      return;
+    }
+    if (last_stop_.words.empty())
+      last_stop_ = {.words = m.cause, .remedy = std::string(kResume), .manual = std::string(kStopPage)};
     EventRow& e = event(Weight::kStop, "safety", "safe stop");
     e.cause = m.cause;
     e.remedy = last_stop_.remedy;
@@ -202,6 +214,7 @@ void RunView::on_stop(std::string_view channel, std::span<const std::byte> bytes
   if (!decode(bytes, m)) return;
   constexpr const char* kEnds[] = {"finished", "ended early", "stopped safely", "waits for operator",
                                    "out of tolerance"};
+  static_assert(std::size(kEnds) == kTableSize<RunOutcome>);
   over(word_of(kEnds, m.outcome), m.reason);
 }
 
@@ -212,13 +225,14 @@ void RunView::over(const std::string& outcome, const std::string& reason) {
   EndRow end;
   if (stopped) end = last_stop_;
   end.outcome = outcome;
+  end.whole = whole;
   end.words = outcome + (reason.empty() ? "" : ": " + reason);
   if (end.cause.empty()) end.cause = stopped && !last_stop_.words.empty() ? last_stop_.words : reason;
   if (end.remedy.empty() && !whole)
     end.remedy = outcome == "waits for operator"
                      ? "decide, then: firn print --resume RUN (with --accept-doubt or --set)"
                      : "firn print --resume RUN goes on with it";
-  if (end.manual.empty() && stopped) end.manual = kStopPage;
+  if (end.manual.empty() && stopped && !end.by_operator) end.manual = kStopPage;
   end_ = end;
   paused_ = false;
   stopping_ = false;
@@ -228,15 +242,28 @@ void RunView::over(const std::string& outcome, const std::string& reason) {
             : outcome == "interrupted" ? Phase::kInterrupted
                                        : Phase::kStopped,
             end.words);
-  EventRow& e = event(whole ? Weight::kInfo : Weight::kStop, "print", end.words);
+  EventRow& e = event(outcome == "finished" ? Weight::kInfo
+                      : whole               ? Weight::kWarning
+                      : end.by_operator     ? Weight::kNotice
+                                            : Weight::kStop,
+                      "print", end.words);
   e.cause = end.cause == reason ? "" : end.cause;
   e.remedy = end.remedy;
   e.manual = end.manual;
 }
 
+void RunView::judged(const std::string& verdict, std::optional<bool> within, const std::string& facts) {
+  if (!end_ || (end_->verdict == verdict && end_->facts == facts)) return;
+  end_->verdict = verdict;
+  end_->within = within;
+  end_->facts = facts;
+  new_.ended = true;
+}
+
 void RunView::resumed() {
   end_.reset();
   last_stop_ = {};
+  operator_stopped_ = false;
   paused_ = false;
   stopping_ = false;
   new_.state = true;

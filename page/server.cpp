@@ -27,17 +27,17 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <sstream>
 #include <stdexcept>
-#include <thread>
 
 #include "page/answers.h"
 #include "page/client_frame.h"
+#include "page/command_thread.h"
 #include "page/idle_places.h"
 #include "page/listening.h"
 #include "page/view_json.h"
 #include "page/web_rules.h"
-#include "print/operator/operator_client.h"
-#include "runtime/precedence.h"
+#include "runs/folder/address.h"
 #include "runtime/run_clock.h"
 
 namespace firn::page {
@@ -52,14 +52,18 @@ using namespace std::chrono_literals;
 
 constexpr std::chrono::seconds kPatience{10};  // for a request, for an answer to an order
 constexpr auto kTick = 25ms;
-constexpr auto kMapPause = 100ms;                                // between two maps that are being measured
-constexpr auto kStatePause = 250ms;                              // between two states without an event
-constexpr std::size_t kMostWaitingBytes = std::size_t(4) << 20;  // of text for one tab
-constexpr int kSocketBuffer = 1 << 19;                           // so much of a map may wait in the kernel
+constexpr auto kMapPause = 100ms;                               // between two maps that are being measured
+constexpr auto kStatePause = 250ms;                             // between two states without an event
+constexpr std::size_t kMaxWaitingBytes = std::size_t(4) << 20;  // of text for one tab
+constexpr int kSocketBuffer = 1 << 19;                          // so much of a map may wait in the kernel
 constexpr int kNice = 10;
+constexpr std::uint32_t kMaxHeadBytes = 8192;
+constexpr std::uint64_t kMaxBodyBytes = kMaxNotesBytes + 1024;  // notes with their token
+constexpr std::size_t kMaxUnreadBytes = std::size_t(1) << 22;   // of a request that is too long
 
 template <class T>
 using Shared = std::shared_ptr<const T>;
+using Bytes = std::vector<std::byte>;
 
 double steady_s() { return double(monotonic_ns()) * 1e-9; }
 
@@ -69,124 +73,9 @@ using Socket = beast::websocket::stream<beast::tcp_stream>;
 std::string to_string(beast::string_view text) { return {text.data(), text.size()}; }
 void make_ready(Socket& socket) {
   socket.set_option(beast::websocket::stream_base::timeout{kPatience, 60s, true});
-  socket.read_message_max(kMostFrameBytes);
+  socket.read_message_max(kMaxFrameBytes);
   socket.auto_fragment(false);
 }
-
-// An error ends one connection or run: the others go on.
-void run_through(asio::io_context& io) {
-  for (;;) try {
-      io.run();
-      return;
-    } catch (const std::exception& e) {
-      std::fprintf(stderr, "page: %s\n", e.what());
-    }
-}
-
-// The order goes the way of firn ctl, to the launcher; the frame answers the browser.
-asio::awaitable<std::string> obey(fs::path folder, ClientFrame frame) {
-  std::string error, words;
-  try {
-    const auto executor = co_await asio::this_coro::executor;
-    OperatorClient client(folder);
-    client.say("from page");
-    client.send(parse_order(frame.words));
-    asio::posix::stream_descriptor readable(executor, ::dup(client.fd()));
-    asio::steady_timer patience(executor, kPatience);
-    patience.async_wait([&readable](boost::system::error_code stopped) {
-      boost::system::error_code ignored;
-      if (!stopped) readable.cancel(ignored);
-    });
-    std::optional<std::string> line;
-    for (boost::system::error_code ended; !line && !ended && !client.closed();) {
-      line = client.next(0.0);
-      if (!line)
-        co_await readable.async_wait(asio::posix::stream_descriptor::wait_read,
-                                     asio::redirect_error(asio::use_awaitable, ended));
-    }
-    patience.cancel();
-    if (!line)
-      error =
-          client.closed() ? "the print ended before it answered" : "the print has not answered within 10 s";
-    else if (line->starts_with("ok "))
-      words = line->substr(3);
-    else
-      error = line->substr(line->find(' ') + 1);
-  } catch (const std::exception& e) {
-    error = e.what();
-  }
-  co_return answer_frame(frame.id, error.empty(), error, words);
-}
-
-// Serves those who may command before all other work: a safe stop waits for no file, map or watcher.
-class CommandThread {
- public:
-  CommandThread() : work_(asio::make_work_guard(io_)), thread_([this] { run(); }) {}
-  ~CommandThread() {
-    io_.stop();
-    thread_.join();
-  }
-  CommandThread(const CommandThread&) = delete;
-  CommandThread& operator=(const CommandThread&) = delete;
-
-  static constexpr const char* kProtocol = "firn";
-  /// Takes a connection whose request named this protocol and the token. From any thread.
-  void take(tcp::socket socket, Request request, fs::path folder) {
-    boost::system::error_code error;
-    const auto protocol = socket.local_endpoint(error).protocol();
-    const int fd = error ? -1 : socket.release(error);
-    if (error) return;  // it has gone
-    asio::post(io_, [this, protocol, fd, request = std::move(request), folder = std::move(folder)]() mutable {
-      tcp::socket mine(io_, protocol, fd);
-      if (lines_ >= kMostLines) return;  // closes it
-      ++lines_;
-      asio::co_spawn(io_, serve(std::move(mine), std::move(request), std::move(folder)),
-                     [this](const std::exception_ptr&) { --lines_; });
-    });
-  }
-
- private:
-  static constexpr int kMostLines = 32;
-  void run() {
-    const Precedence precedence;
-    run_through(io_);
-  }
-
-  static asio::awaitable<void> serve(tcp::socket socket, Request request, fs::path folder) {
-    Socket ws(std::move(socket));
-    make_ready(ws);
-    ws.set_option(beast::websocket::stream_base::decorator([](beast::websocket::response_type& response) {
-      response.set(http::field::sec_websocket_protocol, kProtocol);
-    }));
-    co_await ws.async_accept(request, asio::use_awaitable);
-    beast::flat_buffer buffer;
-    for (;;) {
-      co_await ws.async_read(buffer, asio::use_awaitable);
-      std::string answer;
-      std::optional<ClientFrame> command;
-      try {
-        const auto data = buffer.data();
-        ClientFrame frame = parse_client_frame({static_cast<const char*>(data.data()), data.size()});
-        if (frame.kind != ClientFrame::Kind::kCommand) throw std::invalid_argument("only commands here");
-        command = std::move(frame);
-      } catch (const std::exception& e) {
-        answer = error_frame(e.what());
-      }
-      buffer.consume(buffer.size());
-      if (command) {
-        auto obeyed = obey(folder, std::move(*command));
-        answer = co_await std::move(obeyed);
-      }
-      ws.text(true);
-      co_await ws.async_write(asio::buffer(answer), asio::use_awaitable);
-    }
-  }
-
-  asio::io_context io_{1};
-  asio::executor_work_guard<asio::io_context::executor_type> work_;
-  int lines_ = 0;
-  std::thread thread_;
-};
 
 // One browser's WebSocket. It reads as fast as it likes: text waits up to a limit, of maps only the newest.
 class Tab : public std::enable_shared_from_this<Tab> {
@@ -196,12 +85,12 @@ class Tab : public std::enable_shared_from_this<Tab> {
   Socket& socket() { return socket_; }
   void push(Shared<std::string> text) {
     waiting_bytes_ += text->size();
-    if (waiting_bytes_ > kMostWaitingBytes) return close();
+    if (waiting_bytes_ > kMaxWaitingBytes) return close();
     texts_.push_back(std::move(text));
     write_next();
   }
   void push(const std::string& text) { push(std::make_shared<const std::string>(text)); }
-  void push_map(Shared<std::vector<std::byte>> map) {
+  void push_map(Shared<Bytes> map) {
     map_ = std::move(map);
     write_next();
   }
@@ -222,8 +111,7 @@ class Tab : public std::enable_shared_from_this<Tab> {
     const auto done = [self = shared_from_this()](boost::system::error_code error, std::size_t) {
       self->writing_ = false;
       self->map_in_flight_.reset();
-      if (error) return;
-      self->write_next();
+      if (!error) self->write_next();
     };
     if (!texts_.empty()) {
       socket_.text(true);
@@ -243,16 +131,17 @@ class Tab : public std::enable_shared_from_this<Tab> {
   std::deque<Shared<std::string>> texts_;
   std::size_t waiting_bytes_ = 0;
   Shared<std::string> text_in_flight_;
-  Shared<std::vector<std::byte>> map_, map_in_flight_;
+  Shared<Bytes> map_, map_in_flight_;
 };
 
 // GCC 12 destroys temporaries of a co_await expression twice: each awaited object has a name.
 class Server {
  public:
-  explicit Server(const ServerOptions& options)
-      : options_(options),
+  Server(const Product& product, const ServerOptions& options)
+      : product_(product),
+        options_(options),
         runs_(options.places, options.live),
-        answers_(options, runs_),
+        answers_(product, options, runs_),
         acceptor_(io_),
         timer_(io_),
         gives_way_(!options.live.empty()) {}
@@ -265,10 +154,9 @@ class Server {
     std::optional<asio::posix::stream_descriptor> stop;
     if (options_.stop_fd >= 0) {
       stop.emplace(io_, ::dup(options_.stop_fd));
-      stop->async_wait(asio::posix::stream_descriptor::wait_read,
-                       [this](boost::system::error_code) { io_.stop(); });
+      stop->async_wait(asio::posix::stream_descriptor::wait_read, [this](auto) { io_.stop(); });
     }
-    run_through(io_);
+    run_through([this] { io_.run(); });
   }
 
  private:
@@ -279,7 +167,8 @@ class Server {
   asio::awaitable<void> watch();
   asio::awaitable<WebReply> answer(const WebRequest& request);
   asio::awaitable<std::shared_ptr<WatchedRun>> open(const std::string& id);
-  bool own(const Request& request) const;
+  std::string foreign(const Request& request) const;  // why it is refused; "" = it is not
+  bool may_read(const Request& request) const;
   bool take_line(beast::tcp_stream& stream, const Request& request);
   void take(const std::shared_ptr<Tab>& tab, std::string_view text);
   void follow(const std::shared_ptr<Tab>& tab, const ClientFrame& frame);
@@ -300,6 +189,7 @@ class Server {
   void send_maps(WatchedRun& run);
   void send_rows();
 
+  const Product& product_;
   const ServerOptions& options_;
   RunSet runs_;
   Answers answers_;
@@ -334,7 +224,7 @@ asio::awaitable<void> Server::accept() {
       co_await pause.async_wait(asio::use_awaitable);
       continue;
     }
-    if (connections_ >= kMostConnections && !idle_.make_room()) continue;  // closes it
+    if (connections_ >= kMaxConnections && !idle_.make_room()) continue;  // closes it
     socket.set_option(tcp::no_delay(true), error);
     socket.set_option(asio::socket_base::send_buffer_size(kSocketBuffer), error);
     ++connections_;
@@ -342,9 +232,14 @@ asio::awaitable<void> Server::accept() {
   }
 }
 
-bool Server::own(const Request& request) const {
-  return host_allowed(to_string(request[http::field::host]), own_) &&
-         origin_allowed(to_string(request[http::field::origin]), own_);
+std::string Server::foreign(const Request& request) const {
+  return foreign_words(to_string(request[http::field::host]), to_string(request[http::field::origin]), own_);
+}
+
+bool Server::may_read(const Request& request) const {
+  return options_.is_public || options_.token.empty() ||
+         shows_token(to_string(request[http::field::authorization]), to_string(request[http::field::cookie]),
+                     options_.token);
 }
 
 WebRequest as_web_request(Request&& request) {
@@ -371,6 +266,19 @@ Response as_response(WebReply&& reply, unsigned version, bool keep_alive, bool h
   return r;
 }
 
+// The rest of the request is read for a while: a connection that is closed before loses the answer.
+asio::awaitable<void> refuse_rest(beast::tcp_stream& stream, WebReply why) {
+  Response response = as_response(std::move(why), 11, false, false);
+  stream.expires_after(kPatience);
+  co_await http::async_write(stream, response, asio::use_awaitable);
+  boost::system::error_code ended;
+  stream.socket().shutdown(tcp::socket::shutdown_send, ended);
+  std::vector<char> rest(1 << 16);
+  for (std::size_t read = 0; !ended && read < kMaxUnreadBytes;)
+    read +=
+        co_await stream.async_read_some(asio::buffer(rest), asio::redirect_error(asio::use_awaitable, ended));
+}
+
 asio::awaitable<void> Server::serve(tcp::socket socket) {
   boost::system::error_code ignored;
   const std::string from = socket.remote_endpoint(ignored).address().to_string();
@@ -378,25 +286,38 @@ asio::awaitable<void> Server::serve(tcp::socket socket) {
   beast::flat_buffer buffer(1 << 16);
   for (bool go_on = true; go_on;) {
     http::request_parser<http::string_body> parser;
-    parser.header_limit(8192);
-    parser.body_limit(kMostNotesBytes + 1024);
+    parser.header_limit(kMaxHeadBytes);
+    parser.body_limit(kMaxBodyBytes);
     stream.expires_after(kPatience);
+    boost::system::error_code ended;
     {
       const IdlePlaces::Place place = idle_.enter(from, [&stream] { stream.close(); });
-      co_await http::async_read(stream, buffer, parser, asio::use_awaitable);
+      co_await http::async_read(stream, buffer, parser, asio::redirect_error(asio::use_awaitable, ended));
     }
+    if (ended == http::error::body_limit || ended == http::error::header_limit) {
+      WebReply told = ended == http::error::body_limit
+                          ? refusal(413, "a body has at most " + std::to_string(kMaxBodyBytes) + " bytes")
+                          : refusal(431, "the head has at most " + std::to_string(kMaxHeadBytes) + " bytes");
+      auto refusing = refuse_rest(stream, std::move(told));
+      co_await std::move(refusing);
+      co_return;
+    }
+    if (ended) co_return;  // it has gone, or sent no HTTP
     Request request = parser.release();
-    if (beast::websocket::is_upgrade(request) && own(request)) {
+    if (beast::websocket::is_upgrade(request) && foreign(request).empty()) {
       stream.expires_never();
       if (take_line(stream, request)) co_return;
-      if (request.target().starts_with("/ws"))
+      if (request.target().starts_with("/ws") && may_read(request))
         co_return co_await serve_tab(stream.release_socket(), std::move(request));
     }
     const unsigned version = request.version();
     const bool head = request.method() == http::verb::head;
     go_on = request.keep_alive();
-    WebReply reply = refusal(403, "Host or Origin is not this page's");
-    if (own(request)) {
+    WebReply reply = refusal(403, foreign(request));
+    const bool of_runs = request.target().starts_with("/api/") || beast::websocket::is_upgrade(request);
+    if (foreign(request).empty() && of_runs && !may_read(request)) {
+      reply = refusal(401, std::string(kNoToken));
+    } else if (foreign(request).empty()) {
       const WebRequest asked = as_web_request(std::move(request));
       reply = co_await answer(asked);
     }
@@ -417,7 +338,13 @@ bool Server::take_line(beast::tcp_stream& stream, const Request& request) {
     return false;
   const auto folder = runs_.find(run_of(target));
   if (!folder) return false;
-  commands_.take(stream.release_socket(), request, *folder);
+  boost::system::error_code gone;
+  tcp::socket socket = stream.release_socket();
+  const bool v6 = socket.local_endpoint(gone).protocol() == tcp::v6();
+  const int fd = gone ? -1 : socket.release(gone);
+  std::ostringstream text;
+  text << request;
+  if (!gone) commands_.take(fd, v6, text.str(), {*folder, runs::address_of(*folder).run_id});
   return true;
 }
 
@@ -451,7 +378,8 @@ asio::awaitable<std::shared_ptr<WatchedRun>> Server::open(const std::string& id)
   std::shared_ptr<WatchedRun> run;
   std::exception_ptr trouble;
   try {
-    auto reading = apart([at = *folder] { return std::make_shared<WatchedRun>(at, steady_s()); });
+    auto reading =
+        apart([this, at = *folder] { return std::make_shared<WatchedRun>(product_, at, steady_s()); });
     run = co_await std::move(reading);
     runs_.keep(run);
     if (run->live()) gives_way_ = true;
@@ -470,7 +398,7 @@ asio::awaitable<void> Server::serve_tab(tcp::socket socket, Request request) {
   make_ready(ws);
   co_await ws.async_accept(request, asio::use_awaitable);
   const std::string id = run_of(to_string(request.target()));
-  std::string trouble = "no run '" + id.substr(0, 100) + "'";
+  std::string trouble = "no run '" + id.substr(0, 100) + "', or several of this name";
   try {
     tab->run = co_await open(id);
   } catch (const std::exception& e) {
@@ -483,7 +411,7 @@ asio::awaitable<void> Server::serve_tab(tcp::socket socket, Request request) {
     co_return;
   }
   look(tab->run);  // so that nothing of before comes after the greeting
-  tab->push(tab->run->hello(steady_s()));
+  tab->push(tab->run->hello(steady_s(), runs_.label(tab->run->folder())));
   tabs_.insert(tab);
   beast::flat_buffer buffer;
   boost::system::error_code error;
@@ -509,8 +437,9 @@ void Server::take(const std::shared_ptr<Tab>& tab, std::string_view text) {
   if (frame.kind == ClientFrame::Kind::kFollow) return follow(tab, frame);
   if (options_.token.empty() || !same_secret(frame.token, options_.token))
     return tab->push(answer_frame(frame.id, false, std::string(kNoToken), ""));
-  asio::co_spawn(io_, obey(tab->run->folder(), std::move(frame)),
-                 [tab](const std::exception_ptr&, const std::string& answer) { tab->push(answer); });
+  commands_.obey({tab->run->folder(), tab->run->run_id()}, std::move(frame), [this, tab](std::string answer) {
+    asio::post(io_, [tab, answer = std::move(answer)] { tab->push(answer); });
+  });
 }
 
 void Server::follow(const std::shared_ptr<Tab>& tab, const ClientFrame& frame) {
@@ -519,7 +448,7 @@ void Server::follow(const std::shared_ptr<Tab>& tab, const ClientFrame& frame) {
   if (!frame.surface) return;
   const auto layer = frame.layer ? frame.layer : tab->run->newest_layer();
   auto map = layer ? tab->run->map({*frame.surface, *layer}) : std::nullopt;
-  if (map) return tab->push_map(std::make_shared<const std::vector<std::byte>>(std::move(*map)));
+  if (map) return tab->push_map(std::make_shared<const Bytes>(std::move(*map)));
   if (frame.layer)
     tab->push(answer_frame(std::nullopt, false,
                            "layer " + std::to_string(*frame.layer) + " has no map '" +
@@ -565,14 +494,14 @@ void Server::look(const std::shared_ptr<WatchedRun>& run) {
 }
 
 void Server::send_maps(WatchedRun& run) {
-  std::map<Surface, Shared<std::vector<std::byte>>> made;  // one for all tabs
+  std::map<Surface, Shared<Bytes>> made;  // one for all tabs
   for (const auto& tab : tabs_) {
     if (tab->run.get() != &run || !tab->follows) continue;
     auto& map = made[*tab->follows];
     if (!map) {
       auto frame = run.map({*tab->follows, run.newest_layer().value_or(0)});
       if (!frame) continue;
-      map = std::make_shared<const std::vector<std::byte>>(std::move(*frame));
+      map = std::make_shared<const Bytes>(std::move(*frame));
     }
     tab->push_map(map);
   }
@@ -580,14 +509,12 @@ void Server::send_maps(WatchedRun& run) {
 
 // A tab that still receives earlier rows gets the rows of both times later.
 void Server::send_rows() {
-  std::map<std::pair<WatchedRun*, std::uint64_t>, Shared<std::vector<std::byte>>> made;
+  std::map<std::pair<WatchedRun*, std::uint64_t>, Shared<Bytes>> made;
   for (const auto& tab : tabs_) {
     const std::uint64_t stamp = tab->run->rows_stamp();
     if (tab->follows != Surface::kMeasured || tab->rows_seen >= stamp || tab->busy()) continue;
     auto& rows = made[{tab->run.get(), tab->rows_seen}];
-    if (!rows)
-      rows = std::make_shared<const std::vector<std::byte>>(
-          tab->run->partial_map(tab->rows_seen).value_or(std::vector<std::byte>()));
+    if (!rows) rows = std::make_shared<const Bytes>(tab->run->partial_map(tab->rows_seen).value_or(Bytes()));
     tab->rows_seen = stamp;
     tab->push_map(rows);
   }
@@ -595,6 +522,6 @@ void Server::send_rows() {
 
 }  // namespace
 
-void serve(const ServerOptions& options) { Server(options).run(); }
+void serve(const Product& product, const ServerOptions& options) { Server(product, options).run(); }
 
 }  // namespace firn::page

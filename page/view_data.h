@@ -8,6 +8,8 @@
 #include <tuple>
 #include <vector>
 
+#include "firn/page_protocol.h"
+
 namespace firn::page {
 
 struct LayerRow {
@@ -19,8 +21,6 @@ struct LayerRow {
   std::optional<double> predicted_rms_um;            ///< by the model, before the layer was printed
   double decide_ms = 0.0;                            ///< node time; 0: a print in simulated time takes none
 };
-
-enum class Weight { kInfo, kNotice, kWarning, kFault, kStop };
 
 struct EventRow {
   std::int64_t n = 0;  ///< counts from 1
@@ -50,19 +50,6 @@ struct EstimateRow {
   std::string unit;
 };
 
-enum class Phase {
-  kStarting,
-  kDepositing,
-  kCuring,
-  kMeasuring,
-  kDeciding,
-  kPaused,
-  kStopping,
-  kStopped,
-  kFinished,
-  kInterrupted
-};
-
 struct DoubtRow {
   std::string words, question;
 };
@@ -82,7 +69,13 @@ struct StateRow {
 };
 
 struct EndRow {
-  std::string outcome, words, cause, remedy, manual;
+  std::string outcome = {}, words = {}, cause = {}, remedy = {}, manual = {};
+  bool whole = false;        ///< all layers are printed
+  bool by_operator = false;  ///< a safe stop that the operator asked for
+  // The verdict of result.json in the words of every command; empty until it is there.
+  std::string verdict = {};
+  std::optional<bool> within = {};  ///< the tolerance was kept
+  std::string facts = {};           ///< lines
 };
 
 }  // namespace firn::page

@@ -1,13 +1,15 @@
 #include "page/view_json.h"
 
 #include <cmath>
+#include <sstream>
 
 #include "config/changes.h"
 #include "config/devices.h"
 #include "config/fields.h"
 #include "config/labs.h"
+#include "core/options/enumerators.h"
 #include "files/json.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/product.h"
 #include "runtime/build_info.h"
 
 namespace firn::page {
@@ -20,10 +22,6 @@ Json number(const std::optional<double>& value) { return value ? number(*value) 
 Json text(const std::string& value) { return value.empty() ? Json(nullptr) : Json(value); }
 
 std::string dumped(const Json& j) { return j.dump(-1, ' ', false, Json::error_handler_t::replace); }
-
-constexpr const char* kPhases[] = {"starting", "depositing", "curing",  "measuring", "deciding",
-                                   "paused",   "stopping",   "stopped", "finished",  "interrupted"};
-constexpr const char* kWeights[] = {"info", "notice", "warning", "fault", "stop"};
 
 Json as_json(const LayerRow& r) {
   return {{"n", r.n},
@@ -41,7 +39,7 @@ Json as_json(const LayerRow& r) {
 Json as_json(const EventRow& e) {
   return {{"n", e.n},
           {"t_s", number(e.t_s)},
-          {"severity", kWeights[std::size_t(e.weight)]},
+          {"severity", kWeightWords[std::size_t(e.weight)]},
           {"source", e.source},
           {"words", e.words},
           {"cause", text(e.cause)},
@@ -77,7 +75,7 @@ Json as_json(const EstimateRow& e) {
 
 Json as_json(const StateRow& s) {
   Json j{{"t_s", number(s.t_s)},
-         {"state", kPhases[std::size_t(s.phase)]},
+         {"state", kPhaseWords[std::size_t(s.phase)]},
          {"words", s.words},
          {"layer", s.layer},
          {"layers", s.layers > 0 ? Json(s.layers) : Json(nullptr)},
@@ -107,12 +105,19 @@ Json as_json(const StateRow& s) {
   return j;
 }
 
+Json lines_of(const std::string& text) {
+  Json lines = Json::array();
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
 Json as_json(const EndRow& e) {
-  return {{"outcome", e.outcome},
-          {"words", e.words},
-          {"cause", text(e.cause)},
-          {"do", text(e.remedy)},
-          {"manual", text(e.manual)}};
+  return {{"outcome", e.outcome},       {"words", e.words},
+          {"cause", text(e.cause)},     {"do", text(e.remedy)},
+          {"manual", text(e.manual)},   {"by_operator", e.by_operator},
+          {"verdict", text(e.verdict)}, {"within", e.within ? Json(*e.within) : Json(nullptr)},
+          {"facts", lines_of(e.facts)}};
 }
 
 std::string frame(const char* type, const Json& body) {
@@ -168,6 +173,7 @@ Json in_flight_of(const Experiment& experiment) {
 }
 
 constexpr const char* kDepositions[] = {"droplets", "paths", "lines"};
+static_assert(std::size(kDepositions) == kTableSize<Deposition>);
 
 /// The table's words without the source.
 std::string lab_words(const Experiment& e) {
@@ -175,9 +181,13 @@ std::string lab_words(const Experiment& e) {
   return std::string(words.substr(0, words.find(" [")));
 }
 
-Json goal_of(const Experiment& e) {
-  const double um = print_lab(e).tolerance_um(e);
-  return {{"kind", "rms"}, {"value", um > 0.0 ? Json(um) : Json(nullptr)}, {"unit", "um"}};
+Json goal_of(const Product& product, const Experiment& e) {
+  constexpr double kMmPerUm = 1e-3;
+  const double um = print_lab(product, e).tolerance_um(e);
+  const bool in_mm = lab_of(e).words.in_mm;
+  return {{"kind", "rms"},
+          {"value", um > 0.0 ? Json(in_mm ? um * kMmPerUm : um) : Json(nullptr)},
+          {"unit", in_mm ? "mm" : "um"}};
 }
 
 Json grid_of(const std::optional<GridSpec>& g) {
@@ -199,9 +209,12 @@ std::string hello_frame(const HelloFacts& f, const RunView& view, double now_s) 
     return at == f.texts->end() ? std::string() : at->second;
   };
   Json run{{"id", f.id},
+           {"label", f.label},
            {"lab", e.lab.kind},
            {"lab_words", lab_words(e)},
            {"deposition", kDepositions[std::size_t(lab_of(e).deposition)]},
+           {"amount", std::string(lab_of(e).words.amount)},
+           {"height_unit", lab_of(e).words.in_mm ? "mm" : "um"},
            {"experiment", known("name")},
            {"scheme", known("scheme")},
            {"seed", e.plant.seed},
@@ -213,7 +226,7 @@ std::string hello_frame(const HelloFacts& f, const RunView& view, double now_s) 
            {"simulated", real_ports(e).empty()},
            {"grid", grid_of(f.grid)},
            {"layers_planned", view.layers_expected() > 0 ? Json(view.layers_expected()) : Json(nullptr)},
-           {"goal", goal_of(e)},
+           {"goal", goal_of(*f.product, e)},
            {"settings", settings_of(e)},
            {"tags", f.notes.tags},
            {"note", f.notes.note}};
@@ -223,7 +236,7 @@ std::string hello_frame(const HelloFacts& f, const RunView& view, double now_s) 
                            : Json::array();
   return dumped(
       {{"type", "hello"},
-       {"protocol", 1},
+       {"protocol", kProtocol},
        {"firn", build_commit()},
        {"run", run},
        {"commands", {{"allowed", allowed}, {"in_flight", f.live ? in_flight_of(e) : Json::array()}}},
@@ -254,13 +267,13 @@ std::string answer_frame(std::optional<std::int64_t> id, bool ok, const std::str
       {{"id", id ? Json(*id) : Json(nullptr)}, {"ok", ok}, {"error", text(error)}, {"words", text(words)}});
 }
 
-std::string exchanges_json(const std::vector<Exchange>& exchanges) {
+std::string exchanges_json(const std::vector<runs::Exchange>& exchanges) {
   Json all = Json::array();
-  for (const Exchange& e : exchanges) all.push_back({{"name", e.node}, {"text", e.words()}});
+  for (const runs::Exchange& e : exchanges) all.push_back({{"name", e.node}, {"text", e.words()}});
   return dumped({{"exchanges", all}});
 }
 
-std::string lamp_json(const LampSum& sum) {
+std::string lamp_json(const runs::LampSum& sum) {
   return dumped({{"lamp", sum.lamp}, {"earlier_h", sum.open_s / 3600.0}, {"earlier_runs", sum.runs}});
 }
 

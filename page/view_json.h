@@ -10,16 +10,21 @@
 #include "config/experiment.h"
 #include "core/grid/grid.h"
 #include "page/client_frame.h"
-#include "page/record_tail.h"
-#include "page/run_digest.h"
 #include "page/run_view.h"
+#include "runs/read/run_digest.h"
+#include "runs/read/run_reader.h"
+
+namespace firn {
+struct Product;
+}
 
 namespace firn::page {
 
 /// Facts of a run for its first frame.
 struct HelloFacts {
-  std::string id;
+  std::string id, label;
   const std::map<std::string, std::string>* texts = nullptr;  ///< of the provenance
+  const Product* product = nullptr;
   const Experiment* experiment = nullptr;
   std::string trouble;  ///< of the experiment; empty: it could be read
   std::optional<GridSpec> grid;
@@ -35,8 +40,8 @@ void add_frames(const NewRows& rows, const std::optional<EndRow>& end, std::vect
 std::string answer_frame(std::optional<std::int64_t> id, bool ok, const std::string& error,
                          const std::string& words);
 std::string error_frame(const std::string& error);
-std::string exchanges_json(const std::vector<Exchange>& exchanges);
-std::string lamp_json(const LampSum& sum);
+std::string exchanges_json(const std::vector<runs::Exchange>& exchanges);
+std::string lamp_json(const runs::LampSum& sum);
 std::string pong_frame(std::int64_t id, double t_s);
 
 }  // namespace firn::page

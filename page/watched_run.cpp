@@ -5,14 +5,21 @@
 #include "config/changes.h"
 #include "config/devices.h"
 #include "config/fields.h"
-#include "files/run_documents.h"
+#include "config/labs.h"
+#include "core/options/for_people.h"
+#include "files/run_paths.h"
 #include "files/text_file.h"
 #include "lcmtypes/channels.h"
 #include "page/event_words.h"
 #include "page/view_json.h"
 #include "page/web_rules.h"
-#include "print/folder/run_config.h"
-#include "print/folder/running.h"
+#include "runs/folder/address.h"
+#include "runs/folder/config_change.h"
+#include "runs/folder/documents.h"
+#include "runs/folder/one_run.h"
+#include "runs/folder/run_lock.h"
+#include "runs/folder/running.h"
+#include "runs/folder/verdict.h"
 
 namespace firn::page {
 namespace {
@@ -37,7 +44,7 @@ ViewFacts facts_of(Experiment& e) {
   for (const Field& field : fields(e)) {
     if (!belongs(field, e)) continue;
     settings[field.key] = value_text(field) + (field.unit.empty() ? "" : " " + std::string(field.unit));
-    if (const auto* number = std::get_if<double*>(&field.value)) f.numbers[field.key] = **number;
+    f.platen = f.platen || field.key == "heater.platen_degC";
   }
   for (const InterlockWords& row : interlocks())
     for (const std::string_view key : list_words(row.limits))
@@ -50,56 +57,48 @@ std::string text_or_empty(const fs::path& file) { return fs::exists(file) ? read
 
 }  // namespace
 
-WatchedRun::WatchedRun(fs::path folder, double now_s) : folder_(std::move(folder)) {
-  const fs::path file = folder_ / "provenance.json";
-  const ProvenanceDocument provenance = parse_provenance(read_file(file), file.string());
+WatchedRun::WatchedRun(const Product& product, fs::path folder, double now_s)
+    : product_(product), folder_(std::move(folder)) {
+  const RunPaths paths(folder_);
+  const fs::path file = paths.provenance_path();
+  const runs::ProvenanceDocument provenance = runs::parse_provenance(read_file(file), file.string());
+  runs::require_one_run(folder_);
+  run_id_ = provenance.run_id.value_or(0);
   for (const auto& [key, value] : provenance.texts) texts_[key] = value;
-  for (const auto& [role, sha] : provenance.inputs) inputs_[role] = folder_ / "inputs" / sha;
-  if (!printing_process(folder_)) open_log();
+  for (const auto& [role, sha] : provenance.inputs) inputs_[role] = paths.input_path(sha);
+  live_ = runs::printing_process(folder_).has_value();
+  open_reader();
   try {
-    std::string recorded = log_ ? log_->config() : "";
-    if (recorded.empty()) recorded = recorded_config(folder_);
-    experiment_ =
-        parse_recorded_experiment(recorded.empty() ? read_file(folder_ / "experiment.toml") : recorded,
-                                  (folder_ / "experiment.toml").string());
+    std::string recorded = reader_->config();
+    if (recorded.empty()) recorded = runs::recorded_config(folder_);
+    experiment_ = parse_recorded_experiment(recorded.empty() ? read_file(paths.experiment_path()) : recorded,
+                                            paths.experiment_path().string());
   } catch (const std::exception& e) {
     trouble_ = e.what();
   }
-  if (log_)
-    read_log();
-  else
-    follow_files();
+  make_view();
   poll(now_s);
   view_->take_new();
 }
 
-void WatchedRun::make_view(RunMaps::Reader reader) {
-  maps_.emplace(folder_, experiment_, inputs_, std::move(reader));
+// Of a run that is over from its log, which has the rows of scans too: they are shown while they are made
+// alone.
+void WatchedRun::open_reader() {
+  auto channels = RunView::channels();
+  channels.merge(RunMaps::channels());
+  if (!live_) {
+    auto of_log = channels;
+    of_log.erase(std::string(channels::kHeightProfile.name));
+    reader_.emplace(folder_, std::move(of_log), runs::RunReader::Source::kLog);
+    if (reader_->reads_log()) return;
+  }
+  reader_.emplace(folder_, std::move(channels));
+}
+
+void WatchedRun::make_view() {
+  maps_.emplace(folder_, experiment_, inputs_,
+                [this](const runs::Place& place) { return reader_->read(place); });
   view_.emplace(facts_of(experiment_));
-}
-
-// Rows of a scan are shown while it is made alone.
-void WatchedRun::open_log() {
-  auto channels = RunView::channels();
-  channels.merge(RunMaps::channels());
-  channels.erase(std::string(channels::kHeightProfile.name));
-  log_ = RecordedLog::open(folder_, channels);
-}
-
-void WatchedRun::read_log() {
-  make_view([this](const Place& place) { return log_->read(place); });
-  log_->each([&](std::string_view channel, std::span<const std::byte> message, Place place) {
-    maps_->take(channel, message, place);
-    view_->take(channel, message, 0.0);
-  });
-  take_values();
-}
-
-void WatchedRun::follow_files() {
-  auto channels = RunView::channels();
-  channels.merge(RunMaps::channels());
-  tail_.emplace(folder_, std::move(channels));
-  make_view([this](const Place& place) { return tail_->read(place); });
 }
 
 void WatchedRun::take_values() {
@@ -110,32 +109,34 @@ void WatchedRun::take_values() {
 void WatchedRun::look_for_the_end(double now_s) {
   if (now_s < looked_s_ + kLookS) return;
   looked_s_ = now_s;
-  live_ = printing_process(folder_).has_value();
-  if (live_ || view_->end()) return;
+  live_ = runs::printing_process(folder_).has_value();
   try {
-    const std::string text = text_or_empty(folder_ / "result.json");
-    const ResultDocument r = parse_result(text, "result.json");
-    view_->over(r.outcome, r.reason);
-  } catch (const std::invalid_argument&) {
-    view_->over("interrupted", "nobody prints this run now");
+    const std::string text = text_or_empty(RunPaths(folder_).result_path());
+    const runs::RunResult r = runs::parse_result(text, RunPaths::kResult);
+    view_->over(r.outcome, for_people(r.reason));
+    const LabWords& words = lab_of(experiment_).words;
+    view_->judged(verdict_words(r, words), within_tolerance(r), result_lines(r, words));
+  } catch (const std::exception&) {
+    if (!live_ && !view_->end()) view_->over("interrupted", "nobody prints this run now");
   }
 }
 
 WatchedRun::News WatchedRun::poll(double now_s) {
-  if (log_ && live_) {  // it was resumed
-    log_.reset();
-    follow_files();
+  if (reader_->reads_log() && live_) {  // it was resumed
+    open_reader();
+    make_view();
   }
   const auto before = maps_->newest_layer();
+  const bool recorded = reader_->reads_log();
   const bool grown =
-      tail_ && tail_->poll([&](std::string_view channel, std::span<const std::byte> message, Place place) {
+      reader_->poll([&](std::string_view channel, std::span<const std::byte> message, runs::Place place) {
         maps_->take(channel, message, place);
-        view_->take(channel, message, now_s);
+        view_->take(channel, message, recorded ? 0.0 : now_s);
       });
   if (grown) {
-    view_->alive(now_s);
+    if (!recorded) view_->alive(now_s);
     take_values();
-    for (const Exchange& e : tail_->take_exchanges()) view_->exchanged(e.node, e.words());
+    for (const runs::Exchange& e : reader_->take_exchanges()) view_->exchanged(e.node, e.words());
   }
   look_for_the_end(now_s);
   News news;
@@ -158,9 +159,11 @@ std::optional<std::pair<double, double>> WatchedRun::last_error_um() const {
 
 std::string WatchedRun::state(double now_s) const { return state_frame(view_->state(now_s)); }
 
-std::string WatchedRun::hello(double now_s) const {
+std::string WatchedRun::hello(double now_s, const std::string& label) const {
   HelloFacts f;
-  f.id = folder_.filename().string();
+  f.id = runs::RunAddress{run_id_, runs::place_of(folder_)}.text();
+  f.label = label;
+  f.product = &product_;
   f.texts = &texts_;
   f.experiment = &experiment_;
   f.trouble = trouble_;
@@ -171,13 +174,14 @@ std::string WatchedRun::hello(double now_s) const {
 }
 
 Notes read_notes(const fs::path& run) try {
-  return parse_notes(text_or_empty(run / "notes.json"), nullptr);
+  return parse_notes(text_or_empty(RunPaths(run).notes_path()), nullptr);
 } catch (const std::exception&) {
   return {};
 }
 
 void write_notes(const fs::path& run, const Notes& notes) {
-  write_file_atomically(run / "notes.json", to_json(notes));
+  const runs::RunLock lock(run, runs::RunUse::kNote);
+  write_file_atomically(RunPaths(run).notes_path(), to_json(notes));
 }
 
 }  // namespace firn::page

@@ -2,6 +2,7 @@
 // is over is read from its log, one that prints (or whose log has gaps) from its write-ahead files.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -10,10 +11,13 @@
 
 #include "config/experiment.h"
 #include "page/client_frame.h"
-#include "page/record_tail.h"
-#include "page/recorded_log.h"
 #include "page/run_maps.h"
 #include "page/run_view.h"
+#include "runs/read/run_reader.h"
+
+namespace firn {
+struct Product;
+}
 
 namespace firn::page {
 
@@ -21,7 +25,7 @@ class WatchedRun {
  public:
   /// Reads the messages so far. @throws UsageError, std::invalid_argument: no run folder, or an unreadable
   /// one
-  WatchedRun(std::filesystem::path folder, double now_s);
+  WatchedRun(const Product& product, std::filesystem::path folder, double now_s);
   WatchedRun(const WatchedRun&) = delete;
   WatchedRun& operator=(const WatchedRun&) = delete;
 
@@ -32,8 +36,8 @@ class WatchedRun {
   /// Reads new messages. @param now_s of a steady clock
   News poll(double now_s);
 
-  /// Returns the JSON of "hello" and of "state".
-  std::string hello(double now_s) const;
+  /// Returns the JSON of "hello" and of "state". @param label of RunSet
+  std::string hello(double now_s, const std::string& label) const;
   std::string state(double now_s) const;
 
   /// Returns the frame of a map; nothing: there is none.
@@ -46,25 +50,25 @@ class WatchedRun {
   std::optional<int> newest_layer() const { return maps_->newest_layer(); }
 
   const std::filesystem::path& folder() const { return folder_; }
+  std::int64_t run_id() const { return run_id_; }
   bool live() const { return live_; }
   /// Returns RMS and mean error of the last layer [um].
   std::optional<std::pair<double, double>> last_error_um() const;
 
  private:
-  void open_log();
-  void read_log();
-  void follow_files();
-  void make_view(RunMaps::Reader reader);
+  void open_reader();
+  void make_view();
   void take_values();  // that are computed from maps
   void look_for_the_end(double now_s);
 
+  const Product& product_;
   std::filesystem::path folder_;
+  std::int64_t run_id_ = 0;
   std::map<std::string, std::string> texts_;  // of the provenance
   Experiment experiment_;
   std::string trouble_;                                  // of the experiment's text
   std::map<std::string, std::filesystem::path> inputs_;  // by role
-  std::unique_ptr<RecordedLog> log_;                     // in place of tail_
-  std::optional<RecordTail> tail_;
+  std::optional<runs::RunReader> reader_;
   std::optional<RunMaps> maps_;
   std::optional<RunView> view_;
   bool live_ = false;

@@ -1,14 +1,22 @@
 #include "page/web_rules.h"
 
 #include <algorithm>
-#include <charconv>
 
+#include "core/options/number.h"
 #include "files/lowercase.h"
+#include "page/client_frame.h"
 
 namespace firn::page {
 namespace {
 
-constexpr std::size_t kMostParts = 8;
+constexpr std::size_t kMaxParts = 8, kMostShown = 100;
+
+/// A header's text as an answer may repeat it.
+std::string shown(std::string_view text) {
+  std::string plain;
+  for (const char c : text.substr(0, kMostShown)) plain += c > 0x20 && c < 0x7f ? c : '?';
+  return plain.empty() ? "(none)" : plain;
+}
 
 }  // namespace
 
@@ -33,6 +41,16 @@ bool origin_allowed(std::string_view origin, const std::vector<std::string>& own
   return false;
 }
 
+std::string foreign_words(std::string_view host, std::string_view origin,
+                          const std::vector<std::string>& own) {
+  const bool foreign_host = !host_allowed(host, own);
+  if (!foreign_host && origin_allowed(origin, own)) return {};
+  const std::string_view authority =
+      foreign_host ? host : origin.substr(std::min(origin.find("//") + 2, origin.size()));
+  return std::string(foreign_host ? "Host " : "Origin ") + shown(foreign_host ? host : origin) +
+         " is not this page's: behind a proxy start it with --host " + shown(authority);
+}
+
 std::vector<std::string> path_parts(std::string_view target) {
   target = target.substr(0, target.find_first_of("?#"));
   std::vector<std::string> parts;
@@ -47,16 +65,15 @@ std::vector<std::string> path_parts(std::string_view target) {
         part += raw[n];
         continue;
       }
-      unsigned value = 0;
       if (n + 2 >= raw.size()) return {};
-      const auto [end, error] = std::from_chars(raw.data() + n + 1, raw.data() + n + 3, value, 16);
-      if (error != std::errc() || end != raw.data() + n + 3) return {};
-      part += char(value);
+      const std::optional<std::uint8_t> value = hex_byte(raw.substr(n + 1, 2));
+      if (!value) return {};
+      part += char(*value);
       n += 2;
     }
     const bool bad =
         part == ".." || part == "." || part.find('/') != part.npos || part.find('\0') != part.npos;
-    if (bad || parts.size() == kMostParts) return {};
+    if (bad || parts.size() == kMaxParts) return {};
     parts.push_back(std::move(part));
     if (slash == target.npos) return parts;
     target.remove_prefix(slash + 1);
@@ -94,6 +111,22 @@ std::vector<std::string_view> list_words(std::string_view header) {
     header.remove_prefix(std::min(comma + 1, header.size()));
   }
   return words;
+}
+
+bool shows_token(std::string_view authorization, std::string_view cookies, std::string_view token) {
+  constexpr std::string_view kBearer = "Bearer ", kCookie = "firn-";
+  if (authorization.starts_with(kBearer) && same_secret(authorization.substr(kBearer.size()), token))
+    return true;
+  while (!cookies.empty()) {
+    const std::size_t end = std::min(cookies.find(';'), cookies.size());
+    std::string_view one = cookies.substr(0, end);
+    while (one.starts_with(' ')) one.remove_prefix(1);
+    const std::size_t equals = one.find('=');
+    if (one.starts_with(kCookie) && equals != one.npos && same_secret(one.substr(equals + 1), token))
+      return true;
+    cookies.remove_prefix(std::min(end + 1, cookies.size()));
+  }
+  return false;
 }
 
 }  // namespace firn::page

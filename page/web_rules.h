@@ -18,6 +18,10 @@ bool host_allowed(std::string_view host, const std::vector<std::string>& own);
 /// Returns true if an Origin header is this page's, or absent, as from a program that is no browser.
 bool origin_allowed(std::string_view origin, const std::vector<std::string>& own);
 
+/// Says which of the two is not this page's, and how a proxy's name becomes one of its own; empty: both are.
+std::string foreign_words(std::string_view host, std::string_view origin,
+                          const std::vector<std::string>& own);
+
 /// Returns the parts of "/api/runs/ID/layers/3/measured" with %XX decoded; empty: no such path, or one that
 /// leads out of its folder.
 std::vector<std::string> path_parts(std::string_view target);
@@ -30,5 +34,9 @@ std::string run_of(std::string_view target);
 
 /// Returns the words of a header's list, "firn, 0123": what a browser puts into Sec-WebSocket-Protocol.
 std::vector<std::string_view> list_words(std::string_view header);
+
+/// Returns true if a request shows the token: as "Authorization: Bearer TOKEN", or in a cookie whose name
+/// begins with "firn-"; the page's own has its port there, since cookies are of all ports.
+bool shows_token(std::string_view authorization, std::string_view cookies, std::string_view token);
 
 }  // namespace firn::page

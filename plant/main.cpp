@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "config/include.h"
+#include "files/run_paths.h"
 #include "plant/world/serve.h"
 #include "plant/world/setup.h"
 #include "runtime/process_args.h"
@@ -17,7 +18,7 @@ int main(int argc, char** argv) {
   try {
     const auto options = firn::plant::parse_serve_options({argv + 1, argv + argc});
     control_fd = options.control_fd;
-    const firn::Experiment experiment = firn::load_experiment(options.run / "experiment.toml");
+    const firn::Experiment experiment = firn::load_experiment(firn::RunPaths(options.run).experiment_path());
     firn::ProcessArgs inputs;
     inputs.options.run_dir = options.run.string();
     inputs.blobs = options.blobs;

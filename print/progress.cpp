@@ -5,13 +5,20 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
+#include "core/options/for_people.h"
 #include "lcmtypes/told_heights.h"
 
 namespace firn {
 
 using namespace std::chrono_literals;
+
+constexpr double kProgressUm = 1e3;  // per mm
+
+/// No estimate is good to a part of a second.
+static std::string eta_text(double left_s) { return fmt::format("  ETA {:.0f} s", std::ceil(left_s)); }
 
 ProgressLine::ProgressLine(const Pauses& pauses) : pauses_(pauses), terminal_(isatty(STDERR_FILENO) != 0) {}
 
@@ -33,7 +40,7 @@ void ProgressLine::show(const std::string& text, bool last) {
 void ProgressLine::note(const std::string& text) {
   const bool again = terminal_ && line_open_;
   erase();
-  std::fprintf(stderr, "%s\n", text.c_str());
+  std::fprintf(stderr, "%s\n", for_people(text).c_str());
   if (again) {
     std::fputs(text_.c_str(), stderr);
     line_open_ = true;
@@ -69,28 +76,44 @@ std::string ProgressLine::bar(double fraction) const {
 
 std::string ProgressLine::eta(double fraction) const {
   if (fraction <= 0.0) return {};
-  return fmt::format("  ETA {:.0f} s", elapsed_s() * (1.0 - fraction) / fraction);
+  return eta_text(elapsed_s() * (1.0 - fraction) / fraction);
 }
 
-PrintProgress::PrintProgress(std::string title) : title_(std::move(title)), line_({0ms, 0ms, 2000ms}) {}
+PrintProgress::PrintProgress(std::string title, const LabWords& words)
+    : title_(std::move(title)), words_(words), line_({0ms, 0ms, 2000ms}) {}
 
-std::string layer_text(const std::string& title, const layer_metrics_t& m, double left_s, int columns) {
+void PrintProgress::foretell(std::map<int, double> layer_s, double time_scale) {
+  foretold_s_ = std::move(layer_s);
+  for (auto& [layer, s] : foretold_s_) s /= time_scale;
+}
+
+void PrintProgress::note(const std::string& text) {
+  if (text.starts_with("the print waits") && held_since_s_ < 0.0) held_since_s_ = line_.elapsed_s();
+  if (text.starts_with("the print goes on") && held_since_s_ >= 0.0) {
+    held_s_ += line_.elapsed_s() - held_since_s_;
+    held_since_s_ = -1.0;
+  }
+  line_.note(text);
+}
+
+std::string layer_text(const std::string& title, const LabWords& words, const layer_metrics_t& m,
+                       double left_s, int columns) {
   const bool beyond = m.layer > m.layers_expected;
   const std::string layer = beyond ? fmt::format("layer {:>3}, {} expected", m.layer, m.layers_expected)
                                    : fmt::format("layer {:>3}/{:<3}", m.layer, m.layers_expected);
-  const std::string left = left_s < 0.0 ? "" : fmt::format("  ETA {:.0f} s", left_s);
+  const std::string left = left_s < 0.0 ? "" : eta_text(left_s);
   const double fraction = m.layers_expected > 0 ? std::min(1.0, double(m.layer) / m.layers_expected) : 0.0;
   const auto filled = std::size_t(fraction * 20.0);
   std::string front, middle;
   const bool told = heights_told(m);
-  std::string text =
-      layer + (told ? fmt::format("  RMS {:6.2f} um", m.rms_mm * 1e3) : "  heights not measured");
+  std::string text = layer + (told ? fmt::format("  RMS {:>9}", words.length(m.rms_mm * kProgressUm))
+                                   : "  heights not measured");
   if (m.rows_lost > 0) text += fmt::format("  {} ROWS LOST", m.rows_lost);
   const auto fits = [&](const std::string& more) {
     return int((front + text + middle + left + more).size()) < columns;
   };
   if (!fits("")) return text;
-  const std::string height = fmt::format("  height {:7.2f} um", m.mean_height_mm * 1e3);
+  const std::string height = fmt::format("  height {:>9}", words.length(m.mean_height_mm * kProgressUm));
   if (told && fits(height)) middle = height;
   if (const std::string name = fmt::format("{:<10} ", title); fits(name)) front = name;
   const std::string bar = "[" + std::string(filled, '#') + std::string(20 - filled, '.') + "] ";
@@ -100,14 +123,19 @@ std::string layer_text(const std::string& title, const layer_metrics_t& m, doubl
 
 // The layers beyond the expected number are of a search that ends when nothing betters the part: nobody knows
 // how many follow.
-void PrintProgress::layer(const layer_metrics_t& m) {
+void PrintProgress::layer(const layer_metrics_t& told) {
+  layer_metrics_t m = told;
+  const auto foretold = foretold_s_.find(m.layer);
+  if (foretold != foretold_s_.end()) m.layers_expected = foretold_s_.rbegin()->first;
   if (first_layer_ < 0) {
     first_layer_ = m.layer;
-    first_s_ = line_.elapsed_s();
+    first_s_ = printing_s();
   }
   const int done = m.layer - first_layer_, left = m.layers_expected - m.layer;
-  const double left_s = done > 0 && left > 0 ? (line_.elapsed_s() - first_s_) * left / done : -1.0;
-  line_.show(layer_text(title_, m, left_s, line_.columns()), m.layer == m.layers_expected);
+  const double left_s = foretold != foretold_s_.end() ? foretold_s_.rbegin()->second - foretold->second
+                        : done > 0 && left > 0        ? (printing_s() - first_s_) * left / done
+                                                      : -1.0;
+  line_.show(layer_text(title_, words_, m, left_s, line_.columns()), m.layer == m.layers_expected);
 }
 
 StudyProgress::StudyProgress(std::size_t all) : all_(all), line_({0ms, 0ms, 2000ms}) {}

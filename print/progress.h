@@ -3,8 +3,10 @@
 #pragma once
 
 #include <chrono>
+#include <map>
 #include <string>
 
+#include "config/labs.h"
 #include "firn/layer_metrics_t.hpp"
 
 namespace firn {
@@ -56,20 +58,30 @@ class ProgressLine {
 /// Returns the line about a layer with as much as fits into `columns`: layer, RMS, time left, height, title,
 /// bar, in this order of importance.
 /// @param left_s time to the end; negative: unknown, as for layers beyond the expected number
-std::string layer_text(const std::string& title, const layer_metrics_t& metrics, double left_s, int columns);
+std::string layer_text(const std::string& title, const LabWords& words, const layer_metrics_t& metrics,
+                       double left_s, int columns);
 
 /// Shows the progress of one print.
 class PrintProgress {
  public:
-  explicit PrintProgress(std::string title);
+  PrintProgress(std::string title, const LabWords& words);
+  /// Takes when a simulation of the scheme was done with each layer [s of node time]; empty: nothing is
+  /// foretold. @param time_scale node time over wall time
+  void foretell(std::map<int, double> layer_s, double time_scale);
   /// Shows layer, height, RMS about the target, lost rows of the scan and the time that is left.
   void layer(const layer_metrics_t& metrics);
-  void note(const std::string& text) { line_.note(text); }
+  /// Shows a message; the scheduler's of a pause stop the clock of the time that is left.
+  void note(const std::string& text);
   void done() { line_.done(); }
 
  private:
+  double printing_s() const { return (held_since_s_ < 0.0 ? line_.elapsed_s() : held_since_s_) - held_s_; }
+
   std::string title_;
+  LabWords words_;
   ProgressLine line_;
+  std::map<int, double> foretold_s_;           ///< wall time
+  double held_s_ = 0.0, held_since_s_ = -1.0;  ///< of pauses that are over; of this one, negative: none
   int first_layer_ = -1;  ///< that this process has shown; earlier ones are of before a resume
   double first_s_ = 0.0;
 };

@@ -8,12 +8,13 @@
 
 #include "core/grid/firing_order.h"
 #include "core/grid/sub_patterns.h"
+#include "replay/audit_index.h"
 
 namespace firn::replay {
 namespace {
 
 std::string pass_name(const PassOrder& o) {
-  return "layer " + std::to_string(o.layer) + ", pass " + std::to_string(o.pass) +
+  return "layer " + std::to_string(o.layer) + ", pass " + std::to_string(o.pass + 1) +
          (o.attempt ? ", attempt " + std::to_string(o.attempt) : "");
 }
 
@@ -26,7 +27,7 @@ std::string cell(const GridSpec& g, std::uint32_t c) {
 class Audit {
  public:
   Audit(const AuditRecord& record, const WorldTruth* world, const AuditOptions& options)
-      : record_(record), world_(world), options_(options), shots_(record.orders.size()) {}
+      : record_(record), world_(world), options_(options), index_(record), shots_(record.orders.size()) {}
 
   AuditVerdict go() {
     v_.finished = record_.finished;
@@ -40,17 +41,12 @@ class Audit {
     check_unknowns();
     if (world_) check_world();
     count_commanded();
+    v_.compared += index_.compared();
     return std::move(v_);
   }
 
  private:
   void add(ViolationKind kind, std::string what) { v_.add(kind, std::move(what)); }
-
-  const PassReport* report_of(const PassOrder& o) const {
-    for (const PassReport& r : record_.reports)
-      if (r.layer == o.layer && r.attempt == o.attempt && r.pass == o.pass && r.t_us >= o.t_us) return &r;
-    return nullptr;
-  }
 
   // The stage refused the command, as before its lease, and received it again: the report is that of the
   // later command.
@@ -58,35 +54,13 @@ class Audit {
     if (n + 1 >= record_.orders.size()) return false;
     const PassOrder &o = record_.orders[n], &next = record_.orders[n + 1];
     if (next.layer != o.layer || next.attempt != o.attempt || next.pass != o.pass) return false;
-    const PassReport* r = report_of(o);
+    const PassReport* r = index_.report_of(o);
     return !r || r->t_us >= next.t_us;
-  }
-
-  // The plan that an order carries out: that of the reported map, or the last one before the order.
-  const PlannedLayer* plan_of(const PassOrder& o) const {
-    const PassReport* report = report_of(o);
-    const PlannedLayer* found = nullptr;
-    for (const PlannedLayer& p : record_.plans)
-      if (p.layer == o.layer && p.t_us <= o.t_us && (!report || p.map_id == report->map_id)) found = &p;
-    return found;
-  }
-
-  // Empty where a layer is one pattern of one ink, and for a pass that was never reported.
-  const PassPart* part_of(const PassOrder& o) const {
-    for (const PassPart& p : record_.parts)
-      if (p.layer == o.layer && p.attempt == o.attempt && p.pass == o.pass) return &p;
-    return nullptr;
-  }
-
-  std::int32_t passes_of(const PlannedLayer& plan) const {
-    for (const PassPart& p : record_.parts)
-      if (p.layer == plan.layer) return p.passes;
-    return plan.passes;
   }
 
   // Returns the cells that a first attempt at a pass must fire.
   std::vector<std::uint32_t> cells_of(const PlannedLayer& plan, const PassOrder& o) const {
-    const PassPart* part = part_of(o);
+    const PassPart* part = index_.part_of(o);
     if (!part) return firing_order(plan.drops, o.pass);
     std::vector<std::uint32_t> cells;
     for (const std::uint32_t c : firing_order(plan.drops, part->round)) {
@@ -99,7 +73,7 @@ class Audit {
   }
 
   // For a pass that was cut off before its report, no record holds its part of the layer.
-  bool cut_off(const PassOrder& o) const { return is_last(o) && !record_.finished && !report_of(o); }
+  bool cut_off(const PassOrder& o) const { return is_last(o) && !record_.finished && !index_.report_of(o); }
 
   bool is_last(const PassOrder& o) const { return &o == &record_.orders.back(); }
 
@@ -129,11 +103,12 @@ class Audit {
     std::set<std::int64_t> map_ids;
     bool in_doubt = false;
     const PassOrder* last = nullptr;
-    for (const PassOrder& o : record_.orders) {
-      if (o.layer != layer) continue;
+    for (const std::size_t n : index_.orders_of(layer)) {
+      const PassOrder& o = record_.orders[n];
+      ++v_.compared;
       passes.insert(o.pass);
       last = &o;
-      if (const PassReport* r = report_of(o)) {
+      if (const PassReport* r = index_.report_of(o)) {
         map_ids.insert(r->map_id);
         in_doubt |= r->unknown_to > r->unknown_from;
       }
@@ -143,18 +118,19 @@ class Audit {
       add(ViolationKind::kLayerTwice,
           "layer " + std::to_string(layer) + " was deposited by plans of two maps, " +
               std::to_string(*map_ids.begin()) + " and " + std::to_string(*map_ids.rbegin()));
-    const PlannedLayer* plan = plan_of(*last);
+    const PlannedLayer* plan = index_.plan_of(*last);
     const bool cut_short = is_last(*last) && !record_.finished;
     if (!plan || in_doubt || cut_short) return;  // check_order reports a missing plan
-    const std::int32_t wanted = passes_of(*plan);
+    const std::int32_t wanted = index_.passes_of(*plan);
     for (std::int32_t pass = 0; pass < wanted; ++pass)
       if (!passes.contains(pass))
-        add(ViolationKind::kSkippedPass, "layer " + std::to_string(layer) + ": pass " + std::to_string(pass) +
-                                             " of " + std::to_string(wanted) + " was skipped");
+        add(ViolationKind::kSkippedPass, "layer " + std::to_string(layer) + ": pass " +
+                                             std::to_string(pass + 1) + " of " + std::to_string(wanted) +
+                                             " was skipped");
     std::int64_t commanded = 0;
-    for (const PassOrder& o : record_.orders)
-      if (o.layer == layer && o.attempt == 0)
-        commanded += std::int64_t(o.cells.size()) * !given_again(std::size_t(&o - record_.orders.data()));
+    for (const std::size_t n : index_.orders_of(layer))
+      if (record_.orders[n].attempt == 0)
+        commanded += std::int64_t(record_.orders[n].cells.size()) * !given_again(n);
     if (commanded != plan->drops.total())
       add(ViolationKind::kSkippedPass, "layer " + std::to_string(layer) + ": its passes fire " +
                                            std::to_string(commanded) + " droplets, the plan has " +
@@ -163,7 +139,7 @@ class Audit {
 
   void check_order(std::size_t n) {
     const PassOrder& o = record_.orders[n];
-    const PlannedLayer* plan = plan_of(o);
+    const PlannedLayer* plan = index_.plan_of(o);
     if (!plan)
       add(ViolationKind::kOtherCells, pass_name(o) + ": no plan asked for it");
     else if (o.attempt == 0 && cells_of(*plan, o) != o.cells && !(cut_off(o) && within(*plan, o)))
@@ -171,7 +147,7 @@ class Audit {
                                           ": the stage was sent to other cells than the plan of map " +
                                           std::to_string(plan->map_id) + " names");
     if (given_again(n)) return;
-    const PassReport* r = report_of(o);
+    const PassReport* r = index_.report_of(o);
     if (!r) {
       if (!is_last(o) || record_.finished)
         add(ViolationKind::kNoReport, pass_name(o) + ": no report, and the print went on");
@@ -194,25 +170,21 @@ class Audit {
   // Droplets in doubt must be seen by a scan before the next ones are planned.
   void check_unknowns() {
     for (Unknown& u : v_.unknowns) {
-      for (const MeasuredMap& m : record_.maps)
-        if (m.sample_us > u.t_us && !u.resolved_by) u.resolved_by = m.map_id;
-      const std::string what = "layer " + std::to_string(u.layer) + ", pass " + std::to_string(u.pass) +
+      if (const MeasuredMap* m = index_.map_after(u.t_us)) u.resolved_by = m->map_id;
+      const std::string what = "layer " + std::to_string(u.layer) + ", pass " + std::to_string(u.pass + 1) +
                                ", droplets " + std::to_string(u.from) + " to " + std::to_string(u.to) +
                                " in doubt: ";
-      const auto next =
-          std::ranges::find_if(record_.orders, [&](const PassOrder& o) { return o.t_us > u.t_us; });
-      if (next == record_.orders.end()) {
+      const std::size_t next = index_.order_after(u.t_us);
+      if (next == record_.orders.size()) {
         if (record_.finished && !u.resolved_by)
           add(ViolationKind::kUnresolved, what + "the print ended without a scan");
         continue;
       }
-      const PlannedLayer* plan = plan_of(*next);
-      const bool seen = plan && std::ranges::any_of(record_.maps, [&](const MeasuredMap& m) {
-                          return m.map_id == plan->map_id && m.sample_us > u.t_us;
-                        });
-      if (!seen) {
+      const PlannedLayer* plan = index_.plan_of(record_.orders[next]);
+      if (!plan || !index_.measured_after(plan->map_id, u.t_us)) {
         u.resolved_by.reset();
-        add(ViolationKind::kUnresolved, what + pass_name(*next) + " was planned without a scan after it");
+        add(ViolationKind::kUnresolved,
+            what + pass_name(record_.orders[next]) + " was planned without a scan after it");
       }
     }
   }
@@ -222,10 +194,18 @@ class Audit {
       add(ViolationKind::kDamaged,
           "the world's own record is damaged in " + std::to_string(world_->damaged) + " places");
     assign_shots();
-    std::map<std::pair<std::int32_t, std::int32_t>, std::map<std::uint32_t, int>>
-        fired;  // layer, pass -> cell -> times
-    for (std::size_t n = 0; n < record_.orders.size(); ++n)
-      check_shots(n, fired[{record_.orders[n].layer, record_.orders[n].pass}]);
+    struct Fired {
+      std::size_t orders = 0;   // still to come
+      std::vector<bool> cells;  // that got a droplet
+    };
+    std::map<std::pair<std::int32_t, std::int32_t>, Fired> fired;  // by layer, pass
+    const auto key = [](const PassOrder& o) { return std::pair(o.layer, o.pass); };
+    for (const PassOrder& o : record_.orders) ++fired[key(o)].orders;
+    for (std::size_t n = 0; n < record_.orders.size(); ++n) {
+      const auto of_pass = fired.find(key(record_.orders[n]));
+      check_shots(n, of_pass->second.cells);
+      if (--of_pass->second.orders == 0) fired.erase(of_pass);
+    }
     check_stops();
     check_leases();
     check_disarmed();
@@ -245,7 +225,10 @@ class Audit {
       if (next == 0) {
         if (strays++ == 0) first = s.t_us;
       } else {
-        shots_[next - 1].push_back(&s);
+        const auto number = std::size_t(&s - world_->shots.data());
+        auto& [from, to] = shots_[next - 1];
+        if (to == 0) from = number;
+        to = number + 1;
       }
     }
     if (strays)
@@ -253,35 +236,43 @@ class Audit {
           std::to_string(strays) + " droplets before any pass was commanded, the first" + at(first));
   }
 
-  void check_shots(std::size_t n, std::map<std::uint32_t, int>& fired) {
+  void check_shots(std::size_t n, std::vector<bool>& fired) {
     const PassOrder& o = record_.orders[n];
-    std::map<std::uint32_t, std::int64_t> place;  // cell -> number in firing order
-    for (std::size_t k = 0; k < o.cells.size(); ++k) place.emplace(o.cells[k], std::int64_t(k));
+    place_.resize(std::max(place_.size(), o.grid.size()), -1);
+    for (std::size_t k = o.cells.size(); k-- > 0;) place_.at(o.cells[k]) = std::int32_t(k);
+    fired.resize(std::max(fired.size(), o.grid.size()));
     std::vector<bool> triggered(o.cells.size());
-    for (const Shot* s : shots_[n]) {
-      const bool on_grid = o.grid.contains(s->i, s->j);
-      const std::uint32_t c = on_grid ? std::uint32_t(o.grid.index(s->i, s->j)) : 0;
-      if (!on_grid || !place.contains(c)) {
-        add(ViolationKind::kCellNotCommanded, pass_name(o) + ": a droplet on cell (" + std::to_string(s->i) +
-                                                  ", " + std::to_string(s->j) + "), which was not commanded" +
-                                                  at(s->t_us));
+    std::int64_t shots = 0;
+    for (std::size_t k = shots_[n].first; k < shots_[n].second; ++k) {
+      const Shot& s = world_->shots[k];
+      ++v_.compared;
+      if (!obeyed(s)) continue;
+      ++shots;
+      const bool on_grid = o.grid.contains(s.i, s.j);
+      const std::uint32_t c = on_grid ? std::uint32_t(o.grid.index(s.i, s.j)) : 0;
+      if (!on_grid || place_[c] < 0) {
+        add(ViolationKind::kCellNotCommanded, pass_name(o) + ": a droplet on cell (" + std::to_string(s.i) +
+                                                  ", " + std::to_string(s.j) + "), which was not commanded" +
+                                                  at(s.t_us));
         continue;
       }
-      triggered[std::size_t(place[c])] = true;
-      if (++fired[c] > 1)
+      triggered[std::size_t(place_[c])] = true;
+      if (fired[c])
         add(ViolationKind::kCellTwice,
-            pass_name(o) + ": a second droplet on " + cell(o.grid, c) + at(s->t_us));
-      check_ink(o, *s, c);
-      check_wet(o, *s, c);
-      if (std::int64_t(s->exposures) < o.layer - 1)
+            pass_name(o) + ": a second droplet on " + cell(o.grid, c) + at(s.t_us));
+      fired[c] = true;
+      check_ink(o, s, c);
+      check_wet(o, s, c);
+      if (std::int64_t(s.exposures) < o.layer - 1)
         add(ViolationKind::kNotCured, pass_name(o) + ": a droplet on " + cell(o.grid, c) + " after " +
-                                          std::to_string(s->exposures) + " exposures" + at(s->t_us));
+                                          std::to_string(s.exposures) + " exposures" + at(s.t_us));
     }
-    const PassReport* r = report_of(o);
+    for (const std::uint32_t c : o.cells) place_[c] = -1;
+    const PassReport* r = index_.report_of(o);
     if (given_again(n)) {
-      if (!shots_[n].empty())
+      if (shots > 0)
         add(ViolationKind::kCellNotReported,
-            pass_name(o) + ": " + std::to_string(shots_[n].size()) +
+            pass_name(o) + ": " + std::to_string(shots) +
                 " droplets of a command that was given again as if it had been refused");
       return;
     }
@@ -297,7 +288,7 @@ class Audit {
   }
 
   void check_ink(const PassOrder& o, const Shot& s, std::uint32_t c) {
-    const PlannedLayer* plan = plan_of(o);
+    const PlannedLayer* plan = index_.plan_of(o);
     const Material wanted = plan && c < plan->materials.size() ? plan->materials.of(c) : Material::kA;
     if (s.ink != wanted)
       add(ViolationKind::kWrongInk,
@@ -306,7 +297,7 @@ class Audit {
 
   // Between two cures all droplets of a layer lie in one sub-pattern.
   void check_wet(const PassOrder& o, const Shot& s, std::uint32_t c) {
-    const PassPart* part = part_of(o);
+    const PassPart* part = index_.part_of(o);
     if (!part || part->sub_patterns == 1) return;
     const int number = sub_pattern_of(int(c) % o.grid.nx, int(c) / o.grid.nx, part->sub_patterns);
     const auto [wet, first] = wet_.try_emplace(s.exposures, std::pair(o.layer, number));
@@ -323,13 +314,17 @@ class Audit {
     for (std::size_t n = 0; n < std::max<std::size_t>(1, record_.starts.size()); ++n) {
       const std::int64_t from = n < record_.starts.size() ? record_.starts[n] : 0;
       const std::int64_t to = n + 1 < record_.starts.size() ? record_.starts[n + 1] : kNever;
-      const auto stop = std::ranges::find(record_.stops, std::int32_t(n), &Stop::incarnation);
-      if (stop == record_.stops.end()) continue;
+      const auto stop = std::ranges::lower_bound(record_.stops, std::int32_t(n), {}, &Stop::incarnation);
+      if (stop == record_.stops.end() || stop->incarnation != std::int32_t(n)) continue;
       v_.stops += stop->t_us < record_.end_us;
       std::int64_t late = 0;
       double latest_s = 0.0;
-      for (const Shot& s : world_->shots) {
-        if (!obeyed(s) || s.t_us <= stop->t_us || s.t_us < from || s.t_us >= to) continue;
+      auto shot = std::max(std::ranges::upper_bound(world_->shots, stop->t_us, {}, &Shot::t_us),
+                           std::ranges::lower_bound(world_->shots, from, {}, &Shot::t_us));
+      for (; shot != world_->shots.end() && shot->t_us < to; ++shot) {
+        const Shot& s = *shot;
+        ++v_.compared;
+        if (!obeyed(s)) continue;
         latest_s = wall_s(s.t_us - stop->t_us);
         late += latest_s > options_.stop_limit_s;
       }
@@ -385,7 +380,9 @@ class Audit {
   const AuditRecord& record_;
   const WorldTruth* world_;
   const AuditOptions& options_;
-  std::vector<std::vector<const Shot*>> shots_;  // by order
+  AuditIndex index_;
+  std::vector<std::pair<std::size_t, std::size_t>> shots_;  // by order: from, to in world_->shots
+  std::vector<std::int32_t> place_;  // by cell: number in firing order; -1: not of the order
   std::map<std::uint32_t, std::pair<std::int32_t, int>>
       wet_;  // cures before -> layer and sub-pattern that is wet
   AuditVerdict v_;

@@ -95,10 +95,12 @@ struct AuditVerdict {
   double longest_stop_s = 0.0;  ///< wall time from a first fault to the last droplet after it; 0: no droplet
   bool finished = false;        ///< reported by RUN_END
   bool with_world = false;
+  bool real = false;   ///< instruments outside the simulated world took part: its record is not the truth
   bool paths = false;  ///< of a path printer: passes are paths, droplets are pulses
   std::vector<Unknown> unknowns;
   std::vector<Violation> violations;  ///< at most kKept
   std::uint64_t violations_total = 0;
+  std::uint64_t compared = 0;  ///< entries of the records that were looked at: grows as the print does
   std::vector<std::string> operator_orders;  ///< "pause at 12.345 s"
   std::string seal;                          ///< "sealed: 2 seals, 31 files, <digest>"; empty: not looked at
   std::vector<std::string> notes;            ///< parts of the run for which a check is not possible
@@ -117,6 +119,8 @@ struct AuditVerdict {
 AuditVerdict audit(const AuditRecord& record, const WorldTruth* world, const AuditOptions& options);
 
 std::string to_text(const AuditVerdict& verdict);
+/// Returns "clean", "clean, without the world's record", or the number of violations and the first.
+std::string audit_words(const AuditVerdict& verdict);
 std::string to_json(const AuditVerdict& verdict);
 
 }  // namespace firn::replay

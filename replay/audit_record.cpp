@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <set>
 #include <utility>
 
 #include "core/grid/firing_order.h"
+#include "core/options/enumerators.h"
 #include "firn/deposition_report_t.hpp"
 #include "firn/enable_t.hpp"
 #include "firn/enums.h"
@@ -14,7 +16,7 @@
 #include "firn/safe_stop_t.hpp"
 #include "firn/stage_command_t.hpp"
 #include "lcmtypes/convert.h"
-#include "replay/run_messages.h"
+#include "runs/read/run_reader.h"
 
 namespace firn::replay {
 namespace {
@@ -27,7 +29,8 @@ DropletPattern pattern(const grid_t& grid, const std::vector<std::int8_t>& drops
 
 std::string in_words(const operator_command_t& m) {
   constexpr const char* kVerbs[] = {"accept-doubt", "pause", "continue", "finish-layer", "stop", "set"};
-  const int verb = std::clamp(int(m.verb), 1, 6);
+  static_assert(std::size(kVerbs) + 1 == kTableSize<OperatorVerb>);
+  const int verb = std::clamp(int(m.verb), 1, int(std::size(kVerbs)));
   char time[32];
   std::snprintf(time, sizeof time, " at %.3f s", double(m.header.utime_us) * 1e-6);
   return kVerbs[verb - 1] + (m.key.empty() ? "" : " " + m.key + "=" + m.value) + time;
@@ -35,7 +38,7 @@ std::string in_words(const operator_command_t& m) {
 
 }  // namespace
 
-std::vector<std::string> operator_orders(const RunMessages& messages) {
+std::vector<std::string> operator_orders(const runs::RunReader& messages) {
   std::vector<std::string> orders;
   messages.each<operator_command_t>(channels::kOperatorCommand.name,
                                     [&](const operator_command_t& m) { orders.push_back(in_words(m)); });
@@ -43,7 +46,7 @@ std::vector<std::string> operator_orders(const RunMessages& messages) {
 }
 
 AuditRecord read_audit_record(const std::filesystem::path& run) {
-  const RunMessages messages(run);
+  const runs::RunReader messages(run);
   AuditRecord r;
   messages.each<stage_command_t>(channels::kStageCommand.name, [&](const stage_command_t& m) {
     if (StageVerb(m.verb) != StageVerb::kPass) return;
@@ -55,15 +58,13 @@ AuditRecord read_audit_record(const std::filesystem::path& run) {
       r.plans.push_back(
           {m.header.utime_us, m.layer, m.passes, m.map_id, pattern(m.grid, m.drops), materials_of(m)});
   });
-  const auto two_inks = [&](const deposition_report_t& m) {
-    return std::ranges::any_of(r.plans, [&](const PlannedLayer& plan) {
-      return plan.layer == m.layer && plan.map_id == m.map_id && !plan.materials.cells.empty();
-    });
-  };
+  std::set<std::pair<std::int32_t, std::int64_t>> two_inks;  // layer, map of a plan of two inks
+  for (const PlannedLayer& plan : r.plans)
+    if (!plan.materials.cells.empty()) two_inks.emplace(plan.layer, plan.map_id);
   messages.each<deposition_report_t>(channels::kDepositionReport.name, [&](const deposition_report_t& m) {
     r.reports.push_back(
         {m.header.utime_us, m.layer, m.attempt, m.pass, m.map_id, m.unknown_from, m.unknown_to});
-    if (m.sub_patterns > 1 || two_inks(m))
+    if (m.sub_patterns > 1 || two_inks.contains({m.layer, m.map_id}))
       r.parts.push_back({m.layer, m.attempt, m.pass, m.passes, m.round, m.sub_pattern, m.sub_patterns,
                          Material(m.material)});
   });

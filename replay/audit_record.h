@@ -10,6 +10,10 @@
 #include "core/grid/grid.h"
 #include "core/grid/material.h"
 
+namespace firn::runs {
+class RunReader;
+}
+
 namespace firn::replay {
 
 /// Holds a STAGE_COMMAND of verb "pass": the order to raster these cells.
@@ -76,16 +80,15 @@ struct AuditRecord {
   std::int64_t end_us =
       std::numeric_limits<std::int64_t>::max();  ///< of that RUN_END; the stop after it is the orderly one
   std::vector<std::string> operator_orders;      ///< "pause at 12.345 s", in order of time
-  std::vector<std::string> forged;               ///< RunMessages::forged
+  std::vector<std::string> forged;               ///< RunReader::forged
   std::vector<std::string> damage;               ///< "nodes/jet.wal, byte 12: checksum does not hold"
 };
 
-class RunMessages;
 /// Returns the operator's commands of a run: "pause at 12.345 s".
-std::vector<std::string> operator_orders(const RunMessages& messages);
+std::vector<std::string> operator_orders(const runs::RunReader& messages);
 
 /// Reads the record. A message counts if any write-ahead file holds it, its publisher's or a receiver's.
-/// @throws std::invalid_argument for a folder without nodes/, logfile::FileError
+/// @throws std::invalid_argument for a folder without nodes/, record::FileError
 AuditRecord read_audit_record(const std::filesystem::path& run);
 
 }  // namespace firn::replay

@@ -2,25 +2,26 @@
 
 #include <algorithm>
 
-#include "replay/bytes.h"
-#include "replay/describe.h"
+#include "runs/read/bytes.h"
+#include "runs/read/describe.h"
 
 namespace firn::replay {
 
-SentIndex::SentIndex(const std::vector<NodeOutcome>& nodes) : publishers_(ChannelIndex::size()) {
+SentIndex::SentIndex(const std::vector<NodeOutcome>& nodes)
+    : nodes_(nodes), publishers_(runs::ChannelIndex::size()) {
   for (const NodeOutcome& node : nodes)
     if (node.replayed)
       for (std::size_t n = 0; n < publishers_.size(); ++n) {
         const ChannelInfo& channel = channel_table()[n];
-        if (sent_by_node(channel) && info(channel.publisher).name == node.verdict.name)
+        if (runs::sent_by_node(channel) && info(channel.publisher).name == node.verdict.name)
           publishers_[n] = &node;
       }
 }
 
 const std::vector<Sent>& SentIndex::all(int channel) const {
-  static const std::vector<Sent> kNone;
+  static const std::vector<Sent> none;
   const NodeOutcome* node = publishers_[std::size_t(channel)];
-  return node ? node->sent[std::size_t(channel)] : kNone;
+  return node ? node->sent[std::size_t(channel)] : none;
 }
 
 // Sequence numbers count from 1 without gaps, unless the file is damaged.
@@ -38,6 +39,15 @@ std::uint64_t SentIndex::step_after(int channel, std::int64_t seq) const {
   return publishers_[std::size_t(channel)]->verdict.steps;
 }
 
+void SentIndex::read(std::size_t bytes) const {
+  constexpr std::size_t kHeld_bytes = std::size_t(32) << 20;
+  held_ += bytes;
+  if (held_ < kHeld_bytes) return;
+  for (const NodeOutcome& node : nodes_)
+    if (node.file) node.file->forget();
+  held_ = 0;
+}
+
 namespace {
 
 // A message absent from a file was lost at the time of sending, not at the time of the next message.
@@ -51,7 +61,7 @@ void tell_gaps(const SentIndex& sent, NodeOutcome& node) {
 void check_delivery(const SentIndex& sent, NodeOutcome& node, const Delivered& d, MessageComparer& comparer) {
   const ChannelInfo& channel = channel_table()[std::size_t(d.channel)];
   const Sent* s = sent.find(d.channel, d.seq);
-  if (s && (s->differs || same_bytes(s->bytes, d.bytes))) return;
+  if (s && (s->differs || runs::same_bytes(s->bytes, d.bytes))) return;
   const std::string publisher(info(channel.publisher).name);
   Finding f;
   f.kind = FindingKind::kDelivery;
@@ -78,7 +88,8 @@ void check_delivery(const SentIndex& sent, NodeOutcome& node, const Delivered& d
     event.now = d.at;
     event.channel = channel.name;
     event.bytes = d.bytes;
-    if (node.findings.size() < RunVerdict::kKeptWithInputs) f.inputs.push_back(as_json(d.step, event, {}));
+    if (node.findings.size() < RunVerdict::kKeptWithInputs)
+      f.inputs.push_back(runs::as_json(d.step, event, {}));
   }
   node.add(std::move(f));
 }
@@ -88,8 +99,10 @@ void check_delivery(const SentIndex& sent, NodeOutcome& node, const Delivered& d
 void check_deliveries(const SentIndex& sent, std::vector<NodeOutcome>& nodes, MessageComparer& comparer) {
   for (NodeOutcome& node : nodes) {
     tell_gaps(sent, node);
-    for (const Delivered& d : node.delivered)
+    for (const Delivered& d : node.delivered) {
       if (sent.knows(d.channel)) check_delivery(sent, node, d, comparer);
+      sent.read(2 * d.bytes.size());
+    }
   }
 }
 

@@ -19,8 +19,12 @@ class SentIndex {
   /// Returns the step of the publisher's file before which the message `seq`, absent from the file, must have
   /// been sent.
   std::uint64_t step_after(int channel, std::int64_t seq) const;
+  /// Counts bytes of the nodes' files that were read again, and now and then takes their pages out of memory.
+  void read(std::size_t bytes) const;
 
  private:
+  const std::vector<NodeOutcome>& nodes_;
+  mutable std::size_t held_ = 0;
   std::vector<const NodeOutcome*> publishers_;  // by ChannelIndex
 };
 

@@ -10,7 +10,7 @@
 namespace firn::replay {
 namespace {
 
-double nominal_mm(const slice::LayerPaths& l) { return l.z * slice::kMmPerUnit; }
+double nominal_mm(const slice::LayerPaths& l) { return l.z * geometry::kMmPerUnit; }
 
 bool deposits(const slice::LayerPaths& layer) {
   return std::ranges::any_of(layer.info,
@@ -79,7 +79,7 @@ NominalPart nominal_part(const slice::PrintPaths& paths, double pitch_mm, double
   NominalPart part{HeightMap(*grid, 0.0), Mask(*grid)};
   for (const slice::LayerPaths& l : paths.layers) {
     if (!deposits(l)) continue;
-    const double height_mm = l.height * slice::kMmPerUnit;
+    const double height_mm = l.height * geometry::kMmPerUnit;
     const Grid<std::uint8_t> materials = slice::footprint_materials(l, *grid);
     for (std::size_t c = 0; c < materials.size(); ++c)
       if (materials.cells[c] == 1 || (of == NominalOf::kPartAndScaffold && materials.cells[c] != 0)) {

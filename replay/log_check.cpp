@@ -3,14 +3,15 @@
 #include <algorithm>
 
 #include "files/record/event_log.h"
-#include "replay/bytes.h"
+#include "files/run_paths.h"
+#include "runs/read/bytes.h"
 
 namespace firn::replay {
 namespace {
 
 class LogCheck {
  public:
-  LogCheck(const SentIndex& sent, const ChannelIndex& channels, const RunMigration& migration,
+  LogCheck(const SentIndex& sent, const runs::ChannelIndex& channels, const runs::RunMigration& migration,
            MessageComparer& comparer, RunVerdict& verdict)
       : sent_(sent),
         channels_(channels),
@@ -21,12 +22,12 @@ class LogCheck {
     for (std::size_t c = 0; c < seen_.size(); ++c) seen_[c].resize(sent.all(int(c)).size());
   }
 
-  void event(const logfile::Event& e) {
+  void event(const record::Event& e) {
     const int number = channels_.find(e.channel);
     if (number < 0) return;
     const ChannelInfo& channel = channel_table()[std::size_t(number)];
-    if (!sent_by_node(channel) || !sent_.knows(number)) return;
-    const std::optional<Stamp> stamp = stamp_of(e.data);
+    if (!runs::sent_by_node(channel) || !sent_.knows(number)) return;
+    const std::optional<runs::Stamp> stamp = runs::stamp_of(e.data);
     const Sent* s = stamp ? sent_.find(number, stamp->seq) : nullptr;
     ++verdict_.log_messages;
     if (!s) {
@@ -43,7 +44,7 @@ class LogCheck {
     }
     seen_[std::size_t(number)][std::size_t(s - sent_.all(number).data())] = true;
     const std::span<const std::byte> data = migration_.today(e.data, migrated_);
-    if (s->differs || same_bytes(s->bytes, data)) return;
+    if (s->differs || runs::same_bytes(s->bytes, data)) return;
     const auto difference = comparer_.compare(channel, s->bytes, data);
     if (!difference) return;
     Finding f = finding(channel, s,
@@ -94,8 +95,8 @@ class LogCheck {
   }
 
   const SentIndex& sent_;
-  const ChannelIndex& channels_;
-  const RunMigration& migration_;
+  const runs::ChannelIndex& channels_;
+  const runs::RunMigration& migration_;
   std::vector<std::byte> migrated_;  // the current message; storage used again
   MessageComparer& comparer_;
   RunVerdict& verdict_;
@@ -105,18 +106,22 @@ class LogCheck {
 
 }  // namespace
 
-void check_log(const std::filesystem::path& run, const SentIndex& sent, const ChannelIndex& channels,
-               const RunMigration& migration, MessageComparer& comparer, RunVerdict& verdict) {
-  const std::filesystem::path path = run / "log.lcm";
+void check_log(const std::filesystem::path& run, const SentIndex& sent, const runs::ChannelIndex& channels,
+               const runs::RunMigration& migration, MessageComparer& comparer, RunVerdict& verdict) {
+  const std::filesystem::path path = RunPaths(run).log_path();
   verdict.log_present = std::filesystem::exists(path);
   if (!verdict.log_present) return;
-  const logfile::EventLogFile file(path);
-  logfile::EventLogReader reader = file.reader();
+  const record::EventLogFile file(path);
+  record::EventLogReader reader = file.reader();
   LogCheck check(sent, channels, migration, comparer, verdict);
-  while (const auto event = reader.next()) check.event(*event);
+  while (const auto event = reader.next()) {
+    check.event(*event);
+    sent.read(event->data.size());
+    file.forget_before(event->offset);
+  }
   check.missing();
-  for (const logfile::Damage& d : reader.damage().list())
-    verdict.damage.push_back({"log.lcm", d.offset, d.bytes, std::string(d.reason), {}});
+  for (const record::Damage& d : reader.damage().list())
+    verdict.damage.push_back({RunPaths::kLog, d.offset, d.bytes, std::string(d.reason), {}});
 }
 
 }  // namespace firn::replay

@@ -11,8 +11,8 @@ namespace firn::replay {
 /// reliable message that was sent must be in the log ("recording gap" otherwise: `firn log repair` fills it).
 /// Findings and counts go to `verdict`; a run without a log is no finding. Messages of earlier versions are
 /// compared as today's types.
-/// @throws logfile::FileError
-void check_log(const std::filesystem::path& run, const SentIndex& sent, const ChannelIndex& channels,
-               const RunMigration& migration, MessageComparer& comparer, RunVerdict& verdict);
+/// @throws record::FileError
+void check_log(const std::filesystem::path& run, const SentIndex& sent, const runs::ChannelIndex& channels,
+               const runs::RunMigration& migration, MessageComparer& comparer, RunVerdict& verdict);
 
 }  // namespace firn::replay

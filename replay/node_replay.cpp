@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <fstream>
 
 #include "files/digest.h"
-#include "replay/bytes.h"
+#include "files/record/file.h"
+#include "files/run_paths.h"
 #include "replay/decision_compare.h"
-#include "replay/describe.h"
+#include "runs/folder/origin.h"
+#include "runs/read/bytes.h"
+#include "runs/read/describe.h"
 #include "runtime/node_host.h"
 
 namespace firn::replay {
@@ -28,25 +30,25 @@ Blobs load_blobs(const fs::path& run, const WalHead& head) {
     if (!is_sha256_hex(sha256))
       throw std::runtime_error("input '" + role + "': '" + sha256.substr(0, 100) +
                                "' is no SHA-256, 64 hexadecimal digits");
-    const fs::path path = run / "inputs" / sha256;
-    std::ifstream in(path, std::ios::binary | std::ios::ate);
-    if (!in) throw std::runtime_error("input '" + role + "' is missing: inputs/" + sha256);
-    Blob blob{role, sha256, std::vector<std::byte>(std::size_t(in.tellg()))};
-    in.seekg(0);
-    if (!in.read(reinterpret_cast<char*>(blob.bytes.data()), std::streamsize(blob.bytes.size())))
-      throw std::runtime_error("input '" + role + "' cannot be read: inputs/" + sha256);
-    if (sha256_hex(blob.bytes) != sha256)
-      throw std::runtime_error("input '" + role + "' was changed: inputs/" + sha256 +
+    const RunPaths paths(run);
+    const fs::path path = paths.input_path(sha256);
+    const std::string name = path.lexically_relative(run).string();
+    std::error_code unreadable;  // a link to itself: opening it names it
+    if (fs::symlink_status(path, unreadable).type() == fs::file_type::not_found)
+      throw std::runtime_error("input '" + role + "' is missing: " + name);
+    const record::MappedFile file(path, record::MappedFile::Packed::kAsIs);
+    if (sha256_hex(file.bytes()) != sha256)
+      throw std::runtime_error("input '" + role + "' was changed: " + name +
                                " does not have the SHA-256 of its name");
-    blobs.push_back(std::move(blob));
+    blobs.push_back({role, sha256, {file.bytes().begin(), file.bytes().end()}});
   }
   return blobs;
 }
 
 class NodeReplay {
  public:
-  NodeReplay(const fs::path& run, const NodeMaker& maker, const ChannelIndex& channels,
-             const RunMigration& migration, const ReplayOptions& options)
+  NodeReplay(const fs::path& run, const NodeMaker& maker, const runs::ChannelIndex& channels,
+             const runs::RunMigration& migration, const ReplayOptions& options)
       : run_(run),
         maker_(maker),
         channels_(channels),
@@ -60,7 +62,7 @@ class NodeReplay {
 
   NodeOutcome go() {
     try {
-      out_.file = std::make_unique<WalFile>(run_ / file_name());
+      out_.file = std::make_unique<runs::WalFile>(run_ / file_name());
       read();
       note_damage();
     } catch (const std::exception& e) {
@@ -78,18 +80,18 @@ class NodeReplay {
     std::int32_t incarnation = 0;
   };
 
-  std::string file_name() const { return "nodes/" + std::string(maker_.name) + ".wal"; }
+  std::string file_name() const { return RunPaths::wal_name(maker_.name); }
 
   void read() {
     for (;;) switch (out_.file->next()) {
-        case WalFile::Item::kEnd:
+        case runs::WalFile::Item::kEnd:
           if (!out_.head)
             tell(FindingKind::kUnreadable, file_name() + " holds no head, so the node cannot be built");
           return;
-        case WalFile::Item::kHead:
+        case runs::WalFile::Item::kHead:
           if (!open_incarnation(out_.file->head())) return;
           break;
-        case WalFile::Item::kStep:
+        case runs::WalFile::Item::kStep:
           if (!host_) {
             tell(FindingKind::kUnreadable,
                  "byte " + std::to_string(out_.file->offset()) + " of " + file_name() +
@@ -98,10 +100,10 @@ class NodeReplay {
           }
           if (!step(out_.file->step())) return;
           break;
-        case WalFile::Item::kStray:
+        case runs::WalFile::Item::kStray:
           stray(out_.file->step());
           break;
-        case WalFile::Item::kUnknown:
+        case runs::WalFile::Item::kUnknown:
           tell(FindingKind::kMissing, "byte " + std::to_string(out_.file->offset()) + " of " + file_name() +
                                           ": " + out_.file->trouble());
           break;
@@ -138,11 +140,22 @@ class NodeReplay {
     incarnation_ = head.incarnation;
     const std::string config =
         options_.change_config ? options_.change_config(head.config_toml) : head.config_toml;
+    if (!may_run(head, config)) return false;
     host_.emplace(find_node(maker_.name)->id, maker_.make(config, load_blobs(run_, head)), head.run_id,
                   nullptr);
     ports_ = host_->ports();
     out_.replayed = true;
     return true;
+  }
+
+  // Code comes from the recorded inputs alone: a setting that was changed since chooses among them.
+  bool may_run(const WalHead& head, const std::string& config) {
+    const std::string python = runs::python_of(config, std::string(maker_.name));
+    const bool own = python.empty() || (options_.run_python == RunPython::kOwn &&
+                                        runs::is_own_run(run_, head.run_id, head.config_toml, head.blobs));
+    if (own || options_.run_python == RunPython::kAlways) return true;
+    out_.verdict.python = python;
+    return false;
   }
 
   void note_provenance(const char* what, const std::string& recorded, const std::string& here) {
@@ -152,10 +165,10 @@ class NodeReplay {
   }
 
   // @returns false when the node cannot go on.
-  bool step(const RecordedStep& recorded) {
+  bool step(const runs::RecordedStep& recorded) {
     now_ = recorded;
     now_.event = migration_.event(recorded.event);
-    const RecordedStep& s = now_;
+    const runs::RecordedStep& s = now_;
     const Event& e = s.event;
     current_ = &s;
     recent_[out_.verdict.steps++ % recent_.size()] = s;
@@ -170,7 +183,7 @@ class NodeReplay {
       outbox = &host_->replay_step(e);
     } catch (const std::exception& error) {
       const std::string why =
-          "step " + std::to_string(s.step) + ", " + place_of(e, ports_) + ": " + error.what();
+          "step " + std::to_string(s.step) + ", " + runs::place_of(e, ports_) + ": " + error.what();
       if (s.last && !s.has_outputs)
         out_.verdict.crash = why;
       else
@@ -184,7 +197,7 @@ class NodeReplay {
     return true;
   }
 
-  void check_place(const RecordedStep& s) {
+  void check_place(const runs::RecordedStep& s) {
     const Event& e = s.event;
     if (s.step > next_step_)
       tell(FindingKind::kMissing, s.step == next_step_ + 1
@@ -216,16 +229,16 @@ class NodeReplay {
            "woken at " + std::to_string(e.now.us) + " us, before " + std::to_string(e.due.us) + " us");
   }
 
-  void check_delivery(const RecordedStep& s) {
+  void check_delivery(const runs::RecordedStep& s) {
     const Event& e = s.event;
-    if (e.channel == NodeMigration::kNotGiven) return;
+    if (e.channel == runs::NodeMigration::kNotGiven) return;
     ++out_.verdict.events_in;
     const int number = channels_.find(e.channel);
     if (number < 0 || !host_->subscribes(e.channel)) {
       tell(FindingKind::kForeign, "a message on a channel that the node does not read");
       return;
     }
-    const std::optional<Stamp> stamp = stamp_of(e.bytes);
+    const std::optional<runs::Stamp> stamp = runs::stamp_of(e.bytes);
     if (!stamp) {
       tell(FindingKind::kForeign, "a message too short to hold a header");
       return;
@@ -235,7 +248,7 @@ class NodeReplay {
                                       std::to_string(out_.head->run_id));
     const ChannelInfo& channel = channel_table()[std::size_t(number)];
     Last& last = last_[std::size_t(number)];
-    const bool restarted = stamp->incarnation > last.incarnation && !sent_by_node(channel);
+    const bool restarted = stamp->incarnation > last.incarnation && !runs::sent_by_node(channel);
     if (channel.delivery == Delivery::kReliable && !restarted) {
       if (stamp->seq > last.seq + 1)
         out_.gaps.push_back({number, last.seq + 1, stamp->seq - 1,
@@ -250,14 +263,14 @@ class NodeReplay {
                                     " was delivered after " + std::to_string(last.seq));
     }
     last = {stamp->seq, stamp->incarnation};
-    if (sent_by_node(channel)) out_.delivered.push_back({number, stamp->seq, e.bytes, s.step, e.now});
+    if (runs::sent_by_node(channel)) out_.delivered.push_back({number, stamp->seq, e.bytes, s.step, e.now});
   }
 
   static std::string range(std::string_view channel, std::int64_t from, std::int64_t to) {
     return std::string(channel) + " " + std::to_string(from) + (to > from ? " to " + std::to_string(to) : "");
   }
 
-  void compare(const RecordedStep& s, const Outbox& replayed) {
+  void compare(const runs::RecordedStep& s, const Outbox& replayed) {
     recorded_.clear();
     if (s.has_outputs) {
       try {
@@ -294,7 +307,7 @@ class NodeReplay {
 
   static bool same(const std::optional<Output>& a, const std::optional<Output>& b) {
     return a && b && a->kind == b->kind && a->channel == b->channel && a->id == b->id && a->at == b->at &&
-           same_bytes(a->bytes, b->bytes);
+           runs::same_bytes(a->bytes, b->bytes);
   }
 
   // Reports the first difference of a step. @returns false if tolerance and ignored fields make the outputs
@@ -311,15 +324,15 @@ class NodeReplay {
     } else if (same_place) {
       difference = byte_difference(a->bytes, b->bytes);
     } else {
-      difference = {"output " + std::to_string(n), a ? replay::in_words(*a) : "nothing",
-                    b ? replay::in_words(*b) : "nothing", 0};
+      difference = {"output " + std::to_string(n), a ? runs::in_words(*a) : "nothing",
+                    b ? runs::in_words(*b) : "nothing", 0};
     }
     if (told) return true;
     Finding f = finding(FindingKind::kOutput, "the node puts out something else than was recorded");
     const Output& shown = a ? *a : *b;
-    f.channel = place_of(shown, ports_);
+    f.channel = runs::place_of(shown, ports_);
     if (shown.kind == OutputKind::kSend)
-      if (const auto stamp = stamp_of(shown.bytes)) f.seq = stamp->seq;
+      if (const auto stamp = runs::stamp_of(shown.bytes)) f.seq = stamp->seq;
     f.field = difference.path;
     f.recorded = difference.a;
     f.replayed = difference.b;
@@ -327,30 +340,30 @@ class NodeReplay {
     return true;
   }
 
-  void keep(const RecordedStep& s, const Output& o, bool differs) {
+  void keep(const runs::RecordedStep& s, const Output& o, bool differs) {
     out_.verdict.bytes += o.bytes.size();
     if (o.kind != OutputKind::kSend) return;
     ++out_.verdict.messages;
     const int number = channels_.find(o.channel);
-    const std::optional<Stamp> stamp = stamp_of(o.bytes);
+    const std::optional<runs::Stamp> stamp = runs::stamp_of(o.bytes);
     if (number >= 0 && stamp && info(channel_table()[std::size_t(number)].publisher).name == maker_.name)
       out_.sent[std::size_t(number)].push_back({stamp->seq, o.bytes, s.step, s.event.now, false, differs});
   }
 
   // A kill fell between the event's record and the outputs': after a resume they may still have gone out.
-  void keep_cut(const RecordedStep& s, const Outbox& replayed) {
+  void keep_cut(const runs::RecordedStep& s, const Outbox& replayed) {
     ++out_.verdict.cut;
     for (std::size_t n = 0; n < replayed.size(); ++n) {
       const Output o = replayed.at(n);
       if (o.kind != OutputKind::kSend) continue;
       const auto& bytes = out_.cut_bytes.emplace_back(o.bytes.begin(), o.bytes.end());
-      const std::optional<Stamp> stamp = stamp_of(bytes);
+      const std::optional<runs::Stamp> stamp = runs::stamp_of(bytes);
       out_.sent[std::size_t(channels_.find(o.channel))].push_back(
           {stamp->seq, bytes, s.step, s.event.now, true, false});
     }
   }
 
-  void stray(const RecordedStep& s) {
+  void stray(const runs::RecordedStep& s) {
     current_ = nullptr;
     Finding f = finding(FindingKind::kMissing, "outputs of step " + std::to_string(s.step) +
                                                    " stand without their event, byte " +
@@ -369,21 +382,21 @@ class NodeReplay {
     if (!current_) return f;
     f.step = current_->step;
     f.at = current_->event.now;
-    f.channel = place_of(current_->event, ports_);
+    f.channel = runs::place_of(current_->event, ports_);
     if (current_->event.kind == EventKind::kMessage)
-      if (const auto stamp = stamp_of(current_->event.bytes)) f.seq = stamp->seq;
+      if (const auto stamp = runs::stamp_of(current_->event.bytes)) f.seq = stamp->seq;
     if (out_.findings.size() >= RunVerdict::kKeptWithInputs) return f;
     const std::uint64_t steps = out_.verdict.steps;
     for (std::uint64_t n = steps - std::min<std::uint64_t>(steps, recent_.size()); n < steps; ++n)
       f.inputs.push_back(
-          as_json(recent_[n % recent_.size()].step, recent_[n % recent_.size()].event, ports_));
+          runs::as_json(recent_[n % recent_.size()].step, recent_[n % recent_.size()].event, ports_));
     return f;
   }
 
   void tell(FindingKind kind, std::string what) { out_.add(finding(kind, std::move(what))); }
 
   void note_damage() {
-    for (const logfile::Damage& d : out_.file->damage().list()) {
+    for (const record::Damage& d : out_.file->damage().list()) {
       DamagedPlace place{file_name(), d.offset, d.bytes, std::string(d.reason), {}};
       for (const auto& [offset, step] : damaged_steps_)
         if (offset == d.offset) place.step = step;
@@ -393,18 +406,18 @@ class NodeReplay {
 
   const fs::path& run_;
   const NodeMaker& maker_;
-  const ChannelIndex& channels_;
+  const runs::ChannelIndex& channels_;
   const ReplayOptions& options_;
   MessageComparer comparer_;
   NodeOutcome out_;
-  NodeMigration migration_;
+  runs::NodeMigration migration_;
   std::optional<NodeHost> host_;
   std::vector<std::string> ports_;
   std::vector<Last> last_;        // by ChannelIndex
   std::vector<Output> recorded_;  // of the step; storage used again
-  RecordedStep now_;              // as delivered to today's node
-  std::array<RecordedStep, kInputsTold> recent_;
-  const RecordedStep* current_ = nullptr;
+  runs::RecordedStep now_;        // as delivered to today's node
+  std::array<runs::RecordedStep, kInputsTold> recent_;
+  const runs::RecordedStep* current_ = nullptr;
   std::vector<std::pair<std::uint64_t, std::uint64_t>> damaged_steps_;  // byte, step
   std::uint64_t next_step_ = 0;
   std::int32_t incarnation_ = 0;
@@ -419,7 +432,7 @@ void NodeOutcome::add(Finding finding) {
 }
 
 NodeOutcome replay_node(const std::filesystem::path& run, const NodeMaker& maker,
-                        const ChannelIndex& channels, const RunMigration& migration,
+                        const runs::ChannelIndex& channels, const runs::RunMigration& migration,
                         const ReplayOptions& options) {
   return NodeReplay(run, maker, channels, migration, options).go();
 }

@@ -8,12 +8,12 @@
 #include <optional>
 #include <vector>
 
-#include "replay/channel_index.h"
 #include "replay/message_compare.h"
 #include "replay/options.h"
-#include "replay/run_migration.h"
 #include "replay/verdict.h"
-#include "replay/wal_file.h"
+#include "runs/folder/recorded_steps.h"
+#include "runs/migrate/run_migration.h"
+#include "runs/read/channel_index.h"
 
 namespace firn::replay {
 
@@ -58,7 +58,7 @@ struct NodeOutcome {
   double largest_difference = 0.0;
   std::string largest_difference_field;
 
-  std::unique_ptr<WalFile> file;  ///< keeps the views above alive
+  std::unique_ptr<runs::WalFile> file;  ///< keeps the views above alive
   std::deque<std::vector<std::byte>> cut_bytes;
   std::deque<std::vector<std::byte>> migrated;  ///< messages of earlier versions as today's types
 
@@ -69,7 +69,7 @@ struct NodeOutcome {
 /// the files.
 /// @param migration of the run: messages of an earlier version are replayed and compared as today's types
 NodeOutcome replay_node(const std::filesystem::path& run, const NodeMaker& maker,
-                        const ChannelIndex& channels, const RunMigration& migration,
+                        const runs::ChannelIndex& channels, const runs::RunMigration& migration,
                         const ReplayOptions& options);
 
 }  // namespace firn::replay

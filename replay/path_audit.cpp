@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "core/path/path.h"
 #include "firn/camera_frame_t.hpp"
 #include "firn/enable_t.hpp"
 #include "firn/enums.h"
@@ -22,8 +23,6 @@
 namespace firn::replay {
 namespace {
 
-constexpr int kMeasurement = 3;
-
 struct PathHistory {
   path_job_t job{};
   std::vector<path_report_t> reports;
@@ -36,7 +35,8 @@ std::string path_name(const path_job_t& j) {
 
 class PathAudit {
  public:
-  PathAudit(const RunMessages& messages, const std::vector<TrueFiring>* world, const AuditOptions& options)
+  PathAudit(const runs::RunReader& messages, const std::vector<TrueFiring>* world,
+            const AuditOptions& options)
       : messages_(messages), world_(world), options_(options) {
     v_.paths = true;
     v_.with_world = world != nullptr;
@@ -64,7 +64,7 @@ class PathAudit {
   void gather() {
     v_.operator_orders = operator_orders(messages_);
     messages_.each<path_job_t>(channels::kPathJob.name, [&](const path_job_t& j) {
-      if (j.kind != kMeasurement && j.text.empty()) paths_[j.path].job = j;
+      if (PathKind(j.kind) != PathKind::kMeasurement && j.text.empty()) paths_[j.path].job = j;
     });
     // A lab of lines: the ways of its layers are its paths, the shutter's switches their pulses.
     messages_.each<line_plan_t>(channels::kLinePlan.name, [&](const line_plan_t& p) {
@@ -257,7 +257,7 @@ class PathAudit {
     int valve = 0;
   };
 
-  const RunMessages& messages_;
+  const runs::RunReader& messages_;
   const std::vector<TrueFiring>* world_;
   const AuditOptions& options_;
   AuditVerdict v_;
@@ -273,7 +273,7 @@ class PathAudit {
 
 }  // namespace
 
-AuditVerdict audit_paths(const RunMessages& messages, const std::vector<TrueFiring>* world,
+AuditVerdict audit_paths(const runs::RunReader& messages, const std::vector<TrueFiring>* world,
                          const AuditOptions& options) {
   return PathAudit(messages, world, options).go();
 }

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "replay/audit.h"
-#include "replay/run_messages.h"
+#include "runs/read/run_reader.h"
 
 namespace firn::replay {
 
@@ -19,7 +19,7 @@ struct TrueFiring {
 
 /// Returns the verdict of the audit: passes are paths, droplets are pulses; Unknown.pass is the path.
 /// @param world nullptr if there is no record of the truth
-AuditVerdict audit_paths(const RunMessages& messages, const std::vector<TrueFiring>* world,
+AuditVerdict audit_paths(const runs::RunReader& messages, const std::vector<TrueFiring>* world,
                          const AuditOptions& options);
 
 }  // namespace firn::replay

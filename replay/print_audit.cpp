@@ -12,7 +12,7 @@ constexpr std::size_t kViolationsTold = 20;
 
 std::string range(const Unknown& u, bool paths) {
   if (paths) return "layer " + std::to_string(u.layer) + ", path " + std::to_string(u.pass);
-  return "layer " + std::to_string(u.layer) + ", pass " + std::to_string(u.pass) +
+  return "layer " + std::to_string(u.layer) + ", pass " + std::to_string(u.pass + 1) +
          (u.attempt ? ", attempt " + std::to_string(u.attempt) : "") + ", droplets " +
          std::to_string(u.from) + " to " + std::to_string(u.to);
 }
@@ -83,7 +83,8 @@ std::string to_text(const AuditVerdict& v) {
          " fired, " + grouped(std::uint64_t(v.missed)) + " missed by the nozzle, " +
          grouped(std::uint64_t(v.ignored)) + " ignored by the jet";
   else
-    s += " (no world.rec: the nodes' own records alone)";
+    s += v.real ? " (the nodes' own records alone: real instruments took part)"
+                : " (no world.rec: the nodes' own records alone)";
   if (!v.finished) s += "; the run has not finished";
   s += "\n";
   if (!v.seal.empty()) s += v.seal + "\n";
@@ -103,6 +104,12 @@ std::string to_text(const AuditVerdict& v) {
   if (v.violations_total > kViolationsTold)
     s += "and " + grouped(v.violations_total - kViolationsTold) + " more\n";
   return s;
+}
+
+std::string audit_words(const AuditVerdict& v) {
+  if (v.clean()) return v.with_world ? "clean" : "clean, without the world's record";
+  return grouped(v.violations_total) + (v.violations_total == 1 ? " violation: " : " violations: ") +
+         v.violations.front().what;
 }
 
 std::string to_json(const AuditVerdict& v) {

@@ -114,6 +114,9 @@ std::string to_text(const RunVerdict& v) {
   for (const std::string& p : v.provenance) s += "provenance differs: " + p + "\n";
   for (const std::string& c : v.changed_settings) s += "changed setting: " + c + "\n";
   for (const std::string& n : v.notes) s += "note: " + n + "\n";
+  for (const NodeVerdict& n : v.not_replayed)
+    s += "not replayed: " + n.name + ": " + n.python +
+         " is code of the run, which this user on this host did not print so; --run-python runs it\n";
   for (std::size_t n = 0; n < v.altered.size() && n < kPlacesTold; ++n)
     s += "altered after the seal: " + v.altered[n] + "\n";
   if (v.altered.size() > kPlacesTold)
@@ -169,6 +172,9 @@ std::string to_json(const RunVerdict& v) {
          {"notes", v.notes},
          {"altered", v.altered}};
   if (v.largest_difference > 0) j["largest_difference_field"] = v.largest_difference_field;
+  j["not_replayed"] = Json::array();
+  for (const NodeVerdict& n : v.not_replayed)
+    j["not_replayed"].push_back({{"node", n.name}, {"python", n.python}});
   j["nodes"] = Json::array();
   for (const NodeVerdict& n : v.nodes) j["nodes"].push_back(as_json(n));
   j["damage"] = Json::array();

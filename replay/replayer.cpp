@@ -7,9 +7,13 @@
 #include <thread>
 #include <tuple>
 
+#include "files/run_paths.h"
 #include "replay/cross_check.h"
 #include "replay/log_check.h"
-#include "replay/run_migration.h"
+#include "runs/folder/one_run.h"
+#include "runs/folder/run_folder.h"
+#include "runs/migrate/run_migration.h"
+#include "runs/read/companions.h"
 
 namespace firn::replay {
 namespace {
@@ -30,7 +34,7 @@ std::vector<NodeMaker> chosen(const ReplayOptions& options) {
 
 // Each node alone; nodes do not see each other, so they run on as many threads as there are.
 std::vector<NodeOutcome> replay_nodes(const fs::path& run, const std::vector<NodeMaker>& makers,
-                                      const ChannelIndex& channels, const RunMigration& migration,
+                                      const runs::ChannelIndex& channels, const runs::RunMigration& migration,
                                       const ReplayOptions& options) {
   std::vector<NodeOutcome> nodes(makers.size());
   std::atomic<std::size_t> next = 0;
@@ -62,7 +66,7 @@ void check_run_ids(std::vector<NodeOutcome>& nodes) {
     Finding f;
     f.kind = FindingKind::kForeign;
     f.node = n.verdict.name;
-    f.what = "nodes/" + n.verdict.name + ".wal is a file of run " + std::to_string(n.head->run_id) +
+    f.what = RunPaths::wal_name(n.verdict.name) + " is a file of run " + std::to_string(n.head->run_id) +
              ", the run is " + std::to_string(run);
     n.add(std::move(f));
   }
@@ -95,16 +99,19 @@ void merge(RunVerdict& verdict, NodeOutcome& node) {
 }  // namespace
 
 RunVerdict replay_run(const fs::path& run, const ReplayOptions& options) {
-  if (!fs::is_directory(run / "nodes"))
-    throw std::invalid_argument(run.string() + " is no run folder: it has no nodes/");
+  runs::require_run(run);
+  runs::require_one_run(run);
   const auto began = std::chrono::steady_clock::now();
   const std::vector<NodeMaker> makers = chosen(options);
-  const ChannelIndex channels;
-  const RunMigration migration(run);
+  const runs::ChannelIndex channels;
+  const runs::RunMigration migration = runs::migration_of(run);
   std::vector<NodeOutcome> nodes = replay_nodes(run, makers, channels, migration, options);
 
   RunVerdict verdict;
   verdict.tolerance = options.tolerance;
+  for (NodeOutcome& node : nodes)
+    if (!node.verdict.python.empty()) verdict.not_replayed.push_back(node.verdict);
+  std::erase_if(nodes, [](const NodeOutcome& node) { return !node.verdict.python.empty(); });
   check_run_ids(nodes);
   MessageComparer comparer(options);
   const SentIndex sent(nodes);

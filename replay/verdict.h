@@ -65,6 +65,7 @@ struct NodeVerdict {
   std::int64_t handler_ns = 0;  ///< of this replay, where the caller asked for it
   std::int64_t last_us = 0;     ///< node time of the last event
   std::string crash;            ///< "step 12: …": the handler throws at the cut event, as it did in the run
+  std::string python;           ///< "control.scheme = python:…": code that was not run, so no replay
 };
 
 struct Ignored {
@@ -77,6 +78,7 @@ struct RunVerdict {
   std::vector<std::string> provenance;        ///< mismatches, named before any divergence
   std::vector<std::string> changed_settings;  ///< "control.smf.kp: recorded 1, now 1.5"
   std::vector<std::string> notes;             ///< one line each; no difference by themselves
+  std::vector<NodeVerdict> not_replayed;      ///< nodes whose Python code was not run
   std::vector<std::string> altered;           ///< differences of the run folder from its seals
   std::vector<DamagedPlace> damage;
   std::vector<Finding> findings;  ///< at most kKeptPerNode a node; the first divergence first

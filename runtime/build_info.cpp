@@ -11,6 +11,8 @@
 
 namespace firn {
 
+std::string build_version() { return FIRN_VERSION; }
+
 std::string build_commit() {
   const std::string commit = FIRN_COMMIT;
   return std::string(FIRN_DIFF).empty() ? commit : commit + "-dirty-" + build_sources().substr(0, 12);

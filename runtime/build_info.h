@@ -1,10 +1,13 @@
-// build_commit, build_sources and platform_description name the commit, the sources and the parts of the
-// platform that the bytes may depend on.
+// build_version, build_commit, build_sources and platform_description name the version, the commit, the
+// sources and the parts of the platform that the bytes may depend on.
 #pragma once
 
 #include <string>
 
 namespace firn {
+
+/// Returns the version of Firn, e.g. "0.2.0".
+std::string build_version();
 
 /// Returns the commit, or "COMMIT-dirty-DIGEST" of a tree that differs from it. DIGEST begins
 /// build_sources().

@@ -3,18 +3,12 @@
 #include <algorithm>
 
 namespace firn {
-namespace {
-
-constexpr double kMostWay_s = 0.05;  // of a message, in node time
-
-}  // namespace
 
 void DeviceGuard::enable(std::int64_t epoch, bool enabled, double lease_s, Time sent, Time now) {
   if (epoch < epoch_ || epoch <= stopped_epoch_) return;
   epoch_ = epoch;
   enabled_ = enabled;
   lease_until_ = std::min(sent, now).after_s(lease_s);
-  look_at_ = std::min(now.after_s(lease_s), lease_until_.after_s(kMostWay_s));
 }
 
 bool DeviceGuard::safe_stop(std::int64_t epoch) {
@@ -30,15 +24,15 @@ void DeviceGuard::local_stop() {
   enabled_ = false;
 }
 
-std::string DeviceGuard::refusal(std::int64_t epoch, Time now) const {
+std::string DeviceGuard::command_refusal(std::int64_t epoch, Time now) const {
   if (epoch < epoch_)
     return "enable epoch " + std::to_string(epoch) + " is older than " + std::to_string(epoch_);
   if (epoch > epoch_)
     return "enable epoch " + std::to_string(epoch) + " is not known yet (now " + std::to_string(epoch_) + ")";
-  return loss(now, 0);
+  return lease_refusal(now, 0);
 }
 
-std::string DeviceGuard::loss(Time now, std::int64_t stop_epoch) const {
+std::string DeviceGuard::lease_refusal(Time now, std::int64_t stop_epoch) const {
   if (stop_epoch > epoch_) return "a SAFE_STOP of epoch " + std::to_string(stop_epoch) + " waits";
   if (!enabled_) return "not enabled by safety in epoch " + std::to_string(epoch_);
   if (now > lease_until_)

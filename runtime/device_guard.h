@@ -22,23 +22,19 @@ class DeviceGuard {
 
   bool allowed(Time now) const { return enabled_ && now <= lease_until_; }
   /// Why a command of `epoch` must be refused at `now`; empty = it may run.
-  std::string refusal(std::int64_t epoch, Time now) const;
+  std::string command_refusal(std::int64_t epoch, Time now) const;
   /// Why nothing of a command that was allowed before may leave at `now`; empty = it may.
   /// @param stop_epoch of a SAFE_STOP that waits to be handled; 0 = none waits
-  std::string loss(Time now, std::int64_t stop_epoch) const;
+  std::string lease_refusal(Time now, std::int64_t stop_epoch) const;
 
   std::int64_t epoch() const { return epoch_; }
   Time lease_until() const { return lease_until_; }
-  /// When to look if the lease has ended: its end, later by the message's way here but at most by 50 ms. (It
-  /// was the end itself when the lease counted from the arrival: recorded runs have armed their timers so.)
-  Time look_at() const { return look_at_; }
 
  private:
   std::int64_t epoch_ = 0;
   std::int64_t stopped_epoch_ = -1;  ///< enables of this epoch or older are void
   bool enabled_ = false;
   Time lease_until_;
-  Time look_at_;
 };
 
 }  // namespace firn

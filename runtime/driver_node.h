@@ -5,6 +5,7 @@
 
 #include <any>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <variant>
 
@@ -14,6 +15,7 @@
 #include "firn/enums.h"
 #include "firn/safe_stop_t.hpp"
 #include "firn/service_order_t.hpp"
+#include "lcmtypes/convert.h"
 #include "runtime/answering_node.h"
 #include "runtime/device_guard.h"
 #include "runtime/node.h"
@@ -24,13 +26,30 @@ namespace firn {
 /// for it.
 inline double host_latency_s(double time_scale) { return 0.25 * time_scale; }
 
-/// `Self` derives from it, has `on(command, now, out)` for its commands, which ends in perform(), and
-/// `on_measured(value, now, out)` for each type of `Measurements`, which are those of its instrument.
-template <class Self, class Driver, class Effects, class... Measurements>
+namespace detail {
+template <class Node, class Measurement>
+concept Takes = requires(Node& node, Measurement& value, Time now, Outbox& out) {
+  node.on_measured(value, now, out);
+};
+template <class Node, class List>
+inline constexpr bool kTakesAll = false;
+template <class Node, class... Measurements>
+inline constexpr bool kTakesAll<Node, std::tuple<Measurements...>> = (Takes<Node, Measurements> && ...);
+}  // namespace detail
+
+/// The node has `on_measured(value, now, out)` for every type that the driver measures (its list
+/// `Measurements`).
+template <class Node, class Driver>
+concept TakesMeasurements = detail::kTakesAll<Node, typename Driver::Measurements>;
+
+/// `Self` derives from it, has `on(command, now, out)` for its commands, which ends in perform(), and takes
+/// the measurements of its driver.
+template <class Self, class Driver, class Effects>
 class DriverNode : public Node, public AnsweringNode {
  public:
   template <class Config>
   DriverNode(NodeId id, Config&& config) : driver_(std::forward<Config>(config)), id_(id) {
+    static_assert(TakesMeasurements<Self, Driver>, "a measurement of the driver has no on_measured()");
     subscribe(channels::kEnable, this);
     subscribe(channels::kSafeStop, this);
     if constexpr (requires(Effects & fx) { driver_.serve("", {}, std::int64_t{}, fx); })
@@ -39,6 +58,7 @@ class DriverNode : public Node, public AnsweringNode {
 
   std::vector<std::string> ports() const override { return {std::string(info(id_).name)}; }
   bool answered() const override { return driver_.answered(); }
+  const std::string& last_not_understood() const override { return driver_.last_not_understood(); }
 
   void start(const Start& start, Time now, Outbox& out) override {
     incarnation_ = start.incarnation;
@@ -50,6 +70,8 @@ class DriverNode : public Node, public AnsweringNode {
     if (start.resumed()) guard_.local_stop();
     if constexpr (requires { driver_.permit_reset(); })
       if (start.resumed()) driver_.permit_reset();
+    if constexpr (requires { driver_.resumed(); })
+      if (start.resumed()) driver_.resumed();
     starting_ = start.resumed();
     step(now, out, [&] { driver_.closed(now.us, fx_); });  // whatever the link was: the port is opened anew
     starting_ = false;
@@ -94,7 +116,7 @@ class DriverNode : public Node, public AnsweringNode {
 
   bool writes_need_lease() const override { return in_progress_ && acting_ && !stop_pending_; }
   std::string lease_refusal(Time now, std::int64_t stop_epoch) const override {
-    return guard_.loss(now, stop_epoch);
+    return guard_.lease_refusal(now, stop_epoch);
   }
 
   // Of a command whose first bytes were kept back the instrument knows nothing; of one that had begun the
@@ -127,7 +149,7 @@ class DriverNode : public Node, public AnsweringNode {
       return;
     }
     if (c.command_id < answer_.command_id) return;  // older than the last answer
-    std::string why = guard_.refusal(c.enable_epoch, now);
+    std::string why = guard_.command_refusal(c.enable_epoch, now);
     if (why.empty() && in_progress_)
       why = "command " + std::to_string(answer_.command_id) + " is still in progress";
     if (!why.empty()) {
@@ -187,9 +209,14 @@ class DriverNode : public Node, public AnsweringNode {
   }
 
   template <class Measurement>
-  void deliver(std::any& value, Time now, Outbox& out) {
+  void deliver_as(std::any& value, Time now, Outbox& out) {
     if (Measurement* m = std::any_cast<Measurement>(&value))
       static_cast<Self*>(this)->on_measured(*m, now, out);
+  }
+  template <class... Measurements>
+  void deliver(std::any& value, [[maybe_unused]] Time now, [[maybe_unused]] Outbox& out,
+               std::tuple<Measurements...>*) {
+    (deliver_as<Measurements>(value, now, out), ...);
   }
 
   template <class Event>
@@ -204,6 +231,7 @@ class DriverNode : public Node, public AnsweringNode {
       answer_.unknown_to = e.unknown_to;
       answer_.code = e.code;
       answer_.text = e.text;
+      answer_.figure = to_message(e.figure);
       out.send(channels::answer(id_), answer_);
     } else if constexpr (requires { e.state; }) {
       send_state(e.text, out);
@@ -211,9 +239,9 @@ class DriverNode : public Node, public AnsweringNode {
     } else if constexpr (requires { e.severity; }) {
       const bool old =
           starting_ && e.severity == Severity::kStop;  // an old incarnation's loss stops no new one
-      out.report(old ? Severity::kWarning : e.severity, e.text, e.code);
+      out.report(old ? Severity::kWarning : e.severity, e.text, e.code, e.figure);
     } else if constexpr (requires { e.value; }) {
-      (deliver<Measurements>(e.value, now, out), ...);
+      deliver(e.value, now, out, static_cast<typename Driver::Measurements*>(nullptr));
     }
     return false;
   }
@@ -237,7 +265,7 @@ class DriverNode : public Node, public AnsweringNode {
   void watch_lease(Outbox& out) {
     if (lease_armed_) return;
     lease_armed_ = true;
-    out.wake_at(kLease, Time{guard_.look_at().us + 1});
+    out.wake_at(kLease, Time{guard_.lease_until().us + 1});
   }
 
   void check_lease(Time now, Outbox& out) {

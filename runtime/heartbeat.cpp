@@ -2,14 +2,19 @@
 
 #include <chrono>
 #include <csignal>
+#include <iterator>
 
+#include "core/options/enumerators.h"
 #include "firn/heartbeat_t.hpp"
 #include "firn/journal_t.hpp"
 
 namespace firn {
 namespace {
 
-constexpr std::chrono::milliseconds kPeriod{100};
+constexpr std::int64_t kPeriodUs = 100'000;
+constexpr const char* kEventWords[] = {"",     "start",      "message", "wake-up", "instrument bytes",
+                                       "link", "local stop", "refused"};
+static_assert(std::size(kEventWords) == kTableSize<EventKind>);
 
 }  // namespace
 
@@ -53,12 +58,14 @@ void Heartbeat::run() {
       journal_told_ = step_.number;
       bus_.publish(channels::journal(node_).name, encode_journal());
     }
-    wake_.wait_for(lock, kPeriod, [this] { return over_; });
+    // All processes of a machine beat at the same instants: who hears them wakes up once for all.
+    const std::chrono::microseconds left(kPeriodUs - monotonic_us() % kPeriodUs);
+    wake_.wait_for(lock, left, [this] { return over_; });
   }
 }
 
 std::vector<std::byte> Heartbeat::encode() {
-  heartbeat_t m;
+  heartbeat_t m{};
   m.header.run_id = run_id_;
   m.header.incarnation = incarnation_;
   m.header.seq = ++seq_;
@@ -80,15 +87,13 @@ std::vector<std::byte> Heartbeat::encode() {
 }
 
 std::vector<std::byte> Heartbeat::encode_journal() {
-  static constexpr const char* kWords[] = {"",     "start",     "message", "wake-up", "instrument bytes",
-                                           "link", "local stop"};
-  journal_t m;
+  journal_t m{};
   m.header.run_id = run_id_;
   m.header.incarnation = incarnation_;
   m.header.seq = ++journal_seq_;
   m.header.utime_us = clock_.now().us;
   m.step = std::int64_t(step_.number);
-  m.event = step_.channel.empty() ? kWords[std::size_t(step_.kind)] : std::string(step_.channel);
+  m.event = step_.channel.empty() ? kEventWords[std::size_t(step_.kind)] : std::string(step_.channel);
   m.outputs = step_.outputs;
   m.output_bytes = step_.output_bytes;
   std::vector<std::byte> bytes(std::size_t(m.getEncodedSize()));

@@ -114,9 +114,9 @@ std::string JumpCheck::follow(const ChannelInfo& channel, const wire::Header& he
   const std::int64_t number = p->number ? number_at(message, p->number, 8) : 0;
   Last& last = last_[channel.name];
   if (!any_first) {
-    if (layer - last.layer > kMostLayersAtOnce) return beyond("layer", layer, last.layer + kMostLayersAtOnce);
-    if (number > 0 && number - kMostScansAtOnce > last.number)
-      return beyond(p->number_name, number, last.number + kMostScansAtOnce);
+    if (layer - last.layer > kMaxLayersAtOnce) return beyond("layer", layer, last.layer + kMaxLayersAtOnce);
+    if (number > 0 && number - kMaxScansAtOnce > last.number)
+      return beyond(p->number_name, number, last.number + kMaxScansAtOnce);
   }
   last = {std::max(last.layer, layer), std::max(last.number, number)};
   return {};

@@ -17,9 +17,9 @@ namespace firn {
 constexpr std::int64_t largest_epoch(std::int32_t incarnation) { return 2 * (std::int64_t(incarnation) + 1); }
 
 /// Layers between two messages of a channel: the bound of ice.interval_layers. An ink-jet print has 1.
-inline constexpr std::int64_t kMostLayersAtOnce = 100;
+inline constexpr std::int64_t kMaxLayersAtOnce = 100;
 /// Scans or maps between two messages of a channel: those that gave none.
-inline constexpr std::int64_t kMostScansAtOnce = 1000;
+inline constexpr std::int64_t kMaxScansAtOnce = 1000;
 
 class JumpCheck {
  public:

@@ -5,6 +5,7 @@
 
 #include "firn/enums.h"
 #include "firn/fault_t.hpp"
+#include "lcmtypes/convert.h"
 
 namespace firn {
 
@@ -57,12 +58,13 @@ void Outbox::push(OutputKind kind, std::string_view channel, std::uint32_t id, T
   entries_.push_back({kind, channel, id, at, arena_.size() - bytes.size(), bytes.size()});
 }
 
-void Outbox::report(Severity severity, std::string text, std::int32_t code) {
+void Outbox::report(Severity severity, std::string text, std::int32_t code, const Figure& figure) {
   fault_t f{};
   f.severity = std::int8_t(severity);
   f.code = code;
   f.node = info(node_).name;
   f.text = std::move(text);
+  f.figure = to_message(figure);
   send(channels::fault(node_), std::move(f));
 }
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/grid/device.h"
+#include "core/grid/figure.h"
 #include "lcmtypes/channels.h"
 #include "runtime/event.h"
 
@@ -34,7 +35,7 @@ class Outbox {
   }
 
   /// Sends a fault_t of this node.
-  void report(Severity severity, std::string text, std::int32_t code = 0);
+  void report(Severity severity, std::string text, std::int32_t code = 0, const Figure& figure = {});
   void warn(std::string text);           ///< the same with severity kWarning
   void wake_at(TimerId timer, Time at);  ///< arms or moves the timer
   void cancel(TimerId timer);

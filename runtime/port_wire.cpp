@@ -129,7 +129,7 @@ void PortWire::open_pictures() try {
 }
 
 void PortWire::open_cassette(std::int64_t wall_us) {
-  fd_ = ::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC);
+  fd_ = ::timerfd_create(CLOCK_BOOTTIME, TFD_NONBLOCK | TFD_CLOEXEC);
   if (fd_ < 0) return failed(std::strerror(errno));
   state_ = State::kOpen;
   played_.clear();

@@ -10,14 +10,17 @@ namespace {
 
 constexpr std::int64_t kRetry_us = 50'000;  // of the simulated world's sockets
 constexpr std::int64_t kShortestPause_us = 100'000, kLongestPause_us = 5'000'000;
-constexpr std::size_t kMostWaiting = std::size_t(4)
-                                     << 20;  // an instrument that reads nothing is not worth more
+constexpr std::size_t kMaxWaiting = std::size_t(4)
+                                    << 20;  // an instrument that reads nothing is not worth more
 
 }  // namespace
 
-Ports::Ports(const std::vector<PortAddress>& addresses, LeaseLoss lease_loss)
-    : lease_loss_(std::move(lease_loss)) {
+Ports::Ports(const std::vector<PortAddress>& addresses, LeaseRefusal lease_refusal,
+             const std::vector<PortRate>& rates)
+    : lease_refusal_(std::move(lease_refusal)) {
   for (const PortAddress& address : addresses) ports_.emplace_back(address);
+  for (std::size_t n = 0; n < std::min(rates.size(), ports_.size()); ++n)
+    ports_[n].meter = RateMeter(rates[n]);
 }
 
 void Ports::open_all(std::int64_t wall_us) {
@@ -36,7 +39,7 @@ void Ports::drop_waiting(PortId port) {
 void Ports::write(PortId port, std::span<const std::byte> bytes, bool of_command) {
   Port& p = ports_.at(std::size_t(port));
   if (!p.told_open) return;  // the driver was told that the link is closed
-  if (p.waiting_bytes + bytes.size() > kMostWaiting) return lost(p);
+  if (p.waiting_bytes + bytes.size() > kMaxWaiting) return lost(p);
   p.waiting.push_back({{bytes.begin(), bytes.end()}, 0, of_command});
   p.waiting_bytes += bytes.size();
   flush(p);
@@ -95,19 +98,23 @@ void Ports::service(std::int64_t wall_us, const OnLink& on_link, const OnBytes& 
       on_link(id, LinkState::kOpen);
     }
     flush(p);
-    std::byte buffer[16384];
-    std::size_t count = 0;
-    while (p.told_open) {
-      const PortWire::Io io = p.wire.read(buffer, count);
-      if (io == PortWire::Io::kDone) {
-        tell(p, Cassette::Kind::kReceived, std::span(buffer, count));
-        on_bytes(id, std::span(buffer, count));
-      }
-      if (io == PortWire::Io::kLost) lost(p);
-      if (io != PortWire::Io::kDone) break;
-    }
+    if (p.told_open) read(p, wall_us, on_bytes);
     tell_closed();
   }
+}
+
+void Ports::read(Port& p, std::int64_t wall_us, const OnBytes& on_bytes) {
+  std::byte buffer[kReadPerTurn];
+  std::size_t count = 0;
+  const PortWire::Io io = p.wire.read(buffer, count);
+  if (io == PortWire::Io::kLost) lost(p);
+  if (io != PortWire::Io::kDone) return;
+  if (const std::string excess = p.meter.take(count, wall_us); !excess.empty()) {
+    notices_.push_back(to_text(p.wire.address()) + ": " + excess + ": the link is closed");
+    return lost(p);
+  }
+  tell(p, Cassette::Kind::kReceived, std::span(buffer, count));
+  on_bytes(PortId(&p - ports_.data()), std::span(buffer, count));
 }
 
 std::vector<std::string> Ports::take_notices() { return std::exchange(notices_, {}); }
@@ -140,8 +147,8 @@ void Ports::lost(Port& p) {
 void Ports::flush(Port& p) {
   while (p.told_open && !p.waiting.empty()) {
     Waiting& w = p.waiting.front();
-    if (std::string loss = w.of_command && lease_loss_ ? lease_loss_() : ""; !loss.empty()) {
-      p.refused = std::move(loss);
+    if (std::string refusal = w.of_command && lease_refusal_ ? lease_refusal_() : ""; !refusal.empty()) {
+      p.refused = std::move(refusal);
       if (w.sent > 0) return lost(p);
       p.waiting_bytes -= w.bytes.size();
       p.waiting.pop_front();

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "files/cassette.h"
+#include "runtime/port_rate.h"
 #include "runtime/port_wire.h"
 #include "runtime/time.h"
 
@@ -22,14 +23,18 @@ class Ports {
   using OnLink = std::function<void(PortId, LinkState)>;
   using OnBytes = std::function<void(PortId, std::span<const std::byte>)>;
 
+  static constexpr std::size_t kReadPerTurn = 16384;  ///< [bytes]
+
   using OnRefused = std::function<void(PortId, const std::string& cause)>;
   /// Why bytes of a command must not leave now; empty: they may.
-  using LeaseLoss = std::function<std::string()>;
+  using LeaseRefusal = std::function<std::string()>;
 
   /// @param addresses of each port; nothing is connected before open_all().
-  /// @param lease_loss asked right before any byte of a command is handed to the kernel
+  /// @param lease_refusal asked right before any byte of a command is handed to the kernel
+  /// @param rates of each port; a port without one may send any number of bytes
   /// @throws std::runtime_error: the host of a TCP port is not known
-  explicit Ports(const std::vector<PortAddress>& addresses, LeaseLoss lease_loss = {});
+  explicit Ports(const std::vector<PortAddress>& addresses, LeaseRefusal lease_refusal = {},
+                 const std::vector<PortRate>& rates = {});
   Ports(const Ports&) = delete;
   Ports& operator=(const Ports&) = delete;
 
@@ -39,7 +44,7 @@ class Ports {
 
   void open_all(std::int64_t wall_us);
   /// @param of_command they leave only while the lease holds: bytes that the kernel has not taken when it
-  /// ends are dropped and told of. Where a part has left, the link is closed instead: what is sent next must
+  /// ends are dropped and told of. Where a part has left, the link is closed instead: later bytes must
   /// not end the half frame.
   void write(PortId port, std::span<const std::byte> bytes, bool of_command);
   /// Drops what waits, and what a serial line has not sent yet: a stop must not wait behind it. Commands
@@ -49,7 +54,8 @@ class Ports {
   void reopen(PortId port, std::int64_t wall_us);
 
   void add_to(std::vector<pollfd>& fds) const;
-  /// Connects ports that are due, writes waiting output, reads arrived bytes.
+  /// Connects ports that are due, writes waiting output, reads at most kReadPerTurn bytes of each port. A
+  /// port that sends faster than its rate is closed, with a notice: its instrument's protocol never does.
   void service(std::int64_t wall_us, const OnLink& on_link, const OnBytes& on_bytes);
   /// Tells of the bytes that were not let out since the last call.
   void take_refused(const OnRefused& on_refused);
@@ -74,18 +80,20 @@ class Ports {
     std::deque<Waiting> waiting;
     std::size_t waiting_bytes = 0;
     std::string refused;  // cause
+    RateMeter meter;
   };
   void close(Port& p);
   void lost(Port& p);
   void connect(Port& p, std::int64_t wall_us);
   void flush(Port& p);
+  void read(Port& p, std::int64_t wall_us, const OnBytes& on_bytes);
 
   void tell(const Port& p, Cassette::Kind kind, std::span<const std::byte> bytes = {}) const {
     if (tape_) tape_(PortId(&p - ports_.data()), kind, bytes);
   }
 
   std::vector<Port> ports_;
-  LeaseLoss lease_loss_;
+  LeaseRefusal lease_refusal_;
   Tape tape_;
   std::vector<std::string> notices_;
 };

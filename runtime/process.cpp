@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "files/run_paths.h"
 #include "firn/device_state_t.hpp"
 #include "firn/enable_t.hpp"
 #include "firn/enums.h"
@@ -19,6 +20,7 @@
 #include "runtime/control_line.h"
 #include "runtime/faults_file.h"
 #include "runtime/heartbeat.h"
+#include "runtime/port_rate.h"
 #include "runtime/ports.h"
 #include "runtime/process_args.h"
 #include "runtime/transport.h"
@@ -29,7 +31,10 @@ namespace {
 
 constexpr std::int64_t kSafeWithinUs = 1'000'000;  // a driver's time to become safe after a local stop
 constexpr std::int64_t kLingerUs = 20'000;         // for datagrams that still wait when all is said
-constexpr std::int64_t kIdleUs = 50'000;
+// Safety looks at the time so often, to notice that this computer stood still.
+constexpr std::int64_t kSafetyLooksUs = 50'000;
+// A wait that ends so much later than asked for: the computer slept, its virtual machine was moved or paused.
+constexpr std::int64_t kStoodStillUs = 1'000'000;
 
 struct Pending {
   EventKind kind;
@@ -43,11 +48,11 @@ class Runner {
  public:
   Runner(const ProcessOptions& options, std::unique_ptr<Node> node, Bus& bus, ControlLine& control)
       : options_(options),
-        folder_(std::filesystem::path(options.run_dir) / "nodes"),
+        run_(options.run_dir),
         name_(info(options.node).name),
         clock_(options.epoch_ns, options.offset_us, options.time_scale),
         bus_(bus),
-        wal_(folder_ / (name_ + ".wal"), options.incarnation > 0),
+        wal_(run_.wal_path(name_), options.incarnation > 0),
         host_(options.node, std::move(node), options.run_id, &wal_),
         transport_(
             {options.node, options.run_id, options.incarnation},
@@ -56,8 +61,9 @@ class Runner {
               return find_sent(wal_.path(), c, s, to);
             }),
         lossy_(options.faults),
-        faults_file_(folder_ / (name_ + ".faults"), options.faults.any()),
-        ports_(port_addresses(), [this] { return lease_loss(); }),
+        faults_file_(run_.nodes_path() / (name_ + ".faults"), options.faults.any()),
+        ports_(
+            port_addresses(), [this] { return lease_refusal(); }, port_rates()),
         control_(control) {
     if (options_.record && !host_.ports().empty()) record_ports();
   }
@@ -69,11 +75,15 @@ class Runner {
     std::vector<PortAddress> addresses;
     for (const std::string& port : host_.ports()) {
       const auto real = options_.real_ports.find(port);
-      addresses.push_back(real != options_.real_ports.end()
-                              ? real->second
-                              : unix_port((std::filesystem::path(options_.run_dir) / "io" / port).string()));
+      addresses.push_back(real != options_.real_ports.end() ? real->second
+                                                            : unix_port(run_.port_path(port).string()));
     }
     return addresses;
+  }
+  std::vector<PortRate> port_rates() const {
+    std::vector<PortRate> rates;
+    for (const std::string& port : host_.ports()) rates.push_back(port_rate(port).at(options_.time_scale));
+    return rates;
   }
   void record_ports();
   void record_order(const Event& event);
@@ -82,20 +92,22 @@ class Runner {
   void received(const ChannelInfo& row, std::span<const std::byte> bytes);
   void step(const Event& event);
   void carry_out(const Outbox& outbox);
-  bool step_once();
+  void step_once();
+  void handle(std::deque<Pending>& queue, std::deque<Pending>::iterator next);
   void listen_to_launcher();
   void local_stop(const std::string& cause);
+  void stood_still(std::int64_t us);
   void send_waiting();
   void wait();
   void receive_from_bus(std::int64_t wall_us);
   void read_launcher();
-  std::string lease_loss();
+  std::string lease_refusal();
   void tell_refused();
   void notices();
   bool over() const;
 
   ProcessOptions options_;
-  std::filesystem::path folder_;
+  RunPaths run_;
   std::string name_;
   RunClock clock_;
   Bus& bus_;
@@ -109,17 +121,17 @@ class Runner {
   std::int64_t recorded_epoch_ = -1;
   ControlLine& control_;
   std::unique_ptr<Heartbeat> heartbeat_;
-  std::deque<Pending> queue_;
-  std::deque<std::string> lines_;  // of the launcher, not handled yet
-  std::int32_t last_head_ = -1;    // incarnation of the last head in the write-ahead file
+  std::deque<Pending> messages_;
+  std::deque<Pending> port_events_;  // of one turn: the rest waits in the kernel
+  std::deque<std::string> lines_;    // of the launcher, not handled yet
+  std::int32_t last_head_ = -1;      // incarnation of the last head in the write-ahead file
   bool started_ = false, stopping_ = false, safe_ = false, told_finish_ = false;
   std::int64_t stop_by_us_ = INT64_MAX;
 };
 
 // An incarnation goes on where the one before ended: node time does.
 void Runner::record_ports() {
-  const std::filesystem::path file =
-      std::filesystem::path(options_.run_dir) / "cassettes" / (name_ + ".cassette");
+  const std::filesystem::path file = run_.path() / "cassettes" / (name_ + ".cassette");
   std::filesystem::create_directories(file.parent_path());
   const bool begins = !std::filesystem::exists(file);
   cassette_.open(file, std::ios::app | std::ios::binary);
@@ -128,7 +140,7 @@ void Runner::record_ports() {
     const PortAddress address = port_addresses().front();
     const bool real = options_.real_ports.contains(name_) && address.real();
     cassette_ << cassette_head(name_, (real ? "REAL " : "SIMULATED ") + to_text(address),
-                               read_text_file(options_.run_dir + "/experiment.toml"));
+                               read_text_file(run_.experiment_path()));
   } else {
     cassette_ << "# incarnation " << options_.incarnation << "\n";
   }
@@ -199,9 +211,8 @@ void Runner::come_back() {
 
 void Runner::received(const ChannelInfo& row, std::span<const std::byte> bytes) {
   if (row.queue == 1)  // only the newest counts
-    std::erase_if(queue_,
-                  [&](const Pending& p) { return p.kind == EventKind::kMessage && p.channel == row.name; });
-  queue_.push_back({EventKind::kMessage, row.name, 0, LinkState::kClosed, {bytes.begin(), bytes.end()}});
+    std::erase_if(messages_, [&](const Pending& p) { return p.channel == row.name; });
+  messages_.push_back({EventKind::kMessage, row.name, 0, LinkState::kClosed, {bytes.begin(), bytes.end()}});
 }
 
 // Every message to the driver, and of the lease the first of each epoch: it is told of every 50 ms.
@@ -237,32 +248,36 @@ void Runner::step(const Event& event) {
   }
 }
 
-bool Runner::step_once() {
-  if (!started_) return false;
+void Runner::handle(std::deque<Pending>& queue, std::deque<Pending>::iterator next) {
+  if (next == queue.end()) return;
+  const Pending p = std::move(*next);
+  queue.erase(next);
   Event e;
   e.now = clock_.now();
-  bool worked = false;
+  e.kind = p.kind;
+  e.channel = p.channel;
+  e.id = p.id;
+  e.link = p.link;
+  e.bytes = p.bytes;
+  step(e);
+}
+
+// A turn handles a timer, which a lease that is over is, one message and one event of a port. So however many
+// bytes an instrument sends, a stop waits behind those of one turn at most; and it goes before other
+// messages.
+void Runner::step_once() {
+  if (!started_) return;
+  Event e;
+  e.now = clock_.now();
   if (const auto timer = host_.next_timer(); timer && timer->at <= e.now) {
     e.kind = EventKind::kWake;
     e.id = std::uint32_t(timer->timer);
     e.due = timer->at;
     step(e);
-    worked = true;
   }
-  if (!queue_.empty()) {
-    const Pending p = std::move(queue_.front());
-    queue_.pop_front();
-    Event m;
-    m.now = clock_.now();
-    m.kind = p.kind;
-    m.channel = p.channel;
-    m.id = p.id;
-    m.link = p.link;
-    m.bytes = p.bytes;
-    step(m);
-    worked = true;
-  }
-  return worked;
+  const auto stop = std::ranges::find(messages_, channels::kSafeStop.name, &Pending::channel);
+  handle(messages_, stop != messages_.end() ? stop : messages_.begin());
+  handle(port_events_, port_events_.begin());
 }
 
 void Runner::carry_out(const Outbox& outbox) {
@@ -273,7 +288,7 @@ void Runner::carry_out(const Outbox& outbox) {
       case OutputKind::kSend: {
         transport_.send(o.channel, o.bytes, wall);
         if (!o.channel.starts_with("STATE_")) break;
-        device_state_t state;
+        device_state_t state{};
         if (state.decode(o.bytes.data(), 0, int(o.bytes.size())) > 0)
           safe_ = state.state == std::int8_t(DeviceState::kSafe) ||
                   state.state == std::int8_t(DeviceState::kDisconnected);
@@ -299,16 +314,15 @@ void Runner::carry_out(const Outbox& outbox) {
 
 // The handler's time is over when bytes go out: the step was written to the disk meanwhile. So the clock, and
 // stops that wait unhandled in the socket or on the line of the launcher, count once more.
-std::string Runner::lease_loss() {
+std::string Runner::lease_refusal() {
   read_launcher();
   if (control_.closed() || std::ranges::any_of(lines_, [](const auto& l) { return l.starts_with("STOP"); }))
     return "the launcher says stop, or is gone";
   receive_from_bus(monotonic_us());
   std::int64_t stop_epoch = 0;
-  for (const Pending& p : queue_) {
-    safe_stop_t stop;
-    if (p.kind == EventKind::kMessage && p.channel == channels::kSafeStop.name &&
-        stop.decode(p.bytes.data(), 0, int(p.bytes.size())) > 0)
+  for (const Pending& p : messages_) {
+    safe_stop_t stop{};
+    if (p.channel == channels::kSafeStop.name && stop.decode(p.bytes.data(), 0, int(p.bytes.size())) > 0)
       stop_epoch = std::max(stop_epoch, stop.enable_epoch);
   }
   return host_.lease_refusal(clock_.now(), stop_epoch);
@@ -368,6 +382,20 @@ void Runner::local_stop(const std::string& cause) {
   if (info(options_.node).driver) stop_by_us_ += kSafeWithinUs;
 }
 
+// Nobody knows the lab's acts meanwhile. Each driver's lease has ended; safety stops the print by this
+// name, before it hears of the leases.
+void Runner::stood_still(std::int64_t us) {
+  char cause[80];
+  std::snprintf(cause, sizeof cause, "this computer stood still for %.1f s", double(us) * 1e-6);
+  std::fprintf(stderr, "%s: %s\n", name_.c_str(), cause);
+  if (options_.node != NodeId::kSafety || !started_ || stopping_) return;
+  Event e;
+  e.kind = EventKind::kLocalStop;
+  e.now = clock_.now();
+  e.bytes = std::as_bytes(std::span(cause, std::strlen(cause)));
+  step(e);
+}
+
 bool Runner::over() const { return stopping_ && (safe_ || monotonic_us() >= stop_by_us_); }
 
 void Runner::send_waiting() {
@@ -377,8 +405,8 @@ void Runner::send_waiting() {
 
 void Runner::wait() {
   const std::int64_t wall = monotonic_us();
-  std::int64_t until = wall + kIdleUs;
-  if (started_ && !queue_.empty()) until = wall;
+  std::int64_t until = wall + (options_.node == NodeId::kSafety ? kSafetyLooksUs : kLongestPollUs);
+  if (started_ && !(messages_.empty() && port_events_.empty())) until = wall;
   if (const auto timer = host_.next_timer(); started_ && timer)
     until = std::min(until, clock_.wall_us(timer->at));
   until = std::min({until, transport_.due_us(wall), lossy_.due_us(), ports_.due_us(), stop_by_us_});
@@ -386,22 +414,23 @@ void Runner::wait() {
   fds.push_back({bus_.fd(), POLLIN, 0});
   if (control_.fd() >= 0 && !control_.closed()) fds.push_back({control_.fd(), POLLIN, 0});
   ports_.add_to(fds);
-  const std::int64_t left = std::max<std::int64_t>(0, until - wall);
-  const timespec timeout{time_t(left / 1'000'000), long(left % 1'000'000) * 1000};
+  const timespec timeout = poll_timeout(until - wall);
   heartbeat_->set_busy(false);
   ::ppoll(fds.data(), fds.size(), &timeout, nullptr);
   heartbeat_->set_busy(true);
 
   const std::int64_t now = monotonic_us();
+  if (const std::int64_t late = now - std::max(until, wall); late >= kStoodStillUs) stood_still(late);
   receive_from_bus(now);
   transport_.tick(now);
   ports_.service(
       now,
       [&](PortId id, LinkState link) {
-        queue_.push_back({EventKind::kLink, {}, std::uint32_t(id), link, {}});
+        port_events_.push_back({EventKind::kLink, {}, std::uint32_t(id), link, {}});
       },
       [&](PortId id, std::span<const std::byte> b) {
-        queue_.push_back({EventKind::kIo, {}, std::uint32_t(id), LinkState::kOpen, {b.begin(), b.end()}});
+        port_events_.push_back(
+            {EventKind::kIo, {}, std::uint32_t(id), LinkState::kOpen, {b.begin(), b.end()}});
       });
   tell_refused();
 }

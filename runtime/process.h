@@ -20,7 +20,7 @@ struct ProcessOptions {
   std::string run_dir;
   std::int64_t run_id = 0;
   std::int32_t incarnation = 0;
-  std::int64_t epoch_ns = 0;  ///< CLOCK_MONOTONIC at node time offset_us
+  std::int64_t epoch_ns = 0;  ///< CLOCK_BOOTTIME at node time offset_us
   std::int64_t offset_us = 0;
   double time_scale = 1.0;
   int control_fd = -1;

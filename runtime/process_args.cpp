@@ -2,13 +2,13 @@
 
 #include <charconv>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <sstream>
 #include <stdexcept>
 
 #include "core/options/arguments.h"
 #include "files/digest.h"
+#include "files/record/file.h"
+#include "files/run_paths.h"
 
 namespace firn {
 namespace {
@@ -117,21 +117,20 @@ std::vector<std::string> to_arguments(const ProcessArgs& a) {
   return args;
 }
 
-std::string read_text_file(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw std::runtime_error(path + ": " + std::strerror(errno));
-  return {std::istreambuf_iterator<char>(in), {}};
+std::string read_text_file(const std::filesystem::path& path) {
+  const record::MappedFile file(path, record::MappedFile::Packed::kAsIs);
+  return {reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size()};
 }
 
 Blobs read_blobs(const ProcessArgs& args) {
   Blobs blobs;
   for (const auto& [role, sha] : args.blobs) {
-    const std::string path = args.options.run_dir + "/inputs/" + sha;
-    const std::string text = read_text_file(path);
-    const auto bytes = std::as_bytes(std::span(text));
+    const std::filesystem::path path = RunPaths(args.options.run_dir).input_path(sha);
+    const record::MappedFile file(path, record::MappedFile::Packed::kAsIs);
+    const auto bytes = file.bytes();
     if (sha256_hex(bytes) != sha)
-      throw std::runtime_error(path + ": content does not have the SHA-256 of its name (input '" + role +
-                               "' was changed)");
+      throw std::runtime_error(path.string() + ": content does not have the SHA-256 of its name (input '" +
+                               role + "' was changed)");
     blobs.push_back({role, sha, {bytes.begin(), bytes.end()}});
   }
   return blobs;

@@ -1,6 +1,7 @@
 // ProcessArgs holds the command line that the launcher gives every process of a run.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,8 @@ ProcessArgs parse_process_args(const std::vector<std::string>& args);
 /// The arguments for parse_process_args.
 std::vector<std::string> to_arguments(const ProcessArgs& args);
 
-/// Bytes of DIR/experiment.toml. @throws std::runtime_error naming the file
-std::string read_text_file(const std::string& path);
+/// Returns the bytes of a file. @throws std::runtime_error naming the file
+std::string read_text_file(const std::filesystem::path& path);
 /// The blobs of `args`, read from the run folder. @throws std::runtime_error naming the file
 Blobs read_blobs(const ProcessArgs& args);
 

@@ -4,13 +4,14 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "files/run_paths.h"
 #include "runtime/transport_wire.h"
 
 namespace firn {
 namespace {
 
 std::filesystem::path sent_path(const ProcessOptions& o) {
-  return std::filesystem::path(o.run_dir) / "nodes" / (std::string(info(o.node).name) + ".sent");
+  return RunPaths(o.run_dir).sent_path(info(o.node).name);
 }
 
 }  // namespace
@@ -26,8 +27,8 @@ Station::Station(const ProcessOptions& options, Bus& bus, Transport::Deliver del
                    return find_sent(sent_.path(), c, s, to);
                  }),
       lossy_(options.faults) {
-  const logfile::MappedFile mapped(sent_.path());
-  logfile::RecordReader reader(mapped.bytes());
+  const record::MappedFile mapped(sent_.path());
+  record::RecordReader reader(mapped.bytes());
   while (const auto record = reader.next()) {
     if (record->damaged) continue;
     for (const Output& o : decode_output_list(decode_outputs(record->payload).body)) {
@@ -52,7 +53,7 @@ void Station::send_outbox() {
   encode_outputs(steps_++, 0, outbox_, payload);
   try {
     sent_.append(WalKind::kOutputs, payload);
-  } catch (const logfile::FileError& e) {  // a full disk must not keep a fault from being told
+  } catch (const record::FileError& e) {  // a full disk must not keep a fault from being told
     std::fprintf(stderr, "%s: %s\n", info(options_.node).name.data(), e.what());
   }
   const Output o = outbox_.at(0);

@@ -32,9 +32,10 @@ void Transport::subscribe(std::string_view channel) {
 std::vector<std::string> Transport::wire_channels() const {
   const auto own = receiver_->wire_channels();
   std::set<std::string> names(own.begin(), own.end());
+  for (const NodeId publisher : receiver_->reliable_publishers())
+    names.emplace(channels::heartbeat(publisher).name);
   for (const ChannelInfo& row : channel_table())
-    if (row.publisher != options_.self && (row.name.starts_with(kHeartbeat) || row.name.starts_with(kResend)))
-      names.emplace(row.name);
+    if (row.publisher != options_.self && row.name.starts_with(kResend)) names.emplace(row.name);
   return {names.begin(), names.end()};
 }
 

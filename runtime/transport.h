@@ -59,7 +59,8 @@ class Transport {
 
   /// @throws std::invalid_argument for an unknown channel
   void subscribe(std::string_view channel);
-  /// Channels that the bus must listen to: those subscribed, their tiles, heartbeats and requests.
+  /// Channels that the bus must listen to: those subscribed, their tiles, requests, and the heartbeats of
+  /// those who publish them reliably. A process sleeps through all other messages.
   std::vector<std::string> wire_channels() const;
 
   // After a resume, before anything else: the messages that were sent and handled according to the

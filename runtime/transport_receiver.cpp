@@ -11,10 +11,10 @@ namespace {
 
 constexpr std::int64_t kWindow = 1 << 16;     // messages kept ahead of the next one
 constexpr std::int64_t kPlausible = 1 << 22;  // a larger jump is no loss but nonsense
-constexpr std::size_t kMostPartials = 64;     // objects in pieces, per channel
-constexpr std::size_t kMostNotices = 64;
-constexpr std::size_t kMostRanges = 16;    // asked for at once, per channel
-constexpr std::int64_t kMostAsked = 1024;  // messages, per channel
+constexpr std::size_t kMaxPartials = 64;      // objects in pieces, per channel
+constexpr std::size_t kMaxNotices = 64;
+constexpr std::size_t kMaxRanges = 16;    // asked for at once, per channel
+constexpr std::int64_t kMaxAsked = 1024;  // messages, per channel
 constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 
 }  // namespace
@@ -34,6 +34,13 @@ std::vector<std::string> TransportReceiver::wire_channels() const {
   for (const auto& [name, _] : in_) names.push_back(name);
   for (const auto& [name, _] : tiles_) names.push_back(name);
   return names;
+}
+
+std::set<NodeId> TransportReceiver::reliable_publishers() const {
+  std::set<NodeId> publishers;
+  for (const auto& [name, in] : in_)
+    if (in.reliable) publishers.insert(in.row->publisher);
+  return publishers;
 }
 
 void TransportReceiver::restore(std::string_view channel, std::span<const std::byte> message) {
@@ -93,7 +100,7 @@ void TransportReceiver::tile(In& in, std::span<const std::byte> datagram, std::i
     forget_partial(in, std::prev(in.partial.end()));
   if (!is_next && held_bytes_ > options_.window_bytes) return;  // it will be asked for again
   if (it == in.partial.end()) {
-    if (in.partial.size() >= kMostPartials) {
+    if (in.partial.size() >= kMaxPartials) {
       const auto furthest = std::prev(in.partial.end());
       if (furthest->first < t->seq) return;
       forget_partial(in, furthest);
@@ -116,7 +123,7 @@ void TransportReceiver::tile(In& in, std::span<const std::byte> datagram, std::i
   std::vector<std::byte> message;
   message.reserve(std::size_t(p.total_bytes));
   for (const auto& piece : p.tiles) message.insert(message.end(), piece.begin(), piece.end());
-  const bool sound = logfile::checksum64(message) == p.checksum;
+  const bool sound = record::checksum64(message) == p.checksum;
   forget_partial(in, it);
   const auto header = wire::read_header(message);
   if (!sound || !header || header->run_id != t->run_id || header->seq != t->seq ||
@@ -243,7 +250,7 @@ std::vector<wire::SeqRange> TransportReceiver::to_ask(std::int64_t wall_us) {
     const std::int64_t end = std::min(in.known, in.delivered + kWindow);
     auto next = in.ahead.begin();
     const std::size_t before = ranges.size();
-    while (seq <= end && asked < kMostAsked && ranges.size() - before < kMostRanges) {
+    while (seq <= end && asked < kMaxAsked && ranges.size() - before < kMaxRanges) {
       if (next != in.ahead.end() && next->first == seq) {
         ++next;
         ++seq;
@@ -257,7 +264,7 @@ std::vector<wire::SeqRange> TransportReceiver::to_ask(std::int64_t wall_us) {
       std::int64_t to = next == in.ahead.end() ? end : std::min(end, next->first - 1);
       if (const auto q = in.partial.upper_bound(seq); q != in.partial.end()) to = std::min(to, q->first - 1);
       if (p != in.partial.end()) to = seq;
-      to = std::min(to, seq + kMostAsked - asked - 1);
+      to = std::min(to, seq + kMaxAsked - asked - 1);
       ranges.push_back({in.row->name, seq, to});
       if (to > in.counted) stats.missing += std::uint64_t(to - std::max(in.counted, seq - 1));
       in.counted = std::max(in.counted, to);
@@ -301,7 +308,7 @@ void TransportReceiver::malformed(std::string_view channel, std::string_view why
 }
 
 void TransportReceiver::notice_once(std::string key, std::string text) {
-  if (noticed_.size() < kMostNotices && noticed_.insert(std::move(key)).second)
+  if (noticed_.size() < kMaxNotices && noticed_.insert(std::move(key)).second)
     notices.push_back(std::move(text));
 }
 

@@ -17,6 +17,8 @@ class TransportReceiver {
 
   void subscribe(const ChannelInfo& row);
   std::vector<std::string> wire_channels() const;
+  /// Those whose heartbeats tell what is missing.
+  std::set<NodeId> reliable_publishers() const;
   /// @throws std::runtime_error for a message that no process of this run can have sent
   void restore(std::string_view channel, std::span<const std::byte> message);
 

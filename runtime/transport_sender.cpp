@@ -9,9 +9,8 @@ namespace firn {
 namespace {
 
 constexpr std::int64_t kResendGuardUs = 10'000;  // two askers, one answer
-constexpr std::int64_t kMostPerRange = 1024;
-constexpr std::size_t kMostBacklogBytes = std::size_t(32)
-                                          << 20;  // a request beyond this is asked again later
+constexpr std::int64_t kMaxPerRange = 1024;
+constexpr std::size_t kMaxBacklogBytes = std::size_t(32) << 20;  // a request beyond this is asked again later
 
 }  // namespace
 
@@ -77,7 +76,7 @@ void TransportSender::queue(const Ring& r, Bytes bytes, bool again) {
     (again ? paced_ : at_once_).push_back({&r, std::move(bytes)});
     return;
   }
-  const std::uint64_t checksum = logfile::checksum64(*bytes);
+  const std::uint64_t checksum = record::checksum64(*bytes);
   const std::int32_t tiles = wire::tile_count(bytes->size());
   for (std::int32_t n = 0; n < tiles; ++n) paced_.push_back({&r, bytes, n, checksum});
 }
@@ -88,8 +87,8 @@ void TransportSender::resend(const wire::SeqRange& range, std::int64_t wall_us) 
   Ring& r = it->second;
   const std::int64_t first = r.sent.empty() ? r.last + 1 : r.sent.front().seq;
   const std::int64_t to = std::min(range.to, r.last);
-  for (std::int64_t seq = range.from, n = 0; seq <= to && n < kMostPerRange; ++seq, ++n) {
-    if (backlog_bytes_ > kMostBacklogBytes) return;
+  for (std::int64_t seq = range.from, n = 0; seq <= to && n < kMaxPerRange; ++seq, ++n) {
+    if (backlog_bytes_ > kMaxBacklogBytes) return;
     if (seq >= first) {
       Sent& s = r.sent[std::size_t(seq - first)];
       if (s.resent_us != 0 && wall_us - s.resent_us < kResendGuardUs) continue;

@@ -119,10 +119,10 @@ std::optional<std::vector<LastSeq>> read_heartbeat(std::span<const std::byte> me
   if (!starts_with(r, heartbeat_t::getHash())) return std::nullopt;
   r.take(kHeaderEnd - 8);
   const auto n = r.number<std::int32_t>();
-  r.text();                              // node
-  r.take(1 + 4 * 8);                     // state, busy_since_us, steps, lost, resent
-  constexpr std::size_t kLeast = 5 + 8;  // an empty name and a number
-  if (!r.ok() || n < 0 || std::size_t(n) > r.left() / kLeast) return std::nullopt;
+  r.text();                            // node
+  r.take(1 + 4 * 8);                   // state, busy_since_us, steps, lost, resent
+  constexpr std::size_t kMin = 5 + 8;  // an empty name and a number
+  if (!r.ok() || n < 0 || std::size_t(n) > r.left() / kMin) return std::nullopt;
   std::vector<LastSeq> list(std::size_t(n), LastSeq{});
   for (LastSeq& l : list) l.channel = r.text();
   for (LastSeq& l : list) l.seq = r.number<std::int64_t>();
@@ -136,8 +136,8 @@ std::optional<std::vector<SeqRange>> read_resend_request(std::span<const std::by
   r.take(kHeaderEnd - 8);
   const auto n = r.number<std::int32_t>();
   r.text();  // node
-  constexpr std::size_t kLeast = 5 + 16;
-  if (!r.ok() || n < 0 || std::size_t(n) > r.left() / kLeast) return std::nullopt;
+  constexpr std::size_t kMin = 5 + 16;
+  if (!r.ok() || n < 0 || std::size_t(n) > r.left() / kMin) return std::nullopt;
   std::vector<SeqRange> list(std::size_t(n), SeqRange{});
   for (SeqRange& s : list) s.channel = r.text();
   for (SeqRange& s : list) s.from = r.number<std::int64_t>();
@@ -148,7 +148,7 @@ std::optional<std::vector<SeqRange>> read_resend_request(std::span<const std::by
 
 std::vector<std::byte> encode_resend_request(const Header& h, std::string_view node,
                                              std::span<const SeqRange> ranges) {
-  resend_request_t m;
+  resend_request_t m{};
   m.header.run_id = h.run_id;
   m.header.incarnation = h.incarnation;
   m.header.seq = h.seq;

@@ -34,7 +34,7 @@ struct Replayed {
 }  // namespace
 
 WalFile::WalFile(const std::filesystem::path& path, bool resume, std::size_t buffer_bytes)
-    : writer_(path, resume ? logfile::RecordWriter::Mode::kAppend : logfile::RecordWriter::Mode::kCreate,
+    : writer_(path, resume ? record::RecordWriter::Mode::kAppend : record::RecordWriter::Mode::kCreate,
               buffer_bytes),
       buffered_(buffer_bytes > 0) {}
 
@@ -67,7 +67,7 @@ std::string describe(const Event& e) {
 }
 
 std::vector<std::byte> config_message(const WalHead& head) {
-  config_t m;
+  config_t m{};
   m.header.run_id = head.run_id;
   m.header.incarnation = head.incarnation;
   m.header.seq = head.incarnation + 1;
@@ -81,8 +81,8 @@ std::vector<std::byte> config_message(const WalHead& head) {
 }
 
 Time restore(NodeHost& host, std::int64_t run_id, WalFile& file, const RestoreSinks& sinks) {
-  const logfile::MappedFile mapped(file.path());
-  logfile::RecordReader reader(mapped.bytes());
+  const record::MappedFile mapped(file.path());
+  record::RecordReader reader(mapped.bytes());
   Time last{0};
   std::optional<Replayed> pending;
   const auto settle = [&](bool at_end) {
@@ -158,8 +158,8 @@ Time restore(NodeHost& host, std::int64_t run_id, WalFile& file, const RestoreSi
 
 bool find_sent(const std::filesystem::path& path, std::string_view channel, std::int64_t seq,
                std::vector<std::byte>& to) {
-  const logfile::MappedFile mapped(path);
-  logfile::RecordReader reader(mapped.bytes());
+  const record::MappedFile mapped(path);
+  record::RecordReader reader(mapped.bytes());
   bool found = false;
   while (const auto record = reader.next()) {
     if (record->damaged || record->kind != std::uint16_t(WalKind::kOutputs)) continue;
@@ -174,20 +174,6 @@ bool find_sent(const std::filesystem::path& path, std::string_view channel, std:
     if (found) return true;
   }
   return false;
-}
-
-WalExtent wal_extent(const std::filesystem::path& path) {
-  const logfile::MappedFile mapped(path);
-  logfile::RecordReader reader(mapped.bytes());
-  WalExtent extent;
-  while (const auto record = reader.next()) {
-    if (record->damaged) continue;
-    if (record->kind == std::uint16_t(WalKind::kHead))
-      extent.incarnation = decode_head(record->payload).incarnation;
-    if (record->kind == std::uint16_t(WalKind::kEvent))
-      extent.last_now = std::max(extent.last_now, decode_event(record->payload).event.now);
-  }
-  return extent;
 }
 
 }  // namespace firn

@@ -16,7 +16,7 @@ namespace firn {
 class WalFile : public WalSink {
  public:
   /// @param resume false: a new file, refused if there is one; true: goes on behind the last whole record.
-  /// @param buffer_bytes of logfile::RecordWriter; above 0 only where no instrument outlives the process:
+  /// @param buffer_bytes of record::RecordWriter; above 0 only where no instrument outlives the process:
   /// sync() then waits
   ///        for no disk
   WalFile(const std::filesystem::path& path, bool resume, std::size_t buffer_bytes = 0);
@@ -26,7 +26,7 @@ class WalFile : public WalSink {
   const std::filesystem::path& path() const { return writer_.path(); }
 
  private:
-  logfile::RecordWriter writer_;
+  record::RecordWriter writer_;
   bool buffered_;
 };
 
@@ -56,13 +56,6 @@ Time restore(NodeHost& host, std::int64_t run_id, WalFile& file, const RestoreSi
 /// The message (channel, seq) among the outputs in a write-ahead file; false if it is not there.
 bool find_sent(const std::filesystem::path& path, std::string_view channel, std::int64_t seq,
                std::vector<std::byte>& to);
-
-/// The largest `now` of all events in a write-ahead file, and its last incarnation (-1 without a head).
-struct WalExtent {
-  Time last_now{-1};
-  std::int32_t incarnation = -1;
-};
-WalExtent wal_extent(const std::filesystem::path& path);
 
 /// "LAYER_PLAN seq 3", "wake-up 2", "128 bytes from port 0", …
 std::string describe(const Event& event);

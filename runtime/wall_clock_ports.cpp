@@ -53,10 +53,10 @@ void WallClockPorts::receive(std::string_view port, std::span<const std::byte> b
 
 Time WallClockPorts::next_event() const { return Time{lab_us() + (heard_.empty() ? kLook_us : 0)}; }
 
-void WallClockPorts::listen(std::int64_t most_us) {
+void WallClockPorts::listen(std::int64_t max_us) {
   std::vector<pollfd> fds;
   ports_.add_to(fds);
-  const timespec timeout{0, long(std::clamp<std::int64_t>(most_us, 0, 100'000)) * 1000};
+  const timespec timeout{0, long(std::clamp<std::int64_t>(max_us, 0, 100'000)) * 1000};
   ::ppoll(fds.data(), fds.size(), &timeout, nullptr);
   ports_.service(
       monotonic_us(),

@@ -36,7 +36,7 @@ class WallClockPorts final : public LabWorld {
   };
   std::size_t index_of(std::string_view port) const;
   std::int64_t lab_us() const;
-  void listen(std::int64_t most_us);
+  void listen(std::int64_t max_us);
 
   std::vector<std::string> names_;
   Ports ports_;

@@ -3,7 +3,9 @@
 
     scripts/check_house.py [ROOT]
 """
+import keyword
 import re
+import runpy
 import sys
 from pathlib import Path
 
@@ -41,7 +43,7 @@ PRIVATE_PATH = re.compile(r"(?<![\w.])/(?:work|home|root|Users)/\w")
 
 # SIM_TRUTH: declared, published by whoever runs the world, read by tests, audit, reports and exports.
 TRUTH = re.compile(r"SIM_TRUTH|\bkSimTruth\b|\bsim_truth_t\b")
-TRUTH_READERS = ("lcmtypes/", "tests/", "replay/audit", "report/run/", "report/export/", "cli/audit")
+TRUTH_READERS = ("lcmtypes/", "tests/", "replay/audit", "runs/folder/truth_check", "runs/read/truth", "report/run/", "report/export/", "cli/audit")
 TRUTH_PUBLISHERS = ("print/", "plant/")
 TRUTH_DECODE = re.compile(r"sim_truth_t\s+\w+\s*;[^}]*?\.decode\s*\(|subscribe\s*\(\s*channels::kSimTruth", re.S)
 
@@ -159,6 +161,35 @@ def check_type_names(root):
     return problems
 
 
+def check_messages_begin_empty(root):
+    """lcm-gen's structs leave their numbers as they were in memory: a message is made with {}, or a field that its maker does not
+    know carries any bytes, and the receiver refuses it."""
+    types = "|".join(sorted(p.stem for p in (Path(root) / "lcmtypes").glob("*_t.lcm"))) or "none_t"
+    made = re.compile(rf"^\s*(?:const )?(?:firn::)?(?:{types}) \w+;", re.M)
+    found = []
+    for path in sources(root):
+        text = code(read(root, path))
+        found += [f"{path}:{line_of(text, m.end())}: {m.group(0).strip()} a message is made with {{}}" for m in made.finditer(text)]
+    return found
+
+
+OWN_SPACE = re.compile(r"^namespace firn::(\w+)[\w:]* \{(.*?)^\}", re.M | re.S)
+DECLARATION = re.compile(r"(?:class|struct|enum class) \w+;|namespace [\w:]+ \{|\}|\s+")
+
+
+def check_namespaces(root):
+    """A namespace below firn is named after a folder of its file's path or after the file. Types that another room defines may be
+    declared in their own namespace."""
+    problems = []
+    for path in sources(root):
+        words = set(re.split(r"[/_.]", path)) | set(path.split("/")) | {Path(path).stem}
+        text = code(read(root, path))
+        for match in OWN_SPACE.finditer(text):
+            if match.group(1) not in words | {"detail"} and not path.startswith("tests/") and DECLARATION.sub("", match.group(2)):
+                problems.append(f"{path}:{line_of(text, match.start())}: namespace firn::{match.group(1)} names no folder of the path")
+    return problems
+
+
 MEMBER = re.compile(r"^(?!#|//|/\*|using |namespace |return )[^\s;={}][^\n;={}]*?(?<![\w:<])((?:\w+(?:<[^<>\n]*>)?::)+)~?(?:operator[^\w(]{1,3}|\w+)\("
                     r"|^((?:\w+(?:<[^<>\n]*>)?::)+)~?\w+\(", re.M)
 MAX_CLASS_SOURCES = 2
@@ -245,8 +276,103 @@ def check_hidden_functions(root):
             for (*_, name, count), where in sorted(places.items()) if len(where) > 1 and name not in ("if", "for", "while", "switch", "return")]
 
 
-CHECKS = (check_same_bytes, check_sizes, check_finished, check_test_names, check_listed, check_type_names, check_class_sources,
-          check_hidden_functions, check_truth)
+def check_protocol(root):
+    """The names and numbers that the browser's sources have are those of page/protocol.table."""
+    script, made = Path(root) / "page/protocol.py", "web/src/generated/protocol.ts"
+    if not script.is_file() or read(root, made) == runpy.run_path(str(script))["typescript"]():
+        return []
+    return [f"{made}: is not what page/protocol.table gives: run python3 page/protocol.py {made}, then npm run build in web/"]
+
+
+# Names of the files of a run folder, alone in a literal or joined to a path. A node names the text that it is handed in its errors.
+LAYOUT = "files/run_paths.h"
+# The format of packed files itself names the log; what makes a folder one of a run lies below the layout.
+LAYOUT_EXCEPTIONS = ("tests/", "files/record/packed.cpp", "files/record/open_file.h")
+LAYOUT_NAME = re.compile(r'(?<!config_toml, )"/?(?:nodes/)?(?:experiment\.toml|provenance\.json|result\.json|sources\.diff|log\.lcm(?:\.idx)?|world\.rec'
+                         r'|metrics\.csv|\.wal|\.sent)"|"(?:nodes|inputs|io|world|seals)/[^"\n]*"|/ "(?:nodes|inputs|io|seals|clocks)"|/ "world" /')
+
+
+def check_layout(root):
+    """The layout of a run folder stands in one header."""
+    problems = []
+    for path in sources(root):
+        if path != LAYOUT and not path.startswith(LAYOUT_EXCEPTIONS):
+            text = code(read(root, path), keep_strings=True)
+            problems += [f"{path}:{line_of(text, match.start())}: {match.group()}: {LAYOUT} names the files of a run"
+                         for match in LAYOUT_NAME.finditer(text)]
+    return problems
+
+
+# A table of words: `kWords[] = {"a", ...` or `kWords{{"a", 1}, ...`, and its use by a number.
+WORD_TABLE = re.compile(r'\b(k[A-Z]\w*)\s*(?:\[[^\]]*\])?\s*=?\s*\{+\s*""')
+WORD_BY_NUMBER = re.compile(r"\b(k[A-Z]\w*)(?:\[(?:std::)?(?:size_t|int)\(|\.at\()|\b(?:word|name)_of\((k[A-Z]\w*),")
+
+
+def check_tables(root):
+    """A table of words beside an enumeration has a static_assert of its size, which a new enumerator fails. Where an option
+    struct holds the enumeration, config/field_rows.h has it."""
+    problems = []
+    for path in sources(root, tuple(room for room in ROOMS if room != "tests")):
+        text = code(read(root, path))
+        tables = set(WORD_TABLE.findall(text))
+        used = {}
+        for match in WORD_BY_NUMBER.finditer(text):
+            used.setdefault(match.group(1) or match.group(2), match.start())
+        problems += [f"{path}:{line_of(text, at)}: {name} is read by a number, and no static_assert compares its size with kTableSize<>"
+                     for name, at in used.items() if name in tables and not re.search(rf"static_assert\([^;]*\b{name}\b", text)]
+    return problems
+
+
+# A member of a message becomes an identifier of each language for which lcm-gen writes a type.
+RESERVED = frozenset(keyword.kwlist) | frozenset("""
+alignas alignof and and_eq asm auto bitand bitor bool break case catch char char8_t char16_t char32_t class co_await co_return co_yield
+compl concept const const_cast consteval constexpr constinit continue decltype default delete do double dynamic_cast else enum explicit
+export extern false float for friend goto if inline int long mutable namespace new noexcept not not_eq nullptr operator or or_eq private
+protected public register reinterpret_cast requires restrict return short signed sizeof static static_assert static_cast struct switch
+template this thread_local throw true try typedef typeid typename union unsigned using virtual void volatile wchar_t while xor xor_eq
+abstract assert boolean byte extends final finally implements import instanceof interface native null package strictfp super synchronized
+throws transient""".split())
+# Another name would be another fingerprint, and no log that was recorded would decode.
+RESERVED_KEPT = {("deposition_report_t", "pass"), ("jet_command_t", "pass"), ("stage_command_t", "pass")}
+MESSAGE_MEMBER = re.compile(r"^\s+[\w.]+\s+(\w+)\s*(?:\[[^\]]*\]\s*)*;", re.M)
+
+
+def check_members(root):
+    """No member of a message is a reserved word of C, C++, Python or Java."""
+    problems = []
+    for path in sources(root, ("lcmtypes",), {".lcm"}):
+        text = re.sub(r"//[^\n]*", "", read(root, path))
+        problems += [f"{path}:{line_of(text, match.start(1))}: {match.group(1)} is a reserved word of a language that messages have types in"
+                     for match in MESSAGE_MEMBER.finditer(text)
+                     if match.group(1) in RESERVED and (Path(path).stem, match.group(1)) not in RESERVED_KEPT]
+    return problems
+
+
+# Text is read as a number in one place, so that "2,5", "2.5mm" and "1e" are refused everywhere.
+NUMBER_READER = re.compile(r"\b(?:from_chars|strto(?:d|f|ld|l|ll|ul|ull|imax|umax)|sto(?:i|l|ll|ul|ull|f|d|ld)|ato(?:i|l|ll|f)|sscanf)\s*\(")
+NUMBER_EXCEPTIONS = {
+    "core/options/number.cpp",
+    "cli/options.cpp",  # looks at what the library of the command line read
+    "files/mesh/mesh_file.cpp",  # a coordinate beyond a double is a facet that the slicer reports
+    "print/simulated/sim_truth.cpp",  # hexadecimal floats
+    "lcmtypes/schema_parse.cpp",  # octal and hexadecimal sizes of arrays, and a room below core/
+}
+
+
+def check_numbers(root):
+    """A text becomes a number by core/options/number.h alone."""
+    problems = []
+    for path in sources(root, tuple(room for room in ROOMS if room != "tests")):
+        if path not in NUMBER_EXCEPTIONS:
+            text = code(read(root, path))
+            problems += [f"{path}:{line_of(text, match.start())}: {match.group().rstrip('(')}: read it with core/options/number.h"
+                         for match in NUMBER_READER.finditer(text)]
+    return problems
+
+
+CHECKS = (check_same_bytes, check_sizes, check_finished, check_test_names, check_listed, check_type_names, check_namespaces,
+          check_messages_begin_empty, check_class_sources, check_hidden_functions, check_truth, check_layout, check_protocol, check_tables,
+          check_members, check_numbers)
 
 
 def main():

@@ -5,6 +5,7 @@ Every quoted include is a full path from the root, and a room may include only w
 rows hold for LINK and PRIVATE_LINK of firn_library and firn_process.
 
     scripts/check_layers.py [ROOT]
+    scripts/check_layers.py --write    writes these rows into docs/architecture.md, whose words about each room stay
 """
 import re
 import sys
@@ -39,16 +40,17 @@ ALLOWED = {
     "plant": LEAVES + ("files",),  # nature: codecs and physics of its own
     "python/host": ("core/options", "core/grid"),  # the interface and its loader: no part of Python
     "python/plugin": ("python/host", "core/options", "core/grid"),
-    "procs/bus": ("runtime", "files", "lcmtypes"),
+    "procs/bus": ("core/options", "runtime", "files", "lcmtypes"),
     "procs/recorder": ("runtime", "files", "lcmtypes"),  # outside replay: it writes the log
     "procs": ("runtime", "lcmtypes", "drivers", "estimators", "config", "python/host") + CORE,  # procs/X, never procs/Y
-    "replay": BELOW_PROCS + ("procs",),
-    "report": BELOW_PROCS + ("replay",),
-    "print": BELOW_PROCS + ("procs", "replay", "report"),
-    "studies": BELOW_PROCS + ("procs", "replay", "report", "print"),
-    "page": BELOW_PROCS + ("procs", "replay", "report", "print"),
-    "python/module": BELOW_PROCS + ("procs", "print"),
-    "cli": BELOW_PROCS + ("procs", "replay", "report", "print", "studies", "page"),
+    "runs": BELOW_PROCS,
+    "replay": BELOW_PROCS + ("runs", "procs"),
+    "report": BELOW_PROCS + ("runs", "replay"),
+    "print": BELOW_PROCS + ("runs", "procs", "replay", "report"),
+    "studies": BELOW_PROCS + ("runs", "procs", "replay", "report", "print"),
+    "page": BELOW_PROCS + ("runs", "procs", "replay", "report", "print"),
+    "python/module": BELOW_PROCS + ("runs", "procs", "print"),
+    "cli": BELOW_PROCS + ("runs", "procs", "replay", "report", "print", "studies", "page"),
     "tests": None,  # None: anything
 }
 
@@ -146,31 +148,39 @@ def folder_arrows(root):
     return arrows
 
 
-def check_circles(root):
-    """No folder includes, over any number of others, itself."""
-    arrows, problems, done = folder_arrows(root), [], set()
+def circles(arrows):
+    """Circles of a graph {from: {to: ...}}, one for each set of nodes that reach each other."""
+    found, done = [], set()
 
     def reaches(start):
         came_from, waiting = {start: None}, [start]
         while waiting:
-            folder = waiting.pop(0)
-            for target in arrows.get(folder, {}):
+            node = waiting.pop(0)
+            for target in arrows.get(node, {}):
                 if target == start:
-                    circle = [folder]
+                    circle = [node]
                     while came_from[circle[-1]] is not None:
                         circle.append(came_from[circle[-1]])
                     return circle[::-1]
                 if target not in came_from:
-                    came_from[target] = folder
+                    came_from[target] = node
                     waiting.append(target)
         return None
 
-    for folder in sorted(arrows):
-        circle = None if folder in done else reaches(folder)
+    for node in sorted(arrows):
+        circle = None if node in done else reaches(node)
         if circle:
             done.update(circle)
-            steps = "; ".join(arrows[a][b] for a, b in zip(circle, circle[1:] + circle[:1]))
-            problems.append(f"{folder}: a circle of folders: {' -> '.join(circle + circle[:1])} ({steps})")
+            found.append(circle)
+    return found
+
+
+def check_circles(root):
+    """No folder includes, over any number of others, itself."""
+    arrows, problems = folder_arrows(root), []
+    for circle in circles(arrows):
+        steps = "; ".join(arrows[a][b] for a, b in zip(circle, circle[1:] + circle[:1]))
+        problems.append(f"{circle[0]}: a circle of folders: {' -> '.join(circle + circle[:1])} ({steps})")
     return problems
 
 
@@ -178,7 +188,7 @@ CALL = re.compile(r"(firn_library|firn_process)\s*\(([^)]*)\)")
 
 
 def check_links(root):
-    calls, room_of_target = [], {"firn_lcm_headers": "lcmtypes"}
+    calls, room_of_target, arrows, places = [], {"firn_lcm_headers": "lcmtypes"}, {}, {}
     for file in sorted(Path(root).rglob("CMakeLists.txt")):
         folder = file.parent.relative_to(root).as_posix()
         if folder.startswith(("build", "tests/examples/", ".")) and folder != ".":
@@ -188,6 +198,10 @@ def check_links(root):
             if words and "$" not in words[0] and kind == "firn_library":
                 source = next((w for w in words if w.endswith(".cpp") and "$" not in w), "x.cpp")
                 room_of_target[words[0]] = room_of(f"{folder}/{source}")
+                # Names inside generator expressions count: some program links them.
+                linked = words[next((n for n, w in enumerate(words) if w in ("LINK", "PRIVATE_LINK")), len(words)):]
+                arrows[words[0]] = dict.fromkeys(re.findall(r"\bfirn_\w+", " ".join(linked)))
+                places[words[0]] = f"{folder}/CMakeLists.txt"
             calls.append((folder, words))
     problems = []
     for folder, words in calls:
@@ -204,12 +218,59 @@ def check_links(root):
             exempt = room == "plant" and room_of_target[link] in {r for place in EXCEPTIONS if place.startswith("plant/") for r in EXCEPTIONS[place]}
             if not exempt and not may_use(path, room, room_of_target[link]):
                 problems.append(f"{folder}/CMakeLists.txt: {words[0]} must not link {link} of {room_of_target[link]}")
+    for circle in circles(arrows):
+        problems.append(f"{places[circle[0]]}: a circle of libraries: {' -> '.join(circle + circle[:1])}")
     return problems
 
 
+PAGE = "docs/architecture.md"
+TABLE = re.compile(r"(<!-- layers -->\n)(.*?)(<!-- end -->)", re.S)
+WORDS = re.compile(r"^\|`([\w/]+)`\|([^|\n]*)\|", re.M)
+
+
+GROUPS = (("all below procs", BELOW_PROCS), ("all of core", CORE), ("leaves", LEAVES))
+
+
+def names(rooms, groups=GROUPS):
+    """`core/grid`, `files`; a whole group of rooms by its name."""
+    shown, left = [], list(rooms)
+    for name, group in groups:
+        if set(group) <= set(left):
+            shown.append(f"*{name}*")
+            left = [room for room in left if room not in group]
+    return ", ".join(shown + [f"`{room}`" for room in left]) or "nothing"
+
+
+def layers_table(old):
+    """The rows above as a table, with the words that the table of the page has about each room."""
+    words = dict(WORDS.findall(old))
+    rows = [f"|`{room}`|{words.get(room, '')}|{'anything' if allowed is None else names(allowed)}|" for room, allowed in ALLOWED.items()]
+    rows += ["", *(f"- *{name}*: {names(group, GROUPS[n + 1:])}" for n, (name, group) in reversed([*enumerate(GROUPS)]))]
+    rows += ["", "Files that may include more:", "", "|file|further rooms|", "|-|-|"]
+    rows += [f"|`{file}`|{names(rooms)}|" for file, rooms in EXCEPTIONS.items()]
+    return "\n".join(["|room|holds|may include|", "|-|-|-|", *rows]) + "\n"
+
+
+def check_page(root, write=False):
+    """The table of layers in docs/architecture.md has these rows, and words about each room."""
+    page = Path(root) / PAGE
+    if not page.is_file():
+        return []
+    text = page.read_text(encoding="utf-8")
+    made = TABLE.sub(lambda match: match.group(1) + layers_table(match.group(2)) + match.group(3), text)
+    if write:
+        page.write_text(made, encoding="utf-8")
+    elif made != text or not TABLE.search(text):
+        return [f"{PAGE}: the table of layers is not that of scripts/check_layers.py; scripts/check_layers.py --write"]
+    words = dict(WORDS.findall(made))
+    return [f"{PAGE}: no word about {room}" for room in ALLOWED if not words.get(room, "").strip()]
+
+
 def main():
-    root = Path(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).resolve().parent.parent)
-    return finish("check_layers", check_includes(root) + check_circles(root) + check_links(root))
+    write = "--write" in sys.argv
+    arguments = [argument for argument in sys.argv[1:] if argument != "--write"]
+    root = Path(arguments[0] if arguments else Path(__file__).resolve().parent.parent)
+    return finish("check_layers", check_includes(root) + check_circles(root) + check_links(root) + check_page(root, write))
 
 
 if __name__ == "__main__":

@@ -15,19 +15,19 @@ FOUND_BY_CMAKE = {
     "fmt": "libfmt-dev", "nlohmann_json": "nlohmann-json3-dev", "CLI11": "libcli11-dev", "Python3": "python3",
     "lcm": "liblcm-dev", "lcm-gen": "liblcm-bin", "ccache": "ccache", "tomlplusplus": "libtomlplusplus-dev",
     "xxhash": "libxxhash-dev", "xxhash.h": "libxxhash-dev", "nlopt": "libnlopt-dev", "nlopt.h": "libnlopt-dev", "nlopt_cxx": "libnlopt-cxx-dev", "python3": "python3", "Java": "default-jdk-headless",
-    "gnuplot": "gnuplot-nox", "clang++": "clang", "ld.gold": "", "zstd": "libzstd-dev", "hdf5.h": "libhdf5-dev",
+    "dpkg-query": "", "gnuplot": "gnuplot-nox", "clang++": "clang", "ld.gold": "", "zstd": "libzstd-dev",
     "opencv_core": "libopencv-core-dev", "opencv_imgproc": "libopencv-imgproc-dev", "opencv_imgcodecs": "libopencv-imgcodecs-dev", "jpeg": "libjpeg-dev",
     "opencv2/core/version.hpp": "libopencv-core-dev",
     "opencv2/core.hpp": "libopencv-core-dev",
     "opencv_${module}": "libopencv-core-dev", "TBB": "libtbb-dev", "polyclipping": "libpolyclipping-dev",
-    "polyclipping/clipper.hpp": "libpolyclipping-dev", "Boost": "libboost-dev", "3MF": "lib3mf-dev", "PNG": "libpng-dev", "EXPAT": "libexpat1-dev", "ZLIB": "zlib1g-dev", "Python3": "python3-dev",
-    "pybind11": "pybind11-dev", "lib3mf/Model/COM/NMR_DLLInterfaces.h": "lib3mf-dev",
+    "polyclipping/clipper.hpp": "libpolyclipping-dev", "Boost": "libboost-dev", "PNG": "libpng-dev", "EXPAT": "libexpat1-dev", "ZLIB": "zlib1g-dev", "zip": "libzip-dev", "Python3": "python3-dev",
+    "pybind11": "pybind11-dev",
 }
-FOUND_BY_PREFIX = {"sundials_": "libsundials-dev", "cvode/": "libsundials-dev"}
+FOUND_BY_PREFIX = {"sundials_": "libsundials-dev"}
 
 # Package -> what shows in the sources that it is needed.
 EVIDENCE = {
-    "g++": r"project\(firn CXX\)", "cmake": r"cmake_minimum_required", "ninja-build": r"-G Ninja", "ccache": r"find_program\(CCACHE",
+    "g++": r"project\(firn [^)]*\bCXX\)", "cmake": r"cmake_minimum_required", "ninja-build": r"-G Ninja", "ccache": r"find_program\(CCACHE",
     "git": r"\bgit (-C|rev-parse)", "pkg-config": r"pkg_check_modules|\bpkg-config --", "liblcm-dev": r"<lcm/", "liblcm-bin": r"lcm-gen",
     "libeigen3-dev": r"<Eigen/", "libopencv-core-dev": r"<opencv2/core", "libopencv-imgproc-dev": r"<opencv2/imgproc|foreach\(module core imgproc",
     "libopencv-imgcodecs-dev": r"<opencv2/imgcodecs", "libjpeg-dev": r"<jpeglib\.h>", "libnlopt-dev": r"<nlopt\.h>|<nlopt\.hpp>", "libnlopt-cxx-dev": r"<nlopt\.hpp>",
@@ -37,14 +37,15 @@ EVIDENCE = {
     "gnuplot-nox": r"\bgnuplot\b", "catch2": r"<catch2/", "libbenchmark-dev": r"<benchmark/", "python3": r"env python3",
     "default-jdk-headless": r"find_package\(Java", "default-jre": r"\bXvfb\b", "liblcm-java": r"FIRN_JAVA_FOLDER\}/lcm\.jar",
     "libjchart2d-java": r"FIRN_JAVA_FOLDER\}/jchart2d\.jar", "xvfb": r"\bXvfb\b",
-    "libtbb-dev": r"<tbb/", "libpolyclipping-dev": r"<polyclipping/", "libboost-dev": r"<boost/", "libpng-dev": r"<png\.h>", "lib3mf-dev": r"<lib3mf",
-    "libexpat1-dev": r"<expat\.h>", "zlib1g-dev": r"<zlib\.h>", "libzstd-dev": r"<zstd\.h>",
+    "libtbb-dev": r"<tbb/", "libpolyclipping-dev": r"<polyclipping/", "libboost-dev": r"<boost/", "libpng-dev": r"<png\.h>",
+    "libexpat1-dev": r"<expat\.h>", "zlib1g-dev": r"<zlib\.h>", "libzip-dev": r"<zip\.h>", "libzstd-dev": r"<zstd\.h>",
     "libhdf5-dev": r"<hdf5\.h>", "libhdf5-103-1": r"libhdf5_serial\.so\.103", "python3-h5py": r"import h5py", "hdf5-tools": r"\bh5dump\b", "zstd": r'"zstd", "-d"',
     "python3-matplotlib": r"import matplotlib", "python3-dev": r"find_package\(Python3", "pybind11-dev": r"<pybind11/", "python3-numpy": r"import numpy",
-    "coinor-cbc": r"command -v cbc", "chromium": r"chromium --headless", "nodejs": r'"node", "--test"', "npm": r'"npm", "ci"', "clang-format": r"clang-format", "dpkg-dev": r"dpkg-shlibdeps", "clang": r"clang\+\+", "libclang-rt-14-dev": r"-fsanitize=fuzzer|sanitize=[\w,]*fuzzer",
+    "debootstrap": r"command -v debootstrap", "coinor-cbc": r"command -v cbc", "chromium": r"chromium --headless", "nodejs": r'"node", "--test"', "npm": r'"npm", "ci"', "clang-format": r"clang-format", "clang-tidy": r'"clang-tidy", "--quiet"', "dpkg-dev": r"dpkg-shlibdeps", "clang": r"clang\+\+", "libclang-rt-14-dev": r"-fsanitize=fuzzer|sanitize=[\w,]*fuzzer",
 }
 
-FIND = re.compile(r"find_(package|library|program|path)\s*\(\s*(\S+)([^)]*)\)")
+FIND = re.compile(r"\bfind_(package|library|program|path)\s*\(\s*(\S+)([^)]*)\)")
+FIND_HEADERS = re.compile(r"^firn_find_headers\(\S+ \S+ ([^\s)]+)", re.M)  # names its package
 
 
 def listed(root):
@@ -58,7 +59,9 @@ def wanted_by_cmake(root):
     for path in ["CMakeLists.txt"] + sources(root, ROOMS + ("cmake",), {".cmake", ".txt"}):
         if not path.endswith((".cmake", "CMakeLists.txt")) or not (Path(root) / path).is_file():
             continue
-        for kind, first, rest in FIND.findall(re.sub(r"#[^\n]*", "", read(root, path))):
+        text = re.sub(r"#[^\n]*", "", read(root, path))
+        out += [(path, package) for package in FIND_HEADERS.findall(text)]
+        for kind, first, rest in FIND.findall(text) if path != "cmake/headers.cmake" else ():
             words = [w for w in rest.split() if w not in ("NAMES", "REQUIRED")]
             out.append((path, first if kind == "package" else words[0] if words else first))
     return out
@@ -67,7 +70,7 @@ def wanted_by_cmake(root):
 def check_needed(root):
     have, problems = set(listed(root)), []
     for path, name in wanted_by_cmake(root):
-        package = FOUND_BY_CMAKE.get(name)
+        package = FOUND_BY_CMAKE.get(name, name if name.endswith("-dev") else None)
         for prefix, of_prefix in FOUND_BY_PREFIX.items():
             if name.startswith(prefix):
                 package = of_prefix

@@ -54,11 +54,10 @@ ANGLES = "an arm's angles and a path's turns have no other form; the provenance 
 ALLOWED = (
     ("core/motion/kinematics/*", "sincos|atan2", IN_NODES, ANGLES),
     ("core/motion/vplus_default.cpp", "atan2", IN_NODES, ANGLES),
-    ("core/motion/curve/*", "atan2|sin|sincos|pow", IN_NODES, ANGLES),
+    ("core/motion/curve/*", "atan2|sin|sincos", IN_NODES, ANGLES),
     ("core/motion/certified/path_corners.cpp", "cos", IN_NODES, ANGLES),
     ("core/motion/thesis/*", "cos|cbrt", IN_NODES, "the thesis's limits of jerk are cube roots; as above"),
     ("core/motion/time_optimal/*", "cbrt", IN_NODES, "limits of jerk are cube roots; as above"),
-    ("core/motion/insert_stops.cpp", "hypot", IN_NODES, "lengths of tiny steps without underflow; as above"),
     ("core/motion/aerosol/*", "atan2|sin|cos|tan|sincos|hypot", IN_NODES, ANGLES),
     ("core/slice/*", "sincos|tan", APART, "placement, fill direction and support of a mesh, before the print"),
     ("core/statistics/distributions.cpp", "a?(cos|sin)|sincos|(exp|log1p|pow)l?|expm1|log", APART, "tables of studies and reports"),
@@ -101,8 +100,8 @@ def sources_of(file, root, build):
     """The sources, from the root on, that one command compiles: one, or those of a batch."""
     if not file.is_relative_to(build):
         found = [file]
-    elif file.parent.parent.name == "batches" and file.is_file():
-        found = [root / name for name in re.findall(r'^#include "(.*\.cpp)"$', file.read_text(encoding="utf-8"), re.M)]
+    elif file.parent.name == "Unity" and file.is_file():
+        found = [Path(name) for name in re.findall(r'^#include "(.*\.cpp)"$', file.read_text(encoding="utf-8"), re.M)]
     else:
         found = []
     return [s.relative_to(root).as_posix() for s in found if s.is_relative_to(root) and not s.is_relative_to(build)]

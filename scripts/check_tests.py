@@ -186,7 +186,7 @@ LONG_CASES = "tests/support/long_cases.h"
 
 
 def check_long_cases(root):
-    return [f"{path}: asks for FIRN_FULL itself: {LONG_CASES} divides long loops into tenths" for path in sources(root, ("tests",))
+    return [f"{path}: asks for FIRN_FULL itself: {LONG_CASES} shortens long loops" for path in sources(root, ("tests",))
             if path not in (LONG_CASES, "tests/house/long_cases_test.cpp") and "FIRN_FULL" in code(read(root, path), keep_strings=True)]
 
 

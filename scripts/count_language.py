@@ -14,7 +14,7 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-ROOMS = ["core", "lcmtypes", "config", "files", "drivers", "estimators", "runtime", "plant", "procs", "replay", "report", "print",
+ROOMS = ["core", "lcmtypes", "config", "files", "drivers", "estimators", "runtime", "plant", "runs", "procs", "replay", "report", "print",
          "studies", "page", "cli", "python", "tests"]
 WORDS = ["what", "stands", "tells", "told", "none", "computes", "returns", "maximum", "must"]
 MOST_WHAT = 1.0  # per thousand

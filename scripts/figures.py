@@ -101,14 +101,19 @@ def study_table(name, schemes, columns, bold=()):
     return markdown(["scheme", *[column[0] for column in columns]], rows)
 
 
+# Parts of studies by their names there: the standard deviation of the profiler's noise.
+NOISE = {"1 um a point": "1 um per sample", "1 um a cell": "1 um per cell"}
+
+
 def cylinder():
     point, cell = results("cylinder")["parts"]
-    names = {"open loop": "open loop, layers by the model", "open loop tuned": "open loop, layers tuned",
+    names = {"open loop": "open loop, number of layers from the model", "open loop tuned": "open loop, number of layers tuned",
              "threshold": "threshold feedback [Cohen and Lipson 2010]",
              "SMF": "surface mapping feedback (SMF), the thesis's gains [Barnett 2012]",
-             "SMF tuned": "SMF, gains tuned", "MPC": "model predictive control (MPC), greedy search [Lu 2015]"}
+             "SMF tuned": "SMF, tuned gains", "MPC": "model predictive control (MPC), greedy search [Lu 2015]"}
     return study_table("cylinder", names, [
-        (f"RMS [um], noise {point}", "rms_um", point, 2, 1, True), (f"RMS [um], noise {cell}", "rms_um", cell, 2, 1, True),
+        (f"RMS [um], sensor noise {NOISE[point]}", "rms_um", point, 2, 1, True),
+        (f"RMS [um], sensor noise {NOISE[cell]}", "rms_um", cell, 2, 1, True),
         ("largest error [um]", "max_um", point, 1, 1, False), ("overspill [%]", "overspill_pct", point, 1, 1, False),
         ("first ring [um]", "first_ring_um", point, 0, 1, False), ("size error [um]", "size_x_um", point, 0, 1, False)],
         bold=(1, 2))
@@ -124,7 +129,7 @@ def mpc_held_out():
         found = [metric(study, scheme, "rms_um", part) for scheme in schemes]
         least = min(row["mean"] for row in found)
         shown = [interval(row, 2) if text in ("factors", "together") else plain(row, 2) for row, text in zip(found, schemes.values())]
-        lines.append(f"|{part}|" + "|".join(f"**{s}**" if row["mean"] == least else s for row, s in zip(found, shown)) + "|")
+        lines.append(f"|{NOISE.get(part, part)}|" + "|".join(f"**{s}**" if row["mean"] == least else s for row, s in zip(found, shown)) + "|")
     return "\n".join(lines) + "\n"
 
 
@@ -139,8 +144,8 @@ def schemes():
 
 def ice():
     steady, drifting = results("ice-drift")["parts"]
-    names = {"open loop": "open loop", "open loop weighed": "open loop, flow weighed once", "SMF speed": "SMF as in the thesis",
-             "SMF foreseeing": "SMF that foresees lasting disturbances"}
+    names = {"open loop": "open loop", "open loop weighed": "open loop, flow calibrated once", "SMF speed": "SMF as in the thesis",
+             "SMF foreseeing": "SMF with a disturbance observer"}
     return study_table("ice-drift", names, [
         ("RMS [mm], steady valves", "rms_um", steady, 3, 1e-3, True), ("RMS [mm], drifting valves", "rms_um", drifting, 3, 1e-3, True),
         ("largest error [mm]", "max_um", drifting, 2, 1e-3, False), ("overspill [%]", "overspill_pct", drifting, 1, 1, False),
@@ -149,7 +154,7 @@ def ice():
 
 
 def ice_roughness():
-    names = {"open loop": "open loop", "SMF speed": "SMF by path speed", "SMF foreseeing": "SMF that foresees"}
+    names = {"open loop": "open loop", "SMF speed": "SMF by path speed", "SMF foreseeing": "SMF with a disturbance observer"}
     return study_table("ice-roughness", names, [
         (part.removeprefix("roughness "), "rms_um", part, 3, 1e-3, True) for part in results("ice-roughness")["parts"]])
 

@@ -2,20 +2,21 @@
 import re
 from pathlib import Path
 
-ROOMS = ("core", "lcmtypes", "files", "config", "estimators", "drivers", "runtime", "plant", "procs", "replay", "report",
+ROOMS = ("core", "lcmtypes", "files", "config", "estimators", "drivers", "runtime", "plant", "runs", "procs", "replay", "report",
          "print", "studies", "page", "cli", "python", "tests")
 CPP = {".h", ".cpp"}
 _TOKENS = re.compile(r'//[^\n]*|/\*.*?\*/|R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', re.S)
 
 
 def sources(root, rooms=ROOMS, suffixes=CPP):
-    """Paths relative to `root`, as strings with '/', in order; recorded runs are data, and what examples add
-    to a copy of the house is not built here."""
+    """Paths relative to `root`, as strings with '/', in order; recorded runs are data, in tests/replay/golden and, beside the room's
+    folders, in runs/<utc>-<name>; what examples add to a copy of the house is not built here."""
     found = []
     for room in rooms:
         folder = Path(root) / room
         found += [p.relative_to(root).as_posix() for p in folder.rglob("*") if p.suffix in suffixes and p.is_file()]
-    return sorted(path for path in found if "/golden/" not in path and not path.startswith("tests/examples/"))
+    return sorted(path for path in found if "/golden/" not in path and not path.startswith("tests/examples/")
+                  and not re.match(r"runs/[^/]*-", path))
 
 
 def read(root, path):

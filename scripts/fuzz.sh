@@ -7,11 +7,13 @@
 #   scripts/fuzz.sh --each N [TARGET...]
 # --each reads N inputs of each target (N / 20 of slow ones), from the seeds alone: the same effort on any machine.
 # FIRN_FUZZ_SEED=N starts from the same random numbers every time; without it each run looks elsewhere.
+# The build joins sources, which the compiler parses in half of the time; scripts/check_names.py and scripts/check_includes.py
+# look at them one by one.
 # FIRN_FUZZ_JOBS=N runs so many targets side by side (default 1); FIRN_FUZZ_BUILT=1 takes the targets as they are.
 # What is found stays in build-fuzz/found/; the corpus grows in build-fuzz/corpus/.
 set -eu
 cd "$(dirname "$0")/.."
-inputs= each= corpus=build-fuzz/corpus slow="fuzz_slice fuzz_restore fuzz_experiment fuzz_config_message fuzz_droplets fuzz_line_picture"
+inputs= each= corpus=build-fuzz/corpus slow="fuzz_slice fuzz_restore fuzz_experiment fuzz_config_message fuzz_droplets fuzz_line_picture fuzz_layer_record fuzz_study_journal fuzz_paths"
 if [ "${1:-}" = --inputs ]; then
   inputs=${2:?"--inputs needs a number"}
   shift 2
@@ -26,7 +28,7 @@ targets=${*:-"fuzz_record_file fuzz_packed fuzz_event_log fuzz_messages fuzz_typ
 
 if [ -z "${FIRN_FUZZ_BUILT:-}" ]; then
   cmake -G Ninja -S . -B build-fuzz -DCMAKE_CXX_COMPILER=clang++ -DFIRN_FUZZ=ON \
-    -DFIRN_SANITIZE=fuzzer-no-link,address,undefined >/dev/null
+    -DFIRN_SANITIZE=fuzzer-no-link,address,undefined -DCMAKE_UNITY_BUILD=ON >/dev/null
   ninja -C build-fuzz fuzz_seeds $targets >build-fuzz/build.log || { grep -A 8 -E "^FAILED|error:|fatal" build-fuzz/build.log | cut -c1-400 | head -n 60; exit 1; }
 fi
 if [ -n "$each" ]; then

@@ -1,13 +1,15 @@
 #!/usr/bin/env bash
-# Records golden runs for tests/replay/golden: one in process, one live that is killed and resumed, one of two inks in
-# process, one that learns the model, one that filters the surface as well, one that watches its jet, one of
-# the ice lab, one of lines. Golden runs are added to, not replaced: a run
-# that was recorded by an earlier version must decode and replay for ever.
-#   scripts/make_golden.sh NAME [KIND]...   writes tests/replay/golden/NAME-KIND
-#                                           for mpc, smf-resumed, two-inks, estimator, kalman, camera, ice, lines, or the kinds given
+# Records golden runs for tests/replay/golden, each of a kind: one in process, one live that is killed and resumed, one of two
+# inks, one that learns the model, one that filters the surface as well, one that watches its jet, one of the ice lab, one of
+# lines. Runs of the present minor version must replay to the last byte; when a change of the product alters their bytes on
+# purpose, they are recorded anew in a commit that says why. Runs of earlier versions stay: they must decode for ever
+# (docs/decisions/0012-replay-contract.md).
+#   scripts/make_golden.sh VERSION [KIND]...   writes tests/replay/golden/VERSION-KIND, in place of an earlier recording,
+#                                              for mpc, smf-resumed, two-inks, estimator, kalman, camera, ice, lines, or the
+#                                              kinds given; VERSION is e.g. v0.2
 set -euo pipefail
 cd "$(dirname "$0")/.."
-name=${1:?a name for the runs, e.g. the version}
+name=${1:?the version, e.g. v0.2}
 shift
 golden=tests/replay/golden
 scratch=$(mktemp -d)
@@ -52,6 +54,7 @@ for kind in "$@"; do
   esac
   build/bin/firn replay "$scratch/$kind"/* >/dev/null
   build/bin/firn audit "$scratch/$kind"/* >/dev/null
-  rm -rf "$scratch/$kind"/*/io "$scratch/$kind"/*/nodes/*.err "$scratch/$kind"/*/pids
+  rm -rf "$scratch/$kind"/*/io "$scratch/$kind"/*/pids
+  rm -rf "${golden:?}/$name-$kind"
   mv "$scratch/$kind"/* "$golden/$name-$kind"
 done

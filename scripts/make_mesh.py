@@ -6,8 +6,8 @@
     scripts/make_mesh.py --helical helical-gear.stl      the size of the ice gear of [Barnett 2012, Fig. 5-5]: 107.6 mm across,
                                                          50 mm high, 24 teeth, helix 20 degrees, bore 30 mm
     scripts/make_mesh.py --box box.stl WIDTH DEPTH HEIGHT
-    scripts/make_mesh.py --ice-box ice-box.stl           the part of [Barnett 2012, Figs. 4-15, 5-10] as cli/box_part.h reads Table 5-1: a box
-                                                         of 92 mm with rounds of 20, 16, 10 and 0 mm on a plate of 116 mm
+    scripts/make_mesh.py --ice-box ice-box.stl           the part of [Barnett 2012, Figs. 4-15, 5-10] as studies/reproduce/barnett/box_part.h
+                                                         reads Table 5-1: a box of 92 mm with rounds of 20, 16, 10 and 0 mm on a plate of 116 mm
     scripts/make_mesh.py --stand-ins FOLDER              small parts for tests in place of scanned models: NAME.ply of rocker_20k,
                                                          bunny_69k (with holes), armadillo_86k, igea_269k, lucy500_15k
 """

@@ -36,7 +36,7 @@ printf 'Source: firn\n\nPackage: firn\nArchitecture: any\nDescription: x\n' >"$w
 mapfile -t linked < <(find "$home" -type f ! -name '*.jar')
 depends=$(cd "$work" && dpkg-shlibdeps -O --ignore-missing-info "${linked[@]}" 2>"$work/log" | sed -n 's/^shlibs:Depends=//p')
 [[ -n $depends ]] || { cat "$work/log" >&2; exit 1; }
-version=0~$(git -C "$root" log -1 --date=format:%Y%m%d --format=%cd.%h 2>/dev/null || date -u +%Y%m%d)
+version=$(sed -n 's/^project(firn VERSION \([0-9.]*\).*/\1/p' "$root/CMakeLists.txt")~$(git -C "$root" log -1 --date=format:%Y%m%d --format=%cd.%h 2>/dev/null || date -u +%Y%m%d)
 minor=$(basename "$home"/python/firn_core.cpython-3*.so | sed 's/.*cpython-3\([0-9]*\).*/\1/')
 cat >"$tree/DEBIAN/control" <<CONTROL
 Package: firn
@@ -53,5 +53,5 @@ Description: closed-loop additive manufacturing
  records everything, and lets researchers replay, tune and compare feedback schemes, also those written in Python.
 CONTROL
 mkdir -p "$(dirname "$file")"
-dpkg-deb --root-owner-group -Zgzip --build "$tree" "$file" >/dev/null
+dpkg-deb --root-owner-group -Zzstd -z15 --build "$tree" "$file" >/dev/null
 printf '%s\n' "$file"

@@ -64,7 +64,9 @@ struct Decision {
 };
 
 /// A feedback scheme. Its state is a pure function of the measurements handed in so far (it is replayed): no
-/// clock, no unkeyed randomness. A second call for the same layer (attempt + 1) replaces the first.
+/// clock, no unkeyed randomness. A second call for the same layer (attempt + 1) replaces the first. Every
+/// function is pure virtual, so that a wrapper that does not forward one does not compile
+/// (core/control/forwarding_controller.h).
 class LayerController {
  public:
   virtual ~LayerController() = default;
@@ -73,16 +75,25 @@ class LayerController {
   /// Sets the estimate of a droplet's height change (updated while printing). A scheme that does not plan
   /// with the height-change model has no use for it. @throws std::invalid_argument when
   /// deposition::check(model) does.
-  virtual void use_model(const deposition::DropletModel& /*model*/) {}
+  virtual void use_model(const deposition::DropletModel& model) = 0;
   /// Sets the threads for parallel work. The result has the same bytes for any number of threads.
-  virtual void use_threads(const ParallelFor& /*parallel*/) {}
+  virtual void use_threads(const ParallelFor& parallel) = 0;
   /// The same for the droplets of Setup::rim, `inside` for all others.
-  virtual void use_models(const deposition::DropletModel& inside, const deposition::DropletModel& /*rim*/) {
-    use_model(inside);
-  }
+  virtual void use_models(const deposition::DropletModel& inside, const deposition::DropletModel& rim) = 0;
   /// Takes the options that may change between layers (Change::kBetweenLayers); later decisions use them.
   /// @throws std::invalid_argument naming the option, which then is as before
-  virtual void use_options(const ControlOptions& /*options*/) {}
+  virtual void use_options(const ControlOptions& options) = 0;
+};
+
+/// Base of the schemes: ignores what a scheme has no use for.
+class LayerControllerBase : public LayerController {
+ public:
+  void use_model(const deposition::DropletModel& /*model*/) override {}
+  void use_threads(const ParallelFor& /*parallel*/) override {}
+  void use_models(const deposition::DropletModel& inside, const deposition::DropletModel& /*rim*/) override {
+    use_model(inside);
+  }
+  void use_options(const ControlOptions& /*options*/) override {}
 };
 
 /// @throws std::invalid_argument: another grid, a layer or attempt below 0, a height on the mask that is not

@@ -11,7 +11,7 @@ namespace firn::control {
 /// edge adds that height), or OpenLoopOptions::layers for all. Heights are only read to report the objective.
 /// Two inks: layer k's materials are those at k - 1 layers of that fixed height [Lu 2015, V-A, Fig. 13].
 /// Keeps no state.
-class OpenLoop final : public LayerController {
+class OpenLoop final : public LayerControllerBase {
  public:
   /// @throws std::invalid_argument: layers below 0.
   OpenLoop(const Setup& setup, const ControlOptions& options);

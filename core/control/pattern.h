@@ -34,7 +34,7 @@ std::vector<SquareSite> square_sites(const Mask& mask, int largest, int step, in
 
 /// Prints PatternOptions::layers layers and ends. Random patterns are keyed (seed, kPattern, layer, cell), so
 /// a second decision for a layer is the first one again. Heights are only read to report the objective.
-class PatternPrint final : public LayerController {
+class PatternPrint final : public LayerControllerBase {
  public:
   /// @throws std::invalid_argument naming the option: layers below 0, fill outside (0, 1], spacing_cells or
   /// square_step below 1, largest_square outside 1..64; a mask without room for one site.

@@ -16,7 +16,7 @@ struct PythonScheme {
 };
 
 /// Largest number of droplets per cell and layer of such a scheme.
-inline constexpr int kMostPythonDrops = 15;
+inline constexpr int kMaxPythonDrops = 15;
 
 inline constexpr std::string_view kPythonSchemeForm = "python:FILE.py:CLASS";
 

@@ -20,7 +20,7 @@ struct Mark {
 std::vector<Mark> registration_marks(const Mask& mask, int spacing_cells);
 
 /// Prints RegistrationOptions::layers droplets on each mark, one per layer, and ends. Heights decide nothing.
-class RegistrationPrint final : public LayerController {
+class RegistrationPrint final : public LayerControllerBase {
  public:
   /// @throws std::invalid_argument naming the option: layers below 1, spacing_cells below 4; room for fewer
   /// than three marks of each nozzle.

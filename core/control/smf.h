@@ -19,7 +19,7 @@ namespace firn::control {
 /// the error know no ink. Ends when r has reached the target everywhere and the next layer would not lower
 /// the predicted mean |error|, or by no more than the noise gate. A second measurement of a layer replaces
 /// the first in sum and difference. A layer below the last one seen starts anew.
-class Smf final : public LayerController {
+class Smf final : public LayerControllerBase {
  public:
   /// @throws std::invalid_argument naming the option: gains finite, kp above 0, the others not negative;
   /// limits above 0; layer_height_mm not negative; max_drops 1..16.

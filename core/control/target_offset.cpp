@@ -3,10 +3,10 @@
 namespace firn::control {
 
 Decision TargetOffset::decide(const Measurement& m) {
-  if (offset_mm_ == 0.0) return inner_->decide(m);
+  if (offset_mm_ == 0.0) return inner().decide(m);
   HeightMap height = m.height;
   for (double& h : height.cells) h -= offset_mm_;  // NaN stays NaN
-  return inner_->decide({height, m.layer, m.attempt, m.noise_std_mm});
+  return inner().decide({height, m.layer, m.attempt, m.noise_std_mm});
 }
 
 }  // namespace firn::control

@@ -16,7 +16,7 @@ namespace firn::control {
 /// dh the nominal layer. The footprint over which their error is an RMS is here the one cell of the droplet.
 /// The default threshold, dh / 2, is where one droplet of height dh begins to lessen |r - H|. The print ends
 /// when the reference has reached the target and no cell is tagged. Keeps no state.
-class Threshold final : public LayerController {
+class Threshold final : public LayerControllerBase {
  public:
   /// @throws std::invalid_argument: threshold_mm or layer_height_mm below 0 or not finite.
   Threshold(const Setup& setup, const ControlOptions& options);

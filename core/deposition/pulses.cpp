@@ -104,24 +104,7 @@ std::vector<double> pulses_needed(std::span<const double> frequency_hz, double s
   return needed;
 }
 
-std::int64_t pulse_count(double max_pulses_needed) {
-  return std::max<std::int64_t>(0, std::int64_t(std::ceil(max_pulses_needed - 0.5)));
-}
-
-std::vector<double> pulse_instants_s(std::span<const double> frequency_hz, double step_s) {
-  std::vector<double> instants;
-  double needed = 0.0, next = 0.5;
-  for (std::size_t i = 0; i + 1 < frequency_hz.size(); ++i) {
-    const double from = frequency_hz[i], to = frequency_hz[i + 1],
-                 after = needed + 0.5 * step_s * (from + to);
-    for (; next < after; next += 1.0)
-      instants.push_back(step_s * double(i) + time_to_deliver(from, to, step_s, next - needed));
-    needed = after;
-  }
-  return instants;
-}
-
-double least_drops_per_mm(const FlowDemand& d, const FlowCurve& curve, std::size_t* at) {
+double min_drops_per_mm(const FlowDemand& d, const FlowCurve& curve, std::size_t* at) {
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < d.flow_mm3_s.size(); ++i) {
     if (!(d.flow_mm3_s[i] > 0.0) || !(d.speed_mm_s[i] > 0.0)) continue;
@@ -131,45 +114,6 @@ double least_drops_per_mm(const FlowDemand& d, const FlowCurve& curve, std::size
     if (at) *at = i;
   }
   return least;
-}
-
-double window_error_bound(const FlowDemand& d, const FlowCurve& curve, double tick_s, double window_mm) {
-  const DemandIntegral path(d);
-  const double total_mm = path.total_length_mm(), end_s = d.duration_s();
-  if (total_mm < window_mm) return 0.0;
-  // error bound of the counter at an instant, the larger of the two around it
-  const auto off = [&](double time_s) {
-    const std::size_t i = std::min(std::size_t(time_s / d.step_s), d.flow_mm3_s.size() - 2);
-    double most = 0.0;
-    for (const double flow : {d.flow_mm3_s[i], d.flow_mm3_s[i + 1]})
-      most = std::max(most, curve.drop_mm3(flow) + flow * tick_s);
-    return 0.5 * most;
-  };
-  double worst = 0.0;
-  const auto window = [&](double from_s, double to_s) {
-    const double wanted = path.volume_mm3(to_s) - path.volume_mm3(from_s);
-    worst = std::max(
-        worst, wanted > 0.0 ? (off(from_s) + off(to_s)) / wanted : std::numeric_limits<double>::infinity());
-  };
-  for (std::size_t i = 0; i < d.flow_mm3_s.size(); ++i) {  // windows that start and that end at an instant
-    const double at_s = d.step_s * double(i), at_mm = path.length_mm(at_s);
-    if (at_mm + window_mm <= total_mm) window(at_s, path.time_at_length_s(at_mm + window_mm));
-    if (at_mm >= window_mm) window(path.time_at_length_s(at_mm - window_mm), std::min(at_s, end_s));
-  }
-  return worst;
-}
-
-std::size_t choose_setting(const FlowDemand& demand, std::span<const ValveSetting> settings,
-                           const ValveLimits& limits, double drops_per_mm, const WindowError& error) {
-  const double most =
-      demand.flow_mm3_s.empty() ? 0.0 : *std::max_element(demand.flow_mm3_s.begin(), demand.flow_mm3_s.end());
-  for (std::size_t n = settings.size(); n-- > 0;)
-    if (most <= max_flow_mm3_s(settings[n], limits) &&
-        least_drops_per_mm(demand, settings[n].curve) >= drops_per_mm &&
-        (error.window_mm <= 0.0 ||
-         window_error_bound(demand, settings[n].curve, limits.tick_s, error.window_mm) <= error.most))
-      return n;
-  return settings.size();
 }
 
 PulsePlan plan_pulses(const FlowDemand& demand, const ValveSetting& setting, const ValveLimits& limits) {
@@ -183,8 +127,8 @@ PulsePlan plan_pulses(const FlowDemand& demand, const ValveSetting& setting, con
                                   std::to_string(demand.flow_mm3_s[i]) + " mm3/s, above the valve's " +
                                   std::to_string(capacity) + " mm3/s");
   PulsePlan plan;
-  const double least = least_drops_per_mm(demand, setting.curve, &plan.least_drops_at);
-  plan.least_drops_per_mm = std::isfinite(least) ? least : 0.0;
+  const double least = min_drops_per_mm(demand, setting.curve, &plan.min_drops_at);
+  plan.min_drops_per_mm = std::isfinite(least) ? least : 0.0;
 
   const std::vector<double> instants = instants_of(demand, setting.curve, limits.tick_s);
   std::vector<std::size_t> ends = demand.stops;

@@ -27,11 +27,6 @@ std::vector<double> pulses_needed_as_printed(std::span<const double> frequency_h
 /// Eq. (6.5) as the integral of a frequency that is linear between instants; starts with 0.
 std::vector<double> pulses_needed(std::span<const double> frequency_hz, double step_s);
 
-/// Eq. (6.6), errata: ceil(max - 0.5) pulses, none for max <= 0.5.
-std::int64_t pulse_count(double max_pulses_needed);
-/// Eq. (6.6): where n reaches 0.5, 1.5, ..., by the integral of a frequency that is linear between instants.
-std::vector<double> pulse_instants_s(std::span<const double> frequency_hz, double step_s);
-
 /// One list for the controller, counted from an instant at which the tool is at rest.
 struct PulseTrain {
   std::size_t first_instant = 0;  ///< of the demand; the controller's clock is 0 there
@@ -41,9 +36,9 @@ struct PulseTrain {
 
 struct PulsePlan {
   std::vector<PulseTrain> trains;  ///< more than one where the controller's limits need it
-  double least_drops_per_mm =
-      0.0;  ///< smallest nu / c where material is wanted and the path moves; 0 = nowhere
-  std::size_t least_drops_at = 0;  ///< the instant of it
+  double min_drops_per_mm =
+      0.0;                       ///< smallest nu / c where material is wanted and the path moves; 0 = nowhere
+  std::size_t min_drops_at = 0;  ///< the instant of it
   /// "" or why there is no plan: the limit, and up to where the path must have a stop.
   std::string problem;
   double stop_before_mm = 0.0;  ///< with a problem: a stop before this length would mend it
@@ -59,26 +54,6 @@ struct PulsePlan {
 PulsePlan plan_pulses(const FlowDemand& demand, const ValveSetting& setting, const ValveLimits& limits);
 
 /// Smallest nu / c of a setting over a demand, as in PulsePlan; +inf when no material is wanted.
-double least_drops_per_mm(const FlowDemand& demand, const FlowCurve& curve, std::size_t* at = nullptr);
-
-/// Largest relative error that the volume of any window of the length can have, from the counter's own bound
-/// at its two ends: half a drop and the volume wanted within half a tick each, over the window's volume.
-/// Windows that start or end at an instant are examined. 0 when the path is shorter; +inf when a window wants
-/// no volume.
-double window_error_bound(const FlowDemand& demand, const FlowCurve& curve, double tick_s, double window_mm);
-
-/// An error that every window must keep.
-struct WindowError {
-  double window_mm = 0.0;  ///< 0 = none must
-  double most = 0.01;
-};
-
-/// The widest pulse of `settings` (ascending width) that lays at least `drops_per_mm` everywhere and can
-/// deliver the largest flow and whose window_error_bound keeps `error`; drops are larger and fewer the wider
-/// the pulse.
-/// @returns its index, or settings.size() when none can.
-std::size_t choose_setting(const FlowDemand& demand, std::span<const ValveSetting> settings,
-                           const ValveLimits& limits, double drops_per_mm = 1.0,
-                           const WindowError& error = {});
+double min_drops_per_mm(const FlowDemand& demand, const FlowCurve& curve, std::size_t* at = nullptr);
 
 }  // namespace firn::deposition

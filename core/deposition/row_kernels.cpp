@@ -5,8 +5,6 @@
 namespace firn::deposition {
 namespace {
 
-#define FIRN_INLINE [[gnu::always_inline]] inline
-
 // uc clamp(w + x, 0, w) - un clamp(w - x, 0, w), x = slope (hc - hn)
 FIRN_INLINE double net(double hc, double hn, double uc, double un, double w, double slope) {
   const double x = slope * (hc - hn);

@@ -44,13 +44,6 @@ double FlowCurve::drop_mm3(double flow_mm3_s) const {
   return frequency > 0.0 ? std::min(flow_mm3_s, h_.points().back().x) / frequency : 1.0 / h_.slope_at_start();
 }
 
-double flow_from_mass_mm3_s(double mass_g, double density_g_cm3, double duration_s) {
-  above_zero(mass_g, "mass_g");
-  above_zero(density_g_cm3, "density_g_cm3");
-  above_zero(duration_s, "duration_s");
-  return mass_g / density_g_cm3 * 1000.0 / duration_s;
-}
-
 void check(const ValveSetting& setting, const ValveLimits& limits) {
   check_options("valve", OptionTable{kValvePulse}, setting);
   if (setting.pulse_s < limits.min_pulse_s)

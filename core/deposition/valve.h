@@ -55,9 +55,6 @@ class FlowCurve {
   MonotoneCurve h_;
 };
 
-/// One row of a calibration: liquid weighed after pulsing at one frequency for some time [6.1].
-double flow_from_mass_mm3_s(double mass_g, double density_g_cm3, double duration_s);
-
 /// A pulse width with the curve that was calibrated for it.
 struct ValveSetting {
   double pulse_s = 0.00125;

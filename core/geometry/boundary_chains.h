@@ -8,7 +8,7 @@
 
 #include "core/geometry/vec.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 
 /// Polylines with the area on their left. All edges of a chain are boundary segments; the part without the
 /// next level lies between its points `first` and `last`. In a closed chain that is all of it, and the last
@@ -40,4 +40,4 @@ struct BoundaryChains {
   }
 };
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

@@ -7,7 +7,7 @@
 
 #include "core/geometry/lanes.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 
 /// Without points the box is empty: its minimum is above its maximum.
 template <class T>
@@ -42,4 +42,4 @@ inline Lanes4 packed(const BoxOf<std::int32_t>& b) { return Lanes4{b.x0, b.y0, -
 inline Lanes4 reach_of(Lanes4 packed) { return -__builtin_shufflevector(packed, packed, 2, 3, 0, 1); }
 inline bool meets(Lanes4 packed, Lanes4 reach) { return signs(packed > reach) == 0; }
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <polyclipping/clipper.hpp>
 
-namespace firn::slice {
+namespace firn::geometry {
 namespace {
 
 ClipperLib::Paths to_paths(const Rings& rings) {
@@ -23,15 +23,6 @@ Rings to_rings(const ClipperLib::Paths& paths) {
   return rings;
 }
 
-Rings combine(ClipperLib::ClipType type, const Rings& a, const Rings& b) {
-  ClipperLib::Clipper clipper;
-  clipper.AddPaths(to_paths(a), ClipperLib::ptSubject, true);
-  clipper.AddPaths(to_paths(b), ClipperLib::ptClip, true);
-  ClipperLib::Paths paths;
-  clipper.Execute(type, paths, ClipperLib::pftPositive, ClipperLib::pftPositive);
-  return to_rings(paths);
-}
-
 }  // namespace
 
 Rings clipper_offset(const Region& region, double inward_mm, double tolerance_mm) {
@@ -42,7 +33,4 @@ Rings clipper_offset(const Region& region, double inward_mm, double tolerance_mm
   return to_rings(paths);
 }
 
-Rings clipper_unite(const Rings& a, const Rings& b) { return combine(ClipperLib::ctUnion, a, b); }
-Rings clipper_subtract(const Rings& a, const Rings& b) { return combine(ClipperLib::ctDifference, a, b); }
-
-}  // namespace firn::slice
+}  // namespace firn::geometry

@@ -4,13 +4,9 @@
 
 #include "core/geometry/region.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 
 /// Returns the offset of a region by a distance of either sign (> 0 inward), rings in no canonical order.
 Rings clipper_offset(const Region& region, double inward_mm, double tolerance_mm);
 
-/// Return boolean operations for comparison.
-Rings clipper_unite(const Rings& a, const Rings& b);
-Rings clipper_subtract(const Rings& a, const Rings& b);
-
-}  // namespace firn::slice
+}  // namespace firn::geometry

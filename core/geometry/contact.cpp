@@ -8,7 +8,7 @@
 #include "core/geometry/planar.h"
 #include "core/geometry/rtree.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 namespace {
 
 // Neighbours share their corner. They have more in common only where the ring folds back on itself.
@@ -109,6 +109,4 @@ std::optional<Contact> first_contact(const Rings& rings) {
   return std::nullopt;
 }
 
-bool simple_and_apart(const Rings& rings) { return !first_contact(rings); }
-
-}  // namespace firn::slice
+}  // namespace firn::geometry

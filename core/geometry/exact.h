@@ -7,7 +7,7 @@
 
 #include "core/geometry/region.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 
 /// Returns twice the signed area of a triangle: positive when c lies left of the directed line from a to b.
 inline std::int64_t orientation(const Point& a, const Point& b, const Point& c) {
@@ -35,4 +35,4 @@ inline bool touch(const Edge& e, const Edge& f) {
   return ea * eb <= 0;  // four zeros: collinear, and the boxes meet
 }
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

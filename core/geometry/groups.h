@@ -6,10 +6,10 @@
 
 #include "core/geometry/region.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 
 /// Returns per outer ring its number, followed by those of its holes. Holes that no outer ring contains are
 /// left out.
 std::vector<std::vector<std::uint32_t>> nested_groups(const Region& region);
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

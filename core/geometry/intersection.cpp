@@ -3,7 +3,7 @@
 #include <bit>
 #include <numeric>
 
-namespace firn::slice {
+namespace firn::geometry {
 namespace {
 
 int side(Point a, Point b, Point p) {
@@ -108,4 +108,4 @@ Intersection IntersectionCheck::operator()(const Rings& rings, double within) {
   return worst;
 }
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

@@ -8,7 +8,7 @@
 #include "core/geometry/monotone_chains.h"
 #include "core/geometry/region.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 
 /// Two rings touch if edges have a point in common that is not the corner between neighbours.
 enum class Intersection { kDisjoint, kTouching, kCrossing };
@@ -37,4 +37,4 @@ class IntersectionCheck {
   std::uint32_t met_ = 0;
 };
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

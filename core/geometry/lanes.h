@@ -12,7 +12,7 @@
 #include <emmintrin.h>
 #endif
 
-namespace firn::slice {
+namespace firn::geometry {
 
 using Lanes2 = double __attribute__((vector_size(16)));
 using Lanes4 = std::int32_t __attribute__((vector_size(16)));
@@ -48,4 +48,4 @@ inline unsigned signs(Lanes4 lanes) {
 #endif
 }
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

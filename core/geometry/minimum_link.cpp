@@ -5,7 +5,7 @@
 
 #include "core/geometry/ring_writer.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 namespace {
 
 constexpr double kAhead = 5;       // tolerances
@@ -113,4 +113,4 @@ void MinimumLinkSimplifier::draw(std::span<const Vec> line, Vec behind, Toleranc
   end_at(tube_.end().line);
 }
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

@@ -6,7 +6,7 @@
 #include "core/geometry/region.h"
 #include "core/geometry/tolerance_tube.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 
 class RingWriter;
 
@@ -30,4 +30,4 @@ class MinimumLinkSimplifier {
   ToleranceTube tube_;
 };
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

@@ -9,7 +9,7 @@
 #include "core/geometry/rtree.h"
 #include "core/geometry/vec.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 
 /// An axis-aligned box whose corners are compared two coordinates at a time.
 struct PairBox {
@@ -150,4 +150,4 @@ class MonotoneChains {
   StaticRTree tree_;
 };
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

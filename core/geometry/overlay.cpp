@@ -8,7 +8,7 @@
 #include "core/geometry/rings.h"
 #include "core/geometry/winding.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 namespace {
 
 // Orders directions to the right (or straight up) from the steepest down to the steepest up.
@@ -158,4 +158,4 @@ Region common(const Rings& a, const Rings& b) {
   return overlay(a, b, [](std::int32_t p, std::int32_t q) { return p > 0 && q > 0; });
 }
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

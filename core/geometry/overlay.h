@@ -8,7 +8,7 @@
 #include "core/geometry/exact.h"
 #include "core/geometry/region.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 
 /// Part of an edge between two grid points, a < b. `runs` is the net number of rings that pass from a to b,
 /// per operand; `below` holds the winding numbers on its right, above() those on its left.
@@ -31,4 +31,4 @@ void number_sides(std::vector<Subedge>& subedges);
 /// subedges with `below` computed
 Region bounded(const std::vector<Subedge>& subedges, bool (*inside)(std::int32_t, std::int32_t));
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

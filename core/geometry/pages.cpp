@@ -4,7 +4,7 @@
 
 #include <memory>
 
-namespace firn::slice {
+namespace firn::geometry {
 
 void ask_for_pages([[maybe_unused]] std::span<std::byte> memory) {
 #ifdef MADV_POPULATE_WRITE
@@ -15,4 +15,4 @@ void ask_for_pages([[maybe_unused]] std::span<std::byte> memory) {
 #endif
 }
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

@@ -4,10 +4,10 @@
 #include <cstddef>
 #include <span>
 
-namespace firn::slice {
+namespace firn::geometry {
 
 /// All pages of new memory are requested at once instead of one by one, each with a page fault at its first
 /// write. It is a hint: systems without it (Linux before 5.14) ignore it.
 void ask_for_pages(std::span<std::byte> memory);
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

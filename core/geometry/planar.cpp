@@ -8,7 +8,7 @@
 #include "core/geometry/rtree.h"
 #include "core/geometry/winding.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 
 std::int64_t twice_area(std::span<const Point> ring) {
   if (ring.empty()) return 0;
@@ -78,20 +78,4 @@ std::vector<int> windings_outside(const Rings& rings) {
   return outside;
 }
 
-std::vector<Nest> nesting(const Rings& region) {
-  std::vector<Nest> nests(region.size());
-  if (region.size() < 2) return nests;
-  const auto around = rings_around_first_points(region);
-  std::vector<std::int64_t> size(region.size());
-  for (std::size_t r = 0; r < region.size(); ++r) size[r] = std::abs(twice_area(region[r]));
-  for (std::size_t r = 0; r < region.size(); ++r)
-    for (const std::uint32_t o : around[r])
-      if (winding(region[o], region[r][0]) != 0) {
-        ++nests[r].depth;
-        if (nests[r].parent < 0 || size[o] < size[std::size_t(nests[r].parent)])
-          nests[r].parent = std::int32_t(o);
-      }
-  return nests;
-}
-
-}  // namespace firn::slice
+}  // namespace firn::geometry

@@ -10,7 +10,7 @@
 
 #include "core/geometry/region.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 
 /// Returns twice the signed area in units^2; counter-clockwise is positive.
 std::int64_t twice_area(std::span<const Point> ring);
@@ -25,7 +25,6 @@ struct Contact {
 /// the lowest row, and there in the leftmost cell, of a raster with four cells per edge is reported. Expected
 /// time n log n.
 std::optional<Contact> first_contact(const Rings& rings);
-bool simple_and_apart(const Rings& rings);
 
 /// Returns the area where the winding number of directed rings is positive, for any input. Rings that are
 /// simple and disjoint keep their points; others are divided at their crossings, which snap rounding moves to
@@ -47,11 +46,4 @@ Rings canonical(const Rings& rings);
 /// above itself.
 int winding(const Rings& rings, Point at);
 
-/// The place of a ring in the nesting of a Region.
-struct Nest {
-  std::int32_t parent = -1;  ///< smallest enclosing ring; -1 if there is no such ring
-  std::int32_t depth = 0;    ///< 0 = outermost; even = outer, odd = hole in a Region
-};
-std::vector<Nest> nesting(const Rings& region);
-
-}  // namespace firn::slice
+}  // namespace firn::geometry

@@ -7,7 +7,7 @@
 #include "core/geometry/box.h"
 #include "core/geometry/vec.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 
 inline double square_distance(Point a, Point b) {
   const double x = double(a.x) - b.x, y = double(a.y) - b.y;
@@ -36,4 +36,4 @@ bool encloses(std::span<const Corner> ring, Corner at) {
   return in;
 }
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace firn::slice {
+namespace firn::geometry {
 
 /// Coordinates are multiples of 0.1 um: 32 bits hold 214 m, and products of differences of 400 m fit 64 bits
 /// twice over.
@@ -46,4 +46,4 @@ struct Rings {
 /// and the rings are sorted by it.
 using Region = Rings;
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

@@ -6,7 +6,7 @@
 #include "core/geometry/region.h"
 #include "core/geometry/vec.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 
 class RingWriter {
  public:
@@ -43,4 +43,4 @@ class RingWriter {
   Point *first_, *end_;
 };
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

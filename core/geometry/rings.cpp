@@ -6,7 +6,7 @@
 
 #include "core/geometry/planar.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 namespace {
 
 // Returns whether the ring is smaller from i on than from j on.
@@ -122,4 +122,4 @@ Rings canonical(const Rings& rings) {
   return out;
 }
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

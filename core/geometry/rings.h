@@ -7,7 +7,7 @@
 
 #include "core/geometry/region.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 
 /// Appends the canonical form of `ring`; if its smallest point occurs twice, the ring begins at the
 /// occurrence from which it is lexicographically smallest. Rings of fewer than three points are left out.
@@ -17,4 +17,4 @@ void append_canonical(std::vector<Point>& ring, Rings& to);
 /// Returns the same rings in ascending order.
 Rings sorted(Rings rings);
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

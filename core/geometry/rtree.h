@@ -1,8 +1,9 @@
-// StaticRTree finds the boxes of a list that meet a box, a disc or each other.
+// StaticRTree finds the boxes of a list that meet a box, a disc or each other, and the nearest to a point.
 //
-// The tree is packed once in the order of the list and never changed [after Guttman 1984, "R-trees: a dynamic
-// index structure for spatial searching"; Kamel and Faloutsos 1993, "On packing R-trees"]. Queries are fast
-// where neighbours in the list lie near each other, as the edges of an outline do.
+// The tree is packed once in the order of the list; afterwards boxes can only be removed [after Guttman 1984,
+// "R-trees: a dynamic index structure for spatial searching"; Kamel and Faloutsos 1993, "On packing
+// R-trees"]. Queries are fast where neighbours in the list lie near each other, as the edges of an outline
+// do.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +19,7 @@
 #include "core/geometry/exact.h"
 #include "core/geometry/region.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 
 /// Each node has eight children, whose coordinates lie side by side, so that all eight are compared at once.
 /// Queries visit leaves in ascending order. The tree keeps its working memory.
@@ -80,6 +81,15 @@ class StaticRTree {
     }
   }
 
+  /// Removes a leaf of the built tree: no query but pairs() finds it any more, and the boxes above it shrink.
+  void remove(std::size_t leaf) {
+    put(levels_[0], leaf, kNowhere);
+    for (std::size_t level = 1; level < depth_; ++level) {
+      leaf /= kFan;
+      put(levels_[level], leaf, least(levels_[level - 1][leaf]));
+    }
+  }
+
   /// Calls f(i, j), i < j, for all pairs of leaves whose boxes meet.
   template <class F>
   void pairs(F&& f) const {
@@ -112,6 +122,32 @@ class StaticRTree {
   template <class F>
   bool any_nearer(double x, double y, double distance, F&& f) const {
     return leaves_ > 0 && down_about({x, y, distance, Query(box_about(x, y, distance))}, depth_ - 1, 0, f);
+  }
+  /// Calls f(i) for leaves in ascending order of their distance from (x, y) [best-first search after
+  /// Hjaltason and Samet 1999, "Distance browsing in spatial databases"].
+  /// @param f returns the square of the distance beyond which leaves are of no interest; until then none is
+  template <class F>
+  void nearest(double x, double y, F&& f) {
+    double limit = std::numeric_limits<double>::max();
+    queue_.assign(leaves_ > 0, {0.0, std::uint32_t(depth_), 0});
+    while (!queue_.empty() && queue_.front().square <= limit) {
+      std::pop_heap(queue_.begin(), queue_.end());
+      const Place at = queue_.back();
+      queue_.pop_back();
+      if (at.level == 0) {
+        limit = f(at.index);
+        continue;
+      }
+      const Node& node = levels_[at.level - 1][at.index];
+      for (std::uint32_t child = 0; child < kFan; ++child) {
+        const std::size_t half = child / 4, lane = child % 4;
+        if (node.lanes[0][half][lane] > -node.lanes[2][half][lane]) continue;  // removed
+        const double square = square_distance(node, child, x, y);
+        if (square > limit) continue;
+        queue_.push_back({square, at.level - 1, std::uint32_t(at.index * kFan + child)});
+        std::push_heap(queue_.begin(), queue_.end());
+      }
+    }
   }
 
  private:
@@ -211,14 +247,18 @@ class StaticRTree {
     }
   }
 
+  // The square of the distance from a point to the box of a child.
+  static double square_distance(const Node& node, std::size_t child, double x, double y) {
+    const auto number = [&](std::size_t k) { return double(node.lanes[k][child / 4][child % 4]); };
+    const double dx = std::max(std::max(number(0) - x, x + number(2)), 0.0),
+                 dy = std::max(std::max(number(1) - y, y + number(3)), 0.0);
+    return dx * dx + dy * dy;
+  }
   struct Disc {
     double x, y, radius;
     Query box;
     bool meets(const Node& node, std::size_t child) const {
-      const auto number = [&](std::size_t k) { return double(node.lanes[k][child / 4][child % 4]); };
-      const double dx = std::max(std::max(number(0) - x, x + number(2)), 0.0),
-                   dy = std::max(std::max(number(1) - y, y + number(3)), 0.0);
-      return dx * dx + dy * dy < radius * radius;
+      return square_distance(node, child, x, y) < radius * radius;
     }
   };
   template <class F>
@@ -233,6 +273,12 @@ class StaticRTree {
 
   std::vector<std::vector<Node>> levels_ = std::vector<std::vector<Node>>(1);
   std::size_t leaves_ = 0, depth_ = 1;
+  struct Place {  // an entry of a level, from 1 on; a leaf: 0
+    double square;
+    std::uint32_t level, index;
+    bool operator<(const Place& other) const { return square > other.square; }  // nearest first in a heap
+  };
+  std::vector<Place> queue_;
 };
 
 inline BoxOf<std::int32_t> box_of(const Edge& e) {
@@ -247,4 +293,4 @@ inline StaticRTree tree_of(std::span<const Edge> edges) {
   return tree;
 }
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

@@ -5,7 +5,7 @@
 
 #include "core/geometry/ring_writer.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 namespace {
 
 // An edge that grows from an anchor along a polyline. It keeps the range of slopes, relative to the direction
@@ -93,4 +93,4 @@ bool simplify_ring(std::span<const Vec> line, double tolerance, Rings& rings, De
   return out.close() != 0;
 }
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

@@ -6,7 +6,7 @@
 #include "core/geometry/region.h"
 #include "core/geometry/vec.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 
 /// Appends a ring near `line` with fewer corners, rounded to the grid; the two lie within `tolerance` units
 /// of each other. Corners lie beside the line, as far outside as the edges between them lie inside: that
@@ -20,4 +20,4 @@ enum class Degenerate { kKeep, kDrop };
 bool simplify_ring(std::span<const Vec> line, double tolerance, Rings& rings,
                    Degenerate degenerate = Degenerate::kKeep);
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

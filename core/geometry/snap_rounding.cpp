@@ -5,7 +5,7 @@
 #include "core/geometry/overlay.h"
 #include "core/geometry/rtree.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 namespace {
 
 std::int64_t floor_divided(__int128 n, __int128 d) {  // d > 0
@@ -140,4 +140,4 @@ std::vector<Subedge> snap_rounded(const Rings& first, const Rings& second) {
   return subedges;
 }
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

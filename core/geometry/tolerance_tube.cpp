@@ -5,20 +5,21 @@
 
 #include "core/geometry/lanes.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 namespace {
 
 constexpr double kUpright = 1e6;  // slope of a line without a bound
-constexpr double kWhole = 0.95;   // share of a cross-section
-constexpr double kSharpest =
-    0.7;  // cosine of a turn beyond which a cross-section cannot be used for the next edge
-constexpr double kStraightOn = 0.95;  // cosine of a turn below which it can be used unchanged
-
-// Units: a vertex at most this much further along is beside the one before. It may then lie a little nearer
-// to a supporting line.
-constexpr double kBeside = 1e-3, kLittle = 0.5;
-
-constexpr unsigned kLooked = 3;  // ends of a hull that are examined with every cross-section
+// Share of a cross-section between the supporting lines from which all of it can be reached.
+constexpr double kReachableShare = 0.95;
+// Cosine of the turn beyond which a cross-section cannot be used for the next edge, and of that below which
+// it can be used unchanged.
+constexpr double kMinCosine = 0.7, kUnchangedCosine = 0.95;
+// A vertex that lies at most so far ahead of the one before [units] is beside it and adds no cross-section,
+// if its ends are nearer than the supporting lines by at most kEndTolerance, which is below the grid's step.
+constexpr double kMinAdvance = 1e-3, kEndTolerance = 0.5;
+// Last ends of a hull that are examined with every cross-section. More are seldom hidden at once; a loop
+// removes them then.
+constexpr unsigned kExaminedEnds = 3;
 
 Vec turned_over(Vec v) { return {v.x, -v.y}; }
 
@@ -44,10 +45,10 @@ Vec ToleranceTube::Window::crossing(const Line& by) const {
 }
 
 void ToleranceTube::reserve(std::size_t sections) {
-  // Includes room for ends that are examined but never used: kLooked before them and one behind.
-  const std::size_t each = kLooked + sections + 2;
+  // Includes room for ends that are examined but never used: kExaminedEnds before them and one behind.
+  const std::size_t each = kExaminedEnds + sections + 2;
   if (ends_.size() < 2 * each) ends_.resize(2 * each);
-  hulls_[0].ends = ends_.data() + kLooked;
+  hulls_[0].ends = ends_.data() + kExaminedEnds;
   hulls_[1].ends = hulls_[0].ends + each;
 }
 
@@ -79,12 +80,12 @@ inline void ToleranceTube::Hull::move_support(Vec end) {
   }
 }
 
-// Removes ends that bound no later line: at least as many of the last kLooked ends as are hidden, if so many
-// may be removed.
+// Removes ends that bound no later line: at least as many of the last kExaminedEnds ends as are hidden, if so
+// many may be removed.
 inline void ToleranceTube::Hull::add(Vec end, bool touched, unsigned hidden) {
   Vec* const least = (touched || !contact ? support : std::max(support, contact)) + 1;
   behind = std::max(behind - hidden, least);
-  if (hidden == kLooked)
+  if (hidden == kExaminedEnds)
     while (behind > least && cross(behind[-1] - behind[-2], end - behind[-1]) <= 0) --behind;
   contact = touched ? behind : contact;
   *behind++ = end;
@@ -97,8 +98,8 @@ ToleranceTube::Turn ToleranceTube::take(std::span<const Vec> places, std::size_t
   const Pair origin{origin_.x, origin_.y}, along{along_.x, along_.x}, across{along_.y, -along_.y};
   const Pair near{width.left, width.right}, far{width.right, width.left};
   Pair slope{left.slope, right.slope}, offset{left.offset, right.offset};
-  Places support(*right.support, *left.support);  // of the left and the right supporting line
-  Places b1(left.behind[-1], right.behind[-1]);   // the last ends; b2 are those before them
+  Places support(*right.support, *left.support);        // of the left and the right supporting line
+  Places last_ends(left.behind[-1], right.behind[-1]);  // of the hulls
   double reach = reach_, last_place = last_place_;
   Turn turn = Turn::kNone;
   std::size_t n = i;
@@ -108,12 +109,12 @@ ToleranceTube::Turn ToleranceTube::take(std::span<const Vec> places, std::size_t
     const Pair x = __builtin_shufflevector(at, at, 0, 0), y = __builtin_shufflevector(at, -at, 1, 3);
     const Pair end = near + y, line = offset + slope * x;
     const int missed = lanes_of(y - far > line);
-    if (at[0] - reach < kBeside || missed) {
+    if (at[0] - reach < kMinAdvance || missed) {
       if (at[0] < reach)
         turn = Turn::kBack;
       else if (missed)
         turn = missed & 1 ? Turn::kLeft : Turn::kRight;
-      else if (lanes_of(end > line - kLittle) == 3)
+      else if (lanes_of(end > line - kEndTolerance) == 3)
         continue;
       else
         turn = Turn::kBack;
@@ -133,14 +134,15 @@ ToleranceTube::Turn ToleranceTube::take(std::span<const Vec> places, std::size_t
     const Pair to_slope = -way.y / way.x, to_offset = end - to_slope * x;
     slope = nearer ? to_slope : slope;
     offset = nearer ? to_offset : offset;
-    const auto before = [&](int k) { return Places(left.behind[-k], right.behind[-k]); };
-    const Places ends(x, end), b2 = before(2), b3 = before(3), b4 = before(4);
-    const unsigned one = lanes_of(cross(b1 - b2, ends - b1) <= 0.0),
-                   two = one & lanes_of(cross(b2 - b3, ends - b2) <= 0.0);
-    const unsigned three = two & lanes_of(cross(b3 - b4, ends - b3) <= 0.0);
-    left.add({at[0], end[0]}, touched & 1, (one & 1) + (two & 1) + (three & 1));
-    right.add({at[0], end[1]}, touched >> 1, (one >> 1) + (two >> 1) + (three >> 1));
-    b1 = ends;
+    // A hull's last end is hidden if the hull turns inward there on its way to the new end; one bit a side.
+    const auto from_last = [&](int k) { return Places(left.behind[-k], right.behind[-k]); };
+    const Places ends(x, end), second = from_last(2), third = from_last(3), fourth = from_last(4);
+    const unsigned hides_1 = lanes_of(cross(last_ends - second, ends - last_ends) <= 0.0),
+                   hides_2 = hides_1 & lanes_of(cross(second - third, ends - second) <= 0.0),
+                   hides_3 = hides_2 & lanes_of(cross(third - fourth, ends - third) <= 0.0);
+    left.add({at[0], end[0]}, touched & 1, (hides_1 & 1) + (hides_2 & 1) + (hides_3 & 1));
+    right.add({at[0], end[1]}, touched >> 1, (hides_1 >> 1) + (hides_2 >> 1) + (hides_3 >> 1));
+    last_ends = ends;
     reach = at[0];
     last_place = at[1];
   }
@@ -152,8 +154,8 @@ ToleranceTube::Turn ToleranceTube::take(std::span<const Vec> places, std::size_t
   hulls_[0] = left;
   hulls_[1] = right;
   if (reach > reach_) {
-    last_[0] = b1.y[0];
-    last_[1] = b1.y[1];
+    last_[0] = last_ends.y[0];
+    last_[1] = last_ends.y[1];
   }
   reach_ = reach;
   last_place_ = last_place;
@@ -161,7 +163,7 @@ ToleranceTube::Turn ToleranceTube::take(std::span<const Vec> places, std::size_t
 }
 
 bool ToleranceTube::spans_last_section() const {
-  return hulls_[0].at(reach_) + hulls_[1].at(reach_) >= kWhole * (last_[0] + last_[1]);
+  return hulls_[0].at(reach_) + hulls_[1].at(reach_) >= kReachableShare * (last_[0] + last_[1]);
 }
 
 ToleranceTube::End ToleranceTube::end() const {
@@ -196,14 +198,14 @@ bool ToleranceTube::window(Turn turn, Vec missed, Width width, Window& window) c
 bool ToleranceTube::pass_on(Turn turn, Window& window, Vec toward, Vec missed) {
   const Vec exit = window.far_end(), way = toward - exit;
   const double l = length(way), cosine = dot(way, along_);
-  if (l == 0 || cosine < kSharpest * l) return false;
+  if (l == 0 || cosine < kMinCosine * l) return false;
   const int side = turn == Turn::kLeft ? 0 : 1;
   Hull &near = hulls_[side], &far = hulls_[1 - side];
   const double left = side == 0 ? 1 : -1;
   const Vec at = frame(exit);
   near.behind = std::copy(near.contact, near.behind, near.ends);
   far.begin({at.x, -left * at.y});
-  if (cosine < kStraightOn * l) {
+  if (cosine < kUnchangedCosine * l) {
     // Transforms the hull into the frame of the next edge.
     const Vec turned{dot(way, along_) / l, cross(along_, way) / l};
     const auto in_frame = [&](Vec end) {
@@ -249,4 +251,4 @@ bool ToleranceTube::pass_on(Turn turn, Window& window, Vec toward, Vec missed) {
   return true;
 }
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

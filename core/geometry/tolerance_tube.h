@@ -18,7 +18,7 @@
 
 #include "core/geometry/vec.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 
 class ToleranceTube {
  public:
@@ -91,4 +91,4 @@ class ToleranceTube {
   std::vector<Vec> ends_;  // the hulls'
 };
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

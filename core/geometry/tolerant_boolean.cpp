@@ -9,7 +9,7 @@
 #include "core/geometry/rtree.h"
 #include "core/geometry/vec.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 namespace {
 
 using Int = std::int64_t;
@@ -122,7 +122,7 @@ class TolerantUnion {
   // Edges of the layer are tested in groups: the edges of `above` near a group are searched once.
   void find_crossings() {
     constexpr std::uint32_t kAtOnce = 8;
-    constexpr std::size_t kMostNear = 32;
+    constexpr std::size_t kMaxNear = 32;
     const auto edges = std::uint32_t(layer_.next.size());
     struct Near {
       Lanes4 box;
@@ -137,7 +137,7 @@ class TolerantUnion {
       near.clear();
       const bool many = tree_.any_touching(all, [&](std::size_t i) {
         near.push_back({packed(above_.box(i)), std::uint32_t(i)});
-        return near.size() > kMostNear;
+        return near.size() > kMaxNear;
       });
       for (std::uint32_t j = first; j < end && !near.empty(); ++j) {
         const BoxOf<std::int32_t>& box = boxes[j - first];
@@ -380,4 +380,4 @@ Region intersection_within(const Region& region, const Region& bound, std::int32
       union_within(inverted(region, box, 2 * kFrame), inverted(bound, box, kFrame), tolerance), box);
 }
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

@@ -3,7 +3,7 @@
 
 #include "core/geometry/region.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 
 /// Returns `above` with those parts of `layer` that protrude from it by more than `tolerance` units. Smaller
 /// parts are left to later layers. The result never exceeds the true union and lacks at most a rim of
@@ -23,4 +23,4 @@ Region difference_within(const Region& region, const Region& taken, std::int32_t
 /// `tolerance` may remain.
 Region intersection_within(const Region& region, const Region& bound, std::int32_t tolerance);
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

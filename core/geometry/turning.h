@@ -6,7 +6,7 @@
 
 #include "core/geometry/region.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 
 /// A clockwise ring is a hole only inside another ring: if the winding number of the other rings about its
 /// first point is not positive, the ring is inside out and is reversed, with all rings inside it. Larger
@@ -14,4 +14,4 @@ namespace firn::slice {
 /// after (unsorted)
 std::vector<std::size_t> turn_inside_out(Rings& rings);
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

@@ -5,7 +5,7 @@
 
 #include "core/geometry/region.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 
 struct Vec {
   double x = 0.0, y = 0.0;
@@ -37,4 +37,4 @@ inline std::int32_t floor_of(double v) {  // std::floor is a call on plain x86-6
 }
 inline Point to_point(Vec v) { return {floor_of(v.x + 0.5), floor_of(v.y + 0.5)}; }
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

@@ -7,7 +7,7 @@
 
 #include "core/geometry/region.h"
 
-namespace firn::slice {
+namespace firn::geometry {
 
 /// As winding(Rings, Point), for one ring.
 int winding(std::span<const Point> ring, Point at);
@@ -19,4 +19,4 @@ std::vector<int> windings_outside(const Rings& rings);
 /// ascending order of their left side.
 std::vector<std::vector<std::uint32_t>> rings_around_first_points(const Rings& rings);
 
-}  // namespace firn::slice
+}  // namespace firn::geometry

@@ -1,7 +1,5 @@
 #include "core/grid/firing_order.h"
 
-#include <stdexcept>
-
 namespace firn {
 
 std::vector<std::uint32_t> firing_order(const DropletPattern& pattern, int pass) {
@@ -13,14 +11,6 @@ std::vector<std::uint32_t> firing_order(const DropletPattern& pattern, int pass)
       if (pattern.at(i, j) > pass) order.push_back(std::uint32_t(s.index(i, j)));
     }
   return order;
-}
-
-DropletPattern fired_cells(const DropletPattern& pattern, int pass, std::size_t from, std::size_t to) {
-  const auto order = firing_order(pattern, pass);
-  if (from > to || to > order.size()) throw std::out_of_range("fired_cells: range outside the pass");
-  DropletPattern out(pattern.spec);
-  for (std::size_t n = from; n < to; ++n) out.cells[order[n]] = 1;
-  return out;
 }
 
 }  // namespace firn

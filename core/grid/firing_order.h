@@ -18,7 +18,4 @@ std::vector<std::uint32_t> firing_order(const DropletPattern& pattern, int pass)
 /// True where row j is traversed towards +x.
 inline bool towards_plus_x(int j) { return j % 2 == 0; }
 
-/// The 0/1 pattern of droplets [from, to) of a pass in firing order. @throws std::out_of_range
-DropletPattern fired_cells(const DropletPattern& pattern, int pass, std::size_t from, std::size_t to);
-
 }  // namespace firn

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <bit>
-#include <charconv>
 #include <cstring>
 #include <stdexcept>
 #include <string_view>
+
+#include "core/options/number.h"
 
 namespace firn {
 namespace {
@@ -34,12 +35,10 @@ std::string_view value_of(std::string_view dict, std::string_view key, const std
 
 int side_of(std::string_view& text, const std::string& name) {
   text.remove_prefix(std::min(text.find_first_not_of(" ,("), text.size()));
-  long long n = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), n);
-  if (error != std::errc{} || n < 1 || n > kMaxGridSide)
+  const std::optional<std::int32_t> n = take_number<std::int32_t>(text);
+  if (!n || *n < 1 || *n > kMaxGridSide)
     fail(name, 10, "NPY shape must be two sides of 1.." + std::to_string(kMaxGridSide));
-  text.remove_prefix(std::size_t(end - text.data()));
-  return int(n);
+  return *n;
 }
 
 Header read_header(std::span<const std::byte> bytes, const std::string& name) {

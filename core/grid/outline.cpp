@@ -115,6 +115,22 @@ OutlineStats outline_stats(const HeightMap& height, const HeightMap& target_ther
   return s;
 }
 
+std::array<double, 3> part_size_mm(const HeightMap& target, const Mask& mask) {
+  const GridSpec& g = mask.spec;
+  int x0 = g.nx, x1 = -1, y0 = g.ny, y1 = -1;
+  double top = 0.0;
+  for (int j = 0; j < g.ny; ++j)
+    for (int i = 0; i < g.nx; ++i) {
+      if (!mask.at(i, j)) continue;
+      x0 = std::min(x0, i);
+      x1 = std::max(x1, i);
+      y0 = std::min(y0, j);
+      y1 = std::max(y1, j);
+      top = std::max(top, target.at(i, j));
+    }
+  return {std::max(0, x1 - x0 + 1) * g.pitch_x_mm, std::max(0, y1 - y0 + 1) * g.pitch_y_mm, top};
+}
+
 Mask inside_of(const Mask& mask) {
   const GridSpec& g = mask.spec;
   Mask inside(g);

@@ -1,6 +1,8 @@
 // OutlineStats holds the volume that lies beside a part, and the errors of its outline.
 #pragma once
 
+#include <array>
+
 #include "core/grid/grid.h"
 
 namespace firn {
@@ -22,6 +24,9 @@ struct OutlineStats {
 /// too. Sums run in index order, so equal input gives equal bytes.
 /// @throws std::invalid_argument: a mask of another size, a height map that does not hold the target's cells
 OutlineStats outline_stats(const HeightMap& height, const HeightMap& target, const Mask& mask);
+
+/// Returns the box around the cells of a part: x, y and its greatest height [mm].
+std::array<double, 3> part_size_mm(const HeightMap& target, const Mask& mask);
 
 /// Returns the cells of a mask whose eight neighbours all belong to it; a cell at the grid's border does not.
 Mask inside_of(const Mask& mask);

@@ -10,7 +10,7 @@ namespace firn {
 namespace {
 
 constexpr std::size_t kFewCells = 12;
-constexpr double kLeastShare = 0.02;  // of the looked-at cells that must lie on either side of the outline
+constexpr double kMinShare = 0.02;  // of the looked-at cells that must lie on either side of the outline
 
 struct Near {
   int i, j;
@@ -118,7 +118,7 @@ OutlineShift outline_shift(const HeightMap& rise, const Mask& laid, const Mask& 
       }
     }
   const double share = double(best.covered) / double(cells.size());
-  if (!(best.rise_mm > 0.0) || share < kLeastShare || share > 1.0 - kLeastShare) return found;
+  if (!(best.rise_mm > 0.0) || share < kMinShare || share > 1.0 - kMinShare) return found;
   found.known = true;
   found.rise_mm = best.rise_mm;
   found.gain = none.residual > 0.0 ? 1.0 - std::max(0.0, best.residual) / none.residual : 0.0;

@@ -12,9 +12,4 @@ namespace firn {
 /// @pre count is 1, 2 or 4
 int sub_pattern_of(int i, int j, int count);
 
-/// The least distance [mm] of two cells' centres in one sub-pattern: the smaller pitch; the diagonal or two
-/// cells on; two cells on. Droplets of a smaller diameter do not touch before the cure (but for their
-/// scatter).
-double least_distance_mm(const GridSpec& grid, int count);
-
 }  // namespace firn

@@ -8,17 +8,14 @@ namespace {
 
 constexpr double kCornerCosine = 0.9961946980917455;  // 5 degrees
 constexpr double kFilled = 0.9,
-                 kMostFilled = 0.97;  // of a piece's capacity: planned, and after moving to a corner
-constexpr double kNearShare = 0.02;   // of a part: so near, a point of the path serves
+                 kMaxFilled = 0.97;  // of a piece's capacity: planned, and after moving to a corner
+constexpr double kNearShare = 0.02;  // of a part: so near, a point of the path serves
 
-/// Length of the polygon up to each point; a closed one ends with its first point. By std::hypot and not
-/// distance(): recorded runs contain its last bits.
+/// Length of the polygon up to each point; a closed one ends with its first point.
 std::vector<double> lengths_of(const std::vector<Point2>& p, bool closed) {
   std::vector<double> s{0.0};
-  for (std::size_t i = 1; i < p.size() + (closed ? 1 : 0); ++i) {
-    const Point2 &a = p[i - 1], &b = p[i % p.size()];
-    s.push_back(s.back() + std::hypot(b.x_mm - a.x_mm, b.y_mm - a.y_mm));
-  }
+  for (std::size_t i = 1; i < p.size() + (closed ? 1 : 0); ++i)
+    s.push_back(s.back() + distance(p[i - 1], p[i % p.size()]));
   return s;
 }
 
@@ -26,7 +23,7 @@ bool corner_at(const std::vector<Point2>& p, std::size_t i) {
   if (i == 0 || i + 1 >= p.size()) return false;
   const double ux = p[i].x_mm - p[i - 1].x_mm, uy = p[i].y_mm - p[i - 1].y_mm;
   const double vx = p[i + 1].x_mm - p[i].x_mm, vy = p[i + 1].y_mm - p[i].y_mm;
-  return ux * vx + uy * vy <= kCornerCosine * std::hypot(ux, uy) * std::hypot(vx, vy);
+  return ux * vx + uy * vy <= kCornerCosine * distance(p[i - 1], p[i]) * distance(p[i], p[i + 1]);
 }
 
 /// Puts a new point on the segment before point `i`.
@@ -53,8 +50,8 @@ std::vector<InsertedStop> insert_stops(std::vector<Point2>& points, bool closed,
   const double from = double(span.from), to = double(span.to), holds = double(span.fits) - from;
   const double parts = std::max(2.0, std::ceil((to - from) / (kFilled * holds))), part = (to - from) / parts;
   const double slack =
-      std::max(0.0, 0.5 * (kMostFilled * holds - part));  // either neighbour may move by so much
-  std::vector<double> driven{0.0};                        // length at each instant
+      std::max(0.0, 0.5 * (kMaxFilled * holds - part));  // either neighbour may move by so much
+  std::vector<double> driven{0.0};                       // length at each instant
   for (std::size_t n = 1; n < speed.size(); ++n)
     driven.push_back(driven.back() + 0.5 * span.step_s * (speed[n - 1] + speed[n]));
   const double scale = lengths_of(points, closed).back() / driven.back();  // corners may have been rolled

@@ -1,8 +1,8 @@
 // plan() computes a trajectory with its certificate from a path, by any of the methods.
 //
-// Every method's trajectory passes the same checker (core/motion/checker.h), so that the certificates
-// compare. Methods `certified` and `optimal` never exceed a limit; `thesis`, `constant` and `default` may,
-// and their certificates say where and by how much.
+// Every method's trajectory passes the same checker (core/motion/certified/checker.h), so that the
+// certificates compare. Methods `certified` and `optimal` never exceed a limit; `thesis`, `constant` and
+// `default` may, and their certificates say where and by how much.
 #pragma once
 
 #include <memory>

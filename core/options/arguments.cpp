@@ -1,8 +1,9 @@
 #include "core/options/arguments.h"
 
 #include <algorithm>
-#include <charconv>
 #include <stdexcept>
+
+#include "core/options/number.h"
 
 namespace firn {
 
@@ -13,10 +14,9 @@ void refuse_argument(std::string_view name, std::string_view value, std::string_
 
 template <class T>
 T argument_number(std::string_view name, std::string_view text) {
-  T v{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), v);
-  if (error != std::errc{} || end != text.data() + text.size()) refuse_argument(name, text, "a number");
-  return v;
+  const std::optional<T> v = whole_number<T>(text);
+  if (!v) refuse_argument(name, text, "a number");
+  return *v;
 }
 template std::int32_t argument_number(std::string_view, std::string_view);
 template std::int64_t argument_number(std::string_view, std::string_view);

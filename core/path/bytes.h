@@ -50,10 +50,6 @@ class ByteWriter {
     for (; value >= 0x80; value >>= 7) bytes_.push_back(std::byte(value | 0x80));
     bytes_.push_back(std::byte(value));
   }
-  /// 0, -1, 1, -2 … become 0, 1, 2, 3 …
-  void put_signed(std::int64_t value) {
-    put_varint((std::uint64_t(value) << 1) ^ std::uint64_t(value >> 63));
-  }
   /// Every stride-th of n numbers.
   void put_numbers(const double* from, std::size_t n, std::size_t stride) {
     const std::size_t at = bytes_.size();

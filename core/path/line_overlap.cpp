@@ -10,8 +10,8 @@
 namespace firn {
 namespace {
 
-constexpr double kLeastOverlap_mm = 1.0, kLeastOverlapShare = 0.5;
-constexpr std::size_t kMostRemarks = 3;
+constexpr double kMinOverlap_mm = 1.0, kMinOverlapShare = 0.5;
+constexpr std::size_t kMaxRemarks = 3;
 
 struct SegmentBox {
   double low[2], high[2];
@@ -75,7 +75,7 @@ std::vector<LineOverlap> line_overlaps(const PrintJob& job) {
       const PrintSegment &s = job.segments[first], &t = job.segments[second];
       const double length_mm = overlap_mm(s, t),
                    shorter_mm = std::min(distance(s.from, s.to), distance(t.from, t.to));
-      if (length_mm < std::min(kLeastOverlap_mm, kLeastOverlapShare * shorter_mm)) continue;
+      if (length_mm < std::min(kMinOverlap_mm, kMinOverlapShare * shorter_mm)) continue;
       found.push_back({std::int32_t(first), std::int32_t(second), length_mm});
     }
   std::sort(found.begin(), found.end(), [](const LineOverlap& a, const LineOverlap& b) {
@@ -88,7 +88,7 @@ std::vector<std::string> overlap_remarks(const PrintJob& job) {
   const std::vector<LineOverlap> all = line_overlaps(job);
   std::vector<std::string> remarks;
   for (const LineOverlap& o : all) {
-    if (remarks.size() == kMostRemarks) break;
+    if (remarks.size() == kMaxRemarks) break;
     char text[200];
     std::snprintf(
         text, sizeof text,

@@ -3,15 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/path/bytes.h"
 #include "core/path/polyline.h"
 
 namespace firn {
 namespace {
 
 constexpr double kSame_mm = 1e-6;
-constexpr std::uint32_t kJobMark = 0x4a4c5246;  // "FRLJ"
-constexpr std::size_t kMostSegments = 100'000;
 
 Point2 along(const PrintSegment& s, double mm) {
   const double share = mm / distance(s.from, s.to);
@@ -25,10 +22,37 @@ Point2 direction_of(const PrintSegment& s) {
 
 bool joined(const PrintSegment& a, const PrintSegment& b) { return distance(a.to, b.from) <= kSame_mm; }
 
-// One straight line goes on: the neighbour is no other line.
-bool goes_on(const PrintSegment& a, const PrintSegment& b) {
+constexpr double kGentle = 0.866;  // cosine of 30 degrees: a smaller turn is a curve, a larger one a corner
+constexpr double kAstray = 0.5;    // cosine of 60 degrees: a curve that has turned by more is another line
+
+bool turns_less(const PrintSegment& a, const PrintSegment& b, double cosine) {
   const Point2 u = direction_of(a), v = direction_of(b);
-  return joined(a, b) && u.x_mm * v.x_mm + u.y_mm * v.y_mm > 1.0 - 1e-9;
+  return u.x_mm * v.x_mm + u.y_mm * v.y_mm > cosine;
+}
+
+// Segments of one stroke that go on as a curve: by segment, the next one along it; count: none.
+std::vector<std::size_t> next_along(const PrintJob& job) {
+  const std::size_t count = job.segments.size();
+  std::vector<std::size_t> next(count, count);
+  std::size_t first = 0;  // of the stroke
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool ends = i + 1 == count || !joined(job.segments[i], job.segments[i + 1]);
+    const std::size_t j = ends ? first : i + 1;  // a closed stroke goes on at its beginning
+    if (j != i && joined(job.segments[i], job.segments[j]) &&
+        turns_less(job.segments[i], job.segments[j], kGentle))
+      next[i] = j;
+    if (ends) first = i + 1;
+  }
+  return next;
+}
+
+// Marks the segments that are the same line as segment i where it is measured.
+void mark_line(const PrintJob& job, const std::vector<std::size_t>& along, std::size_t i,
+               std::vector<char>& same) {
+  const std::size_t count = along.size();
+  for (std::size_t j = along[i];
+       j < count && !same[j] && turns_less(job.segments[i], job.segments[j], kAstray); j = along[j])
+    same[j] = 1;
 }
 
 }  // namespace
@@ -42,21 +66,30 @@ double distance_to(const Point2& p, const PrintSegment& s) {
 std::vector<LineStation> line_stations(const PrintJob& job, double spacing_mm) {
   std::vector<LineStation> stations;
   const std::size_t count = job.segments.size();
+  const std::vector<std::size_t> next = next_along(job);
+  std::vector<std::size_t> before(count, count);
+  for (std::size_t i = 0; i < count; ++i)
+    if (next[i] < count) before[next[i]] = i;
+  std::int32_t line = -1;
   for (std::size_t i = 0; i < count; ++i) {
+    std::vector<char> same(count, 0);
+    same[i] = 1;
+    mark_line(job, next, i, same);
+    mark_line(job, before, i, same);
+    if (i == 0 || next[i - 1] != i) ++line;
     const PrintSegment& s = job.segments[i];
     const double length = distance(s.from, s.to);
     const int parts = std::max(1, int(std::ceil(length / spacing_mm - 1e-9)));
     for (int k = 0; k < parts; ++k) {
       LineStation at;
       at.segment = std::int32_t(i);
+      at.line = line;
       at.from_mm = length * k / parts;
       at.to_mm = length * (k + 1) / parts;
       at.at = along(s, 0.5 * (at.from_mm + at.to_mm));
       at.direction = direction_of(s);
       for (std::size_t j = 0; j < count; ++j) {
-        if (j == i || (j + 1 == i && goes_on(job.segments[j], s)) ||
-            (j == i + 1 && goes_on(s, job.segments[j])))
-          continue;
+        if (same[j]) continue;
         for (const double mm : {at.from_mm, 0.5 * (at.from_mm + at.to_mm), at.to_mm})
           at.room_mm = std::min(at.room_mm, distance_to(along(s, mm), job.segments[j]));
       }
@@ -86,50 +119,6 @@ std::vector<LineEnd> line_ends(const PrintJob& job, double clearance_mm) {
     }
   }
   return ends;
-}
-
-std::vector<std::byte> encode_job(const PrintJob& job) {
-  ByteWriter out;
-  out.put(kJobMark);
-  out.put(std::uint32_t(job.segments.size()));
-  const auto put = [&](const Point2& p) {
-    out.put(p.x_mm);
-    out.put(p.y_mm);
-  };
-  put(job.start);
-  put(job.end);
-  for (const PrintSegment& s : job.segments) {
-    put(s.from);
-    put(s.to);
-    out.put(s.speed_mm_s);
-  }
-  return out.take();
-}
-
-PrintJob decode_job(std::span<const std::byte> bytes) {
-  ByteReader in(bytes);
-  if (in.get<std::uint32_t>("the mark") != kJobMark) in.fail("is no print job");
-  const std::size_t count = in.get_count("segments", kMostSegments);
-  if (count == 0) in.fail("the print job has no segments");
-  const auto point = [&](const char* what) {
-    Point2 p;
-    p.x_mm = in.get_number(what, -1e5, 1e5);
-    p.y_mm = in.get_number(what, -1e5, 1e5);
-    return p;
-  };
-  PrintJob job;
-  job.start = point("start");
-  job.end = point("end");
-  for (std::size_t n = 0; n < count; ++n) {
-    PrintSegment s;
-    s.from = point("from");
-    s.to = point("to");
-    s.speed_mm_s = in.get_number("speed", 0.0, 1e6);
-    if (!(distance(s.from, s.to) > kSame_mm)) in.fail("segment " + std::to_string(n) + " has no length");
-    job.segments.push_back(s);
-  }
-  in.end();
-  return job;
 }
 
 }  // namespace firn

@@ -2,9 +2,7 @@
 // stretches of the segments, and the begins and ends of strokes that lie free.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "core/path/print_job.h"
@@ -17,7 +15,8 @@ struct LineStation {
   double from_mm = 0.0, to_mm = 0.0;  ///< along the segment
   Point2 at;                          ///< its middle
   Point2 direction;                   ///< unit vector of travel
-  double room_mm = 1e9;  ///< from the stretch to the next line of another stroke or around a corner
+  std::int32_t line = 0;  ///< joined segments that turn by less than 30 degrees from one to the next
+  double room_mm = 1e9;   ///< from the stretch to the next line of another stroke or around a corner
 };
 
 /// Divides every segment into whole stretches of at most about spacing_mm. @pre segments have a length
@@ -36,10 +35,6 @@ std::vector<LineEnd> line_ends(const PrintJob& job, double clearance_mm);
 
 /// Distance from a point to a segment.
 double distance_to(const Point2& p, const PrintSegment& s);
-
-/// Bytes of a job, for a run's input "job". @throws FormatError in decode; also of a job without segments
-std::vector<std::byte> encode_job(const PrintJob& job);
-PrintJob decode_job(std::span<const std::byte> bytes);
 
 /// A measured station. NaN: not known.
 struct LineReading {

@@ -5,7 +5,7 @@
 namespace firn {
 namespace {
 
-constexpr int kLeastDecimals = 2, kMostDecimals = 8;
+constexpr int kMinDecimals = 2, kMaxDecimals = 8;
 constexpr double kWhole = 1e-4;  ///< of a unit: what the nearest double to a decimal number is off by at most
 
 bool whole(double value, double unit) {
@@ -20,10 +20,10 @@ double rounding_mm(std::span<const Point2> points) {
   double unit = 1.0;
   for (const Point2& p : points)
     while (!whole(p.x_mm, unit) || !whole(p.y_mm, unit)) {
-      if (++decimals > kMostDecimals) return 0.0;
+      if (++decimals > kMaxDecimals) return 0.0;
       unit *= 10.0;
     }
-  return decimals < kLeastDecimals ? 0.0 : 0.5 / unit;
+  return decimals < kMinDecimals ? 0.0 : 0.5 / unit;
 }
 
 }  // namespace firn

@@ -12,10 +12,10 @@
 namespace firn::planning {
 namespace {
 
-constexpr int kMostTries = 20;
+constexpr int kMaxTries = 20;
 constexpr double kMotionSlack = 0.02;  // three times less work; the paths of a gear take 0.6 % longer
 constexpr double kReachStep_mm = 10.0;
-constexpr double kLeastCoverage = 0.7, kMostCoverage = 1.4;  // beyond, a bead would be no bead
+constexpr double kMinCoverage = 0.7, kMaxCoverage = 1.4;  // beyond, a bead would be no bead
 
 template <class T>
 void put(std::string& key, const T& value) {
@@ -36,7 +36,6 @@ struct TaskPlanner::State {
     options.tick_s = setup.arm.tick_s;
     options.lower_bound = false;
     options.slack = kMotionSlack;
-    options.curve_rule = setup.curve_rule;
   }
 
   struct Motion {
@@ -158,7 +157,7 @@ struct TaskPlanner::State {
     if (t.excess)
       for (std::size_t n = 0; n < d.flow_mm3_s.size(); ++n)
         d.flow_mm3_s[n] /=
-            std::clamp(1.0 + deposition::action_at(*t.excess, p.tool[n]), kLeastCoverage, kMostCoverage);
+            std::clamp(1.0 + deposition::action_at(*t.excess, p.tool[n]), kMinCoverage, kMaxCoverage);
     d.stops = rests;
     d.stops.erase(std::unique(d.stops.begin(), d.stops.end()), d.stops.end());
     std::erase_if(d.stops, [&](std::size_t n) { return n == 0 || n + 1 >= d.speed_mm_s.size(); });
@@ -238,7 +237,7 @@ struct TaskPlanner::State {
     motion::PathInput& in = once[0].in;
     std::vector<double> no_yaw;
     std::string problem;
-    for (int tries = 0; tries < kMostTries; ++tries) {
+    for (int tries = 0; tries < kMaxTries; ++tries) {
       in.points = points;
       once[0].key = key_of(t, in);
       plan_motions(once, serially);

@@ -52,9 +52,8 @@ struct PlanningSetup {
   motion::Tool laser;  ///< as calibrated, its point in the middle of the range
   Point2 origin;       ///< of the part's frame in the arm's [mm]
   double origin_z_mm = 0.0;
-  double nozzle_gap_mm = 3.0;                                 ///< nozzle above the layer's nominal top
-  double tolerance_mm = 0.05;                                 ///< PlanOptions::tolerance_mm
-  motion::CurveRule curve_rule = motion::CurveRule::kRamped;  ///< PlanOptions::curve_rule
+  double nozzle_gap_mm = 3.0;  ///< nozzle above the layer's nominal top
+  double tolerance_mm = 0.05;  ///< PlanOptions::tolerance_mm
   double coverage_window_mm =
       5.0;  ///< some beads' widths; 0: beads that overlap or leave spots are laid as they are
   double action_step_mm = 2.0;  ///< a path that follows an action of the speed has a point at least so often

@@ -23,9 +23,9 @@ PathTask task_of(const slice::PrintPaths& paths, const slice::LayerPaths& layer,
 }
 
 /// Equal pieces of a path, each open, from where the one before ends.
-void divide(PathTask task, double most_mm, std::vector<PathTask>& out) {
+void divide(PathTask task, double max_mm, std::vector<PathTask>& out) {
   const double length = path_length_mm(task.points, task.closed);
-  const int pieces = int(std::ceil(length / most_mm));
+  const int pieces = int(std::ceil(length / max_mm));
   if (pieces <= 1) return out.push_back(std::move(task));
   std::vector<Point2> points = std::move(task.points);
   if (task.closed) points.push_back(points.front());

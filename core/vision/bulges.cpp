@@ -10,7 +10,9 @@
 namespace firn::vision {
 namespace {
 
-constexpr double kCore = 0.6;  // share of the inscribed radius that a core keeps from the outline
+constexpr double kCore = 0.6;           // share of the inscribed radius that a core keeps from the outline
+constexpr double kMinPeak_cells = 1.6;  // of the smaller of two peaks: below, a neck is the lattice's step
+constexpr double kCellVariance = 1.0 / 12;  // of a cell's own square
 
 struct Peaks {
   std::vector<int> label;  // bulge of each cell, -1 off the mask
@@ -75,7 +77,7 @@ Peaks divide(const Silhouette& s, const std::vector<int>& distance, double neck)
         const double saddle = std::sqrt(double(distance[std::size_t(k)]));
         const double smaller = std::sqrt(double(distance[std::size_t(result.peak[std::size_t(b)])]));
         connected[std::size_t(root(connected, std::max(a, b)))] = root(connected, std::min(a, b));
-        if (saddle > neck * smaller || smaller < 1.6) {
+        if (saddle > neck * smaller || smaller < kMinPeak_cells) {
           alias[std::size_t(b)] = a;
           own = a;
         }
@@ -107,25 +109,18 @@ Bulge measure(const Silhouette& s, const std::vector<int>& distance, const Peaks
   b.at_edge =
       (core.left && s.left) || (core.top && s.top) || (core.right && s.right) || (core.bottom && s.bottom);
   const double n = core.n, cx = core.x / n, cy = core.y / n;
-  const double vxx = core.xx / n - cx * cx + 1.0 / 12, vyy = core.yy / n - cy * cy + 1.0 / 12,
+  const double vxx = core.xx / n - cx * cx + kCellVariance, vyy = core.yy / n - cy * cy + kCellVariance,
                vxy = core.xy / n - cx * cy;
   const double mean = 0.5 * (vxx + vyy), spread = std::sqrt(0.25 * (vxx - vyy) * (vxx - vyy) + vxy * vxy);
   const double large = 2 * std::sqrt(mean + spread) + keep,
                small = 2 * std::sqrt(std::max(0.0, mean - spread)) + keep;
   b.elongation = large / small;
   double far = 0.0;
-  long cells = 0;
   for (std::size_t k = 0; k < s.mask.size(); ++k) {
     if (peaks.label[k] != number) continue;
-    ++cells;
     const double dx = double(int(k) % w) - cx, dy = double(int(k) / w) - cy, d = dx * dx + dy * dy;
-    if (d > far) {
-      far = d;
-      b.tail = {s.x0 + (double(int(k) % w) + 0.5) * s.scale - 0.5,
-                s.y0 + (double(int(k) / w) + 0.5) * s.scale - 0.5};
-    }
+    far = std::max(far, d);
   }
-  b.cells = cells;
   b.reach_px = s.scale * (std::sqrt(far) + 0.5);
   b.radius_px = s.scale * std::max(0.5, radius - 0.5);
   b.x = s.x0 + (cx + 0.5) * s.scale - 0.5;

@@ -29,9 +29,7 @@ struct Bulge {
   double radius_px = 0.0;   ///< of the largest inscribed circle
   double reach_px = 0.0;  ///< farthest part of the bulge from the core's border: a tail, if above the radius
   double elongation = 1.0;  ///< axes of the core, opened out by its distance from the outline
-  Point tail;               ///< the farthest part
   bool at_edge = false;     ///< the core reaches the picture's edge: a nozzle or a droplet that is cut off
-  long cells = 0;
 };
 
 /// Peaks of the distance to the outline, with a bulge each; two peaks share a bulge when the neck between

@@ -2,52 +2,80 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-
-#include "core/vision/drawn_lines.h"
-#include "core/vision/writing.h"
 
 namespace firn::vision {
 namespace {
 
-constexpr double kConnect = 0.28;  // opacity that joins pixels to one object
-constexpr int kCells = 60'000;     // lattice of a silhouette
-constexpr double kPale = 0.65;     // opacity of a droplet over that of the darkest one, at least
-// Opacity of the darkest object below which writing has set the level of opaque.
-constexpr double kFaint = 0.85;
-// Share of contrast on the ground's other side from which on the objects' side is doubtful.
-constexpr double kOpposite = 0.01;
-constexpr double kSharp_px = 0.8;  // edge spread below which sharpness says nothing
-// A nozzle covers a tenth of the largest object at the edge and 150 pixels: less is dirt.
-constexpr double kNozzleShare = 0.1;
-constexpr long kLeastNozzle = 150;
-constexpr double kStaysDark = 0.75;    // of its own opacity: what all pictures have of dirt
-constexpr std::size_t kObjects = 300;  // largest ones that are looked at
+// Values without another reason were chosen on rendered and drawn pictures (tests/bench/droplet_pictures.cpp
+// and droplet_photos.cpp, seeds below 50,000). Opacities and shares have no unit.
+
+// Objects.
+constexpr double kNoiseStds = 5.0;         // by which an object is above the noise
+constexpr double kMaxObjectOpacity = 0.6;  // a picture whose noise asks for a higher level shows no objects
+constexpr long kMinObject_px = 3;          // area
+constexpr std::size_t kMaxObjects = 300;   // the largest ones: bounds the work of a picture of specks
+constexpr long kMinEntering_px = 64;       // area of an object at the picture's edge that may be a nozzle
+
+// Silhouettes.
+constexpr int kMaxCells = 60'000;      // of a silhouette's lattice: bounds the work of a large droplet
+constexpr std::size_t kRimTenths = 9;  // of an object's pixels that are paler than its rim
+constexpr long kRimSamples = 4000;     // pixels of which the rank is taken, at least
+constexpr double kMinRim = 0.2,
+                 kMaxOutline = 0.5;  // the silhouette is drawn at half of the rim, within these
+
+// Heads: bulges with an edge that can be measured.
+constexpr double kMinHeadRadius_px = 3.5;  // of the inscribed circle: a smaller one is a spot
+constexpr double kMaxElongation = 3.0;     // of its core: a longer one is a fibre or a ligament
+constexpr double kMinCovered = 0.45;       // share of the circumference where the edge is seen
+constexpr double kMaxRoughness = 0.08, kMaxRoughness_px = 0.3;  // of the edge: share of the diameter, plus
+constexpr double kMaxBlur = 0.35;           // of the diameter: what spreads farther has no plateau
+constexpr double kMinTail = 0.35;           // of the diameter: a shorter one is the edge's roughness
+constexpr double kMeniscusReach = 0.75;     // of the diameter: a head nearer to the nozzle's edge hangs on it
+constexpr std::size_t kMeniscusBulges = 2;  // nozzle and liquid; a ligament has more
+
+// The choice of the main droplet. Liquid refracts the light away at its rim, so droplets are about as dark
+// as each other; dirt is paler or lies out of focus. Rank: diameter * hang * min(1, opacity / (kMinDarkness *
+// darkest))^3 * min(1, kSharpness * sharpest / blur)^2.
+constexpr double kMinDarkness = 0.65;  // opacity of a droplet over that of the darkest one
+constexpr double kSharpness = 1.8;     // blur of a droplet over that of the sharpest one
+constexpr double kSharp_px = 0.8;      // edge spread below which sharpness says nothing
+constexpr double kMeniscusRank = 0.5, kJoinedRank = 0.8;
+constexpr double kUsualBlur_px = 1.2;  // where no head shows the picture's own
+
+// Spots: objects without a measurable edge.
+constexpr double kMinSpotDarkness = 0.6;  // of the peak that a sharp disc of this area has
+constexpr double kSpotBlur_px2 = 0.1;     // about the variance of a pixel's own square, 1 / 12
+constexpr double kMaxSpotAxes = 9.0;      // of the principal moments, axes 3 : 1: more is a fibre
+constexpr double kSpotMoment_px2 = 0.3;   // lest a spot of few pixels pass for a fibre
+
+// The side of the ground on which objects lie.
+constexpr double kMinOpposite = 0.01;  // contrast of the weaker side from which on it is tried, too
+constexpr int kSidedLattice = 64;      // samples along the picture's shorter side
+constexpr int kSidedRatio = 3;         // of the light of two fifths of the picture: it comes from one side
 
 struct Candidate {
   Droplet droplet;
   Outline outline;
-  std::size_t component = 0;
   bool hangs = false;  // on the nozzle without a ligament: a meniscus
 };
 
 // The opacity that a tenth of the component's pixels exceed.
 double rim_opacity(const Scene& scene, const Component& c) {
   std::vector<float> v;
-  const long step = std::max(1L, c.area / 4000);
+  const long step = std::max(1L, c.area / kRimSamples);
   long next = 0;  // pixels to go
   for (const Run& r : c.runs) {
     long x = r.x0 + next;
     for (; x <= r.x1; x += step) v.push_back(float(scene.opacity(int(x), r.y)));
     next = x - r.x1 - 1;
   }
-  const auto at = v.begin() + std::ptrdiff_t(v.size() * 9 / 10);
+  const auto at = v.begin() + std::ptrdiff_t(v.size() * kRimTenths / 10);
   std::nth_element(v.begin(), at, v.end());
   return double(*at);
 }
 
 // 1 - exp(-x) by its series: the peak of a blurred disc over its plateau.
-double saturation(double x) { return 1.0 - 1.0 / (1 + x * (1 + x / 2 * (1 + x / 3 * (1 + x / 4)))); }
+double disc_peak(double x) { return 1.0 - 1.0 / (1 + x * (1 + x / 2 * (1 + x / 3 * (1 + x / 4)))); }
 
 Droplet droplet_of(const Outline& o, bool joined) {
   Droplet d;
@@ -62,302 +90,204 @@ Droplet droplet_of(const Outline& o, bool joined) {
   return d;
 }
 
-struct Box {
-  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
-};
-
-bool holds(const std::vector<Box>& boxes, const Component& c) {
-  return std::ranges::any_of(
-      boxes, [&](const Box& b) { return c.x0 >= b.x0 && c.y0 >= b.y0 && c.x1 <= b.x1 && c.y1 <= b.y1; });
-}
-
-// The components that may be droplets, ligaments or nozzles: without lines and writing that were drawn in.
+// The components that may be droplets, ligaments or nozzles.
 struct Objects {
   std::vector<Component> components;
-  std::vector<std::size_t> order;  // of them, the largest first
-  std::vector<Box> written;
+  std::vector<std::size_t> by_area;  // numbers of components, the largest first
 };
 
-// @param also_written boxes that hold writing
-Objects find_objects(const Scene& scene, const std::vector<Box>& also_written) {
+Objects find_objects(const Scene& scene) {
   Objects found;
-  const double level = std::max(kConnect, 5 * scene.noise());
-  if (level > 0.6) return found;
-  std::vector<Component>& components = found.components;
-  components = remove_drawn_lines(find_components(scene, level), scene.frame());
-  std::vector<std::size_t>& order = found.order;
-  for (std::size_t i = 0; i < components.size(); ++i)
-    if (components[i].area >= 3) order.push_back(i);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return components[a].area > components[b].area; });
-  if (order.size() > kObjects) order.resize(kObjects);
-  const std::vector<bool> written = find_writing(components, order, scene.frame());
-  for (const std::size_t i : order)
-    if (const Component& c = components[i]; written[i]) found.written.push_back({c.x0, c.y0, c.x1, c.y1});
-  std::erase_if(order, [&](std::size_t i) { return written[i] || holds(also_written, components[i]); });
+  const double level = std::max(kObjectOpacity, kNoiseStds * scene.noise());
+  if (level > kMaxObjectOpacity) return found;
+  found.components = find_components(scene, level);
+  const std::vector<Component>& c = found.components;
+  for (std::size_t i = 0; i < c.size(); ++i)
+    if (c[i].area >= kMinObject_px) found.by_area.push_back(i);
+  std::stable_sort(found.by_area.begin(), found.by_area.end(),
+                   [&](std::size_t a, std::size_t b) { return c[a].area > c[b].area; });
+  if (found.by_area.size() > kMaxObjects) found.by_area.resize(kMaxObjects);
   return found;
 }
 
-// The opacity of the darkest object that is not much smaller than the largest.
-double darkest_object(const Scene& scene, const Objects& objects) {
-  double darkest = 0.0;
-  long largest = 0;
-  for (const std::size_t i : objects.order) {
-    const Component& c = objects.components[i];
-    largest = std::max(largest, c.area);
-    if (10 * c.area >= largest) darkest = std::max(darkest, rim_opacity(scene, c));
-  }
-  return darkest;
-}
-
-class Picture {
+// Tells droplets, satellites, ligaments and nozzle among the objects of one scene.
+class DropletFinder {
  public:
-  Picture(const Scene& scene, Objects&& objects, const DropletOptions& options)
-      : scene_(scene), options_(options), components_(std::move(objects.components)) {}
+  DropletFinder(const Scene& scene, const Objects& objects, const DropletOptions& options)
+      : scene_(scene), objects_(objects), options_(options) {}
 
-  void look(const std::vector<std::size_t>& order, DropletPicture& p) {
-    find_nozzle(order, p);
-    for (const std::size_t i : order) look_at(i, p);
-    choose(p);
+  void find(DropletPicture& p) {
+    find_nozzle(p);
+    for (const std::size_t i : objects_.by_area) find_heads(objects_.components[i], p);
+    const Candidate* head = best(heads_);
+    measure_spots(head);
+    if (const Candidate* main = head ? head : best(small_)) {
+      set_main(*main, p);
+      set_others(*main, p);
+    }
   }
 
  private:
-  void find_nozzle(const std::vector<std::size_t>& order, DropletPicture& p) {
-    for (const std::size_t i : order) {
-      if (!components_[i].at_edge || components_[i].area < 64) continue;
-      p.nozzle = measure_nozzle(scene_, components_[i]);
+  void find_nozzle(DropletPicture& p) {
+    for (const std::size_t i : objects_.by_area) {
+      const Component& c = objects_.components[i];
+      if (!c.at_edge || c.area < kMinEntering_px) continue;
+      p.nozzle = measure_nozzle(scene_, c);
       if (p.nozzle.found) break;
     }
   }
 
-  void look_at(std::size_t number, DropletPicture& p) {
-    const Component& c = components_[number];
-    const double rim = rim_opacity(scene_, c);
-    const Silhouette s = make_silhouette(scene_, c, std::min(0.5, 0.5 * std::max(rim, 0.2)), kCells);
+  // The bulges of an object that have an edge; it is a spot if its only one is too small.
+  void find_heads(const Component& c, DropletPicture& p) {
+    const double outline = std::min(kMaxOutline, 0.5 * std::max(rim_opacity(scene_, c), kMinRim));
+    const Silhouette s = make_silhouette(scene_, c, outline, kMaxCells);
     const std::vector<Bulge> bulges = find_bulges(s);
-    bool edge = false;
-    for (const Bulge& b : bulges) edge |= b.at_edge;
     const bool joined = c.at_edge;
-    if (edge && bulges.size() == 1) ++p.cut_off;
+    if (bulges.size() == 1 && bulges.front().at_edge) ++p.cut_off;
     for (const Bulge& b : bulges) {
       if (b.at_edge) continue;
-      // A fifth of a spot's pixels reach half of its peak; whatever spreads
-      // farther has no edge.
-      if (b.radius_px < 3.5 || b.elongation > 3.0) {
-        if (!joined && bulges.size() == 1) spots_.push_back(number);
+      if (b.radius_px < kMinHeadRadius_px || b.elongation > kMaxElongation) {
+        if (!joined && bulges.size() == 1) spots_.push_back(&c);
         continue;
       }
       const Outline o = measure_outline(scene_, s, b);
-      if (!o.found || o.opacity < options_.least_opacity || o.covered < 0.45) continue;
-      if (o.roughness_px > 0.08 * o.diameter_px + 0.3 || o.blur_px > 0.35 * o.diameter_px) continue;
-      Candidate found{droplet_of(o, joined), o, number, false};
-      const double reach = b.reach_px - 0.5 * o.diameter_px;
-      if (reach > 0.35 * o.diameter_px) found.droplet.tail_px = reach;
-      found.hangs = joined && bulges.size() <= 2 && p.nozzle.found && close_to_nozzle(o, p.nozzle);
+      if (!is_droplet(o)) continue;
+      Candidate found{droplet_of(o, joined), o, false};
+      const double tail = b.reach_px - 0.5 * o.diameter_px;
+      if (tail > kMinTail * o.diameter_px) found.droplet.tail_px = tail;
+      found.hangs = joined && bulges.size() <= kMeniscusBulges && p.nozzle.found &&
+                    along_flight({o.x, o.y}, p.nozzle) < kMeniscusReach * o.diameter_px;
       heads_.push_back(found);
     }
   }
 
-  static bool close_to_nozzle(const Outline& o, const Nozzle& n) {
-    const double along = (o.x - n.edge.x) * n.flight.x + (o.y - n.edge.y) * n.flight.y;
-    return along < 0.75 * o.diameter_px;
+  bool is_droplet(const Outline& o) const {
+    return o.found && o.opacity >= options_.min_opacity && o.covered >= kMinCovered &&
+           o.roughness_px <= kMaxRoughness * o.diameter_px + kMaxRoughness_px &&
+           o.blur_px <= kMaxBlur * o.diameter_px;
   }
 
-  void choose(DropletPicture& p) {
+  static double along_flight(Point at, const Nozzle& n) {
+    return (at.x - n.edge.x) * n.flight.x + (at.y - n.edge.y) * n.flight.y;
+  }
+
+  // The candidate of the highest rank that is large enough; nullptr: none.
+  const Candidate* best(const std::vector<Candidate>& candidates) const {
     double darkest = 0.0, sharpest = 1e9;
     for (const Candidate& c : heads_) {
       darkest = std::max(darkest, std::min(1.0, c.outline.opacity));
       sharpest = std::min(sharpest, std::max(kSharp_px, c.outline.blur_px));
     }
-    // Liquid refracts the light away at its rim, so droplets are about as dark
-    // as each other; dirt is paler or lies out of focus.
     const auto rank = [&](const Candidate& c) {
-      const double dark = std::min(1.0, c.outline.opacity / (kPale * darkest));
-      const double sharp = std::min(1.0, 1.8 * sharpest / std::max(kSharp_px, c.outline.blur_px));
+      const double dark = std::min(1.0, c.outline.opacity / (kMinDarkness * darkest));
+      const double sharp = std::min(1.0, kSharpness * sharpest / std::max(kSharp_px, c.outline.blur_px));
       return c.outline.diameter_px *
-             (c.hangs            ? 0.5
-              : c.droplet.joined ? 0.8
+             (c.hangs            ? kMeniscusRank
+              : c.droplet.joined ? kJoinedRank
                                  : 1.0) *
              dark * dark * dark * sharp * sharp;
     };
-    const Candidate* main = nullptr;
-    for (const Candidate& c : heads_)
-      if (c.outline.diameter_px >= options_.least_main_px && (!main || rank(c) > rank(*main))) main = &c;
-    double blur = 1.2, opaque = 1.0;
-    if (main) {
-      blur = main->outline.blur_px;
-      opaque = main->outline.opacity;
+    const Candidate* chosen = nullptr;
+    for (const Candidate& c : candidates)
+      if (c.outline.diameter_px >= options_.min_main_px && (!chosen || rank(c) > rank(*chosen))) chosen = &c;
+    return chosen;
+  }
+
+  // @param main gives the blur and the level of opaque, or nullptr
+  void measure_spots(const Candidate* main) {
+    const double opaque = main ? main->outline.opacity : 1.0,
+                 blur = main ? main->outline.blur_px : kUsualBlur_px;
+    for (const Component* c : spots_) {
+      const Outline o = integrate_spot(scene_, *c, opaque);
+      if (!o.found || o.diameter_px < options_.min_satellite_px) continue;
+      // As dark as a sharp disc of this size would be; dirt and what is out of focus is paler.
+      const double radius = 0.5 * o.diameter_px,
+                   sharp = disc_peak(radius * radius / (2 * (blur * blur + kSpotBlur_px2)));
+      if (o.opacity < std::max(kMinSpotDarkness * opaque * sharp, kNoiseStds * scene_.noise())) continue;
+      if (is_fibre(o)) continue;
+      small_.push_back({droplet_of(o, false), o, false});
     }
-    std::vector<Candidate> spots = measure_spots(opaque, blur);
-    const Candidate* largest_spot = nullptr;
-    if (!main)
-      for (const Candidate& c : spots)
-        if (c.outline.diameter_px >= options_.least_main_px &&
-            (!largest_spot || rank(c) > rank(*largest_spot)))
-          main = largest_spot = &c;
-    if (!main) return;
-    p.state = main->droplet.joined ? PictureState::kNotBrokenOff : PictureState::kDrop;
-    p.main = main->droplet;
-    p.main.axis_ratio = axis_ratio(main->outline, flight(p));
-    p.blur_px = main->outline.blur_px;
-    if (main->droplet.joined && p.nozzle.found) {
-      const double along =
-          (p.main.x - p.nozzle.edge.x) * p.nozzle.flight.x + (p.main.y - p.nozzle.edge.y) * p.nozzle.flight.y;
-      p.main.tail_px = std::max(0.0, along - 0.5 * p.main.diameter_px);
-    }
-    const std::vector<Candidate>* const lists[] = {&heads_, &spots};
-    for (const std::vector<Candidate>* list : lists)
+  }
+
+  // By the principal moments: those along x and y are alike for a fibre that lies aslant.
+  static bool is_fibre(const Outline& o) {
+    const double mean = 0.5 * (o.xx + o.yy), half = 0.5 * (o.xx - o.yy),
+                 apart = std::sqrt(half * half + o.xy * o.xy), longest = mean + apart,
+                 shortest = std::max(0.0, mean - apart);
+    return longest > kMaxSpotAxes * (shortest + kSpotMoment_px2);
+  }
+
+  void set_main(const Candidate& main, DropletPicture& p) const {
+    p.state = main.droplet.joined ? PictureState::kNotBrokenOff : PictureState::kDrop;
+    p.main = main.droplet;
+    p.main.axis_ratio = axis_ratio(main.outline, flight(p));
+    p.blur_px = main.outline.blur_px;
+    if (main.droplet.joined && p.nozzle.found)
+      p.main.tail_px = std::max(0.0, along_flight({p.main.x, p.main.y}, p.nozzle) - 0.5 * p.main.diameter_px);
+  }
+
+  void set_others(const Candidate& main, DropletPicture& p) const {
+    for (const std::vector<Candidate>* list : {&heads_, &small_})
       for (const Candidate& c : *list) {
-        if (&c == main || c.hangs || (list == &heads_ && c.outline.opacity < kPale * p.main.opacity))
+        if (&c == &main || c.hangs || (list == &heads_ && c.outline.opacity < kMinDarkness * p.main.opacity))
           continue;
-        // Beads of the ligament that still joins the main droplet are no
-        // satellites yet.
-        if (c.droplet.joined && c.outline.diameter_px < kSatelliteShare * p.main.diameter_px) continue;
+        const bool satellite = c.outline.diameter_px < kSatelliteShare * p.main.diameter_px;
+        // Beads of the ligament that still joins the main droplet are no satellites yet.
+        if (c.droplet.joined && satellite) continue;
         Droplet d = c.droplet;
         d.axis_ratio = axis_ratio(c.outline, flight(p));
-        (d.diameter_px < kSatelliteShare * p.main.diameter_px ? p.satellites : p.drops).push_back(d);
+        (satellite ? p.satellites : p.drops).push_back(d);
       }
     const auto larger = [](const Droplet& a, const Droplet& b) { return a.diameter_px > b.diameter_px; };
     std::stable_sort(p.drops.begin(), p.drops.end(), larger);
     std::stable_sort(p.satellites.begin(), p.satellites.end(), larger);
   }
 
-  std::vector<Candidate> measure_spots(double opaque, double blur) const {
-    std::vector<Candidate> spots;
-    for (const std::size_t number : spots_) {
-      const Outline o = integrate_spot(scene_, components_[number], opaque);
-      if (!o.found || o.diameter_px < options_.least_satellite_px) continue;
-      // As dark as a sharp disc of this size would be; dirt and what is out of
-      // focus is paler.
-      const double radius = 0.5 * o.diameter_px,
-                   sharp = saturation(radius * radius / (2 * (blur * blur + 0.1)));
-      if (o.opacity < std::max(0.6 * opaque * sharp, 5 * scene_.noise())) continue;
-      // The principal moments: those along x and y are alike for a fibre that lies aslant.
-      const double mean = 0.5 * (o.xx + o.yy), half = 0.5 * (o.xx - o.yy),
-                   apart = std::sqrt(half * half + o.xy * o.xy), longest = mean + apart,
-                   shortest = std::max(0.0, mean - apart);
-      if (longest > 9 * (shortest + 0.3)) continue;  // a fibre
-      spots.push_back({droplet_of(o, false), o, number, false});
-    }
-    return spots;
-  }
-
   static Point flight(const DropletPicture& p) { return p.nozzle.found ? p.nozzle.flight : Point{0.0, 1.0}; }
 
   const Scene& scene_;
+  const Objects& objects_;
   const DropletOptions& options_;
-  std::vector<Component> components_;
-  std::vector<Candidate> heads_;
-  std::vector<std::size_t> spots_;
+  std::vector<Candidate> heads_, small_;
+  std::vector<const Component*> spots_;
 };
-
-// Mean opacity of a disc of 0.4 diameters about a place.
-double mean_opacity(const Scene& scene, const Droplet& d) {
-  const double r = 0.4 * d.diameter_px;
-  const Frame& f = scene.frame();
-  double sum = 0.0;
-  int n = 0;
-  for (int y = std::max(0, int(d.y - r)); y <= std::min(f.height - 1, int(d.y + r)); ++y)
-    for (int x = std::max(0, int(d.x - r)); x <= std::min(f.width - 1, int(d.x + r)); ++x)
-      if ((x - d.x) * (x - d.x) + (y - d.y) * (y - d.y) <= r * r) {
-        sum += scene.opacity(x, y);
-        ++n;
-      }
-  return n > 0 ? sum / n : 0.0;
-}
-
-// Is each of the pictures nearly as dark at the droplet's place as its own
-// picture is? Then it is dirt, which noise makes a droplet in some of them.
-// @param own its picture
-bool stays_dark(const std::vector<const Frame*>& pictures, std::size_t own, const Droplet& d,
-                Polarity polarity) {
-  std::vector<double> opacity;
-  for (const Frame* f : pictures) {
-    Frame inverted;
-    const Light light = measure_light(*f, polarity, inverted);
-    opacity.push_back(light.empty ? 0.0
-                                  : mean_opacity(Scene(light.inverted ? inverted : *f, light, nullptr), d));
-  }
-  return std::ranges::all_of(opacity, [&](double o) { return o > kStaysDark * opacity[own]; });
-}
-
-// Is there a shadow in the background where droplets are that move from picture
-// to picture?
-bool leaves_shadow(std::span<const Frame* const> frames, const Background& b, const DropletOptions& options) {
-  struct Main {
-    Droplet droplet;
-    std::size_t picture;
-  };
-  std::vector<const Frame*> pictures;
-  std::vector<Main> mains;
-  const std::size_t step = (frames.size() + 5) / 6;
-  for (std::size_t k = 0; k < frames.size(); k += step) {
-    const DropletPicture p = find_droplets(*frames[k], nullptr, options);
-    if (p.state == PictureState::kDrop) mains.push_back({p.main, pictures.size()});
-    pictures.push_back(frames[k]);
-  }
-  Frame inverted;
-  const Light light = measure_light(b.frame, Polarity::kDark, inverted);
-  if (light.empty) return false;
-  const Scene scene(b.frame, light, nullptr);
-  int shadows = 0;
-  for (const auto& [d, picture] : mains) {
-    int alike = 0;
-    for (const auto& [e, other] : mains) alike += std::abs(d.x - e.x) < 2 && std::abs(d.y - e.y) < 2;
-    if (2 * alike > int(mains.size())) continue;  // dirt that stays where it is
-    if (mean_opacity(scene, d) > 0.12 &&
-        !stays_dark(pictures, picture, d, b.inverted ? Polarity::kBright : Polarity::kDark))
-      ++shadows;
-  }
-  return 4 * shadows > int(mains.size());
-}
 
 // A fifth of the picture has less than a third of the light that another fifth has.
 bool has_one_sided_light(const Frame& f) {
   std::vector<std::uint16_t> levels;
-  const int step = std::max(1, std::min(f.width, f.height) / 64);
+  const int step = std::max(1, std::min(f.width, f.height) / kSidedLattice);
   for (int y = step / 2; y < f.height; y += step)
     for (int x = step / 2; x < f.width; x += step) levels.push_back(f.at(x, y));
   std::ranges::sort(levels);
   const std::size_t fifth = levels.size() / 5;
-  return levels[levels.size() - 1 - fifth] > 3 * levels[fifth];
+  return levels[levels.size() - 1 - fifth] > kSidedRatio * levels[fifth];
 }
 
-struct Looked {
+// What a picture shows if its objects are of one polarity.
+struct Detection {
   DropletPicture picture;
   double contrast = 0.0;  // squared, of all objects [grey levels^2 px]
-  double opposite = 0.0;  ///< contrast of the ground's other side over this one's
-  std::vector<Box> written;
+  double opposite = 0.0;  // contrast of the ground's other side over this one's
 };
 
-Looked look_at_picture(const Frame& picture, const Background* background, Polarity polarity,
-                       const DropletOptions& options, const std::vector<Box>& written = {}) {
-  Looked looked;
-  DropletPicture& p = looked.picture;
+Detection detect(const Frame& picture, const Background* background, Polarity polarity,
+                 const DropletOptions& options) {
+  Detection detection;
+  DropletPicture& p = detection.picture;
   Frame inverted;
-  Light light = measure_light(picture, polarity, inverted);
-  const Frame& frame = light.inverted ? inverted : picture;
-  p.bright = light.inverted;
-  looked.opposite = light.opposite;
-  if (light.empty) return looked;
+  const Illumination illumination = measure_illumination(picture, polarity, inverted);
+  const Frame& frame = illumination.inverted ? inverted : picture;
+  p.bright = illumination.inverted;
+  detection.opposite = illumination.opposite;
+  if (illumination.empty) return detection;
   p.used_background = background != nullptr;
-  Objects objects = find_objects(Scene(frame, light, background), written);
-  if (!objects.written.empty()) {
-    const double darkest = darkest_object(Scene(frame, light, background), objects);
-    if (darkest > 0.0 && darkest < kFaint) {
-      light.dark += (1.0 - darkest) * light.depth;
-      light.depth *= darkest;
-      objects = find_objects(Scene(frame, light, background), written);
-    }
-  }
-  const Scene scene(frame, light, background);
+  const Scene scene(frame, illumination, background);
   p.noise = scene.noise();
-  for (const std::size_t i : objects.order)
-    looked.contrast += double(objects.components[i].area) * light.depth * light.depth;
-  looked.written = std::move(objects.written);
-  const std::vector<std::size_t> order = objects.order;
-  Picture(scene, std::move(objects), options).look(order, p);
-  return looked;
+  const Objects objects = find_objects(scene);
+  for (const std::size_t i : objects.by_area)
+    detection.contrast += double(objects.components[i].area) * illumination.depth * illumination.depth;
+  DropletFinder(scene, objects, options).find(p);
+  return detection;
 }
 
 }  // namespace
@@ -368,60 +298,21 @@ DropletPicture find_droplets(const Frame& picture, const Background* background,
   const Polarity polarity = !background            ? options.polarity
                             : background->inverted ? Polarity::kBright
                                                    : Polarity::kDark;
-  Looked looked = look_at_picture(picture, background, polarity, options);
-  if (polarity != Polarity::kAuto) return looked.picture;
-  const bool bright = looked.picture.bright;
-  // Writing on the other side of the ground may have outweighed the objects.
-  if (looked.opposite > kOpposite) {
-    Looked other = look_at_picture(picture, background, bright ? Polarity::kDark : Polarity::kBright, options,
-                                   looked.written);
-    if (other.contrast > looked.contrast) return other.picture;
+  const Detection first = detect(picture, background, polarity, options);
+  if (polarity != Polarity::kAuto) return first.picture;
+  const bool bright = first.picture.bright;
+  // Glare or shadow on the other side of the ground may have outweighed the objects.
+  if (first.opposite > kMinOpposite) {
+    const Detection other =
+        detect(picture, background, bright ? Polarity::kDark : Polarity::kBright, options);
+    if (other.contrast > first.contrast) return other.picture;
   }
   // Before the smooth ground, light from one side may look like a bright object.
-  if (bright && looked.picture.state == PictureState::kNoDrop && has_one_sided_light(picture)) {
-    Looked dark = look_at_picture(picture, background, Polarity::kDark, options);
+  if (bright && first.picture.state == PictureState::kNoDrop && has_one_sided_light(picture)) {
+    const Detection dark = detect(picture, background, Polarity::kDark, options);
     if (dark.picture.state != PictureState::kNoDrop) return dark.picture;
   }
-  return looked.picture;
-}
-
-Background known_background(const Frame& frame, Polarity objects) {
-  if (!is_valid(frame)) return {};
-  Background b{frame, std::vector<std::uint8_t>(frame.pixels.size()), false};
-  Frame inverted;
-  const Light light = measure_light(frame, objects, inverted);
-  b.inverted = light.inverted;
-  if (b.inverted) b.frame = std::move(inverted);
-  if (light.empty) return b;
-  const Scene scene(b.frame, light, nullptr);
-  const std::vector<Component> components = find_components(scene, kConnect);
-  long largest = 0;
-  for (const Component& c : components)
-    if (c.at_edge) largest = std::max(largest, c.area);
-  for (const Component& c : components) {
-    if (!c.at_edge || c.area < kLeastNozzle || double(c.area) < kNozzleShare * double(largest)) continue;
-    for (const Run& r : c.runs)
-      std::fill_n(b.nozzle.begin() + std::ptrdiff_t(b.frame.index(r.x0, r.y)), r.x1 - r.x0 + 1,
-                  std::uint8_t(1));
-  }
-  return b;
-}
-
-std::optional<Background> find_background(std::span<const Frame* const> frames, bool moves,
-                                          const DropletOptions& options) {
-  if (frames.empty()) return std::nullopt;
-  for (const Frame* f : frames)
-    if (!is_valid(*f)) return std::nullopt;
-  // The side of the ground on which objects lie is decided by a picture with a
-  // droplet, not by the background.
-  Frame inverted;
-  const bool bright = measure_light(*frames.front(), options.polarity, inverted).inverted;
-  const Frame still = static_picture(frames, bright);
-  if (still.pixels.empty()) return std::nullopt;
-  if (!moves && find_droplets(still, nullptr, options).state != PictureState::kNoDrop) return std::nullopt;
-  Background b = known_background(still, bright ? Polarity::kBright : Polarity::kDark);
-  if (leaves_shadow(frames, b, options)) return std::nullopt;
-  return b;
+  return first.picture;
 }
 
 }  // namespace firn::vision

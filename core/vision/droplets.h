@@ -1,4 +1,4 @@
-// DropletPicture holds what one strobe picture shows: main droplet, satellites, ligament, nozzle.
+// DropletPicture holds main droplet, satellites, ligament and nozzle of one strobe picture.
 #pragma once
 
 #include <optional>
@@ -39,9 +39,9 @@ struct DropletPicture {
 
 struct DropletOptions {
   Polarity polarity = Polarity::kAuto;
-  double least_opacity = 0.4;     ///< of a droplet: fainter objects are dirt or out of focus
-  double least_main_px = 5.0;     ///< diameter of a main droplet
-  double least_satellite_px = 2;  ///< diameter of a satellite
+  double min_opacity = 0.4;     ///< of a droplet's rim: paler objects are dirt or out of focus
+  double min_main_px = 5.0;     ///< diameter of a main droplet
+  double min_satellite_px = 2;  ///< diameter of a satellite
 };
 
 /// Finds the droplets of one picture. The main droplet is the largest one; a free one goes before a meniscus.

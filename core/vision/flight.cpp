@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kAir_kg_m3 = 1.204, kViscosity_Pa_s = 1.81e-5, kDroplet_kg_m3 = 1000.0;
 constexpr int kSteps = 400;
-constexpr double kMostTimes = 50.0;  // of the time without air
+constexpr double kMaxTimes = 50.0;  // of the time without air
 
 // x^(11/16) by square roots, which give the same bytes on every machine.
 double power_11_16(double x) {
@@ -37,7 +37,7 @@ double flight_time_s(const Flyer& flyer, double gap_mm) {
   }
   const double step_s = gap_m / v / kSteps;
   double fallen_m = 0.0;
-  for (int n = 0; n < int(kMostTimes) * kSteps; ++n) {
+  for (int n = 0; n < int(kMaxTimes) * kSteps; ++n) {
     const double middle = v - 0.5 * step_s * deceleration(v, d), next_m = fallen_m + middle * step_s;
     if (next_m >= gap_m) return step_s * (n + (gap_m - fallen_m) / (next_m - fallen_m));
     fallen_m = next_m;

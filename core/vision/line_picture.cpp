@@ -8,166 +8,49 @@
 
 #include "core/statistics/median.h"
 #include "core/vision/least_squares.h"
+#include "core/vision/line_strip.h"
 
 namespace firn::vision {
 namespace {
 
-constexpr double kUnread = std::numeric_limits<double>::quiet_NaN();
+// Values without another reason were chosen on rendered pictures (tests/bench/line_pictures.cpp, seeds below
+// 50,000). Widths are the line's at half contrast.
+
+// What is read at all.
+constexpr double kMinLength_px = 4.0, kMinWindow_px = 8.0;     // of the stretch, of the window
+constexpr double kMinWindowWidths = 1.2;                       // of the window: ground has to be seen beside
+constexpr double kMinContrast = 0.02, kMinContrastStds = 8.0;  // of the line; in the noise of its mean
+constexpr double kMinWidth_px = 2.0, kMaxWidths = 4.0;         // of the line; over the expected width
+constexpr std::size_t kMinLineRows = 4;
+
+// Search and profile across the line.
+constexpr double kSearchShare = 0.2;  // half of a sliding mean's length over the expected width
+constexpr double kCoreShare = 0.3;    // half of the line's middle over its width
+constexpr double kEdgeShare = 0.12, kPeakShare = 0.25, kMinFit_px = 2.0;  // half of a parabola: of the width
+constexpr double kMaxVertex = 0.1;           // of the peak: a vertex farther from the middle's level is none
+constexpr int kMinFitSamples = 4;            // of a parabola
+constexpr int kBinRows = 12, kMaxBins = 40;  // stretches whose edges are averaged robustly
+constexpr std::size_t kMinBins = 4;          // fewer are no better than the mean profile
+constexpr double kMaxBinShift = 0.5;         // widths: a bin's edge farther off belongs to another line
+
+// Gaps.
+constexpr std::size_t kUsualQuarters = 3;  // of the rows are paler than the usual level: gaps are few of them
+constexpr double kMinUsualShare = 0.5;     // of the contrast that found the line
+constexpr double kMinGap_px = 3.0;
+constexpr double kMinGapSlope = 0.02;                 // of the level, a pixel
+constexpr double kClear_px = 2.0, kClearBlurs = 3.0;  // rows beside a gap that are not read
+
+// Overspray and standard deviations.
 constexpr double kBesideWidths = 1.3;    // from the middle on: overspray
-constexpr double kFarShare = 0.88;       // of the window: the ground alone
 constexpr double kPixelArea = 1.0 / 12;  // variance of a pixel's own square [px^2]
-constexpr double kBilinear = 1.0 / 6;    // and, in the mean, of bilinear interpolation
+constexpr double kEdgeNoise = 1.5;       // std of a parabola's crossing over that of its samples' mean
+constexpr double kMinSlope = 1e-6;
 constexpr double kEdgeFloor_px = 0.09;   // of an edge: pixel grid, uneven ground
 constexpr double kWidthFloor = 0.003;    // of the width
 constexpr double kGapFloor_px = 0.28;    // of a gap's end
 constexpr double kHaloShare = 0.28;      // of the overspray: what lies beyond the window or counts as ground
 constexpr double kFewSaturated = 0.02;   // of the samples
-constexpr double kClipped = 0.015;       // of the light, where more of them are: that is not known
-constexpr double kLeastContrast = 0.02;
-constexpr double kSmallestGap_px = 3.0;
-constexpr int kBinRows = 12;
-
-// Samples of a strip about the wanted line: row a along it, column c across it.
-struct Strip {
-  int rows = 0, columns = 0;
-  double first_along_px = 0.0, first_across_px = 0.0;  // of row 0 and column 0; 1 px apart
-  std::vector<double> value;                           // NaN beside the picture
-  double saturated = 0.0;                              // share of the samples
-  double interpolation = 0.0;                          // variance of the blur that sampling added [px^2]
-
-  double& at(int a, int c) { return value[std::size_t(a) * std::size_t(columns) + std::size_t(c)]; }
-  double at(int a, int c) const { return value[std::size_t(a) * std::size_t(columns) + std::size_t(c)]; }
-  double across_px(double c) const { return first_across_px + c; }
-};
-
-double sampled(const Frame& f, const Frame* flat, double x, double y) {
-  if (!(x >= 0.0 && y >= 0.0 && x <= f.width - 1.0 && y <= f.height - 1.0)) return kUnread;
-  const int i = std::min(int(x), f.width - 2), j = std::min(int(y), f.height - 2);
-  const double u = x - i, v = y - j;
-  const auto level = [&](int a, int b) {
-    const double p = double(f.at(a, b));
-    return flat ? p * double(flat->white) / std::max(1.0, double(flat->at(a, b))) : p;
-  };
-  return (1 - v) * ((1 - u) * level(i, j) + u * level(i + 1, j)) +
-         v * ((1 - u) * level(i, j + 1) + u * level(i + 1, j + 1));
-}
-
-// Along an axis of the picture the samples are its pixels: interpolation would blur them.
-Strip sample_strip(const Frame& f, const Frame* flat, const LineView& view) {
-  Strip s;
-  const Point d = view.direction, left{d.y, -d.x};
-  const bool aligned = std::min(std::abs(d.x), std::abs(d.y)) < 1e-9;
-  const double half = std::floor(view.window_px);
-  s.columns = 2 * int(half) + 1;
-  s.rows = std::max(1, int(std::floor(view.length_px)));
-  s.first_across_px = -half;
-  s.first_along_px = -0.5 * (s.rows - 1);
-  if (aligned) {
-    const auto snap = [](double along_axis) { return std::round(along_axis) - along_axis; };
-    const double across = view.middle.x * left.x + view.middle.y * left.y,
-                 along = view.middle.x * d.x + view.middle.y * d.y;
-    s.first_across_px += snap(across + s.first_across_px);
-    s.first_along_px += snap(along + s.first_along_px);
-  } else {
-    s.interpolation = kBilinear;
-  }
-  s.value.reserve(std::size_t(s.rows) * std::size_t(s.columns));
-  std::size_t white = 0;
-  for (int a = 0; a < s.rows; ++a)
-    for (int c = 0; c < s.columns; ++c) {
-      const double t = s.first_along_px + a, o = s.first_across_px + c;
-      const double x = view.middle.x + t * d.x + o * left.x, y = view.middle.y + t * d.y + o * left.y;
-      s.value.push_back(sampled(f, flat, x, y));
-      if (!std::isnan(s.value.back())) white += f.at(int(x + 0.5), int(y + 0.5)) >= f.white;
-    }
-  s.saturated = double(white) / double(s.value.size());
-  return s;
-}
-
-// Turns levels into contrasts, against a quadric through the far columns (a plane over a flat field).
-// Returns the standard deviation of the ground's level, relative; nothing where too little of it is seen.
-std::optional<double> to_contrast(Strip& s, bool flat) {
-  const double window = 0.5 * (s.columns - 1), length = std::max(1.0, 0.5 * s.rows);
-  using Quadric = SmallLeastSquares<6>::Row;
-  const auto row_of = [&](int a, int c) -> Quadric {
-    const double x = (a - 0.5 * (s.rows - 1)) / length, y = (c - window) / window;
-    if (flat) return {1, x, y, 0, 0, 0};
-    return {1, x, y, x * x, x * y, y * y};
-  };
-  const auto value_of = [](const Quadric& q, const Quadric& row) {
-    double v = 0.0;
-    for (int k = 0; k < 6; ++k) v += q[k] * row[k];
-    return v;
-  };
-  std::vector<std::pair<int, int>> far;
-  std::vector<double> levels;
-  for (int a = 0; a < s.rows; ++a)
-    for (int c = 0; c < s.columns; ++c)
-      if (std::abs(c - window) >= kFarShare * window && !std::isnan(s.at(a, c))) {
-        far.emplace_back(a, c);
-        levels.push_back(s.at(a, c));
-      }
-  if (far.size() < 60) return std::nullopt;
-  Quadric ground{statistics::median(levels)};
-  double spread = 0.0;
-  for (int round = 0; round < 5; ++round) {
-    std::vector<double> off;
-    for (const auto& [a, c] : far) off.push_back(std::abs(s.at(a, c) - value_of(ground, row_of(a, c))));
-    spread = statistics::kMadToStd * statistics::median(off);
-    const double limit = std::max(4.0 * spread, 0.004 * std::abs(ground[0]) + 0.5);
-    SmallLeastSquares<6> sums;
-    for (const auto& [a, c] : far) {
-      const Quadric row = row_of(a, c);
-      const double q = (s.at(a, c) - value_of(ground, row)) / limit;
-      if (q * q < 1.0) sums.add(row, s.at(a, c), (1 - q * q) * (1 - q * q));
-    }
-    for (int k = 0; k < 6; ++k) {  // of terms that are off, and of strips that are too short
-      Quadric one{};
-      one[k] = 1.0;
-      sums.add(one, 0.0, k == 0 ? 0.0 : 1e-3);
-    }
-    if (Quadric next{}; sums.solve(next)) ground = next;
-  }
-  if (!(ground[0] > 0.0)) return std::nullopt;
-  for (int a = 0; a < s.rows; ++a)
-    for (int c = 0; c < s.columns; ++c)
-      if (double& v = s.at(a, c); !std::isnan(v))
-        v = 1.0 - v / std::max(0.05 * ground[0], value_of(ground, row_of(a, c)));
-  return spread / ground[0] * 2.5 / std::sqrt(double(far.size()));
-}
-
-double pixel_noise(const Strip& s) {
-  std::vector<double> d;
-  for (int a = 0; a + 2 < s.rows; ++a)
-    for (int c = a % 3; c < s.columns; c += 3)
-      if (const double v = s.at(a, c) - s.at(a + 2, c); !std::isnan(v)) d.push_back(std::abs(v));
-  return d.empty() ? 0.0 : statistics::kMadToStd * statistics::median(d) / std::sqrt(2.0);
-}
-
-// Mean of the columns over the rows in use; NaN where none is.
-std::vector<double> mean_profile(const Strip& s, const std::vector<int>& rows) {
-  std::vector<double> sum(std::size_t(s.columns)), out(std::size_t(s.columns), kUnread);
-  std::vector<int> n(std::size_t(s.columns));
-  for (const int a : rows)
-    for (int c = 0; c < s.columns; ++c)
-      if (const double v = s.at(a, c); !std::isnan(v)) {
-        sum[std::size_t(c)] += v;
-        ++n[std::size_t(c)];
-      }
-  for (std::size_t c = 0; c < sum.size(); ++c)
-    if (n[c] > 0) out[c] = sum[c] / n[c];
-  return out;
-}
-
-// The profile before a blur of this variance, to second order.
-std::vector<double> deblurred(const std::vector<double>& p, double variance) {
-  std::vector<double> out = p;
-  for (std::size_t c = 2; c + 2 < p.size(); ++c) {
-    const double bend = 0.25 * (p[c + 2] - 2 * p[c] + p[c - 2]);
-    if (!std::isnan(bend)) out[c] -= 0.5 * variance * bend;
-  }
-  return out;
-}
+constexpr double kClippedLight = 0.015;  // of the light, where more of them are: so much is not known
 
 // A parabola through the profile about a place; .level there, .slope and .bend.
 struct Local {
@@ -188,7 +71,7 @@ Local parabola(const std::vector<double>& p, double place, double half) {
     ++l.samples;
   }
   SmallLeastSquares<3>::Row q{};
-  if (l.samples < 4 || !sums.solve(q)) return l;
+  if (l.samples < kMinFitSamples || !sums.solve(q)) return l;
   return {q[0], q[1], q[2], l.samples, true};
 }
 
@@ -230,7 +113,7 @@ double refined(const std::vector<double>& p, double place, double half, double l
 Edges find_edges(const std::vector<double>& p, double middle, double width, double peak) {
   Edges e;
   e.peak = peak;
-  const double half = std::max(2.0, 0.12 * width);
+  const double half = std::max(kMinFit_px, kEdgeShare * width);
   e.low = falls_below(p, middle, -1, 0.5 * peak);
   e.high = falls_below(p, middle, 1, 0.5 * peak);
   if (!e.found()) return e;
@@ -240,11 +123,11 @@ Edges find_edges(const std::vector<double>& p, double middle, double width, doub
 }
 
 double peak_of(const std::vector<double>& p, double middle, double width) {
-  const Local l = parabola(p, middle, std::max(2.0, 0.25 * width));
+  const Local l = parabola(p, middle, std::max(kMinFit_px, kPeakShare * width));
   if (!l.found) return kUnread;
   // The vertex, where it lies inside; else the level.
   const double vertex = l.bend < 0.0 ? l.level - l.slope * l.slope / (4 * l.bend) : l.level;
-  return std::abs(vertex - l.level) < 0.1 * std::abs(l.level) ? vertex : l.level;
+  return std::abs(vertex - l.level) < kMaxVertex * std::abs(l.level) ? vertex : l.level;
 }
 
 // Weighted mean of values among which few are wrong.
@@ -294,11 +177,11 @@ std::vector<LineGap> find_gaps(const Along& along) {
     g.from_px = a > 0 && !std::isnan(along.level[std::size_t(a - 1)]) ? crossing(a, a - 1, slope[0]) : a;
     g.to_px = end + 1 < n && !std::isnan(along.level[std::size_t(end + 1)]) ? crossing(end, end + 1, slope[1])
                                                                             : end;
-    const double steep = std::max(0.02, std::min(slope[0], slope[1]));
+    const double steep = std::max(kMinGapSlope, std::min(slope[0], slope[1]));
     g.std_px = std::sqrt(along.noise * along.noise / (steep * steep) + kGapFloor_px * kGapFloor_px);
-    if (g.to_px - g.from_px >= kSmallestGap_px) {
+    if (g.to_px - g.from_px >= kMinGap_px) {
       // A speck that covers the middle of a gap for a row or two does not divide it.
-      if (!gaps.empty() && g.from_px - gaps.back().to_px < kSmallestGap_px)
+      if (!gaps.empty() && g.from_px - gaps.back().to_px < kMinGap_px)
         gaps.back().to_px = g.to_px;
       else
         gaps.push_back(g);
@@ -306,6 +189,171 @@ std::vector<LineGap> find_gaps(const Along& along) {
     a = end + 1;
   }
   return gaps;
+}
+
+// Where the line is: its columns' medians, since gaps and dirt are few of the rows.
+struct Sighting {
+  std::vector<double> median;  // by column
+  double contrast = 0.0;       // mean of the middle's columns; negative: brighter than the ground
+  int column = -1;             // of the middle; -1: there is no line
+  int rows = 0;                // of the strip that lie in the picture
+};
+
+Sighting find_line(const Strip& s, const LineView& view, double search_px, double noise) {
+  Sighting line;
+  const double centre = -s.first_across_px;
+  line.median.assign(std::size_t(s.columns), kUnread);
+  std::vector<double> column;
+  for (int c = 0; c < s.columns; ++c) {
+    column.clear();
+    for (int a = 0; a < s.rows; ++a)
+      if (!std::isnan(s.at(a, c))) column.push_back(s.at(a, c));
+    if (!column.empty()) line.median[std::size_t(c)] = statistics::median(column);
+  }
+  const int reach = std::max(1, int(kSearchShare * view.width_px));
+  for (int c = reach; c + reach < s.columns; ++c) {
+    if (std::abs(c - centre) > search_px) continue;
+    double sum = 0.0;
+    for (int k = c - reach; k <= c + reach; ++k) sum += line.median[std::size_t(k)] / (2 * reach + 1);
+    if (std::abs(sum) > std::abs(line.contrast)) {
+      line.contrast = sum;
+      line.column = c;
+    }
+  }
+  for (int a = 0; a < s.rows; ++a)
+    line.rows += !std::isnan(s.at(a, std::clamp(int(centre), 0, s.columns - 1)));
+  const double least = std::max(
+      kMinContrast, kMinContrastStds * noise / std::sqrt(std::max(1.0, double(line.rows) * (2 * reach + 1))));
+  if (std::abs(line.contrast) < least) line.column = -1;
+  return line;
+}
+
+// The level of the line's middle by row, over the usual one; nothing where there is no usual level.
+std::optional<Along> level_along(const Strip& s, double middle, double width, double contrast, double noise) {
+  Along along;
+  const int core = std::max(1, int(kCoreShare * width));
+  for (int a = 0; a < s.rows; ++a) {
+    double sum = 0.0;
+    int n = 0;
+    for (int c = std::max(0, int(middle) - core); c <= std::min(s.columns - 1, int(middle) + core); ++c)
+      if (!std::isnan(s.at(a, c))) {
+        sum += s.at(a, c);
+        ++n;
+      }
+    along.level.push_back(n > core ? sum / n : kUnread);
+  }
+  std::vector<double> known;
+  for (const double v : along.level)
+    if (!std::isnan(v)) known.push_back(v);
+  if (known.size() < kMinLineRows) return std::nullopt;
+  const auto usual = known.begin() + std::ptrdiff_t(known.size() * kUsualQuarters / 4);
+  std::nth_element(known.begin(), usual, known.end());
+  const double level = *usual;
+  if (!(level > kMinUsualShare * std::abs(contrast))) return std::nullopt;
+  for (double& v : along.level) v /= level;
+  along.noise = noise / level / std::sqrt(2.0 * core + 1);
+  return along;
+}
+
+// Rows that are well inside the line.
+std::vector<int> rows_beside_gaps(const Along& along, const std::vector<LineGap>& gaps, double blur_px) {
+  const double clear = kClear_px + kClearBlurs * blur_px;
+  std::vector<int> rows;
+  for (int a = 0; a < int(along.level.size()); ++a) {
+    const bool in_gap = std::ranges::any_of(
+        gaps, [&](const LineGap& g) { return a > g.from_px - clear && a < g.to_px + clear; });
+    if (!std::isnan(along.level[std::size_t(a)]) && !in_gap) rows.push_back(a);
+  }
+  return rows;
+}
+
+// The line across: edges of the mean profile, then of stretches, which a speck at one of them does not move.
+struct Across {
+  Edges mean;
+  double middle = 0.0, width = 0.0;  // of these
+  double low = 0.0, high = 0.0;      // edges, of the stretches where there are enough
+};
+
+std::optional<Across> edges_across(const Strip& s, const std::vector<int>& rows,
+                                   const std::vector<double>& raw, double variance, double middle,
+                                   double width) {
+  Across line;
+  const std::vector<double> profile = deblurred(raw, variance);
+  for (int round = 0; round < 2; ++round) {
+    line.mean = find_edges(profile, middle, width, peak_of(profile, middle, width));
+    if (!line.mean.found() || !(line.mean.high - line.mean.low > kMinWidth_px)) return std::nullopt;
+    middle = 0.5 * (line.mean.low + line.mean.high);
+    width = line.mean.high - line.mean.low;
+  }
+  std::vector<double> lows, highs;
+  const std::size_t bins = std::clamp<std::size_t>(rows.size() / kBinRows, 1, kMaxBins);
+  for (std::size_t b = 0; b < bins; ++b) {
+    const std::vector<int> of_bin(rows.begin() + std::ptrdiff_t(b * rows.size() / bins),
+                                  rows.begin() + std::ptrdiff_t((b + 1) * rows.size() / bins));
+    const std::vector<double> p = deblurred(mean_profile(s, of_bin), variance);
+    const Edges e = find_edges(p, middle, width, peak_of(p, middle, width));
+    if (!e.found() || std::abs(e.low - line.mean.low) > kMaxBinShift * width ||
+        std::abs(e.high - line.mean.high) > kMaxBinShift * width)
+      continue;
+    lows.push_back(e.low);
+    highs.push_back(e.high);
+  }
+  const bool by_bins = lows.size() >= kMinBins;
+  line.middle = middle;
+  line.width = width;
+  line.low = by_bins ? robust_mean(lows) : line.mean.low;
+  line.high = by_bins ? robust_mean(highs) : line.mean.high;
+  return line;
+}
+
+// What is known of the light.
+struct LightErrors {
+  double noise = 0.0;       // of a pixel's contrast
+  double ground_std = 0.0;  // of the ground's level, relative
+  double clipped = 0.0;     // share of the light that saturation may have cut off
+};
+
+// @param moved edges with a wider blur
+void set_edges(const Strip& s, const Across& line, const Edges& moved, const LightErrors& light,
+               std::size_t rows, LinePictureReading& r) {
+  const double blur_low = moved.found() ? moved.low - line.mean.low : 0.0,
+               blur_high = moved.found() ? moved.high - line.mean.high : 0.0;
+  const auto edge_std = [&](double slope, double by_blur) {
+    const double one =
+        kEdgeNoise * light.noise / std::sqrt(std::max(1.0, double(line.mean.samples)) * double(rows));
+    const double steep = std::max(kMinSlope, std::abs(slope)), by_noise = one / steep,
+                 by_light = light.clipped / steep;
+    return std::sqrt(by_noise * by_noise + by_light * by_light + by_blur * by_blur +
+                     kEdgeFloor_px * kEdgeFloor_px);
+  };
+  r.left_px = s.across_px(line.high);
+  r.right_px = s.across_px(line.low);
+  r.left_std_px = edge_std(line.mean.high_slope, blur_high);
+  r.right_std_px = edge_std(line.mean.low_slope, blur_low);
+  r.width_px = line.high - line.low;
+  const double both = blur_high - blur_low, left = edge_std(line.mean.high_slope, 0.0),
+               right = edge_std(line.mean.low_slope, 0.0);
+  const double floor = kWidthFloor * r.width_px;
+  r.width_std_px = std::sqrt(left * left + right * right + both * both + floor * floor);
+}
+
+void set_overspray(const std::vector<double>& raw, const Across& line, const LightErrors& light,
+                   std::size_t rows, LinePictureReading& r) {
+  double sum = 0.0, beside = 0.0;
+  int n_beside = 0;
+  for (std::size_t c = 0; c < raw.size(); ++c) {
+    if (std::isnan(raw[c])) continue;
+    sum += raw[c];
+    if (std::abs(double(c) - line.middle) <= kBesideWidths * line.width) continue;
+    beside += raw[c];
+    ++n_beside;
+  }
+  if (!(sum > 0.0)) return;
+  r.overspray = beside / sum;
+  const double by_noise = light.noise * std::sqrt(double(n_beside) / double(rows)) / sum,
+               by_ground = (light.ground_std + light.clipped) * n_beside / sum,
+               by_halo = kHaloShare * r.overspray;
+  r.overspray_std = std::sqrt(by_noise * by_noise + by_ground * by_ground + by_halo * by_halo);
 }
 
 }  // namespace
@@ -338,154 +386,47 @@ Frame flat_field(std::span<const Frame* const> bare) {
 LinePictureReading measure_line_picture(const Frame& picture, const Frame* flat, const LineView& view,
                                         const LinePictureOptions& options) {
   LinePictureReading r;
-  if (!is_valid(picture) || !(view.length_px >= 4.0) || !(view.window_px <= kMaxSide) ||
+  if (!is_valid(picture) || !(view.length_px >= kMinLength_px) || !(view.window_px <= kMaxSide) ||
       !(view.length_px <= kMaxSide))
     return r;
   if (flat && (flat->width != picture.width || flat->height != picture.height || !is_valid(*flat)))
     flat = nullptr;
-  if (!(view.window_px >= 8.0) || !(view.window_px > 1.2 * view.width_px)) return r;
+  if (!(view.window_px >= kMinWindow_px) || !(view.window_px > kMinWindowWidths * view.width_px)) return r;
   Strip s = sample_strip(picture, flat, view);
   const std::optional<double> ground_std = to_contrast(s, flat != nullptr);
   if (!ground_std) return r;
-  const double clipped = s.saturated > kFewSaturated ? kClipped : 0.0;
-  const double noise = pixel_noise(s), centre = -s.first_across_px;
+  const LightErrors light{pixel_noise(s), *ground_std, s.saturated > kFewSaturated ? kClippedLight : 0.0};
 
-  // Its place and its sign (darker or brighter), by medians: gaps and dirt are few of the rows.
-  std::vector<double> median(std::size_t(s.columns), kUnread), column;
-  for (int c = 0; c < s.columns; ++c) {
-    column.clear();
-    for (int a = 0; a < s.rows; ++a)
-      if (!std::isnan(s.at(a, c))) column.push_back(s.at(a, c));
-    if (!column.empty()) median[std::size_t(c)] = statistics::median(column);
-  }
-  const int reach = std::max(1, int(0.2 * view.width_px));
-  double best = 0.0;
-  int top = -1;
-  for (int c = reach; c + reach < s.columns; ++c) {
-    if (std::abs(c - centre) > options.search_px) continue;
-    double sum = 0.0;
-    for (int k = c - reach; k <= c + reach; ++k) sum += median[std::size_t(k)] / (2 * reach + 1);
-    if (std::abs(sum) > std::abs(best)) {
-      best = sum;
-      top = c;
-    }
-  }
-  int inside = 0;
-  for (int a = 0; a < s.rows; ++a) inside += !std::isnan(s.at(a, std::clamp(int(centre), 0, s.columns - 1)));
-  r.read_px = inside;
-  const double least =
-      std::max(kLeastContrast, 8.0 * noise / std::sqrt(std::max(1.0, double(inside) * (2 * reach + 1))));
-  if (top < 0 || std::abs(best) < least) return r;
-  const double sign = best < 0.0 ? -1.0 : 1.0;
+  Sighting sighting = find_line(s, view, options.search_px, light.noise);
+  r.read_px = sighting.rows;
+  if (sighting.column < 0) return r;
+  const double sign = sighting.contrast < 0.0 ? -1.0 : 1.0;
   if (sign < 0.0) {
     for (double& v : s.value) v = -v;
-    for (double& v : median) v = -v;
+    for (double& v : sighting.median) v = -v;
   }
-
-  Edges seed = find_edges(median, top, view.width_px, peak_of(median, top, view.width_px));
+  const Edges seed = find_edges(sighting.median, sighting.column, view.width_px,
+                                peak_of(sighting.median, sighting.column, view.width_px));
   if (!seed.found()) return r;
-  double middle = 0.5 * (seed.low + seed.high), width = seed.high - seed.low;
-  if (!(width > 2.0) || !(width < 4.0 * view.width_px)) return r;
+  const double middle = 0.5 * (seed.low + seed.high), width = seed.high - seed.low;
+  if (!(width > kMinWidth_px) || !(width < kMaxWidths * view.width_px)) return r;
 
-  // Along the line: where it is missing.
-  Along along;
-  const int core = std::max(1, int(0.3 * width));
-  for (int a = 0; a < s.rows; ++a) {
-    double sum = 0.0;
-    int n = 0;
-    for (int c = std::max(0, int(middle) - core); c <= std::min(s.columns - 1, int(middle) + core); ++c)
-      if (!std::isnan(s.at(a, c))) {
-        sum += s.at(a, c);
-        ++n;
-      }
-    along.level.push_back(n > core ? sum / n : kUnread);
-  }
-  std::vector<double> known;
-  for (const double v : along.level)
-    if (!std::isnan(v)) known.push_back(v);
-  if (known.size() < 4) return r;
-  const auto usual = known.begin() + std::ptrdiff_t(known.size() * 3 / 4);
-  std::nth_element(known.begin(), usual, known.end());
-  const double level = *usual;
-  if (!(level > 0.5 * std::abs(best))) return r;
-  for (double& v : along.level) v /= level;
-  along.noise = noise / level / std::sqrt(2.0 * core + 1);
-  r.gaps = find_gaps(along);
+  const std::optional<Along> along = level_along(s, middle, width, sighting.contrast, light.noise);
+  if (!along) return r;
+  r.gaps = find_gaps(*along);
+  const std::vector<int> rows = rows_beside_gaps(*along, r.gaps, options.blur_px);
+  if (rows.size() < kMinLineRows) return r;
 
-  // Rows that are well inside the line.
-  const double clear = 2.0 + 3.0 * options.blur_px;
-  std::vector<int> rows;
-  for (int a = 0; a < s.rows; ++a) {
-    const bool in_gap = std::ranges::any_of(
-        r.gaps, [&](const LineGap& g) { return a > g.from_px - clear && a < g.to_px + clear; });
-    if (!std::isnan(along.level[std::size_t(a)]) && !in_gap) rows.push_back(a);
-  }
-  if (rows.size() < 4) return r;
-  const double variance = options.blur_px * options.blur_px + kPixelArea + s.interpolation;
+  const auto variance_of = [&](double blur_px) { return blur_px * blur_px + kPixelArea + s.interpolation; };
   const std::vector<double> raw = mean_profile(s, rows);
-  std::vector<double> profile = deblurred(raw, variance);
-  Edges all;
-  for (int round = 0; round < 2; ++round) {
-    all = find_edges(profile, middle, width, peak_of(profile, middle, width));
-    if (!all.found() || !(all.high - all.low > 2.0)) return r;
-    middle = 0.5 * (all.low + all.high);
-    width = all.high - all.low;
-  }
-  std::vector<double> lows, highs;
-  const std::size_t bins = std::clamp<std::size_t>(rows.size() / kBinRows, 1, 40);
-  for (std::size_t b = 0; b < bins; ++b) {
-    const std::vector<int> of_bin(rows.begin() + std::ptrdiff_t(b * rows.size() / bins),
-                                  rows.begin() + std::ptrdiff_t((b + 1) * rows.size() / bins));
-    const std::vector<double> p = deblurred(mean_profile(s, of_bin), variance);
-    const Edges e = find_edges(p, middle, width, peak_of(p, middle, width));
-    if (!e.found() || std::abs(e.low - all.low) > 0.5 * width || std::abs(e.high - all.high) > 0.5 * width)
-      continue;
-    lows.push_back(e.low);
-    highs.push_back(e.high);
-  }
-  // Edges of few noisy bins are no better than those of the mean.
-  const bool by_bins = lows.size() >= 4;
-  const double low = by_bins ? robust_mean(lows) : all.low, high = by_bins ? robust_mean(highs) : all.high;
-
-  // The part that another blur would make of it.
-  const double wider = options.blur_px + options.blur_std_px;
-  const std::vector<double> other = deblurred(raw, wider * wider + kPixelArea + s.interpolation);
-  const Edges moved = find_edges(other, middle, width, peak_of(other, middle, width));
-  const double blur_low = moved.found() ? moved.low - all.low : 0.0,
-               blur_high = moved.found() ? moved.high - all.high : 0.0;
-  const auto edge_std = [&](double slope, double by_blur) {
-    const double one = 1.5 * noise / std::sqrt(std::max(1.0, double(all.samples)) * double(rows.size()));
-    const double steep = std::max(1e-6, std::abs(slope)), by_noise = one / steep, by_light = clipped / steep;
-    return std::sqrt(by_noise * by_noise + by_light * by_light + by_blur * by_blur +
-                     kEdgeFloor_px * kEdgeFloor_px);
-  };
+  const std::optional<Across> line = edges_across(s, rows, raw, variance_of(options.blur_px), middle, width);
+  if (!line) return r;
+  const std::vector<double> wider = deblurred(raw, variance_of(options.blur_px + options.blur_std_px));
+  const Edges moved = find_edges(wider, line->middle, line->width, peak_of(wider, line->middle, line->width));
   r.seen = true;
-  r.contrast = sign * all.peak;
-  r.left_px = s.across_px(high);
-  r.right_px = s.across_px(low);
-  r.left_std_px = edge_std(all.high_slope, blur_high);
-  r.right_std_px = edge_std(all.low_slope, blur_low);
-  r.width_px = high - low;
-  const double both = blur_high - blur_low, left = edge_std(all.high_slope, 0.0),
-               right = edge_std(all.low_slope, 0.0);
-  const double ground = kWidthFloor * r.width_px;
-  r.width_std_px = std::sqrt(left * left + right * right + both * both + ground * ground);
-
-  double sum = 0.0, beside = 0.0;
-  int n_beside = 0;
-  for (std::size_t c = 0; c < raw.size(); ++c) {
-    if (std::isnan(raw[c])) continue;
-    sum += raw[c];
-    if (std::abs(double(c) - middle) <= kBesideWidths * width) continue;
-    beside += raw[c];
-    ++n_beside;
-  }
-  if (sum > 0.0) {
-    r.overspray = beside / sum;
-    const double by_noise = noise * std::sqrt(double(n_beside) / double(rows.size())) / sum,
-                 by_ground = (*ground_std + clipped) * n_beside / sum, by_halo = kHaloShare * r.overspray;
-    r.overspray_std = std::sqrt(by_noise * by_noise + by_ground * by_ground + by_halo * by_halo);
-  }
+  r.contrast = sign * line->mean.peak;
+  set_edges(s, *line, moved, light, rows.size(), r);
+  set_overspray(raw, *line, light, rows.size(), r);
   return r;
 }
 

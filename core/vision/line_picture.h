@@ -1,6 +1,6 @@
-// measure_line_picture() reads a printed line in a camera's picture from above: edges, width, gaps and
-// overspray, each with its standard deviation. Pure: pixels in, numbers out. Samples, profiles and robust
-// fits are own code: OpenCV has no median, mean or fit that leaves out pixels (core/vision/raster.h).
+// measure_line_picture() measures a printed line in a camera's picture from above: edges, width, gaps and
+// overspray, each with its standard deviation. Samples, profiles and robust fits are own code: OpenCV has no
+// median, mean or fit that leaves out pixels (core/vision/raster.h).
 #pragma once
 
 #include <span>
@@ -17,7 +17,7 @@ struct LineView {
   Point direction{1, 0};     ///< unit vector of travel
   double length_px = 0.0;    ///< of the stretch; parts beside the picture are not read
   double width_px = 20.0;    ///< expected, at half contrast
-  double window_px = 100.0;  ///< looked at to either side: at most half of the room to the next line
+  double window_px = 100.0;  ///< read to either side: at most half of the room to the next line
 };
 
 struct LinePictureOptions {

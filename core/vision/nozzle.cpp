@@ -9,9 +9,22 @@
 namespace firn::vision {
 namespace {
 
-constexpr double kHalf = 0.5;
+// Rows run along the nozzle's side of the picture and count inwards. Values without another reason were
+// chosen on rendered pictures (tests/bench/droplet_pictures.cpp, seeds below 50,000).
+constexpr double kHalf = 0.5;                          // opacity of the nozzle's outline
 constexpr double kWidthStd_px = 0.12;                  // the halfway level's, which all rows share
 constexpr double kReach_px = 2.0, kReachShare = 0.02;  // of a flank, from row to row; share of the width
+constexpr int kMinRows = 4;                            // of a nozzle
+constexpr long kMinTouch_px = 4;                       // of the picture's side
+constexpr int kClearRows = 2;                          // at the edge: its rounding
+constexpr int kMinWidthRows = 6, kWidthPart = 3;       // rows of the width: 1 / 3 of the nozzle's, at least 6
+constexpr std::size_t kMinUsedRows = 3;                // else all rows are used
+constexpr double kCornerShare = 0.08;                  // of the width at either corner: rounded
+constexpr double kLiquidShare = 0.22;                  // of the width about the middle: liquid hangs there
+constexpr int kEdgeRows = 2;                           // beyond the last row from which the edge is sought
+constexpr std::size_t kMinEdges = 2;                   // columns
+constexpr double kMinEdgeStd_px = 0.05;
+constexpr double kMedianStd = 1.25;  // standard deviation of a median over that of a mean
 
 // The picture seen with the nozzle at the top: s counts inwards from the nozzle's side, c along that side.
 struct Turned {
@@ -50,7 +63,7 @@ std::optional<double> halfway(const Turned& t, int s, int c) {
 }
 
 // One flank of the nozzle, followed from row to row: the halfway point nearest to where the rows before lead.
-// Writing over the flank is far from it and is passed over.
+// Dirt over the flank is far from it and is passed over.
 class Flank {
  public:
   Flank(double at, double reach_px, bool left) : at_(at), reach_px_(reach_px), left_(left) {}
@@ -61,7 +74,7 @@ class Flank {
     at_ += slope_;
     ++rows_;
     std::optional<double> best;
-    // Its first rows, where nothing is written, say how it runs.
+    // The first rows set its slope.
     const double near = s < kFirstRows ? reach_px_ : std::min(reach_px_, kNear_px + kNearPerRow_px * rows_);
     const int middle = int(std::lround(at_)), reach = int(std::ceil(near)) + 1;
     for (int c = std::max(1, middle - reach); c <= std::min(t.breadth - 1, middle + reach); ++c) {
@@ -72,7 +85,7 @@ class Flank {
     }
     seen_at_ = best.value_or(at_);
     if (!best) return false;
-    // Place and slope follow slowly: writing that touches the flank must not lead it away.
+    // Place and slope follow slowly: dirt that touches the flank must not lead it away.
     const bool first = s < kFirstRows;
     if (rows_ <= kSlopeRows) slope_ += (first ? kFirstSlope : kSlope) * (*best - at_) / rows_;
     at_ += (first ? 1.0 : kGain) * (*best - at_);
@@ -81,9 +94,11 @@ class Flank {
   }
 
  private:
-  static constexpr int kSlopeRows = 3, kFirstRows = 6;
-  static constexpr double kSlope = 0.05, kFirstSlope = 0.5, kGain = 0.3;
-  static constexpr double kNear_px = 1.5, kNearPerRow_px = 0.05;
+  static constexpr int kFirstRows = 6;  // follow fully and set the slope
+  static constexpr int kSlopeRows = 3;  // unseen ones after which the slope stays as it is
+  static constexpr double kFirstSlope = 0.5, kSlope = 0.05,
+                          kGain = 0.3;                            // shares of the distance that are taken
+  static constexpr double kNear_px = 1.5, kNearPerRow_px = 0.05;  // search; more by each unseen row
   double at_, reach_px_, slope_ = 0.0, seen_at_ = 0.0;
   bool left_;
   int rows_ = 0;  // since it was seen
@@ -137,12 +152,13 @@ double deviation(std::vector<double> v, double middle) {
   return statistics::kMadToStd * statistics::median(v);
 }
 
-}  // namespace
+// The side of the picture that the component touches over the longest stretch; it enters from there.
+struct Entry {
+  int side = 0;
+  long touch_px = 0;
+};
 
-Nozzle measure_nozzle(const Scene& scene, const Component& c) {
-  Nozzle nozzle;
-  const Frame& f = scene.frame();
-  // The side that the component touches over the longest stretch; it enters from there.
+Entry entry_of(const Component& c, const Frame& f) {
   long touch[4] = {0, 0, 0, 0};
   for (const Run& r : c.runs) {
     if (r.y == 0) touch[0] += r.x1 - r.x0 + 1;
@@ -151,51 +167,71 @@ Nozzle measure_nozzle(const Scene& scene, const Component& c) {
     touch[3] += r.x1 == f.width - 1;
   }
   const int side = int(std::max_element(touch, touch + 4) - touch);
-  const Turned t(scene, side);
-  const int c0 = side < 2 ? c.x0 : c.y0, c1 = side < 2 ? c.x1 : c.y1;
-  const int far = side == 0 ? c.y1 : side == 1 ? f.height - 1 - c.y0 : side == 2 ? c.x1 : f.width - 1 - c.x0;
-  const std::vector<Span> spans = follow_flanks(t, far, c0, c1);
-  const int end = int(spans.size());
-  if (end < 4 || touch[side] < 4) return nozzle;
-  // Rows close to the edge, but clear of its rounding.
-  std::vector<double> near, left, right;
-  const auto take = [&](int from) {
-    near.clear();
-    left.clear();
-    right.clear();
-    for (int s = std::max(0, from); s < end - 2; ++s) {
-      const Span& span = spans[std::size_t(s)];
-      if (!span.seen || span.from <= 0 || span.to >= t.breadth - 1) continue;
-      near.push_back(span.width());
-      left.push_back(span.from);
-      right.push_back(span.to);
-    }
-  };
-  take(end - 3 - std::max(6, end / 3));
-  if (near.size() < 3) take(0);  // written over
-  if (near.size() < 3) return nozzle;
-  const double width = statistics::median(near), from = statistics::median(left),
-               to = statistics::median(right);
+  return {side, touch[side]};
+}
+
+// Widths and flanks of the rows from `first` on that are clear of the edge and of the picture's other sides.
+struct Rows {
+  std::vector<double> width, left, right;
+};
+
+Rows rows_from(int first, const std::vector<Span>& spans, int breadth) {
+  Rows rows;
+  for (int s = std::max(0, first); s < int(spans.size()) - kClearRows; ++s) {
+    const Span& span = spans[std::size_t(s)];
+    if (!span.seen || span.from <= 0 || span.to >= breadth - 1) continue;
+    rows.width.push_back(span.width());
+    rows.left.push_back(span.from);
+    rows.right.push_back(span.to);
+  }
+  return rows;
+}
+
+// The row at which each column of the edge becomes bright, between rounded corners and hanging liquid.
+std::vector<double> edge_rows(const Turned& t, int end, double from, double to, double width) {
   std::vector<double> edges;
-  for (int k = int(std::ceil(from + 0.08 * width)); k <= int(to - 0.08 * width); ++k) {
+  for (int k = int(std::ceil(from + kCornerShare * width)); k <= int(to - kCornerShare * width); ++k) {
     const double across = std::abs(double(k) - 0.5 * (from + to)) / width;
-    if (across < 0.22) continue;  // liquid hangs from the middle
-    int s = std::min(end + 2, t.depth - 1);
+    if (across < kLiquidShare) continue;
+    int s = std::min(end + kEdgeRows, t.depth - 1);
     if (t.opacity(k, s) >= kHalf) continue;
     while (s > 0 && t.opacity(k, s) < kHalf) --s;
     const double in = t.opacity(k, s), out = t.opacity(k, s + 1);
     if (in > out) edges.push_back(s + (in - kHalf) / (in - out));
   }
-  if (edges.size() < 2) return nozzle;
+  return edges;
+}
+
+}  // namespace
+
+Nozzle measure_nozzle(const Scene& scene, const Component& c) {
+  Nozzle nozzle;
+  const Frame& f = scene.frame();
+  const auto [side, touch_px] = entry_of(c, f);
+  const Turned t(scene, side);
+  const int c0 = side < 2 ? c.x0 : c.y0, c1 = side < 2 ? c.x1 : c.y1;
+  const int far = side == 0 ? c.y1 : side == 1 ? f.height - 1 - c.y0 : side == 2 ? c.x1 : f.width - 1 - c.x0;
+  const std::vector<Span> spans = follow_flanks(t, far, c0, c1);
+  const int end = int(spans.size());
+  if (end < kMinRows || touch_px < kMinTouch_px) return nozzle;
+  Rows rows = rows_from(end - kClearRows - 1 - std::max(kMinWidthRows, end / kWidthPart), spans, t.breadth);
+  if (rows.width.size() < kMinUsedRows) rows = rows_from(0, spans, t.breadth);  // dirt near the edge
+  if (rows.width.size() < kMinUsedRows) return nozzle;
+  const double width = statistics::median(rows.width), from = statistics::median(rows.left),
+               to = statistics::median(rows.right);
+  std::vector<double> edges = edge_rows(t, end, from, to, width);
+  if (edges.size() < kMinEdges) return nozzle;
   const double edge = statistics::median(edges), middle = 0.5 * (from + to);
   nozzle.found = true;
   nozzle.edge = t.pixel(middle, edge);
   const Point inner = t.pixel(middle, edge + 1);
   nozzle.flight = {inner.x - nozzle.edge.x, inner.y - nozzle.edge.y};
-  nozzle.edge_std_px = std::max(0.05, deviation(edges, edge) / std::sqrt(double(edges.size())) * 1.25);
+  nozzle.edge_std_px =
+      std::max(kMinEdgeStd_px, deviation(edges, edge) / std::sqrt(double(edges.size())) * kMedianStd);
   nozzle.width_px = width;
   nozzle.width_std_px =
-      std::sqrt(kWidthStd_px * kWidthStd_px + square(1.25 * deviation(near, width)) / double(near.size()));
+      std::sqrt(kWidthStd_px * kWidthStd_px +
+                square(kMedianStd * deviation(rows.width, width)) / double(rows.width.size()));
   return nozzle;
 }
 

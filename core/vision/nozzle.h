@@ -13,7 +13,7 @@ struct Nozzle {
   Point flight;                               ///< unit vector from the nozzle's side of the picture inwards
 };
 
-/// Follows both flanks of the silhouette from its side of the picture inwards; writing over them is passed
+/// Follows both flanks of the silhouette from its side of the picture inwards; dirt over them is passed
 /// over. It ends where less than half of what is between them is covered. @pre the component reaches the
 /// picture's edge
 Nozzle measure_nozzle(const Scene& scene, const Component& component);

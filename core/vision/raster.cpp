@@ -109,12 +109,4 @@ Frame inverted_frame(const Frame& f) {
   return g;
 }
 
-CellMask mask_of(const Component& c) {
-  CellMask mask(c.x1 - c.x0 + 1, c.y1 - c.y0 + 1);
-  for (const Run& r : c.runs)
-    std::fill_n(mask.cells.begin() + std::ptrdiff_t(mask.index(r.x0 - c.x0, r.y - c.y0)), r.x1 - r.x0 + 1,
-                std::uint8_t(1));
-  return mask;
-}
-
 }  // namespace firn::vision

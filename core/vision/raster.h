@@ -35,9 +35,6 @@ Labels label_cells(const CellMask& mask);
 /// The components of a mask whose first cell is the pixel (x0, y0), in any order; `at_edge` is false.
 std::vector<Component> components_of(const CellMask& mask, int x0, int y0);
 
-/// Pixels of a component within its box.
-CellMask mask_of(const Component& component);
-
 /// Switches on the cells that are off and not connected (4 neighbours) to the mask's surroundings.
 void fill_holes(Silhouette& silhouette);
 

@@ -9,14 +9,24 @@
 namespace firn::vision {
 namespace {
 
-constexpr double kHollow = 0.92;    // of the rim's peak: a middle that is darker is none
-constexpr double kPlateau = 3.5;    // width of a rim over its blur from which it reaches its plateau
-constexpr double kLevelStd = 0.2;   // of the liquid's opacity from 1
-constexpr double kResidual = 0.03;  // of the peak: a profile that is farther from the model is no rim
-constexpr double kLeastBlur_px = 0.8;
-constexpr double kClippedResidual =
+// Values without another reason were chosen on drawn profiles and discs
+// (tests/core/vision/soft_pictures_test.cpp).
+constexpr std::size_t kMinProfile = 12;  // samples of a profile that is fitted
+constexpr double kMaxMiddle = 0.92;  // opacity of the middle over the rim's peak: a darker one is no middle
+constexpr double kMaxThinRim = 3.5;  // width of a rim over its blur from which it reaches its plateau
+constexpr double kLevelStd = 0.2;    // of the liquid's opacity from 1
+constexpr double kMaxResidualRim = 0.03;  // of the peak: a profile that is farther from the model is no rim
+constexpr double kMinBlur_px = 0.8;       // of a first guess; half of it in the fit
+constexpr double kMaxResidualClipped =
     0.02;  // of the plateau: a profile that is farther from the model is no edge
+constexpr double kMinRimLevel = 0.6, kMaxRimLevel = 1.8;  // opacity of the liquid in a fit that counts
+constexpr double kMaxRimShift = 2.0,
+                 kMaxClippedShift = 3.0;       // blurs: distance of an edge from its halfway point
+constexpr std::size_t kMinClippedProfile = 8;  // samples from the peak on
+constexpr double kMaxBlurRatio = 2.0;          // of a clipped edge's blur over its first guess
+// Levenberg and Marquardt's damping of the normal equations' diagonal.
 constexpr int kRounds = 24;
+constexpr double kFirstDamping = 1e-3, kMinDamping = 1e-9, kLessDamping = 0.3, kMoreDamping = 6.0;
 
 // exp(-x) for x >= 0 by its series and squares: the same bytes on every machine.
 double decayed(double x) {
@@ -51,7 +61,7 @@ double cost_of(const Parameters& p, std::span<const double> opacity, double firs
         opacity[k] - p[0] * distribution((p[2] - d) / p[4]) + p[1] * distribution((p[2] - p[3] - d) / p[4]);
     square += off * off;
   }
-  const double level = (p[0] - 1.0) / kLevelStd * kResidual;
+  const double level = (p[0] - 1.0) / kLevelStd * kMaxResidualRim;
   return square + level * level;
 }
 
@@ -104,14 +114,14 @@ SmallLeastSquares<4> equations_of(const EdgeParameters& p, const EdgeProfile& pr
   return sums;
 }
 
-constexpr double kMostExcess = 4.0;
+constexpr double kMaxExcess = 4.0;  // light over the white level, less 1
 // Standard deviation of the edge, as shares of its distance from the halfway point: measured on drawn discs
 // of 25 to 110 px before light of 1.02 to 2.2 times the white level.
 constexpr double kShiftStd = 0.2, kShiftStdPerExcess = 0.6;
 
 // Damped Gauss-Newton steps from one guess. @returns the cost
 double fit_from(EdgeParameters& p, const EdgeProfile& profile) {
-  double cost = cost_of(p, profile), damping = 1e-3;
+  double cost = cost_of(p, profile), damping = kFirstDamping;
   for (int round = 0; round < kRounds; ++round) {
     SmallLeastSquares<4> sums = equations_of(p, profile);
     for (std::size_t n = 0; n < p.size(); ++n) {
@@ -124,14 +134,14 @@ double fit_from(EdgeParameters& p, const EdgeProfile& profile) {
     EdgeParameters next = p;
     for (std::size_t n = 0; n < p.size(); ++n) next[n] += step[n];
     next[0] = std::max(0.1, next[0]);
-    next[1] = std::clamp(next[1], 0.0, 2.0 * kMostExcess);
-    next[3] = std::max(0.5 * kLeastBlur_px, next[3]);
+    next[1] = std::clamp(next[1], 0.0, 2.0 * kMaxExcess);
+    next[3] = std::max(0.5 * kMinBlur_px, next[3]);
     if (const double now = cost_of(next, profile); now < cost) {
       p = next;
       cost = now;
-      damping = std::max(1e-9, 0.3 * damping);
+      damping = std::max(kMinDamping, kLessDamping * damping);
     } else {
-      damping *= 6.0;
+      damping *= kMoreDamping;
     }
   }
   return cost;
@@ -142,38 +152,38 @@ double fit_from(EdgeParameters& p, const EdgeProfile& profile) {
 ClippedEdge fit_clipped_edge(std::span<const double> opacity, double first_px, double pitch_px,
                              double blur_px) {
   ClippedEdge fit;
-  if (opacity.size() < 12) return fit;
+  if (opacity.size() < kMinProfile) return fit;
   const auto peak = std::ranges::max_element(opacity);
   const std::size_t from = std::size_t(peak - opacity.begin());
-  if (opacity.size() - from < 8 || *peak <= 0.0) return fit;
+  if (opacity.size() - from < kMinClippedProfile || *peak <= 0.0) return fit;
   const EdgeProfile profile{opacity.subspan(from), first_px + pitch_px * double(from), pitch_px};
   EdgeParameters best{};
-  double least = -1.0;
+  double min_cost = -1.0;
   for (const double excess : {0.1, 0.5, 1.5}) {
-    EdgeParameters p{*peak, excess, 0.0, std::max(kLeastBlur_px, blur_px) * (1.0 + excess)};
-    if (const double cost = fit_from(p, profile); least < 0.0 || cost < least) {
-      least = cost;
+    EdgeParameters p{*peak, excess, 0.0, std::max(kMinBlur_px, blur_px) * (1.0 + excess)};
+    if (const double cost = fit_from(p, profile); min_cost < 0.0 || cost < min_cost) {
+      min_cost = cost;
       best = p;
     }
   }
-  const double rms = std::sqrt(least / double(profile.opacity.size()));
+  const double rms = std::sqrt(min_cost / double(profile.opacity.size()));
   fit = {false, best[2], std::abs(best[2]) * (kShiftStd + kShiftStdPerExcess * best[1]),
          std::sqrt(best[3] * best[3] + kInterpolated_px2)};
-  fit.found = rms < kClippedResidual * best[0] && best[1] < kMostExcess &&
-              std::abs(best[2]) < 3.0 * best[3] &&
-              best[3] < 2.0 * (std::max(kLeastBlur_px, blur_px) * (1.0 + best[1]));
+  fit.found = rms < kMaxResidualClipped * best[0] && best[1] < kMaxExcess &&
+              std::abs(best[2]) < kMaxClippedShift * best[3] &&
+              best[3] < kMaxBlurRatio * (std::max(kMinBlur_px, blur_px) * (1.0 + best[1]));
   return fit;
 }
 
 RimFit fit_rim(std::span<const double> opacity, double first_px, double pitch_px, double blur_px) {
   RimFit fit;
-  if (opacity.size() < 12) return fit;
+  if (opacity.size() < kMinProfile) return fit;
   const auto peak = std::ranges::max_element(opacity);
-  if (!(*std::min_element(opacity.begin(), peak + 1) < kHollow * *peak) || *peak <= 0.0) return fit;
+  if (!(*std::min_element(opacity.begin(), peak + 1) < kMaxMiddle * *peak) || *peak <= 0.0) return fit;
   const double to_peak = -(first_px + pitch_px * double(peak - opacity.begin()));
   Parameters p{std::max(1.0, *peak), 0.8, 0.0, std::max(2.0 * to_peak, pitch_px),
-               std::max(kLeastBlur_px, blur_px)};
-  double cost = cost_of(p, opacity, first_px, pitch_px), damping = 1e-3;
+               std::max(kMinBlur_px, blur_px)};
+  double cost = cost_of(p, opacity, first_px, pitch_px), damping = kFirstDamping;
   for (int round = 0; round < kRounds; ++round) {
     SmallLeastSquares<5> sums;
     for (std::size_t k = 0; k < opacity.size(); ++k) {
@@ -183,7 +193,7 @@ RimFit fit_rim(std::span<const double> opacity, double first_px, double pitch_px
                    gv = p[1] * density(v) / p[4];
       sums.add({fu, -fv, gu - gv, gv, -u * gu + v * gv}, opacity[k] - p[0] * fu + p[1] * fv, 1.0);
     }
-    const double level = kResidual / kLevelStd;
+    const double level = kMaxResidualRim / kLevelStd;
     sums.add({level, 0, 0, 0, 0}, level * (1.0 - p[0]), 1.0);
     for (std::size_t n = 0; n < 5; ++n) {
       std::array<double, 5> row{};
@@ -196,20 +206,20 @@ RimFit fit_rim(std::span<const double> opacity, double first_px, double pitch_px
     for (std::size_t n = 0; n < 5; ++n) next[n] += step[n];
     next[1] = std::max(0.0, next[1]);
     next[3] = std::max(0.5 * pitch_px, next[3]);
-    next[4] = std::max(0.5 * kLeastBlur_px, next[4]);
+    next[4] = std::max(0.5 * kMinBlur_px, next[4]);
     const double now = cost_of(next, opacity, first_px, pitch_px);
     if (now < cost) {
       p = next;
       cost = now;
-      damping = std::max(1e-9, 0.3 * damping);
+      damping = std::max(kMinDamping, kLessDamping * damping);
     } else {
-      damping *= 6.0;
+      damping *= kMoreDamping;
     }
   }
   const double rms = std::sqrt(cost / double(opacity.size()));
   fit = {false, p[2], p[4], p[3], p[0]};
-  fit.found = rms < kResidual * *peak && p[4] > kLeastBlur_px && p[3] < kPlateau * p[4] && p[0] > 0.6 &&
-              p[0] < 1.8 && std::abs(p[2]) < 2.0 * p[4];
+  fit.found = rms < kMaxResidualRim * *peak && p[4] > kMinBlur_px && p[3] < kMaxThinRim * p[4] &&
+              p[0] > kMinRimLevel && p[0] < kMaxRimLevel && std::abs(p[2]) < kMaxRimShift * p[4];
   return fit;
 }
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/vision/frame.h"
-#include "core/vision/light.h"
+#include "core/vision/illumination.h"
 
 namespace firn::vision {
 
@@ -19,10 +19,10 @@ struct Background {
 class Scene {
  public:
   /// @param background or nullptr; of the same size, its objects darker than its ground
-  Scene(const Frame& frame, const Light& light, const Background* background);
+  Scene(const Frame& frame, const Illumination& illumination, const Background* background);
 
   const Frame& frame() const { return frame_; }
-  const Light& light() const { return light_; }
+  const Illumination& illumination() const { return illumination_; }
 
   /// Grey level of the ground: of the background picture, and of the smooth ground where the nozzle is, so
   /// that the nozzle stays an object. 0 depth, hence opacity 0, where the background is nearly as dark as an
@@ -32,28 +32,27 @@ class Scene {
       const std::size_t i = frame_.index(x, y);
       if (!background_->nozzle[i]) return gain_ * double(background_->frame.pixels[i]);
     }
-    return double(
-        light_.ground[std::size_t(y / kBlock) * std::size_t(light_.columns) + std::size_t(x / kBlock)]);
+    return double(illumination_.ground[std::size_t(y / kBlock) * std::size_t(illumination_.columns) +
+                                       std::size_t(x / kBlock)]);
   }
   double opacity(int x, int y) const {
-    const double g = ground(x, y), depth = g - light_.dark;
-    return depth > least_depth_ ? (g - double(frame_.at(x, y))) / depth : 0.0;
+    const double g = ground(x, y), depth = g - illumination_.dark;
+    return depth > min_depth_ ? (g - double(frame_.at(x, y))) / depth : 0.0;
   }
-  /// The largest grey level at which a pixel of a block's ground has an opacity above `level`, -1 if none
-  /// has.
+  /// The largest grey level whose opacity is above `level` at a pixel and its block, -1 if none has.
   /// @pre it lies on the smooth ground: there is no background
-  int darkest_above(int x, int y, double level) const;
+  int grey_threshold(int x, int y, double level) const;
   bool has_background() const { return background_ != nullptr; }
   /// Bilinear, inside the picture.
   double opacity(double x, double y) const;
   /// Standard deviation of a pixel's opacity.
-  double noise() const { return light_.noise / std::max(1.0, light_.depth); }
+  double noise() const { return illumination_.noise / std::max(1.0, illumination_.depth); }
 
  private:
   const Frame& frame_;
-  const Light& light_;
+  const Illumination& illumination_;
   const Background* background_;
-  double gain_ = 1.0, least_depth_ = 1.0;
+  double gain_ = 1.0, min_depth_ = 1.0;
 };
 
 /// One run of pixels of a row.
@@ -68,6 +67,10 @@ struct Component {
   bool at_edge = false;   ///< reaches the picture's edge
   std::vector<Run> runs;  ///< rows from the top, x ascending
 };
+
+/// Opacity above which touching pixels are one object. Chosen on rendered pictures: below half of a rim, so
+/// that a blurred ligament stays whole, and above what uneven light leaves.
+inline constexpr double kObjectOpacity = 0.28;
 
 /// @param level opacity, above 0
 std::vector<Component> find_components(const Scene& scene, double level);

@@ -11,15 +11,33 @@
 namespace firn::vision {
 namespace {
 
-constexpr double kPrior = 8.0;    // degrees of freedom of the stated variances
-constexpr double kFar_std = 5.0;  // a centroid farther from the line belongs to another droplet
+// Values without another reason were chosen on rendered sweeps (tests/bench/droplet_pictures.cpp, seeds below
+// 50,000).
+constexpr double kPriorFreedom = 8.0;   // degrees of freedom of the stated variances
+constexpr double kOutlierStds = 5.0;    // a centroid farther from the line belongs to another droplet, but
+constexpr double kMinOutlier_px = 1.5;  // … not within this
+constexpr std::size_t kMinAgreed = 3;   // pictures on one line that make another one an outlier
+constexpr std::size_t kMinTailless =
+    4;  // free droplets without tails; with fewer those with tails count, too
+constexpr double kCentroidFloor_px2 = 1e-6;  // variance that a place has at least
 
-constexpr std::size_t kLeastAgreed = 3;  // pictures on one line that make another one an outlier
-
+// Drag as v^m: m = 1 of Stokes, 1.69 of Schiller and Naumann; a path is curved from so many pictures on.
 constexpr double kDragPower = 1.35, kDragPower_std = 0.2;
-constexpr double kShared_px = 0.008;  // error of places that changes slowly across the picture: light, lens
+constexpr std::size_t kMinCurved = 6, kMinCurvedDelays = 5;
+constexpr double kThirdInSlope = 0.6;  // of a third order that goes into the slope of evenly spread delays
+constexpr double kShared_px = 0.008;   // error of places that changes slowly across the picture: light, lens
+constexpr double kMinStatedShare = 0.25;  // of the stated variance that the pooled one keeps
 
-struct Seen {
+// Standard deviation of a diameter that all pictures share: the rim's plateau is known to some per cent, and
+// a level moves a blurred edge by a + b blur + c blur^2 / diameter [px].
+constexpr double kLevel_px = 0.006, kLevelPerBlur = 0.018, kLevelPerBlur2 = 0.09;
+constexpr double kMinAxisRatio = 0.5, kMaxAxisRatio = 2.0;  // of a spheroid; beyond, it is an edge's error
+constexpr double kSatelliteStd = 0.05, kSatelliteCommonStd = 0.02;  // of a satellite's diameter
+constexpr int kMaxWrongPart = 4;       // 1 / 4 of the pictures on the wrong side: there is no break-off
+constexpr double kMedianError = 1.25;  // standard deviation of a median over that of a mean
+constexpr std::size_t kMinDots = 9;    // of a calibration target
+
+struct Observation {
   double t = 0.0, x = 0.0, y = 0.0, variance = 0.0;
   const Droplet* droplet = nullptr;
   const DropletPicture* picture = nullptr;
@@ -32,10 +50,10 @@ struct Line {
 
 double middle_of(std::vector<double> v) { return statistics::median(v); }
 
-Line fit(const std::vector<Seen>& seen, double Seen::*place, double more) {
+Line fit(const std::vector<Observation>& seen, double Observation::*place, double more) {
   Line line;
   double w = 0, wt = 0, wy = 0, tt = 0, ty = 0;
-  for (const Seen& s : seen) {
+  for (const Observation& s : seen) {
     const double weight = 1 / (s.variance + more);
     w += weight;
     wt += weight * s.t;
@@ -43,7 +61,7 @@ Line fit(const std::vector<Seen>& seen, double Seen::*place, double more) {
   }
   line.t = wt / w;
   line.at = wy / w;
-  for (const Seen& s : seen) {
+  for (const Observation& s : seen) {
     const double weight = 1 / (s.variance + more);
     tt += weight * (s.t - line.t) * (s.t - line.t);
     ty += weight * (s.t - line.t) * (s.*place - line.at);
@@ -54,7 +72,7 @@ Line fit(const std::vector<Seen>& seen, double Seen::*place, double more) {
 }
 
 // Theil-Sen: the median slope of all pairs with different delays, and the median intercept.
-Line robust_line(const std::vector<Seen>& seen, double Seen::*place) {
+Line robust_line(const std::vector<Observation>& seen, double Observation::*place) {
   std::vector<double> slopes, at;
   for (std::size_t i = 0; i < seen.size(); ++i)
     for (std::size_t k = i + 1; k < seen.size(); ++k)
@@ -63,42 +81,46 @@ Line robust_line(const std::vector<Seen>& seen, double Seen::*place) {
   Line line;
   if (slopes.empty()) return line;
   line.slope = statistics::median(slopes);
-  for (const Seen& s : seen) at.push_back(s.*place - line.slope * s.t);
+  for (const Observation& s : seen) at.push_back(s.*place - line.slope * s.t);
   line.at = statistics::median(at);
   return line;
 }
 
-Seen seen_of(const TimedPicture& p, const Droplet& d) {
-  return {p.delay_us, d.x, d.y, d.x_std * d.x_std + 1e-6, &d, &p.picture};
+Observation observed(const TimedPicture& p, const Droplet& d) {
+  return {p.delay_us, d.x, d.y, d.x_std * d.x_std + kCentroidFloor_px2, &d, &p.picture};
 }
 
 // Free droplets, first without tails: a tail that is drawn in moves the centroid.
-std::vector<Seen> free_droplets(std::span<const TimedPicture> pictures, bool tails) {
-  std::vector<Seen> seen;
+std::vector<Observation> free_droplets(std::span<const TimedPicture> pictures, bool tails) {
+  std::vector<Observation> seen;
   for (const TimedPicture& p : pictures)
     if (p.picture.state == PictureState::kDrop && (tails || p.picture.main.tail_px == 0.0))
-      seen.push_back(seen_of(p, p.picture.main));
-  std::stable_sort(seen.begin(), seen.end(), [](const Seen& a, const Seen& b) { return a.t < b.t; });
+      seen.push_back(observed(p, p.picture.main));
+  std::stable_sort(seen.begin(), seen.end(),
+                   [](const Observation& a, const Observation& b) { return a.t < b.t; });
   return seen;
 }
 
-bool has_two_delays(const std::vector<Seen>& seen) { return !seen.empty() && seen.back().t > seen.front().t; }
+bool has_two_delays(const std::vector<Observation>& seen) {
+  return !seen.empty() && seen.back().t > seen.front().t;
+}
 
 // Each picture's droplet that is nearest to the robust line; none within reach: the picture does not count.
-void follow(std::span<const TimedPicture> pictures, std::vector<Seen>& seen) {
-  const Line x = robust_line(seen, &Seen::x), y = robust_line(seen, &Seen::y);
+void follow(std::span<const TimedPicture> pictures, std::vector<Observation>& seen) {
+  const Line x = robust_line(seen, &Observation::x), y = robust_line(seen, &Observation::y);
   std::vector<double> off;
-  for (const Seen& s : seen) {
+  for (const Observation& s : seen) {
     const double dx = s.x - x.value(s.t), dy = s.y - y.value(s.t);
     off.push_back(std::sqrt(dx * dx + dy * dy));
   }
   std::vector<double> copy(off);
   const double n = double(seen.size());  // a line takes two degrees of freedom from the distances
   const double reach =
-      std::max(kFar_std * statistics::kMadToStd * statistics::median(copy) * n / std::max(1.0, n - 2), 1.5);
-  std::vector<Seen> kept;
+      std::max(kOutlierStds * statistics::kMadToStd * statistics::median(copy) * n / std::max(1.0, n - 2),
+               kMinOutlier_px);
+  std::vector<Observation> kept;
   for (std::size_t i = 0; i < seen.size(); ++i) {
-    Seen best = seen[i];
+    Observation best = seen[i];
     double nearest = off[i];
     if (nearest > reach)
       for (const TimedPicture& p : pictures) {
@@ -108,14 +130,14 @@ void follow(std::span<const TimedPicture> pictures, std::vector<Seen>& seen) {
                        r = std::sqrt(dx * dx + dy * dy);
           if (r < nearest && !d.joined) {
             nearest = r;
-            best = seen_of(p, d);
+            best = observed(p, d);
           }
         }
       }
     if (nearest <= reach) kept.push_back(best);
   }
   // A line passes through any two places: two pictures cannot outvote a third one.
-  if (kept.size() >= kLeastAgreed) seen = std::move(kept);
+  if (kept.size() >= kMinAgreed) seen = std::move(kept);
 }
 
 // value +- 1.96 std covers 95 % of Student's t with `freedom` [Abramowitz and Stegun, table 26.10 for 1 and
@@ -136,7 +158,7 @@ double contradiction(double freedom) { return freedom < 1.5 ? 3.84 : freedom < 2
 double pooled_variance(double squares, double n, double fitted, double stated) {
   const double freedom = n - fitted;
   const bool alone = freedom >= 1 && squares > contradiction(freedom) * freedom * stated;
-  const double prior = alone ? 0.0 : kPrior, all = std::max(0.0, freedom) + prior;
+  const double prior = alone ? 0.0 : kPriorFreedom, all = std::max(0.0, freedom) + prior;
   const double factor = alone ? widen(all) : 1.0;
   return (squares + prior * stated) / all * factor * factor;
 }
@@ -154,17 +176,17 @@ Estimate mean_estimate(const std::vector<double>& v, double stated_std, double c
   return e;
 }
 
-void measure_size(const std::vector<Seen>& seen, const Scale& scale, SweepResult& r) {
+void measure_size(const std::vector<Observation>& seen, const Scale& scale, SweepResult& r) {
   std::vector<double> diameter, volume, relative, bias;
-  for (const Seen& s : seen) {
+  for (const Observation& s : seen) {
     const double d = s.droplet->diameter_px * scale.um_per_px, blur = s.picture->blur_px;
     diameter.push_back(d);
     // Spheroid about the flight: pi / 6 * along * across^2, um^3 in pl.
     volume.push_back(std::numbers::pi / 6 * d * d * d /
-                     std::sqrt(std::clamp(s.droplet->axis_ratio, 0.5, 2.0)) * 1e-3);
+                     std::sqrt(std::clamp(s.droplet->axis_ratio, kMinAxisRatio, kMaxAxisRatio)) * 1e-3);
     relative.push_back(s.droplet->diameter_std_px / s.droplet->diameter_px);
-    // The rim's plateau is known to some per cent, and a level moves a blurred edge; all pictures share that.
-    const double px = s.droplet->diameter_px, level_px = 0.006 + 0.018 * blur + 0.09 * blur * blur / px,
+    const double px = s.droplet->diameter_px,
+                 level_px = kLevel_px + kLevelPerBlur * blur + kLevelPerBlur2 * blur * blur / px,
                  focus_px = blurred_std_px(blur, px);
     bias.push_back(std::sqrt(level_px * level_px + focus_px * focus_px) / px);
   }
@@ -178,9 +200,9 @@ void measure_size(const std::vector<Seen>& seen, const Scale& scale, SweepResult
   r.volume_pl = mean_estimate(volume, 3 * stated * of_volume, 3 * shared * of_volume);
 }
 
-void measure_satellites(const std::vector<Seen>& seen, const Scale& scale, SweepResult& r) {
+void measure_satellites(const std::vector<Observation>& seen, const Scale& scale, SweepResult& r) {
   std::vector<double> count, largest;
-  for (const Seen& s : seen) {
+  for (const Observation& s : seen) {
     count.push_back(double(s.picture->satellites.size()));
     if (!s.picture->satellites.empty())
       largest.push_back(s.picture->satellites.front().diameter_px * scale.um_per_px);
@@ -193,7 +215,7 @@ void measure_satellites(const std::vector<Seen>& seen, const Scale& scale, Sweep
   r.satellites.std = std::sqrt(squares / double(count.size()));
   if (2 * largest.size() >= count.size() && !largest.empty()) {
     const double middle = middle_of(largest);
-    r.largest_satellite_um = mean_estimate(largest, 0.05 * middle, 0.02 * middle);
+    r.largest_satellite_um = mean_estimate(largest, kSatelliteStd * middle, kSatelliteCommonStd * middle);
   }
 }
 
@@ -211,16 +233,16 @@ Estimate break_off(std::span<const TimedPicture> pictures) {
   Estimate e;
   long best = -1, wrong = 0;
   for (const State& s : states) wrong += s.joined;  // all are taken as free
-  long least = wrong;
+  long fewest = wrong;
   for (std::size_t i = 0; i < states.size(); ++i) {
     wrong += states[i].joined ? -1 : 1;
     if (i + 1 < states.size() && states[i + 1].t == states[i].t) continue;
-    if (wrong < least) {
-      least = wrong;
+    if (wrong < fewest) {
+      fewest = wrong;
       best = long(i);
     }
   }
-  if (best < 0 || best + 1 >= long(states.size()) || 4 * least > long(states.size())) return e;
+  if (best < 0 || best + 1 >= long(states.size()) || kMaxWrongPart * fewest > long(states.size())) return e;
   const double from = states[std::size_t(best)].t, to = states[std::size_t(best) + 1].t;
   return {0.5 * (from + to), (to - from) / std::sqrt(12.0), true};
 }
@@ -240,22 +262,22 @@ struct Path {
   double model_std = 0.0;  // of the velocity: drag, and what neighbouring pictures share
 };
 
-std::size_t delays_of(const std::vector<Seen>& seen) {
+std::size_t delays_of(const std::vector<Observation>& seen) {
   std::size_t n = 1;
   for (std::size_t i = 1; i < seen.size(); ++i) n += seen[i].t > seen[i - 1].t;
   return n;
 }
 
 // @param along places along the flight, from that of the lines at `middle`
-Path fit_path(const std::vector<Seen>& seen, const std::vector<double>& along, double middle, bool curved) {
+Path fit_path(const std::vector<Observation>& seen, const std::vector<double>& along, double middle,
+              bool curved) {
   Path path;
   double reach = 0.0;
-  for (const Seen& s : seen) reach = std::max(reach, std::abs(s.t - middle));
+  for (const Observation& s : seen) reach = std::max(reach, std::abs(s.t - middle));
   if (!(reach > 0)) return path;
   std::array<double, 3> at{};
   double third = 0.0;
-  // Drag as v^m gives x''' = m x''^2 / x'. Between Stokes' m = 1 and Schiller and Naumann's 1.69 the third
-  // order follows from the second.
+  // Drag as v^m gives x''' = m x''^2 / x': the third order follows from the second.
   for (int round = 0; round < 3; ++round) {
     SmallLeastSquares<3> sums;
     for (std::size_t i = 0; i < seen.size(); ++i) {
@@ -268,8 +290,7 @@ Path fit_path(const std::vector<Seen>& seen, const std::vector<double>& along, d
     third = curved && at[1] > 0.0 ? kDragPower * 2.0 / 3.0 * at[2] * at[2] / at[1] : 0.0;
   }
   path.velocity = at[1] / reach;
-  // 0.6 of a third order goes into the slope at the middle of evenly spread delays.
-  const double power = 0.6 * kDragPower_std / kDragPower * third;
+  const double power = kThirdInSlope * kDragPower_std / kDragPower * third;
   path.model_std = std::sqrt(power * power + kShared_px * kShared_px) / reach;
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const double u = (seen[i].t - middle) / reach;
@@ -281,22 +302,22 @@ Path fit_path(const std::vector<Seen>& seen, const std::vector<double>& along, d
   return path;
 }
 
-void measure_flight(const std::vector<Seen>& seen, const Scale& scale, Point axis, SweepResult& r) {
+void measure_flight(const std::vector<Observation>& seen, const Scale& scale, Point axis, SweepResult& r) {
   const double n = double(seen.size());
-  const bool curved = seen.size() >= 6 && delays_of(seen) >= 5;
+  const bool curved = seen.size() >= kMinCurved && delays_of(seen) >= kMinCurvedDelays;
   double stated = 0.0, across2 = 0.0, jitter2 = 0.0;
   Line x, y;
   Path path;
   std::vector<double> along(seen.size());
   for (int round = 0; round < 3; ++round) {
-    x = fit(seen, &Seen::x, jitter2);
-    y = fit(seen, &Seen::y, jitter2);
+    x = fit(seen, &Observation::x, jitter2);
+    y = fit(seen, &Observation::y, jitter2);
     const double speed = std::sqrt(x.slope * x.slope + y.slope * y.slope);
     if (!(speed > 0)) return;
     r.flight = {x.slope / speed, y.slope / speed};
     stated = across2 = 0.0;
     for (std::size_t i = 0; i < seen.size(); ++i) {
-      const Seen& s = seen[i];
+      const Observation& s = seen[i];
       along[i] = (s.x - x.at) * r.flight.x + (s.y - y.at) * r.flight.y;
       const double b = (s.x - x.value(s.t)) * r.flight.y - (s.y - y.value(s.t)) * r.flight.x;
       across2 += b * b;
@@ -309,10 +330,12 @@ void measure_flight(const std::vector<Seen>& seen, const Scale& scale, Point axi
   r.used = int(seen.size());
   r.middle_us = x.t;
   double tt = 0.0;
-  for (const Seen& s : seen) tt += (s.t - x.t) * (s.t - x.t);
+  for (const Observation& s : seen) tt += (s.t - x.t) * (s.t - x.t);
   const double speed = path.velocity, share = scale.std / scale.um_per_px;
-  const double place2 = std::max(pooled_variance(path.squares, n, n - path.freedom, stated), stated * 0.25);
-  const double across = std::sqrt(std::max(pooled_variance(across2, n, 2, stated), stated * 0.25) / tt);
+  const double place2 =
+      std::max(pooled_variance(path.squares, n, n - path.freedom, stated), stated * kMinStatedShare);
+  const double across =
+      std::sqrt(std::max(pooled_variance(across2, n, 2, stated), stated * kMinStatedShare) / tt);
   const double variance = place2 * path.unit_std * path.unit_std + path.model_std * path.model_std +
                           speed * speed * share * share;
   r.velocity_m_s = {speed * scale.um_per_px, scale.um_per_px * std::sqrt(variance), true};
@@ -350,7 +373,7 @@ Scale scale_from_nozzle(std::span<const DropletPicture> pictures, double nozzle_
   const double width = statistics::median(widths), n = double(widths.size());
   std::vector<double> off;
   for (const double w : widths) off.push_back(std::abs(w - width));
-  const double scatter = 1.25 * statistics::kMadToStd * statistics::median(off) / std::sqrt(n);
+  const double scatter = kMedianError * statistics::kMadToStd * statistics::median(off) / std::sqrt(n);
   const double std = std::sqrt(scatter * scatter + statistics::median(stds) * statistics::median(stds));
   return {nozzle_um / width, nozzle_um / width * std / width};
 }
@@ -359,7 +382,7 @@ Scale scale_from_target(const DropletPicture& target, double pitch_um) {
   std::vector<Droplet> dots;
   if (target.state == PictureState::kDrop) dots.push_back(target.main);
   dots.insert(dots.end(), target.drops.begin(), target.drops.end());
-  if (dots.size() < 9) return {};
+  if (dots.size() < kMinDots) return {};
   std::vector<double> pitches;
   for (const Droplet& a : dots) {
     double nearest = 1e18;
@@ -372,7 +395,8 @@ Scale scale_from_target(const DropletPicture& target, double pitch_um) {
   const double pitch = statistics::median(pitches);
   std::vector<double> off;
   for (const double p : pitches) off.push_back(std::abs(p - pitch));
-  const double std = 1.25 * statistics::kMadToStd * statistics::median(off) / std::sqrt(double(off.size()));
+  const double std =
+      kMedianError * statistics::kMadToStd * statistics::median(off) / std::sqrt(double(off.size()));
   return {pitch_um / pitch, pitch_um / pitch * std / pitch};
 }
 
@@ -382,8 +406,8 @@ SweepResult measure_sweep(std::span<const TimedPicture> pictures, const Scale& s
   for (const TimedPicture& p : pictures) r.with_droplet += p.picture.state != PictureState::kNoDrop;
   r.break_off_us = break_off(pictures);
   if (!(scale.um_per_px > 0)) return r;
-  std::vector<Seen> seen = free_droplets(pictures, false);
-  if (seen.size() < 4 || !has_two_delays(seen)) seen = free_droplets(pictures, true);
+  std::vector<Observation> seen = free_droplets(pictures, false);
+  if (seen.size() < kMinTailless || !has_two_delays(seen)) seen = free_droplets(pictures, true);
   if (seen.empty()) return r;
   if (has_two_delays(seen)) follow(pictures, seen);
   if (seen.empty()) return r;

@@ -1,5 +1,5 @@
-// SweepResult holds what pictures at several strobe delays say of a jet, each value with its standard
-// deviation.
+// SweepResult holds a jet's velocity, angle, droplet size and break-off, each with its standard deviation,
+// from pictures at several strobe delays.
 #pragma once
 
 #include <span>

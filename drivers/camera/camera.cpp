@@ -19,15 +19,15 @@ std::string outside(const char* what, double value, double low, double high, con
 }
 
 std::string refusal(const Sweep& s, bool pictures) {
-  if (pictures && (s.frames < 1 || s.frames > Camera::kMostFrames))
+  if (pictures && (s.frames < 1 || s.frames > Camera::kMaxFrames))
     return "a sweep of " + std::to_string(s.frames) + " pictures is outside [1, " +
-           std::to_string(Camera::kMostFrames) + "]";
+           std::to_string(Camera::kMaxFrames) + "]";
   const double last_us = pictures ? s.delay_of(s.frames - 1) : s.delay_us;
   for (const std::string& why :
-       {outside("a strobe delay", s.delay_us, 0.0, Camera::kMostDelay_us, "us"),
-        outside("a strobe delay", last_us, 0.0, Camera::kMostDelay_us, "us"),
-        outside("an exposure", s.exposure_us, 0.0, Camera::kMostExposure_us, "us"),
-        outside("a gain", s.gain_db, -Camera::kMostGain_db, Camera::kMostGain_db, "dB")})
+       {outside("a strobe delay", s.delay_us, 0.0, Camera::kMaxDelay_us, "us"),
+        outside("a strobe delay", last_us, 0.0, Camera::kMaxDelay_us, "us"),
+        outside("an exposure", s.exposure_us, 0.0, Camera::kMaxExposure_us, "us"),
+        outside("a gain", s.gain_db, -Camera::kMaxGain_db, Camera::kMaxGain_db, "dB")})
     if (!why.empty()) return why;
   return {};
 }
@@ -112,13 +112,13 @@ void Camera::lost(std::int64_t, Effects& fx) {
 }
 
 void Camera::failed(const Request&, std::int64_t now_us, Effects& fx) {
-  reconnect(now_us, fx, "no good reply");
+  reconnect(now_us, fx, "no good reply" + not_understood());
 }
 
 void Camera::take(std::span<const std::byte> frame, Effects& fx) {
   auto picture = picture_line::parse_picture(frame);
   if (!picture || op_ != Op::kSweep) return;  // a stop came between
-  fx.measured(CameraShot{taken_, sweep_, std::move(*picture)});
+  fx.measured<Camera>(CameraShot{taken_, sweep_, std::move(*picture)});
   if (++taken_ < sweep_.frames) ask(taken_);
 }
 

@@ -34,9 +34,10 @@ struct CameraShot {
 
 class Camera final : public Driver {
  public:
+  using Measurements = std::tuple<CameraShot>;
   /// Delays, exposures and gains beyond these are refused.
-  static constexpr double kMostDelay_us = 2e9, kMostExposure_us = 1e7, kMostGain_db = 100.0;
-  static constexpr std::int32_t kMostFrames = 1000;
+  static constexpr double kMaxDelay_us = 2e9, kMaxExposure_us = 1e7, kMaxGain_db = 100.0;
+  static constexpr std::int32_t kMaxFrames = 1000;
 
   /// @throws std::invalid_argument naming the setting, its value and its range
   explicit Camera(CameraOptions config);

@@ -1,14 +1,15 @@
 #include "drivers/camera/picture_line.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cstdio>
+
+#include "core/options/number.h"
 
 namespace firn::drivers::picture_line {
 namespace {
 
-constexpr std::size_t kMostLine = 200;
-constexpr std::int64_t kMostAge_us = 60'000'000;
+constexpr std::size_t kMaxLine = 200;
+constexpr std::int64_t kMaxAge_us = 60'000'000;
 
 Request line(const char* text, Repeat repeat, Format format) {
   Request r;
@@ -27,10 +28,11 @@ std::string_view verb_of(const Request& request) {
 // The next number of `text`, which is taken off. @returns false: none, or outside [low, high]
 bool take(std::string_view& text, std::int64_t low, std::int64_t high, std::int64_t& value) {
   text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || value < low || value > high) return false;
-  text.remove_prefix(std::size_t(end - text.data()));
-  return text.empty() || text.front() == ' ';
+  const std::string_view word = text.substr(0, text.find(' '));
+  const std::optional<std::int64_t> number = whole_number(word, low, high);
+  value = number.value_or(value);
+  text.remove_prefix(word.size());
+  return number.has_value();
 }
 
 std::string_view chars(std::span<const std::byte> bytes) {
@@ -69,7 +71,7 @@ std::optional<Head> parse_head(std::string_view text) {
   std::int64_t number = 0, width = 0, height = 0, white = 0, age_us = 0, bytes = 0, sum = 0;
   if (!take(text, 0, INT32_MAX, number) || !take(text, kMinPicture_px, kMaxPicture_px, width) ||
       !take(text, kMinPicture_px, kMaxPicture_px, height) || !take(text, 1, 65535, white) ||
-      !take(text, 0, kMostAge_us, age_us) || !take(text, 1, std::int64_t(kMostBytes), bytes) ||
+      !take(text, 0, kMaxAge_us, age_us) || !take(text, 1, std::int64_t(kMaxBytes), bytes) ||
       !take(text, 0, 0xFFFFFFFF, sum) || !text.empty() || bytes != width * height * (white > 255 ? 2 : 1))
     return std::nullopt;
   return Head{std::int32_t(number), std::int32_t(width), std::int32_t(height), std::int32_t(white), age_us,
@@ -135,10 +137,10 @@ PictureLineDialect::PictureLineDialect() {
 
 Frame PictureLineDialect::frame(std::span<const std::byte> buffer, const Request* awaited) const {
   using Kind = Frame::Kind;
-  const std::string_view text = chars(buffer.first(std::min(buffer.size(), kMostLine + 1)));
+  const std::string_view text = chars(buffer.first(std::min(buffer.size(), kMaxLine + 1)));
   const std::size_t end = text.find('\n');
   if (end == std::string_view::npos)
-    return buffer.size() > kMostLine ? Frame{Kind::kCorrupt, buffer.size()} : Frame{};
+    return buffer.size() > kMaxLine ? Frame{Kind::kCorrupt, buffer.size()} : Frame{};
   const std::size_t size = end + 1;
   const auto snapped = parse(text.substr(0, end), "SNAP");
   if (snapped && snapped->accepted) {

@@ -14,7 +14,7 @@
 namespace firn::drivers::picture_line {
 
 /// Largest picture [bytes of its pixels].
-inline constexpr std::size_t kMostBytes = std::size_t(1) << 28;
+inline constexpr std::size_t kMaxBytes = std::size_t(1) << 28;
 
 enum Format : std::uint8_t { kPlain, kPicture };
 

@@ -1,14 +1,16 @@
 #include "drivers/gas/alicat.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cstdio>
+
+#include "core/options/number.h"
 
 namespace firn::drivers::alicat {
 namespace {
 
 constexpr std::size_t kLongestLine = 160, kLongestInfo = 1200;
 constexpr std::size_t kLongestNumber = 12;
+constexpr std::size_t kMostNumbers = 7;  // with two totals
 constexpr std::string_view kLastInfo = " M09 ";
 constexpr std::string_view kCodes[] = {"ADC", "EXH", "HLD", "LCK", "MOV", "OPL",
                                        "OVR", "POV", "TOV", "VOV", "TMF"};
@@ -20,19 +22,39 @@ std::string_view next_word(std::string_view& rest) {
   return word;
 }
 
-/// "+014.70" and how much its last digit is.
-bool number(std::string_view word, double& value, double& resolution) {
-  if (word.size() < 2 || (word[0] != '+' && word[0] != '-')) return false;
-  const std::string_view digits = word.substr(1);
-  if (digits.size() > kLongestNumber) return false;
-  if (digits.find_first_not_of("0123456789.") != std::string_view::npos) return false;
-  const auto r = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (r.ec != std::errc() || r.ptr != digits.data() + digits.size()) return false;
-  if (word[0] == '-') value = -value;
-  const std::size_t point = digits.find('.');
-  resolution = 1.0;
-  for (std::size_t n = point; n != std::string_view::npos && n + 1 < digits.size(); ++n) resolution /= 10.0;
-  return true;
+/// "+014.70" as it is shown.
+struct Number {
+  double value = 0.0;
+  int decimals = 0;
+  bool is_signed = false;
+};
+
+std::optional<Number> number(std::string_view word) {
+  Number n;
+  n.is_signed = word.starts_with('+') || word.starts_with('-');
+  const std::string_view digits = word.substr(n.is_signed ? 1 : 0);
+  if (digits.empty() || digits.size() > kLongestNumber) return std::nullopt;
+  if (digits.find_first_not_of("0123456789.") != std::string_view::npos) return std::nullopt;
+  if (digits.front() == '.' || digits.back() == '.') return std::nullopt;
+  const std::optional<double> value = whole_number<double>(digits);
+  if (!value) return std::nullopt;
+  n.value = word[0] == '-' ? -*value : *value;
+  if (const std::size_t point = digits.find('.'); point != std::string_view::npos)
+    n.decimals = int(digits.size() - point - 1);
+  return n;
+}
+
+/// A damaged digit can cut a number into two, which would move all that follow by one place: there is no
+/// checksum. Such a frame has other signs or decimals than firmware gives.
+bool in_their_places(const Number (&n)[kMostNumbers], std::size_t count) {
+  if (count < 5) return false;
+  const Number &pressure = n[0], &temperature = n[1], &volume_flow = n[2], &mass_flow = n[3],
+               &set_point = n[4];
+  if (pressure.decimals == 0 || temperature.decimals == 0) return false;
+  if (temperature.is_signed != pressure.is_signed || volume_flow.is_signed != pressure.is_signed ||
+      mass_flow.is_signed != pressure.is_signed)
+    return false;
+  return set_point.decimals == mass_flow.decimals && (pressure.is_signed || count == 5);
 }
 
 Request line_of(const std::string& text, Repeat repeat, Format format, Unit unit, std::uint16_t tag) {
@@ -65,25 +87,29 @@ std::string names_of(std::uint16_t codes) {
   return text;
 }
 
+// By place: unit, five numbers, totals if it counts any, gas, codes. Firmware before 8v writes the sign of a
+// negative set point alone [C].
 std::optional<Reading> parse_reading(std::string_view line) {
   Reading r;
   const std::string_view unit = next_word(line);
   if (unit.size() != 1 || unit[0] < 'A' || unit[0] > 'Z') return std::nullopt;
   r.unit = unit[0];
-  double values[6] = {}, resolution = 0.0;
+  Number numbers[kMostNumbers];
   std::size_t count = 0;
   std::string_view word = next_word(line);
-  for (double value = 0.0; number(word, value, resolution); word = next_word(line)) {
-    if (count == std::size(values)) return std::nullopt;
-    values[count++] = value;
-    if (count == 5) r.resolution = resolution;
+  for (auto n = number(word); n; n = number(word)) {
+    if (count == std::size(numbers)) return std::nullopt;
+    numbers[count++] = *n;
+    word = next_word(line);
   }
-  if (count < 5 || word.empty()) return std::nullopt;
-  r.pressure = values[0];
-  r.temperature_degC = values[1];
-  r.volume_flow = values[2];
-  r.mass_flow = values[3];
-  r.set_point = values[4];
+  if (word.empty() || !in_their_places(numbers, count)) return std::nullopt;
+  r.pressure = numbers[0].value;
+  r.temperature_degC = numbers[1].value;
+  r.volume_flow = numbers[2].value;
+  r.mass_flow = numbers[3].value;
+  r.set_point = numbers[4].value;
+  r.resolution = 1.0;
+  for (int n = 0; n < numbers[4].decimals; ++n) r.resolution /= 10.0;
   r.gas = word;
   for (word = next_word(line); !word.empty(); word = next_word(line))
     if (const auto known = std::ranges::find(kCodes, word); known != std::end(kCodes))
@@ -111,8 +137,8 @@ Request set_request(Unit unit, double value, const GasDialect& texts, std::uint1
 }
 
 std::string_view text_of(std::span<const std::byte> frame) {
-  std::string_view text(reinterpret_cast<const char*>(frame.data()), frame.size());
-  while (!text.empty() && (text.back() == '\r' || text.back() == '\n')) text.remove_suffix(1);
+  std::string_view text = drivers::text_of(frame);
+  if (text.ends_with('\r')) text.remove_suffix(1);
   return text;
 }
 
@@ -130,7 +156,7 @@ AlicatDialect::AlicatDialect() {
 }
 
 Frame AlicatDialect::frame(std::span<const std::byte> buffer, const Request* awaited) const {
-  const std::string_view all(reinterpret_cast<const char*>(buffer.data()), buffer.size());
+  const std::string_view all = drivers::text_of(buffer);
   const bool list = awaited && awaited->format == kInfo;
   std::size_t end = all.find('\r');
   if (list && !is_refusal(all.substr(0, end))) {
@@ -152,9 +178,11 @@ Frame AlicatDialect::frame(std::span<const std::byte> buffer, const Request* awa
 Request AlicatDialect::probe() const { return poll_request({probed, false}, 0); }
 
 LinkProbe link_probe() {
-  return {"an Alicat flow controller", std::string(poll_request({}, 0).text()), [](std::string_view s) {
+  return {"an Alicat flow controller", std::string(poll_request({}, 0).text()),
+          [](std::string_view s) {
             return s.ends_with('\r') && parse_reading(s.substr(0, s.size() - 1)).has_value();
-          }};
+          },
+          '\r'};
 }
 
 }  // namespace firn::drivers::alicat

@@ -69,6 +69,7 @@ bool is_refusal(std::string_view line);
 class AlicatDialect : public Dialect {
  public:
   AlicatDialect();
+  char line_end() const override { return '\r'; }
   Frame frame(std::span<const std::byte> buffer, const Request* awaited) const override;
   Request probe() const override;
 

@@ -5,13 +5,15 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "core/options/enumerators.h"
+
 namespace firn::drivers {
 namespace {
 
 constexpr const char* kNames[] = {"atomizer", "sheath"};
-constexpr double kLeastMeasured = 0.002;  // of the full scale: below it a flow is none
-constexpr double kExchanges = 4.0;        // that a host may be late with until a flow is seen to be there
-constexpr int kNamings = 3;               // of another gas, until it is no damage of the line
+constexpr double kMinMeasured = 0.002;  // of the full scale: below it a flow is none
+constexpr double kExchanges = 4.0;      // that a host may be late with until a flow is seen to be there
+constexpr int kNamings = 3;             // of another gas, until it is no damage of the line
 
 void check_unit(const char* key, const std::string& unit) {
   if (unit.size() != 1 || unit[0] < 'A' || unit[0] > 'Z')
@@ -30,6 +32,7 @@ const char* name(GasFault fault) {
   static constexpr const char* kFaults[] = {"well", "the flow is lost", "another set point than commanded",
                                             "the pressure behind the nozzle is too high",
                                             "its values are beyond its range, or its valve is held"};
+  static_assert(std::size(kFaults) == kTableSize<GasFault>);
   return kFaults[int(fault)];
 }
 
@@ -51,6 +54,7 @@ void Gas::connected(std::int64_t, Effects& fx) {
   phase_ = Phase::kIdentifying;
   other_gas_.fill(0);
   dollars_.fill(false);
+  version_.fill({});
   was_there_.fill(false);
   gone_since_us_.fill(0);
   wanted_sccm_[kAtomizer] = 0.0;  // whatever it was doing: ink flows by a command alone
@@ -103,10 +107,10 @@ void Gas::begin_step(Phase phase, int n, std::int64_t now_us) {
   send_set_point(n);
 }
 
-void Gas::finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx) {
+void Gas::finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx, const Figure& figure) {
   if (!op_) return;
   op_ = false;
-  fx.events.emplace_back(Result{outcome, -1, 0, 0, 0, code, std::move(text)});
+  fx.events.emplace_back(Result{outcome, -1, 0, 0, 0, code, std::move(text), figure});
 }
 
 // The sheath goes on: what is in the nozzle dries at its rim without it.
@@ -128,9 +132,18 @@ void Gas::stop(std::int64_t now_us, Effects& fx) {
 
 bool Gas::there(int n) const {
   const auto k = std::size_t(n);
+  return std::abs(flows_.sccm[k] - commanded_sccm_[k]) <= tolerance_sccm(n);
+}
+
+double Gas::tolerance_sccm(int n) const {
   const double full = n == kAtomizer ? config_.atomizer_max_sccm : config_.sheath_max_sccm;
-  return std::abs(flows_.sccm[k] - commanded_sccm_[k]) <=
-         std::max(config_.tolerance * commanded_sccm_[k], kLeastMeasured * full);
+  return std::max(config_.tolerance * commanded_sccm_[std::size_t(n)], kMinMeasured * full);
+}
+
+Figure Gas::settled_share(int n) const {
+  const double wanted_sccm = wanted_sccm_[std::size_t(n)], sccm = flows_.sccm[std::size_t(n)];
+  const double tolerance_share = (sccm < wanted_sccm ? -1.0 : 1.0) * tolerance_sccm(n) / wanted_sccm;
+  return {sccm / wanted_sccm, 1.0 + tolerance_share, "", "gas.tolerance"};
 }
 
 void Gas::refused(const Request& request, const std::string& why, std::int64_t now_us, Effects& fx) {
@@ -158,9 +171,10 @@ void Gas::reply(const Request& request, std::span<const std::byte> frame, std::i
   if (request.tag == kVersionTag) {
     std::string_view text = line.substr(1);
     text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));
-    version_[std::size_t(n)] = text.substr(0, text.find(' '));
-    dollars_[std::size_t(n)] = text.starts_with("GP");
-    if (n == kAtomizer) return;
+    const bool told = request.format == alicat::kVersion;
+    version_[std::size_t(n)] = told ? text.substr(0, text.find(' ')) : "GP, which does not tell its version";
+    dollars_[std::size_t(n)] = !told || text.starts_with("GP");
+    if (version_[kAtomizer].empty() || version_[kSheath].empty()) return;
     identity_ = "Alicat " + config_.atomizer_unit + " firmware " + version_[kAtomizer] + ", " +
                 config_.sheath_unit + " firmware " + version_[kSheath];
     send_set_point(kAtomizer);
@@ -217,10 +231,10 @@ void Gas::take(int n, const alicat::Reading& r, std::int64_t now_us, Effects& fx
 void Gas::judge(std::int64_t now_us, Effects& fx) {
   ++round_;
   flows_.steady = there(kAtomizer) && there(kSheath) && phase_ == Phase::kReady;
-  const auto stop_for = [&](GasFault what, int n, const std::string& text) {
+  const auto stop_for = [&](GasFault what, int n, const std::string& text, const Figure& figure) {
     flows_.fault[std::size_t(n)] = what;
-    fault(Severity::kStop, kGas, std::string("gas: ") + kNames[n] + ": " + text, fx);
-    finish(Outcome::kFailed, kGas, text, fx);
+    fault(Severity::kStop, kGas, std::string("gas: ") + kNames[n] + ": " + text, fx, figure);
+    finish(Outcome::kFailed, kGas, text, fx, figure);
     if (phase_ != Phase::kStopping) end_atomizer(now_us, fx);
   };
   for (const int n : {kAtomizer, kSheath}) {
@@ -235,7 +249,8 @@ void Gas::judge(std::int64_t now_us, Effects& fx) {
     if (gone_since_us_[k] == 0) gone_since_us_[k] = now_us;
     if (double(now_us - gone_since_us_[k]) < config_.lost_s * 1e6) continue;
     stop_for(GasFault::kFlowLost, n,
-             shown("%.3g of %.3g sccm flow: bottle, tube, valve?", flows_.sccm[k], commanded_sccm_[k]));
+             shown("%.3g of %.3g sccm flow: bottle, tube, valve?", flows_.sccm[k], commanded_sccm_[k]),
+             {flows_.sccm[k] / commanded_sccm_[k], config_.lost_share, "", "gas.lost_share"});
   }
   const double kpa = flows_.kpa[kSheath];
   if (kpa <= config_.most_pressure_kpa) {
@@ -243,15 +258,24 @@ void Gas::judge(std::int64_t now_us, Effects& fx) {
   } else if (flows_.fault[kSheath] == GasFault::kNone) {
     stop_for(GasFault::kPressure, kSheath,
              shown("%.1f kPa behind the nozzle, gas.most_pressure_kpa = %.5g: it clogs", kpa,
-                   config_.most_pressure_kpa));
+                   config_.most_pressure_kpa),
+             {kpa, config_.most_pressure_kpa, "kPa", "gas.most_pressure_kpa"});
   }
-  fx.measured(flows_);
+  fx.measured<Gas>(flows_);
 }
 
 void Gas::failed(const Request& request, std::int64_t now_us, Effects& fx) {
   const int n = index_of(request);
+  // GP07R100 says nothing to VE and answers a poll [C: alicatlib's capture].
+  const bool asked_version = request.tag == kVersionTag && request.format == alicat::kVersion;
+  if (asked_version) return link_.push(alicat::poll_request(unit(n), kVersionTag));
+  std::string asked = "'" + std::string(alicat::text_of(request.data())) + "'";
+  if (request.tag == kVersionTag) {
+    const Request first = alicat::version_request(unit(n), config_.dialect, kVersionTag);
+    asked = "'" + std::string(alicat::text_of(first.data())) + "' and " + asked;
+  }
   const std::string why = std::string(kNames[n]) + ": unit " + std::string(1, char(request.argument)) +
-                          " gives no good reply to '" + std::string(alicat::text_of(request.data())) + "'";
+                          " gives no good reply to " + asked + not_understood();
   fault(Severity::kWarning, kLinkLost, "gas: " + why, fx);
   reconnect(now_us, fx, why);
 }
@@ -295,8 +319,9 @@ bool Gas::idle(std::int64_t now_us, Effects& fx) {
       const std::string why =
           std::string(kNames[n]) + shown(": %.3g of %.3g sccm flow after gas.settle_s",
                                          flows_.sccm[std::size_t(n)], wanted_sccm_[std::size_t(n)]);
-      fault(Severity::kStop, kGas, "gas: " + why, fx);
-      finish(Outcome::kFailed, kGas, why, fx);
+      const Figure figure = settled_share(n);
+      fault(Severity::kStop, kGas, "gas: " + why, fx, figure);
+      finish(Outcome::kFailed, kGas, why, fx, figure);
       end_atomizer(now_us, fx);
       return true;
     }

@@ -35,6 +35,7 @@ struct GasFlows {
 
 class Gas final : public Driver {
  public:
+  using Measurements = std::tuple<GasFlows>;
   /// @throws std::invalid_argument naming the setting, its value and its range
   explicit Gas(GasOptions config);
 
@@ -79,10 +80,13 @@ class Gas final : public Driver {
   void take(int n, const alicat::Reading& reading, std::int64_t now_us, Effects& fx);
   void judge(std::int64_t now_us, Effects& fx);
   bool there(int n) const;
+  double tolerance_sccm(int n) const;  ///< of a flow that is there
+  /// Returns the share of its set point that flows, and the end of the tolerance that it is beyond.
+  Figure settled_share(int n) const;
   void refused(const Request& request, const std::string& why, std::int64_t now_us, Effects& fx);
   void end_atomizer(std::int64_t now_us, Effects& fx);
   void begin_step(Phase phase, int n, std::int64_t now_us);
-  void finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx);
+  void finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx, const Figure& figure = {});
 
   GasOptions config_;
   alicat::AlicatDialect dialect_;

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/options/enumerators.h"
+
 namespace firn::drivers {
 namespace {
 
@@ -15,6 +17,7 @@ bool off(double set_celsius) { return set_celsius <= kHeaterOff_degC; }
 const char* name(TemperatureFault fault) {
   static constexpr const char* kFaults[] = {"well",    "open thermocouple", "no rise of temperature",
                                             "too hot", "too cold",          "reading does not move"};
+  static_assert(std::size(kFaults) == kTableSize<TemperatureFault>);
   return kFaults[int(fault)];
 }
 
@@ -31,8 +34,8 @@ TemperatureFault HeaterWatch::judge(double celsius, double set_celsius, bool hea
   was_warm_ = was_warm_ || celsius >= config_.low_degC + 1.0;
   if (was_warm_ && celsius < config_.low_degC) return fault_ = kTooCold;
 
-  if (!heating || off(set_celsius) || on_since_us_ == 0 ||
-      celsius >= on_from_degC_ + config_.least_rise_degC || celsius >= set_celsius - 1.0) {
+  if (!heating || off(set_celsius) || on_since_us_ == 0 || celsius >= on_from_degC_ + config_.min_rise_degC ||
+      celsius >= set_celsius - 1.0) {
     on_since_us_ = heating ? now_us : 0;  // it rises, or need not: the watch begins anew
     on_from_degC_ = celsius;
   } else if (double(now_us - on_since_us_) >= config_.no_rise_s * 1e6) {
@@ -132,7 +135,7 @@ void Heater::lost(std::int64_t, Effects& fx) {
 }
 
 void Heater::failed(const Request&, std::int64_t now_us, Effects& fx) {
-  reconnect(now_us, fx, "no good reply");
+  reconnect(now_us, fx, "no good reply" + not_understood());
 }
 
 void Heater::tell(int channel, Effects& fx) {
@@ -166,7 +169,7 @@ void Heater::judge(const thermostat::Reading& r, std::int64_t now_us, Effects& f
   }
   for (int c = 0; c < 3; ++c)
     if (news[std::size_t(c)]) tell(c, fx);
-  fx.measured(t);
+  fx.measured<Heater>(t);
 }
 
 void Heater::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,

@@ -15,7 +15,7 @@
 namespace firn::drivers {
 
 struct HeaterOptions : HeaterConfig {
-  double least_rise_degC = 2.0;
+  double min_rise_degC = 2.0;
   double host_latency_s = 0.0;  ///< see Dialect::allow_host_latency
 };
 
@@ -59,6 +59,7 @@ struct Temperatures {
 
 class Heater final : public Driver {
  public:
+  using Measurements = std::tuple<Temperatures>;
   static constexpr int kTip = 0, kWindow = 1, kConduit = 2;  ///< heaters (a), (b), (c)
 
   /// @throws std::invalid_argument naming the setting, its value and its range

@@ -18,20 +18,6 @@ Request to_request(LineWriter& line, Repeat repeat, std::uint16_t tag) {
 
 }  // namespace
 
-void put(LineWriter& line, const Reading& r) {
-  line.text("T");
-  int relays = 0;
-  for (std::size_t c = 0; c < std::size_t(kChannels); ++c) {
-    line.text(",");
-    if (std::isnan(r.celsius[c]))
-      line.text(kOpen);
-    else
-      line.number(std::llround(r.celsius[c] * 100.0));
-    relays |= int(r.heating[c]) << c;
-  }
-  line.text(",").number(relays);
-}
-
 std::optional<Reading> parse_reading(std::string_view text) {
   WordReader words(text, ',');
   if (words.word() != "T") return std::nullopt;
@@ -53,15 +39,6 @@ std::optional<Reading> parse_reading(std::string_view text) {
 
 void put(LineWriter& line, const SetPoint& set) {
   line.text("S,").number(set.channel).text(",").number(set.c100);
-}
-
-std::optional<SetPoint> parse_set_point(std::string_view text) {
-  WordReader words(text, ',');
-  if (words.word() != "S") return std::nullopt;
-  SetPoint set;
-  set.channel = int(words.number(1, kChannels));
-  set.c100 = std::int32_t(words.number(kOff_c100, std::int64_t(kHighest_degC * 100)));
-  return words.good() && words.at_end() ? std::optional(set) : std::nullopt;
 }
 
 Request read_request(std::uint16_t tag) {

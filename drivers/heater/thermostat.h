@@ -32,7 +32,6 @@ struct Reading {
 /// Longest and shortest that are believed; anything else is damage.
 inline constexpr double kLowest_degC = -100.0, kHighest_degC = 400.0;
 
-void put(LineWriter& line, const Reading& reading);
 std::optional<Reading> parse_reading(std::string_view text);  ///< text as checked_text(line, 0)
 
 struct SetPoint {
@@ -41,7 +40,6 @@ struct SetPoint {
   bool operator==(const SetPoint&) const = default;
 };
 void put(LineWriter& line, const SetPoint& set);
-std::optional<SetPoint> parse_set_point(std::string_view text);
 
 Request read_request(std::uint16_t tag);
 Request set_request(const SetPoint& set, std::uint16_t tag);

@@ -62,8 +62,8 @@ Jet::Jet(JetOptions config)
   const JetDialect& d = config_.dialect;
   check_range("dialect.command_at", d.command_at, 1, std::min(d.size, d.version_size) - 2);
   check_range("dialect.status_at", d.status_at, 1, std::min(d.size, d.version_size) - 2);
-  if (const std::string why = jetdrive::waveform_refusal(waveform_, config_.dialect); !why.empty())
-    throw std::invalid_argument("jet: " + why);
+  if (const Violation broken = jetdrive::waveform_refusal(waveform_, config_.dialect); !broken.empty())
+    throw std::invalid_argument("jet: " + broken.text);
 }
 
 void Jet::connected(std::int64_t, Effects& fx) {
@@ -165,9 +165,9 @@ void Jet::set_waveform(const jetdrive::Waveform& waveform, std::int64_t now_us, 
 }
 
 void Jet::begin_waveform(const jetdrive::Waveform& waveform, Effects& fx) {
-  const std::string why = jetdrive::waveform_refusal(waveform, config_.dialect);
-  if (!why.empty()) {
-    refuse_service(kJetLimit, why, fx);
+  const Violation broken = jetdrive::waveform_refusal(waveform, config_.dialect);
+  if (!broken.empty()) {
+    refuse_service(kJetLimit, broken.text, fx, broken.figure);
   } else if (busy() || phase_ != Phase::kReady) {
     refuse_service(kJetLimit, std::string("the waveform is never changed while the jet is ") + name(state()),
                    fx);
@@ -261,7 +261,7 @@ void Jet::reply(const Request& request, std::span<const std::byte> frame, std::i
 }
 
 void Jet::failed(const Request& request, std::int64_t now_us, Effects& fx) {
-  const std::string why = "no good reply to " + name_of(request);
+  const std::string why = "no good reply to " + name_of(request) + not_understood();
   fault(Severity::kWarning, kLinkLost, "jet: " + why, fx);
   if (phase_ == Phase::kStopping && request.repeat == Repeat::kNever) return;
   if (phase_ == Phase::kAsking && on(config_.keep_firmware)) identified();  // the next try is no later

@@ -10,7 +10,7 @@
 namespace firn::drivers {
 namespace {
 
-constexpr double kMostBurst_s = 1.0;  // droplets of a burst cannot be called back
+constexpr double kMaxBurst_s = 1.0;  // droplets of a burst cannot be called back
 constexpr double kMost16 = 65535.0;
 
 std::string beyond(const char* what, double value, double limit, const char* unit) {
@@ -104,16 +104,17 @@ std::string refusal_of(const JetPulses& p, const JetConfig& config) {
   const JetTraits& t = traits_of(config.kind);
   if (!t.second_pulse && (p.echo_v != 0.0 || p.echo_us != 0.0))
     return std::string(t.instrument) + " has one pulse: ECHO and ECHO_US are 0";
-  if (p.dwell_v != std::round(p.dwell_v) || p.echo_v != std::round(p.echo_v) || p.dwell_v < t.least_v ||
+  if (p.dwell_v != std::round(p.dwell_v) || p.echo_v != std::round(p.echo_v) || p.dwell_v < t.min_v ||
       std::abs(p.dwell_v) > kMaxJet_v || std::abs(p.echo_v) > kMaxJet_v) {
     char text[120];
-    std::snprintf(text, sizeof text, "the jet takes whole volts within %g to %g V", t.least_v, kMaxJet_v);
+    std::snprintf(text, sizeof text, "the jet takes whole volts within %g to %g V", t.min_v, kMaxJet_v);
     return text;
   }
   if (t.step_us == 1.0 && !whole_within(p.dwell_us, 1, kMaxJet_us))
     return "the jet takes whole microseconds from 1";
   return jetdrive::waveform_refusal({0, int(p.dwell_v), int(p.echo_v), 0.0, p.dwell_us, 0.0, p.echo_us, 0.0},
-                                    config.dialect);
+                                    config.dialect)
+      .text;
 }
 
 void JetDriver::service(std::string_view verb, std::span<const double> v, std::int64_t now_us, Effects& fx) {
@@ -123,20 +124,20 @@ void JetDriver::service(std::string_view verb, std::span<const double> v, std::i
               return obeyed(r, frame) ? std::optional<std::string>("") : std::nullopt;
             }};
   if (verb == "fire" && v.size() == 1) {
-    const double most = std::min(kMost16, rate_hz * kMostBurst_s);
+    const double most = std::min(kMost16, rate_hz * kMaxBurst_s);
     if (!whole_within(v[0], 1, most))
       return refuse_service(kJetLimit, beyond("a number of droplets of", v[0], most, "(one second's)"), fx);
     s.hold_us = std::int64_t(v[0] / rate_hz * 1e6) + 1;
     fire(int(v[0]), s);
   } else if (verb == "continuous" && v.size() == 1) {
-    const double most_s = std::min(config_.dialect.most_continuous_s, t.most_drops / rate_hz);
-    if (!(v[0] > 0.0 && v[0] <= most_s))
-      return refuse_service(kJetLimit, beyond("jetting for", v[0], most_s, "s"), fx);
+    const double max_s = std::min(config_.dialect.most_continuous_s, t.most_drops / rate_hz);
+    if (!(v[0] > 0.0 && v[0] <= max_s))
+      return refuse_service(kJetLimit, beyond("jetting for", v[0], max_s, "s"), fx);
     s.hold_us = std::int64_t(v[0] * 1e6);
     jet_for(v[0], s);
   } else if (verb == "strobe" && v.size() == 2) {
-    if (!whole_within(v[0], 1, t.most_divider))
-      return refuse_service(kLimit, beyond("a strobe divider of", v[0], t.most_divider, "(whole)"), fx);
+    if (!whole_within(v[0], 1, t.max_divider))
+      return refuse_service(kLimit, beyond("a strobe divider of", v[0], t.max_divider, "(whole)"), fx);
     if (!whole_within(v[1], 0, kMost16))
       return refuse_service(kLimit, beyond("a strobe delay of", v[1], kMost16, "us"), fx);
     strobe(int(v[0]), int(v[1]), s);

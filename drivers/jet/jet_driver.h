@@ -28,12 +28,12 @@ class JetDriver;
 struct JetTraits {
   std::string_view instrument;  ///< as bring-up calls it: "a MicroFab jet"
   std::unique_ptr<JetDriver> (*make)(const JetOptions&);
-  std::vector<Request> (*questions)();         ///< that change nothing: who answers at a port
-  bool (*answers)(std::string_view heard);     ///< to one of them
-  bool trigger_by_words = false;               ///< it is armed by jet.trigger_on, which the lab must know
-  bool second_pulse = true;                    ///< echo_v for echo_us
-  double least_v = -kMaxJet_v, step_us = 0.1;  ///< of the first pulse
-  int most_divider = 255;                      ///< droplets of one flash
+  std::vector<Request> (*questions)();       ///< that change nothing: who answers at a port
+  bool (*answers)(std::string_view heard);   ///< to one of them
+  bool trigger_by_words = false;             ///< it is armed by jet.trigger_on, which the lab must know
+  bool second_pulse = true;                  ///< echo_v for echo_us
+  double min_v = -kMaxJet_v, step_us = 0.1;  ///< of the first pulse
+  int max_divider = 255;                     ///< droplets of one flash
   double most_drops = std::numeric_limits<double>::infinity();  ///< of one order "continuous"
 };
 

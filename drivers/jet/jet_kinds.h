@@ -8,6 +8,7 @@ namespace firn::drivers {
 /// A jet for a node, which knows its driver's type only as this.
 class SomeJet {
  public:
+  using Measurements = JetDriver::Measurements;
   /// @throws std::invalid_argument naming the setting and its range
   explicit SomeJet(const JetOptions& config) : jet_(traits_of(config.kind).make(config)) {}
 
@@ -24,6 +25,7 @@ class SomeJet {
   DeviceState state() const { return jet_->state(); }
   const std::string& identity() const { return jet_->identity(); }
   bool answered() const { return jet_->answered(); }
+  const std::string& last_not_understood() const { return jet_->last_not_understood(); }
   bool safe() const { return jet_->safe(); }
 
   JetDriver& jet() { return *jet_; }

@@ -33,7 +33,7 @@ Waveform waveform_of(const JetConfig& c) {
           c.dwell_us,    c.fall_us,      c.echo_us,     c.final_us};
 }
 
-std::string waveform_refusal(const Waveform& w, const JetDialect& limits) {
+Violation waveform_refusal(const Waveform& w, const JetDialect& limits) {
   char text[120];
   const struct {
     const char* name;
@@ -42,7 +42,7 @@ std::string waveform_refusal(const Waveform& w, const JetDialect& limits) {
   for (const auto& v : volts)
     if (std::abs(v.v) > limits.max_abs_v) {
       std::snprintf(text, sizeof text, "%s voltage %d V is beyond +-%d V", v.name, v.v, limits.max_abs_v);
-      return text;
+      return {text, {double(v.v), double(limits.max_abs_v), "V"}};
     }
   const struct {
     const char* name;
@@ -56,7 +56,7 @@ std::string waveform_refusal(const Waveform& w, const JetDialect& limits) {
   for (const auto& t : times)
     if (!(t.us >= 0.0 && t.us <= limit)) {
       std::snprintf(text, sizeof text, "%s time %g us is outside [0, %g] us", t.name, t.us, limit);
-      return text;
+      return {text, {t.us, limit, "us"}};
     }
   return {};
 }

@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 
+#include "core/grid/figure.h"
 #include "drivers/jet/jet_config.h"
 #include "drivers/link/dialect.h"
 
@@ -39,7 +40,7 @@ struct Waveform {
 Waveform waveform_of(const JetConfig& config);
 
 /// Why the waveform may not be sent, naming field, value and limit; empty = it may.
-std::string waveform_refusal(const Waveform& waveform, const JetDialect& limits);
+Violation waveform_refusal(const Waveform& waveform, const JetDialect& limits);
 
 enum Format : std::uint8_t { kReply, kVersion, kPrompt, kEcho };
 

@@ -1,7 +1,8 @@
 #include "drivers/jet/microdrop.h"
 
-#include <charconv>
 #include <cmath>
+
+#include "core/options/number.h"
 
 namespace firn::drivers {
 namespace {
@@ -13,10 +14,8 @@ std::string shown(const Request& r) { return "'" + std::string(r.text().substr(0
 
 /// The number of an answer; -1 = none.
 std::int32_t number_of(std::string_view line) {
-  std::int32_t n = -1;
-  const char* end = line.data() + line.size();
-  const auto r = std::from_chars(std::min(line.data() + 1, end), end, n);
-  return r.ec == std::errc() && (r.ptr == end || *r.ptr == '\r') ? n : -1;
+  line.remove_prefix(std::min<std::size_t>(line.size(), 1));
+  return whole_number<std::int32_t>(line.substr(0, line.find('\r'))).value_or(-1);
 }
 
 /// The number of an answer, or all of it: no public source tells how a version reads.
@@ -52,9 +51,9 @@ constinit const JetTraits kMicrodropTraits{
     .answers = [](std::string_view heard) { return answers_probe(MicrodropDialect(), heard); },
     .trigger_by_words = true,
     .second_pulse = false,
-    .least_v = 1.0,
+    .min_v = 1.0,
     .step_us = 1.0,
-    .most_divider = 1,
+    .max_divider = 1,
     .most_drops = 65535.0,
 };
 
@@ -123,7 +122,7 @@ void Microdrop::reply(const Request& request, std::span<const std::byte> line, s
 }
 
 void Microdrop::failed(const Request& request, std::int64_t now_us, Effects& fx) {
-  give_up(kLinkLost, "no good reply to " + shown(request), now_us, fx);
+  give_up(kLinkLost, "no good reply to " + shown(request) + not_understood(), now_us, fx);
 }
 
 void Microdrop::lost(std::int64_t, Effects& fx) {

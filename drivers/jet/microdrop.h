@@ -14,6 +14,7 @@ extern const JetTraits kMicrodropTraits;
 class MicrodropDialect : public LineDialect {
  public:
   MicrodropDialect() : LineDialect('\r', 100) {}
+  char line_end() const override { return 0; }  ///< the character before a number may be any
   Request probe() const override;
 
  private:

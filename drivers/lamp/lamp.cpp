@@ -1,7 +1,7 @@
 #include "drivers/lamp/lamp.h"
+#include "core/options/number.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 
@@ -16,7 +16,10 @@ constexpr std::int64_t kOverdueGrace_us = 500'000;
 
 using omnicure::Format;
 
-Lamp::Lamp(LampOptions config) : Driver(dialect_), config_(std::move(config)) {
+Lamp::Lamp(LampOptions config)
+    : Driver(dialect_),
+      config_(std::move(config)),
+      silence_(std::int64_t(config_.poll_idle_s * 1e6), dialect_) {
   check_options("lamp", kLampConfig, config_);
   dialect_.table = config_.dialect;
   dialect_.allow_host_latency(config_.host_latency_s);
@@ -116,6 +119,7 @@ void Lamp::stop(std::int64_t now_us, Effects& fx) {
 }
 
 void Lamp::release(std::int64_t now_us, Effects& fx) {
+  silence_.end();
   if (link_.is_open() && phase_ != Phase::kDown && phase_ != Phase::kReleased) {
     close_shutter(now_us, fx);
     releasing_ = on(config_.status_bits);  // once the bits say that it is closed
@@ -125,6 +129,8 @@ void Lamp::release(std::int64_t now_us, Effects& fx) {
 }
 
 void Lamp::tick(std::int64_t now_us, Effects& fx) {
+  if (phase_ == Phase::kExposing) silence_.heard(now_us);  // nothing is asked meanwhile
+  if (silence_.is_over(now_us)) fault(Severity::kStop, kLinkLost, "lamp: " + silence_.words(), fx);
   if (phase_ == Phase::kExposing && now_us >= close_at_us_) close_shutter(now_us, fx);
   if (may_be_open() && !overdue_told_ &&
       now_us - open_since_us_ >= std::int64_t(config_.max_on_s * 1e6) + kOverdueGrace_us) {
@@ -137,6 +143,7 @@ void Lamp::tick(std::int64_t now_us, Effects& fx) {
 void Lamp::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) {
   const std::string_view text = omnicure::OmnicureDialect::text(frame);
   const bool error = text.starts_with(config_.dialect.error);
+  if (phase_ == Phase::kReady || silence_.wake_us() != 0) silence_.heard(now_us);
   switch (request.tag) {
     case kConnect:
       if (error) {
@@ -154,9 +161,7 @@ void Lamp::reply(const Request& request, std::span<const std::byte> frame, std::
       if (error) by_instrument_ = false;
       return;
     case kGetTime: {
-      std::int64_t n = -1;
-      const auto r = std::from_chars(text.data(), text.data() + text.size(), n);
-      if (error || r.ec != std::errc() || n != tenths_) by_instrument_ = false;
+      if (error || whole_number<std::int64_t>(text) != tenths_) by_instrument_ = false;
       return;
     }
     case kOpen:
@@ -180,18 +185,19 @@ void Lamp::reply(const Request& request, std::span<const std::byte> frame, std::
       if (!on(config_.status_bits)) open_since_us_ = 0;
       return;
     case kStatus: {
-      std::uint32_t bits = 0;
-      const auto r = std::from_chars(text.data(), text.data() + text.size(), bits);
-      if (error || r.ec != std::errc())
-        return reconnect(now_us, fx, "it does not answer '" + config_.dialect.status + "'");
-      return status(bits, now_us, fx);
+      const auto bits = whole_number<std::uint32_t>(text);
+      if (error || !bits)
+        return reconnect(now_us, fx,
+                         "it answers '" + config_.dialect.status + "' with '" + std::string(text) + "'");
+      return status(*bits, now_us, fx);
     }
     case kDisconnect:
       phase_ = Phase::kReleased;
       return;
     default:
       if (error && (phase_ == Phase::kPreparing || phase_ == Phase::kChecking)) {
-        ending_ = "the lamp refuses '" + std::string(request.text().substr(0, request.size - 3u)) + "'";
+        ending_ = "the lamp refuses '" + std::string(request.text().substr(0, request.size - 3u)) + "'" +
+                  not_understood();
         ending_code_ = kCommandRejected;
         close_shutter(now_us, fx);
       }
@@ -252,6 +258,7 @@ bool Lamp::idle(std::int64_t now_us, Effects& fx) {
       }
       identified();
       phase_ = Phase::kReady;
+      silence_.heard(now_us);
       set_state(DeviceState::kSafe, "shutter closed", fx);
       if (!exposing_) return false;
       if (ending_.empty())
@@ -271,6 +278,12 @@ bool Lamp::idle(std::int64_t now_us, Effects& fx) {
 }
 
 std::int64_t Lamp::device_wake_us() const {
+  const std::int64_t work_us = work_wake_us();
+  const std::int64_t silent_us = phase_ == Phase::kExposing ? 0 : silence_.wake_us();
+  return work_us == 0 ? silent_us : silent_us == 0 ? work_us : std::min(work_us, silent_us);
+}
+
+std::int64_t Lamp::work_wake_us() const {
   if (phase_ == Phase::kExposing)
     return on(config_.status_bits) && !seen_open_ && link_.idle() ? std::min(close_at_us_, ask_at_us_)
                                                                   : close_at_us_;

@@ -11,6 +11,7 @@
 #include "drivers/lamp/lamp_config.h"
 #include "drivers/lamp/omnicure.h"
 #include "drivers/link/driver.h"
+#include "drivers/link/silence.h"
 
 namespace firn::drivers {
 
@@ -38,6 +39,8 @@ class Lamp final : public Driver {
 
   bool busy() const override { return exposing_; }
   bool may_be_open() const { return open_since_us_ != 0; }
+
+  void resumed() override { silence_.end(); }
 
  private:
   enum class Phase : std::uint8_t {
@@ -73,6 +76,7 @@ class Lamp final : public Driver {
   bool idle(std::int64_t now_us, Effects& fx) override;
   void tick(std::int64_t now_us, Effects& fx) override;
   std::int64_t device_wake_us() const override;
+  std::int64_t work_wake_us() const;
   bool stopping() const override { return phase_ == Phase::kClosing; }
   void service(std::string_view verb, std::span<const double> values, std::int64_t now_us,
                Effects& fx) override;
@@ -93,6 +97,7 @@ class Lamp final : public Driver {
 
   LampOptions config_;
   omnicure::OmnicureDialect dialect_;
+  SilenceWatch silence_;
   Phase phase_ = Phase::kDown;
   bool exposing_ = false;  // an accepted exposure whose Result is to come
   std::int64_t exposure_us_ = 0;

@@ -99,7 +99,8 @@ LinkProbe link_probe() {
   return {"an OmniCure lamp", frame("CONN"),
           [](std::string_view s) {  // an answer to another line may come before
             return s.size() >= 2 && is_line(s.substr(s.find_last_of('\r', s.size() - 2) + 1));
-          }};
+          },
+          '\r'};
 }
 
 }  // namespace firn::drivers::omnicure

@@ -8,7 +8,7 @@ namespace firn::drivers {
 namespace {
 
 constexpr std::int64_t kMode_us = 3'000'000;  // Q0 and R0 take their time
-constexpr int kStatusError = 1, kMostDumps = 3;
+constexpr int kStatusError = 1, kMaxDumps = 3;
 constexpr std::int32_t kAny = -1;  // program
 
 std::string command_of(const Request& r) { return "'" + std::string(r.text().substr(0, r.size - 1u)) + "'"; }
@@ -190,7 +190,7 @@ void LaserPoint::lost(std::int64_t, Effects& fx) {
 }
 
 void LaserPoint::failed(const Request& request, std::int64_t now_us, Effects& fx) {
-  reconnect(now_us, fx, "no good reply to " + command_of(request));
+  reconnect(now_us, fx, "no good reply to " + command_of(request) + not_understood());
 }
 
 void LaserPoint::unsolicited(std::span<const std::byte> frame, std::int64_t, Effects&) {
@@ -250,7 +250,7 @@ void LaserPoint::reply(const Request& request, std::span<const std::byte> frame,
       if (op_ != Op::kCollect) return;
       const auto damaged = lkg::parse_dump(r.rest, mm_, value_chars());
       if (damaged && mm_.size() == std::size_t(stored_)) {
-        fx.measured(Samples{material_, expected_, *damaged, period_s_, mm_});
+        fx.measured<LaserPoint>(Samples{material_, expected_, *damaged, period_s_, mm_});
         if (*damaged > 0)
           fault(Severity::kWarning, kInstrument,
                 "laser_point: " + std::to_string(*damaged) + " values of a dump are damaged", fx);
@@ -261,7 +261,7 @@ void LaserPoint::reply(const Request& request, std::span<const std::byte> frame,
                 " stored",
             fx);
       mm_.clear();
-      if (dumps_ < kMostDumps) return ask_dump();
+      if (dumps_ < kMaxDumps) return ask_dump();
       phase_ = Phase::kReady;
       set_state(DeviceState::kSafe, "dump unreadable", fx);
       return finish(Outcome::kFailed, -1, kInstrument, "the dump cannot be read", fx);
@@ -269,7 +269,7 @@ void LaserPoint::reply(const Request& request, std::span<const std::byte> frame,
     case kValue: {
       if (op_ != Op::kReading) return;
       const lkg::Value v = lkg::parse_value(r.rest, value_chars());
-      fx.measured(Samples{material_, 1, v.status == lkg::Status::kDamaged, 0.0, {float(v.mm)}});
+      fx.measured<LaserPoint>(Samples{material_, 1, v.status == lkg::Status::kDamaged, 0.0, {float(v.mm)}});
       return;
     }
     default:
@@ -301,7 +301,7 @@ bool LaserPoint::idle(std::int64_t now_us, Effects& fx) {
     case Phase::kCollecting:
       phase_ = Phase::kReady;
       storing_ = false;
-      if (stored_ == 0) fx.measured(Samples{material_, expected_, 0, period_s_, {}});
+      if (stored_ == 0) fx.measured<LaserPoint>(Samples{material_, expected_, 0, period_s_, {}});
       set_state(DeviceState::kSafe, "collected", fx);
       finish(Outcome::kDone, stored_, kNoCode, {}, fx);
       return false;

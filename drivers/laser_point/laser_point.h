@@ -30,6 +30,7 @@ struct LaserPointOptions : LaserPointConfig {
 
 class LaserPoint final : public Driver {
  public:
+  using Measurements = std::tuple<Samples>;
   /// @throws std::invalid_argument naming the field: a sampling time or averaging that the instrument has
   /// not.
   explicit LaserPoint(LaserPointOptions config);

@@ -1,9 +1,10 @@
 #include "drivers/laser_point/lkg.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstring>
+
+#include "core/options/number.h"
 
 namespace firn::drivers::lkg {
 namespace {
@@ -35,31 +36,8 @@ Value parse_value(std::string_view text, std::size_t chars) {
     points += c == '.';
   }
   if (points != 1 || !digit(text.front()) || !digit(text.back())) return damaged;
-  double mm = 0.0;
-  std::from_chars(text.data(), text.data() + text.size(), mm);
-  return {Status::kOk, sign == '-' ? -mm : mm};
-}
-
-void put_value(double mm, char (&to)[kValueChars]) {
-  if (std::isnan(mm)) {
-    std::memcpy(to, "XXXXXXXX", kValueChars);
-    return;
-  }
-  to[0] = mm < 0.0 ? '-' : '+';
-  const double size = std::abs(mm);
-  if (size > 99.9999) {
-    std::memcpy(to + 1, "FFFFFFF", kValueChars - 1);
-    return;
-  }
-  auto n = std::int32_t(std::floor(size * 1e4 + 0.5));
-  for (int at = 7; at >= 1; --at) {
-    if (at == 3) {
-      to[at] = '.';
-      continue;
-    }
-    to[at] = char('0' + n % 10);
-    n /= 10;
-  }
+  const std::optional<double> mm = whole_number<double>(text);
+  return mm ? Value{Status::kOk, sign == '-' ? -*mm : *mm} : damaged;
 }
 
 int cycle_code(int samples) {
@@ -103,11 +81,9 @@ std::optional<Stored> parse_stored(std::string_view rest) {
   s.storing = rest[0] == '1';
   rest.remove_prefix(2);
   for (int output = 0; output < 2; ++output) {
-    int values = 0;
-    const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), values);
-    if (error != std::errc() || values < 0) return std::nullopt;
-    if (output == 0) s.values = values;
-    rest.remove_prefix(std::size_t(end - rest.data()));
+    const std::optional<int> values = take_number<int>(rest);
+    if (!values || *values < 0) return std::nullopt;
+    if (output == 0) s.values = *values;
     if (rest.empty()) return s;
     if (rest[0] != ',') return std::nullopt;
     rest.remove_prefix(1);
@@ -152,7 +128,12 @@ Frame LkgDialect::frame(std::span<const std::byte> buffer, const Request* awaite
     const bool timing = all.starts_with("TG,");
     return {timing ? Frame::Kind::kUnsolicited : Frame::Kind::kCorrupt, size};
   }
-  const Reply r = parse(all.substr(0, end), awaited->text().substr(0, awaited->size - 1u));
+  const std::string_view line = all.substr(0, end), command = awaited->text().substr(0, awaited->size - 1u);
+  // A line that comes back as it was sent is an echo: an answer has a value behind the name, or the name
+  // alone.
+  if (line == command && (awaited->repeat == Repeat::kRead || command != echo_of(command)))
+    return {Frame::Kind::kCorrupt, size};
+  const Reply r = parse(line, command);
   switch (r.kind) {
     case Reply::Kind::kTiming:
       return {Frame::Kind::kUnsolicited, size};
@@ -166,9 +147,10 @@ Frame LkgDialect::frame(std::span<const std::byte> buffer, const Request* awaite
 Request LkgDialect::probe() const { return request(table.selected, Repeat::kRead, 0); }
 
 LinkProbe link_probe() {
-  return {"a Keyence LK-G laser", "PR\r", [](std::string_view s) {
-            return s.ends_with('\r') && (s.starts_with("PR,") || s.starts_with("ER,"));
-          }};
+  return {
+      "a Keyence LK-G laser", "PR\r",
+      [](std::string_view s) { return s.ends_with('\r') && (s.starts_with("PR,") || s.starts_with("ER,")); },
+      '\r'};
 }
 
 }  // namespace firn::drivers::lkg

@@ -34,8 +34,6 @@ struct Value {
 inline constexpr std::size_t kValueChars = 8;  ///< sign and seven characters, the digits to the right
 /// @param chars of a number; the texts without a number have kValueChars on every model
 Value parse_value(std::string_view text, std::size_t chars = kValueChars);
-/// `+01.2345`, `-00.0120`: four decimals; NaN gives `XXXXXXXX`, beyond +-99.9999 `+FFFFFFF`, `-FFFFFFF`.
-void put_value(double mm, char (&to)[kValueChars]);
 
 using Table = LaserPointDialect;
 /// Sampling codes of Table::sampling [us].
@@ -76,6 +74,7 @@ std::optional<int> parse_dump(std::string_view rest, std::vector<float>& mm, std
 class LkgDialect : public Dialect {
  public:
   LkgDialect();
+  char line_end() const override { return '\r'; }
   Frame frame(std::span<const std::byte> buffer, const Request* awaited) const override;
   Request probe() const override;
 

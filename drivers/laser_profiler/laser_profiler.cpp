@@ -6,11 +6,12 @@
 namespace firn::drivers {
 namespace {
 
-constexpr std::uint32_t kMostUnread = 1u << 20;  // more is a counter that ran backwards
+constexpr std::uint32_t kMaxUnread = 1u << 20;  // more is a counter that ran backwards
 
 }  // namespace
 
-LaserProfiler::LaserProfiler(LaserProfilerOptions config) : Driver(dialect_), config_(config) {
+LaserProfiler::LaserProfiler(LaserProfilerOptions config)
+    : Driver(dialect_), config_(config), silence_(std::int64_t(config.poll_idle_s * 1e6), dialect_) {
   identity_ = "Keyence LJ-V7000";
   check_options("laser_profiler", kLaserProfilerConfig, config_);
   dialect_.allow_host_latency(config.host_latency_s);
@@ -79,13 +80,13 @@ void LaserProfiler::lost(std::int64_t, Effects& fx) {
 }
 
 void LaserProfiler::failed(const Request&, std::int64_t now_us, Effects& fx) {
-  reconnect(now_us, fx, "no good reply");
+  reconnect(now_us, fx, "no good reply" + not_understood());
 }
 
 void LaserProfiler::scan_over(Effects& fx) {
   if (!scanning_) return;
   scanning_ = false;
-  fx.measured(ScanDone{rows_, received_});
+  fx.measured<LaserProfiler>(ScanDone{rows_, received_});
 }
 
 // x = offset + mirror * x of the head, z = sign * (z - zero) [docs/devices/laser_profiler.md].
@@ -120,15 +121,15 @@ void LaserProfiler::take(std::int64_t now_us, Effects& fx) {
   last_row_ = row;
   last_row_us_ = now_us;
   ++received_;
-  fx.measured(in_part_frame(row));
+  fx.measured<LaserProfiler>(in_part_frame(row));
   if (row + 1 == std::uint32_t(rows_)) scan_over(fx);
 }
 
 bool LaserProfiler::ask_by_number() {
   const std::uint32_t unread = newest_number_ + 1 - next_number_;  // modulo 2^32, like the numbers
-  if (unread == 0 || unread > kMostUnread || asked_number_ == next_number_) return false;
+  if (unread == 0 || unread > kMaxUnread || asked_number_ == next_number_) return false;
   asked_number_ = next_number_;
-  link_.push(ljv::get_profiles(next_number_, int(std::min<std::uint32_t>(unread, ljv::kMostProfiles))));
+  link_.push(ljv::get_profiles(next_number_, int(std::min<std::uint32_t>(unread, ljv::kMaxProfiles))));
   return true;
 }
 
@@ -137,7 +138,7 @@ void LaserProfiler::take_all(std::span<const std::byte> frame, std::int64_t now_
   const auto held = ljv::parse_holdings(frame);
   if (!held) return;
   newest_number_ = held->newest;
-  if (held->oldest - next_number_ < kMostUnread) next_number_ = held->oldest;  // those before are lost
+  if (held->oldest - next_number_ < kMaxUnread) next_number_ = held->oldest;  // those before are lost
   for (int k = 0; scanning_ && k < held->profiles; ++k) {
     if (held->first + std::uint32_t(k) != next_number_) continue;
     if (!ljv::parse_profile(frame, raw_, k)) return;
@@ -148,6 +149,7 @@ void LaserProfiler::take_all(std::span<const std::byte> frame, std::int64_t now_
 
 void LaserProfiler::reply(const Request& request, std::span<const std::byte> frame, std::int64_t now_us,
                           Effects& fx) {
+  silence_.heard(now_us);
   const auto head = ljv::parse_head(frame);
   if (!head || head->return_code != 0) {
     char text[100];
@@ -231,8 +233,14 @@ std::int64_t LaserProfiler::next_poll_us() const {
   return phase_ == Phase::kArmed ? std::max(next_us, last_row_us_ + row_us_ * 9 / 10) : next_us;
 }
 
+void LaserProfiler::tick(std::int64_t now_us, Effects& fx) {
+  if (silence_.is_over(now_us)) fault(Severity::kStop, kLinkLost, "laser_profiler: " + silence_.words(), fx);
+}
+
 std::int64_t LaserProfiler::device_wake_us() const {
-  return link_.idle() && (phase_ == Phase::kReady || phase_ == Phase::kArmed) ? next_poll_us() : 0;
+  const std::int64_t silent_us = silence_.wake_us();
+  if (!link_.idle() || (phase_ != Phase::kReady && phase_ != Phase::kArmed)) return silent_us;
+  return silent_us == 0 ? next_poll_us() : std::min(next_poll_us(), silent_us);
 }
 
 }  // namespace firn::drivers

@@ -12,6 +12,7 @@
 #include "drivers/laser_profiler/laser_profiler_config.h"
 #include "drivers/laser_profiler/ljv.h"
 #include "drivers/link/driver.h"
+#include "drivers/link/silence.h"
 
 namespace firn::drivers {
 
@@ -38,6 +39,7 @@ struct LaserProfilerOptions : LaserProfilerConfig {
 
 class LaserProfiler final : public Driver {
  public:
+  using Measurements = std::tuple<ProfileRow, ScanDone>;
   /// @throws std::invalid_argument naming the setting, its value and its range
   explicit LaserProfiler(LaserProfilerOptions config);
 
@@ -48,6 +50,8 @@ class LaserProfiler final : public Driver {
   void end(std::int64_t now_us, Effects& fx);
 
   bool busy() const override { return op_ != Op::kNone; }
+
+  void resumed() override { silence_.end(); }
 
  private:
   enum class Op : std::uint8_t { kNone, kArm, kEnd };
@@ -60,6 +64,7 @@ class LaserProfiler final : public Driver {
   void lost(std::int64_t now_us, Effects& fx) override;
   void stop(std::int64_t now_us, Effects& fx) override;
   bool idle(std::int64_t now_us, Effects& fx) override;
+  void tick(std::int64_t now_us, Effects& fx) override;
   std::int64_t device_wake_us() const override;
   bool stopping() const override { return false; }
   void service(std::string_view verb, std::span<const double> values, std::int64_t now_us,
@@ -77,6 +82,7 @@ class LaserProfiler final : public Driver {
 
   LaserProfilerOptions config_;
   ljv::LjvDialect dialect_;
+  SilenceWatch silence_;
   ljv::RawProfile raw_;
   // Numbers of profiles: not read yet, held, and asked for without an answer that brought it.
   std::uint32_t next_number_ = 0, newest_number_ = 0;

@@ -17,7 +17,7 @@ void LaserProfiler::service(std::string_view verb, std::span<const double> v, st
     s.then = [this](std::int64_t, Effects& effects) {
       Result r{Outcome::kNone, 0, 1, 0, 0, kNoCode, "it has measured nothing yet: a trigger is wanted"};
       if (raw_.points > 0) {
-        effects.measured(in_part_frame(0));
+        effects.measured<LaserProfiler>(in_part_frame(0));
         r = {Outcome::kDone, 1, 1, 0, 0, kNoCode, std::to_string(raw_.points) + " points"};
       }
       effects.events.emplace_back(std::move(r));

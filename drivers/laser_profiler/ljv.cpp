@@ -112,7 +112,7 @@ bool parse_profile(std::span<const std::byte> frame, RawProfile& out, int k, boo
   if (data.size() < kUnit) return false;
   const std::uint32_t points = u16(data, kPoints);
   if (points == 0) return true;
-  if (points > std::uint32_t(kMostPoints)) return false;
+  if (points > std::uint32_t(kMaxPoints)) return false;
   // No source tells the padding of luminance: of such a reply only the first profile is read.
   if (k > 0 && (std::uint8_t(data[kKind]) & kWithLuminance) != 0) return false;
   const std::size_t bytes = (points * 20 + 7) / 8;

@@ -19,8 +19,8 @@ namespace firn::drivers::ljv {
 inline constexpr std::uint8_t kGetErrors = 0x04, kChangeProgram = 0x39, kGetProfile = 0x42;
 inline constexpr std::size_t kPrefix = 4, kHeader = 24;  ///< u32 length; header and fixed head of the body
 inline constexpr std::size_t kLongestReply = 131'072;    ///< 16 profiles of 3,200 points have 128,512 bytes
-inline constexpr int kMostPoints = 3'200;
-inline constexpr int kMostProfiles = 16;    ///< asked for in one request
+inline constexpr int kMaxPoints = 3'200;
+inline constexpr int kMaxProfiles = 16;     ///< asked for in one request
 inline constexpr double kMmPerUnit = 1e-5;  ///< 0.01 um
 /// Sample codes from here up to -524285: no peak, masked, dead zone, still waiting.
 inline constexpr std::int32_t kFirstInvalid = -524'288, kLastInvalid = -524'285;
@@ -28,7 +28,7 @@ inline constexpr std::int32_t kFirstInvalid = -524'288, kLastInvalid = -524'285;
 Request change_program(int program);
 /// The newest profile; `erase`: the instrument forgets it and those before it.
 Request get_newest_profile(bool erase = true);
-/// Profiles `first`, first + 1, …, which stay in the instrument. @pre 1 <= count <= kMostProfiles
+/// Profiles `first`, first + 1, …, which stay in the instrument. @pre 1 <= count <= kMaxProfiles
 Request get_profiles(std::uint32_t first, int count);
 
 /// The errors that the controller holds [S: the command; U: the body].

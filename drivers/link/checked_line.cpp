@@ -3,6 +3,7 @@
 #include <charconv>
 #include <cstring>
 
+#include "core/options/number.h"
 #include "drivers/link/crc16.h"
 
 namespace firn::drivers {
@@ -50,14 +51,9 @@ std::string_view WordReader::word() {
 }
 
 std::int64_t WordReader::number(std::int64_t low, std::int64_t high) {
-  const std::string_view text = word();
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || value < low || value > high) {
-    good_ = false;
-    return low;
-  }
-  return value;
+  const std::optional<std::int64_t> value = whole_number(word(), low, high);
+  if (!value) good_ = false;
+  return value.value_or(low);
 }
 
 }  // namespace firn::drivers

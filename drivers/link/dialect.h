@@ -11,6 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include "drivers/link/line_cleaner.h"
+
 namespace firn::drivers {
 
 /// The bytes of a frame as its characters.
@@ -79,6 +81,9 @@ struct Frame {
 class Dialect {
  public:
   virtual ~Dialect() = default;
+  /// The character that ends a line of a text protocol, whose bytes come through LineCleaner; 0: a binary
+  /// protocol, whose bytes are left as they are.
+  virtual char line_end() const { return 0; }
   /// @param buffer not empty @param awaited null when nothing is asked. Never returns kIncomplete for a
   /// buffer that no further byte can complete.
   virtual Frame frame(std::span<const std::byte> buffer, const Request* awaited) const = 0;
@@ -107,10 +112,12 @@ class Dialect {
   bool numbered = false;
 };
 
-/// Returns whether `heard` begins with a whole reply to the request.
-inline bool is_whole_reply(const Dialect& dialect, const Request& asked, std::string_view heard) {
-  const auto bytes = std::as_bytes(std::span(heard.data(), heard.size()));
-  return !bytes.empty() && dialect.frame(bytes, &asked).kind == Frame::Kind::kReply;
-}
+/// As dialect.frame(); a line that answers nothing and repeats the request, or the one `before` it, is an
+/// echo of the line or of its server: it is passed over.
+Frame frame_of(const Dialect& dialect, std::span<const std::byte> buffer, const Request* awaited,
+               std::string_view before = {});
+
+/// Returns whether `heard`, as it came, begins with a whole reply to the request; echoes may come before it.
+bool is_whole_reply(const Dialect& dialect, const Request& asked, std::string_view heard);
 
 }  // namespace firn::drivers

@@ -31,6 +31,11 @@ void Driver::went_down(std::int64_t now_us, Effects& fx, std::string_view why) {
 
 void Driver::reconnect(std::int64_t now_us, Effects& fx, std::string_view why) { went_down(now_us, fx, why); }
 
+std::string Driver::not_understood() const {
+  const std::string& line = link_.not_understood();
+  return line.empty() ? line : "; not understood: " + line;
+}
+
 void Driver::received(std::span<const std::byte> bytes, std::int64_t now_us, Effects& fx) {
   link_.received(bytes, now_us);
   pump(now_us, fx);
@@ -85,7 +90,7 @@ void Driver::pump(std::int64_t now_us, Effects& fx) {
           break;
         case Kind::kLost:
           fx.reopen = false;  // with the pause of went_down
-          went_down(now_us, fx, "no answer");
+          went_down(now_us, fx, "no answer" + not_understood());
           break;
       }
       continue;
@@ -110,8 +115,8 @@ void Driver::set_state(DeviceState state, std::string_view text, Effects& fx) {
   fx.events.emplace_back(StateChange{state, std::string(text)});
 }
 
-void Driver::fault(Severity severity, std::int32_t code, std::string text, Effects& fx) {
-  fx.events.emplace_back(Fault{severity, code, std::move(text)});
+void Driver::fault(Severity severity, std::int32_t code, std::string text, Effects& fx, Figure figure) {
+  fx.events.emplace_back(Fault{severity, code, std::move(text), std::move(figure)});
 }
 
 }  // namespace firn::drivers

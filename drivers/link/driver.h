@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <tuple>
 
 #include "drivers/link/link.h"
 #include "drivers/link/service.h"
@@ -16,6 +17,7 @@ namespace firn::drivers {
 
 class Driver {
  public:
+  using Measurements = std::tuple<>;  ///< a driver that measures lists its own types
   virtual ~Driver() = default;
   Driver(const Driver&) = delete;  // the link refers to the driver's dialect
   Driver& operator=(const Driver&) = delete;
@@ -36,10 +38,15 @@ class Driver {
   const std::string& identity() const { return identity_; }  ///< as the instrument gave it
   /// A good reply has come since the port was opened.
   bool answered() const { return answered_; }
+  /// The last line that came for an answer and was none, shown; empty: none.
+  const std::string& last_not_understood() const { return link_.not_understood(); }
   /// A command was accepted and its Result is still to come.
   virtual bool busy() const = 0;
   /// The instrument has confirmed that nothing moves, fires or shines, and no stop is under way.
   bool safe() const { return state_ == DeviceState::kSafe && !stopping(); }
+
+  /// A print goes on after a pause, of which no time counts.
+  virtual void resumed() {}
 
  protected:
   explicit Driver(const Dialect& dialect) : link_(dialect) {}
@@ -63,12 +70,14 @@ class Driver {
                        Effects& fx);
   virtual void permit_reset() {}  ///< the person's reset: latched errors may be cleared
   void run_service(Service service);
-  static void refuse_service(std::int32_t code, std::string text, Effects& fx);
+  static void refuse_service(std::int32_t code, std::string text, Effects& fx, Figure figure = {});
 
   void set_state(DeviceState state, std::string_view text, Effects& fx);
-  void fault(Severity severity, std::int32_t code, std::string text, Effects& fx);
+  void fault(Severity severity, std::int32_t code, std::string text, Effects& fx, Figure figure = {});
   /// Gives the port up: it is opened anew after a pause.
   void reconnect(std::int64_t now_us, Effects& fx, std::string_view why);
+  /// Returns "; not understood: 'A 1.2'": the last line of link_.not_understood(); empty: none.
+  std::string not_understood() const;
   void identified() { backoff_us_ = kFirstBackoff; }
 
   /// Every public call ends with it: handles the events of the link, sends, and sets the next wake.

@@ -5,12 +5,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
 
 #include "core/grid/device.h"
+#include "core/grid/figure.h"
 
 namespace firn::drivers {
 
@@ -51,6 +53,7 @@ struct Result {
   std::int64_t unknown_to = 0;
   std::int32_t code = kNoCode;
   std::string text;
+  Figure figure = {};  ///< of the text
 };
 
 struct Progress {
@@ -63,9 +66,10 @@ struct Fault {
   Severity severity = Severity::kWarning;
   std::int32_t code = kNoCode;
   std::string text;
+  Figure figure = {};  ///< of the text
 };
 
-/// One measurement of the instrument. The driver's header declares its type.
+/// One measurement of the instrument, of a type that its driver lists (MeasurementOf).
 struct Measured {
   std::any value;
 };
@@ -88,6 +92,18 @@ const T* event_cast(const DriverEvent& event) {
   }
 }
 
+namespace detail {
+template <class T, class List>
+inline constexpr bool kListed = false;
+template <class T, class... Listed>
+inline constexpr bool kListed<T, std::tuple<Listed...>> = (std::is_same_v<T, Listed> || ...);
+}  // namespace detail
+
+/// T is one of the types that `Of` measures. A driver lists them: `using Measurements = std::tuple<Samples>`.
+/// Its node takes every one of them (runtime/driver_node.h).
+template <class T, class Of>
+concept MeasurementOf = detail::kListed<T, typename Of::Measurements>;
+
 /// Filled by every call of a driver; the caller clears it and hands it in again, so that a steady state
 /// allocates nothing.
 struct Effects {
@@ -96,10 +112,10 @@ struct Effects {
   bool reopen = false;        ///< close the port and open it again
   std::vector<DriverEvent> events;
 
-  template <class T>
-  void measured(T value) {
-    events.emplace_back(Measured{std::move(value)});
-  }
+  /// @tparam Of the driver that measured
+  template <class Of, class T>
+  requires MeasurementOf<T, Of>
+  void measured(T value) { events.emplace_back(Measured{std::move(value)}); }
   void clear() {
     tx.clear();
     wake_us = 0;

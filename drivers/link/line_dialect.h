@@ -10,6 +10,7 @@ namespace firn::drivers {
 
 class LineDialect : public Dialect {
  public:
+  char line_end() const override { return end_; }
   Frame frame(std::span<const std::byte> buffer, const Request* awaited) const final;
 
  protected:

@@ -2,22 +2,38 @@
 
 #include <algorithm>
 
+#include "core/options/enumerators.h"
+
 namespace firn::drivers {
+namespace {
+
+/// The line of a corrupt frame, without its end; of a binary protocol all that has come.
+std::string_view foreign_line(const Dialect& dialect, std::span<const std::byte> rx, const Frame& frame) {
+  if (dialect.line_end() == 0) return text_of(rx);
+  std::string_view text = text_of(rx.first(frame.size));
+  if (text.ends_with(dialect.line_end())) text.remove_suffix(1);
+  return text;
+}
+
+}  // namespace
 
 const char* name(DeviceState state) {
   static constexpr const char* kNames[] = {"disconnected", "connecting", "identifying", "safe",  "staged",
                                            "armed",        "active",     "suspect",     "fault", "estop"};
+  static_assert(std::size(kNames) == kTableSize<DeviceState>);
   return kNames[int(state)];
 }
 
 const char* name(Outcome outcome) {
   static constexpr const char* kNames[] = {"ready", "done", "none", "unknown", "refused", "failed"};
+  static_assert(std::size(kNames) == kTableSize<Outcome>);
   return kNames[int(outcome)];
 }
 
 void Link::opened(std::int64_t now_us) {
   closed();
   state_ = State::kOpening;
+  cleaner_ = {};
   deadline_us_ = now_us + dialect_.timeouts.opening_us;
 }
 
@@ -34,6 +50,12 @@ void Link::closed() {
 void Link::received(std::span<const std::byte> bytes, std::int64_t now_us) {
   drop_front(consumed_);
   consumed_ = 0;
+  if (const char end = dialect_.line_end(); end != 0) {
+    cleaned_.clear();
+    cleaner_.clean(bytes, end, cleaned_);
+    bytes = cleaned_;
+    if (bytes.empty()) return;
+  }
   switch (state_) {
     case State::kClosed:
       return;
@@ -81,6 +103,17 @@ void Link::urgent(const Request& request, std::int64_t now_us, Effects& fx) {
   }
 }
 
+Frame Link::next_frame(const Request* awaited) {
+  const Frame f = frame_of(dialect_, rx_, awaited, before_);
+  if (f.kind == Frame::Kind::kCorrupt && awaited)
+    not_understood_ = shown_line(foreign_line(dialect_, rx_, f));
+  return f;
+}
+
+void Link::note_unfinished() {
+  if (!rx_.empty()) not_understood_ = shown_line(text_of(rx_)) + ", which has no end";
+}
+
 void Link::drop_front(std::size_t bytes) { rx_.erase(rx_.begin(), rx_.begin() + std::ptrdiff_t(bytes)); }
 
 void Link::enter_suspect(std::int64_t now_us) {
@@ -109,7 +142,7 @@ std::optional<LinkEvent> Link::poll_suspect(std::int64_t now_us, Effects& fx) {
   }
   if (state_ == State::kProbing && !rx_.empty()) {
     const Request probe = dialect_.probe();
-    const Frame f = dialect_.frame(rx_, &probe);
+    const Frame f = next_frame(&probe);
     if (f.kind == Kind::kReply && f.size == rx_.size()) {
       state_ = State::kSettling;
       deadline_us_ = now_us + dialect_.timeouts.quiet_us;
@@ -129,6 +162,7 @@ std::optional<LinkEvent> Link::poll_suspect(std::int64_t now_us, Effects& fx) {
     return LinkEvent{LinkEvent::Kind::kRecovered, {}, {}};
   }
   if (state_ == State::kProbing) {  // no answer: listen again before the next probe
+    note_unfinished();
     state_ = State::kDraining;
     deadline_us_ = now_us + dialect_.timeouts.quiet_us;
     rx_.clear();
@@ -175,7 +209,7 @@ std::optional<LinkEvent> Link::ask_again(std::int64_t now_us, Effects& fx) {
 std::optional<LinkEvent> Link::poll_awaited(std::int64_t now_us, Effects& fx) {
   using Kind = Frame::Kind;
   while (!rx_.empty()) {
-    const Frame f = dialect_.frame(rx_, awaited_.empty() ? nullptr : &awaited_.front());
+    const Frame f = next_frame(awaited_.empty() ? nullptr : &awaited_.front());
     if (f.kind == Kind::kIncomplete) break;
     if (f.kind == Kind::kCorrupt) {
       if (awaited_.empty() || dialect_.numbered) {  // noise while nobody asks does no harm
@@ -195,12 +229,14 @@ std::optional<LinkEvent> Link::poll_awaited(std::int64_t now_us, Effects& fx) {
     if (f.kind == Kind::kReply) {
       e.kind = LinkEvent::Kind::kReply;
       e.request = awaited_.front();
+      before_ = e.request.text();
       awaited_.erase(awaited_.begin());
       if (!awaited_.empty()) await(awaited_.front(), now_us);
     }
     return e;
   }
   if (awaited_.empty() || now_us < deadline_us_) return std::nullopt;
+  note_unfinished();
   if (dialect_.numbered) return ask_again(now_us, fx);
   enter_suspect(now_us);
   return std::nullopt;

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "drivers/link/dialect.h"
@@ -59,6 +60,9 @@ class Link {
   bool idle() const {
     return state_ == State::kReady && head_ == queue_.size() && awaited_.empty() && failed_.empty();
   }
+  /// The last line that came for an answer and was none, as shown_line(); with a note if it had no end. Kept
+  /// when the port is opened anew; empty: none.
+  const std::string& not_understood() const { return not_understood_; }
   std::int64_t last_sent_us() const { return last_sent_us_; }
   std::int64_t wake_us() const;  ///< 0 = no wake needed
 
@@ -73,6 +77,8 @@ class Link {
   void enter_suspect(std::int64_t now_us);
   void drop_front(std::size_t bytes);
   void await(const Request& request, std::int64_t now_us);
+  Frame next_frame(const Request* awaited);
+  void note_unfinished();
 
   const Dialect& dialect_;
   State state_ = State::kClosed;
@@ -80,7 +86,11 @@ class Link {
   std::size_t head_ = 0;
   std::vector<Request> awaited_;  // sent, reply to come, in order; more than one only through urgent()
   std::vector<Request> failed_;   // to be reported
+  LineCleaner cleaner_;
+  std::vector<std::byte> cleaned_;  // what it made of the bytes that came last
   std::vector<std::byte> rx_;
+  std::string before_;  // text of the request before the awaited one
+  std::string not_understood_;
   std::size_t consumed_ = 0;      // bytes of rx_ that the last event still shows
   std::int64_t deadline_us_ = 0;  // of the state, or of the reply awaited
   std::int64_t latest_us_ = 0;

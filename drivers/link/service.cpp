@@ -26,8 +26,8 @@ void Driver::service(std::string_view verb, std::span<const double>, std::int64_
   refuse_service(kNoCode, "it has no order '" + std::string(verb) + "'", fx);
 }
 
-void Driver::refuse_service(std::int32_t code, std::string text, Effects& fx) {
-  fx.events.emplace_back(Result{Outcome::kRefused, -1, 0, 0, 0, code, std::move(text)});
+void Driver::refuse_service(std::int32_t code, std::string text, Effects& fx, Figure figure) {
+  fx.events.emplace_back(Result{Outcome::kRefused, -1, 0, 0, 0, code, std::move(text), std::move(figure)});
 }
 
 void Driver::run_service(Service service) {

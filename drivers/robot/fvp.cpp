@@ -6,6 +6,7 @@
 #include <cstring>
 #include <numbers>
 
+#include "core/options/enumerators.h"
 #include "drivers/link/crc16.h"
 
 namespace firn::drivers::fvp {
@@ -13,6 +14,7 @@ namespace {
 
 constexpr std::array<std::string_view, 8> kStates{"BOOT",    "IDLE", "LOADING", "READY",
                                                   "RUNNING", "HOLD", "FAULT",   "ESTOP"};
+static_assert(kStates.size() == kTableSize<State>);
 constexpr double kCountsPerRad = 1e4 * 180.0 / std::numbers::pi, kCountsPerMm = 1e3;
 constexpr std::array<double, 4> kScale{kCountsPerRad, kCountsPerRad, kCountsPerMm, kCountsPerRad};
 
@@ -53,7 +55,7 @@ void put(LineWriter& line, const Counts& counts) {
 
 std::optional<Counts> parse_counts(WordReader& words) {
   Counts counts;
-  for (std::int32_t& c : counts) c = std::int32_t(words.number(-kMostCount, kMostCount));
+  for (std::int32_t& c : counts) c = std::int32_t(words.number(-kMaxCount, kMaxCount));
   return words.good() ? std::optional(counts) : std::nullopt;
 }
 
@@ -76,12 +78,12 @@ std::optional<Status> parse_status(WordReader& words) {
   s.calibrated = words.number(0, 1) != 0;
   s.speed_percent = int(words.number(0, 999));
   s.error = int(words.number(-9999, 9999));
-  s.running = std::int32_t(words.number(0, kMostId));
-  s.at = int(words.number(0, kMostPoints));
-  s.last = std::int32_t(words.number(0, kMostId));
+  s.running = std::int32_t(words.number(0, kMaxId));
+  s.at = int(words.number(0, kMaxPoints));
+  s.last = std::int32_t(words.number(0, kMaxId));
   s.last_done = words.number(0, 1) != 0;
   s.last_ms = std::int32_t(words.number(0, 9'999'999));
-  for (std::int32_t& id : s.held) id = std::int32_t(words.number(0, kMostId));
+  for (std::int32_t& id : s.held) id = std::int32_t(words.number(0, kMaxId));
   return words.good() && words.at_end() ? std::optional(s) : std::nullopt;
 }
 
@@ -127,7 +129,7 @@ Message parse(std::string_view line) {
   const std::optional<std::string_view> text = checked_text(line, 1);
   if (!text) return m;
   WordReader words(*text);
-  m.seq = words.number(0, kMostSeq);
+  m.seq = words.number(0, kMaxSeq);
   if (!words.good() || text->front() == ' ') return m;
   if (line[0] == '!' && words.word() != "EVT") return m;
   m.text = words.rest();
@@ -216,10 +218,12 @@ void FvpDialect::write(const Request& r, std::vector<std::byte>& tx) const {
 LinkProbe link_probe() {
   LineWriter line;
   line.text("@").number(1).word("HELLO FIRN 1");
-  return {"a robot with FVP/1", std::string(line.finish(1)), [](std::string_view s) {
-            const std::size_t end = s.find("\r\n");
-            return end != s.npos && parse(s.substr(0, end + 2)).kind != Message::Kind::kBad;
-          }};
+  return {"a robot with FVP/1", std::string(line.finish(1)),
+          [](std::string_view s) {
+            const std::size_t end = s.find('\n');
+            return end != s.npos && parse(s.substr(0, end + 1)).kind != Message::Kind::kBad;
+          },
+          '\n'};
 }
 
 }  // namespace firn::drivers::fvp

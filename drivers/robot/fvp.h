@@ -17,21 +17,21 @@
 
 namespace firn::drivers::fvp {
 
-inline constexpr int kMostPoints = 8192;  ///< 131.072 s at 16 ms
+inline constexpr int kMaxPoints = 8192;   ///< 131.072 s at 16 ms
 inline constexpr int kPointsPerLine = 3;  ///< at most; fewer where 120 characters end
 inline constexpr int kSlots = 2;          ///< paths that the controller holds
-inline constexpr std::int64_t kMostSeq = 65535;
-inline constexpr std::int64_t kMostId =
+inline constexpr std::int64_t kMaxSeq = 65535;
+inline constexpr std::int64_t kMaxId =
     9'999'999;  ///< path numbers stay exact in the controller's 32-bit reals
 
 /// A request of number 0 is not answered and not remembered: path lines within a block.
 inline constexpr std::int64_t kUnanswered = 0;
-inline constexpr std::int64_t next_seq(std::int64_t seq) { return seq >= kMostSeq ? 1 : seq + 1; }
+inline constexpr std::int64_t next_seq(std::int64_t seq) { return seq >= kMaxSeq ? 1 : seq + 1; }
 /// The robot executes a newer request, repeats its last reply to an equal one and answers NAK 11 to one that
 /// is older.
 inline constexpr bool newer(std::int64_t seq, std::int64_t last) {
-  const std::int64_t ahead = (seq - last + kMostSeq) % kMostSeq;
-  return ahead > 0 && ahead <= kMostSeq / 2;
+  const std::int64_t ahead = (seq - last + kMaxSeq) % kMaxSeq;
+  return ahead > 0 && ahead <= kMaxSeq / 2;
 }
 
 enum class State : std::uint8_t { kBoot, kIdle, kLoading, kReady, kRunning, kHold, kFault, kEstop };
@@ -54,8 +54,8 @@ enum class Nak : std::int16_t {
 /// Joints as the wire carries them: 1e-4 deg, 1e-4 deg, 1e-3 mm (up positive), 1e-4 deg.
 using Counts = std::array<std::int32_t, 4>;
 using Joints = std::array<double, 4>;  ///< rad, rad, mm, rad
-inline constexpr std::int32_t kMostCount = 9'999'999;
-/// @pre finite, |result| <= kMostCount
+inline constexpr std::int32_t kMaxCount = 9'999'999;
+/// @pre finite, |result| <= kMaxCount
 Counts counts_of(const Joints& joints);
 Joints joints_of(const Counts& counts);
 
@@ -125,6 +125,7 @@ Request path_block(std::int64_t seq, std::size_t first, std::size_t count, std::
 class FvpDialect : public Dialect {
  public:
   FvpDialect();
+  char line_end() const override { return '\n'; }
   Frame frame(std::span<const std::byte> buffer, const Request* awaited) const override;
   Request probe() const override;
   void write(const Request& request, std::vector<std::byte>& tx) const override;

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <limits>
 #include <numbers>
+#include <string>
 
 namespace firn::drivers {
 namespace {
@@ -21,24 +22,32 @@ std::string joint_text(std::size_t joint, double value) {
 }
 
 // Why a trajectory is not for this robot [interlock 8]; empty = it is.
-std::string broken_path_limit(const RobotOptions& c, double tick_s, int axes,
-                              std::span<const double> positions) {
+Figure joint_figure(std::size_t joint, double value, double limit, const char* per) {
+  const double one = joint == 2 ? 1.0 : kDegree;
+  return {value / one, limit / one, (joint == 2 ? "mm" : "deg") + std::string(per)};
+}
+
+Violation broken_path_limit(const RobotOptions& c, double tick_s, int axes,
+                            std::span<const double> positions) {
   if (axes != 4 || positions.size() < 8 || positions.size() % 4 != 0)
-    return "the robot has 4 joints and needs two points, not " + std::to_string(axes) + " axes with " +
-           std::to_string(positions.size()) + " positions";
+    return {"the robot has 4 joints and needs two points, not " + std::to_string(axes) + " axes with " +
+            std::to_string(positions.size()) + " positions"};
   if (tick_s != c.tick_s)
-    return "its tick is " + std::to_string(tick_s) + " s, the robot's " + std::to_string(c.tick_s) + " s";
+    return {"its tick is " + std::to_string(tick_s) + " s, the robot's " + std::to_string(c.tick_s) + " s",
+            {tick_s, c.tick_s, "s"}};
   for (std::size_t n = 0; n < positions.size() / 4; ++n)
     for (std::size_t j = 0; j < 4; ++j) {
       const double q = positions[4 * n + j];
       const JointLimit& limit = c.limits[j];
       if (!(q >= limit.low && q <= limit.high))  // also NaN
-        return "sample " + std::to_string(n) + ": J" + std::to_string(j + 1) + " = " + joint_text(j, q) +
-               " is outside [" + joint_text(j, limit.low) + ", " + joint_text(j, limit.high) + "]";
+        return {"sample " + std::to_string(n) + ": J" + std::to_string(j + 1) + " = " + joint_text(j, q) +
+                    " is outside [" + joint_text(j, limit.low) + ", " + joint_text(j, limit.high) + "]",
+                joint_figure(j, q, q < limit.low ? limit.low : limit.high, "")};
       const double rate = n == 0 ? 0.0 : std::abs(q - positions[4 * (n - 1) + j]) / tick_s;
-      if (rate > limit.most_rate)
-        return "sample " + std::to_string(n) + ": J" + std::to_string(j + 1) + " would turn at " +
-               joint_text(j, rate) + "/s, more than " + joint_text(j, limit.most_rate) + "/s";
+      if (rate > limit.max_rate)
+        return {"sample " + std::to_string(n) + ": J" + std::to_string(j + 1) + " would turn at " +
+                    joint_text(j, rate) + "/s, more than " + joint_text(j, limit.max_rate) + "/s",
+                joint_figure(j, rate, limit.max_rate, "/s")};
     }
   return {};
 }
@@ -67,11 +76,12 @@ std::optional<fvp::Joints> Robot::joints() const {
   return where_ ? std::optional(fvp::joints_of(*where_)) : std::nullopt;
 }
 
-void Robot::refuse(std::int32_t code, std::string text, Effects& fx) {
+void Robot::refuse(std::int32_t code, std::string text, Effects& fx, const Figure& figure) {
   Result r;
   r.outcome = Outcome::kRefused;
   r.code = code;
   r.text = std::move(text);
+  r.figure = figure;
   fx.events.emplace_back(std::move(r));
 }
 
@@ -97,7 +107,8 @@ void Robot::add_path(std::int64_t path, double tick_s, int axes, std::span<const
       kept.points = std::move(points);
     } else {
       fault(Severity::kWarning, kUnreachable,
-            "robot: path " + std::to_string(path) + " is refused: " + kept.refusal, fx);
+            "robot: path " + std::to_string(path) + " is refused: " + kept.refusal.text, fx,
+            kept.refusal.figure);
     }
     paths_.keep(path, std::move(kept));
   }
@@ -133,7 +144,7 @@ bool Robot::runnable(const PathPart& part, Effects& fx) {
     return false;
   }
   if (!kept->refusal.empty()) {
-    refuse(kUnreachable, which + ": " + kept->refusal, fx);
+    refuse(kUnreachable, which + ": " + kept->refusal.text, fx, kept->refusal.figure);
     return false;
   }
   const auto n = std::int64_t(kept->points->size());
@@ -145,10 +156,10 @@ bool Robot::runnable(const PathPart& part, Effects& fx) {
            fx);
     return false;
   }
-  if (last - part.from + 1 > fvp::kMostPoints) {
+  if (last - part.from + 1 > fvp::kMaxPoints) {
     refuse(kLimit,
            which + ": " + std::to_string(last - part.from + 1) + " points are more than the robot's " +
-               std::to_string(fvp::kMostPoints) + " (131.072 s)",
+               std::to_string(fvp::kMaxPoints) + " (131.072 s)",
            fx);
     return false;
   }
@@ -342,7 +353,9 @@ void Robot::complete_run(Effects& fx) {
     r.code = kTimeSlip;
     r.text = "path " + std::to_string(part_.path) + " took " + std::to_string(took_us / 1000) +
              " ms, planned " + std::to_string(planned / 1000) + " ms";
-    fault(slips_ > 1 ? Severity::kStop : Severity::kWarning, kTimeSlip, "robot: " + r.text, fx);
+    r.figure = {double(std::abs(took_us - planned)) * 1e-3, config_.slip_s * 1e3, "ms",
+                "ice.max_time_slip_s"};
+    fault(slips_ > 1 ? Severity::kStop : Severity::kWarning, kTimeSlip, "robot: " + r.text, fx, r.figure);
   } else {
     slips_ = 0;
   }

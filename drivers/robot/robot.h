@@ -21,7 +21,7 @@ namespace firn::drivers {
 struct JointLimit {
   double low = 0.0;  ///< rad or mm
   double high = 0.0;
-  double most_rate = 0.0;  ///< of a path, from one point to the next [rad/s, mm/s]
+  double max_rate = 0.0;   ///< of a path, from one point to the next [rad/s, mm/s]
   double move_rate = 0.0;  ///< of a move at 100 percent
 };
 
@@ -73,7 +73,6 @@ class Robot final : public Driver {
   std::optional<fvp::Joints> joints() const;  ///< where it last said that it stands
   const fvp::Status& status() const { return status_; }
   bool holds(const PathPart& part) const { return paths_.holds(part); }
-  std::size_t paths_kept() const { return paths_.size(); }
 
  private:
   enum class Op : std::uint8_t { kNone, kLoad, kRun, kMove, kHome };
@@ -122,7 +121,7 @@ class Robot final : public Driver {
   // Commands.
   bool accept(Op op, Effects& fx);
   bool runnable(const PathPart& part, Effects& fx);
-  void refuse(std::int32_t code, std::string text, Effects& fx);
+  void refuse(std::int32_t code, std::string text, Effects& fx, const Figure& figure = {});
   void finish(Result result, Effects& fx);
   // Link, stopping, result of an interrupted command.
   void begin_stop(std::int64_t now_us, Effects& fx, std::string why, std::int32_t code);

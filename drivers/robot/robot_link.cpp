@@ -20,7 +20,7 @@ std::string quoted_verb(const Request& request) {
 
 constexpr double kRadians = std::numbers::pi / 180.0;
 constexpr double kJog = 5.0;  // deg, or mm of J3
-constexpr int kJogPercent = 1, kMostLines = 1000;
+constexpr int kJogPercent = 1, kMaxLines = 1000;
 
 std::string_view reply_text(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
@@ -193,7 +193,7 @@ void Robot::reply(const Request& request, std::span<const std::byte> frame, std:
     case kBegin:
     case kPoints:
     case kEnd:
-      if (const auto why = paths_.acknowledged(request.tag, words.number(0, fvp::kMostId)); !why.empty())
+      if (const auto why = paths_.acknowledged(request.tag, words.number(0, fvp::kMaxId)); !why.empty())
         upload_refused(why, fx);
       return;
     case kRunPath:
@@ -212,7 +212,7 @@ void Robot::unsolicited(std::span<const std::byte> frame, std::int64_t now_us, E
   WordReader words(fvp::parse(text_of(frame)).text);
   const std::string_view kind = words.word();
   if (kind == "PATH_DONE") {
-    const auto id = std::int32_t(words.number(1, fvp::kMostId));
+    const auto id = std::int32_t(words.number(1, fvp::kMaxId));
     const auto ms = std::int32_t(words.number(0, 9'999'999));
     const auto where = fvp::parse_counts(words);
     if (!where || !launched_ || id != run_id_) return;
@@ -387,8 +387,8 @@ void Robot::service(std::string_view verb, std::span<const double> v, std::int64
   };
   Service s{std::string(verb), {}, 0, {}, nullptr};
   if (verb == "lines" && v.size() == 1) {
-    if (!whole_within(v[0], 1, kMostLines))
-      return refuse(kLimit, "lines are a whole number, 1 to " + std::to_string(kMostLines), fx);
+    if (!whole_within(v[0], 1, kMaxLines))
+      return refuse(kLimit, "lines are a whole number, 1 to " + std::to_string(kMaxLines), fx);
     for (int n = 0; n < int(v[0]); ++n) s.begin.push_back(asked("STAT"));
     s.tell = [](const Request&, std::span<const std::byte> frame) -> std::optional<std::string> {
       WordReader words(fvp::parse(reply_text(frame)).text);

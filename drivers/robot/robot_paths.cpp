@@ -9,7 +9,7 @@
 namespace firn::drivers {
 namespace {
 
-constexpr int kMostTries = 3;
+constexpr int kMaxTries = 3;
 
 }  // namespace
 
@@ -60,7 +60,7 @@ void RobotPaths::begin(const PathPart& part, const Points& points, Slot& slot) {
   const bool again = slot.id != 0 && slot.part == part;
   const std::int32_t old_id = slot.id;
   const int tries = again ? upload_.tries : 0;
-  last_id_ = last_id_ >= fvp::kMostId ? 1 : last_id_ + 1;
+  last_id_ = last_id_ >= fvp::kMaxId ? 1 : last_id_ + 1;
   slot = {last_id_, part, false};
   upload_ = {};
   upload_.slot = &slot;
@@ -99,7 +99,7 @@ bool RobotPaths::choose(const Use& use) {
   if (!use.ahead) return false;
   for (auto at = paths_.upper_bound(last_path_); at != paths_.end(); ++at) {
     const Points& points = at->second.points;
-    if (!points || points->size() > std::size_t(fvp::kMostPoints)) continue;
+    if (!points || points->size() > std::size_t(fvp::kMaxPoints)) continue;
     const PathPart part{at->first, 0, std::int32_t(points->size()) - 1};
     if (spent_.contains(part)) continue;
     if (slot_of(part)) return false;  // it is there already
@@ -132,7 +132,7 @@ std::string RobotPaths::acknowledged(std::uint16_t tag, std::int64_t number) {
       return {};
     case robot_tag::kPoints:
       if (std::size_t(number) > upload_.count) return "more points held than sent";
-      if (std::size_t(number) <= upload_.held && ++upload_.tries > kMostTries) return "no points are kept";
+      if (std::size_t(number) <= upload_.held && ++upload_.tries > kMaxTries) return "no points are kept";
       upload_.held = std::size_t(number);
       return {};
     default:
@@ -146,7 +146,7 @@ std::optional<RobotPaths::Refusal> RobotPaths::refused(std::string_view why) {
   if (!upload_.slot) return std::nullopt;
   const Upload was = upload_;
   const PathPart part = was.slot->part;
-  if (was.tries < kMostTries) {
+  if (was.tries < kMaxTries) {
     begin(part, was.points, *was.slot);
     return Refusal{part, false};
   }

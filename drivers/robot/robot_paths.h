@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/grid/figure.h"
 #include "drivers/link/link.h"
 #include "drivers/robot/fvp.h"
 
@@ -31,7 +32,7 @@ class RobotPaths {
   using Points = std::shared_ptr<const std::vector<fvp::Counts>>;
   struct Kept {
     Points points;
-    std::string refusal;  ///< not empty: never to be run
+    Violation refusal;  ///< not empty: never to be run
   };
   struct Slot {
     std::int32_t id = 0;  ///< number on the wire; 0 = free

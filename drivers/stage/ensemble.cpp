@@ -1,4 +1,5 @@
 #include "drivers/stage/ensemble.h"
+#include "core/options/number.h"
 
 #include <algorithm>
 #include <charconv>
@@ -62,19 +63,12 @@ std::string task_question(std::string_view program) {
   return task.empty() ? std::string() : "TASKSTATE(" + std::string(task) + ")";
 }
 
-std::optional<double> Reply::number() const {
-  double v = 0.0;
-  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), v);
-  if (error != std::errc() || end != value.data() + value.size() || !std::isfinite(v)) return std::nullopt;
-  return v;
-}
+std::optional<double> Reply::number() const { return whole_number<double>(value); }
 
 std::optional<std::uint32_t> Reply::bits() const {
-  std::int64_t v = 0;
-  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), v);
-  if (error != std::errc() || end != value.data() + value.size()) return std::nullopt;
-  if (v < -(std::int64_t(1) << 31) || v >= (std::int64_t(1) << 32)) return std::nullopt;
-  return std::uint32_t(v);
+  const auto v = whole_number<std::int64_t>(value);
+  if (!v || *v < -(std::int64_t(1) << 31) || *v >= (std::int64_t(1) << 32)) return std::nullopt;
+  return std::uint32_t(*v);
 }
 
 EnsembleDialect::EnsembleDialect() {
@@ -189,10 +183,12 @@ Request setting(const Table& table, std::string_view verb, int axis, std::string
 }
 
 LinkProbe link_probe() {
-  return {"an Aerotech stage", "NONE\n", [](std::string_view s) {
+  return {"an Aerotech stage", "NONE\n",
+          [](std::string_view s) {
             return s.size() >= 2 && s.size() < 200 && std::string_view("%!#$").find(s[0]) != s.npos &&
                    s.back() == '\n';
-          }};
+          },
+          '\n'};
 }
 
 }  // namespace firn::drivers::ensemble

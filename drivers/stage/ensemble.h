@@ -70,6 +70,7 @@ struct Reply {
 class EnsembleDialect : public Dialect {
  public:
   EnsembleDialect();
+  char line_end() const override { return table.terminator; }
   Frame frame(std::span<const std::byte> buffer, const Request* awaited) const override;
   Request probe() const override;
   Reply parse(std::span<const std::byte> frame) const;

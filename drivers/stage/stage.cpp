@@ -349,7 +349,7 @@ Stage::Motion Stage::poll_motion(std::int64_t now_us) {
   return Motion::kWaiting;
 }
 
-std::optional<std::string> Stage::off_target() const {
+Violation Stage::off_target() const {
   for (std::size_t a = 0; a < 3; ++a) {
     if (std::isnan(target_mm_[a]) ||
         std::abs(position_mm_[a] - target_mm_[a]) <= config_.dialect.tolerance_mm)
@@ -357,9 +357,11 @@ std::optional<std::string> Stage::off_target() const {
     char text[120];
     std::snprintf(text, sizeof text, "axis %c stands at %.4f mm instead of %.4f mm", kAxisNames[a],
                   position_mm_[a], target_mm_[a]);
-    return text;
+    return {text,
+            {std::abs(position_mm_[a] - target_mm_[a]), config_.dialect.tolerance_mm, "mm",
+             "devices.stage.dialect.tolerance_mm"}};
   }
-  return std::nullopt;
+  return {};
 }
 
 void Stage::push_arming() {
@@ -387,16 +389,16 @@ void Stage::fire(std::int64_t now_us) {
 void Stage::count_run(std::int64_t now_us, Effects& fx) {
   const std::int64_t n = op_ == Op::kPass ? std::int64_t(runs_[progress_.run].increments.size()) : expected_;
   if (config_.table.pulse_count.empty()) {  // no counter: the move that came to its end is the evidence
-    if (const auto why = off_target()) {
-      fault(Severity::kStop, kStall, "stage: " + *why, fx);
-      return begin_stop(now_us, fx, *why, kStall);
+    if (const Violation off = off_target(); !off.empty()) {
+      fault(Severity::kStop, kStall, "stage: " + off.text, fx, off.figure);
+      return begin_stop(now_us, fx, off.text, kStall);
     }
     pulses_ = n;
   }
   if (!pulses_ || *pulses_ != n) {
     const std::string why =
         std::to_string(pulses_.value_or(-1)) + " pulses counted, " + std::to_string(n) + " commanded";
-    fault(Severity::kStop, kPulseCount, "stage: " + why, fx);
+    fault(Severity::kStop, kPulseCount, "stage: " + why, fx, {double(pulses_.value_or(-1)), double(n)});
     return begin_stop(now_us, fx, why, kPulseCount);
   }
   if (op_ == Op::kScan || op_ == Op::kTrace) {
@@ -514,9 +516,9 @@ bool Stage::work(std::int64_t now_us, Effects& fx) {
       return true;
     }
     case Phase::kAtStart:
-      if (const auto why = off_target()) {
-        fault(Severity::kStop, kStall, "stage: " + *why, fx);
-        begin_stop(now_us, fx, *why, kStall);
+      if (const Violation off = off_target(); !off.empty()) {
+        fault(Severity::kStop, kStall, "stage: " + off.text, fx, off.figure);
+        begin_stop(now_us, fx, off.text, kStall);
       } else if (op_ == Op::kMove) {
         phase_ = Phase::kReady;
         set_state(DeviceState::kSafe, "move done", fx);

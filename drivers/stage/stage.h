@@ -43,6 +43,7 @@ struct PassProgress {
 
 class Stage final : public Driver {
  public:
+  using Measurements = std::tuple<FollowedWay>;
   /// @throws std::invalid_argument naming the setting, its value and its range
   explicit Stage(StageOptions config);
 
@@ -164,7 +165,7 @@ class Stage final : public Driver {
   enum class Motion : std::uint8_t { kAsked, kWaiting, kOver };
   enum class Poll : std::uint8_t { kNone, kPlane, kAxes };  // the last question
   Motion poll_motion(std::int64_t now_us);
-  std::optional<std::string> off_target() const;
+  Violation off_target() const;
   void read(std::string_view verb, int axis, Tag tag);
   void setup(std::string_view verb, int axis, std::string_view rest, Tag tag = kPlain);
   int pulse_axis() const { return op_ == Op::kScan ? 1 : 0; }

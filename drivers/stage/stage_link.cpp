@@ -95,7 +95,7 @@ void Stage::lost(std::int64_t, Effects& fx) {
 }
 
 void Stage::failed(const Request& request, std::int64_t now_us, Effects& fx) {
-  const std::string why = "no good reply to " + quoted_line(request);
+  const std::string why = "no good reply to " + quoted_line(request) + not_understood();
   fault(Severity::kWarning, kLinkLost, "stage: " + why, fx);
   const bool working = phase_ == Phase::kToStart || phase_ == Phase::kAtStart || phase_ == Phase::kArming ||
                        phase_ == Phase::kSettling || phase_ == Phase::kFiring || phase_ == Phase::kCounting ||
@@ -291,7 +291,7 @@ void Stage::conclude(Effects& fx) {
 
 void Stage::finish(Result result, Effects& fx) {
   if (op_ == Op::kTrace && progress_.launched && config_.path_sample_s > 0.0)
-    fx.measured(readout_.take_followed());
+    fx.measured<Stage>(readout_.take_followed());
   op_ = Op::kNone;
   runs_.clear();
   way_ = {};

@@ -13,7 +13,7 @@ using ensemble::Line;
 namespace {
 
 constexpr double kJog_mm = 5.0;
-constexpr int kMostPulses = 1000;
+constexpr int kMaxPulses = 1000;
 
 struct Asked {
   ensemble::Parameter parameter;
@@ -85,8 +85,8 @@ std::optional<std::string> jog_refused(std::span<const double> v) {
 }
 
 std::optional<std::string> pulses_refused(std::span<const double> v) {
-  if (!(v[0] >= 1 && v[0] <= kMostPulses) || v[0] != std::floor(v[0]))
-    return "pulses are a whole number, 1 to " + std::to_string(kMostPulses);
+  if (!(v[0] >= 1 && v[0] <= kMaxPulses) || v[0] != std::floor(v[0]))
+    return "pulses are a whole number, 1 to " + std::to_string(kMaxPulses);
   if (!(v[1] > 0.0) || v[0] * v[1] > 10.0 * kJog_mm)
     return "pulses over " + shown("", v[0] * v[1]) + " mm are outside (0, 50] mm";
   return std::nullopt;

@@ -9,7 +9,7 @@
 namespace firn::drivers {
 namespace {
 
-constexpr std::size_t kMostKnots = 3000;  // 5 doubles each of the controller's DGLOBAL [P]
+constexpr std::size_t kMaxKnots = 3000;  // 5 doubles each of the controller's DGLOBAL [P]
 
 }  // namespace
 
@@ -21,8 +21,8 @@ std::optional<std::string> way_refused(const StageWay& way, const std::array<Axi
   const auto said = [&](std::size_t k, const std::string& what) {
     return "knot " + std::to_string(k) + ": " + what;
   };
-  if (way.knots.size() < 2 || way.knots.size() > kMostKnots)
-    return "a way of " + std::to_string(way.knots.size()) + " knots; 2 to " + std::to_string(kMostKnots) +
+  if (way.knots.size() < 2 || way.knots.size() > kMaxKnots)
+    return "a way of " + std::to_string(way.knots.size()) + " knots; 2 to " + std::to_string(kMaxKnots) +
            " can be followed";
   if (way.switch_mm.size() % 2 != 0 || way.switch_mm.size() > std::size_t(std::max(0, table.increments())))
     return std::to_string(way.switch_mm.size()) + " switches of the shutter; an even number up to " +

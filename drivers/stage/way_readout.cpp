@@ -10,7 +10,7 @@ namespace firn::drivers {
 namespace {
 
 constexpr std::size_t kDglobals = 16384;  // the samples take those behind the knots
-constexpr double kMostSamples = 8192.0;
+constexpr double kMaxSamples = 8192.0;
 constexpr double kAfterTheEnd_s = 0.1;  // the program records so much longer than the way is planned
 constexpr double kPlausible_mm = 0.02;  // beyond what the way's acceleration explains
 
@@ -27,8 +27,8 @@ std::int64_t WayReadout::prepare(const StageWay& way, double wanted_s) {
   if (!recording_) return 0;
   // Whole milliseconds, so many that the samples of the whole way find room.
   const double room = double((kDglobals - 5 * way.knots.size()) / 2);
-  const double least_s = (way.knots.back().t_s + kAfterTheEnd_s) / room;
-  const auto period_ms = std::int64_t(std::ceil(std::max(wanted_s, least_s) * 1e3 - 1e-9));
+  const double min_s = (way.knots.back().t_s + kAfterTheEnd_s) / room;
+  const auto period_ms = std::int64_t(std::ceil(std::max(wanted_s, min_s) * 1e3 - 1e-9));
   followed_.period_s = double(period_ms) * 1e-3;
   return period_ms;
 }
@@ -62,7 +62,7 @@ std::optional<Request> WayReadout::question(std::int64_t poll_us, const StageCon
 }
 
 void WayReadout::held(double samples) {
-  if (samples >= counted_ && samples <= kMostSamples) counted_ = std::int32_t(samples);
+  if (samples >= counted_ && samples <= kMaxSamples) counted_ = std::int32_t(samples);
 }
 
 void WayReadout::take(std::int32_t index, double value_mm) {

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "core/options/enumerators.h"
 #include "drivers/link/crc16.h"
 
 namespace firn::drivers::fvb {
@@ -13,7 +14,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "lists go out as they lie in memory");
 
-constexpr std::size_t kMostReply = 15;
+constexpr std::size_t kMaxReply = 15;
 constexpr std::byte kMagic0{0xA5}, kMagic1{0x5A};
 
 template <class T>
@@ -48,11 +49,31 @@ bool known(std::uint8_t type) { return (type >= 0x01 && type <= 0x09) || type ==
 }  // namespace
 
 std::string_view name(Type type) {
-  static constexpr std::array<std::string_view, 9> kNames{"HELLO",  "BEGIN",  "DATA",  "END", "ARM",
-                                                          "DISARM", "STATUS", "ABORT", "SPIT"};
-  if (type == Type::kAck) return "ACK";
-  if (type == Type::kNak) return "NAK";
-  return kNames[std::size_t(type) - 1];
+  switch (type) {
+    case Type::kHello:
+      return "HELLO";
+    case Type::kBegin:
+      return "BEGIN";
+    case Type::kData:
+      return "DATA";
+    case Type::kEnd:
+      return "END";
+    case Type::kArm:
+      return "ARM";
+    case Type::kDisarm:
+      return "DISARM";
+    case Type::kStatus:
+      return "STATUS";
+    case Type::kAbort:
+      return "ABORT";
+    case Type::kSpit:
+      return "SPIT";
+    case Type::kAck:
+      return "ACK";
+    case Type::kNak:
+      return "NAK";
+  }
+  return "unknown type";
 }
 
 std::string_view name(Refusal refusal) {
@@ -74,11 +95,12 @@ std::string_view name(Refusal refusal) {
 std::string_view name(State state) {
   static constexpr std::array<std::string_view, 7> kNames{"idle",   "loading", "loaded", "armed",
                                                           "firing", "done",    "fault"};
+  static_assert(kNames.size() == kTableSize<State>);
   return kNames[std::size_t(state)];
 }
 
 void encode(Type type, std::uint8_t seq, std::span<const std::byte> payload, std::vector<std::byte>& out) {
-  if (payload.size() > kMostPayload)
+  if (payload.size() > kMaxPayload)
     throw std::length_error("a valve frame's payload is longer than 512 bytes");
   const std::size_t start = out.size();
   const auto n = std::uint16_t(payload.size());
@@ -91,35 +113,17 @@ void encode(Type type, std::uint8_t seq, std::span<const std::byte> payload, std
   out.push_back(std::byte(crc >> 8));
 }
 
-void encode(std::uint8_t seq, const Hello& h, std::vector<std::byte>& out) {
-  encode(Type::kHello, seq, Fields().add(h.boot_count).add(h.firmware).add(h.reset_cause).bytes(), out);
-}
-
 void encode(std::uint8_t seq, const Begin& b, std::vector<std::byte>& out) {
   encode(Type::kBegin, seq, fields(b).bytes(), out);
 }
 
-void encode(std::uint8_t seq, const Status& s, std::vector<std::byte>& out) {
-  const Fields f =
-      Fields().add(s.boot_count).add(s.state).add(s.path).add(s.next).add(s.since_us).add(s.late_us);
-  encode(Type::kStatus, seq, f.bytes(), out);
-}
-
 void encode_data(std::uint8_t seq, std::uint16_t offset, std::span<const std::uint16_t> ticks,
                  std::vector<std::byte>& out) {
-  std::array<std::byte, kMostPayload> payload;
+  std::array<std::byte, kMaxPayload> payload;
   const std::size_t n = std::min(ticks.size(), kEntriesPerFrame);
   std::memcpy(payload.data(), &offset, 2);
   if (n > 0) std::memcpy(payload.data() + 2, ticks.data(), 2 * n);
   encode(Type::kData, seq, std::span(payload).first(2 + 2 * n), out);
-}
-
-void encode_ack(std::uint8_t seq, std::uint16_t boot_count, std::vector<std::byte>& out) {
-  encode(Type::kAck, seq, Fields().add(boot_count).bytes(), out);
-}
-
-void encode_nak(std::uint8_t seq, std::uint16_t boot_count, Refusal refusal, std::vector<std::byte>& out) {
-  encode(Type::kNak, seq, Fields().add(boot_count).add(refusal).bytes(), out);
 }
 
 Found find(std::span<const std::byte> buffer) {
@@ -133,7 +137,7 @@ Found find(std::span<const std::byte> buffer) {
   const auto n = std::size_t(read<std::uint16_t>(buffer, 4));
   const auto type = std::uint8_t(buffer[2]);
   const Found noise{Found::Kind::kNoise, 1, Type::kAck, 0, {}};
-  if (n > kMostPayload || !known(type)) return noise;
+  if (n > kMaxPayload || !known(type)) return noise;
   if (buffer.size() < kHead + n + kTail) return f;
   if (crc16(buffer.subspan(2, kHead - 2 + n)) != read<std::uint16_t>(buffer, kHead + n)) return noise;
   return {Found::Kind::kFrame, kHead + n + kTail, Type(type), std::uint8_t(buffer[3]),
@@ -145,12 +149,6 @@ std::optional<Hello> parse_hello(std::span<const std::byte> p) {
   return Hello{read<std::uint16_t>(p, 0), read<std::uint16_t>(p, 2), read<std::uint8_t>(p, 4)};
 }
 
-std::optional<Begin> parse_begin(std::span<const std::byte> p) {
-  if (p.size() != 11) return std::nullopt;
-  return Begin{read<std::uint32_t>(p, 0), read<std::uint8_t>(p, 4), read<std::uint16_t>(p, 5),
-               read<std::uint16_t>(p, 7), read<std::uint16_t>(p, 9)};
-}
-
 std::optional<Status> parse_status(std::span<const std::byte> p) {
   if (p.size() != 15 || std::uint8_t(p[2]) > std::uint8_t(State::kFault)) return std::nullopt;
   Status s;
@@ -160,7 +158,7 @@ std::optional<Status> parse_status(std::span<const std::byte> p) {
   s.next = read<std::uint16_t>(p, 7);
   s.since_us = read<std::uint32_t>(p, 9);
   s.late_us = read<std::uint16_t>(p, 13);
-  return s.next <= kMostEntries ? std::optional(s) : std::nullopt;
+  return s.next <= kMaxEntries ? std::optional(s) : std::nullopt;
 }
 
 std::optional<Reply> parse_reply(const Found& f) {
@@ -171,18 +169,6 @@ std::optional<Reply> parse_reply(const Found& f) {
   if (!sized) return std::nullopt;
   return Reply{f.type, read<std::uint16_t>(f.payload, 0),
                f.type == Type::kNak ? std::uint8_t(f.payload[2]) : std::uint8_t(0)};
-}
-
-std::optional<Data> parse_data(std::span<const std::byte> p) {
-  if (p.size() < 4 || p.size() % 2 != 0) return std::nullopt;
-  const Data d{read<std::uint16_t>(p, 0), p.size() / 2 - 1, p.subspan(2)};
-  return d.offset + d.entries <= kMostEntries ? std::optional(d) : std::nullopt;
-}
-
-std::optional<std::uint32_t> parse_number(std::span<const std::byte> p) {
-  if (p.size() == 2) return read<std::uint16_t>(p, 0);
-  if (p.size() == 4) return read<std::uint32_t>(p, 0);
-  return std::nullopt;
 }
 
 std::uint16_t list_crc(std::span<const std::uint16_t> ticks) { return crc16(std::as_bytes(ticks)); }
@@ -233,7 +219,7 @@ Frame FvbDialect::frame(std::span<const std::byte> buffer, const Request* awaite
   const Found f = find(buffer);
   if (f.kind == Found::Kind::kIncomplete) {
     // No reply is long: a damaged length must not swallow the replies to come.
-    const bool too_long = buffer.size() >= kHead && read<std::uint16_t>(buffer, 4) > kMostReply;
+    const bool too_long = buffer.size() >= kHead && read<std::uint16_t>(buffer, 4) > kMaxReply;
     return too_long ? Frame{Frame::Kind::kCorrupt, 1} : Frame{};
   }
   if (f.kind == Found::Kind::kNoise || !parse_reply(f)) return {Frame::Kind::kCorrupt, f.size};

@@ -16,10 +16,10 @@
 
 namespace firn::drivers::fvb {
 
-inline constexpr std::size_t kHead = 6, kTail = 2, kMostPayload = 512;
-inline constexpr std::size_t kMostEntries = 16384;  ///< of a list: 32 KB [Barnett 2012, 2.3.1]
-inline constexpr std::size_t kEntriesPerFrame = (kMostPayload - 2) / 2;  ///< 255
-inline constexpr int kMinPulse_us = 500;                                 ///< the valve's manufacturer
+inline constexpr std::size_t kHead = 6, kTail = 2, kMaxPayload = 512;
+inline constexpr std::size_t kMaxEntries = 16384;  ///< of a list: 32 KB [Barnett 2012, 2.3.1]
+inline constexpr std::size_t kEntriesPerFrame = (kMaxPayload - 2) / 2;  ///< 255
+inline constexpr int kMinPulse_us = 500;                                ///< the valve's manufacturer
 
 /// Requests have the sequence numbers 1 .. 255; as in fvp.h: newer = executed, equal = the reply again, older
 /// = NAK 11. HELLO is always executed and begins the count anew.
@@ -84,15 +84,11 @@ struct Reply {  ///< of any type
   std::uint8_t refusal = 0;  ///< of kNak
 };
 
-/// Adds a frame to `out`. @pre payload.size() <= kMostPayload
+/// Adds a frame to `out`. @pre payload.size() <= kMaxPayload
 void encode(Type type, std::uint8_t seq, std::span<const std::byte> payload, std::vector<std::byte>& out);
-void encode(std::uint8_t seq, const Hello& hello, std::vector<std::byte>& out);
 void encode(std::uint8_t seq, const Begin& begin, std::vector<std::byte>& out);
-void encode(std::uint8_t seq, const Status& status, std::vector<std::byte>& out);
 void encode_data(std::uint8_t seq, std::uint16_t offset, std::span<const std::uint16_t> ticks,
                  std::vector<std::byte>& out);
-void encode_ack(std::uint8_t seq, std::uint16_t boot_count, std::vector<std::byte>& out);
-void encode_nak(std::uint8_t seq, std::uint16_t boot_count, Refusal refusal, std::vector<std::byte>& out);
 
 /// The first frame of a buffer.
 struct Found {
@@ -112,19 +108,8 @@ Found find(std::span<const std::byte> buffer);
 
 // Each returns nothing unless the payload has exactly its size and every field its range.
 std::optional<Hello> parse_hello(std::span<const std::byte> payload);
-std::optional<Begin> parse_begin(std::span<const std::byte> payload);
 std::optional<Status> parse_status(std::span<const std::byte> payload);
 std::optional<Reply> parse_reply(const Found& frame);  ///< ACK, NAK, HELLO's and STATUS's
-struct Data {
-  std::uint16_t offset = 0;
-  std::size_t entries = 0;
-  std::span<const std::byte> ticks;
-  std::uint16_t tick(std::size_t n) const {
-    return std::uint16_t(std::uint16_t(ticks[2 * n]) | std::uint16_t(ticks[2 * n + 1]) << 8);
-  }
-};
-std::optional<Data> parse_data(std::span<const std::byte> payload);
-std::optional<std::uint32_t> parse_number(std::span<const std::byte> payload);  ///< u16 or u32, by its size
 
 std::uint16_t list_crc(std::span<const std::uint16_t> ticks);
 

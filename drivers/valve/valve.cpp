@@ -10,30 +10,34 @@ using fvb::Type;
 namespace {
 
 // Why a list is not for this valve and its microcontroller; empty = it is.
-std::string broken_train_limit(const ValveOptions& c, double tick_s, double pulse_s,
-                               std::span<const std::int32_t> ticks) {
+Violation broken_train_limit(const ValveOptions& c, double tick_s, double pulse_s,
+                             std::span<const std::int32_t> ticks) {
   const double tick_us = std::round(tick_s * 1e6), pulse_us = std::round(pulse_s * 1e6);
-  if (!(tick_us >= 1.0 && tick_us <= 65'535.0)) return "a tick of " + std::to_string(tick_s) + " s";
+  if (!(tick_us >= 1.0 && tick_us <= 65'535.0)) return {"a tick of " + std::to_string(tick_s) + " s"};
   if (!(pulse_us >= fvb::kMinPulse_us && pulse_us <= 65'535.0))
-    return "a pulse of " + std::to_string(pulse_s * 1e3) + " ms is outside [0.5, 65.535] ms";
+    return {"a pulse of " + std::to_string(pulse_s * 1e3) + " ms is outside [0.5, 65.535] ms",
+            {pulse_s * 1e3, pulse_us > fvb::kMinPulse_us ? 65.535 : 0.5, "ms"}};
   const int guard_us = int(std::lround(c.guard_us));
-  if (ticks.empty() || ticks.size() > fvb::kMostEntries)
-    return std::to_string(ticks.size()) + " pulses are outside [1, " + std::to_string(fvb::kMostEntries) +
-           "]";
+  if (ticks.empty() || ticks.size() > fvb::kMaxEntries)
+    return {
+        std::to_string(ticks.size()) + " pulses are outside [1, " + std::to_string(fvb::kMaxEntries) + "]",
+        {double(ticks.size()), ticks.empty() ? 1.0 : double(fvb::kMaxEntries)}};
   for (std::size_t n = 0; n < ticks.size(); ++n) {
     if (ticks[n] < 0 || ticks[n] > 65'535)
-      return "pulse " + std::to_string(n) + ": tick " + std::to_string(ticks[n]) + " is outside [0, 65535]";
+      return {"pulse " + std::to_string(n) + ": tick " + std::to_string(ticks[n]) + " is outside [0, 65535]",
+              {double(ticks[n]), ticks[n] < 0 ? 0.0 : 65'535.0}};
     if (n == 0) continue;
     const double gap_us = (double(ticks[n]) - double(ticks[n - 1])) * tick_us;
     if (gap_us < pulse_us + guard_us)
-      return "pulse " + std::to_string(n) + " begins " + std::to_string(std::int64_t(gap_us)) +
-             " us after the one before, less than pulse and guard of " +
-             std::to_string(std::int64_t(pulse_us) + guard_us) + " us";
+      return {"pulse " + std::to_string(n) + " begins " + std::to_string(std::int64_t(gap_us)) +
+                  " us after the one before, less than pulse and guard of " +
+                  std::to_string(std::int64_t(pulse_us) + guard_us) + " us",
+              {gap_us, pulse_us + guard_us, "us"}};
   }
   return {};
 }
 
-constexpr int kMostTries = 3;
+constexpr int kMaxTries = 3;
 
 }  // namespace
 
@@ -49,8 +53,8 @@ Valve::Valve(ValveOptions config)
   identity_ = "FVB/1 valve controller";
 }
 
-void Valve::refuse(std::int32_t code, std::string text, Effects& fx) {
-  fx.events.emplace_back(Result{Outcome::kRefused, -1, 0, 0, 0, code, std::move(text)});
+void Valve::refuse(std::int32_t code, std::string text, Effects& fx, const Figure& figure) {
+  fx.events.emplace_back(Result{Outcome::kRefused, -1, 0, 0, 0, code, std::move(text), figure});
 }
 
 void Valve::finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx) {
@@ -70,7 +74,8 @@ void Valve::add_list(const ListName& name, double tick_s, double pulse_s, std::s
       kept.tick_us = std::uint16_t(std::llround(tick_s * 1e6));
       kept.pulse_us = std::uint16_t(std::llround(pulse_s * 1e6));
     } else {
-      fault(Severity::kWarning, kLimit, name_ + ": " + name.text() + " is refused: " + kept.refusal, fx);
+      fault(Severity::kWarning, kLimit, name_ + ": " + name.text() + " is refused: " + kept.refusal.text, fx,
+            kept.refusal.figure);
     }
     lists_.emplace(name, std::move(kept));
   }
@@ -99,7 +104,7 @@ const Valve::Kept* Valve::usable(const ListName& name, Effects& fx) {
     return nullptr;
   }
   if (!at->second.refusal.empty()) {
-    refuse(kLimit, name.text() + ": " + at->second.refusal, fx);
+    refuse(kLimit, name.text() + ": " + at->second.refusal.text, fx, at->second.refusal.figure);
     return nullptr;
   }
   return &at->second;
@@ -281,7 +286,7 @@ void Valve::upload_refused(std::string_view why, bool again, Effects& fx) {
   const ListName which = *held_;
   const int tries = tries_;
   forget_list();
-  if (again && tries < kMostTries) {
+  if (again && tries < kMaxTries) {
     fault(Severity::kNotice, kCommandRejected, name_ + ": " + which.text() + " again: " + std::string(why),
           fx);
     tries_ = tries;
@@ -290,7 +295,7 @@ void Valve::upload_refused(std::string_view why, bool again, Effects& fx) {
   tries_ = 0;
   fault(Severity::kWarning, kCommandRejected,
         name_ + ": " + which.text() + " does not load: " + std::string(why), fx);
-  lists_[which] = {nullptr, 0, 0, "the controller does not take it: " + std::string(why)};
+  lists_[which] = {nullptr, 0, 0, {"the controller does not take it: " + std::string(why)}};
   if (phase_ != Phase::kLoading || wanted_ != which) return;
   phase_ = Phase::kReady;
   finish(Outcome::kNone, kCommandRejected, std::string(why), fx);
@@ -390,7 +395,8 @@ void Valve::closed_now(Effects& fx) {
     forget_list();  // it is used up, or is loaded again before it is armed
     if (status_.late_us > 1000)
       fault(Severity::kNotice, kInstrument,
-            name_ + ": a pulse was " + std::to_string(status_.late_us) + " us late", fx);
+            name_ + ": a pulse was " + std::to_string(status_.late_us) + " us late", fx,
+            {double(status_.late_us), {}, "us"});
   }
   const Op op = op_;
   phase_ = Phase::kReady;

@@ -71,7 +71,7 @@ class Valve final : public Driver {
   struct Kept {
     Ticks ticks;
     std::uint16_t tick_us = 0, pulse_us = 0;
-    std::string refusal;
+    Violation refusal;
   };
   /// The list armed last, until a disarm has reported its count.
   struct Armed {
@@ -99,7 +99,7 @@ class Valve final : public Driver {
                Effects& fx) override;
   bool accept(std::initializer_list<Phase> phases, Effects& fx);
   const Kept* usable(const ListName& name, Effects& fx);
-  void refuse(std::int32_t code, std::string text, Effects& fx);
+  void refuse(std::int32_t code, std::string text, Effects& fx, const Figure& figure = {});
   void finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx);
   void tell_count(std::int32_t code, std::string text, Effects& fx);
   void end_list(bool doubt);

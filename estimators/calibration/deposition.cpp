@@ -27,7 +27,7 @@ ValveLatency calibrate_valve_latency(std::span<const LaidMark> marks) {
 
 namespace {
 
-constexpr double kLeastFlowShare = 0.1;  // of the scatter, that it cannot all be the balance's
+constexpr double kMinFlowShare = 0.1;  // of the scatter, that it cannot all be the balance's
 
 /// The mean drop: a sum of terms, less the pressure loss by its flow, times the effect of a warmer coil and
 /// warmer liquid.
@@ -51,12 +51,12 @@ struct DropModel {
   }
   /// Gaps that few pulses have share their parameter with the next.
   void join_gaps(std::span<const FlowWeighing> weighings) {
-    constexpr double kLeastShare = 0.005;
+    constexpr double kMinShare = 0.005;
     double share = 0.0;
     for (std::size_t g = 0; g < weighings[0].gap_share.size(); ++g) {
       joined.push_back(gaps);
       for (const FlowWeighing& w : weighings) share += w.gap_share[g] / double(weighings.size());
-      if (share >= kLeastShare) {
+      if (share >= kMinShare) {
         ++gaps;
         share = 0.0;
       }
@@ -173,7 +173,7 @@ FlowCurveFit calibrate_flow_curve(std::span<const FlowWeighing> weighings) {
     balances += balance(i) * weight[i] * weight[i];
   }
   if (balances > 0.0) {
-    const double flow = std::max(flows - balances, kLeastFlowShare * flows) / double(out.fit.used.size());
+    const double flow = std::max(flows - balances, kMinFlowShare * flows) / double(out.fit.used.size());
     for (std::size_t i = 0; i < weighings.size(); ++i)
       weight[i] = 1.0 / std::sqrt(mean_s / weighings[i].duration_s + balance(i) / flow);
     out.fit = robust_fit(parameters, weighings.size(), residual, 1e-4);

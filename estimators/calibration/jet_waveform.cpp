@@ -6,7 +6,7 @@
 namespace firn::calibration {
 namespace {
 
-constexpr std::size_t kLeastDwells = 6;
+constexpr std::size_t kMinDwells = 6;
 constexpr double kStandsOut = 5.0;  // standard deviations
 
 double std_of(const JetSpeed& s) { return std::max(s.std_m_s, 1e-6); }
@@ -25,9 +25,9 @@ double BestDwell::at(double dwell) const {
 }
 
 BestDwell fit_best_dwell(std::span<const JetSpeed> speeds) {
-  if (speeds.size() < kLeastDwells)
+  if (speeds.size() < kMinDwells)
     throw Unidentifiable("droplets were seen at " + std::to_string(speeds.size()) + " dwell times only, " +
-                         std::to_string(kLeastDwells) + " are needed");
+                         std::to_string(kMinDwells) + " are needed");
   const auto [low, high] = std::ranges::minmax(speeds, {}, &JetSpeed::dwell_us);
   const JetSpeed& top = fastest(speeds);
   const double half = 0.5 * (high.dwell_us - low.dwell_us);
@@ -64,9 +64,9 @@ BestDwell fit_best_dwell(std::span<const JetSpeed> speeds) {
 }
 
 VoltageLine fit_voltage(std::span<const JetSpeed> speeds, double wanted_m_s) {
-  if (speeds.size() < kLeastVoltages)
+  if (speeds.size() < kMinVoltages)
     throw Unidentifiable("droplets were seen at " + std::to_string(speeds.size()) + " voltages only, " +
-                         std::to_string(kLeastVoltages) + " are needed");
+                         std::to_string(kMinVoltages) + " are needed");
   const auto [low, high] = std::ranges::minmax(speeds, {}, &JetSpeed::volts);
   const double range = high.volts - low.volts, rise = high.velocity_m_s - low.velocity_m_s;
   if (!(range > 0.0 && rise > kStandsOut * std::hypot(std_of(low), std_of(high))))

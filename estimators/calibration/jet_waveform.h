@@ -38,8 +38,8 @@ struct VoltageLine {
   FitResult fit;
   double at(double v) const { return slope_m_s_v.value * (v - threshold_v.value); }
 };
-inline constexpr std::size_t kLeastVoltages = 4;
-/// v = m (U - U0), at one dwell time. @throws Unidentifiable: fewer than kLeastVoltages settings; a velocity
+inline constexpr std::size_t kMinVoltages = 4;
+/// v = m (U - U0), at one dwell time. @throws Unidentifiable: fewer than kMinVoltages settings; a velocity
 /// that does not rise with the voltage
 VoltageLine fit_voltage(std::span<const JetSpeed> speeds, double wanted_m_s);
 

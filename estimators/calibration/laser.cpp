@@ -8,13 +8,13 @@
 namespace firn::calibration {
 namespace {
 
-constexpr double kLeastStep_mm = 0.3;  // of an edge
-constexpr int kHalf = 3;               // readings that make a level
-constexpr double kLeastSpeed_mm_s = 2.0;
+constexpr double kMinStep_mm = 0.3;  // of an edge
+constexpr int kHalf = 3;             // readings that make a level
+constexpr double kMinSpeed_mm_s = 2.0;
 constexpr double kSameYaw_rad = 0.01;
 constexpr double kOtherYaw_cos =
     0.5;  // yaws that differ by 60 degrees or more separate the spot from the block
-constexpr double kMostOutliers = 0.25;
+constexpr double kMaxOutliers = 0.25;
 
 /// The estimated spot in the flange's frame, along one pass: position by time.
 class SpotTrack {
@@ -80,8 +80,7 @@ std::vector<std::pair<double, bool>> steps_of(const LaserPass& pass) {
     const double low = statistics::upper_median(before), high = statistics::upper_median(after);
     const double step = high - low, here = double(z[valid[n]]), next = double(z[valid[n + 1]]);
     const double level = 0.5 * (low + high);
-    if (std::abs(step) < kLeastStep_mm || (here - level) * step > 0.0 || (next - level) * step <= 0.0)
-      continue;
+    if (std::abs(step) < kMinStep_mm || (here - level) * step > 0.0 || (next - level) * step <= 0.0) continue;
     if (valid[n + 1] - valid[n] > 2) continue;  // values are missing at the edge itself
     const double share = std::abs(next - here) < 0.5 * std::abs(step) ? (level - here) / (next - here) : 0.5;
     steps.emplace_back(pass.period_s * (double(valid[n]) + share * double(valid[n + 1] - valid[n])),
@@ -119,7 +118,7 @@ Crossings crossings_of(std::span<const LaserPass> passes, const Jig& jig, const 
       const Point2 v = track.speed(at);
       const bool along_x = std::abs(v.x_mm) > std::abs(v.y_mm);
       const double speed = along_x ? v.x_mm : v.y_mm;
-      if (std::abs(speed) < kLeastSpeed_mm_s) continue;
+      if (std::abs(speed) < kMinSpeed_mm_s) continue;
       const bool low_side = (speed > 0.0) == rises;  // entered going up, or left going down
       c.all.push_back({n, time, along_x,
                        along_x ? (low_side ? jig.x0_mm : jig.x1_mm) : (low_side ? jig.y0_mm : jig.y1_mm)});
@@ -182,7 +181,7 @@ LaserCalibration calibrate_laser(std::span<const LaserPass> passes, const Jig& j
   };
   LaserCalibration out;
   out.fit = robust_fit(parameters, c.all.size(), residual, 0.005);
-  if (out.fit.outliers > kMostOutliers * out.fit.data)
+  if (out.fit.outliers > kMaxOutliers * out.fit.data)
     throw Unidentifiable(std::to_string(out.fit.outliers) + " of " + std::to_string(out.fit.data) +
                          " steps do not lie on the sides of one block");
   out.edges = int(c.all.size());

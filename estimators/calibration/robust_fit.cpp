@@ -14,7 +14,7 @@ namespace firn::calibration {
 namespace {
 
 constexpr double kClip = 3.0, kReject = 4.0, kConfounded = 1e-4, kBlind = 1e-10, kOwn = 1e-9;
-constexpr int kRounds = 4, kMostEvaluations = 1000;
+constexpr int kRounds = 4, kMaxEvaluations = 1000;
 
 using Matrix = std::vector<std::vector<double>>;
 
@@ -92,7 +92,7 @@ Matrix round_axes(Matrix information, double sigma) {
 }  // namespace
 
 FitResult robust_fit(const std::vector<Parameter>& parameters, std::size_t data, const Residual& residual,
-                     double least_std, Scatter scatter) {
+                     double min_std, Scatter scatter) {
   const std::size_t n = parameters.size();
   if (data < n + 2)
     throw Unidentifiable(std::to_string(data) + " data are too few for " + parameters.front().name + " and " +
@@ -121,7 +121,7 @@ FitResult robust_fit(const std::vector<Parameter>& parameters, std::size_t data,
     // Of few data about a fit the median is too small: n - 0.8 and the degrees of freedom [Croux and
     // Rousseeuw 1992].
     const double few = double(data) / (double(data) - 0.8) * std::sqrt(double(data) / double(data - n));
-    p.sigma = std::max(least_std, statistics::kMadToStd * few * statistics::upper_median(off));
+    p.sigma = std::max(min_std, statistics::kMadToStd * few * statistics::upper_median(off));
     p.reject = round + 1 == kRounds;
     Matrix information(n, std::vector<double>(n, 0.0));
     for (std::size_t i = 0; i < data; ++i) {
@@ -140,7 +140,7 @@ FitResult robust_fit(const std::vector<Parameter>& parameters, std::size_t data,
                                                                 nlopt_destroy);
     nlopt_set_min_objective(opt.get(), objective, &p);
     nlopt_set_xtol_abs1(opt.get(), 1e-6);
-    nlopt_set_maxeval(opt.get(), kMostEvaluations / kRounds);
+    nlopt_set_maxeval(opt.get(), kMaxEvaluations / kRounds);
     double value = 0.0;
     nlopt_optimize(opt.get(), y.data(), &value);  // a failure (round-off reached) leaves the best point in y
     p.go_to(y.data());
@@ -169,9 +169,9 @@ FitResult robust_fit(const std::vector<Parameter>& parameters, std::size_t data,
   const double freedom = double(data) - f.outliers - double(n);
   if (freedom < 1.0)
     throw Unidentifiable("too many of the data for " + parameters.front().name + " are outliers");
-  f.least_std = least_std;
+  f.min_std = min_std;
   f.scatter = scatter;
-  f.residual_std = std::max(least_std, std::sqrt(squares / freedom));
+  f.residual_std = std::max(min_std, std::sqrt(squares / freedom));
   // Inverse by Gauss and Jordan. The rest of a diagonal entry shows how far the parameters before it can
   // replace it.
   Matrix& inverse = f.inverse;
@@ -235,7 +235,7 @@ Estimate FitResult::estimate(double value, const std::vector<double>& by_paramet
     if (left > kOwn) weight[i] = share * share / left;
     variance +=
         left > kOwn ? weight[i] * residuals[i] * residuals[i] : share * share * residual_std * residual_std;
-    least += share * share * least_std * least_std;
+    least += share * share * min_std * min_std;
   }
   double trace = 0.0, squares = 0.0;
   for (std::size_t i = 0; i < m; ++i)

@@ -40,7 +40,7 @@ struct FitResult {
   std::vector<std::vector<double>> inverse, rows;  ///< (J^T J)^-1 and J of the data that count
   std::vector<double> residuals;                   ///< of these
   std::vector<std::size_t> used;                   ///< which these are
-  double least_std = 0.0;
+  double min_std = 0.0;
   /// A quantity with these derivatives by the parameters.
   Estimate estimate(double value, const std::vector<double>& by_parameter) const;
 };
@@ -54,10 +54,10 @@ using Residual = std::function<double(std::size_t i, const double* x, double* gr
 /// deviation: three rounds with Huber's rho at 3, and from there one in which residuals beyond 4 sigma have
 /// no influence: a smaller threshold would make the intervals of few good data too narrow. Intervals are
 /// Student's: for homoscedastic data sigma^2 (J^T J)^-1 and the data's degrees of freedom.
-/// @param least_std minimum of sigma (resolution of the instrument)
+/// @param min_std minimum of sigma (resolution of the instrument)
 /// @throws Unidentifiable: fewer data than parameters + 2; a parameter that others can replace to 1e-4
 /// (named); a parameter at its bound
 FitResult robust_fit(const std::vector<Parameter>& parameters, std::size_t data, const Residual& residual,
-                     double least_std, Scatter scatter = Scatter::kHomoscedastic);
+                     double min_std, Scatter scatter = Scatter::kHomoscedastic);
 
 }  // namespace firn::calibration

@@ -22,7 +22,7 @@ double spread(std::span<const TablePoint> points, const std::vector<double>& lif
 }
 
 constexpr std::size_t kPointsOfTwist = 7, kPointsOfBend = 15;
-constexpr double kLeast_mm = 1e-4, kBentBeforehand = 1.0 / 300.0;
+constexpr double kMin_mm = 1e-4, kBentBeforehand = 1.0 / 300.0;
 
 void set(TableLevel& t, const std::vector<Estimate>& e) {
   t.height_mm = e[0];
@@ -79,7 +79,7 @@ TableLevel plane_of(std::span<const TablePoint> points, double tolerance_mm, boo
     for (std::size_t k = 4; bent && k < 9; ++k) z += x[k] * g[k];
     return z - p.z_mm;
   };
-  t.fit = robust_fit(parameters, points.size(), residual, kLeast_mm);
+  t.fit = robust_fit(parameters, points.size(), residual, kMin_mm);
   set(t, t.fit.parameters);
   t.spread_mm = t.left_mm = spread(points, {});
   for (const TablePoint& p : points) t.off_mm.push_back(p.z_mm - t.twisted_mm(p.x_mm, p.y_mm));
@@ -87,8 +87,8 @@ TableLevel plane_of(std::span<const TablePoint> points, double tolerance_mm, boo
   return t;
 }
 
-void add_turn(TableLevel& t, const Lifter& l, double lift_mm, double least_mm) {
-  if (std::abs(lift_mm) >= least_mm) t.turns.push_back({l.name, lift_mm, lift_mm / l.pitch_mm});
+void add_turn(TableLevel& t, const Lifter& l, double lift_mm, double min_mm) {
+  if (std::abs(lift_mm) >= min_mm) t.turns.push_back({l.name, lift_mm, lift_mm / l.pitch_mm});
 }
 
 }  // namespace
@@ -104,12 +104,12 @@ double TableLevel::twisted_mm(double x_mm, double y_mm) const {
 }
 
 TableLevel level_by_feet(std::span<const TablePoint> points, std::span<const Lifter> feet,
-                         double tolerance_mm, double least_mm) {
+                         double tolerance_mm, double min_mm) {
   TableLevel t = plane_of(points, tolerance_mm, points.size() >= kPointsOfTwist);
   if (t.level || feet.empty()) return t;
   double mean = 0.0;
   for (const Lifter& f : feet) mean += t.twisted_mm(f.x_mm, f.y_mm) / double(feet.size());
-  for (const Lifter& f : feet) add_turn(t, f, mean - t.twisted_mm(f.x_mm, f.y_mm), least_mm);
+  for (const Lifter& f : feet) add_turn(t, f, mean - t.twisted_mm(f.x_mm, f.y_mm), min_mm);
   std::vector<double> lift;
   for (const TablePoint& p : points) lift.push_back(mean - t.twisted_mm(p.x_mm, p.y_mm));
   t.left_mm = spread(points, lift);
@@ -138,8 +138,8 @@ TableLevel table_about(std::span<const TablePoint> points, double x_mm, double y
     double share = 1.0;
   };
   std::vector<Belief> beliefs;
-  if (!bent || all == flat) beliefs.push_back({fit_uneven(data, flat, kLeast_mm)});
-  if (all > flat) beliefs.push_back({fit_uneven(data, all, kLeast_mm)});
+  if (!bent || all == flat) beliefs.push_back({fit_uneven(data, flat, kMin_mm)});
+  if (all > flat) beliefs.push_back({fit_uneven(data, all, kMin_mm)});
   if (beliefs.size() > 1) {
     const double flat_per_bent =
         std::exp(std::min(beliefs[0].fit.log_evidence - beliefs[1].fit.log_evidence, 700.0)) /
@@ -169,7 +169,7 @@ TableLevel table_about(std::span<const TablePoint> points, double x_mm, double y
 }
 
 TableLevel level_by_screws(std::span<const TablePoint> points, std::span<const Lifter> screws,
-                           double tolerance_mm, double least_mm) {
+                           double tolerance_mm, double min_mm) {
   if (points.size() < screws.size())
     throw Unidentifiable(std::to_string(points.size()) + " points cannot tell the lifts of " +
                          std::to_string(screws.size()) + " screws");
@@ -202,7 +202,7 @@ TableLevel level_by_screws(std::span<const TablePoint> points, std::span<const L
       lift[s] += change;
       for (std::size_t i = 0; i < points.size(); ++i) at[i] += change * share(screws[s], points[i]);
     }
-  for (std::size_t s = 0; s < screws.size(); ++s) add_turn(t, screws[s], lift[s], least_mm);
+  for (std::size_t s = 0; s < screws.size(); ++s) add_turn(t, screws[s], lift[s], min_mm);
   t.left_mm = spread(points, at);
   return t;
 }

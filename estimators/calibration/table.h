@@ -34,7 +34,7 @@ struct TableLevel {
          bend_xxyy = 0.0;   ///< mm per mm^3, mm^4: and the rest of a surface through three by three screws
   double spread_mm = 0.0;   ///< highest less lowest point
   bool level = false;       ///< spread within the tolerance
-  std::vector<Turn> turns;  ///< those of more than `least_mm`; none once level
+  std::vector<Turn> turns;  ///< those of more than `min_mm`; none once level
   double left_mm = 0.0;     ///< spread that the turns should leave
   FitResult fit;
   double plane_mm(double x_mm, double y_mm) const;
@@ -47,7 +47,7 @@ struct TableLevel {
 /// lifts being zero; with fewer than seven points the slope alone. @throws Unidentifiable: fewer than five
 /// points, points on one line
 TableLevel level_by_feet(std::span<const TablePoint> points, std::span<const Lifter> feet,
-                         double tolerance_mm = 0.5, double least_mm = 0.05);
+                         double tolerance_mm = 0.5, double min_mm = 0.05);
 
 /// The table alone, nothing to be turned: its height at (x, y), slopes, with seven points or more its twist;
 /// with 15 its bend, a parabola along x times one along y, the lowest surface through three by three screws.
@@ -61,6 +61,6 @@ TableLevel table_about(std::span<const TablePoint> points, double x_mm, double y
 /// a screw's lift falls off linearly to its neighbours, so the lifts solve that system for the points.
 /// @throws Unidentifiable: fewer points than screws
 TableLevel level_by_screws(std::span<const TablePoint> points, std::span<const Lifter> screws,
-                           double tolerance_mm = 0.2, double least_mm = 0.02);
+                           double tolerance_mm = 0.2, double min_mm = 0.02);
 
 }  // namespace firn::calibration

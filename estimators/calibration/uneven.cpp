@@ -26,7 +26,7 @@ struct AtLength {
 };
 
 AtLength fit_at(const std::vector<UnevenDatum>& data, Eigen::Index parameters, double length_mm,
-                double least_mm) {
+                double min_mm) {
   const Eigen::Index n = Eigen::Index(data.size());
   Eigen::MatrixXd correlation(n, n), columns(n, parameters);
   Eigen::VectorXd z(n);
@@ -47,7 +47,7 @@ AtLength fit_at(const std::vector<UnevenDatum>& data, Eigen::Index parameters, d
   correlated.matrixL().solveInPlace(columns);
   const Eigen::LLT<Eigen::MatrixXd> normal(columns.transpose() * columns);
   const Eigen::VectorXd value = normal.solve(columns.transpose() * z);
-  const double squares = std::max((z - columns * value).squaredNorm(), double(n) * least_mm * least_mm);
+  const double squares = std::max((z - columns * value).squaredNorm(), double(n) * min_mm * min_mm);
   const double freedom = double(n - parameters), log_correlation = half_log_det(correlated);
   const Eigen::ArrayXd inverse = normal.solve(Eigen::MatrixXd::Identity(parameters, parameters)).diagonal();
   AtLength f;
@@ -60,7 +60,7 @@ AtLength fit_at(const std::vector<UnevenDatum>& data, Eigen::Index parameters, d
 
 }  // namespace
 
-UnevenFit fit_uneven(const std::vector<UnevenDatum>& data, std::size_t parameters, double least_mm) {
+UnevenFit fit_uneven(const std::vector<UnevenDatum>& data, std::size_t parameters, double min_mm) {
   double apart_mm = 0.0;
   for (const UnevenDatum& a : data) {
     double nearest = std::numeric_limits<double>::max();
@@ -71,7 +71,7 @@ UnevenFit fit_uneven(const std::vector<UnevenDatum>& data, std::size_t parameter
   std::vector<AtLength> fits;
   double likeliest = -std::numeric_limits<double>::infinity(), profile = likeliest, sum = 0.0, mean = 0.0;
   for (int k = 0; k < kLengths; ++k) {
-    fits.push_back(fit_at(data, Eigen::Index(parameters), apart_mm * k / (kLengths - 1), least_mm));
+    fits.push_back(fit_at(data, Eigen::Index(parameters), apart_mm * k / (kLengths - 1), min_mm));
     likeliest = std::max(likeliest, fits.back().log_restricted);
     profile = std::max(profile, fits.back().log_profile);
   }

@@ -20,8 +20,8 @@ struct UnevenFit {
 /// distance of a place from its nearest neighbour have equal prior probability (a longer one would show in
 /// the fit, few places distinguish a shorter one from 0); each counts by its restricted likelihood, and the
 /// spread of the estimates is part of the variance.
-/// @param parameters the first so many of the rows @param least_mm resolution of the heights @pre more data
+/// @param parameters the first so many of the rows @param min_mm resolution of the heights @pre more data
 /// than parameters, which they determine
-UnevenFit fit_uneven(const std::vector<UnevenDatum>& data, std::size_t parameters, double least_mm);
+UnevenFit fit_uneven(const std::vector<UnevenDatum>& data, std::size_t parameters, double min_mm);
 
 }  // namespace firn::calibration

@@ -16,12 +16,12 @@ using deposition::DropletModel;
 
 constexpr int kReach = 2;       // cells up to so far apart may share a droplet
 constexpr double kStep = 1e-3;  // of the derivatives, relative
-constexpr double kMostScatter = 0.5;
+constexpr double kMaxScatter = 0.5;
 constexpr double kGroundShift_mm = 1e-3;  // for the derivative by the substrate's height
 
-constexpr double kClippedSquare = 0.995;   // mean of the clipped square of a normal variable
-constexpr double kLeastNoiseScale = 0.25;  // of the variance that the maps report
-constexpr int kMostRounds = 5;
+constexpr double kClippedSquare = 0.995;  // mean of the clipped square of a normal variable
+constexpr double kMinNoiseScale = 0.25;   // of the variance that the maps report
+constexpr int kMaxRounds = 5;
 constexpr double kSettled = 3e-4;
 constexpr std::array<double, 3> kLayerHeight{1.0, 4.0, 4.0};  // h1 + 4 h2 + 4 h3
 
@@ -175,7 +175,7 @@ Estimate DropletEstimator::replace_map(const HeightMap& height, const std::vecto
 Estimate DropletEstimator::update() {
   evaluations_ = 0;
   const auto scale = scales(options_.prior);
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     const DropletModel before = model_;
     fix_references();
     minimise();
@@ -252,8 +252,8 @@ void DropletEstimator::fit_scatter() {
     scatter2 = 0.0;
     noise = re / rr;
   }
-  scatter_ = std::min(kMostScatter, std::sqrt(scatter2));
-  noise_scale_ = std::clamp(noise, kLeastNoiseScale, 1.0 / kLeastNoiseScale);
+  scatter_ = std::min(kMaxScatter, std::sqrt(scatter2));
+  noise_scale_ = std::clamp(noise, kMinNoiseScale, 1.0 / kMinNoiseScale);
 }
 
 double DropletEstimator::objective(const double* h) {

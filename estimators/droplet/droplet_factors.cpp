@@ -103,11 +103,11 @@ void DropletFactors::add_layer(std::span<const double> before, std::span<const P
       noise = std * std;
     }
     const double gain = variance_[k] / (variance_[k] + noise);
-    factor_[k] = std::clamp(factor_[k] + gain * (found[k] / model[k] - factor_[k]), kLeast, kMost);
+    factor_[k] = std::clamp(factor_[k] + gain * (found[k] / model[k] - factor_[k]), kMin, kMax);
     variance_[k] *= 1.0 - gain;
   }
   double& rim = factor_[std::size_t(Place::kRim)];
-  rim = std::max(rim, kLeastRim * factor_[std::size_t(Place::kInside)]);
+  rim = std::max(rim, kMinRim * factor_[std::size_t(Place::kInside)]);
 }
 
 }  // namespace firn::droplet

@@ -42,12 +42,12 @@ Grid<Place> places_of(const Mask& mask);
 
 class DropletFactors {
  public:
-  static constexpr double kLeast = 0.3, kMost = 3.0;  ///< factors stay within
-  static constexpr double kFullStd = 0.005;           ///< of a full layer's factor, see sparse_std
+  static constexpr double kMin = 0.3, kMax = 3.0;  ///< factors stay within
+  static constexpr double kFullStd = 0.005;        ///< of a full layer's factor, see sparse_std
   /// Lower bound of the rim's factor as a share of the inside's. Late in a print, when only the rim is short,
   /// its droplets add a tenth here and half there; planned with their mean, too many are fired, every cell of
   /// the rim ends too high, and the ink that runs off raises the cells behind it.
-  static constexpr double kLeastRim = 0.85;
+  static constexpr double kMinRim = 0.85;
 
   /// @throws std::invalid_argument: a bad model or option, a mask of another size.
   DropletFactors(const GridSpec& grid, const Mask& mask, const DropletFactorOptions& options);

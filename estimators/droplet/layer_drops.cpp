@@ -9,7 +9,7 @@
 namespace firn::droplet {
 namespace {
 
-constexpr double kLeastCountedShare = 0.9;  // below, the count itself is in doubt
+constexpr double kMinCountedShare = 0.9;  // below, the count itself is in doubt
 
 }  // namespace
 
@@ -26,7 +26,7 @@ void LayerDrops::add(const PassReport& r) {
   if (doubt_to == known && known == n && known > 0 && r.triggered_jet >= 0 &&
       std::size_t(r.triggered_jet) < known) {
     pass.share = double(r.triggered_jet) / double(known);
-    if (pass.share < kLeastCountedShare) {
+    if (pass.share < kMinCountedShare) {
       doubt_from = 0;
       doubt_end = n;
     }

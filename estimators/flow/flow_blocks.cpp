@@ -10,8 +10,8 @@
 namespace firn::flow {
 namespace {
 
-constexpr double kBare = 0.3;   // of the usual volume: cells with less lie beside the beads
-constexpr int kLeastShare = 7;  // one part in so many of a square
+constexpr double kBare = 0.3;  // of the usual volume: cells with less lie beside the beads
+constexpr int kMinShare = 7;   // one part in so many of a square
 
 cv::Mat spread(const HeightMap& map, int reach) {
   const cv::Mat from(map.spec.ny, map.spec.nx, CV_64F, const_cast<double*>(map.cells.data()));
@@ -53,7 +53,7 @@ std::vector<FlowBlock> flow_blocks(const FlowInterval& interval, const BlockOpti
           b.rise_mm += rise;
           for (int v = 0; v < 2; ++v) b.nominal_mm[v] += nominal[v].at<double>(y, x);
         }
-      if (kLeastShare * cells < o.side * o.side) continue;
+      if (kMinShare * cells < o.side * o.side) continue;
       b.rise_mm /= cells;
       b.nominal_mm[0] /= cells;
       b.nominal_mm[1] /= cells;

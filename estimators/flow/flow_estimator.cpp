@@ -14,7 +14,7 @@
 namespace firn::flow {
 namespace {
 
-constexpr double kClip = 3.0, kLeastFactor = 0.02, kMostFactor = 5.0;
+constexpr double kClip = 3.0, kMinFactor = 0.02, kMaxFactor = 5.0;
 constexpr int kRounds = 3;  // of fitting with the noise of the residuals before
 constexpr unsigned kUnknowns = 4;
 
@@ -108,8 +108,8 @@ void FlowEstimator::fit() {
 
   std::array<double, kUnknowns> x{estimate_.factor[0], estimate_.factor[1], estimate_.drift_per_layer[0],
                                   estimate_.drift_per_layer[1]};
-  const std::array<double, kUnknowns> low{kLeastFactor, kLeastFactor, -1.0, -1.0},
-      high{kMostFactor, kMostFactor, 1.0, 1.0};
+  const std::array<double, kUnknowns> low{kMinFactor, kMinFactor, -1.0, -1.0},
+      high{kMaxFactor, kMaxFactor, 1.0, 1.0};
   Problem problem{blocks, options_, 0.0};
   for (int round = 0; round < kRounds; ++round) {
     std::vector<double> off;

@@ -15,10 +15,10 @@ namespace firn::lab {
 namespace {
 
 constexpr double kUm = 1e3;
-constexpr int kBlock = 4;             // cells of a side of the blocks whose means hold the long waves
-constexpr double kTail = 3.5;         // scaled median absolute deviations
-constexpr double kLeastShare = 2e-4;  // added to shares before their logarithm
-constexpr double kRidge = 1e-3;       // of the regression, of a cell-layer
+constexpr int kBlock = 4;           // cells of a side of the blocks whose means hold the long waves
+constexpr double kTail = 3.5;       // scaled median absolute deviations
+constexpr double kMinShare = 2e-4;  // added to shares before their logarithm
+constexpr double kRidge = 1e-3;     // of the regression, of a cell-layer
 
 // The names from kFirstSymmetric on are zero on average in any laboratory that favours no direction: they
 // check a laboratory, and tell nothing about its parameters.
@@ -67,7 +67,7 @@ constexpr const char* kWholeNames[] = {
 constexpr std::size_t kWhole = std::size(kWholeNames);
 constexpr const char* kStretchWords[] = {"first", "second", "last"};
 
-double log_share(double share) { return std::log(std::max(share, 0.0) + kLeastShare); }
+double log_share(double share) { return std::log(std::max(share, 0.0) + kMinShare); }
 double log_scale(double value) { return std::log(std::max(value, 0.0) + 1e-6); }
 double ratio(double a, double b) { return b > 0.0 ? a / b : 0.0; }
 
@@ -494,10 +494,10 @@ std::array<double, kWhole> whole(const FeatureInput& in) {
 }
 
 void check_sizes(const FeatureInput& in) {
-  if (in.layers.size() < std::size_t(kLeastLayers))
+  if (in.layers.size() < std::size_t(kMinLayers))
     throw std::invalid_argument(std::to_string(in.layers.size()) +
                                 (in.layers.size() == 1 ? " measured layer" : " measured layers") +
-                                ", at least " + std::to_string(kLeastLayers) + " are needed");
+                                ", at least " + std::to_string(kMinLayers) + " are needed");
   for (const auto& l : in.layers)
     if (l.after.size() != in.mask.size() || in.target.size() != in.mask.size() ||
         l.use.size() != in.mask.size())
@@ -506,8 +506,6 @@ void check_sizes(const FeatureInput& in) {
 
 }  // namespace
 
-std::span<const char* const> stretch_features() { return kStretchNames; }
-std::span<const char* const> whole_features() { return kWholeNames; }
 std::size_t feature_count() { return (kStretches + 1) * kPerStretch + kWhole; }
 
 std::string feature_name(std::size_t feature) {

@@ -14,20 +14,15 @@ namespace firn::lab {
 
 /// Stretches of layers: the first, second and last third of a print.
 inline constexpr int kStretches = 3;
-inline constexpr int kLeastLayers = 6;
+inline constexpr int kMinLayers = 6;
 
 /// Holds one print as its features are computed from.
 struct FeatureInput {
-  std::span<const droplet::PrintedLayer> layers;  ///< at least kLeastLayers
+  std::span<const droplet::PrintedLayer> layers;  ///< at least kMinLayers
   const Mask& mask;                               ///< of the part
   const HeightMap& target;
   double noise_std_mm = 0.0;  ///< of one cell, as the maps report it
 };
-
-/// Names of a stretch's features, and of those of the whole print, as a sentence names them: "growth by a
-/// droplet inside the part".
-std::span<const char* const> stretch_features();
-std::span<const char* const> whole_features();
 
 /// Returns the number of values of layer_features: those of the stretches, one after the other, their means
 /// over the stretches, then those of the whole print.

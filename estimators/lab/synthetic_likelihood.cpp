@@ -17,7 +17,7 @@ using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 using View = Eigen::Map<const RowMajor>;
 
 constexpr double kFitRidge = 1e-3;  // of the parameters' unit variance
-constexpr double kLeastStd = 1e-9;
+constexpr double kMinStd = 1e-9;
 constexpr double kUnmoved = 1e-7;   // standard deviation below which no simulation moves a feature
 constexpr double kSame = 1e-6;      // relative difference of values that are equal but for rounding
 constexpr double kRounding = 1e-6;  // variance of scaled features beyond the simulated one
@@ -37,7 +37,7 @@ Matrix columns(const Matrix& from, std::span<const std::size_t> used) {
 // Covariance of the residuals' columns, shrunk towards its diagonal.
 Matrix shrunk_covariance(const Matrix& residual, double freedom) {
   Matrix s = residual.transpose() * residual / freedom;
-  const Vector diagonal = s.diagonal().cwiseMax(kLeastStd * kLeastStd);
+  const Vector diagonal = s.diagonal().cwiseMax(kMinStd * kMinStd);
   s *= 1.0 - kShrink;
   s.diagonal() = diagonal;
   return s;
@@ -112,7 +112,7 @@ SyntheticLikelihood::SyntheticLikelihood(const Simulations& sims)
   for (Eigen::Index n = 0; n < rows; ++n)
     leverage_.push_back(1.0 / double(rows_) + zc.row(n).dot(solver.solve(zc.row(n).transpose())));
   for (Eigen::Index f = 0; f < tall; ++f)
-    std_.push_back(std::max(kLeastStd, std::sqrt(residual.col(f).squaredNorm() / freedom)));
+    std_.push_back(std::max(kMinStd, std::sqrt(residual.col(f).squaredNorm() / freedom)));
 }
 
 bool SyntheticLikelihood::moved(std::size_t feature) const { return std_[feature] >= kUnmoved; }

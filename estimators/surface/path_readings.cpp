@@ -12,7 +12,7 @@
 namespace firn::surface {
 namespace {
 
-constexpr double kLeastSpike_mm = 0.05;
+constexpr double kMinSpike_mm = 0.05;
 constexpr int kHalfWindow = 3;
 
 // Difference of each value from the median of the seven about it.
@@ -33,8 +33,7 @@ std::int64_t drop_spikes(std::vector<SurfacePoint>& points, std::size_t first) {
   const std::vector<double> off = off_their_neighbours(points, first);
   if (off.empty()) return 0;
   std::vector<double> sorted = off;
-  const double most =
-      std::max(kLeastSpike_mm, 4.0 * statistics::kMadToStd * statistics::upper_median(sorted));
+  const double most = std::max(kMinSpike_mm, 4.0 * statistics::kMadToStd * statistics::upper_median(sorted));
   std::size_t kept = first;
   for (std::size_t i = 0; i < off.size(); ++i)
     if (off[i] <= most) points[kept++] = points[first + i];

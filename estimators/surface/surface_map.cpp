@@ -21,21 +21,12 @@ double median_of_sorted(const std::vector<float>& v) {
 constexpr std::size_t kFew = 64;
 
 /// Adds to the rank of each sample the samples below it. @param whole z.size() up to a multiple of 8
-[[gnu::always_inline]] inline void add_ranks(const float* z, std::size_t size, std::size_t whole, int* rank) {
+FIRN_CLONES void add_ranks(const float* z, std::size_t size, std::size_t whole, int* rank) {
   for (std::size_t j = 0; j < size; ++j) {
     const float below = z[j];
     for (std::size_t i = 0; i < whole; ++i) rank[i] += int(below < z[i]);
   }
 }
-void ranks_portable(const float* z, std::size_t size, std::size_t whole, int* rank) {
-  add_ranks(z, size, whole, rank);
-}
-#ifdef __x86_64__
-__attribute__((target("avx2"))) void ranks_avx2(const float* z, std::size_t size, std::size_t whole,
-                                                int* rank) {
-  add_ranks(z, size, whole, rank);
-}
-#endif
 
 /// Sorts finite samples: a cell has a few dozen, whose ranks are counted faster than they are sorted.
 void sort_samples(std::vector<float>& z) {
@@ -47,11 +38,7 @@ void sort_samples(std::vector<float>& z) {
   float from[kFew] = {}, to[kFew];
   int rank[kFew] = {};
   std::copy(z.begin(), z.end(), from);
-#ifdef __x86_64__
-  (has_avx2() ? ranks_avx2 : ranks_portable)(from, size, whole, rank);
-#else
-  ranks_portable(from, size, whole, rank);
-#endif
+  add_ranks(from, size, whole, rank);
   std::fill_n(to, size, std::numeric_limits<float>::quiet_NaN());
   for (std::size_t i = 0; i < size; ++i) to[rank[i]] = from[i];
   for (std::size_t k = 0; k < size; ++k)

@@ -6,7 +6,10 @@
 #include <algorithm>
 #include <charconv>
 #include <limits>
+#include <optional>
 
+#include "core/options/number.h"
+#include "files/lowercase.h"
 #include "files/mesh/mesh_formats.h"
 #include "files/usage_error.h"
 
@@ -45,49 +48,42 @@ Bytes without_byte_order_mark(Bytes bytes) {
   return as_text(bytes).starts_with("\xef\xbb\xbf") ? bytes.subspan(3) : bytes;
 }
 
-void TextCursor::fail(const std::string& problem) const {
-  const std::size_t line = first_line_ + std::size_t(std::count(begin_, word_, '\n'));
-  throw UsageError(fmt::format("{}:{}: {}", name_, line, problem));
+std::size_t TextCursor::line_of(std::size_t offset) const {
+  return first_line_ + std::size_t(std::count(begin_, begin_ + offset, '\n'));
 }
 
-float TextCursor::number(std::string_view word, const char* what) const {
-  const char* first = word.data();
-  const char* last = first + word.size();
-  if (word.size() > 1 && *first == '+') ++first;
-  float value = 0.0f;
-  const auto [end, error] = std::from_chars(first, last, value);
-  if (end != last || (error != std::errc() && error != std::errc::result_out_of_range)) {
-    if (word.empty()) fail(fmt::format("ends where {} is expected", what));
-    fail(fmt::format("{} = {}: is not a number", what, word.substr(0, 40)));
-  }
-  if (error != std::errc()) {  // beyond a float: the exponent distinguishes tiny from huge
-    const std::size_t e = word.find_first_of("eE");
-    const bool tiny = e != word.npos && e + 1 < word.size() && word[e + 1] == '-';
-    return tiny ? 0.0f : std::numeric_limits<float>::infinity();
-  }
-  return value;
+void TextCursor::fail(const std::string& problem) const {
+  throw UsageError(fmt::format("{}:{}: {}", name_, line_of(std::size_t(word_ - begin_)), problem));
+}
+
+double TextCursor::number(std::string_view word, const char* what) const {
+  if (const std::optional<double> value = whole_number<double>(word)) return *value;
+  // Not finite, or beyond a double: facets that the slicer reports.
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (word.empty()) fail(fmt::format("ends where {} is expected", what));
+  if (end != word.data() + word.size())
+    fail(fmt::format("{} = {}: is not a number{}", what, word.substr(0, 40),
+                     word.find(',') == word.npos ? "" : "; its decimal mark must be a point"));
+  return error == std::errc() ? value : std::numeric_limits<double>::infinity();
 }
 
 std::int64_t TextCursor::whole(std::string_view word, const char* what) const {
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size()) {
-    if (word.empty()) fail(fmt::format("ends where {} is expected", what));
-    fail(fmt::format("{} = {}: is not a whole number", what, word.substr(0, 40)));
-  }
-  return value;
+  if (const std::optional<std::int64_t> value = whole_number<std::int64_t>(word)) return *value;
+  if (word.empty()) fail(fmt::format("ends where {} is expected", what));
+  fail(fmt::format("{} = {}: is not a whole number", what, word.substr(0, 40)));
 }
 
 }  // namespace mesh
 
 namespace {
 
-logfile::MappedFile mapped(const std::filesystem::path& file) {
+record::MappedFile mapped(const std::filesystem::path& file) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) throw UsageError(file.string() + ": no such file");
   try {
-    return logfile::MappedFile(file);
-  } catch (const logfile::FileError& e) {
+    return record::MappedFile(file);
+  } catch (const record::FileError& e) {
     throw UsageError(e.what());
   }
 }
@@ -108,31 +104,34 @@ slice::FacetView MeshData::facets() const {
     view.vertices = vertices;
     view.triangles = triangles;
   }
+  view.origin = origin;
   return view;
 }
 
-MeshData read_mesh(std::span<const std::byte> bytes, const std::string& name) {
-  std::string ending = std::filesystem::path(name).extension().string();
-  for (char& c : ending)
-    if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
+MeshData read_mesh(std::span<const std::byte> bytes, const std::string& name, FacetCount count) {
+  const std::string ending = lowercase(std::filesystem::path(name).extension().string());
   MeshData data;
   if (bytes.empty()) throw UsageError(name + ": is empty");
   if (ending == ".stl")
-    data = mesh::read_stl(bytes, name);
+    data = mesh::read_stl(bytes, name, count);
   else if (ending == ".ply")
-    data = mesh::read_ply(bytes, name);
+    data = mesh::read_ply(bytes, name, count);
   else if (ending == ".obj")
     data = mesh::read_obj(bytes, name);
   else if (ending == ".3mf")
     data = mesh::read_3mf(bytes, name);
   else
     throw UsageError(name + ": must end in .stl, .ply, .obj or .3mf");
-  if (data.facets().size() == 0) throw UsageError(name + ": holds no facet");
+  if (data.facets().size() == 0) {
+    std::string why;
+    for (const std::string& defect : data.defects) why += (why.empty() ? ": " : "; ") + defect;
+    throw UsageError(name + ": holds no facet" + why);
+  }
   return data;
 }
 
-MeshFile::MeshFile(const std::filesystem::path& file)
-    : map_(mapped(file)), data_(read_mesh(map_.bytes(), file.string())) {}
+MeshFile::MeshFile(const std::filesystem::path& file, FacetCount count)
+    : map_(mapped(file)), data_(read_mesh(map_.bytes(), file.string(), count)) {}
 
 slice::FacetView MeshFile::facets() const {
   slice::FacetView view = data_.facets();

@@ -10,10 +10,15 @@ namespace firn::mesh {
 
 using Bytes = std::span<const std::byte>;
 
-MeshData read_stl(Bytes bytes, const std::string& name);
-MeshData read_ply(Bytes bytes, const std::string& name);
+MeshData read_stl(Bytes bytes, const std::string& name, FacetCount count);
+MeshData read_ply(Bytes bytes, const std::string& name, FacetCount count);
 MeshData read_obj(Bytes bytes, const std::string& name);
 MeshData read_3mf(Bytes bytes, const std::string& name);
+
+/// Ends the message of a file whose header and size disagree: how one of them is chosen.
+inline constexpr const char* kChooseCount =
+    "write the file anew, or choose with mesh.facet_count = \"header\" or \"file\" in the settings of firn "
+    "slice";
 
 [[noreturn]] void fail_at_byte(const std::string& name, std::size_t byte, const std::string& problem);
 /// @throws unless `facets` is within kMaxFacets
@@ -48,13 +53,15 @@ class TextCursor {
     while (at_ != end_ && *at_ != '\n') ++at_;
     if (at_ != end_) ++at_;
   }
-  /// Returns a word as a number; nan and inf are numbers, and values too large for a float are infinite.
+  /// Returns a word as a number; nan and inf are numbers, and values too large for a double are infinite.
   /// @throws UsageError
-  float number(std::string_view word, const char* what) const;
+  double number(std::string_view word, const char* what) const;
   /// Returns a word as a whole number within 64 bits. @throws UsageError
   std::int64_t whole(std::string_view word, const char* what) const;
 
   bool ended() const { return at_ == end_; }
+  /// The line of a byte of the text.
+  std::size_t line_of(std::size_t offset) const;
   std::size_t offset() const { return std::size_t(at_ - begin_); }
   std::size_t left() const { return std::size_t(end_ - at_); }
   std::string_view rest() const { return {at_, left()}; }

@@ -1,15 +1,13 @@
-// PlyHeader holds the declarations of a PLY header, PlySink the vertices and triangles of its rows.
+// PlyHeader holds the declarations of a PLY header.
 #pragma once
 
 #include <algorithm>
-#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include "core/slice/mesh/facets.h"
 
 namespace firn::mesh {
 
@@ -31,7 +29,7 @@ struct PlyElement {
   bool has_list() const { return std::ranges::any_of(properties, &PlyProperty::is_list); }
 };
 /// Returns the minimum bytes of a binary row: lists may be empty.
-std::size_t least_bytes(const PlyElement& element);
+std::size_t min_bytes(const PlyElement& element);
 
 struct PlyHeader {
   bool text = false, big_endian = false;
@@ -42,27 +40,5 @@ struct PlyHeader {
 
 /// @throws UsageError naming the line
 PlyHeader read_ply_header(std::string_view text, const std::string& name);
-
-/// Vertices and triangles in file order.
-struct PlySink {
-  std::vector<slice::Corner> vertices;
-  std::vector<std::array<std::uint32_t, 3>> triangles;
-  std::vector<std::uint32_t> polygon;  ///< the face being read
-  std::vector<std::string> defects;
-  std::size_t thin_faces = 0;
-
-  void begin_faces(std::size_t count) { triangles.reserve(count); }
-  /// Returns false if a corner has no vertex.
-  bool add(const std::array<std::uint32_t, 3>& t) {
-    if (std::max({t[0], t[1], t[2]}) >= vertices.size()) return false;
-    triangles.push_back(t);
-    return true;
-  }
-  void add_polygon() {
-    if (polygon.size() < 3) ++thin_faces;
-    for (std::size_t c = 2; c < polygon.size(); ++c)
-      triangles.push_back({polygon[0], polygon[c - 1], polygon[c]});
-  }
-};
 
 }  // namespace firn::mesh

@@ -121,6 +121,8 @@ class HeaderReader {
     if (!has_format_) at_.fail("the header has no format");
     bool has_vertices = false, has_faces = false;
     for (const PlyElement& e : header_.elements) {
+      if (e.name == "tristrips")
+        at_.fail("the element tristrips (strips of triangles) is not read: write the mesh with faces");
       if (e.name == "vertex") {
         has_vertices = true;
         int axes = 0;
@@ -134,7 +136,8 @@ class HeaderReader {
         if (!header_.face_list) at_.fail("faces have no list vertex_indices");
       }
     }
-    if (!has_vertices || !has_faces) at_.fail("the header declares no vertices and faces");
+    if (!has_vertices) at_.fail("the header declares no element vertex");
+    if (!has_faces) at_.fail("the header declares no element face: a cloud of points has no inside");
   }
 
   TextCursor at_;
@@ -164,7 +167,7 @@ std::size_t size_of(PlyType type) {
   return 0;
 }
 
-std::size_t least_bytes(const PlyElement& element) {
+std::size_t min_bytes(const PlyElement& element) {
   std::size_t sum = 0;
   for (const PlyProperty& p : element.properties) sum += size_of(p.is_list() ? p.count_type : p.type);
   return sum;

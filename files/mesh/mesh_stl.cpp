@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "files/mesh/mesh_builder.h"
 #include "files/mesh/mesh_formats.h"
 
 namespace firn::mesh {
@@ -16,12 +17,20 @@ bool is(std::string_view word, std::string_view keyword) {
                                                      [](char a, char b) { return (a | 0x20) == b; });
 }
 
-// Binary files may begin with "solid" too, but then hold control characters.
+// A text has words where a binary file has control characters. Some texts begin with remarks, and some binary
+// files with "solid".
 bool looks_like_text(std::string_view text) {
   const std::string_view front = text.substr(0, 4096);
-  const std::size_t word = front.find_first_not_of(" \t\r\n");
-  if (word == front.npos || !is(front.substr(word, 5), "solid")) return false;
-  return std::all_of(front.begin(), front.end(), [](char c) { return static_cast<unsigned char>(c) >= 9; });
+  if (std::any_of(front.begin(), front.end(), [](char c) { return static_cast<unsigned char>(c) < 9; }))
+    return false;
+  static constexpr std::string_view kBlanks = " \t\r\n";
+  for (std::size_t at = 0; (at = front.find_first_not_of(kBlanks, at)) != front.npos;) {
+    const std::size_t end = std::min(front.find_first_of(kBlanks, at), front.size());
+    for (const std::string_view keyword : {"solid", "facet", "vertex", "endsolid"})
+      if (is(front.substr(at, end - at), keyword)) return true;
+    at = end;
+  }
+  return false;
 }
 
 // Behind "endsolid": the beginning of a solid or a facet, and no sentence with such a word?
@@ -47,6 +56,7 @@ MeshData read_text(std::string_view text, const std::string& name) {
   data.soup.reserve(text.size() / 25 + 9);  // nine numbers take some 250 bytes with their words
   check_text_form(text, name);
   TextCursor at(text, name);
+  NearOrigin near;
   bool in_solid = false, in_facet = false, after_solid = false;
   std::size_t corners = 0, remarks = 0;
   for (std::string_view word = at.word(); !word.empty(); word = at.word()) {
@@ -56,7 +66,10 @@ MeshData read_text(std::string_view text, const std::string& name) {
     } else if (is(word, "vertex")) {
       if (!in_facet) at.fail("a vertex outside a facet");
       if (++corners > 3) at.fail("a facet with more than 3 vertices");
-      for (int axis = 0; axis < 3; ++axis) data.soup.push_back(at.number(at.word(), "a coordinate"));
+      std::array<double, 3> p;
+      for (double& c : p) c = at.number(at.word(), "a coordinate");
+      const slice::Corner corner = near(p);
+      data.soup.insert(data.soup.end(), corner.begin(), corner.end());
     } else if (is(word, "facet")) {
       if (in_facet) at.fail("a facet within a facet");
       in_facet = true;
@@ -88,31 +101,41 @@ MeshData read_text(std::string_view text, const std::string& name) {
   if (in_solid) data.defects.push_back("the file ends without endsolid");
   if (remarks > 0) data.defects.push_back(fmt::format("{} lines have text behind an end tag", remarks));
   check_count(name, 0, data.soup.size() / 9);
+  data.origin = near.at();
   return data;
 }
 
 }  // namespace
 
-MeshData read_stl(Bytes bytes, const std::string& name) {
+MeshData read_stl(Bytes bytes, const std::string& name, FacetCount choice) {
   bytes = without_byte_order_mark(bytes);
-  std::uint32_t count = 0;
-  if (bytes.size() >= kHeader) std::memcpy(&count, bytes.data() + 80, sizeof count);
-  const std::size_t wanted = kHeader + kRecord * std::size_t(count);
-  if (bytes.size() < kHeader || bytes.size() != wanted) {
+  std::uint32_t claimed = 0;
+  if (bytes.size() >= kHeader) std::memcpy(&claimed, bytes.data() + 80, sizeof claimed);
+  const std::size_t wanted = kHeader + kRecord * std::size_t(claimed);
+  if (bytes.size() != wanted || bytes.size() < kHeader) {
     check_encoding(as_text(bytes), name);
     if (looks_like_text(as_text(bytes))) return read_text(as_text(bytes), name);
     if (bytes.size() < kHeader) fail_at_byte(name, bytes.size(), "ends within the header of 84 bytes");
-    if (bytes.size() < wanted)
-      fail_at_byte(name, 80,
-                   fmt::format("the header claims {} facets, which take {} bytes; the file has {}", count,
-                               wanted, bytes.size()));
   }
+  const std::size_t held = (bytes.size() - kHeader) / kRecord;
+  const bool lacks = bytes.size()<wanted, has_more = held> claimed;
+  if ((lacks || has_more) && (choice == FacetCount::kAgree || (choice == FacetCount::kHeader && lacks)))
+    fail_at_byte(
+        name, 80,
+        fmt::format("the header claims {} facets, which take {} bytes; the file has {} bytes, enough "
+                    "for {}: {}",
+                    claimed, wanted, bytes.size(), held, kChooseCount));
+  const std::size_t count = choice == FacetCount::kFile ? held : claimed;
   check_count(name, 80, count);
   MeshData data;
   data.format = "binary STL";
-  data.records = bytes.subspan(kHeader, wanted - kHeader);
-  if (bytes.size() > wanted)
-    data.defects.push_back(fmt::format("{} bytes stand behind the last facet", bytes.size() - wanted));
+  const std::size_t used = kHeader + kRecord * count;
+  data.records = bytes.subspan(kHeader, used - kHeader);
+  if (count != claimed)
+    data.defects.push_back(
+        fmt::format("the header claims {} facets; the {} that the file holds are read", claimed, count));
+  if (bytes.size() > used)
+    data.defects.push_back(fmt::format("{} bytes stand behind the last facet", bytes.size() - used));
   return data;
 }
 

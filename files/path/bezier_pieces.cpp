@@ -10,7 +10,7 @@ namespace {
 
 using Control = std::vector<WeightedPoint>;
 
-constexpr int kMostHalvings = 10;
+constexpr int kMaxHalvings = 10;
 
 /// b + share (a - b).
 Point2 between(Point2 a, Point2 b, double share) {
@@ -35,8 +35,8 @@ double binomial(std::size_t n, std::size_t k) {
 /// Bound of the distance of a cubic from the curve.
 double error_mm(std::span<const WeightedPoint> c, const CubicBezier& cubic) {
   const std::size_t n = c.size() - 1;
-  double most = 0.0, least_weight = c[0].w;
-  for (const WeightedPoint& p : c) least_weight = std::min(least_weight, p.w);
+  double most = 0.0, min_weight = c[0].w;
+  for (const WeightedPoint& p : c) min_weight = std::min(min_weight, p.w);
   for (std::size_t k = 0; k <= n + 3; ++k) {
     double x = 0.0, y = 0.0;
     for (std::size_t i = k > n ? k - n : 0; i <= std::min<std::size_t>(3, k); ++i) {
@@ -47,7 +47,7 @@ double error_mm(std::span<const WeightedPoint> c, const CubicBezier& cubic) {
     }
     most = std::max(most, std::sqrt(x * x + y * y));
   }
-  return most / least_weight;
+  return most / min_weight;
 }
 
 /// De Casteljau at the middle: the left half, and the right one in `c`.
@@ -86,20 +86,20 @@ bool cubic_pieces(std::span<const WeightedPoint> c, std::vector<CubicBezier>& pi
     return true;
   }
   const std::size_t before = pieces.size();
-  if (follow({c.begin(), c.end()}, kMostHalvings, pieces)) return true;
+  if (follow({c.begin(), c.end()}, kMaxHalvings, pieces)) return true;
   pieces.resize(before);
   return false;
 }
 
 int ellipse_pieces(double radius_mm) {
-  constexpr int kFewest = 32, kMost = 128;
+  constexpr int kFewest = 32, kMax = 128;
   const auto off = [&](int pieces) {
     const double quarter = 0.5 * std::numbers::pi / pieces, sine = std::sin(quarter),
                  cosine = std::cos(quarter);
     return radius_mm * 2.0 / 27.0 * sine * sine * sine * sine * sine * sine / (cosine * cosine);
   };
   int pieces = kFewest;
-  while (pieces < kMost && off(pieces) > kCubicError_mm) pieces += 4;
+  while (pieces < kMax && off(pieces) > kCubicError_mm) pieces += 4;
   return pieces;
 }
 

@@ -1,33 +1,28 @@
-// csv_columns() reads the header of a CSV path file: the quantity and unit of each column.
+// csv_columns() reads the names of the columns of a CSV path file: the quantity and unit of each.
 #pragma once
 
-#include <optional>
-#include <string_view>
+#include <functional>
+#include <string>
 #include <vector>
 
 namespace firn {
 
 struct CsvColumn {
-  enum class Quantity { kX, kY, kZ, kSpeed, kYaw };
+  enum class Quantity { kX, kY, kZ, kSpeed, kYaw, kIndex };
   Quantity quantity = Quantity::kX;
-  std::string_view name;  ///< as the header spells it
-  double scale = 1.0;     ///< to mm, mm/s or degrees
+  std::string name;      ///< as the header spells it
+  double scale = 1.0;    ///< to mm, mm/s or degrees
+  bool assumed = false;  ///< no unit is named: mm
 };
 
 /// Headers that are read, for messages.
 inline constexpr const char* kCsvHeaders =
     "x_mm,y_mm with or without speed_mm_s, yaw_deg and z_mm, in any order (also _um, _cm, _m, _in; _rad)";
 
-/// The separator of a file's columns, by its first line: a comma, or a semicolon or a tab where there is
-/// no comma.
-char csv_separator(std::string_view text);
-
-/// Returns nothing unless every name is known with its unit, none comes twice, and x and y are there.
-/// `text` must outlive the names.
-std::optional<std::vector<CsvColumn>> csv_columns(std::string_view text, char separator);
-
-/// True if the first line of a file is numbers: a file without a header, whose columns are x_mm, y_mm and, if
-/// there are three, z_mm.
-bool csv_numbers(std::string_view text, char separator);
+/// A first column without a name is the index of its rows, as pandas writes it.
+/// @param fail throws an error with the given problem: a name or unit that is not known, one that comes
+/// twice, no x or no y
+std::vector<CsvColumn> csv_columns(const std::vector<std::string>& names,
+                                   const std::function<void(const std::string&)>& fail);
 
 }  // namespace firn

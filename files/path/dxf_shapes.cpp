@@ -36,21 +36,76 @@ void add_arc(Point2 from, Point2 to, Point2 centre, double side, ShapedPoints& o
   give_arc(exact, side, first, out.points.size() - 1, out.given);
 }
 
-void add_segment(Point2 a, Point2 b, double bulge, ShapedPoints& out) {
-  constexpr double kLeastSagitta_mm = 1e-7;
-  const double chord = distance(a, b);
-  check(std::isfinite(bulge) && std::isfinite(chord), "a polyline with a number that is not finite");
-  if (0.5 * std::abs(bulge) * chord < kLeastSagitta_mm) return add(b, out.points);
-  const double away = 0.25 * (1.0 - bulge * bulge) / bulge;  // from the chord's middle, in chords
-  const Point2 centre{0.5 * (a.x_mm + b.x_mm) - away * (b.y_mm - a.y_mm),
-                      0.5 * (a.y_mm + b.y_mm) + away * (b.x_mm - a.x_mm)};
-  add_arc(a, b, centre, bulge > 0.0 ? 1.0 : -1.0, out);
-}
-
 void add_bezier(const CubicBezier& c, ShapedPoints& out) {
   const std::size_t first = out.points.size() - 1;
   const int samples = sample_bezier(c[0], c[1], c[2], c[3], [&](Point2 p) { add(p, out.points); });
   give_bezier(c[0], c[1], c[2], c[3], samples, first, out.points.size() - 1, out.given);
+}
+
+/// Half of an arc's major axis.
+double major_radius(const Arc& arc) {
+  const Point2 u = arc.first, v = arc.second;
+  const double uu = u.x_mm * u.x_mm + u.y_mm * u.y_mm, vv = v.x_mm * v.x_mm + v.y_mm * v.y_mm,
+               uv = u.x_mm * v.x_mm + u.y_mm * v.y_mm;
+  return std::sqrt(0.5 * (uu + vv + std::hypot(uu - vv, 2.0 * uv)));
+}
+
+/// Adds the arc of `sweep` radians from its first point, which is the last one of `out`, to `end`.
+void add_arc(const Arc& arc, double sweep, Point2 end, ShapedPoints& out) {
+  constexpr double kAlike = 1e-12;
+  const Point2 u = arc.first, v = arc.second;
+  const double uu = u.x_mm * u.x_mm + u.y_mm * u.y_mm, vv = v.x_mm * v.x_mm + v.y_mm * v.y_mm,
+               uv = u.x_mm * v.x_mm + u.y_mm * v.y_mm, turn = u.x_mm * v.y_mm - u.y_mm * v.x_mm;
+  if (std::abs(uu - vv) <= kAlike * uu && std::abs(uv) <= kAlike * uu)
+    return add_arc(out.points.back(), end, arc.centre, turn > 0.0 ? 1.0 : -1.0, out);
+  const auto place = [&](double x, double y) {
+    return Point2{arc.centre.x_mm + x * u.x_mm + y * v.x_mm, arc.centre.y_mm + x * u.y_mm + y * v.y_mm};
+  };
+  const int n = std::max(1, int(std::ceil(sweep / kTurn * ellipse_pieces(major_radius(arc)))));
+  const double step = sweep / n, handle = 4.0 / 3.0 * std::tan(0.25 * step);
+  for (int i = 0; i < n; ++i) {
+    const double a = arc.from + i * step, b = a + step;
+    add_bezier(
+        {out.points.back(), place(std::cos(a) - handle * std::sin(a), std::sin(a) + handle * std::cos(a)),
+         place(std::cos(b) + handle * std::sin(b), std::sin(b) - handle * std::cos(b)),
+         i + 1 < n ? place(std::cos(b), std::sin(b)) : end},
+        out);
+  }
+}
+
+/// The same arc in the frame that the transform leads to.
+Arc transformed(Arc arc, const PlaneTransform& t) {
+  arc.centre = t(arc.centre);
+  arc.first = t.direction(arc.first);
+  arc.second = t.direction(arc.second);
+  return arc;
+}
+
+void add_segment(const Vertex& from, Point2 to, const PlaneTransform& to_mm, ShapedPoints& out) {
+  constexpr double kMinSagitta_mm = 1e-7;
+  const Point2 a = from.at;
+  const double chord_mm = distance(to_mm(a), to_mm(to)), bulge = from.bulge;
+  check(std::isfinite(bulge) && std::isfinite(chord_mm), "a polyline with a number that is not finite");
+  if (0.5 * std::abs(bulge) * chord_mm < kMinSagitta_mm) return add(to_mm(to), out.points);
+  const double away = 0.25 * (1.0 - bulge * bulge) / bulge;  // from the chord's middle, in chords
+  const Point2 centre{0.5 * (a.x_mm + to.x_mm) - away * (to.y_mm - a.y_mm),
+                      0.5 * (a.y_mm + to.y_mm) + away * (to.x_mm - a.x_mm)};
+  const double side = bulge > 0.0 ? 1.0 : -1.0;
+  const Point2 first{a.x_mm - centre.x_mm, a.y_mm - centre.y_mm},
+      second{-side * first.y_mm, side * first.x_mm};
+  add_arc(transformed({centre, first, second}, to_mm), 4.0 * std::atan(std::abs(bulge)), to_mm(to), out);
+}
+
+/// The sweep of an arc, in (0, a turn].
+double sweep_of(const Arc& arc) {
+  constexpr double kWhole = 1e-4 * kTurn, kUnits = 1.5;
+  const double difference = arc.to - arc.from, off = std::abs(std::remainder(difference, kTurn));
+  double sweep = std::fmod(difference, kTurn);
+  if (sweep <= 0.0) sweep += kTurn;
+  const bool beyond = difference > 0.5 * kTurn || sweep > 0.5 * kTurn;
+  const double ends_mm = off * std::max(distance({}, arc.first), distance({}, arc.second));
+  const bool rounded = off <= kUnits * arc.rounding && ends_mm <= kJoin_mm;
+  return off <= kWhole && (beyond || rounded) ? kTurn : sweep;
 }
 
 /// The blossom of the spline's piece in a span [Piegl, Tiller 1997]: de Boor's algorithm with one parameter
@@ -117,7 +172,7 @@ void check_spline(const Spline& s) {
   check(s.degree >= 1 && s.degree <= kMaxDegree,
         fmt::format("a SPLINE of degree {}; it must lie in [1, {}]", s.degree, kMaxDegree));
   const std::size_t d = std::size_t(s.degree);
-  check(!s.control.empty(), "a SPLINE without control points is not read: convert it");
+  check(!s.control.empty(), "a SPLINE without control points and without fit points");
   check(s.control.size() > d,
         fmt::format("a SPLINE of degree {} with {} control points", d, s.control.size()));
   check(s.knots.size() == s.control.size() + d + 1,
@@ -125,12 +180,12 @@ void check_spline(const Spline& s) {
                     s.control.size(), d, s.control.size() + d + 1));
   check(s.weights.empty() || s.weights.size() == s.control.size(),
         fmt::format("a SPLINE with {} weights and {} control points", s.weights.size(), s.control.size()));
-  constexpr double kMost = 1e12;
+  constexpr double kMax = 1e12;
   for (std::size_t i = 0; i < s.knots.size(); ++i)
-    check(std::abs(s.knots[i]) <= kMost && (i == 0 || s.knots[i] >= s.knots[i - 1]),
+    check(std::abs(s.knots[i]) <= kMax && (i == 0 || s.knots[i] >= s.knots[i - 1]),
           fmt::format("a SPLINE whose knot {} is {}: knots must ascend", i, s.knots[i]));
   for (const double w : s.weights)
-    check(w > 1.0 / kMost && w < kMost, fmt::format("a SPLINE with a weight of {}; it must be above 0", w));
+    check(w > 1.0 / kMax && w < kMax, fmt::format("a SPLINE with a weight of {}; it must be above 0", w));
   for (const Point2& p : s.control)
     for (const double v : {p.x_mm, p.y_mm})
       check(std::abs(v) <= kMaxCoordinate_mm,
@@ -139,62 +194,30 @@ void check_spline(const Spline& s) {
 
 }  // namespace
 
-void sample(std::span<const Vertex> polyline, bool closed, ShapedPoints& out) {
+void sample(std::span<const Vertex> polyline, bool closed, const PlaneTransform& to_mm, ShapedPoints& out) {
   check(!polyline.empty(), "a polyline without vertices");
-  add(polyline.front().at, out.points);
+  add(to_mm(polyline.front().at), out.points);
   for (std::size_t i = 0; i + 1 < polyline.size(); ++i)
-    add_segment(polyline[i].at, polyline[i + 1].at, polyline[i].bulge, out);
-  if (closed && polyline.size() > 1)
-    add_segment(polyline.back().at, polyline.front().at, polyline.back().bulge, out);
+    add_segment(polyline[i], polyline[i + 1].at, to_mm, out);
+  if (closed && polyline.size() > 1) add_segment(polyline.back(), polyline.front().at, to_mm, out);
 }
 
-void sample_arc(Point2 centre, double radius_mm, double from_deg, double to_deg, ShapedPoints& out) {
-  check(radius_mm > 0.0 && radius_mm <= kMaxCoordinate_mm,
-        fmt::format("a radius of {} mm; it must lie in (0, {}]", radius_mm, kMaxCoordinate_mm));
-  constexpr double kMost_deg = 1e6;
-  check(std::abs(from_deg) <= kMost_deg && std::abs(to_deg) <= kMost_deg,
-        fmt::format("angles from {} to {} degrees", from_deg, to_deg));
-  const auto at = [&](double degrees) {
-    const double angle = degrees * std::numbers::pi / 180.0;
-    return Point2{centre.x_mm + radius_mm * std::cos(angle), centre.y_mm + radius_mm * std::sin(angle)};
-  };
-  const bool whole = std::fmod(to_deg - from_deg, 360.0) == 0.0;
-  const Point2 start = at(from_deg);
-  add(start, out.points);
-  add_arc(start, whole ? start : at(to_deg), centre, 1.0, out);
-}
-
-void sample_ellipse(Point2 centre, Point2 major, double ratio, double from, double to, bool mirrored,
-                    ShapedPoints& out) {
-  const double radius = distance({}, major);
+void sample(const Arc& given, const PlaneTransform& to_mm, ShapedPoints& out) {
+  constexpr double kMax = 1e6;
+  check(std::abs(given.from) <= kMax && std::abs(given.to) <= kMax,
+        fmt::format("an arc from {} to {} rad", given.from, given.to));
+  const Arc arc = transformed(given, to_mm);
+  const double sweep = sweep_of(arc), radius = major_radius(arc);
   check(radius > 0.0 && radius <= kMaxCoordinate_mm,
-        fmt::format("a major axis of {} mm; it must lie in (0, {}]", radius, kMaxCoordinate_mm));
-  check(ratio > 0.0 && ratio <= 1.0, fmt::format("a ratio of axes of {}; it must lie in (0, 1]", ratio));
-  constexpr double kMost = 1e6;
-  check(std::abs(from) <= kMost && std::abs(to) <= kMost, fmt::format("parameters {} to {}", from, to));
-  double turn = std::fmod(to - from, kTurn);
-  if (turn <= 0.0) turn += kTurn;
-  constexpr double kWhole = 1e-9;
-  const bool whole = turn > kTurn - kWhole;
-  const double side = mirrored ? -ratio : ratio;
-  const auto place = [&](double u, double v) {
-    return Point2{centre.x_mm + u * major.x_mm - side * v * major.y_mm,
-                  centre.y_mm + u * major.y_mm + side * v * major.x_mm};
+        fmt::format("a radius of {} mm; it must lie in (0, {}]", radius, kMaxCoordinate_mm));
+  const auto at = [&](double t) {
+    const double x = std::cos(t), y = std::sin(t);
+    return Point2{arc.centre.x_mm + x * arc.first.x_mm + y * arc.second.x_mm,
+                  arc.centre.y_mm + x * arc.first.y_mm + y * arc.second.y_mm};
   };
-  const auto at = [&](double t) { return place(std::cos(t), std::sin(t)); };
-  add(at(from), out.points);
-  const Point2 start = out.points.front(), end = whole ? start : at(from + turn);
-  if (ratio == 1.0) return add_arc(start, end, centre, mirrored ? -1.0 : 1.0, out);
-  const int n = std::max(1, int(std::ceil(turn / kTurn * ellipse_pieces(radius))));
-  const double step = turn / n, handle = 4.0 / 3.0 * std::tan(0.25 * step);
-  for (int i = 0; i < n; ++i) {
-    const double a = from + i * step, b = a + step;
-    add_bezier(
-        {out.points.back(), place(std::cos(a) - handle * std::sin(a), std::sin(a) + handle * std::cos(a)),
-         place(std::cos(b) + handle * std::sin(b), std::sin(b) - handle * std::cos(b)),
-         i + 1 < n ? at(b) : end},
-        out);
-  }
+  add(at(arc.from), out.points);
+  const Point2 start = out.points.front();
+  add_arc(arc, sweep, sweep == kTurn ? start : at(arc.from + sweep), out);
 }
 
 void sample(const Spline& s, ShapedPoints& out) {
@@ -220,6 +243,13 @@ void sample(const Spline& s, ShapedPoints& out) {
       sample_span(s, span, out.points);
   }
   check(!out.points.empty(), "a SPLINE whose knots are all the same");
+}
+
+void sample(std::span<const CubicBezier> curves, const PlaneTransform& to_mm, ShapedPoints& out) {
+  for (const CubicBezier& curve : curves) {
+    if (out.points.empty()) add(to_mm(curve[0]), out.points);
+    add_bezier({out.points.back(), to_mm(curve[1]), to_mm(curve[2]), to_mm(curve[3])}, out);
+  }
 }
 
 }  // namespace firn::dxf

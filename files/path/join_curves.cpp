@@ -85,7 +85,7 @@ class Joiner {
         for (const std::size_t i : found->second) {
           if (best && i >= best->curve) break;
           const DrawnCurve& c = curves_[i];
-          if (c.layer != seed.layer || c.z_mm != seed.z_mm) continue;
+          if (c.layer != seed.layer || std::abs(c.z_mm - seed.z_mm) > kJoin_mm) continue;
           const bool forward = distance(c.shape.points.front(), at) <= kJoin_mm;
           if (!forward && distance(c.shape.points.back(), at) > kJoin_mm) continue;
           best = Part{i, !forward};

@@ -10,7 +10,7 @@
 
 namespace firn {
 
-/// Ends of one layer and height that are nearer to each other than this are one point.
+/// Ends of one layer that are nearer to each other than this, and heights, too, are one.
 inline constexpr double kJoin_mm = 1e-3;
 
 /// Points with the arcs and Bezier curves among them; the parameters of the latter go from 0 to 1.

@@ -3,7 +3,7 @@
 namespace firn {
 
 namespace fs = std::filesystem;
-using logfile::Record;
+using record::Record;
 using slice::LayerPaths;
 
 namespace {
@@ -14,7 +14,7 @@ auto decoded(const Record& r, const Decode& decode) {
   try {
     return decode();
   } catch (const FormatError& e) {
-    throw FormatError(r.offset + logfile::kRecordHeaderBytes + e.offset, e.problem);
+    throw FormatError(r.offset + record::kRecordHeaderBytes + e.offset, e.problem);
   }
 }
 
@@ -58,7 +58,7 @@ void LayerReader::begin() {
 std::optional<Record> LayerReader::record() {
   auto r = in_->next();
   if (in_->damage().count() > 0) {
-    const logfile::Damage& first = in_->damage().list().front();
+    const record::Damage& first = in_->damage().list().front();
     throw FormatError(first.offset, "the file is damaged: " + std::string(first.reason));
   }
   return r;

@@ -19,20 +19,20 @@ enum class PathRecord : std::uint16_t { kHead = 48, kLayer = 49, kTotals = 50 };
 class LayerWriter {
  public:
   LayerWriter(const std::filesystem::path& file,
-              const slice::PathFileHead& head);  ///< @throws logfile::FileError
+              const slice::PathFileHead& head);  ///< @throws record::FileError
   /// @param encoded the layer, @param use of each material in the layer: made elsewhere, by any thread
   void add(std::span<const std::byte> encoded, const slice::LayerPaths& layer,
            const std::vector<slice::MaterialUse>& use);
-  void finish();  ///< @throws logfile::FileError
+  void finish();  ///< @throws record::FileError
   const slice::PathFileTotals& totals() const { return totals_; }
   std::uint64_t bytes() const { return out_.bytes(); }
 
  private:
-  logfile::NamedRecordFile out_;
+  record::NamedRecordFile out_;
   slice::PathFileTotals totals_;
 };
 
-/// Reads a file of LayerWriter. @throws FormatError, logfile::FileError: no such file, no head, damage (with
+/// Reads a file of LayerWriter. @throws FormatError, record::FileError: no such file, no head, damage (with
 /// the byte), a record of an unknown kind, layers that do not ascend, totals that differ.
 class LayerReader {
  public:
@@ -48,13 +48,13 @@ class LayerReader {
   double fraction() const;  ///< of the file that has been read
 
  private:
-  std::optional<logfile::Record> record();
+  std::optional<record::Record> record();
   void begin();
-  void finish(const logfile::Record& totals);
+  void finish(const record::Record& totals);
 
-  std::optional<logfile::MappedFile> mapped_;
+  std::optional<record::MappedFile> mapped_;
   std::span<const std::byte> bytes_;
-  std::optional<logfile::RecordReader> in_;
+  std::optional<record::RecordReader> in_;
   slice::PathFileHead head_;
   slice::PathFileTotals seen_;
   std::int32_t last_layer_ = 0;

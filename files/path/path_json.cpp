@@ -6,8 +6,8 @@
 #include <numbers>
 #include <vector>
 
-#include "files/byte_blocks.h"
-#include "files/json_events.h"
+#include "core/options/enumerators.h"
+#include "files/json.h"
 #include "files/nearest.h"
 #include "files/path/path_file.h"
 #include "files/path/sampled_shapes.h"
@@ -21,85 +21,63 @@ const std::vector<std::string_view> kPathKeys{"layer",    "material",        "ki
                                               "width_mm", "layer_height_mm", "z_mm",  "yaw_deg",
                                               "tool",     "speed_mm_s",      "points"};
 const std::vector<std::string_view> kShapeKeys{"to", "centre", "clockwise", "control"};
-const std::vector<std::string_view> kKinds{"boundary", "fill", "hook",
-                                           "measurement"};  // in the order of PathKind
+constexpr std::array<std::string_view, 4> kKinds{"boundary", "fill", "hook", "measurement"};
+static_assert(kKinds.size() == kTableSize<PathKind>);
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-class Handler : public JsonHandler {
+class Handler : public nlohmann::json_sax<nlohmann::json> {
  public:
-  Handler(const ByteBlocks& in, const std::string& name, double size, const PathSink& sink)
+  Handler(std::istream& in, const std::string& name, double size, const PathSink& sink)
       : in_(in), name_(name), size_(size), sink_(sink) {}
 
-  void null() override {
-    if (in_point() && coordinates_.size() == 2) return number(motion::kUnlimited);
-    wrong("null");
+  bool null() override {
+    if (!in_point() || coordinates_.size() != 2) wrong("null");
+    number(motion::kUnlimited);
+    return true;
   }
-  void boolean(bool value) override {
-    if (at_ == At::kShape && key_ == "clockwise") {
+  bool boolean(bool value) override {
+    if (at_ == At::kShape && key_ == "clockwise")
       shape_.clockwise = value;
-      return;
-    }
-    if (at_ != At::kPath || key_ != "closed") wrong(value ? "true" : "false");
-    path_.path.closed = value;
-  }
-  void integer(double value) override {
-    if (at_ == At::kTop && key_ == "version") {
-      if (value != 1.0) fail(fmt::format("{} is unknown; this program reads version 1", value));
-    } else if (at_ == At::kPath && key_ == "layer") {
-      path_.path.layer = std::int32_t(between(value, 0, 1e6));
-    } else if (at_ == At::kPath && key_ == "material") {
-      path_.path.material = std::uint8_t(between(value, 0, 255));
-    } else {
-      number(value);
-    }
-  }
-  void number(double value) override {
-    if (at_ == At::kPoint || at_ == At::kShapeNumbers) {
-      if (coordinates_.size() == (in_point() ? 3u : shape_numbers())) wrong("more numbers");
-      coordinates_.push_back(value);
-      return;
-    }
-    if (at_ == At::kYaws) {
-      if (path_.yaw_point_rad.size() == kMaxPathPoints)
-        fail(fmt::format("more than {} entries", kMaxPathPoints));
-      path_.yaw_point_rad.push_back(between(value, -kMaxYaw_deg, kMaxYaw_deg) * kDegree);
-      return;
-    }
-    if (at_ != At::kPath) wrong("a number");
-    if (key_ == "width_mm")
-      path_.path.width_mm = between(value, 0, 1000);
-    else if (key_ == "layer_height_mm")
-      path_.path.layer_height_mm = between(value, 0, 1000);
-    else if (key_ == "z_mm")
-      path_.path.z_mm = between(value, -kMaxCoordinate_mm, kMaxCoordinate_mm);
-    else if (key_ == "yaw_deg")
-      path_.yaw_rad = between(value, -360, 360) * kDegree;
-    else if (key_ == "speed_mm_s")
-      path_.speed_limit.path_mm_s = between(value, 0, 1e6, true);
-    else if (key_ == "layer" || key_ == "material")
-      fail("must be a whole number");
+    else if (at_ == At::kPath && key_ == "closed")
+      path_.path.closed = value;
     else
-      wrong("a number");
+      wrong(value ? "true" : "false");
+    return true;
   }
-  void text(const std::string& value) override {
+  bool number_integer(std::int64_t value) override {
+    integer(double(value));
+    return true;
+  }
+  bool number_unsigned(std::uint64_t value) override {
+    integer(double(value));
+    return true;
+  }
+  bool number_float(double value, const std::string& text) override {
+    // An integer of more than 64 bits comes here too.
+    text.find_first_of(".eE") == text.npos ? integer(value) : number(value);
+    return true;
+  }
+  bool string(std::string& value) override {
     if (at_ == At::kPath && key_ == "tool") {
       if (value.empty() || value.size() > 40) fail("must be a name of 1 to 40 bytes");
       path_.tool = value;
     } else if (at_ == At::kPath && key_ == "kind") {
       const auto found = std::find(kKinds.begin(), kKinds.end(), value);
       if (found == kKinds.end()) {
-        const std::string near = nearest(value, kKinds);
+        const std::vector<std::string_view> kinds(kKinds.begin(), kKinds.end());
+        const std::string near = nearest(value, kinds);
         fail(fmt::format("\"{}\"{} must be one of {}", value.substr(0, 40),
-                         near.empty() ? "" : " (did you mean \"" + near + "\"?)", list(kKinds)));
+                         near.empty() ? "" : " (did you mean \"" + near + "\"?)", list(kinds)));
       }
       path_.path.kind = PathKind(found - kKinds.begin());
     } else {
       wrong("a text");
     }
+    return true;
   }
 
-  void start_object() override {
+  bool start_object(std::size_t) override {
     if (at_ == At::kRoot)
       at_ = At::kTop;
     else if (at_ == At::kPaths)
@@ -110,8 +88,9 @@ class Handler : public JsonHandler {
       key_.clear();
     } else
       wrong("an object");
+    return true;
   }
-  void key(const std::string& value) override {
+  bool key(std::string& value) override {
     const auto& known = at_ == At::kTop ? kTopKeys : at_ == At::kShape ? kShapeKeys : kPathKeys;
     if (std::find(known.begin(), known.end(), value) == known.end()) {
       const std::string near = nearest(value, known);
@@ -119,8 +98,9 @@ class Handler : public JsonHandler {
                        near.empty() ? "; known: " + list(known) : "; the nearest known one is " + near));
     }
     key_ = value;
+    return true;
   }
-  void end_object() override {
+  bool end_object() override {
     if (at_ == At::kPath)
       finish_path();
     else if (at_ == At::kShape)
@@ -129,8 +109,9 @@ class Handler : public JsonHandler {
       fail("has no key \"paths\"");
     else
       key_.clear();
+    return true;
   }
-  void start_list() override {
+  bool start_array(std::size_t) override {
     if (at_ == At::kTop && key_ == "paths" && !saw_paths_) {
       at_ = At::kPaths;
       saw_paths_ = true;
@@ -146,8 +127,9 @@ class Handler : public JsonHandler {
       at_ = At::kYaws;
     else
       wrong("a list");
+    return true;
   }
-  void end_list() override {
+  bool end_array() override {
     if (at_ == At::kPoint) {
       finish_point();
       at_ = At::kPoints;
@@ -161,6 +143,16 @@ class Handler : public JsonHandler {
       at_ = At::kTop;
       key_.clear();
     }
+    return true;
+  }
+  bool binary(nlohmann::json::binary_t&) override { return false; }
+  bool parse_error(std::size_t byte, const std::string&, const nlohmann::json::exception& e) override {
+    // "[json.exception.parse_error.101] parse error at line 1, column 12: …": the byte says it for a file of
+    // one line too
+    const std::string_view what = e.what();
+    const std::size_t place = what.find(": "), code = what.find("] ");
+    throw UsageError(
+        fmt::format("{}: byte {}: {}", name_, byte, what.substr(place < what.npos ? place + 2 : code + 2)));
   }
   void finish() const {
     if (number_ == 0) throw UsageError(name_ + ": paths: holds no path");
@@ -229,6 +221,46 @@ class Handler : public JsonHandler {
     }
   }
   [[noreturn]] void wrong(const char* found) const { fail(fmt::format("{}, not {}", expected(), found)); }
+
+  void integer(double value) {
+    if (at_ == At::kTop && key_ == "version") {
+      if (value != 1.0) fail(fmt::format("{} is unknown; this program reads version 1", value));
+    } else if (at_ == At::kPath && key_ == "layer") {
+      path_.path.layer = std::int32_t(between(value, 0, 1e6));
+    } else if (at_ == At::kPath && key_ == "material") {
+      path_.path.material = std::uint8_t(between(value, 0, 255));
+    } else {
+      number(value);
+    }
+  }
+  void number(double value) {
+    if (at_ == At::kPoint || at_ == At::kShapeNumbers) {
+      if (coordinates_.size() == (in_point() ? 3u : shape_numbers())) wrong("more numbers");
+      coordinates_.push_back(value);
+      return;
+    }
+    if (at_ == At::kYaws) {
+      if (path_.yaw_point_rad.size() == kMaxPathPoints)
+        fail(fmt::format("more than {} entries", kMaxPathPoints));
+      path_.yaw_point_rad.push_back(between(value, -kMaxYaw_deg, kMaxYaw_deg) * kDegree);
+      return;
+    }
+    if (at_ != At::kPath) wrong("a number");
+    if (key_ == "width_mm")
+      path_.path.width_mm = between(value, 0, 1000);
+    else if (key_ == "layer_height_mm")
+      path_.path.layer_height_mm = between(value, 0, 1000);
+    else if (key_ == "z_mm")
+      path_.path.z_mm = between(value, -kMaxCoordinate_mm, kMaxCoordinate_mm);
+    else if (key_ == "yaw_deg")
+      path_.yaw_rad = between(value, -360, 360) * kDegree;
+    else if (key_ == "speed_mm_s")
+      path_.speed_limit.path_mm_s = between(value, 0, 1e6, true);
+    else if (key_ == "layer" || key_ == "material")
+      fail("must be a whole number");
+    else
+      wrong("a number");
+  }
 
   double between(double value, double low, double high, bool above_low = false) const {
     if (value <= high && (above_low ? value > low : value >= low)) return value;
@@ -306,12 +338,12 @@ class Handler : public JsonHandler {
       fail(fmt::format("yaw_deg has {} entries, points {}", yaws, path_.path.points.size()));
     if (!any_speed_) path_.speed_limit.point_mm_s.clear();
     path_.number = ++number_;
-    path_.fraction = size_ > 0.0 ? double(in_.position()) / size_ : 0.0;
+    path_.fraction = size_ > 0.0 ? double(in_.tellg()) / size_ : 0.0;
     sink_(std::move(path_));
     at_ = At::kPaths;
   }
 
-  const ByteBlocks& in_;
+  std::istream& in_;
   const std::string& name_;
   double size_;
   const PathSink& sink_;
@@ -327,13 +359,8 @@ class Handler : public JsonHandler {
 }  // namespace
 
 void read_paths_json(std::istream& in, const std::string& name, double size, const PathSink& sink) {
-  ByteBlocks bytes(in);
-  Handler handler(bytes, name, size, sink);
-  try {
-    read_json_events(bytes, handler);
-  } catch (const JsonMistake& mistake) {
-    throw UsageError(fmt::format("{}: byte {}: {}", name, mistake.byte, mistake.what));
-  }
+  Handler handler(in, name, size, sink);
+  nlohmann::json::sax_parse(in, &handler);
   handler.finish();
 }
 

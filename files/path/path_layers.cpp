@@ -36,7 +36,7 @@ void read_paths_layers(const std::filesystem::path& file, const PathSink& sink) 
       }
   } catch (const FormatError& e) {
     throw UsageError(name + ": " + e.what());
-  } catch (const logfile::FileError& e) {
+  } catch (const record::FileError& e) {
     throw UsageError(e.what());
   }
   if (number == 0) throw UsageError(name + ": holds no paths");

@@ -2,13 +2,17 @@
 
 #include <fmt/core.h>
 
-#include <charconv>
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <sstream>
+#include <utility>
+#include <vector>
 
 #include "files/json.h"
 #include "files/nearest.h"
+#include "files/path/csv_columns.h"
+#include "files/separated_values.h"
 #include "files/usage_error.h"
 
 namespace firn {
@@ -83,32 +87,40 @@ PrintJob from_json(const std::string& text, const std::string& name) {
 }
 
 PrintJob from_csv(const std::string& text, const std::string& name) {
+  using Quantity = CsvColumn::Quantity;
   std::istringstream in(text);
-  std::string line;
-  const auto next = [&] {
-    if (!std::getline(in, line)) return false;
-    if (!line.empty() && line.back() == '\r') line.pop_back();
-    return true;
-  };
-  if (!next() || line != "x_mm,y_mm,speed_mm_s")
-    fail(name + ": line 1", "the header must be x_mm,y_mm,speed_mm_s");
+  SeparatedValues rows(in, name);
+  SeparatedRow row;
+  std::vector<CsvColumn> columns;
   PrintJob job;
-  for (int row = 2; next(); ++row) {
-    if (line.empty()) continue;
-    const std::string where = fmt::format("{}: line {}", name, row);
-    double values[3];
-    const char *at = line.data(), *end = line.data() + line.size();
-    for (int n = 0; n < 3; ++n) {
-      const auto [rest, error] = std::from_chars(at, end, values[n]);
-      if (error != std::errc() || (n < 2 ? rest == end || *rest != ',' : rest != end))
-        fail(where, "must hold three numbers");
-      if (!(std::abs(values[n]) <= kMaxCoordinate_mm))
-        fail(where, fmt::format("{} must lie within +-{}", values[n], kMaxCoordinate_mm));
-      at = rest + 1;
+  bool begun = false;
+  const auto refuse = [&](const std::string& problem) { rows.fail(row.line, problem); };
+  while (rows.next(row)) {
+    if (row.blank()) continue;
+    if (columns.empty()) {
+      columns = csv_columns(row.fields, refuse);
+      for (const CsvColumn& c : columns)
+        if (c.quantity == Quantity::kZ || c.quantity == Quantity::kYaw)
+          refuse("a job of lines has the columns x, y and speed, not " + shown_text(c.name));
+      if (std::ranges::find(columns, Quantity::kSpeed, &CsvColumn::quantity) == columns.end())
+        refuse("a job of lines has the columns x_mm, y_mm and speed_mm_s; there is none of the speed");
+      continue;
     }
-    const Point2 p{values[0], values[1]};
-    if (row > 2)
-      job.segments.push_back({job.end, p, values[2]});
+    if (row.fields.size() != columns.size())
+      refuse(fmt::format("{} columns, the header has {}", row.fields.size(), columns.size()));
+    Point2 p;
+    double speed_mm_s = 0.0;
+    for (std::size_t n = 0; n < columns.size(); ++n) {
+      if (columns[n].quantity == Quantity::kIndex) continue;
+      const double v = columns[n].scale * rows.finite_number(row, n, columns[n].name);
+      if (!(std::abs(v) <= kMaxCoordinate_mm))
+        refuse(fmt::format("{} must lie within +-{}", v, kMaxCoordinate_mm));
+      (columns[n].quantity == Quantity::kX   ? p.x_mm
+       : columns[n].quantity == Quantity::kY ? p.y_mm
+                                             : speed_mm_s) = v;
+    }
+    if (std::exchange(begun, true))
+      job.segments.push_back({job.end, p, speed_mm_s});
     else
       job.start = p;
     job.end = p;

@@ -14,12 +14,11 @@
 namespace firn {
 
 inline constexpr double kShapeSagitta_mm = 2e-3, kShapeChord_mm = 0.4;
-inline constexpr int kLeastArcPoints = 8, kMostArcPoints = 100000;
+inline constexpr int kMinArcPoints = 8, kMaxArcPoints = 100000;
 
 /// Number of points for a shape of so many chords. Not a number counts as few.
 inline int shape_points(double chords) {
-  return chords > kLeastArcPoints ? int(std::ceil(std::min(chords, double(kMostArcPoints))))
-                                  : kLeastArcPoints;
+  return chords > kMinArcPoints ? int(std::ceil(std::min(chords, double(kMaxArcPoints)))) : kMinArcPoints;
 }
 
 /// True if both ends of an arc lie on one circle, within the rounding of a file's coordinates.

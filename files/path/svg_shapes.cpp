@@ -1,174 +1,23 @@
 #include "files/path/svg_shapes.h"
 
-#include <fmt/core.h>
-
 #include <algorithm>
-#include <array>
-#include <charconv>
+#include <cctype>
 #include <cmath>
 #include <numbers>
-#include <utility>
 
 #include "files/path/bezier_pieces.h"
+#include "files/path/svg_scanner.h"
 
 namespace firn::svg {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 Point2 operator+(Point2 a, Point2 b) { return {a.x_mm + b.x_mm, a.y_mm + b.y_mm}; }
 Point2 operator-(Point2 a, Point2 b) { return {a.x_mm - b.x_mm, a.y_mm - b.y_mm}; }
 Point2 operator*(double k, Point2 a) { return {k * a.x_mm, k * a.y_mm}; }
 
-/// Reads an attribute from its front.
-class Text {
- public:
-  explicit Text(std::string_view text) : all_(text), rest_(text) {}
-
-  [[noreturn]] void fail(const std::string& problem) const {
-    std::string shown(rest_.substr(0, 20));
-    std::replace_if(
-        shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
-    throw SyntaxError(
-        fmt::format("character {}: {}, not '{}'", all_.size() - rest_.size() + 1, problem, shown));
-  }
-
-  void skip_blanks() {
-    while (!rest_.empty() && std::string_view(" \t\r\n\f").find(rest_.front()) != std::string_view::npos)
-      rest_.remove_prefix(1);
-  }
-  /// Blanks and at most one comma.
-  void skip_separator() {
-    skip_blanks();
-    if (!take(',')) return;
-    skip_blanks();
-  }
-  bool take(char c) {
-    if (rest_.empty() || rest_.front() != c) return false;
-    rest_.remove_prefix(1);
-    return true;
-  }
-  bool empty() {
-    skip_blanks();
-    return rest_.empty();
-  }
-  bool at_number() {
-    skip_blanks();
-    return !rest_.empty() && std::string_view("+-.0123456789").find(rest_.front()) != std::string_view::npos;
-  }
-
-  double number() {
-    skip_blanks();
-    std::string_view digits = rest_;
-    if (digits.starts_with('+')) digits.remove_prefix(1);
-    double value = 0.0;
-    const bool signed_twice = digits.size() != rest_.size() && digits.starts_with('-');
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-    if (error != std::errc() || !std::isfinite(value) || signed_twice) fail("a finite number is needed");
-    rest_.remove_prefix(std::size_t(end - rest_.data()));
-    return value;
-  }
-  /// A number and the comma or blanks after it.
-  double next() {
-    const double value = number();
-    skip_separator();
-    return value;
-  }
-  Point2 point() {
-    const double x = next();
-    return {x, next()};
-  }
-  bool flag() {
-    skip_blanks();
-    const bool set = take('1');
-    if (!set && !take('0')) fail("a flag, 0 or 1, is needed");
-    skip_separator();
-    return set;
-  }
-  std::string_view word() {
-    skip_blanks();
-    std::size_t n = 0;
-    while (n < rest_.size() && std::isalpha(static_cast<unsigned char>(rest_[n]))) ++n;
-    const std::string_view found = rest_.substr(0, n);
-    rest_.remove_prefix(n);
-    return found;
-  }
-  char letter() {
-    skip_blanks();
-    const char c = rest_.empty() ? '\0' : rest_.front();
-    if (!rest_.empty()) rest_.remove_prefix(1);
-    return c;
-  }
-
- private:
-  std::string_view all_, rest_;
-};
-
-Transform rotation(double angle) {
-  const double c = std::cos(angle), s = std::sin(angle);
-  return {c, s, -s, c, 0.0, 0.0};
-}
-
-Transform one_transform(std::string_view name, const Text& text, std::span<const double> v) {
-  const std::size_t n = v.size();
-  if (name == "matrix" && n == 6) return {v[0], v[1], v[2], v[3], v[4], v[5]};
-  if (name == "translate" && (n == 1 || n == 2)) return {1.0, 0.0, 0.0, 1.0, v[0], n == 2 ? v[1] : 0.0};
-  if (name == "scale" && (n == 1 || n == 2)) return {v[0], 0.0, 0.0, v[n - 1], 0.0, 0.0};
-  if (name == "rotate" && n == 1) return rotation(v[0] * kDegree);
-  if (name == "rotate" && n == 3)
-    return Transform{1.0, 0.0, 0.0, 1.0, v[1], v[2]} * rotation(v[0] * kDegree) *
-           Transform{1.0, 0.0, 0.0, 1.0, -v[1], -v[2]};
-  if (name == "skewX" && n == 1) return {1.0, 0.0, std::tan(v[0] * kDegree), 1.0, 0.0, 0.0};
-  if (name == "skewY" && n == 1) return {1.0, std::tan(v[0] * kDegree), 0.0, 1.0, 0.0, 0.0};
-  text.fail(fmt::format("transform: '{}' with {} numbers is not known", name.substr(0, 20), n));
-}
-
 }  // namespace
 
-Transform Transform::operator*(const Transform& o) const {
-  return {a * o.a + c * o.b, b * o.a + d * o.b,     a * o.c + c * o.d,
-          b * o.c + d * o.d, a * o.e + c * o.f + e, b * o.e + d * o.f + f};
-}
-
-Transform transform(std::string_view attribute) {
-  Text text(attribute);
-  Transform all;
-  while (!text.empty()) {
-    const std::string_view name = text.word();
-    text.skip_blanks();
-    if (!text.take('(')) text.fail("transform: a ( is needed");
-    std::array<double, 6> value{};
-    std::size_t n = 0;
-    while (text.at_number()) {
-      if (n == value.size()) text.fail("transform: at most 6 numbers");
-      value[n++] = text.next();
-    }
-    if (!text.take(')')) text.fail("transform: a ) is needed");
-    all = all * one_transform(name, text, std::span(value).first(n));
-    text.skip_separator();
-  }
-  return all;
-}
-
-double length_mm(std::string_view attribute) {
-  constexpr std::pair<std::string_view, double> kUnits[] = {
-      {"", 25.4 / 96.0}, {"px", 25.4 / 96.0}, {"mm", 1.0},       {"cm", 10.0},
-      {"in", 25.4},      {"pt", 25.4 / 72.0}, {"pc", 25.4 / 6.0}};
-  Text text(attribute);
-  const double value = text.number();
-  const std::string_view unit = text.word();
-  for (const auto& [name, mm] : kUnits)
-    if (name == unit && text.empty()) return value * mm;
-  text.fail("a length in mm, cm, in, pt, pc or px is needed");
-}
-
-void numbers(std::string_view attribute, std::span<double> out) {
-  Text text(attribute);
-  for (double& value : out) value = text.next();
-  if (!text.empty()) text.fail(fmt::format("{} numbers are needed", out.size()));
-}
-
-Pen::Pen(const Transform& t, const Target& target) : to_mm_(t), target_(target) {
+Pen::Pen(const PlaneTransform& t, const Target& target) : to_mm_(t), target_(target) {
   constexpr double kAlike = 1e-12;
   const double x = t.a * t.a + t.b * t.b, y = t.c * t.c + t.d * t.d;
   scale_ = std::sqrt(x + y);
@@ -209,7 +58,8 @@ void Pen::arc(double rx, double ry, double turn_deg, bool large, bool sweep, Poi
   ry = std::abs(ry);
   if (to == at_) return;
   if (!(rx > 0.0) || !(ry > 0.0)) return line(to);
-  const Transform turn = rotation(turn_deg * kDegree), back = rotation(-turn_deg * kDegree);
+  const PlaneTransform turn = PlaneTransform::rotation_deg(turn_deg),
+                       back = PlaneTransform::rotation_deg(-turn_deg);
   const Point2 half = back(0.5 * (at_ - to)), from = at_;
   const double x = half.x_mm / rx, y = half.y_mm / ry, square = x * x + y * y;
   if (square > 1.0) {  // too small to reach: scaled up
@@ -247,7 +97,7 @@ void Pen::arc(double rx, double ry, double turn_deg, bool large, bool sweep, Poi
 }
 
 void draw_path(std::string_view data, Pen& pen) {
-  Text text(data);
+  Scanner text(data);
   char command = '\0', before = '\0';
   Point2 control;  // of the curve before, for S and T
   bool moved = false;
@@ -318,7 +168,7 @@ void draw_path(std::string_view data, Pen& pen) {
 }
 
 void draw_polygon(std::string_view points, bool closed, Pen& pen) {
-  Text text(points);
+  Scanner text(points);
   for (bool first = true; !text.empty(); first = false) {
     const Point2 p = text.point();
     first ? pen.move(p) : pen.line(p);

@@ -1,12 +1,11 @@
-// svg::Pen draws the path data, transforms and basic shapes of SVG 1.1 (chapters 7 to 9) as points in mm.
+// svg::Pen draws the path data and basic shapes of SVG 1.1 (chapters 8 and 9) as points in mm.
 #pragma once
 
 #include <functional>
-#include <span>
 #include <stdexcept>
 #include <string_view>
 
-#include "core/path/path.h"
+#include "files/path/plane_transform.h"
 
 namespace firn::svg {
 
@@ -14,23 +13,6 @@ namespace firn::svg {
 struct SyntaxError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
-
-/// x' = a x + c y + e, y' = b x + d y + f.
-struct Transform {
-  double a = 1.0, b = 0.0, c = 0.0, d = 1.0, e = 0.0, f = 0.0;
-  Point2 operator()(Point2 p) const { return {a * p.x_mm + c * p.y_mm + e, b * p.x_mm + d * p.y_mm + f}; }
-  /// First `first`, then this one.
-  Transform operator*(const Transform& first) const;
-};
-
-/// The value of a transform attribute: matrix, translate, scale, rotate, skewX, skewY. @throws SyntaxError
-Transform transform(std::string_view text);
-
-/// A length with its unit: mm, cm, in, pt, pc, px or none (1/96 inch). @throws SyntaxError
-double length_mm(std::string_view text);
-
-/// As many numbers as `out` has, with blanks or commas between them. @throws SyntaxError
-void numbers(std::string_view text, std::span<double> out);
 
 /// Receives lines, Bezier curves and arcs of circles in mm, each from the point before.
 struct Target {
@@ -42,7 +24,7 @@ struct Target {
 /// Draws in the user's units.
 class Pen {
  public:
-  Pen(const Transform& to_mm, const Target& target);
+  Pen(const PlaneTransform& to_mm, const Target& target);
   void move(Point2 p);
   void line(Point2 p);
   void cubic(Point2 b, Point2 c, Point2 d);
@@ -55,7 +37,7 @@ class Pen {
 
  private:
   void begin();
-  const Transform& to_mm_;
+  const PlaneTransform& to_mm_;
   const Target& target_;
   Point2 at_, start_;
   double scale_ = 1.0;  ///< bound of the transform's largest scale [mm per unit]

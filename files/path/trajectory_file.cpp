@@ -3,7 +3,7 @@
 namespace firn {
 
 namespace fs = std::filesystem;
-using logfile::Record;
+using record::Record;
 
 TrajectoryWriter::TrajectoryWriter(const fs::path& file, const TrajectoryHead& head) : out_(file) {
   out_.records().append(std::uint16_t(TrajectoryRecord::kHead), encode(head));
@@ -39,7 +39,7 @@ void TrajectoryReader::begin() {
 std::optional<Record> TrajectoryReader::record() {
   auto r = in_->next();
   if (in_->damage().count() > 0) {
-    const logfile::Damage& first = in_->damage().list().front();
+    const record::Damage& first = in_->damage().list().front();
     throw TrajectoryFormatError(first.offset, "the file is damaged: " + std::string(first.reason));
   }
   return r;
@@ -50,7 +50,7 @@ std::optional<PlannedPath> TrajectoryReader::next() {
   const auto r = record();
   if (!r) throw TrajectoryFormatError(in_->valid_end(), "the file is incomplete: it has no totals");
   const auto place = [&](const TrajectoryFormatError& e) {
-    return TrajectoryFormatError(r->offset + logfile::kRecordHeaderBytes + e.offset, e.problem);
+    return TrajectoryFormatError(r->offset + record::kRecordHeaderBytes + e.offset, e.problem);
   };
   switch (TrajectoryRecord(r->kind)) {
     case TrajectoryRecord::kPath:

@@ -19,22 +19,22 @@ enum class TrajectoryRecord : std::uint16_t { kHead = 32, kPath = 33, kTotals = 
 class TrajectoryWriter {
  public:
   TrajectoryWriter(const std::filesystem::path& file,
-                   const TrajectoryHead& head);  ///< @throws logfile::FileError
+                   const TrajectoryHead& head);  ///< @throws record::FileError
   void add(const PlannedPath& path) {
     add(encode(path), path.trajectory.samples(), path.trajectory.certificate.duration_s);
   }
   /// Adds a path that was encoded elsewhere (by another thread).
   void add(std::span<const std::byte> encoded, std::size_t samples, double duration_s);
-  void finish();  ///< @throws logfile::FileError
+  void finish();  ///< @throws record::FileError
   const TrajectoryTotals& totals() const { return totals_; }
   std::uint64_t bytes() const { return out_.bytes(); }
 
  private:
-  logfile::NamedRecordFile out_;
+  record::NamedRecordFile out_;
   TrajectoryTotals totals_;
 };
 
-/// Reads a file of TrajectoryWriter. @throws TrajectoryFormatError, logfile::FileError: no such file, no
+/// Reads a file of TrajectoryWriter. @throws TrajectoryFormatError, record::FileError: no such file, no
 /// head, damage (with the byte), a record of an unknown kind, trajectories behind the totals or totals that
 /// differ.
 class TrajectoryReader {
@@ -48,11 +48,11 @@ class TrajectoryReader {
   const TrajectoryTotals& totals() const { return seen_; }  ///< of the paths read so far
 
  private:
-  std::optional<logfile::Record> record();
+  std::optional<record::Record> record();
   void begin();
 
-  std::optional<logfile::MappedFile> mapped_;
-  std::optional<logfile::RecordReader> in_;
+  std::optional<record::MappedFile> mapped_;
+  std::optional<record::RecordReader> in_;
   TrajectoryHead head_;
   TrajectoryTotals seen_;
   bool ended_ = false;

@@ -10,7 +10,7 @@
 namespace firn {
 namespace {
 
-constexpr double kMostPixels = 268435456.0;  // as the decoder of pictures admits
+constexpr double kMaxPixels = 268435456.0;  // as the decoder of pictures admits
 
 struct Complaints {
   jpeg_error_mgr manager;
@@ -54,7 +54,7 @@ std::string damage_of_jpeg(std::span<const unsigned char> file) {
   jpeg_create_decompress(&jpeg);
   jpeg_mem_src(&jpeg, file.data(), static_cast<unsigned long>(file.size()));
   jpeg_read_header(&jpeg, TRUE);
-  if (double(jpeg.image_width) * jpeg.image_height <= kMostPixels) {
+  if (double(jpeg.image_width) * jpeg.image_height <= kMaxPixels) {
     complaints.decoding = true;
     jpeg.scale_num = 1;
     jpeg.scale_denom = 8;

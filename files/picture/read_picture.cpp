@@ -1,11 +1,14 @@
 #include "files/picture/read_picture.h"
 
 #include <dlfcn.h>
+#include <fmt/core.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <string_view>
 #include <system_error>
 
+#include "files/picture/tiff_pages.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
 
@@ -58,6 +61,15 @@ bool ends_as_jpeg(std::string_view bytes) {
 
 }  // namespace
 
+DecodedPicture decode_picture(std::span<const unsigned char> bytes) {
+  static const PictureCodec codec = load();
+  DecodedPicture picture;
+  codec(bytes, picture);
+  if (const std::size_t pages = tiff_pages(bytes); pages > 1)
+    picture.remarks.push_back(fmt::format("page 1 of {} is read, the others are not", pages));
+  return picture;
+}
+
 DecodedPicture read_picture(const fs::path& file) {
   std::error_code error;
   if (fs::is_character_file(file, error) || fs::is_block_file(file, error))  // /dev/zero has no end
@@ -70,11 +82,27 @@ DecodedPicture read_picture(const fs::path& file) {
   if (bytes.starts_with("\xFF\xD8\xFF") && !ends_as_jpeg(bytes))
     throw UsageError(file.string() + ": is cut: byte " + std::to_string(bytes.size()) +
                      " is the last one, and a JPEG file ends with a marker (FF D9)");
-  static const PictureCodec codec = load();
-  DecodedPicture picture;
-  codec({reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()}, picture);
+  DecodedPicture picture =
+      decode_picture({reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()});
   if (!picture.error.empty()) throw UsageError(file.string() + ": " + picture.error);
   return picture;
+}
+
+DecodedPicture cropped(const DecodedPicture& picture, const PictureCrop& crop, const fs::path& file) {
+  if (crop.x < 0 || crop.y < 0 || crop.width < 1 || crop.height < 1 || crop.width > picture.width - crop.x ||
+      crop.height > picture.height - crop.y)
+    throw UsageError(fmt::format(
+        "{}: --crop {},{},{},{} leaves the picture of {} x {} pixels: x + width is at most {}, y + height {}",
+        file.string(), crop.x, crop.y, crop.width, crop.height, picture.width, picture.height, picture.width,
+        picture.height));
+  DecodedPicture part{crop.width, crop.height, picture.white, {}, {}, picture.remarks};
+  part.pixels.reserve(std::size_t(crop.width) * std::size_t(crop.height));
+  for (int y = crop.y; y < crop.y + crop.height; ++y) {
+    const auto row = picture.pixels.begin() + std::ptrdiff_t(y) * picture.width + crop.x;
+    part.pixels.insert(part.pixels.end(), row, row + crop.width);
+  }
+  if (part.white > kWhiteOf8Bits) part.white = deep_white_level(*std::ranges::max_element(part.pixels));
+  return part;
 }
 
 }  // namespace firn

@@ -8,7 +8,7 @@
 
 #include "files/record/pages.h"
 
-namespace firn::logfile {
+namespace firn::record {
 
 std::uint64_t checksum64(std::span<const std::byte> bytes) { return XXH64(bytes.data(), bytes.size(), 0); }
 
@@ -32,14 +32,23 @@ std::uint64_t checksum64(std::span<const std::byte> a, std::span<const std::span
 
 std::uint64_t checksum64_of_mapped(std::span<const std::byte> mapped, bool forget) {
   constexpr std::size_t kBlock_bytes = 16 << 20;
-  XXH64_state_t state;
-  XXH64_reset(&state, 0);
+  Checksum64 sum;
   for (std::size_t at = 0; at < mapped.size(); at += kBlock_bytes) {
     const auto block = mapped.subspan(at, std::min(kBlock_bytes, mapped.size() - at));
-    XXH64_update(&state, block.data(), block.size());
+    sum.add(block);
     if (forget) forget_pages(mapped, at, at + block.size());
   }
-  return XXH64_digest(&state);
+  return sum.value();
 }
 
-}  // namespace firn::logfile
+struct Checksum64::State {
+  XXH64_state_t xxh;
+};
+Checksum64::Checksum64() : state_(std::make_unique<State>()) { XXH64_reset(&state_->xxh, 0); }
+Checksum64::~Checksum64() = default;
+void Checksum64::add(std::span<const std::byte> bytes) {
+  if (!bytes.empty()) XXH64_update(&state_->xxh, bytes.data(), bytes.size());
+}
+std::uint64_t Checksum64::value() const { return XXH64_digest(&state_->xxh); }
+
+}  // namespace firn::record

@@ -4,9 +4,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 
-namespace firn::logfile {
+namespace firn::record {
 
 std::uint64_t checksum64(std::span<const std::byte> bytes);
 /// Returns the checksum of `a` followed by each of `parts`, without joining them.
@@ -15,4 +16,17 @@ std::uint64_t checksum64(std::span<const std::byte> a, std::span<const std::span
 /// Returns the checksum of mapped bytes, which are taken from memory as it goes on where `forget` is true.
 std::uint64_t checksum64_of_mapped(std::span<const std::byte> mapped, bool forget);
 
-}  // namespace firn::logfile
+/// The same of bytes that come one part after the other.
+class Checksum64 {
+ public:
+  Checksum64();
+  ~Checksum64();
+  void add(std::span<const std::byte> bytes);
+  std::uint64_t value() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace firn::record

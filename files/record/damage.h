@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace firn::logfile {
+namespace firn::record {
 
 struct Damage {
   std::uint64_t offset = 0;  ///< first byte in the file
@@ -35,4 +35,4 @@ class DamageList {
   std::uint64_t lost_ = 0;
 };
 
-}  // namespace firn::logfile
+}  // namespace firn::record

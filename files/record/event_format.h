@@ -10,7 +10,7 @@
 #include <span>
 #include <string_view>
 
-namespace firn::logfile {
+namespace firn::record {
 
 inline constexpr std::uint32_t kEventSync = 0xEDA1DA01u;
 inline constexpr std::array<unsigned char, 4> kEventSyncBytes{0xED, 0xA1, 0xDA, 0x01};
@@ -79,4 +79,4 @@ inline bool plausible_event(std::span<const std::byte> log, std::uint64_t at, Ev
          plausible_channel(event_channel(log, h));
 }
 
-}  // namespace firn::logfile
+}  // namespace firn::record

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstring>
 
-namespace firn::logfile {
+namespace firn::record {
 
 std::filesystem::path index_path(const std::filesystem::path& log) { return log.string() + ".idx"; }
 
@@ -89,4 +89,4 @@ void EventIndexWriter::append(std::vector<IndexEntry>& entries) {
   forget();
 }
 
-}  // namespace firn::logfile
+}  // namespace firn::record

@@ -13,7 +13,7 @@
 
 #include "files/record/record_file.h"
 
-namespace firn::logfile {
+namespace firn::record {
 
 inline constexpr std::uint16_t kIndexChannelRecord = 1;  ///< u32 id, then the name
 inline constexpr std::uint16_t kIndexEntriesRecord = 2;  ///< IndexEntry after IndexEntry
@@ -74,4 +74,4 @@ class EventIndexWriter {
   std::vector<std::pair<std::uint32_t, std::string>> new_channels_;
 };
 
-}  // namespace firn::logfile
+}  // namespace firn::record

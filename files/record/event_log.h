@@ -15,17 +15,17 @@
 #include "files/record/event_index.h"
 #include "files/record/file.h"
 
-namespace firn::logfile {
+namespace firn::record {
 
 /// Writes `path` and `path`.idx. Events are buffered and written in one write of at least flush_bytes, or on
-/// flush_up_to(). The index never lists an event that is not whole in the log.
+/// flush(). The index never lists an event that is not whole in the log.
 class EventLogWriter {
  public:
   using Mode = File::Mode;
   struct Options {
     Mode mode = Mode::kCreate;
     std::size_t flush_bytes = std::size_t(1) << 20;
-    std::size_t most_pending_bytes = std::size_t(256) << 20;  ///< kept while the disk refuses writes
+    std::size_t max_pending_bytes = std::size_t(256) << 20;  ///< kept while the disk refuses writes
   };
   /// kAppend continues behind the last whole event; a torn one is first copied to "<path>.torn-<n>"; an index
   /// that lags, is damaged or is missing is rewritten. @throws FileError, std::runtime_error (not an LCM log)
@@ -36,21 +36,19 @@ class EventLogWriter {
   /// bytes
   /// @throws FileError when the buffer was full and could not be written. The event is kept (see
   /// pending_bytes)
-  ///         unless most_pending_bytes would be exceeded; append() and flush() may be tried again.
+  ///         unless max_pending_bytes would be exceeded; append() and flush() may be tried again.
   ///         std::invalid_argument for a channel or data that the format cannot hold.
   void append(std::int64_t utime_us, std::string_view channel, std::span<const std::byte> data);
   /// Writes the pending events. @throws FileError: whole events that were written are in log and index, the
   /// rest is pending.
   void flush();
-  /// Flushes if the oldest pending event has utime_us <= `utime_us`. @throws FileError
-  void flush_up_to(std::int64_t utime_us);
   void sync();   ///< flush(), then fdatasync of log and index. @throws FileError
   void close();  ///< flush(), then close. The destructor alone drops pending events. @throws FileError
 
   std::uint64_t events() const { return next_eventnum_; }  ///< number of the next event
   std::size_t pending_bytes() const { return buffer_.size(); }
   std::size_t pending_events() const { return pending_.size(); }
-  std::uint64_t dropped_events() const { return dropped_; }  ///< refused: most_pending_bytes
+  std::uint64_t dropped_events() const { return dropped_; }  ///< refused: max_pending_bytes
   std::uint64_t bytes() const { return log_.position(); }    ///< written so far
   const std::filesystem::path& path() const { return log_.path(); }
   const std::filesystem::path& torn_path() const { return torn_path_; }
@@ -153,4 +151,4 @@ class EventLogFile {
   bool has_index_ = false;
 };
 
-}  // namespace firn::logfile
+}  // namespace firn::record

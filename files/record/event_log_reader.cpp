@@ -5,7 +5,7 @@
 #include "files/record/checksum.h"
 #include "files/record/event_log.h"
 
-namespace firn::logfile {
+namespace firn::record {
 
 EventLogReader::EventLogReader(std::span<const std::byte> log, const EventIndex* index)
     : log_(log), index_(index) {
@@ -266,4 +266,4 @@ EventLogFile::EventLogFile(const std::filesystem::path& path) : log_(path) {
   has_index_ = true;
 }
 
-}  // namespace firn::logfile
+}  // namespace firn::record

@@ -3,7 +3,7 @@
 #include "files/record/checksum.h"
 #include "files/record/event_log.h"
 
-namespace firn::logfile {
+namespace firn::record {
 namespace {
 
 constexpr std::size_t kMaxChannelBytes = 63;  // LCM's limit for sending
@@ -72,7 +72,7 @@ void EventLogWriter::append(std::int64_t utime_us, std::string_view channel,
                                 " bytes of data, an event holds at most 2147483647");
   const EventHeader header{log_.position() + buffer_.size(), next_eventnum_, utime_us,
                            std::int32_t(channel.size()), std::int32_t(data.size())};
-  if (!buffer_.empty() && buffer_.size() + header.bytes() > options_.most_pending_bytes) {
+  if (!buffer_.empty() && buffer_.size() + header.bytes() > options_.max_pending_bytes) {
     try {
       flush();
     } catch (const FileError&) {
@@ -120,10 +120,6 @@ void EventLogWriter::flush() {
   index_->append(written_);
 }
 
-void EventLogWriter::flush_up_to(std::int64_t utime_us) {
-  if ((!pending_.empty() && pending_.front().utime_us <= utime_us) || !written_.empty()) flush();
-}
-
 void EventLogWriter::sync() {
   flush();
   log_.sync();
@@ -136,4 +132,4 @@ void EventLogWriter::close() {
   log_.close();
 }
 
-}  // namespace firn::logfile
+}  // namespace firn::record

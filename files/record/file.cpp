@@ -13,10 +13,11 @@
 #include <system_error>
 #include <utility>
 
+#include "files/record/open_file.h"
 #include "files/record/packed.h"
 #include "files/record/pages.h"
 
-namespace firn::logfile {
+namespace firn::record {
 
 FileError::FileError(const std::filesystem::path& p, std::uint64_t at, const std::string& what, int e)
     : std::runtime_error(p.string() + ": byte " + std::to_string(at) + ": " + what + ": " +
@@ -29,8 +30,14 @@ bool FileError::disk_full() const { return error == ENOSPC || error == EDQUOT ||
 
 File::File(const std::filesystem::path& path, Mode mode) : path_(path) {
   const int flags = O_RDWR | O_CREAT | O_CLOEXEC | (mode == Mode::kCreate ? O_EXCL : 0);
-  fd_ = ::open(path.c_str(), flags, 0644);
-  if (fd_ < 0) throw FileError(path, 0, mode == Mode::kCreate ? "cannot create" : "cannot open", errno);
+  const OpenedFile opened = open_file(path, flags);
+  if (opened.fd < 0)
+    throw FileError(path, 0,
+                    opened.what             ? opened.what
+                    : mode == Mode::kCreate ? "cannot create"
+                                            : "cannot open",
+                    opened.error);
+  fd_ = opened.fd;
   if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) {
     const int e = errno;
     ::close(fd_);
@@ -69,6 +76,13 @@ void File::write(std::span<iovec> parts) {
   }
 }
 
+void File::overwrite(std::uint64_t offset, std::span<const std::byte> bytes) {
+  const std::uint64_t end = std::exchange(position_, offset);
+  iovec part{const_cast<std::byte*>(bytes.data()), bytes.size()};
+  write({&part, 1});
+  position_ = end;
+}
+
 void File::truncate(std::uint64_t size) {
   if (::ftruncate(fd_, off_t(size)) != 0) throw FileError(path_, size, "cannot truncate", errno);
   position_ = size;
@@ -87,8 +101,9 @@ void File::close() {
 }
 
 MappedFile::MappedFile(const std::filesystem::path& path, Packed packed) {
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a named pipe does not block
-  if (fd < 0) throw FileError(path, 0, "cannot open", errno);
+  const OpenedFile opened = open_file(path, O_RDONLY);
+  if (opened.fd < 0) throw FileError(path, 0, opened.what ? opened.what : "cannot open", opened.error);
+  const int fd = opened.fd;
   struct stat status {};
   int e = ::fstat(fd, &status) == 0 ? 0 : errno;
   if (!e && !S_ISREG(status.st_mode)) e = S_ISDIR(status.st_mode) ? EISDIR : EINVAL;
@@ -113,7 +128,7 @@ MappedFile::~MappedFile() {
 }
 
 void MappedFile::forget_before(std::uint64_t offset) const {
-  constexpr std::uint64_t kBlock_bytes = 16 << 20;  // a multiple of any page
+  constexpr std::uint64_t kBlock_bytes = 2 << 20;  // a multiple of any page; a run has ten files
   if (!of_file_ || offset < forgotten_ + 2 * kBlock_bytes) return;
   const std::uint64_t until = std::min<std::uint64_t>(offset, bytes_.size()) / kBlock_bytes * kBlock_bytes;
   forget_pages(bytes_, forgotten_, until);
@@ -154,4 +169,4 @@ void sync_folder(const std::filesystem::path& folder) {
   if (e) throw FileError(folder, 0, "cannot sync folder", e);
 }
 
-}  // namespace firn::logfile
+}  // namespace firn::record

@@ -11,7 +11,7 @@
 
 struct iovec;
 
-namespace firn::logfile {
+namespace firn::record {
 
 /// A failed operation on a file. The message is "<path>: byte <offset>: <operation>: <errno text>".
 class FileError : public std::runtime_error {
@@ -40,6 +40,8 @@ class File {
   /// consumed.
   /// @throws FileError; position() is then behind the written bytes.
   void write(std::span<iovec> parts);
+  /// Writes over bytes that are there; position() stays. @throws FileError
+  void overwrite(std::uint64_t offset, std::span<const std::byte> bytes);
   void truncate(std::uint64_t size);  ///< and moves the position there. @throws FileError
   void sync();   ///< fdatasync, the first time of a new file its folder too. @throws FileError
   void close();  ///< @throws FileError
@@ -58,7 +60,7 @@ class File {
 class MappedFile {
  public:
   enum class Packed { kUnpack, kAsIs };
-  /// @throws FileError; std::runtime_error naming a packed file that is damaged
+  /// @throws FileError; PackedError (packed.h)
   explicit MappedFile(const std::filesystem::path& path, Packed packed = Packed::kUnpack);
   ~MappedFile();
   MappedFile(MappedFile&& other) noexcept;
@@ -88,4 +90,4 @@ std::filesystem::path save_torn_tail(const std::filesystem::path& path, std::spa
 /// fsync of a folder, so that a new or renamed file in it survives a power cut. @throws FileError
 void sync_folder(const std::filesystem::path& folder);
 
-}  // namespace firn::logfile
+}  // namespace firn::record

@@ -4,7 +4,7 @@
 #include <bit>
 #include <cmath>
 
-namespace firn::logfile {
+namespace firn::record {
 namespace {
 
 // No time stamp overflows a difference, nor its negative.
@@ -47,24 +47,47 @@ void Intervals::add(std::int64_t us, std::int64_t begin_us) {
   longest_begin_us_ = begin_us;
 }
 
-double Intervals::median_us() const {
+std::uint64_t Intervals::count_from(double limit_us) const {
+  std::uint64_t n = 0;
+  for (std::size_t b = histogram_.size(); b-- > 0 && lower_us(b) >= limit_us;) n += histogram_[b];
+  return n;
+}
+
+double Intervals::median_from(double limit_us) const {
+  const std::uint64_t all = count_from(limit_us);
   std::uint64_t below = 0;
   for (std::size_t b = 0; b < histogram_.size(); ++b) {
+    if (lower_us(b) < limit_us) continue;
     below += histogram_[b];
-    if (2 * below >= count_ && count_ > 0)
-      return b < kPerOctave ? double(b) : (lower_us(b) + lower_us(b + 1)) / 2;
+    if (2 * below >= all && all > 0) return b < kPerOctave ? double(b) : (lower_us(b) + lower_us(b + 1)) / 2;
   }
   return 0;
 }
 
-Intervals::Gaps Intervals::gaps() const {
-  const double limit = kGapFactor * std::max(median_us(), 1.0);
-  Gaps found{0, limit};
-  for (std::size_t b = histogram_.size(); b-- > 0;) {
-    if (lower_us(b) < limit) break;
-    found.count += histogram_[b];
-    found.at_least_us = lower_us(b);
+double Intervals::time_from_us(double limit_us) const {
+  double sum = 0.0;
+  for (std::size_t b = 0; b < histogram_.size(); ++b)
+    if (histogram_[b] > 0 && lower_us(b) >= limit_us) sum += double(histogram_[b]) * lower_us(b);
+  return sum;
+}
+
+double Intervals::usual_us() const {
+  double usual = median_us();
+  for (;;) {
+    const double pause = kGapFactor * std::max(usual, 1.0);
+    if (count_from(pause) < kFewestPauses || time_from_us(pause) < 0.5 * time_from_us(0.0)) return usual;
+    usual = median_from(pause);
   }
+}
+
+Intervals::Gaps Intervals::gaps() const {
+  const double limit = kGapFactor * std::max(usual_us(), 1.0);
+  Gaps found{count_from(limit), limit};
+  for (std::size_t b = 0; b < histogram_.size(); ++b)
+    if (lower_us(b) >= limit) {
+      found.at_least_us = lower_us(b);
+      break;
+    }
   return found;
 }
 
@@ -84,7 +107,7 @@ void LogStatistics::add(const Event& e) {
 
   auto it = channels_.find(e.channel);
   if (it == channels_.end()) {
-    if (channels_.size() >= kMostChannels) {
+    if (channels_.size() >= kMaxChannels) {
       ++more_channels_;
       return;
     }
@@ -115,7 +138,7 @@ void LogStatistics::add(const Event& e) {
   const std::int64_t fingerprint = std::int64_t(big64(e.data.data()));
   auto found = c.fingerprints.find(fingerprint);
   if (found == c.fingerprints.end()) {
-    if (c.fingerprints.size() >= ChannelStatistics::kMostFingerprints) {
+    if (c.fingerprints.size() >= ChannelStatistics::kMaxFingerprints) {
       ++c.more_fingerprints;
       return;
     }
@@ -124,4 +147,4 @@ void LogStatistics::add(const Event& e) {
   ++found->second.messages;
 }
 
-}  // namespace firn::logfile
+}  // namespace firn::record

@@ -12,7 +12,7 @@
 
 #include "files/record/event_log.h"
 
-namespace firn::logfile {
+namespace firn::record {
 
 /// Time stamps that go back from one event to the next.
 struct TimeSteps {
@@ -28,21 +28,30 @@ class Intervals {
   void add(std::int64_t us, std::int64_t begin_us);
   std::uint64_t count() const { return count_; }
   /// Returns the median to 6 %; 0 without intervals.
-  double median_us() const;
+  double median_us() const { return median_from(0.0); }
+  /// Returns the median of the intervals between bursts where messages come in bursts, else of all. Messages
+  /// come in bursts where intervals of kGapFactor medians or more are kFewestPauses or more and take half of
+  /// the time.
+  double usual_us() const;
   std::int64_t longest_us() const { return longest_us_; }
   std::int64_t longest_begin_us() const { return longest_begin_us_; }
-  /// Holds the intervals that are kGapFactor times the median, or longer.
+  /// Holds the intervals that are kGapFactor times the usual one, or longer.
   struct Gaps {
     std::uint64_t count = 0;
     double at_least_us = 0;
   };
   static constexpr double kGapFactor = 10;
+  static constexpr std::uint64_t kFewestPauses = 8;
   Gaps gaps() const;
 
  private:
   static constexpr int kPerOctave = 8;
   static std::size_t bucket(std::int64_t us);
   static double lower_us(std::size_t bucket);
+  // Of the intervals of limit_us or more.
+  std::uint64_t count_from(double limit_us) const;
+  double median_from(double limit_us) const;
+  double time_from_us(double limit_us) const;
 
   std::array<std::uint64_t, 64 * kPerOctave> histogram_{};
   std::uint64_t count_ = 0;
@@ -60,13 +69,13 @@ struct ChannelStatistics {
   std::uint64_t smallest = 0, largest = 0;  ///< bytes of one message
   std::int64_t first_us = 0, last_us = 0;   ///< the earliest and the latest
   std::map<std::int64_t, FingerprintCount> fingerprints;
-  std::uint64_t more_fingerprints = 0;  ///< messages beyond kMostFingerprints different ones
+  std::uint64_t more_fingerprints = 0;  ///< messages beyond kMaxFingerprints different ones
   std::uint64_t too_short = 0;          ///< messages of fewer than eight bytes
   std::span<const std::byte> first_short;
   TimeSteps steps;
   Intervals intervals;
 
-  static constexpr std::size_t kMostFingerprints = 64;
+  static constexpr std::size_t kMaxFingerprints = 64;
   double rate_hz() const;  ///< 0: fewer than two messages, or no time between them
 
  private:
@@ -76,13 +85,13 @@ struct ChannelStatistics {
 
 class LogStatistics {
  public:
-  static constexpr std::size_t kMostChannels = 4096;
+  static constexpr std::size_t kMaxChannels = 4096;
 
   /// The event's bytes must outlive the statistics.
   void add(const Event& event);
 
   const std::map<std::string, ChannelStatistics, std::less<>>& channels() const { return channels_; }
-  std::uint64_t more_channels() const { return more_channels_; }  ///< events beyond kMostChannels channels
+  std::uint64_t more_channels() const { return more_channels_; }  ///< events beyond kMaxChannels channels
   std::uint64_t events() const { return events_; }
   std::uint64_t data_bytes() const { return data_bytes_; }
   std::int64_t first_us() const { return first_us_; }
@@ -96,4 +105,4 @@ class LogStatistics {
   TimeSteps steps_;
 };
 
-}  // namespace firn::logfile
+}  // namespace firn::record

@@ -7,7 +7,7 @@
 
 #include "files/record/output_target.h"
 
-namespace firn::logfile {
+namespace firn::record {
 
 namespace fs = std::filesystem;
 
@@ -31,4 +31,4 @@ void NamedRecordFile::finish() {
   out_.reset();
 }
 
-}  // namespace firn::logfile
+}  // namespace firn::record

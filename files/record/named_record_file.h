@@ -7,7 +7,7 @@
 #include "files/record/part_file.h"
 #include "files/record/record_file.h"
 
-namespace firn::logfile {
+namespace firn::record {
 
 /// Writes under a temporary name beside `file`; finish() syncs and renames the file. The destructor removes
 /// an unfinished file.
@@ -29,4 +29,4 @@ class NamedRecordFile {
   std::uint64_t bytes_ = 0;
 };
 
-}  // namespace firn::logfile
+}  // namespace firn::record

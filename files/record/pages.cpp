@@ -6,14 +6,16 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <new>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
-namespace firn::logfile {
+namespace firn::record {
 namespace {
 
-constexpr std::size_t kLeastOfFile = std::size_t(32) << 20;
+constexpr std::size_t kMinOfFile = std::size_t(32) << 20;
 
 /// @returns an open file of `bytes` without a name, -1 where there is no room for it
 int temporary_file(std::size_t bytes) {
@@ -27,20 +29,48 @@ int temporary_file(std::size_t bytes) {
   return -1;
 }
 
+// The room is there already.
+void write_all(int fd, std::span<const std::byte> bytes, std::size_t at) {
+  while (!bytes.empty()) {
+    const ssize_t n = ::pwrite(fd, bytes.data(), bytes.size(), off_t(at));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) throw std::bad_alloc();
+    at += std::size_t(n);
+    bytes = bytes.subspan(std::size_t(n));
+  }
+}
+
 }  // namespace
 
-Pages::Pages(std::size_t bytes) : bytes_(bytes) {
+Pages::Pages(std::size_t bytes, const std::function<std::span<const std::byte>()>& next) : bytes_(bytes) {
   if (bytes == 0) return;
-  void* at = MAP_FAILED;
-  if (const int fd = bytes >= kLeastOfFile ? temporary_file(bytes) : -1; fd >= 0) {
-    at = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
-    of_file_ = at != MAP_FAILED;
-    ::close(fd);
+  const int fd = bytes >= kMinOfFile ? temporary_file(bytes) : -1;
+  of_file_ = fd >= 0;
+  const auto map = [&](int protection, int flags) {
+    void* const at = ::mmap(nullptr, bytes, protection, flags, fd, 0);
+    if (at != MAP_FAILED) at_ = static_cast<std::byte*>(at);
+  };
+  if (!of_file_) map(PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE);
+  try {
+    if (!of_file_ && !at_) throw std::bad_alloc();
+    std::size_t at = 0;
+    for (auto part = next(); !part.empty(); part = next()) {
+      if (part.size() > bytes - at) throw std::length_error("too long");
+      if (of_file_)
+        write_all(fd, part, at);  // a fault of a page that is written through a mapping costs its zeroing
+      else
+        std::ranges::copy(part, at_ + at);
+      at += part.size();
+    }
+    if (at != bytes) throw std::length_error("too short");
+    if (of_file_) map(PROT_READ, MAP_SHARED);
+    if (!at_) throw std::bad_alloc();
+  } catch (...) {
+    if (fd >= 0) ::close(fd);
+    if (at_) ::munmap(at_, bytes_);
+    throw;
   }
-  if (!of_file_)
-    at = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-  if (at == MAP_FAILED) throw std::bad_alloc();
-  at_ = static_cast<std::byte*>(at);
+  if (fd >= 0) ::close(fd);
 }
 
 Pages::~Pages() {
@@ -50,25 +80,13 @@ Pages::~Pages() {
 Pages::Pages(Pages&& other) noexcept
     : at_(std::exchange(other.at_, nullptr)), bytes_(other.bytes_), of_file_(other.of_file_) {}
 
-void Pages::forget(std::size_t from, std::size_t until) const {
-  if (of_file_) forget_pages(span(), from, until);
-}
-
-void Pages::drop_front(std::size_t bytes) {
-  ::munmap(at_, bytes);
-  at_ += bytes;
-  bytes_ -= bytes;
-}
-
-std::size_t Pages::page_bytes() { return std::size_t(::sysconf(_SC_PAGESIZE)); }
-
-std::span<std::byte> Pages::release() { return {std::exchange(at_, nullptr), bytes_}; }
+std::span<const std::byte> Pages::release() { return {std::exchange(at_, nullptr), bytes_}; }
 
 void forget_pages(std::span<const std::byte> mapped, std::size_t from, std::size_t until) {
-  const std::size_t page = Pages::page_bytes();
+  const auto page = std::size_t(::sysconf(_SC_PAGESIZE));
   from = (from + page - 1) / page * page;
   until = std::min(until, mapped.size()) / page * page;
   if (from < until) ::madvise(const_cast<std::byte*>(mapped.data()) + from, until - from, MADV_DONTNEED);
 }
 
-}  // namespace firn::logfile
+}  // namespace firn::record

@@ -1,30 +1,27 @@
-// Pages is writable memory for the content of a large file. From 32 MiB on it lies in an unlinked temporary
-// file (TMPDIR, else /var/tmp), so that the system can write it out and forget() takes it from the process.
+// Pages holds the content of a large file, read only. From 32 MiB on it lies in an unlinked temporary file
+// (TMPDIR, else /var/tmp), so that the system can write it out and the process can forget it.
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <span>
 
-namespace firn::logfile {
+namespace firn::record {
 
 class Pages {
  public:
-  /// @throws std::bad_alloc
-  explicit Pages(std::size_t bytes);
+  /// @param bytes of the content
+  /// @param next returns the next part of the content, empty at its end
+  /// @throws std::bad_alloc; std::length_error: the parts have another length
+  Pages(std::size_t bytes, const std::function<std::span<const std::byte>()>& next);
   ~Pages();
   Pages(Pages&& other) noexcept;
   Pages& operator=(Pages&&) = delete;
 
-  std::span<std::byte> span() const { return {at_, bytes_}; }
+  std::span<const std::byte> span() const { return {at_, bytes_}; }
   bool of_file() const { return of_file_; }
-  /// Takes whole pages of [from, until) out of the process's memory; they are read again where they are used.
-  /// Does nothing for small memory, which no file holds.
-  void forget(std::size_t from, std::size_t until) const;
-  /// Gives up the first bytes, a multiple of page_bytes().
-  void drop_front(std::size_t bytes);
-  static std::size_t page_bytes();
   /// Returns the bytes, which the caller unmaps.
-  std::span<std::byte> release();
+  std::span<const std::byte> release();
 
  private:
   std::byte* at_ = nullptr;
@@ -35,4 +32,4 @@ class Pages {
 /// Takes whole pages of a mapped file's bytes [from, until) out of the process's memory.
 void forget_pages(std::span<const std::byte> mapped, std::size_t from, std::size_t until);
 
-}  // namespace firn::logfile
+}  // namespace firn::record

@@ -9,7 +9,7 @@
 #include <system_error>
 #include <utility>
 
-namespace firn::logfile {
+namespace firn::record {
 namespace {
 
 enum Use : int { kFree, kBeingWritten, kHeld };
@@ -68,4 +68,4 @@ void remove_parts_on_signals() {
   }
 }
 
-}  // namespace firn::logfile
+}  // namespace firn::record

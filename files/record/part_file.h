@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-namespace firn::logfile {
+namespace firn::record {
 
 /// One temporary file, from before its creation until it was renamed or removed. At most 64 names are held at
 /// a time; a further one is only not removed by signals.
@@ -27,4 +27,4 @@ class PartFile {
 /// his own.
 void remove_parts_on_signals();
 
-}  // namespace firn::logfile
+}  // namespace firn::record

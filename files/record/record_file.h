@@ -18,7 +18,7 @@
 #include "files/record/file.h"
 #include "files/record/sequence.h"
 
-namespace firn::logfile {
+namespace firn::record {
 
 inline constexpr std::size_t kRecordHeaderBytes = 32;
 inline constexpr std::size_t kRecordFileHeaderBytes = 16;
@@ -122,4 +122,4 @@ class RecordReader {
   SequenceMap places_;  // built at the first gap
 };
 
-}  // namespace firn::logfile
+}  // namespace firn::record

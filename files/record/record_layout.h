@@ -8,7 +8,7 @@
 #include "files/record/checksum.h"
 #include "files/record/record_file.h"
 
-namespace firn::logfile {
+namespace firn::record {
 
 static_assert(std::endian::native == std::endian::little, "record files are written little endian");
 
@@ -39,4 +39,4 @@ static_assert(sizeof(RecordLayout) == kRecordHeaderBytes);
 
 inline std::uint64_t padded(std::uint64_t bytes) { return (bytes + 7) / 8 * 8; }
 
-}  // namespace firn::logfile
+}  // namespace firn::record

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace firn::logfile {
+namespace firn::record {
 
 struct RecordReader::Header : RecordLayout {
   std::uint64_t at;
@@ -151,4 +151,4 @@ std::optional<Record> RecordReader::next() {
   return {};
 }
 
-}  // namespace firn::logfile
+}  // namespace firn::record

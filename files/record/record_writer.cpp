@@ -4,7 +4,7 @@
 
 #include "files/record/record_layout.h"
 
-namespace firn::logfile {
+namespace firn::record {
 namespace {
 
 constexpr std::size_t kMaxParts = 14;
@@ -97,4 +97,4 @@ void RecordWriter::flush() {
   buffer_.clear();
 }
 
-}  // namespace firn::logfile
+}  // namespace firn::record

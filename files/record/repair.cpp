@@ -8,7 +8,7 @@
 
 #include "files/record/event_log.h"
 
-namespace firn::logfile {
+namespace firn::record {
 namespace {
 
 // One event of the new log. Old ones keep their order; an inserted one follows its predecessor's rank.
@@ -187,4 +187,4 @@ std::vector<std::string> describe(const RepairReport& report) {
   return lines;
 }
 
-}  // namespace firn::logfile
+}  // namespace firn::record

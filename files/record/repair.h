@@ -15,7 +15,7 @@
 
 #include "files/record/damage.h"
 
-namespace firn::logfile {
+namespace firn::record {
 
 /// Identity of a message within its channel, in sending order: (incarnation, seq).
 struct MessageKey {
@@ -66,4 +66,4 @@ std::vector<std::string> describe(const RepairReport& report);
 /// @throws FileError, also when somebody is writing the log; the old log is then untouched
 RepairReport repair(const std::filesystem::path& log, const MessageSource& source, const KeyOf& key_of);
 
-}  // namespace firn::logfile
+}  // namespace firn::record

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn::logfile {
+namespace firn::record {
 
 class SequenceMap {
  public:
@@ -43,4 +43,4 @@ class SequenceMap {
   bool built_ = false;
 };
 
-}  // namespace firn::logfile
+}  // namespace firn::record

@@ -1,56 +1,38 @@
-// The shorter writing of record files. Items, little endian:
+// The squeezed form is a sequence of items, little endian:
 //   1, u16 kind, u32 length, payload   a record whose index is one more than that of the record before
 //   2, u64 index                       the index that the next record has
 //   0, u32 length, bytes               bytes as they are
+#include "files/record/squeeze.h"
+
+#include <string.h>  // memmem
+
 #include <algorithm>
 #include <cstring>
 #include <limits>
 
-#include "files/record/packed.h"
 #include "files/record/record_layout.h"
 
-namespace firn::logfile {
+namespace firn::record {
 namespace {
 
 enum Item : std::uint8_t { kBytes = 0, kRecord = 1, kIndex = 2 };
+constexpr std::size_t kBytesHead = 1 + 4, kRecordHead = 1 + 2 + 4, kIndexBytes = 1 + 8;
 
-class Writer {
- public:
-  explicit Writer(std::size_t about) { out_.reserve(about); }
-  template <class T>
-  void number(T value) {
-    const auto bytes = std::as_bytes(std::span(&value, 1));
-    out_.insert(out_.end(), bytes.begin(), bytes.end());
-  }
-  void bytes(std::span<const std::byte> b) { out_.insert(out_.end(), b.begin(), b.end()); }
-  std::vector<std::byte> take() { return std::move(out_); }
+void append(std::vector<std::byte>& out, std::span<const std::byte> bytes) {
+  out.insert(out.end(), bytes.begin(), bytes.end());
+}
 
- private:
-  std::vector<std::byte> out_;
-};
+template <class T>
+void append_number(std::vector<std::byte>& out, T value) {
+  append(out, std::as_bytes(std::span(&value, 1)));
+}
 
-class Source {
- public:
-  explicit Source(std::span<const std::byte> bytes) : left_(bytes) {}
-  bool empty() const { return left_.empty(); }
-  std::size_t left() const { return left_.size(); }
-  template <class T>
-  bool number(T& value) {
-    if (left_.size() < sizeof value) return false;
-    std::memcpy(&value, left_.data(), sizeof value);
-    left_ = left_.subspan(sizeof value);
-    return true;
-  }
-  bool bytes(std::size_t n, std::span<const std::byte>& b) {
-    if (left_.size() < n) return false;
-    b = left_.first(n);
-    left_ = left_.subspan(n);
-    return true;
-  }
-
- private:
-  std::span<const std::byte> left_;
-};
+template <class T>
+T number_at(std::span<const std::byte> bytes, std::size_t at) {
+  T value;
+  std::memcpy(&value, bytes.data() + at, sizeof value);
+  return value;
+}
 
 RecordLayout layout_of(std::uint16_t kind, std::uint64_t index, std::span<const std::byte> payload) {
   RecordLayout r{kSyncMarker, kind, 0, std::uint32_t(payload.size()), index, 0};
@@ -71,94 +53,117 @@ bool record_at(std::span<const std::byte> bytes, RecordLayout& r, std::span<cons
          std::ranges::all_of(padding, [](std::byte b) { return b == std::byte(0); });
 }
 
+// The first record behind byte `from`; the number of bytes without one.
+std::size_t find_record(std::span<const std::byte> bytes, std::size_t from) {
+  RecordLayout r;
+  std::span<const std::byte> payload;
+  while (++from < bytes.size()) {
+    const void* found =
+        ::memmem(bytes.data() + from, bytes.size() - from, kSyncMarker.data(), kSyncMarker.size());
+    if (!found) break;
+    from = std::size_t(static_cast<const std::byte*>(found) - bytes.data());
+    if (record_at(bytes.subspan(from), r, payload)) return from;
+  }
+  return bytes.size();
+}
+
 }  // namespace
 
-std::vector<std::byte> squeeze_records(std::span<const std::byte> plain) {
-  Writer out(plain.size());
-  std::uint64_t next = 0;
-  std::size_t at = 0, kept = 0;  // from `kept` to `at`: bytes as they are
-  const auto keep = [&] {
-    while (kept < at) {
-      const std::size_t n = std::min<std::size_t>(at - kept, std::numeric_limits<std::uint32_t>::max());
-      out.number(kBytes);
-      out.number(std::uint32_t(n));
-      out.bytes(plain.subspan(kept, n));
-      kept += n;
-    }
-  };
-  while (at < plain.size()) {
+bool Squeezer::more(std::vector<std::byte>& out, std::size_t bytes) {
+  const std::size_t full = bytes < out.max_size() - out.size() ? out.size() + bytes : out.max_size();
+  while (at_ < plain_.size() && out.size() < full) {
     RecordLayout r;
     std::span<const std::byte> payload;
-    if (!record_at(plain.subspan(at), r, payload)) {
-      ++at;
-      continue;
-    }
-    keep();
-    if (r.index != next) {
-      out.number(kIndex);
-      out.number(r.index);
-    }
-    out.number(kRecord);
-    out.number(r.kind);
-    out.number(r.length);
-    out.bytes(payload);
-    next = r.index + 1;
-    at += sizeof r + padded(r.length);
-    kept = at;
-  }
-  keep();
-  return out.take();
-}
-
-bool is_one_piece(std::span<const std::byte> squeezed) {
-  static_assert(kPieceHeadBytes == sizeof(std::uint8_t) + sizeof(std::uint32_t));
-  Source in(squeezed);
-  std::uint8_t item = 0;
-  std::uint32_t length = 0;
-  return in.number(item) && item == kBytes && in.number(length) && length == in.left();
-}
-
-bool restore_records(std::span<const std::byte> squeezed, std::span<std::byte> plain,
-                     const std::function<void(std::size_t read, std::size_t written)>& done) {
-  constexpr std::size_t kStep_bytes = 16 << 20;
-  Source in(squeezed);
-  std::uint64_t next = 0;
-  std::size_t at = 0, told = 0;
-  const auto put = [&](std::span<const std::byte> b, std::size_t padding) {
-    if (plain.size() - at < b.size() + padding) return false;
-    while (!b.empty()) {
-      const auto step = b.first(std::min(b.size(), kStep_bytes));
-      std::memcpy(plain.data() + at, step.data(), step.size());
-      at += step.size();
-      b = b.subspan(step.size());
-      if (done && at >= told + kStep_bytes) {
-        done(squeezed.size() - in.left() - b.size(), at);
-        told = at;
+    if (kept_ > 0) {
+      const std::size_t n = std::min(kept_, full - out.size());
+      append(out, plain_.subspan(at_, n));
+      at_ += n;
+      kept_ -= n;
+    } else if (record_at(plain_.subspan(at_), r, payload)) {
+      if (r.index != next_) {
+        append_number(out, kIndex);
+        append_number(out, r.index);
       }
-    }
-    std::fill_n(plain.data() + at, padding, std::byte(0));
-    at += padding;
-    return true;
-  };
-  while (!in.empty()) {
-    std::uint8_t item = 0;
-    std::uint16_t kind = 0;
-    std::uint32_t length = 0;
-    std::span<const std::byte> bytes;
-    in.number(item);
-    if (item == kIndex) {
-      if (!in.number(next)) return false;
-    } else if (item == kBytes) {
-      if (!in.number(length) || !in.bytes(length, bytes) || !put(bytes, 0)) return false;
-    } else if (item == kRecord) {
-      if (!in.number(kind) || !in.number(length) || !in.bytes(length, bytes)) return false;
-      const RecordLayout r = layout_of(kind, next++, bytes);
-      if (!put(std::as_bytes(std::span(&r, 1)), 0) || !put(bytes, padded(length) - length)) return false;
+      append_number(out, kRecord);
+      append_number(out, r.kind);
+      append_number(out, r.length);
+      append(out, payload);
+      next_ = r.index + 1;
+      at_ += sizeof r + padded(r.length);
     } else {
-      return false;
+      kept_ =
+          std::min<std::size_t>(find_record(plain_, at_) - at_, std::numeric_limits<std::uint32_t>::max());
+      append_number(out, kBytes);
+      append_number(out, std::uint32_t(kept_));
     }
   }
-  return at == plain.size();
+  return at_ < plain_.size();
 }
 
-}  // namespace firn::logfile
+// Bytes of the item that begins; while its head is not there yet, as many as are needed to know more.
+std::size_t Restorer::item_bytes() const {
+  if (item_.empty()) return 1;
+  const auto item = number_at<std::uint8_t>(item_, 0);
+  if (item == kIndex) return kIndexBytes;
+  if (item == kBytes) return kBytesHead;
+  if (item_.size() < kRecordHead) return kRecordHead;
+  return kRecordHead + number_at<std::uint32_t>(item_, 3);
+}
+
+bool Restorer::take_item(std::vector<std::byte>& plain) {
+  switch (number_at<std::uint8_t>(item_, 0)) {
+    case kBytes:
+      kept_ = number_at<std::uint32_t>(item_, 1);
+      break;
+    case kIndex:
+      next_ = number_at<std::uint64_t>(item_, 1);
+      break;
+    case kRecord: {
+      const auto payload = std::span<const std::byte>(item_).subspan(kRecordHead);
+      const RecordLayout r = layout_of(number_at<std::uint16_t>(item_, 1), next_++, payload);
+      append(plain, std::as_bytes(std::span(&r, 1)));
+      append(plain, payload);
+      plain.resize(plain.size() + padded(payload.size()) - payload.size());
+      break;
+    }
+    default:
+      return false;
+  }
+  item_.clear();
+  return true;
+}
+
+bool Restorer::add(std::span<const std::byte> squeezed, std::vector<std::byte>& plain) {
+  while (!squeezed.empty()) {
+    std::size_t n = 0;
+    if (kept_ > 0) {
+      n = std::size_t(std::min<std::uint64_t>(kept_, squeezed.size()));
+      append(plain, squeezed.first(n));
+      kept_ -= n;
+    } else {
+      if (item_.empty() && number_at<std::uint8_t>(squeezed, 0) > kIndex) return false;
+      n = std::min(item_bytes() - item_.size(), squeezed.size());
+      append(item_, squeezed.first(n));
+      if (item_.size() == item_bytes() && !take_item(plain)) return false;
+    }
+    squeezed = squeezed.subspan(n);
+  }
+  return true;
+}
+
+std::vector<std::byte> squeeze_records(std::span<const std::byte> plain) {
+  std::vector<std::byte> out;
+  out.reserve(plain.size());
+  Squeezer(plain).more(out, out.max_size());
+  return out;
+}
+
+bool restore_records(std::span<const std::byte> squeezed, std::span<std::byte> plain) {
+  std::vector<std::byte> restored;
+  Restorer restorer;
+  if (!restorer.add(squeezed, restored) || !restorer.whole() || restored.size() != plain.size()) return false;
+  std::ranges::copy(restored, plain.begin());
+  return true;
+}
+
+}  // namespace firn::record

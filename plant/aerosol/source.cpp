@@ -16,7 +16,7 @@ namespace firn::plant {
 namespace {
 
 constexpr double kSlowStep_s = 0.5;
-constexpr double kLeastGas = 0.01;  // of the nominal: below, no mist leaves
+constexpr double kMinGas = 0.01;  // of the nominal: below, no mist leaves
 constexpr double kSecondsPerHour = 3600.0;
 
 struct SourceInput {
@@ -97,7 +97,7 @@ double Source::atomizer(std::int64_t t_us) const {
 void Source::supply(const GasSupply& gas) {
   gas_ = gas.atomizer;
   open_share_ = gas.open_share;
-  if (since_us_ < 0 && gas_ > kLeastGas) since_us_ = at_us_;
+  if (since_us_ < 0 && gas_ > kMinGas) since_us_ = at_us_;
 }
 
 void Source::advance(std::int64_t t_us) {

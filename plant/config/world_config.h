@@ -45,7 +45,7 @@ struct DropletParams {
   bool operator==(const DropletParams&) const = default;
 };
 
-/// Holds the parameters of ink line and nozzle as an ODE (plant/nozzle.h).
+/// Holds the parameters of ink line and nozzle as an ODE (plant/inkjet/nozzle.h).
 struct NozzleParams {
   bool drift = true;    ///< false: the factor is 1 for ever
   double step_s = 2.0;  ///< the ODE is advanced at most this often
@@ -71,7 +71,7 @@ struct Lu2015Params {
   bool operator==(const Lu2015Params&) const = default;
 };
 
-/// Holds the parameters of the line sensor, which measures profiles of the surface (plant/sensor.h).
+/// Holds the parameters of the line sensor, which measures profiles of the surface (plant/inkjet/sensor.h).
 struct SensorParams {
   double noise_mm = 0.001;       ///< white, per point
   double offset_noise_mm = 0.0;  ///< one more draw per profile
@@ -112,7 +112,7 @@ struct JetParams {
   std::string kind = "jetdrive";        ///< the word of jet.kind
   std::string trigger_on, trigger_off;  ///< its words for the external trigger; empty: it has none
   std::int64_t settle_us = 0;           ///< deaf for so long after its line was opened
-  double most_v = 0.0;                  ///< a level beyond this abuses the head; 0: none does
+  double max_v = 0.0;                   ///< a level beyond this abuses the head; 0: none does
 };
 struct ProfilerParams {
   int points = 800;

@@ -50,7 +50,6 @@ class Line {
   void count_open() { ++pulses_; }  ///< a pulse of a valve that does not close changes nothing
 
   void block(bool blocked) { blocked_ = blocked; }
-  double pressure_share() const { return 1.0 - sag_; }
   /// Returns the volume of a pulse amid many at a steady frequency, without the pulsation [mm^3]: closed
   /// form.
   double steady_pulse_mm3(double frequency_hz, double pulse_s) const;

@@ -5,8 +5,6 @@
 namespace firn::plant {
 namespace {
 
-#define FIRN_INLINE [[gnu::always_inline]] inline
-
 constexpr double kWall_mm = 1e9;
 
 /// Working arrays of one footprint, rows of kWidth cells.

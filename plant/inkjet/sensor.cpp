@@ -64,8 +64,6 @@ std::vector<double> row_under_spot(const Field& f, double y_mm, double spot_mm) 
   return line;
 }
 
-#define FIRN_INLINE [[gnu::always_inline]] inline
-
 constexpr std::size_t kAtOnce = 128;  // points
 
 /// Row of the fine field seen through the spot, and where a point lies on it.
@@ -107,7 +105,7 @@ struct Draws {
   std::array<PhiloxBlock, kAtOnce / 4> noise;
   std::array<PhiloxBlock, kAtOnce / 8> gap;
 };
-FIRN_INLINE void read_points(const SeenRow& row, const SensorParams& p, double offset, double middle_mm,
+FIRN_CLONES void read_points(const SeenRow& row, const SensorParams& p, double offset, double middle_mm,
                              std::size_t first, const Draws& draws, double* z_mm) {
   double z[kAtOnce], slope[kAtOnce], noise[kAtOnce], draw[kAtOnce];
   if (row.steps)
@@ -131,27 +129,6 @@ FIRN_INLINE void read_points(const SeenRow& row, const SensorParams& p, double o
   }
 }
 
-using ReadPoints = void (*)(const SeenRow&, const SensorParams&, double, double, std::size_t, const Draws&,
-                            double*);
-void read_portable(const SeenRow& row, const SensorParams& p, double offset, double middle_mm,
-                   std::size_t first, const Draws& draws, double* z_mm) {
-  read_points(row, p, offset, middle_mm, first, draws, z_mm);
-}
-#ifdef __x86_64__
-__attribute__((target("avx2"))) void read_avx2(const SeenRow& row, const SensorParams& p, double offset,
-                                               double middle_mm, std::size_t first, const Draws& draws,
-                                               double* z_mm) {
-  read_points(row, p, offset, middle_mm, first, draws, z_mm);
-}
-#endif
-
-ReadPoints reader_of_points() {
-#ifdef __x86_64__
-  if (has_avx2()) return &read_avx2;
-#endif
-  return &read_portable;
-}
-
 }  // namespace
 
 void measure_profile(const Field& f, const SensorParams& p, ProfileKey key, double y_mm, double x0_mm,
@@ -169,13 +146,12 @@ void measure_profile(const Field& f, const SensorParams& p, ProfileKey key, doub
   const SeenRow row{line.data(), x0_mm,           dx_mm,
                     f.left_mm(), per_cell,        p.spot_x_mm / (2.0 * std::sqrt(3.0)) * per_cell,
                     -2.0,        f.width() + 2.0, f.fine_cells() == 1};
-  const ReadPoints read = reader_of_points();
   Draws draws;
   double z[kAtOnce];
   for (std::size_t first = 0; first < z_mm.size(); first += kAtOnce) {
     philox_blocks(counter(Purpose::kSensorNoise, first / 4), seed, draws.noise);
     philox_blocks(counter(Purpose::kDropout, first / 8), seed, draws.gap);
-    read(row, p, offset, middle_mm, first, draws, z);
+    read_points(row, p, offset, middle_mm, first, draws, z);
     std::copy_n(z, std::min(kAtOnce, z_mm.size() - first), z_mm.begin() + std::ptrdiff_t(first));
   }
 }

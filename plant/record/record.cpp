@@ -9,8 +9,8 @@
 namespace firn::plant {
 namespace {
 
-using logfile::RecordReader;
-using logfile::RecordWriter;
+using record::RecordReader;
+using record::RecordWriter;
 
 static_assert(sizeof(BeginRecord) == 24 && sizeof(ShotRecord) == 64 && sizeof(ScanRecord) == 24 &&
               sizeof(LampRecord) == 24 && sizeof(LinkRecord) == 16 && sizeof(DeviceRecord) == 24 &&
@@ -105,7 +105,7 @@ bool decode(RecordKind kind, std::span<const std::byte> payload, WorldHistory& i
 }
 
 std::uint64_t count_events(const std::filesystem::path& path, std::uint64_t from) {
-  const logfile::MappedFile file(path);
+  const record::MappedFile file(path);
   RecordReader reader(file.bytes());
   std::uint64_t events = 0;
   while (const auto record = reader.next())
@@ -116,11 +116,13 @@ std::uint64_t count_events(const std::filesystem::path& path, std::uint64_t from
 }
 
 WorldHistory read_history(const std::filesystem::path& path) {
-  const logfile::MappedFile file(path);
+  const record::MappedFile file(path);
   RecordReader reader(file.bytes());
   WorldHistory history;
-  while (const auto record = reader.next())
+  while (const auto record = reader.next()) {
     if (!record->damaged && !decode(RecordKind(record->kind), record->payload, history)) ++history.damaged;
+    file.forget_before(record->offset);
+  }
   history.damaged += reader.damage().count();
   return history;
 }

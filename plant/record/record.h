@@ -151,7 +151,7 @@ class WorldRecord {
 };
 
 /// The file. Shots are gathered and written as one kShots record when something else happens, when 256 have
-/// gathered, or at flush(). An existing file is continued. @throws as logfile::RecordWriter
+/// gathered, or at flush(). An existing file is continued. @throws as record::RecordWriter
 std::unique_ptr<WorldRecord> make_record_file(const std::filesystem::path& path);
 
 /// Holds all records of a file, by kind, each in order of time.

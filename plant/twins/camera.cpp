@@ -1,12 +1,12 @@
 #include "plant/twins/camera.h"
 
-#include <charconv>
+#include "core/options/number.h"
 
 namespace firn::plant {
 namespace {
 
 constexpr std::size_t kLongestOrder = 120;
-constexpr double kMostExposure_us = 1e7, kMostGain_db = 48.0, kMostDelay_us = 2e9;
+constexpr double kMaxExposure_us = 1e7, kMaxGain_db = 48.0, kMaxDelay_us = 2e9;
 
 std::string_view next_word(std::string_view& text) {
   text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));
@@ -17,9 +17,9 @@ std::string_view next_word(std::string_view& text) {
 
 template <class T>
 bool read(std::string_view& text, T low, T high, T& value) {
-  const std::string_view word = next_word(text);
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  return error == std::errc{} && end == word.data() + word.size() && value >= low && value <= high;
+  const std::optional<T> read = whole_number(next_word(text), low, high);
+  value = read.value_or(value);
+  return read.has_value();
 }
 
 std::string pixel_bytes(const TakenPicture& p) {
@@ -70,11 +70,11 @@ std::string CameraTwin::execute(std::string_view line, std::int64_t now_us) {
   if (verb == "ID") return "OK ID " + params_.name + "\n";
   if (verb == "SET") {
     Exposure wanted = settings_;
-    if (!read(rest, 1.0, kMostExposure_us, wanted.exposure_us))
+    if (!read(rest, 1.0, kMaxExposure_us, wanted.exposure_us))
       return "NO SET exposure is outside [1, 1e7] us\n";
-    if (!read(rest, -kMostGain_db, kMostGain_db, wanted.gain_db))
+    if (!read(rest, -kMaxGain_db, kMaxGain_db, wanted.gain_db))
       return "NO SET gain is outside [-48, 48] dB\n";
-    if (!read(rest, 0.0, kMostDelay_us, wanted.delay_us)) return "NO SET delay is outside [0, 2e9] us\n";
+    if (!read(rest, 0.0, kMaxDelay_us, wanted.delay_us)) return "NO SET delay is outside [0, 2e9] us\n";
     settings_ = wanted;
     return "OK SET\n";
   }

@@ -7,7 +7,7 @@ namespace firn::plant::fvb {
 namespace {
 
 constexpr std::uint8_t kFirst = 0xA5, kSecond = 0x5A;
-constexpr std::size_t kBeforePayload = 6, kMostPayload = 512, kChecksum = 2;
+constexpr std::size_t kBeforePayload = 6, kMaxPayload = 512, kChecksum = 2;
 
 std::uint8_t at(std::span<const std::byte> bytes, std::size_t n) { return std::uint8_t(bytes[n]); }
 
@@ -41,7 +41,7 @@ Intake take_in(std::span<const std::byte> stream) {
   if (at(stream, 1) != kSecond) return in;
   if (stream.size() >= kBeforePayload) {
     const std::size_t length = little_endian(stream.subspan(4, 2));
-    if (length > kMostPayload) return in;
+    if (length > kMaxPayload) return in;
     const std::size_t whole = kBeforePayload + length + kChecksum;
     if (stream.size() >= whole) {
       const auto summed = stream.subspan(2, kBeforePayload - 2 + length);

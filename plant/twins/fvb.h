@@ -10,7 +10,7 @@
 
 namespace firn::plant::fvb {
 
-inline constexpr std::uint32_t kMostEntries = 16384, kShortestPulse_us = 500;
+inline constexpr std::uint32_t kMaxEntries = 16384, kShortestPulse_us = 500;
 
 enum class Kind : std::uint8_t {
   kHello = 0x01,

@@ -1,9 +1,10 @@
 #include "plant/twins/fvp.h"
 
-#include <charconv>
 #include <cmath>
 #include <initializer_list>
 #include <numbers>
+
+#include "core/options/number.h"
 
 namespace firn::plant::fvp {
 
@@ -51,14 +52,14 @@ std::optional<Request> request_of(std::string_view line) {
   if (space == std::string_view::npos) return std::nullopt;
   Request request;
   request.text = text->substr(space + 1);
-  const auto [end, error] = std::from_chars(text->data(), text->data() + space, request.number);
-  const bool good = error == std::errc() && end == text->data() + space && request.number >= 0 &&
-                    request.number <= kMostNumber && !request.text.empty();
-  return good ? std::optional(request) : std::nullopt;
+  const auto number = whole_number<std::int64_t>(text->substr(0, space), 0, kMaxNumber);
+  if (!number || request.text.empty()) return std::nullopt;
+  request.number = *number;
+  return request;
 }
 
 bool is_newer(std::int64_t number, std::int64_t last) {
-  const std::int64_t ahead = number > last ? number - last : number - last + kMostNumber;
+  const std::int64_t ahead = number > last ? number - last : number - last + kMaxNumber;
   return number != last && ahead <= 32767;
 }
 
@@ -86,7 +87,7 @@ Point nearest_point(const Joints& joints) {
 
 std::optional<Point> next_point(Words& words) {
   Point point{};
-  for (std::int32_t& count : point) count = std::int32_t(words.integer(-kMostCount, kMostCount));
+  for (std::int32_t& count : point) count = std::int32_t(words.integer(-kMaxCount, kMaxCount));
   return words.good() ? std::optional(point) : std::nullopt;
 }
 

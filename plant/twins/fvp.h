@@ -16,10 +16,10 @@ namespace firn::plant::fvp {
 
 inline constexpr std::size_t kLongestLine = 120;  ///< with CR LF
 inline constexpr std::size_t kSlots = 2, kPointsALine = 3;
-inline constexpr std::int64_t kFewestPoints = 2, kMostPoints = 8192;
-inline constexpr std::int64_t kMostNumber = 65535;    ///< of a request or an event; 1 follows it
-inline constexpr std::int64_t kMostPath = 9'999'999;  ///< V+ reals hold 24 bits exactly
-inline constexpr std::int64_t kMostCount = (1 << 24) - 1;
+inline constexpr std::int64_t kFewestPoints = 2, kMaxPoints = 8192;
+inline constexpr std::int64_t kMaxNumber = 65535;    ///< of a request or an event; 1 follows it
+inline constexpr std::int64_t kMaxPath = 9'999'999;  ///< V+ reals hold 24 bits exactly
+inline constexpr std::int64_t kMaxCount = (1 << 24) - 1;
 
 enum class Nak : std::uint8_t {
   kChecksum = 10,

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "core/options/number.h"
+
 namespace firn::plant {
 namespace {
 
@@ -55,12 +57,10 @@ std::string GasTwin::data(int controller, std::int64_t now_us) {
 
 std::string GasTwin::set(int controller, std::string_view value, std::int64_t now_us) {
   const auto n = std::size_t(controller);
-  const std::string text(value);
-  char* end = nullptr;
-  const double sccm = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != '\0' || !(sccm >= 0.0 && sccm <= params_.full_sccm[n])) return kRefused;
+  const std::optional<double> sccm = whole_number(value, 0.0, params_.full_sccm[n]);
+  if (!sccm) return kRefused;
   advance(now_us);
-  if (trip_ != kAnalog) set_sccm_[n] = std::round(sccm * 100.0) / 100.0;  // as it is shown
+  if (trip_ != kAnalog) set_sccm_[n] = std::round(*sccm * 100.0) / 100.0;  // as it is shown
   return data(controller, now_us);
 }
 

@@ -103,7 +103,7 @@ void JetTwin::byte(std::uint8_t b, std::int64_t now_us) {
 bool JetTwin::beyond_head(const std::uint8_t* pulse) const {
   for (const int at : {7, 9, 11}) {
     const auto level_v = std::int16_t(std::uint16_t(pulse[at] << 8 | pulse[at + 1]));
-    if (params_.most_v > 0.0 && std::abs(double(level_v)) > params_.most_v) return true;
+    if (params_.max_v > 0.0 && std::abs(double(level_v)) > params_.max_v) return true;
   }
   return false;
 }

@@ -34,7 +34,6 @@ class JetTwin : public Twin {
 
   /// A pulse on the trigger input. On kFired, `droplets` is the number of DROPS.
   ShotOutcome trigger(std::int64_t t_us, int& droplets);
-  std::uint32_t fired_since_armed() const { return state_.fired; }
   /// Droplets follow each other until CONTMODE 0; `starts` counts how often they began.
   bool jetting() const { return state_.jetting; }
   std::uint32_t starts() const { return state_.starts; }

@@ -1,6 +1,6 @@
 #include "plant/twins/lamp.h"
 
-#include <charconv>
+#include "core/options/number.h"
 
 namespace firn::plant {
 namespace {
@@ -16,8 +16,9 @@ std::string framed(std::string_view text) {
 }
 
 bool integer(std::string_view text, int low, int high, int& value) {
-  const auto r = std::from_chars(text.data(), text.data() + text.size(), value);
-  return r.ec == std::errc() && r.ptr == text.data() + text.size() && value >= low && value <= high;
+  const std::optional<int> read = whole_number(text, low, high);
+  value = read.value_or(value);
+  return read.has_value();
 }
 
 }  // namespace

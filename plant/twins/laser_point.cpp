@@ -1,8 +1,9 @@
 #include "plant/twins/laser_point.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
+
+#include "core/options/number.h"
 
 namespace firn::plant {
 
@@ -13,11 +14,9 @@ namespace {
 constexpr std::int64_t kLeave_us = 600'000, kSelect_us = 200'000;
 
 bool number(std::string_view text, int low, int high, std::int32_t& value) {
-  std::int32_t read = 0;
-  const auto r = std::from_chars(text.data(), text.data() + text.size(), read);
-  if (r.ec != std::errc() || r.ptr != text.data() + text.size() || read < low || read > high) return false;
-  value = read;
-  return true;
+  const std::optional<std::int32_t> read = whole_number(text, low, high);
+  value = read.value_or(value);
+  return read.has_value();
 }
 
 }  // namespace
@@ -101,7 +100,7 @@ std::string LaserPointTwin::execute(std::string_view command, std::int64_t now_u
     return "M0," + value(wires_.nature().read_laser(now_us, settings())) + "," + value(std::nan(""));
   if (command == "PR") return "PR," + std::to_string(state_.selected);
   if (command.starts_with("PW,")) {
-    if (!number(command.substr(3), 0, kMostProgram, state_.selected))
+    if (!number(command.substr(3), 0, kMaxProgram, state_.selected))
       return refused(command, Error::kParameter);
     state_.busy_until_us = now_us + kSelect_us;
     return "PW";
@@ -162,13 +161,13 @@ bool LaserPointTwin::set(std::string_view command) {
     return command.starts_with(prefix) && number(command.substr(prefix.size()), 0, most, member);
   };
   if (set_by("SW,CA,", std::int32_t(kSampling_us.size()) - 1, p.sampling)) return true;
-  if (set_by("SW,OC,1,0,", kMostAveraging, p.averaging)) return true;
-  if (set_by("SW,HB,1,", kMostMaterial, p.material)) return true;
+  if (set_by("SW,OC,1,0,", kMaxAveraging, p.averaging)) return true;
+  if (set_by("SW,HB,1,", kMaxMaterial, p.material)) return true;
   constexpr std::string_view kStorage = "SW,CI,1,";
   if (!command.starts_with(kStorage)) return false;
   const std::string_view rest = command.substr(kStorage.size());
   const std::size_t comma = rest.find(',');
-  return comma != std::string_view::npos && number(rest.substr(0, comma), 1, kMostStored, p.most) &&
+  return comma != std::string_view::npos && number(rest.substr(0, comma), 1, kMaxStored, p.most) &&
          number(rest.substr(comma + 1), 0, std::int32_t(kStoringCycles.size()) - 1, p.cycle);
 }
 

@@ -1,6 +1,6 @@
 #include "plant/twins/lines.h"
 
-#include <charconv>
+#include "core/options/number.h"
 
 namespace firn::plant {
 
@@ -42,13 +42,9 @@ std::string_view Words::next() {
 }
 
 std::int64_t Words::integer(std::int64_t least, std::int64_t most) {
-  const std::string_view word = next();
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error == std::errc() && end == word.data() + word.size() && least <= value && value <= most)
-    return value;
-  good_ = false;
-  return 0;
+  const std::optional<std::int64_t> value = whole_number(next(), least, most);
+  if (!value) good_ = false;
+  return value.value_or(0);
 }
 
 }  // namespace firn::plant

@@ -6,12 +6,15 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/options/enumerators.h"
+
 namespace firn::plant {
 namespace {
 
 constexpr std::array<std::string_view, 13> kFaultNames{"drop",   "delay", "split",    "flip", "hang",
                                                        "resume", "close", "reboot",   "trip", "echo",
                                                        "stray",  "power", "half_open"};
+static_assert(kFaultNames.size() == kTableSize<FaultKind>);
 
 }  // namespace
 

@@ -8,8 +8,8 @@
 
 namespace firn::plant::lkg {
 
-inline constexpr std::int32_t kMostStored = 65536;
-inline constexpr std::int32_t kMostAveraging = 9, kMostMaterial = 4, kMostProgram = 7;
+inline constexpr std::int32_t kMaxStored = 65536;
+inline constexpr std::int32_t kMaxAveraging = 9, kMaxMaterial = 4, kMaxProgram = 7;
 inline constexpr std::array<std::int32_t, 6> kSampling_us{20, 50, 100, 200, 500, 1000};  ///< SW,CA
 /// Of SW,CI: one value is stored every so many samples.
 inline constexpr std::array<std::int32_t, 10> kStoringCycles{1, 2, 5, 10, 20, 50, 100, 200, 500, 1000};

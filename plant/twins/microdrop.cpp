@@ -1,7 +1,9 @@
 #include "plant/twins/microdrop.h"
 
-#include <charconv>
+#include <limits>
 #include <optional>
+
+#include "core/options/number.h"
 
 namespace firn::plant {
 namespace {
@@ -21,10 +23,7 @@ std::optional<int> number_at_end(std::string_view line, std::string_view verb) {
   line = line.substr(verb.size(), line.size() - verb.size() - 1);
   if (!line.starts_with("(1")) return std::nullopt;
   line = line.substr(line.find_last_of("(,") + 1);
-  int n = 0;
-  const auto r = std::from_chars(line.data(), line.data() + line.size(), n);
-  return r.ec == std::errc() && r.ptr == line.data() + line.size() && n >= 0 ? std::optional(n)
-                                                                             : std::nullopt;
+  return whole_number(line, 0, std::numeric_limits<int>::max());
 }
 
 }  // namespace

@@ -105,7 +105,7 @@ std::string RobotTwin::execute(std::string_view text, std::int64_t now_us) {
   Words words(text);
   const std::string_view verb = words.next();
   if (state_.motion == Motion::kPath)
-    state_.at = int(std::clamp<std::int64_t>((now_us - state_.begins_us) / 16'000, 0, kMostPoints));
+    state_.at = int(std::clamp<std::int64_t>((now_us - state_.begins_us) / 16'000, 0, kMaxPoints));
   if (verb == "HELLO") return "ACK OK C40 1 TICK=0.016";
   if (verb == "STAT") {
     if (words.next() != "J") return "ACK " + status();
@@ -169,7 +169,7 @@ std::string RobotTwin::execute(std::string_view text, std::int64_t now_us) {
     const auto point = next_point(words);
     if (point) to = joints_at(*point);
   } else {
-    to[2] = double(words.integer(-kMostCount, kMostCount)) * 1e-3;
+    to[2] = double(words.integer(-kMaxCount, kMaxCount)) * 1e-3;
   }
   const auto percent = double(words.integer(1, 100));
   if (!words.good()) return refused(Nak::kRange, "numbers of a move");
@@ -290,7 +290,7 @@ void RobotTwin::set_signals(int mask, std::int64_t now_us) {
 }
 
 void RobotTwin::event(std::string_view kind, std::int64_t now_us) {
-  state_.event = state_.event >= kMostNumber ? 1 : state_.event + 1;
+  state_.event = state_.event >= kMaxNumber ? 1 : state_.event + 1;
   link_.reply(event_line(state_.event, kind), now_us);
 }
 
@@ -308,7 +308,7 @@ void RobotTwin::finish(std::int64_t now_us, bool done) {
     state_.last = state_.running;
     state_.last_done = done;
     state_.last_ms = ms;
-    state_.at = int(std::clamp<std::int64_t>((now_us - state_.begins_us) / 16'000, 0, kMostPoints));
+    state_.at = int(std::clamp<std::int64_t>((now_us - state_.begins_us) / 16'000, 0, kMaxPoints));
     if (const Slot* slot = find(state_.running); done && slot) state_.at = int(slot->points.size());
   }
   if (!done) return;

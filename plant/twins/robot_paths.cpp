@@ -1,6 +1,6 @@
 // Loading paths into the two slots.
-#include <charconv>
 
+#include "core/options/number.h"
 #include "plant/twins/robot.h"
 
 namespace firn::plant {
@@ -17,18 +17,15 @@ std::string RobotTwin::path(Words& words, std::int64_t now_us) {
   const std::string_view verb = words.next();
   if (verb == "P") return add_points(words);
   if (verb == "END") {
-    const std::string_view text = words.next();
-    std::uint16_t crc = 0;
-    const auto read = std::from_chars(text.data(), text.data() + text.size(), crc, 16);
-    if (read.ec != std::errc() || read.ptr != text.data() + text.size())
-      return refused(Nak::kRange, "CRC of four hex digits");
+    const std::optional<std::uint16_t> crc = whole_hex_number<std::uint16_t>(words.next());
+    if (!crc) return refused(Nak::kRange, "CRC of four hex digits");
     if (state_.loading < 0) return refused(Nak::kState, "no path is being loaded");
     Slot& slot = slots_[std::size_t(state_.loading)];
     state_.loading = -1;
     bool reachable = true;
     for (const Point& point : slot.points) reachable &= in_range(joints_at(point));
     const bool whole = slot.points.size() == slot.wanted;
-    if (!whole || checksum(slot.points) != crc || !reachable) {
+    if (!whole || checksum(slot.points) != *crc || !reachable) {
       slot = {};
       if (!whole) return refused(Nak::kRange, "number of points");
       return reachable ? refused(Nak::kChecksum, "points")
@@ -37,7 +34,7 @@ std::string RobotTwin::path(Words& words, std::int64_t now_us) {
     slot.verified = 1;
     return "ACK " + std::to_string(slot.points.size());
   }
-  const auto id = std::int32_t(words.integer(1, kMostPath));
+  const auto id = std::int32_t(words.integer(1, kMaxPath));
   if (!words.good()) return refused(Nak::kRange, "path number");
   if (verb == "DROP") {
     if (state_.motion == Motion::kPath && state_.running == id) return refused(Nak::kState, "running");
@@ -55,7 +52,7 @@ std::string RobotTwin::path(Words& words, std::int64_t now_us) {
   if (verb != "BEGIN") return refused(Nak::kRange, "unknown verb");
   const std::string_view count = words.next();
   Words number(count.starts_with("N=") ? count.substr(2) : count);
-  const auto n = std::uint32_t(number.integer(kFewestPoints, kMostPoints));
+  const auto n = std::uint32_t(number.integer(kFewestPoints, kMaxPoints));
   if (!number.good() || words.next() != "DT=0.016") return refused(Nak::kRange, "N=2..8192 DT=0.016");
   Slot* slot = find(id);
   const auto is_running = [&](const Slot& s) {
@@ -78,7 +75,7 @@ std::string RobotTwin::path(Words& words, std::int64_t now_us) {
 std::string RobotTwin::add_points(Words& words) {
   if (state_.loading < 0) return refused(Nak::kState, "no path is being loaded");
   Slot& slot = slots_[std::size_t(state_.loading)];
-  const std::int64_t first = words.integer(0, kMostPoints);
+  const std::int64_t first = words.integer(0, kMaxPoints);
   if (words.good() && first == std::int64_t(slot.points.size()))
     for (std::size_t n = 0; n < kPointsALine && words.more() && slot.points.size() < slot.wanted; ++n) {
       const auto point = next_point(words);

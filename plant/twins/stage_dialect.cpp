@@ -5,6 +5,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "core/options/number.h"
+
 namespace firn::plant {
 namespace {
 
@@ -12,8 +14,8 @@ using Answer = StageDevice::Answer;
 
 /// Words of a line: split at blanks, commas, brackets and '='; letters in capitals.
 struct Words {
-  static constexpr int kMost = 12;
-  std::array<std::string_view, kMost> word;
+  static constexpr int kMax = 12;
+  std::array<std::string_view, kMax> word;
   int count = 0;
   bool assigns = false, too_many = false;
   std::array<char, 256> buffer;
@@ -23,7 +25,7 @@ struct Words {
     bool quoted = false;
     const auto end_word = [&] {
       if (used > begin) {
-        if (count == kMost)
+        if (count == kMax)
           too_many = true;
         else
           word[std::size_t(count++)] = {buffer.data() + begin, used - begin};
@@ -49,9 +51,9 @@ struct Words {
 };
 
 bool number(std::string_view text, double& value) {
-  if (!text.empty() && text[0] == '+') text.remove_prefix(1);
-  const auto r = std::from_chars(text.data(), text.data() + text.size(), value);
-  return r.ec == std::errc() && r.ptr == text.data() + text.size() && std::isfinite(value) && !text.empty();
+  const std::optional<double> read = whole_number<double>(text);
+  value = read.value_or(value);
+  return read.has_value();
 }
 
 /// "@0".."@2" or X, Y, Z; -1 = no axis.

@@ -71,7 +71,7 @@ void ValveTwin::execute(const Intake& frame, std::int64_t now_us) {
 Nak ValveTwin::begin(const Intake& frame) {
   if (device_.state == State::kFiring || device_.state == State::kArmed) return Nak::kState;
   const auto head = head_of(frame.payload);
-  if (!head || head->entries > kMostEntries || head->pulse_us < kShortestPulse_us || head->tick_us == 0)
+  if (!head || head->entries > kMaxEntries || head->pulse_us < kShortestPulse_us || head->tick_us == 0)
     return Nak::kRange;
   device_.head = *head;
   device_.fired = 0;
@@ -88,10 +88,10 @@ Nak ValveTwin::add(const Intake& frame) {
   if (part->offset > ticks_.size()) return Nak::kOrder;
   if (part->offset + part->ticks.size() > device_.head.entries) return Nak::kRange;
   ticks_.resize(part->offset);
-  const int least_us = device_.head.pulse_us + kGuard_us;
+  const int min_us = device_.head.pulse_us + kGuard_us;
   for (const std::uint16_t tick : part->ticks) {
     if (!ticks_.empty() &&
-        (tick <= ticks_.back() || (tick - ticks_.back()) * int(device_.head.tick_us) < least_us))
+        (tick <= ticks_.back() || (tick - ticks_.back()) * int(device_.head.tick_us) < min_us))
       return Nak::kOrder;
     ticks_.push_back(tick);
   }

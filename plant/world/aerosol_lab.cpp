@@ -27,8 +27,8 @@ namespace {
 
 constexpr std::array kAerosolPorts{kStagePort, kProfilerPort, kGasPort, kHeaterPort, kCameraPort};
 constexpr double kHottest_degC = 150.0, kRoom_degC = 22.0;
-constexpr double kMostFocused = 100.0, kLeast_sccm = 1e-3;
-constexpr double kMostTurn = 5.0 * std::numbers::pi / 180.0;
+constexpr double kMaxFocused = 100.0, kMin_sccm = 1e-3;
+constexpr double kMaxTurn = 5.0 * std::numbers::pi / 180.0;
 
 // Bilinear between the fine cells' middles; 0 beside the field.
 double thickness_at(const Field& f, double x_mm, double y_mm) {
@@ -125,10 +125,10 @@ class AerosolLab final : public WorldLab, private Wires, private HeaterWires {
     const AerosolWorldConfig& own = own_of(config);
     const double atomizer = gas_.sccm(0, at_us), sheath = gas_.sccm(1, at_us);
     const double nominal = own.sheath_sccm / own.atomizer_sccm;
-    return {atomizer / own.atomizer_sccm,
-            std::min(kMostFocused,
-                     own.nozzle.focusing_ratio * sheath / std::max(kLeast_sccm, atomizer) / nominal),
-            gas_.open_share()};
+    return {
+        atomizer / own.atomizer_sccm,
+        std::min(kMaxFocused, own.nozzle.focusing_ratio * sheath / std::max(kMin_sccm, atomizer) / nominal),
+        gas_.open_share()};
   }
 
   void pulse(int axis, std::int64_t t_us, const double position_mm[3], const double[3]) override {
@@ -228,7 +228,7 @@ void check_aerosol(const WorldConfig& c) {
   require_within("aerosol.overspray", p.overspray, 0.0, 0.5);
   require_within("aerosol.halo", p.halo, 1.5, 10.0);
   require_above("aerosol.optical_depth_mm", p.optical_depth_mm, 0.0, 1.0);
-  require_within("aerosol.camera_turn", p.camera_turn, -kMostTurn, kMostTurn);
+  require_within("aerosol.camera_turn", p.camera_turn, -kMaxTurn, kMaxTurn);
   require_within("stage.servo_hz", c.stage.servo_hz, 0.0, 1000.0);
   require_within("stage.servo_damping", c.stage.servo_damping, 0.1, 5.0);
   require_within("stage.servo_feed_forward", c.stage.servo_feed_forward, 0.0, 1.2);

@@ -2,10 +2,10 @@
 
 #include <array>
 #include <cstring>
-#include <fstream>
 #include <stdexcept>
 
 #include "files/record/record_file.h"
+#include "files/run_paths.h"
 
 namespace firn::plant {
 namespace {
@@ -44,9 +44,10 @@ T take(std::span<const std::byte> payload, std::size_t at, const std::filesystem
 
 std::uint64_t sum_of(const std::filesystem::path& state) {
   std::uint64_t sum = 0;
-  std::ifstream file(state, std::ios::binary);
-  if (!file || !file.seekg(-std::streamoff(sizeof sum), std::ios::end)) return 0;
-  file.read(reinterpret_cast<char*>(&sum), sizeof sum);
+  if (!std::filesystem::exists(state)) return 0;
+  const record::MappedFile file(state);
+  if (file.bytes().size() >= sizeof sum)
+    std::memcpy(&sum, file.bytes().data() + file.bytes().size() - sizeof sum, sizeof sum);
   return sum;
 }
 
@@ -74,9 +75,9 @@ class KeptWorld::Record : public WorldRecord {
 };
 
 KeptWorld::KeptWorld(const std::filesystem::path& run, const WorldConfig& config)
-    : state_(run / "world" / "state"),
-      journal_path_(run / "world" / "inputs"),
-      record_path_(run / "world.rec"),
+    : state_(RunPaths(run).world_state_path()),
+      journal_path_(RunPaths(run).world_journal_path()),
+      record_path_(RunPaths(run).world_record_path()),
       record_(std::make_unique<Record>(record_path_)),
       lost_power_(std::filesystem::exists(journal_path_)),
       world_(open(config)) {
@@ -103,8 +104,8 @@ World KeptWorld::open(const WorldConfig& config) {
 
 // A journal of an older state is left over when the kill came between the new state and its journal.
 void KeptWorld::give_again(World& world) {
-  const logfile::MappedFile mapped(journal_path_);
-  logfile::RecordReader reader(mapped.bytes());
+  const record::MappedFile mapped(journal_path_);
+  record::RecordReader reader(mapped.bytes());
   const auto first = reader.next();
   if (!first || first->damaged || first->kind != kHead) return;
   const Head head = take<Head>(first->payload, 0, journal_path_);
@@ -136,7 +137,7 @@ void KeptWorld::begin_journal() {
   journal_.reset();
   std::filesystem::remove(journal_path_);
   record_->flush();
-  journal_ = std::make_unique<logfile::RecordWriter>(journal_path_, logfile::RecordWriter::Mode::kCreate);
+  journal_ = std::make_unique<record::RecordWriter>(journal_path_, record::RecordWriter::Mode::kCreate);
   const Head head{sum_of(state_), std::filesystem::file_size(record_path_)};
   journal_->append(kHead, bytes_of(head));
 }

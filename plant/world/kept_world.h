@@ -15,7 +15,7 @@
 
 #include "plant/world/world.h"
 
-namespace firn::logfile {
+namespace firn::record {
 class RecordWriter;
 }
 
@@ -25,7 +25,7 @@ class KeptWorld {
  public:
   /// Opens the world of a run folder, or begins it. Record: RUN/world.rec, in which each event stands once,
   /// whenever the kill came.
-  /// @throws std::runtime_error: state damaged or of another configuration; as logfile::RecordWriter
+  /// @throws std::runtime_error: state damaged or of another configuration; as record::RecordWriter
   KeptWorld(const std::filesystem::path& run, const WorldConfig& config);
   ~KeptWorld();
 
@@ -60,7 +60,7 @@ class KeptWorld {
   bool lost_power_ = false;
   World world_;
   std::uint32_t saved_exposures_ = 0;
-  std::unique_ptr<logfile::RecordWriter> journal_;
+  std::unique_ptr<record::RecordWriter> journal_;
 };
 
 }  // namespace firn::plant

@@ -25,7 +25,7 @@ volatile sig_atomic_t stop_requested = 0;
 
 std::int64_t monotonic_ns() {
   timespec t{};
-  ::clock_gettime(CLOCK_MONOTONIC, &t);
+  ::clock_gettime(CLOCK_BOOTTIME, &t);
   return std::int64_t(t.tv_sec) * 1'000'000'000 + t.tv_nsec;
 }
 

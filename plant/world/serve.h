@@ -18,7 +18,7 @@ struct ServeOptions {
   std::filesystem::path run;  ///< the run folder
   std::filesystem::path io;   ///< folder of the sockets; default run/io
   int control_fd = -1;        ///< -1: no control line, the process ends at SIGTERM
-  std::int64_t epoch_ns = 0;  ///< CLOCK_MONOTONIC at which world time is offset_us
+  std::int64_t epoch_ns = 0;  ///< CLOCK_BOOTTIME at which world time is offset_us
   std::int64_t offset_us = 0;
   double time_scale = 1.0;                                 ///< world seconds per wall second
   double line_speed = 1.0;                                 ///< as WorldConfig's

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "core/options/arguments.h"
+#include "files/run_paths.h"
 #include "plant/world/serve.h"
 #include "plant/world/world.h"
 
@@ -51,7 +52,7 @@ ServeOptions parse_serve_options(const std::vector<std::string>& arguments) {
     throw std::invalid_argument("--time-scale must be above 0, at most 1e6");
   if (!(o.line_speed >= 1.0 && o.line_speed <= 1e6))
     throw std::invalid_argument("--line-speed must be at least 1, at most 1e6");
-  if (o.io.empty()) o.io = o.run / "io";
+  if (o.io.empty()) o.io = RunPaths(o.run).ports_path();
   return o;
 }
 

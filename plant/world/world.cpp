@@ -5,10 +5,11 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <fstream>
 #include <stdexcept>
 
 #include "files/record/checksum.h"
+#include "files/record/file.h"
+#include "files/record/open_file.h"
 #include "plant/world/world_lab.h"
 
 namespace firn::plant {
@@ -129,7 +130,7 @@ void World::save(const std::filesystem::path& path) const {
   Archive archive;
   impl_->io(archive);
   std::vector<std::byte> bytes = archive.bytes();
-  const std::uint64_t sum = logfile::checksum64(bytes);
+  const std::uint64_t sum = record::checksum64(bytes);
   const auto tail = std::as_bytes(std::span(&sum, 1));
   bytes.insert(bytes.end(), tail.begin(), tail.end());
 
@@ -138,7 +139,10 @@ void World::save(const std::filesystem::path& path) const {
     throw std::runtime_error("world state: cannot " + std::string(what) + " " + temporary.string() + ": " +
                              std::strerror(errno));
   };
-  const int fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  const record::FolderOfFile folder(path);
+  const record::OpenedFile opened = folder.open(folder.name() + ".new", O_WRONLY | O_CREAT | O_TRUNC, 0666);
+  const int fd = opened.fd;
+  errno = opened.error;
   if (fd < 0) fail("create");
   std::size_t done = 0;
   while (done < bytes.size()) {
@@ -154,20 +158,19 @@ void World::save(const std::filesystem::path& path) const {
     fail("sync");
   }
   ::close(fd);
-  std::filesystem::rename(temporary, path);
+  errno = folder.take_place(folder.name() + ".new");
+  if (errno != 0) fail("rename");
 }
 
 World World::restore(const std::filesystem::path& path, const WorldConfig& config, WorldRecord* record,
                      bool links_kept) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw std::runtime_error("world state: cannot open " + path.string());
-  const std::string text((std::istreambuf_iterator<char>(file)), {});
-  const auto all = std::as_bytes(std::span(text));
+  const record::MappedFile file(path);
+  const auto all = file.bytes();
   std::uint64_t sum = 0;
   if (all.size() < sizeof sum) throw std::runtime_error("world state: " + path.string() + " is cut short");
   std::memcpy(&sum, all.data() + all.size() - sizeof sum, sizeof sum);
   const auto body = all.first(all.size() - sizeof sum);
-  if (logfile::checksum64(body) != sum)
+  if (record::checksum64(body) != sum)
     throw std::runtime_error("world state: " + path.string() + " is damaged (checksum)");
   World world(config, nullptr);
   Archive archive(std::vector<std::byte>(body.begin(), body.end()));

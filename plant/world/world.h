@@ -34,7 +34,7 @@ class IceLab;
 
 /// Holds true values that no node may know. In the ice lab: firings of a valve that are over, pulses, pulses
 /// without a drop; heights over the whole simulated surface on 1 mm cells. Its own truth: World::ice(),
-/// plant/ice/ice_lab.h.
+/// plant/world/ice_lab.h.
 struct Truth {
   std::uint32_t exposures = 0;      ///< layers cured
   std::int64_t droplets_fired = 0;  ///< triggers that the jet obeyed, missed droplets included

@@ -1,5 +1,5 @@
 // WorldLab holds the parts of World common to all labs: twins by port, events in order of time, the record.
-// The labs (plant/inkjet_lab.cpp, plant/ice/ice_lab.cpp) add the plant and the hardware lines.
+// The labs (plant/world/inkjet_lab.cpp, ice_lab.cpp, aerosol_lab.cpp) add the plant and the hardware lines.
 #pragma once
 
 #include <memory>

@@ -16,7 +16,7 @@
 #include "firn/enums.h"
 #include "print/device/device_session.h"
 #include "print/device/device_verbs.h"
-#include "print/folder/node_makers.h"
+#include "print/folder/taking_part.h"
 #include "runtime/run_clock.h"
 
 namespace firn {
@@ -59,7 +59,7 @@ std::string BringupLab::drive(const std::string& node, const std::string& verb,
   std::string said;
   DeviceSession::Sinks sinks;
   sinks.note = [&](const std::string& text) { said = text; };
-  const auto makers = taking_part(e);
+  const auto makers = taking_part(product, e);
   const auto maker =
       std::ranges::find_if(makers, [&](const NamedMaker& m) { return info(m.id).name == node; });
   if (maker == makers.end()) return "the lab has no " + node;

@@ -17,6 +17,7 @@
 #include "config/experiment.h"
 #include "files/port_address.h"
 #include "print/bringup/raw_line.h"
+#include "print/labs/product.h"
 
 namespace firn {
 
@@ -33,8 +34,10 @@ class BringupLab {
   /// Asks a person; nothing: nobody is there.
   using Ask = std::function<std::optional<bool>(int row, const std::string& question)>;
 
-  BringupLab(const Experiment& experiment, Address address, Ask ask, std::function<bool()> interrupted)
-      : e(experiment),
+  BringupLab(const Product& of, const Experiment& experiment, Address address, Ask ask,
+             std::function<bool()> interrupted)
+      : product(of),
+        e(experiment),
         address_(std::move(address)),
         ask_(std::move(ask)),
         interrupted_(std::move(interrupted)) {}
@@ -50,6 +53,7 @@ class BringupLab {
   PortAddress address(const std::string& node) const { return address_(node); }
   bool has(std::string_view node) const;
 
+  const Product& product;
   const Experiment& e;
   std::map<std::string, std::string> identities = {};  ///< with serial numbers, as the instruments told
   /// Of the one pulse that rows 2, 20 and 21 share.
@@ -125,8 +129,8 @@ std::string port_of(const Experiment& experiment, const std::string& node);
 /// Asks every real instrument who it is, all at once, and holds it against the bring-up's: another instrument
 /// at the same port, or one that does not say, is refused by name. Nothing moves.
 /// @param accepted "all", or NODE:identity @returns why the print may not begin; empty: it may
-std::string identity_refusal(const Experiment& experiment, const BringupState& state, const std::string& file,
-                             const std::vector<std::string>& accepted,
+std::string identity_refusal(const Product& product, const Experiment& experiment, const BringupState& state,
+                             const std::string& file, const std::vector<std::string>& accepted,
                              const std::function<bool()>& interrupted);
 
 /// Carries out one row.

@@ -65,13 +65,13 @@ BringupFinding whole_picture(BringupLab& lab, const std::string& node) {
 }
 
 BringupFinding picture_light(BringupLab& lab, const std::string& node) {
-  constexpr double kDark = 0.1, kBright = 0.9, kMostWhite = 0.02;
+  constexpr double kDark = 0.1, kBright = 0.9, kMaxWhite = 0.02;
   const drivers::Picture p = take_picture(lab, node).picture;
   double sum = 0.0;
   for (const std::uint16_t v : p.pixels) sum += v;
   const double pixels = double(p.pixels.size()), mean = sum / pixels / p.white,
                white = double(std::ranges::count(p.pixels, std::uint16_t(p.white))) / pixels;
-  return {mean >= kDark && mean <= kBright && white <= kMostWhite,
+  return {mean >= kDark && mean <= kBright && white <= kMaxWhite,
           "mean " + number_text(100.0 * mean) + " % of white, " + number_text(100.0 * white) +
               " % of its pixels white",
           "mean of 10 to 90 %, at most 2 % white",

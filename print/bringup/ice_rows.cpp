@@ -56,11 +56,11 @@ BringupFinding robot_speed(BringupLab& lab, const std::string&) {
 
 BringupFinding robot_numbers(BringupLab& lab, const std::string&) {
   RobotHand robot(lab);
-  const std::string id = std::to_string(fvp::kMostId);
+  const std::string id = std::to_string(fvp::kMaxId);
   const std::string begun = robot.say("PATH BEGIN " + id + " N=2 DT=0.016"),
                     dropped = robot.say("PATH DROP " + id);
   return {begun.starts_with("ACK") && dropped.starts_with("ACK"), "'" + begun + "', '" + dropped + "'",
-          "ACK, ACK", "V+ reals of this controller hold fewer digits: fvp::kMostId, kMostCount"};
+          "ACK, ACK", "V+ reals of this controller hold fewer digits: fvp::kMaxId, kMaxCount"};
 }
 
 // The robot's third signal starts the laser's storage.
@@ -255,7 +255,7 @@ BringupFinding temperatures(BringupLab& lab, const std::string& node) {
 
 constexpr BringupRow kRows[] = {
     {28, "robot", "lines a second with their CRC", "robot.block_lines", &robot_speed},
-    {34, "robot", "numbers up to 9,999,999 survive", "fvp::kMostId", &robot_numbers},
+    {34, "robot", "numbers up to 9,999,999 survive", "fvp::kMaxId", &robot_numbers},
     {29, "robot", "DURATION 0.016 ALWAYS is kept on every point", "ice.max_time_slip_s"},
     {31, "robot", "time from the signal to the motion: firn calibrate", "ice.*_latency_s"},
     {32, "robot", "J3: up is positive on the wire", "fvp::Counts"},

@@ -3,18 +3,18 @@
 #include <future>
 
 #include "config/devices.h"
+#include "files/exit_codes.h"
 #include "print/bringup/bringup.h"
 #include "print/device/device_run.h"
-#include "print/exit_codes.h"
 
 namespace firn {
 namespace {
 
 constexpr double kWithin_s = 20.0;  // a jet is started anew, which takes five
 
-DeviceReport who_answers(const Experiment& e, const std::string& node, const PortAddress& address,
-                         const std::function<bool()>& interrupted) {
-  DeviceJob job{e, node, &device_verb(node, "serial"), {}, false, kWithin_s};
+DeviceReport who_answers(const Product& product, const Experiment& e, const std::string& node,
+                         const PortAddress& address, const std::function<bool()>& interrupted) {
+  DeviceJob job{product, e, node, &device_verb(node, "serial"), {}, false, kWithin_s};
   DeviceSinks sinks;
   sinks.interrupted = interrupted;
   try {
@@ -29,8 +29,8 @@ DeviceReport who_answers(const Experiment& e, const std::string& node, const Por
 
 }  // namespace
 
-std::string identity_refusal(const Experiment& e, const BringupState& state, const std::string& file,
-                             const std::vector<std::string>& accepted,
+std::string identity_refusal(const Product& product, const Experiment& e, const BringupState& state,
+                             const std::string& file, const std::vector<std::string>& accepted,
                              const std::function<bool()>& interrupted) {
   const auto accepts = [&](const std::string& what) {
     return std::ranges::any_of(accepted, [&](const std::string& a) { return a == "all" || a == what; });
@@ -42,10 +42,11 @@ std::string identity_refusal(const Experiment& e, const BringupState& state, con
   std::vector<Asked> asked;
   for (const auto& [node, address] : real_ports(e))
     if (!accepts(node + ":identity"))
-      asked.push_back({node, to_text(address),
-                       std::async(std::launch::async, [&e, node = node, address = address, &interrupted] {
-                         return who_answers(e, node, address, interrupted);
-                       })});
+      asked.push_back(
+          {node, to_text(address),
+           std::async(std::launch::async, [&product, &e, node = node, address = address, &interrupted] {
+             return who_answers(product, e, node, address, interrupted);
+           })});
   std::string why;
   for (Asked& a : asked) {
     const DeviceReport r = a.report.get();

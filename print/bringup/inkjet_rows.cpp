@@ -1,9 +1,9 @@
 // Rows of the jet, the profiler and the lamp.
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 
+#include "core/options/number.h"
 #include "drivers/jet/jet_driver.h"
 #include "drivers/lamp/omnicure.h"
 #include "drivers/laser_profiler/ljv.h"
@@ -91,7 +91,10 @@ const BringupLab::OnePulse& one_pulse(BringupLab& lab) {
     return reply;
   };
   const auto value = [&](const std::string& question) {
-    return std::strtod(say(question).c_str() + 1, nullptr);
+    const std::string reply = say(question);
+    const auto v = whole_number<double>(std::string_view(reply).substr(1, reply.size() - 2));
+    if (!v) throw BringupStop("'" + question + "' is answered '" + reply + "'");
+    return *v;
   };
   for (const char* command :
        {"WAIT MODE NOWAIT", "ABS", "ENABLE @1", "PSOCONTROL @1 RESET", "PSOOUTPUT @1 CONTROL 1",

@@ -1,12 +1,11 @@
 // The link row: who answers at a port, and the fault when it is not the instrument of the lab file.
 #include <algorithm>
-#include <charconv>
 
+#include "core/options/number.h"
 #include "drivers/gas/alicat.h"
 #include "drivers/jet/jet_driver.h"
 #include "drivers/lamp/omnicure.h"
 #include "print/bringup/bringup.h"
-#include "print/folder/node_makers.h"
 
 namespace firn {
 namespace {
@@ -19,19 +18,16 @@ struct Probe : drivers::LinkProbe {
   std::string_view node;  ///< of port_defaults, or the word of a kind of jet
 };
 
-const std::vector<Probe>& probes() {
+std::vector<Probe> probes_of(const Product& product) {
   using namespace drivers;
-  static const std::vector<Probe> all = [] {
-    std::vector<Probe> p;
-    for (const NamedMaker& maker : node_makers())
-      if (maker.probe) p.push_back({maker.probe(), info(maker.id).name});
-    for (std::size_t n = kJetKindWords.size(); n-- > 0;) {  // last JetDrive: its monitor takes single letters
-      const JetTraits& jet = traits_of(JetKind(n));
-      for (const Request& question : jet.questions())
-        p.push_back({{jet.instrument, request_text(question), jet.answers}, kJetKindWords[n]});
-    }
-    return p;
-  }();
+  std::vector<Probe> all;
+  for (const NamedMaker& maker : product.nodes)
+    if (maker.probe) all.push_back({maker.probe(), info(maker.id).name});
+  for (std::size_t n = kJetKindWords.size(); n-- > 0;) {  // last JetDrive: its monitor takes single letters
+    const JetTraits& jet = traits_of(JetKind(n));
+    for (const Request& question : jet.questions())
+      all.push_back({{jet.instrument, request_text(question), jet.answers}, kJetKindWords[n]});
+  }
   return all;
 }
 
@@ -52,19 +48,14 @@ std::string other_instrument(const Probe& p, const std::string& node, std::strin
   return "exchange the addresses in [devices]: " + to_text(address) + " belongs to " + std::string(owner);
 }
 
-std::string printable(std::string_view bytes) {
-  std::string text;
-  for (const char c : bytes.substr(0, 24)) text += c >= 0x20 && c < 0x7f ? c : '.';
-  return text;
-}
-
 // The lamp burns and is warm, or an exposure will be refused.
 BringupFinding lamp_is_ready(RawLine& line) {
   const std::string reply = line.ask_line(drivers::omnicure::frame("GUS"), '\r');
-  unsigned bits = 0;
-  std::from_chars(reply.data(), reply.data() + (reply.size() < 3 ? 0 : reply.size() - 3), bits);
-  if (!drivers::omnicure::is_line(reply))
-    return {false, "'" + printable(reply) + "' to GUS", "a status", "the manual's GUS"};
+  const auto status =
+      whole_number<unsigned>(std::string_view(reply).substr(0, std::max<std::size_t>(reply.size(), 3) - 3));
+  if (!drivers::omnicure::is_line(reply) || !status)
+    return {false, drivers::shown_line(reply) + " to GUS", "a status", "the manual's GUS"};
+  const unsigned bits = *status;
   BringupFinding f{true, "GUS " + std::to_string(bits), "burns, warm, shutter closed, no alarm"};
   f.ok = (bits & 0x12) == 0x12 && (bits & 0x8D) == 0;
   f.mend = (bits & 2) == 0    ? "the lamp does not burn: switch it on at its panel, or lamp.auto_on"
@@ -75,10 +66,13 @@ BringupFinding lamp_is_ready(RawLine& line) {
 }
 
 BringupFinding stage_is_ready(RawLine& line) {
-  long bits = 0;
   const std::string reply = line.ask_line("AXISSTATUS(@0)\n");
-  if (reply.size() > 1) bits = std::strtol(reply.c_str() + 1, nullptr, 10);
-  return {(std::uint32_t(bits) >> 31) == 0, "AXISSTATUS " + std::to_string(bits), "bit 31 clear",
+  const std::string_view text = std::string_view(reply).substr(0, reply.find_last_not_of("\r\n") + 1);
+  const std::optional<std::int64_t> bits =
+      text.starts_with('%') ? whole_number<std::int64_t>(text.substr(1)) : std::nullopt;
+  if (!bits)
+    return {false, drivers::shown_line(reply) + " to AXISSTATUS", "a status", "the manual's AXISSTATUS"};
+  return {(std::uint32_t(*bits) >> 31) == 0, "AXISSTATUS " + std::to_string(*bits), "bit 31 clear",
           "the emergency stop is pressed: release it, then run this again"};
 }
 
@@ -101,12 +95,13 @@ BringupFinding check_link(BringupLab& lab, const std::string& node) {
                                      ? request_text(drivers::alicat::poll_request({unit[0], false}, 0))
                                      : p.question;
     const std::string heard = line.ask(
-        before + question, [&](std::string_view s) { return p.answered(s); }, within_s);
+        before + question, [&](std::string_view s) { return p.answers(s); }, within_s);
     all += heard;
-    return p.answered(heard);
+    return p.answers(heard);
   };
   const std::string_view kind = kind_of(lab.e, node);
-  for (const Probe& p : probes()) {
+  const std::vector<Probe> probes = probes_of(lab.product);
+  for (const Probe& p : probes) {
     if (p.node != kind || !answers(p, kAnswerWithin_s)) continue;
     if (node == "lamp") return lamp_is_ready(line);
     if (node == "stage") return stage_is_ready(line);
@@ -114,14 +109,14 @@ BringupFinding check_link(BringupLab& lab, const std::string& node) {
   }
   // Another instrument has taken the questions before as the beginning of a line; a lamp passes over a line
   // whose CRC is wrong.
-  for (const Probe& p : probes())
+  for (const Probe& p : probes)
     if (p.node != kind && answers(p, kOthersWithin_s, p.node == "lamp" ? "\r" : ""))
       return {false, "this is the port of " + std::string(p.instrument), "the port of " + node,
               other_instrument(p, node, kind, address)};
   if (all.empty())
     return {false, "no byte comes", "an answer",
             "power, cable, remote mode at its panel; then its speed (baud), address and terminators"};
-  return {false, std::to_string(all.size()) + " bytes that are no answer: '" + printable(all) + "'",
+  return {false, std::to_string(all.size()) + " bytes that are no answer: " + drivers::shown_line(all),
           "an answer",
           address.kind == PortAddress::Kind::kSerial
               ? "wrong baud or frame: set serial:…?baud=N&frame=8N1 as its panel says, not " +

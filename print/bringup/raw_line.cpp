@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "drivers/link/line_cleaner.h"
 #include "runtime/run_clock.h"
 
 namespace firn {
@@ -24,10 +25,10 @@ RawLine::RawLine(const PortAddress& address) : ports_({address}) {
   }
 }
 
-void RawLine::turn(int most_ms) {
+void RawLine::turn(int max_ms) {
   std::vector<pollfd> fds;
   ports_.add_to(fds);
-  ::poll(fds.data(), fds.size(), most_ms);
+  ::poll(fds.data(), fds.size(), max_ms);
   ports_.service(
       monotonic_us(), [this](PortId, LinkState link) { open_ = link == LinkState::kOpen; },
       [this](PortId, std::span<const std::byte> bytes) {
@@ -50,8 +51,10 @@ std::string RawLine::ask(std::string_view bytes, const std::function<bool(std::s
 }
 
 std::string RawLine::ask_line(std::string_view bytes, char end, double within_s) {
-  return ask(
-      bytes, [end](std::string_view heard) { return heard.find(end) != heard.npos; }, within_s);
+  const auto whole = [end](std::string_view heard) {
+    return drivers::cleaned(heard, end).find(end) != std::string::npos;
+  };
+  return drivers::cleaned(ask(bytes, whole, within_s), end);
 }
 
 void RawLine::wait(double s) {

@@ -33,7 +33,7 @@ class RawLine {
   void close() { ports_.reopen(PortId{0}, INT64_MAX); }
 
  private:
-  void turn(int most_ms);
+  void turn(int max_ms);
 
   Ports ports_;
   bool open_ = false;

@@ -1,10 +1,10 @@
 // Rows of the stage. Whatever moves stays within the lab's limits, at most 5 mm and 10 mm/s, and is aborted
 // when it is not over in time. Pulses go out on Y, to the profiler; the jet, on X, is made safe before.
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 
+#include "core/options/number.h"
 #include "drivers/stage/ensemble.h"
 #include "print/bringup/bringup.h"
 #include "runtime/run_clock.h"
@@ -31,11 +31,11 @@ class StageHand {
   }
   double value(const std::string& question) {
     const std::string reply = say(question);
-    double v = std::nan("");
+    std::optional<double> v;
     if (reply.size() > 2 && reply[0] == '%')
-      std::from_chars(reply.data() + 1, reply.data() + reply.size() - 1, v);
-    if (!std::isfinite(v)) throw BringupStop("'" + question + "' is answered '" + reply.substr(0, 20) + "'");
-    return v;
+      v = whole_number<double>(std::string_view(reply).substr(1, reply.size() - 2));
+    if (!v) throw BringupStop("'" + question + "' is answered '" + reply.substr(0, 20) + "'");
+    return *v;
   }
   RawLine& line() { return *line_; }
 

@@ -7,8 +7,7 @@
 
 #include "firn/enable_t.hpp"
 #include "firn/header_t.hpp"
-#include "print/folder/node_makers.h"
-#include "replay/run_migration.h"
+#include "runs/migrate/run_migration.h"
 #include "runtime/node_host.h"
 
 namespace firn {
@@ -21,18 +20,16 @@ constexpr std::int64_t kApart_us = 20'000;  // the host handled bytes a little a
 constexpr double kLease_s = 0.3;
 constexpr std::int64_t kFirstEpoch = 1;  // of a session of `firn device`
 
-const NamedMaker& maker_named(const std::string& node) {
-  for (const NamedMaker& m : node_makers())
+const NamedMaker& maker_named(const Product& product, const std::string& node) {
+  for (const NamedMaker& m : product.nodes)
     if (info(m.id).name == node) return m;
   throw std::invalid_argument("'" + node + "' is no instrument");
 }
 
 class Player {
  public:
-  explicit Player(const Cassette& cassette)
-      : cassette_(cassette),
-        host_(maker_named(cassette.node).id, maker_named(cassette.node).make(config_of(cassette), {}), 1,
-              nullptr) {}
+  Player(const NamedMaker& maker, const Cassette& cassette)
+      : cassette_(cassette), host_(maker.id, maker.make(config_of(cassette), {}), 1, nullptr) {}
 
   std::string run() {
     Event start;
@@ -146,7 +143,7 @@ class Player {
   }
 
   const Cassette& cassette_;
-  const replay::RunMigration migration_;  // a tape's orders are of the version that recorded it
+  const runs::RunMigration migration_;  // a tape's orders are of the version that recorded it
   std::vector<std::byte> migrated_;
   NodeHost host_;
   Time now_{1};
@@ -157,12 +154,12 @@ class Player {
 
 }  // namespace
 
-std::string replay_cassette(const Cassette& cassette) {
+std::string replay_cassette(const Product& product, const Cassette& cassette) {
   for (const std::string& remark : cassette.remarks)
     if (remark.starts_with("incarnation "))
       throw std::invalid_argument("a tape of more than one incarnation of a print");
   if (config_of(cassette).empty()) throw std::invalid_argument("the tape has no experiment");
-  return Player(cassette).run();
+  return Player(maker_named(product, cassette.node), cassette).run();
 }
 
 }  // namespace firn

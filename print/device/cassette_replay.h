@@ -4,6 +4,7 @@
 #include <string>
 
 #include "files/cassette.h"
+#include "print/labs/product.h"
 
 namespace firn {
 
@@ -11,6 +12,6 @@ namespace firn {
 /// their times. @returns the first line at which the driver does something else, with its bytes; empty: none
 /// @throws std::invalid_argument: a tape of more than one incarnation, of no instrument, without its
 /// experiment
-std::string replay_cassette(const Cassette& cassette);
+std::string replay_cassette(const Product& product, const Cassette& cassette);
 
 }  // namespace firn

@@ -6,19 +6,34 @@
 #include <cmath>
 
 #include "drivers/link/driver_event.h"
+#include "files/exit_codes.h"
 #include "files/usage_error.h"
 #include "firn/enums.h"
 #include "firn/laser_samples_t.hpp"
+#include "lcmtypes/validate.h"
 #include "print/device/device_session.h"
-#include "print/exit_codes.h"
-#include "print/folder/node_makers.h"
+#include "print/folder/taking_part.h"
 
 namespace firn {
 namespace {
 
 constexpr double kIdentifyWithin_s = 10.0;
-constexpr double kAnswered_s = 0.3;  // after its first bytes an instrument has named itself, if it can
+constexpr double kAnswered_s = 0.3;    // after its first bytes an instrument has named itself, if it can
+constexpr double kFirstBytes_s = 2.0;  // an instrument that has said nothing by then is silent
 constexpr double kForEver_s = 1e8;
+
+// An order that its message cannot carry would be dropped by the node, and waited for.
+void check_order(const DeviceJob& job) {
+  const DeviceCall call{job.e, job.node, job.verb->name, job.values, job.far};
+  OrderStamp stamp{{}, 1, 1};
+  stamp.header.run_id = stamp.header.seq = stamp.header.utime_us = 1;
+  for (const MakeOrder make : {job.verb->order, job.verb->after}) {
+    if (!make) continue;
+    const DeviceOrder order = make(call, stamp);
+    if (const auto why = validate(*find_channel(order.channel), order.bytes))
+      throw UsageError(std::string(job.verb->name) + ": " + *why);
+  }
+}
 
 template <class Message>
 bool decoded(Message& m, std::string_view channel, std::string_view wanted,
@@ -30,7 +45,12 @@ bool decoded(Message& m, std::string_view channel, std::string_view wanted,
 class Run {
  public:
   Run(const DeviceJob& job, const PortAddress& address, const DeviceSinks& sinks)
-      : job_(job), sinks_(sinks), session_(make(), address, session_sinks()) {}
+      : job_(job),
+        sinks_(sinks),
+        first_bytes_s_(address.kind == PortAddress::Kind::kCassette
+                           ? kForEver_s
+                           : kFirstBytes_s + 1e-3 * double(address.open_wait_ms)),
+        session_(make(), address, session_sinks()) {}
 
   DeviceReport carry_out() {
     if (become_ready() && job_.verb->order) give_orders();
@@ -59,7 +79,7 @@ class Run {
   Made make() const {
     Experiment e = job_.e;
     if (job_.verb->asks) e.stage.home_at_start = OnOff::kOff;
-    for (const NamedMaker& m : taking_part(job_.e))
+    for (const NamedMaker& m : taking_part(job_.product, job_.e))
       if (info(m.id).name == job_.node) return {m.id, m.make(dump(e), {})};
     throw UsageError("the lab has no instrument '" + job_.node + "'");
   }
@@ -81,7 +101,7 @@ class Run {
       report_.frames.push_back(std::move(f));
     if (laser_samples_t l; decoded(l, channel, channels::kLaserSamples.name, bytes))
       report_.readings_mm.insert(report_.readings_mm.end(), l.distance_mm.begin(), l.distance_mm.end());
-    device_state_t state;
+    device_state_t state{};
     if (sinks_.state && channel.starts_with("STATE_") && state.decode(bytes.data(), 0, int(bytes.size())) > 0)
       sinks_.state(state);
   }
@@ -109,16 +129,20 @@ class Run {
     const auto ready = [&] {
       return session_.safe() || (identifies && named()) || (resets && session_.heard_for_s() > kAnswered_s);
     };
-    if (until(ready, within_s)) {
+    const auto silent = [&] {
+      return session_.heard_for_s() == 0.0 && session_.lasts_s() >= std::min(first_bytes_s_, within_s);
+    };
+    if (until([&] { return ready() || silent(); }, within_s) && !silent()) {
       const bool in_order = !identifies || DeviceState(session_.state()->state) != DeviceState::kFault;
       if (!in_order) fail(kFailed, "it answers, and is in fault");
       return in_order;
     }
-    fail(kSafetyStop, fmt::format("{} within {:g} s",
-                                  session_.heard_for_s() > 0.0 ? "it answers, and is not safe"
-                                  : session_.state()           ? "no answer"
-                                                               : "its port does not open",
-                                  within_s));
+    fail(kSafetyStop,
+         fmt::format("{} within {:g} s{}",
+                     session_.heard_for_s() > 0.0 ? "it answers, and is not safe"
+                     : session_.state()           ? "no answer"
+                                                  : "its port does not open",
+                     silent() ? std::min(first_bytes_s_, within_s) : within_s, session_.not_understood()));
     return false;
   }
 
@@ -129,7 +153,8 @@ class Run {
     for (int n = 0; n < times && report_.status == kOk; ++n) give(job_.verb->order);
     if (report_.status != kOk) return;
     if (job_.verb->name == "reset" && !until([this] { return session_.safe(); }, job_.within_s))
-      return fail(kSafetyStop, fmt::format("it is not safe {:g} s after the reset", job_.within_s));
+      return fail(kSafetyStop, fmt::format("it is not safe {:g} s after the reset{}", job_.within_s,
+                                           session_.not_understood()));
     if (job_.verb->after) {
       const auto rows = std::size_t(std::max(0.0, values.front()));
       until([&] { return report_.profiles.size() >= rows; }, values.back());
@@ -164,6 +189,7 @@ class Run {
 
   const DeviceJob& job_;
   const DeviceSinks& sinks_;
+  double first_bytes_s_;
   DeviceReport report_;
   bool ordered_ = false;
   Opened session_;
@@ -172,6 +198,7 @@ class Run {
 }  // namespace
 
 DeviceReport run_verb(const DeviceJob& job, const PortAddress& address, const DeviceSinks& sinks) {
+  check_order(job);
   return Run(job, address, sinks).carry_out();
 }
 

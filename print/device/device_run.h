@@ -13,14 +13,16 @@
 #include "firn/height_profile_t.hpp"
 #include "firn/temperature_t.hpp"
 #include "print/device/device_verbs.h"
+#include "print/labs/product.h"
 
 namespace firn {
 
 struct DeviceJob {
-  Experiment e;
-  std::string node;
+  const Product& product;
+  Experiment e = {};
+  std::string node = {};
   const DeviceVerb* verb = nullptr;
-  std::vector<double> values;
+  std::vector<double> values = {};
   bool far = false;
   double within_s = 120.0;  ///< longest wait for the end of an order
 };
@@ -34,7 +36,7 @@ struct DeviceSinks {
 };
 
 struct DeviceReport {
-  int status = 0;    ///< print/exit_codes.h
+  int status = 0;    ///< files/exit_codes.h
   std::string text;  ///< of the outcome
   std::optional<device_state_t> state;
   std::optional<temperature_t> temperature;
@@ -44,7 +46,8 @@ struct DeviceReport {
   std::vector<double> readings_mm;  ///< of the point laser; NaN = no value
 };
 
-/// @throws std::runtime_error: the host of a TCP port is not known; UsageError: the lab has no such node
+/// @throws std::runtime_error: the host of a TCP port is not known; UsageError: the lab has no such node, or
+/// a value is beyond the range of the order's message; then no port is opened
 DeviceReport run_verb(const DeviceJob& job, const PortAddress& address, const DeviceSinks& sinks);
 
 /// Returns "mean 0.0123, standard deviation 0.0004, from … to … mm; 100 of 100 readings", or of a zero the

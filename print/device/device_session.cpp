@@ -23,7 +23,8 @@ DeviceSession::DeviceSession(NodeId id, std::unique_ptr<Node> node, const PortAd
     : answering_(dynamic_cast<const AnsweringNode*>(node.get())),
       host_(id, std::move(node), kRun, nullptr),
       ports_({address},
-             [this] { return host_.lease_refusal(now(), granted_ ? std::int64_t(0) : kEpoch + 1); }),
+             [this] { return host_.lease_refusal(now(), granted_ ? std::int64_t(0) : kEpoch + 1); },
+             {port_rate(info(id).name)}),
       sinks_(std::move(sinks)),
       began_us_(monotonic_us()) {
   Event start;
@@ -38,6 +39,11 @@ DeviceSession::DeviceSession(NodeId id, std::unique_ptr<Node> node, const PortAd
 }
 
 DeviceSession::~DeviceSession() = default;
+
+std::string DeviceSession::not_understood() const {
+  const std::string line = answering_ ? answering_->last_not_understood() : std::string();
+  return line.empty() ? line : "; the last line that was not understood: " + line;
+}
 
 Time DeviceSession::now() const { return Time{monotonic_us() - began_us_ + 1}; }
 

@@ -37,10 +37,14 @@ class DeviceSession {
 
   /// The instrument has been identified and is safe.
   bool safe() const;
+  /// Time since the session began.
+  double lasts_s() const { return double(now().us) * 1e-6; }
   /// Time since its first bytes, whatever they are; 0 before.
   double heard_for_s() const;
   /// It has given a good reply.
   bool answered() const { return answering_ && answering_->answered(); }
+  /// Returns "; the last line that was not understood: 'A 1.2'"; empty: none.
+  std::string not_understood() const;
   const std::optional<device_state_t>& state() const { return state_; }
 
   /// Gives the instrument an order; `text` is the person's.

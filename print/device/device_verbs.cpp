@@ -3,9 +3,9 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
+#include "core/options/number.h"
 #include "files/usage_error.h"
 #include "firn/camera_command_t.hpp"
 #include "firn/enums.h"
@@ -23,7 +23,7 @@ namespace {
 
 using Values = std::vector<double>;
 
-constexpr std::int32_t kMostRows = 1'000'000;
+constexpr std::int32_t kMaxRows = 1'000'000;
 
 DeviceOrder home(const DeviceCall& call, const OrderStamp& stamp) {
   if (call.node == "robot") {
@@ -78,7 +78,7 @@ DeviceOrder reading(const DeviceCall&, const OrderStamp& stamp) {
 DeviceOrder arm_profiler(const DeviceCall& call, const OrderStamp& stamp) {
   profiler_command_t c{};
   c.verb = std::int8_t(ProfilerVerb::kArm);
-  c.rows = c.rows_of_scan = std::int32_t(std::clamp(call.values[0], 0.0, double(kMostRows)));
+  c.rows = c.rows_of_scan = std::int32_t(std::clamp(call.values[0], 0.0, double(kMaxRows)));
   c.scan_id = 1;
   return order_of(channels::kProfilerCommand, c, stamp);
 }
@@ -190,11 +190,9 @@ Values verb_values(const DeviceVerb& verb, const std::vector<std::string>& texts
                                  verb.values.empty() ? "" : ": ", verb.values, texts.size()));
   Values values;
   for (const std::string& text : texts) {
-    double v = 0.0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), v);
-    if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(v))
-      throw UsageError(fmt::format("{}: '{}' is no number", verb.name, text));
-    values.push_back(v);
+    const auto v = whole_number<double>(text);
+    if (!v) throw UsageError(fmt::format("{}: '{}' is no number", verb.name, text));
+    values.push_back(*v);
   }
   return values;
 }

@@ -7,6 +7,8 @@
 #include <string_view>
 
 #include "config/fields.h"
+#include "core/options/number.h"
+#include "files/run_paths.h"
 #include "files/text_file.h"
 #include "runtime/run_clock.h"
 
@@ -25,7 +27,7 @@ SimulatedInstruments::SimulatedInstruments(const Experiment& experiment, bool qu
   folder_ = name;
   Experiment alone = experiment;
   alone.devices = {};
-  write_file_atomically(folder_ / "experiment.toml", dump(alone));
+  write_file_atomically(RunPaths(folder_).experiment_path(), dump(alone));
   const fs::path beside = fs::read_symlink("/proc/self/exe").parent_path();
   const fs::path program = fs::exists(beside / "world") ? beside / "world" : beside / ".." / "bin" / "world";
   std::vector<std::string> words{"--run",        folder_.string(),
@@ -34,7 +36,7 @@ SimulatedInstruments::SimulatedInstruments(const Experiment& experiment, bool qu
   if (quick) words.insert(words.end(), {"--instruments", "quick"});
   world_ = std::make_unique<ChildProcess>("world", program, words, folder_ / "world.err");
   for (int ms = 0; ms < kBeginWithin_ms; ++ms) {
-    if (fs::exists(folder_ / "io") && !fs::is_empty(folder_ / "io")) return;
+    if (const fs::path io = RunPaths(folder_).ports_path(); fs::exists(io) && !fs::is_empty(io)) return;
     if (!world_->running()) break;
     ::usleep(1000);
   }
@@ -54,7 +56,8 @@ double SimulatedInstruments::weighed_mg(int material, int weighing) {
   world_->control().say("WEIGH " + std::to_string(material) + " " + std::to_string(weighing));
   for (int ms = 0; ms < kBeginWithin_ms && world_->running(); ++ms) {
     while (const auto line = world_->control().next()) {
-      if (line->starts_with(kWeighed)) return std::stod(line->substr(kWeighed.size()));
+      if (line->starts_with(kWeighed))
+        return whole_number<double>(std::string_view(*line).substr(kWeighed.size())).value();
       if (line->starts_with("ERROR")) throw std::runtime_error(*line);
     }
     ::usleep(1000);
@@ -63,7 +66,7 @@ double SimulatedInstruments::weighed_mg(int material, int weighing) {
 }
 
 PortAddress SimulatedInstruments::address(const std::string& node) const {
-  return unix_port((folder_ / "io" / node).string());
+  return unix_port(RunPaths(folder_).port_path(node).string());
 }
 
 }  // namespace firn

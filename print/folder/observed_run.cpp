@@ -9,9 +9,9 @@
 #include "firn/deposition_report_t.hpp"
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
-#include "print/folder/run_config.h"
-#include "print/folder/run_folder.h"
-#include "replay/run_messages.h"
+#include "runs/folder/config_change.h"
+#include "runs/folder/run_folder.h"
+#include "runs/read/run_reader.h"
 
 namespace firn {
 namespace {
@@ -32,14 +32,15 @@ void require_droplets(const Experiment& e, const std::string& run) {
 }
 
 ObservedRun ObservedRun::read(const std::filesystem::path& path) {
-  const RunFolder folder = RunFolder::open(path);
-  const Experiment e = parse_experiment(recorded_config(path), path.string() + ": recorded configuration");
+  const runs::RunFolder folder = runs::RunFolder::open(path);
+  const Experiment e =
+      parse_experiment(runs::recorded_config(path), path.string() + ": recorded configuration");
   require_droplets(e, path.string());
   if (has_two_jets(e))
     throw UsageError(path.string() + ": this run printed two inks; h1, h2, h3 are those of one");
   ObservedRun run(e, mask_from_npy(blob(folder.inputs(), "mask").bytes, e.grid, "mask"));
   try {
-    const replay::RunMessages messages(path);
+    const runs::RunReader messages(path);
     for (const std::string_view channel : {channels::kDepositionReport.name, channels::kHeightMap.name})
       for (const auto bytes : messages.on(channel)) run.take(channel, bytes);
   } catch (const std::invalid_argument& error) {
@@ -50,12 +51,12 @@ ObservedRun ObservedRun::read(const std::filesystem::path& path) {
 
 void ObservedRun::take(std::string_view channel, std::span<const std::byte> bytes) {
   if (channel == channels::kHeightMap.name) {
-    height_map_t m;
+    height_map_t m{};
     if (m.decode(bytes.data(), 0, int(bytes.size())) < 0 || from_message(m.grid) != experiment_.grid) return;
     const auto known = maps_.find(m.layer);
     if (known == maps_.end() || known->second.attempt <= m.attempt) maps_[m.layer] = std::move(m);
   } else if (channel == channels::kDepositionReport.name) {
-    deposition_report_t r;
+    deposition_report_t r{};
     if (r.decode(bytes.data(), 0, int(bytes.size())) < 0 || from_message(r.grid) != experiment_.grid) return;
     drops_[r.layer].add({drops_of(r), r.pass, r.passes, r.triggered_jet, r.unknown_from, r.unknown_to});
   }

@@ -19,20 +19,19 @@ namespace {
 // newest row, and reading takes wall time. Measured: docs/commands/print.md.
 void check_rows(const Experiment& e) {
   if (e.laser_profiler.read == drivers::ProfileRead::kMemory) return;
-  constexpr double kLeastWall_s = 0.005;
+  constexpr double kMinWall_s = 0.005;
   const double scale = e.run.time_scale, speed = e.process.scan_speed_mm_s, pitch = e.grid.pitch_y_mm,
                row_s = pitch / speed / scale;
-  if (scale <= 1.0 || row_s >= kLeastWall_s) return;
-  const double slowest = pitch / (kLeastWall_s * scale), least_scale = pitch / (kLeastWall_s * speed);
+  if (scale <= 1.0 || row_s >= kMinWall_s) return;
+  const double slowest = pitch / (kMinWall_s * scale), min_scale = pitch / (kMinWall_s * speed);
   throw UsageError(fmt::format(
       "run.time_scale (--speedup) = {:g}: laser_profiler keeps only its newest row, and at "
       "process.scan_speed_mm_s = {:g} over rows of {:g} mm one comes every {:.2f} ms of "
       "wall time; a busy machine loses rows below {:g} ms. Set process.scan_speed_mm_s to at most {:.2f}{}; "
       "--bus in-process loses none at any speed",
-      scale, speed, pitch, row_s * 1e3, kLeastWall_s * 1e3, std::floor(slowest * 100.0) / 100.0,
-      least_scale > 1.0
-          ? fmt::format(", or --speedup to at most {:.2f}", std::floor(least_scale * 100.0) / 100.0)
-          : std::string()));
+      scale, speed, pitch, row_s * 1e3, kMinWall_s * 1e3, std::floor(slowest * 100.0) / 100.0,
+      min_scale > 1.0 ? fmt::format(", or --speedup to at most {:.2f}", std::floor(min_scale * 100.0) / 100.0)
+                      : std::string()));
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 #include "config/error.h"
 #include "core/grid/png.h"
 #include "files/usage_error.h"
-#include "print/inputs/mesh_inputs.h"
 #include "print/inputs/targets.h"
 
 namespace firn {
@@ -51,23 +50,23 @@ ImageStack load_stack(const Experiment& e, const std::filesystem::path& folder) 
   return ImageStack(e.grid, e.geometry.image_pitch_z_mm, std::move(layers));
 }
 
-Geometry load_mesh(const Experiment& e, const std::filesystem::path& folder, double height_mm) {
-  if (!mesh_inputs())
-    throw UsageError("geometry.shape = \"mesh\": this program reads no meshes; firn print does");
-  return mesh_inputs()->geometry(e, folder, height_mm);
+Geometry load_mesh(const Experiment& e, const std::filesystem::path& folder, double height_mm,
+                   const MeshInputs* meshes) {
+  if (!meshes) throw UsageError("geometry.shape = \"mesh\": this program reads no meshes; firn print does");
+  return meshes->geometry(e, folder, height_mm);
 }
 
 }  // namespace
 
 std::optional<Geometry> make_geometry(const Experiment& e, const HeightMap& target,
-                                      const std::filesystem::path& folder) {
+                                      const std::filesystem::path& folder, const MeshInputs* meshes) {
   const std::string& kind = e.geometry.solid.kind;
   if (kind == "none") return std::nullopt;
   const double height_mm = *std::max_element(target.cells.begin(), target.cells.end());
   const double step_mm = 0.25 * (e.model.h1_mm + 4.0 * e.model.h2_mm + 4.0 * e.model.h3_mm);
   try {
     Geometry g =
-        kind == "mesh" ? load_mesh(e, folder, height_mm)
+        kind == "mesh" ? load_mesh(e, folder, height_mm, meshes)
         : kind == "images"
             ? Geometry::sampled(load_stack(e, folder / e.geometry.images), e.grid, height_mm, step_mm)
             : Geometry::sampled(*make_solid(e.geometry.solid, e.grid), e.grid, height_mm, step_mm);

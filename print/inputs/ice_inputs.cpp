@@ -34,7 +34,7 @@ Machine machine_of(const Experiment& e, const std::vector<std::byte>& text) {
 void check_box(const Experiment& e, const Machine& machine, const std::filesystem::path& folder) {
   const std::filesystem::path file = folder / e.ice.mesh;
   const SliceSettings settings = load_slice_settings(folder / e.ice.slice);
-  const MeshFile mesh(file);
+  const MeshFile mesh(file, facet_count(settings));
   const slice::Affine box = [&] {
     try {
       return slice::place(mesh.facets(),
@@ -46,7 +46,7 @@ void check_box(const Experiment& e, const Machine& machine, const std::filesyste
   }();
   if (box.low.x > box.high.x) return;  // no facet is finite: the slicer says so
   const auto side_mm = [](std::int32_t low, std::int32_t high) {
-    return (double(high) - low) * slice::kMmPerUnit;
+    return (double(high) - low) * geometry::kMmPerUnit;
   };
   BoxSize size{side_mm(box.low.x, box.high.x), side_mm(box.low.y, box.high.y),
                side_mm(box.low.z, box.high.z)};
@@ -109,14 +109,14 @@ void place_ice_field(Experiment& e, const Blobs& inputs) {
   if (p.field_width_mm > 0.0) return;
   std::int32_t x0 = std::numeric_limits<std::int32_t>::max(), y0 = x0, x1 = -x0, y1 = -x0;
   for (const slice::LayerPaths& l : slice::decode_print_paths(blob(inputs, "paths").bytes).layers)
-    for (const slice::Point& q : l.lines.points) {
+    for (const geometry::Point& q : l.lines.points) {
       x0 = std::min(x0, q.x);
       x1 = std::max(x1, q.x);
       y0 = std::min(y0, q.y);
       y1 = std::max(y1, q.y);
     }
   const auto low = [](std::int32_t q) {
-    return std::floor((q * slice::kMmPerUnit - kFieldMargin_mm) / kFieldStep_mm) * kFieldStep_mm -
+    return std::floor((q * geometry::kMmPerUnit - kFieldMargin_mm) / kFieldStep_mm) * kFieldStep_mm -
            kFieldShift_mm;
   };
   p.field_x0_mm = low(x0);

@@ -1,4 +1,4 @@
-// MeshInputs holds the readers of meshes for prints of droplets; a program without a slicer has none.
+// MeshInputs holds the readers of meshes for prints of droplets.
 #pragma once
 
 #include <filesystem>
@@ -18,8 +18,5 @@ struct MeshInputs {
   /// mesh
   Geometry (*geometry)(const Experiment& experiment, const std::filesystem::path& folder, double height_mm);
 };
-
-/// Returns the readers of this program (print/CMakeLists.txt); nullptr: none.
-const MeshInputs* mesh_inputs();
 
 }  // namespace firn

@@ -7,7 +7,6 @@
 #include "config/error.h"
 #include "core/slice/mesh/columns.h"
 #include "files/usage_error.h"
-#include "print/inputs/mesh_inputs.h"
 
 namespace firn {
 namespace {
@@ -16,8 +15,8 @@ namespace {
   throw ConfigError(file, 0, key, key + ": " + problem);
 }
 
-MeshFile opened(const std::filesystem::path& file, const std::string& key) try {
-  return MeshFile(file);
+MeshFile opened(const std::filesystem::path& file, const std::string& key, FacetCount count) try {
+  return MeshFile(file, count);
 } catch (const UsageError& error) {
   refuse(file.string(), key, error.what());
 }
@@ -32,8 +31,9 @@ slice::Placement centred(double unit_mm, double scale_xy, double scale_z, double
 }
 
 BoxSize size_of(const slice::Affine& a) {
-  return {(double(a.high.x) - a.low.x) * slice::kMmPerUnit, (double(a.high.y) - a.low.y) * slice::kMmPerUnit,
-          (double(a.high.z) - a.low.z) * slice::kMmPerUnit};
+  return {(double(a.high.x) - a.low.x) * geometry::kMmPerUnit,
+          (double(a.high.y) - a.low.y) * geometry::kMmPerUnit,
+          (double(a.high.z) - a.low.z) * geometry::kMmPerUnit};
 }
 
 }  // namespace
@@ -43,8 +43,8 @@ std::string box_text(const BoxSize& s) {
 }
 
 MeshPart::MeshPart(const std::filesystem::path& file, const std::string& key, double scale_xy, double scale_z,
-                   double z_mm)
-    : mesh_(opened(file, key)) {
+                   double z_mm, FacetCount count)
+    : mesh_(opened(file, key, count)) {
   try {
     affine_ =
         slice::place(mesh_.facets(), centred(mesh_.data().mm_per_unit, scale_xy, scale_z, z_mm), serially);
@@ -115,9 +115,6 @@ Geometry geometry_from_mesh(const Experiment& e, const std::filesystem::path& fo
 
 }  // namespace
 
-const MeshInputs* mesh_inputs() {
-  static constexpr MeshInputs kReaders{&target_from_mesh, &geometry_from_mesh};
-  return &kReaders;
-}
+const MeshInputs kMeshInputs{&target_from_mesh, &geometry_from_mesh};
 
 }  // namespace firn

@@ -11,8 +11,11 @@
 #include "core/grid/shapes.h"
 #include "core/slice/mesh/placement.h"
 #include "files/mesh/mesh_file.h"
+#include "print/inputs/mesh_inputs.h"
 
 namespace firn {
+
+extern const MeshInputs kMeshInputs;
 
 /// Sides of a box [mm].
 using BoxSize = std::array<double, 3>;
@@ -23,7 +26,7 @@ class MeshPart {
   /// Reads the file, centred in x and y. @param z_mm of its lowest point
   /// @throws ConfigError (file, key): a file that is no mesh, a size that no grid holds
   MeshPart(const std::filesystem::path& file, const std::string& key, double scale_xy, double scale_z,
-           double z_mm);
+           double z_mm, FacetCount count = FacetCount::kAgree);
 
   const BoxSize& size_mm() const { return size_mm_; }
   const MeshFile& file() const { return mesh_; }
@@ -47,6 +50,7 @@ void check_fits(const BoxSize& part_mm, const BoxSize& lab_mm, const std::string
 /// Returns remarks on a part that can be printed but may not be meant: far smaller than `detail_mm` allows,
 /// as a file in inches or metres is; an open surface, whose inside is a guess; remarks of the reader.
 std::vector<std::string> mesh_remarks(const std::filesystem::path& file, const std::string& key,
-                                      double scale_xy, double scale_z, double detail_mm);
+                                      double scale_xy, double scale_z, double detail_mm,
+                                      FacetCount count = FacetCount::kAgree);
 
 }  // namespace firn

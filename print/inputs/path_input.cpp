@@ -30,7 +30,7 @@ class PathInput {
         if (layer->layer <= most) paths_.layers.push_back(std::move(*layer));
     } catch (const FormatError& error) {
       fail(error.what());
-    } catch (const logfile::FileError& error) {
+    } catch (const record::FileError& error) {
       fail(error.what());
     }
     check_layers();
@@ -47,17 +47,17 @@ class PathInput {
 
   void check_layers() const {
     if (paths_.layers.empty()) fail("has no layer");
-    const auto units = [](double mm) { return std::int32_t(std::lround(mm * slice::kUnitsPerMm)); };
+    const auto units = [](double mm) { return std::int32_t(std::lround(mm * geometry::kUnitsPerMm)); };
     const std::int32_t height = units(ice_.layer_height_mm);
     std::int32_t number = 0;
     for (const slice::LayerPaths& l : paths_.layers) {
       if (l.layer != ++number) fail(fmt::format("layer {} is missing; a print begins at layer 1", number));
       if (l.height != height)
         fail(fmt::format("layer {} is {:g} mm high, ice.layer_height_mm = {:g} mm", number,
-                         l.height * slice::kMmPerUnit, ice_.layer_height_mm));
+                         l.height * geometry::kMmPerUnit, ice_.layer_height_mm));
       if (const std::int32_t z = units(number * ice_.layer_height_mm); l.z != z)
         fail(fmt::format("layer {} ends {:g} mm above the table, not {:g} mm", number,
-                         l.z * slice::kMmPerUnit, z * slice::kMmPerUnit));
+                         l.z * geometry::kMmPerUnit, z * geometry::kMmPerUnit));
     }
   }
 

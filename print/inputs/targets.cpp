@@ -1,5 +1,7 @@
 #include "print/inputs/targets.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -11,7 +13,6 @@
 #include "files/digest.h"
 #include "files/usage_error.h"
 #include "print/inputs/geometry_input.h"
-#include "print/inputs/mesh_inputs.h"
 #include "print/inputs/python_input.h"
 #include "procs/controller/node.h"
 
@@ -19,8 +20,8 @@ namespace firn {
 namespace {
 
 constexpr std::size_t kMaxPngBytes = 64u << 20;
-constexpr double kLeastCovered = 0.5 - 1e-9;  // of a cell, by pixels of the part
-constexpr double kAspect = 0.005;             // of a depth that is given beside the width
+constexpr double kMinCovered = 0.5 - 1e-9;  // of a cell, by pixels of the part
+constexpr double kAspect = 0.005;           // of a depth that is given beside the width
 
 // An image as it was named: file and configuration key.
 struct ImageName {
@@ -32,8 +33,36 @@ struct ImageName {
   throw ConfigError(name.file, 0, name.key, name.key + ": " + problem);
 }
 
+// Colours have no height of their own, and lossy formats blur the edge of a part: the user chooses.
+std::string way_to_grey(const ImageName& name) {
+  return "convert it, e.g. with ImageMagick: convert " + name.file +
+         " -background white -alpha remove -colorspace Gray -define png:color-type=0 grey.png";
+}
+
+const char* colour_type(int type) {
+  return type == 2   ? "colours"
+         : type == 3 ? "a palette"
+         : type == 4 ? "grey with alpha"
+                     : "colours with alpha";
+}
+
+/// Names other formats, of which a user may think that they serve.
+void check_is_png(std::span<const std::byte> bytes, const ImageName& name) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()),
+                              std::min<std::size_t>(bytes.size(), 16));
+  using namespace std::string_view_literals;
+  static constexpr std::pair<std::string_view, const char*> kOthers[] = {
+      {"\xFF\xD8\xFF"sv, "JPEG"}, {"II*\0"sv, "TIFF"}, {"MM\0*"sv, "TIFF"}, {"BM"sv, "BMP"},
+      {"GIF8"sv, "GIF"},          {"RIFF"sv, "WebP"},  {"P5"sv, "PGM"},     {"P6"sv, "PPM"}};
+  for (const auto& [mark, format] : kOthers)
+    if (text.starts_with(mark))
+      refuse_image(name,
+                   std::string("is a ") + format + " picture; a grey PNG is needed: " + way_to_grey(name));
+}
+
 /// Checking the header first keeps a forged one from asking for gigabytes.
 void check_png_header(std::span<const std::byte> png, const ImageName& name) {
+  check_is_png(png, name);
   if (png.size() > kMaxPngBytes)
     refuse_image(name,
                  std::to_string(png.size()) + " bytes is above the limit of " + std::to_string(kMaxPngBytes));
@@ -43,7 +72,7 @@ void check_png_header(std::span<const std::byte> png, const ImageName& name) {
                            " pixels: each side must lie in [1, " + std::to_string(kMaxGridSide) + "]");
   if (colour != 0)
     refuse_image(name, "must be grey without alpha or palette (PNG colour type 0, this is " +
-                           std::to_string(colour) + ")");
+                           std::to_string(colour) + ": " + colour_type(colour) + "): " + way_to_grey(name));
 }
 
 /// Overlap of [a0, a1) with pixels along one axis: first pixel and weights that sum to a1 - a0.
@@ -162,6 +191,21 @@ struct Placed {
   }
 };
 
+// The nozzle does not rise with the part: interlock 6 would stop the print in the middle of it.
+void check_nozzle_gap(const Experiment& e, const Target& target) {
+  const double clearance_mm = e.process.nozzle_clearance_mm, gap_mm = e.process.nozzle_gap_mm;
+  if (clearance_mm == 0.0) return;  // the interlock is off
+  double highest_mm = 0.0;
+  for (std::size_t c = 0; c < target.height.cells.size(); ++c)
+    if (target.mask.cells[c]) highest_mm = std::max(highest_mm, target.height.cells[c]);
+  if (highest_mm + clearance_mm > gap_mm)
+    throw ConfigError("part", 0, "process.nozzle_gap_mm",
+                      fmt::format("process.nozzle_gap_mm = {:g}: the part is {:g} mm high, and "
+                                  "process.nozzle_clearance_mm = {:g} mm is "
+                                  "needed above it: raise the gap, or print a lower part",
+                                  gap_mm, highest_mm, clearance_mm));
+}
+
 }  // namespace
 
 Mask layer_from_png(std::span<const std::byte> png, const GridSpec& grid, const PixelSize& pixel,
@@ -176,7 +220,7 @@ Mask layer_from_png(std::span<const std::byte> png, const GridSpec& grid, const 
   for (int j = 0; j < grid.ny; ++j)
     for (int i = 0; i < grid.nx; ++i)
       layer.at(i, j) =
-          white_share(grey, at.columns[std::size_t(i)], at.rows[std::size_t(j)], at.cell_px) >= kLeastCovered;
+          white_share(grey, at.columns[std::size_t(i)], at.rows[std::size_t(j)], at.cell_px) >= kMinCovered;
   return layer;
 }
 
@@ -195,7 +239,7 @@ Target target_from_png(std::span<const std::byte> png, const GridSpec& grid, dou
   for (int j = 0; j < grid.ny; ++j)
     for (int i = 0; i < grid.nx; ++i) {
       const PartOfCell part = part_of_cell(grey, at.columns[std::size_t(i)], at.rows[std::size_t(j)]);
-      if (part.area_px < kLeastCovered * at.cell_px) continue;
+      if (part.area_px < kMinCovered * at.cell_px) continue;
       target.height.at(i, j) = part.sum / part.area_px / grey.white * white_mm;
       target.mask.at(i, j) = 1;
     }
@@ -237,7 +281,8 @@ PixelSize layer_pixel_size(const PartConfig& part, std::span<const std::byte> pn
   return {mm, mm};
 }
 
-Blobs make_target_inputs(const Experiment& experiment, const std::filesystem::path& folder) {
+Blobs make_target_inputs(const Experiment& experiment, const std::filesystem::path& folder,
+                         const MeshInputs* meshes) {
   Blobs blobs;
   Target target;
   if (experiment.part.shape.kind == "height_map") {
@@ -247,9 +292,8 @@ Blobs make_target_inputs(const Experiment& experiment, const std::filesystem::pa
     target = target_from_png(png, experiment.grid, experiment.part.image_white_mm, path.string(), pixel);
     blobs.push_back(make_blob("image", std::move(png)));
   } else if (experiment.part.shape.kind == "mesh") {
-    if (!mesh_inputs())
-      throw UsageError("part.shape = \"mesh\": this program reads no meshes; firn print does");
-    target = mesh_inputs()->target(experiment, folder);
+    if (!meshes) throw UsageError("part.shape = \"mesh\": this program reads no meshes; firn print does");
+    target = meshes->target(experiment, folder);
   } else {
     try {
       target = make_shape(experiment.part.shape, experiment.grid);
@@ -257,9 +301,10 @@ Blobs make_target_inputs(const Experiment& experiment, const std::filesystem::pa
       throw ConfigError("part", 0, "part.shape", e.what());
     }
   }
+  check_nozzle_gap(experiment, target);
   blobs.insert(blobs.begin(),
                {make_blob("target", to_npy(target.height)), make_blob("mask", to_npy(target.mask))});
-  const auto geometry = make_geometry(experiment, target.height, folder);
+  const auto geometry = make_geometry(experiment, target.height, folder, meshes);
   if (geometry) blobs.push_back(make_blob("geometry", to_bytes(*geometry)));
   const auto shared = geometry ? std::make_shared<const Geometry>(*geometry) : nullptr;
   add_python_inputs(

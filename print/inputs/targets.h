@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "config/experiment.h"
+#include "print/inputs/mesh_inputs.h"
 #include "runtime/node.h"
 
 namespace firn {
@@ -23,8 +24,8 @@ struct PixelSize {
 /// no part. The picture lies in the middle of the grid, its top row at maximum y. A cell belongs to the part
 /// if pixels of the part cover at least half of it, and has the mean height of these pixels, by area.
 /// @param pixel none: the picture covers the grid
-/// @throws ConfigError (file `name`, key part.image): not a PNG, not grey, more than kMaxGridSide a side, all
-/// black, no cell half covered, a pixel of the part beyond the grid.
+/// @throws ConfigError (file `name`, key part.image): not a PNG, not grey (with the command that makes it
+/// so), more than kMaxGridSide a side, all black, no cell half covered, a pixel of the part beyond the grid.
 Target target_from_png(std::span<const std::byte> png, const GridSpec& grid, double white_mm,
                        const std::string& name, const std::optional<PixelSize>& pixel = std::nullopt);
 
@@ -53,7 +54,10 @@ Blob make_blob(std::string role, std::vector<std::byte> bytes);
 /// Makes the blobs "target" ('<f8'), "mask" ('|u1'), for a height map "image" (the PNG as it is) and for two
 /// inks "geometry" (core/grid/geometry.h).
 /// @param folder of the experiment file, to which part.image is relative.
-/// @throws ConfigError: unreadable or wrong image, or a part that covers no cell centre.
-Blobs make_target_inputs(const Experiment& experiment, const std::filesystem::path& folder);
+/// @param meshes nullptr: the program reads none
+/// @throws ConfigError: unreadable or wrong image, or a part that covers no cell centre; UsageError: a mesh
+/// without a reader.
+Blobs make_target_inputs(const Experiment& experiment, const std::filesystem::path& folder,
+                         const MeshInputs* meshes);
 
 }  // namespace firn

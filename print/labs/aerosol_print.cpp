@@ -10,6 +10,7 @@
 #include "core/control/lines/visible_width.h"
 #include "core/grid/npy.h"
 #include "core/motion/aerosol/check.h"
+#include "core/path/job_codec.h"
 #include "core/path/line_stations.h"
 #include "files/digest.h"
 #include "files/path/print_job_file.h"
@@ -107,7 +108,7 @@ void check_travel(const Experiment& e, const Machine& machine, const PrintJob& j
   for (const LineEnd& end : line_ends(job, 0.0)) stop(end.segment, end.at);
 }
 
-Blobs make_aerosol_inputs(const Experiment& e, const std::filesystem::path& folder) {
+Blobs make_aerosol_inputs(const Experiment& e, const std::filesystem::path& folder, const MeshInputs*) {
   const PrintJob job = read_print_job(folder / e.aerosol.job);
   std::vector<std::byte> machine = read_bytes(folder / e.aerosol.machine, "aerosol.machine");
   const Machine parsed = machine_of_lines(e, machine);
@@ -211,9 +212,13 @@ NominalLines nominal_lines(const Experiment& e, const PrintJob& job) {
   return n;
 }
 
-const PrintLab kAerosolPrint{
-    "aerosol",           &make_aerosol_inputs,          nullptr,          &check_aerosol_inputs,
-    &layer_um,           {"switches", "target", false}, &fullest_aerosol, &example_aerosol_inputs,
-    &replay::kLineReport};
+const PrintLab kAerosolPrint{"aerosol",
+                             &make_aerosol_inputs,
+                             nullptr,
+                             &check_aerosol_inputs,
+                             &layer_um,
+                             &fullest_aerosol,
+                             &example_aerosol_inputs,
+                             &report::kLineReport};
 
 }  // namespace firn

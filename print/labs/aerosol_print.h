@@ -3,7 +3,7 @@
 
 #include "core/grid/grid.h"
 #include "core/path/print_job.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/print_lab.h"
 
 namespace firn {
 

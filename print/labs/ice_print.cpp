@@ -8,6 +8,10 @@ namespace {
 
 constexpr double kUm = 1e3;  // per mm
 
+Blobs sliced_inputs(const Experiment& e, const std::filesystem::path& folder, const MeshInputs*) {
+  return make_ice_inputs(e, folder);
+}
+
 double tolerance_um(const Experiment& e) { return e.ice.layer_height_mm * kUm; }
 
 Experiment fullest() {
@@ -30,7 +34,7 @@ Blobs example_inputs(const Experiment&) {
   slice::LayerPaths layer;
   layer.layer = 1;
   layer.z = layer.height = 2400;
-  const slice::Point corners[] = {{0, 0}, {100000, 0}, {100000, 100000}, {0, 100000}};
+  const geometry::Point corners[] = {{0, 0}, {100000, 0}, {100000, 100000}, {0, 100000}};
   layer.lines.add(corners);
   layer.info.push_back({PathKind::kBoundary, 0, true, 15000});
   paths.layers.push_back(std::move(layer));
@@ -39,8 +43,7 @@ Blobs example_inputs(const Experiment&) {
 
 }  // namespace
 
-const PrintLab kIcePrint{"ice",        &make_ice_inputs, &place_ice_field,
-                         &check_reach, &tolerance_um,    {"pulses", "the nominal height", true},
-                         &fullest,     &example_inputs,  &replay::kPathReport};
+const PrintLab kIcePrint{"ice",         &sliced_inputs, &place_ice_field, &check_reach,
+                         &tolerance_um, &fullest,       &example_inputs,  &report::kPathReport};
 
 }  // namespace firn

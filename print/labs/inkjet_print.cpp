@@ -24,12 +24,12 @@ Experiment fullest() {
   return e;
 }
 
-Blobs example_inputs(const Experiment& e) { return make_target_inputs(e, ""); }
+Blobs example_inputs(const Experiment& e) { return make_target_inputs(e, "", nullptr); }
 
 }  // namespace
 
-const PrintLab kInkjetPrint{"inkjet", &make_target_inputs, nullptr,
-                            nullptr,  &tolerance_um,       {},
-                            &fullest, &example_inputs,     &replay::kDropletReport};
+const PrintLab kInkjetPrint{"inkjet",        &make_target_inputs,    nullptr,
+                            nullptr,         &tolerance_um,          &fullest,
+                            &example_inputs, &report::kDropletReport};
 
 }  // namespace firn

@@ -1,7 +1,7 @@
 // Holds the row of the ink-jet lab in the table of print labs.
 #pragma once
 
-#include "print/labs/print_labs.h"
+#include "print/labs/print_lab.h"
 
 namespace firn {
 

@@ -5,9 +5,9 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <charconv>
 #include <stdexcept>
 
+#include "core/options/number.h"
 #include "files/usage_error.h"
 
 namespace firn {
@@ -50,11 +50,8 @@ void check_bus(const std::string& bus) {
   if (::inet_pton(AF_INET, place.substr(0, colon).c_str(), &address) != 1 ||
       !IN_MULTICAST(ntohl(address.s_addr)))
     refuse(place.substr(0, colon) + " is no multicast address (224.0.0.0 to 239.255.255.255)");
-  const std::string text = place.substr(colon + 1);
-  int port = 0;
-  const auto read = std::from_chars(text.data(), text.data() + text.size(), port);
-  if (read.ec != std::errc() || read.ptr != text.data() + text.size() || port < 1 || port > 65535)
-    refuse("the port must be a number in [1, 65535]");
+  const auto port = whole_number<std::int32_t>(std::string_view(place).substr(colon + 1));
+  if (!port || *port < 1 || *port > 65535) refuse("the port must be a number in [1, 65535]");
 }
 
 }  // namespace firn

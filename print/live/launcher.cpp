@@ -16,24 +16,27 @@
 
 #include "config/devices.h"
 #include "config/experiment.h"
+#include "files/exit_codes.h"
 #include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "firn/run_start_t.hpp"
 #include "firn/sim_truth_t.hpp"
-#include "print/exit_codes.h"
-#include "print/folder/folder_watch.h"
-#include "print/folder/lab_lock.h"
-#include "print/folder/log_repair.h"
-#include "print/folder/node_makers.h"
-#include "print/folder/run_commit.h"
-#include "print/folder/run_resume.h"
-#include "print/folder/run_seal.h"
+#include "print/folder/taking_part.h"
 #include "print/live/bus_port.h"
+#include "print/live/busy_machine.h"
 #include "print/live/child_process.h"
 #include "print/live/run_watch.h"
 #include "print/operator/operator_desk.h"
+#include "print/print_judge.h"
+#include "print/run_facts.h"
 #include "print/simulated/sim_truth.h"
 #include "procs/bus/lcm_bus.h"
+#include "runs/folder/commit.h"
+#include "runs/folder/folder_watch.h"
+#include "runs/folder/incarnation_seal.h"
+#include "runs/folder/lab_lock.h"
+#include "runs/folder/log_repair.h"
+#include "runs/folder/resume_point.h"
 #include "runtime/build_info.h"
 #include "runtime/precedence.h"
 #include "runtime/process_args.h"
@@ -82,13 +85,15 @@ double wall_s() { return double(monotonic_us()) * 1e-6; }
 
 class Launch {
  public:
-  Launch(const RunFolder& folder, const LaunchOptions& options)
-      : folder_(folder),
+  Launch(const Product& product, const runs::RunFolder& folder, const LaunchOptions& options)
+      : product_(product),
+        folder_(folder),
         options_(options),
-        experiment_(parse_experiment(folder.experiment_toml(), (folder.path() / "experiment.toml").string())),
+        experiment_(parse_experiment(folder.experiment_toml(), folder.experiment_path().string())),
         place_(folder.path()),
-        lock_(folder, experiment_, options.bus_url, LabLock::Heirs::kChildren),
-        resume_(options.resume && ready_to_resume(folder.path())) {}
+        lock_(folder, experiment_, options.bus_url, runs::LabLock::Heirs::kChildren),
+        judge_(product, experiment_, options.tolerance_um),
+        resume_(options.resume && runs::ready_to_resume(folder.path())) {}
 
   LaunchReport run();
   bool resumes() const { return resume_; }
@@ -124,12 +129,14 @@ class Launch {
   /// Publishes the operator's order at once.
   void obey(const OperatorOrder& order, const std::string& from);
 
-  const RunFolder& folder_;
+  const Product& product_;
+  const runs::RunFolder& folder_;
   const LaunchOptions& options_;
   Experiment experiment_;
   Signals signals_;
-  FolderWatch place_;
-  LabLock lock_;
+  runs::FolderWatch place_;
+  runs::LabLock lock_;
+  PrintJudge judge_;
   bool resume_;  // there is something to go on with
   ProcessArgs args_;
   std::optional<BusKey> key_;
@@ -152,7 +159,8 @@ class Launch {
 LaunchReport Launch::run() {
   prepare();
   if (watch_->end()) return report();
-  desk_.emplace(folder_.path(), experiment_, [this](const std::string& text) { note(text); });
+  desk_.emplace(folder_.path(), folder_.run_id(), experiment_,
+                [this](const std::string& text) { note(text); });
   start_all();
   if (await_ready()) {
     begin();
@@ -178,9 +186,9 @@ void Launch::prepare() {
   const BusConfig& b = experiment_.bus;
   o.faults = {b.loss, b.duplicate, b.reorder, b.delay, b.delay_s, b.seed, 0, 0};
   for (const Blob& blob : folder_.inputs()) args_.blobs.emplace_back(blob.role, blob.sha256);
-  ResumePoint point;
+  runs::ResumePoint point;
   if (resume_) {
-    point = read_resume_point(folder_.path(), RunWatch::channels());
+    point = runs::read_resume_point(folder_.path(), RunWatch::channels());
     repair_log(folder_.path());
     folder_.clear_result();
   }
@@ -206,6 +214,9 @@ void Launch::prepare() {
   for (const std::string_view channel : RunWatch::channels()) station_->subscribe(channel);
   for (const auto& [channel, message] : point.newest) {
     if (channel == channels::kRunEnd.name) watch_->on_earlier_end(message);
+    if (layer_metrics_t last{};
+        channel == channels::kLayerMetrics.name && last.decode(message.data(), 0, int(message.size())) >= 0)
+      judge_.take(last);
     station_->restore_received(channel, message);
   }
   station_->join();
@@ -217,16 +228,16 @@ void Launch::start_all() {
   const auto start = [&](const std::string& name) {
     args_.options.node = name == "world" ? NodeId::kLauncher : find_node(name)->id;
     children_.push_back(std::make_unique<ChildProcess>(name, programs / name, to_arguments(args_),
-                                                       folder_.path() / "nodes" / (name + ".err")));
+                                                       folder_.nodes_path() / (name + ".err")));
     if (key_ && name != "world")
       children_.back()->control().say(key_->line());  // the world is not on the bus
   };
   if (!simulated_ports(experiment_).empty()) start("world");
   start("recorder");
-  for (const NamedMaker& n : taking_part(experiment_)) start(std::string(info(n.id).name));
+  for (const NamedMaker& n : taking_part(product_, experiment_)) start(std::string(info(n.id).name));
   if (!options_.page_token.empty()) start_page(programs / "page");
   const ProcessOptions& o = args_.options;
-  std::ofstream(folder_.path() / "clocks", std::ios::app)
+  std::ofstream(folder_.clocks_path(), std::ios::app)
       << o.incarnation << " " << o.epoch_ns << " " << o.offset_us << " " << o.time_scale << " "
       << args_.bus_url << "\n";
   std::ofstream pids(folder_.path() / "pids");
@@ -241,6 +252,7 @@ void Launch::start_page(const fs::path& program) try {
   const std::vector<std::string> words{"--run", folder_.path().string(), "--control-fd",
                                        std::to_string(ChildProcess::kControlFd)};
   page_ = std::make_unique<ChildProcess>("page", program, words, folder_.path() / "page.err");
+  if (options_.page_is_public) page_->control().say("PUBLIC");
   page_->control().say("TOKEN " + options_.page_token);
 } catch (const std::exception& e) {
   note(std::string("no page: ") + e.what());
@@ -317,6 +329,7 @@ void Launch::watch() {
     for (const fault_t& fault : watch_->take_warnings())
       if (options_.warned) options_.warned(fault);
     if (auto metrics = watch_->take_metrics()) {
+      judge_.take(*metrics);
       if (options_.progress) options_.progress(*metrics);
       desk_->tell(*metrics);
       ask_truth();
@@ -390,12 +403,12 @@ void Launch::end_all(const std::string& cause) {
 LaunchReport Launch::report() {
   LaunchReport report;
   report.folder = place_.now();
-  RunResult& r = report.result;
+  runs::RunResult& r = report.result;
   std::string log_trouble;
   try {
     if (!report.folder.empty()) report.log_repaired = repair_log(report.folder);
   } catch (const std::exception& e) {  // the resume repairs, or `firn log repair`
-    const std::string storage = storage_trouble(e);
+    const std::string storage = runs::storage_trouble(e);
     log_trouble = "log.lcm is not whole: " + (storage.empty() ? e.what() : storage);
     note(log_trouble);
   }
@@ -403,17 +416,22 @@ LaunchReport Launch::report() {
     r.outcome = interrupted ? "interrupted" : "stopped safely";
     r.status = interrupted ? kInterrupted : kSafetyStop;
     r.reason = !cause_.empty() ? cause_ : finish_ ? finish_->second : "the scheduler said nothing";
+    r.reason += busy_words(r.reason);
     return report;
   }
   const run_end_t& end = *watch_->end();
-  r = result_of(end.outcome, end.layers, end.reason);
+  r = runs::result_of(end.outcome, end.layers, end.reason);
   if (finish_ && RunOutcome(end.outcome) != RunOutcome::kOutOfTolerance) r.status = finish_->first;
   if ((RunOutcome(end.outcome) == RunOutcome::kStoppedSafely ||
        RunOutcome(end.outcome) == RunOutcome::kWaitsForOperator) &&
       !watch_->fault().empty() && r.reason.find(watch_->fault()) == std::string::npos)
     r.reason += " (" + watch_->fault() + ")";
+  if (runs::can_go_on(r)) r.reason += busy_words(r.reason);
+  if (const auto last = watch_->take_metrics()) judge_.take(*last);
+  judge_.judge(r);
   try {
-    if (!log_trouble.empty() && !can_go_on(r)) throw std::runtime_error(log_trouble);
+    if (!log_trouble.empty() && !runs::can_go_on(r)) throw std::runtime_error(log_trouble);
+    add_facts(folder_, experiment_, r);
     folder_.write_result(r);
     report.ended = true;
   } catch (const std::exception& e) {
@@ -423,7 +441,8 @@ LaunchReport Launch::report() {
 }
 
 std::size_t Launch::repair_log(const fs::path& run) {
-  const logfile::RepairReport repair = repair_from_write_ahead(run / "log.lcm", run / "nodes");
+  const record::RepairReport repair =
+      runs::repair_from_write_ahead(RunPaths(run).log_path(), RunPaths(run).nodes_path());
   const std::size_t lost = repair.inserted + repair.replaced;
   if (repair.gaps.size() <= 3)
     for (const std::string& line : describe(repair)) note(line);
@@ -495,14 +514,16 @@ void Launch::ask_truth() {
 
 }  // namespace
 
-LaunchReport launch(const RunFolder& folder, const LaunchOptions& options) try {
-  Launch print(folder, options);  // holds the lab from here on
-  SealedIncarnation seal(folder.path(), folder.run_id(), print.resumes(), options.unsealed);
+LaunchReport launch(const Product& product, const runs::RunFolder& folder, const LaunchOptions& options) try {
+  std::optional<runs::RunLock> held;
+  if (!options.lock) held.emplace(folder.path(), runs::RunUse::kPrint);
+  Launch print(product, folder, options);  // holds the lab from here on
+  runs::SealedIncarnation seal(folder.path(), folder.run_id(), print.resumes(), options.unsealed);
   LaunchReport report = print.run();
   seal.ended(report.result);
   return report;
 } catch (const std::exception& e) {
-  const std::string storage = storage_trouble(e);
+  const std::string storage = runs::storage_trouble(e);
   if (storage.empty()) throw;
   LaunchReport report;
   report.result = {"stopped safely", kSafetyStop, 0, storage};

@@ -21,9 +21,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double kRehearsal_s = 0.5;
-constexpr int kMostRows = 200;
-constexpr double kMargin = 1.5;        // of the longest time measured
-constexpr double kLeastShare = 0.125;  // of the speed asked for
+constexpr int kMaxRows = 200;
+constexpr double kMargin = 1.5;      // of the longest time measured
+constexpr double kMinShare = 0.125;  // of the speed asked for
 
 struct SocketPair {
   int ends[2] = {-1, -1};
@@ -42,7 +42,7 @@ struct SocketPair {
 }  // namespace
 
 double slowest_row_s(double period_s) {
-  const int rows = std::clamp(int(kRehearsal_s / std::max(period_s, 1e-4)), 4, kMostRows);
+  const int rows = std::clamp(int(kRehearsal_s / std::max(period_s, 1e-4)), 4, kMaxRows);
   const auto period = std::chrono::duration_cast<Clock::duration>(
       std::chrono::duration<double>(std::min(period_s, kRehearsal_s / 4.0)));
   SocketPair line;
@@ -85,7 +85,7 @@ std::string fit_scan_speed(Experiment& e, double slowest_s) {
       "rows of {:g} mm come every {:.2f} ms of wall time, and this machine took up to {:.2f} ms to "
       "read one",
       e.grid.pitch_y_mm, row_period_s(e, asked) * 1e3, slowest_s * 1e3);
-  if (!(speed >= kLeastShare * asked))
+  if (!(speed >= kMinShare * asked))
     throw UsageError(
         fmt::format("process.scan_speed_mm_s = {:g}: {}. Set process.scan_speed_mm_s to at most {:.2f}{}, or "
                     "wait until the "

@@ -80,7 +80,7 @@ std::string RunWatch::place() const {
     return (measures ? "during the scan of layer " : "during layer ") + std::to_string(layer) + ", " + number;
   }
   if (layer_ == 0) return "before the first layer";
-  return "during layer " + std::to_string(layer_) + (pass_ >= 0 ? ", pass " + std::to_string(pass_) : "");
+  return "during layer " + std::to_string(layer_) + (pass_ >= 0 ? ", pass " + std::to_string(pass_ + 1) : "");
 }
 
 }  // namespace firn

@@ -3,6 +3,9 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <chrono>
+#include <utility>
+
 namespace firn {
 
 KeyReader::KeyReader() {
@@ -13,7 +16,7 @@ KeyReader::KeyReader() {
   keys.c_lflag &= ~tcflag_t(ICANON | ECHO);
   keys.c_cc[VMIN] = 0;
   keys.c_cc[VTIME] = 0;
-  if (::tcsetattr(STDIN_FILENO, TCSANOW, &keys) == 0) fd_ = STDIN_FILENO;
+  if (::tcsetattr(STDIN_FILENO, TCSAFLUSH, &keys) == 0) fd_ = STDIN_FILENO;
 }
 
 KeyReader::~KeyReader() {
@@ -30,20 +33,33 @@ std::optional<char> KeyReader::next() {
   return std::nullopt;
 }
 
-std::optional<OperatorOrder> KeyReader::order_of(char key) {
-  const auto order = [](OperatorVerb verb) { return OperatorOrder{new_order_id(), verb, {}, {}}; };
+KeyPress KeyReader::press(char key, double now_s) {
+  const auto order = [](OperatorVerb verb) {
+    return KeyPress{OperatorOrder{new_order_id(), verb, {}, {}}, {}};
+  };
+  const bool twice = std::exchange(once_, 0) == key && now_s - once_s_ <= kTwiceWithin_s;
   switch (key) {
     case 'p':
       return order(OperatorVerb::kPause);
     case 'c':
       return order(OperatorVerb::kContinue);
     case 'f':
-      return order(OperatorVerb::kFinishLayer);
     case 'S':
-      return order(OperatorVerb::kStop);
+      if (twice) return order(key == 'f' ? OperatorVerb::kFinishLayer : OperatorVerb::kStop);
+      once_ = key;
+      once_s_ = now_s;
+      return {{},
+              std::string("press ") + key +
+                  (key == 'f' ? " again: this layer is finished, then the print ends"
+                              : " again: the lab is stopped at once")};
     default:
-      return std::nullopt;
+      return {{}, std::string(kHelp)};
   }
+}
+
+KeyPress KeyReader::press(char key) {
+  return press(key,
+               std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count());
 }
 
 }  // namespace firn

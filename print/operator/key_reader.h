@@ -4,14 +4,22 @@
 #include <termios.h>
 
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "print/operator/operator_order.h"
 
 namespace firn {
 
+/// Holds the meaning of a pressed key: an order, or a sentence for the user.
+struct KeyPress {
+  std::optional<OperatorOrder> order;
+  std::string hint;
+};
+
 /// While this lives, the terminal hands over each key at once and does not show it; Ctrl-C works as before.
-/// Without a terminal on stdin and stderr, or in the background, there are no keys.
+/// Keys that were typed ahead of it are dropped. Without a terminal on stdin and stderr, or in the
+/// background, there are no keys.
 class KeyReader {
  public:
   KeyReader();
@@ -24,13 +32,19 @@ class KeyReader {
   std::optional<char> next();
 
   static constexpr std::string_view kHelp =
-      "keys: p pause, c continue, f finish this layer and end, S stop at once; Ctrl-C makes the lab safe";
-  /// Returns the order of a key; nothing for any other key.
-  static std::optional<OperatorOrder> order_of(char key);
+      "keys: p pause, c continue; twice: ff finish this layer and end, SS stop at once; Ctrl-C makes the lab "
+      "safe";
+  static constexpr double kTwiceWithin_s = 3.0;
+  /// Takes a key. What ends the print wants the key twice, and nothing between: a key meant for another
+  /// window ends no print of hours. @param now_s of a steady clock
+  KeyPress press(char key, double now_s);
+  KeyPress press(char key);  ///< now
 
  private:
   int fd_ = -1;
   termios before_{};
+  char once_ = 0;  // a key that waits for its second press
+  double once_s_ = 0.0;
 };
 
 }  // namespace firn

@@ -8,18 +8,22 @@
 #include <cstdio>
 #include <cstring>
 #include <sstream>
+#include <tuple>
 #include <utility>
 
 #include "files/usage_error.h"
+#include "lcmtypes/utf8.h"
 #include "runtime/socket_address.h"
 
 namespace firn {
 namespace {
 
-constexpr std::size_t kMostClients = 16;
+constexpr int kBacklog = 128;  // who connects at one moment and waits to be accepted
+constexpr int kAcceptedPerTurn = 256;
 constexpr std::size_t kLongestLine_bytes = 4096;
 constexpr std::size_t kLongestName_bytes = 40;
-constexpr std::string_view kFrom = "from ";
+constexpr std::string_view kFrom = "from ", kRun = "run ";
+constexpr std::string_view kWaits = "note the print waits", kGoesOn = "note the print goes on";  // scheduler
 
 // A client that reads nothing must not hold up the print.
 bool say(int fd, const std::string& line) {
@@ -49,15 +53,16 @@ std::string effect_of(const OperatorOrder& order) {
 
 std::filesystem::path operator_socket(const std::filesystem::path& run) { return run / "operator"; }
 
-OperatorDesk::OperatorDesk(const std::filesystem::path& run, const Experiment& experiment, Note note)
-    : path_(operator_socket(run)), changes_(experiment), note_(std::move(note)) {
+OperatorDesk::OperatorDesk(const std::filesystem::path& run, std::int64_t run_id,
+                           const Experiment& experiment, Note note)
+    : path_(operator_socket(run)), run_id_(run_id), changes_(experiment), note_(std::move(note)) {
   if (keys_.fd() >= 0) note_(std::string(KeyReader::kHelp));
   const SocketAddress address(path_);
   ::unlink(path_.c_str());
   listening_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   // Nobody can connect before listen().
   if (listening_ >= 0 && ::bind(listening_, address.get(), sizeof(sockaddr_un)) == 0 &&
-      ::chmod(path_.c_str(), S_IRUSR | S_IWUSR) == 0 && ::listen(listening_, int(kMostClients)) == 0)
+      ::chmod(path_.c_str(), S_IRUSR | S_IWUSR) == 0 && ::listen(listening_, kBacklog) == 0)
     return;
   note_(path_.string() + ": firn ctl and firn attach cannot reach this print: " + std::strerror(errno));
   if (listening_ >= 0) ::close(listening_);
@@ -85,18 +90,31 @@ void OperatorDesk::wait(int milliseconds) const {
 }
 
 void OperatorDesk::service(const Obey& obey) {
-  accept_clients();
+  accept_clients(obey);
   take_keys(obey);
   for (Client& c : clients_) read(c, obey);
   std::erase_if(clients_, [](const Client& c) { return c.fd < 0; });
 }
 
-void OperatorDesk::accept_clients() {
-  while (listening_ >= 0 && clients_.size() < kMostClients) {
+void OperatorDesk::accept_clients(const Obey& obey) {
+  for (int n = 0; listening_ >= 0 && n < kAcceptedPerTurn; ++n) {
     const int fd = ::accept4(listening_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (fd < 0) return;
-    clients_.emplace_back().fd = fd;
+    if (clients_.size() >= kPlaces) make_room(obey);
+    Client& c = clients_.emplace_back();
+    c.fd = fd;
+    c.heard = ++heard_;
+    read(c, obey);  // an order that came with the connection needs no place to wait in
+    std::erase_if(clients_, [](const Client& gone) { return gone.fd < 0; });
   }
+}
+
+void OperatorDesk::make_room(const Obey& obey) {
+  const auto longest_silent = std::ranges::min_element(
+      clients_, {}, [](const Client& c) { return std::tuple(c.awaits_stop, c.attached, c.heard); });
+  read(*longest_silent, obey);
+  if (longest_silent->fd >= 0) ::close(longest_silent->fd);
+  clients_.erase(longest_silent);
 }
 
 void OperatorDesk::read(Client& c, const Obey& obey) {
@@ -122,35 +140,53 @@ void OperatorDesk::read(Client& c, const Obey& obey) {
 }
 
 void OperatorDesk::take(Client& c, const std::string& line, const Obey& obey) {
+  c.heard = ++heard_;
   std::string answer;
   if (line == "attach") {
     c.attached = true;
-    return;
-  }
-  if (line.starts_with(kFrom)) {
-    c.name = line.substr(kFrom.size(), kLongestName_bytes);
-    return;
-  }
-  try {
-    std::istringstream in(line);
-    std::int64_t id = 0;
-    std::vector<std::string> words(1);
-    if (!(in >> id >> words.front()) || id < 1 || id > std::int64_t(1) << 53)
-      throw UsageError("ID VERB [KEY=VALUE] is wanted");
-    std::string rest;
-    if (std::getline(in >> std::ws, rest); !rest.empty()) words.push_back(rest);
-    OperatorOrder order = parse_order(words);
-    order.id = id;
-    answer = obey_order(order, c.name, obey);
-    c.awaits_stop = c.awaits_stop || order.verb == OperatorVerb::kStop;
-    if (order.verb == OperatorVerb::kStop && !stopped_) return;
-  } catch (const UsageError& e) {
-    answer = std::string("refused ") + e.what();
-  }
-  if (!say(c.fd, answer)) {
+    if (!waits_.empty()) answer = "note " + waits_;
+  } else if (line == "state") {
+    answer = !waits_.empty() ? "state paused: " + waits_ : pausing_ ? "state pausing" : "state running";
+  } else
+    try {
+      answer = obey_line(c, line, obey);
+    } catch (const UsageError& e) {
+      answer = std::string("refused ") + e.what();
+    }
+  if (!answer.empty() && !say(c.fd, answer)) {
     ::close(c.fd);
     c.fd = -1;
   }
+}
+
+// Empty: the answer comes later, or none is wanted.
+std::string OperatorDesk::obey_line(Client& c, const std::string& line, const Obey& obey) {
+  if (line != valid_utf8(line) ||
+      std::ranges::any_of(line, [](char b) { return (b >= 0 && b < 0x20) || b == 0x7f; }))
+    throw UsageError("a line must be printable UTF-8, which a message can carry");
+  if (line.starts_with(kFrom)) {
+    c.name = valid_utf8(line.substr(kFrom.size(), kLongestName_bytes));
+    return {};
+  }
+  if (line.starts_with(kRun)) {
+    c.run_id = line.substr(kRun.size());
+    return {};
+  }
+  std::istringstream in(line);
+  std::int64_t id = 0;
+  std::vector<std::string> words(1);
+  if (!(in >> id >> words.front()) || id < 1 || id > std::int64_t(1) << 53)
+    throw UsageError("ID VERB [KEY=VALUE] is wanted");
+  if (!c.run_id.empty() && c.run_id != std::to_string(run_id_))
+    throw UsageError("this print is run " + std::to_string(run_id_) + "; the order is for run " + c.run_id);
+  std::string rest;
+  if (std::getline(in >> std::ws, rest); !rest.empty()) words.push_back(rest);
+  OperatorOrder order = parse_order(words);
+  order.id = id;
+  std::string answer = obey_order(order, c.name, obey);
+  if (order.verb != OperatorVerb::kStop || !answer.starts_with("ok ") || stopped_) return answer;
+  c.awaits_stop = true;
+  return {};
 }
 
 // An order that was obeyed before is obeyed once: firn ctl may send it again without knowing.
@@ -158,20 +194,26 @@ std::string OperatorDesk::obey_order(const OperatorOrder& order, const std::stri
   const bool sets = order.verb == OperatorVerb::kSet;
   const std::string problem = sets ? change_problem(changes_.experiment(), order.key, order.value) : "";
   if (!problem.empty()) return "refused " + problem;
-  if (!changes_.take(order.id)) return "ok " + effect_of(order) + " (was taken before)";
+  if (const auto [before, is_new] = taken_.try_emplace(order.id, to_text(order)); !is_new)
+    return before->second == to_text(order)
+               ? "ok " + effect_of(order) + " (was taken before)"
+               : "refused order " + std::to_string(order.id) + " was '" + before->second + "' and is no '" +
+                     to_text(order) + "': without --id it gets a number of its own";
   if (sets) changes_.set(order.key, order.value);
+  if (order.verb == OperatorVerb::kPause) pausing_ = true;
+  if (order.verb == OperatorVerb::kContinue) pausing_ = false;
   obey(order, from);
   return "ok " + effect_of(order);
 }
 
 void OperatorDesk::take_keys(const Obey& obey) {
   while (const auto key = keys_.next()) {
-    const auto order = KeyReader::order_of(*key);
-    if (!order) {
-      note_(std::string(KeyReader::kHelp));
+    const KeyPress pressed = keys_.press(*key);
+    if (!pressed.order) {
+      note_(pressed.hint);
       continue;
     }
-    const std::string answer = obey_order(*order, "key", obey);
+    const std::string answer = obey_order(*pressed.order, "key", obey);
     note_(answer.substr(answer.find(' ') + 1));
   }
 }
@@ -185,6 +227,8 @@ void OperatorDesk::on_safe_stop() {
 void OperatorDesk::tell(const std::string& line) {
   std::string one = line;
   std::ranges::replace(one, '\n', ' ');
+  if (one.starts_with(kWaits)) waits_ = one.substr(std::string_view("note ").size());
+  if (one.starts_with(kGoesOn)) waits_.clear();
   for (Client& c : clients_)  // service() removes them: it may be the one that tells
     if (c.attached && c.fd >= 0 && !say(c.fd, one)) {
       ::close(c.fd);

@@ -4,8 +4,10 @@
 
 #include <poll.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,18 +21,25 @@
 
 namespace firn {
 
-/// A client sends lines, "ID VERB [KEY=VALUE]", "attach", or "from NAME", which names it in the record of its
-/// orders. Every order is answered by "ok TEXT" or "refused
-/// TEXT"; "stop" is answered when the safety node has stopped the lab. An attached client gets "layer ...",
-/// "note TEXT" and, last, "end STATUS". Only the user who prints may connect.
+/// A client sends lines, "ID VERB [KEY=VALUE]", "attach", "run RUN_ID", which says for which run its orders
+/// are, or "from NAME", which names it in the record of its orders. Every order is answered by "ok TEXT" or
+/// "refused TEXT"; "stop" is answered when the safety node has stopped the lab; "state" is answered by "state
+/// running", "state pausing" or "state paused: TEXT". An attached client gets
+/// "layer ...", "note TEXT" and, last, "end STATUS". Only the user who prints may connect. A new client
+/// always finds a place: the desk hears out the one that has been silent for longest and closes it, one that
+/// awaits a stop last.
 class OperatorDesk {
  public:
   /// Publishes an order. @param from "firn ctl", "key", "page"
   using Obey = std::function<void(const OperatorOrder&, const std::string& from)>;
   using Note = std::function<void(const std::string&)>;
 
+  static constexpr std::size_t kPlaces = 16;  ///< for clients
+
+  /// @param run_id orders for another run are refused
   /// @param note gets the answers to keys, and the reason if there is no socket
-  OperatorDesk(const std::filesystem::path& run, const Experiment& experiment, Note note);
+  OperatorDesk(const std::filesystem::path& run, std::int64_t run_id, const Experiment& experiment,
+               Note note);
   ~OperatorDesk();
   OperatorDesk(const OperatorDesk&) = delete;
   OperatorDesk& operator=(const OperatorDesk&) = delete;
@@ -47,21 +56,29 @@ class OperatorDesk {
  private:
   struct Client {
     int fd = -1;
-    std::string buffer, name = "firn ctl";
+    std::string buffer, name = "firn ctl", run_id;
     bool attached = false, awaits_stop = false;
+    std::uint64_t heard = 0;  // by the count of lines, and of clients, that have come
   };
-  void accept_clients();
+  void accept_clients(const Obey&);
+  void make_room(const Obey&);
   void read(Client&, const Obey&);
   void take(Client&, const std::string& line, const Obey&);
+  std::string obey_line(Client&, const std::string& line, const Obey&);
   std::string obey_order(const OperatorOrder&, const std::string& from, const Obey&);
   void take_keys(const Obey&);
 
   std::filesystem::path path_;
+  std::int64_t run_id_;
   Changes changes_;
+  std::map<std::int64_t, std::string> taken_;  // orders by their number
   Note note_;
   int listening_ = -1;
   bool stopped_ = false;
+  bool pausing_ = false;  // a pause was asked for last, not its end
+  std::string waits_;     // the scheduler's notice of a pause; empty: the print runs
   std::vector<Client> clients_;
+  std::uint64_t heard_ = 0;
   KeyReader keys_;
 };
 

@@ -5,6 +5,7 @@
 #include <random>
 #include <string_view>
 
+#include "core/options/enumerators.h"
 #include "files/usage_error.h"
 
 namespace firn {
@@ -22,14 +23,9 @@ constexpr Verb kVerbs[] = {
     {"accept-doubt", OperatorVerb::kAcceptDoubt},
     {"set", OperatorVerb::kSet},
 };
+static_assert(std::size(kVerbs) + 1 == kTableSize<OperatorVerb>);
 
 }  // namespace
-
-std::vector<std::string> operator_verbs() {
-  std::vector<std::string> words;
-  for (const Verb& v : kVerbs) words.emplace_back(v.word);
-  return words;
-}
 
 std::int64_t new_order_id() {
   std::random_device device;

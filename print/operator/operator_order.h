@@ -18,9 +18,6 @@ struct OperatorOrder {
   std::string key, value;  ///< kSet
 };
 
-/// The words of the commands, "pause" first.
-std::vector<std::string> operator_verbs();
-
 /// Reads {"pause"} or {"set", "KEY=VALUE"}. The order gets a number of its own.
 /// @throws UsageError naming the word and the words that are known
 OperatorOrder parse_order(std::span<const std::string> words);

@@ -5,10 +5,13 @@
 #include <numbers>
 #include <string_view>
 
+#include "core/options/enumerators.h"
+
 namespace firn {
 namespace {
 
 constexpr const char* kKinds[] = {"boundary", "fill", "hook", "measurement"};
+static_assert(std::size(kKinds) == kTableSize<PathKind>);
 
 // A line on its way to the text: one append for all of it.
 class Line {
@@ -56,8 +59,8 @@ class LayerText {
  public:
   explicit LayerText(const GcodeSettings& settings)
       : g_(settings),
-        x_(std::llround(settings.x_mm * slice::kUnitsPerMm)),
-        y_(std::llround(settings.y_mm * slice::kUnitsPerMm)),
+        x_(std::llround(settings.x_mm * geometry::kUnitsPerMm)),
+        y_(std::llround(settings.y_mm * geometry::kUnitsPerMm)),
         per_mm3_(settings.filament_mm > 0.0
                      ? 4.0 / (std::numbers::pi * settings.filament_mm * settings.filament_mm)
                      : 1.0) {}
@@ -79,7 +82,7 @@ class LayerText {
       out_ += kKinds[std::size_t(info.kind)];
       out_ += '\n';
       if (info.kind == PathKind::kMeasurement) {
-        for (const slice::Point& p : l.lines[n]) {
+        for (const geometry::Point& p : l.lines[n]) {
           Line text(out_);
           point(text, ";", p).word("\n");
         }
@@ -95,21 +98,21 @@ class LayerText {
   static void speed(Line& line, double mm_s) {
     line.word(" F").fixed(std::llround(mm_s * 60.0 * 100.0), 2).word("\n");
   }
-  Line& point(Line& line, const char* word, const slice::Point& p) const {
+  Line& point(Line& line, const char* word, const geometry::Point& p) const {
     return line.word(word).word("X").fixed(p.x + x_, 4).word(" Y").fixed(p.y + y_, 4);
   }
 
-  void path(std::span<const slice::Point> line, const slice::PathInfo& info, std::int32_t height) {
+  void path(std::span<const geometry::Point> line, const slice::PathInfo& info, std::int32_t height) {
     {
       Line text(out_);
       speed(point(text, "G0 ", line[0]), g_.travel_mm_s);
     }
     // E is rounded to 0.01 um of filament; the remainder is added to the next move.
-    const double area_mm2 = double(info.width) * height * slice::kMmPerUnit * slice::kMmPerUnit;
-    const double e_per_unit = area_mm2 * slice::kMmPerUnit * per_mm3_ * 1e5;
+    const double area_mm2 = double(info.width) * height * geometry::kMmPerUnit * geometry::kMmPerUnit;
+    const double e_per_unit = area_mm2 * geometry::kMmPerUnit * per_mm3_ * 1e5;
     double owed = 0.0;
     bool first = true;
-    const auto move = [&](const slice::Point& from, const slice::Point& to) {
+    const auto move = [&](const geometry::Point& from, const geometry::Point& to) {
       const double dx = double(to.x) - from.x, dy = double(to.y) - from.y;
       owed += std::sqrt(dx * dx + dy * dy) * e_per_unit;
       const auto e = std::int64_t(owed + 0.5);

@@ -84,7 +84,7 @@ struct PlanJob::State {
   // Plans again with more rests until the pulses fit the controller's lists.
   void plan_pulses(PlannedItem& item, motion::PathInput& path, const motion::PlanOptions& how,
                    motion::PlanWorkspace& work) const {
-    constexpr int kMostTries = 100;
+    constexpr int kMaxTries = 100;
     for (int tries = 0; item.result.ok(); ++tries) {
       try {
         item.pulse_plan = nominal_pulses(item.input, item.result, valve);
@@ -94,7 +94,7 @@ struct PlanJob::State {
       }
       if (item.pulse_plan.problem.empty()) return;
       std::vector<AddedStop> added;
-      if (how.method != motion::Method::kDefault && tries < kMostTries)
+      if (how.method != motion::Method::kDefault && tries < kMaxTries)
         added =
             add_stops(item.input, nominal_demand(item.input.path, item.result), item.pulse_plan, path.stops);
       if (added.empty()) {

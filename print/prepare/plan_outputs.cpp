@@ -19,8 +19,8 @@ namespace {
 
 std::filesystem::path target_of(const std::filesystem::path& file) {
   try {
-    return logfile::output_target(file);
-  } catch (const logfile::FileError& e) {
+    return record::output_target(file);
+  } catch (const record::FileError& e) {
     throw UsageError(e.what());
   }
 }

@@ -21,7 +21,7 @@ class TextOutput {
 
  private:
   std::filesystem::path file_;
-  logfile::PartFile part_;
+  record::PartFile part_;
   std::FILE* out_ = nullptr;
 };
 

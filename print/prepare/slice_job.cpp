@@ -22,8 +22,8 @@
 namespace firn {
 namespace {
 
-using slice::Region;
-using slice::Rings;
+using geometry::Region;
+using geometry::Rings;
 
 // Layers. Their text may be ten times as large as their paths: fewer are written at once.
 constexpr std::size_t kPlannedAtOnce = 64, kWrittenAtOnce = 16;
@@ -49,7 +49,7 @@ slice::Sliced slice_part(const std::filesystem::path& file, std::size_t number, 
   std::optional<MeshFile> mesh;
   {
     const StageTimer timer(job.times, "read");
-    mesh.emplace(file);
+    mesh.emplace(file, facet_count(settings));
   }
   report.file = file.string();
   report.format = mesh->data().format;
@@ -118,7 +118,7 @@ std::vector<std::vector<Region>> by_material(std::vector<std::vector<Region>>& p
     parallel(int(parts[n].size()), [&](int k) {
       Region& region = to[std::size_t(k)];
       region = region.empty() ? std::move(parts[n][std::size_t(k)])
-                              : slice::unite(region, parts[n][std::size_t(k)]);
+                              : geometry::unite(region, parts[n][std::size_t(k)]);
     });
   }
   for (auto& m : out) m.resize(layers);
@@ -132,7 +132,7 @@ std::vector<Region> all_materials(const std::vector<std::vector<Region>>& materi
     parallel(int(all.size()), [&](int k) {
       const Region& more = materials[m][std::size_t(k)];
       Region& region = all[std::size_t(k)];
-      if (!more.empty()) region = region.empty() ? more : slice::unite(region, more);
+      if (!more.empty()) region = region.empty() ? more : geometry::unite(region, more);
     });
   return all;
 }
@@ -145,6 +145,12 @@ StageTimer::StageTimer(std::vector<StageTime>& times, const std::string& stage)
 StageTimer::~StageTimer() {
   time_.wall_s += wall_now_s() - wall_s_;
   time_.cpu_s += cpu_now_s() - cpu_s_;
+}
+
+FacetCount facet_count(const SliceSettings& settings) {
+  return settings.facet_count == "header" ? FacetCount::kHeader
+         : settings.facet_count == "file" ? FacetCount::kFile
+                                          : FacetCount::kAgree;
 }
 
 slice::SliceOptions contour_options(const SliceSettings& settings) {
@@ -171,7 +177,7 @@ SlicedJob slice_meshes(const std::vector<std::filesystem::path>& files, const Sl
     materials = by_material(parts, job, parallel);
   }
   const double height_mm = settings.contour.layer_height_mm;
-  const auto height = std::int32_t(std::lround(height_mm * slice::kUnitsPerMm));
+  const auto height = std::int32_t(std::lround(height_mm * geometry::kUnitsPerMm));
   const slice::PathOptions options = path_options(settings);
   if (options.support.kind != slice::Support::kNone) {
     progress(0.2, "scaffold");
@@ -186,7 +192,7 @@ SlicedJob slice_meshes(const std::vector<std::filesystem::path>& files, const Sl
   for (std::size_t k = 0; k < layers; ++k) {
     slice::LayerRegions& l = job.layers[k];
     l.layer = std::int32_t(k) + 1;
-    l.z = std::int32_t(std::lround(double(k + 1) * height_mm * slice::kUnitsPerMm));
+    l.z = std::int32_t(std::lround(double(k + 1) * height_mm * geometry::kUnitsPerMm));
     l.height = height;
     if (k < contours.size()) l.contours = std::move(contours[k]);
     l.contours_alone = files.size() == 1;

@@ -14,6 +14,7 @@
 #include "core/slice/paths/layer_paths.h"
 #include "core/slice/paths/path_codec.h"
 #include "core/slice/paths/path_plan.h"
+#include "files/mesh/mesh_file.h"
 
 namespace firn {
 
@@ -52,6 +53,9 @@ struct SlicedJob {
 
 /// Receives the progress of a job: the fraction done, and the current activity in words.
 using SliceProgress = std::function<void(double fraction, const std::string& doing)>;
+
+/// Returns which number of facets of a mesh file holds.
+FacetCount facet_count(const SliceSettings& settings);
 
 /// Returns the options of the contours, with PATHFILTER's share of the job's chord tolerance.
 slice::SliceOptions contour_options(const SliceSettings& settings);

@@ -13,7 +13,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kShownDefects = 20;
 
-double mm(std::int32_t units) { return units * slice::kMmPerUnit; }
+double mm(std::int32_t units) { return units * geometry::kMmPerUnit; }
 
 Json json_of(const slice::Defect& d, std::size_t part) {
   Json j{{"kind", slice::name(d.kind)}, {"part", part + 1}};

@@ -11,16 +11,21 @@
 #include "config/swaths.h"
 #include "core/grid/geometry.h"
 #include "core/grid/npy.h"
+#include "core/grid/outline.h"
+#include "core/options/for_people.h"
+#include "core/path/job_codec.h"
 #include "core/path/line_overlap.h"
-#include "core/path/line_stations.h"
 #include "core/path/polyline.h"
 #include "core/planning/path_reach.h"
 #include "core/slice/coverage/footprint.h"
 #include "files/json.h"
 #include "files/usage_error.h"
 #include "print/inputs/mesh_part.h"
+#include "print/prepare/slice_job.h"
+#include "print/run_facts.h"
 #include "report/draw/heat_map.h"
 #include "report/draw/style.h"
+#include "runs/folder/verdict.h"
 
 namespace firn {
 namespace {
@@ -29,28 +34,20 @@ constexpr double kPreviewUm = 1e3;    // per mm
 constexpr double kRowTurn_s = 0.065;  // of a stage between two rows
 constexpr double kPathStart_s = 1.5;  // of an arm: load, travel, approach
 constexpr double kBead_mm = 1.5;      // width of a line of ice
-constexpr std::size_t kMostSections = 60;
-constexpr std::size_t kMostRefused = 5;
+constexpr std::size_t kMaxSections = 60;
+constexpr std::size_t kMaxRefused = 5;
+constexpr int kRoomForLayers = 3;  // feedback takes up to twice the nominal layers
 
 // The finished part, the size of its box and its cells.
 void measure(const HeightMap& height, const Mask& mask, PrintPreview& p) {
-  const GridSpec& g = height.spec;
-  int x0 = g.nx, x1 = -1, y0 = g.ny, y1 = -1;
-  double top = 0.0;
-  p.picture = HeightMap(g, kNotMeasured);
-  for (int j = 0; j < g.ny; ++j)
-    for (int i = 0; i < g.nx; ++i) {
-      if (!mask.at(i, j)) continue;
-      ++p.cells;
-      p.picture.at(i, j) = height.at(i, j);
-      top = std::max(top, height.at(i, j));
-      x0 = std::min(x0, i);
-      x1 = std::max(x1, i);
-      y0 = std::min(y0, j);
-      y1 = std::max(y1, j);
-    }
-  p.grid = g;
-  p.size_mm = {std::max(0, x1 - x0 + 1) * g.pitch_x_mm, std::max(0, y1 - y0 + 1) * g.pitch_y_mm, top};
+  p.picture = HeightMap(height.spec, kNotMeasured);
+  for (std::size_t c = 0; c < height.size(); ++c) {
+    if (!mask.cells[c]) continue;
+    ++p.cells;
+    p.picture.cells[c] = height.cells[c];
+  }
+  p.grid = height.spec;
+  p.size_mm = part_size_mm(height, mask);
 }
 
 void add(PrintPreview& p, const std::vector<std::string>& remarks) {
@@ -64,7 +61,6 @@ PrintPreview of_droplets(const Experiment& e, const Blobs& inputs, const std::fi
   const Mask mask = mask_from_npy(blob(inputs, "mask").bytes, g, "mask");
   measure(target, mask, p);
   const std::string& kind = e.part.shape.kind;
-  p.part = kind + (kind == "height_map" ? " " + e.part.image : kind == "mesh" ? " " + e.part.mesh : "");
   p.amount_name = "droplets";
   const double layer_mm = e.model.h1_mm + 4.0 * e.model.h2_mm + 4.0 * e.model.h3_mm,
                cell_mm2 = g.pitch_x_mm * g.pitch_y_mm;
@@ -95,8 +91,10 @@ PrintPreview of_droplets(const Experiment& e, const Blobs& inputs, const std::fi
     add(p, mesh_remarks(folder / e.geometry.mesh, "geometry.mesh", e.geometry.mesh_scale_xy,
                         e.geometry.mesh_scale_z, detail_mm));
   if (p.layers > e.control.max_layers)
-    p.outside.push_back(
-        fmt::format("control.max_layers = {}: the part needs at least {}", e.control.max_layers, p.layers));
+    p.remarks.push_back(fmt::format(
+        "control.max_layers = {}: the print waits for you there, and the part needs at least {} layers; "
+        "--set control.max_layers={} lets it go on",
+        e.control.max_layers, p.layers, kRoomForLayers * p.layers));
   return p;
 }
 
@@ -104,7 +102,7 @@ PrintPreview of_droplets(const Experiment& e, const Blobs& inputs, const std::fi
 void picture_of(const slice::PrintPaths& paths, double pitch_mm, PrintPreview& p) {
   std::int32_t x0 = INT32_MAX, y0 = INT32_MAX, x1 = INT32_MIN, y1 = INT32_MIN;
   for (const slice::LayerPaths& l : paths.layers)
-    for (const slice::Point& q : l.lines.points) {
+    for (const geometry::Point& q : l.lines.points) {
       x0 = std::min(x0, q.x);
       x1 = std::max(x1, q.x);
       y0 = std::min(y0, q.y);
@@ -112,17 +110,17 @@ void picture_of(const slice::PrintPaths& paths, double pitch_mm, PrintPreview& p
     }
   if (x0 > x1) return;
   const auto cells = [&](std::int32_t low, std::int32_t high) {
-    return int(std::ceil((double(high) - low) * slice::kMmPerUnit / pitch_mm)) + 3;
+    return int(std::ceil((double(high) - low) * geometry::kMmPerUnit / pitch_mm)) + 3;
   };
   const GridSpec g{cells(x0, x1),
                    cells(y0, y1),
                    pitch_mm,
                    pitch_mm,
-                   x0 * slice::kMmPerUnit - pitch_mm,
-                   y0 * slice::kMmPerUnit - pitch_mm};
+                   x0 * geometry::kMmPerUnit - pitch_mm,
+                   y0 * geometry::kMmPerUnit - pitch_mm};
   HeightMap height(g);
   Mask mask(g);
-  const std::size_t all = paths.layers.size(), step = std::max<std::size_t>(1, all / kMostSections);
+  const std::size_t all = paths.layers.size(), step = std::max<std::size_t>(1, all / kMaxSections);
   for (std::size_t n = all; n-- > 0;) {
     if ((all - 1 - n) % step != 0) continue;
     const slice::LayerPaths& l = paths.layers[n];
@@ -130,7 +128,7 @@ void picture_of(const slice::PrintPaths& paths, double pitch_mm, PrintPreview& p
     for (std::size_t c = 0; c < g.size(); ++c)
       if (covers.cells[c] && !mask.cells[c]) {
         mask.cells[c] = 1;
-        height.cells[c] = l.z * slice::kMmPerUnit;
+        height.cells[c] = l.z * geometry::kMmPerUnit;
       }
   }
   measure(height, mask, p);
@@ -151,7 +149,6 @@ double length_mm(const slice::LayerPaths& l, std::size_t line) {
 PrintPreview of_paths(const Experiment& e, const Blobs& inputs, const std::filesystem::path& folder) {
   PrintPreview p;
   const slice::PrintPaths paths = slice::decode_print_paths(blob(inputs, "paths").bytes);
-  p.part = e.ice.paths.empty() ? "mesh " + e.ice.mesh : "paths " + e.ice.paths;
   p.amount_name = "pulses";
   p.layers = int(paths.layers.size());
   picture_of(paths, e.ice.pitch_mm, p);
@@ -176,11 +173,12 @@ PrintPreview of_paths(const Experiment& e, const Blobs& inputs, const std::files
   const planning::PlanningSetup setup = planning_setup(
       e, parse_machine({reinterpret_cast<const char*>(text.data()), text.size()}, e.ice.machine));
   for (const planning::Unreachable& u :
-       planning::unreachable_paths(planning::TaskPlanner(setup), paths, setup, kMostRefused))
+       planning::unreachable_paths(planning::TaskPlanner(setup), paths, setup, kMaxRefused))
     p.outside.push_back(u.text);
   if (e.ice.paths.empty()) {
     const SliceSettings settings = load_slice_settings(folder / e.ice.slice);
-    add(p, mesh_remarks(folder / e.ice.mesh, "ice.mesh", settings.scale[0], settings.scale[2], kBead_mm));
+    add(p, mesh_remarks(folder / e.ice.mesh, "ice.mesh", settings.scale[0], settings.scale[2], kBead_mm,
+                        facet_count(settings)));
   }
   return p;
 }
@@ -191,7 +189,6 @@ PrintPreview of_lines(const Experiment& e, const Blobs& inputs) {
   const PrintJob job = decode_job(blob(inputs, "job").bytes);
   measure(height_map_from_npy(blob(inputs, "target").bytes, g, "target"),
           mask_from_npy(blob(inputs, "mask").bytes, g, "mask"), p);
-  p.part = "lines " + e.aerosol.job;
   p.amount_name = "mm of lines";
   p.layers = e.aerosol.layers;
   double length_mm = 0.0, open_s = 0.0;
@@ -218,24 +215,28 @@ std::string duration(double s) {
 }  // namespace
 
 PrintPreview preview_print(const Experiment& e, const Blobs& inputs, const std::filesystem::path& folder) {
-  switch (lab_of(e).deposition) {
-    case Deposition::kPaths:
-      return of_paths(e, inputs, folder);
-    case Deposition::kLines:
-      return of_lines(e, inputs);
-    case Deposition::kDroplets:
-      break;
-  }
-  return of_droplets(e, inputs, folder);
+  PrintPreview p = prints_paths(e)   ? of_paths(e, inputs, folder)
+                   : prints_lines(e) ? of_lines(e, inputs)
+                                     : of_droplets(e, inputs, folder);
+  p.part = part_name(e);
+  return p;
+}
+
+void take_foretold(const Foretold& f, const Experiment& e, PrintPreview& p) {
+  if (f.layer_s.empty()) return;
+  p.layers = f.layer_s.rbegin()->first;
+  p.time_s = f.time_s;
+  if (p.amount_name == lab_of(e).words.amount) p.amount = f.amount;
+  p.simulated = e.control.scheme;
 }
 
 std::string preview_text(const PrintPreview& p) {
-  std::string text =
-      fmt::format("{}: {:.4g} x {:.4g} x {:.4g} mm on {} x {} cells of {:.4g} x {:.4g} mm, {} of the part\n",
-                  p.part, p.size_mm[0], p.size_mm[1], p.size_mm[2], p.grid.nx, p.grid.ny, p.grid.pitch_x_mm,
-                  p.grid.pitch_y_mm, p.cells);
-  text += fmt::format("about {} layers, {} {}, {}", p.layers, p.amount, p.amount_name, duration(p.time_s));
-  for (const auto& [name, mm3] : p.materials) text += fmt::format("; {:.4g} mm^3 of {}", mm3, name);
+  std::string text = fmt::format("{} on {} x {} cells of {} x {} mm, {} of the part\n",
+                                 runs::part_words({p.part, p.size_mm}), p.grid.nx, p.grid.ny,
+                                 for_people(p.grid.pitch_x_mm), for_people(p.grid.pitch_y_mm), p.cells);
+  text += fmt::format("about {} layers, {} {}, {}{}", p.layers, for_people(double(p.amount)), p.amount_name,
+                      duration(p.time_s), p.simulated.empty() ? "" : " (" + p.simulated + ", simulated)");
+  for (const auto& [name, mm3] : p.materials) text += fmt::format("; {} mm^3 of {}", for_people(mm3), name);
   text += '\n';
   for (const std::string& r : p.remarks) text += "remark: " + r + '\n';
   for (const std::string& o : p.outside) text += "OUTSIDE: " + o + '\n';
@@ -258,6 +259,7 @@ std::string preview_json(const PrintPreview& p) {
                   {p.amount_name, p.amount},
                   {"volume_mm3", p.volume_mm3},
                   {"time_s", p.time_s},
+                  {"simulated", p.simulated.empty() ? Json(nullptr) : Json(p.simulated)},
                   {"materials", materials},
                   {"remarks", p.remarks},
                   {"outside", p.outside}};
@@ -265,8 +267,8 @@ std::string preview_json(const PrintPreview& p) {
 }
 
 std::string preview_svg(const PrintPreview& p) {
-  return replay::standalone_svg(replay::heat_map(
-      p.picture, {0.0, std::max(1e-3, p.size_mm[2] * kPreviewUm), replay::ColorMap::kSequential}, p.part));
+  return report::standalone_svg(report::heat_map(
+      p.picture, {0.0, std::max(1e-3, p.size_mm[2] * kPreviewUm), report::ColorMap::kSequential}, p.part));
 }
 
 }  // namespace firn

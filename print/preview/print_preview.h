@@ -11,6 +11,7 @@
 
 #include "config/experiment.h"
 #include "core/grid/grid.h"
+#include "print/preview/foretell.h"
 #include "runtime/node.h"
 
 namespace firn {
@@ -24,7 +25,8 @@ struct PrintPreview {
   std::int64_t amount = 0;          ///< droplets, or pulses, of the nominal layers
   std::string amount_name;
   double volume_mm3 = 0.0;
-  double time_s = 0.0;                                    ///< node time, without heating and decisions
+  double time_s = 0.0;         ///< node time, without heating and decisions
+  std::string simulated = {};  ///< scheme by whose simulation layers, amount and time are; empty: nominal
   std::vector<std::pair<std::string, double>> materials;  ///< volume of each [mm^3]
   std::vector<std::string> outside;                       ///< of reach or grid: the print would be refused
   std::vector<std::string> remarks;                       ///< it would be printed, and may not be meant
@@ -36,6 +38,9 @@ struct PrintPreview {
 /// @throws UsageError, ConfigError: files that cannot be read
 PrintPreview preview_print(const Experiment& experiment, const Blobs& inputs,
                            const std::filesystem::path& folder);
+
+/// Puts what the scheme takes in a simulation in the place of nominal layers, amount and time.
+void take_foretold(const Foretold& foretold, const Experiment& experiment, PrintPreview& preview);
 
 /// Two lines, then one for each remark and each thing outside.
 std::string preview_text(const PrintPreview& preview);

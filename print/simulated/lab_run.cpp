@@ -8,6 +8,7 @@
 
 #include "config/experiment.h"
 #include "config/labs.h"
+#include "files/exit_codes.h"
 #include "files/record/event_log.h"
 #include "firn/enums.h"
 #include "firn/fault_t.hpp"
@@ -21,17 +22,18 @@
 #include "plant/world/kept_world.h"
 #include "plant/world/setup.h"
 #include "plant/world/world.h"
-#include "print/exit_codes.h"
-#include "print/folder/folder_watch.h"
-#include "print/folder/lab_lock.h"
-#include "print/folder/log_repair.h"
-#include "print/folder/node_makers.h"
-#include "print/folder/run_commit.h"
-#include "print/folder/run_resume.h"
-#include "print/folder/run_seal.h"
+#include "print/folder/taking_part.h"
 #include "print/operator/operator_desk.h"
+#include "print/print_judge.h"
+#include "print/run_facts.h"
 #include "print/simulated/paused_clock.h"
 #include "print/simulated/plant_world.h"
+#include "runs/folder/commit.h"
+#include "runs/folder/folder_watch.h"
+#include "runs/folder/incarnation_seal.h"
+#include "runs/folder/lab_lock.h"
+#include "runs/folder/log_repair.h"
+#include "runs/folder/resume_point.h"
 #include "runtime/build_info.h"
 #include "runtime/lab.h"
 #include "runtime/wal_file.h"
@@ -48,17 +50,17 @@ std::int64_t stopwatch_ns() {
       .count();
 }
 
-plant::World make_world(const RunFolder& run, const Experiment& e, const Blobs& inputs, bool resume,
+plant::World make_world(const runs::RunFolder& run, const Experiment& e, const Blobs& inputs, bool resume,
                         plant::WorldRecord* record) {
   const plant::WorldConfig config = plant::world_config(e, inputs);
-  const auto state = run.path() / "world" / "state";
+  const auto state = run.world_state_path();
   if (resume && std::filesystem::exists(state)) return plant::World::restore(state, config, record);
   return plant::World(config, record);
 }
 
 // Holds a node with its write-ahead file.
 struct Member {
-  Member(const RunFolder& run, const NamedMaker& maker, const Blobs& inputs, bool resume)
+  Member(const runs::RunFolder& run, const NamedMaker& maker, const Blobs& inputs, bool resume)
       : wal(run.wal_path(info(maker.id).name), resume, kWalBuffer_bytes),
         host(maker.id, maker.make(run.experiment_toml(), inputs), run.run_id(), &wal) {
     host.set_stopwatch(stopwatch_ns);
@@ -100,7 +102,8 @@ struct Afterlife {
   }
 };
 
-void restore_all(const RunFolder& run, std::vector<std::unique_ptr<Member>>& members, Afterlife& after) {
+void restore_all(const runs::RunFolder& run, std::vector<std::unique_ptr<Member>>& members,
+                 Afterlife& after) {
   after.received.resize(members.size());
   for (std::size_t n = 0; n < members.size(); ++n) {
     RestoreSinks sinks;
@@ -128,25 +131,33 @@ void written(Write write) {
   try {
     write();
   } catch (const std::exception& e) {
-    const std::string storage = storage_trouble(e);
+    const std::string storage = runs::storage_trouble(e);
     throw Unwritable(storage.empty() ? e.what() : storage);
   }
 }
 
-// The scheduler had finished the part, and the process ended before result.json was there.
-std::optional<RunResult> finished_before(const ResumePoint& point) {
-  const auto last = point.newest.find(std::string(channels::kRunEnd.name));
-  run_end_t end;
-  if (last == point.newest.end() || end.decode(last->second.data(), 0, int(last->second.size())) < 0)
+template <class Message>
+std::optional<Message> newest(const runs::ResumePoint& point, std::string_view channel) {
+  const auto last = point.newest.find(std::string(channel));
+  Message m{};
+  if (last == point.newest.end() || m.decode(last->second.data(), 0, int(last->second.size())) < 0)
     return std::nullopt;
-  const RunResult result = result_of(end.outcome, end.layers, end.reason);
-  return can_go_on(result) ? std::nullopt : std::optional(result);
+  return m;
+}
+
+// The scheduler had finished the part, and the process ended before result.json was there.
+std::optional<runs::RunResult> finished_before(const runs::ResumePoint& point, const PrintJudge& judge) {
+  const auto end = newest<run_end_t>(point, channels::kRunEnd.name);
+  if (!end) return std::nullopt;
+  runs::RunResult result = runs::result_of(end->outcome, end->layers, end->reason);
+  judge.judge(result);
+  return runs::can_go_on(result) ? std::nullopt : std::optional(result);
 }
 
 // A live launcher and recorder speak on when the nodes have ended.
 std::int64_t newest_logged_us(const std::filesystem::path& log) {
-  const logfile::EventLogFile file(log);
-  logfile::EventLogReader reader = file.reader();
+  const record::EventLogFile file(log);
+  record::EventLogReader reader = file.reader();
   std::int64_t newest = 0;
   while (const auto event = reader.next()) newest = std::max(newest, event->utime_us);
   return newest;
@@ -156,23 +167,27 @@ constexpr std::uint64_t kStepsPerLook = 256;  // for Ctrl-C and orders of the op
 constexpr double kLook_s = 0.2;               // while the print is paused
 constexpr const char* kScripted = "firn print";
 
-void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions& options, bool resume,
-                  const FolderWatch& folder, LabRunReport& report) {
+void print_in_lab(const Product& product, const runs::RunFolder& run, const Experiment& e,
+                  const LabRunOptions& options, bool resume, const runs::FolderWatch& folder,
+                  LabRunReport& report) {
   const Blobs inputs = run.inputs();
-  RunCommit commits(run.path());
+  runs::RunCommit commits(run.path());
   if (resume) {
     // A live world that was killed: its inputs since the last saved state are given again.
-    if (std::filesystem::exists(run.path() / "world" / "inputs"))
+    if (std::filesystem::exists(run.world_journal_path()))
       plant::KeptWorld(run.path(), plant::world_config(e, inputs)).close();
   }
   if (!resume) written([&] { commits.commit({}); });
-  ResumePoint point;
+  runs::ResumePoint point;
+  PrintJudge judge(product, e, options.tolerance_um);
   if (resume) {
-    point = read_resume_point(run.path(), {channels::kRunEnd.name});
-    if (const auto finished = finished_before(point)) {
-      repair_from_write_ahead(run.log_path(), run.nodes_path());
-      written([&] { run.write_result(*finished); });
+    point = runs::read_resume_point(run.path(), {channels::kRunEnd.name, channels::kLayerMetrics.name});
+    if (const auto last = newest<layer_metrics_t>(point, channels::kLayerMetrics.name)) judge.take(*last);
+    if (const auto finished = finished_before(point, judge)) {
+      runs::repair_from_write_ahead(run.log_path(), run.nodes_path());
       report.result = *finished;
+      add_facts(run, e, report.result);
+      written([&] { run.write_result(report.result); });
       return;
     }
   }
@@ -180,7 +195,7 @@ void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions
   PlantWorld world(make_world(run, e, inputs, resume, record.get()));
   Lab lab(&world);
   std::vector<std::unique_ptr<Member>> members;
-  for (const NamedMaker& maker : taking_part(e)) {
+  for (const NamedMaker& maker : taking_part(product, e)) {
     members.push_back(std::make_unique<Member>(run, maker, inputs, resume));
     lab.add(&members.back()->host);
   }
@@ -190,15 +205,15 @@ void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions
   if (resume) {
     restore_all(run, members, after);
     incarnation = point.incarnation;
-    repair_from_write_ahead(run.log_path(), run.nodes_path());
+    runs::repair_from_write_ahead(run.log_path(), run.nodes_path());
     begin =
         Time{std::max({point.offset_us, newest_logged_us(run.log_path()) + 1, world.world().now_us() + 1})};
     run.clear_result();
   }
 
-  logfile::EventLogWriter::Options log_options;
-  log_options.mode = resume ? logfile::File::Mode::kAppend : logfile::File::Mode::kCreate;
-  logfile::EventLogWriter log(run.log_path(), log_options);
+  record::EventLogWriter::Options log_options;
+  log_options.mode = resume ? record::File::Mode::kAppend : record::File::Mode::kCreate;
+  record::EventLogWriter log(run.log_path(), log_options);
   const auto save = [&](const std::filesystem::path& state) { world.world().save(state); };
   const auto flush = [&] {
     if (const std::string trouble = folder.trouble(); !trouble.empty()) throw Unwritable(trouble);
@@ -229,7 +244,7 @@ void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions
   const auto note = [&](const std::string& text) {
     options.note ? options.note(text) : void(std::fprintf(stderr, "%s\n", text.c_str()));
   };
-  OperatorDesk desk(run.path(), e, note);
+  OperatorDesk desk(run.path(), run.run_id(), e, note);
   run_end_t end{};
   bool truth_due = false;
   std::int32_t measured_layer = 0;
@@ -239,7 +254,7 @@ void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions
     report.message_bytes += bytes.size();
     if (find_channel(channel)->logged) log.append(std::max(now, begin).us, channel, bytes);
     if (options.warned && channel.starts_with("FAULT_")) {
-      fault_t fault;
+      fault_t fault{};
       if (fault.decode(bytes.data(), 0, int(bytes.size())) >= 0 &&
           Severity(fault.severity) == Severity::kWarning)
         options.warned(fault);
@@ -257,16 +272,17 @@ void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions
       map_grid = from_message(m.grid);
     if (channel == channels::kLayerMetrics.name) {
       truth_due = true;
-      layer_metrics_t m;
+      layer_metrics_t m{};
       if (m.decode(bytes.data(), 0, int(bytes.size())) < 0) return;
       measured_layer = report.result.layers = m.layer;
+      judge.take(m);
       if (options.progress) options.progress(m);
       desk.tell(m);
     }
   });
 
   launcher.begin(begin, incarnation);
-  run_start_t started;
+  run_start_t started{};
   started.name = e.run.name;
   started.commit = build_commit();
   started.scheme = e.control.scheme;
@@ -329,7 +345,7 @@ void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions
       plant::Truth t = world.world().truth();
       if (world.world().ice()) t.height = world.world().ice()->height_over(halved(map_grid));
       launcher.begin(lab.now(), incarnation);
-      sim_truth_t m;
+      sim_truth_t m{};
       m.layer = prints_paths(e) ? measured_layer : std::int32_t(t.exposures);
       m.droplets_fired = t.droplets_fired;
       m.volume_mm3 = t.volume_mm3;
@@ -362,7 +378,9 @@ void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions
     report.result = {"interrupted", kInterrupted, report.result.layers, "interrupted by the operator"};
   if (report.crashed) return;
   if (!interrupted) {
-    const RunResult result = result_of(end.outcome, end.layers, end.reason);
+    runs::RunResult result = runs::result_of(end.outcome, end.layers, end.reason);
+    judge.judge(result);
+    add_facts(run, e, result);
     written([&] { run.write_result(result); });
     report.result = result;
   }
@@ -371,23 +389,25 @@ void print_in_lab(const RunFolder& run, const Experiment& e, const LabRunOptions
 
 }  // namespace
 
-LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
-  const Experiment e = parse_experiment(run.experiment_toml(), (run.path() / "experiment.toml").string());
+LabRunReport run_in_lab(const Product& product, const runs::RunFolder& run, const LabRunOptions& options) {
+  const Experiment e = parse_experiment(run.experiment_toml(), run.experiment_path().string());
   LabRunReport report;
   std::string cause;
-  const FolderWatch folder(run.path());
+  const runs::FolderWatch folder(run.path());
+  std::optional<runs::RunLock> held;
   try {
-    const LabLock lock(run, e, {}, LabLock::Heirs::kNobody);
-    const bool resume = options.resume && ready_to_resume(run.path());
-    SealedIncarnation seal(run.path(), run.run_id(), resume, options.unsealed);
-    print_in_lab(run, e, options, resume, folder, report);
+    if (!options.lock) held.emplace(run.path(), runs::RunUse::kPrint);
+    const runs::LabLock lock(run, e, {}, runs::LabLock::Heirs::kNobody);
+    const bool resume = options.resume && runs::ready_to_resume(run.path());
+    runs::SealedIncarnation seal(run.path(), run.run_id(), resume, options.unsealed);
+    print_in_lab(product, run, e, options, resume, folder, report);
     if (!report.crashed) seal.ended(report.result);
   } catch (const Unwritable& error) {
     cause = error.what();
   } catch (const plant::NatureError& error) {
     cause = error.what();
   } catch (const std::exception& error) {
-    cause = storage_trouble(error);
+    cause = runs::storage_trouble(error);
     if (cause.empty()) throw;
   }
   report.folder = folder.now();
@@ -395,7 +415,7 @@ LabRunReport run_in_lab(const RunFolder& run, const LabRunOptions& options) {
   if (const std::string moved = folder.trouble(); !moved.empty()) cause = moved;
   report.result = {"stopped safely", kSafetyStop, report.result.layers, cause};
   try {  // the files are closed; what fails here the resume does again
-    if (!report.folder.empty()) roll_back(report.folder);
+    if (!report.folder.empty()) runs::roll_back(report.folder);
   } catch (const std::exception&) {
   }
   return report;

@@ -5,6 +5,7 @@
 
 #include "core/control/lines/visible_width.h"
 #include "core/grid/npy.h"
+#include "core/path/job_codec.h"
 #include "core/vision/lines.h"
 
 namespace firn {

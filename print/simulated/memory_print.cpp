@@ -16,7 +16,7 @@
 #include "firn/run_start_t.hpp"
 #include "plant/world/ice_lab.h"
 #include "plant/world/setup.h"
-#include "print/folder/node_makers.h"
+#include "print/folder/taking_part.h"
 #include "print/simulated/line_truth.h"
 #include "print/simulated/plant_world.h"
 #include "replay/ice_error.h"
@@ -34,10 +34,11 @@ std::int64_t thread_cpu_ns() {
   return std::int64_t(t.tv_sec) * 1'000'000'000 + t.tv_nsec;
 }
 
-std::vector<std::unique_ptr<NodeHost>> make_hosts(const Experiment& e, const Blobs& inputs) {
+std::vector<std::unique_ptr<NodeHost>> make_hosts(const Product& product, const Experiment& e,
+                                                  const Blobs& inputs) {
   std::vector<std::unique_ptr<NodeHost>> hosts;
   const std::string config = dump(e);
-  for (const NamedMaker& maker : taking_part(e)) {
+  for (const NamedMaker& maker : taking_part(product, e)) {
     hosts.push_back(std::make_unique<NodeHost>(maker.id, maker.make(config, inputs), kRunId, nullptr));
     if (maker.id == NodeId::kController) hosts.back()->set_stopwatch(thread_cpu_ns);
   }
@@ -93,14 +94,14 @@ class Judge {
 
 }  // namespace
 
-MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs,
+MemoryPrintReport print_in_memory(const Product& product, const Experiment& e, const Blobs& inputs,
                                   const MemoryPrintOptions& options) {
   const Judge judge(e, inputs);
   plant::WorldConfig nature = plant::world_config(e, inputs);
   if (options.nature) options.nature(nature);
   PlantWorld world(plant::World(nature, nullptr));
   Lab lab(&world);
-  const auto hosts = make_hosts(e, inputs);
+  const auto hosts = make_hosts(product, e, inputs);
   for (const auto& host : hosts) lab.add(host.get());
 
   MemoryPrintReport report;
@@ -121,7 +122,7 @@ MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs,
   });
   Outbox launcher(NodeId::kLauncher, kRunId);
   launcher.begin(Time{}, 0);
-  run_start_t started;
+  run_start_t started{};
   started.name = e.run.name;
   started.scheme = e.control.scheme;
   launcher.send(channels::kRunStart, started);
@@ -155,7 +156,7 @@ MemoryPrintReport print_in_memory(const Experiment& e, const Blobs& inputs,
   }
 
   plant::Truth truth = world.world().truth();
-  report.result = result_of(end.outcome, end.layers, end.reason);
+  report.result = runs::result_of(end.outcome, end.layers, end.reason);
   report.error = judge.error(world.world(), prints_paths(e) ? measured.layer : end.layers, truth.height);
   if (options.outline) report.outline = judge.outline(world.world(), truth);
   report.droplets = truth.droplets_fired;

@@ -14,8 +14,9 @@
 #include "config/experiment.h"
 #include "core/grid/material_columns.h"
 #include "core/grid/outline.h"
-#include "print/folder/run_folder.h"
+#include "print/labs/product.h"
 #include "print/simulated/line_truth.h"
+#include "runs/folder/run_folder.h"
 #include "runtime/node.h"
 
 namespace firn {
@@ -48,7 +49,7 @@ struct LayerTruth {
 };
 
 struct MemoryPrintReport {
-  RunResult result;           ///< status 0 = the scheme finished the part; all else is a print that failed
+  runs::RunResult result;     ///< status 0 = the scheme finished the part; all else is a print that failed
   ErrorStats error;           ///< of the true final surface about the target, over the mask
   OutlineStats outline;       ///< with `outline` asked for: of the true final part
   std::int64_t droplets = 0;  ///< triggers that the jet obeyed
@@ -67,10 +68,11 @@ struct MemoryPrintReport {
   std::vector<HeightMap> ice_each;  ///< the same after each layer of `series`
 };
 
-/// Prints `experiment` with `inputs` (make_inputs). Thread-safe: any number of prints may run at once.
+/// Prints `experiment` with `inputs` (make_inputs) by the nodes of the product. Thread-safe: any number of
+/// prints may run at once.
 /// @throws std::invalid_argument, ConfigError: inputs or plant that cannot be; std::runtime_error: the lab
 /// does not advance.
-MemoryPrintReport print_in_memory(const Experiment& experiment, const Blobs& inputs,
+MemoryPrintReport print_in_memory(const Product& product, const Experiment& experiment, const Blobs& inputs,
                                   const MemoryPrintOptions& options = {});
 
 }  // namespace firn

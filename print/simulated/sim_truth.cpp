@@ -26,8 +26,8 @@ std::optional<sim_truth_t> parse_truth_line(const std::string& line) {
   t.grid.pitch_y_mm = number();
   t.grid.origin_x_mm = number();
   t.grid.origin_y_mm = number();
-  constexpr std::int32_t kMostCells = 4'000'000;
-  if (!sound || t.grid.nx < 1 || t.grid.ny < 1 || t.grid.nx > kMostCells / t.grid.ny) return std::nullopt;
+  constexpr std::int32_t kMaxCells = 4'000'000;
+  if (!sound || t.grid.nx < 1 || t.grid.ny < 1 || t.grid.nx > kMaxCells / t.grid.ny) return std::nullopt;
   t.n = t.grid.nx * t.grid.ny;
   t.height_mm.reserve(std::size_t(t.n));
   for (std::int32_t n = 0; n < t.n && sound; ++n) t.height_mm.push_back(float(number()));

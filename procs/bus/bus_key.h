@@ -23,7 +23,7 @@ struct BusKey {
   static std::optional<BusKey> from_line(std::string_view line);
 };
 
-/// Whether the messages of the bus at `url` are sealed: unless it has the option key=none.
+/// Whether the messages of the bus at `url` are authenticated: unless it has the option key=none.
 bool bus_is_keyed(std::string_view url);
 
 /// Reads the key of a process from its control line, and no byte more. Nothing, with a sentence on stderr, if

@@ -7,14 +7,16 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 #include <stdexcept>
+
+#include "core/options/number.h"
+#include "procs/bus/channel_filter.h"
 
 namespace firn {
 namespace {
 
-constexpr int kMostAtOnce = 512;  // datagrams per receive(), so that a flood does not starve the node
+constexpr int kMaxAtOnce = 512;  // datagrams per receive(), so that a flood does not starve the node
 
 template <class T>
 void set_option(int fd, int level, int option, const T& value, const char* name) {
@@ -23,12 +25,11 @@ void set_option(int fd, int level, int option, const T& value, const char* name)
 }
 
 int number(std::string_view text, int low, int high, const char* name) {
-  int v = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), v);
-  if (error != std::errc{} || end != text.data() + text.size() || v < low || v > high)
+  const std::optional<int> v = whole_number(text, low, high);
+  if (!v)
     throw std::runtime_error(std::string(name) + " '" + std::string(text) + "': must lie in [" +
                              std::to_string(low) + ", " + std::to_string(high) + "]");
-  return v;
+  return *v;
 }
 
 struct Address {
@@ -87,7 +88,7 @@ void LcmBus::open(const std::string& url, const std::optional<BusKey>& key) {
     throw std::runtime_error(key ? "key=none, but there is a key" : "there is no key, and not key=none");
   if (key) {
     check_.emplace(*key);
-    seal_.emplace(*key);
+    mac_.emplace(*key);
   }
   group_ = address.group;
   loopback_ = int(::if_nametoindex("lo"));
@@ -122,13 +123,23 @@ LcmBus::~LcmBus() {
 }
 
 void LcmBus::subscribe(const std::string& channel) {
-  if (channel.empty() || channel.size() > kMostChannelBytes)
+  if (channel.empty() || channel.size() > kMaxChannelBytes)
     throw std::runtime_error("LCM cannot subscribe to '" + channel + "': a channel has 1 to 63 bytes");
   channels_.insert(channel);
+  keep_others_out();
+}
+
+// Without the filter, which some sandboxes refuse, receive() alone chooses.
+void LcmBus::keep_others_out() {
+  std::vector<sock_filter> program = channel_filter(channels_);
+  const sock_fprog filter{std::uint16_t(program.size()), program.data()};
+  if (program.empty() || ::setsockopt(receiver_, SOL_SOCKET, SO_ATTACH_FILTER, &filter, sizeof filter) != 0)
+    (void)::setsockopt(receiver_, SOL_SOCKET, SO_DETACH_FILTER, &filter,
+                       sizeof filter);  // one of fewer channels
 }
 
 void LcmBus::receive(const Sink& sink) {
-  for (int n = 0; n < kMostAtOnce; ++n) {
+  for (int n = 0; n < kMaxAtOnce; ++n) {
     iovec place{buffer_.data(), buffer_.size()};
     alignas(cmsghdr) std::byte control[CMSG_SPACE(sizeof(in_pktinfo))];
     msghdr message{};
@@ -154,9 +165,9 @@ void LcmBus::receive(const Sink& sink) {
       p = read_packet(std::span(buffer_).first(std::size_t(got)));
     const bool wanted = p.fault == PacketFault::kNone && channels_.contains(p.channel);
     if (wanted && check_) {
-      const SealFault fault = check_->open(p.channel, p.payload);
-      if (fault == SealFault::kForged) p.fault = PacketFault::kForged;
-      if (fault == SealFault::kRepeated) p.fault = PacketFault::kRepeated;
+      const MacFault fault = check_->open(p.channel, p.payload);
+      if (fault == MacFault::kForged) p.fault = PacketFault::kForged;
+      if (fault == MacFault::kRepeated) p.fault = PacketFault::kRepeated;
     }
     if (p.fault != PacketFault::kNone)
       ++dropped_[std::size_t(p.fault)];
@@ -166,16 +177,16 @@ void LcmBus::receive(const Sink& sink) {
 }
 
 void LcmBus::publish(std::string_view channel, std::span<const std::byte> datagram) {
-  if (channel.empty() || channel.size() > kMostChannelBytes ||
-      channel.size() + 1 + datagram.size() + (seal_ ? kSealBytes : 0) > kMostShortMessageBytes)
+  if (channel.empty() || channel.size() > kMaxChannelBytes ||
+      channel.size() + 1 + datagram.size() + (mac_ ? kMacTrailerBytes : 0) > kMaxShortMessageBytes)
     throw std::logic_error("LCM: " + std::to_string(datagram.size()) + " bytes on '" + std::string(channel) +
                            "' are no short message");
   const std::lock_guard lock(sending_);  // numbers leave in order
-  std::byte head[kPacketHead], trailer[kSealBytes];
+  std::byte head[kPacketHead], trailer[kMacTrailerBytes];
   write_packet_head(sequence_++, head);
-  if (seal_) seal_->seal(channel, datagram, trailer);
-  char name[kMostChannelBytes + 1] = {};
-  channel.copy(name, kMostChannelBytes);
+  if (mac_) mac_->write(channel, datagram, trailer);
+  char name[kMaxChannelBytes + 1] = {};
+  channel.copy(name, kMaxChannelBytes);
   iovec parts[4] = {{head, sizeof head},
                     {name, channel.size() + 1},
                     {const_cast<std::byte*>(datagram.data()), datagram.size()},
@@ -184,7 +195,7 @@ void LcmBus::publish(std::string_view channel, std::span<const std::byte> datagr
   message.msg_name = &group_;
   message.msg_namelen = sizeof group_;
   message.msg_iov = parts;
-  message.msg_iovlen = seal_ ? 4 : 3;
+  message.msg_iovlen = mac_ ? 4 : 3;
   // A datagram that the kernel refuses is a lost datagram: the transport sends it again when asked.
   (void)::sendmsg(sender_, &message, MSG_NOSIGNAL);
 }

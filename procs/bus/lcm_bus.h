@@ -14,7 +14,7 @@
 
 #include "procs/bus/bus_key.h"
 #include "procs/bus/lcm_packet.h"
-#include "procs/bus/message_seal.h"
+#include "procs/bus/message_mac.h"
 #include "runtime/bus.h"
 
 namespace firn {
@@ -27,8 +27,8 @@ std::string default_bus_url(int port);
 class LcmBus : public Bus {
  public:
   /// @param url "udpm://<multicast address>:<port>[?ttl=0][&recv_buf_size=<bytes>][&key=none]"
-  /// @param key seals all that is sent; a datagram without its seal is dropped. None exactly if the URL has
-  /// key=none
+  /// @param key authenticates all that is sent; a datagram without its MAC is dropped. None exactly if the
+  /// URL has key=none
   /// @throws std::runtime_error naming the URL and the remedy if there is no such bus on loopback
   explicit LcmBus(const std::string& url, const std::optional<BusKey>& key = std::nullopt);
   ~LcmBus() override;
@@ -47,6 +47,7 @@ class LcmBus : public Bus {
 
  private:
   void open(const std::string& url, const std::optional<BusKey>& key);
+  void keep_others_out();
 
   int receiver_ = -1, sender_ = -1;
   int loopback_ = 0;  // index of the interface
@@ -54,9 +55,9 @@ class LcmBus : public Bus {
   std::set<std::string, std::less<>> channels_;
   std::vector<std::byte> buffer_;
   std::array<std::uint64_t, kPacketFaults> dropped_{};
-  std::optional<SealVerifier> check_;
+  std::optional<MacVerifier> check_;
   std::mutex sending_;
-  std::optional<MessageSeal> seal_;
+  std::optional<MessageMac> mac_;
   std::uint32_t sequence_ = 0;
 };
 

@@ -55,8 +55,8 @@ LcmPacket read_packet(std::span<const std::byte> datagram) {
   if (magic == kFragmentMagic) return refuse(PacketFault::kFragment);
   if (magic != kShortMagic) return refuse(PacketFault::kForeign);
   const auto rest = datagram.subspan(kPacketHead);
-  if (rest.size() > kMostShortMessageBytes) return refuse(PacketFault::kTooLong);
-  const auto name = rest.first(std::min(rest.size(), kMostChannelBytes + 1));
+  if (rest.size() > kMaxShortMessageBytes) return refuse(PacketFault::kTooLong);
+  const auto name = rest.first(std::min(rest.size(), kMaxChannelBytes + 1));
   const auto end = std::ranges::find(name, std::byte{0});
   if (end == name.end() || end == name.begin()) return refuse(PacketFault::kChannel);
   const std::size_t length = std::size_t(end - name.begin());

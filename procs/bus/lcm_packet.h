@@ -10,8 +10,8 @@
 
 namespace firn {
 
-inline constexpr std::size_t kMostChannelBytes = 63;          ///< of a channel's name, without its NUL
-inline constexpr std::size_t kMostShortMessageBytes = 65499;  ///< channel, NUL and payload
+inline constexpr std::size_t kMaxChannelBytes = 63;          ///< of a channel's name, without its NUL
+inline constexpr std::size_t kMaxShortMessageBytes = 65499;  ///< channel, NUL and payload
 
 /// Why a datagram is no message for Firn.
 enum class PacketFault : std::uint8_t {
@@ -22,8 +22,8 @@ enum class PacketFault : std::uint8_t {
   kChannel,      ///< its channel is empty, longer than 63 bytes, or has no end
   kTooLong,      ///< longer than a datagram of LCM
   kNotLoopback,  ///< arrived by another interface, or from another host
-  kForged,       ///< without the seal of the run's key, or altered
-  kRepeated,     ///< sealed, and taken before
+  kForged,       ///< without a MAC under the run's key, or altered
+  kRepeated,     ///< authenticated, and taken before
 };
 inline constexpr int kPacketFaults = 9;
 const char* word(PacketFault fault);

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <exception>
 
+#include "files/run_paths.h"
 #include "procs/bus/lcm_bus.h"
 #include "runtime/build_info.h"
 #include "runtime/control_line.h"
@@ -29,7 +30,7 @@ int node_main(int argc, char** argv, NodeId node, MakeNode make) {
   }
   try {
     ProcessOptions& o = args.options;
-    const std::string config = read_text_file(o.run_dir + "/experiment.toml");
+    const std::string config = read_text_file(RunPaths(o.run_dir).experiment_path());
     auto made = make(config, read_blobs(args));
     o.head = {name,
               o.run_id,

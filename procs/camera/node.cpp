@@ -11,16 +11,11 @@ namespace {
 
 constexpr int kPreview_px = 200;
 
-drivers::CameraOptions camera_config(const Experiment& e) {
-  drivers::CameraOptions c{e.camera};
-  c.host_latency_s = host_latency_s(e.run.time_scale);
-  return c;
-}
-
 }  // namespace
 
 CameraNode::CameraNode(const Experiment& e)
-    : DriverNode(NodeId::kCamera, camera_config(e)), preview_s_(e.camera.preview_s) {
+    : DriverNode(NodeId::kCamera, drivers::CameraOptions{e.camera, host_latency_s(e.run.time_scale)}),
+      preview_s_(e.camera.preview_s) {
   subscribe(channels::kCameraCommand, this);
 }
 

@@ -15,8 +15,7 @@ namespace firn {
 /// Adapter of drivers/camera. A picture is sent as a PNG, which the run's log keeps; its time is that of the
 /// exposure: now less the age that the camera states. Previews are at most 200 px wide and camera.preview_s
 /// apart.
-class CameraNode final
-    : public DriverNode<CameraNode, drivers::Camera, drivers::Effects, drivers::CameraShot> {
+class CameraNode final : public DriverNode<CameraNode, drivers::Camera, drivers::Effects> {
  public:
   explicit CameraNode(const Experiment& experiment);
 

@@ -12,7 +12,7 @@ namespace firn {
 namespace {
 
 // A map without a reported noise has less noise than the sensor's resolution.
-constexpr double kLeastNoise_mm = 1e-4;
+constexpr double kMinNoise_mm = 1e-4;
 constexpr double kSparseStd = 0.4;  // control.droplet_factors = "together"
 
 droplet::HeightFilterOptions options_of(const Experiment& e) {
@@ -86,8 +86,7 @@ void HeightEstimate::take(const height_map_t& m) {
   if (m.quality.size() != grid_.size())
     throw std::invalid_argument("HEIGHT_MAP " + std::to_string(m.map_id) + ": no quality of each cell");
   const HeightMap height = height_of(m);
-  const double noise =
-      std::isfinite(m.noise_std_mm) ? std::max(m.noise_std_mm, kLeastNoise_mm) : kLeastNoise_mm;
+  const double noise = std::isfinite(m.noise_std_mm) ? std::max(m.noise_std_mm, kMinNoise_mm) : kMinNoise_mm;
   const droplet::LayerDrops drops = m.layer == layer_ ? drops_ : droplet::LayerDrops{};
   const auto use = drops.use_of(height, m.quality, mask_);
   if (m.layer == taken_)

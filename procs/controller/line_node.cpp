@@ -22,7 +22,7 @@ constexpr double kUmPerMm = 1e3;
 constexpr std::size_t kBarePictures = 9;  // whose median is the light
 constexpr double kDarkest = 1e-3;         // share of the white level that still tells ink from none
 constexpr double kBlackest = 0.99;        // contrast; thicker ink looks alike
-constexpr double kLeastDepths = 0.1;      // optical depths of ink that is no noise
+constexpr double kMinDepths = 0.1;        // optical depths of ink that is no noise
 constexpr double kDeepestDepths = 2.0;    // optical depths; of more ink a layer's share is not told
 constexpr double kOfPicture = 0.95;       // looked at around an end
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -35,7 +35,7 @@ HeightMap less(HeightMap a, const HeightMap& b) {
 }
 
 std::vector<LineReading> read_lines(const HeightMap& picture, const std::vector<LineStation>& stations,
-                                    const vision::LineLook& look) {
+                                    const vision::LineWindow& look) {
   std::vector<LineReading> readings;
   for (const LineStation& s : stations)
     readings.push_back(vision::measure_line(picture, s, look).value_or(kUnread));
@@ -131,7 +131,7 @@ vision::LinePictureReading LineControllerNode::look_along(const LineStation& s,
   view.direction = {s.direction.x_mm, -s.direction.y_mm};
   view.length_px = (s.to_mm - s.from_mm) / per_px;
   view.width_px = width_mm_ / per_px;
-  view.window_px = std::min(vision::LineLook{}.half_window_mm * 2.0, 0.5 * s.room_mm) / per_px;
+  view.window_px = std::min(vision::LineWindow{}.half_window_mm * 2.0, 0.5 * s.room_mm) / per_px;
   vision::LinePictureOptions options;
   options.blur_px = c.camera_blur_px;
   return vision::measure_line_picture(frame, flat_.pixels.empty() ? nullptr : &flat_, view, options);
@@ -153,8 +153,8 @@ HeightMap LineControllerNode::ink_around(const Point2& at, const vision::Frame& 
   return ink;
 }
 
-vision::LineLook LineControllerNode::end_window(const HeightMap& ink) const {
-  vision::LineLook look;
+vision::LineWindow LineControllerNode::end_window(const HeightMap& ink) const {
+  vision::LineWindow look;
   look.noise_mm = changes_.experiment().aerosol.optical_depth_mm;
   look.end_before_mm = look.end_inside_mm =
       0.5 * kOfPicture *
@@ -169,7 +169,7 @@ void LineControllerNode::look_at_end(std::size_t n, const vision::Frame& frame) 
   if (flat_.pixels.size() != frame.pixels.size() || flat_.width != frame.width) return;
   const LineEnd& end = controller_.ends()[n];
   seen.ink = ink_around(end.at, frame);
-  const vision::LineLook look = end_window(seen.ink);
+  const vision::LineWindow look = end_window(seen.ink);
   if (looked_layer_ == 1)
     seen.level_mm = vision::level_inside(seen.ink, end, width_mm_, look).value_or(kNone);
   const auto height_mm = [&](double inwards) {  // of the outer half of that side of the picture
@@ -181,7 +181,7 @@ void LineControllerNode::look_at_end(std::size_t n, const vision::Frame& frame) 
     return vision::measure_line(seen.ink, s, {}).value_or(kUnread).height_mm;
   };
   const double inside_mm = height_mm(1.0);
-  seen.goes_on = end.free && inside_mm > kLeastDepths * changes_.experiment().aerosol.optical_depth_mm &&
+  seen.goes_on = end.free && inside_mm > kMinDepths * changes_.experiment().aerosol.optical_depth_mm &&
                  height_mm(-1.0) > 0.5 * inside_mm;
 }
 
@@ -190,7 +190,7 @@ double LineControllerNode::end_error_mm(std::size_t n, std::int32_t layer) const
   const EndLook& seen = end_looks_[n];
   const LineEnd& end = controller_.ends()[n];
   if (seen.ink.size() == 0 || layer != looked_layer_) return kNone;
-  const vision::LineLook look = end_window(seen.ink);
+  const vision::LineWindow look = end_window(seen.ink);
   if (layer == 1) return vision::measure_end(seen.ink, end, width_mm_, look).value_or(kNone);
   if (seen.before.size() != seen.ink.size() || planned_.size() < std::size_t(layer)) return kNone;
   const auto& stations = controller_.stations();
@@ -369,7 +369,7 @@ control::LineDecision LineControllerNode::decide(const height_map_t& m, line_pla
   newest_layer_ = m.layer;
 
   const AerosolLabConfig& c = changes_.experiment().aerosol;
-  vision::LineLook look;
+  vision::LineWindow look;
   look.noise_mm = m.noise_std_mm;
   control::LineMeasurement measured = unread(m.layer, m.attempt);
   if (m.layer > 0) {
@@ -416,7 +416,10 @@ void LineControllerNode::answer(line_plan_t plan,
   }
   plan.decision = std::int8_t(d.kind);
   plan.reason = d.reason;
-  if (d.kind == PlanDecision::kPrint) plan.path = ++paths_;
+  if (d.kind == PlanDecision::kPrint) {
+    plan.path = ++paths_;
+    if (!d.reason.empty()) out.warn(d.reason);
+  }
   plan.duration_s = d.duration_s;
   plan.open_s = d.open_s;
   plan.printed_mm = d.printed_mm;

@@ -57,7 +57,7 @@ class LineControllerNode final : public Node {
     bool goes_on = false;                                        ///< there is a line behind it
   };
   HeightMap ink_around(const Point2&, const vision::Frame&) const;
-  vision::LineLook end_window(const HeightMap& ink) const;
+  vision::LineWindow end_window(const HeightMap& ink) const;
   void look_at_end(std::size_t end, const vision::Frame&);
   /// Error of an end of the ink that the layer added [mm]; NaN where the pictures do not tell.
   double end_error_mm(std::size_t end, std::int32_t layer) const;

@@ -7,6 +7,7 @@
 #include "config/labs.h"
 #include "core/control/python_scheme.h"
 #include "core/grid/npy.h"
+#include "core/path/job_codec.h"
 #include "firn/enums.h"
 #include "firn/layer_plan_t.hpp"
 #include "lcmtypes/convert.h"

@@ -48,7 +48,7 @@ class ModelPrediction final : public python::Prediction {
   control::Predictor predict_;
 };
 
-class PythonController final : public control::LayerController {
+class PythonController final : public control::LayerControllerBase {
  public:
   PythonController(const control::Setup& setup, const control::PythonScheme& scheme, const Blobs& inputs)
       : setup_(setup), predict_(setup), prediction_(std::make_shared<ModelPrediction>(setup)) {
@@ -61,7 +61,7 @@ class PythonController final : public control::LayerController {
                               m.h3_mm,
                               m.layer_height_mm(),
                               setup.seed,
-                              control::kMostPythonDrops,
+                              control::kMaxPythonDrops,
                               kLongestDecision_s};
     controller_ =
         python::host().make_controller(python::recorded_files(inputs, kPythonRole, scheme.file_name()),

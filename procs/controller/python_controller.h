@@ -12,7 +12,7 @@
 
 namespace firn {
 
-/// Role of an input that holds a Python file: "python/level.py".
+/// Role of an input that holds a Python file: this and the name of the file, level.py.
 inline constexpr std::string_view kPythonRole = python::kControllerRole;
 
 /// Role of the input that holds the interpreter and the packages of the run.

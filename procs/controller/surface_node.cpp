@@ -44,7 +44,7 @@ control::SurfaceDecision SurfaceControllerNode::decide(const height_map_t& m) {
                                 std::to_string(grid.nx) + " x " + std::to_string(grid.ny));
   const double noise = std::isfinite(m.noise_std_mm) && m.noise_std_mm > 0.0 ? m.noise_std_mm : 0.0;
   return scheme_->decide({height_of(m), slice::footprint_materials(*layer, grid),
-                          layer->z * slice::kMmPerUnit, m.layer, m.attempt, noise});
+                          layer->z * geometry::kMmPerUnit, m.layer, m.attempt, noise});
 }
 
 void SurfaceControllerNode::start(const Start& start, Time, Outbox&) {

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kUmPerMm = 1e3, kMmPerSPerMPerS = 1e3, kUsPerS = 1e6, kPlPerMm3 = 1e6;
 constexpr double kDegPerRad = 180.0 / std::numbers::pi;
-constexpr std::size_t kLeastForBackground = 5;
+constexpr std::size_t kMinForBackground = 5;
 
 }  // namespace
 
@@ -44,7 +44,7 @@ void DropletWatchNode::measure(Outbox& out) {
   for (const Picture& p : pictures) frames.push_back(&p.frame);
   const bool moves = !pictures.empty() && pictures.front().delay_us != pictures.back().delay_us;
   std::optional<vision::Background> background;
-  if (frames.size() >= kLeastForBackground) background = vision::find_background(frames, moves);
+  if (frames.size() >= kMinForBackground) background = vision::find_background(frames, moves);
   std::vector<vision::TimedPicture> timed;
   std::vector<vision::DropletPicture> found;
   for (const Picture& p : pictures) {

@@ -1,17 +1,9 @@
 #include "procs/gas/node.h"
 
 namespace firn {
-namespace {
 
-drivers::GasOptions gas_config(const Experiment& e) {
-  drivers::GasOptions c{e.gas};
-  c.host_latency_s = host_latency_s(e.run.time_scale);
-  return c;
-}
-
-}  // namespace
-
-GasNode::GasNode(const Experiment& e) : DriverNode(NodeId::kGas, gas_config(e)) {
+GasNode::GasNode(const Experiment& e)
+    : DriverNode(NodeId::kGas, drivers::GasOptions{e.gas, host_latency_s(e.run.time_scale)}) {
   subscribe(channels::kGasCommand, this);
 }
 

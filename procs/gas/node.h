@@ -14,7 +14,7 @@
 namespace firn {
 
 /// Adapter of drivers/gas: receives set points, publishes a GAS_FLOW at every round of readings.
-class GasNode final : public DriverNode<GasNode, drivers::Gas, drivers::Effects, drivers::GasFlows> {
+class GasNode final : public DriverNode<GasNode, drivers::Gas, drivers::Effects> {
  public:
   explicit GasNode(const Experiment& experiment);
 

@@ -14,8 +14,7 @@
 namespace firn {
 
 /// Adapter of drivers/heater: receives set points, publishes a TEMPERATURE at every reading.
-class HeaterNode final
-    : public DriverNode<HeaterNode, drivers::Heater, drivers::Effects, drivers::Temperatures> {
+class HeaterNode final : public DriverNode<HeaterNode, drivers::Heater, drivers::Effects> {
  public:
   explicit HeaterNode(const Experiment& experiment);
 

@@ -1,17 +1,10 @@
 #include "procs/laser_point/node.h"
 
 namespace firn {
-namespace {
 
-drivers::LaserPointOptions laser_config(const Experiment& e) {
-  drivers::LaserPointOptions c{e.laser_point};
-  c.host_latency_s = host_latency_s(e.run.time_scale);
-  return c;
-}
-
-}  // namespace
-
-LaserPointNode::LaserPointNode(const Experiment& e) : DriverNode(NodeId::kLaserPoint, laser_config(e)) {
+LaserPointNode::LaserPointNode(const Experiment& e)
+    : DriverNode(NodeId::kLaserPoint,
+                 drivers::LaserPointOptions{e.laser_point, host_latency_s(e.run.time_scale)}) {
   subscribe(channels::kLaserCommand, this);
 }
 

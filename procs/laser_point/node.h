@@ -15,8 +15,7 @@ namespace firn {
 
 /// Adapter of drivers/laser_point. LASER_SAMPLES of a collect carries the path of the command that armed the
 /// storage.
-class LaserPointNode final
-    : public DriverNode<LaserPointNode, drivers::LaserPoint, drivers::Effects, drivers::Samples> {
+class LaserPointNode final : public DriverNode<LaserPointNode, drivers::LaserPoint, drivers::Effects> {
  public:
   /// @throws std::invalid_argument: a sampling time or averaging that the instrument lacks
   explicit LaserPointNode(const Experiment& experiment);

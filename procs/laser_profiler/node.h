@@ -16,8 +16,8 @@ namespace firn {
 /// Adapter of drivers/laser_profiler. The y of a profile is the stage's Y at its trigger (the encoder count
 /// in the reply) plus the offset of the laser line from the nozzle; its x is shifted with the stage's. The
 /// swaths of a scan have one numbering of rows and one SCAN_DONE.
-class LaserProfilerNode final : public DriverNode<LaserProfilerNode, drivers::LaserProfiler, drivers::Effects,
-                                                  drivers::ProfileRow, drivers::ScanDone> {
+class LaserProfilerNode final
+    : public DriverNode<LaserProfilerNode, drivers::LaserProfiler, drivers::Effects> {
  public:
   explicit LaserProfilerNode(const Experiment& experiment);
 

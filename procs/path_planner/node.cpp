@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "config/ice_lab.h"
+#include "core/grid/decision.h"
 #include "core/planning/path_reach.h"
 #include "firn/enums.h"
 #include "firn/path_job_t.hpp"
@@ -16,7 +17,7 @@ namespace {
 
 constexpr TimerId kAhead{1};
 constexpr double kAheadAfter_s = 0.001;
-constexpr std::size_t kMostRefusals = 20;
+constexpr std::size_t kMaxRefusals = 20;
 constexpr double kMissingShare = 0.01;
 
 path_job_t job_of(const planning::PathTask& t) {
@@ -77,13 +78,13 @@ PathPlannerNode::Batch PathPlannerNode::table_batch() const {
 
 bool PathPlannerNode::refuse_unreachable(Outbox& out) {
   const std::vector<planning::Unreachable> refused =
-      planning::unreachable_paths(*planner_, paths_, setup_, kMostRefusals);
+      planning::unreachable_paths(*planner_, paths_, setup_, kMaxRefusals);
   for (std::size_t n = 0; n < refused.size(); ++n) {
     path_job_t job = job_of(refused[n].task);
     job.path = ++path_;
     job.batch = 1;
     job.index = std::int32_t(n);
-    job.count = std::int32_t(kMostRefusals);
+    job.count = std::int32_t(kMaxRefusals);
     set_reach(job, refused[n].task.points);
     job.text = refused[n].text;
     out.send(channels::kPathJob, std::move(job));
@@ -103,7 +104,7 @@ void PathPlannerNode::on(const control_surface_t& m, Time, Outbox& out) {
   if (m.layer < answered_layer_ || (m.layer == answered_layer_ && m.attempt <= answered_attempt_)) return;
   answered_layer_ = m.layer;
   answered_attempt_ = m.attempt;
-  if (m.decision != 0) return;
+  if (PlanDecision(m.decision) != PlanDecision::kPrint) return;
   HeightMap action(from_message(m.grid));
   for (std::size_t c = 0; c < action.size(); ++c) action.cells[c] = double(m.u[c]);
   send_batch(batch_after(m.layer), m.layer + interval_layers_, m.map_id, &action, out);

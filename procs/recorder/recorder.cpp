@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "files/run_paths.h"
 #include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "runtime/control_line.h"
@@ -18,14 +19,11 @@ constexpr std::int64_t kFlushUs = 100'000;    // so much of the log may be lost 
 constexpr std::int64_t kRetryUs = 1'000'000;  // when the disk refuses
 constexpr std::int64_t kLingerUs = 500'000;   // after STOP, for messages on their way
 constexpr std::int64_t kQuietUs = 60'000;     // nothing has come for so long: done
+constexpr std::int64_t kLookUs = 20'000;      // while something is still missing
 
-std::filesystem::path log_path(const ProcessOptions& o) {
-  return std::filesystem::path(o.run_dir) / "log.lcm";
-}
-
-logfile::EventLogWriter::Options log_options(const ProcessOptions& o) {
-  logfile::EventLogWriter::Options w;
-  w.mode = o.incarnation > 0 ? logfile::File::Mode::kAppend : logfile::File::Mode::kCreate;
+record::EventLogWriter::Options log_options(const ProcessOptions& o) {
+  record::EventLogWriter::Options w;
+  w.mode = o.incarnation > 0 ? record::File::Mode::kAppend : record::File::Mode::kCreate;
   return w;
 }
 
@@ -33,13 +31,13 @@ logfile::EventLogWriter::Options log_options(const ProcessOptions& o) {
 
 Recorder::Recorder(const ProcessOptions& options, Bus& bus)
     : options_(options),
-      log_(log_path(options), log_options(options)),
+      log_(RunPaths(options.run_dir).log_path(), log_options(options)),
       station_(options, bus,
                [this](const ChannelInfo& row, std::span<const std::byte> m) { record(row, m); }) {
   for (const ChannelInfo& row : channel_table())
     if (row.logged) station_.subscribe(row.name);
   if (options.incarnation > 0) {
-    const logfile::EventLogFile file(log_path(options));
+    const record::EventLogFile file(RunPaths(options.run_dir).log_path());
     auto reader = file.reader();
     while (const auto event = reader.next())
       if (!event->damaged) station_.restore_received(event->channel, event->data);
@@ -55,10 +53,10 @@ int Recorder::run() {
   std::uint64_t delivered = 0;
   for (;;) {
     const std::int64_t wall = monotonic_us();
-    const std::int64_t until = std::min({wall + 20'000, station_.due_us()});
-    const std::int64_t left = std::max<std::int64_t>(0, until - wall);
+    std::int64_t until = std::min({station_.due_us(), next_flush_us_, stop_at_us});
+    if (stop_at_us != INT64_MAX) until = std::min(until, std::max(last_us + kQuietUs, wall + kLookUs));
     pollfd fds[] = {{station_.fd(), POLLIN, 0}, {control.closed() ? -1 : control.fd(), POLLIN, 0}};
-    const timespec timeout{0, long(left) * 1000};
+    const timespec timeout = poll_timeout(until - wall);
     ::ppoll(fds, 2, &timeout, nullptr);
     station_.service();
     const std::int64_t now = monotonic_us();
@@ -87,20 +85,21 @@ int Recorder::run() {
 }
 
 void Recorder::record(const ChannelInfo& row, std::span<const std::byte> message) {
+  if (next_flush_us_ == INT64_MAX) next_flush_us_ = monotonic_us() + kFlushUs;
   const auto header = wire::read_header(message);
   try {
     log_.append(header ? header->utime_us : 0, row.name, message);
-  } catch (const logfile::FileError& e) {
+  } catch (const record::FileError& e) {
     trouble(e.what());
   }
 }
 
 void Recorder::write_out(std::int64_t wall_us) {
   if (wall_us < next_flush_us_) return;
-  next_flush_us_ = wall_us + kFlushUs;
+  next_flush_us_ = INT64_MAX;
   try {
     log_.flush();
-  } catch (const logfile::FileError& e) {
+  } catch (const record::FileError& e) {
     next_flush_us_ = wall_us + kRetryUs;
     trouble(e.what());
   }
@@ -109,7 +108,7 @@ void Recorder::write_out(std::int64_t wall_us) {
 void Recorder::trouble(const std::string& what) {
   if (std::exchange(told_, true)) return;
   std::fprintf(stderr, "recorder: %s\n", what.c_str());
-  fault_t fault;
+  fault_t fault{};
   fault.severity = std::int8_t(Severity::kStop);
   fault.code = 0;
   fault.node = "recorder";

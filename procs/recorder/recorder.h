@@ -26,7 +26,7 @@ class Recorder {
   void trouble(const std::string& what);
 
   ProcessOptions options_;
-  logfile::EventLogWriter log_;
+  record::EventLogWriter log_;
   Station station_;
   std::int64_t next_flush_us_ = 0;
   bool told_ = false;  ///< the fault that stops the print

@@ -24,7 +24,7 @@ drivers::RobotOptions robot_config(const Experiment& e, const Machine& machine) 
     c.limits[j].low = range.low;
     c.limits[j].high = range.high;
     if (machine.joint[j].rate > 0.0)
-      c.limits[j].most_rate = std::min(c.limits[j].most_rate, machine.joint[j].rate * unit * kRateSlack);
+      c.limits[j].max_rate = std::min(c.limits[j].max_rate, machine.joint[j].rate * unit * kRateSlack);
   }
   c.tick_s = machine.tick_s;
   c.slip_s = e.ice.max_time_slip_s;

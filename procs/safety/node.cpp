@@ -8,7 +8,6 @@ namespace firn {
 namespace {
 
 constexpr TimerId kTick{1};
-constexpr int kStateSafe = 3;
 constexpr int kSilentTicks =
     10;  // own ticks without a heartbeat; own ticks, so that a late safety accuses nobody
 
@@ -106,7 +105,7 @@ void Safety::stop(const std::string& cause, Time now, Outbox& out) {
 }
 
 void Safety::send_enable(Outbox& out) {
-  enable_t m;
+  enable_t m{};
   m.enable_epoch = epoch_;
   m.enabled = phase_ == Phase::kEnabled;
   m.lease_s = config_.lease_s * config_.time_scale;
@@ -114,7 +113,7 @@ void Safety::send_enable(Outbox& out) {
 }
 
 void Safety::send_stop(Outbox& out) {
-  safe_stop_t m;
+  safe_stop_t m{};
   m.enable_epoch = epoch_;
   m.cause = cause_;
   out.send(channels::kSafeStop, m);
@@ -126,7 +125,7 @@ bool Safety::all_safe(std::int64_t epoch) const {
   for (const NodeInfo& n : nodes()) {
     if (!driver_[std::size_t(n.id)]) continue;
     const HeardState& d = drivers_[std::size_t(n.id)];
-    if (!d.heard || d.state != kStateSafe || d.epoch < epoch) return false;
+    if (!d.heard || DeviceState(d.state) != DeviceState::kSafe || d.epoch < epoch) return false;
   }
   return true;
 }

@@ -8,14 +8,13 @@
 #include "firn/lamp_command_t.hpp"
 #include "firn/stage_command_t.hpp"
 #include "lcmtypes/convert.h"
-#include "procs/scheduler/rise_check.h"
 #include "procs/scheduler/scrape_check.h"
 #include "procs/scheduler/sensor_check.h"
 
 namespace firn {
 namespace {
 
-constexpr int kMostHalvings = 4;  // of the scan's speed
+constexpr int kMaxHalvings = 4;  // of the scan's speed
 
 double extent_mm(int n, double pitch_mm) { return (n + 1) * pitch_mm; }
 
@@ -40,7 +39,7 @@ std::string DropletLoop::doubt() const {
 
 std::string DropletLoop::place() const {
   if (job_.finished()) return "before the scan of layer " + std::to_string(layers_done_);
-  return "before layer " + std::to_string(job_.layer()) + ", pass " + std::to_string(job_.pass());
+  return "before layer " + std::to_string(job_.layer()) + ", pass " + std::to_string(job_.pass() + 1);
 }
 
 std::string DropletLoop::awaited() const {
@@ -86,7 +85,8 @@ void DropletLoop::answered(const answer_t& m, Time now, Outbox& out) {
     case Phase::kPass:
       return proceed(Phase::kDisarmJet, now, out);
     case Phase::kDisarmJet:
-      if (Outcome(m.outcome) == Outcome::kRefused) return fail(m.code, m.node + ": " + m.text, now, out);
+      if (Outcome(m.outcome) == Outcome::kRefused)
+        return fail(m.code, m.node + ": " + m.text, now, out, from_message(m.figure));
       settle_pass(m, out);
       return proceed(job_.cure_due() ? Phase::kPark : Phase::kArmJet, now, out);
     case Phase::kPark:
@@ -128,6 +128,10 @@ bool DropletLoop::rejected(const height_map_t& m, Time now, Outbox& out) {
   const double needed = experiment().process.min_measured_fraction;
   const bool little = m.measured_fraction < needed;
   if (!many && !little) return false;
+  const Figure figure = little
+                            ? Figure{m.measured_fraction, needed, "", "process.min_measured_fraction"}
+                            : Figure{double(lost) / m.rows_expected, experiment().process.max_lost_rows_share,
+                                     "", "process.max_lost_rows_share"};
   std::string what = "height map of layer " + std::to_string(m.layer);
   if (many)
     what += " lacks " + std::to_string(lost) + " of " + std::to_string(m.rows_expected) +
@@ -136,19 +140,20 @@ bool DropletLoop::rejected(const height_map_t& m, Time now, Outbox& out) {
     what += " measures " + std::to_string(m.measured_fraction) + " of the grid; " + std::to_string(needed) +
             " is needed";
   if (scan_attempt_ < experiment().process.max_rescans) {
-    if (many && slower_ < kMostHalvings) ++slower_;
+    if (many && slower_ < kMaxHalvings) ++slower_;
     out.report(
         Severity::kWarning,
-        what + "; measuring again" + (many ? " at " + std::to_string(scan_speed_mm_s()) + " mm/s" : ""), 13);
+        what + "; measuring again" + (many ? " at " + std::to_string(scan_speed_mm_s()) + " mm/s" : ""), 13,
+        figure);
     scan_again(now, out);
     return true;
   }
   if (little) {
     phase_ = Phase::kArmProfiler;  // a resume continues here
-    fail(13, what, now, out);
+    fail(13, what, now, out, figure);
     return true;
   }
-  out.report(Severity::kWarning, what + "; the layer is decided without them", 13);
+  out.report(Severity::kWarning, what + "; the layer is decided without them", 13, figure);
   return false;
 }
 
@@ -157,11 +162,11 @@ bool DropletLoop::doubted(const height_map_t& m, Time now, Outbox& out) {
   if (m.layer > 1 || experiment().control.scheme == "registration") return false;
   const LaserProfilerConfig& sensor = experiment().laser_profiler;
   HeightMap height = measured_height_of(m);
-  std::string doubt;
+  Violation doubt;
   if (m.layer == 0) {
     doubt = check_bare(height, sensor.bias_limit_mm,
                        {"the bare table", "the profiler's zero or the table's height",
-                        "set the profiler to zero on the bare table"});
+                        "set the profiler to zero on the bare table", "laser_profiler.bias_limit_mm"});
     if (doubt.empty()) bare_ = std::move(height);
   } else if (experiment().control.scheme == "pattern") {  // scattered cells have no outline
     bare_ = HeightMap();
@@ -171,7 +176,8 @@ bool DropletLoop::doubted(const height_map_t& m, Time now, Outbox& out) {
     for (std::size_t c = 0; c < laid.size(); ++c) laid.cells[c] = job_.plan().cells[c] > 0;
     doubt = check_outline(height, laid, {}, sensor.offset_limit_mm,
                           {"the first layer", "laser_profiler.offset_y_mm, the profiler's x or the nozzle",
-                           "measure the place of the profiler's line against a printed mark"});
+                           "measure the place of the profiler's line against a printed mark",
+                           "laser_profiler.offset_limit_mm"});
     if (doubt.empty()) bare_ = HeightMap();
   }
   return stopped_by_doubt(doubt, scan_attempt_, Phase::kArmProfiler, now, out);
@@ -181,31 +187,34 @@ bool DropletLoop::doubted(const height_map_t& m, Time now, Outbox& out) {
 bool DropletLoop::stopped_by_rise(const height_map_t& m, Time now, Outbox& out) {
   HeightMap height = measured_height_of(m);
   const bool whole = job_.finished() && !job_.in_doubt() && job_.layer() == m.layer;
-  const std::string what = whole && below_.size() && below_layer_ == m.layer - 1
-                               ? check_rise(experiment(), below_, height, job_.plan(), job_.materials())
-                               : "";
+  const Violation what = whole && below_.size() && below_layer_ == m.layer - 1
+                             ? rise_.check(experiment(), {below_, height, below_std_mm_, m.noise_std_mm,
+                                                          job_.plan(), job_.materials()})
+                             : Violation();
   below_ = what.empty() ? std::move(height) : HeightMap();
   below_layer_ = m.layer;
+  below_std_mm_ = m.noise_std_mm;
   if (what.empty()) return false;
+  rise_.restart();
   phase_ = Phase::kArmProfiler;  // a resume continues here
-  fail(12, "layer " + std::to_string(m.layer) + ": " + what, now, out);
+  fail(12, "layer " + std::to_string(m.layer) + ": " + what.text, now, out, what.figure);
   return true;
 }
 
 // Every pass and every scan sweeps the whole grid with the nozzle at one height.
 bool DropletLoop::stopped_by_height(const height_map_t& m, Time now, Outbox& out) {
   const double needed_mm = experiment().process.nozzle_clearance_mm;
-  const std::string what =
-      needed_mm > 0.0 ? scrape(height_of(m), experiment().process.nozzle_gap_mm, needed_mm) : std::string();
+  const Violation what =
+      needed_mm > 0.0 ? scrape(height_of(m), experiment().process.nozzle_gap_mm, needed_mm) : Violation();
   if (what.empty()) return false;
-  const std::string text = "layer " + std::to_string(m.layer) + ": " + what;
+  const std::string text = "layer " + std::to_string(m.layer) + ": " + what.text;
   if (scan_attempt_ < experiment().process.max_rescans) {
-    out.report(Severity::kWarning, text + "; measuring again", 6);
+    out.report(Severity::kWarning, text + "; measuring again", 6, what.figure);
     scan_again(now, out);
     return true;
   }
   phase_ = Phase::kArmProfiler;  // a resume continues here
-  fail(6, text, now, out);
+  fail(6, text, now, out, what.figure);
   return true;
 }
 

@@ -9,6 +9,7 @@
 #include "core/grid/grid.h"
 #include "firn/droplet_sweep_t.hpp"
 #include "procs/scheduler/layer_job.h"
+#include "procs/scheduler/rise_check.h"
 #include "procs/scheduler/scan_loop.h"
 
 namespace firn {
@@ -77,6 +78,8 @@ class DropletLoop final : public ScanLoop {
   LayerJob job_;
   HeightMap below_;  ///< the last accepted map; without cells after a stop that asked for a look at the part
   int below_layer_ = 0;
+  double below_std_mm_ = 0.0;  ///< noise of its cells
+  RiseCheck rise_;
   HeightMap bare_;  ///< of layer 0, until the first layer's map is accepted
   int slower_ = 0;  ///< scans have this many times half the configured speed
   std::int64_t drops_total_ = 0;

@@ -2,15 +2,14 @@
 // pulses.
 #pragma once
 
-#include <string>
-
+#include "core/grid/figure.h"
 #include "estimators/droplet/watch_options.h"
 #include "firn/droplet_sweep_t.hpp"
 
 namespace firn {
 
 /// Returns what is wrong with the jet, with value, deviation and limit; empty: it may print.
-std::string jet_out_of_band(const droplet_sweep_t& sweep, const droplet::WatchOptions& options);
+Violation jet_out_of_band(const droplet_sweep_t& sweep, const droplet::WatchOptions& options);
 
 /// Distance that the stage travels while a droplet falls: by so much pulses must come earlier [mm]. 0 where
 /// the sweep does not give the velocity.

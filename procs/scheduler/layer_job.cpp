@@ -12,7 +12,7 @@
 namespace firn {
 namespace {
 
-constexpr std::size_t kMostPasses =
+constexpr std::size_t kMaxPasses =
     127;  // layer_plan_t counts so many droplets of a cell, a pass so many passes
 
 }  // namespace
@@ -30,9 +30,9 @@ LayerJob::LayerJob(const layer_plan_t& plan, MaterialMap materials, int sub_patt
     if (plan_.cells[c] > 0 && materials_.of(c) == Material::kNone)
       throw std::invalid_argument(what + "cell " + std::to_string(c) + " is to get droplets of no ink");
   passes_ = passes_of(plan_, materials_, sub_patterns_);
-  if (passes_.size() > kMostPasses)
+  if (passes_.size() > kMaxPasses)
     throw std::invalid_argument(what + std::to_string(passes_.size()) +
-                                " passes; a pass has a number of at most " + std::to_string(kMostPasses));
+                                " passes; a pass has a number of at most " + std::to_string(kMaxPasses));
   begin_pass();
 }
 
@@ -67,7 +67,7 @@ deposition_report_t LayerJob::settle(const answer_t& stage, const answer_t& jet)
   const bool jet_in_doubt = Outcome(jet.outcome) == Outcome::kUnknown && doubt_to > 0;
   if (jet_in_doubt) known = 0;  // the stage's pulses are counted, the jet may have obeyed any of them or none
 
-  deposition_report_t r;
+  deposition_report_t r{};
   r.layer = layer_;
   r.attempt = attempt_;
   r.pass = pass_;

@@ -120,22 +120,25 @@ void LineLoop::answered(const answer_t&, Time now, Outbox& out) {
 }
 
 bool LineLoop::rejected(const height_map_t& m, Time now, Outbox& out) {
-  rows_lost_ += m.rows_expected - m.rows_received;
   const double needed = experiment().process.min_measured_fraction;
-  const bool many =
-      m.rows_expected - m.rows_received > experiment().process.max_lost_rows_share * m.rows_expected;
-  if (m.measured_fraction >= needed && !many) return false;
+  const int lost = m.rows_expected - m.rows_received;
+  rows_lost_ += lost;
+  const bool little = m.measured_fraction < needed;
+  if (!little && !(lost > experiment().process.max_lost_rows_share * m.rows_expected)) return false;
   const std::string what = "the scan of layer " + std::to_string(m.layer) + " measures " +
                            std::to_string(m.measured_fraction) + " of the grid, " + std::to_string(needed) +
-                           " is needed, and lost " + std::to_string(m.rows_expected - m.rows_received) +
-                           " rows";
+                           " is needed, and lost " + std::to_string(lost) + " rows";
+  const Figure figure = little
+                            ? Figure{m.measured_fraction, needed, "", "process.min_measured_fraction"}
+                            : Figure{double(lost) / m.rows_expected, experiment().process.max_lost_rows_share,
+                                     "", "process.max_lost_rows_share"};
   if (scan_attempt_ < experiment().process.max_rescans) {
-    out.report(Severity::kWarning, what + "; measuring again", 13);
+    out.report(Severity::kWarning, what + "; measuring again", 13, figure);
     scan_again(now, out);
     return true;
   }
   phase_ = Phase::kArmProfiler;  // a resume continues here
-  fail(13, what, now, out);
+  fail(13, what, now, out, figure);
   return true;
 }
 
@@ -181,7 +184,8 @@ bool LineLoop::stopped_by_pictures(const line_plan_t& m, Time now, Outbox& out) 
        open ? m.reason
             : "the camera sees lines at " + std::to_string(seen) + " of the stations after layer " +
                   std::to_string(layers_done_) + ": the shutter stays closed or the nozzle is clogged",
-       now, out);
+       now, out,
+       open ? Figure() : Figure{seen, experiment().process.least_rise_share, "", "process.least_rise_share"});
   return true;
 }
 
@@ -210,7 +214,11 @@ bool LineLoop::stopped_by_rise(const line_plan_t& m, Time now, Outbox& out) {
                                                          : "the flow is wrong");
   way_done_ = false;  // after the stop somebody has been at the nozzle
   phase_ = Phase::kArmProfiler;
-  fail(12, what, now, out);
+  const Figure figure =
+      beside > p.most_beside_share ? Figure{beside, p.most_beside_share, "", "process.most_beside_share"}
+      : share < p.least_rise_share ? Figure{share, p.least_rise_share, "", "process.least_rise_share"}
+                                   : Figure{share, p.most_rise_share, "", "process.most_rise_share"};
+  fail(12, what, now, out, figure);
   return true;
 }
 
@@ -296,11 +304,11 @@ void LineLoop::path_over(Time now, Outbox& out) {
     return out.wake_at(kDeadline, now.after_s(kSlackWall_s * experiment().run.time_scale));
   if (path_recorded()) out.cancel(kDeadline);
   const PathErrors errors = errors_of_way();
-  const std::string off = off_path(errors);
+  const Violation off = off_path(errors);
   settle(errors, out);
   if (off.empty()) return proceed(Phase::kArmProfiler, now, out);
   phase_ = Phase::kArmProfiler;  // a resume measures what lies there
-  fail(17, off, now, out);
+  fail(17, off.text, now, out, off.figure);
 }
 
 PathErrors LineLoop::errors_of_way() const {
@@ -312,8 +320,11 @@ PathErrors LineLoop::errors_of_way() const {
   return path_errors(TimedPath(std::move(knots)), followed_->period_s, followed, way_.switch_mm);
 }
 
-std::string LineLoop::off_path(const PathErrors& e) const {
+Violation LineLoop::off_path(const PathErrors& e) const {
   const double most = experiment().process.most_path_error_mm;
+  const auto by = [most](const char* text, double error_mm) {
+    return Violation{text, {error_mm, most, "mm", "process.most_path_error_mm"}};
+  };
   char text[240];
   if (e.contour_max_mm > most) {
     std::snprintf(
@@ -321,7 +332,7 @@ std::string LineLoop::off_path(const PathErrors& e) const {
         "layer %d: the stage was %.3f mm off its path at (%.3f, %.3f) mm, %.2f s after the beginning; "
         "process.most_path_error_mm is %g",
         way_.layer, e.contour_max_mm, e.worst.x_mm, e.worst.y_mm, e.worst_s, most);
-    return text;
+    return by(text, e.contour_max_mm);
   }
   if (e.stall_max_mm > most) {
     std::snprintf(
@@ -329,14 +340,14 @@ std::string LineLoop::off_path(const PathErrors& e) const {
         "layer %d: the stage was %.3f mm from its place %.2f s after the beginning of its path: an axis "
         "drags or stands; process.most_path_error_mm is %g",
         way_.layer, e.stall_max_mm, e.stall_s, most);
-    return text;
+    return by(text, e.stall_max_mm);
   }
   if (e.switch_max_mm > most) {
     std::snprintf(text, sizeof text,
                   "layer %d: switch %d of the shutter came %.3f mm from its place along the path; "
                   "process.most_path_error_mm is %g",
                   way_.layer, e.worst_switch + 1, e.switch_max_mm, most);
-    return text;
+    return by(text, e.switch_max_mm);
   }
   return {};
 }

@@ -71,7 +71,7 @@ class LineLoop final : public ScanLoop {
   bool path_recorded() const;
   PathErrors errors_of_way() const;
   /// The followed path, or a place of the shutter, is too far from the planned one (I17); empty: it is not.
-  std::string off_path(const PathErrors& errors) const;
+  Violation off_path(const PathErrors& errors) const;
   /// The same, as far as pictures say it: no line after a layer, or lines that do not end.
   bool stopped_by_pictures(const line_plan_t&, Time now, Outbox&);
   void publish_metrics(layer_metrics_t, Outbox&);

@@ -5,6 +5,7 @@
 
 #include "config/machine.h"
 #include "core/grid/npy.h"
+#include "core/path/job_codec.h"
 #include "procs/scheduler/droplet_loop.h"
 #include "procs/scheduler/line_loop.h"
 #include "procs/scheduler/path_loop.h"

@@ -5,11 +5,11 @@
 #include <limits>
 #include <string>
 
+#include "core/path/path.h"
 namespace firn {
 namespace {
 
-constexpr int kMeasurement = 3;  // trajectory_t.kind
-constexpr std::size_t kMostEarly = 100'000;
+constexpr std::size_t kMaxEarly = 100'000;
 
 bool is_here(const PathTask& t) { return t.job.count > 0; }
 
@@ -45,7 +45,7 @@ void PathBatch::add(const path_job_t& job) {
 void PathBatch::add(const pulse_list_t& list) {
   for (PathTask& t : tasks_)
     if (take(t, list)) return;
-  if (early_.size() >= kMostEarly) early_.erase(early_.begin());  // of paths that no job ever named
+  if (early_.size() >= kMaxEarly) early_.erase(early_.begin());  // of paths that no job ever named
   pulse_list_t head = list;
   head.tick.clear();
   early_.push_back(std::move(head));
@@ -69,13 +69,13 @@ std::string PathBatch::refusal() const {
 std::vector<PathTask> PathBatch::of_kind(bool measurement) const {
   std::vector<PathTask> out;
   for (const PathTask& t : tasks_)
-    if ((t.job.kind == kMeasurement) == measurement) out.push_back(t);
+    if ((PathKind(t.job.kind) == PathKind::kMeasurement) == measurement) out.push_back(t);
   return out;
 }
 std::vector<PathTask> PathBatch::deposition() const { return of_kind(false); }
 std::vector<PathTask> PathBatch::measurement() const { return of_kind(true); }
 
-std::string scrape(const path_job_t& job, const HeightMap& map, double margin_mm) {
+Violation scrape(const path_job_t& job, const HeightMap& map, double margin_mm) {
   const GridSpec& g = map.spec;
   double highest = -std::numeric_limits<double>::infinity();
   int unknown = 0;
@@ -91,10 +91,12 @@ std::string scrape(const path_job_t& job, const HeightMap& map, double margin_mm
         ++unknown;
   const std::string clearance = "the clearance of " + std::to_string(margin_mm) + " mm under the nozzle";
   if (unknown > 0)
-    return std::to_string(unknown) + " cells of the map have no height and count as high: " + clearance +
-           " cannot be shown";
+    return {std::to_string(unknown) + " cells of the map have no height and count as high: " + clearance +
+            " cannot be shown"};
   const double overlap_mm = highest + margin_mm - job.z_mm;
-  return overlap_mm <= 0.0 ? "" : "the map reaches " + std::to_string(overlap_mm) + " mm into " + clearance;
+  if (overlap_mm <= 0.0) return {};
+  return {"the map reaches " + std::to_string(overlap_mm) + " mm into " + clearance,
+          {job.z_mm - highest, margin_mm, "mm", "ice.clearance_mm"}};
 }
 
 }  // namespace firn

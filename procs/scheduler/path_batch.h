@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/grid/figure.h"
 #include "core/grid/grid.h"
 #include "firn/path_job_t.hpp"
 #include "firn/pulse_list_t.hpp"
@@ -13,7 +14,7 @@ namespace firn {
 
 /// A path with the start times of its pulse lists. The robot runs the path list by list, from rest to rest.
 struct PathTask {
-  path_job_t job;
+  path_job_t job{};
   std::vector<double> list_start_s;  ///< one per list; empty for a measurement
   std::vector<std::int64_t> list_pulses;
 };
@@ -46,7 +47,8 @@ class PathBatch {
 
 /// I6: the map's highest cell under the box that the tool sweeps, plus the margin, must not reach the tool. A
 /// cell without a height counts as high.
-/// @returns a sentence about the map; empty = clear
-std::string scrape(const path_job_t& job, const HeightMap& map, double margin_mm);
+/// @param margin_mm ice.clearance_mm
+/// @returns a violation with the clearance that is left [mm]; empty = clear
+Violation scrape(const path_job_t& job, const HeightMap& map, double margin_mm);
 
 }  // namespace firn

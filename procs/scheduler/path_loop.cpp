@@ -10,8 +10,8 @@
 namespace firn {
 namespace {
 
-constexpr int kMostAttempts = 3;
-constexpr int kMostSlips = 2;
+constexpr int kMaxAttempts = 3;
+constexpr int kMaxSlips = 2;
 
 }  // namespace
 
@@ -156,9 +156,9 @@ void PathLoop::settle_list(const answer_t& count, Time now, Outbox& out) {
   // cannot say it, and never arms that list again.
   const bool nothing = (outcome == Outcome::kNone || outcome == Outcome::kRefused) &&
                        (pulses == 0 || Outcome(count.outcome) == Outcome::kRefused);
-  if (nothing && ++attempt_ < kMostAttempts) return proceed(Phase::kLoadPath, now, out);
+  if (nothing && ++attempt_ < kMaxAttempts) return proceed(Phase::kLoadPath, now, out);
   if (nothing)
-    return fail(5, path + " did not begin in " + std::to_string(kMostAttempts) + " attempts", now, out);
+    return fail(5, path + " did not begin in " + std::to_string(kMaxAttempts) + " attempts", now, out);
   outcome_ = m.outcome;
   attempt_ = 0;
   pulses_counted_ = pulses < 0 || pulses_counted_ < 0 ? -1 : pulses_counted_ + pulses;
@@ -178,17 +178,17 @@ void PathLoop::settle_list(const answer_t& count, Time now, Outbox& out) {
       out.report(
           Severity::kWarning,
           path + ": the valve fired " + std::to_string(pulses) + " of " + std::to_string(listed) + " pulses",
-          3);
+          3, {double(pulses), double(listed)});
     }
     measured_s_ += double(m.counted) * 1e-6;
     const double slip_s = std::abs(double(m.counted - m.expected)) * 1e-6;
     slips_ = slip_s > experiment().ice.max_time_slip_s ? slips_ + 1 : 0;
-    if (slips_ >= kMostSlips)
+    if (slips_ >= kMaxSlips)
       return fail(7,
                   path + " took " + std::to_string(double(m.counted) * 1e-6) + " s instead of " +
                       std::to_string(double(m.expected) * 1e-6) +
                       " s, as the one before: its pulses lie elsewhere",
-                  now, out);
+                  now, out, {slip_s, experiment().ice.max_time_slip_s, "s", "ice.max_time_slip_s"});
   }
   ++list_;
   next_list(now, out);
@@ -279,13 +279,13 @@ void PathLoop::act_on_batch(Time now, Outbox& out) {
                                             : " deposits nothing"),
                 now, out);
   for (const PathTask& t : newest_.size() ? deposition : std::vector<PathTask>()) {
-    const std::string why = scrape(t.job, newest_, experiment().ice.clearance_mm);
+    const Violation why = scrape(t.job, newest_, experiment().ice.clearance_mm);
     if (why.empty()) continue;
     const std::string text =
-        "path " + std::to_string(t.job.path) + " of layer " + std::to_string(t.job.layer) + ": " + why;
-    if (raised_) return fail(6, text, now, out);
+        "path " + std::to_string(t.job.path) + " of layer " + std::to_string(t.job.layer) + ": " + why.text;
+    if (raised_) return fail(6, text, now, out, why.figure);
     raised_ = true;
-    out.report(Severity::kWarning, text + "; raising and measuring again", 6);
+    out.report(Severity::kWarning, text + "; raising and measuring again", 6, why.figure);
     return proceed(Phase::kRaise, now, out);
   }
   raised_ = false;
@@ -315,23 +315,24 @@ void PathLoop::act_on_map(Time now, Outbox& out) {
     const std::string what = "height map of layer " + std::to_string(m.layer) + ": the laser has measured " +
                              std::to_string(m.measured_fraction) + " of it; " + std::to_string(needed) +
                              " is needed";
+    const Figure figure{m.measured_fraction, needed, "", "process.min_measured_fraction"};
     if (scan_attempt_ >= experiment().process.max_rescans) {
       phase_ = Phase::kLoadScan;  // a resume continues here
       const bool deposited = layers_done_ > 0;
       return fail(
           13, what + (deposited ? "; the surface may be beyond the laser's range: a valve stays open?" : ""),
-          now, out);
+          now, out, figure);
     }
-    out.report(Severity::kWarning, what + "; measuring again", 13);
+    out.report(Severity::kWarning, what + "; measuring again", 13, figure);
     count_phase_time(now);
     return measure_again(now, out);
   }
   if (doubted(m, now, out)) return;
-  const std::string leak =
-      untouched_ ? rise_without_command(experiment(), layers_done_, newest_, height_of(m)) : "";
+  const Violation leak =
+      untouched_ ? rise_without_command(experiment(), layers_done_, newest_, height_of(m)) : Violation();
   if (!leak.empty()) {
     phase_ = Phase::kLoadScan;  // a resume measures first
-    return fail(12, leak, now, out);
+    return fail(12, leak.text, now, out, leak.figure);
   }
   map_id_ = m.map_id;
   if (m.layer > mapped_layers_) below_ = std::move(newest_);
@@ -344,7 +345,7 @@ void PathLoop::act_on_map(Time now, Outbox& out) {
   // Debris rises once, which interlock 6 sees; a valve that stays open does so in every interval.
   const bool again = much_layer_ != 0 && much_layer_ < m.layer;
   much_layer_ = !valve.much ? 0 : much_layer_ == 0 ? int(m.layer) : much_layer_;
-  dry_ = m.layer == dry_told_ || (valve.much && !again) ? "" : valve.text;
+  dry_ = m.layer == dry_told_ || (valve.much && !again) ? Violation() : valve.violation;
   in_doubt_ = false;
   count_phase_time(now);
   if (m.layer > 0) {  // the table has no error; the time that its measurement took is the first interval's
@@ -366,18 +367,19 @@ void PathLoop::act_on_surface(Time now, Outbox& out) {
   surface_.reset();
   out.cancel(kDeadline);
   if (PlanDecision(m.decision) == PlanDecision::kEnd) {
-    std::string missed = dry_;
+    Violation missed = dry_;
     if (missed.empty() && m.saturated_fraction > experiment().ice.saturated_share)
-      missed = "the last map asks for more correction than there is on " +
-               std::to_string(m.saturated_fraction) + " of its cells: mean error " +
-               std::to_string(m.mean_error_mm) + " mm, RMS " + std::to_string(m.rms_mm) + " mm";
+      missed = {"the last map asks for more correction than there is on " +
+                    std::to_string(m.saturated_fraction) + " of its cells: mean error " +
+                    std::to_string(m.mean_error_mm) + " mm, RMS " + std::to_string(m.rms_mm) + " mm",
+                {m.saturated_fraction, experiment().ice.saturated_share, "", "ice.saturated_share"}};
     if (missed.empty()) return finish_run(RunOutcome::kFinished, 0, m.reason, out);
-    out.report(Severity::kWarning, missed, 12);
-    return finish_run(RunOutcome::kOutOfTolerance, 1, m.reason + ", but it is not what was wanted: " + missed,
-                      out);
+    out.report(Severity::kWarning, missed.text, 12, missed.figure);
+    return finish_run(RunOutcome::kOutOfTolerance, 1,
+                      m.reason + ", but it is not what was wanted: " + missed.text, out);
   }
   if (PlanDecision(m.decision) == PlanDecision::kStop)
-    return stop_for_operator("controller: ", m.reason, out);
+    return stop_for_operator("controller: ", {m.reason}, out);
   if (!dry_.empty()) return stop_for_operator("", dry_, out);
   if (ended_by_operator(Phase::kLoadScan, out)) return;
   proceed(Phase::kAwaitPaths, now, out);
@@ -392,7 +394,7 @@ int PathLoop::layers_laid(int layer) const {
 bool PathLoop::doubted(const height_map_t& m, Time now, Outbox& out) {
   if (mapped_layers_ > 0 || in_doubt_) return false;
   const FirstMapDoubt doubt = doubt_of_first_map(experiment(), paths_, m, newest_);
-  if (!doubt.warning.empty()) out.report(Severity::kWarning, doubt.warning, 15);
+  if (!doubt.warning.empty()) out.report(Severity::kWarning, doubt.warning.text, 15, doubt.warning.figure);
   return stopped_by_doubt(doubt.stop, scan_attempt_, Phase::kLoadScan, now, out);
 }
 
@@ -401,11 +403,11 @@ void PathLoop::scan_again(Time now, Outbox& out) {
   measure_again(now, out);
 }
 
-void PathLoop::stop_for_operator(const std::string& who, const std::string& reason, Outbox& out) {
+void PathLoop::stop_for_operator(const std::string& who, const Violation& reason, Outbox& out) {
   dry_told_ = layers_done_;
   phase_ = Phase::kLoadScan;  // the surface may not be as it was when somebody has been at the lab
-  out.report(Severity::kWarning, who + reason, 12);
-  finish_run(RunOutcome::kWaitsForOperator, 3, reason, out);
+  out.report(Severity::kWarning, who + reason.text, 12, reason.figure);
+  finish_run(RunOutcome::kWaitsForOperator, 3, reason.text, out);
 }
 
 void PathLoop::on(const temperature_t& m, Time now, Outbox& out) {
@@ -432,7 +434,7 @@ void PathLoop::act_on_temperature(Time now, Outbox& out) {
                 "the end effector's tip is at " + std::to_string(t.degC[0]) +
                     " degC, below heater.low_degC = " + std::to_string(experiment().heater.low_degC) +
                     ": the valves freeze",
-                now, out);
+                now, out, {t.degC[0], experiment().heater.low_degC, "degC", "heater.low_degC"});
   if (tip_failed && !one_heater_)
     out.report(Severity::kWarning, "heater (a) has failed; (b) alone keeps the valves warm", 10);
   one_heater_ = tip_failed;

@@ -65,8 +65,8 @@ class PathLoop final : public Scheduler {
   /// Interlock 15: the bare table and the first interval's place, against the calibrated uncertainty: a
   /// warning and another scan, then a stop. Returns false for a map to act on.
   bool doubted(const height_map_t&, Time now, Outbox&);
-  void stop_for_operator(const std::string& who, const std::string& reason,
-                         Outbox&);  ///< a resume measures again first
+  /// A resume measures again first.
+  void stop_for_operator(const std::string& who, const Violation& reason, Outbox&);
   void settle_list(const answer_t& count, Time now, Outbox&);
   void next_list(Time now, Outbox&);
   void report(Outbox&);
@@ -107,7 +107,7 @@ class PathLoop final : public Scheduler {
   bool untouched_ = false;  ///< since then no path has deposited, and nobody was at the lab
   HeightMap below_;         ///< that of the interval before; empty = the table
   int mapped_layers_ = 0;   ///< deposition layers in newest_
-  std::string dry_;         ///< a valve that gives nothing or too much, by newest_
+  Violation dry_;           ///< a valve that gives nothing or too much, by newest_
   int much_layer_ = 0;      ///< of the first of maps in a row that rose too much
   int dry_told_ = 0;        ///< deposition layers when that stopped the print last
   int scan_attempt_ = 0;

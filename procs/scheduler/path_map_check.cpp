@@ -1,6 +1,7 @@
 #include "procs/scheduler/path_map_check.h"
 
 #include <cmath>
+#include <string>
 #include <utility>
 
 #include "core/grid/cell_quality.h"
@@ -11,7 +12,9 @@
 namespace firn {
 namespace {
 
-constexpr int kFewOfInk = 10;       // of one material: too few for an estimate
+constexpr int kFewOfInk = 10;  // of one material: too few for an estimate
+constexpr const char* kBiasKey = "laser_point.bias_limit_mm";
+constexpr const char* kOffsetKey = "laser_point.offset_limit_mm";
 constexpr double kFlowShare = 0.1;  // of the first interval's height: the uncertainty of a calibrated valve
 
 HeightMap on_readings(const height_map_t& m) {
@@ -22,10 +25,10 @@ HeightMap on_readings(const height_map_t& m) {
 }
 
 // The laser is aside of the outline of both materials, a nozzle of its own material's.
-std::string misplaced_material(const Experiment& e, const slice::PrintPaths& paths, int layer,
-                               const HeightMap& rise) {
+Violation misplaced_material(const Experiment& e, const slice::PrintPaths& paths, int layer,
+                             const HeightMap& rise) {
   const slice::LayerPaths* top = slice::find_layer(paths, layer);
-  if (!top) return "";
+  if (!top) return {};
   const double limit_mm = e.laser_point.offset_limit_mm;
   const auto material = slice::footprint_materials(*top, rise.spec);
   const auto [laid, other] = [&] {
@@ -39,13 +42,14 @@ std::string misplaced_material(const Experiment& e, const slice::PrintPaths& pat
   for (const bool scaffold : {false, true}) {
     const Mask &own = scaffold ? other : laid, &beside = scaffold ? laid : other;
     if (own.count() == 0 || beside.count() == 0) break;  // of one material: by its edges
-    const std::string text = check_outline(
+    Violation shifted = check_outline(
         rise, own, beside, limit_mm,
         {scaffold ? "the first interval's scaffold" : "the first interval's part",
          std::string("tool_") + (scaffold ? "scaffold" : "water") + " of the machine is not as calibrated",
          std::string("measure the nozzle of ") + (scaffold ? "valve_b" : "valve_a") +
-             ", or run firn calibrate laser-offset"});
-    if (!text.empty()) return text;
+             ", or run firn calibrate laser-offset",
+         kOffsetKey});
+    if (!shifted.empty()) return shifted;
   }
   HeightMap on_part = rise;
   for (std::size_t c = 0; c < on_part.size(); ++c)
@@ -54,7 +58,7 @@ std::string misplaced_material(const Experiment& e, const slice::PrintPaths& pat
       on_part, limit_mm,
       {"the first interval",
        "laser_point.offset_x_mm, laser_point.offset_y_mm or a tool of the machine is not as calibrated",
-       "run firn calibrate laser-offset, then print again; if it stays, the nozzle is aside"});
+       "run firn calibrate laser-offset, then print again; if it stays, the nozzle is aside", kOffsetKey});
 }
 
 }  // namespace
@@ -69,7 +73,7 @@ FirstMapDoubt doubt_of_first_map(const Experiment& e, const slice::PrintPaths& p
     doubt.stop =
         check_bare(height, laser.bias_limit_mm,
                    {"the bare table", "laser_point.offset_z_mm or ice.origin_z_mm is not as calibrated",
-                    "run firn calibrate laser-offset"});
+                    "run firn calibrate laser-offset", kBiasKey});
   } else {
     if (bare.size() != 0) {
       const HeightMap table = resample(bare, height.spec, kNotMeasured);
@@ -83,7 +87,7 @@ FirstMapDoubt doubt_of_first_map(const Experiment& e, const slice::PrintPaths& p
       doubt.warning =
           check_bare(off, laser.bias_limit_mm + kFlowShare * laid_mm,
                      {"the first interval, less its nominal height,", "the laser's height or a valve's flow",
-                      "ice.map_table = \"on\" tells which: it measures the bare table first"});
+                      "ice.map_table = \"on\" tells which: it measures the bare table first", kBiasKey});
     }
   }
   return doubt;
@@ -113,21 +117,25 @@ ValveDoubt disturbed_valve(const Experiment& e, const slice::PrintPaths& paths, 
     const double full_mm = nominal_mm * cells[which];
     doubt.much = rise_mm[which] > e.process.most_rise_share * full_mm;
     if (!doubt.much && rise_mm[which] >= e.ice.least_rise_share * full_mm) continue;
-    doubt.text = std::string(which ? "valve_b" : "valve_a") +
-                 (doubt.much ? " gives too much: the " : " gives nothing: the ") +
-                 (which ? "scaffold" : "part") + " rose by " + std::to_string(rise_mm[which] / cells[which]) +
-                 " mm in layers " + std::to_string(layer - layers + 1) + " to " + std::to_string(layer) +
-                 " instead of " + std::to_string(nominal_mm) +
-                 (doubt.much ? " mm; it leaks or stays open" : " mm; tank empty or line blocked");
+    doubt.violation.text = std::string(which ? "valve_b" : "valve_a") +
+                           (doubt.much ? " gives too much: the " : " gives nothing: the ") +
+                           (which ? "scaffold" : "part") + " rose by " +
+                           std::to_string(rise_mm[which] / cells[which]) + " mm in layers " +
+                           std::to_string(layer - layers + 1) + " to " + std::to_string(layer) +
+                           " instead of " + std::to_string(nominal_mm) +
+                           (doubt.much ? " mm; it leaks or stays open" : " mm; tank empty or line blocked");
+    doubt.violation.figure = {rise_mm[which] / full_mm,
+                              doubt.much ? e.process.most_rise_share : e.ice.least_rise_share, "",
+                              doubt.much ? "process.most_rise_share" : "ice.least_rise_share"};
     return doubt;
   }
   return doubt;
 }
 
-std::string rise_without_command(const Experiment& e, int layer, const HeightMap& before,
-                                 const HeightMap& height) {
-  const double least_mm = e.ice.least_rise_share * e.ice.layer_height_mm;
-  if (least_mm == 0.0 || height.spec != before.spec) return "";
+Violation rise_without_command(const Experiment& e, int layer, const HeightMap& before,
+                               const HeightMap& height) {
+  const double min_mm = e.ice.least_rise_share * e.ice.layer_height_mm;
+  if (min_mm == 0.0 || height.spec != before.spec) return {};
   double rise_mm = 0.0, cells = 0.0;
   for (std::size_t c = 0; c < height.size(); ++c) {
     const double rise = height.cells[c] - before.cells[c];
@@ -135,10 +143,11 @@ std::string rise_without_command(const Experiment& e, int layer, const HeightMap
     rise_mm += rise;
     cells += 1.0;
   }
-  if (cells < kFewOfInk || rise_mm <= least_mm * cells) return "";
-  return "rise without command: the surface rose by " + std::to_string(rise_mm / cells) +
-         " mm between two measurements of layer " + std::to_string(layer) +
-         " with nothing to deposit: a valve leaks or stays open";
+  if (cells < kFewOfInk || rise_mm <= min_mm * cells) return {};
+  return {"rise without command: the surface rose by " + std::to_string(rise_mm / cells) +
+              " mm between two measurements of layer " + std::to_string(layer) +
+              " with nothing to deposit: a valve leaks or stays open",
+          {rise_mm / cells, min_mm, "mm", "ice.least_rise_share"}};
 }
 
 }  // namespace firn

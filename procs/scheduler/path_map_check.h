@@ -1,10 +1,9 @@
 // Checks of a path printer's height maps compute why a map contradicts the calibration of the lab, or the
-// volume that the valves were to lay. Each returns a sentence for the operator; empty = no contradiction.
+// volume that the valves were to lay; empty = no contradiction.
 #pragma once
 
-#include <string>
-
 #include "config/experiment.h"
+#include "core/grid/figure.h"
 #include "core/grid/grid.h"
 #include "core/slice/paths/print_paths.h"
 #include "firn/height_map_t.hpp"
@@ -12,9 +11,8 @@
 namespace firn {
 
 struct FirstMapDoubt {
-  std::string stop;  ///< place or height contradicts the calibration
-  std::string
-      warning;  ///< the laser's height or a valve's flow does, and only a map of the table tells which
+  Violation stop;     ///< place or height contradicts the calibration
+  Violation warning;  ///< the laser's height or a valve's flow does, and only a map of the table tells which
 };
 
 /// I15: the bare table, or the first interval, against the calibrated uncertainty.
@@ -23,8 +21,8 @@ FirstMapDoubt doubt_of_first_map(const Experiment&, const slice::PrintPaths&, co
                                  const HeightMap& bare);
 
 struct ValveDoubt {
-  std::string text;
-  bool much = false;  ///< the valve gives too much, not too little
+  Violation violation;  ///< its figure is the rise as a share of the nominal one
+  bool much = false;    ///< the valve gives too much, not too little
 };
 
 /// I12: a valve that gives nothing or too much, by the rise between two maps.
@@ -34,7 +32,7 @@ ValveDoubt disturbed_valve(const Experiment&, const slice::PrintPaths&, int laye
                            const HeightMap& newest, const HeightMap& before);
 
 /// I12: a surface that rose between two measurements of one layer, where nothing was to be laid.
-std::string rise_without_command(const Experiment&, int layer, const HeightMap& before,
-                                 const HeightMap& height);
+Violation rise_without_command(const Experiment&, int layer, const HeightMap& before,
+                               const HeightMap& height);
 
 }  // namespace firn

@@ -4,12 +4,13 @@
 #include <utility>
 
 #include "firn/run_end_t.hpp"
+#include "lcmtypes/convert.h"
 
 namespace firn {
 namespace {
 
 constexpr int bit(NodeId n) { return 1 << int(n); }
-constexpr int kMostRefusals = 10;
+constexpr int kMaxRefusals = 10;
 constexpr double kAgainWall_s = 0.05;  // about one period of the lease
 
 }  // namespace
@@ -129,7 +130,7 @@ void Scheduler::wake(TimerId timer, Time now, Outbox& out) {
     // The driver is back and has no record of the command: an act is wholly in doubt; any other phase is
     // begun again.
     if (interrupted_ == act_) {
-      answer_t nothing;
+      answer_t nothing{};
       nothing.outcome = std::int8_t(Outcome::kUnknown);
       nothing.counted = -1;
       nothing.unknown_from = 0;
@@ -140,7 +141,8 @@ void Scheduler::wake(TimerId timer, Time now, Outbox& out) {
     out.wake_at(kDeadline, now.after_s(30.0 * experiment().run.time_scale));
     return try_ready(now, out);
   }
-  fail(5, overdue() + " within " + std::to_string(seconds_between(phase_since_, now)) + " s", now, out);
+  const double waited_s = seconds_between(phase_since_, now);
+  fail(5, overdue() + " within " + std::to_string(waited_s) + " s", now, out, {waited_s, {}, "s"});
 }
 
 std::string Scheduler::overdue() const {
@@ -173,14 +175,14 @@ void Scheduler::take_answer(const answer_t& m, Time now, Outbox& out) {
   const Outcome outcome = Outcome(m.outcome);
   // A refused command was not begun. The lease can reach the scheduler before the driver, so the command is
   // sent again.
-  if (outcome == Outcome::kRefused && refused_ < kMostRefusals) {
+  if (outcome == Outcome::kRefused && refused_ < kMaxRefusals) {
     ++refused_;
     return out.wake_at(kAgain, now.after_s(kAgainWall_s * experiment().run.time_scale));
   }
   refused_ = 0;
   if (phase_ == act_) act_answer_ = m;
   if (outcome != Outcome::kDone && outcome != Outcome::kReady && !only_counts())
-    return fail(m.code, m.node + ": " + m.text, now, out);
+    return fail(m.code, m.node + ": " + m.text, now, out, from_message(m.figure));
   answered(m, now, out);
 }
 
@@ -222,31 +224,30 @@ void Scheduler::count_phase_time(Time now) {
   }
 }
 
-void Scheduler::fail(int code, const std::string& text, Time now, Outbox& out) {
-  out.report(Severity::kStop, text, code);
+void Scheduler::fail(int code, const std::string& text, Time now, Outbox& out, const Figure& figure) {
+  out.report(Severity::kStop, text, code, figure);
   count_phase_time(now);
   if (phase_ != Phase::kGetReady) interrupted_ = phase_;
   phase_ = Phase::kStopped;
   finish_run(RunOutcome::kStoppedSafely, 3, text, out);
 }
 
-bool Scheduler::stopped_by_doubt(const std::string& doubt, int attempt, Phase measure, Time now,
-                                 Outbox& out) {
+bool Scheduler::stopped_by_doubt(const Violation& doubt, int attempt, Phase measure, Time now, Outbox& out) {
   const bool first = !std::exchange(map_doubted_, false);
   if (doubt.empty()) return false;
   if (first && attempt < experiment().process.max_rescans) {
     map_doubted_ = true;
-    out.report(Severity::kWarning, doubt + "; measuring again", 15);
+    out.report(Severity::kWarning, doubt.text + "; measuring again", 15, doubt.figure);
     scan_again(now, out);
     return true;
   }
   phase_ = measure;
-  fail(15, doubt, now, out);
+  fail(15, doubt.text, now, out, doubt.figure);
   return true;
 }
 
 void Scheduler::finish_run(RunOutcome outcome, int status, const std::string& reason, Outbox& out) {
-  run_end_t end;
+  run_end_t end{};
   end.outcome = std::int8_t(outcome);
   end.layers = layers_done_;
   end.reason = reason;

@@ -7,6 +7,7 @@
 
 #include "config/changes.h"
 #include "config/experiment.h"
+#include "core/grid/figure.h"
 #include "firn/answer_t.hpp"
 #include "firn/device_state_t.hpp"
 #include "firn/enable_t.hpp"
@@ -105,10 +106,11 @@ class Scheduler : public Node {
   /// Returns true if the operator wants no further layer; the print has ended then.
   bool ended_by_operator(Phase resume_at, Outbox&);
   void finish_run(RunOutcome outcome, int status, const std::string& reason, Outbox&);
-  void fail(int code, const std::string& text, Time now, Outbox&);  ///< FAULT that stops the print
+  /// FAULT that stops the print.
+  void fail(int code, const std::string& text, Time now, Outbox&, const Figure& figure = {});
   /// Interlock 15. Returns true if the map is in doubt: it is measured once more, then the print stops.
   /// @param attempt number of the map's measurement @param measure the phase that a resume continues with
-  bool stopped_by_doubt(const std::string& doubt, int attempt, Phase measure, Time now, Outbox&);
+  bool stopped_by_doubt(const Violation& doubt, int attempt, Phase measure, Time now, Outbox&);
   void count_phase_time(Time now);
   /// Fills in id, epoch and layer, and arms the deadline: allowed_s of node time, longer where wall time
   /// matters.

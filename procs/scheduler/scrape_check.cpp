@@ -2,10 +2,11 @@
 
 #include <cmath>
 #include <limits>
+#include <string>
 
 namespace firn {
 
-std::string scrape(const HeightMap& height, double nozzle_mm, double clearance_mm) {
+Violation scrape(const HeightMap& height, double nozzle_mm, double clearance_mm) {
   const GridSpec& g = height.spec;
   double highest_mm = -std::numeric_limits<double>::infinity();
   int at_i = 0, at_j = 0, unknown = 0;
@@ -18,14 +19,16 @@ std::string scrape(const HeightMap& height, double nozzle_mm, double clearance_m
       at_i = i;
       at_j = j;
     }
-  const std::string wanted = "process.nozzle_clearance_mm = " + std::to_string(clearance_mm) + " mm";
+  static constexpr const char* kKey = "process.nozzle_clearance_mm";
+  const std::string wanted = std::string(kKey) + " = " + std::to_string(clearance_mm) + " mm";
   if (unknown > 0)
-    return std::to_string(unknown) + " cells of the map have no height and count as high: " + wanted +
-           " under the nozzle cannot be shown";
-  if (nozzle_mm - highest_mm >= clearance_mm) return "";
-  return "the map reaches " + std::to_string(highest_mm) + " mm at cell (" + std::to_string(at_i) + ", " +
-         std::to_string(at_j) + "), the nozzle is at " + std::to_string(nozzle_mm) + " mm: " + wanted +
-         " is needed";
+    return {std::to_string(unknown) + " cells of the map have no height and count as high: " + wanted +
+            " under the nozzle cannot be shown"};
+  if (nozzle_mm - highest_mm >= clearance_mm) return {};
+  return {"the map reaches " + std::to_string(highest_mm) + " mm at cell (" + std::to_string(at_i) + ", " +
+              std::to_string(at_j) + "), the nozzle is at " + std::to_string(nozzle_mm) + " mm: " + wanted +
+              " is needed",
+          {nozzle_mm - highest_mm, clearance_mm, "mm", kKey}};
 }
 
 }  // namespace firn

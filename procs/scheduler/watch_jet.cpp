@@ -94,18 +94,19 @@ void DropletLoop::act_on_sweep(Time now, Outbox& out) {
   const droplet_sweep_t m = *std::exchange(sweep_, std::nullopt);
   out.cancel(kDeadline);
   const Experiment& e = experiment();
-  const std::string what = jet_out_of_band(m, e.watch);
-  const std::string text = "the jet before layer " + std::to_string(std::max(1, job_.layer())) + ": " + what;
+  const Violation what = jet_out_of_band(m, e.watch);
+  const std::string text =
+      "the jet before layer " + std::to_string(std::max(1, job_.layer())) + ": " + what.text;
   if (!what.empty() && firn::on(e.watch.gate)) {
     if (!std::exchange(purged_, true)) {
-      out.report(Severity::kWarning, text + "; purging once", 11);
+      out.report(Severity::kWarning, text + "; purging once", 11, what.figure);
       return proceed(Phase::kPurging, now, out);
     }
     purged_ = false;
     phase_ = Phase::kToCamera;  // a resume looks again
-    return fail(11, text, now, out);
+    return fail(11, text, now, out, what.figure);
   }
-  if (!what.empty()) out.report(Severity::kWarning, text, 11);
+  if (!what.empty()) out.report(Severity::kWarning, text, 11, what.figure);
   purged_ = false;
   watched_layer_ = std::max(1, job_.layer());
   if (firn::on(e.watch.placement)) lead_mm_ = lead_of(m, e.process.pass_speed_mm_s, e.process.nozzle_gap_mm);

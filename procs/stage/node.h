@@ -14,7 +14,7 @@
 namespace firn {
 
 /// Adapter of drivers/stage: one pass, scan, path or move per command.
-class StageNode final : public DriverNode<StageNode, drivers::Stage, drivers::Effects, drivers::FollowedWay> {
+class StageNode final : public DriverNode<StageNode, drivers::Stage, drivers::Effects> {
  public:
   explicit StageNode(const Experiment& experiment);
 

@@ -17,16 +17,12 @@ namespace {
 
 constexpr TimerId kLateRows{1};
 constexpr double kWaitForRows_s = 2.0;
-constexpr std::size_t kMostPreviewCells = 14'800;  // of 4 bytes, within 60 kB with the message's head
+constexpr std::size_t kMaxPreviewCells = 14'800;  // of 4 bytes, within 60 kB with the message's head
 
 }  // namespace
 
 SurfaceMapper::SurfaceMapper(const Experiment& e, Mask mask)
-    : grid_(e.grid),
-      wait_s_(kWaitForRows_s * e.run.time_scale),
-      counts_rows_(e.process.max_lost_rows_share < 1.0),
-      mask_(std::move(mask)),
-      map_(e.grid) {
+    : grid_(e.grid), wait_s_(kWaitForRows_s * e.run.time_scale), mask_(std::move(mask)), map_(e.grid) {
   if (mask_.size() != grid_.size())
     throw std::invalid_argument("surface_mapper: the mask does not have the grid's size");
   if (e.control.smoothing > 0.0) smoother_.emplace(grid_);
@@ -90,10 +86,8 @@ void SurfaceMapper::publish(Outbox& out) {
   m.sample_utime_us = last_sample_us_;
   m.noise_std_mm = e.noise_std_mm;
   m.measured_fraction = e.measured_fraction;
-  if (counts_rows_) {
-    m.rows_expected = std::max(1, scan_done_.rows_expected);
-    m.rows_received = std::min(rows_in_, m.rows_expected);
-  }
+  m.rows_expected = std::max(1, scan_done_.rows_expected);
+  m.rows_received = std::min(rows_in_, m.rows_expected);
   set_height(m, e.height);
   m.quality.assign(e.quality.cells.begin(), e.quality.cells.end());
   out.send(channels::kHeightMap, std::move(m));
@@ -114,7 +108,7 @@ preview_t preview_of(const HeightMap& h, std::int32_t layer) {
   const GridSpec& g = h.spec;
   int block = 1;
   const auto blocks = [&](int n) { return (n + block - 1) / block; };
-  while (std::size_t(blocks(g.nx)) * std::size_t(blocks(g.ny)) > kMostPreviewCells) ++block;
+  while (std::size_t(blocks(g.nx)) * std::size_t(blocks(g.ny)) > kMaxPreviewCells) ++block;
   GridSpec small{blocks(g.nx),
                  blocks(g.ny),
                  g.pitch_x_mm * block,

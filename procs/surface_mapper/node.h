@@ -38,7 +38,6 @@ class SurfaceMapper final : public Node {
 
   GridSpec grid_;
   double wait_s_;
-  bool counts_rows_;  ///< not in a run of a version that did not
   surface::MapOptions options_;
   Mask mask_;
   std::optional<surface::RobustSmoother> smoother_;  ///< with control.smoothing
@@ -49,7 +48,7 @@ class SurfaceMapper final : public Node {
   std::int32_t rows_in_ = 0;
   std::int64_t last_sample_us_ = 0;
   bool done_ = false;
-  scan_done_t scan_done_;
+  scan_done_t scan_done_{};
   std::int64_t maps_ = 0;
 };
 

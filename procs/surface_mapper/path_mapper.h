@@ -17,11 +17,12 @@
 namespace firn {
 
 /// Gathers the readings of one scan, path by path in any order, and answers the last with the map of the
-/// layer's own grid (core/slice/footprint.h): each reading is placed at the laser's position on the path's
-/// trajectory, laser_point.latency_s after the storage began; the surface is linear between them and, with
-/// control.smoothing, smoothed. quality: measured = on the footprint and near a reading, else filled from the
-/// nearest. measured_fraction = valid readings over those that the paths' durations should have given. A
-/// repeated path, or one of an older scan, changes nothing; a newer scan_id drops the unfinished scan.
+/// layer's own grid (core/slice/coverage/footprint.h): each reading is placed at the laser's position on the
+/// path's trajectory, laser_point.latency_s after the storage began; the surface is linear between them and,
+/// with control.smoothing, smoothed. quality: measured = on the footprint and near a reading, else filled
+/// from the nearest. measured_fraction = valid readings over those that the paths' durations should have
+/// given. A repeated path, or one of an older scan, changes nothing; a newer scan_id drops the unfinished
+/// scan.
 class PathMapper final : public Node {
  public:
   PathMapper(const Experiment& experiment, const Machine& machine, slice::PrintPaths paths);

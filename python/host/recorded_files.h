@@ -11,7 +11,8 @@
 
 namespace firn::python {
 
-/// Roles of inputs that hold Python files: "python/level.py". One name may stand under each of them.
+/// Roles of inputs that hold Python files: one of these and the name of the file, level.py. One name may
+/// occur under each of them.
 inline constexpr std::string_view kControllerRole = "python/", kEstimatorRole = "python-estimator/",
                                   kPlantRole = "python-plant/";
 

@@ -5,7 +5,6 @@
 #include "core/control/python_scheme.h"
 #include "procs/controller/node.h"
 #include "python/module/module.h"
-#include "runtime/thread_pool.h"
 
 namespace firn::python {
 namespace {
@@ -69,7 +68,7 @@ py::dict decide(const Doubles& height_mm, const Doubles& target_mm, const std::o
     const py::gil_scoped_release others_go_on;
     const auto scheme =
         make_scheme(control_setup(e, std::move(target), std::move(part)), control_options(e), {});
-    scheme->use_threads(parallel_on(thread_count(threads)));
+    scheme->use_threads(parallel_in_c_locale(threads));
     d = scheme->decide({height, 0, 0, 0.0});
   }
   const bool prints = d.kind == control::Decision::Kind::kPrint;

@@ -7,6 +7,8 @@
 #include <chrono>
 #include <future>
 
+#include "python/host/c_locale.h"
+
 namespace firn::python {
 
 /// Calls job(stop) on a thread without the interpreter's lock. `stop` is set at Ctrl-C, which then is raised
@@ -18,7 +20,10 @@ auto interruptible(Job job) {
   std::future<decltype(job(stop))> done;
   {
     const pybind11::gil_scoped_release others_go_on;
-    done = std::async(std::launch::async, [&] { return job(stop); });
+    done = std::async(std::launch::async, [&] {
+      const CLocale numbers_have_a_point;
+      return job(stop);
+    });
     while (done.wait_for(std::chrono::milliseconds(raised ? 1000 : 50)) != std::future_status::ready) {
       if (raised) continue;
       const pybind11::gil_scoped_acquire interpreter;

@@ -1,4 +1,5 @@
 #include "python/module/module.h"
+#include "python/host/c_locale.h"
 
 namespace firn::python {
 namespace {
@@ -11,6 +12,7 @@ struct Told {
   Answer (*function)(Arguments...);
 
   Answer operator()(Arguments... arguments) const {
+    const CLocale numbers_have_a_point;  // the program of the user may have another locale
     try {
       return function(std::forward<Arguments>(arguments)...);
     } catch (const NeedsProgram&) {

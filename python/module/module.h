@@ -14,6 +14,8 @@
 #include <vector>
 
 #include "core/grid/grid.h"
+#include "python/host/c_locale.h"
+#include "runtime/thread_pool.h"
 
 namespace firn::python {
 
@@ -33,6 +35,16 @@ struct NeedsProgram : std::runtime_error {
 struct Stopped : std::runtime_error {
   Stopped() : std::runtime_error("interrupted") {}
 };
+
+/// As parallel_on(), in the C locale: the program of the user may have another one.
+inline ParallelFor parallel_in_c_locale(int threads) {
+  return [run = parallel_on(thread_count(threads))](int n, const std::function<void(int)>& body) {
+    run(n, [&](int i) {
+      const CLocale numbers_have_a_point;
+      body(i);
+    });
+  };
+}
 
 /// Returns an array that owns a copy of the values.
 template <class T>

@@ -2,15 +2,16 @@
 #include <map>
 
 #include "config/slice.h"
+#include "core/options/enumerators.h"
 #include "print/prepare/slice_job.h"
 #include "python/module/interruptible.h"
 #include "python/module/module.h"
-#include "runtime/thread_pool.h"
 
 namespace firn::python {
 namespace {
 
 constexpr std::array kKinds{"boundary", "fill", "hook", "measurement"};
+static_assert(kKinds.size() == kTableSize<PathKind>);
 
 std::map<int, slice::LayerPaths> sliced(const std::vector<std::string>& meshes,
                                         const std::vector<int>& layers, const SliceSettings& settings,
@@ -18,7 +19,7 @@ std::map<int, slice::LayerPaths> sliced(const std::vector<std::string>& meshes,
   const SliceProgress progress = [&](double, const std::string&) {
     if (stop) throw Stopped();
   };
-  const ParallelFor parallel = parallel_on(thread_count(threads));
+  const ParallelFor parallel = parallel_in_c_locale(threads);
   SlicedJob job = slice_meshes({meshes.begin(), meshes.end()}, settings, parallel, progress);
   std::map<int, slice::LayerPaths> wanted;
   for (const int k : layers) {
@@ -43,14 +44,14 @@ py::list paths_of(const slice::LayerPaths& layer, const std::vector<std::string>
     py::array_t<double> points({py::ssize_t(line.size()), py::ssize_t(2)});
     auto at = points.mutable_unchecked<2>();
     for (std::size_t k = 0; k < line.size(); ++k) {
-      at(py::ssize_t(k), 0) = line[k].x * slice::kMmPerUnit;
-      at(py::ssize_t(k), 1) = line[k].y * slice::kMmPerUnit;
+      at(py::ssize_t(k), 0) = line[k].x * geometry::kMmPerUnit;
+      at(py::ssize_t(k), 1) = line[k].y * geometry::kMmPerUnit;
     }
     py::dict path("layer"_a = layer.layer, "material"_a = int(info.material),
                   "kind"_a = kKinds[std::size_t(info.kind)], "closed"_a = info.closed,
-                  "width_mm"_a = info.width * slice::kMmPerUnit,
-                  "layer_height_mm"_a = layer.height * slice::kMmPerUnit,
-                  "z_mm"_a = layer.z * slice::kMmPerUnit, "points_mm"_a = points);
+                  "width_mm"_a = info.width * geometry::kMmPerUnit,
+                  "layer_height_mm"_a = layer.height * geometry::kMmPerUnit,
+                  "z_mm"_a = layer.z * geometry::kMmPerUnit, "points_mm"_a = points);
     if (info.material < tools.size() && !tools[info.material].empty()) path["tool"] = tools[info.material];
     paths.append(path);
   }

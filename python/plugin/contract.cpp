@@ -7,12 +7,15 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/options/enumerators.h"
+#include "python/host/c_locale.h"
 #include "python/plugin/interpreter.h"
+#include "python/plugin/memory_limit.h"
 #include "python/plugin/watchdog.h"
 
 namespace firn::python {
 
-extern const char kContractText[];  // python/lib/firn/contract.py
+extern const char kContractText[], kSourcesText[];  // python/lib/firn: contract.py, sources.py
 
 namespace py = pybind11;
 
@@ -106,12 +109,14 @@ void watched(Shared& shared, const py::object& run, double longest_s, const std:
   const auto watch = shared.watchdog.arm(longest_s);
   std::string trouble;
   try {
+    const MemoryLimit limit;
     call();
   } catch (py::error_already_set& error) {
     trouble = explained(run.attr("explain"), error);
   } catch (const std::exception& error) {
     trouble = error.what();
   }
+  restore_c_locale();
   if (shared.watchdog.disarm(watch)) trouble = what + " took longer than " + seconds_text(longest_s) + " s";
   if (!trouble.empty()) throw std::runtime_error(trouble);
 }
@@ -166,11 +171,7 @@ class ContractController final : public Controller {
 
   void use_model(double h1_mm, double h2_mm, double h3_mm) override {
     const InterpreterHold interpreter;
-    try {
-      run_.attr("use_model")(h1_mm, h2_mm, h3_mm);
-    } catch (py::error_already_set& error) {
-      throw std::runtime_error(explained(run_.attr("explain"), error));
-    }
+    watched(*shared_, run_, longest_s_, "use_model", [&] { run_.attr("use_model")(h1_mm, h2_mm, h3_mm); });
   }
 
  private:
@@ -221,11 +222,13 @@ py::object ContractHost::run_of(const char* maker, const std::vector<SourceFile>
   py::object run;
   std::string trouble;
   try {
+    const MemoryLimit limit;
     run = contract.attr(maker)(texts, name.name, name.arguments, arguments...);
   } catch (py::error_already_set& error) {
     trouble = explained(
         py::cpp_function([&](const py::object& e) { return contract.attr("explain")(e, names); }), error);
   }
+  restore_c_locale();
   if (shared_->watchdog.disarm(watch)) trouble = "the construction of " + name.name + " took too long";
   if (!trouble.empty()) throw std::runtime_error(trouble);
   return run;
@@ -244,6 +247,7 @@ std::unique_ptr<Object> ContractHost::make_object(Kind kind, const std::vector<S
                                                   const ClassName& name, const Parcel& setup,
                                                   double longest_s) {
   static constexpr const char* kMakers[] = {"EstimatorRun", "PlantRun", "SurfaceRun"};
+  static_assert(std::size(kMakers) == kTableSize<Kind>);
   const InterpreterHold interpreter;
   return std::make_unique<ContractObject<Shared>>(
       shared_, run_of(kMakers[int(kind)], files, name, longest_s, arrays_of(setup)), longest_s);
@@ -254,15 +258,19 @@ std::string ContractHost::versions() {
   return py::cast<std::string>(shared_->contract.attr("versions")());
 }
 
-py::object run_contract(const char* name) {
-  const py::module_ types = py::module_::import("types");
-  py::object module = types.attr("ModuleType")(name);
+static py::object run_text(const char* name, const char* file, const char* text) {
+  const py::module_ builtins = py::module_::import("builtins");
+  py::object module = py::module_::import("types").attr("ModuleType")(name);
   py::dict space = module.attr("__dict__");
-  space["__builtins__"] = py::module_::import("builtins");
-  py::object code =
-      py::module_::import("builtins").attr("compile")(py::str(kContractText), "firn/contract.py", "exec");
-  py::module_::import("builtins").attr("exec")(code, space);
+  space["__builtins__"] = builtins;
+  builtins.attr("exec")(builtins.attr("compile")(py::str(text), file, "exec"), space);
+  py::module_::import("sys").attr("modules")[name] = module;
   return module;
+}
+
+py::object run_contract() {
+  run_text("firn.sources", "firn/sources.py", kSourcesText);
+  return run_text("firn", "firn/contract.py", kContractText);
 }
 
 }  // namespace firn::python

@@ -31,7 +31,7 @@ class ContractHost final : public Host {
   std::shared_ptr<Shared> shared_;
 };
 
-/// Runs the module's text as the module `name`. @pre the thread holds the interpreter
-pybind11::object run_contract(const char* name);
+/// Runs the contract's text as the module `firn`. @pre the thread holds the interpreter
+pybind11::object run_contract();
 
 }  // namespace firn::python

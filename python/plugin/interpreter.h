@@ -42,7 +42,7 @@ class InterpreterHold {
     return state;
   }
 
-  const ThreadState& state_ = of_this_thread();  // before the hold
+  [[maybe_unused]] const ThreadState& state_ = of_this_thread();  // before the hold
   pybind11::gil_scoped_acquire hold_;
 };
 

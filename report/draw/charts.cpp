@@ -8,7 +8,7 @@
 
 #include "report/draw/svg.h"
 
-namespace firn::replay {
+namespace firn::report {
 namespace {
 
 constexpr double kWidth = 424, kLegendRow = 20;
@@ -241,4 +241,4 @@ std::string shared_legend(const std::vector<LegendEntry>& entries) {
   return s + "</p>\n";
 }
 
-}  // namespace firn::replay
+}  // namespace firn::report

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace firn::replay {
+namespace firn::report {
 
 struct Series {
   std::string label;
@@ -53,4 +53,4 @@ std::string legend_sample(const LegendEntry& entry);
 /// Returns HTML: the samples with their labels.
 std::string shared_legend(const std::vector<LegendEntry>& entries);
 
-}  // namespace firn::replay
+}  // namespace firn::report

@@ -10,18 +10,21 @@
 #include "report/draw/raster.h"
 #include "report/draw/svg.h"
 
-namespace firn::replay {
+namespace firn::report {
 namespace {
 
 constexpr double kSide = 300;  // pixels of the longer side of a map
 
-// Blue, white, orange: Okabe and Ito's pair, distinct for all.
+constexpr double kErrorColours[3][3] = {
+#include "report/draw/error_colours.inc"
+};
+
 cv::Vec3b diverging(double share) {
-  const auto mix = [&](double blue, double white, double orange) {
-    const double t = std::abs(2 * share - 1);
-    return cv::saturate_cast<uchar>(white + t * ((share < 0.5 ? blue : orange) - white));
+  const auto mix = [&](int colour) {
+    const double t = std::abs(2 * share - 1), middle = kErrorColours[1][colour];
+    return cv::saturate_cast<uchar>(middle + t * (kErrorColours[share < 0.5 ? 0 : 2][colour] - middle));
   };
-  return {mix(178, 250, 0), mix(114, 250, 94), mix(0, 250, 213)};  // B, G, R
+  return {mix(2), mix(1), mix(0)};  // B, G, R
 }
 
 // 256 colours, lowest first, as B, G, R.
@@ -126,9 +129,11 @@ std::string color_bar(const HeatScale& scale, const std::string& name) {
   std::string s = svg_open(kLeft * 2 + kWidth + 20, 56, name) +
                   image(palette(scale.colors), kLeft, kTop, kWidth, kHeight);
   char line[160];
-  const Axis axis(scale.low_um, scale.high_um, 0, 1, 6);
+  constexpr double kMmPerUm = 1e-3;
+  const double unit = scale.in_mm ? kMmPerUm : 1.0, low = scale.low_um * unit, high = scale.high_um * unit;
+  const Axis axis(low, high, 0, 1, 6);
   for (const Axis::Tick& t : axis.ticks()) {
-    const double at = kLeft + (t.value - scale.low_um) / (scale.high_um - scale.low_um) * kWidth;
+    const double at = kLeft + (t.value - low) / (high - low) * kWidth;
     if (at < kLeft - 0.5 || at > kLeft + kWidth + 0.5) continue;
     std::snprintf(line, sizeof line, "<path class=\"axis\" d=\"M%.1f %.1fv4\"/>", at, kTop + kHeight);
     s += line + svg_text(at, kTop + kHeight + 17, "middle", "tick", t.text);
@@ -136,4 +141,4 @@ std::string color_bar(const HeatScale& scale, const std::string& name) {
   return s + svg_text(kLeft + kWidth / 2, kTop + kHeight + 34, "middle", "name", name) + "</svg>\n";
 }
 
-}  // namespace firn::replay
+}  // namespace firn::report

@@ -1,4 +1,4 @@
-// Draws surfaces as heat maps: one common colour scale, mm axes, a colour bar in um. Grids may have any size:
+// Draws surfaces as heat maps: one common colour scale, mm axes, a colour bar. Grids may have any size:
 // the cells are one embedded PNG.
 #pragma once
 
@@ -6,7 +6,7 @@
 
 #include "core/grid/grid.h"
 
-namespace firn::replay {
+namespace firn::report {
 
 /// Sequential: cividis, legible without colour vision. Diverging: blue - white - orange about zero.
 enum class ColorMap { kSequential, kDiverging };
@@ -14,6 +14,7 @@ enum class ColorMap { kSequential, kDiverging };
 struct HeatScale {
   double low_um = 0, high_um = 1;
   ColorMap colors = ColorMap::kSequential;
+  bool in_mm = false;  ///< the bar's numbers
 };
 
 /// Draws one surface.
@@ -25,4 +26,4 @@ std::string heat_map(const HeightMap& height, const HeatScale& scale, const std:
 /// Draws the colour bar of all maps of one scale.
 std::string color_bar(const HeatScale& scale, const std::string& name);
 
-}  // namespace firn::replay
+}  // namespace firn::report

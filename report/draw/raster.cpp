@@ -6,7 +6,7 @@
 
 #include "core/grid/png.h"
 
-namespace firn::replay {
+namespace firn::report {
 namespace {
 
 std::string base64(std::span<const std::byte> bytes) {
@@ -35,4 +35,4 @@ std::string svg_image(const Raster& raster, double x, double y, double width, do
   return head + base64(png) + "\"/>\n";
 }
 
-}  // namespace firn::replay
+}  // namespace firn::report

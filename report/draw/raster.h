@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace firn::replay {
+namespace firn::report {
 
 using Rgba = std::array<std::uint8_t, 4>;
 
@@ -21,4 +21,4 @@ struct Raster {
 /// Returns an <image> over the given rectangle of the drawing, its pixels as squares.
 std::string svg_image(const Raster& raster, double x, double y, double width, double height);
 
-}  // namespace firn::replay
+}  // namespace firn::report

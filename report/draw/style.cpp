@@ -1,7 +1,7 @@
 // Colours: Okabe and Ito's, lighter ones of the same hues on dark.
 #include "report/draw/style.h"
 
-namespace firn::replay {
+namespace firn::report {
 
 const char* const kReportStyle = R"css(
 :root { color-scheme: light dark;
@@ -24,7 +24,7 @@ thead th { color: var(--soft); font-weight: 600; border-bottom: 2px solid var(--
 th:first-child, td:first-child { white-space: nowrap; }
 th:first-child, td:first-child, .text td, .text th { text-align: left; }
 .text td { overflow-wrap: anywhere; }
-.best { font-weight: 700; } .good { color: var(--good); font-weight: 600; } .bad { color: var(--bad); font-weight: 600; }
+.best { font-weight: 700; } .good { color: var(--good); font-weight: 600; white-space: nowrap; } .bad { color: var(--bad); font-weight: 600; }
 .swatch { display: inline-block; width: 26px; height: 8px; margin-right: 8px; vertical-align: middle; }
 svg.sample { display: inline-block; width: 28px; height: 14px; margin-right: 6px; vertical-align: middle; }
 .legend { position: sticky; top: 0; z-index: 1; max-width: none; margin: 18px 0 0; padding: 6px 0; background: var(--bg);
@@ -52,4 +52,4 @@ std::string standalone_svg(std::string svg) {
   return svg;
 }
 
-}  // namespace firn::replay
+}  // namespace firn::report

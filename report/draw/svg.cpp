@@ -4,7 +4,9 @@
 #include <cmath>
 #include <cstdio>
 
-namespace firn::replay {
+#include "core/options/for_people.h"
+
+namespace firn::report {
 namespace {
 
 constexpr double kNarrowest = 1e-12;  // range of an axis, relative to its values
@@ -52,6 +54,12 @@ std::string number(double value, int decimals) {
   std::snprintf(text, sizeof text, "%.*f", decimals, value);
   std::string s = text;
   if (s.find_first_not_of("-0.") == s.npos && s[0] == '-') s.erase(0, 1);  // no "-0.00"
+  return s[0] == '-' ? "−" + s.substr(1) : s;
+}
+
+std::string number(double value) {
+  if (!std::isfinite(value)) return "–";
+  const std::string s = for_people(value);
   return s[0] == '-' ? "−" + s.substr(1) : s;
 }
 
@@ -123,4 +131,4 @@ std::string draw_axes(const Frame& f, const Axis& x, const Axis& y, std::string_
   return s + line + svg_text(0, 0, "middle", "name", y_name) + "</g>\n";
 }
 
-}  // namespace firn::replay
+}  // namespace firn::report

@@ -6,13 +6,15 @@
 #include <string_view>
 #include <vector>
 
-namespace firn::replay {
+namespace firn::report {
 
 std::string escape_html(std::string_view text);
 /// Returns the beginning of a text: at most so many bytes, and only whole UTF-8 characters.
 std::string_view shortened(std::string_view text, std::size_t bytes);
 /// Returns the number as "%.*f" without a locale; "–" for NaN and infinities; a true minus sign.
 std::string number(double value, int decimals);
+/// The same in three significant digits (core/options/for_people.h).
+std::string number(double value);
 
 /// Maps data units to pixels on a linear or logarithmic axis, with ticks at round values.
 class Axis {
@@ -48,4 +50,4 @@ std::string svg_text(double x, double y, std::string_view anchor, std::string_vi
                      std::string_view text);
 std::string svg_open(double width, double height, std::string_view title);
 
-}  // namespace firn::replay
+}  // namespace firn::report

@@ -7,21 +7,41 @@
 #include "files/picture/read_picture.h"
 #include "files/usage_error.h"
 
-namespace firn {
+namespace firn::report {
 namespace {
 
 using vision::Frame;
 
 constexpr std::size_t kBackgroundPictures = 32;  // more make the background no better
 
-Frame read_frame(const std::filesystem::path& file) {
+struct ReadPicture {
+  Frame frame;                // the part that is measured
+  int width = 0, height = 0;  // of the whole picture
+  std::vector<std::string> remarks;
+};
+
+ReadPicture read_cropped(const std::filesystem::path& file, const DropletRequest& r) {
   DecodedPicture p = read_picture(file);
-  Frame f{p.width, p.height, p.white, std::move(p.pixels)};
-  if (!is_valid(f))
-    throw UsageError(file.string() + ": " + std::to_string(f.width) + " x " + std::to_string(f.height) +
+  const int width = p.width, height = p.height;
+  if (r.crop) p = cropped(p, *r.crop, file);
+  ReadPicture read{{p.width, p.height, p.white, std::move(p.pixels)}, width, height, std::move(p.remarks)};
+  if (!is_valid(read.frame))
+    throw UsageError(file.string() + ": " + std::to_string(p.width) + " x " + std::to_string(p.height) +
                      " pixels; sides must be from " + std::to_string(vision::kMinSide) + " to " +
                      std::to_string(vision::kMaxSide));
-  return f;
+  return read;
+}
+
+// From places in the measured part to places in the whole picture.
+void move_by(vision::DropletPicture& p, double x, double y) {
+  const auto move = [&](vision::Droplet& d) {
+    d.x += x;
+    d.y += y;
+  };
+  move(p.main);
+  std::ranges::for_each(p.drops, move);
+  std::ranges::for_each(p.satellites, move);
+  p.nozzle.edge = {p.nozzle.edge.x + x, p.nozzle.edge.y + y};
 }
 
 void check(const DropletRequest& r) {
@@ -31,6 +51,11 @@ void check(const DropletRequest& r) {
   for (const double d : r.delays_us)
     if (!std::isfinite(d) || std::abs(d) > 1e9)
       throw UsageError("--delay-us: " + std::to_string(d) + " is outside -1e9 to 1e9 us");
+  if (r.crop && (std::min(r.crop->width, r.crop->height) < vision::kMinSide ||
+                 std::max(r.crop->width, r.crop->height) > vision::kMaxSide))
+    throw UsageError("--crop: " + std::to_string(r.crop->width) + " x " + std::to_string(r.crop->height) +
+                     " pixels; sides must be from " + std::to_string(vision::kMinSide) + " to " +
+                     std::to_string(vision::kMaxSide));
   if (r.target.has_value() != (r.pitch_um > 0))
     throw UsageError("--target and --pitch-um are given together");
   if ((r.um_per_px > 0) + (r.nozzle_um > 0) + r.target.has_value() > 1)
@@ -49,35 +74,33 @@ struct Size {
 };
 Size size_of(const Frame& f) { return {f.width, f.height, f.white}; }
 
-constexpr int kWhiteOf8Bits = 255;
-
 // The white level of a camera of more than 8 bits is that of its brightest picture: a file does not hold it,
 // and one picture may lie below 1023 where the next one does not. 0 where the pictures have 8 bits.
 int deepest_white(const DropletRequest& r) {
   int white = 0;
-  const auto look = [&](const std::filesystem::path& file) {
-    const int of_file = read_frame(file).white;
+  const auto is_deep = [&](const std::filesystem::path& file) {
+    const int of_file = read_cropped(file, r).frame.white;
     if (of_file > kWhiteOf8Bits) white = std::max(white, of_file);
     return of_file > kWhiteOf8Bits;
   };
   if (r.images.size() + std::size_t(r.background.has_value()) < 2) return 0;
-  if (r.background && !look(*r.background)) return 0;
+  if (r.background && !is_deep(*r.background)) return 0;
   for (const std::filesystem::path& file : r.images)
-    if (!look(file)) break;
+    if (!is_deep(file)) break;
   return white;
 }
 
-Frame read_frame(const std::filesystem::path& file, int deepest) {
-  Frame f = read_frame(file);
-  if (f.white > kWhiteOf8Bits) f.white = std::max(f.white, deepest);
-  return f;
+ReadPicture read_cropped(const std::filesystem::path& file, const DropletRequest& r, int deepest) {
+  ReadPicture p = read_cropped(file, r);
+  if (p.frame.white > kWhiteOf8Bits) p.frame.white = std::max(p.frame.white, deepest);
+  return p;
 }
 
 // The backgrounds of a sweep, by size of picture.
 std::map<Size, std::optional<vision::Background>> backgrounds(const DropletRequest& r, int deepest) {
   std::map<Size, std::optional<vision::Background>> result;
   if (r.background) {
-    const Frame f = read_frame(*r.background, deepest);
+    const Frame f = read_cropped(*r.background, r, deepest).frame;
     result[size_of(f)] = vision::known_background(f, r.objects);
     return result;
   }
@@ -85,7 +108,7 @@ std::map<Size, std::optional<vision::Background>> backgrounds(const DropletReque
   std::map<Size, std::vector<Frame>> frames;
   const std::size_t step = (r.images.size() + kBackgroundPictures - 1) / kBackgroundPictures;
   for (std::size_t i = 0; i < r.images.size(); i += step) {
-    Frame f = read_frame(r.images[i], deepest);
+    Frame f = read_cropped(r.images[i], r, deepest).frame;
     frames[size_of(f)].push_back(std::move(f));
   }
   for (const auto& [size, list] : frames) {
@@ -111,18 +134,21 @@ DropletAnalysis analyse_droplets(const DropletRequest& r) {
   std::vector<vision::DropletPicture> results;
   std::vector<vision::TimedPicture> timed;
   for (std::size_t i = 0; i < r.images.size(); ++i) {
-    const Frame f = read_frame(r.images[i], deepest);
+    const ReadPicture read = read_cropped(r.images[i], r, deepest);
+    const Frame& f = read.frame;
     const auto found = of_size.find(size_of(f));
     if (r.background && found == of_size.end())
       throw UsageError(r.images[i].string() + ": differs in size or depth from the background " +
                        r.background->string());
     const bool known = found != of_size.end() && found->second.has_value();
     AnalysedPicture p{r.images[i],
-                      f.width,
-                      f.height,
+                      read.width,
+                      read.height,
                       std::nullopt,
                       vision::find_droplets(f, known ? &*found->second : nullptr, {r.objects}),
-                      saturated_share(f)};
+                      saturated_share(f),
+                      read.remarks};
+    if (r.crop) move_by(p.result, r.crop->x, r.crop->y);
     results.push_back(p.result);
     if (!r.delays_us.empty()) {
       p.delay_us = r.delays_us[i];
@@ -138,8 +164,8 @@ DropletAnalysis analyse_droplets(const DropletRequest& r) {
           "--nozzle-um: no picture shows the edge and both sides of a nozzle; --scale is needed");
   }
   if (r.target) {
-    a.scale = vision::scale_from_target(vision::find_droplets(read_frame(*r.target), nullptr, {r.objects}),
-                                        r.pitch_um);
+    a.scale = vision::scale_from_target(
+        vision::find_droplets(read_cropped(*r.target, r).frame, nullptr, {r.objects}), r.pitch_um);
     if (!(a.scale.um_per_px > 0))
       throw UsageError(r.target->string() + ": fewer than 9 equal dots; a calibration target has more");
   }
@@ -148,4 +174,4 @@ DropletAnalysis analyse_droplets(const DropletRequest& r) {
   return a;
 }
 
-}  // namespace firn
+}  // namespace firn::report

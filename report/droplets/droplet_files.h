@@ -1,4 +1,4 @@
-// DropletAnalysis holds what files of strobe pictures show, as firn droplets prints it.
+// DropletAnalysis holds the droplets that firn droplets measures in files of strobe pictures.
 #pragma once
 
 #include <filesystem>
@@ -7,8 +7,9 @@
 #include <vector>
 
 #include "core/vision/sweep.h"
+#include "files/picture/read_picture.h"
 
-namespace firn {
+namespace firn::report {
 
 struct DropletRequest {
   std::vector<std::filesystem::path> images;
@@ -19,14 +20,16 @@ struct DropletRequest {
   double pitch_um = 0.0;                            ///< of the target's dots
   std::optional<std::filesystem::path> background;  ///< picture without a droplet
   vision::Polarity objects = vision::Polarity::kAuto;
+  std::optional<PictureCrop> crop;  ///< the part of every picture that is measured; else all of it
 };
 
 struct AnalysedPicture {
   std::filesystem::path file;
-  int width = 0, height = 0;
+  int width = 0, height = 0;  ///< of the whole picture
   std::optional<double> delay_us;
-  vision::DropletPicture result;
-  double saturated = 0.0;  ///< share of the pixels at the white level, from which light was cut off
+  vision::DropletPicture result;  ///< places in the whole picture
+  double saturated = 0.0;  ///< share of the measured pixels at the white level, from which light was cut off
+  std::vector<std::string> remarks;  ///< of the file's reader
 };
 
 struct DropletAnalysis {
@@ -50,4 +53,4 @@ std::string droplets_text(const DropletAnalysis& analysis);
 /// PNG.
 std::vector<std::byte> droplet_overlay(const AnalysedPicture& picture);
 
-}  // namespace firn
+}  // namespace firn::report

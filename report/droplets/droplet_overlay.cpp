@@ -6,7 +6,7 @@
 #include "files/picture/read_picture.h"
 #include "report/droplets/droplet_files.h"
 
-namespace firn {
+namespace firn::report {
 namespace {
 
 using Colour = std::array<std::uint8_t, 3>;
@@ -65,4 +65,4 @@ std::vector<std::byte> droplet_overlay(const AnalysedPicture& picture) {
   return write_png(p.width, p.height, 3, canvas.rgb);
 }
 
-}  // namespace firn
+}  // namespace firn::report

@@ -5,7 +5,7 @@
 #include "files/json.h"
 #include "report/droplets/droplet_files.h"
 
-namespace firn {
+namespace firn::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -71,6 +71,7 @@ Json picture_json(const AnalysedPicture& p, const vision::Scale& scale) {
   j["noise"] = r.noise;
   j["blur_px"] = r.blur_px;
   j["saturated"] = p.saturated;
+  if (!p.remarks.empty()) j["remarks"] = p.remarks;
   j["background"] = r.used_background ? "pictures" : "smooth";
   return j;
 }
@@ -104,12 +105,14 @@ std::string line(const char* name, const Estimate& e, const char* unit) {
 std::string droplets_warnings(const DropletAnalysis& a) {
   constexpr double kSaturated = 0.01;  // a bright spot in a droplet is less
   std::string out;
-  for (const AnalysedPicture& p : a.pictures)
+  for (const AnalysedPicture& p : a.pictures) {
+    for (const std::string& r : p.remarks) out += fmt::format("warning: {}: {}\n", p.file.string(), r);
     if (p.saturated > kSaturated)
       out += fmt::format(
           "warning: {}: {:.0f} % of the pixels are saturated: edges are less certain there; less light or a "
           "shorter exposure is needed\n",
           p.file.string(), 100.0 * p.saturated);
+  }
   return out;
 }
 
@@ -155,4 +158,4 @@ std::string droplets_text(const DropletAnalysis& a) {
   return out;
 }
 
-}  // namespace firn
+}  // namespace firn::report

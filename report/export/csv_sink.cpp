@@ -12,7 +12,7 @@
 #include "report/export/spool.h"
 #include "report/export/tables.h"
 
-namespace firn::tables {
+namespace firn::report {
 namespace {
 
 namespace fs = std::filesystem;
@@ -33,14 +33,14 @@ void append_real(std::string& out, double v, bool single) {
 void append_number(std::string& out, Kind kind, const std::byte* p) {
   switch (kind) {
     case Kind::kFloat:
-      return append_real(out, std::bit_cast<float>(logfile::big32(p)), true);
+      return append_real(out, std::bit_cast<float>(record::big32(p)), true);
     case Kind::kDouble:
-      return append_real(out, std::bit_cast<double>(logfile::big64(p)), false);
+      return append_real(out, std::bit_cast<double>(record::big64(p)), false);
     case Kind::kInt64:
-      out += std::to_string(std::int64_t(logfile::big64(p)));
+      out += std::to_string(std::int64_t(record::big64(p)));
       return;
     case Kind::kInt32:
-      out += std::to_string(std::int32_t(logfile::big32(p)));
+      out += std::to_string(std::int32_t(record::big32(p)));
       return;
     case Kind::kInt16:
       out += std::to_string(std::int16_t(unsigned(p[0]) << 8 | unsigned(p[1])));
@@ -175,4 +175,4 @@ std::string csv_text(std::string_view text) {
 
 std::unique_ptr<TableSink> csv_sink(const fs::path& folder) { return std::make_unique<CsvSink>(folder); }
 
-}  // namespace firn::tables
+}  // namespace firn::report

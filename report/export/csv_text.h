@@ -4,8 +4,8 @@
 #include <string>
 #include <string_view>
 
-namespace firn::tables {
+namespace firn::report {
 
 std::string csv_text(std::string_view text);
 
-}  // namespace firn::tables
+}  // namespace firn::report

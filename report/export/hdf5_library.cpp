@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace firn::tables {
+namespace firn::report {
 namespace {
 
 constexpr const char* kLibrary = "libhdf5_serial.so.103";
@@ -24,6 +24,8 @@ void* Hdf5::symbol(void* library, const char* name) {
 }
 
 Hdf5::Hdf5() {
+  // At the exit of the program the library would close a file that it could not write, and crashes there.
+  H5dont_atexit();
   H5open();
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // its own report goes to stderr
 }
@@ -35,4 +37,4 @@ const Hdf5& Hdf5::library() {
   return loaded;
 }
 
-}  // namespace firn::tables
+}  // namespace firn::report

@@ -4,7 +4,7 @@
 
 #include <hdf5.h>
 
-namespace firn::tables {
+namespace firn::report {
 
 struct Hdf5 {
   /// @throws std::runtime_error naming the package that is not installed
@@ -43,6 +43,7 @@ struct Hdf5 {
   FIRN_HDF5(H5Dwrite);
   FIRN_HDF5(H5Dset_extent);
   FIRN_HDF5(H5Dget_space);
+  FIRN_HDF5(H5dont_atexit);
   FIRN_HDF5(H5Dclose);
   FIRN_HDF5(H5Acreate2);
   FIRN_HDF5(H5Awrite);
@@ -55,4 +56,4 @@ struct Hdf5 {
 #undef FIRN_HDF5
 };
 
-}  // namespace firn::tables
+}  // namespace firn::report

@@ -14,7 +14,7 @@
 #include "report/export/hdf5_library.h"
 #include "report/export/tables.h"
 
-namespace firn::tables {
+namespace firn::report {
 namespace {
 
 namespace fs = std::filesystem;
@@ -39,11 +39,12 @@ constexpr std::array<Names, 9> kMemberTypes{{{"H5T_STD_I8LE_g", "H5T_STD_I8BE_g"
                                              {"H5T_IEEE_F32LE_g", "H5T_IEEE_F32BE_g"},
                                              {"H5T_IEEE_F64LE_g", "H5T_IEEE_F64BE_g"},
                                              {"", ""}}};
+static_assert(kMemberTypes.size() == std::size_t(Kind::kString) + 1, "a column is no struct");
 
 class Hdf5Sink : public TableSink {
  public:
   explicit Hdf5Sink(const fs::path& file)
-      : h_(Hdf5::library()), target_(logfile::output_target(file)), part_(target_.string() + ".part") {
+      : h_(Hdf5::library()), target_(record::output_target(file)), part_(target_.string() + ".part") {
     text_type_ = checked(h_.H5Tcopy(h_.id("H5T_C_S1_g")), "a type");
     h_.H5Tset_size(text_type_, H5T_VARIABLE);
     h_.H5Tset_cset(text_type_, H5T_CSET_UTF8);
@@ -55,7 +56,11 @@ class Hdf5Sink : public TableSink {
     file_ = checked(h_.H5Fcreate(part_.path().c_str(), kTruncate, H5P_DEFAULT, H5P_DEFAULT), "the file");
   }
 
+  // The library crashes when it closes a file after a write that failed, as on a full disk: the file is
+  // removed, and its identifiers end with the program.
   ~Hdf5Sink() override {
+    if (!finished_) part_.remove();
+    if (failed_) return;
     for (auto& table : tables_)
       for (Dataset& d : table)
         if (d.id >= 0) h_.H5Dclose(d.id);
@@ -63,7 +68,6 @@ class Hdf5Sink : public TableSink {
     h_.H5Pclose(groups_);
     h_.H5Pclose(undated_);
     h_.H5Tclose(text_type_);
-    if (!finished_) part_.remove();
   }
 
   std::size_t open(const Table& table) override {
@@ -150,9 +154,11 @@ class Hdf5Sink : public TableSink {
 
   template <class Id>
   Id checked(Id id, const std::string& what) const {
-    if (id < 0)
+    if (id < 0) {
+      failed_ = true;
       throw WriteError(target_.string() + ": cannot write " + what +
                        (errno ? std::string(": ") + std::strerror(errno) : ""));
+    }
     return id;
   }
 
@@ -308,14 +314,15 @@ class Hdf5Sink : public TableSink {
 
   const Hdf5& h_;
   fs::path target_;
-  logfile::PartFile part_;
+  record::PartFile part_;
   hid_t file_ = -1, text_type_ = -1, groups_ = -1, undated_ = -1;
   std::vector<std::vector<Dataset>> tables_;
   bool finished_ = false;
+  mutable bool failed_ = false;  ///< the library could not write
 };
 
 }  // namespace
 
 std::unique_ptr<TableSink> hdf5_sink(const fs::path& file) { return std::make_unique<Hdf5Sink>(file); }
 
-}  // namespace firn::tables
+}  // namespace firn::report

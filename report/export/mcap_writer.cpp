@@ -11,7 +11,7 @@
 
 #include "files/text_file.h"
 
-namespace firn::tables {
+namespace firn::report {
 namespace {
 
 constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
@@ -220,4 +220,4 @@ void McapWriter::close() {
   if (std::fclose(file) != 0) throw WriteError(path_.string() + ": " + std::strerror(errno));
 }
 
-}  // namespace firn::tables
+}  // namespace firn::report

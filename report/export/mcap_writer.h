@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-namespace firn::tables {
+namespace firn::report {
 
 class McapWriter {
  public:
@@ -54,4 +54,4 @@ class McapWriter {
   std::uint64_t messages_ = 0, first_ns_ = 0, last_ns_ = 0;
 };
 
-}  // namespace firn::tables
+}  // namespace firn::report

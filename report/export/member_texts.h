@@ -1,23 +1,20 @@
-// member_text returns what the comments of the .lcm files say about a member of a message, unit_of the unit
-// in a member's name.
+// member_text returns the texts of a member of a message from the .lcm files, unit_of the unit in its name.
 #pragma once
 
 #include <string>
 #include <string_view>
 
-namespace firn::tables {
+#include "lcmtypes/member_texts.h"
 
-struct MemberText {
-  std::string text;    ///< the comment without its clauses for validate(), or "" without a comment
-  std::string range;   ///< "[0, 100]", "" without one
-  std::string values;  ///< "kPrint = 0, kEnd = 1" of an enum that the member defines or names
-};
+namespace firn::report {
+
+/// Returns the row of a member; without texts for a type of others.
 /// @param type "layer_plan_t". @param member "decision"
 MemberText member_text(std::string_view type, std::string_view member);
 /// Returns the comment above the struct; "" without one.
-std::string type_text(std::string_view type);
+std::string_view type_text(std::string_view type);
 
 /// Returns "mm" of "height_mm", "Hz" of "rate_hz", "us" of "utime_us"; "1" of a name without a unit.
 std::string unit_of(std::string_view name);
 
-}  // namespace firn::tables
+}  // namespace firn::report

@@ -4,12 +4,13 @@
 #include <set>
 
 #include "files/record/output_target.h"
+#include "files/run_paths.h"
 #include "files/text_file.h"
 #include "lcmtypes/channels.h"
 #include "report/export/member_texts.h"
-#include "report/export/run_log.h"
+#include "runs/read/run_log.h"
 
-namespace firn::tables {
+namespace firn::report {
 namespace {
 
 namespace fs = std::filesystem;
@@ -71,7 +72,7 @@ std::string lcm_text(const Type& type) {
 }  // namespace
 
 McapExport::McapExport(const fs::path& file)
-    : target_(logfile::output_target(file)), part_(target_.string() + ".part"), writer_(part_.path()) {}
+    : target_(record::output_target(file)), part_(target_.string() + ".part"), writer_(part_.path()) {}
 
 McapExport::~McapExport() {
   if (!finished_) part_.remove();
@@ -79,16 +80,16 @@ McapExport::~McapExport() {
 
 std::uint64_t McapExport::add(const fs::path& run, const std::string& prefix,
                               const std::function<void(double)>& progress) {
-  const RunTexts texts = read_texts(run);
-  writer_.attachment(prefix + "experiment.toml", "application/toml", texts.experiment_toml);
-  writer_.attachment(prefix + "provenance.json", "application/json", texts.provenance_json);
-  writer_.attachment(prefix + "result.json", "application/json", texts.result_json);
+  const runs::RunTexts texts = runs::read_texts(run);
+  writer_.attachment(prefix + RunPaths::kExperiment, "application/toml", texts.experiment_toml);
+  writer_.attachment(prefix + RunPaths::kProvenance, "application/json", texts.provenance_json);
+  writer_.attachment(prefix + RunPaths::kResult, "application/json", texts.result_json);
   std::map<std::int64_t, std::array<std::uint16_t, 2>> schemas;  // by fingerprint: JSON, LCM
   std::map<std::pair<std::string, std::int64_t>, std::array<std::uint16_t, 2>> topics;
-  const auto use = [&](const logfile::Event& e, const Type& type) {
+  const auto use = [&](const record::Event& e, const Type& type) {
     if (const auto error = check(type, e.data))
-      throw bad_message(run, e,
-                        error->path + ": byte " + std::to_string(error->offset) + ": " + error->message);
+      throw runs::bad_message(
+          run, e, error->path + ": byte " + std::to_string(error->offset) + ": " + error->message);
     if (!schemas.contains(type.fingerprint)) {
       const std::string name = type.package + "." + type.name;
       schemas[type.fingerprint] = {writer_.add_schema(name, "jsonschema", json_schema(type)),
@@ -108,7 +109,7 @@ std::uint64_t McapExport::add(const fs::path& run, const std::string& prefix,
     writer_.message(lcm, std::uint32_t(e.eventnum), time_ns,
                     {reinterpret_cast<const char*>(e.data.data()), e.data.size()});
   };
-  return each_message(run, use, progress);
+  return runs::each_message(run, use, progress);
 }
 
 void McapExport::finish() {
@@ -119,4 +120,4 @@ void McapExport::finish() {
   finished_ = true;
 }
 
-}  // namespace firn::tables
+}  // namespace firn::report

@@ -10,11 +10,11 @@
 #include "files/record/part_file.h"
 #include "report/export/mcap_writer.h"
 
-namespace firn::tables {
+namespace firn::report {
 
 class McapExport {
  public:
-  /// @throws WriteError, logfile::FileError
+  /// @throws WriteError, record::FileError
   explicit McapExport(const std::filesystem::path& file);
   ~McapExport();
 
@@ -26,9 +26,9 @@ class McapExport {
 
  private:
   std::filesystem::path target_;
-  logfile::PartFile part_;
+  record::PartFile part_;
   McapWriter writer_;
   bool finished_ = false;
 };
 
-}  // namespace firn::tables
+}  // namespace firn::report

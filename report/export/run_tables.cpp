@@ -9,13 +9,14 @@
 
 #include "core/grid/npy.h"
 #include "files/record/event_format.h"
-#include "files/run_documents.h"
-#include "files/text_file.h"
+#include "files/record/file.h"
+#include "files/run_paths.h"
 #include "lcmtypes/channels.h"
 #include "report/export/member_texts.h"
-#include "report/export/run_log.h"
+#include "runs/folder/documents.h"
+#include "runs/read/run_log.h"
 
-namespace firn::tables {
+namespace firn::report {
 namespace {
 
 namespace fs = std::filesystem;
@@ -23,7 +24,7 @@ using schema::Field;
 using schema::Kind;
 using schema::Type;
 
-constexpr std::size_t kMostTables = 4096;
+constexpr std::size_t kMaxTables = 4096;
 
 struct Topic {
   std::string_view channel;  ///< the whole name, or its beginning where it ends in '_', or its end
@@ -89,35 +90,35 @@ Column column_of(const Type& type, const Field& f, std::string_view channel) {
   c.values = about.values;
   std::string dimensions;
   for (const schema::Dimension& d : f.dimensions) dimensions += "[" + d.text + "]";
-  c.text = "Member " + f.path + " of " + std::string(channel) +
-           (about.text.empty() ? "" : ": " + about.text) + ".";
+  c.text = "Member " + f.path + " of " + std::string(channel) + (about.text.empty() ? "" : ": ") +
+           std::string(about.text) + ".";
   if (!dimensions.empty()) c.text += " Dimensions " + dimensions + ", row by row.";
-  if (!about.range.empty()) c.text += " Range " + about.range + ".";
+  if (!about.range.empty()) c.text += " Range " + std::string(about.range) + ".";
   return c;
 }
 
 std::string about(const ChannelInfo* channel, const Type& type) {
-  const std::string text = type_text(type.name);
+  const std::string text(type_text(type.name));
   return (channel ? std::string(channel->meaning) + ". " : "") + text + (text.empty() ? "" : " ") +
          "One row a " + type.name + ", in the order of the log.";
 }
 
 /// Opens a table for each channel, type, grid and shape of arrays, as they are met in the log.
-class RunReader {
+class LogTables {
  public:
-  RunReader(const fs::path& run, const std::string& prefix, TableSink& sink)
+  LogTables(const fs::path& run, const std::string& prefix, TableSink& sink)
       : run_(run), prefix_(prefix), sink_(sink) {}
 
   std::uint64_t read(const std::function<void(double)>& progress) {
-    return each_message(
-        run_, [this](const logfile::Event& e, const Type& type) { add(e, type); }, progress);
+    return runs::each_message(
+        run_, [this](const record::Event& e, const Type& type) { add(e, type); }, progress);
   }
 
   /// Returns the first grid of a message with so many cells.
   GridSpec grid(int nx, int ny) const {
     for (const GridSpec& g : grids_)
       if (g.nx == nx && g.ny == ny) return g;
-    throw std::invalid_argument((run_ / "log.lcm").string() + ": no message with a grid of " +
+    throw std::invalid_argument(RunPaths(run_).log_path().string() + ": no message with a grid of " +
                                 std::to_string(nx) + " x " + std::to_string(ny) +
                                 " cells, which the target has");
   }
@@ -142,19 +143,19 @@ class RunReader {
     return plan;
   }
 
-  void add(const logfile::Event& e, const Type& type) {
+  void add(const record::Event& e, const Type& type) {
     auto it = plans_.find(std::pair(e.channel, type.fingerprint));
     if (it == plans_.end())
       it = plans_.emplace(std::pair(std::string(e.channel), type.fingerprint), plan_of(type)).first;
     Plan& plan = it->second;
     places_.resize(type.fields.size());
     if (const auto error = check(type, e.data, places_))
-      throw bad_message(run_, e,
-                        error->path + ": byte " + std::to_string(error->offset) + ": " + error->message);
+      throw runs::bad_message(
+          run_, e, error->path + ": byte " + std::to_string(error->offset) + ": " + error->message);
     const std::size_t table = table_of(plan, e);
     cells_.resize(type.fields.size() + 2);
-    logfile::put_big64(numbers_.data(), e.eventnum);
-    logfile::put_big64(numbers_.data() + 8, std::uint64_t(e.utime_us));
+    record::put_big64(numbers_.data(), e.eventnum);
+    record::put_big64(numbers_.data() + 8, std::uint64_t(e.utime_us));
     cells_[0].numbers = std::span(numbers_).first(8);
     cells_[1].numbers = std::span(numbers_).subspan(8);
     for (std::size_t i = 0; i < type.fields.size(); ++i)
@@ -162,7 +163,7 @@ class RunReader {
     sink_.row(table, cells_);
   }
 
-  static void fill(Cell& cell, Kind kind, const FieldPlace& place, const logfile::Event& e) {
+  static void fill(Cell& cell, Kind kind, const FieldPlace& place, const record::Event& e) {
     cell.strings.clear();
     if (kind != Kind::kString) {
       cell.numbers = e.data.subspan(place.offset, place.count * schema::size_of(kind));
@@ -170,20 +171,20 @@ class RunReader {
     }
     std::size_t at = place.offset;
     for (std::size_t k = 0; k < place.count; ++k) {
-      const std::size_t length = logfile::big32(e.data.data() + at);  // with the final zero; checked before
+      const std::size_t length = record::big32(e.data.data() + at);  // with the final zero; checked before
       cell.strings.emplace_back(reinterpret_cast<const char*>(e.data.data() + at + 4), length - 1);
       at += 4 + length;
     }
   }
 
   // The value of a number of the message.
-  double value(const Plan& plan, std::size_t field, const logfile::Event& e) const {
+  double value(const Plan& plan, std::size_t field, const record::Event& e) const {
     const std::byte* p = e.data.data() + places_[field].offset;
-    if (plan.type->fields[field].kind == Kind::kInt32) return double(std::int32_t(logfile::big32(p)));
-    return std::bit_cast<double>(logfile::big64(p));
+    if (plan.type->fields[field].kind == Kind::kInt32) return double(std::int32_t(record::big32(p)));
+    return std::bit_cast<double>(record::big64(p));
   }
 
-  std::size_t table_of(Plan& plan, const logfile::Event& e) {
+  std::size_t table_of(Plan& plan, const record::Event& e) {
     std::array<double, 6> grid{};
     for (std::size_t k = 0; k < plan.grid.size(); ++k) grid[k] = value(plan, plan.grid[k], e);
     const auto side = [](double n) { return n >= 1 && n <= kMaxGridSide; };
@@ -200,9 +201,10 @@ class RunReader {
     std::ranges::transform(grid, bits.begin(), [](double v) { return std::bit_cast<std::uint64_t>(v); });
     const auto key = std::pair(bits, shapes);
     if (const auto it = plan.tables.find(key); it != plan.tables.end()) return it->second;
-    if (++tables_ > kMostTables)
-      throw std::invalid_argument((run_ / "log.lcm").string() + ": more than " + std::to_string(kMostTables) +
-                                  " tables: " + std::string(e.channel) + " has another grid in each message");
+    if (++tables_ > kMaxTables)
+      throw std::invalid_argument(RunPaths(run_).log_path().string() + ": more than " +
+                                  std::to_string(kMaxTables) + " tables: " + std::string(e.channel) +
+                                  " has another grid in each message");
     const int number = ++names_[std::string(e.channel)];
     Table table;
     table.path = prefix_ + std::string(topic_of(e.channel)) + "/" + std::string(e.channel) +
@@ -243,13 +245,13 @@ class RunReader {
 };
 
 // Target and mask as one map each.
-void write_inputs(const fs::path& run, const ProvenanceDocument& provenance, const std::string& prefix,
-                  const RunReader& reader, TableSink& sink) {
+void write_inputs(const fs::path& run, const runs::ProvenanceDocument& provenance, const std::string& prefix,
+                  const LogTables& reader, TableSink& sink) {
   for (const auto& [role, sha256] : provenance.inputs) {
     if (role != "target" && role != "mask") continue;
-    const std::string name = (run / "inputs" / sha256).string();
-    const std::string text = read_file(name);
-    const auto bytes = std::as_bytes(std::span(text));
+    const std::string name = RunPaths(run).input_path(sha256).string();
+    const record::MappedFile file(name, record::MappedFile::Packed::kAsIs);
+    const auto bytes = file.bytes();
     const NpyShape shape = npy_shape(bytes, name);
     const GridSpec grid = reader.grid(shape.nx, shape.ny);
     std::vector<std::byte> values;
@@ -261,7 +263,7 @@ void write_inputs(const fs::path& run, const ProvenanceDocument& provenance, con
                grid};
       for (const double v : height_map_from_npy(bytes, grid, name).cells) {
         values.resize(values.size() + 8);
-        logfile::put_big64(values.data() + values.size() - 8, std::bit_cast<std::uint64_t>(v));
+        record::put_big64(values.data() + values.size() - 8, std::bit_cast<std::uint64_t>(v));
       }
     } else {
       table = {prefix + "configuration/mask",
@@ -284,19 +286,19 @@ std::string_view topic_of(std::string_view channel) {
 
 std::uint64_t export_run(const fs::path& run, const std::string& prefix, TableSink& sink,
                          const std::function<void(double)>& progress) {
-  const RunTexts texts = read_texts(run);
-  const ProvenanceDocument provenance =
-      parse_provenance(texts.provenance_json, (run / "provenance.json").string());
+  const runs::RunTexts texts = runs::read_texts(run);
+  const runs::ProvenanceDocument provenance =
+      runs::parse_provenance(texts.provenance_json, RunPaths(run).provenance_path().string());
   sink.document(prefix + "configuration/experiment_toml", "The experiment with every key resolved, TOML.",
                 texts.experiment_toml);
   sink.document(prefix + "provenance/provenance_json",
                 "Program, commit, platform, seeds and digests of the inputs, JSON.", texts.provenance_json);
   sink.document(prefix + "provenance/result_json",
                 "Outcome, reason and layers, JSON; empty: the run has not ended.", texts.result_json);
-  RunReader reader(run, prefix, sink);
+  LogTables reader(run, prefix, sink);
   const std::uint64_t messages = reader.read(progress);
   write_inputs(run, provenance, prefix, reader, sink);
   return messages;
 }
 
-}  // namespace firn::tables
+}  // namespace firn::report

@@ -9,7 +9,7 @@
 
 #include "report/export/tables.h"
 
-namespace firn::tables {
+namespace firn::report {
 
 /// @param prefix group of the run, "" or "RUN/"
 /// @param progress receives the fraction of the log that is read
@@ -21,4 +21,4 @@ std::uint64_t export_run(const std::filesystem::path& run, const std::string& pr
 /// Returns the group of a channel: "maps" of HEIGHT_MAP, "events" of FAULT_JET.
 std::string_view topic_of(std::string_view channel);
 
-}  // namespace firn::tables
+}  // namespace firn::report

@@ -7,7 +7,7 @@
 #include "files/text_file.h"
 #include "files/usage_error.h"
 
-namespace firn::tables {
+namespace firn::report {
 
 namespace fs = std::filesystem;
 
@@ -66,4 +66,4 @@ void Spool::keep_as(const fs::path& target) {
   folder_.clear();
 }
 
-}  // namespace firn::tables
+}  // namespace firn::report

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace firn::tables {
+namespace firn::report {
 
 /// A folder of files, removed with its content unless keep_as() gives it a name.
 class Spool {
@@ -43,4 +43,4 @@ class Spool {
   std::size_t buffered_ = 0;
 };
 
-}  // namespace firn::tables
+}  // namespace firn::report

@@ -16,7 +16,7 @@
 #include "core/grid/grid.h"
 #include "lcmtypes/schema.h"
 
-namespace firn::tables {
+namespace firn::report {
 
 enum class Shape : std::uint8_t {
   kOne,   ///< one value a row
@@ -77,4 +77,4 @@ std::unique_ptr<TableSink> csv_sink(const std::filesystem::path& folder);
 /// NumPy's .npz: an array for each column; of a list also NAME_first and NAME_count.
 std::unique_ptr<TableSink> npz_sink(const std::filesystem::path& file);
 
-}  // namespace firn::tables
+}  // namespace firn::report

@@ -11,17 +11,17 @@
 #include "report/draw/svg.h"
 #include "report/run/report_page.h"
 
-namespace firn {
+namespace firn::report {
 namespace {
 
 using motion::AerosolPlan;
 using motion::Piece;
 using motion::PieceKind;
 using motion::PlaneState;
-using replay::Series;
+using report::Series;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr int kSamples = 1500, kLeastPerPiece = 4;
+constexpr int kSamples = 1500, kMinPerPiece = 4;
 
 bool is_open(const Piece& p) { return p.kind == PieceKind::kPrint || p.kind == PieceKind::kRound; }
 
@@ -31,7 +31,7 @@ Series sampled(const AerosolPlan& plan, const std::string& label, int style, boo
   Series s{label, {}, {}, style};
   const double step = std::max(1e-9, plan.duration_s() / kSamples);
   for (const Piece& p : plan.pieces) {
-    const int count = std::max(kLeastPerPiece, int(std::ceil(p.duration_s / step)));
+    const int count = std::max(kMinPerPiece, int(std::ceil(p.duration_s / step)));
     for (int n = 0; n <= count; ++n) {
       const double dt = p.duration_s * n / count;
       s.x.push_back(p.t_s + dt);
@@ -41,9 +41,9 @@ Series sampled(const AerosolPlan& plan, const std::string& label, int style, boo
   return s;
 }
 
-replay::ChartOptions time_chart(const AerosolPlan& plan, const std::string& title,
+report::ChartOptions time_chart(const AerosolPlan& plan, const std::string& title,
                                 const std::string& y_name) {
-  replay::ChartOptions o;
+  report::ChartOptions o;
   o.title = title;
   o.x_name = "time [s]";
   o.y_name = y_name;
@@ -80,7 +80,7 @@ std::string aerosol_legend(double left, double top) {
   const auto entry = [&](int n, const std::string& sample, const char* text) {
     const double x = left + 190.0 * (n % 2), y = top + 20.0 * (n / 2);
     s += "<g transform=\"translate(" + std::to_string(x) + " " + std::to_string(y) + ")\">" + sample +
-         replay::svg_text(32, 4, "start", "tick", text) + "</g>\n";
+         report::svg_text(32, 4, "start", "tick", text) + "</g>\n";
   };
   entry(0, line(("stroke-width=\"3\" stroke=\"" + color_of(0) + "\"").c_str(), 0, 0, 26, 0),
         "at the wanted speed");
@@ -110,14 +110,14 @@ std::string aerosol_path_picture(const PrintJob& job, const AerosolPlan& plan, c
   const double width_mm = std::max(1e-6, high_x - low_x) * (1 + 2 * kMargin),
                height_mm = std::max(1e-6, high_y - low_y) * (1 + 2 * kMargin);
   const double px_per_mm = std::min(390.0 / width_mm, 460.0 / height_mm);
-  replay::Frame f;
+  report::Frame f;
   f.right = f.left + px_per_mm * width_mm;
   f.bottom = f.top + px_per_mm * height_mm;
   const double dx = kMargin * (high_x - low_x), dy = kMargin * (high_y - low_y);
-  const replay::Axis x(low_x - dx, high_x + dx, f.left, f.right, 6),
+  const report::Axis x(low_x - dx, high_x + dx, f.left, f.right, 6),
       y(low_y - dy, high_y + dy, f.bottom, f.top, 6);
   std::string s =
-      replay::svg_open(kWidth, f.bottom + 90, title) + replay::draw_axes(f, x, y, "x [mm]", "y [mm]");
+      report::svg_open(kWidth, f.bottom + 90, title) + report::draw_axes(f, x, y, "x [mm]", "y [mm]");
   for (const PrintSegment& segment : job.segments)
     s += line("stroke=\"var(--line)\" stroke-width=\"7\" stroke-linecap=\"round\"", x.px(segment.from.x_mm),
               y.px(segment.from.y_mm), x.px(segment.to.x_mm), y.px(segment.to.y_mm));
@@ -143,7 +143,7 @@ std::string aerosol_path_picture(const PrintJob& job, const AerosolPlan& plan, c
     char mark[120];
     std::snprintf(mark, sizeof mark, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"3.4\" fill=\"var(--fg)\"/>",
                   x.px(p.x_mm), y.px(p.y_mm));
-    s += mark + replay::svg_text(x.px(p.x_mm) + 7, y.px(p.y_mm) - 6, "start", "tick", text);
+    s += mark + report::svg_text(x.px(p.x_mm) + 7, y.px(p.y_mm) - 6, "start", "tick", text);
   };
   point(job.start, "start");
   if (!(job.end == job.start)) point(job.end, "end");
@@ -151,7 +151,7 @@ std::string aerosol_path_picture(const PrintJob& job, const AerosolPlan& plan, c
 }
 
 std::string aerosol_speed_picture(const AerosolPlan& plan, const std::string& title) {
-  return replay::line_chart(
+  return report::line_chart(
       {sampled(plan, "x", 0, false,
                [](const Piece& p, double dt) { return motion::state_of(p, dt).v_mm_s.x_mm; }),
        sampled(plan, "y", 1, false,
@@ -162,7 +162,7 @@ std::string aerosol_speed_picture(const AerosolPlan& plan, const std::string& ti
 }
 
 std::string aerosol_position_picture(const AerosolPlan& plan, const std::string& title) {
-  return replay::line_chart(
+  return report::line_chart(
       {sampled(plan, "x", 0, false,
                [](const Piece& p, double dt) { return motion::state_of(p, dt).p_mm.x_mm; }),
        sampled(plan, "y", 1, false,
@@ -172,18 +172,18 @@ std::string aerosol_position_picture(const AerosolPlan& plan, const std::string&
 
 std::string aerosol_speed_error_picture(const PrintJob& job, const AerosolPlan& plan,
                                         const std::string& title) {
-  replay::ChartOptions o = time_chart(plan, title, "speed error [%]");
+  report::ChartOptions o = time_chart(plan, title, "speed error [%]");
   o.y_range = {0.0, std::max(1.0, 110 * plan.report.speed_error.value)};
   const auto error = [&](const Piece& p, double dt) {
     return 100 *
            std::abs(speed(motion::state_of(p, dt)) / job.segments[std::size_t(p.segment)].speed_mm_s - 1.0);
   };
-  return replay::line_chart({sampled(plan, "speed error", 0, true, error)}, o);
+  return report::line_chart({sampled(plan, "speed error", 0, true, error)}, o);
 }
 
 std::string aerosol_path_error_picture(const PrintJob& job, const AerosolPlan& plan,
                                        const std::string& title) {
-  replay::ChartOptions o = time_chart(plan, title, "position error [µm]");
+  report::ChartOptions o = time_chart(plan, title, "position error [µm]");
   std::int32_t segment = -1;
   PlaneState begin;
   double begin_s = 0.0;
@@ -206,13 +206,13 @@ std::string aerosol_path_error_picture(const PrintJob& job, const AerosolPlan& p
                             at.y_mm - begin.p_mm.y_mm - gone * (s.to.y_mm - s.from.y_mm));
   };
   o.y_range = {0.0, std::max(1.0, 1.1e3 * plan.report.position_error_mm.value)};
-  return replay::line_chart({sampled(plan, "to the point at the wanted speed", 0, true, moving_point)}, o);
+  return report::line_chart({sampled(plan, "to the point at the wanted speed", 0, true, moving_point)}, o);
 }
 
 std::string aerosol_acceleration_picture(const AerosolPlan& plan, const motion::AerosolMachine& machine,
                                          const std::string& title) {
   const double limit = machine.axis.alpha_mm_s2, end = plan.duration_s();
-  return replay::line_chart(
+  return report::line_chart(
       {sampled(plan, "x", 0, false, [](const Piece& p, double) { return p.a_mm_s2.x_mm; }),
        sampled(plan, "y", 1, false, [](const Piece& p, double) { return p.a_mm_s2.y_mm; }),
        {"limit", {0, end, end, 0}, {limit, limit, -limit, -limit}, Series::kReference}},
@@ -230,9 +230,9 @@ std::string aerosol_plot(const PrintJob& job, const AerosolPlan& plan, const mot
   constexpr double kCell = 480, kHeight = 400;
   constexpr std::string_view kOpen = "<svg ";
   std::string s =
-      replay::svg_open(3 * kCell, 2 * kHeight + 40, title) + "<style>" + replay::kReportStyle +
+      report::svg_open(3 * kCell, 2 * kHeight + 40, title) + "<style>" + report::kReportStyle +
       "svg { background: var(--bg); font-family: system-ui, \"DejaVu Sans\", sans-serif; }</style>\n" +
-      replay::svg_text(16, 24, "start", "name", title);
+      report::svg_text(16, 24, "start", "name", title);
   for (int n = 0; n < 6; ++n) {
     char place[120];
     std::snprintf(place, sizeof place, "<svg x=\"%g\" y=\"%g\" width=\"%g\" height=\"%g\" ",
@@ -242,4 +242,4 @@ std::string aerosol_plot(const PrintJob& job, const AerosolPlan& plan, const mot
   return s + "</svg>\n";
 }
 
-}  // namespace firn
+}  // namespace firn::report

@@ -6,7 +6,7 @@
 
 #include "core/motion/aerosol/plan.h"
 
-namespace firn {
+namespace firn::report {
 
 /// Draws the nozzle's path over the substrate in true proportion, coloured by speed where the shutter is
 /// open. [Thompson 2014, Fig. 8]
@@ -31,4 +31,4 @@ std::string aerosol_acceleration_picture(const motion::AerosolPlan& plan,
 std::string aerosol_plot(const PrintJob& job, const motion::AerosolPlan& plan,
                          const motion::AerosolMachine& machine, const std::string& title);
 
-}  // namespace firn
+}  // namespace firn::report

@@ -9,11 +9,11 @@
 #include "report/draw/raster.h"
 #include "report/draw/svg.h"
 
-namespace firn {
+namespace firn::report {
 namespace {
 
 using motion::TraceSample;
-using replay::Rgba;
+using report::Rgba;
 
 /// Cividis at five points: legible without colour vision and on paper.
 Rgba cividis(double share) {
@@ -40,10 +40,10 @@ std::string colour_bar(double left, double top, double width, const PathColours&
                      left + width * n / kSteps, top, width / kSteps + 0.4, colour((n + 0.5) / kSteps));
   for (int n = 0; n <= kTicks; ++n) {
     const bool last = n == kTicks;  // ends with the picture, however long
-    s += replay::svg_text(left + width * n / kTicks + (last ? 8.0 : 0.0), top + 28, last ? "end" : "middle",
-                          "tick", replay::number(colours.top * n / kTicks, colours.decimals));
+    s += report::svg_text(left + width * n / kTicks + (last ? 8.0 : 0.0), top + 28, last ? "end" : "middle",
+                          "tick", report::number(colours.top * n / kTicks, colours.decimals));
   }
-  return s + replay::svg_text(left + width / 2, top + 46, "middle", "name", colours.name);
+  return s + report::svg_text(left + width / 2, top + 46, "middle", "name", colours.name);
 }
 
 double to_segment(Point2 p, Point2 a, Point2 b) {
@@ -66,14 +66,14 @@ std::string path_map(const std::vector<TraceSample>& trace, const PathColours& c
     y0 = std::min(y0, t.at.y_mm);
     y1 = std::max(y1, t.at.y_mm);
   }
-  replay::Frame f{54, 10, 414, 262};
+  report::Frame f{54, 10, 414, 262};
   // One scale for both axes: a circle stays a circle.
   const double room_x = f.right - f.left - 20, room_y = f.bottom - f.top - 20;
   const double scale = std::max({(x1 - x0) / room_x, (y1 - y0) / room_y, 1e-6});
   const double half_x = 0.5 * scale * (f.right - f.left), half_y = 0.5 * scale * (f.bottom - f.top);
-  const replay::Axis x(0.5 * (x0 + x1) - half_x, 0.5 * (x0 + x1) + half_x, f.left, f.right, 6);
-  const replay::Axis y(0.5 * (y0 + y1) - half_y, 0.5 * (y0 + y1) + half_y, f.bottom, f.top, 6);
-  std::string s = replay::svg_open(kWidth, kHeight, title) + replay::draw_axes(f, x, y, "x [mm]", "y [mm]");
+  const report::Axis x(0.5 * (x0 + x1) - half_x, 0.5 * (x0 + x1) + half_x, f.left, f.right, 6);
+  const report::Axis y(0.5 * (y0 + y1) - half_y, 0.5 * (y0 + y1) + half_y, f.bottom, f.top, 6);
+  std::string s = report::svg_open(kWidth, kHeight, title) + report::draw_axes(f, x, y, "x [mm]", "y [mm]");
   s += "<g fill=\"none\" stroke-width=\"4\" stroke-linecap=\"round\">\n";
   const std::size_t step = std::max<std::size_t>(1, trace.size() / kPieces);
   for (std::size_t n = 0; n + 1 < trace.size(); n += step) {
@@ -132,7 +132,7 @@ std::string limit_strips(const std::vector<double>& along_mm, const std::vector<
   constexpr int kColumns = 500;
   constexpr Rgba kAbove{213, 94, 0, 255};
   const double bottom = kTop + kRow * double(limits.size()), right = width - kRight;
-  std::string s = replay::svg_open(width, bottom + kBelow, title);
+  std::string s = report::svg_open(width, bottom + kBelow, title);
   const double length = along_mm.empty() ? 1.0 : std::max(along_mm.back(), 1e-9);
   for (std::size_t k = 0; k < limits.size(); ++k) {
     std::vector<double> most(kColumns, -1.0);
@@ -140,7 +140,7 @@ std::string limit_strips(const std::vector<double>& along_mm, const std::vector<
       const int column = std::clamp(int(kColumns * along_mm[n] / length), 0, kColumns - 1);
       most[std::size_t(column)] = std::max(most[std::size_t(column)], limits[k].share[n]);
     }
-    replay::Raster strip(kColumns, 1);
+    report::Raster strip(kColumns, 1);
     double before = 0.0;
     for (int c = 0; c < kColumns; ++c) {
       if (most[std::size_t(c)] >= 0.0) before = most[std::size_t(c)];
@@ -148,15 +148,15 @@ std::string limit_strips(const std::vector<double>& along_mm, const std::vector<
       strip.at(c, 0) = before > 1.0 + kRounding ? kAbove : cividis(before);
     }
     const double top = kTop + kRow * double(k);
-    s += replay::svg_image(strip, kLeft, top, right - kLeft, kRow - kGap);
-    s += replay::svg_text(kLeft - 8, top + 13, "end", "name", limits[k].name);
+    s += report::svg_image(strip, kLeft, top, right - kLeft, kRow - kGap);
+    s += report::svg_text(kLeft - 8, top + 13, "end", "name", limits[k].name);
   }
-  const replay::Axis x(0.0, length, kLeft, right, 8);
+  const report::Axis x(0.0, length, kLeft, right, 8);
   for (const auto& tick : x.ticks())
-    s += replay::svg_text(x.px(tick.value), bottom + 16, "middle", "tick", tick.text);
-  s += replay::svg_text((kLeft + right) / 2, bottom + 34, "middle", "name", "along the path [mm]");
+    s += report::svg_text(x.px(tick.value), bottom + 16, "middle", "tick", tick.text);
+  s += report::svg_text((kLeft + right) / 2, bottom + 34, "middle", "name", "along the path [mm]");
   const PathColours bar{{}, 1.0, "share of the limit (orange: above it)", 2};
   return s + colour_bar(kLeft, bottom + 48, 0.5 * (right - kLeft), bar) + "</svg>\n";
 }
 
-}  // namespace firn
+}  // namespace firn::report

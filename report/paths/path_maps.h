@@ -8,7 +8,7 @@
 #include "core/motion/trajectory/plan.h"
 #include "core/path/path.h"
 
-namespace firn {
+namespace firn::report {
 
 /// A value per sample, drawn from 0 to `top`.
 struct PathColours {
@@ -40,4 +40,4 @@ struct LimitActivity {
 std::string limit_strips(const std::vector<double>& along_mm, const std::vector<LimitActivity>& limits,
                          double width, const std::string& title);
 
-}  // namespace firn
+}  // namespace firn::report

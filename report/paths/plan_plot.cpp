@@ -14,19 +14,19 @@
 #include "report/paths/path_maps.h"
 #include "report/run/report_page.h"
 
-namespace firn {
+namespace firn::report {
 namespace {
 
 using motion::TraceSample;
 
 constexpr std::size_t kPoints = 600;  // columns of a chart; each keeps its minimum and maximum
 constexpr double kUm = 1e3;           // per mm
-constexpr double kLeastUm = 1e-3;     // top of a deviation's axis
+constexpr double kMinUm = 1e-3;       // top of a deviation's axis
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
-replay::Series drawn(const std::vector<TraceSample>& trace,
+report::Series drawn(const std::vector<TraceSample>& trace,
                      const std::function<double(const TraceSample&)>& value) {
-  replay::Series line;
+  report::Series line;
   const std::size_t step = std::max<std::size_t>(1, trace.size() / kPoints);
   for (std::size_t n = 0; n < trace.size(); n += step) {
     std::size_t low = n, high = n;
@@ -44,8 +44,8 @@ replay::Series drawn(const std::vector<TraceSample>& trace,
 }
 
 // The limit, and for values with a sign its other side, as one line with a gap.
-replay::Series limit_line(double from_s, double to_s, double value, bool both_sides) {
-  replay::Series line{"limit", {from_s, to_s}, {value, value}, replay::Series::kReference};
+report::Series limit_line(double from_s, double to_s, double value, bool both_sides) {
+  report::Series line{"limit", {from_s, to_s}, {value, value}, report::Series::kReference};
   if (!both_sides) return line;
   line.x.insert(line.x.end(), {to_s, from_s, to_s});
   line.y.insert(line.y.end(), {std::nan(""), -value, -value});
@@ -54,10 +54,10 @@ replay::Series limit_line(double from_s, double to_s, double value, bool both_si
 
 std::string chart(const PlanPlot& p, double to_s, const std::string& name, const std::string& unit,
                   double limit, bool signed_values, const std::function<double(const TraceSample&)>& value) {
-  std::vector<replay::Series> series{drawn(p.trace, value)};
+  std::vector<report::Series> series{drawn(p.trace, value)};
   series[0].label = name;
   if (std::isfinite(limit)) series.push_back(limit_line(p.trace.front().t_s, to_s, limit, signed_values));
-  replay::ChartOptions options;
+  report::ChartOptions options;
   options.title = name;
   options.x_name = "time [s]";
   options.y_name = unit;
@@ -66,7 +66,7 @@ std::string chart(const PlanPlot& p, double to_s, const std::string& name, const
   double reach = std::isfinite(limit) ? limit : 1e-9;
   for (double y : series[0].y) reach = std::max(reach, std::abs(y));
   options.y_range = std::pair(signed_values ? -1.08 * reach : 0.0, 1.08 * reach);
-  return replay::line_chart(series, options);
+  return report::line_chart(series, options);
 }
 
 std::string placed(const std::string& svg, double x, double y, double width, double height) {
@@ -80,7 +80,7 @@ std::string placed(const std::string& svg, double x, double y, double width, dou
 std::string deviation_chart(const PlanPlot& p, const std::vector<double>& along_mm,
                             const std::vector<double>& off_mm) {
   const std::size_t step = std::max<std::size_t>(1, along_mm.size() / kPoints);
-  replay::Series line{"deviation", {}, {}};
+  report::Series line{"deviation", {}, {}};
   for (std::size_t n = 0; n < along_mm.size(); n += step) {
     const std::size_t end = std::min(n + step, along_mm.size());
     const auto most =
@@ -89,16 +89,16 @@ std::string deviation_chart(const PlanPlot& p, const std::vector<double>& along_
     line.y.push_back(kUm * *most);
   }
   const double bound = kUm * p.deviation_mm;
-  const replay::Series proved{"bound", {0.0, along_mm.back()}, {bound, bound}, replay::Series::kReference};
-  replay::ChartOptions options;
+  const report::Series proved{"bound", {0.0, along_mm.back()}, {bound, bound}, report::Series::kReference};
+  report::ChartOptions options;
   options.title = "deviation";
   options.x_name = "along the path [mm]";
   options.y_name = "off the path as given [um]";
   options.from_zero = true;
   // rounding alone is no shape to look at
-  if (std::max(bound, *std::max_element(line.y.begin(), line.y.end())) < kLeastUm)
-    options.y_range = {0.0, kLeastUm};
-  return replay::line_chart({line, proved}, options);
+  if (std::max(bound, *std::max_element(line.y.begin(), line.y.end())) < kMinUm)
+    options.y_range = {0.0, kMinUm};
+  return report::line_chart({line, proved}, options);
 }
 
 std::vector<LimitActivity> activities(const PlanPlot& p) {
@@ -128,14 +128,14 @@ std::string certificate_table(const Certificate& c, double left, double top) {
   int n = 0;
   const auto row = [&](const std::string& name, const std::string& ratio, const std::string& at) {
     const double y = top + 24.0 * n++;
-    s += replay::svg_text(left, y, "start", "name", name) +
-         replay::svg_text(left + 300, y, "end", "name", ratio) +
-         replay::svg_text(left + 420, y, "end", "name", at);
+    s += report::svg_text(left, y, "start", "name", name) +
+         report::svg_text(left + 300, y, "end", "name", ratio) +
+         report::svg_text(left + 420, y, "end", "name", at);
   };
   row("limit", "largest ratio", "at [s]");
-  for (const LimitRatio& l : c.limits) row(l.limit, replay::number(l.ratio, 4), replay::number(l.time_s, 3));
-  row("duration", replay::number(c.duration_s, 3) + " s", "");
-  if (c.lower_bound_s > 0.0) row("lower bound", replay::number(c.lower_bound_s, 3) + " s", "");
+  for (const LimitRatio& l : c.limits) row(l.limit, report::number(l.ratio, 4), report::number(l.time_s, 3));
+  row("duration", report::number(c.duration_s, 3) + " s", "");
+  if (c.lower_bound_s > 0.0) row("lower bound", report::number(c.lower_bound_s, 3) + " s", "");
   return s;
 }
 
@@ -155,11 +155,11 @@ Drawing drawn_plan(const PlanPlot& p, double left, double to_s) {
   const auto put = [&](const std::string& svg, double x, double y, double width, double height) {
     d.content += placed(svg, left + x, y, width, height);
   };
-  d.content += replay::svg_text(left + d.width / 2, 26, "middle", "head", p.title);
+  d.content += report::svg_text(left + d.width / 2, 26, "middle", "head", p.title);
   put(speed_map(p.trace, p.limits.position.rate, "path coloured by speed"), 10, kHead, kColumn - 16,
       kMapRow - 16);
   if (p.points.size() > 1) {
-    PathColours off{deviations(p.trace, p.points), kLeastUm, "off the path as given [um]", 2};
+    PathColours off{deviations(p.trace, p.points), kMinUm, "off the path as given [um]", 2};
     put(deviation_chart(p, along, off.value), 10 + 2 * kColumn, kHead + kMapRow, kColumn - 16, kRow - 10);
     for (double& mm : off.value) mm *= kUm;
     off.top =
@@ -200,10 +200,10 @@ std::string standing_alone(const Drawing& d) {
              "<svg viewBox=\"0 0 {:.0f} {:.0f}\" width=\"{:.0f}\" role=\"img\" "
              "xmlns=\"http://www.w3.org/2000/svg\">",
              d.width, d.height, d.width) +
-         "<style>" + std::string(replay::kReportStyle) +
+         "<style>" + std::string(report::kReportStyle) +
          "svg { background: var(--bg); font-family: system-ui, \"DejaVu Sans\", sans-serif; } .head { "
          "font-size: 18px; fill: var(--fg); }</style>\n<title>" +
-         replay::escape_html(d.title) + "</title>\n" + d.content + "</svg>\n";
+         report::escape_html(d.title) + "</title>\n" + d.content + "</svg>\n";
 }
 
 }  // namespace
@@ -246,4 +246,4 @@ std::string plan_pictures_beside(const PlanPlot& left, const PlanPlot& right) {
                          a.content + b.content});
 }
 
-}  // namespace firn
+}  // namespace firn::report

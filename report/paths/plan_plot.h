@@ -9,7 +9,7 @@
 #include "core/motion/kinematics/limits.h"
 #include "core/motion/planner.h"
 
-namespace firn {
+namespace firn::report {
 
 struct PlanPlot {
   std::string title;
@@ -37,4 +37,4 @@ std::vector<motion::TraceSample> trace_of_samples(const Trajectory& trajectory,
 std::string speed_map(const std::vector<motion::TraceSample>& trace, double top_mm_s,
                       const std::string& title);
 
-}  // namespace firn
+}  // namespace firn::report

@@ -12,8 +12,10 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/grid/png.h"
+#include "core/options/enumerators.h"
+#include "lcmtypes/schema.h"
 
-namespace firn {
+namespace firn::report {
 namespace {
 
 struct Colour {
@@ -37,7 +39,7 @@ Colour of_path(const slice::PathInfo& info) {
 }
 
 std::string label(const slice::LayerPaths& l) {
-  return fmt::format("layer {}, {:g} mm", l.layer, l.z * slice::kMmPerUnit);
+  return fmt::format("layer {}, {:g} mm", l.layer, l.z * geometry::kMmPerUnit);
 }
 
 // Computes the position of each layer on the sheet; mm, y downwards.
@@ -47,7 +49,7 @@ struct Sheet {
 
   explicit Sheet(std::span<const PicturedLayer> layers) {
     for (const PicturedLayer& l : layers) {
-      for (const slice::Region& r : l.regions.by_material) take(r.points);
+      for (const geometry::Region& r : l.regions.by_material) take(r.points);
       take(l.paths.lines.points);
     }
     if (x0 > x1) {
@@ -70,9 +72,9 @@ struct Sheet {
     }
     rows = (layers.size() + columns - 1) / columns;
   }
-  void take(const std::vector<slice::Point>& points) {
-    for (const slice::Point& p : points) {
-      const double x = p.x * slice::kMmPerUnit, y = p.y * slice::kMmPerUnit;
+  void take(const std::vector<geometry::Point>& points) {
+    for (const geometry::Point& p : points) {
+      const double x = p.x * geometry::kMmPerUnit, y = p.y * geometry::kMmPerUnit;
       x0 = std::min(x0, x);
       x1 = std::max(x1, x);
       y0 = std::min(y0, y);
@@ -89,11 +91,11 @@ struct Sheet {
   }  // subtract y
 };
 
-void append_data(std::string& out, std::span<const slice::Point> line, bool closed) {
+void append_data(std::string& out, std::span<const geometry::Point> line, bool closed) {
   char word = 'M';
-  for (const slice::Point& p : line) {
-    fmt::format_to(std::back_inserter(out), "{}{:.2f} {:.2f}", word, p.x * slice::kMmPerUnit,
-                   -(p.y * slice::kMmPerUnit));
+  for (const geometry::Point& p : line) {
+    fmt::format_to(std::back_inserter(out), "{}{:.2f} {:.2f}", word, p.x * geometry::kMmPerUnit,
+                   -(p.y * geometry::kMmPerUnit));
     word = 'L';
   }
   if (closed) out += 'Z';
@@ -118,7 +120,7 @@ std::string layers_svg(std::span<const PicturedLayer> layers) {
         "stroke-linecap=\"round\">\n",
         sheet.left(n), sheet.bottom(n));
     for (std::size_t m = 0; m < l.regions.by_material.size(); ++m) {
-      const slice::Region& r = l.regions.by_material[m];
+      const geometry::Region& r = l.regions.by_material[m];
       if (r.empty()) continue;
       out += fmt::format("<path fill=\"{}\" fill-rule=\"evenodd\" d=\"", hex(of_material(m)[0]));
       for (std::size_t k = 0; k < r.size(); ++k) append_data(out, r[k], true);
@@ -147,16 +149,16 @@ std::string layers_png(std::span<const PicturedLayer> layers, int width_px) {
   const auto paint = [](const Colour& c) { return cv::Scalar(c.r, c.g, c.b); };
   for (std::size_t n = 0; n < layers.size(); ++n) {
     const PicturedLayer& l = layers[n];
-    const auto place = [&](std::span<const slice::Point> line) {
+    const auto place = [&](std::span<const geometry::Point> line) {
       std::vector<cv::Point> out;
-      for (const slice::Point& p : line)
+      for (const geometry::Point& p : line)
         out.emplace_back(
-            int(std::lround((sheet.left(n) + p.x * slice::kMmPerUnit) * scale * (1 << kShift))),
-            int(std::lround((sheet.bottom(n) - p.y * slice::kMmPerUnit) * scale * (1 << kShift))));
+            int(std::lround((sheet.left(n) + p.x * geometry::kMmPerUnit) * scale * (1 << kShift))),
+            int(std::lround((sheet.bottom(n) - p.y * geometry::kMmPerUnit) * scale * (1 << kShift))));
       return out;
     };
     for (std::size_t m = 0; m < l.regions.by_material.size(); ++m) {
-      const slice::Region& r = l.regions.by_material[m];
+      const geometry::Region& r = l.regions.by_material[m];
       std::vector<std::vector<cv::Point>> rings;
       for (std::size_t k = 0; k < r.size(); ++k) rings.push_back(place(r[k]));
       if (!rings.empty()) cv::fillPoly(image, rings, paint(of_material(m)[0]), cv::LINE_AA, kShift);
@@ -179,7 +181,8 @@ std::string layers_png(std::span<const PicturedLayer> layers, int width_px) {
 
 std::string layer_json(const slice::LayerPaths& layer, std::span<const std::string> tools) {
   static constexpr const char* kKinds[] = {"boundary", "fill", "hook", "measurement"};
-  const auto mm = [](std::int32_t units) { return fmt::format("{:.4f}", units * slice::kMmPerUnit); };
+  static_assert(std::size(kKinds) == kTableSize<PathKind>);
+  const auto mm = [](std::int32_t units) { return fmt::format("{:.4f}", units * geometry::kMmPerUnit); };
   std::string out = "{\"version\": 1, \"paths\": [";
   for (std::size_t n = 0; n < layer.lines.size(); ++n) {
     const slice::PathInfo& i = layer.info[n];
@@ -189,10 +192,10 @@ std::string layer_json(const slice::LayerPaths& layer, std::span<const std::stri
         n ? "," : "", layer.layer, i.material, kKinds[std::size_t(i.kind)], i.closed, mm(i.width),
         mm(layer.height), mm(layer.z));
     if (i.material < tools.size() && !tools[i.material].empty())
-      out += ", \"tool\": \"" + tools[i.material] + "\"";
+      out += ", \"tool\": " + json_string(tools[i.material]);
     out += ", \"points\": [";
     const char* comma = "";
-    for (const slice::Point& p : layer.lines[n]) {
+    for (const geometry::Point& p : layer.lines[n]) {
       out += fmt::format("{}[{}, {}]", comma, mm(p.x), mm(p.y));
       comma = ", ";
     }
@@ -201,4 +204,4 @@ std::string layer_json(const slice::LayerPaths& layer, std::span<const std::stri
   return out + "\n]}\n";
 }
 
-}  // namespace firn
+}  // namespace firn::report

@@ -9,7 +9,7 @@
 #include "core/slice/paths/layer_paths.h"
 #include "core/slice/paths/path_plan.h"
 
-namespace firn {
+namespace firn::report {
 
 struct PicturedLayer {
   slice::LayerRegions regions;
@@ -24,4 +24,4 @@ std::string layers_png(std::span<const PicturedLayer> layers, int width_px);
 /// Writes one layer's paths in the JSON format that firn plan reads. @param tools by material
 std::string layer_json(const slice::LayerPaths& layer, std::span<const std::string> tools);
 
-}  // namespace firn
+}  // namespace firn::report

@@ -9,7 +9,7 @@
 #include "report/draw/raster.h"
 #include "report/draw/svg.h"
 
-namespace firn::replay {
+namespace firn::report {
 namespace {
 
 using Vec = std::array<double, 3>;
@@ -226,4 +226,4 @@ std::string block_view(const VoxelBlock& wanted, const VoxelBlock& printed, cons
   return s + names + "</svg>\n";
 }
 
-}  // namespace firn::replay
+}  // namespace firn::report

@@ -8,7 +8,7 @@
 
 #include "report/run/voxels.h"
 
-namespace firn::replay {
+namespace firn::report {
 
 /// Names a block of section_view. The sections show object and support in the block's middle along y (x-z)
 /// and near its +x side (y-z), one row for each block; voxels that differ from `wanted` are highlighted.
@@ -29,4 +29,4 @@ std::string block_view(const VoxelBlock& wanted, const VoxelBlock& printed, cons
 /// Returns the stretch of z in these pictures.
 double z_stretch(const VoxelBlock& block);
 
-}  // namespace firn::replay
+}  // namespace firn::report

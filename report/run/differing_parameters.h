@@ -6,9 +6,9 @@
 #include "config/experiment.h"
 #include "report/run/report_page.h"
 
-namespace firn {
+namespace firn::report {
 
 /// Returns rows in the order of the configuration table, each with the value of every experiment.
-std::vector<replay::DifferingParameter> differing_parameters(std::vector<Experiment> experiments);
+std::vector<report::DifferingParameter> differing_parameters(std::vector<Experiment> experiments);
 
-}  // namespace firn
+}  // namespace firn::report

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace firn::replay {
+namespace firn::report {
 
 std::string metrics_csv(const RunData& run) {
   std::string s =
@@ -12,7 +12,8 @@ std::string metrics_csv(const RunData& run) {
       "um,volume_mm3,"
       "drops,drops_total,objective_um,iterations,deposit_s,cure_s,scan_s,decide_s,end_s,true_mean_error_um,"
       "true_rms_um,"
-      "true_std_um,true_max_abs_error_um,overspill_pct,first_ring_um,size_error_x_um,size_error_y_um,"
+      "true_std_um,true_max_abs_error_um,overspill_pct,first_ring_um,size_error_x_um,size_error_y_um,size_"
+      "cut,"
       "rms_inside_um,rms_rim_um,rows_lost,cells_guessed\n";
   for (const LayerRow& r : run.layers) {
     char line[8192];  // of twenty doubles, each of up to 314 characters
@@ -38,6 +39,7 @@ std::string metrics_csv(const RunData& run) {
       std::snprintf(line, sizeof line, ",%.3f", v);
       s += std::isfinite(v) ? line : ",";
     }
+    s += !r.outline ? "," : o.cut ? ",1" : ",0";
     std::snprintf(line, sizeof line, ",%.3f,%.3f,%d,%lld\n", r.rms_inside_mm * 1e3, r.rms_rim_mm * 1e3,
                   r.rows_lost, static_cast<long long>(r.cells_guessed));
     s += line;
@@ -45,4 +47,4 @@ std::string metrics_csv(const RunData& run) {
   return s;
 }
 
-}  // namespace firn::replay
+}  // namespace firn::report

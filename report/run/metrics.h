@@ -5,10 +5,10 @@
 
 #include "report/run/report_data.h"
 
-namespace firn::replay {
+namespace firn::report {
 
 /// Returns header and rows. Heights and errors in um, as printed beside the papers' tables; the true_ columns
 /// are empty if no simulated world reported the truth.
 std::string metrics_csv(const RunData& run);
 
-}  // namespace firn::replay
+}  // namespace firn::report

@@ -2,72 +2,39 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 #include <iterator>
 #include <map>
 #include <stdexcept>
 
 #include "core/grid/npy.h"
-#include "core/path/line_stations.h"
+#include "core/path/job_codec.h"
 #include "files/digest.h"
 #include "files/record/checksum.h"
-#include "files/run_documents.h"
+#include "files/run_paths.h"
 #include "files/text_file.h"
 #include "firn/answer_t.hpp"
 #include "firn/camera_command_t.hpp"
 #include "firn/enums.h"
-#include "firn/layer_metrics_t.hpp"
 #include "firn/stage_command_t.hpp"
 #include "lcmtypes/convert.h"
 #include "lcmtypes/told_heights.h"
-#include "replay/run_messages.h"
-#include "replay/run_migration.h"
 #include "report/run/report_ice.h"
 #include "report/run/report_lab.h"
 #include "report/run/report_lines.h"
-#include "report/run/truth.h"
+#include "runs/folder/documents.h"
+#include "runs/migrate/run_migration.h"
+#include "runs/read/run_reader.h"
+#include "runs/read/truth.h"
 
-namespace firn::replay {
+namespace firn::report {
 namespace {
 
 namespace fs = std::filesystem;
 
 std::string read_text(const fs::path& path) { return fs::is_regular_file(path) ? read_file(path) : ""; }
 
-LayerRow row_of(const layer_metrics_t& m) {
-  LayerRow r;
-  r.layer = m.layer;
-  r.attempt = m.attempt;
-  r.map_id = m.map_id;
-  r.target_mean_mm = m.target_mean_mm;
-  r.mean_height_mm = m.mean_height_mm;
-  r.mean_error_mm = m.mean_error_mm;
-  r.rms_mm = m.rms_mm;
-  r.std_mm = m.std_mm;
-  r.min_error_mm = m.min_error_mm;
-  r.max_error_mm = m.max_error_mm;
-  r.volume_mm3 = m.volume_mm3;
-  r.drops = m.drops;
-  r.drops_total = m.drops_total;
-  r.objective_mm = m.objective_mm;
-  r.iterations = m.iterations;
-  r.deposit_s = m.deposit_s;
-  r.cure_s = m.cure_s;
-  r.scan_s = m.scan_s;
-  r.decide_s = m.decide_s;
-  r.end_s = double(m.header.utime_us) * 1e-6;
-  r.rows_lost = m.rows_lost;
-  r.cells_guessed = m.cells_guessed;
-  r.rms_inside_mm = m.rms_inside_mm;
-  r.rms_rim_mm = m.rms_rim_mm;
-  if (!heights_told(m))
-    r.mean_height_mm = r.mean_error_mm = r.rms_mm = r.std_mm = r.min_error_mm = r.max_error_mm =
-        r.volume_mm3 = kNotMeasured;
-  return r;
-}
-
 // A picture's time begins with the stage's move to its place and ends with the camera's answer.
-void read_looks(const RunMessages& messages, std::map<std::int32_t, LayerRow>& rows) {
+void read_looks(const runs::RunReader& messages, std::map<std::int32_t, LayerRow>& rows) {
   struct Look {
     std::int32_t layer = 0;
     std::int64_t begin_us = 0;
@@ -90,22 +57,20 @@ void read_looks(const RunMessages& messages, std::map<std::int32_t, LayerRow>& r
   });
 }
 
-std::map<std::string, fs::path> inputs_of(const fs::path& run, const ProvenanceDocument& provenance) {
+std::map<std::string, fs::path> inputs_of(const fs::path& run, const runs::ProvenanceDocument& provenance) {
   std::map<std::string, fs::path> files;
-  for (const auto& [role, sha] : provenance.inputs) files.emplace(role, run / "inputs" / sha);
+  for (const auto& [role, sha] : provenance.inputs) files.emplace(role, RunPaths(run).input_path(sha));
   return files;
 }
 
 // A run whose result is missing or damaged has not ended.
 void read_result(const fs::path& file, RunData& data) try {
-  const ResultDocument r = parse_result(read_text(file), file.string());
-  data.outcome = r.outcome;
-  data.reason = r.reason;
+  data.result = runs::parse_result(read_text(file), file.string());
 } catch (const std::invalid_argument&) {
 }
 
 void read_truth(const fs::path& run, RunData& data, std::map<std::int32_t, LayerRow>& rows) {
-  each_truth(run, [&](std::int32_t layer, HeightMap height) {
+  runs::each_truth(run, [&](std::int32_t layer, HeightMap height) {
     if (height.spec != data.target.spec) return;
     if (const auto row = rows.find(layer); row != rows.end()) {
       row->second.truth = error_stats(height, data.target, data.mask);
@@ -116,14 +81,14 @@ void read_truth(const fs::path& run, RunData& data, std::map<std::int32_t, Layer
   });
 }
 
-void read_provenance(const fs::path& run, const ProvenanceDocument& p, RunData& data) {
+void read_provenance(const fs::path& run, const runs::ProvenanceDocument& p, RunData& data) {
   const auto text = [&](const char* key) { return p.text(key); };
   std::string command;
   for (const std::string& word : p.command_line) command += (command.empty() ? "" : " ") + word;
-  const std::string config = read_text(run / "experiment.toml");
+  const std::string config = read_text(RunPaths(run).experiment_path());
   char digest[20];
   std::snprintf(digest, sizeof digest, "%016llx",
-                static_cast<unsigned long long>(logfile::checksum64(std::as_bytes(std::span(config)))));
+                static_cast<unsigned long long>(record::checksum64(std::as_bytes(std::span(config)))));
   data.provenance = {{"run id", text("run_id")}, {"started", text("started_utc")},
                      {"commit", text("commit")}, {"platform", text("platform")},
                      {"kernel", text("kernel")}, {"plant model", text("plant_model")},
@@ -153,25 +118,15 @@ void show_last_interval(RunData& data, std::map<std::int32_t, LayerRow>& rows) {
   if (!rows.empty()) rows.rbegin()->second.outline = data.outline;
 }
 
-// The box around the part.
 void measure_part(const HeightMap& target, const Mask& mask, PartIdentity& part) {
-  const GridSpec& g = mask.spec;
-  int low_x = g.nx, high_x = -1, low_y = g.ny, high_y = -1;
-  for (int j = 0; j < g.ny; ++j)
-    for (int i = 0; i < g.nx; ++i) {
-      if (!mask.at(i, j)) continue;
-      low_x = std::min(low_x, i);
-      high_x = std::max(high_x, i);
-      low_y = std::min(low_y, j);
-      high_y = std::max(high_y, j);
-      part.z_mm = std::max(part.z_mm, target.at(i, j));
-    }
-  part.x_mm = std::max(0, high_x + 1 - low_x) * g.pitch_x_mm;
-  part.y_mm = std::max(0, high_y + 1 - low_y) * g.pitch_y_mm;
+  const auto size_mm = part_size_mm(target, mask);
+  part.x_mm = size_mm[0];
+  part.y_mm = size_mm[1];
+  part.z_mm = size_mm[2];
 }
 
 // The same part is sliced and measured in many ways: its size tells it, not its paths.
-void identify_paths(const NominalPart& whole, PartIdentity& part) {
+void identify_paths(const replay::NominalPart& whole, PartIdentity& part) {
   measure_part(whole.target, whole.mask, part);
   part.key = std::to_string(part.x_mm) + " " + std::to_string(part.y_mm) + " " + std::to_string(part.z_mm);
 }
@@ -225,7 +180,8 @@ std::string sections_of_lines(const std::vector<NamedRun>& runs) {
 std::vector<std::byte> RunRecord::input(const std::string& role) const {
   const auto file = inputs.find(role);
   if (file == inputs.end())
-    throw std::invalid_argument(folder.string() + ": provenance.json names no input '" + role + "'");
+    throw std::invalid_argument(RunPaths(folder).provenance_path().string() + ": names no input '" + role +
+                                "'");
   if (!fs::is_regular_file(file->second))
     throw std::invalid_argument(file->second.string() + ": the input '" + role + "' is missing");
   const std::string text = read_text(file->second);
@@ -237,21 +193,29 @@ std::vector<std::byte> RunRecord::input(const std::string& role) const {
   return {bytes.begin(), bytes.end()};
 }
 
+LayerRow::LayerRow(const layer_metrics_t& m) : layer_metrics_t(m), end_s(double(m.header.utime_us) * 1e-6) {
+  if (!heights_told(m))
+    mean_height_mm = mean_error_mm = rms_mm = std_mm = min_error_mm = max_error_mm = volume_mm3 =
+        kNotMeasured;
+}
+
+HeightUnit height_unit(const LabWords& lab) { return lab.in_mm ? HeightUnit{"mm", 1.0} : HeightUnit{}; }
+
 RunData read_run_data(const fs::path& run, const ReportLab& lab) {
-  const RunMessages messages(run);
-  const fs::path file = run / "provenance.json";
-  const ProvenanceDocument provenance = parse_provenance(read_text(file), file.string());
+  const runs::RunReader messages(run);
+  const fs::path file = RunPaths(run).provenance_path();
+  const runs::ProvenanceDocument provenance = runs::parse_provenance(read_text(file), file.string());
   RunData data;
   data.folder = fs::weakly_canonical(run).filename().string();
   data.scheme = provenance.text("scheme");
   data.part.name = provenance.text("name");
-  read_result(run / "result.json", data);
+  read_result(RunPaths(run).result_path(), data);
 
   messages.each<height_map_t>(channels::kHeightMap.name,
                               [&](const height_map_t& m) { data.height = measured_height_of(m); });
   std::map<std::int32_t, LayerRow> rows;
   messages.each<layer_metrics_t>(channels::kLayerMetrics.name, [&](const layer_metrics_t& m) {
-    rows.insert_or_assign(m.layer, row_of(m));
+    rows.insert_or_assign(m.layer, LayerRow(m));
   });
   read_looks(messages, rows);
   read_provenance(run, provenance, data);
@@ -266,4 +230,4 @@ const ReportLab kDropletReport{&read_droplets, nullptr};
 const ReportLab kPathReport{&read_paths, &path_sections};
 const ReportLab kLineReport{&read_lines_of, &sections_of_lines};
 
-}  // namespace firn::replay
+}  // namespace firn::report

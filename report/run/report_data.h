@@ -9,32 +9,27 @@
 #include <utility>
 #include <vector>
 
+#include "config/labs.h"
 #include "core/grid/grid.h"
 #include "core/grid/outline.h"
+#include "firn/layer_metrics_t.hpp"
 #include "report/run/report_ice_data.h"
 #include "report/run/report_inks.h"
 #include "report/run/run_health.h"
+#include "runs/folder/documents.h"
 
-namespace firn::replay {
+namespace firn::report {
 
-/// Holds LAYER_METRICS of the last attempt at a layer, and the truth from SIM_TRUTH if a simulated world
-/// reported it.
-struct LayerRow {
-  std::int32_t layer = 0, attempt = 0;
-  std::int64_t map_id = 0;
-  double target_mean_mm = 0, mean_height_mm = 0, mean_error_mm = 0, rms_mm = 0, std_mm = 0;
-  double min_error_mm = 0, max_error_mm = 0, volume_mm3 = 0;
-  std::int64_t drops = 0, drops_total = 0;
-  double objective_mm = 0;
-  std::int64_t iterations = 0;
-  double deposit_s = 0, cure_s = 0, scan_s = 0, decide_s = 0;
-  double look_s = 0;                         ///< of the camera's pictures and the ways to them
-  double end_s = 0;                          ///< node time
-  std::int32_t rows_lost = 0;                ///< of all scans of the layer
-  std::int64_t cells_guessed = 0;            ///< of the part, in the last map
-  double rms_inside_mm = 0, rms_rim_mm = 0;  ///< 0: not told
-  std::optional<ErrorStats> truth;           ///< of the true surface about the target
-  std::optional<OutlineStats> outline;       ///< of the true surface; along paths of the last row's
+/// Adds to LAYER_METRICS of the last attempt at a layer what else its row has, with the truth from SIM_TRUTH
+/// if a simulated world reported it. Heights and errors that no map led to are kNotMeasured.
+struct LayerRow : layer_metrics_t {
+  LayerRow() : layer_metrics_t{} {}
+  explicit LayerRow(const layer_metrics_t& m);
+
+  double look_s = 0;                    ///< of the camera's pictures and the ways to them
+  double end_s = 0;                     ///< node time
+  std::optional<ErrorStats> truth;      ///< of the true surface about the target
+  std::optional<OutlineStats> outline;  ///< of the true surface; along paths of the last row's
 };
 
 /// Tells runs of one part from runs of others, which share no axis.
@@ -53,11 +48,19 @@ struct SurfaceCut {
 
 struct ReportLab;
 
+/// The unit in which a lab's heights are read.
+struct HeightUnit {
+  std::string name = "µm";
+  double per_mm = 1e3;
+};
+HeightUnit height_unit(const LabWords& lab);
+
 struct RunData {
   std::string folder;  ///< name of the run folder
   std::string scheme;
   PartIdentity part;
-  std::string outcome, reason;  ///< empty outcome = the run has not ended
+  LabWords words;
+  std::optional<runs::RunResult> result;  ///< none = the run has not ended
   RunHealth health;
   std::vector<LayerRow> layers;    ///< by layer
   HeightMap height;                ///< last measured map; size 0: no map
@@ -75,7 +78,7 @@ struct RunData {
 };
 
 /// Reads the data of a run.
-/// @throws std::invalid_argument for a folder that is no run or lacks its target; logfile::FileError
+/// @throws std::invalid_argument for a folder that is no run or lacks its target; record::FileError
 RunData read_run_data(const std::filesystem::path& run, const ReportLab& lab);
 
-}  // namespace firn::replay
+}  // namespace firn::report

@@ -11,7 +11,7 @@
 #include "report/draw/charts.h"
 #include "report/draw/svg.h"
 
-namespace firn::replay {
+namespace firn::report {
 namespace {
 
 constexpr double kUmOfMm = 1e3;
@@ -72,7 +72,7 @@ std::string cell_of(double value, int decimals) { return "<td>" + number(value, 
 
 }  // namespace
 
-std::vector<FollowedLayer> read_followed(const RunMessages& messages) {
+std::vector<FollowedLayer> read_followed(const runs::RunReader& messages) {
   std::map<std::int64_t, line_plan_t> plans;
   std::map<std::int64_t, followed_path_t> paths;
   messages.each<line_plan_t>(channels::kLinePlan.name, [&](const line_plan_t& m) {
@@ -151,4 +151,4 @@ std::string followed_sections(const std::vector<NamedPaths>& runs) {
          rows + "</table>\n";
 }
 
-}  // namespace firn::replay
+}  // namespace firn::report

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "core/path/followed_path.h"
-#include "replay/run_messages.h"
+#include "runs/read/run_reader.h"
 
-namespace firn::replay {
+namespace firn::report {
 
 /// One layer's path as FOLLOWED_PATH recorded and PATH_REPORT judged it.
 struct FollowedLayer {
@@ -21,7 +21,7 @@ struct FollowedLayer {
 };
 
 /// Returns the layers whose path was recorded, in order.
-std::vector<FollowedLayer> read_followed(const RunMessages& messages);
+std::vector<FollowedLayer> read_followed(const runs::RunReader& messages);
 
 struct NamedPaths {
   std::string name;
@@ -32,4 +32,4 @@ struct NamedPaths {
 /// of all layers; empty where none was recorded.
 std::string followed_sections(const std::vector<NamedPaths>& runs);
 
-}  // namespace firn::replay
+}  // namespace firn::report

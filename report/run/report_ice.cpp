@@ -9,11 +9,11 @@
 #include "report/draw/raster.h"
 #include "report/draw/svg.h"
 
-namespace firn::replay {
+namespace firn::report {
 namespace {
 
 constexpr double kMicrons = 1e3;
-constexpr std::size_t kMostMaps = 6;
+constexpr std::size_t kMaxMaps = 6;
 constexpr double kShown = 0.995;  // of all cells lie within the colour scale
 
 std::string figure(const std::string& caption, const std::string& body, const std::string& cls = "") {
@@ -57,7 +57,7 @@ std::string part(const std::vector<NamedIce>& runs) {
 // As many intervals as fit a row, evenly over the height, the last among them.
 std::vector<std::size_t> chosen(std::size_t n) {
   std::vector<std::size_t> out;
-  const std::size_t count = std::min(n, kMostMaps);
+  const std::size_t count = std::min(n, kMaxMaps);
   for (std::size_t k = 1; k <= count; ++k) out.push_back(k * n / count - 1);
   return out;
 }
@@ -73,7 +73,7 @@ std::string error_maps(const std::vector<NamedIce>& runs) {
   const auto at = sizes.begin() + std::ptrdiff_t(kShown * double(sizes.size() - 1));
   std::nth_element(sizes.begin(), at, sizes.end());
   const double largest = std::max(*at, 1.0);
-  const HeatScale scale{-largest, largest, ColorMap::kDiverging};
+  const HeatScale scale{-largest, largest, ColorMap::kDiverging, true};
   std::string s =
       "<h2>Error per interval</h2>\n<p class=\"soft\">True height (measured, where no simulated world told "
       "it) minus nominal over "
@@ -82,13 +82,13 @@ std::string error_maps(const std::vector<NamedIce>& runs) {
     s += "<h3>" + escape_html(r.name) + "</h3>\n<div class=\"row\">\n";
     for (const std::size_t k : chosen(r.data->intervals.size())) {
       const IceInterval& i = r.data->intervals[k];
-      s += figure(
-          number(i.nominal_mm, 2) + " mm, RMS " + number(rms_mm(i.truth ? *i.truth : i.height, i), 3) + " mm",
-          heat_map(error_of(i), scale, "error of " + r.name, &i.footprint), "map");
+      s += figure(number(i.nominal_mm, 2) + " mm, RMS inside " +
+                      number(rms_mm(i.truth ? *i.truth : i.height, i)) + " mm",
+                  heat_map(error_of(i), scale, "error of " + r.name, &i.footprint), "map");
     }
     s += "</div>\n";
   }
-  return s + "<div class=\"bar\">" + color_bar(scale, "height − nominal [µm]") + "</div>\n";
+  return s + "<div class=\"bar\">" + color_bar(scale, "height − nominal [mm]") + "</div>\n";
 }
 
 std::string rms_by_height(const std::vector<NamedIce>& runs) {
@@ -187,4 +187,4 @@ std::string ice_sections(const std::vector<NamedIce>& runs) {
   return error_maps(runs) + part(runs) + rms_by_height(runs) + curves(runs);
 }
 
-}  // namespace firn::replay
+}  // namespace firn::report

@@ -7,7 +7,7 @@
 
 #include "report/run/report_ice_data.h"
 
-namespace firn::replay {
+namespace firn::report {
 
 struct NamedIce {
   std::string name;
@@ -21,4 +21,4 @@ std::string ice_sections(const std::vector<NamedIce>& runs);
 /// Draws a height field as seen under a light from above the upper left, with contour lines every `step_mm`.
 std::string shaded_relief(const HeightMap& height, double step_mm, const std::string& title);
 
-}  // namespace firn::replay
+}  // namespace firn::report

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "core/path/path.h"
 #include "core/slice/coverage/footprint.h"
 #include "firn/control_surface_t.hpp"
 #include "firn/height_map_t.hpp"
@@ -11,17 +12,16 @@
 #include "firn/pulse_list_t.hpp"
 #include "firn/trajectory_t.hpp"
 #include "lcmtypes/convert.h"
-#include "report/run/truth.h"
+#include "runs/read/truth.h"
 
-namespace firn::replay {
+namespace firn::report {
 namespace {
 
-constexpr int kMeasurement = 3;
 constexpr double kLongestCurve_s = 8.0;  // more than some hundred pulses are a blur
 // The arm of the lab; speeds in a picture need no better [Table 2-1].
 constexpr double kLink1_mm = 325.0, kLink2_mm = 275.0;
 
-double nominal_mm(const slice::LayerPaths& l) { return l.z * slice::kMmPerUnit; }
+double nominal_mm(const slice::LayerPaths& l) { return l.z * geometry::kMmPerUnit; }
 
 IcePathCurve curve_of(const path_job_t& job, const trajectory_t& t, const std::vector<pulse_list_t>& lists) {
   IcePathCurve c;
@@ -48,10 +48,12 @@ IcePathCurve curve_of(const path_job_t& job, const trajectory_t& t, const std::v
   return c;
 }
 
-void read_curve(const RunMessages& messages, IceData& data) {
+void read_curve(const runs::RunReader& messages, IceData& data) {
   path_job_t best{};
   messages.each<path_job_t>(channels::kPathJob.name, [&](const path_job_t& j) {
-    if (j.kind == kMeasurement || j.material != 0 || j.pulses < 2 || j.duration_s > kLongestCurve_s) return;
+    if (PathKind(j.kind) == PathKind::kMeasurement || j.material != 0 || j.pulses < 2 ||
+        j.duration_s > kLongestCurve_s)
+      return;
     if (j.layer > best.layer || (j.layer == best.layer && j.length_mm > best.length_mm)) best = j;
   });
   if (best.path == 0) return;
@@ -65,20 +67,20 @@ void read_curve(const RunMessages& messages, IceData& data) {
 }
 
 void read_truth(const std::filesystem::path& run, IceData& data) {
-  each_truth(run, [&](std::int32_t layer, HeightMap field) {
+  runs::each_truth(run, [&](std::int32_t layer, HeightMap field) {
     for (IceInterval& i : data.intervals)
-      if (i.layer == layer) i.truth = cell_means(field, i.height.spec);
+      if (i.layer == layer) i.truth = replay::cell_means(field, i.height.spec);
     data.field = std::move(field);
   });
 }
 
-OutlineStats outline_of(const HeightMap& field, const NominalPart& whole) {
-  return outline_stats(cell_means(field, whole.target.spec), whole.target, whole.mask);
+OutlineStats outline_of(const HeightMap& field, const replay::NominalPart& whole) {
+  return outline_stats(replay::cell_means(field, whole.target.spec), whole.target, whole.mask);
 }
 
 }  // namespace
 
-IceData read_ice_data(const std::filesystem::path& run, const RunMessages& messages,
+IceData read_ice_data(const std::filesystem::path& run, const runs::RunReader& messages,
                       std::span<const std::byte> bytes) {
   const slice::PrintPaths paths = slice::decode_print_paths(bytes);
   IceData data;
@@ -90,7 +92,7 @@ IceData read_ice_data(const std::filesystem::path& run, const RunMessages& messa
     i.layer = m.layer;
     i.nominal_mm = nominal_mm(*layer);
     i.height = height_of(m);
-    i.footprint = judged_cells(*layer, i.height.spec);
+    i.footprint = replay::judged_cells(*layer, i.height.spec);
     intervals.insert_or_assign(m.layer, std::move(i));
   });
   messages.each<control_surface_t>(channels::kControlSurface.name, [&](const control_surface_t& m) {
@@ -100,9 +102,10 @@ IceData read_ice_data(const std::filesystem::path& run, const RunMessages& messa
   for (auto& [layer, interval] : intervals) data.intervals.push_back(std::move(interval));
   read_curve(messages, data);
   read_truth(run, data);
-  data.nominal = nominal_part(paths, kOutlineCell_mm, kOutlineMargin_mm, NominalOf::kPartAndScaffold);
+  data.nominal = replay::nominal_part(paths, replay::kOutlineCell_mm, replay::kOutlineMargin_mm,
+                                      replay::NominalOf::kPartAndScaffold);
   if (data.field) data.outline = outline_of(*data.field, data.nominal);
   return data;
 }
 
-}  // namespace firn::replay
+}  // namespace firn::report

@@ -9,9 +9,9 @@
 #include "core/grid/outline.h"
 #include "core/slice/paths/print_paths.h"
 #include "replay/ice_error.h"
-#include "replay/run_messages.h"
+#include "runs/read/run_reader.h"
 
-namespace firn::replay {
+namespace firn::report {
 
 /// Holds one measured interval. `height` and `truth` are on the interval's own grid, `truth` as means of the
 /// simulated field.
@@ -38,12 +38,12 @@ struct IceData {
   std::optional<HeightMap> field;       ///< the part as built, on the simulation's cells
   std::optional<OutlineStats> outline;  ///< of the field: of part and scaffold together
   std::optional<IcePathCurve> curve;    ///< of the highest layer's longest part path of at most 8 s
-  NominalPart nominal;                  ///< part and scaffold
+  replay::NominalPart nominal;          ///< part and scaffold
 };
 
 /// Reads the data of a run.
-/// @throws FormatError, std::invalid_argument: inputs that are no paths; logfile::FileError
-IceData read_ice_data(const std::filesystem::path& run, const RunMessages& messages,
+/// @throws FormatError, std::invalid_argument: inputs that are no paths; record::FileError
+IceData read_ice_data(const std::filesystem::path& run, const runs::RunReader& messages,
                       std::span<const std::byte> paths);
 
-}  // namespace firn::replay
+}  // namespace firn::report

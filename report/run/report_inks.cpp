@@ -11,7 +11,7 @@
 #include "report/run/block_view.h"
 #include "report/run/voxels.h"
 
-namespace firn::replay {
+namespace firn::report {
 namespace {
 
 constexpr int kSlices = 24;            // of a block in its pictures
@@ -74,7 +74,7 @@ std::string layers_of(const NamedInks& run) {
 
 }  // namespace
 
-std::optional<InkData> read_ink_data(const RunMessages& messages, std::span<const std::byte> geometry,
+std::optional<InkData> read_ink_data(const runs::RunReader& messages, std::span<const std::byte> geometry,
                                      const Mask& block) {
   const GridSpec& grid = block.spec;
   InkData data{geometry_from_bytes(geometry, grid, "geometry"), MaterialColumns(grid), {}};
@@ -139,4 +139,4 @@ std::string ink_sections(const std::vector<NamedInks>& runs) {
   return s;
 }
 
-}  // namespace firn::replay
+}  // namespace firn::report

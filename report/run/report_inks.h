@@ -10,9 +10,9 @@
 
 #include "core/grid/geometry.h"
 #include "core/grid/material_columns.h"
-#include "replay/run_messages.h"
+#include "runs/read/run_reader.h"
 
-namespace firn::replay {
+namespace firn::report {
 
 /// Holds one printed layer: the inks of its cells as the controller planned them, and the surface that was
 /// measured after it.
@@ -33,7 +33,7 @@ struct InkData {
 /// @param geometry the run's input of that name
 /// @param block cells that are printed
 /// @throws std::invalid_argument: damaged geometry
-std::optional<InkData> read_ink_data(const RunMessages& messages, std::span<const std::byte> geometry,
+std::optional<InkData> read_ink_data(const runs::RunReader& messages, std::span<const std::byte> geometry,
                                      const Mask& block);
 
 struct NamedInks {
@@ -43,4 +43,4 @@ struct NamedInks {
 /// Returns HTML; empty for no run.
 std::string ink_sections(const std::vector<NamedInks>& runs);
 
-}  // namespace firn::replay
+}  // namespace firn::report

@@ -7,15 +7,15 @@
 #include <string>
 #include <vector>
 
-#include "replay/run_messages.h"
 #include "report/run/report_data.h"
+#include "runs/read/run_reader.h"
 
-namespace firn::replay {
+namespace firn::report {
 
 /// Holds a recorded run as a report reads it.
 struct RunRecord {
   std::filesystem::path folder;
-  const RunMessages& messages;
+  const runs::RunReader& messages;
   std::map<std::string, std::filesystem::path> inputs;  ///< files by role
 
   bool has(const std::string& role) const { return inputs.contains(role); }
@@ -43,4 +43,4 @@ extern const ReportLab kPathReport;
 /// Lines: as droplets, and sections, widths, ends and what was identified along the way.
 extern const ReportLab kLineReport;
 
-}  // namespace firn::replay
+}  // namespace firn::report

@@ -10,11 +10,11 @@
 #include "report/draw/charts.h"
 #include "report/draw/svg.h"
 
-namespace firn::replay {
+namespace firn::report {
 namespace {
 
 constexpr double kUm2PerMm2 = 1e6;  // per mm^2
-constexpr double kLeastHalfRange = 0.1;
+constexpr double kMinHalfRange = 0.1;
 
 constexpr const char* kByCamera =
     "Heights were not measured: this lab has a camera and no profiler. The width is that at half contrast in "
@@ -55,7 +55,7 @@ std::string chart_along(const char* title, const char* y_name, const std::vector
         high = std::max(high, y);
       }
   if (low <= high) {  // noise of a per cent does not fill the chart
-    const double middle = 0.5 * (low + high), half = std::max(0.6 * (high - low), kLeastHalfRange * middle);
+    const double middle = 0.5 * (low + high), half = std::max(0.6 * (high - low), kMinHalfRange * middle);
     o.y_range = {middle - half, middle + half};
   }
   return std::string("<figure><figcaption>") + title + "</figcaption>\n" + line_chart(runs, o) +
@@ -82,7 +82,7 @@ std::optional<SurfaceCut> line_cut(const PrintJob& job) {
   return cut;
 }
 
-LineData read_line_data(const RunMessages& messages) {
+LineData read_line_data(const runs::RunReader& messages) {
   LineData data;
   messages.each<line_plan_t>(channels::kLinePlan.name, [&](const line_plan_t& m) {
     if (data.way_mm.size() != m.station_x_mm.size()) {
@@ -158,4 +158,4 @@ std::string line_sections(const std::vector<NamedLines>& runs) {
          followed_sections(paths);
 }
 
-}  // namespace firn::replay
+}  // namespace firn::report

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "core/path/print_job.h"
-#include "replay/run_messages.h"
 #include "report/run/report_data.h"
 #include "report/run/report_followed.h"
+#include "runs/read/run_reader.h"
 
-namespace firn::replay {
+namespace firn::report {
 
 /// The layer below one LINE_PLAN, as the plan reports it.
 struct LineLayer {
@@ -31,7 +31,7 @@ struct LineData {
   std::vector<FollowedLayer> followed;
 };
 
-LineData read_line_data(const RunMessages& messages);
+LineData read_line_data(const runs::RunReader& messages);
 
 /// The cut across the middle of the longest segment, over its nearest neighbours; none for a job without one.
 std::optional<SurfaceCut> line_cut(const PrintJob& job);
@@ -44,4 +44,4 @@ struct NamedLines {
 /// Returns HTML; empty for no run.
 std::string line_sections(const std::vector<NamedLines>& runs);
 
-}  // namespace firn::replay
+}  // namespace firn::report

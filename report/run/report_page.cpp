@@ -9,10 +9,11 @@
 #include "report/draw/svg.h"
 #include "report/run/report_part.h"
 
-namespace firn::replay {
+namespace firn::report {
 namespace {
 
-constexpr double kUm = 1e3;        // per mm
+constexpr double kMmPerUm = 1e-3;
+constexpr double kPercent = 100.0;
 constexpr int kFirstOfParts = 10;  // column of the result table
 
 const LayerRow* last(const RunData& r) { return r.layers.empty() ? nullptr : &r.layers.back(); }
@@ -34,11 +35,16 @@ std::string table_row(const std::vector<std::string>& cells, const char* tag = "
   return s + "</tr>\n";
 }
 
-std::string value(double v, int decimals) { return std::isfinite(v) ? number(v, decimals) : "–"; }
-
 // "≥" where the surface still stands at half the part's height at the border of its map.
-std::string sizes(const OutlineStats& o) {
-  return (o.cut ? "≥ " : "") + value(o.size_error_x_mm * kUm, 1) + ", " + value(o.size_error_y_mm * kUm, 1);
+std::string sizes(const OutlineStats& o, const HeightUnit& unit) {
+  return (o.cut ? "≥ " : "") + number(o.size_error_x_mm * unit.per_mm) + ", " +
+         number(o.size_error_y_mm * unit.per_mm);
+}
+
+// That of the runs' labs; um where they differ.
+HeightUnit unit_of_all(const std::vector<ReportRun>& runs) {
+  const bool in_mm = std::ranges::all_of(runs, [](const ReportRun& r) { return r.data.words.in_mm; });
+  return in_mm ? height_unit(runs.front().data.words) : HeightUnit{};
 }
 
 bool better(const NamedRun& a, const NamedRun& b) { return last(*a.data)->rms_mm < last(*b.data)->rms_mm; }
@@ -63,41 +69,55 @@ std::set<const RunData*> best_of(const std::vector<PartRuns>& parts) {
   return best;
 }
 
+// That of the first run: a report of several labs has one table all the same.
+std::string amount_name(const std::vector<ReportRun>& runs) {
+  return std::string(runs.front().data.words.amount);
+}
+
 std::string result_table(const std::vector<ReportRun>& runs, const std::vector<std::string>& names,
                          const std::vector<PartRuns>& parts) {
   const std::set<const RunData*> best = best_of(parts);
   const bool lines = std::ranges::all_of(runs, [](const ReportRun& r) { return r.data.lab == &kLineReport; });
   // Columns of parts that have an area; lines have their own table.
+  const HeightUnit unit = unit_of_all(runs);
+  const auto of = [&](const char* what) { return std::string(what) + " [" + unit.name + "]"; };
   const auto without_parts = [&](std::vector<std::string> cells) {
     if (lines) cells.erase(cells.begin() + kFirstOfParts, cells.begin() + kFirstOfParts + 3);
     return cells;
   };
   std::string s =
       "<div class=\"scroll\"><table><thead>\n" +
-      table_row(without_parts({"run", "layers", lines ? "switches" : "droplets", "mean error [µm]",
-                               "RMS [µm]", "std [µm]", "min, max [µm]", "volume [mm³]", "true RMS [µm]",
-                               "largest true error [µm]", "overspill [%]", "first ring [µm]",
-                               "size error x, y [µm]", "print time [s]", "outcome", "replay"}),
+      table_row(without_parts({"run", "layers", amount_name(runs), of("mean error"), of("RMS"),
+                               of("RMS inside, rim"), of("min, max"), "volume [mm³]", of("true RMS"),
+                               of("largest true error"), "overspill [%]", of("first ring"),
+                               of("size error x, y"), "print time [s]", "outcome", "replay"}),
                 "th") +
       "</thead><tbody>\n";
   for (std::size_t n = 0; n < runs.size(); ++n) {
     const RunData& r = runs[n].data;
     const LayerRow* l = last(r);
     const LayerRow none;
-    const auto um = [&](double mm) { return l ? value(mm * kUm, 2) : std::string("–"); };
+    const auto height = [&](double mm) { return l ? number(mm * unit.per_mm) : std::string("–"); };
     const LayerRow& v = l ? *l : none;
     const OutlineStats o = r.outline.value_or(OutlineStats{});
     const std::string& verdict = runs[n].verdict;
-    const std::string outcome = r.outcome.empty() ? "not ended" : r.outcome;
+    runs::RunResult result = r.result.value_or(runs::RunResult{});
+    if (!r.result) result.outcome = "not ended";
+    const runs::MapError error = result.error.value_or(runs::MapError{});
+    const auto told = [&](double um) {
+      return um > 0.0 ? number(um * kMmPerUm * unit.per_mm) : std::string("–");
+    };
     s += table_row(without_parts(
         {legend_sample({names[n], int(n)}) + escape_html(names[n]), l ? std::to_string(v.layer) : "–",
-         l ? std::to_string(v.drops_total) : "–", um(v.mean_error_mm),
-         best.contains(&r) ? "<span class=\"best\">" + um(v.rms_mm) + "</span>" : um(v.rms_mm), um(v.std_mm),
-         um(v.min_error_mm) + ", " + um(v.max_error_mm), l ? value(v.volume_mm3, 3) : "–",
-         v.truth ? number(v.truth->rms_mm * kUm, 2) : "–",
-         v.truth ? number(std::max(-v.truth->min_mm, v.truth->max_mm) * kUm, 2) : "–",
-         value(o.overspill * 100, 2), value(o.first_ring_mm * kUm, 1), sizes(o), l ? number(v.end_s, 1) : "–",
-         "<span title=\"" + escape_html(r.reason) + "\">" + escape_html(outcome) + "</span>",
+         l ? std::to_string(v.drops_total) : "–", height(v.mean_error_mm),
+         best.contains(&r) ? "<span class=\"best\">" + height(v.rms_mm) + "</span>" : height(v.rms_mm),
+         told(error.rms_inside_um) + ", " + told(error.rms_rim_um),
+         height(v.min_error_mm) + ", " + height(v.max_error_mm), l ? number(v.volume_mm3) : "–",
+         v.truth ? height(v.truth->rms_mm) : "–",
+         v.truth ? height(std::max(-v.truth->min_mm, v.truth->max_mm)) : "–",
+         number(result.overspill_percent.value_or(o.overspill * kPercent)),
+         number(o.first_ring_mm * unit.per_mm), sizes(o, unit), l ? number(v.end_s) : "–",
+         "<span title=\"" + escape_html(result.reason) + "\">" + escape_html(result.outcome) + "</span>",
          verdict.empty() ? "–"
                          : "<span class=\"" + std::string(verdict == "identical" ? "good" : "bad") + "\">" +
                                escape_html(verdict) + "</span>"}));
@@ -110,11 +130,11 @@ std::string result_table(const std::vector<ReportRun>& runs, const std::vector<s
   return s +
          "</tbody></table></div>\n<p class=\"soft\">Errors are those of cells inside the part. Overspill is "
          "the "
-         "volume beside the part over the part's, the first ring the mean height of the cells that share a "
-         "side "
-         "with it, the size error the width at half height less the target's: of the true surface if a "
-         "simulated world told it, else of the last map, on the grid's cells; of ice, of part and scaffold "
-         "together.</p>\n";
+         "volume beside the part over the part's, of the last map (of ice, of the true surface); the first "
+         "ring the mean height of the cells that share a side with it, the size error the width at half "
+         "height "
+         "less the target's: of the true surface if a simulated world told it, else of the last map, on the "
+         "grid's cells; of ice, of part and scaffold together.</p>\n";
 }
 
 // A sentence a part.
@@ -125,13 +145,15 @@ std::string summary(const std::vector<PartRuns>& parts) {
     if (runs.empty()) continue;
     const auto [best, worst] = std::ranges::minmax_element(runs, better);
     const auto told = [](const NamedRun& r) {
-      return "<b>" + escape_html(r.name) + "</b> " + number(last(*r.data)->rms_mm * kUm, 2) + " µm";
+      const HeightUnit unit = height_unit(r.data->words);
+      return "<b>" + escape_html(r.name) + "</b> " + number(last(*r.data)->rms_mm * unit.per_mm) + " " +
+             unit.name;
     };
     s += "<p>" + (parts.size() > 1 ? escape_html(part.title) + ": final" : std::string("Final")) +
          " RMS error about the target, measured: " + told(*best);
     if (best != worst)
       s += "; the largest, " + told(*worst) + ", is " +
-           number(last(*worst->data)->rms_mm / last(*best->data)->rms_mm, 1) + " times as large";
+           number(last(*worst->data)->rms_mm / last(*best->data)->rms_mm) + " times as large";
     s += ".</p>\n";
   }
   return s.empty() ? "<p>No run has measured a layer's heights.</p>\n" : s;
@@ -175,8 +197,27 @@ std::string provenance(const std::vector<ReportRun>& runs, const std::vector<std
     s += table_row(cells);
   }
   cells = {"why it ended"};
-  for (const ReportRun& r : runs) cells.push_back(escape_html(r.data.reason));
+  for (const ReportRun& r : runs) cells.push_back(escape_html(r.data.result ? r.data.result->reason : ""));
   return s + table_row(cells) + "</tbody></table></div>\n";
+}
+
+// Part and size; of several parts the number of runs.
+std::string title_of(const std::vector<ReportRun>& runs) {
+  if (runs.empty()) return "print report";
+  const auto title = [](const ReportRun& r) { return escape_html(part_title(r.data.part)); };
+  const std::string first = title(runs.front());
+  if (std::ranges::all_of(runs, [&](const ReportRun& r) { return title(r) == first; })) return first;
+  return std::to_string(runs.size()) + " prints";
+}
+
+std::string under_title(const std::vector<ReportRun>& runs) {
+  if (runs.size() != 1)
+    return "<p class=\"soft\">" + std::to_string(runs.size()) + " runs beside each other</p>\n";
+  const RunData& r = runs.front().data;
+  const auto started =
+      std::ranges::find(r.provenance, "started", &std::pair<std::string, std::string>::first);
+  return "<p class=\"soft\">" + escape_html(r.scheme) +
+         (started == r.provenance.end() ? "" : ", " + escape_html(started->second)) + "</p>\n";
 }
 
 }  // namespace
@@ -185,11 +226,11 @@ std::string report_page(const std::vector<ReportRun>& runs,
                         const std::vector<DifferingParameter>& parameters) {
   std::string s =
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>Firn: print "
-      "report</title>\n<style>";
-  s += kReportStyle;
-  s += "</style></head><body>\n<h1>Print report</h1>\n";
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>Firn: " +
+      title_of(runs) + "</title>\n<style>" + kReportStyle + "</style></head><body>\n<h1>" + title_of(runs) +
+      "</h1>\n";
   if (runs.empty()) return s + "<p>No runs.</p></body></html>\n";
+  s += under_title(runs);
   const std::vector<std::string> names = labels(runs);
   std::vector<NamedRun> all;
   for (std::size_t n = 0; n < runs.size(); ++n) all.push_back({names[n], &runs[n].data, int(n)});
@@ -203,4 +244,4 @@ std::string report_page(const std::vector<ReportRun>& runs,
   return s + "</body></html>\n";
 }
 
-}  // namespace firn::replay
+}  // namespace firn::report

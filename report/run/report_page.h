@@ -6,7 +6,7 @@
 
 #include "report/run/report_data.h"
 
-namespace firn::replay {
+namespace firn::report {
 
 struct ReportRun {
   RunData data;
@@ -23,4 +23,4 @@ struct DifferingParameter {
 std::string report_page(const std::vector<ReportRun>& runs,
                         const std::vector<DifferingParameter>& parameters);
 
-}  // namespace firn::replay
+}  // namespace firn::report

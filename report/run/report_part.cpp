@@ -1,6 +1,7 @@
 #include "report/run/report_part.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <limits>
 
@@ -8,14 +9,21 @@
 #include "report/draw/heat_map.h"
 #include "report/draw/svg.h"
 
-namespace firn::replay {
+namespace firn::report {
 namespace {
 
-constexpr double kPartUm = 1e3;       // per mm
+constexpr double kPartUm = 1e3;       // per mm, of colour scales
 constexpr double kPartShown = 0.995;  // of a run's cells decide about the scale of errors
 constexpr double kOfMedian = 2.0;  // the scale in medians of the runs: one bad run must not blanch the others
 
 const LayerRow* last_part_row(const RunData& r) { return r.layers.empty() ? nullptr : &r.layers.back(); }
+HeightUnit unit_of(const std::vector<NamedRun>& runs) {
+  return runs.empty() ? HeightUnit{} : height_unit(runs.front().data->words);
+}
+bool in_mm(const std::vector<NamedRun>& runs) { return !runs.empty() && runs.front().data->words.in_mm; }
+std::string in_brackets(const std::string& what, const HeightUnit& unit) {
+  return what + " [" + unit.name + "]";
+}
 bool has_map(const RunData& r) { return r.height.size() > 0; }
 
 std::string part_figure(const std::string& caption, const std::string& body, const std::string& cls = "") {
@@ -50,7 +58,16 @@ double quantile(std::vector<double> values, double share) {
   return *at;
 }
 
-std::string part_error_maps(const std::vector<NamedRun>& runs) {
+using Figures = std::vector<std::string>;
+
+std::string row_of(const Figures& figures, std::size_t from = 0) {
+  std::string s;
+  for (std::size_t n = from; n < figures.size(); ++n) s += figures[n];
+  return s.empty() ? s : "<div class=\"row\">\n" + s + "</div>\n";
+}
+
+/// @param beside figures that share the maps' row
+std::string part_error_maps(const std::vector<NamedRun>& runs, const Figures& beside) {
   double largest_um = 0.0;
   std::vector<double> usual_um;
   for (const NamedRun& r : runs) {
@@ -62,27 +79,33 @@ std::string part_error_maps(const std::vector<NamedRun>& runs) {
   }
   if (usual_um.empty()) return "";
   const double end_um = std::max(std::min(largest_um, kOfMedian * quantile(usual_um, 0.5)), 1e-3);
-  const HeatScale scale{-end_um, end_um, ColorMap::kDiverging};
+  const HeatScale scale{-end_um, end_um, ColorMap::kDiverging, in_mm(runs)};
+  const HeightUnit unit = unit_of(runs);
   std::string s =
       "<h2>Error of the final surfaces</h2>\n<p class=\"soft\">Measured height minus target inside the part: "
       "orange is too high, blue too low.";
   if (end_um < largest_um)
-    s += " Larger errors, up to " + number(largest_um, 1) + " µm, have the colours of the scale's ends.";
-  s += "</p>\n<div class=\"row\">\n";
+    s += " Larger errors, up to " + number(largest_um / kPartUm * unit.per_mm) + " " + unit.name +
+         ", have the colours of the scale's ends.";
+  s += "</p>\n";
+  Figures figures;
   for (const NamedRun& r : runs) {
     if (!has_map(*r.data)) continue;
     const LayerRow* l = last_part_row(*r.data);
-    s += part_figure(
-        "<b>" + escape_html(r.name) + "</b>" +
-            (l ? ", layer " + std::to_string(l->layer) + ", RMS " + number(l->rms_mm * kPartUm, 2) + " µm"
-               : ""),
-        heat_map(error_map(*r.data), scale, "error of " + r.name, &r.data->mask), "map");
+    figures.push_back(part_figure("<b>" + escape_html(r.name) + "</b>" +
+                                      (l ? ", layer " + std::to_string(l->layer) + ", RMS " +
+                                               number(l->rms_mm * unit.per_mm) + " " + unit.name
+                                         : ""),
+                                  heat_map(error_map(*r.data), scale, "error of " + r.name, &r.data->mask),
+                                  "map"));
   }
-  return s + "</div><div class=\"bar\">" + color_bar(scale, "height − target [µm]") + "</div>\n";
+  figures.insert(figures.end(), beside.begin(), beside.end());
+  return s + row_of(figures) + "<div class=\"bar\">" +
+         color_bar(scale, in_brackets("height − target", unit)) + "</div>\n";
 }
 
 std::string surfaces(const std::vector<NamedRun>& runs) {
-  HeatScale scale{std::numeric_limits<double>::infinity(), 0, ColorMap::kSequential};
+  HeatScale scale{std::numeric_limits<double>::infinity(), 0, ColorMap::kSequential, in_mm(runs)};
   for (const NamedRun& r : runs) {
     if (!has_map(*r.data)) continue;
     for (const double h : r.data->height.cells)
@@ -100,7 +123,8 @@ std::string surfaces(const std::vector<NamedRun>& runs) {
     if (has_map(*r.data))
       s += part_figure("<b>" + escape_html(r.name) + "</b>",
                        heat_map(r.data->height, scale, "height of " + r.name, &r.data->mask), "map");
-  return s + "</div><div class=\"bar\">" + color_bar(scale, "height [µm]") + "</div>\n";
+  return s + "</div><div class=\"bar\">" + color_bar(scale, in_brackets("height", unit_of(runs))) +
+         "</div>\n";
 }
 
 // Bilinear between the cells' middles; the nearest ones beside the grid.
@@ -118,7 +142,7 @@ double height_at(const HeightMap& map, double x_mm, double y_mm) {
 
 // Heights along the cut, else along x through the middle row.
 Series section(const HeightMap& map, const std::string& label, int style,
-               const std::optional<SurfaceCut>& cut) {
+               const std::optional<SurfaceCut>& cut, double per_mm) {
   Series s;
   s.label = label;
   s.style = style;
@@ -128,57 +152,63 @@ Series section(const HeightMap& map, const std::string& label, int style,
     for (int n = 0; n <= steps; ++n) {
       const double t = cut->from_mm + (cut->to_mm - cut->from_mm) * n / steps;
       s.x.push_back(t);
-      s.y.push_back(height_at(map, cut->x_mm + t * cut->along_x, cut->y_mm + t * cut->along_y) * kPartUm);
+      s.y.push_back(height_at(map, cut->x_mm + t * cut->along_x, cut->y_mm + t * cut->along_y) * per_mm);
     }
     return s;
   }
   const int j = map.spec.ny / 2;
   for (int i = 0; i < map.spec.nx; ++i) {
     s.x.push_back(map.spec.x_mm(i));
-    s.y.push_back(map.at(i, j) * kPartUm);
+    s.y.push_back(map.at(i, j) * per_mm);
   }
   return s;
 }
 
-std::string sections(const std::vector<NamedRun>& runs) {
+/// The measured section first.
+Figures sections(const std::vector<NamedRun>& runs) {
   std::vector<Series> measured, truths;
   double top = 0, target_top = 0;
   std::optional<SurfaceCut> cut;
+  const HeightUnit unit = unit_of(runs);
   for (const NamedRun& run : runs) {
     const RunData& r = *run.data;
     if (!has_map(r)) continue;
     if (measured.empty()) {
       cut = r.cut;
-      measured.push_back(section(r.target, "target", Series::kReference, cut));
+      measured.push_back(section(r.target, "target", Series::kReference, cut, unit.per_mm));
       truths.push_back(measured.back());
     }
-    measured.push_back(section(r.height, run.name, run.style, cut));
-    if (r.truth) truths.push_back(section(*r.truth, run.name, run.style, cut));
+    measured.push_back(section(r.height, run.name, run.style, cut, unit.per_mm));
+    if (r.truth) truths.push_back(section(*r.truth, run.name, run.style, cut, unit.per_mm));
     for (double h : measured.back().y) top = std::isfinite(h) ? std::max(top, h) : top;
-    for (double h : r.target.cells) target_top = std::max(target_top, h * kPartUm);
+    for (double h : r.target.cells) target_top = std::max(target_top, h * unit.per_mm);
   }
-  if (measured.empty()) return "";
+  if (measured.empty()) return {};
   const auto options = [&](const char* title, bool upper) {
     const std::string across =
         cut ? "across the line at (" + number(cut->x_mm, 1) + ", " + number(cut->y_mm, 1) + ") mm [mm]"
             : "x [mm], through the middle row";
-    ChartOptions o = chart(title, across, "height [µm]");
+    ChartOptions o = chart(title, across, in_brackets("height", unit));
     o.from_zero = !upper;
     if (upper) o.y_range = std::pair{0.75 * target_top, std::max(top, target_top) * 1.02};
     return o;
   };
-  std::string s =
-      "<h2>Cross-sections</h2>\n<div class=\"row\">\n" +
-      part_figure("Measured surface and target", line_chart(measured, options("cross-sections", false)));
+  Figures figures{
+      part_figure("Measured surface and target", line_chart(measured, options("cross-sections", false)))};
   const bool level = target_top > 0 && !cut;  // a line's section has no level top
   if (level)
-    s += part_figure("The same, the upper part enlarged",
-                     line_chart(measured, options("cross-sections, enlarged", true)));
+    figures.push_back(part_figure("Measured surface and target, the upper part enlarged",
+                                  line_chart(measured, options("cross-sections, enlarged", true))));
   if (truths.size() > 1 && target_top > 0)
-    s += part_figure(
+    figures.push_back(part_figure(
         level ? "True surface of the simulated world, enlarged" : "True surface of the simulated world",
-        line_chart(truths, options("true cross-sections", level)));
-  return s + "</div>\n";
+        line_chart(truths, options("true cross-sections", level))));
+  return figures;
+}
+
+std::string capital(std::string words) {
+  if (!words.empty()) words[0] = char(std::toupper(static_cast<unsigned char>(words[0])));
+  return words;
 }
 
 template <class Value>
@@ -195,14 +225,16 @@ Series per_layer(const NamedRun& r, Value value) {
   return s;
 }
 
-std::string by_layer(const std::vector<NamedRun>& runs) {
-  std::vector<Series> rms, drops, std_um;
+/// The RMS first, where heights were measured.
+Figures by_layer(const std::vector<NamedRun>& runs) {
+  std::vector<Series> rms, drops, std;
+  const HeightUnit unit = unit_of(runs);
   for (const NamedRun& r : runs) {
-    rms.push_back(per_layer(r, [](const LayerRow& l) { return l.rms_mm * kPartUm; }));
-    std_um.push_back(per_layer(r, [](const LayerRow& l) { return l.std_mm * kPartUm; }));
+    rms.push_back(per_layer(r, [&](const LayerRow& l) { return l.rms_mm * unit.per_mm; }));
+    std.push_back(per_layer(r, [&](const LayerRow& l) { return l.std_mm * unit.per_mm; }));
     drops.push_back(per_layer(r, [](const LayerRow& l) { return double(l.drops); }));
   }
-  const auto options = [](const char* title, const char* y_name, bool logarithmic) {
+  const auto options = [](const std::string& title, const std::string& y_name, bool logarithmic) {
     ChartOptions o = chart(title, "layer", y_name);
     o.logarithmic = logarithmic;
     o.whole_x = true;
@@ -213,20 +245,21 @@ std::string by_layer(const std::vector<NamedRun>& runs) {
     return std::ranges::any_of(runs,
                                [&](const NamedRun& r) { return std::ranges::any_of(r.data->layers, is); });
   };
+  const std::string amount(runs.empty() ? "" : runs.front().data->words.amount);
   const bool heights = any_layer([](const LayerRow& l) { return std::isfinite(l.rms_mm); }) ||
                        !any_layer([](const LayerRow&) { return true; });
-  return "<h2>Layer by layer</h2>\n<div class=\"row\">\n" +
-         (heights ? part_figure("RMS error about the final target",
-                                line_chart(rms, options("RMS per layer", "RMS [µm], logarithmic", true))) +
-                        part_figure("Roughness: standard deviation of the error",
-                                    line_chart(std_um, options("std per layer", "std [µm]", false)))
-                  : std::string()) +
-         (!runs.empty() && runs.front().data->lab == &kLineReport
-              ? part_figure("Shutter switches",
-                            line_chart(drops, options("switches per layer", "switches", false)))
-              : part_figure("Droplets",
-                            line_chart(drops, options("droplets per layer", "droplets", false)))) +
-         "</div>\n";
+  Figures figures;
+  if (heights) {
+    figures.push_back(part_figure(
+        "RMS error about the final target",
+        line_chart(rms, options("RMS per layer", in_brackets("RMS", unit) + ", logarithmic", true))));
+    figures.push_back(
+        part_figure("Roughness: standard deviation of the error",
+                    line_chart(std, options("std per layer", in_brackets("std", unit), false))));
+  }
+  figures.push_back(
+      part_figure(capital(amount), line_chart(drops, options(amount + " per layer", amount, false))));
+  return figures;
 }
 
 std::string times(const std::vector<NamedRun>& runs) {
@@ -293,6 +326,10 @@ std::string lab_sections(const std::vector<NamedRun>& runs) {
 
 }  // namespace
 
+std::string part_title(const PartIdentity& p) {
+  return p.name + ", " + number(p.x_mm, 1) + " × " + number(p.y_mm, 1) + " × " + number(p.z_mm, 2) + " mm";
+}
+
 std::vector<PartRuns> parts_of(const std::vector<NamedRun>& runs) {
   std::vector<PartRuns> parts;
   std::vector<std::string> keys;
@@ -304,9 +341,7 @@ std::vector<PartRuns> parts_of(const std::vector<NamedRun>& runs) {
       continue;
     }
     keys.push_back(p.key);
-    parts.push_back(
-        {p.name + ", " + number(p.x_mm, 1) + " × " + number(p.y_mm, 1) + " × " + number(p.z_mm, 2) + " mm",
-         {r}});
+    parts.push_back({part_title(p), {r}});
   }
   return parts;
 }
@@ -315,8 +350,15 @@ std::string part_sections(const std::vector<NamedRun>& runs) {
   std::vector<NamedInks> inks;
   for (const NamedRun& r : runs)
     if (r.data->inks) inks.push_back({r.name, &*r.data->inks});
-  return part_error_maps(runs) + lab_sections(runs) + surfaces(runs) + sections(runs) + ink_sections(inks) +
-         by_layer(runs) + times(runs);
+  const Figures cuts = sections(runs), layers = by_layer(runs);
+  // One run fills the page: its map, its section and its curve side by side.
+  const bool one = runs.size() == 1 && !cuts.empty();
+  const std::string maps = part_error_maps(runs, one ? Figures{cuts.front(), layers.front()} : Figures{});
+  const std::size_t shown = one && !maps.empty() ? 1 : 0;
+  const std::string cut_row = row_of(cuts, shown), layer_row = row_of(layers, shown);
+  return maps + lab_sections(runs) + surfaces(runs) +
+         (cut_row.empty() ? "" : "<h2>Cross-sections</h2>\n" + cut_row) + ink_sections(inks) +
+         (layer_row.empty() ? "" : "<h2>Layer by layer</h2>\n" + layer_row) + times(runs);
 }
 
-}  // namespace firn::replay
+}  // namespace firn::report

@@ -7,7 +7,7 @@
 
 #include "report/run/report_lab.h"
 
-namespace firn::replay {
+namespace firn::report {
 
 /// Holds the runs of one part.
 struct PartRuns {
@@ -18,7 +18,10 @@ struct PartRuns {
 /// Parts the runs by PartIdentity, in the order in which the parts first occur.
 std::vector<PartRuns> parts_of(const std::vector<NamedRun>& runs);
 
-/// Returns the HTML: error maps first.
+/// Returns "cylinder, 10.0 × 10.0 × 0.40 mm".
+std::string part_title(const PartIdentity& part);
+
+/// Returns the HTML: error maps first; of one run with its section and its curve beside the map.
 std::string part_sections(const std::vector<NamedRun>& runs);
 
-}  // namespace firn::replay
+}  // namespace firn::report

@@ -13,11 +13,10 @@
 #include "lcmtypes/channels.h"
 #include "report/draw/svg.h"
 #include "report/run/report_page.h"
+#include "runs/folder/verdict.h"
 
-namespace firn::replay {
+namespace firn::report {
 namespace {
-
-constexpr double kHealthUm = 1e3;  // per mm
 
 std::string marked(const std::string& text, bool good) {
   return "<span class=\"" + std::string(good ? "good" : "bad") + "\">" + escape_html(text) + "</span>";
@@ -26,14 +25,13 @@ std::string marked(const std::string& text, bool good) {
 std::string count_cell(std::int64_t n) { return n == 0 ? "0" : marked(std::to_string(n), false); }
 
 std::string tolerance_cell(const RunData& r) {
-  if (!r.health.tolerance_mm) return "no target";
-  if (r.layers.empty() || r.outcome.empty()) return "not judged: the print has not ended";
-  const double rms = r.layers.back().rms_mm, limit = *r.health.tolerance_mm;
-  if (std::isnan(rms)) return "not judged: heights were not measured";
-  const bool within = rms <= limit && r.outcome != "out of tolerance";
-  return marked(within ? "within tolerance" : "OUT OF TOLERANCE", within) + ": RMS " +
-         number(rms * kHealthUm, 2) + " µm, one layer is " + number(limit * kHealthUm, 2) + " µm" +
-         (r.outcome == "out of tolerance" ? "; " + escape_html(r.reason) : "");
+  if (!r.result) return "not judged: the print has not ended";
+  const std::string verdict = verdict_words(*r.result, r.words);
+  if (verdict.empty()) return "not judged: the print can go on";
+  const std::size_t colon = verdict.find(':');
+  if (const std::optional<bool> within = within_tolerance(*r.result); within && colon != verdict.npos)
+    return marked(verdict.substr(0, colon), *within) + escape_html(verdict.substr(colon));
+  return escape_html(verdict);
 }
 
 std::string audit_cell(const std::string& verdict) {
@@ -42,7 +40,7 @@ std::string audit_cell(const std::string& verdict) {
 
 }  // namespace
 
-RunHealth health_of(const RunMessages& messages) {
+RunHealth health_of(const runs::RunReader& messages) {
   RunHealth h;
   h.resumes = int(messages.starts().size()) - (messages.starts().empty() ? 0 : 1);
   messages.each<run_end_t>(channels::kRunEnd.name, [&](const run_end_t& m) {
@@ -84,4 +82,4 @@ std::string health_table(const std::vector<ReportRun>& runs, const std::vector<s
   return s + "</tbody></table></div>\n";
 }
 
-}  // namespace firn::replay
+}  // namespace firn::report

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "replay/run_messages.h"
+#include "runs/read/run_reader.h"
 
-namespace firn::replay {
+namespace firn::report {
 
 struct ReportRun;
 
@@ -20,12 +20,11 @@ struct RunHealth {
   int warnings = 0;  ///< faults that did not stop the print
   int faults = 0;    ///< and those that did
   std::int64_t rows_lost = 0;
-  std::optional<double> tolerance_mm;  ///< of the last map's RMS, one nominal layer; none: no target
 };
 
-RunHealth health_of(const RunMessages& messages);
+RunHealth health_of(const runs::RunReader& messages);
 
 /// Returns a table of one row for each run. @param names of the runs
 std::string health_table(const std::vector<ReportRun>& runs, const std::vector<std::string>& names);
 
-}  // namespace firn::replay
+}  // namespace firn::report

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace firn::replay {
+namespace firn::report {
 
 VoxelBlock voxels_of(const MaterialColumns& printed, double slice_mm, int nz) {
   VoxelBlock v{printed.grid(), slice_mm, nz, {}};
@@ -111,4 +111,4 @@ Washed wash(const VoxelBlock& v) {
   return w;
 }
 
-}  // namespace firn::replay
+}  // namespace firn::report

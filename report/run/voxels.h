@@ -8,7 +8,7 @@
 #include "core/grid/geometry.h"
 #include "core/grid/material_columns.h"
 
-namespace firn::replay {
+namespace firn::report {
 
 /// Holds cells of the grid times slices of equal height, from the substrate up.
 struct VoxelBlock {
@@ -54,4 +54,4 @@ struct Washed {
 };
 Washed wash(const VoxelBlock& printed);
 
-}  // namespace firn::replay
+}  // namespace firn::report

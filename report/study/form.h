@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <string>
 
-namespace firn::replay {
+namespace firn::report {
 
 std::string form(const char* format, auto... values) {
   char text[240];
@@ -12,4 +12,4 @@ std::string form(const char* format, auto... values) {
   return text;
 }
 
-}  // namespace firn::replay
+}  // namespace firn::report

@@ -8,16 +8,15 @@
 
 #include "core/statistics/holm.h"
 #include "core/statistics/sign_flip.h"
-#include "core/statistics/worst_rank.h"
 #include "report/study/study_answer.h"
 
-namespace firn::replay {
+namespace firn::report {
 namespace {
 
 using statistics::PairedComparison;
 
-// Returns the metric of an arm for one seed: on one part, or the mean over all parts. Nothing if a print did
-// not finish.
+// Returns the metric of an arm for one seed: on one part, or the mean over all parts. Nothing if a print is
+// not complete.
 std::optional<double> value_of(const StudyTable& t, std::size_t arm, int part, std::size_t seed,
                                std::size_t metric) {
   double sum = 0.0;
@@ -25,7 +24,7 @@ std::optional<double> value_of(const StudyTable& t, std::size_t arm, int part, s
                     last = part == kAllParts ? t.parts.size() : first + 1;
   for (std::size_t p = first; p < last; ++p) {
     const StudyRun& r = t.run(arm, p, seed);
-    if (!r.finished || !std::isfinite(r.metrics[metric])) return std::nullopt;
+    if (!r.complete() || !std::isfinite(r.metrics[metric])) return std::nullopt;
     sum += r.metrics[metric];
   }
   return sum / double(last - first);
@@ -38,40 +37,16 @@ ArmSummary summarise(const StudyTable& t, std::size_t arm, int part, std::size_t
   return {arm, metric, part, x.size(), statistics::mean(x), statistics::bootstrap_interval(x)};
 }
 
-// Holds the comparison of two arms for one seed: nothing if a complete print has no value.
+// Holds the comparison of two arms for one seed over the parts.
 struct SeedOutcome {
-  bool known = true, complete = true;
-  double value_a = 0.0, value_b = 0.0;  // means over all parts, if complete
-  statistics::PairOutcome pair;         // over the parts that both completed
-  std::size_t stopped_a = 0, stopped_b = 0;
+  double both = 0.0;                    // parts that both completed
+  double value_a = 0.0, value_b = 0.0;  // means over them
+  double failures = 0.0;                // of a less those of b
+  double lost = 0.0;                    // pairs that a lost less those that it won
 };
 
-SeedOutcome outcome_of(const StudyTable& t, std::size_t a, std::size_t b, int part, std::size_t seed,
-                       std::size_t metric) {
-  const std::size_t first = part == kAllParts ? 0 : std::size_t(part),
-                    last = part == kAllParts ? t.parts.size() : first + 1;
-  SeedOutcome o;
-  double both = 0.0;
-  for (std::size_t p = first; p < last; ++p) {
-    const StudyRun &ra = t.run(a, p, seed), &rb = t.run(b, p, seed);
-    o.stopped_a += !ra.finished;
-    o.stopped_b += !rb.finished;
-    if ((ra.finished && !std::isfinite(ra.metrics[metric])) ||
-        (rb.finished && !std::isfinite(rb.metrics[metric])))
-      o.known = false;
-    if (!ra.finished || !rb.finished) continue;
-    o.value_a += ra.metrics[metric];
-    o.value_b += rb.metrics[metric];
-    both += 1.0;
-  }
-  o.complete = o.known && o.stopped_a + o.stopped_b == 0;
-  o.pair.stops = double(o.stopped_a) - double(o.stopped_b);
-  if (both > 0.0) {
-    o.value_a /= both;
-    o.value_b /= both;
-    o.pair.difference = o.value_a - o.value_b;
-  }
-  return o;
+bool has_value(const StudyRun& r, std::size_t metric) {
+  return r.complete() && std::isfinite(r.metrics[metric]);
 }
 
 ArmComparison compare(const StudyTable& t, std::size_t a, std::size_t b, int part, std::size_t metric) {
@@ -80,72 +55,108 @@ ArmComparison compare(const StudyTable& t, std::size_t a, std::size_t b, int par
   c.b = b;
   c.metric = metric;
   c.part = part;
-  std::vector<double> x, y;
-  std::vector<statistics::PairOutcome> outcomes;
+  std::vector<double> x, y, failures;
+  double lost = 0.0;
+  const std::size_t first = part == kAllParts ? 0 : std::size_t(part),
+                    last = part == kAllParts ? t.parts.size() : first + 1;
   for (std::size_t s = 0; s < t.seeds.size(); ++s) {
-    const SeedOutcome o = outcome_of(t, a, b, part, s, metric);
-    if (!o.known) continue;
-    outcomes.push_back(o.pair);
-    c.stopped_a += o.stopped_a;
-    c.stopped_b += o.stopped_b;
-    if (o.complete) {
-      x.push_back(o.value_a);
-      y.push_back(o.value_b);
+    SeedOutcome o;
+    for (std::size_t p = first; p < last; ++p) {
+      const StudyRun &ra = t.run(a, p, s), &rb = t.run(b, p, s);
+      c.failed_a += ra.failed();
+      c.failed_b += rb.failed();
+      o.failures += double(ra.failed()) - double(rb.failed());
+      const bool values = has_value(ra, metric) && has_value(rb, metric);
+      const double difference = values ? ra.metrics[metric] - rb.metrics[metric] : 0.0,
+                   against =
+                       ra.failed() != rb.failed() ? double(ra.failed()) - double(rb.failed()) : difference;
+      o.lost += double(against > 0.0) - double(against < 0.0);
+      if (!values) continue;
+      o.value_a += ra.metrics[metric];
+      o.value_b += rb.metrics[metric];
+      o.both += 1.0;
     }
+    if (o.failures != 0.0) failures.push_back(o.failures);  // a sign changes no other seed
+    lost += o.lost / double((last - first) * t.seeds.size());
+    if (o.both == 0.0) continue;
+    x.push_back(o.value_a / o.both);
+    y.push_back(o.value_b / o.both);
   }
   c.values = statistics::compare_pairs(x, y);
   c.lead = c.values.difference;
-  c.tested = outcomes.size();
   c.left_out = t.seeds.size() - x.size();
-  if (!c.by_rank()) return c;
-  const std::vector<double> ranks = statistics::signed_worst_ranks(outcomes);
-  c.values.p = statistics::sign_flip_p(ranks);
-  c.lead = c.values.a_below_b = 0.0;
-  for (const double r : ranks) {
-    c.lead += r;
-    c.values.a_below_b += r < 0.0 ? 1.0 : r == 0.0 ? 0.5 : 0.0;
-  }
-  c.values.a_below_b /= double(ranks.size());
+  if (!c.any_failed()) return c;
+  c.failures_p = statistics::sign_flip_p(failures);
+  c.lead = lost;
+  c.values.a_below_b = 0.5 - 0.5 * lost;
   return c;
 }
 
 void compare_family(const StudyTable& t, int part, std::size_t metric, std::vector<ArmComparison>& out) {
   const std::size_t first = out.size();
-  std::vector<double> p;
+  std::vector<double> p, failures_p;
   for (std::size_t a = 0; a < t.arms.size(); ++a)
     for (std::size_t b = a + 1; b < t.arms.size(); ++b) {
       out.push_back(compare(t, a, b, part, metric));
       p.push_back(out.back().values.p);
+      failures_p.push_back(out.back().failures_p);
     }
-  const std::vector<double> adjusted = statistics::holm(p);
-  for (std::size_t n = 0; n < adjusted.size(); ++n) out[first + n].holm_p = adjusted[n];
+  const std::vector<double> adjusted = statistics::holm(p), of_failures = statistics::holm(failures_p);
+  for (std::size_t n = 0; n < adjusted.size(); ++n) {
+    out[first + n].holm_p = adjusted[n];
+    out[first + n].failures_holm_p = of_failures[n];
+  }
 }
 
-// Without stops: by the mean. With them: by the pairs that an arm leads, since means cover only prints that
-// did not stop.
+// Without failures: by the mean. With them: by the arms that an arm leads, since means cover only complete
+// prints.
 void rank(const StudyTable& t, StudyAnalysis& a) {
-  if (std::ranges::none_of(a.ranking, [&](std::size_t arm) { return a.summaries[arm].seeds > 0; }))
+  if (std::ranges::none_of(t.runs, [](const StudyRun& r) { return has_value(r, 0); }))
     return a.ranking.clear();
   std::vector<double> led(t.arms.size(), 0.0);
   for (const ArmComparison& c : a.comparisons) {
     if (c.metric != 0 || c.part != kAllParts) continue;
-    led[c.a] += c.lead < 0.0 ? 1.0 : c.lead == 0.0 ? 0.5 : 0.0;
-    led[c.b] += c.lead > 0.0 ? 1.0 : c.lead == 0.0 ? 0.5 : 0.0;
+    const double a_leads = c.told_apart()  ? double(c.better() == c.a)
+                           : c.lead < 0.0  ? 1.0
+                           : c.lead == 0.0 ? 0.5
+                                           : 0.0;
+    led[c.a] += a_leads;
+    led[c.b] += 1.0 - a_leads;
   }
-  const bool stops = std::ranges::any_of(a.failed, [](int n) { return n > 0; });
+  const bool failures = std::ranges::any_of(t.runs, [](const StudyRun& r) { return r.failed(); });
   const auto mean = [&](std::size_t arm) {
     return a.summaries[arm].seeds > 0 ? a.summaries[arm].mean : std::numeric_limits<double>::infinity();
   };
   std::stable_sort(a.ranking.begin(), a.ranking.end(), [&](std::size_t x, std::size_t y) {
-    if (stops && led[x] != led[y]) return led[x] > led[y];
+    if (failures && led[x] != led[y]) return led[x] > led[y];
     return mean(x) < mean(y);
   });
 }
 
 }  // namespace
 
+bool ArmComparison::by_values() const {
+  return holm_p <= kAlpha &&
+         !(failures_holm_p <= kAlpha && (values.difference < 0.0) != (failed_a < failed_b));
+}
+
+bool ArmComparison::by_failures() const {
+  return failures_holm_p <= kAlpha &&
+         !(holm_p <= kAlpha && (values.difference < 0.0) != (failed_a < failed_b));
+}
+
+double ArmComparison::decisive_p() const { return by_failures() && !by_values() ? failures_holm_p : holm_p; }
+
+std::size_t ArmComparison::better() const {
+  const bool a_is = by_values() ? values.difference < 0.0 : by_failures() ? failed_a < failed_b : lead < 0.0;
+  return a_is ? a : b;
+}
+
 bool ArmComparison::at_smallest_p() const {
-  return values.p < 1.0 && values.p <= statistics::smallest_p(tested) * (1.0 + 1e-9);
+  const bool of_failures = by_failures() && !by_values();
+  const double p = of_failures ? failures_p : values.p;
+  return p < 1.0 &&
+         p <= statistics::smallest_p(of_failures ? values.pairs + left_out : values.pairs) * (1.0 + 1e-9);
 }
 
 const ArmComparison& StudyAnalysis::primary(std::size_t a, std::size_t b) const {
@@ -163,9 +174,14 @@ StudyAnalysis analyse(const StudyTable& t) {
       compare_family(t, part, m, a.comparisons);
     }
   for (std::size_t arm = 0; arm < t.arms.size(); ++arm) {
-    a.failed.push_back(0);
+    a.stopped.push_back(0);
+    a.out.push_back(0);
     for (std::size_t p = 0; p < t.parts.size(); ++p)
-      for (std::size_t s = 0; s < t.seeds.size(); ++s) a.failed.back() += !t.run(arm, p, s).finished;
+      for (std::size_t s = 0; s < t.seeds.size(); ++s) {
+        const StudyRun& r = t.run(arm, p, s);
+        a.stopped.back() += !r.finished;
+        a.out.back() += r.finished && r.failed();
+      }
     a.ranking.push_back(arm);
   }
   rank(t, a);
@@ -174,4 +190,4 @@ StudyAnalysis analyse(const StudyTable& t) {
   return a;
 }
 
-}  // namespace firn::replay
+}  // namespace firn::report

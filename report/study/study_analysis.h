@@ -4,12 +4,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/statistics/comparison.h"
 
-namespace firn::replay {
+namespace firn::report {
 
 struct StudyMetric {
   std::string name, unit, meaning;  ///< "rms_um", "um", "RMS of the true surface about the target"
@@ -32,6 +33,12 @@ struct StudyRun {
   std::vector<double>
       metrics;  ///< one for each metric; also of a print that stopped, where it left a surface
   std::vector<StudyProfilePoint> profile = {};
+  std::optional<bool> within = {};  ///< the surface it left is within tolerance; none: the lab has none
+
+  /// Returns whether its metrics count: it finished, or a guard stopped it when the part was within
+  /// tolerance.
+  bool complete() const { return finished || within.value_or(false); }
+  bool failed() const { return within ? !*within : !finished; }
 };
 
 struct StudyTable {
@@ -51,7 +58,7 @@ struct StudyTable {
 
 inline constexpr int kAllParts = -1;
 
-/// Summarizes an arm by itself, over the survivors: its complete prints. Over all parts, a seed counts when
+/// Summarizes an arm by itself, over its complete prints. Over all parts, a seed counts when
 /// all its parts are complete.
 struct ArmSummary {
   std::size_t arm = 0, metric = 0;
@@ -62,22 +69,28 @@ struct ArmSummary {
 };
 
 /// Compares two arms under common random numbers. The unit is the seed: its pairs on the several parts share
-/// one nature, so over all parts each seed gives one difference, the mean of those on the parts. A print that
-/// stopped is an outcome, worse than any complete one. Where prints of the pair stopped, the test is that of
-/// signed ranks (core/statistics/worst_rank.h) over all seeds, first by the number of prints that stopped,
-/// then by the metric on the parts that both completed. Means, interval and effect are of the seeds that both
-/// completed. The choice of the test does not change when the two arms are exchanged.
+/// one nature, so each seed gives one difference, the mean of those on the parts that both completed. A print
+/// without a usable part has no error that could be averaged with others, so it is a second endpoint, as in
+/// two-part models of data with excess failures [Lachenbruch, Stat. Methods Med. Res. 11 (2002) 297]: for
+/// each seed the number of failed prints of a less that of b, under the same sign-flip test (for one part
+/// this is McNemar's exact test). Both tests are the same when the two arms are exchanged.
 struct ArmComparison {
   std::size_t a = 0, b = 0, metric = 0;
   int part = kAllParts;
-  statistics::PairedComparison values;  ///< a - b of complete seeds; p and a_below_b of all that were tested
-  double holm_p = 1.0;                  ///< within the family: all pairs of arms, same metric, same part
-  double lead = 0.0;                    ///< below 0, a is better: the difference, or the sum of the ranks
-  std::size_t tested = 0;               ///< seeds
-  std::size_t left_out = 0;             ///< seeds without a difference: not complete
-  std::size_t stopped_a = 0, stopped_b = 0;  ///< prints
-  bool by_rank() const { return stopped_a + stopped_b > 0; }
-  std::size_t better() const { return lead < 0.0 ? a : b; }
+  statistics::PairedComparison values;  ///< a - b; but a_below_b is of all pairs, where a failed print loses
+  double holm_p = 1.0;  ///< of the values, in the family: all pairs of arms, same metric and part
+  double failures_p = 1.0, failures_holm_p = 1.0;  ///< likewise of the failures
+  double lead =
+      0.0;  ///< below 0, a is better: the difference, or with failures the share of pairs lost - won
+  std::size_t left_out = 0;                ///< seeds without a difference
+  std::size_t failed_a = 0, failed_b = 0;  ///< prints that left no part within tolerance, or stopped
+  bool any_failed() const { return failed_a + failed_b > 0; }
+  bool by_values() const;    ///< the values tell the arms apart, and the failures do not contradict
+  bool by_failures() const;  ///< the failures do, and the values do not contradict
+  bool told_apart() const { return by_values() || by_failures(); }
+  double decisive_p()
+      const;  ///< Holm's p of the values, or of the failures if these alone tell the arms apart
+  std::size_t better() const;
   /// Returns true if no result of as many seeds could have a smaller p: more seeds would.
   bool at_smallest_p() const;
 };
@@ -85,7 +98,8 @@ struct ArmComparison {
 struct StudyAnalysis {
   std::vector<ArmSummary> summaries;       ///< metric-major, then all parts and each part, then arm
   std::vector<ArmComparison> comparisons;  ///< likewise, then pairs; first the primary family
-  std::vector<int> failed;                 ///< prints of each arm that stopped before their end
+  std::vector<int> stopped;                ///< prints of each arm that stopped before their end
+  std::vector<int> out;                    ///< those that ended out of tolerance
   std::vector<std::size_t> ranking;  ///< arms by the primary metric, best first, by how many others each one
                                      ///< leads; empty if no arm has a complete seed
   std::string answer;                ///< one line
@@ -101,4 +115,4 @@ StudyAnalysis analyse(const StudyTable& table);
 /// Returns "0.28", without an exponent; "p < 0.001" below that.
 std::string p_text(double p);
 
-}  // namespace firn::replay
+}  // namespace firn::report

@@ -6,7 +6,7 @@
 
 #include "core/statistics/sign_flip.h"
 
-namespace firn::replay {
+namespace firn::report {
 namespace {
 
 std::string fixed(double v, int decimals) {
@@ -25,11 +25,21 @@ std::string trials_text(const StudyTable& t, std::size_t n) {
   return std::to_string(n) + " " + t.trial + (n == 1 ? "" : "s");
 }
 
-// "3 of 16 prints stopped"
-std::string stops_text(const StudyTable& t, const StudyAnalysis& a, std::size_t arm) {
+// "all 16", "3 of 16"
+std::string count_text(const StudyTable& t, int n) {
   const std::size_t planned = t.parts.size() * t.seeds.size();
-  return (std::size_t(a.failed[arm]) == planned ? "all " : std::to_string(a.failed[arm]) + " of ") +
-         std::to_string(planned) + " prints stopped";
+  return (std::size_t(n) == planned ? "all " : std::to_string(n) + " of ") + std::to_string(planned);
+}
+
+bool any_failed(const StudyAnalysis& a, std::size_t arm) { return a.stopped[arm] + a.out[arm] > 0; }
+
+// Of a pair: "; 3 of 16 prints of arm stopped"
+std::string pair_failures(const StudyTable& t, const StudyAnalysis& a, std::size_t better,
+                          std::size_t other) {
+  std::string s;
+  for (const std::size_t arm : {better, other})
+    if (any_failed(a, arm)) s += "; " + t.arms[arm] + ": " + failures_text(t, a, arm);
+  return s;
 }
 
 // The pair seen from `better`: the amount by which its metric is smaller than that of `other`.
@@ -44,35 +54,32 @@ std::string lead_text(const StudyTable& t, const StudyAnalysis& a, std::size_t b
   return s;
 }
 
-std::string both_text(const StudyTable& t, const ArmComparison& c) {
-  return "over the " + trials_text(t, c.values.pairs) + " that both completed ";
+std::string over_text(const StudyTable& t, const ArmComparison& c) {
+  return c.left_out == 0 ? "" : "over the " + trials_text(t, c.values.pairs) + " that both completed ";
 }
 
 std::string smallest_text(const ArmComparison& c) {
   return c.at_smallest_p() ? ", the smallest possible" : "";
 }
 
-// "0.53 um below open loop", or "open loop: 3 of 16 prints stopped; over the 5 seeds that both completed 0.53
-// um below it"
+// "0.53 um below open loop", or "2 failed prints against 16 of open loop"
 std::string below_text(const StudyTable& t, const StudyAnalysis& a, std::size_t better, std::size_t other,
                        const std::string& which) {
   const ArmComparison& c = a.primary(better, other);
-  if (!c.by_rank()) return lead_text(t, a, better, other) + " below " + t.arms[other] + which;
-  std::string s = t.arms[other] + which + ": " + stops_text(t, a, other);
-  if (c.values.pairs > 0) s += "; " + both_text(t, c) + lead_text(t, a, better, other) + " below it";
-  return s;
+  if (c.values.pairs == 0 || (c.by_failures() && !c.by_values()))
+    return "ahead of " + t.arms[other] + which + " by failed prints" + pair_failures(t, a, better, other);
+  return over_text(t, c) + lead_text(t, a, better, other) + " below " + t.arms[other] + which +
+         pair_failures(t, a, better, other);
 }
 
-// "arm is better than open loop by 0.53 um (Holm p = 0.02)", or "... than open loop (3 of 16 prints stopped;
-// over ... by ...; Holm p = 0.02)"
+// "arm is better than open loop by 0.53 um (Holm p = 0.02)"
 std::string better_text(const StudyTable& t, const StudyAnalysis& a, std::size_t better, std::size_t other,
                         const std::string& which) {
   const ArmComparison& c = a.primary(better, other);
-  const std::string s = t.arms[better] + " is better than " + which + t.arms[other],
-                    p = "Holm p " + p_text(c.holm_p) + smallest_text(c) + ")";
-  if (!c.by_rank()) return s + " by " + lead_text(t, a, better, other) + " (" + p;
-  return s + " (" + stops_text(t, a, other) + "; " +
-         (c.values.pairs > 0 ? both_text(t, c) + "by " + lead_text(t, a, better, other) + "; " : "") + p;
+  return t.arms[better] + " is better than " + which + t.arms[other] +
+         (c.by_values() ? " " + over_text(t, c) + "by " + lead_text(t, a, better, other)
+                        : " by failed prints") +
+         " (Holm p " + p_text(c.decisive_p()) + smallest_text(c) + pair_failures(t, a, better, other) + ")";
 }
 
 std::string joined(const std::vector<std::string>& names) {
@@ -82,14 +89,12 @@ std::string joined(const std::vector<std::string>& names) {
   return s;
 }
 
-bool told_apart(const StudyAnalysis& a, std::size_t x, std::size_t y) {
-  return a.primary(x, y).holm_p <= kAlpha;
-}
+bool told_apart(const StudyAnalysis& a, std::size_t x, std::size_t y) { return a.primary(x, y).told_apart(); }
 
 std::string sure_text(const StudyTable& t, const ArmComparison& c, std::size_t family) {
-  return "Holm p " + p_text(c.holm_p) +
+  return "Holm p " + p_text(c.decisive_p()) + (c.by_failures() && !c.by_values() ? " of the failures" : "") +
          (family > 1 ? " among " + std::to_string(family) + " pairs of schemes" : "") + ", " +
-         trials_text(t, c.tested) + (c.by_rank() ? ", a stopped print ranked last" : "") + smallest_text(c);
+         trials_text(t, t.seeds.size()) + smallest_text(c);
 }
 
 // Part by part, a pair may go either way where the mean over all parts shows nothing.
@@ -97,13 +102,13 @@ void note_disagreement(const StudyTable& t, const StudyAnalysis& a, std::size_t 
                        std::vector<std::string>& notes) {
   std::string sides[2];  // where x is better, where y is
   for (const ArmComparison& c : a.comparisons) {
-    if (c.metric != 0 || c.part == kAllParts || c.holm_p > kAlpha ||
+    if (c.metric != 0 || c.part == kAllParts || !c.told_apart() ||
         !((c.a == x && c.b == y) || (c.a == y && c.b == x)))
       continue;
     std::string& side = sides[c.better() == x ? 0 : 1];
     side += (side.empty() ? "" : ", ") + t.parts[std::size_t(c.part)] + " by " +
-            (c.stopped_a != c.stopped_b || c.values.pairs == 0
-                 ? "prints that stopped"
+            (!c.by_values()
+                 ? "failed prints"
                  : fixed(std::abs(c.values.difference), t.metrics[0].decimals) + " " + t.metrics[0].unit);
   }
   if (!sides[0].empty() && !sides[1].empty())
@@ -113,12 +118,21 @@ void note_disagreement(const StudyTable& t, const StudyAnalysis& a, std::size_t 
 
 }  // namespace
 
+std::string failures_text(const StudyTable& t, const StudyAnalysis& a, std::size_t arm) {
+  std::string s;
+  if (a.stopped[arm] > 0) s = count_text(t, a.stopped[arm]) + " prints stopped";
+  if (a.out[arm] > 0) s += (s.empty() ? "" : ", ") + count_text(t, a.out[arm]) + " OUT OF TOLERANCE";
+  return s;
+}
+
 std::string p_text(double p) {
   if (p < 0.001) return "< 0.001";
   return "= " + fixed(p, p < 0.1 ? 3 : 2);
 }
 
 std::string study_answer(const StudyTable& t, const StudyAnalysis& a) {
+  if (a.ranking.empty() && std::ranges::all_of(t.runs, [](const StudyRun& r) { return r.finished; }))
+    return "No print has a " + t.metrics[0].name + ": nothing can be compared.";
   if (a.ranking.empty())
     return "No scheme finished every part of any " + t.trial + ": nothing can be compared.";
   const std::size_t best = a.ranking.front();
@@ -126,10 +140,8 @@ std::string study_answer(const StudyTable& t, const StudyAnalysis& a) {
   const ArmSummary& summary = a.summaries[best];
   const std::string mean =
       summary.seeds == 0 ? "nowhere complete" : fixed(summary.mean, m.decimals) + " " + m.unit;
-  const std::string of_best = m.name + " " + mean +
-                              (a.failed[best] > 0 ? " over its " + trials_text(t, summary.seeds) +
-                                                        " without a stop (" + stops_text(t, a, best) + ")"
-                                                  : "");
+  const std::string of_best =
+      m.name + " " + mean + (any_failed(a, best) ? " (" + failures_text(t, a, best) + ")" : "");
   if (a.ranking.size() == 1)
     return t.arms[best] + " has " + of_best + "; there is no other scheme to compare it with.";
   const std::size_t family = t.arms.size() * (t.arms.size() - 1) / 2;
@@ -149,16 +161,15 @@ std::string study_answer(const StudyTable& t, const StudyAnalysis& a) {
     const std::size_t farthest = equals.back();
     const ArmComparison& c = a.primary(best, farthest);
     s = joined(names) + " are not distinguishable in " + m.name + ": ";
-    if (equals.size() == 1 && !c.by_rank() && c.values.difference == 0.0 && c.values.interval.low == 0.0 &&
+    if (equals.size() == 1 && !c.any_failed() && c.values.difference == 0.0 && c.values.interval.low == 0.0 &&
         c.values.interval.high == 0.0)
       s += mean + ", equal for all " + trials_text(t, c.values.pairs);
     else
       s += of_best.substr(m.name.size() + 1) + " with " + t.arms[best] + ", " +
-           (c.values.pairs == 0
-                ? "no " + t.trial + " that " + t.arms[farthest] + " completed too"
-                : (equals.size() > 1 ? "at most " : "") + (c.by_rank() ? both_text(t, c) : "") +
-                      lead_text(t, a, best, farthest) + " more with " + t.arms[farthest]) +
-           (a.failed[farthest] > 0 ? ": " + stops_text(t, a, farthest) : "") + " (" +
+           (c.values.pairs == 0 ? "no " + t.trial + " that " + t.arms[farthest] + " completed too"
+                                : (equals.size() > 1 ? "at most " : "") + over_text(t, c) +
+                                      lead_text(t, a, best, farthest) + " more with " + t.arms[farthest]) +
+           (any_failed(a, farthest) ? ": " + failures_text(t, a, farthest) : "") + " (" +
            sure_text(t, c, family) + ")";
     if (!behind.empty()) s += "; " + better_text(t, a, best, behind.front(), "");
   }
@@ -173,24 +184,26 @@ std::string study_answer(const StudyTable& t, const StudyAnalysis& a) {
 
 std::vector<std::string> study_notes(const StudyTable& t, const StudyAnalysis& a) {
   std::vector<std::string> notes = t.notes;
-  const std::size_t planned = t.parts.size() * t.seeds.size();
   for (std::size_t arm = 0; arm < t.arms.size(); ++arm)
-    if (a.failed[arm] > 0)
-      notes.push_back(std::to_string(a.failed[arm]) + " of " + std::to_string(planned) + " prints of " +
-                      t.arms[arm] +
-                      " stopped before their end: its tests rank them behind every complete print; its "
-                      "means, intervals and differences are those of the survivors, the " +
-                      t.trial + "s without a stop");
+    if (any_failed(a, arm))
+      notes.push_back(
+          t.arms[arm] + ": " + failures_text(t, a, arm) +
+          ". Each counts against the scheme; one that stopped before its part was within tolerance "
+          "is in no mean, interval or difference");
   for (std::size_t n = 1; n < a.ranking.size(); ++n)
     note_disagreement(t, a, a.ranking[0], a.ranking[n], notes);
-  const std::size_t family = t.arms.size() * (t.arms.size() - 1) / 2;
-  const double smallest = double(family) * statistics::smallest_p(t.seeds.size());
-  if (t.arms.size() > 1 && smallest > kAlpha)
-    notes.push_back(trials_text(t, t.seeds.size()) + " cannot tell " + std::to_string(family) +
-                    (family == 1 ? " pair" : " pairs") +
-                    " apart at 5 %: even the clearest result would have Holm p " +
-                    p_text(std::min(1.0, smallest)));
+  if (const std::string few = few_seeds_note(t.arms.size(), t.seeds.size(), t.trial); !few.empty())
+    notes.push_back(few);
   return notes;
 }
 
-}  // namespace firn::replay
+std::string few_seeds_note(std::size_t arms, std::size_t seeds, const std::string& trial) {
+  const std::size_t family = arms * (arms - 1) / 2;
+  const double smallest = double(family) * statistics::smallest_p(seeds);
+  if (arms < 2 || smallest <= kAlpha) return "";
+  return std::to_string(seeds) + " " + trial + (seeds == 1 ? "" : "s") + " cannot tell " +
+         std::to_string(family) + (family == 1 ? " pair" : " pairs") +
+         " apart at 5 %: even the clearest result would have Holm p " + p_text(std::min(1.0, smallest));
+}
+
+}  // namespace firn::report

@@ -6,10 +6,11 @@
 
 #include "report/draw/style.h"
 #include "report/draw/svg.h"
+#include "report/study/study_answer.h"
 #include "report/study/study_plots.h"
 #include "report/study/study_profile.h"
 
-namespace firn::replay {
+namespace firn::report {
 namespace {
 
 constexpr std::size_t kManyArms = 6;  // beyond, only the pairs with the best arm and the baseline are drawn
@@ -50,10 +51,9 @@ std::string arms_table(const StudyTable& t, const StudyAnalysis& a, int part) {
       if (s.arm != arm || s.part != part) continue;
       if (cells.size() == 1)
         cells.push_back(std::to_string(s.seeds) +
-                        (a.failed[arm] ? " <span class=\"bad\">(" + std::to_string(a.failed[arm]) + " of " +
-                                             std::to_string(t.parts.size() * t.seeds.size()) +
-                                             " prints stopped; means of the survivors)</span>"
-                                       : ""));
+                        (failures_text(t, a, arm).empty()
+                             ? ""
+                             : " <span class=\"bad\">(" + failures_text(t, a, arm) + ")</span>"));
       const std::string text = with_interval(s.mean, s.interval, t.metrics[s.metric].decimals);
       const bool best = s.metric == 0 && part == kAllParts && !a.ranking.empty() && a.ranking[0] == arm;
       cells.push_back(best ? "<span class=\"best\">" + text + "</span>" : text);
@@ -73,16 +73,17 @@ std::string metric_meanings(const StudyTable& t) {
 std::string pairs_table(const StudyTable& t, const std::vector<const ArmComparison*>& pairs) {
   std::string body;
   for (const ArmComparison* c : pairs) {
-    if (c->tested == 0) continue;  // one of the two does not measure it
+    if (c->values.pairs == 0 && (c->metric != 0 || !c->any_failed()))
+      continue;  // one of the two does not measure it
     const auto& v = c->values;
     const int decimals = t.metrics[c->metric].decimals;
     body +=
         row({escape_html(t.arms[c->a]) + " – " + escape_html(t.arms[c->b]),
-             std::to_string(c->tested) +
-                 (c->by_rank()
-                      ? " <span class=\"bad\">(" + std::to_string(v.pairs) + " complete; prints stopped " +
-                            std::to_string(c->stopped_a) + " : " + std::to_string(c->stopped_b) + ")</span>"
-                      : ""),
+             std::to_string(v.pairs) +
+                 (c->any_failed() ? " <span class=\"bad\">(failed prints " + std::to_string(c->failed_a) +
+                                        " : " + std::to_string(c->failed_b) + ", Holm p " +
+                                        escape_html(p_text(c->failures_holm_p)) + ")</span>"
+                                  : ""),
              number(v.mean_a, decimals), number(v.mean_b, decimals),
              with_interval(v.difference, v.interval, decimals), number(v.effect, 2),
              number(100.0 * v.a_below_b, 0) + " %",
@@ -92,7 +93,7 @@ std::string pairs_table(const StudyTable& t, const std::vector<const ArmComparis
                  ? "<span class=\"good\">" +
                        std::string(c->holm_p < 0.001 ? "&lt; 0.001" : number(c->holm_p, 3)) + "</span>"
                  : number(c->holm_p, 3),
-             c->holm_p > kAlpha ? "not distinguishable" : escape_html(t.arms[c->better()]) + " is better"});
+             c->told_apart() ? escape_html(t.arms[c->better()]) + " is better" : "not distinguishable"});
   }
   return table_of({"pair", t.trial + "s", "first", "second", "difference [95 % interval]",
                    "effect d<sub>z</sub>", "first smaller", "p", "Holm p", ""},
@@ -151,7 +152,7 @@ std::string secondary(const StudyTable& t, const StudyAnalysis& a) {
     for (int part = kAllParts; part < int(t.parts.size()); ++part) {
       if ((m == 0 && part == kAllParts) || (part != kAllParts && t.parts.size() == 1)) continue;
       const auto pairs = family(a, m, part);
-      if (std::ranges::all_of(pairs, [](const ArmComparison* c) { return c->tested == 0; })) continue;
+      if (std::ranges::all_of(pairs, [](const ArmComparison* c) { return c->values.pairs == 0; })) continue;
       s += "<details><summary>" + escape_html(t.metrics[m].name) + ", " + escape_html(part_name(t, part)) +
            "</summary>\n" + pairs_table(t, pairs) + "</details>\n";
     }
@@ -184,12 +185,13 @@ std::string failures(const StudyTable& t) {
     for (std::size_t p = 0; p < t.parts.size(); ++p)
       for (std::size_t s = 0; s < t.seeds.size(); ++s) {
         const StudyRun& r = t.run(arm, p, s);
-        if (r.finished || (++all, ++shown > 50)) continue;
+        if (!(r.failed() || !r.finished) || (++all, ++shown > 50)) continue;
         body += row({escape_html(t.arms[arm]), escape_html(t.parts[p]), std::to_string(t.seeds[s]),
-                     escape_html(r.outcome), escape_html(r.reason)});
+                     escape_html(r.finished && r.failed() ? "OUT OF TOLERANCE" : r.outcome),
+                     escape_html(r.reason)});
       }
-  if (all == 0) return "<p class=\"soft\">All prints ran to their end.</p>\n";
-  return "<h2>Prints that did not finish: " + std::to_string(all) + "</h2>\n" +
+  if (all == 0) return "<p class=\"soft\">All prints ran to their end, none out of tolerance.</p>\n";
+  return "<h2>Prints that stopped or ended out of tolerance: " + std::to_string(all) + "</h2>\n" +
          (all > 50 ? "<p class=\"soft\">The first 50; runs.csv has all.</p>\n" : "") +
          table_of({"scheme", "part", t.trial, "outcome", "reason"}, body, "text");
 }
@@ -231,7 +233,7 @@ std::string study_page(const StudyPage& page) {
 }
 
 std::string study_csv(const StudyTable& t) {
-  std::string s = "scheme,part," + t.trial + ",finished,outcome";
+  std::string s = "scheme,part," + t.trial + ",finished,outcome,within_tolerance";
   for (const StudyMetric& m : t.metrics) s += "," + m.name;
   s += ",reason\n";
   for (std::size_t arm = 0; arm < t.arms.size(); ++arm)
@@ -239,7 +241,8 @@ std::string study_csv(const StudyTable& t) {
       for (std::size_t k = 0; k < t.seeds.size(); ++k) {
         const StudyRun& r = t.run(arm, p, k);
         s += csv_text(t.arms[arm]) + "," + csv_text(t.parts[p]) + "," + std::to_string(t.seeds[k]) + "," +
-             (r.finished ? "1" : "0") + "," + csv_text(r.outcome);
+             (r.finished ? "1" : "0") + "," + csv_text(r.outcome) + "," +
+             (r.within ? *r.within ? "1" : "0" : "");
         for (const double v : r.metrics) {
           char digits[40];
           s += "," + (std::isfinite(v)
@@ -251,4 +254,4 @@ std::string study_csv(const StudyTable& t) {
   return s;
 }
 
-}  // namespace firn::replay
+}  // namespace firn::report

@@ -9,7 +9,7 @@
 #include "report/run/report_page.h"
 #include "report/study/study_analysis.h"
 
-namespace firn::replay {
+namespace firn::report {
 
 struct StudyPage {
   const StudyTable& table;
@@ -25,4 +25,4 @@ std::string study_page(const StudyPage& page);
 /// Returns a line for each print: arm, part, seed, outcome, metrics, reason.
 std::string study_csv(const StudyTable& table);
 
-}  // namespace firn::replay
+}  // namespace firn::report

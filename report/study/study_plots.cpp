@@ -8,7 +8,7 @@
 #include "report/draw/svg.h"
 #include "report/study/form.h"
 
-namespace firn::replay {
+namespace firn::report {
 namespace {
 
 constexpr double kRow = 30, kRight = 640, kTop = 8;
@@ -61,7 +61,7 @@ std::string distribution_plot(const StudyTable& t, const StudyAnalysis& a, int p
   for (std::size_t arm = 0; arm < t.arms.size(); ++arm)
     for (std::size_t s = 0; s < t.seeds.size(); ++s) {
       const StudyRun& r = t.run(arm, std::size_t(std::max(0, part)), s);
-      if (!r.finished || !std::isfinite(r.metrics[metric])) continue;
+      if (!r.complete() || !std::isfinite(r.metrics[metric])) continue;
       dots.push_back({arm, s, r.metrics[metric]});
       low = std::min(low, dots.back().value);
       high = std::max(high, dots.back().value);
@@ -85,12 +85,12 @@ std::string distribution_plot(const StudyTable& t, const StudyAnalysis& a, int p
   }
   s += "\n";
   for (std::size_t arm = 0; arm < t.arms.size(); ++arm) {
-    std::size_t stopped = 0;
+    std::size_t failed = 0;
     for (std::size_t k = 0; k < t.seeds.size(); ++k)
-      stopped += !t.run(arm, std::size_t(std::max(0, part)), k).finished;
-    if (stopped > 0)
+      failed += t.run(arm, std::size_t(std::max(0, part)), k).failed();
+    if (failed > 0)
       s += svg_text(kRight, kTop + kRow * (double(arm) + 0.5) - 6, "end", "tick",
-                    std::to_string(stopped) + " stopped") +
+                    std::to_string(failed) + " failed") +
            "\n";
   }
   for (std::size_t arm = 0; arm < t.arms.size(); ++arm)
@@ -120,12 +120,12 @@ std::string forest_plot(const StudyTable& t, const std::vector<const ArmComparis
             kTop + kRow * double(rows.size()));
   for (std::size_t n = 0; n < pairs.size(); ++n) {
     const ArmComparison& c = *pairs[n];
-    if (c.by_rank())
+    if (c.any_failed())
       s += svg_text(kRight, kTop + kRow * (double(n) + 0.5) - 6, "end", "tick",
-                    form("prints stopped %zu : %zu", c.stopped_a, c.stopped_b)) +
+                    form("failed prints %zu : %zu", c.failed_a, c.failed_b)) +
            "\n";
     if (!std::isfinite(c.values.interval.low)) continue;
-    const std::string colour = c.holm_p <= kAlpha ? "var(--c0)" : "var(--soft)";
+    const std::string colour = c.told_apart() ? "var(--c0)" : "var(--soft)";
     s += interval_mark(x, kTop + kRow * (double(n) + 0.5), c.values.interval.low * scale(c),
                        c.values.difference * scale(c), c.values.interval.high * scale(c), colour);
   }
@@ -171,7 +171,9 @@ std::string trade_off_plot(const StudyTable& t, const StudyAnalysis& a, std::siz
       taken;  // left, right, height of the labels so far: each goes to the free height nearest to its mark
   for (const Mark& m : marks) {
     const double px = x.px(m.x->mean), py = y.px(m.y->mean);
-    const std::string label = t.arms[m.arm] + (a.failed[m.arm] ? form(" (%d stopped)", a.failed[m.arm]) : "");
+    const std::string label =
+        t.arms[m.arm] +
+        (a.stopped[m.arm] + a.out[m.arm] ? form(" (%d failed)", a.stopped[m.arm] + a.out[m.arm]) : "");
     constexpr double kCharacter = 6.6, kLine = 14;
     std::array<double, 3> room{px + 8, px + 8 + kCharacter * double(label.size()), py - 7};
     const auto meets = [&](const auto& o) {
@@ -199,4 +201,4 @@ std::string trade_off_plot(const StudyTable& t, const StudyAnalysis& a, std::siz
   return s + "</svg>\n";
 }
 
-}  // namespace firn::replay
+}  // namespace firn::report

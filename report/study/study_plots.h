@@ -6,7 +6,7 @@
 
 #include "report/study/study_analysis.h"
 
-namespace firn::replay {
+namespace firn::report {
 
 /// Draws every finished print as a dot, a row for each arm, with mean and 95 % interval. The axis is
 /// logarithmic where the arms differ twentyfold.
@@ -22,4 +22,4 @@ std::string forest_plot(const StudyTable& table, const std::vector<const ArmComp
 std::string trade_off_plot(const StudyTable& table, const StudyAnalysis& analysis, std::size_t x_metric,
                            std::size_t y_metric);
 
-}  // namespace firn::replay
+}  // namespace firn::report

@@ -8,7 +8,7 @@
 #include "report/draw/svg.h"
 #include "report/study/form.h"
 
-namespace firn::replay {
+namespace firn::report {
 namespace {
 
 std::string quoted(const std::string& text) {
@@ -129,4 +129,4 @@ std::string profile_section(const StudyTable& t, const std::vector<ProfileRow>& 
   return s + "</div>\n";
 }
 
-}  // namespace firn::replay
+}  // namespace firn::report

@@ -7,7 +7,7 @@
 
 #include "report/study/study_analysis.h"
 
-namespace firn::replay {
+namespace firn::report {
 
 /// Holds the statistics of one scheme on one part, at one place along the print, over all seeds that reached
 /// it (also those that stopped later).
@@ -29,4 +29,4 @@ std::string profile_text(const StudyTable& table, const std::vector<ProfileRow>&
 /// Returns HTML: a chart for each part, mean and its interval; "" for no rows.
 std::string profile_section(const StudyTable& table, const std::vector<ProfileRow>& rows);
 
-}  // namespace firn::replay
+}  // namespace firn::report

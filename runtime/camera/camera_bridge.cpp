@@ -6,12 +6,13 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 #include <utility>
 
+#include "core/options/number.h"
 #include "drivers/camera/picture_line.h"
 #include "runtime/camera/folder_source.h"
+#include "runtime/camera/jpeg_frame.h"
 #include "runtime/camera/v4l2_source.h"
 
 namespace firn::camera {
@@ -29,9 +30,9 @@ std::string_view next_word(std::string_view& text) {
 
 template <class T>
 bool read(std::string_view& text, T& value) {
-  const std::string_view word = next_word(text);
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  return error == std::errc{} && end == word.data() + word.size();
+  const std::optional<T> number = whole_number<T>(next_word(text));
+  value = number.value_or(T{});
+  return number.has_value();
 }
 
 std::string one_line(std::string text) {
@@ -122,8 +123,8 @@ std::unique_ptr<PictureSource> open_picture_source(const PortAddress& a) {
   std::string why;
   auto device = open_video_device(a.place, why);
   if (!device) throw std::runtime_error(why);
-  return std::make_unique<V4l2Source>(std::move(device),
-                                      V4l2Options{a.width_px, a.height_px, a.format, a.delay_us});
+  return std::make_unique<V4l2Source>(
+      std::move(device), V4l2Options{a.width_px, a.height_px, a.format, a.delay_us, &decode_jpeg_frame});
 }
 
 }  // namespace firn::camera

@@ -16,7 +16,7 @@ using namespace std::chrono_literals;
 
 constexpr int kLooks = 50;
 constexpr auto kPause = 20ms;
-constexpr int kLeast_px = 16, kMost_px = 16384;
+constexpr int kMin_px = 16, kMax_px = 16384;
 
 }  // namespace
 
@@ -51,7 +51,7 @@ GreyShot FolderSource::take(const std::function<bool()>& ended) {
   const std::string bytes{std::istreambuf_iterator<char>(file), {}};
   try {
     const GreyPicture grey = read_grey_png(std::as_bytes(std::span(bytes)));
-    if (std::min(grey.width, grey.height) < kLeast_px || std::max(grey.width, grey.height) > kMost_px)
+    if (std::min(grey.width, grey.height) < kMin_px || std::max(grey.width, grey.height) > kMax_px)
       throw std::runtime_error("has a side outside [16, 16384] px");
     GreyShot shot{grey.width, grey.height, int(grey.white), 0,
                   std::vector<std::uint16_t>(grey.pixels.size())};

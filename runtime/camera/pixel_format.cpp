@@ -15,7 +15,8 @@ constexpr std::array kFormats{PixelFormat{"Y16", V4L2_PIX_FMT_Y16, Layout::kWord
                               PixelFormat{"Y12", V4L2_PIX_FMT_Y12, Layout::kWord, 4095},
                               PixelFormat{"Y10", V4L2_PIX_FMT_Y10, Layout::kWord, 1023},
                               PixelFormat{"GREY", V4L2_PIX_FMT_GREY, Layout::kByte, 255},
-                              PixelFormat{"YUYV", V4L2_PIX_FMT_YUYV, Layout::kYuyv, 255}};
+                              PixelFormat{"YUYV", V4L2_PIX_FMT_YUYV, Layout::kYuyv, 255},
+                              PixelFormat{"MJPG", V4L2_PIX_FMT_MJPEG, Layout::kJpeg, 255}};
 
 template <class Key>
 const PixelFormat* found(Key key, Key PixelFormat::*member) {
@@ -41,6 +42,7 @@ std::string fourcc_text(std::uint32_t fourcc) {
 
 std::size_t row_bytes(const PixelFormat& format, int width) {
   const auto w = std::size_t(width);
+  if (format.layout == Layout::kJpeg) return 0;
   if (format.layout == Layout::kByte) return w;
   return format.layout == Layout::kWord ? 2 * w : 4 * ((w + 1) / 2);
 }

@@ -10,11 +10,11 @@
 namespace firn::camera {
 namespace {
 
-constexpr unsigned kBuffers = 4, kLeastBuffers = 2;
-constexpr int kSlice_ms = 20, kMostFormats = 256, kMostBad = 16, kStale = 2;
+constexpr unsigned kBuffers = 4, kMinBuffers = 2;
+constexpr int kSlice_ms = 20, kMaxFormats = 256, kMaxBad = 16, kStale = 2;
 constexpr double kWithin_us = 2e6;  // beyond the exposure
 constexpr double kExposureUnit_us = 100.0;
-constexpr int kLeastSide = 16, kMostSide = 16384;
+constexpr int kMinSide = 16, kMaxSide = 16384;
 
 template <class T>
 T zeroed() {
@@ -32,9 +32,14 @@ Argument of_capture() {
 
 bool gone(int error) { return error == ENODEV || error == ENXIO || error == EIO || error == EBADF; }
 
-std::string known_names() {
+bool can_read(const PixelFormat& f, const V4l2Options& options) {
+  return f.layout != PixelFormat::Layout::kJpeg || options.decode;
+}
+
+std::string known_names(const V4l2Options& options) {
   std::string names;
-  for (const PixelFormat& f : pixel_formats()) names += (names.empty() ? "" : ", ") + std::string(f.name);
+  for (const PixelFormat& f : pixel_formats())
+    if (can_read(f, options)) names += (names.empty() ? "" : ", ") + std::string(f.name);
   return names;
 }
 
@@ -86,18 +91,20 @@ void V4l2Source::must(unsigned long request, void* argument, const char* what) {
 void V4l2Source::choose_format() {
   std::string offered;
   const PixelFormat* best = nullptr;
-  for (int n = 0; n < kMostFormats; ++n) {
+  for (int n = 0; n < kMaxFormats; ++n) {
     auto f = of_capture<v4l2_fmtdesc>();
     f.index = std::uint32_t(n);
     if (call(VIDIOC_ENUM_FMT, &f) != 0) break;
     offered += (offered.empty() ? "" : ", ") + fourcc_text(f.pixelformat);
     const PixelFormat* format = pixel_format(f.pixelformat);
     if (!format || (!options_.format.empty() && format->name != options_.format)) continue;
+    if (!can_read(*format, options_)) continue;
     if (!best || format < best) best = format;
   }
   if (!best)
     throw std::runtime_error("offers " + (offered.empty() ? std::string("no format") : offered) +
-                             ", none of " + (options_.format.empty() ? known_names() : options_.format));
+                             ", none of " +
+                             (options_.format.empty() ? known_names(options_) : options_.format));
   auto format = of_capture<v4l2_format>();
   must(VIDIOC_G_FMT, &format, "tells no format");
   v4l2_pix_format& pix = format.fmt.pix;
@@ -117,7 +124,7 @@ void V4l2Source::choose_format() {
     throw std::runtime_error("gives " + std::to_string(pix.width) + " x " + std::to_string(pix.height) +
                              " px where " + std::to_string(options_.width) + " x " +
                              std::to_string(options_.height) + " were asked for");
-  if (pix.width < kLeastSide || pix.height < kLeastSide || pix.width > kMostSide || pix.height > kMostSide)
+  if (pix.width < kMinSide || pix.height < kMinSide || pix.width > kMaxSide || pix.height > kMaxSide)
     throw std::runtime_error("gives pictures of " + std::to_string(pix.width) + " x " +
                              std::to_string(pix.height) + " px: a side is outside [16, 16384]");
   format_ = best;
@@ -131,7 +138,7 @@ void V4l2Source::begin_streaming() {
   request.count = kBuffers;
   request.memory = V4L2_MEMORY_MMAP;
   must(VIDIOC_REQBUFS, &request, "has no buffers to map");
-  if (request.count < kLeastBuffers)
+  if (request.count < kMinBuffers)
     throw std::runtime_error("gives " + std::to_string(request.count) + " buffers, 2 are needed");
   for (unsigned n = 0; n < request.count; ++n) {
     auto b = of_capture<v4l2_buffer>();
@@ -196,7 +203,7 @@ GreyShot V4l2Source::take(const std::function<bool()>& ended) {
   const auto until_us = asked_us + std::int64_t(exposure_us_ + kWithin_us);
   int bad = 0, old = 0;
   std::string last;
-  while (bad < kMostBad) {
+  while (bad < kMaxBad) {
     if (ended && ended()) throw std::runtime_error("the picture is not wanted any more");
     if (device_->now_us() >= until_us)
       throw std::runtime_error("no picture within " + std::to_string((until_us - asked_us) / 1000) + " ms" +
@@ -225,8 +232,10 @@ GreyShot V4l2Source::take(const std::function<bool()>& ended) {
     GreyShot shot{width_, height_, format_->white, 0, {}};
     try {
       if (b.flags & V4L2_BUF_FLAG_ERROR) throw std::length_error("a frame that the device marks as damaged");
-      shot.pixels =
-          grey_levels(*format_, width_, height_, stride_, {static_cast<const std::byte*>(buffer.at), used});
+      const std::span frame(static_cast<const std::byte*>(buffer.at), used);
+      shot.pixels = format_->layout == PixelFormat::Layout::kJpeg
+                        ? options_.decode(frame, width_, height_)
+                        : grey_levels(*format_, width_, height_, stride_, frame);
     } catch (const std::length_error& problem) {
       ++bad;
       last = std::string(": ") + problem.what();

@@ -15,6 +15,7 @@ struct V4l2Options {
   int width = 0, height = 0;  ///< 0: as the device has them
   std::string format;         ///< "GREY", …; empty: the deepest that the device has
   double delay_us = 0.0;      ///< of the strobe, which the device does not set
+  JpegDecoder decode;         ///< of frames in MJPG; empty: there is none, and MJPG is not taken
 };
 
 class V4l2Source final : public PictureSource {

@@ -9,6 +9,7 @@
 #include "config/devices.h"
 #include "config/ice_lab.h"
 #include "core/motion/planner.h"
+#include "core/options/for_people.h"
 #include "firn/enums.h"
 #include "firn/heater_command_t.hpp"
 #include "firn/laser_command_t.hpp"
@@ -228,8 +229,8 @@ double CalibrationLab::surface_mm(double x_mm, double y_mm) {
   for (double z = kFrom_mm; z >= kTo_mm; z -= kStep_mm)
     if (const double seen = reading(x_mm, y_mm, z); std::isfinite(seen))
       return z + seen + state_->experiment.laser_point.offset_z_mm;
-  throw std::runtime_error("the laser sees nothing at (" + std::to_string(x_mm) + ", " +
-                           std::to_string(y_mm) + ") mm down to " + std::to_string(kTo_mm) + " mm");
+  throw std::runtime_error("the laser sees nothing at (" + for_people(x_mm) + ", " + for_people(y_mm) +
+                           ") mm down to " + for_people(kTo_mm) + " mm");
 }
 
 std::int64_t CalibrationLab::fire(const Trajectory& motion, int material,

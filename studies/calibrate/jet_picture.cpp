@@ -11,14 +11,14 @@ namespace firn {
 namespace {
 
 using calibration::JetSpeed;
-using replay::svg_text;
+using report::svg_text;
 
 constexpr double kWidth = 980, kHeight = 420, kBar = 1.96;
 constexpr int kCurvePoints = 80;
 
 struct Panel {
-  replay::Frame frame;
-  replay::Axis x, y;
+  report::Frame frame;
+  report::Axis x, y;
   std::string marks(const std::vector<JetSpeed>& speeds, double JetSpeed::*at) const {
     std::string s;
     for (const JetSpeed& p : speeds)
@@ -50,12 +50,12 @@ struct Panel {
   }
 };
 
-Panel panel(double left, const std::vector<JetSpeed>& speeds, double JetSpeed::*at, double most_m_s) {
+Panel panel(double left, const std::vector<JetSpeed>& speeds, double JetSpeed::*at, double max_m_s) {
   const auto [low, high] = std::ranges::minmax(speeds, {}, at);
   const double pad = 0.05 * std::max(high.*at - low.*at, 1e-9);
-  const replay::Frame f{left, 44, left + 400, 352};
-  return {f, replay::Axis(low.*at - pad, high.*at + pad, f.left, f.right, 6),
-          replay::Axis(0.0, 1.1 * most_m_s, f.bottom, f.top, 6)};
+  const report::Frame f{left, 44, left + 400, 352};
+  return {f, report::Axis(low.*at - pad, high.*at + pad, f.left, f.right, 6),
+          report::Axis(0.0, 1.1 * max_m_s, f.bottom, f.top, 6)};
 }
 
 }  // namespace
@@ -68,7 +68,7 @@ std::string jet_picture(const JetSweeps& s) {
               right = panel(550, s.by_voltage, &JetSpeed::volts, most);
   const auto [low, high] = std::ranges::minmax(s.by_voltage, {}, &JetSpeed::volts);
   const double d = s.dwell.dwell_us.value, w = s.dwell.half_width_us;
-  std::string svg = replay::svg_open(kWidth, kHeight, "velocity by waveform, firn calibrate jet");
+  std::string svg = report::svg_open(kWidth, kHeight, "velocity by waveform, firn calibrate jet");
   svg += svg_text(left.frame.left, 24, "start", "name",
                   fmt::format("fastest at {:.2f} +- {:.2f} us", d, s.dwell.dwell_us.ci95_half_width));
   svg += draw_axes(left.frame, left.x, left.y, "dwell time [us]", "velocity [m/s]");

@@ -33,12 +33,12 @@ using calibration::JetSpeed;
 
 constexpr double kReadySweep_s = 120.0, kAnswerSweep_s = 30.0, kPicture_s = 3.0, kResult_s = 30.0;
 constexpr double kDwellTolerance_us = 1.0, kVoltTolerance_v = 1.0;
-constexpr double kLeastDwell = 0.4, kMostDwell = 2.0;  // of the lab's, first round
+constexpr double kMinDwell = 0.4, kMaxDwell = 2.0;  // of the lab's, first round
 constexpr int kDwells = 13, kFineDwells = 9;
-constexpr double kFineShare = 0.3;                     // of the best dwell time, either side, second round
-constexpr double kLeastVolts = 0.6, kMostVolts = 1.6;  // of the lab's
+constexpr double kFineShare = 0.3;                  // of the best dwell time, either side, second round
+constexpr double kMinVolts = 0.6, kMaxVolts = 1.6;  // of the lab's
 constexpr int kVoltages = 11;
-constexpr std::size_t kLeastGivenDwells = 3;  // the fastest lies between others
+constexpr std::size_t kMinGivenDwells = 3;  // the fastest lies between others
 constexpr double kTenth_us = 0.1;
 
 constexpr std::pair<NodeId, MakeNode> kJetNodes[] = {{NodeId::kStage, &make_stage},
@@ -167,8 +167,7 @@ std::vector<Pulse> voltages(const Experiment& e, const LabCalibrationOptions& o,
   const double most = e.jet.dialect.max_abs_v / std::max(1.0, std::abs(e.jet.echo_v / e.jet.dwell_v));
   std::set<double> volts;
   for (int k = 0; k < kVoltages; ++k)
-    volts.insert(
-        std::round(e.jet.dwell_v * (kLeastVolts + (kMostVolts - kLeastVolts) * k / (kVoltages - 1))));
+    volts.insert(std::round(e.jet.dwell_v * (kMinVolts + (kMaxVolts - kMinVolts) * k / (kVoltages - 1))));
   if (!o.voltages_v.empty()) volts = {o.voltages_v.begin(), o.voltages_v.end()};
   std::vector<Pulse> pulses;
   for (const double v : volts)
@@ -178,7 +177,7 @@ std::vector<Pulse> voltages(const Experiment& e, const LabCalibrationOptions& o,
 
 std::vector<Pulse> first_dwells(const Experiment& e, const LabCalibrationOptions& o, double step_us) {
   if (o.dwells_us.empty())
-    return dwells(kLeastDwell * e.jet.dwell_us, kMostDwell * e.jet.dwell_us, kDwells, e.jet.dwell_v, step_us);
+    return dwells(kMinDwell * e.jet.dwell_us, kMaxDwell * e.jet.dwell_us, kDwells, e.jet.dwell_v, step_us);
   std::vector<Pulse> pulses;
   for (const double d : o.dwells_us) pulses.push_back({d, e.jet.dwell_v});
   std::ranges::sort(pulses, {}, &Pulse::dwell_us);
@@ -200,8 +199,8 @@ void check_pulse(const char* option, double value, const JetConfig& jet, const P
 /// Checks the dwell times and voltages of the user. The jet itself would refuse them when their turn comes.
 /// @throws UsageError naming option, value and limit
 void check_given(const JetConfig& jet, const LabCalibrationOptions& o, double step_us) {
-  check_count("--dwells", "dwell times", o.dwells_us, kLeastGivenDwells);
-  check_count("--voltages", "voltages", o.voltages_v, calibration::kLeastVoltages);
+  check_count("--dwells", "dwell times", o.dwells_us, kMinGivenDwells);
+  check_count("--voltages", "voltages", o.voltages_v, calibration::kMinVoltages);
   for (const double d : o.dwells_us) {
     if (std::abs(d - in_steps(d, step_us)) > 1e-6)
       throw UsageError(fmt::format("--dwells {:g}: the jet takes multiples of {:g} us", d, step_us));

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/options/number.h"
 #include "estimators/calibration/table.h"
 #include "studies/calibrate/calibration_lab.h"
 #include "studies/calibrate/lab_calibrations.h"
@@ -108,7 +109,8 @@ void turn(const TableLevel& t, bool feet, IcePlantConfig& table, LabCalibration&
   &lifts = feet ? out.foot_lift_mm : out.screw_lift_mm;
   heights.resize(feet ? 4 : 9, 0.0);
   for (const calibration::Turn& done : t.turns) {
-    const std::size_t n = std::size_t(std::stoi(done.name.substr(done.name.find(' ') + 1)) - 1);
+    const std::size_t n =
+        whole_number<std::size_t>(std::string_view(done.name).substr(done.name.find(' ') + 1)).value() - 1;
     heights[n] += done.lift_mm;
     lifts[n] += done.lift_mm;
   }

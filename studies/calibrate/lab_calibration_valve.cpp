@@ -37,7 +37,7 @@ constexpr double kFirst_mm = 42.0,
 constexpr int kDrops = 8;
 constexpr double kLines_mm = 5.0;  // between lines
 constexpr double kValveRunUp_s = 0.6;
-constexpr double kLeastDrop_mm = 0.06;   // of height
+constexpr double kMinDrop_mm = 0.06;     // of height
 constexpr double kNear_mm = 1.0;         // a drop belongs to a mark
 constexpr double kValveReach_mm = 12.0;  // maximum distance of a mark from its commanded place
 
@@ -139,7 +139,7 @@ std::vector<double> drops_on(CalibrationLab& lab, int material, double table_mm,
       window.clear();
       for (std::size_t k = a; k < b; ++k) window.push_back(points[k].z_mm);
       const double up = points[i].z_mm - statistics::upper_median(window);
-      if (up < kLeastDrop_mm) continue;
+      if (up < kMinDrop_mm) continue;
       if (points[i].x_mm - last > kNear_mm) close();
       sum += up;
       moment += up * points[i].x_mm;

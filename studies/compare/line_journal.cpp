@@ -23,7 +23,7 @@ constexpr std::size_t kDigits = 16;  // of the checksum; a space follows
 std::string checksum_of(std::string_view text) {
   char hex[kDigits + 1];
   std::snprintf(hex, sizeof hex, "%016llx",
-                static_cast<unsigned long long>(logfile::checksum64(std::as_bytes(std::span(text)))));
+                static_cast<unsigned long long>(record::checksum64(std::as_bytes(std::span(text)))));
   return hex;
 }
 

@@ -6,16 +6,18 @@
 #include <optional>
 #include <set>
 
-#include "files/run_documents.h"
+#include "files/run_paths.h"
 #include "files/usage_error.h"
 #include "firn/layer_metrics_t.hpp"
 #include "lcmtypes/channels.h"
 #include "lcmtypes/told_heights.h"
-#include "print/folder/imported_run.h"
-#include "print/folder/run_folder.h"
-#include "print/folder/running.h"
-#include "replay/run_messages.h"
+#include "print/import/imported_run.h"
+#include "print/labs/full_product.h"
 #include "report/run/differing_parameters.h"
+#include "runs/folder/documents.h"
+#include "runs/folder/run_folder.h"
+#include "runs/folder/run_lock.h"
+#include "runs/read/run_reader.h"
 #include "studies/compare/study_lab.h"
 
 namespace firn {
@@ -25,8 +27,8 @@ namespace fs = std::filesystem;
 
 constexpr double kUmPerMm = 1e3;
 
-const std::vector<replay::StudyMetric>& measured_metrics() {
-  static const std::vector<replay::StudyMetric> table = {
+const std::vector<report::StudyMetric>& measured_metrics() {
+  static const std::vector<report::StudyMetric> table = {
       {"rms_um", "um", "RMS of the last measured map about the target", 3},
       {"std_um", "um", "roughness: standard deviation of the measured error about its mean", 3},
       {"abs_mean_um", "um", "size of the mean error of the last measured map", 3},
@@ -48,30 +50,40 @@ std::vector<double> metrics_of_layer(const layer_metrics_t& m) {
 
 std::string run_name(const fs::path& run) { return fs::weakly_canonical(run).filename().string(); }
 
-ProvenanceDocument provenance_of(const fs::path& run) {
-  const fs::path file = run / "provenance.json";
-  return parse_provenance(read_file(file), file.string());
+runs::ProvenanceDocument provenance_of(const fs::path& run) {
+  const fs::path file = RunPaths(run).provenance_path();
+  return runs::parse_provenance(read_file(file), file.string());
 }
 
 struct ReadRun {
-  replay::StudyRun run;
+  report::StudyRun run;
   std::string target;  // digest
   std::string doubt;   // damage of its records, or layers without a map; empty: none
 };
 
+// None: its makers' records have no tolerance.
+std::optional<bool> within_tolerance(const fs::path& run, const runs::RunFolder& folder, double rms_um) {
+  if (is_imported(run)) return std::nullopt;
+  const Experiment e =
+      parse_recorded_experiment(folder.experiment_toml(), RunPaths(run).experiment_path().string());
+  const double limit_um = print_lab(full_product(), e).tolerance_um(e);
+  return limit_um > 0.0 ? std::optional(rms_um <= limit_um) : std::nullopt;
+}
+
 ReadRun read_recorded(const fs::path& path) {
-  refuse_running(path);
-  const RunFolder folder = RunFolder::open(path);
+  const runs::RunLock still(path, runs::RunUse::kRead);
+  const runs::RunFolder folder = runs::RunFolder::open(path);
   ReadRun read;
   for (const auto& [role, sha256] : provenance_of(path).inputs)
     if (role == "target" || role == "mask") read.target += sha256;
   const auto result = folder.result();
-  read.run.finished = result && !can_go_on(*result);
+  read.run.finished = result && !runs::can_go_on(*result);
   read.run.outcome = result ? result->outcome : "not ended";
   read.run.reason = run_name(path) + (result && !result->reason.empty() ? ": " + result->reason : "");
+  if (result && result->outcome == "out of tolerance") read.run.within = false;
   std::optional<layer_metrics_t> last;
   try {
-    const replay::RunMessages messages(path);
+    const runs::RunReader messages(path);
     messages.each<layer_metrics_t>(channels::kLayerMetrics.name, [&](const layer_metrics_t& m) { last = m; });
     if (!messages.damage().empty()) read.doubt = "is damaged: " + messages.damage().front();
   } catch (const std::invalid_argument& error) {
@@ -85,6 +97,7 @@ ReadRun read_recorded(const fs::path& path) {
   if (last && read.run.finished && read.doubt.empty() && last->layer != result->layers)
     read.doubt = "was measured last after layer " + std::to_string(last->layer) + " of " +
                  std::to_string(result->layers);
+  if (last && !read.run.within) read.run.within = within_tolerance(path, folder, last->rms_mm * kUmPerMm);
   read.run.metrics =
       last ? metrics_of_layer(*last)
            : std::vector<double>(measured_metrics().size(), std::numeric_limits<double>::quiet_NaN());
@@ -96,7 +109,7 @@ std::vector<std::size_t> wanted_metrics(const Study& study) {
   std::vector<std::size_t> wanted;
   for (std::size_t m = 0; m < all.size() && study.metrics.empty(); ++m) wanted.push_back(m);
   for (const std::string& name : study.metrics) {
-    const auto at = std::ranges::find(all, name, &replay::StudyMetric::name);
+    const auto at = std::ranges::find(all, name, &report::StudyMetric::name);
     if (at == all.end()) {
       std::string known;
       for (const auto& m : all) known += (known.empty() ? "" : ", ") + m.name;
@@ -113,8 +126,8 @@ Study study_of_runs(const std::vector<std::string>& runs) {
   Study study;
   study.name = "runs";
   for (const std::string& run : runs) {
-    RunFolder::open(run);  // names what is no run
-    const ProvenanceDocument p = provenance_of(run);
+    runs::RunFolder::open(run);  // names what is no run
+    const runs::ProvenanceDocument p = provenance_of(run);
     const std::string name = p.text(is_imported(run) ? "name" : "scheme");
     auto arm = std::ranges::find(study.arms, name, &StudyEntry::name);
     if (arm == study.arms.end()) arm = study.arms.insert(arm, {name, {}, 0, {}});
@@ -133,7 +146,7 @@ Study study_of_runs(const std::vector<std::string>& runs) {
 
 RecordedStudy recorded_study(const Study& study, const fs::path& folder) {
   RecordedStudy out;
-  replay::StudyTable& t = out.table;
+  report::StudyTable& t = out.table;
   t.name = study.name;
   t.trial = "block";
   t.parts = {"part"};
@@ -163,15 +176,15 @@ RecordedStudy recorded_study(const Study& study, const fs::path& folder) {
     }
     out.runs.push_back(names);
     const fs::path run = folder / arm.runs.front();
-    first.push_back(parse_recorded_experiment(RunFolder::open(run).experiment_toml(),
-                                              (run / "experiment.toml").string()));
+    first.push_back(parse_recorded_experiment(runs::RunFolder::open(run).experiment_toml(),
+                                              RunPaths(run).experiment_path().string()));
   }
   if (targets.size() > 1)
     t.notes.push_back("The runs have " + std::to_string(targets.size()) +
                       " different targets: each error is one about the run's own target");
   if (imported)
     t.notes.push_back("Imported runs count with their last measured map, as their makers measured it");
-  out.settings = differing_parameters(std::move(first));
+  out.settings = report::differing_parameters(std::move(first));
   return out;
 }
 

@@ -13,8 +13,8 @@
 namespace firn {
 
 struct RecordedStudy {
-  replay::StudyTable table;                          ///< the n-th runs of all schemes are a block
-  std::vector<replay::DifferingParameter> settings;  ///< of the first runs of the schemes
+  report::StudyTable table;                          ///< the n-th runs of all schemes are a block
+  std::vector<report::DifferingParameter> settings;  ///< of the first runs of the schemes
   std::vector<std::string> runs;                     ///< a line for each scheme: its runs by name
 };
 

@@ -20,10 +20,11 @@ std::optional<std::pair<std::string, StudyPrint>> parse_line(const std::string& 
     p.outcome = j.at("outcome").get<std::string>();
     p.reason = j.at("reason").get<std::string>();
     p.cpu_s = j.at("cpu_s").get<double>();
-    for (const replay::StudyMetric& m : lab.metrics) {
+    for (const report::StudyMetric& m : lab.metrics) {
       const Json& v = j.at("metrics").at(m.name);
       p.metrics.push_back(v.is_null() ? std::numeric_limits<double>::quiet_NaN() : v.get<double>());
     }
+    if (const auto within = j.find("within_tolerance"); within != j.end()) p.within = within->get<bool>();
     if (const auto profile = j.find("profile"); profile != j.end())
       for (const Json& point : *profile)
         p.profile.push_back({point.at(0).get<double>(), point.at(1).get<double>()});
@@ -63,7 +64,8 @@ void StudyJournal::append(const std::string& digest, std::string_view arm, std::
   Json record{{"digest", digest},   {"scheme", arm},          {"part", part},
               {"seed", seed},       {"finished", p.finished}, {"outcome", p.outcome},
               {"reason", p.reason}, {"cpu_s", p.cpu_s},       {"metrics", metrics}};
-  for (const replay::StudyProfilePoint& point : p.profile)
+  if (p.within) record["within_tolerance"] = *p.within;
+  for (const report::StudyProfilePoint& point : p.profile)
     if (std::isfinite(point.y)) record["profile"].push_back({point.x, point.y});
   const std::string json = record.dump(-1, ' ', true, Json::error_handler_t::replace);
   lines_.append(json);

@@ -10,6 +10,7 @@
 #include "config/include.h"
 #include "config/labs.h"
 #include "print/inputs/check_print.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/memory_print.h"
 
 namespace firn {
@@ -26,8 +27,8 @@ double thread_cpu_s() {
 
 constexpr int kIterations = 8;  // row of the table: a lab of paths searches nothing
 
-const std::vector<replay::StudyMetric>& metric_table() {
-  static const std::vector<replay::StudyMetric> table = {
+const std::vector<report::StudyMetric>& metric_table() {
+  static const std::vector<report::StudyMetric> table = {
       {"rms_um", "um", "RMS of the true surface about the target", 3},
       {"std_um", "um", "roughness: standard deviation of the true error about its mean", 3},
       {"abs_mean_um", "um", "size of the mean error of the true surface", 3},
@@ -46,9 +47,9 @@ const std::vector<replay::StudyMetric>& metric_table() {
 }
 
 // The same, and the hours of deposition and of measurement in a lab that stops to measure.
-const std::vector<replay::StudyMetric>& ice_metric_table() {
-  static const std::vector<replay::StudyMetric> table = [] {
-    std::vector<replay::StudyMetric> t = metric_table();
+const std::vector<report::StudyMetric>& ice_metric_table() {
+  static const std::vector<report::StudyMetric> table = [] {
+    std::vector<report::StudyMetric> t = metric_table();
     t.erase(t.begin() + kIterations);
     t[0].meaning = "RMS of the true surface about the nominal height after the last interval";
     t[5].meaning = "layers measured";
@@ -96,8 +97,8 @@ std::vector<double> ice_metrics_of(const MemoryPrintReport& r) {
   return m;
 }
 
-const std::vector<replay::StudyMetric>& line_metric_table() {
-  static const std::vector<replay::StudyMetric> table = {
+const std::vector<report::StudyMetric>& line_metric_table() {
+  static const std::vector<report::StudyMetric> table = {
       {"section_rms_pct", "%", "RMS of the lines' true section about the nominal one", 2},
       {"section_std_pct", "%", "standard deviation of the section along the lines", 2},
       {"section_mean_pct", "%", "size of the mean error of the section", 2},
@@ -174,11 +175,16 @@ StudyPrint print_once(const Experiment& e, const Blobs& inputs) {
     MemoryPrintOptions options;
     options.series = paths;
     options.outline = !lines;
-    const MemoryPrintReport r = print_in_memory(e, inputs, options);
-    p.finished = !can_go_on(r.result);
+    const MemoryPrintReport r = print_in_memory(full_product(), e, inputs, options);
+    p.finished = !runs::can_go_on(r.result);
     p.outcome = r.result.outcome;
     p.reason = r.result.reason;
     p.metrics = study_metrics(e, r);
+    const double tolerance_um = print_lab(full_product(), e).tolerance_um(e);
+    if (r.result.outcome == "out of tolerance")
+      p.within = false;
+    else if (tolerance_um > 0.0 && r.error.cells > 0)
+      p.within = r.error.rms_mm * kUm <= tolerance_um;
     if (paths)
       for (const LayerTruth& l : r.series)
         p.profile.push_back({l.layer * e.ice.layer_height_mm, l.error.rms_mm * kUm});

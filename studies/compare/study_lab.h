@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,20 +21,22 @@ struct StudyPrint {
   std::string outcome, reason;
   std::vector<double> metrics;
   double cpu_s = 0.0;                                   ///< differs from run to run
-  std::vector<replay::StudyProfilePoint> profile = {};  ///< of labs that have one
+  std::vector<report::StudyProfilePoint> profile = {};  ///< of labs that have one
+  std::optional<bool> within =
+      {};  ///< the true RMS is at most the tolerance of `firn print`; none: no target
 };
 
 struct MemoryPrintReport;
 
 struct StudyLab {
-  std::vector<replay::StudyMetric>
+  std::vector<report::StudyMetric>
       metrics;  ///< smaller is better in each; the first is primary unless a study says else
   std::vector<std::string> usual;  ///< metrics of a study that names no metrics
   void (*set_seed)(Experiment&, std::uint64_t seed);
   void (*check)(const Experiment&);  ///< throws where this lab cannot print the experiment
   StudyPrint (*print)(const Experiment&,
                       const Blobs& inputs);  ///< thread-safe; throws only std::bad_alloc
-  replay::StudyProfileNames profile = {};
+  report::StudyProfileNames profile = {};
 };
 
 /// Lu's ink-jet lab in simulated time; metrics are of the true surface.

@@ -11,10 +11,11 @@
 #include "config/include.h"
 #include "files/digest.h"
 #include "files/nearest.h"
-#include "print/folder/run_folder.h"
+#include "files/run_paths.h"
 #include "print/inputs/ice_inputs.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "report/run/differing_parameters.h"
+#include "runs/folder/run_folder.h"
 #include "runtime/build_info.h"
 
 namespace firn {
@@ -43,7 +44,7 @@ std::size_t metric_index(const StudyLab& lab, const std::string& name, const std
 // The part of a run on record, whose target may come from others; nothing of it may be changed then.
 void take_part(const Experiment& recorded, const Blobs& of_run, const Experiment& e, Blobs& inputs,
                const std::string& study_file) {
-  for (const replay::DifferingParameter& changed : differing_parameters({recorded, e}))
+  for (const report::DifferingParameter& changed : report::differing_parameters({recorded, e}))
     if (changed.key.starts_with("part.") || changed.key.starts_with("grid."))
       throw ConfigError(study_file, 0, changed.key,
                         changed.key + ": the part is that of the recorded run, as it was measured");
@@ -63,13 +64,13 @@ StudyPlan plan_study(Study study, const std::filesystem::path& folder, const Stu
   // An image's path is relative to the experiment file.
   const std::filesystem::path beside = study_experiment_file(study, folder).parent_path();
   const bool of_run = !study.experiment.empty() && std::filesystem::is_directory(folder / study.experiment);
-  const Blobs recorded = of_run ? RunFolder::open(beside).inputs() : Blobs();
+  const Blobs recorded = of_run ? runs::RunFolder::open(beside).inputs() : Blobs();
   std::map<std::string, std::shared_ptr<const Blobs>> known;
   for (Experiment& e : plan.experiments) {
     lab.check(e);
-    Blobs inputs = make_inputs(e, beside);
-    if (of_run) take_part(load_experiment(beside / "experiment.toml"), recorded, e, inputs, file);
-    complete_experiment(e, inputs);
+    Blobs inputs = make_inputs(full_product(), e, beside);
+    if (of_run) take_part(load_experiment(RunPaths(beside).experiment_path()), recorded, e, inputs, file);
+    complete_experiment(full_product(), e, inputs);
     std::string key;
     for (const Blob& b : inputs) key += b.role + b.sha256;
     auto& shared = known[key];
@@ -116,7 +117,7 @@ StudyRunSummary run_study(const StudyPlan& plan, StudyJournal& journal, const St
                        plan.study.seeds[c.seed], print);
         ++summary.done;
         summary.cpu_s += print.cpu_s;
-        failed += !print.finished;
+        failed += !print.within.value_or(print.finished);
         if (options.progress) options.progress(summary.done, failed);
       }
     } catch (...) {
@@ -136,8 +137,8 @@ StudyRunSummary run_study(const StudyPlan& plan, StudyJournal& journal, const St
   return summary;
 }
 
-replay::StudyTable study_table(const StudyPlan& plan, const StudyJournal& journal) {
-  replay::StudyTable t;
+report::StudyTable study_table(const StudyPlan& plan, const StudyJournal& journal) {
+  report::StudyTable t;
   t.name = plan.study.name;
   for (const StudyEntry& a : plan.study.arms) t.arms.push_back(a.name);
   for (const StudyEntry& p : plan.study.parts) t.parts.push_back(p.name);
@@ -149,28 +150,29 @@ replay::StudyTable study_table(const StudyPlan& plan, const StudyJournal& journa
   for (const StudyCell& c : plan.cells) {
     const StudyPrint* print = journal.find(c.digest);
     if (!print) throw std::logic_error("study: a print is not on record");
-    replay::StudyRun& r = t.runs[(c.arm * t.parts.size() + c.part) * t.seeds.size() + c.seed];
+    report::StudyRun& r = t.runs[(c.arm * t.parts.size() + c.part) * t.seeds.size() + c.seed];
     r.finished = print->finished;
     r.outcome = print->outcome;
     r.reason = print->reason;
     r.profile = print->profile;
+    r.within = print->within;
     for (const std::size_t m : plan.metrics) r.metrics.push_back(print->metrics[m]);
   }
   return t;
 }
 
-std::vector<replay::DifferingParameter> differing_arms(const StudyPlan& plan) {
+std::vector<report::DifferingParameter> differing_arms(const StudyPlan& plan) {
   std::vector<Experiment> experiments;
   for (std::size_t a = 0; a < plan.study.arms.size(); ++a)
     experiments.push_back(plan.experiments[plan.at(a, 0)]);
-  return differing_parameters(std::move(experiments));
+  return report::differing_parameters(std::move(experiments));
 }
 
-std::vector<replay::DifferingParameter> differing_parts(const StudyPlan& plan) {
+std::vector<report::DifferingParameter> differing_parts(const StudyPlan& plan) {
   std::vector<Experiment> experiments;
   for (std::size_t p = 0; p < plan.study.parts.size(); ++p)
     experiments.push_back(plan.experiments[plan.at(0, p)]);
-  return differing_parameters(std::move(experiments));
+  return report::differing_parameters(std::move(experiments));
 }
 
 }  // namespace firn

@@ -44,10 +44,10 @@ struct StudyRunSummary {
 StudyRunSummary run_study(const StudyPlan& plan, StudyJournal& journal, const StudyRunOptions& options);
 
 /// Returns the table to analyse. @pre every cell is on record
-replay::StudyTable study_table(const StudyPlan& plan, const StudyJournal& journal);
+report::StudyTable study_table(const StudyPlan& plan, const StudyJournal& journal);
 
 /// Returns settings that differ between the arms on the first part, or between the parts under the first arm.
-std::vector<replay::DifferingParameter> differing_arms(const StudyPlan& plan);
-std::vector<replay::DifferingParameter> differing_parts(const StudyPlan& plan);
+std::vector<report::DifferingParameter> differing_arms(const StudyPlan& plan);
+std::vector<report::DifferingParameter> differing_parts(const StudyPlan& plan);
 
 }  // namespace firn

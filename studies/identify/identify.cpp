@@ -10,7 +10,7 @@ namespace firn {
 namespace {
 
 constexpr double kZ = 1.959964;
-constexpr double kLeastExcitation = 0.01;  // full layers give about 0.002, half-filled ones 0.05 to 0.2
+constexpr double kMinExcitation = 0.01;  // full layers give about 0.002, half-filled ones 0.05 to 0.2
 
 }  // namespace
 
@@ -34,12 +34,12 @@ Identification identify(const ObservedRun& run) {
   if (id.prints.complete()) return id;
   if (id.droplets == 0)
     id.uninformative = "no droplet was fired";
-  else if (id.fit.excitation < kLeastExcitation || id.h1.half_width_mm > 0.5 * m.h1_mm)
+  else if (id.fit.excitation < kMinExcitation || id.h1.half_width_mm > 0.5 * m.h1_mm)
     id.uninformative = fmt::format(
         "its layers are too much alike (excitation {:.4f}, {} is needed): they tell h1 + 4 h2 + 4 h3 = "
         "{:.3f} +- {:.3f} um, but not "
         "h1, h2 and h3 apart; print experiments/identification.toml or experiments/excitation.toml",
-        id.fit.excitation, kLeastExcitation, id.layer_height.mean_mm * 1e3,
+        id.fit.excitation, kMinExcitation, id.layer_height.mean_mm * 1e3,
         id.layer_height.half_width_mm * 1e3);
   return id;
 }

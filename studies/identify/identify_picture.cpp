@@ -11,7 +11,7 @@
 namespace firn {
 namespace {
 
-using replay::svg_text;
+using report::svg_text;
 
 struct Way {
   const char* label;
@@ -32,7 +32,7 @@ std::string stencil(double left, double top, const droplet::Rise& rise, double h
           "fill-opacity=\"{:.3f}\" stroke=\"var(--grid)\"/>",
           left + x * kCell, top + y * kCell, kCell, kCell, 0.55 * share);
       s += svg_text(left + (x + 0.5) * kCell, top + (y + 0.5) * kCell + 4, "middle", "tick",
-                    replay::number(z * 1e3, 2));
+                    report::number(z * 1e3, 2));
     }
   return s;
 }
@@ -57,7 +57,7 @@ std::string identification_svg(const Identification& id) {
   }
   constexpr double kPaper[] = {4.4, 0.6, 0.2};
   const double top = prints ? 275 : 40;
-  std::string s = replay::svg_open(660, top + 200, "h1, h2, h3 identified");
+  std::string s = report::svg_open(660, top + 200, "h1, h2, h3 identified");
   if (prints) {
     double highest = 0.0;
     for (const auto& row : id.prints.cross_rise.mean_mm)
@@ -76,8 +76,8 @@ std::string identification_svg(const Identification& id) {
       high = std::max(high, w.mean_um[std::size_t(n)] + w.half_um[std::size_t(n)]);
     }
     const double pad = 0.1 * (high - low) + 0.01, left = 30.0 + 205 * n;
-    const replay::Axis x(low - pad, high + pad, left, left + 170, 3);
-    const replay::Frame frame{left, top, left + 170, top + 100};
+    const report::Axis x(low - pad, high + pad, left, left + 170, 3);
+    const report::Frame frame{left, top, left + 170, top + 100};
     for (const auto& t : x.ticks()) s += svg_text(x.px(t.value), frame.bottom + 17, "middle", "tick", t.text);
     s += fmt::format("<path class=\"axis\" d=\"M{:.1f} {:.1f}H{:.1f}\"/>", frame.left, frame.bottom,
                      frame.right);
@@ -105,7 +105,7 @@ std::string identification_svg(const Identification& id) {
 
 std::string spacing_svg(const std::vector<droplet::SpacingResult>& results,
                         const droplet::SpacingChoice& choice) {
-  replay::Series all{"inconsistency", {}, {}, 0, true}, sizes{"between sizes of squares", {}, {}, 1, true},
+  report::Series all{"inconsistency", {}, {}, 0, true}, sizes{"between sizes of squares", {}, {}, 1, true},
       inside{"within a square", {}, {}, 2, true};
   for (const auto& r : results) {
     for (auto* s : {&all, &sizes, &inside}) s->x.push_back(r.gamma);
@@ -113,12 +113,12 @@ std::string spacing_svg(const std::vector<droplet::SpacingResult>& results,
     sizes.y.push_back(100 * r.between_sizes);
     inside.y.push_back(100 * r.within);
   }
-  replay::ChartOptions o;
+  report::ChartOptions o;
   o.title = fmt::format("Height of n x n squares by spacing; chosen: gamma = {:.3f}", choice.gamma);
   o.x_name = "gamma = spacing / droplet diameter";
   o.y_name = "relative standard deviation [%]";
   o.from_zero = true;
-  return replay::line_chart({all, sizes, inside}, o);
+  return report::line_chart({all, sizes, inside}, o);
 }
 
 }  // namespace firn

@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/options/enumerators.h"
 #include "files/json.h"
 #include "studies/reproduce/reproduce.h"
 
 namespace firn {
 namespace {
+
+static_assert(std::size(kVerdicts) == kTableSize<Verdict>);
 
 using Json = nlohmann::ordered_json;
 

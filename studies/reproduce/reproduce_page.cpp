@@ -9,7 +9,7 @@
 namespace firn {
 namespace {
 
-using replay::escape_html;
+using report::escape_html;
 
 std::string cell(const std::string& text, const std::string& below) {
   std::string s = "<td>" + escape_html(text);
@@ -74,7 +74,7 @@ std::string reproduce_page(const std::vector<PartResult>& results) {
   std::string s =
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
       "content=\"width=device-width, initial-scale=1\"><title>firn reproduce</title><style>" +
-      std::string(replay::kReportStyle) +
+      std::string(report::kReportStyle) +
       fmt::format(
           "</style></head><body>\n<h1>The papers beside Firn</h1>\n<p class=\"soft\">{} rows{}; {} are "
           "FIT, {} unexpected. firn {}</p>\n",

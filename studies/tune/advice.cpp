@@ -13,11 +13,11 @@
 #include "core/statistics/distributions.h"
 #include "estimators/lab/box_search.h"
 #include "files/usage_error.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "studies/compare/study_lab.h"
 #include "studies/identify/identification_study.h"
 
-namespace firn::tuning {
+namespace firn::tune {
 namespace {
 
 constexpr int kSearchDraws = 6, kProfileDraws = 2, kPromiseSeeds = 2;
@@ -31,7 +31,7 @@ constexpr double kUsualScatter = 0.05, kUsualWeight = 2.0;
 constexpr int kFirstDraws = 8, kMoreDraws = 4, kMayStop = 2;
 constexpr double kDecided = 3.0;
 constexpr std::uint32_t kSearchStream = 1, kPromiseStream = 2;
-constexpr int kMostCombinations = 24;
+constexpr int kMaxCombinations = 24;
 constexpr double kUnsafe = 1e6;  // a goal beyond any print's
 
 // Limits are so many times the recorded setting's own value, and so much more.
@@ -110,7 +110,7 @@ class Adviser {
   std::vector<LabPrint> print_all(const Setting& setting, std::uint32_t stream, int first, int draws,
                                   int seeds) {
     const Experiment e = with_setting(keys_, setting, base_);
-    const Blobs own = e.grid == base_.grid ? Blobs() : make_inputs(e, ".");
+    const Blobs own = e.grid == base_.grid ? Blobs() : make_inputs(full_product(), e, ".");
     const Blobs& inputs = own.empty() ? run_.inputs : own;
     std::vector<LabPrint> out(std::size_t(draws * seeds));
     run_jobs(draws * seeds, options_.threads, [&](int n) {
@@ -221,9 +221,9 @@ class Adviser {
           more.back()[k] = v;
         }
       all = std::move(more);
-      if (int(all.size()) > kMostCombinations)
+      if (int(all.size()) > kMaxCombinations)
         throw UsageError(
-            fmt::format("--keys: words and integers have more than {} combinations", kMostCombinations));
+            fmt::format("--keys: words and integers have more than {} combinations", kMaxCombinations));
     }
     return all;
   }
@@ -353,9 +353,8 @@ class Adviser {
     p.mean_error_share = pairs.all_part.sum != 0.0 ? pairs.mean_part.sum / pairs.all_part.sum : 0.0;
     if (pairs.stopped_more > 0)
       advice_.rejected.push_back({text_of(keys_, advice_.new_setting), "some prints do not finish"});
-    advice_.gain_shown = pairs.stopped_more <= 0 && p.sure >= kLeastSure &&
-                         p.gain >= kLeastGain * p.old_mean && p.gain_interval.high > 0.0 &&
-                         advice_.new_setting != advice_.old_setting;
+    advice_.gain_shown = pairs.stopped_more <= 0 && p.sure >= kMinSure && p.gain >= kMinGain * p.old_mean &&
+                         p.gain_interval.high > 0.0 && advice_.new_setting != advice_.old_setting;
   }
 
   const FittedLab& lab_;
@@ -469,7 +468,7 @@ Promise promise_of(std::span<const double> old_goal, std::span<const double> new
     return std::sqrt(c.between * (1.0 + 1.0 / draws) + c.within * (1.0 / prints + 1.0 / (draws * seeds)));
   };
   const double lab_std = std::sqrt(g.between * (1.0 + 1.0 / draws) + g.within / (draws * seeds));
-  double centre = g.mean, least = kLeastGain * p.old_mean;
+  double centre = g.mean, least = kMinGain * p.old_mean;
   if (scales) {
     // The mean over prints is larger than its logarithm says by half their variance.
     const double old_log = o.mean + 0.5 * o.within, new_log = w.mean + 0.5 * w.within;
@@ -477,7 +476,7 @@ Promise promise_of(std::span<const double> old_goal, std::span<const double> new
     p.new_interval = interval(new_log, std(w), freedom);
     p.new_interval = {std::exp(p.new_interval.low), std::exp(p.new_interval.high)};
     centre = old_log - new_log;
-    least = -std::log1p(-kLeastGain);
+    least = -std::log1p(-kMinGain);
   } else {
     p.gain_interval = interval(p.gain, std(g), freedom);
     p.new_interval = interval(p.new_mean, std(w), freedom);
@@ -485,10 +484,13 @@ Promise promise_of(std::span<const double> old_goal, std::span<const double> new
   p.gain_interval.low = std::min(p.gain_interval.low, p.gain);
   p.gain_interval.high = std::max(p.gain_interval.high, p.gain);
   p.clear = lab_std > 0.0 ? std::abs(centre - least) / lab_std : std::numeric_limits<double>::infinity();
-  p.sure = lab_std > 0.0 ? statistics::student_t_cdf(centre / lab_std, freedom)
-                         : (centre > 0.0   ? 1.0
-                            : centre < 0.0 ? 0.0
-                                           : 0.5);
+  const auto sure_at = [&](double scatter) {
+    if (scatter > 0.0) return statistics::student_t_cdf(centre / scatter, freedom);
+    return centre > 0.0 ? 1.0 : centre < 0.0 ? 0.0 : 0.5;
+  };
+  p.sure = sure_at(lab_std);
+  p.prints = prints;
+  p.sure_of_prints = sure_at(std(g));
   return p;
 }
 
@@ -497,4 +499,4 @@ Advice advise(const FittedLab& lab, const RecordedRun& run, std::span<const Tune
   return Adviser(lab, run, keys, options).run();
 }
 
-}  // namespace firn::tuning
+}  // namespace firn::tune

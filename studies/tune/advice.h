@@ -12,7 +12,7 @@
 #include "studies/tune/lab_fit.h"
 #include "studies/tune/tune_keys.h"
 
-namespace firn::tuning {
+namespace firn::tune {
 
 /// Returns the index in study_lab_of(experiment).metrics. @param goal "rms" or "rms_um"
 /// @throws UsageError naming the goals
@@ -34,8 +34,11 @@ struct Promise {
   statistics::Interval new_interval;      ///< 95 %
   double gain = 0.0;                      ///< old - new
   statistics::Interval gain_interval;     ///< 95 %
-  double clear = 0.0;             ///< standard errors between the gain and the least that is worth a change
-  double sure = 0.5;              ///< probability that the new setting is better in this laboratory
+  double clear = 0.0;  ///< standard errors between the gain and the least that is worth a change
+  double sure =
+      0.5;         ///< probability that the new setting is better in this laboratory, over ever more prints
+  int prints = 1;  ///< of which the intervals above are means
+  double sure_of_prints = 0.5;    ///< probability that the mean over so many is better
   double mean_error_share = 0.0;  ///< of the gain in the mean square error, the part of the mean error
 };
 
@@ -71,13 +74,13 @@ Advice advise(const FittedLab& lab, const RecordedRun& run, std::span<const Tune
               const AdviceOptions& options);
 
 /// Smallest share of the goal that is worth a change.
-inline constexpr double kLeastGain = 0.02;
+inline constexpr double kMinGain = 0.02;
 /// Smallest certainty with which a change is advised.
-inline constexpr double kLeastSure = 0.95;
+inline constexpr double kMinSure = 0.95;
 
 /// Computes the promise of goals with two settings, [draw * seeds + seed]: from their logarithms where all
 /// are positive.
 /// @pre equal sizes, at least two draws of two seeds
 Promise promise_of(std::span<const double> old_goal, std::span<const double> new_goal, int seeds, int prints);
 
-}  // namespace firn::tuning
+}  // namespace firn::tune

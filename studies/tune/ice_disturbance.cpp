@@ -14,9 +14,9 @@
 #include "firn/height_map_t.hpp"
 #include "firn/path_report_t.hpp"
 #include "lcmtypes/convert.h"
-#include "print/folder/run_folder.h"
-#include "replay/run_messages.h"
 #include "report/run/report_ice_data.h"
+#include "runs/folder/run_folder.h"
+#include "runs/read/run_reader.h"
 
 namespace firn {
 namespace {
@@ -30,11 +30,11 @@ HeightMap action_of(const control_surface_t& m) {
 }  // namespace
 
 std::vector<double> ice_disturbance_of(const std::filesystem::path& folder) {
-  const RunFolder run = RunFolder::open(folder);
-  const Experiment e = parse_experiment(run.experiment_toml(), (folder / "experiment.toml").string());
+  const runs::RunFolder run = runs::RunFolder::open(folder);
+  const Experiment e = parse_experiment(run.experiment_toml(), run.experiment_path().string());
   if (!prints_paths(e)) throw UsageError(folder.string() + ": not a run of the ice lab");
   const slice::PrintPaths paths = slice::decode_print_paths(blob(run.inputs(), "paths").bytes);
-  const replay::RunMessages messages(folder);
+  const runs::RunReader messages(folder);
   std::map<int, height_map_t> maps;          // the last one of each layer that was good enough
   std::map<std::int64_t, HeightMap> action;  // by the map that it answers
   std::set<int> doubted;                     // layers

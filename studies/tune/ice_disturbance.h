@@ -8,7 +8,7 @@
 namespace firn {
 
 /// Returns d_k of each measured interval, in intervals: the mean rise of the surface less the commanded rise,
-/// (h_k - h_{k-1}) / dh - (1 + u'_{k-1}), over the judged cells (replay/report_ice_data.h) known to both
+/// (h_k - h_{k-1}) / dh - (1 + u'_{k-1}), over the judged cells (replay/ice_error.h) known to both
 /// maps. Before the first map the table counts as flat and u' is 0. Any scheme may have printed it. An
 /// interval with a path in doubt ends the list before it.
 /// @throws UsageError: no ice run, fewer than three intervals with their maps

@@ -11,7 +11,7 @@
 #include "lcmtypes/convert.h"
 #include "replay/ice_error.h"
 
-namespace firn::tuning {
+namespace firn::tune {
 namespace {
 
 constexpr double kUnits = 100.0;  // of a nominal interval's growth
@@ -24,7 +24,7 @@ bool is_measured(const slice::LayerPaths& layer) {
 }  // namespace
 
 IceLayers::IceLayers(const Experiment& e, std::span<const std::byte> bytes)
-    : least_measured_(e.process.min_measured_fraction) {
+    : min_measured_(e.process.min_measured_fraction) {
   const slice::PrintPaths paths = slice::decode_print_paths(bytes);
   for (const slice::LayerPaths& layer : paths.layers) {
     if (!is_measured(layer)) continue;
@@ -35,17 +35,17 @@ IceLayers::IceLayers(const Experiment& e, std::span<const std::byte> bytes)
       const Mask judged = replay::judged_cells(layer, mask_.spec);
       for (std::size_t c = 0; c < mask_.size(); ++c) mask_.cells[c] = mask_.cells[c] && judged.cells[c];
     }
-    intervals_.push_back({layer.layer, layer.z * slice::kMmPerUnit});
+    intervals_.push_back({layer.layer, layer.z * geometry::kMmPerUnit});
   }
 }
 
 void IceLayers::take(std::string_view channel, std::span<const std::byte> bytes) {
   if (channel == channels::kHeightMap.name) {
-    height_map_t m;
-    if (m.decode(bytes.data(), 0, int(bytes.size())) < 0 || m.measured_fraction < least_measured_) return;
+    height_map_t m{};
+    if (m.decode(bytes.data(), 0, int(bytes.size())) < 0 || m.measured_fraction < min_measured_) return;
     maps_[m.layer] = {m.map_id, m.noise_std_mm, resample(height_of(m), mask_.spec, kNotMeasured)};
   } else if (channel == channels::kControlSurface.name) {
-    control_surface_t m;
+    control_surface_t m{};
     if (m.decode(bytes.data(), 0, int(bytes.size())) < 0) return;
     HeightMap u(from_message(m.grid), 0.0);
     for (std::size_t c = 0; c < u.size() && c < m.u.size(); ++c) u.cells[c] = double(m.u[c]);
@@ -87,4 +87,4 @@ std::vector<droplet::PrintedLayer> IceLayers::printed() const {
   return out;
 }
 
-}  // namespace firn::tuning
+}  // namespace firn::tune

@@ -13,7 +13,7 @@
 #include "core/slice/paths/print_paths.h"
 #include "estimators/droplet/identification.h"
 
-namespace firn::tuning {
+namespace firn::tune {
 
 class IceLayers {
  public:
@@ -44,11 +44,11 @@ class IceLayers {
     HeightMap height;  ///< on the mask's grid
   };
 
-  double least_measured_;
+  double min_measured_;
   std::vector<Interval> intervals_;
   Mask mask_;
   std::map<int, Map> maps_;                   ///< by layer, the newest
   std::map<std::int64_t, HeightMap> action_;  ///< u, by the map that it answers
 };
 
-}  // namespace firn::tuning
+}  // namespace firn::tune

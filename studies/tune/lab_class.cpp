@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace firn::tuning {
+namespace firn::tune {
 namespace {
 
 // Centres are the plant's own defaults or round numbers beside them; spreads cover the keys' ranges.
@@ -114,4 +114,4 @@ Experiment without_plant(Experiment e) {
   return e;
 }
 
-}  // namespace firn::tuning
+}  // namespace firn::tune

@@ -12,7 +12,7 @@
 #include "config/labs.h"
 #include "plant/config/world_config.h"
 
-namespace firn::tuning {
+namespace firn::tune {
 
 /// A parameter is centre x exp(spread x z), or centre + spread x z where it has either sign, held within
 /// [low, high]; z is standard normal before the log.
@@ -47,4 +47,4 @@ std::span<const LabClass> lab_classes(Deposition deposition = Deposition::kDropl
 /// record is left, no real instrument and no fault of the bus.
 Experiment without_plant(Experiment experiment);
 
-}  // namespace firn::tuning
+}  // namespace firn::tune

@@ -13,7 +13,7 @@
 #include "files/usage_error.h"
 #include "studies/identify/identification_study.h"
 
-namespace firn::tuning {
+namespace firn::tune {
 namespace {
 
 using lab::Normal;
@@ -22,15 +22,15 @@ using lab::SyntheticLikelihood;
 
 constexpr double kFarthest = 3.5;              // |z| of any draw
 constexpr double kWiden[] = {1.0, 1.6, 1.25};  // draws of a round over the posterior of the round before
-constexpr double kLeastLimit = 4.5;            // standard deviations, over some hundred features
+constexpr double kMinLimit = 4.5;              // standard deviations, over some hundred features
 constexpr double kBeyondDraws = 1.1;           // times the largest deviation of any simulated print
-constexpr double kMostDeviation = 99.0;        // of a feature that no simulation or hardly any moves
+constexpr double kMaxDeviation = 99.0;         // of a feature that no simulation or hardly any moves
 constexpr double kUnusual = 3.0;               // standard deviations of the sum of squared parameters
 constexpr double kJointly = 1.3;               // times the largest joint deviation of any simulated print
 constexpr double kEarlyShare = 0.62;           // of the prints, for the rounds of all classes
-constexpr int kLeastEarly = 28;                // prints of a round
+constexpr int kMinEarly = 28;                  // prints of a round
 constexpr double kLastShare = 0.26;            // of the prints, for the last round
-constexpr int kLeastLast = 44;                 // its prints
+constexpr int kMinLast = 44;                   // its prints
 // Times the classes' own scatter, for the last posterior: a laboratory at the far end of its class would else
 // be pulled towards the usual ones by more than its interval is wide.
 constexpr double kDoubt = 1.5;
@@ -77,8 +77,8 @@ class Fit {
 
   FittedLab run() {
     const int classes = int(classes_.size());
-    const int early = std::max(kLeastEarly, int(kEarlyShare * options_.prints / (2 * classes)));
-    const int last = std::max(kLeastLast, int(kLastShare * options_.prints));
+    const int early = std::max(kMinEarly, int(kEarlyShare * options_.prints / (2 * classes)));
+    const int last = std::max(kMinLast, int(kLastShare * options_.prints));
     all_ = double(2 * classes * early + last);
     std::vector<FittedLab> fits(classes_.size());
     std::vector<ClassScore> scores;
@@ -91,13 +91,13 @@ class Fit {
     // A class that is hopeless gets no more prints: first by hardly enough of them, then after each round.
     if (classes > 1)
       for (std::size_t c = 0; c < fits.size(); ++c) {
-        simulate(fits[c], 0, 0, least_prints(fits[c]));
+        simulate(fits[c], 0, 0, min_prints(fits[c]));
         scores[c].log_predictive = enough(fits[c]) ? held_out_score(fits[c]) : kImpossible;
       }
     double least = best_of(scores).log_predictive - kFarBehind;
     for (std::size_t c = 0; c < fits.size(); ++c) {
       if (scores[c].log_predictive < least && scores[c].log_predictive > kImpossible) continue;
-      const int before = classes > 1 ? least_prints(fits[c]) : 0;
+      const int before = classes > 1 ? min_prints(fits[c]) : 0;
       simulate(fits[c], 0, before, early);
       scores[c].log_predictive = narrow(fits[c]) ? held_out_score(fits[c]) : kImpossible;
     }
@@ -127,7 +127,7 @@ class Fit {
     return *std::ranges::max_element(scores, {}, &ClassScore::log_predictive);
   }
 
-  static int least_prints(const FittedLab& fit) {
+  static int min_prints(const FittedLab& fit) {
     return int(fit.lab->parameters.size() + kSpareRows) + kMayFail;
   }
 
@@ -221,9 +221,9 @@ class Fit {
     const auto checked = of_all_runs(lab::checked_features(), runs_.size());
     const auto draws = likelihood.largest_deviations(checked);
     auto deviations = likelihood.deviations(observed_, fit.posterior);
-    for (double& d : deviations) d = std::clamp(d, -kMostDeviation, kMostDeviation);
+    for (double& d : deviations) d = std::clamp(d, -kMaxDeviation, kMaxDeviation);
     FitCheck out;
-    out.limit = std::max(kLeastLimit, kBeyondDraws * *std::ranges::max_element(draws));
+    out.limit = std::max(kMinLimit, kBeyondDraws * *std::ranges::max_element(draws));
     for (const std::size_t f : checked) {
       if (likelihood.moved(f)) out.largest = std::max(out.largest, std::abs(deviations[f]));
       if (std::abs(deviations[f]) <= out.limit) continue;
@@ -295,4 +295,4 @@ FittedLab fit_lab(std::span<const RecordedRun> runs, const FitOptions& options) 
   return Fit(runs, options).run();
 }
 
-}  // namespace firn::tuning
+}  // namespace firn::tune

@@ -13,7 +13,7 @@
 #include "estimators/lab/synthetic_likelihood.h"
 #include "studies/tune/lab_print.h"
 
-namespace firn::tuning {
+namespace firn::tune {
 
 /// Reports the share of the work that is done, with words about it.
 using Progress = std::function<void(double fraction, const std::string& about)>;
@@ -63,4 +63,4 @@ struct FittedLab {
 /// @throws UsageError: hardly any print of the simulated laboratories finishes
 FittedLab fit_lab(std::span<const RecordedRun> runs, const FitOptions& options);
 
-}  // namespace firn::tuning
+}  // namespace firn::tune

@@ -13,15 +13,16 @@
 #include "firn/control_surface_t.hpp"
 #include "firn/layer_plan_t.hpp"
 #include "lcmtypes/channels.h"
-#include "print/folder/imported_run.h"
-#include "print/folder/run_config.h"
-#include "print/folder/run_folder.h"
-#include "replay/run_messages.h"
+#include "print/import/imported_run.h"
+#include "print/labs/full_product.h"
+#include "runs/folder/config_change.h"
+#include "runs/folder/run_folder.h"
+#include "runs/read/run_reader.h"
 #include "studies/compare/study_lab.h"
 #include "studies/tune/ice_layers.h"
 #include "studies/tune/print_journal.h"
 
-namespace firn::tuning {
+namespace firn::tune {
 namespace {
 
 /// Mean over the maps after each layer.
@@ -53,7 +54,7 @@ class PlanWatch {
 
   void take(std::string_view channel, std::span<const std::byte> bytes) {
     if (channel == channels::kControlSurface.name) {
-      control_surface_t m;
+      control_surface_t m{};
       if (m.decode(bytes.data(), 0, int(bytes.size())) < 0 || m.u.empty()) return;
       double growth = 0.0;
       for (const float u : m.u) growth += (1.0 + double(u)) / double(m.u.size());
@@ -62,7 +63,7 @@ class PlanWatch {
       layers_.push_back(growth);
     }
     if (channel != channels::kLayerPlan.name) return;
-    layer_plan_t plan;
+    layer_plan_t plan{};
     if (plan.decode(bytes.data(), 0, int(bytes.size())) < 0 || plan.drops.size() != mask_.size()) return;
     double drops = 0.0;
     for (std::size_t c = 0; c < mask_.size(); ++c) {
@@ -112,7 +113,7 @@ namespace {
 RecordedRun of_ice(const std::string& name, const Experiment& e, const Blobs& inputs,
                    const std::filesystem::path& path) {
   IceLayers run(e, blob(inputs, "paths").bytes);
-  const replay::RunMessages messages(path);
+  const runs::RunReader messages(path);
   for (const std::string_view channel : {channels::kHeightMap.name, channels::kControlSurface.name})
     for (const auto bytes : messages.on(channel)) run.take(channel, bytes);
   return {name, e, inputs, features_of(run), int(run.printed().size())};
@@ -121,14 +122,15 @@ RecordedRun of_ice(const std::string& name, const Experiment& e, const Blobs& in
 }  // namespace
 
 RecordedRun RecordedRun::read(const std::filesystem::path& path) {
-  const RunFolder folder = RunFolder::open(path);
+  const runs::RunFolder folder = runs::RunFolder::open(path);
   const std::string name = path.string();
-  Experiment e = parse_recorded_experiment(recorded_config(path), name + ": the recorded configuration");
+  Experiment e =
+      parse_recorded_experiment(runs::recorded_config(path), name + ": the recorded configuration");
   // Nodes are not told the plant; a verification prints with it.
-  e.plant = parse_recorded_experiment(folder.experiment_toml(), name + "/experiment.toml").plant;
+  e.plant = parse_recorded_experiment(folder.experiment_toml(), folder.experiment_path().string()).plant;
   if (!prints_paths(e)) require_droplets(e, name);
   const auto result = folder.result();
-  if (!result || can_go_on(*result)) throw UsageError(name + ": the print is not finished");
+  if (!result || runs::can_go_on(*result)) throw UsageError(name + ": the print is not finished");
   try {
     if (prints_paths(e)) return of_ice(name, e, folder.inputs(), path);
     const ObservedRun run = ObservedRun::read(path);
@@ -178,8 +180,8 @@ LabPrint made_in_lab(const Experiment& experiment, const Blobs& inputs, const La
         observed.take(channel, bytes);
     };
     if (draw.lab->nature) options.nature = [&](plant::WorldConfig& w) { draw.lab->nature(values, w); };
-    const MemoryPrintReport report = print_in_memory(e, inputs, options);
-    out.finished = !can_go_on(report.result);
+    const MemoryPrintReport report = print_in_memory(full_product(), e, inputs, options);
+    out.finished = !runs::can_go_on(report.result);
     out.reason = report.result.reason;
     out.metrics = study_metrics(e, report);
     out.traits = plans.traits();
@@ -187,9 +189,9 @@ LabPrint made_in_lab(const Experiment& experiment, const Blobs& inputs, const La
         paths ? HeightMap() : height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target");
     out.traits.overspill = overspill_of(report, target, mask);
     if (intervals) {
-      if (out.finished && int(intervals->printed().size()) >= lab::kLeastLayers)
+      if (out.finished && int(intervals->printed().size()) >= lab::kMinLayers)
         out.features = features_of(*intervals);
-    } else if (wanted.features && out.finished && observed.layers() >= lab::kLeastLayers) {
+    } else if (wanted.features && out.finished && observed.layers() >= lab::kMinLayers) {
       out.features = features_of(observed, mask, target, wanted.noise);
     }
   } catch (const std::bad_alloc&) {
@@ -213,4 +215,4 @@ LabPrint print_in_lab(const Experiment& experiment, const Blobs& inputs, const L
   return print;
 }
 
-}  // namespace firn::tuning
+}  // namespace firn::tune

@@ -14,7 +14,7 @@
 #include "runtime/node.h"
 #include "studies/tune/lab_class.h"
 
-namespace firn::tuning {
+namespace firn::tune {
 
 /// Source of the maps' noise. The maps of an imported record hold no report of it.
 enum class MapNoise : std::uint8_t { kReported, kFromMaps };
@@ -75,4 +75,4 @@ struct LabPrintOptions {
 LabPrint print_in_lab(const Experiment& experiment, const Blobs& inputs, const LabDraw& draw,
                       const LabPrintOptions& options);
 
-}  // namespace firn::tuning
+}  // namespace firn::tune

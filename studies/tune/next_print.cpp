@@ -9,7 +9,7 @@
 #include "estimators/lab/layer_features.h"
 #include "studies/identify/identification_study.h"
 
-namespace firn::tuning {
+namespace firn::tune {
 namespace {
 
 constexpr std::uint32_t kNextStream = 3;
@@ -125,4 +125,4 @@ std::vector<NextPrint> next_prints(const FittedLab& lab, const RecordedRun& run,
   return out;
 }
 
-}  // namespace firn::tuning
+}  // namespace firn::tune

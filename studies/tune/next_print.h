@@ -7,7 +7,7 @@
 
 #include "studies/tune/lab_fit.h"
 
-namespace firn::tuning {
+namespace firn::tune {
 
 struct NextPrint {
   std::string name;
@@ -30,4 +30,4 @@ struct NextPrintOptions {
 std::vector<NextPrint> next_prints(const FittedLab& lab, const RecordedRun& run,
                                    const NextPrintOptions& options);
 
-}  // namespace firn::tuning
+}  // namespace firn::tune

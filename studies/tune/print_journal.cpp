@@ -17,7 +17,7 @@
 #include "files/usage_error.h"
 #include "runtime/build_info.h"
 
-namespace firn::tuning {
+namespace firn::tune {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -134,4 +134,4 @@ void PrintJournal::append(const std::string& digest, const LabPrint& p) {
   prints_.insert_or_assign(digest, p);
 }
 
-}  // namespace firn::tuning
+}  // namespace firn::tune

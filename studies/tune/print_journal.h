@@ -14,7 +14,7 @@
 #include "studies/compare/line_journal.h"
 #include "studies/tune/lab_print.h"
 
-namespace firn::tuning {
+namespace firn::tune {
 
 class PrintJournal {
  public:
@@ -39,4 +39,4 @@ class PrintJournal {
   std::map<std::string, LabPrint> prints_;
 };
 
-}  // namespace firn::tuning
+}  // namespace firn::tune

@@ -7,7 +7,7 @@
 
 #include "files/json.h"
 
-namespace firn::tuning {
+namespace firn::tune {
 namespace {
 
 using nlohmann::ordered_json;
@@ -72,6 +72,8 @@ ordered_json advice_json(const TuneAnswer& a) {
                  {"gain", p.gain},
                  {"gain_interval", json_of(p.gain_interval)},
                  {"sure", p.sure},
+                 {"prints", p.prints},
+                 {"sure_of_prints", p.sure_of_prints},
                  {"mean_error_share", p.mean_error_share},
                  {"evaluations", d.evaluations},
                  {"prints", d.prints}};
@@ -124,9 +126,13 @@ std::string tune_line(const TuneAnswer& a) {
         "nothing to gain that these logs could show ({} {:.2f}{}; best found {}: gain {:.2f}{} [{:.2f}, "
         "{:.2f}])",
         name, p.old_mean, unit, change_of(a), p.gain, unit, p.gain_interval.low, p.gain_interval.high);
-  return fmt::format("{}: {} {:.2f} -> {:.2f}{} [{:.2f}, {:.2f}], {:.0f} % sure it is better; {}",
-                     change_of(a), name, p.old_mean, p.new_mean, unit, p.new_interval.low,
-                     p.new_interval.high, std::floor(100.0 * p.sure), source_of(p));
+  return fmt::format(
+      "{}: {} {:.2f} -> {:.2f}{} [{:.2f}, {:.2f}], gain {:.2f} [{:.2f}, {:.2f}]; {:.0f} % sure that it is "
+      "better "
+      "in the long run, {:.0f} % that the mean of {} prints is; {}",
+      change_of(a), name, p.old_mean, p.new_mean, unit, p.new_interval.low, p.new_interval.high, p.gain,
+      p.gain_interval.low, p.gain_interval.high, std::floor(100.0 * p.sure),
+      std::floor(100.0 * p.sure_of_prints), p.prints, source_of(p));
 }
 
 std::string tune_text(const TuneAnswer& a) {
@@ -140,6 +146,11 @@ std::string tune_text(const TuneAnswer& a) {
       a.lab.check.largest, a.lab.check.limit, a.lab.check.joint, a.lab.check.joint_limit);
   if (a.advice) {
     const Advice& d = *a.advice;
+    s += fmt::format(
+        "intervals: 95 %, of the mean of {} prints in laboratories of this class that fit the logs; an error "
+        "of the "
+        "class itself moves both absolute values alike, and is in neither interval\n",
+        d.promise.prints);
     for (const Profile& f : d.profiles)
       s += fmt::format("within {:.0f} % of the optimum: {} from {} to {}\n", 100 * kFlat, a.keys[f.key].key(),
                        a.keys[f.key].text(f.flat_low), a.keys[f.key].text(f.flat_high));
@@ -192,4 +203,4 @@ std::string tune_json(const TuneAnswer& a) {
   return j.dump(2) + "\n";
 }
 
-}  // namespace firn::tuning
+}  // namespace firn::tune

@@ -10,7 +10,7 @@
 #include "studies/tune/next_print.h"
 #include "studies/tune/verify_promise.h"
 
-namespace firn::tuning {
+namespace firn::tune {
 
 struct TuneAnswer {
   std::span<const RecordedRun> runs;
@@ -31,4 +31,4 @@ std::string tune_json(const TuneAnswer& answer);
 /// Returns the page: predicted curves, unidentifiable parameters, the next excitation. HTML.
 std::string tune_page(const TuneAnswer& answer);
 
-}  // namespace firn::tuning
+}  // namespace firn::tune

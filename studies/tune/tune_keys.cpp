@@ -2,17 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 
 #include "config/changes.h"
 #include "config/fields.h"
 #include "config/find_key.h"
 #include "config/labs.h"
+#include "core/options/number.h"
 #include "files/nearest.h"
 #include "files/usage_error.h"
 
-namespace firn::tuning {
+namespace firn::tune {
 namespace {
 
 constexpr std::string_view kSections[] = {"control.", "process.", "estimator.", "model."};
@@ -22,11 +22,8 @@ constexpr double kSpacingFold = 1.3, kSpacingMost = 2.0;
 constexpr double kFold = 4.0;  // to these parts and times of it
 
 double number_in(const std::string& text, const std::string& whole) {
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != '\0' || !std::isfinite(value))
-    throw UsageError("--keys " + whole + ": '" + text + "' is not a number");
-  return value;
+  if (const auto value = whole_number<double>(text)) return *value;
+  throw UsageError("--keys " + whole + ": '" + text + "' is not a number");
 }
 
 double value_of(const Field& field) {
@@ -129,7 +126,7 @@ TuneKey::TuneKey(const std::string& text, const Experiment& experiment) {
   if (field.limits.min_excluded && low_ <= field.limits.min) low_ = field.limits.min + 1e-6 * (high_ - low_);
   if (!std::isfinite(low_) || !std::isfinite(high_))
     throw UsageError("--keys " + key_ + ": it has no bounds; give a range, " + key_ + "=LOW:HIGH");
-  if (whole_ && high_ - low_ < kMostEnumerated)
+  if (whole_ && high_ - low_ < kMaxEnumerated)
     for (double v = std::ceil(low_); v <= high_; v += 1.0) values_.push_back(v);
   take_power();
 }
@@ -235,4 +232,4 @@ std::string text_of(std::span<const TuneKey> keys, const Setting& values) {
   return s;
 }
 
-}  // namespace firn::tuning
+}  // namespace firn::tune

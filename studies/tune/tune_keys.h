@@ -8,7 +8,7 @@
 
 #include "config/experiment.h"
 
-namespace firn::tuning {
+namespace firn::tune {
 
 /// Both pitches of a square grid at once: the field keeps its size and h1..h3 their volume.
 inline constexpr std::string_view kSpacing = "grid.pitch_mm";
@@ -25,7 +25,7 @@ class TuneKey {
 
   const std::string& key() const { return key_; }
   double recorded() const { return recorded_; }
-  /// True where every value is tried: words, and integers of at most kMostEnumerated values.
+  /// True where every value is tried: words, and integers of at most kMaxEnumerated values.
   bool enumerated() const { return !values_.empty(); }
   std::span<const double> values() const { return values_; }
 
@@ -59,7 +59,7 @@ bool is_tuned_section(std::string_view key);
 inline constexpr std::string_view kTunedSections =
     "keys of [control], [process], [estimator] and [model] are tuned, seeds apart";
 
-inline constexpr int kMostEnumerated = 8;
+inline constexpr int kMaxEnumerated = 8;
 
 /// Values of all keys, in their order.
 using Setting = std::vector<double>;
@@ -69,4 +69,4 @@ Experiment with_setting(std::span<const TuneKey> keys, const Setting& values, co
 /// "control.smf.kp = 0.8, control.smf.ki_star = 0.02"
 std::string text_of(std::span<const TuneKey> keys, const Setting& values);
 
-}  // namespace firn::tuning
+}  // namespace firn::tune

@@ -9,10 +9,10 @@
 #include "runtime/build_info.h"
 #include "studies/tune/tune_answer.h"
 
-namespace firn::tuning {
+namespace firn::tune {
 namespace {
 
-using replay::escape_html;
+using report::escape_html;
 
 constexpr double kUninformed = 0.8;  // of the prior's standard deviation
 
@@ -34,7 +34,7 @@ std::string svg(const std::string& title, const std::string& inner) {
 }
 
 std::string profile_chart(const TuneAnswer& a, const Profile& p) {
-  replay::Series s{"predicted, mean of the search's draws", {}, {}, 0, true, {}, {}};
+  report::Series s{"predicted, mean of the search's draws", {}, {}, 0, true, {}, {}};
   for (std::size_t n = 0; n < p.mean.size(); ++n) {
     if (!std::isfinite(p.mean[n])) continue;  // left out: no point, and no stretch of the axis
     s.x.push_back(p.value[n]);
@@ -42,7 +42,7 @@ std::string profile_chart(const TuneAnswer& a, const Profile& p) {
     s.low.push_back(p.mean[n] - 1.96 * p.std_error[n]);
     s.high.push_back(p.mean[n] + 1.96 * p.std_error[n]);
   }
-  replay::ChartOptions o;
+  report::ChartOptions o;
   o.title = a.goal + " along " + a.keys[p.key].key();
   o.x_name = a.keys[p.key].key();
   o.y_name = a.goal;
@@ -50,7 +50,7 @@ std::string profile_chart(const TuneAnswer& a, const Profile& p) {
     o.shaded = {{p.flat_low, p.flat_high}};
     o.shaded_label = "within 2 % of the optimum";
   }
-  return svg(o.title, replay::line_chart({s}, o));
+  return svg(o.title, report::line_chart({s}, o));
 }
 
 // Draws of the laboratory, sorted by the old setting's goal.
@@ -59,20 +59,20 @@ std::string draws_chart(const TuneAnswer& a) {
   std::vector<std::size_t> order(d.old_goal.size());
   for (std::size_t n = 0; n < order.size(); ++n) order[n] = n;
   std::ranges::stable_sort(order, {}, [&](std::size_t n) { return d.old_goal[n]; });
-  replay::Series before{"recorded setting", {}, {}, 0, true}, after{"best setting found", {}, {}, 1, true};
+  report::Series before{"recorded setting", {}, {}, 0, true}, after{"best setting found", {}, {}, 1, true};
   for (std::size_t n = 0; n < order.size(); ++n) {
     before.x.push_back(double(n + 1));
     after.x.push_back(double(n + 1));
     before.y.push_back(d.old_goal[order[n]]);
     after.y.push_back(d.new_goal[order[n]]);
   }
-  replay::ChartOptions o;
+  report::ChartOptions o;
   o.title = "The same laboratories with both settings";
   o.x_name = "draw of the laboratory, sorted";
   o.y_name = a.goal;
   o.whole_x = true;
   o.from_zero = true;
-  return svg(o.title, replay::line_chart({before, after}, o));
+  return svg(o.title, report::line_chart({before, after}, o));
 }
 
 std::string parameters_table(const TuneAnswer& a) {
@@ -135,7 +135,7 @@ std::string tune_page(const TuneAnswer& a) {
   std::string s =
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
       "content=\"width=device-width, initial-scale=1\"><title>firn tune</title><style>" +
-      std::string(replay::kReportStyle) + "</style></head><body>\n<h1>Tuned from logs</h1>\n<p><b>" +
+      std::string(report::kReportStyle) + "</style></head><body>\n<h1>Tuned from logs</h1>\n<p><b>" +
       escape_html(tune_line(a)) + "</b></p>\n<p class=\"soft\">" + escape_html(runs) +
       fmt::format(
           "; laboratory: {}; {} prints simulated; the promise is about the mean of {} prints with each "
@@ -148,4 +148,4 @@ std::string tune_page(const TuneAnswer& a) {
   return s + "</body></html>\n";
 }
 
-}  // namespace firn::tuning
+}  // namespace firn::tune

@@ -6,11 +6,11 @@
 
 #include "core/grid/random.h"
 #include "files/usage_error.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "studies/compare/study_lab.h"
 #include "studies/identify/identification_study.h"
 
-namespace firn::tuning {
+namespace firn::tune {
 namespace {
 
 constexpr std::uint32_t kVerifyStream = 5000;
@@ -35,7 +35,7 @@ Verification verify_promise(const RecordedRun& run, std::span<const TuneKey> key
   const Experiment settings[2] = {with_setting(keys, advice.old_setting, run.experiment),
                                   with_setting(keys, advice.new_setting, run.experiment)};
   const auto inputs_of = [&](const Experiment& e) {
-    return e.grid == run.experiment.grid ? run.inputs : make_inputs(e, ".");
+    return e.grid == run.experiment.grid ? run.inputs : make_inputs(full_product(), e, ".");
   };
   const Blobs inputs[2] = {inputs_of(settings[0]), inputs_of(settings[1])};
   const StudyLab& lab = study_lab_of(run.experiment);
@@ -71,4 +71,4 @@ Verification verify_promise(const RecordedRun& run, std::span<const TuneKey> key
   return v;
 }
 
-}  // namespace firn::tuning
+}  // namespace firn::tune

@@ -7,7 +7,7 @@
 #include "core/statistics/comparison.h"
 #include "studies/tune/advice.h"
 
-namespace firn::tuning {
+namespace firn::tune {
 
 struct Verification {
   statistics::PairedComparison pairs;  ///< a: old, b: new, of the goal
@@ -27,4 +27,4 @@ struct VerifyOptions {
 Verification verify_promise(const RecordedRun& run, std::span<const TuneKey> keys, const Advice& advice,
                             const VerifyOptions& options);
 
-}  // namespace firn::tuning
+}  // namespace firn::tune

@@ -2,6 +2,8 @@
 //
 // - `certified_bench speed [kind]`: one table: kinds of path, points per second of one core, T / lower bound
 // - `certified_bench lucy [threads]`: 48,000 paths, streamed: time, points per second, growth of memory
+// - `certified_bench winding N [ramped|optimal|MM]`: one path of N points 0.1 mm apart, as `firn plan` plans
+// it: times per point, memory; ramped alone, by the slow tier, within a tolerance
 // - `certified_bench random N [seed]`: the nine ratios on N random paths, by samples 32 times finer than the
 // tick
 // - `certified_bench tiers N [seed]`: duration of the fast tier over that of the slow one, by corner radius
@@ -32,6 +34,7 @@
 #include "files/path/path_file.h"
 #include "tests/bench/bench.h"
 #include "tests/core/motion/random_paths.h"
+#include "tests/core/motion/winding_path.h"
 
 namespace firn::bench::certified_bench {
 
@@ -90,7 +93,7 @@ std::vector<Point2> fill_line(std::uint64_t seed) {
 }
 
 /// Rounded rectangles: lines and arcs. @param spacing_mm at most a sixth of an arc of the least radius
-std::vector<Point2> rounded_box(std::uint64_t seed, double least_radius = 1.0, double most_radius = 8.0,
+std::vector<Point2> rounded_box(std::uint64_t seed, double min_radius = 1.0, double max_radius = 8.0,
                                 double spacing_mm = 0.4) {
   RandomStream draw(seed, Purpose::kTest);
   const double a = draw.uniform(10.0, 40.0), b = draw.uniform(10.0, 40.0);
@@ -108,7 +111,7 @@ std::vector<Point2> rounded_box(std::uint64_t seed, double least_radius = 1.0, d
     }
   };
   for (int corner = 0; corner < 4; ++corner) {
-    const double radius = draw.uniform(least_radius, most_radius);
+    const double radius = draw.uniform(min_radius, max_radius);
     go((corner % 2 ? b : a) * 1.5 - radius, 0.0);
     go(radius * 1.5707963267948966, radius);
   }
@@ -333,6 +336,29 @@ int random_paths(int count, std::uint64_t seed) {
   return worst <= 1.001 ? 0 : 1;
 }
 
+int winding_path(std::size_t count, const std::string& how) {
+  const auto arm = make_scara(cobra600());
+  PathInput input;
+  const std::vector<Point2> points = winding(count);
+  input.points = points;
+  PlanOptions options;
+  options.point_noise_mm = 5e-5;
+  options.point_rule = how == "ramped" ? PointRule::kRamped : PointRule::kFaster;
+  if (how == "optimal") options.method = Method::kOptimal;
+  options.tolerance_mm = std::atof(how.c_str());
+  rusage before{}, after{};
+  getrusage(RUSAGE_SELF, &before);
+  const double start = user_seconds();
+  const PlanResult result = plan(input, *arm, cobra600_limits(), options);
+  const double user_s = user_seconds() - start;
+  getrusage(RUSAGE_SELF, &after);
+  std::printf(
+      "%zu points: user %.2f s, %.1f us per point, memory %.2f kB per point, T %.3f s, T / bound %.4f\n",
+      count, user_s, 1e6 * user_s / double(count), double(after.ru_maxrss - before.ru_maxrss) / double(count),
+      result.continuous_s, result.continuous_s / result.trajectory.certificate.lower_bound_s);
+  return result.ok() ? 0 : 1;
+}
+
 /// Measures the excess duration of the fast tier's motions over those of the slow tier.
 int tiers(int count, std::uint64_t seed) {
   const auto arm = make_scara(cobra600());
@@ -385,13 +411,15 @@ FIRN_BENCH(certified_bench) {
     const std::uint64_t paths = std::strtoull(argv[2], &end, 10);
     return *end == '\0' ? write_job(paths, argv[3]) : convert_job(argv[2], argv[3]);
   }
+  if (what == "winding" && argc > 2)
+    return winding_path(std::strtoull(argv[2], nullptr, 10), argc > 3 ? argv[3] : "");
   if (what == "random")
     return random_paths(argc > 2 ? std::atoi(argv[2]) : 100000,
                         argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
   std::fprintf(
       stderr,
-      "usage: certified_bench speed [kind] | lucy [threads] | job N|PATHS FILE | random N [seed] | tiers "
-      "N [seed]\n");
+      "usage: certified_bench speed [kind] | lucy [threads] | job N|PATHS FILE | winding N [HOW] | random N "
+      "[seed] | tiers N [seed]\n");
   return 2;
 }
 

@@ -21,7 +21,7 @@
 #include "core/statistics/bootstrap.h"
 #include "estimators/droplet/droplet_factors.h"
 #include "files/json.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/memory_print.h"
 #include "studies/reproduce/lu/lu_prints.h"
 #include "tests/bench/bench.h"
@@ -150,13 +150,13 @@ FIRN_BENCH(closed_loop) try {
         std::vector<std::string> overrides = row.set;
         overrides.insert(overrides.end(), more.begin(), more.end());
         e = parse_experiment({{"closed_loop", dump(e)}}, overrides);
-        const Blobs inputs = make_inputs(e, ".");
+        const Blobs inputs = make_inputs(full_product(), e, ".");
         std::vector<double> rms, ratio;
         double mean_mm = 0.0, max_mm = 0.0, layers = 0.0, decide = 0.0;
         const double before = cpu_s();
         for (int n = 0; n < seeds; ++n) {
           e.plant.seed = std::uint64_t(first + n);
-          const MemoryPrintReport r = print_in_memory(e, inputs, {.surface = each});
+          const MemoryPrintReport r = print_in_memory(full_product(), e, inputs, {.surface = each});
           if (r.result.status != 0)
             fmt::print(stderr, "{} seed {}: {}\n", row.name, first + n, r.result.reason);
           if (each) tell_each(first + n, r, inputs, e);

@@ -19,19 +19,12 @@ done
 work=$(realpath "${words[0]}") commits=("${words[@]:1}")
 source=$(dirname "$(readlink -f "$0")")/../..
 
-root=
-leave() {
-  [[ -n $root ]] || return 0
-  for mount in proc dev; do mountpoint -q "$root/$mount" && umount -R "$root/$mount"; done
-  rm -rf --one-file-system "$root"
-}
-trap leave EXIT
-
+trap 'rm -rf --one-file-system "$work/demo-cold"' EXIT
 base=$work/empty-debian
 if [[ ! -d $base ]]; then
-  debootstrap --variant=minbase bookworm "$base.new" >&2
-  cp -a /etc/apt/. "$base.new/etc/apt/"
-  cp -L /etc/resolv.conf "$base.new/etc/"
+  command -v debootstrap >/dev/null || { printf 'demo_cold: needs debootstrap\n' >&2; exit 2; }
+  rm -rf --one-file-system "$base.new"
+  "$source/scripts/fresh_machine.sh" make "$base.new"
   mv "$base.new" "$base"
 fi
 
@@ -40,19 +33,16 @@ for ((round = 0; round < rounds; ++round)); do
   for commit in "${commits[@]}"; do
     root=$work/demo-cold
     cp -a "$base" "$root"
-    mount --bind /proc "$root/proc"
-    mount --rbind --make-rslave /dev "$root/dev"
     git clone -q --no-hardlinks "$source" "$root/firn"
     git -C "$root/firn" -c advice.detachedHead=false checkout -q "$commit"
     before=$(cut -d' ' -f1 /proc/loadavg)
     TIMEFORMAT='%R %U %S'
-    took=$({ time chroot "$root" /firn/firn demo >"$work/$commit.out" 2>"$work/$commit.err"; } 2>&1) || {
+    took=$({ time "$source/scripts/fresh_machine.sh" run "$root" /firn/firn demo >"$work/$commit.out" 2>"$work/$commit.err"; } 2>&1) || {
       tail -n 20 "$work/$commit.err" >&2
       exit 1
     }
     awk -v c="$commit" -v b="$before" -v a="$(cut -d' ' -f1 /proc/loadavg)" \
       '{ printf "%s,%.0f,%.0f,%s,%s\n", c, $1, $2 + $3, b, a }' <<<"$took"
-    leave
-    root=
+    rm -rf --one-file-system "$root"
   done
 done

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <string>
 
 #include "core/grid/random.h"
 
@@ -13,11 +12,6 @@ namespace firn {
 namespace {
 
 using vision::PictureState;
-
-constexpr const char* kCaptions[] = {
-    "t = 85 us",  "120 us",        "2026-03-14 10:22:07", "v = 3.21 m/s",  "500 um",
-    "Frame 0012", "#17  D=52.3um", "10x  1/50000 s",      "Nozzle 3 80 V", "14:05:33.120",
-    "100 V",      "DROP WATCHER",  "Camera 1 (live)",     "fps 20000 / 5"};
 
 class Painter {
  public:
@@ -30,7 +24,7 @@ class Painter {
     draw_liquid();
     if (has(PhotoTrait::kReflection)) reflect();
     take();
-    overlay();
+    colour();
     encode();
     return std::move(p_);
   }
@@ -248,63 +242,12 @@ class Painter {
       }
   }
 
-  void caption(int x, int y, double scale, int thick, bool outlined) {
-    static constexpr int kFonts[] = {cv::FONT_HERSHEY_SIMPLEX, cv::FONT_HERSHEY_PLAIN,
-                                     cv::FONT_HERSHEY_DUPLEX, cv::FONT_HERSHEY_COMPLEX,
-                                     cv::FONT_HERSHEY_TRIPLEX};
-    const int font = kFonts[r_.below(std::size(kFonts))];
-    const std::string text = kCaptions[r_.below(std::size(kCaptions))];
-    if (font == cv::FONT_HERSHEY_PLAIN) scale *= 1.6;
-    int below = 0;
-    const cv::Size size = cv::getTextSize(text, font, scale, thick, &below);
-    if (x < 0) x = width_ + x - size.width;
-    x = std::clamp(x, 6, std::max(6, width_ - size.width - 6));
-    if (outlined)
-      cv::putText(shown_, text, {x, y}, font, scale, cv::Scalar::all(1.0 - ink_[1]), 2 * thick + 1,
-                  cv::LINE_AA);
-    cv::putText(shown_, text, {x, y}, font, scale, ink_, thick, cv::LINE_AA);
-  }
-
-  // Writing of camera programs, upright, in the corners that the flight does not cross.
-  void overlay() {
+  // Some cameras tint their pictures.
+  void colour() {
     cv::cvtColor(grey_, shown_, cv::COLOR_GRAY2BGR);
-    if (maybe(PhotoTrait::kColour, 0.3)) {
-      const cv::Scalar tint(r_.uniform(0.5, 1.0), r_.uniform(0.9, 1.0), r_.uniform(0.6, 1.1));
-      cv::multiply(shown_, tint, shown_);
-    }
-    const double unit = width_ / 640.0;
-    ink_ = r_.uniform() < 0.5 ? cv::Scalar::all(0) : cv::Scalar::all(1);
-    if (has(PhotoTrait::kColour) && r_.uniform() < 0.6)
-      ink_ = std::array{cv::Scalar(0, 1, 1), cv::Scalar(0, 0, 1), cv::Scalar(0, 1, 0)}[r_.below(3)];
-    const int left = int(0.02 * width_), top = int(0.02 * height_ + 26 * unit), bottom = int(0.97 * height_);
-    if (maybe(PhotoTrait::kCaption, 0.5)) {
-      const double scale = unit * r_.uniform(0.5, 1.3);
-      const int thick = std::max(1, int(r_.uniform(1.0, 2.6) * unit)), line = int(34 * scale);
-      const bool outlined = r_.uniform() < 0.2;
-      const std::uint32_t corner = r_.below(4);
-      const int x = corner % 2 ? -left : left, y = corner < 2 ? top : bottom;
-      caption(x, y, scale, thick, outlined);
-      if (r_.uniform() < 0.35) caption(x, corner < 2 ? y + line : y - line, scale, thick, outlined);
-      if (r_.uniform() < 0.2) caption(corner % 2 ? left : -left, y, scale, thick, outlined);
-    }
-    if (maybe(PhotoTrait::kScaleBar, 0.25)) {
-      const int y = int((has(PhotoTrait::kCaption) ? 0.78 : 0.9) * height_),
-                x = int(width_ * (r_.uniform() < 0.5 ? 0.05 : 0.75)), w = int(0.2 * width_),
-                thick = std::max(2, int(r_.uniform(2, 7) * unit));
-      cv::rectangle(shown_, {x, y}, {x + w, y + thick}, ink_, cv::FILLED);
-      if (r_.uniform() < 0.4)
-        for (const int end : {x, x + w})
-          cv::line(shown_, {end, y - 2 * thick}, {end, y + 3 * thick}, ink_, std::max(1, thick / 2));
-    }
-    if (maybe(PhotoTrait::kBox, 0.08)) {
-      const int m = int((0.02 + 0.02 * r_.uniform()) * width_);
-      cv::rectangle(shown_, {m, m}, {width_ - 1 - m, height_ - 1 - m}, ink_, std::max(1, int(unit)));
-    }
-    if (maybe(PhotoTrait::kCrosshair, 0.06)) {
-      const int x = width_ / 2, y = height_ / 2;
-      cv::line(shown_, {x, 0}, {x, height_ - 1}, ink_, 1);
-      cv::line(shown_, {0, y}, {width_ - 1, y}, ink_, 1);
-    }
+    if (!maybe(PhotoTrait::kColour, 0.3)) return;
+    const cv::Scalar tint(r_.uniform(0.5, 1.0), r_.uniform(0.9, 1.0), r_.uniform(0.6, 1.1));
+    cv::multiply(shown_, tint, shown_);
   }
 
   void encode() {
@@ -331,7 +274,6 @@ class Painter {
   double depth_ = 0.0, breadth_ = 0.0, ground_ = 0.0, liquid_ = 0.0, radius_ = 0.0, edge_ = 0.0, along_ = 0.0,
          nozzle_ = 0.0, middle_ = 0.0;
   cv::Point2d origin_, flight_;
-  cv::Scalar ink_;
   cv::Mat grey_, shown_;
 };
 

@@ -35,17 +35,12 @@ enum class PhotoTrait {
   kTwoJoined,
   kNoDrop,
   kMeniscus,
-  kCaption,
-  kScaleBar,
-  kBox,
-  kCrosshair,
 };
 inline constexpr const char* kPhotoTraits[] = {
-    "dark field",   "specular middle", "tapered nozzle", "glass nozzle",   "no nozzle", "nozzle at a side",
-    "reflection",   "vignette",        "motion blur",    "colour",         "palette",   "quality below 50",
-    "320 x 240",    "out of focus",    "satellites",     "train of equal", "tail",      "ligament",
-    "with beads",   "two joined",      "no drop",        "meniscus",       "caption",   "scale bar",
-    "frame or box", "crosshair"};
+    "dark field", "specular middle", "tapered nozzle", "glass nozzle",   "no nozzle", "nozzle at a side",
+    "reflection", "vignette",        "motion blur",    "colour",         "palette",   "quality below 50",
+    "320 x 240",  "out of focus",    "satellites",     "train of equal", "tail",      "ligament",
+    "with beads", "two joined",      "no drop",        "meniscus"};
 
 struct PhotoDisc {
   double x = 0.0, y = 0.0, radius = 0.0;  ///< [px]

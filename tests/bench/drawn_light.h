@@ -7,19 +7,19 @@
 namespace firn {
 
 struct LightRange {
-  double most_blur_px = 1.5, highest = 0.9, most_flicker = 0.02;
+  double max_blur_px = 1.5, highest = 0.9, max_flicker = 0.02;
   std::uint32_t specks = 12;  // fewer than these
 };
 
 inline void draw_light(RandomStream& r, const LightRange& range, plant::Optics& c) {
   c.white = std::vector{255, 255, 1023, 4095}[r.below(4)];
-  c.blur_px = r.uniform(0.6, range.most_blur_px);
+  c.blur_px = r.uniform(0.6, range.max_blur_px);
   c.light = r.uniform(0.4, range.highest);
   if (r.uniform() < 0.1) c.light = r.uniform(0.98, 1.03);  // part of the ground is saturated
   c.slope_x = r.uniform(-0.3, 0.3);
   c.slope_y = r.uniform(-0.3, 0.3);
   c.vignette = r.uniform(0, 0.4);
-  c.flicker = r.uniform(0, range.most_flicker);
+  c.flicker = r.uniform(0, range.max_flicker);
 }
 
 inline void draw_noise(RandomStream& r, plant::Optics& c) {

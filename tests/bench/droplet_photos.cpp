@@ -1,6 +1,6 @@
 // Measures core/vision on drawn photographs that nothing was set on: several droplets, ligaments, satellites,
-// light from one side, dark or bright field, defocus, writing, a scale bar, JPEG; then on as many of
-// dispensers (tests/bench/dispenser_photo.h).
+// light from one side, dark or bright field, defocus, JPEG; then on as many of dispensers
+// (tests/bench/dispenser_photo.h).
 //   droplet_photos [PHOTOS=300 [SEED=610000 [FOLDER]]]; FOLDER: the photos that are misread are written there
 // VERBOSE=1 names each of them.
 #include <algorithm>
@@ -27,7 +27,7 @@ struct DrawnPhoto {
   int width = 640, height = 480, quality = 75;
   double unit = 1.0;                      // px of a length in a photo 640 px wide
   double x = 0.0, y = 0.0, radius = 0.0;  // of the main droplet [px]
-  bool dark_field = false, joined = false, side_light = false, written = false, soft = false, small = false;
+  bool dark_field = false, joined = false, side_light = false, soft = false, small = false;
   cv::Mat grey;
 };
 
@@ -105,14 +105,6 @@ DrawnPhoto draw_photo(std::uint64_t seed) {
     paint_disc(p.grey, p.dark_field ? ground : 0.9 * ground, p.x, p.y, p.radius * r.uniform(0.15, 0.6));
   p.soft = r.uniform() < 0.25;
   light_and_noise(r, p);
-  p.written = r.uniform() < 0.4;
-  if (p.written) {
-    const double ink = p.dark_field || r.uniform() < 0.5 ? 1.0 : 0.0;
-    cv::putText(p.grey, "t = 85 us", {int(0.03 * p.width), int(0.96 * p.height)}, cv::FONT_HERSHEY_SIMPLEX,
-                p.unit * r.uniform(0.6, 1.2), cv::Scalar(ink), std::max(1, int(1.5 * p.unit)), cv::LINE_AA);
-    cv::rectangle(p.grey, {int(0.7 * p.width), int(0.945 * p.height)},
-                  {int(0.95 * p.width), int(0.96 * p.height)}, cv::Scalar(ink), cv::FILLED);
-  }
   return p;
 }
 
@@ -151,9 +143,8 @@ struct Share {
 
 void measure_plain(int photos, std::uint64_t seed, const char* folder) {
   Share all{"within 3 px and 3 %"}, ligament{"ligaments said"}, free{"free droplets said free"};
-  Share by[] = {{"dark field"},  {"bright field"},       {"light from one side"},
-                {"writing"},     {"out of focus"},       {"quality below 60"},
-                {"below 24 px"}, {"above 1000 px wide"}, {"joined"}};
+  Share by[] = {{"dark field"},       {"bright field"}, {"light from one side"}, {"out of focus"},
+                {"quality below 60"}, {"below 24 px"},  {"above 1000 px wide"},  {"joined"}};
   for (int k = 0; k < photos; ++k) {
     const DrawnPhoto p = draw_photo(seed + std::uint64_t(k));
     const std::vector<unsigned char> file = jpeg_of(p);
@@ -164,17 +155,15 @@ void measure_plain(int photos, std::uint64_t seed, const char* folder) {
     all.add(true, good);
     ligament.add(p.joined, found.state == PictureState::kNotBrokenOff);
     free.add(!p.joined, found.state == PictureState::kDrop);
-    const bool kinds[] = {p.dark_field, !p.dark_field, p.side_light,
-                          p.written,    p.soft,        p.quality<60, p.small, p.width> 1000,
-                          p.joined};
+    const bool kinds[] = {
+        p.dark_field, !p.dark_field, p.side_light, p.soft, p.quality<60, p.small, p.width> 1000, p.joined};
     for (std::size_t n = 0; n < std::size(by); ++n) by[n].add(kinds[n], good);
     if (folder && !good) write_photo(folder, "photo_" + std::to_string(k), file);
     if (!good && std::getenv("VERBOSE"))
       std::printf(
-          "  photo %d: state %d, off %.1f px, diameter %.3f of %.1f px, width %d, quality %d%s%s%s%s%s\n", k,
+          "  photo %d: state %d, off %.1f px, diameter %.3f of %.1f px, width %d, quality %d%s%s%s%s\n", k,
           int(found.state), off, ratio, 2 * p.radius, p.width, p.quality, p.dark_field ? ", dark field" : "",
-          p.joined ? ", joined" : "", p.side_light ? ", side light" : "", p.written ? ", writing" : "",
-          p.soft ? ", soft" : "");
+          p.joined ? ", joined" : "", p.side_light ? ", side light" : "", p.soft ? ", soft" : "");
   }
   for (const Share& s : {all, ligament, free}) s.print();
   std::printf("within 3 px and 3 %%, by kind:\n");

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "files/json.h"
-#include "studies/identify/identification_study.h"
 #include "tests/bench/bench.h"
+#include "tests/support/planted_trial.h"
 
 namespace firn::bench::estimator_coverage {
 

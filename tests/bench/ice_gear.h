@@ -13,22 +13,22 @@ namespace firn::ice_gear {
 inline constexpr double kLayer_mm = 0.24;
 inline constexpr int kInterval_layers = 5;
 
-inline slice::Region wheel(double radius_mm, double tooth_mm, int teeth, double turn_rad) {
-  std::vector<slice::Point> ring;
+inline geometry::Region wheel(double radius_mm, double tooth_mm, int teeth, double turn_rad) {
+  std::vector<geometry::Point> ring;
   for (int n = 0; n < 24 * teeth; ++n) {
     const double a = 2.0 * 3.14159265358979 * n / (24 * teeth), phase = std::cos(teeth * (a + turn_rad));
     const double r = radius_mm - 0.5 * tooth_mm + 0.5 * tooth_mm * std::tanh(1.5 * phase);
-    ring.push_back({std::int32_t(std::lround(r * std::cos(a) * slice::kUnitsPerMm)),
-                    std::int32_t(std::lround(r * std::sin(a) * slice::kUnitsPerMm))});
+    ring.push_back({std::int32_t(std::lround(r * std::cos(a) * geometry::kUnitsPerMm)),
+                    std::int32_t(std::lround(r * std::sin(a) * geometry::kUnitsPerMm))});
   }
-  slice::Region region;
+  geometry::Region region;
   region.add(ring);
   return region;
 }
 
-inline slice::Region ring_about(const slice::Region& inner, double radius_mm) {
-  slice::Region outer = wheel(radius_mm, 0.0, 12, 0.0);
-  std::vector<slice::Point> hole(inner[0].rbegin(), inner[0].rend());
+inline geometry::Region ring_about(const geometry::Region& inner, double radius_mm) {
+  geometry::Region outer = wheel(radius_mm, 0.0, 12, 0.0);
+  std::vector<geometry::Point> hole(inner[0].rbegin(), inner[0].rend());
   outer.add(hole);
   return outer;
 }
@@ -38,9 +38,9 @@ inline slice::Region ring_about(const slice::Region& inner, double radius_mm) {
 inline slice::LayerPaths layer(int number, double size = 1.0, double spacing_mm = 4.0) {
   slice::LayerRegions r;
   r.layer = number;
-  r.z = std::int32_t(std::lround(kLayer_mm * number * slice::kUnitsPerMm));
-  r.height = std::int32_t(std::lround(kLayer_mm * slice::kUnitsPerMm));
-  const slice::Region part = wheel(53.8 * size, 7.0 * size, 12, 0.004 * number);
+  r.z = std::int32_t(std::lround(kLayer_mm * number * geometry::kUnitsPerMm));
+  r.height = std::int32_t(std::lround(kLayer_mm * geometry::kUnitsPerMm));
+  const geometry::Region part = wheel(53.8 * size, 7.0 * size, 12, 0.004 * number);
   r.by_material = {part, ring_about(part, 59.2 * size)};
   slice::PathOptions o;
   o.scaffold.fill_width_mm = 1.5;

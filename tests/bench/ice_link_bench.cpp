@@ -9,6 +9,7 @@
 #include "drivers/robot/robot.h"
 #include "drivers/valve/fvb.h"
 #include "tests/bench/bench.h"
+#include "tests/support/valve_firmware.h"
 
 namespace firn::bench::ice_link_bench {
 
@@ -63,7 +64,7 @@ FIRN_BENCH(ice_link_bench) {
         WordReader words(fvp::parse(text.substr(0, end)).text);
         words.word();
         words.word();
-        words.number(0, fvp::kMostPoints);
+        words.number(0, fvp::kMaxPoints);
         while (!words.at_end()) back.push_back(fvp::parse_counts(words).value());
         text.remove_prefix(end);
       }

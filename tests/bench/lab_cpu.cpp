@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "config/include.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/lab_run.h"
 #include "tests/bench/bench.h"
 
@@ -43,14 +43,14 @@ FIRN_BENCH(lab_cpu) {
       file = a;
   }
   const Experiment e = load_experiment(file, overrides);
-  const Blobs inputs = make_inputs(e, std::filesystem::path(file).parent_path());
+  const Blobs inputs = make_inputs(full_product(), e, std::filesystem::path(file).parent_path());
   const std::filesystem::path root =
       std::filesystem::temp_directory_path() / fmt::format("firn-lab-cpu-{}", getpid());
   std::vector<double> user, system;
   for (int n = 0; n < runs; ++n) {
-    const RunFolder run = RunFolder::create(root, e, inputs, {"lab_cpu"});
+    const runs::RunFolder run = runs::RunFolder::create(root, e, inputs, {"lab_cpu"});
     const double u = cpu_s(true), s = cpu_s(false);
-    const LabRunReport r = run_in_lab(run, {});
+    const LabRunReport r = run_in_lab(full_product(), run, {});
     user.push_back(cpu_s(true) - u);
     system.push_back(cpu_s(false) - s);
     fmt::print(

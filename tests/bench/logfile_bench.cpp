@@ -16,7 +16,7 @@
 namespace {
 
 using namespace firn;
-using namespace firn::logfile;
+using namespace firn::record;
 using firn::test::encode;
 
 std::filesystem::path bench_file(const char* name) {
@@ -36,7 +36,7 @@ constexpr std::int64_t kWrappedBytes = std::int64_t(2) << 30;  // then a new fil
 void event_writer(benchmark::State& state) {
   const std::vector<std::byte> data(std::size_t(state.range(0)), std::byte{42});
   const auto path = bench_file("firn-bench.lcm");
-  auto writer = std::make_unique<EventLogWriter>(path);
+  auto writer = std::make_unique<record::EventLogWriter>(path);
   std::int64_t utime_us = 0;
   for (auto _ : state) {
     writer->append(++utime_us, "HEIGHT_PROFILE", data);
@@ -44,7 +44,7 @@ void event_writer(benchmark::State& state) {
       state.PauseTiming();
       writer.reset();
       bench_file("firn-bench.lcm");
-      writer = std::make_unique<EventLogWriter>(path);
+      writer = std::make_unique<record::EventLogWriter>(path);
       state.ResumeTiming();
     }
   }
@@ -57,14 +57,14 @@ BENCHMARK(event_writer)->Arg(100)->Arg(1000)->Arg(4000)->Arg(60000)->Arg(640000)
 void record_writer(benchmark::State& state) {
   const std::vector<std::byte> data(std::size_t(state.range(0)), std::byte{42});
   const auto path = bench_file("firn-bench.wal");
-  auto writer = std::make_unique<RecordWriter>(path, RecordWriter::Mode::kCreate);
+  auto writer = std::make_unique<record::RecordWriter>(path, record::RecordWriter::Mode::kCreate);
   for (auto _ : state) {
     writer->append(2, data);
     if (std::int64_t(writer->bytes()) > kWrappedBytes) {
       state.PauseTiming();
       writer.reset();
       bench_file("firn-bench.wal");
-      writer = std::make_unique<RecordWriter>(path, RecordWriter::Mode::kCreate);
+      writer = std::make_unique<record::RecordWriter>(path, record::RecordWriter::Mode::kCreate);
       state.ResumeTiming();
     }
   }
@@ -78,15 +78,15 @@ void event_reader(benchmark::State& state) {
   const std::vector<std::byte> data(std::size_t(state.range(0)), std::byte{42});
   const auto path = bench_file("firn-bench.lcm");
   {
-    EventLogWriter writer(path);
+    record::EventLogWriter writer(path);
     for (std::int64_t bytes = 0; bytes < 64'000'000; bytes += state.range(0))
       writer.append(bytes, "HEIGHT_PROFILE", data);
     writer.close();
   }
-  const EventLogFile file(path);
+  const record::EventLogFile file(path);
   std::int64_t events = 0;
   for (auto _ : state) {
-    EventLogReader reader = state.range(1) ? file.reader() : EventLogReader(file.bytes());
+    record::EventLogReader reader = state.range(1) ? file.reader() : record::EventLogReader(file.bytes());
     while (const auto e = reader.next()) events += e->data.size() == data.size();
   }
   state.SetItemsProcessed(events);
@@ -100,13 +100,13 @@ void record_reader(benchmark::State& state) {
   const std::vector<std::byte> data(std::size_t(state.range(0)), std::byte{42});
   const auto path = bench_file("firn-bench.wal");
   {
-    RecordWriter writer(path, RecordWriter::Mode::kCreate);
+    record::RecordWriter writer(path, record::RecordWriter::Mode::kCreate);
     for (std::int64_t bytes = 0; bytes < 64'000'000; bytes += state.range(0)) writer.append(2, data);
   }
-  const MappedFile file(path);
+  const record::MappedFile file(path);
   std::int64_t records = 0;
   for (auto _ : state) {
-    RecordReader reader(file.bytes());
+    record::RecordReader reader(file.bytes());
     while (reader.next()) ++records;
   }
   state.SetItemsProcessed(records);

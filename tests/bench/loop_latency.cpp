@@ -18,11 +18,11 @@
 #include "firn/height_map_t.hpp"
 #include "firn/layer_plan_t.hpp"
 #include "lcmtypes/convert.h"
-#include "print/folder/run_folder.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "print/live/bus_port.h"
 #include "print/live/child_process.h"
 #include "procs/bus/lcm_bus.h"
+#include "runs/folder/run_folder.h"
 #include "runtime/process_args.h"
 #include "runtime/run_clock.h"
 #include "runtime/station.h"
@@ -54,8 +54,8 @@ double quantile(std::vector<double> x, double q) {
 }
 
 std::vector<double> handler_ms(const std::filesystem::path& wal) {
-  const logfile::MappedFile file(wal);
-  logfile::RecordReader reader(file.bytes());
+  const record::MappedFile file(wal);
+  record::RecordReader reader(file.bytes());
   std::vector<double> ms;
   while (const auto r = reader.next())
     if (WalKind(r->kind) == WalKind::kOutputs) {
@@ -81,7 +81,8 @@ FIRN_BENCH(loop_latency) {
   const std::filesystem::path file = FIRN_SOURCE_DIR "/experiments/cuboid.toml";
   const Experiment e = load_experiment(file, overrides);
   const auto root = std::filesystem::temp_directory_path() / fmt::format("firn-loop-{}", getpid());
-  const RunFolder run = RunFolder::create(root, e, make_inputs(e, file.parent_path()), {"loop_latency"});
+  const runs::RunFolder run =
+      runs::RunFolder::create(root, e, make_inputs(full_product(), e, file.parent_path()), {"loop_latency"});
 
   ProcessArgs args;
   args.options.node = NodeId::kController;
@@ -97,7 +98,7 @@ FIRN_BENCH(loop_latency) {
   ProcessOptions own = args.options;
   own.node = NodeId::kSurfaceMapper;
   Station mapper(own, bus, [&](const ChannelInfo&, std::span<const std::byte> bytes) {
-    layer_plan_t plan;
+    layer_plan_t plan{};
     if (plan.decode(bytes.data(), 0, int(bytes.size())) > 0) answered = plan.map_id;
   });
   mapper.subscribe(channels::kLayerPlan.name);

@@ -1,4 +1,4 @@
-// Processor time of whole prints in memory (cli/memory_print.h), after one print that warms up.
+// Processor time of whole prints in memory (print/simulated/memory_print.h), after one print that warms up.
 //   memory_print_bench [EXPERIMENT] [--runs N] [--set KEY=VALUE]…
 #include <fmt/core.h>
 #include <sys/resource.h>
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "config/include.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/memory_print.h"
 #include "tests/bench/bench.h"
 
@@ -37,13 +37,13 @@ FIRN_BENCH(memory_print_bench) {
       file = a;
   }
   const Experiment e = load_experiment(file, overrides);
-  const Blobs inputs = make_inputs(e, std::filesystem::path(file).parent_path());
-  print_in_memory(e, inputs);
+  const Blobs inputs = make_inputs(full_product(), e, std::filesystem::path(file).parent_path());
+  print_in_memory(full_product(), e, inputs);
   std::vector<double> user, system;
   for (int n = 0; n < runs; ++n) {
     rusage before{}, after{};
     getrusage(RUSAGE_SELF, &before);
-    const MemoryPrintReport r = print_in_memory(e, inputs);
+    const MemoryPrintReport r = print_in_memory(full_product(), e, inputs);
     getrusage(RUSAGE_SELF, &after);
     user.push_back(seconds(after.ru_utime) - seconds(before.ru_utime));
     system.push_back(seconds(after.ru_stime) - seconds(before.ru_stime));

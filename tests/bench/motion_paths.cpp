@@ -190,8 +190,9 @@ double transcribed_s(const CertifiedWork& work, const PlanResult& result, int pa
   static const MotionLimits limits = cobra600_limits();
   double sum = 0.0;
   for (std::size_t k = 0; k <= result.stops; ++k) {
-    const double best = TimeTranscription(work.segments[k], limits, 325.0, 275.0, result.configuration.elbow)
-                            .minimum_time(parts);
+    const double best =
+        TimeTranscription(work.segments()[k], limits, 325.0, 275.0, result.configuration.elbow)
+            .minimum_time(parts);
     if (best == 0.0) return 0.0;
     sum += best;
   }
@@ -349,7 +350,7 @@ int held(int paths, std::uint64_t seed, bool nasty) {
       std::vector<Point2> points;
       for (const Point2& p : path.points) points.push_back({p.x_mm + kPart.x_mm, p.y_mm + kPart.y_mm});
       const HeldDistances found =
-          sampled_distances(points, work.segments, result.stops + 1, result.points_off_mm);
+          sampled_distances(points, work.segments(), result.stops + 1, result.points_off_mm);
       const double ratio = emitted_ratio(result, work);
       const bool bad = ratio > 1.0 || result.points_off_mm > result.held_mm ||
                        found.points_mm > result.points_off_mm + kChords_mm ||

@@ -37,8 +37,8 @@ std::vector<Moment> record(const HeightMap& h, const control::Setup& setup) {
 }
 
 // Steps: a value holds until the next moment.
-std::string line(const std::vector<Moment>& moments, double Moment::*value, const replay::Axis& x,
-                 const replay::Axis& y, const char* look) {
+std::string line(const std::vector<Moment>& moments, double Moment::*value, const report::Axis& x,
+                 const report::Axis& y, const char* look) {
   std::string d;
   double before = 0.0;
   for (const Moment& m : moments) {
@@ -60,17 +60,17 @@ std::string line(const std::vector<Moment>& moments, double Moment::*value, cons
 
 std::string panel(const std::string& name, const std::vector<Moment>& moments, double left, double top) {
   const Moment& last = moments.back();
-  const replay::Frame frame{62, 34, kWidth - 20, kHeight - 40};
-  const replay::Axis x(kFrom_ms, kTo_ms, frame.left, frame.right, 4, replay::Axis::Kind::kLogarithmic);
-  const replay::Axis y(0.99 * last.found_um, 1.012 * last.found_um, frame.bottom, frame.top, 4);
-  std::string s = replay::draw_axes(frame, x, y, "processor time [ms]", "mean |error| [um]");
+  const report::Frame frame{62, 34, kWidth - 20, kHeight - 40};
+  const report::Axis x(kFrom_ms, kTo_ms, frame.left, frame.right, 4, report::Axis::Kind::kLogarithmic);
+  const report::Axis y(0.99 * last.found_um, 1.012 * last.found_um, frame.bottom, frame.top, 4);
+  std::string s = report::draw_axes(frame, x, y, "processor time [ms]", "mean |error| [um]");
   s += line(moments, &Moment::found_um, x, y, "stroke=\"var(--c0)\" stroke-width=\"2\"");
   s += line(moments, &Moment::bound_um, x, y,
             "stroke=\"var(--c1)\" stroke-width=\"2\" stroke-dasharray=\"6 3\"");
   char text[160];
   std::snprintf(text, sizeof text, "%s: gap %.4f %%", name.c_str(),
                 std::max(0.0, 100.0 * (last.found_um - last.bound_um) / last.found_um));
-  s += replay::svg_text(frame.left, 24, "start", "head", text);
+  s += report::svg_text(frame.left, 24, "start", "head", text);
   std::snprintf(text, sizeof text, "<g transform=\"translate(%g %g)\">\n", left, top);
   return text + s + "</g>\n";
 }
@@ -81,8 +81,8 @@ int draw_gap(const std::string& folder, const std::string& svg, const std::strin
   const control::Setup setup = setup_of(100);
   const int rows = (int(kInstances.size()) + kColumns - 1) / kColumns;
   const double width = kColumns * kWidth, height = rows * kHeight + 40;
-  std::string out = replay::svg_open(width, height, "Layers and bounds of six instances over processor time");
-  out += "<style>" + std::string(replay::kReportStyle) +
+  std::string out = report::svg_open(width, height, "Layers and bounds of six instances over processor time");
+  out += "<style>" + std::string(report::kReportStyle) +
          "svg { background: var(--bg); font-family: system-ui, \"DejaVu Sans\", sans-serif; } .head { "
          "font-size: 14px; fill: var(--fg); }</style>\n";
   std::string table = "instance,cpu_s,found_um,bound_um\n";
@@ -102,8 +102,8 @@ int draw_gap(const std::string& folder, const std::string& svg, const std::strin
                 "stroke=\"var(--c1)\" "
                 "stroke-width=\"2\" stroke-dasharray=\"6 3\"/>\n",
                 y - 4, y - 4);
-  out += legend + replay::svg_text(102, y, "start", "head", "best layer so far") +
-         replay::svg_text(302, y, "start", "head", "lower bound for every layer (axes cut at 1 % below)") +
+  out += legend + report::svg_text(102, y, "start", "head", "best layer so far") +
+         report::svg_text(302, y, "start", "head", "lower bound for every layer (axes cut at 1 % below)") +
          "</svg>\n";
   std::ofstream(svg) << out;
   if (!csv.empty()) std::ofstream(csv) << table;

@@ -30,8 +30,8 @@ using namespace firn;
 
 // From the scheduler's events: their times are of the node clock.
 void add_ms(const std::filesystem::path& wal, double time_scale, std::vector<double>& ms) {
-  const logfile::MappedFile file(wal);
-  logfile::RecordReader reader(file.bytes());
+  const record::MappedFile file(wal);
+  record::RecordReader reader(file.bytes());
   std::int64_t map_us = -1;
   while (const auto r = reader.next()) {
     if (WalKind(r->kind) != WalKind::kEvent) continue;
@@ -98,8 +98,8 @@ double tell_ratio(double share, const Prints& alone, const Prints& attacked) {
 
 bool same_bytes(const test::PageAttack::Size& size) {
   const test::TempFolder place;
-  const RunFolder alone = test::part_to_besiege(place.path() / "alone"),
-                  watched = test::part_to_besiege(place.path() / "watched");
+  const runs::RunFolder alone = test::part_to_besiege(place.path() / "alone"),
+                        watched = test::part_to_besiege(place.path() / "watched");
   test::print_alone(alone);
   const test::Siege siege = test::print_besieged(watched, size);
   const auto differing = test::differing_files(alone, watched);

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "page/watched_run.h"
+#include "print/labs/full_product.h"
 #include "tests/bench/bench.h"
 
 namespace firn::bench::page_bench {
@@ -28,8 +29,8 @@ FIRN_BENCH(page_bench) try {
     return 2;
   }
   const double wall_s = clock_s(CLOCK_MONOTONIC), cpu_s = clock_s(CLOCK_PROCESS_CPUTIME_ID);
-  const firn::page::WatchedRun run(argv[1], 0.0);
-  const std::string hello = run.hello(0.0);
+  const firn::page::WatchedRun run(firn::full_product(), argv[1], 0.0);
+  const std::string hello = run.hello(0.0, "run");
   const double took_s = clock_s(CLOCK_MONOTONIC) - wall_s;
   double load[3] = {};
   ::getloadavg(load, 3);

@@ -28,8 +28,8 @@
 #include "firn/height_profile_t.hpp"
 #include "lcmtypes/convert.h"
 #include "page/server.h"
-#include "print/folder/run_folder.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
+#include "runs/folder/run_folder.h"
 #include "runtime/run_clock.h"
 #include "runtime/write_ahead.h"
 #include "tests/bench/bench.h"
@@ -61,13 +61,14 @@ Experiment experiment() {
 class FalsePrint {
  public:
   explicit FalsePrint(const std::filesystem::path& root)
-      : folder(RunFolder::create(root, experiment(), make_inputs(experiment(), {}), {"page_load"})),
+      : folder(runs::RunFolder::create(root, experiment(), make_inputs(full_product(), experiment(), {}),
+                                       {"page_load"})),
         mapper_(NodeId::kSurfaceMapper, folder.run_id()),
         profiler_(NodeId::kLaserProfiler, folder.run_id()),
         stage_(NodeId::kStage, folder.run_id()),
-        mapper_wal_(folder.wal_path("surface_mapper"), logfile::RecordWriter::Mode::kCreate),
-        profiler_wal_(folder.wal_path("laser_profiler"), logfile::RecordWriter::Mode::kCreate),
-        stage_wal_(folder.wal_path("stage"), logfile::RecordWriter::Mode::kCreate) {
+        mapper_wal_(folder.wal_path("surface_mapper"), record::RecordWriter::Mode::kCreate),
+        profiler_wal_(folder.wal_path("laser_profiler"), record::RecordWriter::Mode::kCreate),
+        stage_wal_(folder.wal_path("stage"), record::RecordWriter::Mode::kCreate) {
     std::filesystem::create_directories(folder.path() / "io");
     lock_ = ::open((folder.path() / "io" / "lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
     ::flock(lock_, LOCK_EX);
@@ -106,11 +107,11 @@ class FalsePrint {
     write(stage_, stage_wal_, channels::device_state(NodeId::kStage), m);
   }
 
-  RunFolder folder;
+  runs::RunFolder folder;
 
  private:
   template <class Message>
-  void write(Outbox& outbox, logfile::RecordWriter& wal, const Channel<Message>& channel, const Message& m) {
+  void write(Outbox& outbox, record::RecordWriter& wal, const Channel<Message>& channel, const Message& m) {
     outbox.begin(Time{monotonic_us()}, 0);
     outbox.send(channel, m);
     bytes_.clear();
@@ -119,7 +120,7 @@ class FalsePrint {
   }
 
   Outbox mapper_, profiler_, stage_;
-  logfile::RecordWriter mapper_wal_, profiler_wal_, stage_wal_;
+  record::RecordWriter mapper_wal_, profiler_wal_, stage_wal_;
   std::vector<std::byte> bytes_;
   std::uint64_t step_ = 0;
   int lock_ = -1;
@@ -142,7 +143,7 @@ class PageProcess {
         if (::write(said[1], (at + "\n").data(), at.size() + 1) < 0) ::_exit(1);
         ::close(said[1]);
       };
-      page::serve(options);
+      page::serve(full_product(), options);
       ::_exit(0);
     }
     ::close(said[1]);

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <sstream>
 
-namespace firn::tuning {
+namespace firn::tune {
 namespace {
 
 constexpr std::size_t kColumns = 13;
@@ -129,4 +129,4 @@ std::string promise_table(std::span<const PromiseRow> rows) {
          "roughest laboratories'\n";
 }
 
-}  // namespace firn::tuning
+}  // namespace firn::tune

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace firn::tuning {
+namespace firn::tune {
 
 struct PromiseRow {
   std::string kind;
@@ -39,4 +39,4 @@ std::string promise_table(std::span<const PromiseRow> rows);
 /// True for kinds whose laboratories are of a class that the tuner knows.
 bool known_class(const std::string& kind);
 
-}  // namespace firn::tuning
+}  // namespace firn::tune

@@ -95,7 +95,7 @@ FIRN_BENCH(recorder_bench) {
       recorder.control().say("STOP");
       while (recorder.running()) ::usleep(1000);
     }
-    const logfile::EventLogFile log(fs::path(folder) / "log.lcm");
+    const record::EventLogFile log(fs::path(folder) / "log.lcm");
     auto reader = log.reader();
     while (const auto event = reader.next()) recorded += event->channel == "HEIGHT_PROFILE";
     std::printf("lost after repair: %lld of %lld\n", static_cast<long long>(sent - recorded),

@@ -13,7 +13,7 @@
 #include "firn/height_map_t.hpp"
 #include "lcmtypes/convert.h"
 #include "print/inputs/targets.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/memory_print.h"
 #include "tests/bench/bench.h"
 
@@ -24,15 +24,15 @@ using namespace firn;
 namespace {
 
 registration::NozzleOffset measured(const Experiment& e) {
-  const Blobs inputs = make_inputs(e, "");
+  const Blobs inputs = make_inputs(full_product(), e, "");
   HeightMap bare, last;
   MemoryPrintOptions options;
   options.tap = [&](std::string_view channel, std::span<const std::byte> bytes) {
-    height_map_t m;
+    height_map_t m{};
     if (channel == channels::kHeightMap.name && m.decode(bytes.data(), 0, int(bytes.size())) >= 0)
       (m.layer ? last : bare) = height_of(m);
   };
-  print_in_memory(e, inputs, options);
+  print_in_memory(full_product(), e, inputs, options);
   std::vector<registration::MarkSite> sites;
   const Mask mask = mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask");
   for (const control::Mark& m : control::registration_marks(mask, e.control.registration.spacing_cells))

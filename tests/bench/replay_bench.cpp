@@ -11,7 +11,7 @@
 
 #include "cli/replay_command.h"
 #include "config/include.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/lab_run.h"
 #include "replay/print_verdict.h"
 #include "tests/bench/bench.h"
@@ -50,9 +50,9 @@ FIRN_BENCH(replay_bench) {
   }
   const Experiment e = load_experiment(file, overrides);
   const auto root = std::filesystem::temp_directory_path() / fmt::format("firn-replay-bench-{}", getpid());
-  const RunFolder run =
-      RunFolder::create(root, e, make_inputs(e, std::filesystem::path(file).parent_path()), {"replay_bench"});
-  const LabRunReport lab = run_in_lab(run, {});
+  const runs::RunFolder run = runs::RunFolder::create(
+      root, e, make_inputs(full_product(), e, std::filesystem::path(file).parent_path()), {"replay_bench"});
+  const LabRunReport lab = run_in_lab(full_product(), run, {});
   const double mb =
       double(bytes_in(run.path() / "nodes") + std::filesystem::file_size(run.log_path())) * 1e-6;
   fmt::print("{} after {} layers, {:.1f} s of node time, {:.1f} MB of write-ahead files and log\n",
@@ -65,7 +65,7 @@ FIRN_BENCH(replay_bench) {
       ReplayCommandOptions o;
       o.run = run.path().string();
       o.threads = threads;
-      const replay::RunVerdict v = replay_verdict(o);
+      const replay::RunVerdict v = replay_verdict(full_product(), o);
       if (!v.identical()) {
         fmt::print("{}", replay::to_text(v));
         status = 1;
@@ -77,7 +77,8 @@ FIRN_BENCH(replay_bench) {
       o.threads = 1;
       o.stopwatch = true;
       double handler_s = 0;
-      for (const auto& node : replay_verdict(o).nodes) handler_s += double(node.handler_ns) * 1e-9;
+      for (const auto& node : replay_verdict(full_product(), o).nodes)
+        handler_s += double(node.handler_ns) * 1e-9;
       handlers.push_back(handler_s);
     }
     const double wall_s = median(walls), handler_s = median(handlers);

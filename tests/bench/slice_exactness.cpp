@@ -32,7 +32,7 @@ FIRN_BENCH(slice_exactness) try {
   }
   const double tolerance_mm = 0.05, filter_mm = kOutlineShare * tolerance_mm,
                ring_mm = kRingShare * tolerance_mm;
-  const double most = tolerance_mm * kUnitsPerMm, every = 250;
+  const double most = tolerance_mm * geometry::kUnitsPerMm, every = 250;
   const MeshFile mesh(argv[1]);
   const auto sliced = [&](double chord_mm) {
     return slice::slice(mesh.facets(), {}, {.chord_tolerance_mm = chord_mm}, serially);
@@ -45,10 +45,10 @@ FIRN_BENCH(slice_exactness) try {
     const RingLevels rings =
         offset_rings(thin.layers[k], plan, ring_mm, 0, {&whole.layers[k], filter_mm, true});
     for (std::size_t level = 0; level < rings.levels.size(); ++level) {
-      const double d = plan.distance_mm(int(level)) * kUnitsPerMm;
+      const double d = plan.distance_mm(int(level)) * geometry::kUnitsPerMm;
       const oracle::Nearby outline(oracle::segments_of(whole.layers[k]), d + 2000);
       double depth = 0;
-      for (const Vec p : oracle::along(rings.levels[level], every))
+      for (const geometry::Vec p : oracle::along(rings.levels[level], every))
         depth = std::max(depth, std::abs(outline.distance_to(p) - d));
       const oracle::Hausdorff h = oracle::hausdorff(whole.layers[k], rings.levels[level], d, every, 3000);
       ++levels;
@@ -58,11 +58,12 @@ FIRN_BENCH(slice_exactness) try {
       ++off;
       std::printf(
           "layer %zu, level %zu: depth off by %.4f mm, exact to ring %.4f mm, ring to exact %.4f mm\n", k + 1,
-          level, depth * kMmPerUnit, h.exact_to_ring * kMmPerUnit, h.ring_to_exact * kMmPerUnit);
+          level, depth * geometry::kMmPerUnit, h.exact_to_ring * geometry::kMmPerUnit,
+          h.ring_to_exact * geometry::kMmPerUnit);
     }
   }
   std::printf("%s: %zu levels, %zu further off than %g mm; depth off by %.4f mm at most\n", argv[1], levels,
-              off, tolerance_mm, furthest * kMmPerUnit);
+              off, tolerance_mm, furthest * geometry::kMmPerUnit);
   return 0;
 } catch (const std::exception& e) {
   std::fprintf(stderr, "%s: %s\n", argv[0], e.what());

@@ -27,7 +27,7 @@ double cpu_s() { return double(std::clock()) / CLOCKS_PER_SEC; }
 
 struct Tally {
   std::size_t rings = 0, points = 0;
-  void add(const Rings& r) {
+  void add(const geometry::Rings& r) {
     rings += r.size();
     points += r.points.size();
   }
@@ -40,12 +40,12 @@ void time(const char* name, F&& f) {
   std::printf("%-34s %7.3f s CPU %8zu rings %9zu points\n", name, cpu_s() - start, tally.rings, tally.points);
 }
 
-std::size_t voronoi_vertices(const Region& region) {
+std::size_t voronoi_vertices(const geometry::Region& region) {
   boost::polygon::voronoi_builder<std::int32_t> builder;
   for (std::size_t r = 0; r < region.size(); ++r) {
     const auto ring = region[r];
     for (std::size_t i = 0; i < ring.size(); ++i) {
-      const Point a = ring[i], b = ring[i + 1 < ring.size() ? i + 1 : 0];
+      const geometry::Point a = ring[i], b = ring[i + 1 < ring.size() ? i + 1 : 0];
       builder.insert_segment(a.x, a.y, b.x, b.y);
     }
   }
@@ -54,13 +54,13 @@ std::size_t voronoi_vertices(const Region& region) {
   return diagram.num_vertices();
 }
 
-Rings simplified(const Rings& rings, double tolerance_mm) {
-  Rings thin;
-  std::vector<Vec> line;
+geometry::Rings simplified(const geometry::Rings& rings, double tolerance_mm) {
+  geometry::Rings thin;
+  std::vector<geometry::Vec> line;
   for (std::size_t r = 0; r < rings.size(); ++r) {
     line.clear();
-    for (const Point p : rings[r]) line.push_back(to_vec(p));
-    simplify_ring(line, tolerance_mm * kUnitsPerMm, thin);
+    for (const geometry::Point p : rings[r]) line.push_back(to_vec(p));
+    simplify_ring(line, tolerance_mm * geometry::kUnitsPerMm, thin);
   }
   return thin;
 }
@@ -79,24 +79,24 @@ FIRN_BENCH(slice_rings) try {
   const MeshFile mesh(argv[1]);
   const Sliced sliced = slice::slice(mesh.facets(), {}, options, serially);
   std::size_t points = 0;
-  for (const Region& layer : sliced.layers) points += layer.points.size();
+  for (const geometry::Region& layer : sliced.layers) points += layer.points.size();
   std::printf("%s: %zu layers, %zu points, chord tolerance %g mm\n", argv[1], sliced.layers.size(), points,
               tolerance_mm);
   const RingPlan plan;
   time("front from the original", [&] {
     Tally tally;
-    for (const Region& layer : sliced.layers)
-      for (const Rings& rings : offset_rings(layer, plan, tolerance_mm).levels) tally.add(rings);
+    for (const geometry::Region& layer : sliced.layers)
+      for (const geometry::Rings& rings : offset_rings(layer, plan, tolerance_mm).levels) tally.add(rings);
     return tally;
   });
   time("Boost.Polygon Voronoi, no rings", [&] {
     Tally tally;
-    for (const Region& layer : sliced.layers) tally.points += voronoi_vertices(layer);
+    for (const geometry::Region& layer : sliced.layers) tally.points += voronoi_vertices(layer);
     return tally;
   });
   time("Clipper, each from the ring before", [&] {
     Tally tally;
-    for (Region ring : sliced.layers) {
+    for (geometry::Region ring : sliced.layers) {
       for (int level = 0; !ring.empty(); ++level) {
         ring = simplified(
             clipper_offset(ring, plan.distance_mm(level) - (level ? plan.distance_mm(level - 1) : 0),
@@ -109,9 +109,9 @@ FIRN_BENCH(slice_rings) try {
   });
   time("Clipper, each from the original", [&] {
     Tally tally;
-    for (const Region& layer : sliced.layers) {
+    for (const geometry::Region& layer : sliced.layers) {
       for (int level = 0;; ++level) {
-        const Rings rings = clipper_offset(layer, plan.distance_mm(level), tolerance_mm);
+        const geometry::Rings rings = clipper_offset(layer, plan.distance_mm(level), tolerance_mm);
         if (rings.empty()) break;
         tally.add(rings);
       }

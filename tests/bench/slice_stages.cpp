@@ -76,9 +76,9 @@ int run(int argc, char** argv) {
   const slice::Sliced& s = last.sliced;
   double volume_mm3 = 0.0;
   std::size_t meeting = 0;
-  for (const slice::Region& layer : s.layers) {
-    volume_mm3 += slice::area_mm2(layer) * options.layer_height_mm;
-    meeting += slice::first_contact(layer).has_value();
+  for (const geometry::Region& layer : s.layers) {
+    volume_mm3 += geometry::area_mm2(layer) * options.layer_height_mm;
+    meeting += geometry::first_contact(layer).has_value();
   }
   std::printf("%s: %zu facets, chord tolerance %g mm, %d runs\n", argv[1], s.facts.facets,
               options.chord_tolerance_mm, repeats);

@@ -26,7 +26,7 @@
 #include "config/include.h"
 #include "core/grid/random.h"
 #include "estimators/lab/box_search.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "studies/identify/identification_study.h"
 #include "studies/tune/advice.h"
 #include "studies/tune/tune_answer.h"
@@ -37,7 +37,7 @@
 namespace firn::bench::tune_promises {
 
 using namespace firn;
-using namespace firn::tuning;
+using namespace firn::tune;
 
 namespace {
 
@@ -157,7 +157,7 @@ class Bench {
   std::vector<LabPrint> prints_of(const Case& c, const Experiment& e, std::uint32_t stream,
                                   int prints) const {
     std::vector<LabPrint> made(std::size_t(prints), LabPrint{});
-    const Blobs own = e.grid == c.experiment.grid ? Blobs() : make_inputs(e, ".");
+    const Blobs own = e.grid == c.experiment.grid ? Blobs() : make_inputs(full_product(), e, ".");
     const Blobs& inputs = own.empty() ? c.inputs : own;
     run_jobs(prints, o_.threads, [&](int n) {
       LabDraw draw = c.lab;
@@ -301,7 +301,7 @@ class Bench {
     if (of_ice(o_.kind))
       c.inputs = {{"paths", "", slice::encode(test::ice_block(kIceIntervals))}, {"machine", "", {}}};
     else
-      c.inputs = make_inputs(c.experiment, std::filesystem::path(file_).parent_path());
+      c.inputs = make_inputs(full_product(), c.experiment, std::filesystem::path(file_).parent_path());
     return c;
   }
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "config/include.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/memory_print.h"
 #include "report/run/voxels.h"
 #include "tests/bench/bench.h"
@@ -31,15 +31,15 @@ FIRN_BENCH(two_ink_schemes) {
     e.control.scheme = c.scheme;
     e.control.mpc.alpha = {{1, c.alpha}};
     e.geometry.judge_above_layers = c.judge_above_layers;
-    const Blobs inputs = make_inputs(e, file.parent_path());
+    const Blobs inputs = make_inputs(full_product(), e, file.parent_path());
     const Geometry m = geometry_from_bytes(blob(inputs, "geometry").bytes, e.grid, "geometry");
     MemoryPrintOptions options;
     options.materials = true;
-    const MemoryPrintReport r = print_in_memory(e, inputs, options);
+    const MemoryPrintReport r = print_in_memory(full_product(), e, inputs, options);
     const double slice_mm = e.model.h1_mm + 4.0 * e.model.h2_mm + 4.0 * e.model.h3_mm;
-    const int nz = replay::slices_for(r.materials, m, slice_mm);
+    const int nz = report::slices_for(r.materials, m, slice_mm);
     const auto wrong =
-        replay::count_wrong(replay::voxels_of(m, slice_mm, nz), replay::voxels_of(r.materials, slice_mm, nz));
+        report::count_wrong(report::voxels_of(m, slice_mm, nz), report::voxels_of(r.materials, slice_mm, nz));
     std::printf("%-10s %5.1f %6.1f %6lld %8lld %13.1f %7d\n", c.scheme, c.alpha, c.judge_above_layers,
                 (long long)wrong.wrong(), (long long)wrong.boundary_wrong(), r.error.std_mm * 1e3,
                 r.result.layers);

@@ -18,6 +18,7 @@
 #include "print/bringup/bringup.h"
 #include "print/device/lab_experiment.h"
 #include "print/device/simulated_instruments.h"
+#include "print/labs/full_product.h"
 #include "tests/cli/run_firn.h"
 
 using namespace firn;
@@ -38,14 +39,14 @@ struct Bench {
   /// The link row of a node whose port has the address of another instrument, carried out beside others.
   std::future<BringupResult> linked(const std::string& node, const PortAddress& address) {
     return std::async(std::launch::async, [this, node, address] {
-      BringupLab lab(lab_file, [address](const std::string&) { return address; }, {}, {});
+      BringupLab lab(full_product(), lab_file, [address](const std::string&) { return address; }, {}, {});
       return row(0, node, lab);
     });
   }
 
   BringupResult row(int id, const std::string& node) {
     BringupLab lab(
-        lab_file,
+        full_product(), lab_file,
         [this](const std::string& name) {
           return exchanged.contains(name) ? exchanged.at(name) : world.address(name);
         },
@@ -489,17 +490,19 @@ TEST_CASE("another instrument at the same port is refused by its serial number, 
   REQUIRE(state);
   CHECK(state->identities.at("lamp") == "Excelitas OmniCure S2000 board 105 serial 20158");
   const Experiment e = load_lab_experiment(kInkjet, {port});
-  CHECK(identity_refusal(e, *state, file, {}, {}).empty());
+  CHECK(identity_refusal(full_product(), e, *state, file, {}, {}).empty());
   state->identities["lamp"] = "Excelitas OmniCure S2000 board 105 serial 20157";
-  CHECK_THAT(identity_refusal(e, *state, file, {}, {}),
+  CHECK_THAT(identity_refusal(full_product(), e, *state, file, {}, {}),
              Contains("another instrument is at " + at) && Contains("serial 20158' answers") &&
                  Contains("'Excelitas OmniCure S2000 board 105 serial 20157'") &&
                  Contains("--accept-bringup lamp:identity"));
-  CHECK(identity_refusal(e, *state, file, {"lamp:identity"}, {}).empty());
-  CHECK(identity_refusal(e, *state, file, {"all"}, {}).empty());
+  CHECK(identity_refusal(full_product(), e, *state, file, {"lamp:identity"}, {}).empty());
+  CHECK(identity_refusal(full_product(), e, *state, file, {"all"}, {}).empty());
   state->identities.clear();
-  CHECK_THAT(identity_refusal(e, *state, file, {}, {}), Contains("it does not name the lamp"));
-  CHECK(identity_refusal(load_lab_experiment(kInkjet, {}), *state, file, {}, {}).empty());  // nothing is real
+  CHECK_THAT(identity_refusal(full_product(), e, *state, file, {}, {}),
+             Contains("it does not name the lamp"));
+  CHECK(identity_refusal(full_product(), load_lab_experiment(kInkjet, {}), *state, file, {}, {})
+            .empty());  // nothing is real
 
   state->identities["lamp"] = "Excelitas OmniCure S2000 board 105 serial 20157";
   for (const PlannedRow& planned : planned_rows(e)) {

@@ -8,6 +8,7 @@
 #include "files/json.h"
 #include "files/text_file.h"
 #include "print/device/cassette_replay.h"
+#include "print/labs/full_product.h"
 #include "tests/cli/run_firn.h"
 
 using namespace firn;
@@ -72,7 +73,8 @@ TEST_CASE("Every cassette that a lab has sent is sent again by the driver of tod
   int cassettes = 0;
   for (const auto& entry : std::filesystem::directory_iterator(FIRN_SOURCE_DIR "/tests/drivers/cassettes")) {
     INFO(entry.path());
-    CHECK(replay_cassette(parse_cassette(read_file(entry.path()), entry.path().string())) == "");
+    CHECK(replay_cassette(full_product(), parse_cassette(read_file(entry.path()), entry.path().string())) ==
+          "");
     ++cassettes;
   }
   CHECK(cassettes >= 2);

@@ -13,6 +13,7 @@
 #include "core/grid/random.h"
 #include "files/json.h"
 #include "report/study/study_analysis.h"
+#include "runtime/build_info.h"
 #include "tests/cli/run_firn.h"
 
 namespace firn::test {
@@ -21,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using Catch::Contains;
 using Json = nlohmann::json;
-using replay::StudyTable;
+using report::StudyTable;
 
 const std::string kSource = FIRN_SOURCE_DIR;
 
@@ -116,16 +117,16 @@ TEST_CASE("Nothing, and a group of commands without its verb, are usage errors")
     CHECK(firn_says(words).code == 2);
 }
 
-TEST_CASE("firn --version names the program and its commit in one line") {
+TEST_CASE("firn --version names the program, its version and its commit in one line") {
   const Said said = firn_says({"--version"});
   CHECK(said.code == 0);
-  CHECK(said.out.rfind("firn ", 0) == 0);
-  CHECK(std::count(said.out.begin(), said.out.end(), '\n') == 1);
+  CHECK(said.out == "firn " + build_version() + " " + build_commit() + "\n");
+  CHECK_THAT(build_version(), Catch::Matches("[0-9]+[.][0-9]+[.][0-9]+"));
 }
 
 TEST_CASE("A study as JSON has the numbers of its analysis, for every scheme and every pair") {
   const StudyTable t = study(3, 8, 0.1);
-  const replay::StudyAnalysis a = replay::analyse(t);
+  const report::StudyAnalysis a = report::analyse(t);
   const Json j = Json::parse(study_json(t, a));
   CHECK(j.at("study") == t.name);
   CHECK(j.at("answer") == a.answer);
@@ -135,27 +136,27 @@ TEST_CASE("A study as JSON has the numbers of its analysis, for every scheme and
   REQUIRE(j.at("comparisons").size() == a.comparisons.size());
   for (std::size_t arm = 0; arm < 3; ++arm) {
     const Json& scheme = j.at("schemes").at(arm);
-    CHECK(scheme.at("failed_prints") == a.failed[arm]);
+    CHECK(scheme.at("failed_prints") == a.stopped[arm]);
     CHECK(scheme.at("metrics").size() == 2 * 3);
     for (const Json& m : scheme.at("metrics"))
       if (m.at("metric") == "rms_um" && m.at("part") == "") CHECK(m.at("mean") == a.summaries[arm].mean);
   }
   for (std::size_t n = 0; n < a.comparisons.size(); ++n) {
     const Json& c = j.at("comparisons").at(n);
-    const replay::ArmComparison& want = a.comparisons[n];
+    const report::ArmComparison& want = a.comparisons[n];
     CHECK(c.at("a") == t.arms[want.a]);
     CHECK(c.at("b") == t.arms[want.b]);
     CHECK(c.at("holm_p") == want.holm_p);
-    CHECK(c.at("stopped_a") == want.stopped_a);
-    CHECK(c.at("distinguishable") == (want.holm_p <= replay::kAlpha));
-    CHECK(c.at("better").is_null() == (want.holm_p > replay::kAlpha));
+    CHECK(c.at("failed_a") == want.failed_a);
+    CHECK(c.at("distinguishable") == want.told_apart());
+    CHECK(c.at("better").is_null() != want.told_apart());
   }
 }
 
 TEST_CASE("Numbers of a study that are none are null in its JSON") {
   StudyTable t = study(2, 5, 0.0);
   for (std::size_t n = 0; n < 10; ++n) t.runs[n] = {false, "error", "", {NAN, NAN}};
-  const std::string text = study_json(t, replay::analyse(t));
+  const std::string text = study_json(t, report::analyse(t));
   const Json j = Json::parse(text);
   for (const char* word : {"nan", "inf"}) CHECK(text.find(word) == std::string::npos);
   CHECK(j.at("schemes").at(0).at("failed_prints") == 10);
@@ -164,7 +165,7 @@ TEST_CASE("Numbers of a study that are none are null in its JSON") {
 
 TEST_CASE("A study's text ends with the answer, and its table has the prints that stopped of each scheme") {
   const StudyTable t = study(4, 6, 0.2);
-  const replay::StudyAnalysis a = replay::analyse(t);
+  const report::StudyAnalysis a = report::analyse(t);
   const std::string text = study_text(t, a, {{"control.scheme", "", {"a", "b", "c", "d"}}});
   CHECK(text.substr(text.size() - a.answer.size() - 1) == a.answer + "\n");
   CHECK_THAT(text, Contains("control.scheme") && Contains("arm2: c"));
@@ -176,8 +177,16 @@ TEST_CASE("A study's text ends with the answer, and its table has the prints tha
     std::size_t seeds = 0;
     row >> name >> seeds >> stopped;
     CHECK(seeds == a.summaries[arm].seeds);
-    CHECK(stopped == std::to_string(a.failed[arm]) + "/12");
+    CHECK(stopped == std::to_string(a.stopped[arm]) + "/12");
   }
+}
+
+TEST_CASE("A study with too few seeds says so before its table") {
+  const StudyTable t = study(4, 6, 0.0);
+  const std::string text = study_text(t, report::analyse(t), {});
+  const std::size_t note = text.find("6 seeds cannot tell 6 pairs apart");
+  REQUIRE(note != text.npos);
+  CHECK(note < text.find("arm0 "));
 }
 
 TEST_CASE("A decision on a surface at its target is to end, and on one a layer below to print") {

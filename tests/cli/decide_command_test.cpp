@@ -10,8 +10,8 @@
 #include "core/grid/random.h"
 #include "files/json.h"
 #include "files/usage_error.h"
-#include "print/folder/run_folder.h"
 #include "print/inputs/targets.h"
+#include "runs/folder/run_folder.h"
 #include "tests/files/record/scratch.h"
 
 using namespace firn;

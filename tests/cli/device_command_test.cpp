@@ -1,5 +1,6 @@
 // firn device: one instrument alone, simulated or behind a line.
 #include <sys/socket.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -103,4 +104,36 @@ TEST_CASE("An instrument that is not there, or says nothing, ends with 3 and the
   CHECK(gone.code == 3);
   CHECK_THAT(gone.out, Contains("REAL lamp: serial:/dev/firn-none"));
   CHECK_THAT(gone.err, Contains("No such file") && Contains("its port does not open"));
+}
+
+TEST_CASE("An instrument that takes bytes and says nothing is named after two seconds, for every verb") {
+  const auto folder = fresh_folder("device-silent");
+  const int listener = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_un a{};
+  a.sun_family = AF_UNIX;
+  (folder / "lamp").string().copy(a.sun_path, sizeof a.sun_path - 1);
+  REQUIRE(::bind(listener, reinterpret_cast<sockaddr*>(&a), sizeof a) == 0);
+  REQUIRE(::listen(listener, 4) == 0);
+  for (const char* verb : {"status", "identify", "on"}) {
+    const Said said = device(
+        {kInkjet, "lamp", verb, "--set", "devices.lamp.port=\"unix:" + (folder / "lamp").string() + "\""});
+    CHECK(said.code == 3);
+    CHECK_THAT(said.err, Contains("no answer within 2 s"));
+  }
+  ::close(listener);
+}
+
+TEST_CASE("A value that the order's message cannot carry is refused before the port is opened") {
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{{"stage", "jog", "1e9", "0", "0", "5"},
+                                             {"stage", "move", "1e12", "0", "0", "5"},
+                                             {"jet", "fire", "1e9"}}) {
+    std::vector<std::string> all{kInkjet};
+    all.insert(all.end(), words.begin(), words.end());
+    all.insert(all.end(), {"--set", "devices." + words[0] + ".port=\"serial:/dev/firn-none?baud=9600\""});
+    const Said said = device(all);
+    CAPTURE(said.out, said.err);
+    CHECK(said.code == 2);
+    CHECK_THAT(said.err, Contains("is outside"));
+  }
 }

@@ -241,3 +241,55 @@ TEST_CASE("An all black and an all white picture are no drop") {
     CHECK(Json::parse(said.out)["pictures"][0]["state"] == "no drop");
   }
 }
+
+TEST_CASE("A crop measures a picture without its caption, and places stay those of the whole picture") {
+  const auto folder = fresh_folder("droplet-crop");
+  const plant::StrobeJet jet;
+  for (const auto& [name, white] :
+       std::vector<std::pair<std::string, int>>{{"a.png", 255}, {"b.png", 4095}}) {
+    plant::StrobeCamera c = photo_camera();
+    c.white = white;
+    plant::StrobePicture p = plant::render_strobe(c, &jet, 100, 7, 0);
+    for (int y = 240; y < 270; ++y)  // a caption as programs paint it: darker or brighter than any light
+      for (int x = 10; x < 120; ++x)
+        if (x % 30 < 20) p.pixels[std::size_t(y * p.width + x)] = std::uint16_t(white > 255 ? 65535 : 0);
+    if (white > 255) p.white = 65535;
+    const std::string file = save(p, folder / name);
+    const std::vector<std::string> words{
+        "droplets", file, "--json", "--crop", "20,0,280,230", "--picture", (folder / "seen.png").string()};
+    const Said said = firn_says(words);
+    CAPTURE(name, said.err);
+    REQUIRE(said.code == 0);
+    const Json j = Json::parse(said.out)["pictures"][0];
+    CHECK(j["state"] == "drop");
+    CHECK(j["drops"].empty());
+    CHECK(j["main"]["x_px"].get<double>() == Approx(p.truth.x_px).margin(0.1));
+    CHECK(j["main"]["y_px"].get<double>() == Approx(p.truth.y_px).margin(0.1));
+    CHECK(j["main"]["diameter_px"].get<double>() == Approx(p.truth.diameter_px).epsilon(0.015));
+    CHECK(j["nozzle"]["y_px"].get<double>() == Approx(c.nozzle_y_px).margin(0.5));
+    CHECK(j["nozzle"]["x_px"].get<double>() == Approx(c.nozzle_x_px).margin(0.5));
+    CHECK(j["width_px"] == 320);
+    const cv::Mat seen = cv::imread((folder / "seen.png").string());
+    CHECK((seen.cols == 320 && seen.rows == 280));
+  }
+}
+
+TEST_CASE("A crop that leaves a picture, is too small or no rectangle is refused by picture and limit") {
+  const auto folder = fresh_folder("droplet-crop-errors");
+  const plant::StrobeJet jet;
+  const std::string a = save(plant::render_strobe(photo_camera(), &jet, 100, 7, 0), folder / "a.png");
+  const std::string leaves =
+      " leaves the picture of 320 x 280 pixels: x + width is at most 320, y + height 280";
+  check_droplets_refused({a, "--crop", "60,0,261,200"}, a + ": --crop 60,0,261,200" + leaves);
+  check_droplets_refused({a, "--crop", "60,81,260,200"}, a + ": --crop 60,81,260,200" + leaves);
+  check_droplets_refused({a, "--crop=-1,0,100,200"}, a + ": --crop -1,0,100,200" + leaves);
+  check_droplets_refused({a, "--crop", "2147483647,0,100,200"}, leaves);
+  check_droplets_refused({a, "--crop", "0,0,15,200"},
+                         "--crop: 15 x 200 pixels; sides must be from 16 to 16384");
+  check_droplets_refused({a, "--crop", "0,0,100"}, "--crop: 3 numbers; it takes four: x,y,width,height [px]");
+  check_droplets_refused({a, "--crop", "0,0,a,9"}, "--crop = 0,0,a,9");
+  cv::imwrite((folder / "none.png").string(), cv::Mat(60, 60, CV_8U, cv::Scalar(9)));
+  check_droplets_refused(
+      {a, "--background", (folder / "none.png").string(), "--crop", "0,0,100,100"},
+      (folder / "none.png").string() + ": --crop 0,0,100,100 leaves the picture of 60 x 60");
+}

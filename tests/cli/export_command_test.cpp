@@ -2,8 +2,8 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
+#include "files/exit_codes.h"
 #include "files/json.h"
-#include "print/exit_codes.h"
 #include "tests/cli/run_firn.h"
 
 using namespace firn;

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import zipfile
 import zlib
 from pathlib import Path
 
@@ -324,6 +325,9 @@ class Export(unittest.TestCase):
             for name in ("a", "b"):
                 firn("export", runs[0], "-o", self.folder / f"{name}.{ending}")
             self.assertEqual((self.folder / f"a.{ending}").read_bytes(), (self.folder / f"b.{ending}").read_bytes())
+        with zipfile.ZipFile(self.folder / "a.npz") as file:
+            self.assertIsNone(file.testzip())
+            self.assertEqual({entry.date_time for entry in file.infolist()}, {(1980, 1, 1, 0, 0, 0)})
         self.assertIn("v1-mpc", firn("export", runs[0], runs[0], "-o", self.folder / "x.h5", code=2).stderr)
 
     def test_a_packed_run_gives_the_same_file(self):
@@ -358,7 +362,7 @@ class Export(unittest.TestCase):
         (run / "log.lcm").unlink()
         refused("log.lcm: is missing", "firn log repair", code=2)
         (run / "provenance.json").unlink()
-        refused("not a run folder", "provenance.json", code=2)
+        refused("is no run folder", "provenance.json", code=2)
         self.assertIn("no format with this ending",
                       firn("export", ROOT / "tests/replay/golden/v1-mpc", "-o", self.folder / "x.mat", code=2).stderr)
 

@@ -37,34 +37,45 @@ def lines(*words, code=0):
     return [json.loads(line) for line in firn("log", "cat", *words, code=code).stdout.splitlines()]
 
 
+CONSTANTS = {"ROWS": "2", "COLS": "0x3", "ONE": "1"}
+
+
 def random_types(rng, package):
-    """Structs of numbered names; a later one may hold earlier ones, or a counted array of any."""
+    """Structs of numbered names; a later one may hold earlier ones, or a counted array of any. Returns also the text
+    in which each constant that is an array's size is its value: what lcm-gen hashes, and what lcm-gen before 1.5
+    needs."""
     names = [f"t{i}_t" for i in range(rng.randint(2, 6))]
     structs = {}
     for i, name in enumerate(names):
         members = [("int32_t", "n", []), ("int8_t", "m", [])]
         for k in range(rng.randint(1, 5)):
-            dims = [rng.choice(["n", "m", "2", "0x3", "1"]) for _ in range(rng.choice([0, 0, 1, 2, 3]))]
-            kind = rng.choice(PLAIN)
+            dims = [rng.choice(["n", "m", "2", "0x3", "1", *CONSTANTS]) for _ in range(rng.choice([0, 0, 1, 2, 3]))]
+            kind = rng.choice(PLAIN + ["mode_t"])
             if rng.random() < 0.4:
                 kind = rng.choice(names[:i] if i and rng.random() < 0.6 else names)
                 if names.index(kind) >= i and not {"n", "m"} & set(dims):
                     dims = ["n"]
             members.append((kind, f"v{k}", dims))
         structs[name] = members
-    text = f"// types of a test\npackage {package};\n"
+    constants = ", ".join(f"{name} = {value}" for name, value in CONSTANTS.items())
+    text = f"// types of a test\npackage {package};\nenum mode_t {{ kOff = 0, kOn, kSafe = 0x10 }}\n"
     for name, members in structs.items():
-        text += f"struct {name} {{ const int32_t LIMIT = 3;\n"
+        text += f"struct {name} {{ const int32_t LIMIT = -3, {constants}; const double SCALE = -1.5e3;\n"
         for kind, member, dims in members:
             full = kind if kind in PLAIN or rng.random() < 0.5 else f"{package}.{kind}"
             text += f"  {full} {member}{''.join(f'[{d}]' for d in dims)}; /* a comment */\n"
         text += "}\n"
-    return structs, text
+    plain = text
+    for name, value in CONSTANTS.items():
+        plain = plain.replace(f"[{name}]", f"[{value}]")
+    return structs, text, plain
 
 
 def random_value(rng, kind, module, structs, depth):
     if kind in structs:
         return random_message(rng, kind, module, structs, depth + 1)
+    if kind == "mode_t":
+        return module.mode_t(rng.choice([0, 1, 16]))
     if kind == "string":
         return "".join(rng.choice("abc \"\\é") for _ in range(rng.randint(0, 5)))
     if kind in ("float", "double"):
@@ -76,7 +87,8 @@ def random_value(rng, kind, module, structs, depth):
 
 def random_message(rng, name, module, structs, depth=0):
     message = getattr(module, name)()
-    counts = {"n": rng.randint(0, 2 if depth < 2 else 0), "m": rng.randint(0, 2 if depth < 2 else 0)}
+    counts = {name: int(value, 0) for name, value in CONSTANTS.items()}
+    counts |= {"n": rng.randint(0, 2 if depth < 2 else 0), "m": rng.randint(0, 2 if depth < 2 else 0)}
     for kind, member, dims in structs[name]:
         if member in counts and not dims:
             setattr(message, member, counts[member])
@@ -102,6 +114,8 @@ def same(test, name, structs, message, found, path):
             where = f"{path}.{member}[{i}]"
             if kind in structs:
                 same(test, kind, structs, e, v, where)
+            elif kind == "mode_t":
+                test.assertEqual(e.value, v, where)
             elif kind == "float":
                 test.assertEqual(struct.pack(">f", e), struct.pack(">f", v), where)
             else:
@@ -129,14 +143,16 @@ class ForeignLogs(unittest.TestCase):
         for seed in range(25):
             rng = random.Random(seed)
             package = f"p{seed}"
-            structs, text = random_types(rng, package)
+            structs, text, plain = random_types(rng, package)
             folder = self.types / package
             folder.mkdir()
             (folder / "types.lcm").write_text(text)
             python = self.folder / "python"
-            subprocess.run(["lcm-gen", "--python", "--ppath", python, folder / "types.lcm"], check=True)
+            (self.folder / "plain.lcm").write_text(plain)
+            subprocess.run(["lcm-gen", "--python", "--ppath", python, self.folder / "plain.lcm"], check=True)
             sys.path.insert(0, str(python))
             module = importlib.import_module(package)
+            module.mode_t.__init__.__defaults__ = (0,)  # lcm-gen 1.3 makes members of an enum without a value
             events, messages = [], []
             for k in range(12):
                 name = rng.choice(list(structs))

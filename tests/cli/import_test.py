@@ -235,7 +235,7 @@ class Import(unittest.TestCase):
         droplets = {s["name"]: m["mean"] for s in told["schemes"] for m in s["metrics"] if m["metric"] == "droplets" and not m["part"]}
         layers = {s["name"]: m["mean"] for s in told["schemes"] for m in s["metrics"] if m["metric"] == "layers" and not m["part"]}
         self.assertEqual(droplets["blind"], 80 * layers["blind"])
-        self.assertIn("part.height_mm", firn("compare", self.folder / "s.toml", "-o", self.folder / "study", "--set", "part.height_mm=1",
+        self.assertIn("part.height_mm", firn("compare", self.folder / "s.toml", "-o", self.folder / "study", "--set", "part.height_mm=0.5",
                                              code=2).stderr)
 
     def test_segments_and_increments_in_other_units_are_summed_to_heights(self):
@@ -272,18 +272,18 @@ class Import(unittest.TestCase):
     def test_what_is_wrong_is_named_with_its_line_and_nothing_is_left(self):
         good = "layer,x_mm,height_mm,drops\n"
         self.refused("", "record.csv", "no row below")
-        self.refused("layer,x_mm,drops\n1,0,1\n", "line 1", "no column of height")
+        self.refused("layer,x_mm,drops\n1,0,1\n", "record.csv:1:", "no column of height")
         self.refused("x_mm,height_mm\n1,0\n", "no column of the layer")
-        self.refused(good + "1,0,5,1\n1,zero,5,1\n", "line 3", "'zero' is not a number")
-        self.refused(good + "1.5,0,5,1\n", "line 2", "layer 1.5")
+        self.refused(good + "1,0,5,1\n1,zero,5,1\n", "record.csv:3:", "x_mm = zero: is not a finite number")
+        self.refused(good + "1.5,0,5,1\n", "record.csv:2:", "layer 1.5")
         self.refused(good + "1,0,5,300\n", "layer 1, cell (0, 0)", "--input-per-drop")
         self.refused(good + "1,0,5,0.5\n", "no whole number of droplets")
-        self.refused(good + "1,0,5,1\n1,0,5,2\n", "line 3", "a second input of layer 1")
-        self.refused(good + "1,0,inf,1\n", "height = inf mm")
-        self.refused("layer,x [furlong],height_mm\n1,0,1\n", "line 1", "unit 'furlong'", "mm, um")
+        self.refused(good + "1,0,5,1\n1,0,5,2\n", "record.csv:3:", "a second input of layer 1")
+        self.refused(good + "1,0,inf,1\n", "height_mm = inf: is not a finite number")
+        self.refused("layer,x [furlong],height_mm\n1,0,1\n", "record.csv:1:", "unit 'furlong'", "mm, um")
         self.refused("layer,x_mm,hight_mm\n1,0,1\n", "no column 'height_mm'", "the nearest is 'hight_mm'",
                      words=("--column", "height=height_mm"))
-        self.refused(good + '1,"0,5,1\n', "line 2", "a quote without end")
+        self.refused(good + '1,"0,5,1\n', "record.csv:2:", "a quote without end")
         self.refused(good + "1,0,nan,1\n", "holds no height")
         self.refused(good + "1,0,1,0\n1,1000,1,0\n1,0.1,1,0\n1,0.2,1,0\n1,0.3,1,0\n", "cells along x", "--pitch-mm")
         (self.folder / "some").mkdir()

@@ -4,14 +4,14 @@
 #include <cmath>
 #include <sstream>
 
+#include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/path/layer_file.h"
 #include "files/path/trajectory_file.h"
 #include "files/record/event_log.h"
 #include "files/usage_error.h"
 #include "firn/run_start_t.hpp"
-#include "print/exit_codes.h"
-#include "print/folder/log_repair.h"
+#include "runs/folder/log_repair.h"
 #include "runtime/wal_file.h"
 #include "runtime/write_ahead.h"
 #include "tests/files/record/scratch.h"
@@ -32,8 +32,8 @@ struct RunFiles {
 
   explicit RunFiles(const std::vector<int>& lost = {}) {
     std::filesystem::create_directories(wal.parent_path());
-    logfile::RecordWriter records(wal, logfile::RecordWriter::Mode::kCreate);
-    logfile::EventLogWriter events(log);
+    record::RecordWriter records(wal, record::RecordWriter::Mode::kCreate);
+    record::EventLogWriter events(log);
     std::vector<std::byte> bytes;
     WalHead head;
     head.node = "controller";
@@ -138,7 +138,7 @@ TEST_CASE("firn log verify names recording gaps and values outside their limits"
   const Json found = verify(run.options(run.log), kFailed);
   CHECK(found["channels"]["LAYER_PLAN"]["missing"] == 3);
   CHECK_THAT(found["problems"][0].get<std::string>(), Contains("recording gap: 3 messages of LAYER_PLAN"));
-  logfile::EventLogWriter events(run.scratch / "bad.lcm");
+  record::EventLogWriter events(run.scratch / "bad.lcm");
   auto bad = some_height_map(6, 5);
   bad.header.seq = 1;
   bad.grid.pitch_x_mm = -1;
@@ -155,7 +155,7 @@ TEST_CASE("firn log verify advises a repair only where the write-ahead files hol
   };
   CHECK_THAT(problem(), Contains("`firn log repair` fills it"));
   const std::vector<std::byte> whole = read_bytes(run.wal);
-  logfile::RecordReader reader(whole);
+  record::RecordReader reader(whole);
   std::uint64_t cut = 0;  // behind the outputs of layer 3
   while (const auto r = reader.next())
     if (r->index == 9) cut = r->offset;
@@ -180,7 +180,7 @@ TEST_CASE("firn log verify rejects a trajectory file without totals, and one wit
     sums.paths = 1;
     sums.samples = 3;
     sums.duration_s = 0.048;
-    logfile::RecordWriter out(file, logfile::RecordWriter::Mode::kCreate);
+    record::RecordWriter out(file, record::RecordWriter::Mode::kCreate);
     out.append(std::uint16_t(TrajectoryRecord::kHead), encode(head));
     out.append(std::uint16_t(TrajectoryRecord::kPath), encode(path));
     if (totals) out.append(std::uint16_t(TrajectoryRecord::kTotals), encode(sums));
@@ -272,8 +272,7 @@ TEST_CASE(
   for (const bool empty : {false, true}) {
     const RunFiles run;
     {
-      logfile::RecordWriter sent(run.scratch / "nodes" / "launcher.sent",
-                                 logfile::RecordWriter::Mode::kCreate);
+      record::RecordWriter sent(run.scratch / "nodes" / "launcher.sent", record::RecordWriter::Mode::kCreate);
       Outbox launcher(NodeId::kLauncher, 7);
       launcher.begin({5}, 0);
       launcher.send(channels::kRunStart, run_start_t{});
@@ -311,10 +310,10 @@ TEST_CASE(
 TEST_CASE("A log that somebody is writing is not repaired under his hands") {
   const RunFiles run({3});
   const auto before = read_bytes(run.log);
-  logfile::EventLogWriter::Options appending;
-  appending.mode = logfile::File::Mode::kAppend;
-  const logfile::EventLogWriter recorder(run.log, appending);
-  CHECK_THROWS_WITH(repair_from_write_ahead(run.log, run.wal.parent_path()),
+  record::EventLogWriter::Options appending;
+  appending.mode = record::File::Mode::kAppend;
+  const record::EventLogWriter recorder(run.log, appending);
+  CHECK_THROWS_WITH(runs::repair_from_write_ahead(run.log, run.wal.parent_path()),
                     Contains("is being written by another process"));
   CHECK(read_bytes(run.log) == before);
 }

@@ -1,9 +1,8 @@
 #!/usr/bin/env python3
-"""Adds a command in a scratch copy of the house, in the two places that CONTRIBUTING names, and runs it.
+"""Adds a command in a scratch copy of the house, in the three places that CONTRIBUTING names, and runs it.
 
     tests/cli/new_command_test.py ROOT BUILD
 """
-import shlex
 import subprocess
 import sys
 import tempfile
@@ -15,19 +14,8 @@ from scratch_copy import ScratchCopy, run  # noqa: E402
 
 ROOT = BUILD = None
 
-HEADER = """// firn greet: greets a guest.
-#pragma once
-
-namespace firn {
-
-class OptionSet;
-
-/// Declares the arguments.
-void declare_greet(OptionSet& options);
-
-}  // namespace firn
-"""
-SOURCE = """#include "cli/greet_command.h"
+SOURCE = """// run_greet greets a guest.
+#include "cli/commands.h"
 
 #include <cstdio>
 
@@ -69,26 +57,12 @@ class NewCommand(unittest.TestCase):
     def tearDown(self):
         self.folder.cleanup()
 
-    def link(self, objects):
-        """The program of BUILD with these objects in the place of its own."""
-        command = run(["ninja", "-C", BUILD, "-t", "commands", "-s", "bin/firn"]).stdout
-        words = shlex.split(command.strip().splitlines()[-1])
-        words = words[words.index("&&") + 1:] if words[0] == ":" else words
-        words = words[:words.index("&&")] if "&&" in words else words
-        program = Path(self.folder.name) / "greeter"
-        words[words.index("-o") + 1] = str(program)
-        main = next(n for n, word in enumerate(words) if word.endswith("main.cpp.o"))
-        words[main + 1:main + 1] = map(str, objects)
-        run(words, cwd=BUILD)
-        return program
-
-    def test_two_existing_files_are_edited_for_a_new_command(self):
-        self.copy.add("cli/greet_command.h", HEADER)
+    def test_a_new_command_is_a_row_in_each_of_three_files(self):
         self.copy.add("cli/greet_command.cpp", SOURCE)
         self.copy.insert("cli/CMakeLists.txt", "  generated_document.cpp", "  greet_command.cpp\n")
-        self.copy.insert("cli/commands.cpp", '#include "cli/doctor_command.h"', '#include "cli/greet_command.h"\n')
+        self.copy.insert("cli/commands.h", "void declare_help", "void declare_greet(OptionSet& options);\n")
         self.copy.insert("cli/commands.cpp", '{"replay", ', '    {"greet", "greets a guest", declare_greet},\n')
-        self.assertEqual(self.copy.touched(), ["cli/CMakeLists.txt", "cli/commands.cpp"])
+        self.assertEqual(self.copy.touched(), ["cli/CMakeLists.txt", "cli/commands.cpp", "cli/commands.h"])
 
         cache = (Path(BUILD) / "CMakeCache.txt").read_text()
         given = dict(line.split("=", 1) for line in cache.splitlines() if "=" in line and not line.startswith(("#", "/")))
@@ -96,7 +70,7 @@ class NewCommand(unittest.TestCase):
                             f"-DFIRN_SANITIZE={given['FIRN_SANITIZE:STRING']}")
         objects = [f"cli/CMakeFiles/firn_cli.dir/{name}.cpp.o" for name in ("commands", "greet_command")]
         self.copy.compile(*objects)
-        firn = self.link(Path(self.folder.name) / "build" / o for o in objects)
+        firn = self.copy.link(BUILD, "bin/firn", objects, Path(self.folder.name) / "greeter")
 
         def say(*words):
             done = subprocess.run([firn, *words], capture_output=True, text=True)

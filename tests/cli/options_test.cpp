@@ -2,8 +2,10 @@
 
 #include <vector>
 
+#include "cli/commands.h"
 #include "cli/options.h"
 #include "files/usage_error.h"
+#include "print/labs/full_product.h"
 
 using namespace firn;
 
@@ -11,7 +13,7 @@ namespace {
 
 Call parse(std::vector<const char*> words) {
   words.insert(words.begin(), "firn");
-  return parse_command_line(commands(), int(words.size()), words.data());
+  return parse_command_line(all_commands(), full_product(), int(words.size()), words.data());
 }
 
 }  // namespace
@@ -35,7 +37,7 @@ TEST_CASE("Usage errors name the command and the argument and are raised by run,
 
 TEST_CASE("A program of one command points to the one that has them all") {
   const char* words[] = {"firn-demo", "print"};
-  CHECK_THROWS_WITH(parse_command_line(commands().first(1), 2, words).run(),
+  CHECK_THROWS_WITH(parse_command_line(all_commands().first(1), full_product(), 2, words).run(),
                     Catch::Contains("unknown command 'print': this program has ") &&
                         Catch::Contains(" alone; try ./firn print"));
 }

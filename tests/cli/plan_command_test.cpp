@@ -8,9 +8,9 @@
 #include <sstream>
 
 #include "config/error.h"
+#include "files/exit_codes.h"
 #include "files/path/trajectory_file.h"
 #include "files/usage_error.h"
-#include "print/exit_codes.h"
 
 using namespace firn;
 using Catch::Contains;
@@ -251,6 +251,15 @@ TEST_CASE("Options that do not fit are refused by name before anything is writte
                o.pulses = "x";
              }),
              Contains("--pulses"));
+}
+
+TEST_CASE(
+    "Method optimal says before a long path how long it may take, other methods and short paths nothing") {
+  const auto warning = slow_path_warning("optimal", "job.csv:2", 10000);
+  REQUIRE(warning);
+  CHECK_THAT(*warning, Contains("job.csv:2") && Contains("50 s") && Contains("10000 points"));
+  CHECK_FALSE(slow_path_warning("optimal", "job.csv:2", 1000));
+  CHECK_FALSE(slow_path_warning("certified", "job.csv:2", 1000000));
 }
 
 TEST_CASE("An aerosol machine's job becomes a trajectory file of its stage") {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <set>
 
-#include "cli/audit_command.h"
 #include "core/grid/random.h"
 #include "firn/deposition_report_t.hpp"
 #include "firn/enable_t.hpp"
@@ -17,9 +16,10 @@
 #include "firn/path_report_t.hpp"
 #include "firn/stage_command_t.hpp"
 #include "firn/valve_command_t.hpp"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/lab_run.h"
-#include "replay/run_messages.h"
+#include "replay/audit_run.h"
+#include "runs/read/run_reader.h"
 #include "tests/cli/run_firn.h"
 #include "tests/replay/damage.h"
 #include "tests/replay/forge.h"
@@ -35,7 +35,7 @@ using replay::ViolationKind;
 template <class Message>
 std::vector<Message> messages(const fs::path& run, std::string_view channel) {
   std::vector<Message> all;
-  replay::RunMessages(run).each<Message>(channel, [&](const Message& m) { all.push_back(m); });
+  runs::RunReader(run).each<Message>(channel, [&](const Message& m) { all.push_back(m); });
   return all;
 }
 
@@ -397,7 +397,7 @@ constexpr Planted kIce[] = {
 class Ground {
  public:
   explicit Ground(const fs::path& clean) : clean_(clean) {
-    const replay::AuditVerdict v = audit_verdict(clean);
+    const replay::AuditVerdict v = replay::audit_run(clean);
     INFO(clean << ": " << to_text(v));
     REQUIRE(v.clean());
   }
@@ -409,7 +409,7 @@ class Ground {
         fs::copy(clean_, run, fs::copy_options::recursive);
         Victim victim(run, seed);
         p.plant(victim);
-        const replay::AuditVerdict v = audit_verdict(run);
+        const replay::AuditVerdict v = replay::audit_run(run);
         CAPTURE(p.name, seed, clean_, to_text(v));
         const bool found = std::ranges::any_of(
             v.violations, [&](const replay::Violation& x) { return x.kind == p.kind && x.what.size() > 10; });
@@ -425,9 +425,9 @@ class Ground {
 
 TEST_CASE("the audit names every violation that is planted into a clean run") {
   const Experiment e = tiny_print("planted");
-  const RunFolder printed =
-      RunFolder::create(fresh_folder("planted-ground"), e, make_inputs(e, ""), {"test"});
-  REQUIRE(run_in_lab(printed, {}).result.status == 0);
+  const runs::RunFolder printed = runs::RunFolder::create(fresh_folder("planted-ground"), e,
+                                                          make_inputs(full_product(), e, ""), {"test"});
+  REQUIRE(run_in_lab(full_product(), printed, {}).result.status == 0);
   int named = 0;
   for (const fs::path& clean : {printed.path(), golden("v5-two-inks")}) {
     const Ground ground(clean);

@@ -3,9 +3,11 @@
 
 #include "cli/print_show.h"
 #include "config/include.h"
+#include "files/exit_codes.h"
 #include "files/json.h"
-#include "print/exit_codes.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
+#include "print/print_judge.h"
+#include "runs/folder/verdict.h"
 #include "tests/print/ice_runs.h"
 
 using namespace firn;
@@ -13,18 +15,35 @@ using Catch::Contains;
 
 namespace {
 
-PrintSummary over(RunResult result, double rms_um, double tolerance_um, bool asked = false) {
+PrintSummary over(runs::RunResult result) {
   PrintSummary s;
   s.scheme = "open_loop";
   s.result = std::move(result);
-  s.measured = rms_um > 0.0;
-  s.rms_um = rms_um;
-  s.tolerance_um = tolerance_um;
-  s.tolerance_asked = asked;
   return s;
 }
 
-const RunResult kDone{"finished", kOk, 30, "the last layer is printed"},
+layer_metrics_t measured(double rms_um) {
+  layer_metrics_t m{};
+  m.map_id = 3;
+  m.rms_mm = rms_um * 1e-3;
+  return m;
+}
+
+// The result of a print that the scheduler ended so, after a last map with this RMS; 0: no map.
+runs::RunResult judged(runs::RunResult result, double rms_um, double asked_um = 0.0, Experiment e = {}) {
+  PrintJudge judge(full_product(), e, asked_um);
+  if (rms_um > 0.0) judge.take(measured(rms_um));
+  judge.judge(result);
+  return result;
+}
+
+Experiment without_target() {
+  Experiment e;
+  e.control.scheme = "pattern";
+  return e;
+}
+
+const runs::RunResult kDone{"finished", kOk, 30, "the last layer is printed"},
     kDry{"out of tolerance", kOutOfTolerance, 30, "valve_a gives nothing"},
     kStopped{"stopped safely", kSafetyStop, 12, "robot: link lost"};
 
@@ -36,58 +55,111 @@ PrintSummary printed(Experiment e, const Blobs& inputs, const std::filesystem::p
   o.bus = "in-process";
   o.runs = runs.string();
   o.tolerance_um = tolerance_um;
-  return print_experiment(e, inputs, o);
+  return print_experiment(full_product(), e, inputs, o);
 }
 
 }  // namespace
 
 TEST_CASE("The usual tolerance is one nominal layer, in both labs, and none where a print has no target") {
   Experiment e;
-  CHECK(usual_tolerance_um(e) == Approx(7.6));
+  CHECK(usual_tolerance_um(full_product(), e) == Approx(7.6));
   e.control.scheme = "open_loop";
-  CHECK(usual_tolerance_um(e) == Approx(7.6));
+  CHECK(usual_tolerance_um(full_product(), e) == Approx(7.6));
   e.control.open_loop.layers = 3;
-  CHECK(usual_tolerance_um(e) == 0.0);
+  CHECK(usual_tolerance_um(full_product(), e) == 0.0);
   for (const char* scheme : {"pattern", "registration"}) {
     e.control.scheme = scheme;
-    CHECK(usual_tolerance_um(e) == 0.0);
+    CHECK(usual_tolerance_um(full_product(), e) == 0.0);
   }
   Experiment ice;
   ice.lab.kind = "ice";
   ice.control.scheme = "open_loop";
-  CHECK(usual_tolerance_um(ice) == Approx(240.0));
+  CHECK(usual_tolerance_um(full_product(), ice) == Approx(240.0));
 }
 
 TEST_CASE("The last line of a print gives its verdict, and out of tolerance has an exit code of its own") {
   struct Case {
-    PrintSummary summary;
+    runs::RunResult result;
     std::optional<bool> within;
     int code;
     std::string line;
   };
   const Case cases[] = {
-      {over(kDone, 7.0, 7.6), true, 0,
-       "within tolerance: RMS 7.00 um of the last map, at most 7.60 um, one layer"},
-      {over(kDone, 80.0, 7.6), false, 4,
-       "OUT OF TOLERANCE: RMS 80.00 um of the last map, more than 7.60 um, one layer"},
-      {over(kDone, 80.0, 7.6, true), false, 4,
-       "OUT OF TOLERANCE: RMS 80.00 um of the last map, more than 7.60 um\n"},
-      {over(kDone, 7.0, 7.6, true), true, 0, "within tolerance"},
-      {over(kDry, 7.0, 7.6), false, 4, "OUT OF TOLERANCE: valve_a gives nothing"},
-      {over(kStopped, 7.0, 7.6, true), std::nullopt, 3, "to go on: firn print --resume"},
-      {over(kDone, 0.0, 7.6, true), std::nullopt, 1, "nothing was measured"},
-      {over(kDone, 7.0, 0.0), std::nullopt, 0, "run folder"},
+      {judged(kDone, 7.0), true, kOk, "within tolerance: RMS 7 um of the last map, at most 7.6 um"},
+      {judged(kDone, 80.0), false, kOutOfTolerance,
+       "OUT OF TOLERANCE: RMS 80 um of the last map, more than 7.6 um, one layer; the last layer"},
+      {judged(kDone, 80.0, 70.0), false, kOutOfTolerance,
+       "OUT OF TOLERANCE: RMS 80 um of the last map, more than 70 um; the last layer"},
+      {judged(kDone, 7.0, 7.6), true, kOk, "within tolerance"},
+      {judged(kDry, 7.0), false, kOutOfTolerance, "OUT OF TOLERANCE: valve_a gives nothing"},
+      {judged(kStopped, 7.0, 7.6), std::nullopt, kSafetyStop, "to go on: firn print --resume"},
+      {judged(kDone, 0.0, 7.6), std::nullopt, kFailed, "nothing was measured"},
+      {judged(kDone, 7.0, 0.0, without_target()), std::nullopt, kOk, "no target"},
   };
   for (const Case& c : cases) {
     CAPTURE(c.line);
-    CHECK(within_tolerance(c.summary) == c.within);
-    CHECK(exit_code(c.summary) == c.code);
-    CHECK_THAT(last_line(print_text(c.summary)), Contains(c.line));
-    const auto j = nlohmann::json::parse(print_json(c.summary));
+    CHECK(within_tolerance(c.result) == c.within);
+    CHECK(c.result.status == c.code);
+    CHECK_THAT(last_line(print_text(over(c.result))), Contains(c.line));
+    const auto j = nlohmann::json::parse(print_json(over(c.result)));
     CHECK(j["status"] == c.code);
     CHECK(j["within_tolerance"].is_null() == !c.within.has_value());
     if (c.within) CHECK(j["within_tolerance"] == *c.within);
   }
+}
+
+TEST_CASE("A result reads back from its file as it was written, judged or not, with its facts or without") {
+  runs::RunResult full = judged(kDone, 80.0);
+  full.part = runs::PrintedPart{"mesh a \"b\".stl", {10.25, 4.0, 0.4}};
+  full.overspill_percent = 9.25;
+  full.audit = "1 violation: layer 3, pass 2: a cell twice";
+  for (const runs::RunResult& r : {judged(kDone, 80.0), judged(kDone, 0.0), kStopped, full}) {
+    const runs::RunResult read = runs::parse_result(runs::result_text(r), "result.json");
+    CHECK(read.outcome == r.outcome);
+    CHECK(read.status == r.status);
+    CHECK(read.layers == r.layers);
+    CHECK(read.reason == r.reason);
+    CHECK(read.tolerance_um == r.tolerance_um);
+    REQUIRE(read.error.has_value() == r.error.has_value());
+    if (r.error) CHECK(read.error->rms_um == r.error->rms_um);
+    REQUIRE(read.part.has_value() == r.part.has_value());
+    if (r.part) CHECK((read.part->name == r.part->name && read.part->size_mm == r.part->size_mm));
+    CHECK(read.overspill_percent == r.overspill_percent);
+    CHECK(read.audit == r.audit);
+  }
+  const std::string older = R"({"outcome": "finished", "status": 0, "layers": 3, "reason": "done"})";
+  CHECK_FALSE(runs::parse_result(older, "result.json").part);
+  CHECK(verdict_words(runs::parse_result(older, "result.json"), LabWords{}) == "not judged");
+  for (const char* wrong :
+       {R"("part": 3)", R"("part": {"name": "x"})", R"("part": {"name": "x", "size_mm": [1, 2]})",
+        R"("overspill_percent": "9")", R"("audit": 0)"})
+    CHECK_THROWS_WITH(
+        runs::parse_result(older.substr(0, older.size() - 1) + ", " + wrong + "}", "result.json"),
+        Contains("result.json: "));
+}
+
+TEST_CASE("Ice is told in mm and pulses, the ink-jet in um and droplets, both in three significant digits") {
+  runs::RunResult r = judged(kDone, 117.4, 240.0);
+  r.error->rms_inside_um = 108.9;
+  r.error->rms_rim_um = 140.2;
+  r.part = runs::PrintedPart{"mesh gear.stl", {30.123, 30.0, 7.2}};
+  r.overspill_percent = 9.2468;
+  r.audit = "clean";
+  CHECK(result_lines(r, lab_words("ice")) ==
+        "part: mesh gear.stl, 30.1 x 30 x 7.2 mm\n"
+        "measured surface against the nominal height: mean +0 mm, RMS 0.117 mm, std 0 mm\n"
+        "RMS inside 0.109 mm, on the rim 0.14 mm\n"
+        "overspill: 9.25 % of the part's volume lies beside it\n"
+        "audit: clean\n");
+  CHECK(verdict_words(r, lab_words("ice")) ==
+        "within tolerance: RMS 0.117 mm of the last map, at most 0.24 mm");
+  CHECK_THAT(result_lines(r, lab_words("inkjet")), Contains("RMS 117 um") && Contains("against target"));
+  PrintSummary s = over(r);
+  s.words = lab_words("ice");
+  s.droplets = 1234;
+  CHECK_THAT(print_text(s), Contains("1234 pulses"));
+  CHECK(lab_words("aerosol").in_mm);
+  CHECK(lab_words("aerosol").amount == "switches");
 }
 
 TEST_CASE(
@@ -97,20 +169,34 @@ TEST_CASE(
   const auto small = firn::test::small_ice_part(
       {"control.scheme=open_loop", "plant.ice.flow_water_mm3_s=150", "plant.ice.flow_sme_mm3_s=150"});
   const PrintSummary open = printed(small.experiment, small.inputs, scratch / "runs", 0.0);
-  CHECK(open.result.status == kOk);
-  CHECK(open.tolerance_um == Approx(240.0));
-  CHECK(within_tolerance(open) == false);
-  CHECK(exit_code(open) == kOutOfTolerance);
+  CHECK(open.result.tolerance_um == Approx(240.0));
+  CHECK(open.result.outcome == "out of tolerance");
+  CHECK(open.result.status == kOutOfTolerance);
+  const auto kept = runs::RunFolder::open(open.folder).result();
+  REQUIRE(kept);
+  CHECK(runs::result_text(*kept) == runs::result_text(open.result));
+  REQUIRE(kept->part);
+  CHECK(kept->part->name.find(".stl") != std::string::npos);
+  for (const double side : kept->part->size_mm) CHECK(side > 0.0);
+  CHECK(kept->audit == "clean");
+  REQUIRE(kept->error);
+  CHECK((kept->error->rms_inside_um > 0.0 && kept->error->rms_rim_um > 0.0));
+  CHECK(kept->error->rms_um <= std::max(kept->error->rms_inside_um, kept->error->rms_rim_um));
   const auto fed = firn::test::small_ice_part({});
   const PrintSummary smf = printed(fed.experiment, fed.inputs, scratch / "runs", 50.0);
-  CHECK(smf.tolerance_asked);
-  CHECK(within_tolerance(smf) == false);  // 50 um is asked too much
-  CHECK(exit_code(smf) == kOutOfTolerance);
+  CHECK(smf.result.tolerance_um == 50.0);
+  CHECK(smf.result.status == kOutOfTolerance);  // 50 um is asked too much
 
   const std::filesystem::path file = std::filesystem::path(FIRN_SOURCE_DIR) / "experiments/cylinder.toml";
   const Experiment inkjet =
       load_experiment(file, {"part.height_mm=0.08", "grid.nx=24", "grid.ny=24", "part.diameter_mm=5"});
-  const PrintSummary mpc = printed(inkjet, make_inputs(inkjet, file.parent_path()), scratch / "runs", 0.0);
-  CHECK(within_tolerance(mpc) == true);
-  CHECK(exit_code(mpc) == kOk);
+  const PrintSummary mpc =
+      printed(inkjet, make_inputs(full_product(), inkjet, file.parent_path()), scratch / "runs", 0.0);
+  CHECK(within_tolerance(mpc.result) == true);
+  CHECK(part_words(*mpc.result.part).starts_with("cylinder, "));
+  CHECK(mpc.result.part->size_mm[2] == Approx(0.08));
+  REQUIRE(mpc.result.overspill_percent);
+  CHECK((*mpc.result.overspill_percent > 0.0 && *mpc.result.overspill_percent < 60.0));
+  CHECK(mpc.result.audit == "clean");
+  CHECK(mpc.result.status == kOk);
 }

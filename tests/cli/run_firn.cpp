@@ -8,8 +8,10 @@
 #include <iostream>
 #include <sstream>
 
+#include "cli/commands.h"
 #include "cli/failure.h"
 #include "cli/options.h"
+#include "print/labs/full_product.h"
 
 namespace firn::test {
 namespace {
@@ -56,7 +58,7 @@ Said firn_says(const std::vector<std::string>& words) {
   Said said;
   std::string problem;
   try {
-    said.code = parse_command_line(commands(), int(argv.size()), argv.data()).run();
+    said.code = parse_command_line(all_commands(), full_product(), int(argv.size()), argv.data()).run();
   } catch (const std::exception& e) {
     const Failure f = failure_of(e);
     said.code = f.code;

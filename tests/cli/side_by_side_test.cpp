@@ -15,7 +15,7 @@ LivePrint ends_with(const std::string& scheme, int layers, double rms_um) {
             s.scheme = scheme;
             s.folder = "runs/" + scheme;
             s.result = {"finished", 0, layers, "last layer"};
-            s.rms_um = rms_um;
+            s.result.error = runs::MapError{.rms_um = rms_um};
             return s;
           }};
 }
@@ -39,7 +39,8 @@ TEST_CASE("Prints side by side give their summaries back in the order of the pri
   CHECK(all[1].result.outcome == "finished");
   CHECK(all[1].result.layers == 12);
   CHECK(all[1].result.reason == "last layer");
-  CHECK(all[1].rms_um == 0.125);
+  REQUIRE(all[1].result.error);
+  CHECK(all[1].result.error->rms_um == 0.125);
 }
 
 TEST_CASE("A print that throws beside others is named, after the others have ended") {

@@ -17,12 +17,12 @@
 #include <sstream>
 
 #include "config/error.h"
+#include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/path/layer_file.h"
 #include "files/path/path_file.h"
 #include "files/record/part_file.h"
 #include "files/usage_error.h"
-#include "print/exit_codes.h"
 #include "print/prepare/gcode.h"
 #include "print/prepare/slice_job.h"
 #include "print/prepare/slice_report.h"
@@ -149,7 +149,7 @@ TEST_CASE(
     for (std::size_t m = 0; m < 2; ++m) {
       INFO("layer " << regions.layer << ", material " << m);
       const slice::Coverage& c = covered[m];
-      const double height_mm = layer->height * slice::kMmPerUnit;
+      const double height_mm = layer->height * geometry::kMmPerUnit;
       swept_mm3[m] += c.swept_mm2 * height_mm;
       wanted_mm3[m] += c.wanted_mm2 * height_mm;
       CHECK(c.gap_mm2 <= 0.05 * c.wanted_mm2);
@@ -160,7 +160,7 @@ TEST_CASE(
     // length, but for round ends.
     const auto use = slice::material_use(*layer);
     for (std::size_t m = 0; m < use.size(); ++m)
-      CHECK(use[m].volume_mm3 / (layer->height * slice::kMmPerUnit) <=
+      CHECK(use[m].volume_mm3 / (layer->height * geometry::kMmPerUnit) <=
             1.03 * (covered[m].swept_mm2 + 2.0 * covered[m].overlap_mm2) + 1.0);
   }
   CHECK_FALSE(reader.next().has_value());
@@ -247,14 +247,14 @@ TEST_CASE("Two parts of two materials: the first has its way, and both are fille
   SlicedJob job = slice_meshes(files, s, serially, kQuiet);
   REQUIRE(job.layers.size() == 8);
   REQUIRE(job.layers[3].by_material.size() == 3);
-  const auto area = [](const slice::Region& r) {
+  const auto area = [](const geometry::Region& r) {
     double sum = 0;
     for (std::size_t k = 0; k < r.size(); ++k)
       for (std::size_t n = 0; n < r[k].size(); ++n) {
-        const slice::Point p = r[k][n], q = r[k][(n + 1) % r[k].size()];
+        const geometry::Point p = r[k][n], q = r[k][(n + 1) % r[k].size()];
         sum += 0.5 * (double(p.x) * q.y - double(q.x) * p.y);
       }
-    return sum * slice::kMmPerUnit * slice::kMmPerUnit;
+    return sum * geometry::kMmPerUnit * geometry::kMmPerUnit;
   };
   const double gear_mm2 = area(job.layers[3].by_material[0]), rest_mm2 = area(job.layers[3].by_material[2]);
   CHECK(gear_mm2 == Approx(job.parts[0].facts.volume_mm3 / 2.0).epsilon(1e-3));
@@ -428,7 +428,7 @@ TEST_CASE("Ended by SIGTERM amid its layers, firn slice leaves nothing behind") 
   const auto before = std::signal(SIGTERM, SIG_DFL);
   const pid_t pid = ::fork();
   if (pid == 0) {
-    logfile::remove_parts_on_signals();
+    record::remove_parts_on_signals();
     ::_exit(run_slice(o));
   }
   int status = 0;

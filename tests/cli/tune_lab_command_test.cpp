@@ -43,7 +43,7 @@ fs::path printed_run(const std::string& name) {
 
 // A line with its checksum.
 std::string checked_line(const std::string& text) {
-  return fmt::format("{:016x} {}\n", logfile::checksum64(std::as_bytes(std::span(text))), text);
+  return fmt::format("{:016x} {}\n", record::checksum64(std::as_bytes(std::span(text))), text);
 }
 
 }  // namespace

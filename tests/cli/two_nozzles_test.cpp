@@ -6,10 +6,10 @@
 #include "cli/calibrate_command.h"
 #include "config/include.h"
 #include "files/usage_error.h"
-#include "print/folder/run_folder.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/lab_run.h"
 #include "print/simulated/memory_print.h"
+#include "runs/folder/run_folder.h"
 #include "tests/support/temp_folder.h"
 
 namespace firn {
@@ -33,7 +33,7 @@ Experiment block(const std::string& plant) {
 MemoryPrintReport print(const Experiment& e) {
   MemoryPrintOptions options;
   options.surface = options.materials = true;
-  return print_in_memory(e, make_inputs(e, ""), options);
+  return print_in_memory(full_product(), e, make_inputs(full_product(), e, ""), options);
 }
 
 // Cells whose column is for the larger part of another ink than the (upright) pipe wants.
@@ -96,8 +96,9 @@ TEST_CASE(
     e.plant.seed += 1;
     e.plant.nozzle_b_x_mm = 20.0 + dx;
     e.plant.nozzle_b_y_mm = dy;
-    const RunFolder run = RunFolder::create(folder.path(), e, make_inputs(e, ""), {"test"});
-    REQUIRE(run_in_lab(run, {}).result.status == 0);
+    const runs::RunFolder run =
+        runs::RunFolder::create(folder.path(), e, make_inputs(full_product(), e, ""), {"test"});
+    REQUIRE(run_in_lab(full_product(), run, {}).result.status == 0);
     const Calibration c = calibrate(run.path());
     CHECK(std::abs(c.offset_x_mm() - e.plant.nozzle_b_x_mm) < 4.0 * c.off.x.sigma_mm);
     CHECK(std::abs(c.offset_y_mm() - e.plant.nozzle_b_y_mm) < 4.0 * c.off.y.sigma_mm);
@@ -119,15 +120,17 @@ TEST_CASE("firn calibrate refuses another print, and marks that are too far off,
   const test::TempFolder folder;
   Experiment e = block("lu2015");
   e.control.max_layers = 1;
-  const RunFolder other = RunFolder::create(folder.path(), e, make_inputs(e, ""), {"test"});
-  run_in_lab(other, {});
+  const runs::RunFolder other =
+      runs::RunFolder::create(folder.path(), e, make_inputs(full_product(), e, ""), {"test"});
+  run_in_lab(full_product(), other, {});
   CHECK_THROWS_WITH(calibrate(other.path()), Catch::Contains("no registration print"));
   CHECK_THROWS_AS(calibrate(folder.path() / "none"), std::exception);
 
   Experiment far = load_experiment(FIRN_SOURCE_DIR "/experiments/registration.toml", {});
   far.plant.nozzle_b_x_mm = 20.75;
-  const RunFolder run = RunFolder::create(folder.path(), far, make_inputs(far, ""), {"test"});
-  run_in_lab(run, {});
+  const runs::RunFolder run =
+      runs::RunFolder::create(folder.path(), far, make_inputs(full_product(), far, ""), {"test"});
+  run_in_lab(full_product(), run, {});
   CHECK_THROWS_WITH(calibrate(run.path()), Catch::Contains("marks of nozzle B are not within"));
 }
 

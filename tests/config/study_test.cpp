@@ -198,9 +198,9 @@ TEST_CASE("Random damage to a valid study gives a study within its limits or a C
     try {
       const Study s = parse_study(text, "s.toml");
       REQUIRE(!s.seeds.empty());
-      REQUIRE(s.seeds.size() <= kMostSeeds);
+      REQUIRE(s.seeds.size() <= kMaxSeeds);
       REQUIRE(!s.arms.empty());
-      REQUIRE(s.arms.size() <= kMostArms);
+      REQUIRE(s.arms.size() <= kMaxArms);
       REQUIRE(!s.parts.empty());
       for (const StudyEntry& a : s.arms) REQUIRE(!a.name.empty());
       for (Experiment& e : study_experiments(s, ""))

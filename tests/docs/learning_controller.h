@@ -10,7 +10,7 @@ namespace firn::control {
 inline constexpr std::array kLearningOptions{
     ExtraOption{"learning_rate", 0.3, "", above(0, 1), "share of the newest layer in the learned rise"}};
 
-class LearningController final : public LayerController {
+class LearningController final : public LayerControllerBase {
  public:
   LearningController(const Setup& setup, const ControlOptions& options)
       : setup_(setup), rate_(options.extra.number("learning_rate")) {

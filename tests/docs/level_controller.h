@@ -8,7 +8,7 @@
 
 namespace firn::control {
 
-class LevelController final : public LayerController {
+class LevelController final : public LayerControllerBase {
  public:
   LevelController(const Setup& setup, const ControlOptions&) : setup_(setup), predict_(setup) {}
 

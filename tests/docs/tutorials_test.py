@@ -46,7 +46,7 @@ def rows(page):
 
 
 def firn_with_controllers(folder, page):
-    """A firn whose table of schemes has the page's rows, linked from BUILD and one object of a scratch copy."""
+    """A firn whose table of schemes has the page's rows, linked from BUILD with one object of a scratch copy in its library."""
     copy = ScratchCopy(ROOT, folder)
     for name in CONTROLLERS:
         text = (Path(ROOT) / "tests" / "docs" / name).read_text(encoding="utf-8")
@@ -66,15 +66,7 @@ def firn_with_controllers(folder, page):
     of_scheme = [t.split(":")[0] for t in run(["ninja", "-C", copy.folder / "build", "-t", "targets", "all"]).stdout.splitlines()
                  if t.startswith("core/") and "schemes/schemes.cpp.o" in t]
     copy.build(*of_scheme)
-    linked = shlex.split(run(["ninja", "-C", BUILD, "-t", "commands", "-s", "bin/firn"]).stdout.strip().splitlines()[-1])
-    words = linked[linked.index("&&") + 1:] if linked[0] == ":" else linked
-    words = words[:words.index("&&")] if "&&" in words else words
-    program = Path(folder) / "firn-with-controllers"
-    words[words.index("-o") + 1] = str(program)
-    main = next(n for n, word in enumerate(words) if word.endswith("main.cpp.o"))
-    words[main + 1:main + 1] = [str(copy.folder / "build" / o) for o in of_scheme]
-    run(words, cwd=BUILD)
-    return program
+    return copy.link(BUILD, "bin/firn", of_scheme, Path(folder) / "firn-with-controllers")
 
 
 class Tutorial(unittest.TestCase):

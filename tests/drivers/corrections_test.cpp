@@ -313,7 +313,7 @@ TEST_CASE("the old driver's stop leaves a jet firing that a person has set going
 TEST_CASE("a head that bears less than the old fixed cap is abused by it, and the cap of today is the lab's",
           "[jet][corrected:jet-cap]") {
   plant::WorldConfig config;
-  config.jet.most_v = 40.0;
+  config.jet.max_v = 40.0;
   jetdrive::Waveform waveform = jetdrive::waveform_of(JetConfig{});
   waveform.dwell_v = 60;
   JetDialect old_cap;

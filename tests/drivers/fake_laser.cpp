@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "drivers/laser_point/lkg.h"
+#include "tests/support/laser_values.h"
 
 namespace firn::drivers::test {
 namespace {

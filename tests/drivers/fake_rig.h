@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "drivers/link/driver.h"
+#include "tests/support/figure_words.h"
 
 namespace firn::drivers::test {
 
@@ -105,7 +106,13 @@ class FakeRig {
     f(fx_);
     bytes_sent += std::int64_t(fx_.tx.size());
     const std::string sent(reinterpret_cast<const char*>(fx_.tx.data()), fx_.tx.size());
-    for (DriverEvent& e : fx_.events) events.push_back(std::move(e));
+    for (DriverEvent& e : fx_.events) {
+      const Fault* fault = event_cast<Fault>(e);
+      const std::string wrong =
+          fault ? figure_words::figure_contradiction(fault->text, fault->figure) : std::string();
+      if (!wrong.empty()) throw std::runtime_error("a fault's figure: " + wrong);
+      events.push_back(std::move(e));
+    }
     wake_us_ = fx_.wake_us;
     if (fx_.reopen && !unplugged) return open();
     if (!connected_ || hung || sent.empty()) return;

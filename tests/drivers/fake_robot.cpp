@@ -151,7 +151,7 @@ std::string FakeRobot::execute(WordReader words, std::int64_t now_us) {
 std::string FakeRobot::path(WordReader words, std::int64_t now_us) {
   const std::string_view verb = words.word();
   if (verb == "BEGIN") {
-    const std::int64_t id = words.number(1, fvp::kMostId);
+    const std::int64_t id = words.number(1, fvp::kMaxId);
     const std::string_view n = words.word();
     stored_.erase(id);
     if (loading_ != 0 && !stored_[loading_].complete) stored_.erase(loading_);
@@ -163,7 +163,7 @@ std::string FakeRobot::path(WordReader words, std::int64_t now_us) {
   }
   if (verb == "P" && loading_) {
     Stored& p = stored_[loading_];
-    const auto first = std::size_t(words.number(0, fvp::kMostPoints));
+    const auto first = std::size_t(words.number(0, fvp::kMaxPoints));
     if (first == p.points.size()) {
       p.crc.add(words.rest().substr(1));
       while (!words.at_end()) p.points.push_back(fvp::parse_counts(words).value());
@@ -178,7 +178,7 @@ std::string FakeRobot::path(WordReader words, std::int64_t now_us) {
     settle();
     return "ACK " + std::to_string(p.n);
   }
-  const std::int64_t id = words.number(1, fvp::kMostId);
+  const std::int64_t id = words.number(1, fvp::kMaxId);
   if (verb == "DROP") {
     stored_.erase(id);
     if (loading_ == id) loading_ = 0;

@@ -1,4 +1,5 @@
 #include "tests/drivers/fake_valve.h"
+#include "tests/support/valve_firmware.h"
 
 namespace firn::drivers::test {
 

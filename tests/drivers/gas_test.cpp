@@ -43,7 +43,7 @@ struct GasLine {
         --damaged_names;
         sent[at + 2] = '3';
       }
-      out += sent;
+      out += rewritten ? rewritten(sent) : sent;
     }
   }
   std::int64_t next_us() const {
@@ -53,13 +53,16 @@ struct GasLine {
   NoWires wires;
   plant::GasTwin twin;
   std::string out, heard;
+  std::function<std::string(const std::string&)> rewritten;  ///< a reply as another firmware or line sends it
   int damaged_names = 0;  ///< of the gas, in the atomizer's next data frames
 };
 
 struct FakeGasRig {
-  explicit FakeGasRig(plant::GasParams params = {}, GasOptions options = {}, int damaged_names = 0)
+  explicit FakeGasRig(plant::GasParams params = {}, GasOptions options = {}, int damaged_names = 0,
+                      decltype(GasLine::rewritten) rewritten = {})
       : line(std::move(params)), gas(std::move(options)), rig(gas, line) {
     line.damaged_names = damaged_names;
+    line.rewritten = std::move(rewritten);
     rig.lines = false;
     rig.open();
     rig.run([&] { return gas.safe(); }, 10.0);
@@ -72,12 +75,13 @@ struct FakeGasRig {
   }
   double sccm(int n) { return line.twin.sccm(n, rig.now_us); }
   void trip(std::int64_t code) { line.twin.trip(rig.now_us, code); }
-  /// The last fault that stops a print; empty: none.
-  std::string stopped() const {
+  /// The first fault that stops a print; without text: none.
+  Fault stop() const {
     for (const auto& f : rig.all<Fault>())
-      if (f.severity == Severity::kStop) return f.text;
-    return "";
+      if (f.severity == Severity::kStop) return f;
+    return {};
   }
+  std::string stopped() const { return stop().text; }
 
   GasLine line;
   Gas gas;
@@ -110,14 +114,17 @@ TEST_CASE("a data frame is read as the vendor's documents have it, with its code
   CHECK(r->resolution == Approx(0.01));
   CHECK(r->gas == "N2");
   CHECK(r->codes == 0);
-  const auto more = alicat::parse_reading("B +014.70 +025.0 +1.0 +1.00 +50.000 +0021513.0 Air MOV LCK XYZ");
+  const auto more = alicat::parse_reading("B +014.70 +025.0 +1.0 +1.000 +50.000 +0021513.0 Air MOV LCK XYZ");
   REQUIRE(more);
   CHECK(more->gas == "Air");
   CHECK(more->codes == (alicat::kMassOver | alicat::kLocked));
   CHECK(alicat::names_of(more->codes) == "LCK MOV");
-  for (const char* none : {"", "A", "?", "A ?", "A +014.70 +025.00 +00.000 +00.000 N2", "a +1 +1 +1 +1 +1 N2",
-                           "A +1 +1 +1 +1 +1", "A 14.70 +025.00 +00.000 +00.000 +00.000 N2",
-                           "A +1 +1 +1 +1 +1 +1 +1 N2", "A +1. +1 +1.2.3 +1 +1 N2"})
+  for (const char* none :
+       {"", "A", "?", "A ?", "A +014.70 +025.00 +00.000 +00.000 N2", "a +1.0 +1.0 +1.0 +1.0 +1.0 N2",
+        "A +1.0 +1.0 +1.0 +1.0 +1.0", "A 14.70 +025.00 +00.000 +00.000 +00.000 N2",
+        "A +1.0 +1.0 +1.0 +1.0 +1.0 +1.0 +1.0 +1.0 N2", "A +1. +1.0 +1.2.3 +1.0 +1.0 N2",
+        "A +1.0 +1.0 +1.0 +1.0 +1.0e1 N2", "A +1.0 +1.0 +1.0 +1.0 +1,0 N2",
+        "A +1.0 +1.0 +1.0 +1.0SCCM +1.0 N2"})
     CHECK_FALSE(alicat::parse_reading(none));
 }
 
@@ -200,6 +207,9 @@ TEST_CASE("a sheath that is lost ends the ink and stops the print by its name", 
   rig.trip(2);
   REQUIRE(rig.rig.run([&] { return !rig.stopped().empty(); }, 10.0));
   CHECK_THAT(rig.stopped(), Contains("sheath") && Contains("of 40 sccm"));
+  CHECK(rig.stop().figure.value.value_or(1.0) < GasOptions().lost_share);
+  CHECK(rig.stop().figure.limit == GasOptions().lost_share);
+  CHECK(rig.stop().figure.key == "gas.lost_share");
   CHECK(longest_number(rig.stopped()) <= 4);
   CHECK(rig.gas.flows().fault[kSheath] == GasFault::kFlowLost);
   rig.rig.run_for(3.0);
@@ -216,6 +226,10 @@ TEST_CASE("a nozzle that clogs is seen by the pressure behind it", "[gas][I16]")
   rig.trip(3);
   REQUIRE(rig.rig.run([&] { return !rig.stopped().empty(); }, 30.0));
   CHECK_THAT(rig.stopped(), Contains(" kPa behind the nozzle, gas.most_pressure_kpa = 120: it clogs"));
+  CHECK(rig.stop().figure.value.value_or(0.0) > 120.0);
+  CHECK(rig.stop().figure.limit == 120.0);
+  CHECK(rig.stop().figure.unit == "kPa");
+  CHECK(rig.stop().figure.key == "gas.most_pressure_kpa");
   CHECK(longest_number(rig.stopped()) <= 4);
   rig.rig.run_for(3.0);
   CHECK(rig.sccm(0) < 0.1);
@@ -263,6 +277,51 @@ TEST_CASE("a unit that says nothing, has another id or another gas is named", "[
   mute.trip(6);
   REQUIRE(mute.rig.run([&] { return !mute.stopped().empty(); }, 20.0));
   CHECK_THAT(mute.stopped(), Contains("link lost"));
+}
+
+TEST_CASE("the gas flows with set points without a sign, a total, lines of CR LF and an echo", "[gas]") {
+  const auto unsigned_set_point = [](const std::string& said) {
+    const std::size_t at = said.rfind(" +");
+    return at == std::string::npos ? said : said.substr(0, at + 1) + said.substr(at + 2);
+  };
+  const auto with_total = [](const std::string& said) {
+    const std::size_t at = said.find("     N2");
+    return at == std::string::npos ? said : said.substr(0, at) + " +0021513.0" + said.substr(at);
+  };
+  const auto cr_lf = [](const std::string& said) { return said + "\n"; };
+  std::vector<decltype(GasLine::rewritten)> customs{unsigned_set_point, with_total, cr_lf};
+  for (const auto& custom : customs) {
+    FakeGasRig rig({}, {}, 0, custom);
+    REQUIRE(rig.gas.safe());
+    rig.rig.split = 1;
+    CHECK(rig.set(20.0, 40.0).outcome == Outcome::kDone);
+    CHECK(rig.rig.all<Fault>().empty());
+  }
+}
+
+TEST_CASE("a unit that says nothing to VE and answers a poll has the oldest firmware", "[gas]") {
+  plant::GasParams old;
+  old.gp_firmware = true;
+  FakeGasRig rig(old, {}, 0, [](const std::string& said) {
+    return said.find("GP07R100") == std::string::npos ? said : std::string();
+  });
+  REQUIRE(rig.gas.safe());
+  CHECK_THAT(rig.gas.identity(), Contains("A firmware GP, which does not tell its version"));
+  CHECK(rig.set(20.0, 40.0).outcome == Outcome::kDone);
+  CHECK_THAT(rig.line.heard, Contains("A$$S20.000\r"));
+}
+
+TEST_CASE("a unit whose lines are not understood is named with the last of them", "[gas]") {
+  FakeGasRig meter({}, {}, 0, [](const std::string& said) {  // a meter's poll has no set point
+    const std::size_t at = said.find("     N2");
+    return at == std::string::npos ? said : said.substr(0, at - 8) + said.substr(at);
+  });
+  CHECK_FALSE(meter.gas.safe());
+  CHECK_THAT(meter.gas.last_not_understood(), Catch::StartsWith("'A +") && Catch::EndsWith(" N2'"));
+  const auto states = meter.rig.all<StateChange>();
+  CHECK(std::ranges::any_of(states, [](const StateChange& s) {
+    return s.text.find("no answer; not understood: 'A +") != std::string::npos;
+  }));
 }
 
 TEST_CASE("a gas's name damaged on the line is asked for again, and twice more at most", "[gas]") {

@@ -6,6 +6,7 @@
 #include "tests/drivers/bench.h"
 #include "tests/drivers/fake_rig.h"
 #include "tests/drivers/lossy_line.h"
+#include "tests/support/thermostat_box.h"
 
 using namespace firn::drivers;
 using firn::Outcome;

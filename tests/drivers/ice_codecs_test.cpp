@@ -9,6 +9,9 @@
 #include "drivers/valve/fvb.h"
 #include "tests/drivers/bench.h"
 #include "tests/drivers/lossy_line.h"
+#include "tests/support/laser_values.h"
+#include "tests/support/thermostat_box.h"
+#include "tests/support/valve_firmware.h"
 
 using namespace firn::drivers;
 using firn::drivers::test::bytes_of;
@@ -115,7 +118,7 @@ TEST_CASE(
       WordReader words(m.text);
       CHECK(words.word() == "PATH");
       CHECK(words.word() == "P");
-      CHECK(words.number(0, fvp::kMostPoints) == std::int64_t(first + got.size()));
+      CHECK(words.number(0, fvp::kMaxPoints) == std::int64_t(first + got.size()));
       crc.add(words.rest().substr(1));
       while (!words.at_end()) got.push_back(fvp::parse_counts(words).value());
     }
@@ -135,8 +138,8 @@ TEST_CASE("the robot's status survives the longest values and refuses what is ou
   s.power = s.calibrated = s.last_done = true;
   s.speed_percent = 999;
   s.error = -9999;
-  s.running = s.last = s.held[0] = s.held[1] = std::int32_t(fvp::kMostId);
-  s.at = fvp::kMostPoints;
+  s.running = s.last = s.held[0] = s.held[1] = std::int32_t(fvp::kMaxId);
+  s.at = fvp::kMaxPoints;
   s.last_ms = 9'999'999;
   LineWriter line = fvp::request(65535, "ACK");
   fvp::put(line, s);
@@ -155,10 +158,10 @@ TEST_CASE("the robot's status survives the longest values and refuses what is ou
 }
 
 TEST_CASE("of two sequence numbers exactly one is newer, over the wrap too", "[robot][valve]") {
-  for (std::int64_t a = 1; a <= fvp::kMostSeq; a += 97) {
+  for (std::int64_t a = 1; a <= fvp::kMaxSeq; a += 97) {
     CHECK(fvp::newer(fvp::next_seq(a), a));
     CHECK_FALSE(fvp::newer(a, a));
-    for (std::int64_t b = 1; b <= fvp::kMostSeq; b += 1013)
+    for (std::int64_t b = 1; b <= fvp::kMaxSeq; b += 1013)
       if (a != b) CHECK(fvp::newer(a, b) != fvp::newer(b, a));
   }
   for (int a = 1; a <= 255; ++a)
@@ -202,7 +205,7 @@ TEST_CASE("no flipped bit of a valve frame passes, and the frame after it is sti
     std::vector<std::byte> stream = frame;
     stream[bit / 8] ^= std::byte(1 << bit % 8);
     stream.insert(stream.end(), after.begin(), after.end());
-    stream.insert(stream.end(), fvb::kMostPayload, std::byte(0));  // so that a longer length is complete too
+    stream.insert(stream.end(), fvb::kMaxPayload, std::byte(0));  // so that a longer length is complete too
     std::span<const std::byte> left = stream;
     int frames = 0;
     while (!left.empty()) {
@@ -228,7 +231,7 @@ TEST_CASE("a pulse list is cut into data frames and comes together again", "[val
   for (std::size_t at = 0; at < ticks.size(); at += fvb::kEntriesPerFrame) {
     std::vector<std::byte> tx;
     dialect.write(fvb::data(1, at, std::min(fvb::kEntriesPerFrame, ticks.size() - at)), tx);
-    CHECK(tx.size() <= fvb::kHead + fvb::kMostPayload + fvb::kTail);
+    CHECK(tx.size() <= fvb::kHead + fvb::kMaxPayload + fvb::kTail);
     const auto d = fvb::parse_data(fvb::find(tx).payload);
     REQUIRE(d);
     CHECK(d->offset == at);

@@ -153,3 +153,24 @@ TEST_CASE("a lamp that falls silent with the shutter open is told to close, and 
   REQUIRE(bench.all<Result>().size() == 1);
   CHECK(bench.all<Result>()[0].outcome == Outcome::kUnknown);
 }
+
+TEST_CASE(
+    "a lamp that falls silent between exposures is a stop within ten seconds, told once for each silence",
+    "[lamp][I2]") {
+  Lamp lamp(without_bits());
+  Bench bench(lamp);
+  bench.open();
+  run_until(bench, 2'000'000);
+  REQUIRE(lamp.safe());
+  run_until(bench, bench.now_us + 60'000'000);  // it answers all the time
+  const auto stops = [&] {
+    int n = 0;
+    for (const Fault& f : bench.all<Fault>()) n += f.severity == firn::Severity::kStop && f.code == kLinkLost;
+    return n;
+  };
+  CHECK(stops() == 0);
+  bench.advance_us(10'000'000);
+  CHECK(stops() == 1);
+  bench.advance_us(30'000'000);
+  CHECK(stops() == 1);
+}

@@ -38,8 +38,8 @@ Request line(std::string_view text, Repeat repeat, std::uint16_t tag,
 }  // namespace
 
 TEST_CASE("a reply of 60 ms against a timeout of 20 ms gives no wrong reading", "[link]") {
-  // The instrument answers question n with n; every 50th answer comes 60 ms late [docs/devices/hazards of the
-  // cards: a naive driver gave 949 wrong readings of 1000].
+  // The instrument answers question n with n; every 50th answer comes 60 ms late. A driver that takes
+  // the next reply for its answer gave 949 wrong readings of 1000.
   ensemble::EnsembleDialect dialect;
   dialect.timeouts = {2'000'000, 0, 20'000, 5'000, 100'000, 0};
   Link link(dialect);

@@ -8,7 +8,7 @@
 namespace firn::drivers::test {
 namespace {
 
-constexpr int kMostWakes = 100'000;
+constexpr int kMaxWakes = 100'000;
 
 }  // namespace
 
@@ -69,7 +69,7 @@ bool PortRig::run(const std::function<bool()>& done, double limit_s) {
       return done();
     }
     wakes_now = next > now_us ? 0 : wakes_now + 1;
-    if (due && wakes_now > kMostWakes)
+    if (due && wakes_now > kMaxWakes)
       throw std::logic_error(due->name + ", " + name(due->driver->state()) + ", wakes for nothing at " +
                              std::to_string(now_us) + " us");
     now_us = std::max(now_us, next);

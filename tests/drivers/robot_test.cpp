@@ -160,6 +160,13 @@ TEST_CASE(
     const bool told = slip_us > 16'000;
     CHECK(lab.run(1).code == (told ? kTimeSlip : kNoCode));
     CHECK(lab.rig.faulted(kTimeSlip) == told);
+    if (told) {
+      const firn::Figure slip = lab.rig.all<Fault>().back().figure;
+      CHECK(slip.value == double(slip_us) * 1e-3);
+      CHECK(slip.limit == 16.0);
+      CHECK(slip.unit == "ms");
+      CHECK(slip.key == "ice.max_time_slip_s");
+    }
     const Result r = lab.run(2);
     CHECK(r.outcome == Outcome::kDone);
     CHECK(r.counted - r.expected == slip_us);

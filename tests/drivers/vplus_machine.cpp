@@ -209,7 +209,7 @@ bool VplusNetwork::read(std::string& text) {
     return true;
   }
   iostat = 1;
-  text = next.bytes.substr(0, kMostOfARead);
+  text = next.bytes.substr(0, kMaxOfARead);
   next.bytes.erase(0, text.size());
   if (next.bytes.empty()) coming.pop_front();
   return true;

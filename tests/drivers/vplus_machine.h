@@ -16,7 +16,7 @@ namespace firn::drivers::test {
 /// characters, without regard for lines; a client that is gone keeps its place until FCMND 600.
 struct VplusNetwork {
   static constexpr int kNothing = -526, kNoDevice = -508, kCame = 100, kGone = 101;
-  static constexpr std::size_t kMostOfARead = 128;
+  static constexpr std::size_t kMaxOfARead = 128;
   struct Event {
     int status = 0;  ///< kCame, kGone, or 0 for bytes
     std::string bytes;

@@ -131,7 +131,7 @@ TEST_CASE("A rim whose droplets run off is not believed to take less than most o
     }
   for (int layer = 1; layer <= 30; ++layer)
     p.factors.add_layer(flat.cells, std::vector<Pass>{rim}, after.cells, p.use);
-  CHECK(p.factors.at(Place::kRim) == Approx(DropletFactors::kLeastRim * p.factors.at(Place::kInside)));
+  CHECK(p.factors.at(Place::kRim) == Approx(DropletFactors::kMinRim * p.factors.at(Place::kInside)));
 }
 
 TEST_CASE("Options of the droplet factors out of range are refused by name") {

@@ -23,7 +23,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   head.config_toml.assign(reinterpret_cast<const char*>(data + 1), size - 1);
   if (head.config_toml.find('\0') != head.config_toml.npos) return 0;  // LCM's texts end there
   const std::vector<std::byte> message = config_message(head);
-  config_t back;
+  config_t back{};
   require(back.decode(message.data(), 0, int(message.size())) == int(message.size()), "the message is whole");
   require(back.config_toml == head.config_toml, "the configuration comes back");
   try {

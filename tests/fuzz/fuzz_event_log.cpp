@@ -6,18 +6,18 @@
 #include "tests/fuzz/require.h"
 
 using namespace firn::fuzz;
-using namespace firn::logfile;
+using namespace firn::record;
 
 namespace {
 
-void read_all(std::span<const std::byte> log, const EventIndex* index) {
-  EventLogReader reader(log, index);
-  LogStatistics statistics;
+void read_all(std::span<const std::byte> log, const firn::record::EventIndex* index) {
+  firn::record::EventLogReader reader(log, index);
+  firn::record::LogStatistics statistics;
   std::uint64_t end = 0, events = 0;
   while (const auto e = reader.next()) {
     require(lies_in(e->data, log), "data lies in the log");
     require(e->offset >= end, "events do not overlap");
-    end = e->offset + kEventHeaderBytes;
+    end = e->offset + firn::record::kEventHeaderBytes;
     require(!e->channel.empty(), "an event has a channel");
     require(!(e->checked && e->damaged), "a checked event is not damaged");
     statistics.add(*e);
@@ -31,7 +31,7 @@ void read_all(std::span<const std::byte> log, const EventIndex* index) {
   }
   require(counted == events, "every event is counted once");
   require(reader.valid_end() <= log.size(), "valid end lies in the log");
-  for (const Damage& d : reader.damage().list())
+  for (const firn::record::Damage& d : reader.damage().list())
     require(d.offset + d.bytes <= log.size(), "damage lies in the log");
 }
 
@@ -43,7 +43,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::memcpy(&split, data, 4);
   const auto rest = as_bytes(data + 4, size - 4);
   const auto log = rest.first(std::min<std::size_t>(split, rest.size()));
-  const EventIndex index(rest.subspan(log.size()));
+  const firn::record::EventIndex index(rest.subspan(log.size()));
   read_all(log, nullptr);
   read_all(log, &index);
   return 0;

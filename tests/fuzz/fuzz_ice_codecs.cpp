@@ -8,6 +8,8 @@
 #include "drivers/robot/fvp.h"
 #include "drivers/valve/fvb.h"
 #include "tests/fuzz/require.h"
+#include "tests/support/thermostat_box.h"
+#include "tests/support/valve_firmware.h"
 
 using namespace firn;
 using namespace firn::fuzz;

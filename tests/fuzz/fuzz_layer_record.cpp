@@ -1,6 +1,6 @@
 // Any bytes as a layer-wise record: a table of points, or the two layers of a folder. Input: u8 of flags
-// (pitches are given, a unit is given, a folder, its first layer is .npy, with inputs), the text. Layers are
-// halves of it.
+// (pitches are given, a unit is given, a folder, its first layer is .npy, with inputs, no labels), the text.
+// Layers are halves of it.
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -43,6 +43,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   LayerRecordOptions options;
   if (data[0] & 1) options.pitch_x_mm = options.pitch_y_mm = 0.5;
   if (data[0] & 2) options.unit = "um";
+  if (data[0] & 32) options.labels = MatrixLabels::kNone;
   const std::string_view text(reinterpret_cast<const char*>(data + 1), size - 1);
   try {
     require_sound(data[0] & 4 ? read_folder(text, data[0] & 8, data[0] & 16, options)

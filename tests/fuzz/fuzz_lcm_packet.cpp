@@ -14,7 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require(p.channel.empty() && p.payload.empty(), "what is no message hands nothing on");
     return 0;
   }
-  require(!p.channel.empty() && p.channel.size() <= kMostChannelBytes, "a channel has 1 to 63 bytes");
+  require(!p.channel.empty() && p.channel.size() <= kMaxChannelBytes, "a channel has 1 to 63 bytes");
   require(lies_in(std::as_bytes(std::span(p.channel)), datagram) && lies_in(p.payload, datagram),
           "channel and payload lie in the datagram");
   require(kPacketHead + p.channel.size() + 1 + p.payload.size() == size, "a message fills its datagram");

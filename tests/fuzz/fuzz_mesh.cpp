@@ -1,4 +1,4 @@
-// Any bytes as a mesh: the first byte chooses STL, PLY or OBJ. (3MF is lib3mf's to read.)
+// Any bytes as a mesh: the first byte chooses STL, PLY or OBJ, and which count of facets holds.
 #include "files/mesh/mesh_file.h"
 #include "files/usage_error.h"
 #include "tests/fuzz/require.h"
@@ -11,7 +11,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const std::string kNames[] = {"fuzz.stl", "fuzz.ply", "fuzz.obj"};
   const std::string& name = kNames[data[0] % 3];
   try {
-    const MeshData mesh = read_mesh(as_bytes(data + 1, size - 1), name);
+    const MeshData mesh = read_mesh(as_bytes(data + 1, size - 1), name, FacetCount(data[0] / 3 % 3));
     const slice::FacetView view = mesh.facets();
     require(view.size() > 0, "a mesh has facets");
     for (const auto& t : view.triangles)

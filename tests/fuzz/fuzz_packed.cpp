@@ -1,6 +1,7 @@
 // Any bytes as a packed file beside a log, as squeezed records, and as a file to be packed. The first byte
 // chooses. A packed file that opens packs and opens again with the same bytes.
 #include "files/record/packed.h"
+#include "files/record/squeeze.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -15,7 +16,7 @@
 #include "tests/support/temp_folder.h"
 
 using namespace firn::fuzz;
-using namespace firn::logfile;
+using namespace firn::record;
 
 namespace {
 
@@ -32,20 +33,22 @@ const std::filesystem::path& folder() {
 }
 
 Bytes unpacked(std::span<const std::byte> packed) {
-  const Pages pages = unpack(folder() / "a.wal", packed);
+  const firn::record::Pages pages = firn::record::unpack(folder() / "a.wal", packed);
   return {pages.span().begin(), pages.span().end()};
 }
 
 void packs_and_opens(std::span<const std::byte> plain) {
   const auto log = std::as_bytes(std::span(kKnownLog));
-  require(std::ranges::equal(unpacked(pack(plain, log, "log.lcm")), plain), "opens as it was packed");
+  require(std::ranges::equal(unpacked(firn::record::pack(plain, log, "log.lcm")), plain),
+          "opens as it was packed");
 }
 
 void restores(std::span<const std::byte> squeezed, std::size_t bytes) {
   Bytes plain(bytes);
-  if (!restore_records(squeezed, plain)) return;
+  if (!firn::record::restore_records(squeezed, plain)) return;
   Bytes again(bytes);
-  require(restore_records(squeeze_records(plain), again), "what was restored squeezes and restores");
+  require(firn::record::restore_records(firn::record::squeeze_records(plain), again),
+          "what was restored squeezes and restores");
   require(again == plain, "squeezing keeps every byte");
 }
 

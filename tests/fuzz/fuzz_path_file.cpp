@@ -12,7 +12,7 @@ namespace {
 
 void check(const slice::LayerPaths& layer) {
   require(layer.info.size() == layer.lines.size(), "each line has its info");
-  for (const slice::Point& p : layer.lines.points)
+  for (const geometry::Point& p : layer.lines.points)
     require(std::abs(p.x) <= slice::kMaxPathUnits && std::abs(p.y) <= slice::kMaxPathUnits,
             "coordinates keep their limit");
   for (std::size_t n = 0; n < layer.lines.size(); ++n) require(!layer.lines[n].empty(), "lines have points");

@@ -3,11 +3,11 @@
 #include "tests/fuzz/require.h"
 
 using namespace firn::fuzz;
-using namespace firn::logfile;
+using namespace firn::record;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto file = as_bytes(data, size);
-  RecordReader reader(file);
+  firn::record::RecordReader reader(file);
   std::uint64_t next = 0;
   while (const auto r = reader.next()) {
     require(r->index >= next, "indices rise");
@@ -15,7 +15,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require(lies_in(r->payload, file), "payload lies in the file");
   }
   require(reader.valid_end() <= size, "valid end lies in the file");
-  for (const Damage& d : reader.damage().list())
+  for (const firn::record::Damage& d : reader.damage().list())
     require(d.offset + d.bytes <= size, "damage lies in the file");
   return 0;
 }

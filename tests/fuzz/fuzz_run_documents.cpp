@@ -1,6 +1,6 @@
 // Any text as a run's provenance or result: a document, or an error that names the file. The first byte
 // chooses.
-#include "files/run_documents.h"
+#include "runs/folder/documents.h"
 
 #include <stdexcept>
 
@@ -14,11 +14,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string_view text(reinterpret_cast<const char*>(data + 1), size - 1);
   try {
     if (data[0] % 2) {
-      const ProvenanceDocument p = parse_provenance(text, "fuzz.json");
+      const runs::ProvenanceDocument p = runs::parse_provenance(text, "fuzz.json");
       require(!p.run_id || *p.run_id >= 0, "a run's number is not negative");
       for (const auto& [role, sha] : p.inputs) require(sha.size() == 64, "a digest has 64 digits");
     } else {
-      parse_result(text, "fuzz.json");
+      runs::parse_result(text, "fuzz.json");
     }
   } catch (const std::invalid_argument& e) {
     require(std::string_view(e.what()).starts_with("fuzz.json: "), "an error names the file");

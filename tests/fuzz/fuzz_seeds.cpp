@@ -13,12 +13,14 @@
 #include "files/record/event_log.h"
 #include "files/record/packed.h"
 #include "files/record/record_file.h"
+#include "files/record/squeeze.h"
 #include "lcmtypes/schema.h"
 #include "tests/files/record/event_samples.h"
 #include "tests/fuzz/known_log.h"
 #include "tests/fuzz/run_seeds.h"
 #include "tests/lcmtypes/samples.h"
 #include "tests/support/mesh_samples.h"
+#include "tests/support/valve_firmware.h"
 
 using namespace firn;
 using namespace firn::test;
@@ -72,11 +74,11 @@ void seed_packed() {
   write_events(scratch / "a.lcm", some_events(3, 40, 3));
   const Bytes records = read_bytes(scratch / "a.lcm.idx");
   const auto log = as_span(fuzz::kKnownLog);
-  seed("fuzz_packed", "alone", behind(0, logfile::pack(records, {}, "")));
-  seed("fuzz_packed", "known", behind(0, logfile::pack(records, log, "log.lcm")));
+  seed("fuzz_packed", "alone", behind(0, record::pack(records, {}, "")));
+  seed("fuzz_packed", "known", behind(0, record::pack(records, log, "log.lcm")));
   const auto size = std::uint16_t(records.size());
   Bytes squeezed{std::byte(size & 255), std::byte(size >> 8)};
-  const Bytes items = logfile::squeeze_records(records);
+  const Bytes items = record::squeeze_records(records);
   squeezed.insert(squeezed.end(), items.begin(), items.end());
   seed("fuzz_packed", "squeezed", behind(1, squeezed));
   seed("fuzz_packed", "plain", behind(2, records));
@@ -93,6 +95,12 @@ void seed_plans() {
   seed("fuzz_paths", "gcode",
        behind(2, as_span("%\nG21 G90 G17 F600\nG0 X1 Y2\nG1 X3.5\nG2 X5 Y4 I0 J2\nG3 X1 Y1 R9\n"
                          "G5 X9 Y9 I1 J0 P0 Q-1\nG91 G20 G1 X1 (a)\nM2\n")));
+  seed("fuzz_paths", "gcode-slicer",
+       behind(2, as_span("M83\nG28 X Y\nG92 E0\nSTART_PRINT T=60\nG1 X10 F600\nG1 X30 E1\nG10\nG1 "
+                         "X5\nG11\nG53 G0 Z0\n")));
+  seed("fuzz_paths", "gcode-laser",
+       behind(2, as_span("M4 S0\nG0 X1e-05 Y1\nG1 X3 S80\nG1 X4 S0\nG2 X4 Y1 I5\nM5 I\n")));
+  seed("fuzz_paths", "csv-quoted", behind(0, as_span("sep=;\n# made\n\"x\";\"y [mm]\"\n\"0,5\";1\r2;3\n")));
   seed("fuzz_paths", "svg",
        behind(
            3,
@@ -113,6 +121,32 @@ void seed_plans() {
                  "0\nELLIPSE\n10\n1\n20\n1\n11\n4\n21\n1\n40\n.5\n41\n0\n42\n2\n"
                  "0\nSPLINE\n71\n2\n40\n0\n40\n0\n40\n0\n40\n1\n40\n1\n40\n1\n41\n1\n41\n2\n41\n1\n"
                  "10\n0\n20\n0\n10\n1\n20\n3\n10\n4\n20\n0\n0\nENDSEC\n0\nEOF\n")));
+  seed(
+      "fuzz_paths", "svg-styles",
+      behind(
+          3,
+          as_span(
+              "<svg viewBox='0 0 9 9' style='width:9mm;height:50%'><style>/*a*/ .a,g > "
+              "path#i:hover{fill:none!"
+              "important} @media all{*{stroke:rgba(1,2,3,.5)}}</style><defs><symbol id='s' viewBox='0 0 1 1' "
+              "overflow='visible'><path class='a b' d='M0 0H9'/></symbol><clipPath id='c'><rect width='9' "
+              "height='9'/></clipPath></defs><use href='#s' x='10%' width='3' height='2'/><switch>"
+              "<image requiredExtensions='x'/><g style='transform:rotate(.1turn) translateX(2px);"
+              "transform-origin:left 1px;clip-path:url(#c)'><path d='M1 1h1'/><text opacity='0'>t</text></g>"
+              "</switch><svg x='1' width='5' height='5' preserveAspectRatio='xMinYMax slice' "
+              "viewBox='0 0 2 1'><circle r='5%'/></svg></svg>")));
+  seed(
+      "fuzz_paths", "dxf-blocks",
+      behind(4, as_span("0\nSECTION\n2\nHEADER\n9\n$MEASUREMENT\n70\n0\n0\nENDSEC\n0\nSECTION\n2\nBLOCKS\n0\n"
+                        "BLOCK\n2\nB\n10\n1\n20\n2\n0\nCIRCLE\n40\n1\n0\nINSERT\n2\nc\n50\n30\n0\nENDBLK\n0\n"
+                        "BLOCK\n2\nC\n"
+                        "0\nLWPOLYLINE\n10\n0\n20\n0\n42\n."
+                        "5\n10\n3\n20\n1\n0\nENDBLK\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n"
+                        "0\nINSERT\n2\nb\n41\n2\n42\n-1\n50\n45\n70\n2\n44\n9\n230\n-"
+                        "1\n0\nHATCH\n0\nSPLINE\n70\n1\n71\n3\n"
+                        "11\n0\n21\n0\n11\n3\n21\n0\n11\n3\n21\n3\n0\nSPLINE\n11\n0\n21\n0\n11\n5\n21\n1\n12"
+                        "\n0\n22\n1\n0\nENDSEC\n"
+                        "0\nEOF\n")));
   seed(
       "fuzz_paths", "json-shapes",
       behind(1, as_span("{\"paths\":[{\"points\":[[0,0],{\"to\":[4,0,9],\"centre\":[2,0],\"clockwise\":true},"
@@ -136,7 +170,7 @@ void seed_plans() {
   TrajectoryWriter out(file, {"m", "certified", "fuzz", 0.016, {}, {"J1", "J2"}, {"rad", "rad"}});
   out.add(path);
   out.finish();
-  const logfile::MappedFile whole(file);
+  const record::MappedFile whole(file);
   seed("fuzz_trajectory", "file", behind(0, whole.bytes()));
 }
 
@@ -151,14 +185,14 @@ void seed_slices() {
   seed("fuzz_mesh", "ascii-ply", behind(1, mb::ascii_ply(m)));
   seed("fuzz_mesh", "obj", behind(2, mb::obj(m)));
   slice::LayerPaths layer{1, 2500, 2500, {}, {}, 0};
-  layer.lines.add(std::vector<slice::Point>{{0, 0}, {30000, 0}, {30000, 30000}});
+  layer.lines.add(std::vector<geometry::Point>{{0, 0}, {30000, 0}, {30000, 30000}});
   layer.info.push_back({PathKind::kBoundary, 1, true, 15000});
   seed("fuzz_path_file", "layer", behind(1, slice::encode(layer)));
   const std::filesystem::path file = folder / "fuzz_path_file" / "file.paths";
   LayerWriter out(file, {"fuzz", 1, {{"part", "water"}, {"scaffold", "scaffold"}}, "laser", "[layer]\n"});
   out.add(slice::encode(layer), layer, {});
   out.finish();
-  const logfile::MappedFile whole(file);
+  const record::MappedFile whole(file);
   seed("fuzz_path_file", "file", behind(0, whole.bytes()));
   seed("fuzz_path_file", "print",
        behind(2, slice::encode(slice::PrintPaths{{"fuzz", 1, {{"part", "water"}}, "laser", ""}, {layer}})));
@@ -247,6 +281,9 @@ int main(int argc, char** argv) {
   seed("fuzz_type_texts", "nested",
        as_span(
            "package a; struct b_t { int8_t n; } struct c_t { int16_t m; b_t b; b_t c[m][2]; string s[m]; }"));
+  seed("fuzz_type_texts", "constants",
+       as_span("package a; enum m_t { kA, kB = 0x10 } struct d_t { const int8_t N = 3, W = 0x2; int8_t n; "
+               "m_t m[N]; double v[W][n]; }"));
   GridSpec grid;
   grid.nx = 3;
   grid.ny = 2;

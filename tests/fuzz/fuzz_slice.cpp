@@ -50,9 +50,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     const slice::Sliced once = sliced(soup, options);
     if (once.layers.size() > 2'000) return 0;
-    for (const slice::Region& layer : once.layers) {
+    for (const geometry::Region& layer : once.layers) {
       require(test::crossing_by_all_pairs(layer).empty(), "no ring crosses");
-      require(slice::canonical(layer) == layer, "rings begin at their smallest point, in order");
+      require(geometry::canonical(layer) == layer, "rings begin at their smallest point, in order");
     }
     for (std::size_t n = 0, m = soup.size() - 9; n < m; n += 9, m -= 9)  // the other way round
       std::swap_ranges(soup.begin() + std::ptrdiff_t(n), soup.begin() + std::ptrdiff_t(n) + 9,

@@ -9,7 +9,7 @@ using namespace firn::fuzz;
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   try {
     Study s = parse_study({reinterpret_cast<const char*>(data), size}, "fuzz.toml");
-    require(!s.arms.empty() && s.arms.size() <= kMostArms, "arms within their limit");
+    require(!s.arms.empty() && s.arms.size() <= kMaxArms, "arms within their limit");
     require(!s.parts.empty() && !s.seeds.empty(), "a part and a seed");
     s.experiment.clear();  // no files here
     require(study_experiments(s, "").size() == s.arms.size() * s.parts.size(),

@@ -25,7 +25,7 @@ std::string with_checksums(std::string_view text) {
     const std::string_view line = text.substr(at, end - at);
     char hex[18];
     std::snprintf(hex, sizeof hex, "%016llx ",
-                  static_cast<unsigned long long>(logfile::checksum64(std::as_bytes(std::span(line)))));
+                  static_cast<unsigned long long>(record::checksum64(std::as_bytes(std::span(line)))));
     out += hex + std::string(line) + "\n";
     at = end + 1;
   }
@@ -43,7 +43,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   require(out && std::fwrite(whole.data(), 1, whole.size(), out) == whole.size(), "the journal is written");
   std::fclose(out);
   try {
-    tuning::PrintJournal prints(file);
+    tune::PrintJournal prints(file);
     require(prints.known() + prints.damaged() <= size + 1, "a line is a simulated print or damaged");
     if (const auto p = prints.find("")) {
       prints.append("", *p);

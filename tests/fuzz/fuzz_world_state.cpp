@@ -20,7 +20,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto body = as_bytes(data + 1, size - 1);
   require(::write(fd, body.data(), body.size()) == ssize_t(body.size()), "the state is written");
   if (data[0] & 2) {
-    const std::uint64_t sum = logfile::checksum64(body);
+    const std::uint64_t sum = record::checksum64(body);
     require(::write(fd, &sum, sizeof sum) == sizeof sum, "the checksum is written");
   }
   try {

@@ -9,8 +9,9 @@
 #include <vector>
 
 #include "config/experiment.h"
-#include "print/folder/node_makers.h"
-#include "print/folder/run_folder.h"
+#include "print/folder/taking_part.h"
+#include "print/labs/full_product.h"
+#include "runs/folder/run_folder.h"
 #include "runtime/wal_file.h"
 
 namespace firn::fuzz {
@@ -44,20 +45,13 @@ inline std::vector<NodeSetup> node_setups() {
   for (const char* name : {"v5-two-inks", "v5-ice"}) {
     const std::filesystem::path folder =
         std::filesystem::path(FIRN_SOURCE_DIR) / "tests/replay/golden" / name;
-    const RunFolder run = RunFolder::open(folder);
+    const runs::RunFolder run = runs::RunFolder::open(folder);
     const auto recorded = std::make_shared<const RecordedRun>(
         RecordedRun{folder, without_defaults(run.experiment_toml()), run.inputs(), run.run_id()});
-    for (const NamedMaker& m : taking_part(parse_experiment(run.experiment_toml(), name)))
+    for (const NamedMaker& m : taking_part(full_product(), parse_experiment(run.experiment_toml(), name)))
       setups.push_back({m.id, m.make, recorded});
   }
   return setups;
-}
-
-inline void wal_extent_or_nothing(const std::filesystem::path& file) {
-  try {
-    wal_extent(file);
-  } catch (const std::runtime_error&) {
-  }
 }
 
 }  // namespace firn::fuzz

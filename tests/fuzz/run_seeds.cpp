@@ -5,7 +5,6 @@
 
 #include "core/grid/npy.h"
 #include "core/grid/png.h"
-#include "files/mesh/mesh_message.h"
 #include "files/record/event_format.h"
 #include "files/record/record_file.h"
 #include "plant/world/world.h"
@@ -37,8 +36,8 @@ void seed_nodes(const Seed& seed) {
     const std::string name = std::to_string(n) + "-" + std::string(info(setups[n].id).name);
     seed("fuzz_config_message", name, behind(std::uint8_t(n), as_span(setups[n].run->config_toml)));
     const std::string wal = std::string(info(setups[n].id).name) + ".wal";
-    const logfile::MappedFile file(setups[n].run->folder / "nodes" / wal);
-    logfile::RecordReader reader(file.bytes());
+    const record::MappedFile file(setups[n].run->folder / "nodes" / wal);
+    record::RecordReader reader(file.bytes());
     Bytes input{std::byte(n)};
     std::array<int, 3> seeded{};
     while (const auto record = reader.next()) {
@@ -65,8 +64,8 @@ void seed_folders(const Seed& seed) {
     seed("fuzz_run_documents", name, behind(1, test::read_bytes(run / "provenance.json")));
     seed("fuzz_run_documents", std::string(name) + "-result",
          behind(0, test::read_bytes(run / "result.json")));
-    const logfile::MappedFile file(run / "world.rec");
-    logfile::RecordReader reader(file.bytes());
+    const record::MappedFile file(run / "world.rec");
+    record::RecordReader reader(file.bytes());
     Bytes input;
     while (const auto record = reader.next()) {
       const std::size_t bytes = record->payload.size();
@@ -105,19 +104,20 @@ void seed_picture(const Seed& seed) {
 
 void seed_meshes(const Seed& seed) {
   namespace mb = test::mesh_bytes;
-  for (const int choice : {0, 1})
-    seed("fuzz_3mf", "file-" + std::to_string(choice),
-         behind(std::uint8_t(choice), mb::threemf(test::gear(1))));
-  const test::Scratch scratch("fuzz-meshes");
-  MeshData data;
-  data.format = "3MF";
-  data.defects = {"a defect"};
-  data.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-  data.triangles = {{0, 1, 2}};
-  std::FILE* file = std::fopen((scratch / "mesh").c_str(), "wb");
-  mesh::send_mesh(::fileno(file), data);
-  std::fclose(file);
-  seed("fuzz_3mf", "message", behind(2, test::read_bytes(scratch / "mesh")));
+  const std::string mesh = mb::threemf_mesh(test::gear(1));
+  seed("fuzz_3mf", "plain", mb::threemf(test::gear(1)));
+  seed(
+      "fuzz_3mf", "components",
+      mb::threemf_of("<resources><object id=\"1\">" + mesh +
+                     "</object><object id=\"2\"><components><component objectid=\"1\" transform=\"-1 0 0 0 1 "
+                     "0 0 0 1 15 0 0\"/></components></object></resources><build><item objectid=\"2\" "
+                     "printable=\"1\"/></build>"));
+  seed("fuzz_3mf", "roles",
+       mb::threemf_with("<resources><object id=\"1\">" + mesh +
+                            "</object></resources><build><item objectid=\"1\"/></build>",
+                        {{"Metadata/Slic3r_PE_model.config",
+                          "<config><object id=\"1\"><volume firstid=\"0\" lastid=\"3\"><metadata "
+                          "key=\"volume_type\" value=\"ParameterModifier\"/></volume></object></config>"}}));
 }
 
 void seed_datagrams(const Seed& seed) {
@@ -199,9 +199,9 @@ void seed_foreign(const Seed& seed) {
   Bytes log;
   for (int k = 0; k < 4; ++k) {
     const std::size_t at = log.size();
-    log.resize(at + logfile::kEventHeaderBytes + 9, std::byte{std::uint8_t(k)});
-    logfile::put_event_header(log.data() + at, {0, 0, 1000 * k, 1, 8});
-    log[at + logfile::kEventHeaderBytes] = std::byte{'A'};
+    log.resize(at + record::kEventHeaderBytes + 9, std::byte{std::uint8_t(k)});
+    record::put_event_header(log.data() + at, {0, 0, 1000 * k, 1, 8});
+    log[at + record::kEventHeaderBytes] = std::byte{'A'};
   }
   Bytes input(4);
   const auto split = std::uint32_t(log.size());

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A figure in a document that is not its source's is found, and written anew."""
+"""A figure in a document that is not its source's is found, and written anew; so is an arrow that the code has not."""
 import contextlib
 import io
 import json
@@ -9,6 +9,7 @@ import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
+import draw_loop  # noqa: E402
 import figures  # noqa: E402
 
 STUDY = {"study": "made", "parts": ["steady", "drifting"], "seeds": 4, "schemes": [
@@ -77,6 +78,38 @@ class Figures(unittest.TestCase):
         table = figures.study_table("made", {"A": "a", "B": "b"}, [("RMS", "rms_um", "", 1, 1, True)], bold=(1,))
         self.assertIn("|a|111.6 [100.0, 120.0], survivors: 3 of 4|", table)
         self.assertIn("|b|**99.0**|", table)
+
+
+class Loop(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.root = Path(self.folder.name)
+        self.flow = (draw_loop.ROOT / draw_loop.FLOW).read_text(encoding="utf-8")
+        (self.root / "docs" / "images").mkdir(parents=True)
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def problems(self, flow, picture):
+        (self.root / draw_loop.FLOW).write_text(flow, encoding="utf-8")
+        (self.root / draw_loop.PICTURE).write_text(picture, encoding="utf-8")
+        return draw_loop.problems(self.root)
+
+    def test_the_drawing_of_the_loop_is_that_of_the_data_flow(self):
+        self.assertEqual(self.problems(self.flow, draw_loop.drawing()), [])
+
+    def test_an_arrow_that_the_data_flow_has_not_is_named(self):
+        found = self.problems(self.flow.replace("-->|LAYER_PLAN<br/>", "-->|"), draw_loop.drawing())
+        self.assertEqual(found, ["docs/images/loop.svg: controller sends no LAYER_PLAN to scheduler"])
+        found = self.problems(self.flow.replace("lamp & laser_point & laser_profiler & robot & scheduler", "lamp & robot"), draw_loop.drawing())
+        self.assertEqual(found, [f"docs/images/loop.svg: safety sends no {channel} to laser_profiler" for channel in ("ENABLE", "SAFE_STOP")])
+
+    def test_a_picture_that_was_changed_by_hand_is_found(self):
+        self.assertIn("differs from its drawing", self.problems(self.flow, draw_loop.drawing().replace("fires", "waits"))[0])
+
+    def test_each_publisher_channel_and_subscriber_of_an_arrow_counts(self):
+        arrows = draw_loop.arrows_of("  a & b -->|X<br/>Y_*| c & d\n  e[[e]]\n")
+        self.assertEqual(arrows, {(p, c, s) for p in "ab" for c in ("X", "Y_*") for s in "cd"})
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ import check_test_share  # noqa: E402
 from small_tree import SmallTree  # noqa: E402
 
 GOOD = {
-    "CMakeLists.txt": "cmake_minimum_required(VERSION 3.25)\nproject(firn CXX)\nfind_library(LCM_LIBRARY lcm REQUIRED)\n",
+    "CMakeLists.txt": "cmake_minimum_required(VERSION 3.25)\nproject(firn VERSION 1.0 LANGUAGES CXX)\nfind_library(LCM_LIBRARY lcm REQUIRED)\n",
     "firn": "cmake -G Ninja\n",
     "core/grid/CMakeLists.txt": "firn_library(firn_grid grid.cpp)\n",
     "core/grid/grid.h": "#pragma once\n#include <vector>\n",
@@ -106,12 +106,42 @@ class Lints(SmallTree):
         self.caught("plant/CMakeLists.txt", "firn_library(firn_more world.cpp LINK firn_drivers)\n", "firn_drivers")
         self.caught("procs/CMakeLists.txt", "firn_library(firn_more stage/node.cpp LINK firn_bus)\n", "firn_bus")
 
+    def test_circles_of_libraries(self):
+        self.caught("core/grid/CMakeLists.txt",
+                    "firn_library(firn_lower map.cpp LINK firn_upper)\nfirn_library(firn_upper grid.cpp PRIVATE_LINK firn_lower)\n",
+                    "a circle of libraries: firn_lower -> firn_upper -> firn_lower")
+        # By a property of the program that links them.
+        self.caught("core/grid/CMakeLists.txt",
+                    "firn_library(firn_lower map.cpp LINK $<IF:$<BOOL:$<TARGET_PROPERTY:TABLES>>,x,firn_upper>)\n"
+                    "firn_library(firn_upper grid.cpp LINK firn_lower)\n", "a circle of libraries")
+
     def test_circles_of_folders(self):
         self.write("core/control/mpc/mpc.h", "#pragma once\n")
         self.write("core/control/mpc/mpc.h", '#pragma once\n#include "core/control/options.h"\n')
         self.write("core/control/options.h", "#pragma once\n")
         self.assertEqual(self.problems(), [])
         self.caught("core/control/mpc.cpp", '#include "core/control/mpc/mpc.h"\n', "a circle of folders")
+
+    def test_the_table_of_layers_in_the_architecture(self):
+        page = "docs/architecture.md"
+        self.assertEqual(check_layers.check_page(self.root), [])  # no page, no table
+        self.write(page, "# Architecture\n")
+        self.assertIn("is not that of scripts/check_layers.py", check_layers.check_page(self.root)[0])
+        self.write(page, "# Architecture\n<!-- layers -->\n<!-- end -->\nMore.\n")
+        silent = check_layers.check_page(self.root, write=True)
+        self.assertEqual(silent, [f"{page}: no word about {room}" for room in check_layers.ALLOWED])
+        made = (self.root / page).read_text(encoding="utf-8")
+        self.assertTrue(made.endswith("<!-- end -->\nMore.\n"))
+        told = made.replace("`||", "`|words|")
+        self.write(page, told)
+        self.assertEqual(check_layers.check_page(self.root), [])
+        self.assertEqual(check_layers.check_page(self.root, write=True), [])
+        self.assertEqual((self.root / page).read_text(encoding="utf-8"), told)
+        for true, false in (("|`plant`|words|*leaves*, `files`|", "|`plant`|words|*leaves*|"), ("|`core/grid`|words|`core/options`|\n", ""),
+                            ("|`plant/main.*`|", "|`plant/gone.*`|"), ("- *leaves*: `core/options`,", "- *leaves*:")):
+            self.assertIn(true, told)
+            self.write(page, told.replace(true, false))
+            self.assertEqual(len(check_layers.check_page(self.root)), 1, true)
 
     def test_long_lines_and_statements_joined_by_commas(self):
         self.caught("runtime/node.cpp", "// " + "x" * 108 + "\n", "111 columns")
@@ -153,11 +183,56 @@ class Lints(SmallTree):
         self.caught("tests/core/grid_test.cpp", 'TEST_CASE("A hidden one", "[.]") { CHECK(false); }\n', "hidden")
         self.caught("tests/core/grid_test.cpp", 'TEST_CASE("An empty one") {}\n', "empty")
 
+    def test_names_that_page_and_browser_share(self):
+        root = Path(__file__).resolve().parent.parent.parent
+        for path in ("page/protocol.py", "page/protocol.table", "report/draw/error_colours.inc", "web/src/generated/protocol.ts"):
+            self.write(path, (root / path).read_text(encoding="ascii"))
+        self.assertEqual(check_house.check_protocol(self.root), [])
+        self.write("page/protocol.table", (root / "page/protocol.table").read_text() + "number MapLate 16 flag\n")
+        self.assertRegex(check_house.check_protocol(self.root)[0], "^web/src/generated/protocol.ts: is not what")
+        for path in ("page/protocol.py", "page/protocol.table", "web/src/generated/protocol.ts"):
+            (self.root / path).unlink()
+
     def test_sources_that_are_not_built(self):
         self.caught("core/grid/lost.cpp", "int y;\n", "stands in no CMakeLists.txt")
         self.caught("tests/core/lost_test.cpp", "int y;\n", "stands in no CMakeLists.txt")
         self.caught("runtime/lost_t.lcm", "struct lost_t {}\n", "stands in no CMakeLists.txt")
         (self.root / "core/grid/lost.cpp").unlink()
+
+    def test_file_names_of_a_run_folder(self):
+        for text in ('p = run / "nodes" / name;\n', 'if (e == ".wal") f();\n', 'p = d + "/experiment.toml";\n', 'p = r / "world" / "state";\n',
+                     'n = "nodes/jet.wal";\n', 'f(run / "log.lcm");\n', 'f(run / "provenance.json");\n', 'f("result.json");\n', 'f("world.rec");\n'):
+            self.caught("runtime/node.cpp", text, "files/run_paths.h names the files of a run")
+            self.write("files/run_paths.h", "#pragma once\n" + text)
+            self.assertEqual(self.problems(), [])
+        self.write("runtime/node.cpp", GOOD["runtime/node.cpp"] + 'f("log.lcm is missing", j["inputs"], beside / "world");\n')
+        self.assertEqual(self.problems(), [])
+
+    def test_messages_that_begin_with_any_bytes(self):
+        self.caught("core/grid/grid.cpp", "void f() {\n  tile_t tile;\n}\n", "tile_t tile; a message is made with {}")
+        self.caught("core/grid/grid.cpp", "namespace firn::slice {\nstruct A {};\n}\n", "namespace firn::slice names no folder")
+
+    def test_members_of_messages_that_are_reserved_words(self):
+        for word in ("class", "lambda", "synchronized", "restrict", "None"):
+            self.caught("lcmtypes/other_t.lcm", f"package firn;\n\nstruct other_t {{\n  int32_t n;  // of pass\n  double {word}[n];\n}}\n",
+                        f"5: {word} is a reserved word")
+        self.write("lcmtypes/other_t.lcm", "package firn;\n\nstruct other_t {\n  int32_t n;  // int32_t class;\n  double classes[n];\n}\n")
+        self.assertEqual(self.problems(), [])
+
+    def test_numbers_that_are_read_by_hand(self):
+        for call in ("std::from_chars(a, b, v);", "v = std::stoi(text);", "v = strtod(at, &end);", 'sscanf(text, "%d", &v);'):
+            self.caught("core/grid/grid.cpp", f"void f() {{\n  {call}\n}}\n", "read it with core/options/number.h")
+        self.write("core/grid/grid.cpp", GOOD["core/grid/grid.cpp"] + "void g() { whole_number<int>(text); }\n")
+        self.assertEqual(self.problems(), [])
+
+    def test_tables_of_words_without_a_size(self):
+        table = 'constexpr const char* kWords[] = {"",\n                                  "a"};\n'
+        uses = "const char* f(Kind k) { return kWords[std::size_t(k)]; }\n"
+        self.caught("core/grid/grid.cpp", table + uses, "kWords is read by a number, and no static_assert compares its size")
+        self.caught("core/grid/grid.cpp", table.replace("const char* kWords[]", "std::array kWords") + "auto f(int k) { return kWords.at(k); }\n",
+                    "kWords is read by a number")
+        self.write("core/grid/grid.cpp", GOOD["core/grid/grid.cpp"] + table + "static_assert(std::size(kWords) == kTableSize<Kind>);\n" + uses)
+        self.assertEqual(self.problems(), [])
 
     def test_types_of_one_name(self):
         cell = "namespace firn {\nstruct Cell {\n};\n}  // namespace firn\n"
@@ -229,6 +304,7 @@ class Lints(SmallTree):
     def test_packages(self):
         self.caught("CMakeLists.txt", "find_package(OpenSSL REQUIRED)\n", "libssl-dev is missing")
         self.caught("CMakeLists.txt", "find_library(F frobnicate REQUIRED)\n", "knows no package")
+        self.caught("CMakeLists.txt", "firn_find_headers(F hdf5.h libhdf5-dev)\n", "libhdf5-dev is missing")
         self.caught("scripts/packages.txt", "libeigen3-dev\n", "nothing uses it")
         self.caught("scripts/packages.txt", "libfrob-dev\n", "does not know")
         self.write("core/grid/solve.h", "#pragma once\n")
@@ -291,6 +367,24 @@ class DocsLint(SmallTree):
         self.caught("core/path/path.h", "// docs/gone.md\n", "core/path/path.h:2", "docs/gone.md")
         self.caught("experiments/a.toml", "# docs/gone.md\n", "experiments/a.toml:2")
 
+    def test_paths_in_comments(self):
+        self.caught("core/path/path.h", "/// As in core/grid/gone.h.\n", "core/path/path.h:2", "core/grid/gone.h")
+        self.caught("core/path/path.h", "/* in\n   core/gone/path */\n", "core/path/path.h:3", "core/gone/path")
+        self.caught("core/path/path.h", "int x;  // core/{grid,gone}/*.h\n", "core/gone/*.h")
+        self.caught("core/path/path.h", "// runs/read/gone.h\n", "runs/read/gone.h")
+        self.caught("experiments/a.toml", 'a = "#"  # as core/gone.h\n', "experiments/a.toml:2", "core/gone.h")
+        self.caught("cmake/lists.cmake", "# core/gone\n", "cmake/lists.cmake:1", "core/gone")
+        self.caught("core/CMakeLists.txt", "f(grid/grid.cpp)  # tests/core/gone_test.cpp\n", "core/CMakeLists.txt:1")
+        self.caught("scripts/make.py", '#!/usr/bin/env python3\n"""Makes\n\n    scripts/gone.py\n"""\n', "scripts/make.py:4", "scripts/gone.py")
+        for fine in ("// core/grid/grid, core/grid/ and core/{grid,path}/*.h\n", "// core/NAME/X.h, core/path/my-mine.h\n",
+                     "// nodes/stage.wal, runs/gone/log.lcm, build/core/gone.h\n", 'auto a = "core/gone.h"; int b = 1 / 2;\n',
+                     'auto a = R"(// core/gone.h)";\n', "// tests/web/node_modules/vite\n"):
+            self.write("core/path/path.h", DOCS["core/path/path.h"] + fine)
+            self.assertEqual(self.problems(), [], fine)
+        self.write("core/path/path.h", DOCS["core/path/path.h"])
+        self.write("scripts/make.py", 'TEXT = """#include "core/gone.h"\n# core/gone.h\n"""\n')
+        self.assertEqual(self.problems(), [])
+
     def test_programs_and_tests(self):
         self.caught("docs/README.md", "`build/bin/gone`\n", "nothing makes build/bin/gone")
         self.caught("docs/README.md", "`build/bench/gone 3`\n", "nothing makes build/bench/gone")
@@ -315,12 +409,9 @@ class DocsLint(SmallTree):
         self.assertIn("tagged [I6] are in ['test_core']", self.problems()[0])
         self.write("docs/safety.md", row.replace("|6|", "|7|"))
         self.assertEqual(len(self.problems()), 2)
-
-    def test_sizes(self):
-        self.caught("docs/README.md", "x\n" * 118_000, "the limit is 230000")
-        self.write("docs/README.md", DOCS["docs/README.md"] + "[m](measurements.md)\n")
-        self.write("docs/measurements.md", "x\n" * 4_001)
-        self.assertEqual(len(self.problems()), 1)
+        self.write("docs/safety.md", row)
+        self.write("page/event_words.cpp", 'constexpr InterlockWords kTable[] = {\n    {5, "high",\n     "wait"},\n};\n')
+        self.assertEqual(self.problems(), ["page/event_words.cpp: has no words for interlock [I6]"])
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
 import check_ast  # noqa: E402
 import check_house  # noqa: E402
 import check_links  # noqa: E402
+import check_names  # noqa: E402
 import check_symbols  # noqa: E402
 import check_tests  # noqa: E402
 from small_tree import SmallTree  # noqa: E402
@@ -195,13 +196,13 @@ class Symbols(Tree):
         self.assertIn("core/statistics/distributions.cpp <- procs/stage/node.cpp", found[0])
 
     def batch(self, paths):
-        """Compiles these sources as one (cmake/firn.cmake, firn_batches), and returns the problems."""
-        batch = self.build / "batches" / "x" / "core_0.cpp"
+        """Compiles these sources as one, as CMake's unity build does, and returns the problems."""
+        batch = self.build / "Unity" / "unity_0_cxx.cxx"
         batch.parent.mkdir(parents=True)
-        batch.write_text("".join(f'#include "{path}"\n' for path in paths))
-        self.sources = [path for path in self.sources if path not in paths] + ["build/batches/x/core_0.cpp"]
+        batch.write_text("".join(f'#include "{self.root}/{path}"\n' for path in paths))
+        self.sources = [path for path in self.sources if path not in paths] + ["build/Unity/unity_0_cxx.cxx"]
         subprocess.run(["c++", "-std=c++20", "-O2", "-fno-math-errno", f"-I{self.root}", "-c", str(batch), "-o",
-                        "build.batches.x.core_0.cpp.o"], cwd=self.build, check=True)
+                        "build.Unity.unity_0_cxx.cxx.o"], cwd=self.build, check=True)
         return self.problems()
 
     def test_a_symbol_in_a_batch_is_found_with_its_sources(self):
@@ -255,6 +256,34 @@ class Syntax(Tree):
     def test_a_source_that_clang_cannot_parse_is_named(self):
         self.write("core/grid/grid.cpp", "#include <unordered_map>\nnamespace firn { int f() { return g(); } }\n")
         self.assertIn("core/grid/grid.cpp: clang cannot parse it", check_ast.check(self.root, self.root / "build")[0])
+
+
+class Names(Tree):
+    def setUp(self):
+        super().setUp()
+        self.write(".clang-tidy", (Path(__file__).resolve().parents[2] / ".clang-tidy").read_text())
+        command = f"c++ -I{self.root} -c grid.cpp -o core/grid.cpp.o"
+        self.write("build/compile_commands.json", json.dumps([{"directory": str(self.root / "build"), "file": "grid.cpp", "command": command}]))
+
+    def problems(self, *sources):
+        return check_names.check(self.root, self.root / "build", sources)
+
+    def test_the_good_tree_passes(self):
+        self.assertEqual(self.problems("core/grid/grid.cpp"), [])
+
+    def test_a_name_against_the_rules_and_a_warning_of_clang_are_found_in_headers_and_in_sources(self):
+        self.write("core/grid/grid.h", "#pragma once\nnamespace firn {\nint Cells(int n);\nclass Grid {\n  int unused_ = 0;\n};\n}  // namespace firn\n")
+        self.write("core/grid/other.cpp", "int twice(int Number) { return 2 * Number; }\n")
+        found = self.problems()
+        self.assertEqual([p.split(" [")[0] for p in found], ["core/grid/grid.h:3: invalid case style for function 'Cells'",
+                                                             "core/grid/grid.h:5: private field 'unused_' is not used"])
+        self.assertEqual(self.problems("core/grid/other.cpp")[:2], found[:2])
+        self.assertIn("core/grid/other.cpp:1: invalid case style for parameter 'Number' [readability-identifier-naming]",
+                      self.problems("core/grid/other.cpp"))
+
+    def test_a_source_that_clang_cannot_parse_is_a_problem(self):
+        self.write("core/grid/grid.cpp", "int f() { return g(); }\n")
+        self.assertIn("core/grid/grid.cpp:1: use of undeclared identifier 'g' [clang-diagnostic-error]", self.problems("core/grid/grid.cpp"))
 
 
 class Structure(Tree):

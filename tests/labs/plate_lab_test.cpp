@@ -8,13 +8,13 @@
 
 #include "config/error.h"
 #include "config/labs.h"
-#include "print/folder/node_makers.h"
-#include "print/folder/run_folder.h"
 #include "print/folder/run_report.h"
-#include "print/labs/print_labs.h"
+#include "print/folder/taking_part.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/lab_run.h"
 #include "print/simulated/memory_print.h"
 #include "report/run/report_page.h"
+#include "runs/folder/run_folder.h"
 #include "tests/files/record/scratch.h"
 
 using namespace firn;
@@ -55,7 +55,7 @@ TEST_CASE("A lab that the page's change adds has its own keys, processes and che
   CHECK(dump(parse_experiment(dump(e), "dump")) == dump(e));
   CHECK(dump(e).find("kind = \"plate\"") != std::string::npos);
   std::vector<std::string> names;
-  for (const NamedMaker& m : taking_part(e)) names.emplace_back(info(m.id).name);
+  for (const NamedMaker& m : taking_part(full_product(), e)) names.emplace_back(info(m.id).name);
   CHECK(names == std::vector<std::string>{"scheduler", "surface_mapper", "controller", "stage", "jet",
                                           "laser_profiler", "lamp", "safety"});
   CHECK_THROWS_AS(parse_experiment("[lab]\nkind = \"plate\"\n[model]\nh1_mm = 0.004\n", "plate.toml"),
@@ -66,20 +66,20 @@ TEST_CASE("A lab that the page's change adds has its own keys, processes and che
 
 TEST_CASE("A lab that the page's change adds prints one layer in memory and in process, with a report") {
   const Experiment e = plate();
-  const Blobs inputs = make_inputs(e, "");
-  const MemoryPrintReport print = print_in_memory(e, inputs);
+  const Blobs inputs = make_inputs(full_product(), e, "");
+  const MemoryPrintReport print = print_in_memory(full_product(), e, inputs);
   INFO(print.result.reason);
   CHECK(print.result.status == 0);
   CHECK(print.result.layers == 1);
   CHECK(print.droplets == 8 * 6);
 
   const test::Scratch scratch("plate-lab");
-  const RunFolder run = RunFolder::create(scratch / "runs", e, inputs, {"test"});
-  const LabRunReport report = run_in_lab(run, {});
+  const runs::RunFolder run = runs::RunFolder::create(scratch / "runs", e, inputs, {"test"});
+  const LabRunReport report = run_in_lab(full_product(), run, {});
   INFO(report.result.reason);
   CHECK(report.result.status == 0);
-  const replay::RunData data = run_data(run.path());
+  const report::RunData data = run_data(full_product(), run.path());
   REQUIRE(data.layers.size() >= 1);
   CHECK(data.layers.back().drops_total == 8 * 6);
-  CHECK(replay::report_page({{data, ""}}, {}).find("Final surfaces") != std::string::npos);
+  CHECK(report::report_page({{data, ""}}, {}).find("Final surfaces") != std::string::npos);
 }

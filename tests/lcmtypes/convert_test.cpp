@@ -2,8 +2,11 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 
 #include "core/grid/random.h"
+#include "firn/fault_t.hpp"
+#include "lcmtypes/channels.h"
 #include "lcmtypes/validate.h"
 
 using namespace firn;
@@ -37,7 +40,7 @@ trajectory_t some_message() {
 TEST_CASE("A trajectory goes through its message with every bit and its certificate") {
   const PlannedPath path = some_path();
   const std::vector<std::byte> bytes = bytes_of(some_message());
-  trajectory_t received;
+  trajectory_t received{};
   REQUIRE(received.decode(bytes.data(), 0, int(bytes.size())) == int(bytes.size()));
   const PlannedPath back = from_message(received);
   CHECK(back.layer == path.layer);
@@ -67,4 +70,34 @@ TEST_CASE("A trajectory message outside its limits is refused by member, value a
   CHECK_THAT(said([](trajectory_t& m) { m.tick_s = 0; }), Contains("tick_s = 0"));
   CHECK_THAT(said([](trajectory_t& m) { m.kind = 4; }), Contains("kind = 4 is outside 0..3"));
   CHECK_THAT(said([](trajectory_t& m) { m.ratio[0] = -1; }), Contains("ratio"));
+}
+
+TEST_CASE("A figure goes through its message, and a number that is not finite counts as not known") {
+  const Figure whole{-0.125, 0.5, "mm", "ice.clearance_mm"}, bare{};
+  for (const Figure& f : {whole, bare, Figure{3.0, {}, "us"}}) {
+    const Figure back = from_message(to_message(f));
+    CHECK(back.value == f.value);
+    CHECK(back.limit == f.limit);
+    CHECK(back.unit == f.unit);
+    CHECK(back.key == f.key);
+  }
+  const figure_t m = to_message(Figure{kNotMeasured, std::numeric_limits<double>::infinity(), "mm"});
+  CHECK(m.known == 0);
+  CHECK(m.value == 0.0);
+  CHECK(m.limit == 0.0);
+  fault_t fault{};
+  fault.header.run_id = fault.header.seq = 1;
+  fault.node = "stage";
+  fault.figure = to_message(whole);
+  const auto problem = [&] {
+    std::vector<std::byte> bytes(std::size_t(fault.getEncodedSize()));
+    fault.encode(bytes.data(), 0, int(bytes.size()));
+    return validate(*find_channel("FAULT_STAGE"), bytes).value_or("");
+  };
+  CHECK(problem() == "");
+  fault.figure.value = kNotMeasured;
+  CHECK_THAT(problem(), Contains("figure.value"));
+  fault.figure.value = 0.0;
+  fault.figure.known = 4;
+  CHECK_THAT(problem(), Contains("figure.known"));
 }

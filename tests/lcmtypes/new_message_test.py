@@ -35,6 +35,7 @@ PROBE = r"""
 #include "lcmtypes/channels.h"
 #include "lcmtypes/schema.h"
 #include "lcmtypes/validate.h"
+#include "tests/lcmtypes/limit_rows.h"
 using namespace firn;
 
 std::vector<std::byte> bytes_of(const lamp_power_t& m) {
@@ -93,6 +94,7 @@ class NewMessage(unittest.TestCase):
         self.words = self.house / "lcmtypes"
         shutil.copytree(ROOT / "lcmtypes", self.words)
         (self.house / "core").symlink_to(ROOT / "core")
+        (self.house / "tests").symlink_to(ROOT / "tests")
         self.out = self.house / "out"
 
     def add(self, message=MESSAGE, row=ROW):

@@ -63,7 +63,7 @@ TEST_CASE(
   CHECK_THROWS_WITH(Schema::parse("package a;\nstruct x_t {\n int32_t }"),
                     Contains("line 3") && Contains("name expected"));
   CHECK_THROWS_WITH(Schema::parse("struct x_t { double v[n]; }"),
-                    Contains("'n' is no integer member before"));
+                    Contains("'n' is no integer member or constant of x_t before"));
   CHECK_THROWS_WITH(Schema::parse("struct x_t { double v[0]; }"), Contains("not positive"));
   CHECK_THROWS_WITH(Schema::parse("struct x_t { y_t v; }"), Contains("unknown type 'y_t'"));
   CHECK_THROWS_WITH(Schema::parse("struct x_t { y_t v; } struct y_t { x_t w; }"),
@@ -76,7 +76,60 @@ TEST_CASE(
     doubling += "struct t" + std::to_string(i) + "_t { " + inner + " a; " + inner + " b; }";
   }
   CHECK_THROWS_WITH(Schema::parse(doubling), Contains("too deeply or too often"));
-  CHECK_THROWS_WITH(Schema::parse("enum e { A }"), Contains("found 'enum'"));
+  CHECK_THROWS_WITH(Schema::parse("union e { A }"), Contains("found 'union'"));
+}
+
+TEST_CASE(
+    "An array whose size is a constant has the fingerprint of current lcm-gen, which hashes the constant's "
+    "text") {
+  const Schema s = Schema::parse(
+      "package lab;\nstruct const_t { const int8_t N = 3; const int32_t ROWS = 0x2, COLS = 2;"
+      " int8_t a[N]; double m[ROWS][COLS]; }");
+  const schema::Type& t = *s.find("lab.const_t");
+  CHECK(std::uint64_t(t.fingerprint) == 0xa14a8e59cd8dd583);  // lcm-gen 1.5.9; 1.3.1 refuses such a size
+  CHECK(t.smallest_bytes == 3 + 4 * 8);
+  CHECK(t.fields.at(1).dimensions.at(0).text == "0x2");
+}
+
+TEST_CASE(
+    "Sizes by constant, by member and by number, enumerations and nested packages have lcm-gen's "
+    "fingerprints") {
+  const Schema s = Schema::parse(
+      "package r.s; enum mode_t { kOff = 0, kOn, kSafe = 0x10 } struct cell_t { int16_t v; }"
+      "struct grid_t { const int8_t N = 3, W = 0x2; const int32_t C = 4; const double SCALE = -1.5e3;"
+      " int16_t rows; mode_t mode; double m[N][W]; float k[rows][W]; cell_t cells[C]; r.s.mode_t modes[N];"
+      " string names[W]; }");
+  CHECK(std::uint64_t(s.find("r.s.mode_t")->fingerprint) == 0x21066d6f658c94fa);
+  CHECK(std::uint64_t(s.find("r.s.grid_t")->fingerprint) == 0x3a313b410c722722);
+  CHECK(s.find("mode_t")->smallest_bytes == 4);
+  const auto& fields = s.find("grid_t")->fields;
+  CHECK(fields.at(1).path == "mode");
+  CHECK(fields.at(1).kind == schema::Kind::kInt32);
+  CHECK(fields.at(5).dimensions.at(0).size == 3);
+}
+
+TEST_CASE("A constant that is no size is refused by its name, its value and its line") {
+  const auto refused = [](const std::string& members, const std::string& why) {
+    CHECK_THROWS_WITH(Schema::parse("package a;\nstruct x_t {\n" + members + "}"),
+                      Contains("line 3") && Contains(why));
+  };
+  refused("const int32_t N = -0x3; double v[N];", "array size N = -0x3 is not positive");
+  refused("const int32_t N = 0; double v[N];", "array size N = 0 is not positive");
+  refused("const double N = 3; double v[N];", "array size N = 3 is no integer");
+  refused("const int64_t N = 4294967296; double v[N];", "array size N = 4294967296 is above 2147483647");
+  refused("double v[N]; const int32_t N = 3;", "'N' is no integer member or constant of x_t before");
+  refused("double v[b.y_t.N];", "'b.y_t.N' is no integer member or constant of x_t");
+  refused("const int8_t N = 128;", "N: '128' is no value of int8_t");
+  refused("const int64_t N = 0x8000000000000000;", "is no value of int64_t");
+  refused("const int32_t N = three;", "N: 'three' is no value of int32_t");
+  refused("const string N = 3;", "a constant is of an integer type, float or double, found 'string'");
+  refused("const int8_t N = 1; int8_t N;", "'N' is declared twice in x_t");
+  refused("const int8_t N = 1, N = 2;", "'N' is declared twice in x_t");
+  refused("int8_t v; int8_t v;", "'v' is declared twice in x_t");
+  CHECK(Schema::parse(
+            "struct x_t { const int64_t A = -9223372036854775808, B = 0x7fffffffffffffff; int8_t v[010]; }")
+            .find("x_t")
+            ->smallest_bytes == 8);
 }
 
 TEST_CASE("Leaves come with their path, value and byte, in encoded order") {

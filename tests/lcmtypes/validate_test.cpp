@@ -6,6 +6,7 @@
 
 #include "firn/enums.h"
 #include "firn/gas_flow_t.hpp"
+#include "tests/lcmtypes/limit_rows.h"
 #include "tests/lcmtypes/samples.h"
 
 using namespace firn;

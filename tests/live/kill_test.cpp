@@ -22,7 +22,7 @@ using namespace firn::test;
 
 namespace {
 
-constexpr int kMostIncarnations = 6;
+constexpr int kMaxIncarnations = 6;
 
 std::uint64_t first_seed() {
   const char* text = std::getenv("FIRN_KILL_SEED");
@@ -121,7 +121,7 @@ void kill_at_random(std::uint64_t seed) {
   }
   INFO("FIRN_KILL_SEED=" << seed << ", " << run.path());
   int status = -1, left = 1 + int(random.below(4) == 0), incarnations = 0;
-  for (; status != 0 && incarnations < kMostIncarnations; ++incarnations) {
+  for (; status != 0 && incarnations < kMaxIncarnations; ++incarnations) {
     run.start(incarnations > 0);
     if (incarnations == 0 && hardship.disk != LiveRun::Disk::kSound) {
       status = wait_in_trouble(run, hardship);

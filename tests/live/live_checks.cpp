@@ -8,12 +8,13 @@
 #include <filesystem>
 #include <fstream>
 
-#include "cli/audit_command.h"
 #include "core/grid/random.h"
 #include "plant/record/record.h"
-#include "print/folder/log_repair.h"
-#include "print/folder/node_makers.h"
+#include "print/folder/taking_part.h"
+#include "print/labs/full_product.h"
+#include "replay/audit_run.h"
 #include "replay/replayer.h"
+#include "runs/folder/log_repair.h"
 #include "runtime/wal_file.h"
 #include "tests/support/skip.h"
 
@@ -127,7 +128,8 @@ void kill_and_resume(const Experiment& experiment, const std::string& victim, co
 
 void check_finished_run(const LiveRun& run) {
   std::vector<replay::NodeMaker> makers;
-  for (const NamedMaker& m : taking_part(run.path())) makers.push_back({info(m.id).name, m.make});
+  for (const NamedMaker& m : taking_part(full_product(), run.path()))
+    makers.push_back({info(m.id).name, m.make});
   replay::ReplayOptions options;
   options.makers = makers;
   const replay::RunVerdict verdict = replay::replay_run(run.path(), options);
@@ -139,17 +141,17 @@ void check_finished_run(const LiveRun& run) {
   CHECK(verdict.nodes.size() == makers.size());
   CHECK(verdict.log_present);
   CHECK(verdict.log_messages > 0);
-  CHECK_FALSE(repair_from_write_ahead(run.path() / "log.lcm", run.path() / "nodes")
+  CHECK_FALSE(runs::repair_from_write_ahead(run.path() / "log.lcm", run.path() / "nodes")
                   .rewritten);  // it is whole already
-  const replay::AuditVerdict audit = audit_verdict(run.path());
+  const replay::AuditVerdict audit = replay::audit_run(run.path());
   CHECK(violations_of(audit) == "");
   CHECK(audit.with_world);
   for (const auto& doubt : audit.unknowns) CHECK(doubt.resolved_by);
 }
 
 std::string local_stop_cause(const LiveRun& run, const std::string& node) {
-  const logfile::MappedFile mapped(run.folder().wal_path(node));
-  logfile::RecordReader reader(mapped.bytes());
+  const record::MappedFile mapped(run.folder().wal_path(node));
+  record::RecordReader reader(mapped.bytes());
   std::string cause;
   while (const auto record = reader.next()) {
     if (record->damaged || record->kind != std::uint16_t(WalKind::kEvent)) continue;

@@ -15,7 +15,7 @@
 #include "config/include.h"
 #include "config/labs.h"
 #include "print/inputs/ice_inputs.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "print/live/bus_check.h"
 #include "runtime/lossy.h"
 #include "runtime/run_clock.h"
@@ -102,7 +102,7 @@ Blobs tiny_ice_inputs(Experiment& e, const std::filesystem::path& scratch) {
   std::ofstream(scratch / "block.stl", std::ios::binary)
       .write(reinterpret_cast<const char*>(stl.data()), std::streamsize(stl.size()));
   e.ice.mesh = (scratch / "block.stl").string();
-  Blobs inputs = make_inputs(e, kLiveExperiments);
+  Blobs inputs = make_inputs(full_product(), e, kLiveExperiments);
   place_ice_field(e, inputs);
   return inputs;
 }
@@ -118,8 +118,9 @@ LiveRun::LiveRun(const Experiment& experiment) : lines(prints_lines(experiment))
   root_ = name;
   const std::string longer_than_a_socket_address(110, 'x');
   Experiment e = experiment;
-  const Blobs inputs = prints_paths(e) ? tiny_ice_inputs(e, root_) : make_inputs(e, kLiveExperiments);
-  folder_ = RunFolder::create(root_ / longer_than_a_socket_address, e, inputs, {"test"});
+  const Blobs inputs =
+      prints_paths(e) ? tiny_ice_inputs(e, root_) : make_inputs(full_product(), e, kLiveExperiments);
+  folder_ = runs::RunFolder::create(root_ / longer_than_a_socket_address, e, inputs, {"test"});
 }
 
 LiveRun::~LiveRun() {
@@ -161,7 +162,7 @@ void LiveRun::start(bool resume, const std::filesystem::path& programs) {
     options.on_start = [&](const std::map<std::string, int>&) {
       std::ofstream(root_ / ("started" + std::to_string(incarnation_))) << "x";
     };
-    const LaunchReport report = launch(RunFolder::open(path()), options);
+    const LaunchReport report = launch(full_product(), runs::RunFolder::open(path()), options);
     std::fprintf(stderr, "%s: %s\n", report.result.outcome.c_str(), report.result.reason.c_str());
     ::_exit(report.result.status);
   } catch (const std::exception& e) {

@@ -47,7 +47,7 @@ class LiveRun {
   void start(bool resume, const std::filesystem::path& programs = FIRN_BINARY_DIR "/bin");
   /// Waits until all processes have begun; false if the launcher ended before.
   bool wait_started();
-  /// SIGKILL of "jet", "launcher", …; the CLOCK_MONOTONIC time just before, in ns.
+  /// SIGKILL of "jet", "launcher", …; the CLOCK_BOOTTIME time just before, in ns.
   std::int64_t kill(const std::string& name);
   void interrupt();
   /// Sends a signal to all processes of the run, as a terminal does.
@@ -73,11 +73,11 @@ class LiveRun {
   /// disk waits until it is sound again, 8 s at most.
   void set_disk(Disk state);
 
-  const RunFolder& folder() const { return *folder_; }
+  const runs::RunFolder& folder() const { return *folder_; }
   std::filesystem::path path() const { return folder_->path(); }
   /// Returns the launcher's output on stderr.
   std::string said() const;
-  /// Node time of a CLOCK_MONOTONIC time in this incarnation.
+  /// Node time of a CLOCK_BOOTTIME time in this incarnation.
   std::int64_t node_time_us(std::int64_t mono_ns) const;
   /// Injected faults over all nodes.
   std::uint64_t injected() const;
@@ -86,7 +86,7 @@ class LiveRun {
   std::filesystem::path disk_file() const { return root_ / "disk"; }
 
   std::filesystem::path root_;
-  std::optional<RunFolder> folder_;
+  std::optional<runs::RunFolder> folder_;
   std::map<std::string, int> pids_;
   int launcher_ = -1;
   int incarnation_ = -1;

@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "core/grid/random.h"
-#include "print/exit_codes.h"
+#include "files/exit_codes.h"
 #include "tests/live/live_checks.h"
 #include "tests/support/long_cases.h"
 
@@ -17,7 +17,7 @@ using namespace firn::test;
 namespace {
 
 /// With FIRN_LIVE_FIRST and FIRN_LIVE_RUNS=1 one of them can be looked at alone.
-std::vector<std::size_t> runs() {
+std::vector<std::size_t> run_numbers() {
   const char *runs = std::getenv("FIRN_LIVE_RUNS"), *first = std::getenv("FIRN_LIVE_FIRST");
   std::vector<std::size_t> numbers =
       runs ? std::vector<std::size_t>(std::size_t(std::atoi(runs))) : long_cases(200, 10);
@@ -47,7 +47,7 @@ TEST_CASE(
                                              "jet",       "laser_profiler", "lamp",       "recorder",
                                              "safety",    "launcher"};
   int kills = 0;
-  for (const std::size_t n : runs()) {
+  for (const std::size_t n : run_numbers()) {
     const std::uint64_t seed = 1000 + std::uint64_t(n);
     RandomStream random(seed, Purpose::kBusFault);
     LiveRun run(bad_network(seed, random));
@@ -86,5 +86,5 @@ TEST_CASE(
     CHECK(run.injected() > 0);
     check_finished_run(run);
   }
-  if (runs().size() >= 10) CHECK(kills > 0);
+  if (run_numbers().size() >= 10) CHECK(kills > 0);
 }

@@ -7,10 +7,11 @@
 
 #include <catch2/catch.hpp>
 
+#include "files/exit_codes.h"
 #include "files/record/packed.h"
-#include "print/exit_codes.h"
-#include "print/folder/running.h"
 #include "print/operator/operator_client.h"
+#include "runs/folder/run_lock.h"
+#include "runs/folder/running.h"
 #include "tests/live/live_checks.h"
 
 using namespace firn;
@@ -89,18 +90,31 @@ TEST_CASE("a detached print goes on when the terminal that began it is closed, a
   LiveRun run(tiny_part(53));
   const std::string folder = run.path().string();
   REQUIRE(firn_on_terminal({"firn", "print", "--resume", folder, "--detach"}) == kOk);
-  const auto pid = printing_process(run.path());
+  const auto pid = runs::printing_process(run.path());
   REQUIRE(pid);
   CHECK(*pid != ::getpid());
-  CHECK_THROWS_WITH(refuse_running(run.path()), Contains("is running (pid " + std::to_string(*pid) + ")"));
+  CHECK_THROWS_WITH(runs::RunLock(run.path(), runs::RunUse::kRead),
+                    Contains("is running (pid " + std::to_string(*pid) + ")"));
   CHECK(firn_on_terminal({"firn", "attach", folder}) == kOk);
-  const auto over = [&] {
-    return logfile::is_packed(run.path() / "log.lcm") && !printing_process(run.path());
-  };
-  for (int tries = 0; !over() && tries < 3000; ++tries) ::usleep(20'000);
-  REQUIRE(over());
+  CHECK(record::is_packed(run.path() / "log.lcm"));
+  REQUIRE_FALSE(runs::printing_process(run.path()));
   const auto result = run.folder().result();
   REQUIRE(result);
   CHECK(result->outcome == "finished");
+  check_finished_run(run);
+}
+
+TEST_CASE("firn ctl stop returns when the run can be resumed") {
+  if (skipped()) return;
+  LiveRun run(tiny_part(54));
+  const std::string folder = run.path().string();
+  run.start(false);
+  REQUIRE(run.wait_started());
+  CHECK(firn_on_terminal({"firn", "ctl", folder, "stop"}) == kOk);
+  CHECK_FALSE(runs::printing_process(run.path()));
+  CHECK(run.wait() == kSafetyStop);
+  run.start(true);
+  CHECK(run.wait() == kOk);
+  INFO(run.said());
   check_finished_run(run);
 }

@@ -4,10 +4,10 @@
 
 #include <catch2/catch.hpp>
 
+#include "files/exit_codes.h"
 #include "files/json.h"
 #include "firn/operator_command_t.hpp"
-#include "print/exit_codes.h"
-#include "replay/run_messages.h"
+#include "runs/read/run_reader.h"
 #include "tests/live/live_checks.h"
 #include "tests/page/page_attack.h"
 #include "tests/page/web_client.h"
@@ -74,7 +74,7 @@ TEST_CASE("a live print is watched, paused, changed and continued from the page,
   CHECK(run.wait() == kOk);
   INFO(run.said());
   std::vector<std::string> from;
-  const replay::RunMessages messages(run.path());
+  const runs::RunReader messages(run.path());
   messages.each<operator_command_t>(channels::kOperatorCommand.name,
                                     [&](const operator_command_t& m) { from.push_back(m.text); });
   CHECK(from == std::vector<std::string>(5, "page"));

@@ -4,7 +4,7 @@
 #include <fstream>
 
 #include "firn/height_model_t.hpp"
-#include "replay/run_messages.h"
+#include "runs/read/run_reader.h"
 #include "tests/live/live_checks.h"
 
 using namespace firn;
@@ -47,13 +47,12 @@ TEST_CASE("a live print with droplet_estimator learns after every layer, and rep
   REQUIRE(result);
   int last =
       -1;  // a busy machine may make the profiler miss rows: the layer is measured, and told, once more
-  replay::RunMessages(run.path())
-      .each<height_model_t>(channels::kHeightModel.name, [&](const height_model_t& m) {
-        CHECK(m.layer >= last);
-        CHECK(m.layer <= last + 1);
-        CHECK(m.layers_used == m.layer);
-        last = m.layer;
-      });
+  runs::RunReader(run.path()).each<height_model_t>(channels::kHeightModel.name, [&](const height_model_t& m) {
+    CHECK(m.layer >= last);
+    CHECK(m.layer <= last + 1);
+    CHECK(m.layers_used == m.layer);
+    last = m.layer;
+  });
   CHECK(last == result->layers);
 }
 

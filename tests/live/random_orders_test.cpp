@@ -12,7 +12,7 @@
 #include <fstream>
 
 #include "core/grid/random.h"
-#include "print/exit_codes.h"
+#include "files/exit_codes.h"
 #include "print/operator/operator_client.h"
 #include "tests/live/live_checks.h"
 
@@ -24,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kDisturbed = 2;  // incarnations
-constexpr int kMostLives = 8;
+constexpr int kMaxLives = 8;
 
 /// The answer, or why there is none: the print may be over, or its launcher dead.
 std::string order(const LiveRun& run, const OperatorOrder& what, int times) {
@@ -50,7 +50,7 @@ class Sequence {
   void go() {
     INFO("FIRN_ORDER_SEED, " << story_ << ", " << run_.path());
     int status = -1, incarnations = 0;
-    for (; status != kOk && incarnations < kMostLives; ++incarnations) {
+    for (; status != kOk && incarnations < kMaxLives; ++incarnations) {
       const bool disturbed = incarnations < kDisturbed;
       run_.start(incarnations > 0, disturbed && random_.below(4) == 0 ? full_disk() : FIRN_BINARY_DIR "/bin");
       if (disturbed && run_.wait_started())

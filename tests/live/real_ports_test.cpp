@@ -9,11 +9,12 @@
 #include <fstream>
 #include <memory>
 
-#include "cli/audit_command.h"
 #include "config/devices.h"
 #include "config/fields.h"
 #include "plant/record/record.h"
-#include "print/folder/node_makers.h"
+#include "print/folder/taking_part.h"
+#include "print/labs/full_product.h"
+#include "replay/audit_run.h"
 #include "replay/replayer.h"
 #include "tests/live/live_checks.h"
 #include "tests/live/port_bridge.h"
@@ -80,11 +81,12 @@ Experiment small_part(std::uint64_t seed) {
 
 void check_replay_and_audit(const LiveRun& run) {
   std::vector<replay::NodeMaker> makers;
-  for (const NamedMaker& m : taking_part(run.path())) makers.push_back({info(m.id).name, m.make});
+  for (const NamedMaker& m : taking_part(full_product(), run.path()))
+    makers.push_back({info(m.id).name, m.make});
   replay::ReplayOptions options;
   options.makers = makers;
   CHECK(replay::replay_run(run.path(), options).identical());
-  const replay::AuditVerdict audit = audit_verdict(run.path());
+  const replay::AuditVerdict audit = replay::audit_run(run.path());
   for (const auto& v : audit.violations) UNSCOPED_INFO(v.what);
   CHECK(audit.clean());
   CHECK_FALSE(audit.with_world);
@@ -115,7 +117,7 @@ TEST_CASE("a print on instruments behind TCP and serial lines finishes, replays,
   hardware.stop();
   const plant::WorldHistory h = hardware.history();
   CHECK(fired(h) > 20);
-  CHECK(audit_verdict(run.path()).triggered >= 0);
+  CHECK(replay::audit_run(run.path()).triggered >= 0);
 }
 
 TEST_CASE("instruments that lose their power during a print on real lines stop it by name, and it goes on") {

@@ -8,10 +8,11 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 
+#include "files/exit_codes.h"
 #include "files/usage_error.h"
-#include "print/exit_codes.h"
-#include "print/folder/lab_lock.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/lab_run.h"
+#include "runs/folder/lab_lock.h"
 #include "tests/live/live_checks.h"
 
 using namespace firn;
@@ -82,6 +83,22 @@ TEST_CASE(
   finish(run);
 }
 
+TEST_CASE("a computer that stands still stops the print by name, and a resume finishes it") {
+  if (skipped()) return;
+  LiveRun run(tiny_part(37));
+  run.start(false);
+  REQUIRE(run.wait_started());
+  ::usleep(600'000);
+  run.signal_all(SIGSTOP);
+  ::usleep(2'000'000);
+  run.signal_all(SIGCONT);
+  CHECK(run.wait() == kSafetyStop);
+  run.wait_all_gone();
+  REQUIRE(run.folder().result());
+  CHECK_THAT(run.folder().result()->reason, Contains("this computer stood still for "));
+  finish(run);
+}
+
 TEST_CASE("a print whose stdout and stderr nobody reads goes on to its end, live and in one process") {
   if (skipped()) return;
   LiveRun run(tiny_part(33));
@@ -132,7 +149,8 @@ TEST_CASE("a live print whose world was killed goes on in one process") {
   run.wait_all_gone();
   LabRunOptions options;
   options.resume = true;
-  const RunResult result = run_in_lab(RunFolder::open(run.path()), options).result;
+  const runs::RunResult result =
+      run_in_lab(full_product(), runs::RunFolder::open(run.path()), options).result;
   INFO(result.reason);
   CHECK(result.status == kOk);
   check_finished_run(run);
@@ -185,11 +203,12 @@ TEST_CASE(
   LaunchOptions options;
   const std::string holder =
       "process " + std::to_string(first.pid_of("launcher")) + ", run folder " + first.path().string();
-  CHECK_THROWS_AS(launch(RunFolder::open(second.path()), options), UsageError);
-  CHECK_THROWS_WITH(launch(RunFolder::open(second.path()), options),
+  CHECK_THROWS_AS(launch(full_product(), runs::RunFolder::open(second.path()), options), UsageError);
+  CHECK_THROWS_WITH(launch(full_product(), runs::RunFolder::open(second.path()), options),
                     Contains("the lab in " + lab.string() + " is in use by " + holder));
   options.resume = true;
-  CHECK_THROWS_WITH(launch(RunFolder::open(first.path()), options), Contains("is in use by " + holder));
+  CHECK_THROWS_WITH(launch(full_product(), runs::RunFolder::open(first.path()), options),
+                    Contains("is running (pid " + std::to_string(first.pid_of("launcher")) + ")"));
   first.kill("launcher");
   CHECK(first.wait() == -1);
   second.start(false);  // waits for the processes that the launcher left behind
@@ -203,16 +222,17 @@ TEST_CASE("an instrument that two run folders link to, and a bus by name, are lo
   Experiment e = tiny_part(41);
   LiveRun first(e), second(e);
   for (const LiveRun* run : {&first, &second}) fs::create_symlink("/dev/null", run->path() / "io" / "stage");
-  const RunFolder a = RunFolder::open(first.path()), b = RunFolder::open(second.path());
+  const runs::RunFolder a = runs::RunFolder::open(first.path()), b = runs::RunFolder::open(second.path());
   {
-    const LabLock held(a, e, "", LabLock::Heirs::kNobody);
-    CHECK_THROWS_WITH(LabLock(b, e, "", LabLock::Heirs::kNobody),
+    const runs::LabLock held(a, e, "", runs::LabLock::Heirs::kNobody);
+    CHECK_THROWS_WITH(runs::LabLock(b, e, "", runs::LabLock::Heirs::kNobody),
                       Contains("the instrument at /dev/null is in use by process " +
                                std::to_string(::getpid()) + ", run folder " + first.path().string()));
   }
   fs::remove(second.path() / "io" / "stage");
   const std::string bus = "udpm://239.255.76.67:21999";
-  const LabLock held(a, e, bus + "?ttl=0", LabLock::Heirs::kNobody);
-  CHECK_THROWS_WITH(LabLock(b, e, bus + "?ttl=1", LabLock::Heirs::kNobody), Contains("the bus " + bus));
-  CHECK_NOTHROW(LabLock(b, e, "", LabLock::Heirs::kNobody));
+  const runs::LabLock held(a, e, bus + "?ttl=0", runs::LabLock::Heirs::kNobody);
+  CHECK_THROWS_WITH(runs::LabLock(b, e, bus + "?ttl=1", runs::LabLock::Heirs::kNobody),
+                    Contains("the bus " + bus));
+  CHECK_NOTHROW(runs::LabLock(b, e, "", runs::LabLock::Heirs::kNobody));
 }

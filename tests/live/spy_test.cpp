@@ -52,6 +52,7 @@ TEST_CASE("lcm-spy shows the height map and the layer error of a live print, on 
   if (skipped()) return;
   Experiment e = tiny_part(4);
   e.part.shape.height_mm = 2.0;  // a minute and more: Java may take its time to start
+  e.process.nozzle_gap_mm = 3.0;
   LiveRun run(e);
   run.start(false);
   INFO(run.path());

@@ -16,7 +16,6 @@
 #include <memory>
 #include <optional>
 
-#include "cli/audit_command.h"
 #include "cli/calibrate_command.h"
 #include "config/devices.h"
 #include "config/fields.h"
@@ -27,10 +26,12 @@
 #include "firn/path_report_t.hpp"
 #include "lcmtypes/convert.h"
 #include "plant/record/record.h"
-#include "print/folder/node_makers.h"
+#include "print/folder/taking_part.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/lab_fault.h"
+#include "replay/audit_run.h"
 #include "replay/replayer.h"
-#include "replay/run_messages.h"
+#include "runs/read/run_reader.h"
 #include "tests/live/live_checks.h"
 #include "tests/live/port_bridge.h"
 #include "tests/support/long_cases.h"
@@ -110,7 +111,7 @@ struct Story {
 
 Story story_of(const LiveRun& run) {
   Story s;
-  replay::RunMessages messages(run.path());
+  runs::RunReader messages(run.path());
   messages.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) {
     s.maps[{m.layer, m.attempt}] = height_of(m);
   });
@@ -148,7 +149,8 @@ std::pair<double, double> difference(const Story& a, const Story& b) {
 
 bool replays(const LiveRun& run) {
   std::vector<replay::NodeMaker> makers;
-  for (const NamedMaker& m : taking_part(run.path())) makers.push_back({info(m.id).name, m.make});
+  for (const NamedMaker& m : taking_part(full_product(), run.path()))
+    makers.push_back({info(m.id).name, m.make});
   replay::ReplayOptions options;
   options.makers = makers;
   return replay::replay_run(run.path(), options).identical();
@@ -242,8 +244,8 @@ void compare_lines_with_sockets(const std::string& kind) {
   CHECK(a.answers == b.answers);
   CHECK(replays(sockets));
   CHECK(replays(lines));
-  const replay::AuditVerdict of_sockets = audit_verdict(sockets.path()),
-                             of_lines = audit_verdict(lines.path());
+  const replay::AuditVerdict of_sockets = replay::audit_run(sockets.path()),
+                             of_lines = replay::audit_run(lines.path());
   CHECK(of_sockets.clean());
   CHECK(of_lines.clean());
   if (two_jets) {
@@ -261,16 +263,13 @@ void compare_lines_with_sockets(const std::string& kind) {
 
 TEST_CASE("a print over lines at true baud is the print over sockets: answers, map, audit, replay") {
   if (skipped()) return;
-  std::vector<std::string> kinds =
-      long_cases(std::vector<std::string>{"lu2015", "droplets", kIceKind, kTwoInksKind}, 1);
-  if (kinds.empty()) kinds = {"lu2015"};  // in the other tenths
-  for (const std::string& kind : kinds) compare_lines_with_sockets(kind);
+  const std::vector<std::string> kinds{"lu2015", "droplets", kIceKind, kTwoInksKind};
+  for (const std::string& kind : long_cases(kinds, 1)) compare_lines_with_sockets(kind);
 }
 
 TEST_CASE(
     "a print over lines at true baud has the map of that over sockets, be it of droplets or of steady ice") {
   if (skipped()) return;
-  const std::vector<std::size_t> today = long_cases(std::size_t(5), 0);
-  const bool ice = std::ranges::count(today, 4) > 0;  // the tenth after the other kinds
-  compare_lines_with_sockets(ice ? kSteadyIceKind : "droplets");
+  const std::vector<std::string> kinds{"droplets", kSteadyIceKind};
+  for (const std::string& kind : long_cases(kinds, 1)) compare_lines_with_sockets(kind);
 }

@@ -9,8 +9,8 @@ using namespace firn;
 TEST_CASE(
     "a print whose page is besieged, killed and begun anew writes the bytes of one that nobody watches") {
   const test::TempFolder place;
-  const RunFolder alone = test::part_to_besiege(place.path() / "alone"),
-                  watched = test::part_to_besiege(place.path() / "watched");
+  const runs::RunFolder alone = test::part_to_besiege(place.path() / "alone"),
+                        watched = test::part_to_besiege(place.path() / "watched");
   test::print_alone(alone);
   const test::PageAttack::Size size{200, 2'000, 8};
   const test::Siege siege = test::print_besieged(watched, size);

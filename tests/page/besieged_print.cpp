@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "files/record/record_file.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/lab_run.h"
 #include "runtime/write_ahead.h"
 #include "tests/page/web_client.h"
@@ -34,8 +34,8 @@ void without_number(std::vector<std::byte>& bytes, std::int64_t run_id) {
 }
 
 std::vector<std::vector<std::byte>> records(const fs::path& file, std::int64_t run_id) {
-  const logfile::MappedFile map(file);
-  logfile::RecordReader reader(map.bytes());
+  const record::MappedFile map(file);
+  record::RecordReader reader(map.bytes());
   std::vector<std::vector<std::byte>> all;
   while (const auto r = reader.next()) {
     if (WalKind(r->kind) == WalKind::kHead) continue;
@@ -46,9 +46,10 @@ std::vector<std::vector<std::byte>> records(const fs::path& file, std::int64_t r
   return all;
 }
 
-void print(const RunFolder& run, LabRunOptions o) {
+void print(const runs::RunFolder& run, LabRunOptions o) {
   o.note = [](const std::string&) {};
-  if (run_in_lab(run, o).result.status != 0) throw std::runtime_error("the print did not finish");
+  if (run_in_lab(full_product(), run, o).result.status != 0)
+    throw std::runtime_error("the print did not finish");
 }
 
 }  // namespace
@@ -66,15 +67,15 @@ PageOf::PageOf(const fs::path& run)
   }
 }
 
-RunFolder part_to_besiege(const fs::path& root) {
+runs::RunFolder part_to_besiege(const fs::path& root) {
   Experiment e = tiny_print("attacked");
   e.part.shape.height_mm = 0.1;
-  return RunFolder::create(root, e, make_inputs(e, ""), {"test"});
+  return runs::RunFolder::create(root, e, make_inputs(full_product(), e, ""), {"test"});
 }
 
-void print_alone(const RunFolder& run) { print(run, {}); }
+void print_alone(const runs::RunFolder& run) { print(run, {}); }
 
-Siege print_besieged(const RunFolder& run, const PageAttack::Size& size) {
+Siege print_besieged(const runs::RunFolder& run, const PageAttack::Size& size) {
   Siege siege;
   auto page = std::make_unique<PageOf>(run.path());
   auto attack = std::make_unique<PageAttack>(page->address, size, 11);
@@ -103,7 +104,7 @@ Siege print_besieged(const RunFolder& run, const PageAttack::Size& size) {
   return siege;
 }
 
-std::vector<std::string> differing_files(const RunFolder& a, const RunFolder& b) {
+std::vector<std::string> differing_files(const runs::RunFolder& a, const runs::RunFolder& b) {
   std::vector<std::string> names;
   for (const auto& entry : fs::directory_iterator(a.path() / "nodes")) {
     if (entry.path().extension() != ".wal") continue;

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "print/folder/run_folder.h"
 #include "print/live/child_process.h"
+#include "runs/folder/run_folder.h"
 #include "tests/page/page_attack.h"
 
 namespace firn::test {
@@ -26,7 +26,7 @@ class PageOf {
 };
 
 /// A part of some layers.
-RunFolder part_to_besiege(const std::filesystem::path& root);
+runs::RunFolder part_to_besiege(const std::filesystem::path& root);
 
 struct Siege {
   int killed = 0;            ///< kill -9 of the page
@@ -36,12 +36,12 @@ struct Siege {
 /// Prints into `run` in this process. The page is besieged, killed after every third layer and begun anew; a
 /// layer waits until its share of the frames is sent. @throws std::runtime_error: a print that does not
 /// finish
-Siege print_besieged(const RunFolder& run, const PageAttack::Size& size);
+Siege print_besieged(const runs::RunFolder& run, const PageAttack::Size& size);
 /// The same without a page.
-void print_alone(const RunFolder& run);
+void print_alone(const runs::RunFolder& run);
 
 /// Returns the names of the write-ahead files whose records differ: events, and outputs without the handler's
 /// wall time and the run's number, the time at which its folder was made.
-std::vector<std::string> differing_files(const RunFolder& a, const RunFolder& b);
+std::vector<std::string> differing_files(const runs::RunFolder& a, const runs::RunFolder& b);
 
 }  // namespace firn::test

@@ -61,7 +61,7 @@ TEST_CASE("a frame that is no request of the page is refused by its member") {
     INFO(text);
     CHECK_THROWS_WITH(parse_client_frame(text), Contains(word));
   }
-  CHECK_THROWS_WITH(parse_client_frame(std::string(kMostFrameBytes + 1, ' ')), Contains("at most 4096"));
+  CHECK_THROWS_WITH(parse_client_frame(std::string(kMaxFrameBytes + 1, ' ')), Contains("at most 4096"));
 }
 
 TEST_CASE("random bytes and random damage of frames are read or refused, and nothing else") {
@@ -118,6 +118,21 @@ TEST_CASE("a name that foreign DNS points at this machine is no Host of the page
     CHECK_FALSE(origin_allowed(origin, own));
 }
 
+TEST_CASE("a foreign Host or Origin is named with the option that makes it the page's own") {
+  const auto own = own_authorities("127.0.0.1", 8750, {});
+  CHECK(foreign_words("127.0.0.1:8750", "http://localhost:8750", own).empty());
+  CHECK(foreign_words("127.0.0.1:8750", "", own).empty());
+  CHECK(foreign_words("127.0.0.1:8750", "https://lab.example.org", own) ==
+        "Origin https://lab.example.org is not this page's: behind a proxy start it with --host "
+        "lab.example.org");
+  CHECK(foreign_words("lab.example.org:8080", "", own) ==
+        "Host lab.example.org:8080 is not this page's: behind a proxy start it with --host "
+        "lab.example.org:8080");
+  CHECK(foreign_words("", "", own) ==
+        "Host (none) is not this page's: behind a proxy start it with --host (none)");
+  CHECK(foreign_words("a\tb<\x80", "", own).find('\t') == std::string::npos);
+}
+
 TEST_CASE("no path leads out of its folder") {
   CHECK(path_parts("/api/runs/a%20b?x=1") == std::vector<std::string>{"api", "runs", "a b"});
   CHECK(path_parts("/") == std::vector<std::string>{""});
@@ -133,4 +148,16 @@ TEST_CASE("values of a query and words of a header's list are found") {
   CHECK(query_values("/ws", "run").empty());
   CHECK(list_words(" firn,0123 ,, ") == std::vector<std::string_view>{"firn", "0123"});
   CHECK(list_words("").empty());
+}
+
+TEST_CASE("the token is shown by a header or by a cookie of the page, and by nothing else") {
+  CHECK(shows_token("Bearer t0k", "", "t0k"));
+  CHECK(shows_token("", "firn-8750=t0k", "t0k"));
+  CHECK(shows_token("", "a=1;  firn-=t0k; b=2", "t0k"));
+  CHECK(shows_token("", "firn-1=old; firn-2=t0k", "t0k"));
+  for (const char* cookies :
+       {"", ";", "firn-8750", "firn-8750=", "firn-8750=t0k2", "xfirn-1=t0k", "t0k", "a=firn-1=t0k", ";;;=;"})
+    CHECK_FALSE(shows_token("", cookies, "t0k"));
+  for (const char* header : {"", "Bearer", "Bearer ", "bearer t0k", "Basic t0k", "Bearer t0k "})
+    CHECK_FALSE(shows_token(header, "", "t0k"));
 }

@@ -52,7 +52,7 @@ TEST_CASE("a connection that waits no more is not closed") {
 TEST_CASE("one address that opens ever more connections closes its own, not those of others") {
   Connections c;
   c.come("other");
-  for (std::size_t n = 0; n < 2 * IdlePlaces::kMostFromOne; ++n) c.come("flood");
-  REQUIRE(c.closed.size() == IdlePlaces::kMostFromOne);
+  for (std::size_t n = 0; n < 2 * IdlePlaces::kMaxFromOne; ++n) c.come("flood");
+  REQUIRE(c.closed.size() == IdlePlaces::kMaxFromOne);
   for (std::size_t n = 0; n < c.closed.size(); ++n) CHECK(c.closed[n] == int(n) + 1);
 }

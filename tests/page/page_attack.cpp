@@ -14,7 +14,7 @@ namespace firn::test {
 namespace {
 
 constexpr useconds_t kPause_us = 10'000;
-constexpr int kMostRefused = 100;
+constexpr int kMaxRefused = 100;
 constexpr int kAttackersNice = 19;
 
 std::string noise(RandomStream& random, std::uint32_t most) {
@@ -52,7 +52,7 @@ void PageAttack::run(Size size, std::uint64_t seed) {
     if (n % 2 == 0) client.send_raw(noise(random, 300));
   }
   // A tab that does not take its answers is closed: another goes on. A page that is killed lets none in.
-  for (int refused = 0; frames_ < size.frames && !stop_ && refused < kMostRefused;) {
+  for (int refused = 0; frames_ < size.frames && !stop_ && refused < kMaxRefused;) {
     if (!open || tab->closed()) {
       tab = std::make_unique<WebClient>(address_);
       open = tab->open("/ws") == 101;

@@ -20,6 +20,7 @@
 #include "firn/safe_stop_t.hpp"
 #include "firn/stage_command_t.hpp"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/convert.h"
 #include "page/event_words.h"
 #include "page/run_view.h"
 #include "page/web_rules.h"
@@ -38,7 +39,6 @@ struct Told {
     f.ports = {{"stage", "tcp:10.0.0.2:8000"}, {"jet", "simulated"}};
     f.real = {"stage"};
     f.limits = {{13, "process.min_measured_fraction 0.8"}};
-    f.numbers = {{"process.nozzle_clearance_mm", 0.2}};
     return f;
   }
   template <class Message>
@@ -58,12 +58,14 @@ struct Told {
     m.drops = 50;
     tell(channels::kLayerMetrics.name, m, t_s);
   }
-  void fault(Severity severity, int code, const std::string& node, const std::string& text, double t_s) {
+  void fault(Severity severity, int code, const std::string& node, const std::string& text, double t_s,
+             const Figure& figure = {}) {
     fault_t m{};
     m.severity = std::int8_t(severity);
     m.code = code;
     m.node = node;
     m.text = text;
+    m.figure = to_message(figure);
     tell("FAULT_" + std::string(node == "stage" ? "STAGE" : "SCHEDULER"), m, t_s);
   }
   void order(OperatorVerb verb, double t_s, const std::string& key = "", const std::string& value = "") {
@@ -173,6 +175,48 @@ TEST_CASE("a stop is told with its cause, the remedy and the manual's row") {
   CHECK(t.view.instruments().at("stage").faults == 1);
 }
 
+TEST_CASE("a safe stop that the operator asks for is no fault, and its end says how to go on") {
+  Told t;
+  t.order(OperatorVerb::kStop, 7.0);
+  safe_stop_t stop{};
+  stop.cause = "stopped by the operator";
+  t.tell(channels::kSafeStop.name, stop, 7.1);
+  t.tell(channels::kSafeStop.name, stop, 7.2);
+  run_end_t end{};
+  end.outcome = std::int8_t(RunOutcome::kStoppedSafely);
+  end.reason = stop.cause;
+  t.tell(channels::kRunEnd.name, end, 8.0);
+  for (const EventRow& e : t.view.take_new().events) CHECK(e.weight < Weight::kWarning);
+  REQUIRE(t.view.end());
+  CHECK(t.view.end()->by_operator);
+  CHECK(t.view.end()->remedy == "firn print --resume RUN goes on with it");
+}
+
+TEST_CASE("a print that has finished shows no stop, though its lab is made safe") {
+  Told t;
+  run_end_t end{};
+  end.outcome = std::int8_t(RunOutcome::kFinished);
+  end.reason = "the last layer is printed";
+  t.tell(channels::kRunEnd.name, end, 8.0);
+  safe_stop_t stop{};
+  stop.cause = "the print is over";
+  t.tell(channels::kSafeStop.name, stop, 8.1);
+  for (const EventRow& e : t.view.take_new().events) CHECK(e.weight == Weight::kInfo);
+  CHECK(t.view.state(100.0).phase == Phase::kFinished);
+}
+
+TEST_CASE("the end that the run folder holds takes the place of the scheduler's") {
+  Told t;
+  run_end_t end{};
+  end.outcome = std::int8_t(RunOutcome::kFinished);
+  end.reason = "the last layer is printed";
+  t.tell(channels::kRunEnd.name, end, 8.0);
+  t.view.over("out of tolerance", "RMS 80.00 um of the last map, more than 7.60 um");
+  REQUIRE(t.view.end());
+  CHECK(t.view.end()->outcome == "out of tolerance");
+  CHECK(t.view.take_new().events.back().weight == Weight::kWarning);
+}
+
 TEST_CASE("a pause shows where it waits, and the print afterwards goes on where it was") {
   Told t;
   stage_command_t pass{};
@@ -277,19 +321,20 @@ TEST_CASE("every fault says its cause, its limit where a setting sets one, and w
 
 TEST_CASE("an interlock's event has its value and limit as numbers") {
   Told t;
-  t.fault(Severity::kStop, 13, "scheduler",
-          "height map of layer 3 measures 0.450000 of the grid; 0.800000 is needed", 1.0);
-  t.fault(Severity::kWarning, 6, "scheduler",
-          "layer 4: the map reaches 0.900000 mm at cell (3, 4), the nozzle is at 1.000000 mm: "
-          "process.nozzle_clearance_mm = 0.200000 mm is needed; measuring again",
-          2.0);
+  t.fault(Severity::kStop, 13, "scheduler", "too little is measured", 1.0,
+          {0.45, 0.8, "", "process.min_measured_fraction"});
+  t.fault(Severity::kWarning, 12, "scheduler", "a valve leaks", 2.0, {0.31, std::nullopt, "mm"});
+  t.fault(Severity::kWarning, 12, "scheduler", "the map measures 0.45 of the grid; 0.8 is needed", 3.0);
   const auto rows = t.view.take_new();
-  REQUIRE(rows.events.size() == 2);
+  REQUIRE(rows.events.size() == 3);
   CHECK(rows.events[0].value == 0.45);
   CHECK(rows.events[0].limit == 0.8);
-  CHECK(rows.events[1].value.value_or(0.0) == Approx(0.1));
-  CHECK(rows.events[1].limit == 0.2);
+  CHECK(rows.events[0].unit == "");
+  CHECK(rows.events[1].value == 0.31);
+  CHECK_FALSE(rows.events[1].limit);
   CHECK(rows.events[1].unit == "mm");
+  CHECK_FALSE(rows.events[2].value);  // no number is read out of words
+  CHECK_FALSE(rows.events[2].limit);
 }
 
 TEST_CASE("a lab of lines tells what it prints, and what it learns of flow and shutter") {
@@ -314,12 +359,39 @@ TEST_CASE("a lab of lines tells what it prints, and what it learns of flow and s
                                                  {"sheath_gas", 1.2},
                                                  {"shutter_opens_late_by", 12.0},
                                                  {"shutter_closes_late_by", 0.0},
-                                                 {"lines_start_late_by", 30.0}});
+                                                 {"lines_start_late_by", 0.03}});
   CHECK(rows.events.empty());
   plan.decision = std::int8_t(PlanDecision::kStop);
   plan.reason = "no flow";
   t.tell(channels::kLinePlan.name, plan, 3.0);
-  CHECK(t.view.take_new().events.at(0).cause == "no flow");
+  const auto last = t.view.take_new();
+  CHECK(last.events.at(0).cause == "no flow");
+  REQUIRE(last.estimates.size() == 1);  // no layer follows: shutter and flow of the one before stand
+  CHECK(last.estimates[0].name == "lines_start_late_by");
+}
+
+TEST_CASE("Verdict and facts of a result come with the end, once, and none before it") {
+  Told t;
+  t.view.judged("within tolerance", true, "part: disc\n");
+  CHECK_FALSE(t.view.end());
+  t.view.over("finished", "done");
+  t.view.take_new();
+  t.view.judged("within tolerance: RMS 3 um", true, "part: disc\naudit: clean\n");
+  CHECK(t.view.take_new().ended);
+  CHECK(t.view.end()->verdict == "within tolerance: RMS 3 um");
+  CHECK(t.view.end()->within == true);
+  t.view.judged("within tolerance: RMS 3 um", true, "part: disc\naudit: clean\n");
+  CHECK_FALSE(t.view.take_new().ended);
+}
+
+TEST_CASE("A recorded sentence with six decimals is shown with three digits") {
+  Told t;
+  fault_t fault{};
+  fault.node = "stage";
+  fault.text = "no answer within 60.000126 s";
+  fault.severity = std::int8_t(Severity::kWarning);
+  t.tell(channels::fault(NodeId::kStage).name, fault, 1.0);
+  CHECK(t.view.take_new().events.at(0).words == "no answer within 60 s");
 }
 
 TEST_CASE("every interlock of the safety manual has its words") {

@@ -11,9 +11,13 @@
 #include "files/json.h"
 #include "files/usage_error.h"
 #include "page/event_words.h"
+#include "page/run_set.h"
 #include "page/server.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/lab_run.h"
+#include "runs/folder/address.h"
+#include "runs/folder/run_folder.h"
+#include "runs/folder/verdict.h"
 #include "tests/page/web_client.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/tiny_print.h"
@@ -28,10 +32,10 @@ namespace {
 /// Prints in one process. @returns the run's name
 std::string print_into(const std::filesystem::path& runs) {
   const Experiment e = test::tiny_print("page");
-  const RunFolder run = RunFolder::create(runs, e, make_inputs(e, ""), {"test"});
+  const runs::RunFolder run = runs::RunFolder::create(runs, e, make_inputs(full_product(), e, ""), {"test"});
   LabRunOptions o;
   o.note = [](const std::string&) {};
-  REQUIRE(run_in_lab(run, o).result.status == 0);
+  REQUIRE(run_in_lab(full_product(), run, o).result.status == 0);
   return run.path().filename();
 }
 
@@ -46,7 +50,7 @@ class Served {
     options.stop_fd = stop_[0];
     std::promise<std::string> listening;
     options.listening = [&](const std::string& at) { listening.set_value(at); };
-    thread_ = std::thread([this] { page::serve(options); });
+    thread_ = std::thread([this] { page::serve(full_product(), options); });
     address = listening.get_future().get();
   }
   ~Served() {
@@ -79,6 +83,24 @@ T at(const std::string& frame, std::size_t offset) {
 
 }  // namespace
 
+TEST_CASE("the list of runs has the error of a finished run when it is first asked for") {
+  const test::TempFolder place;
+  const std::string name = print_into(place.path());
+  const auto result = runs::RunFolder::open(place.path() / name).result();
+  REQUIRE(result);
+  REQUIRE(result->error);
+  const json listed = json::parse(page::RunSet({place.path()}, {}).list()()).at("runs").at(0);
+  CHECK(listed.at("rms_um") == result->error->rms_um);
+  CHECK(listed.at("mean_um") == result->error->mean_um);
+  CHECK(listed.at("layers") == result->layers);
+  CHECK(listed.at("part") == part_words(*result->part));
+  CHECK(listed.at("verdict") == verdict_words(*result, LabWords{}));
+  CHECK(listed.at("within") == *within_tolerance(*result));
+  CHECK(listed.at("audit") == "clean");
+  CHECK(listed.at("overspill_percent") == *result->overspill_percent);
+  CHECK(listed.at("height_unit") == "um");
+}
+
 TEST_CASE("the page's files come compressed, with a tag, and only to a page of this origin") {
   Served s;
   WebClient c(s.address);
@@ -107,13 +129,20 @@ TEST_CASE("a recorded run is greeted with its facts, layers and end, and gives e
   WebClient c(s.address);
   const json hello = s.hello(c);
   CHECK(hello["protocol"] == 1);
-  CHECK(hello["run"]["id"] == s.id);
+  CHECK(hello["run"]["label"] == s.id);
+  CHECK(hello["run"]["id"] == runs::address_of(s.place.path() / "runs" / s.id).text());
   CHECK(hello["run"]["lab"] == "inkjet");
   CHECK(hello["run"]["lab_words"] == "droplets on a stage");
   CHECK(hello["run"]["deposition"] == "droplets");
   CHECK(hello["run"]["live"] == false);
   CHECK(hello["run"]["grid"]["nx"] == 9);
   CHECK(hello["end"]["outcome"] == "finished");
+  const runs::RunResult result = runs::RunFolder::open(s.place.path() / "runs" / s.id).result().value();
+  CHECK(hello["end"]["verdict"] == verdict_words(result, LabWords{}));
+  std::string facts;
+  for (const json& line : hello["end"]["facts"]) facts += line.get<std::string>() + "\n";
+  CHECK(facts == result_lines(result, LabWords{}));
+  CHECK(hello["run"]["amount"] == "droplets");
   CHECK(hello["commands"]["allowed"].empty());
   const int layers = hello["layers"].back()["n"];
   CHECK(int(hello["layers"].size()) == layers + 1);
@@ -194,6 +223,21 @@ TEST_CASE("a tab follows a surface, asks for layers, and is told what is not the
   CHECK_THAT(other.next_of("error", 5.0).value_or(""), Contains("no run 'none'"));
 }
 
+TEST_CASE("nobody reads a run without the token, unless the page is public") {
+  Served s;
+  for (const char* target : {"/api/runs", "/api/report?run=x", "/api/runs/x/lamp"})
+    CHECK(WebClient(s.address, "").get(target).status == 401);
+  CHECK(WebClient(s.address, "").get("/api/runs/" + s.id).status == 401);
+  CHECK(WebClient(s.address, "").open("/ws?run=" + s.id) == 401);
+  CHECK(WebClient(s.address, "wrong").get("/api/runs").status == 401);
+  CHECK(WebClient(s.address, "").request("GET", "/api/runs", {"Cookie: a=b; firn-8750=secret"}).status ==
+        200);
+  CHECK(WebClient(s.address, "").request("GET", "/api/runs", {"Cookie: firn-8750=secre"}).status == 401);
+  CHECK(WebClient(s.address, "").get("/").status == 200);  // the page itself tells nothing
+  s.options.is_public = true;
+  CHECK(WebClient(s.address, "").get("/api/runs/" + s.id).status == 200);
+}
+
 TEST_CASE("a command without the token is refused, and with it by a run that nobody prints") {
   Served s;
   WebClient c(s.address);
@@ -256,6 +300,8 @@ TEST_CASE("notes are kept in the run's folder, with the token alone") {
   CHECK(c.request("POST", target, type, "{").status == 400);
   CHECK(c.request("POST", "/api/runs/none/notes", type, notes.dump()).status == 404);
   CHECK(c.request("POST", target, type, notes.dump()).status == 200);
+  const std::string long_body(100'000, 'x');
+  CHECK(WebClient(s.address).request("POST", target, type, long_body).status == 413);
   CHECK_THAT(c.get("/api/runs").body, Contains("try again"));
 }
 
@@ -285,7 +331,7 @@ TEST_CASE(
     "a newcomer is served at once beside as many idle connections as there may be, and only the oldest go") {
   Served s;
   std::vector<std::unique_ptr<WebClient>> idle;
-  for (int n = 0; n < 2 * page::kMostConnections; ++n) {
+  for (int n = 0; n < 2 * page::kMaxConnections; ++n) {
     idle.push_back(std::make_unique<WebClient>(s.address));
     if (n % 20 == 0) CHECK(WebClient(s.address).get("/").status == 200);
   }
@@ -320,10 +366,10 @@ TEST_CASE("the hours of a lamp count the runs before that name its port") {
 TEST_CASE("a place that is no folder and an address of another machine are named") {
   page::ServerOptions o;
   o.places = {"/no/such/folder"};
-  CHECK_THROWS_AS(page::serve(o), UsageError);
+  CHECK_THROWS_AS(page::serve(full_product(), o), UsageError);
   o.places = {"/tmp"};
   o.bind = "198.51.100.7";
-  CHECK_THROWS_WITH(page::serve(o), Contains("198.51.100.7"));
+  CHECK_THROWS_WITH(page::serve(full_product(), o), Contains("198.51.100.7"));
   o.bind = "house";
-  CHECK_THROWS_WITH(page::serve(o), Contains("--bind house"));
+  CHECK_THROWS_WITH(page::serve(full_product(), o), Contains("--bind house"));
 }

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <chrono>
 #include <stdexcept>
+#include <utility>
 
 namespace firn::test {
 namespace {
@@ -19,7 +20,7 @@ double now_s() {
 
 }  // namespace
 
-WebClient::WebClient(const std::string& address) {
+WebClient::WebClient(const std::string& address, std::string token) : token_(std::move(token)) {
   const std::size_t begin = address.find("//") + 2;
   host_ = address.substr(begin, address.find('/', begin) - begin);
   sockaddr_in to{};
@@ -78,6 +79,7 @@ WebClient::Reply WebClient::request(const std::string& method, const std::string
   std::string text = method + " " + target + " HTTP/1.1\r\n";
   const bool host = std::ranges::any_of(lines, [](const std::string& l) { return l.starts_with("Host:"); });
   if (!host) text += "Host: " + host_ + "\r\n";
+  if (!token_.empty()) text += "Authorization: Bearer " + token_ + "\r\n";
   for (const std::string& line : lines) text += line + "\r\n";
   if (!body.empty()) text += "Content-Length: " + std::to_string(body.size()) + "\r\n";
   send_raw(text + "\r\n" + body);

@@ -11,7 +11,8 @@ namespace firn::test {
 class WebClient {
  public:
   /// @param address "http://127.0.0.1:8750/"
-  explicit WebClient(const std::string& address);
+  /// @param token that requests show; empty: none
+  explicit WebClient(const std::string& address, std::string token = "secret");
   ~WebClient();
   WebClient(const WebClient&) = delete;
   WebClient& operator=(const WebClient&) = delete;
@@ -49,7 +50,7 @@ class WebClient {
   Reply read_reply();
 
   int fd_ = -1;
-  std::string host_, buffer_;
+  std::string host_, token_, buffer_;
   bool closed_ = false;
 };
 

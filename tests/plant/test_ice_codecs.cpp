@@ -17,6 +17,9 @@
 #include "plant/twins/fvp.h"
 #include "plant/twins/lines.h"
 #include "plant/twins/lkg.h"
+#include "tests/support/laser_values.h"
+#include "tests/support/thermostat_box.h"
+#include "tests/support/valve_firmware.h"
 
 using namespace firn;
 namespace host_fvp = firn::drivers::fvp;
@@ -75,7 +78,7 @@ std::int32_t any_size(RandomStream& random, std::int32_t most) {
 fvp::Point some_point(RandomStream& random) {
   fvp::Point point{};
   for (std::int32_t& count : point)
-    count = any_size(random, host_fvp::kMostCount) * (whole(random, 1) ? 1 : -1);
+    count = any_size(random, host_fvp::kMaxCount) * (whole(random, 1) ? 1 : -1);
   return point;
 }
 
@@ -204,7 +207,7 @@ TEST_CASE("robot: the twin reads from the driver's path blocks the points and th
       plant::Words words(request->text);
       CHECK(words.next() == "PATH");
       CHECK(words.next() == "P");
-      CHECK(words.integer(0, fvp::kMostPoints) == std::int64_t(read.size()));
+      CHECK(words.integer(0, fvp::kMaxPoints) == std::int64_t(read.size()));
       while (words.more()) read.push_back(fvp::next_point(words).value());
     }
     CHECK(last == 77);

@@ -8,9 +8,10 @@
 #include "cli/print_command.h"
 #include "config/include.h"
 #include "files/usage_error.h"
-#include "print/folder/run_folder.h"
 #include "print/inputs/check_print.h"
+#include "print/labs/full_product.h"
 #include "print/live/bus_port.h"
+#include "runs/folder/run_folder.h"
 #include "tests/files/record/scratch.h"
 
 using namespace firn;
@@ -38,7 +39,7 @@ TEST_CASE("A bus that several processes cannot share is refused before a run fol
     PrintOptions o;
     o.bus = url;
     o.runs = (scratch / "runs").string();
-    CHECK_THROWS_WITH(print_experiment(Experiment{}, {}, o),
+    CHECK_THROWS_WITH(print_experiment(full_product(), Experiment{}, {}, o),
                       Contains("--bus " + std::string(url)) && Contains(what));
     CHECK_THROWS_AS(check_bus(url), UsageError);
   }
@@ -64,9 +65,9 @@ TEST_CASE("A place where no run folder can be made is a usage error that says wh
   const Scratch scratch("bad-runs");
   write_file(scratch / "file", std::vector<std::byte>(3));
   for (const auto& root : {scratch / "file" / "runs", scratch / std::string(300, 'x')}) {
-    CHECK_THROWS_WITH(RunFolder::create(root, Experiment{}, {}, {}),
+    CHECK_THROWS_WITH(runs::RunFolder::create(root, Experiment{}, {}, {}),
                       Contains(root.string()) && Contains("--runs"));
-    CHECK_THROWS_AS(RunFolder::create(root, Experiment{}, {}, {}), UsageError);
+    CHECK_THROWS_AS(runs::RunFolder::create(root, Experiment{}, {}, {}), UsageError);
   }
 }
 
@@ -82,12 +83,12 @@ TEST_CASE(
     CAPTURE(speedup);
     o.speedup = speedup;
     CHECK_THROWS_WITH(
-        run_print(o),
+        run_print(full_product(), o),
         Contains(fmt::format("{:.2f} ms of wall time", 17.5504 / speedup)) && Contains("laser_profiler") &&
             Contains("below 5 ms") && Contains("process.scan_speed_mm_s = 15") &&
             Contains(fmt::format("to at most {:.2f}", std::floor(5.26512 / speedup * 1000.0) / 100.0)) &&
             Contains("--speedup to at most 3.51") && Contains("--bus in-process"));
-    CHECK_THROWS_AS(run_print(o), UsageError);
+    CHECK_THROWS_AS(run_print(full_product(), o), UsageError);
   }
   CHECK_FALSE(std::filesystem::exists(scratch / "runs"));
   const auto checked = [&](const char* file, std::vector<std::string> overrides, const char* bus) {
@@ -107,15 +108,18 @@ TEST_CASE(
 
 TEST_CASE("A folder that is no run is refused by what it lacks") {
   const Scratch scratch("no-run");
-  CHECK_THROWS_AS(RunFolder::open(scratch / "none"), UsageError);
+  CHECK_THROWS_AS(runs::RunFolder::open(scratch / "none"), UsageError);
   std::filesystem::create_directory(scratch / "run");
   for (const char* part : {"experiment.toml", "provenance.json", "nodes"}) {
-    CHECK_THROWS_WITH(RunFolder::open(scratch / "run"),
+    CHECK_THROWS_WITH(runs::RunFolder::open(scratch / "run"),
                       Contains("is no run folder: it has no " + std::string(part)));
-    CHECK_THROWS_AS(RunFolder::open(scratch / "run"), UsageError);
-    write_file(scratch / "run" / part, std::vector<std::byte>{});
+    CHECK_THROWS_AS(runs::RunFolder::open(scratch / "run"), UsageError);
+    if (part == std::string("nodes"))
+      std::filesystem::create_directory(scratch / "run" / part);
+    else
+      write_file(scratch / "run" / part, std::vector<std::byte>{});
   }
-  CHECK_THROWS_WITH(RunFolder::open(scratch / "run"), Contains("provenance.json"));  // empty: no JSON
+  CHECK_THROWS_WITH(runs::RunFolder::open(scratch / "run"), Contains("provenance.json"));  // empty: no JSON
 }
 
 TEST_CASE("A folder where a file is wanted is called a folder") {

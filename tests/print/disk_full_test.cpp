@@ -7,14 +7,14 @@
 
 #include <filesystem>
 
-#include "cli/audit_command.h"
 #include "cli/replay_command.h"
 #include "core/grid/random.h"
-#include "print/exit_codes.h"
-#include "print/folder/folder_watch.h"
-#include "print/labs/print_labs.h"
+#include "files/exit_codes.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/lab_run.h"
+#include "replay/audit_run.h"
 #include "replay/print_verdict.h"
+#include "runs/folder/folder_watch.h"
 #include "tests/print/disk_faults.h"
 #include "tests/support/long_cases.h"
 #include "tests/support/tiny_print.h"
@@ -36,8 +36,8 @@ struct Runs {
     fs::create_directories(root);
   }
   ~Runs() { fs::remove_all(root); }
-  RunFolder create(const Experiment& e) const {
-    return RunFolder::create(root, e, make_inputs(e, ""), {"test"});
+  runs::RunFolder create(const Experiment& e) const {
+    return runs::RunFolder::create(root, e, make_inputs(full_product(), e, ""), {"test"});
   }
   fs::path root;
 };
@@ -45,19 +45,19 @@ struct Runs {
 void check_whole(const fs::path& path) {
   ReplayCommandOptions r;
   r.run = path.string();
-  const replay::RunVerdict verdict = replay_verdict(r);
+  const replay::RunVerdict verdict = replay_verdict(full_product(), r);
   INFO(replay::to_text(verdict));
   CHECK(verdict.identical());
-  const replay::AuditVerdict audit = audit_verdict(path);
+  const replay::AuditVerdict audit = replay::audit_run(path);
   INFO(to_text(audit));
   CHECK(audit.clean());
   CHECK(audit.finished);
 }
 
-LabRunReport print(const RunFolder& run, bool resume) {
+LabRunReport print(const runs::RunFolder& run, bool resume) {
   LabRunOptions o;
   o.resume = resume;
-  return run_in_lab(run, o);
+  return run_in_lab(full_product(), run, o);
 }
 
 TEST_CASE("each write of a print in one process fails in turn, by name, and a resume finishes the print") {
@@ -65,20 +65,18 @@ TEST_CASE("each write of a print in one process fails in turn, by name, and a re
   const Experiment e = tiny(3);
   std::uint64_t writes = 0, resume_writes = 0;
   {
-    const RunFolder run = runs.create(e);
+    const runs::RunFolder run = runs.create(e);
     const DiskFaults counted(run.path(), DiskFaults::kNever);
     REQUIRE(print(run, false).result.status == kOk);
     writes = counted.calls();
   }
   REQUIRE(writes > 30);
-  const std::uint64_t step = 1 + writes / 12;
-  const Stride stride =
-      long_stride({1, 1}, {1 + RandomStream(5, Purpose::kTest).below(std::uint32_t(step)), step});
-  for (std::uint64_t n = stride.first; n <= writes; n += stride.step)
+  for (const std::size_t before : long_cases(writes, 12))
     for (const bool stays : {false, true}) {
+      const std::uint64_t n = before + 1;
       CAPTURE(n, writes, stays);
       RandomStream random(5, Purpose::kTest, std::uint32_t(n), stays);
-      const RunFolder run = runs.create(e);
+      const runs::RunFolder run = runs.create(e);
       LabRunReport r;
       {
         const DiskFaults fault(run.path(), n, stays);
@@ -88,7 +86,7 @@ TEST_CASE("each write of a print in one process fails in turn, by name, and a re
       CHECK_THAT(r.result.reason, Contains("No space left on device") && Contains(run.path().string()));
       CHECK_FALSE(run.result());
       if (r.result.layers > 0) {
-        const replay::AuditVerdict audit = audit_verdict(run.path());
+        const replay::AuditVerdict audit = replay::audit_run(run.path());
         INFO(to_text(audit));
         CHECK(audit.clean());
       }
@@ -114,14 +112,14 @@ TEST_CASE("each of the last writes of a print fails in turn: no result stays wit
   const Runs runs;
   std::uint64_t writes = 0;
   {
-    const RunFolder run = runs.create(tiny(3));
+    const runs::RunFolder run = runs.create(tiny(3));
     const DiskFaults counted(run.path(), DiskFaults::kNever);
     REQUIRE(print(run, false).result.status == kOk);
     writes = counted.calls();
   }
   for (std::uint64_t n = writes - 24; n <= writes; ++n) {
     CAPTURE(n, writes);
-    const RunFolder run = runs.create(tiny(3));
+    const runs::RunFolder run = runs.create(tiny(3));
     {
       const DiskFaults fault(run.path(), n, false);
       CHECK(print(run, false).result.status == kSafetyStop);
@@ -135,7 +133,7 @@ TEST_CASE("each of the last writes of a print fails in turn: no result stays wit
 
 TEST_CASE("each of the first writes of a resume fails in turn, by name: those of its seal too") {
   const Runs runs;
-  const RunFolder run = runs.create(tiny(3));
+  const runs::RunFolder run = runs.create(tiny(3));
   {
     const DiskFaults fault(run.path(), 300, true);
     REQUIRE(print(run, false).result.status == kSafetyStop);
@@ -154,20 +152,20 @@ TEST_CASE("each of the first writes of a resume fails in turn, by name: those of
 TEST_CASE("a run folder that is moved or deleted during a print in one process ends the print by name") {
   const Runs runs;
   for (const bool deleted : {false, true}) {
-    const RunFolder run = runs.create(tiny(4));
+    const runs::RunFolder run = runs.create(tiny(4));
     const fs::path moved = runs.root / "elsewhere";
     LabRunOptions o;
     o.progress = [&](const layer_metrics_t& m) {
       if (m.layer != 1 || !fs::exists(run.path())) return;
       deleted ? void(fs::remove_all(run.path())) : fs::rename(run.path(), moved);
     };
-    const LabRunReport r = run_in_lab(run, o);
+    const LabRunReport r = run_in_lab(full_product(), run, o);
     CHECK(r.result.status == kSafetyStop);
     CHECK_THAT(r.result.reason, Contains("the run folder " + run.path().string() +
                                          (deleted ? " was deleted" : " was moved to ")));
     CHECK(r.folder == (deleted ? fs::path() : fs::canonical(moved)));
     if (deleted) continue;
-    CHECK(print(RunFolder::open(moved), true).result.status == kOk);
+    CHECK(print(runs::RunFolder::open(moved), true).result.status == kOk);
     check_whole(moved);
   }
 }
@@ -177,7 +175,7 @@ TEST_CASE("a print in one process that is killed at any moment goes on from its 
   int all = 0;
   for (const std::size_t n : long_cases(100, 8)) {
     RandomStream random(8, Purpose::kKill, std::uint32_t(n));
-    const RunFolder run = runs.create(tiny(20 + n));
+    const runs::RunFolder run = runs.create(tiny(20 + n));
     int kills = 0;
     for (bool killed = true; killed;) {
       const std::uint32_t looks = 1 + random.below(15);
@@ -190,7 +188,7 @@ TEST_CASE("a print in one process that is killed at any moment goes on from its 
           if (++seen == looks && kills < 3) ::_exit(9);  // no buffer is written any more
           return false;
         };
-        ::_exit(run_in_lab(run, o).result.status);
+        ::_exit(run_in_lab(full_product(), run, o).result.status);
       }
       int status = 0;
       ::waitpid(child, &status, 0);
@@ -208,12 +206,12 @@ TEST_CASE("a print in one process that is killed at any moment goes on from its 
 
 TEST_CASE("a print in one process that is interrupted says so, and its resume goes on") {
   const Runs runs;
-  const RunFolder run = runs.create(tiny(6));
+  const runs::RunFolder run = runs.create(tiny(6));
   LabRunOptions o;
   int layers = 0;
   o.progress = [&](const layer_metrics_t& m) { layers = m.layer; };
   o.interrupted = [&] { return layers >= 2; };
-  const LabRunReport r = run_in_lab(run, o);
+  const LabRunReport r = run_in_lab(full_product(), run, o);
   CHECK(r.result.status == kInterrupted);
   CHECK(r.result.outcome == "interrupted");
   CHECK_FALSE(run.result());

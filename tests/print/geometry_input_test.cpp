@@ -10,7 +10,7 @@
 #include "config/include.h"
 #include "print/inputs/geometry_input.h"
 #include "print/inputs/targets.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "tests/support/mesh_samples.h"
 
 using namespace firn;
@@ -40,12 +40,13 @@ fs::path fresh_folder(const char* name) {
 
 TEST_CASE("One ink has no geometry among its inputs, two inks have one that reads back") {
   Experiment e = block();
-  for (const Blob& b : make_inputs(e, "")) CHECK(b.role != "geometry");
+  for (const Blob& b : make_inputs(full_product(), e, "")) CHECK(b.role != "geometry");
   e.geometry.solid.kind = "ellipsoid";
   e.geometry.solid.outer_diameter_mm = 2.0;
   e.geometry.solid.height_mm = 0.06;
   e.geometry.solid.centre_z_mm = 0.05;
-  const Geometry g = geometry_from_bytes(blob(make_inputs(e, ""), "geometry").bytes, e.grid, "geometry");
+  const Geometry g =
+      geometry_from_bytes(blob(make_inputs(full_product(), e, ""), "geometry").bytes, e.grid, "geometry");
   CHECK(g.height_mm() == 0.1);
   CHECK(g.at(e.grid.index(5, 5), 0.05) == Material::kA);
   CHECK(g.at(e.grid.index(5, 5), 0.01) == Material::kB);
@@ -65,8 +66,8 @@ TEST_CASE("A folder of pictures becomes layers in the order of their names, whit
   e.geometry.solid.kind = "images";
   e.geometry.images = "test-geometry-images";
   e.geometry.image_pitch_z_mm = 0.02;
-  const Geometry g =
-      geometry_from_bytes(blob(make_inputs(e, folder.parent_path()), "geometry").bytes, e.grid, "geometry");
+  const Geometry g = geometry_from_bytes(
+      blob(make_inputs(full_product(), e, folder.parent_path()), "geometry").bytes, e.grid, "geometry");
   for (int i = 0; i < 3; ++i) {
     REQUIRE(g.spans(grid.index(i, 0)).size() == 1);
     CHECK(g.spans(grid.index(i, 0))[0].from_mm == Approx(0.02 * i).margin(1e-7));
@@ -98,7 +99,8 @@ TEST_CASE("Layers of pictures keep their size and aspect in the middle of the gr
     for (const bool by_width : {true, false}) {
       e.part.shape.width_mm = by_width ? 2.4 : 2.9;  // of the block
       e.part.um_per_px = by_width ? 0.0 : 10.0;
-      const Geometry g = geometry_from_bytes(blob(make_inputs(e, ""), "geometry").bytes, spec, "geometry");
+      const Geometry g =
+          geometry_from_bytes(blob(make_inputs(full_product(), e, ""), "geometry").bytes, spec, "geometry");
       const double x0 = 0.5 * (spec.x_mm(0) + spec.x_mm(spec.nx - 1)) - 1.2 + 0.9,
                    y0 = 0.5 * (spec.y_mm(0) + spec.y_mm(spec.ny - 1)) - 0.8 + 0.7;
       for (std::size_t c = 0; c < spec.size(); ++c) {
@@ -119,18 +121,18 @@ TEST_CASE("A stack of pictures without one size, of different sizes or beyond th
   Experiment e = block();
   e.geometry.solid.kind = "images";
   e.geometry.images = folder.string();
-  CHECK_NOTHROW(make_inputs(e, ""));  // as wide as the block
+  CHECK_NOTHROW(make_inputs(full_product(), e, ""));  // as wide as the block
   PartConfig mesh;
   mesh.shape.kind = "mesh";
   const std::vector<std::byte> bytes = read_bytes(folder / "a.png", "geometry.images");
   CHECK_THROWS_WITH(layer_pixel_size(mesh, bytes, "a.png"),
                     Catch::Contains("a.png: geometry.images") && Catch::Contains("part.um_per_px"));
   e.part.um_per_px = 260.0;
-  CHECK_THROWS_WITH(make_inputs(e, ""),
+  CHECK_THROWS_WITH(make_inputs(full_product(), e, ""),
                     Catch::Contains("a.png: geometry.images") && Catch::Contains("along x"));
   e.part.um_per_px = 250.0;
   cv::imwrite((folder / "b.png").string(), cv::Mat(10, 11, CV_8U, cv::Scalar(255)));
-  CHECK_THROWS_WITH(make_inputs(e, ""),
+  CHECK_THROWS_WITH(make_inputs(full_product(), e, ""),
                     Catch::Contains("b.png: geometry.images: 11 x 10 pixels") && Catch::Contains("12 x 10"));
   fs::remove_all(folder);
 }
@@ -146,7 +148,8 @@ TEST_CASE("A mesh in a file becomes the columns inside it, in the middle of the 
   e.geometry.mesh = "square.stl";
   e.geometry.mesh_scale_z = 0.04;
   e.geometry.mesh_z_mm = 0.02;
-  const Geometry g = geometry_from_bytes(blob(make_inputs(e, folder), "geometry").bytes, e.grid, "geometry");
+  const Geometry g =
+      geometry_from_bytes(blob(make_inputs(full_product(), e, folder), "geometry").bytes, e.grid, "geometry");
   std::size_t inside = 0;
   for (std::size_t c = 0; c < e.grid.size(); ++c) {
     const double x = std::abs(e.grid.x_mm(int(c) % e.grid.nx) - 1.375),
@@ -159,7 +162,7 @@ TEST_CASE("A mesh in a file becomes the columns inside it, in the middle of the 
   }
   CHECK(inside == 12);
   e.geometry.mesh = "none.stl";
-  CHECK_THROWS_WITH(make_inputs(e, folder), Catch::Contains("geometry.mesh"));
+  CHECK_THROWS_WITH(make_inputs(full_product(), e, folder), Catch::Contains("geometry.mesh"));
   fs::remove_all(folder);
 }
 
@@ -167,21 +170,22 @@ TEST_CASE("A geometry that cannot be made is refused by file and key") {
   Experiment e = block();
   e.geometry.solid.kind = "pipe";
   e.geometry.solid.outer_diameter_mm = 2.0;
-  CHECK_THROWS_WITH(make_inputs(e, ""), Catch::Contains("inner_diameter_mm"));
+  CHECK_THROWS_WITH(make_inputs(full_product(), e, ""), Catch::Contains("inner_diameter_mm"));
   e.geometry.solid = {};
   e.geometry.solid.kind = "ellipsoid";
   e.geometry.solid.outer_diameter_mm = 2.0;
   e.geometry.solid.height_mm = 0.02;
   e.geometry.solid.centre_z_mm = 5.0;
-  CHECK_THROWS_WITH(make_inputs(e, ""), Catch::Contains("no part of the object"));
+  CHECK_THROWS_WITH(make_inputs(full_product(), e, ""), Catch::Contains("no part of the object"));
   e.geometry.solid.kind = "images";
   e.geometry.images = "no-such-folder";
-  CHECK_THROWS_WITH(make_inputs(e, ""),
+  CHECK_THROWS_WITH(make_inputs(full_product(), e, ""),
                     Catch::Contains("geometry.images") && Catch::Contains("no such folder"));
   const fs::path folder = fresh_folder("test-geometry-empty");
   e.geometry.images = folder.string();
-  CHECK_THROWS_WITH(make_inputs(e, ""), Catch::Contains("no *.png"));
+  CHECK_THROWS_WITH(make_inputs(full_product(), e, ""), Catch::Contains("no *.png"));
   cv::imwrite((folder / "a.png").string(), cv::Mat::zeros(4, 4, CV_8UC3));
-  CHECK_THROWS_WITH(make_inputs(e, ""), Catch::Contains("a.png") && Catch::Contains("must be grey"));
+  CHECK_THROWS_WITH(make_inputs(full_product(), e, ""),
+                    Catch::Contains("a.png") && Catch::Contains("must be grey"));
   fs::remove_all(folder);
 }

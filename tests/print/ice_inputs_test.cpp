@@ -53,9 +53,9 @@ TEST_CASE(
       double low = 1e9, high = -1e9;
       for (std::size_t n = 0; n < top.info.size(); ++n)
         if (top.info[n].kind == PathKind::kMeasurement && top.info[n].material == material)
-          for (const slice::Point& p : top.lines[n]) {
-            low = std::min(low, p.x * slice::kMmPerUnit);
-            high = std::max(high, p.x * slice::kMmPerUnit);
+          for (const geometry::Point& p : top.lines[n]) {
+            low = std::min(low, p.x * geometry::kMmPerUnit);
+            high = std::max(high, p.x * geometry::kMmPerUnit);
           }
       INFO("offset " << offset_mm << " mm, material " << material);
       // Scaffold reaches no further than its buffer, and less by up to two chord tolerances.
@@ -75,17 +75,17 @@ TEST_CASE(
     const slice::PrintPaths paths = paths_of(part);
     const planning::PlanningSetup setup = setup_of(part);
     planning::TaskPlanner planner(setup);
-    double most_mm3 = 0.0;
+    double max_mm3 = 0.0;
     for (const planning::PathTask& task : planning::tasks_of(paths, paths.layers.front(), false, setup)) {
       const planning::PlannedTask planned = planner.plan(task, nullptr);
       REQUIRE(planned.problem.empty());
-      most_mm3 = std::max(
-          most_mm3, std::abs(planned.volume_mm3 - task.width_mm * task.layer_height_mm * length_of(task)));
+      max_mm3 = std::max(
+          max_mm3, std::abs(planned.volume_mm3 - task.width_mm * task.layer_height_mm * length_of(task)));
     }
     constexpr double kDrop_mm3 = 0.25;
     if (off)
-      CHECK(most_mm3 < kDrop_mm3);
+      CHECK(max_mm3 < kDrop_mm3);
     else
-      CHECK(most_mm3 > 4.0 * kDrop_mm3);
+      CHECK(max_mm3 > 4.0 * kDrop_mm3);
   }
 }

@@ -3,13 +3,13 @@
 
 #include <limits>
 
+#include "files/exit_codes.h"
 #include "firn/control_surface_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/path_job_t.hpp"
 #include "firn/pulse_list_t.hpp"
 #include "firn/trajectory_t.hpp"
 #include "firn/valve_command_t.hpp"
-#include "print/exit_codes.h"
 #include "tests/print/ice_runs.h"
 
 using namespace firn;
@@ -23,7 +23,7 @@ OperatorOrder order(OperatorVerb verb, const std::string& key = "", const std::s
 
 /// The messages of one channel, without their headers, up to a time.
 template <class Message>
-std::string told(const replay::RunMessages& messages, std::string_view channel, std::int64_t until_us) {
+std::string told(const runs::RunReader& messages, std::string_view channel, std::int64_t until_us) {
   std::string all;
   messages.each<Message>(channel, [&](const Message& said) {
     if (said.header.utime_us >= until_us) return;
@@ -40,7 +40,7 @@ constexpr std::int64_t kEnd_us = std::numeric_limits<std::int64_t>::max();
 
 /// All that was decided, planned, moved and fired, channel by channel.
 std::vector<std::string> story(const std::filesystem::path& run, std::int64_t until_us = kEnd_us) {
-  const replay::RunMessages messages(run);
+  const runs::RunReader messages(run);
   return {told<control_surface_t>(messages, channels::kControlSurface.name, until_us),
           told<path_job_t>(messages, channels::kPathJob.name, until_us),
           told<trajectory_t>(messages, channels::kTrajectory.name, until_us),
@@ -52,7 +52,7 @@ std::vector<std::string> story(const std::filesystem::path& run, std::int64_t un
 
 std::int64_t first_map_after_us(const std::filesystem::path& run, double node_s) {
   std::int64_t at_us = kEnd_us;
-  replay::RunMessages(run).each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) {
+  runs::RunReader(run).each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) {
     if (double(m.header.utime_us) * 1e-6 > node_s) at_us = std::min(at_us, m.header.utime_us);
   });
   return at_us;

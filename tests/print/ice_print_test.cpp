@@ -5,6 +5,7 @@
 
 #include "core/grid/random.h"
 #include "print/folder/run_report.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/memory_print.h"
 #include "replay/ice_error.h"
 #include "report/run/report_data.h"
@@ -18,8 +19,8 @@ using namespace firn::test;
 TEST_CASE("A small ice print finishes in process, replays bit for bit, passes the audit and has a report") {
   const Scratch scratch("ice-print");
   const SmallIce s = small_ice_part({});
-  const RunFolder run = RunFolder::create(scratch / "runs", s.experiment, s.inputs, {"test"});
-  const LabRunReport report = run_in_lab(run, {});
+  const runs::RunFolder run = runs::RunFolder::create(scratch / "runs", s.experiment, s.inputs, {"test"});
+  const LabRunReport report = run_in_lab(full_product(), run, {});
   INFO(report.result.reason);
   REQUIRE(report.result.status == 0);
   CHECK(report.result.layers == 15);
@@ -28,7 +29,7 @@ TEST_CASE("A small ice print finishes in process, replays bit for bit, passes th
   CHECK(audit.finished);
   CHECK(audit.fired == audit.commanded);
 
-  const replay::RunData data = run_data(run.path());
+  const report::RunData data = run_data(full_product(), run.path());
   REQUIRE(data.ice);
   CHECK(data.ice->intervals.size() == 3);
   REQUIRE(data.ice->field);
@@ -48,7 +49,7 @@ TEST_CASE("A small ice print finishes in process, replays bit for bit, passes th
   for (std::size_t c = 0; c < data.height.size(); ++c)
     shown_where_laid &= data.mask.cells[c] || !std::isfinite(data.height.cells[c]);
   CHECK(shown_where_laid);
-  const std::string page = replay::report_page({{data, "identical"}}, {});
+  const std::string page = report::report_page({{data, "identical"}}, {});
   const std::vector<double> d = ice_disturbance_of(run.path());  // of a plant without drift
   REQUIRE(d.size() == 3);
   for (const double each : d) CHECK(std::abs(each) < 0.2);
@@ -66,11 +67,11 @@ TEST_CASE(
     const SmallIce s = small_ice_part(
         {std::string("ice.map_table=") + (on ? "on" : "off"), "plant.ice.table_roughness_mm=0.2",
          "laser_point.bias_limit_mm=0.8"});  // four standard deviations of this table
-    const RunFolder run = RunFolder::create(scratch / "runs", s.experiment, s.inputs, {"test"});
-    const LabRunReport report = run_in_lab(run, {});
+    const runs::RunFolder run = runs::RunFolder::create(scratch / "runs", s.experiment, s.inputs, {"test"});
+    const LabRunReport report = run_in_lab(full_product(), run, {});
     INFO(report.result.reason);
     REQUIRE(report.result.status == 0);
-    const replay::RunData data = run_data(run.path());
+    const report::RunData data = run_data(full_product(), run.path());
     REQUIRE(data.ice);
     CHECK(data.ice->intervals.size() == 3);
     REQUIRE(data.layers.size() == 3);
@@ -92,7 +93,7 @@ TEST_CASE(
       std::vector<std::string> overrides = off;
       overrides.push_back(feedback ? "control.scheme=smf" : "control.scheme=open_loop");
       const SmallIce s = small_ice_part(overrides);
-      const MemoryPrintReport r = print_in_memory(s.experiment, s.inputs);
+      const MemoryPrintReport r = print_in_memory(full_product(), s.experiment, s.inputs);
       INFO(r.result.reason);
       REQUIRE(r.result.status == 0);
       rms_mm[feedback] = r.error.rms_mm;
@@ -109,14 +110,14 @@ TEST_CASE(
     CAPTURE(seed);
     const SmallIce s =
         small_ice_part(seed % 2 ? std::vector<std::string>{} : std::vector<std::string>{"ice.map_table=on"});
-    const RunFolder run = RunFolder::create(scratch / "runs", s.experiment, s.inputs, {"test"});
+    const runs::RunFolder run = runs::RunFolder::create(scratch / "runs", s.experiment, s.inputs, {"test"});
     RandomStream random(seed, Purpose::kKill);
     LabRunReport report;
     for (int n = 0; n == 0 || report.crashed; ++n) {
       LabRunOptions o;
       o.resume = n > 0;
       o.crash_after_steps = n < 2 ? 1 + random.below(60000) : 0;
-      report = run_in_lab(run, o);
+      report = run_in_lab(full_product(), run, o);
     }
     INFO(report.result.reason);
     REQUIRE(report.result.status == 0);
@@ -136,7 +137,7 @@ TEST_CASE("The ice beside a printed block is told from the block, by its lines a
   for (const double h : part.target.cells) part_mm3 += h * replay::kOutlineCell_mm * replay::kOutlineCell_mm;
   CHECK(part_mm3 == Approx(bead_mm3).epsilon(0.1));  // beads overlap a little and leave voids
 
-  const MemoryPrintReport m = print_in_memory(ice.experiment, ice.inputs, {.outline = true});
+  const MemoryPrintReport m = print_in_memory(full_product(), ice.experiment, ice.inputs, {.outline = true});
   CHECK(m.outline.overspill > 0.0);
   CHECK(m.outline.overspill < 0.2);
   CHECK(std::abs(m.outline.size_error_x_mm) < 1.0);
@@ -147,8 +148,8 @@ TEST_CASE("The ice beside a printed block is told from the block, by its lines a
 TEST_CASE("A tank that runs empty stops the whole print by name, and the record replays") {
   const Scratch scratch("ice-empty-tank");
   const SmallIce s = small_ice_part({"plant.ice.tank_water_mm3=300", "ice.max_saturated_intervals=2"});
-  const RunFolder run = RunFolder::create(scratch / "runs", s.experiment, s.inputs, {"test"});
-  const LabRunReport report = run_in_lab(run, {});
+  const runs::RunFolder run = runs::RunFolder::create(scratch / "runs", s.experiment, s.inputs, {"test"});
+  const LabRunReport report = run_in_lab(full_product(), run, {});
   CHECK(report.result.status == 3);
   CHECK(report.result.layers == 10);
   CHECK(report.result.reason.find("tank empty") != std::string::npos);

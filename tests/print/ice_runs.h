@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "cli/audit_command.h"
 #include "cli/replay_command.h"
 #include "config/include.h"
 #include "firn/enums.h"
@@ -20,10 +19,11 @@
 #include "plant/world/setup.h"
 #include "plant/world/world.h"
 #include "print/inputs/ice_inputs.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/lab_run.h"
+#include "replay/audit_run.h"
 #include "replay/print_verdict.h"
-#include "replay/run_messages.h"
+#include "runs/read/run_reader.h"
 #include "tests/files/record/scratch.h"
 
 namespace firn::test {
@@ -36,7 +36,7 @@ struct SmallIce {
 inline SmallIce small_ice_part(const std::vector<std::string>& overrides) {
   const std::filesystem::path folder = std::filesystem::path(FIRN_SOURCE_DIR) / "experiments";
   SmallIce s{load_experiment(folder / "ice-small.toml", overrides), {}};
-  s.inputs = make_inputs(s.experiment, folder);
+  s.inputs = make_inputs(full_product(), s.experiment, folder);
   place_ice_field(s.experiment, s.inputs);
   return s;
 }
@@ -44,13 +44,13 @@ inline SmallIce small_ice_part(const std::vector<std::string>& overrides) {
 inline void check_replay(const std::filesystem::path& run) {
   ReplayCommandOptions r;
   r.run = run.string();
-  const replay::RunVerdict verdict = replay_verdict(r);
+  const replay::RunVerdict verdict = replay_verdict(full_product(), r);
   INFO(replay::to_text(verdict));
   CHECK(verdict.identical());
 }
 
 inline replay::AuditVerdict check_audit(const std::filesystem::path& run) {
-  const replay::AuditVerdict audit = audit_verdict(run);
+  const replay::AuditVerdict audit = replay::audit_run(run);
   INFO(replay::to_text(audit));
   CHECK(audit.clean());
   return audit;
@@ -62,7 +62,7 @@ class IceRun {
   explicit IceRun(const std::vector<std::string>& overrides = {})
       : scratch_("ice-run-" + std::to_string(++made())),
         small_(small_ice_part(overrides)),
-        folder_(RunFolder::create(scratch_ / "runs", small_.experiment, small_.inputs, {"test"})) {}
+        folder_(runs::RunFolder::create(scratch_ / "runs", small_.experiment, small_.inputs, {"test"})) {}
 
   /// @param faults as of --fault; a resume goes on in node time where the print stopped
   /// @param orders of the operator, by node time
@@ -72,7 +72,7 @@ class IceRun {
     o.resume = resume;
     o.later = std::move(orders);
     o.faults = parse_lab_faults(faults, small_.experiment);
-    return run_in_lab(folder_, o);
+    return run_in_lab(full_product(), folder_, o);
   }
   std::filesystem::path path() const { return folder_.path(); }
   std::filesystem::path world_record() const { return folder_.world_record_path(); }
@@ -80,7 +80,7 @@ class IceRun {
   /// The texts of all FAULT messages.
   std::string faults() const {
     std::string all;
-    const replay::RunMessages messages(path());
+    const runs::RunReader messages(path());
     for (const NodeInfo& n : nodes())
       messages.each<fault_t>(channels::fault(n.id).name,
                              [&](const fault_t& f) { all += f.node + ": " + f.text + "\n"; });
@@ -90,7 +90,7 @@ class IceRun {
   /// Checks the world's record: after the first stop only pulses already on their way are fired, and the arm
   /// rests.
   void check_safe(double within_s = 0.1) const {
-    const replay::RunMessages messages(path());
+    const runs::RunReader messages(path());
     std::int64_t stop_us = -1;
     messages.each<safe_stop_t>(channels::kSafeStop.name, [&](const safe_stop_t& s) {
       if (stop_us < 0) stop_us = s.header.utime_us;
@@ -129,7 +129,7 @@ class IceRun {
   /// RUN commands of the first incarnation, in order.
   std::vector<robot_command_t> runs(int signals) const {
     std::vector<robot_command_t> all;
-    replay::RunMessages(path()).each<robot_command_t>(
+    runs::RunReader(path()).each<robot_command_t>(
         channels::kRobotCommand.name, [&](const robot_command_t& c) {
           if (RobotVerb(c.verb) == RobotVerb::kRun && (c.signals & signals) != 0) all.push_back(c);
         });
@@ -144,7 +144,7 @@ class IceRun {
 
   Scratch scratch_;
   SmallIce small_;
-  RunFolder folder_;
+  runs::RunFolder folder_;
 };
 
 }  // namespace firn::test

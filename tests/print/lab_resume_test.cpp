@@ -6,12 +6,12 @@
 
 #include <filesystem>
 
-#include "cli/audit_command.h"
 #include "cli/replay_command.h"
 #include "core/grid/random.h"
-#include "print/folder/node_makers.h"
-#include "print/labs/print_labs.h"
+#include "print/folder/taking_part.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/lab_run.h"
+#include "replay/audit_run.h"
 #include "replay/print_verdict.h"
 #include "tests/support/long_cases.h"
 #include "tests/support/tiny_print.h"
@@ -41,8 +41,8 @@ struct Story {
 };
 
 Story print_with_crashes(const std::filesystem::path& root, const Experiment& e, std::uint64_t seed,
-                         int most_crashes) {
-  const RunFolder run = RunFolder::create(root, e, make_inputs(e, ""), {"test"});
+                         int max_crashes) {
+  const runs::RunFolder run = runs::RunFolder::create(root, e, make_inputs(full_product(), e, ""), {"test"});
   RandomStream random(seed, Purpose::kKill);
   Story s;
   s.path = run.path();
@@ -50,8 +50,8 @@ Story print_with_crashes(const std::filesystem::path& root, const Experiment& e,
   for (int n = 0;; ++n) {
     o.resume = n > 0;
     if (n > 0) o.orders = {{new_order_id(), OperatorVerb::kAcceptDoubt, {}, {}}};
-    o.crash_after_steps = n < most_crashes ? 1 + random.below(2500) : 0;
-    s.report = run_in_lab(run, o);
+    o.crash_after_steps = n < max_crashes ? 1 + random.below(2500) : 0;
+    s.report = run_in_lab(full_product(), run, o);
     if (!s.report.crashed) return s;
     ++s.crashes;
   }
@@ -75,11 +75,11 @@ TEST_CASE("a print that dies at any step and resumes is finished, replays identi
 
     ReplayCommandOptions r;
     r.run = s.path.string();
-    const replay::RunVerdict verdict = replay_verdict(r);
+    const replay::RunVerdict verdict = replay_verdict(full_product(), r);
     INFO(replay::to_text(verdict));
     REQUIRE(verdict.identical());
 
-    const replay::AuditVerdict audit = audit_verdict(s.path);
+    const replay::AuditVerdict audit = replay::audit_run(s.path);
     if (!audit.violations.empty()) INFO(audit.violations.front().what);
     CAPTURE(s.path.string());
     REQUIRE(audit.violations_total == 0);
@@ -111,11 +111,11 @@ TEST_CASE(
     REQUIRE(s.report.result.status == 0);
     ReplayCommandOptions r;
     r.run = s.path.string();
-    const replay::RunVerdict verdict = replay_verdict(r);
+    const replay::RunVerdict verdict = replay_verdict(full_product(), r);
     INFO(replay::to_text(verdict));
     REQUIRE(verdict.identical());
-    REQUIRE(verdict.nodes.size() == taking_part(e).size());
-    const replay::AuditVerdict audit = audit_verdict(s.path);
+    REQUIRE(verdict.nodes.size() == taking_part(full_product(), e).size());
+    const replay::AuditVerdict audit = replay::audit_run(s.path);
     if (!audit.violations.empty()) INFO(audit.violations.front().what);
     REQUIRE(audit.violations_total == 0);
     for (const replay::Unknown& u : audit.unknowns) REQUIRE(u.resolved_by.has_value());
@@ -129,8 +129,9 @@ TEST_CASE("the same experiment and seed give the same bytes in every write-ahead
   std::vector<std::vector<double>> surfaces;
   std::vector<std::uint64_t> steps;
   for (int n = 0; n < 2; ++n) {
-    const RunFolder run = RunFolder::create(runs.root, e, make_inputs(e, ""), {"test"});
-    const LabRunReport r = run_in_lab(run, {});
+    const runs::RunFolder run =
+        runs::RunFolder::create(runs.root, e, make_inputs(full_product(), e, ""), {"test"});
+    const LabRunReport r = run_in_lab(full_product(), run, {});
     surfaces.push_back(r.truth.cells);
     steps.push_back(r.steps);
   }

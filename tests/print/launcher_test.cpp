@@ -11,6 +11,7 @@
 #include "plant/world/serve.h"
 #include "plant/world/world.h"
 #include "print/live/bus_port.h"
+#include "print/live/busy_machine.h"
 #include "print/live/child_process.h"
 #include "print/live/run_watch.h"
 #include "print/simulated/sim_truth.h"
@@ -71,7 +72,7 @@ TEST_CASE("the watch names the place and the first stop, and ignores what an ear
   c.layer = 7;
   c.pass = 0;
   show(watch, channels::kStageCommand, c);
-  CHECK(watch.place() == "during layer 7, pass 0");
+  CHECK(watch.place() == "during layer 7, pass 1");
   fault_t f{};
   f.severity = 2;
   f.node = "stage";
@@ -113,6 +114,18 @@ TEST_CASE("the watch names layer and path of the ice printer, and its scans") {
   run.path = 14;
   show(watch, channels::kRobotCommand, run);
   CHECK(watch.place() == "during path 14");
+}
+
+TEST_CASE(
+    "A stop because somebody came too late blames a busy computer, and what helps, no other stop does") {
+  for (const char* late : {"safety: jet has sent no heartbeat for 5 periods", "the lease ended at 12.5 s",
+                           "controller has been busy with one step for 31 s"}) {
+    CHECK_THAT(busy_words(late, 9.42, 2), Catch::Contains("busy (load 9.42 on 2 cores)") &&
+                                              Catch::Contains("rtprio") && Catch::Contains("limits.conf"));
+    CHECK(busy_words(late, 1.9, 2).empty());
+  }
+  for (const char* other : {"stage: following error", "interrupted by the operator", ""})
+    CHECK(busy_words(other, 9.42, 2).empty());
 }
 
 TEST_CASE("a child process that cannot start is named, and one that ends says how") {

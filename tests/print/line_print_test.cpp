@@ -9,7 +9,7 @@
 #include "files/usage_error.h"
 #include "firn/enums.h"
 #include "firn/line_plan_t.hpp"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "print/preview/print_preview.h"
 #include "print/simulated/memory_print.h"
 
@@ -26,11 +26,11 @@ Experiment meander(std::vector<std::string> more = {}) {
 MemoryPrintReport printed(const Experiment& e, std::vector<line_plan_t>* plans = nullptr) {
   MemoryPrintOptions options;
   options.tap = [&](std::string_view channel, std::span<const std::byte> bytes) {
-    line_plan_t m;
+    line_plan_t m{};
     if (plans && channel == channels::kLinePlan.name && m.decode(bytes.data(), 0, int(bytes.size())) >= 0)
       plans->push_back(std::move(m));
   };
-  return print_in_memory(e, make_inputs(e, kPrintFolder), options);
+  return print_in_memory(full_product(), e, make_inputs(full_product(), e, kPrintFolder), options);
 }
 
 }  // namespace
@@ -65,7 +65,7 @@ TEST_CASE("The delays that the lab identifies are the shutter's own with its tai
 
 TEST_CASE("A preview of lines names length, layers and ink", "[line]") {
   const Experiment e = meander();
-  const PrintPreview p = preview_print(e, make_inputs(e, kPrintFolder), kPrintFolder);
+  const PrintPreview p = preview_print(e, make_inputs(full_product(), e, kPrintFolder), kPrintFolder);
   CHECK(p.layers == 6);
   CHECK(p.amount == 6 * 40);
   CHECK(p.volume_mm3 == Approx(6 * 40.0 / 3.0 * 0.005));
@@ -81,10 +81,11 @@ TEST_CASE("A preview remarks on a line that is given twice, by file and segments
                                                R"({"from": [6, 2], "to": [1, 2], "speed_mm_s": 3}]})");
   const Experiment e =
       meander({"aerosol.job='" + (folder / "twice.json").string() + "'", "aerosol.layers=1"});
-  const PrintPreview p = preview_print(e, make_inputs(e, kPrintFolder), kPrintFolder);
+  const PrintPreview p = preview_print(e, make_inputs(full_product(), e, kPrintFolder), kPrintFolder);
   REQUIRE(p.remarks.size() == 1);
   CHECK_THAT(p.remarks[0], Catch::Contains("twice.json: segments[1] lies on segments[0] along 5 mm"));
-  CHECK(preview_print(meander(), make_inputs(meander(), kPrintFolder), kPrintFolder).remarks.empty());
+  CHECK(preview_print(meander(), make_inputs(full_product(), meander(), kPrintFolder), kPrintFolder)
+            .remarks.empty());
 }
 
 TEST_CASE("Lines that no print can do are refused by file, segment and limit", "[line]") {
@@ -98,7 +99,7 @@ TEST_CASE("Lines that no print can do are refused by file, segment and limit", "
                               R"({"from": [1, 2], "to": [6, 2], "speed_mm_s": 3}, {)" + segment + "}]}");
     const Experiment e = meander({"aerosol.job='own.json'", "aerosol.machine='aerosol.toml'"});
     try {
-      check_inputs(e, make_inputs(e, folder));
+      check_inputs(full_product(), e, make_inputs(full_product(), e, folder));
     } catch (const UsageError& problem) {
       return problem.what();
     }
@@ -120,7 +121,7 @@ namespace {
 // Why a print of lines is refused on a stage of 50 mm with the part's origin in its middle; "": it is not.
 std::string refused_on_small_stage(const std::vector<std::string>& set) {
   const Experiment e = meander(set);
-  Blobs inputs = make_inputs(e, kPrintFolder);
+  Blobs inputs = make_inputs(full_product(), e, kPrintFolder);
   const std::string machine =
       "[machine]\nname = \"small\"\nkind = \"aerosol\"\n[aerosol]\nv_max_mm_s = 4.0\n"
       "stage_origin_x_mm = 25.0\nstage_origin_y_mm = 25.0\n"
@@ -129,7 +130,7 @@ std::string refused_on_small_stage(const std::vector<std::string>& set) {
   for (Blob& b : inputs)
     if (b.role == "machine") b.bytes = {bytes, bytes + machine.size()};
   try {
-    check_inputs(e, inputs);
+    check_inputs(full_product(), e, inputs);
   } catch (const UsageError& problem) {
     return problem.what();
   }
@@ -166,13 +167,13 @@ TEST_CASE("A scan or a picture beyond the travel of a small stage is refused by 
 TEST_CASE("The shipped jobs of lines and their scans fit the shipped machine", "[line]") {
   const auto check = [](const std::vector<std::string>& set) {
     const Experiment e = load_experiment(kPrintFolder / "aerosol-fig7.toml", set);
-    CHECK_NOTHROW(check_inputs(e, make_inputs(e, kPrintFolder)));
+    CHECK_NOTHROW(check_inputs(full_product(), e, make_inputs(full_product(), e, kPrintFolder)));
   };
   check({"camera.use=on"});
   check({"aerosol.job=thompson-fig11.json", "grid.nx=410", "grid.ny=1830", "grid.origin_x_mm=-0.8",
          "camera.use=on"});
   const Experiment e = meander({"camera.use=on"});
-  CHECK_NOTHROW(check_inputs(e, make_inputs(e, kPrintFolder)));
+  CHECK_NOTHROW(check_inputs(full_product(), e, make_inputs(full_product(), e, kPrintFolder)));
 }
 
 TEST_CASE("An open loop never changes its way", "[line]") {

@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <map>
 
-#include "cli/audit_command.h"
 #include "cli/replay_command.h"
 #include "config/include.h"
 #include "core/grid/random.h"
@@ -15,12 +14,13 @@
 #include "plant/record/record.h"
 #include "print/folder/observed_run.h"
 #include "print/folder/run_report.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/lab_run.h"
+#include "replay/audit_run.h"
 #include "replay/print_verdict.h"
-#include "replay/run_messages.h"
 #include "report/run/report_data.h"
 #include "report/run/report_page.h"
+#include "runs/read/run_reader.h"
 #include "studies/compare/recorded_study.h"
 #include "studies/tune/lab_print.h"
 #include "tests/files/record/scratch.h"
@@ -34,12 +34,12 @@ namespace {
 struct ShortLines {
   Scratch scratch{"lines"};
   Experiment experiment;
-  RunFolder run;
+  runs::RunFolder run;
 
   explicit ShortLines(std::vector<std::string> more = {})
       : experiment(load(std::move(more))),
-        run(RunFolder::create(scratch / "runs", experiment, make_inputs(experiment, kLineFolder), {"test"})) {
-  }
+        run(runs::RunFolder::create(scratch / "runs", experiment,
+                                    make_inputs(full_product(), experiment, kLineFolder), {"test"})) {}
 
   static inline const std::filesystem::path kLineFolder =
       std::filesystem::path(FIRN_SOURCE_DIR) / "experiments";
@@ -57,17 +57,17 @@ struct ShortLines {
     o.resume = resume;
     o.crash_after_steps = crash_after;
     o.faults = parse_lab_faults(faults, experiment);
-    return run_in_lab(run, o);
+    return run_in_lab(full_product(), run, o);
   }
   void check_replay() const {
     ReplayCommandOptions r;
     r.run = run.path().string();
-    const replay::RunVerdict verdict = replay_verdict(r);
+    const replay::RunVerdict verdict = replay_verdict(full_product(), r);
     INFO(replay::to_text(verdict));
     CHECK(verdict.identical());
   }
   replay::AuditVerdict check_audit() const {
-    const replay::AuditVerdict audit = audit_verdict(run.path());
+    const replay::AuditVerdict audit = replay::audit_run(run.path());
     INFO(replay::to_text(audit));
     CHECK(audit.clean());
     return audit;
@@ -111,7 +111,7 @@ void check_line_stop(const ShortLines& lines, const LabRunReport& stopped, const
 void check_goes_on(ShortLines& lines, int layers) {
   const LabRunReport report = lines.go({"0 stage trip 0"}, true);
   INFO(report.result.reason);
-  CHECK(report.result.status == 0);
+  CHECK_FALSE(runs::can_go_on(report.result));
   CHECK(report.result.layers == layers);
   lines.check_replay();
   CHECK(lines.check_audit().finished);
@@ -130,12 +130,12 @@ TEST_CASE("A print of lines replays bit for bit, passes the audit and has a repo
   CHECK(audit.finished);
   CHECK(audit.commanded == 3 * 4);
   CHECK(audit.fired == audit.commanded);
-  const replay::RunData data = run_data(lines.run.path());
+  const report::RunData data = run_data(full_product(), lines.run.path());
   CHECK(data.layers.size() == 4);
   CHECK(data.layers.back().truth);
-  const std::string page = replay::report_page({{data, "identical"}}, {});
+  const std::string page = report::report_page({{data, "identical"}}, {});
   for (const char* section :
-       {"Lines", "Cross-section", "close delay", "Shutter switches", "Followed path", "Contour error along"})
+       {"Lines", "Cross-section", "close delay", "Switches", "Followed path", "Contour error along"})
     CHECK(page.find(section) != std::string::npos);
   CHECK(page.find("<td>0.0</td>") == std::string::npos);  // delays that no layer was planned with
 }
@@ -144,7 +144,7 @@ TEST_CASE("A layer of lines counts its own seconds and no others'", "[line]") {
   ShortLines lines;
   REQUIRE(lines.go().result.status == 0);
   std::vector<double> scans_s;
-  replay::RunMessages(lines.run.path())
+  runs::RunReader(lines.run.path())
       .each<layer_metrics_t>(channels::kLayerMetrics.name,
                              [&](const layer_metrics_t& m) { scans_s.push_back(m.scan_s); });
   REQUIRE(scans_s.size() == 4);
@@ -185,11 +185,10 @@ TEST_CASE(
   CHECK(report.result.layers == 2);
   lines.check_replay();
   CHECK(lines.check_audit().finished);
-  const replay::RunData data = run_data(lines.run.path());
+  const report::RunData data = run_data(full_product(), lines.run.path());
   CHECK(data.layers.size() == 3);
-  const std::string page = replay::report_page({{data, "identical"}}, {});
-  for (const char* words :
-       {"not judged: heights were not measured", "a camera and no profiler", "Shutter switches"})
+  const std::string page = report::report_page({{data, "identical"}}, {});
+  for (const char* words : {"not judged: heights were not measured", "a camera and no profiler", "Switches"})
     CHECK(page.find(words) != std::string::npos);
   for (const std::string words : {"Cross-section", "RMS error about", ">nan"}) {
     CAPTURE(words);
@@ -239,8 +238,8 @@ TEST_CASE("A shutter that stays open stops a print by the camera alone, by name,
 TEST_CASE("A run of lines is listed with its lab, and what learns droplets refuses it by name", "[line]") {
   ShortLines lines({"aerosol.layers=1"});
   REQUIRE(lines.go().result.status == 0);
-  CHECK_THAT(page::RunSet({lines.scratch / "runs"}, {}).list_json(), Catch::Contains("\"lab\":\"aerosol\""));
-  CHECK_THROWS_WITH(tuning::RecordedRun::read(lines.run.path()), Catch::Contains("lab.kind = \"aerosol\""));
+  CHECK_THAT(page::RunSet({lines.scratch / "runs"}, {}).list()(), Catch::Contains("\"lab\":\"aerosol\""));
+  CHECK_THROWS_WITH(tune::RecordedRun::read(lines.run.path()), Catch::Contains("lab.kind = \"aerosol\""));
   CHECK_THROWS_WITH(ObservedRun::read(lines.run.path()), Catch::Contains("lab.kind = \"aerosol\""));
 }
 
@@ -293,7 +292,7 @@ TEST_CASE("Each layer's followed path is recorded with its errors, which the sta
           "[line][followed]") {
   ShortLines lines({"aerosol.layers=2"});
   REQUIRE(lines.go().result.status == 0);
-  const replay::RunMessages messages(lines.run.path());
+  const runs::RunReader messages(lines.run.path());
   std::vector<path_report_t> reports;
   messages.each<path_report_t>(channels::kPathReport.name,
                                [&](const path_report_t& m) { reports.push_back(m); });

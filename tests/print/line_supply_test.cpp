@@ -3,7 +3,6 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
-#include "cli/audit_command.h"
 #include "cli/replay_command.h"
 #include "config/include.h"
 #include "firn/answer_t.hpp"
@@ -16,10 +15,11 @@
 #include "firn/temperature_t.hpp"
 #include "plant/record/record.h"
 #include "print/folder/run_report.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/lab_run.h"
+#include "replay/audit_run.h"
 #include "replay/print_verdict.h"
-#include "replay/run_messages.h"
+#include "runs/read/run_reader.h"
 #include "tests/files/record/scratch.h"
 
 using namespace firn;
@@ -31,11 +31,12 @@ namespace {
 struct SuppliedLines {
   Scratch scratch{"supplied"};
   Experiment experiment;
-  RunFolder run;
+  runs::RunFolder run;
 
   explicit SuppliedLines(std::vector<std::string> more = {})
       : experiment(load(std::move(more))),
-        run(RunFolder::create(scratch / "runs", experiment, make_inputs(experiment, kFolder), {"test"})) {}
+        run(runs::RunFolder::create(scratch / "runs", experiment,
+                                    make_inputs(full_product(), experiment, kFolder), {"test"})) {}
 
   static inline const std::filesystem::path kFolder = std::filesystem::path(FIRN_SOURCE_DIR) / "experiments";
 
@@ -49,7 +50,7 @@ struct SuppliedLines {
     LabRunOptions o;
     o.resume = resume;
     o.faults = parse_lab_faults(faults, experiment);
-    return run_in_lab(run, o);
+    return run_in_lab(full_product(), run, o);
   }
   std::vector<plant::FiringRecord> firings() const {
     return plant::read_history(run.world_record_path()).firings;
@@ -57,17 +58,17 @@ struct SuppliedLines {
   void check_record() const {
     ReplayCommandOptions r;
     r.run = run.path().string();
-    const replay::RunVerdict verdict = replay_verdict(r);
+    const replay::RunVerdict verdict = replay_verdict(full_product(), r);
     INFO(replay::to_text(verdict));
     CHECK(verdict.identical());
-    const replay::AuditVerdict audit = audit_verdict(run.path());
+    const replay::AuditVerdict audit = replay::audit_run(run.path());
     INFO(replay::to_text(audit));
     CHECK(audit.clean());
   }
   template <class Message>
   std::vector<Message> all(std::string_view channel) const {
     std::vector<Message> out;
-    replay::RunMessages(run.path()).each<Message>(channel, [&](const Message& m) { out.push_back(m); });
+    runs::RunReader(run.path()).each<Message>(channel, [&](const Message& m) { out.push_back(m); });
     return out;
   }
 };
@@ -107,7 +108,7 @@ void check_supply_fault(const SupplyFault& fault) {
   CHECK(over_s < fault.within_s);
   const LabRunReport report = lines.go({"0 " + port + " trip 0"}, true);
   INFO(report.result.reason);
-  CHECK(report.result.status == 0);
+  CHECK_FALSE(runs::can_go_on(report.result));
   CHECK(report.result.layers == 3);
   lines.check_record();
 }

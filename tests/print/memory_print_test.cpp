@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "core/grid/npy.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/lab_run.h"
 #include "tests/files/record/scratch.h"
 
@@ -28,10 +28,11 @@ TEST_CASE("a print in memory leaves the part that a print with a run folder leav
   for (const char* plant : {"droplets", "lu2015"}) {
     CAPTURE(plant);
     const Experiment e = small_part("mpc", plant);
-    const Blobs inputs = make_inputs(e, "");
-    const MemoryPrintReport m = print_in_memory(e, inputs, {true, true});
+    const Blobs inputs = make_inputs(full_product(), e, "");
+    const MemoryPrintReport m = print_in_memory(full_product(), e, inputs, {true, true});
     const test::Scratch scratch("memory-print");
-    const LabRunReport f = run_in_lab(RunFolder::create(scratch / "runs", e, inputs, {"test"}), {});
+    const LabRunReport f =
+        run_in_lab(full_product(), runs::RunFolder::create(scratch / "runs", e, inputs, {"test"}), {});
     CHECK(m.result.outcome == f.result.outcome);
     CHECK(m.result.layers == f.result.layers);
     CHECK(m.surface.cells == f.truth.cells);
@@ -41,8 +42,8 @@ TEST_CASE("a print in memory leaves the part that a print with a run folder leav
 
 TEST_CASE("the series of a print in memory holds every layer and ends at the final surface") {
   const Experiment e = small_part("smf", "droplets");
-  const Blobs inputs = make_inputs(e, "");
-  const MemoryPrintReport m = print_in_memory(e, inputs, {true, true});
+  const Blobs inputs = make_inputs(full_product(), e, "");
+  const MemoryPrintReport m = print_in_memory(full_product(), e, inputs, {true, true});
   REQUIRE(m.result.status == 0);
   REQUIRE(int(m.series.size()) == m.result.layers);
   for (std::size_t n = 0; n < m.series.size(); ++n) CHECK(m.series[n].layer == int(n) + 1);
@@ -59,7 +60,7 @@ TEST_CASE("the series of a print in memory holds every layer and ends at the fin
 TEST_CASE("a print in memory that stops for the operator says so and does not count as finished") {
   Experiment e = small_part("mpc", "droplets");
   e.control.max_layers = 2;
-  const MemoryPrintReport m = print_in_memory(e, make_inputs(e, ""));
+  const MemoryPrintReport m = print_in_memory(full_product(), e, make_inputs(full_product(), e, ""));
   CHECK(m.result.status != 0);
   CHECK(m.result.outcome == "waits for operator");
   CHECK(m.series.empty());
@@ -69,8 +70,8 @@ TEST_CASE("a print in memory that stops for the operator says so and does not co
 TEST_CASE("Ink beside the part is counted beyond the grid too, and its volume is that of the field") {
   Experiment e = small_part("smf", "droplets");
   e.part.shape.diameter_mm = 3.5;  // 14 cells of 0.263 mm: the part touches the grid's border
-  const Blobs inputs = make_inputs(e, "");
-  const MemoryPrintReport m = print_in_memory(e, inputs, {.surface = true, .outline = true});
+  const Blobs inputs = make_inputs(full_product(), e, "");
+  const MemoryPrintReport m = print_in_memory(full_product(), e, inputs, {.surface = true, .outline = true});
   const HeightMap target = height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target");
   const Mask mask = mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask");
   double part_mm3 = 0.0, inside_mm3 = 0.0;

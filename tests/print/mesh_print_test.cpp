@@ -5,15 +5,15 @@
 #include <fstream>
 #include <iterator>
 
-#include "cli/audit_command.h"
 #include "cli/replay_command.h"
 #include "config/include.h"
 #include "core/geometry/planar.h"
 #include "core/slice/mesh/slicer.h"
 #include "files/mesh/mesh_file.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/lab_run.h"
 #include "print/simulated/memory_print.h"
+#include "replay/audit_run.h"
 #include "replay/print_verdict.h"
 #include "report/run/voxels.h"
 #include "tests/files/record/scratch.h"
@@ -36,8 +36,8 @@ double volume_mm3(const Experiment& e) {
   slice::SliceOptions thin;
   thin.layer_height_mm = 0.1;
   double file_mm3 = 0.0;
-  for (const slice::Region& layer : slice::slice(mesh.facets(), {}, thin, serially).layers)
-    file_mm3 += slice::area_mm2(layer) * thin.layer_height_mm;
+  for (const geometry::Region& layer : slice::slice(mesh.facets(), {}, thin, serially).layers)
+    file_mm3 += geometry::area_mm2(layer) * thin.layer_height_mm;
   return file_mm3 * e.geometry.mesh_scale_xy * e.geometry.mesh_scale_xy * e.geometry.mesh_scale_z;
 }
 
@@ -59,23 +59,24 @@ TEST_CASE(
   for (const char* plant : {"lu2015", "droplets"}) {
     CAPTURE(plant);
     const Experiment e = load_experiment(kMeshFolder / "gear.toml", {"plant.model=" + std::string(plant)});
-    const RunFolder run = RunFolder::create(scratch / "runs", e, make_inputs(e, kMeshFolder), {"test"});
-    const LabRunReport report = run_in_lab(run, {});
+    const runs::RunFolder run =
+        runs::RunFolder::create(scratch / "runs", e, make_inputs(full_product(), e, kMeshFolder), {"test"});
+    const LabRunReport report = run_in_lab(full_product(), run, {});
     INFO(report.result.reason);
     REQUIRE(report.result.status == 0);
     ReplayCommandOptions r;
     r.run = run.path().string();
-    const replay::RunVerdict verdict = replay_verdict(r);
+    const replay::RunVerdict verdict = replay_verdict(full_product(), r);
     INFO(replay::to_text(verdict));
     CHECK(verdict.identical());
-    const replay::AuditVerdict audit = audit_verdict(run.path());
+    const replay::AuditVerdict audit = replay::audit_run(run.path());
     CHECK(audit.violations_total == 0);
   }
 }
 
 TEST_CASE("The printed object has the mesh's volume and shape and is one piece that washing sets free") {
   const Experiment e = load_experiment(kMeshFolder / "gear.toml");
-  const Blobs inputs = make_inputs(e, kMeshFolder);
+  const Blobs inputs = make_inputs(full_product(), e, kMeshFolder);
   const Geometry geometry = geometry_from_bytes(blob(inputs, "geometry").bytes, e.grid, "geometry");
   double wanted_mm3 = 0.0;
   for (std::size_t c = 0; c < e.grid.size(); ++c)
@@ -85,15 +86,15 @@ TEST_CASE("The printed object has the mesh's volume and shape and is one piece t
 
   MemoryPrintOptions options;
   options.materials = true;
-  const MemoryPrintReport report = print_in_memory(e, inputs, options);
+  const MemoryPrintReport report = print_in_memory(full_product(), e, inputs, options);
   REQUIRE(report.result.status == 0);
   const double slice_mm = e.model.h1_mm + 4.0 * e.model.h2_mm + 4.0 * e.model.h3_mm;
-  const int nz = replay::slices_for(report.materials, geometry, slice_mm);
-  const replay::VoxelBlock wanted = replay::voxels_of(geometry, slice_mm, nz),
-                           printed = replay::voxels_of(report.materials, slice_mm, nz);
-  const replay::WrongVoxels wrong = replay::count_wrong(wanted, printed);
+  const int nz = report::slices_for(report.materials, geometry, slice_mm);
+  const report::VoxelBlock wanted = report::voxels_of(geometry, slice_mm, nz),
+                           printed = report::voxels_of(report.materials, slice_mm, nz);
+  const report::WrongVoxels wrong = report::count_wrong(wanted, printed);
   CHECK(double(wrong.wrong()) <= 0.01 * double(wrong.object));
-  const replay::Washed washed = replay::wash(printed);
+  const report::Washed washed = report::wash(printed);
   CHECK(washed.largest_piece == washed.object);
   CHECK(washed.support_shut_in == 0);
 }

@@ -3,13 +3,13 @@
 
 #include "config/experiment.h"
 #include "config/fields.h"
-#include "print/folder/node_makers.h"
-#include "print/labs/print_labs.h"
+#include "print/folder/taking_part.h"
+#include "print/labs/full_product.h"
 
 using namespace firn;
 
 TEST_CASE("No node is handed a key of the plant, in any lab") {
-  for (const PrintLab* lab : print_labs()) {
+  for (const PrintLab* lab : full_product().labs) {
     const std::string config = dump(lab->fullest());
     REQUIRE_THAT(config, Catch::Contains("[plant]"));
     CHECK_THAT(without_plant(config), !Catch::Contains("plant"));
@@ -17,7 +17,7 @@ TEST_CASE("No node is handed a key of the plant, in any lab") {
 }
 
 TEST_CASE("All other keys reach the nodes unchanged") {
-  for (const PrintLab* lab : print_labs()) {
+  for (const PrintLab* lab : full_product().labs) {
     Experiment e = lab->fullest();
     e.control.seed = 77;
     e.plant.seed = 99;

@@ -12,7 +12,7 @@
 #include "config/include.h"
 #include "files/usage_error.h"
 #include "print/inputs/ice_inputs.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/memory_print.h"
 #include "tests/files/record/scratch.h"
 
@@ -31,8 +31,8 @@ struct Part {
 
 Part part_of(const std::vector<std::string>& overrides) {
   Part p{load_experiment(kFolder / "ice-small.toml", overrides), {}};
-  p.inputs = make_inputs(p.experiment, kFolder);
-  complete_experiment(p.experiment, p.inputs);
+  p.inputs = make_inputs(full_product(), p.experiment, kFolder);
+  complete_experiment(full_product(), p.experiment, p.inputs);
   return p;
 }
 
@@ -79,8 +79,8 @@ TEST_CASE("firn slice --experiment writes a path file whose print is that of the
     CHECK(paths.inputs[n].role == mesh.inputs[n].role);
     CHECK(paths.inputs[n].bytes == mesh.inputs[n].bytes);
   }
-  const MemoryPrintReport a = print_in_memory(mesh.experiment, mesh.inputs);
-  const MemoryPrintReport b = print_in_memory(paths.experiment, paths.inputs);
+  const MemoryPrintReport a = print_in_memory(full_product(), mesh.experiment, mesh.inputs);
+  const MemoryPrintReport b = print_in_memory(full_product(), paths.experiment, paths.inputs);
   INFO(b.result.reason);
   CHECK(b.result.status == 0);
   CHECK(b.result.layers == a.result.layers);
@@ -93,7 +93,7 @@ TEST_CASE("A path file of plain firn slice with measurement paths over its one m
   const test::Scratch scratch("path-input-plain");
   const fs::path file = sliced(scratch, {"support.kind=none", "measure.on=1", "measure.spacing_mm=1.5"});
   const Part part = part_of(from(file, {"ice.height_mm=1.2", "process.min_measured_fraction=0.5"}));
-  const MemoryPrintReport print = print_in_memory(part.experiment, part.inputs);
+  const MemoryPrintReport print = print_in_memory(full_product(), part.experiment, part.inputs);
   INFO(print.result.reason);
   CHECK(print.result.status == 0);
   CHECK(print.droplets > 100);
@@ -140,7 +140,7 @@ TEST_CASE("Paths of a file that the arm cannot reach are refused before there is
   PrintOptions o;
   o.bus = "in-process";
   o.runs = (scratch / "runs").string();
-  CHECK_THROWS_WITH(print_experiment(part.experiment, part.inputs, o),
+  CHECK_THROWS_WITH(print_experiment(full_product(), part.experiment, part.inputs, o),
                     Contains("out of reach, nothing is printed: layer 1, deposition path"));
   CHECK_FALSE(fs::exists(scratch / "runs"));
 }

@@ -226,7 +226,7 @@ TEST_CASE("Nominal pulses of a planned path count its volume, and too much flow 
   const deposition::PulsePlan plan = nominal_pulses(items[0].input, items[0].result, kCobra.valve);
   REQUIRE(plan.trains.size() == 1);
   CHECK(double(plan.trains[0].ticks.size()) == Approx(150.0).margin(1.0));  // 4 Hz/(mm^3/s) x 37.5 mm^3
-  CHECK(plan.least_drops_per_mm == Approx(1.5));
+  CHECK(plan.min_drops_per_mm == Approx(1.5));
   line.path.layer_height_mm = 2.0;
   how.pulses = true;
   CHECK_THAT(planned({line}, 1, how)[0].problem, Contains("job:2") && Contains("above the valve's"));
@@ -356,7 +356,7 @@ TEST_CASE(
 }
 
 TEST_CASE("The plot is one SVG with a chart per quantity, whatever the trace holds") {
-  PlanPlot plot;
+  report::PlanPlot plot;
   plot.title = "a < b";
   plot.limits = motion_limits(kCobra);
   plot.joint_names = {"J1", "J2"};
@@ -368,7 +368,7 @@ TEST_CASE("The plot is one SVG with a chart per quantity, whatever the trace hol
     t.total = {50.0, n % 7 == 0 ? std::nan("") : 100.0, 1e4};
     plot.trace.push_back(t);
   }
-  const std::string svg = plan_picture(plot);
+  const std::string svg = report::plan_picture(plot);
   CHECK(svg.find("a &lt; b") != std::string::npos);
   CHECK(svg.find("nan") == std::string::npos);
   std::size_t opened = 0, closed = 0;

@@ -8,8 +8,9 @@
 #include "files/json.h"
 #include "files/usage_error.h"
 #include "print/inputs/mesh_part.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "print/preview/print_preview.h"
+#include "print/simulated/lab_run.h"
 #include "print/simulated/memory_print.h"
 #include "tests/support/temp_folder.h"
 
@@ -40,8 +41,8 @@ std::string box(double x, double y, double z, bool open = false, double z0 = 0.0
 
 PrintPreview shown(const std::filesystem::path& file, std::vector<std::string> overrides = {}) {
   Experiment e = load_experiment(file, overrides);
-  const Blobs inputs = make_inputs(e, file.parent_path());
-  complete_experiment(e, inputs);
+  const Blobs inputs = make_inputs(full_product(), e, file.parent_path());
+  complete_experiment(full_product(), e, inputs);
   return preview_print(e, inputs, file.parent_path());
 }
 
@@ -61,7 +62,7 @@ TEST_CASE(
   CHECK(p.outside.empty());
   CHECK(p.remarks.empty());
   const Experiment e = load_experiment(kPreviewed / "cylinder.toml", small);
-  const MemoryPrintReport r = print_in_memory(e, make_inputs(e, kPreviewed));
+  const MemoryPrintReport r = print_in_memory(full_product(), e, make_inputs(full_product(), e, kPreviewed));
   REQUIRE(r.result.status == 0);
   CHECK(double(p.amount) == Approx(double(r.droplets)).epsilon(0.25));
   CHECK(p.time_s == Approx(r.node_s).epsilon(0.5));
@@ -69,9 +70,41 @@ TEST_CASE(
   CHECK(j["droplets"] == p.amount);
   CHECK(j["layers"] == p.layers);
   CHECK_THAT(preview_svg(p), Contains("<svg") && Contains("</svg>"));
-  CHECK_THAT(preview_text(p), Contains("cylinder: ") && Contains("about 11 layers") && Contains("droplets"));
+  CHECK_THAT(preview_text(p), Contains("cylinder, 4.74 x 4.74 x 0.08 mm") && Contains("about 11 layers") &&
+                                  Contains("droplets"));
   CHECK_THAT(preview_text(shown(kPreviewed / "cylinder.toml", {"control.max_layers=3"})),
-             Contains("OUTSIDE: control.max_layers = 3"));
+             Contains("remark: control.max_layers = 3: the print waits for you there") &&
+                 Contains("--set control.max_layers="));
+}
+
+TEST_CASE("A simulation of the scheme foretells layers, amount and time of twelve prints, within 15 %") {
+  const std::vector<std::string> small{"part.height_mm=0.04", "grid.nx=20", "grid.ny=20",
+                                       "part.diameter_mm=4"};
+  for (const char* scheme : {"smf", "mpc", "threshold", "open_loop"})
+    for (const char* seed : {"3", "4", "5"}) {
+      std::vector<std::string> settings = small;
+      settings.push_back(std::string("control.scheme=") + scheme);
+      settings.push_back(std::string("plant.seed=") + seed);
+      CAPTURE(scheme, seed);
+      const Experiment e = load_experiment(kPreviewed / "cylinder.toml", settings);
+      const Blobs inputs = make_inputs(full_product(), e, kPreviewed);
+      const auto foretold = foretell(full_product(), e, inputs, 60.0);
+      REQUIRE(foretold);
+      PrintPreview p = preview_print(e, inputs, kPreviewed);
+      take_foretold(*foretold, e, p);
+      const test::TempFolder scratch;
+      const runs::RunFolder run = runs::RunFolder::create(scratch.path() / "runs", e, inputs, {});
+      const LabRunReport printed = run_in_lab(full_product(), run, {});
+      REQUIRE(printed.result.outcome == "finished");
+      CHECK(p.layers == Approx(printed.result.layers).epsilon(0.15));
+      CHECK(p.time_s == Approx(printed.node_seconds).epsilon(0.15));
+      CHECK_THAT(preview_text(p), Contains("(" + std::string(scheme) + ", simulated)"));
+    }
+}
+
+TEST_CASE("Nothing is foretold where the simulation takes too long") {
+  const Experiment e = load_experiment(kPreviewed / "cylinder.toml", {});
+  CHECK_FALSE(foretell(full_product(), e, make_inputs(full_product(), e, kPreviewed), 0.001));
 }
 
 TEST_CASE(
@@ -83,7 +116,7 @@ TEST_CASE(
   };
   const std::filesystem::path plain = experiment("");
   const Experiment e = load_experiment(plain);
-  const Blobs inputs = make_inputs(e, f.path());
+  const Blobs inputs = make_inputs(full_product(), e, f.path());
   const HeightMap target = height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target");
   double volume = 0.0;
   for (const double h : target.cells) {

@@ -69,7 +69,7 @@ std::size_t longest_line(const std::string& text) {
 
 TEST_CASE("the line about a layer fits every width, and layer and RMS are the last to go") {
   for (int columns = 30; columns < 140; ++columns) {
-    const std::string text = layer_text("a-long-name", metrics(7, 26), 12.0, columns);
+    const std::string text = layer_text("a-long-name", LabWords{}, metrics(7, 26), 12.0, columns);
     INFO(columns << ": " << text);
     if (columns > 45) CHECK(int(text.size()) < columns);
     CHECK_THAT(text, Catch::Contains("layer   7/26") && Catch::Contains("RMS"));
@@ -80,7 +80,7 @@ TEST_CASE("the line about a layer fits every width, and layer and RMS are the la
 
 TEST_CASE("layers beyond the expected number have no time left to show") {
   const std::string text = on_terminal(100, [] {
-    PrintProgress progress("mpc");
+    PrintProgress progress("mpc", {});
     for (int layer = 24; layer < 40; ++layer) {
       std::this_thread::sleep_for(std::chrono::milliseconds(3));
       progress.layer(metrics(layer, 26));
@@ -93,7 +93,7 @@ TEST_CASE("layers beyond the expected number have no time left to show") {
 
 TEST_CASE("a terminal of 60 columns never wraps, and messages have lines of their own") {
   const std::string text = on_terminal(60, [] {
-    PrintProgress progress("a-long-name-of-a-scheme");
+    PrintProgress progress("a-long-name-of-a-scheme", {});
     progress.layer(metrics(1, 2000));
     progress.note("the operator: pause");
     progress.layer(metrics(2, 2000));
@@ -108,7 +108,7 @@ TEST_CASE("a terminal of 60 columns never wraps, and messages have lines of thei
 
 TEST_CASE("the time that is left counts the layers since the print or its resume began") {
   const std::string text = on_terminal(120, [] {
-    PrintProgress progress("smf");
+    PrintProgress progress("smf", {});
     progress.layer(metrics(900, 1000));
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
     progress.layer(metrics(901, 1000));
@@ -117,6 +117,25 @@ TEST_CASE("the time that is left counts the layers since the print or its resume
   const std::size_t at = text.find("ETA ");
   REQUIRE(at != std::string::npos);
   CHECK(std::stod(text.substr(at + 4)) >= 15.0);  // 99 layers of at least 0.2 s
+}
+
+TEST_CASE("A pause does not count in the time that is left") {
+  const auto seconds_left = [](bool paused) {
+    const std::string text = on_terminal(120, [&] {
+      PrintProgress progress("smf", {});
+      progress.layer(metrics(1, 101));
+      if (paused) progress.note("the print waits before layer 2, as the operator asked");
+      std::this_thread::sleep_for(std::chrono::milliseconds(300));
+      if (paused) progress.note("the print goes on");
+      progress.layer(metrics(2, 101));
+      progress.done();
+    });
+    const std::size_t at = text.rfind("ETA ");
+    REQUIRE(at != std::string::npos);
+    return std::stod(text.substr(at + 4));
+  };
+  CHECK(seconds_left(false) >= 29.0);  // 99 layers of at least 0.3 s
+  CHECK(seconds_left(true) < 29.0);
 }
 
 }  // namespace

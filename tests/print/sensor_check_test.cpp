@@ -5,8 +5,9 @@
 #include <vector>
 
 #include "config/include.h"
+#include "files/exit_codes.h"
 #include "firn/fault_t.hpp"
-#include "print/exit_codes.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/memory_print.h"
 #include "tests/print/ice_runs.h"
 
@@ -32,7 +33,7 @@ Printed printed(const Experiment& e, const Blobs& inputs) {
       return;
     (Severity(f.severity) == Severity::kStop ? p.stops : p.warnings).push_back(f.text);
   };
-  p.report = print_in_memory(e, inputs, o);
+  p.report = print_in_memory(full_product(), e, inputs, o);
   return p;
 }
 
@@ -46,7 +47,7 @@ Printed inkjet(std::vector<std::string> overrides) {
   for (const char* small : {"part.height_mm=0.04", "grid.nx=24", "grid.ny=24", "part.diameter_mm=5"})
     overrides.insert(overrides.begin(), small);
   const Experiment e = load_experiment(folder / "cylinder.toml", overrides);
-  return printed(e, make_inputs(e, folder));
+  return printed(e, make_inputs(full_product(), e, folder));
 }
 
 void check_named(const Printed& p, const std::string& what, const std::string& calibrate) {

@@ -9,7 +9,7 @@
 #include "firn/height_map_t.hpp"
 #include "firn/height_profile_t.hpp"
 #include "firn/layer_metrics_t.hpp"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/memory_print.h"
 
 using namespace firn;
@@ -41,7 +41,9 @@ PrintedSwaths printed_swaths(const std::vector<std::string>& overrides) {
     if (height_profile_t m; channel == "HEIGHT_PROFILE" && decode(m))
       if (m.layer == 0 && m.row % e.grid.ny == 0) p.first_rows.push_back(m);
   };
-  p.report = print_in_memory(e, make_inputs(e, std::filesystem::path(FIRN_SOURCE_DIR) / "experiments"), o);
+  p.report = print_in_memory(
+      full_product(), e,
+      make_inputs(full_product(), e, std::filesystem::path(FIRN_SOURCE_DIR) / "experiments"), o);
   return p;
 }
 

@@ -10,7 +10,7 @@
 #include "core/grid/random.h"
 #include "files/digest.h"
 #include "print/inputs/targets.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 
 using namespace firn;
 
@@ -156,12 +156,15 @@ TEST_CASE("A wrong picture is refused with its name and the reason") {
   };
   refused({}, "not a PNG");
   refused(png(cv::Mat(4, 4, CV_8UC3, cv::Scalar(1, 2, 3))), "must be grey");
+  refused(png(cv::Mat(4, 4, CV_8UC3, cv::Scalar(1, 2, 3))), "colours): convert it");
   refused(png(cv::Mat(4, 4, CV_8UC4, cv::Scalar(1, 2, 3, 4))), "must be grey");
   refused(png(cv::Mat(4, 4, CV_8U, cv::Scalar(0))), "black everywhere");
   refused(png(cv::Mat(1, 5000, CV_8U, cv::Scalar(9))), "each side");
   std::vector<std::byte> jpeg{std::byte{0xff}, std::byte{0xd8}};
   jpeg.resize(100);
   refused(jpeg, "not a PNG");
+  jpeg[2] = std::byte{0xff};
+  refused(jpeg, "is a JPEG picture; a grey PNG is needed: convert it, e.g. with ImageMagick: convert x.png ");
 }
 
 TEST_CASE("A picture whose header claims no pixels or too many rows is refused before memory is taken") {
@@ -228,7 +231,7 @@ TEST_CASE("Any byte of a picture may be wrong: a target or a ConfigError, never 
 
 TEST_CASE("Inputs of an analytic shape are the target and the mask as NPY, named by their SHA-256") {
   const Experiment e;
-  const Blobs blobs = make_inputs(e, "");
+  const Blobs blobs = make_inputs(full_product(), e, "");
   REQUIRE(blobs.size() == 2);
   CHECK(blobs[0].role == "target");
   CHECK(blobs[1].role == "mask");
@@ -241,9 +244,9 @@ TEST_CASE("Inputs of an analytic shape are the target and the mask as NPY, named
 TEST_CASE("A part that covers no cell centre, and a picture that is not there, are configuration errors") {
   Experiment e;
   e.part.shape.diameter_mm = 0.01;  // on an even grid the centre lies between cells
-  CHECK_THROWS_AS(make_inputs(e, ""), ConfigError);
+  CHECK_THROWS_AS(make_inputs(full_product(), e, ""), ConfigError);
   e.part.shape.kind = "height_map";
   e.part.image = "nowhere.png";
-  CHECK_THROWS_WITH(make_inputs(e, "folder"),
+  CHECK_THROWS_WITH(make_inputs(full_product(), e, "folder"),
                     Catch::Contains("folder/nowhere.png") && Catch::Contains("no such file"));
 }

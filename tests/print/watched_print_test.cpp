@@ -6,16 +6,16 @@
 #include <cmath>
 #include <filesystem>
 
-#include "cli/audit_command.h"
 #include "cli/replay_command.h"
 #include "core/grid/random.h"
 #include "firn/droplet_sweep_t.hpp"
 #include "plant/record/record.h"
-#include "print/folder/node_makers.h"
-#include "print/labs/print_labs.h"
+#include "print/folder/taking_part.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/lab_run.h"
+#include "replay/audit_run.h"
 #include "replay/print_verdict.h"
-#include "replay/run_messages.h"
+#include "runs/read/run_reader.h"
 #include "tests/support/long_cases.h"
 #include "tests/support/tiny_print.h"
 #include "tests/support/watched_jet.h"
@@ -40,24 +40,24 @@ Experiment watched_print(std::uint64_t seed) {
 void check_identical_and_clean(const Experiment& e, const std::filesystem::path& run) {
   ReplayCommandOptions r;
   r.run = run.string();
-  const replay::RunVerdict verdict = replay_verdict(r);
+  const replay::RunVerdict verdict = replay_verdict(full_product(), r);
   INFO(replay::to_text(verdict));
   CHECK(verdict.identical());
-  CHECK(verdict.nodes.size() == taking_part(e).size());
-  const replay::AuditVerdict audit = audit_verdict(run);
+  CHECK(verdict.nodes.size() == taking_part(full_product(), e).size());
+  const replay::AuditVerdict audit = replay::audit_run(run);
   if (!audit.violations.empty()) INFO(audit.violations.front().what);
   CHECK(audit.violations_total == 0);
 }
 
 std::vector<droplet_sweep_t> sweeps_of(const std::filesystem::path& run) {
   std::vector<droplet_sweep_t> sweeps;
-  replay::RunMessages(run).each<droplet_sweep_t>(channels::kDropletSweep.name,
-                                                 [&](const droplet_sweep_t& m) { sweeps.push_back(m); });
+  runs::RunReader(run).each<droplet_sweep_t>(channels::kDropletSweep.name,
+                                             [&](const droplet_sweep_t& m) { sweeps.push_back(m); });
   return sweeps;
 }
 
 /// Farthest landing from the middle of its cell along the rows [um].
-double worst_landing_um(const RunFolder& run, const GridSpec& grid) {
+double worst_landing_um(const runs::RunFolder& run, const GridSpec& grid) {
   double worst_um = 0.0;
   for (const plant::ShotRecord& s : plant::read_history(run.world_record_path()).shots)
     worst_um = std::max(worst_um, 1e3 * std::abs(s.landed_x_mm - grid.x_mm(s.i)));
@@ -77,8 +77,9 @@ TEST_CASE("Droplets of a print land within 3 um of their cells by the camera's l
   e.plant.camera.height_px = 280;
   e.plant.camera.drop_speed_m_s = speed_m_s;
   e.plant.placement_std_mm = 0.0;
-  const RunFolder run = RunFolder::create(runs.root, e, make_inputs(e, ""), {"test"});
-  const LabRunReport report = run_in_lab(run, {});
+  const runs::RunFolder run =
+      runs::RunFolder::create(runs.root, e, make_inputs(full_product(), e, ""), {"test"});
+  const LabRunReport report = run_in_lab(full_product(), run, {});
   INFO(report.result.reason);
   REQUIRE(report.result.status == 0);
   CHECK((worst_landing_um(run, e.grid) <= 3.0) == placement);
@@ -89,8 +90,9 @@ TEST_CASE("A watched print purges a jet that is dead at first, then sees it befo
   const WatchedRuns runs;
   Experiment e = watched_print(2);
   e.plant.camera.dead_before = 1;
-  const RunFolder run = RunFolder::create(runs.root, e, make_inputs(e, ""), {"test"});
-  const LabRunReport report = run_in_lab(run, {});
+  const runs::RunFolder run =
+      runs::RunFolder::create(runs.root, e, make_inputs(full_product(), e, ""), {"test"});
+  const LabRunReport report = run_in_lab(full_product(), run, {});
   INFO(report.result.reason);
   REQUIRE(report.result.status == 0);
   const auto sweeps = sweeps_of(run.path());
@@ -103,14 +105,15 @@ TEST_CASE("A jet that stays dead stops a print before its first droplet, and a r
   const WatchedRuns runs;
   Experiment e = watched_print(3);
   e.plant.camera.dead_before = 3;
-  const RunFolder run = RunFolder::create(runs.root, e, make_inputs(e, ""), {"test"});
-  LabRunReport report = run_in_lab(run, {});
+  const runs::RunFolder run =
+      runs::RunFolder::create(runs.root, e, make_inputs(full_product(), e, ""), {"test"});
+  LabRunReport report = run_in_lab(full_product(), run, {});
   CHECK(report.result.status == 3);
   CHECK_THAT(report.result.reason, Catch::Contains("the nozzle is dead or clogged"));
   CHECK(plant::read_history(run.world_record_path()).shots.empty());
   LabRunOptions again;
   again.resume = true;
-  report = run_in_lab(run, again);
+  report = run_in_lab(full_product(), run, again);
   INFO(report.result.reason);
   CHECK(report.result.status == 0);
   check_identical_and_clean(e, run.path());
@@ -124,7 +127,8 @@ TEST_CASE("A watched print that dies at any step and resumes is finished, identi
     const std::uint64_t seed = n + 1;
     CAPTURE(seed);
     const Experiment e = watched_print(seed);
-    const RunFolder run = RunFolder::create(runs.root, e, make_inputs(e, ""), {"test"});
+    const runs::RunFolder run =
+        runs::RunFolder::create(runs.root, e, make_inputs(full_product(), e, ""), {"test"});
     RandomStream random(seed, Purpose::kKill);
     LabRunReport report;
     for (int k = 0; k == 0 || report.crashed; ++k) {
@@ -132,7 +136,7 @@ TEST_CASE("A watched print that dies at any step and resumes is finished, identi
       o.resume = k > 0;
       if (k > 0) o.orders = {{new_order_id(), OperatorVerb::kAcceptDoubt, {}, {}}};
       o.crash_after_steps = k < 4 ? 1 + random.below(2500) : 0;
-      report = run_in_lab(run, o);
+      report = run_in_lab(full_product(), run, o);
       crashes += report.crashed;
     }
     INFO(report.result.reason);

@@ -9,7 +9,7 @@
 #include "core/grid/random.h"
 #include "print/live/bus_port.h"
 #include "procs/bus/lcm_bus.h"
-#include "procs/bus/message_seal.h"
+#include "procs/bus/message_mac.h"
 #include "runtime/control_line.h"
 #include "runtime/run_clock.h"
 #include "tests/procs/foreigner.h"
@@ -151,10 +151,10 @@ namespace {
 using Heard = std::vector<std::pair<std::string, std::string>>;
 
 /// A bus with a key, and a program that reads all its datagrams as they are.
-struct SealedBench : Bench {
+struct KeyedBench : Bench {
   LcmBus listener{default_bus_url(port) + "&key=none"};
 
-  SealedBench() : Bench(BusKey::random()) {
+  KeyedBench() : Bench(BusKey::random()) {
     listener.subscribe("MAP");
     listener.subscribe("SAFE_STOP");
     bus.subscribe("SAFE_STOP");
@@ -174,10 +174,11 @@ struct SealedBench : Bench {
 
 }  // namespace
 
-TEST_CASE("a sealed message arrives as it was sent, and travels with a trailer of 32 bytes behind it") {
-  SealedBench b;
+TEST_CASE(
+    "an authenticated message arrives as it was sent, and travels with a trailer of 32 bytes behind it") {
+  KeyedBench b;
   const std::string travelled = b.publish("MAP", "bytes");
-  CHECK(travelled.size() == 5 + kSealBytes);
+  CHECK(travelled.size() == 5 + kMacTrailerBytes);
   CHECK(travelled.starts_with("bytes"));
   b.drain();
   CHECK(b.heard == Heard{{"MAP", "bytes"}});
@@ -185,18 +186,18 @@ TEST_CASE("a sealed message arrives as it was sent, and travels with a trailer o
 }
 
 TEST_CASE("what a program without the key sends is dropped and counted, with a trailer or without") {
-  SealedBench b;
+  KeyedBench b;
   b.foreigner.to_group(short_message("MAP", "bytes"));
   b.foreigner.to_group(short_message("MAP", ""));
   b.foreigner.to_group(short_message("MAP", std::string(500, 'x')));
-  b.foreigner.to_group(short_message("SAFE_STOP", std::string(kSealBytes, '\0')));
+  b.foreigner.to_group(short_message("SAFE_STOP", std::string(kMacTrailerBytes, '\0')));
   b.drain();
   CHECK(b.heard.empty());
   CHECK(b.bus.dropped_text() == "4 foreign datagrams dropped (4 without the key of the run)");
 }
 
 TEST_CASE("a datagram that is sent again, at once or after others, is taken once") {
-  SealedBench b;
+  KeyedBench b;
   const std::string first = b.publish("MAP", "1");
   b.foreigner.to_group(short_message("MAP", first));
   for (int n = 0; n < 200; ++n) b.publish("MAP", "2");
@@ -207,20 +208,20 @@ TEST_CASE("a datagram that is sent again, at once or after others, is taken once
 }
 
 TEST_CASE("a datagram that is sent again by another channel is dropped") {
-  SealedBench b;
-  const std::string sealed = b.publish("MAP", "bytes");
-  b.foreigner.to_group(short_message("SAFE_STOP", sealed));
+  KeyedBench b;
+  const std::string authenticated = b.publish("MAP", "bytes");
+  b.foreigner.to_group(short_message("SAFE_STOP", authenticated));
   b.drain();
   CHECK(b.heard == Heard{{"MAP", "bytes"}});
   CHECK(b.bus.dropped(PacketFault::kForged) == 1);
 }
 
 TEST_CASE("a datagram of an earlier start of the run, which had another key, is dropped") {
-  SealedBench b;
-  const std::string sealed = b.publish("MAP", "bytes");
+  KeyedBench b;
+  const std::string authenticated = b.publish("MAP", "bytes");
   LcmBus resumed(default_bus_url(b.port), BusKey::random());
   resumed.subscribe("MAP");
-  b.foreigner.to_group(short_message("MAP", sealed));
+  b.foreigner.to_group(short_message("MAP", authenticated));
   pollfd p{resumed.fd(), POLLIN, 0};
   REQUIRE(::poll(&p, 1, 5000) == 1);
   int taken = 0;
@@ -229,56 +230,56 @@ TEST_CASE("a datagram of an earlier start of the run, which had another key, is 
   CHECK(resumed.dropped(PacketFault::kForged) == 1);
 }
 
-TEST_CASE("a sealed message with any bit turned, any byte lacking or one more is forged") {
+TEST_CASE("an authenticated message with any bit turned, any byte lacking or one more is forged") {
   const BusKey key = BusKey::random();
-  MessageSeal seal(key);
-  SealVerifier check(key);
+  MessageMac mac(key);
+  MacVerifier check(key);
   RandomStream random(5, Purpose::kTest);
   for (int n = 0; n < 30; ++n) {
-    Bytes sealed(random.below(200));
-    for (std::byte& b : sealed) b = std::byte(random.below(256));
-    std::byte trailer[kSealBytes];
-    seal.seal("MAP", sealed, trailer);
-    sealed.insert(sealed.end(), trailer, trailer + kSealBytes);
+    Bytes authenticated(random.below(200));
+    for (std::byte& b : authenticated) b = std::byte(random.below(256));
+    std::byte trailer[kMacTrailerBytes];
+    mac.write("MAP", authenticated, trailer);
+    authenticated.insert(authenticated.end(), trailer, trailer + kMacTrailerBytes);
     const auto opened = [&](Bytes bytes) {
       std::span<const std::byte> view(bytes);
       return check.open("MAP", view);
     };
-    for (std::size_t bit = 0; bit < 8 * sealed.size(); ++bit) {
-      Bytes turned = sealed;
+    for (std::size_t bit = 0; bit < 8 * authenticated.size(); ++bit) {
+      Bytes turned = authenticated;
       turned[bit / 8] ^= std::byte(1 << bit % 8);
-      REQUIRE(opened(turned) == SealFault::kForged);
+      REQUIRE(opened(turned) == MacFault::kForged);
     }
-    for (std::size_t size = 0; size < sealed.size(); ++size)
-      REQUIRE(opened({sealed.begin(), sealed.begin() + long(size)}) == SealFault::kForged);
-    Bytes longer = sealed;
+    for (std::size_t size = 0; size < authenticated.size(); ++size)
+      REQUIRE(opened({authenticated.begin(), authenticated.begin() + long(size)}) == MacFault::kForged);
+    Bytes longer = authenticated;
     longer.push_back(std::byte{0});
-    REQUIRE(opened(longer) == SealFault::kForged);
-    REQUIRE(opened(sealed) == SealFault::kNone);
+    REQUIRE(opened(longer) == MacFault::kForged);
+    REQUIRE(opened(authenticated) == MacFault::kNone);
   }
 }
 
 TEST_CASE(
     "messages that overtake each other by less than 64 are all taken, each once, from several senders") {
   const BusKey key = BusKey::random();
-  std::vector<MessageSeal> seals;
-  for (int n = 0; n < 3; ++n) seals.emplace_back(key);
+  std::vector<MessageMac> macs;
+  for (int n = 0; n < 3; ++n) macs.emplace_back(key);
   RandomStream random(6, Purpose::kTest);
   std::vector<std::pair<double, Bytes>> sent;
   for (int n = 0; n < 900; ++n) {
-    Bytes sealed(kSealBytes);
-    seals[std::size_t(n % 3)].seal("MAP", {}, std::span(sealed).first<kSealBytes>());
-    sent.emplace_back(n / 3 + random.uniform() * 60.0, sealed);
-    sent.emplace_back(n / 3 + random.uniform() * 60.0, sealed);
+    Bytes authenticated(kMacTrailerBytes);
+    macs[std::size_t(n % 3)].write("MAP", {}, std::span(authenticated).first<kMacTrailerBytes>());
+    sent.emplace_back(n / 3 + random.uniform() * 60.0, authenticated);
+    sent.emplace_back(n / 3 + random.uniform() * 60.0, authenticated);
   }
   std::ranges::sort(sent, {}, [](const auto& s) { return s.first; });
-  SealVerifier check(key);
+  MacVerifier check(key);
   int taken = 0, repeated = 0;
-  for (const auto& [when, sealed] : sent) {
-    std::span<const std::byte> view(sealed);
-    const SealFault fault = check.open("MAP", view);
-    taken += fault == SealFault::kNone;
-    repeated += fault == SealFault::kRepeated;
+  for (const auto& [when, authenticated] : sent) {
+    std::span<const std::byte> view(authenticated);
+    const MacFault fault = check.open("MAP", view);
+    taken += fault == MacFault::kNone;
+    repeated += fault == MacFault::kRepeated;
   }
   CHECK(taken == 900);
   CHECK(repeated == 900);

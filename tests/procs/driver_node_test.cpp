@@ -3,8 +3,10 @@
 #include <map>
 
 #include "core/grid/random.h"
+#include "firn/fault_t.hpp"
 #include "procs/jet/node.h"
 #include "procs/lamp/node.h"
+#include "procs/laser_profiler/node.h"
 #include "procs/stage/node.h"
 #include "runtime/node_host.h"
 
@@ -24,6 +26,15 @@ class Sink final : public WalSink {
   void append(WalKind, std::span<const std::byte>) override {}
   void sync() override { ++syncs; }
   int syncs = 0;
+};
+
+struct TakesRowsAlone {
+  void on_measured(drivers::ProfileRow&, Time, Outbox&) {}
+};
+
+template <class Driver, class Measurement>
+concept Measures = requires(drivers::Effects& fx, Measurement m) {
+  fx.measured<Driver>(m);
 };
 
 // Hosts one driver node; `answer` maps the node's bytes to the instrument's immediate reply.
@@ -182,6 +193,14 @@ struct LampRig : DriverNodeRig {
 };
 
 }  // namespace
+
+TEST_CASE("a measurement that its driver does not list, or that its node does not take, does not compile") {
+  CHECK((Measures<drivers::LaserProfiler, drivers::ScanDone>));
+  CHECK_FALSE((Measures<drivers::Lamp, drivers::ScanDone>));
+  CHECK((TakesMeasurements<LaserProfilerNode, drivers::LaserProfiler>));
+  CHECK((TakesMeasurements<TakesRowsAlone, drivers::Lamp>));
+  CHECK_FALSE((TakesMeasurements<TakesRowsAlone, drivers::LaserProfiler>));
+}
 
 TEST_CASE("a command is executed once, however often it arrives, and each copy is answered alike") {
   LampRig rig;

@@ -45,7 +45,7 @@ inline slice::PrintPaths square_paths(int layers) {
     l.layer = n;
     l.height = 2400;
     l.z = n * 2400;
-    const slice::Point corners[] = {{0, 0}, {100000, 0}, {100000, 100000}, {0, 100000}};
+    const geometry::Point corners[] = {{0, 0}, {100000, 0}, {100000, 100000}, {0, 100000}};
     l.lines.add(corners);
     l.info.push_back({PathKind::kBoundary, 0, true, 15000});
     if (n % 2 == 0) {

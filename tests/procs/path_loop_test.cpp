@@ -296,9 +296,9 @@ TEST_CASE("a valve that gives too much in two intervals in a row stops the print
 
 TEST_CASE("I12: a surface that rises between two measurements with nothing to deposit stops the print",
           "[I12]") {
-  const auto ended = [](double creep_mm, double least_share) {
+  const auto ended = [](double creep_mm, double min_share) {
     Experiment e = small_ice();
-    e.ice.least_rise_share = least_share;
+    e.ice.least_rise_share = min_share;
     FakeIceLab lab(5, e);
     lab.high_maps = 2;  // the first interval seems to scrape: the arm is raised, the surface measured again
     lab.creep_mm = creep_mm;

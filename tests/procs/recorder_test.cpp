@@ -4,8 +4,8 @@
 #include <thread>
 
 #include "firn/fault_t.hpp"
-#include "print/folder/log_repair.h"
 #include "procs/recorder/recorder.h"
+#include "runs/folder/log_repair.h"
 #include "runtime/control_line.h"
 #include "runtime/transport_wire.h"
 #include "tests/runtime/process_nodes.h"
@@ -25,7 +25,7 @@ ProcessOptions options(const RunDir& dir, NodeId node) {
 }
 
 std::vector<std::int64_t> logged(const RunDir& dir, std::string_view channel) {
-  const logfile::EventLogFile file(dir.path / "log.lcm");
+  const record::EventLogFile file(dir.path / "log.lcm");
   auto reader = file.reader();
   std::vector<std::int64_t> seqs;
   while (const auto event = reader.next())
@@ -54,7 +54,7 @@ void write_commands(const RunDir& dir, int n) {
 
 /// Returns the number of messages that the log had lost.
 std::size_t repaired(const RunDir& dir) {
-  const logfile::RepairReport report = repair_from_write_ahead(dir.path / "log.lcm", dir.path / "nodes");
+  const record::RepairReport report = runs::repair_from_write_ahead(dir.path / "log.lcm", dir.path / "nodes");
   return report.inserted + report.replaced;
 }
 

@@ -336,7 +336,7 @@ TEST_CASE("a dead nozzle and a leaking one stop the print at the first map, by n
     return lab.last(channels::kRunEnd).reason;
   };
   CHECK_THAT(reason(0.0), Catch::Contains("jet: ") && Catch::Contains("drops without rise"));
-  CHECK_THAT(reason(0.001), Catch::Contains("drops without rise"));
+  CHECK_THAT(reason(0.0001), Catch::Contains("drops without rise"));
   CHECK_THAT(reason(0.1), Catch::Contains("rise without drops"));
   CHECK(reason(0.0076).empty());
   CHECK(reason(0.005).empty());

@@ -140,24 +140,6 @@ TEST_CASE("A row that the profiler itself did not receive is not waited for") {
   CHECK(bench.maps()[0].rows_received == 5);
 }
 
-TEST_CASE("A recorded configuration without process.max_lost_rows_share counts no rows, as its version did") {
-  std::string recorded = dump(small_plate());
-  const std::size_t at = recorded.find("max_lost_rows_share");
-  REQUIRE(at != std::string::npos);
-  recorded.erase(at, recorded.find('\n', at) + 1 - at);
-  CHECK(parse_recorded_experiment(recorded, "recorded").process.max_lost_rows_share == 1.0);
-  CHECK(parse_recorded_experiment(dump(small_plate()), "recorded").process.max_lost_rows_share ==
-        small_plate().process.max_lost_rows_share);
-  Experiment old = small_plate();
-  old.process.max_lost_rows_share = 1.0;
-  MapperBench bench(old);
-  for (int j : {0, 1, 2, 4, 5}) bench.give(channels::kHeightProfile, bench.row(j, 1, 2, 0.1));
-  bench.give(channels::kScanDone, bench.done(1, 2, 5));
-  REQUIRE(bench.maps().size() == 1);
-  CHECK(bench.maps()[0].rows_expected == 0);
-  CHECK(bench.maps()[0].rows_received == 0);
-}
-
 TEST_CASE("Rows of an older scan change nothing, and a newer scan drops the unfinished one and says so") {
   MapperBench bench;
   bench.scan(5, 1, 0.1);

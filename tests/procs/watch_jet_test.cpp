@@ -138,7 +138,7 @@ TEST_CASE("Each limit of the band is named with value, deviation and key") {
   const auto judged = [&](auto&& change) {
     droplet_sweep_t m = good_sweep();
     change(m);
-    return jet_out_of_band(m, o);
+    return jet_out_of_band(m, o).text;
   };
   CHECK(judged([](auto&) {}).empty());
   CHECK_THAT(judged([](auto& m) { m.velocity_mm_s = 7000; }), Catch::Contains("watch.velocity_most_m_s = 6"));

@@ -1,13 +1,18 @@
-#include <catch2/catch.hpp>
+#include <sys/resource.h>
+#include <unistd.h>
 
+#include <catch2/catch.hpp>
 #include <chrono>
+#include <clocale>
 #include <cmath>
 #include <thread>
 
+#include "files/text_file.h"
 #include "print/inputs/python_input.h"
 #include "python/host/load.h"
 #include "tests/docs/level_controller.h"
 #include "tests/python/level_prints.h"
+#include "tests/support/temp_folder.h"
 
 namespace firn {
 namespace {
@@ -184,6 +189,104 @@ TEST_CASE("a clock, threads, files, processes and unseeded randomness are named 
   refused("np.random.PCG64()", "draws numbers");
   refused("np.random.seed(1)", "numpy.random.seed: draws numbers");
   refused("id(s)", "id: an address differs");
+}
+
+// The annotations of both classes are looked up in the module's names: ClassVar and Rates.
+const std::string kDataClasses =
+    "from __future__ import annotations\nimport typing\nfrom typing import ClassVar\n"
+    "from dataclasses import dataclass, field, fields\nfrom firn import Stop\n"
+    "@dataclass\nclass Rates:\n rise: float = 0.5\n names: ClassVar[int] = 3\n"
+    "@dataclass\nclass Gains:\n rates: Rates = field(default_factory=Rates)\n list: list = "
+    "field(default_factory=list)\n"
+    "class Mine:\n def __init__(self, setup): self.gains = Gains()\n"
+    " def decide(self, m):\n"
+    "  assert [f.name for f in fields(Rates)] == ['rise']\n"
+    "  assert typing.get_type_hints(Gains)['rates'] is Rates\n"
+    "  @dataclass\n  class Late:\n   x: Gains\n"
+    "  return Stop(f'{self.gains.rates.rise} {Late.__module__}')\n";
+
+TEST_CASE("dataclasses with annotations as text are made, and find the names of their own file") {
+  CHECK(Files(kDataClasses).decide().reason == "0.5 mine");
+  std::vector<std::string> reasons(4);
+  std::vector<std::thread> threads;
+  for (std::string& reason : reasons)
+    threads.emplace_back([&] {
+      for (int n = 0; n < 20; ++n) reason = Files(kDataClasses).decide().reason;
+    });
+  for (std::thread& t : threads) t.join();
+  CHECK(reasons == std::vector<std::string>(4, "0.5 mine"));
+}
+
+TEST_CASE("a module of files is seen by nobody else, and one of a library's name hides no library") {
+  Files files(
+      mine("import statistics, sys\n  from decimal import Decimal\n  assert 'mine' in sys.modules\n"
+           "  return Stop(statistics.word + ' ' + statistics.__name__)"));
+  files.blobs.push_back(python_input("statistics.py", "word = 'mine'\n"));
+  CHECK(files.decide().reason == "mine statistics_py");
+  CHECK(Files("import sys\nfrom firn import Stop\nclass Mine:\n def __init__(self, s): pass\n"
+              " def decide(self, m): return Stop(str('helper' in sys.modules))\n")
+            .decide()
+            .reason == "False");
+}
+
+TEST_CASE("a recursion without end stops at once, whatever limit the file asks for") {
+  CHECK_THROWS_WITH(Files(mine("sys.setrecursionlimit(10**9)", "import sys\n")).decide(),
+                    Catch::Contains("sys.setrecursionlimit(1000000000): calls may be 3000 deep"));
+  CHECK_THROWS_WITH(Files(mine("sys.setrecursionlimit(3000)\n  f(0)",
+                               "import sys\ndef f(n): return sorted([0], key=lambda _: f(n + 1))\n"))
+                        .decide(),
+                    Catch::Contains("RecursionError"));
+}
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // their allocators end the process
+TEST_CASE("more memory than half of the machine's is an error of the call, and the limit ends with it") {
+  rlimit before{}, after{};
+  REQUIRE(getrlimit(RLIMIT_AS, &before) == 0);
+  CHECK_THROWS_WITH(Files(mine("a = bytearray(1 << 45)")).decide(),
+                    Catch::Contains("MemoryError") && Catch::Contains("half of the machine's memory"));
+  const long pages = ::sysconf(_SC_PHYS_PAGES), page = ::sysconf(_SC_PAGESIZE);
+  const std::string most = std::to_string(std::int64_t(0.6 * double(pages) * double(page)));
+  CHECK_THROWS_WITH(Files(mine("numpy.empty(" + most + ", dtype=numpy.uint8)", "import numpy\n")).decide(),
+                    Catch::Contains("MemoryError"));  // never touched: without the limit it is granted
+  REQUIRE(getrlimit(RLIMIT_AS, &after) == 0);
+  CHECK(after.rlim_cur == before.rlim_cur);
+  CHECK(Files(mine("return Print(s.mask)")).decide().kind == Decision::Kind::kPrint);
+}
+#endif
+
+TEST_CASE("no controller in Python changes how the program writes numbers") {
+  const std::string head = "import locale\n";
+  CHECK(Files(mine("locale.setlocale(locale.LC_ALL, ''); return Stop(locale.str(0.5))", head))
+            .decide()
+            .reason == "0.5");
+  CHECK_THROWS_WITH(Files(mine("locale.setlocale(locale.LC_ALL, 'de_DE.UTF-8')", head)).decide(),
+                    Catch::Contains("locale.setlocale: would change how numbers are written"));
+  CHECK(std::string(std::setlocale(LC_ALL, nullptr)) == "C");
+  REQUIRE(std::setlocale(LC_ALL, "C.UTF-8"));  // as a library may, on its way in
+  Files(mine("return Print(s.mask)")).decide();
+  CHECK(std::string(std::setlocale(LC_ALL, nullptr)) == "C");
+}
+
+TEST_CASE(
+    "a source file is read as Python reads it: with a byte order mark, or in the encoding that it names") {
+  const test::TempFolder folder;
+  const auto text_of = [&](const std::string& bytes) {
+    write_file_atomically(folder.path() / "mine.py", bytes);
+    return python::host().sources((folder.path() / "mine.py").string()).at(0).text;
+  };
+  CHECK(text_of("\xef\xbb\xbfx = 1\n") == "x = 1\n");
+  CHECK(text_of("x = '\xc3\xa9'\n") == "x = '\xc3\xa9'\n");
+  CHECK(text_of("# -*- coding: latin-1 -*-\nx = '\xe9'\n") == "# -*- coding: latin-1 -*-\nx = '\xc3\xa9'\n");
+  CHECK(text_of("#!/usr/bin/python3\n# vim: set fileencoding=cp1252 :\nx = '\x80'\n")
+            .ends_with("x = '\xe2\x82\xac'\n"));
+  for (const auto& [bytes, why] :
+       {std::pair<std::string, const char*>{"x = 1\ny = '\xe9'\n", "mine.py:2: byte 11 is not UTF-8"},
+        {"x = 1\n\n\ny = '\xe9'\n", "mine.py:4: byte 13 is not UTF-8"},
+        {"# coding: martian\n", "unknown encoding"},
+        {"\xef\xbb\xbf# coding: latin-1\n", "encoding problem"},
+        {std::string("\xff\xfex\0=\0", 6), "is UTF-16; save it as UTF-8"},
+        {std::string("x = 1\0\n", 7), "null bytes"}})
+    CHECK_THROWS_WITH(text_of(bytes), Catch::Contains(why));
 }
 
 TEST_CASE("random numbers of a controller in Python depend on seed, layer and attempt only") {

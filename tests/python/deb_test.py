@@ -5,6 +5,7 @@
 """
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -60,7 +61,9 @@ class Package(unittest.TestCase):
         for name in ("libc6", "libnlopt0", "libstdc++6", "python3 (>= 3.", "python3 (<< 3.", "python3-numpy", "libpython3.", "libhdf5-103-1"):
             self.assertIn(name, needs)
         self.assertNotIn("-dev", needs)
-        for field in ("Version", "Architecture", "Description", "Maintainer"):
+        version = re.search(r"^project\(firn VERSION ([\d.]+)", (ROOT / "CMakeLists.txt").read_text(), re.M)[1]
+        self.assertTrue(output("dpkg-deb", "-f", self.file, "Version").startswith(version + "~"))
+        for field in ("Architecture", "Description", "Maintainer"):
             self.assertTrue(output("dpkg-deb", "-f", self.file, field).strip(), field)
 
     def test_every_program_of_the_build_is_in_it_and_finds_its_libraries(self):

@@ -196,7 +196,7 @@ class Package(unittest.TestCase):
                 (lambda: firn.decide(flat, flat, settings={"control.mpc.horizon": [1]}), "a number or a text"),
                 (lambda: firn.decide(flat, flat, controller="mcp"), "did you mean \"mpc\"?"),
                 (lambda: firn.decide(flat, flat, controller=3), "a controller is"),
-                (lambda: firn.Run(self.folder), "not a run folder"),
+                (lambda: firn.Run(self.folder), "is no run folder"),
                 (lambda: firn.simulate(self.folder / "none.toml"), "no such file"),
                 (lambda: firn.compare(CUBOID, {}), "scheme"),
                 (lambda: firn.compare(None, {"a": "runs/a"}), "a list of recorded runs"),

@@ -5,6 +5,7 @@
 """
 import hashlib
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -40,8 +41,8 @@ GAINS = "def learned(before, mean, step, rate):\n    return before[0] + rate * (
 PART = ["--set", "part.height_mm=0.05"]
 
 
-def firn(*words, code=0, cwd=None):
-    done = subprocess.run([FIRN, *map(str, words)], capture_output=True, text=True, cwd=cwd)
+def firn(*words, code=0, cwd=None, **environment):
+    done = subprocess.run([FIRN, *map(str, words)], capture_output=True, text=True, cwd=cwd, env={**os.environ, **environment})
     if code is not None and done.returncode != code:
         raise AssertionError(f"firn {words}: exit {done.returncode}\n{done.stdout[-3000:]}{done.stderr[-3000:]}")
     return done
@@ -126,6 +127,45 @@ class Prints(unittest.TestCase):
                              ("pyton:a.py:B", "python:FILE.py:CLASS")):
             said = firn("print", self.folder / "mine.toml", "--set", f"control.scheme={scheme}", code=2).stderr
             self.assertIn(part, said)
+
+    def said_in_environment(self, config):
+        environment = self.folder / "venv"
+        environment.mkdir(exist_ok=True)
+        if config is not None:
+            (environment / "pyvenv.cfg").write_text(config)
+        return firn("print", self.folder / "mine.toml", *PART, "--bus", "in-process", "--runs", self.folder / "runs", code=None,
+                    VIRTUAL_ENV=str(environment))
+
+    def test_a_virtual_environment_of_another_python_or_of_none_is_named(self):
+        said = self.said_in_environment(None)
+        self.assertNotEqual(said.returncode, 0)
+        self.assertIn("venv/pyvenv.cfg is not there: VIRTUAL_ENV names no virtual environment", said.stderr)
+        for key in ("version", "version_info"):
+            said = self.said_in_environment(f"home = /usr/bin\n{key} = 3.99.1\n")
+            self.assertNotEqual(said.returncode, 0)
+            self.assertIn("venv/pyvenv.cfg: the virtual environment is of Python 3.99.1, Firn's plug-in holds Python 3.", said.stderr)
+        self.assertFalse((self.folder / "runs").exists())
+
+    def test_a_virtual_environment_without_numpy_is_named(self):
+        bare = self.folder / "bare"
+        subprocess.run([sys.executable, "-m", "venv", "--without-pip", bare], check=True)
+        said = firn("print", self.folder / "mine.toml", *PART, "--bus", "in-process", "--runs", self.folder / "runs", code=None,
+                    VIRTUAL_ENV=str(bare))
+        self.assertNotEqual(said.returncode, 0)
+        self.assertIn(f" in {bare}: ModuleNotFoundError: No module named 'numpy'", said.stderr)
+
+    def test_figures_keep_their_point_whatever_locale_a_controller_asks_for(self):
+        locales = self.folder / "locales"
+        locales.mkdir()
+        made = subprocess.run(["localedef", "-f", "UTF-8", "-i", "de_DE", locales / "de_DE.UTF-8"], capture_output=True)
+        name = "de_DE.UTF-8" if made.returncode == 0 else "C.UTF-8"  # without the sources of locales
+        self.write("learner.py", LEARNER.replace("import gains\n", "import gains\nimport locale\nlocale.setlocale(locale.LC_ALL, '')\n"))
+        done = firn("print", self.folder / "mine.toml", *PART, "--bus", "in-process", "--runs", self.folder / "runs",
+                    LC_ALL=name, LOCPATH=str(locales))
+        self.assertRegex(done.stdout + done.stderr, r"\d\.\d")
+        self.assertNotRegex(done.stdout + done.stderr, r"\d,(?!\d{3}\b)\d")  # "3,977" has its thousands apart
+        run = next((self.folder / "runs").iterdir())
+        self.assertIn("identical", firn("replay", run, LC_ALL=name, LOCPATH=str(locales)).stdout)
 
     def test_compare_takes_schemes_in_python_beside_those_in_cpp(self):
         (self.folder / "study.toml").write_text(

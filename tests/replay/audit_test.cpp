@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/grid/firing_order.h"
 #include "core/grid/random.h"
@@ -84,6 +85,25 @@ TEST_CASE("a print that went right is clean, with and without the world's record
   CHECK(v.fired + v.missed == v.triggered);
   CHECK(to_text(v).starts_with("clean: 4 layers, 8 passes, "));
   CHECK(replay::audit(p.record, nullptr, {}).clean());
+}
+
+TEST_CASE(
+    "an audit looks at a number of entries that grows as the print does, also where droplets are in doubt") {
+  std::vector<double> compared;
+  for (const int layers : {50, 100, 200, 400}) {
+    Print p(layers);
+    for (std::size_t n = 3; n < p.record.reports.size(); n += 4) p.record.reports[n].unknown_from = 0;
+    for (int incarnation = 1; incarnation < layers; ++incarnation) {  // a stop a layer
+      const replay::MeasuredMap& map = p.record.maps[std::size_t(incarnation)];
+      p.record.stops.push_back({map.t_us, "planted", incarnation - 1});
+      p.record.starts.push_back(map.t_us + 1);
+    }
+    const AuditVerdict v = p.verdict();
+    CHECK(v.unknowns.size() == std::size_t(layers) / 2);
+    CHECK(v.stops == layers - 1);
+    compared.push_back(double(v.compared));
+  }
+  for (std::size_t n = 1; n < compared.size(); ++n) CHECK(std::log2(compared[n] / compared[n - 1]) < 1.05);
 }
 
 TEST_CASE("a pass that was refused and commanded again is clean, unless droplets fell at the first command") {

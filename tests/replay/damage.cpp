@@ -12,8 +12,8 @@
 namespace firn::test {
 
 Records read_records(const std::filesystem::path& file) {
-  const logfile::MappedFile map(file);
-  logfile::RecordReader reader(map.bytes());
+  const record::MappedFile map(file);
+  record::RecordReader reader(map.bytes());
   Records records;
   while (const auto r = reader.next()) records.push_back({r->kind, {r->payload.begin(), r->payload.end()}});
   return records;
@@ -21,7 +21,7 @@ Records read_records(const std::filesystem::path& file) {
 
 void write_records(const std::filesystem::path& file, const Records& records) {
   std::filesystem::remove(file);
-  logfile::RecordWriter writer(file, logfile::RecordWriter::Mode::kCreate);
+  record::RecordWriter writer(file, record::RecordWriter::Mode::kCreate);
   for (const RawRecord& r : records) writer.append(r.kind, r.payload);
   writer.close();
 }

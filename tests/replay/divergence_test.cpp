@@ -4,9 +4,10 @@
 
 #include <fstream>
 
+#include "config/experiment.h"
 #include "core/grid/random.h"
-#include "print/folder/run_config.h"
 #include "replay/print_verdict.h"
+#include "runs/folder/config_change.h"
 #include "runtime/write_ahead.h"
 #include "tests/replay/damage.h"
 #include "tests/replay/tiny_run.h"
@@ -124,7 +125,7 @@ TEST_CASE("a changed gain is told by key, and the first divergence by the plan i
     } else {
       overrides = {"control.smf.kp=0.3"};
     }
-    const auto change = config_change(run, recorded_config(run), overrides);
+    const auto change = runs::config_change(run, runs::recorded_config(run), overrides);
     REQUIRE(change.settings.size() == 1);
     CHECK(change.settings[0].starts_with("control.smf.kp: recorded 1"));
     replay::ReplayOptions options;
@@ -142,22 +143,22 @@ TEST_CASE("a changed gain is told by key, and the first divergence by the plan i
     CHECK(!f.inputs.empty());
   }
   const fs::path run = recorded("same-gain");
-  CHECK(!config_change(run, recorded_config(run), {"control.smf.kp=1.0"}).change);
+  CHECK(!runs::config_change(run, runs::recorded_config(run), {"control.smf.kp=1.0"}).change);
 }
 
-TEST_CASE(
-    "a run of a version without a key is replayed with the value of that version, if nothing is changed") {
+TEST_CASE("a run of a version without a key is replayed with the default of today, if nothing is changed") {
   const fs::path run = recorded("without-key");
-  std::string text = recorded_config(run);
+  std::string text = runs::recorded_config(run);
   const std::string key = "stall_layers = ";
   const std::size_t at = text.find(key);
   REQUIRE(at != std::string::npos);
   text.erase(at, text.find('\n', at) + 1 - at);
   std::ofstream(run / "experiment.toml") << text;
-  const auto change = config_change(run, text, {});
+  const auto change = runs::config_change(run, text, {});
   CHECK(change.settings.empty());
   REQUIRE(change.change);
-  CHECK(change.change(text).find("\n" + key + "0\n") != std::string::npos);
+  CHECK(change.change(text).find("\n" + key + std::to_string(Experiment{}.control.stall_layers) + "\n") !=
+        std::string::npos);
 }
 
 struct Removal {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "plant/record/record.h"
-#include "replay/run_migration.h"
+#include "runs/migrate/run_migration.h"
 #include "runtime/outbox.h"
 
 namespace firn::test {
@@ -26,7 +26,7 @@ void edit_messages(const std::filesystem::path& run, std::string_view channel,
                    const std::function<bool(Message&)>& edit) {
   edit_messages(run, channel, EditBytes([&](std::vector<std::byte>& bytes) {
                   Message m{};
-                  if (!replay::decode_recorded(bytes, m)) return true;
+                  if (!runs::decode_recorded(bytes, m)) return true;
                   if (!edit(m)) return false;
                   bytes.resize(std::size_t(m.getEncodedSize()));
                   m.encode(bytes.data(), 0, int(bytes.size()));

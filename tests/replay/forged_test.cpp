@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "cli/audit_command.h"
-#include "replay/channel_index.h"
+#include "replay/audit_run.h"
+#include "runs/read/channel_index.h"
 #include "runtime/write_ahead.h"
 #include "tests/replay/damage.h"
 #include "tests/replay/tiny_run.h"
@@ -42,13 +42,13 @@ std::int64_t forge(const fs::path& run, const Forgery& f, Change change) {
     REQUIRE(event.channel == f.channel);
     const std::size_t begin = std::size_t(event.bytes.data() - payload.data());
     change(std::span(payload).subspan(begin, event.bytes.size()));
-    seq = replay::stamp_of(std::span(payload).subspan(begin))->seq;
+    seq = runs::stamp_of(std::span(payload).subspan(begin))->seq;
   });
   return seq;
 }
 
 bool forged(const fs::path& run, const std::string& what) {
-  const replay::AuditVerdict v = audit_verdict(run);
+  const replay::AuditVerdict v = replay::audit_run(run);
   INFO(to_text(v));
   CAPTURE(what);
   CHECK_FALSE(v.clean());
@@ -85,7 +85,7 @@ TEST_CASE("A damaged record of a message is damage and no forgery") {
   std::vector<std::byte> bytes = read_bytes(file);
   flip(bytes, find_bytes(bytes, records[at].payload) + records[at].payload.size() - 1);
   write_bytes(file, bytes);
-  const replay::AuditVerdict v = audit_verdict(run);
+  const replay::AuditVerdict v = replay::audit_run(run);
   CHECK_FALSE(v.clean());
   CHECK(std::ranges::none_of(
       v.violations, [](const replay::Violation& x) { return x.kind == replay::ViolationKind::kForged; }));

@@ -14,14 +14,14 @@
 #include "firn/height_map_t.hpp"
 #include "firn/layer_plan_t.hpp"
 #include "replay/audit.h"
-#include "replay/bytes.h"
-#include "replay/channel_index.h"
-#include "replay/describe.h"
 #include "replay/ice_error.h"
 #include "replay/message_compare.h"
 #include "replay/print_verdict.h"
-#include "replay/run_messages.h"
-#include "replay/wal_file.h"
+#include "runs/folder/recorded_steps.h"
+#include "runs/read/bytes.h"
+#include "runs/read/channel_index.h"
+#include "runs/read/describe.h"
+#include "runs/read/run_reader.h"
 #include "tests/replay/damage.h"
 #include "tests/replay/tiny_run.h"
 
@@ -30,6 +30,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace replay;
+using namespace runs;
 using Json = nlohmann::json;
 
 template <class Message>
@@ -353,7 +354,7 @@ TEST_CASE(
 TEST_CASE("An incarnation that never started takes no start time from those after it") {
   const fs::path run = scratch_folder("parts-starts");
   record_tiny_run(run, {.resumes = 2});
-  const std::vector<std::int64_t> whole = RunMessages(run).starts();
+  const std::vector<std::int64_t> whole = RunReader(run).starts();
   REQUIRE(whole.size() == 3);
   for (const auto& file : fs::directory_iterator(run / "nodes"))
     if (file.path().extension() == ".wal")
@@ -364,7 +365,7 @@ TEST_CASE("An incarnation that never started takes no start time from those afte
           return w.event.kind == EventKind::kStart && w.event.incarnation == 1;
         });
       });
-  const std::vector<std::int64_t> cut = RunMessages(run).starts();
+  const std::vector<std::int64_t> cut = RunReader(run).starts();
   REQUIRE(cut.size() == 3);
   CHECK(cut[0] == whole[0]);
   CHECK(cut[1] == whole[2]);
@@ -374,13 +375,13 @@ TEST_CASE("An incarnation that never started takes no start time from those afte
 TEST_CASE("Messages of a run are those of its log, each once, in the order of their numbers") {
   const fs::path run = scratch_folder("parts-messages");
   record_tiny_run(run, {.resumes = 1});
-  const RunMessages messages(run);
+  const RunReader messages(run);
   CHECK(messages.damage().empty());
   REQUIRE(messages.starts().size() == 2);
   CHECK(messages.starts()[0] < messages.starts()[1]);
   std::map<std::string, std::vector<std::vector<std::byte>>> logged;
-  const logfile::EventLogFile log(run / "log.lcm");
-  logfile::EventLogReader reader = log.reader();
+  const record::EventLogFile log(run / "log.lcm");
+  record::EventLogReader reader = log.reader();
   while (const auto e = reader.next())
     logged[std::string(e->channel)].emplace_back(e->data.begin(), e->data.end());
   for (const char* channel : {"LAYER_PLAN", "HEIGHT_MAP", "HEIGHT_PROFILE", "PROFILER_COMMAND"}) {
@@ -401,14 +402,14 @@ TEST_CASE("Messages of a run are those of its log, each once, in the order of th
 TEST_CASE("A message that its publisher's file lost is taken from a receiver's") {
   const fs::path run = scratch_folder("parts-receiver");
   record_tiny_run(run);
-  const std::size_t whole = RunMessages(run).on("HEIGHT_MAP").size();
+  const std::size_t whole = RunReader(run).on("HEIGHT_MAP").size();
   REQUIRE(whole > 2);
   fs::remove(run / "nodes" / "surface_mapper.wal");
-  CHECK(RunMessages(run).on("HEIGHT_MAP").size() == whole);
+  CHECK(RunReader(run).on("HEIGHT_MAP").size() == whole);
   fs::remove(run / "nodes" / "controller.wal");
-  CHECK(RunMessages(run).on("HEIGHT_MAP").empty());
+  CHECK(RunReader(run).on("HEIGHT_MAP").empty());
   fs::remove_all(run / "nodes");
-  CHECK_THROWS_WITH(RunMessages(run), Catch::Contains("parts-receiver"));
+  CHECK_THROWS_WITH(RunReader(run), Catch::Contains("parts-receiver"));
 }
 
 TEST_CASE("However a node's file is cut or damaged, reading it ends, and what is lost is named") {
@@ -430,7 +431,7 @@ TEST_CASE("However a node's file is cut or damaged, reading it ends, and what is
       WalFile file(path);
       std::size_t items = 0;
       while (file.next() != WalFile::Item::kEnd) REQUIRE(++items < 10000);
-      if (trial % 3 == 1) CHECK(RunMessages(run).damage().size() + items > 0);
+      if (trial % 3 == 1) CHECK(RunReader(run).damage().size() + items > 0);
     } catch (const std::exception& e) {
       CHECK(std::string(e.what()).find("surface_mapper.wal") != std::string::npos);
     }

@@ -101,7 +101,7 @@ TEST_CASE("a run without a log is judged by its write-ahead files alone") {
 
 TEST_CASE("a folder that is no run is refused by name") {
   CHECK_THROWS_WITH(replay_tiny(scratch_folder("no-run")),
-                    Catch::Contains("is no run folder: it has no nodes/"));
+                    Catch::Contains("is no run folder: it has no experiment.toml"));
 }
 
 // The objective is the 8 bytes before the message's last ones; its lowest bit is 1e-17 mm or so.

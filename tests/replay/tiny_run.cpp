@@ -181,15 +181,14 @@ class TinyWorld : public LabWorld {
 
 class FileSink : public WalSink {
  public:
-  explicit FileSink(const std::filesystem::path& path)
-      : writer_(path, logfile::RecordWriter::Mode::kCreate) {}
+  explicit FileSink(const std::filesystem::path& path) : writer_(path, record::RecordWriter::Mode::kCreate) {}
   void append(WalKind kind, std::span<const std::byte> payload) override {
     writer_.append(std::uint16_t(kind), payload);
   }
   void sync() override {}
 
  private:
-  logfile::RecordWriter writer_;
+  record::RecordWriter writer_;
 };
 
 Experiment read(const std::string& config) { return parse_experiment(config, "config"); }
@@ -241,6 +240,7 @@ void record_tiny_run(const std::filesystem::path& run, const TinyOptions& option
   const auto target = std::as_bytes(std::span(&target_mm, 1));
   head.blobs = {{"target", sha256_hex(target)}};
   std::ofstream(run / "experiment.toml") << head.config_toml;
+  std::ofstream(run / "provenance.json") << "{\"run_id\": " << options.run_id << ", \"inputs\": []}\n";
   std::ofstream(run / "inputs" / sha256_hex(target), std::ios::binary)
       .write(reinterpret_cast<const char*>(&target_mm), sizeof target_mm);
   const Blobs blobs{{"target", sha256_hex(target), {target.begin(), target.end()}}};
@@ -255,7 +255,7 @@ void record_tiny_run(const std::filesystem::path& run, const TinyOptions& option
                                                options.run_id, sinks.back().get()));
     lab.add(hosts.back().get());
   }
-  std::optional<logfile::EventLogWriter> log;
+  std::optional<record::EventLogWriter> log;
   if (options.log) {
     log.emplace(run / "log.lcm");
     lab.set_tap([&](std::string_view channel, std::span<const std::byte> bytes, Time now) {

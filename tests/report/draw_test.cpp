@@ -14,7 +14,7 @@
 #include "tests/report/markup.h"
 
 using namespace firn;
-using namespace firn::replay;
+using namespace firn::report;
 using firn::test::Element;
 using firn::test::parse_markup;
 using firn::test::PixelPoint;
@@ -57,7 +57,7 @@ TEST_CASE("A printed number reads back as the value rounded to its decimals") {
     const double size = std::pow(10.0, random.uniform(-6.0, 9.0));
     const double v = size * random.uniform(-1.0, 1.0);
     const int decimals = int(random.below(7));
-    const std::string text = number(v, decimals);
+    const std::string text = report::number(v, decimals);
     CAPTURE(v, decimals, text);
     const double unit = std::pow(10.0, -decimals);
     REQUIRE(std::abs(test::printed_number(text) - v) <= 0.5 * unit * (1.0 + 1e-9) + 1e-12 * std::abs(v));
@@ -69,7 +69,7 @@ TEST_CASE("A printed number reads back as the value rounded to its decimals") {
 TEST_CASE("No number is printed as minus zero, whatever its decimals") {
   for (int decimals = 0; decimals <= 6; ++decimals) {
     CAPTURE(decimals);
-    CHECK(test::printed_number(number(-0.0, decimals)) == 0.0);
+    CHECK(test::printed_number(report::number(-0.0, decimals)) == 0.0);
     CHECK(number(-0.0, decimals) == number(0.0, decimals));
     CHECK(number(-0.49 * std::pow(10.0, -decimals), decimals) == number(0.0, decimals));
   }
@@ -85,7 +85,8 @@ TEST_CASE("Escaped text comes back unchanged through a reader of markup") {
       text += c;
     }
     CAPTURE(text);
-    const Element page = parse_markup("<p title=\"" + escape_html(text) + "\">" + escape_html(text) + "</p>");
+    const Element page =
+        parse_markup("<p title=\"" + report::escape_html(text) + "\">" + report::escape_html(text) + "</p>");
     REQUIRE(page.only("p").text == text);
     REQUIRE(page.only("p").attribute("title") == text);
   }
@@ -98,7 +99,7 @@ TEST_CASE(
     const double size = std::pow(10.0, random.uniform(-9.0, 9.0));
     const double low = size * random.uniform(-1.0, 1.0);
     const double high = low + size * random.uniform(0.01, 1.0);
-    const Axis axis(low, high, 54, 414, 6);
+    const report::Axis axis(low, high, 54, 414, 6);
     CAPTURE(low, high);
     const auto& ticks = axis.ticks();
     REQUIRE(ticks.size() >= 2);
@@ -117,8 +118,8 @@ TEST_CASE(
 
 TEST_CASE("A tick's text is its value to the last digit") {
   for (const auto& [low, high] : {std::pair{0.0, 0.07}, {-3.0, 12.0}, {1e4, 9e4}, {0.99, 1.01}}) {
-    const Axis axis(low, high, 0, 100, 6);
-    for (const Axis::Tick& t : axis.ticks()) {
+    const report::Axis axis(low, high, 0, 100, 6);
+    for (const report::Axis::Tick& t : axis.ticks()) {
       CAPTURE(t.text);
       CHECK(test::printed_number(t.text) == Approx(t.value).epsilon(1e-9).margin(1e-12));
     }
@@ -131,7 +132,7 @@ TEST_CASE("A range of a few units in the last place has an axis, not an endless 
     double high = base;
     for (int ulp = 0; ulp < 3; ++ulp) {
       high = std::nextafter(high, std::numeric_limits<double>::infinity());
-      const Axis axis(base, high, 0, 400, 6);
+      const report::Axis axis(base, high, 0, 400, 6);
       CHECK(axis.ticks().size() <= 12);
       CHECK(std::isfinite(axis.px(base)));
     }
@@ -140,20 +141,20 @@ TEST_CASE("A range of a few units in the last place has an axis, not an endless 
 
 TEST_CASE("An axis of whole numbers has no tick between two of them") {
   for (int high = 1; high < 40; ++high) {
-    const Axis axis(0.4, high + 0.6, 0, 400, 6, Axis::Kind::kWhole);
+    const report::Axis axis(0.4, high + 0.6, 0, 400, 6, report::Axis::Kind::kWhole);
     CAPTURE(high);
     CHECK(!axis.ticks().empty());
-    for (const Axis::Tick& t : axis.ticks()) CHECK(t.value == std::round(t.value));
+    for (const report::Axis::Tick& t : axis.ticks()) CHECK(t.value == std::round(t.value));
   }
 }
 
 TEST_CASE("Equal ratios are equally long on a logarithmic axis") {
-  const Axis axis(0.03, 700.0, 20, 420, 6, Axis::Kind::kLogarithmic);
+  const report::Axis axis(0.03, 700.0, 20, 420, 6, report::Axis::Kind::kLogarithmic);
   const double decade = axis.px(10.0) - axis.px(1.0);
   for (const double v : {0.04, 0.3, 5.0, 60.0}) CHECK(axis.px(10 * v) - axis.px(v) == Approx(decade));
   CHECK(axis.px(0.03) == Approx(20.0));
   CHECK(axis.px(700.0) == Approx(420.0));
-  for (const Axis::Tick& t : axis.ticks()) CHECK(test::printed_number(t.text) == Approx(t.value));
+  for (const report::Axis::Tick& t : axis.ticks()) CHECK(test::printed_number(t.text) == Approx(t.value));
 }
 
 TEST_CASE("Every sample of a line chart is drawn where the axes' ticks say") {
@@ -161,9 +162,9 @@ TEST_CASE("Every sample of a line chart is drawn where the axes' ticks say") {
   for (int trial = 0; trial < 40; ++trial) {
     const double size_x = std::pow(10.0, random.uniform(-3.0, 5.0)),
                  size_y = std::pow(10.0, random.uniform(-3.0, 5.0));
-    std::vector<Series> series(1 + random.below(4));
+    std::vector<report::Series> series(1 + random.below(4));
     for (std::size_t k = 0; k < series.size(); ++k) {
-      Series& s = series[k];
+      report::Series& s = series[k];
       s.label = "run " + std::to_string(k);
       s.style = int(k);
       for (int n = 0; n < 30; ++n) {
@@ -171,7 +172,7 @@ TEST_CASE("Every sample of a line chart is drawn where the axes' ticks say") {
         s.y.push_back(size_y * random.uniform(-1.0, 1.0));
       }
     }
-    const Element page = parse_markup(line_chart(series, {"t", "x [s]", "y [mm]"}));
+    const Element page = parse_markup(report::line_chart(series, {"t", "x [s]", "y [mm]"}));
     const ReadAxis x = test::x_axis_of(page), y = test::y_axis_of(page);
     const auto lines = data_lines(page);
     REQUIRE(lines.size() == series.size());
@@ -185,8 +186,8 @@ TEST_CASE("Every sample of a line chart is drawn where the axes' ticks say") {
 }
 
 TEST_CASE("A value that is no number breaks its line and leaves no mark") {
-  Series s{"broken", {0, 1, 2, 3, 4, 5}, {1, 2, kNan, 4, HUGE_VAL, 6}, 0, true};
-  const Element page = parse_markup(line_chart({s}, {"t", "x", "y"}));
+  report::Series s{"broken", {0, 1, 2, 3, 4, 5}, {1, 2, kNan, 4, HUGE_VAL, 6}, 0, true};
+  const Element page = parse_markup(report::line_chart({s}, {"t", "x", "y"}));
   const auto drawn = test::polylines_of(data_lines(page).at(0)->attribute("d"));
   REQUIRE(drawn.size() == 3);
   CHECK(drawn[0].size() == 2);
@@ -196,10 +197,10 @@ TEST_CASE("A value that is no number breaks its line and leaves no mark") {
 }
 
 TEST_CASE("A logarithmic chart draws positive values only, at their logarithms") {
-  Series s{"decades", {0, 1, 2, 3, 4}, {0.02, 0.0, 3.0, -1.0, 400.0}, 0};
-  ChartOptions o{"t", "layer", "rms"};
+  report::Series s{"decades", {0, 1, 2, 3, 4}, {0.02, 0.0, 3.0, -1.0, 400.0}, 0};
+  report::ChartOptions o{"t", "layer", "rms"};
   o.logarithmic = true;
-  const Element page = parse_markup(line_chart({s}, o));
+  const Element page = parse_markup(report::line_chart({s}, o));
   const ReadAxis y = test::y_axis_of(page, true);
   std::vector<PixelPoint> points;
   for (const auto& line : test::polylines_of(data_lines(page).at(0)->attribute("d")))
@@ -211,17 +212,17 @@ TEST_CASE("A logarithmic chart draws positive values only, at their logarithms")
 }
 
 TEST_CASE("A chart of nothing, of one point and of equal values is a drawing with axes") {
-  const std::vector<std::vector<Series>> cases{{},
-                                               {{"empty", {}, {}, 0}},
-                                               {{"one", {3.0}, {4.0}, 0, true}},
-                                               {{"flat", {0, 1, 2}, {7, 7, 7}, 0}},
-                                               {{"none", {0, 1}, {kNan, kNan}, 0}},
-                                               {{"huge", {0, 1}, {-1e300, 1e300}, 0}}};
+  const std::vector<std::vector<report::Series>> cases{{},
+                                                       {{"empty", {}, {}, 0}},
+                                                       {{"one", {3.0}, {4.0}, 0, true}},
+                                                       {{"flat", {0, 1, 2}, {7, 7, 7}, 0}},
+                                                       {{"none", {0, 1}, {kNan, kNan}, 0}},
+                                                       {{"huge", {0, 1}, {-1e300, 1e300}, 0}}};
   for (const auto& series : cases)
     for (const bool logarithmic : {false, true}) {
-      ChartOptions o{"t", "x", "y"};
+      report::ChartOptions o{"t", "x", "y"};
       o.logarithmic = logarithmic;
-      const Element page = parse_markup(line_chart(series, o));
+      const Element page = parse_markup(report::line_chart(series, o));
       CAPTURE(series.empty() ? "nothing" : series[0].label, logarithmic);
       CHECK(page.only("svg", "role", "img").all("text", "class", "name").size() == 2);
       for (const Element* line : data_lines(page)) CHECK_NOTHROW(test::polylines_of(line->attribute("d")));
@@ -229,10 +230,10 @@ TEST_CASE("A chart of nothing, of one point and of equal values is a drawing wit
 }
 
 TEST_CASE("A given range clips lines at the frame and leaves their positions true") {
-  Series s{"steep", {0, 1, 2}, {0.0, 5.0, 50.0}, 0};
-  ChartOptions o{"t", "x", "y"};
+  report::Series s{"steep", {0, 1, 2}, {0.0, 5.0, 50.0}, 0};
+  report::ChartOptions o{"t", "x", "y"};
   o.y_range = std::pair{0.0, 10.0};
-  const Element page = parse_markup(line_chart({s}, o));
+  const Element page = parse_markup(report::line_chart({s}, o));
   const ReadAxis y = test::y_axis_of(page);
   const Element& clip = page.only("svg", "x", "0");
   const auto drawn = test::polylines_of(clip.only("path", "stroke-linejoin", "round").attribute("d"));
@@ -244,10 +245,10 @@ TEST_CASE("A given range clips lines at the frame and leaves their positions tru
 }
 
 TEST_CASE("A band encloses its line and is interrupted where it has no bounds") {
-  Series s{"mean", {0, 1, 2, 3, 4}, {1, 2, 3, 4, 5}, 2};
+  report::Series s{"mean", {0, 1, 2, 3, 4}, {1, 2, 3, 4, 5}, 2};
   s.low = {0.5, 1.0, kNan, 3.0, 4.5};
   s.high = {1.5, 3.0, kNan, 5.0, 5.5};
-  const Element page = parse_markup(line_chart({s}, {"t", "x", "y"}));
+  const Element page = parse_markup(report::line_chart({s}, {"t", "x", "y"}));
   const auto bands = page.all("path", "fill-opacity", "0.16");
   REQUIRE(bands.size() == 2);
   const ReadAxis x = test::x_axis_of(page), y = test::y_axis_of(page);
@@ -266,10 +267,10 @@ TEST_CASE("A band encloses its line and is interrupted where it has no bounds") 
 }
 
 TEST_CASE("Runs differ in colour and dashes, so that a chart on paper tells six of them apart") {
-  std::vector<Series> series;
+  std::vector<report::Series> series;
   for (int n = 0; n < 6; ++n) series.push_back({"run", {0, 1}, {0, double(n)}, n});
-  series.push_back({"target", {0, 1}, {2, 2}, Series::kReference});
-  const Element page = parse_markup(line_chart(series, {"t", "x", "y"}));
+  series.push_back({"target", {0, 1}, {2, 2}, report::Series::kReference});
+  const Element page = parse_markup(report::line_chart(series, {"t", "x", "y"}));
   std::vector<std::string> strokes, dashes;
   for (const Element* line : data_lines(page)) {
     strokes.push_back(line->attribute("stroke"));
@@ -282,9 +283,9 @@ TEST_CASE("Runs differ in colour and dashes, so that a chart on paper tells six 
 }
 
 TEST_CASE("No two of 36 runs have the same colour, dashes and marks") {
-  std::vector<Series> series;
+  std::vector<report::Series> series;
   for (int n = 0; n < 36; ++n) series.push_back({"run", {0, 1}, {0, double(n)}, n});
-  const Element page = parse_markup(line_chart(series, {"t", "x", "y"}));
+  const Element page = parse_markup(report::line_chart(series, {"t", "x", "y"}));
   std::vector<std::string> looks;
   for (const Element* line : data_lines(page))
     looks.push_back(line->attribute("stroke") + " " + line->attribute("stroke-dasharray"));
@@ -294,12 +295,12 @@ TEST_CASE("No two of 36 runs have the same colour, dashes and marks") {
 }
 
 TEST_CASE("A legend names every series once, inside the drawing") {
-  std::vector<Series> series;
+  std::vector<report::Series> series;
   for (int n = 0; n < 9; ++n) series.push_back({"scheme <" + std::to_string(n) + ">", {0, 1}, {0, 1}, n});
-  ChartOptions o{"t", "x", "y"};
+  report::ChartOptions o{"t", "x", "y"};
   o.shaded = {{0.2, 0.4}};
   o.shaded_label = "closed";
-  const Element page = parse_markup(line_chart(series, o));
+  const Element page = parse_markup(report::line_chart(series, o));
   const Element& svg = page.only("svg", "role", "img");
   double width = 0, height = 0;
   REQUIRE(std::sscanf(svg.attribute("viewBox").c_str(), "0 0 %lf %lf", &width, &height) == 2);
@@ -319,10 +320,10 @@ TEST_CASE("A legend names every series once, inside the drawing") {
 }
 
 TEST_CASE("Shaded spans lie over the times that they stand for") {
-  Series s{"speed", {0, 10}, {0, 1}, 0};
-  ChartOptions o{"t", "x", "y"};
+  report::Series s{"speed", {0, 10}, {0, 1}, 0};
+  report::ChartOptions o{"t", "x", "y"};
   o.shaded = {{1.0, 2.5}, {7.0, 10.0}};
-  const Element page = parse_markup(line_chart({s}, o));
+  const Element page = parse_markup(report::line_chart({s}, o));
   const ReadAxis x = test::x_axis_of(page);
   const auto rects = page.all("rect", "fill-opacity", "0.18");
   REQUIRE(rects.size() == 2);
@@ -334,7 +335,7 @@ TEST_CASE("Shaded spans lie over the times that they stand for") {
 
 TEST_CASE("Bars stack their parts without gaps, and each is as high as its value on the axis") {
   RandomStream random(15, Purpose::kTest);
-  Bars bars;
+  report::Bars bars;
   bars.parts = {"deposit", "cure", "scan", "decide"};
   bars.heights.resize(4);
   double top = 0.0;
@@ -347,7 +348,7 @@ TEST_CASE("Bars stack their parts without gaps, and each is as high as its value
     }
     top = std::max(top, sum);
   }
-  const Element page = parse_markup(bar_chart(bars, top, {"t", "layer", "time [s]"}));
+  const Element page = parse_markup(report::bar_chart(bars, top, {"t", "layer", "time [s]"}));
   const ReadAxis x = test::x_axis_of(page), y = test::y_axis_of(page);
   std::vector<double> reached(12, 0.0);
   std::size_t drawn = 0, wanted = 0;
@@ -372,11 +373,11 @@ TEST_CASE("Bars stack their parts without gaps, and each is as high as its value
 TEST_CASE("A pixel of a raster is the same after PNG, base 64 and back") {
   RandomStream random(16, Purpose::kTest);
   for (const auto& [width, height] : {std::pair{1, 1}, {2, 3}, {7, 5}, {64, 33}}) {
-    Raster raster(width, height);
-    for (Rgba& c : raster.pixels)
+    report::Raster raster(width, height);
+    for (report::Rgba& c : raster.pixels)
       for (std::uint8_t& v : c) v = std::uint8_t(random.below(256));
-    for (Rgba& c : raster.pixels) c[3] = 255;
-    const Element page = parse_markup(svg_image(raster, 3.0, 4.0, 50.0, 60.0));
+    for (report::Rgba& c : raster.pixels) c[3] = 255;
+    const Element page = parse_markup(report::svg_image(raster, 3.0, 4.0, 50.0, 60.0));
     const ReadPicture read = test::picture_of(page.only("image"));
     REQUIRE(read.width == width);
     REQUIRE(read.height == height);
@@ -392,13 +393,15 @@ TEST_CASE("A heat map has one pixel a cell, y upwards, and nothing where nothing
   map.at(0, 0) = 0.0;
   map.at(4, 2) = 0.020;
   map.at(2, 1) = kNotMeasured;
-  const Element page = parse_markup(heat_map(map, {0.0, 20.0, ColorMap::kSequential}, "height"));
+  const Element page =
+      parse_markup(report::heat_map(map, {0.0, 20.0, report::ColorMap::kSequential}, "height"));
   const ReadPicture read = test::picture_of(page.only("image"));
   REQUIRE(read.width == 5);
   REQUIRE(read.height == 3);
   CHECK(read.at(2, 1)[3] == 0);
   const ReadPicture bar = test::picture_of(
-      parse_markup(color_bar({0.0, 20.0, ColorMap::kSequential}, "height [µm]")).only("image"));
+      parse_markup(report::color_bar({0.0, 20.0, report::ColorMap::kSequential}, "height [µm]"))
+          .only("image"));
   REQUIRE(bar.width == 256);
   CHECK(read.at(0, 2) == bar.at(0, 0));
   CHECK(read.at(4, 0) == bar.at(255, 0));
@@ -406,8 +409,8 @@ TEST_CASE("A heat map has one pixel a cell, y upwards, and nothing where nothing
 }
 
 TEST_CASE("Lightness rises all along the sequential colour scale") {
-  const ReadPicture bar =
-      test::picture_of(parse_markup(color_bar({0.0, 1.0, ColorMap::kSequential}, "h")).only("image"));
+  const ReadPicture bar = test::picture_of(
+      parse_markup(report::color_bar({0.0, 1.0, report::ColorMap::kSequential}, "h")).only("image"));
   double before = -1.0;
   int falls = 0;
   for (int n = 0; n < 256; ++n) {
@@ -421,8 +424,8 @@ TEST_CASE("Lightness rises all along the sequential colour scale") {
 
 TEST_CASE(
     "The diverging scale is nearly white in its middle, blue below and orange above, alike far from white") {
-  const ReadPicture bar =
-      test::picture_of(parse_markup(color_bar({-5.0, 5.0, ColorMap::kDiverging}, "e")).only("image"));
+  const ReadPicture bar = test::picture_of(
+      parse_markup(report::color_bar({-5.0, 5.0, report::ColorMap::kDiverging}, "e")).only("image"));
   const auto low = bar.at(0, 0), high = bar.at(255, 0);
   for (int c = 0; c < 3; ++c) CHECK(bar.at(127, 0)[std::size_t(c)] > 240);
   CHECK(low[2] > low[0] + 100);
@@ -435,7 +438,7 @@ TEST_CASE(
 
 TEST_CASE("Ticks of a heat map stand at the coordinates of its cells") {
   const GridSpec grid{40, 20, 0.1, 0.1, -1.0, 3.0};
-  const Element page = parse_markup(heat_map(HeightMap(grid, 0.001), {0.0, 2.0}, "h"));
+  const Element page = parse_markup(report::heat_map(HeightMap(grid, 0.001), {0.0, 2.0}, "h"));
   const Element& image = page.only("image");
   const ReadAxis x = test::x_axis_of(page), y = test::y_axis_of(page);
   CHECK(x.value(image.at("x")) == Approx(grid.x_mm(0) - 0.05).margin(0.02));
@@ -447,17 +450,17 @@ TEST_CASE("Ticks of a heat map stand at the coordinates of its cells") {
 TEST_CASE("Heights beyond the scale have the colours of its ends") {
   HeightMap map({3, 1, 1.0, 1.0}, 0.0);
   map.cells = {-1.0, 1e6, 0.0};
-  const Element page = parse_markup(heat_map(map, {-10.0, 10.0, ColorMap::kDiverging}, "h"));
+  const Element page = parse_markup(report::heat_map(map, {-10.0, 10.0, report::ColorMap::kDiverging}, "h"));
   const ReadPicture read = test::picture_of(page.only("image"));
-  const ReadPicture bar =
-      test::picture_of(parse_markup(color_bar({-10.0, 10.0, ColorMap::kDiverging}, "h")).only("image"));
+  const ReadPicture bar = test::picture_of(
+      parse_markup(report::color_bar({-10.0, 10.0, report::ColorMap::kDiverging}, "h")).only("image"));
   CHECK(read.at(0, 0) == bar.at(0, 0));
   CHECK(read.at(1, 0) == bar.at(255, 0));
 }
 
 TEST_CASE("A drawing that stands alone holds every colour that it names") {
-  Series s{"a", {0, 1}, {0, 1}, 0, true};
-  const std::string alone = standalone_svg(line_chart({s}, {"t", "x", "y"}));
+  report::Series s{"a", {0, 1}, {0, 1}, 0, true};
+  const std::string alone = report::standalone_svg(report::line_chart({s}, {"t", "x", "y"}));
   const Element page = parse_markup(alone);
   const std::string& css = page.only("style").text;
   for (std::size_t at = alone.find("var(--"); at != alone.npos; at = alone.find("var(--", at + 1)) {
@@ -465,6 +468,6 @@ TEST_CASE("A drawing that stands alone holds every colour that it names") {
     CAPTURE(name);
     CHECK(css.find(name + ":") != css.npos);
   }
-  CHECK(standalone_svg("<p>no drawing</p>") == "<p>no drawing</p>");
-  CHECK(standalone_svg("<svg") == "<svg");
+  CHECK(report::standalone_svg("<p>no drawing</p>") == "<p>no drawing</p>");
+  CHECK(report::standalone_svg("<svg") == "<svg");
 }

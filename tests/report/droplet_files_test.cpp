@@ -1,4 +1,5 @@
 // Droplets of picture files: discs drawn by the test, found, printed as JSON and text, and drawn in.
+#include <png.h>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
@@ -49,16 +50,16 @@ struct StrobeSketch {
   }
 };
 
-DropletAnalysis analysed(const std::filesystem::path& file, double um_per_px = 0.0) {
-  DropletRequest r;
+report::DropletAnalysis analysed(const std::filesystem::path& file, double um_per_px = 0.0) {
+  report::DropletRequest r;
   r.images = {file};
   r.um_per_px = um_per_px;
-  return analyse_droplets(r);
+  return report::analyse_droplets(r);
 }
 
-std::string refusal(const DropletRequest& request) {
+std::string refusal(const report::DropletRequest& request) {
   try {
-    analyse_droplets(request);
+    report::analyse_droplets(request);
   } catch (const UsageError& e) {
     return e.what();
   }
@@ -70,7 +71,7 @@ TEST_CASE("A disc's place, diameter and volume are printed in pixels, micrometre
   for (const auto& [x, y, radius] : {Disc{100, 80, 12}, {60.25, 90.5, 9.5}, {140.5, 70.75, 20}}) {
     CAPTURE(x, y, radius);
     const auto file = folder.file("disc.pgm", StrobeSketch{.discs = {{x, y, radius}}}.pnm());
-    const DropletJson j = DropletJson::parse(droplets_json(analysed(file, 2.5)));
+    const DropletJson j = DropletJson::parse(report::droplets_json(analysed(file, 2.5)));
     CHECK(j["scale_um_per_px"] == 2.5);
     CHECK(j["scale_std_um_per_px"] == 0.0);
     const DropletJson& p = j["pictures"].at(0);
@@ -97,28 +98,29 @@ TEST_CASE("A disc's place, diameter and volume are printed in pixels, micrometre
 TEST_CASE("Without a scale nothing is said in micrometres, without a delay nothing of a sweep") {
   const TempFolder folder;
   const auto a = analysed(folder.file("disc.pgm", StrobeSketch{.discs = {{100, 80, 12}}}.pnm()));
-  const DropletJson j = DropletJson::parse(droplets_json(a));
+  const DropletJson j = DropletJson::parse(report::droplets_json(a));
   CHECK(j["scale_um_per_px"].is_null());
   CHECK(j["sweep"].is_null());
   CHECK_FALSE(j["pictures"][0].contains("delay_us"));
   CHECK_FALSE(j["pictures"][0]["main"].contains("diameter_um"));
   CHECK_FALSE(j["pictures"][0]["main"].contains("volume_pl"));
-  CHECK_THAT(droplets_text(a), !Contains(" um") && !Contains(" pl") && Contains("diameter"));
+  CHECK_THAT(report::droplets_text(a), !Contains(" um") && !Contains(" pl") && Contains("diameter"));
 }
 
 TEST_CASE("An empty picture, a hanging droplet and satellites are said in words") {
   const TempFolder folder;
   const auto none = analysed(folder.file("none.pgm", StrobeSketch{}.pnm()));
-  CHECK(droplets_text(none) == (folder.path() / "none.pgm").string() + ": no drop\n");
-  const DropletJson j = DropletJson::parse(droplets_json(none))["pictures"][0];
+  CHECK(report::droplets_text(none) == (folder.path() / "none.pgm").string() + ": no drop\n");
+  const DropletJson j = DropletJson::parse(report::droplets_json(none))["pictures"][0];
   CHECK(j["broken_off"].is_null());
   CHECK(j["main"].is_null());
   CHECK(j["satellites"].empty());
 
   const StrobeSketch hanging{.discs = {{100, 80, 14}}, .nozzle = true, .ligament = 3.0};
   const auto joined = analysed(folder.file("hanging.pgm", hanging.pnm()));
-  CHECK_THAT(droplets_text(joined), Contains("hanging.pgm: not broken off at 1") && Contains("ligament"));
-  const DropletJson k = DropletJson::parse(droplets_json(joined))["pictures"][0];
+  CHECK_THAT(report::droplets_text(joined),
+             Contains("hanging.pgm: not broken off at 1") && Contains("ligament"));
+  const DropletJson k = DropletJson::parse(report::droplets_json(joined))["pictures"][0];
   CHECK(k["broken_off"] == false);
   CHECK(k["main"]["joined"] == true);
   CHECK(k["main"]["y_px"].get<double>() == Approx(80).margin(1.0));
@@ -126,8 +128,8 @@ TEST_CASE("An empty picture, a hanging droplet and satellites are said in words"
 
   const StrobeSketch several{.discs = {{100, 120, 14}, {100, 85, 4}, {103, 60, 5}}, .nozzle = true};
   const auto free = analysed(folder.file("free.pgm", several.pnm()));
-  CHECK_THAT(droplets_text(free), Contains("free.pgm: drop at 1") && Contains(", 2 satellites\n"));
-  const DropletJson f = DropletJson::parse(droplets_json(free))["pictures"][0];
+  CHECK_THAT(report::droplets_text(free), Contains("free.pgm: drop at 1") && Contains(", 2 satellites\n"));
+  const DropletJson f = DropletJson::parse(report::droplets_json(free))["pictures"][0];
   REQUIRE(f["satellites"].size() == 2);
   CHECK(f["satellites"][0]["y_px"].get<double>() == Approx(60).margin(0.3));  // the larger one first
   CHECK(f["satellites"][1]["y_px"].get<double>() == Approx(85).margin(0.3));
@@ -136,44 +138,44 @@ TEST_CASE("An empty picture, a hanging droplet and satellites are said in words"
 
 TEST_CASE("A nozzle of known width and a target of known pitch give the scale") {
   const TempFolder folder;
-  DropletRequest r;
+  report::DropletRequest r;
   r.images = {folder.file("free.pgm", StrobeSketch{.discs = {{100, 100, 14}}, .nozzle = true}.pnm())};
   r.nozzle_um = 180.0;
-  CHECK(analyse_droplets(r).scale.um_per_px == Approx(3.0).epsilon(0.02));
+  CHECK(report::analyse_droplets(r).scale.um_per_px == Approx(3.0).epsilon(0.02));
   r.nozzle_um = 0.0;
   StrobeSketch target;
   for (int n = 0; n < 20; ++n) target.discs.push_back({40.0 + 30.0 * (n % 5), 35.0 + 30.0 * (n / 5), 7.0});
   r.target = folder.file("target.pgm", target.pnm());
   r.pitch_um = 75.0;
-  const DropletAnalysis a = analyse_droplets(r);
+  const report::DropletAnalysis a = report::analyse_droplets(r);
   CHECK(a.scale.um_per_px == Approx(2.5).epsilon(0.01));
-  CHECK_THAT(droplets_text(a), Contains("um/px") && Contains(" pl"));
+  CHECK_THAT(report::droplets_text(a), Contains("um/px") && Contains(" pl"));
 }
 
 TEST_CASE("A droplet's velocity is its way over the delays, in m/s with a scale and in px/us without") {
   const TempFolder folder;
-  DropletRequest r;
+  report::DropletRequest r;
   for (int n = 0; n < 6; ++n) {  // 1.5 px per us, of 2 um each
     const StrobeSketch sketch{.discs = {{100, 50 + 15.0 * n, 10}}, .nozzle = true};
     r.images.push_back(folder.file(std::to_string(n) + ".pgm", sketch.pnm()));
     r.delays_us.push_back(40.0 + 10.0 * n);
   }
-  const DropletJson px = DropletJson::parse(droplets_json(analyse_droplets(r)));
+  const DropletJson px = DropletJson::parse(report::droplets_json(report::analyse_droplets(r)));
   CHECK(px["sweep"]["velocity_px_us"].get<double>() == Approx(1.5).epsilon(0.01));
   CHECK_FALSE(px["sweep"].contains("volume_pl"));
   r.um_per_px = 2.0;
-  const DropletAnalysis scaled = analyse_droplets(r);
-  const DropletJson um = DropletJson::parse(droplets_json(scaled));
+  const report::DropletAnalysis scaled = report::analyse_droplets(r);
+  const DropletJson um = DropletJson::parse(report::droplets_json(scaled));
   CHECK(um["sweep"]["velocity_m_s"].get<double>() == Approx(3.0).epsilon(0.01));
   CHECK(um["sweep"]["angle_deg"].get<double>() == Approx(0.0).margin(0.5));
   CHECK(um["pictures"][5]["delay_us"] == 90.0);
-  CHECK_THAT(droplets_text(scaled), Contains("0.pgm (40 us): drop") && Contains(" m/s\n"));
+  CHECK_THAT(report::droplets_text(scaled), Contains("0.pgm (40 us): drop") && Contains(" m/s\n"));
 }
 
 TEST_CASE(
     "Pictures of one 12-bit camera share a scene, whether or not their levels exceed those of 10 bits") {
   const TempFolder folder;
-  DropletRequest r;
+  report::DropletRequest r;
   const auto draw = [&](int n, double y, int level) {
     const StrobeSketch sketch{.discs = {{100, y, 14}, {40, 100, 12}}, .nozzle = true, .deep_level = level};
     return folder.file(std::to_string(n) + ".pgm", sketch.pnm());
@@ -182,7 +184,7 @@ TEST_CASE(
     r.images.push_back(draw(n, 45 + 12.0 * n, n % 2 ? 1040 : 1000));
     r.delays_us.push_back(10.0 * n);
   }
-  for (const AnalysedPicture& p : analyse_droplets(r).pictures) {
+  for (const report::AnalysedPicture& p : report::analyse_droplets(r).pictures) {
     CAPTURE(p.file);
     CHECK(p.result.used_background);
     CHECK(p.result.drops.empty());  // the disc that does not move belongs to the scene
@@ -198,8 +200,8 @@ TEST_CASE(
 TEST_CASE("The overlay circles the droplet in green where it is and leaves the rest of the picture grey") {
   const TempFolder folder;
   const StrobeSketch sketch{.discs = {{120, 100, 16}, {70, 60, 5}}};
-  const DropletAnalysis a = analysed(folder.file("two.pgm", sketch.pnm()));
-  const std::vector<std::byte> png = droplet_overlay(a.pictures.at(0));
+  const report::DropletAnalysis a = analysed(folder.file("two.pgm", sketch.pnm()));
+  const std::vector<std::byte> png = report::droplet_overlay(a.pictures.at(0));
   const ReadPicture seen =
       picture_of(std::string_view(reinterpret_cast<const char*>(png.data()), png.size()));
   REQUIRE(seen.width == sketch.width);
@@ -226,17 +228,73 @@ TEST_CASE("A picture is known by its bytes, not by its suffix") {
   const std::string pnm = StrobeSketch{.discs = {{100, 80, 12}}}.pnm();
   for (const char* name : {"a.png", "a.txt", "a", "Düse <1>.jpg"}) {
     CAPTURE(name);
-    const DropletJson j = DropletJson::parse(droplets_json(analysed(folder.file(name, pnm))));
+    const DropletJson j = DropletJson::parse(report::droplets_json(analysed(folder.file(name, pnm))));
     CHECK(j["pictures"][0]["main"]["x_px"].get<double>() == Approx(100).margin(0.1));
     CHECK(j["pictures"][0]["file"].get<std::string>().ends_with(name));
   }
+}
+
+TEST_CASE("A picture that is drawn in its opacity alone lies on white, and a warning says so") {
+  const TempFolder folder;
+  const std::string grey = StrobeSketch{.discs = {{100, 80, 20}}}.pnm();
+  const auto* levels = reinterpret_cast<const unsigned char*>(grey.data()) + grey.size() - 200 * 160;
+  std::vector<unsigned char> black(std::size_t(4) * 200 * 160, 0);
+  for (std::size_t n = 0; n < 200 * 160; ++n) black[4 * n + 3] = static_cast<unsigned char>(255 - levels[n]);
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = 200;
+  image.height = 160;
+  image.format = PNG_FORMAT_RGBA;
+  png_alloc_size_t bytes = 0;
+  REQUIRE(png_image_write_to_memory(&image, nullptr, &bytes, 0, black.data(), 0, nullptr));
+  std::string png(bytes, '\0');
+  REQUIRE(png_image_write_to_memory(&image, png.data(), &bytes, 0, black.data(), 0, nullptr));
+  const report::DropletAnalysis a = analysed(folder.file("alpha.png", png.substr(0, bytes)));
+  CHECK(a.pictures.at(0).result.main.diameter_px == Approx(40.0).margin(0.2));
+  CHECK_THAT(report::droplets_warnings(a), Contains("alpha.png: its transparent pixels are taken as white"));
+}
+
+TEST_CASE(
+    "Of a TIFF with several pages the first one is measured, and a warning says so, in either byte order") {
+  const TempFolder folder;
+  const std::string pnm = StrobeSketch{.discs = {{100, 80, 20}}}.pnm();
+  const std::string pixels = pnm.substr(pnm.size() - 200 * 160);
+  for (const bool big : {false, true})
+    for (const int pages : {1, 2, 5}) {
+      CAPTURE(big, pages);
+      std::string tiff;
+      const auto put = [&](std::uint32_t value, int size) {
+        for (int n = 0; n < size; ++n) tiff.push_back(char(value >> 8 * (big ? size - 1 - n : n) & 0xFF));
+      };
+      tiff = big ? "MM" : "II";
+      put(42, 2);
+      put(8 + 200 * 160, 4);
+      tiff += pixels;
+      for (int page = 0; page < pages; ++page) {
+        const std::pair<int, std::uint32_t> entries[] = {{256, 200}, {257, 160}, {258, 8},
+                                                         {259, 1},   {262, 1},   {273, 8},
+                                                         {277, 1},   {278, 160}, {279, 200 * 160}};
+        put(std::uint32_t(std::size(entries)), 2);
+        for (const auto& [tag, value] : entries) {
+          put(std::uint32_t(tag), 2);
+          put(4, 2);  // 32 bits
+          put(1, 4);
+          put(value, 4);
+        }
+        put(page + 1 < pages ? std::uint32_t(tiff.size() + 4) : 0, 4);
+      }
+      const report::DropletAnalysis a = analysed(folder.file("pages.tif", tiff));
+      CHECK(a.pictures.at(0).result.main.diameter_px == Approx(40.0).margin(0.2));
+      const std::string said = "page 1 of " + std::to_string(pages) + " is read";
+      CHECK((report::droplets_warnings(a).find(said) != std::string::npos) == (pages > 1));
+    }
 }
 
 TEST_CASE("Unreadable, empty, cut and too small pictures are refused by name") {
   const TempFolder folder;
   const std::string whole = StrobeSketch{.discs = {{100, 80, 12}}}.pnm();
   const auto of = [&](const std::string& name, const std::string& bytes) {
-    DropletRequest r;
+    report::DropletRequest r;
     r.images = {folder.file(name, bytes)};
     return refusal(r);
   };
@@ -246,18 +304,18 @@ TEST_CASE("Unreadable, empty, cut and too small pictures are refused by name") {
   CHECK_THAT(of("small.pgm", StrobeSketch{.width = 15, .height = 90}.pnm()),
              Contains("small.pgm: 15 x 90 pixels; sides must be from 16 to 16384"));
   CHECK(of("least.pgm", StrobeSketch{.width = 16, .height = 16}.pnm()) == "accepted");
-  DropletRequest missing;
+  report::DropletRequest missing;
   missing.images = {folder.path() / "missing.pgm"};
   CHECK_THAT(refusal(missing), Contains("missing.pgm"));
 }
 
 TEST_CASE("Options that contradict each other or the pictures are refused by name") {
   const TempFolder folder;
-  DropletRequest ok;
+  report::DropletRequest ok;
   ok.images = {folder.file("bare.pgm", StrobeSketch{.discs = {{100, 80, 12}}}.pnm())};
   CHECK(refusal(ok) == "accepted");
   const auto with = [&](const auto& change) {
-    DropletRequest r = ok;
+    report::DropletRequest r = ok;
     change(r);
     return refusal(r);
   };

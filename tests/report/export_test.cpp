@@ -1,7 +1,11 @@
 // The writers of exports against readers written for the test from the formats' texts.
-#include <zlib.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <cstdlib>
 #include <fstream>
 #include <map>
 
@@ -9,13 +13,13 @@
 #include "report/export/csv_text.h"
 #include "report/export/mcap_writer.h"
 #include "report/export/member_texts.h"
-#include "report/export/run_log.h"
 #include "report/export/run_tables.h"
 #include "report/export/spool.h"
-#include "report/export/zip_file.h"
+#include "report/export/tables.h"
+#include "runs/read/run_log.h"
 #include "tests/support/temp_folder.h"
 
-namespace firn::tables {
+namespace firn::report {
 namespace {
 
 namespace fs = std::filesystem;
@@ -40,72 +44,83 @@ std::string content(RandomStream& random, std::size_t bytes) {
   return s;
 }
 
-std::string inflated(std::string_view packed, std::size_t plain) {
-  z_stream z{};
-  REQUIRE(inflateInit2(&z, -MAX_WBITS) == Z_OK);
-  std::string out(plain + 1, '\0');
-  z.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
-  z.avail_in = uInt(packed.size());
-  z.next_out = reinterpret_cast<Bytef*>(out.data());
-  z.avail_out = uInt(out.size());
-  const int result = inflate(&z, Z_FINISH);
-  inflateEnd(&z);
-  REQUIRE(result == Z_STREAM_END);
-  out.resize(z.total_out);
-  return out;
+}  // namespace
+
+TEST_CASE("an .npz is the same every time, and in a folder that is not there it is refused by its name") {
+  const test::TempFolder folder;
+  report::Table table{"maps/A", "", {2, report::Column{}}, {}};
+  table.columns[0].name = "a_mm";
+  table.columns[0].kind = schema::Kind::kDouble;
+  table.columns[1].name = "name";
+  table.columns[1].kind = schema::Kind::kString;
+  for (const char* name : {"one.npz", "two.npz"}) {
+    const auto sink = report::npz_sink(folder.path() / name);
+    REQUIRE(sink->open(table) == 0);
+    for (int n = 0; n < 70'000; ++n) {  // more than a piece of the archive
+      const double value = n * 0.1;
+      sink->row(
+          0, std::array{report::Cell{std::as_bytes(std::span(&value, 1)), {}}, report::Cell{{}, {"größe"}}});
+    }
+    sink->document("config/text", "", "grid.nx = 3");
+    sink->finish();
+  }
+  CHECK(read(folder.path() / "one.npz") == read(folder.path() / "two.npz"));
+  CHECK(std::distance(fs::directory_iterator(folder.path()), {}) == 2);
+  CHECK_THROWS_WITH(report::npz_sink(folder.path() / "none" / "a.npz"), Catch::Contains("none/a.npz"));
 }
 
-/// Files of a ZIP64 archive, found from its end by the directory.
-std::map<std::string, std::string> unzipped(std::string_view zip) {
-  REQUIRE(zip.size() >= 98);
-  const std::size_t locator = zip.size() - 22 - 20;
-  REQUIRE(number(zip, locator, 4) == 0x07064b50);
-  const std::size_t end = number(zip, locator + 8, 8);
-  REQUIRE(number(zip, end, 4) == 0x06064b50);
-  std::map<std::string, std::string> files;
-  std::size_t at = number(zip, end + 48, 8);
-  for (std::uint64_t left = number(zip, end + 32, 8); left > 0; --left) {
-    REQUIRE(number(zip, at, 4) == 0x02014b50);
-    const std::size_t name = number(zip, at + 28, 2), extra = at + 46 + name;
-    REQUIRE(number(zip, extra, 2) == 1);
-    const std::uint64_t plain = number(zip, extra + 4, 8), packed = number(zip, extra + 12, 8);
-    const std::size_t local = number(zip, extra + 20, 8);
-    REQUIRE(number(zip, local, 4) == 0x04034b50);
-    CHECK(number(zip, local + 14, 4) == number(zip, at + 16, 4));  // the sum, in both places
-    const std::size_t begin = local + 30 + number(zip, local + 26, 2) + number(zip, local + 28, 2);
-    const std::string bytes = inflated(zip.substr(begin, packed), plain);
-    CHECK(crc32(0, reinterpret_cast<const Bytef*>(bytes.data()), uInt(bytes.size())) ==
-          number(zip, at + 16, 4));
-    files[std::string(zip.substr(at + 46, name))] = bytes;
-    at += 46 + name + number(zip, at + 30, 2);
+namespace {
+
+// Writes a table and a document in a process of its own, whose files may have so many bytes.
+// @returns its status, 0: whole, 7: it said that it cannot write; negative: the signal that ended it
+int write_within(std::size_t bytes, const fs::path& file) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::signal(SIGXFSZ, SIG_IGN);
+    const rlimit most{bytes, bytes};
+    ::setrlimit(RLIMIT_FSIZE, &most);
+    int status = 0;
+    try {
+      report::Table table{"maps/A", "", {2, report::Column{}}, {}};
+      table.columns[0].name = "a_mm";
+      table.columns[0].kind = schema::Kind::kDouble;
+      table.columns[1].name = "name";
+      table.columns[1].kind = schema::Kind::kString;
+      const auto sink = file.extension() == ".h5" ? report::hdf5_sink(file) : report::npz_sink(file);
+      sink->open(table);
+      RandomStream random(bytes, Purpose::kTest);
+      for (int n = 0; n < 60'000; ++n) {
+        const double value = random.uniform();
+        sink->row(0, std::array{report::Cell{std::as_bytes(std::span(&value, 1)), {}},
+                                report::Cell{{}, {std::to_string(n)}}});
+      }
+      sink->document("config/text", "", "grid.nx = 3");
+      sink->finish();
+    } catch (const std::exception&) {
+      status = 7;
+    }
+    std::exit(status);  // libraries may still write here
   }
-  CHECK(at == end);
-  return files;
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
 }
 
 }  // namespace
 
-TEST_CASE("an archive holds its files byte by byte, empty and large ones, and is the same every time") {
-  RandomStream random(31, Purpose::kTest);
-  const test::TempFolder folder;
-  std::map<std::string, std::string> files{{"empty", ""}, {"größe.npy", content(random, 700'000)}};
-  for (int n = 0; n < 12; ++n) files["a/" + std::to_string(n)] = content(random, random.below(30'000));
-  for (const char* name : {"one.zip", "two.zip"}) {
-    ZipWriter zip(folder.path() / name);
-    for (const auto& [file, bytes] : files)
-      zip.add(file, [&, all = &bytes](const ZipWriter::Put& put) {
-        for (std::size_t at = 0; at < all->size(); at += 4099) put(std::string_view(*all).substr(at, 4099));
-      });
-    zip.close();
+TEST_CASE("a disk that is full at any byte of an export is told, and nothing of the file stays") {
+  for (const char* name : {"a.h5", "a.npz"}) {
+    std::size_t last = 1000;
+    for (int status = 7; status != 0; last += last / 3) {
+      const test::TempFolder folder;
+      status = write_within(last, folder.path() / name);
+      INFO(name << " within " << last << " bytes");
+      CHECK((status == 7 || status == 0));
+      CHECK(fs::is_empty(folder.path()) == (status != 0));
+      REQUIRE(last < (std::size_t(100) << 20));
+      if (status < 0) break;
+    }
   }
-  CHECK(unzipped(read(folder.path() / "one.zip")) == files);
-  CHECK(read(folder.path() / "one.zip") == read(folder.path() / "two.zip"));
-}
-
-TEST_CASE("an archive in a folder that is not there is refused by its name") {
-  const test::TempFolder folder;
-  CHECK_THROWS_WITH(ZipWriter(folder.path() / "none" / "a.zip"),
-                    Catch::Contains("none/a.zip: cannot be written"));
 }
 
 TEST_CASE("texts of a CSV file read back by RFC 4180") {
@@ -122,7 +137,7 @@ TEST_CASE("texts of a CSV file read back by RFC 4180") {
   for (int n = 0; n < 500; ++n) {
     std::string text(random.below(12), ' ');
     for (char& c : text) c = "a,\"\n\r; '"[random.below(8)];
-    const std::string cell = csv_text(text);
+    const std::string cell = report::csv_text(text);
     INFO(cell);
     CHECK(unquoted(cell) == text);
     if (text.find_first_of(",\"\r\n") != text.npos) CHECK(cell.front() == '"');
@@ -136,7 +151,7 @@ TEST_CASE("a spool keeps the bytes of many growing files apart, and leaves nothi
   for (const bool keep : {false, true}) {
     for (std::string& w : wanted) w.clear();
     {
-      Spool spool(folder.path() / "out.part");
+      report::Spool spool(folder.path() / "out.part");
       for (std::size_t n = 0; n < wanted.size(); ++n) spool.add("f" + std::to_string(n));
       for (int n = 0; n < 600; ++n) {
         const std::size_t file = random.below(40);
@@ -159,7 +174,7 @@ TEST_CASE("the records of an MCAP file fill it from magic to magic, and its stat
   const fs::path file = folder.path() / "a.mcap";
   constexpr int kMessages = 5000;
   {
-    McapWriter mcap(file);
+    report::McapWriter mcap(file);
     const auto schema = mcap.add_schema("firn.metric", "jsonschema", "{\"type\":\"object\"}");
     const auto one = mcap.add_channel(schema, "/A", "json", {}),
                two = mcap.add_channel(schema, "/B", "json", {});
@@ -191,23 +206,24 @@ TEST_CASE("the records of an MCAP file fill it from magic to magic, and its stat
 TEST_CASE("names of members give their units, and names without one none") {
   const std::pair<const char*, const char*> names[] = {
       {"height_mm", "mm"}, {"rate_hz", "Hz"}, {"sample_utime_us", "us"}, {"layer", "1"}, {"rms_um", "um"}};
-  for (const auto& [name, unit] : names) CHECK(unit_of(name) == unit);
+  for (const auto& [name, unit] : names) CHECK(report::unit_of(name) == unit);
 }
 
 TEST_CASE("members are explained by the .lcm files") {
-  CHECK(!type_text("layer_plan_t").empty());
-  CHECK(member_text("header_t", "incarnation").range == "[0, 1e6]");
-  CHECK_THAT(member_text("header_t", "incarnation").text, Catch::Contains("start of a run"));
+  CHECK(!report::type_text("layer_plan_t").empty());
+  CHECK(report::member_text("header_t", "incarnation").range == "[0, 1e6]");
+  CHECK_THAT(std::string(report::member_text("header_t", "incarnation").text),
+             Catch::Contains("start of a run"));
 }
 
 TEST_CASE("channels go to groups by what they tell") {
-  CHECK(topic_of("HEIGHT_MAP") == "maps");
-  CHECK(topic_of("FAULT_JET") == "events");
+  CHECK(report::topic_of("HEIGHT_MAP") == "maps");
+  CHECK(report::topic_of("FAULT_JET") == "events");
 }
 
 TEST_CASE("a folder that is no run is named before anything is written") {
   const test::TempFolder folder;
-  CHECK_THROWS_WITH(read_texts(folder.path()), Catch::Contains(folder.path().string()));
+  CHECK_THROWS_WITH(runs::read_texts(folder.path()), Catch::Contains(folder.path().string()));
 }
 
-}  // namespace firn::tables
+}  // namespace firn::report

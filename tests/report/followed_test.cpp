@@ -7,13 +7,13 @@
 #include "tests/report/markup.h"
 
 using namespace firn;
-using namespace firn::replay;
+using namespace firn::report;
 
 namespace {
 
 /// A corner that is cut by some micrometres.
-FollowedLayer cut_corner(int layer, double off_um) {
-  FollowedLayer l;
+report::FollowedLayer cut_corner(int layer, double off_um) {
+  report::FollowedLayer l;
   l.layer = layer;
   for (int k = 0; k <= 20; ++k) {
     const double s = 0.5 * k;
@@ -33,8 +33,8 @@ FollowedLayer cut_corner(int layer, double off_um) {
 
 TEST_CASE("the followed path is drawn over the planned one, its deviations enlarged by a round number",
           "[followed]") {
-  const std::vector<FollowedLayer> layers{cut_corner(1, 12.5), cut_corner(2, 2.5)};
-  const std::string page = followed_sections({{"smf", &layers, 0}});
+  const std::vector<report::FollowedLayer> layers{cut_corner(1, 12.5), cut_corner(2, 2.5)};
+  const std::string page = report::followed_sections({{"smf", &layers, 0}});
   CHECK_NOTHROW(firn::test::parse_markup("<div>" + page + "</div>"));
   CHECK_THAT(page, Catch::Contains("smf, layer 2: deviation across the path, 50 times"));
   for (const char* words : {"Contour error along the path", "<td>12.50</td>", "<td>0.37</td>", "<td>–</td>"})
@@ -42,15 +42,15 @@ TEST_CASE("the followed path is drawn over the planned one, its deviations enlar
 }
 
 TEST_CASE("names of runs are escaped, and runs without a recorded path have no section", "[followed]") {
-  const std::vector<FollowedLayer> none, one{cut_corner(1, 1.0)};
-  CHECK(followed_sections({{"a", &none, 0}}).empty());
-  const std::string page = followed_sections({{"a", &none, 0}, {"<b>", &one, 1}});
+  const std::vector<report::FollowedLayer> none, one{cut_corner(1, 1.0)};
+  CHECK(report::followed_sections({{"a", &none, 0}}).empty());
+  const std::string page = report::followed_sections({{"a", &none, 0}, {"<b>", &one, 1}});
   CHECK_THAT(page, Catch::Contains("&lt;b&gt;") && !Catch::Contains("<b>"));
 }
 
 TEST_CASE("a path that was followed exactly is drawn without an endless enlargement", "[followed]") {
-  const std::vector<FollowedLayer> exact{cut_corner(1, 0.0)};
-  const std::string page = followed_sections({{"smf", &exact, 0}});
+  const std::vector<report::FollowedLayer> exact{cut_corner(1, 0.0)};
+  const std::string page = report::followed_sections({{"smf", &exact, 0}});
   CHECK_NOTHROW(firn::test::parse_markup("<div>" + page + "</div>"));
   CHECK(page.find("nan") == std::string::npos);
   CHECK(page.find("inf") == std::string::npos);

@@ -11,7 +11,7 @@
 #include "tests/report/markup.h"
 
 using namespace firn;
-using namespace firn::replay;
+using namespace firn::report;
 using firn::test::Element;
 using firn::test::parse_markup;
 using firn::test::ReadAxis;
@@ -22,8 +22,8 @@ namespace {
 const GridSpec kGrid{12, 10, 1.0, 1.0, -6.0, -5.0};
 
 // Interval n at n * 1.2 mm, its measured surface off by `error_mm` everywhere, the true one by twice that.
-IceInterval interval(int n, double error_mm, bool with_truth) {
-  IceInterval i;
+report::IceInterval interval(int n, double error_mm, bool with_truth) {
+  report::IceInterval i;
   i.layer = 5 * n;
   i.nominal_mm = 1.2 * n;
   i.height = HeightMap(kGrid, i.nominal_mm + error_mm);
@@ -33,8 +33,8 @@ IceInterval interval(int n, double error_mm, bool with_truth) {
   return i;
 }
 
-Element page_of(const IceData& data, const std::string& name = "kalman") {
-  return parse_markup("<div>" + ice_sections({{name, &data}}) + "</div>");
+Element page_of(const report::IceData& data, const std::string& name = "kalman") {
+  return parse_markup("<div>" + report::ice_sections({{name, &data}}) + "</div>");
 }
 
 const Element& drawing(const Element& page, const std::string& title) {
@@ -50,13 +50,13 @@ std::vector<test::PixelPoint> line_of(const Element& chart) {
 double luma(const std::array<std::uint8_t, 4>& c) { return 0.3 * c[0] + 0.59 * c[1] + 0.11 * c[2]; }
 
 ReadPicture relief(const HeightMap& h, double step_mm) {
-  return test::picture_of(parse_markup(shaded_relief(h, step_mm, "relief")).only("image"));
+  return test::picture_of(parse_markup(report::shaded_relief(h, step_mm, "relief")).only("image"));
 }
 
 }  // namespace
 
 TEST_CASE("RMS deviation is drawn at each interval's height, measured and true apart") {
-  IceData data;
+  report::IceData data;
   const std::vector<double> errors{0.05, -0.20, 0.10, 0.30};
   for (std::size_t n = 0; n < errors.size(); ++n)
     data.intervals.push_back(interval(int(n) + 1, errors[n], true));
@@ -75,7 +75,7 @@ TEST_CASE("RMS deviation is drawn at each interval's height, measured and true a
 }
 
 TEST_CASE("The share of saturated cells is drawn in per cent") {
-  IceData data;
+  report::IceData data;
   for (int n = 1; n <= 5; ++n) data.intervals.push_back(interval(n, 0.1, false));
   const Element page = page_of(data);
   const Element& chart = drawing(page, "saturated cells");
@@ -86,19 +86,19 @@ TEST_CASE("The share of saturated cells is drawn in per cent") {
 }
 
 TEST_CASE("Without a true surface the maps show the measured one, and no true chart is drawn") {
-  IceData data;
+  report::IceData data;
   data.intervals = {interval(1, 0.25, false)};
   const Element page = page_of(data);
   CHECK_THROWS(drawing(page, "true RMS against height"));
-  CHECK(page.all_text().find("1.20 mm, RMS 0.250 mm") != std::string::npos);
-  IceData with;
+  CHECK(page.all_text().find("1.20 mm, RMS inside 0.25 mm") != std::string::npos);
+  report::IceData with;
   with.intervals = {interval(1, 0.25, true)};
-  CHECK(page_of(with).all_text().find("1.20 mm, RMS 0.500 mm") != std::string::npos);
+  CHECK(page_of(with).all_text().find("1.20 mm, RMS inside 0.5 mm") != std::string::npos);
 }
 
 TEST_CASE("At most six intervals are mapped, the last one always, in order and spread over the height") {
   for (const int count : {1, 2, 5, 6, 7, 12, 13, 40}) {
-    IceData data;
+    report::IceData data;
     for (int n = 1; n <= count; ++n) data.intervals.push_back(interval(n, 0.1, true));
     std::vector<double> heights;
     const Element page = page_of(data);
@@ -118,8 +118,8 @@ TEST_CASE("At most six intervals are mapped, the last one always, in order and s
 }
 
 TEST_CASE("Error maps leave out what is not judged and scale by all but the worst half per cent") {
-  IceData data;
-  IceInterval i = interval(1, 0.0, false);
+  report::IceData data;
+  report::IceInterval i = interval(1, 0.0, false);
   RandomStream random(51, Purpose::kTest);
   for (double& h : i.height.cells) h += random.uniform(-0.1, 0.1);
   i.height.at(3, 4) = 100.0;  // one wild cell
@@ -130,14 +130,14 @@ TEST_CASE("Error maps leave out what is not judged and scale by all but the wors
   const ReadPicture p = test::picture_of(map.only("image"));
   CHECK(p.at(0, 9)[3] == 0);
   CHECK(p.at(1, 9)[3] == 255);
-  const ReadAxis bar = test::x_axis_of(drawing(page, "height − nominal [µm]"));
-  CHECK(std::abs(bar.values().back()) <= 100.0);  // of 0.1 mm, not of 100 mm
+  const ReadAxis bar = test::x_axis_of(drawing(page, "height − nominal [mm]"));
+  CHECK(std::abs(bar.values().back()) <= 0.1);  // not of 100 mm
   CHECK(bar.values().front() == Approx(-bar.values().back()));
 }
 
 TEST_CASE("Speed and frequency along a path are drawn over its own time") {
-  IceData data;
-  IcePathCurve c;
+  report::IceData data;
+  report::IcePathCurve c;
   c.path = 17;
   c.layer = 9;
   for (int n = 0; n < 50; ++n) {
@@ -163,11 +163,11 @@ TEST_CASE("Speed and frequency along a path are drawn over its own time") {
 }
 
 TEST_CASE("A run that measured nothing yet has sections without maps, and no run has none") {
-  const IceData nothing;
+  const report::IceData nothing;
   const Element page = page_of(nothing, "<new>");
   CHECK(page.all("image").empty());
   CHECK(!page.all("h2").empty());
-  CHECK(ice_sections({}).empty());
+  CHECK(report::ice_sections({}).empty());
 }
 
 TEST_CASE("Slopes toward the upper left are lighter than level ground, slopes away from it darker") {

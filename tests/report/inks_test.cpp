@@ -10,6 +10,7 @@
 
 #include "core/grid/random.h"
 #include "print/folder/run_report.h"
+#include "print/labs/full_product.h"
 #include "report/run/block_view.h"
 #include "report/run/report_data.h"
 #include "report/run/report_inks.h"
@@ -17,7 +18,7 @@
 #include "tests/report/markup.h"
 
 using namespace firn;
-using namespace firn::replay;
+using namespace firn::report;
 using firn::test::Element;
 using firn::test::parse_markup;
 using firn::test::ReadPicture;
@@ -26,8 +27,8 @@ namespace {
 
 using Colour = std::array<std::uint8_t, 3>;
 
-VoxelBlock random_block(RandomStream& random, int nx, int ny, int nz, double object, double support) {
-  VoxelBlock v{{nx, ny, 0.1, 0.1}, 0.02, nz, {}};
+report::VoxelBlock random_block(RandomStream& random, int nx, int ny, int nz, double object, double support) {
+  report::VoxelBlock v{{nx, ny, 0.1, 0.1}, 0.02, nz, {}};
   for (int n = 0; n < nx * ny * nz; ++n) {
     const double u = random.uniform();
     v.cells.push_back(u < object ? Material::kA : u < object + support ? Material::kB : Material::kNone);
@@ -39,7 +40,7 @@ VoxelBlock random_block(RandomStream& random, int nx, int ny, int nz, double obj
 class Pieces {
  public:
   template <class Member>
-  Pieces(const VoxelBlock& v, Member member) : parent_(v.cells.size()) {
+  Pieces(const report::VoxelBlock& v, Member member) : parent_(v.cells.size()) {
     std::iota(parent_.begin(), parent_.end(), std::size_t(0));
     const auto index = [&](int i, int j, int k) { return std::size_t((k * v.grid.ny + j) * v.grid.nx + i); };
     for (int k = 0; k < v.nz; ++k)
@@ -115,9 +116,9 @@ TEST_CASE("Wrong voxels of random blocks are those that a look at every voxel an
   for (int trial = 0; trial < 30; ++trial) {
     const int nx = 1 + int(random.below(6)), ny = 1 + int(random.below(6)), nz = 1 + int(random.below(6));
     const double share = random.uniform(0.05, 0.95);
-    const VoxelBlock wanted = random_block(random, nx, ny, nz, share, 1.0 - share),
-                     printed = random_block(random, nx, ny, nz, share, 0.3);
-    WrongVoxels want;
+    const report::VoxelBlock wanted = random_block(random, nx, ny, nz, share, 1.0 - share),
+                             printed = random_block(random, nx, ny, nz, share, 0.3);
+    report::WrongVoxels want;
     for (int k = 0; k < nz; ++k)
       for (int j = 0; j < ny; ++j)
         for (int i = 0; i < nx; ++i) {
@@ -136,7 +137,7 @@ TEST_CASE("Wrong voxels of random blocks are those that a look at every voxel an
           want.boundary_inside += wrong && inside && boundary;
           want.boundary_outside += wrong && !inside && boundary;
         }
-    const WrongVoxels got = count_wrong(wanted, printed);
+    const report::WrongVoxels got = report::count_wrong(wanted, printed);
     CHECK(got.object == want.object);
     CHECK(got.object_boundary == want.object_boundary);
     CHECK(got.inside == want.inside);
@@ -150,12 +151,13 @@ TEST_CASE("Washing random blocks agrees with pieces found by union-find") {
   RandomStream random(42, Purpose::kTest);
   for (int trial = 0; trial < 40; ++trial) {
     const int nx = 1 + int(random.below(7)), ny = 1 + int(random.below(7)), nz = 1 + int(random.below(7));
-    const VoxelBlock v = random_block(random, nx, ny, nz, random.uniform(0.1, 0.9), random.uniform(0.0, 0.3));
+    const report::VoxelBlock v =
+        random_block(random, nx, ny, nz, random.uniform(0.1, 0.9), random.uniform(0.0, 0.3));
     Pieces object(v, [](Material m) { return m == Material::kA; }),
         rest(v, [](Material m) { return m != Material::kA; });
     std::map<std::size_t, std::int64_t> sizes;
     std::set<std::size_t> open;
-    Washed want;
+    report::Washed want;
     const auto each = [&](auto use) {
       for (int k = 0; k < nz; ++k)
         for (int j = 0; j < ny; ++j)
@@ -172,7 +174,7 @@ TEST_CASE("Washing random blocks agrees with pieces found by union-find") {
       want.support += v.cells[n] == Material::kB;
       want.support_shut_in += v.cells[n] == Material::kB && !open.contains(rest.root(n));
     });
-    const Washed got = wash(v);
+    const report::Washed got = report::wash(v);
     CAPTURE(trial, nx, ny, nz);
     CHECK(got.object == want.object);
     CHECK(got.largest_piece == want.largest_piece);
@@ -194,7 +196,7 @@ TEST_CASE("Voxels of printed ink keep its volume to half a voxel a column") {
       if (a) object[c] += thick;
     }
   constexpr double kSlice = 0.002;
-  const VoxelBlock v = voxels_of(columns, kSlice, 700);
+  const report::VoxelBlock v = report::voxels_of(columns, kSlice, 700);
   for (std::size_t c = 0; c < grid.size(); ++c) {
     double filled = 0.0;
     for (int k = 0; k < v.nz; ++k)
@@ -205,17 +207,17 @@ TEST_CASE("Voxels of printed ink keep its volume to half a voxel a column") {
 
 TEST_CASE("Sections show every voxel of their plane in the legend's colour for what it is") {
   RandomStream random(44, Purpose::kTest);
-  const VoxelBlock wanted = random_block(random, 9, 7, 5, 0.4, 0.6),
-                   printed = random_block(random, 9, 7, 5, 0.4, 0.4);
+  const report::VoxelBlock wanted = random_block(random, 9, 7, 5, 0.4, 0.6),
+                           printed = random_block(random, 9, 7, 5, 0.4, 0.4);
   const int section = 6;
-  const Element page =
-      parse_markup(section_view(wanted, {{"wanted", &wanted}, {"printed", &printed}}, section, "inks"));
+  const Element page = parse_markup(
+      report::section_view(wanted, {{"wanted", &wanted}, {"printed", &printed}}, section, "inks"));
   const auto legend = legend_of(page);
   REQUIRE(legend.size() == 4);
   const auto images = page.all("image");
   REQUIRE(images.size() == 4);
   for (std::size_t row = 0; row < 2; ++row) {
-    const VoxelBlock& block = row == 0 ? wanted : printed;
+    const report::VoxelBlock& block = row == 0 ? wanted : printed;
     const ReadPicture along = test::picture_of(*images[2 * row]),
                       across = test::picture_of(*images[2 * row + 1]);
     REQUIRE(along.width == 9);
@@ -232,20 +234,20 @@ TEST_CASE("Sections show every voxel of their plane in the legend's colour for w
 
 TEST_CASE("The scale of z beside a section is the block's height in micrometres") {
   RandomStream random(45, Purpose::kTest);
-  const VoxelBlock block = random_block(random, 6, 6, 10, 0.5, 0.5);
-  const Element page = parse_markup(section_view(block, {{"a", &block}}, 2, "inks"));
+  const report::VoxelBlock block = random_block(random, 6, 6, 10, 0.5, 0.5);
+  const Element page = parse_markup(report::section_view(block, {{"a", &block}}, 2, "inks"));
   const Element& image = *page.all("image").at(0);
   const test::ReadAxis z = test::y_axis_of(page);
   CHECK(z.value(image.at("y")) == Approx(10 * 0.02 * 1e3));
   CHECK(z.value(image.at("y") + image.at("height")) == Approx(0.0).margin(0.5));
   CHECK(image.at("width") / 6 == Approx(image.at("height") / 10).margin(0.02));  // square voxels
-  CHECK(z_stretch(block) == Approx(0.1 / 0.02));
+  CHECK(report::z_stretch(block) == Approx(0.1 / 0.02));
 }
 
 TEST_CASE("A printed block that is lower than the wanted one is air in its sections where ink lacks") {
-  const VoxelBlock wanted{{3, 3, 0.1, 0.1}, 0.1, 4, std::vector<Material>(36, Material::kA)},
+  const report::VoxelBlock wanted{{3, 3, 0.1, 0.1}, 0.1, 4, std::vector<Material>(36, Material::kA)},
       low{{3, 3, 0.1, 0.1}, 0.1, 2, std::vector<Material>(18, Material::kA)};
-  const Element page = parse_markup(section_view(wanted, {{"low", &low}}, 1, "inks"));
+  const Element page = parse_markup(report::section_view(wanted, {{"low", &low}}, 1, "inks"));
   const auto legend = legend_of(page);
   const ReadPicture p = test::picture_of(*page.all("image").at(0));
   for (int i = 0; i < 3; ++i) {
@@ -257,9 +259,10 @@ TEST_CASE("A printed block that is lower than the wanted one is air in its secti
 TEST_CASE(
     "The view of a block shows three faces of a cube, its top the lightest, and nothing of an empty block") {
   const GridSpec grid{8, 8, 0.1, 0.1};
-  const VoxelBlock cube{grid, 0.1, 8, std::vector<Material>(512, Material::kA)},
+  const report::VoxelBlock cube{grid, 0.1, 8, std::vector<Material>(512, Material::kA)},
       none{grid, 0.1, 8, std::vector<Material>(512, Material::kNone)};
-  const ReadPicture p = test::picture_of(parse_markup(block_view(cube, cube, {}, "cube")).only("image"));
+  const ReadPicture p =
+      test::picture_of(parse_markup(report::block_view(cube, cube, {}, "cube")).only("image"));
   std::map<std::array<std::uint8_t, 4>, int> colours;
   for (const auto& c : p.pixels)
     if (c[3]) ++colours[c];
@@ -275,15 +278,17 @@ TEST_CASE(
     }
   CHECK(first_row == 1);
   CHECK(last_row < p.height);
-  const ReadPicture empty = test::picture_of(parse_markup(block_view(none, none, {}, "none")).only("image"));
+  const ReadPicture empty =
+      test::picture_of(parse_markup(report::block_view(none, none, {}, "none")).only("image"));
   CHECK(empty.pixels.size() == 1);
   CHECK(empty.at(0, 0)[3] == 0);
 }
 
 TEST_CASE("The shares of a cube's faces in its picture are the cosines of the angles of view") {
   const GridSpec grid{20, 20, 0.1, 0.1};
-  const VoxelBlock cube{grid, 0.1, 20, std::vector<Material>(8000, Material::kA)};
-  const ReadPicture p = test::picture_of(parse_markup(block_view(cube, cube, {}, "cube")).only("image"));
+  const report::VoxelBlock cube{grid, 0.1, 20, std::vector<Material>(8000, Material::kA)};
+  const ReadPicture p =
+      test::picture_of(parse_markup(report::block_view(cube, cube, {}, "cube")).only("image"));
   std::map<std::array<std::uint8_t, 4>, double> count;
   double all = 0.0;
   for (const auto& c : p.pixels)
@@ -305,14 +310,14 @@ TEST_CASE("The shares of a cube's faces in its picture are the cosines of the an
 
 TEST_CASE("Object ink outside M stands out in the view, and support shows only where it is asked for") {
   const GridSpec grid{6, 6, 0.1, 0.1};
-  VoxelBlock wanted{grid, 0.1, 6, std::vector<Material>(216, Material::kB)};
-  VoxelBlock printed = wanted;
+  report::VoxelBlock wanted{grid, 0.1, 6, std::vector<Material>(216, Material::kB)};
+  report::VoxelBlock printed = wanted;
   for (std::size_t n = 0; n < 72; ++n) wanted.cells[n] = printed.cells[n] = Material::kA;
   printed.cells[5 * 36 + grid.index(3, 3)] = Material::kA;  // on top, not wanted
   const auto hues = [&](bool support) {
-    BlockViewOptions o;
+    report::BlockViewOptions o;
     o.support = support;
-    const Element page = parse_markup(block_view(wanted, printed, o, "b"));
+    const Element page = parse_markup(report::block_view(wanted, printed, o, "b"));
     const auto legend = legend_of(page);
     std::set<std::string> out;
     for (const auto& c : test::picture_of(page.only("image")).pixels)
@@ -324,11 +329,11 @@ TEST_CASE("Object ink outside M stands out in the view, and support shows only w
 }
 
 TEST_CASE("Ink of a recorded run is wanted in the whole part, and planned nowhere beside it") {
-  const RunData run =
-      run_data(std::filesystem::path(FIRN_SOURCE_DIR) / "tests" / "replay" / "golden" / "v2-two-inks");
+  const report::RunData run = run_data(
+      full_product(), std::filesystem::path(FIRN_SOURCE_DIR) / "tests" / "replay" / "golden" / "v2-two-inks");
   REQUIRE(run.inks);
   REQUIRE(!run.inks->layers.empty());
-  for (const InkLayer& l : run.inks->layers)
+  for (const report::InkLayer& l : run.inks->layers)
     for (std::size_t c = 0; c < l.wanted.size(); ++c) {
       CHECK((l.wanted.of(c) != Material::kNone) == (run.mask.cells[c] != 0));
       if (l.planned.of(c) != Material::kNone) CHECK(run.mask.cells[c] != 0);
@@ -336,10 +341,10 @@ TEST_CASE("Ink of a recorded run is wanted in the whole part, and planned nowher
 }
 
 TEST_CASE("The columns of a recorded block end at the surface that was measured last") {
-  const RunData run =
-      run_data(std::filesystem::path(FIRN_SOURCE_DIR) / "tests" / "replay" / "golden" / "v2-two-inks");
+  const report::RunData run = run_data(
+      full_product(), std::filesystem::path(FIRN_SOURCE_DIR) / "tests" / "replay" / "golden" / "v2-two-inks");
   REQUIRE(run.inks);
-  const InkLayer& last = run.inks->layers.back();
+  const report::InkLayer& last = run.inks->layers.back();
   int cells = 0;
   for (std::size_t c = 0; c < run.mask.size(); ++c) {
     if (last.planned.of(c) == Material::kNone || !std::isfinite(run.height.cells[c])) continue;
@@ -351,10 +356,10 @@ TEST_CASE("The columns of a recorded block end at the surface that was measured 
 }
 
 TEST_CASE("The page's count of cells against the mask is that of the layer's own maps") {
-  const RunData run =
-      run_data(std::filesystem::path(FIRN_SOURCE_DIR) / "tests" / "replay" / "golden" / "v2-two-inks");
-  InkData data = *run.inks;
-  InkLayer& layer = data.layers.front();
+  const report::RunData run = run_data(
+      full_product(), std::filesystem::path(FIRN_SOURCE_DIR) / "tests" / "replay" / "golden" / "v2-two-inks");
+  report::InkData data = *run.inks;
+  report::InkLayer& layer = data.layers.front();
   int object = 0, support = 0, against = 0;
   RandomStream random(46, Purpose::kTest);
   for (std::size_t c = 0; c < layer.planned.size(); ++c) {
@@ -365,28 +370,28 @@ TEST_CASE("The page's count of cells against the mask is that of the layer's own
     against += m != Material::kNone && m != layer.wanted.of(c);
   }
   data.layers.resize(1);
-  const Element page = parse_markup("<div>" + ink_sections({{"run <1>", &data}}) + "</div>");
+  const Element page = parse_markup("<div>" + report::ink_sections({{"run <1>", &data}}) + "</div>");
   const std::string caption = page.all("figcaption").at(0)->text;
   CAPTURE(caption);
   CHECK(caption.find(": " + std::to_string(object) + " cells of object ink, " + std::to_string(support) +
                      " of support, " + std::to_string(against) + " against the mask") != std::string::npos);
   CHECK(page.all("h3").at(0)->text == "run <1>");
-  CHECK(ink_sections({}).empty());
+  CHECK(report::ink_sections({}).empty());
 }
 
 TEST_CASE("A geometry of another grid or of damaged bytes is refused before any layer is read") {
   const std::filesystem::path folder =
       std::filesystem::path(FIRN_SOURCE_DIR) / "tests" / "replay" / "golden" / "v2-two-inks";
-  const RunMessages messages(folder);
-  const RunData run = run_data(folder);
+  const runs::RunReader messages(folder);
+  const report::RunData run = run_data(full_product(), folder);
   std::vector<std::byte> bytes = to_bytes(run.inks->geometry);
-  CHECK(read_ink_data(messages, bytes, run.mask));
+  CHECK(report::read_ink_data(messages, bytes, run.mask));
   const Mask other({run.mask.spec.nx + 1, run.mask.spec.ny, 0.1, 0.1}, 1);
-  CHECK_THROWS_AS(read_ink_data(messages, bytes, other), std::invalid_argument);
+  CHECK_THROWS_AS(report::read_ink_data(messages, bytes, other), std::invalid_argument);
   for (const std::size_t keep : {std::size_t(0), std::size_t(7), bytes.size() / 2, bytes.size() - 1}) {
     const std::span<const std::byte> cut(bytes.data(), keep);
-    CHECK_THROWS_AS(read_ink_data(messages, cut, run.mask), std::invalid_argument);
+    CHECK_THROWS_AS(report::read_ink_data(messages, cut, run.mask), std::invalid_argument);
   }
   bytes[0] ^= std::byte{1};
-  CHECK_THROWS_AS(read_ink_data(messages, bytes, run.mask), std::invalid_argument);
+  CHECK_THROWS_AS(report::read_ink_data(messages, bytes, run.mask), std::invalid_argument);
 }

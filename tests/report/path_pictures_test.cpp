@@ -58,25 +58,25 @@ std::vector<TraceSample> circle_trace(int samples) {
   return trace;
 }
 
-slice::Rings square(double x_mm, double y_mm, double side_mm) {
-  const auto unit = [](double mm) { return std::int32_t(std::lround(mm * slice::kUnitsPerMm)); };
-  slice::Rings r;
-  const std::vector<slice::Point> ring{{unit(x_mm), unit(y_mm)},
-                                       {unit(x_mm + side_mm), unit(y_mm)},
-                                       {unit(x_mm + side_mm), unit(y_mm + side_mm)},
-                                       {unit(x_mm), unit(y_mm + side_mm)}};
+geometry::Rings square(double x_mm, double y_mm, double side_mm) {
+  const auto unit = [](double mm) { return std::int32_t(std::lround(mm * geometry::kUnitsPerMm)); };
+  geometry::Rings r;
+  const std::vector<geometry::Point> ring{{unit(x_mm), unit(y_mm)},
+                                          {unit(x_mm + side_mm), unit(y_mm)},
+                                          {unit(x_mm + side_mm), unit(y_mm + side_mm)},
+                                          {unit(x_mm), unit(y_mm + side_mm)}};
   r.add(ring);
   return r;
 }
 
 // A square of part and a square of scaffold beside it, a boundary, a fill and a measurement line.
-PicturedLayer layer(int number) {
-  PicturedLayer l;
+report::PicturedLayer layer(int number) {
+  report::PicturedLayer l;
   l.regions.layer = l.paths.layer = number;
   l.regions.z = l.paths.z = 2400 * number;
   l.paths.height = 2400;
   l.regions.by_material = {square(-10, -5, 10), square(0, -5, 10)};
-  const auto add = [&](const slice::Rings& line, slice::PathInfo info) {
+  const auto add = [&](const geometry::Rings& line, slice::PathInfo info) {
     l.paths.lines.add(line[0]);
     l.paths.info.push_back(info);
   };
@@ -112,7 +112,7 @@ struct Box {
 TEST_CASE("The speed picture of a shuttered printer shows both axes' speeds at their times") {
   const Planned p;
   REQUIRE(p.plan.ok());
-  const Element page = parse_markup(aerosol_speed_picture(p.plan, "speeds"));
+  const Element page = parse_markup(report::aerosol_speed_picture(p.plan, "speeds"));
   const ReadAxis t = x_axis_of(page), v = y_axis_of(page);
   for (const auto& [stroke, axis] : {std::pair{"var(--c0)", 0}, {"var(--c1)", 1}}) {
     const auto line = line_of(page, stroke);
@@ -134,7 +134,7 @@ TEST_CASE("The speed picture of a shuttered printer shows both axes' speeds at t
 
 TEST_CASE("The drawn position is the integral of the plan: it begins at the start and stops at the end") {
   const Planned p;
-  const Element page = parse_markup(aerosol_position_picture(p.plan, "positions"));
+  const Element page = parse_markup(report::aerosol_position_picture(p.plan, "positions"));
   const ReadAxis t = x_axis_of(page), x = y_axis_of(page);
   const auto along_x = line_of(page, "var(--c0)"), along_y = line_of(page, "var(--c1)");
   REQUIRE(!along_x.empty());
@@ -148,7 +148,7 @@ TEST_CASE("The drawn position is the integral of the plan: it begins at the star
 TEST_CASE("Grey spans of a time chart are the times between the shutter's openings") {
   for (const PrintJob& job : {motion::thompson_fig7(), motion::thompson_fig11()}) {
     const AerosolPlan plan = motion::plan_aerosol(job, {});
-    const Element page = parse_markup(aerosol_speed_picture(plan, "speeds"));
+    const Element page = parse_markup(report::aerosol_speed_picture(plan, "speeds"));
     const ReadAxis t = x_axis_of(page);
     double closed = 0.0, open = 0.0;
     const auto rects = page.all("rect", "fill-opacity", "0.18");
@@ -163,8 +163,8 @@ TEST_CASE("Grey spans of a time chart are the times between the shutter's openin
 TEST_CASE("Errors are drawn while the shutter is open only, and never above the report's largest") {
   const Planned p;
   for (const bool speed : {true, false}) {
-    const std::string svg = speed ? aerosol_speed_error_picture(p.job, p.plan, "e")
-                                  : aerosol_path_error_picture(p.job, p.plan, "e");
+    const std::string svg = speed ? report::aerosol_speed_error_picture(p.job, p.plan, "e")
+                                  : report::aerosol_path_error_picture(p.job, p.plan, "e");
     const Element page = parse_markup(svg);
     const ReadAxis t = x_axis_of(page), e = y_axis_of(page);
     const double most =
@@ -182,7 +182,7 @@ TEST_CASE("Errors are drawn while the shutter is open only, and never above the 
 
 TEST_CASE("Accelerations stay between the two lines of the limit") {
   const Planned p;
-  const Element page = parse_markup(aerosol_acceleration_picture(p.plan, p.machine, "a"));
+  const Element page = parse_markup(report::aerosol_acceleration_picture(p.plan, p.machine, "a"));
   const ReadAxis a = y_axis_of(page);
   const auto limit = line_of(page, "var(--fg)");
   REQUIRE(limit.size() == 4);
@@ -197,7 +197,7 @@ TEST_CASE("Accelerations stay between the two lines of the limit") {
 
 TEST_CASE("The path picture keeps the proportions of the substrate and draws each segment where it lies") {
   const Planned p;
-  const Element page = parse_markup(aerosol_path_picture(p.job, p.plan, "path"));
+  const Element page = parse_markup(report::aerosol_path_picture(p.job, p.plan, "path"));
   const ReadAxis x = x_axis_of(page), y = y_axis_of(page);
   CHECK(x.per_px(200.0) == Approx(y.per_px(200.0)).epsilon(0.01));
   const auto segments = page.all("path", "stroke-width", "7");
@@ -213,7 +213,7 @@ TEST_CASE("The path picture keeps the proportions of the substrate and draws eac
 
 TEST_CASE("The sheet of a shuttered plan holds its six charts side by side, none over another") {
   const Planned p;
-  const Element page = parse_markup(aerosol_plot(p.job, p.plan, p.machine, "a <plan>"));
+  const Element page = parse_markup(report::aerosol_plot(p.job, p.plan, p.machine, "a <plan>"));
   const Element& sheet = page.children.at(0);
   std::vector<Box> boxes;
   for (const Element& chart : sheet.children) {
@@ -229,7 +229,7 @@ TEST_CASE("The sheet of a shuttered plan holds its six charts side by side, none
 }
 
 TEST_CASE("A speed map draws a circle as a circle, in one colour for one speed") {
-  const Element page = parse_markup(speed_map(circle_trace(400), 80.0, "map"));
+  const Element page = parse_markup(report::speed_map(circle_trace(400), 80.0, "map"));
   std::map<std::string, int> colours;
   Box box;
   for (const Element* path : page.all("g", "stroke-width", "4").at(0)->all("path")) {
@@ -245,7 +245,7 @@ TEST_CASE("A speed map draws a circle as a circle, in one colour for one speed")
 TEST_CASE("A faster stretch of a speed map is lighter") {
   std::vector<TraceSample> trace = circle_trace(200);
   for (std::size_t n = 0; n < trace.size(); ++n) trace[n].total[0] = 80.0 * double(n) / 200.0;
-  const Element page = parse_markup(speed_map(trace, 80.0, "map"));
+  const Element page = parse_markup(report::speed_map(trace, 80.0, "map"));
   double before = -1.0;
   for (const Element* path : page.all("g", "stroke-width", "4").at(0)->all("path")) {
     unsigned r = 0, g = 0, b = 0;
@@ -271,7 +271,7 @@ TEST_CASE(
     t.at = {100.0 + r * std::cos(a), 50.0 + r * std::sin(a)};
     trace.push_back(t);
   }
-  const auto off = deviations(trace, polygon);
+  const auto off = report::deviations(trace, polygon);
   REQUIRE(off.size() == trace.size());
   for (std::size_t n = 0; n < off.size(); ++n)  // 0.8 um: the chords' sagitta
     CHECK(off[n] ==
@@ -280,13 +280,13 @@ TEST_CASE(
 
 TEST_CASE("A strip per limit is as long as the path and orange where the limit is exceeded") {
   std::vector<double> along;
-  std::vector<LimitActivity> limits{{"speed", {}}, {"jerk", {}}};
+  std::vector<report::LimitActivity> limits{{"speed", {}}, {"jerk", {}}};
   for (int n = 0; n <= 1000; ++n) {
     along.push_back(0.1 * n);
     limits[0].share.push_back(n / 1000.0);
     limits[1].share.push_back(n > 500 ? 1.2 : 0.0);
   }
-  const Element page = parse_markup(limit_strips(along, limits, 864.0, "activity"));
+  const Element page = parse_markup(report::limit_strips(along, limits, 864.0, "activity"));
   const auto strips = page.all("image");
   REQUIRE(strips.size() == 2);
   CHECK(strips[0]->at("width") == strips[1]->at("width"));
@@ -301,17 +301,17 @@ TEST_CASE("A strip per limit is as long as the path and orange where the limit i
 }
 
 TEST_CASE("Two plans beside each other share their axis of time and do not overlap") {
-  PlanPlot left;
+  report::PlanPlot left;
   left.title = "left";
   left.trace = circle_trace(300);
   left.limits = motion::cobra600_limits();
   left.joint_names = {"J1"};
   left.joint_units = {"rad"};
   for (const TraceSample& t : left.trace) left.points.push_back(t.at);
-  PlanPlot right = left;
+  report::PlanPlot right = left;
   right.title = "right";
   for (TraceSample& t : right.trace) t.t_s *= 2.0;
-  const Element page = parse_markup(plan_pictures_beside(left, right));
+  const Element page = parse_markup(report::plan_pictures_beside(left, right));
   std::vector<Box> boxes;
   const Element& sheet = page.children.at(0);
   for (const Element& chart : sheet.children) {
@@ -338,7 +338,7 @@ TEST_CASE("Two paths in one speed map are not joined") {
     t.at.x_mm += 60.0;
     trace.push_back(t);
   }
-  const Element page = parse_markup(speed_map(trace, 80.0, "map"));
+  const Element page = parse_markup(report::speed_map(trace, 80.0, "map"));
   for (const Element* path : page.all("g", "stroke-width", "4").at(0)->all("path")) {
     const auto line = polylines_of(path->attribute("d")).at(0);
     CHECK(std::hypot(line[1].x - line[0].x, line[1].y - line[0].y) < 10.0);
@@ -355,7 +355,7 @@ TEST_CASE("Differences of a trajectory's samples are its derivatives: exact for 
     t.positions.push_back(2.0 * s * s * s - 3.0 * s);
     tool.push_back({4.0 * s * s * s, 3.0 * s * s * s});
   }
-  const auto trace = trace_of_samples(t, tool);
+  const auto trace = report::trace_of_samples(t, tool);
   REQUIRE(trace.size() == 50);
   for (std::size_t n = 3; n < 50; ++n) {
     CHECK(trace[n].joint[0][2] == Approx(12.0).epsilon(1e-6));
@@ -369,7 +369,7 @@ TEST_CASE("Differences of a trajectory's samples are its derivatives: exact for 
 
 TEST_CASE(
     "A plan's picture has a chart for every quantity, its limit where the axis says, joints in degrees") {
-  PlanPlot plot;
+  report::PlanPlot plot;
   plot.title = "a & b";
   plot.trace = circle_trace(300);
   plot.limits = motion::cobra600_limits();
@@ -377,7 +377,7 @@ TEST_CASE(
   plot.joint_units = {"rad", "rad"};
   plot.certificate.limits = {{"total speed", 0.32, 1.5}, {"J1 <rate>", 0.75, 0.25}};
   plot.certificate.duration_s = 3.1416;
-  const Element page = parse_markup(plan_picture(plot));
+  const Element page = parse_markup(report::plan_picture(plot));
   std::map<std::string, const Element*> charts;
   for (const Element* svg : page.all("svg", "role", "img"))
     charts[svg->name == "svg" && !svg->all("title").empty() ? svg->all("title").front()->text : ""] = svg;
@@ -399,12 +399,12 @@ TEST_CASE(
 }
 
 TEST_CASE("A chart of a long trace keeps the peak of a single sample") {
-  PlanPlot plot;
+  report::PlanPlot plot;
   plot.title = "peak";
   plot.trace = circle_trace(20000);
   plot.limits = motion::cobra600_limits();
   plot.trace[7777].total[1] = 450.0;
-  const Element page = parse_markup(plan_picture(plot));
+  const Element page = parse_markup(report::plan_picture(plot));
   for (const Element* svg : page.all("svg", "role", "img")) {
     if (svg->all("title").front()->text != "total acceleration") continue;
     const ReadAxis y = y_axis_of(*svg);
@@ -417,8 +417,8 @@ TEST_CASE("A chart of a long trace keeps the peak of a single sample") {
 }
 
 TEST_CASE("Every ring and line of a layer is drawn point for point in millimetres, y upwards") {
-  const std::vector<PicturedLayer> layers{layer(1)};
-  const Element page = parse_markup(layers_svg(layers));
+  const std::vector<report::PicturedLayer> layers{layer(1)};
+  const Element page = parse_markup(report::layers_svg(layers));
   const Element& g = page.only("g");
   std::size_t areas = 0, lines = 0;
   for (const Element& path : g.children) {
@@ -431,8 +431,8 @@ TEST_CASE("Every ring and line of a layer is drawn point for point in millimetre
     const auto line = layers[0].paths.lines[lines];
     REQUIRE(drawn.at(0).size() == line.size() + (layers[0].paths.info[lines].closed ? 1u : 0u));
     for (std::size_t n = 0; n < line.size(); ++n) {
-      CHECK(drawn[0][n].x == Approx(line[n].x * slice::kMmPerUnit).margin(0.0051));
-      CHECK(drawn[0][n].y == Approx(-line[n].y * slice::kMmPerUnit).margin(0.0051));
+      CHECK(drawn[0][n].x == Approx(line[n].x * geometry::kMmPerUnit).margin(0.0051));
+      CHECK(drawn[0][n].y == Approx(-line[n].y * geometry::kMmPerUnit).margin(0.0051));
     }
     ++lines;
   }
@@ -442,9 +442,9 @@ TEST_CASE("Every ring and line of a layer is drawn point for point in millimetre
 
 TEST_CASE("Layers of a contact sheet lie beside each other inside the sheet, whatever their number") {
   for (const int count : {1, 2, 3, 7, 12, 30}) {
-    std::vector<PicturedLayer> layers;
+    std::vector<report::PicturedLayer> layers;
     for (int n = 1; n <= count; ++n) layers.push_back(layer(n));
-    const Element page = parse_markup(layers_svg(layers));
+    const Element page = parse_markup(report::layers_svg(layers));
     double width = 0, height = 0;
     REQUIRE(std::sscanf(page.only("svg").attribute("viewBox").c_str(), "0 0 %lf %lf", &width, &height) == 2);
     std::vector<Box> boxes;
@@ -472,8 +472,8 @@ TEST_CASE("Layers of a contact sheet lie beside each other inside the sheet, wha
 }
 
 TEST_CASE("The PNG of a sheet shows part and scaffold in the colours of the SVG") {
-  const std::vector<PicturedLayer> layers{layer(1)};
-  const Element page = parse_markup(layers_svg(layers));
+  const std::vector<report::PicturedLayer> layers{layer(1)};
+  const Element page = parse_markup(report::layers_svg(layers));
   std::vector<std::array<unsigned, 3>> fills;
   for (const Element* path : page.only("g").all("path")) {
     std::array<unsigned, 3> c{};
@@ -481,7 +481,7 @@ TEST_CASE("The PNG of a sheet shows part and scaffold in the colours of the SVG"
       fills.push_back(c);
   }
   REQUIRE(fills.size() == 2);
-  const ReadPicture p = picture_of(layers_png(layers, 800));
+  const ReadPicture p = picture_of(report::layers_png(layers, 800));
   CHECK(p.width == 800);
   std::map<std::array<unsigned, 3>, int> count;
   for (const auto& c : p.pixels) ++count[{c[0], c[1], c[2]}];
@@ -493,15 +493,15 @@ TEST_CASE("The PNG of a sheet shows part and scaffold in the colours of the SVG"
 }
 
 TEST_CASE("Pictures of no layer and of layers without lines are drawn") {
-  CHECK_NOTHROW(parse_markup(layers_svg({})));
-  const std::vector<PicturedLayer> empty(3);
-  CHECK(parse_markup(layers_svg(empty)).all("g").size() == 3);
+  CHECK_NOTHROW(parse_markup(report::layers_svg({})));
+  const std::vector<report::PicturedLayer> empty(3);
+  CHECK(parse_markup(report::layers_svg(empty)).all("g").size() == 3);
 }
 
 TEST_CASE("A layer written as JSON is read by the planner's reader as the same paths") {
-  const PicturedLayer l = layer(7);
+  const report::PicturedLayer l = layer(7);
   const std::vector<std::string> tools{"water", ""};
-  std::istringstream in(layer_json(l.paths, tools));
+  std::istringstream in(report::layer_json(l.paths, tools));
   std::vector<InputPath> read;
   read_paths_json(in, "layer.json", 1.0, [&](InputPath&& p) { read.push_back(std::move(p)); });
   REQUIRE(read.size() == 4);
@@ -511,15 +511,27 @@ TEST_CASE("A layer written as JSON is read by the planner's reader as the same p
     CHECK(read[n].path.layer == 7);
     CHECK(read[n].path.z_mm == Approx(7 * 0.24));
     CHECK(read[n].path.closed == info.closed);
-    CHECK(read[n].path.width_mm == Approx(info.width * slice::kMmPerUnit));
+    CHECK(read[n].path.width_mm == Approx(info.width * geometry::kMmPerUnit));
     CHECK(read[n].tool == (info.material == 0 ? "water" : "flange"));
     const auto line = l.paths.lines[n];
     REQUIRE(read[n].path.points.size() == line.size());
     for (std::size_t k = 0; k < line.size(); ++k) {
-      CHECK(std::lround(read[n].path.points[k].x_mm * slice::kUnitsPerMm) == line[k].x);
-      CHECK(std::lround(read[n].path.points[k].y_mm * slice::kUnitsPerMm) == line[k].y);
+      CHECK(std::lround(read[n].path.points[k].x_mm * geometry::kUnitsPerMm) == line[k].x);
+      CHECK(std::lround(read[n].path.points[k].y_mm * geometry::kUnitsPerMm) == line[k].y);
     }
   }
+}
+
+TEST_CASE("A tool's name is read back from a layer's JSON, whatever it contains") {
+  const report::PicturedLayer l = layer(7);
+  const std::vector<std::string> tools{"water \"1 mm\" \\ \n", "a, {\"tool\": 1}"};
+  std::istringstream in(report::layer_json(l.paths, tools));
+  std::size_t read = 0;
+  read_paths_json(in, "layer.json", 1.0, [&](InputPath&& p) {
+    const std::size_t material = l.paths.info[read++].material;
+    CHECK(p.tool == (material < tools.size() ? tools[material] : "flange"));
+  });
+  CHECK(read == l.paths.lines.size());
 }
 
 }  // namespace

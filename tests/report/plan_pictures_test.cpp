@@ -31,11 +31,11 @@ double polynomial(double t_s, int order) {
   return sum / std::pow(kMotionS, order);
 }
 
-PlanPlot polynomial_plan() {
+report::PlanPlot polynomial_plan() {
   Trajectory t;
   t.tick_s = kTickS;
   t.axes = 2;
-  PlanPlot p;
+  report::PlanPlot p;
   std::vector<Point2> tool;
   for (int n = 0; n <= int(kMotionS / kTickS); ++n) {
     const double g = polynomial(n * kTickS, 0);
@@ -43,7 +43,7 @@ PlanPlot polynomial_plan() {
     tool.push_back({kToolX * g, kToolY * g});
   }
   p.title = "polynomial";
-  p.trace = trace_of_samples(t, tool);
+  p.trace = report::trace_of_samples(t, tool);
   p.limits = motion::cobra600_limits();
   p.joint_names = {"J1", "J2"};
   p.joint_units = {"rad", "mm"};
@@ -70,8 +70,8 @@ std::vector<PixelPoint> curve_points(const Element& chart, const std::string& st
 }
 
 // A trace along the x axis, a sample per 0.1 mm at 10 mm/s, half of each limit used.
-PlanPlot straight_plan(int samples) {
-  PlanPlot p;
+report::PlanPlot straight_plan(int samples) {
+  report::PlanPlot p;
   p.title = "straight";
   p.limits = motion::cobra600_limits();
   p.joint_names = {"J1"};
@@ -112,7 +112,7 @@ void check_texts_inside(const Element& e, double width, double height, double le
 }
 
 TEST_CASE("Curves of speed, acceleration and jerk are the derivatives of the motion's formula") {
-  const Element page = parse_markup(plan_picture(polynomial_plan()));
+  const Element page = parse_markup(report::plan_picture(polynomial_plan()));
   struct Curve {
     const char* title;
     int order;
@@ -144,9 +144,9 @@ TEST_CASE("Curves of speed, acceleration and jerk are the derivatives of the mot
 }
 
 TEST_CASE("Every chart of two plans has the same axis of time, and the shorter motion ends where it ends") {
-  PlanPlot fast = polynomial_plan(), slow = fast;
+  report::PlanPlot fast = polynomial_plan(), slow = fast;
   for (TraceSample& t : slow.trace) t.t_s *= 2.5;
-  const Element page = parse_markup(plan_pictures_beside(fast, slow));
+  const Element page = parse_markup(report::plan_pictures_beside(fast, slow));
   for (const char* title : {"total speed", "total jerk", "J1 rate", "J2 acceleration"}) {
     CAPTURE(title);
     std::vector<double> begins, ends, lasts;
@@ -166,11 +166,11 @@ TEST_CASE("Every chart of two plans has the same axis of time, and the shorter m
 }
 
 TEST_CASE("The deviation's curve is the distance from the polygon in micrometres, its bound a line") {
-  PlanPlot p = straight_plan(1001);
+  report::PlanPlot p = straight_plan(1001);
   p.points = {{0.0, 0.0}, {100.0, 0.0}};
   p.deviation_mm = 0.05;
   for (TraceSample& t : p.trace) t.at.y_mm = 0.04 * std::sin(0.1 * t.at.x_mm);
-  const Element page = parse_markup(plan_picture(p));
+  const Element page = parse_markup(report::plan_picture(p));
   const Element& chart = chart_named(page, "deviation");
   const ReadAxis s = x_axis_of(chart), off = y_axis_of(chart);
   const auto line = curve_points(chart, "var(--c0)");
@@ -184,16 +184,16 @@ TEST_CASE("The deviation's curve is the distance from the polygon in micrometres
 }
 
 TEST_CASE("A plan without its points has neither a deviation's curve nor its map") {
-  const Element page = parse_markup(plan_picture(straight_plan(50)));
+  const Element page = parse_markup(report::plan_picture(straight_plan(50)));
   CHECK_THROWS(chart_named(page, "deviation"));
   CHECK_THROWS(chart_named(page, "path coloured by its deviation"));
   CHECK_NOTHROW(chart_named(page, "path coloured by speed"));
 }
 
 TEST_CASE("Each limit's strip is brightest where its ratio is 1, orange above, half as far at a half") {
-  const PlanPlot half = straight_plan(1001);
+  const report::PlanPlot half = straight_plan(1001);
   for (int row = 0; row < 6; ++row) {
-    PlanPlot p = half;
+    report::PlanPlot p = half;
     const int k = row % 3;
     // From 30 mm to 40 mm the limit is met exactly, from 60 mm to 70 mm it is exceeded; joints run backwards.
     for (TraceSample& t : p.trace) {
@@ -202,7 +202,7 @@ TEST_CASE("Each limit's strip is brightest where its ratio is 1, orange above, h
       if (t.s_mm > 30.0 && t.s_mm < 40.0) value *= 2.0;
       if (t.s_mm > 60.0 && t.s_mm < 70.0) value *= 2.1;
     }
-    const Element page = parse_markup(plan_picture(p));
+    const Element page = parse_markup(report::plan_picture(p));
     const auto strips = chart_named(page, "activity of each limit along the path").all("image");
     REQUIRE(strips.size() == 6);
     for (int n = 0; n < 6; ++n) {
@@ -220,34 +220,34 @@ TEST_CASE("Each limit's strip is brightest where its ratio is 1, orange above, h
 }
 
 TEST_CASE("A quantity without a limit has no strip and no line of a limit") {
-  PlanPlot p = straight_plan(200);
+  report::PlanPlot p = straight_plan(200);
   p.limits.joint[0].jerk = std::numeric_limits<double>::infinity();
-  const Element page = parse_markup(plan_picture(p));
+  const Element page = parse_markup(report::plan_picture(p));
   CHECK(chart_named(page, "activity of each limit along the path").all("image").size() == 5);
   CHECK(curve_points(chart_named(page, "J1 jerk"), "var(--fg)").empty());
   CHECK(curve_points(chart_named(page, "J1 rate"), "var(--fg)").size() == 4);
 }
 
 TEST_CASE("Every text of a plan's picture lies inside its drawing") {
-  PlanPlot p = polynomial_plan();
+  report::PlanPlot p = polynomial_plan();
   p.points = {{0.0, 0.0}, {12.0, -16.0}};
   p.deviation_mm = 0.02;
   for (int n = 0; n < 9; ++n) p.certificate.limits.push_back({"limit " + std::to_string(n), 0.5, 1.0});
   p.certificate.duration_s = kMotionS;
   p.certificate.lower_bound_s = 3.0;
-  const Element alone = parse_markup(plan_picture(p));
+  const Element alone = parse_markup(report::plan_picture(p));
   CHECK(alone.all("text").size() > 100);
   check_texts_inside(alone, 0.0, 0.0, 0.0, 0.0);
-  check_texts_inside(parse_markup(plan_pictures_beside(p, straight_plan(20))), 0.0, 0.0, 0.0, 0.0);
+  check_texts_inside(parse_markup(report::plan_pictures_beside(p, straight_plan(20))), 0.0, 0.0, 0.0, 0.0);
 }
 
 TEST_CASE("Names with markup, quotes and foreign letters come back as they were given") {
-  PlanPlot p = straight_plan(20);
+  report::PlanPlot p = straight_plan(20);
   const std::string title = "<b>\"Düse\" & Öl</b> 液滴", joint = "轴 <1> & \"zwei\"";
   p.title = title;
   p.joint_names = {joint};
   p.certificate.limits = {{"</svg>" + joint, 0.5, 0.1}};
-  const Element page = parse_markup(plan_pictures_beside(p, p));
+  const Element page = parse_markup(report::plan_pictures_beside(p, p));
   CHECK(page.children.at(0).all("title").front()->text == title + " | " + title);
   CHECK(page.all("text", "class", "head").at(0)->text == title);
   CHECK_NOTHROW(chart_named(page, joint + " rate"));
@@ -258,15 +258,16 @@ TEST_CASE("Names with markup, quotes and foreign letters come back as they were 
 
 TEST_CASE("Maps and strips of no sample and of one sample are drawn, without a line") {
   for (const int samples : {0, 1}) {
-    const PlanPlot p = straight_plan(samples);
-    const Element map = parse_markup(speed_map(p.trace, 125.0, "few"));
+    const report::PlanPlot p = straight_plan(samples);
+    const Element map = parse_markup(report::speed_map(p.trace, 125.0, "few"));
     CHECK(map.all("g", "stroke-width", "4").at(0)->children.empty());
-    CHECK(along_path(p.trace).size() == std::size_t(samples));
-    const Element strips = parse_markup(limit_strips(along_path(p.trace), {}, 864.0, "few"));
+    CHECK(report::along_path(p.trace).size() == std::size_t(samples));
+    const Element strips = parse_markup(report::limit_strips(report::along_path(p.trace), {}, 864.0, "few"));
     CHECK(strips.all("image").empty());
-    CHECK(deviations(p.trace, {{0.0, 3.0}, {10.0, 3.0}}) == std::vector<double>(std::size_t(samples), 3.0));
+    CHECK(report::deviations(p.trace, {{0.0, 3.0}, {10.0, 3.0}}) ==
+          std::vector<double>(std::size_t(samples), 3.0));
   }
-  const Element picture = parse_markup(plan_picture(straight_plan(1)));
+  const Element picture = parse_markup(report::plan_picture(straight_plan(1)));
   CHECK(picture.all("image").size() == 6);
 }
 

@@ -11,13 +11,13 @@ using namespace firn;
 
 namespace {
 
-std::vector<slice::Point> wheel(double radius_mm, double tooth_mm, int teeth) {
-  std::vector<slice::Point> ring;
+std::vector<geometry::Point> wheel(double radius_mm, double tooth_mm, int teeth) {
+  std::vector<geometry::Point> ring;
   for (int n = 0; n < 480; ++n) {
     const double a = 2.0 * 3.14159265358979 * n / 480,
                  r = radius_mm + 0.5 * tooth_mm * std::tanh(2.0 * std::cos(teeth * a));
-    ring.push_back({std::int32_t(std::lround(r * std::cos(a) * slice::kUnitsPerMm)),
-                    std::int32_t(std::lround(r * std::sin(a) * slice::kUnitsPerMm))});
+    ring.push_back({std::int32_t(std::lround(r * std::cos(a) * geometry::kUnitsPerMm)),
+                    std::int32_t(std::lround(r * std::sin(a) * geometry::kUnitsPerMm))});
   }
   return ring;
 }
@@ -28,8 +28,8 @@ slice::LayerRegions layer_regions() {
   r.layer = 5;
   r.z = 5 * 2400;
   r.height = 2400;
-  slice::Region part, scaffold;
-  std::vector<slice::Point> bore = wheel(9.0, 0.0, 1), outline = wheel(24.0, 5.0, 12);
+  geometry::Region part, scaffold;
+  std::vector<geometry::Point> bore = wheel(9.0, 0.0, 1), outline = wheel(24.0, 5.0, 12);
   std::reverse(bore.begin(), bore.end());
   part.add(outline);
   part.add(bore);

@@ -5,14 +5,14 @@
 #include <fstream>
 #include <iterator>
 
-#include "cli/audit_command.h"
 #include "cli/replay_command.h"
 #include "cli/report_command.h"
 #include "config/include.h"
 #include "core/grid/random.h"
 #include "print/folder/run_report.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/lab_run.h"
+#include "replay/audit_run.h"
 #include "replay/print_verdict.h"
 #include "report/draw/svg.h"
 #include "report/run/metrics.h"
@@ -26,11 +26,12 @@ namespace fs = std::filesystem;
 std::string print_part(const std::string& name, const std::string& scheme, std::uint64_t crash_after = 0) {
   const fs::path file = fs::path(FIRN_SOURCE_DIR) / "experiments" / "demo.toml";
   const Experiment e = load_experiment(file, {"control.scheme=" + scheme, "part.height_mm=0.02"});
-  const RunFolder run =
-      RunFolder::create(scratch_folder(name), e, make_inputs(e, file.parent_path()), {"firn", "print"});
+  const runs::RunFolder run = runs::RunFolder::create(
+      scratch_folder(name), e, make_inputs(full_product(), e, file.parent_path()), {"firn", "print"});
   LabRunOptions options;
   options.crash_after_steps = crash_after;
-  for (LabRunReport r = run_in_lab(run, options); r.crashed; r = run_in_lab(run, options)) {
+  for (LabRunReport r = run_in_lab(full_product(), run, options); r.crashed;
+       r = run_in_lab(full_product(), run, options)) {
     options.resume = true;
     options.crash_after_steps = 0;
   }
@@ -53,7 +54,7 @@ TEST_CASE(
   ReportOptions options;
   options.runs = {print_part("report-mpc", "mpc"), print_part("report-open", "open_loop")};
   options.output = (scratch_folder("report") / "report.html").string();
-  write_report(options);
+  write_report(full_product(), options);
   const std::string page = text_of(options.output);
   CHECK(page.find("http") == page.find("http://www.w3.org/2000/svg"));
   CHECK(count(page, "<script") == 0);
@@ -61,7 +62,7 @@ TEST_CASE(
   CHECK(count(page, "<svg") == count(page, "</svg>"));
   CHECK(count(page, "data:image/png;base64,") == 2 * 2 + 2);  // height and error of both, two colour bars
   CHECK(count(page, ">identical<") == 2);
-  const std::string head = page.substr(0, page.find("</table>"));  // what a reader sees first
+  const std::string head = page.substr(0, page.find("</table>"));  // the first screen
   CHECK(count(head, ">within tolerance</span>: RMS") == 2);
   CHECK(count(head, ">clean</span>") == 2);
   for (const char* column : {"stops", "resumes", "doubts", "faults", "warnings", "lost rows"})
@@ -70,13 +71,13 @@ TEST_CASE(
   for (const char* no_number : {" nan", "\"nan", ">nan", " inf", "\"inf", ">inf"})
     CHECK(page.find(no_number) == page.npos);
 
-  const replay::RunData run = run_data(options.runs[0]);
+  const report::RunData run = run_data(full_product(), options.runs[0]);
   CHECK(run.layers.size() >= 3);
   CHECK(run.layers.back().truth);
   CHECK(run.layers.back().truth->rms_mm < 0.01);
   CHECK(run.layers.back().drops_total > 1000);
   const std::string csv = text_of(fs::path(options.runs[0]) / "metrics.csv");
-  CHECK(csv == replay::metrics_csv(run));
+  CHECK(csv == report::metrics_csv(run));
   CHECK(count(csv, "\n") == run.layers.size() + 1);
   const std::size_t columns = std::size_t(std::ranges::count(csv.substr(0, csv.find('\n')), ','));
   CHECK(count(csv, ",") == columns * (run.layers.size() + 1));
@@ -87,14 +88,15 @@ TEST_CASE(
     "make") {
   const fs::path file = fs::path(FIRN_SOURCE_DIR) / "experiments" / "gear.toml";
   const Experiment e = load_experiment(file);
-  const RunFolder run = RunFolder::create(scratch_folder("report-inks"), e,
-                                          make_inputs(e, file.parent_path()), {"firn", "print"});
-  REQUIRE(run_in_lab(run, {}).result.status == 0);
-  const replay::RunData data = run_data(run.path());
+  const runs::RunFolder run =
+      runs::RunFolder::create(scratch_folder("report-inks"), e,
+                              make_inputs(full_product(), e, file.parent_path()), {"firn", "print"});
+  REQUIRE(run_in_lab(full_product(), run, {}).result.status == 0);
+  const report::RunData data = run_data(full_product(), run.path());
   REQUIRE(data.inks);
   CHECK(std::int32_t(data.inks->layers.size()) == data.layers.back().layer);
   std::size_t object = 0, printed = 0;
-  for (const replay::InkLayer& l : data.inks->layers)
+  for (const report::InkLayer& l : data.inks->layers)
     for (std::size_t c = 0; c < l.planned.size(); ++c) {
       object += l.planned.of(c) == Material::kA;
       if (l.planned.of(c) == Material::kNone) continue;
@@ -109,7 +111,7 @@ TEST_CASE(
   ReportOptions options;
   options.runs = {run.path().string()};
   options.output = (scratch_folder("report-inks-page") / "report.html").string();
-  write_report(options);
+  write_report(full_product(), options);
   const std::string page = text_of(options.output);
   CHECK(page.find("<h2>Inks</h2>") != page.npos);
   CHECK(count(page, ">wanted</text>") == 6 + 1);  // six layers and the block
@@ -125,12 +127,12 @@ TEST_CASE("a print that died and was resumed replays identical and its audit is 
     INFO("died after " << crash_after << " steps");
     ReplayCommandOptions options;
     options.run = run;
-    const replay::RunVerdict verdict = replay_verdict(options);
+    const replay::RunVerdict verdict = replay_verdict(full_product(), options);
     INFO(replay::to_text(verdict));
     CHECK(verdict.identical());
     CHECK(verdict.nodes.size() == 8);
     for (const auto& node : verdict.nodes) CHECK(node.incarnations == 2);
-    const replay::AuditVerdict audit = audit_verdict(run);
+    const replay::AuditVerdict audit = replay::audit_run(run);
     INFO(to_text(audit));
     CHECK(audit.clean());
     CHECK(audit.finished);
@@ -142,7 +144,7 @@ TEST_CASE("a print that died and was resumed replays identical and its audit is 
 TEST_CASE("axes have round ticks inside their range, for any range") {
   for (const auto& [low, high] :
        {std::pair{0.0, 105.0}, {-0.13, 10.4}, {3.0, 3.0}, {-2e-5, 7e-5}, {1e6, 4e9}}) {
-    const replay::Axis axis(low, high, 0, 400, 6);
+    const report::Axis axis(low, high, 0, 400, 6);
     INFO(low << " to " << high);
     CHECK(axis.ticks().size() >= 2);
     CHECK(axis.ticks().size() <= 8);
@@ -151,10 +153,10 @@ TEST_CASE("axes have round ticks inside their range, for any range") {
       CHECK(axis.px(t.value) <= 400.01);
     }
   }
-  CHECK(replay::number(-0.001, 2) == "0.00");
-  CHECK(replay::number(-1.5, 1) == "−1.5");
-  CHECK(replay::number(1.0 / 0.0, 2) == "–");
-  CHECK(replay::escape_html("a<b>&\"") == "a&lt;b&gt;&amp;&quot;");
+  CHECK(report::number(-0.001, 2) == "0.00");
+  CHECK(report::number(-1.5, 1) == "−1.5");
+  CHECK(report::number(1.0 / 0.0, 2) == "–");
+  CHECK(report::escape_html("a<b>&\"") == "a&lt;b&gt;&amp;&quot;");
 }
 
 }  // namespace

@@ -13,13 +13,15 @@
 #include "config/fields.h"
 #include "core/grid/random.h"
 #include "files/record/event_log.h"
+#include "files/usage_error.h"
 #include "firn/layer_metrics_t.hpp"
 #include "firn/sim_truth_t.hpp"
 #include "print/folder/run_report.h"
-#include "replay/run_migration.h"
+#include "print/labs/full_product.h"
 #include "report/run/differing_parameters.h"
 #include "report/run/metrics.h"
 #include "report/run/report_page.h"
+#include "runs/migrate/run_migration.h"
 #include "tests/replay/tiny_run.h"
 #include "tests/report/markup.h"
 
@@ -27,9 +29,9 @@ namespace firn::test {
 namespace {
 
 namespace fs = std::filesystem;
-using replay::LayerRow;
-using replay::ReportRun;
-using replay::RunData;
+using report::LayerRow;
+using report::ReportRun;
+using report::RunData;
 
 const fs::path kGolden = fs::path(FIRN_SOURCE_DIR) / "tests" / "replay" / "golden";
 
@@ -58,7 +60,9 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 
 std::string error_of(const fs::path& run) {
   try {
-    run_data(run);
+    run_data(full_product(), run);
+  } catch (const UsageError& e) {
+    return e.what();
   } catch (const std::invalid_argument& e) {
     return e.what();
   }
@@ -69,12 +73,12 @@ std::string error_of(const fs::path& run) {
 template <class Message>
 std::vector<Message> logged(const fs::path& run, std::string_view channel) {
   std::vector<Message> out;
-  const logfile::EventLogFile log(run / "log.lcm");
-  logfile::EventLogReader reader = log.reader();
+  const record::EventLogFile log(run / "log.lcm");
+  record::EventLogReader reader = log.reader();
   while (const auto event = reader.next()) {
     if (event->channel != channel) continue;
     out.emplace_back();
-    REQUIRE(replay::decode_recorded(event->data, out.back()));
+    REQUIRE(runs::decode_recorded(event->data, out.back()));
   }
   return out;
 }
@@ -83,8 +87,7 @@ RunData run_with_data(const std::string& scheme, const std::string& folder, std:
   RunData r;
   r.scheme = scheme;
   r.folder = folder;
-  r.outcome = "finished";
-  r.reason = "part complete";
+  r.result = runs::RunResult{"finished", 0, int(rms_um.size()), "part complete"};
   for (std::size_t n = 0; n < rms_um.size(); ++n) {
     LayerRow l;
     l.layer = int(n);
@@ -130,7 +133,7 @@ TEST_CASE("Every row of metrics.csv reads back as the layer's values in the head
   run.layers[2].truth->rms_mm = 0.00123;
   run.layers[2].truth->min_mm = -0.0045;
   run.layers[2].outline = OutlineStats{0.0921, 0.2754, 0.0123, kNotMeasured, false};
-  const auto rows = csv_rows(replay::metrics_csv(run));
+  const auto rows = csv_rows(report::metrics_csv(run));
   REQUIRE(rows.size() == 5);
   std::map<std::string, std::size_t> column;
   for (std::size_t c = 0; c < rows[0].size(); ++c) column[rows[0][c]] = c;
@@ -166,6 +169,7 @@ TEST_CASE("Every row of metrics.csv reads back as the layer's values in the head
     CHECK(cell("first_ring_um") == (l.outline ? "275.400" : ""));
     CHECK(cell("size_error_x_um") == (l.outline ? "12.300" : ""));
     CHECK(cell("size_error_y_um").empty());
+    CHECK(cell("size_cut") == (l.outline ? l.outline->cut ? "1" : "0" : ""));
     CHECK(cell("true_rms_um") == (l.truth ? "1.230" : ""));
   }
 }
@@ -176,13 +180,13 @@ TEST_CASE("A layer of absurd numbers keeps its row and its columns in metrics.cs
   for (double* v : {&l.target_mean_mm, &l.mean_height_mm, &l.mean_error_mm, &l.rms_mm, &l.std_mm,
                     &l.min_error_mm, &l.max_error_mm, &l.volume_mm3, &l.objective_mm, &l.end_s})
     *v = -std::numeric_limits<double>::max() * 1e-4;
-  CHECK(csv_rows(replay::metrics_csv(run)).size() == 3);
+  CHECK(csv_rows(report::metrics_csv(run)).size() == 3);
 }
 
 TEST_CASE("Layers of a recorded run are those of its LAYER_METRICS messages") {
   for (const char* name : {"v1-mpc", "v2-estimator", "v3-kalman", "v1-smf-resumed"}) {
     CAPTURE(name);
-    const RunData run = run_data(kGolden / name);
+    const RunData run = run_data(full_product(), kGolden / name);
     std::map<std::int32_t, layer_metrics_t> wanted;
     for (const auto& m : logged<layer_metrics_t>(kGolden / name, "LAYER_METRICS")) wanted[m.layer] = m;
     REQUIRE(run.layers.size() == wanted.size());
@@ -200,7 +204,7 @@ TEST_CASE("Layers of a recorded run are those of its LAYER_METRICS messages") {
 TEST_CASE("A layer's droplets add up to the total so far") {
   for (const char* name : {"v1-mpc", "v2-two-inks", "v3-kalman"}) {
     std::int64_t sum = 0;
-    for (const LayerRow& row : run_data(kGolden / name).layers) {
+    for (const LayerRow& row : run_data(full_product(), kGolden / name).layers) {
       sum += row.drops;
       CAPTURE(name, row.layer);
       CHECK(row.drops_total == sum);
@@ -210,7 +214,7 @@ TEST_CASE("A layer's droplets add up to the total so far") {
 
 TEST_CASE("The truth of a run is the simulated surface about the target, cell by cell") {
   const fs::path folder = kGolden / "v1-mpc";
-  const RunData run = run_data(folder);
+  const RunData run = run_data(full_product(), folder);
   const auto truths = logged<sim_truth_t>(folder, "SIM_TRUTH");
   REQUIRE(!truths.empty());
   REQUIRE(run.truth);
@@ -231,10 +235,10 @@ TEST_CASE("The truth of a run is the simulated surface about the target, cell by
 
 TEST_CASE("A run without its log is read from the nodes' files alone, and lacks only the truth") {
   const fs::path folder = copy_of("v1-mpc", "no-log");
-  const RunData whole = run_data(folder);
+  const RunData whole = run_data(full_product(), folder);
   fs::remove(folder / "log.lcm");
   fs::remove(folder / "log.lcm.idx");
-  const RunData run = run_data(folder);
+  const RunData run = run_data(full_product(), folder);
   CHECK_FALSE(run.truth);
   CHECK(run.layers.size() == whole.layers.size());
   for (std::size_t n = 0; n < run.layers.size(); ++n) CHECK(run.layers[n].rms_mm == whole.layers[n].rms_mm);
@@ -245,8 +249,8 @@ TEST_CASE("A run whose result is missing or damaged has not ended, and is read a
   const fs::path folder = copy_of("v1-mpc", "no-result");
   for (const char* text : {"", "{", "[]", "nul", "{\"outcome\": 4, \"reason\": [1]}"}) {
     write_text(folder / "result.json", text);
-    const RunData run = run_data(folder);
-    CHECK(run.outcome.empty());
+    const RunData run = run_data(full_product(), folder);
+    CHECK_FALSE(run.result);
     CHECK(!run.layers.empty());
   }
 }
@@ -306,7 +310,7 @@ TEST_CASE("Whatever byte of a node's file is damaged, the report reads the rest 
     CAPTURE(at);
     RunData run;
     try {
-      run = run_data(folder);
+      run = run_data(full_product(), folder);
     } catch (const std::exception& e) {
       CHECK(std::string(e.what()).find("scheduler.wal") != std::string::npos);
       continue;
@@ -320,18 +324,18 @@ TEST_CASE("Settings that differ are those whose resolved values differ, each wit
   std::vector<Experiment> three(3);
   three[1].control.scheme = "open_loop";
   three[2].grid.pitch_x_mm = 0.25;
-  const auto rows = differing_parameters(three);
+  const auto rows = report::differing_parameters(three);
   REQUIRE(rows.size() == 2);
-  const auto row = [&](const std::string& key) -> const replay::DifferingParameter& {
+  const auto row = [&](const std::string& key) -> const report::DifferingParameter& {
     return rows[0].key == key ? rows[0] : rows[1];
   };
   CHECK(row("control.scheme").values[1] == "\"open_loop\"");
   CHECK(row("control.scheme").values[0] == row("control.scheme").values[2]);
   CHECK(row("grid.pitch_x_mm").unit == "mm");
   CHECK(row("grid.pitch_x_mm").values[2] == "0.25");
-  CHECK(differing_parameters({three[0], three[0]}).empty());
-  CHECK(differing_parameters({three[0]}).empty());
-  CHECK(differing_parameters({}).empty());
+  CHECK(report::differing_parameters({three[0], three[0]}).empty());
+  CHECK(report::differing_parameters({three[0]}).empty());
+  CHECK(report::differing_parameters({}).empty());
 }
 
 TEST_CASE("Any one changed number is the only setting that differs") {
@@ -343,7 +347,7 @@ TEST_CASE("Any one changed number is the only setting that differs") {
     if (!value) continue;
     const double before = **value;
     **value = before * 0.5 + 0.1234567;
-    const auto rows = differing_parameters({Experiment{}, changed});
+    const auto rows = report::differing_parameters({Experiment{}, changed});
     CAPTURE(table[k].key);
     REQUIRE(rows.size() == 1);
     CHECK(rows[0].key == table[k].key);
@@ -357,7 +361,7 @@ TEST_CASE("The page's table gives each run's last layer, and marks the smallest 
   const std::vector<ReportRun> runs{{run_with_data("mpc", "a", {9, 4.5, 2.25}), "identical"},
                                     {run_with_data("smf", "b", {9, 7.251}), "differs"},
                                     {run_with_data("open_loop", "c", {}), ""}};
-  const Element page = parse_markup(replay::report_page(runs, {}));
+  const Element page = parse_markup(report::report_page(runs, {}));
   const Element& table = table_after(page, 1);
   const auto rows = table_rows(table);
   REQUIRE(rows.size() == 4);
@@ -368,8 +372,8 @@ TEST_CASE("The page's table gives each run's last layer, and marks the smallest 
   CHECK(rows[3][column.at("RMS [µm]")] == "–");
   CHECK(rows[1][column.at("layers")] == "2");
   CHECK(rows[2][column.at("droplets")] == "200");
-  CHECK(rows[1][column.at("print time [s]")] == "30.0");
-  CHECK(rows[1][column.at("mean error [µm]")] == "−0.56");
+  CHECK(rows[1][column.at("print time [s]")] == "30");
+  CHECK(rows[1][column.at("mean error [µm]")] == "−0.563");
   CHECK(rows[1][column.at("replay")] == "identical");
   CHECK(rows[3][column.at("replay")] == "–");
   CHECK(table.only("span", "class", "best").text == "2.25");
@@ -379,7 +383,7 @@ TEST_CASE("The page's table gives each run's last layer, and marks the smallest 
 TEST_CASE("Runs of one scheme are told apart by their folders, runs of different schemes by the scheme") {
   const auto names = [](const std::vector<ReportRun>& runs) {
     std::vector<std::string> out;
-    const Element page = parse_markup(replay::report_page(runs, {}));
+    const Element page = parse_markup(report::report_page(runs, {}));
     for (const auto& row : table_rows(table_after(page, 0))) out.push_back(row[0]);
     out.erase(out.begin());
     return out;
@@ -401,7 +405,7 @@ TEST_CASE("A page is well formed and holds no number that is none, whatever the 
   bare.provenance = odd.provenance;
   for (const std::vector<ReportRun>& runs : std::vector<std::vector<ReportRun>>{
            {{odd, "x<y"}}, {{huge, ""}}, {{bare, ""}}, {{odd, ""}, {bare, ""}, {huge, ""}}}) {
-    const std::string html = replay::report_page(runs, {{"a.b", "mm", {"1", "2", "<3>"}}});
+    const std::string html = report::report_page(runs, {{"a.b", "mm", {"1", "2", "<3>"}}});
     const Element page = parse_markup(html);
     for (const char* word : {"nan", "inf"}) {
       for (const Element* text : page.all("text")) CHECK(text->text != word);
@@ -412,14 +416,14 @@ TEST_CASE("A page is well formed and holds no number that is none, whatever the 
 }
 
 TEST_CASE("A page without runs says so") {
-  const Element page = parse_markup(replay::report_page({}, {}));
+  const Element page = parse_markup(report::report_page({}, {}));
   CHECK(page.only("body").all_text().find("No runs.") != std::string::npos);
   CHECK(page.all("table").empty());
 }
 
 TEST_CASE("The charts by layer hold the RMS error of every layer but the substrate") {
   const RunData run = run_with_data("mpc", "a", {99, 8, 4, 2, 1});
-  const Element page = parse_markup(replay::report_page({{run, ""}}, {}));
+  const Element page = parse_markup(report::report_page({{run, ""}}, {}));
   const Element* chart = nullptr;
   for (const Element* svg : page.all("svg", "role", "img"))
     if (svg->only("title").text == "RMS per layer") chart = svg;
@@ -438,7 +442,7 @@ TEST_CASE("The error map of a page is empty outside the part and orange where th
   run.mask.at(0, 0) = 0;
   run.height.at(1, 0) = run.target.at(1, 0) + 0.005;
   run.height.at(2, 0) = run.target.at(2, 0) - 0.005;
-  const Element page = parse_markup(replay::report_page({{run, ""}}, {}));
+  const Element page = parse_markup(report::report_page({{run, ""}}, {}));
   const Element* map = nullptr;
   for (const Element* svg : page.all("svg", "role", "img"))
     if (svg->only("title").text == "error of mpc") map = svg;
@@ -450,7 +454,7 @@ TEST_CASE("The error map of a page is empty outside the part and orange where th
 }
 
 TEST_CASE("Provenance on the page names the commit and the digest of the configuration that the run holds") {
-  const RunData run = run_data(kGolden / "v1-mpc");
+  const RunData run = run_data(full_product(), kGolden / "v1-mpc");
   std::map<std::string, std::string> facts(run.provenance.begin(), run.provenance.end());
   CHECK(facts.at("commit") == "5a93015b6c8a1f5655fd794f495ede2d45d8a752");
   CHECK(facts.at("run id") == "1795263705748301");
@@ -458,7 +462,7 @@ TEST_CASE("Provenance on the page names the commit and the digest of the configu
   const fs::path other = copy_of("v1-mpc", "digest");
   write_text(other / "experiment.toml", file_text(other / "experiment.toml") + "\n");
   std::map<std::string, std::string> changed;
-  for (const auto& [key, value] : run_data(other).provenance) changed[key] = value;
+  for (const auto& [key, value] : run_data(full_product(), other).provenance) changed[key] = value;
   CHECK(changed.at("configuration digest (XXH64)") != facts.at("configuration digest (XXH64)"));
   CHECK(changed.at("commit") == facts.at("commit"));
 }

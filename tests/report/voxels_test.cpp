@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 
 using namespace firn;
-using namespace firn::replay;
+using namespace firn::report;
 
 namespace {
 
@@ -32,9 +32,10 @@ TEST_CASE(
     "kind") {
   const Geometry g = box();
   const MaterialColumns m = print_of(g, 0.0);
-  const int nz = slices_for(m, g, kSlice);
+  const int nz = report::slices_for(m, g, kSlice);
   REQUIRE(nz == 10);
-  const WrongVoxels w = count_wrong(voxels_of(g, kSlice, nz), voxels_of(m, kSlice, nz));
+  const report::WrongVoxels w =
+      report::count_wrong(report::voxels_of(g, kSlice, nz), report::voxels_of(m, kSlice, nz));
   CHECK(w.object == 3 * 3 * 3);
   CHECK(w.object_boundary == 5 * 5 * 5 - 3 * 3 * 3);
   CHECK(w.wrong() == 0);
@@ -43,12 +44,14 @@ TEST_CASE(
 
 TEST_CASE("A part one slice too high is wrong in the boundary layer only, two slices too high also beyond") {
   const Geometry g = box();
-  const VoxelBlock wanted = voxels_of(g, kSlice, 9);
-  const WrongVoxels one = count_wrong(wanted, voxels_of(print_of(g, 0.01), kSlice, 9));
+  const report::VoxelBlock wanted = report::voxels_of(g, kSlice, 9);
+  const report::WrongVoxels one =
+      report::count_wrong(wanted, report::voxels_of(print_of(g, 0.01), kSlice, 9));
   CHECK(one.wrong() == 0);
   CHECK(one.boundary_inside == 25);
   CHECK(one.boundary_outside == 25);
-  const WrongVoxels two = count_wrong(wanted, voxels_of(print_of(g, 0.02), kSlice, 9));
+  const report::WrongVoxels two =
+      report::count_wrong(wanted, report::voxels_of(print_of(g, 0.02), kSlice, 9));
   CHECK(two.boundary_inside == 25 + 16);  // the second slice's rim touches the support beside it
   CHECK(two.inside == 9);
   CHECK(two.boundary_outside == 25);
@@ -66,15 +69,15 @@ TEST_CASE("Washing frees what support can reach from outside and leaves the obje
       m.add(c, kSlice, walled && k < 5 ? Material::kA : Material::kB);
     }
   }
-  VoxelBlock v = voxels_of(m, kSlice, 7);
+  report::VoxelBlock v = report::voxels_of(m, kSlice, 7);
   v.cells[0] = Material::kA;  // a loose voxel
-  const Washed shut = wash(v);
+  const report::Washed shut = report::wash(v);
   CHECK(shut.object == 125 - 27 + 1);
   CHECK(shut.largest_piece == 125 - 27);
   CHECK(shut.support == 9 * 9 * 7 - shut.object);
   CHECK(shut.support_shut_in == 27);
   v.cells[4 * 81 + kVoxelGrid.index(4, 4)] = Material::kNone;  // a hole in its lid
-  CHECK(wash(v).support_shut_in == 0);
+  CHECK(report::wash(v).support_shut_in == 0);
 }
 
 TEST_CASE("Air inside M and object ink above the block are wrong, and missing support is not") {
@@ -82,12 +85,13 @@ TEST_CASE("Air inside M and object ink above the block are wrong, and missing su
   MaterialColumns m = print_of(g, 0.0);
   const std::size_t c = kVoxelGrid.index(0, 0);
   m.add(c, 0.02, Material::kA);  // on the support's top
-  const int nz = slices_for(m, g, kSlice);
+  const int nz = report::slices_for(m, g, kSlice);
   CHECK(nz == 11);
-  CHECK(count_wrong(voxels_of(g, kSlice, nz), voxels_of(m, kSlice, nz)).outside == 2);
-  const WrongVoxels nothing =
-      count_wrong(voxels_of(g, kSlice, 9), voxels_of(MaterialColumns(kVoxelGrid), kSlice, 9));
+  CHECK(report::count_wrong(report::voxels_of(g, kSlice, nz), report::voxels_of(m, kSlice, nz)).outside == 2);
+  const report::WrongVoxels nothing = report::count_wrong(
+      report::voxels_of(g, kSlice, 9), report::voxels_of(MaterialColumns(kVoxelGrid), kSlice, 9));
   CHECK(nothing.inside + nothing.boundary_inside == 125);
   CHECK(nothing.outside + nothing.boundary_outside == 0);
-  CHECK_THROWS_AS(count_wrong(voxels_of(g, kSlice, 9), voxels_of(m, kSlice, 8)), std::invalid_argument);
+  CHECK_THROWS_AS(report::count_wrong(report::voxels_of(g, kSlice, 9), report::voxels_of(m, kSlice, 8)),
+                  std::invalid_argument);
 }

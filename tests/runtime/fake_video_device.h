@@ -24,7 +24,7 @@ struct FakeCamera {
   std::uint32_t capabilities = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
   std::vector<std::uint32_t> formats{V4L2_PIX_FMT_YUYV, V4L2_PIX_FMT_GREY};
   std::uint32_t given = 0;  ///< the format that it sets whatever is asked; 0: the one asked for
-  std::uint32_t width = 32, height = 16, padding = 0, most_buffers = 4;
+  std::uint32_t width = 32, height = 16, padding = 0, max_buffers = 4;
   std::map<std::uint32_t, std::pair<int, int>> controls{{V4L2_CID_EXPOSURE_ABSOLUTE, {1, 10000}}};
   std::map<std::uint32_t, int> set;
   std::deque<FakeFrame> frames;
@@ -71,7 +71,7 @@ class FakeVideoDevice final : public camera::VideoDevice {
       }
       case VIDIOC_REQBUFS: {
         auto& a = *static_cast<v4l2_requestbuffers*>(argument);
-        a.count = std::min(a.count, c_.most_buffers);
+        a.count = std::min(a.count, c_.max_buffers);
         memory_.assign(a.count, std::vector<std::uint8_t>((c_.width * 2 + c_.padding) * c_.height));
         return 0;
       }

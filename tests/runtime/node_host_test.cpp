@@ -112,7 +112,7 @@ TEST_CASE("a new incarnation keeps the node's memory and forgets its timers") {
   REQUIRE(host.is_armed(TimerId{2}, Time{500000}));
   // The sequence goes on through the resume.
   const Outbox& out = host.step(wake_event(2, Time{500000}));
-  enable_t m;
+  enable_t m{};
   m.decode(out.at(0).bytes.data(), 0, int(out.at(0).bytes.size()));
   REQUIRE(m.header.seq == 2);
   REQUIRE(m.header.incarnation == 1);
@@ -138,7 +138,7 @@ TEST_CASE("a message that does not decode becomes a fault of the node, and the h
   REQUIRE(probe->heard.empty());
   REQUIRE(out.size() == 1);
   REQUIRE(out.at(0).channel == "FAULT_SAFETY");
-  fault_t f;
+  fault_t f{};
   f.decode(out.at(0).bytes.data(), 0, int(out.at(0).bytes.size()));
   REQUIRE(f.text.find("RUN_END") != std::string::npos);
 }
@@ -177,22 +177,22 @@ TEST_CASE("replaying a step gives the bytes of the step") {
 
 TEST_CASE("a driver's lease runs out, and an older epoch is refused for ever") {
   DeviceGuard g;
-  REQUIRE_FALSE(g.refusal(0, Time{0}).empty());
+  REQUIRE_FALSE(g.command_refusal(0, Time{0}).empty());
   g.enable(1, true, 0.3, Time{0}, Time{0});
-  REQUIRE(g.refusal(1, Time{300000}).empty());
-  REQUIRE(g.refusal(1, Time{300001}).find("lease") != std::string::npos);
+  REQUIRE(g.command_refusal(1, Time{300000}).empty());
+  REQUIRE(g.command_refusal(1, Time{300001}).find("lease") != std::string::npos);
   g.enable(1, true, 0.3, Time{400000}, Time{400000});
-  REQUIRE(g.refusal(1, Time{500000}).empty());
+  REQUIRE(g.command_refusal(1, Time{500000}).empty());
   REQUIRE(g.safe_stop(2));
   REQUIRE_FALSE(g.safe_stop(2));
   g.enable(1, true, 0.3, Time{600000}, Time{600000});  // a late lease of the old epoch
   REQUIRE_FALSE(g.allowed(Time{600000}));
-  REQUIRE(g.refusal(1, Time{600000}).find("older") != std::string::npos);
+  REQUIRE(g.command_refusal(1, Time{600000}).find("older") != std::string::npos);
   g.enable(3, true, 0.3, Time{700000}, Time{700000});
-  REQUIRE(g.refusal(3, Time{700000}).empty());
+  REQUIRE(g.command_refusal(3, Time{700000}).empty());
   g.local_stop();
   g.enable(3, true, 0.3, Time{700001}, Time{700001});
-  REQUIRE_FALSE(g.refusal(3, Time{700001}).empty());
+  REQUIRE_FALSE(g.command_refusal(3, Time{700001}).empty());
 }
 
 TEST_CASE(
@@ -211,12 +211,12 @@ TEST_CASE(
 TEST_CASE("what was allowed is lost with the lease, with a newer stop that waits, and with the enabling") {
   DeviceGuard g;
   g.enable(2, true, 0.3, Time{0}, Time{0});
-  REQUIRE(g.loss(Time{300'000}, 0).empty());
-  REQUIRE(g.loss(Time{300'001}, 0).find("ended") != std::string::npos);
-  REQUIRE(g.loss(Time{1'000}, 2).empty());  // the stop of this epoch is handled already
-  REQUIRE(g.loss(Time{1'000}, 3).find("SAFE_STOP of epoch 3") != std::string::npos);
+  REQUIRE(g.lease_refusal(Time{300'000}, 0).empty());
+  REQUIRE(g.lease_refusal(Time{300'001}, 0).find("ended") != std::string::npos);
+  REQUIRE(g.lease_refusal(Time{1'000}, 2).empty());  // the stop of this epoch is handled already
+  REQUIRE(g.lease_refusal(Time{1'000}, 3).find("SAFE_STOP of epoch 3") != std::string::npos);
   g.safe_stop(3);
-  REQUIRE_FALSE(g.loss(Time{1'000}, 0).empty());
+  REQUIRE_FALSE(g.lease_refusal(Time{1'000}, 0).empty());
 }
 
 }  // namespace

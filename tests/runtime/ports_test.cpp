@@ -107,3 +107,37 @@ TEST_CASE("a command of which a part has left is cut by closing the link, so tha
   CHECK(b.links[1] == LinkState::kClosed);
   CHECK(b.instrument.read().empty());
 }
+
+TEST_CASE("an instrument that babbles is read a piece a turn, and its link is lost by name") {
+  test::TempFolder folder;
+  Silent instrument(folder.path() / "lamp");
+  Ports ports({unix_port((folder.path() / "lamp").string())}, {}, {port_rate("lamp")});
+  std::int64_t now_us = 1;
+  std::size_t total = 0, most = 0;
+  std::vector<LinkState> links;
+  const auto turn = [&] {
+    std::size_t came = 0;
+    ports.service(
+        now_us += 1000, [&](PortId, LinkState s) { links.push_back(s); },
+        [&](PortId, std::span<const std::byte> b) { came += b.size(); });
+    total += came;
+    most = std::max(most, came);
+  };
+  ports.open_all(0);
+  turn();
+  instrument.accept();
+  const std::string babble(1 << 16, 'b');
+  for (int n = 0; n < 1000 && links.back() == LinkState::kOpen; ++n) {
+    for (int piece = 0; piece < 8; ++piece)
+      (void)::send(instrument.fd, babble.data(), babble.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    turn();
+  }
+  CHECK(links == std::vector{LinkState::kOpen, LinkState::kClosed});
+  CHECK(most <= Ports::kReadPerTurn);
+  CHECK(double(total) <= RateMeter::kLeastHeld_bytes + port_rate("lamp").bytes_per_s * double(now_us) * 1e-6);
+  const auto notices = ports.take_notices();
+  REQUIRE(notices.size() == 1);
+  CHECK(notices[0] ==
+        "unix:" + (folder.path() / "lamp").string() +
+            ": more than the 7680 bytes/s came that its instrument can send: the link is closed");
+}

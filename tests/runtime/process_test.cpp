@@ -26,6 +26,17 @@ using namespace firn::test;
 
 namespace {
 
+// The largest `now` of all events in a write-ahead file.
+Time last_now(const std::filesystem::path& path) {
+  const record::MappedFile mapped(path);
+  record::RecordReader reader(mapped.bytes());
+  Time last{-1};
+  while (const auto record = reader.next())
+    if (!record->damaged && record->kind == std::uint16_t(WalKind::kEvent))
+      last = std::max(last, decode_event(record->payload).event.now);
+  return last;
+}
+
 ProcessOptions options(const RunDir& dir, NodeId node, int control_fd, std::int32_t incarnation = 0) {
   ProcessOptions o;
   o.node = node;
@@ -35,7 +46,7 @@ ProcessOptions options(const RunDir& dir, NodeId node, int control_fd, std::int3
   o.epoch_ns = monotonic_ns();
   o.control_fd = control_fd;
   o.head = {std::string(info(node).name), 5, incarnation, "commit", "platform", "", "", {}};
-  if (incarnation > 0) o.offset_us = wal_extent(dir.path / "nodes" / (o.head.node + ".wal")).last_now.us + 1;
+  if (incarnation > 0) o.offset_us = last_now(dir.path / "nodes" / (o.head.node + ".wal")).us + 1;
   return o;
 }
 
@@ -138,7 +149,7 @@ TEST_CASE("two processes and an instrument finish their work over a bad network,
                  CHECK(wire::read_header(m)->seq == ++last[std::string(c)]);
              },
              [&](std::string_view c, std::span<const std::byte> m) {
-               device_state_t s;
+               device_state_t s{};
                if (c == "STATE_JET" && s.decode(m.data(), 0, int(m.size())) > 0) stop_text = s.text;
              },
              [](std::string_view, std::span<const std::byte>) { FAIL("nothing was left unsent"); }});

@@ -57,7 +57,7 @@ Bytes tile(std::int32_t index, std::int32_t count, std::int64_t total, std::size
 TEST_CASE("our tiles are the bytes that LCM's own encoder makes of tile_t") {
   RandomStream random(1, Purpose::kTest);
   const Bytes body = message(1, 1000, random);
-  tile_t t;
+  tile_t t{};
   t.size = std::int32_t(body.size());
   t.run_id = 3;
   t.incarnation = 1;
@@ -175,7 +175,7 @@ TEST_CASE("any bit flipped, any cut, any noise: no crash, and the stream goes on
     Peer& stage = net.add(NodeId::kStage, {"STAGE_COMMAND"});
     const auto wire = stage.transport->wire_channels();
     std::vector<Bytes> seeds;
-    resend_request_t request;
+    resend_request_t request{};
     request.header.run_id = kRun;
     request.header.seq = 1;
     request.n = 1;
@@ -184,7 +184,7 @@ TEST_CASE("any bit flipped, any cut, any noise: no crash, and the stream goes on
     request.to_seq = {std::int64_t(1) << 50};
     seeds.emplace_back(std::size_t(request.getEncodedSize()));
     request.encode(seeds[0].data(), 0, int(seeds[0].size()));
-    heartbeat_t beat;
+    heartbeat_t beat{};
     beat.header = request.header;
     beat.n = 1;
     beat.channel = {"STAGE_COMMAND"};
@@ -313,10 +313,10 @@ TEST_CASE(
     std::int64_t layer = 0, number = 0;
     for (std::int64_t seq = 1; seq <= 300; ++seq) {
       const std::int64_t far = 1 + random.below(1'000'000);
-      REQUIRE_FALSE(h.takes(channel, make(layer + kMostLayersAtOnce + far, number, seq)));
-      REQUIRE_FALSE(h.takes(channel, make(layer, number + kMostScansAtOnce + far, seq)));
-      layer += random.below(4) == 0 ? random.below(kMostLayersAtOnce + 1) : random.below(2);
-      number += 1 + (random.below(4) == 0 ? random.below(kMostScansAtOnce) : 0);
+      REQUIRE_FALSE(h.takes(channel, make(layer + kMaxLayersAtOnce + far, number, seq)));
+      REQUIRE_FALSE(h.takes(channel, make(layer, number + kMaxScansAtOnce + far, seq)));
+      layer += random.below(4) == 0 ? random.below(kMaxLayersAtOnce + 1) : random.below(2);
+      number += 1 + (random.below(4) == 0 ? random.below(kMaxScansAtOnce) : 0);
       REQUIRE(h.takes(channel, make(layer, number, seq)));
     }
   };

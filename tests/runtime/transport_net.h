@@ -148,7 +148,7 @@ class Net {
   }
   void beat(Peer& p) {
     p.next_beat_us = now_us + 100'000;
-    heartbeat_t m;
+    heartbeat_t m{};
     m.header.run_id = kRun;
     m.header.incarnation = incarnation_[p.id];
     m.header.seq = ++p.beat_seq;

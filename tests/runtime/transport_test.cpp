@@ -105,6 +105,19 @@ TEST_CASE("a lost tail is noticed by the heartbeat alone") {
   CHECK(stage.transport->stats().missing == 3);
 }
 
+TEST_CASE("a process listens to the heartbeats of those alone whose reliable messages it takes") {
+  Net net({}, {});
+  const auto heartbeats = [&](NodeId node, const std::vector<std::string>& subscriptions) {
+    std::vector<std::string> heard = net.add(node, subscriptions).transport->wire_channels();
+    std::erase_if(heard, [](const std::string& name) { return !name.starts_with("HEARTBEAT_"); });
+    return heard;
+  };
+  CHECK(heartbeats(NodeId::kStage, {"STAGE_COMMAND", "ENABLE"}) ==
+        std::vector<std::string>{"HEARTBEAT_SCHEDULER"});
+  CHECK(heartbeats(NodeId::kScheduler, {"ANSWER_STAGE", "STATE_STAGE", "ANSWER_JET"}) ==
+        std::vector<std::string>{"HEARTBEAT_JET", "HEARTBEAT_STAGE"});
+}
+
 TEST_CASE("on a latest channel nothing goes back in time, and the newest arrives when nothing is lost") {
   RandomStream random(6, Purpose::kTest);
   Net net({0.2, 0.2, 0.3, 0.2, 0.01, 6}, {});

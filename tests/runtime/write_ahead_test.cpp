@@ -61,7 +61,7 @@ TEST_CASE("outputs read back in the order in which the node put them out") {
   REQUIRE(list.size() == 4);
   REQUIRE(list[0].kind == OutputKind::kSend);
   REQUIRE(list[0].channel == "ENABLE");
-  enable_t back;
+  enable_t back{};
   REQUIRE(back.decode(list[0].bytes.data(), 0, int(list[0].bytes.size())) > 0);
   REQUIRE(back.header.run_id == 5);
   REQUIRE(back.header.incarnation == 2);

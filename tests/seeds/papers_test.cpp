@@ -40,7 +40,7 @@ std::vector<ReproduceRow> all_rows() {
   return rows;
 }
 
-void check_paper(const std::string& paper, std::size_t least_rows) {
+void check_paper(const std::string& paper, std::size_t min_rows) {
   std::set<std::string> ids, pictures;
   std::size_t agree = 0;
   for (const PartResult& part : quick(paper)) {
@@ -61,7 +61,7 @@ void check_paper(const std::string& paper, std::size_t least_rows) {
       CHECK(picture.svg.starts_with("<svg "));
     }
   }
-  CHECK(agree >= least_rows);
+  CHECK(agree >= min_rows);
 }
 
 /// All numbers of a text; "118 604" is one of them as well as two.

@@ -6,8 +6,8 @@
 #include <fstream>
 
 #include "core/grid/random.h"
-#include "print/exit_codes.h"
-#include "print/folder/run_folder.h"
+#include "files/exit_codes.h"
+#include "runs/folder/run_folder.h"
 #include "studies/compare/study_journal.h"
 #include "tests/files/record/scratch.h"
 
@@ -93,8 +93,7 @@ TEST_CASE("a study gives the same bytes for one thread and for several") {
   REQUIRE(two.run(3) == kOk);
   CHECK(one.results() == two.results());
   CHECK(one.file("summary.json").find("low is better") != std::string::npos);
-  CHECK(one.file("summary.json").find("6 of 42 prints of too high stopped before their end") !=
-        std::string::npos);
+  CHECK(one.file("summary.json").find("too high: 6 of 42 prints stopped") != std::string::npos);
 }
 
 TEST_CASE("an interrupted study goes on where it stopped, to the same result") {

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "files/usage_error.h"
-#include "studies/identify/identification_study.h"
+#include "tests/support/planted_trial.h"
 
 using namespace firn;
 

@@ -7,7 +7,7 @@
 #include "tests/support/temp_folder.h"
 
 using namespace firn;
-using namespace firn::tuning;
+using namespace firn::tune;
 using Catch::Contains;
 
 TEST_CASE("Rows of promises are read back as they were kept, and a torn one is left out") {

@@ -41,14 +41,14 @@ class WrittenVersion(unittest.TestCase):
 
     def written(self, flags="-O2"):
         out = self.tree / "build" / "version.h"
-        run(["cmake", f"-DOUT={out}", f"-DSOURCE={self.tree}", "-DOPENCV=4", f"-DFLAGS={flags}",
+        run(["cmake", f"-DOUT={out}", f"-DSOURCE={self.tree}", "-DVERSION=1.2.3", "-DOPENCV=4", f"-DFLAGS={flags}",
              f"-DDEPFILE={out}.d", "-P", Path(ROOT, "cmake/write_version.cmake")])
         return dict(re.findall(r'#define FIRN_(\w+) "(.*)"', out.read_text()))
 
     def test_a_committed_tree_is_clean_and_names_its_commit(self):
         version = self.written()
         head = run(["git", "-C", self.tree, "rev-parse", "HEAD"]).stdout.strip()
-        self.assertEqual((version["COMMIT"], version["DIFF"]), (head, ""))
+        self.assertEqual((version["VERSION"], version["COMMIT"], version["DIFF"]), ("1.2.3", head, ""))
         self.assertRegex(version["SOURCES"], "^[0-9a-f]{64}$")
 
     def test_an_edited_source_changes_the_hash_and_its_difference_is_kept(self):
@@ -126,7 +126,9 @@ class EditBuildCompare(unittest.TestCase):
                  Path(name, "runs"), "--set", "part.height_mm=0.02"], cwd=name)
             (folder,) = Path(name, "runs").iterdir()
             self.assertIn("+// a remark", (folder / "sources.diff").read_text())
-            self.assertRegex(json.loads((folder / "provenance.json").read_text())["commit"], "^[0-9a-f]{40}-dirty-")
+            provenance = json.loads((folder / "provenance.json").read_text())
+            self.assertRegex(provenance["commit"], "^[0-9a-f]{40}-dirty-")
+            self.assertRegex(provenance["version"], r"^\d+\.\d+\.\d+$")
 
 
 if __name__ == "__main__":

@@ -185,7 +185,7 @@ TEST_CASE("The page holds every row, note and picture, escaped, and loads nothin
         "errata: by hand", "the ink is not described", "lu.first.own"})
     CHECK_THAT(page, Contains(piece));
   for (const char* piece : {"<script", "<link", "src=\"http"}) CHECK(page.find(piece) == page.npos);
-  CHECK_THAT(replay::standalone_svg(first[0].pictures[0].svg),
+  CHECK_THAT(report::standalone_svg(first[0].pictures[0].svg),
              Catch::StartsWith("<svg viewBox=\"0 0 1 1\"><style>"));
 }
 

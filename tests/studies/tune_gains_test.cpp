@@ -7,12 +7,12 @@
 
 #include "core/grid/random.h"
 #include "estimators/gains/tune_smf.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "studies/tune/advice.h"
 #include "tests/support/tiny_print.h"
 
 using namespace firn;
-using namespace firn::tuning;
+using namespace firn::tune;
 
 namespace {
 
@@ -68,7 +68,7 @@ std::vector<double> white_disturbance() {
 
 TEST_CASE("Tuned gains agree with the exact optimum of one point where its assumptions hold") {
   const Experiment e = one_point_print();
-  const Blobs inputs = make_inputs(e, ".");
+  const Blobs inputs = make_inputs(full_product(), e, ".");
   const RecordedRun run{"one point", e, inputs, {}, 0};
   FittedLab lab;
   lab.lab = &kOnePointLab;

@@ -9,6 +9,7 @@
 #include "core/grid/random.h"
 #include "estimators/lab/layer_features.h"
 #include "files/usage_error.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/memory_print.h"
 #include "studies/tune/advice.h"
 #include "studies/tune/ice_layers.h"
@@ -16,7 +17,7 @@
 #include "tests/support/ice_print.h"
 
 using namespace firn;
-using namespace firn::tuning;
+using namespace firn::tune;
 using Catch::Contains;
 
 namespace {
@@ -63,7 +64,7 @@ TEST_CASE("An ice print's intervals are layers: the growth that the map before c
   options.tap = [&](std::string_view channel, std::span<const std::byte> bytes) {
     seen.take(channel, bytes);
   };
-  REQUIRE_FALSE(can_go_on(print_in_memory(e, inputs, options).result));
+  REQUIRE_FALSE(runs::can_go_on(print_in_memory(full_product(), e, inputs, options).result));
   const auto layers = seen.printed();
   REQUIRE(layers.size() == std::size_t(kIntervals));
   CHECK(seen.mask().count() > 20);

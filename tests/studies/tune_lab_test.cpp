@@ -11,8 +11,8 @@
 #include "estimators/lab/layer_features.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
-#include "print/folder/imported_run.h"
-#include "print/labs/print_labs.h"
+#include "print/import/imported_run.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/memory_print.h"
 #include "studies/tune/print_journal.h"
 #include "studies/tune/tune_answer.h"
@@ -21,7 +21,7 @@
 #include "tests/support/tiny_print.h"
 
 using namespace firn;
-using namespace firn::tuning;
+using namespace firn::tune;
 using Catch::Contains;
 
 namespace {
@@ -43,8 +43,8 @@ Experiment quick(Experiment e) {
   return e;
 }
 
-RecordedRun record(const Experiment& e, const LabDraw& lab) {
-  const Blobs inputs = make_inputs(e, ".");
+RecordedRun recorded_print(const Experiment& e, const LabDraw& lab) {
+  const Blobs inputs = make_inputs(full_product(), e, ".");
   const LabPrint print = print_in_lab(without_plant(e), inputs, lab, {.features = true});
   REQUIRE(print.finished);
   REQUIRE_FALSE(print.features.empty());
@@ -119,7 +119,7 @@ TEST_CASE("A value at an end of the searched range is one where the key's own li
 TEST_CASE("A setting that breaks a rule between keys is left out with that rule alone") {
   const Experiment e = quick(small_print());
   const std::vector<TuneKey> keys{{"process.sub_patterns=2:4", e}};
-  const RecordedRun run{"a run", e, make_inputs(e, "."), {}, 0};
+  const RecordedRun run{"a run", e, make_inputs(full_product(), e, "."), {}, 0};
   const Advice advice = advise(known_lab(), run, keys, {.seed = 2, .threads = 2, .prints = 40});
   const auto three = std::ranges::find(advice.rejected, "process.sub_patterns = 3", &Rejected::setting);
   REQUIRE(three != advice.rejected.end());
@@ -165,7 +165,7 @@ TEST_CASE("From one log under SMF other schemes are tuned too: a planted bad val
   };
   for (const Planted& p : all) {
     const Experiment e = parse_experiment({{"log", dump(log)}}, p.set);
-    const RecordedRun start{"a run", e, make_inputs(e, "."), {}, 0};
+    const RecordedRun start{"a run", e, make_inputs(full_product(), e, "."), {}, 0};
     const std::vector<TuneKey> keys{{p.key, e}};
     const Advice advice = advise(lab, start, keys, {.seed = 2, .threads = 2, .prints = 100});
     std::string left_out;
@@ -191,7 +191,7 @@ TEST_CASE("The spacing of droplets is a key: the field keeps its size, the model
   CHECK_THROWS_WITH(TuneKey(std::string(kSpacing), mesh), Contains("plain shape"));
   CHECK_THROWS_WITH(TuneKey("grid.pitch_mm=0.1:0.3", e), Contains("within a half and twice"));
 
-  const RecordedRun run{"a run", e, make_inputs(e, "."), {}, 0};
+  const RecordedRun run{"a run", e, make_inputs(full_product(), e, "."), {}, 0};
   const FittedLab lab = known_lab();
   const Advice advice = advise(lab, run, keys, {.seed = 2, .threads = 2, .prints = 60});
   CHECK(advice.evaluations >= 2);
@@ -205,7 +205,7 @@ TEST_CASE("Keys of MPC, of its horizon and of the estimator that it learns from 
   const Experiment e = parse_experiment(
       {{"log", dump(quick(test::tiny_print("tuned", "mpc")))}},
       {"control.scheme=mpc", "estimator.droplets=on", "control.adapt_model=on", "control.mpc.alpha=0.5"});
-  const RecordedRun start{"a run", e, make_inputs(e, "."), {}, 0};
+  const RecordedRun start{"a run", e, make_inputs(full_product(), e, "."), {}, 0};
   const FittedLab lab = known_lab();
   for (const char* key :
        {"control.mpc.alpha=0.05:1", "control.mpc.horizon=1:2", "estimator.memory_layers=3:30"}) {
@@ -326,7 +326,7 @@ TEST_CASE(
     "The same log gives the same answer with one thread and with three, and a search that goes on from its "
     "file of prints makes none again") {
   const Experiment e = quick(small_print());
-  const std::vector<RecordedRun> runs{record(e, usual_lab(5))};
+  const std::vector<RecordedRun> runs{recorded_print(e, usual_lab(5))};
   const std::vector<TuneKey> keys{{"control.smf.ki_star=0.01:1", e}};
   const test::TempFolder folder;
   const std::filesystem::path file = folder.path() / "state";
@@ -364,13 +364,13 @@ TEST_CASE(
 TEST_CASE("An imported record of a print is taken as printed by the scheme of its experiment") {
   Experiment e = quick(small_print());
   e.plant.seed = 12;
-  const Blobs inputs = make_inputs(e, ".");
+  const Blobs inputs = make_inputs(full_product(), e, ".");
   ObservedRun observed(e, mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask"));
   MemoryPrintOptions options;
   options.tap = [&](std::string_view channel, std::span<const std::byte> bytes) {
     observed.take(channel, bytes);
   };
-  print_in_memory(e, inputs, options);
+  print_in_memory(full_product(), e, inputs, options);
   LayerRecord record;
   record.grid = e.grid;
   for (const droplet::PrintedLayer& l : observed.printed()) {
@@ -410,7 +410,7 @@ TEST_CASE("A laboratory that only far parameters would reproduce is refused with
   far.z[6] = 3.4;
   far.z[8] = -3.4;
   const Experiment e = quick(small_print());
-  const std::vector<RecordedRun> runs{record(e, far)};
+  const std::vector<RecordedRun> runs{recorded_print(e, far)};
   const FittedLab lab = fit_lab(runs, {.seed = 3, .threads = 2, .prints = 168});
   REQUIRE_FALSE(lab.check.passed());
   CAPTURE(lab.posterior.mean, lab.check.missed.front().feature);
@@ -421,7 +421,7 @@ TEST_CASE("A laboratory that only far parameters would reproduce is refused with
 
 TEST_CASE("A log whose surface is tilted as no laboratory tilts it is refused by the feature's name") {
   const Experiment e = quick(small_print());
-  std::vector<RecordedRun> runs{record(e, usual_lab(6))};
+  std::vector<RecordedRun> runs{recorded_print(e, usual_lab(6))};
   for (std::size_t f = 0; f < lab::feature_count(); ++f)
     if (lab::feature_name(f).starts_with("tilt of the surface along y")) runs[0].features[f] += 8.0;
   const FittedLab lab = fit_lab(runs, {.seed = 3, .threads = 2, .prints = 180});

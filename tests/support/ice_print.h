@@ -23,16 +23,16 @@ inline Experiment ice_experiment() {
   return e;
 }
 
-inline slice::Point ice_point(double x_mm, double y_mm) {
-  return {std::int32_t(std::lround(x_mm * slice::kUnitsPerMm)),
-          std::int32_t(std::lround(y_mm * slice::kUnitsPerMm))};
+inline geometry::Point ice_point(double x_mm, double y_mm) {
+  return {std::int32_t(std::lround(x_mm * geometry::kUnitsPerMm)),
+          std::int32_t(std::lround(y_mm * geometry::kUnitsPerMm))};
 }
 
 /// Square rings about the origin, `spacing` apart, from half a spacing inside `half` down to `inner`.
 inline void add_rings(slice::LayerPaths& l, double half_mm, double inner_mm, double spacing_mm, PathKind kind,
                       std::uint8_t material) {
   for (double r = half_mm - 0.5 * spacing_mm; r > inner_mm; r -= spacing_mm) {
-    std::vector<slice::Point> ring;
+    std::vector<geometry::Point> ring;
     for (int side = 0; side < 4; ++side)
       for (int k = 0; k < 8; ++k) {
         const double t = -r + 2.0 * r * k / 8.0;
@@ -44,7 +44,7 @@ inline void add_rings(slice::LayerPaths& l, double half_mm, double inner_mm, dou
     l.lines.add(ring);
     l.info.push_back(
         {kind, material, true,
-         kind == PathKind::kMeasurement ? 0 : std::int32_t(std::lround(spacing_mm * slice::kUnitsPerMm))});
+         kind == PathKind::kMeasurement ? 0 : std::int32_t(std::lround(spacing_mm * geometry::kUnitsPerMm))});
   }
 }
 

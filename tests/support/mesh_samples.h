@@ -169,23 +169,26 @@ inline std::string threemf_mesh(const SampleMesh& m) {
   return mesh + "</triangles></mesh>";
 }
 
+using Parts = std::vector<std::pair<std::string, std::string>>;
+
 /// A 3MF file. @param model as it lies in the archive: stored, or deflated with the number of bytes it
-/// unpacks to
-inline Bytes threemf_archive(const std::string& model, std::uint32_t deflated_from = 0) {
-  const std::pair<std::string, std::string> files[] = {
-      {"[Content_Types].xml",
-       "<?xml version=\"1.0\" encoding=\"UTF-8\"?><Types "
-       "xmlns=\"http://schemas.openxmlformats.org/package/2006/content-types\"><Default "
-       "Extension=\"rels\" "
-       "ContentType=\"application/vnd.openxmlformats-package.relationships+xml\"/><Default "
-       "Extension=\"model\" "
-       "ContentType=\"application/vnd.ms-package.3dmanufacturing-3dmodel+xml\"/></Types>"},
-      {"_rels/.rels",
-       "<?xml version=\"1.0\" encoding=\"UTF-8\"?><Relationships "
-       "xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\"><Relationship "
-       "Target=\"/3D/3dmodel.model\" Id=\"rel0\" "
-       "Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/></Relationships>"},
-      {"3D/3dmodel.model", model}};
+/// unpacks to. @param more parts of the archive: name and content
+inline Bytes threemf_archive(const std::string& model, std::uint32_t deflated_from = 0,
+                             const Parts& more = {}) {
+  Parts files = {{"[Content_Types].xml",
+                  "<?xml version=\"1.0\" encoding=\"UTF-8\"?><Types "
+                  "xmlns=\"http://schemas.openxmlformats.org/package/2006/content-types\"><Default "
+                  "Extension=\"rels\" "
+                  "ContentType=\"application/vnd.openxmlformats-package.relationships+xml\"/><Default "
+                  "Extension=\"model\" "
+                  "ContentType=\"application/vnd.ms-package.3dmanufacturing-3dmodel+xml\"/></Types>"},
+                 {"_rels/.rels",
+                  "<?xml version=\"1.0\" encoding=\"UTF-8\"?><Relationships "
+                  "xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\"><Relationship "
+                  "Target=\"/3D/3dmodel.model\" Id=\"rel0\" "
+                  "Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/></Relationships>"},
+                 {"3D/3dmodel.model", model}};
+  files.insert(files.end(), more.begin(), more.end());
   Bytes out, directory;
   for (const auto& file : files) {
     const std::string &name = file.first, &content = file.second;
@@ -214,18 +217,31 @@ inline Bytes threemf_archive(const std::string& model, std::uint32_t deflated_fr
   const auto begin = std::uint32_t(out.size());
   out.insert(out.end(), directory.begin(), directory.end());
   put(out, std::uint32_t(0x06054b50));
-  for (std::uint16_t v : {0, 0, 3, 3}) put(out, v);
+  for (const std::size_t v : {std::size_t(0), std::size_t(0), files.size(), files.size()})
+    put(out, std::uint16_t(v));
   put(out, std::uint32_t(directory.size()));
   put(out, begin);
   put(out, std::uint16_t(0));
   return out;
 }
 
-/// @param content of the <model>: resources and build
+/// A model part. @param content of the <model>: resources and build. @param attributes further ones
+inline std::string threemf_model(const std::string& content, const std::string& unit = "millimeter",
+                                 const std::string& attributes = {}) {
+  return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model unit=\"" + unit +
+         "\" xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\" "
+         "xmlns:p=\"http://schemas.microsoft.com/3dmanufacturing/production/2015/06\" "
+         "xmlns:b=\"http://schemas.microsoft.com/3dmanufacturing/beamlattice/2017/02\" "
+         "xmlns:s=\"http://schemas.microsoft.com/3dmanufacturing/slice/2015/07\" " +
+         attributes + ">" + content + "</model>";
+}
+
 inline Bytes threemf_of(const std::string& content, const std::string& unit = "millimeter") {
-  return threemf_archive("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model unit=\"" + unit +
-                         "\" xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\">" + content +
-                         "</model>");
+  return threemf_archive(threemf_model(content, unit));
+}
+
+inline Bytes threemf_with(const std::string& content, const Parts& more, const std::string& attributes = {}) {
+  return threemf_archive(threemf_model(content, "millimeter", attributes), 0, more);
 }
 
 /// @param item the <item …/> of the build

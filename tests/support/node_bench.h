@@ -1,13 +1,18 @@
-// NodeBench feeds one node by hand and holds its messages.
+// NodeBench feeds one node by hand and holds its messages; the figure of each fault must agree with its
+// sentence.
 #pragma once
 
 #include <deque>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "firn/fault_t.hpp"
 #include "lcmtypes/channels.h"
+#include "lcmtypes/convert.h"
 #include "runtime/node_host.h"
+#include "tests/support/figure_words.h"
 
 namespace firn::test {
 
@@ -118,6 +123,11 @@ class NodeBench {
       const Output o = out.at(n);
       if (o.kind == OutputKind::kSend)
         sent.push_back({std::string(o.channel), {o.bytes.begin(), o.bytes.end()}});
+      if (o.kind == OutputKind::kSend && o.channel.starts_with("FAULT_")) {
+        const fault_t fault = decode<fault_t>(sent.back());
+        const std::string wrong = figure_words::figure_contradiction(fault.text, from_message(fault.figure));
+        if (!wrong.empty()) throw std::runtime_error("a fault's figure: " + wrong);
+      }
       if (o.kind == OutputKind::kWrite) written.insert(written.end(), o.bytes.begin(), o.bytes.end());
     }
   }

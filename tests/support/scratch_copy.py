@@ -1,5 +1,6 @@
 """A scratch copy of the house, in which a test adds what docs tell a reader to add."""
 import filecmp
+import shlex
 import shutil
 import subprocess
 from pathlib import Path
@@ -52,7 +53,7 @@ class ScratchCopy:
 
     def configure(self, build_type, *options):
         run(["cmake", "-G", "Ninja", "-S", self.folder, "-B", self.folder / "build",
-             f"-DCMAKE_BUILD_TYPE={build_type}", "-DFIRN_BATCHES=OFF", *options])
+             f"-DCMAKE_BUILD_TYPE={build_type}", "-DCMAKE_UNITY_BUILD=OFF", *options])
 
     def build(self, *targets):
         run(["ninja", "-C", self.folder / "build", *targets])
@@ -65,3 +66,21 @@ class ScratchCopy:
             (build / made).parent.mkdir(parents=True, exist_ok=True)
             command = run(["ninja", "-C", build, "-t", "commands", "-s", made]).stdout.strip().splitlines()[-1]
             run(["sh", "-c", command], cwd=build)
+
+    def link(self, build, program, objects, made):
+        """Links a program of another build as `made`, with these objects in the libraries that they belong to."""
+        command = run(["ninja", "-C", build, "-t", "commands", "-s", program]).stdout.strip().splitlines()[-1]
+        words = shlex.split(command)
+        words = words[words.index("&&") + 1:] if words[0] == ":" else words
+        words = words[:words.index("&&")] if "&&" in words else words
+        words[words.index("-o") + 1] = str(made)
+        for made_object in objects:
+            folder, target = made_object.split("/CMakeFiles/")
+            name = f"{folder}/lib{target.split('.dir/')[0]}.a"
+            own = self.folder / "build" / Path(name).name
+            if name in words:
+                shutil.copyfile(Path(build) / name, own)
+                words = [str(own) if word == name else word for word in words]
+            run(["ar", "r", own, self.folder / "build" / made_object])
+        run(words, cwd=build)
+        return made

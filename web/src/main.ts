@@ -7,14 +7,14 @@ import {html, render} from "htm/preact";
 import {use_clock, use_observed} from "./data/observable";
 import type {Session} from "./data/session";
 import {view} from "./data/view";
-import {duration, with_unit} from "./data/words";
+import {duration, label, with_micro, with_unit} from "./data/words";
 import {TokenDialog} from "./panels/ask_token";
 import {Commands} from "./panels/commands";
 import {Compare} from "./panels/compare";
 import {Decision} from "./panels/decision";
 import {Instruments} from "./panels/instruments";
 import {Now} from "./panels/now";
-import {Runs} from "./panels/runs";
+import {ReportLink, Runs} from "./panels/runs";
 import {Settings} from "./panels/settings";
 import {Surface} from "./panels/surface";
 import {Timeline, use_time_keys} from "./panels/timeline";
@@ -58,13 +58,14 @@ function Status({session}: {session: Session}) {
       <span class="tag">${kind === "live" ? "● live" : kind === "old" ? "○ old" : "recorded"}</span>
       <strong>${session.live ? state?.words ?? "waiting for the print" : session.ending?.words ?? state?.words ?? run.outcome ?? "recorded run"}</strong>
       ${session.live && state && html`<span>layer ${state.layer}${layers ? ` of about ${layers}` : ""}${state.eta_s != null ? `, ${duration(state.eta_s)} left` : ""}</span>`}
-      <span class="soft">${run.id} · ${run.lab_words}, ${run.scheme}${run.simulated ? ", simulated" : ""}${goal_words(session)}</span>
+      ${session.ending?.verdict && html`<span class=${session.ending.within === false ? "bad" : "good"}>${with_micro(session.ending.verdict)}</span>`}
+      <span class="soft">${label(run)} · ${run.lab_words}, ${run.scheme}${run.simulated ? ", simulated" : ""}${goal_words(session)}</span>
     </div>`;
 }
 
 function goal_words(session: Session): string {
   const goal = session.hello.run.goal;
-  return goal && goal.value != null ? ` · goal: ${goal.kind} ${with_unit(goal.value, goal.unit)}` : "";
+  return goal && goal.value != null ? ` · goal: RMS of at most ${with_unit(goal.value, goal.unit)}` : "";
 }
 
 function Print({session}: {session: Session}) {
@@ -73,14 +74,24 @@ function Print({session}: {session: Session}) {
     <${StopBanner} session=${session} />
     <${Commands} session=${session} />
     <${Timeline} session=${session} />
-    ${[session.trouble, session.hello.run.trouble].filter(Boolean).map(words => html`<p key=${words} class="notice warning" role="alert">${words}</p>`)}
+    ${[session.refused, session.trouble, session.hello.run.trouble].filter(Boolean).map(words => html`<p key=${words} class="notice warning" role="alert">${words}</p>`)}
     <div class="grid">
       <${Surface} session=${session} />
-      <div class="side"><${Now} session=${session} /><${Why} session=${session} /></div>
+      <div class="side"><${Result} session=${session} /><${Now} session=${session} /><${Why} session=${session} /></div>
     </div>
     <${Decision} session=${session} />
     <${Instruments} session=${session} />
     <${Settings} session=${session} />`;
+}
+
+/** The result as the terminal and the report give it. */
+function Result({session}: {session: Session}) {
+  const facts = session.ending?.facts ?? [];
+  return facts.length === 0 ? null : html`
+    <section class="panel" aria-labelledby="result-title">
+      <div class="row head"><h2 id="result-title">Result</h2><${ReportLink} runs=${[session.hello.run.id]} /></div>
+      ${facts.map(fact => html`<p key=${fact}>${with_micro(fact)}</p>`)}
+    </section>`;
 }
 
 addEventListener("hashchange", () => void follow_address());

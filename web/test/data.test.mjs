@@ -210,12 +210,27 @@ test("a jet's waveform goes from idle over dwell and echo back to idle, in the t
 });
 
 test("numbers keep three digits and their sign, times are read as people say them", () => {
-  assert.deepEqual([0, 12, -0.48512, 1234.5, 0.00049, 1e7, NaN, null, "x"].map(value => page.number(value)), ["0", "12", "−0.485", "1235", "4.90e−4", "1.00e+7", "–", "–", "x"]);
+  assert.deepEqual([0, 12, -0.48512, 1234.5, 0.00049, 1e7, 60.000126, 9.996, 999.6, -0.001, 3e-7, NaN, null, "x"].map(value => page.number(value)),
+                   ["0", "12", "−0.485", "1,235", "0.00049", "10,000,000", "60", "10", "1,000", "−0.001", "0.0000003", "–", "–", "x"]);
   assert.deepEqual([0.04, 9.96, 59.6, 200, 7500, NaN, null].map(page.duration), ["0.0 s", "10.0 s", "1 min 0 s", "3 min 20 s", "2 h 5 min", "–", "–"]);
   assert.deepEqual([0, 59.96, 3661.5].map(page.clock), ["0:00.0", "1:00.0", "1:01:01.5"]);
-  assert.equal(page.with_unit(50000, "um"), "50 mm");
-  assert.equal(page.with_unit(2.5, "um"), "2.50 µm");
-  assert.equal(page.short(2.5), "2.5");
+  assert.equal(page.with_unit(2.5, "um"), "2.5 µm");
+});
+
+test("heights are shown in the unit of the run's lab, maps too, but no droplets or factors", () => {
+  assert.equal(page.height_words(117.4, "mm"), "0.117 mm");
+  assert.equal(page.height_words(117.4, undefined), "117 µm");
+  assert.equal(page.height_words(null, "mm"), "–");
+  const map = {...map_of(2, 1, x => 500 * (x + 1)), flags: 0};
+  assert.deepEqual([...page.in_unit(map, "mm").values], [0.5, 1]);
+  assert.deepEqual([...page.in_unit(map, "um").values], [500, 1000]);
+  for (const flags of [page.kMapDroplets, page.kMapFactor]) assert.deepEqual([...page.in_unit({...map, flags}, "mm").values], [500, 1000]);
+});
+
+test("errors have the report's colours: blue too low, orange too high", () => {
+  const at = i => [...page.kDiverging.slice(4 * i, 4 * i + 3)];
+  assert.deepEqual([at(0), at(255)], [[0, 114, 178], [213, 94, 0]]);
+  assert.ok(at(128).every(part => part > 245));
 });
 
 test("a server's text that is no message is no message", () => {

@@ -126,9 +126,24 @@ export class MockRun {
     return layer;
   }
 
+  /** What the process says of a run that is over, in words and values. */
+  result() {
+    const last = this.layers[this.layers.length - 1];
+    const whole = !this.live && last && this.outcome === "finished";
+    const [unit, size] = this.lab === "ice" ? ["mm", 0.001] : ["um", 1];
+    return {height_unit: unit, part: "disc, 10 x 10 x 0.4 mm", overspill_percent: last?.overspill_percent ?? null, audit: this.live ? null : "clean",
+            verdict: whole ? `within tolerance: RMS ${+(last.rms_um * size).toPrecision(3)} ${unit} of the last map, at most ${7.6 * size} ${unit}` : null, within: whole ? true : null};
+  }
+
+  ended() {
+    const {verdict, within, part} = this.result();
+    return verdict && {outcome: this.outcome, words: `${this.outcome}: the last layer is printed`, cause: null, do: null, manual: null, by_operator: false, verdict, within,
+                       facts: [`part: ${part}`, "RMS inside 1.2, on the rim 2.3", "overspill: 9.25 % of the part's volume lie beside it", "audit: clean"]};
+  }
+
   summary() {
     const last = this.layers[this.layers.length - 1];
-    return {id: this.id, lab: this.lab, experiment: this.experiment, scheme: this.scheme, seed: this.seed, layers: this.printed, outcome: this.live ? null : this.outcome,
+    return {...this.result(), id: this.id, lab: this.lab, experiment: this.experiment, scheme: this.scheme, seed: this.seed, layers: this.printed, outcome: this.live ? null : this.outcome,
             rms_um: last?.rms_um ?? null, mean_um: last?.mean_um ?? null, started_utc: this.started_utc, tags: this.tags, note: this.note, live: this.live};
   }
 
@@ -163,12 +178,12 @@ export class MockRun {
     return {type: "hello", protocol: 1, firn: "mock", run: {
       id: this.id, lab: this.lab, lab_words: kLabs[this.lab][0], deposition: kLabs[this.lab][1], experiment: this.experiment, scheme: this.scheme, seed: this.seed, live: this.live, finished: !this.live, simulated: this.simulated,
       grid: {nx, ny, pitch_mm, x0_mm: -pitch_mm * (nx - 1) / 2, y0_mm: -pitch_mm * (ny - 1) / 2}, layers_planned, layers_expected: layers_planned,
-      goal: {kind: "height", value: layers_planned * this.layer_um / 1000, unit: "mm"}, outcome: this.live ? null : this.outcome, started_utc: this.started_utc,
+      goal: this.lab === "ice" ? {kind: "rms", value: 0.24, unit: "mm"} : {kind: "rms", value: 7.6, unit: "um"}, amount: this.lab === "ice" ? "pulses" : "droplets", height_unit: this.result().height_unit, outcome: this.live ? null : this.outcome, started_utc: this.started_utc,
       tags: this.tags, note: this.note, settings: this.setting_list()},
       commands: {allowed: this.live ? ["pause", "continue", "stop_after_layer", "safe_stop", "accept_doubt", "set"] : [], in_flight: this.live ? [
         {key: "control.target_offset_mm", value: "0", min: -10, max: 10, unit: "mm", words: "Offset of the target"},
         {key: "control.mpc.horizon_layers", value: "3", min: 1, max: 8, unit: "layers", words: "Horizon of the scheme"}] : []},
-      end: this.end ?? null, layers: this.layers, events: this.events, instruments: this.instruments(), estimates: this.estimates(), state};
+      end: this.end ?? this.ended(), layers: this.layers, events: this.events, instruments: this.instruments(), estimates: this.estimates(), state};
   }
 
   setting_list() {

@@ -4,6 +4,7 @@ import assert from "node:assert/strict";
 import {after, before, test} from "node:test";
 import {axe, button, gone, launch, open_tab, picture, see} from "./browser.mjs";
 import {MockServer} from "./mock_server.mjs";
+import {PrefixProxy} from "./prefix_proxy.mjs";
 
 let browser;
 before(async () => { browser = await launch(); });
@@ -21,6 +22,22 @@ async function with_page(look, {hash, prepare, ...options} = {}) {
     assert.deepEqual(page.asked.filter(url => !url.startsWith(address)), [], "foreign addresses");
   } finally {
     await page.close();
+    await server.end();
+  }
+}
+
+/** The same below a prefix of a proxy. */
+async function with_proxied_page(look, options) {
+  const server = new MockServer();
+  const proxy = new PrefixProxy(await server.start(), "/lab/firn/", options);
+  const address = await proxy.start();
+  const page = await open_tab(browser, `${address}#token=${server.token}`);
+  try {
+    await look(page, server);
+    assert.deepEqual(proxy.foreign.filter(path => path !== "/favicon.ico"), [], "addresses beside the prefix");
+  } finally {
+    await page.close();
+    await proxy.end();
     await server.end();
   }
 }
@@ -93,6 +110,22 @@ test("a live print is watched: state, layers as they come, and the true value of
   }
   assert.equal(server.asked.filter(path => path.endsWith("/error")).length, 1, "maps of a live print come by the WebSocket; the plan's error once");
 }));
+
+test("below a proxy's prefix a print is watched, commanded and put beside other runs", () => with_proxied_page(async (page, server) => {
+  await see(page, "layer 8 of about 53");
+  server.next_layer();
+  await see(page, "All of layer 8:");
+  await (await button(page, "Pause")).click();
+  await until(() => server.received.some(one => one.command === "pause" && one.line), "the pause, by the line for commands");
+  await page.evaluate(() => { location.hash = "runs"; });
+  await see(page, "report");
+  const report = await page.$eval("a.soft", link => link.href);
+  assert.match(report, /\/lab\/firn\/api\/report\?run=/);
+}));
+
+test("a proxy that passes no WebSocket is named", () => with_proxied_page(async page => {
+  await see(page, "a proxy in between must pass WebSockets");
+}, {upgrades: false}));
 
 test("a followed map that is late is waited for, and asked for once it is very late", () => with_page(async (page, server) => {
   await see(page, "All of layer 7");
@@ -346,7 +379,7 @@ test("watching needs no token; a command asks for it once, and again when it was
 
 test("a run that was stopped opens with its cause, and foreign text and links stay text", () => with_page(async page => {
   await see(page, "The print was stopped safely: jet A fires nothing.");
-  await see(page, "drops without rise (code 12), share of the rise, value 0.110, limit 0.300");
+  await see(page, "drops without rise (code 12), share of the rise, value 0.11, limit 0.3");
   await see(page, "Clean the nozzle of jet A");
   await see(page, "<img src=x onerror=alert(1)>");
   assert.equal(await page.$("main img"), null);
@@ -434,8 +467,11 @@ test("runs are searched, sorted, noted in the run, and two are put beside each o
   await see(page, "5 of 5");
   await page.type('input[type="search"]', "cylinder");
   await see(page, "3 of 5");
-  await (await button(page, "RMS, µm")).click();
-  const order = () => page.$$eval(".runs tbody tr", rows => rows.map(row => Number(row.children[7].innerText.split(": ").pop())));
+  await (await button(page, "RMS")).click();
+  const order = () => page.$$eval(".runs tbody tr", rows => rows.map(row => {
+    const [value, unit] = row.children[7].innerText.split(": ").pop().split(" ");
+    return Number(value) * (unit === "mm" ? 1000 : 1);
+  }));
   await until(async () => (await order()).every((rms, i, all) => i === 0 || rms <= all[i - 1]), "descending RMS");
   await (await button(page, "Edit tags and note of 20261123-140000-cylinder")).click();
   await page.type("td.notes textarea", "rim falls");
@@ -449,10 +485,10 @@ test("runs are searched, sorted, noted in the run, and two are put beside each o
   for (const id of ["20261123-150000-cylinder", "20261123-140000-cylinder"]) await page.click(`input[aria-label="Choose ${id}"]`);
   const chosen = ["20261123-150000-cylinder", "20261123-140000-cylinder"].map(id => `run=${id}`).join("&");
   const reports = () => page.$$eval("a", list => list.filter(one => one.innerText === "Open in report").map(one => one.getAttribute("href")));
-  await until(async () => (await reports()).join() === `/api/report?${chosen}`, "one report of both");
+  await until(async () => (await reports()).join() === `api/report?${chosen}`, "one report of both");
   await (await button(page, "Put 2 beside each other")).click();
   await see(page, "Settings that differ");
-  await until(async () => (await reports()).join() === `/api/report?${chosen}`, "the same beside each other");
+  await until(async () => (await reports()).join() === `api/report?${chosen}`, "the same beside each other");
   await see(page, "control.ki");
   const keys = await page.$$eval('[aria-label="Table of differing settings"] code', list => list.map(one => one.innerText));
   assert.deepEqual(keys, ["control.ki", "control.scheme"]);
@@ -463,9 +499,25 @@ test("runs are searched, sorted, noted in the run, and two are put beside each o
   await see(page, "of 5");
 }, {hash: "#runs"}));
 
-test("three runs are put beside each other: a surface and a curve each, and the settings that differ among them", () => with_page(async (page, server) => {
+test("of a thousand runs those in view are drawn, and the others when they come into view", () => with_page(async (page, server) => {
+  await see(page, "5 of 5");
+  const one = server.runs.find(run => !run.live).summary();
+  for (let n = 0; n < 1000; ++n) server.runs.push({id: `many-${n}`, live: false, summary: () => ({...one, id: `many-${n}`, started_utc: "2020-01-01T00:00:00Z"})});
+  await page.reload({waitUntil: "load"});
+  await see(page, "1005 of 1005");
+  const rows = () => page.$$eval(".runs tbody tr", list => list.length);
+  assert.ok(await rows() < 200, `${await rows()} rows are drawn before anybody scrolls`);
+  await until(async () => {
+    await page.evaluate(() => document.querySelector(".runs tbody tr:last-child").scrollIntoView());
+    return await rows() === 1005;
+  }, "all rows, once they were scrolled to", 60_000);
+  await page.type('input[type="search"]', "cylinder");
+  await until(async () => await rows() < 200, "the first rows of a search");
+}, {hash: "#runs"}));
+
+test("three runs are put beside each other: a surface and a curve each, differences from the first, and the settings that differ among them", () => with_page(async (page, server) => {
   await see(page, "Settings that differ");
-  await until(async () => (await page.$$(".beside canvas")).length === 3, "three surfaces");
+  await until(async () => (await page.$$(".beside canvas")).length === 5, "three surfaces, and what two of them differ by from the first");
   await see(page, "control.ki");
   const table = '[aria-label="Table of differing settings"]';
   assert.equal((await page.$$(`${table} thead th`)).length, 4, "a column for each run beside the keys");

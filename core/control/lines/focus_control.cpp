@@ -6,8 +6,8 @@
 namespace firn::control {
 namespace {
 
-constexpr double kLeastEffect = 0.3, kMostEffect = 3.0;  // that a width is believed to say
-constexpr double kFollow = 0.5;                          // of what a layer after the first says
+constexpr double kMinEffect = 0.3, kMaxEffect = 3.0;  // that a width is believed to say
+constexpr double kFollow = 0.5;                       // of what a layer after the first says
 
 }  // namespace
 
@@ -28,7 +28,7 @@ double FocusControl::next_share(std::int32_t layer, double squared_width) {
   const double own = layer * squared_width - (layer - 1) * before_.squared_width;
   if (before_.layer == layer - 1 && !std::isnan(own)) {
     const double said =
-        std::clamp(own * (1.0 + (before_.share - 1.0) / options_.focus_slope), kLeastEffect, kMostEffect);
+        std::clamp(own * (1.0 + (before_.share - 1.0) / options_.focus_slope), kMinEffect, kMaxEffect);
     now_.effect += (layer == 1 ? 1.0 : kFollow) * (said - now_.effect);
   }
   const double e = layer * (1.0 - squared_width);

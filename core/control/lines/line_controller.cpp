@@ -10,23 +10,34 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kEndClearance_mm = 0.5;
-constexpr double kLeastShare = 0.2,
-                 kMostShare = 5.0;  // of the nominal flow, that a section is believed to say
+constexpr double kMinShare = 0.2,
+                 kMaxShare = 5.0;  // of the nominal flow, that a section is believed to say
 constexpr double kLargestDelay_s = 0.5;
-constexpr double kMostSaid_mm = 1.0;  // an end farther off is no shutter's delay
-constexpr int kNeighbours = 2;        // stations on either side whose shares are averaged
+constexpr double kMaxSaid_mm = 1.0;  // an end farther off is no shutter's delay
+constexpr int kNeighbours = 2;       // stations on either side whose shares are averaged
 
-// Means over a station and its readable neighbours of the same segment; NaN where none is.
-std::vector<double> smoothed(const std::vector<double>& share, const std::vector<LineStation>& stations) {
+// Means over a station and its readable neighbours of the same line, which are kNeighbours stations on
+// either side, or more where a curve of short segments has shorter stations; NaN where none is.
+std::vector<double> smoothed(const std::vector<double>& share, const std::vector<LineStation>& stations,
+                             double station_mm) {
+  std::vector<double> way_mm(share.size(), 0.0);  // middles
+  for (std::size_t s = 1; s < share.size(); ++s)
+    way_mm[s] = way_mm[s - 1] + 0.5 * (stations[s].to_mm - stations[s].from_mm + stations[s - 1].to_mm -
+                                       stations[s - 1].from_mm);
   std::vector<double> out(share.size(), kNaN);
   for (std::size_t s = 0; s < share.size(); ++s) {
+    const double length_mm = std::max(0.5 * station_mm, stations[s].to_mm - stations[s].from_mm);
     double sum = 0.0;
     int n = 0;
-    for (int d = -kNeighbours; d <= kNeighbours; ++d) {
-      const auto k = std::ptrdiff_t(s) + d;
-      if (k < 0 || k >= std::ptrdiff_t(share.size()) || std::isnan(share[std::size_t(k)])) continue;
-      if (stations[std::size_t(k)].segment != stations[s].segment) continue;
-      sum += share[std::size_t(k)];
+    const auto near = [&](std::size_t k) {
+      return stations[k].line == stations[s].line &&
+             std::abs(way_mm[k] - way_mm[s]) < (kNeighbours + 0.5) * length_mm;
+    };
+    std::size_t k = s;
+    while (k > 0 && near(k - 1)) --k;
+    for (; k < share.size() && near(k); ++k) {
+      if (std::isnan(share[k])) continue;
+      sum += share[k];
       ++n;
     }
     if (n > 0) out[s] = sum / n;
@@ -86,9 +97,9 @@ void LineController::learn_flow(const LineMeasurement& m) {
   const double dry_mm3_s = setup_.machine.flow_mm3_s * setup_.options.solids;
   for (std::size_t s = 0; s < share.size(); ++s) {
     const double said = m.last[s].area_mm2 * measured_speed_[s] / dry_mm3_s;
-    if (said >= kLeastShare && said <= kMostShare) share[s] = said;
+    if (said >= kMinShare && said <= kMaxShare) share[s] = said;
   }
-  share = smoothed(share, stations_);
+  share = smoothed(share, stations_, setup_.options.station_mm);
   if (std::ranges::all_of(share, [](double v) { return std::isnan(v); })) return;
   fill(share, 1.0);
   now_.share_before = std::move(now_.share);
@@ -119,7 +130,7 @@ void LineController::learn(const LineMeasurement& m) {
   for (const double v : measured_speed_) speed += v / double(measured_speed_.size());
   // The first layers say most; later ones average the noise of the ends away.
   const auto follow = [&](double& delay_s, int& seen, double error_mm) {
-    if (std::isnan(error_mm) || std::abs(error_mm) > kMostSaid_mm) return;
+    if (std::isnan(error_mm) || std::abs(error_mm) > kMaxSaid_mm) return;
     ++seen;
     const double gain = seen == 1 ? 1.0 : seen == 2 ? 0.7 : 0.3;
     delay_s = std::clamp(delay_s + gain * error_mm / speed, 0.0, kLargestDelay_s);
@@ -131,7 +142,7 @@ void LineController::learn(const LineMeasurement& m) {
 double LineController::foreseen_share(std::size_t s) const {
   if (now_.share.empty()) return 1.0;
   if (now_.share_before.empty()) return now_.share[s];
-  return std::clamp(2.0 * now_.share[s] - now_.share_before[s], kLeastShare, kMostShare);
+  return std::clamp(2.0 * now_.share[s] - now_.share_before[s], kMinShare, kMaxShare);
 }
 
 motion::AerosolPlan LineController::plan(const std::vector<double>& speed_mm_s) const {
@@ -235,6 +246,9 @@ LineDecision LineController::decide(const LineMeasurement& m) {
     d.reason = "segments[" + std::to_string(next.refused[0].segment) + "]: " + next.refused[0].reason;
     return d;
   }
+  if (setup_.feedback && m.layer > 0 &&
+      std::ranges::all_of(m.total, [](const LineReading& r) { return std::isnan(r.area_mm2); }))
+    d.reason = "no station of the lines could be measured: the layer is printed without feedback";
   printed_speed_ = speed;
   d.way = way_of(next, now_.open_delay_s, now_.close_delay_s);
   d.duration_s = next.duration_s();

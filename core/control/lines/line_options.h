@@ -10,13 +10,6 @@
 #include "core/options/on_off.h"
 #include "core/options/option.h"
 
-namespace firn::motion {
-
-inline constexpr std::array<std::string_view, 3> kCornerWords{"paper", "loop", "hybrid"};
-constexpr std::span<const std::string_view> words_of(CornerMode) { return kCornerWords; }
-
-}  // namespace firn::motion
-
 namespace firn::control {
 
 /// The actuator that the lines' visible width acts on.

@@ -8,7 +8,7 @@ namespace firn::control {
 namespace {
 
 constexpr double kShortest_s = 1e-6;  // a shorter piece ends within a nanometre of where it began
-constexpr double kLeast_mm = 1e-3;    // between two switches
+constexpr double kMin_mm = 1e-3;      // between two switches
 
 struct Part {
   double t_s = 0.0, duration_s = 0.0;
@@ -64,9 +64,9 @@ LineWay way_of(const motion::AerosolPlan& plan, double open_delay_s, double clos
     return begun[k] + way_within(parts[k], std::clamp(t - parts[k].t_s, 0.0, parts[k].duration_s));
   };
   for (const ShutterSpan& span : plan.open) {
-    const double open = std::max(kLeast_mm, way_at(std::max(0.0, span.open_s - open_delay_s)));
-    const double close = std::max(open + kLeast_mm, way_at(std::max(0.0, span.close_s - close_delay_s)));
-    if (!way.switch_mm.empty() && open < way.switch_mm.back() + kLeast_mm) {
+    const double open = std::max(kMin_mm, way_at(std::max(0.0, span.open_s - open_delay_s)));
+    const double close = std::max(open + kMin_mm, way_at(std::max(0.0, span.close_s - close_delay_s)));
+    if (!way.switch_mm.empty() && open < way.switch_mm.back() + kMin_mm) {
       way.switch_mm.back() = std::min(close, begun.back());  // too near to close between
       continue;
     }

@@ -306,7 +306,7 @@ void DeltaCache::refresh() {
 
 void DeltaCache::look(int layer, std::size_t p) {
   Layer& l = layers_[std::size_t(layer)];
-  std::array<PairFlows, HorizonState::kMostLayers> flows;
+  std::array<PairFlows, HorizonState::kMaxLayers> flows;
   for (std::size_t k = std::size_t(layer); k < layers_.size(); ++k)
     flows[k - std::size_t(layer)] = pairs_of(layers_[k]);
   float* halves[6];
@@ -316,7 +316,7 @@ void DeltaCache::look(int layer, std::size_t p) {
 }
 
 void DeltaCache::flip(int layer, std::size_t p) {
-  std::array<PairFlows, HorizonState::kMostLayers> flows;
+  std::array<PairFlows, HorizonState::kMaxLayers> flows;
   for (std::size_t k = std::size_t(layer); k < layers_.size(); ++k)
     flows[k - std::size_t(layer)] = pairs_of(layers_[k]);
   kernels_.flip(field_, layer, p, flows.data());

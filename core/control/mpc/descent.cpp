@@ -45,7 +45,7 @@ class Descent {
           if (result_.evaluations >= most_) return false;
           ++result_.evaluations;
           if (flips_ != nullptr && surely_worse(move)) continue;
-          if (!(objective_.gain_mm(move) < -kLeastGain_mm)) continue;
+          if (!(objective_.gain_mm(move) < -kMinGain_mm)) continue;
           objective_.apply(move);
           if (flips_ != nullptr) flips_->flip(layer, flips_->field().at(cell));
           ++result_.moves;

@@ -12,7 +12,7 @@
 namespace firn::control::mpc {
 
 /// Improves the plan in `objective` until no single-droplet change on a cell of the mask, in the first
-/// `layers` of the horizon, lowers it by more than kLeastGain_mm, or the evaluations are used up. The
+/// `layers` of the horizon, lowers it by more than kMinGain_mm, or the evaluations are used up. The
 /// objective never rises; the last look at every point starts from freshly computed sums.
 /// @param flips of the same plan (its first `layers`, one droplet per cell at most) and surface: changes that
 /// worsen it by far more than single precision errs are rejected at once, the others evaluated in double

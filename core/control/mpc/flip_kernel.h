@@ -13,7 +13,7 @@ namespace firn::control::mpc {
 /// The changes that one droplet makes: rows -3..3 about its cell, columns -4..3.
 struct Flip {
   static constexpr int kRows = 7, kMiddle = 3, kLane = 4;
-  Lanes change[HorizonState::kMostLayers][kRows];  // of the heights after layer, after the next, ...
+  Lanes change[HorizonState::kMaxLayers][kRows];  // of the heights after layer, after the next, ...
   float sign = 0.0f;
 };
 

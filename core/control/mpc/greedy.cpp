@@ -55,7 +55,7 @@ class Search {
         const std::uint32_t cell = cells[points_[n] % cells.size()];
         stale_[points_[n]] = 0;
         Move best;
-        double gain = -kLeastGain_mm;
+        double gain = -kMinGain_mm;
         for (const int change : {1, -1}) {
           const Move move{layer, cell, change};
           if (!objective_.allowed(move)) continue;
@@ -77,13 +77,13 @@ class Search {
     if (marked_.empty()) return;
     const double before = objective_.value_mm();
     for (const auto& m : marked_) objective_.apply(m.move);
-    if (marked_.size() == 1 || objective_.value_mm() < before - kLeastGain_mm) {
+    if (marked_.size() == 1 || objective_.value_mm() < before - kMinGain_mm) {
       for (const auto& m : marked_) keep(m.move);
       return;
     }
     for (std::size_t n = marked_.size(); n-- > 0;) objective_.apply(marked_[n].move.undone());
     for (const auto& m : marked_) {
-      if (!(evaluate(m.move) < -kLeastGain_mm)) continue;
+      if (!(evaluate(m.move) < -kMinGain_mm)) continue;
       objective_.apply(m.move);
       keep(m.move);
     }

@@ -11,7 +11,7 @@
 namespace firn::control::mpc {
 namespace {
 
-constexpr std::size_t kCellsForOneRun = 500, kMostRuns = 12;
+constexpr std::size_t kCellsForOneRun = 500, kMaxRuns = 12;
 
 std::vector<DropletPattern> plan_of(const HorizonObjective& objective) {
   std::vector<DropletPattern> plan;
@@ -83,7 +83,7 @@ SearchResult descend_sieved(HorizonObjective& objective, const HorizonStart& s, 
 
 StripResult strips_of_layer(std::vector<DropletPattern>& plan, int n, const HorizonStart& s, int rows,
                             const ParallelFor& parallel) {
-  constexpr int kMostSweeps = 200;
+  constexpr int kMaxSweeps = 200;
   const auto materials = [&s](int layer) {
     return s.materials.empty() ? MaterialMap{} : s.materials[std::size_t(layer)];
   };
@@ -97,7 +97,7 @@ StripResult strips_of_layer(std::vector<DropletPattern>& plan, int n, const Hori
   problem.set_drops(plan[std::size_t(n)]);
   StripResult result;
   for (int k = std::min(2, rows); k <= rows; ++k) {
-    const StripResult r = sweep_strips(problem, {k, kMostSweeps}, parallel);
+    const StripResult r = sweep_strips(problem, {k, kMaxSweeps}, parallel);
     result = {result.sweeps + r.sweeps, result.strips + r.strips, result.improved + r.improved, r.settled};
   }
   plan[std::size_t(n)] = problem.drops(s.setup.grid);
@@ -127,7 +127,7 @@ SearchResult search_horizon(HorizonObjective& objective, const HorizonStart& s, 
   double best_mm = objective.value_mm();
   const auto left = [&] { return o.max_evaluations - result.evaluations; };
   const bool sieved = objective.max_drops() == 1 && objective.horizon() > 1 &&
-                      objective.horizon() <= HorizonState::kMostLayers && objective.alpha() == 1.0;
+                      objective.horizon() <= HorizonState::kMaxLayers && objective.alpha() == 1.0;
   const auto descend_from = [&](std::span<const DropletPattern> start, int layers) {
     std::vector<DropletPattern> plan(best.size(), DropletPattern(s.setup.grid));
     std::ranges::copy(start, plan.begin());
@@ -164,7 +164,7 @@ SearchResult search_horizon(HorizonObjective& objective, const HorizonStart& s, 
     if (layers > 1 && single) descend_from(partial_layer_first(s, layers), layers);
     if (o.anneal_sweeps == 0 || open.empty()) continue;
     // On few cells many runs are cheap, and hot ones forget their start; on many the start is worth more.
-    const int runs = 1 + int(kCellsForOneRun / (open.size() + kCellsForOneRun / kMostRuns));
+    const int runs = 1 + int(kCellsForOneRun / (open.size() + kCellsForOneRun / kMaxRuns));
     for (int run = 0; run < runs; ++run) {
       AnnealOptions annealing;
       annealing.layers = layers;
@@ -173,7 +173,7 @@ SearchResult search_horizon(HorizonObjective& objective, const HorizonStart& s, 
       if (run > 0) annealing.hot_mm *= 4.0;
       SearchResult r;
       plan = best;
-      if (single && layers <= HorizonState::kMostLayers) {
+      if (single && layers <= HorizonState::kMaxLayers) {
         HorizonState field(s.setup, s.height, s.materials, layers);
         field.set_drops(plan);
         r = anneal(field, objective.cost(), open, annealing, random);

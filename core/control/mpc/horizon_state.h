@@ -22,7 +22,7 @@ struct ObjectiveDeltas {
 /// lanes at a time. A droplet on cell p gives a neighbour q clamp(gives_p + slope_p (H_p - H_q), 0, gives_p)
 /// [Lu 2015, Eqs. (4), (5), (7)]; where there is none, gives = slope = 0.
 struct HorizonState {
-  static constexpr int kMostLayers = 3, kMargin = 8;
+  static constexpr int kMaxLayers = 3, kMargin = 8;
 
   struct Ink {
     float drop_mm, gives_mm[2], slope[2];  // 0 sides, 1 corners
@@ -33,7 +33,7 @@ struct HorizonState {
     std::vector<std::uint8_t> drops, inks;     // 0 A, 1 B
   };
 
-  /// @param materials per layer; none, or maps without cells: one ink. @pre horizon 1..kMostLayers
+  /// @param materials per layer; none, or maps without cells: one ink. @pre horizon 1..kMaxLayers
   HorizonState(const Setup& setup, const HeightMap& height, std::span<const MaterialMap> materials,
                int horizon);
 

@@ -116,9 +116,8 @@ Mpc::Found Mpc::search(std::vector<DropletPattern> guess, const HeightMap& heigh
     problem.set_drops(guess.front());
     if (alpha == 1.0)
       found.evaluations =
-          mpc::solve_layer(problem,
-                           {2, 2, std::size_t(problem.counted()) <= mpc::kMostSplitCells ? 1 : 0, 1e-6},
-                           parallel_)
+          mpc::solve_layer(
+              problem, {2, 2, std::size_t(problem.counted()) <= mpc::kMaxSplitCells ? 1 : 0, 1e-6}, parallel_)
               .strips;
     else
       mpc::weighted_layer(problem, alpha, {options_.strip_rows}, parallel_);
@@ -156,9 +155,9 @@ Decision Mpc::decide_lean(const Measurement& m, const HeightMap& height) const {
   Decision d;
   d.drops = DropletPattern(setup_.grid);
   d.objective_none_mm = mpc::mean_error_mm(setup_, height, d.drops);
-  d.objective_mm = d.objective_none_mm - options_.min_improvement_mm - mpc::kLeastGain_mm;  // to be beaten
+  d.objective_mm = d.objective_none_mm - options_.min_improvement_mm - mpc::kMinGain_mm;  // to be beaten
   d.kind = Decision::Kind::kEnd;
-  const bool large = setup_.grid.size() > mpc::kMostSplitCells;
+  const bool large = setup_.grid.size() > mpc::kMaxSplitCells;
   bool settled = false;
   for (const bool dithered : {false, true}) {
     if (large ? dithered : !(dithered ? options_.start_dithered : options_.start_ones)) continue;
@@ -212,7 +211,7 @@ Decision Mpc::decide(const Measurement& m) {
   objective.set_surface(height, alpha, materials);
   objective.set_plan(std::vector<DropletPattern>(std::size_t(options_.horizon), d.drops));
   d.objective_none_mm = objective.value_mm();
-  d.objective_mm = d.objective_none_mm - options_.min_improvement_mm - mpc::kLeastGain_mm;  // to be beaten
+  d.objective_mm = d.objective_none_mm - options_.min_improvement_mm - mpc::kMinGain_mm;  // to be beaten
   d.kind = Decision::Kind::kEnd;
   bool optimal = true;
   RandomStream random(setup_.seed, Purpose::kGreedySearch, std::uint32_t(layer), std::uint32_t(m.attempt));
@@ -236,7 +235,7 @@ Decision Mpc::decide(const Measurement& m) {
                           options_.error)) {
     end_print(d, "the best layer would only answer the measurement's noise");
   } else if (options_.method != MpcMethod::kGreedy &&
-             mpc::useful_share(setup_, height, d.drops, materials.front()) < mpc::kLeastUseful) {
+             mpc::useful_share(setup_, height, d.drops, materials.front()) < mpc::kMinUseful) {
     end_print(d, "the best layer would build where little is missing");
   } else {
     d.reason = options_.method == MpcMethod::kCertified && one_layer()

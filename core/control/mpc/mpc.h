@@ -20,7 +20,7 @@ namespace firn::control {
 /// surface, so that both all and nothing can be traps; a plan is printed only when it improves on printing
 /// nothing over the same horizon by more than min_improvement_mm and the noise gate, else the print ends.
 /// Keeps no state between decisions: draws are keyed (seed, kGreedySearch, layer, attempt).
-class Mpc final : public LayerController {
+class Mpc final : public LayerControllerBase {
  public:
   /// @throws std::invalid_argument naming the option: horizon 1..8, subset and max_evaluations 1 or more,
   /// max_drops 1..8, strip_rows 1..6, alpha in (0, 1] with ascending layers from 1, min_improvement_mm not

@@ -6,7 +6,9 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
-#include <vector>
+
+#include "core/control/prediction.h"
+#include "core/control/stall_bound.h"
 
 namespace firn::control {
 
@@ -16,6 +18,8 @@ ReferenceGovernor::ReferenceGovernor(const Setup& setup, const ControlOptions& o
   if (!(std::isfinite(lead) && lead >= 0.0))
     throw std::invalid_argument("mpc: rim_lead_layers = " + std::to_string(lead) + " must not be below 0");
   Mpc(setup, options);  // checks the options of MPC
+  rim_ = setup.rim;
+  for (std::size_t c = 0; c < rim_.size(); ++c) rim_.cells[c] = rim_.cells[c] && setup.mask.cells[c];
 }
 
 void ReferenceGovernor::use_models(const deposition::DropletModel& inside,
@@ -28,6 +32,9 @@ void ReferenceGovernor::use_options(const ControlOptions& options) {
   Mpc(setup_, options);  // checks them
   take_changeable(kMpcOptions, options.mpc, options_.mpc);
   options_.noise_gate = options.noise_gate;
+  options_.stall_layers = options.stall_layers;
+  if (std::exchange(options_.target_offset_mm, options.target_offset_mm) != options.target_offset_mm)
+    for (StallDetector& stage : stalls_) stage.clear();
 }
 
 HeightMap ReferenceGovernor::first_stage_target() const {
@@ -41,8 +48,7 @@ HeightMap ReferenceGovernor::first_stage_target() const {
   return h;
 }
 
-HeightMap ReferenceGovernor::governed_target(const HeightMap& height) const {
-  HeightMap held = first_stage_target();
+double ReferenceGovernor::waits_at_mm(const HeightMap& height, const HeightMap& held) const {
   double cells[2] = {}, missing_mm[2] = {};
   for (std::size_t c = 0; c < setup_.rim.size(); ++c)
     if (setup_.mask.cells[c]) {
@@ -50,9 +56,14 @@ HeightMap ReferenceGovernor::governed_target(const HeightMap& height) const {
       cells[rim] += 1.0;
       missing_mm[rim] += held.cells[c] - height.cells[c];
     }
-  if (cells[0] == 0.0 || cells[1] == 0.0) return held;
+  if (!together() || cells[0] == 0.0 || cells[1] == 0.0) return 0.0;
   const double inside_mm = missing_mm[0] / cells[0], behind_mm = missing_mm[1] / cells[1] - inside_mm;
-  if (inside_mm > 0.0 && behind_mm > options_.mpc.rim_lead_layers * layer_mm_)
+  return behind_mm > options_.mpc.rim_lead_layers * layer_mm_ ? std::max(0.0, inside_mm) : 0.0;
+}
+
+HeightMap ReferenceGovernor::governed_target(const HeightMap& height) const {
+  HeightMap held = first_stage_target();
+  if (const double inside_mm = waits_at_mm(height, held); inside_mm > 0.0)
     for (double& h : held.cells) h = std::max(0.0, h - inside_mm);
   return held;
 }
@@ -76,23 +87,40 @@ bool ReferenceGovernor::only_rim(const HeightMap& height) const {
   return missing_mm < 0.5 * cells * setup_.model.layer_height_mm();
 }
 
+std::optional<Decision> ReferenceGovernor::decide_stage(Stage stage, HeightMap target, const Measurement& m) {
+  if (stalls_[stage].stalled(options_.stall_layers)) return std::nullopt;
+  Setup setup = setup_;
+  setup.target = std::move(target);
+  Decision d = together() ? best_of_horizons(setup, m, options_.mpc.horizon) : plan(setup, options_, m);
+  if (d.kind == Decision::Kind::kEnd || !worth_its_time(d)) return std::nullopt;
+  stalls_[stage].add(m, first_stage_target(), stage == kWaiting ? rim_ : setup_.mask);
+  if (stalls_[stage].stalled(options_.stall_layers)) return std::nullopt;
+  return d;
+}
+
 Decision ReferenceGovernor::decide(const Measurement& m) {
   check(m, setup_);
-  std::vector<HeightMap> lower;
-  if (together()) lower.push_back(governed_target(m.height));
-  if (lower.empty() || options_.mpc.finish_layers > 0.0) lower.push_back(first_stage_target());
-  for (HeightMap& target : lower) {
-    Setup setup = setup_;
-    setup.target = std::move(target);
-    Decision d = together() ? best_of_horizons(setup, m, options_.mpc.horizon) : plan(setup, options_, m);
-    if (d.kind == Decision::Kind::kEnd || !worth_its_time(d)) continue;
-    d.reason += ", for a target so many layers lower";
-    return d;
-  }
+  for (StallDetector& stage : stalls_) stage.rewind(m.layer);
+  const double ahead_mm = waits_at_mm(m.height, first_stage_target());
+  if (ahead_mm > 0.0)
+    if (auto d = decide_stage(kWaiting, governed_target(m.height), m)) {
+      d->reason += "; the inside waits for the rim, " + std::to_string(ahead_mm * 1e3) +
+                   " um below the target of the first stage";
+      return *std::move(d);
+    }
+  if (options_.mpc.finish_layers > 0.0 || (together() && ahead_mm == 0.0))
+    if (auto d = decide_stage(kLower, first_stage_target(), m)) {
+      d->reason += ", for a target so many layers lower";
+      return *std::move(d);
+    }
   Setup setup = setup_;
   if (only_rim(m.height)) setup.model_b = setup.model.times(kLoneShare);
-  return best_of_horizons(setup, m,
-                          together() ? std::min(kLastHorizon, options_.mpc.horizon) : options_.mpc.horizon);
+  Decision d = best_of_horizons(
+      setup, m, together() ? std::min(kLastHorizon, options_.mpc.horizon) : options_.mpc.horizon);
+  stalls_[kLast].add(m, setup_.target, setup_.mask);
+  if (d.kind == Decision::Kind::kPrint && stalls_[kLast].stalled(options_.stall_layers))
+    end_print(d, stall_reason(options_.stall_layers));
+  return d;
 }
 
 Decision ReferenceGovernor::plan(const Setup& setup, const ControlOptions& options,

@@ -2,7 +2,11 @@
 // last layers are printed over all of the part at once.
 #pragma once
 
+#include <array>
+#include <optional>
+
 #include "core/control/mpc/mpc.h"
+#include "core/control/stall_detector.h"
 
 namespace firn::control {
 
@@ -17,9 +21,14 @@ namespace firn::control {
 /// every further layer of a plan has an additional error of w l. Of the optimal plans of n = 1 .. N layers
 /// the one with the least
 ///   J_n^2 + n (w l)^2,   J_n: objective of MPC with horizon n, w = kProcessNoiseStd, l of the newest model,
-/// is taken. Without this term the plan would postpone printing for ever. Keeps no state between decisions: a
-/// layer that improves the objective for h_A is printed in any case, and h_A does not change with the model,
-/// so that the last layers are not delayed again.
+/// is taken. Without this term the plan would postpone printing for ever. A layer that improves the objective
+/// for h_A is printed in any case, and h_A does not change with the model, so that the last layers are not
+/// delayed again.
+///
+/// A stage in which ControlOptions::stall_layers layers have bettered the part about the stage's own target
+/// by no more than noise is over (StallDetector), and the next one begins; the print ends with the last
+/// stage. While the inside waits, only cells of the rim count. This is all the state that is kept between
+/// decisions.
 ///
 /// With a rim lag bound L = rim_lead_layers > 0 the part rises together with its rim, and is finished at a
 /// known flow:
@@ -56,6 +65,11 @@ class ReferenceGovernor final : public LayerController {
 
  private:
   bool together() const { return options_.mpc.rim_lead_layers > 0.0; }
+  // Height that the rest is below h_A while it waits for the rim; 0: it does not wait.
+  double waits_at_mm(const HeightMap& height, const HeightMap& first_stage_target) const;
+  enum Stage : std::size_t { kWaiting, kLower, kLast, kStages };
+  // None: the stage is over.
+  std::optional<Decision> decide_stage(Stage stage, HeightMap target, const Measurement& m);
   bool worth_its_time(const Decision& d) const;
   bool only_rim(const HeightMap& height) const;
   Decision plan(const Setup& setup, const ControlOptions& options, const Measurement& m) const;
@@ -64,6 +78,8 @@ class ReferenceGovernor final : public LayerController {
   Setup setup_;
   ControlOptions options_;
   double layer_mm_;  // of the model at first
+  Mask rim_;         // Setup::rim on the mask
+  std::array<StallDetector, kStages> stalls_;
   ParallelFor parallel_ = serially;
 };
 

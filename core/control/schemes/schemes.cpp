@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/control/controller.h"
+#include "core/control/forwarding_controller.h"
 #include "core/control/layer_bound.h"
 #include "core/control/mpc/reference_governor.h"
 #include "core/control/open_loop.h"
@@ -22,12 +23,9 @@ std::unique_ptr<LayerController> make(const Setup& setup, const ControlOptions& 
 }
 
 std::unique_ptr<LayerController> make_mpc(const Setup& setup, const ControlOptions& options) {
-  std::unique_ptr<LayerController> mpc;
-  if (options.mpc.finish_layers == 0.0 && options.mpc.rim_lead_layers == 0.0)
-    mpc = std::make_unique<Mpc>(setup, options);
-  else
-    mpc = std::make_unique<ReferenceGovernor>(setup, options);
-  return std::make_unique<StallBound>(std::move(mpc), setup, options);
+  if (options.mpc.finish_layers > 0.0 || options.mpc.rim_lead_layers > 0.0)
+    return std::make_unique<ReferenceGovernor>(setup, options);
+  return std::make_unique<StallBound>(std::make_unique<Mpc>(setup, options), setup, options);
 }
 
 constexpr Scheme kSchemes[] = {
@@ -43,12 +41,12 @@ constexpr Scheme kSchemes[] = {
 };
 
 // Stops for the operator at ControlOptions::max_layers.
-class LayerBound final : public LayerController {
+class LayerBound final : public ForwardingController {
  public:
   LayerBound(std::unique_ptr<LayerController> inner, GridSpec grid, int max_layers)
-      : inner_(std::move(inner)), grid_(grid), max_layers_(max_layers) {}
+      : ForwardingController(std::move(inner)), grid_(grid), max_layers_(max_layers) {}
   Decision decide(const Measurement& m) override {
-    Decision d = inner_->decide(m);
+    Decision d = inner().decide(m);
     if (d.kind != Decision::Kind::kPrint || m.layer < max_layers_) return d;
     d.kind = Decision::Kind::kStop;
     d.drops = DropletPattern(grid_);
@@ -56,19 +54,13 @@ class LayerBound final : public LayerController {
     d.reason = "the scheme wants a layer beyond max_layers = " + std::to_string(max_layers_);
     return d;
   }
-  void use_model(const deposition::DropletModel& model) override { inner_->use_model(model); }
-  void use_models(const deposition::DropletModel& inside, const deposition::DropletModel& rim) override {
-    inner_->use_models(inside, rim);
-  }
-  void use_threads(const ParallelFor& parallel) override { inner_->use_threads(parallel); }
   void use_options(const ControlOptions& options) override {
     check_options("control", kControlOptions, options);
-    inner_->use_options(options);
+    ForwardingController::use_options(options);
     max_layers_ = options.max_layers;
   }
 
  private:
-  std::unique_ptr<LayerController> inner_;
   GridSpec grid_;
   int max_layers_;
 };

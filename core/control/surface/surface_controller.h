@@ -170,11 +170,5 @@ std::unique_ptr<SurfaceController> make_surface_controller(const SurfaceOptions&
 
 /// (5.7), (5.8): the path speed that lays (1 + u) times as much per length at constant flow. @pre u > -1
 inline double speed_for(double nominal_mm_s, double u) { return nominal_mm_s / (1.0 + u); }
-/// (5.10) with U = 1 + U' (errata): the point-to-point duration for the same.
-inline double duration_for(double nominal_s, double u) { return (1.0 + u) * nominal_s; }
-/// (5.13): the flow that lays (1 + u) layers at speed c.
-inline double flow_for(double u, double speed_mm_s, double width_mm, double layer_height_mm) {
-  return (1.0 + u) * speed_mm_s * width_mm * layer_height_mm;
-}
 
 }  // namespace firn::control

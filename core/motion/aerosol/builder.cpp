@@ -11,7 +11,7 @@
 namespace firn::motion {
 namespace {
 
-constexpr double kNothing_s = 1e-9;
+constexpr double kMinLine_s = 1e-9;
 
 bool is_open(PieceKind kind) { return kind == PieceKind::kPrint || kind == PieceKind::kRound; }
 
@@ -104,7 +104,7 @@ void PlanBuilder::transit(PieceKind kind, std::int32_t segment, const Point2& to
 void PlanBuilder::print(std::int32_t segment, const Point2& to, const Point2& v0, const Point2& v1,
                         double duration) {
   plan_.report.lower_bound_s += duration;
-  if (duration < kNothing_s) {  // two roundings use up the whole segment
+  if (duration < kMinLine_s) {  // two roundings use up the whole segment
     p_ = to;
     return;
   }

@@ -10,8 +10,8 @@
 namespace firn::motion {
 namespace {
 
-constexpr double kForever = std::numeric_limits<double>::infinity();
-constexpr double kForgiven = 1e-9;  // of the longest time in a move
+constexpr double kUnlimited_s = std::numeric_limits<double>::infinity();
+constexpr double kDurationRounding = 1e-9;  // of the longest time in a move
 
 double root_of(double lambda, double scale) {
   return lambda < 0 && lambda > -1e-13 * scale ? 0.0 : std::sqrt(lambda);
@@ -35,7 +35,7 @@ std::optional<AxisProfile> with_peak(const AxisEnds& e, double t0, double vp, do
   const double alpha = limits.alpha_mm_s2;
   double tb = (vp - e.v0_mm_s) / a0 + t0;   // (19)
   double t1 = (e.v1_mm_s - vp) / -a0 + tb;  // (20)
-  const double slack = kForgiven * (std::abs(vp) + std::abs(e.v0_mm_s) + std::abs(e.v1_mm_s)) / alpha;
+  const double slack = kDurationRounding * (std::abs(vp) + std::abs(e.v0_mm_s) + std::abs(e.v1_mm_s)) / alpha;
   if (tb < t0 - slack || t1 < tb - slack) return std::nullopt;                                     // (28)
   if (std::abs(vp) > limits.v_max_mm_s) return at_full_speed(e, t0, vp > 0 ? 1.0 : -1.0, limits);  // (29)
   tb = std::max(tb, t0);
@@ -56,9 +56,9 @@ std::vector<Durations> far_enough(const AxisEnds& e, const AxisLimits& limits) {
     return vp > limits.v_max_mm_s ? at_full_speed(e, 0.0, 1.0, limits).t1_s : at_peak(vp);
   };
   const double slack = 1e-12 * (std::abs(dq) + squares / alpha);
-  if (dq > direct + slack) return {{reached(), kForever}};
-  if (std::max(v0, v1) >= 0.0 || lambda <= 0.0) return {{shortest, kForever}};
-  return {{shortest, at_peak(-std::sqrt(lambda))}, {reached(), kForever}};
+  if (dq > direct + slack) return {{reached(), kUnlimited_s}};
+  if (std::max(v0, v1) >= 0.0 || lambda <= 0.0) return {{shortest, kUnlimited_s}};
+  return {{shortest, at_peak(-std::sqrt(lambda))}, {reached(), kUnlimited_s}};
 }
 
 AxisEnds mirrored(const AxisEnds& e) { return {-e.q0_mm, -e.q1_mm, -e.v0_mm_s, -e.v1_mm_s}; }
@@ -79,7 +79,7 @@ AxisProfile in_duration(const AxisEnds& e, double t0, double duration, const Axi
   const AxisProfile fastest = mtt(e, t0, limits);
   if (fastest.t1_s == t0 + duration) return fastest;
   if (const std::optional<AxisProfile> p = lspb(e, t0, t0 + duration, limits.alpha_mm_s2)) return *p;
-  if (std::abs(fastest.t1_s - t0 - duration) <= kForgiven * duration) return fastest;
+  if (std::abs(fastest.t1_s - t0 - duration) <= kDurationRounding * duration) return fastest;
   Fault fault(Reason::kNoSolution);
   fault.axis = axis;
   fault.value = duration;
@@ -116,7 +116,7 @@ std::vector<Durations> possible_durations(const AxisEnds& ends, const AxisLimits
 
 PlaneMove synchronised_mtt(const AxisEnds& x, const AxisEnds& y, double t0, const AxisLimits& limits,
                            double at_least) {
-  const std::vector<Durations> late_enough{{at_least, kForever}};
+  const std::vector<Durations> late_enough{{at_least, kUnlimited_s}};
   const std::vector<Durations> both =
       common(common(possible_durations(x, limits), possible_durations(y, limits)), late_enough);
   const double duration = both.front().from_s;  // never empty: each axis' last interval has no end

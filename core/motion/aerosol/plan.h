@@ -5,8 +5,11 @@
 // other way: the sign is taken in one place, sample_stage().
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/motion/aerosol/mtt.h"
@@ -34,6 +37,8 @@ enum class CornerMode : std::uint8_t {
   kHybrid,  ///< rounded at constant speed where that stays within the tolerance, else loop
 };
 const char* name(CornerMode mode);  ///< "paper", "loop", "hybrid"
+inline constexpr std::array<std::string_view, 3> kCornerWords{"paper", "loop", "hybrid"};
+constexpr std::span<const std::string_view> words_of(CornerMode) { return kCornerWords; }
 
 struct AerosolOptions {
   CornerMode corner = CornerMode::kLoop;

@@ -4,7 +4,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "core/motion/certified/certified.h"
+#include "core/motion/certified/deviation_limits.h"
+#include "core/motion/curve/given_curves.h"
 #include "core/motion/curve/polyline_thinning.h"
 
 namespace firn::motion {
@@ -46,17 +47,17 @@ bool turns(std::span<const Point2> points, std::size_t i, double reach_mm, doubl
 /// True where the chords at a vertex are samples of an arc: they turn as those beside them do, and their arc
 /// passes no farther from them than a curve may pass from the polygon of its samples.
 bool bends(std::span<const Point2> points, std::size_t i) {
-  constexpr double kMost = 0.4228, kLeastShare = 0.3;  // tan of half of kMostSampledTurn
   if (i < 2 || i + 2 >= points.size()) return false;
   const auto half_turn = [&](std::size_t k) {  // its tangent
     const double ux = points[k].x_mm - points[k - 1].x_mm, uy = points[k].y_mm - points[k - 1].y_mm;
     const double vx = points[k + 1].x_mm - points[k].x_mm, vy = points[k + 1].y_mm - points[k].y_mm;
     return (ux * vy - uy * vx) / (std::sqrt((ux * ux + uy * uy) * (vx * vx + vy * vy)) + ux * vx + uy * vy);
   };
-  const double own = half_turn(i), side = own > 0.0 ? 1.0 : -1.0, least = kLeastShare * std::abs(own);
+  const double own = half_turn(i), side = own > 0.0 ? 1.0 : -1.0,
+               min_turn = kMinNeighbourTurn * std::abs(own);
   const double chord = std::max(distance(points[i - 1], points[i]), distance(points[i], points[i + 1]));
-  return std::abs(own) < kMost && 0.25 * chord * std::abs(own) <= kSagittaMm &&
-         side * half_turn(i - 1) >= least && side * half_turn(i + 1) >= least;
+  return std::abs(own) < kMaxHalfTurnTangent && 0.25 * chord * std::abs(own) <= kSagittaMm &&
+         side * half_turn(i - 1) >= min_turn && side * half_turn(i + 1) >= min_turn;
 }
 
 /// Rounded samples about a corner: the one farthest out, between two others and within reach of the corner.
@@ -80,11 +81,11 @@ std::size_t tip(std::span<const Point2> points, std::size_t before, std::size_t 
 
 void find_corners(const CleanPath& path, const PlanOptions& options, std::vector<std::size_t>& kept,
                   std::vector<std::size_t>& corners) {
-  constexpr double kNoises = 1.5, kShare = 1.0 / 16.0, kReachNoises = 10.0;
-  const double within = std::max(kNoises * options.point_noise_mm, kShare * options.tolerance_mm);
+  const double within =
+      std::max(kThinningNoises * options.point_noise_mm, kCornerThinningShare * options.tolerance_mm);
   const double cos_split = std::cos(options.split_angle_rad);
   const bool held = hold_mm(options) > 0.0;
-  if (options.curve_rule == CurveRule::kRamped || within == 0.0) {
+  if (within == 0.0) {
     kept.resize(path.points.size());
     std::iota(kept.begin(), kept.end(), std::size_t{0});
     split_points(path.points, cos_split, corners);
@@ -94,7 +95,7 @@ void find_corners(const CleanPath& path, const PlanOptions& options, std::vector
     std::vector<Point2> thinned;
     for (const std::size_t i : kept) thinned.push_back(path.points[i]);
     split_points(thinned, cos_split, corners);
-    const double reach = kReachNoises * options.point_noise_mm;
+    const double reach = kCornerReachNoises * options.point_noise_mm;
     std::erase_if(corners, [&](std::size_t c) {
       if (c == 0 || c + 1 == thinned.size()) return false;
       return (held && bends(thinned, c)) ||

@@ -4,7 +4,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "core/motion/certified/certified.h"
+#include "core/motion/kinematics/path_input.h"
+#include "core/motion/trajectory/plan.h"
 
 namespace firn::motion {
 

@@ -16,11 +16,6 @@ double norm(Vec v) { return std::sqrt(v.x * v.x + v.y * v.y); }
 double cross(Vec a, Vec b) { return a.x * b.y - a.y * b.x; }
 double dot(Vec a, Vec b) { return a.x * b.x + a.y * b.y; }
 
-constexpr double kCertainTurn = 0.5;  ///< of an arc of four points, rad
-constexpr double kCertainMm = 2.0;    ///< of a line of three points
-/// A smooth curve that stays within kRecogniseMm of a circle for so long has hardly a change of curvature.
-constexpr double kLongMm = 4.0;
-
 /// Last point of the longest run from i that lies on one line: the sleeve of directions that pass every
 /// point.
 std::size_t line_run(std::span<const Point2> p, std::size_t i) {
@@ -113,10 +108,9 @@ std::size_t arc_run(std::span<const Point2> p, std::size_t i, double sagitta_mm,
 /// by less for more). @param off distance of a point from the line or circle
 template <class Off>
 bool ends_abruptly(std::span<const Point2> p, std::size_t i, std::size_t j, Off&& off) {
-  constexpr double kSameMm = 2.0 * kRecogniseMm, kAbruptMm = 50.0 * kRecogniseMm;
   const auto abrupt = [&](std::size_t k) {
     const double d = off(p[k]);
-    return d <= kSameMm || d > kAbruptMm;
+    return d <= kSameRun_mm || d > kAbruptEnd_mm;
   };
   return (i < 2 || abrupt(i - 2)) && (j + 2 >= p.size() || abrupt(j + 2));
 }
@@ -154,16 +148,15 @@ Point2 end_of(const CurvePiece& piece) { return piece.at(piece.length_mm); }
 
 /// The point where two recognised pieces are tangent, if they are.
 bool tangency(const CurvePiece& a, const CurvePiece& b, Point2& joint) {
-  constexpr double slack = 3.0 * kRecogniseMm;
   if (a.curvature == 0.0 && b.curvature == 0.0) return false;
   if (a.curvature != 0.0 && b.curvature != 0.0) {
     const Circle ca = circle_of(a), cb = circle_of(b);
     const double ra = 1.0 / a.curvature, rb = 1.0 / b.curvature;  // signed: centres on the left are positive
     const Vec d = cb.centre - ca.centre;
     const double distance = norm(d), difference = ra - rb;
-    if (std::abs(distance - std::abs(difference)) > slack || distance < 1e-6) return false;
-    // on a's circle, and within the slack on b's; divided by the difference it lies off both where they are
-    // nearly one circle
+    if (std::abs(distance - std::abs(difference)) > kTangency_mm || distance < 1e-6) return false;
+    // on a's circle, and within the kTangency_mm on b's; divided by the difference it lies off both where
+    // they are nearly one circle
     const double along = ra / std::copysign(distance, difference);
     joint = {ca.centre.x_mm + d.x * along, ca.centre.y_mm + d.y * along};
     return true;
@@ -171,7 +164,7 @@ bool tangency(const CurvePiece& a, const CurvePiece& b, Point2& joint) {
   const CurvePiece& line = a.curvature == 0.0 ? a : b;
   const Circle circle = circle_of(a.curvature == 0.0 ? b : a);
   const Vec t{line.tx, line.ty}, v = circle.centre - line.start;
-  if (std::abs(cross(t, v) - 1.0 / circle.curvature) > slack) return false;
+  if (std::abs(cross(t, v) - 1.0 / circle.curvature) > kTangency_mm) return false;
   const double along = dot(t, v);
   joint = {line.start.x_mm + along * t.x, line.start.y_mm + along * t.y};
   return true;
@@ -235,7 +228,7 @@ Point2 CurvePiece::tangent(double s) const {
   return {c * tx - n * ty, c * ty + n * tx};
 }
 
-void recognise(std::span<const Point2> p, double sagitta_mm, bool abrupt, std::vector<CurvePiece>& pieces) {
+void recognise(std::span<const Point2> p, double sagitta_mm, std::vector<CurvePiece>& pieces) {
   pieces.clear();
   for (std::size_t i = 0; i + 1 < p.size();) {
     CurvePiece piece;
@@ -250,18 +243,18 @@ void recognise(std::span<const Point2> p, double sagitta_mm, bool abrupt, std::v
     // four points of a smooth curve may lie on one circle, three on one line, by chance
     std::size_t chords = i + 1;  // up to where the points are no run; half of a chance run, to stay linear
     if (arc > line &&
-        (arc >= i + 4 || (arc == i + 3 && piece.length_mm * std::abs(piece.curvature) > kCertainTurn)) &&
-        (!abrupt || piece.length_mm > kLongMm || ends_abruptly(p, i, arc, off_circle))) {
+        (arc >= i + 4 || (arc == i + 3 && piece.length_mm * std::abs(piece.curvature) > kMinArcTurn_rad)) &&
+        (piece.length_mm > kLongRun_mm || ends_abruptly(p, i, arc, off_circle))) {
       piece.last = arc;
     } else {
-      if (abrupt && arc > line && arc >= i + 4) chords = std::max(chords, i + (arc - i) / 2);
+      if (arc > line && arc >= i + 4) chords = std::max(chords, i + (arc - i) / 2);
       set_line(piece, p[i], p[line]);
       const auto off_line = [&](Point2 q) { return std::abs(cross({piece.tx, piece.ty}, q - piece.start)); };
       const bool certain =
-          (line >= i + 3 || (line == i + 2 && (piece.length_mm > kCertainMm || p.size() == 3))) &&
-          (!abrupt || piece.length_mm > kLongMm || ends_abruptly(p, i, line, off_line));
+          (line >= i + 3 || (line == i + 2 && (piece.length_mm > kMinLine_mm || p.size() == 3))) &&
+          (piece.length_mm > kLongRun_mm || ends_abruptly(p, i, line, off_line));
       if (!certain && line > i + 1) set_line(piece, p[i], p[i + 1]);
-      if (abrupt && !certain && line >= i + 3) chords = std::max(chords, i + (line - i) / 2);
+      if (!certain && line >= i + 3) chords = std::max(chords, i + (line - i) / 2);
       piece.last = certain ? line : i + 1;
       piece.chord = !certain;
     }
@@ -281,9 +274,9 @@ namespace {
 
 /// Appends the pieces of the points between two given curves. @param part their own pieces, a buffer
 void append_recognised(std::span<const Point2> p, std::size_t from, std::size_t to, double sagitta_mm,
-                       bool abrupt, std::vector<CurvePiece>& part, std::vector<CurvePiece>& pieces) {
+                       std::vector<CurvePiece>& part, std::vector<CurvePiece>& pieces) {
   if (from == to) return;
-  recognise(p.subspan(from, to - from + 1), sagitta_mm, abrupt, part);
+  recognise(p.subspan(from, to - from + 1), sagitta_mm, part);
   for (CurvePiece& piece : part) {
     piece.first += from;
     piece.last += from;
@@ -295,12 +288,11 @@ void append_recognised(std::span<const Point2> p, std::size_t from, std::size_t 
 /// one twice as long; in the other order where they lead to its end.
 void append_parted(const GivenCurve& curve, std::size_t i, double first_mm, bool at_end,
                    std::vector<CurvePiece>& pieces) {
-  constexpr int kMostHalvings = 12;
   const double step = (curve.to - curve.from) / double(curve.last - curve.first),
                from = curve.from + step * double(i - curve.first);
   const double length = distance(curve.at(from), curve.at(from + step));
   int halvings = 0;
-  while (halvings < kMostHalvings && std::ldexp(length, -halvings) > first_mm) ++halvings;
+  while (halvings < kMaxHalvings && std::ldexp(length, -halvings) > first_mm) ++halvings;
   double before = 0.0;
   for (int k = 0; k <= halvings; ++k) {
     const double to =
@@ -346,14 +338,13 @@ void append_arc(std::span<const Point2> p, const GivenCurve& curve, std::vector<
     pieces.push_back(piece);
   };
   // a full circle ends at its first point, give or take rounding: its middle tells it from no turn at all
-  constexpr double kWholePiece = 3.0;
   const auto turn = [&](std::size_t from, std::size_t to) {
     const Vec a = p[from] - curve.centre, b = p[to] - curve.centre;
     const double angle = (curve.clockwise ? -1.0 : 1.0) * std::atan2(cross(a, b), dot(a, b));
     return angle < 0.0 ? angle + 6.283185307179586 : angle;
   };
   std::size_t middle = (curve.first + curve.last) / 2;
-  if (middle == curve.first || turn(curve.first, middle) + turn(middle, curve.last) < kWholePiece)
+  if (middle == curve.first || turn(curve.first, middle) + turn(middle, curve.last) < kMaxArcPiece_rad)
     middle = curve.last;
   append(curve.first, middle);
   if (middle < curve.last) append(middle, curve.last);
@@ -363,21 +354,20 @@ void append_arc(std::span<const Point2> p, const GivenCurve& curve, std::vector<
 
 double exact_spacing_mm(double jump, double turn, double ramp_mm, double within_mm) {
   // off by u h^2 / 41 at a step u of the second derivative between equal cells, by more where they grow
-  constexpr double kJumpShare = 27.0, kTurnShare = 10.0;
-  const double a = std::abs(jump) / kJumpShare, b = std::abs(turn) / kTurnShare;  // a h^2 + b h = within
+  const double a = std::abs(jump) / kJumpDivisor, b = std::abs(turn) / kTurnDivisor;  // a h^2 + b h = within
   const double root = b + std::sqrt(b * b + 4.0 * a * within_mm);
   return root > 0.0 ? std::min(0.5 * ramp_mm, 2.0 * within_mm / root) : 0.5 * ramp_mm;
 }
 
-void recognise(std::span<const Point2> p, std::span<const GivenCurve> given, double sagitta_mm, bool abrupt,
+void recognise(std::span<const Point2> p, std::span<const GivenCurve> given, double sagitta_mm,
                double ramp_mm, std::vector<CurvePiece>& pieces) {
-  if (given.empty()) return recognise(p, sagitta_mm, abrupt, pieces);
+  if (given.empty()) return recognise(p, sagitta_mm, pieces);
   pieces.clear();
   std::vector<CurvePiece> part;
   std::size_t at = 0;
   const auto append_points = [&](std::size_t to) {
     if (at == to) return;
-    append_recognised(p, at, to, sagitta_mm, abrupt, part, pieces);
+    append_recognised(p, at, to, sagitta_mm, part, pieces);
     if (to == at + 1) pieces.back().chord = false;
   };
   const auto spacing_mm = [&](std::size_t k, bool at_end) {
@@ -397,6 +387,15 @@ void recognise(std::span<const Point2> p, std::span<const GivenCurve> given, dou
     at = curve.last;
   }
   append_points(p.size() - 1);
+}
+
+bool has_dense_run(std::span<const CurvePiece> pieces, double longest_mm) {
+  std::size_t chords = 0;
+  for (const CurvePiece& piece : pieces) {
+    chords = piece.chord && piece.length_mm < longest_mm ? chords + 1 : 0;
+    if (chords >= kMinDenseChords) return true;
+  }
+  return false;
 }
 
 void split_points(std::span<const Point2> p, double cos_split, std::vector<std::size_t>& splits) {

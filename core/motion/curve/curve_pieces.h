@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "core/motion/curve/constants.h"
 #include "core/path/given_curve.h"
 
 namespace firn::motion {
@@ -26,29 +27,25 @@ struct CurvePiece {
   Point2 tangent(double s_mm) const;
 };
 
-/// Points within this distance of one line or circle are one piece; that is also the bound of the
-/// displacement by recognition (in addition to the arc's own sagitta over its chords, at most kSagittaMm).
-inline constexpr double kRecogniseMm = 2e-5;
-inline constexpr double kSagittaMm = 0.03;
-
 /// Greedy: from each point the longest run of points on a line or circle (>= 4 or >= 5 points, one less where
 /// chance is out of the question; within kRecogniseMm, chords' sagitta <= sagitta_mm), else one chord.
 /// Neighbouring pieces that are tangent to each other are joined at their point of tangency, also where no
 /// input point lies there (a chord across the joint is dropped).
 /// @pre points has no repeated neighbours and at least two entries. Time: O(n log n).
-/// @param abrupt only runs that are long or end abruptly, as meant ones do: a smooth curve has runs within
-/// kRecogniseMm of a circle by chance, wherever its curvature changes little
-void recognise(std::span<const Point2> points, double sagitta_mm, bool abrupt,
-               std::vector<CurvePiece>& pieces);
+/// Only runs that are long or end abruptly are recognised, as meant ones do: a smooth curve has runs within
+/// kRecogniseMm of a circle by chance, wherever its curvature changes little.
+void recognise(std::span<const Point2> points, double sagitta_mm, std::vector<CurvePiece>& pieces);
 
 /// The same where some of the points are samples of given curves: an arc is one piece, two where it turns by
 /// about half a turn or more; a Bezier curve is chords between its samples; a single chord beside given
 /// curves is a line that is meant. @param ramp_mm > 0: the first and last chord of a Bezier curve are parted
 /// where exact_spacing_mm() is shorter
 void recognise(std::span<const Point2> points, std::span<const GivenCurve> given, double sagitta_mm,
-               bool abrupt, double ramp_mm, std::vector<CurvePiece>& pieces);
+               double ramp_mm, std::vector<CurvePiece>& pieces);
 
-inline constexpr double kExactMm = 1e-4;
+/// True if the pieces have a run of at least eight chords shorter than `longest_mm`: a sampled curve.
+bool has_dense_run(std::span<const CurvePiece> pieces, double longest_mm);
+
 /// Length of the cells beside a joint of exact pieces: a C2 spline through a jump of curvature and a turn of
 /// the tangent between such cells leaves them by at most about `within_mm`. Never longer than half a ramp.
 double exact_spacing_mm(double jump, double turn, double ramp_mm, double within_mm = kExactMm);

@@ -35,30 +35,4 @@ double deviation(std::span<const Point2> samples, std::span<const Point2> path) 
   return std::sqrt(worst);
 }
 
-double deviation(const Curve& curve, std::span<const Point2> points, std::vector<double>& length) {
-  constexpr double window = 1.0;  // mm of path to either side in which the nearest segment is searched
-  length.assign(points.size(), 0.0);
-  for (std::size_t i = 0; i + 1 < points.size(); ++i) {
-    const double dx = points[i + 1].x_mm - points[i].x_mm, dy = points[i + 1].y_mm - points[i].y_mm;
-    length[i + 1] = length[i] + std::sqrt(dx * dx + dy * dy);
-  }
-  const double scale = length.back() / curve.s.back();
-  double worst = 0.0;
-  std::size_t from = 0;
-  for (std::size_t i = 0; i < curve.cells(); ++i) {
-    if (curve.xx[i] == 0.0 && curve.yy[i] == 0.0 && curve.xx[i + 1] == 0.0 && curve.yy[i + 1] == 0.0)
-      continue;
-    for (const double x : {0.0, 1.0 / 3.0, 2.0 / 3.0}) {
-      const double s = curve.s[i] + x * (curve.s[i + 1] - curve.s[i]), at = s * scale;
-      const Point2 p = curve.at(i, s);
-      while (from + 2 < points.size() && length[from + 1] < at - window) ++from;
-      double least = 1e300;
-      for (std::size_t k = from; k + 1 < points.size() && length[k] <= at + window; ++k)
-        least = std::min(least, squared_distance(p, points[k], points[k + 1]));
-      worst = std::max(worst, least);
-    }
-  }
-  return std::sqrt(worst);
-}
-
 }  // namespace firn::motion

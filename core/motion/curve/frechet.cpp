@@ -5,14 +5,11 @@
 #include <limits>
 #include <vector>
 
+#include "core/motion/curve/constants.h"
 #include "core/motion/curve/in_order.h"
 
 namespace firn::motion {
 namespace {
-
-constexpr double kSharp = 1.01, kSharpMm = 1e-6;
-constexpr int kDivisions = 12;
-constexpr int kNewton = 4, kPreciseNewton = 20;
 
 double square(Point2 p) { return p.x_mm * p.x_mm + p.y_mm * p.y_mm; }
 Point2 middle(Point2 a, Point2 b) { return {0.5 * (a.x_mm + b.x_mm), 0.5 * (a.y_mm + b.y_mm)}; }
@@ -49,13 +46,11 @@ class Walk {
 
   /// To a place near p, from `back_mm` before the present one on and at most about twice `ahead_mm` further.
   void to(Point2 p, double ahead_mm, double back_mm = 0.0) {
-    constexpr double kNear = 1e-4, kPreciseNear = 1e-9, kMostStretch = 1.02;
-    const int steps = precise_ ? kPreciseNewton : kNewton;
-    constexpr double kLeastSpeed = 1e-3;
-    const double from = s_, rate = std::max(kLeastSpeed, std::sqrt(square(jet_.d1)));
+    const int steps = precise_ ? kPreciseNewtonSteps : kNewtonSteps;
+    const double from = s_, rate = std::max(kMinParameterSpeed, std::sqrt(square(jet_.d1)));
     const double ahead = ahead_mm / rate, least = std::max(0.0, from - back_mm / rate);
     const double most = std::min(curve_.s.back(), from + 2.0 * ahead);
-    const double close = (precise_ ? kPreciseNear : kNear) * ahead;
+    const double close = (precise_ ? kPreciseNearestChange : kNearestChange) * ahead;
     double s = std::min(from + stretch_ * ahead, most);
     bool near = false;
     for (int step = 0; step < steps && !near; ++step) {
@@ -73,7 +68,7 @@ class Walk {
       seek(s);
       jet_ = jet(curve_, cell_, s);
     }
-    stretch_ = ahead > 0.0 ? std::clamp((s - from) / ahead, 1.0, kMostStretch) : 1.0;  // of arc and chord
+    stretch_ = ahead > 0.0 ? std::clamp((s - from) / ahead, 1.0, kMaxStretchGuess) : 1.0;  // of arc and chord
     s_ = s;
   }
 
@@ -108,17 +103,16 @@ inline void raise(Point2 a, Point2 b, Point2 c, Point2 d, int divisions, double&
 /// the Bezier points a, m + (a - d) / 4, m, m - (a - d) / 4, d, is off by at most |third difference| / (12
 /// sqrt 3).
 void halve(Point2 a, Point2 b, Point2 c, Point2 d, double hull, int divisions, double& worst) {
-  constexpr double kOff = 0.048113;
   const Point2 ab = middle(a, b), bc = middle(b, c), cd = middle(c, d), abc = middle(ab, bc),
                bcd = middle(bc, cd), m = middle(abc, bcd);
   worst = std::max(worst, square(m));
-  const double sharp = std::sqrt(worst) * kSharp + kSharpMm;
+  const double sharp = std::sqrt(worst) * kDeviationSharpness + kDeviationSharpness_mm;
   const Point2 quarter{0.25 * (a.x_mm - d.x_mm), 0.25 * (a.y_mm - d.y_mm)},
       third{d.x_mm - a.x_mm + 3.0 * (b.x_mm - c.x_mm), d.y_mm - a.y_mm + 3.0 * (b.y_mm - c.y_mm)};
   const double bend = std::max(square({m.x_mm + quarter.x_mm, m.y_mm + quarter.y_mm}),
                                square({m.x_mm - quarter.x_mm, m.y_mm - quarter.y_mm}));
-  const double bound =
-      std::min(std::sqrt(hull), std::sqrt(std::max(bend, worst)) + kOff * std::sqrt(square(third)));
+  const double bound = std::min(
+      std::sqrt(hull), std::sqrt(std::max(bend, worst)) + kCubicOverParabola * std::sqrt(square(third)));
   if (bound <= sharp || divisions == 0) {
     worst = std::max(worst, bound * bound);
     return;
@@ -192,7 +186,7 @@ double frechet_bound(const Curve& curve, std::span<const Point2> points) {
   if (curve.straight) return straight_bound(points);
   double worst = 0.0;
   follow(curve, points,
-         [&](const Piece& p) { raise(p.at[0], p.at[1], p.at[2], p.at[3], kDivisions, worst); });
+         [&](const Piece& p) { raise(p.at[0], p.at[1], p.at[2], p.at[3], kMaxDivisions, worst); });
   return std::sqrt(worst);
 }
 
@@ -203,7 +197,7 @@ void find_stretches_beyond(const Curve& curve, std::span<const Point2> points, d
   const double limit = limit_mm * limit_mm;
   follow(curve, points, [&](const Piece& p) {
     double worst = limit;
-    raise(p.at[0], p.at[1], p.at[2], p.at[3], kDivisions, worst);
+    raise(p.at[0], p.at[1], p.at[2], p.at[3], kMaxDivisions, worst);
     if (worst > limit) found.push_back({p.from, p.to, std::sqrt(worst) - limit_mm});
   });
 }

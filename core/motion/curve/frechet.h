@@ -18,13 +18,13 @@ namespace firn::motion {
 /// 1e-6 mm. Infinite for a curve without length: no motion follows it.
 double frechet_bound(const Curve& curve, std::span<const Point2> points);
 
-/// A part of a curve that is further from the polygon than some limit.
+/// Part of a curve that is further from the polygon than a limit.
 struct StretchBeyond {
   double from = 0.0, to = 0.0;  ///< parameters of the curve
   double beyond_mm = 0.0;       ///< bound of the distance, less the limit
 };
 
-/// All of them, in order; together they hold every place where frechet_bound() is beyond the limit.
+/// Finds all of them, in order; together they contain every place where frechet_bound() is beyond the limit.
 void find_stretches_beyond(const Curve& curve, std::span<const Point2> points, double limit_mm,
                            std::vector<StretchBeyond>& found);
 

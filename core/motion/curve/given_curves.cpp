@@ -6,14 +6,12 @@
 namespace firn::motion {
 namespace {
 
-constexpr double kMostParts = 64.0;  ///< of a chord
-
 double squared_length(Point2 p) { return p.x_mm * p.x_mm + p.y_mm * p.y_mm; }
 
 /// Number of chords with the sagitta kGivenSagittaMm instead of one with this sagitta, which falls with the
 /// square of their number.
 int parts_for(double sagitta_mm) {
-  return int(std::clamp(std::ceil(std::sqrt(sagitta_mm / kGivenSagittaMm)), 1.0, kMostParts));
+  return int(std::clamp(std::ceil(std::sqrt(sagitta_mm / kGivenSagittaMm)), 1.0, kMaxGivenChords));
 }
 
 /// Points strictly inside of a chord of an arc: the chord's, moved out to the circle. Returns the largest
@@ -55,8 +53,7 @@ double sample_bezier(const GivenCurve& b, double from, double to, std::vector<Po
 
 /// Unit tangent of a Bezier curve; where a control point lies on its end, towards the next one.
 Point2 tangent(const GivenCurve& b, double parameter) {
-  constexpr double kBeside = 1e-4;
-  const double low = std::max(0.0, parameter - kBeside), high = std::min(1.0, parameter + kBeside);
+  const double low = std::max(0.0, parameter - kTangentStep), high = std::min(1.0, parameter + kTangentStep);
   const auto edge = [](Point2 p, Point2 q, double x) {
     return Point2{x * (q.x_mm - p.x_mm), x * (q.y_mm - p.y_mm)};
   };

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/motion/curve/constants.h"
 #include "core/path/given_curve.h"
 
 namespace firn::motion {
@@ -29,9 +30,6 @@ struct GivenReference {
   std::span<const Point2> points;
   double sagitta_mm = 0.0;  ///< bound of its distance from the curves, both ways; 0 without any
 };
-
-/// Sagitta that sample_given() aims at; chords that need more than 64 parts for it have a larger one.
-inline constexpr double kGivenSagittaMm = 2e-6;
 
 /// The points with further ones on the given curves between them: in `buffer`, or `points` themselves where
 /// no curve is given. @param given ascending, within `points`

@@ -1,4 +1,5 @@
-// Computes from held points, samples of a curve that are rounded, how that curve runs between them.
+// Held points are rounded samples of a curve. These functions estimate the curve between them: its length
+// parameter at each point, chords that are lines and no sample intervals, and its distance from a chord.
 #pragma once
 
 #include <span>
@@ -8,23 +9,22 @@
 
 namespace firn::motion {
 
-inline constexpr double kMostSampledTurn = 0.8;  ///< of samples' chords; what turns more is a corner
-
 /// Angle by which b-c turns from a-b, -pi to pi.
 double turn_at(Point2 a, Point2 b, Point2 c);
 
-/// Lengths along held points [mm], in the direction of the points about each step: one against that or aside
-/// is rounding, or an overlap of two chords. @param radius within which the curve passes the points
+/// Computes the length parameter of each held point [mm]: the sum of the steps, each projected onto the
+/// direction of the points about it. A step back or aside is rounding and adds nothing.
+/// @param radius the curve passes each point within this distance [mm]
 void held_lengths(std::span<const Point2> line, double radius, std::vector<double>& length);
 
-/// True where a chord is so much longer than one beside it that it is no sample interval but a line, unless
-/// it is short enough to be one of a curve sampled unevenly: it is not so long beside the other one, or the
-/// points beyond an end bend like that curve.
+/// Returns true if a chord is a line and no sample interval: it is at least four times longer than a chord
+/// beside it, and longer than 5 mm or not the flat part of a curve that is sampled unevenly. Of such a curve
+/// the other neighbour is long, too, or the points beyond an end turn as the curvature there demands.
 bool is_line(std::span<const Point2> line, const std::vector<double>& length, std::size_t chord);
 
-/// Distance within which a curve passes between two of its samples: some of it beyond the sagitta of the arcs
-/// that turn at both ends of the chord as the polygon does: the mean of both, or the smaller one beside a
-/// line.
-double bulge_mm(std::span<const Point2> line, std::size_t chord, double most_mm);
+/// Returns the maximum distance of the curve from the chord between two samples [mm]: twice the sagitta of
+/// the arcs that turn at the chord's ends as the polygon does. The mean of both ends, or the smaller one
+/// beside a line; at most `max_mm`.
+double bulge_mm(std::span<const Point2> line, std::size_t chord, double max_mm);
 
 }  // namespace firn::motion

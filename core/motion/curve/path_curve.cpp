@@ -8,8 +8,6 @@ namespace {
 
 using Joint = CurveWork::Joint;
 
-constexpr double kSmallTurn = 1e-9;
-
 double norm(double x, double y) { return std::sqrt(x * x + y * y); }
 
 double sagitta_mm(const CurveOptions& spec) {
@@ -62,7 +60,7 @@ double spacing_mm(const CurveOptions& spec, const CurvePiece& a, const CurvePiec
 /// A joint of an exact path. Chords of sampled curves are interpolated; the lines beside them begin with
 /// cells as short as these chords.
 void set_exact_joint(const CurveOptions& spec, const CurvePiece& a, const CurvePiece& b, Joint& joint) {
-  constexpr double kNone = 1e300, kSmallJump = 1e-12;
+  constexpr double kNone = 1e300;  // not sampled
   const auto sampled_mm = [&](const CurvePiece& p) {
     return p.chord && (p.given || p.length_mm < kDenseWidths * spec.ramp_mm) ? p.length_mm : kNone;
   };
@@ -71,7 +69,7 @@ void set_exact_joint(const CurveOptions& spec, const CurvePiece& a, const CurveP
   if (sampled < kNone && turn * std::min(a.length_mm, b.length_mm) < 8.0 * sagitta_mm(spec)) {
     joint.interpolate = true;
     joint.spacing = sampled;
-  } else if (turn > kSmallTurn || std::abs(jump) > kSmallJump) {
+  } else if (turn > kSmoothTurn || std::abs(jump) > kSmoothJump) {
     joint.spacing = spacing_mm(spec, a, b, jump, turn);
   }
 }
@@ -124,7 +122,7 @@ void set_joints(const CurveOptions& spec, CurveWork& work) {
     }
     const double jump = b.curvature - a.curvature;
     if (jump == 0.0) joint.half_ramp = 0.0;
-    if (turn > kSmallTurn) {
+    if (turn > kSmoothTurn) {
       const double within = 6.0 * spec.tolerance_mm / turn,
                    allowed = spec.held_sagitta_mm > 0.0 ? within : std::max(spec.ramp_mm, within);
       joint.half_hat = std::min(allowed, 0.5 * room);
@@ -210,8 +208,7 @@ double hat_shift(double x, double half) {
 }
 
 void build_curve(std::span<const Point2> points, const CurveOptions& spec, CurveWork& work) {
-  recognise(points, spec.given, sagitta_mm(spec), spec.abrupt_runs, spec.exact() ? spec.ramp_mm : 0.0,
-            work.pieces);
+  recognise(points, spec.given, sagitta_mm(spec), spec.exact() ? spec.ramp_mm : 0.0, work.pieces);
   set_joints(spec, work);
   Curve& coarse = work.coarse;
   place_yaw(points, spec, work);

@@ -1,7 +1,8 @@
 // build_curve() computes the curve that is followed: twice continuously differentiable, piecewise cubic, with
 // curvature jumps ramped over w.
 //
-// Base: lines and arcs (core/motion/curve_pieces.h). Ramped curve = base convolved with a box of width w:
+// Base: lines and arcs (core/motion/curve/curve_pieces.h).
+// Ramped curve = base convolved with a box of width w:
 //   r(s) = mean of the base over [s - w/2, s + w/2].
 // A jump of curvature becomes a ramp of length w centred on it; turning angle and length stay, lines stay
 // where they are, and an arc moves by R (1 - sin(w / 2R) / (w / 2R)), at most w^2 / (24 R), towards its
@@ -21,6 +22,7 @@
 #include <span>
 #include <vector>
 
+#include "core/motion/curve/constants.h"
 #include "core/motion/curve/curve_pieces.h"
 #include "core/path/path.h"
 
@@ -37,8 +39,8 @@ struct CellSizes {
   double rest_mm = 0.06;        ///< first cell at rest
   double split = 1.0;           ///< every cell of the spline is divided into about so many
   double tight_mm = 2.0;        ///< where the radius is smaller, into as many times more (up to three)
-  double least_cells = 60.0;    ///< curves of few cells are divided up to here (at most into four)
-  double least_mm = 0.0;        ///< no cell of the spline is divided into shorter ones
+  double min_cells = 60.0;      ///< curves of few cells are divided up to here (at most into four)
+  double min_mm = 0.0;          ///< no cell of the spline is divided into shorter ones
 };
 
 struct Curve {
@@ -62,7 +64,6 @@ struct CurveOptions {
   /// vertices are interpolated, arcs recognised only where the chords' sagitta is below this
   double held_sagitta_mm = 0.0;
   CellSizes sizes;
-  bool abrupt_runs = false;             ///< recognise()
   std::span<const double> yaw{};        ///< of the tool at the points, linear between them; empty = constant
   std::span<const GivenCurve> given{};  ///< among the points
 
@@ -71,12 +72,8 @@ struct CurveOptions {
   /// Given curves stay where they are: without a tolerance the spline passes them.
   bool exact() const { return (!given.empty() || hold_mm > 0.0) && tolerance_mm <= 0.0; }
   /// At joints of an exact path.
-  double exact_mm() const { return given.empty() && hold_mm > 0.0 ? kHoldShare * hold_mm : kExactMm; }
-  static constexpr double kHoldShare = 0.5;
+  double exact_mm() const { return given.empty() && hold_mm > 0.0 ? kHeldJointShare * hold_mm : kExactMm; }
 };
-
-/// Chords shorter than so many ramps are dense: their vertices are interpolated.
-inline constexpr double kDenseWidths = 2.0;
 
 /// Buffers kept between paths.
 struct CurveWork {

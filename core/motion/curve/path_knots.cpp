@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/motion/curve/constants.h"
 #include "core/motion/curve/path_curve.h"
 
 namespace firn::motion {
@@ -11,16 +12,12 @@ namespace {
 using Joint = CurveWork::Joint;
 using Mark = CurveWork::Mark;
 
-constexpr double kSmoothMm = 5e-4;
-constexpr double kUneven = 0.05;          ///< relative difference of chords that still count as evenly spaced
-constexpr double kLongestSmoothMm = 2.0;  ///< between two knots on vertices
-constexpr double kNoWish = std::numeric_limits<double>::max();
-
 /// Where the vertices of a dense polygon lie on a smooth curve, every second or fourth is knot enough: vertex
-/// k is left out if the cubic through k - 3 d, k - d, k + d, k + 3 d passes it within kSmoothMm, first for d
-/// = 1, then for d = 2.
+/// k is left out if the cubic through k - 3 d, k - d, k + d, k + 3 d passes it within kSmoothVertex_mm, first
+/// for d = 1, then for d = 2.
 void thin_vertices(const CurveOptions& spec, CurveWork& work) {
-  const double smooth_mm = spec.hold_mm > 0.0 ? std::min(kSmoothMm, spec.exact_mm()) : kSmoothMm;
+  const double smooth_mm =
+      spec.hold_mm > 0.0 ? std::min(kSmoothVertex_mm, spec.exact_mm()) : kSmoothVertex_mm;
   auto& joints = work.joints;
   const auto& pieces = work.pieces;
   const auto dense = [&](std::size_t k) { return k > 0 && k + 1 < joints.size() && joints[k].interpolate; };
@@ -28,16 +25,16 @@ void thin_vertices(const CurveOptions& spec, CurveWork& work) {
     for (std::size_t k = 3 * d; k + 3 * d + 1 < joints.size(); ++k) {
       if ((k / d) % 2 == 0 || k % d != 0 || joints[k].smooth) continue;
       const double left = work.offset[k] - work.offset[k - d], right = work.offset[k + d] - work.offset[k];
-      bool good = std::abs(left - right) < kUneven * (left + right);
+      bool good = std::abs(left - right) < kUnevenChords * (left + right);
       for (std::size_t i = k - 3 * d; good && i <= k + 3 * d; ++i) good = dense(i);
       for (const std::size_t i : {k - 3 * d, k + d}) {
         const double chord = work.offset[i + 2 * d] - work.offset[i];
-        good = good && std::abs(chord - left - right) < kUneven * (chord + left + right);
+        good = good && std::abs(chord - left - right) < kUnevenChords * (chord + left + right);
       }
       good = good && !pieces[k - 1].given && !pieces[k].given;
       if (d == 2)
-        good = good && joints[k - 1].smooth && joints[k + 1].smooth && left + right < kLongestSmoothMm;
-      if (!good || left + right > kLongestSmoothMm) continue;
+        good = good && joints[k - 1].smooth && joints[k + 1].smooth && left + right < kMaxVertexSpacing_mm;
+      if (!good || left + right > kMaxVertexSpacing_mm) continue;
       const Point2 &a = pieces[k - 3 * d].start, &b = pieces[k - d].start, &c = pieces[k + d].start,
                    &e = pieces[k + 3 * d].start, &p = pieces[k].start;
       const double dx = p.x_mm - (9.0 * (b.x_mm + c.x_mm) - a.x_mm - e.x_mm) / 16.0;
@@ -51,7 +48,7 @@ void set_marks(const CurveOptions& spec, CurveWork& work) {
   thin_vertices(spec, work);
   auto& marks = work.marks;
   const CellSizes& sizes = spec.sizes;
-  marks.assign(1, {0.0, kNoWish, sizes.growth});
+  marks.assign(1, {0.0, kAnySpacing_mm, sizes.growth});
   for (std::size_t k = 1; k + 1 < work.joints.size(); ++k) {
     const Joint& joint = work.joints[k];
     const double half = std::max(joint.half_ramp, joint.half_hat);
@@ -59,26 +56,26 @@ void set_marks(const CurveOptions& spec, CurveWork& work) {
       marks.push_back({joint.s, joint.spacing, sizes.growth});
       continue;
     }
-    if (joint.interpolate && !joint.smooth) marks.push_back({joint.s, kNoWish, sizes.growth});
+    if (joint.interpolate && !joint.smooth) marks.push_back({joint.s, kAnySpacing_mm, sizes.growth});
     if (half == 0.0) continue;
     const int cells =
         joint.half_hat > joint.half_ramp ? sizes.ramp_cells + sizes.ramp_cells % 2 : sizes.ramp_cells;
     const double wide = 2.0 * half / spec.ramp_mm;  // wide ramps need no finer cells beside them than inside
     const double exit = sizes.ramp_exit_mm * std::max(1.0, 0.5 * wide);
     for (int i = 0; i <= cells; ++i)
-      marks.push_back(
-          {joint.s + half * (2.0 * i / cells - 1.0), i == 0 || i == cells ? exit : kNoWish, sizes.growth});
+      marks.push_back({joint.s + half * (2.0 * i / cells - 1.0), i == 0 || i == cells ? exit : kAnySpacing_mm,
+                       sizes.growth});
   }
   for (std::size_t i = 1; i + 1 < work.yaw_s.size(); ++i) {
     const double half = work.yaw_half[i], at = work.yaw_s[i];
-    if (half == 0.0) marks.push_back({at, kNoWish, sizes.growth});
+    if (half == 0.0) marks.push_back({at, kAnySpacing_mm, sizes.growth});
     for (int k = 0; half > 0.0 && k <= sizes.ramp_cells; ++k)
       marks.push_back({at + half * (2.0 * k / sizes.ramp_cells - 1.0),
-                       k == 0 || k == sizes.ramp_cells ? sizes.ramp_exit_mm : kNoWish, sizes.growth});
+                       k == 0 || k == sizes.ramp_cells ? sizes.ramp_exit_mm : kAnySpacing_mm, sizes.growth});
   }
   // a ramp that is wider than the rest of the path ends with it
   std::erase_if(marks, [&](const Mark& mark) { return mark.s < 0.0 || mark.s > work.offset.back(); });
-  marks.push_back({work.offset.back(), kNoWish, sizes.growth});
+  marks.push_back({work.offset.back(), kAnySpacing_mm, sizes.growth});
   std::sort(marks.begin(), marks.end(), [](const Mark& a, const Mark& b) { return a.s < b.s; });
 }
 
@@ -120,8 +117,7 @@ void fill(Mark from, Mark to, double largest, std::vector<double>& tail, std::ve
 /// Turn of a cell on a given arc: the spline is off by R angle^4 / 384 between its knots, and some cells are
 /// half as long again: a nanometre at most.
 double exact_angle(double curvature, const CellSizes& sizes) {
-  constexpr double kOff_mm = 4e-8;
-  return std::min(sizes.arc_angle_rad, std::sqrt(std::sqrt(384.0 * kOff_mm * curvature)));
+  return std::min(sizes.arc_angle_rad, std::sqrt(std::sqrt(384.0 * kArcCellError_mm * curvature)));
 }
 
 }  // namespace
@@ -222,7 +218,7 @@ void refine(const CellSizes& sizes, CurveWork& work, Curve& fine) {
   const double total = coarse.s.back(), ratio = sizes.rest_growth - 1.0, largest = 0.125 * total;
   const std::size_t cells = coarse.cells();
   // a short curve can have more cells than its geometry needs
-  const double split = sizes.split * std::clamp(sizes.least_cells / double(cells), 1.0, 4.0);
+  const double split = sizes.split * std::clamp(sizes.min_cells / double(cells), 1.0, 4.0);
   // a rest cell is one cell of the spline at most
   const double wanted = std::min(sizes.rest_mm, 0.005 * total);
   const double first = std::min(wanted, coarse.s[1]),
@@ -238,7 +234,7 @@ void refine(const CellSizes& sizes, CurveWork& work, Curve& fine) {
     if (to <= from) continue;
     const double h = coarse.s[i + 1] - coarse.s[i];
     double parts = split * std::clamp(sizes.tight_mm * std::max(curvature(i), curvature(i + 1)), 1.0, 3.0);
-    if (parts * sizes.least_mm > h) parts = std::max(1.0, h / sizes.least_mm);
+    if (parts * sizes.min_mm > h) parts = std::max(1.0, h / sizes.min_mm);
     fill({from, wish(from), from < 0.5 * total ? sizes.rest_growth : 1.0},
          {to, wish(to), to > 0.5 * total ? sizes.rest_growth : 1.0}, std::min(h / parts, largest), work.sweep,
          fine.s);
@@ -268,11 +264,10 @@ void set_speed_limit(std::span<const Point2> points, std::span<const double> spe
   for (double& s : at) s *= scale;
   // a segment's speed limit holds on every cell that it touches, with room for the displacement by
   // recognition
-  const double room = 0.5;
   std::size_t from = 0;
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {
-    while (from < cells && curve.s[from + 1] < at[i] - room) ++from;
-    for (std::size_t c = from; c < cells && curve.s[c] < at[i + 1] + room; ++c)
+    while (from < cells && curve.s[from + 1] < at[i] - kSpeedLimitMargin_mm) ++from;
+    for (std::size_t c = from; c < cells && curve.s[c] < at[i + 1] + kSpeedLimitMargin_mm; ++c)
       curve.speed_limit[c] = std::min(curve.speed_limit[c], speed_limit[i]);
   }
 }

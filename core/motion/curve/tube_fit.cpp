@@ -5,26 +5,13 @@
 #include <numeric>
 #include <utility>
 
+#include "core/motion/curve/constants.h"
 #include "core/motion/curve/frechet.h"
 #include "core/motion/curve/held_samples.h"
 #include "core/motion/curve/polyline_thinning.h"
 
 namespace firn::motion {
 namespace {
-
-constexpr double kLineShare = 1.0 / 16.0;  ///< of the radius: thinning of the tube's middle line
-constexpr double kShapeShare = 0.25;       ///< of the radius: thinning for the sizes of the cells
-constexpr double kSampleShare = 1.0;       ///< the same where each point is held within its own radius
-constexpr double kTurn = 2.5;              ///< radii per cell: largest cell times turn at a vertex
-constexpr double kChords = 1.2;            ///< thinned chords per cell
-constexpr double kSampleChords = 0.5;      ///< the same where each point is held: more knots than points
-/// Cell length over that which the tube alone needs: time has features of its own. Coarser cells make the
-/// time depend on where they happen to lie.
-constexpr double kFiner = 0.4, kFinerMoved = 0.28;  ///< of a curve that stays, that descent moves
-constexpr int kMostSplits = 6;                      ///< of cells that cannot hold their samples
-constexpr double kGrowth = 0.35;                    ///< of a cell over the distance to a shorter one
-constexpr double kPlaces = 0.5;                     ///< of a cell between two places
-constexpr double kLeastCells = 8.0;
 
 /// The points are places of a curve, and the polygon between them is not meant.
 bool samples(const TubeOptions& options) { return options.radius_mm < options.between_mm; }
@@ -55,20 +42,20 @@ class CellField {
       const double y =
           (shape[i + 1].y_mm - shape[i].y_mm) / after - (shape[i].y_mm - shape[i - 1].y_mm) / before;
       const double turn = std::sqrt(x * x + y * y);
-      size_[i] = std::min({largest, chords * std::max(before, after), kTurn * radius / turn});
+      size_[i] = std::min({largest, chords * std::max(before, after), kCellTurn * radius / turn});
     }
     for (std::size_t i = 1; i < size_.size(); ++i)
-      size_[i] = std::min(size_[i], size_[i - 1] + kGrowth * (at_[i] - at_[i - 1]));
+      size_[i] = std::min(size_[i], size_[i - 1] + kCellGrowth * (at_[i] - at_[i - 1]));
     for (std::size_t i = size_.size() - 1; i-- > 0;)
-      size_[i] = std::min(size_[i], size_[i + 1] + kGrowth * (at_[i + 1] - at_[i]));
+      size_[i] = std::min(size_[i], size_[i + 1] + kCellGrowth * (at_[i + 1] - at_[i]));
   }
   double total() const { return at_.back(); }
 
   double at(double t) {
     while (i_ > 0 && t < at_[i_]) --i_;
     while (i_ + 2 < at_.size() && t >= at_[i_ + 1]) ++i_;
-    return std::min({largest_, size_[i_] + kGrowth * std::abs(t - at_[i_]),
-                     size_[i_ + 1] + kGrowth * std::abs(at_[i_ + 1] - t)});
+    return std::min({largest_, size_[i_] + kCellGrowth * std::abs(t - at_[i_]),
+                     size_[i_ + 1] + kCellGrowth * std::abs(at_[i_ + 1] - t)});
   }
 
  private:
@@ -80,11 +67,11 @@ class CellField {
 /// Knots over [0, total]: each cell as long as the field in its middle times `finer`, all of them shortened
 /// by one share so that the last one ends at the end.
 void place_knots(CellField field, double finer, double total, std::vector<double>& knots) {
-  constexpr int kRounds = 3;
   const double end = field.total();
   const auto step = [&](double t, double share) {
     double h = share * finer * field.at(t);
-    for (int round = 0; round < kRounds; ++round) h = share * finer * field.at(std::min(end, t + 0.5 * h));
+    for (int round = 0; round < kCellRounds; ++round)
+      h = share * finer * field.at(std::min(end, t + 0.5 * h));
     return h;
   };
   double cells = 0.0;
@@ -93,7 +80,7 @@ void place_knots(CellField field, double finer, double total, std::vector<double
     cells += std::min(1.0, (end - t) / h);
     t += h;
   }
-  const double whole = std::max(kLeastCells, std::ceil(cells)), scale = total / end;
+  const double whole = std::max(kMinCells, std::ceil(cells)), scale = total / end;
   knots.assign(1, 0.0);
   double t = 0.0;
   for (double cell = 1.0; cell < whole; ++cell) {
@@ -140,13 +127,13 @@ void set_places(TubeWork& work, std::span<const Point2> points, const std::vecto
     const double from = work.length[i], to = work.length[i + 1];
     const bool line = options.hold_lines && is_line(work.line, work.length, i);
     work.lines |= line;
-    const double bulge = samples(options) && !line ? bulge_mm(work.line, i, options.most_between_mm) : 0.0;
+    const double bulge = samples(options) && !line ? bulge_mm(work.line, i, options.max_between_mm) : 0.0;
     const double between = line ? radius : share * std::max(options.between_mm, bulge);
     if (i > 0) places.push_back({from, work.line[i], radius});
     double t = from;
     for (;;) {
       while (cell + 2 < work.knots.size() && t >= work.knots[cell + 1]) ++cell;
-      const double h = kPlaces * (work.knots[cell + 1] - work.knots[cell]);
+      const double h = kPlaceSpacing * (work.knots[cell + 1] - work.knots[cell]);
       const double left = to - t;
       if (left < 1.5 * h) break;
       t += left < 2.5 * h ? 0.5 * left : h;
@@ -244,28 +231,26 @@ std::array<double, 4> derivative_form(const std::vector<double>& knot, std::size
 }
 
 /// Distances by which chords miss an arc that turns at the polygon's vertices as these do: length times
-/// turn / 8. What turns more is a corner.
+/// turn / 8. A larger turn is a corner.
 void set_missed(std::span<const Point2> points, const std::vector<double>& length,
                 std::vector<double>& missed) {
   missed.assign(points.size(), 0.0);
   for (std::size_t i = 1; i + 1 < points.size(); ++i) {
     const double turn = std::abs(turn_at(points[i - 1], points[i], points[i + 1]));
-    if (turn < kMostSampledTurn)
+    if (turn < kMaxSampledTurn)
       missed[i] = 0.125 * turn * std::min(length[i] - length[i - 1], length[i + 1] - length[i]);
   }
 }
 
-/// Share of the tube where the polygon misses its curve by x tolerances: less where that is about one, since
-/// a curve near coarse samples would be faster than one near finer ones. What misses more has corners.
-double share_of(double x) {
-  constexpr double kLess = 0.25;
-  return 1.0 - kLess * x * x * std::clamp(2.0 - x, 0.0, 1.0);
-}
+/// Share of the tube's radius where the polygon misses its curve by x tolerances: 1 - x^2 / 4 up to x = 1,
+/// then back to 1 at x = 2. The true curve lies x tolerances outside of coarse chords, so a curve at the
+/// tube's inner edge would be faster than one through finer samples of the same path. From x = 2 on the
+/// vertex is a corner that is meant.
+double share_of(double x) { return 1.0 - kMissedReduction * x * x * std::clamp(2.0 - x, 0.0, 1.0); }
 
 /// Lines given as such stay: on a chord too long to be between two samples the tube is narrower, beyond
-/// kNearEnd_mm of its ends. Runs of samples on a line are not told by chance from those beside it.
+/// kLineEnd_mm of its ends. Shorter chords on a line may be samples of a curve that happens to be flat.
 void narrow(std::span<const Point2> points, double tolerance, double total, TubeWork& work) {
-  constexpr double kNearEnd_mm = 2.0, kNarrow = 0.1;
   const std::vector<double>& length = work.point_length;
   if (tolerance > 0.0) set_missed(points, length, work.missed);
   const double scale = total / length.back();
@@ -273,9 +258,9 @@ void narrow(std::span<const Point2> points, double tolerance, double total, Tube
   for (TubePlace& place : work.places) {
     while (k + 2 < points.size() && scale * length[k + 1] < place.t) ++k;
     const bool line =
-        place.t > scale * length[k] + kNearEnd_mm && place.t < scale * length[k + 1] - kNearEnd_mm;
+        place.t > scale * length[k] + kLineEnd_mm && place.t < scale * length[k + 1] - kLineEnd_mm;
     if (line)
-      place.share = kNarrow;
+      place.share = kLineShare;
     else if (tolerance > 0.0)
       place.share = share_of(std::max(work.missed[k], work.missed[k + 1]) / tolerance);
     place.radius *= place.share;
@@ -286,11 +271,10 @@ void narrow(std::span<const Point2> points, double tolerance, double total, Tube
 /// the fourth power of the distance from there. The tight turn into a cusp is all of the objective otherwise,
 /// and the rest of the path stays rough.
 void weigh_rests(TubeWork& work) {
-  constexpr double kReach_mm = 0.05, kLeast = 1e-8;
   for (std::size_t k = 0; k + 1 < work.knots.size(); ++k) {
     const double at = 0.5 * (work.knots[k] + work.knots[k + 1]);
-    const double x = std::min(1.0, std::min(at, work.knots.back() - at) / kReach_mm);
-    work.weight.push_back(std::max(kLeast, x * x * x * x));
+    const double x = std::min(1.0, std::min(at, work.knots.back() - at) / kRestReach_mm);
+    work.weight.push_back(std::max(kMinRestWeight, x * x * x * x));
   }
 }
 
@@ -305,7 +289,7 @@ void fit_inside(bool near_places, TubeWork& work, Curve& curve) {
 /// Places and spline of a fit whose line and cells are set.
 void fit_cells(std::span<const Point2> points, const TubeOptions& options, TubeWork& work, Curve& curve) {
   const bool samples = motion::samples(options);
-  set_places(work, points, work.kept, options, samples ? 1.0 : kInside, work.places);
+  set_places(work, points, work.kept, options, samples ? 1.0 : kTubePlaceRadius, work.places);
   if (!samples) narrow(points, options.tolerance_mm, work.length.back(), work);
   guess_control(work);
   work.control.front() = points.front();
@@ -339,7 +323,7 @@ bool split_cells(TubeWork& work) {
 
 void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWork& work, Curve& curve) {
   const bool samples = motion::samples(options);
-  const double within = samples ? 0.0 : kLineShare * options.radius_mm;
+  const double within = samples ? 0.0 : kLineThinning * options.radius_mm;
   curve.straight = false;
   curve.yaw.clear();
   curve.yaw2.clear();
@@ -351,17 +335,17 @@ void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWo
   }
   take(points, work.kept, work.line);
   samples ? held_lengths(work.line, options.radius_mm, work.length) : lengths(work.line, work.length);
-  thin_polyline(work.line, (samples ? kSampleShare : kShapeShare) * options.radius_mm, work.coarse);
+  thin_polyline(work.line, (samples ? kSampleCellThinning : kCellThinning) * options.radius_mm, work.coarse);
   take(work.line, work.coarse, work.shape);
   if (work.shape.size() == 2) return straight_line(points.front(), points.back(), curve);
   const double total = work.length.back();
-  place_knots({work.shape, options.between_mm, samples ? kSampleChords : kChords,
-               std::min(options.largest_mm, total / kLeastCells)},
-              !samples && options.tolerance_mm > 0.0 ? kFinerMoved : kFiner, total, work.knots);
+  place_knots({work.shape, options.between_mm, samples ? kSampleCellChords : kCellChords,
+               std::min(options.largest_mm, total / kMinCells)},
+              !samples && options.tolerance_mm > 0.0 ? kMovedCellShare : kCellShare, total, work.knots);
   fit_cells(points, options, work, curve);
   // samples may ask for a turn that is tighter than the cells there allow; beside a line that is none, too
   if (!samples || work.lines) return;
-  for (int splits = 0; !work.converged && splits < kMostSplits && split_cells(work); ++splits)
+  for (int splits = 0; !work.converged && splits < kMaxSplits && split_cells(work); ++splits)
     fit_cells(points, options, work, curve);
 }
 
@@ -373,15 +357,14 @@ void widen_tube(double by_mm, TubeWork& work) {
 }
 
 void narrow_tube(std::span<const StretchBeyond> stretches, double more_mm, TubeWork& work) {
-  constexpr std::size_t kCells = 2;  // the spline there depends on so many to either side
   const std::vector<double>& knots = work.knots;
   std::size_t first = 0;  // place
   for (const StretchBeyond& stretch : stretches) {
     const auto cell = [&](double t) {
       return std::size_t(std::upper_bound(knots.begin(), knots.end(), t) - knots.begin());
     };
-    const double from = knots[std::max(cell(stretch.from), kCells + 1) - kCells - 1],
-                 to = knots[std::min(cell(stretch.to) + kCells, knots.size() - 1)];
+    const double from = knots[std::max(cell(stretch.from), kDependentCells + 1) - kDependentCells - 1],
+                 to = knots[std::min(cell(stretch.to) + kDependentCells, knots.size() - 1)];
     while (first < work.places.size() && work.places[first].t < from) ++first;
     for (std::size_t i = first; i < work.places.size() && work.places[i].t <= to; ++i) {
       TubePlace& place = work.places[i];

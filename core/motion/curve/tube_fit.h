@@ -13,6 +13,7 @@
 #include <span>
 #include <vector>
 
+#include "core/motion/curve/constants.h"
 #include "core/motion/curve/frechet.h"
 #include "core/motion/curve/path_curve.h"
 
@@ -80,16 +81,12 @@ struct TubeWork {
 double fit_spline(std::span<const double> knots, std::span<const TubePlace> places, bool near_places,
                   TubeWork& work);
 
-/// Radius of a tube's places over TubeOptions::radius_mm, where the polygon is meant: a curve leaves the tube
-/// between two places.
-inline constexpr double kInside = 0.96;
-
 struct TubeOptions {
   double radius_mm = 0.0;   ///< of the tube at the points
   double between_mm = 0.0;  ///< and between them; the points are thinned where it is the same
   /// and at most, where it is more than radius_mm and the points turn like samples of a curve whose sagitta
   /// is more than between_mm
-  double most_between_mm = 0.0;
+  double max_between_mm = 0.0;
   double largest_mm = 5.0;    ///< cell
   double tolerance_mm = 0.0;  ///< inside of which the curve will be moved; 0 = it stays
   bool hold_lines = false;    ///< chords much longer than those beside them are lines, held like points
@@ -98,14 +95,15 @@ struct TubeOptions {
 /// Fits a path's points between two rests. @param curve without speed limits
 void fit_tube(std::span<const Point2> points, const TubeOptions& options, TubeWork& work, Curve& curve);
 
-/// Makes the tube of the last fit narrower near these stretches of its curve, by what is beyond and
-/// `more_mm`, but by no more than half of it.
+/// Makes the tube of the last fit narrower near these stretches of its curve: by the distance beyond the
+/// limit plus `more_mm`, at most by half of the radius.
 void narrow_tube(std::span<const StretchBeyond> stretches, double more_mm, TubeWork& work);
 
 /// Fits inside the tube of the last fit, which was made wider or narrower.
 void refit_tube(TubeWork& work, Curve& curve);
 
-/// Makes the tube of the last fit wider by so much, or narrower, by no more than half of it.
+/// Makes the tube of the last fit wider by this distance, or narrower if it is negative, at most by half of
+/// the radius.
 void widen_tube(double by_mm, TubeWork& work);
 
 /// The curve of work.base.

@@ -11,7 +11,8 @@ namespace firn::motion::tube {
 double objective(TubeWork& work);
 
 /// Newton's matrix and right-hand side for the barrier parameter mu. @pre work.step is minus the gradient
-void assemble(double mu, TubeWork& work);
+/// @param held so many control points from the first one stay, and the last one
+void assemble(double mu, std::size_t held, TubeWork& work);
 
 /// Newton's step into work.step. False: the matrix is not positive definite.
 /// @pre work.band has as many rows more than unknowns as a row has entries right of its diagonal, and

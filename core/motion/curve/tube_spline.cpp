@@ -3,27 +3,13 @@
 #include <cmath>
 #include <utility>
 
+#include "core/motion/curve/constants.h"
 #include "core/motion/curve/tube_newton.h"
 
 namespace firn::motion {
 namespace {
 
 using Row = TubeWork::Row;
-
-constexpr int kMostIterations = 40;
-constexpr double kGap = 0.03;  ///< of the objective, where the iteration ends
-/// The same where points are held: one tight turn may be all of the objective, and the rest of the path has
-/// to be smooth beside it.
-constexpr double kSampleGap = 1e-4;
-constexpr double kFirstGap = 0.3;  ///< of the objective: where the iteration starts
-/// The same where points are held. Near their centres the first steps are long ones, whatever the turns.
-constexpr double kFirstSampleGap = 100.0;
-/// The same of a step, as shares of the function's value, at its end and its start: shares of the objective
-/// grow with its weights, and push a curve that hardly moves away from the tube's edge.
-constexpr double kStepGap = 2e-5, kFirstStepGap = 0.003;
-constexpr double kViolation = 0.005;  ///< of the squared radius
-constexpr double kLeastSlack = 0.05;
-constexpr double kStationary = 1e-2;  ///< of the first gradient of the Lagrangian
 
 /// The four cubic B-splines that are not 0 in [knot[k + 3], knot[k + 4]] at t (Cox and de Boor).
 std::array<double, 4> basis(const std::vector<double>& knot, std::size_t k, double t) {
@@ -64,12 +50,14 @@ void extend(std::span<const double> knots, std::vector<double>& extended) {
   extended.insert(extended.end(), 3, knots.back());
 }
 
-void set_energy(std::span<const double> knots, TubeWork& work) {
-  work.energy.assign(knots.size() + 2, {});
-  work.form.resize(knots.size() - 1);
-  for (std::size_t k = 0; k + 1 < knots.size(); ++k) {
+void set_energy(TubeWork& work) {
+  const std::size_t cells = work.extended.size() - 7;
+  work.energy.assign(cells + 3, {});
+  work.form.resize(cells);
+  for (std::size_t k = 0; k < cells; ++k) {
     const std::array<double, 4> form = third_derivative(work.extended, k);
-    const double h = (knots[k + 1] - knots[k]) * (work.weight.empty() ? 1.0 : work.weight[k]);
+    const double h =
+        (work.extended[k + 4] - work.extended[k + 3]) * (work.weight.empty() ? 1.0 : work.weight[k]);
     for (std::size_t a = 0; a < 4; ++a) {
       work.form[k][a] = std::sqrt(h) * form[a];
       for (std::size_t b = a; b < 4; ++b) work.energy[k + a][b - a] += h * form[a] * form[b];
@@ -91,14 +79,13 @@ double room(const Row& row) {
 }
 
 /// Least squares: the energy plus penalties on the distances from the places, larger and larger until the
-/// spline is inside of all radii.
-void move_near(TubeWork& work) {
-  constexpr double kFirst = 100.0, kMore = 30.0, kEnds = 1e9;
-  constexpr int kTries = 8;
+/// spline is inside of all radii. The first `held` control points and the last one stay.
+void move_near(std::size_t held, TubeWork& work) {
   const std::size_t n = work.control.size();
-  const Point2 first = work.control.front(), last = work.control.back();
-  double penalty = kFirst * tube::objective(work) / double(work.rows.size());
-  for (int tries = 0; tries < kTries; ++tries, penalty *= kMore) {
+  const std::vector<Point2> first(work.control.begin(), work.control.begin() + std::ptrdiff_t(held));
+  const Point2 last = work.control.back();
+  double penalty = kFirstPenalty * tube::objective(work) / double(work.rows.size());
+  for (int tries = 0; tries < kMaxPenalties; ++tries, penalty *= kPenaltyGrowth) {
     auto& band = work.near;
     band.assign(work.energy.begin(), work.energy.end());
     std::fill(work.step.begin(), work.step.end(), 0.0);
@@ -109,11 +96,13 @@ void move_near(TubeWork& work) {
         work.step[2 * (row.first + a) + 1] += weight * row.at.y_mm;
         for (std::size_t b = a; b < 4; ++b) band[row.first + a][b - a] += weight * row.basis[b];
       }
-    for (const auto& [end, i] : {std::pair{first, std::size_t{0}}, {last, n - 1}}) {
-      const double held = kEnds * band[i][0];
-      band[i][0] += held;
-      work.step[2 * i] += held * end.x_mm;
-      work.step[2 * i + 1] += held * end.y_mm;
+    for (std::size_t k = 0; k <= held; ++k) {
+      const std::size_t i = k < held ? k : n - 1;
+      const Point2 end = k < held ? first[k] : last;
+      const double weight = kEndPenalty * band[i][0];
+      band[i][0] += weight;
+      work.step[2 * i] += weight * end.x_mm;
+      work.step[2 * i + 1] += weight * end.y_mm;
     }
     for (std::size_t i = 0; i < n; ++i) {
       const double over = 1.0 / band[i][0];
@@ -132,14 +121,14 @@ void move_near(TubeWork& work) {
       }
       work.control[i] = {p.x_mm / band[i][0], p.y_mm / band[i][0]};
     }
-    work.control.front() = first;
+    std::copy(first.begin(), first.end(), work.control.begin());
     work.control.back() = last;
     double least = 1.0;
     for (Row& row : work.rows) {
       set_off(work, row);
       least = std::min(least, room(row));
     }
-    if (least >= kLeastSlack) return;
+    if (least >= kMinTubeSlack) return;
   }
 }
 
@@ -157,20 +146,18 @@ double set_states(double gap_per_row, TubeWork& work) {
     s.off_x[i] = row.off.x_mm;
     s.off_y[i] = row.off.y_mm;
     s.over_square[i] = row.over_square;
-    s.inside[i] = room(row) >= kLeastSlack ? 1.0 : 0.0;
-    s.slack[i] = std::max(room(row), kLeastSlack);
+    s.inside[i] = room(row) >= kMinTubeSlack ? 1.0 : 0.0;
+    s.slack[i] = std::max(room(row), kMinTubeSlack);
     s.multiplier[i] = gap_per_row / s.slack[i];
     worst = std::max(worst, -room(row));
   }
   return worst;
 }
 
-}  // namespace
-
-double fit_spline(std::span<const double> knots, std::span<const TubePlace> places, bool near_places,
-                  TubeWork& work) {
-  extend(knots, work.extended);
-  set_energy(knots, work);
+/// The spline with work.extended as knots. Returns the largest distance from a place over its radius.
+double fit_extended(std::span<const TubePlace> places, bool near_places, std::size_t held, TubeWork& work) {
+  set_energy(work);
+  const std::span<const double> knots(work.extended.data() + 3, work.extended.size() - 6);
   const std::size_t n = work.control.size();
   work.band.resize(2 * n + TubeWork::kBehind);
   work.step.resize(2 * n + TubeWork::kBehind);
@@ -188,26 +175,27 @@ double fit_spline(std::span<const double> knots, std::span<const TubePlace> plac
   work.iterations = 0;
   work.converged = places.empty();
   if (places.empty()) return 1.0;
-  if (near_places) move_near(work);
+  if (near_places) move_near(held, work);
   const double terms = double(places.size());
   const bool steps = !work.base.empty();
-  const double enough = near_places ? kSampleGap : kGap;
+  const double enough = near_places ? kSampleTubeGap : kTubeGap;
   const auto size = [&] {
     const double v = tube::objective(work);
     return steps ? std::max(-v, kStepGap / enough * work.value) : v;
   };
   double value = size(), stationary = 1.0,
          gap = steps         ? kFirstStepGap * work.value
-               : near_places ? kFirstSampleGap * value
-                             : kFirstGap * value,
-         centring = 0.3;
+               : near_places ? kFirstSampleTubeGap * value
+                             : kFirstTubeGap * value,
+         centring = kFirstTubeCentring;
   double worst = set_states(gap / terms, work);
   const auto left = [&](double gaps) {
-    return value > 0.0 && (gap > gaps * value || worst > kViolation || stationary > kStationary);
+    return value > 0.0 && (gap > gaps * value || worst > kTubeViolation || stationary > kStationary);
   };
-  while (work.iterations < kMostIterations && left(enough)) {
-    const double mu = std::max(centring * gap, worst > kViolation ? 0.2 * enough * value : 0.0) / terms;
-    tube::assemble(mu, work);
+  while (work.iterations < kMaxTubeIterations && left(enough)) {
+    const double mu =
+        std::max(centring * gap, worst > kTubeViolation ? kViolationCentring * enough * value : 0.0) / terms;
+    tube::assemble(mu, held, work);
     if (!tube::solve(work)) break;
     const double length = tube::row_steps(mu, work);
     for (std::size_t i = 0; i < n; ++i) {
@@ -219,11 +207,68 @@ double fit_spline(std::span<const double> knots, std::span<const TubePlace> plac
     worst = moved.worst;
     value = size();
     stationary *= 1.0 - length;
-    centring = std::clamp((1.0 - length) * (1.0 - length), 0.05, 0.9);
+    centring = std::clamp((1.0 - length) * (1.0 - length), kMinTubeCentring, kMaxTubeCentring);
     ++work.iterations;
   }
-  work.converged = !left(kGap);
+  work.converged = !left(kTubeGap);
   return std::sqrt(1.0 + worst);
+}
+
+/// A long spline in windows from one end to the other. A cell depends little on those far ahead: a window
+/// goes on beyond the cells that are kept. The three control points that the next window shares with them
+/// stay.
+double fit_windows(std::span<const double> knots, std::span<const TubePlace> places, bool near_places,
+                   TubeWork& work) {
+  const std::size_t cells = knots.size() - 1;
+  TubeWork part;
+  const auto cut = [](const auto& all, std::size_t from, std::size_t to, auto& some) {
+    some.clear();
+    if (!all.empty()) some.assign(all.begin() + std::ptrdiff_t(from), all.begin() + std::ptrdiff_t(to));
+  };
+  std::vector<double>&off_x = work.states.off_x, &off_y = work.states.off_y;
+  off_x.clear();
+  off_y.clear();
+  int iterations = 0;
+  bool converged = true;
+  double most = 0.0;
+  for (std::size_t first = 0, end = 0, place = 0; end < cells;) {
+    end = cells - first < 2 * kTubeWindowCells ? cells : first + kTubeWindowCells + kTubeOverlapCells;
+    const std::size_t kept = end == cells ? cells : end - kTubeOverlapCells;
+    cut(work.extended, first, end + 7, part.extended);
+    cut(work.control, first, end + 3, part.control);
+    cut(work.weight, first, end, part.weight);
+    cut(work.base, first, end + 3, part.base);
+    cut(work.linear, first, end + 3, part.linear);
+    part.value = work.value;
+    const auto before = [&](std::size_t cell) {
+      if (cell == cells) return places.size();
+      return std::size_t(std::lower_bound(places.begin(), places.end(), knots[cell],
+                                          [](const TubePlace& p, double t) { return p.t < t; }) -
+                         places.begin());
+    };
+    most = std::max(
+        most, fit_extended(places.subspan(place, before(end) - place), near_places, first > 0 ? 3 : 1, part));
+    std::copy(part.control.begin(), part.control.end(), work.control.begin() + std::ptrdiff_t(first));
+    const auto taken = std::ptrdiff_t(before(kept) - place);
+    off_x.insert(off_x.end(), part.states.off_x.begin(), part.states.off_x.begin() + taken);
+    off_y.insert(off_y.end(), part.states.off_y.begin(), part.states.off_y.begin() + taken);
+    iterations += part.iterations;
+    converged = converged && part.converged;
+    first = kept;
+    place += std::size_t(taken);
+  }
+  work.iterations = iterations;
+  work.converged = converged;
+  return most;
+}
+
+}  // namespace
+
+double fit_spline(std::span<const double> knots, std::span<const TubePlace> places, bool near_places,
+                  TubeWork& work) {
+  extend(knots, work.extended);
+  if (knots.size() <= 3 * kTubeWindowCells) return fit_extended(places, near_places, 1, work);
+  return fit_windows(knots, places, near_places, work);
 }
 
 }  // namespace firn::motion

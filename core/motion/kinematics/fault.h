@@ -25,7 +25,7 @@ enum class Reason {
   kJointLow,        ///< below a joint's range
   kJointHigh,       ///< above a joint's range
   kDespin,          ///< the wrist joint would need more than its whole range on one path
-  kTooLong,         ///< more points or samples than kMostSamples
+  kTooLong,         ///< more points or samples than kMaxSamples
   kNoSolution,      ///< no trajectory obeys the limits
   kPathDeviation,   ///< the curve found leaves the path by more than ramps and rounded corners can explain
 };

@@ -46,25 +46,6 @@ class Jets {
   std::vector<double> data_;
 };
 
-/// Motion along the path at one instant: speed c, tangential acceleration and jerk (ds/dt and its
-/// derivatives).
-struct PathRate {
-  double speed_mm_s = 0.0;
-  double acceleration_mm_s2 = 0.0;
-  double jerk_mm_s3 = 0.0;
-};
-
-/// q' = dq/ds and so on: dq/dt = q' c; d2q/dt2 = q'' c^2 + q' a; d3q/dt3 = q''' c^3 + 3 q'' c a + q' j.
-/// The thesis keeps only the first term of each in (4.4), (4.5).
-inline double rate_of(double d1, const PathRate& m) { return d1 * m.speed_mm_s; }
-inline double acceleration_of(double d1, double d2, const PathRate& m) {
-  return d2 * m.speed_mm_s * m.speed_mm_s + d1 * m.acceleration_mm_s2;
-}
-inline double jerk_of(double d1, double d2, double d3, const PathRate& m) {
-  const double c = m.speed_mm_s;
-  return d3 * c * c * c + 3.0 * d2 * c * m.acceleration_mm_s2 + d1 * m.jerk_mm_s3;
-}
-
 /// Bounds of d^n exp(i a) / exp(i a) less i a^(n), n = 4 and 5, from bounds of the angle's derivatives (Faa
 /// di Bruno).
 inline double rotation_rest_4(double d1, double d2, double d3) {

@@ -66,11 +66,11 @@ std::vector<std::vector<double>> joints_at(std::span<const Point2> points, std::
 
 std::size_t whole_ticks(double duration_s, double tick_s) {
   const double ticks = std::ceil(duration_s / tick_s - 1e-9);
-  if (ticks <= kMostSamples) return std::max<std::size_t>(1, std::size_t(std::max(0.0, ticks)));
+  if (ticks <= kMaxSamples) return std::max<std::size_t>(1, std::size_t(std::max(0.0, ticks)));
   Fault fault(Reason::kTooLong);
   fault.what = "duration in ticks";
   fault.value = ticks;
-  fault.bound = kMostSamples;
+  fault.bound = kMaxSamples;
   throw MotionError(fault);
 }
 

@@ -21,9 +21,9 @@ std::vector<std::vector<double>> joints_at(std::span<const Point2> points, std::
                                            const Arm& arm, const ArmConfiguration& configuration);
 
 /// Points of one piece, and samples of one trajectory, that a planner makes at most: 44 hours at 16 ms.
-inline constexpr double kMostSamples = 1e7;
+inline constexpr double kMaxSamples = 1e7;
 
-/// Ticks that hold `duration_s`, at least one. Throws MotionError (kTooLong) above kMostSamples or if it is
+/// Ticks that hold `duration_s`, at least one. Throws MotionError (kTooLong) above kMaxSamples or if it is
 /// not finite.
 std::size_t whole_ticks(double duration_s, double tick_s);
 

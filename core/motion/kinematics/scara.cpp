@@ -131,8 +131,7 @@ void Scara::angles(const Jets& task, int elbow, double* theta_1, double* theta_2
 }
 
 /// Joint derivatives from the flange's, element-wise: all instruction sets give the same bytes.
-__attribute__((always_inline)) inline void derivative_loop(double l1, double l2, const Jets& task, int elbow,
-                                                           Jets& out) {
+FIRN_CLONES void derivative_loop(double l1, double l2, const Jets& task, int elbow, Jets& out) {
   const double *x = task.of(kX, 0), *x1 = task.of(kX, 1), *x2 = task.of(kX, 2), *x3 = task.of(kX, 3);
   const double *y = task.of(kY, 0), *y1 = task.of(kY, 1), *y2 = task.of(kY, 2), *y3 = task.of(kY, 3);
   double *u1 = out.of(0, 1), *u2 = out.of(0, 2), *u3 = out.of(0, 3);
@@ -163,17 +162,7 @@ __attribute__((always_inline)) inline void derivative_loop(double l1, double l2,
   }
 }
 
-#ifdef __x86_64__
-__attribute__((target("avx2"))) void wide_derivatives(double l1, double l2, const Jets& task, int elbow,
-                                                      Jets& out) {
-  derivative_loop(l1, l2, task, elbow, out);
-}
-#endif
-
 void Scara::derivatives(const Jets& task, int elbow, Jets& out) const {
-#ifdef __x86_64__
-  if (has_avx2()) return wide_derivatives(spec_.link_1_mm, spec_.link_2_mm, task, elbow, out);
-#endif
   derivative_loop(spec_.link_1_mm, spec_.link_2_mm, task, elbow, out);
 }
 

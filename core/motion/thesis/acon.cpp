@@ -9,7 +9,7 @@
 namespace firn::motion::thesis {
 namespace {
 
-constexpr double kRaised = 1.0 + 1e-9;  ///< a smaller change of a duration is rounding
+constexpr double kDurationRounding = 1.0 + 1e-9;  ///< a smaller change of a duration is rounding
 
 double slower_side(const Ladder& ladder, const std::vector<double>& dt, std::size_t i) {
   const double left = i > 0 ? ladder.step[i - 1] / dt[i - 1] : kUnlimited;
@@ -133,7 +133,7 @@ bool acceleration_curve(const Ladder& ladder, CurveStart start, int direction, s
     }
     begun = true;
     const bool by_acceleration = dt_a > dt_j;
-    raised = raised || wanted > kRaised * dt[k];
+    raised = raised || wanted > kDurationRounding * dt[k];
     dt[k] = std::max(dt[k], wanted);
     const double a1 = by_acceleration ? tangential : a0, j1 = by_acceleration ? 0.0 : limits.jerk;
     c += a1 * wanted + j1 * wanted * wanted / 2.0;

@@ -45,11 +45,11 @@ Profile redistribute(const CleanPath& path, std::size_t first, std::size_t last,
   for (std::size_t i = first; i < last; ++i)
     s.push_back(s.back() + distance(path.points[i], path.points[i + 1]));
   const double length = s.back();
-  if (!(length / options.spacing_mm <= kMostSamples)) {
+  if (!(length / options.spacing_mm <= kMaxSamples)) {
     Fault fault(Reason::kTooLong);
     fault.what = "points at the spacing";
     fault.value = length / options.spacing_mm;
-    fault.bound = kMostSamples;
+    fault.bound = kMaxSamples;
     throw MotionError(fault);
   }
   const std::size_t intervals =

@@ -8,21 +8,30 @@
 #include <cstddef>
 #include <vector>
 
+#include "core/motion/time_optimal/constants.h"
 #include "core/motion/time_optimal/motion_rows.h"
 
 namespace firn::motion {
 
+/// A profile that does not begin at rest: the state at the ends of its first cell is given, and what followed
+/// there in the profile of which it is the continuation.
+struct ProfileStart {
+  double b[2] = {}, slope[2] = {};  ///< b and b' at knots 0 and 1, b > 0
+  std::vector<double> s, ahead;     ///< that profile's b at places s of the curve, ascending: a first guess
+  double ahead_mm = 0.0;            ///< from the start on, within which it is as good as the whole
+};
+
 struct ProfileOptions {
   double gap =
       0.008;  ///< stop when duality gap / duration plus violation / 3 is below this (less on long ones)
-  int most_iterations = 40;
-  bool from_both_ends = false;  ///< Newton's step in half of the time; recorded runs have it from one end
+  int max_iterations = 40;
+  const ProfileStart* start = nullptr;  ///< null = from rest
 };
 
 /// b(s) = (ds/dt)^2, continuous with its slope b'. In cell i, b'' = curve (1 + bend (x - 1/2)) with x from 0
 /// to 1 across the cell and a fixed bend, so that constant jerk (b'' proportional to 1 / sqrt(b)) is within
 /// reach of one unknown per cell. In the first and last cell b is proportional to y^(4/3), y = distance from
-/// the rest: constant jerk from v = a = 0.
+/// the rest: constant jerk from v = a = 0. A profile with a ProfileStart has no first rest.
 struct Profile {
   std::vector<double> b;      ///< at the knots [mm^2/s^2]
   std::vector<double> slope;  ///< b' at the knots [mm/s^2], twice the path acceleration
@@ -47,21 +56,20 @@ struct TimeGradient {
 /// Buffers of the solver, kept between paths: arrays of one double per cell or knot.
 class ProfileWork {
  public:
-  /// Makes room for `arrays` arrays of `length` doubles each. The first and the last kEdge of each are zero,
-  /// those between them are what they happen to be: callers write them first.
+  /// Makes room for `arrays` arrays of `length` doubles each. The first and the last kZeroEdge of each are
+  /// zero, those between them are what they happen to be: callers write them first.
   void resize(std::size_t arrays, std::size_t length) {
     stride_ = (length + 7) / 8 * 8;
     if (memory_.size() < arrays * stride_) memory_.resize(arrays * stride_);
     for (std::size_t i = 0; i < arrays; ++i) {
       double* const a = array(i);
-      std::fill(a, a + std::min(kEdge, length), 0.0);
-      std::fill(a + std::max(kEdge, length) - kEdge, a + stride_, 0.0);
+      std::fill(a, a + std::min(kZeroEdge, length), 0.0);
+      std::fill(a + std::max(kZeroEdge, length) - kZeroEdge, a + stride_, 0.0);
     }
   }
   double* array(std::size_t i) { return memory_.data() + i * stride_; }
 
  private:
-  static constexpr std::size_t kEdge = 6;
   std::vector<double> memory_;
   std::size_t stride_ = 0;
 };

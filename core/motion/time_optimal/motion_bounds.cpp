@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/motion/time_optimal/constants.h"
+
 namespace firn::motion {
 namespace {
 
-constexpr int kRounds = 8;  ///< of dividing
-constexpr double kMostParts = 8.0;
 constexpr double kSixth = 1.0 / 6.0;
-constexpr std::size_t kUntold = 4;  ///< parts of an interval that is too long to tell
 
 using Interval = BoundWork::Interval;
 
@@ -91,8 +90,8 @@ CoordinateBounds cubic_bounds(const Curve& c, std::size_t cell, bool yaw, double
 
 class Bounder {
  public:
-  Bounder(const BoundedMotion& m, MotionSamples& samples, double most, std::vector<Arm::JointJet>& jets)
-      : m_(m), work_(samples), most_(most), jets_(jets) {}
+  Bounder(const BoundedMotion& m, MotionSamples& samples, double sharpness, std::vector<Arm::JointJet>& jets)
+      : m_(m), work_(samples), sharpness_(sharpness), jets_(jets) {}
 
   /// Bounds of all groups in an interval. Returns in how many parts each of its steps must be divided, 1 =
   /// not.
@@ -103,7 +102,8 @@ class Bounder {
     const PathBounds path = path_bounds(m_.motion, in, state);
     const double reach = path.v * (in.to - in.from);
     const CoordinateBounds tool = cubic_bounds(m_.curve, in.cell, false, p.s, q.s, reach, path.forward);
-    const double sharp = (1.0 + most_) * lower, enough[3] = {sharp, sharp * sharp, sharp * sharp * sharp};
+    const double sharp = (1.0 + sharpness_) * lower,
+                 enough[3] = {sharp, sharp * sharp, sharp * sharp * sharp};
     double here[kMaxGroups][3];
     double rest = 0.0;  // largest share of a ratio that is not seen at the samples, as a factor of time
     // bounds by the chord are sharp where the quantity bends little, those by the chain rule on lines
@@ -132,7 +132,7 @@ class Bounder {
       for (int order = 0; order < 3; ++order) joint[j][order] = largest(work_.joint.of(j, order + 1) + n, in);
     std::array<JointVector, 2> higher{};
     if (m_.joints > 0 && !bound_joints(in, path, tool, yaw, reach, higher)) {
-      if (!last) return kUntold;
+      if (!last) return kUnboundedParts;
       for (auto& order : higher) order.fill(kUnlimited);
     }
     for (int g = 0; g < m_.groups.count; ++g) {
@@ -156,9 +156,9 @@ class Bounder {
       for (std::size_t i = 0; i <= in.steps; ++i) fastest = std::max(fastest, state[i].v);
       rest = std::max(rest, speed - std::max(lower, fastest / m_.curve.speed_limit[in.cell]));
     }
-    const double allowed = most_ * lower;
+    const double allowed = sharpness_ * lower;
     if (rest > allowed && !last)
-      return std::size_t(std::clamp(std::ceil(std::sqrt(rest / allowed)), 2.0, kMostParts));
+      return std::size_t(std::clamp(std::ceil(std::sqrt(rest / allowed)), 2.0, kMaxIntervalParts));
     table.speed_limit = std::max(table.speed_limit, speed);
     for (int g = 0; g < m_.groups.count; ++g)
       for (int k = 0; k < 3; ++k)
@@ -213,7 +213,7 @@ class Bounder {
 
   const BoundedMotion& m_;
   MotionSamples& work_;
-  double most_;
+  double sharpness_;
   std::vector<Arm::JointJet>& jets_;
 };
 
@@ -232,7 +232,7 @@ std::optional<Fault> bound_motion(const BoundedMotion& m, double sharpness, Boun
                                   RatioTable& table) {
   double lower = table.time_factor();
   RatioTable bounds;
-  // what the samples at the pieces' ends and between them prove
+  // first the intervals between the samples that exist already
   const StateBatch& batch = work.samples.batch;
   const std::size_t each = batch.size() / m.motion.pieces();
   Bounder first(m, work.samples, sharpness, work.jets);
@@ -265,7 +265,7 @@ std::optional<Fault> bound_motion(const BoundedMotion& m, double sharpness, Boun
     Bounder bounder(m, samples, sharpness, work.jets);
     work.next.clear();
     for (const Interval& in : work.now)
-      divide(in, bounder.bound(in, lower, round == kRounds, bounds), work.next);
+      divide(in, bounder.bound(in, lower, round == kMaxDivisionRounds, bounds), work.next);
     std::swap(work.now, work.next);
   }
   table = bounds;

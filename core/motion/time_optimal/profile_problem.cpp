@@ -3,26 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/motion/time_optimal/constants.h"
+
 namespace firn::motion {
 namespace {
 
-constexpr double kFirstShare = 0.175;  ///< first multiplier times slack, of the cell's duration
-constexpr double kLeastSlack = 0.42;   ///< first slack where a limit is exceeded, as a share of the limit
-
-/// Where b'' follows b^(-1/2) by a straight line, the jerk inside a cell is above that at its ends by this
-/// times bend^2.
-constexpr double kBulge = 0.3125;
-
 double square(double v) { return v * v; }
-
-/// Rates of a rest: y grows linearly with s under constant jerk, y' = 3 / 2^(3/2) sqrt(jerk).
-constexpr double kRestGrowth = 1.0606601717798212;
-constexpr double kGuessedShare = 0.8;  ///< of that growth
-constexpr double kGuessScale = 0.86;   ///< of b
-constexpr double kCapShare = 0.41;     ///< of the jerk limit, for v^3 q'''
-/// Half of the length over which y is averaged, in units of y / sqrt(jerk). Where speeding up turns into
-/// slowing down, the guess would otherwise require many times the jerk limit.
-constexpr double kRounding = 0.35;
 
 double norm_of(const MotionRows& rows, const RowGroup& group, int order, std::size_t at) {
   double sum = 0.0;
@@ -55,8 +41,9 @@ class Integral {
 
 ProfileProblem::ProfileProblem(const Curve& curve, const MotionRows& rows, RowGroups& groups, int active,
                                const std::vector<double>& top, const std::vector<double>& bound,
-                               ProfileWork& work)
-    : n_(curve.cells()),
+                               const ProfileStart* start, ProfileWork& work)
+    : start_(start),
+      n_(curve.cells()),
       rows_(std::size_t(rows.rows)),
       groups_(std::size_t(groups.count)),
       group_(groups.group) {
@@ -106,7 +93,7 @@ void ProfileProblem::lay_out(ProfileWork& work) {
 void ProfileProblem::set_nodes() {
   for (std::size_t i = 1; i < n_; ++i) {
     const double left = (0.5 - bend_[i - 1] / 12.0) * a_.h[i - 1], right = (0.5 + bend_[i] / 12.0) * a_.h[i];
-    if (i == 1) {  // b_1 + b'_1 right = c_1
+    if (i == 1 && !start_) {  // b_1 + b'_1 right = c_1
       a_.b1[i] = 1.0 / (1.0 + 4.0 * right / (3.0 * a_.h[0]));
       m1_[i] = 4.0 / (3.0 * a_.h[0]) * a_.b1[i];
     } else if (i == n_ - 1) {
@@ -132,6 +119,10 @@ void ProfileProblem::set_speeds(const std::vector<double>& top) {
     a_.v0[i] = same ? 0.0 : over * a_.b0[i];
     a_.v1[i] = same ? over : over * a_.b1[i];
   }
+  for (std::size_t i = 1; start_ && i < std::min(kJoinCells, n_); ++i) {
+    a_.v0[i] *= i == 1 ? 0.0 : room(i);
+    a_.v1[i] *= i == 1 ? 0.0 : room(i);
+  }
 }
 
 void ProfileProblem::set_forms(const MotionRows& rows, std::size_t g) {
@@ -148,7 +139,7 @@ void ProfileProblem::set_forms(const MotionRows& rows, std::size_t g) {
       double* const* p = a_.p[side][g][r - group.first];
       for (std::size_t i = 1; i + 1 < n_; ++i) {
         const std::size_t at = 2 * i + std::size_t(side), k = i + std::size_t(side);
-        const double over = over_j * (1.0 + kBulge * bend_[i] * bend_[i]);
+        const double over = over_j * (1.0 + kJerkBulge * bend_[i] * bend_[i]);
         const double e3 = over * d3[at], e2 = 1.5 * over * d2[at];
         const double e1 = 0.5 * over * d1[at] / a_.h[i] * (1.0 + (side ? 0.5 : -0.5) * bend_[i]);
         const double v0 = e3 * a_.b0[k] + e2 * m0_[k], v1 = e3 * a_.b1[k] + e2 * m1_[k];
@@ -157,9 +148,15 @@ void ProfileProblem::set_forms(const MotionRows& rows, std::size_t g) {
         p[2][i] = (side ? v1 : 0.0) + e1 * m1_[i + 1];
       }
     }
+    for (std::size_t i = 1; start_ && i < std::min(kJoinCells, n_ - 1); ++i) {
+      const std::size_t row = std::size_t(r - group.first);
+      for (double* const q : a_.q[g][row]) q[i] *= i == 1 ? 0.0 : room(i);
+      for (int side = 0; side < 2; ++side)
+        for (double* const p : a_.p[side][g][row]) p[i] *= room(i);
+    }
   }
   // rest cells: jerk = b1^(3/2) / l^2 (q''' x^2 + 2 q'' x + 2/9 q') at the distance x from the rest
-  for (int end = 0; end < 2; ++end) {
+  for (int end = start_ ? 1 : 0; end < 2; ++end) {
     const std::size_t knot = end ? n_ - 1 : 1, far = end ? 2 * n_ - 2 : 1, rest = end ? 2 * n_ - 1 : 0;
     const double l = end ? -a_.h[n_ - 1] : a_.h[0], over = over_j / (l * l);
     double most = 0.0, at_rest = 0.0;
@@ -177,8 +174,8 @@ void ProfileProblem::set_forms(const MotionRows& rows, std::size_t g) {
 }
 
 void ProfileProblem::set_first(profile::Term& term, std::size_t i, std::size_t cell, double f, double scale) {
-  term.slack[i] = std::max(f, kLeastSlack * scale);
-  term.multiplier[i] = kFirstShare * a_.h[cell] / std::sqrt(a_.c[cell]) / term.slack[i];
+  term.slack[i] = std::max(f, kMinFirstSlack * scale);
+  term.multiplier[i] = kFirstProduct * a_.h[cell] / std::sqrt(a_.c[cell]) / term.slack[i];
   complementarity_ += term.slack[i] * term.multiplier[i];
 }
 
@@ -240,6 +237,10 @@ void ProfileProblem::result(Profile& out) const {
   out.b.assign(n_ + 1, 0.0);
   out.slope.assign(n_ + 1, 0.0);
   out.bend.assign(bend_, bend_ + n_);
+  if (start_) {
+    out.b[0] = start_->b[0];
+    out.slope[0] = start_->slope[0];
+  }
   for (std::size_t i = 1; i < n_; ++i) {
     out.b[i] = square_speed(i);
     out.slope[i] = slope(i);
@@ -272,7 +273,7 @@ void ProfileProblem::time_gradient(const MotionRows& rows, const std::vector<dou
         const std::size_t at = 2 * i + side, k = i + side;
         double* const* p = a_.p[side][0][r];
         const double L = p[0][i] * a_.c[i - 1] + p[1][i] * a_.c[i] + p[2][i] * a_.c[i + 1];
-        const double b = square_speed(k), over = over_j * (1.0 + kBulge * bend_[i] * bend_[i]);
+        const double b = square_speed(k), over = over_j * (1.0 + kJerkBulge * bend_[i] * bend_[i]);
         const double d = 2.0 * a_.jerk[side][0].multiplier[i] * L * std::sqrt(b) * over;
         of[2][at] += d * b;
         of[1][at] += 1.5 * d * slope(k);
@@ -293,14 +294,15 @@ void ProfileProblem::first_guess(const Curve& curve, const MotionRows& rows,
       const RowGroup& group = group_[g];
       if (!(group.limit.jerk < kUnlimited)) continue;
       const double third = std::max(norm_of(rows, group, 3, left), norm_of(rows, group, 3, right));
-      cap = std::min(cap, kCapShare * group.limit.jerk / (third + 1e-200));
+      cap = std::min(cap, kGuessedThirdShare * group.limit.jerk / (third + 1e-200));
       path = std::min(path, group.limit.jerk / (norm_of(rows, group, 1, right) + 1e-200));
     }
     const double v = std::sqrt(bound[i]);
     y[i] = std::min(v * std::sqrt(v), std::sqrt(cap));
-    rate[i] = kGuessedShare * kRestGrowth * std::sqrt(path);
+    rate[i] = kGuessedGrowth * kRestGrowth * std::sqrt(path);
   }
-  y[0] = y[n_] = 0.0;
+  y[n_] = 0.0;
+  if (!start_) y[0] = 0.0;
   for (std::size_t i = 0; i < n_; ++i)
     y[i + 1] = std::min(y[i + 1], y[i] + a_.h[i] * std::min(rate[i], rate[i + 1]));
   for (std::size_t i = n_; i-- > 0;)
@@ -309,18 +311,41 @@ void ProfileProblem::first_guess(const Curve& curve, const MotionRows& rows,
   sum[0] = 0.0;
   for (std::size_t i = 0; i < n_; ++i) sum[i + 1] = sum[i] + 0.5 * a_.h[i] * (y[i] + y[i + 1]);
   Integral before(s, y, sum, n_), after(s, y, sum, n_);
-  const double width = kRounding / std::sqrt(group_[0].limit.jerk);
-  rounded[0] = rounded[n_] = 0.0;
+  const double width = kGuessRounding / std::sqrt(group_[0].limit.jerk);
+  rounded[0] = y[0];
+  rounded[n_] = 0.0;
   for (std::size_t i = 1; i < n_; ++i) {
     const double w = std::min({width * y[i], s[i], s[n_] - s[i]});
     rounded[i] = w > 1e-9 ? (after(s[i] + w) - before(s[i] - w)) / (2.0 * w) : y[i];
   }
+  if (start_) join(curve, rounded);
   for (std::size_t i = 1; i + 1 < n_; ++i) {
-    a_.c[i] = kGuessScale * power_four_thirds(std::max(0.5 * (rounded[i] + rounded[i + 1]), 1e-9));
+    a_.c[i] = kGuessedSquare * power_four_thirds(std::max(0.5 * (rounded[i] + rounded[i + 1]), 1e-9));
     // constant jerk: b'' ~ b^(-1/2), relative change over the cell -(1/2) b' h / b = -(2/3) (change of y) / y
     bend_[i] = std::clamp(-4.0 / 3.0 * (rounded[i + 1] - rounded[i]) / (rounded[i + 1] + rounded[i] + 1e-12),
                           -0.5, 0.5);
   }
+  if (!start_) return;
+  bend_[0] = std::clamp(-0.5 * (start_->b[1] - start_->b[0]) / start_->b[0], -0.5, 0.5);
+  a_.c[0] = start_->b[1] - start_->slope[1] * (0.5 - bend_[0] / 12.0) * a_.h[0];
+  a_.c[1] = start_->b[1] + start_->slope[1] * (0.5 + bend_[1] / 12.0) * a_.h[1];
+}
+
+/// The guess y = b^(3/4) begins as the profile that it continues, and leaves it gradually.
+void ProfileProblem::join(const Curve& curve, double* y) const {
+  const std::vector<double>&s = start_->s, &b = start_->ahead;
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < n_ && curve.s[i] < start_->ahead_mm; ++i) {
+    while (k + 2 < s.size() && s[k + 1] <= curve.s[i]) ++k;
+    const double u = std::clamp((curve.s[i] - s[k]) / (s[k + 1] - s[k]), 0.0, 1.0);
+    const double guess = (b[k] + u * (b[k + 1] - b[k])) / kGuessedSquare, root = std::sqrt(guess);
+    const double x = curve.s[i] / start_->ahead_mm, own = x * x * (3.0 - 2.0 * x);
+    y[i] = (1.0 - own) * root * std::sqrt(root) + own * y[i];
+  }
+}
+
+double ProfileProblem::room(std::size_t i) const {
+  return 1.0 - kJoinRoom * (1.0 - double(i) / double(kJoinCells));
 }
 
 }  // namespace firn::motion

@@ -4,6 +4,7 @@
 // Unknowns: c_1 .. c_{n-2}, one per inner cell. At knot i, with l = (1 - a_{i-1}) h_{i-1}, r = a_i h_i,
 // a = 1/2 + bend / 12:  b_i = (r c_{i-1} + l c_i) / (l + r),  b'_i = (c_i - c_{i-1}) / (l + r)  (the tangents
 // of a cell's two ends meet at c_i). Beside a rest b'_1 = 4 b_1 / (3 h_0), so that c_1 alone decides b_1.
+// With a ProfileStart c_0 and c_1 are given: c_2 .. c_{n-2} are unknown, and knot 1 has no constraints.
 //
 // Constraints f >= 0, all concave in c once 1/sqrt(b) is replaced by its tangent, which lies below it:
 //   speed         f = 1 - b / top, where top does not change f = 1 - c / top: c is where the tangents of b
@@ -28,7 +29,7 @@ struct Term {
   double *slack, *multiplier, *g0, *g1, *g2, *residual;
 };
 
-/// Arrays of the loops over cells and knots (profile_loops.inc), indexed by knot or cell.
+/// Arrays of the loops over cells and knots (profile_kernels.cpp), indexed by knot or cell.
 struct Loops {
   std::size_t n = 0, groups = 0;  ///< cells; active groups of rows
   bool pair[kMaxGroups] = {};
@@ -48,15 +49,14 @@ class ProfileProblem {
  public:
   /// The first `active` groups are active constraints at once. The others may be activated later.
   ProfileProblem(const Curve& curve, const MotionRows& rows, RowGroups& groups, int active,
-                 const std::vector<double>& top, const std::vector<double>& bound, ProfileWork& work);
+                 const std::vector<double>& top, const std::vector<double>& bound, const ProfileStart* start,
+                 ProfileWork& work);
 
   /// Residuals, gradients and Newton's matrix at the present point for the barrier parameter mu. Returns the
   /// largest relative violation max(-f).
   double assemble(double mu);
   /// Solves for the step of c. False if the matrix is not positive definite.
   bool solve_step();
-  /// The same in half of the time, not to the last bit.
-  bool solve_step_from_both_ends();
   struct Lengths {
     double primal, dual;
   };
@@ -82,6 +82,9 @@ class ProfileProblem {
   void set_speeds(const std::vector<double>& top);
   void set_forms(const MotionRows& rows, std::size_t group);
   void first_guess(const Curve& curve, const MotionRows& rows, const std::vector<double>& bound);
+  void join(const Curve& curve, double* y) const;
+  /// Share of the limits in cell or knot i: a start may exceed them by as much as its solver left it.
+  double room(std::size_t i) const;
   void set_first(profile::Term& term, std::size_t i, std::size_t cell, double f, double scale);
   void set_slacks(std::size_t group);
   /// Newton's matrix and right-hand side from the shares of knots and cells.
@@ -92,6 +95,7 @@ class ProfileProblem {
   }
   double slope(std::size_t knot) const { return m0_[knot] * a_.c[knot - 1] + m1_[knot] * a_.c[knot]; }
 
+  const ProfileStart* start_;  ///< null = from rest
   std::size_t n_, rows_, groups_;
   RowGroup* group_;  ///< the active ones first
   double complementarity_ = 0.0, duration_ = 0.0;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/motion/time_optimal/constants.h"
+
 namespace firn::motion {
 namespace {
 
@@ -55,7 +57,6 @@ class Sample {
   /// Adds a limit: the tool's jerk across the path, sqrt(b) (n.q''' b + 3 n.q'' a) with the unit
   /// normal n, lies within its limit: a = -turn b +- jerk / sqrt(b).
   void set_across(const MotionRows& rows, const RowGroup& tool, std::size_t at) {
-    constexpr double kLeastBend = 1e-9;  // 1/mm
     const double x1 = rows.of[0][0][at], y1 = rows.of[1][0][at], x2 = rows.of[0][1][at],
                  y2 = rows.of[1][1][at];
     length_ = std::max(1e-15, std::sqrt(x1 * x1 + y1 * y1));
@@ -64,7 +65,7 @@ class Sample {
     const double second = tx * y2 - ty * x2, third = tx * rows.of[1][2][at] - ty * rows.of[0][2][at];
     along_ = tx * x2 + ty * y2;
     square_curvature_ = second * over * over * second * over * over;
-    bends_ = std::abs(second) > kLeastBend;
+    bends_ = std::abs(second) > kMinCurvature;
     if (!bends_) return;
     turn_ = third / (3.0 * second);
     jerk_ = tool.limit.jerk / (3.0 * std::abs(second));
@@ -131,12 +132,12 @@ double shortest_time(double b0, double b1, double h, double a, double top) {
 /// mirrors it.
 class JerkRoom {
  public:
-  JerkRoom(const std::vector<Sample>& samples, const RowGroup& tool, const std::vector<double>& limit)
+  JerkRoom(const std::vector<Sample>& samples, const RowGroup& tool, const std::vector<double>& limit,
+           bool of_longer)
       : jerk_(tool.limit.jerk), enough_(tool.limit.acceleration * tool.limit.acceleration) {
-    constexpr double kBetween = 1.0005;  // joints may allow more between the samples
     for (std::size_t i = 0; i < samples.size(); ++i)
-      fastest_ = std::max(fastest_, kBetween * samples[i].length() * std::sqrt(limit[i]));
-    fastest_ = std::min(fastest_, tool.limit.rate);
+      fastest_ = std::max(fastest_, kBetweenSamples * samples[i].length() * std::sqrt(limit[i]));
+    fastest_ = of_longer ? tool.limit.rate : std::min(fastest_, tool.limit.rate);
   }
 
   /// Largest acceleration along the path that does not lead beyond the largest speed.
@@ -148,8 +149,7 @@ class JerkRoom {
   /// or will allow (-1).
   /// From above: it is a bound after any number of steps.
   void lower(const Sample& at, double bend, double before, double two_h, double direction, double& b) const {
-    constexpr int kSteps = 3;
-    for (int step = 0; step < kSteps; ++step) {
+    for (int step = 0; step < kJerkSteps; ++step) {
       const double u = at.length() * std::sqrt(b), square = u * (2.0 * jerk_ + 0.5 * bend * u * u * u);
       if (!(square < enough_)) return;
       const double allowed =
@@ -174,13 +174,10 @@ double newton_up(double b, const double (&excess)[3], const double (&slope)[3], 
 /// Largest b in [0, top] from which some acceleration leads into [0, next]: low(b) <= high(b), b + 2 h low(b)
 /// <= next, b + 2 h high(b) >= 0. All three are convex in b and hold near 0: Newton from above.
 /// @param guess where to begin, at most top
-/// @param exact to rounding, and without a look at the other two where low = high stops it from above
-double reach_back(const Sample& sample, double top, double two_h, double next, double guess, bool exact) {
-  constexpr double kInside = 1e-9;  // of b: to have low <= high
-  const double close = exact ? 1e-12 : 1e-6;
+double reach_back(const Sample& sample, double top, double two_h, double next, double guess) {
   double b = guess;
   bool above = guess == top;
-  for (int step = 0; step < 40; ++step) {
+  for (int step = 0; step < kReachSteps; ++step) {
     const Window w = sample.window(b);
     const double excess[3] = {w.low - w.high, b + two_h * w.low - next, -b - two_h * w.high};
     const double slope[3] = {w.low_slope - w.high_slope, 1.0 + two_h * w.low_slope,
@@ -189,13 +186,13 @@ double reach_back(const Sample& sample, double top, double two_h, double next, d
     for (int k = 0; k < (excess[0] > 0.0 ? 1 : 3); ++k)
       if (excess[k] > 0.0) down = std::max(down, slope[k] > 0.0 ? excess[k] / slope[k] : 0.5 * b);
     if (down == 0.0 && !above) {
-      b = std::min(top, newton_up(b, excess, slope, top) * (1.0 + close));
+      b = std::min(top, newton_up(b, excess, slope, top) * (1.0 + kReachClose));
       above = b == top;
       continue;
     }
-    if (down <= close * b && (exact || excess[0] <= 0.0)) return b;
+    if (down <= kReachClose * b && excess[0] <= 0.0) return b;
     above = true;
-    if (!exact && excess[0] > 0.0) down = std::max(down, kInside * b);
+    if (excess[0] > 0.0) down = std::max(down, kReachInside * b);
     b = std::max(b - down * (1.0 + 1e-12), 1e-3 * b);
   }
   return b;
@@ -207,12 +204,10 @@ double reach_back(const Sample& sample, double top, double two_h, double next, d
 /// @param guess of that end, below top; at or above it = none
 double reach_back_bent(const Sample& sample, double top, double two_h, double next, double least,
                        double guess) {
-  constexpr double kClose = 5e-4, kFirstGap = 1e-4, kWiderGap = 20.0;
-  constexpr int kSteps = 30;
-  double gap = kFirstGap;  // above a guess that was too low
+  double gap = kBentFirstGap;  // above a guess that was too low
   double b = std::min(top, guess), above = top, inside = 0.0, excess_above = 0.0, excess_inside = 0.0;
   int side = 0;  // of the last two points: +1 both above, -1 both inside
-  for (int step = 0; step < kSteps; ++step) {
+  for (int step = 0; step < kBentSteps; ++step) {
     Window w = sample.window(b);
     w.raise_low(sample.path(least, b), sample.path_slope(0.0));
     const double excess[3] = {two_h * (w.low - w.high), b + two_h * w.low - next, -b - two_h * w.high};
@@ -230,7 +225,7 @@ double reach_back_bent(const Sample& sample, double top, double two_h, double ne
         inside = b;
         excess_inside = most;
         b = std::min(top, (1.0 + gap) * newton_up(b, excess, slope, top));
-        gap *= kWiderGap;
+        gap *= kBentGapGrowth;
         continue;
       }
       inside = b;
@@ -241,9 +236,9 @@ double reach_back_bent(const Sample& sample, double top, double two_h, double ne
       above = b;
       excess_above = most;
       side = inside > 0.0 ? 1 : 0;
-      if (down <= kClose * b) return b;
+      if (down <= kBentClose * b) return b;
     }
-    if (above - inside <= kClose * above) break;
+    if (above - inside <= kBentClose * above) break;
     if (inside == 0.0)
       b = std::max(b - down, 1e-3 * b);
     else
@@ -254,8 +249,8 @@ double reach_back_bent(const Sample& sample, double top, double two_h, double ne
 
 }  // namespace
 
-void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, int active, bool exact,
-                 SpeedBound& bound) {
+void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, int active,
+                 SpeedBound& bound, const BoundPart& part) {
   const std::size_t n = curve.cells();
   bound.limit.assign(n + 1, 1e300);
   for (int g = 0; g < groups.count; ++g) {
@@ -279,26 +274,29 @@ void speed_bound(const Curve& curve, const MotionRows& rows, const RowGroups& gr
   samples.reserve(n);
   for (std::size_t i = 0; i < n; ++i)
     samples.emplace_back(rows, groups, active, 2 * i, curve.s[i + 1] - curve.s[i]);
+  bound.b[n] = std::min(part.last_b, bound.limit[n]);
   double acceleration = kUnlimited;  // of the cell behind, where the end is not the limit
   for (std::size_t i = n; i-- > 1;) {
     const double two_h = 2.0 * (curve.s[i + 1] - curve.s[i]), next = bound.b[i + 1], top = bound.limit[i];
-    const double guess = exact ? top : std::min(top, next + two_h * acceleration);
-    const double end = reach_back(samples[i], top, two_h, next, guess > 0.0 ? guess : top, exact);
-    bound.b[i] = exact ? end : samples[i].within(end);
+    const double guess = std::min(top, next + two_h * acceleration);
+    const double end = reach_back(samples[i], top, two_h, next, guess > 0.0 ? guess : top);
+    bound.b[i] = samples[i].within(end);
     acceleration = bound.b[i] < top ? (bound.b[i] - next) / two_h : kUnlimited;
   }
+  bound.b[0] = samples[0].within(std::min(part.first_b, bound.limit[0]));
   for (std::size_t i = 0; i < n; ++i) {
     const Window window = samples[i].window(bound.b[i]);  // beyond the end by little, high may be below low
-    const double high = exact ? window.high : std::max(window.high, window.low);
+    const double high = std::max(window.high, window.low);
     const double highest = bound.b[i] + 2.0 * (curve.s[i + 1] - curve.s[i]) * high;
     bound.b[i + 1] = std::min(bound.b[i + 1], std::max(highest, 0.0));
   }
 }
 
-void set_duration(const Curve& curve, const MotionRows& rows, const RowGroups& groups, SpeedBound& bound) {
+void set_duration(const Curve& curve, const MotionRows& rows, const RowGroups& groups, std::size_t first,
+                  std::size_t last, SpeedBound& bound) {
   const RowGroup& tool = groups.group[0];
   bound.duration_s = 0.0;
-  for (std::size_t i = 0; i < curve.cells(); ++i) {
+  for (std::size_t i = first; i < last; ++i) {
     const double d1x = rows.of[0][0][2 * i], d1y = rows.of[1][0][2 * i];
     const double most = tool.limit.acceleration / std::sqrt(d1x * d1x + d1y * d1y);
     const double top = std::max({bound.b[i], bound.b[i + 1], std::min(bound.limit[i], bound.limit[i + 1])});
@@ -306,7 +304,8 @@ void set_duration(const Curve& curve, const MotionRows& rows, const RowGroups& g
   }
 }
 
-void tighten_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, SpeedBound& bound) {
+void tighten_bound(const Curve& curve, const MotionRows& rows, const RowGroups& groups, SpeedBound& bound,
+                   const BoundPart& part) {
   const std::size_t n = curve.cells();
   const RowGroup& tool = groups.group[0];
   if (!(tool.limit.jerk < kUnlimited)) return;
@@ -316,14 +315,14 @@ void tighten_bound(const Curve& curve, const MotionRows& rows, const RowGroups& 
     samples.emplace_back(rows, groups, 1, 2 * i, curve.s[i + 1] - curve.s[i]);
     samples.back().set_across(rows, tool, 2 * i);
   }
-  const JerkRoom room(samples, tool, bound.limit);
-  double bend = 0.0, acceleration = kUnlimited;  // of the cell behind, where b was lowered there
+  const JerkRoom room(samples, tool, bound.limit, part.of_longer);
+  double bend = part.square_curvature,
+         acceleration = kUnlimited;  // of the cell behind, where b was lowered there
   for (std::size_t i = n; i-- > 1;) {
-    constexpr double kAbove = 2e-4;  // a guess this much above the end of b is the answer
     const double two_h = 2.0 * (curve.s[i + 1] - curve.s[i]), next = bound.b[i + 1], top = bound.b[i];
     bend = std::max(bend, samples[i].square_curvature());
     const double least = i + 1 < n ? -room.below_top(samples[i + 1], next) : -kUnlimited;
-    const double guess = (1.0 + kAbove) * (next + two_h * acceleration);
+    const double guess = (1.0 + kGuessAbove) * (next + two_h * acceleration);
     double& b = bound.b[i];
     room.lower(samples[i], bend, next, two_h, -1.0, b);
     const double lowered = b;
@@ -332,7 +331,7 @@ void tighten_bound(const Curve& curve, const MotionRows& rows, const RowGroups& 
     if (b < lowered) room.lower(samples[i], bend, next, two_h, -1.0, b);
     acceleration = b < top ? (b - next) / two_h : kUnlimited;
   }
-  bend = 0.0;
+  bend = part.square_curvature;
   for (std::size_t i = 0; i + 1 < n; ++i) {
     const double two_h = 2.0 * (curve.s[i + 1] - curve.s[i]), b = bound.b[i];
     const Window window =

@@ -73,7 +73,7 @@ void time_profile(const Curve& curve, const Profile& profile, TimedMotion& motio
   for (std::size_t i = 0; i < n; ++i) {
     const double h = curve.s[i + 1] - curve.s[i];
     double sum = 0.0;
-    if (i == 0 || i == n - 1) {
+    if ((i == 0 && profile.b[0] == 0.0) || i == n - 1) {
       sum = 3.0 / motion.v[i == 0 ? 1 : n - 1];
     } else {
       const double slope = profile.slope[i] * h, curve2 = (profile.slope[i + 1] - profile.slope[i]) * h,

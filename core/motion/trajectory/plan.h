@@ -24,26 +24,19 @@ enum class Method {
 const char* name(Method method);                       ///< "certified", "optimal", …
 std::optional<Method> method_named(std::string_view);  ///< nullopt: no such method
 
-/// Rule by which methods certified and optimal make curves and certificates.
-enum class CurveRule {
-  kFitted,  ///< splines fitted inside the tolerance or the points' rounding; true at every instant
-  kRamped   ///< as in runs recorded before: curves through the points; true at dense samples. Replays need it
-};
-
 /// Distance of the curve from the points without a tolerance, for methods certified and optimal.
 enum class PointRule {
   kRamped,  ///< may leave points where curvature jumps and at slight corners, by about curvature_ramp_mm / 10
-  kHeld,    ///< passes every point within its rounding, but for PlanOptions::kLeastHold_mm
+  kHeld,    ///< passes every point within its rounding, but for PlanOptions::kMinHold_mm
   kFaster   ///< of the two
 };
 
 struct PlanOptions {
   Method method = Method::kCertified;
-  CurveRule curve_rule = CurveRule::kFitted;
   double tolerance_mm = 0.0;    ///< > 0: corners may be rolled and curvature ramped within this deviation
   double point_noise_mm = 0.0;  ///< largest rounding of a coordinate of the points, 0 = none
   PointRule point_rule = PointRule::kRamped;
-  static constexpr double kLeastHold_mm = 2e-4;
+  static constexpr double kMinHold_mm = 2e-4;
   double slack = 0.0;  ///< certified: work ends where a motion is slower than it might be by about this share
   double tick_s = 0.016;  ///< period of the emitted samples
   double curvature_ramp_mm =

@@ -10,7 +10,7 @@
 namespace firn::slice {
 namespace {
 
-constexpr double kMostCuts = 8e6;
+constexpr double kMaxCuts = 8e6;
 
 struct Interval {
   double from, to;
@@ -18,9 +18,9 @@ struct Interval {
 
 // Computes the part of the scan line at height y (units) within `half` of the segment a-b. The set is convex,
 // hence one interval.
-bool interval_of_line(Vec a, Vec b, double half, double y, Interval& s) {
+bool interval_of_line(geometry::Vec a, geometry::Vec b, double half, double y, Interval& s) {
   double from = 1e300, to = -1e300;
-  const auto disc = [&](Vec c) {
+  const auto disc = [&](geometry::Vec c) {
     const double square = half * half - (y - c.y) * (y - c.y);
     if (square <= 0) return;
     const double root = std::sqrt(square);
@@ -31,10 +31,10 @@ bool interval_of_line(Vec a, Vec b, double half, double y, Interval& s) {
   disc(b);
   const double l = length(b - a);
   if (l > 0) {
-    const Vec side = (half / l) * left_of(b - a);
-    const Vec corners[4] = {a + side, b + side, b - side, a - side};
+    const geometry::Vec side = (half / l) * left_of(b - a);
+    const geometry::Vec corners[4] = {a + side, b + side, b - side, a - side};
     for (int i = 0; i < 4; ++i) {
-      const Vec p = corners[i], q = corners[(i + 1) % 4];
+      const geometry::Vec p = corners[i], q = corners[(i + 1) % 4];
       if ((p.y <= y) == (q.y <= y)) continue;
       const double x = p.x + (y - p.y) / (q.y - p.y) * (q.x - p.x);
       from = std::min(from, x);
@@ -56,14 +56,14 @@ class Scan {
   Scan(double low, double high, double pitch)
       : low_(low), pitch_(pitch), rows_(std::size_t(std::max(1.0, std::ceil((high - low) / pitch)))) {}
 
-  void add_edge(Vec a, Vec b) {
+  void add_edge(geometry::Vec a, geometry::Vec b) {
     const std::int32_t change =
         b.y < a.y ? 1 : -1;  // material lies left of an edge, so it begins at a falling one
     each_row(std::min(a.y, b.y), std::max(a.y, b.y), [&](std::vector<Event>& row, double y) {
       if ((a.y <= y) != (b.y <= y)) row.push_back({a.x + (y - a.y) / (b.y - a.y) * (b.x - a.x), change, 0});
     });
   }
-  void add_line(Vec a, Vec b, double half) {
+  void add_line(geometry::Vec a, geometry::Vec b, double half) {
     touched_from_ = std::min(touched_from_, row_of(std::min(a.y, b.y) - half));
     touched_to_ = std::max(touched_to_, row_of(std::max(a.y, b.y) + half) + 1);
     each_row(std::min(a.y, b.y) - half, std::max(a.y, b.y) + half, [&](std::vector<Event>& row, double y) {
@@ -109,7 +109,7 @@ class Scan {
       for (std::size_t i = 0; i + 1 < row.size(); ++i) {
         wanted += row[i].wanted;
         extrusions += row[i].extrusions;
-        const double area = (row[i + 1].x - row[i].x) * pitch_ * kMmPerUnit * kMmPerUnit;
+        const double area = (row[i + 1].x - row[i].x) * pitch_ * geometry::kMmPerUnit * geometry::kMmPerUnit;
         if (wanted > 0) c.wanted_mm2 += area;
         if (extrusions > 0) c.swept_mm2 += area;
         if (extrusions > 1) c.overlap_mm2 += (extrusions - 1) * area;
@@ -171,7 +171,7 @@ class Scan {
         }
       }
     }
-    return 2 * best * kMmPerUnit;
+    return 2 * best * geometry::kMmPerUnit;
   }
 
   double low_, pitch_;
@@ -186,7 +186,7 @@ bool fills(const PathInfo& info, std::size_t material) {
   return info.kind == PathKind::kHook ? material == kScaffoldMaterial : info.material == material;
 }
 
-// Returns a pitch at which scan lines intersect extrusion lines no more often than kMostCuts.
+// Returns a pitch at which scan lines intersect extrusion lines no more often than kMaxCuts.
 double pitch_for(const LayerPaths& paths, std::size_t material, double asked) {
   double height = 0;
   for (std::size_t i = 0; i < paths.info.size(); ++i) {
@@ -195,7 +195,7 @@ double pitch_for(const LayerPaths& paths, std::size_t material, double asked) {
     for (std::size_t p = paths.info[i].closed ? 0 : 1; p < line.size(); ++p)
       height += std::abs(double(line[p].y) - line[p ? p - 1 : line.size() - 1].y) + paths.info[i].width;
   }
-  return std::max(asked, 2 * height / kMostCuts);
+  return std::max(asked, 2 * height / kMaxCuts);
 }
 
 }  // namespace
@@ -206,20 +206,20 @@ std::vector<Coverage> coverage(const LayerRegions& regions, const LayerPaths& pa
   for (std::size_t m = 0; m < regions.by_material.size(); ++m) {
     const ExtrusionOptions& extrusion = m == kScaffoldMaterial ? options.scaffold : options.part;
     const double inset_mm = extrusion.first_offset_mm - 0.5 * extrusion.boundary_width_mm;
-    Region wanted = regions.by_material[m];
+    geometry::Region wanted = regions.by_material[m];
     if (inset_mm < 0) {
       wanted = grow(wanted, -inset_mm, 0);
     } else if (inset_mm > 0) {
       const RingLevels inside =
           offset_rings(wanted, {.first_mm = inset_mm, .boundaries = 0, .max_rings = 1}, 0);
-      wanted = inside.levels.empty() ? Region{} : inside.levels[0];
+      wanted = inside.levels.empty() ? geometry::Region{} : inside.levels[0];
     }
-    BoxOf<double> box;
-    for (const Point p : wanted.points) box.add(p.x, p.y);
+    geometry::BoxOf<double> box;
+    for (const geometry::Point p : wanted.points) box.add(p.x, p.y);
     for (std::size_t i = 0; i < paths.info.size(); ++i) {
       const double half = 0.5 * paths.info[i].width;
       if (!fills(paths.info[i], m)) continue;
-      for (const Point p : paths.lines[i]) {
+      for (const geometry::Point p : paths.lines[i]) {
         box.add(p.x - half, p.y - half);
         box.add(p.x + half, p.y + half);
       }
@@ -228,7 +228,7 @@ std::vector<Coverage> coverage(const LayerRegions& regions, const LayerPaths& pa
       result.push_back({});
       continue;
     }
-    const double pitch = pitch_for(paths, m, pitch_mm * kUnitsPerMm);
+    const double pitch = pitch_for(paths, m, pitch_mm * geometry::kUnitsPerMm);
     Scan scan(box.y0, box.y1, pitch);
     for (std::size_t i = 0; i < paths.info.size(); ++i) {
       const PathInfo& info = paths.info[i];
@@ -242,7 +242,7 @@ std::vector<Coverage> coverage(const LayerRegions& regions, const LayerPaths& pa
       for (std::size_t p = 0; p < wanted[r].size(); ++p)
         scan.add_edge(to_vec(wanted[r][p]), to_vec(wanted[r][p + 1 < wanted[r].size() ? p + 1 : 0]));
     result.push_back(scan.sum());
-    result.back().pitch_mm = pitch * kMmPerUnit;
+    result.back().pitch_mm = pitch * geometry::kMmPerUnit;
   }
   return result;
 }

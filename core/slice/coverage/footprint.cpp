@@ -12,7 +12,7 @@ struct At {
   double x, y;
 };
 
-At in_mm(const Point& p) { return {p.x * kMmPerUnit, p.y * kMmPerUnit}; }
+At in_mm(const geometry::Point& p) { return {p.x * geometry::kMmPerUnit, p.y * geometry::kMmPerUnit}; }
 
 template <class Visit>
 void each_segment(const LayerPaths& layer, const Visit& visit) {
@@ -41,7 +41,7 @@ GridSpec footprint_grid(const LayerPaths& layer, double pitch_mm) {
                                 " mm is not within (0, 100]");
   double x0 = std::numeric_limits<double>::max(), y0 = x0, x1 = -x0, y1 = -x0;
   each_segment(layer, [&](const At& a, const At& b, const PathInfo& info) {
-    const double r = 0.5 * info.width * kMmPerUnit;
+    const double r = 0.5 * info.width * geometry::kMmPerUnit;
     x0 = std::min({x0, a.x - r, b.x - r});
     x1 = std::max({x1, a.x + r, b.x + r});
     y0 = std::min({y0, a.y - r, b.y - r});
@@ -62,7 +62,7 @@ Grid<std::uint8_t> footprint_materials(const LayerPaths& layer, const GridSpec& 
   Grid<std::uint8_t> material(g);
   std::vector<double> nearest(g.size(), std::numeric_limits<double>::max());
   each_segment(layer, [&](const At& a, const At& b, const PathInfo& info) {
-    const double r = 0.5 * info.width * kMmPerUnit, r2 = r * r * (1.0 + 1e-12);
+    const double r = 0.5 * info.width * geometry::kMmPerUnit, r2 = r * r * (1.0 + 1e-12);
     const auto cells = [&](double low, double high, double origin, double pitch, int n) {
       return std::pair(std::max(0, int(std::ceil((low - r - origin) / pitch))),
                        std::min(n - 1, int(std::floor((high + r - origin) / pitch))));
@@ -138,7 +138,7 @@ HeightMap laid_area(const LayerPaths& layer, const GridSpec& g) {
   HeightMap area(g, 0.0);
   each_segment(layer, [&](const At& a, const At& b, const PathInfo& info) {
     const double dx = b.x - a.x, dy = b.y - a.y, length = std::sqrt(dx * dx + dy * dy),
-                 width = info.width * kMmPerUnit;
+                 width = info.width * geometry::kMmPerUnit;
     if (!(length > 0.0 && width > 0.0)) return;
     const int along = std::max(1, int(std::ceil(length / kSample_mm))),
               across = std::max(1, int(std::ceil(width / kSample_mm)));

@@ -6,12 +6,12 @@
 namespace firn::slice {
 namespace {
 
-constexpr double kStep = 0.6 * kUnitsPerMm;   // maximum spacing
-constexpr double kClose = 0.3 * kUnitsPerMm;  // minimum spacing
-constexpr double kTip = 0.15 * kUnitsPerMm;   // from a cusp to the sample beside it
-constexpr double kTipFacing = -0.174;         // cosine between the normals of the segments of a cusp
+constexpr double kStep = 0.6 * geometry::kUnitsPerMm;   // maximum spacing
+constexpr double kClose = 0.3 * geometry::kUnitsPerMm;  // minimum spacing
+constexpr double kTip = 0.15 * geometry::kUnitsPerMm;   // from a cusp to the sample beside it
+constexpr double kTipFacing = -0.174;  // cosine between the normals of the segments of a cusp
 
-bool near(Vec a, Vec b) { return dot(a - b, a - b) < kClose * kClose; }
+bool near(geometry::Vec a, geometry::Vec b) { return dot(a - b, a - b) < kClose * kClose; }
 
 }  // namespace
 
@@ -30,11 +30,12 @@ void BoundarySampler::clear() {
   samples.clear();
 }
 
-void BoundarySampler::add_segments(std::span<const Vec> points, const BoundaryChains::Chain& chain) {
+void BoundarySampler::add_segments(std::span<const geometry::Vec> points,
+                                   const geometry::BoundaryChains::Chain& chain) {
   const std::size_t n = points.size();
   const std::size_t edges = chain.closed ? n : n - 1;
   for (std::size_t i = 0; i < edges; ++i) {
-    const Vec from = points[i], to = points[i + 1 < n ? i + 1 : 0], way = to - from;
+    const geometry::Vec from = points[i], to = points[i + 1 < n ? i + 1 : 0], way = to - from;
     const bool sampled = chain.closed || (i >= chain.first && i < chain.last);
     const double l = length(way);
     segments.push_back({from, to, (1 / l) * left_of(way), way_, l, sampled});
@@ -42,7 +43,8 @@ void BoundarySampler::add_segments(std::span<const Vec> points, const BoundaryCh
   }
 }
 
-void BoundarySampler::add(std::span<const Vec> points, const BoundaryChains::Chain& chain) {
+void BoundarySampler::add(std::span<const geometry::Vec> points,
+                          const geometry::BoundaryChains::Chain& chain) {
   const std::size_t n = points.size();
   first_segment_ = segments.size();
   chain_ = &chain;
@@ -63,15 +65,15 @@ void BoundarySampler::add(std::span<const Vec> points, const BoundaryChains::Cha
 }
 
 // Returns whether the next level is so near that the point is no centre of a void.
-bool BoundarySampler::covered(Vec void_disc) {
+bool BoundarySampler::covered(geometry::Vec void_disc) {
   if (enough_ <= 0) return false;
   if (!chain_->cornered) return !next_.empty() && next_.within(void_disc, enough_);
-  const Vec off = void_disc - chain_->ahead;
+  const geometry::Vec off = void_disc - chain_->ahead;
   return dot(off, off) <= enough_ * enough_;
 }
 
-void BoundarySampler::add_sample(Vec at, Vec normal, double order) {
-  const Vec tip = at + limit_ * normal;
+void BoundarySampler::add_sample(geometry::Vec at, geometry::Vec normal, double order) {
+  const geometry::Vec tip = at + limit_ * normal;
   if (begun_ && near(at, last_at_) && near(tip, last_tip_)) return;
   if (covered(at + void_at_ * normal)) return;
   samples.push_back({at, normal, order, run_});
@@ -85,7 +87,7 @@ void BoundarySampler::sample_edge(std::size_t edge) {
   const std::size_t segment = first_segment_ + edge;
   const BoundarySegment& w = segments[segment];
   if (w.length <= kClose) return;
-  const Vec way = w.to - w.from;
+  const geometry::Vec way = w.to - w.from;
   const int looks = 2 * int(0.5 * w.length / kStep) + 1;
   for (int k = 0; k < looks; ++k) {
     const double share = (k + 0.5) / looks;
@@ -97,8 +99,8 @@ void BoundarySampler::sample_edge(std::size_t edge) {
 // them.
 void BoundarySampler::sample_corner(std::size_t edge, std::size_t before) {
   const std::size_t segment = first_segment_ + edge;
-  const Vec at = segments[segment].from, from = segments[first_segment_ + before].normal,
-            to = segments[segment].normal;
+  const geometry::Vec at = segments[segment].from, from = segments[first_segment_ + before].normal,
+                      to = segments[segment].normal;
   const bool reflex = cross(from, to) < 0, back = dot(from, to) < -0.9;
   if (!reflex && dot(from, to) < 0.5) {
     if (!eroded_cores_ || dot(from, to) > kTipFacing) return;
@@ -111,8 +113,8 @@ void BoundarySampler::sample_corner(std::size_t edge, std::size_t before) {
   for (int k = 1; k < steps; ++k) {
     const double share = double(k) / steps;
     // Passes through the middle direction, where the sum would vanish.
-    const Vec turned = back ? 2 * std::min(share, 1 - share) * left_of(to - from) : Vec{};
-    const Vec normal = (1 - share) * from + share * to + turned;
+    const geometry::Vec turned = back ? 2 * std::min(share, 1 - share) * left_of(to - from) : geometry::Vec{};
+    const geometry::Vec normal = (1 - share) * from + share * to + turned;
     const double l = length(normal);
     if (l > 0) add_sample(at, (1 / l) * normal, segments[segment].begin);
   }

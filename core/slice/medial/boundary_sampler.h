@@ -25,15 +25,15 @@ class BoundarySampler {
   void begin(double limit, double void_at, double enough, bool eroded_cores);
   void clear();
   /// Adds the boundary segments of a chain and samples on them.
-  void add(std::span<const Vec> points, const BoundaryChains::Chain& chain);
-  void add_segments(std::span<const Vec> points, const BoundaryChains::Chain& chain);
+  void add(std::span<const geometry::Vec> points, const geometry::BoundaryChains::Chain& chain);
+  void add_segments(std::span<const geometry::Vec> points, const geometry::BoundaryChains::Chain& chain);
 
   std::vector<BoundarySegment> segments;
   std::vector<BoundarySample> samples;
 
  private:
-  bool covered(Vec void_disc);
-  void add_sample(Vec at, Vec normal, double order);
+  bool covered(geometry::Vec void_disc);
+  void add_sample(geometry::Vec at, geometry::Vec normal, double order);
   void sample_corner(std::size_t edge, std::size_t before);
   void sample_edge(std::size_t edge);
 
@@ -41,9 +41,9 @@ class BoundarySampler {
   double limit_ = 0, void_at_ = 0, enough_ = 0;
   bool eroded_cores_ = false;
   bool begun_ = false;  // whether the run has a sample
-  Vec last_at_, last_tip_;
+  geometry::Vec last_at_, last_tip_;
   std::size_t first_segment_ = 0;  // first segment of the chain
-  const BoundaryChains::Chain* chain_ = nullptr;
+  const geometry::BoundaryChains::Chain* chain_ = nullptr;
   std::int32_t run_ = 0;
   double way_ = 0;  // arc length of all segments
 };

@@ -7,7 +7,7 @@ namespace firn::slice {
 namespace {
 
 constexpr double kFootStep =
-    0.3 * kUnitsPerMm;  // from the boundary sample of a void to the nearest one that is tested
+    0.3 * geometry::kUnitsPerMm;  // from the boundary sample of a void to the nearest one that is tested
 
 }  // namespace
 
@@ -23,12 +23,12 @@ GapBand eroded_core_band(const RingPlan& plan, int level, double void_mm) {
 }
 
 GapLimits gap_limits(const GapBand& band, double void_mm, double tolerance_mm) {
-  const double narrowest = 0.5 * void_mm * kUnitsPerMm,
-               tolerance = std::max(100.0, tolerance_mm * kUnitsPerMm);
+  const double narrowest = 0.5 * void_mm * geometry::kUnitsPerMm,
+               tolerance = std::max(100.0, tolerance_mm * geometry::kUnitsPerMm);
   const double drawn = 2.2 * tolerance + 200;  // both levels are drawn within the tolerance
   GapLimits limits;
-  limits.axis = {band.covered_mm * kUnitsPerMm, band.next_mm * kUnitsPerMm, narrowest, drawn,
-                 band.inside_mm * kUnitsPerMm};
+  limits.axis = {band.covered_mm * geometry::kUnitsPerMm, band.next_mm * geometry::kUnitsPerMm, narrowest,
+                 drawn, band.inside_mm * geometry::kUnitsPerMm};
   limits.near = limits.near_corner = limits.axis.next + drawn;
   limits.far = std::max(limits.near, limits.axis.next + 2 * narrowest - drawn);
   limits.void_at = limits.axis.covered + narrowest;

@@ -11,15 +11,16 @@
 namespace firn::slice {
 namespace {
 
-constexpr double kLook = 0.6 * kUnitsPerMm;  // maximum spacing of the points of a ring that are tested
+constexpr double kLook =
+    0.6 * geometry::kUnitsPerMm;  // maximum spacing of the points of a ring that are tested
 constexpr double kMoved =
-    0.5 * kUnitsPerMm;          // maximum distance between a corner as drawn and in the wavefront
-constexpr double kTaper = 1.4;  // maximum to minimum width of one line
+    0.5 * geometry::kUnitsPerMm;  // maximum distance between a corner as drawn and in the wavefront
+constexpr double kTaper = 1.4;    // maximum to minimum width of one line
 
 // Returns whether a ring is too small for any disc of the minimum width that ends at the covered edge.
-bool too_small(std::span<const Point> ring, double least) {
-  BoxOf<std::int32_t> box;
-  for (const Point p : ring) box.add(p.x, p.y);
+bool too_small(std::span<const geometry::Point> ring, double least) {
+  geometry::BoxOf<std::int32_t> box;
+  for (const geometry::Point p : ring) box.add(p.x, p.y);
   return std::min(box.x1 - box.x0, box.y1 - box.y0) < 2 * least;
 }
 
@@ -30,16 +31,16 @@ class RingGapScan {
   explicit RingGapScan(NextLevel& next) : next_(next) {}
 
   /// @param limit distance of the next level beyond which a point is not served
-  void add(std::span<const Point> ring, double limit, BoundaryChains& chains) {
+  void add(std::span<const geometry::Point> ring, double limit, geometry::BoundaryChains& chains) {
     const std::size_t n = ring.size();
     limit_ = limit;
     looks_.clear();
     fresh_ = false;
-    Vec a = to_vec(ring[0]);
+    geometry::Vec a = to_vec(ring[0]);
     const bool first_served = next_.within(a, limit_);
     bool covered = first_served;
     for (std::uint32_t i = 0; i < n; ++i) {
-      const Vec b = to_vec(ring[i + 1 < n ? i + 1 : 0]);
+      const geometry::Vec b = to_vec(ring[i + 1 < n ? i + 1 : 0]);
       if (!look(a, i, covered) || !next_.way_within(a, b, limit_)) {
         const double l = length(b - a);
         const int looks = l > kLook ? 2 * int(0.5 * l / kLook) + 1 : 0;  // one in the middle
@@ -65,12 +66,12 @@ class RingGapScan {
 
  private:
   struct Look {
-    Vec at;
+    geometry::Vec at;
     std::uint32_t edge;
     bool fresh;  // follows a point that is served
   };
 
-  bool look(Vec at, std::uint32_t edge, bool covered) {
+  bool look(geometry::Vec at, std::uint32_t edge, bool covered) {
     if (!covered) looks_.push_back({at, edge, fresh_});
     fresh_ = covered;
     return covered;
@@ -78,7 +79,7 @@ class RingGapScan {
 
   // Tests points [begin, end) of `looks` on an edge by bisection, since unserved points are mostly near
   // corners.
-  void look_along(Vec a, Vec way, std::uint32_t edge, int looks, int begin, int end) {
+  void look_along(geometry::Vec a, geometry::Vec way, std::uint32_t edge, int looks, int begin, int end) {
     const auto at = [&](int k) { return a + ((k + 0.5) / looks) * way; };
     if (end - begin > 3) {
       if (next_.within(at(begin), limit_) && next_.way_within(at(begin), at(end - 1), limit_)) {
@@ -93,17 +94,17 @@ class RingGapScan {
     for (int k = begin; k < end; ++k) look(at(k), edge, next_.within(at(k), limit_));
   }
 
-  static void add_all(std::span<const Point> ring, BoundaryChains& chains) {
-    for (const Point p : ring) chains.points.push_back(to_vec(p));
+  static void add_all(std::span<const geometry::Point> ring, geometry::BoundaryChains& chains) {
+    for (const geometry::Point p : ring) chains.points.push_back(to_vec(p));
     chains.all.push_back(
         {std::uint32_t(chains.points.size()), 0, std::uint32_t(ring.size()), true, false, {}, false});
   }
 
-  static void add_chain(std::span<const Point> ring, const Look& from, const Look& to,
-                        BoundaryChains& chains) {
-    std::vector<Vec>& points = chains.points;
+  static void add_chain(std::span<const geometry::Point> ring, const Look& from, const Look& to,
+                        geometry::BoundaryChains& chains) {
+    std::vector<geometry::Vec>& points = chains.points;
     const std::size_t n = ring.size(), begin = points.size();
-    const auto add = [&](Vec p) {
+    const auto add = [&](geometry::Vec p) {
       if (points.size() == begin || dot(p - points.back(), p - points.back()) > 0) points.push_back(p);
       return std::uint32_t(points.size() - 1 - begin);
     };
@@ -134,18 +135,20 @@ class RingGapScan {
 // A clearance field with one known nearest point of the next level.
 class SinglePointField : public ClearanceField {
  public:
-  SinglePointField(Vec at, double reach) : at_(at), reach_(reach) {}
-  double clearance(Vec place, double limit) override { return std::min(limit, length(place - at_) - reach_); }
+  SinglePointField(geometry::Vec at, double reach) : at_(at), reach_(reach) {}
+  double clearance(geometry::Vec place, double limit) override {
+    return std::min(limit, length(place - at_) - reach_);
+  }
 
  private:
-  Vec at_;
+  geometry::Vec at_;
   double reach_;
 };
 
 // Simplifies the points from `begin` to `last` by the algorithm of Douglas and Peucker; appends all kept ones
 // but the last.
 void simplify(std::span<const MedialPoint> places, std::size_t begin, std::size_t last, double tolerance,
-              std::vector<Point>& out) {
+              std::vector<geometry::Point>& out) {
   double worst = tolerance * tolerance;
   std::size_t at = begin;
   for (std::size_t i = begin + 1; i < last; ++i) {
@@ -163,7 +166,7 @@ void simplify(std::span<const MedialPoint> places, std::size_t begin, std::size_
   simplify(places, at, last, tolerance, out);
 }
 
-void add_branch(std::span<const MedialPoint> branch, double tolerance, std::vector<Point>& line,
+void add_branch(std::span<const MedialPoint> branch, double tolerance, std::vector<geometry::Point>& line,
                 ExtrusionLines& extrusions) {
   for (std::size_t begin = 0; begin + 1 < branch.size();) {
     double low = branch[begin].radius, high = low, way = 0;
@@ -192,8 +195,8 @@ void add_branch(std::span<const MedialPoint> branch, double tolerance, std::vect
 
 class GapFiller::Work {
  public:
-  void find(const Rings& outer, const Rings& next, const GapBand& band, double narrowest_mm,
-            double tolerance_mm, ExtrusionLines& extrusions) {
+  void find(const geometry::Rings& outer, const geometry::Rings& next, const GapBand& band,
+            double narrowest_mm, double tolerance_mm, ExtrusionLines& extrusions) {
     const GapLimits limits = gap_limits(band, narrowest_mm, tolerance_mm);
     next_.take(next, limits.axis.next - limits.axis.covered);
     chains_.clear();
@@ -204,8 +207,8 @@ class GapFiller::Work {
     lay(chains_, limits, tolerance_mm, extrusions);
   }
 
-  void find(BoundaryChains& chains, const Rings& next, const GapBand& band, double narrowest_mm,
-            double tolerance_mm, ExtrusionLines& extrusions) {
+  void find(geometry::BoundaryChains& chains, const geometry::Rings& next, const GapBand& band,
+            double narrowest_mm, double tolerance_mm, ExtrusionLines& extrusions) {
     if (chains.empty()) return;
     const GapLimits limits = gap_limits(band, narrowest_mm, tolerance_mm);
     next_.take(next, limits.axis.next - limits.axis.covered);
@@ -213,10 +216,11 @@ class GapFiller::Work {
   }
 
  private:
-  void lay(BoundaryChains& chains, const GapLimits& limits, double tolerance_mm, ExtrusionLines& extrusions) {
-    const double branch_tolerance = 0.5 * std::max(100.0, tolerance_mm * kUnitsPerMm);
+  void lay(geometry::BoundaryChains& chains, const GapLimits& limits, double tolerance_mm,
+           ExtrusionLines& extrusions) {
+    const double branch_tolerance = 0.5 * std::max(100.0, tolerance_mm * geometry::kUnitsPerMm);
     sampler_.begin(limits.near, limits.void_at, limits.enough, limits.axis.inside > 0);
-    const std::span<BoundaryChains::Chain> all = chains.all;
+    const std::span<geometry::BoundaryChains::Chain> all = chains.all;
     const auto add_lines = [&](ClearanceField& field) {
       if (sampler_.samples.empty()) return;
       for (const std::vector<MedialPoint>& branch :
@@ -226,7 +230,7 @@ class GapFiller::Work {
     for (std::size_t i = 0, end; i < all.size(); i = end) {
       bool open = false;
       for (end = i; end < all.size() && (end == i || !all[end].leads); ++end) {
-        BoundaryChains::Chain& chain = all[end];
+        geometry::BoundaryChains::Chain& chain = all[end];
         if (chain.cornered && chains.cusps_moved) chain.cornered = next_.snap(chain.ahead, kMoved);
         open = open || !chain.cornered;
         if (!chain.cornered) continue;
@@ -247,7 +251,7 @@ class GapFiller::Work {
     }
   }
 
-  static std::span<const Vec> points_of(const BoundaryChains& chains, std::size_t i) {
+  static std::span<const geometry::Vec> points_of(const geometry::BoundaryChains& chains, std::size_t i) {
     const std::size_t begin = i ? chains.all[i - 1].end : 0;
     return std::span(chains.points).subspan(begin, chains.all[i].end - begin);
   }
@@ -256,21 +260,23 @@ class GapFiller::Work {
   RingGapScan scan_{next_};
   BoundarySampler sampler_{next_};
   MedialAxis medial_axis_;
-  BoundaryChains chains_;
-  std::vector<Point> line_;
+  geometry::BoundaryChains chains_;
+  std::vector<geometry::Point> line_;
 };
 
 GapFiller::GapFiller() : work_(std::make_unique<Work>()) {}
 GapFiller::~GapFiller() = default;
 
-void GapFiller::operator()(const Rings& outer, const Rings& next, const GapBand& band, double narrowest_mm,
-                           double tolerance_mm, bool touching, ExtrusionLines& extrusions) {
+void GapFiller::operator()(const geometry::Rings& outer, const geometry::Rings& next, const GapBand& band,
+                           double narrowest_mm, double tolerance_mm, bool touching,
+                           ExtrusionLines& extrusions) {
   if (outer.empty() || narrowest_mm <= 0) return;
   work_->find(touching ? region_of(outer) : outer, next, band, narrowest_mm, tolerance_mm, extrusions);
 }
 
-void GapFiller::operator()(BoundaryChains& uncovered, const Rings& next, const GapBand& band,
-                           double narrowest_mm, double tolerance_mm, ExtrusionLines& extrusions) {
+void GapFiller::operator()(geometry::BoundaryChains& uncovered, const geometry::Rings& next,
+                           const GapBand& band, double narrowest_mm, double tolerance_mm,
+                           ExtrusionLines& extrusions) {
   work_->find(uncovered, next, band, narrowest_mm, tolerance_mm, extrusions);
 }
 

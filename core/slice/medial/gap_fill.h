@@ -12,7 +12,7 @@ namespace firn::slice {
 
 /// Open lines, each with its own width, in units.
 struct ExtrusionLines {
-  Rings lines;
+  geometry::Rings lines;
   std::vector<std::int32_t> widths;
 };
 
@@ -29,11 +29,11 @@ class GapFiller {
  public:
   GapFiller();
   ~GapFiller();
-  void operator()(const Rings& outer, const Rings& next, const GapBand& band, double narrowest_mm,
-                  double tolerance_mm, bool touching, ExtrusionLines& extrusions);
+  void operator()(const geometry::Rings& outer, const geometry::Rings& next, const GapBand& band,
+                  double narrowest_mm, double tolerance_mm, bool touching, ExtrusionLines& extrusions);
   /// @param uncovered the chains of the outer level without a next level (RingLevels::gaps); consumed
-  void operator()(BoundaryChains& uncovered, const Rings& next, const GapBand& band, double narrowest_mm,
-                  double tolerance_mm, ExtrusionLines& extrusions);
+  void operator()(geometry::BoundaryChains& uncovered, const geometry::Rings& next, const GapBand& band,
+                  double narrowest_mm, double tolerance_mm, ExtrusionLines& extrusions);
 
  private:
   class Work;

@@ -11,8 +11,8 @@ namespace {
 
 constexpr double kFacing =
     -0.174;  // cosine of 100 degrees: segments whose normals differ by more face each other
-constexpr double kNear = 0.1 * kUnitsPerMm;  // points closer together are one
-constexpr double kFar = 2.0 * kUnitsPerMm;   // points further apart do not belong to one branch
+constexpr double kNear = 0.1 * geometry::kUnitsPerMm;  // points closer together are one
+constexpr double kFar = 2.0 * geometry::kUnitsPerMm;   // points further apart do not belong to one branch
 constexpr double kBeyond =
     1.3;  // a disc may exceed the limit by this factor, since segments beside its sample do not count
 constexpr double kCentred = 0.8;    // minimum ratio of the depth of a branch point to its disc's radius
@@ -20,7 +20,8 @@ constexpr std::size_t kShort = 12;  // maximum number of points of a branch that
 constexpr double kTrue =
     0.98;  // minimum ratio of the depth of a centre to its radius if no other segment is nearer
 constexpr double kSeen =
-    1.2 * kUnitsPerMm;  // maximum arc length between the contacts of two samples that needs no sample
+    1.2 *
+    geometry::kUnitsPerMm;  // maximum arc length between the contacts of two samples that needs no sample
 constexpr double kFirstAsk = 0.4;  // share of the limit within which a segment is searched first
 
 // The disc that touches the outline in a sample and, on the opposite side, a segment or corner that faces it.
@@ -41,7 +42,7 @@ class Discs {
     }
     tree_.resize(segments.size());
     for (std::size_t i = 0; i < segments.size(); ++i) {
-      const Point from = to_point(segments[i].from), to = to_point(segments[i].to);
+      const geometry::Point from = to_point(segments[i].from), to = to_point(segments[i].to);
       tree_.set(i, std::min(from.x, to.x), std::min(from.y, to.y), std::max(from.x, to.x),
                 std::max(from.y, to.y));
     }
@@ -64,8 +65,8 @@ class Discs {
       return radius < least || least <= 0;
     };
     const auto ask = [&](double reach) {
-      const Vec centre = sample.at + reach * sample.normal;
-      return tree_.any_touching(box_about(centre.x, centre.y, reach),
+      const geometry::Vec centre = sample.at + reach * sample.normal;
+      return tree_.any_touching(geometry::box_about(centre.x, centre.y, reach),
                                 [&](std::size_t i) { return offer(i) && disc.radius < least; });
     };
     each_guess(offer);
@@ -81,14 +82,14 @@ class Discs {
   }
 
   // Returns the distance of the nearest segment, or the limit.
-  double depth(Vec place, double limit) const {
+  double depth(geometry::Vec place, double limit) const {
     if (few()) return std::min(limit, std::sqrt(batch_.square_depth(place)));
     double best = limit * limit;
     each_near(place, limit, [&](std::size_t i) {
       const BoundarySegment& w = segments_[i];
-      const Vec off = place - w.from, way = w.to - w.from;
+      const geometry::Vec off = place - w.from, way = w.to - w.from;
       const double along = dot(off, way), square = dot(way, way);
-      const Vec to_end = place - w.to;
+      const geometry::Vec to_end = place - w.to;
       const double height = dot(off, w.normal);
       best = std::min(best, along <= 0        ? dot(off, off)
                             : along >= square ? dot(to_end, to_end)
@@ -115,7 +116,7 @@ class Discs {
 
   void touch(const BoundarySample& sample, std::size_t segment, bool at_corner, Disc& disc) const {
     const BoundarySegment& w = segments_[segment];
-    const Vec centre = sample.at + disc.radius * sample.normal;
+    const geometry::Vec centre = sample.at + disc.radius * sample.normal;
     disc.sampled = w.sampled;
     disc.order = w.begin + (at_corner ? 0.0 : dot(centre - w.from, w.to - w.from) / w.length);
   }
@@ -124,7 +125,7 @@ class Discs {
   // it begins, if they face the sample and the radius is below `limit`.
   double radius_to(const BoundarySample& sample, std::size_t i, double limit, bool& at_corner) const {
     const BoundarySegment& w = segments_[i];
-    const Vec off = w.from - sample.at;
+    const geometry::Vec off = w.from - sample.at;
     const double ahead = dot(off, sample.normal), square = dot(off, off);
     double best = limit;
     if (square < 2 * best * ahead && square * (1 - kFacing) <= 2 * ahead * ahead) {
@@ -134,7 +135,7 @@ class Discs {
     const double height = -dot(off, w.normal), opening = 1 - dot(sample.normal, w.normal);
     if (opening < 1 - kFacing || height < 0 || height >= best * opening) return best;
     const double radius = height / opening;
-    const Vec centre = sample.at + radius * sample.normal;
+    const geometry::Vec centre = sample.at + radius * sample.normal;
     if (dot(centre - w.from, w.to - w.from) < 0 || dot(centre - w.to, w.to - w.from) > 0) return best;
     at_corner = false;
     return radius;
@@ -153,12 +154,12 @@ class Discs {
   }
 
   template <class F>
-  void each_near(Vec place, double reach, F&& f) const {
-    tree_.touching(box_about(place.x, place.y, reach), f);
+  void each_near(geometry::Vec place, double reach, F&& f) const {
+    tree_.touching(geometry::box_about(place.x, place.y, reach), f);
   }
 
   std::span<const BoundarySegment> segments_;
-  StaticRTree tree_;
+  geometry::StaticRTree tree_;
   SegmentBatch batch_;
   std::size_t guess_ = 0;
 };
@@ -187,8 +188,8 @@ void trim_ends(std::vector<MedialPoint>& branch, double narrowest) {
 // A point that may remain uncovered.
 struct Void {
   MedialPoint place;
-  Vec normal;  // across the axis
-  bool exact;  // radius and clearance are known
+  geometry::Vec normal;  // across the axis
+  bool exact;            // radius and clearance are known
 };
 
 // CoveringDiscs finds the voids that the discs of all branches leave uncovered.
@@ -204,7 +205,7 @@ class CoveringDiscs {
     tree_.resize(discs_.size());
     for (std::size_t i = 0; i < discs_.size(); ++i) {
       const MedialPoint& p = discs_[i].place;
-      tree_.set(i, box_about(p.at.x, p.at.y, p.radius + narrowest_));
+      tree_.set(i, geometry::box_about(p.at.x, p.at.y, p.radius + narrowest_));
     }
     tree_.build();
     gone_.assign(branches.size(), false);
@@ -224,16 +225,17 @@ class CoveringDiscs {
 
   bool leaves_void(const MedialPoint& void_disc) {
     const auto covers = [&](const MedialPoint& p) {
-      const Vec off = void_disc.at - p.at;
+      const geometry::Vec off = void_disc.at - p.at;
       const double reach = p.radius + narrowest_;
       return dot(off, off) < reach * reach;
     };
     if (last_ < discs_.size() && !gone_[discs_[last_].branch] && covers(discs_[last_].place)) return false;
-    const bool covered = tree_.any_touching(box_about(void_disc.at.x, void_disc.at.y, 0), [&](std::size_t i) {
-      if (gone_[discs_[i].branch] || !covers(discs_[i].place)) return false;
-      last_ = i;
-      return true;
-    });
+    const bool covered =
+        tree_.any_touching(geometry::box_about(void_disc.at.x, void_disc.at.y, 0), [&](std::size_t i) {
+          if (gone_[discs_[i].branch] || !covers(discs_[i].place)) return false;
+          last_ = i;
+          return true;
+        });
     return !covered && std::none_of(later_.begin(), later_.end(), covers);
   }
   void add(const MedialPoint& p) { later_.push_back(p); }
@@ -245,14 +247,14 @@ class CoveringDiscs {
   };
   template <class F>
   void each_over(const MedialPoint& p, F&& f) const {
-    tree_.touching(box_about(p.at.x, p.at.y, 0), [&](std::size_t i) { f(discs_[i]); });
+    tree_.touching(geometry::box_about(p.at.x, p.at.y, 0), [&](std::size_t i) { f(discs_[i]); });
   }
   double narrowest_ = 0;
   std::vector<Disc> discs_;
   std::vector<bool> gone_;
   std::vector<MedialPoint> later_;
   std::size_t last_ = 0;  // disc that covered the last void
-  StaticRTree tree_;
+  geometry::StaticRTree tree_;
 };
 
 // Removes short branches that repeat longer ones.
@@ -298,7 +300,7 @@ class MedialAxis::Work {
     if (!discs_.find(sample, limits_.covered + limits_.narrowest, kBeyond * (limits_.next + inside) - inside,
                      disc))
       return;
-    const Vec at = sample.at + disc.radius * sample.normal;
+    const geometry::Vec at = sample.at + disc.radius * sample.normal;
     // Each branch is found from both of its sides; the first one is taken.
     if (disc.sampled && disc.order < sample.order) {
       voids_.push_back({{at, disc.radius - limits_.covered}, sample.normal, false});
@@ -344,7 +346,7 @@ class MedialAxis::Work {
 
   // Returns whether the branch would turn by more than a right angle. Behind the end of an axis, samples of
   // the other side see it again.
-  bool turns_back(Vec at) const {
+  bool turns_back(geometry::Vec at) const {
     const std::size_t n = branch_.size();
     return n > 1 && dot(at - branch_[n - 1].at, branch_[n - 1].at - branch_[n - 2].at) < 0;
   }
@@ -357,7 +359,7 @@ class MedialAxis::Work {
 
   // Returns the clearance of a point of this depth; < 0: deeper points belong to the next level, and less
   // deep ones hold no void.
-  double clearance(Vec at, double depth) {
+  double clearance(geometry::Vec at, double depth) {
     if (depth > limits_.next + limits_.drawn || depth < limits_.covered + limits_.narrowest) return -1;
     return field_->clearance(at, 2 * limits_.narrowest);
   }
@@ -398,7 +400,7 @@ class MedialAxis::Work {
         continue;
       }
       covering_.add(s.place);
-      const Vec aside = 0.25 * s.place.radius * left_of(s.normal);
+      const geometry::Vec aside = 0.25 * s.place.radius * left_of(s.normal);
       branches_.push_back({{s.place.at - aside, s.place.radius}, {s.place.at + aside, s.place.radius}});
     }
   }

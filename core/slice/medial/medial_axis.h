@@ -12,8 +12,8 @@ namespace firn::slice {
 
 /// A boundary segment, with the area on its left.
 struct BoundarySegment {
-  Vec from, to, normal;  ///< normal: unit, to the left
-  double begin = 0;      ///< arc length of the segments before it
+  geometry::Vec from, to, normal;  ///< normal: unit, to the left
+  double begin = 0;                ///< arc length of the segments before it
   double length = 0;
   bool sampled = false;  ///< samples add_sample along it
 };
@@ -21,14 +21,14 @@ struct BoundarySegment {
 /// A boundary sample: a point of the outline with its normal, for which the maximal inscribed disc that
 /// touches it is computed.
 struct BoundarySample {
-  Vec at, normal;
+  geometry::Vec at, normal;
   double order = 0;      ///< way along the segments
   std::int32_t run = 0;  ///< samples of one run follow each other without a break
 };
 
 /// A point of the medial axis.
 struct MedialPoint {
-  Vec at;
+  geometry::Vec at;
   double radius = 0;  ///< of the disc about it that touches the covered area, units
 };
 
@@ -37,7 +37,7 @@ class ClearanceField {
  public:
   virtual ~ClearanceField() = default;
   /// Returns the distance of a point from the covered area; `limit` may stand for any distance beyond it.
-  virtual double clearance(Vec place, double limit) = 0;
+  virtual double clearance(geometry::Vec place, double limit) = 0;
 };
 
 struct MedialLimits {

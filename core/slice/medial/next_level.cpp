@@ -7,11 +7,11 @@ namespace firn::slice {
 namespace {
 
 constexpr std::size_t kGuesses = 5;
-constexpr double kLonely = 3.0 * kUnitsPerMm;
+constexpr double kLonely = 3.0 * geometry::kUnitsPerMm;
 
 }  // namespace
 
-void NextLevel::take(const Rings& rings, double reach) {
+void NextLevel::take(const geometry::Rings& rings, double reach) {
   reach_ = reach;
   last_ = 0;
   lonely_square_ = 0;
@@ -28,16 +28,16 @@ void NextLevel::take(const Rings& rings, double reach) {
 }
 
 template <class F>
-void NextLevel::touching(Vec p, double reach, F&& f) {
+void NextLevel::touching(geometry::Vec p, double reach, F&& f) {
   if (!built_) {
     tree_.set_rings(*rings_);
     tree_.build();
     built_ = true;
   }
-  tree_.touching(box_about(p.x, p.y, reach), f);
+  tree_.touching(geometry::box_about(p.x, p.y, reach), f);
 }
 
-bool NextLevel::within(Vec p, double limit) {
+bool NextLevel::within(geometry::Vec p, double limit) {
   const double square = limit * limit;
   const std::size_t n = points_.size();
   if (n == 0 || dot(p - lonely_, p - lonely_) < lonely_square_) return false;
@@ -58,7 +58,7 @@ bool NextLevel::within(Vec p, double limit) {
   return false;
 }
 
-bool NextLevel::way_within(Vec a, Vec b, double limit) {
+bool NextLevel::way_within(geometry::Vec a, geometry::Vec b, double limit) {
   const double square = limit * limit;
   std::size_t e = last_;
   for (std::size_t steps = 0; steps < kGuesses; ++steps, e = following_[e]) {
@@ -66,12 +66,12 @@ bool NextLevel::way_within(Vec a, Vec b, double limit) {
       last_ = e;
       return true;
     }
-    if (slice::square_distance(to_vec(points_[following_[e]]), a, b) > square) return false;
+    if (geometry::square_distance(to_vec(points_[following_[e]]), a, b) > square) return false;
   }
   return false;
 }
 
-bool NextLevel::snap(Vec& p, double limit) {
+bool NextLevel::snap(geometry::Vec& p, double limit) {
   if (points_.empty()) return false;
   double best = limit * limit;
   bool found = false;
@@ -86,7 +86,7 @@ bool NextLevel::snap(Vec& p, double limit) {
   return found;
 }
 
-double NextLevel::clearance(Vec p, double limit) {
+double NextLevel::clearance(geometry::Vec p, double limit) {
   if (points_.empty()) return limit;
   const double furthest = limit + reach_;
   double best = std::min(furthest * furthest, square_distance(last_, p));

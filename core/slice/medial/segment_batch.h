@@ -23,12 +23,13 @@ class SegmentBatch {
   void take(std::span<const BoundarySegment> segments) {
     size_ = segments.size();
     blocks_.resize((segments.size() + 3) / 4);
-    origin_ = segments.empty() ? Vec{} : segments[0].from;
+    origin_ = segments.empty() ? geometry::Vec{} : segments[0].from;
     for (std::size_t i = 0; i < 4 * blocks_.size(); ++i) {
       Block& b = blocks_[i / 4];
       const std::size_t lane = i % 4;
       const BoundarySegment w =
-          i < segments.size() ? segments[i] : BoundarySegment{origin_ + Vec{kFar, kFar}, {}, {}, 0, 0, false};
+          i < segments.size() ? segments[i]
+                              : BoundarySegment{origin_ + geometry::Vec{kFar, kFar}, {}, {}, 0, 0, false};
       b.x[lane] = float(w.from.x - origin_.x);
       b.y[lane] = float(w.from.y - origin_.y);
       b.nx[lane] = float(w.normal.x);
@@ -51,14 +52,14 @@ class SegmentBatch {
     for (const Block& b : blocks_) {
       const Lanes ox = b.x - fx, oy = b.y - fy;
       const Lanes ahead = ox * nx + oy * ny, square = ox * ox + oy * oy, twice = ahead + ahead;
-      const Lanes to_corner = (ahead > zero) & (square * open <= twice * ahead) ? square / twice : none;
+      const Lanes to_corner = ((ahead > zero) & (square * open <= twice * ahead)) ? square / twice : none;
       const Lanes height = -(ox * b.nx + oy * b.ny), opening = 1 - (nx * b.nx + ny * b.ny),
                   radius = height / opening;
       // Distance along the segment from its first point to the centre of the disc; the direction is the
       // normal turned to the right.
       const Lanes along = (radius * nx - ox) * b.ny - (radius * ny - oy) * b.nx;
       const Lanes to_wall =
-          (opening >= open) & (height >= zero) & (along >= zero) & (along <= b.length) ? radius : none;
+          ((opening >= open) & (height >= zero) & (along >= zero) & (along <= b.length)) ? radius : none;
       const Lanes nearer = to_corner < to_wall ? to_corner : to_wall;
       at = nearer < best ? here : at;
       best = nearer < best ? nearer : best;
@@ -75,7 +76,7 @@ class SegmentBatch {
   }
 
   /// Returns the square of the distance to the nearest segment.
-  double square_depth(Vec place) const {
+  double square_depth(geometry::Vec place) const {
     const Lanes px = all(float(place.x - origin_.x)), py = all(float(place.y - origin_.y)), zero{};
     Lanes best = all(std::numeric_limits<float>::max());
     for (const Block& b : blocks_) {
@@ -100,7 +101,7 @@ class SegmentBatch {
 
   std::vector<Block> blocks_;
   std::size_t size_ = 0;
-  Vec origin_;
+  geometry::Vec origin_;
 };
 
 }  // namespace firn::slice

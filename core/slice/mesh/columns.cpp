@@ -12,7 +12,7 @@ struct Line {
   std::int64_t x, y;
 };
 
-std::int64_t half_units(double mm) { return 2 * std::int64_t(std::floor(mm * kUnitsPerMm)) + 1; }
+std::int64_t half_units(double mm) { return 2 * std::int64_t(std::floor(mm * geometry::kUnitsPerMm)) + 1; }
 
 /// Computes intersections of a facet with vertical lines. Seen from above its corners run counter-clockwise.
 /// A line through the common edge of two facets belongs to one of them: the one for which the edge runs down,
@@ -78,7 +78,7 @@ std::vector<Span> spans_inside(std::vector<Crossing>& crossings, double height_m
   double from = 0.0;
   for (const Crossing& c : crossings) {
     const int before = std::exchange(turns, turns - c.side);  // from below into the body: +1
-    const double z = std::clamp(c.z * kMmPerUnit, 0.0, height_mm);
+    const double z = std::clamp(c.z * geometry::kMmPerUnit, 0.0, height_mm);
     if (before <= 0 && turns > 0) from = z;
     if (before > 0 && turns <= 0 && from < z) {
       if (!spans.empty() && spans.back().to_mm == from)
@@ -104,13 +104,13 @@ std::vector<std::vector<Span>> columns(const Mesh& mesh, const GridSpec& grid, d
     const auto [x0, x1] = std::minmax({a.x, b.x, c.x});
     const auto [y0, y1] = std::minmax({a.y, b.y, c.y});
     const std::int64_t i0 =
-        std::max<std::int64_t>(0, first(x0 * kMmPerUnit, grid.origin_x_mm, grid.pitch_x_mm));
-    const std::int64_t i1 =
-        std::min<std::int64_t>(grid.nx - 1, first(x1 * kMmPerUnit, grid.origin_x_mm, grid.pitch_x_mm) + 1);
+        std::max<std::int64_t>(0, first(x0 * geometry::kMmPerUnit, grid.origin_x_mm, grid.pitch_x_mm));
+    const std::int64_t i1 = std::min<std::int64_t>(
+        grid.nx - 1, first(x1 * geometry::kMmPerUnit, grid.origin_x_mm, grid.pitch_x_mm) + 1);
     const std::int64_t j0 =
-        std::max<std::int64_t>(0, first(y0 * kMmPerUnit, grid.origin_y_mm, grid.pitch_y_mm));
-    const std::int64_t j1 =
-        std::min<std::int64_t>(grid.ny - 1, first(y1 * kMmPerUnit, grid.origin_y_mm, grid.pitch_y_mm) + 1);
+        std::max<std::int64_t>(0, first(y0 * geometry::kMmPerUnit, grid.origin_y_mm, grid.pitch_y_mm));
+    const std::int64_t j1 = std::min<std::int64_t>(
+        grid.ny - 1, first(y1 * geometry::kMmPerUnit, grid.origin_y_mm, grid.pitch_y_mm) + 1);
     for (std::int64_t j = j0; j <= j1; ++j)
       for (std::int64_t i = i0; i <= i1; ++i) {
         double z;
@@ -132,7 +132,7 @@ MeshSolid::MeshSolid(Mesh mesh) : mesh_(std::move(mesh)) {
   });
   tree_.resize(mesh_.triangles.size());
   for (std::size_t n = 0; n < mesh_.triangles.size(); ++n) {
-    BoxOf<std::int32_t> box;
+    geometry::BoxOf<std::int32_t> box;
     for (const std::uint32_t v : mesh_.triangles[n]) box.add(mesh_.vertices[v].x, mesh_.vertices[v].y);
     tree_.set(n, box);
   }
@@ -148,7 +148,7 @@ bool MeshSolid::contains(double x_mm, double y_mm, double z_mm) const {
     const auto& t = mesh_.triangles[n];
     const Projection projection(mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]]);
     double z;
-    if (projection.side() != 0 && projection.meets(line, z) && z > z_mm * kUnitsPerMm)
+    if (projection.side() != 0 && projection.meets(line, z) && z > z_mm * geometry::kUnitsPerMm)
       turns += projection.side();
   });
   return turns > 0;

@@ -25,7 +25,7 @@ class MeshSolid final : public Solid {
 
  private:
   Mesh mesh_;
-  StaticRTree tree_;  // shadows of the facets on the x-y plane
+  geometry::StaticRTree tree_;  // shadows of the facets on the x-y plane
 };
 
 }  // namespace firn::slice

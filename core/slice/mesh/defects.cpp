@@ -3,10 +3,12 @@
 #include <array>
 #include <utility>
 
+#include "core/options/enumerators.h"
+
 namespace firn::slice {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 10> kTexts = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kTexts = {{
     {"not_finite", "facets with a corner that is no number were left out"},
     {"degenerate", "facets have no area on the grid"},
     {"not_closed", "the surface is not closed or its facets are wound against each other"},
@@ -16,8 +18,10 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 10> kTexts =
     {"turned", "contours with facets wound the wrong way were turned"},
     {"gap_closed", "gaps in contours were closed"},
     {"open_dropped", "an open contour was left out"},
+    {"coarse", "the coordinates lie so far from the origin that the file has lost digits of them"},
     {"overlap", "contours crossed or touched and were merged"},
 }};
+static_assert(kTexts.size() == kTableSize<DefectKind>);
 
 }  // namespace
 

@@ -21,6 +21,7 @@ enum class DefectKind : std::uint8_t {
   kTurned,       ///< contours with facets wound against the rest, or inside out; turned
   kGapClosed,    ///< contour closed over a gap of size_mm
   kOpenDropped,  ///< open contour of length size_mm left out
+  kCoarse,       ///< coordinates are so large that the file's floats are size_mm apart (whole mesh)
   kOverlap,      ///< contours crossed or touched; replaced by the area whose winding number is positive
 };
 
@@ -28,7 +29,7 @@ enum class DefectKind : std::uint8_t {
 struct Defect {
   DefectKind kind = DefectKind::kNotFinite;
   std::int32_t layer = 0;  ///< 1-based; 0 = the mesh as a whole
-  Point at;                ///< first point in the order of points; 0, 0 for the mesh as a whole
+  geometry::Point at;      ///< first point in the order of points; 0, 0 for the mesh as a whole
   double size_mm = 0.0;    ///< gap or length where the kind has one
   std::size_t count = 1;
   bool operator==(const Defect&) const = default;

@@ -19,6 +19,7 @@ struct FacetView {
   const std::byte* soup = nullptr;  ///< first facet: three corners, little endian, at any alignment
   std::size_t stride = 0;           ///< bytes from one facet to the next: 50 in binary STL, 36 packed
   std::size_t soup_facets = 0;
+  std::array<double, 3> origin{};  ///< to be added to every corner
   /// Called repeatedly when facets [first, end) of a soup have been read; `follows`: another pass will read
   /// them from the last to the first (the bounding box takes one pass, slicing another). Pages of a mapped
   /// file can then be released. May be empty.

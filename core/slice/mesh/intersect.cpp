@@ -80,7 +80,7 @@ using Pair = double __attribute__((vector_size(16)));
 
 /// Returns the crossing of an edge and a plane, computed from its lower end: identical for both facets of the
 /// edge.
-Point crossing(Grid low, Grid high, double plane) {
+geometry::Point crossing(Grid low, Grid high, double plane) {
   const Pair p = {double(low[0]), double(low[1])}, q = {double(high[0]), double(high[1])};
   const double z = low[2];
   const double inverse = 1.0 / (double(high[2]) - z);
@@ -183,12 +183,12 @@ void cut_chunk(const FacetView& facets, const Affine& affine, std::size_t first,
 }  // namespace
 
 std::vector<std::int32_t> layer_planes(double layer_height_mm, std::int32_t top) {
-  const double height = layer_height_mm * kUnitsPerMm;
+  const double height = layer_height_mm * geometry::kUnitsPerMm;
   if (!(std::isfinite(height) && height >= 10.0))
     throw std::invalid_argument("layer_height_mm = " + std::to_string(layer_height_mm) +
                                 " must be 0.001 or more");
-  constexpr int kMost = 1'000'000;
-  if (double(top) / height > kMost)
+  constexpr int kMax = 1'000'000;
+  if (double(top) / height > kMax)
     throw std::invalid_argument("layer_height_mm = " + std::to_string(layer_height_mm) +
                                 " makes more than a million layers");
   std::vector<std::int32_t> planes;
@@ -223,7 +223,9 @@ Segments intersect(const FacetView& facets, const Affine& affine, std::span<cons
   facts.not_finite = total.not_finite;
   facts.degenerate = total.degenerate;
   facts.closed = total.border == 0 && facets.size() > total.not_finite;
-  facts.volume_mm3 = double(total.six_volumes) / 6.0 * (kMmPerUnit * kMmPerUnit * kMmPerUnit);
+  facts.volume_mm3 =
+      double(total.six_volumes) / 6.0 * (geometry::kMmPerUnit * geometry::kMmPerUnit * geometry::kMmPerUnit);
+  facts.coarse_mm = affine.coarse_mm;
   facts.low = affine.low;
   facts.high = affine.high;
   out.store->turned = facts.closed && total.six_volumes < 0;

@@ -14,21 +14,21 @@ constexpr std::uint32_t kDone = ~0u;
 
 using Bucket = LinkWork::Bucket;
 
-std::uint32_t bucket_of(std::uint32_t edge, const Point& p, int shift) {
+std::uint32_t bucket_of(std::uint32_t edge, const geometry::Point& p, int shift) {
   return ((edge ^ std::uint32_t(p.x)) * 0x9e3779b1u) >> shift;
 }
 
 // Returns a bit for each place that holds `that`.
 unsigned where(const std::array<std::uint32_t, LinkWork::kPlaces>& places, std::uint32_t that) {
-  static_assert(sizeof places == sizeof(Lanes4));
-  Lanes4 four;
+  static_assert(sizeof places == sizeof(geometry::Lanes4));
+  geometry::Lanes4 four;
   std::memcpy(&four, places.data(), sizeof four);
-  return signs(four == std::int32_t(that));
+  return geometry::signs(four == std::int32_t(that));
 }
 
 }  // namespace
 
-std::optional<Rings> link_orderly(std::span<const Segment> segments, LinkWork& work) {
+std::optional<geometry::Rings> link_orderly(std::span<const Segment> segments, LinkWork& work) {
   const std::size_t n = segments.size();
   const int bits = std::max(4, int(std::bit_width(n / 2)));  // one to two segments a bucket
   if (bits > 30) return std::nullopt;
@@ -67,13 +67,13 @@ std::optional<Rings> link_orderly(std::span<const Segment> segments, LinkWork& w
       if (free) return std::nullopt;  // no segment begins there
     }
   }
-  Rings& rings = work.rings;
+  geometry::Rings& rings = work.rings;
   rings.clear();
   rings.points.resize(n);
-  Point* end = rings.points.data();
+  geometry::Point* end = rings.points.data();
   for (std::uint32_t first = 0; first < n; ++first) {
     if (work.next[first] == kDone) continue;
-    const Point* const begin = end;
+    const geometry::Point* const begin = end;
     for (std::uint32_t s = first;;) {
       if (end == begin || end[-1] != segments[s].from)
         *end++ = segments[s].from;  // a repeated point would cost canonical() a copy
@@ -107,7 +107,7 @@ std::vector<Contours> link(Segments&& segments, const SliceOptions& options, con
       if (store->turned)
         for (Segment& s : work.segments) s = {s.to_edge, s.from_edge, s.to, s.from};
       Contours& contours = layers[layer];
-      if (std::optional<Rings> rings = link_orderly(work.segments, work))
+      if (std::optional<geometry::Rings> rings = link_orderly(work.segments, work))
         contours.rings = std::move(*rings);
       else
         contours = link_any(work.segments, options, std::int32_t(layer) + 1);

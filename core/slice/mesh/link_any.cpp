@@ -26,7 +26,7 @@ class Linker {
 
   Contours run(const SliceOptions& options) {
     join_on_edges();
-    join_near(options.closing_gap_mm * kUnitsPerMm);
+    join_near(options.closing_gap_mm * geometry::kUnitsPerMm);
     close_on_itself(options.closing_share);
     drop_open();
     trace();
@@ -35,7 +35,7 @@ class Linker {
   }
 
  private:
-  const Point& point(std::uint32_t end) const {
+  const geometry::Point& point(std::uint32_t end) const {
     return begins(end) ? segments_[end / 2].from : segments_[end / 2].to;
   }
   std::uint32_t edge(std::uint32_t end) const {
@@ -53,7 +53,7 @@ class Linker {
     for (std::uint32_t e = 0; e < ends.size(); ++e) ends[e] = e;
     join_equal(
         ends, [&](std::uint32_t e) { return std::tuple(edge(e), point(e)); },
-        [&](std::size_t met, const Point& at) {
+        [&](std::size_t met, const geometry::Point& at) {
           if (met > 2) count(branching_, at);
         });
   }
@@ -106,7 +106,7 @@ class Linker {
     std::vector<std::uint32_t> open;
     for (const Chain& chain : open_chains()) open.insert(open.end(), {chain.begin, chain.end});
     join_equal(
-        open, [&](std::uint32_t e) { return point(e); }, [](std::size_t, const Point&) {});
+        open, [&](std::uint32_t e) { return point(e); }, [](std::size_t, const geometry::Point&) {});
     std::erase_if(open, [&](std::uint32_t e) { return mate_[e] != kNone; });
     struct Gap {
       double length;
@@ -151,12 +151,12 @@ class Linker {
     }
   }
 
-  void report_gap(double length, const Point& at) {
+  void report_gap(double length, const geometry::Point& at) {
     if (length > kTinyGap) {
-      out_.defects.push_back({DefectKind::kGapClosed, layer_, at, length * kMmPerUnit, 1});
+      out_.defects.push_back({DefectKind::kGapClosed, layer_, at, length * geometry::kMmPerUnit, 1});
     } else if (length > 0.0) {
       count(tiny_gaps_, at);
-      tiny_gaps_.size_mm = std::max(tiny_gaps_.size_mm, length * kMmPerUnit);
+      tiny_gaps_.size_mm = std::max(tiny_gaps_.size_mm, length * geometry::kMmPerUnit);
     }
   }
 
@@ -164,7 +164,8 @@ class Linker {
     done_.assign(segments_.size(), false);
     for (const Chain& chain : open_chains())
       out_.defects.push_back({DefectKind::kOpenDropped, layer_,
-                              std::min(point(chain.begin), point(chain.end)), chain.length * kMmPerUnit, 1});
+                              std::min(point(chain.begin), point(chain.end)),
+                              chain.length * geometry::kMmPerUnit, 1});
     for (std::uint32_t e = 0; e < mate_.size(); ++e)
       for (std::uint32_t at = e; mate_[e] == kNone && !done_[at / 2]; at = mate_[other(at)]) {
         done_[at / 2] = true;
@@ -174,14 +175,14 @@ class Linker {
 
   // The remaining chains are closed. A chain takes the direction of the greater length of its segments.
   void trace() {
-    std::vector<Point> ring;
+    std::vector<geometry::Point> ring;
     for (std::uint32_t first = 0; first < segments_.size(); ++first) {
       if (done_[first]) continue;
       ring.clear();
       std::int64_t along = 0, against = 0;
       for (std::uint32_t entry = 2 * first; !done_[entry / 2]; entry = mate_[other(entry)]) {
         done_[entry / 2] = true;
-        const Point &p = point(entry), &q = point(other(entry));
+        const geometry::Point &p = point(entry), &q = point(other(entry));
         ring.push_back(p);
         ring.push_back(q);
         (begins(entry) ? along : against) +=
@@ -195,7 +196,7 @@ class Linker {
     out_.rings = sorted(std::move(out_.rings));
   }
 
-  void count(Defect& defect, const Point& at) {
+  void count(Defect& defect, const geometry::Point& at) {
     defect.at = defect.count ? std::min(defect.at, at) : at;
     ++defect.count;
   }

@@ -21,12 +21,12 @@ struct LinkWork {
   std::vector<Segment> segments;
   std::vector<Bucket> table;
   std::vector<std::uint32_t> next;
-  Rings rings;
+  geometry::Rings rings;
 };
 
 /// Links the layer of a regular mesh: on every crossed edge one segment ends and one begins. One look-up per
 /// segment. Returns nothing if the layer is not regular.
-std::optional<Rings> link_orderly(std::span<const Segment> segments, LinkWork& work);
+std::optional<geometry::Rings> link_orderly(std::span<const Segment> segments, LinkWork& work);
 
 /// Links any layer: see docs/algorithms/slicing.md, "Linking". Sorts the segments.
 Contours link_any(std::vector<Segment>& segments, const SliceOptions& options, std::int32_t layer);

@@ -17,15 +17,15 @@ class PathFilter {
   PathFilter(double min_spacing, double chord_tolerance)
       : spacing_(min_spacing), tolerance_(chord_tolerance) {}
   /// Appends the filtered ring, which begins at the same point.
-  void append(std::span<const Point> ring, Rings& to);
+  void append(std::span<const geometry::Point> ring, geometry::Rings& to);
 
  private:
-  void space(std::span<const Point> ring);
+  void space(std::span<const geometry::Point> ring);
 
   double spacing_, tolerance_;
-  std::vector<Point> points_;
-  std::vector<Vec> line_;
-  MinimumLinkSimplifier draw_;
+  std::vector<geometry::Point> points_;
+  std::vector<geometry::Vec> line_;
+  geometry::MinimumLinkSimplifier draw_;
 };
 
 }  // namespace firn::slice

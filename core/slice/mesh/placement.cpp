@@ -142,6 +142,13 @@ Box box_of(const FacetView& facets, const Matrix* turned, const ParallelFor& par
   return all;
 }
 
+double float_step(const Box& raw) {
+  float largest = 0.0f;
+  for (int axis = 0; axis < 3; ++axis)
+    largest = std::max({largest, float(std::abs(raw.low[axis])), float(std::abs(raw.high[axis]))});
+  return double(std::nextafter(largest, std::numeric_limits<float>::infinity())) - double(largest);
+}
+
 Box scaled(const Box& raw, const Matrix& m) {
   Box box;
   box.not_finite = raw.not_finite;
@@ -167,7 +174,7 @@ Matrix linear(const Placement& p) {
              " must be a number other than 0");
     if (!std::isfinite(p.rotation_deg[axis]))
       refuse("rotation_deg[" + std::to_string(axis) + "] is no number");
-    m[4 * axis] = p.scale[axis] * (p.unit_mm * kUnitsPerMm);
+    m[4 * axis] = p.scale[axis] * (p.unit_mm * geometry::kUnitsPerMm);
   }
   std::array<int, 3> sorted = p.order;
   std::sort(sorted.begin(), sorted.end());
@@ -176,7 +183,9 @@ Matrix linear(const Placement& p) {
   return m;
 }
 
-std::array<double, 3> translation(const Placement& p, const Matrix& m, const Box& raw, const Box& box) {
+// All boxes are about `origin`.
+std::array<double, 3> translation(const Placement& p, const Matrix& m, const Box& raw, const Box& box,
+                                  const std::array<double, 3>& origin) {
   const bool as_in_file =
       p.scale == std::array<double, 3>{1, 1, 1} && p.rotation_deg == std::array<double, 3>{0, 0, 0};
   std::array<double, 3> shift{};
@@ -185,13 +194,17 @@ std::array<double, 3> translation(const Placement& p, const Matrix& m, const Box
     const double middle = 0.5 * (box.low[axis] + box.high[axis]);
     if (place.mode == Mode::kNumber) {
       if (!std::isfinite(place.value_mm)) refuse("translation[" + std::to_string(axis) + "] is no number");
-      shift[axis] = place.value_mm * kUnitsPerMm - box.low[axis];
+      shift[axis] = place.value_mm * geometry::kUnitsPerMm - box.low[axis];
     } else if (place.mode == Mode::kCentre) {
       shift[axis] = -middle;
     } else if (place.mode == Mode::kOriginal) {
-      shift[axis] = 0.5 * (raw.low[axis] + raw.high[axis]) * (p.unit_mm * kUnitsPerMm) - middle;
+      shift[axis] =
+          (0.5 * (raw.low[axis] + raw.high[axis]) + origin[axis]) * (p.unit_mm * geometry::kUnitsPerMm) -
+          middle;
     } else if (!as_in_file) {  // [3.1.2]: minimum at 0 before scaling and rotation
       shift[axis] = -(m[3 * axis] * raw.low[0] + m[3 * axis + 1] * raw.low[1] + m[3 * axis + 2] * raw.low[2]);
+    } else {
+      shift[axis] = origin[axis] * m[4 * axis];
     }
   }
   return shift;
@@ -211,14 +224,16 @@ Affine place(const FacetView& facets, const Placement& placement, const Parallel
     return a;
   }
   const Box box = diagonal(a.matrix) ? scaled(raw, a.matrix) : box_of(facets, &a.matrix, parallel);
-  a.shift = translation(placement, a.matrix, raw, box);
+  a.shift = translation(placement, a.matrix, raw, box, facets.origin);
+  a.coarse_mm = float_step(raw) * placement.unit_mm;
   std::array<std::int32_t, 3> low{}, high{};
   for (int axis = 0; axis < 3; ++axis) {
     const double l = box.low[axis] + a.shift[axis], h = box.high[axis] + a.shift[axis];
     if (!(l >= -double(kMaxUnits) && h <= double(kMaxUnits)))
-      refuse("the part reaches from " + std::to_string(l / kUnitsPerMm) + " to " +
-             std::to_string(h / kUnitsPerMm) + " mm on axis " + std::string(1, "xyz"[axis]) +
-             ", beyond the limit of " + std::to_string(kMaxUnits / kUnitsPerMm) + " mm (is the unit right?)");
+      refuse("the part reaches from " + std::to_string(l / geometry::kUnitsPerMm) + " to " +
+             std::to_string(h / geometry::kUnitsPerMm) + " mm on axis " + std::string(1, "xyz"[axis]) +
+             ", beyond the limit of " + std::to_string(kMaxUnits / geometry::kUnitsPerMm) +
+             " mm (is the unit right?)");
     low[axis] = to_grid(l);
     high[axis] = to_grid(h);
   }

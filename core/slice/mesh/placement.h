@@ -45,6 +45,7 @@ struct Affine {
   bool mirrors = false;            ///< corners must be taken in reverse
   Vertex low, high;                ///< box of the placed part; low > high when no facet is finite
   std::size_t not_finite = 0;      ///< facets with a corner that is not a number; left out everywhere
+  double coarse_mm = 0.0;          ///< distance of neighbouring floats at the part's largest coordinate
 };
 
 /// Computes the bounding box of the part (one pass over the facets, two if it is rotated) and its placement.

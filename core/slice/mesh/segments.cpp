@@ -18,7 +18,7 @@ void SegmentLane::grow(std::size_t layer) {
   const std::size_t bytes = sizeof(Block) + capacity * sizeof(Segment);
   if (slab_used_ + bytes > kSlabBytes) {
     slabs_.push_back(std::make_unique_for_overwrite<std::byte[]>(kSlabBytes));
-    ask_for_pages({slabs_.back().get(), kSlabBytes});
+    geometry::ask_for_pages({slabs_.back().get(), kSlabBytes});
     slab_used_ = 0;
   }
   Block* block = new (slabs_.back().get() + slab_used_) Block{nullptr, capacity};

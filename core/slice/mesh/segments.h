@@ -18,7 +18,7 @@ namespace firn::slice {
 /// join segments at one point.
 struct Segment {
   std::uint32_t from_edge = 0, to_edge = 0;  ///< hashes of the edges' end points
-  Point from, to;
+  geometry::Point from, to;
   bool operator==(const Segment&) const = default;
   auto operator<=>(const Segment&) const = default;
 };

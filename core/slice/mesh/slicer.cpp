@@ -15,15 +15,15 @@ namespace {
 
 constexpr int kLayersAtOnce = 4;
 
-Rings filtered(const Rings& rings, PathFilter& filter) {
-  Rings out;
+geometry::Rings filtered(const geometry::Rings& rings, PathFilter& filter) {
+  geometry::Rings out;
   for (std::size_t r = 0; r < rings.size(); ++r) filter.append(rings[r], out);
   return canonical(out);
 }
 
 struct Layer {
-  Region region;
-  Rings from;
+  geometry::Region region;
+  geometry::Rings from;
   std::vector<Defect> defects;
   std::size_t contours = 0, linked = 0, kept = 0;
   bool repaired = false;
@@ -35,7 +35,7 @@ Layer finish_layer(Contours&& contours, std::int32_t number, PathFilter& filter,
   layer.defects = std::move(contours.defects);
   layer.contours = contours.rings.size();
   layer.linked = contours.rings.points.size();
-  Rings rings = all_points ? std::move(contours.rings) : filtered(contours.rings, filter);
+  geometry::Rings rings = all_points ? std::move(contours.rings) : filtered(contours.rings, filter);
   layer.kept = rings.points.size();
   if (!all_points && !spaced) layer.from = std::move(contours.rings);
   if (const std::vector<std::size_t> turned = turn_inside_out(rings); !turned.empty()) {
@@ -43,7 +43,7 @@ Layer finish_layer(Contours&& contours, std::int32_t number, PathFilter& filter,
     rings = sorted(std::move(rings));
     layer.from.clear();
   }
-  std::optional<Contact> contact;
+  std::optional<geometry::Contact> contact;
   layer.region = region_of(rings, &contact);
   if (contact) {
     layer.repaired = true;
@@ -62,6 +62,7 @@ void mesh_defects(const MeshFacts& facts, std::vector<Defect>& defects) {
   if (facts.facets) add(DefectKind::kNotClosed, !facts.closed);
   add(DefectKind::kBelow, facts.low.z <= facts.high.z && facts.low.z < 0);
   add(DefectKind::kInsideOut, facts.closed && facts.volume_mm3 < 0.0);
+  if (facts.coarse_mm > kCoarse_mm) defects.push_back({DefectKind::kCoarse, 0, {}, facts.coarse_mm, 1});
 }
 
 }  // namespace
@@ -78,7 +79,8 @@ Sliced regions(std::vector<Contours>&& contours, const MeshFacts& facts, const S
   const bool all_points = options.chord_tolerance_mm == 0.0 && options.min_spacing_mm == 0.0;
   const int groups = int((contours.size() + kLayersAtOnce - 1) / kLayersAtOnce);
   parallel(groups, [&](int group) {
-    PathFilter filter(options.min_spacing_mm * kUnitsPerMm, options.chord_tolerance_mm * kUnitsPerMm);
+    PathFilter filter(options.min_spacing_mm * geometry::kUnitsPerMm,
+                      options.chord_tolerance_mm * geometry::kUnitsPerMm);
     const std::size_t first = std::size_t(group) * kLayersAtOnce;
     for (std::size_t n = first; n < std::min(first + kLayersAtOnce, contours.size()); ++n)
       layers[n] = finish_layer(std::move(contours[n]), std::int32_t(n) + 1, filter, all_points,
@@ -111,14 +113,14 @@ Sliced slice(const FacetView& facets, const Placement& placement, const SliceOpt
   return regions(link(std::move(segments), options, parallel), facts, options, parallel);
 }
 
-void subtract_by_priority(std::span<std::vector<Region>*> parts, const ParallelFor& parallel) {
+void subtract_by_priority(std::span<std::vector<geometry::Region>*> parts, const ParallelFor& parallel) {
   std::size_t layers = 0;
-  for (const std::vector<Region>* part : parts) layers = std::max(layers, part->size());
+  for (const std::vector<geometry::Region>* part : parts) layers = std::max(layers, part->size());
   parallel(int(layers), [&](int n) {
-    Region before;  // area of the earlier parts
-    for (std::vector<Region>* part : parts) {
+    geometry::Region before;  // area of the earlier parts
+    for (std::vector<geometry::Region>* part : parts) {
       if (std::size_t(n) >= part->size()) continue;
-      Region& mine = (*part)[std::size_t(n)];
+      geometry::Region& mine = (*part)[std::size_t(n)];
       if (mine.empty()) continue;
       if (!before.empty()) mine = subtract(mine, before);
       before = before.empty() ? mine : unite(before, mine);

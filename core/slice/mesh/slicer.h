@@ -55,8 +55,12 @@ struct MeshFacts {
   bool closed =
       false;  ///< every edge is traversed equally often in both directions (no border, consistent winding)
   double volume_mm3 = 0.0;  ///< by the divergence theorem; for an open surface it depends on the origin
+  double coarse_mm = 0.0;   ///< as Affine has it
   Vertex low, high;
 };
+
+/// Neighbouring floats farther apart than this are a defect: it is the height of the finest layer.
+inline constexpr double kCoarse_mm = 1e-3;
 
 struct SliceCounts {
   std::size_t segments = 0;         ///< facet-plane intersections
@@ -89,7 +93,7 @@ Segments intersect(const FacetView& facets, const Affine& affine, std::span<cons
 
 /// Closed contours of a layer, directed so that material lies left, each from its smallest point, sorted.
 struct Contours {
-  Rings rings;
+  geometry::Rings rings;
   std::vector<Defect> defects;
   std::size_t segments = 0;
 };
@@ -98,10 +102,10 @@ struct Contours {
 std::vector<Contours> link(Segments&& segments, const SliceOptions& options, const ParallelFor& parallel);
 
 struct Sliced {
-  std::vector<Region> layers;  ///< [n - 1] = layer n
+  std::vector<geometry::Region> layers;  ///< [n - 1] = layer n
   /// [n - 1]: the contours from which layers[n - 1] was simplified; empty where anything else changed them
   /// too.
-  std::vector<Rings> contours;
+  std::vector<geometry::Rings> contours;
   std::vector<Defect> defects;  ///< whole mesh first, then by layer
   MeshFacts facts;
   SliceCounts counts;
@@ -118,6 +122,7 @@ Sliced slice(const FacetView& facets, const Placement& placement, const SliceOpt
 
 /// Makes several parts of one job disjoint: each layer of a later part loses the area of the earlier ones.
 /// The parts may differ in the number of layers.
-void subtract_by_priority(std::span<std::vector<Region>*> parts_by_priority, const ParallelFor& parallel);
+void subtract_by_priority(std::span<std::vector<geometry::Region>*> parts_by_priority,
+                          const ParallelFor& parallel);
 
 }  // namespace firn::slice

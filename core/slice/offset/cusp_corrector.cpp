@@ -7,7 +7,7 @@
 namespace firn::slice {
 namespace {
 
-constexpr double kFurthest = 3.0 * kUnitsPerMm;  // cusps that would move by more are not corrected
+constexpr double kFurthest = 3.0 * geometry::kUnitsPerMm;  // cusps that would move by more are not corrected
 constexpr double kFarOff =
     16;  // simplifications: a cusp that moves by more may close or open passages on its way
 constexpr double kNarrow = -0.95;  // cosine of the turn at a cusp whose sides are nearly parallel
@@ -20,7 +20,7 @@ constexpr double kAround = 0.1;
 
 }  // namespace
 
-void CuspCorrector::take(const Rings& contours) {
+void CuspCorrector::take(const geometry::Rings& contours) {
   points_ = contours.points;
   uncertain_.forget();
   const std::size_t n = contours.points.size();
@@ -39,18 +39,19 @@ void CuspCorrector::take(const Rings& contours) {
 // the other one.
 void CuspCorrector::look(const Side& side, const Side& other, double reach, EdgeBatch& edges) const {
   edges.clear();
-  tree_.eights_touching(box_about(side.foot.x, side.foot.y, reach), [&](std::size_t first, unsigned met) {
-    edges.add(points_, next_.data(), first, met, side.along, other.along);
-  });
+  tree_.eights_touching(geometry::box_about(side.foot.x, side.foot.y, reach),
+                        [&](std::size_t first, unsigned met) {
+                          edges.add(points_, next_.data(), first, met, side.along, other.along);
+                        });
 }
 
-bool CuspCorrector::move(Vec& cusp, const Side& before, const Side& after, double d) {
+bool CuspCorrector::move(geometry::Vec& cusp, const Side& before, const Side& after, double d) {
   if (uncertain_.exact(cusp, d)) return false;
-  const Vec was = cusp;
+  const geometry::Vec was = cusp;
   const bool found = find(cusp, before, after, d);
   if (!lists_uncertain_) return found;
   if (dot(before.along, after.along) < kNarrow) {
-    const Vec outward = 0.5 * (before.along - after.along);
+    const geometry::Vec outward = 0.5 * (before.along - after.along);
     const double far = furthest(before, after) - length(cusp - was);
     look_along(cusp, outward, far, 1, d);
     look_along(cusp, -1 * outward, far, -1, d);
@@ -65,16 +66,17 @@ bool CuspCorrector::move(Vec& cusp, const Side& before, const Side& after, doubl
 
 // Nearly parallel sides may open again beyond a cusp by no more than the simplification, and close before it.
 // @param closes +1: beyond it, -1: before it
-void CuspCorrector::look_along(Vec cusp, Vec direction, double far, double closes, double d) {
+void CuspCorrector::look_along(geometry::Vec cusp, geometry::Vec direction, double far, double closes,
+                               double d) {
   if (edges_[0].empty() || edges_[1].empty()) return;
   const double step = kEvery * simplified_;
   for (double way = step; way < far; way += step) {
-    Vec p = cusp + way * direction, up;
+    geometry::Vec p = cusp + way * direction, up;
     double off = 0;
     for (int centring = 0; centring < 2; ++centring) {
       double l[2];
       for (int w = 0; w < 2; ++w) {
-        const Vec nearest = edges_[w].way_to(p);
+        const geometry::Vec nearest = edges_[w].way_to(p);
         l[w] = length(nearest);
         if (w == 0) up = (1 / std::max(l[0], 1.0)) * nearest;
       }
@@ -99,7 +101,7 @@ std::vector<char> CuspCorrector::kept() const {
   return kept;
 }
 
-bool CuspCorrector::within(Vec place, double d) const {
+bool CuspCorrector::within(geometry::Vec place, double d) const {
   return !tree_.any_nearer(place.x, place.y, d, [&](std::size_t i) {
     return square_distance(place, to_vec(points_[i]), to_vec(points_[next_[i]])) < d * d;
   });
@@ -112,16 +114,16 @@ double CuspCorrector::furthest(const Side& before, const Side& after) const {
   return std::min(kFurthest, 1.5 * simplified_ / std::max(sine, 1e-3) + simplified_);
 }
 
-bool CuspCorrector::find(Vec& cusp, const Side& before, const Side& after, double d) {
+bool CuspCorrector::find(geometry::Vec& cusp, const Side& before, const Side& after, double d) {
   const double furthest = this->furthest(before, after);
   const double reach = furthest + 2 * simplified_ + kAround * d;
   look(before, after, reach, edges_[0]);
   look(after, before, reach, edges_[1]);
   if (edges_[0].empty() || edges_[1].empty()) return false;
-  Vec p = cusp;
+  geometry::Vec p = cusp;
   for (int step = 0; step < kSteps; ++step) {
     double missing[2];
-    Vec up[2];
+    geometry::Vec up[2];
     for (int w = 0; w < 2; ++w) {
       up[w] = edges_[w].way_to(p);
       const double l = length(up[w]);
@@ -135,8 +137,8 @@ bool CuspCorrector::find(Vec& cusp, const Side& before, const Side& after, doubl
     }
     const double det = cross(up[0], up[1]);
     if (std::abs(det) < 1e-4) return false;
-    p = p + Vec{(missing[0] * up[1].y - missing[1] * up[0].y) / det,
-                (missing[1] * up[0].x - missing[0] * up[1].x) / det};
+    p = p + geometry::Vec{(missing[0] * up[1].y - missing[1] * up[0].y) / det,
+                          (missing[1] * up[0].x - missing[0] * up[1].x) / det};
     if (dot(p - cusp, p - cusp) > furthest * furthest) return false;
   }
   return false;

@@ -22,12 +22,12 @@ class CuspCorrector {
  public:
   /// Begins with new contours, which must outlive their use, and clears uncertain places. @param contours
   /// from which an outline was simplified
-  void take(const Rings& contours);
+  void take(const geometry::Rings& contours);
 
   /// One of the two sides of a cusp: its nearest point on the outline and the unit direction of the outline
   /// there.
   struct Side {
-    Vec foot, along;
+    geometry::Vec foot, along;
   };
   /// Cosine of the turn of the offset curve below which a corner is a cusp: blunter corners move by at most
   /// 1.06 times the simplification.
@@ -36,7 +36,7 @@ class CuspCorrector {
   /// Corrects the cusp between sides `before` and `after`, approximately at `cusp`, to distance d from the
   /// contours.
   /// @return false, with `cusp` unchanged, if there is no such point near it or if it is exact already
-  bool move(Vec& cusp, const Side& before, const Side& after, double d);
+  bool move(geometry::Vec& cusp, const Side& before, const Side& after, double d);
   /// Begins an outline. @param simplified maximum distance [units] between it and the contours @param
   /// lists_uncertain whether uncertain places are listed
   void begin(double simplified, bool lists_uncertain) {
@@ -48,9 +48,9 @@ class CuspCorrector {
   bool lists_uncertain() const { return lists_uncertain_; }
   /// Returns whether no contour is nearer to a cusp than d, within a quarter of the simplification. Two sides
   /// define a cusp; where an area is hardly wider than the simplification, a third one may be nearer.
-  bool clear(Vec cusp, double d) const { return within(cusp, d - 0.25 * simplified_); }
+  bool clear(geometry::Vec cusp, double d) const { return within(cusp, d - 0.25 * simplified_); }
   /// Returns whether a point is at least d from the contours.
-  bool within(Vec place, double d) const;
+  bool within(geometry::Vec place, double d) const;
   double simplified() const { return simplified_; }
   /// Reports that rings intersect although the outline is not simplified there.
   void fail() { failed_ = lists_uncertain_; }
@@ -66,16 +66,16 @@ class CuspCorrector {
 
  private:
   double furthest(const Side& before, const Side& after) const;
-  bool find(Vec& cusp, const Side& before, const Side& after, double d);
-  void look_along(Vec cusp, Vec direction, double far, double closes, double d);
+  bool find(geometry::Vec& cusp, const Side& before, const Side& after, double d);
+  void look_along(geometry::Vec cusp, geometry::Vec direction, double far, double closes, double d);
   void look(const Side& side, const Side& other, double reach, EdgeBatch& edges) const;
 
-  std::span<const Point> points_;  // of the contours
+  std::span<const geometry::Point> points_;  // of the contours
   double simplified_ = 0;
   bool lists_uncertain_ = false, failed_ = false;
   UncertainTopology uncertain_;
   std::vector<std::uint32_t> next_;
-  StaticRTree tree_;
+  geometry::StaticRTree tree_;
   EdgeBatch edges_[2];  // of each side
 };
 

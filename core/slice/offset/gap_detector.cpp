@@ -9,17 +9,18 @@ namespace {
 
 // Appends points of the arc strictly between a and b (relative to the centre, at distance d) by bisection
 // until chords are near it.
-void halve(Vec centre, double d, Vec a, Vec b, double least, std::vector<Vec>& points) {
-  const Vec sum = a + b;
+void halve(geometry::Vec centre, double d, geometry::Vec a, geometry::Vec b, double least,
+           std::vector<geometry::Vec>& points) {
+  const geometry::Vec sum = a + b;
   const double l = length(sum);
   if (l >= 2 * least || l <= 0) return;
-  const Vec middle = (d / l) * sum;
+  const geometry::Vec middle = (d / l) * sum;
   halve(centre, d, a, middle, least, points);
   points.push_back(centre + middle);
   halve(centre, d, middle, b, least, points);
 }
 
-void add_place(Vec p, std::size_t begin, std::vector<Vec>& points) {
+void add_place(geometry::Vec p, std::size_t begin, std::vector<geometry::Vec>& points) {
   const double same = 1e-6;  // units
   if (points.size() == begin || dot(p - points.back(), p - points.back()) > same) points.push_back(p);
 }
@@ -35,7 +36,7 @@ void GapDetector::keep(const Component& component, double d) {
 }
 
 void GapDetector::find(std::span<const Site> sites, std::span<const Component> out,
-                       const CoverageGapLimits& limits, double sagitta, BoundaryChains& chains) {
+                       const CoverageGapLimits& limits, double sagitta, geometry::BoundaryChains& chains) {
   sites_ = sites;
   at_.resize(sites.size(), kGone);
   std::size_t edges = 0;
@@ -73,7 +74,7 @@ void GapDetector::find(std::span<const Site> sites, std::span<const Component> o
 }
 
 void GapDetector::find_in(std::span<const Kept> loop, const CoverageGapLimits& limits, double sagitta,
-                          BoundaryChains& chains) {
+                          geometry::BoundaryChains& chains) {
   const std::size_t n = loop.size();
   std::size_t first = 0;
   while (first < n && at_[std::size_t(loop[first].site)] < 0) ++first;
@@ -87,7 +88,7 @@ void GapDetector::find_in(std::span<const Kept> loop, const CoverageGapLimits& l
     std::size_t j = i + 1 < n ? i + 1 : 0, steps = 1;
     std::int32_t b = at_[std::size_t(loop[j].site)];
     if (b >= 0 && ahead_[std::size_t(a)].next == b) {  // nearly always
-      const Vec off = loop[j].from - ahead_[std::size_t(b)].from;
+      const geometry::Vec off = loop[j].from - ahead_[std::size_t(b)].from;
       if (dot(off, off) <= square) {
         i = j;
         a = b;
@@ -113,12 +114,12 @@ bool GapDetector::covered(std::span<const Kept> loop, std::size_t i, std::size_t
   const std::size_t n = loop.size(), j = i + steps < n ? i + steps : i + steps - n;
   const std::int32_t a = at_[std::size_t(loop[i].site)], b = at_[std::size_t(loop[j].site)];
   if (ahead_[std::size_t(a)].next != b) return false;
-  const Vec corner = ahead_[std::size_t(b)].from;
+  const geometry::Vec corner = ahead_[std::size_t(b)].from;
   const double near = cornered(loop, i, steps) ? limits.far : limits.near;
   bool all_near = true;
   for (std::size_t k = i, s = 0; s < steps && all_near; ++s) {
     k = k + 1 < n ? k + 1 : 0;
-    const Vec off = loop[k].from - corner;
+    const geometry::Vec off = loop[k].from - corner;
     const Site& site = sites_[std::size_t(loop[k].site)];
     // An arc that bulges away may extend further than its ends.
     all_near = dot(off, off) <= near * near &&
@@ -129,17 +130,17 @@ bool GapDetector::covered(std::span<const Kept> loop, std::size_t i, std::size_t
 
 // Returns whether the part between the two lies within the corner that they would form, and whether that
 // corner is too blunt for a void.
-bool GapDetector::blunt(std::span<const Kept> loop, std::size_t i, std::size_t steps, Vec corner,
+bool GapDetector::blunt(std::span<const Kept> loop, std::size_t i, std::size_t steps, geometry::Vec corner,
                         const CoverageGapLimits& limits) const {
   const std::size_t n = loop.size(), j = i + steps < n ? i + steps : i + steps - n;
-  const Vec to_a = corner - beside(loop[i], corner), to_c = corner - beside(loop[j], corner);
+  const geometry::Vec to_a = corner - beside(loop[i], corner), to_c = corner - beside(loop[j], corner);
   const double way = length(to_a), sum = length(to_a + to_c);
   // The corner that two sides form is way / sin(half their angle) from the point at distance `way` from both.
   if (cross(to_a, to_c) <= 0 || 2 * way * way > sum * limits.near_corner) return false;
   const double outside = -(way + limits.slack) * way, furthest = limits.near_corner + limits.slack;
   for (std::size_t k = i, s = 0; s < steps; ++s) {
     k = k + 1 < n ? k + 1 : 0;
-    const Vec off = loop[k].from - corner;
+    const geometry::Vec off = loop[k].from - corner;
     if (dot(off, to_a) < outside || dot(off, to_c) < outside || dot(off, off) > furthest * furthest)
       return false;
   }
@@ -158,28 +159,29 @@ bool GapDetector::cornered(std::span<const Kept> loop, std::size_t i, std::size_
 }
 
 // Returns the point of a stored edge beside a point of the next edge of the same site.
-Vec GapDetector::beside(const Kept& edge, Vec ahead) const {
+geometry::Vec GapDetector::beside(const Kept& edge, geometry::Vec ahead) const {
   const Site& site = sites_[std::size_t(edge.site)];
-  const Vec off = ahead - site.at;
+  const geometry::Vec off = ahead - site.at;
   if (!site.corner()) return site.at + dot(off, site.along) * site.along + d_ * left_of(site.along);
   const double l = length(off);
   return l > 0 ? site.at + (d_ / l) * off : edge.from;
 }
 
-void GapDetector::add_arc(const Kept& edge, Vec a, Vec b, double sagitta, std::vector<Vec>& points) const {
+void GapDetector::add_arc(const Kept& edge, geometry::Vec a, geometry::Vec b, double sagitta,
+                          std::vector<geometry::Vec>& points) const {
   const Site& site = sites_[std::size_t(edge.site)];
   if (site.corner() && d_ > sagitta) halve(site.at, d_, a - site.at, b - site.at, d_ - sagitta, points);
 }
 
 void GapDetector::add_chain(std::span<const Kept> loop, std::size_t i, std::size_t steps, double sagitta,
-                            BoundaryChains& chains) {
+                            geometry::BoundaryChains& chains) {
   const std::size_t n = loop.size(), begin = chains.points.size();
   const auto after = [&](std::size_t k) { return k + 1 < n ? k + 1 : 0; };
   const std::size_t j = i + steps < n ? i + steps : i + steps - n;
   const std::int32_t a = at_[std::size_t(loop[i].site)], b = at_[std::size_t(loop[j].site)];
-  const Vec from = beside(loop[i], ahead_[std::size_t(ahead_[std::size_t(a)].next)].from);
-  const Vec to = beside(loop[j], ahead_[std::size_t(b)].from);
-  std::vector<Vec>& points = chains.points;
+  const geometry::Vec from = beside(loop[i], ahead_[std::size_t(ahead_[std::size_t(a)].next)].from);
+  const geometry::Vec to = beside(loop[j], ahead_[std::size_t(b)].from);
+  std::vector<geometry::Vec>& points = chains.points;
   if (points.capacity() == 0) {
     points.reserve(256);
     chains.all.reserve(32);
@@ -187,9 +189,9 @@ void GapDetector::add_chain(std::span<const Kept> loop, std::size_t i, std::size
   add_place(loop[i].from, begin, points);
   add_place(from, begin, points);
   const std::uint32_t first = std::uint32_t(points.size() - 1 - begin);
-  Vec at = from;
+  geometry::Vec at = from;
   for (std::size_t k = i, s = 0; s < steps; ++s) {
-    const Vec end = loop[after(k)].from;
+    const geometry::Vec end = loop[after(k)].from;
     add_arc(loop[k], at, end, sagitta, points);
     add_place(end, begin, points);
     k = after(k);
@@ -207,9 +209,9 @@ void GapDetector::add_chain(std::span<const Kept> loop, std::size_t i, std::size
 }
 
 void GapDetector::add_all(std::span<const Kept> loop, const CoverageGapLimits& limits, double sagitta,
-                          BoundaryChains& chains) const {
+                          geometry::BoundaryChains& chains) const {
   const std::size_t n = loop.size(), begin = chains.points.size();
-  BoxOf<double> box;
+  geometry::BoxOf<double> box;
   double twice_area = 0;
   for (std::size_t i = 0; i < n; ++i) {
     box.add(loop[i].from.x, loop[i].from.y);
@@ -217,9 +219,9 @@ void GapDetector::add_all(std::span<const Kept> loop, const CoverageGapLimits& l
   }
   // Arcs bulge inward, and no disc of the minimum size fits into a loop this small.
   if (twice_area > 0 && std::min(box.x1 - box.x0, box.y1 - box.y0) < limits.narrowest) return;
-  std::vector<Vec>& points = chains.points;
+  std::vector<geometry::Vec>& points = chains.points;
   for (std::size_t i = 0; i < n; ++i) {
-    const Vec end = loop[i + 1 < n ? i + 1 : 0].from;
+    const geometry::Vec end = loop[i + 1 < n ? i + 1 : 0].from;
     add_place(loop[i].from, begin, points);
     add_arc(loop[i], loop[i].from, end, sagitta, points);
   }

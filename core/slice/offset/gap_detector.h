@@ -39,32 +39,33 @@ class GapDetector {
   /// @param out the components that it has become
   /// @param sagitta of the chords of arcs
   void find(std::span<const Site> sites, std::span<const Component> out, const CoverageGapLimits& limits,
-            double sagitta, BoundaryChains& chains);
+            double sagitta, geometry::BoundaryChains& chains);
 
  private:
   struct Kept {
     std::int32_t site;
-    Vec from;
+    geometry::Vec from;
   };
   struct Ahead {  // an edge of the next wavefront
-    Vec from;
+    geometry::Vec from;
     std::int32_t site, next;
   };
   static constexpr std::int32_t kGone = -1, kSeveral = -2;
 
   void find_in(std::span<const Kept> loop, const CoverageGapLimits& limits, double sagitta,
-               BoundaryChains& chains);
+               geometry::BoundaryChains& chains);
   bool covered(std::span<const Kept> loop, std::size_t i, std::size_t steps,
                const CoverageGapLimits& limits) const;
   bool cornered(std::span<const Kept> loop, std::size_t i, std::size_t steps) const;
-  bool blunt(std::span<const Kept> loop, std::size_t i, std::size_t steps, Vec corner,
+  bool blunt(std::span<const Kept> loop, std::size_t i, std::size_t steps, geometry::Vec corner,
              const CoverageGapLimits& limits) const;
   void add_chain(std::span<const Kept> loop, std::size_t i, std::size_t steps, double sagitta,
-                 BoundaryChains& chains);
+                 geometry::BoundaryChains& chains);
   void add_all(std::span<const Kept> loop, const CoverageGapLimits& limits, double sagitta,
-               BoundaryChains& chains) const;
-  Vec beside(const Kept& edge, Vec ahead) const;
-  void add_arc(const Kept& edge, Vec a, Vec b, double sagitta, std::vector<Vec>& points) const;
+               geometry::BoundaryChains& chains) const;
+  geometry::Vec beside(const Kept& edge, geometry::Vec ahead) const;
+  void add_arc(const Kept& edge, geometry::Vec a, geometry::Vec b, double sagitta,
+               std::vector<geometry::Vec>& points) const;
 
   std::span<const Site> sites_;
   double d_ = 0;

@@ -14,14 +14,14 @@ constexpr std::size_t kFew = 64;  // edges: small components often vanish, large
 // Returns whether a component vanishes because no disc of that radius fits into its box. Arcs bulge into it.
 bool vanishes(const wavefront::Component& component, double way) {
   if (component.edges.size() > kFew) return false;
-  BoxOf<double> box;
+  geometry::BoxOf<double> box;
   for (const wavefront::WavefrontEdge& edge : component.edges) box.add(edge.from.x, edge.from.y);
   return std::min(box.x1 - box.x0, box.y1 - box.y0) < 2 * way;
 }
 
 }  // namespace
 
-void OffsetPropagator::begin(const Region& region, Areas areas, double simplified) {
+void OffsetPropagator::begin(const geometry::Region& region, Areas areas, double simplified) {
   simplified_ = simplified;
   sites_.clear();
   here_.clear();
@@ -39,8 +39,9 @@ bool OffsetPropagator::operator()(double to) {
   return true;
 }
 
-bool OffsetPropagator::advance_with_gaps(double core, double to, const Rings& drawn, const GapLimits& limits,
-                                         const GapLimits& core_limits, double sagitta, LevelGaps& gaps) {
+bool OffsetPropagator::advance_with_gaps(double core, double to, const geometry::Rings& drawn,
+                                         const GapLimits& limits, const GapLimits& core_limits,
+                                         double sagitta, LevelGaps& gaps) {
   next_.clear();
   eroded_cores_.clear();
   propagate_.list_peaks(to - simplified_);
@@ -60,7 +61,8 @@ bool OffsetPropagator::advance_with_gaps(double core, double to, const Rings& dr
   return true;
 }
 
-bool OffsetPropagator::draw(double tolerance, CuspCorrector* cusps, Rings& rings, std::uint32_t& finer) {
+bool OffsetPropagator::draw(double tolerance, CuspCorrector* cusps, geometry::Rings& rings,
+                            std::uint32_t& finer) {
   for (int attempt = 0; attempt < 3; ++attempt, tolerance = attempt == 1 ? 0.2 * tolerance : 0) {
     if (attempt == 2 && cusps && cusps->lists_uncertain()) mark_uncertain_contact(rings, *cusps);
     rings.clear();
@@ -70,22 +72,23 @@ bool OffsetPropagator::draw(double tolerance, CuspCorrector* cusps, Rings& rings
       drawn_ends_.push_back(rings.size());
     }
     const double facing = cusps && cusps->lists_uncertain() ? 2 * (cusps->simplified() + tolerance) : 0;
-    const Intersection intersection = intersection_check_(rings, facing);
-    if (facing > 0 && intersection == Intersection::kDisjoint)
+    const geometry::Intersection intersection = intersection_check_(rings, facing);
+    if (facing > 0 && intersection == geometry::Intersection::kDisjoint)
       check_topology(rings, intersection_check_, facing, propagate_.peaks(), at_, *cusps);
     finer += attempt > 0;
-    touching_ = intersection == Intersection::kTouching;
-    if (intersection == Intersection::kDisjoint || (attempt == 2 && intersection == Intersection::kTouching))
+    touching_ = intersection == geometry::Intersection::kTouching;
+    if (intersection == geometry::Intersection::kDisjoint ||
+        (attempt == 2 && intersection == geometry::Intersection::kTouching))
       return true;
   }
   return false;
 }
 
 // Where rings with corrected cusps intersect, sides may have been closer than the simplification.
-void OffsetPropagator::mark_uncertain_contact(const Rings& rings, CuspCorrector& cusps) const {
-  const Vec one = to_vec(rings.points[intersection_check_.met()]),
-            other = to_vec(rings.points[intersection_check_.next(intersection_check_.met())]);
-  const Vec place = 0.5 * (one + other);
+void OffsetPropagator::mark_uncertain_contact(const geometry::Rings& rings, CuspCorrector& cusps) const {
+  const geometry::Vec one = to_vec(rings.points[intersection_check_.met()]),
+                      other = to_vec(rings.points[intersection_check_.next(intersection_check_.met())]);
+  const geometry::Vec place = 0.5 * (one + other);
   if (cusps.uncertain().resolved(place, at_))
     cusps.fail();
   else
@@ -106,7 +109,8 @@ bool OffsetPropagator::move(wavefront::Component& component, double from, double
 }
 
 bool OffsetPropagator::move_with_gaps(wavefront::Component& component, double from, double to,
-                                      const GapLimits& limits, double sagitta, BoundaryChains& chains) {
+                                      const GapLimits& limits, double sagitta,
+                                      geometry::BoundaryChains& chains) {
   gap_detector_.keep(component, from);
   const std::size_t before = next_.size();
   if (!move(component, from, to, next_)) return false;
@@ -122,20 +126,21 @@ void OffsetPropagator::arrive(double to) {
 }
 
 // A strip 2 w wide has an area of w for each mm of its edge.
-bool OffsetPropagator::looks_narrow(const Rings& rings, std::size_t begin, std::size_t end, double width) {
+bool OffsetPropagator::looks_narrow(const geometry::Rings& rings, std::size_t begin, std::size_t end,
+                                    double width) {
   double twice_area = 0, along_axes = 0, edge = 0;
   const auto add_edges = [&](auto add) {
     for (std::size_t r = begin; r < end; ++r) {
-      const std::span<const Point> ring = rings[r];
-      Vec a = to_vec(ring.back());
-      for (const Point p : ring) {
-        const Vec b = to_vec(p);
+      const std::span<const geometry::Point> ring = rings[r];
+      geometry::Vec a = to_vec(ring.back());
+      for (const geometry::Point p : ring) {
+        const geometry::Vec b = to_vec(p);
         add(a, b);
         a = b;
       }
     }
   };
-  add_edges([&](Vec a, Vec b) {
+  add_edges([&](geometry::Vec a, geometry::Vec b) {
     twice_area += cross(a, b);
     along_axes += std::abs(b.x - a.x) + std::abs(b.y - a.y);
   });
@@ -143,7 +148,7 @@ bool OffsetPropagator::looks_narrow(const Rings& rings, std::size_t begin, std::
   // it.
   if (0.5 * twice_area >= kNarrow * width * along_axes) return false;
   if (0.5 * twice_area < kNarrow * width * 0.7 * along_axes) return true;
-  add_edges([&](Vec a, Vec b) { edge += length(b - a); });
+  add_edges([&](geometry::Vec a, geometry::Vec b) { edge += length(b - a); });
   return 0.5 * twice_area < kNarrow * width * edge;
 }
 

@@ -30,8 +30,8 @@ constexpr int kAgain =
     4;  // number of repeated simplifications of an area before it is used without simplification
 
 template <class Areas>
-Rings rings_of(const Rings& rings, const Areas& areas) {
-  Rings out;
+geometry::Rings rings_of(const geometry::Rings& rings, const Areas& areas) {
+  geometry::Rings out;
   for (const auto& area : areas)
     for (const std::uint32_t ring : area) out.add(rings[ring]);
   return out;
@@ -40,20 +40,21 @@ Rings rings_of(const Rings& rings, const Areas& areas) {
 using Numbers = std::span<const std::uint32_t>;  // of contours
 
 // @param kept points that must remain
-Region simplified_again(const Rings& contours, Numbers some, std::span<const char> kept, double mm) {
-  MinimumLinkSimplifier draw;
-  Rings rings;
-  std::vector<Vec> line;
+geometry::Region simplified_again(const geometry::Rings& contours, Numbers some, std::span<const char> kept,
+                                  double mm) {
+  geometry::MinimumLinkSimplifier draw;
+  geometry::Rings rings;
+  std::vector<geometry::Vec> line;
   std::vector<std::size_t> stay;
   for (const std::uint32_t ring : some) {
     const std::size_t begin = ring ? contours.ends[ring - 1] : 0;
     line.clear();
     stay.clear();
-    for (const Point p : contours[ring]) {
+    for (const geometry::Point p : contours[ring]) {
       if (kept[begin + line.size()]) stay.push_back(line.size());
       line.push_back(to_vec(p));
     }
-    draw(line, mm * kUnitsPerMm, rings, stay);
+    draw(line, mm * geometry::kUnitsPerMm, rings, stay);
   }
   return region_of(canonical(rings));
 }
@@ -61,15 +62,15 @@ Region simplified_again(const Rings& contours, Numbers some, std::span<const cha
 // ContourAreas finds the contours of the areas of a simplified region.
 class ContourAreas {
  public:
-  explicit ContourAreas(const Rings& contours) : areas_(nested_groups(contours)) {
+  explicit ContourAreas(const geometry::Rings& contours) : areas_(nested_groups(contours)) {
     for (const std::vector<std::uint32_t>& area : areas_) boxes_.push_back(box_of(contours[area[0]]));
   }
   // Returns the contours of the area whose outer ring becomes `ring`; nothing if there are several
   // candidates.
-  Numbers of(std::span<const Point> ring, double simplified) const {
-    const BoxOf<std::int32_t> box = box_of(ring);
+  Numbers of(std::span<const geometry::Point> ring, double simplified) const {
+    const geometry::BoxOf<std::int32_t> box = box_of(ring);
     const double most = simplified + 2;
-    const auto alike = [&](const BoxOf<std::int32_t>& b) {
+    const auto alike = [&](const geometry::BoxOf<std::int32_t>& b) {
       return std::abs(double(b.x0) - box.x0) <= most && std::abs(double(b.y0) - box.y0) <= most &&
              std::abs(double(b.x1) - box.x1) <= most && std::abs(double(b.y1) - box.y1) <= most;
     };
@@ -80,13 +81,13 @@ class ContourAreas {
 
  private:
   std::vector<std::vector<std::uint32_t>> areas_;
-  std::vector<BoxOf<std::int32_t>> boxes_;
+  std::vector<geometry::BoxOf<std::int32_t>> boxes_;
 };
 
-void append(BoundaryChains&& from, BoundaryChains& to) {
+void append(geometry::BoundaryChains&& from, geometry::BoundaryChains& to) {
   if (to.empty()) return std::swap(from, to);
   to.cusps_moved = to.cusps_moved || from.cusps_moved;
-  for (BoundaryChains::Chain chain : from.all) {
+  for (geometry::BoundaryChains::Chain chain : from.all) {
     chain.end += std::uint32_t(to.points.size());
     to.all.push_back(chain);
   }
@@ -127,7 +128,7 @@ class RingMaker {
     cusps_->take(*simplified.from);
   }
 
-  RingLevels operator()(const Region& region) {
+  RingLevels operator()(const geometry::Region& region) {
     std::vector<std::uint32_t> all(simplified_.from ? simplified_.from->size() : 0);
     std::iota(all.begin(), all.end(), 0u);
     return of_region(region, all, 0);
@@ -136,7 +137,7 @@ class RingMaker {
  private:
   // @param contours of the region
   // @param again number of repeated simplifications; above kAgain: without simplification
-  RingLevels of_region(const Region& region, Numbers contours, int again) {
+  RingLevels of_region(const geometry::Region& region, Numbers contours, int again) {
     const double simplified_mm = again > kAgain ? 0 : simplified_.by_mm;
     const bool lists_uncertain = simplified_.whole && again <= kAgain;
     const std::vector<std::vector<std::uint32_t>> areas = nested_groups(region);
@@ -163,27 +164,27 @@ class RingMaker {
     return result;
   }
 
-  Region as_they_are(Numbers contours) const {
+  geometry::Region as_they_are(Numbers contours) const {
     return region_of(canonical(rings_of(*simplified_.from, std::span(&contours, 1))));
   }
 
-  Region refined(Numbers contours) {
+  geometry::Region refined(Numbers contours) {
     cusps_->uncertain().refine();
     return simplified_again(*simplified_.from, contours, cusps_->kept(), simplified_.by_mm);
   }
 
-  Numbers contours_of(std::span<const Point> ring, double simplified_mm) {
+  Numbers contours_of(std::span<const geometry::Point> ring, double simplified_mm) {
     if (!contours_) contours_.emplace(*simplified_.from);
-    return contours_->of(ring, simplified_mm * kUnitsPerMm);
+    return contours_->of(ring, simplified_mm * geometry::kUnitsPerMm);
   }
 
   // @param lists_uncertain whether uncertain places are listed
-  RingLevels of_areas(const Region& region, OffsetPropagator::Areas areas, double simplified_mm,
+  RingLevels of_areas(const geometry::Region& region, OffsetPropagator::Areas areas, double simplified_mm,
                       bool lists_uncertain) {
     RingLevels made;
     for (const double odd : kOdd) {
       made = {};
-      if (cusps_) cusps_->begin(simplified_mm * kUnitsPerMm, lists_uncertain);
+      if (cusps_) cusps_->begin(simplified_mm * geometry::kUnitsPerMm, lists_uncertain);
       if (by_front(region, areas, odd, simplified_mm, made)) return made;
     }
     by_clipper(rings_of(region, areas), made);
@@ -191,15 +192,16 @@ class RingMaker {
   }
 
   // @return false if the wavefront is ambiguous; the levels before that are complete
-  bool by_front(const Region& region, OffsetPropagator::Areas areas, double odd, double simplified_mm,
-                RingLevels& made) {
-    const double tolerance = tolerance_mm_ * kUnitsPerMm;
-    const Rings none;
-    propagator_.begin(region, areas, cusps_ ? simplified_mm * kUnitsPerMm : 0);
+  bool by_front(const geometry::Region& region, OffsetPropagator::Areas areas, double odd,
+                double simplified_mm, RingLevels& made) {
+    const double tolerance = tolerance_mm_ * geometry::kUnitsPerMm;
+    const geometry::Rings none;
+    propagator_.begin(region, areas, cusps_ ? simplified_mm * geometry::kUnitsPerMm : 0);
     for (int level = 0; level < plan_.max_rings; ++level) {
-      const double to = plan_.distance_mm(level) * kUnitsPerMm + odd;
+      const double to = plan_.distance_mm(level) * geometry::kUnitsPerMm + odd;
       if (void_mm_ > 0) {
-        const double core = level > 0 ? plan_.eroded_core_mm(level - 1, void_mm_) * kUnitsPerMm + odd : to;
+        const double core =
+            level > 0 ? plan_.eroded_core_mm(level - 1, void_mm_) * geometry::kUnitsPerMm + odd : to;
         made.gaps.emplace_back();
         if (!propagator_.advance_with_gaps(
                 core, to, level > 0 ? made.levels.back() : none,
@@ -213,7 +215,7 @@ class RingMaker {
       } else if (!propagator_(to)) {
         return false;
       }
-      Rings rings;
+      geometry::Rings rings;
       if (!propagator_.draw(tolerance, cusps_, rings, made.drawn_finer)) return false;
       if (void_mm_ > 0 && rings.size() < propagator_.loops()) {
         made.gaps.back().of_rings.forget_corners();
@@ -227,10 +229,10 @@ class RingMaker {
   }
 
   // Computes the missing levels.
-  void by_clipper(const Region& region, RingLevels& made) {
+  void by_clipper(const geometry::Region& region, RingLevels& made) {
     made.gaps.resize(std::min(made.gaps.size(), made.levels.size()));
     for (int level = int(made.levels.size()); level < plan_.max_rings; ++level) {
-      Rings rings = clipper_offset(region, plan_.distance_mm(level), tolerance_mm_);
+      geometry::Rings rings = clipper_offset(region, plan_.distance_mm(level), tolerance_mm_);
       ++made.from_clipper;
       if (void_mm_ > 0) made.gaps.emplace_back();
       if (rings.empty()) break;
@@ -254,49 +256,49 @@ OffsetWork::~OffsetWork() = default;
 OffsetWork::OffsetWork(OffsetWork&&) noexcept = default;
 OffsetWork& OffsetWork::operator=(OffsetWork&&) noexcept = default;
 
-RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double void_mm,
-                        const Simplified& simplified, OffsetWork& work) {
+RingLevels offset_rings(const geometry::Region& region, const RingPlan& plan, double tolerance_mm,
+                        double void_mm, const Simplified& simplified, OffsetWork& work) {
   return RingMaker(plan, tolerance_mm, void_mm, simplified, work.state())(region);
 }
 
-RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double void_mm,
-                        const Simplified& simplified) {
+RingLevels offset_rings(const geometry::Region& region, const RingPlan& plan, double tolerance_mm,
+                        double void_mm, const Simplified& simplified) {
   OffsetWork work;
   return offset_rings(region, plan, tolerance_mm, void_mm, simplified, work);
 }
 
-Region grow(const Region& region, double outward_mm, double tolerance_mm) {
+geometry::Region grow(const geometry::Region& region, double outward_mm, double tolerance_mm) {
   if (region.empty()) return {};
   // The surroundings of the region: every ring reversed, inside a distant frame.
-  const double d = outward_mm * kUnitsPerMm + kOdd[0];
-  BoxOf<std::int32_t> box;
-  for (const Point p : region.points) box.add(p.x, p.y);
-  const std::int32_t far = std::int32_t(3 * d) + 10 * kUnitsPerMm;
-  Region around;
-  const Point frame[] = {{box.x0 - far, box.y0 - far},
-                         {box.x1 + far, box.y0 - far},
-                         {box.x1 + far, box.y1 + far},
-                         {box.x0 - far, box.y1 + far}};
+  const double d = outward_mm * geometry::kUnitsPerMm + kOdd[0];
+  geometry::BoxOf<std::int32_t> box;
+  for (const geometry::Point p : region.points) box.add(p.x, p.y);
+  const std::int32_t far = std::int32_t(3 * d) + 10 * geometry::kUnitsPerMm;
+  geometry::Region around;
+  const geometry::Point frame[] = {{box.x0 - far, box.y0 - far},
+                                   {box.x1 + far, box.y0 - far},
+                                   {box.x1 + far, box.y1 + far},
+                                   {box.x0 - far, box.y1 + far}};
   around.add(frame);
-  std::vector<Point> ring;
+  std::vector<geometry::Point> ring;
   for (std::size_t r = 0; r < region.size(); ++r) {
     ring.assign(region[r].rbegin(), region[r].rend());
     around.add(ring);
   }
-  Rings rings;
+  geometry::Rings rings;
   OffsetPropagator propagator;
   const std::vector<std::vector<std::uint32_t>> areas = nested_groups(around);
   const auto by_front = [&](double odd) {
     std::uint32_t finer = 0;
     propagator.begin(around, areas);
-    return propagator(outward_mm * kUnitsPerMm + odd) &&
-           propagator.draw(tolerance_mm * kUnitsPerMm, nullptr, rings, finer);
+    return propagator(outward_mm * geometry::kUnitsPerMm + odd) &&
+           propagator.draw(tolerance_mm * geometry::kUnitsPerMm, nullptr, rings, finer);
   };
   if (std::none_of(std::begin(kOdd), std::end(kOdd), by_front))
     return clipper_offset(region, -outward_mm, tolerance_mm);
   // Reverses the rings again, without the frame, which is the ring that extends furthest.
-  Region grown;
-  const std::int32_t frame_x = box.x0 - std::int32_t(1.5 * d) - 5 * kUnitsPerMm;
+  geometry::Region grown;
+  const std::int32_t frame_x = box.x0 - std::int32_t(1.5 * d) - 5 * geometry::kUnitsPerMm;
   for (std::size_t r = 0; r < rings.size(); ++r) {
     if (rings[r][0].x < frame_x || rings[r][1].x < frame_x) continue;
     ring.assign(rings[r].rbegin(), rings[r].rend());

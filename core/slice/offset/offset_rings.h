@@ -14,16 +14,16 @@ namespace firn::slice {
 
 /// Chains of one level (or the outline) from which the next level is too far away.
 struct LevelGaps {
-  bool known = false;       ///< else the wavefront was ambiguous, and the drawn rings must be scanned
-  BoundaryChains of_rings;  ///< of the level itself
+  bool known = false;  ///< else the wavefront was ambiguous, and the drawn rings must be scanned
+  geometry::BoundaryChains of_rings;  ///< of the level itself
   /// Of the eroded cores of the level (RingPlan::eroded_core_mm), where it bounds areas about too narrow for
   /// the next one.
-  BoundaryChains of_eroded_cores;
+  geometry::BoundaryChains of_eroded_cores;
 };
 
 struct RingLevels {
   /// [k]: all rings at distance_mm(k), directed as in a Region, in no canonical order.
-  std::vector<Rings> levels;
+  std::vector<geometry::Rings> levels;
   std::uint32_t from_clipper = 0;  ///< levels computed by Clipper, because the wavefront was ambiguous
   std::vector<bool> touching;      ///< [k]: rings of the level may have contacts with each other
   /// [k]: between level k - 1 and k, if requested; one more than levels, or plan.max_rings.
@@ -33,9 +33,9 @@ struct RingLevels {
 
 /// The contours from which the outline of a region was simplified.
 struct Simplified {
-  const Rings* from = nullptr;  ///< null or empty: unknown, or the region is not simplified
-  double by_mm = 0;             ///< maximum distance between the two
-  bool whole = false;           ///< the region is bounded by all of them and by nothing else
+  const geometry::Rings* from = nullptr;  ///< null or empty: unknown, or the region is not simplified
+  double by_mm = 0;                       ///< maximum distance between the two
+  bool whole = false;                     ///< the region is bounded by all of them and by nothing else
 };
 
 /// Working memory that offset_rings() keeps from region to region.
@@ -55,12 +55,12 @@ class OffsetWork {
 /// @param tolerance_mm maximum distance of a ring from the exact offset of `region`; 0: arcs within 1 um, all
 /// points kept
 /// @param void_mm diameter of the voids between levels that are searched for; 0: no search
-RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double void_mm,
-                        const Simplified& simplified, OffsetWork& work);
-RingLevels offset_rings(const Region& region, const RingPlan& plan, double tolerance_mm, double void_mm = 0,
-                        const Simplified& simplified = {});
+RingLevels offset_rings(const geometry::Region& region, const RingPlan& plan, double tolerance_mm,
+                        double void_mm, const Simplified& simplified, OffsetWork& work);
+RingLevels offset_rings(const geometry::Region& region, const RingPlan& plan, double tolerance_mm,
+                        double void_mm = 0, const Simplified& simplified = {});
 
 /// Returns the region grown outward by a distance > 0, computed as the wavefront of its surroundings.
-Region grow(const Region& region, double outward_mm, double tolerance_mm);
+geometry::Region grow(const geometry::Region& region, double outward_mm, double tolerance_mm);
 
 }  // namespace firn::slice

@@ -9,8 +9,8 @@
 
 namespace firn::slice::wavefront {
 
-inline double square_distance(Vec place, const Site& site) {
-  Vec away = place - site.at;
+inline double square_distance(geometry::Vec place, const Site& site) {
+  geometry::Vec away = place - site.at;
   if (!site.corner()) away = away - std::clamp(dot(away, site.along), 0.0, site.length) * site.along;
   return dot(away, away);
 }
@@ -23,7 +23,7 @@ class SiteIndex {
     built_ = false;
   }
   /// Returns whether any site is nearer to the point than `distance`.
-  bool operator()(Vec place, double distance) {
+  bool operator()(geometry::Vec place, double distance) {
     if (!built_) build();
     const double square = distance * distance;
     return tree_.any_nearer(place.x, place.y, distance,
@@ -40,25 +40,26 @@ class SiteIndex {
   void build() {
     tree_.resize((sites_.size() + kBlock - 1) / kBlock);
     for (std::size_t block = 0; block * kBlock < sites_.size(); ++block) {
-      BoxOf<double> box;
+      geometry::BoxOf<double> box;
       for (const Site& s : block_of(block)) {
-        const Vec end = s.at + std::max(s.length, 0.0) * s.along;  // a corner's length is below 0
+        const geometry::Vec end = s.at + std::max(s.length, 0.0) * s.along;  // a corner's length is below 0
         box.add(s.at.x, s.at.y);
         box.add(end.x, end.y);
       }
-      tree_.set(block, floor_of(box.x0), floor_of(box.y0), floor_of(box.x1) + 1, floor_of(box.y1) + 1);
+      tree_.set(block, geometry::floor_of(box.x0), geometry::floor_of(box.y0), geometry::floor_of(box.x1) + 1,
+                geometry::floor_of(box.y1) + 1);
     }
     tree_.build();
     built_ = true;
   }
-  bool near(std::size_t block, Vec place, double square) const {
+  bool near(std::size_t block, geometry::Vec place, double square) const {
     const std::span<const Site> sites = block_of(block);
     return std::any_of(sites.begin(), sites.end(),
                        [&](const Site& s) { return wavefront::square_distance(place, s) < square; });
   }
 
   std::span<const Site> sites_;
-  StaticRTree tree_;
+  geometry::StaticRTree tree_;
   bool built_ = false;
 };
 

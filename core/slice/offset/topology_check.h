@@ -14,7 +14,7 @@ namespace firn::slice {
 /// other.
 /// @param rings at distance d; `checked` lists those of their edges that face each other within `facing`
 /// @param peaks local maxima of the distance from the simplified outline, within the simplification of d
-void check_topology(const Rings& rings, const IntersectionCheck& checked, double facing,
-                    std::span<const Vec> peaks, double d, CuspCorrector& cusps);
+void check_topology(const geometry::Rings& rings, const geometry::IntersectionCheck& checked, double facing,
+                    std::span<const geometry::Vec> peaks, double d, CuspCorrector& cusps);
 
 }  // namespace firn::slice

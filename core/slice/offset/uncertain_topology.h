@@ -16,7 +16,7 @@ namespace firn::slice {
 class UncertainTopology {
  public:
   struct Place {
-    Vec at;
+    geometry::Vec at;
     double d;
   };
   /// Begins an outline. @param simplified maximum distance between it and the contours, except where these
@@ -26,14 +26,14 @@ class UncertainTopology {
     listed_.clear();
   }
   /// Lists a place unless it is resolved.
-  void add(Vec at, double d) {
+  void add(geometry::Vec at, double d) {
     if (!resolved(at, d)) listed_.push_back({at, d});
   }
   /// Returns whether the place is resolved: the outline is kept there, or a listed place covers it.
-  bool resolved(Vec at, double d) const { return exact(at, d) || any_resolves(listed_, at, d); }
+  bool resolved(geometry::Vec at, double d) const { return exact(at, d) || any_resolves(listed_, at, d); }
   /// Returns whether the outline is kept there, so that points at distance d from it are at distance d from
   /// the contours.
-  bool exact(Vec at, double d) const { return any_resolves(kept_, at, d); }
+  bool exact(geometry::Vec at, double d) const { return any_resolves(kept_, at, d); }
   bool any() const { return !listed_.empty(); }
   /// Returns whether there are so many places that little would remain to be simplified.
   bool many() const { return listed_.size() > kMany; }
@@ -52,7 +52,7 @@ class UncertainTopology {
   double spacing() const { return (kKept - kSure) * simplified_; }
 
  private:
-  bool any_resolves(std::span<const Place> uncertain, Vec at, double d) const {
+  bool any_resolves(std::span<const Place> uncertain, geometry::Vec at, double d) const {
     return std::any_of(uncertain.begin(), uncertain.end(), [&](const Place& place) {
       const double off = reach(place) - kSure * simplified_ - d;
       return off >= 0 && dot(at - place.at, at - place.at) <= off * off;

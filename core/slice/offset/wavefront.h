@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "core/geometry/region.h"
+#include "core/geometry/rtree.h"
 #include "core/geometry/vec.h"
 #include "core/slice/offset/cusp_corrector.h"
 
@@ -26,9 +27,9 @@ namespace firn::slice::wavefront {
 
 /// A site: a segment of the outline (area on its left) or a reflex corner.
 struct Site {
-  Vec at;             ///< first point of the segment; the corner
-  Vec along;          ///< unit direction; for a corner the direction at the middle of its arc
-  double length = 0;  ///< of the segment; < 0 for a corner
+  geometry::Vec at;     ///< first point of the segment; the corner
+  geometry::Vec along;  ///< unit direction; for a corner the direction at the middle of its arc
+  double length = 0;    ///< of the segment; < 0 for a corner
   bool corner() const { return length < 0; }
 };
 
@@ -38,27 +39,30 @@ class Bisector {
   enum class Kind : std::int32_t { kStraight, kParabolaAhead, kParabolaBack, kTwoCorners };
 
   Bisector() = default;
-  Bisector(Vec at_0, Vec velocity) : base(at_0), direction(velocity) {}
-  Bisector(Kind of, Vec from, Vec along, double by) : base(from), direction(along), bound(by), kind(of) {}
+  Bisector(geometry::Vec at_0, geometry::Vec velocity) : base(at_0), direction(velocity) {}
+  Bisector(Kind of, geometry::Vec from, geometry::Vec along, double by)
+      : base(from), direction(along), bound(by), kind(of) {}
 
   /// kStraight: point at d = 0; parabola: projection of the corner to the line; kTwoCorners: midpoint.
-  Vec base;
+  geometry::Vec base;
   /// kStraight: velocity; parabola: along the line, away from the projection; kTwoCorners: left of first ->
   /// second.
-  Vec direction;
+  geometry::Vec direction;
   double bound = 0;  ///< parabola: height of the corner over the line; kTwoCorners: squared half distance
   Kind kind = Kind::kStraight;  ///< of a parabola: its direction is along the line or against it
 
-  Vec normal() const {
+  geometry::Vec normal() const {
     return kind == Kind::kParabolaAhead ? left_of(direction) : right_of(direction);
   }  ///< normal of the line of a parabola
-  Vec operator()(double d) const { return kind == Kind::kStraight ? base + d * direction : bent(d); }
+  geometry::Vec operator()(double d) const {
+    return kind == Kind::kStraight ? base + d * direction : bent(d);
+  }
 
  private:
-  Vec bent(double d) const {
+  geometry::Vec bent(double d) const {
     const bool corners = kind == Kind::kTwoCorners;
     const double square = corners ? d * d - bound : bound * (2 * d - bound);
-    const Vec aside = (square > 0 ? std::sqrt(square) : 0.0) * direction;
+    const geometry::Vec aside = (square > 0 ? std::sqrt(square) : 0.0) * direction;
     return corners ? base + aside : base + d * normal() + aside;
   }
 };
@@ -67,7 +71,7 @@ class Bisector {
 struct WavefrontEdge {
   [[no_unique_address]] Bisector start;  ///< with the edge before; `site` uses its padding
   std::int32_t site = 0;                 ///< < 0: a pivot, ~ the index of its point
-  Vec from;                              ///< start at the present distance of the wavefront
+  geometry::Vec from;                    ///< start at the present distance of the wavefront
   bool pivot() const { return site < 0; }
 };
 static_assert(sizeof(WavefrontEdge) == 64);  // the complete shape of the wavefront, traversed many times
@@ -80,10 +84,10 @@ static_assert(sizeof(WavefrontEdge) == 64);  // the complete shape of the wavefr
 /// to the start of the next edge. Pivots occur only in parts of the wavefront that are invalid already, and
 /// trimming removes them.
 struct Component {
-  std::vector<WavefrontEdge> edges;  ///< of all loops, one after the other
-  std::vector<std::uint32_t> ends;   ///< of each loop
-  std::vector<Vec> pivots;           ///< points of the pivots among the edges
-  Vec place_of(const WavefrontEdge& pivot) const { return pivots[std::size_t(~pivot.site)]; }
+  std::vector<WavefrontEdge> edges;   ///< of all loops, one after the other
+  std::vector<std::uint32_t> ends;    ///< of each loop
+  std::vector<geometry::Vec> pivots;  ///< points of the pivots among the edges
+  geometry::Vec place_of(const WavefrontEdge& pivot) const { return pivots[std::size_t(~pivot.site)]; }
 };
 
 /// Components with reused memory.
@@ -109,12 +113,12 @@ class Components {
 
 /// Computes the wavefront of an area at distance 0. @param area rings of the region: an outer one with its
 /// holes
-void wavefront_of(const Region& region, std::span<const std::uint32_t> area, std::vector<Site>& sites,
-                  Components& components);
+void wavefront_of(const geometry::Region& region, std::span<const std::uint32_t> area,
+                  std::vector<Site>& sites, Components& components);
 
 /// Computes the bisector of two consecutive sites whose edges meet at `place` at distance `d`.
 /// @return false if there is no bisector ahead (they turn away from each other by half a turn or more)
-bool bisector_of(const Site& before, const Site& after, Vec place, double d, Bisector& bisector);
+bool bisector_of(const Site& before, const Site& after, geometry::Vec place, double d, Bisector& bisector);
 
 /// Propagates a component from distance `from` to `to` and handles edge events: an edge collapses before its
 /// neighbours do, so that adjacency is always correct. Loops without edges vanish. Afterwards the wavefront
@@ -127,7 +131,7 @@ class Propagation {
     peaks_from_ = from;
     peaks_.clear();
   }
-  std::span<const Vec> peaks() const { return peaks_; }
+  std::span<const geometry::Vec> peaks() const { return peaks_; }
 
  private:
   static constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -144,8 +148,8 @@ class Propagation {
   void collapse(std::int32_t i, double d);
   void run_events_about(std::int32_t i);
   bool sooner(std::int32_t i, std::int32_t than) const;
-  Bisector radial(std::int32_t i, Vec place) const;
-  bool peak(std::int32_t a, std::int32_t b, std::int32_t c, Vec place) const;
+  Bisector radial(std::int32_t i, geometry::Vec place) const;
+  bool peak(std::int32_t a, std::int32_t b, std::int32_t c, geometry::Vec place) const;
 
   std::span<const Site> sites_;
   Component* component_ = nullptr;
@@ -156,7 +160,7 @@ class Propagation {
   std::vector<std::int32_t> linked_anew_;  // entries where that does not hold
   std::vector<std::int32_t> pending_;
   double peaks_from_ = std::numeric_limits<double>::infinity();
-  std::vector<Vec> peaks_;
+  std::vector<geometry::Vec> peaks_;
   bool any_collapsed_ = false;
   std::int32_t remaining_ = 0;  // edges with a site
 };
@@ -189,11 +193,12 @@ class HoleNesting {
   void list_holes(std::span<const Site> sites, std::span<const Component> loops, double d);
   std::vector<double> areas_;
   std::vector<std::size_t> outers_, outer_of_;
-  std::vector<std::vector<Vec>> corners_;
+  std::vector<std::vector<geometry::Vec>> corners_;  // of outers_, if there are several
+  geometry::StaticRTree boxes_;                      // of these
 };
 
 /// Returns the middle of the edge of a site from a to b at distance d.
-Vec middle(const Site& site, Vec a, Vec b, double d);
+geometry::Vec middle(const Site& site, geometry::Vec a, geometry::Vec b, double d);
 
 /// Appends the loops of the component at distance d: arcs as chords, simplified, in all within `tolerance`
 /// units of the exact curve. Loops smaller than the grid vanish. Keeps its working memory.
@@ -201,20 +206,20 @@ Vec middle(const Site& site, Vec a, Vec b, double d);
 class Drawer {
  public:
   void operator()(std::span<const Site> sites, const Component& component, double d, double tolerance,
-                  Rings& rings, CuspCorrector* cusps);
+                  geometry::Rings& rings, CuspCorrector* cusps);
 
  private:
   struct Cusp {
     std::size_t place;  // index in the line
-    Vec from, to, outward;
+    geometry::Vec from, to, outward;
     CuspCorrector::Side before;
     std::uint32_t edge;
   };
   // Bends along a loop: consecutive bends close to each other are one cusp, with the sum of their turns.
   struct Bends {
-    std::size_t first = 0;  // edge at whose start the present group begins
-    Vec from, last;         // direction of the outline before the group; last point of the group
-    bool sharp = false;     // whether the group is a cusp
+    std::size_t first = 0;     // edge at whose start the present group begins
+    geometry::Vec from, last;  // direction of the outline before the group; last point of the group
+    bool sharp = false;        // whether the group is a cusp
   };
   void cusp_at(std::span<const Site> sites, std::span<const WavefrontEdge> loop, std::size_t first,
                std::size_t edge, double d, CuspCorrector& cusps);
@@ -223,7 +228,7 @@ class Drawer {
   bool looks_narrow_on_average(double width) const;
   void list_third_sides(CuspCorrector& cusps, double d) const;
   double twice_area() const;
-  std::vector<Vec> line_;
+  std::vector<geometry::Vec> line_;
   std::vector<Cusp> cusps_;
   std::vector<std::uint32_t> places_;    // index in the line of each edge of the loop
   std::vector<std::uint32_t> left_out_;  // indices in the line

@@ -15,7 +15,7 @@ constexpr double kFar =
 constexpr int kDeepest = 12;  // an arc becomes 4096 chords at most
 
 // Returns whether a wavefront turns left, or back, from one direction to another. Its right turns are arcs.
-bool turns_by(Vec from, Vec to, double cosine, double sine = 0) {
+bool turns_by(geometry::Vec from, geometry::Vec to, double cosine, double sine = 0) {
   const double ahead = dot(from, to);
   return ahead < 0 || (ahead <= cosine && cross(from, to) > sine);
 }
@@ -26,10 +26,10 @@ bool turns_by(Vec from, Vec to, double cosine, double sine = 0) {
 // one root serves a level.
 class Arcs {
  public:
-  Arcs(double d, double within, std::vector<Vec>& line)
+  Arcs(double d, double within, std::vector<geometry::Vec>& line)
       : line_(line), d_(d), coarse_(square_at(within)), enough_(square_at(1.5 * within)) {}
 
-  void add(Vec centre, Vec a, Vec b) {
+  void add(geometry::Vec centre, geometry::Vec a, geometry::Vec b) {
     double square = dot(a + b, a + b);
     if (square >= coarse_ || square <= 0) return;
     int levels = 0;
@@ -47,24 +47,24 @@ class Arcs {
   // The middle of a chord lies |a + b| / 2 from the centre.
   double square_at(double bulge) const { return bulge < d_ ? 4 * (d_ - bulge) * (d_ - bulge) : 0.0; }
 
-  void halve(Vec a, Vec b, int level, int levels) {
-    const Vec middle = factor_[level] * (a + b);
+  void halve(geometry::Vec a, geometry::Vec b, int level, int levels) {
+    const geometry::Vec middle = factor_[level] * (a + b);
     if (level + 1 < levels) halve(a, middle, level + 1, levels);
     line_.push_back(centre_ + outside_ * middle);
     if (level + 1 < levels) halve(middle, b, level + 1, levels);
   }
 
-  std::vector<Vec>& line_;
+  std::vector<geometry::Vec>& line_;
   double d_, coarse_, enough_;
   double outside_ = 1;
-  Vec centre_;
+  geometry::Vec centre_;
   double factor_[kDeepest] = {};
 };
 
 }  // namespace
 
 void Drawer::operator()(std::span<const Site> sites, const Component& component, double d, double tolerance,
-                        Rings& rings, CuspCorrector* cusps) {
+                        geometry::Rings& rings, CuspCorrector* cusps) {
   // One fifth of the tolerance is used by chords of arcs, the rest by the simplification; never finer than 1
   // um.
   const double within = std::max(10.0, 0.2 * tolerance), simplification = 0.8 * tolerance;
@@ -78,7 +78,7 @@ void Drawer::operator()(std::span<const Site> sites, const Component& component,
     cusps_.clear();
     if (cusps) places_.resize(loop.size());
     Bends bends;
-    Vec at = loop[0].from;
+    geometry::Vec at = loop[0].from;
     for (std::size_t i = 0; i < loop.size(); ++i) {
       const Site& site = sites[std::size_t(loop[i].site)];
       if (cusps) {
@@ -88,7 +88,7 @@ void Drawer::operator()(std::span<const Site> sites, const Component& component,
           bends = {i, before.corner() ? inverse * right_of(at - before.at) : before.along, at, false};
         }
         bends.last = at;
-        const Vec along = site.corner() ? inverse * right_of(at - site.at) : site.along;
+        const geometry::Vec along = site.corner() ? inverse * right_of(at - site.at) : site.along;
         if (bends.sharp) {
           cusp_at(sites, loop, bends.first, i, d, *cusps);
         } else if (turns_by(bends.from, along, CuspCorrector::kCusp)) {
@@ -97,7 +97,7 @@ void Drawer::operator()(std::span<const Site> sites, const Component& component,
         }
       }
       line_.push_back(at);
-      const Vec to = loop[i + 1 < loop.size() ? i + 1 : 0].from;
+      const geometry::Vec to = loop[i + 1 < loop.size() ? i + 1 : 0].from;
       if (site.corner()) arcs.add(site.at, at - site.at, to - site.at);
       at = to;
     }
@@ -112,7 +112,7 @@ void Drawer::operator()(std::span<const Site> sites, const Component& component,
 // Corrects the cusp at the start of an edge. @param first first edge of the group of bends
 void Drawer::cusp_at(std::span<const Site> sites, std::span<const WavefrontEdge> loop, std::size_t first,
                      std::size_t edge, double d, CuspCorrector& cusps) {
-  const Vec at = loop[edge].from;
+  const geometry::Vec at = loop[edge].from;
   const auto side = [&](std::size_t p) -> CuspCorrector::Side {
     const Site& s = sites[std::size_t(loop[p].site)];
     if (!s.corner()) return {at - d * left_of(s.along), s.along};
@@ -120,7 +120,7 @@ void Drawer::cusp_at(std::span<const Site> sites, std::span<const WavefrontEdge>
   };
   const CuspCorrector::Side before = side(edge > 0 ? edge - 1 : loop.size() - 1), after = side(edge);
   if (!turns_by(before.along, after.along, 1, kStraight)) return;
-  Vec to = at;
+  geometry::Vec to = at;
   if (!cusps.move(to, before, after, d)) return;
   cusps_.push_back(
       {places_[edge], at, to, right_of(before.along) + right_of(after.along), before, std::uint32_t(edge)});
@@ -138,7 +138,7 @@ void Drawer::cusp_at(std::span<const Site> sites, std::span<const WavefrontEdge>
 void Drawer::list_third_sides(CuspCorrector& cusps, double d) const {
   const double far = looks_narrow_on_average(kThin * cusps.near()) ? 0 : kFar * cusps.simplified();
   for (const Cusp& cusp : cusps_)
-    if (const Vec way = cusp.to - cusp.from;
+    if (const geometry::Vec way = cusp.to - cusp.from;
         dot(way, way) >= far * far && !cusps.uncertain().resolved(cusp.to, d) && !cusps.clear(cusp.to, d))
       cusps.uncertain().add(cusp.to, d);
 }
@@ -150,13 +150,13 @@ bool Drawer::move_cusps() {
   left_out_.clear();
   for (const Cusp& cusp : cusps_) line_[cusp.place] = cusp.to;
   for (const Cusp& cusp : cusps_) {
-    const Vec way = cusp.to - cusp.from;
+    const geometry::Vec way = cusp.to - cusp.from;
     if (dot(way, cusp.outward) >= 0) continue;
     // A cusp that moves back removes the points that it passes.
     const double reach = 4 * dot(way, way);
     for (const std::size_t step : {std::size_t(1), n - 1})
       for (std::size_t i = (cusp.place + step) % n; i != cusp.place; i = (i + step) % n) {
-        const Vec off = line_[i] - cusp.to, from = line_[i] - cusp.from;
+        const geometry::Vec off = line_[i] - cusp.to, from = line_[i] - cusp.from;
         if (dot(off, cusp.outward) <= 0 || dot(from, from) > reach) break;
         left_out_.push_back(std::uint32_t(i));
       }
@@ -186,9 +186,9 @@ void Drawer::leave_out() {
 
 // Returns whether the mean width is below `width`, as far as the extents along the axes show.
 bool Drawer::looks_narrow_on_average(double width) const {
-  Lanes2 along_axes{}, at{line_.back().x, line_.back().y};
-  for (const Vec v : line_) {
-    const Lanes2 next{v.x, v.y}, way = next - at;
+  geometry::Lanes2 along_axes{}, at{line_.back().x, line_.back().y};
+  for (const geometry::Vec v : line_) {
+    const geometry::Lanes2 next{v.x, v.y}, way = next - at;
     along_axes += way > -way ? way : -way;
     at = next;
   }

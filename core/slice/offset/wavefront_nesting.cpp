@@ -19,10 +19,10 @@ void each_corner(std::span<const Site> sites, std::span<const WavefrontEdge> edg
 
 // Returns twice the area of a loop; of its chords alone where arcs cannot change the sign.
 double area(std::span<const Site> sites, std::span<const WavefrontEdge> edges, double d) {
-  const Vec origin = edges[0].from;
+  const geometry::Vec origin = edges[0].from;
   double sum = 0, edge = 0, longest = 0;
   for (std::size_t i = 0; i < edges.size(); ++i) {
-    const Vec a = edges[i].from, b = edges[i + 1 < edges.size() ? i + 1 : 0].from, way = b - a;
+    const geometry::Vec a = edges[i].from, b = edges[i + 1 < edges.size() ? i + 1 : 0].from, way = b - a;
     sum += cross(a - origin, b - origin);
     edge += std::abs(way.x) + std::abs(way.y);
     longest = std::max(longest, dot(way, way));
@@ -30,9 +30,9 @@ double area(std::span<const Site> sites, std::span<const WavefrontEdge> edges, d
   // The area between an arc of at most half a turn and its chord c is less than c^3 / 5 d.
   if (5 * d * std::abs(sum) > 2 * longest * edge) return sum;
   sum = 0;
-  Vec before;
-  each_corner(sites, edges, d, [&](Vec corner) {
-    const Vec here = corner - origin;
+  geometry::Vec before;
+  each_corner(sites, edges, d, [&](geometry::Vec corner) {
+    const geometry::Vec here = corner - origin;
     sum += cross(before, here);
     before = here;
   });
@@ -41,9 +41,9 @@ double area(std::span<const Site> sites, std::span<const WavefrontEdge> edges, d
 
 }  // namespace
 
-Vec middle(const Site& site, Vec a, Vec b, double d) {
+geometry::Vec middle(const Site& site, geometry::Vec a, geometry::Vec b, double d) {
   if (!site.corner()) return 0.5 * (a + b);
-  const Vec sum = (a - site.at) + (b - site.at);
+  const geometry::Vec sum = (a - site.at) + (b - site.at);
   const double l = length(sum);
   return l > 0 ? site.at + (d / l) * sum : a;
 }
@@ -56,35 +56,46 @@ void HoleNesting::operator()(std::span<const Site> sites, Components& loops, dou
     if (areas_.back() > 0) outers_.push_back(areas_.size() - 1);
   }
   const std::span<Component> all = loops.all();
-  if (outers_.size() < all.size()) list_holes(sites, all, d);
-  for (std::size_t outer = 0; outer < all.size(); ++outer) {
-    if (areas_[outer] <= 0) continue;
-    Component& component = all[outer];
-    for (std::size_t hole = 0; hole < (outers_.size() < all.size() ? all.size() : 0); ++hole) {
-      if (outer_of_[hole] != outer) continue;
-      component.edges.insert(component.edges.end(), all[hole].edges.begin(), all[hole].edges.end());
-      component.ends.push_back(std::uint32_t(component.edges.size()));
+  if (outers_.size() < all.size()) {
+    list_holes(sites, all, d);
+    for (std::size_t hole = 0; hole < all.size(); ++hole) {
+      if (outer_of_[hole] == kNone) continue;
+      Component& outer = all[outer_of_[hole]];
+      outer.edges.insert(outer.edges.end(), all[hole].edges.begin(), all[hole].edges.end());
+      outer.ends.push_back(std::uint32_t(outer.edges.size()));
     }
-    out.take(component);
   }
+  for (const std::size_t outer : outers_) out.take(all[outer]);
 }
 
-// Assigns each hole to the smallest outer loop that contains it.
+// Assigns each hole to the smallest outer loop that contains it; of equal ones to the first.
 void HoleNesting::list_holes(std::span<const Site> sites, std::span<const Component> loops, double d) {
   outer_of_.assign(loops.size(), kNone);
-  std::stable_sort(outers_.begin(), outers_.end(),
-                   [&](std::size_t a, std::size_t b) { return areas_[a] < areas_[b]; });
-  corners_.resize(std::max(corners_.size(), outers_.size()));
-  if (outers_.size() > 1)
+  if (outers_.size() > 1) {
+    corners_.resize(std::max(corners_.size(), outers_.size()));
+    boxes_.resize(outers_.size());
     for (std::size_t o = 0; o < outers_.size(); ++o) {
       corners_[o].clear();
-      each_corner(sites, loops[outers_[o]].edges, d, [&](Vec corner) { corners_[o].push_back(corner); });
+      geometry::BoxOf<double> box;
+      each_corner(sites, loops[outers_[o]].edges, d, [&](geometry::Vec corner) {
+        corners_[o].push_back(corner);
+        box.add(corner.x, corner.y);
+      });
+      boxes_.set(o, geometry::floor_of(box.x0), geometry::floor_of(box.y0), geometry::floor_of(box.x1) + 1,
+                 geometry::floor_of(box.y1) + 1);
     }
+    boxes_.build();
+  }
   for (std::size_t hole = 0; hole < loops.size(); ++hole) {
     if (areas_[hole] > 0) continue;
-    for (std::size_t o = 0; o < outers_.size() && outer_of_[hole] == kNone; ++o)
-      if (outers_.size() == 1 || encloses<Vec>(corners_[o], loops[hole].edges[0].from))
-        outer_of_[hole] = outers_[o];
+    std::size_t& outer = outer_of_[hole];
+    if (outers_.size() == 1) outer = outers_[0];
+    if (outers_.size() < 2) continue;
+    const geometry::Vec at = loops[hole].edges[0].from;
+    boxes_.touching(geometry::box_about(at.x, at.y, 0), [&](std::size_t o) {
+      if ((outer == kNone || areas_[outers_[o]] < areas_[outer]) && encloses<geometry::Vec>(corners_[o], at))
+        outer = outers_[o];
+    });
   }
 }
 

@@ -15,7 +15,7 @@ constexpr double kClose = 0.01;  // units: precision of the distance of an edge 
 // Position of a bisector along a direction: a + b d + c sqrt(q2 d^2 + q1 d + q0).
 struct Reach {
   double a = 0, b = 0, c = 0, q2 = 0, q1 = 0, q0 = 0;
-  Reach(const Bisector& j, Vec along) : a(dot(j.base, along)) {
+  Reach(const Bisector& j, geometry::Vec along) : a(dot(j.base, along)) {
     const double ahead = dot(j.direction, along);
     switch (j.kind) {
       case Bisector::Kind::kStraight:
@@ -44,7 +44,7 @@ struct Reach {
 
 // Returns the distance at which start meets end: the extent between them falls from above 0 at `low` to
 // `at_high` below it at `high`. Newton steps within the bracket, bisection where they leave it.
-double edge_event(const Bisector& from, const Bisector& to, Vec along, double low, double high,
+double edge_event(const Bisector& from, const Bisector& to, geometry::Vec along, double low, double high,
                   double at_high) {
   if (from.kind == Bisector::Kind::kStraight && to.kind == Bisector::Kind::kStraight) {  // usual
     const double a = dot(to.base, along) - dot(from.base, along),
@@ -91,16 +91,16 @@ void Propagation::predict_event(std::int32_t i, double since) {
   linked_anew_.push_back(i);
   if (edges_of_loop_[i].pivot()) return;
   const WavefrontEdge &here = edges_of_loop_[i], &next = edges_of_loop_[links_[i].next];
-  const Vec along = sites_[here.site].along;
+  const geometry::Vec along = sites_[here.site].along;
   const double extent = dot(next.from - here.from, along);
   if (extent >= 0) return;
   links_[i].edge_event = edge_event(here.start, next.start, along, since, to_, extent);
 }
 
 // Returns the bisector of an edge and a fixed point, which the edge sees along its own normal.
-Bisector Propagation::radial(std::int32_t i, Vec place) const {
+Bisector Propagation::radial(std::int32_t i, geometry::Vec place) const {
   const Site& site = sites_[edges_of_loop_[i].site];
-  const Vec away = place - site.at;
+  const geometry::Vec away = place - site.at;
   if (!site.corner()) return {site.at + dot(away, site.along) * site.along, left_of(site.along)};
   const double l = length(away);
   return {site.at, l > 0 ? (1 / l) * away : left_of(site.along)};
@@ -108,8 +108,8 @@ Bisector Propagation::radial(std::int32_t i, Vec place) const {
 
 // Returns whether a point is a local maximum of the distance: no direction leads away from all three sites
 // that generate it.
-bool Propagation::peak(std::int32_t a, std::int32_t b, std::int32_t c, Vec place) const {
-  Vec from[3];
+bool Propagation::peak(std::int32_t a, std::int32_t b, std::int32_t c, geometry::Vec place) const {
+  geometry::Vec from[3];
   for (int k = 0; k < 3; ++k) {
     const std::int32_t edge = k == 0 ? a : k == 1 ? b : c;
     if (edges_of_loop_[edge].pivot()) return false;
@@ -124,7 +124,7 @@ bool Propagation::peak(std::int32_t a, std::int32_t b, std::int32_t c, Vec place
 
 void Propagation::collapse(std::int32_t i, double d) {
   const std::int32_t a = links_[i].prev, c = links_[i].next;
-  const Vec place = 0.5 * (edges_of_loop_[i].start(d) + edges_of_loop_[c].start(d));
+  const geometry::Vec place = 0.5 * (edges_of_loop_[i].start(d) + edges_of_loop_[c].start(d));
   const bool pivots = edges_of_loop_[a].pivot() || edges_of_loop_[c].pivot();
   if (d > peaks_from_ && peak(a, i, c, place)) peaks_.push_back(place);
   Bisector bisector;
@@ -155,9 +155,9 @@ void Propagation::collapse(std::int32_t i, double d) {
 void Propagation::list_inverted() {
   inverted_.clear();
   WavefrontEdge *const first = edges_of_loop_.data(), *const stop = first + edges_of_loop_.size();
-  Vec from = first->from = first->start(to_);
+  geometry::Vec from = first->from = first->start(to_);
   for (WavefrontEdge* edge = first; edge != stop; ++edge) {
-    const Vec end = edge + 1 != stop ? edge[1].from = edge[1].start(to_) : first->from;
+    const geometry::Vec end = edge + 1 != stop ? edge[1].from = edge[1].start(to_) : first->from;
     if (dot(end - from, sites_[std::size_t(edge->site)].along) < 0)
       inverted_.push_back(std::int32_t(edge - first));
     from = end;

@@ -23,7 +23,7 @@ constexpr std::size_t kSmall = 64;  // arcs
 // Part of a loop of arcs between two consecutive cuts, or the ends of the loop.
 struct Part {
   std::uint32_t first, last;  // arcs; the first and the last one belong to it in part
-  Vec from, to;
+  geometry::Vec from, to;
   std::uint32_t next = 0;
   bool crossed = false;     // begins at a crossing (then `before` is the arc it comes from)
   bool right_turn = false;  // begins at a crossing with a right turn: it bounds swept area on its other side
@@ -76,7 +76,7 @@ class SelfIntersectionTrimmer::Trimming {
     const std::vector<WavefrontEdge>& edges = component_->edges;
     DirectedArc best;
     double longest = -1;
-    const auto add = [&](Vec a, Vec b, std::int32_t site) {
+    const auto add = [&](geometry::Vec a, geometry::Vec b, std::int32_t site) {
       if (const double square = dot(b - a, b - a); square > longest) {
         longest = square;
         best.a = a;
@@ -85,7 +85,7 @@ class SelfIntersectionTrimmer::Trimming {
       }
     };
     for (std::size_t i = begin; i < end; ++i) {
-      const Vec a = edges[i].from, b = edges[i + 1 < end ? i + 1 : begin].from;
+      const geometry::Vec a = edges[i].from, b = edges[i + 1 < end ? i + 1 : begin].from;
       if (edges[i].pivot()) {
         add(a, component_->place_of(edges[i]), kPivot);
         add(component_->place_of(edges[i]), b, kPivot);
@@ -103,26 +103,26 @@ class SelfIntersectionTrimmer::Trimming {
   void find_in(const Edges& edges) {
     chains_.pairs(edges, [&](std::size_t i, std::size_t j) {
       if (edges.next(i) == j || edges.next(j) == i) return;
-      intersect(sites_, d_, edges.arc(i), edges.arc(j), [&](Vec at, double on_i, double on_j) {
+      intersect(sites_, d_, edges.arc(i), edges.arc(j), [&](geometry::Vec at, double on_i, double on_j) {
         crossings_.push_back({at, {std::uint32_t(i), std::uint32_t(j)}, {on_i, on_j}});
       });
     });
   }
-  Vec middle(const DirectedArc& arc) const {
+  geometry::Vec middle(const DirectedArc& arc) const {
     return arc.site == kPivot ? 0.5 * (arc.a + arc.b)
                               : wavefront::middle(sites_[std::size_t(arc.site)], arc.a, arc.b, d_);
   }
   double limit() const { return std::max(0.0, d_ - kSwept); }
-  bool is_swept(Vec place) { return site_index_(place, limit()); }
+  bool is_swept(geometry::Vec place) { return site_index_(place, limit()); }
   // The sites that have swept a loop are usually near one of its crossings; small loops usually have been
   // swept.
-  bool swept_beside(Vec place) const {
+  bool swept_beside(geometry::Vec place) const {
     return std::any_of(loop_.begin(), loop_.end(), [&](std::uint32_t p) {
       return parts_[p].crossed &&
              (swept_about(place, parts_[p].first) || swept_about(place, parts_[p].before));
     });
   }
-  bool swept_about(Vec place, std::uint32_t arc) const {
+  bool swept_about(geometry::Vec place, std::uint32_t arc) const {
     const double square = limit() * limit();
     const std::uint32_t end = std::uint32_t(std::min<std::size_t>(arcs_.size(), arc + kAbout + 1));
     for (std::uint32_t s = arc > kAbout ? arc - kAbout : 0; s < end; ++s)
@@ -130,7 +130,7 @@ class SelfIntersectionTrimmer::Trimming {
         return true;
     return false;
   }
-  Vec travel(const DirectedArc& s, Vec at) const {  // direction at a point of the arc
+  geometry::Vec travel(const DirectedArc& s, geometry::Vec at) const {  // direction at a point of the arc
     return is_circular(sites_, s) ? right_of(at - sites_[std::size_t(s.site)].at) : s.b - s.a;
   }
   void cut();
@@ -141,7 +141,7 @@ class SelfIntersectionTrimmer::Trimming {
   std::span<const Site> sites_;
   const Component* component_ = nullptr;
   double d_ = 0;
-  MonotoneChains chains_;
+  geometry::MonotoneChains chains_;
   bool simple_ = false;    // one loop without pivots
   double twice_area_ = 0;  // of the chords, if simple_; arcs bulge into the area, which keeps its sign
   std::unique_ptr<DirectedArc[]> room_;
@@ -167,14 +167,14 @@ void SelfIntersectionTrimmer::Trimming::list_runs(bool alone) {
   std::size_t begin = 0;
   double area = 0;
   for (const std::uint32_t end : component_->ends) {
-    const Vec origin = edges[begin].from;
-    Vec from = origin;
-    int last = MonotoneChains::kNone;
+    const geometry::Vec origin = edges[begin].from;
+    geometry::Vec from = origin;
+    int last = geometry::MonotoneChains::kNone;
     for (std::size_t i = begin; i < end; ++i) {
       const Site& site = sites_[std::size_t(edges[i].site)];
-      const Vec to = i + 1 < end ? edges[i + 1].from : origin;
+      const geometry::Vec to = i + 1 < end ? edges[i + 1].from : origin;
       const int run = run_of(site, from, to, d_);
-      if (MonotoneChains::begins(run, last)) chains_.begin(std::uint32_t(i), run, last);
+      if (geometry::MonotoneChains::begins(run, last)) chains_.begin(std::uint32_t(i), run, last);
       last = run;
       area += cross(from - origin, to - origin);
       from = to;
@@ -220,25 +220,26 @@ void SelfIntersectionTrimmer::Trimming::list_arcs() {
   std::size_t begin = 0;
   for (const std::uint32_t end : component_->ends) {
     const std::uint32_t first = count;
-    int last = MonotoneChains::kNone;
-    const auto add = [&](Vec a, Vec b, const WavefrontEdge* edge, std::int32_t site, int run) {
+    int last = geometry::MonotoneChains::kNone;
+    const auto add = [&](geometry::Vec a, geometry::Vec b, const WavefrontEdge* edge, std::int32_t site,
+                         int run) {
       arc->a = a;
       arc->b = b;
       arc->edge = std::int32_t(edge - edges);
       arc->site = site;
       arc->next = count + 1;
       ++arc;
-      if (MonotoneChains::begins(run, last)) chains_.begin(count, run, last);
+      if (geometry::MonotoneChains::begins(run, last)) chains_.begin(count, run, last);
       last = run;
       ++count;
     };
-    Vec from = edges[begin].from;
+    geometry::Vec from = edges[begin].from;
     for (const WavefrontEdge *edge = edges + begin, *const stop = edges + end; edge != stop; ++edge) {
-      const Vec to = edge + 1 != stop ? edge[1].from : edges[begin].from;
+      const geometry::Vec to = edge + 1 != stop ? edge[1].from : edges[begin].from;
       if (edge->pivot()) {
-        const Vec pivot = component_->place_of(*edge);
-        add(from, pivot, edge, kPivot, MonotoneChains::run_of(pivot - from));
-        add(pivot, to, edge, kPivot, MonotoneChains::run_of(to - pivot));
+        const geometry::Vec pivot = component_->place_of(*edge);
+        add(from, pivot, edge, kPivot, geometry::MonotoneChains::run_of(pivot - from));
+        add(pivot, to, edge, kPivot, geometry::MonotoneChains::run_of(to - pivot));
       } else {
         add(from, to, edge, edge->site, run_of(sites_[std::size_t(edge->site)], from, to, d_));
       }
@@ -304,8 +305,8 @@ bool SelfIntersectionTrimmer::Trimming::judge(bool& keep) {
   DirectedArc best[2];
   bool corners_wrong = false;
   std::size_t arcs = 0;
-  const auto look = [&](Vec a, Vec b, const DirectedArc& arc) {
-    const Vec way = b - a;
+  const auto look = [&](geometry::Vec a, geometry::Vec b, const DirectedArc& arc) {
+    const geometry::Vec way = b - a;
     const double square = dot(way, way);
     if (total < kTiny) total += std::abs(way.x) + std::abs(way.y);
     corners_wrong |= arc.site == kPivot;
@@ -332,7 +333,7 @@ bool SelfIntersectionTrimmer::Trimming::judge(bool& keep) {
   keep = false;
   if (total < kTiny) return true;
   for (int i = 0; i < (corners_wrong ? 1 : 2) && longest[i] > 0.0625 * longest[0]; ++i) {
-    const Vec place = middle(best[i]);
+    const geometry::Vec place = middle(best[i]);
     const bool lives = best[i].site != kPivot && !(arcs <= kSmall && swept_beside(place)) && !is_swept(place);
     if (i && lives != keep) return false;
     keep = lives;

@@ -14,7 +14,7 @@ struct Cut {
   std::int64_t line = 0;   // number of the line
   double along = 0;        // position on it
   std::uint32_t edge = 0;  // edge of the outline: index of its first point
-  Vec at;
+  geometry::Vec at;
   bool enters = false;
   std::uint32_t mate = 0;               // other end of the part inside
   std::uint32_t before = 0, after = 0;  // neighbours along the outline
@@ -22,14 +22,15 @@ struct Cut {
 };
 
 // Returns all cuts, along each ring in the direction of the outline.
-std::vector<Cut> cuts_of(const Region& region, double spacing, Vec along) {
-  const Vec across = left_of(along);
+std::vector<Cut> cuts_of(const geometry::Region& region, double spacing, geometry::Vec along) {
+  const geometry::Vec across = left_of(along);
   std::vector<Cut> cuts;
   std::size_t begin = 0;
   for (std::uint32_t r = 0; r < region.size(); ++r) {
     const std::size_t end = region.ends[r], first_cut = cuts.size();
     for (std::size_t i = begin; i < end; ++i) {
-      const Vec a = to_vec(region.points[i]), b = to_vec(region.points[i + 1 < end ? i + 1 : begin]);
+      const geometry::Vec a = to_vec(region.points[i]),
+                          b = to_vec(region.points[i + 1 < end ? i + 1 : begin]);
       const double ya = dot(a, across) / spacing, yb = dot(b, across) / spacing;
       // Lines with lower <= k < upper: each corner belongs to one of its edges.
       const std::int64_t low = std::int64_t(std::ceil(std::min(ya, yb))),
@@ -37,7 +38,7 @@ std::vector<Cut> cuts_of(const Region& region, double spacing, Vec along) {
       const bool rises = yb > ya;
       for (std::int64_t step = 0; step < high - low; ++step) {
         const std::int64_t k = rises ? low + step : high - 1 - step;
-        const Vec at = a + std::clamp((double(k) - ya) / (yb - ya), 0.0, 1.0) * (b - a);
+        const geometry::Vec at = a + std::clamp((double(k) - ya) / (yb - ya), 0.0, 1.0) * (b - a);
         // Material lies left of the outline, which rises on the right of the part inside.
         cuts.push_back({k, dot(at, along), std::uint32_t(i), at, !rises, 0, 0, 0, r});
       }
@@ -73,12 +74,12 @@ std::vector<std::uint32_t> pair_up(std::vector<Cut>& cuts) {
   return entering;
 }
 
-void push(Rings& lines, std::size_t begin, Vec v) {
-  const Point p = to_point(v);
+void push(geometry::Rings& lines, std::size_t begin, geometry::Vec v) {
+  const geometry::Point p = to_point(v);
   if (lines.points.size() == begin || lines.points.back() != p) lines.points.push_back(p);
 }
 
-void finish(Rings& lines, std::size_t begin) {
+void finish(geometry::Rings& lines, std::size_t begin) {
   if (lines.points.size() - begin < 2)
     lines.points.resize(begin);
   else
@@ -87,15 +88,16 @@ void finish(Rings& lines, std::size_t begin) {
 
 }  // namespace
 
-Vec direction_at(double angle_rad) {
+geometry::Vec direction_at(double angle_rad) {
   constexpr double kSteps = 1 << 30;
-  const Vec v{std::nearbyint(std::cos(angle_rad) * kSteps), std::nearbyint(std::sin(angle_rad) * kSteps)};
+  const geometry::Vec v{std::nearbyint(std::cos(angle_rad) * kSteps),
+                        std::nearbyint(std::sin(angle_rad) * kSteps)};
   return (1 / length(v)) * v;
 }
 
-Rings fill_lines(const Region& region, double spacing_mm, double angle_rad) {
-  std::vector<Cut> cuts = cuts_of(region, spacing_mm * kUnitsPerMm, direction_at(angle_rad));
-  Rings lines;
+geometry::Rings fill_lines(const geometry::Region& region, double spacing_mm, double angle_rad) {
+  std::vector<Cut> cuts = cuts_of(region, spacing_mm * geometry::kUnitsPerMm, direction_at(angle_rad));
+  geometry::Rings lines;
   for (const std::uint32_t c : pair_up(cuts)) {
     const std::size_t begin = lines.points.size();
     push(lines, begin, cuts[c].at);
@@ -105,21 +107,21 @@ Rings fill_lines(const Region& region, double spacing_mm, double angle_rad) {
   return lines;
 }
 
-Region swept_by(const Rings& lines, double half_mm) {
+geometry::Region swept_by(const geometry::Rings& lines, double half_mm) {
   constexpr int kEnd = 6;  // chords of a round end
-  Vec turn[kEnd + 1];
+  geometry::Vec turn[kEnd + 1];
   for (int i = 0; i <= kEnd; ++i) turn[i] = direction_at(std::numbers::pi * i / kEnd);
-  Rings outlines;
-  std::vector<Point> outline;
+  geometry::Rings outlines;
+  std::vector<geometry::Point> outline;
   for (std::size_t l = 0; l < lines.size(); ++l) {
     for (std::size_t p = 1; p < lines[l].size(); ++p) {
-      const Vec a = to_vec(lines[l][p - 1]), b = to_vec(lines[l][p]);
-      const Vec across = (half_mm * kUnitsPerMm / length(b - a)) * left_of(b - a);
-      const auto end = [&](Vec at, Vec from) {
-        for (const Vec t : turn) outline.push_back(to_point(at + t.x * from + t.y * left_of(from)));
+      const geometry::Vec a = to_vec(lines[l][p - 1]), b = to_vec(lines[l][p]);
+      const geometry::Vec across = (half_mm * geometry::kUnitsPerMm / length(b - a)) * left_of(b - a);
+      const auto end = [&](geometry::Vec at, geometry::Vec from) {
+        for (const geometry::Vec t : turn) outline.push_back(to_point(at + t.x * from + t.y * left_of(from)));
       };
       outline.clear();
-      end(b, Vec{} - across);
+      end(b, geometry::Vec{} - across);
       end(a, across);
       outlines.add(outline);
     }
@@ -127,8 +129,8 @@ Region swept_by(const Rings& lines, double half_mm) {
   return region_of(outlines);
 }
 
-Rings fill_zigzag(const Region& region, double spacing_mm, double angle_rad) {
-  std::vector<Cut> cuts = cuts_of(region, spacing_mm * kUnitsPerMm, direction_at(angle_rad));
+geometry::Rings fill_zigzag(const geometry::Region& region, double spacing_mm, double angle_rad) {
+  std::vector<Cut> cuts = cuts_of(region, spacing_mm * geometry::kUnitsPerMm, direction_at(angle_rad));
   const std::vector<std::uint32_t> entering = pair_up(cuts);
   // Returns the cut to which the outline leads from this one, on the next line of the zigzag; the cut itself
   // if there is no such cut.
@@ -140,7 +142,7 @@ Rings fill_zigzag(const Region& region, double spacing_mm, double angle_rad) {
     const bool fits = cuts[to].line == line && cuts[to].enters == cuts[c].enters && cuts[to].mate != to;
     return fits ? to : c;
   };
-  Rings lines;
+  geometry::Rings lines;
   std::vector<bool> done(cuts.size(), false);
   for (const std::uint32_t start : entering) {
     if (done[start]) continue;

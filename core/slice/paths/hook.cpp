@@ -12,38 +12,38 @@
 namespace firn::slice {
 namespace {
 
-double doubled_area(std::span<const Point> ring) {
+double doubled_area(std::span<const geometry::Point> ring) {
   double sum = 0;
   for (std::size_t i = 1; i + 1 < ring.size(); ++i)
     sum += cross(to_vec(ring[i]) - to_vec(ring[0]), to_vec(ring[i + 1]) - to_vec(ring[0]));
   return sum;
 }
 
-bool runs_round_everything(std::span<const Point> ring, const Region& part) {
+bool runs_round_everything(std::span<const geometry::Point> ring, const geometry::Region& part) {
   if (doubled_area(ring) <= 0) return false;
   for (std::size_t r = 0; r < part.size(); ++r)
-    if (doubled_area(part[r]) > 0 && encloses<Point>(part[r], ring[0])) return false;
+    if (doubled_area(part[r]) > 0 && encloses<geometry::Point>(part[r], ring[0])) return false;
   return true;
 }
 
 // Returns whether each outer ring of the part lies inside one of the hooks; otherwise hooks run along the
 // part and not around it.
-bool encloses(const Rings& hooks, const Region& part) {
+bool encloses(const geometry::Rings& hooks, const geometry::Region& part) {
   for (std::size_t r = 0; r < part.size(); ++r) {
     if (doubled_area(part[r]) <= 0) continue;
     bool enclosed = false;
     for (std::size_t h = 0; h < hooks.size() && !enclosed; ++h)
-      enclosed = encloses<Point>(hooks[h], part[r][0]);
+      enclosed = encloses<geometry::Point>(hooks[h], part[r][0]);
     if (!enclosed) return false;
   }
   return true;
 }
 
 // Returns the distance between rings that do not cross: from the corners of each to the edges of the other.
-double distance_mm(const Rings& a, const Rings& b) {
+double distance_mm(const geometry::Rings& a, const geometry::Rings& b) {
   double best = std::numeric_limits<double>::infinity();
-  const auto corners_to_edges = [&](const Rings& corners, const Rings& edges) {
-    for (const Point p : corners.points)
+  const auto corners_to_edges = [&](const geometry::Rings& corners, const geometry::Rings& edges) {
+    for (const geometry::Point p : corners.points)
       for (std::size_t r = 0; r < edges.size(); ++r)
         for (std::size_t i = 0; i < edges[r].size(); ++i)
           best = std::min(best, square_distance(to_vec(p), to_vec(edges[r][i]),
@@ -51,7 +51,7 @@ double distance_mm(const Rings& a, const Rings& b) {
   };
   corners_to_edges(a, b);
   corners_to_edges(b, a);
-  return std::sqrt(best) * kMmPerUnit;
+  return std::sqrt(best) * geometry::kMmPerUnit;
 }
 
 }  // namespace
@@ -61,19 +61,20 @@ int hooks_in(std::int32_t layer, const HookOptions& options) {
   return layer <= options.two_from_layer ? 1 : 2;
 }
 
-Rings take_outermost(Rings& rings, const Region& part) {
-  Rings taken, left;
+geometry::Rings take_outermost(geometry::Rings& rings, const geometry::Region& part) {
+  geometry::Rings taken, left;
   for (std::size_t r = 0; r < rings.size(); ++r)
     (runs_round_everything(rings[r], part) ? taken : left).add(rings[r]);
   rings = std::move(left);
   return taken;
 }
 
-Region room_for_hook(const Region& scaffold, const Region& part, int hooks, const PathOptions& options) {
+geometry::Region room_for_hook(const geometry::Region& scaffold, const geometry::Region& part, int hooks,
+                               const PathOptions& options) {
   const ExtrusionOptions& extrusion = options.scaffold;
   if (part.empty()) return scaffold;
-  const Rings everything = unite(scaffold, part);
-  Region wider = scaffold;
+  const geometry::Rings everything = unite(scaffold, part);
+  geometry::Region wider = scaffold;
   // The distance of the innermost hook of contours that extend out_mm beyond everything is out_mm less its
   // own distance from the outer edge: this many contours suffice for any part.
   const RingPlan hook_rings{extrusion.first_offset_mm, extrusion.boundaries, extrusion.boundary_width_mm,
@@ -91,7 +92,7 @@ Region room_for_hook(const Region& scaffold, const Region& part, int hooks, cons
     RingLevels rings = offset_rings(wider, plan, options.chord_tolerance_mm);
     bool clear = int(rings.levels.size()) == hooks;
     for (int level = 0; clear && level < hooks; ++level) {
-      const Rings hook = take_outermost(rings.levels[std::size_t(level)], part);
+      const geometry::Rings hook = take_outermost(rings.levels[std::size_t(level)], part);
       const double width =
           level < extrusion.boundaries ? extrusion.boundary_width_mm : extrusion.fill_width_mm;
       clear = encloses(hook, part) && distance_mm(hook, part) >= 0.5 * width + options.hook.clearance_mm;

@@ -13,12 +13,13 @@ int hooks_in(std::int32_t layer, const HookOptions& options);
 
 /// Removes and returns the outermost rings: those that bound scaffold from outside and lie in no hole of the
 /// part.
-Rings take_outermost(Rings& rings, const Region& part);
+geometry::Rings take_outermost(geometry::Rings& rings, const geometry::Region& part);
 
 /// Returns the scaffold with as many additional contours of its boundary width as let the outermost `hooks`
 /// paths enclose the whole part at least clearance_mm from it: at most ceil((d + width / 2 + clearance) /
 /// boundary width), with d the distance of the innermost hook from the outer edge, which suffices for any
 /// part.
-Region room_for_hook(const Region& scaffold, const Region& part, int hooks, const PathOptions& options);
+geometry::Region room_for_hook(const geometry::Region& scaffold, const geometry::Region& part, int hooks,
+                               const PathOptions& options);
 
 }  // namespace firn::slice

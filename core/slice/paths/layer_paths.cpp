@@ -5,10 +5,10 @@
 namespace firn::slice {
 namespace {
 
-double distance_mm(Point a, Point b) { return distance(a, b) * kMmPerUnit; }
+double distance_mm(geometry::Point a, geometry::Point b) { return distance(a, b) * geometry::kMmPerUnit; }
 
 // Roots of some steps side by side, sums in their order.
-double length_mm(std::span<const Point> line, double length) {
+double length_mm(std::span<const geometry::Point> line, double length) {
   constexpr std::size_t kAtOnce = 16;
   while (line.size() > kAtOnce) {
     double steps[kAtOnce];
@@ -31,7 +31,8 @@ std::vector<MaterialUse> material_use(const LayerPaths& paths) {
     const auto line = paths.lines[i];
     const double length = length_mm(line, info.closed ? distance_mm(line.back(), line.front()) : 0.0);
     use[info.material].length_mm += length;
-    use[info.material].volume_mm3 += length * (info.width * kMmPerUnit) * (paths.height * kMmPerUnit);
+    use[info.material].volume_mm3 +=
+        length * (info.width * geometry::kMmPerUnit) * (paths.height * geometry::kMmPerUnit);
   }
   return use;
 }
@@ -51,12 +52,13 @@ Path to_path(const LayerPaths& paths, std::size_t line) {
             info.material,
             info.kind,
             info.closed,
-            info.width * kMmPerUnit,
-            paths.height * kMmPerUnit,
-            paths.z * kMmPerUnit,
+            info.width * geometry::kMmPerUnit,
+            paths.height * geometry::kMmPerUnit,
+            paths.z * geometry::kMmPerUnit,
             {}};
   path.points.reserve(paths.lines[line].size());
-  for (const Point p : paths.lines[line]) path.points.push_back({p.x * kMmPerUnit, p.y * kMmPerUnit});
+  for (const geometry::Point p : paths.lines[line])
+    path.points.push_back({p.x * geometry::kMmPerUnit, p.y * geometry::kMmPerUnit});
   return path;
 }
 

@@ -23,7 +23,7 @@ struct LayerPaths {
   std::int32_t layer = 0;   ///< 1-based
   std::int32_t z = 0;       ///< units, height of the layer's top
   std::int32_t height = 0;  ///< units
-  Rings lines;
+  geometry::Rings lines;
   std::vector<PathInfo> info;
   std::uint32_t clipper_rings = 0;  ///< rings computed by Clipper because the wavefront was ambiguous
   bool operator==(const LayerPaths&) const = default;

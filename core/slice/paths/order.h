@@ -14,7 +14,7 @@ namespace firn::slice {
 /// Closed lines begin at their seam, open ones may be reversed.
 /// @param at position of the nozzle; afterwards its position at the end
 /// @param widths of each line, in place of that of the info; may be empty
-void append_in_order(const Rings& lines, const PathInfo& info, const PathOptions& options, Point& at,
-                     LayerPaths& paths, std::span<const std::int32_t> widths = {});
+void append_in_order(const geometry::Rings& lines, const PathInfo& info, const PathOptions& options,
+                     geometry::Point& at, LayerPaths& paths, std::span<const std::int32_t> widths = {});
 
 }  // namespace firn::slice

@@ -24,7 +24,7 @@ void check(const LayerPaths& l) {
   bool ok = l.layer >= 1 && within(l.z) && l.height > 0 && within(l.height);
   for (const PathInfo& i : l.info) ok = ok && i.width >= 0 && within(i.width);
   bool all = true;
-  for (const Point& p : l.lines.points) all &= within(p.x) & within(p.y);
+  for (const geometry::Point& p : l.lines.points) all &= within(p.x) & within(p.y);
   ok = ok && all;
   if (!ok)
     throw std::invalid_argument("layer " + std::to_string(l.layer) +
@@ -33,9 +33,9 @@ void check(const LayerPaths& l) {
 
 constexpr std::uint32_t kMore[] = {0x0, 0x80, 0x8080, 0x808080};  // continuation bits
 
-// Writes the same bytes as put_signed of ByteWriter. Most steps take two or three bytes, unpredictably:
-// numbers below 2^28 are spread over four bytes at once, of which the required number counts. @return the
-// position behind them; four bytes are overwritten
+// Writes 0, -1, 1, -2 … as the bytes of put_varint(0, 1, 2, 3 …). Most steps take two or three bytes,
+// unpredictably: numbers below 2^28 are spread over four bytes at once, of which the required number counts.
+// @return the position behind them; four bytes are overwritten
 [[gnu::always_inline]] inline std::byte* put_step(std::int64_t step, std::byte* to) {
   std::uint64_t v = (std::uint64_t(step) << 1) ^ std::uint64_t(step >> 63);
   if (v < 1u << 28) [[likely]] {
@@ -52,12 +52,12 @@ constexpr std::uint32_t kMore[] = {0x0, 0x80, 0x8080, 0x808080};  // continuatio
 }
 
 // Writes a line as differences, some hundred points at a time, without a capacity check for each.
-void put_steps(std::span<const Point> line, Point& at, ByteWriter& out) {
-  constexpr std::size_t kAtOnce = 256, kMostBytes = 10;  // for 64 bits at seven a byte
-  std::array<std::byte, 2 * kAtOnce * kMostBytes> room;
+void put_steps(std::span<const geometry::Point> line, geometry::Point& at, ByteWriter& out) {
+  constexpr std::size_t kAtOnce = 256, kMaxBytes = 10;  // for 64 bits at seven a byte
+  std::array<std::byte, 2 * kAtOnce * kMaxBytes> room;
   for (; !line.empty(); line = line.subspan(std::min(kAtOnce, line.size()))) {
     std::byte* to = room.data();
-    for (const Point& p : line.first(std::min(kAtOnce, line.size()))) {
+    for (const geometry::Point& p : line.first(std::min(kAtOnce, line.size()))) {
       to = put_step(std::int64_t(p.x) - at.x, to);
       to = put_step(std::int64_t(p.y) - at.y, to);
       at = p;
@@ -71,7 +71,7 @@ void put_steps(std::span<const Point> line, Point& at, ByteWriter& out) {
 std::vector<std::byte> encode(const PathFileHead& h) {
   ByteWriter out;
   out.put(kPathVersion);
-  out.put(std::uint32_t(kUnitsPerMm));
+  out.put(std::uint32_t(geometry::kUnitsPerMm));
   out.put(h.layers);
   out.put_text(h.made_by);
   out.put_text(h.laser);
@@ -92,8 +92,9 @@ PathFileHead decode_path_head(std::span<const std::byte> bytes) {
   if (const auto version = in.get<std::uint32_t>("version"); version != kPathVersion)
     in.fail("version " + std::to_string(version) + " is unknown; this program reads version " +
             std::to_string(kPathVersion));
-  if (const auto units = in.get<std::uint32_t>("units per mm"); units != std::uint32_t(kUnitsPerMm))
-    in.fail(std::to_string(units) + " units per mm; this program reads " + std::to_string(kUnitsPerMm));
+  if (const auto units = in.get<std::uint32_t>("units per mm"); units != std::uint32_t(geometry::kUnitsPerMm))
+    in.fail(std::to_string(units) + " units per mm; this program reads " +
+            std::to_string(geometry::kUnitsPerMm));
   h.layers = in.get<std::int32_t>("layers");
   if (h.layers < 0) in.fail(std::to_string(h.layers) + " layers");
   h.made_by = in.get_text("made_by");
@@ -118,10 +119,10 @@ std::vector<std::byte> encode(const LayerPaths& l) {
   out.put(l.clipper_rings);
   out.put(std::uint32_t(l.lines.size()));
   out.put(std::uint32_t(l.lines.points.size()));
-  Point at;
+  geometry::Point at;
   for (std::size_t n = 0; n < l.lines.size(); ++n) {
     const PathInfo& i = l.info[n];
-    const std::span<const Point> line = l.lines[n];
+    const std::span<const geometry::Point> line = l.lines[n];
     if (line.empty())
       throw std::invalid_argument("layer " + std::to_string(l.layer) + ": a line without points");
     out.put(std::uint8_t(std::uint8_t(i.kind) | (i.closed ? kClosedBit : 0)));
@@ -151,7 +152,7 @@ LayerPaths decode_layer_paths(std::span<const std::byte> bytes, const PathFileHe
   l.lines.points.reserve(points);
   l.lines.ends.reserve(paths);
   l.info.reserve(paths);
-  Point at;
+  geometry::Point at;
   for (std::size_t n = 0; n < paths; ++n) {
     const auto flags = in.get<std::uint8_t>("path");
     if (flags > (kKindBits | kClosedBit))

@@ -13,7 +13,7 @@
 namespace firn::slice {
 namespace {
 
-std::int32_t units(double mm) { return std::int32_t(std::lround(mm * kUnitsPerMm)); }
+std::int32_t units(double mm) { return std::int32_t(std::lround(mm * geometry::kUnitsPerMm)); }
 
 const ExtrusionOptions& extrusion_of(std::size_t material, const PathOptions& options) {
   return material == kScaffoldMaterial ? options.scaffold : options.part;
@@ -21,11 +21,11 @@ const ExtrusionOptions& extrusion_of(std::size_t material, const PathOptions& op
 
 // Computes extrusion lines where the outline is too narrow for its first ring, and where rings leave voids
 // between them.
-void find_gaps(const Region& region, RingLevels& rings, const RingPlan& plan,
+void find_gaps(const geometry::Region& region, RingLevels& rings, const RingPlan& plan,
                const ExtrusionOptions& extrusion, double tolerance_mm, GapFiller& fill,
                ExtrusionLines& thin_parts, ExtrusionLines& gaps) {
-  const Rings none;
-  const auto level = [&](int k) -> const Rings& {
+  const geometry::Rings none;
+  const auto level = [&](int k) -> const geometry::Rings& {
     return k < 0 ? region : k < int(rings.levels.size()) ? rings.levels[std::size_t(k)] : none;
   };
   for (int k = -1; k + 1 < int(rings.gaps.size()); ++k) {
@@ -44,9 +44,9 @@ void find_gaps(const Region& region, RingLevels& rings, const RingPlan& plan,
 }
 
 // Plans boundaries and fill of one material; the outermost `hooks` levels become hook paths.
-void plan_material(const Region& region, std::uint8_t material, const PathOptions& options, int hooks,
-                   Point& at, LayerPaths& paths, const Region& part, const Simplified& simplified,
-                   PathWork& work) {
+void plan_material(const geometry::Region& region, std::uint8_t material, const PathOptions& options,
+                   int hooks, geometry::Point& at, LayerPaths& paths, const geometry::Region& part,
+                   const Simplified& simplified, PathWork& work) {
   const ExtrusionOptions& extrusion = extrusion_of(material, options);
   const bool rings_only = extrusion.pattern == FillPattern::kConcentric;
   RingPlan plan{extrusion.first_offset_mm, extrusion.boundaries, extrusion.boundary_width_mm,
@@ -64,7 +64,7 @@ void plan_material(const Region& region, std::uint8_t material, const PathOption
     append_in_order(take_outermost(rings.levels[std::size_t(level)], part), info, options, at, paths);
   }
   const auto append_levels = [&](std::size_t from, std::size_t to, PathKind kind, double width_mm) {
-    Rings lines;
+    geometry::Rings lines;
     for (std::size_t level = from; level < std::min(to, rings.levels.size()); ++level)
       for (std::size_t r = 0; r < rings.levels[level].size(); ++r) lines.add(rings.levels[level][r]);
     append_in_order(lines, {kind, material, true, units(width_mm)}, options, at, paths);
@@ -88,14 +88,14 @@ void plan_material(const Region& region, std::uint8_t material, const PathOption
     paths.clipper_rings += area.from_clipper;
     if (area.levels.empty()) return;
     const double angle = extrusion.fill_angle_rad + (paths.layer % 2 ? 0.0 : extrusion.fill_turn_rad);
-    const Rings lines = extrusion.pattern == FillPattern::kLines
-                            ? fill_lines(area.levels[0], extrusion.fill_width_mm, angle)
-                            : fill_zigzag(area.levels[0], extrusion.fill_width_mm, angle);
+    const geometry::Rings lines = extrusion.pattern == FillPattern::kLines
+                                      ? fill_lines(area.levels[0], extrusion.fill_width_mm, angle)
+                                      : fill_zigzag(area.levels[0], extrusion.fill_width_mm, angle);
     append_in_order(lines, {PathKind::kFill, material, false, units(extrusion.fill_width_mm)}, options, at,
                     paths);
     if (extrusion.gap_mm == 0) return;
     // Narrow parts that no scan line crosses, and corners beside the ends of the lines.
-    const Region open = subtract(area.levels[0], swept_by(lines, 0.5 * extrusion.fill_width_mm));
+    const geometry::Region open = subtract(area.levels[0], swept_by(lines, 0.5 * extrusion.fill_width_mm));
     if (open.empty()) return;
     ExtrusionLines fingers;
     work.fill_gaps(open, {}, {0.0, 0.5 * extrusion.fill_width_mm}, extrusion.gap_mm,
@@ -104,17 +104,17 @@ void plan_material(const Region& region, std::uint8_t material, const PathOption
   }
 }
 
-void plan_measurement(const Region& region, const PathOptions& options, LayerPaths& paths) {
+void plan_measurement(const geometry::Region& region, const PathOptions& options, LayerPaths& paths) {
   const MeasureOptions& measure = options.measure;
   RingPlan inside{.first_mm = measure.inset_mm, .boundaries = 0, .max_rings = 1};
   const RingLevels area = offset_rings(region, inside, options.chord_tolerance_mm);
   if (area.levels.empty()) return;
-  Rings lines = fill_lines(area.levels[0], measure.spacing_mm, measure.angle_rad);
-  for (Point& p : lines.points) {
+  geometry::Rings lines = fill_lines(area.levels[0], measure.spacing_mm, measure.angle_rad);
+  for (geometry::Point& p : lines.points) {
     p.x -= units(measure.laser_x_mm);
     p.y -= units(measure.laser_y_mm);
   }
-  Point at = lines.empty() ? Point{} : lines.points[0];
+  geometry::Point at = lines.empty() ? geometry::Point{} : lines.points[0];
   append_in_order(lines, {PathKind::kMeasurement, measure.material, false, 0}, options, at, paths);
 }
 
@@ -138,13 +138,13 @@ LayerPaths plan_layer(const LayerRegions& regions, const PathOptions& options, P
   paths.layer = regions.layer;
   paths.z = regions.z;
   paths.height = regions.height;
-  Point at{units(options.start_x_mm), units(options.start_y_mm)};
-  const Region none;
+  geometry::Point at{units(options.start_x_mm), units(options.start_y_mm)};
+  const geometry::Region none;
   const Simplified simplified{&regions.contours, regions.simplified_mm, regions.contours_alone};
-  const Region& part = regions.by_material.empty() ? none : regions.by_material[kPartMaterial];
+  const geometry::Region& part = regions.by_material.empty() ? none : regions.by_material[kPartMaterial];
   const int hooks = hooks_in(regions.layer, options.hook);
   for (std::size_t m = 0; m < regions.by_material.size(); ++m) {
-    const Region& region = regions.by_material[m];
+    const geometry::Region& region = regions.by_material[m];
     if (region.empty()) continue;
     if (m == kScaffoldMaterial && hooks > 0) {
       plan_material(room_for_hook(region, part, hooks, options), std::uint8_t(m), options, hooks, at, paths,

@@ -18,10 +18,10 @@ struct LayerRegions {
   std::int32_t layer = 0;   ///< 1-based
   std::int32_t z = 0;       ///< units, height of the layer's top
   std::int32_t height = 0;  ///< units
-  std::vector<Region> by_material;
-  Rings contours = {};          ///< from which all but the scaffold was simplified; empty: unknown
-  double simplified_mm = 0;     ///< maximum distance from them
-  bool contours_alone = false;  ///< the regions are bounded by them alone: no other part was subtracted
+  std::vector<geometry::Region> by_material;
+  geometry::Rings contours = {};  ///< from which all but the scaffold was simplified; empty: unknown
+  double simplified_mm = 0;       ///< maximum distance from them
+  bool contours_alone = false;    ///< the regions are bounded by them alone: no other part was subtracted
 };
 
 /// Working memory that plan_layer() keeps from layer to layer; one for each calling thread.

@@ -11,21 +11,22 @@ namespace {
 
 constexpr std::size_t kLayersOfBlock = 32;
 
-Region grown(const Region& region, double mm, double tolerance_mm) {
+geometry::Region grown(const geometry::Region& region, double mm, double tolerance_mm) {
   return mm > 0 ? grow(region, mm, tolerance_mm) : region;
 }
 
 class Steps {
  public:
-  Steps(std::span<const Region> part, const OverhangOptions& options) : part_(part), o_(options) {
-    slack_ = std::int32_t(0.25 * o_.seam_mm * kUnitsPerMm);
+  Steps(std::span<const geometry::Region> part, const OverhangOptions& options) : part_(part), o_(options) {
+    slack_ = std::int32_t(0.25 * o_.seam_mm * geometry::kUnitsPerMm);
     lean_tolerance_mm_ = std::min(o_.tolerance_mm, 0.05 * o_.lean_mm);
     fine_mm_ = std::min(o_.tolerance_mm, 0.125 * o_.seam_mm);
   }
 
   // Returns the area of layer k that overhangs layer k - 1.
-  Region begins(std::size_t k) const {
-    const Region out = difference_within(part_[k], grown(part_[k - 1], o_.lean_mm, lean_tolerance_mm_), 0);
+  geometry::Region begins(std::size_t k) const {
+    const geometry::Region out =
+        difference_within(part_[k], grown(part_[k - 1], o_.lean_mm, lean_tolerance_mm_), 0);
     if (out.empty()) return out;
     // Grows back to the carrying area within the layer; the seam is added afterwards. In one step (lean and
     // seam, within the seam of the layer) a greater lean would extend around the corners of the overhang and
@@ -34,13 +35,13 @@ class Steps {
                  fine_mm_);
   }
 
-  Region below(const Region& need, std::size_t k, const Region& begins) const {
-    const Region left = difference_within(need, part_[k], slack_);
+  geometry::Region below(const geometry::Region& need, std::size_t k, const geometry::Region& begins) const {
+    const geometry::Region left = difference_within(need, part_[k], slack_);
     return left.empty() ? begins : begins.empty() ? left : union_within(left, begins, slack_);
   }
 
  private:
-  std::span<const Region> part_;
+  std::span<const geometry::Region> part_;
   OverhangOptions o_;
   std::int32_t slack_;
   double lean_tolerance_mm_, fine_mm_;
@@ -48,13 +49,13 @@ class Steps {
 
 }  // namespace
 
-void for_overhanging(std::span<const Region> part, const OverhangOptions& options,
+void for_overhanging(std::span<const geometry::Region> part, const OverhangOptions& options,
                      const ParallelFor& parallel,
-                     const std::function<void(std::size_t k, const Region& need)>& use) {
+                     const std::function<void(std::size_t k, const geometry::Region& need)>& use) {
   const Steps steps(part, options);
   const std::size_t layers = part.empty() ? 0 : part.size() - 1;  // the top layer has no layer above
-  std::vector<Region> ahead, here, needs, before;
-  Region need;
+  std::vector<geometry::Region> ahead, here, needs, before;
+  geometry::Region need;
   // Three blocks at a time: one whose overhangs are computed, one through which the area is carried down, one
   // that is used.
   const auto in_block = [&](std::size_t block) { return std::min(layers, block * kLayersOfBlock); };

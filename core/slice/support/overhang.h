@@ -26,8 +26,8 @@ struct OverhangOptions {
 /// few points are carried down. No overhang is lost; the area exceeds the projection of the layers above by
 /// at most seam_mm. Where it comes down on the part, a margin of the seam remains beside walls within that
 /// distance.
-void for_overhanging(std::span<const Region> part, const OverhangOptions& options,
+void for_overhanging(std::span<const geometry::Region> part, const OverhangOptions& options,
                      const ParallelFor& parallel,
-                     const std::function<void(std::size_t k, const Region& need)>& use);
+                     const std::function<void(std::size_t k, const geometry::Region& need)>& use);
 
 }  // namespace firn::slice

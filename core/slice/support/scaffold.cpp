@@ -19,14 +19,14 @@ constexpr std::size_t kLayersAtOnce = 32;
 // union of a layer and all above, except for a rim of `slack` units. The union is computed downward through
 // one block while the one above it is used.
 template <class Use>
-void for_merged_above(std::span<const Region> part, std::int32_t slack, const ParallelFor& parallel,
+void for_merged_above(std::span<const geometry::Region> part, std::int32_t slack, const ParallelFor& parallel,
                       const Use& use) {
   struct Merged {
     std::size_t first, behind;
-    Region above;
+    geometry::Region above;
   };
   std::vector<Merged> merged, before;  // from the top
-  Region last;
+  geometry::Region last;
   for (std::size_t begin = 0, used = 0; used < part.size();
        used = begin, begin = std::min(part.size(), begin + kLayersAtOnce)) {
     const std::size_t end = std::min(part.size(), begin + kLayersAtOnce);
@@ -39,7 +39,7 @@ void for_merged_above(std::span<const Region> part, std::int32_t slack, const Pa
       merged.clear();
       for (std::size_t down = begin; down < end; ++down) {
         const std::size_t k = part.size() - 1 - down;
-        Region next = down ? union_within(last, part[k], slack) : part[k];
+        geometry::Region next = down ? union_within(last, part[k], slack) : part[k];
         if (!merged.empty() && next == last)
           merged.back().first = k;
         else
@@ -50,22 +50,22 @@ void for_merged_above(std::span<const Region> part, std::int32_t slack, const Pa
   }
 }
 
-Region simplified(const Region& region, double tolerance_mm) {
+geometry::Region simplified(const geometry::Region& region, double tolerance_mm) {
   if (tolerance_mm <= 0) return region;
-  Region simple;
-  std::vector<Vec> line;
+  geometry::Region simple;
+  std::vector<geometry::Vec> line;
   for (std::size_t r = 0; r < region.size(); ++r) {
     line.clear();
-    for (const Point p : region[r]) line.push_back(to_vec(p));
-    simplify_ring(line, tolerance_mm * kUnitsPerMm, simple);
+    for (const geometry::Point p : region[r]) line.push_back(to_vec(p));
+    simplify_ring(line, tolerance_mm * geometry::kUnitsPerMm, simple);
   }
   return simple;
 }
 
 // Returns a region minus a smaller one that lies inside it.
-Region between(const Region& outer, const Region& inner) {
-  Region region = outer;
-  std::vector<Point> ring;
+geometry::Region between(const geometry::Region& outer, const geometry::Region& inner) {
+  geometry::Region region = outer;
+  std::vector<geometry::Point> ring;
   for (std::size_t r = 0; r < inner.size(); ++r) {
     ring.assign(inner[r].rbegin(), inner[r].rend());
     region.add(ring);
@@ -75,31 +75,34 @@ Region between(const Region& outer, const Region& inner) {
 
 }  // namespace
 
-std::vector<Region> scaffold_regions(std::span<const Region> part, std::int32_t height,
-                                     const SupportOptions& options, double chord_tolerance_mm,
-                                     const ParallelFor& parallel) {
-  std::vector<Region> scaffold(part.size());
+std::vector<geometry::Region> scaffold_regions(std::span<const geometry::Region> part, std::int32_t height,
+                                               const SupportOptions& options, double chord_tolerance_mm,
+                                               const ParallelFor& parallel) {
+  std::vector<geometry::Region> scaffold(part.size());
   if (options.kind == Support::kNone || part.empty()) return scaffold;
-  const double lean_mm = height * kMmPerUnit * std::tan(options.overhang_rad);
+  const double lean_mm = height * geometry::kMmPerUnit * std::tan(options.overhang_rad);
   // Simplification and drawing may each add the tolerance: nothing may extend beyond the buffer.
   const double grow_mm = std::max(0.0, options.buffer_mm - 2 * chord_tolerance_mm - 1e-3);
   if (options.kind == Support::kFull) {
-    const std::int32_t slack = std::int32_t(0.5 * chord_tolerance_mm * kUnitsPerMm);
-    for_merged_above(part, slack, parallel, [&](std::size_t first, std::size_t behind, const Region& above) {
-      const Region grown = grow(simplified(above, chord_tolerance_mm), grow_mm, chord_tolerance_mm);
-      // Rings of the layer and of the area outside it do not intersect.
-      for (std::size_t k = first; k < behind; ++k)
-        scaffold[k] =
-            grow_mm > 4 * chord_tolerance_mm + 0.01 ? between(grown, part[k]) : subtract(grown, part[k]);
-    });
+    const std::int32_t slack = std::int32_t(0.5 * chord_tolerance_mm * geometry::kUnitsPerMm);
+    for_merged_above(
+        part, slack, parallel, [&](std::size_t first, std::size_t behind, const geometry::Region& above) {
+          const geometry::Region grown =
+              grow(simplified(above, chord_tolerance_mm), grow_mm, chord_tolerance_mm);
+          // Rings of the layer and of the area outside it do not intersect.
+          for (std::size_t k = first; k < behind; ++k)
+            scaffold[k] =
+                grow_mm > 4 * chord_tolerance_mm + 0.01 ? between(grown, part[k]) : subtract(grown, part[k]);
+        });
     return scaffold;
   }
   const double seam_mm = 0.3 * std::min(options.buffer_mm, 3.3);
   const double around_mm = std::max(0.0, grow_mm - seam_mm);
   for_overhanging(part, {lean_mm, seam_mm, chord_tolerance_mm}, parallel,
-                  [&](std::size_t k, const Region& above) {
+                  [&](std::size_t k, const geometry::Region& above) {
                     if (above.empty()) return;
-                    const Region under = around_mm > 0 ? grow(above, around_mm, chord_tolerance_mm) : above;
+                    const geometry::Region under =
+                        around_mm > 0 ? grow(above, around_mm, chord_tolerance_mm) : above;
                     scaffold[k] = subtract(under, part[k]);
                   });
   return scaffold;

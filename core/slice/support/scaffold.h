@@ -20,8 +20,8 @@ namespace firn::slice {
 /// @return one region per layer; all empty for Support::kNone
 /// No scaffold point is further than buffer_mm from ice of its layer or above. Its outer edge may be at most
 /// 4.5 chord tolerances short of that, for any number of layers (see tolerant_boolean.h).
-std::vector<Region> scaffold_regions(std::span<const Region> part, std::int32_t height,
-                                     const SupportOptions& options, double chord_tolerance_mm,
-                                     const ParallelFor& parallel = serially);
+std::vector<geometry::Region> scaffold_regions(std::span<const geometry::Region> part, std::int32_t height,
+                                               const SupportOptions& options, double chord_tolerance_mm,
+                                               const ParallelFor& parallel = serially);
 
 }  // namespace firn::slice

@@ -1,4 +1,4 @@
-"""Classes of a controller, an estimator and a plant in Python, and the loader that runs their files.
+"""Classes of a controller, an estimator and a plant in Python, and the loader that runs their files (sources.py reads them).
 
 Inside a print this is the module `firn`: `from firn import Print, End, Stop`. Heights are in mm, arrays have the
 shape (ny, nx), row j along x. python/README.md describes the contract.
@@ -7,13 +7,15 @@ import ast
 import builtins
 import contextlib
 import linecache
-import pathlib
+import locale
 import sys
 import threading
 import traceback
 import types
 
 import numpy as np
+
+from firn.sources import CLOCK, LOCALE, RANDOM, REFUSED, THREADS, WORLD, ControllerError, sources
 
 __all__ = ["Print", "End", "Stop", "Action", "Model", "Surface", "Measurement", "Setup", "Layer", "Landed", "Interval", "Values"]
 
@@ -191,104 +193,58 @@ def _drops(setup, drops):
     return np.ascontiguousarray(counts, dtype=np.uint8)
 
 
-class ControllerError(Exception):
-    """A fault of a controller's files, with the text for the operator."""
-
-
 class SlowError(BaseException):
     """Raised inside code that took too long."""
 
 
-_CLOCK = "reads a clock, and a replay would read another time"
-_RANDOM = "draws numbers that no seed gives: use setup.random(layer, attempt)"
-_THREADS = "starts threads or waits for them, and their order differs from run to run"
-_WORLD = "reaches files, processes or the network, and a replay would find others; keep data in a module beside the file"
-_HIDDEN = "goes around the record of what the controller's files are"
-REFUSED = {
-    **dict.fromkeys(("time", "datetime", "sched", "timeit", "zoneinfo"), _CLOCK),
-    **dict.fromkeys(("random", "secrets", "uuid"), _RANDOM),
-    **dict.fromkeys(("threading", "_thread", "concurrent", "multiprocessing", "asyncio", "queue", "signal"), _THREADS),
-    **dict.fromkeys(("os", "posix", "io", "_io", "pathlib", "shutil", "tempfile", "glob", "subprocess", "socket", "socketserver",
-                     "ssl", "select", "selectors", "mmap", "ctypes", "urllib", "http", "requests", "fileinput", "pickle",
-                     "shelve", "sqlite3"), _WORLD),
-    **dict.fromkeys(("importlib", "imp", "pkgutil", "runpy", "builtins", "gc"), _HIDDEN),
-}
-MOST_FILES, MOST_BYTES = 100, 4 << 20  # of a controller's files
+MOST_DEPTH = 3000  # of calls: at 5000 calls through C, as by sorted(key=...), overflow a stack of 8 MB
 
-
-def _imports(tree):
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            for name in node.names:
-                yield node.lineno, name.name.split(".")[0], name.name
-        elif isinstance(node, ast.ImportFrom):
-            if node.level:
-                raise ControllerError(f"line {node.lineno}: relative import; name a module beside the file: import helpers")
-            yield node.lineno, node.module.split(".")[0], node.module
-
-
-def _check(name, text):
-    """The names of what a file imports. Raises ControllerError at what no controller may do."""
-    try:
-        tree = ast.parse(text, name)
-    except (SyntaxError, ValueError) as error:
-        line = getattr(error, "lineno", None)
-        raise ControllerError(f"{name}{f':{line}' if line else ''}: {getattr(error, 'msg', error)}") from None
-    except (RecursionError, MemoryError):
-        raise ControllerError(f"{name}: nested too deeply") from None
-    try:
-        imports = list(_imports(tree))
-    except ControllerError as error:
-        raise ControllerError(f"{name}: {error}") from None
-    for line, top, full in imports:
-        if top in REFUSED:
-            raise ControllerError(f"{name}:{line}: import {full}: {REFUSED[top]}")
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "datetime64" and \
-                any(isinstance(a, ast.Constant) and a.value in ("now", "today") for a in node.args):
-            raise ControllerError(f"{name}:{node.lineno}: datetime64: {_CLOCK}")
-    return [top for _, top, _ in imports]
-
-
-def sources(path):
-    """[(name, text)] of a file and of the modules beside it that it imports; the file comes first."""
-    path = pathlib.Path(path)
-    found, waiting, size = {}, [path.stem], 0
-    while waiting:
-        stem = waiting.pop()
-        name = stem + ".py"
-        if name in found:
-            continue
-        file = path.parent / name
-        try:
-            text = file.read_bytes().decode("utf-8")
-        except OSError as error:
-            raise ControllerError(f"{file}: {error.strerror}") from None
-        except UnicodeDecodeError as error:
-            raise ControllerError(f"{file}: byte {error.start} is not UTF-8") from None
-        size += len(text)
-        if len(found) == MOST_FILES or size > MOST_BYTES:
-            raise ControllerError(f"{path}: imports more than {MOST_FILES} files or {MOST_BYTES} bytes beside it")
-        found[name] = text
-        for top in _check(str(file), text):
-            if (path.parent / (top + ".py")).is_file():
-                waiting.append(top)
-            elif (path.parent / top).is_dir() and (path.parent / top / "__init__.py").is_file():
-                raise ControllerError(f"{file}: import {top}: a package beside the file; only modules are recorded")
-    return list(found.items())
-
-
-_inside = threading.local()  # depth of calls into a controller, and of imports of packages therein
+_inside = threading.local()  # depth of calls into a controller, of imports of packages therein, and its loader
 _packages = set()
 
 
 @contextlib.contextmanager
-def _in_controller():
-    _inside.calls = getattr(_inside, "calls", 0) + 1
+def _in_controller(loader):
+    _inside.calls, before = getattr(_inside, "calls", 0) + 1, getattr(_inside, "loader", None)
+    _inside.loader = loader
+    _show(loader.names.values())
     try:
         yield
     finally:
+        _hide(loader.names.values())
         _inside.calls -= 1
+        _inside.loader = before
+
+
+class _Shown(types.ModuleType):
+    """Stands in sys.modules for a module of files while their code runs: dataclasses and typing look annotations up there.
+    Each thread sees the module of its own loader."""
+
+    def __getattribute__(self, name):
+        look = types.ModuleType.__getattribute__
+        loader = getattr(_inside, "loader", None)
+        return look(loader and loader.shown.get(look(self, "__name__")) or self, name)
+
+
+_shown, _shown_lock = {}, threading.Lock()  # how many calls need a name
+
+
+def _show(names):
+    with _shown_lock:
+        for name in names:
+            if name in _shown:
+                _shown[name] += 1
+            elif name not in sys.modules:
+                sys.modules[name], _shown[name] = _Shown(name), 1
+
+
+def _hide(names):
+    with _shown_lock:
+        for name in names:
+            if name in _shown:
+                _shown[name] -= 1
+                if _shown[name] == 0:
+                    del _shown[name], sys.modules[name]
 
 
 def _guarded():
@@ -296,8 +252,8 @@ def _guarded():
 
 
 _EVENTS = {
-    "open": _WORLD, "socket.": _WORLD, "subprocess.": _WORLD, "os.": _WORLD, "shutil.": _WORLD, "ctypes.dlopen": _WORLD,
-    "_thread.": _THREADS, "time.sleep": _CLOCK,
+    "open": WORLD, "socket.": WORLD, "subprocess.": WORLD, "os.": WORLD, "shutil.": WORLD, "ctypes.dlopen": WORLD,
+    "_thread.": THREADS, "time.sleep": CLOCK,
 }
 
 
@@ -323,15 +279,32 @@ def _refuse_inside(function, why, allowed=lambda *a, **k: False):
     return checked
 
 
+def _bounded(set_limit):
+    def setrecursionlimit(limit):
+        if limit > MOST_DEPTH and _guarded():
+            raise ControllerError(f"sys.setrecursionlimit({limit}): calls may be {MOST_DEPTH} deep: beyond, the stack ends")
+        set_limit(min(limit, MOST_DEPTH))
+
+    return setrecursionlimit
+
+
+def _setlocale(category, name=None):
+    if name not in (None, "", "C", "POSIX") and _guarded():
+        raise ControllerError(f"locale.setlocale: {LOCALE}")
+    return "C"
+
+
 def make_strict():
     """For an interpreter of Firn's own: what no import shows is refused where it happens."""
     sys.stdout = sys.stderr  # the standard output is the command's
+    sys.setrecursionlimit = _bounded(sys.setrecursionlimit)
+    locale.setlocale = locale._setlocale = sys.modules["_locale"].setlocale = _setlocale
     sys.addaudithook(_audit)
     for name in np.random.__all__:  # classes apart, these draw from one hidden state
         if name.islower() and name != "default_rng" and callable(getattr(np.random, name)):
-            setattr(np.random, name, _refuse_inside(getattr(np.random, name), _RANDOM))
-    np.random.default_rng = _refuse_inside(np.random.default_rng, _RANDOM, lambda seed=None: seed is not None)
-    np.random.bit_generator.randbits = _refuse_inside(np.random.bit_generator.randbits, _RANDOM)  # of PCG64() and the like
+            setattr(np.random, name, _refuse_inside(getattr(np.random, name), RANDOM))
+    np.random.default_rng = _refuse_inside(np.random.default_rng, RANDOM, lambda seed=None: seed is not None)
+    np.random.bit_generator.randbits = _refuse_inside(np.random.bit_generator.randbits, RANDOM)  # of PCG64() and the like
 
 
 def _no(what, why):
@@ -345,21 +318,25 @@ class Loader:
 
     def __init__(self, files):
         self.files, self.modules = dict(files), {}
-        self.builtins = dict(vars(builtins), __import__=self._import, open=_no("open", _WORLD), input=_no("input", _WORLD),
-                             id=_no("id", "an address differs from run to run"), breakpoint=_no("breakpoint", _WORLD))
+        # A file may have a name of the library's, whose packages must find the library's.
+        stems = [name[: -len(".py")] for name in self.files]
+        self.names = {stem: stem + "_py" if stem in sys.stdlib_module_names else stem for stem in stems}
+        self.shown = {}  # by those names
+        self.builtins = dict(vars(builtins), __import__=self._import, open=_no("open", WORLD), input=_no("input", WORLD),
+                             id=_no("id", "an address differs from run to run"), breakpoint=_no("breakpoint", WORLD))
         for name, text in self.files.items():
             linecache.cache[name] = (len(text), None, text.splitlines(True), name)
 
     def module(self, stem):
         name = stem + ".py"
         if stem not in self.modules:
-            module = types.ModuleType(stem)
+            module = types.ModuleType(self.names[stem])
             module.__file__, module.__builtins__ = name, self.builtins
-            self.modules[stem] = module
+            self.modules[stem] = self.shown[module.__name__] = module
             try:
                 exec(compile(self.files[name], name, "exec", dont_inherit=True), vars(module))
             except BaseException:
-                del self.modules[stem]
+                del self.modules[stem], self.shown[module.__name__]
                 raise
         return self.modules[stem]
 
@@ -396,8 +373,8 @@ class _Made:
     def __init__(self, files, class_name, arguments, setup):
         self.setup, self.names = setup, {name for name, _ in files}
         self.what = f"{files[0][0]}: {class_name}"
-        loader = Loader(files)
-        with _in_controller():
+        self.loader = loader = Loader(files)
+        with _in_controller(loader):
             module = loader.module(files[0][0][: -len(".py")])
             made = getattr(module, class_name, None)
             if not isinstance(made, type):
@@ -419,7 +396,7 @@ class Run(_Made):
     def decide(self, height_mm, layer, attempt, noise_std_mm):
         """(kind, drops, reason): kind 0 print, 1 end, 2 stop."""
         height_mm.flags.writeable = False
-        with _in_controller():
+        with _in_controller(self.loader):
             answer = self.controller.decide(Measurement(height_mm, layer, attempt, noise_std_mm))
         if not isinstance(answer, (Print, End, Stop)):
             raise ControllerError(f"{self.what}.decide returned {type(answer).__name__}, not firn.Print, firn.End or firn.Stop")
@@ -438,7 +415,7 @@ class Run(_Made):
         """The newest estimate of a droplet's rise; a class without the method keeps the first."""
         take = getattr(self.controller, "use_model", None)
         if callable(take):
-            with _in_controller():
+            with _in_controller(self.loader):
                 take(h1_mm, h2_mm, h3_mm)
 
 
@@ -450,7 +427,7 @@ class _ObjectRun(_Made):
 
     def call(self, arrays):
         given = _frozen(arrays)
-        with _in_controller():
+        with _in_controller(self.loader):
             answer = getattr(self.controller, self.method)(self.given(**given))
         try:
             return self.told(answer, given)
@@ -584,4 +561,6 @@ def _explained(error, names):
         last = str(error)
         if not frames:
             return last
+    elif isinstance(error, MemoryError):
+        last += ": a call may take half of the machine's memory"
     return "Traceback of the controller:\n" + own + last if frames else last

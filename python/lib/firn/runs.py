@@ -91,9 +91,9 @@ class Run:
 
     def __init__(self, path):
         self.path = pathlib.Path(path)
-        for name in ("experiment.toml", "provenance.json"):
-            if not (self.path / name).is_file():
-                raise FirnError(f"{path}: not a run folder: {self.path / name} is missing")
+        for name in ("experiment.toml", "provenance.json", "nodes"):
+            if not (self.path / name).exists():
+                raise FirnError(f"{path}: is no run folder: it has no {name}")
         self._tables = None
 
     def _load(self):

@@ -44,7 +44,7 @@ double at(const HeightMap& h, double x_mm, double y_mm) {
 /// Returns the distance by which a jaw that comes from `from` along `way` (a unit vector) moves until it
 /// touches ice thicker than `level` over `crush` of its width.
 double until_touch(const HeightMap& ice, Point2 from, Point2 way, double level_mm, const Caliper& caliper,
-                   double most_mm) {
+                   double max_mm) {
   const auto touches = [&](double s) {
     int ice_there = 0;
     for (int n = 0; n <= kJawPoints; ++n) {
@@ -55,8 +55,8 @@ double until_touch(const HeightMap& ice, Point2 from, Point2 way, double level_m
     return ice_there > 0 && caliper.jaw_mm * ice_there / (kJawPoints + 1) >= caliper.crush_mm;
   };
   double s = 0.0;
-  while (s < most_mm && !touches(s)) s += kRayStep_mm;
-  if (s == 0.0 || s >= most_mm) return std::min(s, most_mm);
+  while (s < max_mm && !touches(s)) s += kRayStep_mm;
+  if (s == 0.0 || s >= max_mm) return std::min(s, max_mm);
   double before = s - kRayStep_mm;
   for (int n = 0; n < kHalvings; ++n) (touches(0.5 * (before + s)) ? s : before) = 0.5 * (before + s);
   return s;

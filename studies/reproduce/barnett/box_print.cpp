@@ -6,8 +6,9 @@
 #include <string>
 
 #include "files/mesh/mesh_file.h"
-#include "print/folder/run_folder.h"
 #include "print/inputs/ice_inputs.h"
+#include "print/labs/full_product.h"
+#include "runs/folder/run_folder.h"
 
 namespace firn::barnett {
 namespace {
@@ -79,7 +80,7 @@ MemoryPrintReport print_box(const BoxPart& part, std::uint64_t seed, const std::
   options.tap = [&](std::string_view channel, std::span<const std::byte>) {
     if (layer && channel == "LAYER_METRICS") layer();
   };
-  return print_in_memory(e, inputs, options);
+  return print_in_memory(full_product(), e, inputs, options);
 }
 
 std::vector<WallBand> wall_bands(const BoxPart& part, const MemoryPrintReport& print) {

@@ -12,7 +12,7 @@
 namespace firn::barnett {
 namespace {
 
-constexpr double kLeast_mm = 0.4;  // the thesis's sampling (4.2.2)
+constexpr double kMin_mm = 0.4;  // the thesis's sampling (4.2.2)
 
 // The arm's places of rest before and after a path: its ends, or `run_mm` beyond them.
 struct Ends {
@@ -77,14 +77,15 @@ BuildPaths build_paths(const BoxFolder& folder, const motion::RateLimits& limits
       if (info.kind == PathKind::kMeasurement || line.size() < 2) continue;
       std::vector<std::int32_t> key{std::int32_t(info.kind), info.closed, info.material};
       std::vector<Point2> points;
-      for (const slice::Point& p : line) points.push_back({p.x * slice::kMmPerUnit, p.y * slice::kMmPerUnit});
+      for (const geometry::Point& p : line)
+        points.push_back({p.x * geometry::kMmPerUnit, p.y * geometry::kMmPerUnit});
       const double length = path_length_mm(points, info.closed);
-      if (length < kLeast_mm) continue;
+      if (length < kMin_mm) continue;
       const bool straight = info.kind == PathKind::kFill && points.size() == 2 && !info.closed;
       at_rest[0].push_back(ends_of(points, info.closed, 0.0));
       at_rest[1].push_back(ends_of(points, info.closed, straight ? run_mm : 0.0));
       if (straight) all.run_up_s += 2.0 * ramp + length / limits.rate - rest_to_rest_s(length, limits);
-      for (const slice::Point& p : line) key.insert(key.end(), {p.x, p.y});
+      for (const geometry::Point& p : line) key.insert(key.end(), {p.x, p.y});
       const auto [at, fresh] = known.try_emplace(std::move(key), all.paths.size());
       if (fresh) {
         all.paths.push_back({info.kind, info.closed, info.material, std::move(points), length, 0});

@@ -57,12 +57,12 @@ void reproduce_barnett_flow(Reproduction& to) {
           .holds(top > 5.0 && top > middle && std::is_sorted(flow.begin(), flow.end()),
                  "more than 5 % and growing; flow ascends")
           .fitted("share and time of recovery after a pulse of the plant's line, to Fig. 6-1"));
-  replay::Series weighed{"weighed", hz, flow, 0, true},
-      line{"proportional", {0.0, hz.back()}, {}, replay::Series::kReference};
+  report::Series weighed{"weighed", hz, flow, 0, true},
+      line{"proportional", {0.0, hz.back()}, {}, report::Series::kReference};
   line.y = {0.0, proportional * hz.back()};
   to.picture(
       {"fig-6-1", "Fig. 6-1: flow against frequency of the valve for water",
-       replay::line_chart(
+       report::line_chart(
            {weighed, line},
            {.title = "Fig. 6-1", .x_name = "frequency [Hz]", .y_name = "flow [mm3/s]", .from_zero = true})});
 }

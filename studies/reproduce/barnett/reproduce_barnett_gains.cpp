@@ -19,7 +19,7 @@ namespace {
 
 using namespace control::smf_line;
 using gains::Algorithm;
-using replay::Series;
+using report::Series;
 
 const std::string kPart = "barnett.gains.";
 constexpr Gains kOptimum{0.99990, 0.32798, 0.00005}, kSimulated{1.0, 0.33, 0.03}, kUnstable{1.0, 0.33, 0.45};
@@ -86,7 +86,7 @@ Volume volume(int steps) {
 // The minimum z_max over a pair of gains: bands of a tenth, dark = small.
 std::string pair_map(const Volume& v, int which) {
   const int x = Volume::kPairs[which][0], y = Volume::kPairs[which][1];
-  replay::Raster raster(v.n, v.n);
+  report::Raster raster(v.n, v.n);
   for (int j = 0; j < v.n; ++j)
     for (int i = 0; i < v.n; ++i) {
       const double z = v.pair[std::size_t(which)][std::size_t(j * v.n + i)];
@@ -96,12 +96,12 @@ std::string pair_map(const Volume& v, int which) {
       };
       raster.at(i, v.n - 1 - j) = {shade(0, 255), shade(50, 235), shade(110, 150), 255};
     }
-  const replay::Frame f;
-  const replay::Axis ax(0.0, x == 0 ? 2.0 : 4.0, f.left, f.right, 5),
+  const report::Frame f;
+  const report::Axis ax(0.0, x == 0 ? 2.0 : 4.0, f.left, f.right, 5),
       ay(0.0, y == 1 ? 4.0 : 1.0, f.bottom, f.top, 5);
-  return replay::svg_open(424, 330, "least z_max") +
-         replay::svg_image(raster, f.left, f.top, f.right - f.left, f.bottom - f.top) +
-         replay::draw_axes(f, ax, ay, kAxisName[x], kAxisName[y]) +
+  return report::svg_open(424, 330, "least z_max") +
+         report::svg_image(raster, f.left, f.top, f.right - f.left, f.bottom - f.top) +
+         report::draw_axes(f, ax, ay, kAxisName[x], kAxisName[y]) +
          "<text class=\"label\" x=\"234\" y=\"315\" text-anchor=\"middle\" font-size=\"12\">least z_max, "
          "bands of 0.1: dark 0, light 1</text></svg>\n";
 }
@@ -136,12 +136,12 @@ void figure_5_12(Reproduction& to) {
       low.y.push_back(v.low[std::size_t(a * v.n + i)]);
       high.y.push_back(v.high[std::size_t(a * v.n + i)]);
     }
-    replay::ChartOptions o;
+    report::ChartOptions o;
     o.title = "z_max";
     o.x_name = kAxisName[a];
     o.y_name = "z_max";
     o.y_range = std::pair(0.0, 1.0);
-    charts.push_back(replay::line_chart({low, high}, o));
+    charts.push_back(report::line_chart({low, high}, o));
     charts.push_back(pair_map(v, a));
   }
   to.picture({"fig-5-12", "Fig. 5-12: the largest pole over the gain-stable volume (5.25)",
@@ -294,12 +294,12 @@ void figure_5_13(Reproduction& to) {
                      "in the range [0, 0.06] could be used, since $\\overline{\\sigma_p^*}$ is almost "
                      "constant there")
              .at_most(3.0));
-  replay::ChartOptions o;
+  report::ChartOptions o;
   o.title = "Fig. 5-13";
   o.x_name = "K_d*";
   o.y_name = "mean sigma_p* [intervals]";
   to.picture({"fig-5-13", "Fig. 5-13: the derivative gain over the expected pulses",
-              panels({replay::line_chart({mean}, o)}, "Fig. 5-13", 1)});
+              panels({report::line_chart({mean}, o)}, "Fig. 5-13", 1)});
 }
 
 std::string simulation(const Gains& g, const DisturbanceModel& m, const char* title) {
@@ -309,12 +309,12 @@ std::string simulation(const Gains& g, const DisturbanceModel& m, const char* ti
   simulate(g, d, e.y, u.y);
   for (std::size_t k = 0; k < d.size(); ++k) e.x.push_back(double(k + 1));
   u.x = dist.x = e.x;
-  replay::ChartOptions o;
+  report::ChartOptions o;
   o.title = title;
   o.x_name = fmt::format("{}: interval k", title);
   o.y_name = "in intervals";
   o.whole_x = true;
-  return replay::line_chart({e, u, dist}, o);
+  return report::line_chart({e, u, dist}, o);
 }
 
 // Maximum error of the last ten intervals.

@@ -13,6 +13,7 @@
 
 #include "config/include.h"
 #include "print/inputs/ice_inputs.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/memory_print.h"
 #include "report/draw/charts.h"
 #include "report/draw/heat_map.h"
@@ -65,8 +66,8 @@ std::string gear_listed(const Prints& prints) {
   return s;
 }
 
-replay::Series line(const Prints& prints, const std::string& label, int style, double interval_mm) {
-  replay::Series s{label, {}, {}, style, true};
+report::Series line(const Prints& prints, const std::string& label, int style, double interval_mm) {
+  report::Series s{label, {}, {}, style, true};
   for (std::size_t k = 0; k < prints[0].series.size(); ++k) {
     s.x.push_back(interval_mm * double(k + 1));
     s.y.push_back(mean_rms_at(prints, k));
@@ -138,12 +139,13 @@ void reproduce_barnett_gear(Reproduction& to) {
     Experiment e = gear;
     e.control.scheme = kScheme[n % 2];
     e.plant.seed = std::uint64_t(n / 2 + 1);
-    prints[n % 2][std::size_t(n / 2)] = print_in_memory(e, inputs, {.series = true, .surface = true});
+    prints[n % 2][std::size_t(n / 2)] =
+        print_in_memory(full_product(), e, inputs, {.series = true, .surface = true});
     to.progress(double(++done) / (2 * seeds), "gear");
   });
   for (const Prints& p : prints)
     for (const MemoryPrintReport& r : p)
-      if (r.result.status != 0 || r.series.empty())
+      if (runs::can_go_on(r.result) || r.series.empty())
         throw std::runtime_error("a gear is not finished: " + r.result.reason);
   const Prints &open = prints[0], &smf = prints[1];
   const std::size_t intervals = smf[0].series.size();
@@ -208,7 +210,7 @@ void reproduce_barnett_gear(Reproduction& to) {
   const double interval_mm = gear.ice.height_mm / double(intervals);
   to.picture(
       {"fig-5-9", "Fig. 5-9: RMS of the true surface by height, with and without SMF, mean of seeds",
-       replay::line_chart(
+       report::line_chart(
            {line(open, "open loop", 0, interval_mm), line(smf, "SMF", 1, interval_mm)},
            {.title = "Fig. 5-9", .x_name = "part height [mm]", .y_name = "RMS [mm]", .from_zero = true})});
   const double scale = std::ceil(10.0 * largest_deviation(open[0])) / 10.0;
@@ -218,8 +220,8 @@ void reproduce_barnett_gear(Reproduction& to) {
         {fmt::format("fig-5-8-{}", n == 0 ? "open" : "smf"),
          fmt::format("Fig. 5-8: the true top surface less the nominal height, {}, seed 1, \u00b1{:.1f} mm",
                      names[n], scale),
-         replay::heat_map(deviation(prints[n][0], gear.ice.height_mm),
-                          {-scale, scale, replay::ColorMap::kDiverging}, names[n])});
+         report::heat_map(deviation(prints[n][0], gear.ice.height_mm),
+                          {-scale, scale, report::ColorMap::kDiverging}, names[n])});
 }
 
 }  // namespace firn

@@ -14,8 +14,8 @@ namespace firn::barnett {
 namespace {
 
 using namespace motion;
-using replay::ChartOptions;
-using replay::Series;
+using report::ChartOptions;
+using report::Series;
 
 Series series(std::string label, std::vector<double> x, std::vector<double> y, int style) {
   Series s;
@@ -59,7 +59,7 @@ void figure_4_4(Reproduction& to, const Chapter4& c) {
   to.picture({"fig-4-4",
               "Fig. 4-4: total speed after VCON, ACON and at the end, over the path to the 90 degree corner "
               "(well placed)",
-              replay::line_chart({speed_over_s(steps.vcon, "VCON", 2), speed_over_s(steps.acon, "ACON", 1),
+              report::line_chart({speed_over_s(steps.vcon, "VCON", 2), speed_over_s(steps.acon, "ACON", 1),
                                   speed_over_s(steps.final, "JCON, AREST, JCON at the tick", 0)},
                                  axes("", "path position [mm]", "speed [mm/s]"))});
 }
@@ -72,17 +72,17 @@ void figure_4_7(Reproduction& to, const Sampled& s) {
     y.push_back(p.y_mm - thesis::kWellPlaced.y_mm);
   }
   to.picture({"fig-4-7-position", "Fig. 4-7: position, well-placed path",
-              replay::line_chart({series("x", s.t_s, x, 0), series("y", s.t_s, y, 1)},
+              report::line_chart({series("x", s.t_s, x, 0), series("y", s.t_s, y, 1)},
                                  axes("", "time [s]", "position [mm]"))});
   to.picture({"fig-4-7-speed", "Fig. 4-7: speed",
-              replay::line_chart({series("speed", s.t_s, s.speed, 0), limit_line("limit", 125, end)},
+              report::line_chart({series("speed", s.t_s, s.speed, 0), limit_line("limit", 125, end)},
                                  axes("", "time [s]", "speed [mm/s]"))});
   to.picture(
       {"fig-4-7-acceleration", "Fig. 4-7: total acceleration",
-       replay::line_chart({series("acceleration", s.t_s, s.acceleration, 0), limit_line("limit", 500, end)},
+       report::line_chart({series("acceleration", s.t_s, s.acceleration, 0), limit_line("limit", 500, end)},
                           axes("", "time [s]", "acceleration [mm/s2]"))});
   to.picture({"fig-4-7-jerk", "Fig. 4-7: total jerk, which the method does not hold",
-              replay::line_chart({series("jerk", s.t_s, s.jerk, 0), limit_line("limit", 4000, end)},
+              report::line_chart({series("jerk", s.t_s, s.jerk, 0), limit_line("limit", 4000, end)},
                                  axes("", "time [s]", "jerk [mm/s3]"))});
 }
 
@@ -91,7 +91,7 @@ void figure_4_8(Reproduction& to, const Sampled& s) {
   const auto chart = [&](const char* name, const char* caption, const std::vector<double>& one,
                          const std::vector<double>& two, const char* unit) {
     to.picture({name, caption,
-                replay::line_chart({series("theta 1", s.t_s, one, 0), series("theta 2", s.t_s, two, 1)},
+                report::line_chart({series("theta 1", s.t_s, one, 0), series("theta 2", s.t_s, two, 1)},
                                    axes("", "time [s]", unit))});
   };
   std::vector<double> one, two;  // offset to fit on one plot, as the thesis does
@@ -113,11 +113,11 @@ void figure_4_9(Reproduction& to, const Chapter4& c) {
     return series(label, s.s_mm, y, style);
   };
   to.picture({"fig-4-9-speed", "Fig. 4-9: speed over position at both places",
-              replay::line_chart({over_s(c.well_seen, c.well_seen.speed, "well placed", 0),
+              report::line_chart({over_s(c.well_seen, c.well_seen.speed, "well placed", 0),
                                   over_s(c.poor_seen, c.poor_seen.speed, "poorly placed", 1)},
                                  axes("", "path position [mm]", "speed [mm/s]"))});
   to.picture({"fig-4-9-rate", "Fig. 4-9: rate of theta 2 over position, with its limit",
-              replay::line_chart(
+              report::line_chart(
                   {over_s(c.well_seen, c.well_seen.joints[1].rate, "well placed", 0),
                    over_s(c.poor_seen, c.poor_seen.joints[1].rate, "poorly placed", 1), both_limits(39, 353)},
                   axes("", "path position [mm]", "rate [deg/s]"))});
@@ -128,7 +128,7 @@ void figure_4_12(Reproduction& to, const Chapter4& c) {
   const auto chart = [&](const char* name, const char* caption, const std::vector<double>& ours,
                          const std::vector<double>& theirs, const char* unit) {
     to.picture({name, caption,
-                replay::line_chart({series("MTTS", m.t_s, ours, 0), series("default", d.t_s, theirs, 1)},
+                report::line_chart({series("MTTS", m.t_s, ours, 0), series("default", d.t_s, theirs, 1)},
                                    axes("", "time [s]", unit))});
   };
   chart("fig-4-12-speed", "Fig. 4-12: speed, MTTS and the default technique", m.speed, d.speed,
@@ -152,7 +152,7 @@ void figure_4_13(Reproduction& to, const Chapter4& c) {
     return series(label, x, y, style);
   };
   to.picture({"fig-4-13", "Fig. 4-13: the motion at the 90 degree corner",
-              replay::line_chart({line(c.well_seen, "MTTS", 0), line(c.fallback_seen, "default", 1)},
+              report::line_chart({line(c.well_seen, "MTTS", 0), line(c.fallback_seen, "default", 1)},
                                  axes("", "x [mm]", "y [mm]"))});
 }
 
@@ -184,7 +184,7 @@ void figure_4_14(Reproduction& to, const Chapter4& c) {
         {y ? "fig-4-14-y" : "fig-4-14-x",
          fmt::format("Fig. 4-14: acceleration along {} behind a 4 Hz low pass (commanded, not measured)",
                      y ? "y" : "x"),
-         replay::line_chart({series("MTTS", c.well_seen.t_s, along(c.well_seen, y), 0),
+         report::line_chart({series("MTTS", c.well_seen.t_s, along(c.well_seen, y), 0),
                              series("default", c.fallback_seen.t_s, along(c.fallback_seen, y), 1)},
                             axes("", "time [s]", "acceleration [mm/s2]"))});
 }
@@ -205,8 +205,9 @@ Trace traced(const std::vector<Point2>& points, const Arm& arm, Method method, P
 void append(Trace& all, const Trace& more) { all.insert(all.end(), more.begin(), more.end()); }
 
 void figures_4_11_and_16(Reproduction& to, const Chapter4& c) {
-  to.picture({"fig-4-11", "As Fig. 4-11: the speed of MTTS along the path of Fig. 4-2, well placed",
-              speed_map(traced(c.points, *c.arm, Method::kThesis, PathKind::kBoundary), 125, "MTTS")});
+  to.picture(
+      {"fig-4-11", "As Fig. 4-11: the speed of MTTS along the path of Fig. 4-2, well placed",
+       report::speed_map(traced(c.points, *c.arm, Method::kThesis, PathKind::kBoundary), 125, "MTTS")});
   const BoxLayer layer = box_layer();
   Trace constant, variable;
   for (const auto& p : layer.boundaries) {
@@ -217,9 +218,9 @@ void figures_4_11_and_16(Reproduction& to, const Chapter4& c) {
   for (const auto& p : layer.contours) append(variable, traced(p, *c.arm, Method::kThesis, PathKind::kFill));
   to.picture({"fig-4-16-constant",
               "Fig. 4-16 (a): a layer of the box's walls at constant speed, straight fill",
-              speed_map(constant, 125, "constant speed")});
+              report::speed_map(constant, 125, "constant speed")});
   to.picture({"fig-4-16-variable", "Fig. 4-16 (b): the same walls with MTTS, concentric fill",
-              speed_map(variable, 125, "MTTS")});
+              report::speed_map(variable, 125, "MTTS")});
 }
 
 }  // namespace

@@ -67,7 +67,7 @@ void reproduce_barnett_part(Reproduction& to) {
       "wider); the sharp corner is rounded by the bead and comes out smaller.");
   const double layers = part.height_mm / barnett::kBoxLayer_mm;
   const MemoryPrintReport r = barnett::print_box(part, kSeed, [&] { to.progress(0.0, "printing"); });
-  if (r.result.status != 0) throw std::runtime_error("the part is not finished: " + r.result.reason);
+  if (runs::can_go_on(r.result)) throw std::runtime_error("the part is not finished: " + r.result.reason);
   to.beside({id + "layers", "layers under feedback", "", layers, 0});
   std::vector<double> rms;
   for (const LayerTruth& l : r.series) rms.push_back(l.error.rms_mm);
@@ -117,7 +117,7 @@ void reproduce_barnett_part(Reproduction& to) {
     accuracy.holds(2 * accurate > places, "more than half").fitted(kFitted);
   to.row(std::move(accuracy));
   to.picture({"fig-4-15", "Fig. 4-15 (b): thickness of the ice as built; a contour line every 5 mm",
-              replay::shaded_relief(r.ice, 5.0, "the ice as built")});
+              report::shaded_relief(r.ice, 5.0, "the ice as built")});
 }
 
 }  // namespace firn

@@ -52,13 +52,13 @@ std::string beside(const std::vector<std::string>& charts, const char* title) {
   return s + "</svg>\n";
 }
 
-std::string chart(const std::vector<replay::Series>& series, const std::string& y_name) {
-  replay::ChartOptions o;
+std::string chart(const std::vector<report::Series>& series, const std::string& y_name) {
+  report::ChartOptions o;
   o.title = y_name;
   o.x_name = "τ = t / T";
   o.y_name = y_name;
   o.from_zero = true;
-  return replay::line_chart(series, o);
+  return report::line_chart(series, o);
 }
 
 // Fig. 6-2 does not print its controller output: a smooth one between -0.3 and 0.4 replaces it.
@@ -109,15 +109,15 @@ void figures(Reproduction& to) {
               (nu_nominal[n / 2] / kTop))
           .derives(0.5 * kStep * kTop, "errata", "(6.5) is a sum of rectangles: half a sample at top speed")
           .within_derived(1e-6));
-  const replay::Series c{"path speed c", tau, nominal.speed_mm_s, 0},
+  const report::Series c{"path speed c", tau, nominal.speed_mm_s, 0},
       output{"controller output u", tau, u, 0};
-  const replay::Series q_nominal{"nominal (6.2)", tau, nominal.flow_mm3_s, 0},
+  const report::Series q_nominal{"nominal (6.2)", tau, nominal.flow_mm3_s, 0},
       q{"corrected (6.3)", tau, corrected.flow_mm3_s, 1};
   to.picture(
       {"fig-6-2", "Fig. 6-2: path speed, controller output (chosen) and flow of a straight path of 100 mm",
        beside({chart({c}, "speed [mm/s]"), chart({output}, "u"), chart({q_nominal, q}, "flow [mm3/s]")},
               "Fig. 6-2")});
-  replay::Series ttl{"TTL signal", {}, {}, 0};
+  report::Series ttl{"TTL signal", {}, {}, 0};
   const double whole = corrected.duration_s();
   for (std::uint16_t tick : ticks) {
     const double t = tick * limits.tick_s;

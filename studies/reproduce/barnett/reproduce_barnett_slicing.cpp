@@ -106,7 +106,7 @@ void format_rows(Reproduction& to, const SampleMesh& mesh) {
     for (std::size_t n = 0; same && n < view.size(); ++n)
       for (std::size_t c = 0; c < 3; ++c)
         for (std::size_t a = 0; a < 3; ++a)
-          same = same && std::abs(double(view.facet(n)[c][a]) -
+          same = same && std::abs(double(view.facet(n)[c][a]) + view.origin[a] -
                                   double(mesh.vertices[mesh.triangles[n][c]][a])) <= 1e-4;
   }
   if (!same) throw std::runtime_error("the formats of one mesh do not give the same facets");
@@ -204,8 +204,8 @@ Stages run_stages(const SampleMesh& mesh, const ParallelFor& parallel) {
   });
   s.counts = sliced.counts;
   s.facts = sliced.facts;
-  for (const slice::Region& r : sliced.layers)
-    s.area_volume_mm3 += slice::area_mm2(r) * settings.contour.layer_height_mm;
+  for (const geometry::Region& r : sliced.layers)
+    s.area_volume_mm3 += geometry::area_mm2(r) * settings.contour.layer_height_mm;
 
   slice::SliceOptions spaced = settings.contour;  // PATHFILTER alone, as in Table 3-3
   spaced.chord_tolerance_mm = 0.0;
@@ -214,8 +214,8 @@ Stages run_stages(const SampleMesh& mesh, const ParallelFor& parallel) {
       double(slice::slice(data.facets(), placement(settings, 0), spaced, parallel).counts.kept_points);
 
   const slice::PathOptions options = path_options(settings);
-  const auto height = std::int32_t(std::lround(settings.contour.layer_height_mm * slice::kUnitsPerMm));
-  std::vector<slice::Region> scaffold;
+  const auto height = std::int32_t(std::lround(settings.contour.layer_height_mm * geometry::kUnitsPerMm));
+  std::vector<geometry::Region> scaffold;
   s.scaffold_s = seconds_of([&] {
     scaffold =
         slice::scaffold_regions(sliced.layers, height, options.support, options.chord_tolerance_mm, parallel);
@@ -242,8 +242,8 @@ Stages run_stages(const SampleMesh& mesh, const ParallelFor& parallel) {
   const auto by_clipper = [&](std::size_t material, double offset_mm) {
     return seconds_of([&] {
       parallel(int(s.layers.size()), [&](int n) {
-        slice::clipper_offset(s.layers[std::size_t(n)].by_material[material], offset_mm,
-                              options.chord_tolerance_mm);
+        geometry::clipper_offset(s.layers[std::size_t(n)].by_material[material], offset_mm,
+                                 options.chord_tolerance_mm);
       });
     });
   };
@@ -324,15 +324,15 @@ void pictures(Reproduction& to, const Stages& s) {
   if (s.layers.size() < 100) return;
   const slice::LayerRegions& layer = s.layers[99];  // 25 mm from the substrate
   SliceSettings settings;
-  PicturedLayer concentric{layer, slice::plan_layer(layer, path_options(settings))};
+  report::PicturedLayer concentric{layer, slice::plan_layer(layer, path_options(settings))};
   settings.part.fill = settings.scaffold.fill = "zigzag";
-  PicturedLayer zigzag{layer, slice::plan_layer(layer, path_options(settings))};
+  report::PicturedLayer zigzag{layer, slice::plan_layer(layer, path_options(settings))};
   settings.part.fill = settings.scaffold.fill = "none";
-  PicturedLayer outlines{layer, slice::plan_layer(layer, path_options(settings))};
+  report::PicturedLayer outlines{layer, slice::plan_layer(layer, path_options(settings))};
   to.picture({"fig-3-2", "Fig. 3-2: part and scaffold, 25 mm from the substrate, with their first paths",
-              layers_svg({&outlines, 1})});
-  to.picture({"fig-3-7a", "Fig. 3-7(a): zig-zag fill of the same layer", layers_svg({&zigzag, 1})});
-  to.picture({"fig-3-7b", "Fig. 3-7(b): concentric fill", layers_svg({&concentric, 1})});
+              report::layers_svg({&outlines, 1})});
+  to.picture({"fig-3-7a", "Fig. 3-7(a): zig-zag fill of the same layer", report::layers_svg({&zigzag, 1})});
+  to.picture({"fig-3-7b", "Fig. 3-7(b): concentric fill", report::layers_svg({&concentric, 1})});
 }
 
 SampleMesh mesh_of(const std::string& file) {

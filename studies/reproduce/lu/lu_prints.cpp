@@ -9,7 +9,7 @@
 
 #include "config/include.h"
 #include "print/inputs/targets.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "runtime/source_folder.h"
 
 namespace firn {
@@ -29,7 +29,7 @@ Target lu_target(const Experiment& e) { return make_shape(e.part.shape, e.grid);
 
 std::vector<MemoryPrintReport> print_seeds(const Experiment& experiment, int seeds, Reproduction& to,
                                            double from, double to_fraction, const std::string& doing) {
-  const Blobs inputs = make_inputs(experiment, ".");
+  const Blobs inputs = make_inputs(full_product(), experiment, ".");
   std::vector<MemoryPrintReport> prints(std::size_t(seeds), MemoryPrintReport{});
   std::atomic<int> next{0};
   int done = 0;
@@ -39,7 +39,8 @@ std::vector<MemoryPrintReport> print_seeds(const Experiment& experiment, int see
     for (int n; (n = next++) < seeds;) try {
         Experiment e = experiment;
         e.plant.seed = std::uint64_t(n + 1);
-        prints[std::size_t(n)] = print_in_memory(e, inputs, {.series = true, .surface = true});
+        prints[std::size_t(n)] =
+            print_in_memory(full_product(), e, inputs, {.series = true, .surface = true});
         const std::lock_guard hold(lock);
         to.progress(from + (to_fraction - from) * ++done / seeds, doing);
       } catch (...) {

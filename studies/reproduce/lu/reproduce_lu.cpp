@@ -28,7 +28,7 @@ HeightMap error_map(const HeightMap& height, const Target& target) {
   return error;
 }
 
-replay::Series line(const std::string& label, const HeightProfile& p, int style) {
+report::Series line(const std::string& label, const HeightProfile& p, int style) {
   return {label, p.x_mm, p.height_um, style, false};
 }
 
@@ -96,9 +96,9 @@ void cylinder(const PaperFigure& f, int number, Reproduction& to) {
   const GridSpec& grid = e.grid;
   to.picture(
       {std::string(f.name) + "-side", fmt::format("{}: side view through the middle, seed 1", f.name),
-       replay::line_chart({line("open loop", middle_row(open[0].surface, grid), 0),
+       report::line_chart({line("open loop", middle_row(open[0].surface, grid), 0),
                            line("closed loop", middle_row(closed[0].surface, grid), 1),
-                           line("wanted", middle_row(target.height, grid), replay::Series::kReference)},
+                           line("wanted", middle_row(target.height, grid), report::Series::kReference)},
                           {.title = std::string(f.name) + " side view",
                            .x_name = "x [mm]",
                            .y_name = "height [µm]",
@@ -106,12 +106,12 @@ void cylinder(const PaperFigure& f, int number, Reproduction& to) {
   const double scale = std::ceil(1.2 * f.open_mean_um / 10) * 10;
   to.picture({std::string(f.name) + "-open",
               fmt::format("{}: error of the open loop, ±{:.0f} µm", f.name, scale),
-              replay::heat_map(error_map(open[0].surface, target),
-                               {-scale, scale, replay::ColorMap::kDiverging}, "open loop")});
+              report::heat_map(error_map(open[0].surface, target),
+                               {-scale, scale, report::ColorMap::kDiverging}, "open loop")});
   to.picture({std::string(f.name) + "-closed",
               fmt::format("{}: error of the closed loop, the same scale", f.name),
-              replay::heat_map(error_map(closed[0].surface, target),
-                               {-scale, scale, replay::ColorMap::kDiverging}, "closed loop")});
+              report::heat_map(error_map(closed[0].surface, target),
+                               {-scale, scale, report::ColorMap::kDiverging}, "closed loop")});
 }
 
 // About the wanted height: the reading that gives the model its 2.0 um.
@@ -192,9 +192,9 @@ void reproduce_lu_table_2(Reproduction& to) {
   const Target target = lu_target(e);
   to.picture(
       {"table-2-side", "The 8 x 8 square through the middle, seed 1",
-       replay::line_chart({line("open loop", middle_row(open[0].surface, e.grid), 0),
+       report::line_chart({line("open loop", middle_row(open[0].surface, e.grid), 0),
                            line("closed loop", middle_row(closed[0].surface, e.grid), 1),
-                           line("wanted", middle_row(target.height, e.grid), replay::Series::kReference)},
+                           line("wanted", middle_row(target.height, e.grid), report::Series::kReference)},
                           {.title = "8 x 8 square", .x_name = "x [mm]", .y_name = "height [µm]"})});
 }
 

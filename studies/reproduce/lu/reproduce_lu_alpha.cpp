@@ -18,7 +18,7 @@ namespace {
 constexpr double kAlphaUm = 1e3;
 constexpr double kAlphas[] = {0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0};
 constexpr int kHorizons[] = {1, 3};
-constexpr int kAlphaSeeds = 4, kAlphaSeedsQuick = 1, kMostLayers = 120;
+constexpr int kAlphaSeeds = 4, kAlphaSeedsQuick = 1, kMaxLayers = 120;
 constexpr int kUnguardedLayers = 90;
 
 // The search of IV-C as printed, without a guard: from all ones, one random point at a time, a flip is kept
@@ -110,7 +110,7 @@ class UnguardedSearch {
 
 // Returns the mean error after each layer without the guard; ends when the search prints no droplet.
 struct Unguarded {
-  replay::Series mean_um;
+  report::Series mean_um;
   bool ended = false;
 };
 Unguarded print_unguarded(const Experiment& e, const Target& target, double alpha, int style) {
@@ -137,7 +137,7 @@ void show_guard(Reproduction& to) {
   Experiment e = lu_lab("cylinder", 19, 0.1);
   e.grid.nx = e.grid.ny = 24;
   const Target target = lu_target(e);
-  std::vector<replay::Series> lines;
+  std::vector<report::Series> lines;
   int style = 0;
   bool runs_on = false, stops_at_one = false;
   std::size_t layers_at_02 = 0;
@@ -169,7 +169,7 @@ void show_guard(Reproduction& to) {
   to.picture(
       {"alpha-unguarded",
        "IV-C without a guard: mean error after each layer of a 0.1 mm disc, model without noise",
-       replay::line_chart(
+       report::line_chart(
            lines,
            {.title = "without a guard", .x_name = "layer", .y_name = "mean error [µm]", .whole_x = true})});
 }
@@ -226,16 +226,16 @@ void reproduce_lu_alpha(Reproduction& to) {
   show_trap(to);
   show_guard(to);
   const int seeds = to.quick() ? kAlphaSeedsQuick : kAlphaSeeds;
-  std::vector<replay::Series> mean, std_dev;
+  std::vector<report::Series> mean, std_dev;
   double step = 0.0, worst_rms = 0.0, best_rms = 1e9, best_alpha = 0.0;
   for (const int horizon : kHorizons) {
-    replay::Series m{fmt::format("N = {}", horizon), {}, {}, horizon == 1 ? 0 : 1, true}, s = m;
+    report::Series m{fmt::format("N = {}", horizon), {}, {}, horizon == 1 ? 0 : 1, true}, s = m;
     for (const double alpha : kAlphas) {
       if (to.quick() && horizon > 1 && alpha < 0.8) continue;
       Experiment e = lu_lab("cylinder", 37, 0.4);
       e.plant.model = "lu2015";
       e.control.scheme = "mpc";
-      e.control.max_layers = kMostLayers;
+      e.control.max_layers = kMaxLayers;
       e.control.mpc.alpha = {{1, alpha}};
       e.control.mpc.horizon = horizon;
       const double share = 1.0 / (double(std::size(kAlphas)) * double(std::size(kHorizons)));
@@ -264,10 +264,10 @@ void reproduce_lu_alpha(Reproduction& to) {
        "um", worst_rms});
   to.picture(
       {"alpha-mean", "Mean error of the finished cylinder",
-       replay::line_chart(mean, {.title = "mean error", .x_name = "alpha", .y_name = "mean error [µm]"})});
+       report::line_chart(mean, {.title = "mean error", .x_name = "alpha", .y_name = "mean error [µm]"})});
   to.picture(
       {"alpha-std", "Its standard deviation",
-       replay::line_chart(
+       report::line_chart(
            std_dev,
            {.title = "standard deviation", .x_name = "alpha", .y_name = "std [µm]", .from_zero = true})});
 }

@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "config/include.h"
-#include "print/labs/print_labs.h"
+#include "print/labs/full_product.h"
 #include "print/simulated/memory_print.h"
 #include "report/draw/svg.h"
 #include "report/run/block_view.h"
@@ -25,10 +25,10 @@ constexpr int kPlantSeeds = 3, kPlantSeedsQuick = 1;  // on Firn's own plant, wh
 constexpr const char* kId = "lu.figs-13-15.";
 
 struct JunctionOutcome {
-  replay::WrongVoxels wrong;
-  replay::Washed washed;
+  report::WrongVoxels wrong;
+  report::Washed washed;
   ErrorStats top;                      ///< of the block's surface about h_d
-  replay::VoxelBlock printed, wanted;  ///< of the first seed
+  report::VoxelBlock printed, wanted;  ///< of the first seed
 };
 
 struct Case {
@@ -41,7 +41,7 @@ struct Case {
 Case load_case() {
   const std::filesystem::path file = source_folder() / "experiments" / "pipe-junction.toml";
   const Experiment e = load_experiment(file);
-  const Blobs in = make_inputs(e, file.parent_path());
+  const Blobs in = make_inputs(full_product(), e, file.parent_path());
   return {e, in, geometry_from_bytes(blob(in, "geometry").bytes, e.grid, "geometry"),
           e.model.h1_mm + 4.0 * e.model.h2_mm + 4.0 * e.model.h3_mm};
 }
@@ -53,16 +53,16 @@ JunctionOutcome print(const Case& c, const std::string& plant, const std::string
   e.plant.seed = std::uint64_t(seed);
   MemoryPrintOptions options;
   options.surface = options.materials = true;
-  const MemoryPrintReport report = print_in_memory(e, c.inputs, options);
-  if (report.result.status != 0)
+  const MemoryPrintReport report = print_in_memory(full_product(), e, c.inputs, options);
+  if (runs::can_go_on(report.result))
     throw std::runtime_error("the " + scheme + " print of seed " + std::to_string(seed) +
                              " did not finish: " + report.result.reason);
   JunctionOutcome o;
-  const int nz = replay::slices_for(report.materials, c.geometry, c.slice_mm);
-  o.printed = replay::voxels_of(report.materials, c.slice_mm, nz);
-  o.wanted = replay::voxels_of(c.geometry, c.slice_mm, nz);
-  o.wrong = replay::count_wrong(o.wanted, o.printed);
-  o.washed = replay::wash(o.printed);
+  const int nz = report::slices_for(report.materials, c.geometry, c.slice_mm);
+  o.printed = report::voxels_of(report.materials, c.slice_mm, nz);
+  o.wanted = report::voxels_of(c.geometry, c.slice_mm, nz);
+  o.wrong = report::count_wrong(o.wanted, o.printed);
+  o.washed = report::wash(o.printed);
   o.top = report.error;
   if (seed != 1) o.printed = o.wanted = {};
   return o;
@@ -124,7 +124,7 @@ void half_row(const std::string& name, const std::string& what, std::span<const 
               std::span<const JunctionOutcome> closed, const Value& value, Reproduction& to) {
   const double a = mean(open, value), b = mean(closed, value);
   to.row(
-      ReproduceRow(kId + name, what + ": closed loop, at most half of open loop's " + replay::number(a, 1),
+      ReproduceRow(kId + name, what + ": closed loop, at most half of open loop's " + report::number(a, 1),
                    "voxels", b)
           .prints(
               "no visible deformation", kPlace,
@@ -135,7 +135,7 @@ void half_row(const std::string& name, const std::string& what, std::span<const 
 void count_rows(std::span<const JunctionOutcome> open, std::span<const JunctionOutcome> closed,
                 Reproduction& to) {
   const auto row = [&](const char* name, const std::string& what, auto value) {
-    half_row(name, what + " (worst seed " + replay::number(worst_share(open, closed, value), 2) + ")", open,
+    half_row(name, what + " (worst seed " + report::number(worst_share(open, closed, value), 2) + ")", open,
              closed, value, to);
   };
   row("wrong-inside", "Wrong voxels inside M", [](const JunctionOutcome& o) { return o.wrong.inside; });
@@ -145,7 +145,7 @@ void count_rows(std::span<const JunctionOutcome> open, std::span<const JunctionO
   const auto std_um = [](const JunctionOutcome& o) { return o.top.std_mm * 1e3; };
   to.row(ReproduceRow(kId + std::string("top-surface"),
                       "Deviation of the block's top: closed loop, at most half of open loop's " +
-                          replay::number(mean(open, std_um), 1) + " um",
+                          report::number(mean(open, std_um), 1) + " um",
                       "um", mean(closed, std_um))
              .prints("top surface is almost flat", kPlace, "The top surface is almost flat")
              .at_most(0.5 * mean(open, std_um)));
@@ -188,20 +188,20 @@ void own_plant_rows(const Case& c, Reproduction& to) {
 
 void pictures(const JunctionOutcome& open, const JunctionOutcome& closed, Reproduction& to) {
   const std::string stretch =
-      " z is drawn " + replay::number(replay::z_stretch(open.wanted), 0) + " times as high.";
-  const replay::VoxelBlock& tall = open.wanted.nz > closed.wanted.nz ? open.wanted : closed.wanted;
+      " z is drawn " + report::number(report::z_stretch(open.wanted), 0) + " times as high.";
+  const report::VoxelBlock& tall = open.wanted.nz > closed.wanted.nz ? open.wanted : closed.wanted;
   const int section_i = int(0.85 * tall.grid.nx);
   to.picture({"fig-13-open-loop", "Fig. 13: open loop, the object after washing, seed 1." + stretch,
-              replay::block_view(open.wanted, open.printed, {}, "Pipe junction printed in open loop")});
+              report::block_view(open.wanted, open.printed, {}, "Pipe junction printed in open loop")});
   to.picture({"fig-14-closed-loop", "Fig. 14: closed loop, the object after washing, seed 1." + stretch,
-              replay::block_view(closed.wanted, closed.printed, {}, "Pipe junction printed in closed loop")});
+              report::block_view(closed.wanted, closed.printed, {}, "Pipe junction printed in closed loop")});
   to.picture(
       {"fig-15-block",
        "Fig. 15: the whole block as printed in closed loop, its support opened at one quarter." + stretch,
-       replay::block_view(closed.wanted, closed.printed, {true}, "Pipe junction in its support")});
+       report::block_view(closed.wanted, closed.printed, {true}, "Pipe junction in its support")});
   to.picture({"figs-13-14-sections",
               "Cross-sections of Figs. 13 and 14: as wanted, open loop, closed loop, seed 1." + stretch,
-              replay::section_view(
+              report::section_view(
                   tall, {{"wanted", &tall}, {"open loop", &open.printed}, {"closed loop", &closed.printed}},
                   section_i, "Cross-sections of the pipe junction")});
 }

@@ -150,21 +150,21 @@ void reproduce_lu_model(Reproduction& to) {
                .within_derived(5e-4));
   const auto line = [&](const std::string& label, const HeightMap& h, int style) {
     const HeightProfile p = middle_row(h, e.grid);
-    return replay::Series{label, p.x_mm, p.height_um, style, true};
+    return report::Series{label, p.x_mm, p.height_um, style, true};
   };
   to.picture({"model-check-side", "Four layers in open loop: nature against both models",
-              replay::line_chart(
+              report::line_chart(
                   {line("nature (mean)", truth, 0), line("(4)", model, 1), line("additive (2)", additive, 2)},
                   {.title = "dome against flat",
                    .x_name = "x [mm]",
                    .y_name = "height [µm]",
                    .y_range = {{20.0, 31.5}}})});
-  const replay::HeatScale scale{20, 31, replay::ColorMap::kSequential};
+  const report::HeatScale scale{20, 31, report::ColorMap::kSequential};
   to.picture({"model-check-nature", "Fig. 21: printed, mean of all seeds [µm]",
-              replay::heat_map(truth, scale, "printed")});
-  to.picture({"model-check-model", "Fig. 22: foretold by (4)", replay::heat_map(model, scale, "model (4)")});
+              report::heat_map(truth, scale, "printed")});
+  to.picture({"model-check-model", "Fig. 22: foretold by (4)", report::heat_map(model, scale, "model (4)")});
   to.picture({"model-check-additive", "The additive (2) on the same scale, 20 to 31 µm",
-              replay::heat_map(additive, scale, "additive (2)")});
+              report::heat_map(additive, scale, "additive (2)")});
 }
 
 }  // namespace firn

@@ -56,7 +56,7 @@ double error_of_segment(const PrintJob& job, const AerosolPlan& plan, std::int32
 }
 
 // Maximum speed of an axis in the slowest of the transits.
-double least_transit_speed(const AerosolPlan& plan) {
+double min_transit_speed(const AerosolPlan& plan) {
   double least = kVmax_mm_s, now = kVmax_mm_s;
   std::int32_t leading_to = -1;
   for (const Piece& p : plan.pieces) {
@@ -106,12 +106,12 @@ double position_pct(const AerosolPlan& plan) {
 
 void pictures_of(Reproduction& to, const std::string& figure, const PrintJob& job, const AerosolPlan& plan) {
   to.picture({figure + "-path", "Path of " + figure + ", --corner paper, over the wanted segments",
-              aerosol_path_picture(job, plan, figure)});
+              report::aerosol_path_picture(job, plan, figure)});
   to.picture({figure + "-speed-error", "Speed error of " + figure,
-              aerosol_speed_error_picture(job, plan, figure + " speed error")});
+              report::aerosol_speed_error_picture(job, plan, figure + " speed error")});
   to.picture({figure + "-position-error",
               "Position error of " + figure + ": distance to the point that moves at 3 mm/s",
-              aerosol_path_error_picture(job, plan, figure + " position error")});
+              report::aerosol_path_error_picture(job, plan, figure + " position error")});
 }
 
 }  // namespace
@@ -152,8 +152,9 @@ void reproduce_thompson_corners(Reproduction& to) {
   pictures_of(to, "fig7", fig7, seven);
   pictures_of(to, "fig11", fig11, eleven);
   to.picture({"fig9-speeds", "Fig. 9: speeds, grey where the shutter is closed",
-              aerosol_speed_picture(seven, "Fig. 9 speeds")});
-  to.picture({"fig9-positions", "Fig. 9: positions", aerosol_position_picture(seven, "Fig. 9 positions")});
+              report::aerosol_speed_picture(seven, "Fig. 9 speeds")});
+  to.picture(
+      {"fig9-positions", "Fig. 9: positions", report::aerosol_position_picture(seven, "Fig. 9 positions")});
 
   const double first = error_of_segment(fig7, seven, 0, 0), sharp = error_of_segment(fig7, seven, 2, 2);
   to.row(ReproduceRow(id + "fig7-blunt", "speed error at segments 1 and 2, and at 2 and 3", "",
@@ -163,7 +164,7 @@ void reproduce_thompson_corners(Reproduction& to) {
              .holds(first < 0.5 * sharp, "less than half")
              .fitted(kFitted));
   to.row(ReproduceRow(id + "fig9-transit-speed", "largest speed of an axis in the slowest transit", "mm/s",
-                      least_transit_speed(seven))
+                      min_transit_speed(seven))
              .prints(4.0, "p. 1562, Fig. 9", "reaches the maximum velocity (4 mm/s) for each MTT")
              .within(1e-9)
              .fitted(kFitted));
@@ -257,12 +258,12 @@ void reproduce_thompson_corner_modes(Reproduction& to) {
       to.beside({who + "-corner", what + "longest loop (4 v / alpha = 0.4 s)", "s", r.corner_s.value});
       to.picture({fmt::format("{}-{}-path", figure, name(mode)),
                   fmt::format("{} with --corner {}", figure, name(mode)),
-                  aerosol_path_picture(job, plan, fmt::format("{} {}", figure, name(mode)))});
+                  report::aerosol_path_picture(job, plan, fmt::format("{} {}", figure, name(mode)))});
     }
   }
-  to.picture(
-      {"fig7-loop-speeds", "fig7 with --corner loop: speeds",
-       aerosol_speed_picture(planned(motion::thompson_fig7(), CornerMode::kLoop), "speeds with loops")});
+  to.picture({"fig7-loop-speeds", "fig7 with --corner loop: speeds",
+              report::aerosol_speed_picture(planned(motion::thompson_fig7(), CornerMode::kLoop),
+                                            "speeds with loops")});
 }
 
 }  // namespace firn

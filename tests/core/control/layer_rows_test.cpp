@@ -76,25 +76,6 @@ struct Plain {
       }
     return out;
   }
-  float gain(std::size_t p) const {
-    float given = ink.drop_mm, own = ink.drop_mm, sum = 0.0f;
-    const auto grows_after = [&](std::size_t c) {
-      const float e = drops[p] ? error[c] : -error[c];
-      return e > 0.0f ? e : 0.0f;
-    };
-    for (std::size_t q = 0; q < 9; ++q) {
-      if (q == 4) continue;
-      const std::size_t n = near(p, q), k = q % 2 == 0;
-      float flow = (ink.slope[k] * height[p] + ink.w_mm[k]) - ink.slope[k] * height[n];
-      flow = flow < ink.w_mm[k] ? flow : ink.w_mm[k];
-      flow = flow > 0.0f ? flow : 0.0f;
-      own -= flow;
-      if (!counts[n]) given -= flow;
-      sum += std::min(flow, grows_after(n));
-    }
-    sum += std::min(own, grows_after(p));
-    return counts[p] ? given - 2.0f * sum : 0.0f;
-  }
 };
 
 Plain random_rows(std::uint64_t seed, int nx, int ny) {
@@ -121,15 +102,9 @@ TEST_CASE(
                                    seed == 1 ? 1 : 1 + int(random.below(wide ? 4 : 40)));
     for (const LayerRowKernels& kernels : layer_row_kernels()) {
       INFO(kernels.name << ", " << rows.nx << " x " << rows.ny << ", seed " << seed);
-      std::vector<float> errors(rows.height.size(), 0.0f), gains(rows.nx * rows.ny + 1, 7.0f);
+      std::vector<float> errors(rows.height.size(), 0.0f);
       kernels.errors(rows.cells(0), rows.ink, rows.nx, rows.ny, errors.data() + rows.at(0, 0));
       REQUIRE(errors == rows.error);
-      const std::size_t half = rows.ny / 2;  // in two parts, the same
-      kernels.gains(rows.cells(0), rows.ink, rows.nx, half, gains.data());
-      kernels.gains(rows.cells(half), rows.ink, rows.nx, rows.ny - half, gains.data() + half * rows.nx);
-      for (std::size_t j = 0; j < rows.ny; ++j)
-        for (std::size_t i = 0; i < rows.nx; ++i) REQUIRE(gains[j * rows.nx + i] == rows.gain(rows.at(i, j)));
-      REQUIRE(gains.back() == 7.0f);  // nothing beyond the last cell
     }
   }
 }

@@ -5,6 +5,7 @@
 
 #include "core/motion/aerosol/paper_jobs.h"
 #include "core/path/bytes.h"
+#include "core/path/job_codec.h"
 
 using namespace firn;
 using namespace firn::control;
@@ -176,6 +177,25 @@ TEST_CASE("Stations are whole stretches, know the room beside them, and ends kno
   CHECK(ends[1].free);
   CHECK(!ends[2].free);
   CHECK(!ends[3].free);
+}
+
+TEST_CASE("A curve of segments is one line: its stations have the room of the curve, open or closed") {
+  for (const int sides : {13, 24, 100}) {
+    for (const bool closed : {false, true}) {
+      const double radius = 3.5, turn = 2.0 * 3.141592653589793 / sides;
+      const auto corner = [&](int n) {
+        return Point2{radius * std::cos(n % sides * turn), radius * std::sin(n % sides * turn)};
+      };
+      PrintJob job{corner(0), corner(0), {}};
+      for (int n = 0; n < (closed ? sides : sides / 2); ++n)
+        job.segments.push_back({corner(n), corner(n + 1), 3.0});
+      for (const LineStation& s : line_stations(job, 1.0)) {
+        INFO(sides << " sides, segment " << s.segment);
+        CHECK(s.room_mm > 0.5 * radius);
+        CHECK(s.line == 0);
+      }
+    }
+  }
 }
 
 TEST_CASE("A job is read back from its bytes, and damaged bytes are refused by place") {

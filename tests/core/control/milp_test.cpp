@@ -48,7 +48,7 @@ StripInstance noisy_layer(std::uint64_t seed, double error_mm) {
 }
 
 // Least |error| of a cell for any droplets around it [um]. @param others heights that those add
-double least_um(double error, const std::vector<double>& others) {
+double min_um(double error, const std::vector<double>& others) {
   double least = 1e9;
   for (unsigned bits = 0; bits < 1u << others.size(); ++bits) {
     double e = error;
@@ -82,7 +82,7 @@ void write_program(const StripInstance& in, const fs::path& file) {
     for (std::size_t d = 0; d < n; ++d)
       if (d != c && in.setup.mask.cells[d] && columns[d].cells[c] != 0.0)
         others.push_back(columns[d].cells[c]);
-    const double without = least_um(bare_um, others), with = least_um(bare_um + columns[c].cells[c], others);
+    const double without = min_um(bare_um, others), with = min_um(bare_um + columns[c].cells[c], others);
     out << " own" << c << ": t" << c << (without > with ? " + " : " - ") << std::abs(without - with) << " u"
         << c << " >= " << without << "\n";
   }

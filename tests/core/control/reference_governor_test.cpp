@@ -271,6 +271,43 @@ TEST_CASE("Two stages end every print, whatever the part, the inks, alpha and th
   }
 }
 
+TEST_CASE(
+    "A stage whose layers no longer better the part gives way to the next: whatever the outline and the rim, "
+    "no print ends a stage short") {
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    RandomStream random(seed, Purpose::kTest);
+    Setup s = small_disc(0.06, 0.8);
+    for (std::size_t c = 0; c < s.mask.size(); ++c)  // a ragged outline
+      if (s.rim.cells[c] && random.uniform() < 0.3) s.mask.cells[c] = s.rim.cells[c] = 0;
+    ControlOptions o = options_of(3.0, 2);
+    o.mpc.rim_lead_layers = seed % 4 == 0 ? 0.0 : 1.5;
+    const auto mpc = make_controller(s, o);
+    Setup printer = s;  // on the true rim almost all ink runs off
+    printer.model_b = s.model.times(random.uniform(0.0, 0.02));
+    Predictor nature(printer);
+    HeightMap h(s.grid);
+    Decision d;
+    int layer = 0;
+    bool waited = false;
+    for (; layer < 120; ++layer) {
+      d = mpc->decide({h, layer, 0, 0.001});
+      if (d.kind != Decision::Kind::kPrint) break;
+      waited = waited || d.reason.find("waits for the rim") != std::string::npos;
+      h = nature.after(h, d.drops, places(s));
+    }
+    double missing = 0.0, cells = 0.0;
+    for (std::size_t c = 0; c < h.size(); ++c)
+      if (s.mask.cells[c] && !s.rim.cells[c]) {
+        missing += s.target.cells[c] - h.cells[c];
+        cells += 1.0;
+      }
+    INFO("seed " << seed << ", " << layer << " layers, " << d.reason);
+    CHECK(d.kind == Decision::Kind::kEnd);
+    CHECK(waited == (o.mpc.rim_lead_layers > 0.0));
+    CHECK(missing / cells < 0.5 * s.model.layer_height_mm());
+  }
+}
+
 TEST_CASE("A number of last layers that is none is refused by name") {
   for (const double bad : {-1.0, std::nan("")}) {
     CHECK_THROWS_WITH(ReferenceGovernor(small_disc(0.04, 0.8), options_of(bad, 1)),

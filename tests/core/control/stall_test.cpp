@@ -58,7 +58,7 @@ TEST_CASE("MPC ends when its layers no longer better the part, not when max_laye
 }
 
 /// A scheme that always prints.
-class Always final : public LayerController {
+class Always final : public LayerControllerBase {
  public:
   Decision decide(const Measurement& m) override {
     Decision d;
@@ -72,7 +72,7 @@ TEST_CASE("a part that rises, however slowly, beyond the noise is never taken fo
   const Setup setup = setup_of(20, 1.0);
   ControlOptions options;
   options.stall_layers = 6;
-  const double noise_mm = 0.001, limit_mm = StallBound::kSigmas * noise_mm * std::sqrt(2.0 / 400.0);
+  const double noise_mm = 0.001, limit_mm = StallDetector::kSigmas * noise_mm * std::sqrt(2.0 / 400.0);
   for (const double step_mm : {0.9 * limit_mm / 6.0, 1.1 * limit_mm / 6.0}) {
     StallBound bound(std::make_unique<Always>(), setup, options);
     int ended = -1;

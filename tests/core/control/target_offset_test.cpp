@@ -85,7 +85,7 @@ TEST_CASE("a target's offset that is out of its range is refused, and the one be
 }
 
 TEST_CASE("a part whose target moves is not taken for stalled because its errors grow") {
-  class Prints final : public LayerController {
+  class Prints final : public LayerControllerBase {
    public:
     Decision decide(const Measurement& m) override {
       Decision d;

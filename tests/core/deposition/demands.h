@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "core/deposition/pulses.h"
@@ -56,6 +57,42 @@ inline std::vector<double> random_action(RandomStream& random, std::size_t n, do
     v = value += 0.08 * (target - value);
   }
   return u;
+}
+
+/// Eq. (6.6), errata: ceil(max - 0.5) pulses, none for max <= 0.5.
+inline std::int64_t pulse_count(double max_pulses_needed) {
+  return std::max<std::int64_t>(0, std::int64_t(std::ceil(max_pulses_needed - 0.5)));
+}
+
+/// Largest relative error that the volume of any window of the length can have, from the counter's own bound
+/// at its two ends: half a drop and the volume wanted within half a tick each, over the window's volume.
+/// Windows that start or end at an instant are examined. 0 when the path is shorter; +inf when a window wants
+/// no volume.
+inline double window_error_bound(const FlowDemand& d, const FlowCurve& curve, double tick_s,
+                                 double window_mm) {
+  const DemandIntegral path(d);
+  const double total_mm = path.total_length_mm(), end_s = d.duration_s();
+  if (total_mm < window_mm) return 0.0;
+  // error bound of the counter at an instant, the larger of the two around it
+  const auto off = [&](double time_s) {
+    const std::size_t i = std::min(std::size_t(time_s / d.step_s), d.flow_mm3_s.size() - 2);
+    double most = 0.0;
+    for (const double flow : {d.flow_mm3_s[i], d.flow_mm3_s[i + 1]})
+      most = std::max(most, curve.drop_mm3(flow) + flow * tick_s);
+    return 0.5 * most;
+  };
+  double worst = 0.0;
+  const auto window = [&](double from_s, double to_s) {
+    const double wanted = path.volume_mm3(to_s) - path.volume_mm3(from_s);
+    worst = std::max(
+        worst, wanted > 0.0 ? (off(from_s) + off(to_s)) / wanted : std::numeric_limits<double>::infinity());
+  };
+  for (std::size_t i = 0; i < d.flow_mm3_s.size(); ++i) {  // windows that start and that end at an instant
+    const double at_s = d.step_s * double(i), at_mm = path.length_mm(at_s);
+    if (at_mm + window_mm <= total_mm) window(at_s, path.time_at_length_s(at_mm + window_mm));
+    if (at_mm >= window_mm) window(path.time_at_length_s(at_mm - window_mm), std::min(at_s, end_s));
+  }
+  return worst;
 }
 
 }  // namespace firn::deposition::test

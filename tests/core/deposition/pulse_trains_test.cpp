@@ -108,33 +108,7 @@ TEST_CASE("Without material the list is empty") {
   const PulsePlan plan = plan_pulses(d, proportional(), kLimits);
   REQUIRE(plan.trains.size() == 1);
   CHECK(plan.trains[0].ticks.empty());
-  CHECK(plan.least_drops_per_mm == 0.0);
-}
-
-TEST_CASE("The widest pulse is chosen that still lays a drop per mm and delivers the flow") {
-  // Ideal valve, 200 mm^3/s while open: drops of 0.1, 0.18, 0.25, 0.36 mm^3.
-  std::vector<ValveSetting> settings;
-  for (double pulse_s : {0.0005, 0.0009, 0.00125, 0.0018})
-    settings.push_back(proportional(pulse_s, 1.0 / (200.0 * pulse_s)));
-  RandomStream random(74, Purpose::kTest);
-  for (const auto& [width, chosen] : {std::pair{kBoundary_mm, 1u}, {kFill_mm, 3u}}) {
-    for (int trial = 0; trial < 20; ++trial) {
-      FlowDemand d = demand_of(random_speeds(random, 120.0, 125.0), width);
-      std::vector<double> u = random_action(random, d.flow_mm3_s.size(), 0.5);
-      u[u.size() / 2] = -0.5;
-      u[u.size() / 2 + 1] = 0.5;
-      corrected_flow(std::vector<double>(d.flow_mm3_s), u, d.flow_mm3_s);
-      const std::size_t n = choose_setting(d, settings, kLimits);
-      REQUIRE(n == chosen);
-      const PulsePlan plan = plan_pulses(d, settings[n], kLimits);
-      CHECK(plan.least_drops_per_mm >= 1.0);
-      const DeliveryError error = count_delivery(d, drops_of(plan, d, settings[n].curve, kLimits.tick_s),
-                                                 granted_by(d, settings[n].curve, kLimits.tick_s), 0.0);
-      CHECK(error.widest_gap_mm <= 1.0 + 2.0 * 125.0 * 0.5 * kLimits.tick_s);  // and two half ticks
-    }
-  }
-  const FlowDemand thin{kStep, {0.0, 5.0, 5.0, 0.0}, {0.0, 125.0, 125.0, 0.0}, {}};
-  CHECK(choose_setting(thin, settings, kLimits) == settings.size());
+  CHECK(plan.min_drops_per_mm == 0.0);
 }
 
 TEST_CASE("The counter itself: windows and running error against brute force over a fine grid") {

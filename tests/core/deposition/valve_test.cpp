@@ -67,11 +67,6 @@ TEST_CASE("Erratum chapter 6: C_f = c_ff c w dh = 37.5 Hz for the simulations of
   CHECK(curve.frequency_hz(flow[0]) == Approx(37.5).epsilon(1e-14));
 }
 
-TEST_CASE("A calibration row is mass over density and time") {
-  CHECK(flow_from_mass_mm3_s(0.9982, 0.9982, 10.0) == Approx(100.0));
-  CHECK_THROWS_WITH(flow_from_mass_mm3_s(1.0, 0.0, 1.0), Catch::Contains("density_g_cm3"));
-}
-
 TEST_CASE(
     "The highest frequency is one pulse per pulse width, per tick, of the valve or of the table, whichever "
     "is lowest") {

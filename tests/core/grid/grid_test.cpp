@@ -159,14 +159,3 @@ TEST_CASE(
     CHECK(fired == p.total());
   }
 }
-
-TEST_CASE("Fired cells of consecutive ranges add up to the pass, and a range outside it is refused") {
-  RandomStream random(4, Purpose::kTest);
-  const DropletPattern p = random_pattern(GridSpec{9, 7}, random, 2);
-  const std::size_t n = firing_order(p, 0).size();
-  const DropletPattern head = fired_cells(p, 0, 0, n / 3), tail = fired_cells(p, 0, n / 3, n);
-  for (std::size_t c = 0; c < p.size(); ++c) CHECK(head.cells[c] + tail.cells[c] == (p.cells[c] > 0));
-  CHECK(fired_cells(p, 0, 2, 2).total() == 0);
-  CHECK_THROWS_AS(fired_cells(p, 0, 0, n + 1), std::out_of_range);
-  CHECK_THROWS_AS(fired_cells(p, 0, 3, 2), std::out_of_range);
-}

@@ -146,18 +146,6 @@ TEST_CASE("The Jacobian maps joint rates to the tool's velocity and its derivati
   }
 }
 
-TEST_CASE("The chain rule turns derivatives along the path into rates in time") {
-  // s(t) = 3 t + 2 t^2 + t^3 at t = 0.7, q(s) = sin(s / 10)
-  const double t = 0.7, s = 3 * t + 2 * t * t + t * t * t, h = 1e-3;
-  const PathRate m{3 + 4 * t + 3 * t * t, 4 + 6 * t, 6};
-  const double d1 = std::cos(s / 10) / 10, d2 = -std::sin(s / 10) / 100, d3 = -std::cos(s / 10) / 1000;
-  const auto q = [](double at) { return std::sin((3 * at + 2 * at * at + at * at * at) / 10); };
-  CHECK(rate_of(d1, m) == Approx((q(t + h) - q(t - h)) / (2 * h)).epsilon(1e-5));
-  CHECK(acceleration_of(d1, d2, m) == Approx((q(t + h) - 2 * q(t) + q(t - h)) / (h * h)).epsilon(1e-5));
-  CHECK(jerk_of(d1, d2, d3, m) ==
-        Approx((q(t + 2 * h) - 2 * q(t + h) + 2 * q(t - h) - q(t - 2 * h)) / (2 * h * h * h)).epsilon(1e-4));
-}
-
 TEST_CASE("Table 2-1: the Cobra 600 reaches from 163 mm to 600 mm and its joints stop where the table says") {
   const auto arm = make_scara(cobra600());
   CHECK_NOTHROW(arm->inverse({163.0, 0, 0, 0}, {1, 0}));

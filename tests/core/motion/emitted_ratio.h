@@ -15,7 +15,7 @@ inline double emitted_ratio(const PlanResult& result, const CertifiedWork& work)
   const double slow = result.trajectory.certificate.duration_s / result.continuous_s;
   double most = 0.0;
   for (std::size_t k = 0; k <= result.stops; ++k) {
-    StopSegment segment = work.segments[k];
+    StopSegment segment = work.segments()[k];
     segment.factor *= slow;
     for (const auto& row :
          ContinuousChecker(segment, limits, 325.0, 275.0, result.configuration.elbow).ratios(1e-3, 1.0))

@@ -67,12 +67,11 @@ TEST_CASE("A given arc from rest to rest is its circle: at the knots to 1e-9 mm,
     path.arc({}, 2.0 * std::numbers::pi, 90);
     const PlanResult result = planned(path, {}, work);
     CHECK(result.stops == 0);
-    const Curve& curve = work.segments[0].curve;
+    const Curve& curve = work.segments()[0].curve;
+    const Curve& coarse = work.stops.segment.curve.curve.coarse;  // its knots are those that it was built of
     double at_knots = 0.0, between = 0.0;
-    for (std::size_t i = 0; i < work.curve.coarse.s.size(); ++i)
-      at_knots =
-          std::max(at_knots,
-                   std::abs(distance({work.curve.coarse.x[i], work.curve.coarse.y[i]}, kGivenPart) - radius));
+    for (std::size_t i = 0; i < coarse.s.size(); ++i)
+      at_knots = std::max(at_knots, std::abs(distance({coarse.x[i], coarse.y[i]}, kGivenPart) - radius));
     for (std::size_t i = 0; i < curve.cells(); ++i)
       between = std::max(
           between, std::abs(distance(curve.at(i, 0.5 * (curve.s[i] + curve.s[i + 1])), kGivenPart) - radius));
@@ -110,7 +109,7 @@ double farthest_off(const GivenPath& path, const CertifiedWork& work, std::size_
   };
   double most = 0.0;
   for (std::size_t k = 0; k < segments; ++k) {
-    const Curve& curve = work.segments[k].curve;
+    const Curve& curve = work.segments()[k].curve;
     for (std::size_t i = 0; i < curve.cells(); ++i)
       for (const double x : {0.0, 0.3, 0.7}) {
         const Point2 p = curve.at(i, curve.s[i] + x * (curve.s[i + 1] - curve.s[i]));

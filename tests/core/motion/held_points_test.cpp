@@ -33,7 +33,7 @@ HeldDistances found_distances(const std::vector<Point2>& points, Point2 origin, 
                               const CertifiedWork& work) {
   std::vector<Point2> in_base;
   for (const Point2& p : points) in_base.push_back({p.x_mm + origin.x_mm, p.y_mm + origin.y_mm});
-  return sampled_distances(in_base, work.segments, result.stops + 1, result.points_off_mm);
+  return sampled_distances(in_base, work.segments(), result.stops + 1, result.points_off_mm);
 }
 
 PlanOptions held_to(int decimals) {
@@ -52,7 +52,7 @@ TEST_CASE("A line into dense samples and slight corners of a polygon are passed 
   for (const auto& points : {samples, corners}) {
     const PlanResult result = plan_held(points, kHeldPart, {}, work);
     CHECK(result.stops == 0);
-    CHECK(result.held_mm == PlanOptions::kLeastHold_mm);
+    CHECK(result.held_mm == PlanOptions::kMinHold_mm);
     CHECK(result.points_off_mm <= result.held_mm);
     const HeldDistances found = found_distances(points, kHeldPart, result, work);
     CHECK(found.points_mm <= result.points_off_mm + kSampledChords_mm);

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <string>
 
-#include "core/motion/certified/certified.h"
+#include "core/motion/certified/stop_choice.h"
 #include "core/motion/planner.h"
 #include "core/motion/thesis/test_path.h"
 #include "tests/core/motion/continuous_checker.h"
@@ -31,12 +31,12 @@ Proved prove_by_intervals(const std::vector<Point2>& points, const PlanOptions& 
   CertifiedTask task{*arm, kLimits, options, {}, limited_joints(kLimits, arm->joints()), {}};
   task.placement.configuration.elbow = 1;
   task.groups = row_groups(kLimits, task.joints, false);
-  static CertifiedWork work;
+  static StopWork work;
   Proved out;
   out.segments = plan_segments(path, task, work);
   for (std::size_t k = 0; k < out.segments; ++k) {
     StopSegment& segment = work.segments[k];
-    prove(task, work, segment);
+    work.segment.speed.prove(task, segment);
     RatioTable table = segment.ratios;
     table.scale_time(segment.factor);
     for (const auto& group : table.ratio)

@@ -7,7 +7,7 @@
 
 #include "core/grid/random.h"
 #include "core/motion/certified/certified.h"
-#include "core/motion/curve/deviation.h"
+#include "core/motion/curve/frechet.h"
 #include "core/motion/planner.h"
 #include "core/motion/thesis/test_path.h"
 
@@ -43,7 +43,7 @@ std::vector<Point2> rounded_ring(RandomStream& draw) {
 
 TEST_CASE("Lines and arcs are recovered from their points, although no point lies on their joints") {
   std::vector<CurvePiece> pieces;
-  recognise(first_part(), kSagittaMm, true, pieces);
+  recognise(first_part(), kSagittaMm, pieces);
   REQUIRE(pieces.size() == 7);
   const double length[] = {26.0, 31.41592653589793, 62.0, 15.707963267948966, 77.0, 7.853981633974483, 87.0};
   const double curvature[] = {0.0, 0.05, 0.0, 0.1, 0.0, 0.2, 0.0};
@@ -58,7 +58,7 @@ TEST_CASE("Pieces of a rounded ring meet, whatever circles its rounding suggests
   std::vector<CurvePiece> pieces;
   double widest = 0.0;
   for (int n = 0; n < 400; ++n) {
-    recognise(rounded_ring(draw), kSagittaMm, true, pieces);
+    recognise(rounded_ring(draw), kSagittaMm, pieces);
     for (std::size_t k = 0; k + 1 < pieces.size(); ++k) {
       const Point2 end = pieces[k].at(pieces[k].length_mm), start = pieces[k + 1].start;
       widest = std::max(widest, std::hypot(end.x_mm - start.x_mm, end.y_mm - start.y_mm));
@@ -69,13 +69,12 @@ TEST_CASE("Pieces of a rounded ring meet, whatever circles its rounding suggests
 
 TEST_CASE("The curve of a rounded ring stays on it") {
   RandomStream draw(32, Purpose::kTest);
-  std::vector<double> length;
   double farthest = 0.0;
   for (int n = 0; n < 400; ++n) {
     const auto points = rounded_ring(draw);
     CurveWork work;
     build_curve(points, {}, work);
-    farthest = std::max(farthest, deviation(work.coarse, points, length));
+    farthest = std::max(farthest, frechet_bound(work.coarse, points));
   }
   CHECK(farthest < kSagittaMm + 0.02);
 }
@@ -119,8 +118,7 @@ TEST_CASE("Knots lie on the path, also where its ramps are longer than it") {
   REQUIRE(work.pieces.size() == 2);
   REQUIRE(work.joints[1].half_ramp > work.offset.back() - work.joints[1].s);
   for (std::size_t i = 0; i + 1 < work.coarse.s.size(); ++i) CHECK(work.coarse.s[i] < work.coarse.s[i + 1]);
-  std::vector<double> length;
-  CHECK(deviation(work.coarse, arcs, length) <= 0.2);
+  CHECK(frechet_bound(work.coarse, arcs) <= 0.2);
 }
 
 TEST_CASE("A curve that is further off its path than its ramps can explain is refused, with both distances") {
@@ -128,10 +126,10 @@ TEST_CASE("A curve that is further off its path than its ramps can explain is re
   options.tolerance_mm = 0.05;
   StopSegment segment;
   segment.deviation_mm = 0.05 + 0.2 + kSagittaMm;
-  CHECK_NOTHROW(keep_near(segment, options));
+  CHECK_NOTHROW(require_near(segment, options));
   segment.deviation_mm += 0.001;
   try {
-    keep_near(segment, options);
+    require_near(segment, options);
     FAIL("a curve off its path was let through");
   } catch (const MotionError& error) {
     CHECK(error.fault().reason == Reason::kPathDeviation);

@@ -24,7 +24,7 @@ Compared compare(const std::vector<Point2>& points, Point2 origin, const PlanOpt
   Compared out{plan.continuous_s, 0.0, plan.trajectory.certificate.lower_bound_s};
   for (std::size_t k = 0; k <= plan.stops; ++k) {
     const double best =
-        TimeTranscription(work.segments[k], limits, 325.0, 275.0, plan.configuration.elbow).minimum_time(2);
+        TimeTranscription(work.segments()[k], limits, 325.0, 275.0, plan.configuration.elbow).minimum_time(2);
     REQUIRE(best > 0.0);
     out.optimum_s += best;
   }

@@ -193,7 +193,7 @@ TEST_CASE("Between samples of an arc the tube is as wide as two sagittas, beside
     points.push_back({kRadius * std::sin(angle * i), kRadius * (1.0 - std::cos(angle * i))});
   TubeWork work;
   Curve curve;
-  fit_tube(points, {.radius_mm = 1e-4, .between_mm = kBetween, .most_between_mm = kMost}, work, curve);
+  fit_tube(points, {.radius_mm = 1e-4, .between_mm = kBetween, .max_between_mm = kMost}, work, curve);
   const double sagitta = kRadius * (1.0 - std::cos(0.5 * angle));
   int on_line = 0, on_arc = 0;
   for (const TubePlace& place : work.places) {

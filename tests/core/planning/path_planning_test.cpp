@@ -149,7 +149,8 @@ TEST_CASE("Nozzles and laser stand where their paths are, each with its own offs
   CHECK(seen > 12);
 }
 
-TEST_CASE("Curves fitted inside the tolerance save the ice lab time and keep every limit") {
+TEST_CASE(
+    "Samples of a smooth curve are followed faster within the tolerance than through them, in every limit") {
   PathTask rose = circle(20.0);
   rose.kind = PathKind::kMeasurement;
   rose.tool = "laser";
@@ -160,12 +161,12 @@ TEST_CASE("Curves fitted inside the tolerance save the ice lab time and keep eve
     rose.points.push_back({std::round(1e3 * r * std::cos(a)) / 1e3, std::round(1e3 * r * std::sin(a)) / 1e3});
   }
   PlanningSetup s = setup(control::SurfaceVersion::kPathSpeed);
-  const PlannedTask ramped = TaskPlanner(s).plan(rose, nullptr);
-  s.curve_rule = motion::CurveRule::kFitted;
   const PlannedTask fitted = TaskPlanner(s).plan(rose, nullptr);
-  REQUIRE(ramped.problem.empty());
+  s.tolerance_mm = 0.0;
+  const PlannedTask through = TaskPlanner(s).plan(rose, nullptr);
+  REQUIRE(through.problem.empty());
   REQUIRE(fitted.problem.empty());
-  CHECK(fitted.trajectory.certificate.duration_s < 0.99 * ramped.trajectory.certificate.duration_s);
+  CHECK(fitted.trajectory.certificate.duration_s < 0.99 * through.trajectory.certificate.duration_s);
   for (const LimitRatio& r : fitted.trajectory.certificate.limits) CHECK(r.ratio <= 1.0);
 }
 
@@ -265,7 +266,7 @@ TEST_CASE(
   s.speeds[0].measure_mm_s = 0.5;
   slice::PrintPaths paths = test::ice_print(5);
   slice::LayerPaths& layer = paths.layers.back();
-  layer.lines.add(std::vector<slice::Point>{{0, 0}, {100, 0}});
+  layer.lines.add(std::vector<geometry::Point>{{0, 0}, {100, 0}});
   layer.info.push_back({PathKind::kMeasurement, 0, false, 0});
   const std::vector<PathTask> tasks = tasks_of(paths, layer, true, s);
   const PathTask* before = nullptr;

@@ -29,7 +29,7 @@ TEST_CASE("The motion along a bead in a gap takes a stop at each corner and its 
       input.origin = {354, -46};
       double length_mm = 0;
       for (std::size_t p = 1; p < path.points.size(); ++p)
-        length_mm += kMmPerUnit * length(to_vec(paths.lines[i][p]) - to_vec(paths.lines[i][p - 1]));
+        length_mm += geometry::kMmPerUnit * length(to_vec(paths.lines[i][p]) - to_vec(paths.lines[i][p - 1]));
       const motion::PlanResult result = motion::plan(input, *arm, motion::cobra600_limits(), {}, work);
       REQUIRE(result.ok());
       ++planned;

@@ -15,7 +15,7 @@ namespace firn::slice::oracle {
 
 struct Spot {
   double widest_mm = 0;  ///< diameter of the largest circle of places without a bead
-  Vec at_mm;             ///< its middle
+  geometry::Vec at_mm;   ///< its middle
   double gap_mm2 = 0, wanted_mm2 = 0;
 };
 
@@ -51,31 +51,32 @@ inline void transform_row(std::vector<double>& f) {
 
 /// @param inset_mm of the wanted area from the outline; < 0: beyond it
 /// @param lines, widths centre lines and widths of the beads that are to cover it, units
-inline Spot widest_spot(const Region& region, double inset_mm, const std::vector<std::vector<Vec>>& lines,
+inline Spot widest_spot(const geometry::Region& region, double inset_mm,
+                        const std::vector<std::vector<geometry::Vec>>& lines,
                         const std::vector<double>& widths, double pitch_mm) {
   Spot spot;
   if (region.empty()) return spot;
-  const double pitch = pitch_mm * kUnitsPerMm, inset = inset_mm * kUnitsPerMm;
-  Vec low = to_vec(region.points[0]), high = low;
-  for (const Point p : region.points) {
+  const double pitch = pitch_mm * geometry::kUnitsPerMm, inset = inset_mm * geometry::kUnitsPerMm;
+  geometry::Vec low = to_vec(region.points[0]), high = low;
+  for (const geometry::Point p : region.points) {
     low = {std::min(low.x, double(p.x)), std::min(low.y, double(p.y))};
     high = {std::max(high.x, double(p.x)), std::max(high.y, double(p.y))};
   }
   const double margin = std::max(0.0, -inset) + 2 * pitch;
-  low = low - Vec{margin, margin};
-  high = high + Vec{margin, margin};
+  low = low - geometry::Vec{margin, margin};
+  high = high + geometry::Vec{margin, margin};
   const int nx = int((high.x - low.x) / pitch) + 1, ny = int((high.y - low.y) / pitch) + 1;
   const auto index = [&](int x, int y) { return std::size_t(y) * std::size_t(nx) + std::size_t(x); };
   std::vector<std::uint8_t> wanted(std::size_t(nx) * std::size_t(ny), 0), covered(wanted.size(), 0),
       near(wanted.size(), 0);
-  const auto each_within = [&](Vec a, Vec b, double reach, auto&& f) {
+  const auto each_within = [&](geometry::Vec a, geometry::Vec b, double reach, auto&& f) {
     const int x0 = std::max(0, int((std::min(a.x, b.x) - reach - low.x) / pitch)),
               y0 = std::max(0, int((std::min(a.y, b.y) - reach - low.y) / pitch));
     const int x1 = std::min(nx - 1, int((std::max(a.x, b.x) + reach - low.x) / pitch) + 1);
     const int y1 = std::min(ny - 1, int((std::max(a.y, b.y) + reach - low.y) / pitch) + 1);
     for (int y = y0; y <= y1; ++y)
       for (int x = x0; x <= x1; ++x)
-        if (distance(low + Vec{x * pitch, y * pitch}, {a, b}) <= reach) f(index(x, y));
+        if (distance(low + geometry::Vec{x * pitch, y * pitch}, {a, b}) <= reach) f(index(x, y));
   };
   const std::vector<Segment> outline = segments_of(region);
   for (int y = 0; y < ny; ++y) {
@@ -119,7 +120,7 @@ inline Spot widest_spot(const Region& region, double inset_mm, const std::vector
     for (int y = 0; y < ny; ++y)
       if (row[std::size_t(y)] > spot.widest_mm) {
         spot.widest_mm = row[std::size_t(y)];
-        spot.at_mm = kMmPerUnit * (low + Vec{x * pitch, y * pitch});
+        spot.at_mm = geometry::kMmPerUnit * (low + geometry::Vec{x * pitch, y * pitch});
       }
   }
   // To the first place that has a bead: half a pitch too far on average.
@@ -128,16 +129,16 @@ inline Spot widest_spot(const Region& region, double inset_mm, const std::vector
 }
 
 /// Of one material of a planned layer; hooks stand in the scaffold's place.
-inline Spot widest_spot(const Region& region, double inset_mm, const LayerPaths& paths, std::uint8_t material,
-                        double pitch_mm) {
-  std::vector<std::vector<Vec>> lines;
+inline Spot widest_spot(const geometry::Region& region, double inset_mm, const LayerPaths& paths,
+                        std::uint8_t material, double pitch_mm) {
+  std::vector<std::vector<geometry::Vec>> lines;
   std::vector<double> widths;
   for (std::size_t i = 0; i < paths.info.size(); ++i) {
     const PathInfo& info = paths.info[i];
     if (info.kind == PathKind::kMeasurement || (info.kind == PathKind::kHook ? 1 : info.material) != material)
       continue;
-    std::vector<Vec> line;
-    for (const Point p : paths.lines[i]) line.push_back(to_vec(p));
+    std::vector<geometry::Vec> line;
+    for (const geometry::Point p : paths.lines[i]) line.push_back(to_vec(p));
     if (info.closed) line.push_back(line[0]);
     lines.push_back(line);
     widths.push_back(info.width);

@@ -26,8 +26,8 @@ std::vector<NamedMesh> meshes() {
 
 TEST_CASE("Meshes made in code, broken ones too: no uncovered spot wider than a path, in part and scaffold") {
   for (const NamedMesh& m : meshes()) {
-    const std::vector<Region> part = slice(test::view(m.mesh), {}, {}, serially).layers;
-    const std::vector<Region> scaffold = scaffold_regions(part, 2500, {}, 0.05);
+    const std::vector<geometry::Region> part = slice(test::view(m.mesh), {}, {}, serially).layers;
+    const std::vector<geometry::Region> scaffold = scaffold_regions(part, 2500, {}, 0.05);
     std::size_t seen = 0;
     for (std::size_t k = 1; k < part.size(); k += 11) {
       const LayerRegions regions{
@@ -53,7 +53,7 @@ TEST_CASE("Meshes made in code, broken ones too: no uncovered spot wider than a 
 TEST_CASE(
     "A plate of five metres has four points to a ring and no bead between: straight edges cost nothing by "
     "their length") {
-  Region plate;
+  geometry::Region plate;
   outlines::add_box(plate, 0, 0, 5000, 400);
   const LayerRegions regions{1, 2500, 2500, {plate}};
   const LayerPaths paths = plan_layer(regions, {});
@@ -66,7 +66,7 @@ TEST_CASE(
   std::vector<std::pair<double, double>> wavy;
   for (int i = 0; i <= 5000; ++i) wavy.push_back({i, 5 * std::sin(0.1 * i)});
   for (int i = 5000; i >= 0; --i) wavy.push_back({i, 60 + 3 * std::sin(0.13 * i)});
-  Region wave;
+  geometry::Region wave;
   outlines::add_polygon(wave, wavy);
   const LayerPaths waves = plan_layer({1, 2500, 2500, {wave}}, {});
   CHECK(waves.lines.points.size() <= 12 * wave.points.size());
@@ -74,7 +74,7 @@ TEST_CASE(
 }
 
 TEST_CASE("Coverage of square metres widens its lines' pitch, says so, and keeps its areas") {
-  Region plate;
+  geometry::Region plate;
   outlines::add_box(plate, 0, 0, 3000, 3000);
   outlines::add_box(plate, 100, 100, 700, 2900, true);
   const LayerRegions regions{1, 2500, 2500, {plate}};
@@ -85,7 +85,7 @@ TEST_CASE("Coverage of square metres widens its lines' pitch, says so, and keeps
   CHECK(c.wanted_mm2 == Approx(3000.3 * 3000.3 - 599.7 * 2799.7).epsilon(1e-3));
   CHECK(c.swept_mm2 - c.beyond_mm2 + c.gap_mm2 == Approx(c.wanted_mm2).epsilon(1e-9));
   CHECK(c.gap_mm2 < 0.01 * c.wanted_mm2);
-  Region small;
+  geometry::Region small;
   outlines::add_box(small, 0, 0, 30, 30);
   const LayerRegions box{1, 2500, 2500, {small}};
   CHECK(coverage(box, plan_layer(box, {}), {}, 0.1)[0].pitch_mm == 0.1);

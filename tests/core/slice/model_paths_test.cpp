@@ -19,7 +19,7 @@
 namespace firn::slice {
 namespace {
 
-std::vector<Region> layers_of(const std::string& name, const SliceOptions& options = {}) {
+std::vector<geometry::Region> layers_of(const std::string& name, const SliceOptions& options = {}) {
   const MeshFile mesh(test::model_file(name));
   return slice(mesh.facets(), {}, options, serially).layers;
 }
@@ -27,13 +27,13 @@ std::vector<Region> layers_of(const std::string& name, const SliceOptions& optio
 TEST_CASE("Rings of real layers lie within 0.05 mm of the exact offset of the original outline, both ways") {
   for (const char* name :
        {"rocker_20k.ply", "bunny_69k.ply", "armadillo_86k.ply", "igea_269k.ply", "lucy500_15k.ply"}) {
-    const std::vector<Region> layers = layers_of(name);
+    const std::vector<geometry::Region> layers = layers_of(name);
     for (std::size_t k = 40; k < layers.size(); k += 290) {
       const RingPlan plan;
       const RingLevels rings = offset_rings(layers[k], plan, 0.05);
       for (int level = 0; level < int(rings.levels.size()); level += 2) {
         INFO(name << ", layer " << k + 1 << ", level " << level);
-        const double step = 400, d = plan.distance_mm(level) * kUnitsPerMm;
+        const double step = 400, d = plan.distance_mm(level) * geometry::kUnitsPerMm;
         const oracle::Hausdorff h =
             oracle::hausdorff(layers[k], rings.levels[std::size_t(level)], d, step, 3000);
         CHECK(h.exact_to_ring <= 501);
@@ -48,16 +48,16 @@ TEST_CASE("Rings of real layers lie within 0.05 mm of the exact offset of the or
 template <class Layers>
 void check_rings(const char* name, Layers&& next_layer) {
   const double filter_mm = kOutlineShare * 0.05, ring_mm = kRingShare * 0.05;
-  const std::vector<Region> layers = layers_of(name, {.chord_tolerance_mm = filter_mm}),
-                            original = layers_of(name, {.chord_tolerance_mm = 0});
+  const std::vector<geometry::Region> layers = layers_of(name, {.chord_tolerance_mm = filter_mm}),
+                                      original = layers_of(name, {.chord_tolerance_mm = 0});
   for (std::size_t k = next_layer(0); k < layers.size(); k = next_layer(k)) {
     const RingPlan plan;
     const RingLevels rings = offset_rings(layers[k], plan, ring_mm, 0, {&original[k], filter_mm, true});
     for (int level = 0; level < int(rings.levels.size()); ++level) {
       INFO(name << ", layer " << k + 1 << ", level " << level);
-      const double step = 250, d = plan.distance_mm(level) * kUnitsPerMm;
+      const double step = 250, d = plan.distance_mm(level) * geometry::kUnitsPerMm;
       const oracle::Nearby outline(oracle::segments_of(original[k]), d + 2000);
-      for (const Vec p : oracle::along(rings.levels[std::size_t(level)], step))
+      for (const geometry::Vec p : oracle::along(rings.levels[std::size_t(level)], step))
         CHECK(std::abs(outline.distance_to(p) - d) <= 500);
       const oracle::Hausdorff h =
           oracle::hausdorff(original[k], rings.levels[std::size_t(level)], d, step, 3000);
@@ -75,10 +75,9 @@ auto only(std::size_t layer) {
 TEST_CASE(
     "With the tolerance shared with PATHFILTER, rings lie within 0.05 mm of the exact offset of the mesh's "
     "own contours, both ways") {
-  const test::Stride layers =
-      test::full_cases() ? test::Stride{10, 20} : test::long_stride({10, 40}, {240, 400});
+  const std::size_t first = test::full_cases() ? 10 : 240, step = test::full_cases() ? 20 : 400;
   for (const char* name : {"rocker_20k.ply", "bunny_69k.ply", "armadillo_86k.ply", "lucy500_15k.ply"})
-    check_rings(name, [&](std::size_t k) { return k == 0 ? layers.first : k + layers.step; });
+    check_rings(name, [&](std::size_t k) { return k == 0 ? first : k + step; });
 }
 
 TEST_CASE(
@@ -104,8 +103,8 @@ TEST_CASE("Areas and straits that PATHFILTER opens or closes are made again from
 TEST_CASE(
     "No spot as wide as the narrower path stays uncovered where an area's tips are lost to the thinning") {
   const double filter_mm = kOutlineShare * 0.05;
-  const std::vector<Region> layers = layers_of("bunny_69k.ply", {.chord_tolerance_mm = filter_mm});
-  const std::vector<Region> original = layers_of("bunny_69k.ply", {.chord_tolerance_mm = 0});
+  const std::vector<geometry::Region> layers = layers_of("bunny_69k.ply", {.chord_tolerance_mm = filter_mm});
+  const std::vector<geometry::Region> original = layers_of("bunny_69k.ply", {.chord_tolerance_mm = 0});
   for (std::size_t k = 9; k < std::min<std::size_t>(layers.size(), 15); ++k) {
     const LayerRegions regions{std::int32_t(k) + 1, 0, 2500, {layers[k]}, original[k], filter_mm, true};
     const oracle::Spot spot = oracle::widest_spot(
@@ -118,14 +117,14 @@ TEST_CASE(
 // Places on a grid that lie inside a region, row by row.
 class Raster {
  public:
-  Raster(Vec low, Vec high, double pitch)
+  Raster(geometry::Vec low, geometry::Vec high, double pitch)
       : low_(low),
         pitch_(pitch),
         nx_(int((high.x - low.x) / pitch) + 1),
         ny_(int((high.y - low.y) / pitch) + 1) {}
   int places() const { return nx_ * ny_; }
-  Vec at(int i) const { return low_ + pitch_ * Vec{double(i % nx_), double(i / nx_)}; }
-  std::vector<bool> inside(const Region& region) const {
+  geometry::Vec at(int i) const { return low_ + pitch_ * geometry::Vec{double(i % nx_), double(i / nx_)}; }
+  std::vector<bool> inside(const geometry::Region& region) const {
     std::vector<bool> in(std::size_t(places()), false);
     std::vector<std::vector<double>> rows(static_cast<std::size_t>(ny_));
     for (const oracle::Segment& s : oracle::segments_of(region))
@@ -146,7 +145,7 @@ class Raster {
   }
 
  private:
-  Vec low_;
+  geometry::Vec low_;
   double pitch_;
   int nx_, ny_;
 };
@@ -155,14 +154,15 @@ TEST_CASE(
     "Overhang scaffold of real models: what hangs over has scaffold or part below it down to part or ground, "
     "none is in the part") {
   for (const char* name : {"igea_269k.ply", "armadillo_86k.ply", "bunny_69k.ply"}) {
-    const double height_mm = 0.5, lean = height_mm * std::tan(40 * 3.14159265358979 / 180) * kUnitsPerMm;
-    const std::vector<Region> part = layers_of(name, {.layer_height_mm = height_mm});
-    const std::vector<Region> scaffold = scaffold_regions(
+    const double height_mm = 0.5,
+                 lean = height_mm * std::tan(40 * 3.14159265358979 / 180) * geometry::kUnitsPerMm;
+    const std::vector<geometry::Region> part = layers_of(name, {.layer_height_mm = height_mm});
+    const std::vector<geometry::Region> scaffold = scaffold_regions(
         part, 5000, {.kind = Support::kOverhang, .overhang_rad = 40 * 3.14159265358979 / 180}, 0.05);
-    Vec low{1e300, 1e300}, high{-1e300, -1e300};
+    geometry::Vec low{1e300, 1e300}, high{-1e300, -1e300};
     std::size_t points = 0;
-    for (const Region& r : part)
-      for (const Point p : r.points) {
+    for (const geometry::Region& r : part)
+      for (const geometry::Point p : r.points) {
         low = {std::min(low.x, double(p.x)), std::min(low.y, double(p.y))};
         high = {std::max(high.x, double(p.x)), std::max(high.y, double(p.y))};
       }
@@ -196,17 +196,17 @@ TEST_CASE(
 
 TEST_CASE("No path of a real model crosses or touches another of its kind, and none needed Clipper") {
   for (const char* name : {"rocker_20k.ply", "bunny_69k.ply", "armadillo_86k.ply", "igea_269k.ply"}) {
-    const std::vector<Region> layers = layers_of(name);
-    const std::vector<Region> scaffold = scaffold_regions(layers, 2500, {}, 0.05);
+    const std::vector<geometry::Region> layers = layers_of(name);
+    const std::vector<geometry::Region> scaffold = scaffold_regions(layers, 2500, {}, 0.05);
     for (std::size_t k = 0; k < layers.size(); k += 3) {
       INFO(name << ", layer " << k + 1);
-      CHECK(simple_and_apart(scaffold[k]));
+      CHECK(!first_contact(scaffold[k]));
       const LayerPaths paths =
           plan_layer({std::int32_t(k + 1), std::int32_t(k + 1) * 2500, 2500, {layers[k], scaffold[k]}}, {});
-      Rings rings;  // beads in gaps are open lines
+      geometry::Rings rings;  // beads in gaps are open lines
       for (std::size_t i = 0; i < paths.info.size(); ++i)
         if (paths.info[i].closed) rings.add(paths.lines[i]);
-      CHECK(simple_and_apart(rings));
+      CHECK(!first_contact(rings));
       CHECK(paths.clipper_rings == 0);
     }
   }
@@ -217,8 +217,8 @@ TEST_CASE(
     "narrower than a path") {
   for (const char* name :
        {"rocker_20k.ply", "bunny_69k.ply", "armadillo_86k.ply", "igea_269k.ply", "lucy500_15k.ply"}) {
-    const std::vector<Region> layers = layers_of(name);
-    const std::vector<Region> scaffold = scaffold_regions(layers, 2500, {}, 0.05);
+    const std::vector<geometry::Region> layers = layers_of(name);
+    const std::vector<geometry::Region> scaffold = scaffold_regions(layers, 2500, {}, 0.05);
     for (std::size_t k = 60; k < layers.size(); k += 190) {
       INFO(name << ", layer " << k + 1);
       const LayerRegions regions{

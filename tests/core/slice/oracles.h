@@ -17,7 +17,7 @@ namespace firn::test {
 
 /// Every pair of edges, in 128 bits. Rings of a Region may meet in single points that are corners of both;
 /// everything else is named. Empty: in order.
-inline std::string crossing_by_all_pairs(const slice::Rings& rings) {
+inline std::string crossing_by_all_pairs(const geometry::Rings& rings) {
   struct E {
     __int128 ax, ay, bx, by;
     std::size_t ring;

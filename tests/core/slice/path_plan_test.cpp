@@ -16,15 +16,15 @@
 namespace firn::slice {
 namespace {
 
-LayerRegions layer_of(const Region& part, std::int32_t layer = 1) {
+LayerRegions layer_of(const geometry::Region& part, std::int32_t layer = 1) {
   return {layer, layer * 2500, 2500, {part}};
 }
 
 // Centre lines as a set that forgets order, direction and where closed ones begin.
-std::multiset<std::vector<Point>> shapes_of(const LayerPaths& paths) {
-  std::multiset<std::vector<Point>> shapes;
+std::multiset<std::vector<geometry::Point>> shapes_of(const LayerPaths& paths) {
+  std::multiset<std::vector<geometry::Point>> shapes;
   for (std::size_t i = 0; i < paths.info.size(); ++i) {
-    std::vector<Point> line(paths.lines[i].begin(), paths.lines[i].end());
+    std::vector<geometry::Point> line(paths.lines[i].begin(), paths.lines[i].end());
     if (paths.info[i].closed)
       std::rotate(line.begin(), std::min_element(line.begin(), line.end()), line.end());
     else if (line.back() < line.front())
@@ -36,10 +36,10 @@ std::multiset<std::vector<Point>> shapes_of(const LayerPaths& paths) {
 
 TEST_CASE(
     "A layer's paths: boundary of 1.5 mm at the material's own offset, then fill of 3 mm [Barnett, 3.7]") {
-  Region box;
+  geometry::Region box;
   outlines::add_box(box, 0, 0, 30, 30);
   LayerRegions regions = layer_of(box);
-  Region scaffold;
+  geometry::Region scaffold;
   outlines::add_box(scaffold, 40, 0, 70, 30);
   regions.by_material.push_back(scaffold);
   const LayerPaths paths = plan_layer(regions, {});
@@ -57,10 +57,10 @@ TEST_CASE(
     CHECK(paths.info[i].kind == (boundary ? PathKind::kBoundary : PathKind::kFill));
     CHECK(paths.info[i].width == (boundary ? 15000 : 30000));
     if (boundary) {
-      const Region& outline = regions.by_material[m];
-      for (const Point p : paths.lines[i])
+      const geometry::Region& outline = regions.by_material[m];
+      for (const geometry::Point p : paths.lines[i])
         CHECK(oracle::distance_to_all(to_vec(p), oracle::segments_of(outline)) ==
-              Approx(first[m] * kUnitsPerMm).margin(2));
+              Approx(first[m] * geometry::kUnitsPerMm).margin(2));
     }
   }
   const std::vector<MaterialUse> use = material_use(paths);
@@ -98,7 +98,7 @@ TEST_CASE("Areas of what is wanted, swept, left and overlapped agree with each o
 }
 
 TEST_CASE("Coverage of one square path is what geometry says") {
-  Region box;
+  geometry::Region box;
   outlines::add_box(box, 0, 0, 20, 20);
   PathOptions options;
   options.part.pattern = FillPattern::kNone;
@@ -120,16 +120,16 @@ TEST_CASE(
     for (const outlines::Named& shape : outlines::all()) {
       INFO(shape.name << ", angle " << angle);
       const double spacing = 0.4;
-      const Rings lines = fill_lines(shape.region, spacing, angle);
+      const geometry::Rings lines = fill_lines(shape.region, spacing, angle);
       double length_mm = 0;
       for (std::size_t i = 0; i < lines.size(); ++i) {
         REQUIRE(lines[i].size() == 2);
-        const Vec a = to_vec(lines[i][0]), b = to_vec(lines[i][1]), way = b - a;
-        length_mm += length(way) * kMmPerUnit;
+        const geometry::Vec a = to_vec(lines[i][0]), b = to_vec(lines[i][1]), way = b - a;
+        length_mm += length(way) * geometry::kMmPerUnit;
         if (length(way) > 100) {
           CHECK(std::abs(cross(way, direction_at(angle))) < 2.5);
-          const Vec middle = 0.5 * (a + b);  // a line along a wall is on the outline
-          CHECK((winding(shape.region, to_point(middle)) > 0 ||
+          const geometry::Vec middle = 0.5 * (a + b);  // a line along a wall is on the outline
+          CHECK((winding(shape.region, geometry::to_point(middle)) > 0 ||
                  oracle::distance_to_all(middle, oracle::segments_of(shape.region)) < 2));
         }
       }
@@ -142,16 +142,16 @@ TEST_CASE("A zigzag runs along the same lines and links them along the outline o
   for (const outlines::Named& shape : outlines::all()) {
     INFO(shape.name);
     const double spacing = 3.0, angle = 0.3;
-    const Rings lines = fill_lines(shape.region, spacing, angle),
-                linked = fill_zigzag(shape.region, spacing, angle);
+    const geometry::Rings lines = fill_lines(shape.region, spacing, angle),
+                          linked = fill_zigzag(shape.region, spacing, angle);
     CHECK(linked.size() <= lines.size());
-    std::multiset<std::pair<Point, Point>> stretches, found;
+    std::multiset<std::pair<geometry::Point, geometry::Point>> stretches, found;
     for (std::size_t i = 0; i < lines.size(); ++i) stretches.insert(std::minmax(lines[i][0], lines[i][1]));
     const std::vector<oracle::Segment> outline = oracle::segments_of(shape.region);
     for (std::size_t i = 0; i < linked.size(); ++i) {
       for (std::size_t p = 1; p < linked[i].size(); ++p) {
-        const Point a = linked[i][p - 1], b = linked[i][p];
-        const std::pair<Point, Point> key = std::minmax(a, b);
+        const geometry::Point a = linked[i][p - 1], b = linked[i][p];
+        const std::pair<geometry::Point, geometry::Point> key = std::minmax(a, b);
         if (stretches.count(key))
           found.insert(key);
         else
@@ -160,13 +160,13 @@ TEST_CASE("A zigzag runs along the same lines and links them along the outline o
     }
     CHECK(found == stretches);
   }
-  Region box;  // one zigzag fills a box
+  geometry::Region box;  // one zigzag fills a box
   outlines::add_box(box, 0.1, 0.1, 40, 31);
   CHECK(fill_zigzag(box, 3.0, 0.0).size() == 1);
 }
 
 TEST_CASE("Lines turn from layer to layer") {
-  Region box;
+  geometry::Region box;
   outlines::add_box(box, 0, 0, 40, 20);
   PathOptions options;
   options.part.pattern = FillPattern::kLines;
@@ -197,34 +197,36 @@ TEST_CASE("Order and seams change neither paths nor their number, and 2-opt neve
         if (before.info.size() == after.info.size() && pattern == FillPattern::kLines) {
           // The way counts from where the nozzle waits.
           const auto way = [](const LayerPaths& p) {
-            return p.info.empty() ? 0.0 : transit_mm(p) + length(to_vec(p.lines[0][0])) * kMmPerUnit;
+            return p.info.empty() ? 0.0
+                                  : transit_mm(p) + length(to_vec(p.lines[0][0])) * geometry::kMmPerUnit;
           };
           CHECK(way(after) <= way(before) + 2e-3 * double(after.info.size()) + 40);
         }
       }
     }
   }
-  Rings lines;  // both ends of 30 lines in a row, offered in a wild order
+  geometry::Rings lines;  // both ends of 30 lines in a row, offered in a wild order
   for (int i = 0; i < 30; ++i) {
-    const Point line[] = {outlines::at_mm(10 * ((i * 7) % 30), 0), outlines::at_mm(10 * ((i * 7) % 30), 5)};
+    const geometry::Point line[] = {outlines::at_mm(10 * ((i * 7) % 30), 0),
+                                    outlines::at_mm(10 * ((i * 7) % 30), 5)};
     lines.add(line);
   }
   PathOptions options;
   LayerPaths paths;
-  Point at{};
+  geometry::Point at{};
   append_in_order(lines, {PathKind::kFill, 0, false, 30000}, options, at, paths);
   CHECK(transit_mm(paths) == Approx(290));
 }
 
 TEST_CASE(
     "Seams: nearest shortens the way, aligned stands at the front of every ring, random follows its seed") {
-  const Region blob = outlines::blob(3);
+  const geometry::Region blob = outlines::blob(3);
   PathOptions options;
   const LayerPaths nearest = plan_layer(layer_of(blob), options);
   options.seam = SeamPlacement::kAligned;
   const LayerPaths aligned = plan_layer(layer_of(blob), options);
   for (std::size_t i = 0; i < aligned.info.size(); ++i)
-    for (const Point p : aligned.lines[i])
+    for (const geometry::Point p : aligned.lines[i])
       if (aligned.info[i].closed) CHECK(p.y >= aligned.lines[i][0].y);
   options.seam = SeamPlacement::kRandom;
   const LayerPaths random = plan_layer(layer_of(blob), options);
@@ -238,10 +240,10 @@ TEST_CASE(
 TEST_CASE(
     "The hook wall: the outermost scaffold path of layers 1 to 10 is ice, the two outermost of 11 to 20 "
     "[3.7]") {
-  Region part;
+  geometry::Region part;
   outlines::add_circle(part, 0, 0, 12, 90);
-  const std::vector<Region> parts(30, part);
-  const std::vector<Region> scaffold = scaffold_regions(parts, 2500, {}, 0.05);
+  const std::vector<geometry::Region> parts(30, part);
+  const std::vector<geometry::Region> scaffold = scaffold_regions(parts, 2500, {}, 0.05);
   PathOptions options;
   options.hook.on = true;
   const int expected[] = {1, 1, 2, 2, 0};
@@ -256,7 +258,7 @@ TEST_CASE(
     double furthest_scaffold = 0, nearest_hook = 1e9;
     for (std::size_t p = 0; p < paths.info.size(); ++p) {
       double low = 1e9, high = 0;
-      for (const Point q : paths.lines[p]) {
+      for (const geometry::Point q : paths.lines[p]) {
         low = std::min(low, length(to_vec(q)));
         high = std::max(high, length(to_vec(q)));
       }
@@ -270,17 +272,18 @@ TEST_CASE(
     }
     CHECK(hooks == expected[i]);
     if (!hooks) continue;
-    CHECK(nearest_hook * kMmPerUnit >= 12 + options.hook.clearance_mm - 0.06);  // ice and hook do not merge
+    CHECK(nearest_hook * geometry::kMmPerUnit >=
+          12 + options.hook.clearance_mm - 0.06);     // ice and hook do not merge
     CHECK(nearest_hook > furthest_scaffold - 30000);  // and it runs round the scaffold
   }
 }
 
 TEST_CASE("Hooks run round the part even where the scaffold is wide on one side and narrow on the other") {
-  Region part, above;
+  geometry::Region part, above;
   outlines::add_box(part, 0, 0, 30, 20);
   outlines::add_box(above, -25, 5, 10, 15);  // an arm above
-  const std::vector<Region> parts{part, above};
-  const std::vector<Region> scaffold = scaffold_regions(parts, 2500, {}, 0.05);
+  const std::vector<geometry::Region> parts{part, above};
+  const std::vector<geometry::Region> scaffold = scaffold_regions(parts, 2500, {}, 0.05);
   PathOptions options;
   options.hook.on = true;
   LayerRegions regions = layer_of(part, 15);
@@ -290,9 +293,9 @@ TEST_CASE("Hooks run round the part even where the scaffold is wide on one side 
   for (std::size_t i = 0; i < paths.info.size(); ++i) {
     if (paths.info[i].kind != PathKind::kHook) continue;
     ++hooks;
-    Region ring;
+    geometry::Region ring;
     ring.add(paths.lines[i]);
-    for (const Point corner : part.points) CHECK(winding(ring, corner) == 1);
+    for (const geometry::Point corner : part.points) CHECK(winding(ring, corner) == 1);
   }
   CHECK(hooks == 2);
 }
@@ -301,23 +304,23 @@ TEST_CASE("Hooks keep their clearance however wide it is, round islands and nook
   for (const double clearance_mm : {0.0, 1.5, 9.0, 21.0}) {
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
       INFO("clearance " << clearance_mm << ", seed " << seed);
-      Region part = outlines::random_star(seed, 14, 4, 18);
+      geometry::Region part = outlines::random_star(seed, 14, 4, 18);
       outlines::add_circle(part, 45 + double(seed), 3, 4, 20);
       part = canonical(part);
       PathOptions options;
       options.hook.on = true;
       options.hook.clearance_mm = clearance_mm;
       LayerRegions regions = layer_of(part, 12);
-      regions.by_material.push_back(scaffold_regions(std::vector<Region>{part}, 2500, {}, 0.05)[0]);
+      regions.by_material.push_back(scaffold_regions(std::vector<geometry::Region>{part}, 2500, {}, 0.05)[0]);
       const LayerPaths paths = plan_layer(regions, options);
       const std::vector<oracle::Segment> outline = oracle::segments_of(part);
       int hooks = 0;
       for (std::size_t i = 0; i < paths.info.size(); ++i) {
         if (paths.info[i].kind != PathKind::kHook) continue;
         ++hooks;
-        for (const Point p : paths.lines[i])
+        for (const geometry::Point p : paths.lines[i])
           CHECK(oracle::distance_to_all(to_vec(p), outline) >=
-                0.5 * paths.info[i].width + clearance_mm * kUnitsPerMm - 1100);
+                0.5 * paths.info[i].width + clearance_mm * geometry::kUnitsPerMm - 1100);
       }
       CHECK(hooks >= 2);
     }
@@ -325,11 +328,12 @@ TEST_CASE("Hooks keep their clearance however wide it is, round islands and nook
 }
 
 TEST_CASE("The hook wall fills the scaffold's area where it stands, and none of the part's") {
-  Region part, above;
+  geometry::Region part, above;
   outlines::add_circle(part, 0, 0, 8, 60);
   outlines::add_circle(above, 0, 0, 22, 120);
   LayerRegions regions = layer_of(part, 5);
-  regions.by_material.push_back(scaffold_regions(std::vector<Region>{part, above}, 2500, {}, 0.05)[0]);
+  regions.by_material.push_back(
+      scaffold_regions(std::vector<geometry::Region>{part, above}, 2500, {}, 0.05)[0]);
   PathOptions options;
   const auto without = coverage(regions, plan_layer(regions, options), options, 0.1);
   options.hook.on = true;
@@ -339,7 +343,7 @@ TEST_CASE("The hook wall fills the scaffold's area where it stands, and none of 
 }
 
 TEST_CASE("Measurement paths: lines of their own spacing inside one material, seen from the laser") {
-  Region box;
+  geometry::Region box;
   outlines::add_box(box, 0, 0, 30, 20);
   PathOptions options;
   options.measure.on = true;
@@ -352,8 +356,8 @@ TEST_CASE("Measurement paths: lines of their own spacing inside one material, se
     if (paths.info[i].kind != PathKind::kMeasurement) continue;
     ++lines;
     CHECK(paths.info[i].width == 0);
-    for (const Point p : paths.lines[i]) {
-      const Vec spot = to_vec(p) + Vec{-300000, 190000};
+    for (const geometry::Point p : paths.lines[i]) {
+      const geometry::Vec spot = to_vec(p) + geometry::Vec{-300000, 190000};
       CHECK((spot.x > 5990 && spot.x < 294010 && spot.y > 5990 && spot.y < 194010));
     }
   }
@@ -370,7 +374,7 @@ TEST_CASE("Empty layers, slivers and grains of sand give no paths and no harm") 
     options.part.pattern = pattern;
     options.measure.on = true;
     options.hook.on = true;
-    Region sliver, sand;
+    geometry::Region sliver, sand;
     outlines::add_box(sliver, 0, 0, 50, 1.0);
     outlines::add_circle(sand, 0, 0, 0.01, 7);
     CHECK(plan_layer(layer_of(sand), options).info.empty());

@@ -9,11 +9,11 @@ namespace firn::slice {
 namespace {
 
 TEST_CASE("Scaffold is the same for any number of threads") {
-  std::vector<Region> part;
+  std::vector<geometry::Region> part;
   for (std::uint64_t k = 0; k < 80; ++k) part.push_back(outlines::blob(k / 3));
   for (const Support kind : {Support::kFull, Support::kOverhang}) {
     const SupportOptions options{.kind = kind};
-    const std::vector<Region> one = scaffold_regions(part, 2500, options, 0.05);
+    const std::vector<geometry::Region> one = scaffold_regions(part, 2500, options, 0.05);
     for (const int threads : {2, 8})
       CHECK(scaffold_regions(part, 2500, options, 0.05, parallel_on(threads)) == one);
   }

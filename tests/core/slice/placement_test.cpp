@@ -65,8 +65,8 @@ TEST_CASE("A quarter turn is exact, any turn keeps lengths") {
   const Affine a = placed(off_centre(), p);
   const double c = std::cos(85 * M_PI / 180), s = std::sin(85 * M_PI / 180);
   CHECK(a.low.z == 0);
-  CHECK(std::abs(a.high.z - (6 * s + 8 * c) * kUnitsPerMm) <= 1.0);
-  CHECK(std::abs((a.high.y - a.low.y) - (6 * c + 8 * s) * kUnitsPerMm) <= 1.0);
+  CHECK(std::abs(a.high.z - (6 * s + 8 * c) * geometry::kUnitsPerMm) <= 1.0);
+  CHECK(std::abs((a.high.y - a.low.y) - (6 * c + 8 * s) * geometry::kUnitsPerMm) <= 1.0);
 }
 
 TEST_CASE("Units scale, mirrors keep the material inside") {

@@ -16,7 +16,7 @@ LayerPaths layer(std::int32_t number, RandomStream& random) {
   l.z = 2400 * number;
   l.height = 2400;
   for (int n = 0; n < 6; ++n) {
-    std::vector<Point> line;
+    std::vector<geometry::Point> line;
     for (int k = 0; k < 12; ++k)
       line.push_back({std::int32_t(random.below(400'000)), std::int32_t(random.below(300'000))});
     l.lines.add(line);
@@ -118,10 +118,10 @@ TEST_CASE(
           if (l.info[n].kind == PathKind::kMeasurement) continue;
           const auto line = l.lines[n];
           for (std::size_t k = 0; k + 1 < line.size() + (l.info[n].closed ? 1 : 0); ++k) {
-            const Point a = line[k], b = line[(k + 1) % line.size()];
+            const geometry::Point a = line[k], b = line[(k + 1) % line.size()];
             for (double t = 0.0; t <= 1.0; t += 0.001) {
-              const double x = (a.x + t * (b.x - a.x)) * kMmPerUnit - g.x_mm(i),
-                           y = (a.y + t * (b.y - a.y)) * kMmPerUnit - g.y_mm(j);
+              const double x = (a.x + t * (b.x - a.x)) * geometry::kMmPerUnit - g.x_mm(i),
+                           y = (a.y + t * (b.y - a.y)) * geometry::kMmPerUnit - g.y_mm(j);
               if (x * x + y * y < best) best = x * x + y * y;
             }
           }
@@ -130,12 +130,12 @@ TEST_CASE(
         if (std::abs(d - 0.75) > 0.02) CHECK((material.at(i, j) != 0) == (d < 0.75));
       }
     for (std::size_t n = 0; n < l.lines.size(); ++n)
-      for (const Point& p : l.lines[n]) {
+      for (const geometry::Point& p : l.lines[n]) {
         if (l.info[n].kind == PathKind::kMeasurement) continue;
-        CHECK(p.x * kMmPerUnit + 1e-9 >= g.x_mm(0));
-        CHECK(p.x * kMmPerUnit - 1e-9 <= g.x_mm(g.nx - 1));
-        CHECK(p.y * kMmPerUnit + 1e-9 >= g.y_mm(0));
-        CHECK(p.y * kMmPerUnit - 1e-9 <= g.y_mm(g.ny - 1));
+        CHECK(p.x * geometry::kMmPerUnit + 1e-9 >= g.x_mm(0));
+        CHECK(p.x * geometry::kMmPerUnit - 1e-9 <= g.x_mm(g.nx - 1));
+        CHECK(p.y * geometry::kMmPerUnit + 1e-9 >= g.y_mm(0));
+        CHECK(p.y * geometry::kMmPerUnit - 1e-9 <= g.y_mm(g.ny - 1));
       }
     CHECK(footprint_mask(material).count() > 0);
   }
@@ -145,8 +145,8 @@ TEST_CASE(
     "Each cell is of the material of its nearest line, and a layer that deposits nothing has no footprint") {
   LayerPaths l;
   l.layer = 3;
-  l.lines.add(std::vector<Point>{{0, 0}, {100'000, 0}});
-  l.lines.add(std::vector<Point>{{0, 20'000}, {100'000, 20'000}});
+  l.lines.add(std::vector<geometry::Point>{{0, 0}, {100'000, 0}});
+  l.lines.add(std::vector<geometry::Point>{{0, 20'000}, {100'000, 20'000}});
   l.info = {{PathKind::kFill, 0, false, 30'000}, {PathKind::kFill, 1, false, 30'000}};
   const Grid<std::uint8_t> m = footprint_materials(l, footprint_grid(l, 0.4));
   for (int j = 0; j < m.spec.ny; ++j)
@@ -187,14 +187,15 @@ TEST_CASE(
     l.layer = 1;
     l.z = l.height = 2400;
     for (int n = 0; n < 20; ++n) {
-      const auto y = std::int32_t(std::lround(apart_mm * n * kUnitsPerMm));
-      l.lines.add(std::vector<Point>{{0, y}, {40 * kUnitsPerMm, y}});
-      l.info.push_back({PathKind::kFill, 0, false, 3 * kUnitsPerMm});
+      const auto y = std::int32_t(std::lround(apart_mm * n * geometry::kUnitsPerMm));
+      l.lines.add(std::vector<geometry::Point>{{0, y}, {40 * geometry::kUnitsPerMm, y}});
+      l.info.push_back({PathKind::kFill, 0, false, 3 * geometry::kUnitsPerMm});
     }
     for (const std::int32_t x : {0, 40}) {  // so that slits are enclosed
-      l.lines.add(std::vector<Point>{
-          {x * kUnitsPerMm, 0}, {x * kUnitsPerMm, std::int32_t(std::lround(19 * apart_mm * kUnitsPerMm))}});
-      l.info.push_back({PathKind::kBoundary, 0, false, 3 * kUnitsPerMm});
+      l.lines.add(std::vector<geometry::Point>{
+          {x * geometry::kUnitsPerMm, 0},
+          {x * geometry::kUnitsPerMm, std::int32_t(std::lround(19 * apart_mm * geometry::kUnitsPerMm))}});
+      l.info.push_back({PathKind::kBoundary, 0, false, 3 * geometry::kUnitsPerMm});
     }
     const GridSpec g = footprint_grid(l, 1.0);
     const HeightMap c = extrusion_coverage(l, g, 15.0, 2.0);

@@ -9,8 +9,8 @@
 #include "core/grid/random.h"
 
 using namespace firn;
-using namespace firn::slice;
-using Box = BoxOf<std::int32_t>;
+using namespace firn::geometry;
+using Box = geometry::BoxOf<std::int32_t>;
 
 namespace {
 
@@ -27,7 +27,7 @@ std::vector<std::size_t> all_that_meet(const std::vector<Box>& boxes, const Box&
   return found;
 }
 
-void require_same(const StaticRTree& search, const std::vector<Box>& boxes, RandomStream& random,
+void require_same(const geometry::StaticRTree& search, const std::vector<Box>& boxes, RandomStream& random,
                   std::int32_t room) {
   for (int n = 0; n < 50; ++n) {
     const Box asked = random_box(random, room, n % 2 ? room / 8 : room / 2);
@@ -54,7 +54,7 @@ void require_same(const StaticRTree& search, const std::vector<Box>& boxes, Rand
 TEST_CASE(
     "A search among boxes finds all that meet, in ascending order, and stops when told, whatever was in it "
     "before") {
-  StaticRTree search;  // kept: grows and shrinks
+  geometry::StaticRTree search;  // kept: grows and shrinks
   RandomStream random(1, Purpose::kTest);
   for (const std::size_t count : {0, 1, 7, 8, 9, 64, 65, 700, 3, 520, 0, 17}) {
     for (const std::int32_t room : {20, 2'000'000'000}) {
@@ -69,7 +69,7 @@ TEST_CASE(
 }
 
 TEST_CASE("All pairs of boxes that meet are found once, the smaller number first, at any size of the tree") {
-  StaticRTree search;
+  geometry::StaticRTree search;
   RandomStream random(3, Purpose::kTest);
   for (const std::size_t count : {0, 1, 2, 7, 8, 9, 64, 65, 600, 3}) {
     for (const std::int32_t room : {20, 2'000'000'000}) {
@@ -90,17 +90,18 @@ TEST_CASE("All pairs of boxes that meet are found once, the smaller number first
 }
 
 TEST_CASE("A search among the edges of rings has the box of each, from its point to the next in its ring") {
-  StaticRTree search;
+  geometry::StaticRTree search;
   RandomStream random(2, Purpose::kTest);
   for (int n = 0; n < 60; ++n) {
-    Rings rings;
+    geometry::Rings rings;
     std::vector<Box> boxes;
     for (int r = 0, count = n % 7; r < count; ++r) {
-      std::vector<Point> ring(1 + random.bits() % 23);
-      for (Point& p : ring) p = {std::int32_t(random.bits() % 1000), std::int32_t(random.bits() % 1000)};
+      std::vector<geometry::Point> ring(1 + random.bits() % 23);
+      for (geometry::Point& p : ring)
+        p = {std::int32_t(random.bits() % 1000), std::int32_t(random.bits() % 1000)};
       rings.add(ring);
       for (std::size_t i = 0; i < ring.size(); ++i) {
-        const Point to = ring[(i + 1) % ring.size()];
+        const geometry::Point to = ring[(i + 1) % ring.size()];
         boxes.emplace_back().add(ring[i].x, ring[i].y);
         boxes.back().add(to.x, to.y);
       }

@@ -16,10 +16,10 @@ constexpr double kFacing = -0.174;
 // A crooked line of segments some mm long, far from the origin.
 std::vector<BoundarySegment> crooked(RandomStream& random, std::size_t count) {
   std::vector<BoundarySegment> segments;
-  Vec at{2e6 * random.uniform(), 2e6 * random.uniform()};
+  geometry::Vec at{2e6 * random.uniform(), 2e6 * random.uniform()};
   double begin = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    const Vec way{2e4 * (random.uniform() - 0.5), 2e4 * (random.uniform() - 0.5)};
+    const geometry::Vec way{2e4 * (random.uniform() - 0.5), 2e4 * (random.uniform() - 0.5)};
     const double l = length(way);
     segments.push_back({at, at + way, (1 / l) * left_of(way), begin, l, true});
     at = at + way;
@@ -33,14 +33,14 @@ std::vector<BoundarySegment> crooked(RandomStream& random, std::size_t count) {
 double radius_of(const BoundarySample& sample, const BoundarySegment& w) {
   double best = -1;
   const auto offer = [&](double radius) { best = best < 0 ? radius : std::min(best, radius); };
-  const Vec off = w.from - sample.at;
+  const geometry::Vec off = w.from - sample.at;
   const double ahead = dot(off, sample.normal), distance = length(off);
   // The corner's normal points from it to the disc's centre.
   if (ahead > 0 && 1 - 2 * (ahead / distance) * (ahead / distance) <= kFacing)
     offer(dot(off, off) / (2 * ahead));
   const double opening = 1 - dot(sample.normal, w.normal), height = -dot(off, w.normal);
   if (opening >= 1 - kFacing && height >= 0) {
-    const Vec centre = sample.at + (height / opening) * sample.normal;
+    const geometry::Vec centre = sample.at + (height / opening) * sample.normal;
     const double along = dot(centre - w.from, w.to - w.from) / w.length;
     if (along >= 0 && along <= w.length) offer(height / opening);
   }

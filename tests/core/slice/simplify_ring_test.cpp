@@ -10,7 +10,7 @@
 #include "tests/core/slice/oracles.h"
 
 using namespace firn;
-using namespace firn::slice;
+using namespace firn::geometry;
 
 namespace {
 
@@ -26,7 +26,7 @@ double furthest(const std::vector<oracle::Segment>& from, const std::vector<orac
   return worst;
 }
 
-std::vector<oracle::Segment> closed(std::span<const Vec> line) {
+std::vector<oracle::Segment> closed(std::span<const geometry::Vec> line) {
   std::vector<oracle::Segment> list;
   for (std::size_t i = 0; i < line.size(); ++i)
     list.push_back({line[i], line[i + 1 < line.size() ? i + 1 : 0]});
@@ -36,12 +36,13 @@ std::vector<oracle::Segment> closed(std::span<const Vec> line) {
 constexpr bool kBoth[] = {false, true};
 
 // @param few by MinimumLinkSimplifier, else by simplify_ring()
-bool simplified(bool few, const std::vector<Vec>& line, double tolerance, Rings& rings) {
-  return few ? MinimumLinkSimplifier()(line, tolerance, rings) : simplify_ring(line, tolerance, rings);
+bool simplified(bool few, const std::vector<geometry::Vec>& line, double tolerance, geometry::Rings& rings) {
+  return few ? geometry::MinimumLinkSimplifier()(line, tolerance, rings)
+             : simplify_ring(line, tolerance, rings);
 }
 
-std::vector<Vec> circle(double radius, int n) {
-  std::vector<Vec> line;
+std::vector<geometry::Vec> circle(double radius, int n) {
+  std::vector<geometry::Vec> line;
   for (int i = 0; i < n; ++i)
     line.push_back({radius * std::cos(2 * M_PI * i / n), radius * std::sin(2 * M_PI * i / n)});
   return line;
@@ -55,7 +56,7 @@ TEST_CASE("A simplified ring lies within the tolerance of the ring, both ways, w
     const int n = 200 + 20 * (trial % 11), spikes = trial % 7;
     const double noise = trial % 3 == 0 ? 0 : std::pow(10, random.uniform(0, 3.5)),
                  depth = random.uniform(0, 0.9);
-    std::vector<Vec> line;
+    std::vector<geometry::Vec> line;
     for (int i = 0; i < n; ++i) {
       const double a = 2 * M_PI * i / n;
       const double r = 60'000 * (1 + depth * (spikes % 2 ? std::cos(spikes * a)
@@ -65,7 +66,7 @@ TEST_CASE("A simplified ring lies within the tolerance of the ring, both ways, w
     }
     for (const double tolerance : {10.0, 150.0, 350.0, 2'000.0}) {
       for (const bool few : kBoth) {
-        Rings rings;
+        geometry::Rings rings;
         if (!simplified(few, line, tolerance, rings)) continue;
         const auto before = closed(line), after = oracle::segments_of(rings);
         INFO("trial " << trial << ", tolerance " << tolerance << ", few " << few);
@@ -82,7 +83,7 @@ double edges_between(double inner, double outer) { return M_PI / std::acos(inner
 TEST_CASE("A circle takes as few edges as any closed line within the tolerance on both sides of it") {
   for (const double radius : {5'000.0, 100'000.0, 2'000'000.0})
     for (const double tolerance : {100.0, 350.0}) {
-      Rings rings;
+      geometry::Rings rings;
       REQUIRE(simplify_ring(circle(radius, 20'000), tolerance, rings));
       const double fewest = edges_between(radius - tolerance, radius + tolerance);
       CHECK(double(rings.points.size()) >= fewest - 1e-9);
@@ -96,10 +97,10 @@ TEST_CASE(
   for (const bool hole : {false, true})
     for (const double radius : {20'000.0, 100'000.0, 2'000'000.0})
       for (const double tolerance : {100.0, 350.0}) {
-        std::vector<Vec> line = circle(radius, 20'000);
+        std::vector<geometry::Vec> line = circle(radius, 20'000);
         if (hole) std::reverse(line.begin(), line.end());
-        Rings rings;
-        REQUIRE(MinimumLinkSimplifier()(line, tolerance, rings));
+        geometry::Rings rings;
+        REQUIRE(geometry::MinimumLinkSimplifier()(line, tolerance, rings));
         double twice_area = 0;
         for (const oracle::Segment& s : oracle::segments_of(rings)) twice_area += cross(s.a, s.b);
         // Edges lie inside at their middles by half the distance by which their ends lie outside: at most a
@@ -117,7 +118,7 @@ TEST_CASE(
   RandomStream random(35, Purpose::kTest);
   for (int trial = 0; trial < 40; ++trial) {
     const std::size_t n = 100 + 20 * (trial % 9);
-    std::vector<Vec> line;
+    std::vector<geometry::Vec> line;
     for (std::size_t i = 0; i < n; ++i) {
       const double a = 2 * M_PI * double(i) / double(n), r = 60'000 * (1 + 0.3 * std::cos((trial % 5) * a));
       line.push_back(
@@ -129,11 +130,11 @@ TEST_CASE(
       if ((i % 31 < std::size_t(trial % 7)) || i == n / 2 || (trial % 3 == 0 && i + 1 == n))
         stay.push_back(i);
     const double tolerance = random.uniform(50, 600);
-    Rings rings;
-    REQUIRE(MinimumLinkSimplifier()(line, tolerance, rings, stay));
+    geometry::Rings rings;
+    REQUIRE(geometry::MinimumLinkSimplifier()(line, tolerance, rings, stay));
     INFO("trial " << trial << ", tolerance " << tolerance);
     const auto corner = [&](std::size_t i) {
-      return std::count(rings.points.begin(), rings.points.end(), to_point(line[i])) > 0;
+      return std::count(rings.points.begin(), rings.points.end(), geometry::to_point(line[i])) > 0;
     };
     CHECK(std::all_of(stay.begin(), stay.end(), corner));
     CHECK(rings.points.size() < n);
@@ -143,16 +144,16 @@ TEST_CASE(
 }
 
 TEST_CASE("Corners between straight edges stay where they are") {
-  std::vector<Vec> line;
-  const Vec corners[] = {{0, 0},           {90'000, 0},      {90'000, 40'000},
-                         {50'000, 40'000}, {50'000, 70'000}, {-20'000, 70'000}};
+  std::vector<geometry::Vec> line;
+  const geometry::Vec corners[] = {{0, 0},           {90'000, 0},      {90'000, 40'000},
+                                   {50'000, 40'000}, {50'000, 70'000}, {-20'000, 70'000}};
   for (int c = 0; c < 6; ++c)
     for (int i = 0; i < 20; ++i)
       line.push_back(corners[c] + (i / 20.0) * (corners[(c + 1) % 6] - corners[c]));
-  std::vector<Point> expected;
-  for (const Vec c : corners) expected.push_back(to_point(c));
+  std::vector<geometry::Point> expected;
+  for (const geometry::Vec c : corners) expected.push_back(geometry::to_point(c));
   for (const bool few : kBoth) {
-    Rings rings;
+    geometry::Rings rings;
     REQUIRE(simplified(few, line, 350, rings));
     CHECK(rings.points == expected);
   }
@@ -160,17 +161,17 @@ TEST_CASE("Corners between straight edges stay where they are") {
 
 TEST_CASE("Edges of a polygon stay where they are, however little it bends at its corners") {
   for (const int corners : {5, 12, 40}) {
-    std::vector<Vec> line;
-    std::vector<Point> expected;
+    std::vector<geometry::Vec> line;
+    std::vector<geometry::Point> expected;
     for (int c = 0; c < corners; ++c) {
       const auto at = [&](int i) {
-        return to_vec(to_point(circle(500'000, corners)[std::size_t(i % corners)]));
+        return to_vec(geometry::to_point(circle(500'000, corners)[std::size_t(i % corners)]));
       };
-      expected.push_back(to_point(at(c)));
+      expected.push_back(geometry::to_point(at(c)));
       for (int i = 0; i < 8; ++i) line.push_back(at(c) + (i / 8.0) * (at(c + 1) - at(c)));
     }
     for (const bool few : kBoth) {
-      Rings rings;
+      geometry::Rings rings;
       REQUIRE(simplified(few, line, 200, rings));
       CHECK(rings.points == expected);
     }
@@ -186,11 +187,11 @@ TEST_CASE(
   const double tolerance = 200;
   int ours = 0, best = 0, cones = 0;
   for (int trial = 0; trial < 12; ++trial) {
-    std::vector<Vec> line = circle(random.uniform(20'000, 80'000), 120 + 10 * trial);
-    for (Vec& v : line) v = (1 + random.uniform(-1, 1) * 260 / length(v)) * v;
+    std::vector<geometry::Vec> line = circle(random.uniform(20'000, 80'000), 120 + 10 * trial);
+    for (geometry::Vec& v : line) v = (1 + random.uniform(-1, 1) * 260 / length(v)) * v;
     const int n = int(line.size()), heights = 11;
     const auto corner = [&](int i, int h) {
-      const Vec at = line[std::size_t(i % n)];
+      const geometry::Vec at = line[std::size_t(i % n)];
       return i == 0 || i == n ? at : (1 + (h - heights / 2) * 0.2 * tolerance / length(at)) * at;
     };
     std::vector<int> edges(std::size_t((n + 1) * heights), std::numeric_limits<int>::max());
@@ -211,7 +212,7 @@ TEST_CASE(
           }
       }
     best += edges[std::size_t(n * heights)];
-    Rings rings, by_cone;
+    geometry::Rings rings, by_cone;
     REQUIRE(simplified(true, line, tolerance, rings));
     REQUIRE(simplified(false, line, tolerance, by_cone));
     ours += int(rings.points.size());
@@ -223,11 +224,11 @@ TEST_CASE(
 }
 
 TEST_CASE("What would lose its area keeps its points, what has none is left out") {
-  Rings rings;
-  CHECK(simplify_ring(std::vector<Vec>{{0, 0}, {1'000, -20}, {2'000, 0}, {1'500, 10}, {1'000, 20}}, 350,
-                      rings));
+  geometry::Rings rings;
+  CHECK(simplify_ring(std::vector<geometry::Vec>{{0, 0}, {1'000, -20}, {2'000, 0}, {1'500, 10}, {1'000, 20}},
+                      350, rings));
   CHECK(rings.points.size() == 5);
-  CHECK_FALSE(
-      simplify_ring(std::vector<Vec>{{0, 0}, {1'000, 0}, {2'000, 0}, {1'500, 0}, {1'000, 0}}, 350, rings));
+  CHECK_FALSE(simplify_ring(
+      std::vector<geometry::Vec>{{0, 0}, {1'000, 0}, {2'000, 0}, {1'500, 0}, {1'000, 0}}, 350, rings));
   CHECK(rings.size() == 1);
 }

@@ -32,7 +32,7 @@ Sliced sliced(const SampleMesh& m, const SliceOptions& o = options(), const Plac
 
 double volume_of(const Sliced& s, double height_mm = 0.25) {
   double sum = 0.0;
-  for (const Region& r : s.layers) sum += area_mm2(r) * height_mm;
+  for (const geometry::Region& r : s.layers) sum += area_mm2(r) * height_mm;
   return sum;
 }
 
@@ -51,7 +51,7 @@ void check_in_order(const Sliced& s) {
 }
 
 // Area of a layer by points on a raster, each judged by the mesh's own facets.
-void check_by_raster(const SampleMesh& m, const Region& region, double z_mm, double step_mm) {
+void check_by_raster(const SampleMesh& m, const geometry::Region& region, double z_mm, double step_mm) {
   double x0 = 1e9, y0 = 1e9, x1 = -1e9, y1 = -1e9;
   for (const auto& v : m.vertices) {
     x0 = std::min(x0, double(v[0]));
@@ -64,7 +64,8 @@ void check_by_raster(const SampleMesh& m, const Region& region, double z_mm, dou
   for (double y = y0 - 1.37 * step_mm; y < y1 + step_mm; y += step_mm)
     for (double x = x0 - 1.61 * step_mm; x < x1 + step_mm; x += step_mm) {
       const bool in_mesh = section.winding(x, y) > 0;
-      const Point at{std::int32_t(std::lround(x * kUnitsPerMm)), std::int32_t(std::lround(y * kUnitsPerMm))};
+      const geometry::Point at{std::int32_t(std::lround(x * geometry::kUnitsPerMm)),
+                               std::int32_t(std::lround(y * geometry::kUnitsPerMm))};
       inside += in_mesh;
       differ += in_mesh != (winding(region, at) > 0);
     }
@@ -88,17 +89,17 @@ TEST_CASE(
 TEST_CASE("A box becomes its outline in every layer, counter-clockwise from the smallest corner") {
   const Sliced s = sliced(box(1, 2, 0, 4, 6, 1));
   REQUIRE(s.layers.size() == 4);
-  for (const Region& layer : s.layers) {
+  for (const geometry::Region& layer : s.layers) {
     REQUIRE(layer.size() == 1);
     const auto ring = layer[0];
-    CHECK(ring[0] == Point{10'000, 20'000});
+    CHECK(ring[0] == geometry::Point{10'000, 20'000});
     CHECK(twice_area(ring) == 2 * std::int64_t(30'000) * 40'000);
   }
   CHECK(s.defects.empty());
   CHECK(s.facts.closed);
   CHECK(s.facts.volume_mm3 == Approx(12.0));
   const Sliced few = sliced(box(1, 2, 0, 4, 6, 1), options(0.01));
-  for (const Region& layer : few.layers) CHECK(layer.points.size() == 4);
+  for (const geometry::Region& layer : few.layers) CHECK(layer.points.size() == 4);
 }
 
 TEST_CASE("The contours of closed meshes enclose the volume of the divergence theorem within 0.1 %") {
@@ -123,7 +124,7 @@ TEST_CASE("Areas agree with a raster of points judged by the facets themselves")
     for (int k = 0; k < 3; ++k) {
       const std::size_t n = random.below(std::uint32_t(s.layers.size()));
       INFO("layer " << n + 1);
-      check_by_raster(m, s.layers[n], (double(n) + 0.5) * 0.25 + 0.5 * kMmPerUnit, 0.11);
+      check_by_raster(m, s.layers[n], (double(n) + 0.5) * 0.25 + 0.5 * geometry::kMmPerUnit, 0.11);
     }
   }
 }
@@ -193,7 +194,7 @@ TEST_CASE("T-junctions leave no gap") {
   const Sliced s = sliced(t_junctions());
   CHECK_FALSE(s.facts.closed);
   CHECK(total(s, DefectKind::kOpenDropped) == 0);
-  for (const Region& layer : s.layers) CHECK(area_mm2(layer) == Approx(400.0).epsilon(1e-4));
+  for (const geometry::Region& layer : s.layers) CHECK(area_mm2(layer) == Approx(400.0).epsilon(1e-4));
 }
 
 TEST_CASE(
@@ -206,12 +207,12 @@ TEST_CASE(
   o.closing_share = 0.0;
   Sliced s = sliced(m, o);
   CHECK(s.layers.size() == 40);
-  for (const Region& layer : s.layers) CHECK(layer.empty());
+  for (const geometry::Region& layer : s.layers) CHECK(layer.empty());
   CHECK(total(s, DefectKind::kOpenDropped) == 40);
   const auto dropped = std::find_if(s.defects.begin(), s.defects.end(),
                                     [](const Defect& d) { return d.kind == DefectKind::kOpenDropped; });
   CHECK(dropped->layer == 1);
-  CHECK(dropped->at == Point{100'000, 0});
+  CHECK(dropped->at == geometry::Point{100'000, 0});
   CHECK(dropped->size_mm == Approx(30.0));
   o.closing_gap_mm = 10.0;
   s = sliced(m, o);
@@ -233,7 +234,7 @@ TEST_CASE("What bounds nothing leaves empty layers and says so") {
   CHECK(total(dropped, DefectKind::kOpenDropped) > 20);
   const Sliced one = sliced(single_triangle());
   CHECK(one.layers.size() == 20);
-  for (const Region& layer : one.layers) CHECK(layer.empty());
+  for (const geometry::Region& layer : one.layers) CHECK(layer.empty());
   CHECK(total(one, DefectKind::kOpenDropped) + total(one, DefectKind::kGapClosed) ==
         20);  // short ones fold on themselves
   const Sliced none = sliced(SampleMesh{});
@@ -271,9 +272,9 @@ TEST_CASE("What lies below the platform is told and not printed") {
 }
 
 TEST_CASE("Later parts give way to earlier ones") {
-  std::vector<Region> water = sliced(box(0, 0, 0, 10, 10, 5)).layers,
-                      wax = sliced(box(5, 5, 0, 20, 20, 8)).layers;
-  std::vector<std::vector<Region>*> parts = {&water, &wax};
+  std::vector<geometry::Region> water = sliced(box(0, 0, 0, 10, 10, 5)).layers,
+                                wax = sliced(box(5, 5, 0, 20, 20, 8)).layers;
+  std::vector<std::vector<geometry::Region>*> parts = {&water, &wax};
   subtract_by_priority(parts, serially);
   CHECK(area_mm2(water[3]) == Approx(100.0));
   CHECK(area_mm2(wax[3]) == Approx(225.0 - 25.0));

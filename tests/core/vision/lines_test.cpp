@@ -121,7 +121,7 @@ TEST_CASE("Noise of a tenth of a layer leaves section and end where they are", "
   double worst_section = 0.0, worst_end = 0.0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     const HeightMap h = drawn(1.5, 1.0, u, -0.7, 9.0, 0.1 * kPeak_mm, seed);
-    vision::LineLook look;
+    vision::LineWindow look;
     look.noise_mm = 0.1 * kPeak_mm;
     const auto line = vision::measure_line(h, station({1.74, 1.18}, u), look);
     REQUIRE(line);

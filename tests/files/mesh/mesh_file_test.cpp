@@ -1,19 +1,15 @@
 // Readers of STL, PLY, OBJ and 3MF: the same mesh from every format, and the errors for other files.
 #include "files/mesh/mesh_file.h"
 
-#include <sys/mman.h>
 #include <unistd.h>
 #include <zlib.h>
 #include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <csignal>
 #include <fstream>
 #include <utility>
 
-#include "files/mesh/bounded_child.h"
-#include "files/mesh/mesh_message.h"
 #include "files/usage_error.h"
 #include "tests/support/mesh_samples.h"
 
@@ -114,7 +110,7 @@ TEST_CASE("OBJ files have no end mark: a cut one is refused where a face or numb
   CHECK(read("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 \\\n3 4\nf 1 2\n", "a.obj").defects.size() == 1);
 }
 
-TEST_CASE("Polygons become fans") {
+TEST_CASE("Convex polygons become fans") {
   const MeshData quad = read("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n", "a.obj");
   REQUIRE(quad.triangles.size() == 2);
   CHECK(quad.triangles[1] == std::array<std::uint32_t, 3>{0, 2, 3});
@@ -131,7 +127,8 @@ TEST_CASE("Headers that claim more than the file holds are refused before memory
   std::memcpy(stl.data() + 80, &claim, 4);
   CHECK_THROWS_WITH(
       read(stl, "a.stl"),
-      "a.stl: byte 80: the header claims 42949672 facets, which take 2147483684 bytes; the file has 134");
+      Catch::StartsWith("a.stl: byte 80: the header claims 42949672 facets, which take 2147483684 bytes; the "
+                        "file has 134 bytes, enough for 1: "));
   for (const char* format : {"binary_little_endian", "binary_big_endian", "ascii"}) {
     INFO(format);
     const std::string head = std::string("ply\nformat ") + format + " 1.0\nelement vertex ";
@@ -160,7 +157,7 @@ TEST_CASE("Errors name line or byte and what is wrong there") {
         "a.stl:5: ends where a coordinate is expected");
   CHECK(refusal("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nendloop\n", "a.stl") ==
         "a.stl:5: a facet with 1 vertices instead of 3");
-  CHECK(refusal("PK nothing", "a.3mf").find("a.3mf: is no 3MF file") == 0);
+  CHECK(refusal("PK nothing", "a.3mf").find("a.3mf: is no ZIP archive, as a 3MF file is, or is cut") == 0);
   CHECK(refusal("x", "a.step") == "a.step: must end in .stl, .ply, .obj or .3mf");
   CHECK(refusal("", "a.stl") == "a.stl: is empty");
   CHECK(refusal("ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int vertex_indices\nelement "
@@ -202,9 +199,10 @@ TEST_CASE("3MF: build items place their objects, and the model names its unit") 
   CHECK(moved.mm_per_unit == 25.4);
   REQUIRE(moved.vertices.size() == 2 * m.vertices.size());
   for (std::size_t v = 0; v < m.vertices.size(); ++v) {  // rows of the matrix are the images of x, y, z
-    CHECK(moved.vertices[v][0] == 100.0f - m.vertices[v][1]);
-    CHECK(moved.vertices[v][1] == 200.0f + m.vertices[v][0]);
-    CHECK(moved.vertices[v][2] == 300.0f + m.vertices[v][2]);
+    const std::array<double, 3> want{100.0 - m.vertices[v][1], 200.0 + m.vertices[v][0],
+                                     300.0 + m.vertices[v][2]};
+    for (std::size_t a = 0; a < 3; ++a)
+      CHECK(moved.vertices[v][a] + moved.origin[a] == Approx(want[a]).epsilon(1e-7));
   }
 }
 
@@ -220,7 +218,8 @@ TEST_CASE("3MF objects of type other are not printed, as items and as components
       object(3, "model", "<components><component objectid=\"1\"/><component objectid=\"2\"/></components>") +
       "</resources><build><item objectid=\"3\"/></build>");
   CHECK(data.triangles.size() == gear(3).triangles.size());
-  CHECK(data.defects == std::vector<std::string>{"1 objects of type other are not printed"});
+  CHECK(data.defects ==
+        std::vector<std::string>{"object 2 is of type other, no part of the model: left out"});
 }
 
 TEST_CASE("3MF of components within components that multiply without end is refused with object and limit") {
@@ -236,9 +235,9 @@ TEST_CASE("3MF of components within components that multiply without end is refu
         mb::threemf_of("<resources>" + objects + "</resources><build>" + build + "</build>");
     return refusal({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, "a.3mf");
   };
-  CHECK(nested(32, 4, 1) == "a.3mf: object 10: its components place more than 100000 objects, the limit");
-  CHECK(nested(40, 1, 1) == "a.3mf: object 34: components within components, more than 32 deep");
-  CHECK(nested(10, 3, 6) == "a.3mf: the build places more than 100000 objects, the limit");
+  CHECK(nested(32, 4, 1) == "a.3mf: its items and components place more than 100000 objects, the limit");
+  CHECK(nested(40, 1, 1) == "a.3mf: object 7: components within components, more than 32 deep");
+  CHECK(nested(10, 3, 6) == "a.3mf: its items and components place more than 100000 objects, the limit");
   CHECK(nested(4, 3, 2) == "nothing was refused");
 }
 
@@ -257,62 +256,6 @@ TEST_CASE("A 3MF archive that unpacks to a thousand times its size is refused wi
   const std::vector<std::byte> bytes = mb::threemf_archive(packed, std::uint32_t(blank.size()));
   const std::string why = refusal({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, "a.3mf");
   CHECK(why.starts_with("a.3mf: 3D/3dmodel.model: unpacks to more than "));
-}
-
-TEST_CASE("A child process that hangs, takes memory or crashes is ended and named by its limit") {
-  const mesh::ChildLimits limits{1, std::size_t(64) << 20};
-  const auto nothing = [](int) {};
-  const auto ended = [&](const std::function<void(int)>& work) {
-    return mesh::run_bounded(limits, work, nothing);
-  };
-  CHECK(ended([](int) {}) == "");
-  CHECK(ended([](int) {
-          const volatile bool on = true;
-          while (on) {
-          }
-        }) == "took more than 1 s of processor time, the limit");
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // their allocators end otherwise
-  CHECK(ended([](int) {
-          std::vector<std::vector<char>> taken;
-          for (;;) taken.emplace_back(1 << 20, 'x');
-        }) == "needs more than 64 MiB of memory, the limit");
-#endif
-  CHECK(ended([](int) { std::raise(SIGSEGV); }).starts_with("crashed"));
-  CHECK(ended([](int) { throw 1; }) == "ended with exit code 98");
-}
-
-TEST_CASE("The message of a mesh is refused when it ends early or its numbers disagree") {
-  const auto through = [](std::span<const char> bytes) {
-    const int fd = ::memfd_create("mesh", 0);
-    REQUIRE(::write(fd, bytes.data(), bytes.size()) == ssize_t(bytes.size()));
-    ::lseek(fd, 0, SEEK_SET);
-    try {
-      const MeshData data = mesh::receive_mesh(fd, 1 << 20);
-      ::close(fd);
-      return data.triangles.size();
-    } catch (const std::runtime_error&) {
-      ::close(fd);
-      return std::size_t(0);
-    }
-  };
-  MeshData data;
-  data.format = "3MF";
-  data.defects = {"a"};
-  data.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-  data.triangles = {{0, 1, 2}};
-  const int fd = ::memfd_create("mesh", 0);
-  mesh::send_mesh(fd, data);
-  std::vector<char> bytes(std::size_t(::lseek(fd, 0, SEEK_CUR)));
-  REQUIRE(::pread(fd, bytes.data(), bytes.size(), 0) == ssize_t(bytes.size()));
-  ::close(fd);
-  CHECK(through(bytes) == 1);
-  for (std::size_t n = 0; n < bytes.size(); ++n) CHECK(through({bytes.data(), n}) == 0);
-  std::vector<char> wrong = bytes;
-  wrong[wrong.size() - 4] = 3;  // the last triangle's last vertex
-  CHECK(through(wrong) == 0);
-  wrong = bytes;
-  wrong[8 + 6] = 1;  // 2^48 vertices
-  CHECK(through(wrong) == 0);
 }
 
 TEST_CASE("ASCII STL is read with text behind its end tags, which is reported") {

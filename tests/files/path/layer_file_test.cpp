@@ -30,7 +30,7 @@ LayerPaths some_layer(std::int32_t layer, std::uint64_t seed, int paths) {
   l.height = 2'500;
   l.clipper_rings = std::uint32_t(layer) % 3;
   for (int p = 0; p < paths; ++p) {
-    std::vector<slice::Point> line;
+    std::vector<geometry::Point> line;
     const double span =
         p % 3 == 0 ? slice::kMaxPathUnits : 5e5;  // also steps from one end of the range to the other
     for (int n = 0; n <= p * 7 % 20; ++n)
@@ -93,7 +93,7 @@ TEST_CASE("A path file reads back layer by layer, to the same integers, with its
 
 TEST_CASE("Smooth paths take two to three bytes a coordinate") {
   LayerPaths l = some_layer(1, 1, 0);
-  std::vector<slice::Point> line;
+  std::vector<geometry::Point> line;
   for (int n = 0; n < 1'000; ++n) line.push_back({n * 2'000, (n % 50) * 1'000});
   l.lines.add(line);
   l.info.push_back({PathKind::kFill, 0, false, 30'000});
@@ -177,7 +177,7 @@ TEST_CASE("firn plan takes the paths of a path file with material, kind, height 
   CHECK(p.path.z_mm == 0.5);
   CHECK(paths[3].tool == "laser");
   REQUIRE(p.path.points.size() == all[1].lines[1].size());
-  CHECK(p.path.points[0].x_mm == all[1].lines[1][0].x * slice::kMmPerUnit);
+  CHECK(p.path.points[0].x_mm == all[1].lines[1][0].x * geometry::kMmPerUnit);
 
   std::ofstream(scratch("torn.paths"), std::ios::binary)
       .write(reinterpret_cast<const char*>(whole.data()), std::streamsize(whole.size() / 2));

@@ -180,7 +180,7 @@ TEST_CASE("Hidden layers, hidden entities and paper space are not driven") {
 }
 
 TEST_CASE("A mistake in a DXF file is named with its line") {
-  CHECK(refusal(drawing("0 TEXT 8 0 10 1")).find("part.dxf:6: \"TEXT\" is not read") == 0);
+  CHECK(refusal(drawing("0 MLINE 8 0 10 1")).find("part.dxf:6: \"MLINE\" is not read") == 0);
   CHECK(refusal(drawing("0 LINE 10 0 11 x")).find("group 11: \"x\" is not a finite number") !=
         std::string::npos);
   CHECK(refusal(drawing("0 LINE 10 0 11 1e9")).find("beyond the limit of +-100000 mm") != std::string::npos);
@@ -189,9 +189,9 @@ TEST_CASE("A mistake in a DXF file is named with its line") {
         std::string::npos);
   CHECK(refusal(drawing("0 POLYLINE 70 16 0 VERTEX 0 SEQEND")).find("mesh") != std::string::npos);
   CHECK(refusal(drawing("0 POLYLINE 0 VERTEX 10 3")).find("without SEQEND") != std::string::npos);
-  CHECK(refusal(drawing("0 CIRCLE 40 -1")).find("a radius of -1 mm") != std::string::npos);
+  CHECK(refusal(drawing("0 CIRCLE 40 -1")).find("a radius of -1;") != std::string::npos);
   CHECK(refusal(drawing("0 CIRCLE 40 1 210 1 230 0")).find("normal 1, 0, 0") != std::string::npos);
-  CHECK(refusal(drawing("0 SPLINE 71 3 74 4 11 0 21 0")).find("without control points") != std::string::npos);
+  CHECK(refusal(drawing("0 SPLINE 71 3")).find("without control points") != std::string::npos);
   CHECK(refusal(drawing("0 SPLINE 71 1 40 0 40 1 40 0 40 1 10 0 10 1")).find("knots must ascend") !=
         std::string::npos);
   CHECK(
@@ -201,6 +201,171 @@ TEST_CASE("A mistake in a DXF file is named with its line") {
   CHECK(refusal(lines("0 SECTION 2 ENTITIES 0 LINE 11 5")).find("ends before EOF") != std::string::npos);
   CHECK(refusal("AutoCAD Binary DXF\r\n").find("binary") != std::string::npos);
   CHECK(refusal("hello\nworld\n").find("\"hello\" is not a group code") != std::string::npos);
+}
+
+TEST_CASE("A sweep that is a turn but for the file's rounding is a full turn") {
+  for (const char* to : {"6.28319", "6.28318", "6.28318530718", "6.283185307179586", "6.2832"}) {
+    INFO(to);
+    const auto paths = read(drawing(std::string("0 ELLIPSE 11 10 21 0 40 0.5 41 0 42 ") + to));
+    const auto& p = paths.at(0).path.points;
+    CHECK(p.front() == p.back());
+    CHECK(length_of(p) == Approx(48.4422).epsilon(1e-4));
+  }
+  const char* kTurns[][2] = {{"0", "360.0001"},  {"0", "359.9999"},     {"45", "45"},
+                             {"90.0", "450.00"}, {"0.00001", "0.0000"}, {"12.34567", "12.34568"}};
+  for (const auto& [from, to] : kTurns) {
+    INFO(from << " to " << to);
+    const auto paths = read(drawing(std::string("0 ARC 40 2 50 ") + from + " 51 " + to));
+    CHECK(length_of(paths.at(0).path.points) == Approx(4.0 * std::numbers::pi).epsilon(2e-3));
+    CHECK(paths[0].path.points.front() == paths[0].path.points.back());
+  }
+}
+
+TEST_CASE("A short arc across the angle 0 is no full turn") {
+  const auto paths = read(drawing("0 ARC 40 1000 50 359.99 51 0.01"));
+  CHECK(length_of(paths.at(0).path.points) == Approx(1000.0 * 0.02 * std::numbers::pi / 180.0).epsilon(1e-6));
+}
+
+TEST_CASE("Curves of length 0 are left out and named") {
+  const auto noted = read.notes(drawing("0 LINE 11 5 0 LINE 10 3 11 3 0 LWPOLYLINE 10 1 20 1 10 1 20 1"));
+  REQUIRE(noted.size() == 1);
+  CHECK(noted[0] == "part.dxf: 2 of length 0 left out, the first in line 10");
+  CHECK(refusal(drawing("0 LINE 10 3 11 3")).find("1 of length 0 left out, the first in line 6") !=
+        std::string::npos);
+}
+
+TEST_CASE("Heights that differ by less than a micrometre are one height, and near 0 they are 0") {
+  const auto paths = read(drawing(
+      "0 LINE 10 0 20 0 30 0 11 10 21 0 31 1e-17 0 LINE 10 10 20 0 30 3.89e-16 11 10 21 10 31 3.89e-16 "
+      "0 POLYLINE 70 8 0 VERTEX 10 10 20 10 30 -2e-16 0 VERTEX 10 0 20 10 30 0 0 SEQEND "
+      "0 SPLINE 71 1 40 0 40 0 40 1 40 1 10 0 20 10 30 1e-12 10 0 20 0 30 0"));
+  REQUIRE(paths.size() == 1);
+  CHECK(length_of(paths[0].path.points) == Approx(40.0));
+  CHECK(paths[0].path.z_mm == 0.0);
+  CHECK(refusal(drawing("0 LINE 11 5 31 0.002")).find("z changes along a path, by 0.002 mm") !=
+        std::string::npos);
+}
+
+TEST_CASE("Layers are known by name whatever its case, and what is not plotted is not driven") {
+  const std::string tables =
+      "0 SECTION 2 TABLES 0 TABLE 2 LAYER 0 LAYER 2 Frozen 70 1 62 7 290 1 0 LAYER 2 NoPlot 70 0 62 7 290 0 "
+      "0 LAYER 2 Defpoints 70 0 62 7 290 1 0 ENDTAB 0 ENDSEC";
+  const auto paths =
+      read(drawing("0 LINE 8 FROZEN 11 1 0 LINE 8 noplot 11 2 0 LINE 8 DEFPOINTS 11 3 0 LINE 8 a 11 4 0 LINE "
+                   "8 A 10 4 11 9",
+                   tables));
+  REQUIRE(paths.size() == 1);
+  CHECK(length_of(paths[0].path.points) == Approx(9.0));
+}
+
+TEST_CASE("An imperial drawing without a unit is taken as mm, and that is noted") {
+  const std::string line = "0 LINE 11 1";
+  const auto noted = read.notes(drawing(line, "0 SECTION 2 HEADER 9 $MEASUREMENT 70 0 0 ENDSEC"));
+  REQUIRE(noted.size() == 1);
+  CHECK(noted[0].find("$MEASUREMENT says imperial") != std::string::npos);
+  CHECK(read.notes(drawing(line, "0 SECTION 2 HEADER 9 $MEASUREMENT 70 1 0 ENDSEC")).empty());
+  const std::string inch = "0 SECTION 2 HEADER 9 $MEASUREMENT 70 0 9 $INSUNITS 70 1 0 ENDSEC";
+  CHECK(read.notes(drawing(line, inch)).empty());
+  CHECK(length_of(read(drawing(line, inch)).at(0).path.points) == Approx(25.4));
+}
+
+TEST_CASE("Entities that draw no curve are passed over and counted") {
+  const std::string blocks = "0 SECTION 2 BLOCKS 0 BLOCK 2 b 0 ATTDEF 1 x 0 TEXT 1 y 0 ENDBLK 0 ENDSEC";
+  const auto noted =
+      read.notes(drawing("0 LINE 11 5 0 HATCH 10 0 0 MTEXT 1 a 0 INSERT 66 1 2 B 0 ATTRIB 1 x 0 SEQEND 0 "
+                         "DIMENSION 2 *D1 0 HATCH",
+                         blocks));
+  REQUIRE(noted.size() == 1);
+  CHECK(noted[0] == "part.dxf: passed over: 1 ATTDEF, 1 ATTRIB, 1 DIMENSION, 2 HATCH, 1 MTEXT, 1 TEXT");
+}
+
+TEST_CASE("A block is scaled, turned, repeated and mirrored about its base point") {
+  const std::string blocks =
+      "0 SECTION 2 BLOCKS 0 BLOCK 8 0 2 B1 70 0 10 1 20 1 30 0.5 0 LINE 10 1 20 1 30 0.5 11 11 21 1 31 0.5 "
+      "0 ENDBLK 8 0 0 BLOCK 2 outer 0 INSERT 2 b1 10 5 0 ENDBLK 0 ENDSEC";
+  const auto ends = [&](const std::string& insert) {
+    const auto paths = read(drawing("0 INSERT " + insert, blocks));
+    std::vector<Point2> out;
+    for (const InputPath& p : paths) out.insert(out.end(), {p.path.points.front(), p.path.points.back()});
+    return out;
+  };
+  CHECK(ends("2 B1 10 20 20 20 41 2 42 2 50 90") == std::vector<Point2>{{20, 20}, {20, 40}});
+  CHECK(ends("2 b1 10 3 20 4 230 -1") == std::vector<Point2>{{-3, 4}, {-13, 4}});
+  CHECK(ends("2 B1 41 -1 71 2 45 7") == std::vector<Point2>{{0, 0}, {-10, 0}, {0, 7}, {-10, 7}});
+  CHECK(ends("2 B1 50 180 70 2 44 20") == std::vector<Point2>{{0, 0}, {-10, 0}, {-20, 0}, {-30, 0}});
+  CHECK(ends("2 OUTER 41 3") == std::vector<Point2>{{15, 0}, {45, 0}});
+  CHECK(read(drawing("0 INSERT 2 B1 30 1 43 2", blocks)).at(0).path.z_mm == 1.0);
+}
+
+TEST_CASE("A circle of a block that is scaled unequally is an ellipse, and so is a bulge") {
+  const std::string blocks =
+      "0 SECTION 2 BLOCKS 0 BLOCK 2 c 0 CIRCLE 40 1 0 ENDBLK "
+      "0 BLOCK 2 p 0 LWPOLYLINE 70 1 10 1 20 0 42 1 10 -1 20 0 42 1 0 ENDBLK 0 ENDSEC";
+  for (const char* name : {"c", "p"}) {
+    INFO(name);
+    const auto paths = read(drawing(std::string("0 INSERT 41 10 42 5 50 30 2 ") + name, blocks));
+    const auto& p = paths.at(0).path.points;
+    CHECK(length_of(p) == Approx(48.4422).epsilon(1e-4));
+    CHECK(p.front() == p.back());
+    CHECK(!paths[0].given.empty());
+  }
+  const auto round = read(drawing("0 INSERT 41 10 42 -10 2 p", blocks));
+  REQUIRE(round.at(0).given.size() == 2);
+  CHECK(round[0].given[0].kind == GivenCurve::Kind::kArc);
+  CHECK(round[0].given[0].clockwise);
+}
+
+TEST_CASE("Entities of a block on layer 0 lie on the layer of its INSERT, and a frozen one hides all") {
+  const std::string before =
+      "0 SECTION 2 TABLES 0 LAYER 2 off 62 -1 0 LAYER 2 frozen 70 1 0 ENDSEC 0 SECTION 2 BLOCKS "
+      "0 BLOCK 2 b 0 LINE 8 0 11 1 0 LINE 8 own 11 2 21 3 0 ENDBLK 0 ENDSEC";
+  const auto count = [&](const std::string& layer) {
+    return read(drawing("0 LINE 8 x 11 9 0 INSERT 2 b 10 50 8 " + layer, before)).size();
+  };
+  CHECK(count("on") == 3);
+  CHECK(count("off") == 2);
+  CHECK(count("frozen") == 1);
+}
+
+TEST_CASE("What is wrong with a block is named") {
+  const auto says = [](const std::string& entities, const std::string& blocks, const std::string& words) {
+    const std::string said = refusal(drawing(entities, "0 SECTION 2 BLOCKS " + blocks + " 0 ENDSEC"));
+    INFO(said);
+    CHECK(said.find(words) != std::string::npos);
+  };
+  says("0 INSERT 2 a", "0 BLOCK 2 b 0 ENDBLK", "block \"a\", which the file does not define");
+  says("0 INSERT 2 a", "0 BLOCK 2 a 0 INSERT 2 a 0 ENDBLK", "block \"a\" inserts itself");
+  says("0 INSERT 2 a", "0 BLOCK 2 a 70 4 1 other.dwg 0 ENDBLK", "drawn in another file");
+  says("0 INSERT 2 a 41 0", "0 BLOCK 2 a 0 ENDBLK", "a scale of 0");
+  says("0 INSERT 2 a 70 32767 71 32767", "0 BLOCK 2 a 0 ENDBLK", "more than 1000000 blocks");
+  says("0 INSERT 2 a 210 1 230 0", "0 BLOCK 2 a 0 ENDBLK", "normal 1, 0, 0");
+}
+
+TEST_CASE("A spline by fit points passes them with one tangent and one curvature at each") {
+  const auto paths = read(drawing("0 SPLINE 71 3 74 4 11 0 21 0 11 10 21 5 11 20 21 -5 11 30 21 0"));
+  REQUIRE(paths.size() == 1);
+  const auto& given = paths[0].given;
+  REQUIRE(given.size() == 3);
+  const Point2 kFit[] = {{0, 0}, {10, 5}, {20, -5}, {30, 0}};
+  for (std::size_t i = 0; i < 3; ++i) {
+    CHECK(distance(given[i].at(0.0), kFit[i]) < 1e-12);
+    CHECK(distance(given[i].at(1.0), kFit[i + 1]) < 1e-12);
+    if (i > 0) CHECK(distance(given[i].bend(0.0), given[i - 1].bend(1.0)) < 1e-12);
+  }
+  CHECK(distance(given[0].bend(0.0), {}) < 1e-12);
+  CHECK(distance(given[2].bend(1.0), {}) < 1e-12);
+}
+
+TEST_CASE("The tangents of a spline by fit points, and a closed one, are kept") {
+  const auto tangent = read(drawing("0 SPLINE 71 3 11 0 21 0 11 10 21 0 12 0 22 3 13 0 23 -3"));
+  const GivenCurve& c = tangent.at(0).given.at(0);
+  CHECK(distance(c.control[0], {0, 10.0 / 3.0}) < 1e-12);
+  CHECK(distance(c.control[1], {10, 10.0 / 3.0}) < 1e-12);
+  const auto closed = read(drawing("0 SPLINE 70 1 11 1 21 0 11 0 21 1 11 -1 21 0 11 0 21 -1"));
+  const auto& g = closed.at(0).given;
+  REQUIRE(g.size() == 4);
+  CHECK(closed[0].path.points.front() == closed[0].path.points.back());
+  for (std::size_t i = 0; i < 4; ++i) CHECK(distance(g[i].bend(0.0), g[(i + 3) % 4].bend(1.0)) < 1e-12);
 }
 
 }  // namespace firn

@@ -21,6 +21,14 @@ struct PathReader {
     return paths;
   }
 
+  std::vector<std::string> notes(const std::string& text) const {
+    std::istringstream in(text);
+    std::vector<std::string> sentences;
+    read_paths(in, file, double(text.size()),
+               PathSink([](InputPath&&) {}, [&](const std::string& one) { sentences.push_back(one); }));
+    return sentences;
+  }
+
   /// The error's text; empty if there is none.
   std::string refusal(const std::string& text) const {
     try {

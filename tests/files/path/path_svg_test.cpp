@@ -173,10 +173,10 @@ TEST_CASE("What is wrong in an SVG is said with file, line and limit") {
   names("<svg><path d='M1 1 A1 1 0 2 0 3 3'/></svg>", "a flag, 0 or 1");
   names("<svg><path d='M0 0 L1e9 0'/></svg>", "beyond the limit of +-100000");
   names("<svg><path d='M0 0 L1e999 0'/></svg>", "a finite number");
-  names("<svg><use href='#a'/></svg>", "<use> is not read");
+  names("<svg><use href='#a'/></svg>", "<use> of \"#a\", which the file does not hold");
   names("<svg><text>a</text></svg>", "<text> is not read");
-  names("<svg><path transform='turn(3)' d='M0 0'/></svg>", "'turn' with 1 numbers");
-  names("<svg width='3 miles'/>", "mm, cm, in, pt, pc or px");
+  names("<svg><path transform='turn(3)' d='M0 0'/></svg>", "'turn' is not read");
+  names("<svg width='3 miles'/>", "mm, cm, in, pt, pc, px or %");
   names("<svg viewBox='0 0 0 1'/>", "viewBox");
   names("<svg><path d='M0 0 1 1'></svg>", "is not XML");
   names("<svg>\n<g clip-path='url(#a)'><path d='M0 0 1 1'/></g></svg>", "part.svg:2: clip-path = url(#a)");

@@ -106,7 +106,7 @@ TEST_CASE("One changed bit anywhere in a trajectory file is found") {
 }
 
 TEST_CASE("What is no trajectory file is refused by name") {
-  CHECK_THROWS_AS(TrajectoryReader(folder() / "none.traj"), logfile::FileError);
+  CHECK_THROWS_AS(TrajectoryReader(folder() / "none.traj"), record::FileError);
   const std::vector<std::byte> nothing;
   CHECK_THROWS_WITH(TrajectoryReader(nothing), Contains("no head"));
   const std::vector<std::byte> zeros(1000, std::byte{0});

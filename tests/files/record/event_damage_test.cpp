@@ -7,7 +7,7 @@
 
 #include "tests/files/record/event_samples.h"
 
-using namespace firn::logfile;
+using namespace firn::record;
 using namespace firn::test;
 
 namespace {
@@ -15,7 +15,7 @@ namespace {
 struct Original {
   std::vector<Sample> samples;
   Bytes log;
-  EventIndex index;
+  record::EventIndex index;
   std::vector<std::uint64_t> at;  // offset of each event, and the end
 
   Original(std::size_t n, std::size_t longest, std::uint64_t seed, std::size_t fixed = 0)
@@ -23,8 +23,8 @@ struct Original {
     const Scratch scratch("event-damage");
     write_events(scratch / "log.lcm", samples);
     log = read_bytes(scratch / "log.lcm");
-    index = EventIndex(read_bytes(scratch / "log.lcm.idx"));
-    for (const IndexEntry& e : index.entries()) at.push_back(e.offset);
+    index = record::EventIndex(read_bytes(scratch / "log.lcm.idx"));
+    for (const record::IndexEntry& e : index.entries()) at.push_back(e.offset);
     at.push_back(log.size());
   }
   std::size_t touched(std::uint64_t from, std::uint64_t to) const {
@@ -38,12 +38,12 @@ struct EventOutcome {
   std::set<std::uint64_t> intact;  // numbers of events that came back byte for byte, not marked
   std::size_t marked = 0;
   std::size_t changed = 0;  // came back changed and not marked: only a reader without index may do this
-  DamageList damage;
+  record::DamageList damage;
 };
 
 EventOutcome read_all(const Original& original, const Bytes& log, bool with_index) {
   EventOutcome o;
-  EventLogReader reader(log, with_index ? &original.index : nullptr);
+  record::EventLogReader reader(log, with_index ? &original.index : nullptr);
   while (const auto e = reader.next()) {
     if (e->damaged)
       ++o.marked;
@@ -58,7 +58,7 @@ EventOutcome read_all(const Original& original, const Bytes& log, bool with_inde
 }
 
 bool reported_near(const EventOutcome& o, std::uint64_t at, std::uint64_t slack) {
-  for (const Damage& d : o.damage.list())
+  for (const record::Damage& d : o.damage.list())
     if (d.offset <= at + slack && at <= d.offset + d.bytes + slack) return true;
   return false;
 }
@@ -90,7 +90,7 @@ TEST_CASE("A bit flipped anywhere in a log costs at most its event, and with the
 TEST_CASE("With the index a damaged event header costs nothing") {
   const Original original(30, 90, 22);
   for (std::size_t i = 0; i < 30; ++i)
-    for (std::size_t byte = 0; byte < kEventHeaderBytes; ++byte) {
+    for (std::size_t byte = 0; byte < record::kEventHeaderBytes; ++byte) {
       Bytes log = original.log;
       log[original.at[i] + byte] ^= std::byte{0x24};
       const EventOutcome o = read_all(original, log, true);
@@ -181,7 +181,7 @@ TEST_CASE("An absurd length costs its event at most") {
     for (const std::size_t field : {20u, 24u})
       for (const std::uint32_t length : {0x7fffffffu, 0xffffffffu, 0x80000000u, 0u, 1u, 36u + 68u * 3u}) {
         Bytes log = original.log;
-        put_big32(log.data() + original.at[i] + field, length);
+        record::put_big32(log.data() + original.at[i] + field, length);
         const EventOutcome with = read_all(original, log, true), without = read_all(original, log, false);
         if (with.intact.size() < 39)
           FAIL("event " << i << " length " << length << ": " << with.intact.size());
@@ -228,8 +228,8 @@ TEST_CASE("A damaged index costs checks, never events") {
       bad = with_zeros(index, random.below(index.size()), 4096);
     else
       bad[random.below(index.size())] ^= std::byte(1 << random.below(8));
-    const EventIndex read(bad);
-    EventLogReader reader(original.log, &read);
+    const record::EventIndex read(bad);
+    record::EventLogReader reader(original.log, &read);
     std::size_t n = 0;
     while (const auto e = reader.next()) {
       if (e->damaged || !same(*e, original.samples[n])) FAIL("event " << n << " trial " << trial);
@@ -244,10 +244,10 @@ TEST_CASE("Hostile bytes made of sync words and headers are read in linear work 
   const std::size_t n = 300000;
   Bytes log(n * 29, std::byte{'A'});
   for (std::size_t i = 0; i < n; ++i)  // each claims the whole rest of the file and an unusual number
-    put_event_header(log.data() + i * 29, {0, 7 * i + 3, 0, 1, std::int32_t((n - i - 1) * 29)});
-  EventLogReader reader(log);
+    record::put_event_header(log.data() + i * 29, {0, 7 * i + 3, 0, 1, std::int32_t((n - i - 1) * 29)});
+  record::EventLogReader reader(log);
   std::size_t events = 0;
   while (reader.next()) ++events;
   CHECK(events <= n);
-  CHECK(reader.damage().list().size() <= DamageList::kKept);
+  CHECK(reader.damage().list().size() <= record::DamageList::kKept);
 }

@@ -9,15 +9,16 @@
 
 #include "tests/files/record/event_samples.h"
 
-using namespace firn::logfile;
+using namespace firn;
+using namespace firn::record;
 using namespace firn::test;
 using Catch::Matchers::Contains;
 
 namespace {
 
 void expect_all(const std::filesystem::path& path, const std::vector<Sample>& samples, bool checked) {
-  const EventLogFile file(path);
-  EventLogReader reader = file.reader();
+  const record::EventLogFile file(path);
+  record::EventLogReader reader = file.reader();
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const auto event = reader.next();
     REQUIRE(event);
@@ -80,8 +81,8 @@ TEST_CASE("Our reader reads every event of a log written by LCM, also one that L
     }
     lcm_eventlog_destroy(log);
   }
-  const EventLogFile file(scratch / "log.lcm");
-  EventLogReader reader = file.reader();
+  const record::EventLogFile file(scratch / "log.lcm");
+  record::EventLogReader reader = file.reader();
   for (const Sample& s : samples) {
     const auto event = reader.next();
     REQUIRE(event);
@@ -91,9 +92,9 @@ TEST_CASE("Our reader reads every event of a log written by LCM, also one that L
   CHECK(reader.damage().count() == 0);
 }
 
-TEST_CASE("Events wait in memory until a large piece is full or the caller's deadline has passed") {
+TEST_CASE("Events wait in memory until a large piece is full or the caller flushes") {
   const Scratch scratch("batch");
-  EventLogWriter writer(scratch / "log.lcm");
+  record::EventLogWriter writer(scratch / "log.lcm");
   const Bytes data(100'000);
   for (int i = 0; i < 10; ++i) writer.append(1000 + i, "HEIGHT_MAP", data);
   CHECK(writer.bytes() == 0);
@@ -102,20 +103,19 @@ TEST_CASE("Events wait in memory until a large piece is full or the caller's dea
   CHECK(writer.bytes() > std::size_t(1) << 20);
   CHECK(writer.pending_events() == 0);
   writer.append(2000, "HEIGHT_MAP", data);
-  writer.flush_up_to(1999);
   CHECK(writer.pending_events() == 1);
-  writer.flush_up_to(2000);
+  writer.flush();
   CHECK(writer.pending_events() == 0);
   CHECK(std::filesystem::file_size(scratch / "log.lcm") == writer.bytes());
   writer.close();
-  const EventLogFile file(scratch / "log.lcm");
+  const record::EventLogFile file(scratch / "log.lcm");
   CHECK(file.index().entries().size() == 12);
   CHECK(file.index().channel(file.index().entries()[3].channel) == "HEIGHT_MAP");
 }
 
 TEST_CASE("Channels and data that the format cannot hold are refused by name") {
   const Scratch scratch("refuse");
-  EventLogWriter writer(scratch / "log.lcm");
+  record::EventLogWriter writer(scratch / "log.lcm");
   CHECK_THROWS_WITH(writer.append(0, "", as_span("x")), Contains("channel ''"));
   CHECK_THROWS_WITH(writer.append(0, std::string(64, 'A'), as_span("x")), Contains("1 to 63"));
   CHECK_THROWS_WITH(writer.append(0, "BELL\a", as_span("x")), Contains("printable"));
@@ -131,7 +131,7 @@ TEST_CASE(
     const Scratch scratch("full");
     const auto path = scratch / "log.lcm";
     const auto samples = some_events(400, 1000, 4);
-    EventLogWriter writer(path);
+    record::EventLogWriter writer(path);
     for (std::size_t i = 0; i < 100; ++i)
       writer.append(samples[i].utime_us, samples[i].channel, samples[i].data);
     writer.flush();
@@ -149,7 +149,7 @@ TEST_CASE(
     bool full = false;
     try {
       writer.flush();
-    } catch (const FileError& e) {
+    } catch (const record::FileError& e) {
       said = e.what();
       full = e.disk_full();
     }
@@ -160,8 +160,8 @@ TEST_CASE(
     CHECK_THAT(said, Contains("log.lcm") && Contains("cannot write") && Contains("File too large"));
     CHECK(writer.bytes() + writer.pending_bytes() == due);  // nothing is forgotten
     {
-      const EventLogFile file(path);
-      EventLogReader reader = file.reader();
+      const record::EventLogFile file(path);
+      record::EventLogReader reader = file.reader();
       std::size_t whole = 0;
       while (const auto event = reader.next()) REQUIRE(same(*event, samples[whole++]));
       CHECK(whole + writer.pending_events() == 400);
@@ -175,10 +175,10 @@ TEST_CASE(
 
 TEST_CASE("A writer that may keep no more names what it does not take") {
   const Scratch scratch("bounded");
-  EventLogWriter::Options options;
+  record::EventLogWriter::Options options;
   options.flush_bytes = 1000;
-  options.most_pending_bytes = 2000;
-  EventLogWriter writer(scratch / "log.lcm", options);
+  options.max_pending_bytes = 2000;
+  record::EventLogWriter writer(scratch / "log.lcm", options);
   struct rlimit before {};
   REQUIRE(getrlimit(RLIMIT_FSIZE, &before) == 0);
   const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
@@ -188,7 +188,7 @@ TEST_CASE("A writer that may keep no more names what it does not take") {
   int refused = 0;
   for (int i = 0; i < 40; ++i) try {
       writer.append(i, "STATE_JET", Bytes(172));
-    } catch (const FileError&) {
+    } catch (const record::FileError&) {
       ++refused;
     }
   setrlimit(RLIMIT_FSIZE, &before);
@@ -213,15 +213,15 @@ TEST_CASE("Appending goes on behind the last whole event, wherever log and index
     std::uint64_t end = 0;
     while (expected.size() < samples.size()) {
       const Sample& s = samples[expected.size()];
-      const std::uint64_t bytes = kEventHeaderBytes + s.channel.size() + s.data.size();
+      const std::uint64_t bytes = record::kEventHeaderBytes + s.channel.size() + s.data.size();
       if (end + bytes > size) break;
       end += bytes;
       expected.push_back(s);
     }
     {
-      EventLogWriter::Options options;
-      options.mode = EventLogWriter::Mode::kAppend;
-      EventLogWriter writer(path, options);
+      record::EventLogWriter::Options options;
+      options.mode = record::EventLogWriter::Mode::kAppend;
+      record::EventLogWriter writer(path, options);
       REQUIRE(writer.events() == expected.size());
       REQUIRE(writer.torn_path().empty() == (end == size));
       if (end != size) REQUIRE(read_bytes(writer.torn_path()).size() == size - end);
@@ -237,9 +237,9 @@ TEST_CASE("Appending goes on behind the last whole event, wherever log and index
 TEST_CASE("Appending to a file that is no log is refused and leaves it alone") {
   const Scratch scratch("foreign");
   write_file(scratch / "data.csv", as_span("time,height\n0,1\n1,2\n2,3\n3,4\n4,5\n"));
-  EventLogWriter::Options options;
-  options.mode = EventLogWriter::Mode::kAppend;
-  CHECK_THROWS_WITH(EventLogWriter(scratch / "data.csv", options), Contains("not an LCM log"));
+  record::EventLogWriter::Options options;
+  options.mode = record::EventLogWriter::Mode::kAppend;
+  CHECK_THROWS_WITH(record::EventLogWriter(scratch / "data.csv", options), Contains("not an LCM log"));
   CHECK(read_bytes(scratch / "data.csv").size() == 32);
 }
 
@@ -249,8 +249,8 @@ TEST_CASE("The index of another log is ignored, not believed") {
   write_events(scratch / "a.lcm", samples);
   write_events(scratch / "b.lcm", some_events(50, 100, 7));
   std::filesystem::rename(scratch / "b.lcm.idx", scratch / "a.lcm.idx");
-  const EventLogFile file(scratch / "a.lcm");
-  EventLogReader reader = file.reader();
+  const record::EventLogFile file(scratch / "a.lcm");
+  record::EventLogReader reader = file.reader();
   CHECK(reader.index_ignored());
   std::size_t n = 0;
   while (const auto event = reader.next()) CHECK(same(*event, samples[n++]));

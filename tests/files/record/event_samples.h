@@ -29,12 +29,12 @@ inline std::vector<Sample> some_events(std::size_t n, std::size_t longest, std::
 }
 
 inline void write_events(const std::filesystem::path& path, const std::vector<Sample>& samples) {
-  logfile::EventLogWriter writer(path);
+  record::EventLogWriter writer(path);
   for (const Sample& s : samples) writer.append(s.utime_us, s.channel, s.data);
   writer.close();
 }
 
-inline bool same(const logfile::Event& e, const Sample& s) {
+inline bool same(const record::Event& e, const Sample& s) {
   return e.utime_us == s.utime_us && e.channel == s.channel && std::ranges::equal(e.data, s.data);
 }
 

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cstdint>
 
-using namespace firn::logfile;
+using namespace firn::record;
 
 namespace {
 
@@ -33,4 +33,29 @@ TEST_CASE("a step back in time is counted, with its size and place, at every dis
   CHECK(s.steps().back == 1);
   CHECK(s.steps().largest_us == largest);
   CHECK(s.channels().at("MAP").steps.largest_us == largest);
+}
+
+TEST_CASE("The pauses of a channel whose messages come in bursts are no gaps, a far longer one is") {
+  for (const int burst : {2, 10, 500}) {
+    Intervals intervals;
+    const int pauses = 40;
+    for (int n = 0; n < burst * pauses; ++n) {
+      intervals.add(1'000 + n % 7, 0);
+      if (n % burst == 0) intervals.add(1'000'000 + n % 1013, 0);
+    }
+    INFO("bursts of " << burst);
+    CHECK(intervals.gaps().count == 0);
+    intervals.add(30'000'000, 0);
+    CHECK(intervals.gaps().count == 1);
+  }
+}
+
+TEST_CASE("A few long intervals of an even channel are gaps, however long they are") {
+  for (const int few : {1, 3, 7}) {
+    Intervals intervals;
+    for (int n = 0; n < 300; ++n) intervals.add(100'000 + n % 11, 0);
+    for (int n = 0; n < few; ++n) intervals.add(20'000'000 + n, 0);
+    CHECK(intervals.gaps().count == std::uint64_t(few));
+    CHECK(intervals.usual_us() == Approx(100'000).epsilon(0.07));
+  }
 }

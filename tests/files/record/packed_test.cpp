@@ -1,21 +1,20 @@
 #include "files/record/packed.h"
 
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <fstream>
-#include <functional>
 
 #include "core/grid/random.h"
 #include "files/record/file.h"
 #include "files/record/record_file.h"
+#include "tests/support/peak_memory.h"
 #include "tests/support/temp_folder.h"
 
-namespace firn::logfile {
+namespace firn::record {
 namespace {
 
 namespace fs = std::filesystem;
@@ -27,7 +26,7 @@ std::vector<std::byte> noise(RandomStream& random, std::size_t n) {
 }
 
 std::vector<std::byte> content(const fs::path& file) {
-  const MappedFile mapped(file);
+  const record::MappedFile mapped(file);
   return {mapped.bytes().begin(), mapped.bytes().end()};
 }
 
@@ -38,7 +37,7 @@ void write(const fs::path& file, std::span<const std::byte> bytes) {
 
 /// A record file whose payloads repeat parts of `log`.
 void write_records(const fs::path& file, RandomStream& random, std::span<const std::byte> log) {
-  RecordWriter writer(file, RecordWriter::Mode::kCreate);
+  record::RecordWriter writer(file, record::RecordWriter::Mode::kCreate);
   for (int n = 0; n < 200; ++n) {
     const std::size_t length = random.below(300);
     writer.append(std::uint16_t(random.below(5)),
@@ -62,10 +61,10 @@ TEST_CASE("a packed file reads as the plain one: records, damaged records, any o
       for (int flip = 0; flip < 9; ++flip) plain[random.below(std::uint32_t(plain.size()))] ^= std::byte(4);
     if (n % 4 == 2) plain.resize(random.below(std::uint32_t(plain.size())));
     if (n % 4 == 3) plain = noise(random, random.below(3000));
-    write(wal, pack(plain, known, "../log.lcm"));
-    CHECK(is_packed(wal));
+    write(wal, record::pack(plain, known, "../log.lcm"));
+    CHECK(record::is_packed(wal));
     CHECK(content(wal) == plain);
-    write(log, pack(known, {}, ""));  // the known file may be packed itself
+    write(log, record::pack(known, {}, ""));  // the known file may be packed itself
     CHECK(content(wal) == plain);
   }
 }
@@ -76,8 +75,8 @@ TEST_CASE("a file that repeats the messages of the log takes less than a fifth o
   const std::vector<std::byte> known = noise(random, 300'000);
   write_records(folder.path() / "a.wal", random, known);
   const std::vector<std::byte> plain = content(folder.path() / "a.wal");
-  CHECK(pack(plain, known, "log.lcm").size() * 5 < plain.size());
-  CHECK(pack(plain, {}, "").size() * 2 > plain.size());
+  CHECK(record::pack(plain, known, "log.lcm").size() * 5 < plain.size());
+  CHECK(record::pack(plain, {}, "").size() * 2 > plain.size());
 }
 
 TEST_CASE("a packed file that is damaged, cut or without its known file is named, and nothing crashes") {
@@ -87,7 +86,7 @@ TEST_CASE("a packed file that is damaged, cut or without its known file is named
   const std::vector<std::byte> known = noise(random, 5000);
   write(log, known);
   write_records(wal, random, known);
-  const std::vector<std::byte> plain = content(wal), packed = pack(plain, known, "log.lcm");
+  const std::vector<std::byte> plain = content(wal), packed = record::pack(plain, known, "log.lcm");
   for (int n = 0; n < 400; ++n) {
     std::vector<std::byte> bad = packed;
     bad[random.below(std::uint32_t(bad.size()))] ^= std::byte(1 << random.below(8));
@@ -95,7 +94,7 @@ TEST_CASE("a packed file that is damaged, cut or without its known file is named
     write(wal, bad);
     try {
       const std::vector<std::byte> read = content(wal);
-      CHECK((read == plain || !is_packed(wal)));
+      CHECK((read == plain || !record::is_packed(wal)));
     } catch (const std::runtime_error& e) {
       CHECK_THAT(e.what(), Catch::Contains("a.wal") || Catch::Contains("lo"));  // or the name it asks for
     }
@@ -103,7 +102,7 @@ TEST_CASE("a packed file that is damaged, cut or without its known file is named
   std::vector<std::byte> longer = packed;
   longer.push_back(std::byte(0));
   write(wal, longer);
-  CHECK_THROWS_WITH(content(wal), Catch::Contains("its content is damaged"));
+  CHECK_THROWS_WITH(content(wal), Catch::Contains("it is not as it was written"));
   write(wal, packed);
   write(log, noise(random, 5000));
   CHECK_THROWS_WITH(content(wal), Catch::Contains("log.lcm is not as it was"));
@@ -153,8 +152,10 @@ TEST_CASE("a small packed file that would fill the memory is refused by its size
   const auto size = std::as_bytes(std::span(&huge, 1));
   frame.insert(frame.end(), size.begin(), size.end());
   write(folder.path() / "a.wal", crafted(huge, huge, "", frame));
-  CHECK_THROWS_WITH(content(folder.path() / "a.wal"),
-                    Catch::Contains("a.wal: packed file: byte 8: 1125899906842624 and"));
+  CHECK_THROWS_WITH(
+      content(folder.path() / "a.wal"),
+      Catch::Contains(
+          "a.wal: packed file: byte 8: 1125899906842624 bytes cannot come from a packed file of 62"));
 }
 
 TEST_CASE("a named pipe in the place of a record is refused, not waited for") {
@@ -162,33 +163,6 @@ TEST_CASE("a named pipe in the place of a record is refused, not waited for") {
   const fs::path pipe = folder.path() / "log.lcm";
   REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
   CHECK_THROWS_WITH(content(pipe), Catch::Contains("log.lcm: byte 0: cannot map"));
-}
-
-// Peak of the resident memory of a process of its own above its start, in bytes.
-std::size_t peak_of(const std::function<void()>& work) {
-  int ends[2];
-  REQUIRE(::pipe(ends) == 0);
-  const pid_t child = ::fork();
-  if (child == 0) {
-    const auto kilobytes = [](const std::string& key) {
-      std::ifstream status("/proc/self/status");
-      for (std::string line; std::getline(status, line);)
-        if (line.starts_with(key)) return std::stoul(line.substr(key.size()));
-      return 0ul;
-    };
-    std::ofstream("/proc/self/clear_refs") << "5";  // the peak begins anew
-    const std::size_t before = kilobytes("VmRSS:");
-    work();
-    const std::size_t peak = (kilobytes("VmHWM:") - before) * 1024;
-    const bool told = ::write(ends[1], &peak, sizeof peak) == sizeof peak;
-    ::_exit(told ? 0 : 1);
-  }
-  std::size_t peak = 0;
-  REQUIRE(::read(ends[0], &peak, sizeof peak) == sizeof peak);
-  ::waitpid(child, nullptr, 0);
-  ::close(ends[0]);
-  ::close(ends[1]);
-  return peak;
 }
 
 TEST_CASE("a large packed file is opened and read through with a part of it in memory at a time") {
@@ -201,10 +175,10 @@ TEST_CASE("a large packed file is opened and read through with a part of it in m
     for (std::size_t at = 0; at < kBytes; at += 64) plain[at] = std::byte(random.below(256));
     write(log, plain);
     plain[7] = std::byte{1};
-    write(file, pack(plain, MappedFile(log).bytes(), "log.lcm"));
+    write(file, record::pack(plain, record::MappedFile(log).bytes(), "log.lcm"));
   }
-  const std::size_t peak = peak_of([&] {
-    const MappedFile mapped(file);
+  const std::size_t peak = test::peak_of([&] {
+    const record::MappedFile mapped(file);
     std::uint64_t sum = 0;
     for (std::size_t at = 0; at < mapped.bytes().size(); at += 4096) {
       sum += std::uint64_t(mapped.bytes()[at]);
@@ -217,19 +191,33 @@ TEST_CASE("a large packed file is opened and read through with a part of it in m
   CHECK(content(file)[7] == std::byte{1});
 }
 
+TEST_CASE("a file is packed part by part, and a packing that is ended gives no header") {
+  RandomStream random(6, Purpose::kTest);
+  std::vector<std::byte> plain = noise(random, 3 << 20);
+  std::size_t largest = 0, written = 0;
+  const auto write = [&](std::span<const std::byte> part) {
+    largest = std::max(largest, part.size());
+    written += part.size();
+  };
+  REQUIRE(pack(plain, {}, "", write));
+  CHECK(largest < std::size_t(1) << 18);
+  CHECK(written > plain.size());  // noise
+  CHECK_FALSE(pack(plain, {}, "", write, [&](std::size_t read) { return read < plain.size(); }));
+}
+
 TEST_CASE("bytes of a packed file that were read and forgotten read the same again") {
   const test::TempFolder folder;
   std::vector<std::byte> plain(std::size_t(50) << 20, std::byte{7});
   const fs::path file = folder.path() / "a.wal";
-  write(file, pack(plain, {}, ""));
-  const MappedFile packed(file);
+  write(file, record::pack(plain, {}, ""));
+  const record::MappedFile packed(file);
   packed.forget_before(plain.size());
   CHECK(std::ranges::equal(packed.bytes(), plain));
   write(folder.path() / "plain", plain);
-  const MappedFile mapped(folder.path() / "plain");
+  const record::MappedFile mapped(folder.path() / "plain");
   mapped.forget_before(plain.size());
   CHECK(std::ranges::equal(mapped.bytes(), plain));
 }
 
 }  // namespace
-}  // namespace firn::logfile
+}  // namespace firn::record

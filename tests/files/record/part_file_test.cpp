@@ -13,7 +13,7 @@
 
 using namespace firn;
 using namespace firn::test;
-using namespace firn::logfile;
+using namespace firn::record;
 namespace fs = std::filesystem;
 
 namespace {
@@ -25,7 +25,7 @@ int ended_by(int signal, const Work& work) {
   REQUIRE(::pipe(ends) == 0);
   const pid_t pid = ::fork();
   if (pid == 0) {
-    remove_parts_on_signals();
+    record::remove_parts_on_signals();
     work([&] {
       const char ready = 1;
       static_cast<void>(::write(ends[1], &ready, 1) == 1);
@@ -52,10 +52,10 @@ TEST_CASE("A signal that ends the program removes its unfinished outputs and not
     const auto before = std::signal(signal, SIG_DFL);
     const int status = ended_by(signal, [&](const auto& wait) {
       std::ofstream(scratch / "finished") << "x";
-      { const PartFile finished(scratch / "finished"); }
-      const PartFile part(scratch / "a.part");
+      { const record::PartFile finished(scratch / "finished"); }
+      const record::PartFile part(scratch / "a.part");
       std::ofstream(part.path()) << "x";
-      NamedRecordFile record(scratch / "b");
+      record::NamedRecordFile record(scratch / "b");
       wait();
     });
     std::signal(signal, before);
@@ -70,7 +70,7 @@ TEST_CASE("A signal in a forked child leaves its parent's unfinished outputs alo
   const Scratch scratch("part-file-child");
   const auto before = std::signal(SIGTERM, SIG_DFL);
   const int status = ended_by(SIGTERM, [&](const auto& wait) {
-    const PartFile part(scratch / "a.part");
+    const record::PartFile part(scratch / "a.part");
     std::ofstream(part.path()) << "x";
     const pid_t pid = ::fork();
     if (pid == 0) ::raise(SIGTERM);
@@ -86,7 +86,7 @@ TEST_CASE("An ignored signal stays ignored") {
   const auto before = std::signal(SIGHUP, SIG_IGN);
   const pid_t pid = ::fork();
   if (pid == 0) {
-    remove_parts_on_signals();
+    record::remove_parts_on_signals();
     ::raise(SIGHUP);
     ::_exit(7);
   }

@@ -8,7 +8,7 @@
 #include "files/record/record_layout.h"
 #include "tests/files/record/scratch.h"
 
-using namespace firn::logfile;
+using namespace firn::record;
 using namespace firn::test;
 
 namespace {
@@ -21,7 +21,7 @@ struct OriginalRecord {
   OriginalRecord(std::size_t records, std::size_t fixed, std::size_t longest, std::uint64_t seed) {
     const Scratch scratch("record-damage");
     Random random{seed};
-    RecordWriter writer(scratch / "a.wal", RecordWriter::Mode::kCreate);
+    record::RecordWriter writer(scratch / "a.wal", record::RecordWriter::Mode::kCreate);
     for (std::size_t i = 0; i < records; ++i) {
       payloads.push_back(random_bytes(random, fixed ? fixed : random.below(longest)));
       at.push_back(writer.bytes());
@@ -40,14 +40,14 @@ struct OriginalRecord {
 
 struct RecordOutcome {
   std::size_t intact = 0, flagged = 0;
-  DamageList damage;
+  record::DamageList damage;
 };
 
 // Reads everything; each record that comes back undamaged must equal the record written under that index,
 // byte for byte.
 RecordOutcome read_records(const OriginalRecord& original, const Bytes& file) {
   RecordOutcome o;
-  RecordReader reader(file);
+  record::RecordReader reader(file);
   std::uint64_t last = 0;
   bool first = true;
   while (const auto r = reader.next()) {
@@ -71,7 +71,7 @@ RecordOutcome read_records(const OriginalRecord& original, const Bytes& file) {
 // Some damage is reported whose bytes reach to within one record of `at`.
 bool record_reported_near(const OriginalRecord& original, const RecordOutcome& o, std::uint64_t at,
                           std::uint64_t longest) {
-  return std::any_of(o.damage.list().begin(), o.damage.list().end(), [&](const Damage& d) {
+  return std::any_of(o.damage.list().begin(), o.damage.list().end(), [&](const record::Damage& d) {
     return d.offset <= at + longest && at <= d.offset + d.bytes + longest;
   });
 }
@@ -103,7 +103,7 @@ TEST_CASE("A payload bit flipped between whole neighbours is delivered and marke
   for (std::size_t i = 0; i < original.payloads.size(); ++i)
     for (std::size_t byte = 0; byte < original.payloads[i].size(); ++byte) {
       Bytes file = original.file;
-      file[original.at[i] + kRecordHeaderBytes + byte] ^= std::byte{0x10};
+      file[original.at[i] + record::kRecordHeaderBytes + byte] ^= std::byte{0x10};
       const RecordOutcome o = read_records(original, file);
       if (o.flagged != 1 || o.intact != 9) FAIL("record " << i << " byte " << byte);
       REQUIRE(o.damage.list().at(0).offset == original.at[i]);
@@ -121,8 +121,9 @@ TEST_CASE("A file cut anywhere keeps every record before the cut") {
     const std::size_t whole = std::size_t(
         std::count_if(original.at.begin() + 1, original.at.end(), [&](auto end) { return end <= size; }));
     if (o.intact != whole) FAIL("cut at " << size << ": " << o.intact << " of " << whole);
-    const bool torn = size > kRecordFileHeaderBytes ? original.at[whole] != size
-                                                    : size != 0 && size != kRecordFileHeaderBytes;
+    const bool torn = size > record::kRecordFileHeaderBytes
+                          ? original.at[whole] != size
+                          : size != 0 && size != record::kRecordFileHeaderBytes;
     if (torn != (o.damage.count() > 0)) FAIL("cut at " << size << " damage " << o.damage.count());
   }
   CHECK(trials == original.file.size() + 1);
@@ -200,7 +201,8 @@ TEST_CASE("Many damages at random places cost no more than the records they touc
     Bytes file = original.file;
     std::map<std::size_t, int> touched;
     for (int i = 0; i < 100; ++i) {
-      const std::size_t byte = kRecordFileHeaderBytes + random.below(file.size() - kRecordFileHeaderBytes);
+      const std::size_t byte =
+          record::kRecordFileHeaderBytes + random.below(file.size() - record::kRecordFileHeaderBytes);
       file[byte] = std::byte(random());
       const auto record =
           std::upper_bound(original.at.begin(), original.at.end(), byte) - original.at.begin() - 1;
@@ -218,20 +220,20 @@ TEST_CASE("Hostile bytes made of markers and headers are read in linear work and
   // Headers whose own check holds and that each claim the whole rest of the file: hashing each would be
   // quadratic.
   const OriginalRecord one(2, 64, 0, 19);
-  RecordLayout header;
+  record::RecordLayout header;
   std::memcpy(&header, one.file.data() + one.at[1], sizeof header);
   Bytes file(one.file.begin(), one.file.begin() + std::ptrdiff_t(one.at[1]));
   const std::size_t n = 300000;
   for (std::size_t i = 0; i < n; ++i) {
-    header.length = std::uint32_t((n - i - 1) * kRecordHeaderBytes);
+    header.length = std::uint32_t((n - i - 1) * record::kRecordHeaderBytes);
     header.check = header.expected_check();
     const auto* bytes = reinterpret_cast<const std::byte*>(&header);
     file.insert(file.end(), bytes, bytes + sizeof header);
   }
-  RecordReader reader(file);
+  record::RecordReader reader(file);
   std::size_t records = 0;
   while (reader.next()) ++records;
   CHECK(records <= 2);
-  CHECK(reader.damage().list().size() <= DamageList::kKept);
+  CHECK(reader.damage().list().size() <= record::DamageList::kKept);
   CHECK(reader.damage().count() >= 1);
 }

@@ -8,7 +8,7 @@
 
 #include "tests/files/record/scratch.h"
 
-using namespace firn::logfile;
+using namespace firn::record;
 using namespace firn::test;
 using Catch::Matchers::Contains;
 
@@ -17,7 +17,7 @@ namespace {
 std::vector<Bytes> write_some(const std::filesystem::path& path, std::size_t n, std::uint64_t seed) {
   Random random{seed};
   std::vector<Bytes> payloads;
-  RecordWriter writer(path, RecordWriter::Mode::kCreate);
+  record::RecordWriter writer(path, record::RecordWriter::Mode::kCreate);
   for (std::size_t i = 0; i < n; ++i) {
     payloads.push_back(random_bytes(random, random.below(100)));
     REQUIRE(writer.append(std::uint16_t(i % 7), payloads.back()) == i);
@@ -27,8 +27,8 @@ std::vector<Bytes> write_some(const std::filesystem::path& path, std::size_t n, 
 }
 
 void expect_all(const std::filesystem::path& path, const std::vector<Bytes>& payloads) {
-  const MappedFile file(path);
-  RecordReader reader(file.bytes());
+  const record::MappedFile file(path);
+  record::RecordReader reader(file.bytes());
   for (std::size_t i = 0; i < payloads.size(); ++i) {
     const auto record = reader.next();
     REQUIRE(record);
@@ -51,7 +51,7 @@ TEST_CASE("Records come back as they were written, in order and with their kind"
 TEST_CASE("A record given in parts reads as the parts joined") {
   const Scratch scratch("parts");
   {
-    RecordWriter writer(scratch / "a.wal", RecordWriter::Mode::kCreate);
+    record::RecordWriter writer(scratch / "a.wal", record::RecordWriter::Mode::kCreate);
     const std::array<std::span<const std::byte>, 4> parts{as_span("deposit"), as_span(""), as_span(" at "),
                                                           as_span("most once")};
     writer.append(9, parts);
@@ -60,7 +60,7 @@ TEST_CASE("A record given in parts reads as the parts joined") {
     CHECK(writer.append(10, as_span("next")) == 1);
   }
   const Bytes bytes = read_bytes(scratch / "a.wal");
-  RecordReader reader(bytes);
+  record::RecordReader reader(bytes);
   const auto record = reader.next();
   REQUIRE(record);
   CHECK(record->kind == 9);
@@ -71,10 +71,10 @@ TEST_CASE("A record given in parts reads as the parts joined") {
 
 TEST_CASE("A written record stands in the file before the writer is closed, as after kill -9") {
   const Scratch scratch("killed");
-  RecordWriter writer(scratch / "a.wal", RecordWriter::Mode::kCreate);
+  record::RecordWriter writer(scratch / "a.wal", record::RecordWriter::Mode::kCreate);
   writer.append(1, as_span("fired"));
   const Bytes bytes = read_bytes(scratch / "a.wal");
-  RecordReader reader(bytes);
+  record::RecordReader reader(bytes);
   CHECK(reader.next());
   CHECK(writer.bytes() == bytes.size());
 }
@@ -85,8 +85,8 @@ TEST_CASE("A buffered writer leaves the same bytes, once it is flushed or gone")
     const auto plain = scratch / ("plain" + std::to_string(buffer_bytes)),
                buffered = scratch / ("buffered" + std::to_string(buffer_bytes));
     {
-      RecordWriter a(plain, RecordWriter::Mode::kCreate),
-          b(buffered, RecordWriter::Mode::kCreate, buffer_bytes);
+      record::RecordWriter a(plain, record::RecordWriter::Mode::kCreate),
+          b(buffered, record::RecordWriter::Mode::kCreate, buffer_bytes);
       for (int n = 0; n < 40; ++n) {
         const std::string text(std::size_t(n * 7 % 50), char('a' + n % 26));
         CHECK(a.append(std::uint16_t(n), as_span(text)) == b.append(std::uint16_t(n), as_span(text)));
@@ -102,10 +102,10 @@ TEST_CASE("A buffered writer leaves the same bytes, once it is flushed or gone")
 
 TEST_CASE("Creating over an existing record file is refused, and so are two writers of one file") {
   const Scratch scratch("exists");
-  RecordWriter writer(scratch / "a.wal", RecordWriter::Mode::kCreate);
-  CHECK_THROWS_WITH(RecordWriter(scratch / "a.wal", RecordWriter::Mode::kCreate),
+  record::RecordWriter writer(scratch / "a.wal", record::RecordWriter::Mode::kCreate);
+  CHECK_THROWS_WITH(record::RecordWriter(scratch / "a.wal", record::RecordWriter::Mode::kCreate),
                     Contains("a.wal") && Contains("exists"));
-  CHECK_THROWS_WITH(RecordWriter(scratch / "a.wal", RecordWriter::Mode::kAppend),
+  CHECK_THROWS_WITH(record::RecordWriter(scratch / "a.wal", record::RecordWriter::Mode::kAppend),
                     Contains("another process"));
 }
 
@@ -120,13 +120,13 @@ TEST_CASE(
     std::uint64_t next = 0;
     Bytes torn;
     {
-      RecordWriter writer(path, RecordWriter::Mode::kAppend);
+      record::RecordWriter writer(path, record::RecordWriter::Mode::kAppend);
       next = writer.next_index();
       if (!writer.torn_path().empty()) torn = read_bytes(writer.torn_path());
       REQUIRE(writer.append(3, as_span("resumed")) == next);
     }
     const Bytes now = read_bytes(path);
-    RecordReader reader(now);
+    record::RecordReader reader(now);
     for (std::uint64_t i = 0; i < next; ++i) {
       const auto record = reader.next();
       REQUIRE(record);
@@ -134,8 +134,8 @@ TEST_CASE(
     }
     REQUIRE(reader.next()->index == next);
     REQUIRE(reader.damage().count() == 0);
-    const std::size_t kept = reader.valid_end() - kRecordHeaderBytes - 8;
-    if (size >= kRecordFileHeaderBytes) {
+    const std::size_t kept = reader.valid_end() - record::kRecordHeaderBytes - 8;
+    if (size >= record::kRecordFileHeaderBytes) {
       REQUIRE(kept + torn.size() == size);
       REQUIRE(std::equal(torn.begin(), torn.end(), whole.begin() + std::ptrdiff_t(kept)));
     }
@@ -147,7 +147,7 @@ TEST_CASE(
 TEST_CASE("A second torn tail does not overwrite the first") {
   const Scratch scratch("torn2");
   for (int n = 1; n <= 3; ++n) {
-    RecordWriter writer(scratch / "a.wal", RecordWriter::Mode::kAppend);
+    record::RecordWriter writer(scratch / "a.wal", record::RecordWriter::Mode::kAppend);
     if (n > 1) CHECK(writer.torn_path() == (scratch / ("a.wal.torn-" + std::to_string(n - 1))));
     writer.append(1, as_span("x"));
     writer.close();
@@ -158,7 +158,7 @@ TEST_CASE("A second torn tail does not overwrite the first") {
 TEST_CASE("Appending to a file that is no record file is refused and leaves it alone") {
   const Scratch scratch("foreign");
   write_file(scratch / "thesis.tex", as_span("\\documentclass{article}, years of work"));
-  CHECK_THROWS_WITH(RecordWriter(scratch / "thesis.tex", RecordWriter::Mode::kAppend),
+  CHECK_THROWS_WITH(record::RecordWriter(scratch / "thesis.tex", record::RecordWriter::Mode::kAppend),
                     Contains("not a record file"));
   CHECK(read_bytes(scratch / "thesis.tex").size() == 38);
 }
@@ -166,7 +166,7 @@ TEST_CASE("Appending to a file that is no record file is refused and leaves it a
 TEST_CASE("When the disk is full the error names file, byte and cause, and no half record stays") {
   const Scratch scratch("full");
   const auto path = scratch / "a.wal";
-  RecordWriter writer(path, RecordWriter::Mode::kCreate);
+  record::RecordWriter writer(path, record::RecordWriter::Mode::kCreate);
   writer.append(1, as_span("first"));
   const std::uint64_t end = writer.bytes();
 
@@ -181,7 +181,7 @@ TEST_CASE("When the disk is full the error names file, byte and cause, and no ha
   bool full = false;
   try {
     writer.append(2, large);
-  } catch (const FileError& e) {
+  } catch (const record::FileError& e) {
     said = e.what();
     full = e.disk_full();
   }
@@ -194,7 +194,7 @@ TEST_CASE("When the disk is full the error names file, byte and cause, and no ha
   CHECK(writer.append(2, large) == 1);  // room again: goes on
   writer.sync();
   const Bytes bytes = read_bytes(path);
-  RecordReader reader(bytes);
+  record::RecordReader reader(bytes);
   CHECK(reader.next()->payload.size() == 5);
   CHECK(reader.next()->payload.size() == 1000);
   CHECK(reader.damage().count() == 0);

@@ -4,7 +4,7 @@
 
 #include "tests/files/record/scratch.h"
 
-using firn::logfile::SequenceMap;
+using firn::record::SequenceMap;
 using firn::test::Random;
 
 TEST_CASE("What stands behind a place is found as by looking at every piece") {

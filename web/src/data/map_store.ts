@@ -1,8 +1,10 @@
 // Maps of one run, loaded as they are asked for and kept while there is room.
 
+import {address_of} from "./address";
 import {Observable} from "./observable";
-import {kPartial, read_map, type SurfaceMap} from "./maps";
-import type {Surface} from "./protocol";
+import {in_unit, read_map, type SurfaceMap} from "./maps";
+import {kMapPartial, type Surface} from "./protocol";
+import {read} from "./token";
 
 const kMostBytes = 64 << 20;
 const kPatience_ms = 2000;  // for a map that the process sends by itself
@@ -13,11 +15,11 @@ export class MapStore extends Observable {
   private readonly kept = new Map<string, Entry>();  // oldest use first
   private readonly loading = new Map<string, AbortController>();
   private readonly newest_frame = new Map<Surface, SurfaceMap>();
-  private partial: SurfaceMap | null = null;  // that further rows go over
+  private partial: SurfaceMap | null = null;  // as it came, in um: further rows go over it
   private coming: string | null = null;  // key of the map that the process sends by itself next
   private bytes = 0;
 
-  constructor(private readonly run: string) {
+  constructor(private readonly run: string, private readonly height_unit: string | undefined) {
     super();
   }
 
@@ -48,9 +50,10 @@ export class MapStore extends Observable {
 
   take_frame(bytes: ArrayBuffer): void {
     try {
-      const map = read_map(bytes, this.partial);
+      const came = read_map(bytes, this.partial);
+      const map = in_unit(came, this.height_unit);
       const key = `${map.layer}/${map.surface}`;
-      if (map.flags & kPartial) this.partial = map;
+      if (map.flags & kMapPartial) this.partial = came;
       else if (key === this.coming) this.coming = null;
       this.put(key, map);
       if (map.layer >= (this.newest_frame.get(map.surface)?.layer ?? 0)) this.newest_frame.set(map.surface, map);
@@ -74,8 +77,8 @@ export class MapStore extends Observable {
     const control = new AbortController();
     this.loading.set(key, control);
     try {
-      const reply = await fetch(`/api/runs/${encodeURIComponent(this.run)}/layers/${key}`, {signal: control.signal});
-      if (reply.ok) this.put(key, read_map(await reply.arrayBuffer()));
+      const reply = await read(address_of(`api/runs/${encodeURIComponent(this.run)}/layers/${key}`), {signal: control.signal});
+      if (reply.ok) this.put(key, in_unit(read_map(await reply.arrayBuffer()), this.height_unit));
       else this.put(key, {missing: (await reply.json().catch(() => null))?.error ?? `${reply.status} ${reply.statusText}`});
     } catch (error) {
       if (!control.signal.aborted) {
@@ -101,7 +104,7 @@ export class MapStore extends Observable {
    *  comes by itself, and is asked for if it does not. */
   layer_done(layer: number, followed: Surface | null): void {
     for (const [key, entry] of this.kept)
-      if (Number(key.split("/")[0]) === layer && ("missing" in entry || entry.flags & kPartial)) this.drop(key);
+      if (Number(key.split("/")[0]) === layer && ("missing" in entry || entry.flags & kMapPartial)) this.drop(key);
     const key = followed && `${layer}/${followed}`;
     this.coming = key && !this.kept.has(key) ? key : null;
     if (this.coming) setTimeout(() => this.wait_no_more(key), kPatience_ms);

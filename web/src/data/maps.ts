@@ -1,16 +1,10 @@
 // Maps of a surface: the binary frame, differences, statistics and scales.
 
-import {kSurfaces, type Grid, type Surface} from "./protocol";
+import {kMapDroplets, kMapFactor, kMapHeaderBytes, kMapRows, kMapVersion, kSurfaces, type Grid, type Surface} from "./protocol";
 
-export const kDroplets = 1;
-export const kPartial = 2;
-export const kFactor = 4;
-const kRows = 8;
-
-const kHeaderBytes = 32;
 const kMostCells = 1 << 24;
 
-/** Values in um, droplets or a factor, row y = 0 first; NaN where nothing was seen. */
+/** Values in um, mm, droplets or a factor, row y = 0 first; NaN where nothing was seen. */
 export interface SurfaceMap {
   surface: Surface;
   layer: number;
@@ -19,14 +13,22 @@ export interface SurfaceMap {
   flags: number;
   t_s: number;
   values: Float32Array;
+  unit?: string;  // um without it
+}
+
+/** The map in the unit of its lab, where its values are heights. */
+export function in_unit(map: SurfaceMap, unit: string | undefined): SurfaceMap {
+  if (map.flags & kMapDroplets) return {...map, unit: "droplets"};
+  if (map.flags & kMapFactor) return {...map, unit: ""};
+  return unit === "mm" ? {...map, unit, values: map.values.map(um => um / 1000)} : map;
 }
 
 /** Reads a map frame, or the rows that have changed in `base`; throws with the byte and the limit that was broken. */
 export function read_map(bytes: ArrayBuffer, base: SurfaceMap | null = null): SurfaceMap {
   const view = new DataView(bytes);
-  if (bytes.byteLength < kHeaderBytes) throw new Error(`a map of ${bytes.byteLength} bytes, at least ${kHeaderBytes}`);
+  if (bytes.byteLength < kMapHeaderBytes) throw new Error(`a map of ${bytes.byteLength} bytes, at least ${kMapHeaderBytes}`);
   if (view.getUint32(0, true) !== 0x50414d46) throw new Error("byte 0: not a map (FMAP)");
-  if (view.getUint16(4, true) !== 1) throw new Error(`byte 4: version ${view.getUint16(4, true)}, known is 1`);
+  if (view.getUint16(4, true) !== kMapVersion) throw new Error(`byte 4: version ${view.getUint16(4, true)}, known is ${kMapVersion}`);
   const surface = kSurfaces[view.getUint16(6, true)];
   if (!surface) throw new Error(`byte 6: surface ${view.getUint16(6, true)}, at most ${kSurfaces.length - 1}`);
   const nx = view.getUint32(12, true);
@@ -35,9 +37,9 @@ export function read_map(bytes: ArrayBuffer, base: SurfaceMap | null = null): Su
   const flags = view.getUint32(20, true);
   const layer = view.getUint32(8, true);
   const t_s = view.getFloat64(24, true);
-  if (flags & kRows) return {surface, layer, nx, ny, flags: flags & ~kRows, t_s, values: rows_over(view, base, surface, layer, nx, ny)};
-  if (bytes.byteLength !== kHeaderBytes + 4 * nx * ny)
-    throw new Error(`${bytes.byteLength} bytes for ${nx} x ${ny} cells, expected ${kHeaderBytes + 4 * nx * ny}`);
+  if (flags & kMapRows) return {surface, layer, nx, ny, flags: flags & ~kMapRows, t_s, values: rows_over(view, base, surface, layer, nx, ny)};
+  if (bytes.byteLength !== kMapHeaderBytes + 4 * nx * ny)
+    throw new Error(`${bytes.byteLength} bytes for ${nx} x ${ny} cells, expected ${kMapHeaderBytes + 4 * nx * ny}`);
   return {
     surface,
     layer,
@@ -53,9 +55,9 @@ export function read_map(bytes: ArrayBuffer, base: SurfaceMap | null = null): Su
 function rows_over(view: DataView, base: SurfaceMap | null, surface: Surface, layer: number, nx: number, ny: number): Float32Array {
   if (!base || base.surface !== surface || base.layer !== layer || base.nx !== nx || base.ny !== ny) throw new Error("rows of a map that is not here");
   const each = 4 + 4 * nx;
-  if ((view.byteLength - kHeaderBytes) % each) throw new Error(`${view.byteLength} bytes are no rows of ${nx} cells`);
+  if ((view.byteLength - kMapHeaderBytes) % each) throw new Error(`${view.byteLength} bytes are no rows of ${nx} cells`);
   const values = base.values.slice();
-  for (let at = kHeaderBytes; at < view.byteLength; at += each) {
+  for (let at = kMapHeaderBytes; at < view.byteLength; at += each) {
     const row = view.getUint32(at, true);
     if (row >= ny) throw new Error(`byte ${at}: row ${row} of ${ny}`);
     for (let i = 0; i < nx; ++i) values[row * nx + i] = view.getFloat32(at + 4 + 4 * i, true);
@@ -65,9 +67,9 @@ function rows_over(view: DataView, base: SurfaceMap | null, surface: Surface, la
 
 function floats(bytes: ArrayBuffer, count: number): Float32Array {
   const little = new Uint8Array(new Uint16Array([1]).buffer)[0] === 1;
-  if (little) return new Float32Array(bytes, kHeaderBytes, count);
+  if (little) return new Float32Array(bytes, kMapHeaderBytes, count);
   const view = new DataView(bytes);
-  return Float32Array.from({length: count}, (_, i) => view.getFloat32(kHeaderBytes + 4 * i, true));
+  return Float32Array.from({length: count}, (_, i) => view.getFloat32(kMapHeaderBytes + 4 * i, true));
 }
 
 export function pitch_y_mm(grid: Grid): number {

@@ -1,6 +1,7 @@
 // Messages between the process `page` and the browser, protocol version 1.
 
-export const kProtocol = 1;
+export * from "../generated/protocol";
+import type {Phase, Surface, Weight} from "../generated/protocol";
 
 export interface Grid {
   nx: number;
@@ -19,7 +20,8 @@ export interface Setting {
 }
 
 export interface RunSummary {
-  id: string;
+  id: string;  // address: number of the run and its place
+  label?: string;  // name of its folder, with the place where several have the name
   lab: string;
   experiment: string;
   scheme: string;
@@ -28,6 +30,13 @@ export interface RunSummary {
   outcome: string | null;
   rms_um: number | null;
   mean_um: number | null;
+  height_unit?: string;  // "um" or "mm": as this lab's heights are shown
+  state?: string;        // of a print: "running", "paused: the print waits before layer 7, pass 2"
+  part?: string | null;  // "cylinder, 10 x 10 x 0.4 mm"
+  overspill_percent?: number | null;
+  audit?: string | null;
+  verdict?: string | null;
+  within?: boolean | null;  // the goal was reached; null: not judged
   started_utc: string | null;
   tags: string[];
   note: string;
@@ -45,6 +54,7 @@ export interface RunInfo extends Partial<Omit<RunSummary, "layers">> {
   grid: Grid | null;  // null before the first map
   lab_words: string;  // "droplets on a stage"
   deposition: "droplets" | "paths" | "lines";
+  amount?: string;  // "droplets", "pulses", "switches"
   trouble?: string;
   layers_planned?: number | null;
   layers_expected?: number | null;
@@ -65,12 +75,11 @@ export interface Layer {
   decision_ms: number | null;
 }
 
-export type Severity = "info" | "notice" | "warning" | "fault" | "stop";
 
 export interface PrintEvent {
   n: number;
   t_s: number;
-  severity: Severity;
+  severity: Weight;
   source: string;
   words: string;
   cause: string | null;
@@ -126,7 +135,7 @@ export interface Doubt {
 
 export interface PrintState {
   t_s: number;
-  state: string;
+  state: Phase;
   words: string;
   layer: number;
   layers: number | null;
@@ -160,6 +169,10 @@ export interface Ending {
   cause: string | null;
   do: string | null;
   manual: string | null;
+  by_operator: boolean;
+  verdict?: string | null;  // "within tolerance: RMS 3.2 um of the last map, at most 7.6 um"
+  within?: boolean | null;
+  facts?: string[];  // lines of the result: part, errors, overspill, audit
 }
 
 export interface Answer {
@@ -191,9 +204,6 @@ export function parse_message(text: string): ServerMessage | null {
     return null;
   }
 }
-
-export const kSurfaces = ["measured", "target", "error", "planned", "predicted", "truth"] as const;
-export type Surface = (typeof kSurfaces)[number];
 
 export const kSurfaceWords: Record<Surface, string> = {
   measured: "height",

@@ -1,8 +1,9 @@
 // Search and order of the list of runs.
 
 import type {RunSummary} from "./protocol";
+import {label} from "./words";
 
-export type SortKey = "started_utc" | "id" | "lab" | "scheme" | "layers" | "outcome" | "rms_um" | "mean_um";
+export type SortKey = "started_utc" | "label" | "lab" | "scheme" | "layers" | "outcome" | "rms_um" | "overspill_percent";
 
 /** Runs in which every word of `words` occurs: in a name, a tag, the note, or as key:value ("scheme:mpc"). */
 export function found(runs: RunSummary[], words: string): RunSummary[] {
@@ -11,14 +12,14 @@ export function found(runs: RunSummary[], words: string): RunSummary[] {
     const [key, value] = word.split(":", 2);
     if (value !== undefined && key in run) return String(run[key as keyof RunSummary]).toLowerCase().includes(value);
     if (value !== undefined && key === "tag") return run.tags.some(tag => tag.toLowerCase().includes(value));
-    return [run.id, run.lab, run.experiment, run.scheme, run.outcome ?? "", run.note, ...run.tags].some(text => text.toLowerCase().includes(word));
+    return [label(run), run.id, run.lab, run.experiment, run.scheme, run.outcome ?? "", run.part ?? "", run.note, ...run.tags].some(text => text.toLowerCase().includes(word));
   }));
 }
 
 /** In order of a column; runs without a value come last either way. */
 export function sorted(runs: RunSummary[], key: SortKey, down: boolean): RunSummary[] {
   return [...runs].sort((a, b) => {
-    const [x, y] = [a[key], b[key]];
+    const [x, y] = key === "label" ? [label(a), label(b)] : [a[key], b[key]];
     if (x == null || y == null) return Number(x == null) - Number(y == null);
     const order = typeof x === "number" && typeof y === "number" ? x - y : String(x).localeCompare(String(y));
     return down ? -order : order;

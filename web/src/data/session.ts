@@ -1,11 +1,12 @@
 // One run as the page knows it: what the process told of it, live over a WebSocket or once by HTTP.
 
+import {address_of, refusal_of_socket, socket_address} from "./address";
 import {CommandLine} from "./command_line";
 import {MapStore} from "./map_store";
 import {Observable} from "./observable";
 import {kProtocol, parse_message} from "./protocol";
 import type {Answer, Ending, Estimate, Grid, Hello, Instrument, LampHours, Layer, PrintEvent, PrintState, ServerMessage, Surface} from "./protocol";
-import {forget, token} from "./token";
+import {forget, read, token} from "./token";
 
 const kRetry_ms = [500, 1000, 2000, 5000];
 const kAnswer_ms = 5000;
@@ -22,6 +23,7 @@ export class Session extends Observable {
   ending: Ending | null = null;
   connected = false;
   trouble: string | null = null;
+  refused: string | null = null;  // why there is no live connection, where somebody said so
   lamp: LampHours | null = null;
   readonly maps: MapStore;
 
@@ -43,10 +45,10 @@ export class Session extends Observable {
     super();
     this.hello = hello;
     this.state = hello.state;
-    this.maps = new MapStore(hello.run.id);
+    this.maps = new MapStore(hello.run.id, hello.run.height_unit);
     this.take_hello(hello);
     if (hello.run.live) {
-      this.line = new CommandLine(this.address("command"), text => {
+      this.line = new CommandLine(socket_address(this.path("command")), text => {
         const message = parse_message(text);
         if (message?.type === "answer") this.take(message);
         this.changed();
@@ -58,7 +60,7 @@ export class Session extends Observable {
 
   /** Reads a run by HTTP; throws with the process's own words. */
   static async open(id: string): Promise<Session> {
-    const reply = await fetch(`/api/runs/${encodeURIComponent(id)}`);
+    const reply = await read(address_of(`api/runs/${encodeURIComponent(id)}`));
     const body = await reply.json().catch(() => null);
     if (!reply.ok || body?.type === "error") throw new Error(body?.error ?? `${reply.status} ${reply.statusText}`);
     if (body?.protocol !== kProtocol)
@@ -76,6 +78,11 @@ export class Session extends Observable {
 
   get live(): boolean {
     return this.hello.run.live && !this.hello.run.finished && !this.ending;
+  }
+
+  /** Unit of heights in this run's lab: "um" or "mm". */
+  get height_unit(): string {
+    return this.hello.run.height_unit ?? "um";
   }
 
   /** The grid of the maps; a guess of 1 mm before the process knows it. */
@@ -142,7 +149,7 @@ export class Session extends Observable {
 
   /** A slow answer about this run; null where none came. */
   private async ask(what: string): Promise<any> {
-    const reply = await fetch(`/api/runs/${encodeURIComponent(this.hello.run.id)}/${what}`).catch(() => null);
+    const reply = await read(address_of(`api/runs/${encodeURIComponent(this.hello.run.id)}/${what}`)).catch(() => null);
     return reply?.ok ? reply.json().catch(() => null) : null;
   }
 
@@ -198,9 +205,8 @@ export class Session extends Observable {
     return true;
   }
 
-  private address(way: string): string {
-    const scheme = location.protocol === "https:" ? "wss" : "ws";
-    return `${scheme}://${location.host}/${way}?run=${encodeURIComponent(this.hello.run.id)}`;
+  private path(way: string): string {
+    return `${way}?run=${encodeURIComponent(this.hello.run.id)}`;
   }
 
   /** Opens the line for commands, if there is a token and it is not open. */
@@ -216,12 +222,13 @@ export class Session extends Observable {
   }
 
   private connect(): void {
-    const socket = new WebSocket(this.address("ws"));
+    const socket = new WebSocket(socket_address(this.path("ws")));
     socket.binaryType = "arraybuffer";
     this.socket = socket;
     socket.onopen = () => {
       this.retries = 0;
       this.connected = true;
+      this.refused = null;
       this.was_connected = true;
       if (this.followed) this.follow(this.followed);
       this.open_line();
@@ -237,8 +244,17 @@ export class Session extends Observable {
       this.line?.close();
       this.answer_none();
       if (this.closed || !this.live) return;
+      if (!this.was_connected && this.retries === 0) void this.ask_refusal();
       this.retry_timer = window.setTimeout(() => this.connect(), kRetry_ms[Math.min(this.retries++, kRetry_ms.length - 1)]);
     };
+  }
+
+  /** A WebSocket that never opens does not say why. */
+  private async ask_refusal(): Promise<void> {
+    const refused = await refusal_of_socket(this.path("ws"));
+    if (this.connected) return;
+    this.refused = refused;
+    this.changed();
   }
 
   private take_hello(hello: Hello): void {
@@ -259,7 +275,7 @@ export class Session extends Observable {
   /** A print that was opened before its first map has no grid yet. */
   private async ask_grid(): Promise<void> {
     this.asked_grid = true;
-    const reply = await fetch(`/api/runs/${encodeURIComponent(this.hello.run.id)}`).catch(() => null);
+    const reply = await read(address_of(`api/runs/${encodeURIComponent(this.hello.run.id)}`)).catch(() => null);
     const body = reply?.ok ? await reply.json().catch(() => null) : null;
     this.hello.run.grid = body?.run?.grid ?? null;
     this.asked_grid = false;

@@ -1,9 +1,11 @@
 // Where the reader looks: page, run, layer, surface, scale. One object, one cursor for everything.
 
+import {address_of} from "./address";
 import {Observable} from "./observable";
 import type {RunSummary, Surface} from "./protocol";
 import type {Scale} from "./maps";
 import {Session} from "./session";
+import {read} from "./token";
 
 export type Page = "print" | "runs" | "compare";
 export type Shown = Surface | "difference";
@@ -92,7 +94,7 @@ export class View extends Observable {
 
   async load_runs(): Promise<void> {
     try {
-      const reply = await fetch("/api/runs");
+      const reply = await read(address_of("api/runs"));
       const body = await reply.json();
       if (!reply.ok) throw new Error(body?.error ?? reply.statusText);
       this.runs = body.runs ?? [];

@@ -1,30 +1,37 @@
 // Numbers, times and links as people read them.
 
-/** Three significant digits, without exponent below a million; a dash where there is no number. */
+/** Three significant digits without exponent, whole numbers whole, thousands apart: as for_people() in core/options/for_people.h. */
 export function number(value: unknown, digits = 3): string {
   if (typeof value === "string" && value !== "") return value;
   if (typeof value === "boolean") return value ? "yes" : "no";
   if (typeof value !== "number" || !Number.isFinite(value)) return "–";
-  const size = Math.abs(value);
-  if (size !== 0 && (size >= 1e6 || size < 1e-3)) return value.toExponential(digits - 1).replace("-", "−");
-  const decimals = size >= 1 ? Math.max(0, digits - 1 - Math.floor(Math.log10(size))) : digits;
-  const text = value.toFixed(Math.min(decimals, 6));
-  return (Number.isInteger(value) ? String(value) : text).replace("-", "−");
-}
-
-/** A number without zeros at its end, for axes. */
-export function short(value: number): string {
-  return number(value).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "");
+  const whole = Number.isInteger(value) || Math.abs(value) >= 10 ** digits - 0.5;
+  const text = whole ? BigInt(Math.round(value)).toString().replace(/\B(?=(\d{3})+$)/g, ",")
+                     : Number(value.toPrecision(digits)).toFixed(12).replace(/\.?0+$/, "");
+  return text.replace(/^-0$/, "0").replace("-", "−");
 }
 
 export function with_unit(value: unknown, unit: string | null | undefined): string {
-  if (unit === "um" && typeof value === "number" && Math.abs(value) >= 1e4) return with_unit(value / 1000, "mm");
   const text = number(value);
   return text === "–" || !unit || unit === "1" ? text : `${text} ${unit_words(unit)}`;
 }
 
+/** A height that the process tells in um, in the unit of the run's lab. */
+export function in_height_unit(um: number | null | undefined, unit: string | undefined): number | null {
+  return um == null ? null : unit === "mm" ? um / 1000 : um;
+}
+
+export function height_words(um: number | null | undefined, unit: string | undefined): string {
+  return with_unit(in_height_unit(um, unit), unit ?? "um");
+}
+
 export function unit_words(unit: string): string {
   return unit.replace(/^um\b/, "µm").replace(/^us\b/, "µs").replace(/^degC\b/, "°C").replace(/^deg\b/, "°").replace(/\^3/, "³").replace(/\^2/, "²").replace(/^percent$/, "%");
+}
+
+/** A sentence of the process, with the sign of micro that its terminal does without. */
+export function with_micro(words: string): string {
+  return words.replace(/ um\b/g, " µm");
 }
 
 /** "0.4 s", "12 s", "3 min 20 s", "2 h 5 min". */
@@ -57,9 +64,14 @@ export function date(utc: string | null | undefined): string {
 export function safe_link(link: string | null | undefined): string | null {
   if (!link) return null;
   try {
-    const url = new URL(link, location.origin);
+    const url = new URL(link.replace(/^\/(?!\/)/, ""), document.baseURI);  // the process knows no proxy's prefix
     return url.origin === location.origin || url.protocol === "https:" ? url.href : null;
   } catch {
     return null;
   }
+}
+
+/** The name under which a run is shown. */
+export function label(run: {id: string; label?: string}): string {
+  return run.label ?? run.id;
 }

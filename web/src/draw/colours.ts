@@ -1,10 +1,9 @@
-// Colour maps as tables of 256 colours: cividis, and a purple-white-orange map whose ends differ for every kind of
-// colour vision (ColorBrewer's PuOr).
+// Colour maps as tables of 256 colours: cividis, and the report's blue-white-orange, whose ends differ for every kind of
+// colour vision.
 
-type Colour = [number, number, number];
+import {kErrorColours} from "../generated/protocol";
 
-const kPuOr: Colour[] = [[45, 0, 75], [84, 39, 136], [128, 115, 172], [178, 171, 210], [216, 218, 235], [247, 247, 247],
-  [254, 224, 182], [253, 184, 99], [224, 130, 20], [179, 88, 6], [127, 59, 8]];
+type Colour = readonly [number, number, number];
 
 /** Cividis by the polynomials of d3-scale-chromatic, t from 0 to 1. */
 function cividis(t: number): Colour {
@@ -15,10 +14,10 @@ function cividis(t: number): Colour {
   ];
 }
 
-function between(stops: Colour[], t: number): Colour {
+function between(stops: readonly Colour[], t: number): Colour {
   const at = t * (stops.length - 1);
   const i = Math.min(Math.floor(at), stops.length - 2);
-  return [0, 1, 2].map(c => stops[i][c] + (stops[i + 1][c] - stops[i][c]) * (at - i)) as Colour;
+  return [0, 1, 2].map(c => stops[i][c] + (stops[i + 1][c] - stops[i][c]) * (at - i)) as unknown as Colour;
 }
 
 function table(of: (t: number) => Colour): Uint8Array {
@@ -32,7 +31,7 @@ function table(of: (t: number) => Colour): Uint8Array {
 }
 
 export const kCividis = table(cividis);
-export const kDiverging = table(t => between(kPuOr, t));
+export const kDiverging = table(t => between(kErrorColours, t));
 
 export function colours(diverging: boolean): Uint8Array {
   return diverging ? kDiverging : kCividis;

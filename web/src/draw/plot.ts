@@ -4,7 +4,7 @@ import {html} from "htm/preact";
 import {useEffect, useRef} from "preact/hooks";
 import uPlot from "uplot";
 import {theme} from "./colours";
-import {number, short} from "../data/words";
+import {number} from "../data/words";
 
 export interface Curve {
   label: string;
@@ -21,6 +21,7 @@ interface Props {
   y_label: string;
   curves: Curve[];
   data: (number | null)[][];
+  logarithmic?: boolean;  // the ordinate
   mark?: number | null;
   pick?: (x: number) => void;
   height?: number;
@@ -62,7 +63,7 @@ function options(box: HTMLElement, now: {current: Props}): uPlot.Options {
   const axis = (label: string): uPlot.Axis => ({
     label, labelSize: 20, size: 44, stroke: theme("soft"), font: "11px system-ui, sans-serif", labelFont: "11px system-ui, sans-serif",
     grid: {stroke: theme("grid"), width: 1}, ticks: {stroke: theme("grid"), width: 1},
-    values: (_, ticks) => ticks.map(short),
+    values: (_, ticks) => ticks.map(tick => tick == null ? "" : number(tick)),
   });
   const {curves, x_label, y_label} = now.current;
   return {
@@ -70,7 +71,7 @@ function options(box: HTMLElement, now: {current: Props}): uPlot.Options {
     height: now.current.height ?? 180,
     cursor: {y: false, drag: {x: false, y: false}},
     legend: {show: curves.length > 1 && !curves.some(curve => curve.band)},
-    scales: {x: {time: false}},
+    scales: {x: {time: false}, y: now.current.logarithmic ? {distr: 3} : {}},
     axes: [{...axis(x_label), size: 34, ...(x_label === "layer" ? {incrs: kWhole} : {})}, axis(y_label)],
     series: [
       {label: x_label, value: (_, value) => number(value)},

@@ -3,7 +3,7 @@
 import {html} from "htm/preact";
 import {useEffect, useRef, useState} from "preact/hooks";
 import {Observable, use_observed} from "../data/observable";
-import {keep, token} from "../data/token";
+import {keep, set_asker, token} from "../data/token";
 
 class Question extends Observable {
   purpose = "";
@@ -22,6 +22,8 @@ export function have_token(purpose: string): Promise<boolean> {
     question.changed();
   });
 }
+
+set_asker(have_token);
 
 export function TokenDialog() {
   use_observed(question);

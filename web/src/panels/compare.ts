@@ -8,12 +8,12 @@ import {kSurfaceWords, type Surface} from "../data/protocol";
 import type {Session} from "../data/session";
 import {differing, value_words} from "../data/settings";
 import {view} from "../data/view";
-import {number, unit_words, with_unit} from "../data/words";
+import {height_words, in_height_unit, label, number, unit_words, with_unit} from "../data/words";
 import {gradient} from "../draw/colours";
 import {MapPainter} from "../draw/map_painter";
 import {Plot} from "../draw/plot";
 import {ReportLink} from "./runs";
-import {is_diverging} from "./shown_map";
+import {is_diverging, unit_of} from "./shown_map";
 import {Timeline} from "./timeline";
 import {use_repaint} from "./use_repaint";
 
@@ -37,14 +37,15 @@ function Surfaces({sessions}: {sessions: Session[]}) {
   const surface: Surface = view.surface === "difference" ? "error" : view.surface;
   const layer = view.shown_layer;
   const maps = sessions.map(one => one.maps.get(surface, one.stop_at(layer)));
-  const key = `beside ${surface}`;
+  const key = `beside ${surface} ${sessions.map(one => one.hello.run.id).join(" ")}`;
   const first = maps.find(Boolean);
   if (first && maps.every((map, i) => map || sessions[i].maps.missing(surface, sessions[i].stop_at(layer))) && !view.scales.has(key))
     view.scales.set(key, common_scale(maps.filter((map): map is SurfaceMap => !!map), is_diverging(surface)));
   const scale = view.scales.get(key) ?? (first ? fitted_scale(first, is_diverging(surface)) : {low: 0, high: 1, diverging: false});
-  const [a, b] = sessions;
-  const height = sessions.length === 2 && maps[0] && maps[1];
-  const rest = useMemo(() => height ? difference(maps[0]!, a.grid, maps[1]!, b.grid) : null, [maps[0], maps[1]]);
+  const names = names_of(sessions);
+  const rests = useMemo(() => maps.map((map, i) => i > 0 && map && maps[0] ? difference(maps[0], sessions[0].grid, map, sessions[i].grid) : null), maps);
+  const apart = rests.filter((rest): rest is SurfaceMap => !!rest);
+  const apart_scale = apart.length ? common_scale(apart, true) : scale;
   return html`
     <section class="panel" aria-labelledby="beside-title">
       <div class="row head">
@@ -52,15 +53,15 @@ function Surfaces({sessions}: {sessions: Session[]}) {
         <label>Show <select value=${surface} onChange=${(e: Event) => { view.surface = (e.target as HTMLSelectElement).value as Surface; view.changed(); }}>
           ${kOffered.map(name => html`<option key=${name} value=${name}>${kSurfaceWords[name]}</option>`)}</select></label>
         <span class="scale row"><span>${number(scale.low)}</span><span class="bar" style=${{backgroundImage: gradient(scale.diverging, "to right")}}></span>
-          <span>${number(scale.high)} ${surface === "planned" ? "" : unit_words("um")}</span></span>
+          <span>${with_unit(scale.high, unit_of(first ?? null))}</span></span>
         <button type="button" onClick=${() => { view.scales.delete(key); view.changed(); }}>Fit</button>
         <${ReportLink} runs=${sessions.map(one => one.hello.run.id)} />
       </div>
       <div class="beside">
-        ${sessions.map((session, i) => html`<${Tile} key=${session.hello.run.id} name=${session.hello.run.id} session=${session} map=${maps[i]} scale=${scale}
+        ${sessions.map((session, i) => html`<${Tile} key=${session.hello.run.id} name=${names[i]} session=${session} map=${maps[i]} scale=${scale}
           words=${tile_words(session, maps[i], surface, layer)} />`)}
-        ${rest && html`<${Tile} name="first minus second" session=${a} map=${rest} scale=${fitted_scale(rest, true)}
-          words=${`RMS ${with_unit(moments(rest).rms, "um")}, scale ±${with_unit(fitted_scale(rest, true).high, "um")}`} />`}
+        ${rests.map((rest, i) => rest && html`<${Tile} key=${`apart ${sessions[i].hello.run.id}`} name=${`${names[0]} minus ${names[i]}`} session=${sessions[0]} map=${rest}
+          scale=${apart_scale} words=${`RMS ${with_unit(moments(rest).rms, unit_of(rest))}, scale ±${with_unit(apart_scale.high, unit_of(rest))}`} />`)}
       </div>
     </section>`;
 }
@@ -74,7 +75,15 @@ function tile_words(session: Session, map: SurfaceMap | null, surface: Surface, 
   if (layer > session.last_layer) return `has only ${session.last_layer} layers: its last is shown`;
   if (!map) return session.maps.missing(surface, session.stop_at(layer)) ?? "loading…";
   const {mean, rms} = moments(map);
-  return surface === "error" ? `mean ${with_unit(mean, "um")}, RMS ${with_unit(rms, "um")}` : `mean ${number(mean)}`;
+  const told = session.layer(map.layer)?.rms_um;  // over the cells by which the print is judged
+  return surface === "error" ? `mean ${with_unit(mean, unit_of(map))}, RMS ${told == null ? with_unit(rms, unit_of(map)) : height_words(told, session.height_unit)}`
+                             : `mean ${with_unit(mean, unit_of(map))}`;
+}
+
+/** The scheme, and the run's own name where two runs have the same scheme. */
+function names_of(sessions: Session[]): string[] {
+  const scheme = (one: Session) => one.hello.run.scheme;
+  return sessions.map(one => sessions.filter(other => scheme(other) === scheme(one)).length > 1 ? `${scheme(one)}: ${label(one.hello.run)}` : scheme(one));
 }
 
 function Tile({name, session, map, scale, words}: {name: string; session: Session; map: SurfaceMap | null; scale: Scale; words: string}) {
@@ -95,15 +104,15 @@ function Curves({sessions}: {sessions: Session[]}) {
   const data = useMemo(() => {
     const layers = [...new Set(sessions.flatMap(one => one.layers.map(layer => layer.n)))].sort((a, b) => a - b);
     return [layers, ...sessions.map(one => {
-      const by_layer = new Map(one.layers.map(layer => [layer.n, layer.rms_um]));
+      const by_layer = new Map(one.layers.map(layer => [layer.n, in_height_unit(layer.rms_um, sessions[0].height_unit) || null]));
       return layers.map(n => by_layer.get(n) ?? null);
     })];
   }, [sessions.map(one => one.hello.run.id).join("\n"), count]);
   return html`
     <section class="panel" aria-labelledby="curves-title">
       <h2 id="curves-title">RMS error</h2>
-      <${Plot} words="RMS error of each layer, a curve for each run" x_label="layer" y_label="RMS error, µm" height=${240}
-        curves=${sessions.map((one, i) => ({label: one.hello.run.id, colour: kColours[i % 6], dash: kDashes[i % 6]}))}
+      <${Plot} words="RMS error of each layer, a curve for each run" x_label="layer" y_label=${`RMS error, ${unit_words(sessions[0].height_unit)}, logarithmic`} height=${240} logarithmic
+        curves=${names_of(sessions).map((name, i) => ({label: name, colour: kColours[i % 6], dash: kDashes[i % 6]}))}
         data=${data} mark=${view.shown_layer} pick=${(n: number) => view.move_to(n)} />
     </section>`;
 }
@@ -115,7 +124,7 @@ function Differences({sessions}: {sessions: Session[]}) {
       <h2 id="differences-title">Settings that differ</h2>
       ${rows.length === 0 ? html`<p>None: these runs have the same settings.</p>` : html`
         <div class="scroll" tabindex="0" role="region" aria-label="Table of differing settings"><table>
-          <thead><tr><th scope="col">Key</th>${sessions.map(one => html`<th key=${one.hello.run.id} scope="col">${one.hello.run.id}</th>`)}</tr></thead>
+          <thead><tr><th scope="col">Key</th>${names_of(sessions).map(name => html`<th key=${name} scope="col">${name}</th>`)}</tr></thead>
           <tbody>${rows.map(row => html`<tr key=${row.key}><td><code>${row.key}</code></td>
             ${row.values.map((value, i) => html`<td key=${i}>${value_words(value)} ${value === undefined ? "" : unit_words(row.unit)}</td>`)}</tr>`)}</tbody>
         </table></div>`}

@@ -2,16 +2,17 @@
 
 import {html} from "htm/preact";
 import {useEffect, useMemo, useRef} from "preact/hooks";
-import {fitted_scale, kDroplets, type Scale, type SurfaceMap} from "../data/maps";
+import {fitted_scale, type Scale, type SurfaceMap} from "../data/maps";
 import {use_observed} from "../data/observable";
-import type {Estimate, Layer} from "../data/protocol";
+import {kMapDroplets, type Estimate, type Layer} from "../data/protocol";
 import type {Session} from "../data/session";
 import {view} from "../data/view";
-import {number, unit_words, with_unit} from "../data/words";
+import {height_words, in_height_unit, number, unit_words, with_unit} from "../data/words";
 import {gradient} from "../draw/colours";
 import {cell_at, MapPainter, type Placement} from "../draw/map_painter";
 import {DropletPainter} from "../draw/droplets";
 import {Plot} from "../draw/plot";
+import {unit_of} from "./shown_map";
 import {use_repaint} from "./use_repaint";
 
 const kLast = 10;
@@ -34,7 +35,7 @@ function Answer({session}: {session: Session}) {
   const layer = view.shown_layer;
   const error = session.maps.get("error", layer);
   const plan = session.hello.run.deposition === "lines" ? null : session.maps.get("planned", layer);
-  const counted = plan ? (plan.flags & kDroplets) !== 0 : session.hello.run.deposition === "droplets";
+  const counted = plan ? (plan.flags & kMapDroplets) !== 0 : session.hello.run.deposition === "droplets";
   const scale = useRef<Scale | null>(null);
   if (error) scale.current ??= fitted_scale(error, true);
   const total = plan && counted ? plan.values.reduce((sum, value) => sum + (value > 0 ? value : 0), 0) : null;
@@ -44,7 +45,7 @@ function Answer({session}: {session: Session}) {
       ${error
         ? html`<${PlanCanvas} error=${error} plan=${counted ? plan : null} grid=${session.grid} scale=${scale.current!} />
             <div class="scale row"><span>−${number(scale.current!.high)}</span>
-              <span class="bar" style=${{backgroundImage: gradient(true, "to right")}}></span><span>${number(scale.current!.high)} µm</span></div>`
+              <span class="bar" style=${{backgroundImage: gradient(true, "to right")}}></span><span>${with_unit(scale.current!.high, unit_of(error))}</span></div>`
         : html`<p class="soft">${session.maps.missing("error", layer) ?? "loading…"}</p>`}
       <p>${plan_words(session, plan, counted, total, layer)}</p>
     </div>`;
@@ -85,7 +86,7 @@ function PlanCanvas({error, plan, grid, scale}:
 
 function Model({session}: {session: Session}) {
   const layers = session.layers;
-  const data = useMemo(() => [layers.map(l => l.n), layers.map(measured_of), layers.map(l => l.predicted_rms_um)],
+  const data = useMemo(() => [layers.map(l => l.n), layers.map(l => in_height_unit(measured_of(l), session.height_unit)), layers.map(l => in_height_unit(l.predicted_rms_um, session.height_unit))],
                        [layers.length, layers[layers.length - 1]]);
   const both = layers.filter(l => l.n <= view.shown_layer && l.predicted_rms_um != null && measured_of(l) != null).slice(-kLast);
   const predicted = layers.some(l => l.predicted_rms_um != null);
@@ -93,9 +94,9 @@ function Model({session}: {session: Session}) {
     <div class="card">
       <h3>Is the model right?</h3>
       ${predicted
-        ? html`<p>${model_words(both)}</p>`
+        ? html`<p>${model_words(both, session.height_unit)}</p>`
         : html`<p class="soft">This scheme predicts no error: the curve is the measured one.</p>`}
-      ${layers.length > 1 && html`<${Plot} words="Measured and predicted RMS error of each layer" x_label="layer" y_label="RMS error, µm"
+      ${layers.length > 1 && html`<${Plot} words="Measured and predicted RMS error of each layer" x_label="layer" y_label=${`RMS error, ${unit_words(session.height_unit)}`}
         curves=${predicted ? [{label: "measured", colour: "one"}, {label: "predicted", colour: "two", dash: [6, 4]}] : [{label: "measured", colour: "one"}]}
         data=${predicted ? data : data.slice(0, 2)} mark=${view.shown_layer} pick=${(n: number) => view.move_to(n)} />`}
     </div>`;
@@ -105,12 +106,12 @@ function measured_of(layer: Layer): number | null {
   return layer.measured_rms_um ?? layer.rms_um;
 }
 
-function model_words(both: Layer[]): string {
+function model_words(both: Layer[], unit: string): string {
   if (both.length === 0) return "Nothing to compare yet.";
   const mean = (of: (layer: Layer) => number) => both.reduce((sum, layer) => sum + of(layer), 0) / both.length;
   const bias = mean(l => measured_of(l)! - l.predicted_rms_um!);
   const share = mean(l => Math.abs(measured_of(l)! - l.predicted_rms_um!)) / Math.max(mean(l => measured_of(l)!), 1e-12);
-  const side = Math.abs(bias) < 1e-9 ? "as predicted" : `${number(Math.abs(bias), 2)} µm ${bias > 0 ? "above" : "below"} the prediction`;
+  const side = Math.abs(bias) < 1e-9 ? "as predicted" : `${height_words(Math.abs(bias), unit)} ${bias > 0 ? "above" : "below"} the prediction`;
   return `In the last ${both.length} layers the measured error was ${side} in the mean; prediction and measurement differ by ${number(100 * share, 2)} %.`;
 }
 

@@ -5,7 +5,7 @@ import {use_clock, use_observed} from "../data/observable";
 import type {Layer} from "../data/protocol";
 import {kOldest_s, type Session} from "../data/session";
 import {view} from "../data/view";
-import {duration, number, unit_words, with_unit} from "../data/words";
+import {duration, height_words, in_height_unit, number, unit_words} from "../data/words";
 
 export function Now({session}: {session: Session}) {
   use_observed(session, view);
@@ -17,11 +17,11 @@ export function Now({session}: {session: Session}) {
     <section class=${"panel now" + (session.stale && !session.connecting ? " stale" : "")} aria-labelledby="now-title">
       <h2 id="now-title">${view.layer == null && session.live ? "Now" : `Layer ${view.shown_layer}`}</h2>
       <dl class="numbers">
-        <${Value} name="RMS error" value=${layer?.rms_um} unit="um" trend=${trend(session, "rms_um")} />
-        <${Value} name="Mean error" value=${layer?.mean_um} unit="um" trend=${trend(session, "mean_um")} />
-        <${Value} name="Largest error" value=${layer?.max_um} unit="um" />
+        <${Value} name="RMS error" value=${in_height_unit(layer?.rms_um, session.height_unit)} unit=${session.height_unit} trend=${trend(session, "rms_um")} />
+        <${Value} name="Mean error" value=${in_height_unit(layer?.mean_um, session.height_unit)} unit=${session.height_unit} trend=${trend(session, "mean_um")} />
+        <${Value} name="Largest error" value=${in_height_unit(layer?.max_um, session.height_unit)} unit=${session.height_unit} />
         ${layer?.overspill_percent != null && html`<${Value} name="Overspill" value=${layer.overspill_percent} unit="percent" />`}
-        ${layer?.droplets != null && html`<${Value} name="Droplets" value=${layer.droplets} />`}
+        ${layer?.droplets != null && html`<${Value} name=${capital(session.hello.run.amount ?? "droplets")} value=${layer.droplets} />`}
         ${layer?.decision_ms != null && html`<${Value} name="Decision took" value=${layer.decision_ms} unit="ms" />`}
         ${newest && state?.flow && html`<${Value} name="Flow" value=${state.flow.value} unit=${state.flow.unit}
           after=${state.flow.low != null && state.flow.high != null ? `${number(state.flow.low)} to ${number(state.flow.high)}` : ""} />`}
@@ -38,6 +38,10 @@ export function Now({session}: {session: Session}) {
 function words_of(name: string): string {
   if (name === "words") return "Interval";
   const words = name.replace(/_(degC|um|mm|s)$/, "").replace(/_/g, " ");
+  return capital(words);
+}
+
+function capital(words: string): string {
   return words.charAt(0).toUpperCase() + words.slice(1);
 }
 
@@ -85,10 +89,10 @@ function Trend({session}: {session: Session}) {
   return html`
     <figure class="trend">
       <svg viewBox="0 0 ${width} ${height}" preserveAspectRatio="none" role="img"
-        aria-label=${`RMS error of layers ${first} to ${last}, at most ${with_unit(most, "um")}`}>
+        aria-label=${`RMS error of layers ${first} to ${last}, at most ${height_words(most, session.height_unit)}`}>
         <polyline points=${points.map(place).join(" ")} />
         ${here && html`<circle cx=${x} cy=${y} r="3.5" />`}
       </svg>
-      <figcaption class="soft">RMS error, layers ${first} to ${last}; highest ${with_unit(most, "um")}</figcaption>
+      <figcaption class="soft">RMS error, layers ${first} to ${last}; highest ${height_words(most, session.height_unit)}</figcaption>
     </figure>`;
 }

@@ -1,18 +1,20 @@
 // The list of runs: search, order, tags and notes, and the choice of runs to put beside each other.
 
 import {html} from "htm/preact";
-import {useEffect, useState} from "preact/hooks";
+import {useEffect, useRef, useState} from "preact/hooks";
+import {address_of} from "../data/address";
 import {use_observed} from "../data/observable";
 import type {RunSummary} from "../data/protocol";
 import {found, sorted, type SortKey} from "../data/run_list";
 import {forget, token} from "../data/token";
 import {view} from "../data/view";
-import {date, number} from "../data/words";
+import {date, height_words, label, number, with_micro} from "../data/words";
 import {go} from "../routes";
 import {have_token} from "./ask_token";
 
-const kColumns: [SortKey, string][] = [["id", "Run"], ["started_utc", "Started (UTC)"], ["lab", "Lab"], ["scheme", "Scheme"],
-  ["layers", "Layers"], ["outcome", "Outcome"], ["rms_um", "RMS, µm"], ["mean_um", "Mean, µm"]];
+const kColumns: [SortKey, string][] = [["label", "Run"], ["started_utc", "Started (UTC)"], ["lab", "Lab"], ["scheme", "Scheme"],
+  ["layers", "Layers"], ["outcome", "End and verdict"], ["rms_um", "RMS"], ["overspill_percent", "Overspill, %"]];
+const kRowsAtOnce = 60;
 
 export function Runs() {
   use_observed(view);
@@ -20,7 +22,9 @@ export function Runs() {
   const [key, set_key] = useState<SortKey>("started_utc");
   const [down, set_down] = useState(true);
   const [edited, set_edited] = useState<string | null>(null);
+  const [rows, set_rows] = useState(kRowsAtOnce);
   useEffect(() => void view.load_runs(), []);
+  useEffect(() => set_rows(kRowsAtOnce), [words, key, down]);
   const runs = sorted(found(view.runs ?? [], words), key, down);
   const sort = (column: SortKey) => {
     if (column === key) set_down(!down);
@@ -41,31 +45,46 @@ export function Runs() {
           ${kColumns.map(([column, name]) => html`<th key=${column} scope="col" aria-sort=${column !== key ? "none" : down ? "descending" : "ascending"}>
             <button type="button" class="link" onClick=${() => sort(column)}>${name}${column === key ? (down ? " ▼" : " ▲") : ""}</button></th>`)}
           <th scope="col">Tags and note</th></tr></thead>
-        <tbody>${runs.map(run => html`<${Row} key=${run.id} run=${run} editing=${edited === run.id} edit=${(on: boolean) => set_edited(on ? run.id : null)} />`)}</tbody>
+        <tbody>${runs.slice(0, rows).map(run => html`<${Row} key=${run.id} run=${run} editing=${edited === run.id} edit=${(on: boolean) => set_edited(on ? run.id : null)} />`)}
+          ${runs.length > rows && html`<${MoreRows} left=${runs.length - rows} show=${() => set_rows(rows + kRowsAtOnce)} />`}</tbody>
       </table></div>
     </section>`;
 }
 
 /** One report of these runs, which the process writes when it is asked for. */
 export function ReportLink({runs}: {runs: string[]}) {
-  const address = `/api/report?${runs.map(id => `run=${encodeURIComponent(id)}`).join("&")}`;
+  const address = `api/report?${runs.map(id => `run=${encodeURIComponent(id)}`).join("&")}`;
   return html`<a href=${address} target="_blank" rel="noopener">Open in report</a>`;
+}
+
+/** The end of the rows that are drawn. It draws more when it comes into view, or by its button. */
+function MoreRows({left, show}: {left: number; show: () => void}) {
+  const row = useRef<HTMLTableRowElement>(null);
+  useEffect(() => {
+    const seen = new IntersectionObserver(entries => { if (entries.some(one => one.isIntersecting)) show(); }, {rootMargin: "400px"});
+    seen.observe(row.current!);
+    return () => seen.disconnect();
+  }, [left]);
+  return html`<tr ref=${row}><td colspan="10"><button type="button" class="link" onClick=${show}>Show more of ${left}</button></td></tr>`;
 }
 
 function Row({run, editing, edit}: {run: RunSummary; editing: boolean; edit: (on: boolean) => void}) {
   return html`
     <tr>
-      <td><input type="checkbox" aria-label=${`Choose ${run.id}`} checked=${view.chosen.includes(run.id)}
+      <td><input type="checkbox" aria-label=${`Choose ${label(run)}`} checked=${view.chosen.includes(run.id)}
         onChange=${(e: Event) => view.choose(run.id, (e.target as HTMLInputElement).checked)} /></td>
-      <td><a href=${`#run=${encodeURIComponent(run.id)}`}>${run.id}</a>${run.live && html` <span class="tag on">live</span>`}
-        ${!run.live && html` <a class="soft" href=${`/api/report?run=${encodeURIComponent(run.id)}`} target="_blank" rel="noopener">report</a>`}</td>
+      <td><a href=${`#run=${encodeURIComponent(run.id)}`}>${label(run)}</a>${run.live && html` <span class="tag on">live</span>`}
+        <div class="soft">${run.part} ${!run.live && html`<a class="soft" href=${`api/report?run=${encodeURIComponent(run.id)}`} target="_blank" rel="noopener">report</a>`}</div></td>
       <td data-name="Started (UTC)">${date(run.started_utc)}</td><td data-name="Lab">${run.lab}</td><td data-name="Scheme">${run.scheme}</td>
-      <td data-name="Layers">${number(run.layers)}</td><td data-name="Outcome">${run.live ? "printing" : run.outcome ?? "–"}</td>
-      <td data-name="RMS, µm">${number(run.rms_um)}</td><td data-name="Mean, µm">${number(run.mean_um)}</td>
+      <td data-name="Layers">${number(run.layers)}</td>
+      <td class="verdict" data-name="End and verdict">${run.live ? run.state ?? "running" : run.outcome ?? "–"}
+        ${run.verdict && html`<div class=${run.within === false ? "bad" : "soft"}>${with_micro(run.verdict)}</div>`}
+        ${run.audit && html`<div class="soft">audit: ${run.audit}</div>`}</td>
+      <td class="one-line" data-name="RMS">${height_words(run.rms_um, run.height_unit)}</td><td data-name="Overspill, %">${number(run.overspill_percent)}</td>
       <td class="notes">${editing
         ? html`<${Notes} run=${run} done=${() => edit(false)} />`
         : html`${run.tags.map(tag => html`<span key=${tag} class="tag">${tag}</span> `)}<span>${run.note} </span>
-            <button type="button" class="link" aria-label=${`Edit tags and note of ${run.id}`} onClick=${() => edit(true)}>edit</button>`}</td>
+            <button type="button" class="link" aria-label=${`Edit tags and note of ${label(run)}`} onClick=${() => edit(true)}>edit</button>`}</td>
     </tr>`;
 }
 
@@ -78,7 +97,7 @@ function Notes({run, done}: {run: RunSummary; done: () => void}) {
     if (!(await have_token("A note"))) return;
     const wanted = {tags: tags.split(",").map(tag => tag.trim()).filter(Boolean), note};
     try {
-      const reply = await fetch(`/api/runs/${encodeURIComponent(run.id)}/notes`, {
+      const reply = await fetch(address_of(`api/runs/${encodeURIComponent(run.id)}/notes`), {
         method: "POST", headers: {"Content-Type": "application/json"}, body: JSON.stringify({token: token(), ...wanted})});
       const body = await reply.json().catch(() => null);
       if (reply.status === 403) forget();

@@ -6,7 +6,7 @@ import {section} from "../data/maps";
 import {kSurfaceWords} from "../data/protocol";
 import type {Session} from "../data/session";
 import {view} from "../data/view";
-import {number} from "../data/words";
+import {number, unit_words} from "../data/words";
 import {Plot, type Curve} from "../draw/plot";
 import type {ShownMap} from "./shown_map";
 
@@ -32,7 +32,7 @@ export function Section({session, shown, cut}: {session: Session; shown: ShownMa
         <h3>Section from A (${a[0]}, ${a[1]}) to B (${b[0]}, ${b[1]}), ${number(length)} mm</h3>
         <button type="button" onClick=${() => { view.cut = null; view.changed(); }}>Remove</button>
       </div>
-      <${Plot} words=${`${name} along a section of ${number(length)} mm`} x_label="mm from A" y_label=${shown.unit === "um" ? "µm" : shown.unit || name}
+      <${Plot} words=${`${name} along a section of ${number(length)} mm`} x_label="mm from A" y_label=${unit_words(shown.unit) || name}
         curves=${curves} data=${data} height=${190} />
     </div>`;
 }

@@ -1,7 +1,7 @@
 // Which map the reader sees: the one under the cursor, or the last that came while the next is on its way.
 
-import {difference, extent, fitted_scale, clipped_share, kDroplets, kFactor, type Scale, type SurfaceMap} from "../data/maps";
-import type {Grid} from "../data/protocol";
+import {difference, extent, fitted_scale, clipped_share, type Scale, type SurfaceMap} from "../data/maps";
+import {kMapFactor, type Grid} from "../data/protocol";
 import type {Session} from "../data/session";
 import type {Shown, View} from "../data/view";
 
@@ -21,8 +21,7 @@ export function is_diverging(shown: Shown): boolean {
 }
 
 export function unit_of(map: SurfaceMap | null): string {
-  if (!map) return "um";
-  return map.flags & kDroplets ? "droplets" : map.flags & kFactor ? "" : "um";
+  return map?.unit ?? "um";
 }
 
 /** The layer that a difference is taken to: as chosen, else the cursor's layer of another run, else the one before. */
@@ -40,15 +39,15 @@ export function shown_map(view: View, session: Session): ShownMap {
   const a = (newest ? session.maps.newest(surface) : null) ?? session.maps.get(surface, view.shown_layer);
   let missing = session.maps.missing(surface, view.shown_layer);
   if (view.surface !== "difference" || !a)
-    return {map: a, grid, unit: unit_of(a), diverging: diverging || !!(a && a.flags & kFactor && extent(a)[0] < 0), missing: a ? null : missing};
+    return {map: a, grid, unit: unit_of(a), diverging: diverging || !!(a && a.flags & kMapFactor && extent(a)[0] < 0), missing: a ? null : missing};
 
   const other = view.other_run ?? session;
   const b = other.maps.get("measured", other_layer(view));
   missing = other.maps.missing("measured", other_layer(view));
-  if (!b) return {map: null, grid, unit: "um", diverging, missing};
+  if (!b) return {map: null, grid, unit: unit_of(a), diverging, missing};
   if (last_difference?.a !== a || last_difference.b !== b)
     last_difference = {a, b, map: difference(a, grid, b, other.grid)};
-  return {map: last_difference.map, grid, unit: "um", diverging, missing: null};
+  return {map: last_difference.map, grid, unit: unit_of(a), diverging, missing: null};
 }
 
 /** The held scale. The first map sets it; after that it changes by the reader's hand, or while the cursor follows a live

@@ -48,7 +48,8 @@ export function SolidCanvas({shown, scale}: {shown: ShownMap; scale: Scale}) {
     ["⟲", "Turn left", -kStep, 0, 1], ["⟳", "Turn right", kStep, 0, 1], ["⤒", "Look from above", 0, kStep, 1],
     ["⤓", "Look from the side", 0, -kStep, 1], ["+", "Nearer", 0, 0, 0.85], ["−", "Farther", 0, 0, 1.18]];
   const width_mm = shown.grid.pitch_mm * Math.max(shown.grid.nx, shown.grid.ny);
-  const per_mm = shown.unit === "um" ? (turn.lift * width_mm * 1000) / (scale.high - scale.low) : null;
+  const in_mm = shown.unit === "um" ? 1000 : shown.unit === "mm" ? 1 : null;
+  const per_mm = in_mm && (turn.lift * width_mm * in_mm) / (scale.high - scale.low);
   return html`
     <canvas ref=${canvas} class="solid" role="img" aria-label="The surface in three dimensions; the map shows the same values"
       onPointerDown=${(e: PointerEvent) => { drag.current = {x: e.clientX, y: e.clientY}; canvas.current!.setPointerCapture(e.pointerId); }}

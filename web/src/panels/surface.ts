@@ -2,12 +2,12 @@
 
 import {html} from "htm/preact";
 import {useEffect} from "preact/hooks";
-import {clipped_share, fitted_scale, kPartial, moments, pitch_y_mm, type Scale} from "../data/maps";
+import {clipped_share, fitted_scale, moments, pitch_y_mm, type Scale} from "../data/maps";
 import {use_observed} from "../data/observable";
-import {kSurfaces, kSurfaceWords} from "../data/protocol";
+import {kMapPartial, kSurfaces, kSurfaceWords} from "../data/protocol";
 import type {Session} from "../data/session";
 import {view, type Shown} from "../data/view";
-import {number, unit_words, with_unit} from "../data/words";
+import {label, number, unit_words, with_unit} from "../data/words";
 import {gradient} from "../draw/colours";
 import {MapCanvas} from "./map_canvas";
 import {Section} from "./section";
@@ -74,7 +74,7 @@ function Other({session}: {session: Session}) {
   return html`
     <label>Run <select value=${view.other_run?.hello.run.id ?? ""} onChange=${(e: Event) => void view.take_other((e.target as HTMLSelectElement).value || null)}>
       <option value="">this run</option>
-      ${runs.map(run => html`<option key=${run.id} value=${run.id}>${run.id}</option>`)}
+      ${runs.map(run => html`<option key=${run.id} value=${run.id}>${label(run)}</option>`)}
     </select></label>
     <label>Layer <input class="short" type="number" min="0" max=${last} placeholder=${String(other_layer(view))}
       value=${view.other_layer ?? ""} onChange=${(e: Event) => take((e.target as HTMLInputElement).value)} /></label>`;
@@ -118,6 +118,6 @@ function Readout({shown}: {shown: ShownMap}) {
         ? html`<b>${Number.isFinite(value) ? with_unit(value, unit) || number(value) : "not seen"}</b>
             ${` cell ${cell[0]}, ${cell[1]} at ${number(grid.x0_mm + cell[0] * grid.pitch_mm)}, ${number(grid.y0_mm + cell[1] * pitch_y_mm(grid))} mm`}`
         : html`<span class="soft">${view.mode === "map" ? "Point at a cell for its value; drag for a section. Keyboard: Shift-arrows move the cell, Enter sets A, then B." : "Drag to turn, wheel to zoom, point at a cell for its value."}</span>`}
-      ${seen && html`<span class="soft">${` All of layer ${map!.layer}${map!.flags & kPartial ? ", being measured" : ""}: mean ${with_unit(seen.mean, unit)}, RMS ${with_unit(seen.rms, unit)}, ${number(seen.seen)} of ${map!.values.length} cells seen`}</span>`}
+      ${seen && html`<span class="soft">${` All of layer ${map!.layer}${map!.flags & kMapPartial ? ", being measured" : ""}: mean ${with_unit(seen.mean, unit)}, RMS ${with_unit(seen.rms, unit)}, ${number(seen.seen)} of ${number(map!.values.length)} cells seen`}</span>`}
     </p>`;
 }

@@ -3,12 +3,12 @@
 import {html} from "htm/preact";
 import {useState} from "preact/hooks";
 import {use_observed} from "../data/observable";
-import type {Ending, PrintEvent, Severity} from "../data/protocol";
+import type {Ending, PrintEvent, Weight} from "../data/protocol";
 import type {Session} from "../data/session";
 import {view} from "../data/view";
 import {clock, safe_link, with_unit} from "../data/words";
 
-const kMarks: Record<Severity, string> = {info: "·", notice: "○", warning: "▲", fault: "◆", stop: "■"};
+const kMarks: Record<Weight, string> = {info: "·", notice: "○", warning: "▲", fault: "◆", stop: "■"};
 const kShown = 200;
 
 /** How the run ended if it did not print to its end; null otherwise. */
@@ -18,7 +18,7 @@ export function stop_of(session: Session): Ending | null {
   if (session.ending) return session.ending;
   const event = [...session.events].reverse().find(one => one.severity === "stop");
   return {outcome, words: event?.words ?? `The print was ${outcome}.`, cause: event ? cause_of(event) : null, do: event?.do ?? null,
-          manual: event?.manual ?? null};
+          manual: event?.manual ?? null, by_operator: false};
 }
 
 /** "ice.flow: 1.32, limit 1.25" */
@@ -38,7 +38,7 @@ export function StopBanner({session}: {session: Session}) {
   const stop = stop_of(session);
   if (!stop) return null;
   return html`
-    <section class="notice stopped" role="alert" aria-label="Why it stopped">
+    <section class=${stop.by_operator ? "notice" : "notice stopped"} role="alert" aria-label="Why it stopped">
       <h2>■ ${stop.words}</h2>
       ${stop.cause && html`<p><b>Cause:</b> ${stop.cause}</p>`}
       ${stop.do && html`<p><b>What to do:</b> ${stop.do}</p>`}

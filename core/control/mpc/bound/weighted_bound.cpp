@@ -10,8 +10,8 @@
 namespace firn::control::mpc {
 namespace {
 
-constexpr double kLeastDeviation_mm = 1e-5;  // a cut's square stays finite
-constexpr int kMostRectangles = 2'000'000;
+constexpr double kMinDeviation_mm = 1e-5;  // a cut's square stays finite
+constexpr int kMaxRectangles = 2'000'000;
 
 struct Rectangle {
   double m0, m1, s0, s1, bound;
@@ -28,7 +28,7 @@ double largest(const std::vector<MomentCut>& cuts, double alpha, double m, doubl
   return most;
 }
 
-double least_in(const std::vector<MomentCut>& cuts, double alpha, const Rectangle& r) {
+double min_in(const std::vector<MomentCut>& cuts, double alpha, const Rectangle& r) {
   const double nearest = std::clamp(0.0, r.m0, r.m1);
   double most = alpha * std::abs(nearest) + (1.0 - alpha) * r.s0;
   for (const MomentCut& c : cuts) {
@@ -43,18 +43,18 @@ double least_in(const std::vector<MomentCut>& cuts, double alpha, const Rectangl
 
 CutsMinimum minimum_of_cuts(const std::vector<MomentCut>& cuts, double alpha, double known_mm,
                             double tolerance_mm) {
-  const double most_m = known_mm / alpha, most_s = known_mm / (1.0 - alpha);
+  const double max_m = known_mm / alpha, max_s = known_mm / (1.0 - alpha);
   std::priority_queue<Rectangle> open;
   const auto add = [&](double m0, double m1, double s0, double s1) {
     Rectangle r{m0, m1, s0, s1, 0.0};
-    r.bound = least_in(cuts, alpha, r);
+    r.bound = min_in(cuts, alpha, r);
     open.push(r);
   };
-  add(-most_m, most_m, 0.0, most_s);
+  add(-max_m, max_m, 0.0, max_s);
   for (int n = 0;; ++n) {
     const Rectangle r = open.top();
     const double m = 0.5 * (r.m0 + r.m1), s = 0.5 * (r.s0 + r.s1);
-    if (n >= kMostRectangles || largest(cuts, alpha, m, s) - r.bound <= tolerance_mm)
+    if (n >= kMaxRectangles || largest(cuts, alpha, m, s) - r.bound <= tolerance_mm)
       return {std::min(known_mm, r.bound), m, s};
     open.pop();
     if (r.m1 - r.m0 > r.s1 - r.s0) {
@@ -83,7 +83,7 @@ WeightedBound weighted_bound(const Setup& setup, const HeightMap& height, const 
   std::vector<MomentCut> cuts;
   CutsMinimum least{0.0, start.mean_mm, start.deviation_mm};
   while (found.cuts < o.cuts && found.known_mm - least.bound_mm > o.gap * found.known_mm) {
-    const double square = 0.5 * (1.0 - alpha) / std::max(least.deviation_mm, kLeastDeviation_mm);
+    const double square = 0.5 * (1.0 - alpha) / std::max(least.deviation_mm, kMinDeviation_mm);
     const CellCost cost{absolute, float(-2.0 * square * least.mean_mm), float(square)};
     split.set_cost(cost);
     found.sweeps += int(raise_bound(split, 0.0, o.strips, parallel).size());

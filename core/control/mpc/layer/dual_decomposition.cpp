@@ -101,7 +101,7 @@ double DualDecomposition::visit(int s, SweepDirection direction, Work& work) {
     const int middle = p / K - 1;
     if (p % K == at && middle >= 0) {
       float least[kSharedPatterns];
-      least_by_pattern(K, before, table, work.states(work.after, p + 1), least);
+      min_by_pattern(K, before, table, work.states(work.after, p + 1), least);
       const float best = *std::min_element(least, least + kSharedPatterns);
       for (float& v : least) v = v > 0.5f * kBarred ? 0.0f : v - best;
       add_shared(table, least, -1.0f);

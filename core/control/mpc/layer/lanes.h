@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <cstring>
 
-namespace firn::control::mpc {
+#include "core/grid/avx2.h"
 
-#define FIRN_INLINE [[gnu::always_inline]] inline
+namespace firn::control::mpc {
 
 using Lanes = float __attribute__((vector_size(32)));
 using LaneMarks = std::int32_t __attribute__((vector_size(32)));

@@ -35,11 +35,6 @@ class LayerProblem {
   Effect effect(int i, int j) const;
   void effects(int j, float* out) const;  ///< of row j: out[q * nx + i] = effect(i, j)[q]
 
-  /// Change of the sum of |error| when a cell's droplet is added or removed and the others stay, for rows
-  /// first .. first + rows - 1, nx values each; 0 where no droplet may be. The same bytes on every processor
-  /// (layer_rows.h).
-  void flip_gains(int first, int rows, float* gains_mm) const;
-
   void set_drop(int i, int j, std::uint8_t drop);  ///< keeps the errors up to date
   void set_drops(const DropletPattern& drops);     ///< cells that are not printable stay empty
   DropletPattern drops(const GridSpec& grid) const;

@@ -13,7 +13,6 @@ namespace {
 
 constexpr std::size_t kBlock = kRowBlock;
 constexpr std::uint64_t kAllOnes = 0x0101010101010101u;
-constexpr std::size_t kPart = 1024, kBand = 64;  // cells and rows at a time: gains reads each row thrice
 using LooseLanes = float __attribute__((vector_size(32), aligned(4), may_alias));
 using LooseMarks = std::int32_t __attribute__((vector_size(32), aligned(4), may_alias));
 
@@ -206,123 +205,11 @@ FIRN_INLINE void errors_of_rows(RowCells r, const RowInk& plain, std::size_t nx,
   }
 }
 
-// For the cells of a part of a row and one more at each end: the decrease of a flow to them by their heights,
-// slope H, their droplets, and whether they count.
-struct PartOfRow {
-  static constexpr std::size_t kCells = kPart + 112;
-  float leans[2][kCells];
-  const float* error;
-  std::int32_t fired[kCells], counts[kCells];
-
-  FIRN_INLINE void prepare(const RowCells& r, std::ptrdiff_t first, std::size_t n, const RowInk& ink) {
-    const float* __restrict h = r.height_mm + first - 1;
-    error = r.error_mm + first - 1;
-    const float side = ink.slope[0], corner = ink.slope[1];
-    for (std::size_t i = 0; i < n; ++i) {
-      leans[0][i] = side * h[i];
-      leans[1][i] = corner * h[i];
-    }
-    widen_marks(r.drops + first - 1, n, fired);
-    widen_marks(r.counts + first - 1, n, counts);
-  }
-};
-
-template <bool kAllCount>
-FIRN_INLINE void gains_of_block(const PartOfRow* const (&rows)[3], const InkLanes& ink, std::size_t i,
-                                float* gains) {
-  Lanes given = ink.drop, own = ink.drop, sum = {}, from[2], most, flow, there;
-  LaneMarks fired, counted;
-  load_marks(rows[1]->fired + i + 1, fired);
-  const LaneMarks sign = ~fired & std::int32_t(0x80000000);
-  for (int k = 0; k < 2; ++k) {
-    get(rows[1]->leans[k] + i + 1, from[k]);
-    from[k] += ink.w[k];
-  }
-  for (std::size_t y = 0; y < 3; ++y)
-    for (std::size_t x = 0; x < 3; ++x) {
-      if (x == 1 && y == 1) continue;
-      const int corner = x != 1 && y != 1;
-      get(rows[y]->leans[corner] + i + x, there);
-      get(rows[y]->error + i + x, most);
-      most = Lanes(LaneMarks(most) ^ sign);
-      flow = from[corner] - there;
-      at_most(ink.w[corner], flow);
-      at_least(ink.zero, flow);
-      own -= flow;
-      if (!kAllCount) {
-        load_marks(rows[y]->counts + i + x, counted);
-        given -= Lanes(LaneMarks(flow) & ~counted);
-      }
-      at_most(flow, most);
-      at_least(ink.zero, most);
-      sum += most;
-    }
-  get(rows[1]->error + i + 1, most);
-  most = Lanes(LaneMarks(most) ^ sign);
-  at_most(own, most);
-  at_least(ink.zero, most);
-  sum += most;
-  flow = given - (sum + sum);
-  if (!kAllCount) {
-    load_marks(rows[1]->counts + i + 1, counted);
-    mask(flow, counted);
-  }
-  put(flow, gains);
-}
-
-// Whether all cells of a block and their neighbours count.
-FIRN_INLINE bool all_count(const RowCells& r, std::ptrdiff_t first) {
-  std::uint64_t all = ~std::uint64_t{0}, here;
-  for (int dy = -1; dy <= 1; ++dy)
-    for (const int dx : {-1, 1}) {
-      std::memcpy(&here, r.counts + first + dy * r.stride + dx, sizeof here);
-      all &= here;
-    }
-  return all == kAllOnes;
-}
-
-FIRN_INLINE void gains_of_part(RowCells r, const RowInk& plain, std::size_t first, std::size_t n,
-                               std::size_t nx, std::size_t rows, float* gains_mm) {
-  InkLanes ink;
-  lanes_of(plain, ink);
-  PartOfRow parts[3];
-  const std::size_t width = whole_blocks(n) + 2, whole = n / kBlock * kBlock;
-  for (std::ptrdiff_t j = -1; j < 1; ++j)
-    parts[j + 1].prepare(rows_on(r, j), std::ptrdiff_t(first), width, plain);
-  for (std::size_t j = 0; j < rows; ++j) {
-    const RowCells here = rows_on(r, std::ptrdiff_t(j));
-    const PartOfRow* const about[3] = {&parts[j % 3], &parts[(j + 1) % 3], &parts[(j + 2) % 3]};
-    parts[(j + 2) % 3].prepare(rows_on(r, std::ptrdiff_t(j) + 1), std::ptrdiff_t(first), width, plain);
-    for (std::size_t i = 0; i < n; i += kBlock) {
-      ask_for(here, here.error_mm, std::ptrdiff_t(first + i), 2);
-      float last[kBlock];
-      float* to = i < whole ? gains_mm + j * nx + first + i : last;
-      all_count(here, std::ptrdiff_t(first + i)) ? gains_of_block<true>(about, ink, i, to)
-                                                 : gains_of_block<false>(about, ink, i, to);
-      if (i == whole) std::memcpy(gains_mm + j * nx + first + i, last, (n - whole) * sizeof(float));
-    }
-  }
-}
-
-FIRN_INLINE void gains_of_rows(RowCells r, const RowInk& ink, std::size_t nx, std::size_t rows,
-                               float* gains_mm) {
-  for (std::size_t j = 0; j < rows; j += kBand) {
-    const std::size_t here = rows - j < kBand ? rows - j : kBand;
-    for (std::size_t first = 0; first < nx; first += kPart)
-      gains_of_part(r, ink, first, nx - first < kPart ? nx - first : kPart, nx, here, gains_mm + j * nx);
-    r = rows_on(r, std::ptrdiff_t(here));
-  }
-}
-
 // Both functions for an instruction set.
 #define FIRN_ROWS(suffix, attribute)                                                                     \
   attribute void errors_##suffix(const RowCells& r, const RowInk& ink, std::size_t nx, std::size_t rows, \
                                  float* out) {                                                           \
     errors_of_rows(r, ink, nx, rows, out);                                                               \
-  }                                                                                                      \
-  attribute void gains_##suffix(const RowCells& r, const RowInk& ink, std::size_t nx, std::size_t rows,  \
-                                float* out) {                                                            \
-    gains_of_rows(r, ink, nx, rows, out);                                                                \
   }
 
 FIRN_ROWS(portable, )
@@ -334,9 +221,9 @@ FIRN_ROWS(avx2, __attribute__((target("avx2"))))
 
 std::span<const LayerRowKernels> layer_row_kernels() {
   static const std::array<LayerRowKernels, 2> all = {{
-      {"portable", &errors_portable, &gains_portable},
+      {"portable", &errors_portable},
 #if defined(__x86_64__)
-      {"AVX2", &errors_avx2, &gains_avx2},
+      {"AVX2", &errors_avx2},
 #endif
   }};
   return std::span(all).first(has_avx2() ? 2 : 1);

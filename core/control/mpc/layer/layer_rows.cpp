@@ -1,4 +1,4 @@
-// The errors and gains of a LayerProblem by whole rows, and droplet by droplet where two inks meet.
+// The errors of a LayerProblem by whole rows, and droplet by droplet where two inks meet.
 #include "core/control/mpc/layer/layer_rows.h"
 
 #include <cmath>
@@ -21,26 +21,6 @@ RowInk LayerProblem::row_ink() const {
     out.beyond_mm[1] = out.w_mm[1];
   }
   return out;
-}
-
-void LayerProblem::flip_gains(int first, int rows, float* gains) const {
-  if (inks_of_.empty()) {
-    layer_row_kernels().back().gains(row_at(first), row_ink(), std::size_t(nx_), std::size_t(rows), gains);
-    return;
-  }
-  for (int j = first; j < first + rows; ++j, gains += nx_)
-    for (int i = 0; i < nx_; ++i) {
-      const Effect f = effect(i, j);
-      const float sign = drop(i, j) ? -1.0f : 1.0f;
-      float gain = 0.0f;
-      std::size_t q = 0;
-      for (int dy = -1; dy <= 1; ++dy)
-        for (int dx = -1; dx <= 1; ++dx, ++q) {
-          const float e = error_[std::size_t(std::ptrdiff_t(at(i, j)) + dy * std::ptrdiff_t(row_) + dx)];
-          gain += std::abs(e + sign * f[q]) - std::abs(e);
-        }
-      gains[i] = printable(i, j) ? gain : 0.0f;
-    }
 }
 
 void LayerProblem::refresh() {

@@ -1,4 +1,4 @@
-// LayerRowKernels computes the errors after a layer and the gain of every single droplet for whole rows,
+// LayerRowKernels computes the errors after a layer for whole rows,
 // eight cells in registers. Element by element, no fused operations: the same bytes from every processor, and
 // those of the plain loops in the tests.
 #pragma once
@@ -37,10 +37,6 @@ struct LayerRowKernels {
   /// The errors that the droplets leave, of rows from the first of the grid on: bare + the heights from the
   /// droplets of the nine cells, summed in the raster order of the droplets.
   void (*errors)(const RowCells& first, const RowInk& ink, std::size_t nx, std::size_t rows, float* error_mm);
-  /// Change of the sum of |error| when a cell's droplet is added or removed; gains[j * nx + i]. Of a droplet
-  /// that gives f to a cell of error e, |e + f| - |e| = f - 2 min(f, max(-e, 0)), and the f of one droplet
-  /// add up to drop_mm.
-  void (*gains)(const RowCells& first, const RowInk& ink, std::size_t nx, std::size_t rows, float* gains_mm);
 };
 
 /// Those that this processor can run, the most portable first, the fastest last.

@@ -8,13 +8,13 @@
 namespace firn::control::mpc {
 namespace {
 
-constexpr int kMostSweeps = 200;
-constexpr double kLeastGain_mm = 1e-8;
+constexpr int kMaxSweeps = 200;
+constexpr double kMinGain_mm = 1e-8;
 
 std::int64_t polish(LayerProblem& problem, const LayerSolverOptions& o, const ParallelFor& parallel) {
   std::int64_t strips = 0;
   for (int k = 2; k <= std::max(2, o.polish_rows); ++k)
-    strips += sweep_strips(problem, {k, kMostSweeps, o.cost}, parallel).strips;
+    strips += sweep_strips(problem, {k, kMaxSweeps, o.cost}, parallel).strips;
   problem.refresh();
   return strips;
 }
@@ -56,7 +56,7 @@ int take_better_patches(LayerProblem& layer, const LayerProblem& other, const Ce
           done = 1;
           gain += cost_of(cost, double(before.error_mm(i, j))) - cost_of(cost, double(other.error_mm(i, j)));
         });
-      if (!(gain > kLeastGain_mm)) continue;
+      if (!(gain > kMinGain_mm)) continue;
       ++taken;
       for (const Cell c : patch) layer.set_drop(c.i, c.j, other.drop(c.i, c.j));
     }

@@ -34,19 +34,19 @@ double mean_error_mm(const Setup& s, const HeightMap& height, const DropletPatte
 
 OneLayer decide_one_layer(const Setup& setup, const HeightMap& height, const DropletPattern& guess,
                           MpcMethod method, int strip_rows, const ParallelFor& parallel) {
-  constexpr int kMostSweeps = 200;
+  constexpr int kMaxSweeps = 200;
   OneLayer out;
   {
     LayerProblem problem(setup, height, {});
     problem.set_drops(guess);
     if (method == MpcMethod::kCertified) {
       out.strips =
-          solve_layer(problem, {2, 2, std::size_t(problem.counted()) <= kMostSplitCells ? 1 : 0, 1e-6},
+          solve_layer(problem, {2, 2, std::size_t(problem.counted()) <= kMaxSplitCells ? 1 : 0, 1e-6},
                       parallel)
               .strips;
     } else {
       for (int rows = std::min(2, strip_rows); rows <= strip_rows; ++rows) {
-        const StripResult r = sweep_strips(problem, {rows, kMostSweeps}, parallel);
+        const StripResult r = sweep_strips(problem, {rows, kMaxSweeps}, parallel);
         out.strips += r.strips;
         out.settled = r.settled;
       }

@@ -10,7 +10,7 @@ namespace firn::control::mpc {
 
 /// Above that many cells strips alone decide, from the full layer: the split takes 128 bytes per cell, error
 /// diffusion 16.
-inline constexpr std::size_t kMostSplitCells = 1'000'000;
+inline constexpr std::size_t kMaxSplitCells = 1'000'000;
 
 /// avg|h_d - H| over the mask after one layer [Lu 2015, Eqs. (4), (8)], by the height-change model in double
 /// precision, a few rows at a time: the same bytes as the model on the whole grid.

@@ -12,7 +12,7 @@
 namespace firn::control::mpc {
 namespace {
 
-constexpr double kLeastGainPerCell_mm = 1e-9;
+constexpr double kMinGainPerCell_mm = 1e-9;
 
 // The best droplets of rows [first, first + K) of all columns, everything else fixed.
 template <int K>
@@ -89,7 +89,7 @@ bool Strip<K>::apply(LayerProblem& problem, int first, const CellCost& cost) {
       gain += cost_of(cost, before) - cost_of(cost, after);
     }
   }
-  if (!differs || !(gain > kLeastGainPerCell_mm * nx * R)) return false;  // below lies rounding
+  if (!differs || !(gain > kMinGainPerCell_mm * nx * R)) return false;  // below lies rounding
   for (int x = 0; x < nx; ++x)
     for (int b = 0; b < K; ++b) problem.set_drop(x, first + b, std::uint8_t(pattern(x) >> b & 1));
   return true;

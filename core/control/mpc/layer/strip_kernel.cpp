@@ -8,8 +8,6 @@
 namespace firn::control::mpc {
 namespace {
 
-#define FIRN_INLINE [[gnu::always_inline]] inline
-
 // Eight lanes on every processor, element by element: the same bytes on all.
 using Lanes = float __attribute__((vector_size(32)));
 using Marks = std::int32_t __attribute__((vector_size(32)));

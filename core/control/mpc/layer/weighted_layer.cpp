@@ -9,8 +9,8 @@
 namespace firn::control::mpc {
 namespace {
 
-constexpr double kLeastDeviation_mm = 1e-6;  // the majoriser's slope at a flat surface
-constexpr double kLeastImprovement_mm = 1e-10;
+constexpr double kMinDeviation_mm = 1e-6;  // the majoriser's slope at a flat surface
+constexpr double kMinImprovement_mm = 1e-10;
 
 double objective(const ErrorMoments& m, double alpha) {
   return alpha * m.absolute_mm + (1.0 - alpha) * m.deviation_mm;
@@ -20,14 +20,14 @@ double objective(const ErrorMoments& m, double alpha) {
 double lower(LayerProblem& p, double alpha, const WeightedOptions& o, const ParallelFor& parallel) {
   ErrorMoments now = error_moments(p);
   for (int round = 0; round < o.rounds; ++round) {
-    const double square = 0.5 * (1.0 - alpha) / std::max(now.deviation_mm, kLeastDeviation_mm);
+    const double square = 0.5 * (1.0 - alpha) / std::max(now.deviation_mm, kMinDeviation_mm);
     const CellCost cost{float(alpha), float(-2.0 * square * now.mean_mm), float(square)};
     LayerProblem next = p;
     for (int rows = 2; rows <= std::max(2, o.strip_rows); ++rows)
       sweep_strips(next, {rows, 100, cost}, parallel);
     next.refresh();
     const ErrorMoments then = error_moments(next);
-    if (!(objective(then, alpha) < objective(now, alpha) - kLeastImprovement_mm)) break;
+    if (!(objective(then, alpha) < objective(now, alpha) - kMinImprovement_mm)) break;
     p = std::move(next);
     now = then;
   }

@@ -37,7 +37,7 @@ void step_forward(int rows, const float* before, const float* table, float* afte
 /// before[o] = min over states n that can follow o of table + after[n].
 void step_backward(int rows, const float* after, const float* table, float* before);
 /// Least before + table + after of each of the kSharedPatterns.
-void least_by_pattern(int rows, const float* before, const float* table, const float* after, float* least);
+void min_by_pattern(int rows, const float* before, const float* table, const float* after, float* least);
 /// Takes the least value off all. @returns it
 float take_off_least(int rows, float* values);
 /// The state before `state` (after one step) on the best path.

@@ -12,12 +12,12 @@ using namespace firn::test;
 
 namespace {
 
-constexpr AxisLimits kLimits{4.0, 30.0}, kNoSpeedLimit{1e9, 30.0};
+constexpr AxisLimits kAxisLimits{4.0, 30.0}, kNoSpeedLimit{1e9, 30.0};
 
 // First duration on a grid in which the axis can make the move.
 double first_on_grid(const AxisEnds& e, double step) {
   for (double t = std::ceil(std::abs(e.v1_mm_s - e.v0_mm_s) / 30.0 / step) * step;; t += step)
-    if (can(e, t, kLimits, 400)) return t;
+    if (can(e, t, kAxisLimits, 400)) return t;
 }
 
 }  // namespace
@@ -27,7 +27,7 @@ TEST_CASE("A minimum-time move meets its boundary conditions and limits, by nume
   Numbers next(11);
   for (int n = 0; n < 1000; ++n) {
     const AxisEnds e = random_ends(next, 3.0, 4.0);
-    const AxisProfile p = mtt(e, next(0, 2), kLimits);
+    const AxisProfile p = mtt(e, next(0, 2), kAxisLimits);
     CHECK((p.t0_s <= p.tb0_s && p.tb0_s <= p.tb1_s && p.tb1_s <= p.t1_s));
     CHECK(std::abs(p.vc_mm_s) <= 4.0);
     CHECK(p.velocity(p.t0_s) == Approx(e.v0_mm_s).margin(1e-9));
@@ -41,10 +41,10 @@ TEST_CASE("No shorter time works: the minimum-time move against a dense grid of 
   Numbers next(12);
   for (int n = 0; n < 200; ++n) {
     const AxisEnds e = random_ends(next, 1.0, 4.0);
-    const double step = 1e-3, found = mtt(e, 0.0, kLimits).t1_s, grid = first_on_grid(e, step);
+    const double step = 1e-3, found = mtt(e, 0.0, kAxisLimits).t1_s, grid = first_on_grid(e, step);
     CAPTURE(e.q0_mm, e.q1_mm, e.v0_mm_s, e.v1_mm_s);
     CHECK(grid >= found - 1e-5);  // the oracle finds nothing earlier
-    const auto spans = possible_durations(e, kLimits);
+    const auto spans = possible_durations(e, kAxisLimits);
     CHECK(spans.front().from_s == Approx(found).margin(1e-9));
     if (spans.front().to_s - found > 2 * step) CHECK(grid <= found + step + 1e-5);
   }
@@ -55,13 +55,13 @@ TEST_CASE("The possible durations are those of the oracle, gap included", "[aero
   int gaps = 0;
   for (int n = 0; n < 400; ++n) {
     const AxisEnds e = random_ends(next, 0.3, 4.0);
-    const auto spans = possible_durations(e, kLimits);
+    const auto spans = possible_durations(e, kAxisLimits);
     REQUIRE((spans.size() == 1 || spans.size() == 2));
     gaps += spans.size() == 2;
     CHECK(std::isinf(spans.back().to_s));
     for (int k = 0; k < 40; ++k) {
       const double t = next(0.0, 1.0);
-      const auto [low, high] = reachable(e, t, kLimits);
+      const auto [low, high] = reachable(e, t, kAxisLimits);
       const double dq = e.q1_mm - e.q0_mm;
       if (low <= high && std::min(std::abs(dq - low), std::abs(dq - high)) < 1e-5) continue;
       bool inside = false;
@@ -102,7 +102,8 @@ TEST_CASE(
     "2.367 "
     "s",
     "[aerosol]") {
-  const AxisProfile back = mtt({0, -10, 0, 0}, 0.0, kLimits), ahead = mtt({0, 10, 0, 0}, 0.0, kLimits);
+  const AxisProfile back = mtt({0, -10, 0, 0}, 0.0, kAxisLimits),
+                    ahead = mtt({0, 10, 0, 0}, 0.0, kAxisLimits);
   CHECK(back.t1_s == Approx(10.0 / 4 + 4.0 / 30).epsilon(1e-12));
   CHECK(back.t1_s == ahead.t1_s);
   CHECK(back.vc_mm_s == -4.0);
@@ -113,7 +114,7 @@ TEST_CASE(
   for (int n = 0; n < 500; ++n) {
     AxisEnds e = random_ends(next, 10.0, 4.0);
     const AxisEnds mirror{-e.q0_mm, -e.q1_mm, -e.v0_mm_s, -e.v1_mm_s};
-    CHECK(mtt(e, 0.0, kLimits).t1_s == Approx(mtt(mirror, 0.0, kLimits).t1_s).epsilon(1e-12));
+    CHECK(mtt(e, 0.0, kAxisLimits).t1_s == Approx(mtt(mirror, 0.0, kAxisLimits).t1_s).epsilon(1e-12));
   }
 }
 
@@ -141,18 +142,18 @@ TEST_CASE(
     int moves = 4000, none = 0;
     for (int n = 0; n < moves; ++n) {
       const AxisEnds x = random_ends(next, span / 2, 4.0), y = random_ends(next, span / 2, 4.0);
-      const double slower = std::max(mtt(x, 0, kLimits).t1_s, mtt(y, 0, kLimits).t1_s);
-      const PlaneMove move = synchronised_mtt(x, y, 0.0, kLimits);
+      const double slower = std::max(mtt(x, 0, kAxisLimits).t1_s, mtt(y, 0, kAxisLimits).t1_s);
+      const PlaneMove move = synchronised_mtt(x, y, 0.0, kAxisLimits);
       CHECK(move.x.t1_s == Approx(move.y.t1_s).epsilon(1e-12));
       CHECK(std::abs(move.x.vc_mm_s) <= 4.0 + 1e-6);
       CHECK(std::abs(move.y.vc_mm_s) <= 4.0 + 1e-6);
       CHECK(move.x.t1_s >= slower - 1e-9);
       if (move.x.t1_s > slower + 1e-6) {
         ++none;
-        const AxisEnds& faster = mtt(x, 0, kLimits).t1_s < mtt(y, 0, kLimits).t1_s ? x : y;
+        const AxisEnds& faster = mtt(x, 0, kAxisLimits).t1_s < mtt(y, 0, kAxisLimits).t1_s ? x : y;
         CHECK_FALSE(lspb(faster, 0.0, slower, 30.0));
         for (double t = slower + 1e-4; t < move.x.t1_s - 1e-4; t += 2e-3)
-          CHECK_FALSE((can(x, t, kLimits) && can(y, t, kLimits)));
+          CHECK_FALSE((can(x, t, kAxisLimits) && can(y, t, kAxisLimits)));
       }
     }
     INFO(span << " mm: " << none << " of " << moves);
@@ -166,15 +167,15 @@ TEST_CASE("Two axes together take the earliest common time, not before the one a
   for (int n = 0; n < 20000; ++n) {
     const double span = n % 3 == 0 ? 0.01 : n % 3 == 1 ? 0.5 : 20.0, at_least = n % 2 ? next(0, 0.5) : 0.0;
     const AxisEnds x = random_ends(next, span, 4.0), y = random_ends(next, span, 4.0);
-    const PlaneMove move = synchronised_mtt(x, y, 0.0, kLimits, at_least);
+    const PlaneMove move = synchronised_mtt(x, y, 0.0, kAxisLimits, at_least);
     REQUIRE(move.x.t1_s >= at_least);
     REQUIRE(move.x.position(move.x.tb0_s - 1e-12) ==
             Approx(move.x.position(move.x.tb0_s + 1e-12)).margin(1e-8));
     REQUIRE(move.y.position(move.y.tb0_s - 1e-12) ==
             Approx(move.y.position(move.y.tb0_s + 1e-12)).margin(1e-8));
   }
-  const PlaneMove nothing = synchronised_mtt({1, 1, 0, 0}, {2, 2, 0, 0}, 0.0, kLimits);
+  const PlaneMove nothing = synchronised_mtt({1, 1, 0, 0}, {2, 2, 0, 0}, 0.0, kAxisLimits);
   CHECK(nothing.x.t1_s == 0.0);
-  const PlaneMove straight_on = synchronised_mtt({1, 1, 3, 3}, {2, 2, -1, -1}, 0.0, kLimits);
+  const PlaneMove straight_on = synchronised_mtt({1, 1, 3, 3}, {2, 2, -1, -1}, 0.0, kAxisLimits);
   CHECK(straight_on.x.t1_s == 0.0);
 }

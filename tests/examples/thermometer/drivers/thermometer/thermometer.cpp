@@ -1,7 +1,8 @@
 #include "drivers/thermometer/thermometer.h"
 
-#include <charconv>
 #include <limits>
+
+#include "core/options/number.h"
 
 namespace firn::drivers {
 namespace {
@@ -14,11 +15,7 @@ constexpr double kHighest_degC = 400.0;
 
 std::optional<double> parse_bed_temperature(std::string_view line) {
   if (line == "OPEN") return std::numeric_limits<double>::quiet_NaN();
-  double celsius = 0.0;
-  const auto [end, error] = std::from_chars(line.data(), line.data() + line.size(), celsius);
-  if (error != std::errc() || end != line.data() + line.size()) return std::nullopt;
-  if (!(celsius >= kLowest_degC && celsius <= kHighest_degC)) return std::nullopt;
-  return celsius;
+  return whole_number(line, kLowest_degC, kHighest_degC);
 }
 
 ThermometerDialect::ThermometerDialect() {
@@ -64,7 +61,7 @@ void Thermometer::reply(const Request&, std::span<const std::byte> frame, std::i
   reads_ = true;
   identified();
   set_state(DeviceState::kSafe, "reading", fx);
-  fx.measured(BedTemperature{*parse_bed_temperature(line.substr(0, line.size() - 1))});
+  fx.measured<Thermometer>(BedTemperature{*parse_bed_temperature(line.substr(0, line.size() - 1))});
 }
 
 void Thermometer::failed(const Request&, std::int64_t now_us, Effects& fx) {

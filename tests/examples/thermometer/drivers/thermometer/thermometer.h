@@ -34,6 +34,7 @@ struct BedTemperature {
 
 class Thermometer final : public Driver {
  public:
+  using Measurements = std::tuple<BedTemperature>;
   /// @throws std::invalid_argument naming the setting, its value and its range
   explicit Thermometer(ThermometerOptions options);
 

@@ -11,8 +11,7 @@
 namespace firn {
 
 /// Sends a BED_TEMPERATURE for each reading of drivers/thermometer.
-class ThermometerNode final : public DriverNode<ThermometerNode, drivers::Thermometer, drivers::Effects,
-                                                drivers::BedTemperature> {
+class ThermometerNode final : public DriverNode<ThermometerNode, drivers::Thermometer, drivers::Effects> {
  public:
   explicit ThermometerNode(const Experiment& experiment);
 

@@ -1,0 +1,92 @@
+#include "procs/bus/message_mac.h"
+
+#include <openssl/core_names.h>
+#include <openssl/crypto.h>
+#include <openssl/evp.h>
+#include <openssl/params.h>
+#include <sys/random.h>
+
+#include <stdexcept>
+
+namespace firn {
+namespace {
+
+constexpr std::size_t kNumbersBytes = 16;  // sender and number
+constexpr std::uint64_t kWindow = 64;
+static_assert(kMacTrailerBytes == kNumbersBytes + KeyedHash::kBytes);
+
+void put(std::uint64_t v, std::byte* to) {
+  for (int k = 0; k < 8; ++k) to[k] = std::byte(v >> (56 - 8 * k));
+}
+
+std::uint64_t get(const std::byte* from) {
+  std::uint64_t v = 0;
+  for (int k = 0; k < 8; ++k) v = v << 8 | std::uint64_t(from[k]);
+  return v;
+}
+
+const unsigned char* raw(const void* p) { return static_cast<const unsigned char*>(p); }
+
+}  // namespace
+
+void KeyedHash::Free::operator()(evp_mac_ctx_st* context) const { EVP_MAC_CTX_free(context); }
+
+KeyedHash::KeyedHash(const BusKey& key) {
+  EVP_MAC* mac = EVP_MAC_fetch(nullptr, OSSL_MAC_NAME_BLAKE2BMAC, nullptr);
+  context_.reset(mac ? EVP_MAC_CTX_new(mac) : nullptr);
+  EVP_MAC_free(mac);
+  std::size_t size = kBytes;
+  const OSSL_PARAM options[] = {OSSL_PARAM_construct_size_t(OSSL_MAC_PARAM_SIZE, &size),
+                                OSSL_PARAM_construct_end()};
+  if (!context_ || EVP_MAC_init(context_.get(), raw(key.bytes.data()), key.bytes.size(), options) != 1)
+    throw std::runtime_error("BLAKE2b with a key is not available in this OpenSSL");
+}
+
+void KeyedHash::compute(std::string_view channel, std::span<const std::byte> message,
+                        std::span<const std::byte, 16> sender_and_number, std::span<std::byte, kBytes> to) {
+  EVP_MAC_CTX* c = context_.get();
+  const unsigned char end = 0;  // of the channel: no other channel and message have the same bytes
+  std::size_t size = 0;
+  if (EVP_MAC_init(c, nullptr, 0, nullptr) != 1 ||
+      EVP_MAC_update(c, raw(channel.data()), channel.size()) != 1 || EVP_MAC_update(c, &end, 1) != 1 ||
+      EVP_MAC_update(c, raw(message.data()), message.size()) != 1 ||
+      EVP_MAC_update(c, raw(sender_and_number.data()), sender_and_number.size()) != 1 ||
+      EVP_MAC_final(c, reinterpret_cast<unsigned char*>(to.data()), &size, to.size()) != 1 || size != kBytes)
+    throw std::runtime_error("BLAKE2b with a key failed in OpenSSL");
+}
+
+MessageMac::MessageMac(const BusKey& key) : hash_(key) {
+  if (::getrandom(&sender_, sizeof sender_, 0) != ssize_t(sizeof sender_))
+    throw std::runtime_error("getrandom, for the number of a sender on the bus, failed");
+}
+
+void MessageMac::write(std::string_view channel, std::span<const std::byte> message,
+                       std::span<std::byte, kMacTrailerBytes> trailer) {
+  put(sender_, trailer.data());
+  put(++number_, trailer.data() + 8);
+  hash_.compute(channel, message, trailer.first<kNumbersBytes>(), trailer.last<KeyedHash::kBytes>());
+}
+
+MacFault MacVerifier::open(std::string_view channel, std::span<const std::byte>& datagram) {
+  if (datagram.size() < kMacTrailerBytes) return MacFault::kForged;
+  const auto message = datagram.first(datagram.size() - kMacTrailerBytes);
+  const auto trailer = datagram.last<kMacTrailerBytes>();
+  std::byte hash[KeyedHash::kBytes];
+  hash_.compute(channel, message, trailer.first<kNumbersBytes>(), hash);
+  if (CRYPTO_memcmp(hash, trailer.data() + kNumbersBytes, sizeof hash) != 0) return MacFault::kForged;
+  Seen& seen = senders_[get(trailer.data())];
+  const std::uint64_t number = get(trailer.data() + 8);
+  if (number > seen.newest) {
+    const std::uint64_t ahead = number - seen.newest;
+    seen.before = (ahead < kWindow ? seen.before << ahead : 0) | 1;
+    seen.newest = number;
+  } else {
+    const std::uint64_t behind = seen.newest - number;
+    if (behind >= kWindow || seen.before >> behind & 1) return MacFault::kRepeated;
+    seen.before |= std::uint64_t(1) << behind;
+  }
+  datagram = message;
+  return MacFault::kNone;
+}
+
+}  // namespace firn

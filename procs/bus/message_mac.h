@@ -1,0 +1,74 @@
+// MessageMac and MacVerifier authenticate the messages of a run by a trailer behind the encoded message:
+// sender, number, and a message authentication code (MAC), the keyed hash BLAKE2b-128 [RFC 7693] of channel,
+// message, sender and number. LCM's decoders ignore bytes behind a message, so that lcm-spy and lcm-logger
+// still read.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <string_view>
+
+#include "procs/bus/bus_key.h"
+
+struct evp_mac_ctx_st;
+
+namespace firn {
+
+inline constexpr std::size_t kMacTrailerBytes = 32;  ///< sender 8, number 8, hash 16; big endian
+
+/// Computes the hash with one key; not for two threads at once.
+class KeyedHash {
+ public:
+  static constexpr std::size_t kBytes = 16;
+  /// @throws std::runtime_error if this OpenSSL has no BLAKE2b
+  explicit KeyedHash(const BusKey& key);
+  void compute(std::string_view channel, std::span<const std::byte> message,
+               std::span<const std::byte, 16> sender_and_number, std::span<std::byte, kBytes> to);
+
+ private:
+  struct Free {
+    void operator()(evp_mac_ctx_st* context) const;
+  };
+  std::unique_ptr<evp_mac_ctx_st, Free> context_;
+};
+
+/// Computes the trailers of one sender, whose random number no other sender of the run has.
+class MessageMac {
+ public:
+  explicit MessageMac(const BusKey& key);
+  void write(std::string_view channel, std::span<const std::byte> message,
+             std::span<std::byte, kMacTrailerBytes> trailer);
+
+ private:
+  KeyedHash hash_;
+  std::uint64_t sender_;
+  std::uint64_t number_ = 0;
+};
+
+enum class MacFault : std::uint8_t {
+  kNone,
+  kForged,    ///< without a trailer, or not by a holder of the key, or altered
+  kRepeated,  ///< taken before, or older than what can still be told from it
+};
+
+/// Checks trailers. Of each sender the numbers are taken once, in any order within 64 [RFC 4303,
+/// section 3.4.3].
+class MacVerifier {
+ public:
+  explicit MacVerifier(const BusKey& key) : hash_(key) {}
+  /// Cuts the trailer from `datagram` if there is no fault.
+  MacFault open(std::string_view channel, std::span<const std::byte>& datagram);
+
+ private:
+  struct Seen {
+    std::uint64_t newest = 0;
+    std::uint64_t before = 0;  // bit k: newest - k was taken
+  };
+  KeyedHash hash_;
+  std::map<std::uint64_t, Seen> senders_;  // holders of the key only
+};
+
+}  // namespace firn

@@ -1,0 +1,92 @@
+#include "runs/folder/list.h"
+
+#include <algorithm>
+#include <sstream>
+
+#include "files/json.h"
+#include "files/lowercase.h"
+#include "files/text_file.h"
+#include "files/usage_error.h"
+#include "runs/folder/pack.h"
+#include "runs/folder/run_folder.h"
+#include "runs/folder/run_lock.h"
+#include "runs/folder/running.h"
+
+namespace firn::runs {
+
+namespace fs = std::filesystem;
+
+RunEntry run_entry(const fs::path& folder) {
+  RunEntry e;
+  e.folder = folder;
+  const auto pid = printing_process(folder);
+  e.running = pid.has_value();
+  try {
+    const auto provenance = nlohmann::json::parse(read_file(RunPaths(folder).provenance_path()));
+    e.started_utc = provenance.value("started_utc", "");
+    e.name = provenance.value("name", "");
+    e.scheme = provenance.value("scheme", "");
+    e.bytes = folder_bytes(folder);
+    const RunFolder run = RunFolder::open(folder);
+    e.lab = lab_kind_in(run.experiment_toml());
+    e.result = pid ? std::nullopt : run.result();
+    e.outcome = pid        ? "running (pid " + std::to_string(*pid) + ")"
+                : e.result ? e.result->outcome
+                           : "interrupted";
+    if (e.result) {
+      e.reason = e.result->reason;
+      e.layers = e.result->layers;
+    }
+  } catch (const std::exception& error) {
+    e.outcome = "unreadable";
+    e.reason = error.what();
+  }
+  return e;
+}
+
+std::vector<RunEntry> list_runs(const fs::path& root) {
+  if (!fs::is_directory(root)) throw UsageError(root.string() + ": no such folder; --runs names another");
+  std::vector<RunEntry> runs;
+  for (const auto& entry : fs::directory_iterator(root))
+    if (is_run(entry.path())) runs.push_back(run_entry(entry.path()));
+  std::ranges::sort(runs, {}, [](const RunEntry& r) { return std::pair(r.started_utc, r.folder.string()); });
+  return runs;
+}
+
+bool mentions(const RunEntry& run, const std::string& word) {
+  std::string text = run.folder.filename().string() + "\n" + run.outcome + "\n" + run.reason;
+  try {
+    std::istringstream in(
+        read_file(RunPaths(run.folder).experiment_path()));  // every key is in every experiment
+    for (std::string line; std::getline(in, line);)
+      if (const std::size_t equals = line.find('='); equals != line.npos)
+        text += "\n" + line.substr(equals + 1);
+  } catch (const std::exception&) {  // the list names it
+  }
+  return lowercase(text).find(lowercase(word)) != std::string::npos;
+}
+
+bool remove_run(const RunEntry& seen) {
+  const fs::path root = seen.folder.parent_path(),
+                 going = root / (kRemoving + seen.folder.filename().string());
+  const RunLock lock(seen.folder, RunUse::kRemove);
+  const RunEntry now = run_entry(seen.folder);
+  if (now.outcome != seen.outcome || now.started_utc != seen.started_utc) return false;
+  if (fs::is_symlink(fs::symlink_status(seen.folder))) return fs::remove(seen.folder);
+  fs::rename(seen.folder, going);
+  fs::remove_all(going);
+  return true;
+}
+
+void finish_removals(const fs::path& root) {
+  std::vector<fs::path> left;
+  for (const auto& entry : fs::directory_iterator(root))
+    if (entry.path().filename().string().starts_with(kRemoving)) left.push_back(entry.path());
+  for (const fs::path& folder : left) try {
+      const RunLock lock(folder, RunUse::kRemove);
+      fs::remove_all(folder);
+    } catch (const UsageError&) {  // another process is removing it
+    }
+}
+
+}  // namespace firn::runs

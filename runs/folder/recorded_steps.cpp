@@ -1,0 +1,79 @@
+#include "runs/folder/recorded_steps.h"
+
+namespace firn::runs {
+
+namespace {
+
+bool is(const std::optional<record::Record>& record, WalKind kind) {
+  return record && record->kind == std::uint16_t(kind);
+}
+
+}  // namespace
+
+WalFile::WalFile(const std::filesystem::path& path) : map_(path), reader_(map_.bytes()) {}
+
+std::optional<record::Record> WalFile::take() {
+  std::optional<record::Record> record = ahead_ ? ahead_ : reader_.next();
+  ahead_.reset();
+  return record;
+}
+
+// Outputs follow their event directly; the next record shows if the incarnation ended here.
+void WalFile::attach_outputs() {
+  ahead_ = reader_.next();
+  if (is(ahead_, WalKind::kOutputs)) {
+    try {
+      const WalOutputs outputs = decode_outputs(ahead_->payload);
+      if (outputs.step == step_.step) {
+        step_.has_outputs = true;
+        step_.outputs = outputs.body;
+        step_.handler_ns = outputs.handler_ns;
+        if (ahead_->damaged) step_.damaged_at = ahead_->offset;
+        ahead_ = reader_.next();
+      }
+    } catch (const std::runtime_error&) {
+      // next() reads the record again and reports it
+    }
+  }
+  step_.last = !ahead_ || is(ahead_, WalKind::kHead);
+}
+
+WalFile::Item WalFile::next() {
+  const std::optional<record::Record> record = take();
+  if (!record) return Item::kEnd;
+  offset_ = record->offset;
+  map_.forget_before(offset_);
+  try {
+    switch (WalKind(record->kind)) {
+      case WalKind::kHead:
+        head_ = decode_head(record->payload);
+        return Item::kHead;
+      case WalKind::kEvent: {
+        const WalEvent event = decode_event(record->payload);
+        step_ = RecordedStep{};
+        step_.step = event.step;
+        step_.event = event.event;
+        if (record->damaged) step_.damaged_at = record->offset;
+        step_.offset = record->offset;
+        attach_outputs();
+        return Item::kStep;
+      }
+      case WalKind::kOutputs: {
+        const WalOutputs outputs = decode_outputs(record->payload);
+        step_ = RecordedStep{};
+        step_.step = outputs.step;
+        step_.has_outputs = true;
+        step_.outputs = outputs.body;
+        if (record->damaged) step_.damaged_at = record->offset;
+        step_.offset = record->offset;
+        return Item::kStray;
+      }
+    }
+    trouble_ = "record kind " + std::to_string(record->kind) + " is not known";
+  } catch (const std::runtime_error& e) {
+    trouble_ = e.what();
+  }
+  return Item::kUnknown;
+}
+
+}  // namespace firn::runs

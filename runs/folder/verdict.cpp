@@ -1,0 +1,50 @@
+#include "runs/folder/verdict.h"
+
+#include <fmt/core.h>
+
+#include <cmath>
+
+#include "core/options/for_people.h"
+#include "files/exit_codes.h"
+
+namespace firn::runs {
+
+std::string verdict_words(const RunResult& r, const LabWords& lab) {
+  if (can_go_on(r)) return "";
+  const std::optional<bool> within = within_tolerance(r);
+  if (within == false) return "OUT OF TOLERANCE: " + for_people(r.reason);
+  if (within)
+    return fmt::format("within tolerance: RMS {} of the last map, at most {}", lab.length(r.error->rms_um),
+                       lab.length(*r.tolerance_um));
+  if (r.status == kFailed) return "NOT JUDGED: " + for_people(r.reason);
+  if (r.error) return "no target";
+  return r.part ? "not judged: heights were not measured" : "not judged";  // an older program told no error
+}
+
+std::string end_words(const RunResult& r) {
+  return r.outcome + (r.reason.empty() ? "" : ": " + for_people(r.reason));
+}
+
+std::string part_words(const PrintedPart& p) {
+  return fmt::format("{}, {} x {} x {} mm", p.name, for_people(p.size_mm[0]), for_people(p.size_mm[1]),
+                     for_people(p.size_mm[2]));
+}
+
+std::string result_lines(const RunResult& r, const LabWords& lab) {
+  std::string text;
+  if (r.part) text += "part: " + part_words(*r.part) + "\n";
+  if (const auto& e = r.error) {
+    text += fmt::format("measured surface against {}: mean {}{}, RMS {}, std {}\n", lab.reference,
+                        std::signbit(e->mean_um) ? "-" : "+", lab.length(std::abs(e->mean_um)),
+                        lab.length(e->rms_um), lab.length(e->std_um));
+    if (e->rms_inside_um > 0.0 || e->rms_rim_um > 0.0)
+      text += fmt::format("RMS inside {}, on the rim {}\n", lab.length(e->rms_inside_um),
+                          lab.length(e->rms_rim_um));
+  }
+  if (r.overspill_percent)
+    text += "overspill: " + for_people(*r.overspill_percent) + " % of the part's volume lies beside it\n";
+  if (!r.audit.empty()) text += "audit: " + r.audit + "\n";
+  return text;
+}
+
+}  // namespace firn::runs

@@ -1,0 +1,51 @@
+#include "core/options/for_people.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <string>
+
+#include "core/grid/random.h"
+
+using namespace firn;
+
+TEST_CASE("People read numbers in three significant digits, without exponent, and large ones whole") {
+  const struct {
+    double value;
+    const char* text;
+  } cases[] = {{0.0, "0"},          {-0.0, "0"},
+               {7.5, "7.5"},        {60.000126, "60"},
+               {47.28, "47.3"},     {1.1284, "1.13"},
+               {9.996, "10"},       {0.005123, "0.00512"},
+               {-0.1174, "-0.117"}, {999.4, "999"},
+               {999.6, "1,000"},    {1e6, "1,000,000"},
+               {12345.6, "12,346"}, {-1234567, "-1,234,567"},
+               {-999.9, "-1,000"},  {1e-15, "0"},
+               {3e-7, "0.0000003"}};
+  for (const auto& c : cases) CHECK(for_people(c.value) == c.text);
+  for (const double none : {std::nan(""), std::numeric_limits<double>::infinity()})
+    CHECK(for_people(none) == "-");
+}
+
+TEST_CASE("A number for people lies within half a unit of its third digit") {
+  for (std::uint32_t n = 0; n < 2000; ++n) {
+    const std::uint64_t bits = random_bits({48, Purpose::kTest, 0, 0, n});
+    const double power = std::pow(10.0, double(bits % 9) - 5.0),
+                 value = power * (1.0 + double(bits >> 40) * 5e-7);
+    INFO(n << ": " << value);
+    std::string text = for_people(value);
+    std::erase(text, ',');
+    CHECK(std::abs(std::strtod(text.c_str(), nullptr) - value) <= 0.0051 * value);
+    CHECK(text.find('e') == text.npos);
+  }
+}
+
+TEST_CASE("Of a recorded sentence the long decimals are shortened, and nothing else") {
+  CHECK(for_people("stage: no answer within 60.000126 s") == "stage: no answer within 60 s");
+  CHECK(for_people("measuring again at 7.500000 mm/s") == "measuring again at 7.5 mm/s");
+  CHECK(for_people("(-0.123456, 12.000000) mm aside") == "(-0.123, 12) mm aside");
+  for (const char* same : {"layer 7, pass 12 of 123456789", "0.25 of 1.5", "tcp:127.0.0.1:19999", "5.",
+                           "v1.2.3", "a digest 0.1234567", "\xff\xfe"})
+    CHECK(for_people(same) == same);
+}
