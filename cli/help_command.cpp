@@ -14,6 +14,7 @@
 #include "config/find_key.h"
 #include "files/exit_codes.h"
 #include "files/lowercase.h"
+#include "files/nearest.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
 #include "runtime/source_folder.h"
@@ -77,6 +78,13 @@ const Page* page_of(const std::vector<Page>& all, const std::string& topic) {
   return nullptr;
 }
 
+// The last part of the name of the page whose name is spelt nearly so; "" if none is.
+std::string likeliest_page(const std::vector<Page>& all, const std::string& topic) {
+  std::vector<std::string> names;
+  for (const Page& p : all) names.push_back(fs::path(p.name).filename());
+  return nearest(topic, {names.begin(), names.end()});
+}
+
 /// @returns 0, or 1 when nothing mentions the topic
 int run_help(const HelpOptions& options) {
   const std::vector<Page> all = pages();
@@ -90,6 +98,9 @@ int run_help(const HelpOptions& options) {
     std::fputs(page->text.c_str(), stdout);
     return kOk;
   }
+  if (options.topic.size() == 1)
+    if (const std::string near = likeliest_page(all, options.topic.front()); !near.empty())
+      fmt::print(stderr, "firn help: no page {}; did you mean: firn help {}\n", options.topic.front(), near);
   std::vector<Section> headed;
   for (const Page& p : all)
     for (Section& s : sections(p))

@@ -15,6 +15,58 @@ constexpr int kSaid = 2, kSaidBegins = 1;            // a word of the sentence
 constexpr std::size_t kShortest = 3;                 // of a beginning
 constexpr std::size_t kMaxWords = 16;
 
+constexpr NameOfTheField kNamesOfTheField[] = {
+    {"droplet spacing", "grid.pitch_x_mm"},
+    {"drop spacing", "grid.pitch_x_mm"},
+    {"dot spacing", "grid.pitch_x_mm"},
+    {"resolution", "grid.pitch_x_mm"},
+    {"dpi", "grid.pitch_x_mm"},
+    {"voxel size", "grid.pitch_x_mm"},
+    {"line spacing", "ice.pitch_mm"},
+    {"cure time", "process.exposure_s"},
+    {"curing time", "process.exposure_s"},
+    {"dose", "process.exposure_s"},
+    {"layer height", "model.h1_mm"},
+    {"layer height", "ice.layer_height_mm"},
+    {"layer height", "geometry.image_pitch_z_mm"},
+    {"layer thickness", "model.h1_mm"},
+    {"layer thickness", "ice.layer_height_mm"},
+    {"layer thickness", "geometry.image_pitch_z_mm"},
+    {"number of layers", "control.max_layers"},
+    {"layer count", "control.max_layers"},
+    {"print speed", "process.pass_speed_mm_s"},
+    {"print speed", "ice.water_fill_mm_s"},
+    {"feed rate", "process.pass_speed_mm_s"},
+    {"feed rate", "ice.water_fill_mm_s"},
+    {"travel speed", "robot.travel_mm_s"},
+    {"standoff", "process.nozzle_gap_mm"},
+    {"stand off", "process.nozzle_gap_mm"},
+    {"working distance", "process.nozzle_gap_mm"},
+    {"nozzle height", "process.nozzle_gap_mm"},
+    {"flow rate", "aerosol.flow_mm3_s"},
+    {"flow rate", "plant.flow"},
+    {"droplet volume", "model.h1_mm"},
+    {"droplet volume", "plant.flow"},
+    {"drop volume", "model.h1_mm"},
+    {"drop volume", "plant.flow"},
+    {"viscosity", "model.h2_mm"},
+    {"viscosity", "model.h3_mm"},
+    {"viscosity", "plant.spread"},
+    {"wetting", "model.h2_mm"},
+    {"wetting", "plant.spread"},
+    {"contact angle", "plant.spread"},
+    {"droplet size", "plant.spread"},
+    {"droplet diameter", "plant.spread"},
+    {"drop size", "plant.spread"},
+    {"controller", "control.scheme"},
+    {"algorithm", "control.scheme"},
+    {"proportional gain", "control.smf.kp"},
+    {"uv power", "process.iris_percent"},
+    {"uv intensity", "process.iris_percent"},
+    {"jetting frequency", "jet.max_rate_hz"},
+    {"drop rate", "jet.max_rate_hz"},
+};
+
 std::vector<std::string> words_of_text(std::string_view text) {
   std::vector<std::string> words(1);
   for (const char c : text.substr(0, 2000)) {
@@ -56,7 +108,21 @@ int said_score(const std::string& word, const std::vector<std::string>& sentence
   return best;
 }
 
+// The keys that a query means by the field's own names, in the table's order.
+std::vector<std::string_view> keys_of_names(const std::vector<std::string>& wanted) {
+  std::vector<std::string_view> keys;
+  for (const auto& [name, key] : kNamesOfTheField) {
+    const std::vector<std::string> words = words_of_text(name);
+    if (std::ranges::all_of(
+            words, [&](const std::string& w) { return std::ranges::find(wanted, w) != wanted.end(); }))
+      keys.push_back(key);
+  }
+  return keys;
+}
+
 }  // namespace
+
+std::span<const NameOfTheField> names_of_the_field() { return kNamesOfTheField; }
 
 std::vector<const Field*> find_fields(const std::vector<Field>& table, std::string_view query) {
   std::vector<std::string> wanted = words_of_text(query);
@@ -74,7 +140,11 @@ std::vector<const Field*> find_fields(const std::vector<Field>& table, std::stri
   }
   std::ranges::stable_sort(found, [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<const Field*> fields;
-  for (const auto& [score, field] : found) fields.push_back(field);
+  for (const std::string_view key : keys_of_names(wanted))
+    for (const Field& f : table)
+      if (f.key == key) fields.push_back(&f);
+  for (const auto& [score, field] : found)
+    if (std::ranges::find(fields, field) == fields.end()) fields.push_back(field);
   return fields;
 }
 

@@ -188,6 +188,12 @@ class Reader {
   }
 
   [[noreturn]] void unknown(const std::string& key, const std::string& file, int line) const {
+    constexpr std::string_view kOfStudies[] = {"baseline", "experiment", "metrics",
+                                               "scheme",   "seeds",      "vary"};
+    if (file != kSet && std::ranges::find(kOfStudies, key) != std::end(kOfStudies))
+      throw ConfigError(
+          file, line, key,
+          key + ": is of a study, and this should be an experiment: firn compare prints studies");
     std::string near = likeliest_key(fields_, key);
     if (near.empty()) {  // no word is known, but the letters may be
       std::vector<std::string_view> known = keys_;

@@ -29,6 +29,7 @@ class StudyReader {
   explicit StudyReader(const std::string& file) : file_(file) {}
 
   Study read(const toml::table& table) {
+    refuse_experiment(table);
     for (const auto& [key, node] : table) {
       const std::string k(key.str());
       const int line = int(key.source().begin.line);
@@ -63,6 +64,17 @@ class StudyReader {
   }
 
  private:
+  // The sections of an experiment are tables, those of a study lists of tables, but for [vary].
+  void refuse_experiment(const toml::table& table) const {
+    if (table.contains("seeds") || table.contains("scheme")) return;
+    for (const auto& [key, node] : table)
+      if (const std::string k(key.str()); k == "include" || (node.is_table() && k != "vary"))
+        fail(int(key.source().begin.line), k,
+             "is of an experiment, and this should be a study: firn print prints an experiment; a study "
+             "names it, as in "
+             "experiment = \"FILE.toml\"");
+  }
+
   // Schemes that are runs on record: the n-th runs of all stand where seeds do.
   void recorded(const toml::table& table) {
     for (const auto& [key, node] : table) {

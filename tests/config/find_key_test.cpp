@@ -29,6 +29,18 @@ TEST_CASE("keys are found by words of their names and sentences, the likeliest f
   CHECK(t.find("").empty());
 }
 
+TEST_CASE("the names that laboratories use lead to keys that exist, first of all that are found") {
+  const Table t;
+  for (const auto& [name, key] : names_of_the_field()) {
+    CAPTURE(name, key);
+    const auto found = t.find(std::string(name));
+    const auto place = std::ranges::find(found, key);
+    REQUIRE(place != found.end());
+    const auto same = std::ranges::count(names_of_the_field(), name, &NameOfTheField::name);
+    CHECK(place - found.begin() < same);
+  }
+}
+
 TEST_CASE("an unknown key is likened by its words, not by the letters of the whole key") {
   const Table t;
   CHECK(likeliest_key(t.fields, "process.max_layers") == "control.max_layers");

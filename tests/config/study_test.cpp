@@ -107,6 +107,19 @@ TEST_CASE("A mistake in a study is told with file, line, key and limit") {
   holds("seeds = 3\n[[scheme]\n", {"s.toml:2", "column"});
 }
 
+TEST_CASE(
+    "An experiment in the place of a study is told as one, and so is a study in the place of an experiment") {
+  const auto of_experiment = Catch::Contains("is of an experiment, and this should be a study");
+  CHECK_THAT(refusal("include = \"lab.toml\"\n[run]\nname = \"a\"\n"),
+             Catch::StartsWith("s.toml:1: include") && of_experiment);
+  CHECK_THAT(refusal("[part]\nheight_mm = 0.1\n"), Catch::StartsWith("s.toml:1: part") && of_experiment);
+  CHECK_THAT(refusal("seeds = 3\n[part]\nname = \"a\"\n"), Catch::Contains("written as [[part]]"));
+  CHECK_THROWS_WITH(parse_experiment(kStudy, "s.toml"),
+                    Catch::Contains("s.toml:4: baseline: is of a study, and this should be an experiment"));
+  CHECK_THROWS_WITH(parse_experiment("seeds = 2\n[[scheme]]\nname = \"a\"\n", "s.toml"),
+                    Catch::Contains("is of a study, and this should be an experiment: firn compare"));
+}
+
 TEST_CASE("A study's name is its file's where it gives none") {
   const test::TempFolder folder;
   CHECK(load_study(folder.file("drift.toml", "seeds = 1\n[[scheme]]\nname = \"a\"\n")).name == "drift");
