@@ -2,8 +2,10 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <system_error>
 
+#include "files/lowercase.h"
 #include "files/usage_error.h"
 
 namespace firn {
@@ -35,6 +37,17 @@ void check_writable(std::initializer_list<std::string> outputs) {
     if (::access(folder.c_str(), W_OK) != 0)
       throw UsageError(file + ": the folder " + folder.string() + " cannot be written to");
   }
+}
+
+void check_ending(std::string_view option, const std::string& file,
+                  std::span<const std::string_view> endings) {
+  if (file.empty()) return;
+  const std::string has = lowercase(std::filesystem::path(file).extension().string());
+  if (std::ranges::find(endings, has) != endings.end()) return;
+  std::string known;
+  for (std::size_t n = 0; n < endings.size(); ++n)
+    known += (n == 0 ? "" : n + 1 == endings.size() ? " or " : ", ") + std::string(endings[n]);
+  throw UsageError(std::string(option) + " " + file + ": must end in " + known);
 }
 
 }  // namespace firn

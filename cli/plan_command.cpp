@@ -14,6 +14,7 @@
 #include "core/motion/curve/given_curves.h"
 #include "files/exit_codes.h"
 #include "files/json.h"
+#include "files/path/path_file.h"
 #include "files/path/trajectory_file.h"
 #include "files/usage_error.h"
 #include "print/interrupt.h"
@@ -364,6 +365,7 @@ std::optional<std::string> slow_path_warning(const std::string& method, const st
 int run_plan(const PlanCommandOptions& o) {
   check_common(o);
   check_output_files({o.paths, o.machine}, {o.output, o.csv, o.pulses, o.gcode, o.pvt, o.plot});
+  check_ending("--gcode", o.gcode, kGcodeEndings);
   const Machine machine = load_machine(o.machine);
   if (machine.kind == "aerosol") return run_plan_aerosol(machine, o);
   if (!o.corner.empty())

@@ -14,6 +14,7 @@
 #include "core/options/number.h"
 #include "files/exit_codes.h"
 #include "files/path/layer_file.h"
+#include "files/path/path_file.h"
 #include "files/usage_error.h"
 #include "lcmtypes/schema.h"
 #include "print/inputs/ice_inputs.h"
@@ -66,6 +67,8 @@ void check_outputs(const SliceCommandOptions& o) {
   std::vector<std::filesystem::path> inputs(o.meshes.begin(), o.meshes.end());
   if (!o.config.empty()) inputs.push_back(o.config);
   check_output_files(std::move(inputs), {o.output, o.gcode, o.svg, o.png, o.layer_json});
+  check_ending("-o", o.output, kLayerFileEndings);
+  check_ending("--gcode", o.gcode, kGcodeEndings);
 }
 
 /// The layers of an experiment's part as a print of it would be given them.
@@ -76,6 +79,7 @@ int slice_experiment(const SliceCommandOptions& o) {
       !o.layer_json.empty())
     throw UsageError(
         "--experiment names mesh and settings itself: it goes with -o, --threads and --json only");
+  check_ending("-o", o.output, kLayerFileEndings);
   const std::filesystem::path file = o.experiment;
   const Experiment e = load_experiment(file);
   if (!prints_paths(e)) throw UsageError(o.experiment + ": its lab prints no paths");

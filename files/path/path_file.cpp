@@ -2,6 +2,7 @@
 
 #include <fstream>
 
+#include "files/lowercase.h"
 #include "files/usage_error.h"
 
 namespace firn {
@@ -10,9 +11,8 @@ void read_paths(const std::filesystem::path& file, const PathSink& sink) {
   if (std::filesystem::is_directory(file, error))
     throw UsageError(file.string() + ": is a folder, not a file");
   if (!std::filesystem::is_regular_file(file, error)) throw UsageError(file.string() + ": no such file");
-  std::string extension = file.extension().string();
-  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
-  if (extension == ".paths") return read_paths_layers(file, sink);
+  const std::string extension = lowercase(file.extension().string());
+  if (extension == kLayerFileEndings[0]) return read_paths_layers(file, sink);
   std::ifstream in(file, std::ios::binary);
   if (!in) throw UsageError(file.string() + ": cannot be read");
   const double size = double(std::filesystem::file_size(file, error));
@@ -20,7 +20,7 @@ void read_paths(const std::filesystem::path& file, const PathSink& sink) {
   if (extension == ".json") return read_paths_json(in, file.string(), size, sink);
   if (extension == ".svg") return read_paths_svg(in, file.string(), size, sink);
   if (extension == ".dxf") return read_paths_dxf(in, file.string(), size, sink);
-  for (const char* gcode : {".gcode", ".nc", ".ngc", ".g", ".gco", ".cnc", ".tap"})
+  for (const std::string_view gcode : kGcodeEndings)
     if (extension == gcode) return read_paths_gcode(in, file.string(), size, sink);
   throw UsageError(
       file.string() +

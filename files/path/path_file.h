@@ -9,6 +9,7 @@
 #include <functional>
 #include <iosfwd>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -16,6 +17,10 @@
 #include "core/path/given_curve.h"
 
 namespace firn {
+
+/// Endings of the files' names, by which they are told apart.
+inline constexpr std::string_view kLayerFileEndings[] = {".paths"};
+inline constexpr std::string_view kGcodeEndings[] = {".gcode", ".nc", ".ngc", ".g", ".gco", ".cnc", ".tap"};
 
 /// One path of a file with the planner's further inputs: tool, yaw, speed limits.
 struct InputPath {

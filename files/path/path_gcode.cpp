@@ -65,6 +65,11 @@ class GcodeReader {
     sink_.travelled(travel_mm_);
     note_material();
     note_passed_over();
+    if (machine_moves_ > 0)
+      sink_.note(fmt::format(
+          "{}: {} move(s) in the machine's coordinates (G53) left out: the file does not say where the "
+          "machine's zero is",
+          name_, machine_moves_));
     if (empty_ > 0)
       sink_.note(
           fmt::format("{}: {} path(s) of length 0 left out, the first at {}", name_, empty_, first_empty_));
@@ -282,6 +287,7 @@ class GcodeReader {
   void machine_move(const GcodeBlock& b, bool probe, bool grows) {
     if (!probe && (b['X'] || b['Y']) && deposits(grows))
       fail("G53 with a move that deposits: the file does not say where the machine's zero is");
+    if (!probe) ++machine_moves_;
     lose_place(bool(b['X']), bool(b['Y']), bool(b['Z']));
   }
 
@@ -462,7 +468,7 @@ class GcodeReader {
   bool absolute_centre_ = false, on_ = false, moved_ = false, saved_place_ = false;
   bool lost_x_ = false, lost_y_ = false, lost_z_ = false;  ///< since G28
   bool begun_ = false, ended_ = false;
-  std::int64_t paths_ = 0, empty_ = 0;
+  std::int64_t paths_ = 0, empty_ = 0, machine_moves_ = 0;
   std::string first_empty_;  ///< FILE:LINE of the first path of length 0
 };
 

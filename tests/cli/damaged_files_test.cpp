@@ -136,7 +136,7 @@ TEST_CASE("Input files of another kind, or damaged, are refused by their name wi
          {"a.toml", "a.stl", "a.obj", "a.ply", "a.3mf", "a.json", "a.csv", "a.paths", "a.npy"})
       damage.apply(folder / name);
     const auto file = [&](const char* name) { return (folder / name).string(); };
-    const std::string out = file("out"), machine = std::string(FIRN_SOURCE_DIR) + "/labs/cobra600.toml";
+    const std::string out = file("out.paths"), machine = std::string(FIRN_SOURCE_DIR) + "/labs/cobra600.toml";
     for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
              {"slice", file("a.stl"), "-o", out},
              {"slice", file("a.obj"), "-o", out},
@@ -169,23 +169,44 @@ TEST_CASE("Input files of another kind, or damaged, are refused by their name wi
 TEST_CASE("Outputs that cannot be written are refused by their name with exit code 2") {
   const fs::path run = golden_copy("v1-mpc", "damaged-outputs"), folder = run.parent_path();
   write_file_text(folder / "file", "x");
-  fs::create_directory(folder / "taken");
+  for (const char* taken : {"taken.paths", "taken.nc"}) fs::create_directory(folder / taken);
   const std::string stl = std::string(FIRN_SOURCE_DIR) + "/tests/replay/golden/tiny-ice.stl";
-  for (const fs::path& out :
-       {folder / "none" / "x", folder / "file" / "x", folder / "taken", folder / std::string(300, 'x')}) {
-    for (const std::vector<std::string>& words :
-         std::vector<std::vector<std::string>>{{"report", "--no-replay", run.string(), "-o", out.string()},
-                                               {"slice", stl, "-o", out.string()},
-                                               {"slice", stl, "--gcode", out.string()},
-                                               {"config", "docs", "-o", out.string()},
-                                               {"dataflow", "-o", out.string()}}) {
+  for (const fs::path& out : {folder / "none" / "x.paths", folder / "file" / "x.paths",
+                              folder / "taken.paths", folder / (std::string(300, 'x') + ".paths")}) {
+    for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
+             {"report", "--no-replay", run.string(), "-o", out.string()},
+             {"slice", stl, "-o", out.string()},
+             {"slice", stl, "--gcode", fs::path(out).replace_extension(".nc").string()},
+             {"config", "docs", "-o", out.string()},
+             {"dataflow", "-o", out.string()}}) {
       const Said said = firn_says(words);
       CAPTURE(words[0], out.string(), said.err);
       CHECK(said.code == 2);
-      CHECK(said.err.find(out.filename().string().substr(0, 50)) != said.err.npos);
+      CHECK(said.err.find(out.stem().string().substr(0, 50)) != said.err.npos);
       check_words(said);
     }
   }
+}
+
+TEST_CASE("firn slice and firn plan write no path file whose name firn plan refuses") {
+  const fs::path folder = fresh_folder("endings");
+  const std::string stl = std::string(FIRN_SOURCE_DIR) + "/tests/replay/golden/tiny-ice.stl",
+                    machine = std::string(FIRN_SOURCE_DIR) + "/labs/cobra600.toml";
+  write_file_text(folder / "a.csv", "x_mm,y_mm\n0,0\n5,0\n");
+  const auto refused = [&](const std::vector<std::string>& words, const std::string& out) {
+    const Said said = firn_says(words);
+    CAPTURE(words, said.err);
+    CHECK(said.code == 2);
+    CHECK_THAT(said.err, Catch::Contains(out + ": must end in "));
+    CHECK_FALSE(fs::exists(out));
+  };
+  const std::string any = folder / "job.any", none = folder / "job";
+  refused({"slice", stl, "-o", any}, any);
+  refused({"slice", stl, "-o", none}, none);
+  refused({"slice", stl, "--gcode", any}, any);
+  refused({"slice", "--experiment", std::string(FIRN_SOURCE_DIR) + "/experiments/ice-small.toml", "-o", any},
+          any);
+  refused({"plan", folder / "a.csv", "-o", folder / "a.traj", "--machine", machine, "--gcode", any}, any);
 }
 
 TEST_CASE("A study's journal that is damaged or no file is made anew or refused by its name") {
