@@ -20,6 +20,7 @@
 #include "files/text_file.h"
 #include "files/usage_error.h"
 #include "print/bringup/bringup.h"
+#include "print/inputs/part_experiment.h"
 #include "print/interrupt.h"
 #include "print/live/bus_port.h"
 #include "print/live/detached.h"
@@ -27,6 +28,7 @@
 #include "print/simulated/lab_fault.h"
 #include "runs/folder/incarnation_seal.h"
 #include "runs/folder/origin.h"
+#include "runtime/source_folder.h"
 
 namespace firn {
 namespace {
@@ -83,6 +85,51 @@ std::string bringup_state(const Experiment& e, const PrintOptions& options) {
   return j.dump(2) + "\n";
 }
 
+// Writes the experiment file of a picture or a mesh into the working folder, and has it printed in its place.
+class PartAsExperiment {
+ public:
+  explicit PartAsExperiment(PrintOptions& options) {
+    if (!names_part(options.experiment)) {
+      if (options.height_mm > 0.0 || options.width_mm > 0.0 || !options.lab.empty())
+        throw UsageError(
+            "--height, --width and --lab are of a picture or a mesh; an experiment file has them as keys, "
+            "such as "
+            "--set part.height_mm=0.1");
+      return;
+    }
+    const std::filesystem::path part = options.experiment;
+    file_ = part.stem().string() + ".toml";
+    const std::string lab =
+        options.lab.empty() ? (source_folder() / "labs/inkjet-lu2015.toml").string() : options.lab;
+    const std::string text = experiment_of_part({part, lab, options.height_mm, options.width_mm}, ".");
+    if (!std::filesystem::exists(file_)) {
+      write_file_atomically(file_, text);
+      is_new_ = true;
+    } else if (read_file(file_) != text) {
+      throw UsageError(file_.string() +
+                       ": is there already, with another content; print it, or move it away");
+    }
+    options.experiment = file_.string();
+  }
+  /// The print can begin: the file stays.
+  void keep() {
+    if (is_new_)
+      fmt::print(stderr, "wrote {}: the experiment; change it and print it again as you like\n",
+                 file_.string());
+    is_new_ = false;
+  }
+  ~PartAsExperiment() {
+    std::error_code ignored;
+    if (is_new_) std::filesystem::remove(file_, ignored);
+  }
+  PartAsExperiment(const PartAsExperiment&) = delete;
+  PartAsExperiment& operator=(const PartAsExperiment&) = delete;
+
+ private:
+  std::filesystem::path file_;
+  bool is_new_ = false;
+};
+
 // The process that prints is another one: it goes on when this terminal is closed.
 int detach(const std::filesystem::path& run, const PrintOptions& options) {
   std::vector<std::string> words{"print", "--resume", run.string()};
@@ -110,7 +157,8 @@ int detach(const std::filesystem::path& run, const PrintOptions& options) {
 
 }  // namespace
 
-int run_print(const Product& product, const PrintOptions& options) {
+int run_print(const Product& product, const PrintOptions& given) {
+  PrintOptions options = given;
   if (options.experiment.empty() == options.resume.empty())
     throw UsageError("give either an experiment file or --resume RUN");
   check_bus(options.bus);
@@ -146,6 +194,7 @@ int run_print(const Product& product, const PrintOptions& options) {
     }
     summary = carry_out_print(product, run, e, options, true, *lock);
   } else {
+    PartAsExperiment part(options);
     const std::filesystem::path file = options.experiment;
     std::vector<std::string> overrides = options.overrides;
     if (options.speedup > 0.0) overrides.push_back(fmt::format("run.time_scale={}", options.speedup));
@@ -159,6 +208,7 @@ int run_print(const Product& product, const PrintOptions& options) {
       check_bringup(product, e, whole);
       whole.bringup_state = bringup_state(e, whole);
     }
+    part.keep();
     PrintPreview preview = preview_print(e, inputs, file.parent_path());
     if (options.bus != "in-process")  // which would take as long as its simulation
       if (const auto foretold = foretell(product, e, inputs, kForetellWithin_s)) {
@@ -183,7 +233,16 @@ int run_print(const Product& product, const PrintOptions& options) {
 
 void declare_print(OptionSet& options) {
   auto& o = options.calls(run_print);
-  options.option("EXPERIMENT", o.experiment, "experiment file");
+  options.option("EXPERIMENT", o.experiment, "experiment file; or a grey PNG or a mesh, with --height");
+  options
+      .option("--height", o.height_mm,
+              "MM: of a picture's white, or of a mesh; ice: layers above are left out")
+      .above_zero();
+  options
+      .option("--width", o.width_mm,
+              "MM: of a picture or a mesh along x; default: as large as the grid allows")
+      .above_zero();
+  options.option("--lab", o.lab, "lab that prints a picture or a mesh; default: labs/inkjet-lu2015.toml");
   options.option("--resume", o.resume, "go on with the interrupted run in this folder");
   options.option("--bus", o.bus, "in-process, or an LCM URL of loopback; default: a port of the run's own");
   options.override_option(o.overrides);

@@ -15,9 +15,12 @@
 namespace firn {
 
 struct PrintOptions {
-  std::string experiment;              ///< file; empty with `resume`
-  std::string resume;                  ///< run folder
-  std::string bus;                     ///< "" = live on the run's own port, "in-process", or an LCM URL
+  std::string experiment;  ///< file; empty with `resume`
+  std::string resume;      ///< run folder
+  double height_mm = 0.0,
+         width_mm = 0.0;  ///< of a picture or a mesh in the place of an experiment file; 0 = not given
+  std::string lab;        ///< file of the lab that prints it; "" = the ink-jet lab
+  std::string bus;        ///< "" = live on the run's own port, "in-process", or an LCM URL
   std::vector<std::string> overrides;  ///< --set KEY=VALUE
   double speedup = 0.0;  ///< node time runs so many times faster than the clock; 0 = run.time_scale
   std::vector<std::string> faults;  ///< --fault

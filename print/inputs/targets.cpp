@@ -247,6 +247,11 @@ Target target_from_png(std::span<const std::byte> png, const GridSpec& grid, dou
   return target;
 }
 
+std::array<int, 2> picture_pixels(std::span<const std::byte> png, const std::string& name) {
+  const GreyPicture grey = read_picture(png, {name, "part.image"});
+  return {grey.width, grey.height};
+}
+
 PixelSize pixel_size(const PartConfig& part, std::span<const std::byte> png, const std::string& file) {
   const double width_mm = part.shape.width_mm, um_per_px = part.um_per_px, depth_mm = part.shape.depth_mm;
   const auto wrong = [&](const std::string& key, const std::string& problem) {

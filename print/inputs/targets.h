@@ -2,6 +2,7 @@
 // height map.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <optional>
@@ -28,6 +29,10 @@ struct PixelSize {
 /// so), more than kMaxGridSide a side, all black, no cell half covered, a pixel of the part beyond the grid.
 Target target_from_png(std::span<const std::byte> png, const GridSpec& grid, double white_mm,
                        const std::string& name, const std::optional<PixelSize>& pixel = std::nullopt);
+
+/// Returns the columns and rows of a picture. @throws ConfigError (file `name`, key part.image): as
+/// target_from_png
+std::array<int, 2> picture_pixels(std::span<const std::byte> png, const std::string& name);
 
 /// Returns the size of the square pixels of part.image: part.um_per_px, or part.width_mm by its columns.
 /// @throws ConfigError (file `name`): neither or both are given, a part.depth_mm of another aspect
