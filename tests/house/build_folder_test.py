@@ -71,6 +71,19 @@ class BuildFolder(unittest.TestCase):
         (self.root / "build" / "bin" / "firn").unlink()
         self.assertEqual(self.asked("doctor"), ("first", True))
 
+    def test_help_pages_and_version_need_no_build(self):
+        pages = self.root / "docs" / "commands"
+        pages.mkdir(parents=True)
+        (pages / "print.md").write_text("# firn print: a print\n\nAll of it.\n", encoding="utf-8")
+        (self.root / "CMakeLists.txt").write_text("project(firn VERSION 4.5.6 LANGUAGES NONE)\n", encoding="utf-8")
+        for words, said in (((), "./firn demo"), (("--help",), "print      firn print: a print"), (("help",), "./firn test"),
+                            (("help", "print"), "All of it."), (("--version",), "firn 4.5.6 ")):
+            with self.subTest(words=words):
+                done = self.firn(*words)
+                self.assertEqual((done.returncode, done.stderr), (0, ""))
+                self.assertIn(said, done.stdout)
+                self.assertFalse((self.root / "build").exists())
+
     def test_an_option_that_cannot_be_had_stays_in_no_cache(self):
         self.firn("spy")
         before = (self.root / "build" / "CMakeCache.txt").read_bytes()
