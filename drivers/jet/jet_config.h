@@ -24,7 +24,7 @@ struct JetDialect {
   int ack = 0x06, nak = 0x15;
   int command_at = 1, status_at = 2, size = 4, version_size = 5;
   int poll_tells_source_from = 128;  ///< firmware version; before it POLL's status has no meaning
-  int source_bit = 1;                ///< of POLL's status: the source is external
+  int source_bit = 4;                ///< of POLL's status: the source is external
   int strobe_divider = 1, strobe_delay_us = 0;
   double most_continuous_s = 180.0;
 };
@@ -41,7 +41,8 @@ inline constexpr OptionTable kJetDialect{
     Option{"version_size", &JetDialect::version_size, "", within(3, 16), "bytes of that to GETVERSION [S]"},
     Option{"poll_tells_source_from", &JetDialect::poll_tells_source_from, "", within(0, 256),
            "firmware whose POLL tells the trigger source; 256 = none [P]"},
-    Option{"source_bit", &JetDialect::source_bit, "", within(1, 255), "of POLL's status: external [P]"},
+    Option{"source_bit", &JetDialect::source_bit, "", within(1, 255),
+           "of POLL's status: external, as in DUMP's [P]"},
     Option{"strobe_divider", &JetDialect::strobe_divider, "", within(1, 255), "droplets of one flash [S]"},
     Option{"strobe_delay_us", &JetDialect::strobe_delay_us, "us", within(0, 65535),
            "from the droplet's pulse to the flash [S]"},

@@ -100,12 +100,13 @@ JetDriveDialect::JetDriveDialect() {
 
 Frame JetDriveDialect::frame(std::span<const std::byte> buffer, const Request* awaited) const {
   if (!awaited) return {Frame::Kind::kUnsolicited, buffer.size()};
-  if (awaited->format == kEcho) {
-    const bool same = buffer[0] == awaited->bytes[0];
-    return {same ? Frame::Kind::kReply : Frame::Kind::kCorrupt, 1};
+  const std::string_view text(reinterpret_cast<const char*>(buffer.data()), buffer.size());
+  if (awaited->format == kEcho) {  // a version 6 may tell more behind its name, of unknown length
+    const std::size_t place = text.find(char(awaited->bytes[0]));
+    if (place != std::string_view::npos) return {Frame::Kind::kReply, place + 1};
+    return text.size() > kLongestPrompt ? Frame{Frame::Kind::kCorrupt, text.size()} : Frame{};
   }
   if (awaited->format == kPrompt) {
-    const std::string_view text(reinterpret_cast<const char*>(buffer.data()), buffer.size());
     const std::size_t end = text.find('>');
     if (end != std::string_view::npos) return {Frame::Kind::kReply, end + 1};
     const std::size_t name = text.find("MFJET32");

@@ -151,10 +151,15 @@ void LaserProfiler::reply(const Request& request, std::span<const std::byte> fra
                           Effects& fx) {
   silence_.heard(now_us);
   const auto head = ljv::parse_head(frame);
-  if (!head || head->return_code != 0) {
-    char text[100];
-    std::snprintf(text, sizeof text, "laser_profiler: command %02X answered with error %02X",
-                  unsigned(request.argument), head ? unsigned(head->return_code) : 0u);
+  if (head && request.argument == ljv::kGetProfile && head->return_code == ljv::kNoProfile) {
+    raw_.points = 0;
+  } else if (!head || head->return_code != 0) {
+    const std::uint8_t code = head ? head->return_code : std::uint8_t(0);
+    const std::string_view why = ljv::return_text(std::uint8_t(request.argument), code);
+    char text[160];
+    std::snprintf(text, sizeof text, "laser_profiler: command %02X answered with error %02X%s%.*s",
+                  unsigned(request.argument), unsigned(code), why.empty() ? "" : ": ", int(why.size()),
+                  why.data());
     const bool nothing_yet = request.argument == ljv::kGetProfile && head && !scanning_;
     fault(nothing_yet ? Severity::kNotice : Severity::kWarning, kInstrument, text, fx);
     if (request.argument == ljv::kChangeProgram) return reconnect(now_us, fx, text);

@@ -11,6 +11,8 @@ constexpr std::size_t kNewest = 0, kOldest = 4, kFirst = 8, kProfilesRead = 12, 
                       kUnit = 26, kX0 = 28, kDx = 32, kProfiles = 36;
 // Offsets in one profile: a head, samples filled up to whole words, a word that ends it.
 constexpr std::size_t kTrigger = 4, kEncoder = 8, kSamples = 24, kEnd = 4;
+constexpr std::size_t kRefused =
+    16;  // bytes of a reply to a frame that was not understood: prefix and header [V]
 constexpr std::uint8_t kWithLuminance = 0x40;  // 10 bits a point follow the heights [S]
 constexpr std::uint32_t kCurrent = 0x0000, kByNumber = 0x0200, kErase = 0x100;
 
@@ -62,20 +64,44 @@ Request get_profiles(std::uint32_t first, int count) {
 Request get_errors() { return request(kGetErrors, {}, Repeat::kRead); }
 
 std::string error_text(std::span<const std::byte> frame) {
+  if (frame.size() <= kPrefix + kHeader) return "no error";
+  const std::span<const std::byte> body = frame.subspan(kPrefix + kHeader);
   std::string text;
-  bool any = false;
-  for (const std::byte b : frame.subspan(kPrefix + kHeader)) {
-    char hex[4];
-    std::snprintf(hex, sizeof hex, " %02X", unsigned(b));
+  for (std::size_t n = 0, at = 4; n < std::size_t(body[0]) && at + 2 <= body.size(); ++n, at += 2) {
+    char hex[6];
+    std::snprintf(hex, sizeof hex, " %04X", unsigned(u16(body, at)));
     text += hex;
-    any = any || b != std::byte{};
   }
-  return any ? "errors" + text : "no error";
+  return text.empty() ? "no error" : "errors" + text;
+}
+
+std::string_view return_text(std::uint8_t command, std::uint8_t code) {
+  constexpr struct {
+    std::uint8_t command, code;  // command 0: any
+    std::string_view words;
+  } kWords[] = {{0, 0x11, "the frame did not end in time"},
+                {0, 0x21, "a fixed value of the frame is wrong"},
+                {0, 0x22, "a fixed value of the frame is wrong"},
+                {0, 0x31, "it knows no such command"},
+                {0, 0x32, "the command's length is wrong"},
+                {0, 0x41, "not in this state of the controller"},
+                {0, 0x42, "a parameter is out of range"},
+                {kChangeProgram, 0x80, "its terminals switch the program"},
+                {kGetProfile, 0x80, "it is in advanced mode; high-speed mode is needed"},
+                {kGetProfile, 0x81, "batch measurement is on"},
+                {kGetProfile, kNoProfile, "no profile was measured yet"}};
+  for (const auto& row : kWords)
+    if ((row.command == 0 || row.command == command) && row.code == code) return row.words;
+  return "";
 }
 
 std::optional<Head> parse_head(std::span<const std::byte> frame) {
-  if (frame.size() < kPrefix + kHeader) return std::nullopt;
   Head h;
+  if (frame.size() == kRefused) {
+    h.return_code = std::uint8_t(frame[8]);
+    return h;
+  }
+  if (frame.size() < kPrefix + kHeader) return std::nullopt;
   h.command = std::uint8_t(frame[16]);
   h.return_code = std::uint8_t(frame[8]) != 0 ? std::uint8_t(frame[8]) : std::uint8_t(frame[17]);
   h.status = std::uint8_t(frame[18]);
@@ -153,14 +179,16 @@ LjvDialect::LjvDialect() {
 Frame LjvDialect::frame(std::span<const std::byte> buffer, const Request* awaited) const {
   if (buffer.size() < kPrefix) return {};
   const std::size_t length = u32(buffer, 0);  // of the rest; untrusted
-  if (length < kHeader || length > kLongestReply) return {Frame::Kind::kCorrupt, buffer.size()};
-  if (buffer.size() >= kPrefix + kHeader && u32(buffer, 12) + 12 != length)
+  const bool refused = length == kRefused - kPrefix;
+  if ((length < kHeader && !refused) || length > kLongestReply) return {Frame::Kind::kCorrupt, buffer.size()};
+  if (buffer.size() >= kRefused && u32(buffer, 12) + 12 != length)
     return {Frame::Kind::kCorrupt, buffer.size()};
   if (buffer.size() < kPrefix + length) return {};
   const std::size_t size = kPrefix + length;
   if (!awaited) return {Frame::Kind::kUnsolicited, size};
   const auto head = parse_head(buffer.first(size));
-  return {head && head->command == awaited->argument ? Frame::Kind::kReply : Frame::Kind::kCorrupt, size};
+  const bool own = head && (refused ? head->return_code != 0 : head->command == awaited->argument);
+  return {own ? Frame::Kind::kReply : Frame::Kind::kCorrupt, size};
 }
 
 Request LjvDialect::probe() const { return get_newest_profile(); }

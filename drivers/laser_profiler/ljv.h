@@ -31,13 +31,18 @@ Request get_newest_profile(bool erase = true);
 /// Profiles `first`, first + 1, …, which stay in the instrument. @pre 1 <= count <= kMaxProfiles
 Request get_profiles(std::uint32_t first, int count);
 
-/// The errors that the controller holds [S: the command; U: the body].
+/// The errors that the controller holds [V].
 Request get_errors();
-/// "no error", or the bytes of the body in hexadecimal. @pre parse_head(frame)
+/// "no error", or the codes, newest first, in hexadecimal. @pre parse_head(frame)
 std::string error_text(std::span<const std::byte> frame);
 
+inline constexpr std::uint8_t kNoProfile = 0xA0;  ///< return code of 42h: nothing was measured yet [V]
+/// Says what a return code of a command means, "" if no source tells it [V].
+std::string_view return_text(std::uint8_t command, std::uint8_t code);
+
 struct Head {
-  std::uint8_t command = 0;
+  std::uint8_t command =
+      0;  ///< 0 of a reply that is no more than a frame header: it was refused as a frame [V]
   std::uint8_t return_code = 0;  ///< 0 = good; that of the frame header if it is not 0
   std::uint8_t status = 0;
   std::uint8_t program = 0;

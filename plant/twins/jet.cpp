@@ -132,10 +132,10 @@ void JetTwin::execute(std::int64_t now_us) {
       state_.busy_until_us = now_us + params_.reset_us;
       return answer(true, command, kOk, state_.busy_until_us);  // when it is through
     case kPoll:
-      return answer(
-          true, command,
-          std::uint8_t((state_.external ? 1 : 0) | (state_.waveform ? 2 : 0) | (state_.continuous ? 4 : 0)),
-          now_us);
+      return answer(true, command,
+                    std::uint8_t((state_.jetting ? 1 : 0) | (state_.continuous ? 2 : 0) |
+                                 (state_.external ? 4 : 0) | (state_.strobe ? 8 : 0)),
+                    now_us);
     case kDrops:
       state_.drops = u16(0);
       break;

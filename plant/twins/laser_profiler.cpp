@@ -115,7 +115,7 @@ void ProfilerTwin::execute(std::span<const std::byte> request, std::int64_t now_
   std::string out;
   out.reserve(28 + body.size());
   put(out, 24 + body.size(), 4);  // bytes that follow
-  put(out, 0x00F00001, 4);
+  put(out, 0xF0000001, 4);        // a reply; requests have 00F00001
   put(out, 0, 4);                 // header: return code
   put(out, 12 + body.size(), 4);  // bytes from the command on
   put(out, command, 1);

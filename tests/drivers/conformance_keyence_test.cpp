@@ -1,12 +1,14 @@
 // Replies of Keyence instruments that independent code bases and golden replies give, against codec and twin.
 // Sources: [I] ISIS EPICS-DeviceEmulator keylkg and its IOC tests, [L] LaserMetaData logger of an LK-G5000,
 // [D] DESY cmstkmodlab, [Q] keyence-lk-g5000; of the LJ-V7000: conformance/*.bin, written from SwRI's
-// keyence_experimental and a protocol dissector that agree.
+// keyence_experimental and a protocol dissector that agree, [V] Keyence's tables of the communication
+// protocol and its C samples of 2014, [H] notes of a lab with an LJ-V7200.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
 #include <sstream>
 
+#include "core/options/number.h"
 #include "drivers/laser_point/lkg.h"
 #include "drivers/laser_profiler/ljv.h"
 #include "files/text_file.h"
@@ -19,6 +21,14 @@ using namespace firn::drivers;
 namespace {
 
 const std::string kFolder = std::string(FIRN_SOURCE_DIR) + "/tests/drivers/conformance/";
+
+/// "20 00 FF" as bytes.
+std::string hex_bytes(const char* hex) {
+  std::istringstream in(hex);
+  std::string bytes, word;
+  while (in >> word) bytes += char(hex_byte(word).value());
+  return bytes;
+}
 
 lkg::Reply reply_of(std::string_view command, std::string_view line) { return lkg::parse(line, command); }
 
@@ -159,4 +169,72 @@ TEST_CASE("a reply whose profiles do not fit into its bytes has none that could 
   CHECK_FALSE(ljv::parse_holdings(bytes));
   ljv::RawProfile raw;
   for (int k = 2; k < 200; ++k) CHECK_FALSE(ljv::parse_profile(bytes, raw, k));
+}
+
+TEST_CASE("requests to an LJ-V7000 are those of its maker's samples and of a lab with an LJ-V7200",
+          "[conformance]") {
+  const auto sent = [](const Request& r) { return std::string(r.text()); };
+  CHECK(sent(ljv::get_newest_profile()) == hex_bytes("20 00 00 00 01 00 F0 00 00 00 00 00 14 00 00 00 42 00 "
+                                                    "00 00 00 00 00 00 00 00 00 00 01 00 00 00 01 01 00 00"));
+  CHECK(sent(ljv::change_program(5)) ==
+        hex_bytes("14 00 00 00 01 00 F0 00 00 00 00 00 08 00 00 00 39 00 00 00 05 00 00 00"));
+}
+
+TEST_CASE("the LJ-V codec reads refusals, missing profiles and error lists as its maker's tables have them",
+          "[conformance]") {
+  struct Case {
+    const char* source;
+    std::uint8_t command;
+    const char* reply;
+    std::uint8_t return_code;
+    std::string_view says;
+  };
+  for (const Case& c : std::initializer_list<Case>{
+           {"[V] a frame with a wrong fixed value", ljv::kGetProfile,
+            "0C 00 00 00 01 00 00 F0 21 00 00 00 00 00 00 00", 0x21, "a fixed value of the frame is wrong"},
+           {"[V] a frame that did not end", ljv::kChangeProgram,
+            "0C 00 00 00 01 00 00 F0 11 00 00 00 00 00 00 00", 0x11, "the frame did not end in time"},
+           {"[V] no profile yet", ljv::kGetProfile,
+            "18 00 00 00 01 00 00 F0 00 00 00 00 0C 00 00 00 42 A0 00 00 00 00 00 00 03 00 00 00",
+            ljv::kNoProfile, "no profile was measured yet"},
+           {"[V] advanced mode", ljv::kGetProfile,
+            "18 00 00 00 01 00 00 F0 00 00 00 00 0C 00 00 00 42 80 00 00 00 00 00 00 03 00 00 00", 0x80,
+            "it is in advanced mode; high-speed mode is needed"},
+           {"[V] programs by terminal", ljv::kChangeProgram,
+            "18 00 00 00 01 00 00 F0 00 00 00 00 0C 00 00 00 39 80 00 00 00 00 00 00 03 00 00 00", 0x80,
+            "its terminals switch the program"}}) {
+    INFO(c.source);
+    const std::string reply = hex_bytes(c.reply);
+    const auto bytes = std::as_bytes(std::span(reply));
+    const Request asked = c.command == ljv::kGetProfile ? ljv::get_newest_profile() : ljv::change_program(3);
+    for (std::size_t cut = 4; cut < bytes.size(); ++cut)
+      CHECK(ljv::LjvDialect().frame(bytes.first(cut), &asked).kind == Frame::Kind::kIncomplete);
+    const Frame frame = ljv::LjvDialect().frame(bytes, &asked);
+    CHECK(frame.kind == Frame::Kind::kReply);
+    CHECK(frame.size == reply.size());
+    const auto head = ljv::parse_head(bytes);
+    REQUIRE(head);
+    CHECK(head->return_code == c.return_code);
+    CHECK(ljv::return_text(c.command, head->return_code) == c.says);
+  }
+  const Request asked = ljv::get_newest_profile();
+  const auto kind = [&](const char* reply) {
+    const std::string text = hex_bytes(reply);
+    return ljv::LjvDialect().frame(std::as_bytes(std::span(text)), &asked).kind;
+  };
+  CHECK(kind("0C 00 00 00 01 00 00 F0 00 00 00 00 00 00 00 00") ==
+        Frame::Kind::kCorrupt);  // no refusal, no answer
+  CHECK(kind("0C 00 00 00 01 00 00 F0 21 00 00 00 04 00 00 00") == Frame::Kind::kCorrupt);
+  const auto errors = [](const char* reply) {
+    const std::string text = hex_bytes(reply);
+    return ljv::error_text(std::as_bytes(std::span(text)));
+  };
+  CHECK(errors("1C 00 00 00 01 00 00 F0 00 00 00 00 10 00 00 00 04 00 00 00 00 00 00 00 03 00 00 00 00 7F 7F "
+               "7F") == "no error");
+  CHECK(errors("20 00 00 00 01 00 00 F0 00 00 00 00 14 00 00 00 04 00 00 00 00 00 00 00 03 00 00 00 01 00 00 "
+               "00 84 00 00 00") == "errors 0084");
+  CHECK(errors("20 00 00 00 01 00 00 F0 00 00 00 00 14 00 00 00 04 00 00 00 00 00 00 00 03 00 00 00 02 00 00 "
+               "00 84 00 10 20") == "errors 0084 2010");
+  CHECK(errors("20 00 00 00 01 00 00 F0 00 00 00 00 14 00 00 00 04 00 00 00 00 00 00 00 03 00 00 00 FF 00 00 "
+               "00 84 00 00 00") == "errors 0084 0000");  // as many as are there
 }

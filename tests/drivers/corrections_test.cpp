@@ -135,7 +135,7 @@ std::string_view request_text(const Request& r) { return r.text(); }
 
 bool jet_fires_on(plant::Bench& bench) {
   const std::string poll = bench.ask(plant::kJetPort, plant::hex("53 02 02 04"));
-  return poll.size() == 4 && (poll[2] & 4) != 0;
+  return poll.size() == 4 && (poll[2] & 1) != 0;
 }
 
 // The link of the V+ program as it was: a READ is a line.

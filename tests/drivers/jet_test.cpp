@@ -43,3 +43,33 @@ TEST_CASE("JetDrive frames equal the vectors of the card", "[jet]") {
   CHECK(bytes_of(pulse(waveform_of(JetConfig{}))) ==
         "53 15 06 00 00 00 C8 00 01 90 00 00 00 14 FF EC 00 1E 00 1E 00 1E CD");
 }
+
+// Source: MicroFab's own program of 1997 to 2003, which tells the two generations apart by this answer.
+TEST_CASE(
+    "the boot monitors of both JetDrive generations are passed, whatever stands behind the name of the later",
+    "[jet][conformance]") {
+  const jetdrive::JetDriveDialect dialect;
+  const auto asked = [](char c, jetdrive::Format format) {
+    Request r;
+    r.append(std::string_view(&c, 1));
+    r.format = format;
+    return r;
+  };
+  const Request stop = asked('Q', jetdrive::kPrompt), start = asked('X', jetdrive::kEcho);
+  const auto heard = [&](std::string_view text, const Request& r) {
+    return dialect.frame(std::as_bytes(std::span(text)), &r);
+  };
+  const std::string_view earlier = "Q?Invalid command or format?      >";
+  CHECK(heard(earlier, stop).kind == Frame::Kind::kReply);
+  CHECK(heard(earlier, stop).size == earlier.size());
+  CHECK(heard(earlier.substr(0, 20), stop).kind == Frame::Kind::kIncomplete);
+  const std::string_view later = "Q MFJET32", tail = " Ver. 6.02\r\n";
+  CHECK(heard(later, stop).kind == Frame::Kind::kReply);
+  CHECK(heard(later, stop).size == later.size());
+  for (const std::string& more : {std::string(), std::string(tail)}) {
+    CHECK(heard(more + "X", start).kind == Frame::Kind::kReply);
+    CHECK(heard(more + "X", start).size == more.size() + 1);
+  }
+  CHECK(heard(tail, start).kind == Frame::Kind::kIncomplete);
+  CHECK(heard(std::string(300, '.'), start).kind == Frame::Kind::kCorrupt);
+}

@@ -238,3 +238,19 @@ TEST_CASE("a Microdrop tells who it is, takes a pulse and a strobe, and refuses 
   }
   CHECK(rig.written["jet"] == sent);
 }
+
+// Source: DropletDynamics' InkJetDroplet, which strips a character of some numeric answers and of others not,
+// and reads some as decimal numbers.
+TEST_CASE("a Microdrop's number is read with and without a character before it or a point behind it",
+          "[microdrop][conformance]") {
+  const MicrodropDialect dialect;
+  const Request asked = dialect.probe();
+  const auto is_number = [&](std::string_view line) {
+    return dialect.frame(std::as_bytes(std::span(line)), &asked).kind == Frame::Kind::kReply;
+  };
+  for (const std::string_view good : {"x1000\r", "1000\r", "x72.0\r", "72.\r", ">0\r"})
+    CHECK(is_number(good));
+  for (const std::string_view bad :
+       {"\r", "x\r", "xx10\r", "72.5\r", "x72.05\r", "-95\r", "x-95\r", "10 0\r", ".\r"})
+    CHECK_FALSE(is_number(bad));
+}
