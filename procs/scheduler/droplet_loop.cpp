@@ -157,6 +157,12 @@ bool DropletLoop::rejected(const height_map_t& m, Time now, Outbox& out) {
   return false;
 }
 
+HeightMap DropletLoop::on_part(HeightMap height) const {
+  for (std::size_t c = 0; c < height.size(); ++c)
+    if (!mask_.cells[c]) height.cells[c] = kNotMeasured;
+  return height;
+}
+
 // Interlock 15.
 bool DropletLoop::doubted(const height_map_t& m, Time now, Outbox& out) {
   if (m.layer > 1 || experiment().control.scheme == "registration") return false;
@@ -164,9 +170,14 @@ bool DropletLoop::doubted(const height_map_t& m, Time now, Outbox& out) {
   HeightMap height = measured_height_of(m);
   Violation doubt;
   if (m.layer == 0) {
-    doubt = check_bare(height, sensor.bias_limit_mm,
-                       {"the bare table", "the profiler's zero or the table's height",
-                        "set the profiler to zero on the bare table", "laser_profiler.bias_limit_mm"});
+    SensorWords words{"the bare table",
+                      "something lies on it, or the profiler's zero or the table's height is another",
+                      "clear the table, or set the profiler to zero on it", "laser_profiler.bias_limit_mm"};
+    doubt = check_bare(height, sensor.bias_limit_mm, words);
+    if (doubt.empty()) {  // a small thing does not show in the mean of a large table
+      words.what = "the part's place on the bare table";
+      doubt = check_bare(on_part(height), sensor.bias_limit_mm, words);
+    }
     if (doubt.empty()) bare_ = std::move(height);
   } else if (experiment().control.scheme == "pattern") {  // scattered cells have no outline
     bare_ = HeightMap();
@@ -242,7 +253,9 @@ void DropletLoop::act_on_plan(Time now, Outbox& out) {
     phase_ = Phase::kArmProfiler;
     return finish_run(
         RunOutcome::kWaitsForOperator, 3,
-        "control.max_layers = " + std::to_string(experiment().control.max_layers) + " is reached", out);
+        "control.max_layers = " + std::to_string(experiment().control.max_layers) +
+            " is reached; if the part needs more, resume with a larger --set control.max_layers=N",
+        out);
   }
   if (ended_by_operator(Phase::kArmProfiler, out)) return;
   plan_.reset();

@@ -47,6 +47,7 @@ class DropletLoop final : public ScanLoop {
   void act_on_plan(Time now, Outbox&) override;
   /// The bare table and the first layer's place, against the calibrated uncertainty: a warning and another
   /// scan, then a stop. Returns false for a map to act on.
+  HeightMap on_part(HeightMap height) const;  ///< NaN beside the part
   bool doubted(const height_map_t&, Time now, Outbox&);
   bool stopped_by_rise(const height_map_t&, Time now, Outbox&);
   /// Interlock 6: a map that reaches into the nozzle's clearance is measured again, then stops the print.

@@ -36,9 +36,9 @@ inline Experiment small() {
 // A lab that answers commands truthfully, counts every droplet it fires, and can crash in the middle of any
 // command.
 struct FakeLab : NodeBench {
-  explicit FakeLab(std::uint64_t seed, const Experiment& e = small())
-      : NodeBench(NodeId::kScheduler,
-                  std::make_unique<DropletLoop>(e, HeightMap(e.grid, 0.05), Mask(e.grid, 1))),
+  explicit FakeLab(std::uint64_t seed, const Experiment& e = small()) : FakeLab(seed, e, Mask(e.grid, 1)) {}
+  FakeLab(std::uint64_t seed, const Experiment& e, const Mask& part)
+      : NodeBench(NodeId::kScheduler, std::make_unique<DropletLoop>(e, HeightMap(e.grid, 0.05), part)),
         random(seed, Purpose::kTest),
         experiment(e) {}
 

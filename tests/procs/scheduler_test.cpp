@@ -321,6 +321,40 @@ TEST_CASE("a map and its plan that overtake the profiler's last answer are not l
 }
 
 }  // namespace
+TEST_CASE(
+    "a part that lies where one is to be printed is a question to the operator, however small beside the "
+    "table",
+    "[I15]") {
+  const auto outcome = [](double lies_mm, double limit_mm = 0.005) {
+    Experiment e = small();
+    e.grid = {60, 60, 0.25, 0.25, 0.0, 0.0};
+    e.laser_profiler.bias_limit_mm = limit_mm;
+    e.process.max_rescans = 1;
+    Mask part(e.grid);
+    for (int j = 28; j < 32; ++j)
+      for (int i = 28; i < 32; ++i) part.at(i, j) = 1;
+    FakeLab lab(6, e, part);
+    lab.rise_mm = 0.0076;
+    lab.alter_map = [&](height_map_t& m) {
+      if (m.layer > 0) return;
+      HeightMap bare(e.grid, 0.0);
+      for (std::size_t c = 0; c < bare.size(); ++c) bare.cells[c] = part.cells[c] ? lies_mm : 0.0;
+      set_height(m, bare);
+    };
+    lab.begin(0);
+    while (lab.serve(0.0)) {
+    }
+    return lab.last(channels::kRunEnd);
+  };
+  const run_end_t stopped = outcome(0.05);  // 16 of 3600 cells: 0.2 um in the mean of the table
+  CHECK(RunOutcome(stopped.outcome) == RunOutcome::kStoppedSafely);
+  CHECK_THAT(stopped.reason, Catch::Contains("the part's place on the bare table measures 0.05") &&
+                                 Catch::Contains("something lies on it"));
+  CHECK(RunOutcome(outcome(0.0).outcome) == RunOutcome::kFinished);
+  CHECK(RunOutcome(outcome(0.004).outcome) == RunOutcome::kFinished);
+  CHECK(RunOutcome(outcome(0.05, 0.0).outcome) == RunOutcome::kFinished);
+}
+
 TEST_CASE("a dead nozzle and a leaking one stop the print at the first map, by name", "[I12]") {
   const auto reason = [](double rise_mm, double least_rise_share = 0.3) {
     Experiment e = small();

@@ -180,7 +180,7 @@ Decision Mpc::decide_lean(const Measurement& m, const HeightMap& height) const {
   std::int64_t cells = 0;
   for (const std::uint8_t in : setup_.mask.cells) cells += in != 0;
   if (d.kind == Decision::Kind::kEnd)
-    end_print(d, "no layer betters printing nothing");
+    end_print(d, "another layer would not improve the surface");
   else if (!beats_noise(d, cells, m.noise_std_mm, noise_gate_, options_.error))
     end_print(d, "the best layer would only answer the measurement's noise");
   else  // more than half of its height goes where height is missing, or it would not better the mean error
@@ -230,7 +230,7 @@ Decision Mpc::decide(const Measurement& m) {
     optimal = found.optimal;
   }
   if (d.kind == Decision::Kind::kEnd) {
-    end_print(d, "no layer betters printing nothing");
+    end_print(d, "another layer would not improve the surface");
   } else if (!beats_noise(d, std::int64_t(objective.part_cells().size()), m.noise_std_mm, noise_gate_,
                           options_.error)) {
     end_print(d, "the best layer would only answer the measurement's noise");
