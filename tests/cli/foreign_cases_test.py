@@ -105,7 +105,7 @@ M107
         "a.gcode", "G21\nG90\nM4 S0\nG0 X4 Y4\nG1 X16 Y4 S700 F600\nG1 X40 Y4 S0\nG1 X52 Y4 S700\nM5\n", 2, 24.0),
     "a mill's moves in machine coordinates end a path": (
         "a.gcode", "G90 G94 G17\nG21\nG53 G0 Z0\nT1 M6\nS900 M3\nG54\nG0 X4 Y4\nG43 Z15 H1\nG0 Z5\nG1 Z0 F90\nG1 X20 F600\nG0 Z15\nM5\n"
-        "G53 G0 Z0\nM30\n", 1, 16.0),
+        "G53 G0 Z0\nM30\n", 1, 16.0, None, "2 move(s) in the machine's coordinates (G53) left out"),
     "an ellipse whose end has five decimals is whole": ("a.dxf", ellipse("6.28319"), 1, 38.754),
     "an ellipse whose end has twelve digits is whole": ("a.dxf", ellipse("6.28318530718"), 1, 38.754),
     "an arc of a turn but for its rounding is a circle": (
@@ -331,6 +331,46 @@ PICTURES = {
 }
 
 
+def drawn_picture(rng, folder, name):
+    """(file, main drop as (x, y, diameter) [px], satellites alike, words of its form): dark or bright drops, falling on a ground
+    with noise and blur, in the formats and depths that cameras write."""
+    width, height = rng.choice(((320, 240), (240, 320), (400, 400)))
+    over = 8  # a pixel's grey is the share of over x over points that a drop covers
+    main_px, count = rng.uniform(24, 60), rng.randint(0, 2)
+    x, y = rng.uniform(0.4, 0.6) * width, rng.uniform(0.6, 0.75) * height
+    drops = [(x, y, main_px)]
+    for _ in range(count):
+        across = rng.uniform(0.2, 0.4) * main_px
+        x += rng.uniform(-2, 2)
+        y -= 0.5 * (drops[-1][2] + across) + rng.uniform(8, 14)
+        drops.append((x, y, across))
+    covered = np.zeros((height, width))
+    fine = (np.arange(over) + 0.5) / over - 0.5  # a pixel's centre has whole coordinates
+    for cx, cy, across in drops:
+        i0, j0, half = int(cx - across), int(cy - across), int(2 * across) + 2
+        gx = (i0 + np.arange(half))[:, None] + fine
+        gy = (j0 + np.arange(half))[:, None] + fine
+        inside = (gx.ravel()[None, :] - cx) ** 2 + (gy.ravel()[:, None] - cy) ** 2 <= (0.5 * across) ** 2
+        part = inside.reshape(half, over, half, over).mean(axis=(1, 3))
+        covered[j0:j0 + half, i0:i0 + half] = np.maximum(covered[j0:j0 + half, i0:i0 + half], part)
+    bright, noise, blur = rng.random() < 0.3, rng.uniform(0.5, 3.0), rng.uniform(0.5, 1.5)
+    ground, opaque = (rng.uniform(15, 40), rng.uniform(180, 230)) if bright else (rng.uniform(170, 230), rng.uniform(15, 50))
+    taps = np.exp(-0.5 * (np.arange(-6, 7) / blur) ** 2)
+    taps /= taps.sum()
+    for axis in (0, 1):
+        covered = np.apply_along_axis(lambda row: np.convolve(row, taps, "same"), axis, covered)
+    grey = ground + (opaque - ground) * covered + noise * np.random.default_rng(rng.getrandbits(32)).standard_normal((height, width))
+    form = rng.choice(("png", "png16", "tif", "tif16", "bmp", "pgm", "jpg", "colour.png", "alpha.png"))
+    levels = np.clip(np.round(grey * (257 if "16" in form else 1)), 0, 65535 if "16" in form else 255)
+    if "16" in form:
+        image = Image.fromarray(levels.astype(np.uint16))
+    else:
+        image = Image.fromarray(levels.astype(np.uint8)).convert({"colour.png": "RGB", "alpha.png": "RGBA"}.get(form, "L"))
+    file = f"{name}.{form.replace('16', '').rsplit('.')[-1]}"
+    image.save(folder / file, **({"quality": 95} if form == "jpg" else {}))
+    return file, drops, [form, "bright" if bright else "dark", f"{width} x {height}", f"noise {noise:.1f}", f"blur {blur:.1f}"]
+
+
 class ForeignFiles(unittest.TestCase):
     def setUp(self):
         scratch = tempfile.TemporaryDirectory()
@@ -415,6 +455,18 @@ class ForeignFiles(unittest.TestCase):
                 self.firn("export", run["run"], "-o", f"{seed}.npz")
                 with np.load(self.folder / f"{seed}.npz") as exported:
                     np.testing.assert_allclose(exported["maps/HEIGHT_MAP/height_mm"][-len(wanted):], wanted, atol=1e-9)
+
+
+    def test_200_drawn_pictures_have_the_drops_with_which_they_were_built(self):
+        for seed in range(200):
+            file, drops, said = drawn_picture(random.Random(seed), self.folder, f"drop-{seed}")
+            with self.subTest(seed=seed, said=said):
+                [seen] = self.read(self.firn("droplets", file, "--json"))["pictures"]
+                (x, y, across), *satellites = drops
+                self.assertEqual(seen["state"], "drop")
+                self.assertAlmostEqual(seen["main"]["diameter_px"], across, delta=0.02 * across)
+                np.testing.assert_allclose((seen["main"]["x_px"], seen["main"]["y_px"]), (x, y), atol=0.3)
+                self.assertEqual(len(seen["satellites"]), len(satellites))
 
 
 def add(table, method):
