@@ -63,8 +63,8 @@ MessageTypes::MessageTypes(const std::vector<std::string>& folders)
 }
 
 const std::vector<const schema::Type*>& MessageTypes::of(std::span<const std::byte> message) const {
-  static const std::vector<const schema::Type*> kNone;
-  if (message.size() < 8) return kNone;
+  static const std::vector<const schema::Type*> none;
+  if (message.size() < 8) return none;
   const std::int64_t fingerprint = std::int64_t(record::big64(message.data()));
   if (const auto it = known_.find(fingerprint); it != known_.end()) return it->second;
   std::vector<const schema::Type*> types = others_.all_of(fingerprint);

@@ -174,8 +174,9 @@ TEST_CASE("a reply whose profiles do not fit into its bytes has none that could 
 TEST_CASE("requests to an LJ-V7000 are those of its maker's samples and of a lab with an LJ-V7200",
           "[conformance]") {
   const auto sent = [](const Request& r) { return std::string(r.text()); };
-  CHECK(sent(ljv::get_newest_profile()) == hex_bytes("20 00 00 00 01 00 F0 00 00 00 00 00 14 00 00 00 42 00 "
-                                                    "00 00 00 00 00 00 00 00 00 00 01 00 00 00 01 01 00 00"));
+  CHECK(sent(ljv::get_newest_profile()) ==
+        hex_bytes("20 00 00 00 01 00 F0 00 00 00 00 00 14 00 00 00 42 00 "
+                  "00 00 00 00 00 00 00 00 00 00 01 00 00 00 01 01 00 00"));
   CHECK(sent(ljv::change_program(5)) ==
         hex_bytes("14 00 00 00 01 00 F0 00 00 00 00 00 08 00 00 00 39 00 00 00 05 00 00 00"));
 }

@@ -77,7 +77,8 @@ TEST_CASE("a packed run takes a fifth of its room, reads as before, and unpacks 
   CHECK(contents(run.path()) == plain);
 }
 
-// Both are larger than the 64 MiB window of the compressor, of which packing holds two: it unpacks what it wrote.
+// Both are larger than the 64 MiB window of the compressor, of which packing holds two: it unpacks what it
+// wrote.
 TEST_CASE("packing, digests and expansion of records hold the same memory at 80 and 160 MB") {
   constexpr double kMiB = 1 << 20;
   struct Peaks {
