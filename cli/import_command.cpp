@@ -45,6 +45,7 @@ LayerRecordOptions record_options(const ImportOptions& o) {
   r.unit = o.unit;
   r.labels = labels_named(o.labels);
   r.layer_number = o.layer_number;
+  r.increments = o.increments;
   return r;
 }
 
@@ -106,25 +107,40 @@ int run_import(const ImportOptions& o) {
     if (value && !(*value > 0)) throw UsageError("--pitch-mm, --pitch-y-mm and --input-per-drop are above 0");
   const LayerRecordOptions how = record_options(o);
   const bool folder = fs::is_directory(o.record);
-  if (!folder && !o.input.empty())
-    throw UsageError("--input is of a record that is a folder; a table has a column of it");
-  LayerRecord record = folder ? read_layer_files(o.record, o.input, how)
+  for (const auto& [option, value] : {std::pair{"--input", &o.input},
+                                      {"--speed", &o.speed},
+                                      {"--target", &o.target},
+                                      {"--error", &o.error}})
+    if (!folder && !value->empty())
+      throw UsageError(std::string(option) + " is of a record that is a folder; a table has a column of it");
+  if (!folder && o.increments)
+    throw UsageError(
+        "--increments is of a record that is a folder; in a table --column increment=NAME says it");
+  LayerRecord record = folder ? read_layer_files({o.record, o.input, o.speed, o.target, o.error}, how)
                               : read_layer_table(read_file(o.record), o.record, how);
-  ImportSource source{o.record, digest_of({o.record, o.input}), o.input_per_drop.value_or(0.0), o.target_mm};
+  ImportSource source{o.record, digest_of({o.record, o.input, o.speed, o.target, o.error}),
+                      o.input_per_drop.value_or(0.0), o.target_mm};
   const Experiment experiment = imported_experiment(o, record);
-  const std::int64_t points = record.points, missing = record.missing;
+  if (o.target_mm) record.targets.clear();
+  const std::int64_t points = record.points, missing = record.missing, bridged = record.bridges;
   const ImportedRun run = write_imported_run(std::move(record), experiment, source, o.runs);
   if (o.json) {
-    const nlohmann::ordered_json said = {{"run", run.folder.string()}, {"layers", run.layers},
-                                         {"droplets", run.droplets},   {"heights", points},
-                                         {"missing", missing},         {"assumptions", run.assumptions}};
+    const nlohmann::ordered_json said = {{"run", run.folder.string()},
+                                         {"layers", run.layers},
+                                         {"droplets", run.droplets},
+                                         {"heights", points},
+                                         {"bridged", bridged},
+                                         {"missing", missing},
+                                         {"assumptions", run.assumptions}};
     std::puts(said.dump().c_str());
     return kOk;
   }
   std::printf(
-      "%s: %d layers of %d x %d cells, %lld heights, %lld missing, %lld droplets; imported, not replayable\n",
+      "%s: %d layers of %d x %d cells, %lld heights, %lld bridged, %lld missing, %lld droplets; imported, "
+      "not "
+      "replayable\n",
       run.folder.c_str(), run.layers, experiment.grid.nx, experiment.grid.ny, static_cast<long long>(points),
-      static_cast<long long>(missing), static_cast<long long>(run.droplets));
+      static_cast<long long>(bridged), static_cast<long long>(missing), static_cast<long long>(run.droplets));
   for (const std::string& line : run.assumptions) std::printf("  %s\n", line.c_str());
   return kOk;
 }
@@ -135,7 +151,14 @@ void declare_import(OptionSet& options) {
       .option("RECORD", o.record, "CSV table with a row a point, or folder with a .npy or .csv file a layer")
       .required();
   options.option("--input", o.input, "folder of the commanded inputs, a file a layer");
-  options.option("--column", o.columns, "ROLE=NAME: layer, x, y, segment, height, increment, input")
+  options.option("--speed", o.speed, "folder of the commanded speeds of beads [mm/s], a file a layer");
+  options.option("--target", o.target,
+                 "folder of the heights wanted after each layer; a single number is of all cells");
+  options.option("--error", o.error, "folder of the errors after each layer: height - target");
+  options.flag("--increments", o.increments, "the folder's files hold increments, not heights");
+  options
+      .option("--column", o.columns,
+              "ROLE=NAME: layer, x, y, segment, height, increment, input, speed, target, error")
       .one_value_each();
   options.option("--unit", o.unit, "of lengths that name none: mm, um, nm, cm, m, in, mil");
   options
@@ -148,7 +171,8 @@ void declare_import(OptionSet& options) {
       "number of a file's name that is the layer: 1 = the first, -1 = the last; default: detected");
   options.option("--pitch-mm", o.pitch_mm, "size of a cell; default: from the positions");
   options.option("--pitch-y-mm", o.pitch_y_mm, "the same along y");
-  options.option("--target-mm", o.target_mm, "height of the part; default: the mean of the last map");
+  options.option("--target-mm", o.target_mm,
+                 "height of the part; default: the record's target, or the mean of the last map");
   options.option("--input-per-drop", o.input_per_drop,
                  "input of one droplet; inputs are rounded to whole ones");
   options.option("--experiment", o.experiment, "experiment whose model and settings the run gets");

@@ -10,6 +10,9 @@ namespace firn {
 struct ImportOptions {
   std::string record;                ///< a CSV table, or a folder with a file for each layer
   std::string input;                 ///< folder of the commanded inputs; empty = in the table, or none
+  std::string speed;                 ///< folder of commanded speeds, mm/s
+  std::string target, error;         ///< folder of wanted heights, or of height - wanted
+  bool increments = false;           ///< the folder's files hold increments
   std::vector<std::string> columns;  ///< "height=NAME"
   std::string unit;
   std::string labels = "detect";  ///< first row and column of matrix files

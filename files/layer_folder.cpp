@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/grid/npy.h"
+#include "files/increments.h"
 #include "files/layer_file_names.h"
 #include "files/layer_limits.h"
 #include "files/matrix_labels.h"
@@ -87,18 +88,51 @@ void refuse_beyond(const fs::path& folder, int layer, const Grid<double>& grid, 
           fmt::format("{}: layer {}: {} {:g}, not within {:g}", folder.string(), layer, quantity, v, limit));
 }
 
+// The files of one quantity.
+using LayerMatrices = std::map<int, Matrix>;
+
+LayerMatrices matrices_of(const fs::path& folder, const LayerRecordOptions& o,
+                          std::vector<std::string>& assumptions) {
+  LayerMatrices all;
+  if (folder.empty()) return all;
+  for (const auto& [layer, file] : layer_files(folder, o.layer_number))
+    all.emplace(layer, matrix_of(file, o.labels, assumptions));
+  return all;
+}
+
+// A single number is of all cells.
+std::vector<HeightMap> wanted_of(const fs::path& folder, const LayerMatrices& matrices, const GridSpec& grid,
+                                 std::size_t layers, double scale) {
+  std::vector<HeightMap> out(matrices.empty() ? 0 : layers, HeightMap(grid, kUnmeasured));
+  for (const auto& [layer, m] : matrices) {
+    if (std::size_t(layer) >= layers) continue;
+    HeightMap& map = out[std::size_t(layer)];
+    if (m.rows.size() == 1 && m.rows.front().size() == 1)
+      std::ranges::fill(map.cells, m.rows.front().front() * scale);
+    else
+      map.cells = fitted(m, grid, scale).cells;
+    refuse_beyond(folder, layer, map, kFarthest_mm, "a target or error [mm] of");
+  }
+  return out;
+}
+
 }  // namespace
 
-LayerRecord read_layer_files(const fs::path& heights, const fs::path& inputs, const LayerRecordOptions& o) {
+LayerRecord read_layer_files(const LayerFolders& f, const LayerRecordOptions& o) {
+  if (!f.inputs.empty() && !f.speeds.empty())
+    throw UsageError(f.speeds.string() + ": input and speed are one input told twice");
+  if (!f.targets.empty() && !f.errors.empty())
+    throw UsageError(f.errors.string() + ": target and error tell one thing twice");
   LayerRecord r;
-  std::map<int, Matrix> maps, commands;
-  for (const auto& [layer, file] : layer_files(heights, o.layer_number))
-    maps.emplace(layer, matrix_of(file, o.labels, r.assumptions));
-  if (!inputs.empty())
-    for (const auto& [layer, file] : layer_files(inputs, o.layer_number))
-      commands.emplace(layer, matrix_of(file, o.labels, r.assumptions));
+  r.input_is_speed = !f.speeds.empty();
+  const fs::path& heights = f.heights;
+  const fs::path& inputs = r.input_is_speed ? f.speeds : f.inputs;
+  const fs::path& wanted = f.errors.empty() ? f.targets : f.errors;
+  const LayerMatrices maps = matrices_of(heights, o, r.assumptions),
+                      commands = matrices_of(inputs, o, r.assumptions),
+                      goals = matrices_of(wanted, o, r.assumptions);
   std::size_t nx = 0, ny = 0;
-  for (const auto* some : {&maps, &commands})
+  for (const auto* some : {&maps, &commands, &goals})
     for (const auto& [layer, m] : *some) {
       ny = std::max(ny, m.rows.size());
       for (const auto& row : m.rows) nx = std::max(nx, row.size());
@@ -128,11 +162,17 @@ LayerRecord read_layer_files(const fs::path& heights, const fs::path& inputs, co
       refuse_beyond(inputs, layer, input, std::numeric_limits<double>::max(), "an input of");
     }
   }
-  if (!maps.contains(0)) {
+  const bool ground_told = has_value(r.heights[0]);
+  std::vector<HeightMap> told = wanted_of(wanted, goals, r.grid, r.heights.size(), scale);
+  if (f.errors.empty()) r.targets = std::move(told);
+  if (o.increments)
+    sum_increments(r);
+  else if (!maps.contains(0))
     std::ranges::fill(r.heights[0].cells, 0.0);
+  if (!f.errors.empty()) set_targets_of_errors(r, told);
+  if (!(o.increments ? ground_told : maps.contains(0)) && r.base == 0)
     r.assumptions.push_back("there is no file of layer 0: the ground is taken as flat at 0 mm");
-  }
-  count_cells(r, maps.contains(0));
+  count_cells(r, ground_told);
   return r;
 }
 

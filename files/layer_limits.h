@@ -18,5 +18,12 @@ inline constexpr double kUnmeasured = std::numeric_limits<double>::quiet_NaN(); 
 void check_record_size(const std::string& name, std::size_t layers, const GridSpec& grid);
 /// Counts heights and missing cells of layers with a height. @param ground_known false for an assumed ground
 void count_cells(LayerRecord& record, bool ground_known);
+/// Makes heights of a record whose `heights` are increments: summed from the first layer that has any, on a
+/// base that is at its target, or else flat at 0; missing ones are bridged (files/increments.h). Says so in
+/// `assumptions`.
+void sum_increments(LayerRecord& record);
+/// Sets the targets of a record of errors: height - error. @param errors [layer] [mm], kUnmeasured where
+/// missing
+void set_targets_of_errors(LayerRecord& record, const std::vector<HeightMap>& errors);
 
 }  // namespace firn

@@ -11,6 +11,7 @@
 
 #include "core/statistics/median.h"
 #include "files/column_heading.h"
+#include "files/increments.h"
 #include "files/layer_limits.h"
 #include "files/nearest.h"
 #include "files/separated_values.h"
@@ -33,8 +34,10 @@ const std::vector<Role>& roles() {
       {"segment", {"segment", "segment_index", "cell", "index", "i"}},
       {"height", {"height", "z", "h", "surface", "height_map"}},
       {"increment", {"increment", "dh", "dz", "layer_height", "height_increment", "bead_height"}},
-      {"input",
-       {"input", "u", "command", "commanded", "drops", "droplets", "commanded_input", "flow", "speed"}},
+      {"input", {"input", "u", "command", "commanded", "drops", "droplets", "commanded_input", "flow"}},
+      {"speed", {"speed", "v", "velocity", "torch_speed", "travel_speed", "feed_rate", "feedrate"}},
+      {"target", {"target", "target_height", "desired_height", "height_target"}},
+      {"error", {"error", "height_error"}},
   };
   return all;
 }
@@ -51,7 +54,8 @@ TableColumns columns_of(const SeparatedRow& head, const std::string& name, const
   for (const auto& [role, wanted] : o.columns) {
     if (std::ranges::find(roles(), role, &Role::role) == roles().end())
       throw UsageError("--column " + role + "=" + wanted +
-                       ": no such role; there are layer, x, y, segment, height, " + "increment, input");
+                       ": no such role; there are layer, x, y, segment, height, increment, input, speed, "
+                       "target, error");
     const auto it = std::ranges::find(head.fields, wanted);
     if (it == head.fields.end()) {
       const std::string near = nearest(wanted, {head.fields.begin(), head.fields.end()});
@@ -70,7 +74,7 @@ TableColumns columns_of(const SeparatedRow& head, const std::string& name, const
     throw UsageError(place + ": no column of height or increment; --column height=NAME names it");
   if (!c.at.contains("x") && !c.at.contains("segment"))
     throw UsageError(place + ": no column of x or segment; --column x=NAME names it");
-  for (const char* role : {"x", "y", "height", "increment"}) {
+  for (const char* role : {"x", "y", "height", "increment", "target", "error"}) {
     if (!c.at.contains(role)) continue;
     const ColumnHeading h = heading_of(head.fields[c.at[role]]);
     const std::string unit = !h.unit.empty() ? h.unit : o.unit;
@@ -109,17 +113,34 @@ Axis axis_of(std::vector<double> values, double pitch, const std::string& name, 
   return a;
 }
 
-// Sums increments to heights; a cell that was not seen in a layer stays unknown from there on.
-void sum_increments(LayerRecord& r) {
-  for (std::size_t k = 1; k < r.heights.size(); ++k)
-    for (std::size_t c = 0; c < r.heights[k].size(); ++c) r.heights[k].cells[c] += r.heights[k - 1].cells[c];
-}
-
 struct Point {
   int layer = 0;
-  double x = 0, y = 0, height = kUnmeasured, input = kUnmeasured;
+  double x = 0, y = 0, height = kUnmeasured, input = kUnmeasured, wanted = kUnmeasured;
   std::int64_t line = 0;
 };
+
+// Adds a reading to the mean of its cell.
+void add_reading(double value, double& mean, std::uint32_t& n) {
+  if (std::isnan(value)) return;
+  mean = ++n > 1 ? mean + (value - mean) / n : value;
+}
+
+/// Scale of the input's numbers; speeds without a unit are taken as mm/s.
+double input_scale(const SeparatedRow& head, const TableColumns& c, const std::string& name,
+                   std::vector<std::string>& assumptions) {
+  if (!c.at.contains("speed")) return 1.0;
+  const std::string& column = head.fields[c.at.find("speed")->second];
+  const ColumnHeading h = heading_of(column);
+  if (h.unit.empty()) {
+    assumptions.push_back("column '" + column + "' names no unit: taken as mm/s");
+    return 1.0;
+  }
+  const auto scale = speed_unit_mm_s(h.unit);
+  if (!scale)
+    throw UsageError(name + ":" + std::to_string(head.line) + ": column '" + column + "': unit '" + h.unit +
+                     "' is no speed, as mm/s or mm/min");
+  return *scale;
+}
 
 std::string too_far(const std::string& what, double mm) {
   return fmt::format("{} = {:g} mm, not within {:g} mm of the origin", what, mm, kFarthest_mm);
@@ -127,7 +148,7 @@ std::string too_far(const std::string& what, double mm) {
 
 /// The rows below the names of the columns.
 std::vector<Point> points_of(SeparatedValues& table, const SeparatedRow& head, const TableColumns& c,
-                             bool increments, double segment_mm) {
+                             bool increments, double segment_mm, double input_scale) {
   std::vector<Point> points;
   SeparatedRow row;
   const auto number = [&](const char* role) {
@@ -149,10 +170,13 @@ std::vector<Point> points_of(SeparatedValues& table, const SeparatedRow& head, c
     p.y = c.at.contains("y") ? scaled("y") : 0.0;
     if (std::isnan(p.x) || std::isnan(p.y)) wrong("no position");
     p.height = scaled(increments ? "increment" : "height");
-    for (const auto& [what, mm] :
-         std::initializer_list<std::pair<const char*, double>>{{"x", p.x}, {"y", p.y}, {"height", p.height}})
+    for (const char* role : {"error", "target"})  // a target goes before an error
+      if (c.at.contains(role)) p.wanted = scaled(role);
+    for (const auto& [what, mm] : std::initializer_list<std::pair<const char*, double>>{
+             {"x", p.x}, {"y", p.y}, {"height", p.height}, {"target or error", p.wanted}})
       if (std::abs(mm) > kFarthest_mm) wrong(too_far(what, mm));
-    if (c.at.contains("input")) p.input = number("input");
+    for (const char* role : {"input", "speed"})
+      if (c.at.contains(role)) p.input = number(role) * input_scale;
     points.push_back(p);
   }
   return points;
@@ -167,11 +191,44 @@ void check_record_size(const std::string& name, std::size_t layers, const GridSp
 }
 
 void count_cells(LayerRecord& r, bool ground_known) {
-  for (std::size_t k = ground_known ? 0 : 1; k < r.heights.size(); ++k) {
-    const auto seen = std::ranges::count_if(r.heights[k].cells, [](double h) { return !std::isnan(h); });
-    r.points += seen;
-    if (seen > 0) r.missing += std::int64_t(r.heights[k].size()) - seen;
+  for (std::size_t k = std::size_t(ground_known ? 0 : r.base + 1); k < r.heights.size(); ++k) {
+    const auto known = std::ranges::count_if(r.heights[k].cells, [](double h) { return !std::isnan(h); });
+    r.points += known - (r.bridged.empty() ? 0 : r.bridged[k].count());
+    if (known > 0) r.missing += std::int64_t(r.heights[k].size()) - known;
   }
+}
+
+void set_targets_of_errors(LayerRecord& r, const std::vector<HeightMap>& errors) {
+  r.targets = r.heights;
+  for (std::size_t k = 0; k < r.targets.size(); ++k)
+    for (std::size_t c = 0; c < r.targets[k].size(); ++c) r.targets[k].cells[c] -= errors[k].cells[c];
+}
+
+void sum_increments(LayerRecord& r) {
+  const std::optional<int> base = base_layer(r.heights);
+  if (!base) return;
+  HeightMap ground(r.grid, 0.0);
+  bool wanted = false;
+  if (!r.targets.empty() && *base > 0) {
+    HeightMap target = r.targets[std::size_t(*base)];
+    fill_along_x(target);
+    wanted = !std::isnan(target.cells.front());
+    if (wanted) ground = std::move(target);
+  }
+  IntegratedHeights sums = integrate_increments(std::move(r.heights), ground);
+  r.heights = std::move(sums.heights);
+  r.bridged = std::move(sums.bridged);
+  r.bridges = sums.bridges;
+  r.base = sums.base;
+  if (r.base > 0)
+    r.assumptions.push_back(
+        fmt::format("no increment is told up to layer {}: heights count from its surface, taken as {}",
+                    r.base, wanted ? "at its target" : "flat at 0 mm"));
+  if (r.bridges > 0)
+    r.assumptions.push_back(fmt::format(
+        "{} missing increments are interpolated along x, so that the layers above them have heights; "
+        "these cells are marked as not measured",
+        r.bridges));
 }
 
 double millimetres(std::string_view unit, const std::string& place) {
@@ -190,8 +247,15 @@ LayerRecord read_layer_table(std::string_view text, const std::string& name, con
   LayerRecord r;
   const TableColumns c = columns_of(head, name, o, r.assumptions);
   const bool increments = !c.at.contains("height");
+  if (c.at.contains("input") && c.at.contains("speed"))
+    throw UsageError(name + ":" + std::to_string(head.line) + ": columns '" + head.fields[c.at.at("input")] +
+                     "' and '" + head.fields[c.at.at("speed")] +
+                     "': input and speed are one input told twice");
+  r.input_is_speed = c.at.contains("speed");
+  const bool wanted = c.at.contains("target") || c.at.contains("error");
   const std::vector<Point> points =
-      points_of(table, head, c, increments, o.pitch_x_mm > 0 ? o.pitch_x_mm : 1.0);
+      points_of(table, head, c, increments, o.pitch_x_mm > 0 ? o.pitch_x_mm : 1.0,
+                input_scale(head, c, name, r.assumptions));
   if (points.empty()) throw UsageError(name + ": no row below the line of column names");
   std::vector<double> xs, ys;
   int last = 0, first = kMaxLayers;
@@ -207,15 +271,15 @@ LayerRecord read_layer_table(std::string_view text, const std::string& name, con
   r.grid = {x.n, y.n, x.pitch, y.pitch, x.origin, y.origin};
   check_record_size(name, std::size_t(last) + 1, r.grid);
   r.heights.assign(std::size_t(last) + 1, HeightMap(r.grid, kUnmeasured));
-  if (c.at.contains("input")) r.inputs.assign(std::size_t(last), Grid<double>(r.grid, kUnmeasured));
+  if (c.at.contains("input") || r.input_is_speed)
+    r.inputs.assign(std::size_t(last), Grid<double>(r.grid, kUnmeasured));
+  std::vector<HeightMap> told(wanted ? std::size_t(last) + 1 : 0, HeightMap(r.grid, kUnmeasured));
   std::vector<Grid<std::uint32_t>> seen(std::size_t(last) + 1, Grid<std::uint32_t>(r.grid, 0));
+  std::vector<Grid<std::uint32_t>> told_seen(told.size(), Grid<std::uint32_t>(r.grid, 0));
   for (const Point& p : points) {
-    const std::size_t cell = r.grid.index(x.cell(p.x), y.cell(p.y));
-    if (!std::isnan(p.height)) {  // several readings of one cell: their mean
-      double& height = r.heights[std::size_t(p.layer)].cells[cell];
-      const double n = ++seen[std::size_t(p.layer)].cells[cell];
-      height = n > 1 ? height + (p.height - height) / n : p.height;
-    }
+    const std::size_t cell = r.grid.index(x.cell(p.x), y.cell(p.y)), layer = std::size_t(p.layer);
+    add_reading(p.height, r.heights[layer].cells[cell], seen[layer].cells[cell]);
+    if (wanted) add_reading(p.wanted, told[layer].cells[cell], told_seen[layer].cells[cell]);
     if (std::isnan(p.input) || p.layer == 0) continue;
     double& input = r.inputs[std::size_t(p.layer - 1)].cells[cell];
     if (!std::isnan(input) && input != p.input)
@@ -223,13 +287,17 @@ LayerRecord read_layer_table(std::string_view text, const std::string& name, con
                              " in the same cell, which differs; --pitch-mm parts cells");
     input = p.input;
   }
-  if (first > 0) {
+  const bool ground_told = has_value(r.heights[0]);
+  if (c.at.contains("target")) r.targets = std::move(told);
+  if (increments)
+    sum_increments(r);
+  else if (first > 0)
     std::ranges::fill(r.heights[0].cells, 0.0);
-    r.assumptions.push_back("the record begins at layer " + std::to_string(first) +
+  if (!ground_told && r.base == 0)
+    r.assumptions.push_back("the record begins at layer " + std::to_string(std::max(1, first)) +
                             ": the ground is taken as flat at 0 mm");
-  }
-  if (increments) sum_increments(r);
-  count_cells(r, first == 0);
+  if (c.at.contains("error") && r.targets.empty()) set_targets_of_errors(r, told);
+  count_cells(r, ground_told);
   return r;
 }
 

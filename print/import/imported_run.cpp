@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <span>
 
 #include "core/grid/cell_quality.h"
 #include "core/grid/device.h"
@@ -9,6 +11,7 @@
 #include "core/options/for_people.h"
 #include "core/statistics/median.h"
 #include "files/exit_codes.h"
+#include "files/increments.h"
 #include "files/json.h"
 #include "files/record/event_log.h"
 #include "files/text_file.h"
@@ -82,7 +85,7 @@ class ImportedNode {
 };
 
 struct Part {
-  HeightMap target;
+  HeightMap target;  ///< of the last layer
   Mask mask;
 };
 
@@ -107,19 +110,51 @@ Part part_of(const LayerRecord& r, const ImportSource& source, std::vector<std::
     ++n;
   }
   if (!commanded) assumptions.push_back("no input is told: the part is where the last map has heights");
+  if (!r.targets.empty() && !source.target_mm) {
+    const auto told = std::find_if(r.targets.rbegin(), r.targets.rend(), seen);
+    if (told != r.targets.rend()) {
+      HeightMap whole = *told;
+      fill_along_x(whole);
+      for (std::size_t c = 0; c < p.target.size(); ++c)
+        if (p.mask.cells[c]) p.target.cells[c] = whole.cells[c];
+      return p;
+    }
+  }
   const double target_mm = source.target_mm.value_or(n > 0 ? sum / double(n) : 0.0);
   if (!source.target_mm)
-    assumptions.push_back("no target is told: flat, at the mean of the last map, " + for_people(target_mm) +
-                          " mm (--target-mm)");
+    assumptions.push_back(std::string(kNoTarget) + ": flat, at the mean of the last map, " +
+                          for_people(target_mm) + " mm (--target-mm, a column of target or error)");
   for (std::size_t c = 0; c < p.target.size(); ++c)
     if (p.mask.cells[c]) p.target.cells[c] = target_mm;
   return p;
+}
+
+// The heights of a layer whose errors count: measured, and with a target if the record tells any.
+HeightMap judged_heights(const LayerRecord& r, std::size_t layer) {
+  HeightMap judged = r.heights[layer];
+  for (std::size_t c = 0; c < judged.size(); ++c) {
+    const bool bridged = !r.bridged.empty() && r.bridged[layer].cells[c];
+    const bool untold = !r.targets.empty() && std::isnan(r.targets[layer].cells[c]);
+    if (bridged || untold) judged.cells[c] = kNotMeasured;
+  }
+  return judged;
+}
+
+Blob input_blob(const LayerRecord& r) {
+  std::vector<std::byte> all;
+  for (const Grid<double>& input : r.inputs) {
+    HeightMap layer(r.grid);
+    layer.cells = input.cells;
+    std::ranges::copy(to_npy(layer), std::back_inserter(all));
+  }
+  return make_blob(r.input_is_speed ? kRecordedSpeeds : kRecordedInputs, std::move(all));
 }
 
 // Droplets of a layer. What is not told counts as none.
 DropletPattern drops_of(const LayerRecord& r, std::size_t layer, const ImportSource& source, double& rounded,
                         std::int64_t& untold) {
   DropletPattern drops(r.grid);
+  if (int(layer) <= r.base) return drops;
   const Grid<double>& input = r.inputs[layer - 1];
   for (std::size_t c = 0; c < input.size(); ++c) {
     if (std::isnan(input.cells[c])) {
@@ -137,33 +172,40 @@ DropletPattern drops_of(const LayerRecord& r, std::size_t layer, const ImportSou
     if (!(whole >= 0 && whole <= kMaxDrops))
       throw wrong("is " + std::to_string(whole) + " droplets, not 0 to 127; --input-per-drop scales it");
     if (source.input_per_drop <= 0 && whole != wanted)
-      throw wrong("is no whole number of droplets; --input-per-drop scales it and rounds");
+      throw wrong(
+          "is no whole number of droplets; --input-per-drop scales it and rounds, --column speed=NAME takes "
+          "it as the speed of a bead");
     rounded = std::max(rounded, std::abs(whole - wanted));
     drops.cells[c] = std::uint8_t(whole);
   }
   return drops;
 }
 
-height_map_t map_message(const HeightMap& map, int layer) {
+height_map_t map_message(const LayerRecord& r, int layer) {
+  const HeightMap& map = r.heights[std::size_t(layer)];
+  const Mask bridged = r.bridged.empty() ? Mask(r.grid) : r.bridged[std::size_t(layer)];
   height_map_t m{};
   m.n = std::int32_t(map.size());
   m.layer = layer;
   m.map_id = layer + 1;
   m.grid = to_message(map.spec);
   std::int64_t seen = 0;
-  for (const double h : map.cells) {
-    m.height_mm.push_back(float(h));
-    m.quality.push_back(std::int8_t(std::isnan(h) ? CellQuality::kGuessed : CellQuality::kMeasured));
-    seen += !std::isnan(h);
+  for (std::size_t c = 0; c < map.size(); ++c) {
+    const bool measured = !std::isnan(map.cells[c]) && !bridged.cells[c];
+    m.height_mm.push_back(float(map.cells[c]));
+    m.quality.push_back(std::int8_t(measured ? CellQuality::kMeasured : CellQuality::kGuessed));
+    seen += measured;
   }
   m.noise_std_mm = noise_of_bends_mm(map);
   m.measured_fraction = double(seen) / double(map.size());
   return m;
 }
 
-layer_metrics_t metrics_message(const HeightMap& map, const Part& part, int layer, std::int64_t drops,
+layer_metrics_t metrics_message(const LayerRecord& r, const Part& part, int layer, std::int64_t drops,
                                 std::int64_t total) {
-  const ErrorStats e = error_stats(map, part.target, part.mask);
+  const HeightMap map = judged_heights(r, std::size_t(layer));
+  const HeightMap& wanted = r.targets.empty() ? part.target : r.targets[std::size_t(layer)];
+  const ErrorStats e = error_stats(map, wanted, part.mask);
   layer_metrics_t m{};
   m.layer = layer;
   m.map_id = layer + 1;
@@ -172,7 +214,7 @@ layer_metrics_t metrics_message(const HeightMap& map, const Part& part, int laye
   for (std::size_t c = 0; c < map.size(); ++c) {
     if (!part.mask.cells[c] || std::isnan(map.cells[c])) continue;
     sum += map.cells[c];
-    target += part.target.cells[c];
+    target += wanted.cells[c];
     ++n;
   }
   m.target_mean_mm = n > 0 ? target / double(n) : 0;
@@ -223,7 +265,7 @@ ImportedRun write_imported_run(LayerRecord r, const Experiment& experiment, cons
   std::vector<DropletPattern> drops;  // before the folder is made: an input may be refused
   double rounded = 0;
   std::int64_t untold = 0;
-  for (std::size_t layer = 1; layer <= r.inputs.size(); ++layer)
+  for (std::size_t layer = 1; layer <= r.inputs.size() && !r.input_is_speed; ++layer)
     drops.push_back(drops_of(r, layer, source, rounded, untold));
   if (rounded > 0)
     run.assumptions.push_back("inputs are rounded to whole droplets, by " + std::to_string(rounded) +
@@ -231,7 +273,8 @@ ImportedRun write_imported_run(LayerRecord r, const Experiment& experiment, cons
   if (untold > 0) run.assumptions.push_back(std::to_string(untold) + " inputs are not told: taken as none");
   run.assumptions.push_back("the noise of a map is not told: estimated from its second differences along x");
   run.assumptions.push_back("times are those of a layer a second");
-  const Blobs blobs{make_blob("target", to_npy(part.target)), make_blob("mask", to_npy(part.mask))};
+  Blobs blobs{make_blob("target", to_npy(part.target)), make_blob("mask", to_npy(part.mask))};
+  if (!r.inputs.empty()) blobs.push_back(input_blob(r));
   const runs::RunFolder folder = runs::RunFolder::create(root, experiment, blobs, runs::own_command_line());
   const runs::RunLock lock(folder.path(), runs::RunUse::kWrite);
   run.folder = folder.path();
@@ -276,10 +319,10 @@ ImportedRun write_imported_run(LayerRecord r, const Experiment& experiment, cons
       }
     }
     run.droplets += fired;
-    mapper.send(channels::kHeightMap, map_message(r.heights[layer], int(layer)), now_us - 1);
+    mapper.send(channels::kHeightMap, map_message(r, int(layer)), now_us - 1);
     if (layer > 0)
-      scheduler.send(channels::kLayerMetrics,
-                     metrics_message(r.heights[layer], part, int(layer), fired, run.droplets), now_us);
+      scheduler.send(channels::kLayerMetrics, metrics_message(r, part, int(layer), fired, run.droplets),
+                     now_us);
   }
   run.layers = int(r.heights.size()) - 1;
   run_end_t end{};
@@ -294,6 +337,20 @@ ImportedRun write_imported_run(LayerRecord r, const Experiment& experiment, cons
   return run;
 }
 
+std::optional<RecordedInputs> recorded_inputs(const Blobs& inputs, const GridSpec& grid) {
+  const auto at = std::ranges::find_if(
+      inputs, [](const Blob& b) { return b.role == kRecordedSpeeds || b.role == kRecordedInputs; });
+  if (at == inputs.end()) return std::nullopt;
+  RecordedInputs out{at->role == kRecordedSpeeds, {}};
+  const std::size_t size = to_npy(HeightMap(grid)).size();
+  const std::span<const std::byte> all(at->bytes);
+  for (std::size_t from = 0; from < all.size(); from += size)
+    out.layers.push_back(
+        height_map_from_npy(all.subspan(from, std::min(size, all.size() - from)), grid,
+                            at->role + " of layer " + std::to_string(out.layers.size() + 1)));
+  return out;
+}
+
 bool is_imported(const fs::path& run) {
   const fs::path file = RunPaths(run).provenance_path();
   if (!fs::is_regular_file(file)) return false;
@@ -302,6 +359,19 @@ bool is_imported(const fs::path& run) {
   } catch (const std::invalid_argument&) {
     return false;  // whoever reads the run names it
   }
+}
+
+bool records_speeds(const fs::path& run) {
+  const Blobs inputs = runs::RunFolder::open(run).inputs();
+  return std::ranges::find(inputs, kRecordedSpeeds, &Blob::role) != inputs.end();
+}
+
+void refuse_beads(const fs::path& run, const std::string& command) {
+  if (records_speeds(run))
+    throw UsageError(
+        run.string() + ": was imported with speeds of beads: " + command +
+        " knows laboratories of droplets and of ice paths, and none of beads; firn identify computes the "
+        "law of its beads, ln dh = a ln v + b");
 }
 
 void refuse_imported(const fs::path& run, const std::string& command) {

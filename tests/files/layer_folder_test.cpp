@@ -18,7 +18,7 @@ std::string layers_of(const std::vector<std::string>& names, int layer_number = 
   LayerRecordOptions options;
   options.layer_number = layer_number;
   try {
-    const LayerRecord r = read_layer_files(folder.path() / "maps", {}, options);
+    const LayerRecord r = read_layer_files({.heights = folder.path() / "maps"}, options);
     std::string layers;
     for (std::size_t k = 1; k < r.heights.size(); ++k)
       if (!std::isnan(r.heights[k].cells[0])) layers += (layers.empty() ? "" : " ") + std::to_string(k);
@@ -35,7 +35,7 @@ std::string matrix(const std::string& text, MatrixLabels labels = MatrixLabels::
   LayerRecordOptions options;
   options.labels = labels;
   try {
-    const LayerRecord r = read_layer_files(folder.path() / "maps", {}, options);
+    const LayerRecord r = read_layer_files({.heights = folder.path() / "maps"}, options);
     double sum = 0.0;
     for (const double h : r.heights[1].cells) sum += std::isnan(h) ? 0.0 : h;
     return std::to_string(r.grid.nx) + " x " + std::to_string(r.grid.ny) + ", " + std::to_string(r.points) +

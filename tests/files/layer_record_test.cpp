@@ -41,12 +41,12 @@ TEST_CASE("A matrix file with an infinite or far number is refused with its fold
   folder.file("maps/layer-1.csv", "1,2\n");
   folder.file("inputs/layer-1.csv", "1,2\n");
   const auto heights = folder.path() / "maps", inputs = folder.path() / "inputs";
-  CHECK(read_layer_files(heights, inputs, {}).heights[1].cells[1] == 2.0);
+  CHECK(read_layer_files({.heights = heights, .inputs = inputs}, {}).heights[1].cells[1] == 2.0);
   folder.file("inputs/layer-1.csv", "1,-inf\n");
-  CHECK_THROWS_WITH(read_layer_files(heights, inputs, {}),
+  CHECK_THROWS_WITH(read_layer_files({.heights = heights, .inputs = inputs}, {}),
                     Contains("layer-1.csv:1: column 2 = -inf: is not a finite number"));
   folder.file("inputs/layer-1.csv", "1,2\n");
   folder.file("maps/layer-1.csv", "1,2e7\n");
-  CHECK_THROWS_WITH(read_layer_files(heights, inputs, {}),
+  CHECK_THROWS_WITH(read_layer_files({.heights = heights, .inputs = inputs}, {}),
                     Contains("maps: layer 1: a height [mm] of 2e+07, not within 1e+06"));
 }

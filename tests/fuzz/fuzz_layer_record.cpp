@@ -20,7 +20,7 @@ LayerRecord read_folder(std::string_view text, bool npy, bool inputs, const Laye
   std::filesystem::create_directories(folder);
   std::ofstream(folder / (npy ? "1.npy" : "1.csv"), std::ios::binary) << text.substr(0, text.size() / 2);
   std::ofstream(folder / "2.csv", std::ios::binary) << text.substr(text.size() / 2);
-  return read_layer_files(folder, inputs ? folder : std::filesystem::path(), options);
+  return read_layer_files({.heights = folder, .inputs = inputs ? folder : std::filesystem::path()}, options);
 }
 
 void require_sound(const LayerRecord& r) {
