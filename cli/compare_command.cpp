@@ -84,18 +84,20 @@ using Settings = std::vector<report::DifferingParameter>;
 
 int write_results(const std::filesystem::path& folder, const report::StudyTable& table, const Settings& arms,
                   const Settings& parts, const Provenance& told, const std::string& nature, bool json) {
-  const report::StudyAnalysis analysis = report::analyse(table);
+  report::StudyAnalysis analysis = report::analyse(table);
+  const report::StudyTable shown = report::in_readable_units(table);
+  const report::StudyAnalysis said = report::analyse(shown);
+  analysis.answer = said.answer;
   const std::string summary = study_json(table, analysis, told);
   write_file_atomically(folder / "runs.csv", report::study_csv(table));
   write_file_atomically(folder / "summary.json", summary);
   if (const auto rows = report::profile_rows(table); !rows.empty())
     write_file_atomically(folder / "profile.csv", report::profile_csv(table, rows));
-  write_file_atomically(folder / "report.html",
-                        report::study_page({table, analysis, arms, parts, told, nature}));
+  write_file_atomically(folder / "report.html", report::study_page({shown, said, arms, parts, told, nature}));
   if (json)
     std::fputs(summary.c_str(), stdout);
   else
-    std::fputs((study_text(table, analysis, arms) + "\n" + (folder / "report.html").string() + "\n").c_str(),
+    std::fputs((study_text(shown, said, arms) + "\n" + (folder / "report.html").string() + "\n").c_str(),
                stdout);
   return analysis.ranking.empty() ? kFailed : kOk;
 }

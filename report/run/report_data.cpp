@@ -223,6 +223,10 @@ RunData read_run_data(const fs::path& run, const ReportLab& lab) {
   data.lab = &lab;
   lab.read({run, messages, inputs_of(run, provenance)}, data, rows);
   for (auto& [layer, row] : rows) data.layers.push_back(std::move(row));
+  // A record of others may be of any scale, whatever its lab.
+  const auto above_1_mm = [](double h) { return std::abs(h) >= 1.0; };
+  if (!provenance.text("imported").empty() && std::ranges::any_of(data.target.cells, above_1_mm))
+    data.words.in_mm = true;
   return data;
 }
 

@@ -190,4 +190,22 @@ StudyAnalysis analyse(const StudyTable& t) {
   return a;
 }
 
+StudyTable in_readable_units(StudyTable table) {
+  constexpr double kMmPerUm = 1e-3, kFromUm = 1000.0;
+  constexpr std::string_view kEnding = "_um";
+  if (!table.profile.title.empty()) return table;
+  for (std::size_t m = 0; m < table.metrics.size(); ++m) {
+    StudyMetric& metric = table.metrics[m];
+    if (metric.unit != "um" || !metric.name.ends_with(kEnding)) continue;
+    if (std::ranges::none_of(table.runs,
+                             [&](const StudyRun& r) { return std::abs(r.metrics[m]) >= kFromUm; }))
+      continue;
+    metric.name.replace(metric.name.size() - kEnding.size(), kEnding.size(), "_mm");
+    metric.unit = "mm";
+    metric.decimals = 3;
+    for (StudyRun& r : table.runs) r.metrics[m] *= kMmPerUm;
+  }
+  return table;
+}
+
 }  // namespace firn::report

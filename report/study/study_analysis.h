@@ -109,6 +109,10 @@ struct StudyAnalysis {
 
 inline constexpr double kAlpha = 0.05;
 
+/// Returns the table as people read it: metrics in um with a value of 1000 um or more are in mm, "rms_mm" for
+/// "rms_um". A table with profiles, which have a unit of their own, stays.
+StudyTable in_readable_units(StudyTable table);
+
 /// @pre runs.size() == arms * parts * seeds, and at least one arm, part, seed and metric.
 StudyAnalysis analyse(const StudyTable& table);
 

@@ -57,8 +57,9 @@ runs::ProvenanceDocument provenance_of(const fs::path& run) {
 
 struct ReadRun {
   report::StudyRun run;
-  std::string target;  // digest
-  std::string doubt;   // damage of its records, or layers without a map; empty: none
+  std::string target;       // digest
+  std::string doubt;        // damage of its records, or layers without a map; empty: none
+  bool own_target = false;  // imported: flat, at the mean of its own last map
 };
 
 // None: its makers' records have no tolerance.
@@ -76,6 +77,7 @@ ReadRun read_recorded(const fs::path& path) {
   ReadRun read;
   for (const auto& [role, sha256] : provenance_of(path).inputs)
     if (role == "target" || role == "mask") read.target += sha256;
+  read.own_target = provenance_of(path).text("imported").find(kNoTarget) != std::string::npos;
   const auto result = folder.result();
   read.run.finished = result && !runs::can_go_on(*result);
   read.run.outcome = result ? result->outcome : "not ended";
@@ -158,6 +160,7 @@ RecordedStudy recorded_study(const Study& study, const fs::path& folder) {
   std::set<std::string> targets;
   std::vector<Experiment> first;
   bool imported = false;
+  int own_targets = 0;
   for (const StudyEntry& arm : study.arms) {
     t.arms.push_back(arm.name);
     std::string names;
@@ -166,6 +169,7 @@ RecordedStudy recorded_study(const Study& study, const fs::path& folder) {
       if (!seen.insert(fs::weakly_canonical(run)).second) throw UsageError(run.string() + " is given twice");
       ReadRun read = read_recorded(run);
       targets.insert(read.target);
+      own_targets += read.own_target;
       if (!read.doubt.empty()) t.notes.push_back(run_name(run) + " " + read.doubt);
       std::vector<double> metrics;
       for (const std::size_t m : wanted) metrics.push_back(read.run.metrics[m]);
@@ -182,6 +186,11 @@ RecordedStudy recorded_study(const Study& study, const fs::path& folder) {
   if (targets.size() > 1)
     t.notes.push_back("The runs have " + std::to_string(targets.size()) +
                       " different targets: each error is one about the run's own target");
+  if (own_targets > 0)
+    t.notes.push_back(
+        std::to_string(own_targets) +
+        " imported runs tell no target: their errors are about the mean of their last map, so they say "
+        "how flat a part is, not how near to its goal");
   if (imported)
     t.notes.push_back("Imported runs count with their last measured map, as their makers measured it");
   out.settings = report::differing_parameters(std::move(first));
