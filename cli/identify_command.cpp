@@ -9,12 +9,15 @@
 #include "cli/commands.h"
 #include "cli/option_set.h"
 #include "cli/sealed_run.h"
+#include "core/options/display_unit.h"
 #include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/usage_error.h"
+#include "print/import/imported_run.h"
 #include "report/draw/style.h"
 #include "runs/folder/run_folder.h"
 #include "studies/identify/identify.h"
+#include "studies/identify/identify_beads.h"
 #include "studies/reproduce/reproduce.h"
 
 namespace firn {
@@ -29,71 +32,204 @@ ordered_json json_of(const droplet::Repeats& r) {
   return {{"n", r.n}, {"mean_um", r.mean_mm * 1e3}, {"half_width_um", r.half_width_mm * 1e3}};
 }
 
-std::string text_of(double mean_mm, double half_mm) {
-  return fmt::format("{:.3f} +- {:.3f}", mean_mm * 1e3, half_mm * 1e3);
+std::string text_of(double mean_mm, double half_mm, const DisplayUnit& unit) {
+  return fmt::format("{:.3f} +- {:.3f}", mean_mm * unit.per_mm, half_mm * unit.per_mm);
+}
+
+ordered_json held_out_json(const statistics::HeldOut& h) {
+  if (!h.known()) return nullptr;
+  return {{"fitted_layers", h.fitted_layers},
+          {"held_out_layers", h.held_out_layers},
+          {"cells", h.cells()},
+          {"model_rms_um", h.model_rms_mm() * 1e3},
+          {"constant_rms_um", h.constant_rms_mm() * 1e3},
+          {"persistence_rms_um", h.persistence_rms_mm() * 1e3},
+          {"model_is_best", h.model_is_best()}};
+}
+
+// "model 0.21 mm, constant 0.87 mm": of one unit.
+void show_held_out(const statistics::HeldOut& h,
+                   const std::vector<std::pair<std::string, double>>& models_mm) {
+  if (!h.known()) {
+    fmt::print("too few layers to hold any out: three measured ones at least are needed\n");
+    return;
+  }
+  const DisplayUnit unit = display_unit_for(h.constant_rms_mm() * 10.0);
+  std::string line =
+      fmt::format("prediction of the last {} layers from the first {}, RMS [{}]:", h.held_out_layers,
+                  h.fitted_layers, unit.name);
+  for (const auto& [name, mm] : models_mm) line += fmt::format(" {} {:.3g},", name, mm * unit.per_mm);
+  fmt::print("{} constant {:.3g}, persistence {:.3g}\n", line, h.constant_rms_mm() * unit.per_mm,
+             h.persistence_rms_mm() * unit.per_mm);
 }
 
 void show_identification(const Identification& id) {
   const auto& p = id.prints;
-  fmt::print("{} layers, {} droplets, noise {:.2f} um a cell; 95 % intervals, um\n", id.layers, id.droplets,
-             id.noise_std_mm * 1e3);
+  const DisplayUnit unit = display_unit_for(id.layer_height.mean_mm);
+  fmt::print("{} layers, {} droplets, noise {:.3g} {} a cell; 95 % intervals, {}\n", id.layers, id.droplets,
+             id.noise_std_mm * unit.per_mm, unit.name, unit.name);
   if (p.complete())
     fmt::print("prints of V-C: {} single, {} with four sides, {} with one corner\n", p.single.size(),
                p.cross.size(), p.pair.size());
-  fmt::print("{:<18} {:>8} {:>18} {:>18} {:>18}\n", "", "Table I", "fit of (3)-(5)", "V-C: centre",
-             "beside a single");
-  const auto line = [&](const char* name, double paper_um, const Known& fit, const droplet::Repeats& vc,
-                        const droplet::Repeats& beside) {
-    fmt::print("{:<18} {:>8.1f} {:>18} {:>18} {:>18}\n", name, paper_um,
-               text_of(fit.mean_mm, fit.half_width_mm),
-               p.complete() ? text_of(vc.mean_mm, vc.half_width_mm) : "",
-               p.complete() ? text_of(beside.mean_mm, beside.half_width_mm) : "");
+  // Table I is of the paper's droplet: it has no meaning beside one of another size.
+  fmt::print("{:<18} {:>8} {:>18} {:>18} {:>18}\n", "", id.prior_of_maps ? "" : "Table I", "fit of (3)-(5)",
+             p.complete() ? "V-C: centre" : "", p.complete() ? "beside a single" : "");
+  const auto line = [&](const char* name, double paper_um, const Known& fit, const std::string& not_found,
+                        const droplet::Repeats& vc, const droplet::Repeats& beside) {
+    fmt::print("{:<18} {:>8} {:>18} {:>18} {:>18}{}\n", name,
+               id.prior_of_maps ? "" : fmt::format("{:.1f}", paper_um),
+               not_found.empty() ? text_of(fit.mean_mm, fit.half_width_mm, unit) : "not found",
+               p.complete() ? text_of(vc.mean_mm, vc.half_width_mm, unit) : "",
+               p.complete() ? text_of(beside.mean_mm, beside.half_width_mm, unit) : "",
+               not_found.empty()
+                   ? ""
+                   : fmt::format("  the fit ended {}, {:.3f}", not_found, fit.mean_mm * unit.per_mm));
   };
-  line("h1", 4.4, id.h1, p.h1, p.h1);
-  line("h2", 0.6, id.h2, p.h2, p.side);
-  line("h3", 0.2, id.h3, p.h3, p.corner);
-  fmt::print("{:<18} {:>8.1f} {:>18}\n", "h1 + 4 h2 + 4 h3", 7.6,
-             text_of(id.layer_height.mean_mm, id.layer_height.half_width_mm));
-  fmt::print(
-      "excitation {:.3f}, droplet scatter {:.1f} %, fit {:.2f} (1 where the model explains the maps)\n",
-      id.fit.excitation, 100 * id.fit.droplet_scatter, id.fit.fit);
+  line("h1", 4.4, id.h1, id.not_found[0], p.h1, p.h1);
+  line("h2", 0.6, id.h2, id.not_found[1], p.h2, p.side);
+  line("h3", 0.2, id.h3, id.not_found[2], p.h3, p.corner);
+  fmt::print("{:<18} {:>8} {:>18}\n", "h1 + 4 h2 + 4 h3", id.prior_of_maps ? "" : "7.6",
+             text_of(id.layer_height.mean_mm, id.layer_height.half_width_mm, unit));
+  fmt::print("excitation {:.3f}, droplet scatter {}, fit {:.2f} (1 where the model explains the maps)\n",
+             id.fit.excitation,
+             id.fit.scatter_at_bound ? "not found (at its bound)"
+                                     : fmt::format("{:.1f} %", 100 * id.fit.droplet_scatter),
+             id.fit.fit);
+  if (id.prior_of_maps)
+    fmt::print("the maps' rise per droplet is far from model.h1_mm..h3_mm: the prior has the maps' size\n");
+  show_held_out(id.held_out, {{"model", id.held_out.model_rms_mm()}});
+}
+
+ordered_json identification_json(const std::string& run, const Identification& id) {
+  const auto constant = [&](const Known& k, const std::string& not_found) {
+    ordered_json j = json_of(k);
+    j["found"] = id.uninformative.empty() && not_found.empty();
+    j["why_not"] = not_found;
+    return j;
+  };
+  ordered_json j = {{"run", run},
+                    {"model", "droplets"},
+                    {"identified", id.uninformative.empty()},
+                    {"reason", id.uninformative},
+                    {"layers", id.layers},
+                    {"droplets", id.droplets},
+                    {"noise_std_um", id.noise_std_mm * 1e3},
+                    {"h1", constant(id.h1, id.not_found[0])},
+                    {"h2", constant(id.h2, id.not_found[1])},
+                    {"h3", constant(id.h3, id.not_found[2])},
+                    {"layer_height", json_of(id.layer_height)},
+                    {"excitation", id.fit.excitation},
+                    {"droplet_scatter", id.fit.droplet_scatter},
+                    {"droplet_scatter_at_bound", id.fit.scatter_at_bound},
+                    {"fit", id.fit.fit},
+                    {"prior", id.prior_of_maps ? "the maps' rise per droplet" : "model.h1_mm..h3_mm"},
+                    {"held_out", held_out_json(id.held_out)}};
+  if (id.prints.complete())
+    j["prints"] = {{"h1", json_of(id.prints.h1)},
+                   {"h2", json_of(id.prints.h2)},
+                   {"h3", json_of(id.prints.h3)},
+                   {"side", json_of(id.prints.side)},
+                   {"corner", json_of(id.prints.corner)}};
+  return j;
+}
+
+int identify_droplets(const IdentifyOptions& options) {
+  const std::string& run = options.runs.front();
+  const Identification id = identify(ObservedRun::read(run));
+  if (options.json)
+    std::puts(identification_json(run, id).dump(2).c_str());
+  else if (id.uninformative.empty())
+    show_identification(id);
+  if (!id.uninformative.empty()) {
+    if (!options.json && id.held_out.known())
+      show_held_out(id.held_out, {{"model", id.held_out.model_rms_mm()}});
+    fmt::print(stderr, "{} cannot identify h1, h2, h3: {}\n", run, id.uninformative);
+    return kFailed;
+  }
+  if (id.held_out.known() && !id.held_out.model_is_best())
+    fmt::print(stderr,
+               "{}: the model predicts the held-out layers no better than a constant or persistence does\n",
+               run);
+  if (!options.output.empty())
+    write_file_atomically(options.output, report::standalone_svg(identification_svg(id)));
+  return kOk;
+}
+
+ordered_json law_json(const bead::BeadLaw& law) { return {{"a", law.a}, {"b", law.b}}; }
+
+ordered_json beads_json(const std::string& run, const BeadIdentification& id) {
+  ordered_json segments = ordered_json::array();
+  for (const SegmentLaw& s : id.segments)
+    segments.push_back({{"segment", s.segment}, {"beads", s.beads}, {"a", s.law.a}, {"b", s.law.b}});
+  return {
+      {"run", run},
+      {"model", "beads"},
+      {"identified", id.uninformative.empty()},
+      {"reason", id.uninformative},
+      {"layers", id.fit.layers},
+      {"beads", id.fit.beads},
+      {"left_out", id.left_out},
+      {"law", law_json(id.fit.law)},
+      {"a", {{"mean", id.fit.law.a}, {"half_width", id.fit.a_half_width}, {"found", id.a_found()}}},
+      {"b",
+       {{"mean", id.fit.law.b}, {"half_width", id.fit.b_half_width}, {"found", id.uninformative.empty()}}},
+      {"scatter", id.fit.scatter},
+      {"speed_spread", id.fit.speed_spread},
+      {"mean_height_um", id.mean_height_mm * 1e3},
+      {"segments", segments},
+      {"held_out", held_out_json(id.common)},
+      {"held_out_by_segment", held_out_json(id.recursive)}};
+}
+
+void show_beads(const BeadIdentification& id) {
+  const bead::BeadFit& f = id.fit;
+  fmt::print("{} layers of {} segments, {} beads, {} left out: not measured, or no height or speed above 0\n",
+             f.layers, f.segments, f.beads, id.left_out);
+  fmt::print("ln dh = a ln v + b, v in mm/s, dh in mm; 95 % intervals\n");
+  if (id.a_found())
+    fmt::print("a  {:.4f} +- {:.4f}\n", f.law.a, f.a_half_width);
+  else
+    fmt::print(
+        "a  not found: its interval {:.4f} +- {:.4f} holds 0, the height is not seen to depend on the "
+        "speed\n",
+        f.law.a, f.a_half_width);
+  fmt::print("b  {:.4f} +- {:.4f}\n", f.law.b, f.b_half_width);
+  const double mm = f.law.height_mm(f.reference_mm_s);
+  const DisplayUnit unit = display_unit_for(mm);
+  fmt::print("at {:.3g} mm/s a height of {} {}; scatter of a bead {:.1f} %, of the speeds {:.1f} %\n",
+             f.reference_mm_s, text_of(mm, mm * f.height_half_width, unit), unit.name, 100 * f.scatter,
+             100 * f.speed_spread);
+  show_held_out(id.common, {{"law", id.common.model_rms_mm()},
+                            {"law of each segment, recursive", id.recursive.model_rms_mm()}});
+}
+
+int identify_speeds(const IdentifyOptions& options) {
+  if (!options.output.empty()) throw UsageError("--output: a picture is drawn of h1, h2, h3 alone");
+  const std::string& run = options.runs.front();
+  const BeadIdentification id = identify_beads(run);
+  if (options.json)
+    std::puts(beads_json(run, id).dump(2).c_str());
+  else if (id.uninformative.empty())
+    show_beads(id);
+  if (!id.uninformative.empty()) {
+    fmt::print(stderr, "{} cannot identify a and b of ln dh = a ln v + b: {}\n", run, id.uninformative);
+    return kFailed;
+  }
+  if (id.common.known() && !id.common.model_is_best() && !id.recursive.model_is_best())
+    fmt::print(stderr,
+               "{}: the law predicts the held-out layers no better than a constant or persistence does\n",
+               run);
+  return kOk;
 }
 
 int identify_one(const IdentifyOptions& options) {
   if (options.runs.size() != 1) throw UsageError("firn identify takes one run; several only with --spacing");
-  const auto still = use_sealed_run(options.runs.front(), options.unsealed);
-  const Identification id = identify(ObservedRun::read(options.runs.front()));
-  if (options.json) {
-    ordered_json j = {{"run", options.runs.front()},
-                      {"identified", id.uninformative.empty()},
-                      {"reason", id.uninformative},
-                      {"layers", id.layers},
-                      {"droplets", id.droplets},
-                      {"noise_std_um", id.noise_std_mm * 1e3},
-                      {"h1", json_of(id.h1)},
-                      {"h2", json_of(id.h2)},
-                      {"h3", json_of(id.h3)},
-                      {"layer_height", json_of(id.layer_height)},
-                      {"excitation", id.fit.excitation},
-                      {"droplet_scatter", id.fit.droplet_scatter},
-                      {"fit", id.fit.fit}};
-    if (id.prints.complete())
-      j["prints"] = {{"h1", json_of(id.prints.h1)},
-                     {"h2", json_of(id.prints.h2)},
-                     {"h3", json_of(id.prints.h3)},
-                     {"side", json_of(id.prints.side)},
-                     {"corner", json_of(id.prints.corner)}};
-    std::puts(j.dump(2).c_str());
-  } else if (id.uninformative.empty()) {
-    show_identification(id);
-  }
-  if (!id.uninformative.empty()) {
-    fmt::print(stderr, "{} cannot identify h1, h2, h3: {}\n", options.runs.front(), id.uninformative);
-    return kFailed;
-  }
-  if (!options.output.empty())
-    write_file_atomically(options.output, report::standalone_svg(identification_svg(id)));
-  return kOk;
+  const std::string& run = options.runs.front();
+  if (options.model != "auto" && options.model != "droplets" && options.model != "beads")
+    throw UsageError("--model " + options.model + ": must be one of auto, droplets, beads");
+  const auto still = use_sealed_run(run, options.unsealed);
+  const bool beads = options.model == "beads" || (options.model == "auto" && records_speeds(run));
+  return beads ? identify_speeds(options) : identify_droplets(options);
 }
 
 int choose(const IdentifyOptions& options) {
@@ -162,6 +298,10 @@ void declare_identify(OptionSet& options) {
       .required();
   options.flag("--spacing", o.spacing, "chooses the spacing of droplets from prints of squares");
   options.option("--diameter", o.diameter_mm, "with --spacing: droplet diameter [mm]").show_default();
+  options
+      .option("--model", o.model,
+              "droplets: h1, h2, h3; beads: ln dh = a ln v + b; auto: beads where speeds are recorded")
+      .show_default();
   options.option("-o,--output", o.output, "picture, SVG");
   declare_unsealed(options, o.unsealed);
   options.json_flag(o.json);

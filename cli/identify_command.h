@@ -1,4 +1,5 @@
-// run_identify estimates h1, h2, h3 from a run, or the spacing of droplets from prints of squares.
+// run_identify estimates h1, h2, h3 or the law of beads from a run, or the spacing of droplets from prints of
+// squares.
 #pragma once
 
 #include <string>
@@ -8,6 +9,7 @@ namespace firn {
 
 struct IdentifyOptions {
   std::vector<std::string> runs;
+  std::string model = "auto";  ///< "droplets", "beads"; auto: beads where the run holds recorded speeds
   bool spacing = false;
   double diameter_mm = 0.42;  ///< d of [Lu 2015, Table I], for gamma = L / d
   std::string output;         ///< picture (SVG); empty = none

@@ -23,6 +23,7 @@ constexpr double kClippedSquare = 0.995;  // mean of the clipped square of a nor
 constexpr double kMinNoiseScale = 0.25;   // of the variance that the maps report
 constexpr int kMaxRounds = 5;
 constexpr double kSettled = 3e-4;
+constexpr double kAtBound = 1e-3;  // of the prior: nearer to the end of its range, a constant is at its bound
 constexpr std::array<double, 3> kLayerHeight{1.0, 4.0, 4.0};  // h1 + 4 h2 + 4 h3
 
 std::array<double, 3> values(const DropletModel& m) { return {m.h1_mm, m.h2_mm, m.h3_mm}; }
@@ -298,6 +299,8 @@ void DropletEstimator::minimise() {
   double value = 0.0;
   nlopt_optimize(opt, h.data(), &value);
   nlopt_destroy(opt);
+  for (std::size_t n = 0; n < 3; ++n)
+    at_bound_[n] = h[n] - low[n] <= kAtBound * scale[n] || high[n] - h[n] <= kAtBound * high[n];
   model_ = model_of(h.data());
 }
 
@@ -363,6 +366,10 @@ void DropletEstimator::update_fit() {
   estimate_.model = model_;
   estimate_.covariance_mm2 = sandwich(inverse(information), spread);
   estimate_.droplet_scatter = scatter_;
+  estimate_.scatter_at_bound = scatter_ >= kMaxScatter;
+  estimate_.at_bound = at_bound_;
+  for (int n = 0; n < 3; ++n)
+    estimate_.prior_share[std::size_t(n)] = estimate_.covariance_mm2.at(n, n) * prior_information_.at(n, n);
   estimate_.layers = layers_;
   estimate_.droplets = droplets_;
   estimate_.evaluations = evaluations_;

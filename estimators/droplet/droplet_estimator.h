@@ -38,7 +38,11 @@ struct Estimate {
   /// Smallest eigenvalue of the correlation matrix of the layers' information on h1, h2, h3 (without the
   /// prior): 0 = some combination of them has left no trace in the maps, 1 = each left its own.
   double excitation = 0.0;
-  double droplet_scatter = 0.0;  ///< relative standard deviation of a droplet, by the differences
+  double droplet_scatter = 0.0;    ///< relative standard deviation of a droplet, by the differences
+  std::array<bool, 3> at_bound{};  ///< h1, h2, h3: the fit ended at the end of its range
+  bool scatter_at_bound = false;
+  /// Variance over that of the prior: 1 = the layers say nothing of it.
+  std::array<double, 3> prior_share{1.0, 1.0, 1.0};
   double fit = 0.0;  ///< mean of difference^2 / variance; about 1 where the model explains the maps
   int layers = 0;    ///< in the fit
   std::int64_t droplets = 0;
@@ -113,6 +117,7 @@ class DropletEstimator {
   double substrate_variance_mm2_ = 0.0;             ///< of the bare substrate's mean height
   std::vector<Layer> window_;
   deposition::DropletModel model_;
+  std::array<bool, 3> at_bound_{};
   double keep_ = 1.0;  ///< 1 - 1/M
   double scatter_ = 0.05;
   double reported_variance_mm2_ = 0.0,

@@ -1,5 +1,6 @@
 #include "print/folder/observed_run.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -9,6 +10,7 @@
 #include "firn/deposition_report_t.hpp"
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
+#include "print/import/imported_run.h"
 #include "runs/folder/config_change.h"
 #include "runs/folder/run_folder.h"
 #include "runs/read/run_reader.h"
@@ -17,14 +19,24 @@ namespace firn {
 namespace {
 
 constexpr double kWidePrior = 2.0;
-constexpr double kNoiseIfUnknown_mm = 0.001;
-
-double noise_of(const height_map_t& m) { return m.noise_std_mm > 0.0 ? m.noise_std_mm : kNoiseIfUnknown_mm; }
+constexpr double kNoiseIfUnknown = 0.13;  // of a layer's height: 1 um of the paper's 7.6 um
 
 }  // namespace
 
+double ObservedRun::noise_of(const height_map_t& map) const {
+  if (map.noise_std_mm > 0.0) return map.noise_std_mm;
+  double sum = 0.0;
+  int n = 0;
+  for (const auto& [layer, m] : maps_) {
+    if (!(m.noise_std_mm > 0.0)) continue;
+    sum += m.noise_std_mm;
+    ++n;
+  }
+  return n > 0 ? sum / n : kNoiseIfUnknown * prior().layer_height_mm();
+}
+
 ObservedRun::ObservedRun(const Experiment& experiment, Mask mask)
-    : experiment_(experiment), mask_(std::move(mask)) {}
+    : experiment_(experiment), mask_(std::move(mask)), learned_(mask_) {}
 
 void require_droplets(const Experiment& e, const std::string& run) {
   if (lab_of(e).deposition != Deposition::kDroplets)
@@ -39,6 +51,7 @@ ObservedRun ObservedRun::read(const std::filesystem::path& path) {
   if (has_two_jets(e))
     throw UsageError(path.string() + ": this run printed two inks; h1, h2, h3 are those of one");
   ObservedRun run(e, mask_from_npy(blob(folder.inputs(), "mask").bytes, e.grid, "mask"));
+  if (is_imported(path)) std::ranges::fill(run.learned_.cells, 1);
   try {
     const runs::RunReader messages(path);
     for (const std::string_view channel : {channels::kDepositionReport.name, channels::kHeightMap.name})
@@ -83,7 +96,7 @@ std::int64_t ObservedRun::droplets() const {
 
 std::vector<droplet::Use> ObservedRun::use_of(const droplet::LayerDrops& drops,
                                               const height_map_t& map) const {
-  return drops.use_of(height_of(map), map.quality, mask_);
+  return drops.use_of(height_of(map), map.quality, learned_);
 }
 
 std::vector<droplet::PrintedLayer> ObservedRun::printed() const {
@@ -102,21 +115,86 @@ std::vector<droplet::PrintedLayer> ObservedRun::printed() const {
   return out;
 }
 
-droplet::Estimate ObservedRun::learn() const {
-  if (layers() == 0)
+deposition::DropletModel ObservedRun::prior() const {
+  const auto& m = experiment_.model;
+  const deposition::DropletModel model{m.h1_mm, m.h2_mm, m.h3_mm};
+  double rise_mm = 0.0, fired = 0.0;
+  for (const droplet::PrintedLayer& l : printed())
+    for (std::size_t c = 0; c < l.use.size(); ++c) {
+      if (l.use[c] == droplet::Use::kNothing) continue;
+      rise_mm += l.after.cells[c] - l.before.cells[c];
+      fired += l.fired.cells[c];
+    }
+  const double size = fired > 0.0 ? rise_mm / (fired * model.layer_height_mm()) : 1.0;
+  const bool beyond = size > 1.0 + kWidePrior || size < 1.0 / (1.0 + kWidePrior);
+  return size > 0.0 && beyond ? model.times(size) : model;
+}
+
+droplet::Estimate ObservedRun::learn(std::optional<int> wanted) const {
+  const int known = layers(), last = std::min(wanted.value_or(known), known);
+  if (last <= 0)
     throw std::invalid_argument(maps_.contains(0) ? "no layer was printed and measured"
                                                   : "there is no map of the bare ground");
   droplet::EstimatorOptions o;
-  o.prior = {experiment_.model.h1_mm, experiment_.model.h2_mm, experiment_.model.h3_mm};
+  o.prior = prior();
   o.prior_std = kWidePrior;
   o.window_layers = experiment_.estimator.window_layers;
-  o.border = experiment_.model.border == "keep" ? deposition::Border::kKeep : deposition::Border::kLose;
+  o.border = border();
   droplet::DropletEstimator estimator(experiment_.grid, o);
   estimator.set_substrate(height_of(maps_.at(0)), use_of({}, maps_.at(0)), noise_of(maps_.at(0)));
-  for (int k = 1; k <= layers(); ++k)
+  for (int k = 1; k <= last; ++k)
     estimator.add_layer(drops_.at(k).passes(), height_of(maps_.at(k)), use_of(drops_.at(k), maps_.at(k)),
                         noise_of(maps_.at(k)));
   return estimator.estimate();
+}
+
+deposition::Border ObservedRun::border() const {
+  return experiment_.model.border == "keep" ? deposition::Border::kKeep : deposition::Border::kLose;
+}
+
+statistics::HeldOut ObservedRun::predict_held_out() const {
+  using droplet::Use;
+  statistics::HeldOut out;
+  const int all = layers();
+  out.fitted_layers = statistics::fitted_of(all);
+  if (out.fitted_layers == 0) return out;
+  const droplet::Estimate fit = learn(out.fitted_layers);
+  const std::vector<droplet::PrintedLayer> printed = this->printed();
+  double constant_mm = 0.0, n = 0.0;
+  for (int k = 1; k <= out.fitted_layers; ++k) {
+    const droplet::PrintedLayer& l = printed[std::size_t(k - 1)];
+    for (std::size_t c = 0; c < l.use.size(); ++c)
+      if (l.use[c] == Use::kLearn) constant_mm += (l.after.cells[c] - l.before.cells[c] - constant_mm) / ++n;
+  }
+  droplet::SurfaceFilter filter(experiment_.grid, border());
+  const double noise_mm = noise_std_mm();
+  droplet::Surface surface =
+      filter.substrate(height_of(maps_.at(0)).cells, use_of({}, maps_.at(0)), noise_mm * noise_mm);
+  for (int k = 1; k <= all; ++k) {
+    const HeightMap height = height_of(maps_.at(k));
+    droplet::Layer layer{drops_.at(k).passes(),
+                         height.cells,
+                         use_of(drops_.at(k), maps_.at(k)),
+                         noise_mm * noise_mm,
+                         {},
+                         {},
+                         {},
+                         {}};
+    if (k > out.fitted_layers) {
+      droplet::Surface ahead = surface;
+      filter.predict(layer, ahead, fit.model, fit.droplet_scatter);
+      const droplet::PrintedLayer &now = printed[std::size_t(k - 1)], &before = printed[std::size_t(k - 2)];
+      for (std::size_t c = 0; c < height.size(); ++c) {
+        if (now.use[c] != Use::kLearn || before.use[c] == Use::kNothing) continue;
+        const double rise_mm = now.after.cells[c] - now.before.cells[c];
+        out.add(ahead.height_mm[c] - height.cells[c], constant_mm - rise_mm,
+                before.after.cells[c] - before.before.cells[c] - rise_mm);
+      }
+      ++out.held_out_layers;
+    }
+    filter.reference(layer, surface, fit.model, fit.droplet_scatter);
+  }
+  return out;
 }
 
 }  // namespace firn

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "config/experiment.h"
+#include "core/statistics/held_out.h"
 #include "estimators/droplet/droplet_estimator.h"
 #include "estimators/droplet/identification.h"
 #include "estimators/droplet/layer_drops.h"
@@ -39,16 +40,27 @@ class ObservedRun {
   double noise_std_mm() const;    ///< mean of the maps, of one cell
   std::int64_t droplets() const;  ///< in these layers
   std::vector<droplet::PrintedLayer> printed() const;
-  /// Returns the estimate after all layers, from a prior that is almost uninformative.
+  /// Returns the centre of an almost uninformative prior: the experiment's model; or a model of the same form
+  /// in the size of the maps' rise per droplet, where that is beyond the prior's own standard deviation. So
+  /// records of any scale can be learned from.
+  deposition::DropletModel prior() const;
+  /// Returns the estimate after the first layers, or after all, from prior().
   /// @throws std::invalid_argument: no map of the bare ground, no layer.
-  droplet::Estimate learn() const;
+  droplet::Estimate learn(std::optional<int> layers = std::nullopt) const;
+  /// Returns the errors of predictions of the last third of the layers, each from the maps and droplets
+  /// before it, by a model of the first two thirds. Unknown (no cell) for fewer than three layers.
+  statistics::HeldOut predict_held_out() const;
 
  private:
+  deposition::Border border() const;
+  double noise_of(const height_map_t& map) const;  ///< reported, or else that of the other maps
   /// Returns the permitted uses of a layer's map, given the droplets of `drops`.
   std::vector<droplet::Use> use_of(const droplet::LayerDrops& drops, const height_map_t& map) const;
 
   Experiment experiment_;
   Mask mask_;
+  Mask learned_;  ///< cells that enter a fit: the part's, or all of an imported record, which names no wall
+                  ///< beside it
   std::map<int, height_map_t> maps_;
   std::map<int, droplet::LayerDrops> drops_;
 };

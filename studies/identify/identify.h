@@ -2,10 +2,12 @@
 // spacing_of computes the spacing of droplets from prints of squares [Lu 2015, IV].
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
 
+#include "core/statistics/held_out.h"
 #include "estimators/droplet/spacing.h"
 #include "print/folder/observed_run.h"
 
@@ -24,7 +26,13 @@ struct Identification {
   /// The fit of (3)-(5) to all layers, by droplet_estimator.
   droplet::Estimate fit;
   Known h1, h2, h3, layer_height;
-  /// Empty, or the reason for which the layers do not distinguish h1, h2 and h3.
+  bool prior_of_maps =
+      false;  ///< the prior has the size of the maps' rise per droplet, not that of the model
+  /// For h1, h2, h3: empty, or the reason for which the value is not found: "at its bound", "at its prior".
+  std::array<std::string, 3> not_found;
+  statistics::HeldOut held_out;  ///< of the last third of the layers
+  /// Empty, or the reason for which the layers do not distinguish h1, h2 and h3. The excitation is looked at
+  /// first.
   std::string uninformative;
 };
 Identification identify(const ObservedRun& run);

@@ -298,6 +298,114 @@ class Import(unittest.TestCase):
         np.testing.assert_array_less(abs(height - true.sum(0)), 4 * 0.2 * np.sqrt(bridged) + 1e-3)
         np.testing.assert_allclose(height[bridged == 0], true.sum(0)[bridged == 0], atol=1e-4)
 
+    def test_the_law_of_beads_of_any_size_is_identified_and_predicts_held_out_layers(self):
+        for seed, scale in enumerate((1.0, 0.05, 0.003)):
+            run, _ = self.imported(self.table(bead_table(beads(seed, scale))))
+            found = json.loads(firn("identify", run, "--json").stdout)
+            self.assertEqual((found["model"], found["identified"], found["a"]["found"]), ("beads", True, True))
+            self.assertLess(abs(found["a"]["mean"] + 0.46), 1.5 * found["a"]["half_width"])
+            self.assertLess(abs(found["b"]["mean"] - 1.65 - np.log(scale)), 1.5 * found["b"]["half_width"])
+            self.assertLess(found["a"]["half_width"], 0.1)
+            self.assertTrue(found["held_out"]["model_is_best"])
+            self.assertLess(found["held_out"]["model_rms_um"], 0.9 * found["held_out"]["constant_rms_um"])
+            text = firn("identify", run).stdout
+            self.assertIn("constant", text)
+            self.assertIn("persistence", text)
+
+    def test_tune_names_what_a_record_of_beads_lacks(self):
+        run, _ = self.imported(self.table(bead_table(beads(2, layers=12))))
+        for words in (("tune", run, "--keys", "control.noise_gate"), ("tune", "smf", run)):
+            self.assertIn("imported with speeds of beads", firn(*words, code=2).stderr)
+        rows = "layer,segment,height_mm\n" + "".join(f"{k},{i},{1.5 * k}\n" for k in range(1, 12) for i in range(9))
+        run, _ = self.imported(self.table(rows), "--name", "bare")
+        self.assertIn("no droplets are recorded", firn("tune", run, "--keys", "control.noise_gate", code=2).stderr)
+
+    def test_a_law_without_excitation_or_without_effect_is_not_reported_as_found(self):
+        run, _ = self.imported(self.table(bead_table(beads(1, vary=0.0005))))
+        said = firn("identify", run, code=1)
+        self.assertIn("no excitation: the speeds vary by 0.0", said.stderr)
+        self.assertEqual(said.stdout, "")
+        run, _ = self.imported(self.table(bead_table(beads(4, a=0.0))), "--name", "none")
+        found = json.loads(firn("identify", run, "--json").stdout)
+        self.assertFalse(found["a"]["found"])
+        self.assertIn("a  not found", firn("identify", run).stdout)
+
+    def test_droplets_of_any_size_are_identified_without_a_word_about_the_scale(self):
+        for seed, scale in enumerate((1, 15, 250)):
+            heights, drops = printed(6, 36, 30, 2e-4, seed)
+            record = self.write_table([scale * h for h in heights], drops, 0.01, seed)
+            run, _ = self.imported(record, "--set", 'model.border="lose"')
+            found = json.loads(firn("identify", run, "--json").stdout)
+            self.assertTrue(found["identified"], found["reason"])
+            for name, true_mm in (("h1", H1), ("h2", H2), ("h3", H3)):
+                value = found[name]
+                self.assertTrue(value["found"], (name, scale, value))
+                self.assertLess(abs(value["mean_um"] / scale - 1e3 * true_mm), 2 * value["half_width_um"] / scale, name)
+            self.assertEqual(found["prior"] == "the maps' rise per droplet", scale > 1)
+            self.assertTrue(found["held_out"]["model_is_best"])
+
+    def test_heights_that_do_not_follow_the_droplets_are_not_reported_as_found(self):
+        rng = np.random.default_rng(8)
+        heights, drops = [np.zeros((12, 12))], [None]
+        for k in range(9):
+            drops.append((rng.random((12, 12)) < 0.5).astype(int))
+            heights.append(heights[-1] + 1.5 - 0.4 * drops[-1] + 0.05 * rng.standard_normal((12, 12)))
+        run, _ = self.imported(self.write_table(heights, drops, 0, 8))
+        said = firn("identify", run, "--json", code=None)
+        found = json.loads(said.stdout)
+        self.assertFalse(all(found[name]["found"] for name in ("h1", "h2", "h3")))
+        self.assertTrue(found["reason"] or any("its" in found[name]["why_not"] for name in ("h1", "h2", "h3")))
+        self.assertFalse(found["held_out"]["model_is_best"])
+
+    def test_layers_too_much_alike_are_refused_by_name(self):
+        heights, drops = printed(4, 12, 10, 1e-4, 3, dense=True)
+        run, _ = self.imported(self.write_table(heights, drops, 0, 3))
+        self.assertIn("no excitation", firn("identify", run, code=1).stderr)
+        rows = "layer,segment,height_mm,drops\n" + "".join(f"{k},{i},{0.1 * k},{(i + k) % 2}\n" for k in range(5) for i in range(20))
+        run, _ = self.imported(self.table(rows), "--name", "row")
+        self.assertIn("no excitation of h3: no measured cell has a droplet at a corner", firn("identify", run, code=1).stderr)
+
+    def test_errors_of_1_mm_on_a_slope_of_90_mm_are_compared_as_1_mm(self):
+        runs = []
+        for name, error_mm in (("a", 1.0), ("b", 1.3)):
+            for seed in range(2):
+                rng = np.random.default_rng(seed)
+                rows, height = ["layer,segment,dh_mm,target_mm"], np.zeros(30)
+                target = np.zeros(30)
+                for k in range(1, 41):
+                    target = target + np.linspace(0.5, 5.0, 30)
+                    new = target + error_mm * rng.standard_normal(30)
+                    rows += [f"{k},{i},{new[i] - height[i]!r},{target[i]!r}" for i in range(30)]
+                    height = new
+                text = "\n".join(rows).replace("np.float64(", "").replace(")", "")
+                runs.append(self.imported(self.table(text + "\n"), "--name", name)[0])
+        said = firn("compare", *runs, "-o", self.folder / "study")
+        self.assertIn("rms_mm", said.stdout)
+        self.assertNotRegex(said.stdout, r"\d{4,}\.\d+")
+        told = json.loads(firn("compare", *runs, "-o", self.folder / "study", "--json").stdout)
+        for scheme, true in zip(told["schemes"], (1000, 1300)):
+            rms, = (m for m in scheme["metrics"] if m["metric"] == "rms_um" and not m["part"])
+            self.assertLess(abs(rms["mean"] / true - 1), 0.3)
+        self.assertNotIn("tell no target", " ".join(told["notes"]))
+
+    def test_folders_of_increments_errors_and_speeds_give_the_same_run_as_the_table(self):
+        rows = [r for r in beads(9, layers=6, segments=8, missing=0)]
+        for name in ("dh", "v", "e"):
+            (self.folder / name).mkdir()
+        for k in range(1, 7):
+            layer = [r for r in rows if r[0] == k]
+            np.savetxt(self.folder / f"dh/{k}.csv", [[np.nan if r[2] is None else r[2] for r in layer]], delimiter=",")
+            np.save(self.folder / f"v/{k}.npy", np.array([[r[3] for r in layer]]))
+            (self.folder / f"e/{k}.txt").write_text("0.25\n")
+        run, said = self.imported(self.folder / "dh", "--speed", self.folder / "v", "--error", self.folder / "e", "--increments")
+        other, _ = self.imported(self.table(bead_table(rows)), "--name", "table")
+        for a, b in zip(self.maps(run), self.maps(other), strict=True):
+            np.testing.assert_allclose(np.array(a["height_mm"], float), np.array(b["height_mm"], float), rtol=1e-6)
+        laws = [json.loads(firn("identify", r, "--json").stdout)["law"]["a"] for r in (run, other)]
+        self.assertAlmostEqual(*laws, places=6)
+        lines = firn("log", "cat", run / "log.lcm", "--full", "-c", "LAYER_METRICS").stdout.splitlines()
+        self.assertAlmostEqual(json.loads(lines[-1])["message"]["rms_mm"], 0.25, places=6)
+
     def test_columns_may_be_named_and_inputs_scaled(self):
         record = self.table("No,place_mm,top_um,mass_mg\n1,0,5,0.9\n1,1,6,2.1\n")
         run, said = self.imported(record, "--column", "layer=No", "--column", "x=place_mm", "--column", "height=top_um",

@@ -6,6 +6,7 @@
 #include "core/deposition/height_change.h"
 #include "core/grid/random.h"
 #include "core/statistics/distributions.h"
+#include "estimators/droplet/excitation.h"
 #include "estimators/droplet/spacing.h"
 
 using namespace firn;
@@ -135,4 +136,20 @@ TEST_CASE(
   CHECK_FALSE(choose_spacing({flat, result(0.7, 0.1, 0.0), result(0.8, 0.2, 0.0)}).inside);
   CHECK_THROWS_WITH(choose_spacing({flat, rib}), Catch::Contains("three"));
   CHECK_THROWS_WITH(evaluate_spacing(0.5, {}, 0.0), Catch::Contains("two sizes"));
+}
+
+TEST_CASE("Droplets alone tell what no map can make up for: full layers, and a row without corners") {
+  const deposition::DropletModel m{1.2, 0.2, 0.05};  // mm: of any scale
+  RandomStream random(5, Purpose::kInstance, 0, 0);
+  DropletPattern half(GridSpec{20, 16, 1.0, 1.0, 0.0, 0.0}), full(half.spec, 1);
+  for (auto& u : half.cells) u = random.uniform() < 0.5;
+  DropletPattern row(GridSpec{20, 1, 1.0, 1.0, 0.0, 0.0});
+  for (int i = 0; i < 20; i += 2) row.at(i, 0) = 1;
+  CHECK(design_excitation({printed(half, m)}).excitation > 0.05);
+  CHECK(unseen_constants(design_excitation({printed(half, m)})).empty());
+  CHECK(design_excitation({printed(full, m)}).excitation < 1e-3);
+  CHECK(unseen_constants(design_excitation({printed(row, m)})) == "h3");
+  const Repeats even = layer_height_of_even_cells({printed(full, m), printed(row, m), printed(full, m)});
+  CHECK(even.n == 2);
+  CHECK(even.mean_mm == Approx(m.layer_height_mm()));
 }
