@@ -16,6 +16,7 @@
 #include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/usage_error.h"
+#include "print/import/imported_run.h"
 #include "report/draw/charts.h"
 #include "report/draw/style.h"
 #include "runs/folder/config_change.h"
@@ -92,8 +93,7 @@ std::string picture(const std::vector<Judged>& all, const std::vector<double>& d
 }  // namespace
 
 std::vector<double> disturbance_of(const ObservedRun& run) {
-  const auto& model = run.experiment().model;
-  const double worth = model.h1_mm + 4.0 * model.h2_mm + 4.0 * model.h3_mm;
+  const double worth = run.prior().layer_height_mm();  // a record of others has a scale of its own
   std::vector<double> d;
   for (const droplet::PrintedLayer& layer : run.printed()) {
     double added = 0.0, droplets = 0.0;
@@ -124,6 +124,7 @@ Experiment recorded_experiment(const std::string& run) {
 }
 
 std::vector<double> recorded_disturbance(const std::string& run, const Experiment& e) try {
+  refuse_beads(run, "firn tune smf");
   return prints_paths(e) ? ice_disturbance_of(run) : disturbance_of(ObservedRun::read(run));
 } catch (const UsageError& error) {
   const std::string what = error.what();

@@ -111,12 +111,20 @@ RecordedRun RecordedRun::of(std::string name, const Experiment& e, const Blobs& 
 namespace {
 
 RecordedRun of_ice(const std::string& name, const Experiment& e, const Blobs& inputs,
-                   const std::filesystem::path& path) {
+                   const std::filesystem::path& path, int layers) {
   IceLayers run(e, blob(inputs, "paths").bytes);
   const runs::RunReader messages(path);
   for (const std::string_view channel : {channels::kHeightMap.name, channels::kControlSurface.name})
     for (const auto bytes : messages.on(channel)) run.take(channel, bytes);
-  return {name, e, inputs, features_of(run), int(run.printed().size())};
+  const int intervals = int(run.printed().size());
+  if (intervals < lab::kMinLayers)
+    throw std::invalid_argument(std::to_string(intervals) + " measured intervals, at least " +
+                                std::to_string(lab::kMinLayers) + " are needed" +
+                                (layers >= lab::kMinLayers ? "; printed with --set ice.interval_layers=" +
+                                                                 std::to_string(layers / lab::kMinLayers) +
+                                                                 " the same part has as many"
+                                                           : ""));
+  return {name, e, inputs, features_of(run), intervals};
 }
 
 }  // namespace
@@ -131,9 +139,14 @@ RecordedRun RecordedRun::read(const std::filesystem::path& path) {
   if (!prints_paths(e)) require_droplets(e, name);
   const auto result = folder.result();
   if (!result || runs::can_go_on(*result)) throw UsageError(name + ": the print is not finished");
+  refuse_beads(path, "firn tune");
   try {
-    if (prints_paths(e)) return of_ice(name, e, folder.inputs(), path);
+    if (prints_paths(e)) return of_ice(name, e, folder.inputs(), path, result->layers);
     const ObservedRun run = ObservedRun::read(path);
+    if (run.droplets() == 0)
+      throw std::invalid_argument(
+          std::string("no droplets are recorded: firn tune needs the input of each layer") +
+          (is_imported(path) ? ", as firn import reads it (--column input=NAME)" : ""));
     return of(name, e, folder.inputs(), run, is_imported(path) ? MapNoise::kFromMaps : MapNoise::kReported);
   } catch (const std::invalid_argument& error) {
     throw UsageError(name + ": " + error.what());
