@@ -144,6 +144,7 @@ class Launch {
   std::optional<Station> station_;
   std::optional<RunWatch> watch_;
   std::optional<OperatorDesk> desk_;
+  std::vector<operator_command_t> earlier_orders_;  // of before the resume
   bool begun_ = false;  // START was sent: the nodes can take orders
   std::vector<std::unique_ptr<ChildProcess>> children_;
   std::unique_ptr<ChildProcess> page_;       // no part of the print: its death is only told
@@ -161,6 +162,8 @@ LaunchReport Launch::run() {
   if (watch_->end()) return report();
   desk_.emplace(folder_.path(), folder_.run_id(), experiment_,
                 [this](const std::string& text) { note(text); });
+  for (const operator_command_t& m : earlier_orders_) desk_->remember(to_order(m));
+  for (const OperatorOrder& order : options_.orders) desk_->remember(order);
   start_all();
   if (await_ready()) {
     begin();
@@ -191,6 +194,7 @@ void Launch::prepare() {
     point = runs::read_resume_point(folder_.path(), RunWatch::channels());
     repair_log(folder_.path());
     folder_.clear_result();
+    earlier_orders_ = std::move(point.orders);
   }
   o.incarnation = point.incarnation;
   o.offset_us = point.offset_us;

@@ -49,6 +49,11 @@ std::string effect_of(const OperatorOrder& order) {
   return "stop: the lab is stopped";
 }
 
+// The resume was the operator's word: only changes and acceptances of before it still count.
+bool holds_after_resume(OperatorVerb verb) {
+  return verb == OperatorVerb::kSet || verb == OperatorVerb::kAcceptDoubt;
+}
+
 }  // namespace
 
 std::filesystem::path operator_socket(const std::filesystem::path& run) { return run / "operator"; }
@@ -75,6 +80,11 @@ OperatorDesk::~OperatorDesk() {
   if (listening_ < 0) return;
   ::close(listening_);
   ::unlink(path_.c_str());
+}
+
+void OperatorDesk::remember(const OperatorOrder& order) {
+  if (order.id != 0) taken_.try_emplace(order.id, Taken{to_text(order), true});
+  if (order.verb == OperatorVerb::kSet) changes_.set(order.key, order.value);
 }
 
 void OperatorDesk::add_to(std::vector<pollfd>& fds) const {
@@ -194,11 +204,15 @@ std::string OperatorDesk::obey_order(const OperatorOrder& order, const std::stri
   const bool sets = order.verb == OperatorVerb::kSet;
   const std::string problem = sets ? change_problem(changes_.experiment(), order.key, order.value) : "";
   if (!problem.empty()) return "refused " + problem;
-  if (const auto [before, is_new] = taken_.try_emplace(order.id, to_text(order)); !is_new)
-    return before->second == to_text(order)
-               ? "ok " + effect_of(order) + " (was taken before)"
-               : "refused order " + std::to_string(order.id) + " was '" + before->second + "' and is no '" +
-                     to_text(order) + "': without --id it gets a number of its own";
+  if (const auto [at, is_new] = taken_.try_emplace(order.id, Taken{to_text(order)}); !is_new) {
+    const Taken& before = at->second;
+    const std::string number = "refused order " + std::to_string(order.id) + " was '" + before.text + "' ";
+    constexpr const char* kWayOut = ": without --id it gets a number of its own";
+    if (before.text != to_text(order)) return number + "and is no '" + to_text(order) + "'" + kWayOut;
+    if (before.earlier && !holds_after_resume(order.verb))
+      return number + "before the print was resumed, which ended its effect" + kWayOut;
+    return "ok " + effect_of(order) + " (was taken before)";
+  }
   if (sets) changes_.set(order.key, order.value);
   if (order.verb == OperatorVerb::kPause) pausing_ = true;
   if (order.verb == OperatorVerb::kContinue) pausing_ = false;

@@ -44,6 +44,10 @@ class OperatorDesk {
   OperatorDesk(const OperatorDesk&) = delete;
   OperatorDesk& operator=(const OperatorDesk&) = delete;
 
+  /// Remembers an order that this print was given before its resume, or with it: its number is used, its
+  /// change holds.
+  void remember(const OperatorOrder& order);
+
   void add_to(std::vector<pollfd>& fds) const;
   /// Takes the lines that have arrived; does not block.
   void service(const Obey& obey);
@@ -71,7 +75,11 @@ class OperatorDesk {
   std::filesystem::path path_;
   std::int64_t run_id_;
   Changes changes_;
-  std::map<std::int64_t, std::string> taken_;  // orders by their number
+  struct Taken {
+    std::string text;
+    bool earlier = false;  // before the resume
+  };
+  std::map<std::int64_t, Taken> taken_;  // orders by their number
   Note note_;
   int listening_ = -1;
   bool stopped_ = false;

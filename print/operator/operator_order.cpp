@@ -70,4 +70,8 @@ operator_command_t to_message(const OperatorOrder& order, const std::string& fro
   return m;
 }
 
+OperatorOrder to_order(const operator_command_t& m) {
+  return {m.command_id, OperatorVerb(m.verb), m.key, m.value};
+}
+
 }  // namespace firn

@@ -28,6 +28,9 @@ std::string to_text(const OperatorOrder& order);
 /// @param from the sender, for the record: "firn ctl", "key"
 operator_command_t to_message(const OperatorOrder& order, const std::string& from);
 
+/// Returns the order that a message holds, as it was given.
+OperatorOrder to_order(const operator_command_t& message);
+
 /// Returns a number that no other order has, in [1, 2^53].
 std::int64_t new_order_id();
 

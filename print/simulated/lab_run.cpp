@@ -245,6 +245,7 @@ void print_in_lab(const Product& product, const runs::RunFolder& run, const Expe
     options.note ? options.note(text) : void(std::fprintf(stderr, "%s\n", text.c_str()));
   };
   OperatorDesk desk(run.path(), run.run_id(), e, note);
+  for (const operator_command_t& m : point.orders) desk.remember(to_order(m));
   run_end_t end{};
   bool truth_due = false;
   std::int32_t measured_layer = 0;
@@ -299,7 +300,10 @@ void print_in_lab(const Product& product, const runs::RunFolder& run, const Expe
     note("the operator: " + to_text(order));
     order.verb == OperatorVerb::kPause ? paused.begin(lab.now()) : paused.end();
   };
-  for (const OperatorOrder& order : options.orders) obey(order, kScripted);
+  for (const OperatorOrder& order : options.orders) {
+    desk.remember(order);
+    obey(order, kScripted);
+  }
 
   const Time limit = begin.after_s(3600.0 * 24 * 30);
   // An instrument that sends nothing more is never reported safe: the wait for safety must end.

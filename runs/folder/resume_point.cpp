@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <cstring>
+#include <span>
 #include <stdexcept>
+#include <utility>
 
 #include "files/record/record_file.h"
 #include "files/run_paths.h"
+#include "lcmtypes/channels.h"
+#include "lcmtypes/validate.h"
 #include "runtime/wal_file.h"
 
 namespace firn::runs {
@@ -28,12 +32,42 @@ std::int64_t world_end_us(const fs::path& record_file) {
   return last;
 }
 
+/// Collects the operator's orders: those that a node received, and those that a live launcher sent and no
+/// node received any more.
+class Orders {
+ public:
+  void take(std::string_view channel, std::span<const std::byte> message) {
+    operator_command_t m{};
+    if (channel == channels::kOperatorCommand.name && !validate(*find_channel(channel), message) &&
+        m.decode(message.data(), 0, int(message.size())) >= 0)
+      all_.try_emplace({m.header.incarnation, m.header.seq}, std::move(m));
+  }
+  void take_sent(const fs::path& file) {
+    if (!fs::exists(file)) return;
+    const record::MappedFile mapped(file);
+    record::RecordReader reader(mapped.bytes());
+    while (const auto record = reader.next())
+      if (!record->damaged)
+        for (const Output& o : decode_output_list(decode_outputs(record->payload).body)) take(o.channel, o.bytes);
+  }
+  std::vector<operator_command_t> in_order() {
+    std::vector<operator_command_t> orders;
+    for (auto& [place, m] : all_) orders.push_back(std::move(m));
+    return orders;
+  }
+
+ private:
+  std::map<std::pair<std::int32_t, std::int64_t>, operator_command_t> all_;  // by incarnation and number
+};
+
 }  // namespace
 
 ResumePoint read_resume_point(const fs::path& run_dir, const std::vector<std::string_view>& channels) {
   ResumePoint point;
   std::int64_t last_us = world_end_us(RunPaths(run_dir).world_record_path());
   std::int32_t incarnation = -1;
+  Orders orders;
+  orders.take_sent(RunPaths(run_dir).sent_path(info(NodeId::kLauncher).name));
   for (const fs::path& file : RunPaths(run_dir).wal_files()) {
     const record::MappedFile mapped(file);
     record::RecordReader reader(mapped.bytes());
@@ -42,7 +76,9 @@ ResumePoint read_resume_point(const fs::path& run_dir, const std::vector<std::st
       if (record->kind == std::uint16_t(WalKind::kHead)) {
         incarnation = std::max(incarnation, decode_head(record->payload).incarnation);
       } else if (record->kind == std::uint16_t(WalKind::kEvent)) {
-        last_us = std::max(last_us, decode_event(record->payload).event.now.us);
+        const Event event = decode_event(record->payload).event;
+        last_us = std::max(last_us, event.now.us);
+        if (event.kind == EventKind::kMessage) orders.take(event.channel, event.bytes);
       } else if (record->kind == std::uint16_t(WalKind::kOutputs)) {
         for (const Output& o : decode_output_list(decode_outputs(record->payload).body))
           if (o.kind == OutputKind::kSend &&
@@ -56,6 +92,7 @@ ResumePoint read_resume_point(const fs::path& run_dir, const std::vector<std::st
                              ": no node of this run has begun, there is nothing to go on with");
   point.incarnation = incarnation + 1;
   point.offset_us = last_us + 1;
+  point.orders = orders.in_order();
   return point;
 }
 

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "firn/operator_command_t.hpp"
+
 namespace firn::runs {
 
 struct ResumePoint {
@@ -15,6 +17,8 @@ struct ResumePoint {
   std::int64_t offset_us = 0;    ///< behind every event of every node and of the world
   /// Newest message of each asked channel, as its publisher's write-ahead file has it.
   std::map<std::string, std::vector<std::byte>> newest;
+  /// The operator's orders, each once, in the order in which they were given.
+  std::vector<operator_command_t> orders;
 };
 
 /// Reads the point. @throws std::runtime_error naming the missing or damaged file

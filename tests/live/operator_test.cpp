@@ -20,9 +20,14 @@ using Catch::Contains;
 
 namespace {
 
-std::string obeyed(const LiveRun& run, const std::vector<std::string>& words) {
+constexpr std::int64_t kNumber = 4711;  // of an order, as firn ctl --id gives it
+
+std::string obeyed(const LiveRun& run, const std::vector<std::string>& words,
+                   std::int64_t id = new_order_id()) {
   OperatorClient client(run.path());
-  client.send(parse_order(words));
+  OperatorOrder order = parse_order(words);
+  order.id = id;
+  client.send(order);
   return client.next(20.0).value_or("no answer");
 }
 
@@ -74,12 +79,14 @@ TEST_CASE("the operator's stop makes a live lab safe, and a resume finishes the 
   REQUIRE(run.wait_started());
   ::usleep(700'000);
   const std::int64_t at = monotonic_ns();
-  CHECK_THAT(obeyed(run, {"stop"}), Contains("ok stop"));
+  CHECK_THAT(obeyed(run, {"stop"}, kNumber), Contains("ok stop"));
   CHECK(run.wait() == kSafetyStop);
   run.wait_all_gone();
   CHECK_THAT(run.said(), Contains("stopped by the operator"));
   check_safe_after(run, at);
   run.start(true);
+  REQUIRE(run.wait_started());
+  CHECK_THAT(obeyed(run, {"pause"}, kNumber), Contains("refused order 4711 was 'stop' and is no 'pause'"));
   CHECK(run.wait() == kOk);
   INFO(run.said());
   check_finished_run(run);

@@ -187,5 +187,43 @@ TEST_CASE("a client of the socket pauses, sets, continues and stops a running pr
   check_whole(run);
 }
 
+TEST_CASE("an order's number of before a resume is refused to another word, and to one that ended with it") {
+  Print print(tiny(9));
+  const OperatorOrder set = order(OperatorVerb::kSet, "control.max_layers", "77");
+  const OperatorOrder pause = order(OperatorVerb::kPause), stop = order(OperatorVerb::kStop);
+  REQUIRE(print.go({{1.0, set}, {2.0, pause}, {3.0, order(OperatorVerb::kContinue)}, {12.0, stop}})
+              .result.status == kSafetyStop);
+  const OperatorOrder accept = order(OperatorVerb::kAcceptDoubt);
+  std::optional<LabRunReport> report;
+  std::jthread printing([&] {
+    report = print.go({{1.0, order(OperatorVerb::kPause)}, {3600.0 * 24 * 20, order(OperatorVerb::kContinue)}},
+                      true, {accept});
+  });
+  while (!OperatorClient::answers(print.run.path())) ::poll(nullptr, 0, 2);
+  OperatorClient client(print.run.path());
+  const auto answer = [&](OperatorOrder given, const OperatorOrder& number_of) {
+    given.id = number_of.id;
+    client.send(given);
+    return client.next(30.0).value_or("");
+  };
+  const auto refused = [](const OperatorOrder& given, const std::string& more) {
+    return "refused order " + std::to_string(given.id) + " was '" + to_text(given) + "' " + more +
+           ": without --id it gets a number of its own";
+  };
+  CHECK(answer(order(OperatorVerb::kContinue), pause) == refused(pause, "and is no 'continue'"));
+  CHECK(answer(order(OperatorVerb::kPause), set) == refused(set, "and is no 'pause'"));
+  CHECK(answer(order(OperatorVerb::kPause), accept) == refused(accept, "and is no 'pause'"));
+  const std::string ended = "before the print was resumed, which ended its effect";
+  CHECK(answer(pause, pause) == refused(pause, ended));
+  CHECK(answer(stop, stop) == refused(stop, ended));
+  CHECK_THAT(answer(set, set), Catch::Contains("was taken before"));
+  client.send(order(OperatorVerb::kStop));
+  CHECK_THAT(client.next(30.0).value_or(""), Catch::StartsWith("ok stop"));
+  printing.join();
+  REQUIRE(report);
+  CHECK(print.go({}, true).result.status == kOk);
+  check_whole(print.run.path());
+}
+
 }  // namespace
 }  // namespace firn
