@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "config/nozzles.h"
 #include "core/grid/outline.h"
 #include "firn/jet_command_t.hpp"
 #include "firn/lamp_command_t.hpp"
@@ -216,7 +217,7 @@ bool DropletLoop::stopped_by_rise(const height_map_t& m, Time now, Outbox& out) 
 bool DropletLoop::stopped_by_height(const height_map_t& m, Time now, Outbox& out) {
   const double needed_mm = experiment().process.nozzle_clearance_mm;
   const Violation what =
-      needed_mm > 0.0 ? scrape(height_of(m), experiment().process.nozzle_gap_mm, needed_mm) : Violation();
+      needed_mm > 0.0 ? scrape(height_of(m), lowest_nozzle_mm(experiment()), needed_mm) : Violation();
   if (what.empty()) return false;
   const std::string text = "layer " + std::to_string(m.layer) + ": " + what.text;
   if (scan_attempt_ < experiment().process.max_rescans) {

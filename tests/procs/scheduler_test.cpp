@@ -453,6 +453,23 @@ TEST_CASE("I6: a map that reaches into the nozzle's clearance is made again, the
   CHECK(RunOutcome(unchecked.last(channels::kRunEnd).outcome) == RunOutcome::kFinished);
 }
 
+TEST_CASE("I6: with two jets the lower nozzle keeps the clearance, whichever it is", "[I6]") {
+  for (const double offset_mm : {0.03, -0.03}) {
+    CAPTURE(offset_mm);
+    Experiment e = low_nozzle(0.01);
+    e.process.nozzle_gap_mm = 0.06;
+    e.geometry.solid.kind = "pipe";
+    e.geometry.solid.outer_diameter_mm = 1.2;
+    e.geometry.solid.inner_diameter_mm = 0.5;
+    e.jet_b.offset_z_mm = offset_mm;
+    FakeLab lab(6, e);
+    const auto faults = faults_of_height(lab);
+    REQUIRE_FALSE(faults.empty());
+    CHECK_THAT(faults.back().text, Catch::Contains("the nozzle is at 0.03"));
+    for (const auto& [where, cells] : lab.fired) CHECK(where.first <= 3);
+  }
+}
+
 TEST_CASE("I6: a cell without a height counts as high", "[I6]") {
   FakeLab lab(6);
   lab.alter_map = [](height_map_t& m) {
