@@ -15,6 +15,7 @@
 #include "runs/folder/address.h"
 #include "tests/page/web_client.h"
 #include "tests/print/lone_desk.h"
+#include "tests/support/long_cases.h"
 #include "tests/support/temp_folder.h"
 
 using namespace firn;
@@ -25,23 +26,24 @@ namespace {
 
 const std::vector<std::string> kToken{"Sec-WebSocket-Protocol: firn, secret"};
 
-/// Two labs' prints that began in one second, on one page.
-struct TwoPrints {
-  TwoPrints() {
-    REQUIRE(::pipe(stop) == 0);
-    options.places = {folder.path() / "a", folder.path() / "b"};
-    options.token = "secret";
-    options.stop_fd = stop[0];
+/// A page that shows the runs of two places.
+class Page {
+ public:
+  explicit Page(std::vector<std::filesystem::path> places) {
+    REQUIRE(::pipe(stop_) == 0);
+    options_.places = std::move(places);
+    options_.token = "secret";
+    options_.stop_fd = stop_[0];
     std::promise<std::string> listening;
-    options.listening = [&](const std::string& at) { listening.set_value(at); };
-    thread = std::thread([this] { page::serve(full_product(), options); });
+    options_.listening = [&](const std::string& at) { listening.set_value(at); };
+    thread_ = std::thread([this] { page::serve(full_product(), options_); });
     address = listening.get_future().get();
   }
-  ~TwoPrints() {
-    REQUIRE(::write(stop[1], "x", 1) == 1);
-    thread.join();
-    ::close(stop[0]);
-    ::close(stop[1]);
+  ~Page() {
+    REQUIRE(::write(stop_[1], "x", 1) == 1);
+    thread_.join();
+    ::close(stop_[0]);
+    ::close(stop_[1]);
   }
   json order(const std::string& run, const std::string& command) const {
     WebClient line(address);
@@ -50,21 +52,28 @@ struct TwoPrints {
     return json::parse(line.next_of("answer", 10.0).value_or("{}"));
   }
 
+  std::string address;
+
+ private:
+  page::ServerOptions options_;
+  int stop_[2];
+  std::thread thread_;
+};
+
+/// Two labs' prints that began in one second, on two pages.
+struct TwoPrints {
   test::TempFolder folder;
   std::filesystem::path a = folder.path() / "a" / "20261128T120000Z-part",
                         b = folder.path() / "b" / a.filename();
   test::LoneDesk first{a, 77}, second{b, 78};
-  page::ServerOptions options;
-  std::string address;
-  int stop[2];
-  std::thread thread;
+  Page page{{a.parent_path(), b.parent_path()}}, other{{b.parent_path(), a.parent_path()}};
 };
 
 }  // namespace
 
 TEST_CASE("two folders of one name are shown apart, and found by number and place alone") {
   const TwoPrints prints;
-  const json runs = json::parse(WebClient(prints.address).get("/api/runs").body)["runs"];
+  const json runs = json::parse(WebClient(prints.page.address).get("/api/runs").body)["runs"];
   REQUIRE(runs.size() == 2);
   std::map<std::string, std::string> labels;
   for (const json& run : runs) labels[run["id"]] = run["label"];
@@ -72,29 +81,30 @@ TEST_CASE("two folders of one name are shown apart, and found by number and plac
   CHECK(labels == std::map<std::string, std::string>{
                       {runs::address_of(prints.a).text(), name + " in " + prints.a.parent_path().string()},
                       {runs::address_of(prints.b).text(), name + " in " + prints.b.parent_path().string()}});
-  CHECK(WebClient(prints.address).get("/api/runs/" + name).status == 404);
-  CHECK(WebClient(prints.address).open("/command?run=" + name, kToken) == 404);
+  CHECK(WebClient(prints.page.address).get("/api/runs/" + name).status == 404);
+  CHECK(WebClient(prints.page.address).open("/command?run=" + name, kToken) == 404);
 }
 
-TEST_CASE("an order reaches the print whose address it has") {
+TEST_CASE("an order from either of two pages reaches the print whose address it has") {
   TwoPrints prints;
-  RandomStream random(5, Purpose::kTest);
   std::size_t at_first = 0, at_second = 0;
-  for (int n = 0; n < 100; ++n) {
+  for (const std::size_t n : test::long_cases(1000, 100)) {
+    RandomStream random(n, Purpose::kTest);
     const bool first = random.below(2) == 0;
+    const Page& page = random.below(2) ? prints.page : prints.other;
     (first ? at_first : at_second) += 1;
-    CHECK(prints.order(runs::address_of(first ? prints.a : prints.b).text(), "pause")["ok"] == true);
+    CHECK(page.order(runs::address_of(first ? prints.a : prints.b).text(), "pause")["ok"] == true);
     CHECK(prints.first.orders().size() == at_first);
     CHECK(prints.second.orders().size() == at_second);
   }
-  CHECK(prints.order(runs::address_of(prints.b).text(), "safe_stop")["ok"] == true);
+  CHECK(prints.page.order(runs::address_of(prints.b).text(), "safe_stop")["ok"] == true);
   CHECK(prints.first.orders().size() == at_first);
   CHECK(prints.second.orders().back() == "stop");
 }
 
 TEST_CASE("a line for commands whose folder another run has taken obeys nothing") {
   TwoPrints prints;
-  WebClient line(prints.address);
+  WebClient line(prints.page.address);
   REQUIRE(line.open("/command?run=" + runs::address_of(prints.b).text(), kToken) == 101);
   std::filesystem::rename(prints.a, prints.folder.path() / "c");
   std::filesystem::rename(prints.b, prints.a);
