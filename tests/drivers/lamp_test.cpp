@@ -174,3 +174,19 @@ TEST_CASE(
   bench.advance_us(30'000'000);
   CHECK(stops() == 1);
 }
+
+TEST_CASE(
+    "a lamp whose port is closed between exposures and does not come back is a stop within eleven seconds",
+    "[lamp][I2]") {
+  Lamp lamp(without_bits());
+  Bench bench(lamp);
+  bench.open();
+  run_until(bench, 2'000'000);
+  REQUIRE(lamp.safe());
+  bench.close();
+  bench.advance_us(11'000'000);
+  int stops = 0;
+  for (const Fault& f : bench.all<Fault>())
+    stops += f.severity == firn::Severity::kStop && f.code == kLinkLost;
+  CHECK(stops == 1);
+}

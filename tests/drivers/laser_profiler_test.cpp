@@ -206,3 +206,48 @@ TEST_CASE("ending a scan asks once more and then says what was received", "[lase
   CHECK(r.bench.all<ScanDone>()[0].rows_received == 2);
   CHECK(r.bench.all<Result>().back().outcome == Outcome::kDone);
 }
+
+namespace {
+
+int link_stops(const Bench& bench) {
+  int n = 0;
+  for (const Fault& f : bench.all<Fault>()) n += f.severity == firn::Severity::kStop && f.code == kLinkLost;
+  return n;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "a profiler that falls silent between scans is a stop within seven seconds, told once for each silence",
+    "[laser][I2]") {
+  Ready r(kNothingYet);
+  for (int n = 0; n < 60; ++n) r.poll(kNothingYet);
+  CHECK(link_stops(r.bench) == 0);
+  r.bench.advance_us(7'000'000);
+  CHECK(link_stops(r.bench) == 1);
+  r.bench.advance_us(30'000'000);
+  CHECK(link_stops(r.bench) == 1);
+  while (r.profiler.state() != DeviceState::kSafe) {  // it answers again
+    while (r.bench.tx.empty()) {
+      if (r.bench.reopens > 0) {
+        r.bench.reopens = 0;
+        r.bench.close();
+        r.bench.open();
+      } else {
+        REQUIRE(r.bench.advance_to_wake());
+      }
+    }
+    r.bench.feed(r.bench.take()[16] == 0x39 ? kProgramDone : kNothingYet);
+  }
+  r.bench.advance_us(7'000'000);
+  CHECK(link_stops(r.bench) == 2);
+}
+
+TEST_CASE(
+    "a profiler whose port is closed between scans and does not come back is a stop within seven seconds",
+    "[laser][I2]") {
+  Ready r(kNothingYet);
+  r.bench.close();
+  r.bench.advance_us(7'000'000);
+  CHECK(link_stops(r.bench) == 1);
+}
