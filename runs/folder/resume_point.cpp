@@ -48,7 +48,8 @@ class Orders {
     record::RecordReader reader(mapped.bytes());
     while (const auto record = reader.next())
       if (!record->damaged)
-        for (const Output& o : decode_output_list(decode_outputs(record->payload).body)) take(o.channel, o.bytes);
+        for (const Output& o : decode_output_list(decode_outputs(record->payload).body))
+          take(o.channel, o.bytes);
   }
   std::vector<operator_command_t> in_order() {
     std::vector<operator_command_t> orders;

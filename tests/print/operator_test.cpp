@@ -196,8 +196,9 @@ TEST_CASE("an order's number of before a resume is refused to another word, and 
   const OperatorOrder accept = order(OperatorVerb::kAcceptDoubt);
   std::optional<LabRunReport> report;
   std::jthread printing([&] {
-    report = print.go({{1.0, order(OperatorVerb::kPause)}, {3600.0 * 24 * 20, order(OperatorVerb::kContinue)}},
-                      true, {accept});
+    report =
+        print.go({{1.0, order(OperatorVerb::kPause)}, {3600.0 * 24 * 20, order(OperatorVerb::kContinue)}},
+                 true, {accept});
   });
   while (!OperatorClient::answers(print.run.path())) ::poll(nullptr, 0, 2);
   OperatorClient client(print.run.path());
