@@ -59,11 +59,19 @@ std::string bringup_beside(const std::filesystem::path& experiment) {
   return found;
 }
 
+// A cable that is off is named before anything begins, not when the scheduler has waited for its instrument.
+void check_ports(const Experiment& e, const PrintOptions& options) {
+  if (options.bus == "in-process") return;
+  if (const std::string why = closed_ports(e); !why.empty())
+    throw UsageError(why + "; nothing was begun: look at power, cable and devices.NODE.port");
+}
+
 void check_bringup(const Product& product, const Experiment& e, const PrintOptions& options) try {
   const auto state = read_bringup(options.bringup);
   if (const std::string why = bringup_refusal(e, state, options.bringup, options.accept_bringup);
       !why.empty())
     throw UsageError(why);
+  check_ports(e, options);
   const InterruptGuard guard;
   if (const std::string why =
           identity_refusal(product, e, state.value_or(BringupState{}), options.bringup,
@@ -188,6 +196,7 @@ int run_print(const Product& product, const PrintOptions& given) {
               o.verb == OperatorVerb::kSet ? change_problem(e, o.key, o.value) : std::string();
           !problem.empty())
         throw UsageError("--resume --set: " + problem);
+    check_ports(e, options);
     if (options.detach) {
       lock.reset();  // the print takes it, and looks again
       return detach(run.path(), options);

@@ -28,6 +28,8 @@ using Json = nlohmann::json;
 
 namespace {
 
+namespace fs = std::filesystem;
+
 const std::set<int> kTimed{6, 22, 28, 44};  // rows that measure this machine's time too
 
 // A lab file and the instruments as they truly are: `truth` are the keys in which they differ.
@@ -472,6 +474,43 @@ TEST_CASE("a print on real instruments wants its bring-up, or somebody who takes
                                "devices.lamp.port=\"tcp:127.0.0.1:9\"", "--bringup", "/nowhere.json"});
   CHECK(said.code == 2);
   CHECK_THAT(said.err, Contains("/nowhere.json is missing"));
+}
+
+TEST_CASE("each kind of port that nobody is behind is named with node, address and cause", "[bringup]") {
+  const std::string unheard = (fresh_folder("bringup-unheard") / "lamp").string();
+  const auto refused = [](const std::string& port) {
+    return closed_ports(load_lab_experiment(kInkjet, {"devices.lamp.port=\"" + port + "\""}));
+  };
+  CHECK(refused("tcp:127.0.0.1:9") == "lamp at tcp:127.0.0.1:9: Connection refused");
+  CHECK_THAT(refused("serial:/dev/firn-none"),
+             Contains("lamp at serial:/dev/firn-none?") && Contains("No such file or directory"));
+  CHECK(refused("unix:" + unheard) == "lamp at unix:" + unheard + ": No such file or directory");
+  CHECK_THAT(refused("tcp:no-such-host.invalid:9"),
+             Contains("lamp at tcp:no-such-host.invalid:9: the host is not known"));
+}
+
+TEST_CASE("all ports that nobody is behind are named, and those that open are not", "[bringup]") {
+  SimulatedInstruments world(load_lab_experiment(kInkjet, {}));
+  const auto real = [&](const std::string& node) {
+    return "devices." + node + ".port=\"unix:" + world.address(node).place + "\"";
+  };
+  std::vector<std::string> ports{real("stage"), real("jet"), real("laser_profiler"), real("lamp")};
+  CHECK(closed_ports(load_lab_experiment(kInkjet, ports)).empty());
+  ports[0] = "devices.stage.port=\"tcp:127.0.0.1:9\"";
+  ports[3] = "devices.lamp.port=\"tcp:127.0.0.1:9\"";
+  CHECK(closed_ports(load_lab_experiment(kInkjet, ports)) ==
+        "lamp at tcp:127.0.0.1:9: Connection refused; stage at tcp:127.0.0.1:9: Connection refused");
+}
+
+TEST_CASE("a print whose lamp is unplugged is refused before anything begins", "[bringup]") {
+  const fs::path runs = fresh_folder("bringup-unplugged");
+  const Said said = firn_says({"print", FIRN_SOURCE_DIR "/experiments/cylinder.toml", "--set",
+                               "devices.lamp.port=\"tcp:127.0.0.1:9\"", "--accept-bringup", "all", "--runs",
+                               runs.string()});
+  CHECK(said.code == 2);
+  CHECK_THAT(said.err,
+             Contains("lamp at tcp:127.0.0.1:9: Connection refused") && Contains("nothing was begun"));
+  CHECK(fs::is_empty(runs));
 }
 
 TEST_CASE("another instrument at the same port is refused by its serial number, and a print asks",
