@@ -7,7 +7,6 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "report/draw/raster.h"
 #include "report/draw/svg.h"
 
 namespace firn::report {
@@ -79,8 +78,7 @@ std::string outline(const Mask& part, const Frame& f) {
 
 }  // namespace
 
-std::string heat_map(const HeightMap& height, const HeatScale& scale, const std::string& title,
-                     const Mask* part) {
+Raster colour_cells(const HeightMap& height, const HeatScale& scale) {
   const GridSpec& g = height.spec;
   const cv::Mat3b colors = palette(scale.colors);
   Raster pixels(g.nx, g.ny);
@@ -90,8 +88,15 @@ std::string heat_map(const HeightMap& height, const HeatScale& scale, const std:
       if (!std::isfinite(um)) continue;
       const double share = std::clamp((um - scale.low_um) / (scale.high_um - scale.low_um), 0.0, 1.0);
       const cv::Vec3b c = colors(0, int(std::lround(share * 255)));
-      pixels.at(i, g.ny - 1 - j) = {c[2], c[1], c[0], 255};  // y upwards
+      pixels.at(i, g.ny - 1 - j) = {c[2], c[1], c[0], 255};
     }
+  return pixels;
+}
+
+std::string heat_map(const HeightMap& height, const HeatScale& scale, const std::string& title,
+                     const Mask* part) {
+  const GridSpec& g = height.spec;
+  const Raster pixels = colour_cells(height, scale);
   const double width_mm = g.nx * g.pitch_x_mm, height_mm = g.ny * g.pitch_y_mm,
                longer = std::max(width_mm, height_mm);
   Frame f;

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/grid/grid.h"
+#include "report/draw/raster.h"
 
 namespace firn::report {
 
@@ -16,6 +17,10 @@ struct HeatScale {
   ColorMap colors = ColorMap::kSequential;
   bool in_mm = false;  ///< the bar's numbers
 };
+
+/// Returns a pixel for each cell, y upwards, without axes.
+/// @param height [mm]; NaN stays transparent
+Raster colour_cells(const HeightMap& height, const HeatScale& scale);
 
 /// Draws one surface.
 /// @param height [mm]; NaN stays empty
