@@ -4,16 +4,22 @@
 #include <stdexcept>
 
 #include "core/options/number.h"
+#include "files/json.h"
 #include "files/run_paths.h"
 #include "files/text_file.h"
 #include "page/bundle.h"
 #include "page/client_frame.h"
+#include "page/resume.h"
 #include "page/view_json.h"
 #include "page/web_rules.h"
 #include "print/folder/run_report.h"
+#include "print/import/imported_run.h"
+#include "replay/audit_run.h"
 #include "report/run/differing_parameters.h"
 #include "report/run/report_page.h"
 #include "runs/folder/config_change.h"
+#include "runs/folder/run_lock.h"
+#include "runs/folder/running.h"
 #include "runs/read/run_reader.h"
 
 namespace firn::page {
@@ -28,6 +34,12 @@ WebReply page_of(std::string html) {
   r.type = "text/html; charset=utf-8";
   r.body = std::move(html);
   r.report = true;
+  return r;
+}
+
+WebReply nothing() {
+  WebReply r;
+  r.status = 204;
   return r;
 }
 
@@ -81,6 +93,48 @@ WebReply report(const Product& product, const std::vector<fs::path>& folders) tr
   return refusal(409, std::string("there is no report yet: ") + e.what());
 }
 
+// As firn audit does.
+WebReply audit(const fs::path& folder) try {
+  if (runs::printing_process(folder))
+    return refusal(409, "the run is being printed: it can be audited once it is over");
+  const runs::RunLock still(folder, runs::RunUse::kRead);
+  refuse_imported(folder, "the audit");
+  const replay::AuditVerdict verdict = replay::audit_run(folder);
+  WebReply r;
+  r.body = nlohmann::ordered_json{{"clean", verdict.clean()}, {"text", replay::to_text(verdict)}}.dump(
+      -1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  return r;
+} catch (const std::exception& e) {
+  return refusal(409, e.what());
+}
+
+// A browser that has the picture as it is gets none; a run without a map has none, which is no error.
+WebReply thumbnail(Thumbnails& thumbnails, const fs::path& folder, const std::string& known_tag) try {
+  if (runs::printing_process(folder)) return nothing();
+  WebReply r;
+  r.type = "image/png";
+  r.etag = '"' + Thumbnails::last_change(folder) + '"';
+  if (known_tag == r.etag) {
+    r.status = 304;
+    return r;
+  }
+  r.body = thumbnails.get(folder);
+  return r.body.empty() ? nothing() : r;
+} catch (const std::exception& e) {
+  return refusal(500, e.what());
+}
+
+WebReply resumed(const fs::path& program, const fs::path& folder) try {
+  if (const std::string why = resume_refusal(folder); !why.empty()) return refusal(409, why);
+  const auto pid = resume_detached(program, folder);
+  using Json = nlohmann::ordered_json;
+  WebReply r;
+  r.body = Json{{"ok", true}, {"pid", pid ? Json(*pid) : Json(nullptr)}}.dump();
+  return r;
+} catch (const std::exception& e) {
+  return refusal(409, e.what());
+}
+
 std::optional<int> layer_of(const std::string& text) { return whole_number(text, 0, 9'999'999); }
 
 }  // namespace
@@ -118,9 +172,14 @@ std::function<WebReply()> Answers::slow_answer(const WebRequest& request,
     };
   const std::string wanted =
       parts.size() == 4 && parts[0] == "api" && parts[1] == "runs" ? parts[3] : std::string();
-  if (wanted == "exchanges" || wanted == "lamp") {
+  if (wanted == "exchanges" || wanted == "lamp" || wanted == "audit" || wanted == "thumbnail") {
     const auto folder = runs_.find(parts[2]);
     if (!folder) return nullptr;
+    if (wanted == "audit") return [at = *folder] { return audit(at); };
+    if (wanted == "thumbnail")
+      return [kept = thumbnails_, at = *folder, tag = request.if_none_match] {
+        return thumbnail(*kept, at, tag);
+      };
     if (wanted == "lamp") return [work = runs_.lamp_before(*folder)] { return lamp(work); };
     return [at = *folder] { return exchanges(at); };
   }
@@ -133,6 +192,32 @@ std::function<WebReply()> Answers::slow_answer(const WebRequest& request,
   }
   if (folders.empty()) return nullptr;
   return [&product = product_, folders] { return report(product, folders); };
+}
+
+std::function<WebReply()> Answers::resume(const WebRequest& request,
+                                          const std::vector<std::string>& parts) const {
+  if (request.method != "POST" || parts.size() != 4 || parts[0] != "api" || parts[1] != "runs" ||
+      parts[3] != "resume")
+    return nullptr;
+  const auto refused = [](int status, const std::string& why) {
+    return [=] { return refusal(status, why); };
+  };
+  if (!request.type.starts_with("application/json"))
+    return refused(415, "Content-Type must be application/json");
+  try {
+    if (options_.token.empty() || !same_secret(parse_token(request.body), options_.token))
+      return refused(403, std::string(kNoToken));
+  } catch (const std::invalid_argument& e) {
+    return refused(400, e.what());
+  }
+  if (!may_resume())
+    return refused(409,
+                   "this page is part of a print: firn view, or firn print --resume, resumes another run");
+  const auto folder = runs_.find(parts[2]);
+  if (!folder) return [id = parts[2]] { return no_run(id); };
+  return [program = options_.firn.empty() ? firn_beside() : options_.firn, at = *folder] {
+    return resumed(program, at);
+  };
 }
 
 WebReply Answers::answer(const WebRequest& request, const std::vector<std::string>& parts, double now_s) try {
@@ -149,7 +234,7 @@ WebReply Answers::answer(const WebRequest& request, const std::vector<std::strin
 WebReply Answers::answer_api(const WebRequest& request, const std::vector<std::string>& parts, double now_s) {
   if (parts.size() == 4 && parts[3] == "notes" && request.method == "POST")
     return take_notes(request, parts[2]);
-  if (request.method != "GET") return refusal(405, "only GET, and POST of notes");
+  if (request.method != "GET") return refusal(405, "only GET, and POST of notes and resume");
   if (parts[1] != "runs") return refusal(404, "there is no such run");
   WebReply r;
   if (parts.size() == 4 && parts[3] == "report") {
@@ -159,15 +244,17 @@ WebReply Answers::answer_api(const WebRequest& request, const std::vector<std::s
     return page_of(read_file(RunPaths(*folder).report_path()));
   }
   const auto run = runs_.opened(parts[2]);
+  if (!run && parts[2] == kLiveRun) return nothing();
   if (!run) return no_run(parts[2]);
   if (parts.size() == 3) {
-    r.body = run->hello(now_s, runs_.label(run->folder()));
+    r.body = run->hello(now_s, runs_.label(run->folder()), may_resume());
     return r;
   }
   const auto surface = parts.size() == 6 && parts[3] == "layers" ? surface_of(parts[5]) : std::nullopt;
   const auto layer = surface ? layer_of(parts[4]) : std::nullopt;
-  const auto map = layer ? run->map({*surface, *layer}) : std::nullopt;
-  if (!map) return refusal(404, "the run has no such map");
+  if (!layer) return refusal(404, "the run has no such map");
+  const auto map = run->map({*surface, *layer});
+  if (!map) return nothing();
   r.type = "application/octet-stream";
   r.body.assign(reinterpret_cast<const char*>(map->data()), map->size());
   return r;

@@ -1,7 +1,10 @@
-// Answers gives the page's files, the list of runs, their facts, maps, notes and reports to HTTP requests.
+// Answers gives the page's files, the list of runs, their facts, maps, small pictures, notes, reports and
+// audits to HTTP requests, and resumes a run for one.
 #pragma once
 
+#include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -9,6 +12,8 @@
 
 #include "page/run_set.h"
 #include "page/server.h"
+#include "page/thumbnail.h"
+#include "page/thumbnails.h"
 
 namespace firn::page {
 
@@ -36,7 +41,11 @@ WebReply refusal(int status, const std::string& why);
 class Answers {
  public:
   Answers(const Product& product, const ServerOptions& options, RunSet& runs)
-      : product_(product), options_(options), runs_(runs) {}
+      : product_(product),
+        options_(options),
+        runs_(runs),
+        thumbnails_(std::make_shared<Thumbnails>(
+            [&product](const std::filesystem::path& run) { return thumbnail_png(product, run); })) {}
 
   /// @param parts of the target; the run that they name has been opened, if there is one
   /// @param now_s of a steady clock
@@ -45,10 +54,15 @@ class Answers {
   /// Returns the run that must be open for the answer; empty: none.
   static std::string wanted_run(const std::vector<std::string>& parts);
   /// Returns the work of an answer that takes seconds, from any thread: the list of runs, a report of
-  /// runs, the last exchanges of a run's instruments, the hours of its lamp; nothing: the answer is no such
-  /// one.
+  /// runs, the last exchanges of a run's instruments, the hours of its lamp, its audit, its small picture;
+  /// nothing: the answer is no such one.
   std::function<WebReply()> slow_answer(const WebRequest& request,
                                         const std::vector<std::string>& parts) const;
+  /// Returns the work of a request to resume a run, which starts a process with the calling thread's
+  /// priority; nothing: the request is no such one.
+  std::function<WebReply()> resume(const WebRequest& request, const std::vector<std::string>& parts) const;
+  /// Returns true if this page may resume runs: it has a token, and is not part of a print.
+  bool may_resume() const { return options_.live.empty() && !options_.token.empty(); }
 
  private:
   WebReply answer_api(const WebRequest& request, const std::vector<std::string>& parts, double now_s);
@@ -57,6 +71,7 @@ class Answers {
   const Product& product_;
   const ServerOptions& options_;
   RunSet& runs_;
+  std::shared_ptr<Thumbnails> thumbnails_;
 };
 
 }  // namespace firn::page

@@ -108,6 +108,11 @@ ClientFrame parse_client_frame(std::string_view text) {
   return f;
 }
 
+std::string parse_token(std::string_view text) {
+  const Json j = parse_object(text, kMaxFrameBytes);
+  return j.contains("token") ? text_of(j, "token", 200) : "";
+}
+
 Notes parse_notes(std::string_view text, std::string* token) {
   const Json j = parse_object(text, token ? kMaxNotesBytes : 2 * kMaxNotesBytes);
   if (token) *token = j.contains("token") ? text_of(j, "token", 200) : "";

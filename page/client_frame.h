@@ -26,6 +26,9 @@ inline constexpr std::size_t kMaxFrameBytes = 4096;
 /// @throws std::invalid_argument naming the member and its requirement
 ClientFrame parse_client_frame(std::string_view text);
 
+/// Returns the member "token" of a browser's request; empty: it has none. @throws std::invalid_argument
+std::string parse_token(std::string_view text);
+
 struct Notes {
   std::vector<std::string> tags;
   std::string note;

@@ -182,6 +182,20 @@ std::optional<RunMaps::Measured> RunMaps::truth(int layer) {
   return found;
 }
 
+std::optional<HeightMap> RunMaps::error(int layer) {
+  const auto m = measured(layer);
+  const auto w = m ? wanted(layer, m->height.spec) : nullptr;
+  if (!w) return std::nullopt;
+  return error_of(m->height, w->target, w->mask);
+}
+
+std::optional<HeightMap> RunMaps::target(int layer) {
+  const auto m = measured(layer);
+  const auto w = m ? wanted(layer, m->height.spec) : nullptr;
+  if (!w) return std::nullopt;
+  return error_of(w->target, HeightMap(w->target.spec, 0.0), w->mask);
+}
+
 std::optional<std::vector<std::byte>> RunMaps::frame(const MapRequest& r) {
   if (r.surface == Surface::kPlanned) return planned(r.layer);
   if (r.surface == Surface::kPredicted || r.surface == Surface::kTruth) {
@@ -192,12 +206,9 @@ std::optional<std::vector<std::byte>> RunMaps::frame(const MapRequest& r) {
   const auto m = measured(r.layer);
   if (!m) return std::nullopt;
   if (r.surface == Surface::kMeasured) return encode_heights(r.surface, r.layer, m->height, 0, m->t_s);
-  const auto w = wanted(r.layer, m->height.spec);
-  if (!w) return std::nullopt;
-  const HeightMap shown = r.surface == Surface::kError
-                              ? error_of(m->height, w->target, w->mask)
-                              : error_of(w->target, HeightMap(w->target.spec, 0.0), w->mask);
-  return encode_heights(r.surface, r.layer, shown, 0, m->t_s);
+  const auto shown = r.surface == Surface::kError ? error(r.layer) : target(r.layer);
+  if (!shown) return std::nullopt;
+  return encode_heights(r.surface, r.layer, *shown, 0, m->t_s);
 }
 
 std::vector<RunMaps::Value> RunMaps::take_predictions() {

@@ -40,6 +40,9 @@ class RunMaps {
 
   /// Returns the map as a frame; nothing: the run has no such map.
   std::optional<std::vector<std::byte>> frame(const MapRequest& request);
+  /// Returns the error of a layer's map against its target [mm], NaN beside the part; nothing: the run has no
+  /// such map, or no target.
+  std::optional<HeightMap> error(int layer);
   std::optional<int> newest_layer() const;
   const std::optional<GridSpec>& grid() const { return grid_; }
 
@@ -72,6 +75,7 @@ class RunMaps {
     Mask mask;
   };
   std::shared_ptr<const Wanted> wanted(int layer, const GridSpec& grid);
+  std::optional<HeightMap> target(int layer);  // as error()
   std::optional<std::vector<std::byte>> planned(int layer);
   std::optional<Measured> predicted(int layer);
   std::optional<Measured> truth(int layer);

@@ -71,7 +71,7 @@ std::vector<fs::path> RunSet::folders(const std::vector<fs::path>& places, const
 }
 
 std::optional<fs::path> RunSet::find(const std::string& id) const {
-  if (id == "live" && !live_.empty()) return live_;
+  if (id == kLiveRun && !live_.empty()) return live_;
   const auto address = runs::parse_address(id);
   std::optional<fs::path> named;
   for (const fs::path& folder : folders()) {

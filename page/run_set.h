@@ -8,12 +8,15 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "page/watched_run.h"
 #include "runs/read/run_digest.h"
 
 namespace firn::page {
+
+inline constexpr std::string_view kLiveRun = "live";  ///< the print that the page is part of
 
 class RunSet {
  public:

@@ -179,11 +179,16 @@ class Server {
   /// Returns the result of `work`, done by a thread that reads runs: a report delays no other run.
   template <class Work>
   auto apart(Work work) -> asio::awaitable<decltype(work())> {
-    auto body = [this, work]() -> asio::awaitable<decltype(work())> {
+    auto yielding = [this, work] {
       give_way();
-      co_return work();
+      return work();
     };
-    auto done = asio::co_spawn(reader_, std::move(body), asio::use_awaitable);
+    return on(reader_, std::move(yielding));
+  }
+  template <class Work>
+  auto on(asio::thread_pool& pool, Work work) -> asio::awaitable<decltype(work())> {
+    auto body = [work]() -> asio::awaitable<decltype(work())> { co_return work(); };
+    auto done = asio::co_spawn(pool, std::move(body), asio::use_awaitable);
     co_return co_await std::move(done);
   }
   void send_maps(WatchedRun& run);
@@ -196,7 +201,8 @@ class Server {
   CommandThread commands_;  // before this thread gives way
   IdlePlaces idle_;         // goes after io_, whose connections have places in it
   asio::io_context io_{1};
-  asio::thread_pool reader_{2};  // goes first: its objects belong to io_
+  asio::thread_pool starter_{1};  // of prints, which have its priority: it begins before others give way
+  asio::thread_pool reader_{2};   // goes first: its objects belong to io_
   tcp::acceptor acceptor_;
   asio::steady_timer timer_;
   std::atomic<bool> gives_way_;
@@ -262,7 +268,7 @@ Response as_response(WebReply&& reply, unsigned version, bool keep_alive, bool h
   for (const auto& [name, value] : safety_headers(reply)) r.set(name, value);
   r.keep_alive(keep_alive);
   if (!head) r.body() = std::move(reply.body);
-  r.prepare_payload();
+  if (reply.status != 204) r.prepare_payload();  // which has no length [RFC 9110, 8.6]
   return r;
 }
 
@@ -354,6 +360,10 @@ asio::awaitable<WebReply> Server::answer(const WebRequest& request) {
     auto reply = apart(std::move(slow));
     co_return co_await std::move(reply);
   }
+  if (auto resume = answers_.resume(request, parts)) {
+    auto reply = on(starter_, std::move(resume));
+    co_return co_await std::move(reply);
+  }
   if (const std::string id = Answers::wanted_run(parts); !id.empty()) {
     std::string trouble;
     try {
@@ -411,7 +421,7 @@ asio::awaitable<void> Server::serve_tab(tcp::socket socket, Request request) {
     co_return;
   }
   look(tab->run);  // so that nothing of before comes after the greeting
-  tab->push(tab->run->hello(steady_s(), runs_.label(tab->run->folder())));
+  tab->push(tab->run->hello(steady_s(), runs_.label(tab->run->folder()), answers_.may_resume()));
   tabs_.insert(tab);
   beast::flat_buffer buffer;
   boost::system::error_code error;

@@ -113,10 +113,15 @@ Json lines_of(const std::string& text) {
 }
 
 Json as_json(const EndRow& e) {
-  return {{"outcome", e.outcome},       {"words", e.words},
-          {"cause", text(e.cause)},     {"do", text(e.remedy)},
-          {"manual", text(e.manual)},   {"by_operator", e.by_operator},
-          {"verdict", text(e.verdict)}, {"within", e.within ? Json(*e.within) : Json(nullptr)},
+  return {{"outcome", e.outcome},
+          {"words", e.words},
+          {"cause", text(e.cause)},
+          {"do", text(e.remedy)},
+          {"manual", text(e.manual)},
+          {"by_operator", e.by_operator},
+          {"can_go_on", !e.whole},
+          {"verdict", text(e.verdict)},
+          {"within", e.within ? Json(*e.within) : Json(nullptr)},
           {"facts", lines_of(e.facts)}};
 }
 
@@ -234,18 +239,20 @@ std::string hello_frame(const HelloFacts& f, const RunView& view, double now_s) 
   const Json allowed = f.live
                            ? Json{"pause", "continue", "stop_after_layer", "safe_stop", "accept_doubt", "set"}
                            : Json::array();
-  return dumped(
-      {{"type", "hello"},
-       {"protocol", kProtocol},
-       {"firn", build_commit()},
-       {"run", run},
-       {"commands", {{"allowed", allowed}, {"in_flight", f.live ? in_flight_of(e) : Json::array()}}},
-       {"layers", values_of(view.layers())},
-       {"events", array_of(view.events())},
-       {"instruments", values_of(view.instruments())},
-       {"estimates", array_of(view.estimates())},
-       {"state", as_json(view.state(now_s))},
-       {"end", view.end() ? as_json(*view.end()) : Json(nullptr)}});
+  return dumped({{"type", "hello"},
+                 {"protocol", kProtocol},
+                 {"firn", build_commit()},
+                 {"run", run},
+                 {"commands",
+                  {{"allowed", allowed},
+                   {"resume", f.may_resume},
+                   {"in_flight", f.live ? in_flight_of(e) : Json::array()}}},
+                 {"layers", values_of(view.layers())},
+                 {"events", array_of(view.events())},
+                 {"instruments", values_of(view.instruments())},
+                 {"estimates", array_of(view.estimates())},
+                 {"state", as_json(view.state(now_s))},
+                 {"end", view.end() ? as_json(*view.end()) : Json(nullptr)}});
 }
 
 std::string state_frame(const StateRow& state) { return frame("state", as_json(state)); }

@@ -29,6 +29,7 @@ struct HelloFacts {
   std::string trouble;  ///< of the experiment; empty: it could be read
   std::optional<GridSpec> grid;
   bool live = false;
+  bool may_resume = false;  ///< the page may, once the run is over
   Notes notes;
 };
 

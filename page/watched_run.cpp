@@ -159,7 +159,7 @@ std::optional<std::pair<double, double>> WatchedRun::last_error_um() const {
 
 std::string WatchedRun::state(double now_s) const { return state_frame(view_->state(now_s)); }
 
-std::string WatchedRun::hello(double now_s, const std::string& label) const {
+std::string WatchedRun::hello(double now_s, const std::string& label, bool may_resume) const {
   HelloFacts f;
   f.id = runs::RunAddress{run_id_, runs::place_of(folder_)}.text();
   f.label = label;
@@ -169,6 +169,7 @@ std::string WatchedRun::hello(double now_s, const std::string& label) const {
   f.trouble = trouble_;
   f.grid = maps_->grid();
   f.live = live_;
+  f.may_resume = may_resume;
   f.notes = read_notes(folder_);
   return hello_frame(f, *view_, now_s);
 }

@@ -36,8 +36,8 @@ class WatchedRun {
   /// Reads new messages. @param now_s of a steady clock
   News poll(double now_s);
 
-  /// Returns the JSON of "hello" and of "state". @param label of RunSet
-  std::string hello(double now_s, const std::string& label) const;
+  /// Returns the JSON of "hello" and of "state". @param label of RunSet @param may_resume of Answers
+  std::string hello(double now_s, const std::string& label, bool may_resume) const;
   std::string state(double now_s) const;
 
   /// Returns the frame of a map; nothing: there is none.

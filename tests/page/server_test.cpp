@@ -3,9 +3,6 @@
 #include <unistd.h>
 
 #include <cstring>
-#include <fstream>
-#include <future>
-#include <thread>
 
 #include "core/grid/random.h"
 #include "files/json.h"
@@ -14,65 +11,28 @@
 #include "page/run_set.h"
 #include "page/server.h"
 #include "print/labs/full_product.h"
-#include "print/simulated/lab_run.h"
 #include "runs/folder/address.h"
 #include "runs/folder/run_folder.h"
 #include "runs/folder/verdict.h"
+#include "tests/page/served_run.h"
 #include "tests/page/web_client.h"
 #include "tests/support/temp_folder.h"
-#include "tests/support/tiny_print.h"
 
 using namespace firn;
 using Catch::Contains;
+using firn::test::print_into;
+using firn::test::Served;
 using firn::test::WebClient;
 using nlohmann::json;
 
 namespace {
 
-/// Prints in one process. @returns the run's name
-std::string print_into(const std::filesystem::path& runs) {
-  const Experiment e = test::tiny_print("page");
-  const runs::RunFolder run = runs::RunFolder::create(runs, e, make_inputs(full_product(), e, ""), {"test"});
-  LabRunOptions o;
-  o.note = [](const std::string&) {};
-  REQUIRE(run_in_lab(full_product(), run, o).result.status == 0);
-  return run.path().filename();
+json hello(const Served& s, WebClient& client) {
+  REQUIRE(client.open("/ws?run=" + s.id) == 101);
+  const auto text = client.next_of("hello", 5.0);
+  REQUIRE(text);
+  return json::parse(*text);
 }
-
-/// Serves a folder with one finished run until it goes.
-class Served {
- public:
-  Served() {
-    id = print_into(place.path() / "runs");
-    REQUIRE(::pipe(stop_) == 0);
-    options.places = {place.path() / "runs"};
-    options.token = "secret";
-    options.stop_fd = stop_[0];
-    std::promise<std::string> listening;
-    options.listening = [&](const std::string& at) { listening.set_value(at); };
-    thread_ = std::thread([this] { page::serve(full_product(), options); });
-    address = listening.get_future().get();
-  }
-  ~Served() {
-    REQUIRE(::write(stop_[1], "x", 1) == 1);
-    thread_.join();
-    ::close(stop_[0]);
-    ::close(stop_[1]);
-  }
-  json hello(WebClient& client) const {
-    REQUIRE(client.open("/ws?run=" + id) == 101);
-    const auto text = client.next_of("hello", 5.0);
-    REQUIRE(text);
-    return json::parse(*text);
-  }
-  test::TempFolder place;
-  std::string id, address;
-  page::ServerOptions options;
-
- private:
-  int stop_[2];
-  std::thread thread_;
-};
 
 template <class T>
 T at(const std::string& frame, std::size_t offset) {
@@ -127,26 +87,26 @@ TEST_CASE("the page's files come compressed, with a tag, and only to a page of t
 TEST_CASE("a recorded run is greeted with its facts, layers and end, and gives each map") {
   Served s;
   WebClient c(s.address);
-  const json hello = s.hello(c);
-  CHECK(hello["protocol"] == 1);
-  CHECK(hello["run"]["label"] == s.id);
-  CHECK(hello["run"]["id"] == runs::address_of(s.place.path() / "runs" / s.id).text());
-  CHECK(hello["run"]["lab"] == "inkjet");
-  CHECK(hello["run"]["lab_words"] == "droplets on a stage");
-  CHECK(hello["run"]["deposition"] == "droplets");
-  CHECK(hello["run"]["live"] == false);
-  CHECK(hello["run"]["grid"]["nx"] == 9);
-  CHECK(hello["end"]["outcome"] == "finished");
+  const json greeting = hello(s, c);
+  CHECK(greeting["protocol"] == 1);
+  CHECK(greeting["run"]["label"] == s.id);
+  CHECK(greeting["run"]["id"] == runs::address_of(s.place.path() / "runs" / s.id).text());
+  CHECK(greeting["run"]["lab"] == "inkjet");
+  CHECK(greeting["run"]["lab_words"] == "droplets on a stage");
+  CHECK(greeting["run"]["deposition"] == "droplets");
+  CHECK(greeting["run"]["live"] == false);
+  CHECK(greeting["run"]["grid"]["nx"] == 9);
+  CHECK(greeting["end"]["outcome"] == "finished");
   const runs::RunResult result = runs::RunFolder::open(s.place.path() / "runs" / s.id).result().value();
-  CHECK(hello["end"]["verdict"] == verdict_words(result, LabWords{}));
+  CHECK(greeting["end"]["verdict"] == verdict_words(result, LabWords{}));
   std::string facts;
-  for (const json& line : hello["end"]["facts"]) facts += line.get<std::string>() + "\n";
+  for (const json& line : greeting["end"]["facts"]) facts += line.get<std::string>() + "\n";
   CHECK(facts == result_lines(result, LabWords{}));
-  CHECK(hello["run"]["amount"] == "droplets");
-  CHECK(hello["commands"]["allowed"].empty());
-  const int layers = hello["layers"].back()["n"];
-  CHECK(int(hello["layers"].size()) == layers + 1);
-  CHECK(hello["layers"].back()["predicted_rms_um"].is_number());
+  CHECK(greeting["run"]["amount"] == "droplets");
+  CHECK(greeting["commands"]["allowed"].empty());
+  const int layers = greeting["layers"].back()["n"];
+  CHECK(int(greeting["layers"].size()) == layers + 1);
+  CHECK(greeting["layers"].back()["predicted_rms_um"].is_number());
   CHECK_THAT(WebClient(s.address).get("/api/runs").body, Contains(s.id));
   for (const char* surface : {"measured", "target", "error", "planned", "predicted", "truth"}) {
     INFO(surface);
@@ -162,7 +122,8 @@ TEST_CASE("a recorded run is greeted with its facts, layers and end, and gives e
     CHECK(at<std::uint32_t>(map.body, 16) == 8);
     CHECK(at<std::uint32_t>(map.body, 20) == (planned ? 1u : 0u));
   }
-  CHECK(WebClient(s.address).get("/api/runs/" + s.id + "/layers/999/measured").status == 404);
+  CHECK(WebClient(s.address).get("/api/runs/" + s.id + "/layers/999/measured").status == 204);
+  CHECK(WebClient(s.address).get("/api/runs/" + s.id + "/layers/1/nothing").status == 404);
   CHECK(WebClient(s.address).get("/api/runs/none/layers/1/measured").status == 404);
 }
 
@@ -200,11 +161,11 @@ TEST_CASE("the error is the measured surface less the target, on the part's cell
 TEST_CASE("a tab follows a surface, asks for layers, and is told what is not there") {
   Served s;
   WebClient c(s.address);
-  const json hello = s.hello(c);
+  const json greeting = hello(s, c);
   c.send(R"({"type":"follow","surface":"measured"})");
   const auto newest = c.next_map(5.0);
   REQUIRE(newest);
-  CHECK(at<std::uint32_t>(*newest, 8) == hello["layers"].back()["n"].get<std::uint32_t>());
+  CHECK(at<std::uint32_t>(*newest, 8) == greeting["layers"].back()["n"].get<std::uint32_t>());
   c.send(R"({"type":"follow","surface":"error","layer":1})");
   const auto one = c.next_map(5.0);
   REQUIRE(one);
@@ -241,7 +202,7 @@ TEST_CASE("nobody reads a run without the token, unless the page is public") {
 TEST_CASE("a command without the token is refused, and with it by a run that nobody prints") {
   Served s;
   WebClient c(s.address);
-  s.hello(c);
+  hello(s, c);
   for (const char* token : {"", "Secret", "secre", "secret "}) {
     c.send(json{{"type", "command"}, {"id", 1}, {"token", token}, {"command", "pause"}}.dump());
     const json answer = json::parse(c.next_of("answer", 5.0).value_or("{}"));
@@ -308,8 +269,8 @@ TEST_CASE("notes are kept in the run's folder, with the token alone") {
 TEST_CASE("connections beyond the limit, garbage and half requests leave others served") {
   Served s;
   WebClient watcher(s.address), garbler(s.address);
-  s.hello(watcher);
-  s.hello(garbler);
+  hello(s, watcher);
+  hello(s, garbler);
   std::vector<std::unique_ptr<WebClient>> idle;
   for (int n = 0; n < 400; ++n) idle.push_back(std::make_unique<WebClient>(s.address));
   idle.resize(50);
@@ -347,8 +308,8 @@ TEST_CASE("the hours of a lamp count the runs before that name its port") {
     return json::parse(WebClient(s.address).get("/api/runs/" + id + "/lamp").body);
   };
   double own_h = 0.0;
-  const json hello = s.hello(c);
-  for (const json& one : hello["instruments"])
+  const json greeting = hello(s, c);
+  for (const json& one : greeting["instruments"])
     for (const json& row : one["details"]) {
       const std::string label = row[0], value = row[1];
       if (label.starts_with("open in this print")) own_h = std::stod(value);
