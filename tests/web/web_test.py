@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 
 SKIPPED = 77  # tests/support/skip.h
-TESTS = {"data": ["test/data.test.mjs", "test/bundle.test.mjs"], "browser": ["test/watch.test.mjs"],
+TESTS = {"data": ["test/data.test.mjs", "test/bundle.test.mjs"], "browser": ["test/watch.test.mjs", "test/over.test.mjs", "test/beside.test.mjs"],
          "live": ["test/live.test.mjs"]}
 NEEDS = {"data": ["node"], "browser": ["node", "chromium"], "live": ["node", "chromium", "script"], "install": ["node"]}
 INSTALL = ["npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--prefer-offline"]

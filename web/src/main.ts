@@ -7,14 +7,15 @@ import {html, render} from "htm/preact";
 import {use_clock, use_observed} from "./data/observable";
 import type {Session} from "./data/session";
 import {view} from "./data/view";
-import {duration, label, with_micro, with_unit} from "./data/words";
+import {duration, height_words, label, with_micro, with_unit} from "./data/words";
 import {TokenDialog} from "./panels/ask_token";
 import {Commands} from "./panels/commands";
 import {Compare} from "./panels/compare";
 import {Decision} from "./panels/decision";
 import {Instruments} from "./panels/instruments";
 import {Now} from "./panels/now";
-import {ReportLink, Runs} from "./panels/runs";
+import {Over} from "./panels/over";
+import {Runs} from "./panels/runs";
 import {Settings} from "./panels/settings";
 import {Surface} from "./panels/surface";
 import {Timeline, use_time_keys} from "./panels/timeline";
@@ -34,7 +35,7 @@ function Page() {
         ${view.chosen.length > 1 && html`<a href=${`#compare=${view.chosen.map(encodeURIComponent).join(",")}`}
           aria-current=${page === "compare" ? "page" : "false"}>Beside</a>`}
       </nav>
-      ${page === "print" && session && html`<${Status} session=${session} />`}
+      ${page === "print" && session && html`<${Status} session=${session} /><${Over} key=${session.hello.run.id} session=${session} />`}
     </header>
     <main>
       ${view.trouble && html`<p class="notice warning" role="alert">${view.trouble}</p>`}
@@ -59,8 +60,15 @@ function Status({session}: {session: Session}) {
       <strong>${session.live ? state?.words ?? "waiting for the print" : session.ending?.words ?? state?.words ?? run.outcome ?? "recorded run"}</strong>
       ${session.live && state && html`<span>layer ${state.layer}${layers ? ` of about ${layers}` : ""}${state.eta_s != null ? `, ${duration(state.eta_s)} left` : ""}</span>`}
       ${session.ending?.verdict && html`<span class=${session.ending.within === false ? "bad" : "good"}>${with_micro(session.ending.verdict)}</span>`}
+      ${!session.live && !session.ending?.verdict && html`<span>${last_error_words(session)}</span>`}
       <span class="soft">${label(run)} · ${run.lab_words}, ${run.scheme}${run.simulated ? ", simulated" : ""}${goal_words(session)}</span>
     </div>`;
+}
+
+/** Of a run that has no verdict, since some of its layers are not printed. */
+function last_error_words(session: Session): string {
+  const last = session.layer(session.last_layer);
+  return last?.rms_um == null ? "" : `RMS ${height_words(last.rms_um, session.height_unit)} after layer ${last.n}`;
 }
 
 function goal_words(session: Session): string {
@@ -89,7 +97,7 @@ function Result({session}: {session: Session}) {
   const facts = session.ending?.facts ?? [];
   return facts.length === 0 ? null : html`
     <section class="panel" aria-labelledby="result-title">
-      <div class="row head"><h2 id="result-title">Result</h2><${ReportLink} runs=${[session.hello.run.id]} /></div>
+      <h2 id="result-title">Result</h2>
       ${facts.map(fact => html`<p key=${fact}>${with_micro(fact)}</p>`)}
     </section>`;
 }

@@ -21,8 +21,8 @@ export async function open_tab(browser, address, {width = 1280, height = 900, da
   page.asked = [];
   page.on("pageerror", error => page.troubles.push(`error: ${error.message}`));
   page.on("console", message => {
-    // A 404 of a map that the run does not have is an answer, not a mistake.
-    if (["error", "warn"].includes(message.type()) && !/404 \(Not Found\)|403 \(Forbidden\)/.test(message.text())) page.troubles.push(`${message.type()}: ${message.text()}`);
+    // The browser notes an answer that refuses: the token is wrong, the order cannot be obeyed.
+    if (["error", "warn"].includes(message.type()) && !/403 \(Forbidden\)|409 \(Conflict\)/.test(message.text())) page.troubles.push(`${message.type()}: ${message.text()}`);
   });
   page.on("request", request => page.asked.push(request.url()));
   await page.setViewport({width, height});

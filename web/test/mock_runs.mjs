@@ -94,10 +94,32 @@ export class MockRun {
     return bytes;
   }
 
+  /** A bitmap of the last errors: blue too low, orange too high. */
+  thumbnail(size = 32) {
+    const bytes = Buffer.alloc(54 + 3 * size * size);
+    bytes.write("BM", 0, "latin1");
+    bytes.writeUInt32LE(bytes.length, 2);
+    bytes.writeUInt32LE(54, 10);
+    bytes.writeUInt32LE(40, 14);
+    bytes.writeInt32LE(size, 18);
+    bytes.writeInt32LE(size, 22);
+    bytes.writeUInt16LE(1, 26);
+    bytes.writeUInt16LE(24, 28);
+    for (let y = 0, at = 54; y < size; ++y)
+      for (let x = 0; x < size; ++x, at += 3) {
+        const [i, j] = [x, y].map((n, k) => Math.floor(n * (k ? this.ny : this.nx) / size));
+        const share = Math.max(-1, Math.min(1, this.error_um(i, j, this.printed) / (4 * this.noise_um)));
+        const end = share < 0 ? [178, 114, 0] : [0, 94, 213];  // B, G, R
+        const inside = this.target_um(i, j, 1) > 0;
+        for (let c = 0; c < 3; ++c) bytes[at + c] = inside ? 250 + Math.abs(share) * (end[c] - 250) : 255;
+      }
+    return bytes;
+  }
+
   has(kind, layer) {
     if (!kSurfaces.includes(kind) || layer < 0 || layer > this.printed) return false;
     if (kind === "predicted") return this.lab !== "ice" && this.scheme === "mpc" && layer > 0;
-    return kind !== "planned" || layer < this.planned;
+    return kind !== "planned" || layer < this.printed || this.live;
   }
 
   time_s(layer) {
@@ -130,9 +152,9 @@ export class MockRun {
   result() {
     const last = this.layers[this.layers.length - 1];
     const whole = !this.live && last && this.outcome === "finished";
-    const [unit, size] = this.lab === "ice" ? ["mm", 0.001] : ["um", 1];
-    return {height_unit: unit, part: "disc, 10 x 10 x 0.4 mm", overspill_percent: last?.overspill_percent ?? null, audit: this.live ? null : "clean",
-            verdict: whole ? `within tolerance: RMS ${+(last.rms_um * size).toPrecision(3)} ${unit} of the last map, at most ${7.6 * size} ${unit}` : null, within: whole ? true : null};
+    const [unit, size, goal] = this.lab === "ice" ? ["mm", 0.001, 0.24] : ["um", 1, 7.6];
+    return {height_unit: unit, part: this.part ?? "disc, 10 x 10 x 0.4 mm", overspill_percent: last?.overspill_percent ?? null, audit: this.live ? null : "clean",
+            verdict: whole ? `within tolerance: RMS ${+(last.rms_um * size).toPrecision(3)} ${unit} of the last map, at most ${goal} ${unit}` : null, within: whole ? true : null};
   }
 
   ended() {
@@ -180,7 +202,7 @@ export class MockRun {
       grid: {nx, ny, pitch_mm, x0_mm: -pitch_mm * (nx - 1) / 2, y0_mm: -pitch_mm * (ny - 1) / 2}, layers_planned, layers_expected: layers_planned,
       goal: this.lab === "ice" ? {kind: "rms", value: 0.24, unit: "mm"} : {kind: "rms", value: 7.6, unit: "um"}, amount: this.lab === "ice" ? "pulses" : "droplets", height_unit: this.result().height_unit, outcome: this.live ? null : this.outcome, started_utc: this.started_utc,
       tags: this.tags, note: this.note, settings: this.setting_list()},
-      commands: {allowed: this.live ? ["pause", "continue", "stop_after_layer", "safe_stop", "accept_doubt", "set"] : [], in_flight: this.live ? [
+      commands: {resume: true, allowed: this.live ? ["pause", "continue", "stop_after_layer", "safe_stop", "accept_doubt", "set"] : [], in_flight: this.live ? [
         {key: "control.target_offset_mm", value: "0", min: -10, max: 10, unit: "mm", words: "Offset of the target"},
         {key: "control.mpc.horizon_layers", value: "3", min: 1, max: 8, unit: "layers", words: "Horizon of the scheme"}] : []},
       end: this.end ?? this.ended(), layers: this.layers, events: this.events, instruments: this.instruments(), estimates: this.estimates(), state};
@@ -208,7 +230,8 @@ export function mock_runs() {
       event(4, 102.2, "notice", "jet_a", "Droplets 311 to 325 of layer 5 were in doubt; the surface was scanned and the loop went on.", {cause: "the jet was reset"})]}),
     new MockRun({...inkjet, id: "20261123-150000-cylinder", scheme: "mpc", started_utc: "2026-11-23T15:00:00Z", printed: 53, gain: 1, tags: ["good"], note: "the reference", seed: 3}),
     new MockRun({...inkjet, id: "20261123-140000-cylinder", scheme: "open", started_utc: "2026-11-23T14:00:00Z", printed: 53, gain: 0, tags: ["baseline"], seed: 3}),
-    new MockRun({...inkjet, id: "20261122-110000-cuboid", experiment: "cuboid.toml", scheme: "greedy", started_utc: "2026-11-22T11:00:00Z", printed: 21, planned: 53, gain: 0.5, outcome: "stopped safely", simulated: false, events: [
+    new MockRun({...inkjet, id: "20261122-110000-cuboid", experiment: "cuboid.toml", scheme: "greedy", started_utc: "2026-11-22T11:00:00Z", printed: 21, planned: 53, gain: 0.5, outcome: "stopped safely", simulated: false, end: {
+      outcome: "stopped safely", words: "The print was stopped safely: jet A fires nothing.", cause: "drops without rise (code 12), share of the rise, value 0.11, limit 0.3", do: "Clean the nozzle of jet A, look at a droplet with the strobe, then: firn print --resume 20261122-110000-cuboid", manual: "/manual/safety.html#interlocks", by_operator: false, can_go_on: true, verdict: null, within: null, facts: []}, events: [
       event(1, 0.5, "info", "launcher", "All nine processes are ready."),
       event(2, 491.0, "fault", "scheduler", "Drops were fired and the surface did not rise.", {cause: "rise of layer 21", value: 0.11, limit: 0.3, unit: "1", manual: "/manual/safety.html#interlocks"}),
       event(3, 491.1, "stop", "safety", "The print was stopped safely: jet A fires nothing.", {cause: "drops without rise (code 12), share of the rise", value: 0.11, limit: 0.3, unit: "1", do: "Clean the nozzle of jet A, look at a droplet with the strobe, then: firn print --resume 20261122-110000-cuboid", manual: "/manual/safety.html#interlocks"})]}),

@@ -9,7 +9,7 @@ import {mock_runs} from "./mock_runs.mjs";
 
 const kDist = join(dirname(fileURLToPath(import.meta.url)), "../dist");
 const kFiles = {"/": ["index.html", "text/html; charset=utf-8"], "/app.js": ["app.js", "text/javascript; charset=utf-8"], "/line.js": ["line.js", "text/javascript; charset=utf-8"], "/app.css": ["app.css", "text/css; charset=utf-8"]};
-const kHeaders = {"Content-Security-Policy": "default-src 'self'", "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer"};
+const kHeaders = {"Content-Security-Policy": "default-src 'self'; img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'", "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer"};
 
 export class MockServer {
   constructor() {
@@ -21,6 +21,11 @@ export class MockServer {
     this.received = [];  // commands, with the time of their arrival
     this.asked = [];     // paths of maps
     this.asked_exchanges = [];
+    this.asked_thumbnails = [];
+    this.resumed = [];   // runs
+    this.resume_trouble = null;
+    this.audits = new Map();  // verdicts of runs, else "clean"
+    this.map_delays_ms = {};  // of runs
     this.silent = false;
     this.lines = 0;      // that were opened for commands
     this.tabs = new Set();
@@ -63,8 +68,25 @@ export class MockServer {
     const parts = url.pathname.split("/").filter(Boolean).map(decodeURIComponent);
     if (parts[0] !== "api" || parts[1] !== "runs") return json(404, {error: "no such address"});
     const run = this.run(parts[2]);
+    if (!run && parts[2] === "live") return send(204, "text/plain", "");
     if (!run) return json(404, {error: `no run ${parts[2]}`});
     if (parts.length === 3) return json(200, run.hello(this.full_state(run)));
+    if (parts[3] === "thumbnail") {
+      this.asked_thumbnails.push(run.id);
+      return run.without_map || run.live ? send(204, "text/plain", "") : send(200, "image/bmp", run.thumbnail());
+    }
+    if (parts[3] === "audit") return json(...(run.live ? [409, {type: "error", error: "the run is being printed"}]
+                                                       : [200, this.audits.get(run.id) ?? {clean: true, text: "clean: 53 layers, 106 passes\nsealed: 2 seals, 31 files, 0123\n"}]));
+    if (parts[3] === "resume" && request.method === "POST") {
+      let text = "";
+      for await (const part of request) text += part;
+      if (JSON.parse(text).token !== this.token) return json(403, {type: "error", error: "a wrong token"});
+      if (this.resume_trouble) return json(409, {type: "error", error: this.resume_trouble});
+      this.resumed.push(run.id);
+      this.live.live = false;
+      this.live = Object.assign(run, {live: true, end: null});
+      return json(200, {ok: true, pid: 4711});
+    }
     if (parts[3] === "notes" && request.method === "POST") {
       let text = "";
       for await (const part of request) text += part;
@@ -80,7 +102,8 @@ export class MockServer {
     if (parts[3] === "lamp") return json(200, {lamp: "simulated", earlier_h: 1.25, earlier_runs: 3});
     if (parts[3] === "layers") {
       this.asked.push(`${run.id}/${parts[4]}/${parts[5]}`);
-      if (!run.has(parts[5], Number(parts[4]))) return json(404, {error: `this run has no ${parts[5]} surface of layer ${parts[4]}`});
+      await new Promise(resolve => setTimeout(resolve, this.map_delays_ms[run.id] ?? 0));
+      if (!run.has(parts[5], Number(parts[4]))) return send(204, "text/plain", "");
       return send(200, "application/octet-stream", run.frame(parts[5], Number(parts[4])));
     }
     return json(404, {error: "no such address"});

@@ -3,7 +3,7 @@
 import {address_of} from "./address";
 import {Observable} from "./observable";
 import {in_unit, read_map, type SurfaceMap} from "./maps";
-import {kMapPartial, type Surface} from "./protocol";
+import {kMapPartial, kSurfaceWords, type Surface} from "./protocol";
 import {read} from "./token";
 
 const kMostBytes = 64 << 20;
@@ -78,7 +78,8 @@ export class MapStore extends Observable {
     this.loading.set(key, control);
     try {
       const reply = await read(address_of(`api/runs/${encodeURIComponent(this.run)}/layers/${key}`), {signal: control.signal});
-      if (reply.ok) this.put(key, in_unit(read_map(await reply.arrayBuffer()), this.height_unit));
+      if (reply.status === 204) this.put(key, {missing: `this run has no ${kSurfaceWords[key.split("/")[1] as Surface]} of layer ${key.split("/")[0]}`});
+      else if (reply.ok) this.put(key, in_unit(read_map(await reply.arrayBuffer()), this.height_unit));
       else this.put(key, {missing: (await reply.json().catch(() => null))?.error ?? `${reply.status} ${reply.statusText}`});
     } catch (error) {
       if (!control.signal.aborted) {

@@ -154,7 +154,7 @@ export interface Hello {
   protocol: number;
   firn: string;
   run: RunInfo;
-  commands: {allowed: string[]; in_flight: InFlight[]};
+  commands: {allowed: string[]; in_flight: InFlight[]; resume?: boolean};  // resume: this page may, once the run is over
   layers: Layer[];
   events: PrintEvent[];
   instruments: Instrument[];
@@ -170,6 +170,7 @@ export interface Ending {
   do: string | null;
   manual: string | null;
   by_operator: boolean;
+  can_go_on?: boolean;      // some of the layers are not printed
   verdict?: string | null;  // "within tolerance: RMS 3.2 um of the last map, at most 7.6 um"
   within?: boolean | null;
   facts?: string[];  // lines of the result: part, errors, overspill, audit

@@ -61,6 +61,7 @@ export class Session extends Observable {
   /** Reads a run by HTTP; throws with the process's own words. */
   static async open(id: string): Promise<Session> {
     const reply = await read(address_of(`api/runs/${encodeURIComponent(id)}`));
+    if (reply.status === 204) throw new Error("this page is part of no print: the list has its runs");
     const body = await reply.json().catch(() => null);
     if (!reply.ok || body?.type === "error") throw new Error(body?.error ?? `${reply.status} ${reply.statusText}`);
     if (body?.protocol !== kProtocol)

@@ -2,6 +2,7 @@
 
 import {html} from "htm/preact";
 import {useEffect, useMemo, useRef} from "preact/hooks";
+import {common_scale, in_unit_of} from "../data/beside";
 import {difference, fitted_scale, moments, type Scale, type SurfaceMap} from "../data/maps";
 import {use_observed} from "../data/observable";
 import {kSurfaceWords, type Surface} from "../data/protocol";
@@ -36,7 +37,11 @@ export function Compare() {
 function Surfaces({sessions}: {sessions: Session[]}) {
   const surface: Surface = view.surface === "difference" ? "error" : view.surface;
   const layer = view.shown_layer;
-  const maps = sessions.map(one => one.maps.get(surface, one.stop_at(layer)));
+  const unit = sessions[0].height_unit;
+  const maps = sessions.map(one => {
+    const map = one.maps.get(surface, one.stop_at(layer));
+    return map && in_unit_of(map, unit);
+  });
   const key = `beside ${surface} ${sessions.map(one => one.hello.run.id).join(" ")}`;
   const first = maps.find(Boolean);
   if (first && maps.every((map, i) => map || sessions[i].maps.missing(surface, sessions[i].stop_at(layer))) && !view.scales.has(key))
@@ -59,25 +64,29 @@ function Surfaces({sessions}: {sessions: Session[]}) {
       </div>
       <div class="beside">
         ${sessions.map((session, i) => html`<${Tile} key=${session.hello.run.id} name=${names[i]} session=${session} map=${maps[i]} scale=${scale}
-          words=${tile_words(session, maps[i], surface, layer)} />`)}
-        ${rests.map((rest, i) => rest && html`<${Tile} key=${`apart ${sessions[i].hello.run.id}`} name=${`${names[0]} minus ${names[i]}`} session=${sessions[0]} map=${rest}
-          scale=${apart_scale} words=${`RMS ${with_unit(moments(rest).rms, unit_of(rest))}, scale ±${with_unit(apart_scale.high, unit_of(rest))}`} />`)}
+          words=${tile_words(session, maps[i], surface, layer, unit)} />`)}
+        ${rests.map((rest, i) => i > 0 && html`<${Tile} key=${`apart ${sessions[i].hello.run.id}`} name=${`${names[0]} minus ${names[i]}`} session=${sessions[0]} map=${rest}
+          scale=${apart_scale} words=${rest ? rest_words(rest, apart_scale) : missing_words(sessions[maps[0] ? i : 0], surface, layer)} />`)}
       </div>
     </section>`;
 }
 
-function common_scale(maps: SurfaceMap[], diverging: boolean): Scale {
-  const scales = maps.map(map => fitted_scale(map, diverging));
-  return {low: Math.min(...scales.map(s => s.low)), high: Math.max(...scales.map(s => s.high)), diverging};
+function missing_words(session: Session, surface: Surface, layer: number): string {
+  return session.maps.missing(surface, session.stop_at(layer)) ?? "loading…";
 }
 
-function tile_words(session: Session, map: SurfaceMap | null, surface: Surface, layer: number): string {
-  if (layer > session.last_layer) return `has only ${session.last_layer} layers: its last is shown`;
-  if (!map) return session.maps.missing(surface, session.stop_at(layer)) ?? "loading…";
+function rest_words(rest: SurfaceMap, scale: Scale): string {
+  const {rms, seen} = moments(rest);
+  return seen === 0 ? "no cell was seen in both" : `RMS ${with_unit(rms, unit_of(rest))}, scale ±${with_unit(scale.high, unit_of(rest))}`;
+}
+
+function tile_words(session: Session, map: SurfaceMap | null, surface: Surface, layer: number, unit: string): string {
+  if (!map) return missing_words(session, surface, layer);
   const {mean, rms} = moments(map);
   const told = session.layer(map.layer)?.rms_um;  // over the cells by which the print is judged
-  return surface === "error" ? `mean ${with_unit(mean, unit_of(map))}, RMS ${told == null ? with_unit(rms, unit_of(map)) : height_words(told, session.height_unit)}`
-                             : `mean ${with_unit(mean, unit_of(map))}`;
+  const numbers = [`mean ${with_unit(mean, unit_of(map))}`];
+  if (surface === "error") numbers.push(`RMS ${told == null ? with_unit(rms, unit_of(map)) : height_words(told, unit)}`);
+  return numbers.join(", ") + (layer > session.last_layer ? ` at its end, layer ${map.layer}` : "");
 }
 
 /** The scheme, and the run's own name where two runs have the same scheme. */

@@ -11,6 +11,7 @@ import {view} from "../data/view";
 import {date, height_words, label, number, with_micro} from "../data/words";
 import {go} from "../routes";
 import {have_token} from "./ask_token";
+import {kThumbnailWords, Thumbnail} from "./thumbnail";
 
 const kColumns: [SortKey, string][] = [["label", "Run"], ["started_utc", "Started (UTC)"], ["lab", "Lab"], ["scheme", "Scheme"],
   ["layers", "Layers"], ["outcome", "End and verdict"], ["rms_um", "RMS"], ["overspill_percent", "Overspill, %"]];
@@ -40,6 +41,7 @@ export function Runs() {
           Put ${view.chosen.length || ""} beside each other</button>
         ${view.chosen.length > 0 && html`<${ReportLink} runs=${view.chosen} />`}
       </div>
+      <p class="soft">${kThumbnailWords}.</p>
       <div class="scroll" tabindex="0" role="region" aria-label="Table of runs"><table class="stack">
         <thead><tr><th scope="col"><span class="hidden">Choose</span></th>
           ${kColumns.map(([column, name]) => html`<th key=${column} scope="col" aria-sort=${column !== key ? "none" : down ? "descending" : "ascending"}>
@@ -51,10 +53,13 @@ export function Runs() {
     </section>`;
 }
 
+export function report_address(runs: string[]): string {
+  return `api/report?${runs.map(id => `run=${encodeURIComponent(id)}`).join("&")}`;
+}
+
 /** One report of these runs, which the process writes when it is asked for. */
 export function ReportLink({runs}: {runs: string[]}) {
-  const address = `api/report?${runs.map(id => `run=${encodeURIComponent(id)}`).join("&")}`;
-  return html`<a href=${address} target="_blank" rel="noopener">Open in report</a>`;
+  return html`<a href=${report_address(runs)} target="_blank" rel="noopener">Open in report</a>`;
 }
 
 /** The end of the rows that are drawn. It draws more when it comes into view, or by its button. */
@@ -73,8 +78,9 @@ function Row({run, editing, edit}: {run: RunSummary; editing: boolean; edit: (on
     <tr>
       <td><input type="checkbox" aria-label=${`Choose ${label(run)}`} checked=${view.chosen.includes(run.id)}
         onChange=${(e: Event) => view.choose(run.id, (e.target as HTMLInputElement).checked)} /></td>
-      <td><a href=${`#run=${encodeURIComponent(run.id)}`}>${label(run)}</a>${run.live && html` <span class="tag on">live</span>`}
-        <div class="soft">${run.part} ${!run.live && html`<a class="soft" href=${`api/report?run=${encodeURIComponent(run.id)}`} target="_blank" rel="noopener">report</a>`}</div></td>
+      <td><div class="named"><${Thumbnail} run=${run} />
+        <div><a href=${`#run=${encodeURIComponent(run.id)}`}>${label(run)}</a>${run.live && html` <span class="tag on">live</span>`}
+        <div class="soft">${run.part} ${!run.live && html`<a class="soft" href=${report_address([run.id])} target="_blank" rel="noopener">report</a>`}</div></div></div></td>
       <td data-name="Started (UTC)">${date(run.started_utc)}</td><td data-name="Lab">${run.lab}</td><td data-name="Scheme">${run.scheme}</td>
       <td data-name="Layers">${number(run.layers)}</td>
       <td class="verdict" data-name="End and verdict">${run.live ? run.state ?? "running" : run.outcome ?? "–"}

@@ -33,6 +33,11 @@ function ManualLink({link}: {link: string | null}) {
   return href ? html`<a href=${href} target="_blank" rel="noopener">the manual on this</a>` : null;
 }
 
+/** A sentence whose options of commands ("--resume") are not broken behind their hyphens. */
+function Advice({words}: {words: string}) {
+  return html`<p class="detail"><b>What to do:</b> ${words.split(/(--[\w-]+)/).map((part, i) => i % 2 ? html`<span class="one-line">${part}</span>` : part)}</p>`;
+}
+
 export function StopBanner({session}: {session: Session}) {
   use_observed(session);
   const stop = stop_of(session);
@@ -41,7 +46,7 @@ export function StopBanner({session}: {session: Session}) {
     <section class=${stop.by_operator ? "notice" : "notice stopped"} role="alert" aria-label="Why it stopped">
       <h2>■ ${stop.words}</h2>
       ${stop.cause && html`<p><b>Cause:</b> ${stop.cause}</p>`}
-      ${stop.do && html`<p><b>What to do:</b> ${stop.do}</p>`}
+      ${stop.do && html`<${Advice} words=${stop.do} />`}
       <${ManualLink} link=${stop.manual} />
     </section>`;
 }
@@ -74,7 +79,7 @@ export function Why({session}: {session: Session}) {
               <span class="severity">${event.severity === "info" ? "" : `${event.severity}: `}</span>
               <span>${event.words}</span> <span class="soft">${event.source}</span>
               ${cause_of(event) && html`<p class="detail">${cause_of(event)}</p>`}
-              ${event.do && html`<p class="detail"><b>What to do:</b> ${event.do}</p>`}
+              ${event.do && html`<${Advice} words=${event.do} />`}
               <${ManualLink} link=${event.manual} />
             </div>
           </li>`)}
