@@ -10,7 +10,6 @@
 #include "firn/deposition_report_t.hpp"
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
-#include "print/import/imported_run.h"
 #include "runs/folder/config_change.h"
 #include "runs/folder/run_folder.h"
 #include "runs/read/run_reader.h"
@@ -36,7 +35,7 @@ double ObservedRun::noise_of(const height_map_t& map) const {
 }
 
 ObservedRun::ObservedRun(const Experiment& experiment, Mask mask)
-    : experiment_(experiment), mask_(std::move(mask)), learned_(mask_) {}
+    : experiment_(experiment), mask_(std::move(mask)) {}
 
 void require_droplets(const Experiment& e, const std::string& run) {
   if (lab_of(e).deposition != Deposition::kDroplets)
@@ -51,7 +50,6 @@ ObservedRun ObservedRun::read(const std::filesystem::path& path) {
   if (has_two_jets(e))
     throw UsageError(path.string() + ": this run printed two inks; h1, h2, h3 are those of one");
   ObservedRun run(e, mask_from_npy(blob(folder.inputs(), "mask").bytes, e.grid, "mask"));
-  if (is_imported(path)) std::ranges::fill(run.learned_.cells, 1);
   try {
     const runs::RunReader messages(path);
     for (const std::string_view channel : {channels::kDepositionReport.name, channels::kHeightMap.name})
@@ -96,7 +94,7 @@ std::int64_t ObservedRun::droplets() const {
 
 std::vector<droplet::Use> ObservedRun::use_of(const droplet::LayerDrops& drops,
                                               const height_map_t& map) const {
-  return drops.use_of(height_of(map), map.quality, learned_);
+  return drops.use_of(height_of(map), map.quality, mask_);
 }
 
 std::vector<droplet::PrintedLayer> ObservedRun::printed() const {

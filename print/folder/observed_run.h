@@ -59,8 +59,6 @@ class ObservedRun {
 
   Experiment experiment_;
   Mask mask_;
-  Mask learned_;  ///< cells that enter a fit: the part's, or all of an imported record, which names no wall
-                  ///< beside it
   std::map<int, height_map_t> maps_;
   std::map<int, droplet::LayerDrops> drops_;
 };
