@@ -133,6 +133,8 @@ struct MpcOptions {
   ErrorKind error = ErrorKind::kAbsolute;
   double price_mm2 = 0.0;    ///< kSquare: variance that a droplet adds, summed over cells
   double mean_weight = 0.0;  ///< kSquare: of the square of the mean error beside the mean of squares
+  int sweeps = 1;            ///< kCertified, one layer, alpha = 1: of the dual decomposition; 0: strips alone
+  double gap = 0.0;          ///< the same: wanted (objective - bound) / objective; 0: `sweeps` alone
   int anneal_sweeps = 100;   ///< kStripDp, N > 1: sweeps over all cells and layers; 0: none
   int horizon = 1;           ///< N
   std::vector<AlphaStep> alpha = {{1, 1.0}};  ///< ascending from_layer; the first one must be 1
@@ -152,10 +154,21 @@ inline constexpr OptionTable kMpcOptions{
         "method", &MpcOptions::method, "", Range{},
         "greedy: the paper's stochastic search [Lu 2015, IV-C]; descent: the same single droplets in raster "
         "order; strip_dp: exact optima of overlapping strips, for horizon > 1 strips of each layer and "
-        "annealing: the best; certified: one layer within a tenth of a percent of the optimum, several as "
+        "annealing: the best; certified: one layer near the optimum by dual decomposition (sweeps, gap), "
+        "several as "
         "strip_dp"},
     Option{"strip_rows", &MpcOptions::strip_rows, "rows", within(1, 6),
            "strip_dp: widest strip; one row more costs about six times the time"},
+    Option{"sweeps", &MpcOptions::sweeps, "", within(0, 1000),
+           "certified, one layer, alpha = 1: sweeps of the dual decomposition; each finds a layer and a "
+           "bound; 0 = "
+           "strips alone"},
+    Option{"gap", &MpcOptions::gap, "", within(0, 1),
+           "certified, one layer, alpha = 1: sweeps go on, up to a hundred or control.mpc.sweeps if that is "
+           "more, until "
+           "at most this share of the objective could be saved; 0 = control.mpc.sweeps alone. The layer's "
+           "reason says "
+           "what was reached"},
     Option{"anneal_sweeps", &MpcOptions::anneal_sweeps, "", within(0, 1e6),
            "strip_dp with horizon > 1: sweeps of annealing over all cells and layers; 0 = none"},
     Option{"horizon", &MpcOptions::horizon, "layers", within(1, 8), "N of [Lu 2015, (8)]"},

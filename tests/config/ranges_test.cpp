@@ -291,6 +291,8 @@ TEST_CASE("Every numeric key of an experiment has the range of what it configure
           surface("control.extra.adaptive_", "smf_adaptive"),
           controller("control.threshold.", "threshold"),
           controller("control.mpc.strip_rows", "mpc"),
+          controller("control.mpc.sweeps", "mpc"),
+          controller("control.mpc.gap", "mpc"),
           controller("control.mpc.anneal_sweeps", "mpc"),
           controller("control.mpc.horizon", "mpc"),
           controller("control.mpc.alpha", "mpc"),

@@ -114,12 +114,12 @@ Mpc::Found Mpc::search(std::vector<DropletPattern> guess, const HeightMap& heigh
   if (options_.method == MpcMethod::kCertified && one_layer()) {
     mpc::LayerProblem problem(setup_, height, materials.front());
     problem.set_drops(guess.front());
-    if (alpha == 1.0)
-      found.evaluations =
-          mpc::solve_layer(
-              problem, {2, 2, std::size_t(problem.counted()) <= mpc::kMaxSplitCells ? 1 : 0, 1e-6}, parallel_)
-              .strips;
-    else
+    if (alpha == 1.0) {
+      const mpc::LayerSolution s =
+          mpc::solve_layer(problem, mpc::certified_options(options_, problem.counted()), parallel_);
+      found.evaluations = s.strips;
+      found.reached = mpc::reached(options_, s);
+    } else
       mpc::weighted_layer(problem, alpha, {options_.strip_rows}, parallel_);
     guess.front() = problem.drops(setup_.grid);
     objective.set_plan(guess);
@@ -159,6 +159,7 @@ Decision Mpc::decide_lean(const Measurement& m, const HeightMap& height) const {
   d.kind = Decision::Kind::kEnd;
   const bool large = setup_.grid.size() > mpc::kMaxSplitCells;
   bool settled = false;
+  std::string reached;
   for (const bool dithered : {false, true}) {
     if (large ? dithered : !(dithered ? options_.start_dithered : options_.start_ones)) continue;
     DropletPattern guess;
@@ -168,14 +169,14 @@ Decision Mpc::decide_lean(const Measurement& m, const HeightMap& height) const {
     } else {
       guess = std::move(first_guess(height, {}, dithered).front());
     }
-    mpc::OneLayer found =
-        mpc::decide_one_layer(setup_, height, guess, options_.method, options_.strip_rows, parallel_);
+    mpc::OneLayer found = mpc::decide_one_layer(setup_, height, guess, options_, parallel_);
     d.iterations += found.strips;
     if (!(found.objective_mm < d.objective_mm) || found.drops.passes() == 0) continue;
     d.drops = std::move(found.drops);
     d.objective_mm = found.objective_mm;
     d.kind = Decision::Kind::kPrint;
     settled = found.settled;
+    reached = mpc::reached(options_, found.certified);
   }
   std::int64_t cells = 0;
   for (const std::uint8_t in : setup_.mask.cells) cells += in != 0;
@@ -186,7 +187,7 @@ Decision Mpc::decide_lean(const Measurement& m, const HeightMap& height) const {
   else  // more than half of its height goes where height is missing, or it would not better the mean error
         // (guard.h)
     d.reason = options_.method == MpcMethod::kCertified
-                   ? "the best layer of strips that agree on windows of droplets"
+                   ? "the best layer of strips that agree on windows of droplets" + reached
                : settled
                    ? "no strip of " + std::to_string(options_.strip_rows) + " rows betters this layer"
                    : "best layer found within " + std::to_string(options_.max_evaluations) + " evaluations";
@@ -214,6 +215,7 @@ Decision Mpc::decide(const Measurement& m) {
   d.objective_mm = d.objective_none_mm - options_.min_improvement_mm - mpc::kMinGain_mm;  // to be beaten
   d.kind = Decision::Kind::kEnd;
   bool optimal = true;
+  std::string reached;
   RandomStream random(setup_.seed, Purpose::kGreedySearch, std::uint32_t(layer), std::uint32_t(m.attempt));
   for (const bool dithered : {false, true}) {
     if (!(dithered ? options_.start_dithered : options_.start_ones)) continue;
@@ -228,6 +230,7 @@ Decision Mpc::decide(const Measurement& m) {
     d.objective_mm = objective.value_mm();
     d.kind = Decision::Kind::kPrint;
     optimal = found.optimal;
+    reached = found.reached;
   }
   if (d.kind == Decision::Kind::kEnd) {
     end_print(d, "another layer would not improve the surface");
@@ -239,7 +242,7 @@ Decision Mpc::decide(const Measurement& m) {
     end_print(d, "the best layer would build where little is missing");
   } else {
     d.reason = options_.method == MpcMethod::kCertified && one_layer()
-                   ? "the best layer of strips that agree on windows of droplets"
+                   ? "the best layer of strips that agree on windows of droplets" + reached
                : optimal && options_.method == MpcMethod::kStripDp && alpha == 1.0 && options_.horizon == 1 &&
                        options_.max_drops == 1
                    ? "no strip of " + std::to_string(options_.strip_rows) + " rows betters this layer"

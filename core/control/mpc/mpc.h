@@ -40,6 +40,7 @@ class Mpc final : public LayerControllerBase {
   struct Found {
     std::int64_t evaluations = 0;
     bool optimal = false;
+    std::string reached = {};  // of kCertified
   };
   // One layer of at most one droplet per cell by |error|, as LayerProblem requires.
   bool one_layer() const {

@@ -32,20 +32,35 @@ double mean_error_mm(const Setup& s, const HeightMap& height, const DropletPatte
   return sum / cells;
 }
 
+LayerSolverOptions certified_options(const MpcOptions& options, std::int64_t counted) {
+  constexpr int kSweepsForGap = 100;  // the bound has converged by then (dual_decomposition.h)
+  constexpr double kOptimal = 1e-6;   // of the objective: rounding in single precision
+  constexpr int kRows = 2;            // of the strips that find the layer, and of those that bound it
+  if (std::size_t(counted) > kMaxSplitCells) return {kRows, kRows, 0, kOptimal};
+  if (options.gap > 0.0) return {kRows, kRows, std::max(options.sweeps, kSweepsForGap), options.gap};
+  return {kRows, kRows, options.sweeps, kOptimal};
+}
+
+std::string reached(const MpcOptions& options, const LayerSolution& s) {
+  if (options.sweeps == 1 && options.gap == 0.0) return "";
+  if (s.sweeps == 0 || !(s.found_mm > 0.0)) return "; strips alone, without a bound";
+  const double gap = std::max(0.0, 1.0 - s.lower_bound_mm / s.found_mm);
+  return "; after " + std::to_string(s.sweeps) + (s.sweeps == 1 ? " sweep" : " sweeps") + " at most " +
+         std::to_string(100.0 * gap) + " % better can be";
+}
+
 OneLayer decide_one_layer(const Setup& setup, const HeightMap& height, const DropletPattern& guess,
-                          MpcMethod method, int strip_rows, const ParallelFor& parallel) {
+                          const MpcOptions& options, const ParallelFor& parallel) {
   constexpr int kMaxSweeps = 200;
   OneLayer out;
   {
     LayerProblem problem(setup, height, {});
     problem.set_drops(guess);
-    if (method == MpcMethod::kCertified) {
-      out.strips =
-          solve_layer(problem, {2, 2, std::size_t(problem.counted()) <= kMaxSplitCells ? 1 : 0, 1e-6},
-                      parallel)
-              .strips;
+    if (options.method == MpcMethod::kCertified) {
+      out.certified = solve_layer(problem, certified_options(options, problem.counted()), parallel);
+      out.strips = out.certified.strips;
     } else {
-      for (int rows = std::min(2, strip_rows); rows <= strip_rows; ++rows) {
+      for (int rows = std::min(2, options.strip_rows); rows <= options.strip_rows; ++rows) {
         const StripResult r = sweep_strips(problem, {rows, kMaxSweeps}, parallel);
         out.strips += r.strips;
         out.settled = r.settled;

@@ -3,7 +3,10 @@
 // 160).
 #pragma once
 
+#include <string>
+
 #include "core/control/controller.h"
+#include "core/control/mpc/layer/layer_solver.h"
 #include "core/grid/parallel.h"
 
 namespace firn::control::mpc {
@@ -21,11 +24,19 @@ struct OneLayer {
   double objective_mm = 0.0;
   std::int64_t strips = 0;  ///< solved
   bool settled = false;     ///< no strip of the widest kind improves it
+  LayerSolution certified;  ///< of kCertified
 };
 
-/// Improves `guess` by strips of 2 up to strip_rows rows (kStripDp) or by dual decomposition (kCertified).
+/// Sweeps and gap of kCertified. @param counted cells that count in the objective
+LayerSolverOptions certified_options(const MpcOptions& options, std::int64_t counted);
+
+/// Returns "; after 12 sweeps at most 0.05 % better can be", or "" for the one sweep that is the default.
+std::string reached(const MpcOptions& options, const LayerSolution& solution);
+
+/// Improves `guess` by strips of 2 up to options.strip_rows rows (kStripDp) or by dual decomposition
+/// (kCertified).
 /// @param height finite everywhere
 OneLayer decide_one_layer(const Setup& setup, const HeightMap& height, const DropletPattern& guess,
-                          MpcMethod method, int strip_rows, const ParallelFor& parallel);
+                          const MpcOptions& options, const ParallelFor& parallel);
 
 }  // namespace firn::control::mpc
