@@ -18,6 +18,7 @@
 #include "files/exit_codes.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
+#include "print/labs/full_product.h"
 #include "print/progress.h"
 #include "runs/folder/config_change.h"
 #include "runs/folder/origin.h"
@@ -61,6 +62,7 @@ RecordedRun start_of(const RecordedRun& run, const std::vector<std::string>& ove
   start.experiment = parse_experiment({{run.name, recorded}}, overrides);
   for (const ConfigDifference& d : differences(plain, start.experiment))
     if (!is_tuned_section(d.key)) throw UsageError("--set " + d.key + ": " + std::string(kTunedSections));
+  check_inputs(full_product(), start.experiment, start.inputs);
   return start;
 }
 

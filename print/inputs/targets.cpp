@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "config/error.h"
+#include "config/nozzles.h"
 #include "core/grid/npy.h"
 #include "core/grid/png.h"
 #include "files/digest.h"
@@ -193,17 +194,23 @@ struct Placed {
 
 // The nozzle does not rise with the part: interlock 6 would stop the print in the middle of it.
 void check_nozzle_gap(const Experiment& e, const Target& target) {
-  const double clearance_mm = e.process.nozzle_clearance_mm, gap_mm = e.process.nozzle_gap_mm;
+  const double clearance_mm = e.process.nozzle_clearance_mm, gap_mm = lowest_nozzle_mm(e);
   if (clearance_mm == 0.0) return;  // the interlock is off
   double highest_mm = 0.0;
   for (std::size_t c = 0; c < target.height.cells.size(); ++c)
     if (target.mask.cells[c]) highest_mm = std::max(highest_mm, target.height.cells[c]);
   if (highest_mm + clearance_mm > gap_mm)
-    throw ConfigError("part", 0, "process.nozzle_gap_mm",
-                      fmt::format("process.nozzle_gap_mm = {:g}: the part is {:g} mm high, and "
-                                  "process.nozzle_clearance_mm = {:g} mm is "
-                                  "needed above it: raise the gap, or print a lower part",
-                                  gap_mm, highest_mm, clearance_mm));
+    throw ConfigError(
+        "part", 0, "process.nozzle_gap_mm",
+        fmt::format("process.nozzle_gap_mm = {:g}: {}the part is {:g} mm high, and "
+                    "process.nozzle_clearance_mm = {:g} mm is "
+                    "needed above it: raise the gap, or print a lower part",
+                    e.process.nozzle_gap_mm,
+                    gap_mm < e.process.nozzle_gap_mm
+                        ? fmt::format("with jet_b.offset_z_mm = {:g} the lower nozzle is at {:g} mm, ",
+                                      e.jet_b.offset_z_mm, gap_mm)
+                        : std::string(),
+                    highest_mm, clearance_mm));
 }
 
 }  // namespace
@@ -320,6 +327,11 @@ Blobs make_target_inputs(const Experiment& experiment, const std::filesystem::pa
       },
       blobs);
   return blobs;
+}
+
+void check_target_inputs(const Experiment& e, const Blobs& inputs) {
+  check_nozzle_gap(e, {height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target"),
+                       mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask")});
 }
 
 }  // namespace firn

@@ -65,4 +65,8 @@ Blob make_blob(std::string role, std::vector<std::byte> bytes);
 Blobs make_target_inputs(const Experiment& experiment, const std::filesystem::path& folder,
                          const MeshInputs* meshes);
 
+/// Refuses inputs of a run for an experiment whose nozzle would touch the part. make_target_inputs() does so
+/// by itself. @throws ConfigError
+void check_target_inputs(const Experiment& experiment, const Blobs& inputs);
+
 }  // namespace firn

@@ -108,19 +108,6 @@ void check_travel(const Experiment& e, const Machine& machine, const PrintJob& j
   for (const LineEnd& end : line_ends(job, 0.0)) stop(end.segment, end.at);
 }
 
-Blobs make_aerosol_inputs(const Experiment& e, const std::filesystem::path& folder, const MeshInputs*) {
-  const PrintJob job = read_print_job(folder / e.aerosol.job);
-  std::vector<std::byte> machine = read_bytes(folder / e.aerosol.machine, "aerosol.machine");
-  const Machine parsed = machine_of_lines(e, machine);
-  if (parsed.kind != "aerosol")
-    throw ConfigError((folder / e.aerosol.machine).string(), 0, "aerosol.machine",
-                      "aerosol.machine: machine.kind is \"" + parsed.kind + "\", not \"aerosol\"");
-  check_common_travel(e, parsed);
-  for (const motion::Refusal& r : motion::check_job(job, line_setup_within_travel(e, parsed, {}).machine))
-    throw UsageError(e.aerosol.job + ": segments[" + std::to_string(r.segment) + "]: " + r.reason);
-  return inputs_of(e, job, std::move(machine));
-}
-
 double peak_mm(const Experiment& e, double speed_mm_s) {
   const double sigma = e.aerosol.line_width_mm / control::kWidthPerSigma;
   return e.aerosol.flow_mm3_s * e.aerosol.solids / speed_mm_s /
@@ -139,6 +126,20 @@ void check_height(const Experiment& e, const PrintJob& job) {
   }
 }
 
+Blobs make_aerosol_inputs(const Experiment& e, const std::filesystem::path& folder, const MeshInputs*) {
+  const PrintJob job = read_print_job(folder / e.aerosol.job);
+  std::vector<std::byte> machine = read_bytes(folder / e.aerosol.machine, "aerosol.machine");
+  const Machine parsed = machine_of_lines(e, machine);
+  if (parsed.kind != "aerosol")
+    throw ConfigError((folder / e.aerosol.machine).string(), 0, "aerosol.machine",
+                      "aerosol.machine: machine.kind is \"" + parsed.kind + "\", not \"aerosol\"");
+  check_common_travel(e, parsed);
+  for (const motion::Refusal& r : motion::check_job(job, line_setup_within_travel(e, parsed, {}).machine))
+    throw UsageError(e.aerosol.job + ": segments[" + std::to_string(r.segment) + "]: " + r.reason);
+  check_height(e, job);
+  return inputs_of(e, job, std::move(machine));
+}
+
 // Lines that the map does not show, and jobs that no planner can do.
 void check_aerosol_inputs(const Experiment& e, const Blobs& inputs) {
   const PrintJob job = decode_job(blob(inputs, "job").bytes);
@@ -150,7 +151,6 @@ void check_aerosol_inputs(const Experiment& e, const Blobs& inputs) {
                          ", " + std::to_string(p.y_mm) + ") mm is beside the grid, x " +
                          std::to_string(g.x_mm(0)) + " to " + std::to_string(g.x_mm(g.nx - 1)) + ", y " +
                          std::to_string(g.y_mm(0)) + " to " + std::to_string(g.y_mm(g.ny - 1)) + " mm");
-  check_height(e, job);
   const Machine machine = machine_of_lines(e, blob(inputs, "machine").bytes);
   check_common_travel(e, machine);
   check_travel(e, machine, job);

@@ -28,8 +28,8 @@ Blobs example_inputs(const Experiment& e) { return make_target_inputs(e, "", nul
 
 }  // namespace
 
-const PrintLab kInkjetPrint{"inkjet",        &make_target_inputs,    nullptr,
-                            nullptr,         &tolerance_um,          &fullest,
-                            &example_inputs, &report::kDropletReport};
+const PrintLab kInkjetPrint{
+    "inkjet",        &make_target_inputs,    nullptr, &check_target_inputs, &tolerance_um, &fullest,
+    &example_inputs, &report::kDropletReport};
 
 }  // namespace firn

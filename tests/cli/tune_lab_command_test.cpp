@@ -112,6 +112,14 @@ TEST_CASE(
   CHECK_THAT(none.err, Contains("--keys"));
 }
 
+TEST_CASE("firn tune refuses a gap that the nozzle needs over the part") {
+  const fs::path run = printed_run("tune-gap");
+  const Said said = firn_says(
+      {"tune", run.string(), "--keys", "control.smf.ki_star", "--set", "process.nozzle_gap_mm=0.25"});
+  CHECK(said.code == 2);
+  CHECK_THAT(said.err, Contains("process.nozzle_gap_mm = 0.25: the part is 0.055 mm high"));
+}
+
 TEST_CASE("firn tune refuses a run that is not finished, by its name") {
   const fs::path run = printed_run("tune-unfinished");
   fs::remove(run / "result.json");
