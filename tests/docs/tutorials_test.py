@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 """Runs every command of a tutorial in order, as its reader would, and holds it to the exit code that the page says.
 
-    tests/docs/tutorials_test.py ROOT BUILD PAGE [--with-controllers]
+    tests/docs/tutorials_test.py ROOT BUILD PAGE [--with-controllers | --with-fake-lab]
 
 Commands are the lines `./firn ...` of blocks without a language; `# exits with N` follows those that do not exit with
 0. RUN is the run folder that the last print named. --with-controllers: firn has the schemes of tests/docs/*.h, added as
-docs/write-a-controller.md says, to a scratch copy.
+docs/write-a-controller.md says, to a scratch copy. --with-fake-lab: tests/examples/fake_lab.py runs on free ports, which
+replace those of the page; lines `echo ... > fake-lab/keys` are said to it, and blocks of TOML whose first line is
+`# FILE.toml` are written.
 """
 import json
 import os
@@ -19,16 +21,20 @@ import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from fake_lab_process import FakeLab  # noqa: E402
 from scratch_copy import ScratchCopy, run  # noqa: E402
 
 BLOCK = re.compile(r"^```\n(.*?)^```$", re.M | re.S)
 EXITS = re.compile(r"# exits with (\d+)")
+FILE = re.compile(r"^```toml\n# (\S+\.toml)[^\n]*\n(.*?)^```$", re.M | re.S)
+KEYS = re.compile(r"echo (\w+) (\w+) +> fake-lab/keys")
+PORT = re.compile(r'^(\w+)\.port = .*$', re.M)
 RUN_FOLDER = re.compile(r"run folder (\S+?),?(?:\s|$)")
 CONTROLLERS = ("level_controller.h", "learning_controller.h")
 SCHEMES = "core/control/schemes/schemes.cpp"
 PATIENCE_S = 600
 ROOT = BUILD = PAGE = None
-WITH_CONTROLLERS = False
+WITH_CONTROLLERS = WITH_FAKE_LAB = False
 
 
 def commands(text):
@@ -38,6 +44,8 @@ def commands(text):
             if line.startswith("./firn "):
                 exits = EXITS.search(line)
                 yield line, shlex.split(line, comments=True)[1:], int(exits.group(1)) if exits else 0
+            elif WITH_FAKE_LAB and KEYS.match(line):
+                yield line, None, 0
 
 
 def rows(page):
@@ -81,6 +89,12 @@ class Tutorial(unittest.TestCase):
         self.run_folder = None
         if WITH_CONTROLLERS:
             self.firn = firn_with_controllers(str(Path(self.scratch.name) / "copy"), self.page)
+        if WITH_FAKE_LAB:
+            self.lab = FakeLab(ROOT, self.place / "fake-lab")
+            self.addCleanup(self.lab.end)
+            for file, text in FILE.findall(self.page):
+                here = PORT.sub(lambda m: f'{m.group(1)}.port = "{self.lab.addresses[m.group(1)]}"', text)
+                (self.place / file).write_text(here, encoding="utf-8")
 
     def tearDown(self):
         for folder in self.running():
@@ -108,6 +122,9 @@ class Tutorial(unittest.TestCase):
     def test_every_command_does_what_the_page_says(self):
         done = 0
         for line, words, exits in commands(self.page):
+            if words is None:
+                self.lab.hurt(*KEYS.match(line).groups())
+                continue
             if "RUN" in words:
                 self.assertIsNotNone(self.run_folder, f"{line}: no print before it")
             words = [self.run_folder if word == "RUN" else word for word in words]
@@ -128,5 +145,6 @@ class Tutorial(unittest.TestCase):
 if __name__ == "__main__":
     ROOT, BUILD = (str(Path(word).resolve()) for word in sys.argv[1:3])
     PAGE, WITH_CONTROLLERS = sys.argv[3], "--with-controllers" in sys.argv
+    WITH_FAKE_LAB = "--with-fake-lab" in sys.argv
     result = unittest.main(argv=sys.argv[:1], exit=False).result
     sys.exit(77 if result.skipped else not result.wasSuccessful())
