@@ -189,7 +189,7 @@ inline constexpr OptionTable kMpcOptions{
            "the part is first printed to so many layers below its target, its rim too, and only then "
            "finished; 0 = in one stage"},
     Option{"min_improvement_mm", &MpcOptions::min_improvement_mm, "mm", within(0, 10),
-           "the print ends when the best layer betters printing nothing by no more", Change::kBetweenLayers},
+           "the print ends when the best layer would improve the surface by no more", Change::kBetweenLayers},
 };
 
 /// Patterns for system identification (core/control/pattern.h).
