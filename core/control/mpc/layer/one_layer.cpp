@@ -45,8 +45,8 @@ std::string reached(const MpcOptions& options, const LayerSolution& s) {
   if (options.sweeps == 1 && options.gap == 0.0) return "";
   if (s.sweeps == 0 || !(s.found_mm > 0.0)) return "; strips alone, without a bound";
   const double gap = std::max(0.0, 1.0 - s.lower_bound_mm / s.found_mm);
-  return "; after " + std::to_string(s.sweeps) + (s.sweeps == 1 ? " sweep" : " sweeps") + " at most " +
-         std::to_string(100.0 * gap) + " % better can be";
+  return "; after " + std::to_string(s.sweeps) + (s.sweeps == 1 ? " sweep" : " sweeps") +
+         ", no layer is better by more than " + std::to_string(100.0 * gap) + " %";
 }
 
 OneLayer decide_one_layer(const Setup& setup, const HeightMap& height, const DropletPattern& guess,

@@ -30,7 +30,8 @@ struct OneLayer {
 /// Sweeps and gap of kCertified. @param counted cells that count in the objective
 LayerSolverOptions certified_options(const MpcOptions& options, std::int64_t counted);
 
-/// Returns "; after 12 sweeps at most 0.05 % better can be", or "" for the one sweep that is the default.
+/// Returns "; after 12 sweeps, no layer is better by more than 0.050000 %", or "" for the one sweep that is
+/// the default.
 std::string reached(const MpcOptions& options, const LayerSolution& solution);
 
 /// Improves `guess` by strips of 2 up to options.strip_rows rows (kStripDp) or by dual decomposition
