@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Attacks on runs and their commands: see attack.sh."""
 import argparse
+import functools
 import os
 import random
 import resource
@@ -13,6 +14,8 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+
+from attack_live import LiveAttack
 
 ROOT = Path(__file__).resolve().parents[2]
 PRINT = ["print", str(ROOT / "experiments" / "cylinder.toml"), "--set", "part.height_mm=0.1"]
@@ -33,15 +36,23 @@ COMMANDS = {
 }
 
 
-class Attack:
+class Attack(LiveAttack):
     def __init__(self, firn, seed, folder):
         self.firn, self.random, self.folder = firn, random.Random(seed), folder
-        self.rows, self.failures = {}, []
-        self.finished = self.printed("finished")
-        self.broken_off = self.printed("broken-off", layers=6)
+        self.build, self.commands = Path(firn).parents[1], COMMANDS
+        self.stopped, self.worlds = None, {}
+        self.rows, self.failures, self.figures = {}, [], {}
         self.took_s, self.honest = {}, {}  # of each command on an honest run: seconds, bytes
 
     # ------------------------------------------------------------------------------------------------ runs and commands
+    @functools.cached_property
+    def finished(self):
+        return self.printed("finished")
+
+    @functools.cached_property
+    def broken_off(self):
+        return self.printed("broken-off", layers=6)
+
     def printed(self, name, layers=None):
         """A finished run, or one that was killed after so many layers."""
         place = self.folder / name
@@ -73,7 +84,10 @@ class Attack:
             return None, process.communicate()[0]
 
     def done(self, name, run):
-        return self.end_of(self.start(self.command(name, run)))
+        return self.done_words(self.command(name, run))
+
+    def done_words(self, words):
+        return self.end_of(self.start(words))
 
     def copy(self, run):
         place = Path(tempfile.mkdtemp(dir=self.folder))
@@ -90,10 +104,25 @@ class Attack:
             shutil.rmtree(copy.parent)
         return self.took_s[key]
 
-    def tried(self, row, what, problems):
+    def tried(self, row, what, problems, figures=None):
         tries, failed = self.rows.get(row, (0, 0))
         self.rows[row] = tries + 1, failed + bool(problems)
         self.failures += [f"{row}: {what}: {p}" for p in problems]
+        for name, value in (figures or {}).items():
+            self.figures.setdefault((row, name), []).append(value)
+
+    def left_out(self, row, why):
+        self.rows.setdefault(row, (0, 0))
+        print(f"{row}: left out: {why}", file=sys.stderr)
+
+    def told(self, row):
+        """The row of the table: tries, failures, and the largest and the middle of each figure."""
+        tries, failed = self.rows.get(row, (0, 0))
+        text = f"{row:10} {tries:6} tries, {failed} failed"
+        for (of, name), values in self.figures.items():
+            if of == row:
+                text += f"; {name}: middle {sorted(values)[len(values) // 2]:.0f}, most {max(values):.0f}"
+        return text
 
     # ------------------------------------------------------------------------------------------------------- invariants
     def crashed(self, name, code, output):
@@ -236,7 +265,7 @@ class Attack:
         until = time.monotonic() + 60
         while not (desks := list(place.glob("*/operator"))) and time.monotonic() < until:
             time.sleep(0.05)
-        problems, guests = [], []
+        problems, guests, figures = [], [], {}
         if not desks:
             problems.append("the print did not begin")
         else:
@@ -256,18 +285,20 @@ class Attack:
             answered = time.monotonic() - began
             if code != 0:
                 problems.append(f"the stop was not obeyed, exit {code}: {output[-300:]}")
-            print(f"idle: the print was over {answered:.2f} s after the stop was sent", flush=True)
+            figures["over after, ms"] = 1e3 * answered
         for guest in guests:
             guest.close()
         code, output = self.end_of(process)
         problems += self.crashed("print", code, output)
         for run in place.iterdir():
             problems += self.lost(run)
-        self.tried("idle", "1,000 silent guests", problems)
+        self.tried("idle", "1,000 silent guests", problems, figures)
         shutil.rmtree(place)
 
 
-KINDS = ("pairs", "kills", "crafted", "idle")
+KINDS = ("pairs", "kills", "crafted", "idle", "live", "stalls", "clocks", "disks", "forged", "floods")
+ONCE = ("idle", "live", "disks", "forged")  # a live print each: one in a short draw
+LONG = ("stalls", "clocks", "floods")  # in no short draw, unless they are asked for
 
 
 def main():
@@ -283,15 +314,16 @@ def main():
     with tempfile.TemporaryDirectory(prefix="firn-attack-") as folder:
         attack = Attack(str(Path(given.firn).resolve()), given.seed, Path(folder))
         for kind in KINDS:
-            if given.only not in (None, kind):
+            if given.only not in (None, kind) or (given.sample and not given.only and kind in LONG):
                 continue
             tries = getattr(attack, kind)() * (1 if kind == "idle" else given.draws)
             attack.random.shuffle(tries)
-            for n, (attempt, *what) in enumerate(tries[:given.sample]):
+            tries = tries[:1 if given.sample and kind in ONCE + LONG else given.sample]
+            for n, (attempt, *what) in enumerate(tries):
                 attempt(*what)
                 if sys.stderr.isatty():
-                    print(f"\r{kind}: {n + 1} of {len(tries[:given.sample])}", end="\r", file=sys.stderr, flush=True)
-            print(f"{kind:10} {attack.rows[kind][0]:6} tries, {attack.rows[kind][1]} failed", flush=True)
+                    print(f"\r{kind}: {n + 1} of {len(tries)}", end="\r", file=sys.stderr, flush=True)
+            print(attack.told(kind), flush=True)
     print("\n".join(attack.failures), file=sys.stderr)
     return bool(attack.failures)
 
