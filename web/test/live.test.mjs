@@ -1,5 +1,5 @@
-// Two live prints in a real browser: watched, paused, changed, continued to the end; stopped by a hold; put beside
-// each other. FIRN_BINARY names the program.
+// Two live prints in a real browser: watched, paused, changed, continued to the end; stopped by a hold and resumed; put
+// beside each other. FIRN_BINARY names the program.
 
 import assert from "node:assert/strict";
 import {spawnSync} from "node:child_process";
@@ -68,6 +68,28 @@ test("a hold of the stop button makes the lab safe, and the page says why and wh
   await page.close();
 });
 
+test("a run that was stopped is audited and resumed by firn view, and its page shows the print again", async () => {
+  const view = start(firn, ["view", runs, "--json"], text => text.startsWith("{") && JSON.parse(text));
+  const {address, token} = await view.line;
+  const run = folders()[1];
+  const page = await open_tab(browser, `${address}#run=${run}&token=${token}`);
+  await (await button(page, "Audit")).click();
+  await see(page, "Audit: clean:", kPatience_ms);
+  await (await button(page, "Resume")).click();
+  await new Promise(done => setTimeout(done, 500));  // no double click
+  await (await button(page, "Resume: press again")).click();
+  await see(page, "● live", kPatience_ms);
+  await gone(page, ".orders");
+  await button(page, "Pause");
+  const stop = spawnSync(firn, ["ctl", join(runs, run), "stop"], {encoding: "utf8"});
+  assert.equal(stop.status, 0, stop.stdout + stop.stderr);
+  await see(page, "stopped by the operator", kPatience_ms);
+  await button(page, "Resume");
+  assert.deepEqual(page.troubles, []);
+  await page.close();
+  await ended(view.child);
+});
+
 test("both runs are listed, noted, and put beside each other with the settings that differ", async () => {
   const view = start(firn, ["view", runs, "--json"], text => text.startsWith("{") && JSON.parse(text));
   const {address, token} = await view.line;
@@ -85,7 +107,7 @@ test("both runs are listed, noted, and put beside each other with the settings t
   const keys = await page.$$eval('[aria-label="Table of differing settings"] code', list => list.map(one => one.innerText));
   assert.ok(keys.includes("control.scheme") && keys.includes("part.height_mm"), keys.join(", "));
   assert.ok(!keys.includes("grid.nx"), keys.join(", "));
-  await see(page, "first minus second", kPatience_ms);
+  await see(page, "mpc minus smf", kPatience_ms);
   await picture(page, "live-beside");
   const report = await page.$$eval("a", list => list.find(one => one.innerText === "Open in report").href);
   await page.goto(report);

@@ -3,7 +3,7 @@
 import {address_of} from "./address";
 import {forget, read, token} from "./token";
 
-const kLooks = 20;
+const kLooks = 60;
 const kLook_ms = 250;
 
 export interface Audit {
@@ -37,7 +37,7 @@ export async function resume(run: string): Promise<number | null> {
 export async function printed_again(run: string): Promise<boolean> {
   for (let looks = 0; looks < kLooks; ++looks) {
     const hello = await read(path(run)).then(reply => reply.json()).catch(() => null);
-    if (hello?.run?.live) return true;
+    if (hello?.run?.live && !hello.run.finished) return true;
     await new Promise(resolve => setTimeout(resolve, kLook_ms));
   }
   return false;
