@@ -33,6 +33,7 @@ RUN_FOLDER = re.compile(r"run folder (\S+?),?(?:\s|$)")
 CONTROLLERS = ("level_controller.h", "learning_controller.h")
 SCHEMES = "core/control/schemes/schemes.cpp"
 PATIENCE_S = 600
+TIMED_ROWS = {6, 22}  # of a bring-up: they measure this computer too, and fail where it is busy
 ROOT = BUILD = PAGE = None
 WITH_CONTROLLERS = WITH_FAKE_LAB = False
 
@@ -112,6 +113,13 @@ class Tutorial(unittest.TestCase):
         listed = json.loads(self.say("runs", "--json").stdout)
         return [r["run"] for r in listed if r["outcome"].startswith("running")]
 
+    def late_rows(self):
+        """The rows of the bring-up that this computer was too busy for; none, if another has failed."""
+        rows = json.loads(next(self.place.glob("*.bringup.json")).read_text(encoding="utf-8"))["rows"]
+        failed = [row for row in rows if row["state"] == "failed"]
+        late = [f"{row['node']}:{row['row']}" for row in failed]
+        return late if {row["row"] for row in failed} <= TIMED_ROWS else []
+
     def wait_until(self, holds):
         for _ in range(int(PATIENCE_S / 0.2)):
             if holds():
@@ -120,7 +128,7 @@ class Tutorial(unittest.TestCase):
         self.fail("waited in vain")
 
     def test_every_command_does_what_the_page_says(self):
-        done = 0
+        done, late = 0, []
         for line, words, exits in commands(self.page):
             if words is None:
                 self.lab.hurt(*KEYS.match(line).groups())
@@ -130,8 +138,13 @@ class Tutorial(unittest.TestCase):
             words = [self.run_folder if word == "RUN" else word for word in words]
             if "--resume" in words:  # a reader types slower than a lab comes to rest
                 self.wait_until(lambda: not self.running())
+            if words[0] == "print" and "--accept-bringup" in words:
+                words += [word for row in late for word in ("--accept-bringup", row)]
             said = self.say(*words)
             text = said.stdout + said.stderr
+            if WITH_FAKE_LAB and words[0] == "bringup" and said.returncode == 1:
+                late = self.late_rows()
+                exits = 1 if late else exits
             if said.returncode != exits and "multicast" in text:
                 print(f"skipped: multicast: {text.strip().splitlines()[-1]}")
                 self.skipTest("multicast")
