@@ -209,7 +209,8 @@ std::string decided(const DecideOptions& o) {
   text += fmt::format("printing none   {:.6f} um\n", 1e3 * d.objective_none_mm);
   if (o.bound)
     text += fmt::format(
-        "lower bound     {:.6f} um: no layer is better by more than {:.3f} % (strips of {} rows, {} sweeps, {:.2f} "
+        "lower bound     {:.6f} um: no layer is better by more than {:.3f} % (strips of {} rows, {} sweeps, "
+        "{:.2f} "
         "s)\n",
         1e3 * out["lower_bound_mm"].get<double>(), 100.0 * out["gap"].get<double>(),
         out["bound_rows"].get<int>(), out["bound_sweeps"].get<int>(), out["bound_cpu_s"].get<double>());

@@ -145,7 +145,7 @@ class Launch {
   std::optional<RunWatch> watch_;
   std::optional<OperatorDesk> desk_;
   std::vector<operator_command_t> earlier_orders_;  // of before the resume
-  bool begun_ = false;  // START was sent: the nodes can take orders
+  bool begun_ = false;                              // START was sent: the nodes can take orders
   std::vector<std::unique_ptr<ChildProcess>> children_;
   std::unique_ptr<ChildProcess> page_;       // no part of the print: its death is only told
   std::map<std::string, std::string> said_;  // last ERROR or FAULT line of each
