@@ -63,6 +63,7 @@ ALLOWED = (
     ("core/statistics/distributions.cpp", "a?(cos|sin)|sincos|(exp|log1p|pow)l?|expm1|log", APART, "tables of studies and reports"),
     ("core/control/smf_line/smf_line.cpp", "cabs", APART, "poles of gains, for firn tune"),
     ("core/grid/random_normal.cpp", "log", APART, "nature and tests draw normal numbers"),
+    ("estimators/bead/*", "log|exp", APART, "firn identify"),
     ("estimators/lab/*", "log", APART, "firn tune"),
     ("estimators/calibration/*", "log|exp|sincos|hypot", APART, "firn calibrate"),
     ("estimators/registration/nozzle_offset.cpp", "hypot", APART, "firn calibrate"),

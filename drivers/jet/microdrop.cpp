@@ -12,15 +12,12 @@ enum MicrodropFormat : std::uint8_t { kAnything, kNumber };
 
 std::string shown(const Request& r) { return "'" + std::string(r.text().substr(0, r.size - 1u)) + "'"; }
 
-/// The number of an answer; -1 = none. Some answers have a character before their number, others do not, and
-/// some have a point behind it: the public source strips one character of voltage, length, delay and strobe,
-/// none of frequency and drops.
+/// The number of an answer, which may have a character before it and zeros behind a point [S]; -1 = none.
 std::int32_t number_of(std::string_view line) {
   line = line.substr(0, line.find('\r'));
-  if (line.find_first_of("+-0123456789") != 0) line.remove_prefix(std::min<std::size_t>(line.size(), 1));
-  const std::size_t point = std::min(line.find('.'), line.size());
-  if (line.find_first_not_of("0", std::min(point + 1, line.size())) != line.npos) return -1;
-  return whole_number<std::int32_t>(line.substr(0, point)).value_or(-1);
+  if (line.find_first_of("+-0123456789") != 0) line = line.substr(std::min<std::size_t>(line.size(), 1));
+  const std::string_view whole = line.substr(0, line.find('.')), rest = line.substr(whole.size());
+  return rest.find_first_not_of('0', 1) == rest.npos ? whole_number<std::int32_t>(whole).value_or(-1) : -1;
 }
 
 /// The number of an answer, or all of it: no public source tells how a version reads.

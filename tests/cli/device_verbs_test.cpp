@@ -330,7 +330,7 @@ TEST_CASE("a jet whose host was killed while it jetted is ended by the next stop
     RawLine line(world.address("jet"));
     const std::string r = line.ask(
         std::string("S\x02\x02\x04", 4), [](std::string_view s) { return s.size() >= 4; }, 1.0);
-    return r.size() >= 4 && r[0] == 0x06 && (r[2] & 4) != 0;
+    return r.size() >= 4 && r[0] == 0x06 && (r[2] & 1) != 0;
   };
   bool any = false;
   for (const int after_ms : {300, 1300, 2200, 4000}) {

@@ -357,14 +357,17 @@ TEST_CASE("firn slice refuses what it cannot do, and leaves nothing behind") {
 
 TEST_CASE("An output replaces regular files only, and what a link points to, not the link") {
   SliceCommandOptions o = run_options("target");
-  const fs::path folder = fs::path(o.output).parent_path(), pipe = folder / "pipe",
-                 link = folder / "link.paths";
-  fs::remove(pipe);
+  const fs::path folder = fs::path(o.output).parent_path(), link = folder / "link.paths";
   fs::remove(link);
   fs::remove(o.output);
-  REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
-  for (const auto member :
-       {&SliceCommandOptions::output, &SliceCommandOptions::gcode, &SliceCommandOptions::svg}) {
+  for (const auto& [member, ending] :
+       {std::pair(&SliceCommandOptions::output, ".paths"), std::pair(&SliceCommandOptions::gcode, ".nc"),
+        std::pair(&SliceCommandOptions::svg, ".svg")}) {
+    const fs::path pipe = folder / (std::string("pipe") + ending),
+                   taken = folder / (std::string("folder") + ending);
+    fs::remove(pipe);
+    fs::create_directory(taken);
+    REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
     SliceCommandOptions c = o;
     c.output = "";
     c.*member = pipe.string();
@@ -372,8 +375,10 @@ TEST_CASE("An output replaces regular files only, and what a link points to, not
     CHECK_THROWS_WITH(run_slice(c), Contains("pipe") && Contains("cannot be replaced"));
     CHECK_THROWS_AS(run_slice(c), UsageError);
     CHECK(fs::is_fifo(pipe));
-    c.*member = folder.string();
+    c.*member = taken.string();
     CHECK_THROWS_AS(run_slice(c), UsageError);
+    fs::remove(pipe);
+    fs::remove(taken);
   }
   REQUIRE(run_slice(o) == kOk);
   fs::create_symlink(o.output, link);
@@ -383,7 +388,6 @@ TEST_CASE("An output replaces regular files only, and what a link points to, not
   REQUIRE(run_slice(o) == kOk);
   CHECK(fs::is_symlink(link));
   CHECK(fs::file_size(link) != before);
-  fs::remove(pipe);
   fs::remove(link);
 }
 
@@ -396,10 +400,11 @@ TEST_CASE("A disk without room ends firn slice and leaves nothing behind") {
   REQUIRE(::getrlimit(RLIMIT_FSIZE, &limit) == 0);
   const auto act = std::signal(SIGXFSZ, SIG_IGN);
   const rlimit small{4096, limit.rlim_max};
-  for (const auto member : {&SliceCommandOptions::output, &SliceCommandOptions::gcode}) {
+  for (const auto& [member, name] :
+       {std::pair(&SliceCommandOptions::output, "x.paths"), std::pair(&SliceCommandOptions::gcode, "x.nc")}) {
     SliceCommandOptions c = o;
     c.output = "";
-    c.*member = (folder / "x.out").string();
+    c.*member = (folder / name).string();
     ::setrlimit(RLIMIT_FSIZE, &small);
     std::string what;
     try {

@@ -286,7 +286,7 @@ class Jet:
         if command == 0x01:
             self.external = self.waveform = False
         elif command == 0x02:
-            status = self.external | self.waveform << 1
+            status = self.external << 2
         elif command == 0x03:
             self.droplets = int.from_bytes(data, "big")
         elif command == 0x06:

@@ -127,23 +127,6 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a clock that leaps stops the print by name, and a resume finishes it") {
-  if (skipped()) return;
-  LiveRun run(tiny_part(92));
-  OtherComputer computer(run.path());
-  computer.print();
-  computer.await_begun();
-  ::usleep(300'000);
-  computer.set({.leap_ns = 30 * kSecond_ns});
-  CHECK(computer.wait() == kSafetyStop);
-  CHECK_THAT(computer.said(), Contains("this computer stood still for 30."));
-  computer.print();
-  const int status = computer.wait();
-  INFO(computer.said());
-  CHECK(status == kOk);
-  check_finished_run(run);
-}
-
 TEST_CASE("a clock that drifts against its instruments' by a thousandth changes no verdict of a print") {
   if (skipped()) return;
   for (const std::int64_t ppm : {1000, -1000}) {

@@ -142,7 +142,7 @@ TEST_CASE("The profiler answers its newest profile: header, counts and 20-bit po
   CHECK(none[28 + 12] == 0);  // no profile yet
   const std::string program =
       b.ask(kProfilerPort, hex("14000000 0100F000 00000000 08000000 39000000 05000000"));
-  CHECK(program == hex("18000000 0100F000 00000000 0C000000 39000000 00000000 05000000"));
+  CHECK(program == hex("18000000 010000F0 00000000 0C000000 39000000 00000000 05000000"));
   start_stage(b);
   b.stage("PSOCONTROL @1 RESET");
   b.stage("PSOOUTPUT @1 PULSE");

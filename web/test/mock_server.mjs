@@ -73,7 +73,7 @@ export class MockServer {
     if (parts.length === 3) return json(200, run.hello(this.full_state(run)));
     if (parts[3] === "thumbnail") {
       this.asked_thumbnails.push(run.id);
-      return run.without_map || run.live ? send(204, "text/plain", "") : send(200, "image/bmp", run.thumbnail());
+      return run.without_map || run.live || !run.thumbnail ? send(204, "text/plain", "") : send(200, "image/bmp", run.thumbnail());
     }
     if (parts[3] === "audit") return json(...(run.live ? [409, {type: "error", error: "the run is being printed"}]
                                                        : [200, this.audits.get(run.id) ?? {clean: true, text: "clean: 53 layers, 106 passes\nsealed: 2 seals, 31 files, 0123\n"}]));

@@ -492,7 +492,8 @@ test("the lamp's card has the hours of the runs before, of a live print and of o
 }));
 
 test("a run that is not there, and a process that does not answer, are said in words", async () => {
-  await with_page(page => see(page, "no run 20200101-nothing"), {hash: "#run=20200101-nothing"});
+  await with_page(page => see(page, "no run 20200101-nothing"), {
+    hash: "#run=20200101-nothing", troubles: ["error: Failed to load resource: the server responded with a status of 404 (Not Found)"]});
   await with_page(async page => {
     await see(page, "Runs");
     await see(page, "4 of 4");

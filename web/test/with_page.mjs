@@ -10,15 +10,15 @@ let browser;
 before(async () => { browser = await launch(); });
 after(() => browser?.close());
 
-/** Runs `look` with a server of its own and a tab on it. */
-export async function with_page(look, {hash, prepare, ...options} = {}) {
+/** Runs `look` with a server of its own and a tab on it. `troubles`: what the browser must write into its console. */
+export async function with_page(look, {hash, prepare, troubles = [], ...options} = {}) {
   const server = new MockServer();
   prepare?.(server);
   const address = await server.start();
   const page = await open_tab(browser, address + (hash ?? `#token=${server.token}`), options);
   try {
     await look(page, server, address);
-    assert.deepEqual(page.troubles, []);
+    assert.deepEqual(page.troubles, troubles);
     assert.deepEqual(page.asked.filter(url => !url.startsWith(address)), [], "foreign addresses");
   } finally {
     await page.close();
