@@ -14,7 +14,7 @@ constexpr double kShadow = 0.12;        // mean opacity that a droplet which mov
 constexpr double kStill_px = 2.0;       // a main droplet that moves less from picture to picture is dirt
 constexpr std::size_t kShadowPictures = 6;  // that are searched for shadows, evenly spread
 constexpr int kShadowedPart = 4;            // a background with shadows of more than 1 / 4 of them is none
-// Of an object at the edge: less is dirt, not the nozzle.
+// Least size of an object at the edge that is the nozzle; a smaller one is dirt.
 constexpr long kMinNozzle_px = 150;   // area
 constexpr double kNozzleShare = 0.1;  // of the largest one's area
 

@@ -263,7 +263,7 @@ bool has_one_sided_light(const Frame& f) {
   return levels[levels.size() - 1 - fifth] > kSidedRatio * levels[fifth];
 }
 
-// What a picture shows if its objects are of one polarity.
+// Content of a picture whose objects are taken to be of one polarity.
 struct Detection {
   DropletPicture picture;
   double contrast = 0.0;  // squared, of all objects [grey levels^2 px]

@@ -150,7 +150,7 @@ inline constexpr double kOwnLengthShare = 1e-3;
 /// A chord is a line if it is so many times longer than one beside it and at least so long [mm]; longer than
 /// kMaxSampleChord_mm it is no sample interval in any case.
 inline constexpr double kLineOverNeighbour = 4.0, kMinLineChord_mm = 0.8, kMaxSampleChord_mm = 5.0;
-/// How far the points beyond a chord are looked at, over its length.
+/// Length beyond a chord on which points are looked at, over the chord's.
 inline constexpr double kLookAhead = 0.5;
 /// Range of the turn at a chord's end over half of its length times the curvature beyond it: 1 for a sample
 /// interval of a curve, 0 for a line, more at a corner.

@@ -1,6 +1,6 @@
 // Holds the constants of the speed profile, the lower bound and the proof, each with its unit and its reason.
-// Where the reason is a measurement, it is a choice by the benches of docs/measurements.md (motion_paths,
-// certified_bench): the values with which random paths need the fewest iterations.
+// A value without another reason was measured by the benches of docs/measurements.md (motion_paths,
+// certified_bench): with it random paths need the fewest iterations.
 #pragma once
 
 #include <cstddef>
@@ -30,8 +30,8 @@ inline constexpr double kFirstActivation = 0.1, kActivationRatio = 1.0;
 inline constexpr double kFirstProduct = 0.175;
 /// First slack where a limit is exceeded, over the limit.
 inline constexpr double kMinFirstSlack = 0.42;
-/// Where b'' follows b^(-1/2) by a straight line, the jerk inside a cell is above that at its ends by this
-/// times bend^2.
+/// Excess of the jerk inside a cell over that at its ends, over bend^2, where b'' is a straight line over
+/// b^(-1/2).
 inline constexpr double kJerkBulge = 0.3125;
 /// 3 / 2^(3/2): rate of y = b^(3/4) from a rest under constant jerk, over sqrt(jerk).
 inline constexpr double kRestGrowth = 1.0606601717798212;
