@@ -5,8 +5,8 @@
 #       Makes it. From this machine it takes the package sources of Debian 12 and what reaches them: proxies, certificates, names
 #       of hosts, npm's registry.
 #   scripts/fresh_machine.sh run FOLDER [--bind OUTSIDE INSIDE]... [--] COMMAND...
-#       Runs COMMAND there as root with an environment of its own. It sees /dev, /sys and the network of this machine. Mounts and
-#       processes are its own: they end with COMMAND, or with this script if it is killed.
+#       Runs COMMAND there as root with an environment of its own. It sees /sys and the network of this machine. Devices, mounts
+#       and processes are its own: they end with COMMAND, or with this script if it is killed.
 # Exits with 3 where no such machine can be had.
 set -euo pipefail
 usage() { sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "$0" >&2; exit 2; }
@@ -55,15 +55,38 @@ take_settings() {
   ! command -v npm >/dev/null || npm_settings >"$root/root/.npmrc"
 }
 
+# make_devices FOLDER: what a container has in /dev. With this machine's /dev a damaged one here would fail there, and a command
+# there that replaces /dev/null would damage this machine.
+make_devices() {
+  local dev=$1 name major minor
+  mount -t tmpfs -o mode=755,nosuid devices "$dev"
+  while read -r name major minor; do
+    mknod -m 666 "$dev/$name" c "$major" "$minor" 2>/dev/null || { : >"$dev/$name"; mount --bind "/dev/$name" "$dev/$name"; }
+  done <<<'null 1 3
+zero 1 5
+full 1 7
+random 1 8
+urandom 1 9
+tty 5 0'
+  [[ ! -c /dev/net/tun ]] || { mkdir "$dev/net"; mknod -m 666 "$dev/net/tun" c 10 200 2>/dev/null || rmdir "$dev/net"; }
+  mkdir "$dev/pts" "$dev/shm"
+  mount -t devpts -o newinstance,ptmxmode=666,mode=620,gid=5 devpts "$dev/pts"
+  mount -t tmpfs -o mode=1777,nosuid,nodev shm "$dev/shm"
+  ln -s pts/ptmx "$dev/ptmx"
+  ln -s /proc/self/fd "$dev/fd"
+  ln -s fd/0 "$dev/stdin"
+  ln -s fd/1 "$dev/stdout"
+  ln -s fd/2 "$dev/stderr"
+}
+
 # in_machine FOLDER BINDS [OUTSIDE INSIDE]... COMMAND...: inside the new namespaces, as their first process.
 in_machine() {
-  local root=$1 binds=$2 folder
+  local root=$1 binds=$2
   shift 2
   mount --bind "$root" "$root"
   mount -t proc proc "$root/proc"
   mount --rbind /sys "$root/sys"
-  mount --rbind /dev "$root/dev"
-  for folder in pts shm; do mountpoint -q "$root/dev/$folder" || mount --bind "/dev/$folder" "$root/dev/$folder"; done
+  make_devices "$root/dev"
   for (( ; binds > 0; --binds)); do
     mkdir -p "$root/$2"
     mount --bind "$1" "$root/$2"
