@@ -98,7 +98,7 @@ void RunView::on_command(std::string_view channel, std::span<const std::byte> by
     if (m.layer > 0) layer_ = m.layer;
     if (StageVerb(m.verb) == StageVerb::kPass)
       set_phase(Phase::kDepositing,
-                "depositing " + layer_words(m.layer) + ", pass " + std::to_string(m.pass + 1));
+                "depositing " + layer_words(m.layer) + ", pass " + std::to_string(m.pass_index + 1));
     if (StageVerb(m.verb) == StageVerb::kTrace)
       set_phase(Phase::kDepositing, "printing the lines of " + layer_words(m.layer));
     if (StageVerb(m.verb) == StageVerb::kScan)

@@ -72,7 +72,7 @@ void RunView::on_measurement(std::string_view channel, std::span<const std::byte
   } else if (channel == channels::kDepositionReport.name) {
     deposition_report_t m{};
     if (decode(bytes, m) && Outcome(m.outcome) == Outcome::kUnknown)
-      doubt(m.layer, "layer " + std::to_string(m.layer) + ", pass " + std::to_string(m.pass + 1),
+      doubt(m.layer, "layer " + std::to_string(m.layer) + ", pass " + std::to_string(m.pass_index + 1),
             m.unknown_to - m.unknown_from);
   } else {
     path_report_t m{};

@@ -51,7 +51,7 @@ AuditRecord read_audit_record(const std::filesystem::path& run) {
   messages.each<stage_command_t>(channels::kStageCommand.name, [&](const stage_command_t& m) {
     if (StageVerb(m.verb) != StageVerb::kPass) return;
     const DropletPattern fires = pattern(m.grid, m.fires);
-    r.orders.push_back({m.header.utime_us, m.layer, m.attempt, m.pass, fires.spec, firing_order(fires, 0)});
+    r.orders.push_back({m.header.utime_us, m.layer, m.attempt, m.pass_index, fires.spec, firing_order(fires, 0)});
   });
   messages.each<layer_plan_t>(channels::kLayerPlan.name, [&](const layer_plan_t& m) {
     if (PlanDecision(m.decision) == PlanDecision::kPrint)
@@ -63,9 +63,9 @@ AuditRecord read_audit_record(const std::filesystem::path& run) {
     if (!plan.materials.cells.empty()) two_inks.emplace(plan.layer, plan.map_id);
   messages.each<deposition_report_t>(channels::kDepositionReport.name, [&](const deposition_report_t& m) {
     r.reports.push_back(
-        {m.header.utime_us, m.layer, m.attempt, m.pass, m.map_id, m.unknown_from, m.unknown_to});
+        {m.header.utime_us, m.layer, m.attempt, m.pass_index, m.map_id, m.unknown_from, m.unknown_to});
     if (m.sub_patterns > 1 || two_inks.contains({m.layer, m.map_id}))
-      r.parts.push_back({m.layer, m.attempt, m.pass, m.passes, m.round, m.sub_pattern, m.sub_patterns,
+      r.parts.push_back({m.layer, m.attempt, m.pass_index, m.passes, m.round, m.sub_pattern, m.sub_patterns,
                          Material(m.material)});
   });
   messages.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) {

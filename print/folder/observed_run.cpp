@@ -69,7 +69,7 @@ void ObservedRun::take(std::string_view channel, std::span<const std::byte> byte
   } else if (channel == channels::kDepositionReport.name) {
     deposition_report_t r{};
     if (r.decode(bytes.data(), 0, int(bytes.size())) < 0 || from_message(r.grid) != experiment_.grid) return;
-    drops_[r.layer].add({drops_of(r), r.pass, r.passes, r.triggered_jet, r.unknown_from, r.unknown_to});
+    drops_[r.layer].add({drops_of(r), r.pass_index, r.passes, r.triggered_jet, r.unknown_from, r.unknown_to});
   }
 }
 

@@ -302,7 +302,7 @@ ImportedRun write_imported_run(LayerRecord r, const Experiment& experiment, cons
         deposition_report_t d{};
         d.n = std::int32_t(pattern.size());
         d.layer = std::int32_t(layer);
-        d.pass = pass;
+        d.pass_index = pass;
         d.passes = std::max(1, pattern.passes());
         d.map_id = std::int64_t(layer);
         d.material = 1;

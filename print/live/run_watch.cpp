@@ -34,7 +34,7 @@ void RunWatch::on_message(const ChannelInfo& row, std::span<const std::byte> byt
     const auto m = decode<stage_command_t>(bytes);
     if (!m) return;
     layer_ = m->layer;
-    pass_ = m->verb == std::int8_t(StageVerb::kPass) ? m->pass : -1;
+    pass_ = m->verb == std::int8_t(StageVerb::kPass) ? m->pass_index : -1;
   } else if (row.name == channels::kPathJob.name) {
     const auto m = decode<path_job_t>(bytes);
     if (m) paths_[m->path] = {m->layer, PathKind(m->kind) == PathKind::kMeasurement};

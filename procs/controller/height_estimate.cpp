@@ -47,7 +47,7 @@ void HeightEstimate::take(const deposition_report_t& r) {
     layer_ = r.layer;
     drops_ = {};
   }
-  drops_.add({drops_of(r), r.pass, r.passes, r.triggered_jet, r.unknown_from, r.unknown_to});
+  drops_.add({drops_of(r), r.pass_index, r.passes, r.triggered_jet, r.unknown_from, r.unknown_to});
 }
 
 void HeightEstimate::use_model(const deposition::DropletModel& model, double droplet_scatter) {

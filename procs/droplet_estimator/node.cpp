@@ -54,7 +54,7 @@ void DropletEstimatorNode::on(const deposition_report_t& r, Time, Outbox& out) {
     layer_ = r.layer;
     drops_ = {};
   }
-  drops_.add({drops_of(r), r.pass, r.passes, r.triggered_jet, r.unknown_from, r.unknown_to});
+  drops_.add({drops_of(r), r.pass_index, r.passes, r.triggered_jet, r.unknown_from, r.unknown_to});
   if (!waiting_ || waiting_->layer != layer_ || !drops_.complete()) return;
   const height_map_t map = std::move(*waiting_);
   waiting_.reset();

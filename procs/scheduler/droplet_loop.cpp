@@ -311,7 +311,7 @@ void DropletLoop::send_pass(Time now, Outbox& out) {
   stage_command_t c{};
   c.verb = std::int8_t(StageVerb::kPass);
   c.attempt = job_.attempt();
-  c.pass = job_.pass();
+  c.pass_index = job_.pass();
   c.speed_mm_s = experiment().process.pass_speed_mm_s;
   c.z_mm = experiment().process.nozzle_gap_mm;
   c.grid = to_message(fires.spec);
@@ -332,7 +332,7 @@ void DropletLoop::send_jet(JetVerb verb, Time now, Outbox& out) {
   jet_command_t c{};
   c.verb = std::int8_t(verb);
   c.attempt = job_.attempt();
-  c.pass = job_.pass();
+  c.pass_index = job_.pass();
   c.expected = job_.remaining();
   const bool b = job_.material() == Material::kB;
   stamp(c, b ? NodeId::kJetB : NodeId::kJet, 10.0, now, out);

@@ -70,7 +70,7 @@ deposition_report_t LayerJob::settle(const answer_t& stage, const answer_t& jet)
   deposition_report_t r{};
   r.layer = layer_;
   r.attempt = attempt_;
-  r.pass = pass_;
+  r.pass_index = pass_;
   r.passes = passes();
   r.map_id = map_id_;
   const Pass& pass = passes_[std::size_t(pass_)];

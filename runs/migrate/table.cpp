@@ -98,6 +98,11 @@ void fill_figure(const MessageFields&, const MessageFields*, NewFields& now) {
   now.set_text("figure.key", "");
 }
 
+// `pass` is a reserved word of Python, in which a class with such a member cannot be imported.
+void fill_pass_index(const MessageFields& old, const MessageFields*, NewFields& now) {
+  now.set("pass_index", old.integer("pass"));
+}
+
 constexpr Migration kMigrations[] = {
     {R"(struct profiler_command_t {
           header_t header;
@@ -343,6 +348,61 @@ constexpr Migration kMigrations[] = {
           string text;
         })",
      fill_figure},
+    {R"(struct deposition_report_t {
+          header_t header;
+          int32_t n;
+          int32_t layer;
+          int32_t attempt;
+          int32_t pass;
+          int32_t passes;
+          int64_t map_id;
+          int8_t material;
+          int32_t round;
+          int32_t sub_pattern;
+          int32_t sub_patterns;
+          int8_t cured;
+          int8_t outcome;
+          int64_t commanded;
+          int64_t triggered_stage;
+          int64_t triggered_jet;
+          int64_t confirmed;
+          int64_t unknown_from;
+          int64_t unknown_to;
+          grid_t grid;
+          int8_t drops[n];
+        })",
+     fill_pass_index},
+    {R"(struct jet_command_t {
+          header_t header;
+          int64_t command_id;
+          int64_t enable_epoch;
+          int8_t verb;
+          int32_t layer;
+          int32_t attempt;
+          int32_t pass;
+          int64_t expected;
+        })",
+     fill_pass_index},
+    {R"(struct stage_command_t {
+          header_t header;
+          int32_t n;
+          int64_t command_id;
+          int64_t enable_epoch;
+          int8_t verb;
+          int32_t layer;
+          int32_t attempt;
+          int32_t pass;
+          int64_t scan_id;
+          int32_t rows;
+          double x_mm;
+          double y_mm;
+          double z_mm;
+          double speed_mm_s;
+          grid_t grid;
+          double lead_mm;
+          int8_t fires[n];
+        })",
+     fill_pass_index},
 };
 
 constexpr RetiredChannel kRetired[] = {

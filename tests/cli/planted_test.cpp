@@ -73,7 +73,7 @@ struct Victim {
   }
   void edit_report(const stage_command_t& c, const std::function<bool(deposition_report_t&)>& change) const {
     edit<deposition_report_t>(channels::kDepositionReport.name, [&](deposition_report_t& r) {
-      return r.layer != c.layer || r.pass != c.pass || change(r);
+      return r.layer != c.layer || r.pass_index != c.pass_index || change(r);
     });
   }
   void add_stop(std::int64_t t_us) const {

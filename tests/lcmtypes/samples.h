@@ -77,7 +77,7 @@ inline stage_command_t some_pass(int nx, int ny) {
   s.enable_epoch = 1;
   s.verb = 1;
   s.layer = 8;
-  s.pass = 1;
+  s.pass_index = 1;
   s.z_mm = 1;
   s.speed_mm_s = 40;
   s.grid = some_grid(nx, ny);

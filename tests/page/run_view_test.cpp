@@ -89,7 +89,7 @@ TEST_CASE("the state says in words what the print does now") {
   stage_command_t pass{};
   pass.verb = std::int8_t(StageVerb::kPass);
   pass.layer = 3;
-  pass.pass = 1;
+  pass.pass_index = 1;
   t.tell(channels::kStageCommand.name, pass, 1.0);
   CHECK(t.view.state(100.0).words == "depositing layer 3, pass 2");
   CHECK(t.view.state(100.0).layer == 3);
@@ -239,7 +239,7 @@ TEST_CASE("a doubt stays until the surface is measured or the operator accepts i
   const auto unknown = [](Told& t) {
     deposition_report_t m{};
     m.layer = 5;
-    m.pass = 0;
+    m.pass_index = 0;
     m.outcome = std::int8_t(Outcome::kUnknown);
     m.unknown_from = 10;
     m.unknown_to = 14;

@@ -70,7 +70,7 @@ TEST_CASE("the watch names the place and the first stop, and ignores what an ear
   stage_command_t c{};
   c.verb = std::int8_t(StageVerb::kPass);
   c.layer = 7;
-  c.pass = 0;
+  c.pass_index = 0;
   show(watch, channels::kStageCommand, c);
   CHECK(watch.place() == "during layer 7, pass 1");
   fault_t f{};

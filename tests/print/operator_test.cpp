@@ -63,7 +63,7 @@ std::string story(const std::filesystem::path& run) {
            std::string(m.drops.begin(), m.drops.end()) + std::to_string(m.objective_mm) + "\n";
   });
   messages.each<deposition_report_t>(channels::kDepositionReport.name, [&](const deposition_report_t& m) {
-    all += "pass " + std::to_string(m.layer) + " " + std::to_string(m.pass) + " " +
+    all += "pass " + std::to_string(m.layer) + " " + std::to_string(m.pass_index) + " " +
            std::string(m.drops.begin(), m.drops.end()) + "\n";
   });
   messages.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) {

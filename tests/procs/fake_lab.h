@@ -183,7 +183,7 @@ struct FakeLab : NodeBench {
       a.counted = std::int64_t(n);
     }
     for (std::size_t k = 0; k < fire; ++k) {
-      ++fired[{c.layer, c.pass}][order[k]];
+      ++fired[{c.layer, c.pass_index}][order[k]];
       droplets[c.layer][order[k]].push_back(armed);
       wet.push_back(order[k]);
     }

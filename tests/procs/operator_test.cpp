@@ -33,7 +33,7 @@ std::vector<std::string> acts(const FakeLab& lab) {
     if (s.channel == "STAGE_COMMAND") {
       const auto c = FakeLab::decode<stage_command_t>(s);
       all.push_back("stage " + std::to_string(c.verb) + " layer " + std::to_string(c.layer) + " pass " +
-                    std::to_string(c.pass) + " " + std::string(c.fires.begin(), c.fires.end()));
+                    std::to_string(c.pass_index) + " " + std::string(c.fires.begin(), c.fires.end()));
     } else if (s.channel.ends_with("_COMMAND")) {
       all.push_back(s.channel);
     }

@@ -80,7 +80,7 @@ TEST_CASE("each report of an interlaced layer says what pass it was, and one cur
   REQUIRE_FALSE(reports.empty());
   int cures = 0;
   for (const deposition_report_t& r : reports) {
-    CHECK(r.pass < r.passes);
+    CHECK(r.pass_index < r.passes);
     CHECK(r.sub_patterns == 4);
     cures += r.cured;
     for (std::size_t c = 0; c < r.drops.size(); ++c) {
@@ -103,7 +103,7 @@ TEST_CASE("one pattern of one ink is told as one round a pass, each cured, nothi
   REQUIRE_FALSE(reports.empty());
   for (const deposition_report_t& r : reports) {
     CHECK(Material(r.material) == Material::kA);
-    CHECK(r.round == r.pass);
+    CHECK(r.round == r.pass_index);
     CHECK(r.sub_pattern == 0);
     CHECK(r.sub_patterns == 1);
     CHECK(r.cured == 1);

@@ -126,7 +126,7 @@ TEST_CASE("PASS_DETAIL of a recorded pass is part of its report") {
   REQUIRE(reports.size() == details.size());
   for (std::size_t n = 0; n < reports.size(); ++n) {
     const runs::MessageFields detail(*runs::MigrationTable::builtin().type_of(details[n]), details[n]);
-    CHECK(reports[n].pass == detail.integer("pass"));
+    CHECK(reports[n].pass_index == detail.integer("pass"));
     CHECK(reports[n].material == detail.integer("material"));
     CHECK(reports[n].round == detail.integer("round"));
     CHECK(reports[n].sub_pattern == detail.integer("sub_pattern"));
@@ -136,7 +136,7 @@ TEST_CASE("PASS_DETAIL of a recorded pass is part of its report") {
   for (const deposition_report_t& r :
        all<deposition_report_t>(runs::RunReader(kOneInk), "DEPOSITION_REPORT")) {
     CHECK(r.material == 1);
-    CHECK(r.round == r.pass);
+    CHECK(r.round == r.pass_index);
     CHECK(r.sub_patterns == 1);
     CHECK(r.cured == 1);
   }
@@ -167,7 +167,7 @@ TEST_CASE("The counts of a recorded pass become the cells that it fires") {
     const std::vector<std::int8_t> counts = old.small_integers("drops");
     REQUIRE(commands[n].fires.size() == counts.size());
     for (std::size_t c = 0; c < counts.size(); ++c) {
-      CHECK(commands[n].fires[c] == (counts[c] > commands[n].pass));
+      CHECK(commands[n].fires[c] == (counts[c] > commands[n].pass_index));
       fired += commands[n].fires[c];
     }
   }
