@@ -10,7 +10,8 @@
 #   disks     a print on a disk of some hundred to some thousand kB; needs a mount namespace
 #   forged    datagrams of another program on the bus of a live print
 #   floods    an instrument babbles, on each port of each lab, and the operator stops the print; with the most memory of a
-#             process, the time until the stop was answered, and until the instrument was sent its last bytes
+#             process, the time until the stop was answered, and until the instrument was sent its last bytes; the greeting of a
+#             new connection does not count
 #   ./firn bench attack [--draws N | --sample N] [--seed S] [--only KIND] [--firn PROGRAM]
 # Exit 1 if a try failed; times fail none. Other attacks have programs of their own: bytes of ports wire_faults, the page
 # page_attack, live prints random_kills and random_orders, two prints of one name test_page.

@@ -24,6 +24,7 @@ LABS = {
     "ice": ("ice-small-paths.toml", [], ("robot", "valve_a", "valve_b", "laser_point", "heater")),
 }
 MOST_RSS = 100e6  # bytes of a process of a print whose instrument babbles
+LAST_ORDER_S = 0.3 + 0.05  # run.lease_s, and the time of a turn
 YEAR_S = 31_556_952
 LCM_SHORT, LCM_FRAGMENT = 0x4C433032, 0x4C433033
 PATIENCE_S = 60
@@ -65,7 +66,8 @@ class Instrument(threading.Thread):
     def __init__(self, at, behind, seed):
         super().__init__(daemon=True)
         self.behind, self.random = str(behind), random.Random(seed)
-        self.babbles, self.over, self.heard_s, self.last_reply = False, False, [], b"\0"
+        self.babbles, self.over, self.ordered_s, self.last_reply, self.stopped_s = False, False, [], b"\0", None
+        self.greeting = b""  # what the driver sends first on every connection: a question, or how it wants to be answered
         self.listener = socket.socket(socket.AF_UNIX)
         self.listener.bind(str(at))
         self.listener.listen(4)
@@ -99,6 +101,8 @@ class Instrument(threading.Thread):
                     if not data:
                         return
                     moved = True
+                    if source is host and not self.greeting:
+                        self.greeting = data
                     if source is device:
                         self.last_reply = data
                     sink.setblocking(True)
@@ -113,9 +117,11 @@ class Instrument(threading.Thread):
                 except BlockingIOError:
                     time.sleep(0.0005)
                 try:
-                    if not host.recv(65536):
+                    heard = host.recv(65536)
+                    if not heard:
                         return
-                    self.heard_s.append(time.monotonic())
+                    if heard != self.greeting:
+                        self.ordered_s.append(time.monotonic())
                 except BlockingIOError:
                     pass
         finally:
@@ -377,6 +383,10 @@ class LiveAttack:
         if not found:
             problems.append(f"the print did not begin, exit {code}: {output[-300:]}")
         problems += self.crashed("print", code, output)
+        if (stopped_s := instruments[port].stopped_s) is not None:
+            last_s = max((s - stopped_s for s in instruments[port].ordered_s if s >= stopped_s), default=0.0)
+            figures["last order, ms"] = 1e3 * last_s
+            problems += [f"an order {1e3 * last_s:.0f} ms after the stop"] * (last_s > LAST_ORDER_S)
         if "and was killed" in output:
             problems.append(f"a process did not end by itself: {output[-300:]}")
         for run in self.runs_in(place / "runs") if (place / "runs").exists() else []:
@@ -392,22 +402,20 @@ class LiveAttack:
         shutil.rmtree(place)
 
     def stop_in_flood(self, run, instrument, figures):
-        """Babbles, and stops the print. Fills in the figures: most memory of a process, time to the answer, time until the last
-        bytes that the instrument was sent."""
+        """Babbles, and stops the print. Fills in the figures: most memory of a process, time to the answer."""
         pids = [int(line.split()[1]) for line in (run / "pids").read_text().splitlines()]
         instrument.babbles = True
         time.sleep(self.random.uniform(0.5, 2.0))
         figures["memory, MB"] = max(map(self.most_memory, pids), default=0) / 1e6
         stopped_s = time.monotonic()
         code, output = self.done_words(["ctl", "--json", str(run), "stop"])
+        if "is not running" in output:
+            return []  # the lost instrument has stopped the print
         if code != 0:
             return [f"the stop was not obeyed, exit {code}: {output[-300:]}"]
         figures["stop answered, ms"] = json.loads(output[output.index("{"):])["ms"]
-        after = [s - stopped_s for s in instrument.heard_s if s >= stopped_s]
-        figures["last bytes, ms"] = 1e3 * max(after, default=0.0)
-        if figures["memory, MB"] * 1e6 > MOST_RSS:
-            return [f"{figures['memory, MB']:.0f} MB of memory"]
-        return []
+        instrument.stopped_s = stopped_s
+        return [f"{figures['memory, MB']:.0f} MB of memory"] * (figures["memory, MB"] * 1e6 > MOST_RSS)
 
     @staticmethod
     def most_memory(pid):
