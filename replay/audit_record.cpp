@@ -51,7 +51,8 @@ AuditRecord read_audit_record(const std::filesystem::path& run) {
   messages.each<stage_command_t>(channels::kStageCommand.name, [&](const stage_command_t& m) {
     if (StageVerb(m.verb) != StageVerb::kPass) return;
     const DropletPattern fires = pattern(m.grid, m.fires);
-    r.orders.push_back({m.header.utime_us, m.layer, m.attempt, m.pass_index, fires.spec, firing_order(fires, 0)});
+    r.orders.push_back(
+        {m.header.utime_us, m.layer, m.attempt, m.pass_index, fires.spec, firing_order(fires, 0)});
   });
   messages.each<layer_plan_t>(channels::kLayerPlan.name, [&](const layer_plan_t& m) {
     if (PlanDecision(m.decision) == PlanDecision::kPrint)

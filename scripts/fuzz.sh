@@ -27,8 +27,7 @@ fi
 targets=${*:-"fuzz_record_file fuzz_packed fuzz_event_log fuzz_messages fuzz_type_texts fuzz_npy fuzz_transport fuzz_instruments fuzz_ice_codecs fuzz_experiment fuzz_study fuzz_machine fuzz_paths fuzz_trajectory fuzz_mesh fuzz_path_file fuzz_slice fuzz_write_ahead fuzz_restore fuzz_config_message fuzz_world_record fuzz_world_state fuzz_run_documents fuzz_png fuzz_3mf fuzz_study_journal fuzz_layer_record fuzz_lcm_packet fuzz_cassette fuzz_client_frame fuzz_droplets fuzz_line_picture"}
 
 if [ -z "${FIRN_FUZZ_BUILT:-}" ]; then
-  cmake -G Ninja -S . -B build-fuzz -DCMAKE_CXX_COMPILER=clang++ -DFIRN_FUZZ=ON \
-    -DFIRN_SANITIZE=fuzzer-no-link,address,undefined -DCMAKE_UNITY_BUILD=ON >/dev/null
+  cmake --preset fuzz >/dev/null
   ninja -C build-fuzz fuzz_seeds $targets >build-fuzz/build.log || { grep -A 8 -E "^FAILED|error:|fatal" build-fuzz/build.log | cut -c1-400 | head -n 60; exit 1; }
 fi
 if [ -n "$each" ]; then
