@@ -229,6 +229,7 @@ class DriverNode : public Node, public AnsweringNode {
       answer_.expected = e.expected;
       answer_.unknown_from = e.unknown_from;
       answer_.unknown_to = e.unknown_to;
+      answer_.until_utime_us = e.until_us;
       answer_.code = e.code;
       answer_.text = e.text;
       answer_.figure = to_message(e.figure);

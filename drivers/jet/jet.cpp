@@ -97,10 +97,13 @@ void Jet::start_firmware() {
 
 // One that was without power is in its boot monitor, which knows no POLL. A jet that still has its external
 // source has been armed all the time.
-void Jet::firmware_runs(bool external) {
+void Jet::firmware_runs(bool external, std::int64_t now_us) {
   if (may_fire_ && tells_source()) {
     settled_ = external;
-    if (settled_) not_armed_.clear();
+    if (settled_) {
+      not_armed_.clear();
+      disarmed_before_its_time(now_us);  // by what follows
+    }
   }
   if (!on(config_.keep_firmware) || reset_wanted_) return start_firmware();
   phase_ = Phase::kSetup;
@@ -216,6 +219,7 @@ void Jet::stop(std::int64_t now_us, Effects& fx) {
     return;                                                           // firmware not running: it cannot fire
   if (phase_ == Phase::kAsking) return;                               // its answer leads to a setup
   if (phase_ == Phase::kSetup || phase_ == Phase::kStopping) return;  // ends with the source internal
+  disarmed_before_its_time(now_us);
   link_.clear_queue();
   phase_ = Phase::kStopping;
   if (busy()) ending_ = "safe stop";
@@ -236,7 +240,7 @@ void Jet::reply(const Request& request, std::span<const std::byte> frame, std::i
   }
   const jetdrive::Reply r = dialect_.parse(frame);
   if (phase_ == Phase::kAsking)
-    return r.acknowledged ? firmware_runs(r.status & config_.dialect.source_bit) : start_firmware();
+    return r.acknowledged ? firmware_runs(r.status & config_.dialect.source_bit, now_us) : start_firmware();
   if (!r.acknowledged) {
     const std::string why = "the jet refuses " + name_of(request);
     fault(phase_ == Phase::kDisarming || phase_ == Phase::kStopping ? Severity::kStop : Severity::kWarning,

@@ -64,7 +64,7 @@ class Jet final : public JetDriver {
   void begin_waveform(const jetdrive::Waveform& waveform, Effects& fx);
   void end_jetting(std::int64_t now_us, Effects& fx);
   void start_firmware();
-  void firmware_runs(bool external);
+  void firmware_runs(bool external, std::int64_t now_us);
   void push_setup(bool reset);
   void permit_reset() override { reset_wanted_ = true; }
   void poll();

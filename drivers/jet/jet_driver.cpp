@@ -61,6 +61,7 @@ void JetDriver::arm(std::int64_t expected, std::int64_t now_us, Effects& fx) {
     op_ = Op::kArm;
     expected_ = expected;
     not_armed_.clear();
+    armed_until_us_ = 0;
     may_fire_ = true;
     start_arming();
     set_state(DeviceState::kStaged, "arming", fx);
@@ -86,6 +87,7 @@ void JetDriver::finish(Outcome outcome, std::int32_t code, std::string text, Eff
   op_ = Op::kNone;
   Result r{outcome, -1, expected_, 0, 0, code, std::move(text)};
   if (outcome == Outcome::kUnknown) r.unknown_to = expected_;
+  r.until_us = armed_until_us_;
   fx.events.emplace_back(std::move(r));
 }
 
@@ -93,6 +95,11 @@ void JetDriver::finish_pass(std::string text, Effects& fx) {
   if (not_armed_.empty()) return finish(Outcome::kDone, kNoCode, std::move(text), fx);
   finish(Outcome::kUnknown, kInstrument, "the jet was not seen armed during the whole pass: " + not_armed_,
          fx);
+}
+
+// The stage may go on triggering for a moment: its driver is another process.
+void JetDriver::disarmed_before_its_time(std::int64_t now_us) {
+  if (may_fire_ && op_ != Op::kDisarm && armed_until_us_ == 0) armed_until_us_ = now_us;
 }
 
 void JetDriver::give_up(std::int32_t code, const std::string& why, std::int64_t now_us, Effects& fx) {

@@ -61,8 +61,9 @@ class JetDriver : public Driver {
  public:
   /// One droplet a pulse of the trigger input from now on; Result{kReady} when armed.
   void arm(std::int64_t expected, std::int64_t now_us, Effects& fx);
-  /// No droplet from now on; Result{kDone} with counted = -1. Result{kUnknown} if the jet was not armed all
-  /// the time since arm(): its droplets are in doubt.
+  /// No droplet from now on; Result{kDone} with counted = -1, and with until_us where a stop has disarmed the
+  /// jet before. Result{kUnknown} if the jet may have been disarmed at any time since arm(): its droplets are
+  /// in doubt.
   void disarm(std::int64_t now_us, Effects& fx);
   /// Droplets at the jet's own rate until disarm() or a stop, at most dialect.most_continuous_s:
   /// Result{kReady} when they come. Refused by a kind that cannot.
@@ -92,6 +93,7 @@ class JetDriver : public Driver {
   void armed(std::string_view text, Effects& fx);
   void finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx);
   void finish_pass(std::string text, Effects& fx);  ///< of disarm()
+  void disarmed_before_its_time(std::int64_t now_us);
   void give_up(std::int32_t code, const std::string& why, std::int64_t now_us, Effects& fx);
   std::int64_t device_wake_us() const override { return link_.idle() && at_rest() ? poll_at_us() : 0; }
   std::int64_t poll_at_us() const { return link_.last_sent_us() + std::int64_t(config_.poll_idle_s * 1e6); }
@@ -100,7 +102,8 @@ class JetDriver : public Driver {
   Op op_ = Op::kNone;
   std::int64_t expected_ = 0;
   bool may_fire_ = false;  ///< from the first byte of arming until the instrument confirms that it is off
-  std::string not_armed_;  ///< why the jet may have been disarmed since arm(); empty: it was armed
+  std::int64_t armed_until_us_ = 0;  ///< when a stop disarmed the jet; 0: none did since arm()
+  std::string not_armed_;            ///< why the jet may have been disarmed since arm(); empty: it was armed
 };
 
 }  // namespace firn::drivers

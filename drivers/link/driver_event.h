@@ -53,7 +53,8 @@ struct Result {
   std::int64_t unknown_to = 0;
   std::int32_t code = kNoCode;
   std::string text;
-  Figure figure = {};  ///< of the text
+  Figure figure = {};         ///< of the text
+  std::int64_t until_us = 0;  ///< answer_t.until_utime_us
 };
 
 struct Progress {

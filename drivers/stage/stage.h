@@ -144,7 +144,7 @@ class Stage final : public Driver {
   void send_stop_burst(std::int64_t now_us, Effects& fx, bool urgently);
   void rejected(const Request& request, const ensemble::Reply& reply, std::int64_t now_us, Effects& fx);
   void evidence_complete(std::int64_t now_us, Effects& fx);
-  void conclude(Effects& fx);
+  void conclude(std::int64_t now_us, Effects& fx);
   std::optional<PulseRange> pulses_possible() const;
   void finish(Result result, Effects& fx);
   void check_status(int axis, std::uint32_t bits, std::int64_t now_us, Effects& fx);
@@ -202,6 +202,7 @@ class Stage final : public Driver {
   bool initialised_ = false;  // enabled, homed, ramps set since the connection or the last fault
   bool initialise_after_stop_ = false;
   bool was_homed_ = false;
+  std::int64_t triggers_off_us_ = 0;  // when the controller acknowledged that in a stop; 0: it did not yet
   bool restarted_ = false;  // the controller lost its home: it is not the one that counted our pulses
 
   int axis_ = 0;               // of the initialisation step

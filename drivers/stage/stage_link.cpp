@@ -48,13 +48,14 @@ void Stage::connected(std::int64_t now_us, Effects& fx) {
 
 void Stage::send_stop_burst(std::int64_t now_us, Effects& fx, bool urgently) {
   // Trigger off before the deceleration begins, so that nothing fires at a changing speed.
-  const auto send = [&](std::string_view verb, int axis, std::string_view rest) {
-    Line line(config_.table, Repeat::kSetup, kHarmless);
+  triggers_off_us_ = 0;
+  const auto send = [&](std::string_view verb, int axis, std::string_view rest, Tag tag = kHarmless) {
+    Line line(config_.table, Repeat::kSetup, tag);
     Request r = with_axis(line, verb, axis).text(rest).done();
     if (urgently) link_.urgent(r, now_us, fx);
     if (!urgently || link_.suspect()) link_.push(r);  // on a suspect link nobody hears the first answer
   };
-  for (const int axis : {0, 1}) send("PSOCONTROL @", axis, " OFF");
+  for (const int axis : {0, 1}) send("PSOCONTROL @", axis, " OFF", kTriggerOff);
   if (op_ == Op::kTrace) send(config_.dialect.stop_path_program, 0, "");
   if (config_.homing == Homing::kProgram && (phase_ == Phase::kHoming || phase_ == Phase::kDown))
     send(config_.table.stop_program, 0, "");
@@ -125,7 +126,8 @@ void Stage::rejected(const Request& request, const ensemble::Reply& reply, std::
                     : reply.kind == Kind::kFault ? "cannot do "
                                                  : "timed out at ";
   std::string why = std::string("the controller ") + how + quoted_line(request);
-  if (request.tag == kHarmless) {  // an axis that is not enabled may refuse ABORT
+  if (request.tag == kHarmless ||
+      request.tag == kTriggerOff) {  // an axis that is not enabled may refuse ABORT
     fault(Severity::kNotice, kCommandRejected, "stage: " + why, fx);
     return;
   }
@@ -163,6 +165,9 @@ void Stage::reply(const Request& request, std::span<const std::byte> frame, std:
   switch (request.tag) {
     case kStatus:
       if (const auto bits = r.bits()) check_status(request.argument, *bits, now_us, fx);
+      break;
+    case kTriggerOff:
+      triggers_off_us_ = now_us;
       break;
     case kPlane:
       plane_busy_ = r.bits().value_or(1u) != 0;
@@ -212,7 +217,7 @@ void Stage::evidence_complete(std::int64_t now_us, Effects& fx) {
         doom_ = Doom{estop ? DeviceState::kEstop : DeviceState::kFault, code, why};
       ending_ += (ending_.empty() ? "" : "; ") + why;
     }
-  conclude(fx);
+  conclude(now_us, fx);
   if (doom_) {
     phase_ = Phase::kDead;
     initialised_ = false;
@@ -245,9 +250,10 @@ std::optional<PulseRange> Stage::pulses_possible() const {
 // Result of the operation from the pulse counter: rows before this one are counted; the pulses of this
 // one are a prefix of it. Without a counter that can be trusted they are in doubt: one that restarted, or one
 // that does not fit the place where the axis stands.
-void Stage::conclude(Effects& fx) {
+void Stage::conclude(std::int64_t now_us, Effects& fx) {
   if (!busy()) return;
   Result r;
+  r.until_us = triggers_off_us_ ? triggers_off_us_ : now_us;
   r.expected = expected_;
   r.code = ending_code_;
   r.text = ending_;

@@ -7,7 +7,8 @@ namespace firn::drivers::stage_tag {
 
 enum Tag : std::uint16_t {
   kPlain,
-  kHarmless,  ///< it may be refused
+  kHarmless,    ///< it may be refused
+  kTriggerOff,  ///< likewise
   kStatus,
   kPlane,
   kPosition,

@@ -101,7 +101,8 @@ void DropletLoop::answered(const answer_t& m, Time now, Outbox& out) {
 
 void DropletLoop::settle_pass(const answer_t& jet, Outbox& out) {
   if (!act_answer_) return;
-  const deposition_report_t report = job_.settle(*act_answer_, jet);
+  const deposition_report_t report =
+      job_.settle(*act_answer_, jet, experiment().process.pass_speed_mm_s / job_.fires().spec.pitch_x_mm);
   act_answer_.reset();
   drops_total_ += report.unknown_from;
   if (job_.in_doubt()) doubt_accepted_ = false;

@@ -1,6 +1,7 @@
 #include "procs/scheduler/layer_job.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -14,6 +15,13 @@ namespace {
 
 constexpr std::size_t kMaxPasses =
     127;  // layer_plan_t counts so many droplets of a cell, a pass so many passes
+
+// The most triggers of the stage after a stop has disarmed the jet: each of the two obeys it in its own time.
+std::int64_t triggers_after(std::int64_t disarmed_us, std::int64_t last_us, double triggers_per_s) {
+  constexpr double kMore = 2.0;  // one for the ends of the time, one for the ripple of the speed
+  if (last_us < disarmed_us) return 0;
+  return std::int64_t(1e-6 * double(last_us - disarmed_us) * triggers_per_s + kMore);
+}
 
 }  // namespace
 
@@ -47,7 +55,7 @@ void LayerJob::begin_pass() {
 
 std::int64_t LayerJob::remaining() const { return std::ranges::count(fires_.cells, std::uint8_t(1)); }
 
-deposition_report_t LayerJob::settle(const answer_t& stage, const answer_t& jet) {
+deposition_report_t LayerJob::settle(const answer_t& stage, const answer_t& jet, double triggers_per_s) {
   const auto order = firing_order(fires_, 0);
   const std::int64_t n = std::int64_t(order.size());
   const Outcome outcome = Outcome(stage.outcome);
@@ -64,8 +72,15 @@ deposition_report_t LayerJob::settle(const answer_t& stage, const answer_t& jet)
     if (stage.unknown_to > stage.unknown_from) known = std::clamp<std::int64_t>(stage.unknown_from, 0, n);
     doubt_to = std::clamp<std::int64_t>(stage.unknown_to, known, n);
   }
-  const bool jet_in_doubt = Outcome(jet.outcome) == Outcome::kUnknown && doubt_to > 0;
-  if (jet_in_doubt) known = 0;  // the stage's pulses are counted, the jet may have obeyed any of them or none
+  bool jet_in_doubt = Outcome(jet.outcome) == Outcome::kUnknown && doubt_to > 0;
+  if (jet_in_doubt) {
+    known = 0;  // the stage's pulses are counted, the jet may have obeyed any of them or none
+  } else if (jet.until_utime_us > 0 && known > 0) {
+    const std::int64_t last_us = stage.until_utime_us > 0 ? stage.until_utime_us : stage.header.utime_us;
+    const std::int64_t late = triggers_after(jet.until_utime_us, last_us, triggers_per_s);
+    jet_in_doubt = late > 0;
+    known -= std::min(known, late);
+  }
 
   deposition_report_t r{};
   r.layer = layer_;

@@ -49,9 +49,10 @@ class LayerJob {
   /// Records the stage's answer to the current pass. Fired droplets are never fired again. Everything fired:
   /// the next pass is current. A known prefix: the rest remains for the next attempt. Doubt: the layer is
   /// closed, and only a scan shows the result.
-  /// @param jet the answer to its disarming: kUnknown puts every pulse of the pass in doubt; its count cannot
-  /// reduce a doubt and is only reported
-  deposition_report_t settle(const answer_t& stage, const answer_t& jet);
+  /// @param jet the answer to its disarming: kUnknown puts every pulse of the pass in doubt, a stop that
+  /// disarmed it the pulses that may have come later; its count cannot reduce a doubt and is only reported
+  /// @param triggers_per_s the most that the stage makes, of node time
+  deposition_report_t settle(const answer_t& stage, const answer_t& jet, double triggers_per_s);
 
  private:
   void begin_pass();

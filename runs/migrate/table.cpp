@@ -98,6 +98,9 @@ void fill_figure(const MessageFields&, const MessageFields*, NewFields& now) {
   now.set_text("figure.key", "");
 }
 
+// Neither a stage nor a jet told until when it had acted.
+void fill_until(const MessageFields&, const MessageFields*, NewFields& now) { now.set("until_utime_us", 0); }
+
 // `pass` is a reserved word of Python, in which a class with such a member cannot be imported.
 void fill_pass_index(const MessageFields& old, const MessageFields*, NewFields& now) {
   now.set("pass_index", old.integer("pass"));
@@ -403,6 +406,20 @@ constexpr Migration kMigrations[] = {
           int8_t fires[n];
         })",
      fill_pass_index},
+    {R"(struct answer_t {
+          header_t header;
+          string node;
+          int64_t command_id;
+          int8_t outcome;
+          int64_t counted;
+          int64_t expected;
+          int64_t unknown_from;
+          int64_t unknown_to;
+          int32_t code;
+          string text;
+          figure_t figure;
+        })",
+     fill_until},
 };
 
 constexpr RetiredChannel kRetired[] = {
@@ -438,11 +455,12 @@ constexpr RetiredChannel kRetired[] = {
      "scheduler"},
 };
 
-// The recorded structs use these two; a change of them is a change of every message.
+// The recorded structs use these; a change of one is a change of every message that has it.
 constexpr std::string_view kCommon = R"(package firn;
     struct header_t { int64_t run_id; int32_t incarnation; int64_t seq; int64_t utime_us; }
     struct grid_t { int32_t nx; int32_t ny; double pitch_x_mm; double pitch_y_mm; double origin_x_mm;
                     double origin_y_mm; }
+    struct figure_t { int8_t known; double value; double limit; string unit; string key; }
     )";
 
 std::int64_t fingerprint_of(std::span<const std::byte> message) {

@@ -1,8 +1,10 @@
+#include <signal.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <fstream>
 
+#include "core/grid/random.h"
 #include "firn/height_model_t.hpp"
 #include "runs/read/run_reader.h"
 #include "tests/live/live_checks.h"
@@ -73,6 +75,28 @@ TEST_CASE("a full disk stops the print by name, and a resume fills the log again
   INFO(run.said());
   CHECK(status == 0);
   CHECK_THAT(run.said(), Catch::Contains("recording gap, repaired"));
+  check_finished_run(run);
+}
+
+TEST_CASE("droplets that the stage triggers after a stop has disarmed the jet are never reported as done") {
+  if (skipped()) return;
+  RandomStream random(8, Purpose::kKill);
+  LiveRun run(tiny_part(2));
+  for (int tries = 0, status = 130; tries < 8 && status == 130; ++tries) {
+    run.start(tries > 0);
+    REQUIRE(run.wait_started());
+    ::usleep(useconds_t(200'000 + random.below(400'000)));
+    ::kill(run.pid_of("stage"), SIGSTOP);  // its controller goes on with the row
+    run.interrupt();
+    ::usleep(30'000);
+    ::kill(run.pid_of("stage"), SIGCONT);
+    status = run.wait();
+    run.wait_all_gone();
+  }
+  run.start(true);
+  const int status = run.wait();
+  INFO(run.said());
+  CHECK(status == 0);
   check_finished_run(run);
 }
 
