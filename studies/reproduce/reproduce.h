@@ -79,8 +79,11 @@ std::vector<PartResult> reproduce(const ReproduceOptions& options, const std::ve
 /// Holds numbers of rows by verdict.
 struct VerdictCounts {
   int rows = 0, fitted = 0, unexpected = 0;
-  std::array<int, std::size(kVerdicts)> of{};  ///< by Verdict
+  std::array<int, std::size(kVerdicts)> of{};             ///< by Verdict
+  std::array<int, std::size(kRowKinds)> reproduced_of{};  ///< of the reproduced ones, by RowKind
 };
+/// Returns "18 number, 20 number with fit, 40 wording, 12 arithmetic".
+std::string kinds_in_words(const VerdictCounts& counts);
 /// @param paper of the rows; empty = all
 VerdictCounts count_verdicts(const std::vector<PartResult>& results, std::string_view paper = {});
 

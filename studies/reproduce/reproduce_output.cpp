@@ -11,6 +11,7 @@ namespace firn {
 namespace {
 
 static_assert(std::size(kVerdicts) == kTableSize<Verdict>);
+static_assert(std::size(kRowKinds) == kTableSize<RowKind>);
 
 using Json = nlohmann::ordered_json;
 
@@ -26,6 +27,9 @@ Json words_of(std::string_view words) { return words.empty() ? Json(nullptr) : J
 Json json_of(const VerdictCounts& c) {
   Json counts = {{"rows", c.rows}};
   for (const Verdict v : kVerdicts) counts[std::string(name(v))] = c.of[std::size_t(v)];
+  Json kinds = Json::object();
+  for (const RowKind k : kRowKinds) kinds[std::string(name(k))] = c.reproduced_of[std::size_t(k)];
+  counts["reproduced kinds"] = kinds;
   counts["fit"] = c.fitted;
   counts["unexpected"] = c.unexpected;
   return counts;
@@ -45,6 +49,7 @@ Json json_of(const ReproduceRow& row) {
           {"decimals", row.decimals},
           {"tolerance", words_of(row.tolerance)},
           {"fit", words_of(row.fit)},
+          {"kind", name(row.kind())},
           {"verdict", name(row.verdict())},
           {"reason", words_of(row.reason())},
           {"unexpected", row.fails()}};
@@ -100,6 +105,7 @@ VerdictCounts count_verdicts(const std::vector<PartResult>& results, std::string
     for (const ReproduceRow& row : part.rows) {
       ++counts.rows;
       ++counts.of[std::size_t(row.verdict())];
+      if (row.verdict() == Verdict::kReproduced) ++counts.reproduced_of[std::size_t(row.kind())];
       counts.fitted += !row.fit.empty();
       counts.unexpected += row.fails();
     }
@@ -114,8 +120,8 @@ bool all_pass(const std::vector<PartResult>& results) {
 }
 
 std::string reproduce_table(const std::vector<PartResult>& results) {
-  std::vector<std::vector<std::string>> lines{
-      {"id", "what", "printed", "derived", "ours", "tolerance", "verdict"}},
+  std::vector<std::vector<std::string>> lines{{"id", "what", "printed", "derived", "ours",
+                                               "tolerance, or threshold of a wording", "kind", "verdict"}},
       beside;
   std::string errors;
   for (const PartResult& part : results) {
@@ -124,6 +130,7 @@ std::string reproduce_table(const std::vector<PartResult>& results) {
                        in_brackets(text_of(row.printed.value, row.decimals, row.unit), row.printed.place),
                        in_brackets(text_of(row.derived.value, row.decimals, row.unit), row.derived.by),
                        text_of(row.ours, row.decimals, row.unit), row.tolerance.empty() ? "-" : row.tolerance,
+                       std::string(name(row.kind())),
                        std::string(name(row.verdict())) + (row.fit.empty() ? "" : ", FIT") +
                            (row.fails() ? ", UNEXPECTED" : "")});
     for (const BesideRow& row : part.beside)
@@ -138,7 +145,15 @@ std::string reproduce_table(const std::vector<PartResult>& results) {
   text += fmt::format("\n{} rows:", counts.rows);
   for (const Verdict v : kVerdicts)
     text += fmt::format("{} {} {}", v == kVerdicts[0] ? "" : ",", counts.of[std::size_t(v)], name(v));
-  return text + fmt::format("; {} are FIT, {} unexpected\n", counts.fitted, counts.unexpected) + errors;
+  return text + fmt::format("; {} are FIT, {} unexpected\n", counts.fitted, counts.unexpected) +
+         "of the reproduced: " + kinds_in_words(counts) + "\n" + errors;
+}
+
+std::string kinds_in_words(const VerdictCounts& counts) {
+  std::string text;
+  for (const RowKind k : kRowKinds)
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", counts.reproduced_of[std::size_t(k)], name(k));
+  return text;
 }
 
 std::string reproduce_json(const std::vector<PartResult>& results) {

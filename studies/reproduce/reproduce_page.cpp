@@ -47,11 +47,13 @@ std::string verdict_cell(const ReproduceRow& row) {
 std::string table(const std::vector<ReproduceRow>& rows) {
   std::string s =
       "<div class=\"scroll\"><table class=\"text\"><thead><tr><th>id</th><th>what</th><th>printed</th>"
-      "<th>derived</th><th>ours</th><th>tolerance</th><th>verdict</th></tr></thead><tbody>\n";
+      "<th>derived</th><th>ours</th><th>tolerance, or threshold of a "
+      "wording</th><th>kind</th><th>verdict</th></tr></thead><tbody>\n";
   for (const ReproduceRow& row : rows)
     s += "<tr><td><code>" + escape_html(row.id) + "</code></td>" + cell(row.what, "") + printed_cell(row) +
          derived_cell(row) + cell(text_of(row.ours, row.decimals, row.unit), "") +
-         cell(row.tolerance.empty() ? "-" : row.tolerance, "") + verdict_cell(row) + "</tr>\n";
+         cell(row.tolerance.empty() ? "-" : row.tolerance, "") + cell(std::string(name(row.kind())), "") +
+         verdict_cell(row) + "</tr>\n";
   return s + "</tbody></table></div>\n";
 }
 
@@ -77,15 +79,19 @@ std::string reproduce_page(const std::vector<PartResult>& results) {
       std::string(report::kReportStyle) +
       fmt::format(
           "</style></head><body>\n<h1>The papers beside Firn</h1>\n<p class=\"soft\">{} rows{}; {} are "
-          "FIT, {} unexpected. firn {}</p>\n",
-          counts.rows, of, counts.fitted, counts.unexpected, escape_html(build_commit().substr(0, 12))) +
+          "FIT, {} unexpected. Of the reproduced: {}. firn {}</p>\n",
+          counts.rows, of, counts.fitted, counts.unexpected, kinds_in_words(counts),
+          escape_html(build_commit().substr(0, 12))) +
       "<p><b>Reproduced</b>: ours agrees with the printed value. <b>Derived</b>: the paper prints no value, "
       "or "
       "a wrong one, and ours agrees with the one derived from its equations by the list of errata or by "
       "Firn. "
       "<b>Not identifiable</b>: the value depends on data that the paper does not print. <b>FIT</b>: "
       "parameters "
-      "of the set-up were fitted to the paper's printed results, so a match tests the fit.</p>\n";
+      "of the set-up were fitted to the paper's printed results, so a match tests the fit.</p>\n"
+      "<p>A <b>wording</b> is judged by a threshold of Firn's own, which stands beside it. <b>Arithmetic</b> "
+      "follows from the paper's own equations or from a file's format, so agreement checks the evaluation "
+      "alone.</p>\n";
   for (const PartResult& result : results) {
     s += "<h2>" + escape_html(result.part.paper) + ": " + escape_html(result.part.what) + "</h2>\n";
     for (const std::string& note : result.notes) s += "<p>" + escape_html(note) + "</p>\n";

@@ -17,6 +17,12 @@ std::string with_unit(std::string bound, const std::string& unit) {
   return unit.empty() ? bound : bound + " " + unit;
 }
 
+// "6.2 6.2 6.6 6.3", "[1 0.33 0]", "4.5×10^{-9}", "300 x 300 x 200"
+bool lists_numbers(const RowValue& value) {
+  const auto* words = std::get_if<std::string>(&value);
+  return !words || words->find_first_not_of("0123456789.+- []^{}x\u00d7") == std::string::npos;
+}
+
 }  // namespace
 
 bool is_none(const RowValue& value) {
@@ -36,6 +42,20 @@ std::string_view name(Verdict verdict) {
       return "not reproduced";
   }
   return "not reproduced";
+}
+
+std::string_view name(RowKind kind) {
+  switch (kind) {
+    case RowKind::kNumber:
+      return "number";
+    case RowKind::kFittedNumber:
+      return "number with fit";
+    case RowKind::kWording:
+      return "wording";
+    case RowKind::kArithmetic:
+      return "arithmetic";
+  }
+  return "number";
 }
 
 ReproduceRow::ReproduceRow(std::string row_id, std::string row_what, std::string row_unit, RowValue value,
@@ -91,6 +111,11 @@ ReproduceRow& ReproduceRow::fitted(std::string parameters) {
   return *this;
 }
 
+ReproduceRow& ReproduceRow::arithmetic() {
+  is_arithmetic = true;
+  return *this;
+}
+
 ReproduceRow& ReproduceRow::not_identifiable(std::string why) {
   unidentifiable_for = std::move(why);
   return *this;
@@ -113,6 +138,12 @@ Verdict ReproduceRow::verdict() const {
   if (!unidentifiable_for.empty()) return Verdict::kNotIdentifiable;
   if (compared_with_printed) return Verdict::kReproduced;
   return compared_with_derived ? Verdict::kDerived : Verdict::kNotReproduced;
+}
+
+RowKind ReproduceRow::kind() const {
+  if (is_arithmetic) return RowKind::kArithmetic;
+  if (!lists_numbers(is_none(printed.value) ? derived.value : printed.value)) return RowKind::kWording;
+  return fit.empty() ? RowKind::kNumber : RowKind::kFittedNumber;
 }
 
 bool ReproduceRow::fails() const { return verdict() == Verdict::kNotReproduced && missed_for.empty(); }

@@ -38,6 +38,17 @@ inline constexpr Verdict kVerdicts[] = {Verdict::kReproduced, Verdict::kDerived,
                                         Verdict::kNotReproduced};
 std::string_view name(Verdict verdict);
 
+/// What agreement with a row means.
+enum class RowKind {
+  kNumber,        ///< a number of the paper against one of a print, a plant, a motion or a measurement
+  kFittedNumber,  ///< the same, where parameters were fitted to the paper's printed results
+  kWording,       ///< words of the paper, judged by a threshold of Firn's own (ReproduceRow::tolerance)
+  kArithmetic,    ///< follows from the paper's own equations or a file's format: a check of the evaluation
+};
+inline constexpr RowKind kRowKinds[] = {RowKind::kNumber, RowKind::kFittedNumber, RowKind::kWording,
+                                        RowKind::kArithmetic};
+std::string_view name(RowKind kind);
+
 /// A row is written as one expression: what it is, what the paper prints or what is derived, the comparison.
 ///     ReproduceRow("lu.x.mean", "mean error", "um", ours).prints(44.1, "p. 1064, Fig. 11",
 ///     "...").within(1.0)
@@ -50,10 +61,11 @@ struct ReproduceRow {
   int decimals = 2;  ///< of the table; JSON carries the full numbers
   Printed printed;
   Derived derived;
-  std::string tolerance;  ///< bound of the comparison in words; empty = none
+  std::string tolerance;  ///< bound of the comparison in words, Firn's own for a wording; empty = none
   std::string fit;        ///< parameters that were fitted to the paper's printed results; empty = none
   std::string unidentifiable_for, missed_for;  ///< reasons; empty = not so
   bool compared_with_printed = false, compared_with_derived = false, agrees = true;
+  bool is_arithmetic = false;
 
   ReproduceRow() = default;
   ReproduceRow(std::string row_id, std::string row_what, std::string row_unit, RowValue value,
@@ -75,6 +87,8 @@ struct ReproduceRow {
 
   /// Marks a match that tests the fit and not the paper. @param parameters fitted to printed results
   ReproduceRow& fitted(std::string parameters);
+  /// Marks a value that the paper's equations or a file's format give without a print or a plant.
+  ReproduceRow& arithmetic();
   /// A bound, if there is one, still has to hold.
   ReproduceRow& not_identifiable(std::string why);
   /// Takes the comparison back, as for a print cut short by --quick.
@@ -83,6 +97,9 @@ struct ReproduceRow {
   ReproduceRow& not_reproduced(std::string why);
 
   Verdict verdict() const;
+  /// Returns the kind of the printed value, or of the derived one where nothing is printed. A list of numbers
+  /// is a number.
+  RowKind kind() const;
   /// Returns true for a disagreement that no reason is given for.
   bool fails() const;
   /// Returns the reason of a verdict that has one.

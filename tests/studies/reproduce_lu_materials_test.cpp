@@ -26,7 +26,7 @@ TEST_CASE(
     INFO(row.id << ": " << row.what);
     CHECK(row.verdict() == Verdict::kReproduced);
   }
-  CHECK(one[0].rows.size() == 8);
+  CHECK(one[0].rows.size() == 4);
   REQUIRE(one[0].pictures.size() == 4);
   for (const ReproducePicture& p : one[0].pictures) CHECK(p.svg.find("<image") != std::string::npos);
   CHECK(reproduce_json(few_seeds(2)) == reproduce_json(one));

@@ -89,6 +89,20 @@ TEST_CASE("A row's verdict follows from its comparison alone", "[reproduce]") {
         Verdict::kReproduced);
 }
 
+TEST_CASE("A row's kind is that of the printed value, or of the derived one where none is printed",
+          "[reproduce]") {
+  const auto row = [] { return ReproduceRow("a.b.c", "", "", 1.0); };
+  CHECK(row().prints(44.1, "p. 1", "44.1").kind() == RowKind::kNumber);
+  CHECK(row().prints(44.1, "p. 1", "44.1").fitted("grid").kind() == RowKind::kFittedNumber);
+  CHECK(row().prints("6.2 6.2 6.6 6.3", "p. 1", "").kind() == RowKind::kNumber);
+  CHECK(row().prints("4.5×10^{-9} 4.9×10^{-9}", "p. 1", "").kind() == RowKind::kNumber);
+  CHECK(row().prints("about half", "p. 1", "about half").fitted("grid").kind() == RowKind::kWording);
+  CHECK(row().prints("more than 1 mm", "p. 1", "more than 1 mm").kind() == RowKind::kWording);
+  CHECK(row().derives(21.3, "errata", "by hand").kind() == RowKind::kNumber);
+  CHECK(row().derives("prints for ever", "errata", "by hand").kind() == RowKind::kWording);
+  CHECK(row().prints(1.05, "p. 1", "1.05").arithmetic().kind() == RowKind::kArithmetic);
+}
+
 TEST_CASE("JSON carries printed, derived and ours with their sources, the verdict and its reason",
           "[reproduce]") {
   const Json all = Json::parse(reproduce_json(results({}, "lu")));
@@ -102,6 +116,7 @@ TEST_CASE("JSON carries printed, derived and ours with their sources, the verdic
   CHECK(rows[0]["tolerance"] == "+- 1 um");
   CHECK(rows[0]["verdict"] == "reproduced");
   CHECK(rows[0]["fit"] == "grid and mask");
+  CHECK(rows[0]["kind"] == "number with fit");
   CHECK(rows[0]["unexpected"] == false);
   CHECK(rows[1]["tolerance"] == "<= 2 s");
   CHECK(rows[1]["printed"].is_null());
@@ -119,6 +134,8 @@ TEST_CASE("JSON carries printed, derived and ours with their sources, the verdic
   CHECK(all["counts"]["lu"]["reproduced"] == 1);
   CHECK(all["counts"]["lu"]["fit"] == 1);
   CHECK(all["counts"]["all"]["unexpected"] == 1);
+  CHECK(all["counts"]["all"]["reproduced kinds"]["number with fit"] == 1);
+  CHECK(all["counts"]["all"]["reproduced kinds"]["number"] == 0);
 }
 
 TEST_CASE("A number that is none never agrees", "[reproduce]") {
@@ -161,7 +178,8 @@ TEST_CASE("The table shows places, FIT, reasons and counts", "[reproduce]") {
   for (const char* piece :
        {"44.10 um (p. 1064, Fig. 11)", "reproduced, FIT", "2.00 s (errata)", "not reproduced, UNEXPECTED",
         "the ink is not described: lu.first.measured", "lu.first.own",
-        "4 rows: 1 reproduced, 1 derived, 1 not identifiable, 1 not reproduced; 1 are FIT, 1 unexpected"})
+        "4 rows: 1 reproduced, 1 derived, 1 not identifiable, 1 not reproduced; 1 are FIT, 1 unexpected",
+        "of the reproduced: 0 number, 1 number with fit, 0 wording, 0 arithmetic"})
     CHECK_THAT(table, Contains(piece));
 }
 

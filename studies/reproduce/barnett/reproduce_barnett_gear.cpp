@@ -107,7 +107,16 @@ void time_rows(const Add& add, const std::string& id, const Prints& smf) {
           .prints(33.0, kPage, "construction time was about 33% higher using SMF")
           .within(6.0)
           .fitted(kSpacing)
+          .arithmetic()  // the two rows before
           .not_reproduced("the thesis prints no spacing of its measurement paths"));
+  constexpr double kMm3PerLitre = 1e6, kDay_s = 86400.0;
+  add(ReproduceRow(id + "litres-a-day",
+                   "abstract: ice and scaffold of the gear over the time of deposition and measurement",
+                   "l/day", smf[0].volume_mm3 / kMm3PerLitre / ((deposit_s + measure_s) / kDay_s))
+          .prints("about one litre per day", "p. iii, abstract",
+                  "the rate of construction about one litre per day")
+          .not_identifiable(
+              "the rate depends on the part, and the thesis does not print which one it is of"));
 }
 
 }  // namespace

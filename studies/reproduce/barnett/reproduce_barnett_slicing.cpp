@@ -82,7 +82,7 @@ void format_rows(Reproduction& to, const SampleMesh& mesh) {
                       std::string("Table 3-2: size of a million facets, ") + r.name, "MiB", mb, 1);
     size.prints(r.mb, kTable32, r.quote);
     if (r.format == MeshFormat::kBinaryStl || (r.format == MeshFormat::kBinaryPly && indexed))
-      size.within(0.3);
+      size.within(0.3).arithmetic();
     else
       size.not_identifiable(kDigits);
     to.row(std::move(size));

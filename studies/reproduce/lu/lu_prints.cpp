@@ -40,7 +40,7 @@ std::vector<MemoryPrintReport> print_seeds(const Experiment& experiment, int see
         Experiment e = experiment;
         e.plant.seed = std::uint64_t(n + 1);
         prints[std::size_t(n)] =
-            print_in_memory(full_product(), e, inputs, {.series = true, .surface = true});
+            print_in_memory(full_product(), e, inputs, {.series = true, .surface = true, .outline = true});
         const std::lock_guard hold(lock);
         to.progress(from + (to_fraction - from) * ++done / seeds, doing);
       } catch (...) {

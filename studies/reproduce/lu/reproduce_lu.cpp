@@ -2,10 +2,12 @@
 // square.
 #include <fmt/core.h>
 
+#include <array>
 #include <cmath>
 #include <stdexcept>
 
 #include "core/deposition/height_change.h"
+#include "core/grid/outline.h"
 #include "report/draw/charts.h"
 #include "report/draw/heat_map.h"
 #include "studies/reproduce/lu/lu_prints.h"
@@ -45,7 +47,7 @@ constexpr PaperFigure kFigures[] = {
     {"fig12", "Fig. 12", 0.4, 84.7, 16.6, 1.9, 4.5, 2.5,
      "mean errors for open-loop and closed-loop surfaces are 84.7 and $1.9\\ \\mu\\text{m}$",
      "standard deviations are 16.6 and $4.5\\ \\mu\\text{m}$"}};
-constexpr double kClosedStdBound_um = 2.25;  // one sigma; the printed 4.1 and 4.5 are read as two
+constexpr double kClosedStdBound_um = 4.5;  // the larger one of the two printed
 constexpr const char* kSetUp =
     "grid, mask, direction of the variation and alpha, which the paper does not print";
 constexpr const char* kTwoSigma =
@@ -82,8 +84,8 @@ void cylinder(const PaperFigure& f, int number, Reproduction& to) {
              .prints(f.closed_mean_um, place, f.means)
              .at_most(f.closed_mean_bound_um)
              .fitted(kSetUp));
-  to.row(ReproduceRow(id + "closed-std", "closed loop: largest one sigma of any seed", "um",
-                      largest_of(closed, std_um))
+  to.row(ReproduceRow(id + "closed-std", "closed loop: largest std of any seed, ours as two sigma", "um",
+                      2 * largest_of(closed, std_um))
              .prints(f.closed_std_um, place, f.stds)
              .at_most(kClosedStdBound_um)
              .fitted(kSetUp)
@@ -157,11 +159,13 @@ void reproduce_lu_table_2(Reproduction& to) {
   to.row(ReproduceRow(id + "model-height", "open loop by the paper's model without variation: average height",
                       "um", mean_of(model, height))
              .derives(21.3, "errata", by_model)
-             .within_derived(0.05));
+             .within_derived(0.05)
+             .arithmetic());
   to.row(
       ReproduceRow(id + "model-rmsd", "the same: RMSD about the wanted height", "um", mean_of(model, rmsd_um))
           .derives(2.0, "errata", by_model)
-          .within_derived(0.05));
+          .within_derived(0.05)
+          .arithmetic());
   const auto printer = [&](const char* name, const char* what, double printed, const char* quote,
                            double ours) {
     to.row(ReproduceRow(id + name, what, "um", ours)
@@ -190,6 +194,21 @@ void reproduce_lu_table_2(Reproduction& to) {
                   "the cuboid printed with control procedure has very close average height to desired height")
           .at_most(0.5));
   const Target target = lu_target(e);
+  const std::array<double, 3> size_mm = part_size_mm(target.height, target.mask);
+  to.row(
+      ReproduceRow(
+          id + "growth", "closed loop: X and Y at half height over the wanted ones, mean of both", "%",
+          mean_of(closed,
+                  [&](const MemoryPrintReport& p) {
+                    return 50.0 *
+                           (p.outline.size_error_x_mm / size_mm[0] + p.outline.size_error_y_mm / size_mm[1]);
+                  }),
+          1)
+          .prints(
+              10.0, "p. 1067, V-D.2",
+              "the X- and Y-axes measurements of close-loop printed cuboid are about 10% more than the model")
+          .within(2.0)
+          .not_reproduced("it depends on how far droplets at the edge run, which the paper does not print"));
   to.picture(
       {"table-2-side", "The 8 x 8 square through the middle, seed 1",
        report::line_chart({line("open loop", middle_row(open[0].surface, e.grid), 0),

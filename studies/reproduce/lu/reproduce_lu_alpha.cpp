@@ -199,17 +199,20 @@ void show_trap(Reproduction& to) {
   to.row(ReproduceRow(id + "trap-nothing", "flat, 3.8 um short, alpha = 0.8: objective of printing nothing",
                       "um", kAlphaUm * ours.objective_none_mm, 4)
              .derives(3.04, "errata", by)
-             .within_derived(1e-6));
+             .within_derived(1e-6)
+             .arithmetic());
   to.row(ReproduceRow(id + "trap-greedy",
                       fmt::format("the printed search from all ones stays there ({:.0f} % ones)",
                                   100.0 * double(found.total()) / double(e.grid.size())),
                       "um", kAlphaUm * search.objective_mm(), 4)
              .derives(3.0475, "errata", by)
-             .within_derived(5e-5));
+             .within_derived(5e-5)
+             .arithmetic());
   to.row(ReproduceRow(id + "trap-stripes", "diagonal stripes, half of the cells", "um",
                       kAlphaUm * striped.objective_mm, 4)
              .derives(1.405, "errata", by)
-             .within_derived(5e-4));
+             .within_derived(5e-4)
+             .arithmetic());
   to.beside({id + "trap-ours", "Firn's search", "um", kAlphaUm * ours.objective_mm, 4});
 }
 

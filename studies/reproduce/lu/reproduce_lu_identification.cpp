@@ -79,11 +79,7 @@ void prints_of(Reproduction& to) {
       {"h2", "V-C 2) four side neighbours, rise of the centre / 4", p.h2, t.h2, kPaper_um[1],
        "p. 1066, V-C 2)", "Thus, $h_2 = 0.6 \\mu\\text{m}$", kMerge},
       {"h3", "V-C 3) one corner neighbour, rise of the centre", p.h3, t.h3, kPaper_um[2], "p. 1066, V-C 3)",
-       "height change parameter h_3 is found to be $0.2 \\mu\\text{m}$", kMerge},
-      {"side", "Table I, h2: rise beside a single droplet", p.side, t.side, kPaper_um[1], "p. 1066, Table I",
-       "h_2 $0.6 \\mu\\text{m}$", ""},
-      {"corner", "Table I, h3: rise at the corner of a single droplet", p.corner, t.corner, kPaper_um[2],
-       "p. 1066, Table I", "h_3 $0.2 \\mu\\text{m}$", ""}};
+       "height change parameter h_3 is found to be $0.2 \\mu\\text{m}$", kMerge}};
   for (const auto& r : rows)
     to.row(ReproduceRow(
                std::string("lu.identification.droplets-") + r.name,
@@ -93,6 +89,14 @@ void prints_of(Reproduction& to) {
                .within(r.ours.half_width_mm * 1e3)
                .fitted(kFitted)
                .not_reproduced(r.miss));
+  const auto around = [&](const char* name, const char* what, const droplet::Repeats& r) {
+    to.beside({std::string("lu.identification.droplets-") + name,
+               fmt::format("{} a single droplet (+- {:.3f} um); the plant was fitted to it", what,
+                           r.half_width_mm * 1e3),
+               "um", r.mean_mm * 1e3, 3});
+  };
+  around("side", "Table I, h2 = 0.6 um: rise beside", p.side);
+  around("corner", "Table I, h3 = 0.2 um: rise at the corner of", p.corner);
   to.picture(
       {"lu-identification-droplets",
        "Identification prints [Lu 2015, V-C] on the plant \"droplets\": mean rise about each kind of site, "

@@ -167,6 +167,7 @@ void reproduce_thompson_corners(Reproduction& to) {
                       min_transit_speed(seven))
              .prints(4.0, "p. 1562, Fig. 9", "reaches the maximum velocity (4 mm/s) for each MTT")
              .within(1e-9)
+             .arithmetic()
              .fitted(kFitted));
   to.row(ReproduceRow(id + "fig9-isolated", "speed error of segments 4 and 5", "%",
                       100 * error_of_segment(fig7, seven, 3, 4))
@@ -178,7 +179,8 @@ void reproduce_thompson_corners(Reproduction& to) {
   to.row(ReproduceRow(id + "zero-angle", "least speed error at 0 degrees of 12 headings", "%",
                       100 * sweep.reversal)
              .prints(100.0, "p. 1563, VI", "a 0° angle results in a 100% error")
-             .within(1e-6));
+             .within(1e-6)
+             .arithmetic());
   to.row(ReproduceRow(id + "monotone", "speed at the corner, 73 angles, 12 headings", "",
                       std::string(sweep.monotone ? "grows with the angle" : "does not grow with the angle"))
              .prints("increases as angle decreases", "p. 1563, Fig. 12(a)",
@@ -200,7 +202,8 @@ void reproduce_thompson_misprints(Reproduction& to) {
     to.row(ReproduceRow(std::string("thompson.misprints.") + name,
                         fmt::format("{}; as printed {:.3f} s", what, as_printed), "s", ours, 4)
                .derives(wanted, "errata", how)
-               .within_derived(1e-9));
+               .within_derived(1e-9)
+               .arithmetic());
   };
   derived("eq37", "(37): time of a move from 0 to -10 mm", 10.0 / 4 - 4.0 / 30, 10.0 / 4 + 4.0 / 30,
           "(37) without the sign of q1 - q0 before v_max / alpha",
@@ -227,11 +230,13 @@ void reproduce_thompson_misprints(Reproduction& to) {
                       "shortest segment between hairpins that needs no more than 4 mm/s", "mm",
                       shortest([&](double l) { return plan(l, kVmax_mm_s); }))
              .derives(1.6, "errata", "(11)-(16) at v = 3 mm/s, alpha = 30 mm/s2, v_max = 4 mm/s")
-             .within_derived(1e-6));
+             .within_derived(1e-6)
+             .arithmetic());
   to.row(ReproduceRow("thompson.misprints.hairpin-none", "shortest with any solution", "mm",
                       shortest([&](double l) { return plan(l, 1e6); }))
              .derives(1.2, "errata", "4 v^2 / alpha at v = 3 mm/s, alpha = 30 mm/s2")
-             .within_derived(1e-6));
+             .within_derived(1e-6)
+             .arithmetic());
 }
 
 void reproduce_thompson_corner_modes(Reproduction& to) {
