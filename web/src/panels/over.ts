@@ -29,6 +29,7 @@ export function Over({session}: {session: Session}) {
     const timer = setTimeout(() => set_asked(null), kSure_ms);
     return () => clearTimeout(timer);
   }, [asked_ms]);
+  useEffect(() => { if (session.live) set_said(null); }, [session.live, said]);  // the page itself shows the print that goes on
   if (session.live) return null;
 
   const run = session.hello.run.id;

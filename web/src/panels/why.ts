@@ -42,10 +42,11 @@ export function StopBanner({session}: {session: Session}) {
   use_observed(session);
   const stop = stop_of(session);
   if (!stop) return null;
+  const told = stop.words.replace(/^[^:]*: /, "");  // "stopped safely: " goes before the cause
   return html`
     <section class=${stop.by_operator ? "notice" : "notice stopped"} role="alert" aria-label="Why it stopped">
       <h2>■ ${stop.words}</h2>
-      ${stop.cause && html`<p><b>Cause:</b> ${stop.cause}</p>`}
+      ${stop.cause && !stop.cause.endsWith(told) && html`<p><b>Cause:</b> ${stop.cause}</p>`}
       ${stop.do && html`<${Advice} words=${stop.do} />`}
       <${ManualLink} link=${stop.manual} />
     </section>`;
