@@ -18,7 +18,7 @@ BESIDE = re.compile(r"(?:cp|echo|python3|scripts/\S+) ")  # lines that a reader 
 EXITS = re.compile(r"# exits with (\d+)")
 COMMENT = re.compile(r"\s+#\s.*$")
 TOML_FILE = re.compile(r"# (\S+\.toml)\b")
-CAPITALS = re.compile(r"(?<![\w./=-])[A-Z]{2,}(?:\.\w+)?(?![\w.])|(?<==)VALUE\b|(?<![\w-])[A-Z](?=\.npy\b)")
+CAPITALS = re.compile(r"(?<![\w./=-])[A-Z]{2,}(?:\.\w+)?(?![\w.])")
 # What stands for a reader's own files and words; a page's own come first.
 PLACEHOLDERS = {
     "": {"EXPERIMENT.toml": "experiments/demo.toml", "EXPERIMENT": "experiments/demo.toml", "LAB": "labs/inkjet-lu2015.toml", "LOG": "RUN/log.lcm",
@@ -60,10 +60,8 @@ LEFT_OUT = [
     ("docs/commands/droplets.md", r"", "the reader's own pictures"),
     ("docs/commands/spy.md", r"spy$", "needs a display"),
     ("docs/commands/device.md", r"cassette|record", "a real lamp"),
-    ("docs/page.md", r"--host", "another host"),
     ("docs/tutorials/your-lab.md", r"--row 47|--device NAME", "a person at the gauge block; real instruments"),
     ("docs/write-a-controller.md", r"scheme=(level|learning)|learning_rate", "the reader's own C++: tests/docs builds it"),
-    ("docs/algorithms/paths.md", r"slice MODEL", "any model"),
     ("docs/measurements.md", r"", "measures; the figure stands beside it"),
 ]
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# scripts/pictures.sh: docs/images/cylinder.png anew, the report of a cylinder under three schemes as a browser shows it,
-# docs/images/certified.png, the plan of Fig. 4-2's path, and the pictures of docs/page.md, with a fourth print whose
-# nozzle dies.
+# scripts/pictures.sh: pictures of docs/images anew: surfaces.png, which the README begins with; cylinder.png, the report of a
+# cylinder under three schemes as a browser shows it; certified.png, the plan of Fig. 4-2's path; those of docs/page.md, with a
+# fourth print whose nozzle dies.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 work=$(mktemp -d)
@@ -10,6 +10,7 @@ trap 'rm -rf "$work"; [ -z "$view" ] || kill "$view"' EXIT
 print() { # FOLDER ARGUMENT…; out of tolerance (4) and stopped safely (3) are pictures too
   ./firn print experiments/cylinder.toml --bus in-process --runs "$work/$1" "${@:2}" || [[ $? =~ ^[34]$ ]]
 }
+./firn python scripts/draw_surfaces.py
 for scheme in mpc open_loop smf; do
   print runs --set control.scheme=$scheme # the open loop ends out of tolerance
 done

@@ -34,7 +34,8 @@ sys.path.insert(0, str(ROOT / "scripts"))
 from doc_commands import A_RUN, commands_of  # noqa: E402
 
 FRESH = ROOT / "scripts" / "fresh_machine.sh"
-INSIDE = "/root/firn"
+HOME = "/root"  # of the machine
+INSIDE = f"{HOME}/firn"  # as .ci/run has it, so that the compiler's cache serves both
 COLUMNS = ("page", "line", "command", "exit", "seconds", "packages", "downloaded_MB", "build_MB", "machine_MB", "wrong")
 ONCE = re.compile(r"\./firn (demo|compare|reproduce)\b(?!.*RUN)")  # the same on every page
 SERVES = re.compile(r"\./firn view|python3 \S*fake_lab\.py")        # until somebody ends it
