@@ -66,6 +66,26 @@ test("a resume wants a second press, later than a double click, and then shows t
   assert.deepEqual(server.resumed, [kStopped]);
 }, at(kStopped)));
 
+test("a print that was resumed leaves no word of its resume when it is over", () => with_page(async (page, server) => {
+  await (await button(page, "Resume")).click();
+  await wait(450);
+  await (await button(page, "Resume: press again")).click();
+  await see(page, "● live");
+  server.stop("the lamp is disconnected");
+  await button(page, "Audit");
+  assert.equal(await page.$eval(".said", said => said.innerText.trim()), "");
+}, at(kStopped)));
+
+test("a stop's cause is said once: in its head where that has it, else below", () => with_page(async (page, server) => {
+  const stop = words => server.tell({type: "end", outcome: "stopped safely", words, cause: "scheduler: lamp: the lamp is disconnected", do: null, manual: null});
+  await see(page, "Printing layer 8");
+  stop("stopped safely: lamp: the lamp is disconnected");
+  await see(page, "■ stopped safely");
+  assert.doesNotMatch(await page.$eval(".stopped", banner => banner.innerText), /Cause:/);
+  stop("stopped safely");
+  await see(page, "Cause: scheduler: lamp");
+}));
+
 test("a resume that is pressed once is forgotten", () => with_page(async (page, server) => {
   await (await button(page, "Resume")).click();
   await see(page, "the instruments will move");
