@@ -4,8 +4,9 @@
     scripts/try_docs.py [PAGE]... [--machine FOLDER] [--cold] [--limit S] [--test]
     scripts/try_docs.py --list [PAGE]...
 
-Prints a row of CSV for each command: page, line, command, exit code, seconds, packages that it installed, MB that it
-downloaded, MB of build/ and of the whole machine afterwards, and what is wrong. Exits with 1 if a command ended otherwise than its
+Prints a row of CSV for each command: page, line, command, exit code, seconds, processor seconds (on a busy computer half of them
+are about what two idle cores would take), packages that it installed, MB that it downloaded, MB of build/ and of the whole machine
+afterwards, and what is wrong. Exits with 1 if a command ended otherwise than its
 page says, with 3 where no fresh machine can be had. scripts/doc_commands.py says what counts as a command, and which are left out.
 
 --machine FOLDER   an empty Debian 12, made there unless it is there (scripts/fresh_machine.sh); a copy of it is used
@@ -20,6 +21,7 @@ import csv
 import json
 import os
 import re
+import resource
 import shutil
 import signal
 import subprocess
@@ -36,7 +38,7 @@ from doc_commands import A_RUN, commands_of  # noqa: E402
 FRESH = ROOT / "scripts" / "fresh_machine.sh"
 HOME = "/root"  # of the machine
 INSIDE = f"{HOME}/firn"  # as .ci/run has it, so that the compiler's cache serves both
-COLUMNS = ("page", "line", "command", "exit", "seconds", "packages", "downloaded_MB", "build_MB", "machine_MB", "wrong")
+COLUMNS = ("page", "line", "command", "exit", "seconds", "cpu_s", "packages", "downloaded_MB", "build_MB", "machine_MB", "wrong")
 ONCE = re.compile(r"\./firn (demo|compare|reproduce)\b(?!.*RUN)")  # the same on every page
 SERVES = re.compile(r"\./firn view|python3 \S*fake_lab\.py")        # until somebody ends it
 ADDRESS = re.compile(r"http://[\w.:]+/\S*")
@@ -58,6 +60,12 @@ def to_download(names):
     """@returns bytes, by apt's own figures."""
     shown = output("apt-cache", "show", "--no-all-versions", *sorted(names)) if names else ""
     return sum(int(size) for size in re.findall(r"^Size: (\d+)$", shown, re.M))
+
+
+def cpu_s():
+    """@returns processor time of all commands that have ended [s]"""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def folder_mb(folder):
@@ -112,13 +120,14 @@ class Reader:
 
     def run(self, page, number, line, exits, given=""):
         line = re.sub(r"\bRUN\b", lambda _: newest_run(self.place), line)
-        before = packages()
+        before, used_s = packages(), cpu_s()
         with tempfile.NamedTemporaryFile("w", suffix=".log") as self.log:
             code, took = self.serve(line) if SERVES.search(line) else self.shell(line)
             said = self.said()
+        used_s = cpu_s() - used_s
         added = packages() - before
         wrong = "" if code in exits else f"not within {self.limit_s} s" if code is None else f"expected {' or '.join(map(str, exits))}"
-        self.rows.writerow((page, number, line, code, f"{took:.1f}", " ".join(sorted(added)), f"{to_download(added) / MB:.0f}",
+        self.rows.writerow((page, number, line, code, f"{took:.1f}", f"{used_s:.1f}", " ".join(sorted(added)), f"{to_download(added) / MB:.0f}",
                             folder_mb(self.place / "build"), folder_mb("/") if added else "", wrong))
         sys.stdout.flush()
         if wrong:
@@ -174,20 +183,20 @@ def first_row(machine, binds, environment):
     """./firn demo as the machine's first command; python, which counts, comes with it."""
     size = folder_mb(machine)
     listed = ["dpkg-query", "--root", str(machine), "-W", "-f=${Package}\n"]
-    before, began = set(output(*listed).split()), time.monotonic()
+    before, used_s, began = set(output(*listed).split()), cpu_s(), time.monotonic()
     with tempfile.TemporaryFile("w+") as log:
         status = subprocess.run([FRESH, "run", machine, *binds, "--", f"{INSIDE}/firn", "demo"], env=environment, stdout=log, stderr=log,
                                 check=False).returncode
         log.seek(0)
         said = log.read()
-    took = time.monotonic() - began
+    took, used_s = time.monotonic() - began, cpu_s() - used_s
     added = set(output(*listed).split()) - before
     unpacked = [folder.name for folder in Path(machine, "root/.cache/firn/headers").glob("*/*") if folder.is_dir()]
     bytes_ = sum(int(n) for n in re.findall(r"^Size: (\d+)$", subprocess.run(
         [FRESH, "run", machine, "--", "apt-cache", "show", "--no-all-versions", *sorted(added), *unpacked],
         capture_output=True, text=True, check=False).stdout, re.M))
     lists_mb = folder_mb(Path(machine, "var/lib/apt/lists"))
-    csv.writer(sys.stdout).writerow(("README.md", 0, "./firn demo", status, f"{took:.1f}", " ".join(sorted(added)), f"{bytes_ / MB:.0f}",
+    csv.writer(sys.stdout).writerow(("README.md", 0, "./firn demo", status, f"{took:.1f}", f"{used_s:.1f}", " ".join(sorted(added)), f"{bytes_ / MB:.0f}",
                                      folder_mb(Path(machine, "root/firn/build")), folder_mb(machine),
                                      "" if status in (0, 4) else "the first command failed"))
     print(f"try_docs: before it the machine had {size} MB; apt's lists are {lists_mb} MB", file=sys.stderr, flush=True)
