@@ -110,7 +110,7 @@ Check instrument(const std::string& node, const PortAddress& address) {
   }
   const RawLine line(address);
   if (!line.is_open()) {
-    c.found += ": " + (line.trouble().empty() ? "does not open" : line.trouble());
+    c.found = line.trouble().empty() ? c.found + ": does not open" : line.trouble();  // names the address
     c.mend =
         address.kind == PortAddress::Kind::kTcp ? "power, cable, address; ping it" : "close what holds it";
     return c;

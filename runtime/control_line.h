@@ -1,6 +1,7 @@
 // ControlLine sends and reads lines over the socket pair of launcher and process. Down: "KEY <64 digits>"
 // unless the bus has none, "START", "STOP <cause>". Up: "READY", "FAULT <text>", "FINISH <status> <reason>",
-// "ERROR <text>". End of file: the other side is gone.
+// "ERROR <text>", "PORT <why an instrument's port is not open; nothing: all are>". End of file: the other
+// side is gone.
 #pragma once
 
 #include <optional>

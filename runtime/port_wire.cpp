@@ -78,6 +78,11 @@ void PortWire::failed(const std::string& why) {
   trouble_ = to_text(address_) + ": " + why;
 }
 
+PortWire::Io PortWire::gone(const std::string& why) {
+  trouble_ = to_text(address_) + ": " + why;
+  return Io::kLost;
+}
+
 void PortWire::connect_socket(const sockaddr* to, socklen_t size) {
   fd_ = ::socket(to->sa_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (fd_ < 0) return failed(std::strerror(errno));
@@ -192,7 +197,10 @@ PortWire::Io PortWire::read(std::span<std::byte> to, std::size_t& count) {
   }
   const ssize_t got = serial ? ::read(fd_, to.data(), to.size()) : ::recv(fd_, to.data(), to.size(), 0);
   if (got < 0 && (errno == EAGAIN || errno == EINTR)) return Io::kLater;
-  if (got <= 0) return Io::kLost;
+  if (got <= 0)
+    return gone(got < 0  ? std::strerror(errno)
+                : serial ? "the line is gone"
+                         : "the other side has closed it");
   count = std::size_t(got);
   return Io::kDone;
 }
@@ -209,7 +217,7 @@ PortWire::Io PortWire::write(std::span<const std::byte> bytes, std::size_t& coun
                            ? ::write(fd_, bytes.data(), bytes.size())
                            : ::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
   if (sent < 0 && (errno == EAGAIN || errno == EINTR)) return Io::kLater;
-  if (sent < 0) return Io::kLost;
+  if (sent < 0) return gone(std::strerror(errno));
   count = std::size_t(sent);
   return sent == 0 ? Io::kLater : Io::kDone;
 }

@@ -40,7 +40,9 @@ class PortWire {
   int fd() const { return fd_; }  ///< -1 when closed
   std::int64_t due_us() const;    ///< when settle() must be called next; INT64_MAX unless connecting
   const PortAddress& address() const { return address_; }
-  const std::string& trouble() const { return trouble_; }  ///< of the last open(), with the address
+  const std::string& trouble() const {
+    return trouble_;
+  }  ///< of the last open(), or of its end, with the address
 
   /// @returns kDone with `count` > 0, kLater, or kLost: the other side has gone
   Io read(std::span<std::byte> to, std::size_t& count);
@@ -50,6 +52,7 @@ class PortWire {
 
  private:
   void failed(const std::string& why);
+  Io gone(const std::string& why);
   void open_pictures();
   void open_cassette(std::int64_t wall_us);
   void wait_for_cassette();

@@ -119,6 +119,12 @@ void Ports::read(Port& p, std::int64_t wall_us, const OnBytes& on_bytes) {
 
 std::vector<std::string> Ports::take_notices() { return std::exchange(notices_, {}); }
 
+std::string Ports::trouble() const {
+  const auto broken =
+      std::ranges::find_if(ports_, [](const Port& p) { return !p.told_open && !p.said.empty(); });
+  return broken == ports_.end() ? "" : broken->said;
+}
+
 void Ports::take_refused(const OnRefused& on_refused) {
   for (std::size_t n = 0; n < ports_.size(); ++n)
     if (const std::string cause = std::exchange(ports_[n].refused, {}); !cause.empty())
@@ -140,6 +146,9 @@ void Ports::close(Port& p) {
 
 void Ports::lost(Port& p) {
   if (p.told_open) tell(p, Cassette::Kind::kClosed);
+  const bool near = p.wire.address().kind == PortAddress::Kind::kUnix;
+  if (!near && !p.wire.trouble().empty() && p.said != p.wire.trouble())
+    notices_.push_back(p.said = p.wire.trouble());
   close(p);
   p.tell_closed = true;
 }

@@ -59,8 +59,10 @@ class Ports {
   void service(std::int64_t wall_us, const OnLink& on_link, const OnBytes& on_bytes);
   /// Tells of the bytes that were not let out since the last call.
   void take_refused(const OnRefused& on_refused);
-  /// Returns the sentences about ports that could not be opened, each once until it opens.
+  /// Returns the sentences about ports that could not be opened or were lost, each once until it opens.
   std::vector<std::string> take_notices();
+  /// Why a port is not open now: "tcp:127.0.0.1:4001: Connection refused"; empty: each is, or was not tried.
+  std::string trouble() const;
   std::int64_t due_us() const;  ///< next attempt to connect
 
  private:

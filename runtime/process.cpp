@@ -108,7 +108,7 @@ class Runner {
 
   ProcessOptions options_;
   RunPaths run_;
-  std::string name_;
+  std::string name_, port_trouble_;
   RunClock clock_;
   Bus& bus_;
   WalFile wal_;
@@ -450,6 +450,8 @@ void Runner::receive_from_bus(std::int64_t wall_us) {
 }
 
 void Runner::notices() {
+  if (const std::string trouble = ports_.trouble(); trouble != port_trouble_)
+    control_.say("PORT " + (port_trouble_ = trouble));
   for (const std::string& text : ports_.take_notices())
     std::fprintf(stderr, "%s: %s\n", name_.c_str(), text.c_str());
   for (const std::string& text : transport_.take_notices())

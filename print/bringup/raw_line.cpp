@@ -21,7 +21,7 @@ RawLine::RawLine(const PortAddress& address) : ports_({address}) {
   while (!open_ && monotonic_us() < until &&
          (trouble_.empty() || monotonic_us() < begin + kTroubleWithin_us)) {
     turn(20);
-    for (std::string& notice : ports_.take_notices()) trouble_ = std::move(notice);
+    trouble_ = ports_.trouble();
   }
 }
 

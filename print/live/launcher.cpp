@@ -54,6 +54,12 @@ constexpr double kSchedulerWithinS = 10.0;  // to end the run after a safe stop
 constexpr double kTruthWithinS = 2.0;
 constexpr double kDeathSeenWithinS = 0.3;  // after a safe stop
 
+// A fault is told as "NODE: TEXT".
+bool tells(const std::string& fault, const std::string& reason) {
+  const auto text = fault.find(": ");
+  return reason.find(text == std::string::npos ? fault : fault.substr(text + 2)) != std::string::npos;
+}
+
 volatile sig_atomic_t interrupted = 0;
 
 /// While this lives, Ctrl-C, SIGTERM and the end of the terminal set a flag. Ctrl-Z and a closed pipe are
@@ -122,6 +128,7 @@ class Launch {
   void start_page(const fs::path& program);
   void service_page();
   void ask_truth();
+  std::string port_words(const std::string& reason) const;
   void note(const std::string& text) {
     options_.note ? options_.note(text) : void(std::fprintf(stderr, "%s\n", text.c_str()));
     if (desk_) desk_->tell("note " + text);
@@ -147,8 +154,9 @@ class Launch {
   std::vector<operator_command_t> earlier_orders_;  // of before the resume
   bool begun_ = false;                              // START was sent: the nodes can take orders
   std::vector<std::unique_ptr<ChildProcess>> children_;
-  std::unique_ptr<ChildProcess> page_;       // no part of the print: its death is only told
-  std::map<std::string, std::string> said_;  // last ERROR or FAULT line of each
+  std::unique_ptr<ChildProcess> page_;               // no part of the print: its death is only told
+  std::map<std::string, std::string> said_;          // last ERROR or FAULT line of each
+  std::map<std::string, std::string> port_trouble_;  // of an instrument's port that is not open, with address
   std::map<std::string, bool> ready_;
   std::optional<std::pair<int, std::string>> finish_;  // the scheduler's FINISH
   std::string cause_;                                  // cause of an early stop of the lab
@@ -404,6 +412,13 @@ void Launch::end_all(const std::string& cause) {
   fs::remove(place_.now() / "pids", ignored);
 }
 
+// The port of an instrument that the reason names, and what this computer said of it: nodes do not know it.
+std::string Launch::port_words(const std::string& reason) const {
+  for (const auto& [node, trouble] : port_trouble_)
+    if (!trouble.empty() && reason.find(node) != std::string::npos) return "; " + node + " at " + trouble;
+  return "";
+}
+
 LaunchReport Launch::report() {
   LaunchReport report;
   report.folder = place_.now();
@@ -420,7 +435,7 @@ LaunchReport Launch::report() {
     r.outcome = interrupted ? "interrupted" : "stopped safely";
     r.status = interrupted ? kInterrupted : kSafetyStop;
     r.reason = !cause_.empty() ? cause_ : finish_ ? finish_->second : "the scheduler said nothing";
-    r.reason += busy_words(r.reason);
+    r.reason += port_words(r.reason) + busy_words(r.reason);
     return report;
   }
   const run_end_t& end = *watch_->end();
@@ -428,9 +443,9 @@ LaunchReport Launch::report() {
   if (finish_ && RunOutcome(end.outcome) != RunOutcome::kOutOfTolerance) r.status = finish_->first;
   if ((RunOutcome(end.outcome) == RunOutcome::kStoppedSafely ||
        RunOutcome(end.outcome) == RunOutcome::kWaitsForOperator) &&
-      !watch_->fault().empty() && r.reason.find(watch_->fault()) == std::string::npos)
+      !watch_->fault().empty() && !tells(watch_->fault(), r.reason))
     r.reason += " (" + watch_->fault() + ")";
-  if (runs::can_go_on(r)) r.reason += busy_words(r.reason);
+  if (runs::can_go_on(r)) r.reason += port_words(r.reason) + busy_words(r.reason);
   if (const auto last = watch_->take_metrics()) judge_.take(*last);
   judge_.judge(r);
   try {
@@ -501,6 +516,7 @@ void Launch::take_lines() {
         std::getline(words, rest);
         finish_ = {status, rest};
       }
+      if (verb == "PORT") port_trouble_[c->name()] = line->substr(verb.size() + 1);
       if (verb == "ERROR" || verb == "FAULT")
         said_[c->name()] = line->substr(std::min(line->size(), verb.size() + 1));
       if (verb == "TRUTH") {

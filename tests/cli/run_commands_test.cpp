@@ -476,6 +476,18 @@ TEST_CASE("firn doctor's exit code is what its checks say, and every fault has i
     CHECK_THAT(words.out, Contains(check.at("check").get<std::string>()));
 }
 
+TEST_CASE("firn doctor names the port that refuses, once, and why") {
+  const fs::path lab = fresh_folder("doctor-ports") / "lab.toml";
+  const std::string address = "tcp:127.0.0.1:1";  // nobody serves it
+  std::ofstream(lab) << "include = \"" << FIRN_SOURCE_DIR
+                     << "/labs/inkjet-lu2015.toml\"\n[devices]\nlamp.port = \"" << address << "\"\n";
+  const Json j = runs_json(firn_says({"doctor", lab.string(), "--json"}));
+  std::string found;
+  for (const Json& check : j.at("checks"))
+    if (check.at("check") == "lamp" && !check.at("ok").get<bool>()) found = check.at("found");
+  CHECK(found == address + ": Connection refused");
+}
+
 TEST_CASE("Tuned gains are stable and no worse than where they started or than the thesis' own") {
   for (const char* algorithm : {"slsqp", "lbfgs", "cobyla"}) {
     const Json j = runs_json(firn_says({"tune", "smf", "--json", "--algorithm", algorithm, "--intervals",

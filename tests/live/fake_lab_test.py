@@ -91,6 +91,17 @@ class FakeLabTest(unittest.TestCase):
         self.assertIn(f"lamp at {unplugged.split(chr(34))[1]}: Connection refused", text)
         self.assertFalse((self.place / "runs").exists())
 
+    def test_a_cable_pulled_out_in_a_print_is_named_with_its_port_and_what_the_system_said(self):
+        run = re.search(r"run folder (\S+),", self.firn("print", "part.toml", "--accept-bringup", "all", "--detach")[1]).group(1)
+        self.firn("ctl", run, "pause")
+        self.lab.hurt("lamp", "drop")
+        self.firn("ctl", run, "continue")
+        code, text = self.firn("attach", run)
+        self.assertEqual(code, 3, text)
+        reason = json.loads((self.place / run / "result.json").read_text())["reason"]
+        self.assertRegex(reason, r"lamp.*; lamp at serial:\S*/lamp\S*: \S*/lamp: No such file")
+        self.assertLessEqual(reason.count("is disconnected"), 1, reason)
+
     def test_identify_tells_silence_nonsense_and_a_pulled_cable_apart(self):
         for name in ("stage", "lamp"):
             said = {}

@@ -222,6 +222,30 @@ TEST_CASE("a TCP port carries bytes, is told closed when the instrument goes, an
   ::close(peer);
 }
 
+TEST_CASE("a connection that the instrument ends is told with its address, until it is there again") {
+  Server server;
+  Bench bench(server.address());
+  REQUIRE(bench.open());
+  ::close(::accept(server.fd, nullptr, nullptr));
+  REQUIRE(bench.until([&] { return bench.links.back() == LinkState::kClosed; }));
+  bench.service();
+  const std::string lost = to_text(server.address()) + ": the other side has closed it";
+  CHECK(bench.notices == std::vector{lost});
+  CHECK(bench.ports.trouble() == lost);
+  bench.ports.reopen(PortId{0}, monotonic_us());
+  REQUIRE(bench.open());
+  CHECK(bench.ports.trouble().empty());
+}
+
+TEST_CASE("a serial line that is pulled out is told gone, with its name") {
+  Line line;
+  Bench bench(line.address());
+  REQUIRE(bench.open());
+  line.unplug();
+  REQUIRE(bench.until([&] { return !bench.notices.empty(); }));
+  CHECK_THAT(bench.notices.at(0), Contains(std::string(line.name)) && Contains("the line is gone"));
+}
+
 TEST_CASE("a TCP port that nobody serves is named once, and tried again until somebody does") {
   std::optional<Server> server(std::in_place);
   const PortAddress address = server->address();
