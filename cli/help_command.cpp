@@ -98,9 +98,6 @@ int run_help(const HelpOptions& options) {
     std::fputs(page->text.c_str(), stdout);
     return kOk;
   }
-  if (options.topic.size() == 1)
-    if (const std::string near = likeliest_page(all, options.topic.front()); !near.empty())
-      fmt::print(stderr, "firn help: no page {}; did you mean: firn help {}\n", options.topic.front(), near);
   std::vector<Section> headed;
   for (const Page& p : all)
     for (Section& s : sections(p))
@@ -123,8 +120,13 @@ int run_help(const HelpOptions& options) {
     fmt::print("key {}: {}\n", f->key, f->meaning);
     found = true;
   }
-  if (!found) fmt::print(stderr, "no page, section or key mentions it; firn help lists the pages\n");
-  return found ? kOk : kFailed;
+  if (found) return kOk;
+  const std::string near = options.topic.size() == 1 ? likeliest_page(all, options.topic.front()) : "";
+  if (near.empty())
+    fmt::print(stderr, "no page, section or key mentions it; firn help lists the pages\n");
+  else
+    fmt::print(stderr, "firn help: no page {}; did you mean: firn help {}\n", options.topic.front(), near);
+  return kFailed;
 }
 
 }  // namespace

@@ -235,8 +235,11 @@ TEST_CASE("firn help finds every command's page, and words wherever a page has t
   CHECK_THAT(firn_says({"help", "finish-layer"}).out, Contains("commands/ctl"));
   CHECK_THAT(firn_says({"help", "expand"}).out, Contains("commands/runs"));
   CHECK_THAT(firn_says({"help", "scan", "speed"}).out, Contains("key process.scan_speed_mm_s"));
-  CHECK_THAT(firn_says({"help", "prnt"}).err, Contains("did you mean: firn help print"));
-  CHECK_THAT(firn_says({"help", "compair"}).err, Contains("did you mean: firn help compare"));
+  CHECK(firn_says({"help", "prnt"}).err == "firn help: no page prnt; did you mean: firn help print\n");
+  CHECK(firn_says({"help", "compair"}).err ==
+        "firn help: no page compair; did you mean: firn help compare\n");
+  CHECK(firn_says({"help", "xyzzyx"}).err ==
+        "no page, section or key mentions it; firn help lists the pages\n");
   const Said nothing = firn_says({"help", "xylophone"});
   CHECK(nothing.code == 1);
   CHECK_THAT(nothing.err, Contains("no page, section or key mentions it"));
