@@ -15,6 +15,7 @@
 #include "config/changes.h"
 #include "config/devices.h"
 #include "config/include.h"
+#include "core/options/for_people.h"
 #include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/text_file.h"
@@ -189,7 +190,7 @@ int run_print(const Product& product, const PrintOptions& given) {
       return result->status;
     }
     if (result && !runs::can_go_on(*result))
-      throw UsageError(options.resume + ": this run has finished (" + result->reason + ")");
+      throw UsageError(options.resume + ": this run has finished (" + for_people(result->reason) + ")");
     const Experiment e = parse_experiment(run.experiment_toml(), run.experiment_path().string());
     for (const OperatorOrder& o : orders_with_resume(options))
       if (const std::string problem =
@@ -219,11 +220,10 @@ int run_print(const Product& product, const PrintOptions& given) {
     }
     part.keep();
     PrintPreview preview = preview_print(e, inputs, file.parent_path());
-    if (options.bus != "in-process")  // which would take as long as its simulation
-      if (const auto foretold = foretell(product, e, inputs, kForetellWithin_s)) {
-        take_foretold(*foretold, e, preview);
-        whole.foretold_layer_s = foretold->layer_s;
-      }
+    if (const auto foretold = foretell(product, e, inputs, kForetellWithin_s)) {
+      take_foretold(*foretold, e, preview);
+      whole.foretold_layer_s = foretold->layer_s;
+    }
     std::fputs(preview_text(preview).c_str(), stderr);
     if (options.detach) {
       check_request(product, e, inputs, whole);

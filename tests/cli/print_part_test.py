@@ -4,6 +4,7 @@
     tests/cli/print_part_test.py FIRN ROOT [Case.test]
 """
 import json
+import re
 import struct
 import subprocess
 import sys
@@ -87,6 +88,18 @@ class PrintPart(unittest.TestCase):
         done = self.firn("print", "plate.png", "--height", 0.03, "--bus", "in-process", code=2)
         self.assertIn("plate.toml: is there already, with another content", done.stderr)
         self.assertEqual((self.folder / "plate.toml").read_bytes(), before)
+
+    def test_a_print_in_one_process_and_its_preview_foretell_the_layers_that_it_takes(self):
+        for scheme in ("smf", "mpc", "threshold", "open_loop"):
+            for height in (0.03, 0.06):
+                set_ = ("--set", f"control.scheme={scheme}")
+                done = self.firn("print", "plate.png", "--height", height, "--bus", "in-process", "--json", "--tolerance", 1000, *set_)
+                layers = json.loads(done.stdout)["layers"]
+                foretold = int(re.search(r"about (\d+) layers", done.stderr).group(1))
+                self.assertAlmostEqual(foretold, layers, delta=0.15 * layers, msg=f"{scheme}, {height} mm")
+                shown = json.loads(self.firn("preview", "plate.toml", "--json", *set_).stdout)
+                self.assertEqual(shown["layers"], foretold)
+                (self.folder / "plate.toml").unlink()
 
     def test_the_ice_lab_prints_a_mesh_in_its_own_size(self):
         lab = Path(ROOT, "labs", "ice-cobra600.toml")
