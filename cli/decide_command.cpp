@@ -16,6 +16,7 @@
 #include "core/control/mpc/bound/weighted_bound.h"
 #include "core/control/mpc/layer/window_kernel.h"
 #include "core/grid/npy.h"
+#include "core/options/for_people.h"
 #include "files/certificate_file.h"
 #include "files/exit_codes.h"
 #include "files/json.h"
@@ -202,7 +203,7 @@ std::string decided(const DecideOptions& o) {
   if (!o.output.empty()) write_npy(o.output, to_npy(d.drops));
   if (o.json) return out.dump(2) + "\n";
   const int layers = mpc ? e.control.mpc.horizon : 1;
-  std::string text = fmt::format("{}: {}\n", out["decision"].get<std::string>(), d.reason);
+  std::string text = fmt::format("{}: {}\n", out["decision"].get<std::string>(), for_people(d.reason));
   text += fmt::format("objective       {:.6f} um, {} {} droplets\n", 1e3 * objective,
                       layers == 1 ? "with" : fmt::format("after {} layers, the next with", layers),
                       d.drops.total());

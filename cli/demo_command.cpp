@@ -17,6 +17,7 @@
 #include "cli/report_command.h"
 #include "cli/side_by_side.h"
 #include "config/include.h"
+#include "core/options/for_people.h"
 #include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/run_paths.h"
@@ -119,7 +120,7 @@ int run_demo(const Product& product, const DemoOptions& options) {
   for (PrintSummary& p : carry_out(prints, print.bus)) {
     if (runs::can_go_on(p.result)) {
       fmt::print(stderr, "firn demo: {}: {}: {}; run folder {}\n", p.scheme, p.result.outcome,
-                 p.result.reason, p.folder);
+                 for_people(p.result.reason), p.folder);
       return p.result.status;
     }
     folders.push_back(p.folder);

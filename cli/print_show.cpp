@@ -11,9 +11,9 @@ namespace firn {
 std::string print_text(const PrintSummary& s) {
   const std::string verdict = verdict_words(s.result, s.words);
   const bool said_below = verdict.find(for_people(s.result.reason)) != verdict.npos;
-  std::string text =
-      fmt::format("{}: {} after {} layers and {} {}{}\n", s.scheme, s.result.outcome, s.result.layers,
-                  s.droplets, s.words.amount, said_below ? "" : " (" + for_people(s.result.reason) + ")");
+  std::string text = fmt::format("{}: {} after {} layer{} and {} {}{}\n", s.scheme, s.result.outcome,
+                                 s.result.layers, s.result.layers == 1 ? "" : "s", s.droplets, s.words.amount,
+                                 said_below ? "" : " (" + for_people(s.result.reason) + ")");
   text += result_lines(s.result, s.words);
   if (s.rows_lost > 0)
     text += fmt::format("{} ROWS of the scans were LOST; {} cells of the last map are not measured\n",

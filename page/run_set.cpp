@@ -6,6 +6,7 @@
 
 #include "config/experiment.h"
 #include "config/labs.h"
+#include "core/options/for_people.h"
 #include "files/json.h"
 #include "files/run_paths.h"
 #include "files/text_file.h"
@@ -33,7 +34,9 @@ void add_result(const runs::RunResult& result, Json& r) {
   r["part"] = result.part ? Json(part_words(*result.part)) : Json(nullptr);
   r["overspill_percent"] = known(result.overspill_percent);
   r["audit"] = text(result.audit);
-  r["verdict"] = text(verdict_words(result, lab_words(r.value("lab", ""))));
+  const std::string verdict = verdict_words(result, lab_words(r.value("lab", "")));
+  r["verdict"] =
+      text(verdict.empty() ? for_people(result.reason) : verdict);  // why it stopped, as firn runs has it
   r["within"] = known(within_tolerance(result));
 }
 

@@ -141,7 +141,7 @@ void RunView::decided(int decision, const std::string& reason) {
   event(Weight::kNotice, "controller",
         PlanDecision(decision) == PlanDecision::kEnd ? "the controller ends the print"
                                                      : "the controller stops the print")
-      .cause = reason;
+      .cause = for_people(reason);
 }
 
 // No message reports the lamp's own hours; those that this print adds can be counted.

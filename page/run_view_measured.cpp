@@ -6,6 +6,7 @@
 #include "core/grid/decision.h"
 #include "core/grid/device.h"
 #include "core/options/enumerators.h"
+#include "core/options/for_people.h"
 #include "firn/answer_t.hpp"
 #include "firn/deposition_report_t.hpp"
 #include "firn/device_state_t.hpp"
@@ -227,7 +228,8 @@ void RunView::over(const std::string& outcome, const std::string& reason) {
   end.outcome = outcome;
   end.whole = whole;
   end.words = outcome + (reason.empty() ? "" : ": " + reason);
-  if (end.cause.empty()) end.cause = stopped && !last_stop_.words.empty() ? last_stop_.words : reason;
+  if (end.cause.empty())
+    end.cause = stopped && !last_stop_.words.empty() ? last_stop_.words : for_people(reason);
   if (end.remedy.empty() && !whole)
     end.remedy = outcome == "waits for operator"
                      ? "decide, then: firn print --resume RUN (with --accept-doubt or --set)"
@@ -247,7 +249,7 @@ void RunView::over(const std::string& outcome, const std::string& reason) {
                       : end.by_operator     ? Weight::kNotice
                                             : Weight::kStop,
                       "print", end.words);
-  e.cause = end.cause == reason ? "" : end.cause;
+  e.cause = end.cause == for_people(reason) ? "" : end.cause;
   e.remedy = end.remedy;
   e.manual = end.manual;
 }

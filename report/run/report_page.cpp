@@ -4,10 +4,12 @@
 #include <cmath>
 #include <set>
 
+#include "core/options/for_people.h"
 #include "report/draw/charts.h"
 #include "report/draw/style.h"
 #include "report/draw/svg.h"
 #include "report/run/report_part.h"
+#include "report/run/settings_table.h"
 
 namespace firn::report {
 namespace {
@@ -117,7 +119,8 @@ std::string result_table(const std::vector<ReportRun>& runs, const std::vector<s
          v.truth ? height(std::max(-v.truth->min_mm, v.truth->max_mm)) : "–",
          number(result.overspill_percent.value_or(o.overspill * kPercent)),
          number(o.first_ring_mm * unit.per_mm), sizes(o, unit), l ? number(v.end_s) : "–",
-         "<span title=\"" + escape_html(result.reason) + "\">" + escape_html(result.outcome) + "</span>",
+         "<span title=\"" + escape_html(for_people(result.reason)) + "\">" + escape_html(result.outcome) +
+             "</span>",
          verdict.empty() ? "–"
                          : "<span class=\"" + std::string(verdict == "identical" ? "good" : "bad") + "\">" +
                                escape_html(verdict) + "</span>"}));
@@ -171,16 +174,7 @@ std::string differing(const std::vector<DifferingParameter>& parameters,
   if (names.size() < 2) return "";
   std::string s = "<h2>Settings that differ</h2>\n";
   if (parameters.empty()) return s + "<p>None: all runs were configured alike.</p>\n";
-  std::vector<std::string> head{"setting"};
-  for (const std::string& n : names) head.push_back(escape_html(n));
-  s += "<div class=\"scroll\"><table><thead>\n" + table_row(head, "th") + "</thead><tbody>\n";
-  for (const DifferingParameter& p : parameters) {
-    std::vector<std::string> cells{"<code>" + escape_html(p.key) + "</code>" +
-                                   (p.unit.empty() ? "" : " [" + escape_html(p.unit) + "]")};
-    for (const std::string& v : p.values) cells.push_back(escape_html(v));
-    s += table_row(cells);
-  }
-  return s + "</tbody></table></div>\n";
+  return s + settings_table(parameters, names);
 }
 
 std::string provenance(const std::vector<ReportRun>& runs, const std::vector<std::string>& names) {
@@ -197,7 +191,8 @@ std::string provenance(const std::vector<ReportRun>& runs, const std::vector<std
     s += table_row(cells);
   }
   cells = {"why it ended"};
-  for (const ReportRun& r : runs) cells.push_back(escape_html(r.data.result ? r.data.result->reason : ""));
+  for (const ReportRun& r : runs)
+    cells.push_back(escape_html(r.data.result ? for_people(r.data.result->reason) : ""));
   return s + table_row(cells) + "</tbody></table></div>\n";
 }
 

@@ -164,6 +164,8 @@ Series section(const HeightMap& map, const std::string& label, int style,
   return s;
 }
 
+constexpr double kWindow = 0.75;  // of the target's height: where the enlarged sections begin
+
 /// The measured section first.
 Figures sections(const std::vector<NamedRun>& runs) {
   std::vector<Series> measured, truths;
@@ -190,12 +192,13 @@ Figures sections(const std::vector<NamedRun>& runs) {
             : "x [mm], through the middle row";
     ChartOptions o = chart(title, across, in_brackets("height", unit));
     o.from_zero = !upper;
-    if (upper) o.y_range = std::pair{0.75 * target_top, std::max(top, target_top) * 1.02};
+    if (upper) o.y_range = std::pair{kWindow * target_top, std::max(top, target_top) * 1.02};
     return o;
   };
   Figures figures{
       part_figure("Measured surface and target", line_chart(measured, options("cross-sections", false)))};
-  const bool level = target_top > 0 && !cut;  // a line's section has no level top
+  // A line's section has no level top; a part that has not come so high would leave the window empty.
+  const bool level = target_top > 0 && !cut && top > kWindow * target_top;
   if (level)
     figures.push_back(part_figure("Measured surface and target, the upper part enlarged",
                                   line_chart(measured, options("cross-sections, enlarged", true))));

@@ -67,7 +67,8 @@ RunHealth health_of(const runs::RunReader& messages) {
 
 std::string health_table(const std::vector<ReportRun>& runs, const std::vector<std::string>& names) {
   std::string s =
-      "<div class=\"scroll\"><table class=\"text\"><thead>\n<tr><th>run</th><th>tolerance</th><th>audit</th>"
+      "<div class=\"scroll\"><table class=\"text "
+      "whole\"><thead>\n<tr><th>run</th><th>tolerance</th><th>audit</th>"
       "<th>stops</th><th>resumes</th><th>doubts</th><th>faults</th><th>warnings</th>"
       "<th>lost rows</th></tr>\n</thead><tbody>\n";
   for (std::size_t n = 0; n < runs.size(); ++n) {

@@ -4,8 +4,10 @@
 #include <charconv>
 #include <cmath>
 
+#include "core/options/for_people.h"
 #include "report/draw/style.h"
 #include "report/draw/svg.h"
+#include "report/run/settings_table.h"
 #include "report/study/study_answer.h"
 #include "report/study/study_plots.h"
 #include "report/study/study_profile.h"
@@ -165,17 +167,7 @@ std::string secondary(const StudyTable& t, const StudyAnalysis& a) {
 
 std::string settings(const std::string& title, const std::vector<std::string>& names,
                      const std::vector<DifferingParameter>& parameters) {
-  if (parameters.empty()) return "";
-  std::vector<std::string> head{"setting"};
-  for (const std::string& n : names) head.push_back(escape_html(n));
-  std::string body;
-  for (const DifferingParameter& p : parameters) {
-    std::vector<std::string> cells{"<code>" + escape_html(p.key) + "</code>" +
-                                   (p.unit.empty() ? "" : " [" + escape_html(p.unit) + "]")};
-    for (const std::string& v : p.values) cells.push_back(escape_html(v));
-    body += row(cells);
-  }
-  return "<h2>" + title + "</h2>\n" + table_of(head, body);
+  return parameters.empty() ? "" : "<h2>" + title + "</h2>\n" + settings_table(parameters, names);
 }
 
 std::string failures(const StudyTable& t) {
@@ -188,7 +180,7 @@ std::string failures(const StudyTable& t) {
         if (!(r.failed() || !r.finished) || (++all, ++shown > 50)) continue;
         body += row({escape_html(t.arms[arm]), escape_html(t.parts[p]), std::to_string(t.seeds[s]),
                      escape_html(r.finished && r.failed() ? "OUT OF TOLERANCE" : r.outcome),
-                     escape_html(r.reason)});
+                     escape_html(for_people(r.reason))});
       }
   if (all == 0) return "<p class=\"soft\">All prints ran to their end, none out of tolerance.</p>\n";
   return "<h2>Prints that stopped or ended out of tolerance: " + std::to_string(all) + "</h2>\n" +

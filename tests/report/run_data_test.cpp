@@ -21,6 +21,7 @@
 #include "report/run/differing_parameters.h"
 #include "report/run/metrics.h"
 #include "report/run/report_page.h"
+#include "report/run/settings_table.h"
 #include "runs/migrate/run_migration.h"
 #include "tests/replay/tiny_run.h"
 #include "tests/report/markup.h"
@@ -336,6 +337,24 @@ TEST_CASE("Settings that differ are those whose resolved values differ, each wit
   CHECK(report::differing_parameters({three[0], three[0]}).empty());
   CHECK(report::differing_parameters({three[0]}).empty());
   CHECK(report::differing_parameters({}).empty());
+}
+
+TEST_CASE(
+    "Of many settings that differ, those of the part are shown and the rest is folded away, none twice") {
+  std::vector<report::DifferingParameter> many;
+  for (int n = 0; n < 40; ++n) many.push_back({"valve_a.key_" + std::to_string(n) + "_", "", {"1", "2"}});
+  many.push_back({"part.shape", "", {"a", "b"}});
+  const std::string s = report::settings_table(many, {"one", "two"});
+  const auto folded = s.find("<details>");
+  REQUIRE(folded != s.npos);
+  CHECK(s.find("part.shape") < folded);
+  CHECK(s.find("29 more settings") > folded);
+  for (const report::DifferingParameter& p : many) {
+    CAPTURE(p.key);
+    CHECK(s.find(p.key) != s.npos);
+    CHECK(s.find(p.key) == s.rfind(p.key));
+  }
+  CHECK(report::settings_table({many.back()}, {"one", "two"}).find("<details>") == s.npos);
 }
 
 TEST_CASE("Any one changed number is the only setting that differs") {
