@@ -84,7 +84,14 @@ struct Sheet {
   double cell_width() const { return x1 - x0 + 2 * margin; }
   double cell_height() const { return y1 - y0 + 2 * margin + text; }
   double width() const { return double(columns) * cell_width(); }
-  double height() const { return double(rows) * cell_height(); }
+  double height() const { return double(rows) * cell_height() + text; }  // the bar of the scale below
+  double bar_y() const { return height() - 0.7 * text; }
+  // A round length of at most a quarter of the part's width: 1, 2, 5, 10 mm and so on.
+  double bar_mm() const {
+    const double most = 0.25 * (x1 - x0), ten = std::pow(10.0, std::floor(std::log10(most)));
+    return 5.0 * ten <= most ? 5.0 * ten : 2.0 * ten <= most ? 2.0 * ten : ten;
+  }
+  std::string bar_words() const { return fmt::format("{:g} mm", bar_mm()); }
   double left(std::size_t n) const { return double(n % columns) * cell_width() + margin - x0; }  // add to x
   double bottom(std::size_t n) const {
     return double(n / columns) * cell_height() + text + margin + y1;
@@ -113,6 +120,11 @@ std::string layers_svg(std::span<const PicturedLayer> layers) {
       "font-family=\"sans-serif\">\n"
       "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
       sheet.width(), sheet.height(), 1200.0);
+  out += fmt::format(
+      "<path stroke=\"#333\" stroke-width=\"{:.3f}\" d=\"M{:.3f} {:.3f}h{:.3f}\"/>\n"
+      "<text x=\"{:.3f}\" y=\"{:.3f}\" font-size=\"{:.3f}\" fill=\"#333\">{}</text>\n",
+      4.0 * line, sheet.margin, sheet.bar_y(), sheet.bar_mm(), 1.5 * sheet.margin + sheet.bar_mm(),
+      sheet.bar_y() + 0.25 * sheet.text, 0.75 * sheet.text, sheet.bar_words());
   for (std::size_t n = 0; n < layers.size(); ++n) {
     const PicturedLayer& l = layers[n];
     out += fmt::format(
@@ -142,7 +154,8 @@ std::string layers_svg(std::span<const PicturedLayer> layers) {
 }
 
 std::string layers_png(std::span<const PicturedLayer> layers, int width_px) {
-  constexpr int kShift = 4;  // OpenCV draws at sixteenths of a pixel
+  constexpr int kShift = 4;            // OpenCV draws at sixteenths of a pixel
+  constexpr double kHersheyPx = 30.0;  // height of its letters at size 1
   const Sheet sheet(layers);
   const double scale = double(width_px) / sheet.width();
   cv::Mat image(int(std::ceil(sheet.height() * scale)), width_px, CV_8UC3, cv::Scalar(255, 255, 255));
@@ -169,12 +182,19 @@ std::string layers_png(std::span<const PicturedLayer> layers, int width_px) {
       cv::polylines(image, std::vector{place(l.paths.lines[k])}, info.closed, paint(of_path(info)),
                     boundary && width_px >= 1000 ? 2 : 1, cv::LINE_AA, kShift);
     }
-    const double font = 0.75 * sheet.text * scale / 30.0;  // Hershey letters are some 30 pixels high at 1
+    const double font = 0.75 * sheet.text * scale / kHersheyPx;
     const cv::Point at(int((sheet.left(n) + sheet.x0) * scale),
                        int((sheet.bottom(n) - sheet.y1 - 0.4 * sheet.margin) * scale));
     cv::putText(image, label(l.paths), at, cv::FONT_HERSHEY_SIMPLEX, font, cv::Scalar(50, 50, 50), 1,
                 cv::LINE_AA);
   }
+  const auto at = [&](double x, double y) { return cv::Point(int(x * scale), int(y * scale)); };
+  cv::line(image, at(sheet.margin, sheet.bar_y()), at(sheet.margin + sheet.bar_mm(), sheet.bar_y()),
+           cv::Scalar(50, 50, 50), 3);
+  cv::putText(image, sheet.bar_words(),
+              at(1.5 * sheet.margin + sheet.bar_mm(), sheet.bar_y() + 0.25 * sheet.text),
+              cv::FONT_HERSHEY_SIMPLEX, 0.75 * sheet.text * scale / kHersheyPx, cv::Scalar(50, 50, 50), 1,
+              cv::LINE_AA);
   const std::vector<std::byte> bytes = write_png(image.cols, image.rows, 3, {image.data, image.total() * 3});
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }

@@ -16,7 +16,7 @@ struct PicturedLayer {
   slice::LayerPaths paths;
 };
 
-/// Draws all layers at one scale, each with its number and height above it.
+/// Draws all layers at one scale, each with its number and height above it, and a bar of the scale below.
 std::string layers_svg(std::span<const PicturedLayer> layers);
 /// Draws the same sheet as PNG. @param width_px of the sheet, 100 to 10,000
 std::string layers_png(std::span<const PicturedLayer> layers, int width_px);

@@ -1,6 +1,7 @@
 // Pictures of planned paths and of sliced layers: positions, times and limits read back from the drawings.
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -490,6 +491,25 @@ TEST_CASE("The PNG of a sheet shows part and scaffold in the colours of the SVG"
   CHECK(count[fills[1]] > 0.1 * cells);
   CHECK(p.at(0, p.height - 1) == std::array<std::uint8_t, 4>{255, 255, 255, 255});
   CHECK(std::abs(count[fills[0]] - count[fills[1]]) < 0.1 * cells);
+}
+
+TEST_CASE(
+    "A sheet has a bar of its scale, as long as its words say, and at most a quarter of the part's width") {
+  const std::vector<report::PicturedLayer> layers{layer(1)};
+  const Element page = parse_markup(report::layers_svg(layers));
+  const auto bar = polylines_of(page.only("svg").all("path").front()->attribute("d")).at(0);
+  REQUIRE(bar.size() == 2);
+  double told_mm = 0.0;
+  REQUIRE(std::sscanf(page.all("text").front()->text.c_str(), "%lf mm", &told_mm) == 1);
+  CHECK(bar[1].x - bar[0].x == Approx(told_mm));
+  double from = 1e9, to = -1e9;
+  for (const auto& region : layers[0].regions.by_material)
+    for (const geometry::Point& p : region.points) {
+      from = std::min(from, p.x * geometry::kMmPerUnit);
+      to = std::max(to, p.x * geometry::kMmPerUnit);
+    }
+  CHECK(told_mm <= 0.25 * (to - from));
+  CHECK(told_mm > 0.09 * (to - from));
 }
 
 TEST_CASE("Pictures of no layer and of layers without lines are drawn") {
