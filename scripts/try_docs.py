@@ -74,8 +74,19 @@ def folder_mb(folder):
 
 
 def newest_run(place):
+    return (made_runs(place) or [""])[-1]
+
+
+def made_runs(place):
+    """@returns the runs that were printed here, the newest last."""
     runs = [folder for folder in (place / "runs").glob("*-*") if folder.is_dir()]
-    return f"runs/{max(runs, key=lambda run: run.stat().st_mtime).name}" if runs else ""
+    return [f"runs/{run.name}" for run in sorted(runs, key=lambda run: run.stat().st_mtime)]
+
+
+def with_runs(line, place):
+    """RUN is the newest run; of two, the one before it and the newest."""
+    runs = made_runs(place)[-len(re.findall(r"\bRUN\b", line)) or None:]
+    return re.sub(r"\bRUN\b", lambda _: runs.pop(0) if len(runs) > 1 else (runs or [""])[0], line)
 
 
 class Reader:
@@ -119,7 +130,7 @@ class Reader:
         return Path(self.log.name).read_text(encoding="utf-8", errors="replace")
 
     def run(self, page, number, line, exits, given=""):
-        line = re.sub(r"\bRUN\b", lambda _: newest_run(self.place), line)
+        line = with_runs(line, self.place)
         before, used_s = packages(), cpu_s()
         with tempfile.NamedTemporaryFile("w", suffix=".log") as self.log:
             code, took = self.serve(line) if SERVES.search(line) else self.shell(line)
