@@ -59,6 +59,12 @@ export function Plot(props: Props) {
 
 const kWhole = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000];  // no layer is half
 
+/** Width of an axis of values [px]: its longest number beside the label. */
+function room(_: uPlot, values: string[] | null): number {
+  const kDigit_px = 6.5, kMarks_px = 14;
+  return Math.max(44, kMarks_px + kDigit_px * Math.max(0, ...(values ?? []).map(value => value.length)));
+}
+
 function options(box: HTMLElement, now: {current: Props}): uPlot.Options {
   const axis = (label: string): uPlot.Axis => ({
     label, labelSize: 20, size: 44, stroke: theme("soft"), font: "11px system-ui, sans-serif", labelFont: "11px system-ui, sans-serif",
@@ -72,7 +78,7 @@ function options(box: HTMLElement, now: {current: Props}): uPlot.Options {
     cursor: {y: false, drag: {x: false, y: false}},
     legend: {show: curves.length > 1 && !curves.some(curve => curve.band)},
     scales: {x: {time: false}, y: now.current.logarithmic ? {distr: 3} : {}},
-    axes: [{...axis(x_label), size: 34, ...(x_label === "layer" ? {incrs: kWhole} : {})}, axis(y_label)],
+    axes: [{...axis(x_label), size: 34, ...(x_label === "layer" ? {incrs: kWhole} : {})}, {...axis(y_label), size: room}],
     series: [
       {label: x_label, value: (_, value) => number(value)},
       ...curves.map((curve): uPlot.Series => ({
