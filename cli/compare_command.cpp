@@ -68,9 +68,10 @@ Provenance provenance(const Provenance& data, const std::string& trial) {
 Provenance provenance(const StudyPlan& plan) {
   const auto& seeds = plan.study.seeds;
   const auto [low, high] = std::minmax_element(seeds.begin(), seeds.end());
-  return provenance({{"experiment", plan.study.experiment.empty() ? "the defaults" : plan.study.experiment},
-                     {"seeds", fmt::format("{} from {} to {}", seeds.size(), *low, *high)}},
-                    "seed");
+  Provenance told{{"experiment", plan.study.experiment.empty() ? "the defaults" : plan.study.experiment},
+                  {"seeds", fmt::format("{} from {} to {}", seeds.size(), *low, *high)}};
+  if (!plan.study.lab.empty()) told.emplace_back("lab", plan.study.lab.string());
+  return provenance(told, "seed");
 }
 
 // That a seed fixes for all schemes.
@@ -103,8 +104,8 @@ int write_results(const std::filesystem::path& folder, const report::StudyTable&
 }
 
 int compare_recorded(const CompareOptions& options, const Study& study, const std::filesystem::path& from) {
-  if (!options.overrides.empty() || options.seeds > 0)
-    throw UsageError("--set, --seeds: the runs are printed already");
+  if (!options.overrides.empty() || options.seeds > 0 || !options.lab.empty())
+    throw UsageError("--set, --seeds, --lab: the runs are printed already");
   const RecordedStudy found = recorded_study(study, from);
   Provenance runs;
   for (std::size_t arm = 0; arm < found.runs.size(); ++arm)
@@ -121,6 +122,7 @@ int compare(const CompareOptions& options, const StudyLab& lab, const std::atomi
   if (options.threads < 0) throw UsageError("--threads must be 0 or more");
   const std::filesystem::path file = options.study;
   Study study = load_study(file);
+  study.lab = options.lab;
   study.overrides.insert(study.overrides.end(), options.overrides.begin(), options.overrides.end());
   if (options.seeds > 0) {
     study.seeds.clear();
@@ -163,7 +165,8 @@ int run_compare(const CompareOptions& given) {
     return compare_recorded(options, study_of_runs(options.words), "");
   options.study = options.words.front();
   const std::filesystem::path file = options.study;
-  const Study study = load_study(file);
+  Study study = load_study(file);
+  study.lab = options.lab;
   if (study.recorded()) return compare_recorded(options, study, file.parent_path());
   struct sigaction action {
   }, old_int{}, old_term{};
@@ -181,6 +184,7 @@ void declare_compare(OptionSet& options) {
   options.option("STUDY", o.words, "study file; or folders of runs that were printed or imported").required();
   options.option("-o,--output", o.output, "study folder; default: runs/study-NAME");
   options.option("--seeds", o.seeds, "seeds 1..N instead of the study's").within(1, 1000000);
+  options.option("--lab", o.lab, "lab file in place of the one that the study's experiment includes");
   options.override_option(o.overrides, "KEY=VALUE, for every print");
   options.thread_option(o.threads);
   options.json_flag(o.json);

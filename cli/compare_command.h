@@ -14,6 +14,7 @@ struct CompareOptions {
   std::vector<std::string> words;      ///< of the command line: a study file, or run folders
   std::string study;                   ///< file
   std::string output;                  ///< study folder; "" = runs/study-<name>
+  std::string lab;                     ///< file whose lab replaces that of the study's experiment
   std::vector<std::string> overrides;  ///< --set KEY=VALUE for every print, after the study's own
   int seeds = 0;                       ///< > 0: seeds 1..n instead of the study's
   int threads = 0;                     ///< 0 = as many as the machine has

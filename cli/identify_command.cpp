@@ -72,8 +72,12 @@ void show_identification(const Identification& id) {
     fmt::print("prints of V-C: {} single, {} with four sides, {} with one corner\n", p.single.size(),
                p.cross.size(), p.pair.size());
   // Table I is of the paper's droplet: it has no meaning beside one of another size.
+  fmt::print("h1, h2, h3 of this run are means over cells{}\n",
+             id.prior_of_maps ? "" : "; those of Table I are heights at points, the cells' middles");
   fmt::print("{:<18} {:>8} {:>18} {:>18} {:>18}\n", "", id.prior_of_maps ? "" : "Table I", "fit of (3)-(5)",
              p.complete() ? "V-C: centre" : "", p.complete() ? "beside a single" : "");
+  fmt::print("{:<18} {:>8} {:>18} {:>18} {:>18}\n", "", id.prior_of_maps ? "" : "points", "cell means",
+             p.complete() ? "cell means" : "", p.complete() ? "cell means" : "");
   const auto line = [&](const char* name, double paper_um, const Known& fit, const std::string& not_found,
                         const droplet::Repeats& vc, const droplet::Repeats& beside) {
     fmt::print("{:<18} {:>8} {:>18} {:>18} {:>18}{}\n", name,
@@ -114,6 +118,7 @@ ordered_json identification_json(const std::string& run, const Identification& i
                     {"layers", id.layers},
                     {"droplets", id.droplets},
                     {"noise_std_um", id.noise_std_mm * 1e3},
+                    {"heights", "means over cells"},
                     {"h1", constant(id.h1, id.not_found[0])},
                     {"h2", constant(id.h2, id.not_found[1])},
                     {"h3", constant(id.h3, id.not_found[2])},

@@ -140,11 +140,13 @@ struct PlantCameraConfig {  ///< the jet as the simulated camera sees it
 struct PlantConfig {
   std::string model = "droplets";  ///< "droplets" (Firn's own physics) or "lu2015" (the paper's simulation)
   std::uint64_t seed = 1;
-  double ratio_b = 1.0;    ///< two inks: volume of a support droplet by an object droplet
-  double variation = 0.2;  ///< lu2015: upward variation of h1..h3, per droplet and layer
-  double flow = 1.0;       ///< droplets: volume in shares of the calibrated one
-  double spread = 1.0;     ///< droplets: radii in shares of the calibrated ones
-  double size_std = 0.03;  ///< droplets: relative volume scatter
+  double ratio_b = 1.0;            ///< two inks: volume of a support droplet by an object droplet
+  double variation = 0.2;          ///< lu2015: upward variation of h1..h3, per droplet and layer
+  std::string droplet = "fitted";  ///< droplets: its shape, fitted to Table I, or "droplet413" as measured
+  double slope_bias_mm = 0.01;     ///< droplets: ground this much below the mean gets twice its share
+  double flow = 1.0;               ///< droplets: volume in shares of the calibrated one
+  double spread = 1.0;             ///< droplets: radii in shares of the calibrated ones
+  double size_std = 0.03;          ///< droplets: relative volume scatter
   double placement_std_mm = 0.008;
   double missed_fraction = 0.002;
   double satellite_fraction = 0.01;

@@ -215,6 +215,11 @@ Table plant_fields(Experiment& e) {
        "two inks: volume of a droplet of support by one of the object"},
       {"plant.variation", &p.variation, "", within(0, 1),
        "lu2015: upward variation of h1..h3, per droplet and layer"},
+      {"plant.droplet", &p.droplet, "", one_of({"fitted", "droplet413"}),
+       "droplets: shape on the ground, fitted to Table I's heights, or 413 um across as measured [Lu 2015, "
+       "Fig. 18]"},
+      {"plant.slope_bias_mm", &p.slope_bias_mm, "mm", within(1e-4, 1e6),
+       "droplets: ground this much below the mean under a droplet gets twice its share; large = off [U]"},
       {"plant.flow", &p.flow, "", within(0.5, 2),
        "droplets: volume in shares of that which Table I's heights give"},
       {"plant.spread", &p.spread, "", within(0.75, 1.5),

@@ -310,9 +310,22 @@ std::filesystem::path study_experiment_file(const Study& study, const std::files
   return std::filesystem::is_directory(file) ? RunPaths(file).experiment_path() : file;
 }
 
+std::vector<std::pair<std::string, std::string>> study_texts(const Study& study,
+                                                             const std::filesystem::path& folder) {
+  if (study.experiment.empty() && study.lab.empty()) return {};
+  if (study.experiment.empty()) return read_with_includes(study.lab);
+  auto texts = read_with_includes(study_experiment_file(study, folder));
+  if (study.lab.empty()) return texts;
+  if (texts.size() < 2)
+    throw ConfigError(texts.back().first, 0, "include",
+                      "includes no lab, so that " + study.lab.string() + " replaces none");
+  auto with_lab = read_with_includes(study.lab);
+  with_lab.push_back(std::move(texts.back()));
+  return with_lab;
+}
+
 std::vector<Experiment> study_experiments(const Study& study, const std::filesystem::path& folder) {
-  std::vector<std::pair<std::string, std::string>> texts;
-  if (!study.experiment.empty()) texts = read_with_includes(study_experiment_file(study, folder));
+  const auto texts = study_texts(study, folder);
   std::vector<Experiment> out;
   for (const StudyEntry& arm : study.arms)
     for (const StudyEntry& part : study.parts) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "config/experiment.h"
@@ -25,6 +26,7 @@ struct StudyEntry {
 struct Study {
   std::string name;                    ///< of the study folder
   std::string experiment;              ///< file or run folder, relative to the study file; "" = the defaults
+  std::filesystem::path lab;           ///< file whose lab replaces that of the experiment; empty: its own
   std::vector<std::string> overrides;  ///< for every print
   std::vector<StudyEntry> arms;        ///< schemes x vary, in order
   std::vector<StudyEntry> parts;       ///< one unnamed part if the file lists none
@@ -49,6 +51,12 @@ Study load_study(const std::filesystem::path& path);
 
 /// Returns the file of the study's experiment; that of a run folder is experiment.toml.
 std::filesystem::path study_experiment_file(const Study& study, const std::filesystem::path& folder);
+
+/// Returns the texts of the study's experiment from base to leaf, as read_with_includes; with a lab of the
+/// study its texts stand where those that the experiment includes were. @throws ConfigError: also if the
+/// experiment includes no lab that could be replaced
+std::vector<std::pair<std::string, std::string>> study_texts(const Study& study,
+                                                             const std::filesystem::path& folder);
 
 /// Returns the experiments of every arm on every part (arm-major), with unchanged seeds. `folder` = of the
 /// study file.

@@ -1,10 +1,20 @@
 #include "plant/config/world_config.h"
 
+#include <cmath>
 #include <stdexcept>
 
 #include "plant/config/range.h"
 
 namespace firn::plant {
+
+DropletParams droplet413() {
+  DropletParams p;
+  p.cap_radius_mm = p.film_radius_mm = 0.2065;
+  p.film_share = 0.0;
+  p.fine_cells = 5;  // at 3 the radius is 2.4 fine cells, and the footprint's outline a staircase
+  p.radius_exponent = 1.0 / 3.0;
+  return p;
+}
 
 void check(const WorldConfig& c) { c.kind->check(c); }
 
@@ -17,8 +27,10 @@ void check_inkjet(const WorldConfig& c) {
   const double largest_mm = 14.0 * pitch_mm / d.fine_cells;  // Field's window is at most 40 fine cells wide
   require_within("droplet.flow", d.flow, 0.5, 2.0);
   require_within("droplet.spread", d.spread, 0.75, 1.5);
-  require_within("droplet.cap_radius_mm", d.spread * d.cap_radius_mm, 0.5 * pitch_mm, largest_mm);
-  require_within("droplet.film_radius_mm", d.spread * d.film_radius_mm, 0.5 * pitch_mm, largest_mm);
+  require_within("droplet.radius_exponent", d.radius_exponent, 0.0, 1.0);
+  const double wider = d.spread * std::pow(d.flow, d.radius_exponent);
+  require_within("droplet.cap_radius_mm", wider * d.cap_radius_mm, 0.5 * pitch_mm, largest_mm);
+  require_within("droplet.film_radius_mm", wider * d.film_radius_mm, 0.5 * pitch_mm, largest_mm);
   require_within("droplet.film_share", d.film_share, 0.0, 1.0);
   require_within("droplet.slope_bias_mm", d.slope_bias_mm, 1e-4, 1e6);
   require_within("droplet.levelling", d.levelling, 0.0, 0.25);

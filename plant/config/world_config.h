@@ -23,9 +23,11 @@ struct DropletParams {
   double volume_mm3 = 5.37457e-4;  ///< 7.6 um x pitch^2 of cured ink, divided by 1 - cure_shrink
   double cap_radius_mm = 0.18;     ///< at landing; levels out to the footprint of 0.42 mm [Lu 2015, Table I]
   double film_radius_mm = 0.44;
-  double film_share = 0.42;     ///< part of the volume in the film
-  double slope_bias_mm = 0.01;  ///< ground this much below the footprint's mean gets twice its share
-  double levelling = 0.2;       ///< share of a height difference that flows to the next fine cell per step
+  double film_share = 0.42;  ///< part of the volume in the film
+  /// Ground this much below the footprint's mean gets twice its share. Assumed: neither calibrated nor
+  /// published; it decides how much ink runs off a rim (docs/plant.md).
+  double slope_bias_mm = 0.01;
+  double levelling = 0.2;     ///< share of a height difference that flows to the next fine cell per step
   double run_share = 0.1;     ///< at most this share of a fine cell's liquid leaves through one side per step
   int levelling_steps = 1;    ///< steps on the footprint at each landing
   double cure_shrink = 0.02;  ///< share of the liquid's volume that the lamp removes
@@ -33,6 +35,8 @@ struct DropletParams {
   int margin_cells = 3;       ///< droplet pitches of field around the grid
   double flow = 1.0;          ///< every volume times this: another waveform, another ink
   double spread = 1.0;        ///< both radii times this: an ink that wets more or less
+  double radius_exponent =
+      0.0;  ///< both radii times flow to this power; 1/3 keeps the contact angle, 0 the radii
   double size_scatter = 0.03;  ///< standard deviation of the volume, relative
   double placement_scatter_mm = 0.008;
   double flight_time_s =
@@ -44,6 +48,11 @@ struct DropletParams {
   double satellite_distance_mm = 0.12;
   bool operator==(const DropletParams&) const = default;
 };
+
+/// Returns a droplet as wide as the one that was measured, 413 um [Lu 2015, V-C, Fig. 18]: a paraboloid
+/// without film, of the calibrated volume. Its radius grows with V^(1/3): a paraboloid meets the ground at
+/// tan(theta) = 4 V / (pi R^3), and the ink decides theta.
+DropletParams droplet413();
 
 /// Holds the parameters of ink line and nozzle as an ODE (plant/inkjet/nozzle.h).
 struct NozzleParams {

@@ -16,8 +16,9 @@ namespace {
 // The printer's own ink in place of the calibrated one.
 DropletParams scaled(DropletParams p) {
   p.volume_mm3 *= p.flow;
-  p.cap_radius_mm *= p.spread;
-  p.film_radius_mm *= p.spread;
+  const double wider = p.spread * std::pow(p.flow, p.radius_exponent);
+  p.cap_radius_mm *= wider;
+  p.film_radius_mm *= wider;
   return p;
 }
 
@@ -93,6 +94,7 @@ class DropletModel : public Model {
   const Field& surface() override { return field_; }
   HeightMap cell_means() const override { return field_.cell_means(); }
   HeightMap means_with_margin() const override { return field_.means_with_margin(); }
+  HeightMap fine_surface() const override { return field_.fine_surface(); }
   VolumeLedger ledger() const override { return field_.ledger(); }
   double volume_mm3() const override { return field_.volume_mm3(); }
   const LayerCount& layers() const override { return layers_; }

@@ -69,6 +69,12 @@ HeightMap Field::means_over(int margin) const {
   return means;
 }
 
+HeightMap Field::fine_surface() const {
+  HeightMap fine({width_, height_, dx_mm_, dy_mm_, left_mm_ + 0.5 * dx_mm_, bottom_mm_ + 0.5 * dy_mm_});
+  for (std::size_t n = 0; n < fine.size(); ++n) fine.cells[n] = surface_mm(n);
+  return fine;
+}
+
 double Field::volume_mm3() const {
   double sum = 0.0;
   for (std::size_t n = 0; n < solid_.size(); ++n) sum += surface_mm(n);

@@ -38,6 +38,8 @@ class Field {
   HeightMap cell_means() const { return means_over(0); }
   /// Returns the same over the grid and the cells of the margin around it.
   HeightMap means_with_margin() const { return means_over(margin_); }
+  /// Returns the height of every fine cell, margin included [mm].
+  HeightMap fine_surface() const;
   double volume_mm3() const;
   const VolumeLedger& ledger() const { return ledger_; }
   VolumeLedger& ledger() { return ledger_; }

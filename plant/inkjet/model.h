@@ -74,6 +74,8 @@ class Model {
   virtual HeightMap cell_means() const = 0;      ///< noise-free, settled
   /// The same with a margin around the grid, where the model has one.
   virtual HeightMap means_with_margin() const { return cell_means(); }
+  /// Returns the same surface on the model's own cells; empty: it has none between those of the grid.
+  virtual HeightMap fine_surface() const { return {}; }
   virtual VolumeLedger ledger() const = 0;
   virtual double volume_mm3() const = 0;
   virtual const LayerCount& layers() const = 0;

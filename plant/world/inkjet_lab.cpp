@@ -38,7 +38,7 @@ class InkjetLab final : public WorldLab, private Wires {
   std::uint32_t milestones() const override { return model->layers().exposures(); }
   std::int64_t begun_with() const override { return fired; }
   Truth truth() const override {
-    return {model->layers().exposures(),
+    Truth t{model->layers().exposures(),
             fired,
             missed,
             gated,
@@ -46,6 +46,8 @@ class InkjetLab final : public WorldLab, private Wires {
             model->ledger(),
             model->cell_means(),
             model->means_with_margin()};
+    t.fine = model->fine_surface();
+    return t;
   }
   MaterialColumns materials() const override { return model->materials(); }
   void io_plant(Archive& a) override {

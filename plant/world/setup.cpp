@@ -170,6 +170,8 @@ WorldConfig world_config(const Experiment& e) {
   c.seed = e.plant.seed;
   c.host_scale = e.run.time_scale;
   c.model = e.plant.model;
+  if (e.plant.droplet == "droplet413") c.droplet = droplet413();
+  c.droplet.slope_bias_mm = e.plant.slope_bias_mm;
   c.droplet.flow = e.plant.flow;
   c.droplet.spread = e.plant.spread;
   c.droplet.size_scatter = e.plant.size_std;

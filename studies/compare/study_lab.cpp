@@ -238,8 +238,9 @@ const StudyLab& aerosol_study_lab() {
 }
 
 const StudyLab& study_lab_of(const Study& study, const std::filesystem::path& folder) {
-  if (study.experiment.empty()) return inkjet_study_lab();
-  return study_lab_of(load_experiment(study_experiment_file(study, folder)));
+  const auto texts = study_texts(study, folder);
+  if (texts.empty()) return inkjet_study_lab();
+  return study_lab_of(parse_experiment(texts, {}));
 }
 
 const StudyLab& study_lab_of(const Experiment& e) {

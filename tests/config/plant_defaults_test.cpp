@@ -2,6 +2,8 @@
 #include <any>
 #include <catch2/catch.hpp>
 
+#include "config/include.h"
+#include "plant/config/world_config.h"
 #include "plant/world/aerosol_lab.h"
 #include "plant/world/setup.h"
 
@@ -26,4 +28,16 @@ TEST_CASE("Nature's own defaults are those of the configuration") {
   CHECK(ice.table == own.table);
   CHECK(ice.disturbance == own.disturbance);
   CHECK(ice.balance == own.balance);
+}
+
+TEST_CASE("The lab of the measured droplet prints with its shape, and with its heights as means over cells") {
+  const Experiment e = load_experiment(FIRN_SOURCE_DIR "/labs/inkjet-droplet413.toml");
+  plant::DropletParams wanted = plant::droplet413();
+  CHECK(plant::world_config(e).droplet == wanted);
+  wanted.slope_bias_mm = 0.003;
+  const Experiment steep =
+      load_experiment(FIRN_SOURCE_DIR "/labs/inkjet-droplet413.toml", {"plant.slope_bias_mm=0.003"});
+  CHECK(plant::world_config(steep).droplet == wanted);
+  // A full layer is as high as with the other droplet.
+  CHECK(e.model.h1_mm + 4 * e.model.h2_mm + 4 * e.model.h3_mm == Approx(0.0076).epsilon(1e-6));
 }

@@ -322,6 +322,7 @@ TEST_CASE("Every numeric key of an experiment has the range of what it configure
           world("laser_profiler.dx_mm"),
           world("plant.ratio_b"),
           world("plant.variation"),
+          world("plant.slope_bias_mm", "droplet.slope_bias_mm"),
           world("plant.flow", "droplet.flow"),
           world("plant.spread", "droplet.spread"),
           world("plant.size_std", "size_scatter"),

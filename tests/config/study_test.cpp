@@ -57,6 +57,21 @@ TEST_CASE(
   for (const Experiment& one : e) CHECK(one.part.shape.height_mm == 0.05);
 }
 
+TEST_CASE("A lab of the study stands in the place of the one that its experiment includes") {
+  const test::TempFolder folder;
+  folder.file("lab.toml", "model.h1_mm = 0.004\nplant.drift = 0.2\n");
+  folder.file("other.toml", "model.h1_mm = 0.005\n");
+  folder.file("part.toml", "include = \"lab.toml\"\n[part]\nheight_mm = 0.07\n");
+  Study s = parse_study("experiment = \"part.toml\"\n" + kStudy, "s.toml");
+  CHECK(study_experiments(s, folder.path())[0].model.h1_mm == 0.004);
+  s.lab = folder.path() / "other.toml";
+  const Experiment e = study_experiments(s, folder.path())[0];
+  CHECK(e.model.h1_mm == 0.005);
+  CHECK(e.plant.drift == PlantConfig{}.drift);
+  s.experiment = "other.toml";
+  CHECK_THROWS_WITH(study_experiments(s, folder.path()), Catch::Contains("includes no lab"));
+}
+
 TEST_CASE("vary gives every scheme under every combination, or arms of its own without schemes") {
   const Study s = parse_study(
       "seeds = [7, 3]\n[[scheme]]\nname = \"mpc\"\n[vary]\n\"control.mpc.horizon\" = [1, 2]\n"

@@ -120,6 +120,35 @@ TEST_CASE("An ink of another flow and spread lands the same volume times the flo
   CHECK(landed(1.0, 0.8).second < 0.8 * moment);
 }
 
+TEST_CASE("A droplet of the measured width lies within it, and grows with the cube root of its volume") {
+  // Radius of gyration of a paraboloid of revolution about its axis: R / sqrt(3).
+  const auto radius_mm = [](double flow) {
+    WorldConfig c = droplet_world();
+    c.droplet = droplet413();
+    c.nozzle.drift = false;
+    c.droplet.size_scatter = c.droplet.placement_scatter_mm = c.droplet.missed_probability =
+        c.droplet.satellite_probability = 0.0;
+    c.droplet.levelling_steps = 0;
+    c.droplet.fine_cells = 8;
+    c.droplet.slope_bias_mm = 1e6;
+    c.droplet.flow = flow;
+    const auto model = make_model(c);
+    model->fire(at_cell(c.grid, 8, 8, 0));
+    const HeightMap h = model->fine_surface();
+    double moment = 0.0, sum = 0.0;
+    for (int j = 0; j < h.spec.ny; ++j)
+      for (int i = 0; i < h.spec.nx; ++i) {
+        const double r = std::hypot(h.spec.x_mm(i) - c.grid.x_mm(8), h.spec.y_mm(j) - c.grid.y_mm(8));
+        if (r > 0.2065 * std::cbrt(flow) + 1e-9) CHECK(h.at(i, j) == 0.0);
+        moment += h.at(i, j) * r * r;
+        sum += h.at(i, j);
+      }
+    return std::sqrt(3.0 * moment / sum);
+  };
+  CHECK(radius_mm(1.0) == Approx(0.2065).epsilon(0.02));
+  CHECK(radius_mm(1.728) == Approx(1.2 * 0.2065).epsilon(0.02));
+}
+
 TEST_CASE("CVODE's line states agree with their closed forms at a steady firing rate") {
   NozzleParams p;
   p.wander_sigma = 0.0;
