@@ -2,6 +2,11 @@
 
 #include <fmt/core.h>
 
+#include <cmath>
+#include <string>
+
+#include "core/grid/grid.h"
+#include "core/grid/outline.h"
 #include "core/options/for_people.h"
 #include "files/json.h"
 #include "runs/folder/verdict.h"
@@ -29,7 +34,7 @@ std::string print_json(const PrintSummary& s) {
   using Json = nlohmann::ordered_json;
   const std::optional<bool> within = within_tolerance(s.result);
   const runs::MapError error = s.result.error.value_or(runs::MapError{});
-  const Json j = {
+  Json j = {
       {"run", s.folder},
       {"scheme", s.scheme},
       {"outcome", s.result.outcome},
@@ -53,6 +58,11 @@ std::string print_json(const PrintSummary& s) {
       {"wall_s", s.wall_s},
       {"node_s", s.node_s},
       {"reason", s.result.reason}};
+  for (const OutlineMetric& m : kOutlineMetrics)
+    if (m.value != &OutlineStats::overspill) {
+      const double v = s.result.outline ? (*s.result.outline).*m.value * m.factor : kNotMeasured;
+      j[std::string(m.name)] = std::isfinite(v) ? Json(v) : Json(nullptr);
+    }
   return j.dump(2) + "\n";
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <optional>
@@ -13,6 +14,8 @@
 
 #include "cli/option_set.h"
 #include "config/labs.h"
+#include "core/grid/grid.h"
+#include "core/grid/outline.h"
 #include "core/options/for_people.h"
 #include "files/exit_codes.h"
 #include "files/json.h"
@@ -70,6 +73,11 @@ Json entry_json(const runs::RunEntry& r) {
                                 {"rms_inside_um", &runs::MapError::rms_inside_um},
                                 {"rms_rim_um", &runs::MapError::rms_rim_um}})
     j[key] = result.error ? Json((*result.error).*um) : Json(nullptr);
+  for (const OutlineMetric& m : kOutlineMetrics)
+    if (m.value != &OutlineStats::overspill) {
+      const double v = result.outline ? (*result.outline).*m.value * m.factor : kNotMeasured;
+      j[std::string(m.name)] = std::isfinite(v) ? Json(v) : Json(nullptr);
+    }
   const std::string verdict = r.result ? verdict_words(result, lab_words(r.lab)) : "";
   j["verdict"] = verdict.empty() ? Json(nullptr) : Json(verdict);
   return j;

@@ -221,16 +221,15 @@ std::vector<RunMaps::Value> RunMaps::take_predictions() {
   return values;
 }
 
-std::vector<RunMaps::Value> RunMaps::take_overspill() {
-  std::vector<Value> values;
+std::vector<std::pair<int, OutlineStats>> RunMaps::take_outlines() {
+  std::vector<std::pair<int, OutlineStats>> found;
   for (const int layer : newest(new_maps_)) {
     if (paths_ || layer == 0) continue;
     const auto m = measured(layer);
     const auto w = m ? wanted(layer, m->height.spec) : nullptr;
-    const double share = w ? outline_stats(m->height, w->target, w->mask).overspill : kNotMeasured;
-    if (std::isfinite(share)) values.emplace_back(layer, share * 100.0);
+    if (w) found.emplace_back(layer, outline_stats(m->height, w->target, w->mask));
   }
-  return values;
+  return found;
 }
 
 void RunMaps::on_profile(std::span<const std::byte> message) {

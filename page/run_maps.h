@@ -16,6 +16,7 @@
 #include "config/experiment.h"
 #include "core/deposition/height_change.h"
 #include "core/grid/grid.h"
+#include "core/grid/outline.h"
 #include "core/slice/paths/print_paths.h"
 #include "page/map_frame.h"
 #include "runs/read/run_reader.h"
@@ -51,8 +52,8 @@ class RunMaps {
   /// Computes the predicted RMS [um] of the layers that were planned since the last call, at most the newest
   /// forty.
   std::vector<Value> take_predictions();
-  /// Computes the volume beside the part [%] of the layers that were measured since the last call, likewise.
-  std::vector<Value> take_overspill();
+  /// Computes the outlines of the layers that were measured since the last call, likewise.
+  std::vector<std::pair<int, OutlineStats>> take_outlines();
   /// Counts the rows that are measured now; 0: none are.
   std::uint64_t rows_stamp() const { return rows_layer_ < 0 ? 0 : rows_stamp_; }
   /// Returns the newest map with these rows over it, as a frame; to a reader that has them up to `since`, the

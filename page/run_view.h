@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/grid/outline.h"
 #include "page/view_data.h"
 
 namespace firn::page {
@@ -54,9 +55,9 @@ class RunView {
   void alive(double now_s) { alive_s_ = now_s; }
   /// Takes the last bytes that crossed an instrument's port.
   void exchanged(const std::string& node, const std::string& text);
-  /// Takes a prediction of a layer's RMS [um], and the measured volume beside the part [%].
+  /// Takes a prediction of a layer's RMS [um], and the outline of its measured map.
   void predicted(int layer, double rms_um);
-  void overspill(int layer, double percent);
+  void outline(int layer, const OutlineStats& stats);
   /// Takes the end that the run folder holds, or that nobody prints it any more.
   void over(const std::string& outcome, const std::string& reason);
   /// Takes verdict and facts of the result that the run folder holds.
@@ -127,7 +128,8 @@ class RunView {
   };
   std::map<std::int64_t, PathPlace> paths_;  // of the last batches
   std::map<int, LayerRow> layers_;
-  std::map<int, double> predicted_, overspill_;
+  std::map<int, double> predicted_;
+  std::map<int, OutlineStats> outlines_;
   std::deque<EventRow> events_;
   std::int64_t events_count_ = 0, events_told_ = 0;
   std::map<std::string, InstrumentRow> instruments_;

@@ -95,7 +95,7 @@ void RunView::on_metrics(std::span<const std::byte> bytes) {
   r.droplets = m.drops;
   r.decide_ms = m.decide_s * 1e3;
   if (const auto p = predicted_.find(m.layer); p != predicted_.end()) r.predicted_rms_um = p->second;
-  if (const auto o = overspill_.find(m.layer); o != overspill_.end()) r.overspill_percent = o->second;
+  if (const auto o = outlines_.find(m.layer); o != outlines_.end()) r.outline = o->second;
   layers_[m.layer] = r;
   changed_layers_.insert(m.layer);
   layers_expected_ = m.layers_expected;
@@ -115,11 +115,11 @@ void RunView::predicted(int layer, double rms_um) {
   changed_layers_.insert(layer);
 }
 
-void RunView::overspill(int layer, double percent) {
-  overspill_[layer] = percent;
+void RunView::outline(int layer, const OutlineStats& stats) {
+  outlines_[layer] = stats;
   const auto row = layers_.find(layer);
   if (row == layers_.end()) return;
-  row->second.overspill_percent = percent;
+  row->second.outline = stats;
   changed_layers_.insert(layer);
 }
 

@@ -8,6 +8,7 @@
 #include <tuple>
 #include <vector>
 
+#include "core/grid/outline.h"
 #include "firn/page_protocol.h"
 
 namespace firn::page {
@@ -16,7 +17,7 @@ struct LayerRow {
   int n = 0;  ///< layers deposited so far; 0: the bare substrate
   double t_s = 0.0;
   double rms_um = 0.0, mean_um = 0.0, max_um = 0.0;  ///< about the target; max: of the absolute error
-  std::optional<double> overspill_percent;           ///< volume beside the part, of the part's
+  OutlineStats outline;                              ///< of the measured map; NaN: not known
   std::int64_t droplets = 0;                         ///< of this layer; 0: the lab counts none
   std::optional<double> predicted_rms_um;            ///< by the model, before the layer was printed
   double decide_ms = 0.0;                            ///< node time; 0: a print in simulated time takes none

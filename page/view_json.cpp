@@ -17,6 +17,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr double kShownPercent = 100.0, kShownUm = 1e3;  // per mm
+
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 Json number(const std::optional<double>& value) { return value ? number(*value) : Json(nullptr); }
 Json text(const std::string& value) { return value.empty() ? Json(nullptr) : Json(value); }
@@ -29,7 +31,11 @@ Json as_json(const LayerRow& r) {
           {"rms_um", number(r.rms_um)},
           {"mean_um", number(r.mean_um)},
           {"max_um", number(r.max_um)},
-          {"overspill_percent", number(r.overspill_percent)},
+          {"overspill_percent", number(r.outline.overspill * kShownPercent)},
+          {"missing_percent", number(r.outline.missing * kShownPercent)},
+          {"edge_width_um", number(r.outline.edge_width_mm * kShownUm)},
+          {"size_x_um", number(r.outline.size_error_x_mm * kShownUm)},
+          {"size_y_um", number(r.outline.size_error_y_mm * kShownUm)},
           {"droplets", r.droplets > 0 ? Json(r.droplets) : Json(nullptr)},
           {"predicted_rms_um", number(r.predicted_rms_um)},
           {"measured_rms_um", number(r.rms_um)},

@@ -103,7 +103,7 @@ void WatchedRun::make_view() {
 
 void WatchedRun::take_values() {
   for (const auto& [layer, um] : maps_->take_predictions()) view_->predicted(layer, um);
-  for (const auto& [layer, percent] : maps_->take_overspill()) view_->overspill(layer, percent);
+  for (const auto& [layer, stats] : maps_->take_outlines()) view_->outline(layer, stats);
 }
 
 void WatchedRun::look_for_the_end(double now_s) {

@@ -42,8 +42,8 @@ void add_surface(const HeightMap& target, const Mask& mask, const std::optional<
   if (!map || map->layer == 0) return;
   const HeightMap height = measured_height_of(*map);
   if (height.spec != target.spec) return;
-  const double share = outline_stats(height, target, mask).overspill;
-  if (std::isfinite(share)) r.overspill_percent = share * kPercent;
+  r.outline = outline_stats(height, target, mask);
+  if (std::isfinite(r.outline->overspill)) r.overspill_percent = r.outline->overspill * kPercent;
 }
 
 // The scheduler tells the error over a layer's whole footprint. Its inside is where a layer is judged, as in

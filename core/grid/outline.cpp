@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <stdexcept>
+#include <string>
+
+#include "core/grid/edge_profile.h"
 
 namespace firn {
 namespace {
@@ -82,17 +86,60 @@ bool beside_part(const Mask& mask, int i, int j) {
   return false;
 }
 
+// Every cell in `parts` x `parts`, as in a finer map.
+template <class Cells>
+Cells refined(const Cells& from, const GridSpec& to, int parts) {
+  Cells out(to);
+  for (int j = 0; j < to.ny; ++j)
+    for (int i = 0; i < to.nx; ++i) out.at(i, j) = from.at(i / parts, j / parts);
+  return out;
+}
+
+void add_rms(const HeightMap& height, const HeightMap& target, const Mask& mask, OutlineStats& s) {
+  if (const ErrorStats whole = error_stats(height, target, mask); whole.cells > 0) s.rms_mm = whole.rms_mm;
+  if (const ErrorStats in = error_stats(height, target, inside_of(mask)); in.cells > 0)
+    s.rms_inside_mm = in.rms_mm;
+}
+
+void add_edge(const HeightMap& height, const HeightMap& target, const Mask& mask, const HeightMap* fine,
+              OutlineStats& s) {
+  if (!fine) {
+    s.edge_width_mm = edge_width_mm(height, target, mask);
+    s.corner_radius_mm = corner_radius_mm(height, target, mask);
+    return;
+  }
+  const int parts = height.spec.nx > 0 ? fine->spec.nx / height.spec.nx : 0;
+  if (parts < 1 || fine->spec.nx != parts * height.spec.nx || fine->spec.ny != parts * height.spec.ny)
+    throw std::invalid_argument("outline_stats: the fine map does not cover the ground of the other");
+  const HeightMap fine_target = refined(target, fine->spec, parts);
+  const Mask fine_mask = refined(mask, fine->spec, parts);
+  s.edge_width_mm = edge_width_mm(*fine, fine_target, fine_mask);
+  s.corner_radius_mm = corner_radius_mm(*fine, fine_target, fine_mask, parts);
+}
+
 }  // namespace
 
-OutlineStats outline_stats(const HeightMap& height, const HeightMap& target_there, const Mask& mask_there) {
+const OutlineMetric& outline_metric(std::string_view name) {
+  const auto* row = std::ranges::find(kOutlineMetrics, name, &OutlineMetric::name);
+  if (row == std::end(kOutlineMetrics))
+    throw std::invalid_argument("outline_metric: no value is called " + std::string(name));
+  return *row;
+}
+
+OutlineStats outline_stats(const HeightMap& height, const HeightMap& target_there, const Mask& mask_there,
+                           const HeightMap* fine) {
   const auto [target, mask] = placed(height.spec, target_there, mask_there);
-  double inside = 0.0, outside = 0.0, ring = 0.0, highest = 0.0;
-  std::int64_t cells = 0, ring_cells = 0;
+  double inside = 0.0, outside = 0.0, missing = 0.0, ring = 0.0, highest = 0.0;
+  std::int64_t cells = 0, ring_cells = 0, known_cells = 0;
   for (int j = 0; j < mask.spec.ny; ++j)
     for (int i = 0; i < mask.spec.nx; ++i) {
       const double h = height.at(i, j);
       if (mask.at(i, j)) {
         inside += target.at(i, j);
+        if (std::isfinite(h)) {
+          missing += std::max(0.0, target.at(i, j) - h);
+          ++known_cells;
+        }
         highest = std::max(highest, target.at(i, j));
       } else if (std::isfinite(h)) {
         outside += h;
@@ -105,8 +152,12 @@ OutlineStats outline_stats(const HeightMap& height, const HeightMap& target_ther
     }
   OutlineStats s;
   if (cells > 0 && inside > 0.0) s.overspill = outside / inside;
+  if (known_cells > 0 && inside > 0.0) s.missing = missing / inside;
+  s.misplaced = s.overspill + s.missing;
   if (ring_cells > 0) s.first_ring_mm = ring / double(ring_cells);
+  add_rms(height, target, mask, s);
   if (highest <= 0.0) return s;
+  add_edge(height, target, mask, fine, s);
   const double level = 0.5 * highest;
   const Caliper x = along_x(height, level), y = along_y(height, level);
   s.size_error_x_mm = (x.width() - along_x(target, level).width()) * height.spec.pitch_x_mm;

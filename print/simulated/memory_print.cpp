@@ -74,7 +74,8 @@ class Judge {
 
   /// What lies beside the part: of droplets their surface, of paths the ice without its scaffold.
   OutlineStats outline(const plant::World& world, const plant::Truth& truth) const {
-    if (!world.ice()) return outline_stats(truth.wide, target_, mask_);
+    if (!world.ice())
+      return outline_stats(truth.wide, target_, mask_, truth.fine.size() > 0 ? &truth.fine : nullptr);
     const replay::NominalPart part =
         replay::nominal_part(paths_, replay::kOutlineCell_mm, replay::kOutlineMargin_mm);
     return outline_stats(world.ice()->thickness_over(part.target.spec, 0), part.target, part.mask);
@@ -112,6 +113,7 @@ MemoryPrintReport print_in_memory(const Product& product, const Experiment& e, c
   lab.set_tap([&](std::string_view channel, std::span<const std::byte> bytes, Time) {
     if (options.tap) options.tap(channel, bytes);
     if (channel == channels::kRunEnd.name) decode(bytes, end);
+    if (channel == channels::kDepositionReport.name) ++report.passes;
     if (layer_metrics_t m; channel == channels::kLayerMetrics.name && decode(bytes, m)) measured = m;
     if (line_plan_t plan; lines && channel == channels::kLinePlan.name && decode(bytes, plan))
       lines->take(plan);

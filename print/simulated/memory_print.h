@@ -54,6 +54,7 @@ struct MemoryPrintReport {
   OutlineStats outline;       ///< with `outline` asked for: of the true final part
   std::int64_t droplets = 0;  ///< triggers that the jet obeyed
   std::int64_t droplets_missed = 0;  ///< of these, triggers without a droplet
+  std::int64_t passes = 0;           ///< DEPOSITION_REPORTs: passes of the stage that fired droplets
   double volume_mm3 = 0.0;           ///< on the field
   double node_s = 0.0;               ///< simulated duration of the print
   std::int64_t iterations = 0;       ///< of the controller's search, summed over all decisions

@@ -21,6 +21,12 @@ double round_step(double rough) {
 
 }  // namespace
 
+std::string table_row(const std::vector<std::string>& cells, const char* tag) {
+  std::string s = "<tr>";
+  for (const std::string& c : cells) s += std::string("<") + tag + ">" + c + "</" + tag + ">";
+  return s + "</tr>\n";
+}
+
 std::string escape_html(std::string_view text) {
   std::string s;
   for (char c : text) switch (c) {

@@ -9,6 +9,8 @@
 namespace firn::report {
 
 std::string escape_html(std::string_view text);
+/// Returns a row of a table of HTML. @param tag of its cells: "td", "th"
+std::string table_row(const std::vector<std::string>& cells, const char* tag = "td");
 /// Returns the beginning of a text: at most so many bytes, and only whole UTF-8 characters.
 std::string_view shortened(std::string_view text, std::size_t bytes);
 /// Returns the number as "%.*f" without a locale; "–" for NaN and infinities; a true minus sign.

@@ -13,6 +13,7 @@
 #include "files/run_paths.h"
 #include "lcmtypes/channels.h"
 #include "report/export/member_texts.h"
+#include "report/export/run_outlines.h"
 #include "runs/folder/documents.h"
 #include "runs/read/run_log.h"
 
@@ -298,6 +299,7 @@ std::uint64_t export_run(const fs::path& run, const std::string& prefix, TableSi
   LogTables reader(run, prefix, sink);
   const std::uint64_t messages = reader.read(progress);
   write_inputs(run, provenance, prefix, reader, sink);
+  write_outlines(run, provenance, prefix, sink);
   return messages;
 }
 

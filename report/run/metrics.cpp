@@ -3,8 +3,35 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
+#include <string>
+
+#include "core/grid/grid.h"
+#include "core/grid/outline.h"
 
 namespace firn::report {
+namespace {
+
+// Columns of every value of the outline, of the true surface and of the measured map.
+std::string outline_names() {
+  std::string names;
+  for (const char* of : {"true_", "measured_"})
+    for (const OutlineMetric& m : kOutlineMetrics) names += "," + (of + std::string(m.name));
+  return names;
+}
+
+std::string outline_values(const std::optional<OutlineStats>& o) {
+  std::string values;
+  for (const OutlineMetric& m : kOutlineMetrics) {
+    char text[400];  // of a double of up to 314 characters
+    const double v = o ? (*o).*m.value * m.factor : kNotMeasured;
+    std::snprintf(text, sizeof text, ",%.3f", v);
+    values += std::isfinite(v) ? text : ",";
+  }
+  return values;
+}
+
+}  // namespace
 
 std::string metrics_csv(const RunData& run) {
   std::string s =
@@ -14,7 +41,8 @@ std::string metrics_csv(const RunData& run) {
       "true_rms_um,"
       "true_std_um,true_max_abs_error_um,overspill_pct,first_ring_um,size_error_x_um,size_error_y_um,size_"
       "cut,"
-      "rms_inside_um,rms_rim_um,rows_lost,cells_guessed\n";
+      "rms_inside_um,rms_rim_um,rows_lost,cells_guessed";
+  s += outline_names() + ",passes\n";
   for (const LayerRow& r : run.layers) {
     char line[8192];  // of twenty doubles, each of up to 314 characters
     std::snprintf(
@@ -40,9 +68,10 @@ std::string metrics_csv(const RunData& run) {
       s += std::isfinite(v) ? line : ",";
     }
     s += !r.outline ? "," : o.cut ? ",1" : ",0";
-    std::snprintf(line, sizeof line, ",%.3f,%.3f,%d,%lld\n", r.rms_inside_mm * 1e3, r.rms_rim_mm * 1e3,
+    std::snprintf(line, sizeof line, ",%.3f,%.3f,%d,%lld", r.rms_inside_mm * 1e3, r.rms_rim_mm * 1e3,
                   r.rows_lost, static_cast<long long>(r.cells_guessed));
-    s += line;
+    s +=
+        line + outline_values(r.outline) + outline_values(r.measured) + "," + std::to_string(r.passes) + "\n";
   }
   return s;
 }

@@ -14,6 +14,7 @@
 #include "files/text_file.h"
 #include "firn/answer_t.hpp"
 #include "firn/camera_command_t.hpp"
+#include "firn/deposition_report_t.hpp"
 #include "firn/enums.h"
 #include "firn/stage_command_t.hpp"
 #include "lcmtypes/convert.h"
@@ -158,6 +159,14 @@ void read_droplets(const RunRecord& run, RunData& data, std::map<std::int32_t, L
   measure_part(data.target, data.mask, data.part);
   if (run.has("geometry")) data.inks = read_ink_data(run.messages, run.input("geometry"), data.mask);
   read_truth(run.folder, data, rows);
+  run.messages.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) {
+    const auto row = rows.find(m.layer);
+    if (const HeightMap height = measured_height_of(m); row != rows.end() && height.spec == data.target.spec)
+      row->second.measured = outline_stats(height, data.target, data.mask);
+  });
+  run.messages.each<deposition_report_t>(channels::kDepositionReport.name, [&](const deposition_report_t& m) {
+    if (const auto row = rows.find(m.layer); row != rows.end()) ++row->second.passes;
+  });
   if (!data.outline && data.height.spec == grid && data.height.size() > 0)
     data.outline = outline_stats(data.height, data.target, data.mask);
 }

@@ -26,10 +26,12 @@ struct LayerRow : layer_metrics_t {
   LayerRow() : layer_metrics_t{} {}
   explicit LayerRow(const layer_metrics_t& m);
 
-  double look_s = 0;                    ///< of the camera's pictures and the ways to them
-  double end_s = 0;                     ///< node time
-  std::optional<ErrorStats> truth;      ///< of the true surface about the target
-  std::optional<OutlineStats> outline;  ///< of the true surface; along paths of the last row's
+  double look_s = 0;                     ///< of the camera's pictures and the ways to them
+  double end_s = 0;                      ///< node time
+  std::optional<ErrorStats> truth;       ///< of the true surface about the target
+  std::optional<OutlineStats> outline;   ///< of the true surface; along paths of the last row's
+  std::optional<OutlineStats> measured;  ///< of the layer's map; of droplets
+  int passes = 0;                        ///< of the stage that fired droplets, over all attempts
 };
 
 /// Tells runs of one part from runs of others, which share no axis.

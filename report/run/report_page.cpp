@@ -8,6 +8,7 @@
 #include "report/draw/charts.h"
 #include "report/draw/style.h"
 #include "report/draw/svg.h"
+#include "report/run/edge_table.h"
 #include "report/run/report_part.h"
 #include "report/run/settings_table.h"
 
@@ -29,12 +30,6 @@ std::vector<std::string> labels(const std::vector<ReportRun>& runs) {
     names.push_back(unique ? r.data.scheme : r.data.scheme + " (" + r.data.folder + ")");
   }
   return names;
-}
-
-std::string table_row(const std::vector<std::string>& cells, const char* tag = "td") {
-  std::string s = "<tr>";
-  for (const std::string& c : cells) s += std::string("<") + tag + ">" + c + "</" + tag + ">";
-  return s + "</tr>\n";
 }
 
 // "≥" where the surface still stands at half the part's height at the border of its map.
@@ -230,7 +225,8 @@ std::string report_page(const std::vector<ReportRun>& runs,
   std::vector<NamedRun> all;
   for (std::size_t n = 0; n < runs.size(); ++n) all.push_back({names[n], &runs[n].data, int(n)});
   const std::vector<PartRuns> parts = parts_of(all);
-  s += health_table(runs, names) + summary(parts) + result_table(runs, names, parts) + legend(names);
+  s += health_table(runs, names) + summary(parts) + result_table(runs, names, parts) + legend(names) +
+       edge_table(runs, names);
   for (const PartRuns& part : parts) {
     if (parts.size() > 1) s += "<h2 class=\"part\">" + escape_html(part.title) + "</h2>\n";
     s += part_sections(part.runs);

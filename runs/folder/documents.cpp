@@ -5,6 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "core/grid/outline.h"
 #include "files/json.h"
 
 namespace firn::runs {
@@ -134,6 +135,12 @@ std::string result_text(const RunResult& r) {
   if (r.tolerance_um) j["tolerance_um"] = *r.tolerance_um;
   if (r.part) j["part"] = {{"name", r.part->name}, {"size_mm", r.part->size_mm}};
   if (r.overspill_percent) j["overspill_percent"] = *r.overspill_percent;
+  if (r.outline) {
+    auto& values = j["outline"] = nlohmann::ordered_json::object();
+    for (const OutlineMetric& m : kOutlineMetrics)
+      if (const double v = (*r.outline).*m.value * m.factor; std::isfinite(v))
+        values[std::string(m.name)] = v;
+  }
   if (!r.audit.empty()) j["audit"] = r.audit;
   return j.dump(2, ' ', false, Json::error_handler_t::replace);
 }
@@ -163,6 +170,15 @@ RunResult parse_result(std::string_view text, const std::string& name) {
   if (const Json* part = known("part")) r.part = part_of(*part, where("part"));
   if (const Json* share = known("overspill_percent"))
     r.overspill_percent = finite(*share, where("overspill_percent"), "%");
+  if (const Json* outline = known("outline")) {
+    if (!outline->is_object()) bad(where("outline"), "must be an object");
+    r.outline.emplace();
+    for (const OutlineMetric& m : kOutlineMetrics)
+      if (const auto value = outline->find(std::string(m.name)); value != outline->end())
+        (*r.outline).*m.value =
+            finite(*value, where("outline") + "." + std::string(m.name), std::string(m.unit).c_str()) /
+            m.factor;
+  }
   if (const Json* audit = known("audit")) r.audit = text_of(*audit, where("audit"));
   return r;
 }

@@ -4,10 +4,33 @@
 
 #include <cmath>
 
+#include "core/grid/outline.h"
 #include "core/options/for_people.h"
 #include "files/exit_codes.h"
 
 namespace firn::runs {
+namespace {
+
+constexpr double kPercent = 100.0, kUm = 1e3;  // per mm
+
+// "edge: 0.21 mm wide from 10 to 90 % of the height; size error 0.44 mm along x, ..."; empty: not known.
+std::string edge_words(const OutlineStats& o, const LabWords& lab) {
+  const auto length = [&](double mm) {
+    return (std::signbit(mm) ? "-" : "") + lab.length(std::abs(mm) * kUm);
+  };
+  std::string text;
+  const auto add = [&](double mm, const std::string& words) {
+    if (std::isfinite(mm)) text += (text.empty() ? "edge: " : "; ") + words;
+  };
+  add(o.edge_width_mm, length(o.edge_width_mm) + " wide from 10 to 90 % of the height");
+  if (std::isfinite(o.size_error_y_mm))
+    add(o.size_error_x_mm,
+        "size error " + length(o.size_error_x_mm) + " along x, " + length(o.size_error_y_mm) + " along y");
+  add(o.corner_radius_mm, "corners of radius " + length(o.corner_radius_mm));
+  return text.empty() ? "" : text + "\n";
+}
+
+}  // namespace
 
 std::string verdict_words(const RunResult& r, const LabWords& lab) {
   if (can_go_on(r)) return "";
@@ -41,8 +64,13 @@ std::string result_lines(const RunResult& r, const LabWords& lab) {
       text += fmt::format("RMS inside {}, on the rim {}\n", lab.length(e->rms_inside_um),
                           lab.length(e->rms_rim_um));
   }
-  if (r.overspill_percent)
-    text += "overspill: " + for_people(*r.overspill_percent) + " % of the part's volume lies beside it\n";
+  if (r.overspill_percent) {
+    text += "overspill: " + for_people(*r.overspill_percent) + " % of the part's volume lies beside it";
+    if (r.outline && std::isfinite(r.outline->missing))
+      text += ", " + for_people(r.outline->missing * kPercent) + " % is missing inside";
+    text += "\n";
+  }
+  if (r.outline) text += edge_words(*r.outline, lab);
   if (!r.audit.empty()) text += "audit: " + r.audit + "\n";
   return text;
 }

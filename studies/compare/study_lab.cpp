@@ -6,9 +6,11 @@
 #include <exception>
 #include <limits>
 #include <new>
+#include <string_view>
 
 #include "config/include.h"
 #include "config/labs.h"
+#include "core/grid/outline.h"
 #include "print/inputs/check_print.h"
 #include "print/labs/full_product.h"
 #include "print/simulated/memory_print.h"
@@ -26,23 +28,44 @@ double thread_cpu_s() {
 }
 
 constexpr int kIterations = 8;  // row of the table: a lab of paths searches nothing
+constexpr int kOfDroplets = 1;  // the row at its end that a lab of paths has not
+
+// Of the outline, beside the surface's own; smaller is better, so that errors of size lose their sign.
+constexpr std::string_view kOutlineNames[] = {"overspill_pct", "first_ring_um",    "size_x_um",
+                                              "size_y_um",     "missing_pct",      "misplaced_pct",
+                                              "edge_width_um", "corner_radius_um", "inside_rms_um"};
+
+std::vector<double> outline_values(const OutlineStats& o) {
+  std::vector<double> values;
+  for (const std::string_view name : kOutlineNames) {
+    const OutlineMetric& m = outline_metric(name);
+    const double value = o.*m.value * m.factor;
+    values.push_back(name.starts_with("size_") ? std::abs(value) : value);
+  }
+  return values;
+}
 
 const std::vector<report::StudyMetric>& metric_table() {
-  static const std::vector<report::StudyMetric> table = {
-      {"rms_um", "um", "RMS of the true surface about the target", 3},
-      {"std_um", "um", "roughness: standard deviation of the true error about its mean", 3},
-      {"abs_mean_um", "um", "size of the mean error of the true surface", 3},
-      {"mean_abs_um", "um", "mean of the absolute true error", 3},
-      {"max_um", "um", "largest absolute true error of a cell", 2},
-      {"layers", "", "layers printed", 1},
-      {"droplets", "", "droplets fired", 0},
-      {"print_s", "s", "simulated duration of the print", 1},
-      {"iterations", "", "steps of the controller's search", 0},
-      {"overspill_pct", "%", "volume beside the part, of the part's volume", 2},
-      {"first_ring_um", "um", "mean height of the cells beside the part", 1},
-      {"size_x_um", "um", "size of the error of the part's width along x at half height", 1},
-      {"size_y_um", "um", "size of the error of the part's width along y at half height", 1},
-  };
+  static const std::vector<report::StudyMetric> table = [] {
+    std::vector<report::StudyMetric> t = {
+        {"rms_um", "um", "RMS of the true surface about the target", 3},
+        {"std_um", "um", "roughness: standard deviation of the true error about its mean", 3},
+        {"abs_mean_um", "um", "size of the mean error of the true surface", 3},
+        {"mean_abs_um", "um", "mean of the absolute true error", 3},
+        {"max_um", "um", "largest absolute true error of a cell", 2},
+        {"layers", "", "layers printed", 1},
+        {"droplets", "", "droplets fired", 0},
+        {"print_s", "s", "simulated duration of the print", 1},
+        {"iterations", "", "steps of the controller's search", 0},
+    };
+    for (const std::string_view name : kOutlineNames) {
+      const OutlineMetric& m = outline_metric(name);
+      t.push_back({std::string(m.name), std::string(m.unit),
+                   (name.starts_with("size_") ? "size of the " : "") + std::string(m.meaning), m.decimals});
+    }
+    t.push_back({"passes", "", "passes of the stage that fired droplets", 0});
+    return t;
+  }();
   return table;
 }
 
@@ -51,6 +74,7 @@ const std::vector<report::StudyMetric>& ice_metric_table() {
   static const std::vector<report::StudyMetric> table = [] {
     std::vector<report::StudyMetric> t = metric_table();
     t.erase(t.begin() + kIterations);
+    t.resize(t.size() - kOfDroplets);
     t[0].meaning = "RMS of the true surface about the nominal height after the last interval";
     t[5].meaning = "layers measured";
     t[6] = {"pulses", "", "pulses of both valves", 0};
@@ -67,24 +91,24 @@ std::vector<double> metrics_of(const MemoryPrintReport& r) {
   const ErrorStats& e = r.error;
   if (e.cells == 0)
     return std::vector<double>(metric_table().size(), std::numeric_limits<double>::quiet_NaN());
-  return {e.rms_mm * kUm,
-          e.std_mm * kUm,
-          std::abs(e.mean_mm) * kUm,
-          e.mean_abs_mm * kUm,
-          std::max(std::abs(e.min_mm), std::abs(e.max_mm)) * kUm,
-          double(r.result.layers),
-          double(r.droplets),
-          r.node_s,
-          double(r.iterations),
-          100.0 * r.outline.overspill,
-          r.outline.first_ring_mm * kUm,
-          std::abs(r.outline.size_error_x_mm) * kUm,
-          std::abs(r.outline.size_error_y_mm) * kUm};
+  std::vector<double> values{e.rms_mm * kUm,
+                             e.std_mm * kUm,
+                             std::abs(e.mean_mm) * kUm,
+                             e.mean_abs_mm * kUm,
+                             std::max(std::abs(e.min_mm), std::abs(e.max_mm)) * kUm,
+                             double(r.result.layers),
+                             double(r.droplets),
+                             r.node_s,
+                             double(r.iterations)};
+  for (const double v : outline_values(r.outline)) values.push_back(v);
+  values.push_back(double(r.passes));
+  return values;
 }
 
 std::vector<double> ice_metrics_of(const MemoryPrintReport& r) {
   std::vector<double> m = metrics_of(r);
   m.erase(m.begin() + kIterations);
+  m.resize(m.size() - kOfDroplets);
   double worst = std::numeric_limits<double>::quiet_NaN(), deposit_s = 0.0, measure_s = 0.0;
   for (const LayerTruth& l : r.series) {
     worst = std::isnan(worst) ? l.error.rms_mm : std::max(worst, l.error.rms_mm);
@@ -208,8 +232,9 @@ std::vector<double> study_metrics(const Experiment& e, const MemoryPrintReport& 
 
 const StudyLab& inkjet_study_lab() {
   static const StudyLab lab{metric_table(),
-                            {"rms_um", "std_um", "abs_mean_um", "max_um", "overspill_pct", "first_ring_um",
-                             "size_x_um", "size_y_um", "layers", "droplets"},
+                            {"rms_um", "inside_rms_um", "std_um", "abs_mean_um", "max_um", "overspill_pct",
+                             "missing_pct", "misplaced_pct", "first_ring_um", "size_x_um", "size_y_um",
+                             "edge_width_um", "corner_radius_um", "print_s", "layers", "passes", "droplets"},
                             &seed_all,
                             [](const Experiment& e) { check_print(e, "in-process"); },
                             &print_once};

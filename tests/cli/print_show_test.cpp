@@ -1,8 +1,10 @@
 // Tests the lines that a print shows at its end.
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "cli/print_show.h"
 #include "config/include.h"
+#include "core/grid/outline.h"
 #include "files/exit_codes.h"
 #include "files/json.h"
 #include "print/labs/full_product.h"
@@ -113,6 +115,10 @@ TEST_CASE("A result reads back from its file as it was written, judged or not, w
   full.part = runs::PrintedPart{"mesh a \"b\".stl", {10.25, 4.0, 0.4}};
   full.overspill_percent = 9.25;
   full.audit = "1 violation: layer 3, pass 2: a cell twice";
+  full.outline.emplace();
+  full.outline->missing = 0.0042;
+  full.outline->size_error_x_mm = -0.0312;
+  full.outline->edge_width_mm = 0.2124;
   for (const runs::RunResult& r : {judged(kDone, 80.0), judged(kDone, 0.0), kStopped, full}) {
     const runs::RunResult read = runs::parse_result(runs::result_text(r), "result.json");
     CHECK(read.outcome == r.outcome);
@@ -126,16 +132,40 @@ TEST_CASE("A result reads back from its file as it was written, judged or not, w
     if (r.part) CHECK((read.part->name == r.part->name && read.part->size_mm == r.part->size_mm));
     CHECK(read.overspill_percent == r.overspill_percent);
     CHECK(read.audit == r.audit);
+    REQUIRE(read.outline.has_value() == r.outline.has_value());
+    for (const OutlineMetric& m : kOutlineMetrics)
+      if (r.outline)
+        CHECK(((*read.outline).*m.value == Approx((*r.outline).*m.value) ||
+               (std::isnan((*read.outline).*m.value) && std::isnan((*r.outline).*m.value))));
   }
   const std::string older = R"({"outcome": "finished", "status": 0, "layers": 3, "reason": "done"})";
   CHECK_FALSE(runs::parse_result(older, "result.json").part);
   CHECK(verdict_words(runs::parse_result(older, "result.json"), LabWords{}) == "not judged");
-  for (const char* wrong :
-       {R"("part": 3)", R"("part": {"name": "x"})", R"("part": {"name": "x", "size_mm": [1, 2]})",
-        R"("overspill_percent": "9")", R"("audit": 0)"})
+  for (const char* wrong : {R"("part": 3)", R"("part": {"name": "x"})",
+                            R"("part": {"name": "x", "size_mm": [1, 2]})", R"("overspill_percent": "9")",
+                            R"("audit": 0)", R"("outline": 3)", R"("outline": {"missing_pct": "9"})"})
     CHECK_THROWS_WITH(
         runs::parse_result(older.substr(0, older.size() - 1) + ", " + wrong + "}", "result.json"),
         Contains("result.json: "));
+}
+
+TEST_CASE("A print tells its missing volume beside its overspill, and what is known of its edge") {
+  runs::RunResult r = judged(kDone, 3.0);
+  r.overspill_percent = 9.2468;
+  r.outline.emplace();
+  r.outline->missing = 0.00521;
+  r.outline->edge_width_mm = 0.2124;
+  CHECK_THAT(result_lines(r, lab_words("inkjet")),
+             Contains("overspill: 9.25 % of the part's volume lies beside it, 0.521 % is missing inside\n"
+                      "edge: 212 um wide from 10 to 90 % of the height\n"));
+  r.outline->size_error_x_mm = 0.441;
+  r.outline->size_error_y_mm = -0.0312;
+  r.outline->corner_radius_mm = 0.09;
+  CHECK_THAT(result_lines(r, lab_words("inkjet")),
+             Contains("; size error 441 um along x, -31.2 um along y; corners of radius 90 um\n"));
+  const auto json = nlohmann::json::parse(print_json(over(r)));
+  CHECK(json["missing_pct"].get<double>() == Approx(0.521));
+  CHECK(json["part_rms_um"].is_null());
 }
 
 TEST_CASE("Ice is told in mm and pulses, the ink-jet in um and droplets, both in three significant digits") {
@@ -197,6 +227,11 @@ TEST_CASE(
   CHECK(mpc.result.part->size_mm[2] == Approx(0.08));
   REQUIRE(mpc.result.overspill_percent);
   CHECK((*mpc.result.overspill_percent > 0.0 && *mpc.result.overspill_percent < 60.0));
+  REQUIRE(mpc.result.outline);
+  CHECK(100.0 * mpc.result.outline->overspill == Approx(*mpc.result.overspill_percent));
+  CHECK(mpc.result.outline->missing >= 0.0);
+  CHECK(1e3 * mpc.result.outline->rms_mm == Approx(mpc.result.error->rms_um));
+  CHECK(1e3 * mpc.result.outline->rms_inside_mm == Approx(mpc.result.error->rms_inside_um));
   CHECK(mpc.result.audit == "clean");
   CHECK(mpc.result.status == kOk);
 }

@@ -142,10 +142,12 @@ TEST_CASE("a layer has its errors in um, its prediction before or after, and com
   CHECK(r.droplets == 50);
   CHECK(r.predicted_rms_um == Approx(3.5));
   CHECK(t.view.take_new().layers.empty());
-  t.view.overspill(2, 1.25);
+  OutlineStats stats;
+  stats.overspill = 0.0125;
+  t.view.outline(2, stats);
   rows = t.view.take_new();
   REQUIRE(rows.layers.size() == 1);
-  CHECK(rows.layers[0].overspill_percent == Approx(1.25));
+  CHECK(rows.layers[0].outline.overspill == 0.0125);
 }
 
 TEST_CASE("a stop is told with its cause, the remedy and the manual's row") {

@@ -84,4 +84,6 @@ TEST_CASE("Ink beside the part is counted beyond the grid too, and its volume is
   CHECK(m.outline.overspill == Approx((m.volume_mm3 - inside_mm3) / part_mm3).epsilon(1e-9));
   CHECK(m.outline.overspill > outline_stats(m.surface, target, mask).overspill);
   CHECK_FALSE(m.outline.cut);
+  CHECK(m.outline.misplaced == m.outline.overspill + m.outline.missing);
+  CHECK(m.passes >= m.result.layers);
 }

@@ -1,16 +1,20 @@
 // Data that a report reads from a run folder, and the content of its page and of metrics.csv.
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <sstream>
 
 #include "config/experiment.h"
 #include "config/fields.h"
+#include "core/grid/outline.h"
 #include "core/grid/random.h"
 #include "files/record/event_log.h"
 #include "files/usage_error.h"
@@ -18,6 +22,8 @@
 #include "firn/sim_truth_t.hpp"
 #include "print/folder/run_report.h"
 #include "print/labs/full_product.h"
+#include "report/export/run_tables.h"
+#include "report/export/tables.h"
 #include "report/run/differing_parameters.h"
 #include "report/run/metrics.h"
 #include "report/run/report_page.h"
@@ -25,6 +31,7 @@
 #include "runs/migrate/run_migration.h"
 #include "tests/replay/tiny_run.h"
 #include "tests/report/markup.h"
+#include "tests/support/temp_folder.h"
 
 namespace firn::test {
 namespace {
@@ -133,7 +140,14 @@ TEST_CASE("Every row of metrics.csv reads back as the layer's values in the head
   run.layers[2].truth = ErrorStats{};
   run.layers[2].truth->rms_mm = 0.00123;
   run.layers[2].truth->min_mm = -0.0045;
-  run.layers[2].outline = OutlineStats{0.0921, 0.2754, 0.0123, kNotMeasured, false};
+  run.layers[2].outline.emplace();
+  run.layers[2].outline->overspill = 0.0921;
+  run.layers[2].outline->first_ring_mm = 0.2754;
+  run.layers[2].outline->size_error_x_mm = 0.0123;
+  run.layers[1].measured.emplace();
+  run.layers[1].measured->missing = 0.0042;
+  run.layers[1].measured->edge_width_mm = 0.3171;
+  run.layers[1].passes = 4;
   const auto rows = csv_rows(report::metrics_csv(run));
   REQUIRE(rows.size() == 5);
   std::map<std::string, std::size_t> column;
@@ -172,7 +186,43 @@ TEST_CASE("Every row of metrics.csv reads back as the layer's values in the head
     CHECK(cell("size_error_y_um").empty());
     CHECK(cell("size_cut") == (l.outline ? l.outline->cut ? "1" : "0" : ""));
     CHECK(cell("true_rms_um") == (l.truth ? "1.230" : ""));
+    CHECK(cell("true_overspill_pct") == cell("overspill_pct"));
+    CHECK(cell("true_size_x_um") == cell("size_error_x_um"));
+    CHECK(cell("true_missing_pct").empty());
+    CHECK(cell("measured_missing_pct") == (l.measured ? "0.420" : ""));
+    CHECK(cell("measured_edge_width_um") == (l.measured ? "317.100" : ""));
+    CHECK(cell("measured_corner_radius_um").empty());
+    CHECK(cell("passes") == (l.measured ? "4" : "0"));
   }
+}
+
+TEST_CASE("An export and metrics.csv tell the same of every layer's edge") {
+  const test::TempFolder folder;
+  const auto sink = report::csv_sink(folder.path() / "export.csv");
+  report::export_run(kGolden / "v2-estimator", "", *sink, [](double) {});
+  sink->finish();
+  const auto exported = csv_rows(file_text(folder.path() / "export.csv/metrics/OUTLINE.csv"));
+  const auto metrics = csv_rows(report::metrics_csv(run_data(full_product(), kGolden / "v2-estimator")));
+  const auto column = [](const auto& rows, std::string_view name) {
+    return std::size_t(std::ranges::find(rows[0], name) - rows[0].begin());
+  };
+  std::size_t compared = 0;
+  for (std::size_t n = 1; n < exported.size(); ++n)
+    for (const auto& layer : metrics)
+      if (layer[0] == exported[n][column(exported, "layer")])
+        for (const OutlineMetric& m : kOutlineMetrics) {
+          const bool truth = exported[n][column(exported, "is_true")] == "1";
+          const std::string& cell =
+              layer[column(metrics, (truth ? "true_" : "measured_") + std::string(m.name))];
+          const double value = std::strtod(exported[n][column(exported, m.name)].c_str(), nullptr);
+          CAPTURE(n, m.name, cell);
+          if (cell.empty())
+            CHECK(std::isnan(value));
+          else
+            CHECK(std::abs(std::strtod(cell.c_str(), nullptr) - value) < 6e-4);
+          ++compared;
+        }
+  CHECK(compared >= 2 * std::size(kOutlineMetrics));
 }
 
 TEST_CASE("A layer of absurd numbers keeps its row and its columns in metrics.csv") {

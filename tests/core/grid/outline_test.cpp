@@ -131,3 +131,55 @@ TEST_CASE(
   h.at(0, 17) = kTarget_mm;
   CHECK(outline_stats(h, box.target, box.mask).cut);
 }
+
+TEST_CASE("Missing volume is what lies below the target inside, whatever lies above it elsewhere") {
+  const Box box;
+  HeightMap h = box.target;
+  h.at(20, 15) -= 0.1;
+  h.at(21, 15) += 0.3;
+  h.at(2, 2) = 0.2;
+  const double cells = double(box.mask.count());
+  const OutlineStats s = outline_stats(h, box.target, box.mask);
+  CHECK(s.missing == Approx(0.1 / (cells * kTarget_mm)));
+  CHECK(s.overspill == Approx(0.2 / (cells * kTarget_mm)));
+  CHECK(s.misplaced == Approx(0.3 / (cells * kTarget_mm)));
+}
+
+TEST_CASE("A cylinder that is wider than its target by d has a size error of 2 d along either axis") {
+  const GridSpec g{101, 101, 0.1, 0.1, -5.0, -5.0};
+  HeightMap target(g, 0.0), height(g, 0.0);
+  Mask mask(g);
+  const double radius = 3.0, wider = 0.27;
+  for (int j = 0; j < g.ny; ++j)
+    for (int i = 0; i < g.nx; ++i) {
+      const double r = std::hypot(g.x_mm(i), g.y_mm(j));
+      if (r < radius + 1e-9) {
+        mask.at(i, j) = 1;
+        target.at(i, j) = kTarget_mm;
+      }
+      height.at(i, j) = kTarget_mm * std::clamp((radius + 0.05 + wider - r) / 0.6 + 0.5, 0.0, 1.0);
+    }
+  const OutlineStats s = outline_stats(height, target, mask);
+  CHECK(s.size_error_x_mm == Approx(2 * wider).margin(0.002));
+  CHECK(s.size_error_y_mm == Approx(2 * wider).margin(0.002));
+}
+
+TEST_CASE("The RMS inside leaves out cells with a neighbour beside the part") {
+  const Box box;
+  HeightMap h = box.target;
+  for (int j = 0; j < kOutlineGrid.ny; ++j)
+    for (int i = 0; i < kOutlineGrid.nx; ++i)
+      if (box.mask.at(i, j)) h.at(i, j) -= inside_of(box.mask).at(i, j) ? 0.001 : 0.05;
+  const OutlineStats s = outline_stats(h, box.target, box.mask);
+  const double all = double(box.mask.count()), in = double(inside_of(box.mask).count());
+  CHECK(s.rms_inside_mm == Approx(0.001));
+  CHECK(s.rms_mm == Approx(std::sqrt((in * 1e-6 + (all - in) * 2.5e-3) / all)));
+}
+
+TEST_CASE("Every value of an outline has one name, with its unit at the end") {
+  for (const OutlineMetric& m : kOutlineMetrics) {
+    CHECK(&outline_metric(m.name) == &m);
+    CHECK(m.name.ends_with(m.unit == "%" ? "_pct" : "_um"));
+  }
+  CHECK_THROWS_WITH(outline_metric("overspil"), Catch::Contains("overspil"));
+}

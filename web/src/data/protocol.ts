@@ -69,6 +69,10 @@ export interface Layer {
   mean_um: number | null;
   max_um: number | null;
   overspill_percent: number | null;
+  missing_percent?: number | null;  // of the part's volume
+  edge_width_um?: number | null;    // from 10 to 90 % of the height
+  size_x_um?: number | null;        // error of the width at half height
+  size_y_um?: number | null;
   droplets: number | null;
   predicted_rms_um: number | null;
   measured_rms_um: number | null;

@@ -21,6 +21,8 @@ export function Now({session}: {session: Session}) {
         <${Value} name="Mean error" value=${in_height_unit(layer?.mean_um, session.height_unit)} unit=${session.height_unit} trend=${trend(session, "mean_um")} />
         <${Value} name="Largest error" value=${in_height_unit(layer?.max_um, session.height_unit)} unit=${session.height_unit} />
         ${layer?.overspill_percent != null && html`<${Value} name="Overspill" value=${layer.overspill_percent} unit="percent" />`}
+        ${layer?.missing_percent != null && html`<${Value} name="Missing inside" value=${layer.missing_percent} unit="percent" />`}
+        ${layer?.edge_width_um != null && html`<${Value} name="Edge width" value=${in_height_unit(layer.edge_width_um, session.height_unit)} unit=${session.height_unit} />`}
         ${layer?.droplets != null && html`<${Value} name=${capital(session.hello.run.amount ?? "droplets")} value=${layer.droplets} />`}
         ${layer?.decision_ms != null && html`<${Value} name="Decision took" value=${layer.decision_ms} unit="ms" />`}
         ${newest && state?.flow && html`<${Value} name="Flow" value=${state.flow.value} unit=${state.flow.unit}
