@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 
@@ -16,6 +17,7 @@
 #include "core/control/mpc/bound/weighted_bound.h"
 #include "core/control/mpc/layer/window_kernel.h"
 #include "core/grid/npy.h"
+#include "core/grid/outline.h"
 #include "core/options/for_people.h"
 #include "files/certificate_file.h"
 #include "files/exit_codes.h"
@@ -27,6 +29,7 @@
 #include "procs/controller/node.h"
 #include "runs/folder/run_folder.h"
 #include "runtime/thread_pool.h"
+#include "studies/edge/edge_bound.h"
 
 namespace firn {
 namespace {
@@ -87,6 +90,27 @@ control::Setup setup_of(const DecideOptions& o, const Experiment& e) {
   HeightMap target = height_map_from_npy(read_bytes(o.target, "--target"), e.grid, o.target);
   Mask mask = o.mask.empty() ? Mask(e.grid, 1) : mask_from_npy(read_bytes(o.mask, "--mask"), e.grid, o.mask);
   return control_setup(e, std::move(target), std::move(mask));
+}
+
+// Overspill of the surface, and the least that any pattern could have at its mean error.
+std::string edge_bound_of(const DecideOptions& o, const Experiment& e, const HeightMap& height) {
+  const control::Setup setup = setup_of(o, e);
+  const ErrorStats error = error_stats(height, setup.target, setup.mask);
+  if (error.cells == 0) throw std::invalid_argument(o.height + ": no cell of the part is measured");
+  const double overspill = outline_stats(height, setup.target, setup.mask).overspill;
+  const double bound = edge_bound(setup.target, setup.mask, setup.model, setup.border, error.mean_abs_mm);
+  constexpr double kPercent = 100.0;
+  if (o.json) {
+    nlohmann::ordered_json out{{"mean_abs_error_mm", error.mean_abs_mm},
+                               {"edge_bound_pct", kPercent * bound}};
+    out["overspill_pct"] = std::isfinite(overspill) ? nlohmann::ordered_json(kPercent * overspill) : nullptr;
+    return out.dump(2) + "\n";
+  }
+  std::string text = fmt::format("mean error      {:.4f} um inside the part\n", 1e3 * error.mean_abs_mm);
+  if (std::isfinite(overspill)) text += fmt::format("overspill       {:.3f} %\n", kPercent * overspill);
+  return text +
+         fmt::format("lower bound     {:.3f} %: no pattern of this model has less at this mean error\n",
+                     kPercent * bound);
 }
 
 void check_bound_options(const DecideOptions& o, const Experiment& e) {
@@ -166,6 +190,7 @@ std::string decided(const DecideOptions& o) {
     throw UsageError("--certificate: only --bound has multipliers to write");
   if (!o.check_certificate.empty())
     return check_certificate(o, setup_of(o, e), control::known_heights({height, 0, 0, 0.0}));
+  if (o.edge_bound) return edge_bound_of(o, e, height);
   const ParallelFor parallel = parallel_on(thread_count(o.threads));
 
   // The controller has a copy of target and mask; on large grids there is no room for more.
@@ -249,6 +274,8 @@ void declare_decide(OptionSet& options) {
   options.option("--certificate", o.certificate, "NPY of the bound's multipliers, written");
   options.option("--check-certificate", o.check_certificate,
                  "NPY of multipliers: prints the bound that they prove, nothing else");
+  options.flag("--edge-bound", o.edge_bound,
+               "prints the least overspill of any pattern at the surface's mean error, nothing else");
   options.option("-o,--output", o.output, "NPY of the droplets");
   options.option("--threads", o.threads, "0 = as many as the machine has; the same bytes for any number")
       .show_default();

@@ -19,6 +19,7 @@ struct DecideOptions {
   int bound_sweeps = 40;
   std::string certificate;        ///< NPY of the bound's multipliers, written
   std::string check_certificate;  ///< the same, read: prints the proved bound, decides nothing
+  bool edge_bound = false;        ///< prints the least overspill at the surface's mean error, decides nothing
   std::string output;             ///< NPY of the droplets
   int threads = 1;                ///< 0: as many as the machine has; the answer is the same
   bool json = false;

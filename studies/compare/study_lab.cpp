@@ -10,10 +10,15 @@
 
 #include "config/include.h"
 #include "config/labs.h"
+#include "core/deposition/height_change.h"
+#include "core/grid/grid.h"
+#include "core/grid/npy.h"
 #include "core/grid/outline.h"
+#include "plant/config/world_config.h"
 #include "print/inputs/check_print.h"
 #include "print/labs/full_product.h"
 #include "print/simulated/memory_print.h"
+#include "studies/edge/edge_bound.h"
 
 namespace firn {
 namespace {
@@ -28,7 +33,7 @@ double thread_cpu_s() {
 }
 
 constexpr int kIterations = 8;  // row of the table: a lab of paths searches nothing
-constexpr int kOfDroplets = 1;  // the row at its end that a lab of paths has not
+constexpr int kOfDroplets = 2;  // rows at its end that a lab of paths has not
 
 // Of the outline, beside the surface's own; smaller is better, so that errors of size lose their sign.
 constexpr std::string_view kOutlineNames[] = {"overspill_pct", "first_ring_um",    "size_x_um",
@@ -64,6 +69,8 @@ const std::vector<report::StudyMetric>& metric_table() {
                    (name.starts_with("size_") ? "size of the " : "") + std::string(m.meaning), m.decimals});
     }
     t.push_back({"passes", "", "passes of the stage that fired droplets", 0});
+    t.push_back(
+        {"edge_bound_pct", "%", "least overspill of any pattern at the same mean error, plant lu2015", 2});
     return t;
   }();
   return table;
@@ -102,6 +109,7 @@ std::vector<double> metrics_of(const MemoryPrintReport& r) {
                              double(r.iterations)};
   for (const double v : outline_values(r.outline)) values.push_back(v);
   values.push_back(double(r.passes));
+  values.push_back(std::numeric_limits<double>::quiet_NaN());  // the bound, which add_edge_bound() computes
   return values;
 }
 
@@ -191,6 +199,22 @@ void seed_all(Experiment& e, std::uint64_t seed) {
   e.control.seed = seed;
 }
 
+// The bound is of Lu's model: of a world that is that model, with one ink.
+void add_edge_bound(const Experiment& e, const Blobs& inputs, double mean_abs_mm,
+                    std::vector<double>& metrics) {
+  static const bool solver = has_edge_solver();
+  if (!solver || e.plant.model != "lu2015" || e.geometry.solid.kind != "none" || prints_paths(e) ||
+      prints_lines(e))
+    return;
+  const HeightMap target = height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target");
+  const Mask mask = mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask");
+  const plant::Lu2015Params nature;  // the world's own heights, not the believed ones of [model]
+  metrics.back() =
+      100.0 * edge_bound(target, mask, {nature.h1_mm, nature.h2_mm, nature.h3_mm},
+                         nature.keep_border ? deposition::Border::kKeep : deposition::Border::kLose,
+                         mean_abs_mm);
+}
+
 StudyPrint print_once(const Experiment& e, const Blobs& inputs) {
   const bool paths = prints_paths(e), lines = prints_lines(e);
   StudyPrint p;
@@ -204,6 +228,7 @@ StudyPrint print_once(const Experiment& e, const Blobs& inputs) {
     p.outcome = r.result.outcome;
     p.reason = r.result.reason;
     p.metrics = study_metrics(e, r);
+    if (r.error.cells > 0) add_edge_bound(e, inputs, r.error.mean_abs_mm, p.metrics);
     const double tolerance_um = print_lab(full_product(), e).tolerance_um(e);
     if (r.result.outcome == "out of tolerance")
       p.within = false;

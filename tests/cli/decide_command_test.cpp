@@ -12,7 +12,9 @@
 #include "files/usage_error.h"
 #include "print/inputs/targets.h"
 #include "runs/folder/run_folder.h"
+#include "studies/edge/edge_bound.h"
 #include "tests/files/record/scratch.h"
+#include "tests/support/skip.h"
 
 using namespace firn;
 using namespace firn::test;
@@ -184,4 +186,29 @@ TEST_CASE(
   s.o.height = hole;
   s.o.mask = s.put("mask.npy", to_npy(mask));
   CHECK(nlohmann::json::parse(decide(s.o))["decision"] == "print");
+}
+
+TEST_CASE(
+    "firn decide --edge-bound tells the least overspill at the surface's own mean error, beside its own") {
+  if (!has_edge_solver()) {
+    skip("cbc", "cbc is not installed (Debian: coinor-cbc)");
+    return;
+  }
+  States s("decide-edge");
+  const GridSpec g{5, 5};
+  Mask mask(g);
+  HeightMap target(g, 0.0), height(g, 0.0);
+  mask.at(2, 2) = 1;
+  target.at(2, 2) = 0.4;
+  height.at(2, 2) = 0.3;
+  height.at(1, 2) = 0.04;
+  s.o.height = s.put("low.npy", to_npy(height));
+  s.o.target = s.put("cell.npy", to_npy(target));
+  s.o.mask = s.put("one.npy", to_npy(mask));
+  s.o.edge_bound = true;
+  const auto json = nlohmann::json::parse(decide(s.o));
+  CHECK(json["mean_abs_error_mm"].get<double>() == Approx(0.1));
+  CHECK(json["overspill_pct"].get<double>() == Approx(10.0));
+  // One cell gives its neighbours 4 (h2 + h3) of every h1 that it keeps, and has 3/4 of its height.
+  CHECK(json["edge_bound_pct"].get<double>() == Approx(75.0 * 4 * (0.6 + 0.2) / 4.4));
 }
