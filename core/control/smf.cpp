@@ -20,6 +20,7 @@ Smf::Smf(const Setup& setup, const ControlOptions& options)
       options_(checked_smf(options.smf)),
       dh_mm_(options_.layer_height_mm > 0.0 ? options_.layer_height_mm : setup.model.layer_height_mm()),
       noise_gate_(options.noise_gate),
+      stall_layers_(options.stall_layers),
       part_cells_(setup.mask.count()),
       predict_(setup),
       output_(setup.grid) {
@@ -30,6 +31,21 @@ Smf::Smf(const Setup& setup, const ControlOptions& options)
 void Smf::use_options(const ControlOptions& options) {
   take_changeable(kSmfOptions, checked_smf(options.smf), options_);
   noise_gate_ = options.noise_gate;
+  stall_layers_ = options.stall_layers;
+}
+
+bool Smf::keep_short_cells(Decision& d, const Measurement& m, const HeightMap& height) {
+  const auto lack = [&](std::size_t c) { return (setup_.target.cells[c] - height.cells[c]) / dh_mm_; };
+  double most = 0.0;
+  for (std::size_t c = 0; c < height.size(); ++c)
+    if (setup_.mask.cells[c]) most = std::max(most, lack(c));
+  if (most <= kMostLack) return false;
+  short_cells_.add(m, setup_.target, setup_.mask);
+  if (short_cells_.stalled(stall_layers_)) return false;
+  for (std::size_t c = 0; c < height.size(); ++c)
+    if (lack(c) < 0.5) d.drops.cells[c] = 0;
+  predict_.score(d, height, 1.0);
+  return beats_noise(d, part_cells_, m.noise_std_mm, noise_gate_);
 }
 
 double Smf::reference_mm(std::size_t cell, int layer) const {
@@ -40,6 +56,7 @@ Decision Smf::decide(const Measurement& m) {
   check(m, setup_);
   if (m.layer < after_.layer)
     after_ = Memory{-1, Grid<double>(setup_.grid), Grid<double>(setup_.grid), Grid<double>(setup_.grid)};
+  short_cells_.rewind(m.layer);
   if (m.layer > after_.layer)
     before_ = after_;
   else
@@ -72,14 +89,16 @@ Decision Smf::decide(const Measurement& m) {
   d.drops = halftone(wanted, setup_.mask, options_.max_drops, options_.rounding, after_.carry);
   d.materials = materials;
   predict_.score(d, height, 1.0);
-  if (at_target && !beats_noise(d, part_cells_, m.noise_std_mm, noise_gate_)) {
+  const bool betters = !at_target || beats_noise(d, part_cells_, m.noise_std_mm, noise_gate_);
+  if (!betters && !keep_short_cells(d, m, height)) {
     end_print(d,
               "the nominal height is reached and no layer betters the part beyond the measurement's noise");
     return d;
   }
   d.kind = Decision::Kind::kPrint;
-  d.reason = at_target ? "correction at the nominal height"
-                       : "layer " + std::to_string(m.layer + 1) + " by PID on the error surface";
+  d.reason = !betters    ? "correction at the nominal height of the cells that are short"
+             : at_target ? "correction at the nominal height"
+                         : "layer " + std::to_string(m.layer + 1) + " by PID on the error surface";
   return d;
 }
 

@@ -3,6 +3,7 @@
 
 #include "core/control/controller.h"
 #include "core/control/prediction.h"
+#include "core/control/stall_detector.h"
 
 namespace firn::control {
 
@@ -17,10 +18,14 @@ namespace firn::control {
 /// Fractions become droplets by error diffusion (default): docs/algorithms/control.md compares it with
 /// rounding and with carrying over. Two inks: a cell's ink is that of M at its measured height, and dh, r and
 /// the error know no ink. Ends when r has reached the target everywhere and the next layer would not lower
-/// the predicted mean |error|, or by no more than the noise gate. A second measurement of a layer replaces
-/// the first in sum and difference. A layer below the last one seen starts anew.
+/// the predicted mean |error|, or by no more than the noise gate. A wall of one cell, off which ink runs, may
+/// lack many layers then, while the integral of the other cells still asks for droplets that make the layer
+/// as a whole worse. So while a cell lacks more than kMostLack layers, the droplets of the short cells alone
+/// are judged, until ControlOptions::stall_layers of such layers have bettered nothing. A second measurement
+/// of a layer replaces the first in sum and difference. A layer below the last one seen starts anew.
 class Smf final : public LayerControllerBase {
  public:
+  static constexpr double kMostLack = 2.0;  ///< layers; cells of full layers end within one
   /// @throws std::invalid_argument naming the option: gains finite, kp above 0, the others not negative;
   /// limits above 0; layer_height_mm not negative; max_drops 1..16.
   Smf(const Setup& setup, const ControlOptions& options);
@@ -36,14 +41,19 @@ class Smf final : public LayerControllerBase {
     Grid<double> sum, error, carry;
   };
   double reference_mm(std::size_t cell, int layer) const;
+  // Keeps a layer's droplets on cells that lack half a layer, if a cell lacks more than kMostLack. Returns
+  // whether what is left betters the part.
+  bool keep_short_cells(Decision& decision, const Measurement& m, const HeightMap& height);
 
   Setup setup_;
   SmfOptions options_;
   double dh_mm_, noise_gate_;
+  int stall_layers_;
   std::int64_t part_cells_;
   Predictor predict_;
   Memory before_, after_;  // the layer now being measured
   Grid<double> output_;
+  StallDetector short_cells_;  ///< layers on short cells alone
 };
 
 }  // namespace firn::control

@@ -149,6 +149,45 @@ TEST_CASE("The nominal height advances by one layer up to each cell's target, an
   CHECK(controller.decide({s.target, 4, 0, 0.0}).kind == Decision::Kind::kEnd);
 }
 
+namespace {
+
+// All cells have lagged by 0.4 layers, so that the integral asks for droplets; at the nominal height the last
+// column lacks `lack` layers and the others none.
+Decision after_windup(const Setup& s, Smf& controller, int layers, double lack) {
+  for (int k = 0; k < layers; ++k) controller.decide({surface(s, controller, k, 0.4), k, 0, 0.0});
+  HeightMap h = s.target;
+  for (int j = 0; j < s.grid.ny; ++j) h.at(s.grid.nx - 1, j) -= lack * controller.layer_height_mm();
+  return controller.decide({h, layers, 0, 0.0});
+}
+
+}  // namespace
+
+TEST_CASE(
+    "A print does not end while a wall of one cell lacks three layers, though the integral worsens the "
+    "rest") {
+  const Setup s = block(6 * deposition::DropletModel{}.layer_height_mm());
+  Smf controller(s, smf(1.0, 0.33, 0.0));
+  const Decision d = after_windup(s, controller, 6, 3.0);
+  CHECK(d.kind == Decision::Kind::kPrint);
+  for (int j = 0; j < s.grid.ny; ++j) {
+    CHECK(int(d.drops.at(s.grid.nx - 1, j)) > 0);
+    for (int i = 0; i + 1 < s.grid.nx; ++i) CHECK(int(d.drops.at(i, j)) == 0);
+  }
+}
+
+TEST_CASE("A wall off which all ink runs ends the print after stall_layers of droplets for it alone") {
+  const Setup s = block(6 * deposition::DropletModel{}.layer_height_mm());
+  ControlOptions o = smf(1.0, 0.33, 0.0);
+  o.stall_layers = 3;
+  Smf controller(s, o);
+  after_windup(s, controller, 6, 3.0);
+  HeightMap h = s.target;
+  for (int j = 0; j < s.grid.ny; ++j) h.at(s.grid.nx - 1, j) -= 3.0 * controller.layer_height_mm();
+  int layer = 7;
+  while (layer < 100 && controller.decide({h, layer, 0, 0.0}).kind == Decision::Kind::kPrint) ++layer;
+  CHECK(layer < 40);
+}
+
 TEST_CASE(
     "Error diffusion against rounding against carrying over: diffusion never loses, over five seeds and "
     "three variations") {
