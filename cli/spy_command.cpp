@@ -96,8 +96,11 @@ std::string class_path() {
 
 // An X server without a screen, which ends when its last client does. Sets DISPLAY.
 std::unique_ptr<ChildProcess> virtual_display() {
+  const fs::path program = "/usr/bin/Xvfb";
+  if (!fs::exists(program))
+    throw UsageError(program.string() + ": is missing; ./firn spy installs its package, xvfb");
   auto server = std::make_unique<ChildProcess>(
-      "Xvfb", "/usr/bin/Xvfb",
+      "Xvfb", program,
       std::vector<std::string>{"-displayfd", std::to_string(ChildProcess::kControlFd), "-screen", "0",
                                kVirtualScreen, "-nolisten", "tcp", "-terminate"},
       "/dev/null");
