@@ -227,7 +227,7 @@ void RunView::over(const std::string& outcome, const std::string& reason) {
   if (stopped) end = last_stop_;
   end.outcome = outcome;
   end.whole = whole;
-  end.words = outcome + (reason.empty() ? "" : ": " + reason);
+  end.words = outcome + (reason.empty() ? "" : ": " + for_people(reason));
   if (end.cause.empty())
     end.cause = stopped && !last_stop_.words.empty() ? last_stop_.words : for_people(reason);
   if (end.remedy.empty() && !whole)
