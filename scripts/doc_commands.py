@@ -23,11 +23,13 @@ CAPITALS = re.compile(r"(?<![\w./=-])[A-Z]{2,}(?:\.\w+)?(?![\w.])")
 PLACEHOLDERS = {
     "": {"EXPERIMENT.toml": "experiments/demo.toml", "EXPERIMENT": "experiments/demo.toml", "LAB": "labs/inkjet-lu2015.toml", "LOG": "RUN/log.lcm",
          "MM": "0.05"},
+    "docs/commands/calibrate.md": {"--spacing RUN…": "--spacing runs/*-spacing*"},
     "docs/commands/export.md": {"FILE.h5": "run.h5", "RECORD": "record.csv"},
     "docs/commands/plan.md": {"PATHS.csv": "experiments/barnett-fig42.csv", "FILE": "labs/cobra600.toml --origin 354,-46",
                               "TRAJECTORIES": "mine.traj"},
     "python/README.md": {"SCRIPT": "-c 'import firn; print(firn.__file__)'"},
-    "docs/commands/print.md": {"PART.png": "part.png"},
+    "docs/commands/print.md": {"PART.png": "part.png", "MM": "0.1"},
+    "docs/commands/runs.md": {"DAYS": "30"},
     "docs/commands/slice.md": {"MESH": "experiments/gear.stl", "PATHS": "mine.paths"},
     "docs/commands/device.md": {"NAME": "lamp", "VERB": "identify"},
 }
@@ -36,14 +38,17 @@ A_LIVE_PRINT = "./firn print experiments/cuboid.toml --set part.height_mm=0.05 -
 # (page, command, what its reader has done before); a command that names RUN has a run without this.
 BEFORE = [
     ("docs/commands/compare.md", r"compare RUN", [A_RUN, A_RUN + " --set control.scheme=smf"]),
-    ("docs/commands/calibrate.md", r"identify --spacing", [f"./firn print experiments/spacing.toml --bus in-process {set_}" for set_ in (
-        "", "--set grid.pitch_x_mm=0.06")]),
+    ("docs/commands/calibrate.md", r"identify --spacing", [  # as the experiment's file says
+        f"./firn print experiments/spacing.toml --bus in-process --set grid.pitch_x_mm={p} --set grid.pitch_y_mm={p}"
+        for p in (0.105, 0.147, 0.189)]),
+    ("docs/commands/calibrate.md", r"tune RUN --keys control\.smf\.kp,", [A_RUN + " --set control.scheme=smf"]),
     ("docs/commands/ctl.md", r"ctl RUN pause", [A_LIVE_PRINT]),
     ("docs/commands/ctl.md", r"attach RUN", ["./firn ctl RUN continue"]),
     ("docs/commands/decide.md", r"decide --height", ["cp tests/bench/instances/ramp.npy H.npy", "cp tests/bench/instances/target.npy T.npy"]),
     ("docs/commands/export.md", r"import record.csv", ["printf 'layer,x_mm,y_mm,height_mm\\n1,0,0,0.1\\n1,1,0,0.1\\n1,0,1,0.1\\n1,1,1,0.1\\n' > record.csv"]),
     ("docs/commands/print.md", r"print part\.png", ["cp experiments/height_map.png part.png"]),
-    ("docs/commands/print.md", r"print --resume", [A_RUN + " --fault '3 jet close' || true"]),
+    ("docs/commands/print.md", r"print --resume", [
+        "./firn print experiments/cuboid.toml --bus in-process --set part.height_mm=0.05 --fault '10 jet close' || true"]),
     ("python/README.md", r"my_study\.py", ["sed -n '/^import firn$/,/^print/p' python/README.md > my_study.py"]),
     ("docs/commands/spy.md", r"spy RUN", [A_LIVE_PRINT]),
 ]
@@ -103,6 +108,8 @@ def shortest(line):
 def resolved(page, line):
     """With the reader's own names for placeholders, and ./firn for an installed firn."""
     own = {**PLACEHOLDERS[""], **PLACEHOLDERS.get(page, {})}
+    for words, instead in own.items():
+        line = line.replace(words, instead) if "…" in words else line
     line = CAPITALS.sub(lambda word: own.get(word.group(0), word.group(0)), shortest(line).replace("RUN...", "RUN"))
     return re.sub(r"^firn ", "./firn ", line)
 
