@@ -1,4 +1,4 @@
-// The pictures of docs/page.md from real runs: node test/pictures.mjs ADDRESS FOLDER GOOD OTHER STOPPED. They are
+// The pictures of docs/page.md from real runs: node test/pictures.mjs URL FOLDER GOOD OTHER STOPPED, the URL with its token. They are
 // recorded runs with these names.
 
 import {button, launch, open_tab, picture, see} from "./browser.mjs";
@@ -12,7 +12,7 @@ const painted = page => page.waitForFunction(() => {
   const layer = /layer (\d+)/.exec(document.querySelector(".timeline output").innerText)?.[1];
   return document.querySelector("canvas.solid")?.dataset.painted === `measured ${layer}`;
 }, {timeout: 60_000, polling: 100});
-const run_of = id => `${address}#run=${encodeURIComponent(id)}`;
+const run_of = id => `${address}&run=${encodeURIComponent(id)}`;
 
 const page = await open_tab(browser, run_of(good), {width: 1060, height: 690});
 await see(page, "cells seen", 60_000);
@@ -33,8 +33,8 @@ await picture(page, "page-stop");
 
 await page.goto("about:blank");
 await page.setViewport({width: 1060, height: 1010});
-await page.goto(`${address}#compare=${[good, other].map(encodeURIComponent).join(",")}`);
-await see(page, "first minus second", 60_000);
+await page.goto(`${address}&compare=${[good, other].map(encodeURIComponent).join(",")}`);
+await see(page, " minus ", 60_000);
 for (let n = 0; n < 30; ++n) await page.keyboard.press("ArrowLeft");
 await rest();
 await picture(page, "page-beside");
