@@ -31,6 +31,7 @@ PLACEHOLDERS = {
     "docs/commands/print.md": {"PART.png": "part.png", "MM": "0.1"},
     "docs/commands/runs.md": {"DAYS": "30"},
     "docs/commands/slice.md": {"MESH": "experiments/gear.stl", "PATHS": "mine.paths"},
+    "docs/devices/robot.md": {"LAB": "labs/ice-cobra600.toml"},
     "docs/commands/device.md": {"NAME": "lamp", "VERB": "identify"},
 }
 A_RUN = "./firn print experiments/demo.toml --bus in-process"
@@ -63,6 +64,7 @@ LEFT_OUT = [
     ("", r"firn test\b", ".ci/run runs it"),
     ("docs/ARTIFACT.md", r"replay RUN$", "of a run with a controller in Python from another host"),
     ("docs/commands/droplets.md", r"", "the reader's own pictures"),
+    ("docs/devices/camera.md", r"droplets$", "the reader's own pictures"),
     ("docs/commands/spy.md", r"spy$", "needs a display"),
     ("docs/commands/device.md", r"cassette|record", "a real lamp"),
     ("docs/tutorials/your-lab.md", r"--row 47|--device NAME", "a person at the gauge block; real instruments"),
