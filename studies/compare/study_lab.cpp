@@ -32,8 +32,8 @@ double thread_cpu_s() {
   return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
 }
 
-constexpr int kIterations = 8;  // row of the table: a lab of paths searches nothing
-constexpr int kOfDroplets = 2;  // rows at its end that a lab of paths has not
+constexpr int kIterations = 8;   // row of the table: a lab of paths searches nothing
+constexpr int kDropletRows = 2;  // rows at its end that a lab of paths has not
 
 // Of the outline, beside the surface's own; smaller is better, so that errors of size lose their sign.
 constexpr std::string_view kOutlineNames[] = {"overspill_pct", "first_ring_um",    "size_x_um",
@@ -81,7 +81,7 @@ const std::vector<report::StudyMetric>& ice_metric_table() {
   static const std::vector<report::StudyMetric> table = [] {
     std::vector<report::StudyMetric> t = metric_table();
     t.erase(t.begin() + kIterations);
-    t.resize(t.size() - kOfDroplets);
+    t.resize(t.size() - kDropletRows);
     t[0].meaning = "RMS of the true surface about the nominal height after the last interval";
     t[5].meaning = "layers measured";
     t[6] = {"pulses", "", "pulses of both valves", 0};
@@ -116,7 +116,7 @@ std::vector<double> metrics_of(const MemoryPrintReport& r) {
 std::vector<double> ice_metrics_of(const MemoryPrintReport& r) {
   std::vector<double> m = metrics_of(r);
   m.erase(m.begin() + kIterations);
-  m.resize(m.size() - kOfDroplets);
+  m.resize(m.size() - kDropletRows);
   double worst = std::numeric_limits<double>::quiet_NaN(), deposit_s = 0.0, measure_s = 0.0;
   for (const LayerTruth& l : r.series) {
     worst = std::isnan(worst) ? l.error.rms_mm : std::max(worst, l.error.rms_mm);
