@@ -133,6 +133,22 @@ def mpc_held_out():
     return "\n".join(lines) + "\n"
 
 
+def edges():
+    """A row a part of the study and scheme: both droplets at three values of plant.slope_bias_mm, and the paper's model."""
+    study = results("edges")
+    names = {"threshold": "threshold", "SMF tuned": "SMF, tuned gains", "MPC": "MPC, greedy"}
+    columns = (("overspill_pct", 2, "overspill [%]"), ("missing_pct", 2, "missing [%]"), ("rms_um", 2, "RMS [um]"),
+               ("inside_rms_um", 2, "RMS inside [um]"), ("edge_width_um", 0, "edge width [um]"), ("size_x_um", 0, "size error [um]"),
+               ("print_s", 0, "print time [s]"), ("passes", 0, "passes"), ("edge_bound_pct", 2, "least overspill [%]"))
+    lines = ["|droplet|b [um]|scheme|" + "|".join(head for _, _, head in columns) + "|", "|-|-:|-|" + "-:|" * len(columns)]
+    for part in study["parts"]:
+        droplet = "413 um" if part.startswith("droplet413") else "Lu's model" if part == "lu2015" else "fitted"
+        b = "-" if part == "lu2015" else part.removeprefix("droplet413 ").removesuffix(" um")
+        for scheme, text in names.items():
+            lines.append("|" + "|".join([droplet, b, text] + [plain(metric(study, scheme, name, part), decimals) for name, decimals, _ in columns]) + "|")
+    return "\n".join(lines) + "\n"
+
+
 def schemes():
     names = {"open loop": "open loop", "threshold": "threshold [Cohen and Lipson]", "SMF": "SMF", "MPC greedy": "MPC, greedy",
              "MPC strips": "MPC, strips"}
@@ -183,7 +199,7 @@ def aerosol_thompson():
                                         ("overspray [%]", "overspray_pct", 2), ("camera", "seen_overspray_pct", 2))])
 
 
-TABLES = {"aerosol": aerosol, "aerosol-width": aerosol_width, "aerosol-thompson": aerosol_thompson, "cylinder": cylinder, "mpc-held-out": mpc_held_out, "schemes": schemes,
+TABLES = {"aerosol": aerosol, "aerosol-width": aerosol_width, "aerosol-thompson": aerosol_thompson, "cylinder": cylinder, "edges": edges, "mpc-held-out": mpc_held_out, "schemes": schemes,
           "ice": ice, "ice-roughness": ice_roughness}
 
 
