@@ -6,6 +6,8 @@
 #include <optional>
 #include <set>
 
+#include "core/grid/grid.h"
+#include "core/grid/outline.h"
 #include "files/run_paths.h"
 #include "files/usage_error.h"
 #include "firn/layer_metrics_t.hpp"
@@ -27,25 +29,49 @@ namespace fs = std::filesystem;
 
 constexpr double kUmPerMm = 1e3;
 
+// Smaller is better: errors of size lose their sign.
+bool signed_value(const OutlineMetric& m) { return m.name.starts_with("size_"); }
+
 const std::vector<report::StudyMetric>& measured_metrics() {
-  static const std::vector<report::StudyMetric> table = {
-      {"rms_um", "um", "RMS of the last measured map about the target", 3},
-      {"std_um", "um", "roughness: standard deviation of the measured error about its mean", 3},
-      {"abs_mean_um", "um", "size of the mean error of the last measured map", 3},
-      {"max_um", "um", "largest absolute measured error of a cell", 2},
-      {"layers", "", "layers printed", 1},
-      {"droplets", "", "droplets fired", 0},
-  };
+  static const std::vector<report::StudyMetric> table = [] {
+    std::vector<report::StudyMetric> t = {
+        {"rms_um", "um", "RMS of the last measured map about the target", 3},
+        {"std_um", "um", "roughness: standard deviation of the measured error about its mean", 3},
+        {"abs_mean_um", "um", "size of the mean error of the last measured map", 3},
+        {"max_um", "um", "largest absolute measured error of a cell", 2},
+        {"layers", "", "layers printed", 1},
+        {"droplets", "", "droplets fired", 0},
+    };
+    for (const OutlineMetric& m : kOutlineMetrics)
+      t.push_back({std::string(m.name), std::string(m.unit),
+                   (signed_value(m) ? "size of the " : "") + std::string(m.meaning), m.decimals});
+    return t;
+  }();
   return table;
 }
 
-std::vector<double> metrics_of_layer(const layer_metrics_t& m) {
-  return {m.rms_mm * kUmPerMm,
-          m.std_mm * kUmPerMm,
-          std::abs(m.mean_error_mm) * kUmPerMm,
-          std::max(std::abs(m.min_error_mm), std::abs(m.max_error_mm)) * kUmPerMm,
-          double(m.layer),
-          double(m.drops_total)};
+std::vector<double> metrics_of_layer(const layer_metrics_t& m, const std::optional<OutlineStats>& outline) {
+  std::vector<double> values{m.rms_mm * kUmPerMm,
+                             m.std_mm * kUmPerMm,
+                             std::abs(m.mean_error_mm) * kUmPerMm,
+                             std::max(std::abs(m.min_error_mm), std::abs(m.max_error_mm)) * kUmPerMm,
+                             double(m.layer),
+                             double(m.drops_total)};
+  for (const OutlineMetric& o : kOutlineMetrics) {
+    const double v = outline ? (*outline).*o.value * o.factor : kNotMeasured;
+    values.push_back(signed_value(o) ? std::abs(v) : v);
+  }
+  return values;
+}
+
+// An older program kept no outline, and lines and paths have none.
+void drop_unknown(report::StudyTable& t) {
+  for (std::size_t m = t.metrics.size(); m-- > 0;) {
+    const auto known = [&](const report::StudyRun& r) { return std::isfinite(r.metrics[m]); };
+    if (std::ranges::any_of(t.runs, known)) continue;
+    t.metrics.erase(t.metrics.begin() + std::ptrdiff_t(m));
+    for (report::StudyRun& r : t.runs) r.metrics.erase(r.metrics.begin() + std::ptrdiff_t(m));
+  }
 }
 
 std::string run_name(const fs::path& run) { return fs::weakly_canonical(run).filename().string(); }
@@ -101,7 +127,7 @@ ReadRun read_recorded(const fs::path& path) {
                  std::to_string(result->layers);
   if (last && !read.run.within) read.run.within = within_tolerance(path, folder, last->rms_mm * kUmPerMm);
   read.run.metrics =
-      last ? metrics_of_layer(*last)
+      last ? metrics_of_layer(*last, result ? result->outline : std::nullopt)
            : std::vector<double>(measured_metrics().size(), std::numeric_limits<double>::quiet_NaN());
   return read;
 }
@@ -183,6 +209,7 @@ RecordedStudy recorded_study(const Study& study, const fs::path& folder) {
     first.push_back(parse_recorded_experiment(runs::RunFolder::open(run).experiment_toml(),
                                               RunPaths(run).experiment_path().string()));
   }
+  if (study.metrics.empty()) drop_unknown(t);
   if (targets.size() > 1)
     t.notes.push_back("The runs have " + std::to_string(targets.size()) +
                       " different targets: each error is one about the run's own target");
