@@ -78,7 +78,8 @@ Cut cut(std::array<Corner3, 3> t, double level) {
   const bool upper = t[1].value < level;  // the tip above the level is a triangle, else the rest below it
   const Corner3 near = upper ? crossing(t[1], t[2], level) : crossing(t[0], t[1], level);
   const double tip = 0.5 * std::abs(cross(upper ? t[2] : t[0], near, far));
-  return {upper ? tip : whole - tip, std::hypot(far.x - near.x, far.y - near.y)};
+  return {upper ? tip : whole - tip,
+          std::sqrt((far.x - near.x) * (far.x - near.x) + (far.y - near.y) * (far.y - near.y))};
 }
 
 // Calls `use` with the four triangles between each four cells that are all known.

@@ -102,7 +102,7 @@ void Jet::firmware_runs(bool external, std::int64_t now_us) {
     settled_ = external;
     if (settled_) {
       not_armed_.clear();
-      disarmed_before_its_time(now_us);  // by what follows
+      disarmed_before_its_time(now_us);  // by the setup
     }
   }
   if (!on(config_.keep_firmware) || reset_wanted_) return start_firmware();
@@ -214,12 +214,11 @@ void Jet::end_quietly(std::int64_t now_us, Effects& fx) {
   link_.urgent(with_u8(Command::kSource, 0), now_us, fx);
 }
 
-void Jet::stop(std::int64_t now_us, Effects& fx) {
+void Jet::cease(std::int64_t now_us, Effects& fx) {
   if (phase_ == Phase::kDown || phase_ == Phase::kHandshake || phase_ == Phase::kBooting)
     return;                                                           // firmware not running: it cannot fire
   if (phase_ == Phase::kAsking) return;                               // its answer leads to a setup
   if (phase_ == Phase::kSetup || phase_ == Phase::kStopping) return;  // ends with the source internal
-  disarmed_before_its_time(now_us);
   link_.clear_queue();
   phase_ = Phase::kStopping;
   if (busy()) ending_ = "safe stop";

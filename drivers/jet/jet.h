@@ -46,7 +46,7 @@ class Jet final : public JetDriver {
              Effects& fx) override;
   void failed(const Request& request, std::int64_t now_us, Effects& fx) override;
   void lost(std::int64_t now_us, Effects& fx) override;
-  void stop(std::int64_t now_us, Effects& fx) override;
+  void cease(std::int64_t now_us, Effects& fx) override;
   bool idle(std::int64_t now_us, Effects& fx) override;
   std::int64_t device_wake_us() const override;
   bool stopping() const override { return phase_ == Phase::kStopping; }

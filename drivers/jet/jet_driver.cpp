@@ -102,6 +102,11 @@ void JetDriver::disarmed_before_its_time(std::int64_t now_us) {
   if (may_fire_ && op_ != Op::kDisarm && armed_until_us_ == 0) armed_until_us_ = now_us;
 }
 
+void JetDriver::stop(std::int64_t now_us, Effects& fx) {
+  disarmed_before_its_time(now_us);
+  cease(now_us, fx);
+}
+
 void JetDriver::give_up(std::int32_t code, const std::string& why, std::int64_t now_us, Effects& fx) {
   fault(Severity::kWarning, code, "jet: " + why, fx);
   reconnect(now_us, fx, why);

@@ -86,6 +86,7 @@ class JetDriver : public Driver {
   virtual void strobe(int divider, int delay_us, Service& s) = 0;
   virtual void pulses(const JetPulses& pulses, Service s, Effects& fx) = 0;
   virtual bool obeyed(const Request& request, std::span<const std::byte> frame) const = 0;
+  void stop(std::int64_t now_us, Effects& fx) final;
   void service(std::string_view verb, std::span<const double> values, std::int64_t now_us, Effects& fx) final;
 
   /// @returns whether a command may begin; else it is refused
@@ -94,6 +95,7 @@ class JetDriver : public Driver {
   void finish(Outcome outcome, std::int32_t code, std::string text, Effects& fx);
   void finish_pass(std::string text, Effects& fx);  ///< of disarm()
   void disarmed_before_its_time(std::int64_t now_us);
+  virtual void cease(std::int64_t now_us, Effects& fx) = 0;  ///< no droplet from now on: of a stop
   void give_up(std::int32_t code, const std::string& why, std::int64_t now_us, Effects& fx);
   std::int64_t device_wake_us() const override { return link_.idle() && at_rest() ? poll_at_us() : 0; }
   std::int64_t poll_at_us() const { return link_.last_sent_us() + std::int64_t(config_.poll_idle_s * 1e6); }

@@ -102,9 +102,8 @@ void Microdrop::start_arming() {
   link_.push(command(config_.trigger_on, Repeat::kNever));
 }
 
-void Microdrop::stop(std::int64_t now_us, Effects& fx) {
+void Microdrop::cease(std::int64_t now_us, Effects& fx) {
   if (phase_ == Phase::kDown || phase_ == Phase::kSetup || phase_ == Phase::kStopping) return;
-  disarmed_before_its_time(now_us);
   link_.clear_queue();
   phase_ = Phase::kStopping;
   link_.urgent(command("SetActive(1,0)"), now_us, fx);

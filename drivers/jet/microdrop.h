@@ -33,7 +33,7 @@ class Microdrop final : public JetDriver {
   void reply(const Request&, std::span<const std::byte> frame, std::int64_t now_us, Effects& fx) override;
   void failed(const Request& request, std::int64_t now_us, Effects& fx) override;
   void lost(std::int64_t now_us, Effects& fx) override;
-  void stop(std::int64_t now_us, Effects& fx) override;
+  void cease(std::int64_t now_us, Effects& fx) override;
   bool idle(std::int64_t now_us, Effects& fx) override;
   bool stopping() const override { return phase_ == Phase::kStopping; }
   bool ready() const override { return phase_ == Phase::kReady; }

@@ -37,7 +37,7 @@ std::string settings_table(const std::vector<DifferingParameter>& parameters,
                            const std::vector<std::string>& names) {
   if (parameters.size() <= kShownSettings) return table_of(parameters, names);
   std::vector<DifferingParameter> all = parameters;
-  std::ranges::stable_partition(all, says_what_was_printed);
+  std::stable_partition(all.begin(), all.end(), says_what_was_printed);  // clang 14 has none of std::ranges
   const std::span<const DifferingParameter> rows = all;
   return table_of(rows.first(kShownSettings), names) + "<details><summary>" +
          std::to_string(rows.size() - kShownSettings) + " more settings that differ</summary>\n" +
