@@ -213,8 +213,11 @@ TEST_CASE("under lost, late, cut and damaged replies, closed ports and reboots n
         const FaultKind kinds[] = {FaultKind::kDropReply, FaultKind::kDelayReply, FaultKind::kSplitReply,
                                    FaultKind::kFlipBit,   FaultKind::kClose,      FaultKind::kReboot};
         const FaultKind kind = kinds[next(seed) % (round % 2 ? 4 : 6)];
-        rig.fault(next(seed) % 2 ? "robot" : "valve_a", kind, 1 + std::int64_t(next(seed) % 40),
-                  kind == FaultKind::kSplitReply ? 300 : std::int64_t(next(seed) % 300'000));
+        // One after the other: compilers evaluate arguments in orders of their own.
+        const char* const port = next(seed) % 2 ? "robot" : "valve_a";
+        const std::int64_t count = 1 + std::int64_t(next(seed) % 40),
+                           delay_us = std::int64_t(next(seed) % 300'000);
+        rig.fault(port, kind, count, kind == FaultKind::kSplitReply ? 300 : delay_us);
       };
       trouble();
       if (load_valve(rig, path).outcome != Outcome::kDone) break;
@@ -232,7 +235,7 @@ TEST_CASE("under lost, late, cut and damaged replies, closed ports and reboots n
                    rig.valve_a.state() != DeviceState::kConnecting &&
                    rig.valve_a.state() != DeviceState::kIdentifying;
           },
-          30));
+          120));  // forty late replies
       const Result count = disarm(rig);
       INFO("round " << round << " path " << path << " " << test::describe(run) << " | "
                     << test::describe(count));

@@ -3,16 +3,14 @@
 #include <algorithm>
 
 #include "core/control/mpc/flip_kernel.h"
+#include "core/control/mpc/layer/lanes.h"
 #include "core/grid/avx2.h"
 
 namespace firn::control::mpc {
 namespace {
 
 constexpr int kLanes = 8;
-using LooseLanes = float __attribute__((vector_size(32), aligned(4), may_alias));
 
-FIRN_INLINE void get(const float* from, Lanes& v) { v = *reinterpret_cast<const LooseLanes*>(from); }
-FIRN_INLINE void put(const Lanes& v, float* to) { *reinterpret_cast<LooseLanes*>(to) = v; }
 FIRN_INLINE void size_of(Lanes& v) { v = Lanes(LaneMarks(v) & 0x7fffffff); }
 
 // clamp(gives + lean, 0, gives); `zero` is no constant, so that it is one minimum and one maximum
@@ -36,17 +34,17 @@ FIRN_INLINE void note_pairs(const HorizonState& f, const HorizonState::Layer& l,
   constexpr int corner = kDx[LINK] != 0 && kDy[LINK] != 0;
   const std::size_t q = std::size_t(std::ptrdiff_t(p) + kDy[LINK] * std::ptrdiff_t(f.row) + kDx[LINK]);
   Lanes hp, hq, give_p, give_q, lean_p, lean_q, out, back;
-  get(l.height_mm.data() + p, hp);
-  get(l.height_mm.data() + q, hq);
-  get(l.gives_mm[corner].data() + p, give_p);
-  get(l.gives_mm[corner].data() + q, give_q);
-  get(l.slope[corner].data() + p, lean_p);
-  get(l.slope[corner].data() + q, lean_q);
+  load(l.height_mm.data() + p, hp);
+  load(l.height_mm.data() + q, hq);
+  load(l.gives_mm[corner].data() + p, give_p);
+  load(l.gives_mm[corner].data() + q, give_q);
+  load(l.slope[corner].data() + p, lean_p);
+  load(l.slope[corner].data() + q, lean_q);
   const Lanes drop = hp - hq, zero = hp - hp;
   clamped(give_p, lean_p * drop, zero, out);
   clamped(give_q, -(lean_q * drop), zero, back);
-  put(out, flows.gives[LINK] + p);
-  put(back, flows.gets[LINK] + p);
+  store(out, flows.gives[LINK] + p);
+  store(back, flows.gets[LINK] + p);
 }
 FIRN_INLINE void note_all_pairs(const HorizonState& f, const HorizonState::Layer& l, const PairFlows& flows,
                                 std::size_t p) {
@@ -73,14 +71,14 @@ FIRN_INLINE void exchange_pair(const HorizonState& f, const HorizonState::Layer&
   const std::size_t p = std::size_t(std::ptrdiff_t(centre) + y * std::ptrdiff_t(f.row) + x);
   const std::size_t q = std::size_t(std::ptrdiff_t(p) + kDy[LINK] * std::ptrdiff_t(f.row) + kDx[LINK]);
   Lanes hp, hq, give_p, give_q, lean_p, lean_q, out, back, out_now, back_now;
-  get(l.height_mm.data() + p, hp);
-  get(l.height_mm.data() + q, hq);
-  get(l.gives_mm[corner].data() + p, give_p);
-  get(l.gives_mm[corner].data() + q, give_q);
-  get(l.slope[corner].data() + p, lean_p);
-  get(l.slope[corner].data() + q, lean_q);
-  get(flows.gives[LINK] + p, out);
-  get(flows.gets[LINK] + p, back);
+  load(l.height_mm.data() + p, hp);
+  load(l.height_mm.data() + q, hq);
+  load(l.gives_mm[corner].data() + p, give_p);
+  load(l.gives_mm[corner].data() + q, give_q);
+  load(l.slope[corner].data() + p, lean_p);
+  load(l.slope[corner].data() + q, lean_q);
+  load(flows.gives[LINK] + p, out);
+  load(flows.gets[LINK] + p, back);
   const Lanes drop_now = (hp - hq) + (*d.at(x, y) - *d.at(x + kDx[LINK], y + kDy[LINK]));
   clamped(give_p, lean_p * drop_now, zero, out_now);
   clamped(give_q, -(lean_q * drop_now), zero, back_now);
@@ -133,12 +131,12 @@ FIRN_INLINE void first_changes(const HorizonState& f, const HorizonState::Layer&
     }
   }
   Lanes signs, own, w[2], lean[2], h, there, flow;
-  get(sign, signs);
-  get(drop, own);
-  get(l.height_mm.data() + p, h);
+  load(sign, signs);
+  load(drop, own);
+  load(l.height_mm.data() + p, h);
   for (int k = 0; k < 2; ++k) {
-    get(gives[k], w[k]);
-    get(slope[k], lean[k]);
+    load(gives[k], w[k]);
+    load(slope[k], lean[k]);
   }
   zero = h - h;
   for (Lanes& v : d.cells) v = zero;
@@ -146,7 +144,7 @@ FIRN_INLINE void first_changes(const HorizonState& f, const HorizonState::Layer&
     for (int x = -1; x <= 1; ++x) {
       if (x == 0 && y == 0) continue;
       const int corner = x != 0 && y != 0;
-      get(l.height_mm.data() + std::size_t(std::ptrdiff_t(p) + y * std::ptrdiff_t(f.row) + x), there);
+      load(l.height_mm.data() + std::size_t(std::ptrdiff_t(p) + y * std::ptrdiff_t(f.row) + x), there);
       clamped(w[corner], lean[corner] * (h - there), zero, flow);
       *d.at(x, y) = signs * flow;
       own -= flow;
@@ -165,8 +163,8 @@ FIRN_INLINE void sums_of_all(const HorizonState& f, std::size_t p, const Lanes& 
     for (int x = -REACH; x <= REACH; ++x) {
       const std::size_t c = std::size_t(std::ptrdiff_t(p) + y * std::ptrdiff_t(f.row) + x);
       Lanes e, counts;
-      get(f.error_mm.data() + c, e);
-      get(f.counts.data() + c, counts);
+      load(f.error_mm.data() + c, e);
+      load(f.counts.data() + c, counts);
       const Lanes change = counts * *d.at(x, y), now = e + change;
       if (kAbsolute) {
         Lanes after = now, before = e;
@@ -180,8 +178,8 @@ FIRN_INLINE void sums_of_all(const HorizonState& f, std::size_t p, const Lanes& 
       }
     }
   const auto add = [&](const Lanes* v, std::size_t n) __attribute__((always_inline)) {
-    put((v[0] + v[1]) + (v[2] + v[3]), halves[2 * n] + p);
-    put((v[4] + v[5]) + (v[6] + v[7]), halves[2 * n + 1] + p);
+    store((v[0] + v[1]) + (v[2] + v[3]), halves[2 * n] + p);
+    store((v[4] + v[5]) + (v[6] + v[7]), halves[2 * n + 1] + p);
   };
   if (kAbsolute) add(worse, 0);
   if (kSquares) {

@@ -13,16 +13,10 @@ namespace {
 
 constexpr std::size_t kBlock = kRowBlock;
 constexpr std::uint64_t kAllOnes = 0x0101010101010101u;
-using LooseLanes = float __attribute__((vector_size(32), aligned(4), may_alias));
-using LooseMarks = std::int32_t __attribute__((vector_size(32), aligned(4), may_alias));
 
 FIRN_INLINE void spread(float x, Lanes& v) { v = Lanes{x, x, x, x, x, x, x, x}; }
 
-FIRN_INLINE void get(const float* from, Lanes& v) { v = *reinterpret_cast<const LooseLanes*>(from); }
-FIRN_INLINE void put(const Lanes& v, float* to) { *reinterpret_cast<LooseLanes*>(to) = v; }
-FIRN_INLINE void load_marks(const std::int32_t* from, LaneMarks& v) {
-  v = *reinterpret_cast<const LooseMarks*>(from);
-}
+FIRN_INLINE void load_marks(const std::int32_t* from, LaneMarks& v) { std::memcpy(&v, from, sizeof v); }
 FIRN_INLINE void mask(Lanes& v, const LaneMarks& marks) { v = Lanes(LaneMarks(v) & marks); }
 FIRN_INLINE void at_most(const Lanes& most, Lanes& v) { v = v < most ? v : most; }
 FIRN_INLINE void at_least(const Lanes& least, Lanes& v) { v = v > least ? v : least; }
@@ -52,7 +46,7 @@ struct Pair {
 };
 FIRN_INLINE void exchanged(const InkLanes& ink, int corner, const Lanes& p, const float* q, Pair& pair) {
   Lanes there;
-  get(q, there);
+  load(q, there);
   const Lanes lean = ink.slope[corner] * (p - there);
   pair.out = ink.w[corner] + lean;
   pair.back = ink.w[corner] - lean;
@@ -102,13 +96,13 @@ struct Exchange {
 FIRN_INLINE void errors_of_row(const RowCells& r, const InkLanes& ink, std::ptrdiff_t nx, const Exchange& x,
                                float* error_mm) {
   Lanes north_west_out, north_west_back, east_out_before = {}, east_back_before = ink.beyond;
-  get(x.out[Exchange::kSouthEast] - 1, north_west_out);
-  get(x.back[Exchange::kSouthEast] - 1, north_west_back);
+  load(x.out[Exchange::kSouthEast] - 1, north_west_out);
+  load(x.back[Exchange::kSouthEast] - 1, north_west_back);
   for (std::ptrdiff_t i = 0; i < nx; i += std::ptrdiff_t(kBlock)) {
     Lanes h, error, own = ink.drop, flow, moved;
     LaneMarks fired, marks;
-    get(r.height_mm + i, h);
-    get(r.bare_mm + i, error);
+    load(r.height_mm + i, h);
+    load(r.bare_mm + i, error);
     load_marks(x.here + i, fired);
     Pair east, south_west, south, south_east;
     exchanged(ink, 0, h, r.height_mm + i + 1, east);
@@ -118,18 +112,18 @@ FIRN_INLINE void errors_of_row(const RowCells& r, const InkLanes& ink, std::ptrd
     // Above: north west, north, north east.
     error += north_west_out;
     own -= north_west_back;
-    get(x.out[Exchange::kSouth] + i, flow);
+    load(x.out[Exchange::kSouth] + i, flow);
     error += flow;
-    get(x.back[Exchange::kSouth] + i, flow);
+    load(x.back[Exchange::kSouth] + i, flow);
     own -= flow;
-    get(x.out[Exchange::kSouthWest] + i + 1, flow);
+    load(x.out[Exchange::kSouthWest] + i + 1, flow);
     error += flow;
-    get(x.back[Exchange::kSouthWest] + i + 1, flow);
+    load(x.back[Exchange::kSouthWest] + i + 1, flow);
     own -= flow;
     ask_for(r, r.bare_mm, i, 2);
     const std::ptrdiff_t last = i + std::ptrdiff_t(kBlock) - 1;
-    get(x.out[Exchange::kSouthEast] + last, north_west_out);
-    get(x.back[Exchange::kSouthEast] + last, north_west_back);
+    load(x.out[Exchange::kSouthEast] + last, north_west_out);
+    load(x.back[Exchange::kSouthEast] + last, north_west_back);
     // Beside: west, the cell itself, east.
     flow = east.out;
     mask(flow, fired);
@@ -168,13 +162,13 @@ FIRN_INLINE void errors_of_row(const RowCells& r, const InkLanes& ink, std::ptrd
       for (std::size_t l = 0; l < kBlock; ++l) marks[l] = -std::int32_t(r.counts[i + std::ptrdiff_t(l)]);
       mask(error, marks);
     }
-    put(error, error_mm + i);
+    store(error, error_mm + i);
     const Pair* pairs[3] = {&south_west, &south, &south_east};
     for (int k = 0; k < 3; ++k) {
       flow = pairs[k]->out;
       mask(flow, fired);
-      put(flow, x.out[k] + i);
-      put(pairs[k]->back, x.back[k] + i);
+      store(flow, x.out[k] + i);
+      store(pairs[k]->back, x.back[k] + i);
     }
   }
 }

@@ -8,7 +8,8 @@
 namespace firn::control::mpc {
 namespace {
 
-using Lanes = float __attribute__((vector_size(32), aligned(4), may_alias));
+typedef float Lanes
+    __attribute__((vector_size(32), aligned(4), may_alias));  // clang has no such alignment of a using
 using Marks = std::int32_t __attribute__((vector_size(32)));
 constexpr int kLanes = 8;
 
