@@ -210,7 +210,7 @@ class Import(unittest.TestCase):
         refused(one + f'[[scheme]]\nname = "b"\nruns = {json.dumps([str(other), str(run)])}\n', "b has 2, a has 1")
         refused(one + 'set = ["control.scheme=mpc"]\n', "no meaning for runs")
         refused("seeds = 3\n" + one, "seeds: has no meaning for schemes with runs")
-        refused('metrics = ["overspill_pct"]\n' + one, "'overspill_pct' is not measured")
+        refused('metrics = ["print_s"]\n' + one, "'print_s' is not measured")
         refused(one.replace(run.name, "nowhere"), "nowhere")
         refused('[[scheme]]\nname = "a"\nruns = []\n', "1 to 1000 run folders")
         refused(one + f'[[scheme]]\nname = "b"\n{runs}', "is given twice")
