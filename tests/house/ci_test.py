@@ -13,6 +13,7 @@ ROOT = Path(__file__).resolve().parents[2]
 STAND_INS = {
     "firn": 'echo "$PWD: firn $*"; [ "$1" != test ] || exec sh -c "$FIRN_TEST"',
     "scripts/fuzz.sh": 'echo "fuzz $*"',
+    "scripts/sanitized_tests.sh": 'echo sanitized',
     "scripts/check_names.py": 'echo "names $*"',
     "scripts/check_includes.py": 'echo "includes $*"',
     "scripts/fresh_machine.sh": 'case $1 in\n'
@@ -59,6 +60,7 @@ class ContinuousIntegration(unittest.TestCase):
         for command in ("firn demo", "firn test"):
             self.assertRegex(said, rf"{self.machines}/firn-fresh\.\w+/root" rf"/firn: {command}\n")
         self.assertIn("fuzz --each 30000", said)
+        self.assertIn("\nsanitized\n", said)
         self.assertNotIn("NO FRESH MACHINE", said)
 
     def test_without_a_machine_it_runs_in_place_and_says_so(self):
