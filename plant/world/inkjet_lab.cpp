@@ -24,36 +24,37 @@ class InkjetLab final : public WorldLab, private Wires {
  public:
   InkjetLab(const WorldConfig& c, WorldRecord* r)
       : WorldLab(c, r),
-        model(make_model(c)),
-        stage(c.stage, *this),
-        jet(make_jet(Port::kJet, c.jet, *this)),
-        profiler(c.profiler, profile_x0_mm(c.grid, c.profiler), profile_dx_mm(c.grid, c.profiler)),
-        lamp_twin(c.lamp, *this),
-        jet_b(make_jet(Port::kJetB, c.jet_b, *this)),
-        camera({}, [this](const Exposure& e) { return picture(e); }),
-        line(std::size_t(c.profiler.points)) {
-    twins = {&stage, jet.get(), &profiler, &lamp_twin, jet_b.get(), &camera};
+        model_(make_model(c)),
+        stage_(c.stage, *this),
+        jet_(make_jet(Port::kJet, c.jet, *this)),
+        profiler_(c.profiler, profile_x0_mm(c.grid, c.profiler), profile_dx_mm(c.grid, c.profiler)),
+        lamp_twin_(c.lamp, *this),
+        jet_b_(make_jet(Port::kJetB, c.jet_b, *this)),
+        camera_({}, [this](const Exposure& e) { return picture(e); }),
+        line_(std::size_t(c.profiler.points)) {
+    twins = {&stage_, jet_.get(), &profiler_, &lamp_twin_, jet_b_.get(), &camera_};
   }
 
-  std::uint32_t milestones() const override { return model->layers().exposures(); }
-  std::int64_t begun_with() const override { return fired; }
+  std::uint32_t milestones() const override { return model_->layers().exposures(); }
+  std::int64_t begun_with() const override { return fired_; }
   Truth truth() const override {
-    Truth t{model->layers().exposures(),
-            fired,
-            missed,
-            gated,
-            model->volume_mm3(),
-            model->ledger(),
-            model->cell_means(),
-            model->means_with_margin()};
-    t.fine = model->fine_surface();
-    return t;
+    return {model_->layers().exposures(),
+            fired_,
+            missed_,
+            gated_,
+            model_->volume_mm3(),
+            model_->ledger(),
+            model_->cell_means(),
+            model_->means_with_margin(),
+            {},
+            0.0,
+            model_->fine_surface()};
   }
-  MaterialColumns materials() const override { return model->materials(); }
+  MaterialColumns materials() const override { return model_->materials(); }
   void io_plant(Archive& a) override {
-    a.all(fired, missed, gated, scans_of_layer);
+    a.all(fired_, missed_, gated_, scans_of_layer_);
     a.tag(1, "the plant");
-    model->io(a);
+    model_->io(a);
   }
 
  private:
@@ -63,23 +64,23 @@ class InkjetLab final : public WorldLab, private Wires {
     if (axis != 0) return;
     // One line drives both jets; each obeys when it is set to external triggers.
     int droplets_a = 0, droplets_b = 0;
-    const ShotOutcome a = jet->trigger(t_us, droplets_a);
-    const ShotOutcome b = config.two_inks ? jet_b->trigger(t_us, droplets_b) : ShotOutcome::kGatedSource;
+    const ShotOutcome a = jet_->trigger(t_us, droplets_a);
+    const ShotOutcome b = config.two_inks ? jet_b_->trigger(t_us, droplets_b) : ShotOutcome::kGatedSource;
     const Stage at{position_mm[0], position_mm[1], velocity_mm_s[0], velocity_mm_s[1]};
     if (a == ShotOutcome::kFired) fire(t_us, at, Material::kA, droplets_a);
     if (b == ShotOutcome::kFired) fire(t_us, at, Material::kB, droplets_b);
     if (a == ShotOutcome::kFired || b == ShotOutcome::kFired) return;
-    ++gated;
+    ++gated_;
     const bool of_b = b != ShotOutcome::kGatedSource;  // why the armed one did not obey
     write_shot(at, shot_of(t_us, at, of_b ? Material::kB : Material::kA), of_b ? b : a, {});
   }
 
   void softtrigger(std::int64_t t_us, Port port, int droplets) override {
-    const Vec3 at = stage.device().position_mm(t_us);
+    const Vec3 at = stage_.device().position_mm(t_us);
     const NearestCell below = nearest_cell(config.grid, at[0], at[1]);
-    const JetTwin& by = port == Port::kJetB ? *jet_b : *jet;
+    const JetTwin& by = port == Port::kJetB ? *jet_b_ : *jet_;
     if (by.jetting() && !config.grid.contains(below.i, below.j)) return;  // into the camera's tray
-    fire(t_us, {at[0], at[1], stage.device().velocity_mm_s(0, t_us), stage.device().velocity_mm_s(1, t_us)},
+    fire(t_us, {at[0], at[1], stage_.device().velocity_mm_s(0, t_us), stage_.device().velocity_mm_s(1, t_us)},
          port == Port::kJetB ? Material::kB : Material::kA, droplets);
   }
 
@@ -99,13 +100,13 @@ class InkjetLab final : public WorldLab, private Wires {
 
   void fire(std::int64_t t_us, const Stage& at, Material ink, int droplets) {
     const Shot shot = shot_of(t_us, at, ink);
-    const bool dead = (ink == Material::kB ? jet_b : jet)->nozzle_dead();
+    const bool dead = (ink == Material::kB ? jet_b_ : jet_)->nozzle_dead();
     Landing no_drop;
     no_drop.missed = true;
     for (int n = 0; n < droplets; ++n) {
-      const Landing landing = dead ? no_drop : model->fire(shot);
-      ++fired;
-      missed += landing.missed;
+      const Landing landing = dead ? no_drop : model_->fire(shot);
+      ++fired_;
+      missed_ += landing.missed;
       write_shot(at, shot, landing.missed ? ShotOutcome::kMissed : ShotOutcome::kFired, landing);
     }
   }
@@ -123,7 +124,7 @@ class InkjetLab final : public WorldLab, private Wires {
                                         landing.volume_mm3,
                                         cell.i,
                                         cell.j,
-                                        model->layers().exposures(),
+                                        model_->layers().exposures(),
                                         outcome,
                                         std::uint8_t(shot.ink == Material::kB),
                                         {}});
@@ -139,54 +140,54 @@ class InkjetLab final : public WorldLab, private Wires {
 
   void scan(std::int64_t t_us, double stage_x_mm, double stage_y_mm) {
     const double y_mm = stage_y_mm + config.profiler.laser_offset_y_mm;
-    const bool crossed = stage.device().encoder_crossed();
-    const auto encoder = std::int32_t(stage.device().encoder_counts(1, crossed ? stage_x_mm : stage_y_mm));
-    model->measured();
+    const bool crossed = stage_.device().encoder_crossed();
+    const auto encoder = std::int32_t(stage_.device().encoder_counts(1, crossed ? stage_x_mm : stage_y_mm));
+    model_->measured();
     const ProfilerParams& p = config.profiler;
-    measure_profile(model->surface(), config.sensor, {config.seed, model->layers().layer(), scans_of_layer++},
-                    y_mm + p.error_y_mm,
+    measure_profile(model_->surface(), config.sensor,
+                    {config.seed, model_->layers().layer(), scans_of_layer_++}, y_mm + p.error_y_mm,
                     profile_x0_mm(config.grid, p) + p.error_x_mm + head_shift_mm(stage_x_mm),
-                    profile_dx_mm(config.grid, p), line);
+                    profile_dx_mm(config.grid, p), line_);
     if (p.error_z_mm != 0.0)
-      for (double& z : line) z += p.error_z_mm;
-    profiler.trigger(t_us, encoder, line);
-    write(RecordKind::kScanTrigger, ScanRecord{t_us, y_mm, profiler.triggers(), encoder});
+      for (double& z : line_) z += p.error_z_mm;
+    profiler_.trigger(t_us, encoder, line_);
+    write(RecordKind::kScanTrigger, ScanRecord{t_us, y_mm, profiler_.triggers(), encoder});
   }
 
   TakenPicture picture(const Exposure& e) const {
     const bool droplet =
-        jet->jetting() && !jet->nozzle_dead() && jet->starts() > std::uint32_t(config.strobe.dead_before);
-    return strobe_scene(config, droplet ? jet_speed_m_s(config.strobe, jet->pulse()) : 0.0, e);
+        jet_->jetting() && !jet_->nozzle_dead() && jet_->starts() > std::uint32_t(config.strobe.dead_before);
+    return strobe_scene(config, droplet ? jet_speed_m_s(config.strobe, jet_->pulse()) : 0.0, e);
   }
 
   void lamp(std::int64_t t_us, LampEvent event, double dose_s) override {
     const bool cured = event != LampEvent::kOpened && dose_s >= config.lamp.min_dose_s;
     if (cured) {
-      model->expose(t_us);
-      scans_of_layer = 0;
+      model_->expose(t_us);
+      scans_of_layer_ = 0;
     }
     write(RecordKind::kLamp,
-          LampRecord{t_us, dose_s, model->layers().exposures(), event, std::uint8_t(cured), {}});
+          LampRecord{t_us, dose_s, model_->layers().exposures(), event, std::uint8_t(cured), {}});
   }
 
   void note(std::int64_t t_us, Port port, DeviceEvent event, std::int64_t value) override {
-    if (event == DeviceEvent::kJetDisarmed) model->end_pass();
+    if (event == DeviceEvent::kJetDisarmed) model_->end_pass();
     write(RecordKind::kDevice, DeviceRecord{t_us, value, port, event, {}});
   }
 
   void link_closed(std::int64_t t_us, Port port) override { note_closed(t_us, port); }
 
-  std::unique_ptr<Model> model;
-  StageTwin stage;
-  std::unique_ptr<JetTwin> jet;
-  ProfilerTwin profiler;
-  LampTwin lamp_twin;
-  std::unique_ptr<JetTwin> jet_b;
-  CameraTwin camera;
-  std::vector<double> line;  ///< points of one profile
+  std::unique_ptr<Model> model_;
+  StageTwin stage_;
+  std::unique_ptr<JetTwin> jet_;
+  ProfilerTwin profiler_;
+  LampTwin lamp_twin_;
+  std::unique_ptr<JetTwin> jet_b_;
+  CameraTwin camera_;
+  std::vector<double> line_;  ///< points of one profile
 
-  std::int64_t fired = 0, missed = 0, gated = 0;
-  std::uint32_t scans_of_layer = 0;  ///< scan triggers since the last exposure
+  std::int64_t fired_ = 0, missed_ = 0, gated_ = 0;
+  std::uint32_t scans_of_layer_ = 0;  ///< scan triggers since the last exposure
 };
 
 std::unique_ptr<WorldLab> make_inkjet_lab(const WorldConfig& config, WorldRecord* record) {

@@ -46,8 +46,7 @@ struct Truth {
   HeightMap wide;    ///< the same, and the cells of a margin around the grid; droplets only
   std::array<double, 2> gas_set_sccm = {};  ///< set points in force: atomizer, sheath
   double platen_set_degC = 0.0;             ///< set point in force
-  HeightMap
-      fine;  ///< `wide` on the model's own cells, several a cell; empty: the model has none between them
+  HeightMap fine = {};  ///< `wide` on the model's own cells; empty: it has none between them
 };
 
 class World {
