@@ -138,7 +138,7 @@ double share_at(const HeightMap& share, double i, double j) {
          v * ((1 - u) * share.at(a, b + 1) + u * share.at(a + 1, b + 1));
 }
 
-// Where the surface falls below half outwards from (i, j) along one axis [cells]; NaN: nowhere.
+// Place outwards from (i, j) along one axis at which the surface falls below half [cells]; NaN: nowhere.
 double side_at(const HeightMap& share, int i, int j, int di, int dj) {
   for (;; i += di, j += dj) {
     if (!share.spec.contains(i + di, j + dj)) return kNotMeasured;

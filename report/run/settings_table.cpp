@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kShownSettings = 12;  // rows: as many as are read at a glance
 
-// What a reader asks for first.
+// Settings that a reader asks for first.
 bool says_what_was_printed(const DifferingParameter& p) {
   constexpr std::string_view kFirst[] = {"lab.", "part.", "control.scheme"};
   return std::ranges::any_of(kFirst, [&](std::string_view start) { return p.key.starts_with(start); });

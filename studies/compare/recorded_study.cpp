@@ -6,7 +6,6 @@
 #include <optional>
 #include <set>
 
-#include "core/grid/grid.h"
 #include "core/grid/outline.h"
 #include "files/run_paths.h"
 #include "files/usage_error.h"
@@ -20,6 +19,7 @@
 #include "runs/folder/run_folder.h"
 #include "runs/folder/run_lock.h"
 #include "runs/read/run_reader.h"
+#include "studies/compare/outline_metrics.h"
 #include "studies/compare/study_lab.h"
 
 namespace firn {
@@ -28,9 +28,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kUmPerMm = 1e3;
-
-// Smaller is better: errors of size lose their sign.
-bool signed_value(const OutlineMetric& m) { return m.name.starts_with("size_"); }
 
 const std::vector<report::StudyMetric>& measured_metrics() {
   static const std::vector<report::StudyMetric> table = [] {
@@ -42,9 +39,7 @@ const std::vector<report::StudyMetric>& measured_metrics() {
         {"layers", "", "layers printed", 1},
         {"droplets", "", "droplets fired", 0},
     };
-    for (const OutlineMetric& m : kOutlineMetrics)
-      t.push_back({std::string(m.name), std::string(m.unit),
-                   (signed_value(m) ? "size of the " : "") + std::string(m.meaning), m.decimals});
+    for (const OutlineMetric& m : kOutlineMetrics) t.push_back(outline_metric_of(m));
     return t;
   }();
   return table;
@@ -57,10 +52,8 @@ std::vector<double> metrics_of_layer(const layer_metrics_t& m, const std::option
                              std::max(std::abs(m.min_error_mm), std::abs(m.max_error_mm)) * kUmPerMm,
                              double(m.layer),
                              double(m.drops_total)};
-  for (const OutlineMetric& o : kOutlineMetrics) {
-    const double v = outline ? (*outline).*o.value * o.factor : kNotMeasured;
-    values.push_back(signed_value(o) ? std::abs(v) : v);
-  }
+  for (const OutlineMetric& o : kOutlineMetrics)
+    values.push_back(outline_value(o, outline.value_or(OutlineStats{})));
   return values;
 }
 

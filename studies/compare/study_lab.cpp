@@ -18,6 +18,7 @@
 #include "print/inputs/check_print.h"
 #include "print/labs/full_product.h"
 #include "print/simulated/memory_print.h"
+#include "studies/compare/outline_metrics.h"
 #include "studies/edge/edge_bound.h"
 
 namespace firn {
@@ -35,20 +36,10 @@ double thread_cpu_s() {
 constexpr int kIterations = 8;   // row of the table: a lab of paths searches nothing
 constexpr int kDropletRows = 2;  // rows at its end that a lab of paths has not
 
-// Of the outline, beside the surface's own; smaller is better, so that errors of size lose their sign.
+// Names of a study's metrics of the outline, beside those of the surface.
 constexpr std::string_view kOutlineNames[] = {"overspill_pct", "first_ring_um",    "size_x_um",
                                               "size_y_um",     "missing_pct",      "misplaced_pct",
                                               "edge_width_um", "corner_radius_um", "inside_rms_um"};
-
-std::vector<double> outline_values(const OutlineStats& o) {
-  std::vector<double> values;
-  for (const std::string_view name : kOutlineNames) {
-    const OutlineMetric& m = outline_metric(name);
-    const double value = o.*m.value * m.factor;
-    values.push_back(name.starts_with("size_") ? std::abs(value) : value);
-  }
-  return values;
-}
 
 const std::vector<report::StudyMetric>& metric_table() {
   static const std::vector<report::StudyMetric> table = [] {
@@ -63,11 +54,7 @@ const std::vector<report::StudyMetric>& metric_table() {
         {"print_s", "s", "simulated duration of the print", 1},
         {"iterations", "", "steps of the controller's search", 0},
     };
-    for (const std::string_view name : kOutlineNames) {
-      const OutlineMetric& m = outline_metric(name);
-      t.push_back({std::string(m.name), std::string(m.unit),
-                   (name.starts_with("size_") ? "size of the " : "") + std::string(m.meaning), m.decimals});
-    }
+    for (const std::string_view name : kOutlineNames) t.push_back(outline_metric_of(outline_metric(name)));
     t.push_back({"passes", "", "passes of the stage that fired droplets", 0});
     t.push_back(
         {"edge_bound_pct", "%", "least overspill of any pattern at the same mean error, plant lu2015", 2});
@@ -107,7 +94,8 @@ std::vector<double> metrics_of(const MemoryPrintReport& r) {
                              double(r.droplets),
                              r.node_s,
                              double(r.iterations)};
-  for (const double v : outline_values(r.outline)) values.push_back(v);
+  for (const std::string_view name : kOutlineNames)
+    values.push_back(outline_value(outline_metric(name), r.outline));
   values.push_back(double(r.passes));
   values.push_back(std::numeric_limits<double>::quiet_NaN());  // the bound, which add_edge_bound() computes
   return values;

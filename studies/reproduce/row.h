@@ -38,7 +38,7 @@ inline constexpr Verdict kVerdicts[] = {Verdict::kReproduced, Verdict::kDerived,
                                         Verdict::kNotReproduced};
 std::string_view name(Verdict verdict);
 
-/// What agreement with a row means.
+/// Kinds of rows, by what agreement with one means.
 enum class RowKind {
   kNumber,        ///< a number of the paper against one of a print, a plant, a motion or a measurement
   kFittedNumber,  ///< the same, where parameters were fitted to the paper's printed results
