@@ -50,8 +50,7 @@ void Stage::send_stop_burst(std::int64_t now_us, Effects& fx, bool urgently) {
   // Trigger off before the deceleration begins, so that nothing fires at a changing speed.
   triggers_off_us_ = 0;
   const auto send = [&](std::string_view verb, int axis, std::string_view rest, Tag tag = kHarmless) {
-    Line line(config_.table, Repeat::kSetup, tag);
-    Request r = with_axis(line, verb, axis).text(rest).done();
+    const Request r = ensemble::setting(config_.table, verb, axis, rest, tag);
     if (urgently) link_.urgent(r, now_us, fx);
     if (!urgently || link_.suspect()) link_.push(r);  // on a suspect link nobody hears the first answer
   };
@@ -166,8 +165,8 @@ void Stage::reply(const Request& request, std::span<const std::byte> frame, std:
     case kStatus:
       if (const auto bits = r.bits()) check_status(request.argument, *bits, now_us, fx);
       break;
-    case kTriggerOff:
-      triggers_off_us_ = now_us;
+    case kTriggerOff:  // of both axes, the one that pulses first: one that refused it may go on
+      if (request.argument == 0 || triggers_off_us_ > 0) triggers_off_us_ = now_us;
       break;
     case kPlane:
       plane_busy_ = r.bits().value_or(1u) != 0;

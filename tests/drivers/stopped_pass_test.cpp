@@ -1,13 +1,16 @@
 // A stop in the midst of a pass reaches stage and jet at different times: what their answers tell of the
 // droplets.
+#include <array>
 #include <catch2/catch.hpp>
 
 #include "core/grid/random.h"
 #include "tests/drivers/world_rig.h"
+#include "tests/drivers/yes_ensemble.h"
 
 using namespace firn;
 using namespace firn::drivers;
 using firn::drivers::test::WorldRig;
+using firn::drivers::test::YesEnsemble;
 
 namespace {
 
@@ -91,4 +94,29 @@ TEST_CASE("a jet that was disarmed at the end of its pass tells no time, whateve
   CHECK(order(disarm).until_us > 0);
   CHECK(order(arm).until_us == 0);
   CHECK(order(disarm).until_us == 0);
+}
+
+TEST_CASE("a stage whose pulsing axis refuses to switch its trigger off tells the time at which it stood",
+          "[stage]") {
+  const auto tells = [](const std::string& refused) {
+    StageOptions options;
+    YesEnsemble e(options);
+    DropletPattern row(GridSpec{4, 1, 0.25, 0.25, 0.0, 0.0}, 1);
+    e.bench.command([&](auto t, auto& fx) { e.stage.run_pass(row, 0, options.z_min_mm, 0, t, fx); });
+    e.run([&] { return !e.log.empty() && e.log.back() == "PSOCONTROL @0 ARM"; });
+    e.run([&] { return e.log.back().starts_with("LINEAR"); });
+    e.refused = refused;
+    e.bench.safe_stop();
+    e.answer();
+    const std::int64_t off_us = e.bench.now_us;
+    e.bench.advance_us(2000);
+    e.run([&] { return !e.stage.busy(); });
+    REQUIRE(e.bench.now_us > off_us);
+    const Result r = e.bench.all<Result>().back();
+    return std::array{r.until_us - off_us, e.bench.now_us - off_us};
+  };
+  CHECK(tells("")[0] == 0);
+  CHECK(tells("PSOCONTROL @1 OFF")[0] == 0);
+  const auto [until_us, stood_us] = tells("PSOCONTROL @0 OFF");
+  CHECK(until_us == stood_us);
 }

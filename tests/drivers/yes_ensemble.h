@@ -18,6 +18,7 @@ struct YesEnsemble {
   std::array<std::string, 3> at{"0", "0", "0"};
   std::string pulses = "0";
   std::vector<std::string> log;
+  std::string refused;     ///< the one line that the controller does not understand
   int swallow_after = -1;  ///< lines after which nothing is answered any more
 
   explicit YesEnsemble(StageOptions config) : stage(std::move(config)) {
@@ -37,7 +38,9 @@ struct YesEnsemble {
       line.pop_back();
       log.push_back(line);
       if (swallow_after >= 0 && int(log.size()) > swallow_after) continue;
-      if (line.starts_with("LINEAR")) {
+      if (line == refused) {
+        bench.feed("!\n");
+      } else if (line.starts_with("LINEAR")) {
         for (int a = 0; a < 3; ++a)
           if (const auto n = line.find("@" + std::to_string(a)); n != std::string::npos)
             at[std::size_t(a)] = line.substr(n + 3, line.find(' ', n + 3) - n - 3);
