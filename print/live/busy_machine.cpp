@@ -10,23 +10,29 @@
 #include <thread>
 
 #include "core/options/for_people.h"
+#include "drivers/link/driver_event.h"
 #include "runtime/precedence.h"
 
 namespace firn {
 
-std::string busy_words(const std::string& reason, double load, unsigned cores) {
-  // Sentences of safety and of the drivers about somebody who came too late.
+std::string busy_words(const std::string& reason, std::int32_t fault_code, double load, unsigned cores) {
+  // Sentences of safety and of the nodes about somebody who came too late.
   constexpr std::array<std::string_view, 4> kLate{"no heartbeat", "lease", "has been busy", "silent"};
+  // Faults that drivers raise when an answer or a change of state is not there in time.
+  constexpr std::array<std::int32_t, 4> kTimeLimits{drivers::kLinkLost, drivers::kValveLost,
+                                                    drivers::kTimeSlip, drivers::kLampOn};
   const auto named = [&](std::string_view words) { return reason.find(words) != reason.npos; };
-  if (load <= cores || std::ranges::none_of(kLate, named)) return "";
+  if (load <= cores || (std::ranges::none_of(kLate, named) &&
+                        std::ranges::find(kTimeLimits, fault_code) == kTimeLimits.end()))
+    return "";
   return fmt::format("; this computer was busy (load {} on {} cores): {}", for_people(load), cores,
                      kPriorityRemedy);
 }
 
-std::string busy_words(const std::string& reason) {
+std::string busy_words(const std::string& reason, std::int32_t fault_code) {
   double load = 0.0;
   return ::getloadavg(&load, 1) == 1
-             ? busy_words(reason, load, std::max(1U, std::thread::hardware_concurrency()))
+             ? busy_words(reason, fault_code, load, std::max(1U, std::thread::hardware_concurrency()))
              : "";
 }
 

@@ -1,6 +1,7 @@
 // Says of a stop that a busy computer may be its cause, and measures how late a computer lets a print run.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 namespace firn {
@@ -12,10 +13,11 @@ inline constexpr const char* kPriorityRemedy =
 
 /// Returns words to append to the reason of a stop: "; this computer was busy (load 9.4 on 2 cores): ...".
 /// Empty: the stop is not of the kind that a late process causes, or the load is below the cores.
-/// @param reason of the stop @param load mean number of processes that wanted to run @param cores of the
-/// computer
-std::string busy_words(const std::string& reason, double load, unsigned cores);
-std::string busy_words(const std::string& reason);  ///< by the load of the last minute
+/// @param reason of the stop @param fault_code interlock number of its fault (fault_t.code), 0 = none
+/// @param load mean number of processes that wanted to run @param cores of the computer
+std::string busy_words(const std::string& reason, std::int32_t fault_code, double load, unsigned cores);
+/// The same, by the load of the last minute.
+std::string busy_words(const std::string& reason, std::int32_t fault_code);
 
 /// Returns the longest delay of a wake-up within some seconds [s], scheduled as the safety process is.
 double longest_delay_s(double for_s);

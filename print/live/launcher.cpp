@@ -435,7 +435,7 @@ LaunchReport Launch::report() {
     r.outcome = interrupted ? "interrupted" : "stopped safely";
     r.status = interrupted ? kInterrupted : kSafetyStop;
     r.reason = !cause_.empty() ? cause_ : finish_ ? finish_->second : "the scheduler said nothing";
-    r.reason += port_words(r.reason) + busy_words(r.reason);
+    r.reason += port_words(r.reason) + busy_words(r.reason, watch_->fault_code());
     return report;
   }
   const run_end_t& end = *watch_->end();
@@ -445,7 +445,7 @@ LaunchReport Launch::report() {
        RunOutcome(end.outcome) == RunOutcome::kWaitsForOperator) &&
       !watch_->fault().empty() && !tells(watch_->fault(), r.reason))
     r.reason += " (" + watch_->fault() + ")";
-  if (runs::can_go_on(r)) r.reason += port_words(r.reason) + busy_words(r.reason);
+  if (runs::can_go_on(r)) r.reason += port_words(r.reason) + busy_words(r.reason, watch_->fault_code());
   if (const auto last = watch_->take_metrics()) judge_.take(*last);
   judge_.judge(r);
   try {

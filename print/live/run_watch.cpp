@@ -59,8 +59,10 @@ void RunWatch::on_message(const ChannelInfo& row, std::span<const std::byte> byt
         row.publisher == NodeId::kScheduler)
       notices_.push_back(m->text);
     if (m->header.incarnation == incarnation_ && m->severity == std::int8_t(Severity::kStop) &&
-        fault_.empty())
+        fault_.empty()) {
       fault_ = m->node + ": " + m->text;
+      fault_code_ = m->code;
+    }
   }
 }
 

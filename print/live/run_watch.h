@@ -37,6 +37,8 @@ class RunWatch {
   /// Returns the first fault of severity 2 or cause of a safe stop, "stage: following error"; empty: no
   /// fault.
   const std::string& fault() const { return fault_; }
+  /// Returns the interlock number of that fault; 0: no fault, or it has none.
+  std::int32_t fault_code() const { return fault_code_; }
   bool safe_stop() const { return safe_stop_; }
 
  private:
@@ -53,6 +55,7 @@ class RunWatch {
   std::optional<run_end_t> end_;
   std::vector<std::string> notices_;
   std::string fault_;
+  std::int32_t fault_code_ = 0;
   bool safe_stop_ = false;
 };
 

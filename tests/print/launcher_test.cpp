@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <set>
 
+#include "drivers/link/driver_event.h"
 #include "firn/enums.h"
 #include "firn/fault_t.hpp"
 #include "firn/path_job_t.hpp"
@@ -76,12 +77,15 @@ TEST_CASE("the watch names the place and the first stop, and ignores what an ear
   fault_t f{};
   f.severity = 2;
   f.node = "stage";
+  f.code = drivers::kStall;
   f.text = "following error";
   show(watch, channels::fault(NodeId::kStage), f);
   CHECK(watch.fault().empty());
+  CHECK(watch.fault_code() == drivers::kNoCode);
   f.header.incarnation = 1;
   show(watch, channels::fault(NodeId::kStage), f);
   CHECK(watch.fault() == "stage: following error");
+  CHECK(watch.fault_code() == drivers::kStall);
   run_end_t end{};
   show(watch, channels::kRunEnd, end);
   CHECK_FALSE(watch.end());
@@ -120,12 +124,17 @@ TEST_CASE(
     "A stop because somebody came too late blames a busy computer, and what helps, no other stop does") {
   for (const char* late : {"safety: jet has sent no heartbeat for 5 periods", "the lease ended at 12.5 s",
                            "controller has been busy with one step for 31 s"}) {
-    CHECK_THAT(busy_words(late, 9.42, 2), Catch::Contains("busy (load 9.42 on 2 cores)") &&
+    CHECK_THAT(busy_words(late, 0, 9.42, 2), Catch::Contains("busy (load 9.42 on 2 cores)") &&
                                               Catch::Contains("rtprio") && Catch::Contains("limits.conf"));
-    CHECK(busy_words(late, 1.9, 2).empty());
+    CHECK(busy_words(late, 0, 1.9, 2).empty());
+  }
+  for (const int time_limit : {drivers::kLinkLost, drivers::kValveLost, drivers::kTimeSlip, drivers::kLampOn}) {
+    CHECK_THAT(busy_words("lamp: the shutter does not open", time_limit, 9.42, 2),
+               Catch::Contains("busy (load 9.42 on 2 cores)"));
+    CHECK(busy_words("lamp: the shutter does not open", time_limit, 1.9, 2).empty());
   }
   for (const char* other : {"stage: following error", "interrupted by the operator", ""})
-    CHECK(busy_words(other, 9.42, 2).empty());
+    CHECK(busy_words(other, drivers::kStall, 9.42, 2).empty());
 }
 
 TEST_CASE("a child process that cannot start is named, and one that ends says how") {
