@@ -16,8 +16,8 @@ namespace firn {
 std::string print_text(const PrintSummary& s) {
   const std::string verdict = verdict_words(s.result, s.words);
   const bool said_below = verdict.find(for_people(s.result.reason)) != verdict.npos;
-  std::string text = fmt::format("{}: {} after {} layer{} and {} {}{}\n", s.scheme, s.result.outcome,
-                                 s.result.layers, s.result.layers == 1 ? "" : "s", s.droplets, s.words.amount,
+  std::string text = fmt::format("{}: {} after {} and {} {}{}\n", s.scheme, s.result.outcome,
+                                 counted(std::uint64_t(s.result.layers), "layer"), s.droplets, s.words.amount,
                                  said_below ? "" : " (" + for_people(s.result.reason) + ")");
   text += result_lines(s.result, s.words);
   if (s.rows_lost > 0)

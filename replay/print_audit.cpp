@@ -1,6 +1,7 @@
 // The audit's verdict as text and as JSON.
 #include <cstdio>
 
+#include "core/options/for_people.h"
 #include "files/json.h"
 #include "replay/audit.h"
 #include "replay/print_verdict.h"
@@ -72,10 +73,11 @@ const char* word(ViolationKind kind) {
 }
 
 std::string to_text(const AuditVerdict& v) {
-  std::string s = v.clean() ? "clean: " : grouped(v.violations_total) + " violations: ";
-  s += grouped(std::uint64_t(v.layers)) + " layers, " + grouped(std::uint64_t(v.passes)) +
-       (v.paths ? " paths, " : " passes, ") + grouped(std::uint64_t(v.commanded)) +
-       (v.paths ? " pulses commanded" : " droplets commanded");
+  std::string s = v.clean() ? "clean: " : counted(v.violations_total, "violation") + ": ";
+  s += counted(std::uint64_t(v.layers), "layer") + ", " +
+       (v.paths ? counted(std::uint64_t(v.passes), "path")
+                : counted(std::uint64_t(v.passes), "pass", "passes")) +
+       ", " + counted(std::uint64_t(v.commanded), v.paths ? "pulse" : "droplet") + " commanded";
   if (v.with_world && v.paths)
     s += ", " + grouped(std::uint64_t(v.fired)) + " fired";
   else if (v.with_world)

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "core/options/for_people.h"
 #include "files/json.h"
 
 namespace firn::replay {
@@ -102,12 +103,6 @@ Json as_json(const NodeVerdict& n) {
 }
 
 }  // namespace
-
-std::string grouped(std::uint64_t n) {
-  std::string s = std::to_string(n);
-  for (std::size_t at = s.size(); at > 3; at -= 3) s.insert(at - 3, 1, ',');
-  return s;
-}
 
 std::string to_text(const RunVerdict& v) {
   std::string s;

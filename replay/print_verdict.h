@@ -11,7 +11,4 @@ namespace firn::replay {
 /// first divergence first and in full. Provenance and changed settings come before them.
 std::string to_text(const RunVerdict& verdict);
 std::string to_json(const RunVerdict& verdict);
-/// Returns a number with its digits grouped: 1234567 -> "1,234,567".
-std::string grouped(std::uint64_t n);
-
 }  // namespace firn::replay

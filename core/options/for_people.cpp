@@ -41,6 +41,14 @@ std::string for_people(double value) {
   return s == "-0" ? "0" : s;
 }
 
+std::string grouped(std::uint64_t n) { return thousands_apart(std::to_string(n)); }
+
+std::string counted(std::uint64_t n, std::string_view one, std::string_view many) {
+  std::string s = grouped(n) + " ";
+  if (n == 1) return s.append(one);
+  return many.empty() ? s.append(one) + "s" : s.append(many);
+}
+
 std::string for_people(std::string_view sentence) {
   std::string s;
   for (std::size_t at = 0; at < sentence.size();) {

@@ -2,6 +2,7 @@
 // programs read keep every digit.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -11,6 +12,13 @@ namespace firn {
 /// apart: "7.5", "0.00512", "1,234,568"; "-" for a number that is none. Zeros behind the last digit are left
 /// out.
 std::string for_people(double value);
+
+/// Returns a number of things with its thousands apart: "12,345".
+std::string grouped(std::uint64_t n);
+
+/// Returns a number of things and their name: "1 layer", "2 layers", "1,310 droplets".
+/// @param one name of one of them @param many of several; empty: `one` and an s
+std::string counted(std::uint64_t n, std::string_view one, std::string_view many = {});
 
 /// Returns a sentence of a node with its long decimals in three significant digits. Sentences that are
 /// recorded have six decimals ("60.000126 s", std::to_string), which a replay must meet again.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/options/for_people.h"
 #include "core/statistics/sign_flip.h"
 
 namespace firn::report {
@@ -22,7 +23,7 @@ std::string with_interval(double by, double low, double high, const StudyMetric&
 }
 
 std::string trials_text(const StudyTable& t, std::size_t n) {
-  return std::to_string(n) + " " + t.trial + (n == 1 ? "" : "s");
+  return counted(n, t.trial);
 }
 
 // "all 16", "3 of 16"
@@ -201,8 +202,7 @@ std::string few_seeds_note(std::size_t arms, std::size_t seeds, const std::strin
   const std::size_t family = arms * (arms - 1) / 2;
   const double smallest = double(family) * statistics::smallest_p(seeds);
   if (arms < 2 || smallest <= kAlpha) return "";
-  return std::to_string(seeds) + " " + trial + (seeds == 1 ? "" : "s") + " cannot tell " +
-         std::to_string(family) + (family == 1 ? " pair" : " pairs") +
+  return counted(seeds, trial) + " cannot tell " + counted(family, "pair") +
          " apart at 5 %: even the clearest result would have Holm p " + p_text(std::min(1.0, smallest));
 }
 

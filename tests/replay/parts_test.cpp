@@ -454,22 +454,6 @@ TEST_CASE("Means of a field over cells keep its volume, and cells without any of
   CHECK(kept == Approx(sum));
 }
 
-TEST_CASE("A number is grouped by thousands") {
-  RandomStream random(66, Purpose::kTest);
-  CHECK(grouped(0) == "0");
-  CHECK(grouped(999) == "999");
-  CHECK(grouped(1000) == "1,000");
-  for (int trial = 0; trial < 200; ++trial) {
-    const std::uint64_t n = random.bits() >> random.below(64);
-    std::string text = grouped(n);
-    const std::size_t first = text.find(',');
-    if (first != text.npos) CHECK(first <= 3);
-    for (std::size_t at = first; at < text.size(); at += 4) REQUIRE(text[at] == ',');
-    std::erase(text, ',');
-    CHECK(text == std::to_string(n));
-  }
-}
-
 TEST_CASE("The JSON of a replay's verdict holds what the verdict holds, odd bytes included") {
   RunVerdict v;
   v.nodes = {{"controller", 2, 30, 20, 10, 4096, 1, 3, 4, 2, 17, 1'500'000'000, 0, 99, "step 9: \"no\""}};

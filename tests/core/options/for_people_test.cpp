@@ -49,3 +49,27 @@ TEST_CASE("Of a recorded sentence the long decimals are shortened, and nothing e
                            "v1.2.3", "a digest 0.1234567", "\xff\xfe"})
     CHECK(for_people(same) == same);
 }
+
+TEST_CASE("A number is grouped by thousands") {
+  RandomStream random(66, Purpose::kTest);
+  CHECK(grouped(0) == "0");
+  CHECK(grouped(999) == "999");
+  CHECK(grouped(1000) == "1,000");
+  for (int trial = 0; trial < 200; ++trial) {
+    const std::uint64_t n = random.bits() >> random.below(64);
+    std::string text = grouped(n);
+    const std::size_t first = text.find(',');
+    if (first != text.npos) CHECK(first <= 3);
+    for (std::size_t at = first; at < text.size(); at += 4) REQUIRE(text[at] == ',');
+    std::erase(text, ',');
+    CHECK(text == std::to_string(n));
+  }
+}
+
+TEST_CASE("A count of one thing names one, every other count names several") {
+  CHECK(counted(0, "layer") == "0 layers");
+  CHECK(counted(1, "layer") == "1 layer");
+  CHECK(counted(1310, "droplet") == "1,310 droplets");
+  CHECK(counted(1, "pass", "passes") == "1 pass");
+  CHECK(counted(2, "pass", "passes") == "2 passes");
+}
