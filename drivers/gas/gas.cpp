@@ -82,7 +82,7 @@ void Gas::set(double atomizer_sccm, double sheath_sccm, std::int64_t now_us, Eff
     why = shown("%g sccm of atomizer gas without a sheath's: the nozzle would clog", atomizer_sccm, 0.0);
   if (busy() || phase_ != Phase::kReady) {
     why =
-        busy() ? "the gas is busy with another command" : std::string("the gas is ") + drivers::name(state());
+        busy() ? "the gas is busy with another command" : std::string("the gas is ") + drivers::standing(state());
     code = kNoCode;
   }
   if (!why.empty()) {

@@ -98,7 +98,7 @@ void Heater::set(const std::array<double, 3>& celsius, std::int64_t now_us, Effe
     if (!watched(c) && !off(celsius[c])) why = "heater: a platen has channel 1 alone";
   if (busy() || phase_ != Phase::kReady) {
     why = busy() ? "the heater is busy with another command"
-                 : std::string("the heater is ") + drivers::name(state());
+                 : std::string("the heater is ") + drivers::standing(state());
     code = kNoCode;
   }
   if (!why.empty()) {

@@ -34,7 +34,7 @@ void LaserProfiler::arm(int rows, std::int64_t now_us, Effects& fx) {
   if (busy() || phase_ != Phase::kReady) {
     fx.events.emplace_back(Result{Outcome::kRefused, -1, rows, 0, 0, kNoCode,
                                   busy() ? "the profiler is busy with another command"
-                                         : std::string("the profiler is ") + name(state())});
+                                         : std::string("the profiler is ") + standing(state())});
   } else if (rows < 1 || rows > 1'000'000) {
     fx.events.emplace_back(
         Result{Outcome::kRefused, -1, rows, 0, 0, kLimit, "a scan of " + std::to_string(rows) + " rows"});
@@ -54,7 +54,7 @@ void LaserProfiler::end(std::int64_t now_us, Effects& fx) {
   if (busy() || (phase_ != Phase::kReady && phase_ != Phase::kArmed)) {
     fx.events.emplace_back(Result{Outcome::kRefused, -1, 0, 0, 0, kNoCode,
                                   busy() ? "the profiler is busy with another command"
-                                         : std::string("the profiler is ") + name(state())});
+                                         : std::string("the profiler is ") + standing(state())});
   } else {
     op_ = Op::kEnd;
     phase_ = Phase::kEnding;

@@ -17,6 +17,8 @@
 namespace firn::drivers {
 
 const char* name(DeviceState state);
+/// Returns the state as a sentence about an instrument says it: (the jet is) "armed", "not identified yet".
+const char* standing(DeviceState state);
 const char* name(Outcome outcome);
 
 /// Interlock numbers of docs/safety.md that drivers raise.

@@ -24,6 +24,29 @@ const char* name(DeviceState state) {
   return kNames[int(state)];
 }
 
+const char* standing(DeviceState state) {
+  switch (state) {
+    case DeviceState::kConnecting:
+      return "not connected yet";
+    case DeviceState::kIdentifying:
+      return "not identified yet";
+    case DeviceState::kSafe:
+      return "idle";
+    case DeviceState::kSuspect:
+      return "about to be asked again after a damaged answer";
+    case DeviceState::kFault:
+      return "in a fault";
+    case DeviceState::kEstop:
+      return "in an emergency stop";
+    case DeviceState::kDisconnected:
+    case DeviceState::kStaged:
+    case DeviceState::kArmed:
+    case DeviceState::kActive:
+      break;
+  }
+  return name(state);
+}
+
 const char* name(Outcome outcome) {
   static constexpr const char* kNames[] = {"ready", "done", "none", "unknown", "refused", "failed"};
   static_assert(std::size(kNames) == kTableSize<Outcome>);
