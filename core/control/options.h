@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/control/extra.h"
+#include "core/options/on_off.h"
 #include "core/options/option.h"
 
 namespace firn::control {
@@ -203,6 +204,7 @@ struct PatternOptions {
   double fill = 0.5;       ///< random: probability of a droplet
   int spacing_cells = 6;   ///< identification: between centres; squares: bare cells between
   int largest_square = 6;  ///< squares: 1 x 1 up to this many droplets a side
+  OnOff one_by_one = OnOff::kOff;  ///< identification: each droplet of a site is cured before the next
   int square_step = 2;     ///< squares: cells from droplet to droplet; 2 shows the valleys between
   std::uint64_t seed = 1;
 };
@@ -213,6 +215,8 @@ inline constexpr OptionTable kPatternOptions{
     Option{"fill", &PatternOptions::fill, "", above(0, 1), "random: probability of a droplet"},
     Option{"spacing_cells", &PatternOptions::spacing_cells, "cells", within(1, 4096),
            "identification: between centres; squares: bare ground between"},
+    Option{"one_by_one", &PatternOptions::one_by_one, "", Range{},
+           "identification: each droplet of a site is a layer of its own, cured before the next"},
     Option{"largest_square", &PatternOptions::largest_square, "droplets", within(1, 64),
            "squares: 1 x 1 up to this many a side"},
     Option{"square_step", &PatternOptions::square_step, "cells", within(1, 4096),

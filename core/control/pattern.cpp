@@ -17,6 +17,8 @@ bool on_mask(const Mask& mask, int i0, int j0, int i1, int j1) {
   return true;
 }
 
+constexpr int kSideX[] = {1, -1, 0, 0};
+constexpr int kSideY[] = {0, 0, 1, -1};
 constexpr int kCornerX[] = {1, -1, -1, 1};
 constexpr int kCornerY[] = {1, 1, -1, -1};
 
@@ -69,11 +71,29 @@ PatternPrint::PatternPrint(const Setup& setup, const ControlOptions& options)
     sites_ = identification_sites(setup.mask, o.spacing_cells, layers_);
     layers_ = std::min(layers_, int(sites_.size() + 2) / 3);  // no layer without a site
     require(!sites_.empty(), kWhere, "the part has no room for one identification site of 3 x 3 cells");
+    if (on(o.one_by_one)) layers_ *= kSiteDroplets;
   } else if (o.kind == PatternKind::kSquares) {
     squares_ = square_sites(setup.mask, o.largest_square, o.square_step, o.spacing_cells);
     require(!squares_.empty(), kWhere,
             "the part has no room for one square and its margin of " + std::to_string(o.spacing_cells) +
                 " cells");
+  }
+}
+
+// The centre first; one by one, droplet n of every site is layer n of its five.
+void PatternPrint::add_sites(int layer, DropletPattern& drops) const {
+  const bool one_by_one = on(options_.one_by_one);
+  const int of_sites = one_by_one ? 1 + (layer - 1) / kSiteDroplets : layer;
+  const auto add = [&, next = (layer - 1) % kSiteDroplets](int droplet, int i, int j) {
+    if (!one_by_one || droplet == next) drops.at(i, j) = 1;
+  };
+  for (const IdentificationSite& s : sites_) {
+    if (s.layer != of_sites) continue;
+    add(0, s.i, s.j);
+    for (int n = 0; n < 4 && s.kind == IdentificationSite::Kind::kSide; ++n)
+      add(1 + n, s.i + kSideX[n], s.j + kSideY[n]);
+    if (s.kind == IdentificationSite::Kind::kCorner)
+      add(1, s.i + kCornerX[s.corner], s.j + kCornerY[s.corner]);
   }
 }
 
@@ -84,14 +104,7 @@ DropletPattern PatternPrint::pattern(int layer) const {
       drops.cells[c] =
           setup_.mask.cells[c] && random_uniform({options_.seed, Purpose::kPattern, std::uint32_t(layer), 0,
                                                   std::uint32_t(c)}) < options_.fill;
-  for (const IdentificationSite& s : sites_) {
-    if (s.layer != layer) continue;
-    drops.at(s.i, s.j) = 1;
-    if (s.kind == IdentificationSite::Kind::kSide)
-      drops.at(s.i + 1, s.j) = drops.at(s.i - 1, s.j) = drops.at(s.i, s.j + 1) = drops.at(s.i, s.j - 1) = 1;
-    if (s.kind == IdentificationSite::Kind::kCorner)
-      drops.at(s.i + kCornerX[s.corner], s.j + kCornerY[s.corner]) = 1;
-  }
+  add_sites(layer, drops);
   for (const SquareSite& s : squares_)
     for (int y = 0; y < s.n; ++y)
       for (int x = 0; x < s.n; ++x) drops.at(s.i + x * s.step, s.j + y * s.step) = 1;

@@ -17,8 +17,10 @@ struct IdentificationSite {
   int i = 0, j = 0;  ///< the centre cell
   Kind kind = Kind::kSingle;
   int corner = 0;  ///< kCorner: 0..3 for (+,+), (-,+), (-,-), (+,-)
-  int layer = 1;   ///< in which it is printed (each site once, on bare ground)
+  int layer = 1;   ///< in which it is printed (each site once, on bare ground); 1-based
 };
+/// The most droplets of a site. Printed one by one, each layer of sites takes as many layers of the print.
+inline constexpr int kSiteDroplets = 5;
 /// Sites spacing_cells apart whose 3 x 3 cells lie on the mask, row by row; kinds and corners take turns, and
 /// so do the layers, three sites to each.
 std::vector<IdentificationSite> identification_sites(const Mask& mask, int spacing_cells, int layers);
@@ -44,6 +46,7 @@ class PatternPrint final : public LayerControllerBase {
 
  private:
   DropletPattern pattern(int layer) const;
+  void add_sites(int layer, DropletPattern& drops) const;
 
   Setup setup_;
   PatternOptions options_;

@@ -70,6 +70,21 @@ Repeats repeats_of(const std::vector<double>& values) {
   return r;
 }
 
+std::vector<PrintedLayer> layers_together(const std::vector<PrintedLayer>& layers, int count) {
+  std::vector<PrintedLayer> groups;
+  for (std::size_t first = 0; first + std::size_t(count) <= layers.size(); first += std::size_t(count)) {
+    PrintedLayer group = layers[first];
+    for (std::size_t n = first + 1; n < first + std::size_t(count); ++n)
+      for (std::size_t c = 0; c < group.use.size(); ++c) {
+        group.fired.cells[c] = std::uint8_t(group.fired.cells[c] + layers[n].fired.cells[c]);
+        if (layers[n].use[c] != Use::kLearn) group.use[c] = layers[n].use[c];
+      }
+    group.after = layers[first + std::size_t(count) - 1].after;
+    groups.push_back(std::move(group));
+  }
+  return groups;
+}
+
 IdentificationPrints find_identification_prints(const std::vector<PrintedLayer>& layers, int bare) {
   IdentificationPrints p;
   if (layers.empty()) return p;

@@ -48,6 +48,15 @@ std::string ruled_out(const Identification& id, const std::vector<droplet::Print
   return alike(design.excitation, layer_height);
 }
 
+// Layers in each of which whole sites were printed.
+std::vector<droplet::PrintedLayer> sites_of(const Experiment& e,
+                                            const std::vector<droplet::PrintedLayer>& printed) {
+  const control::PatternOptions& p = e.control.pattern;
+  const bool one_by_one = e.control.scheme == "pattern" && p.kind == control::PatternKind::kIdentification &&
+                          on(p.one_by_one);
+  return one_by_one ? droplet::layers_together(printed, control::kSiteDroplets) : printed;
+}
+
 std::array<std::string, 3> not_found(const droplet::Estimate& fit) {
   std::array<std::string, 3> out;
   for (std::size_t n = 0; n < 3; ++n)
@@ -66,7 +75,7 @@ Identification identify(const ObservedRun& run) {
   id.droplets = run.droplets();
   id.noise_std_mm = run.noise_std_mm();
   const std::vector<droplet::PrintedLayer> printed = run.printed();
-  id.prints = droplet::find_identification_prints(printed);
+  id.prints = droplet::find_identification_prints(sites_of(run.experiment(), printed));
   if (id.layers > 0 && !id.prints.complete()) id.uninformative = ruled_out(id, printed, id.layer_height);
   if (!id.uninformative.empty()) return id;
   try {

@@ -15,10 +15,10 @@ namespace {
 const std::string kExperiments = std::string(FIRN_SOURCE_DIR) + "/experiments/";
 
 // Smaller than shipped, for a test.
-Identification prints(const std::vector<std::string>& more) {
+Identification prints(const std::vector<std::string>& more, const char* file = "identification.toml") {
   std::vector<std::string> o = {"grid.ny=90", "part.depth_mm=23.5", "control.pattern.layers=2"};
   o.insert(o.end(), more.begin(), more.end());
-  return identify(observe_print(kExperiments + "identification.toml", o));
+  return identify(observe_print(kExperiments + file, o));
 }
 
 }  // namespace
@@ -38,6 +38,23 @@ TEST_CASE("V-C, Table I: identification prints of the paper's own plant give 4.4
   const std::string svg = identification_svg(id);
   CHECK(svg.starts_with("<svg"));
   CHECK(svg.ends_with("</svg>"));
+}
+
+TEST_CASE("V-C: a side droplet beside a cured centre gives it what (4) says, less than h2") {
+  const Identification id =
+      prints({"plant.model=lu2015", "plant.variation=0"}, "identification-cured.toml");
+  REQUIRE(id.prints.complete());
+  CHECK(id.prints.single.size() >= 25);
+  constexpr double kH1 = 0.0044, kH2 = 0.0006, kH3 = 0.0002;
+  double centre = kH1;
+  // The ground of the last two has its share of the first two, which lie at its corners.
+  for (const double side : {kH2, kH2, kH2 + 2 * kH3, kH2 + 2 * kH3})
+    centre += kH2 * (1.0 - (centre - side) / (kH1 + kH2));
+  CHECK((centre - kH1) / 4 == Approx(0.00014).epsilon(0.02));
+  CHECK(std::abs(id.prints.h1.mean_mm - kH1) < 1.5 * id.prints.h1.half_width_mm);
+  CHECK(std::abs(id.prints.h2.mean_mm - (centre - kH1) / 4) < 1.5 * id.prints.h2.half_width_mm);
+  CHECK(id.prints.h2.half_width_mm < 0.0001);
+  CHECK(std::abs(id.prints.h3.mean_mm - kH3) < 1.5 * id.prints.h3.half_width_mm);  // mean of both: no ink is lost
 }
 
 TEST_CASE("Half-filled layers identify planted values, and they believe what they see, not model.h1_mm") {

@@ -132,3 +132,27 @@ TEST_CASE("Pattern options out of range and parts too small are named") {
   CHECK_THROWS_WITH(make_controller(whole_grid(4, 4), pattern(PatternKind::kSquares, 1)),
                     Catch::Contains("no room"));
 }
+
+TEST_CASE("V-C: printed one by one, five layers have one droplet of a site each and are its droplets together") {
+  const Setup s = whole_grid(36, 60);
+  ControlOptions options = pattern(PatternKind::kIdentification, 4);
+  const auto at_once = make_controller(s, options);
+  options.pattern.one_by_one = OnOff::kOn;
+  const auto one_by_one = make_controller(s, options);
+  for (int of_sites = 1; of_sites <= 4; ++of_sites) {
+    DropletPattern sum(s.grid);
+    for (int n = 1; n <= kSiteDroplets; ++n) {
+      const DropletPattern d = layer_of(*one_by_one, s, kSiteDroplets * (of_sites - 1) + n);
+      for (const auto& site : identification_sites(s.mask, 6, 4)) {
+        int droplets = 0;
+        for (int j = -1; j <= 1; ++j)
+          for (int i = -1; i <= 1; ++i) droplets += d.at(site.i + i, site.j + j);
+        CHECK(droplets <= 1);
+        if (n == 1) CHECK(droplets == int(site.layer == of_sites));
+      }
+      for (std::size_t c = 0; c < d.size(); ++c) sum.cells[c] = std::uint8_t(sum.cells[c] + d.cells[c]);
+    }
+    CHECK(sum == layer_of(*at_once, s, of_sites));
+  }
+  CHECK(one_by_one->decide({HeightMap(s.grid, 0.0), 20, 0, 0.0}).kind == Decision::Kind::kEnd);
+}
