@@ -223,8 +223,9 @@ std::vector<RunMaps::Value> RunMaps::take_predictions() {
 
 std::vector<std::pair<int, OutlineStats>> RunMaps::take_outlines() {
   std::vector<std::pair<int, OutlineStats>> found;
+  if (lab_of(experiment_).deposition != Deposition::kDroplets) return found;  // a line fades beside its middle
   for (const int layer : newest(new_maps_)) {
-    if (paths_ || layer == 0) continue;
+    if (layer == 0) continue;
     const auto m = measured(layer);
     const auto w = m ? wanted(layer, m->height.spec) : nullptr;
     if (w) found.emplace_back(layer, outline_stats(m->height, w->target, w->mask));

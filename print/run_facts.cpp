@@ -36,10 +36,11 @@ std::optional<height_map_t> last_map(const runs::RunFolder& run) {
   return map;
 }
 
-void add_surface(const HeightMap& target, const Mask& mask, const std::optional<height_map_t>& map,
-                 runs::RunResult& r) {
+// A line fades beside its middle, so half of its section lies beyond any outline: it has none.
+void add_surface(const Experiment& e, const HeightMap& target, const Mask& mask,
+                 const std::optional<height_map_t>& map, runs::RunResult& r) {
   r.part->size_mm = part_size_mm(target, mask);
-  if (!map || map->layer == 0) return;
+  if (!map || map->layer == 0 || lab_of(e).deposition == Deposition::kLines) return;
   const HeightMap height = measured_height_of(*map);
   if (height.spec != target.spec) return;
   r.outline = outline_stats(height, target, mask);
@@ -95,7 +96,7 @@ void add_facts(const runs::RunFolder& run, const Experiment& e, runs::RunResult&
       add_path_surface(slice::decode_print_paths(blob(inputs, "paths").bytes), map, r);
     } else {
       const HeightMap target = height_map_from_npy(blob(inputs, "target").bytes, e.grid, "target");
-      add_surface(target, mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask"), map, r);
+      add_surface(e, target, mask_from_npy(blob(inputs, "mask").bytes, e.grid, "mask"), map, r);
     }
   } catch (const std::exception&) {  // an unreadable record: the audit names it
   }

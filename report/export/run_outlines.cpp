@@ -74,7 +74,7 @@ void write(const Row& row, std::size_t table, TableSink& sink) {
 void write_outlines(const std::filesystem::path& run, const runs::ProvenanceDocument& provenance,
                     const std::string& prefix, TableSink& sink) {
   const auto target_file = input_of(provenance, run, "target"), mask_file = input_of(provenance, run, "mask");
-  if (!target_file || !mask_file) return;
+  if (!target_file || !mask_file || input_of(provenance, run, "job")) return;  // a line has no outline
   const record::MappedFile target_bytes(*target_file, record::MappedFile::Packed::kAsIs),
       mask_bytes(*mask_file, record::MappedFile::Packed::kAsIs);
   std::vector<Row> rows;

@@ -173,6 +173,8 @@ void read_droplets(const RunRecord& run, RunData& data, std::map<std::int32_t, L
 
 void read_lines_of(const RunRecord& run, RunData& data, std::map<std::int32_t, LayerRow>& rows) {
   read_droplets(run, data, rows);
+  data.outline.reset();  // a line fades beside its middle: it has no outline
+  for (auto& [layer, row] : rows) row.outline = row.measured = std::nullopt;
   data.own = read_line_data(run.messages);
   if (run.has("job")) data.cut = line_cut(decode_job(run.input("job")));
 }

@@ -235,3 +235,16 @@ TEST_CASE(
   CHECK(mpc.result.audit == "clean");
   CHECK(mpc.result.status == kOk);
 }
+
+TEST_CASE("A print of lines, which fade beside their middle, tells a size and no overspill") {
+  const test::ScratchFolder scratch;
+  const std::filesystem::path file = std::filesystem::path(FIRN_SOURCE_DIR) / "experiments/aerosol-meander.toml";
+  const Experiment lines = load_experiment(file, {"aerosol.layers=1"});
+  const PrintSummary s =
+      printed(lines, make_inputs(full_product(), lines, file.parent_path()), scratch / "runs", 0.0);
+  CHECK(part_words(*s.result.part).starts_with("lines aerosol-meander.json, "));
+  CHECK(s.result.error);
+  CHECK_FALSE(s.result.overspill_percent);
+  CHECK_FALSE(s.result.outline);
+  CHECK(print_text(s).find("overspill") == std::string::npos);
+}
