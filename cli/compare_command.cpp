@@ -20,6 +20,7 @@
 #include "report/study/study_profile.h"
 #include "runs/folder/run_folder.h"
 #include "runtime/build_info.h"
+#include "runtime/result_fingerprint.h"
 #include "studies/compare/recorded_study.h"
 #include "studies/compare/study_runner.h"
 
@@ -55,7 +56,8 @@ using Provenance = std::vector<std::pair<std::string, std::string>>;
 
 Provenance provenance(const Provenance& data, const std::string& trial) {
   Provenance all{
-      {"build", build_commit()}, {"sources", build_sources()}, {"platform", platform_description()}};
+      {"build", build_commit()}, {"sources", build_sources()}, {"platform", platform_description()},
+      {"results", fmt::format("{:016x}", digest_of(result_fingerprint()))}};
   all.insert(all.end(), data.begin(), data.end());
   all.emplace_back("intervals", "BCa bootstrap, 10,000 resamples of " + trial + "s, keyed");
   all.emplace_back(

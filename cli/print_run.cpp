@@ -23,6 +23,7 @@
 #include "print/simulated/lab_run.h"
 #include "runs/folder/folder_watch.h"
 #include "runs/folder/pack.h"
+#include "runtime/result_fingerprint.h"
 
 namespace firn {
 namespace {
@@ -119,7 +120,7 @@ void check_request(const Product& product, const Experiment& e, const Blobs& inp
 }
 
 runs::RunFolder make_run_folder(const Experiment& e, const Blobs& inputs, const PrintOptions& options) try {
-  runs::RunFolder run = runs::RunFolder::create(options.runs, e, inputs, runs::own_command_line());
+  runs::RunFolder run = runs::RunFolder::create(options.runs, e, inputs, runs::own_command_line(), result_fingerprint());
   if (!options.bringup_state.empty())
     write_file_atomically(run.path() / "bringup.json", options.bringup_state);
   return run;

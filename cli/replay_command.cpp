@@ -20,6 +20,7 @@
 #include "runs/folder/seal_check.h"
 #include "runs/folder/truth_check.h"
 #include "runtime/build_info.h"
+#include "runtime/result_fingerprint.h"
 
 namespace firn {
 namespace {
@@ -46,6 +47,19 @@ void mark_python(const std::filesystem::path& run, replay::RunVerdict& verdict) 
   const std::string difference = python_difference(runs::RunFolder::open(run).inputs());
   if (!difference.empty()) verdict.notes.push_back(difference);
 } catch (const std::exception&) {  // replay has named the input or the plug-in that is not there
+}
+
+// Before any divergence as well: a function of a library may give other results here. Equal results on unlike
+// computers are one platform.
+std::string platform_of(const std::filesystem::path& run, std::vector<std::string>& differences) try {
+  const runs::ProvenanceDocument recorded = runs::RunFolder::open(run).provenance();
+  if (recorded.results.empty()) return platform_description();  // an older run: all there is to compare
+  for (const std::string& function : differing_functions(recorded.results, result_fingerprint()))
+    differences.push_back("function " + function + " gives other results here: recorded with " +
+                          recorded.text("platform") + ", replayed with " + platform_description());
+  return "";
+} catch (const std::exception&) {  // replay names the file that is not there
+  return platform_description();
 }
 
 // Before any divergence as well: another minor version may compute other bytes.
@@ -77,7 +91,8 @@ replay::RunVerdict replay_verdict(const Product& product, const ReplayCommandOpt
   r.stopwatch = options.stopwatch;
   r.run_python = options.any_python ? replay::RunPython::kAlways : options.run_python;
   r.commit = build_commit();
-  r.platform = platform_description();
+  std::vector<std::string> platform_differs;
+  r.platform = platform_of(options.run, platform_differs);
   try {
     for (const std::string& text : options.ignores) r.ignores.push_back(replay::parse_ignore(text));
     const runs::ConfigChange config =
@@ -89,6 +104,7 @@ replay::RunVerdict replay_verdict(const Product& product, const ReplayCommandOpt
                        " is Python code of the run (" + verdict.not_replayed.front().python +
                        "); --run-python runs it");
     verdict.changed_settings = config.settings;
+    verdict.provenance.insert(verdict.provenance.begin(), platform_differs.begin(), platform_differs.end());
     mark_seals(options.run, seals, verdict);
     mark_version(options.run, verdict);
     if (options.run_python != replay::RunPython::kNever && verdict.not_replayed.empty())

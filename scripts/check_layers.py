@@ -14,13 +14,14 @@ from pathlib import Path
 from firn_tree import code, finish, read, sources
 
 # Rooms from the bottom up. A room may include itself and the rooms that its row names; "core" stands for all of core/.
-CORE = ("core/options", "core/grid", "core/path", "core/geometry", "core/slice", "core/motion", "core/deposition", "core/control",
+CORE = ("core/options", "core/exact", "core/grid", "core/path", "core/geometry", "core/slice", "core/motion", "core/deposition", "core/control",
         "core/statistics", "core/planning", "core/vision")
-LEAVES = ("core/options", "core/grid", "core/path")
+LEAVES = ("core/options", "core/exact", "core/grid", "core/path")
 BELOW_PROCS = CORE + ("lcmtypes", "files", "config", "estimators", "drivers", "runtime", "plant", "python/host")
 
 ALLOWED = {
     "core/options": (),
+    "core/exact": (),
     "core/grid": ("core/options",),
     "core/statistics": ("core/options", "core/grid"),
     "core/path": ("core/statistics",),

@@ -48,18 +48,12 @@ FORBIDDEN = {what: re.compile(rf"(?:{pattern})\Z") for what, pattern in FORBIDDE
 INEXACT = "an inexact function, whose last bit depends on the CPU"
 IN_PLANT = ("a file", INEXACT)  # nature is recorded, not replayed, and keeps its own record
 
+FINGERPRINT = "runtime/result_fingerprint.cpp"
+SAME_AS = {"sincos": ("sin",), "cabs": ("hypot",)}  # functions whose row stands for another
+
 IN_NODES, APART = True, False
-ANGLES = "an arm's angles and a path's turns have no other form; the provenance holds glibc and the CPU, and replay compares them first"
 # sources (of a batch: each of them), what they may call, whether a node may be linked with them, why the same input gives the same bytes all the same
 ALLOWED = (
-    ("core/motion/kinematics/*", "sincos|atan2", IN_NODES, ANGLES),
-    ("core/motion/vplus_default.cpp", "atan2", IN_NODES, ANGLES),
-    ("core/motion/curve/*", "atan2|sin|sincos", IN_NODES, ANGLES),
-    ("core/motion/certified/path_corners.cpp", "cos", IN_NODES, ANGLES),
-    ("core/motion/thesis/*", "cos|cbrt", IN_NODES, "the thesis's limits of jerk are cube roots; as above"),
-    ("core/motion/time_optimal/*", "cbrt", IN_NODES, "limits of jerk are cube roots; as above"),
-    ("core/motion/aerosol/*", "atan2|sin|cos|tan|sincos|hypot", IN_NODES, ANGLES),
-    ("core/slice/*", "sincos|tan", APART, "placement, fill direction and support of a mesh, before the print"),
     ("core/statistics/distributions.cpp", "a?(cos|sin)|sincos|(exp|log1p|pow)l?|expm1|log", APART, "tables of studies and reports"),
     ("core/control/smf_line/smf_line.cpp", "cabs", APART, "poles of gains, for firn tune"),
     ("core/grid/random_normal.cpp", "log", APART, "nature and tests draw normal numbers"),
@@ -196,6 +190,22 @@ def check_calls(objects, came_from):
     return problems, used
 
 
+def check_fingerprint(objects, root):
+    """Every inexact function that pure code or nature calls has a row in the fingerprint of results, which replay compares."""
+    there = set(re.findall(r'\{"(\w+)", std::', read(root, FINGERPRINT)))
+    problems = []
+    for source, obj in sorted(objects.items()):
+        if is_main(source) or not (source.startswith("plant/") or any(map(is_pure, parts(source)))):
+            continue
+        for name in sorted(obj.calls):
+            if not FORBIDDEN[INEXACT].match(name):
+                continue
+            functions = SAME_AS.get(name, (name.removesuffix("f"), name.removesuffix("l")) if name not in there else (name,))
+            if not there.intersection(functions):
+                problems.append(f"{source}: calls {name}, which {FINGERPRINT} does not know")
+    return problems
+
+
 def demangled(names):
     names = sorted(names)
     text = subprocess.run(["c++filt"], input="\n".join(names), check=True, stdout=subprocess.PIPE, text=True).stdout
@@ -231,7 +241,7 @@ def main():
     calls, used = check_calls(objects, came_from)
     if not missing:
         problems += [f"scripts/check_symbols.py: allows {row[0]} to call {row[1]}, which it does not" for row in ALLOWED if row not in used]
-    return finish("check_symbols", problems + calls + check_state(objects, came_from, root))
+    return finish("check_symbols", problems + calls + check_fingerprint(objects, root) + check_state(objects, came_from, root))
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/exact/exact_math.h"
 #include "core/motion/kinematics/placement.h"
 #include "core/motion/kinematics/require.h"
 #include "core/motion/thesis/profile.h"
@@ -16,7 +17,7 @@ constexpr double kCornerRad = 0.5235987755982988;
 double turn_at(const std::vector<Point2>& p, std::size_t i) {
   const double ax = p[i].x_mm - p[i - 1].x_mm, ay = p[i].y_mm - p[i - 1].y_mm;
   const double bx = p[i + 1].x_mm - p[i].x_mm, by = p[i + 1].y_mm - p[i].y_mm;
-  return std::abs(std::atan2(ax * by - ay * bx, ax * bx + ay * by));
+  return std::abs(exact::atan2(ax * by - ay * bx, ax * bx + ay * by));
 }
 
 /// Bend of the yaw at a point, as of a direction: the change of its slope over the mean of both

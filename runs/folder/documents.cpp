@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <stdexcept>
 
 #include "core/grid/outline.h"
@@ -76,6 +77,18 @@ std::pair<std::string, std::string> input_of(const Json& input, const std::strin
   return {role, sha};
 }
 
+Fingerprint results_of(const Json& value, const std::string& where) {
+  if (!value.is_object()) bad(where, "must be an object");
+  std::map<std::string, std::string> texts;
+  for (const auto& [function, digest] : value.items())
+    texts[function.substr(0, kMaxShown)] = text_of(digest, where + "." + function.substr(0, kMaxShown));
+  try {
+    return fingerprint_of(texts);
+  } catch (const std::invalid_argument& e) {
+    bad(where, e.what());
+  }
+}
+
 // A text or a number; of objects the members, as "{"plant":1}". Nested no deeper: writing out recurses.
 std::string shown(const Json& value, const std::string& where) {
   if (value.is_string()) return value.get<std::string>();
@@ -105,6 +118,8 @@ ProvenanceDocument parse_provenance(std::string_view text, const std::string& na
     } else if (key == "command_line") {
       if (!value.is_array()) bad(where, "must be a list");
       for (const Json& word : value) p.command_line.push_back(text_of(word, where));
+    } else if (key == "results") {
+      p.results = results_of(value, where);
     } else {
       if (key == "run_id") p.run_id = whole(value, where, 0, std::numeric_limits<std::int64_t>::max());
       if (key == "scheme") text_of(value, where);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/grid/outline.h"
+#include "runtime/fingerprint.h"
 
 namespace firn::runs {
 
@@ -19,6 +20,7 @@ struct ProvenanceDocument {
   std::vector<std::pair<std::string, std::string>>
       texts;  ///< keys with a text, a number or an object, as text
   std::vector<std::string> command_line;
+  Fingerprint results;  ///< of the process that began the print; empty: an older program
   bool has_inputs = false;
   std::vector<std::pair<std::string, std::string>> inputs;  ///< role, SHA-256
 

@@ -45,7 +45,8 @@ std::string utc_now(const char* format) {
 }
 
 nlohmann::ordered_json provenance_of(const Experiment& e, std::int64_t run_id, const std::string& origin,
-                                     const Blobs& inputs, const std::vector<std::string>& command_line) {
+                                     const Blobs& inputs, const std::vector<std::string>& command_line,
+                                     const Fingerprint& results) {
   utsname host{};
   uname(&host);
   nlohmann::ordered_json j;
@@ -61,6 +62,7 @@ nlohmann::ordered_json provenance_of(const Experiment& e, std::int64_t run_id, c
   else if (!diff.text.empty())
     j["sources_diff"] = RunPaths::kSourcesDiff;
   j["platform"] = platform_description();
+  if (!results.empty()) j["results"] = fingerprint_texts(results);
   j["kernel"] = std::string(host.sysname) + " " + host.release + " " + host.machine;
   j["command_line"] = command_line;
   j["sealed"] = true;  // the folder has seals since its first incarnation began
@@ -117,7 +119,7 @@ std::vector<std::string> own_command_line() {
 }
 
 RunFolder RunFolder::create(const fs::path& root, const Experiment& e, const Blobs& inputs,
-                            const std::vector<std::string>& command_line) {
+                            const std::vector<std::string>& command_line, const Fingerprint& results) {
   const std::string stem = utc_now("%Y%m%dT%H%M%SZ") + "-" + e.run.name;
   std::error_code error;
   fs::create_directories(root, error);
@@ -144,7 +146,7 @@ RunFolder RunFolder::create(const fs::path& root, const Experiment& e, const Blo
   write_file_atomically(run.experiment_path(), run.experiment_toml_);
   const std::string origin = run_origin(run.run_id_, run.experiment_toml_, run.inputs_);
   write_file_atomically(run.provenance_path(),
-                        provenance_of(e, run.run_id_, origin, inputs, command_line).dump(2) + "\n");
+                        provenance_of(e, run.run_id_, origin, inputs, command_line, results).dump(2) + "\n");
   return run;
 }
 

@@ -12,6 +12,7 @@
 #include "files/run_paths.h"
 #include "files/text_file.h"
 #include "runs/folder/documents.h"
+#include "runtime/fingerprint.h"
 #include "runtime/node.h"
 #include "runtime/write_ahead.h"
 
@@ -32,10 +33,11 @@ void require_run(const std::filesystem::path& folder);
 class RunFolder : public RunPaths {
  public:
   /// Makes `<root>/<utc>-<name>` (a number is appended while it exists) with the resolved experiment, the
-  /// inputs and the provenance. @throws UsageError if no folder can be made there; std::runtime_error naming
+  /// inputs and the provenance, in which `results` is the fingerprint of the process. @throws UsageError if no folder can be made there; std::runtime_error naming
   /// the path and the system's reason.
   static RunFolder create(const std::filesystem::path& root, const Experiment& experiment,
-                          const Blobs& inputs, const std::vector<std::string>& command_line);
+                          const Blobs& inputs, const std::vector<std::string>& command_line,
+                          const Fingerprint& results = {});
   /// Opens a run folder.
   /// @throws UsageError: not a run folder, naming the missing file; std::runtime_error naming an unreadable
   /// file.

@@ -1,5 +1,7 @@
 #include "studies/compare/study_runner.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <exception>
 #include <map>
@@ -17,12 +19,18 @@
 #include "report/run/differing_parameters.h"
 #include "runs/folder/run_folder.h"
 #include "runtime/build_info.h"
+#include "runtime/result_fingerprint.h"
 
 namespace firn {
 namespace {
 
+// Unlike computers that give the same results are one platform.
+std::string platform_key() {
+  return fmt::format("results {:016x}; compiler {}", digest_of(result_fingerprint()), __VERSION__);
+}
+
 std::string digest_of(const Experiment& e, const Blobs& inputs) {
-  std::string all = dump(e) + build_sources() + "\n" + platform_description() + "\n";
+  std::string all = dump(e) + build_sources() + "\n" + platform_key() + "\n";
   for (const Blob& b : inputs) all += b.role + " " + b.sha256 + "\n";
   return sha256_hex(std::as_bytes(std::span(all)));
 }

@@ -19,7 +19,7 @@ std::string fault_of(const PrintSegment& s, const AerosolMachine& m) {
   if (!finite(s.from) || !finite(s.to)) return "a coordinate is not finite";
   if (!positive(s.speed_mm_s)) return "speed " + text(s.speed_mm_s) + " mm/s is not positive";
   if (coincide(s.from, s.to)) return "it has no length: both ends are " + at(s.from);
-  const double dx = s.to.x_mm - s.from.x_mm, dy = s.to.y_mm - s.from.y_mm, length = std::hypot(dx, dy);
+  const double dx = s.to.x_mm - s.from.x_mm, dy = s.to.y_mm - s.from.y_mm, length = distance(s.from, s.to);
   for (const auto& [axis, part] : {std::pair("x", dx), std::pair("y", dy)})
     if (const double v = std::abs(part) / length * s.speed_mm_s; v > m.axis.v_max_mm_s * (1.0 + 1e-12))
       return std::string("axis ") + axis + " needs " + text(v) + " mm/s, the stage has " +

@@ -15,13 +15,12 @@ void take(Extreme& extreme, double value, double t, std::int32_t segment) {
 }
 
 double speed(const Piece& p, double dt) {
-  return std::hypot(p.v_mm_s.x_mm + p.a_mm_s2.x_mm * dt, p.v_mm_s.y_mm + p.a_mm_s2.y_mm * dt);
+  return distance({}, {p.v_mm_s.x_mm + p.a_mm_s2.x_mm * dt, p.v_mm_s.y_mm + p.a_mm_s2.y_mm * dt});
 }
 
-// By hypot: of a path without error, rounding decides where the written plan has its largest error.
 double off_mm(const Point2& p, const PrintSegment& s) {
   const Point2 off = offset_from(p, s.from, s.to);
-  return std::hypot(off.x_mm, off.y_mm);
+  return distance({}, off);
 }
 
 // The speed's square is a parabola of time: smallest at its vertex, largest at an end.
@@ -90,14 +89,14 @@ void measure(const PrintJob& job, const AerosolMachine& machine, const std::vect
       continue;
     }
     const double dx = segment.to.x_mm - segment.from.x_mm, dy = segment.to.y_mm - segment.from.y_mm,
-                 length = std::hypot(dx, dy);
+                 length = distance(segment.from, segment.to);
     const PrintStart& start = starts[std::size_t(p.segment)];
     worst([&](double dt) { return off_mm(state_of(p, dt).p_mm, segment); }, r.path_error_mm);
     worst(
         [&](double dt) {
           const Point2 at = state_of(p, dt).p_mm;
           const double gone = segment.speed_mm_s * (p.t_s + dt - start.t_s) / length;
-          return std::hypot(at.x_mm - start.p_mm.x_mm - gone * dx, at.y_mm - start.p_mm.y_mm - gone * dy);
+          return distance({start.p_mm.x_mm + gone * dx, start.p_mm.y_mm + gone * dy}, at);
         },
         r.position_error_mm);
   }

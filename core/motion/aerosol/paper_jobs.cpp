@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/exact/exact_math.h"
+
 namespace firn::motion {
 
 namespace {
@@ -26,8 +28,8 @@ PrintJob thompson_fig11() {
   Point2 at;
   double heading_deg = 60.0;
   for (int n = 0; n < kSegments; ++n) {
-    const Point2 to{at.x_mm + kLength_mm * std::cos(heading_deg * kRadian),
-                    at.y_mm + kLength_mm * std::sin(heading_deg * kRadian)};
+    const Point2 to{at.x_mm + kLength_mm * exact::cos(heading_deg * kRadian),
+                    at.y_mm + kLength_mm * exact::sin(heading_deg * kRadian)};
     job.segments.push_back({at, to, kSpeed_mm_s});
     at = to;
     const double angle_deg = kFirst_deg + (kLast_deg - kFirst_deg) * n / (kSegments - 2);

@@ -24,7 +24,7 @@ struct Corners {
   std::vector<Rounding> rounding;  // n - 1, filled where kRound
 };
 
-double length(const PrintSegment& s) { return std::hypot(s.to.x_mm - s.from.x_mm, s.to.y_mm - s.from.y_mm); }
+double length(const PrintSegment& s) { return distance(s.from, s.to); }
 
 // Unit vector; (40) to (47) without their case distinction.
 Point2 direction(const PrintSegment& s) {

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/exact/exact_math.h"
+
 namespace firn::motion {
 
 namespace {
@@ -12,18 +14,19 @@ Rounding round_corner(const Point2& from, const Point2& to, double v, double alp
   Rounding r;
   const double cross = from.x_mm * to.y_mm - from.y_mm * to.x_mm,
                dot = from.x_mm * to.x_mm + from.y_mm * to.y_mm;
-  const double phi = std::atan2(cross, dot);  // signed turn
+  const double phi = exact::atan2(cross, dot);  // signed turn
   if (phi == 0.0) return r;
   const int n = 2 * int(std::ceil(std::abs(phi) / (2.0 * kLargestStep_rad)));
-  const double psi = phi / n, heading = std::atan2(from.y_mm, from.x_mm);
-  const double step_s = 2.0 * v * std::sin(std::abs(psi) / 2.0) / alpha;
-  r.tangent_mm = v * v / alpha * std::cos(psi / 2.0) * std::tan(std::abs(phi) / 2.0);
+  const double psi = phi / n, heading = exact::atan2(from.y_mm, from.x_mm);
+  const double step_s = 2.0 * v * exact::sin(std::abs(psi) / 2.0) / alpha;
+  r.tangent_mm = v * v / alpha * exact::cos(psi / 2.0) * exact::tan(std::abs(phi) / 2.0);
   r.duration_s = n * step_s;
   Point2 p{-r.tangent_mm * from.x_mm, -r.tangent_mm * from.y_mm};
   for (int k = 0; k < n; ++k) {
-    if (k == n / 2) r.deviation_mm = std::hypot(p.x_mm, p.y_mm);
+    if (k == n / 2) r.deviation_mm = distance({}, p);
     const double a0 = heading + k * psi, a1 = heading + (k + 1) * psi;
-    const Point2 v0{v * std::cos(a0), v * std::sin(a0)}, v1{v * std::cos(a1), v * std::sin(a1)};
+    const exact::SinCos d0 = exact::sincos(a0), d1 = exact::sincos(a1);
+    const Point2 v0{v * d0.cos, v * d0.sin}, v1{v * d1.cos, v * d1.sin};
     r.pieces.push_back({PieceKind::kRound,
                         0,
                         k * step_s,

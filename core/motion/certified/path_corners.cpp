@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/exact/exact_math.h"
 #include "core/motion/certified/deviation_limits.h"
 #include "core/motion/curve/given_curves.h"
 #include "core/motion/curve/polyline_thinning.h"
@@ -83,7 +84,7 @@ void find_corners(const CleanPath& path, const PlanOptions& options, std::vector
                   std::vector<std::size_t>& corners) {
   const double within =
       std::max(kThinningNoises * options.point_noise_mm, kCornerThinningShare * options.tolerance_mm);
-  const double cos_split = std::cos(options.split_angle_rad);
+  const double cos_split = exact::cos(options.split_angle_rad);
   const bool held = hold_mm(options) > 0.0;
   if (within == 0.0) {
     kept.resize(path.points.size());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/exact/exact_math.h"
 #include "core/motion/curve/given_curves.h"
 
 namespace firn::motion {
@@ -123,7 +124,7 @@ void set_arc(CurvePiece& piece, const Circle& circle, Point2 from, Point2 to) {
   piece.tx = -turn * a.y / ra;
   piece.ty = turn * a.x / ra;
   piece.curvature = circle.curvature;
-  double angle = turn * std::atan2(cross(a, b), dot(a, b));
+  double angle = turn * exact::atan2(cross(a, b), dot(a, b));
   if (angle < 0.0) angle += 6.283185307179586;
   piece.length_mm = angle / std::abs(circle.curvature);
 }
@@ -218,13 +219,13 @@ void join_tangent(std::span<const Point2> points, std::vector<CurvePiece>& piece
 Point2 CurvePiece::at(double s) const {
   if (curvature == 0.0) return {start.x_mm + s * tx, start.y_mm + s * ty};
   const double angle = s * curvature, r = 1.0 / curvature;
-  const double along = std::sin(angle) * r, half = std::sin(0.5 * angle), aside = 2.0 * half * half * r;
+  const double along = exact::sin(angle) * r, half = exact::sin(0.5 * angle), aside = 2.0 * half * half * r;
   return {start.x_mm + along * tx - aside * ty, start.y_mm + along * ty + aside * tx};
 }
 
 Point2 CurvePiece::tangent(double s) const {
   if (curvature == 0.0) return {tx, ty};
-  const double c = std::cos(s * curvature), n = std::sin(s * curvature);
+  const auto [n, c] = exact::sincos(s * curvature);
   return {c * tx - n * ty, c * ty + n * tx};
 }
 
@@ -340,7 +341,7 @@ void append_arc(std::span<const Point2> p, const GivenCurve& curve, std::vector<
   // a full circle ends at its first point, give or take rounding: its middle tells it from no turn at all
   const auto turn = [&](std::size_t from, std::size_t to) {
     const Vec a = p[from] - curve.centre, b = p[to] - curve.centre;
-    const double angle = (curve.clockwise ? -1.0 : 1.0) * std::atan2(cross(a, b), dot(a, b));
+    const double angle = (curve.clockwise ? -1.0 : 1.0) * exact::atan2(cross(a, b), dot(a, b));
     return angle < 0.0 ? angle + 6.283185307179586 : angle;
   };
   std::size_t middle = (curve.first + curve.last) / 2;

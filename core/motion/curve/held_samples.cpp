@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/exact/exact_math.h"
 #include "core/motion/curve/constants.h"
 #include "core/motion/curve/in_order.h"
 
@@ -40,7 +41,7 @@ bool continues(std::span<const Point2> line, const std::vector<double>& length, 
 
 double turn_at(Point2 a, Point2 b, Point2 c) {
   const double ux = b.x_mm - a.x_mm, uy = b.y_mm - a.y_mm, vx = c.x_mm - b.x_mm, vy = c.y_mm - b.y_mm;
-  return std::atan2(ux * vy - uy * vx, ux * vx + uy * vy);
+  return exact::atan2(ux * vy - uy * vx, ux * vx + uy * vy);
 }
 
 void held_lengths(std::span<const Point2> line, double radius, std::vector<double>& length) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/exact/exact_math.h"
+
 namespace firn::motion {
 namespace {
 
@@ -161,7 +163,7 @@ Point2 mean_position(const CurveWork& work, std::size_t k, double s, double half
 /// half^2 / 6 to first order.
 double box_shift(double share, double curvature, double half) {
   const double angle = half * curvature, r = 1.0 / curvature;
-  return share * r * (1.0 - std::sin(angle) / angle);
+  return share * r * (1.0 - exact::sin(angle) / angle);
 }
 
 /// Position of the ramped curve at s in piece k.

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/exact/exact_math.h"
 #include "core/grid/avx2.h"
 #include "core/motion/kinematics/arm.h"
 
@@ -118,8 +119,8 @@ void Scara::angles(const Jets& task, int elbow, double* theta_1, double* theta_2
   for (std::size_t n = 0; n < task.samples(); ++n) {
     const double c = cosine(x[n], y[n]), s = elbow * std::sqrt(1.0 - c * c);
     const double d = spec_.link_1_mm + spec_.link_2_mm * c, e = spec_.link_2_mm * s;
-    theta_2[n] = std::atan2(s, c);
-    double turn = std::atan2(y[n] * d - x[n] * e, x[n] * d + y[n] * e);
+    theta_2[n] = exact::atan2(s, c);
+    double turn = exact::atan2(y[n] * d - x[n] * e, x[n] * d + y[n] * e);
     if (n > 0)
       turn += kTurn * std::nearbyint((before - turn) / kTurn);  // continuous along the path
     else if (turn < range(0).low && turn + kTurn <= range(0).high)
@@ -272,8 +273,9 @@ bool Scara::bound_higher(const FlangeBounds& flange, std::span<const JointJet> s
 void Scara::forward(const Jets& q, Jets& out) const {
   for (std::size_t n = 0; n < q.samples(); ++n) {
     const double a = q.of(0, 0)[n], b = a + q.of(1, 0)[n];
-    const double ax = spec_.link_1_mm * std::cos(a), ay = spec_.link_1_mm * std::sin(a);
-    const double bx = spec_.link_2_mm * std::cos(b), by = spec_.link_2_mm * std::sin(b);
+    const exact::SinCos of_a = exact::sincos(a), of_b = exact::sincos(b);
+    const double ax = spec_.link_1_mm * of_a.cos, ay = spec_.link_1_mm * of_a.sin;
+    const double bx = spec_.link_2_mm * of_b.cos, by = spec_.link_2_mm * of_b.sin;
     const double a1 = q.of(0, 1)[n], a2 = q.of(0, 2)[n], a3 = q.of(0, 3)[n];
     const double b1 = a1 + q.of(1, 1)[n], b2 = a2 + q.of(1, 2)[n], b3 = a3 + q.of(1, 3)[n];
     // factor of i A, of A in each derivative
@@ -290,9 +292,10 @@ void Scara::forward(const Jets& q, Jets& out) const {
 
 Arm::Jacobian Scara::jacobian(const JointVector& q) const {
   const double a = q[0], b = q[0] + q[1], l1 = spec_.link_1_mm, l2 = spec_.link_2_mm;
+  const exact::SinCos of_a = exact::sincos(a), of_b = exact::sincos(b);
   Jacobian j{};
-  j[kX] = {-l1 * std::sin(a) - l2 * std::sin(b), -l2 * std::sin(b)};
-  j[kY] = {l1 * std::cos(a) + l2 * std::cos(b), l2 * std::cos(b)};
+  j[kX] = {-l1 * of_a.sin - l2 * of_b.sin, -l2 * of_b.sin};
+  j[kY] = {l1 * of_a.cos + l2 * of_b.cos, l2 * of_b.cos};
   j[kZ] = {0.0, 0.0, 1.0};
   j[kYaw] = {1.0, 1.0, 0.0, 1.0};
   return j;
@@ -301,9 +304,10 @@ Arm::Jacobian Scara::jacobian(const JointVector& q) const {
 Arm::Jacobian Scara::jacobian_rate(const JointVector& q, const JointVector& rate) const {
   const double a = q[0], b = q[0] + q[1], a1 = rate[0], b1 = rate[0] + rate[1];
   const double l1 = spec_.link_1_mm, l2 = spec_.link_2_mm;
+  const exact::SinCos of_a = exact::sincos(a), of_b = exact::sincos(b);
   Jacobian j{};
-  j[kX] = {-l1 * a1 * std::cos(a) - l2 * b1 * std::cos(b), -l2 * b1 * std::cos(b)};
-  j[kY] = {-l1 * a1 * std::sin(a) - l2 * b1 * std::sin(b), -l2 * b1 * std::sin(b)};
+  j[kX] = {-l1 * a1 * of_a.cos - l2 * b1 * of_b.cos, -l2 * b1 * of_b.cos};
+  j[kY] = {-l1 * a1 * of_a.sin - l2 * b1 * of_b.sin, -l2 * b1 * of_b.sin};
   return j;
 }
 

@@ -1,5 +1,7 @@
 #include "core/motion/kinematics/tool.h"
 
+#include "core/exact/exact_math.h"
+
 namespace firn::motion {
 namespace {
 
@@ -9,7 +11,7 @@ void shift(const Tool& tool, double sign, const Jets& in, Jets& out) {
   for (std::size_t n = 0; n < in.samples(); ++n) {
     const double phi = in.of(kYaw, 0)[n], f1 = in.of(kYaw, 1)[n], f2 = in.of(kYaw, 2)[n],
                  f3 = in.of(kYaw, 3)[n];
-    const double c = std::cos(phi), s = std::sin(phi);
+    const auto [s, c] = exact::sincos(phi);
     const double ux = sign * (c * tool.x_mm - s * tool.y_mm), uy = sign * (s * tool.x_mm + c * tool.y_mm);
     const double real[4] = {1.0, 0.0, -f1 * f1, -3.0 * f1 * f2};
     const double imaginary[4] = {0.0, f1, f2, f3 - f1 * f1 * f1};

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/exact/exact_math.h"
 #include "core/motion/thesis/sections.h"
 
 namespace firn::motion::thesis {
@@ -95,7 +96,7 @@ double time_over_distance(double jerk, double acceleration, double speed, double
   if (distance <= 0.0) return 0.0;
   // Each bound neglects two terms, so the root lies below all three; f is convex for t > 0, so Newton's steps
   // descend onto it from there without overshooting.
-  double t = std::cbrt(6.0 * distance / jerk);
+  double t = exact::cbrt(6.0 * distance / jerk);
   if (acceleration > 0.0) t = std::min(t, std::sqrt(2.0 * distance / acceleration));
   if (speed > 0.0) t = std::min(t, distance / speed);
   for (int k = 0; k < 40; ++k) {

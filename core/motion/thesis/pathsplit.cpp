@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/exact/exact_math.h"
 #include "core/motion/kinematics/placement.h"
 #include "core/motion/kinematics/require.h"
 #include "core/motion/thesis/savitzky_golay.h"
@@ -28,7 +29,7 @@ void smooth(Profile& profile, int window) {
 
 std::vector<std::size_t> split_points(const std::vector<Point2>& p, double split_angle_rad) {
   std::vector<std::size_t> splits{0};
-  const double limit = std::cos(split_angle_rad);
+  const double limit = exact::cos(split_angle_rad);
   for (std::size_t i = 1; i + 1 < p.size(); ++i) {
     const double ax = p[i].x_mm - p[i - 1].x_mm, ay = p[i].y_mm - p[i - 1].y_mm;
     const double bx = p[i + 1].x_mm - p[i].x_mm, by = p[i + 1].y_mm - p[i].y_mm;

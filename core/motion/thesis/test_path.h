@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "core/exact/exact_math.h"
 #include "core/path/path.h"
 
 namespace firn::motion::thesis {
@@ -31,10 +32,10 @@ inline Point2 fig_4_2_at(double s) {
   while (k + 1 < pieces.size() && s > pieces[k].length) s -= pieces[k++].length;
   const Piece& p = pieces[k];
   if (p.radius == 0)
-    return {p.from.x_mm + s * std::cos(p.heading_rad), p.from.y_mm + s * std::sin(p.heading_rad)};
+    return {p.from.x_mm + s * exact::cos(p.heading_rad), p.from.y_mm + s * exact::sin(p.heading_rad)};
   const double turn = s / p.radius;
-  return {p.from.x_mm + p.radius * (std::sin(p.heading_rad + turn) - std::sin(p.heading_rad)),
-          p.from.y_mm - p.radius * (std::cos(p.heading_rad + turn) - std::cos(p.heading_rad))};
+  return {p.from.x_mm + p.radius * (exact::sin(p.heading_rad + turn) - exact::sin(p.heading_rad)),
+          p.from.y_mm - p.radius * (exact::cos(p.heading_rad + turn) - exact::cos(p.heading_rad))};
 }
 
 inline constexpr double kFig42Corner = 306.97787143782136;  ///< distance of the sharp corner

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/exact/exact_math.h"
+
 namespace firn::motion::thesis {
 
 Differences differences(const std::vector<double>& p) {
@@ -30,7 +32,7 @@ void impose_joint(const std::vector<double>& joint, const RateLimits& limits, st
   for (std::size_t i = 0; i < dt.size(); ++i) {
     dt[i] = std::max(dt[i], std::abs(d.first[i]) / limits.rate);
     dt[i] = std::max(dt[i], std::sqrt(std::abs(d.second[i]) / limits.acceleration));
-    dt[i] = std::max(dt[i], std::cbrt(std::abs(d.third[i]) / limits.jerk));
+    dt[i] = std::max(dt[i], exact::cbrt(std::abs(d.third[i]) / limits.jerk));
   }
 }
 
@@ -46,7 +48,7 @@ void impose_position(const std::vector<Point2>& points, const RateLimits& limits
     const double second = std::sqrt(dx.second[i] * dx.second[i] + dy.second[i] * dy.second[i]);
     const double third = std::sqrt(dx.third[i] * dx.third[i] + dy.third[i] * dy.third[i]);
     dt[i] = std::max(dt[i], std::sqrt(second / limits.acceleration));
-    dt[i] = std::max(dt[i], std::cbrt(third / limits.jerk));
+    dt[i] = std::max(dt[i], exact::cbrt(third / limits.jerk));
   }
 }
 

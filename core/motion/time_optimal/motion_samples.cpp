@@ -4,10 +4,12 @@
 #include <cmath>
 #include <utility>
 
+#include "core/exact/exact_math.h"
+
 namespace firn::motion {
 
 double factor_of(const double* ratio) {
-  return std::max({ratio[0], std::sqrt(ratio[1]), std::cbrt(ratio[2])});
+  return std::max({ratio[0], std::sqrt(ratio[1]), exact::cbrt(ratio[2])});
 }
 
 double RatioTable::time_factor() const {
@@ -179,7 +181,7 @@ void cell_factors(const Curve& curve, const StateBatch& batch, const Jets& tool,
       }
       const RateLimits& limit = groups.group[g].limit;
       most = std::max({most, size[0] / limit.rate, std::sqrt(size[1] / limit.acceleration),
-                       std::cbrt(size[2] / limit.jerk)});
+                       exact::cbrt(size[2] / limit.jerk)});
     }
   }
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/exact/exact_math.h"
 #include "core/motion/time_optimal/constants.h"
 
 namespace firn::motion {
@@ -17,7 +18,7 @@ double norm_of(const MotionRows& rows, const RowGroup& group, int order, std::si
   return std::sqrt(sum);
 }
 
-double power_four_thirds(double y) { return y * std::cbrt(y); }
+double power_four_thirds(double y) { return y * exact::cbrt(y); }
 
 /// The integral of a piecewise linear function, asked for at places each near the one before.
 class Integral {
@@ -165,7 +166,7 @@ void ProfileProblem::set_forms(const MotionRows& rows, std::size_t g) {
       most += square(over * (d3 * l * l + 2.0 * d2 * l + 2.0 / 9.0 * d1));
       at_rest += square(over * 2.0 / 9.0 * rows.of[r][0][rest]);
     }
-    const double over_top = std::cbrt(std::max(most, at_rest));  // b1 <= most^(-1/3)
+    const double over_top = exact::cbrt(std::max(most, at_rest));  // b1 <= most^(-1/3)
     if (end)
       a_.v0[knot] = std::max(a_.v0[knot], over_top * a_.b0[knot]);
     else

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/exact/exact_math.h"
+
 namespace firn::motion {
 
 namespace {
@@ -101,14 +103,14 @@ void straight_motion(double length, double speed, double acceleration, double je
       const double v = 0.5 * acceleration * (std::sqrt(t1 * t1 + 4.0 * length / acceleration) - t1);
       t2 = v / acceleration - t1;
     } else {
-      t1 = std::cbrt(0.5 * length / jerk);
+      t1 = exact::cbrt(0.5 * length / jerk);
     }
   } else {
     t1 = std::sqrt(speed / jerk);
     if (length >= 2.0 * speed * t1)
       cruise = length / speed - 2.0 * t1;
     else
-      t1 = std::cbrt(0.5 * length / jerk);
+      t1 = exact::cbrt(0.5 * length / jerk);
   }
   const double jerks[7] = {jerk, 0.0, -jerk, 0.0, -jerk, 0.0, jerk},
                spans[7] = {t1, t2, t1, cruise, t1, t2, t1};

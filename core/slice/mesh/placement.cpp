@@ -13,6 +13,7 @@
 #include <emmintrin.h>
 #endif
 
+#include "core/exact/exact_math.h"
 #include "core/slice/mesh/facet_chunks.h"
 #include "core/slice/mesh/snap.h"
 
@@ -36,7 +37,7 @@ Matrix times(const Matrix& a, const Matrix& b) {
 Matrix rotation(int axis, double degrees) {
   double turn = std::fmod(degrees, 360.0);
   if (turn < 0.0) turn += 360.0;
-  double c = std::cos(turn * std::numbers::pi / 180.0), s = std::sin(turn * std::numbers::pi / 180.0);
+  double c = exact::cos(turn * std::numbers::pi / 180.0), s = exact::sin(turn * std::numbers::pi / 180.0);
   if (std::fmod(turn, 90.0) == 0.0) {  // quarter turns are exact
     const int quarter = int(turn / 90.0) % 4;
     c = quarter == 0 ? 1.0 : quarter == 2 ? -1.0 : 0.0;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/exact/exact_math.h"
 #include "core/geometry/planar.h"
 
 namespace firn::slice {
@@ -90,8 +91,8 @@ void finish(geometry::Rings& lines, std::size_t begin) {
 
 geometry::Vec direction_at(double angle_rad) {
   constexpr double kSteps = 1 << 30;
-  const geometry::Vec v{std::nearbyint(std::cos(angle_rad) * kSteps),
-                        std::nearbyint(std::sin(angle_rad) * kSteps)};
+  const geometry::Vec v{std::nearbyint(exact::cos(angle_rad) * kSteps),
+                        std::nearbyint(exact::sin(angle_rad) * kSteps)};
   return (1 / length(v)) * v;
 }
 

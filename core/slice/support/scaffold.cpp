@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/exact/exact_math.h"
 #include "core/geometry/planar.h"
 #include "core/geometry/simplify_ring.h"
 #include "core/geometry/tolerant_boolean.h"
@@ -80,7 +81,7 @@ std::vector<geometry::Region> scaffold_regions(std::span<const geometry::Region>
                                                const ParallelFor& parallel) {
   std::vector<geometry::Region> scaffold(part.size());
   if (options.kind == Support::kNone || part.empty()) return scaffold;
-  const double lean_mm = height * geometry::kMmPerUnit * std::tan(options.overhang_rad);
+  const double lean_mm = height * geometry::kMmPerUnit * exact::tan(options.overhang_rad);
   // Simplification and drawing may each add the tolerance: nothing may extend beyond the buffer.
   const double grow_mm = std::max(0.0, options.buffer_mm - 2 * chord_tolerance_mm - 1e-3);
   if (options.kind == Support::kFull) {
