@@ -12,6 +12,7 @@
 #include "config/swaths.h"
 #include "core/control/controller.h"
 #include "core/control/python_scheme.h"
+#include "core/deposition/offset_change.h"
 
 namespace firn {
 namespace {
@@ -138,6 +139,26 @@ void check_model(Rules& r) {
   r.at_most("model.h3_mm", m.h3_mm, "model.h1_mm", m.h1_mm);
   r.at_most("model.g2_mm", m.g2_mm, "model.g1_mm", m.g1_mm);
   r.at_most("model.g3_mm", m.g3_mm, "model.g1_mm", m.g1_mm);
+}
+
+void check_actuation(Rules& r) {
+  const Experiment& e = r.experiment();
+  std::string problem;
+  try {
+    deposition::offset_model({e.model.h1_mm, e.model.h2_mm, e.model.h3_mm}, OffsetTable(e.actuation),
+                             e.actuation.heights_mm);
+  } catch (const std::invalid_argument& why) {
+    problem = why.what();
+  }
+  r.require(problem.empty(), {"actuation.heights_mm", "actuation.offsets"}, problem);
+  if (e.actuation.offsets == OffsetKind::kNone) return;
+  r.require(
+      e.plant.model != "lu2015", {"actuation.offsets", "plant.model"},
+      "plant.model = \"lu2015\" has nothing between cells: a droplet beside a centre means nothing there");
+  r.require(e.estimator.droplets == "off", {"actuation.offsets", "estimator.droplets"},
+            "estimator.droplets learns the height of droplets in the centres alone");
+  r.require(e.control.height_estimate != "kalman", {"actuation.offsets", "control.height_estimate"},
+            "control.height_estimate = \"kalman\" predicts droplets in the centres alone");
 }
 
 void check_passes(Rules& r) {
@@ -334,6 +355,7 @@ void check_inkjet_lab(Rules& rules) {
   check_part(rules);
   check_geometry(rules);
   check_model(rules);
+  check_actuation(rules);
   check_passes(rules);
   check_estimator(rules);
   check_stage(rules);

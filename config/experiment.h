@@ -15,6 +15,7 @@
 #include "core/control/surface/surface_controller.h"
 #include "core/deposition/height_change.h"
 #include "core/grid/grid.h"
+#include "core/grid/offsets.h"
 #include "core/grid/shapes.h"
 #include "core/grid/solids.h"
 #include "drivers/camera/camera_config.h"
@@ -79,6 +80,13 @@ struct ControlConfig : control::ControlOptions {
 
 struct EstimatorConfig : droplet::EstimatorOptions {  ///< estimators that learn from printed layers
   std::string droplets = "off";  ///< "on": droplet_estimator takes part and publishes HEIGHT_MODEL
+};
+
+struct ActuationConfig : OffsetOptions {  ///< where droplets may land inside their cells
+  /// Height that a droplet at each place but the centre adds to 5 x 5 cells, as firn identify finds it: place
+  /// by place, row by row from the lowest y. Empty: from model.h1_mm..h3_mm
+  /// (core/deposition/offset_change.h).
+  std::vector<double> heights_mm;
 };
 
 struct ProcessConfig {  ///< how a layer is printed
@@ -210,6 +218,7 @@ struct Experiment {
   PartConfig part;
   GeometryConfig geometry;
   ModelConfig model;
+  ActuationConfig actuation;
   ControlConfig control;
   EstimatorConfig estimator;
   ProcessConfig process;

@@ -102,6 +102,15 @@ Table model_fields(Experiment& e) {
   };
 }
 
+Table actuation_fields(Experiment& e) {
+  Table t = rows("actuation.", e.actuation, kOffsetOptions);
+  add(t, {{"actuation.heights_mm", &e.actuation.heights_mm, "mm", within(0, 10),
+           "height that a droplet adds to 5 x 5 cells around its own, row by row from the lowest y, for each "
+           "place but "
+           "the centre; firn identify finds them; empty = mixed from model.h1_mm..h3_mm"}});
+  return t;
+}
+
 Table control_fields(Experiment& e) {
   ControlConfig& c = e.control;
   using namespace control;
@@ -341,6 +350,7 @@ std::vector<Field> fields(Experiment& e) {
   add(t, part_fields(e));
   add(t, geometry_fields(e));
   add(t, model_fields(e));
+  add(t, actuation_fields(e));
   add(t, control_fields(e));
   add(t, estimator_fields(e));
   add(t, lab_fields(e));

@@ -14,9 +14,9 @@ namespace {
 
 // The file of an ink-jet lab does not contain lab.kind: the dump is the same as before kinds were introduced.
 constexpr std::string_view kInkjetKeys[] = {
-    "run.",    "grid.",  "part.",      "geometry.", "model.", "control.", "process.",        "stage.",
-    "jet.",    "jet_b.", "estimator.", "lamp.",     "plant.", "bus.",     "laser_profiler.", "devices.",
-    "camera.", "watch."};
+    "run.",     "grid.",           "part.",    "geometry.", "model.",     "actuation.", "control.",
+    "process.", "stage.",          "jet.",     "jet_b.",    "estimator.", "lamp.",      "plant.",
+    "bus.",     "laser_profiler.", "devices.", "camera.",   "watch."};
 constexpr std::string_view kNotInkjet[] = {"plant.ice.",
                                            "plant.aerosol.",
                                            "control.smf.speed_range",

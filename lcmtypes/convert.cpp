@@ -99,6 +99,34 @@ void set_materials(layer_plan_t& p, const MaterialMap& materials) {
   p.material.assign(materials.cells.begin(), materials.cells.end());
 }
 
+OffsetMap offsets_of(const layer_plan_t& p) {
+  if (p.n_offset == 0) return {};
+  OffsetMap offsets(from_message(p.grid));
+  offsets.cells.assign(p.offset.begin(), p.offset.end());
+  return offsets;
+}
+
+void set_offsets(layer_plan_t& p, const OffsetMap& offsets) {
+  p.n_offset = std::int32_t(offsets.size());
+  p.offset.assign(offsets.cells.begin(), offsets.cells.end());
+}
+
+Placement placement_of(const stage_command_t& pass, const OffsetTable& table) {
+  Placement placement{table, {}, pass.apart_mm};
+  const GridSpec grid = from_message(pass.grid);
+  if (pass.n_offset > 0) {
+    placement.map = OffsetMap(grid);
+    placement.map.cells.assign(pass.offset.begin(), pass.offset.end());
+  }
+  return placement;
+}
+
+void set_placement(stage_command_t& pass, const Placement& placement) {
+  pass.apart_mm = placement.apart_mm;
+  pass.n_offset = std::int32_t(placement.map.size());
+  pass.offset.assign(placement.map.cells.begin(), placement.map.cells.end());
+}
+
 DropletPattern fires_of(const stage_command_t& pass) {
   DropletPattern d(from_message(pass.grid));
   for (std::size_t c = 0; c < d.size(); ++c) d.cells[c] = std::uint8_t(pass.fires[c]);

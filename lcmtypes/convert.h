@@ -7,6 +7,7 @@
 #include "core/grid/figure.h"
 #include "core/grid/grid.h"
 #include "core/grid/material.h"
+#include "core/grid/offsets.h"
 #include "core/path/trajectory_codec.h"
 #include "firn/deposition_report_t.hpp"
 #include "firn/figure_t.hpp"
@@ -32,7 +33,12 @@ DropletPattern drops_of(const deposition_report_t& report);  ///< as the pass co
 void set_drops(layer_plan_t& plan, const DropletPattern& drops);
 MaterialMap materials_of(const layer_plan_t& plan);  ///< without cells: one ink
 void set_materials(layer_plan_t& plan, const MaterialMap& materials);
+OffsetMap offsets_of(const layer_plan_t& plan);  ///< without cells: all in the centres
+void set_offsets(layer_plan_t& plan, const OffsetMap& offsets);
 DropletPattern fires_of(const stage_command_t& pass);  ///< 1 where the pass fires
+/// Where the droplets of a pass are aimed; check() tells an index beyond the table.
+Placement placement_of(const stage_command_t& pass, const OffsetTable& table);
+void set_placement(stage_command_t& pass, const Placement& placement);
 
 /// Path, positions and certificate; the header is the sender's.
 trajectory_t to_message(const PlannedPath& path);

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "core/control/options.h"
+#include "core/deposition/offset_change.h"
 #include "core/deposition/two_materials.h"
 #include "core/grid/decision.h"
 #include "core/grid/geometry.h"
@@ -36,6 +37,9 @@ struct Setup {
   /// Cells whose droplets follow model_b although there is one ink only: ink runs off the part at its rim.
   /// Only MPC uses them. Empty: no such cells. Must be empty with a geometry.
   Mask rim = {};
+  /// Places of droplets inside their cells with the height change of each, of `model` and of `model_b`. By
+  /// default the table has the centre alone.
+  deposition::OffsetModel offsets = {}, offsets_b = {};
 
   const deposition::DropletModel& model_of(Material m) const { return m == Material::kB ? model_b : model; }
 };
@@ -60,7 +64,9 @@ struct Decision {
   double objective_mm = 0.0, objective_none_mm = 0.0;
   std::int64_t iterations = 0;  ///< single-droplet changes evaluated by a search
   MaterialMap materials;        ///< ink of each cell of the mask in this layer; no cells with one ink
-  std::string reason;           ///< one sentence
+  OffsetMap
+      offsets;  ///< place of each cell's droplets, of Setup::offsets.table; without cells: all in the centres
+  std::string reason;  ///< one sentence
 };
 
 /// A feedback scheme. Its state is a pure function of the measurements handed in so far (it is replayed): no

@@ -10,7 +10,10 @@ namespace firn::control {
 
 HeightMap KnownSurface::after(const Printed& layer) const {
   HeightMap h = layer.surface;
-  if (layer.materials.size() != 0)
+  if (layer.offsets.size() != 0)
+    deposition::OffsetChange(grid_, offsets_, border_, offsets_b_)
+        .deposit(h, layer.drops, layer.offsets, layer.materials);
+  else if (layer.materials.size() != 0)
     deposition::TwoMaterialChange(grid_, inks_, border_).deposit(h, layer.drops, layer.materials);
   else
     deposition::HeightChange<1>(grid_, deposition::stencil_of(inks_.a), border_).deposit(h, layer.drops);
@@ -29,11 +32,12 @@ HeightMap KnownSurface::filled(HeightMap map, std::span<const std::int8_t> quali
   return map;
 }
 
-void KnownSurface::keep(HeightMap surface, int layer, DropletPattern drops, MaterialMap materials) {
+void KnownSurface::keep(HeightMap surface, int layer, DropletPattern drops, MaterialMap materials,
+                        OffsetMap offsets) {
   for (double& h : surface.cells)
     if (!std::isfinite(h)) h = 0.0;  // the bare substrate beside the part
   if (layer != last_.layer) before_ = std::move(last_);
-  last_ = {layer, std::move(surface), std::move(drops), std::move(materials)};
+  last_ = {layer, std::move(surface), std::move(drops), std::move(materials), std::move(offsets)};
 }
 
 }  // namespace firn::control

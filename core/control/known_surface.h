@@ -13,7 +13,11 @@ namespace firn::control {
 class KnownSurface {
  public:
   explicit KnownSurface(const Setup& setup)
-      : grid_(setup.grid), inks_{setup.model, setup.model_b}, border_(setup.border) {}
+      : grid_(setup.grid),
+        inks_{setup.model, setup.model_b},
+        offsets_(setup.offsets),
+        offsets_b_(setup.offsets_b),
+        border_(setup.border) {}
 
   /// Returns `map` with the model's heights in the guessed cells. Without a surface of the layer before, as
   /// for the first map, they keep the map's.
@@ -23,7 +27,7 @@ class KnownSurface {
 
   /// Keeps the surface of a decision and the droplets that it prints next. A second surface of one layer
   /// replaces the first.
-  void keep(HeightMap surface, int layer, DropletPattern drops, MaterialMap materials);
+  void keep(HeightMap surface, int layer, DropletPattern drops, MaterialMap materials, OffsetMap offsets);
 
  private:
   struct Printed {
@@ -31,11 +35,13 @@ class KnownSurface {
     HeightMap surface;
     DropletPattern drops;
     MaterialMap materials;
+    OffsetMap offsets;
   };
   HeightMap after(const Printed& layer) const;
 
   GridSpec grid_;
   deposition::TwoInks inks_;
+  deposition::OffsetModel offsets_, offsets_b_;
   deposition::Border border_;
   Printed before_, last_;
 };

@@ -37,6 +37,7 @@ bool beats_noise(const Decision& d, std::int64_t part_cells, double noise_std_mm
 void end_print(Decision& d, std::string reason) {
   d.kind = Decision::Kind::kEnd;
   std::fill(d.drops.cells.begin(), d.drops.cells.end(), std::uint8_t{0});
+  d.offsets = {};
   d.objective_mm = d.objective_none_mm;
   d.reason = std::move(reason);
 }
@@ -45,12 +46,15 @@ Predictor::Predictor(const Setup& s)
     : target_(s.target),
       mask_(s.mask),
       model_(s.grid, deposition::stencil_of(s.model), s.border),
-      two_inks_(s.grid, {s.model, s.model_b}, s.border) {}
+      two_inks_(s.grid, {s.model, s.model_b}, s.border),
+      offsets_(s.grid, s.offsets, s.border, s.offsets_b) {}
 
-HeightMap Predictor::after(const HeightMap& height, const DropletPattern& drops,
-                           const MaterialMap& materials) {
+HeightMap Predictor::after(const HeightMap& height, const DropletPattern& drops, const MaterialMap& materials,
+                           const OffsetMap& offsets) {
   HeightMap h = height;
-  if (materials.size() != 0)
+  if (offsets.size() != 0)
+    offsets_.deposit(h, drops, offsets, materials);
+  else if (materials.size() != 0)
     two_inks_.deposit(h, drops, materials);
   else
     model_.deposit(h, drops);
@@ -59,8 +63,9 @@ HeightMap Predictor::after(const HeightMap& height, const DropletPattern& drops,
 
 void Predictor::score(Decision& d, const HeightMap& height, double alpha) {
   d.objective_none_mm = objective_mm(height, target_, mask_, alpha);
-  d.objective_mm = d.drops.passes() ? objective_mm(after(height, d.drops, d.materials), target_, mask_, alpha)
-                                    : d.objective_none_mm;
+  d.objective_mm = d.drops.passes()
+                       ? objective_mm(after(height, d.drops, d.materials, d.offsets), target_, mask_, alpha)
+                       : d.objective_none_mm;
 }
 
 }  // namespace firn::control

@@ -25,8 +25,10 @@ class Predictor {
  public:
   explicit Predictor(const Setup& setup);
   /// All passes of one layer. @param materials of the droplets; no cells: one ink
-  HeightMap after(const HeightMap& height, const DropletPattern& drops, const MaterialMap& materials = {});
-  /// Fills a decision's two objectives for its drops and materials.
+  /// @param offsets their places; no cells: all in the centres, by the height-change model alone
+  HeightMap after(const HeightMap& height, const DropletPattern& drops, const MaterialMap& materials = {},
+                  const OffsetMap& offsets = {});
+  /// Fills a decision's two objectives for its drops, materials and offsets.
   void score(Decision& decision, const HeightMap& height, double alpha);
 
  private:
@@ -34,6 +36,7 @@ class Predictor {
   Mask mask_;
   deposition::HeightChange<1> model_;
   deposition::TwoMaterialChange two_inks_;
+  deposition::OffsetChange offsets_;
 };
 
 }  // namespace firn::control

@@ -38,15 +38,21 @@ control::ControlOptions control_options(const Experiment& e) {
 
 control::Setup control_setup(const Experiment& e, HeightMap target, Mask mask,
                              std::shared_ptr<const Geometry> geometry) {
+  const OffsetTable places(e.actuation);
+  const deposition::DropletModel a{e.model.h1_mm, e.model.h2_mm, e.model.h3_mm},
+      b{e.model.g1_mm, e.model.g2_mm, e.model.g3_mm};
   return {e.grid,
           std::move(target),
           std::move(mask),
-          {e.model.h1_mm, e.model.h2_mm, e.model.h3_mm},
+          a,
           e.model.border == "keep" ? deposition::Border::kKeep : deposition::Border::kLose,
           e.control.seed,
           std::move(geometry),
-          {e.model.g1_mm, e.model.g2_mm, e.model.g3_mm},
-          e.geometry.judge_above_layers * (e.model.h1_mm + 4.0 * e.model.h2_mm + 4.0 * e.model.h3_mm)};
+          b,
+          e.geometry.judge_above_layers * a.layer_height_mm(),
+          {},
+          offset_model(a, places, e.actuation.heights_mm),
+          offset_model(b, places)};
 }
 
 std::unique_ptr<control::LayerController> make_scheme(const control::Setup& setup,
@@ -133,7 +139,7 @@ control::Decision ControllerNode::decide_on_map(const height_map_t& m) {
   const bool counted = m.rows_expected > 0;
   HeightMap height = counted ? known_.filled(height_of(m), m.quality, m.layer) : height_of(m);
   control::Decision d = scheme_->decide({height, m.layer, m.attempt, noise});
-  if (counted) known_.keep(std::move(height), m.layer, d.drops, d.materials);
+  if (counted) known_.keep(std::move(height), m.layer, d.drops, d.materials, d.offsets);
   return d;
 }
 
@@ -157,7 +163,10 @@ void ControllerNode::answer(const height_map_t& m, Outbox& out) {
   plan.iterations = d.iterations;
   plan.reason = d.reason;
   set_drops(plan, d.drops);
-  if (d.kind == control::Decision::Kind::kPrint) set_materials(plan, d.materials);
+  if (d.kind == control::Decision::Kind::kPrint) {
+    set_materials(plan, d.materials);
+    set_offsets(plan, d.offsets);
+  }
   out.send(channels::kLayerPlan, std::move(plan));
 }
 

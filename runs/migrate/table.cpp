@@ -106,6 +106,17 @@ void fill_pass_index(const MessageFields& old, const MessageFields*, NewFields& 
   now.set("pass_index", old.integer("pass"));
 }
 
+// All droplets were in the centres of their cells.
+void fill_centres(const MessageFields&, const MessageFields*, NewFields& now) {
+  now.set("n_offset", 0);
+  now.set_empty("offset");
+}
+
+void fill_stage_centres(const MessageFields& old, const MessageFields* companion, NewFields& now) {
+  fill_centres(old, companion, now);
+  now.set_number("apart_mm", 0.0);
+}
+
 constexpr Migration kMigrations[] = {
     {R"(struct profiler_command_t {
           header_t header;
@@ -420,6 +431,44 @@ constexpr Migration kMigrations[] = {
           figure_t figure;
         })",
      fill_until},
+    {R"(struct layer_plan_t {
+          header_t header;
+          int32_t n;
+          int32_t layer;
+          int32_t attempt;
+          int64_t map_id;
+          int8_t decision;
+          int32_t passes;
+          grid_t grid;
+          int32_t n_material;
+          int8_t material[n_material];
+          double objective_mm;
+          double objective_none_mm;
+          int64_t iterations;
+          string reason;
+          int8_t drops[n];
+        })",
+     fill_centres},
+    {R"(struct stage_command_t {
+          header_t header;
+          int32_t n;
+          int64_t command_id;
+          int64_t enable_epoch;
+          int8_t verb;
+          int32_t layer;
+          int32_t attempt;
+          int32_t pass_index;
+          int64_t scan_id;
+          int32_t rows;
+          double x_mm;
+          double y_mm;
+          double z_mm;
+          double speed_mm_s;
+          grid_t grid;
+          double lead_mm;
+          int8_t fires[n];
+        })",
+     fill_stage_centres},
 };
 
 constexpr RetiredChannel kRetired[] = {
