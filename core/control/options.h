@@ -194,15 +194,16 @@ inline constexpr OptionTable kMpcOptions{
 };
 
 /// Patterns for system identification (core/control/pattern.h).
-enum class PatternKind : std::uint8_t { kRandom, kIdentification, kSquares };
-inline constexpr std::array<std::string_view, 3> kPatternKindWords{"random", "identification", "squares"};
+enum class PatternKind : std::uint8_t { kRandom, kIdentification, kSquares, kPlaces };
+inline constexpr std::array<std::string_view, 4> kPatternKindWords{"random", "identification", "squares",
+                                                                   "places"};
 constexpr std::span<const std::string_view> words_of(PatternKind) { return kPatternKindWords; }
 
 struct PatternOptions {
   PatternKind kind = PatternKind::kRandom;
   int layers = 0;          ///< 0: as many full layers as the highest cell of the target needs
   double fill = 0.5;       ///< random: probability of a droplet
-  int spacing_cells = 6;   ///< identification: between centres; squares: bare cells between
+  int spacing_cells = 6;   ///< identification, places: between centres; squares: bare cells between
   int largest_square = 6;  ///< squares: 1 x 1 up to this many droplets a side
   OnOff one_by_one = OnOff::kOff;  ///< identification: each droplet of a site is cured before the next
   int square_step = 2;     ///< squares: cells from droplet to droplet; 2 shows the valleys between
@@ -214,7 +215,7 @@ inline constexpr OptionTable kPatternOptions{
            "patterns; 0 = as many full layers as the highest cell needs"},
     Option{"fill", &PatternOptions::fill, "", above(0, 1), "random: probability of a droplet"},
     Option{"spacing_cells", &PatternOptions::spacing_cells, "cells", within(1, 4096),
-           "identification: between centres; squares: bare ground between"},
+           "identification, places: between centres; squares: bare ground between"},
     Option{"one_by_one", &PatternOptions::one_by_one, "", Range{},
            "identification: each droplet of a site is a layer of its own, cured before the next"},
     Option{"largest_square", &PatternOptions::largest_square, "droplets", within(1, 64),

@@ -56,6 +56,19 @@ std::vector<SquareSite> square_sites(const Mask& mask, int largest, int step, in
   return sites;
 }
 
+std::vector<PlaceSite> place_sites(const Mask& mask, int spacing, int places, int layers) {
+  std::vector<PlaceSite> sites;
+  int row = 0;
+  for (int j = spacing / 2; j < mask.spec.ny; j += spacing) {
+    const std::size_t before = sites.size();
+    for (int i = spacing / 2; i < mask.spec.nx; i += spacing)
+      if (on_mask(mask, i - 2, j - 2, i + 2, j + 2))
+        sites.push_back({i, j, row % places, 1 + int(sites.size() - before) % layers});
+    row += sites.size() > before;
+  }
+  return sites;
+}
+
 PatternPrint::PatternPrint(const Setup& setup, const ControlOptions& options)
     : setup_(setup), options_(options.pattern), predict_(setup), layers_(options.pattern.layers) {
   const PatternOptions& o = options_;
@@ -77,6 +90,12 @@ PatternPrint::PatternPrint(const Setup& setup, const ControlOptions& options)
     require(!squares_.empty(), kWhere,
             "the part has no room for one square and its margin of " + std::to_string(o.spacing_cells) +
                 " cells");
+  } else if (o.kind == PatternKind::kPlaces) {
+    require(o.spacing_cells >= 5, kWhere,
+            "pattern.spacing_cells = " + std::to_string(o.spacing_cells) +
+                ": droplets at places are alone in 5 x 5 cells");
+    places_ = place_sites(setup.mask, o.spacing_cells, setup.offsets.table.size(), layers_);
+    require(!places_.empty(), kWhere, "the part has no room for one droplet alone in 5 x 5 cells");
   }
 }
 
@@ -108,7 +127,22 @@ DropletPattern PatternPrint::pattern(int layer) const {
   for (const SquareSite& s : squares_)
     for (int y = 0; y < s.n; ++y)
       for (int x = 0; x < s.n; ++x) drops.at(s.i + x * s.step, s.j + y * s.step) = 1;
+  for (const PlaceSite& s : places_)
+    if (s.layer == layer) drops.at(s.i, s.j) = 1;
   return drops;
+}
+
+OffsetMap PatternPrint::places(int layer) const {
+  const auto count = std::uint32_t(setup_.offsets.table.size());
+  OffsetMap map;
+  if (count == 1 || layer > layers_) return map;
+  map = OffsetMap(setup_.grid);
+  for (std::size_t c = 0; c < map.size() && options_.kind == PatternKind::kRandom; ++c)
+    map.cells[c] = std::uint8_t(
+        random_below({options_.seed, Purpose::kPattern, std::uint32_t(layer), 1, std::uint32_t(c)}, count));
+  for (const PlaceSite& s : places_)
+    if (s.layer == layer) map.at(s.i, s.j) = std::uint8_t(s.place);
+  return map;
 }
 
 Decision PatternPrint::decide(const Measurement& m) {
@@ -117,6 +151,7 @@ Decision PatternPrint::decide(const Measurement& m) {
   const int layer = m.layer + 1;
   d.kind = layer <= layers_ ? Decision::Kind::kPrint : Decision::Kind::kEnd;
   d.drops = layer <= layers_ ? pattern(layer) : DropletPattern(setup_.grid);
+  d.offsets = places(layer);
   d.reason = layer <= layers_ ? "pattern " + std::to_string(layer) + " of " + std::to_string(layers_)
                               : "all " + std::to_string(layers_) + " patterns are printed";
   predict_.score(d, known_heights(m), 1.0);

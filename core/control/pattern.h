@@ -1,6 +1,7 @@
 // PatternPrint computes layers for system identification, independent of the measurements: random patterns
-// that excite the height-change model, the identification prints [Lu 2015, V-C], and squares that show the
-// effect of the spacing of droplets [III-A, V-C].
+// that excite the height-change model, the identification prints [Lu 2015, V-C], squares that show the
+// effect of the spacing of droplets [III-A, V-C], and rows of single droplets at each place inside their
+// cells.
 #pragma once
 
 #include <vector>
@@ -34,8 +35,19 @@ struct SquareSite {
 /// bands over the mask.
 std::vector<SquareSite> square_sites(const Mask& mask, int largest, int step, int spacing_cells);
 
-/// Prints PatternOptions::layers layers and ends. Random patterns are keyed (seed, kPattern, layer, cell), so
-/// a second decision for a layer is the first one again. Heights are only read to report the objective.
+/// One droplet alone, at a place inside its cell: every row of sites has one place, the rows take turns.
+struct PlaceSite {
+  int i = 0, j = 0;
+  int place = 0;  ///< index of the table
+  int layer = 1;  ///< in which it is printed (each site once, on bare ground)
+};
+/// Sites spacing_cells apart whose 5 x 5 cells lie on the mask, row by row; the layers take turns along a
+/// row.
+std::vector<PlaceSite> place_sites(const Mask& mask, int spacing_cells, int places, int layers);
+
+/// Prints PatternOptions::layers layers and ends. Random patterns are keyed (seed, kPattern, layer, cell),
+/// the places of their droplets likewise where there are several, so a second decision for a layer is the
+/// first one again. Heights are only read to report the objective.
 class PatternPrint final : public LayerControllerBase {
  public:
   /// @throws std::invalid_argument naming the option: layers below 0, fill outside (0, 1], spacing_cells or
@@ -47,6 +59,7 @@ class PatternPrint final : public LayerControllerBase {
  private:
   DropletPattern pattern(int layer) const;
   void add_sites(int layer, DropletPattern& drops) const;
+  OffsetMap places(int layer) const;
 
   Setup setup_;
   PatternOptions options_;
@@ -54,6 +67,7 @@ class PatternPrint final : public LayerControllerBase {
   int layers_ = 0;
   std::vector<IdentificationSite> sites_;
   std::vector<SquareSite> squares_;
+  std::vector<PlaceSite> places_;
 };
 
 }  // namespace firn::control

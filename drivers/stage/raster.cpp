@@ -1,5 +1,6 @@
 #include "drivers/stage/raster.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -18,38 +19,60 @@ double move_time_s(double distance_mm, double speed_mm_s, double acceleration_mm
   return 2.0 * std::sqrt(d / acceleration_mm_s2);
 }
 
-std::vector<RasterRun> plan_raster(const DropletPattern& pattern, int pass, const RasterParams& params) {
+std::vector<RasterRun> plan_raster(const DropletPattern& pattern, int pass, const RasterParams& params,
+                                   const Placement& placement) {
   const GridSpec& grid = pattern.spec;
-  const std::vector<std::uint32_t> order = firing_order(pattern, pass);
-  const double run_up = run_up_mm(params);
+  const Aim aim{.lead_mm = params.lead_mm};
   std::vector<RasterRun> runs;
-  std::size_t n = 0;
-  while (n < order.size()) {
-    const int j = int(order[n] / std::uint32_t(grid.nx));
-    std::size_t end = n + 1;
-    while (end < order.size() && int(order[end] / std::uint32_t(grid.nx)) == j &&
-           end - n < std::size_t(params.array_limit))
-      ++end;
-    const double direction = towards_plus_x(j) ? 1.0 : -1.0;
-    const auto x_mm = [&](std::size_t k) {
-      return grid.x_mm(int(order[k] % std::uint32_t(grid.nx))) - direction * params.lead_mm;
-    };
-    RasterRun run;
-    run.row = j;
-    run.y_mm = grid.y_mm(j);
-    run.start_x_mm = x_mm(n) - direction * run_up;
-    run.end_x_mm = x_mm(end - 1) + direction * run_up;
-    run.first_drop = n;
-    std::int64_t at = std::llround(run.start_x_mm * params.counts_per_mm);
-    for (std::size_t k = n; k < end; ++k) {
-      const std::int64_t pulse = std::llround(x_mm(k) * params.counts_per_mm);
-      run.increments.push_back(std::llabs(pulse - at));
-      at = pulse;
+  std::size_t first_drop = 0;
+  for (const FiringRun& row : firing_runs(pattern, pass, placement)) {
+    const double direction = row.towards_plus_x ? 1.0 : -1.0;
+    for (std::size_t from = 0; from < row.cells.size(); from += std::size_t(params.array_limit)) {
+      const std::size_t to = std::min(row.cells.size(), from + std::size_t(params.array_limit));
+      const auto place = [&](std::size_t k) {
+        return stage_place(grid, int(row.cells[k] % std::uint32_t(grid.nx)), row.row,
+                           placement.of(row.cells[k]), aim, row.towards_plus_x);
+      };
+      RasterRun run;
+      run.row = row.row;
+      run.speed_mm_s = params.speed_mm_s;
+      for (std::size_t k = from + 1; k < to && !placement.map.cells.empty() && params.max_rate_hz > 0.0; ++k)
+        run.speed_mm_s = std::min(
+            run.speed_mm_s, std::abs(place(k).x_mm - place(k - 1).x_mm) * kRateShare * params.max_rate_hz);
+      RasterParams own = params;
+      own.speed_mm_s = run.speed_mm_s;
+      const double run_up = run_up_mm(own);
+      run.y_mm = place(from).y_mm;
+      run.start_x_mm = place(from).x_mm - direction * run_up;
+      run.end_x_mm = place(to - 1).x_mm + direction * run_up;
+      run.first_drop = first_drop;
+      first_drop += to - from;
+      std::int64_t at = std::llround(run.start_x_mm * params.counts_per_mm);
+      for (std::size_t k = from; k < to; ++k) {
+        const std::int64_t pulse = std::llround(place(k).x_mm * params.counts_per_mm);
+        run.increments.push_back(std::llabs(pulse - at));
+        at = pulse;
+      }
+      runs.push_back(std::move(run));
     }
-    runs.push_back(std::move(run));
-    n = end;
   }
   return runs;
+}
+
+double raster_time_s(const std::vector<RasterRun>& runs, const RasterParams& params) {
+  double time_s = 0.0;
+  for (const RasterRun& run : runs)
+    time_s += move_time_s(run.end_x_mm - run.start_x_mm, run.speed_mm_s, params.acceleration_mm_s2) + kTurn_s;
+  return time_s;
+}
+
+double quicker_apart_mm(const DropletPattern& fires, const RasterParams& params, Placement placement) {
+  if (placement.map.cells.empty() || params.max_rate_hz <= 0.0) return 0.0;
+  placement.apart_mm = 0.0;
+  const double slower_s = raster_time_s(plan_raster(fires, 0, params, placement), params);
+  placement.apart_mm = params.speed_mm_s / (kRateShare * params.max_rate_hz);
+  const double twice_s = raster_time_s(plan_raster(fires, 0, params, placement), params);
+  return twice_s < slower_s ? placement.apart_mm : 0.0;
 }
 
 PulseRange pulses_by_place(const RasterRun& run, double x_mm, double stop_mm, double slack_mm,

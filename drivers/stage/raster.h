@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/grid/grid.h"
+#include "core/grid/offsets.h"
 
 namespace firn::drivers {
 
@@ -25,6 +26,8 @@ struct RasterParams {
   double margin_mm = 0.1;  ///< run-up and run-out beyond those of the acceleration
   double counts_per_mm = 10'000;
   int array_limit = 4046;  ///< most pulses of one run
+  double max_rate_hz =
+      0.0;  ///< that the jet follows: runs whose droplets are nearer than a pitch are slower; 0: any
 };
 
 /// One straight run along x at y_mm: the increments are unsigned counts from the arming position, then from
@@ -34,13 +37,30 @@ struct RasterRun {
   double y_mm = 0.0;
   double start_x_mm = 0.0;
   double end_x_mm = 0.0;
+  double speed_mm_s = 0.0;  ///< of the params, or as much slower as its nearest droplets need
   std::vector<std::int64_t> increments;
   std::size_t first_drop = 0;  ///< index in the firing order of the first pulse
 };
 
 /// Runs of pass `pass` (0-based) in firing order (core/grid/firing_order.h); rows without drops give none,
-/// rows with more than array_limit drops give several.
-std::vector<RasterRun> plan_raster(const DropletPattern& pattern, int pass, const RasterParams& params);
+/// rows with more than array_limit drops, or with several sub-rows, give several.
+/// @pre check(placement, pattern.spec) passes
+std::vector<RasterRun> plan_raster(const DropletPattern& pattern, int pass, const RasterParams& params,
+                                   const Placement& placement = {});
+
+/// Time of these runs with the turns between them, without the pass's start and end.
+double raster_time_s(const std::vector<RasterRun>& runs, const RasterParams& params);
+
+/// Share of the jet's rate that droplets nearer than a pitch may take: the rest is for the ripple of the
+/// stage's speed and the rounding of pulses to counts.
+inline constexpr double kRateShare = 0.95;
+/// Turn of the stage between two runs: move, questions, arming, measured on the simulated stage.
+inline constexpr double kTurn_s = 0.065;
+
+/// The distance Placement::apart_mm with which a pass is quicker: 0, each run as slow as its nearest droplets
+/// need, or that which full speed needs, where rows with nearer droplets take two runs.
+/// @pre as plan_raster
+double quicker_apart_mm(const DropletPattern& fires, const RasterParams& params, Placement placement);
 
 struct PulseRange {
   std::int64_t least = 0;

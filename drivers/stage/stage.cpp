@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <stdexcept>
 
 #include "drivers/stage/stage_service.h"
 
@@ -15,8 +16,8 @@ constexpr double kSettlePoll_s = 0.005;
 constexpr double kServicePulseRate_hz = 100.0;
 
 RasterParams raster_params(const StageOptions& c, double speed_mm_s, double lead_mm) {
-  return {speed_mm_s,          c.acceleration_mm_s2, lead_mm,
-          c.dialect.margin_mm, c.counts_per_mm,      c.table.increments()};
+  return {speed_mm_s,           c.acceleration_mm_s2, lead_mm, c.dialect.margin_mm, c.counts_per_mm,
+          c.table.increments(), c.max_pulse_rate_hz};
 }
 
 std::string too_fast(char axis, double speed_mm_s, double limit_mm_s) {
@@ -113,7 +114,7 @@ void Stage::service(std::string_view verb, std::span<const double> v, std::int64
       row.origin_x_mm = position_mm_[0] + pitch;
       row.origin_y_mm = position_mm_[1];
       begin_pass(DropletPattern(row, 1), 0, kNaN, std::min(kStageJogSpeed_mm_s, pitch * kServicePulseRate_hz),
-                 0.0, now, effects);
+                 0.0, {}, now, effects);
     };
   } else if ((verb == "where" || verb == "params" || verb == "serial") && v.empty()) {
     s.begin = service_questions(verb, config_.table);
@@ -137,7 +138,7 @@ bool Stage::accept(Op op, Effects& fx) {
 }
 
 void Stage::begin_pass(const DropletPattern& pattern, int pass, double z_mm, double speed_mm_s,
-                       double lead_mm, std::int64_t now_us, Effects& fx) {
+                       double lead_mm, const Placement& placement, std::int64_t now_us, Effects& fx) {
   if (!accept(Op::kPass, fx)) return;
   const double speed = speed_mm_s == 0.0 ? config_.raster_speed_mm_s : speed_mm_s;
   if (!in_range(speed, limits_[0].max_speed_mm_s))
@@ -148,7 +149,12 @@ void Stage::begin_pass(const DropletPattern& pattern, int pass, double z_mm, dou
                   speed, pattern.spec.pitch_x_mm, speed / pattern.spec.pitch_x_mm, config_.max_pulse_rate_hz);
     return refuse(kLimit, text, fx);
   }
-  std::vector<RasterRun> runs = plan_raster(pattern, pass, raster_params(config_, speed, lead_mm));
+  try {
+    check(placement, pattern.spec);
+  } catch (const std::invalid_argument& why) {
+    return refuse(kNoCode, why.what(), fx);
+  }
+  std::vector<RasterRun> runs = plan_raster(pattern, pass, raster_params(config_, speed, lead_mm), placement);
   std::int64_t expected = 0;
   for (const RasterRun& run : runs) {
     for (const double x : {run.start_x_mm, run.end_x_mm})
@@ -381,7 +387,7 @@ void Stage::fire(std::int64_t now_us) {
   pulses_.reset();
   if (op_ == Op::kTrace) return follow(now_us);
   if (op_ == Op::kPass)
-    move({runs_[progress_.run].end_x_mm, kNaN, kNaN}, speed_mm_s_, now_us);
+    move({runs_[progress_.run].end_x_mm, kNaN, kNaN}, runs_[progress_.run].speed_mm_s, now_us);
   else
     move({kNaN, start_mm_[1] + (double(expected_) + 0.5) * scan_pitch_mm_, kNaN}, speed_mm_s_, now_us);
 }

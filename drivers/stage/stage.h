@@ -51,9 +51,10 @@ class Stage final : public Driver {
   /// values are refused, not clamped, naming axis, value and limit, before anything is sent. Speed 0 = the
   /// configured one; the nozzle goes to z_mm first (NaN: it stays).
   /// @param lead_mm every pulse comes so much earlier on its way
+  /// @param placement of the droplets in their cells @pre check(placement, pattern.spec) passes
   void run_pass(const DropletPattern& pattern, int pass, double z_mm, double speed_mm_s, std::int64_t now_us,
-                Effects& fx, double lead_mm = 0.0) {
-    begin_pass(pattern, pass, z_mm, speed_mm_s, lead_mm, now_us, fx);
+                Effects& fx, double lead_mm = 0.0, const Placement& placement = {}) {
+    begin_pass(pattern, pass, z_mm, speed_mm_s, lead_mm, placement, now_us, fx);
     pump(now_us, fx);
   }
   /// `rows` trigger pulses at y_mm + k pitch_mm, k = 0 .. rows-1, in one steady move along +y at x_mm.
@@ -128,7 +129,7 @@ class Stage final : public Driver {
   bool accept(Op op, Effects& fx);
   void refuse(std::int32_t code, std::string text, Effects& fx);
   void begin_pass(const DropletPattern& pattern, int pass, double z_mm, double speed_mm_s, double lead_mm,
-                  std::int64_t now_us, Effects& fx);
+                  const Placement& placement, std::int64_t now_us, Effects& fx);
   void begin_scan(double x_mm, double y_mm, double z_mm, double pitch_mm, int rows, double speed_mm_s,
                   std::int64_t now_us, Effects& fx);
   void begin_move(double x_mm, double y_mm, double z_mm, double speed_mm_s, std::int64_t now_us, Effects& fx);

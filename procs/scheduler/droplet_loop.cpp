@@ -5,6 +5,7 @@
 
 #include "config/nozzles.h"
 #include "core/grid/outline.h"
+#include "drivers/stage/raster.h"
 #include "firn/jet_command_t.hpp"
 #include "firn/lamp_command_t.hpp"
 #include "firn/stage_command_t.hpp"
@@ -24,6 +25,7 @@ double extent_mm(int n, double pitch_mm) { return (n + 1) * pitch_mm; }
 DropletLoop::DropletLoop(const Experiment& experiment, HeightMap target, Mask mask)
     : ScanLoop(experiment, Phase::kPass, std::move(target), std::move(mask)),
       two_jets_(has_two_jets(experiment)),
+      places_(experiment.actuation),
       inside_(inside_of(mask_)),
       rim_(mask_) {
   for (std::size_t c = 0; c < rim_.size(); ++c)
@@ -101,8 +103,11 @@ void DropletLoop::answered(const answer_t& m, Time now, Outbox& out) {
 
 void DropletLoop::settle_pass(const answer_t& jet, Outbox& out) {
   if (!act_answer_) return;
-  const deposition_report_t report =
-      job_.settle(*act_answer_, jet, experiment().process.pass_speed_mm_s / job_.fires().spec.pitch_x_mm);
+  // Droplets beside the centres come as fast as the jet follows.
+  const double most_hz = job_.offsets().cells.empty()
+                             ? experiment().process.pass_speed_mm_s / job_.fires().spec.pitch_x_mm
+                             : jets_rate_hz(experiment());
+  const deposition_report_t report = job_.settle(*act_answer_, jet, most_hz);
   act_answer_.reset();
   drops_total_ += report.unknown_from;
   if (job_.in_doubt()) doubt_accepted_ = false;
@@ -202,7 +207,7 @@ bool DropletLoop::stopped_by_rise(const height_map_t& m, Time now, Outbox& out) 
   const bool whole = job_.finished() && !job_.in_doubt() && job_.layer() == m.layer;
   const Violation what = whole && below_.size() && below_layer_ == m.layer - 1
                              ? rise_.check(experiment(), {below_, height, below_std_mm_, m.noise_std_mm,
-                                                          job_.plan(), job_.materials()})
+                                                          job_.plan(), job_.materials(), job_.offsets()})
                              : Violation();
   below_ = what.empty() ? std::move(height) : HeightMap();
   below_layer_ = m.layer;
@@ -267,7 +272,8 @@ void DropletLoop::act_on_plan(Time now, Outbox& out) {
     return fail(0, "LAYER_PLAN: layer " + std::to_string(m.layer) + " names no inks, and the lab has two",
                 now, out);
   try {
-    job_ = LayerJob(m, two_jets_ ? materials_of(m) : MaterialMap{}, experiment().process.sub_patterns);
+    job_ =
+        LayerJob(m, two_jets_ ? materials_of(m) : MaterialMap{}, experiment().process.sub_patterns, places_);
   } catch (const std::invalid_argument& problem) {
     return fail(0, std::string("LAYER_PLAN: ") + problem.what(), now, out);
   }
@@ -309,23 +315,35 @@ void DropletLoop::proceed(Phase next, Time now, Outbox& out) {
 
 void DropletLoop::send_pass(Time now, Outbox& out) {
   const DropletPattern& fires = job_.fires();
+  const bool b = job_.material() == Material::kB;
+  const Experiment& e = experiment();
   stage_command_t c{};
   c.verb = std::int8_t(StageVerb::kPass);
   c.attempt = job_.attempt();
   c.pass_index = job_.pass();
-  c.speed_mm_s = experiment().process.pass_speed_mm_s;
-  c.z_mm = experiment().process.nozzle_gap_mm;
+  c.speed_mm_s = e.process.pass_speed_mm_s;
+  c.z_mm = e.process.nozzle_gap_mm;
   c.grid = to_message(fires.spec);
-  c.lead_mm = job_.material() == Material::kA ? lead_mm_ : 0.0;
-  if (job_.material() == Material::kB) {  // nozzle B is above the cell
-    c.grid.origin_x_mm -= experiment().jet_b.offset_x_mm;
-    c.grid.origin_y_mm -= experiment().jet_b.offset_y_mm;
-    c.z_mm += experiment().jet_b.offset_z_mm;
+  c.lead_mm = b ? 0.0 : lead_mm_;
+  if (b) {  // nozzle B is above the cell
+    const StagePlace first =
+        stage_place(fires.spec, 0, 0, {}, {e.jet_b.offset_x_mm, e.jet_b.offset_y_mm, 0.0}, true);
+    c.grid.origin_x_mm = first.x_mm;
+    c.grid.origin_y_mm = first.y_mm;
+    c.z_mm += e.jet_b.offset_z_mm;
   }
   c.n = std::int32_t(fires.size());
   c.fires.assign(fires.cells.begin(), fires.cells.end());
+  const drivers::RasterParams raster{.speed_mm_s = c.speed_mm_s,
+                                     .acceleration_mm_s2 = e.stage.acceleration_mm_s2,
+                                     .max_rate_hz = jets_rate_hz(e)};
+  job_.keep_apart(drivers::quicker_apart_mm(fires, raster, job_.placement()));
+  set_placement(c, job_.placement());
   const double row_s = extent_mm(fires.spec.nx, fires.spec.pitch_x_mm) / c.speed_mm_s + 1.0;
-  stamp(c, NodeId::kStage, fires.spec.ny * row_s, now, out);
+  double pass_s = fires.spec.ny * row_s;
+  if (!job_.offsets().cells.empty())
+    pass_s += drivers::raster_time_s(drivers::plan_raster(fires, 0, raster, job_.placement()), raster);
+  stamp(c, NodeId::kStage, pass_s, now, out);
   out.send(channels::kStageCommand, c);
 }
 

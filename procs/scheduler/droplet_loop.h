@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/grid/grid.h"
+#include "core/grid/offsets.h"
 #include "firn/droplet_sweep_t.hpp"
 #include "procs/scheduler/layer_job.h"
 #include "procs/scheduler/rise_check.h"
@@ -73,6 +74,7 @@ class DropletLoop final : public ScanLoop {
   void send_pictures(Time now, Outbox&);
 
   bool two_jets_;
+  OffsetTable places_;
   Mask inside_, rim_;  ///< of the mask: RMS is reported apart
   std::optional<layer_plan_t> plan_;
 

@@ -25,15 +25,22 @@ std::int64_t triggers_after(std::int64_t disarmed_us, std::int64_t last_us, doub
 
 }  // namespace
 
-LayerJob::LayerJob(const layer_plan_t& plan, MaterialMap materials, int sub_patterns)
+LayerJob::LayerJob(const layer_plan_t& plan, MaterialMap materials, int sub_patterns,
+                   const OffsetTable& places)
     : layer_(plan.layer),
       map_id_(plan.map_id),
       sub_patterns_(sub_patterns),
       plan_(drops_of(plan)),
-      materials_(std::move(materials)) {
+      materials_(std::move(materials)),
+      placement_{places, offsets_of(plan), 0.0} {
   const std::string what = "layer " + std::to_string(layer_) + ": ";
   if (!materials_.cells.empty() && materials_.spec != plan_.spec)
     throw std::invalid_argument(what + "the materials are on another grid than the plan");
+  try {
+    check(placement_, plan_.spec);
+  } catch (const std::invalid_argument& problem) {
+    throw std::invalid_argument(what + problem.what());
+  }
   for (std::size_t c = 0; c < materials_.size(); ++c)
     if (plan_.cells[c] > 0 && materials_.of(c) == Material::kNone)
       throw std::invalid_argument(what + "cell " + std::to_string(c) + " is to get droplets of no ink");
@@ -56,7 +63,7 @@ void LayerJob::begin_pass() {
 std::int64_t LayerJob::remaining() const { return std::ranges::count(fires_.cells, std::uint8_t(1)); }
 
 deposition_report_t LayerJob::settle(const answer_t& stage, const answer_t& jet, double triggers_per_s) {
-  const auto order = firing_order(fires_, 0);
+  const auto order = firing_order(fires_, 0, placement_);
   const std::int64_t n = std::int64_t(order.size());
   const Outcome outcome = Outcome(stage.outcome);
 

@@ -7,6 +7,7 @@
 
 #include "core/grid/grid.h"
 #include "core/grid/material.h"
+#include "core/grid/offsets.h"
 #include "firn/answer_t.hpp"
 #include "firn/deposition_report_t.hpp"
 #include "firn/layer_plan_t.hpp"
@@ -18,9 +19,11 @@ class LayerJob {
  public:
   LayerJob() = default;
   /// @param materials without cells: one ink. @param sub_patterns 1, 2 or 4
-  /// @throws std::invalid_argument: more than 127 passes; a cell with droplets and no ink, or a map of
-  /// another size.
-  explicit LayerJob(const layer_plan_t& plan, MaterialMap materials = {}, int sub_patterns = 1);
+  /// @param places of the plan's offsets
+  /// @throws std::invalid_argument: more than 127 passes; a cell with droplets and no ink, a map of another
+  /// size, or an offset beyond the table.
+  explicit LayerJob(const layer_plan_t& plan, MaterialMap materials = {}, int sub_patterns = 1,
+                    const OffsetTable& places = {});
 
   int layer() const { return layer_; }
   std::int64_t map_id() const { return map_id_; }
@@ -45,6 +48,11 @@ class LayerJob {
   /// 0, so that a later attempt does not repeat them.
   const DropletPattern& fires() const { return fires_; }
   std::int64_t remaining() const;  ///< droplets that the current pass still has to fire
+  const OffsetMap& offsets() const { return placement_.map; }
+  /// Where these droplets are aimed, and in which order they come. Set how far apart those of one run are
+  /// before the pass is commanded (drivers/stage/raster.h).
+  const Placement& placement() const { return placement_; }
+  void keep_apart(double apart_mm) { placement_.apart_mm = apart_mm; }
 
   /// Records the stage's answer to the current pass. Fired droplets are never fired again. Everything fired:
   /// the next pass is current. A known prefix: the rest remains for the next attempt. Doubt: the layer is
@@ -67,6 +75,7 @@ class LayerJob {
   std::int64_t fired_ = 0;
   DropletPattern plan_;
   MaterialMap materials_;
+  Placement placement_;
   std::vector<Pass> passes_;
   DropletPattern fires_;  ///< 0 or 1: droplets that the current pass still has to fire
 };

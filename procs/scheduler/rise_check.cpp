@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "core/deposition/offset_change.h"
+
 namespace firn {
 namespace {
 
@@ -47,6 +49,30 @@ std::vector<std::uint8_t> near_droplets(const DropletPattern& drops) {
   return near;
 }
 
+/// Rise of each cell by either ink on flat ground, of droplets beside the centres.
+std::vector<std::array<double, 2>> expected_rise(const Experiment& e, const RiseCheck::Layer& l) {
+  const ModelConfig& m = e.model;
+  const OffsetTable places(e.actuation);
+  const deposition::DropletModel a{m.h1_mm, m.h2_mm, m.h3_mm}, b{m.g1_mm, m.g2_mm, m.g3_mm};
+  const deposition::OffsetModel inks[2] = {offset_model(a, places, e.actuation.heights_mm),
+                                           offset_model(b, places)};
+  constexpr int kRadius = deposition::OffsetKernel::kRadius;
+  const GridSpec& g = l.drops.spec;
+  std::vector<std::array<double, 2>> rise(g.size());
+  for (int j = 0; j < g.ny; ++j)
+    for (int i = 0; i < g.nx; ++i) {
+      const std::size_t c = g.index(i, j);
+      if (l.drops.cells[c] == 0) continue;
+      const std::size_t ink = !l.materials.cells.empty() && l.materials.of(c) == Material::kB;
+      const deposition::OffsetKernel& k = inks[ink].kernels[std::size_t(l.offsets.of(c))];
+      for (int dy = -kRadius; dy <= kRadius; ++dy)
+        for (int dx = -kRadius; dx <= kRadius; ++dx)
+          if (g.contains(i + dx, j + dy))
+            rise[g.index(i + dx, j + dy)][ink] += l.drops.cells[c] * k.at(dx, dy);
+    }
+  return rise;
+}
+
 std::string um(double mm) { return std::to_string(mm * 1e3) + " um"; }
 
 }  // namespace
@@ -75,6 +101,7 @@ RiseCheck::Evidence RiseCheck::evidence_of(const Experiment& e, const Layer& l) 
   };
   Evidence sum;
   const std::vector<std::uint8_t> near_them = near_droplets(l.drops);
+  const auto rises = l.offsets.cells.empty() ? std::vector<std::array<double, 2>>{} : expected_rise(e, l);
   for (int j = 0; j < g.ny; ++j)
     for (int i = 0; i < g.nx; ++i) {
       const std::size_t c = std::size_t(g.index(i, j));
@@ -84,13 +111,14 @@ RiseCheck::Evidence RiseCheck::evidence_of(const Experiment& e, const Layer& l) 
         sum.bare.add({1.0, rise, layer_mm, layer_mm * layer_mm / noise_mm2, layer_mm * rise / noise_mm2});
         continue;
       }
-      double expected_mm[2] = {};
-      for (int y = std::max(0, j - 1); y <= std::min(g.ny - 1, j + 1); ++y)
+      std::array<double, 2> expected_mm = {};
+      if (!rises.empty()) expected_mm = rises[c];
+      for (int y = std::max(0, j - 1); y <= std::min(g.ny - 1, j + 1) && rises.empty(); ++y)
         for (int x = std::max(0, i - 1); x <= std::min(g.nx - 1, i + 1); ++x) {
           const std::size_t n = std::size_t(g.index(x, y));
-          expected_mm[ink(n)] += l.drops.cells[n] * h[ink(n)][std::abs(x - i) + std::abs(y - j)];
+          expected_mm[std::size_t(ink(n))] += l.drops.cells[n] * h[ink(n)][std::abs(x - i) + std::abs(y - j)];
         }
-      const double own_mm = expected_mm[ink(c)], other_mm = expected_mm[1 - ink(c)],
+      const double own_mm = expected_mm[std::size_t(ink(c))], other_mm = expected_mm[std::size_t(1 - ink(c))],
                    all_mm = own_mm + other_mm,
                    least_mm = own_mm * held_share(l.before, l.drops, i, j, kEdge_layers * layer_mm),
                    v = scattered_mm2(own_mm), most_v = scattered_mm2(e.process.most_rise_share * all_mm);

@@ -9,11 +9,13 @@
 #include "core/grid/figure.h"
 #include "core/grid/grid.h"
 #include "core/grid/material.h"
+#include "core/grid/offsets.h"
 
 namespace firn {
 
 /// Tests three hypotheses after each layer. The expected rise e of a cell is that of the model: h1 of its own
-/// droplets, h2 and h3 of its neighbours' (g1, g2, g3 of ink B).
+/// droplets, h2 and h3 of its neighbours' (g1, g2, g3 of ink B), of droplets beside the centres that of their
+/// kernels.
 ///   drops without rise: the cells with droplets of one ink rose by less than process.least_rise_share of e;
 ///   rise without drops: they rose by more than process.most_rise_share times e; or the cells without a
 ///     droplet within two cells by more than least_rise_share of one droplet's layer height.
@@ -41,6 +43,7 @@ class RiseCheck {
     double before_std_mm = 0.0, std_mm = 0.0;  ///< noise of one cell; 0: not known
     const DropletPattern& drops;               ///< all of them fired
     const MaterialMap& materials;              ///< without cells: one ink
+    const OffsetMap& offsets;                  ///< without cells: all in the centres
   };
   /// Returns the disturbance: its figure is the rise as a share of the expected one, of a leak the rise [um].
   Violation check(const Experiment& experiment, const Layer& layer);

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "config/labs.h"
+#include "config/nozzles.h"
 #include "firn/followed_path_t.hpp"
 #include "lcmtypes/convert.h"
 
@@ -13,7 +14,7 @@ drivers::StageOptions stage_config(const Experiment& e) {
   drivers::StageOptions c{e.stage};
   c.raster_speed_mm_s = e.process.pass_speed_mm_s;
   c.move_speed_mm_s = e.process.pass_speed_mm_s;
-  c.max_pulse_rate_hz = e.jet.max_rate_hz;
+  c.max_pulse_rate_hz = jets_rate_hz(e);
   c.host_latency_s = host_latency_s(e.run.time_scale);
   return c;
 }
@@ -29,7 +30,8 @@ drivers::StageWay way_of(const line_plan_t& plan) {
 
 }  // namespace
 
-StageNode::StageNode(const Experiment& e) : DriverNode(NodeId::kStage, stage_config(e)) {
+StageNode::StageNode(const Experiment& e)
+    : DriverNode(NodeId::kStage, stage_config(e)), places_(e.actuation) {
   subscribe(channels::kStageCommand, this);
   if (prints_lines(e)) subscribe(channels::kLinePlan, this);
 }
@@ -40,7 +42,7 @@ void StageNode::on(const stage_command_t& c, Time now, Outbox& out) {
   switch (StageVerb(c.verb)) {
     case StageVerb::kPass:
       return perform(c, true, now, out, [&](Stage& stage, std::int64_t now_us, Effects& fx) {
-        stage.run_pass(fires_of(c), 0, c.z_mm, c.speed_mm_s, now_us, fx, c.lead_mm);
+        stage.run_pass(fires_of(c), 0, c.z_mm, c.speed_mm_s, now_us, fx, c.lead_mm, placement_of(c, places_));
       });
     case StageVerb::kScan:
       return perform(c, false, now, out, [&](Stage& stage, std::int64_t now_us, Effects& fx) {

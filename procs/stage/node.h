@@ -6,6 +6,7 @@
 #include <string>
 
 #include "config/experiment.h"
+#include "core/grid/offsets.h"
 #include "drivers/stage/stage.h"
 #include "firn/line_plan_t.hpp"
 #include "firn/stage_command_t.hpp"
@@ -24,6 +25,7 @@ class StageNode final : public DriverNode<StageNode, drivers::Stage, drivers::Ef
   void on_measured(drivers::FollowedWay& way, Time, Outbox&);
 
  private:
+  OffsetTable places_;
   line_plan_t plan_ = line_plan_t{};
   stage_command_t traced_ = stage_command_t{};  ///< the last command that follows a path
 };
