@@ -1,6 +1,7 @@
 #include "replay/audit.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <set>
@@ -19,6 +20,8 @@ std::string pass_name(const PassOrder& o) {
 }
 
 std::string at(std::int64_t t_us) { return " at " + std::to_string(t_us) + " us"; }
+
+constexpr int kReach = 4;  // cells along x in which the droplet of a shot is looked for: its lead is less
 
 std::string cell(const GridSpec& g, std::uint32_t c) {
   return "cell (" + std::to_string(int(c) % g.nx) + ", " + std::to_string(int(c) / g.nx) + ")";
@@ -61,15 +64,22 @@ class Audit {
   // Returns the cells that a first attempt at a pass must fire.
   std::vector<std::uint32_t> cells_of(const PlannedLayer& plan, const PassOrder& o) const {
     const PassPart* part = index_.part_of(o);
-    if (!part) return firing_order(plan.drops, o.pass);
-    std::vector<std::uint32_t> cells;
-    for (const std::uint32_t c : firing_order(plan.drops, part->round)) {
-      const int i = int(c) % plan.drops.spec.nx, j = int(c) / plan.drops.spec.nx;
+    Placement placement = o.placement;
+    placement.map = plan.offsets;
+    DropletPattern drops = plan.drops;
+    for (std::uint32_t c = 0; part && c < drops.size(); ++c) {
+      const int i = int(c) % drops.spec.nx, j = int(c) / drops.spec.nx;
       const Material ink = plan.materials.cells.empty() ? Material::kA : plan.materials.of(c);
-      if (sub_pattern_of(i, j, part->sub_patterns) == part->sub_pattern && ink == part->material)
-        cells.push_back(c);
+      if (sub_pattern_of(i, j, part->sub_patterns) != part->sub_pattern || ink != part->material)
+        drops.cells[c] = 0;
     }
-    return cells;
+    return firing_order(drops, part ? part->round : o.pass, placement);
+  }
+
+  // Returns true if the droplets of a pass are aimed where the plan wants them in their cells.
+  static bool at_places_of(const PlannedLayer& plan, const PassOrder& o) {
+    return std::ranges::all_of(o.cells,
+                               [&](std::uint32_t c) { return o.placement.map.of(c) == plan.offsets.of(c); });
   }
 
   // For a pass that was cut off before its report, no record holds its part of the layer.
@@ -142,6 +152,10 @@ class Audit {
     const PlannedLayer* plan = index_.plan_of(o);
     if (!plan)
       add(ViolationKind::kOtherCells, pass_name(o) + ": no plan asked for it");
+    else if (!at_places_of(*plan, o))
+      add(ViolationKind::kOtherCells,
+          pass_name(o) + ": the stage was sent to other places in the cells than the plan of map " +
+              std::to_string(plan->map_id) + " names");
     else if (o.attempt == 0 && cells_of(*plan, o) != o.cells && !(cut_off(o) && within(*plan, o)))
       add(ViolationKind::kOtherCells, pass_name(o) +
                                           ": the stage was sent to other cells than the plan of map " +
@@ -248,11 +262,12 @@ class Audit {
       ++v_.compared;
       if (!obeyed(s)) continue;
       ++shots;
-      const bool on_grid = o.grid.contains(s.i, s.j);
-      const std::uint32_t c = on_grid ? std::uint32_t(o.grid.index(s.i, s.j)) : 0;
+      const auto [i, j] = cell_under(o, s);
+      const bool on_grid = o.grid.contains(i, j);
+      const std::uint32_t c = on_grid ? std::uint32_t(o.grid.index(i, j)) : 0;
       if (!on_grid || place_[c] < 0) {
-        add(ViolationKind::kCellNotCommanded, pass_name(o) + ": a droplet on cell (" + std::to_string(s.i) +
-                                                  ", " + std::to_string(s.j) + "), which was not commanded" +
+        add(ViolationKind::kCellNotCommanded, pass_name(o) + ": a droplet on cell (" + std::to_string(i) +
+                                                  ", " + std::to_string(j) + "), which was not commanded" +
                                                   at(s.t_us));
         continue;
       }
@@ -261,6 +276,7 @@ class Audit {
         add(ViolationKind::kCellTwice,
             pass_name(o) + ": a second droplet on " + cell(o.grid, c) + at(s.t_us));
       fired[c] = true;
+      check_place(o, s, c);
       check_ink(o, s, c);
       check_wet(o, s, c);
       if (std::int64_t(s.exposures) < o.layer - 1)
@@ -285,6 +301,42 @@ class Audit {
         add(ViolationKind::kCellNotReported,
             pass_name(o) + ": " + cell(o.grid, o.cells[k]) + " was triggered but is reported as not done");
     }
+  }
+
+  // Returns the cell that a droplet was for: the one under the nozzle, or, where droplets are beside the
+  // centres, that whose droplet is commanded nearest to the stage's place.
+  std::pair<int, int> cell_under(const PassOrder& o, const Shot& s) const {
+    std::pair<int, int> nearest{s.i, s.j};
+    if (o.places.empty()) return nearest;
+    const int i0 = int(std::lround((s.x_mm - o.grid.origin_x_mm) / o.grid.pitch_x_mm)),
+              j0 = int(std::lround((s.y_mm - o.grid.origin_y_mm) / o.grid.pitch_y_mm));
+    double least_mm2 = std::numeric_limits<double>::infinity();
+    for (int j = j0 - 1; j <= j0 + 1; ++j)
+      for (int i = i0 - kReach; i <= i0 + kReach; ++i) {
+        if (!o.grid.contains(i, j) || place_[o.grid.index(i, j)] < 0) continue;
+        const StagePlace& at = o.places[std::size_t(place_[o.grid.index(i, j)])];
+        const double mm2 = (at.x_mm - s.x_mm) * (at.x_mm - s.x_mm) + (at.y_mm - s.y_mm) * (at.y_mm - s.y_mm);
+        if (mm2 < least_mm2) {
+          least_mm2 = mm2;
+          nearest = {i, j};
+        }
+      }
+    return nearest;
+  }
+
+  // The place that the droplet reached, less the lead, is nearer to the commanded one than to any other of
+  // the table.
+  void check_place(const PassOrder& o, const Shot& s, std::uint32_t c) {
+    if (o.places.empty()) return;
+    const Offset wanted = o.placement.of(c);
+    const StagePlace& at = o.places[std::size_t(place_[c])];
+    const Offset reached{wanted.x + (s.x_mm - at.x_mm) / o.grid.pitch_x_mm,
+                         wanted.y + (s.y_mm - at.y_mm) / o.grid.pitch_y_mm};
+    if (o.placement.table.nearest(reached) != o.placement.map.of(c))
+      add(ViolationKind::kBesidePlace, pass_name(o) + ": a droplet on " + cell(o.grid, c) + " at (" +
+                                           std::to_string(reached.x) + ", " + std::to_string(reached.y) +
+                                           ") of the pitch instead of (" + std::to_string(wanted.x) + ", " +
+                                           std::to_string(wanted.y) + ")" + firn::replay::at(s.t_us));
   }
 
   void check_ink(const PassOrder& o, const Shot& s, std::uint32_t c) {

@@ -25,7 +25,8 @@ struct Shot {
   std::int32_t i = 0, j = 0;    ///< cell under the nozzle, as the lab believed
   std::uint32_t exposures = 0;  ///< cures before
   Outcome outcome = Outcome::kFired;
-  Material ink = Material::kA;  ///< of the jet that was triggered
+  Material ink = Material::kA;    ///< of the jet that was triggered
+  double x_mm = 0.0, y_mm = 0.0;  ///< of the stage
 };
 
 /// Holds the world's own record, in order of time.
@@ -56,6 +57,7 @@ enum class ViolationKind : std::uint8_t {
   kUnresolved,    ///< droplets in doubt, and no scan before the next ones
   kCellTwice,
   kCellNotCommanded,
+  kBesidePlace,       ///< not at the cell's place inside it
   kCellNotTriggered,  ///< though reported as done
   kCellNotReported,   ///< triggered though reported as not done
   kNotCommanded,      ///< fired before anything was commanded

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <set>
+#include <stdexcept>
 #include <utility>
 
 #include "core/grid/firing_order.h"
@@ -27,6 +28,26 @@ DropletPattern pattern(const grid_t& grid, const std::vector<std::int8_t>& drops
   return p;
 }
 
+PassOrder order_of(const stage_command_t& m, const OffsetTable& places, AuditRecord& r) {
+  const DropletPattern fires = pattern(m.grid, m.fires);
+  PassOrder o{m.header.utime_us, m.layer, m.attempt, m.pass_index, fires.spec, {}};
+  o.placement = placement_of(m, places);
+  try {
+    check(o.placement, fires.spec);
+  } catch (const std::invalid_argument& why) {
+    r.damage.push_back("STAGE_COMMAND of layer " + std::to_string(m.layer) + ": " + why.what());
+    o.placement = {};
+  }
+  for (const FiringRun& run : firing_runs(fires, 0, o.placement))
+    for (const std::uint32_t c : run.cells) {
+      o.cells.push_back(c);
+      if (!o.placement.map.cells.empty())
+        o.places.push_back(stage_place(fires.spec, int(c % std::uint32_t(fires.spec.nx)), run.row,
+                                       o.placement.of(c), {.lead_mm = m.lead_mm}, run.towards_plus_x));
+    }
+  return o;
+}
+
 std::string in_words(const operator_command_t& m) {
   constexpr const char* kVerbs[] = {"accept-doubt", "pause", "continue", "finish-layer", "stop", "set"};
   static_assert(std::size(kVerbs) + 1 == kTableSize<OperatorVerb>);
@@ -45,19 +66,17 @@ std::vector<std::string> operator_orders(const runs::RunReader& messages) {
   return orders;
 }
 
-AuditRecord read_audit_record(const std::filesystem::path& run) {
+AuditRecord read_audit_record(const std::filesystem::path& run, const OffsetTable& places) {
   const runs::RunReader messages(run);
   AuditRecord r;
   messages.each<stage_command_t>(channels::kStageCommand.name, [&](const stage_command_t& m) {
     if (StageVerb(m.verb) != StageVerb::kPass) return;
-    const DropletPattern fires = pattern(m.grid, m.fires);
-    r.orders.push_back(
-        {m.header.utime_us, m.layer, m.attempt, m.pass_index, fires.spec, firing_order(fires, 0)});
+    r.orders.push_back(order_of(m, places, r));
   });
   messages.each<layer_plan_t>(channels::kLayerPlan.name, [&](const layer_plan_t& m) {
     if (PlanDecision(m.decision) == PlanDecision::kPrint)
-      r.plans.push_back(
-          {m.header.utime_us, m.layer, m.passes, m.map_id, pattern(m.grid, m.drops), materials_of(m)});
+      r.plans.push_back({m.header.utime_us, m.layer, m.passes, m.map_id, pattern(m.grid, m.drops),
+                         materials_of(m), offsets_of(m)});
   });
   std::set<std::pair<std::int32_t, std::int64_t>> two_inks;  // layer, map of a plan of two inks
   for (const PlannedLayer& plan : r.plans)
@@ -93,7 +112,8 @@ AuditRecord read_audit_record(const std::filesystem::path& run) {
   r.operator_orders = operator_orders(messages);
   std::ranges::stable_sort(r.stops, {}, [](const Stop& s) { return std::pair(s.incarnation, s.t_us); });
   r.starts = messages.starts();
-  r.damage = messages.damage();
+  const std::vector<std::string> damage = messages.damage();
+  r.damage.insert(r.damage.begin(), damage.begin(), damage.end());
   r.forged = messages.forged();
   return r;
 }

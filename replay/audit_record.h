@@ -9,6 +9,7 @@
 
 #include "core/grid/grid.h"
 #include "core/grid/material.h"
+#include "core/grid/offsets.h"
 
 namespace firn::runs {
 class RunReader;
@@ -21,7 +22,9 @@ struct PassOrder {
   std::int64_t t_us = 0;
   std::int32_t layer = 0, attempt = 0, pass = 0;
   GridSpec grid;
-  std::vector<std::uint32_t> cells;  ///< in firing order
+  std::vector<std::uint32_t> cells;     ///< in firing order
+  Placement placement = {};             ///< of the droplets in these cells
+  std::vector<StagePlace> places = {};  ///< of the stage at each droplet; empty: all are in the centres
 };
 
 /// Holds a DEPOSITION_REPORT.
@@ -46,7 +49,8 @@ struct PlannedLayer {
   std::int32_t passes = 0;
   std::int64_t map_id = 0;
   DropletPattern drops;
-  MaterialMap materials;  ///< has no cells if there is one ink
+  MaterialMap materials;   ///< has no cells if there is one ink
+  OffsetMap offsets = {};  ///< has no cells if all droplets are in the centres
 };
 
 struct MeasuredMap {
@@ -88,7 +92,8 @@ struct AuditRecord {
 std::vector<std::string> operator_orders(const runs::RunReader& messages);
 
 /// Reads the record. A message counts if any write-ahead file holds it, its publisher's or a receiver's.
+/// @param places of the run's offsets (actuation.offsets)
 /// @throws std::invalid_argument for a folder without nodes/, record::FileError
-AuditRecord read_audit_record(const std::filesystem::path& run);
+AuditRecord read_audit_record(const std::filesystem::path& run, const OffsetTable& places = {});
 
 }  // namespace firn::replay

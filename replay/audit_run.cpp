@@ -49,7 +49,7 @@ std::optional<WorldTruth> read_world_truth(const std::filesystem::path& run, con
     if (s.nozzle == 1)
       cell = plant::nearest_cell(e.grid, s.x_mm + e.jet_b.offset_x_mm, s.y_mm + e.jet_b.offset_y_mm);
     truth.shots.push_back({s.t_us, cell.i, cell.j, s.exposures, outcome_of(s.outcome),
-                           s.nozzle == 1 ? Material::kB : Material::kA});
+                           s.nozzle == 1 ? Material::kB : Material::kA, s.x_mm, s.y_mm});
   }
   for (const plant::DeviceRecord& d : history.devices)
     if (d.event == plant::DeviceEvent::kJetArmed || d.event == plant::DeviceEvent::kJetDisarmed)
@@ -111,7 +111,7 @@ AuditVerdict records_verdict(const std::filesystem::path& run) {
     if (prints_paths(e) || prints_lines(e)) {
       verdict = path_verdict(run, options, real);
     } else {
-      const AuditRecord record = read_audit_record(run);
+      const AuditRecord record = read_audit_record(run, OffsetTable(e.actuation));
       const auto truth = real ? std::nullopt : read_world_truth(run, e);
       verdict = audit(record, truth ? &*truth : nullptr, options);
     }

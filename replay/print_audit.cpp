@@ -36,6 +36,8 @@ const char* word(ViolationKind kind) {
       return "doubt not resolved";
     case ViolationKind::kCellTwice:
       return "cell deposited twice";
+    case ViolationKind::kBesidePlace:
+      return "beside its place";
     case ViolationKind::kCellNotCommanded:
       return "cell not commanded";
     case ViolationKind::kCellNotTriggered:
