@@ -105,6 +105,18 @@ TEST_CASE("Lamp, lease, profiler line, model and run name are checked against ea
     CHECK(says("run.name = \"" + std::string(bad) + "\"", "run.name"));
 }
 
+TEST_CASE("Places inside cells are refused by name where the model or an estimator knows centres alone") {
+  CHECK(rule_broken_by("actuation.offsets = \"grid\"") == "no error");
+  CHECK(says("actuation.offsets = \"x\"\nplant.model = \"lu2015\"",
+             "actuation.offsets = \"x\": plant.model = \"lu2015\" has nothing between cells"));
+  CHECK(says("actuation.offsets = \"x\"\nestimator.droplets = \"on\"", "in the centres alone"));
+  CHECK(says("actuation.offsets = \"x\"\ncontrol.height_estimate = \"kalman\"", "in the centres alone"));
+  CHECK(says("actuation.offsets = \"y\"", "must be one of none, x, grid"));
+  CHECK(says("actuation.positions_x = 9", "actuation.positions_x"));
+  CHECK(says("actuation = {offsets = \"x\", positions_x = 2, heights_mm = [0.1, 0.2]}",
+             "has 2 heights; 2 places beside the centre need 50"));
+}
+
 TEST_CASE("The stage must reach the grid under the second nozzle, when there is one") {
   CHECK(rule_broken_by("jet_b.offset_x_mm = 60.0") == "no error");
   const std::string two = "geometry = {shape = \"pipe\", outer_diameter_mm = 5.0, inner_diameter_mm = 3.0}\n";

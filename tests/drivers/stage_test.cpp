@@ -3,6 +3,7 @@
 #include <map>
 
 #include "core/grid/firing_order.h"
+#include "core/grid/random.h"
 #include "drivers/stage/stage.h"
 #include "tests/drivers/yes_ensemble.h"
 
@@ -182,6 +183,80 @@ TEST_CASE("With a lead every pulse comes earlier on its way, in rows of either d
     for (std::size_t k = 0; k < plain[n].increments.size(); ++k)
       CHECK(std::llabs(early[n].increments[k] - plain[n].increments[k]) <= 1);
   }
+}
+
+TEST_CASE(
+    "Pulses of droplets at places come at their places, to half a count, each run no faster than the jet "
+    "follows",
+    "[stage]") {
+  RandomStream random(11, Purpose::kTest);
+  for (int round = 0; round < 40; ++round) {
+    DropletPattern pattern(
+        GridSpec{1 + int(random.below(30)), 1 + int(random.below(8)), 0.263256, 0.25, -3.0, 1.0});
+    for (auto& c : pattern.cells) c = std::uint8_t(random.below(3));
+    Placement placement{OffsetTable({round % 2 ? OffsetKind::kX : OffsetKind::kGrid, 4, 3}),
+                        OffsetMap(pattern.spec)};
+    for (auto& c : placement.map.cells) c = std::uint8_t(random.below(std::uint32_t(placement.table.size())));
+    RasterParams params;
+    params.speed_mm_s = 150.0;
+    params.lead_mm = round % 3 ? 0.0 : 0.0731;
+    params.max_rate_hz = 2000.0;
+    if (round % 4 == 0) placement.apart_mm = params.speed_mm_s / (kRateShare * params.max_rate_hz);
+    std::size_t drop = 0;
+    bool slower = false;
+    double last_y_mm = -1e9;
+    for (const RasterRun& run : plan_raster(pattern, 0, params, placement)) {
+      CHECK(run.first_drop == drop);
+      const bool plus = run.end_x_mm > run.start_x_mm;
+      double x_mm = std::round(run.start_x_mm * params.counts_per_mm) / params.counts_per_mm;
+      double before_mm = 0.0;
+      const auto order = firing_order(pattern, 0, placement);
+      for (std::size_t k = 0; k < run.increments.size(); ++k, ++drop) {
+        x_mm += (plus ? 1.0 : -1.0) * double(run.increments[k]) / params.counts_per_mm;
+        const std::uint32_t c = order[drop];
+        const StagePlace place = stage_place(pattern.spec, int(c % std::uint32_t(pattern.spec.nx)), run.row,
+                                             placement.of(c), {.lead_mm = params.lead_mm}, plus);
+        CHECK(std::abs(x_mm - place.x_mm) < 0.51 / params.counts_per_mm);
+        CHECK(run.y_mm == place.y_mm);
+        if (k > 0) CHECK(std::abs(x_mm - before_mm) >= run.speed_mm_s / params.max_rate_hz);
+        before_mm = x_mm;
+      }
+      CHECK(run.y_mm >= last_y_mm);
+      last_y_mm = run.y_mm;
+      CHECK(run.speed_mm_s <= params.speed_mm_s);
+      slower = slower || run.speed_mm_s < params.speed_mm_s;
+      RasterParams own = params;
+      own.speed_mm_s = run.speed_mm_s;
+      CHECK(std::abs(run.end_x_mm - x_mm) >= run_up_mm(own) - 1e-3);
+    }
+    CHECK(drop == firing_order(pattern, 0).size());
+    if (placement.apart_mm > 0.0) CHECK_FALSE(slower);
+  }
+}
+
+TEST_CASE(
+    "Of a slower run and two runs over a row the pass takes the quicker, and neither without near droplets",
+    "[stage]") {
+  const auto apart_of = [](int cells, double speed_mm_s, OffsetKind kind) {
+    DropletPattern pattern(GridSpec{cells, 3, 0.263256, 0.25, 0.0, 0.0}, 1);
+    Placement placement{OffsetTable({kind, 8, 1}), OffsetMap(pattern.spec)};
+    for (int c = 0; c < int(pattern.size()) && kind != OffsetKind::kNone; ++c)
+      placement.map.cells[std::size_t(c)] = std::uint8_t(c % 2 ? 1 : 8);  // 1/8 of the pitch apart, then 15/8
+    RasterParams params;
+    params.speed_mm_s = speed_mm_s;
+    params.acceleration_mm_s2 = 5000.0;
+    params.max_rate_hz = 2000.0;
+    const double apart_mm = quicker_apart_mm(pattern, params, placement);
+    placement.apart_mm = apart_mm;
+    const double chosen_s = raster_time_s(plan_raster(pattern, 0, params, placement), params);
+    placement.apart_mm = apart_mm > 0.0 ? 0.0 : speed_mm_s / (kRateShare * params.max_rate_hz);
+    CHECK(chosen_s <= raster_time_s(plan_raster(pattern, 0, params, placement), params));
+    return apart_mm;
+  };
+  CHECK(apart_of(20, 150.0, OffsetKind::kX) == 0.0);
+  CHECK(apart_of(800, 300.0, OffsetKind::kX) == Approx(300.0 / (kRateShare * 2000.0)));
+  CHECK(apart_of(800, 50.0, OffsetKind::kX) == 0.0);
+  CHECK(apart_of(800, 300.0, OffsetKind::kNone) == 0.0);
 }
 
 TEST_CASE("the plan time of a move is that of the trapezoid", "[stage]") {

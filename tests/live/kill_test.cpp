@@ -1,9 +1,9 @@
 // kill -9 of live prints: victim, moment and lab are drawn, every process of the print among the victims,
 // world and launcher included. 20 kills with a seed of the day. A failure names its seed: FIRN_KILL_SEED=N
 // FIRN_KILLS=1 repeats it. FIRN_KILL_VICTIM and FIRN_KILL_LAB (inkjet, two_inks, watched, lines,
-// camera_alone, ice) fix what is drawn; FIRN_KILL_HARDSHIPS=1 adds to half of the prints a network that loses
-// a tenth, and to half a disk that stalls or is full from a moment drawn. tests/bench/random_kills.sh makes a
-// table of many.
+// camera_alone, ice, places) fix what is drawn; FIRN_KILL_HARDSHIPS=1 adds to half of the prints a network
+// that loses a tenth, and to half a disk that stalls or is full from a moment drawn.
+// tests/bench/random_kills.sh makes a table of many.
 #include <signal.h>
 #include <time.h>
 #include <unistd.h>
@@ -44,6 +44,7 @@ std::string lab_of(RandomStream& random) {
          : drawn < 9  ? "watched"
          : drawn < 11 ? "lines"
          : drawn < 12 ? "camera_alone"
+         : drawn < 15 ? "places"
                       : "inkjet";
 }
 
@@ -52,6 +53,7 @@ Experiment print_of(const std::string& lab, std::uint64_t seed) {
   if (lab == "watched") return tiny_watched_part(seed);
   if (lab == "lines") return tiny_lines(seed);
   if (lab == "camera_alone") return tiny_lines_by_camera(seed);
+  if (lab == "places") return tiny_part_beside_centres(seed);
   return lab == "two_inks" ? tiny_part_of_two_inks(seed) : tiny_part(seed);
 }
 
@@ -182,6 +184,14 @@ TEST_CASE("scheduler killed: safe, named, resumed, replayed", "[I4]") {
 TEST_CASE("stage killed while it prints lines: shutter closed, named, resumed, replayed", "[I4]") {
   if (skipped()) return;
   kill_and_resume(tiny_lines(21), "stage", "laser_profiler", 21, 0, 2'300'000);
+}
+TEST_CASE(
+    "stage, jet, scheduler and world killed while droplets are fired beside centres: resumed, replayed, "
+    "audited") {
+  if (skipped()) return;
+  std::uint64_t seed = 31;
+  for (const char* victim : {"stage", "jet", "scheduler", "world"})
+    kill_and_resume(tiny_part_beside_centres(++seed), victim, "stage", seed, 0, 1'800'000);
 }
 TEST_CASE("world killed: instruments without power, named, resumed, replayed") {
   if (skipped()) return;

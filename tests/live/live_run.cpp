@@ -54,6 +54,15 @@ Experiment tiny_part(std::uint64_t seed) {
   return e;
 }
 
+Experiment tiny_part_beside_centres(std::uint64_t seed) {
+  Experiment e = tiny_part(seed);
+  e.control.scheme = "pattern";
+  e.control.pattern.seed = seed;
+  e.actuation.offsets = OffsetKind::kGrid;
+  e.actuation.positions_x = e.actuation.positions_y = 3;
+  return e;
+}
+
 Experiment tiny_part_of_two_inks(std::uint64_t seed) {
   Experiment e = tiny_part(seed);
   e.part.shape.height_mm = 0.015;

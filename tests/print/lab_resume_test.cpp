@@ -11,10 +11,12 @@
 #include "print/folder/taking_part.h"
 #include "print/labs/full_product.h"
 #include "print/simulated/lab_run.h"
+#include "replay/audit_record.h"
 #include "replay/audit_run.h"
 #include "replay/print_verdict.h"
 #include "tests/support/long_cases.h"
 #include "tests/support/tiny_print.h"
+#include "tests/support/watched_jet.h"
 
 namespace firn {
 namespace {
@@ -121,6 +123,49 @@ TEST_CASE(
     for (const replay::Unknown& u : audit.unknowns) REQUIRE(u.resolved_by.has_value());
   }
   CHECK(crashes > int(2 * cases.size()));
+}
+
+TEST_CASE(
+    "a print with droplets beside centres dies at any step, resumes, replays identical and passes the "
+    "audit") {
+  const TemporaryRuns runs;
+  const std::vector<std::size_t> cases = long_cases(200, 10);
+  int crashes = 0;
+  std::int64_t beside = 0;
+  for (const std::size_t n : cases) {
+    const std::uint64_t seed = n + 1;
+    Experiment e = tiny("pattern", seed);
+    e.control.pattern.seed = seed;
+    e.actuation.offsets = seed % 3 ? OffsetKind::kGrid : OffsetKind::kX;
+    e.actuation.positions_x = 1 + int(seed % 8);
+    e.actuation.positions_y = 1 + int(seed % 5);
+    if (seed % 2) {  // so slow a jet that rows of near droplets take two runs
+      e.jet.max_rate_hz = 30;
+      e.process.pass_speed_mm_s = 7.0;
+    }
+    if (seed % 4 == 0) test::watch_jet(e);
+    CAPTURE(seed);
+    const Story s = print_with_crashes(runs.root, e, seed, 4);
+    crashes += s.crashes;
+    INFO(s.report.result.reason);
+    REQUIRE(s.report.result.status == 0);
+    ReplayCommandOptions r;
+    r.run = s.path.string();
+    const replay::RunVerdict verdict = replay_verdict(full_product(), r);
+    INFO(replay::to_text(verdict));
+    REQUIRE(verdict.identical());
+    const replay::AuditVerdict audit = replay::audit_run(s.path);
+    if (!audit.violations.empty()) INFO(audit.violations.front().what);
+    CAPTURE(s.path.string());
+    REQUIRE(audit.violations_total == 0);
+    REQUIRE(audit.fired > 0);
+    REQUIRE(audit.ignored == 0);
+    for (const replay::Unknown& u : audit.unknowns) REQUIRE(u.resolved_by.has_value());
+    for (const replay::PassOrder& o : replay::read_audit_record(s.path, OffsetTable(e.actuation)).orders)
+      for (const std::uint32_t c : o.cells) beside += o.placement.map.of(c) != 0;
+  }
+  CHECK(crashes > int(2 * cases.size()));
+  CHECK(beside > 100 * std::int64_t(cases.size()));
 }
 
 TEST_CASE("the same experiment and seed give the same bytes in every write-ahead file but for identity") {

@@ -146,7 +146,8 @@ struct FakeLab : NodeBench {
     if (StageVerb(c.verb) != StageVerb::kPass) return plain(NodeId::kStage, c, crash_probability);
     DropletPattern drops(experiment.grid);
     drops.cells.assign(c.fires.begin(), c.fires.end());
-    const auto order = firing_order(drops, 0);
+    const Placement placement = placement_of(c, OffsetTable(experiment.actuation));
+    const auto order = firing_order(drops, 0, placement);
     const std::size_t n = order.size();
     answer_t a{};
     a.node = "stage";
@@ -185,6 +186,8 @@ struct FakeLab : NodeBench {
     for (std::size_t k = 0; k < fire; ++k) {
       ++fired[{c.layer, c.pass_index}][order[k]];
       droplets[c.layer][order[k]].push_back(armed);
+      const int wanted = c.layer <= layers ? places.at(c.layer).of(order[k]) : 0;
+      beside_place = beside_place || placement.map.of(order[k]) != wanted;
       wet.push_back(order[k]);
     }
     // Between two cures all lies in one sub-pattern.
@@ -232,6 +235,12 @@ struct FakeLab : NodeBench {
       planned[p.layer] = drops;
     }
     set_drops(p, drops);
+    const auto table_size = std::uint32_t(OffsetTable(experiment.actuation).size());
+    OffsetMap& map = places[p.layer] = table_size > 1 ? OffsetMap(experiment.grid) : OffsetMap();
+    for (std::size_t c = 0; c < map.size(); ++c)
+      map.cells[c] = std::uint8_t(
+          random_below({7, Purpose::kTest, std::uint32_t(p.layer), 0, std::uint32_t(c)}, table_size));
+    set_offsets(p, map);
     MaterialMap materials(experiment.grid);
     for (std::size_t c = 0; c < drops.size(); ++c)
       materials.set(c, random.below(2) ? Material::kA : Material::kB);
@@ -285,12 +294,13 @@ struct FakeLab : NodeBench {
   NodeId late_driver = NodeId::kStage;
   std::map<int, DropletPattern> planned;
   std::map<int, MaterialMap> inks;
+  std::map<int, OffsetMap> places;  ///< of the plans; without cells: all in the centres
   std::map<int, std::map<std::uint32_t, std::vector<Material>>>
       droplets;                    // layer -> cell -> jets that fired on it
   std::vector<std::uint32_t> wet;  // cells fired since the last cure
   Material armed = Material::kNone;
   bool jetting = false, moved_while_jetting = false;
-  bool both_armed = false, wet_contact = false, wrong_place = false;
+  bool both_armed = false, wet_contact = false, wrong_place = false, beside_place = false;
   std::map<std::pair<int, int>, std::map<std::uint32_t, int>> fired;  // (layer, pass) -> cell -> triggers
 };
 

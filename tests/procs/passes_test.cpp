@@ -28,6 +28,7 @@ void check_print(const FakeLab& lab, bool two_inks) {
   CHECK_FALSE(lab.both_armed);
   CHECK_FALSE(lab.wet_contact);
   CHECK_FALSE(lab.wrong_place);
+  CHECK_FALSE(lab.beside_place);
   const std::set<int> doubtful = doubtful_layers(lab);
   for (int layer = 1; layer <= lab.layers; ++layer) {
     CAPTURE(layer);
@@ -71,6 +72,46 @@ TEST_CASE("however often it crashes, no sub-pattern of either ink fires a drople
   }
   CHECK(crashes > 100);
   CHECK(doubts > 10);
+}
+
+TEST_CASE("droplets at places inside their cells are fired once each, however often the scheduler crashes") {
+  int crashes = 0, doubts = 0, twice = 0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    Experiment e = interlaced(seed % 3 == 0 ? 2 : 1, seed % 2);
+    e.actuation.offsets = seed % 4 < 2 ? OffsetKind::kX : OffsetKind::kGrid;
+    if (seed % 2 == 0) {  // so slow a jet that rows of near droplets take two runs
+      e.process.pass_speed_mm_s = 7.0;
+      e.jet.max_rate_hz = e.jet_b.drive.max_rate_hz = 30;
+    }
+    CAPTURE(seed);
+    FakeLab lab(seed, e);
+    crashes += lab.print(0.05);
+    check_print(lab, seed % 2);
+    doubts += int(doubtful_layers(lab).size());
+    for (const stage_command_t& c : lab.all(channels::kStageCommand)) twice += c.apart_mm > 0.0;
+  }
+  CHECK(crashes > 50);
+  CHECK(doubts > 5);
+  CHECK(twice > 20);
+}
+
+TEST_CASE("A plan with a place beyond the table stops the print, and the fault names the cell") {
+  Experiment e = interlaced(1, false);
+  e.actuation.offsets = OffsetKind::kX;
+  FakeLab lab(5, e);
+  lab.begin(0);
+  while (lab.all(channels::kLayerMetrics).empty() && lab.serve(0.0)) {
+  }
+  layer_plan_t p{};
+  p.layer = 1;
+  p.map_id = lab.map_id;
+  set_drops(p, DropletPattern(lab.experiment.grid, 1));
+  OffsetMap map(lab.experiment.grid);
+  map.at(2, 1) = 5;
+  set_offsets(p, map);
+  lab.give(channels::kLayerPlan, p);
+  CHECK(lab.all(channels::kJetCommand).empty());
+  CHECK(lab.last(channels::fault(NodeId::kScheduler)).text.find("cell (2, 1) is 5") != std::string::npos);
 }
 
 TEST_CASE("each report of an interlaced layer says what pass it was, and one cure follows each sub-pattern") {

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "core/deposition/offset_change.h"
 #include "core/grid/random.h"
 
 namespace firn {
@@ -22,6 +23,9 @@ class Printer {
   /// Prints a layer of which each droplet adds `share` of its height. @returns the finding of the check
   Violation layer(double share, double fill = 1.0, double leak_mm = 0.0) {
     DropletPattern drops(e_.grid);
+    const OffsetTable table(e_.actuation);
+    OffsetMap places = table.size() > 1 ? OffsetMap(e_.grid) : OffsetMap();
+    for (auto& place : places.cells) place = std::uint8_t(random_.below(std::uint32_t(table.size())));
     for (int j = 3; j < 3 + side_; ++j)
       for (int i = 3; i < 3 + side_; ++i) drops.at(i, j) = random_.uniform() < fill;
     const double h[3] = {e_.model.h1_mm, e_.model.h2_mm, e_.model.h3_mm};
@@ -30,12 +34,19 @@ class Printer {
         surface_.at(i, j) += leak_mm;
         if (drops.at(i, j) == 0) continue;
         const double volume = share * (1.0 + 0.1 * random_.normal());
+        if (!places.cells.empty()) {
+          const deposition::OffsetKernel k =
+              deposition::mixed_kernel({h[0], h[1], h[2]}, table[places.of(e_.grid.index(i, j))]);
+          for (int y = -2; y <= 2; ++y)
+            for (int x = -2; x <= 2; ++x) surface_.at(i + x, j + y) += volume * k.at(x, y);
+          continue;
+        }
         for (int y = j - 1; y <= j + 1; ++y)
           for (int x = i - 1; x <= i + 1; ++x)
             surface_.at(x, y) += volume * h[std::abs(x - i) + std::abs(y - j)];
       }
     const HeightMap after = measured();
-    const Violation what = check_.check(e_, {before_, after, noise_mm_, noise_mm_, drops, {}});
+    const Violation what = check_.check(e_, {before_, after, noise_mm_, noise_mm_, drops, {}, places});
     before_ = after;
     return what;
   }
@@ -82,6 +93,20 @@ TEST_CASE("A nozzle that fires well is never stopped, however few droplets a lay
     Printer printer(3 + int(random.below(12)), 0.001 * random.uniform(0.2, 1.5), seed);
     INFO("seed " << seed);
     CHECK(found_after(printer, 50, random.uniform(0.7, 1.2), random.uniform(0.02, 1.0)) == 0);
+  }
+}
+
+TEST_CASE("A nozzle that fires well beside the centres is never stopped, and a dead one is found", "[I12]") {
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    RandomStream random(seed, Purpose::kInstance);
+    Printer printer(3 + int(random.below(12)), 0.001 * random.uniform(0.2, 1.5), seed);
+    printer.experiment().actuation.offsets = OffsetKind::kGrid;
+    INFO("seed " << seed);
+    CHECK(found_after(printer, 50, random.uniform(0.7, 1.2), random.uniform(0.02, 1.0)) == 0);
+    Printer dead(8, 0.001, seed);
+    dead.experiment().actuation.offsets = OffsetKind::kX;
+    for (int n = 0; n < 5; ++n) CHECK(dead.layer(1.0).empty());
+    CHECK(found_after(dead, 2, 0.0) > 0);
   }
 }
 

@@ -237,6 +237,77 @@ TEST_CASE("doubt at the end of a finished print must be measured too") {
   CHECK(p.verdict().clean());
 }
 
+// Two layers whose droplets are at places inside their cells, fired with a lead.
+struct Placed : Print {
+  Placed() : Print(0) {
+    RandomStream random(8, Purpose::kTest);
+    record.maps.clear();
+    std::int64_t t = kSecond;
+    for (int layer = 1; layer <= 2; ++layer) {
+      record.maps.push_back({t, layer - 1, 100 + layer, t - 1000});
+      Placement placement{OffsetTable({OffsetKind::kGrid, 4, 3}), OffsetMap(grid), layer == 1 ? 0.0 : 0.2};
+      for (auto& c : placement.map.cells)
+        c = std::uint8_t(random.below(std::uint32_t(placement.table.size())));
+      const DropletPattern drops(grid, 1);
+      record.plans.push_back({t + 1000, layer, 1, 100 + layer, drops, {}, placement.map});
+      t += kSecond;
+      record.leases.push_back({t - 2000, t + kSecond});
+      world.jet.push_back({t - 1000, true});
+      replay::PassOrder o{t, layer, 0, 0, grid, {}, placement, {}};
+      for (const FiringRun& run : firing_runs(drops, 0, placement))
+        for (const std::uint32_t c : run.cells) {
+          const StagePlace at = stage_place(grid, int(c) % grid.nx, run.row, placement.of(c),
+                                            {.lead_mm = 0.3}, run.towards_plus_x);
+          o.cells.push_back(c);
+          o.places.push_back(at);
+          t += 1000;
+          Shot s{t, int(std::lround(at.x_mm / grid.pitch_x_mm)), int(std::lround(at.y_mm / grid.pitch_y_mm)),
+                 std::uint32_t(layer - 1)};
+          s.x_mm = at.x_mm + 1e-4 * random.uniform(-1.0, 1.0);
+          s.y_mm = at.y_mm + 1e-4 * random.uniform(-1.0, 1.0);
+          world.shots.push_back(s);
+        }
+      record.orders.push_back(o);
+      world.jet.push_back({t + 500, false});
+      const auto n = std::int64_t(o.cells.size());
+      record.reports.push_back({t + 1000, layer, 0, 0, 100 + layer, n, n});
+      t += kSecond;
+    }
+    record.maps.push_back({t, 2, 103, t - 1000});
+  }
+};
+
+TEST_CASE("Droplets at their places inside cells are clean, and each way beside them is found") {
+  const Placed p;
+  const AuditVerdict v = p.verdict();
+  INFO(to_text(v));
+  CHECK(v.clean());
+  CHECK(v.commanded == 40);
+
+  Placed beside = p;
+  beside.world.shots[25].x_mm += 0.03;  // places are 0.0625 mm apart
+  CHECK(beside.verdict().clean());
+  beside.world.shots[25].x_mm += 0.01;
+  CHECK(found(beside.verdict(), ViolationKind::kBesidePlace));
+
+  Placed twice = p;
+  twice.world.shots.insert(twice.world.shots.begin() + 25, twice.world.shots[25]);
+  CHECK(found(twice.verdict(), ViolationKind::kCellTwice));
+  CHECK(twice.verdict().violations_total == 1);
+
+  Placed few = p;
+  few.world.shots.erase(few.world.shots.begin() + 25);
+  CHECK(found(few.verdict(), ViolationKind::kCellNotTriggered));
+
+  Placed sent_elsewhere = p;
+  sent_elsewhere.record.orders[1].placement.map.cells[3] ^= 1;
+  CHECK(found(sent_elsewhere.verdict(), ViolationKind::kOtherCells));
+
+  Placed centres = p;
+  centres.record.plans[0].offsets = {};
+  CHECK(found(centres.verdict(), ViolationKind::kOtherCells));
+}
+
 TEST_CASE("a droplet later than a second after a stop is found, and the latest is told") {
   Print p;
   const std::int64_t last = p.world.shots.back().t_us;

@@ -94,6 +94,26 @@ TEST_CASE("Every message that a golden run recorded is one of today, within its 
   }
 }
 
+TEST_CASE(
+    "Plans and passes recorded before droplets had places have all of them in the centres, and all else") {
+  std::size_t plans = 0, passes = 0;
+  for (const fs::path& run : {kTwoInks, kOneInk}) {
+    for (const layer_plan_t& p : all<layer_plan_t>(runs::RunReader(run), "LAYER_PLAN")) {
+      CHECK(p.n_offset == 0);
+      CHECK(p.offset.empty());
+      CHECK((run == kOneInk || p.n == 0 || p.n_material == p.n || p.passes == 0));
+      ++plans;
+    }
+    for (const stage_command_t& c : all<stage_command_t>(runs::RunReader(run), "STAGE_COMMAND")) {
+      CHECK(c.n_offset == 0);
+      CHECK(c.apart_mm == 0.0);
+      passes += c.n > 0;
+    }
+  }
+  CHECK(plans > 4);
+  CHECK(passes > 4);
+}
+
 TEST_CASE("A fault and an answer recorded before they had figures have none, and all else") {
   const auto recorded = recorded_by(kTwoInks, "jet").at("ANSWER_JET");
   const auto answers = all<answer_t>(runs::RunReader(kTwoInks), "ANSWER_JET");
