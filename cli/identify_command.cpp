@@ -18,6 +18,7 @@
 #include "runs/folder/run_folder.h"
 #include "studies/identify/identify.h"
 #include "studies/identify/identify_beads.h"
+#include "studies/identify/identify_places.h"
 #include "studies/reproduce/reproduce.h"
 
 namespace firn {
@@ -138,9 +139,60 @@ ordered_json identification_json(const std::string& run, const Identification& i
   return j;
 }
 
-int identify_droplets(const IdentifyOptions& options) {
+ordered_json places_json(const std::string& run, const PlaceIdentification& id) {
+  ordered_json places = ordered_json::array();
+  for (int n = 0; n < id.table.size(); ++n) {
+    const droplet::PlaceRise& p = id.prints.places[std::size_t(n)];
+    ordered_json heights_um = ordered_json::array();
+    for (const double h : p.kernel.height_mm) heights_um.push_back(h * 1e3);
+    places.push_back({{"place", n},
+                      {"x", id.table[n].x},
+                      {"y", id.table[n].y},
+                      {"own", json_of(p.own)},
+                      {"mixed_error", p.mixed_error},
+                      {"heights_um", heights_um}});
+  }
+  return {{"run", run},
+          {"model", "places"},
+          {"identified", id.uninformative.empty()},
+          {"reason", id.uninformative},
+          {"layers", id.layers},
+          {"drop_height", json_of(id.prints.drop_height)},
+          {"h1_um", id.prints.centre.h1_mm * 1e3},
+          {"h2_um", id.prints.centre.h2_mm * 1e3},
+          {"h3_um", id.prints.centre.h3_mm * 1e3},
+          {"places", places},
+          {"keys", id.uninformative.empty() ? places_toml(id) : ""}};
+}
+
+int identify_places_of(const IdentifyOptions& options, const ObservedRun& observed) {
+  if (!options.output.empty()) throw UsageError("--output: a picture is drawn of h1, h2, h3 alone");
   const std::string& run = options.runs.front();
-  const Identification id = identify(ObservedRun::read(run));
+  const PlaceIdentification id = identify_places(observed);
+  if (options.json) {
+    std::puts(places_json(run, id).dump(2).c_str());
+  } else if (id.uninformative.empty()) {
+    const droplet::Repeats& sum = id.prints.drop_height;
+    fmt::print("# {} droplets alone; a droplet adds {:.3f} +- {:.3f} um over all cells (95 %)\n", sum.n,
+               sum.mean_mm * 1e3, sum.half_width_mm * 1e3);
+    fmt::print("# {:>5} {:>7} {:>7} {:>4} {:>18} {:>22}\n", "place", "x", "y", "n", "own cell [um]",
+               "mixed kernel is off by");
+    for (int n = 0; n < id.table.size(); ++n) {
+      const droplet::PlaceRise& p = id.prints.places[std::size_t(n)];
+      fmt::print("# {:>5} {:>7.3f} {:>7.3f} {:>4} {:>8.3f} +- {:>6.3f} {:>14.3f} droplets\n", n,
+                 id.table[n].x, id.table[n].y, p.own.n, p.own.mean_mm * 1e3, p.own.half_width_mm * 1e3,
+                 p.mixed_error);
+    }
+    fmt::print("{}", places_toml(id));
+  }
+  if (id.uninformative.empty()) return kOk;
+  fmt::print(stderr, "{} cannot identify actuation.heights_mm: {}\n", run, id.uninformative);
+  return kFailed;
+}
+
+int identify_droplets(const IdentifyOptions& options, const ObservedRun& observed) {
+  const std::string& run = options.runs.front();
+  const Identification id = identify(observed);
   if (options.json)
     std::puts(identification_json(run, id).dump(2).c_str());
   else if (id.uninformative.empty())
@@ -230,11 +282,15 @@ int identify_speeds(const IdentifyOptions& options) {
 int identify_one(const IdentifyOptions& options) {
   if (options.runs.size() != 1) throw UsageError("firn identify takes one run; several only with --spacing");
   const std::string& run = options.runs.front();
-  if (options.model != "auto" && options.model != "droplets" && options.model != "beads")
-    throw UsageError("--model " + options.model + ": must be one of auto, droplets, beads");
+  const std::string& model = options.model;
+  if (model != "auto" && model != "droplets" && model != "places" && model != "beads")
+    throw UsageError("--model " + model + ": must be one of auto, droplets, places, beads");
   const auto still = use_sealed_run(run, options.unsealed);
-  const bool beads = options.model == "beads" || (options.model == "auto" && records_speeds(run));
-  return beads ? identify_speeds(options) : identify_droplets(options);
+  if (model == "beads" || (model == "auto" && records_speeds(run))) return identify_speeds(options);
+  const ObservedRun observed = ObservedRun::read(run);
+  return model == "places" || (model == "auto" && prints_places(observed.experiment()))
+             ? identify_places_of(options, observed)
+             : identify_droplets(options, observed);
 }
 
 int choose(const IdentifyOptions& options) {
@@ -305,7 +361,9 @@ void declare_identify(OptionSet& options) {
   options.option("--diameter", o.diameter_mm, "with --spacing: droplet diameter [mm]").show_default();
   options
       .option("--model", o.model,
-              "droplets: h1, h2, h3; beads: ln dh = a ln v + b; auto: beads where speeds are recorded")
+              "droplets: h1, h2, h3; places: heights of droplets beside the centres of their cells; beads: "
+              "ln dh = "
+              "a ln v + b; auto: beads where speeds are recorded, places where they are printed")
       .show_default();
   options.option("-o,--output", o.output, "picture, SVG");
   declare_unsealed(options, o.unsealed);

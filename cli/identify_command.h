@@ -1,5 +1,5 @@
-// run_identify estimates h1, h2, h3 or the law of beads from a run, or the spacing of droplets from prints of
-// squares.
+// run_identify estimates h1, h2, h3, the heights of droplets at places inside their cells, or the law of
+// beads from a run, or the spacing of droplets from prints of squares.
 #pragma once
 
 #include <string>
@@ -9,7 +9,9 @@ namespace firn {
 
 struct IdentifyOptions {
   std::vector<std::string> runs;
-  std::string model = "auto";  ///< "droplets", "beads"; auto: beads where the run holds recorded speeds
+  /// "droplets", "places", "beads"; auto: beads where the run holds recorded speeds, places where it prints
+  /// them
+  std::string model = "auto";
   bool spacing = false;
   double diameter_mm = 0.42;  ///< d of [Lu 2015, Table I], for gamma = L / d
   std::string output;         ///< picture (SVG); empty = none

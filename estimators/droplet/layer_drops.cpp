@@ -15,7 +15,7 @@ constexpr double kMinCountedShare = 0.9;  // below, the count itself is in doubt
 
 void LayerDrops::add(const PassReport& r) {
   const DropletPattern& commanded = r.commanded;
-  const auto order = firing_order(commanded, 0);
+  const auto order = firing_order(commanded, 0, r.placement);
   const std::size_t n = order.size();
   const std::size_t known = std::min(n, std::size_t(r.unknown_from)),
                     doubt_to = std::min(n, std::size_t(r.unknown_to));

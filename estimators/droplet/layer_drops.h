@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/grid/grid.h"
+#include "core/grid/offsets.h"
 #include "estimators/droplet/surface_filter.h"
 
 namespace firn::droplet {
@@ -16,6 +17,7 @@ struct PassReport {
   int pass = 0, passes = 1;
   std::int64_t triggered_jet = -1;                ///< droplets counted by the jet, -1 = not counted
   std::int64_t unknown_from = 0, unknown_to = 0;  ///< in firing order; equal = nothing unknown
+  Placement placement = {};                       ///< which decides the firing order
 };
 
 class LayerDrops {

@@ -8,6 +8,7 @@
 #include "core/grid/npy.h"
 #include "files/usage_error.h"
 #include "firn/deposition_report_t.hpp"
+#include "firn/stage_command_t.hpp"
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
 #include "runs/folder/config_change.h"
@@ -52,7 +53,8 @@ ObservedRun ObservedRun::read(const std::filesystem::path& path) {
   ObservedRun run(e, mask_from_npy(blob(folder.inputs(), "mask").bytes, e.grid, "mask"));
   try {
     const runs::RunReader messages(path);
-    for (const std::string_view channel : {channels::kDepositionReport.name, channels::kHeightMap.name})
+    for (const std::string_view channel :
+         {channels::kStageCommand.name, channels::kDepositionReport.name, channels::kHeightMap.name})
       for (const auto bytes : messages.on(channel)) run.take(channel, bytes);
   } catch (const std::invalid_argument& error) {
     throw UsageError(error.what());
@@ -66,10 +68,19 @@ void ObservedRun::take(std::string_view channel, std::span<const std::byte> byte
     if (m.decode(bytes.data(), 0, int(bytes.size())) < 0 || from_message(m.grid) != experiment_.grid) return;
     const auto known = maps_.find(m.layer);
     if (known == maps_.end() || known->second.attempt <= m.attempt) maps_[m.layer] = std::move(m);
+  } else if (channel == channels::kStageCommand.name) {
+    stage_command_t c{};
+    if (c.decode(bytes.data(), 0, int(bytes.size())) < 0 || c.n_offset == 0) return;
+    Placement placement = placement_of(c, OffsetTable(experiment_.actuation));
+    check(placement, from_message(c.grid));
+    offsets_[c.layer] = placement.map;
+    placed_[{c.layer, c.attempt, c.pass_index}] = std::move(placement);
   } else if (channel == channels::kDepositionReport.name) {
     deposition_report_t r{};
     if (r.decode(bytes.data(), 0, int(bytes.size())) < 0 || from_message(r.grid) != experiment_.grid) return;
-    drops_[r.layer].add({drops_of(r), r.pass_index, r.passes, r.triggered_jet, r.unknown_from, r.unknown_to});
+    const auto placed = placed_.find({r.layer, r.attempt, r.pass_index});
+    drops_[r.layer].add({drops_of(r), r.pass_index, r.passes, r.triggered_jet, r.unknown_from, r.unknown_to,
+                         placed == placed_.end() ? Placement{} : placed->second});
   }
 }
 
@@ -109,6 +120,15 @@ std::vector<droplet::PrintedLayer> ObservedRun::printed() const {
     for (std::size_t c = 0; c < l.use.size(); ++c)
       if (first[c] == droplet::Use::kNothing) l.use[c] = droplet::Use::kNothing;
     out.push_back(std::move(l));
+  }
+  return out;
+}
+
+std::vector<OffsetMap> ObservedRun::offsets() const {
+  std::vector<OffsetMap> out;
+  for (int k = 1; k <= layers(); ++k) {
+    const auto known = offsets_.find(k);
+    out.push_back(known == offsets_.end() ? OffsetMap{} : known->second);
   }
   return out;
 }

@@ -9,9 +9,11 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
 #include "config/experiment.h"
+#include "core/grid/offsets.h"
 #include "core/statistics/held_out.h"
 #include "estimators/droplet/droplet_estimator.h"
 #include "estimators/droplet/identification.h"
@@ -30,8 +32,8 @@ class ObservedRun {
   /// configuration that cannot be read.
   static ObservedRun read(const std::filesystem::path& run);
 
-  /// Adds HEIGHT_MAP and DEPOSITION_REPORT; other messages are ignored. A later attempt at a layer replaces
-  /// its map.
+  /// Adds HEIGHT_MAP, STAGE_COMMAND and, after the commands that they report on, DEPOSITION_REPORT; other
+  /// messages are ignored. A later attempt at a layer replaces its map.
   void take(std::string_view channel, std::span<const std::byte> message);
 
   const Experiment& experiment() const { return experiment_; }
@@ -40,6 +42,8 @@ class ObservedRun {
   double noise_std_mm() const;    ///< mean of the maps, of one cell
   std::int64_t droplets() const;  ///< in these layers
   std::vector<droplet::PrintedLayer> printed() const;
+  /// Returns the places of these layers' droplets inside their cells; without cells: all in the centres.
+  std::vector<OffsetMap> offsets() const;
   /// Returns the centre of an almost uninformative prior: the experiment's model; or a model of the same form
   /// in the size of the maps' rise per droplet, where that is beyond the prior's own standard deviation. So
   /// records of any scale can be learned from.
@@ -61,6 +65,9 @@ class ObservedRun {
   Mask mask_;
   std::map<int, height_map_t> maps_;
   std::map<int, droplet::LayerDrops> drops_;
+  std::map<std::tuple<int, int, int>, Placement>
+      placed_;  ///< by layer, attempt, pass, of droplets beside centres
+  std::map<int, OffsetMap> offsets_;
 };
 
 }  // namespace firn

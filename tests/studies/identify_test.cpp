@@ -5,7 +5,10 @@
 #include <cmath>
 #include <filesystem>
 
+#include "core/grid/random.h"
 #include "files/usage_error.h"
+#include "plant/inkjet/field.h"
+#include "studies/identify/identify_places.h"
 #include "tests/support/planted_trial.h"
 
 using namespace firn;
@@ -55,6 +58,77 @@ TEST_CASE("V-C: a side droplet beside a cured centre gives it what (4) says, les
   CHECK(std::abs(id.prints.h2.mean_mm - (centre - kH1) / 4) < 1.5 * id.prints.h2.half_width_mm);
   CHECK(id.prints.h2.half_width_mm < 0.0001);
   CHECK(std::abs(id.prints.h3.mean_mm - kH3) < 1.5 * id.prints.h3.half_width_mm);  // mean of both: no ink is lost
+}
+
+TEST_CASE("Rows of single droplets give the heights of each place: those of the plant's own droplet there") {
+  const ObservedRun run = observe_print(
+      kExperiments + "places.toml",
+      {"grid.ny=150", "part.depth_mm=39.4", "actuation.positions_x=2", "actuation.positions_y=2",
+       "control.pattern.layers=2", "plant.drift=0", "plant.missed_fraction=0", "plant.satellite_fraction=0"});
+  const PlaceIdentification id = identify_places(run);
+  INFO(id.uninformative);
+  REQUIRE(id.uninformative.empty());
+  REQUIRE(id.table.size() == 5);
+  const GridSpec g{9, 9, run.experiment().grid.pitch_x_mm, run.experiment().grid.pitch_y_mm, 0.0, 0.0};
+  for (int n = 0; n < 5; ++n) {
+    const plant::DropletParams p;
+    plant::Field ground(g, p.fine_cells, p.margin_cells);
+    ground.land(p, p.volume_mm3, g.x_mm(4) + id.table[n].x * g.pitch_x_mm,
+                g.y_mm(4) + id.table[n].y * g.pitch_y_mm);
+    ground.cure(p.cure_shrink);
+    const HeightMap truth = ground.cell_means();
+    const droplet::PlaceRise& found = id.prints.places[std::size_t(n)];
+    const double drop_mm = id.prints.drop_height.mean_mm;
+    double worst = 0.0, worst_mixed = 0.0;
+    const auto mixed = deposition::mixed_kernel(id.prints.centre, id.table[n]);
+    for (int dy = -2; dy <= 2; ++dy)
+      for (int dx = -2; dx <= 2; ++dx) {
+        worst = std::max(worst, std::abs(found.kernel.at(dx, dy) - truth.at(4 + dx, 4 + dy)) / drop_mm);
+        worst_mixed = std::max(worst_mixed, std::abs(mixed.at(dx, dy) - truth.at(4 + dx, 4 + dy)) / drop_mm);
+      }
+    CAPTURE(n, worst, worst_mixed, found.own.n);
+    CHECK(found.own.n >= 15);
+    CHECK(worst < 0.03);
+    if (n > 0) CHECK(worst < worst_mixed);
+  }
+  const Experiment e = parse_experiment(places_toml(id), "lab.toml");
+  CHECK(e.actuation.heights_mm.size() == 4 * 25);
+  CHECK(e.actuation.offsets == OffsetKind::kGrid);
+  CHECK(e.actuation.heights_mm[12] == Approx(id.prints.places[1].kernel.at(0, 0)).margin(1e-7));
+}
+
+TEST_CASE("A print without places tells none of them") {
+  const PlaceIdentification id =
+      identify_places(observe_print(kExperiments + "identification.toml",
+                                    {"grid.ny=90", "part.depth_mm=23.5", "control.pattern.layers=1"}));
+  CHECK_THAT(id.uninformative, Catch::Contains("actuation.offsets is none"));
+}
+
+TEST_CASE("The nearest kernel is nowhere negative, has the wanted height, and none of the same is nearer") {
+  RandomStream random(4, Purpose::kTest);
+  for (int trial = 0; trial < 30; ++trial) {
+    droplet::Rise rise;
+    for (auto& row : rise.mean_mm)
+      for (double& h : row) h = random.uniform(-1e-3, 2e-3);
+    const double height_mm = random.uniform(2e-3, 2e-2);
+    const deposition::OffsetKernel k = droplet::nearest_kernel(rise, height_mm);
+    const auto squares = [&](const deposition::OffsetKernel& of) {
+      double sum = 0.0;
+      for (int y = 0; y < 5; ++y)
+        for (int x = 0; x < 5; ++x) sum += std::pow(of.at(x - 2, y - 2) - rise.mean_mm[y][x], 2);
+      return sum;
+    };
+    CHECK(k.drop_height_mm() == Approx(height_mm).epsilon(1e-12));
+    for (const double h : k.height_mm) CHECK(h >= 0.0);
+    for (int other = 0; other < 50; ++other) {  // some height moved from one cell to another
+      deposition::OffsetKernel moved = k;
+      double& from = moved.height_mm[random.below(25)];
+      const double by = from * random.uniform();
+      from -= by;
+      moved.height_mm[random.below(25)] += by;
+      CHECK(squares(moved) >= squares(k) - 1e-18);
+    }
+  }
 }
 
 TEST_CASE("Half-filled layers identify planted values, and they believe what they see, not model.h1_mm") {

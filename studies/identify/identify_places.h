@@ -1,0 +1,29 @@
+// identify_places() computes the heights that droplets at each place inside their cells add, from a print of
+// rows of single droplets (experiments/places.toml), and proposes the keys of a lab file.
+#pragma once
+
+#include <string>
+
+#include "core/grid/offsets.h"
+#include "estimators/droplet/place_prints.h"
+#include "print/folder/observed_run.h"
+
+namespace firn {
+
+struct PlaceIdentification {
+  OffsetOptions options;  ///< of the run: actuation.offsets
+  OffsetTable table;
+  int layers = 0;
+  droplet::PlacePrints prints;
+  std::string uninformative;  ///< reason for which the run does not tell the heights; "" = none
+};
+
+/// Returns true if a run prints single droplets at places beside the centres.
+bool prints_places(const Experiment& experiment);
+
+PlaceIdentification identify_places(const ObservedRun& run);
+
+/// Returns model.h1_mm..h3_mm and actuation.* as TOML, for a lab file. @pre identified
+std::string places_toml(const PlaceIdentification& id);
+
+}  // namespace firn
