@@ -65,7 +65,7 @@ TEST_CASE("a dead nozzle and a leak are told by the share of the rise that was e
   const HeightMap before(kTwelve, 0.1);
   const DropletPattern all(kTwelve, 1);
   const auto of = [&](const DropletPattern& drops, double rise_mm) {
-    return RiseCheck().check(e, {before, HeightMap(kTwelve, 0.1 + rise_mm), 0.0, 0.0, drops, {}});
+    return RiseCheck().check(e, {before, HeightMap(kTwelve, 0.1 + rise_mm), 0.0, 0.0, drops, {}, {}});
   };
   // Cells at the edge expect less: by the model's own sum over the grid.
   double expected_mm = 0.0;
@@ -149,7 +149,7 @@ TEST_CASE("every figure of random maps agrees with its sentence, and its key is 
       after.cells[c] = before.cells[c] + rise_mm * random.uniform(0.5, 1.0);
       drops.cells[c] = std::int8_t(random.below(n % 2 ? 2 : 1));
     }
-    agrees(RiseCheck().check(e, {before, after, 0.0, 0.0, drops, {}}));
+    agrees(RiseCheck().check(e, {before, after, 0.0, 0.0, drops, {}, {}}));
     agrees(rise_without_command(e, 2, before, after));
     agrees(check_bare(after, random.uniform(0.001, 0.02), {"a", "b", "c", "laser_point.bias_limit_mm"}));
     agrees(scrape(after, random.uniform(-0.1, 0.3), random.uniform(0.01, 0.3)));

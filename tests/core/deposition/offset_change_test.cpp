@@ -12,20 +12,20 @@ using namespace firn::deposition;
 
 namespace {
 
-const GridSpec kGrid{11, 9, 0.25, 0.25, 0.0, 0.0};
+const GridSpec kElevenByNine{11, 9, 0.25, 0.25, 0.0, 0.0};
 const DropletModel kInk{4.4e-3, 0.6e-3, 0.2e-3}, kSupport{3.0e-3, 0.9e-3, 0.1e-3};
 
 struct Case {
-  HeightMap height{kGrid};
-  DropletPattern drops{kGrid};
-  OffsetMap offsets{kGrid};
-  MaterialMap inks{kGrid};
+  HeightMap height{kElevenByNine};
+  DropletPattern drops{kElevenByNine};
+  OffsetMap offsets{kElevenByNine};
+  MaterialMap inks{kElevenByNine};
 };
 
 Case random_case(std::uint64_t seed, int places) {
   RandomStream random(seed, Purpose::kPattern);
   Case c;
-  for (std::size_t n = 0; n < kGrid.size(); ++n) {
+  for (std::size_t n = 0; n < kElevenByNine.size(); ++n) {
     c.height.cells[n] = 0.02 * random.uniform();
     c.drops.cells[n] = std::uint8_t(random.below(3));
     c.offsets.cells[n] = std::uint8_t(random.below(std::uint32_t(places)));
@@ -34,22 +34,22 @@ Case random_case(std::uint64_t seed, int places) {
   return c;
 }
 
-double sum(const HeightMap& h) { return std::accumulate(h.cells.begin(), h.cells.end(), 0.0); }
+double total_mm(const HeightMap& h) { return std::accumulate(h.cells.begin(), h.cells.end(), 0.0); }
 
 }  // namespace
 
 TEST_CASE("A droplet in the centre changes heights by Lu's (4), with two inks by (7)") {
   for (const Border border : {Border::kLose, Border::kKeep})
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-      const OffsetTable table({OffsetKind::kGrid, 4, 4});
-      OffsetChange places(kGrid, offset_model(kInk, table), border, offset_model(kSupport, table));
+      const OffsetTable table({OffsetKind::kElevenByNine, 4, 4});
+      OffsetChange places(kElevenByNine, offset_model(kInk, table), border, offset_model(kSupport, table));
       Case c = random_case(seed, 1);
       HeightMap lu = c.height, two = c.height, lu_placed = c.height, two_placed = c.height;
-      HeightChange<1>(kGrid, stencil_of(kInk), border).deposit(lu, c.drops);
-      TwoMaterialChange(kGrid, {kInk, kSupport}, border).deposit(two, c.drops, c.inks);
+      HeightChange<1>(kElevenByNine, stencil_of(kInk), border).deposit(lu, c.drops);
+      TwoMaterialChange(kElevenByNine, {kInk, kSupport}, border).deposit(two, c.drops, c.inks);
       places.deposit(lu_placed, c.drops, c.offsets);
       places.deposit(two_placed, c.drops, {}, c.inks);
-      for (std::size_t n = 0; n < kGrid.size(); ++n) {
+      for (std::size_t n = 0; n < kElevenByNine.size(); ++n) {
         CHECK(lu_placed.cells[n] == Approx(lu.cells[n]).margin(1e-15));
         CHECK(two_placed.cells[n] == Approx(two.cells[n]).margin(1e-15));
       }
@@ -57,20 +57,20 @@ TEST_CASE("A droplet in the centre changes heights by Lu's (4), with two inks by
 }
 
 TEST_CASE("Droplets beside centres add their volume, whatever the ground") {
-  const OffsetTable table({OffsetKind::kGrid, 4, 3});
+  const OffsetTable table({OffsetKind::kElevenByNine, 4, 3});
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     Case c = random_case(seed, table.size());
-    const double before = sum(c.height);
-    OffsetChange keep(kGrid, offset_model(kInk, table), Border::kKeep);
+    const double before = total_mm(c.height);
+    OffsetChange keep(kElevenByNine, offset_model(kInk, table), Border::kKeep);
     HeightMap kept = c.height;
     const Ledger k = keep.deposit(kept, c.drops, c.offsets);
     CHECK(k.drops == c.drops.total());
     CHECK(k.deposited_mm == Approx(double(k.drops) * kInk.layer_height_mm()).epsilon(1e-12));
-    CHECK(sum(kept) - before == Approx(k.deposited_mm).epsilon(1e-12));
-    OffsetChange lose(kGrid, offset_model(kInk, table), Border::kLose);
+    CHECK(total_mm(kept) - before == Approx(k.deposited_mm).epsilon(1e-12));
+    OffsetChange lose(kElevenByNine, offset_model(kInk, table), Border::kLose);
     HeightMap lost = c.height;
     const Ledger l = lose.deposit(lost, c.drops, c.offsets);
-    CHECK(sum(lost) - before + l.lost_mm == Approx(l.deposited_mm).epsilon(1e-12));
+    CHECK(total_mm(lost) - before + l.lost_mm == Approx(l.deposited_mm).epsilon(1e-12));
     CHECK(l.lost_mm > 0.0);
   }
 }
@@ -80,28 +80,28 @@ TEST_CASE("A cell that stands higher by its share and the droplet's own gets not
   const OffsetModel model = offset_model(kInk, table);
   const int right = table.nearest({0.375, 0.0});
   const OffsetKernel& k = model.kernels[std::size_t(right)];
-  DropletPattern drops(kGrid);
+  DropletPattern drops(kElevenByNine);
   drops.at(5, 4) = 1;
-  OffsetMap offsets(kGrid);
+  OffsetMap offsets(kElevenByNine);
   offsets.at(5, 4) = std::uint8_t(right);
-  OffsetChange change(kGrid, model, Border::kLose);
-  HeightMap flat(kGrid);
+  OffsetChange change(kElevenByNine, model, Border::kLose);
+  HeightMap flat(kElevenByNine);
   change.deposit(flat, drops, offsets);
   for (int dy = -2; dy <= 2; ++dy)
     for (int dx = -2; dx <= 2; ++dx) CHECK(flat.at(5 + dx, 4 + dy) == Approx(k.at(dx, dy)).margin(1e-15));
-  HeightMap wall(kGrid);
+  HeightMap wall(kElevenByNine);
   const double w = k.at(1, 0), full = k.at(0, 0) + w;
   wall.at(6, 4) = full;
   change.deposit(wall, drops, offsets);
   CHECK(wall.at(6, 4) == full);
-  HeightMap half(kGrid);
+  HeightMap half(kElevenByNine);
   half.at(6, 4) = 0.5 * full;
   change.deposit(half, drops, offsets);
   CHECK(half.at(6, 4) - 0.5 * full == Approx(0.5 * w).margin(1e-15));
 }
 
 TEST_CASE("Mixed kernels keep the volume, mirror as their places do, and have their middle at the place") {
-  const OffsetTable table({OffsetKind::kGrid, 8, 8});
+  const OffsetTable table({OffsetKind::kElevenByNine, 8, 8});
   for (int n = 0; n < table.size(); ++n) {
     const OffsetKernel k = mixed_kernel(kInk, table[n]),
                        mirrored = mixed_kernel(kInk, {-table[n].x, table[n].y});

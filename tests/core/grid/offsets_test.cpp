@@ -13,7 +13,7 @@ using namespace firn;
 
 namespace {
 
-const GridSpec kGrid{9, 7, 0.25, 0.2, -1.0, 3.0};
+const GridSpec kNineBySeven{9, 7, 0.25, 0.2, -1.0, 3.0};
 
 Placement random_placement(const GridSpec& g, const OffsetOptions& options, RandomStream& random) {
   Placement p{OffsetTable(options), OffsetMap(g), 0.0};
@@ -41,7 +41,7 @@ TEST_CASE("A table of places has the centre as number 0 and is symmetric about i
   CHECK(OffsetTable({OffsetKind::kX, 3, 1}).size() == 3);
   for (int nx = 1; nx <= kMaxPositions; ++nx)
     for (int ny = 1; ny <= kMaxPositions; ++ny) {
-      const OffsetTable t({OffsetKind::kGrid, nx, ny});
+      const OffsetTable t({OffsetKind::kNineBySeven, nx, ny});
       REQUIRE(t.size() == nx * ny + (nx % 2 == 0 || ny % 2 == 0));
       CHECK(t.sub_rows() == ny + (ny % 2 == 0));
       CHECK(t[0] == Offset{});
@@ -56,10 +56,10 @@ TEST_CASE("A table of places has the centre as number 0 and is symmetric about i
 }
 
 TEST_CASE("A place beyond the table is refused with its cell") {
-  Placement p{OffsetTable({OffsetKind::kX, 4, 1}), OffsetMap(kGrid), 0.0};
-  CHECK_NOTHROW(check(p, kGrid));
+  Placement p{OffsetTable({OffsetKind::kX, 4, 1}), OffsetMap(kNineBySeven), 0.0};
+  CHECK_NOTHROW(check(p, kNineBySeven));
   p.map.at(3, 2) = 5;
-  CHECK_THROWS_WITH(check(p, kGrid), Catch::Contains("cell (3, 2)") && Catch::Contains("5 places"));
+  CHECK_THROWS_WITH(check(p, kNineBySeven), Catch::Contains("cell (3, 2)") && Catch::Contains("5 places"));
   CHECK_THROWS_WITH(check(p, GridSpec{4, 4}), Catch::Contains("16 cells"));
 }
 
@@ -67,9 +67,9 @@ TEST_CASE(
     "A map of places that are all centres fires the cells of a pass without one, as do places along x") {
   RandomStream random(1, Purpose::kPattern);
   for (int trial = 0; trial < 20; ++trial) {
-    const DropletPattern drops = random_pattern(kGrid, random);
-    const Placement placed = random_placement(kGrid, {OffsetKind::kX, 4, 1}, random);
-    const Placement centres{placed.table, OffsetMap(kGrid), 0.0};
+    const DropletPattern drops = random_pattern(kNineBySeven, random);
+    const Placement placed = random_placement(kNineBySeven, {OffsetKind::kX, 4, 1}, random);
+    const Placement centres{placed.table, OffsetMap(kNineBySeven), 0.0};
     auto without = firing_order(drops, 0);
     for (const Placement& p : {placed, centres}) {
       const auto runs = firing_runs(drops, 0, p);
@@ -89,8 +89,8 @@ TEST_CASE(
 TEST_CASE("Every droplet of a pass lies in one run, the runs ascend in y and turn back, each monotone in x") {
   RandomStream random(2, Purpose::kPattern);
   for (int trial = 0; trial < 50; ++trial) {
-    const DropletPattern drops = random_pattern(kGrid, random);
-    Placement p = random_placement(kGrid, {OffsetKind::kGrid, 4, 3}, random);
+    const DropletPattern drops = random_pattern(kNineBySeven, random);
+    Placement p = random_placement(kNineBySeven, {OffsetKind::kNineBySeven, 4, 3}, random);
     p.apart_mm = trial % 2 ? 0.19 : 0.0;  // neighbours are 0.25 mm apart, places up to 0.1875 mm nearer
     std::map<std::uint32_t, int> fired;
     double last_y = -1e9;
@@ -99,7 +99,7 @@ TEST_CASE("Every droplet of a pass lies in one run, the runs ascend in y and tur
     for (const FiringRun& run : firing_runs(drops, 1, p)) {
       CHECK(run.towards_plus_x != towards_plus);
       towards_plus = run.towards_plus_x;
-      const double y = kGrid.y_mm(run.row) + run.y * kGrid.pitch_y_mm;
+      const double y = kNineBySeven.y_mm(run.row) + run.y * kNineBySeven.pitch_y_mm;
       CHECK(y >= last_y);
       last_y = y;
       CHECK(++runs_at[y] <= (p.apart_mm > 0.0 ? 2 : 1));
@@ -107,9 +107,9 @@ TEST_CASE("Every droplet of a pass lies in one run, the runs ascend in y and tur
       REQUIRE_FALSE(run.cells.empty());
       for (const std::uint32_t c : run.cells) {
         ++fired[c];
-        CHECK(int(c) / kGrid.nx == run.row);
+        CHECK(int(c) / kNineBySeven.nx == run.row);
         CHECK(p.of(c).y == run.y);
-        const double x = kGrid.x_mm(int(c) % kGrid.nx) + p.of(c).x * kGrid.pitch_x_mm;
+        const double x = kNineBySeven.x_mm(int(c) % kNineBySeven.nx) + p.of(c).x * kNineBySeven.pitch_x_mm;
         const double way = towards_plus ? x - before : before - x;
         CHECK(way > 0.0);
         CHECK(way >= p.apart_mm - 1e-12);
@@ -125,12 +125,12 @@ TEST_CASE(
   const Offset place{0.375, -0.125};
   const Aim aim{20.0, -0.5, 0.075};
   for (const bool towards_plus : {true, false}) {
-    const StagePlace s = stage_place(kGrid, 3, 2, place, aim, towards_plus);
+    const StagePlace s = stage_place(kNineBySeven, 3, 2, place, aim, towards_plus);
     const double direction = towards_plus ? 1.0 : -1.0;
     CHECK(s.x_mm == Approx(-1.0 + 3 * 0.25 + 0.375 * 0.25 - 20.0 - direction * 0.075).margin(1e-12));
     CHECK(s.y_mm == Approx(3.0 + 2 * 0.2 - 0.125 * 0.2 + 0.5).margin(1e-12));
     const StagePlace p = part_place(s, aim, towards_plus);
-    CHECK(p.x_mm == Approx(kGrid.x_mm(3) + place.x * kGrid.pitch_x_mm).margin(1e-12));
-    CHECK(p.y_mm == Approx(kGrid.y_mm(2) + place.y * kGrid.pitch_y_mm).margin(1e-12));
+    CHECK(p.x_mm == Approx(kNineBySeven.x_mm(3) + place.x * kNineBySeven.pitch_x_mm).margin(1e-12));
+    CHECK(p.y_mm == Approx(kNineBySeven.y_mm(2) + place.y * kNineBySeven.pitch_y_mm).margin(1e-12));
   }
 }
