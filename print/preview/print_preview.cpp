@@ -7,6 +7,7 @@
 
 #include "config/ice_lab.h"
 #include "config/labs.h"
+#include "config/nozzles.h"
 #include "config/slice.h"
 #include "config/swaths.h"
 #include "core/grid/geometry.h"
@@ -18,6 +19,7 @@
 #include "core/path/polyline.h"
 #include "core/planning/path_reach.h"
 #include "core/slice/coverage/footprint.h"
+#include "drivers/stage/raster.h"
 #include "files/json.h"
 #include "files/usage_error.h"
 #include "print/inputs/mesh_part.h"
@@ -54,6 +56,25 @@ void add(PrintPreview& p, const std::vector<std::string>& remarks) {
   p.remarks.insert(p.remarks.end(), remarks.begin(), remarks.end());
 }
 
+// How places inside the cells cost time: nearer droplets, more runs of the stage.
+std::string places_remark(const Experiment& e, const OffsetTable& places) {
+  double most = 0.0;
+  for (int n = 0; n < places.size(); ++n) most = std::max(most, places[n].x);
+  const double nearest_mm = (1.0 - 2.0 * most) * e.grid.pitch_x_mm,
+               speed_mm_s = nearest_mm * drivers::kRateShare * jets_rate_hz(e);
+  std::string text = fmt::format("actuation.offsets: {} places in a cell", places.size());
+  if (places.sub_rows() > 1)
+    text += fmt::format("; a row of cells is up to {} runs of the stage, one for each height in it",
+                        places.sub_rows());
+  return text +
+         (speed_mm_s < e.process.pass_speed_mm_s
+              ? fmt::format(
+                    "; droplets may be {:.0f} um apart, which the jet follows at {:.0f} of {:.0f} mm/s: "
+                    "such a row is slower, or has two runs where that is quicker",
+                    nearest_mm * kPreviewUm, speed_mm_s, e.process.pass_speed_mm_s)
+              : "; the jet follows the nearest droplets at full speed");
+}
+
 PrintPreview of_droplets(const Experiment& e, const Blobs& inputs, const std::filesystem::path& folder) {
   PrintPreview p;
   const GridSpec& g = e.grid;
@@ -78,7 +99,9 @@ PrintPreview of_droplets(const Experiment& e, const Blobs& inputs, const std::fi
   }
   p.materials.emplace_back(two ? "ink A" : "ink", two ? object_mm3 : p.volume_mm3);
   if (two) p.materials.emplace_back("ink B", p.volume_mm3 - object_mm3);
-  const double rows = p.size_mm[1] / g.pitch_y_mm * (two ? 2.0 : 1.0) * e.process.sub_patterns,
+  const OffsetTable places(e.actuation);
+  const double rows = p.size_mm[1] / g.pitch_y_mm * (two ? 2.0 : 1.0) * e.process.sub_patterns *
+                      places.sub_rows(),
                pass_s = rows * ((g.nx + 1) * g.pitch_x_mm / e.process.pass_speed_mm_s + kRowTurn_s),
                scan_s = (g.ny + 1) * g.pitch_y_mm / e.process.scan_speed_mm_s + kRowTurn_s;
   p.time_s =
@@ -90,6 +113,7 @@ PrintPreview of_droplets(const Experiment& e, const Blobs& inputs, const std::fi
   if (e.geometry.solid.kind == "mesh")
     add(p, mesh_remarks(folder / e.geometry.mesh, "geometry.mesh", e.geometry.mesh_scale_xy,
                         e.geometry.mesh_scale_z, detail_mm));
+  if (places.size() > 1) p.remarks.push_back(places_remark(e, places));
   if (p.layers > e.control.max_layers)
     p.remarks.push_back(fmt::format(
         "control.max_layers = {}: the print waits for you there, and the part needs at least {} layers; "

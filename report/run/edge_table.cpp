@@ -30,7 +30,7 @@ std::vector<std::string> values_of(const OutlineStats& o) {
 std::string edge_table(const std::vector<ReportRun>& runs, const std::vector<std::string>& names) {
   std::vector<std::string> head{"run", "of"};
   for (const OutlineMetric& m : kOutlineMetrics) head.push_back(head_of(m));
-  for (const char* what : {"print time [s]", "passes", "droplets"}) head.emplace_back(what);
+  for (const char* what : {"print time [s]", "passes", "stage runs", "droplets"}) head.emplace_back(what);
   std::string rows;
   for (std::size_t n = 0; n < runs.size(); ++n) {
     const std::vector<LayerRow>& layers = runs[n].data.layers;
@@ -38,11 +38,19 @@ std::string edge_table(const std::vector<ReportRun>& runs, const std::vector<std
     const LayerRow& last = layers.back();
     const int passes = std::accumulate(layers.begin(), layers.end(), 0,
                                        [](int sum, const LayerRow& l) { return sum + l.passes; });
+    int runs_of_stage = 0, slower = 0;
+    for (const LayerRow& l : layers) {
+      runs_of_stage += l.stage_runs;
+      slower += l.slower_runs;
+    }
     const auto add = [&](const char* of, const OutlineStats& o, bool costs) {
       std::vector<std::string> cells{escape_html(names[n]), of};
       for (std::string& v : values_of(o)) cells.push_back(std::move(v));
       cells.push_back(costs ? number(last.end_s) : "");
       cells.push_back(costs ? std::to_string(passes) : "");
+      cells.push_back(costs ? std::to_string(runs_of_stage) +
+                                  (slower ? " (" + std::to_string(slower) + " slower)" : "")
+                            : "");
       cells.push_back(costs ? std::to_string(last.drops_total) : "");
       rows += table_row(cells);
     };
@@ -55,7 +63,9 @@ std::string edge_table(const std::vector<ReportRun>& runs, const std::vector<std
          "</tbody></table></div>\n<p class=\"soft\">Of the last map and, of a simulated run, of the true "
          "surface, both as means of the grid's cells, which cannot tell an edge below 0.8 pitches. Overspill "
          "lies beside the part and missing volume is below its height inside; an inset of the outline trades "
-         "one for the other, misplaced is their sum.</p>\n";
+         "one for the other, misplaced is their sum. A pass is a run of the stage for each row of cells, or "
+         "for each "
+         "height in it at which droplets land; a slower run has droplets nearer than the jet follows.</p>\n";
 }
 
 }  // namespace firn::report

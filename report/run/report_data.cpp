@@ -6,8 +6,10 @@
 #include <map>
 #include <stdexcept>
 
+#include "config/nozzles.h"
 #include "core/grid/npy.h"
 #include "core/path/job_codec.h"
+#include "drivers/stage/raster.h"
 #include "files/digest.h"
 #include "files/record/checksum.h"
 #include "files/run_paths.h"
@@ -22,6 +24,7 @@
 #include "report/run/report_ice.h"
 #include "report/run/report_lab.h"
 #include "report/run/report_lines.h"
+#include "runs/folder/config_change.h"
 #include "runs/folder/documents.h"
 #include "runs/migrate/run_migration.h"
 #include "runs/read/run_reader.h"
@@ -145,6 +148,31 @@ std::string path_sections(const std::vector<NamedRun>& runs) {
   return ice_sections(ice);
 }
 
+// Straight ways of the stage, of which the plan's passes consist.
+void read_stage_runs(const RunRecord& run, std::map<std::int32_t, LayerRow>& rows) {
+  std::optional<Experiment> experiment;  // needed where droplets are beside the centres
+  run.messages.each<stage_command_t>(channels::kStageCommand.name, [&](const stage_command_t& m) {
+    const auto row = rows.find(m.layer);
+    if (StageVerb(m.verb) != StageVerb::kPass || row == rows.end()) return;
+    if (m.n_offset > 0 && !experiment)
+      experiment = parse_recorded_experiment(runs::recorded_config(run.folder), run.folder.string());
+    const Placement placement =
+        experiment ? placement_of(m, OffsetTable(experiment->actuation)) : Placement{};
+    try {
+      check(placement, from_message(m.grid));
+    } catch (const std::invalid_argument&) {
+      return;  // the audit names it
+    }
+    if (m.fires.size() != from_message(m.grid).size()) return;
+    const drivers::RasterParams raster{.speed_mm_s = m.speed_mm_s,
+                                       .max_rate_hz = experiment ? jets_rate_hz(*experiment) : 0.0};
+    for (const drivers::RasterRun& r : drivers::plan_raster(fires_of(m), 0, raster, placement)) {
+      ++row->second.stage_runs;
+      row->second.slower_runs += r.speed_mm_s < m.speed_mm_s;
+    }
+  });
+}
+
 void read_droplets(const RunRecord& run, RunData& data, std::map<std::int32_t, LayerRow>& rows) {
   const std::vector<std::byte> target = run.input("target"), mask = run.input("mask");
   GridSpec grid = data.height.spec;
@@ -167,6 +195,7 @@ void read_droplets(const RunRecord& run, RunData& data, std::map<std::int32_t, L
   run.messages.each<deposition_report_t>(channels::kDepositionReport.name, [&](const deposition_report_t& m) {
     if (const auto row = rows.find(m.layer); row != rows.end()) ++row->second.passes;
   });
+  read_stage_runs(run, rows);
   if (!data.outline && data.height.spec == grid && data.height.size() > 0)
     data.outline = outline_stats(data.height, data.target, data.mask);
 }

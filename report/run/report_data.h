@@ -32,6 +32,8 @@ struct LayerRow : layer_metrics_t {
   std::optional<OutlineStats> outline;   ///< of the true surface; along paths of the last row's
   std::optional<OutlineStats> measured;  ///< of the layer's map; of droplets
   int passes = 0;                        ///< of the stage that fired droplets, over all attempts
+  int stage_runs = 0;   ///< straight ways of these passes: one for each row of cells, or sub-row
+  int slower_runs = 0;  ///< of them: their droplets are nearer than the jet follows at full speed
 };
 
 /// Tells runs of one part from runs of others, which share no axis.
