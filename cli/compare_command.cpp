@@ -6,12 +6,15 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <set>
+#include <optional>
+#include <string_view>
 
 #include "cli/commands.h"
 #include "cli/compare_show.h"
 #include "cli/option_set.h"
+#include "cli/study_state.h"
 #include "config/include.h"
+#include "core/options/for_people.h"
 #include "files/exit_codes.h"
 #include "files/usage_error.h"
 #include "print/progress.h"
@@ -23,6 +26,7 @@
 #include "runtime/result_fingerprint.h"
 #include "studies/compare/recorded_study.h"
 #include "studies/compare/study_runner.h"
+#include "studies/compare/study_shards.h"
 
 namespace firn {
 namespace {
@@ -38,15 +42,20 @@ std::filesystem::path make_folder(const std::string& output, const std::string& 
 }
 
 // Reports the earlier prints of the folder.
-void tell_of_the_past(const StudyPlan& plan, const StudyJournal& journal) {
-  std::set<std::string> wanted;
-  for (const StudyCell& c : plan.cells) wanted.insert(c.digest);
-  std::size_t found = 0;
-  for (const std::string& digest : wanted) found += journal.find(digest) != nullptr;
+void tell_of_the_past(const StudyPlan& plan, const StudyJournal& journal, bool any_platform) {
+  const std::vector<const StudyCell*> wanted = cells_of(plan, {});
+  const auto found = std::size_t(
+      std::ranges::count_if(wanted, [&](const StudyCell* c) { return journal.find(c->digest) != nullptr; }));
   if (found > 0) fmt::print(stderr, "{} of {} prints are on record\n", found, wanted.size());
   if (journal.size() > found)
-    fmt::print(stderr, "{} results in the folder are of other settings or of another build: kept, not used\n",
-               journal.size() - found);
+    fmt::print(stderr, "{} results in the folder are of other settings: kept, not used\n", journal.size() - found);
+  if (journal.of_other_builds() > 0)
+    fmt::print(stderr, "{} results in the folder are of another build: kept, not used\n",
+               journal.of_other_builds());
+  if (journal.of_other_platforms() > 0)
+    fmt::print(stderr, "{} results in the folder are of a platform whose library functions give other results: {}\n",
+               journal.of_other_platforms(),
+               any_platform ? "used, as --platform any says" : "kept, not used; --platform any uses them");
   if (journal.damaged() > 0)
     fmt::print(stderr, "torn or damaged lines of the record: {}; these prints are made anew\n",
                journal.damaged());
@@ -67,12 +76,15 @@ Provenance provenance(const Provenance& data, const std::string& trial) {
   return all;
 }
 
-Provenance provenance(const StudyPlan& plan) {
+Provenance provenance(const StudyPlan& plan, std::size_t of_other_platforms) {
   const auto& seeds = plan.study.seeds;
   const auto [low, high] = std::minmax_element(seeds.begin(), seeds.end());
   Provenance told{{"experiment", plan.study.experiment.empty() ? "the defaults" : plan.study.experiment},
                   {"seeds", fmt::format("{} from {} to {}", seeds.size(), *low, *high)}};
   if (!plan.study.lab.empty()) told.emplace_back("lab", plan.study.lab.string());
+  if (of_other_platforms > 0)
+    told.emplace_back("other platforms", counted(of_other_platforms, "result") +
+                                             " of a platform whose library functions give other results");
   return provenance(told, "seed");
 }
 
@@ -85,8 +97,34 @@ std::string same_nature(const StudyLab& lab) {
 
 using Settings = std::vector<report::DifferingParameter>;
 
+// The scheme that must not be worse, and the one beside it: "A worse than B".
+struct FailIf {
+  std::size_t a = 0, b = 0;
+};
+
+std::optional<FailIf> parse_fail_if(const std::string& text, const std::vector<StudyEntry>& arms) {
+  if (text.empty()) return std::nullopt;
+  constexpr std::string_view kBetween = " worse than ";
+  const std::size_t at = text.find(kBetween);
+  const auto arm = [&](const std::string& name) {
+    const auto found = std::ranges::find(arms, name, &StudyEntry::name);
+    std::string known;
+    for (const StudyEntry& a : arms) known += (known.empty() ? "" : ", ") + a.name;
+    if (found == arms.end()) throw UsageError("--fail-if: no scheme '" + name + "'; there are " + known);
+    return std::size_t(found - arms.begin());
+  };
+  if (at == text.npos) throw UsageError("--fail-if '" + text + "': \"A worse than B\" is wanted");
+  return FailIf{arm(text.substr(0, at)), arm(text.substr(at + kBetween.size()))};
+}
+
+bool holds(const FailIf& f, const report::StudyAnalysis& analysis) {
+  const report::ArmComparison& pair = analysis.primary(f.a, f.b);
+  return pair.told_apart() && pair.better() == f.b;
+}
+
 int write_results(const std::filesystem::path& folder, const report::StudyTable& table, const Settings& arms,
-                  const Settings& parts, const Provenance& told, const std::string& nature, bool json) {
+                  const Settings& parts, const Provenance& told, const std::string& nature, bool json,
+                  const std::optional<FailIf>& fail_if = {}) {
   report::StudyAnalysis analysis = report::analyse(table);
   const report::StudyTable shown = report::in_readable_units(table);
   const report::StudyAnalysis said = report::analyse(shown);
@@ -102,6 +140,10 @@ int write_results(const std::filesystem::path& folder, const report::StudyTable&
   else
     std::fputs((study_text(shown, said, arms) + "\n" + (folder / "report.html").string() + "\n").c_str(),
                stdout);
+  if (fail_if && !analysis.ranking.empty() && holds(*fail_if, analysis)) {
+    fmt::print(stderr, "--fail-if holds: {} is worse than {}\n", table.arms[fail_if->a], table.arms[fail_if->b]);
+    return kFailed;
+  }
   return analysis.ranking.empty() ? kFailed : kOk;
 }
 
@@ -122,6 +164,7 @@ std::atomic<bool> interrupted{false};
 
 int compare(const CompareOptions& options, const StudyLab& lab, const std::atomic<bool>* stop) {
   if (options.threads < 0) throw UsageError("--threads must be 0 or more");
+  const StudyShard shard = options.shard.empty() ? StudyShard{} : parse_shard(options.shard);
   const std::filesystem::path file = options.study;
   Study study = load_study(file);
   study.lab = options.lab;
@@ -131,20 +174,35 @@ int compare(const CompareOptions& options, const StudyLab& lab, const std::atomi
     for (int s = 1; s <= options.seeds; ++s) study.seeds.push_back(std::uint64_t(s));
   }
   const StudyPlan plan = plan_study(std::move(study), file.parent_path(), lab, options.study);
+  const std::optional<FailIf> fail_if = parse_fail_if(options.fail_if, plan.study.arms);
   const std::filesystem::path folder = make_folder(options.output, plan.study.name);
-  StudyJournal journal(folder / "results.journal", lab);
-  tell_of_the_past(plan, journal);
+  const std::filesystem::path results = folder / "results.journal";
+  const std::optional<ShardFile> own =
+      options.shard.empty() ? std::nullopt : std::optional<ShardFile>(std::in_place, folder, shard);
+  StudyJournal journal(own ? own->at_work() : results, lab,
+                       options.platform == "any" ? StudyPlatforms::kAny : StudyPlatforms::kThis);
+  if (own && std::filesystem::exists(results)) journal.take(results);
+  for (const std::filesystem::path& other : shard_journals(folder))
+    if (!own || other != own->at_work()) journal.take(other);
+  if (options.status || options.dry_run) {
+    const std::string text = options.json ? study_state_json(plan, journal, shard)
+                                          : study_state_text(plan, journal, shard);
+    std::fputs(text.c_str(), stdout);
+    return kOk;
+  }
+  tell_of_the_past(plan, journal, options.platform == "any");
   write_file_atomically(folder / "study.toml", read_config_text(file));
 
   if (const std::string few = report::few_seeds_note(plan.study.arms.size(), plan.study.seeds.size(), "seed");
       !few.empty())
     fmt::print(stderr, "{}\n", few);
-  std::size_t left = 0;
-  for (const StudyCell& c : plan.cells) left += journal.find(c.digest) == nullptr;
-  StudyProgress progress(left);
   StudyRunOptions run;
   run.threads = options.threads;
   run.stop = stop;
+  run.shard = shard;
+  run.most = std::size_t(options.most);
+  run.again = options.again;
+  StudyProgress progress(prints_to_do(plan, journal, run).size());
   run.progress = [&](std::size_t done, std::size_t failed) { progress.printed(done, failed); };
   const StudyRunSummary made = run_study(plan, journal, run);
   progress.done();
@@ -154,11 +212,19 @@ int compare(const CompareOptions& options, const StudyLab& lab, const std::atomi
     return kInterrupted;
   }
   if (made.done > 0)
-    fmt::print(stderr, "{} prints in {:.1f} s, {:.3f} s of processor time each\n", made.done,
+    fmt::print(stderr, "{} in {:.1f} s, {:.3f} s of processor time each\n", counted(made.done, "print"),
                progress.elapsed_s(), made.cpu_s / double(made.done));
-
+  if (const auto left = prints_to_do(plan, journal, {.shard = shard}).size(); left > 0) {
+    fmt::print(stderr, "{} are left; the same command goes on\n", counted(left, "print"));
+    return kOk;
+  }
+  if (own) {
+    fmt::print("{}\n", own->finish().string());
+    return kOk;
+  }
   return write_results(folder, study_table(plan, journal), differing_arms(plan), differing_parts(plan),
-                       provenance(plan), same_nature(lab), options.json);
+                       provenance(plan, options.platform == "any" ? journal.of_other_platforms() : 0),
+                       same_nature(lab), options.json, fail_if);
 }
 
 int run_compare(const CompareOptions& given) {
@@ -188,6 +254,14 @@ void declare_compare(OptionSet& options) {
   options.option("--seeds", o.seeds, "seeds 1..N instead of the study's").within(1, 1000000);
   options.option("--lab", o.lab, "lab file in place of the one that the study's experiment includes");
   options.override_option(o.overrides, "KEY=VALUE, for every print");
+  options.option("--shard", o.shard, "K/N: makes this share of the prints alone, into shards/K-of-N.journal");
+  options.option("--max", o.most, "prints now; the same command goes on with the rest").within(1, 100000000);
+  options.flag("--again", o.again, "makes the prints again that stopped before their end, and no others");
+  options.flag("--dry-run", o.dry_run, "tells prints, hours, bytes and shards of a minute, and prints nothing");
+  options.flag("--status", o.status, "tells what is on record, of each scheme and in each shard");
+  options.option("--platform", o.platform, "any: results of platforms whose functions give other results count too")
+      .one_of({"this", "any"});
+  options.option("--fail-if", o.fail_if, "\"A worse than B\": exit code 1 if the study tells so");
   options.thread_option(o.threads);
   options.json_flag(o.json);
 }

@@ -18,13 +18,20 @@ struct CompareOptions {
   std::vector<std::string> overrides;  ///< --set KEY=VALUE for every print, after the study's own
   int seeds = 0;                       ///< > 0: seeds 1..n instead of the study's
   int threads = 0;                     ///< 0 = as many as the machine has
+  std::string shard;                   ///< "K/N": prints this share alone, into its own journal
+  int most = 0;                        ///< > 0: so many prints now, the rest later
+  bool again = false;                  ///< prints that stopped before their end are made again
+  bool dry_run = false;                ///< tells what there is to print, and prints nothing
+  bool status = false;                 ///< tells what is on record
+  std::string platform = "this";       ///< "any": results of other platforms count too
+  std::string fail_if;                 ///< "A worse than B": exit code 1 then
   bool json = false;
 };
 
 /// Runs the prints that are not on record yet and writes runs.csv, summary.json, report.html and study.toml
 /// into the study folder.
 /// @param stop set while it runs: no new print is begun, and kInterrupted is returned.
-/// @returns kOk, kFailed where nothing can be compared, or kInterrupted
+/// @returns kOk, kFailed where nothing can be compared or `fail_if` holds, or kInterrupted
 int compare(const CompareOptions& options, const StudyLab& lab, const std::atomic<bool>* stop);
 
 /// Compares the runs of the command line or of the study file, or else prints the study in the lab of its

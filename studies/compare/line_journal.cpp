@@ -43,11 +43,15 @@ LineJournal::~LineJournal() { ::close(fd_); }
 std::vector<LineJournal::Line> LineJournal::lines() {
   const std::string text = read_file(path_);
   torn_ = !text.empty() && text.back() != '\n';
+  return lines_of(text);
+}
+
+std::vector<LineJournal::Line> LineJournal::lines_of(std::string_view text) {
   std::vector<Line> lines;
   std::size_t number = 0;
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t end = std::min(text.find('\n', at), text.size());
-    const std::string_view line = std::string_view(text).substr(at, end - at);
+    const std::string_view line = text.substr(at, end - at);
     at = end + 1;
     ++number;
     if (line.empty()) continue;
@@ -61,6 +65,18 @@ std::vector<LineJournal::Line> LineJournal::lines() {
 std::vector<std::string> LineJournal::read(std::size_t& damaged) {
   std::vector<std::string> texts;
   for (Line& line : lines()) {
+    if (line.right)
+      texts.push_back(std::move(line.text));
+    else
+      ++damaged;
+  }
+  return texts;
+}
+
+std::vector<std::string> LineJournal::read(const std::filesystem::path& path, std::size_t& damaged) {
+  const std::string text = read_file(path);
+  std::vector<std::string> texts;
+  for (Line& line : lines_of(std::string_view(text).substr(0, text.rfind('\n') + 1))) {
     if (line.right)
       texts.push_back(std::move(line.text));
     else

@@ -29,12 +29,17 @@ class LineJournal {
   std::vector<Line> lines();
   /// Returns the whole lines as they were appended, and adds the number of the others to `damaged`.
   std::vector<std::string> read(std::size_t& damaged);
+  /// The same of a file that another process may be writing; a line at its end that is not whole yet is left
+  /// out. @throws UsageError: it cannot be read
+  static std::vector<std::string> read(const std::filesystem::path& path, std::size_t& damaged);
   /// Appends with one write(), so that a line is whole or torn, never mixed with another.
   /// @pre no end of line in `text`
   /// @throws std::runtime_error naming the file: it cannot be written
   void append(std::string_view text);
 
  private:
+  static std::vector<Line> lines_of(std::string_view text);
+
   std::filesystem::path path_;
   int fd_ = -1;
   bool torn_ = false;  ///< the file ends within a line

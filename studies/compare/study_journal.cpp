@@ -1,18 +1,32 @@
 #include "studies/compare/study_journal.h"
 
+#include <fmt/core.h>
+
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 
+#include "files/digest.h"
 #include "files/json.h"
+#include "runtime/build_info.h"
+#include "runtime/result_fingerprint.h"
 
 namespace firn {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr std::size_t kOriginDigits = 16;
+
+struct Line {
+  std::string digest;
+  StudyOrigin origin;
+  StudyPrint print;
+};
+
 // Empty if the line is of a lab without these metrics.
-std::optional<std::pair<std::string, StudyPrint>> parse_line(const std::string& line, const StudyLab& lab) {
+std::optional<Line> parse_line(const std::string& line, const StudyLab& lab) {
   try {
     const Json j = Json::parse(line);
     StudyPrint p;
@@ -28,7 +42,7 @@ std::optional<std::pair<std::string, StudyPrint>> parse_line(const std::string& 
     if (const auto profile = j.find("profile"); profile != j.end())
       for (const Json& point : *profile)
         p.profile.push_back({point.at(0).get<double>(), point.at(1).get<double>()});
-    return std::pair(j.at("digest").get<std::string>(), std::move(p));
+    return Line{j.at("digest").get<std::string>(), {j.value("build", ""), j.value("platform", "")}, std::move(p)};
   } catch (const Json::exception&) {
     return std::nullopt;
   }
@@ -36,14 +50,42 @@ std::optional<std::pair<std::string, StudyPrint>> parse_line(const std::string& 
 
 }  // namespace
 
-StudyJournal::StudyJournal(const std::filesystem::path& path, const StudyLab& lab)
+StudyOrigin study_origin() {
+  const std::string build = build_sources() + "\n" + __VERSION__;
+  return {sha256_hex(std::as_bytes(std::span(build))).substr(0, kOriginDigits),
+          fmt::format("{:016x}", digest_of(result_fingerprint()))};
+}
+
+StudyJournal::StudyJournal(const std::filesystem::path& path, const StudyLab& lab, StudyPlatforms platforms,
+                           const StudyOrigin& origin)
     : lab_(lab),
-      lines_(path, path.parent_path().string() + ": another firn compare is at work in this folder") {
-  for (const std::string& line : lines_.read(damaged_)) {
-    if (auto parsed = parse_line(line, lab_))
-      prints_.insert_or_assign(std::move(parsed->first), std::move(parsed->second));
-    else
+      platforms_(platforms),
+      origin_(origin),
+      lines_(path, path.string() + ": another firn compare is at work on this journal") {
+  add(lines_.read(damaged_), true);
+}
+
+void StudyJournal::take(const std::filesystem::path& journal) {
+  add(LineJournal::read(journal, damaged_), false);
+}
+
+// Newer lines of one journal stand for the older ones.
+void StudyJournal::add(const std::vector<std::string>& lines, bool newer) {
+  for (const std::string& line : lines) {
+    auto parsed = parse_line(line, lab_);
+    if (!parsed) {
       ++damaged_;
+      continue;
+    }
+    const bool same_build = parsed->origin.build == origin_.build,
+               same_platform = parsed->origin.platform == origin_.platform;
+    of_other_builds_ += !same_build;
+    of_other_platforms_ += same_build && !same_platform;
+    if (!same_build || (!same_platform && platforms_ == StudyPlatforms::kThis)) continue;
+    if (newer && same_platform)
+      prints_.insert_or_assign(std::move(parsed->digest), std::move(parsed->print));
+    else
+      prints_.try_emplace(std::move(parsed->digest), std::move(parsed->print));
   }
 }
 
@@ -61,7 +103,8 @@ void StudyJournal::append(const std::string& digest, std::string_view arm, std::
     else
       metrics[lab_.metrics[m].name] = nullptr;
   }
-  Json record{{"digest", digest},   {"scheme", arm},          {"part", part},
+  Json record{{"digest", digest},   {"build", origin_.build}, {"platform", origin_.platform},
+              {"scheme", arm},      {"part", part},
               {"seed", seed},       {"finished", p.finished}, {"outcome", p.outcome},
               {"reason", p.reason}, {"cpu_s", p.cpu_s},       {"metrics", metrics}};
   if (p.within) record["within_tolerance"] = *p.within;
@@ -71,7 +114,7 @@ void StudyJournal::append(const std::string& digest, std::string_view arm, std::
   lines_.append(json);
   // The result is read back as a later call reads it.
   if (auto parsed = parse_line(json, lab_))
-    prints_.insert_or_assign(std::move(parsed->first), std::move(parsed->second));
+    prints_.insert_or_assign(std::move(parsed->digest), std::move(parsed->print));
 }
 
 }  // namespace firn

@@ -1,6 +1,6 @@
-// StudyJournal writes and reads results.journal of a study folder: one line for each print, appended when the
-// print is over. A line that was torn by a crash, or damaged, is detected by its checksum and printed anew;
-// the others count.
+// StudyJournal holds the prints of a study that are on record: one line for each, appended to results.journal,
+// or to the file of a shard, when the print is over. A line that was torn by a crash, or damaged, is detected by
+// its checksum and printed anew; the others count.
 #pragma once
 
 #include <filesystem>
@@ -14,29 +14,52 @@
 
 namespace firn {
 
-/// Holds the identity of a print before it is made: indices, and the digest of all inputs that decide its
-/// result.
+/// Holds the identity of a print before it is made: indices, and the digest of its resolved experiment and
+/// inputs. Program and platform stand beside it (StudyOrigin).
 struct StudyCell {
   std::size_t arm = 0, part = 0, seed = 0;  ///< indices
   std::string digest;
 };
 
+/// Program and platform that made a print: results of others are kept and do not count.
+struct StudyOrigin {
+  std::string build;     ///< of sources and compiler, 16 hexadecimal digits
+  std::string platform;  ///< digest of the fingerprint of results, likewise
+  bool operator==(const StudyOrigin&) const = default;
+};
+/// Returns that of this process.
+StudyOrigin study_origin();
+
+/// Platforms whose results count. Unlike computers that give the same results are one platform.
+enum class StudyPlatforms { kThis, kAny };
+
 class StudyJournal {
  public:
   /// Opens or makes the journal and locks it. @throws UsageError naming file and reason: another study is at
   /// work there, no file can be opened
-  StudyJournal(const std::filesystem::path& path, const StudyLab& lab);
+  StudyJournal(const std::filesystem::path& path, const StudyLab& lab,
+               StudyPlatforms platforms = StudyPlatforms::kThis, const StudyOrigin& origin = study_origin());
+
+  /// Adds the prints of another journal, which its writer may be appending to; those on record stay.
+  /// @throws UsageError: the file cannot be read
+  void take(const std::filesystem::path& journal);
 
   const StudyPrint* find(const std::string& digest) const;
   std::size_t size() const { return prints_.size(); }  ///< prints on record, of any settings
   std::size_t damaged() const { return damaged_; }     ///< lines that do not count
+  std::size_t of_other_builds() const { return of_other_builds_; }        ///< lines that do not count
+  std::size_t of_other_platforms() const { return of_other_platforms_; }  ///< lines, whether they count or not
   void append(const std::string& digest, std::string_view arm, std::string_view part, std::uint64_t seed,
               const StudyPrint& print);
 
  private:
+  void add(const std::vector<std::string>& lines, bool newer);
+
   const StudyLab& lab_;
+  StudyPlatforms platforms_;
+  StudyOrigin origin_;
   LineJournal lines_;
-  std::size_t damaged_ = 0;
+  std::size_t damaged_ = 0, of_other_builds_ = 0, of_other_platforms_ = 0;
   std::map<std::string, StudyPrint> prints_;
 };
 

@@ -1,7 +1,5 @@
 #include "studies/compare/study_runner.h"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <exception>
 #include <map>
@@ -18,19 +16,13 @@
 #include "print/labs/full_product.h"
 #include "report/run/differing_parameters.h"
 #include "runs/folder/run_folder.h"
-#include "runtime/build_info.h"
-#include "runtime/result_fingerprint.h"
+#include "studies/compare/study_shards.h"
 
 namespace firn {
 namespace {
 
-// Unlike computers that give the same results are one platform.
-std::string platform_key() {
-  return fmt::format("results {:016x}; compiler {}", digest_of(result_fingerprint()), __VERSION__);
-}
-
 std::string digest_of(const Experiment& e, const Blobs& inputs) {
-  std::string all = dump(e) + build_sources() + "\n" + platform_key() + "\n";
+  std::string all = dump(e);
   for (const Blob& b : inputs) all += b.role + " " + b.sha256 + "\n";
   return sha256_hex(std::as_bytes(std::span(all)));
 }
@@ -96,13 +88,20 @@ StudyPlan plan_study(Study study, const std::filesystem::path& folder, const Stu
   return plan;
 }
 
+std::vector<const StudyCell*> prints_to_do(const StudyPlan& plan, const StudyJournal& journal,
+                                           const StudyRunOptions& options) {
+  const auto wanted_print = [&](const StudyCell* c) {
+    const StudyPrint* print = journal.find(c->digest);
+    return options.again ? print && !print->finished : !print;
+  };
+  std::vector<const StudyCell*> to_do = cells_of(plan, options.shard);
+  std::erase_if(to_do, [&](const StudyCell* c) { return !wanted_print(c); });
+  if (options.most > 0 && to_do.size() > options.most) to_do.resize(options.most);
+  return to_do;
+}
+
 StudyRunSummary run_study(const StudyPlan& plan, StudyJournal& journal, const StudyRunOptions& options) {
-  std::vector<const StudyCell*> to_do;
-  for (const StudyCell& c : plan.cells)
-    if (!journal.find(c.digest)) to_do.push_back(&c);
-  // Arms that are configured alike are one print.
-  std::map<std::string, bool> seen;
-  std::erase_if(to_do, [&](const StudyCell* c) { return !seen.emplace(c->digest, true).second; });
+  const std::vector<const StudyCell*> to_do = prints_to_do(plan, journal, options);
 
   StudyRunSummary summary;
   summary.to_do = to_do.size();

@@ -29,8 +29,16 @@ struct StudyPlan {
 StudyPlan plan_study(Study study, const std::filesystem::path& folder, const StudyLab& lab,
                      const std::string& study_file);
 
+/// A share of a study's prints: number `number`, from 1, of `of`.
+struct StudyShard {
+  int number = 1, of = 1;
+};
+
 struct StudyRunOptions {
   int threads = 0;                                                     ///< 0 = as many as the machine has
+  StudyShard shard = {};                                               ///< prints these alone
+  std::size_t most = 0;                                                ///< prints; 0 = all
+  bool again = false;  ///< prints on record that stopped before their end, and no others
   const std::atomic<bool>* stop = nullptr;                             ///< set: no new print is begun
   std::function<void(std::size_t done, std::size_t failed)> progress;  ///< of the prints that were to do
 };
@@ -39,6 +47,10 @@ struct StudyRunSummary {
   std::size_t to_do = 0, done = 0;
   double cpu_s = 0.0;  ///< of the prints made now
 };
+
+/// Returns the prints that run_study() would make, in the order of the plan.
+std::vector<const StudyCell*> prints_to_do(const StudyPlan& plan, const StudyJournal& journal,
+                                           const StudyRunOptions& options);
 
 /// @throws the journal's exceptions; a print that fails is a result.
 StudyRunSummary run_study(const StudyPlan& plan, StudyJournal& journal, const StudyRunOptions& options);

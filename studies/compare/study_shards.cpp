@@ -1,0 +1,69 @@
+#include "studies/compare/study_shards.h"
+
+#include <algorithm>
+#include <set>
+#include <string>
+#include <tuple>
+
+#include "core/options/number.h"
+#include "files/usage_error.h"
+
+namespace firn {
+namespace {
+
+constexpr int kMostShards = 100'000;
+constexpr const char* kFolder = "shards";
+
+}  // namespace
+
+StudyShard parse_shard(std::string_view text) {
+  const std::size_t slash = text.find('/');
+  const auto number = whole_number<int>(text.substr(0, slash)),
+             of = slash == text.npos ? std::nullopt : whole_number<int>(text.substr(slash + 1));
+  if (!number || !of || *number < 1 || *number > *of || *of > kMostShards)
+    throw UsageError("--shard " + std::string(text) + ": K/N is wanted, with 1 <= K <= N <= " +
+                     std::to_string(kMostShards));
+  return {*number, *of};
+}
+
+std::vector<const StudyCell*> cells_of(const StudyPlan& plan, const StudyShard& shard) {
+  std::set<std::string_view> seen;
+  std::vector<const StudyCell*> dealt;
+  for (const StudyCell& c : plan.cells)
+    if (seen.insert(c.digest).second) dealt.push_back(&c);  // schemes that are configured alike are one print
+  if (shard.of == 1) return dealt;
+  std::ranges::sort(dealt, {}, [](const StudyCell* c) { return std::tie(c->arm, c->part, c->digest); });
+  std::vector<const StudyCell*> own;
+  for (std::size_t n = std::size_t(shard.number - 1); n < dealt.size(); n += std::size_t(shard.of))
+    own.push_back(dealt[n]);
+  std::ranges::sort(own);  // addresses in the plan's list
+  return own;
+}
+
+ShardFile::ShardFile(const std::filesystem::path& study_folder, const StudyShard& shard)
+    : stem_(study_folder / kFolder / (std::to_string(shard.number) + "-of-" + std::to_string(shard.of))),
+      at_work_(stem_.string() + ".part") {
+  std::error_code error;
+  std::filesystem::create_directories(stem_.parent_path(), error);
+  if (error) throw UsageError(stem_.parent_path().string() + ": cannot be made: " + error.message());
+}
+
+std::filesystem::path ShardFile::finish() const {
+  std::filesystem::path to = stem_.string() + ".journal";
+  for (int n = 2; std::filesystem::exists(to); ++n) to = stem_.string() + "." + std::to_string(n) + ".journal";
+  std::error_code error;
+  std::filesystem::rename(at_work_, to, error);
+  if (error) throw UsageError(at_work_.string() + ": cannot be renamed: " + error.message());
+  return to;
+}
+
+std::vector<std::filesystem::path> shard_journals(const std::filesystem::path& study_folder) {
+  std::vector<std::filesystem::path> files;
+  std::error_code none;
+  for (const auto& entry : std::filesystem::directory_iterator(study_folder / kFolder, none))
+    if (const auto end = entry.path().extension(); end == ".journal" || end == ".part") files.push_back(entry.path());
+  std::ranges::sort(files);
+  return files;
+}
+
+}  // namespace firn

@@ -1,0 +1,39 @@
+// Shards of a study: which prints belong to each, and the journal files that they write into the folder
+// `shards` of the study, one writer each.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "studies/compare/study_runner.h"
+
+namespace firn {
+
+/// "3/40". @throws UsageError naming the text: not 1 <= K <= N <= 100,000
+StudyShard parse_shard(std::string_view text);
+
+/// Returns the prints of a shard, equal ones once. Each scheme and part is dealt out print by print in the order
+/// of the digests, so that all shards take as long, whoever makes them and whatever is on record. The order is that
+/// of the plan.
+std::vector<const StudyCell*> cells_of(const StudyPlan& plan, const StudyShard& shard);
+
+/// The journal of one shard. While it is written its name ends in ".part"; a shard that was killed goes on with it.
+class ShardFile {
+ public:
+  ShardFile(const std::filesystem::path& study_folder, const StudyShard& shard);
+  const std::filesystem::path& at_work() const { return at_work_; }
+  /// Gives the file its name, since all prints of the shard are on record: "3-of-40.journal", or
+  /// "3-of-40.2.journal" beside an earlier one. @returns the path
+  /// @throws UsageError naming the file and the system's reason
+  std::filesystem::path finish() const;
+
+ private:
+  std::filesystem::path stem_, at_work_;
+};
+
+/// Returns the journals of all shards of a study folder, by name, those at work too.
+std::vector<std::filesystem::path> shard_journals(const std::filesystem::path& study_folder);
+
+}  // namespace firn
