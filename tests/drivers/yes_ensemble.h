@@ -18,6 +18,8 @@ struct YesEnsemble {
   std::array<std::string, 3> at{"0", "0", "0"};
   std::string pulses = "0";
   std::vector<std::string> log;
+  std::int64_t line_us = 0;  ///< from one answer to the next
+  std::vector<std::int64_t> answered_us;
   std::string refused;     ///< the one line that the controller does not understand
   int swallow_after = -1;  ///< lines after which nothing is answered any more
 
@@ -37,6 +39,8 @@ struct YesEnsemble {
     for (std::string line; !(line = bench.take_line()).empty();) {
       line.pop_back();
       log.push_back(line);
+      bench.advance_us(line_us);
+      answered_us.push_back(bench.now_us);
       if (swallow_after >= 0 && int(log.size()) > swallow_after) continue;
       if (line == refused) {
         bench.feed("!\n");

@@ -24,10 +24,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::atomic<int> prints{0};
+std::atomic<int> shard_prints{0};
 
 StudyPrint imagined(const Experiment& e, const Blobs&) {
-  ++prints;
+  ++shard_prints;
   const double day = random_uniform({e.plant.seed, Purpose::kTest, 0, 0, 0});
   StudyPrint p{true, "finished", "imagined", {1.0 + day + e.control.smf.kp}, 0.5 * e.control.smf.kp};
   if (e.control.smf.kp > 2.5 && e.plant.seed % 7 == 0) p = {false, "error", "kp too large", {NAN}, 0.0};
@@ -53,7 +53,7 @@ struct ShardBench {
                                     "[[scheme]]\nname = \"too high\"\nset = [\"control.smf.kp=3\"]\n"
                                     "[[part]]\nname = \"a\"\n[[part]]\nname = \"b\"\nset = "
                                     "[\"part.height_mm=0.1\"]\n";
-    prints = 0;
+    shard_prints = 0;
   }
   int run(const std::string& shard = "", int most = 0) const {
     CompareOptions o = options;
@@ -101,16 +101,16 @@ TEST_CASE("shards of any number give each print once and take alike many of each
 TEST_CASE("a study in shards gives the bytes of the study in one piece, and nothing is printed twice", "[shards]") {
   const ShardBench whole("whole");
   REQUIRE(whole.run() == kOk);
-  CHECK(prints == kUnique);
+  CHECK(shard_prints == kUnique);
   for (const int of : {2, 5, 40}) {
     const ShardBench b("pieces");
     for (int number = of; number >= 1; --number)
       REQUIRE(b.run(std::to_string(number) + "/" + std::to_string(of)) == kOk);
-    CHECK(prints == kUnique);
+    CHECK(shard_prints == kUnique);
     CHECK(fs::exists(b.out() / "shards" / ("1-of-" + std::to_string(of) + ".journal")));
     CHECK_FALSE(fs::exists(b.out() / "shards" / ("1-of-" + std::to_string(of) + ".part")));
     REQUIRE(b.run() == kOk);
-    CHECK(prints == kUnique);
+    CHECK(shard_prints == kUnique);
     CHECK(b.results() == whole.results());
   }
 }
@@ -122,18 +122,18 @@ TEST_CASE("a shard that was broken off goes on with its own lines, and the merge
   for (int n = 0; n < 10; ++n) {
     const ShardBench b("broken");
     REQUIRE(b.run("1/3", 1 + int(random.below(20))) == kOk);
-    const int made = prints;
+    const int made = shard_prints;
     const fs::path part = b.out() / "shards" / "1-of-3.part";
     REQUIRE(fs::exists(part));
     std::string text = read_file(part);
     text.resize(text.size() - random.below(30));  // as after a kill -9 in mid-write
     std::ofstream(part, std::ios::binary) << text;
     REQUIRE(b.run("1/3") == kOk);
-    CHECK(prints - 28 <= 1);  // the torn line's print
-    CHECK(prints >= made);
+    CHECK(shard_prints - 28 <= 1);  // the torn line's print
+    CHECK(shard_prints >= made);
     REQUIRE(b.run("3/3") == kOk);
     REQUIRE(b.run() == kOk);
-    CHECK(prints - kUnique <= 1);
+    CHECK(shard_prints - kUnique <= 1);
     CHECK(b.results() == whole.results());
   }
 }
@@ -155,9 +155,9 @@ TEST_CASE("a shard's damaged line is counted, costs its print alone and changes 
   }());
   CHECK(state["on_record"] == kUnique - 1);
   CHECK(state["damaged_lines"] == 1);
-  prints = 0;
+  shard_prints = 0;
   REQUIRE(b.run() == kOk);
-  CHECK(prints == 1);
+  CHECK(shard_prints == 1);
   CHECK(b.results() == whole.results());
 }
 
@@ -194,22 +194,22 @@ TEST_CASE("results of another build never count, and those of another platform o
   CHECK(journal(StudyPlatforms::kThis)->of_other_platforms() == 20);
   CHECK(journal(StudyPlatforms::kAny)->size() == 20);
   REQUIRE(b.run() == kOk);
-  CHECK(prints == kUnique);
+  CHECK(shard_prints == kUnique);
   CHECK(read_file(b.out() / "summary.json").find("other platforms") == std::string::npos);
   ShardBench any("any");
   fs::create_directories(any.out() / "shards");
   fs::copy(b.out() / "shards", any.out() / "shards", fs::copy_options::recursive);
   any.options.platform = "any";
-  prints = 0;
+  shard_prints = 0;
   REQUIRE(any.run() == kOk);
-  CHECK(prints == kUnique - 20);
+  CHECK(shard_prints == kUnique - 20);
   CHECK(read_file(any.out() / "summary.json").find("20 results of a platform") != std::string::npos);
 }
 
 TEST_CASE("prints that stopped are made again alone, and a study tells hours only of schemes that it has timed", "[shards]") {
   ShardBench b("again");
   REQUIRE(b.run("", 1) == kOk);
-  CHECK(prints == 1);
+  CHECK(shard_prints == 1);
   CHECK_FALSE(fs::exists(b.out() / "summary.json"));
   const auto state = [&] {
     const StudyJournal journal(b.out() / "results.journal", kShardLab);
@@ -220,10 +220,10 @@ TEST_CASE("prints that stopped are made again alone, and a study tells hours onl
   REQUIRE(b.run() == kOk);
   CHECK(state()["hours"] == 0.0);
   CHECK(state()["failed"] == 6);
-  prints = 0;
+  shard_prints = 0;
   b.options.again = true;
   REQUIRE(b.run() == kOk);
-  CHECK(prints == 6);
+  CHECK(shard_prints == 6);
 }
 
 TEST_CASE("--fail-if gives exit code 1 where one scheme is told to be worse, and names unknown schemes", "[shards]") {

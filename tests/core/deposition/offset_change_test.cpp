@@ -41,7 +41,7 @@ double total_mm(const HeightMap& h) { return std::accumulate(h.cells.begin(), h.
 TEST_CASE("A droplet in the centre changes heights by Lu's (4), with two inks by (7)") {
   for (const Border border : {Border::kLose, Border::kKeep})
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-      const OffsetTable table({OffsetKind::kElevenByNine, 4, 4});
+      const OffsetTable table({OffsetKind::kGrid, 4, 4});
       OffsetChange places(kElevenByNine, offset_model(kInk, table), border, offset_model(kSupport, table));
       Case c = random_case(seed, 1);
       HeightMap lu = c.height, two = c.height, lu_placed = c.height, two_placed = c.height;
@@ -57,7 +57,7 @@ TEST_CASE("A droplet in the centre changes heights by Lu's (4), with two inks by
 }
 
 TEST_CASE("Droplets beside centres add their volume, whatever the ground") {
-  const OffsetTable table({OffsetKind::kElevenByNine, 4, 3});
+  const OffsetTable table({OffsetKind::kGrid, 4, 3});
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     Case c = random_case(seed, table.size());
     const double before = total_mm(c.height);
@@ -101,7 +101,7 @@ TEST_CASE("A cell that stands higher by its share and the droplet's own gets not
 }
 
 TEST_CASE("Mixed kernels keep the volume, mirror as their places do, and have their middle at the place") {
-  const OffsetTable table({OffsetKind::kElevenByNine, 8, 8});
+  const OffsetTable table({OffsetKind::kGrid, 8, 8});
   for (int n = 0; n < table.size(); ++n) {
     const OffsetKernel k = mixed_kernel(kInk, table[n]),
                        mirrored = mixed_kernel(kInk, {-table[n].x, table[n].y});

@@ -41,7 +41,7 @@ TEST_CASE("A table of places has the centre as number 0 and is symmetric about i
   CHECK(OffsetTable({OffsetKind::kX, 3, 1}).size() == 3);
   for (int nx = 1; nx <= kMaxPositions; ++nx)
     for (int ny = 1; ny <= kMaxPositions; ++ny) {
-      const OffsetTable t({OffsetKind::kNineBySeven, nx, ny});
+      const OffsetTable t({OffsetKind::kGrid, nx, ny});
       REQUIRE(t.size() == nx * ny + (nx % 2 == 0 || ny % 2 == 0));
       CHECK(t.sub_rows() == ny + (ny % 2 == 0));
       CHECK(t[0] == Offset{});
@@ -90,7 +90,7 @@ TEST_CASE("Every droplet of a pass lies in one run, the runs ascend in y and tur
   RandomStream random(2, Purpose::kPattern);
   for (int trial = 0; trial < 50; ++trial) {
     const DropletPattern drops = random_pattern(kNineBySeven, random);
-    Placement p = random_placement(kNineBySeven, {OffsetKind::kNineBySeven, 4, 3}, random);
+    Placement p = random_placement(kNineBySeven, {OffsetKind::kGrid, 4, 3}, random);
     p.apart_mm = trial % 2 ? 0.19 : 0.0;  // neighbours are 0.25 mm apart, places up to 0.1875 mm nearer
     std::map<std::uint32_t, int> fired;
     double last_y = -1e9;
