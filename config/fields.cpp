@@ -6,6 +6,7 @@
 #include "config/labs.h"
 #include "core/control/controller.h"
 #include "core/control/surface/surface_controller.h"
+#include "core/deposition/offset_change.h"
 
 namespace firn {
 using namespace field_rows;
@@ -104,7 +105,7 @@ Table model_fields(Experiment& e) {
 
 Table actuation_fields(Experiment& e) {
   Table t = rows("actuation.", e.actuation, kOffsetOptions);
-  add(t, {{"actuation.heights_mm", &e.actuation.heights_mm, "mm", within(0, 10),
+  add(t, {{"actuation.heights_mm", &e.actuation.heights_mm, "mm", deposition::kPlaceHeight_mm,
            "height that a droplet adds to 5 x 5 cells around its own, row by row from the lowest y, for each "
            "place but "
            "the centre; firn identify finds them; empty = mixed from model.h1_mm..h3_mm"}});

@@ -60,9 +60,9 @@ OffsetModel offset_model(const DropletModel& model, const OffsetTable& table,
       std::copy_n(heights_mm.begin() + std::ptrdiff_t((n - 1) * OffsetKernel::kCells), OffsetKernel::kCells,
                   k.height_mm.begin());
     for (const double h : k.height_mm)
-      if (!std::isfinite(h) || h < 0.0)
-        throw std::invalid_argument("actuation.heights_mm: a height of place " + std::to_string(n) +
-                                    " is negative or not finite");
+      if (!kPlaceHeight_mm.holds(h))
+        throw std::invalid_argument("actuation.heights_mm: a height of place " + std::to_string(n) + ", " +
+                                    shortest_text(h) + " mm, is outside " + text(kPlaceHeight_mm));
     if (k.at(0, 0) <= 0.0)
       throw std::invalid_argument("actuation.heights_mm: place " + std::to_string(n) +
                                   " adds nothing to its own cell");

@@ -39,6 +39,9 @@ OffsetKernel kernel_of(const DropletModel& model);
 /// of a droplet, since footprints are no tents. A start where nothing was measured.
 OffsetKernel mixed_kernel(const DropletModel& model, Offset place);
 
+/// Range of a measured height.
+inline constexpr Range kPlaceHeight_mm = within(0, 10);
+
 /// The kernel of each place of a table, by its index.
 struct OffsetModel {
   OffsetTable table;
@@ -47,7 +50,7 @@ struct OffsetModel {
   bool operator==(const OffsetModel&) const = default;
 };
 /// @param heights_mm 25 for each place but the centre, in the order of OffsetKernel; empty: mixed
-/// @throws std::invalid_argument: another number of heights; one that is negative or not finite; a kernel
+/// @throws std::invalid_argument: another number of heights; one outside kPlaceHeight_mm; a kernel
 /// that adds nothing to its own cell
 OffsetModel offset_model(const DropletModel& model, const OffsetTable& table,
                          std::span<const double> heights_mm = {});

@@ -128,8 +128,9 @@ TEST_CASE("Measured heights of places are taken in their order, and a wrong list
   CHECK(m.kernels[1].at(0, 0) == 3e-3);
   CHECK(m.kernels[2].at(0, 0) == 2e-3);
   heights[30] = -1e-9;
-  CHECK_THROWS_WITH(offset_model(kInk, table, heights),
-                    Catch::Contains("actuation.heights_mm") && Catch::Contains("place 2"));
+  CHECK_THROWS_WITH(
+      offset_model(kInk, table, heights),
+      Catch::Contains("actuation.heights_mm") && Catch::Contains("place 2, -1e-09 mm, is outside [0, 10]"));
   heights[30] = 0.0;
   heights[OffsetKernel::index(0, 0)] = 0.0;
   CHECK_THROWS_WITH(offset_model(kInk, table, heights), Catch::Contains("adds nothing to its own cell"));
