@@ -67,8 +67,21 @@ void write_npy(const std::string& path, const std::vector<std::byte>& bytes) {
   write_file_atomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
+control::Setup setup_of(const DecideOptions& o, const Experiment& e) {
+  HeightMap target = height_map_from_npy(read_bytes(o.target, "--target"), e.grid, o.target);
+  Mask mask = o.mask.empty() ? Mask(e.grid, 1) : mask_from_npy(read_bytes(o.mask, "--mask"), e.grid, o.mask);
+  return control_setup(e, std::move(target), std::move(mask));
+}
+
+control::mpc::CellCost cost_of_layer(const Experiment& e) {
+  control::mpc::CellCost cost;
+  cost.outside = float(e.control.mpc.outside_price);
+  return cost;
+}
+
 // Bound that the multipliers prove for any layer, by the checker that shares nothing with the solver.
-std::string check_certificate(const DecideOptions& o, const control::Setup& setup, const HeightMap& height) {
+std::string check_certificate(const DecideOptions& o, const Experiment& e, const HeightMap& height) {
+  const control::Setup setup = setup_of(o, e);
   const int nx = setup.grid.nx, cuts = (setup.grid.ny + o.bound_rows - 1) / o.bound_rows - 1;
   const std::vector<float> m =
       certificate_from(read_bytes(o.check_certificate, "--check-certificate"), nx, o.check_certificate);
@@ -78,18 +91,13 @@ std::string check_certificate(const DecideOptions& o, const control::Setup& setu
                                 " cuts, the file others");
   double counted = 0.0;
   for (const auto in : setup.mask.cells) counted += in;
-  const double bound_mm = control::mpc::certified_bound_mm(setup, height, {}, o.bound_rows, m) / counted;
+  const double bound_mm =
+      control::mpc::certified_bound_mm(setup, height, {}, o.bound_rows, m, cost_of_layer(e)) / counted;
   if (o.json)
     return nlohmann::ordered_json{{"lower_bound_mm", bound_mm}, {"bound_rows", o.bound_rows}}.dump(2) + "\n";
   return fmt::format(
       "lower bound     {:.6f} um: no layer of at most one droplet per cell has a smaller mean error\n",
       1e3 * bound_mm);
-}
-
-control::Setup setup_of(const DecideOptions& o, const Experiment& e) {
-  HeightMap target = height_map_from_npy(read_bytes(o.target, "--target"), e.grid, o.target);
-  Mask mask = o.mask.empty() ? Mask(e.grid, 1) : mask_from_npy(read_bytes(o.mask, "--mask"), e.grid, o.mask);
-  return control_setup(e, std::move(target), std::move(mask));
 }
 
 // Overspill of the surface, and the least that any pattern could have at its mean error.
@@ -143,7 +151,8 @@ void add_bound(const DecideOptions& o, const Experiment& e, const HeightMap& hei
   const HeightMap known = control::known_heights({height, 0, 0, 0.0});
   double cells = 0.0, bound_mm = 0.0;
   for (const auto in : setup.mask.cells) cells += in;
-  const control::mpc::BoundOptions strips{o.bound_rows, o.bound_sweeps, 1e-6};
+  control::mpc::BoundOptions strips{o.bound_rows, o.bound_sweeps, 1e-6};
+  strips.cost = cost_of_layer(e);
   int sweeps = 0, cuts = 0;
   if (const double alpha = e.control.mpc.alpha.front().alpha; alpha < 1.0) {
     control::mpc::WeightedBoundOptions options;
@@ -189,7 +198,7 @@ std::string decided(const DecideOptions& o) {
   if (!o.certificate.empty() && !o.bound)
     throw UsageError("--certificate: only --bound has multipliers to write");
   if (!o.check_certificate.empty())
-    return check_certificate(o, setup_of(o, e), control::known_heights({height, 0, 0, 0.0}));
+    return check_certificate(o, e, control::known_heights({height, 0, 0, 0.0}));
   if (o.edge_bound) return edge_bound_of(o, e, height);
   const ParallelFor parallel = parallel_on(thread_count(o.threads));
 

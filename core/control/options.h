@@ -147,7 +147,10 @@ struct MpcOptions {
   bool start_dithered = true;
   bool start_ones = false;
   double min_improvement_mm = 0.0;  ///< end when the best layer improves on printing nothing by no more
-  double finish_layers = 0.0;       ///< K of mpc/reference_governor.h; 0: one stage
+  double outside_price = 0.0;       ///< of height beside the part, against height that is missing in it
+  double rise_layers = 0.0;      ///< of mpc/edge_reference.h; 0: every layer is planned for the whole target
+  double edge_lag_layers = 0.0;  ///< the same; 0: the edge does not lag
+  double finish_layers = 0.0;    ///< K of mpc/reference_governor.h; 0: one stage
   double rim_lead_layers = 0.0;  ///< L of mpc/reference_governor.h; 0: the inside does not wait for the rim
 };
 inline constexpr OptionTable kMpcOptions{
@@ -189,6 +192,17 @@ inline constexpr OptionTable kMpcOptions{
     Option{"finish_layers", &MpcOptions::finish_layers, "layers", within(0, 20),
            "the part is first printed to so many layers below its target, its rim too, and only then "
            "finished; 0 = in one stage"},
+    Option{"outside_price", &MpcOptions::outside_price, "", within(0, 10),
+           "what a layer pays for ink beside the part, at alpha = 1: um of error inside for each um of "
+           "height outside; 0 = nothing"},
+    Option{"rise_layers", &MpcOptions::rise_layers, "layers", within(0, 2),
+           "until the part is nearly finished each layer is planned for a target so many layers above its "
+           "mean height, so "
+           "that no cell rises ahead of the others; 0 = for the whole target"},
+    Option{"edge_lag_layers", &MpcOptions::edge_lag_layers, "layers", within(0, 10),
+           "with rise_layers: a cell at the outline lags behind by so many layers for each of its sides that "
+           "lies "
+           "outside, so that the inside gives it ink and gets none"},
     Option{"min_improvement_mm", &MpcOptions::min_improvement_mm, "mm", within(0, 10),
            "the print ends when the best layer would improve the surface by no more", Change::kBetweenLayers},
 };

@@ -72,7 +72,7 @@ std::vector<std::uint32_t> open_cells(const HorizonObjective& objective, const H
 // Descent that looks in single precision first.
 SearchResult descend_sieved(HorizonObjective& objective, const HorizonStart& s, int layers,
                             std::int64_t most) {
-  HorizonState field(s.setup, s.height, s.materials, layers);
+  HorizonState field(s.setup, s.height, s.materials, layers, objective.cost());
   field.set_drops(plan_of(objective));
   DeltaCache flips(field, objective.error() == ErrorKind::kSquare ? DeltaCache::Wanted::kSquares
                                                                   : DeltaCache::Wanted::kAbsolute);
@@ -93,11 +93,13 @@ StripResult strips_of_layer(std::vector<DropletPattern>& plan, int n, const Hori
     for (int before = 0; before < n; ++before)
       height = predict.after(height, plan[std::size_t(before)], materials(before));
   }
+  CellCost cost;
+  cost.outside = float(s.outside_price);
   LayerProblem problem(s.setup, height, materials(n));
   problem.set_drops(plan[std::size_t(n)]);
   StripResult result;
   for (int k = std::min(2, rows); k <= rows; ++k) {
-    const StripResult r = sweep_strips(problem, {k, kMaxSweeps}, parallel);
+    const StripResult r = sweep_strips(problem, {k, kMaxSweeps, cost}, parallel);
     result = {result.sweeps + r.sweeps, result.strips + r.strips, result.improved + r.improved, r.settled};
   }
   plan[std::size_t(n)] = problem.drops(s.setup.grid);
@@ -174,7 +176,7 @@ SearchResult search_horizon(HorizonObjective& objective, const HorizonStart& s, 
       SearchResult r;
       plan = best;
       if (single && layers <= HorizonState::kMaxLayers) {
-        HorizonState field(s.setup, s.height, s.materials, layers);
+        HorizonState field(s.setup, s.height, s.materials, layers, objective.cost());
         field.set_drops(plan);
         r = anneal(field, objective.cost(), open, annealing, random);
         std::ranges::move(field.plan(s.setup.grid), plan.begin());

@@ -24,6 +24,7 @@ struct HorizonStart {
   const Setup& setup;
   const HeightMap& height;                 ///< finite everywhere
   std::span<const MaterialMap> materials;  ///< per layer of the horizon; maps without cells: one ink
+  double outside_price = 0.0;              ///< PlanCost
 };
 
 /// Returns a start plan: the number of droplets that the missing height requires in `layers` layers, by error

@@ -27,7 +27,7 @@ void exchange(const float* height, const float* gives, const float* slope, std::
 }  // namespace
 
 HorizonState::HorizonState(const Setup& s, const HeightMap& height, std::span<const MaterialMap> materials,
-                           int horizon)
+                           int horizon, const PlanCost& cost)
     : nx(std::uint32_t(s.grid.nx)),
       ny(std::uint32_t(s.grid.ny)),
       row(nx + 2 * kMargin),
@@ -66,6 +66,28 @@ HorizonState::HorizonState(const Setup& s, const HeightMap& height, std::span<co
     target_[at(c)] = float(s.target.cells[c]);
     cells += 1.0;
   }
+  if (cost.outside_price > 0.0) price_outside(s, cost);
+}
+
+void HorizonState::price_outside(const Setup& s, const PlanCost& cost) {
+  const bool square = cost.error == ErrorKind::kSquare;
+  if (square) outside_price_mm_ = cost.outside_price * s.model.layer_height_mm();
+  outside_error_mm_ = square ? kOutsideSquare_mm : kOutside_mm;
+  const float counted =
+      float(square ? cost.outside_price * s.model.layer_height_mm() / (2.0 * double(kOutsideSquare_mm))
+                   : cost.outside_price);
+  part_.assign(counts.size(), 0);
+  for (std::uint32_t c = 0; c < s.grid.size(); ++c) part_[at(c)] = s.mask.cells[c] != 0;
+  const std::size_t first =
+      at(0) - row - 1;  // the cells of the grid and a ring, into which a border may lose
+  for (std::size_t j = 0; j < ny + 2; ++j)
+    for (std::size_t i = 0; i < nx + 2; ++i) {
+      const std::size_t p = first + j * row + i;
+      if (part_[p]) continue;
+      counts[p] = counted;
+      error_mm[p] = outside_error_mm_;
+      if (i > 0 && i <= nx && j > 0 && j <= ny) target_[p] = layers[0].height_mm[p];
+    }
 }
 
 void HorizonState::set_drop(int layer, std::size_t p, std::uint8_t drop) {
@@ -94,6 +116,19 @@ std::vector<DropletPattern> HorizonState::plan(const GridSpec& grid) const {
   return out;
 }
 
+// All height that the droplets bring but what the part's cells have of it: their large errors hold no single
+// droplet.
+double HorizonState::outside_mm2() const {
+  if (outside_price_mm_ == 0.0) return 0.0;
+  double beside_mm = 0.0;
+  for (const Layer& l : layers)
+    for (std::size_t p = 0; p < l.drops.size(); ++p)
+      if (l.drops[p]) beside_mm += double(ink[l.inks[p]].drop_mm);
+  for (std::size_t p = 0; p < part_.size(); ++p)
+    if (part_[p]) beside_mm -= double(error_mm[p]) + double(target_[p]) - double(layers[0].height_mm[p]);
+  return outside_price_mm_ * beside_mm;
+}
+
 void HorizonState::refresh() {
   std::vector<float> own(nx), in(nx);
   for (std::size_t k = 0; k < layers.size(); ++k) {
@@ -120,16 +155,22 @@ void HorizonState::refresh() {
         continue;
       }
       for (std::uint32_t i = 0; i < nx; ++i)
-        if (counts[first + i] != 0.0f) error_mm[first + i] = (h[i] + (own[i] + in[i])) - target_[first + i];
+        if (on_part(first + i) && counts[first + i] != 0.0f)
+          error_mm[first + i] = (h[i] + (own[i] + in[i])) - target_[first + i];
+        else if (counts[first + i] != 0.0f)
+          error_mm[first + i] =
+              outside_error_mm_ + counts[first + i] * ((h[i] + (own[i] + in[i])) - target_[first + i]);
     }
   }
   first_mm = second_mm2 = droplets = 0.0;
   for (const Layer& l : layers)
     for (const std::uint8_t u : l.drops) droplets += u;
-  for (const float e : error_mm) {
-    first_mm += double(e);
-    second_mm2 += double(e) * double(e);
+  for (std::size_t p = 0; p < error_mm.size(); ++p) {
+    if (!on_part(p)) continue;
+    first_mm += double(error_mm[p]);
+    second_mm2 += double(error_mm[p]) * double(error_mm[p]);
   }
+  second_mm2 += outside_mm2();
 }
 
 }  // namespace firn::control::mpc

@@ -21,8 +21,15 @@ struct ObjectiveDeltas {
 /// a grid padded by kMargin cells: a droplet of layer k changes heights within N - k cells, rows of eight
 /// lanes at a time. A droplet on cell p gives a neighbour q clamp(gives_p + slope_p (H_p - H_q), 0, gives_p)
 /// [Lu 2015, Eqs. (4), (5), (7)]; where there is none, gives = slope = 0.
+///
+/// With a price of height beside the part such a cell counts as one whose error is so large that |e| and e^2
+/// are linear in its height: `counts` is then the price (kAbsolute), or the price times a layer's height over
+/// twice that error (kSquare), so that sums over windows need no further terms.
 struct HorizonState {
   static constexpr int kMaxLayers = 3, kMargin = 8;
+  /// The large errors. For |e| single precision must hold single droplets beside it (0.015 nm); for e^2 it
+  /// need not, and the sum of e must not notice the cell.
+  static constexpr float kOutside_mm = 0.25f, kOutsideSquare_mm = 100.0f;
 
   struct Ink {
     float drop_mm, gives_mm[2], slope[2];  // 0 sides, 1 corners
@@ -35,7 +42,7 @@ struct HorizonState {
 
   /// @param materials per layer; none, or maps without cells: one ink. @pre horizon 1..kMaxLayers
   HorizonState(const Setup& setup, const HeightMap& height, std::span<const MaterialMap> materials,
-               int horizon);
+               int horizon, const PlanCost& cost = {});
 
   std::size_t at(std::uint32_t cell) const {
     return std::size_t(cell / nx + kMargin) * row + cell % nx + kMargin;
@@ -52,11 +59,17 @@ struct HorizonState {
   Ink ink[2];
   std::vector<Layer> layers;
   std::vector<float> error_mm;                           // after the last layer; 0 where it does not count
-  std::vector<float> counts;                             // 1 on the mask
+  std::vector<float> counts;                             // 1 on the mask; beside it see above
   double cells = 0.0, first_mm = 0.0, second_mm2 = 0.0;  // number, sum and sum of squares of the errors
   double droplets = 0.0;                                 // in all layers
  private:
+  void price_outside(const Setup& setup, const PlanCost& cost);
+  bool on_part(std::size_t p) const { return part_.empty() || part_[p] != 0; }
   std::vector<float> target_;
+  double outside_mm2() const;       // price of what the layers add beside the part; 0 but for kSquare
+  std::vector<std::uint8_t> part_;  // 1 on the mask; empty without a price
+  double outside_price_mm_ = 0.0;   // kSquare: of a mm beside the part, in the sum of squares
+  float outside_error_mm_ = 0.0f;   // of cells beside the part before the first layer
 };
 
 }  // namespace firn::control::mpc

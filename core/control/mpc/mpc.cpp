@@ -25,6 +25,11 @@ MpcOptions checked(MpcOptions o) {
           "start_ones and start_dithered are both off: the search needs a first guess");
   require(!o.alpha.empty() && o.alpha.front().from_layer == 1, "mpc",
           "alpha: the schedule must begin at from_layer = 1");
+  require(o.outside_price == 0.0 ||
+              std::ranges::all_of(o.alpha, [](const AlphaStep& a) { return a.alpha == 1.0; }),
+          "mpc", "outside_price: the price of ink beside the part is known at alpha = 1 only");
+  require(o.edge_lag_layers == 0.0 || o.rise_layers > 0.0, "mpc",
+          "edge_lag_layers: only a part that rises with rise_layers above 0 has an edge that lags");
   for (std::size_t n = 1; n < o.alpha.size(); ++n)
     require(o.alpha[n].from_layer > o.alpha[n - 1].from_layer, "mpc",
             "alpha: from_layer " + std::to_string(o.alpha[n].from_layer) + " does not ascend");
@@ -43,7 +48,7 @@ Mpc::Mpc(const Setup& setup, const ControlOptions& options)
 mpc::HorizonObjective& Mpc::objective() {
   if (!objective_)
     objective_.emplace(setup_, options_.horizon, options_.max_drops, options_.error, options_.price_mm2,
-                       options_.mean_weight);
+                       options_.mean_weight, options_.outside_price);
   return *objective_;
 }
 
@@ -126,7 +131,7 @@ Mpc::Found Mpc::search(std::vector<DropletPattern> guess, const HeightMap& heigh
     return found;
   }
   if (options_.method == MpcMethod::kStripDp || options_.method == MpcMethod::kCertified) {
-    const mpc::HorizonStart state{setup_, height, materials};
+    const mpc::HorizonStart state{setup_, height, materials, options_.outside_price};
     for (std::size_t n = 1; n < guess.size(); ++n) guess[n] = DropletPattern(setup_.grid);
     if (options_.max_drops == 1) {
       const auto strips = mpc::strips_of_layer(guess, 0, state, options_.strip_rows, parallel_);

@@ -8,13 +8,13 @@
 namespace firn::control::mpc {
 
 HorizonObjective::HorizonObjective(const Setup& s, int horizon, int max_drops, ErrorKind error,
-                                   double price_mm2, double mean_weight)
+                                   double price_mm2, double mean_weight, double outside_price)
     : grid_(s.grid),
       model_(s.grid, deposition::stencil_of(s.model), s.border),
       surface_(s.grid),
       predicted_(s.grid),
       max_drops_(max_drops),
-      cost_{1.0, error, price_mm2, mean_weight},
+      cost_{1.0, error, price_mm2, mean_weight, outside_price},
       row_(std::size_t(s.grid.nx) + 2),
       plan_(std::size_t(horizon), DropletPattern(s.grid)) {
   const std::size_t n = row_ * (std::size_t(s.grid.ny) + 2),
@@ -48,6 +48,7 @@ HorizonObjective::HorizonObjective(const Setup& s, int horizon, int max_drops, E
   }
   count_ = double(part_.size());
   per_cell_ = 1.0 / count_;
+  outside_mm_ = outside_price * s.model.layer_height_mm();
   if (steps == 1) {
     table_.resize(s.grid.size());
     error_.assign(n + 1, 0.0);
@@ -103,6 +104,8 @@ void HorizonObjective::fill_table() {
       own -= f;
       if (counts_[std::size_t(std::ptrdiff_t(p) + ink.offsets[q])])
         s.mm[std::size_t((link.dy + 1) * 4 + link.dx + 1)] = f;
+      else
+        s.outside_mm += f;
     }
     s.mm[5] = own;
     for (const double f : s.mm) {
@@ -112,22 +115,20 @@ void HorizonObjective::fill_table() {
   }
 }
 
-void HorizonObjective::step_model(std::size_t step, const DropletPattern& layer, int pass) {
-  if (materials_.empty()) {
-    model_.step(predicted_.data(), layer.data(), pass);
-    return;
-  }
+double HorizonObjective::step_model(std::size_t step, const DropletPattern& layer, int pass) {
+  if (materials_.empty()) return model_.step(predicted_.data(), layer.data(), pass).lost_mm;
   for (std::uint32_t c = 0; c < grid_.size(); ++c) stencils_[c] = ink_at(step, padded(c)).stencil;
-  model_.step(predicted_.data(), layer.data(), pass, stencils_);
+  return model_.step(predicted_.data(), layer.data(), pass, stencils_).lost_mm;
 }
 
 void HorizonObjective::refresh() {
   predicted_.cells = surface_.cells;
+  double over_border_mm = 0.0;
   for (std::size_t step = 0; step < drops_.size(); ++step) {
     const int pass = int(step % std::size_t(max_drops_));
     const DropletPattern& layer = plan_[step / std::size_t(max_drops_)];
     for (std::uint32_t c = 0; c < grid_.size(); ++c) drops_[step][padded(c)] = layer.cells[c] > pass;
-    step_model(step, layer, pass);
+    over_border_mm += step_model(step, layer, pass);
     store(predicted_, step + 1);
   }
   const std::vector<double>& h = height_.back();
@@ -147,8 +148,14 @@ void HorizonObjective::refresh() {
   variance_ = std::max(0.0, sums_.second / count_ - mean * mean);
   root_ = std::sqrt(variance_);
   for (const DropletPattern& layer : plan_) sums_.droplets += double(layer.total());
-  const double error =
-      cost_.error == ErrorKind::kSquare ? std::sqrt(square_of(sums_)) : sums_.abs_error / count_;
+  if (cost_.outside_price > 0.0) {
+    sums_.outside = over_border_mm;
+    for (std::uint32_t c = 0; c < grid_.size(); ++c)
+      if (!counts_[padded(c)]) sums_.outside += predicted_.cells[c] - surface_.cells[c];
+  }
+  const double error = cost_.error == ErrorKind::kSquare
+                           ? std::sqrt(square_of(sums_))
+                           : (sums_.abs_error + cost_.outside_price * sums_.outside) / count_;
   value_mm_ = cost_.alpha * error + (1.0 - cost_.alpha) * root_;
 }
 
@@ -220,7 +227,10 @@ int HorizonObjective::propagate(const Move& m, std::size_t step, bool keep) {
 }
 
 void HorizonObjective::add(std::size_t p, double delta, Sums& s) const {
-  if (!counts_[p]) return;
+  if (!counts_[p]) {
+    s.outside += delta;
+    return;
+  }
   const double h = height_.back()[p], error = target_[p] - h;
   s.abs_error += std::abs(error - delta) - std::abs(error);
   s.first += delta;
@@ -235,19 +245,20 @@ void HorizonObjective::note_height(std::size_t p) {
 
 double HorizonObjective::square_of(const Sums& s) const {
   const double mean = reference_mm_ + s.first * per_cell_;
-  return std::max(0.0, (s.second + cost_.price_mm2 * s.droplets) * per_cell_ +
+  return std::max(0.0, (s.second + cost_.price_mm2 * s.droplets + outside_mm_ * s.outside) * per_cell_ +
                            reference_mm_ * (2.0 * s.first * per_cell_ + reference_mm_) +
                            cost_.mean_weight * mean * mean);
 }
 
 // The difference of two roots by their squares: no cancellation, however many cells share one droplet.
 double HorizonObjective::gain_of(const Sums& c) const {
-  double error_part = cost_.alpha * c.abs_error * per_cell_;
+  double error_part = cost_.alpha * (c.abs_error + cost_.outside_price * c.outside) * per_cell_;
   if (cost_.error == ErrorKind::kSquare) {
     const double before = square_of(sums_);
     const double mean = reference_mm_ + sums_.first * per_cell_, mean_rise = c.first * per_cell_;
     const double rise =
-        (c.second + cost_.price_mm2 * c.droplets + 2.0 * reference_mm_ * c.first) * per_cell_ +
+        (c.second + cost_.price_mm2 * c.droplets + outside_mm_ * c.outside + 2.0 * reference_mm_ * c.first) *
+            per_cell_ +
         cost_.mean_weight * mean_rise * (2.0 * mean + mean_rise);
     const double now = std::max(0.0, before + rise), roots = std::sqrt(now) + std::sqrt(before);
     error_part = roots > 0.0 ? cost_.alpha * ((now - before) / roots) : 0.0;
@@ -274,6 +285,7 @@ double HorizonObjective::single_step_gain(std::uint32_t cell, double sign) const
   const double cross = (crossed[0] + crossed[1]) + (crossed[2] + crossed[3]);
   change.first = sign * s.sum_mm;
   change.droplets = sign;
+  change.outside = sign * s.outside_mm;
   change.second = 2.0 * sign * cross + s.square_mm2;
   return gain_of(change);
 }
@@ -314,6 +326,7 @@ void HorizonObjective::apply(const Move& m) {
   sums_.first += change.first;
   sums_.second += change.second;
   sums_.droplets += change.droplets;
+  sums_.outside += change.outside;
   const double mean = sums_.first / count_;
   variance_ = std::max(0.0, sums_.second / count_ - mean * mean);
   root_ = std::sqrt(variance_);

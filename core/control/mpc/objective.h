@@ -28,9 +28,9 @@ struct Move {
 /// rounding; refresh() recomputes everything, and is to be called before a result is trusted.
 class HorizonObjective {
  public:
-  /// @param price_mm2 of a droplet, @param mean_weight see PlanCost
+  /// @param price_mm2 of a droplet, @param mean_weight and @param outside_price see PlanCost
   HorizonObjective(const Setup& setup, int horizon, int max_drops, ErrorKind error = ErrorKind::kAbsolute,
-                   double price_mm2 = 0.0, double mean_weight = 0.0);
+                   double price_mm2 = 0.0, double mean_weight = 0.0, double outside_price = 0.0);
 
   /// The surface to print on (finite everywhere) and the weight of Eq. (8). A plan must follow.
   /// @param materials ink of each cell in each layer of the horizon; none: one ink
@@ -57,7 +57,7 @@ class HorizonObjective {
 
  private:
   struct Sums {
-    double abs_error = 0.0, first = 0.0, second = 0.0, droplets = 0.0;
+    double abs_error = 0.0, first = 0.0, second = 0.0, droplets = 0.0, outside = 0.0;
   };
   double square_of(const Sums& sums) const;  // mean of the squared errors and the droplets' price
   std::size_t padded(std::uint32_t cell) const { return padded_[cell]; }
@@ -76,7 +76,8 @@ class HorizonObjective {
   double single_step_gain(std::uint32_t cell, double sign) const;
   void fill_table();
   void set_materials(std::span<const MaterialMap> materials);
-  void step_model(std::size_t step, const DropletPattern& layer, int pass);
+  double step_model(std::size_t step, const DropletPattern& layer,
+                    int pass);  // returns what goes over the border
   void store(const HeightMap& height, std::size_t step);
 
   GridSpec grid_;
@@ -103,6 +104,7 @@ class HorizonObjective {
   double reference_mm_ = 0.0;                         // heights are summed relative to this
   double variance_ = 0.0;                             // of the last heights on the mask,
   double root_ = 0.0;                                 // and its root
+  double outside_mm_ = 0.0;                           // price of a mm beside the part, in the sum of squares
   double value_mm_ = 0.0;
   Sums sums_;
   std::vector<std::uint32_t> part_;
@@ -117,7 +119,7 @@ class HorizonObjective {
   // of the grid the heights that one droplet adds to its nine cells (0 off the mask), their sum and sum of
   // squares. Three rows of four, the fourth 0, so that rows fill vector registers.
   struct Shares {
-    double mm[12], sum_mm, square_mm2;
+    double mm[12], sum_mm, square_mm2, outside_mm;
   };
   std::vector<Shares> table_;
   std::vector<double> error_, deviation_;  // padded, 0 off the mask: target - height,

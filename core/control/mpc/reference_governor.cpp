@@ -18,6 +18,7 @@ ReferenceGovernor::ReferenceGovernor(const Setup& setup, const ControlOptions& o
   if (!(std::isfinite(lead) && lead >= 0.0))
     throw std::invalid_argument("mpc: rim_lead_layers = " + std::to_string(lead) + " must not be below 0");
   Mpc(setup, options);  // checks the options of MPC
+  if (options.mpc.rise_layers > 0.0) rise_.emplace(setup, options.mpc.edge_lag_layers, options.mpc.rise_layers);
   rim_ = setup.rim;
   for (std::size_t c = 0; c < rim_.size(); ++c) rim_.cells[c] = rim_.cells[c] && setup.mask.cells[c];
 }
@@ -98,9 +99,29 @@ std::optional<Decision> ReferenceGovernor::decide_stage(Stage stage, HeightMap t
   return d;
 }
 
+std::optional<Decision> ReferenceGovernor::rise(const Measurement& m) {
+  StallDetector& stall = stalls_[kRising];
+  if (!rise_ || stall.stalled(options_.stall_layers)) return std::nullopt;
+  std::optional<HeightMap> target = rise_->next(first_stage_target(), m.height);
+  if (!target) return std::nullopt;
+  Setup setup = setup_;
+  setup.target = *std::move(target);
+  ControlOptions options = options_;
+  options.mpc.horizon = 1;
+  Decision d = plan(setup, options, m);
+  if (d.kind == Decision::Kind::kEnd) return std::nullopt;
+  stall.add(m, first_stage_target(), setup_.mask);
+  if (stall.stalled(options_.stall_layers)) return std::nullopt;
+  return d;
+}
+
 Decision ReferenceGovernor::decide(const Measurement& m) {
   check(m, setup_);
   for (StallDetector& stage : stalls_) stage.rewind(m.layer);
+  if (auto d = rise(m)) {
+    d->reason += ", for a target that rises with the part";
+    return *std::move(d);
+  }
   const double ahead_mm = waits_at_mm(m.height, first_stage_target());
   if (ahead_mm > 0.0)
     if (auto d = decide_stage(kWaiting, governed_target(m.height), m)) {

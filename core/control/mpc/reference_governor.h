@@ -5,6 +5,7 @@
 #include <array>
 #include <optional>
 
+#include "core/control/mpc/edge_reference.h"
 #include "core/control/mpc/mpc.h"
 #include "core/control/stall_detector.h"
 
@@ -42,6 +43,9 @@ namespace firn::control {
 ///    estimate. K = 3 leaves room for one such layer.
 ///  - When the rest is within half a layer of h_d, only droplets at the rim remain. Each is assumed to add
 ///    kLoneShare of a droplet.
+/// With rise_layers > 0 a stage comes before all others: the part rises layer by layer towards the references
+/// of EdgeReference, each layer planned by itself, until all cells have h_A but for the lag of the edge.
+///
 /// h_B <= h_A: droplets that fill cells up to h_B also fill them up to h_A, so every print ends as without
 /// the bound (guard.h). Without a rim h_B = h_A.
 class ReferenceGovernor final : public LayerController {
@@ -67,7 +71,8 @@ class ReferenceGovernor final : public LayerController {
   bool together() const { return options_.mpc.rim_lead_layers > 0.0; }
   // Height that the rest is below h_A while it waits for the rim; 0: it does not wait.
   double waits_at_mm(const HeightMap& height, const HeightMap& first_stage_target) const;
-  enum Stage : std::size_t { kWaiting, kLower, kLast, kStages };
+  enum Stage : std::size_t { kRising, kWaiting, kLower, kLast, kStages };
+  std::optional<Decision> rise(const Measurement& m);  // a layer of that stage; none: it is over
   // None: the stage is over.
   std::optional<Decision> decide_stage(Stage stage, HeightMap target, const Measurement& m);
   bool worth_its_time(const Decision& d) const;
@@ -79,6 +84,7 @@ class ReferenceGovernor final : public LayerController {
   ControlOptions options_;
   double layer_mm_;  // of the model at first
   Mask rim_;         // Setup::rim on the mask
+  std::optional<EdgeReference> rise_;
   std::array<StallDetector, kStages> stalls_;
   ParallelFor parallel_ = serially;
 };

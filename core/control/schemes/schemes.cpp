@@ -23,7 +23,7 @@ std::unique_ptr<LayerController> make(const Setup& setup, const ControlOptions& 
 }
 
 std::unique_ptr<LayerController> make_mpc(const Setup& setup, const ControlOptions& options) {
-  if (options.mpc.finish_layers > 0.0 || options.mpc.rim_lead_layers > 0.0)
+  if (options.mpc.finish_layers > 0.0 || options.mpc.rim_lead_layers > 0.0 || options.mpc.rise_layers > 0.0)
     return std::make_unique<ReferenceGovernor>(setup, options);
   return std::make_unique<StallBound>(std::make_unique<Mpc>(setup, options), setup, options);
 }

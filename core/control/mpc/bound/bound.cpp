@@ -27,13 +27,13 @@ LowerBound lower_bound(const Setup& setup, const HeightMap& height, const Materi
                        double known_mm, const BoundOptions& o, const ParallelFor& parallel,
                        const std::function<void(double)>& watch) {
   const LayerProblem problem(setup, height, materials);
-  DualDecomposition split(problem, o.rows);
+  DualDecomposition split(problem, o.rows, o.cost);
   LowerBound found;
   found.rows = o.rows;
   found.history_mm = raise_bound(split, known_mm, o, parallel, watch);
   found.sweeps = int(found.history_mm.size());
   found.multipliers = split.multipliers();
-  found.total_mm = certified_bound_mm(setup, height, materials, o.rows, found.multipliers);
+  found.total_mm = certified_bound_mm(setup, height, materials, o.rows, found.multipliers, o.cost);
   return found;
 }
 

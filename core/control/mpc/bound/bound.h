@@ -17,6 +17,7 @@ struct BoundOptions {
   int sweeps = 40;      ///< at most, of the decomposition
   double gap = 0.0;     ///< ends when (known - bound) / known is no larger,
   double stall = 1e-7;  ///< or when ten sweeps raise the bound by less than this part of it
+  CellCost cost = {};   ///< of which the sum is bounded
 };
 
 struct LowerBound {

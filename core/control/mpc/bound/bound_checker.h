@@ -3,6 +3,8 @@
 // every column x, the droplets of the two rows at the cut in columns x - 1, x, x + 1 pay multipliers[(k nx +
 // x) 64 + pattern] in the strip above and earn it in the strip below; pattern = 16 p(x - 1) + 4 p(x) + p(x +
 // 1), p = 2 * upper row + lower row. Each strip's least cost is found column by column.
+// A droplet pays cell_cost.outside for each mm that it adds beside the part, in the strip where its own cell
+// counts.
 #pragma once
 
 #include <algorithm>
@@ -44,10 +46,19 @@ inline double certified_bound_mm(const Setup& setup, const HeightMap& height, co
     std::vector<std::vector<double>> share(std::size_t(nx * 3 * m),
                                            std::vector<double>(std::size_t(patterns), 0.0));
     std::vector<int> barred(std::size_t(nx), 0);
+    std::vector<double> beside(std::size_t(nx) * std::size_t(patterns), 0.0);  // price of a column's pattern
     for (int x = 0; x < nx; ++x)
       for (int b = 0; b < rows; ++b) {
         const int j = s * m - 1 + b;
         barred[std::size_t(x)] |= int(!part(x, j)) << b;
+        if (cell_cost.outside > 0.0f && b >= 1 && b <= m && part(x, j)) {
+          double mm = 0.0;
+          for (int dy = -1; dy <= 1; ++dy)
+            for (int dx = -1; dx <= 1; ++dx)
+              if (!part(x + dx, j + dy)) mm += adds(x, j, dx, dy);
+          for (int u = 0; u < patterns; ++u)
+            if (u >> b & 1) beside[std::size_t(x * patterns + u)] += double(cell_cost.outside) * mm;
+        }
         for (int dx = -1; dx <= 1; ++dx)
           for (int r = 0; r < m; ++r) {
             const int dy = s * m + r - j;
@@ -77,8 +88,8 @@ inline double certified_bound_mm(const Setup& setup, const HeightMap& height, co
           if (best[std::size_t(a * patterns + b)] > 1e29) continue;
           for (int n = 0; n < (x + 1 < nx ? patterns : 1); ++n) {
             if (x + 1 < nx && (n & barred[std::size_t(x) + 1])) continue;
-            double cost =
-                best[std::size_t(a * patterns + b)] + paid(s, x, m, a, b, n) - paid(s - 1, x, 0, a, b, n);
+            double cost = best[std::size_t(a * patterns + b)] + beside[std::size_t(x * patterns + b)] +
+                          paid(s, x, m, a, b, n) - paid(s - 1, x, 0, a, b, n);
             for (int r = 0; r < m; ++r)
               if (part(x, s * m + r))
                 cost += cost_of(cell_cost, height.at(x, s * m + r) - setup.target.at(x, s * m + r) +

@@ -1,5 +1,6 @@
 // cost_of() computes the cost of a cell's error. Lu's objective is the sum of |e| (alpha = 1). The linear and
-// square terms are the majorant of a standard deviation (weighted_layer.h).
+// square terms are the majorant of a standard deviation (weighted_layer.h). Height that a droplet adds beside
+// the part has a price of its own, linear in the droplets.
 #pragma once
 
 #include <cmath>
@@ -11,6 +12,8 @@ struct CellCost {
   float absolute = 1.0f;
   float linear = 0.0f;
   float square = 0.0f;  ///< per mm
+  float outside =
+      0.0f;  ///< of each mm that a droplet adds to cells that do not count (MpcOptions::outside_price)
 };
 
 inline bool is_plain(const CellCost& c) { return c.absolute == 1.0f && c.linear == 0.0f && c.square == 0.0f; }

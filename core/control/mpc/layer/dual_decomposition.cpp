@@ -73,7 +73,11 @@ void DualDecomposition::fill_tables(int s, Work& work) const {
       if (middle >= 0 && b == 1 && s > 0) add_shared(table, shared(s - 1, middle), -1.0f);
       if (middle >= 0 && b == K - 1 && s + 1 < strips_) add_shared(table, shared(s, middle), 1.0f);
       const int latest = first_row(s) + b;
-      if (x == nx_ || !inside(latest) || !bare_.printable(x, latest)) bar_latest(table);
+      if (x == nx_ || !inside(latest) || !bare_.printable(x, latest))
+        bar_latest(table);
+      else if (cost_.outside > 0.0f && b >= 1 &&
+               b <= rows_)  // once: by the strip in which its own cell counts
+        price_latest(table, cost_.outside * bare_.outside_mm(x, latest));
     }
 }
 

@@ -60,6 +60,17 @@ LayerProblem::Effect LayerProblem::effect(int i, int j) const {
   return e;
 }
 
+float LayerProblem::outside_mm(int i, int j) const {
+  const Effect e = effect(i, j);
+  float counted = 0.0f;
+  for (const float f : e) counted += f;
+  const Ink& ink = inks_[inks_of_.empty() ? 0 : inks_of_[at(i, j)]];
+  bool edge = false;
+  for (int dy = -1; dy <= 1; ++dy)
+    for (int dx = -1; dx <= 1; ++dx) edge = edge || counts_[at(i + dx, j + dy)] == 0;
+  return edge ? std::max(0.0f, ink.drop_mm - counted) : 0.0f;
+}
+
 void LayerProblem::effects(int j, float* out) const {
   const std::size_t n = std::size_t(nx_);
   if (!inks_of_.empty()) {

@@ -34,6 +34,9 @@ class LayerProblem {
   using Effect = std::array<float, 9>;
   Effect effect(int i, int j) const;
   void effects(int j, float* out) const;  ///< of row j: out[q * nx + i] = effect(i, j)[q]
+  /// Height that a droplet on a printable cell adds to all cells that do not count, over a border that loses
+  /// too.
+  float outside_mm(int i, int j) const;
 
   void set_drop(int i, int j, std::uint8_t drop);  ///< keeps the errors up to date
   void set_drops(const DropletPattern& drops);     ///< cells that are not printable stay empty

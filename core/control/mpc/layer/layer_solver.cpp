@@ -49,13 +49,17 @@ int take_better_patches(LayerProblem& layer, const LayerProblem& other, const Ce
       for (std::size_t n = 0; n < patch.size(); ++n)
         around(patch[n], 2, visit);  // cells of one error belong together
       double gain = 0.0;
-      for (const Cell c : patch)
+      for (const Cell c : patch) {
+        if (cost.outside > 0.0f)
+          gain += (before.drop(c.i, c.j) ? 1.0 : -1.0) * double(cost.outside) *
+                  double(before.outside_mm(c.i, c.j));
         around(c, 1, [&](int i, int j) {
           std::uint8_t& done = judged[std::size_t(j) * std::size_t(nx) + std::size_t(i)];
           if (done) return;
           done = 1;
           gain += cost_of(cost, double(before.error_mm(i, j))) - cost_of(cost, double(other.error_mm(i, j)));
         });
+      }
       if (!(gain > kMinGain_mm)) continue;
       ++taken;
       for (const Cell c : patch) layer.set_drop(c.i, c.j, other.drop(c.i, c.j));
@@ -67,7 +71,11 @@ double total_cost(const LayerProblem& layer, const CellCost& cost) {
   double sum = 0.0;
   for (int j = 0; j < layer.ny(); ++j) {
     const float* e = layer.error_row(j);
-    for (int i = 0; i < layer.nx(); ++i) sum += cost_of(cost, double(e[i]));
+    for (int i = 0; i < layer.nx(); ++i) {
+      sum += cost_of(cost, double(e[i]));
+      if (cost.outside > 0.0f && layer.drop(i, j))
+        sum += double(cost.outside) * double(layer.outside_mm(i, j));
+    }
   }
   return sum;
 }

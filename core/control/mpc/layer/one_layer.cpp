@@ -32,13 +32,32 @@ double mean_error_mm(const Setup& s, const HeightMap& height, const DropletPatte
   return sum / cells;
 }
 
+double outside_rise_mm(const Setup& s, const HeightMap& height, const DropletPattern& drops) {
+  const std::vector<deposition::Link> links = deposition::links_of(deposition::stencil_of(s.model));
+  double sum = 0.0;
+  for (int j = 0; j < s.grid.ny; ++j)
+    for (int i = 0; i < s.grid.nx; ++i) {
+      if (!drops.at(i, j)) continue;
+      for (const deposition::Link& link : links) {
+        const int x = i + link.dx, y = j + link.dy;
+        if (!s.grid.contains(x, y))
+          sum += s.border == deposition::Border::kLose ? link.w_mm : 0.0;
+        else if (!s.mask.at(x, y))
+          sum += link.spread_mm(height.at(i, j) - height.at(x, y));
+      }
+    }
+  return sum;
+}
+
 LayerSolverOptions certified_options(const MpcOptions& options, std::int64_t counted) {
   constexpr int kSweepsForGap = 100;  // the bound has converged by then (dual_decomposition.h)
   constexpr double kOptimal = 1e-6;   // of the objective: rounding in single precision
   constexpr int kRows = 2;            // of the strips that find the layer, and of those that bound it
-  if (std::size_t(counted) > kMaxSplitCells) return {kRows, kRows, 0, kOptimal};
-  if (options.gap > 0.0) return {kRows, kRows, std::max(options.sweeps, kSweepsForGap), options.gap};
-  return {kRows, kRows, options.sweeps, kOptimal};
+  CellCost cost;
+  cost.outside = float(options.outside_price);
+  if (std::size_t(counted) > kMaxSplitCells) return {kRows, kRows, 0, kOptimal, cost};
+  if (options.gap > 0.0) return {kRows, kRows, std::max(options.sweeps, kSweepsForGap), options.gap, cost};
+  return {kRows, kRows, options.sweeps, kOptimal, cost};
 }
 
 std::string reached(const MpcOptions& options, const LayerSolution& s) {
@@ -53,15 +72,19 @@ OneLayer decide_one_layer(const Setup& setup, const HeightMap& height, const Dro
                           const MpcOptions& options, const ParallelFor& parallel) {
   constexpr int kMaxSweeps = 200;
   OneLayer out;
+  std::int64_t counted = 0;
   {
+    CellCost cost;
+    cost.outside = float(options.outside_price);
     LayerProblem problem(setup, height, {});
+    counted = problem.counted();
     problem.set_drops(guess);
     if (options.method == MpcMethod::kCertified) {
       out.certified = solve_layer(problem, certified_options(options, problem.counted()), parallel);
       out.strips = out.certified.strips;
     } else {
       for (int rows = std::min(2, options.strip_rows); rows <= options.strip_rows; ++rows) {
-        const StripResult r = sweep_strips(problem, {rows, kMaxSweeps}, parallel);
+        const StripResult r = sweep_strips(problem, {rows, kMaxSweeps, cost}, parallel);
         out.strips += r.strips;
         out.settled = r.settled;
       }
@@ -69,6 +92,8 @@ OneLayer decide_one_layer(const Setup& setup, const HeightMap& height, const Dro
     out.drops = problem.drops(setup.grid);
   }
   out.objective_mm = mean_error_mm(setup, height, out.drops);
+  if (options.outside_price > 0.0)
+    out.objective_mm += options.outside_price * outside_rise_mm(setup, height, out.drops) / double(counted);
   return out;
 }
 

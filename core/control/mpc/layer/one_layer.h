@@ -19,9 +19,13 @@ inline constexpr std::size_t kMaxSplitCells = 1'000'000;
 /// precision, a few rows at a time: the same bytes as the model on the whole grid.
 double mean_error_mm(const Setup& setup, const HeightMap& height, const DropletPattern& drops);
 
+/// Height that a layer adds to all cells beside the mask, and over a border that loses, by the same model.
+double outside_rise_mm(const Setup& setup, const HeightMap& height, const DropletPattern& drops);
+
 struct OneLayer {
   DropletPattern drops;
-  double objective_mm = 0.0;
+  double objective_mm =
+      0.0;  ///< mean |error|, and options.outside_price times the height beside the part by cells
   std::int64_t strips = 0;  ///< solved
   bool settled = false;     ///< no strip of the widest kind improves it
   LayerSolution certified;  ///< of kCertified

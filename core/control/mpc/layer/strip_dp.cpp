@@ -30,12 +30,14 @@ class Strip {
   // @returns whether the objective fell; the problem has the better droplets then.
   bool improve(LayerProblem& problem, int first, const CellCost& cost) {
     load(problem, first);
+    if (cost.outside > 0.0f) add_prices(problem, first, cost.outside);
     solve_strip<K, R>(columns_.data(), problem.nx(), cost, choice_.data(), pattern_.data());
     return apply(problem, first, cost);
   }
 
  private:
   void load(const LayerProblem& problem, int first);
+  void add_prices(const LayerProblem& problem, int first, float price);
   bool apply(LayerProblem& problem, int first, const CellCost& cost);
 
   std::vector<Column> columns_;  // one empty column at each end
@@ -72,6 +74,18 @@ void Strip<K>::load(const LayerProblem& problem, int first) {
 }
 
 template <int K>
+void Strip<K>::add_prices(const LayerProblem& problem, int first, float price) {
+  for (int x = 0; x < problem.nx(); ++x)
+    for (int b = 0; b < K; ++b) {
+      if (!problem.printable(x, first + b)) continue;
+      const float of_drop = price * problem.outside_mm(x, first + b);
+      if (of_drop == 0.0f) continue;
+      for (int s = 0; s < Column::S; ++s)
+        if (s >> b & 1) columns_[std::size_t(x) + 1].price[s] += of_drop;
+    }
+}
+
+template <int K>
 bool Strip<K>::apply(LayerProblem& problem, int first, const CellCost& cost) {
   const int nx = int(pattern_.size());
   double gain = 0.0;
@@ -81,6 +95,7 @@ bool Strip<K>::apply(LayerProblem& problem, int first, const CellCost& cost) {
     const Column* c = &columns_[std::size_t(x) + 1];
     const int* u = &present_[std::size_t(x) + 1];
     differs = differs || pattern(x) != u[0];
+    gain += double(c->price[u[0]]) - double(c->price[pattern(x)]);
     for (int r = 0; r < R; ++r) {
       const double before =
           double(c->error[r]) + c[-1].adds[2][r][u[-1]] + c->adds[1][r][u[0]] + c[1].adds[0][r][u[1]];

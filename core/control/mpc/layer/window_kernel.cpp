@@ -49,6 +49,9 @@ void zero_table(float* table) { std::fill(table, table + kWindowPatterns, 0.0f);
 void bar_latest(float* table) {
   for (int i = 1; i < kWindowPatterns; i += 2) table[i] = kBarred;
 }
+void price_latest(float* table, float price) {
+  for (int i = 1; i < kWindowPatterns; i += 2) table[i] += price;
+}
 void set_latest(float* table, bool drop) {
   for (int i = !drop; i < kWindowPatterns; i += 2) table[i] = kBarred;
 }

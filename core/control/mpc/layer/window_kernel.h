@@ -29,6 +29,7 @@ inline std::size_t profile_states(int rows) { return std::size_t{1} << (2 * rows
 void cost_table(float error_mm, const std::array<float, 9>& adds_mm, const CellCost& cost, float* table);
 void zero_table(float* table);
 void bar_latest(float* table);                                            ///< no droplet on the latest cell
+void price_latest(float* table, float price);                             ///< of a droplet on the latest cell
 void set_latest(float* table, bool drop);                                 ///< this droplet, no other
 void add_shared(float* table, const float* shared_values, float factor);  ///< a function of kSharedPatterns
 
