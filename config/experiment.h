@@ -87,6 +87,7 @@ struct ActuationConfig : OffsetOptions {  ///< where droplets may land inside th
   /// by place, row by row from the lowest y. Empty: from model.h1_mm..h3_mm
   /// (core/deposition/offset_change.h).
   std::vector<double> heights_mm;
+  double flow_range_mm = 0.0;  ///< deposition::OffsetModel::range_mm
 };
 
 struct ProcessConfig {  ///< how a layer is printed

@@ -105,10 +105,14 @@ Table model_fields(Experiment& e) {
 
 Table actuation_fields(Experiment& e) {
   Table t = rows("actuation.", e.actuation, kOffsetOptions);
-  add(t, {{"actuation.heights_mm", &e.actuation.heights_mm, "mm", deposition::kPlaceHeight_mm,
-           "height that a droplet adds to 5 x 5 cells around its own, row by row from the lowest y, for each "
-           "place but "
-           "the centre; firn identify finds them; empty = mixed from model.h1_mm..h3_mm"}});
+  add(t,
+      {{"actuation.heights_mm", &e.actuation.heights_mm, "mm", within(0, 10),
+        "height that a droplet adds to 5 x 5 cells around its own, row by row from the lowest y, for each "
+        "place but "
+        "the centre; firn identify finds them; empty = mixed from model.h1_mm..h3_mm"},
+       {"actuation.flow_range_mm", &e.actuation.flow_range_mm, "mm", within(0, 10),
+        "ground this much above a droplet's cell takes none of it; 0 = the range of [Lu 2015, (5)], k + w of "
+        "each pair of cells, which ink that lands across a step exceeds"}});
   return t;
 }
 
@@ -132,6 +136,7 @@ Table control_fields(Experiment& e) {
        "waits for the rim (with control.mpc.finish_layers = 3)"},
       row("control.noise_gate", c.noise_gate, kControlNoiseGate),
       row("control.stall_layers", c.stall_layers, kControlStallLayers),
+      row("control.rim_inset", c.rim_inset, kControlRimInset),
       row("control.target_offset_mm", c.target_offset_mm, kControlTargetOffset),
   };
   add(t, rows("control.open_loop.", c.open_loop, kOpenLoopOptions));

@@ -20,6 +20,7 @@ class OpenLoop final : public LayerControllerBase {
 
  private:
   Setup setup_;
+  OffsetMap inset_;  // of ControlOptions::rim_inset
   Predictor predict_;
   Grid<std::int32_t> layers_of_cell_;
   int layers_ = 0;

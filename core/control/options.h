@@ -259,6 +259,7 @@ struct ControlOptions {
   double noise_gate = 2.0;
   int stall_layers = 6;  ///< MPC ends when so many layers have bettered the part by no more than noise
   double target_offset_mm = 0.0;  ///< schemes with feedback aim so far above the target
+  double rim_inset = 0.0;         ///< of rim_inset.h: open loop, SMF, threshold
   OpenLoopOptions open_loop;
   SmfOptions smf;
   ThresholdOptions threshold;
@@ -287,6 +288,11 @@ inline constexpr Option kControlStallLayers{
     within(0, 1000),
     "MPC ends when so many layers have bettered the part by no more than the measurement's noise; 0 = never",
     Change::kBetweenLayers};
+inline constexpr Option kControlRimInset{
+    "rim_inset", &ControlOptions::rim_inset, "", within(0, 0.5),
+    "open_loop, smf and threshold: share of the pitch by which droplets of cells at the outline land inside "
+    "of their "
+    "middles, at the nearest place of actuation.offsets; mpc chooses places itself"};
 inline constexpr Option kControlTargetOffset{
     "target_offset_mm",
     &ControlOptions::target_offset_mm,
@@ -295,6 +301,6 @@ inline constexpr Option kControlTargetOffset{
     "schemes with feedback aim so far above the target; errors are still reported about the target itself",
     Change::kBetweenLayers};
 inline constexpr OptionTable kControlOptions{kControlMaxLayers, kControlNoiseGate, kControlStallLayers,
-                                             kControlTargetOffset};
+                                             kControlRimInset, kControlTargetOffset};
 
 }  // namespace firn::control

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/control/halftone.h"
+#include "core/control/rim_inset.h"
 
 namespace firn::control {
 namespace {
@@ -22,6 +23,7 @@ Smf::Smf(const Setup& setup, const ControlOptions& options)
       noise_gate_(options.noise_gate),
       stall_layers_(options.stall_layers),
       part_cells_(setup.mask.count()),
+      inset_(inset_places(setup, options.rim_inset)),
       predict_(setup),
       output_(setup.grid) {
   before_.sum = before_.error = before_.carry = Grid<double>(setup.grid);
@@ -88,6 +90,7 @@ Decision Smf::decide(const Measurement& m) {
   Decision d;
   d.drops = halftone(wanted, setup_.mask, options_.max_drops, options_.rounding, after_.carry);
   d.materials = materials;
+  d.offsets = inset_;
   predict_.score(d, height, 1.0);
   const bool betters = !at_target || beats_noise(d, part_cells_, m.noise_std_mm, noise_gate_);
   if (!betters && !keep_short_cells(d, m, height)) {

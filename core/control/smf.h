@@ -50,6 +50,7 @@ class Smf final : public LayerControllerBase {
   double dh_mm_, noise_gate_;
   int stall_layers_;
   std::int64_t part_cells_;
+  OffsetMap inset_;  // of ControlOptions::rim_inset
   Predictor predict_;
   Memory before_, after_;  // the layer now being measured
   Grid<double> output_;

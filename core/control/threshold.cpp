@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/control/rim_inset.h"
+
 namespace firn::control {
 namespace {
 
@@ -16,6 +18,7 @@ Threshold::Threshold(const Setup& setup, const ControlOptions& options)
     : setup_(setup),
       dh_mm_(checked_threshold(options.threshold).layer_height_mm),
       threshold_mm_(options.threshold.threshold_mm),
+      inset_(inset_places(setup, options.rim_inset)),
       predict_(setup) {
   if (dh_mm_ == 0.0) dh_mm_ = setup.model.layer_height_mm();
   if (threshold_mm_ == 0.0) threshold_mm_ = 0.5 * dh_mm_;
@@ -40,6 +43,7 @@ Decision Threshold::decide(const Measurement& m) {
   const std::int64_t tagged = d.drops.total();
   const HeightMap height = known_heights(m);
   d.materials = materials_at(setup_, height);
+  d.offsets = inset_;
   predict_.score(d, height, 1.0);
   if (!growing && tagged == 0) {
     end_print(d, "the nominal height is reached and no cell is short by more than the threshold");

@@ -28,6 +28,7 @@ class Threshold final : public LayerControllerBase {
   Setup setup_;
   double dh_mm_;
   double threshold_mm_;
+  OffsetMap inset_;  // of ControlOptions::rim_inset
   Predictor predict_;
 };
 

@@ -46,14 +46,14 @@ OffsetKernel mixed_kernel(const DropletModel& model, Offset place) {
 }
 
 OffsetModel offset_model(const DropletModel& model, const OffsetTable& table,
-                         std::span<const double> heights_mm) {
+                         std::span<const double> heights_mm, double range_mm) {
   check(model);
   const std::size_t wanted = std::size_t(table.size() - 1) * OffsetKernel::kCells;
   if (!heights_mm.empty() && heights_mm.size() != wanted)
     throw std::invalid_argument("actuation.heights_mm has " + std::to_string(heights_mm.size()) +
                                 " heights; " + std::to_string(table.size() - 1) +
                                 " places beside the centre need " + std::to_string(wanted));
-  OffsetModel m{table, {kernel_of(model)}};
+  OffsetModel m{table, {kernel_of(model)}, range_mm};
   for (int n = 1; n < table.size(); ++n) {
     OffsetKernel k = mixed_kernel(model, table[n]);
     if (!heights_mm.empty())
@@ -100,7 +100,6 @@ Ledger OffsetChange::deposit(HeightMap& height, const DropletPattern& drops, con
         if (drops.cells[c] <= pass) continue;
         const OffsetModel& ink = inks.size() != 0 && inks.of(c) == Material::kB ? model_b_ : model_;
         const OffsetKernel& k = ink.kernels[std::size_t(offsets.of(c))];
-        const double own_mm = k.at(0, 0);
         double kept_mm = k.drop_height_mm();
         ++ledger.drops;
         ledger.deposited_mm += kept_mm;
@@ -110,7 +109,8 @@ Ledger OffsetChange::deposit(HeightMap& height, const DropletPattern& drops, con
             if ((dx == 0 && dy == 0) || w_mm == 0.0) continue;
             if (grid_.contains(i + dx, j + dy)) {
               const std::size_t n = grid_.index(i + dx, j + dy);
-              const double given_mm = w_mm * sat(own_mm + w_mm, height.cells[c] - height.cells[n]);
+              const double given_mm =
+                  w_mm * sat(ink.range_of(offsets.of(c), w_mm), height.cells[c] - height.cells[n]);
               change_[n] += given_mm;
               kept_mm -= given_mm;
             } else if (border_ == Border::kLose) {

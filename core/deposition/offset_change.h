@@ -9,6 +9,7 @@
 // start.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -46,14 +47,22 @@ inline constexpr Range kPlaceHeight_mm = within(0, 10);
 struct OffsetModel {
   OffsetTable table;
   std::vector<OffsetKernel> kernels = {kernel_of(DropletModel{})};
+  /// Ground this much above a droplet's own cell takes none of it; 0, or less than k + w: k + w, the range of
+  /// (5). Ink that lands across a step needs a higher one to be turned back.
+  double range_mm = 0.0;
+
+  double range_of(int place, double w_mm) const {
+    return std::max(range_mm, kernels[std::size_t(place)].at(0, 0) + w_mm);
+  }
 
   bool operator==(const OffsetModel&) const = default;
 };
+/// @param range_mm OffsetModel::range_mm
 /// @param heights_mm 25 for each place but the centre, in the order of OffsetKernel; empty: mixed
 /// @throws std::invalid_argument: another number of heights; one outside kPlaceHeight_mm; a kernel
 /// that adds nothing to its own cell
 OffsetModel offset_model(const DropletModel& model, const OffsetTable& table,
-                         std::span<const double> heights_mm = {});
+                         std::span<const double> heights_mm = {}, double range_mm = 0.0);
 
 /// The rule on one grid.
 class OffsetChange {

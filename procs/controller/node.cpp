@@ -51,8 +51,8 @@ control::Setup control_setup(const Experiment& e, HeightMap target, Mask mask,
           b,
           e.geometry.judge_above_layers * a.layer_height_mm(),
           {},
-          offset_model(a, places, e.actuation.heights_mm),
-          offset_model(b, places)};
+          offset_model(a, places, e.actuation.heights_mm, e.actuation.flow_range_mm),
+          offset_model(b, places, {}, e.actuation.flow_range_mm)};
 }
 
 std::unique_ptr<control::LayerController> make_scheme(const control::Setup& setup,

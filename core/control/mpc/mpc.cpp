@@ -10,6 +10,7 @@
 #include "core/control/mpc/layer/layer_solver.h"
 #include "core/control/mpc/layer/one_layer.h"
 #include "core/control/mpc/layer/weighted_layer.h"
+#include "core/control/mpc/placed/placed_search.h"
 #include "core/control/prediction.h"
 #include "core/options/require.h"
 
@@ -43,7 +44,14 @@ MpcOptions checked(MpcOptions o) {
 }  // namespace
 
 Mpc::Mpc(const Setup& setup, const ControlOptions& options)
-    : setup_(setup), options_(checked(options.mpc)), noise_gate_(options.noise_gate) {}
+    : setup_(setup), options_(checked(options.mpc)), noise_gate_(options.noise_gate) {
+  if (!placed()) return;
+  require(options_.horizon == 1 && options_.max_drops == 1, "mpc",
+          "horizon and max_drops must be 1 with actuation.offsets: places are decided one layer and one "
+          "droplet at a time");
+  require(std::ranges::all_of(options_.alpha, [](const AlphaStep& a) { return a.alpha == 1.0; }), "mpc",
+          "alpha must be 1 with actuation.offsets");
+}
 
 mpc::HorizonObjective& Mpc::objective() {
   if (!objective_)
@@ -199,6 +207,50 @@ Decision Mpc::decide_lean(const Measurement& m, const HeightMap& height) const {
   return d;
 }
 
+Decision Mpc::decide_placed(const Measurement& m, const HeightMap& height) {
+  const MaterialMap inks = materials_of(height).front();
+  const mpc::PlanCost cost{1.0, options_.error, options_.price_mm2, options_.mean_weight,
+                           options_.outside_price};
+  mpc::PlacedObjective best(setup_, height, inks, cost);
+  Decision d;
+  if (setup_.geometry) d.materials = inks;
+  d.drops = DropletPattern(setup_.grid);
+  d.objective_none_mm = best.value_mm();
+  d.objective_mm = d.objective_none_mm - options_.min_improvement_mm - mpc::kMinGain_mm;  // to be beaten
+  d.kind = Decision::Kind::kEnd;
+  bool optimal = true;
+  RandomStream random(setup_.seed, Purpose::kGreedySearch, std::uint32_t(m.layer + 1),
+                      std::uint32_t(m.attempt));
+  const mpc::PlacedObjective empty = best;
+  for (const bool dithered : {false, true}) {
+    mpc::PlacedObjective layer = empty;
+    if (dithered) {
+      if (!options_.start_dithered) continue;
+      const DropletPattern guess = first_guess(height, inks, true).front();
+      for (std::size_t n = 0; n < layer.cells().size(); ++n)
+        if (guess.cells[layer.cells()[n]]) layer.choose(n, 0);
+    }
+    const mpc::SearchResult found =
+        mpc::place_droplets(layer, options_.max_evaluations - d.iterations, random);
+    d.iterations += found.evaluations;
+    if (!(layer.value_mm() < d.objective_mm)) continue;
+    d.objective_mm = layer.value_mm();
+    d.kind = Decision::Kind::kPrint;
+    d.drops = layer.drops();
+    d.offsets = layer.offsets();
+    optimal = found.optimal;
+  }
+  if (d.kind == Decision::Kind::kEnd)
+    end_print(d, "another layer would not improve the surface");
+  else if (!beats_noise(d, std::int64_t(empty.cells().size()), m.noise_std_mm, noise_gate_, options_.error))
+    end_print(d, "the best layer would only answer the measurement's noise");
+  else
+    d.reason = optimal
+                   ? "no droplet more, less or in another place betters this layer, nor two of them"
+                   : "best layer found within " + std::to_string(options_.max_evaluations) + " evaluations";
+  return d;
+}
+
 Decision Mpc::decide(const Measurement& m) {
   check(m, setup_);
   const bool whole = std::ranges::all_of(m.height.cells, [](double h) { return std::isfinite(h); });
@@ -206,6 +258,7 @@ Decision Mpc::decide(const Measurement& m) {
   const HeightMap& height = whole ? m.height : filled;
   const int layer = m.layer + 1;
   const double alpha = alpha_at(layer);
+  if (placed()) return decide_placed(m, height);
   if (one_layer() && strips() && alpha == 1.0 && !setup_.geometry && setup_.rim.size() == 0)
     return decide_lean(m, height);
   mpc::HorizonObjective& objective = this->objective();

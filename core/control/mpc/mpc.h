@@ -19,7 +19,9 @@ namespace firn::control {
 /// evaluated whole layers of the object's ink higher. Guard (errata on (8)): std has infinite slope on a flat
 /// surface, so that both all and nothing can be traps; a plan is printed only when it improves on printing
 /// nothing over the same horizon by more than min_improvement_mm and the noise gate, else the print ends.
-/// Keeps no state between decisions: draws are keyed (seed, kGreedySearch, layer, attempt).
+/// With places of droplets inside their cells (Setup::offsets) counts and places are decided together, one
+/// layer at a time (mpc/placed). Keeps no state between decisions: draws are keyed (seed, kGreedySearch,
+/// layer, attempt).
 class Mpc final : public LayerControllerBase {
  public:
   /// @throws std::invalid_argument naming the option: horizon 1..8, subset and max_evaluations 1 or more,
@@ -54,6 +56,9 @@ class Mpc final : public LayerControllerBase {
   // The best of both first guesses without HorizonObjective (mpc/one_layer.h). @pre one_layer(), strips, one
   // ink, alpha 1
   Decision decide_lean(const Measurement& m, const HeightMap& height) const;
+  // With places: mpc/placed/placed_search.h. @pre one_layer(), alpha 1
+  Decision decide_placed(const Measurement& m, const HeightMap& height);
+  bool placed() const { return setup_.offsets.table.size() > 1; }
   mpc::HorizonObjective& objective();  // built when first asked for: it takes 160 bytes per cell
   bool strips() const {
     return options_.method == MpcMethod::kStripDp || options_.method == MpcMethod::kCertified;
