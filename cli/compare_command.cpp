@@ -48,12 +48,14 @@ void tell_of_the_past(const StudyPlan& plan, const StudyJournal& journal, bool a
       std::ranges::count_if(wanted, [&](const StudyCell* c) { return journal.find(c->digest) != nullptr; }));
   if (found > 0) fmt::print(stderr, "{} of {} prints are on record\n", found, wanted.size());
   if (journal.size() > found)
-    fmt::print(stderr, "{} results in the folder are of other settings: kept, not used\n", journal.size() - found);
+    fmt::print(stderr, "{} results in the folder are of other settings: kept, not used\n",
+               journal.size() - found);
   if (journal.of_other_builds() > 0)
     fmt::print(stderr, "{} results in the folder are of another build: kept, not used\n",
                journal.of_other_builds());
   if (journal.of_other_platforms() > 0)
-    fmt::print(stderr, "{} results in the folder are of a platform whose library functions give other results: {}\n",
+    fmt::print(stderr,
+               "{} results in the folder are of a platform whose library functions give other results: {}\n",
                journal.of_other_platforms(),
                any_platform ? "used, as --platform any says" : "kept, not used; --platform any uses them");
   if (journal.damaged() > 0)
@@ -64,9 +66,10 @@ void tell_of_the_past(const StudyPlan& plan, const StudyJournal& journal, bool a
 using Provenance = std::vector<std::pair<std::string, std::string>>;
 
 Provenance provenance(const Provenance& data, const std::string& trial) {
-  Provenance all{
-      {"build", build_commit()}, {"sources", build_sources()}, {"platform", platform_description()},
-      {"results", fmt::format("{:016x}", digest_of(result_fingerprint()))}};
+  Provenance all{{"build", build_commit()},
+                 {"sources", build_sources()},
+                 {"platform", platform_description()},
+                 {"results", fmt::format("{:016x}", digest_of(result_fingerprint()))}};
   all.insert(all.end(), data.begin(), data.end());
   all.emplace_back("intervals", "BCa bootstrap, 10,000 resamples of " + trial + "s, keyed");
   all.emplace_back(
@@ -141,7 +144,8 @@ int write_results(const std::filesystem::path& folder, const report::StudyTable&
     std::fputs((study_text(shown, said, arms) + "\n" + (folder / "report.html").string() + "\n").c_str(),
                stdout);
   if (fail_if && !analysis.ranking.empty() && holds(*fail_if, analysis)) {
-    fmt::print(stderr, "--fail-if holds: {} is worse than {}\n", table.arms[fail_if->a], table.arms[fail_if->b]);
+    fmt::print(stderr, "--fail-if holds: {} is worse than {}\n", table.arms[fail_if->a],
+               table.arms[fail_if->b]);
     return kFailed;
   }
   return analysis.ranking.empty() ? kFailed : kOk;
@@ -185,8 +189,8 @@ int compare(const CompareOptions& options, const StudyLab& lab, const std::atomi
   for (const std::filesystem::path& other : shard_journals(folder))
     if (!own || other != own->at_work()) journal.take(other);
   if (options.status || options.dry_run) {
-    const std::string text = options.json ? study_state_json(plan, journal, shard)
-                                          : study_state_text(plan, journal, shard);
+    const std::string text =
+        options.json ? study_state_json(plan, journal, shard) : study_state_text(plan, journal, shard);
     std::fputs(text.c_str(), stdout);
     return kOk;
   }
@@ -257,9 +261,12 @@ void declare_compare(OptionSet& options) {
   options.option("--shard", o.shard, "K/N: makes this share of the prints alone, into shards/K-of-N.journal");
   options.option("--max", o.most, "prints now; the same command goes on with the rest").within(1, 100000000);
   options.flag("--again", o.again, "makes the prints again that stopped before their end, and no others");
-  options.flag("--dry-run", o.dry_run, "tells prints, hours, bytes and shards of a minute, and prints nothing");
+  options.flag("--dry-run", o.dry_run,
+               "tells prints, hours, bytes and shards of a minute, and prints nothing");
   options.flag("--status", o.status, "tells what is on record, of each scheme and in each shard");
-  options.option("--platform", o.platform, "any: results of platforms whose functions give other results count too")
+  options
+      .option("--platform", o.platform,
+              "any: results of platforms whose functions give other results count too")
       .one_of({"this", "any"});
   options.option("--fail-if", o.fail_if, "\"A worse than B\": exit code 1 if the study tells so");
   options.thread_option(o.threads);

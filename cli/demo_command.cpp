@@ -170,8 +170,8 @@ int run_demo(const Product& product, const DemoOptions& options) {
     std::puts(j.dump(2).c_str());
   } else {
     show(all);
-    fmt::print("replayed {} nodes, {} steps, {} messages: {}\n", nodes, grouped(steps),
-               grouped(messages), status == kOk ? "identical" : "they DIFFER (see above)");
+    fmt::print("replayed {} nodes, {} steps, {} messages: {}\n", nodes, grouped(steps), grouped(messages),
+               status == kOk ? "identical" : "they DIFFER (see above)");
     fmt::print("report: {}\n{:.1f} s in all\nin a browser: ./firn view {}\n", report.output, wall_s,
                options.runs);
   }

@@ -42,7 +42,10 @@ State state_of(const StudyPlan& plan, const StudyJournal& journal, const StudySh
   }
   for (const ClassState& arm : s.arms) {
     if (arm.to_do() == 0) continue;
-    if (arm.on_record == 0) return s.left_s.reset(), s;
+    if (arm.on_record == 0) {
+      s.left_s.reset();
+      return s;
+    }
     *s.left_s += double(arm.to_do()) * arm.cpu_s / double(arm.on_record);
   }
   return s;
@@ -54,12 +57,13 @@ int shards_of(double left_s) { return int(std::ceil(left_s / kShard_s)); }
 
 std::string study_state_text(const StudyPlan& plan, const StudyJournal& journal, const StudyShard& shard) {
   const State s = state_of(plan, journal, shard);
-  std::string text = fmt::format("{}: {} of {} on record, {} stopped before the end\n", plan.study.name,
-                                 grouped(s.all.on_record), counted(s.all.prints, "print"), grouped(s.all.failed));
+  std::string text =
+      fmt::format("{}: {} of {} on record, {} stopped before the end\n", plan.study.name,
+                  grouped(s.all.on_record), counted(s.all.prints, "print"), grouped(s.all.failed));
   for (std::size_t a = 0; a < s.arms.size(); ++a) {
     const ClassState& arm = s.arms[a];
-    text += fmt::format("  {:<24} {:>9} of {:<9} {:>7} stopped", plan.study.arms[a].name, grouped(arm.on_record),
-                        grouped(arm.prints), grouped(arm.failed));
+    text += fmt::format("  {:<24} {:>9} of {:<9} {:>7} stopped", plan.study.arms[a].name,
+                        grouped(arm.on_record), grouped(arm.prints), grouped(arm.failed));
     if (arm.on_record > 0)
       text += fmt::format("  {:>8} s of processor time each", for_people(arm.cpu_s / double(arm.on_record)));
     text += "\n";
@@ -68,8 +72,9 @@ std::string study_state_text(const StudyPlan& plan, const StudyJournal& journal,
   text += fmt::format("to do: {}, {} kB of journal", counted(s.all.to_do(), "print"),
                       for_people(std::ceil(double(s.all.to_do()) * kLineBytes / 1e3)));
   if (s.left_s)
-    text += fmt::format(", {} hours of processor time, {} of a minute", for_people(*s.left_s / kSecondsAnHour),
-                        counted(std::uint64_t(shards_of(*s.left_s)), "shard"));
+    text +=
+        fmt::format(", {} hours of processor time, {} of a minute", for_people(*s.left_s / kSecondsAnHour),
+                    counted(std::uint64_t(shards_of(*s.left_s)), "shard"));
   else
     text += "; hours are not known before each scheme has printed once (--max)";
   return text + "\n";
@@ -81,11 +86,12 @@ std::string study_state_json(const StudyPlan& plan, const StudyJournal& journal,
   Json schemes = Json::array();
   for (std::size_t a = 0; a < s.arms.size(); ++a) {
     const ClassState& arm = s.arms[a];
-    schemes.push_back({{"name", plan.study.arms[a].name},
-                       {"prints", arm.prints},
-                       {"on_record", arm.on_record},
-                       {"failed", arm.failed},
-                       {"cpu_s_each", arm.on_record > 0 ? Json(arm.cpu_s / double(arm.on_record)) : Json(nullptr)}});
+    schemes.push_back(
+        {{"name", plan.study.arms[a].name},
+         {"prints", arm.prints},
+         {"on_record", arm.on_record},
+         {"failed", arm.failed},
+         {"cpu_s_each", arm.on_record > 0 ? Json(arm.cpu_s / double(arm.on_record)) : Json(nullptr)}});
   }
   const Json state{{"study", plan.study.name},
                    {"prints", s.all.prints},

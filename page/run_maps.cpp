@@ -223,7 +223,8 @@ std::vector<RunMaps::Value> RunMaps::take_predictions() {
 
 std::vector<std::pair<int, OutlineStats>> RunMaps::take_outlines() {
   std::vector<std::pair<int, OutlineStats>> found;
-  if (lab_of(experiment_).deposition != Deposition::kDroplets) return found;  // a line fades beside its middle
+  if (lab_of(experiment_).deposition != Deposition::kDroplets)
+    return found;  // a line fades beside its middle
   for (const int layer : newest(new_maps_)) {
     if (layer == 0) continue;
     const auto m = measured(layer);

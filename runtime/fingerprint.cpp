@@ -2,11 +2,11 @@
 
 #include <fmt/core.h>
 
-#include <charconv>
 #include <cstddef>
 #include <span>
 #include <stdexcept>
 
+#include "core/options/number.h"
 #include "files/record/checksum.h"
 
 namespace firn {
@@ -32,16 +32,13 @@ std::map<std::string, std::string> fingerprint_texts(const Fingerprint& fingerpr
 }
 
 Fingerprint fingerprint_of(const std::map<std::string, std::string>& texts) {
-  constexpr int kHexadecimal = 16;
   constexpr std::size_t kDigits = 16;
   Fingerprint fingerprint;
   for (const auto& [function, text] : texts) {
-    std::uint64_t digest = 0;
-    const char* const end = text.data() + text.size();
-    const auto [read, error] = std::from_chars(text.data(), end, digest, kHexadecimal);
-    if (text.size() != kDigits || error != std::errc{} || read != end)
+    const auto digest = text.size() == kDigits ? whole_hex_number<std::uint64_t>(text) : std::nullopt;
+    if (!digest)
       throw std::invalid_argument(function + ": '" + text + "' is no digest of 16 hexadecimal digits");
-    fingerprint[function] = digest;
+    fingerprint[function] = *digest;
   }
   return fingerprint;
 }

@@ -1,5 +1,5 @@
-// A fingerprint of results tells of each library function whether it gives the same bytes on this computer: it
-// holds the digest of the function's values at fixed arguments. CPU flags and versions say less: a library
+// A fingerprint of results tells of each library function whether it gives the same bytes on this computer:
+// it holds the digest of the function's values at fixed arguments. CPU flags and versions say less: a library
 // chooses among variants of a function at run time, and unlike CPUs may agree.
 #pragma once
 

@@ -47,13 +47,12 @@ struct Unary {
   double (*f)(double);
   double low, high;  ///< of the arguments
 };
-constexpr Unary kUnary[] = {{"acos", std::acos, -1, 1},    {"asin", std::asin, -1, 1},
-                            {"atan", std::atan, -8, 8},    {"cbrt", std::cbrt, -100, 100},
-                            {"cos", std::cos, -8, 8},      {"erf", std::erf, -4, 4},
-                            {"erfc", std::erfc, -4, 8},    {"exp", std::exp, -30, 30},
-                            {"expm1", std::expm1, -2, 2},  {"log", std::log, 1e-6, 1e3},
-                            {"log10", std::log10, 1e-6, 1e3}, {"log1p", std::log1p, -0.9, 10},
-                            {"sin", std::sin, -8, 8},      {"tan", std::tan, -1.5, 1.5}};
+constexpr Unary kUnary[] = {
+    {"acos", std::acos, -1, 1},     {"asin", std::asin, -1, 1},       {"atan", std::atan, -8, 8},
+    {"cbrt", std::cbrt, -100, 100}, {"cos", std::cos, -8, 8},         {"erf", std::erf, -4, 4},
+    {"erfc", std::erfc, -4, 8},     {"exp", std::exp, -30, 30},       {"expm1", std::expm1, -2, 2},
+    {"log", std::log, 1e-6, 1e3},   {"log10", std::log10, 1e-6, 1e3}, {"log1p", std::log1p, -0.9, 10},
+    {"sin", std::sin, -8, 8},       {"tan", std::tan, -1.5, 1.5}};
 struct Binary {
   const char* name;
   double (*f)(double, double);
@@ -119,8 +118,8 @@ void add_nlopt(Fingerprint& to) {
   constexpr struct {
     const char* name;
     nlopt_algorithm algorithm;
-  } kSearches[] = {{"nlopt LD_LBFGS", NLOPT_LD_LBFGS},     {"nlopt LD_SLSQP", NLOPT_LD_SLSQP},
-                   {"nlopt LN_BOBYQA", NLOPT_LN_BOBYQA},   {"nlopt LN_COBYLA", NLOPT_LN_COBYLA},
+  } kSearches[] = {{"nlopt LD_LBFGS", NLOPT_LD_LBFGS},           {"nlopt LD_SLSQP", NLOPT_LD_SLSQP},
+                   {"nlopt LN_BOBYQA", NLOPT_LN_BOBYQA},         {"nlopt LN_COBYLA", NLOPT_LN_COBYLA},
                    {"nlopt LN_NELDERMEAD", NLOPT_LN_NELDERMEAD}, {"nlopt GN_DIRECT_L", NLOPT_GN_DIRECT_L}};
   constexpr int kEvaluations = 60;
   for (const auto& row : kSearches) {

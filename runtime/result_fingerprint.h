@@ -6,9 +6,9 @@
 
 namespace firn {
 
-/// Returns the fingerprint of this process, computed once in some milliseconds: of every library function whose
-/// values may depend on the CPU and which a node, a world or a study calls (scripts/check_symbols.py finds a
-/// missing one).
+/// Returns the fingerprint of this process, computed once in some milliseconds: of every library function
+/// whose values may depend on the CPU and which a node, a world or a study calls (scripts/check_symbols.py
+/// finds a missing one).
 const Fingerprint& result_fingerprint();
 
 }  // namespace firn

@@ -215,12 +215,12 @@ constexpr std::span<const std::string_view> words_of(PatternKind) { return kPatt
 
 struct PatternOptions {
   PatternKind kind = PatternKind::kRandom;
-  int layers = 0;          ///< 0: as many full layers as the highest cell of the target needs
-  double fill = 0.5;       ///< random: probability of a droplet
-  int spacing_cells = 6;   ///< identification, places: between centres; squares: bare cells between
-  int largest_square = 6;  ///< squares: 1 x 1 up to this many droplets a side
+  int layers = 0;                  ///< 0: as many full layers as the highest cell of the target needs
+  double fill = 0.5;               ///< random: probability of a droplet
+  int spacing_cells = 6;           ///< identification, places: between centres; squares: bare cells between
+  int largest_square = 6;          ///< squares: 1 x 1 up to this many droplets a side
   OnOff one_by_one = OnOff::kOff;  ///< identification: each droplet of a site is cured before the next
-  int square_step = 2;     ///< squares: cells from droplet to droplet; 2 shows the valleys between
+  int square_step = 2;             ///< squares: cells from droplet to droplet; 2 shows the valleys between
   std::uint64_t seed = 1;
 };
 inline constexpr OptionTable kPatternOptions{

@@ -4,8 +4,8 @@
 
 namespace firn::exact {
 
-/// Each is within 1.0 ulp of the true value [Shibata and Petrogalli, IEEE TPDS 31 (2020) 1316]. NaN, infinities
-/// and signed zeros as C has them. Angles in rad. A length has sqrt(), which is exact everywhere.
+/// Each is within 1.0 ulp of the true value [Shibata and Petrogalli, IEEE TPDS 31 (2020) 1316]. NaN,
+/// infinities and signed zeros as C has them. Angles in rad. A length has sqrt(), which is exact everywhere.
 double sin(double x);
 double cos(double x);
 double tan(double x);

@@ -81,8 +81,8 @@ void Gas::set(double atomizer_sccm, double sheath_sccm, std::int64_t now_us, Eff
   if (why.empty() && atomizer_sccm > 0.0 && !(sheath_sccm > 0.0))
     why = shown("%g sccm of atomizer gas without a sheath's: the nozzle would clog", atomizer_sccm, 0.0);
   if (busy() || phase_ != Phase::kReady) {
-    why =
-        busy() ? "the gas is busy with another command" : std::string("the gas is ") + drivers::standing(state());
+    why = busy() ? "the gas is busy with another command"
+                 : std::string("the gas is ") + drivers::standing(state());
     code = kNoCode;
   }
   if (!why.empty()) {

@@ -172,8 +172,8 @@ void Jet::begin_waveform(const jetdrive::Waveform& waveform, Effects& fx) {
   if (!broken.empty()) {
     refuse_service(kJetLimit, broken.text, fx, broken.figure);
   } else if (busy() || phase_ != Phase::kReady) {
-    refuse_service(kJetLimit, std::string("the waveform is never changed while the jet is ") + standing(state()),
-                   fx);
+    refuse_service(kJetLimit,
+                   std::string("the waveform is never changed while the jet is ") + standing(state()), fx);
   } else {
     op_ = Op::kWaveform;
     phase_ = Phase::kWaveform;

@@ -48,9 +48,9 @@ void JetDriver::jet(std::int64_t now_us, Effects& fx) {
 
 bool JetDriver::accepts(bool ready, Effects& fx) const {
   if (!busy() && ready) return true;
-  refuse_service(kNoCode,
-                 busy() ? "the jet is busy with another command" : std::string("the jet is ") + standing(state()),
-                 fx);
+  refuse_service(
+      kNoCode,
+      busy() ? "the jet is busy with another command" : std::string("the jet is ") + standing(state()), fx);
   return false;
 }
 

@@ -48,7 +48,8 @@ void Lamp::begin_exposure(double exposure_s, int iris_percent, std::int64_t now_
   char why[120] = "";
   std::int32_t code = kLimit;
   if (busy() || phase_ != Phase::kReady) {
-    std::snprintf(why, sizeof why, "the lamp is %s", busy() ? "busy with another command" : standing(state()));
+    std::snprintf(why, sizeof why, "the lamp is %s",
+                  busy() ? "busy with another command" : standing(state()));
     code = kNoCode;
   } else if (!barred_.empty()) {
     std::snprintf(why, sizeof why, "%s", barred_.c_str());

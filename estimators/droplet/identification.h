@@ -27,8 +27,8 @@ struct PrintedLayer {
   std::vector<Use> use;  ///< of the cells of `before` and `after` together
 };
 
-/// Returns every `count` layers as one: their droplets, the ground before the first, the surface after the last.
-/// A cell may be used where all of them may use it; layers left over at the end are left out.
+/// Returns every `count` layers as one: their droplets, the ground before the first, the surface after the
+/// last. A cell may be used where all of them may use it; layers left over at the end are left out.
 std::vector<PrintedLayer> layers_together(const std::vector<PrintedLayer>& layers, int count);
 
 /// Rise around a centre, mean over the repeats; 5 x 5 cells, [row][column], the centre in the middle.

@@ -22,8 +22,8 @@ std::string busy_words(const std::string& reason, std::int32_t fault_code, doubl
   constexpr std::array<std::int32_t, 4> kTimeLimits{drivers::kLinkLost, drivers::kValveLost,
                                                     drivers::kTimeSlip, drivers::kLampOn};
   const auto named = [&](std::string_view words) { return reason.find(words) != reason.npos; };
-  if (load <= cores || (std::ranges::none_of(kLate, named) &&
-                        std::ranges::find(kTimeLimits, fault_code) == kTimeLimits.end()))
+  if (load <= cores ||
+      (std::ranges::none_of(kLate, named) && std::ranges::find(kTimeLimits, fault_code) == kTimeLimits.end()))
     return "";
   return fmt::format("; this computer was busy (load {} on {} cores): {}", for_people(load), cores,
                      kPriorityRemedy);

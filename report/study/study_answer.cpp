@@ -22,9 +22,7 @@ std::string with_interval(double by, double low, double high, const StudyMetric&
          (std::isfinite(low) ? " [" + fixed(low, m.decimals) + ", " + fixed(high, m.decimals) + "]" : "");
 }
 
-std::string trials_text(const StudyTable& t, std::size_t n) {
-  return counted(n, t.trial);
-}
+std::string trials_text(const StudyTable& t, std::size_t n) { return counted(n, t.trial); }
 
 // "all 16", "3 of 16"
 std::string count_text(const StudyTable& t, int n) {

@@ -209,8 +209,8 @@ std::string study_page(const StudyPage& page) {
        escape_html(t.name) + "</h1>\n";
   s += "<p><b>" + escape_html(a.answer) + "</b></p>\n";
   for (const std::string& n : a.notes) s += "<p class=\"bad\">" + escape_html(n) + ".</p>\n";
-  s += "<p class=\"soft\">" + counted(t.arms.size(), "scheme") + ", " + counted(t.parts.size(), "part") + ", " +
-       counted(t.seeds.size(), t.trial) + ". Primary metric: " + escape_html(t.metrics[0].meaning) +
+  s += "<p class=\"soft\">" + counted(t.arms.size(), "scheme") + ", " + counted(t.parts.size(), "part") +
+       ", " + counted(t.seeds.size(), t.trial) + ". Primary metric: " + escape_html(t.metrics[0].meaning) +
        "; smaller is better. Means over parts and " + t.trial + "s with 95 % intervals (BCa bootstrap over " +
        t.trial + "s).</p>\n";
   s += arms_table(t, a, kAllParts) + metric_meanings(t) + profile_section(t, profile_rows(t)) +

@@ -33,8 +33,8 @@ void require_run(const std::filesystem::path& folder);
 class RunFolder : public RunPaths {
  public:
   /// Makes `<root>/<utc>-<name>` (a number is appended while it exists) with the resolved experiment, the
-  /// inputs and the provenance, in which `results` is the fingerprint of the process. @throws UsageError if no folder can be made there; std::runtime_error naming
-  /// the path and the system's reason.
+  /// inputs and the provenance, in which `results` is the fingerprint of the process. @throws UsageError if
+  /// no folder can be made there; std::runtime_error naming the path and the system's reason.
   static RunFolder create(const std::filesystem::path& root, const Experiment& experiment,
                           const Blobs& inputs, const std::vector<std::string>& command_line,
                           const Fingerprint& results = {});

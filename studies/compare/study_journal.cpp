@@ -42,7 +42,8 @@ std::optional<Line> parse_line(const std::string& line, const StudyLab& lab) {
     if (const auto profile = j.find("profile"); profile != j.end())
       for (const Json& point : *profile)
         p.profile.push_back({point.at(0).get<double>(), point.at(1).get<double>()});
-    return Line{j.at("digest").get<std::string>(), {j.value("build", ""), j.value("platform", "")}, std::move(p)};
+    return Line{
+        j.at("digest").get<std::string>(), {j.value("build", ""), j.value("platform", "")}, std::move(p)};
   } catch (const Json::exception&) {
     return std::nullopt;
   }
@@ -103,10 +104,10 @@ void StudyJournal::append(const std::string& digest, std::string_view arm, std::
     else
       metrics[lab_.metrics[m].name] = nullptr;
   }
-  Json record{{"digest", digest},   {"build", origin_.build}, {"platform", origin_.platform},
-              {"scheme", arm},      {"part", part},
-              {"seed", seed},       {"finished", p.finished}, {"outcome", p.outcome},
-              {"reason", p.reason}, {"cpu_s", p.cpu_s},       {"metrics", metrics}};
+  Json record{{"digest", digest},       {"build", origin_.build}, {"platform", origin_.platform},
+              {"scheme", arm},          {"part", part},           {"seed", seed},
+              {"finished", p.finished}, {"outcome", p.outcome},   {"reason", p.reason},
+              {"cpu_s", p.cpu_s},       {"metrics", metrics}};
   if (p.within) record["within_tolerance"] = *p.within;
   for (const report::StudyProfilePoint& point : p.profile)
     if (std::isfinite(point.y)) record["profile"].push_back({point.x, point.y});

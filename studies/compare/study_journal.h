@@ -1,6 +1,6 @@
-// StudyJournal holds the prints of a study that are on record: one line for each, appended to results.journal,
-// or to the file of a shard, when the print is over. A line that was torn by a crash, or damaged, is detected by
-// its checksum and printed anew; the others count.
+// StudyJournal holds the prints of a study that are on record: one line for each, appended to
+// results.journal, or to the file of a shard, when the print is over. A line that was torn by a crash, or
+// damaged, is detected by its checksum and printed anew; the others count.
 #pragma once
 
 #include <filesystem>
@@ -45,10 +45,12 @@ class StudyJournal {
   void take(const std::filesystem::path& journal);
 
   const StudyPrint* find(const std::string& digest) const;
-  std::size_t size() const { return prints_.size(); }  ///< prints on record, of any settings
-  std::size_t damaged() const { return damaged_; }     ///< lines that do not count
-  std::size_t of_other_builds() const { return of_other_builds_; }        ///< lines that do not count
-  std::size_t of_other_platforms() const { return of_other_platforms_; }  ///< lines, whether they count or not
+  std::size_t size() const { return prints_.size(); }               ///< prints on record, of any settings
+  std::size_t damaged() const { return damaged_; }                  ///< lines that do not count
+  std::size_t of_other_builds() const { return of_other_builds_; }  ///< lines that do not count
+  std::size_t of_other_platforms() const {
+    return of_other_platforms_;
+  }  ///< lines, whether they count or not
   void append(const std::string& digest, std::string_view arm, std::string_view part, std::uint64_t seed,
               const StudyPrint& print);
 

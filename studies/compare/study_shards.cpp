@@ -21,8 +21,8 @@ StudyShard parse_shard(std::string_view text) {
   const auto number = whole_number<int>(text.substr(0, slash)),
              of = slash == text.npos ? std::nullopt : whole_number<int>(text.substr(slash + 1));
   if (!number || !of || *number < 1 || *number > *of || *of > kMostShards)
-    throw UsageError("--shard " + std::string(text) + ": K/N is wanted, with 1 <= K <= N <= " +
-                     std::to_string(kMostShards));
+    throw UsageError("--shard " + std::string(text) +
+                     ": K/N is wanted, with 1 <= K <= N <= " + std::to_string(kMostShards));
   return {*number, *of};
 }
 
@@ -50,7 +50,8 @@ ShardFile::ShardFile(const std::filesystem::path& study_folder, const StudyShard
 
 std::filesystem::path ShardFile::finish() const {
   std::filesystem::path to = stem_.string() + ".journal";
-  for (int n = 2; std::filesystem::exists(to); ++n) to = stem_.string() + "." + std::to_string(n) + ".journal";
+  for (int n = 2; std::filesystem::exists(to); ++n)
+    to = stem_.string() + "." + std::to_string(n) + ".journal";
   std::error_code error;
   std::filesystem::rename(at_work_, to, error);
   if (error) throw UsageError(at_work_.string() + ": cannot be renamed: " + error.message());
@@ -61,7 +62,8 @@ std::vector<std::filesystem::path> shard_journals(const std::filesystem::path& s
   std::vector<std::filesystem::path> files;
   std::error_code none;
   for (const auto& entry : std::filesystem::directory_iterator(study_folder / kFolder, none))
-    if (const auto end = entry.path().extension(); end == ".journal" || end == ".part") files.push_back(entry.path());
+    if (const auto end = entry.path().extension(); end == ".journal" || end == ".part")
+      files.push_back(entry.path());
   std::ranges::sort(files);
   return files;
 }

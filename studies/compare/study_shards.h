@@ -14,12 +14,13 @@ namespace firn {
 /// "3/40". @throws UsageError naming the text: not 1 <= K <= N <= 100,000
 StudyShard parse_shard(std::string_view text);
 
-/// Returns the prints of a shard, equal ones once. Each scheme and part is dealt out print by print in the order
-/// of the digests, so that all shards take as long, whoever makes them and whatever is on record. The order is that
-/// of the plan.
+/// Returns the prints of a shard, equal ones once. Each scheme and part is dealt out print by print in the
+/// order of the digests, so that all shards take as long, whoever makes them and whatever is on record. The
+/// order is that of the plan.
 std::vector<const StudyCell*> cells_of(const StudyPlan& plan, const StudyShard& shard);
 
-/// The journal of one shard. While it is written its name ends in ".part"; a shard that was killed goes on with it.
+/// The journal of one shard. While it is written its name ends in ".part"; a shard that was killed goes on
+/// with it.
 class ShardFile {
  public:
   ShardFile(const std::filesystem::path& study_folder, const StudyShard& shard);

@@ -52,8 +52,8 @@ std::string ruled_out(const Identification& id, const std::vector<droplet::Print
 std::vector<droplet::PrintedLayer> sites_of(const Experiment& e,
                                             const std::vector<droplet::PrintedLayer>& printed) {
   const control::PatternOptions& p = e.control.pattern;
-  const bool one_by_one = e.control.scheme == "pattern" && p.kind == control::PatternKind::kIdentification &&
-                          on(p.one_by_one);
+  const bool one_by_one =
+      e.control.scheme == "pattern" && p.kind == control::PatternKind::kIdentification && on(p.one_by_one);
   return one_by_one ? droplet::layers_together(printed, control::kSiteDroplets) : printed;
 }
 

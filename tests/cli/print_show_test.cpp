@@ -238,7 +238,8 @@ TEST_CASE(
 
 TEST_CASE("A print of lines, which fade beside their middle, tells a size and no overspill") {
   const firn::test::Scratch scratch("print-show-lines");
-  const std::filesystem::path file = std::filesystem::path(FIRN_SOURCE_DIR) / "experiments/aerosol-meander.toml";
+  const std::filesystem::path file =
+      std::filesystem::path(FIRN_SOURCE_DIR) / "experiments/aerosol-meander.toml";
   const Experiment lines = load_experiment(file, {"aerosol.layers=1"});
   const PrintSummary s =
       printed(lines, make_inputs(full_product(), lines, file.parent_path()), scratch / "runs", 0.0);

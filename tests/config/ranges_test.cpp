@@ -273,13 +273,8 @@ TEST_CASE("Every numeric key of an experiment has the range of what it configure
           {"actuation.positions_", [](Experiment& e) { OffsetTable{e.actuation}; }},
           {"actuation.heights_mm",
            [](Experiment& e) {
-             std::vector<double> heights_mm(
-                 25, e.actuation.heights_mm.empty() ? 1e-3 : e.actuation.heights_mm[0]);
-             heights_mm[deposition::OffsetKernel::index(0, 0)] = 1e-3;
-             deposition::offset_model({}, OffsetTable({OffsetKind::kX, 2, 1}), [&] {
-               heights_mm.resize(50, 1e-3);
-               return heights_mm;
-             }());
+             e.actuation.heights_mm.resize(50, 1e-3);
+             deposition::offset_model({}, OffsetTable({OffsetKind::kX, 2, 1}), e.actuation.heights_mm);
            }},
           controller("control.max_layers", "smf"),
           controller("control.noise_gate", "mpc"),

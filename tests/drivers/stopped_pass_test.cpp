@@ -106,7 +106,8 @@ TEST_CASE("a stage whose pulsing axis refuses to switch its trigger off tells th
     e.bench.command([&](auto t, auto& fx) { e.stage.run_pass(row, 0, options.z_min_mm, 0, t, fx); });
     e.run([&] {
       const auto armed = std::ranges::find(e.log, "PSOCONTROL @0 ARM");
-      return std::any_of(armed, e.log.end(), [](const std::string& line) { return line.starts_with("LINEAR"); });
+      return std::any_of(armed, e.log.end(),
+                         [](const std::string& line) { return line.starts_with("LINEAR"); });
     });
     e.refused = refused;
     e.line_us = 1000;

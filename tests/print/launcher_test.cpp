@@ -125,10 +125,11 @@ TEST_CASE(
   for (const char* late : {"safety: jet has sent no heartbeat for 5 periods", "the lease ended at 12.5 s",
                            "controller has been busy with one step for 31 s"}) {
     CHECK_THAT(busy_words(late, 0, 9.42, 2), Catch::Contains("busy (load 9.42 on 2 cores)") &&
-                                              Catch::Contains("rtprio") && Catch::Contains("limits.conf"));
+                                                 Catch::Contains("rtprio") && Catch::Contains("limits.conf"));
     CHECK(busy_words(late, 0, 1.9, 2).empty());
   }
-  for (const int time_limit : {drivers::kLinkLost, drivers::kValveLost, drivers::kTimeSlip, drivers::kLampOn}) {
+  for (const int time_limit :
+       {drivers::kLinkLost, drivers::kValveLost, drivers::kTimeSlip, drivers::kLampOn}) {
     CHECK_THAT(busy_words("lamp: the shutter does not open", time_limit, 9.42, 2),
                Catch::Contains("busy (load 9.42 on 2 cores)"));
     CHECK(busy_words("lamp: the shutter does not open", time_limit, 1.9, 2).empty());

@@ -44,8 +44,7 @@ TEST_CASE("V-C, Table I: identification prints of the paper's own plant give 4.4
 }
 
 TEST_CASE("V-C: a side droplet beside a cured centre gives it what (4) says, less than h2") {
-  const Identification id =
-      prints({"plant.model=lu2015", "plant.variation=0"}, "identification-cured.toml");
+  const Identification id = prints({"plant.model=lu2015", "plant.variation=0"}, "identification-cured.toml");
   REQUIRE(id.prints.complete());
   CHECK(id.prints.single.size() >= 25);
   constexpr double kH1 = 0.0044, kH2 = 0.0006, kH3 = 0.0002;
@@ -57,7 +56,8 @@ TEST_CASE("V-C: a side droplet beside a cured centre gives it what (4) says, les
   CHECK(std::abs(id.prints.h1.mean_mm - kH1) < 1.5 * id.prints.h1.half_width_mm);
   CHECK(std::abs(id.prints.h2.mean_mm - (centre - kH1) / 4) < 1.5 * id.prints.h2.half_width_mm);
   CHECK(id.prints.h2.half_width_mm < 0.0001);
-  CHECK(std::abs(id.prints.h3.mean_mm - kH3) < 1.5 * id.prints.h3.half_width_mm);  // mean of both: no ink is lost
+  CHECK(std::abs(id.prints.h3.mean_mm - kH3) <
+        1.5 * id.prints.h3.half_width_mm);  // mean of both: no ink is lost
 }
 
 TEST_CASE("Rows of single droplets give the heights of each place: those of the plant's own droplet there") {

@@ -1,4 +1,5 @@
-// Shards of a study: whatever makes the prints, in how many pieces, killed or damaged, the result is the same.
+// Shards of a study: whatever makes the prints, in how many pieces, killed or damaged, the result is the
+// same.
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -34,12 +35,9 @@ StudyPrint imagined(const Experiment& e, const Blobs&) {
   return p;
 }
 
-const StudyLab kShardLab{{{"rms_um", "um", "RMS", 2}},
-                         {"rms_um"},
-                         [](Experiment& e, std::uint64_t seed) { e.plant.seed = seed; },
-                         [](const Experiment&) {},
-                         &imagined,
-                         {}};
+const StudyLab kShardLab{
+    {{"rms_um", "um", "RMS", 2}}, {"rms_um"}, [](Experiment& e, std::uint64_t seed) { e.plant.seed = seed; },
+    [](const Experiment&) {},     &imagined,  {}};
 
 struct ShardBench {
   explicit ShardBench(const std::string& name) : scratch("shards-" + name) {
@@ -61,10 +59,14 @@ struct ShardBench {
     o.most = most;
     return compare(o, kShardLab, nullptr);
   }
-  StudyPlan plan() const { return plan_study(load_study(options.study), fs::path(options.study).parent_path(), kShardLab, options.study); }
+  StudyPlan plan() const {
+    return plan_study(load_study(options.study), fs::path(options.study).parent_path(), kShardLab,
+                      options.study);
+  }
   fs::path out() const { return scratch / "out"; }
   std::string results() const {
-    return read_file(out() / "runs.csv") + read_file(out() / "summary.json") + read_file(out() / "report.html");
+    return read_file(out() / "runs.csv") + read_file(out() / "summary.json") +
+           read_file(out() / "report.html");
   }
   test::Scratch scratch;
   CompareOptions options;
@@ -74,7 +76,8 @@ constexpr int kUnique = 84;  // prints: two schemes are configured alike
 
 }  // namespace
 
-TEST_CASE("shards of any number give each print once and take alike many of each scheme and part", "[shards]") {
+TEST_CASE("shards of any number give each print once and take alike many of each scheme and part",
+          "[shards]") {
   const ShardBench b("dealt");
   const StudyPlan plan = b.plan();
   REQUIRE(cells_of(plan, {}).size() == kUnique);
@@ -82,7 +85,8 @@ TEST_CASE("shards of any number give each print once and take alike many of each
     std::set<std::string> seen;
     std::map<std::pair<std::size_t, std::size_t>, std::pair<int, int>> most_and_least;
     for (int number = 1; number <= of; ++number) {
-      std::map<std::pair<std::size_t, std::size_t>, int> of_class{{{0, 0}, 0}, {{0, 1}, 0}, {{2, 0}, 0}, {{2, 1}, 0}};
+      std::map<std::pair<std::size_t, std::size_t>, int> of_class{
+          {{0, 0}, 0}, {{0, 1}, 0}, {{2, 0}, 0}, {{2, 1}, 0}};
       for (const StudyCell* c : cells_of(plan, {number, of})) {
         CHECK(seen.insert(c->digest).second);
         ++of_class[{c->arm, c->part}];
@@ -98,7 +102,8 @@ TEST_CASE("shards of any number give each print once and take alike many of each
   }
 }
 
-TEST_CASE("a study in shards gives the bytes of the study in one piece, and nothing is printed twice", "[shards]") {
+TEST_CASE("a study in shards gives the bytes of the study in one piece, and nothing is printed twice",
+          "[shards]") {
   const ShardBench whole("whole");
   REQUIRE(whole.run() == kOk);
   CHECK(shard_prints == kUnique);
@@ -115,7 +120,8 @@ TEST_CASE("a study in shards gives the bytes of the study in one piece, and noth
   }
 }
 
-TEST_CASE("a shard that was broken off goes on with its own lines, and the merge prints what is missing", "[shards]") {
+TEST_CASE("a shard that was broken off goes on with its own lines, and the merge prints what is missing",
+          "[shards]") {
   const ShardBench whole("unbroken");
   REQUIRE(whole.run() == kOk);
   RandomStream random(53, Purpose::kTest);
@@ -171,7 +177,8 @@ TEST_CASE("a shard has one writer, and so has the merge", "[shards]") {
   CHECK_THROWS_WITH(b.run(), Catch::Contains("results.journal: another firn compare is at work"));
 }
 
-TEST_CASE("results of another build never count, and those of another platform only where any is asked for", "[shards]") {
+TEST_CASE("results of another build never count, and those of another platform only where any is asked for",
+          "[shards]") {
   const ShardBench b("origin");
   fs::create_directories(b.out() / "shards");
   const StudyOrigin here = study_origin();
@@ -206,7 +213,9 @@ TEST_CASE("results of another build never count, and those of another platform o
   CHECK(read_file(any.out() / "summary.json").find("20 results of a platform") != std::string::npos);
 }
 
-TEST_CASE("prints that stopped are made again alone, and a study tells hours only of schemes that it has timed", "[shards]") {
+TEST_CASE(
+    "prints that stopped are made again alone, and a study tells hours only of schemes that it has timed",
+    "[shards]") {
   ShardBench b("again");
   REQUIRE(b.run("", 1) == kOk);
   CHECK(shard_prints == 1);
@@ -226,7 +235,8 @@ TEST_CASE("prints that stopped are made again alone, and a study tells hours onl
   CHECK(shard_prints == 6);
 }
 
-TEST_CASE("--fail-if gives exit code 1 where one scheme is told to be worse, and names unknown schemes", "[shards]") {
+TEST_CASE("--fail-if gives exit code 1 where one scheme is told to be worse, and names unknown schemes",
+          "[shards]") {
   ShardBench b("fail-if");
   b.options.fail_if = "too high worse than low";
   CHECK(b.run() == kFailed);

@@ -10,7 +10,7 @@
 #include "core/control/mpc/layer/layer_solver.h"
 #include "core/control/mpc/layer/one_layer.h"
 #include "core/control/mpc/layer/weighted_layer.h"
-#include "core/control/mpc/placed/placed_search.h"
+#include "core/control/mpc/placed_search.h"
 #include "core/control/prediction.h"
 #include "core/options/require.h"
 

@@ -56,7 +56,7 @@ class Mpc final : public LayerControllerBase {
   // The best of both first guesses without HorizonObjective (mpc/one_layer.h). @pre one_layer(), strips, one
   // ink, alpha 1
   Decision decide_lean(const Measurement& m, const HeightMap& height) const;
-  // With places: mpc/placed/placed_search.h. @pre one_layer(), alpha 1
+  // With places: mpc/placed_search.h. @pre one_layer(), alpha 1
   Decision decide_placed(const Measurement& m, const HeightMap& height);
   bool placed() const { return setup_.offsets.table.size() > 1; }
   mpc::HorizonObjective& objective();  // built when first asked for: it takes 160 bytes per cell

@@ -18,7 +18,8 @@ ReferenceGovernor::ReferenceGovernor(const Setup& setup, const ControlOptions& o
   if (!(std::isfinite(lead) && lead >= 0.0))
     throw std::invalid_argument("mpc: rim_lead_layers = " + std::to_string(lead) + " must not be below 0");
   Mpc(setup, options);  // checks the options of MPC
-  if (options.mpc.rise_layers > 0.0) rise_.emplace(setup, options.mpc.edge_lag_layers, options.mpc.rise_layers);
+  if (options.mpc.rise_layers > 0.0)
+    rise_.emplace(setup, options.mpc.edge_lag_layers, options.mpc.rise_layers);
   rim_ = setup.rim;
   for (std::size_t c = 0; c < rim_.size(); ++c) rim_.cells[c] = rim_.cells[c] && setup.mask.cells[c];
 }

@@ -133,7 +133,8 @@ TEST_CASE("Pattern options out of range and parts too small are named") {
                     Catch::Contains("no room"));
 }
 
-TEST_CASE("V-C: printed one by one, five layers have one droplet of a site each and are its droplets together") {
+TEST_CASE(
+    "V-C: printed one by one, five layers have one droplet of a site each and are its droplets together") {
   const Setup s = whole_grid(36, 60);
   ControlOptions options = pattern(PatternKind::kIdentification, 4);
   const auto at_once = make_controller(s, options);

@@ -5,7 +5,7 @@
 
 #include "core/control/controller.h"
 #include "core/control/mpc/mpc.h"
-#include "core/control/mpc/placed/placed_search.h"
+#include "core/control/mpc/placed_search.h"
 #include "core/control/rim_inset.h"
 
 using namespace firn;

@@ -1,4 +1,4 @@
-#include "core/control/mpc/placed/placed_objective.h"
+#include "core/control/mpc/placed_objective.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/control/mpc/greedy.h"
-#include "core/control/mpc/placed/placed_objective.h"
+#include "core/control/mpc/placed_objective.h"
 #include "core/grid/random.h"
 
 namespace firn::control::mpc {

@@ -1,4 +1,4 @@
-#include "core/control/mpc/placed/placed_search.h"
+#include "core/control/mpc/placed_search.h"
 
 #include <algorithm>
 #include <numeric>
