@@ -33,7 +33,6 @@
 using namespace firn;
 
 namespace {
-
 /// Converts the struct S of a file's values to the configured object.
 template <class S>
 struct Probe {
