@@ -21,7 +21,7 @@ using namespace firn::test;
 
 namespace {
 
-constexpr double kRounding_mm = 1e-12;
+constexpr double kOutsideRounding_mm = 1e-12;
 
 struct Outcome {
   double error_mm = 0.0, squares_mm2 = 0.0, outside_mm = 0.0;
@@ -92,8 +92,8 @@ TEST_CASE(
       options.cost = priced(price);
       const LowerBound b = lower_bound(in.setup, in.height, in.materials, best, options, serially);
       INFO("seed " << seed << ", rows " << rows);
-      CHECK(b.total_mm <= best + kRounding_mm);
-      if (rows == 4) CHECK(b.total_mm > best - kRounding_mm);  // one strip: nothing is relaxed
+      CHECK(b.total_mm <= best + kOutsideRounding_mm);
+      if (rows == 4) CHECK(b.total_mm > best - kOutsideRounding_mm);  // one strip: nothing is relaxed
       proved += b.total_mm > best - 1e-6;
     }
     LayerProblem problem(in.setup, in.height, in.materials);
@@ -103,7 +103,7 @@ TEST_CASE(
     const double judged_mm = cost_mm(in, problem.drops(in.setup.grid), price);
     CHECK(judged_mm < best + 1e-6);
     CHECK(std::abs(found_mm - judged_mm) < 1e-6);
-    differs += best > best_of_all_mm(in, 0.0) + kRounding_mm;
+    differs += best > best_of_all_mm(in, 0.0) + kOutsideRounding_mm;
   }
   CHECK(proved >= 44);   // of 48
   CHECK(differs >= 10);  // the price matters
@@ -117,7 +117,7 @@ TEST_CASE("Random multipliers prove a bound of the price of ink beside the part 
     std::vector<float> multipliers(3 * 4 * kSharedPatterns);
     for (float& v : multipliers) v = float(random.uniform(-1e-3, 1e-3));
     CHECK(certified_bound_mm(in.setup, in.height, in.materials, 1, multipliers, priced(2.0)) <=
-          best + kRounding_mm);
+          best + kOutsideRounding_mm);
   }
 }
 
@@ -133,7 +133,7 @@ TEST_CASE("Bound, strips, patches and layers of a larger part agree about the pr
     BoundOptions options{2, 12, 0.0};
     options.cost = solver.cost;
     const LowerBound b = lower_bound(in.setup, in.height, in.materials, known_mm, options, serially);
-    CHECK(b.total_mm <= known_mm + kRounding_mm);
+    CHECK(b.total_mm <= known_mm + kOutsideRounding_mm);
     CHECK(b.total_mm > 0.995 * known_mm);
     if (in.materials.size() == 0)
       CHECK(std::abs(outside_rise_mm(in.setup, in.height, problem.drops(in.setup.grid)) -
@@ -163,7 +163,7 @@ TEST_CASE(
       };
       objective.set_plan(plan);
       INFO("seed " << seed << ", layers " << layers << ", squares " << (kind == ErrorKind::kSquare));
-      CHECK(std::abs(objective.value_mm() - judged()) < kRounding_mm);
+      CHECK(std::abs(objective.value_mm() - judged()) < kOutsideRounding_mm);
       HorizonState field(in.setup, in.height, {}, layers, objective.cost());
       field.set_drops(plan);
       DeltaCache flips(
