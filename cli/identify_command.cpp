@@ -140,49 +140,45 @@ ordered_json identification_json(const std::string& run, const Identification& i
 }
 
 ordered_json places_json(const std::string& run, const PlaceIdentification& id) {
+  const bool identified = id.uninformative.empty();
   ordered_json places = ordered_json::array();
-  for (int n = 0; n < id.table.size(); ++n) {
-    const droplet::PlaceRise& p = id.prints.places[std::size_t(n)];
+  for (int n = 1; identified && n < id.table.size(); ++n) {
     ordered_json heights_um = ordered_json::array();
-    for (const double h : p.kernel.height_mm) heights_um.push_back(h * 1e3);
+    for (const double h : id.prints.kernels[std::size_t(n)].height_mm) heights_um.push_back(h * 1e3);
     places.push_back({{"place", n},
                       {"x", id.table[n].x},
                       {"y", id.table[n].y},
-                      {"own", json_of(p.own)},
-                      {"mixed_error", p.mixed_error},
+                      {"mixed_error", id.mixed_error[std::size_t(n)]},
                       {"heights_um", heights_um}});
   }
   return {{"run", run},
           {"model", "places"},
-          {"identified", id.uninformative.empty()},
+          {"identified", identified},
           {"reason", id.uninformative},
           {"layers", id.layers},
-          {"drop_height", json_of(id.prints.drop_height)},
-          {"h1_um", id.prints.centre.h1_mm * 1e3},
-          {"h2_um", id.prints.centre.h2_mm * 1e3},
-          {"h3_um", id.prints.centre.h3_mm * 1e3},
+          {"droplets", id.prints.droplets},
+          {"drop_height_um", id.prints.drop_height_mm * 1e3},
           {"places", places},
-          {"keys", id.uninformative.empty() ? places_toml(id) : ""}};
+          {"keys", identified ? places_toml(id) : ""}};
 }
 
 int identify_places_of(const IdentifyOptions& options, const ObservedRun& observed) {
   if (!options.output.empty()) throw UsageError("--output: a picture is drawn of h1, h2, h3 alone");
+  if (options.offsets != word(OffsetKind::kX) && options.offsets != word(OffsetKind::kGrid))
+    throw UsageError("--offsets " + options.offsets + ": must be x or grid");
   const std::string& run = options.runs.front();
-  const PlaceIdentification id = identify_places(observed);
+  const PlaceIdentification id =
+      identify_places(observed, options.offsets == word(OffsetKind::kX) ? OffsetKind::kX : OffsetKind::kGrid);
   if (options.json) {
     std::puts(places_json(run, id).dump(2).c_str());
   } else if (id.uninformative.empty()) {
-    const droplet::Repeats& sum = id.prints.drop_height;
-    fmt::print("# {} droplets alone; a droplet adds {:.3f} +- {:.3f} um over all cells (95 %)\n", sum.n,
-               sum.mean_mm * 1e3, sum.half_width_mm * 1e3);
-    fmt::print("# {:>5} {:>7} {:>7} {:>4} {:>18} {:>22}\n", "place", "x", "y", "n", "own cell [um]",
-               "mixed kernel is off by");
-    for (int n = 0; n < id.table.size(); ++n) {
-      const droplet::PlaceRise& p = id.prints.places[std::size_t(n)];
-      fmt::print("# {:>5} {:>7.3f} {:>7.3f} {:>4} {:>8.3f} +- {:>6.3f} {:>14.3f} droplets\n", n,
-                 id.table[n].x, id.table[n].y, p.own.n, p.own.mean_mm * 1e3, p.own.half_width_mm * 1e3,
-                 p.mixed_error);
-    }
+    fmt::print("# {} droplets alone; a droplet adds {:.3f} um over all cells\n", id.prints.droplets,
+               id.prints.drop_height_mm * 1e3);
+    fmt::print("# {:>5} {:>7} {:>7} {:>14} {:>32}\n", "place", "x", "y", "own cell [um]",
+               "mixture of h1..h3 is off by");
+    for (int n = 1; n < id.table.size(); ++n)
+      fmt::print("# {:>5} {:>7.3f} {:>7.3f} {:>14.3f} {:>23.3f} droplets\n", n, id.table[n].x, id.table[n].y,
+                 id.prints.kernels[std::size_t(n)].at(0, 0) * 1e3, id.mixed_error[std::size_t(n)]);
     fmt::print("{}", places_toml(id));
   }
   if (id.uninformative.empty()) return kOk;
@@ -364,6 +360,8 @@ void declare_identify(OptionSet& options) {
               "droplets: h1, h2, h3; places: heights of droplets beside the centres of their cells; beads: "
               "ln dh = "
               "a ln v + b; auto: beads where speeds are recorded, places where they are printed")
+      .show_default();
+  options.option("--offsets", o.offsets, "places: of actuation.offsets = x or grid, with the run's positions")
       .show_default();
   options.option("-o,--output", o.output, "picture, SVG");
   declare_unsealed(options, o.unsealed);

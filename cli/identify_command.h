@@ -12,6 +12,7 @@ struct IdentifyOptions {
   /// "droplets", "places", "beads"; auto: beads where the run holds recorded speeds, places where it prints
   /// them
   std::string model = "auto";
+  std::string offsets = "grid";  ///< places: kind of the table that is wanted, "x" or "grid"
   bool spacing = false;
   double diameter_mm = 0.42;  ///< d of [Lu 2015, Table I], for gamma = L / d
   std::string output;         ///< picture (SVG); empty = none

@@ -10,6 +10,7 @@ namespace {
 
 using deposition::OffsetKernel;
 constexpr int kReach = OffsetKernel::kRadius;
+constexpr int kLeastHeights = 3;
 constexpr int kAlone = 2 * kReach;  // cells: two droplets so far apart share no cell of their kernels
 
 bool alone(const DropletPattern& fired, const DropletPattern& earlier, int i, int j) {
@@ -26,17 +27,44 @@ bool seen(const PrintedLayer& l, int i, int j) {
   return true;
 }
 
-}  // namespace
+// Rise of the lines at the distances v from the droplet, in pitches, ascending.
+struct Line {
+  double v = 0.0, rise_mm = 0.0;
+};
 
-bool PlacePrints::complete() const {
-  return !places.empty() && std::ranges::all_of(places, [](const PlaceRise& p) { return p.own.n >= 2; });
+// Integral over [from, to] of the function that is straight between the lines and 0 outside them.
+double integral(const std::vector<Line>& lines, double from, double to) {
+  double sum = 0.0;
+  for (std::size_t n = 1; n < lines.size(); ++n) {
+    const Line &a = lines[n - 1], &b = lines[n];
+    const double lo = std::max(from, a.v), hi = std::min(to, b.v);
+    if (!(lo < hi)) continue;
+    const auto at = [&](double v) { return a.rise_mm + (b.rise_mm - a.rise_mm) * (v - a.v) / (b.v - a.v); };
+    sum += 0.5 * (at(lo) + at(hi)) * (hi - lo);
+  }
+  return sum;
 }
 
-OffsetKernel nearest_kernel(const Rise& rise, double drop_height_mm) {
-  OffsetKernel k;
-  for (int y = 0; y < OffsetKernel::kSide; ++y)
-    for (int x = 0; x < OffsetKernel::kSide; ++x)
-      k.height_mm[OffsetKernel::index(x - kReach, y - kReach)] = rise.mean_mm[y][x];
+// The lines of column dx of all droplets at one place along x; those at one distance as their mean.
+std::vector<Line> lines_of(const PlacePrints& p, const OffsetTable& table, double x, int dx) {
+  std::vector<Line> lines;
+  for (int n = 0; n < table.size(); ++n)
+    for (int dy = -kReach; dy <= kReach && table[n].x == x; ++dy)
+      lines.push_back({dy - table[n].y, p.places[std::size_t(n)].rise.mean_mm[dy + kReach][dx + kReach]});
+  std::ranges::sort(lines, {}, &Line::v);
+  return lines;
+}
+
+int heights_of(const OffsetTable& table, double x) {
+  int n = 0;
+  for (int k = 0; k < table.size(); ++k) n += table[k].x == x;
+  return n;
+}
+
+}  // namespace
+
+OffsetKernel nearest_kernel(const OffsetKernel& measured, double drop_height_mm) {
+  OffsetKernel k = measured;
   std::array<double, OffsetKernel::kCells> sorted = k.height_mm;
   std::ranges::sort(sorted, std::greater<>());
   // The level below which heights vanish, such that the others less the level have the wanted sum.
@@ -51,14 +79,12 @@ OffsetKernel nearest_kernel(const Rise& rise, double drop_height_mm) {
 }
 
 PlacePrints find_place_prints(const std::vector<PrintedLayer>& layers, const std::vector<OffsetMap>& offsets,
-                              const OffsetTable& table) {
+                              const OffsetTable& printed, const OffsetTable& wanted) {
   PlacePrints p;
-  p.places.resize(std::size_t(table.size()));
-  if (layers.empty()) return p;
-  const GridSpec& g = layers.front().fired.spec;
-  DropletPattern earlier(g);
+  p.places.resize(std::size_t(printed.size()));
   std::vector<std::vector<double>> own(p.places.size());
-  std::vector<double> all;
+  DropletPattern earlier(layers.empty() ? GridSpec{} : layers.front().fired.spec);
+  const GridSpec& g = earlier.spec;
   for (std::size_t n = 0; n < layers.size(); ++n) {
     const PrintedLayer& l = layers[n];
     for (int j = 0; j < g.ny; ++j)
@@ -68,34 +94,48 @@ PlacePrints find_place_prints(const std::vector<PrintedLayer>& layers, const std
         if (place >= p.places.size()) continue;
         Rise& mean = p.places[place].rise;
         ++mean.n;
-        double sum = 0.0;
+        ++p.droplets;
         for (int y = -kReach; y <= kReach; ++y)
           for (int x = -kReach; x <= kReach; ++x) {
-            const double rise_mm = l.after.at(i + x, j + y) - l.before.at(i + x, j + y);
             double& m = mean.mean_mm[y + kReach][x + kReach];
-            m += (rise_mm - m) / mean.n;
-            sum += rise_mm;
+            m += (l.after.at(i + x, j + y) - l.before.at(i + x, j + y) - m) / mean.n;
           }
         own[place].push_back(l.after.at(i, j) - l.before.at(i, j));
-        all.push_back(sum);
       }
     for (std::size_t c = 0; c < g.size(); ++c) earlier.cells[c] = earlier.cells[c] | l.fired.cells[c];
   }
-  p.drop_height = repeats_of(all);
   for (std::size_t n = 0; n < p.places.size(); ++n) p.places[n].own = repeats_of(own[n]);
-  if (!p.complete() || !(p.drop_height.mean_mm > 0.0)) return p;
-  for (PlaceRise& place : p.places) place.kernel = nearest_kernel(place.rise, p.drop_height.mean_mm);
-  const OffsetKernel& c = p.places[0].kernel;
-  p.centre = {c.at(0, 0), 0.25 * (c.at(1, 0) + c.at(-1, 0) + c.at(0, 1) + c.at(0, -1)),
-              0.25 * (c.at(1, 1) + c.at(-1, 1) + c.at(1, -1) + c.at(-1, -1))};
-  for (int n = 0; n < table.size(); ++n) {
-    PlaceRise& place = p.places[std::size_t(n)];
-    const OffsetKernel mixed = deposition::mixed_kernel(p.centre, table[n]);
-    for (int k = 0; k < OffsetKernel::kCells; ++k)
-      place.mixed_error = std::max(place.mixed_error, std::abs(place.kernel.height_mm[std::size_t(k)] -
-                                                               mixed.height_mm[std::size_t(k)]) /
-                                                          p.drop_height.mean_mm);
+  for (int n = 0; n < printed.size(); ++n)
+    if (p.places[std::size_t(n)].own.n < 2) {
+      p.missing = std::to_string(p.places[std::size_t(n)].own.n) + " droplets alone at place " +
+                  std::to_string(n) + ", two at least are needed";
+      return p;
+    }
+  for (int n = 1; n < wanted.size(); ++n)
+    if (heights_of(printed, wanted[n].x) < kLeastHeights) {
+      p.missing =
+          "a map has one line along each row of cells: what a droplet adds between them shows only where "
+          "droplets "
+          "are at three places along y at least (actuation.offsets = grid, positions_y)";
+      return p;
+    }
+  std::vector<OffsetKernel> means(std::size_t(wanted.size()));
+  for (int n = 1; n < wanted.size(); ++n)
+    for (int dx = -kReach; dx <= kReach; ++dx) {
+      const std::vector<Line> lines = lines_of(p, printed, wanted[n].x, dx);
+      for (int dy = -kReach; dy <= kReach; ++dy) {
+        const double middle = dy - wanted[n].y;
+        means[std::size_t(n)].height_mm[OffsetKernel::index(dx, dy)] =
+            integral(lines, middle - 0.5, middle + 0.5);
+      }
+    }
+  for (const OffsetKernel& mean : means)
+    p.drop_height_mm += mean.drop_height_mm() / double(wanted.size() - 1);
+  if (!(p.drop_height_mm > 0.0)) {
+    p.missing = "the maps do not rise under the droplets";
+    return p;
   }
+  for (const OffsetKernel& mean : means) p.kernels.push_back(nearest_kernel(mean, p.drop_height_mm));
   return p;
 }
 

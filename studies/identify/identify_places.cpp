@@ -2,6 +2,9 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+#include <cmath>
+
 namespace firn {
 
 bool prints_places(const Experiment& e) {
@@ -9,38 +12,44 @@ bool prints_places(const Experiment& e) {
          e.control.pattern.kind == control::PatternKind::kPlaces;
 }
 
-PlaceIdentification identify_places(const ObservedRun& run) {
+PlaceIdentification identify_places(const ObservedRun& run, OffsetKind kind) {
+  const Experiment& e = run.experiment();
   PlaceIdentification id;
-  id.options = run.experiment().actuation;
+  id.options = e.actuation;
+  id.printed = OffsetTable(id.options);
+  id.options.offsets = kind;
   id.table = OffsetTable(id.options);
   id.layers = run.layers();
-  id.prints = droplet::find_place_prints(run.printed(), run.offsets(), id.table);
-  if (id.table.size() == 1) {
+  if (id.printed.size() == 1) {
     id.uninformative = "actuation.offsets is none: all droplets are in the centres";
-  } else if (!id.prints.complete()) {
-    for (int n = 0; n < id.table.size() && id.uninformative.empty(); ++n)
-      if (const int found = id.prints.places[std::size_t(n)].own.n; found < 2)
-        id.uninformative = fmt::format(
-            "{} droplets alone at place {}, two at least are needed: print experiments/places.toml", found,
-            n);
-  } else if (!(id.prints.drop_height.mean_mm > id.prints.drop_height.half_width_mm)) {
-    id.uninformative = "the maps do not rise under the droplets";
+    return id;
+  }
+  id.prints = droplet::find_place_prints(run.printed(), run.offsets(), id.printed, id.table);
+  id.uninformative = id.prints.missing;
+  if (!id.uninformative.empty()) return id;
+  const deposition::DropletModel model{e.model.h1_mm, e.model.h2_mm, e.model.h3_mm};
+  id.mixed_error.resize(id.prints.kernels.size());
+  for (int n = 1; n < id.table.size(); ++n) {
+    const deposition::OffsetKernel mixed = mixed_kernel(model, id.table[n]);
+    for (std::size_t k = 0; k < mixed.height_mm.size(); ++k)
+      id.mixed_error[std::size_t(n)] =
+          std::max(id.mixed_error[std::size_t(n)],
+                   std::abs(id.prints.kernels[std::size_t(n)].height_mm[k] - mixed.height_mm[k]) /
+                       id.prints.drop_height_mm);
   }
   return id;
 }
 
 std::string places_toml(const PlaceIdentification& id) {
-  const deposition::DropletModel& h = id.prints.centre;
   std::string text =
-      fmt::format("[model]\nh1_mm = {:.7f}\nh2_mm = {:.7f}\nh3_mm = {:.7f}\n\n", h.h1_mm, h.h2_mm, h.h3_mm);
-  text += fmt::format("[actuation]\noffsets = \"{}\"\npositions_x = {}\npositions_y = {}\nheights_mm = [\n",
-                      word(id.options.offsets), id.options.positions_x, id.options.positions_y);
+      fmt::format("[actuation]\noffsets = \"{}\"\npositions_x = {}\npositions_y = {}\nheights_mm = [\n",
+                  word(id.options.offsets), id.options.positions_x, id.options.positions_y);
   for (int n = 1; n < id.table.size(); ++n) {
     text += fmt::format("  # place {} at ({:.4f}, {:.4f}) of the pitch\n", n, id.table[n].x, id.table[n].y);
     for (int y = -2; y <= 2; ++y) {
       text += " ";
       for (int x = -2; x <= 2; ++x)
-        text += fmt::format(" {:.7f},", id.prints.places[std::size_t(n)].kernel.at(x, y));
+        text += fmt::format(" {:.7f},", id.prints.kernels[std::size_t(n)].at(x, y));
       text += "\n";
     }
   }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/grid/offsets.h"
 #include "estimators/droplet/place_prints.h"
@@ -11,19 +12,23 @@
 namespace firn {
 
 struct PlaceIdentification {
-  OffsetOptions options;  ///< of the run: actuation.offsets
-  OffsetTable table;
+  OffsetOptions options;  ///< whose table the kernels are of
+  OffsetTable printed, table;
   int layers = 0;
   droplet::PlacePrints prints;
+  /// Largest difference of each place's kernel from the mixture of model.h1_mm..h3_mm that the run had, a
+  /// share of the droplet's height.
+  std::vector<double> mixed_error;
   std::string uninformative;  ///< reason for which the run does not tell the heights; "" = none
 };
 
 /// Returns true if a run prints single droplets at places beside the centres.
 bool prints_places(const Experiment& experiment);
 
-PlaceIdentification identify_places(const ObservedRun& run);
+/// @param kind of the wanted table, with the run's numbers of places
+PlaceIdentification identify_places(const ObservedRun& run, OffsetKind kind = OffsetKind::kGrid);
 
-/// Returns model.h1_mm..h3_mm and actuation.* as TOML, for a lab file. @pre identified
+/// Returns actuation.* as TOML, for a lab file. @pre identified
 std::string places_toml(const PlaceIdentification& id);
 
 }  // namespace firn
