@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "config/labs.h"
+#include "core/deposition/offset_change.h"
 #include "core/grid/decision.h"
 #include "core/grid/npy.h"
 #include "core/grid/outline.h"
@@ -168,8 +169,20 @@ std::optional<RunMaps::Measured> RunMaps::predicted(int layer) {
     if (!std::isfinite(h)) h = known > 0 ? sum / double(known) : 0.0;
   const auto border =
       experiment_.model.border == "keep" ? deposition::Border::kKeep : deposition::Border::kLose;
-  deposition::HeightChange<1> change(before->height.spec, deposition::stencil_of(model_), border);
-  change.deposit(before->height, drops_of(*m));
+  const GridSpec& grid = before->height.spec;
+  const OffsetMap offsets = offsets_of(*m);
+  const OffsetTable places(experiment_.actuation);
+  if (offsets.cells.empty()) {
+    deposition::HeightChange<1>(grid, deposition::stencil_of(model_), border)
+        .deposit(before->height, drops_of(*m));
+  } else {
+    try {
+      const deposition::OffsetModel model = offset_model(model_, places, experiment_.actuation.heights_mm);
+      deposition::OffsetChange(grid, model, border, model).deposit(before->height, drops_of(*m), offsets);
+    } catch (const std::invalid_argument&) {
+      return std::nullopt;  // a plan of another table: the audit names it
+    }
+  }
   before->t_s = time_s(*m);
   return before;
 }

@@ -31,12 +31,16 @@ std::optional<std::uint64_t> differing_cells(std::string_view channel, std::span
     if (same) return 0;
     if (!decode(a, x)) return std::nullopt;
     if (!decode(b, y)) return x.drops.size();
-    if (x.material.empty() || y.material.empty()) return differing(x.drops, y.drops);
-    std::uint64_t n = 0;  // a cell may differ in droplets, ink or both
-    if (x.drops.size() != y.drops.size() || x.material.size() != y.material.size())
-      return differing(x.drops, y.drops);
+    if (x.drops.size() != y.drops.size()) return differing(x.drops, y.drops);
+    std::uint64_t n = 0;  // a cell may differ in droplets, ink, place, or more of these
+    const bool inks = x.material.size() == y.material.size();
+    const auto place = [](const layer_plan_t& p, std::size_t c) {
+      return c < p.offset.size() ? p.offset[c] : 0;
+    };
     for (std::size_t c = 0; c < x.drops.size(); ++c)
-      n += x.drops[c] != y.drops[c] || (x.drops[c] != 0 && x.material[c] != y.material[c]);
+      n += x.drops[c] != y.drops[c] ||
+           (x.drops[c] != 0 && ((inks && c < x.material.size() && x.material[c] != y.material[c]) ||
+                                place(x, c) != place(y, c)));
     return n;
   }
   if (channel == channels::kControlSurface.name) {
