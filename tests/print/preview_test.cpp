@@ -77,6 +77,19 @@ TEST_CASE(
                  Contains("--set control.max_layers="));
 }
 
+TEST_CASE(
+    "A preview says what places inside the cells may cost: nearer droplets and more runs of the stage") {
+  CHECK_THAT(
+      preview_text(shown(kPreviewed / "cylinder.toml", {"actuation.offsets=x"})),
+      Contains("remark: actuation.offsets: 5 places in a cell; droplets may be 66 um apart, which the jet "
+               "follows at 125 of 150 mm/s"));
+  CHECK_THAT(
+      preview_text(shown(kPreviewed / "cylinder.toml",
+                         {"actuation.offsets=grid", "actuation.positions_x=1", "actuation.positions_y=2"})),
+      Contains("3 places in a cell; a row of cells is up to 3 runs of the stage") &&
+          Contains("the jet follows the nearest droplets at full speed"));
+}
+
 TEST_CASE("A simulation of the scheme foretells layers, amount and time of twelve prints, within 15 %") {
   const std::vector<std::string> small{"part.height_mm=0.04", "grid.nx=20", "grid.ny=20",
                                        "part.diameter_mm=4"};
