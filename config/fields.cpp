@@ -110,7 +110,7 @@ Table actuation_fields(Experiment& e) {
         "height that a droplet adds to 5 x 5 cells around its own, row by row from the lowest y, for each "
         "place but "
         "the centre; firn identify finds them; empty = mixed from model.h1_mm..h3_mm"},
-       {"actuation.flow_range_mm", &e.actuation.flow_range_mm, "mm", within(0, 10),
+       {"actuation.flow_range_mm", &e.actuation.flow_range_mm, "mm", deposition::kFlowRange_mm,
         "ground this much above a droplet's cell takes none of it; 0 = the range of [Lu 2015, (5)], k + w of "
         "each pair of cells, which ink that lands across a step exceeds"}});
   return t;

@@ -53,6 +53,9 @@ OffsetModel offset_model(const DropletModel& model, const OffsetTable& table,
     throw std::invalid_argument("actuation.heights_mm has " + std::to_string(heights_mm.size()) +
                                 " heights; " + std::to_string(table.size() - 1) +
                                 " places beside the centre need " + std::to_string(wanted));
+  if (!kFlowRange_mm.holds(range_mm))
+    throw std::invalid_argument("actuation.flow_range_mm = " + shortest_text(range_mm) + " mm is outside " +
+                                text(kFlowRange_mm));
   OffsetModel m{table, {kernel_of(model)}, range_mm};
   for (int n = 1; n < table.size(); ++n) {
     OffsetKernel k = mixed_kernel(model, table[n]);

@@ -8,13 +8,10 @@
 
 #include "config/error.h"
 #include "config/ice_lab.h"
-#include "config/machine.h"
 #include "config/reader.h"
-#include "config/slice.h"
 #include "core/control/lines/line_controller.h"
 #include "core/control/surface/surface_controller.h"
 #include "core/grid/solids.h"
-#include "core/motion/kinematics/limits.h"
 #include "drivers/camera/camera.h"
 #include "drivers/gas/gas.h"
 #include "drivers/heater/heater.h"
@@ -29,137 +26,14 @@
 #include "estimators/droplet/height_filter.h"
 #include "plant/world/setup.h"
 #include "procs/controller/node.h"
+#include "tests/config/ranges.h"
 
 using namespace firn;
+using firn::test::Kind;
+using firn::test::Probe;
+using firn::test::tie;
 
 namespace {
-/// Converts the struct S of a file's values to the configured object.
-template <class S>
-struct Probe {
-  std::string keys;  ///< a key, or the start of several: "control.smf."
-  std::function<void(S&)> build;
-  std::string name = {};  ///< of the option in the message that refuses it; "" = the key's own
-};
-
-template <class S>
-struct Kind {
-  std::function<std::vector<Field>(S&)> fields;
-  std::vector<Probe<S>> probes;
-  std::vector<std::pair<std::string, std::string>> held_by_none;  ///< start of keys, and why
-};
-
-void set_number(Field& f, double v) {
-  if (auto* d = std::get_if<double*>(&f.value)) **d = v;
-  if (auto* i = std::get_if<std::int32_t*>(&f.value)) **i = std::int32_t(v);
-  if (auto* i = std::get_if<std::int64_t*>(&f.value)) **i = std::int64_t(v);
-  if (auto* i = std::get_if<std::uint64_t*>(&f.value)) **i = std::uint64_t(v);
-  if (auto* list = std::get_if<std::vector<double>*>(&f.value)) **list = {v};
-  if (auto* steps = std::get_if<std::vector<AlphaStep>*>(&f.value)) **steps = {{1, v}};
-}
-
-Field& field_of(std::vector<Field>& table, const std::string& key) {
-  for (Field& f : table)
-    if (f.key == key) return f;
-  throw std::logic_error(key);
-}
-
-/// "" when accepted, else the reader's message.
-template <class S>
-std::string refused_by_config(const Kind<S>& kind, const std::string& key, const std::string& value) {
-  S s;
-  try {
-    read_fields(kind.fields(s), key + " = " + value, "t.toml");
-  } catch (const ConfigError& e) {
-    CHECK(e.key == key);
-    return e.what();
-  }
-  return "";
-}
-
-template <class S>
-std::string refused_by_core(const Kind<S>& kind, const Probe<S>& probe, const std::string& key, double v) {
-  S s;
-  std::vector<Field> table = kind.fields(s);
-  Field& f = field_of(table, key);
-  set_number(f, v);
-  const std::string name = probe.name.empty() ? std::string(f.name()) : probe.name;
-  try {
-    probe.build(s);
-  } catch (const std::exception& e) {
-    const std::string what = e.what();
-    if (what.find(name) == std::string::npos) {
-      INFO(what);
-      CHECK(what.find("room for") != std::string::npos);  // the small part of this test has none for it
-      return "";
-    }
-    return what;
-  }
-  return "";
-}
-
-struct Trial {
-  double value;
-  bool good;
-};
-
-/// The bounds and values just outside and, of an excluded bound, just inside.
-std::vector<Trial> trials(const Field& f) {
-  const bool whole = type_text(f) == "integer";
-  const auto step = [&](double at) { return whole ? 1.0 : std::max(1e-6 * std::abs(at), 1e-9); };
-  const Limits& l = f.limits;
-  std::vector<Trial> t;
-  if (l.min_excluded) {
-    t.push_back({l.min, false});
-    t.push_back({l.min + step(l.min), true});
-  } else {
-    t.push_back({l.min, true});
-    t.push_back({l.min - step(l.min), false});
-  }
-  if (l.or_zero) {
-    t.push_back({0.0, true});
-    t.push_back({-step(0.0), false});
-  }
-  t.push_back({l.max, true});
-  t.push_back({l.max + (l.max > 1e18 ? 1e17 : step(l.max)), false});
-  return t;
-}
-
-std::string as_toml(const Field& f, double v) {
-  if (type_text(f) == "integer") return std::to_string((long long)v);
-  Experiment e;
-  e.plant.sensor_noise_mm = v;
-  std::vector<Field> table = fields(e);
-  const std::string number = value_text(field_of(table, "plant.sensor_noise_mm"));
-  return type_text(f) == "list of numbers" ? "[" + number + "]" : number;
-}
-
-template <class S>
-void tie(const Kind<S>& kind) {
-  S defaults;
-  for (const Field& f : kind.fields(defaults)) {
-    if (type_text(f) == "text") continue;
-    const std::string key(f.key);
-    INFO(key);
-    CHECK((std::isfinite(f.limits.min) && std::isfinite(f.limits.max)));
-    bool listed = false;
-    for (const auto& [start, why] : kind.held_by_none) listed = listed || key.starts_with(start);
-    int held = 0;
-    for (const Trial& t : trials(f)) {
-      const std::string value = as_toml(f, t.value), config = refused_by_config(kind, key, value);
-      INFO(value << (config.empty() ? "" : ": ") << config);
-      CHECK(config.empty() == t.good);
-      for (const Probe<S>& p : kind.probes) {
-        if (!key.starts_with(p.keys)) continue;
-        ++held;
-        const std::string core = refused_by_core(kind, p, key, t.value);
-        INFO("core: " << core);
-        CHECK(core.empty() == t.good);
-      }
-    }
-    INFO("no probe builds what this key configures, and it is not listed as held by none, or both");
-    CHECK((held == 0) == listed);
-  }
-}
 
 GridSpec small_grid() { return {6, 6, 0.26, 0.26, 0.0, 0.0}; }
 
@@ -243,19 +117,6 @@ Probe<Experiment> valve(const char* keys, ValveLineConfig Experiment::*line) {
   return instrument<drivers::Valve>(keys, [line](Experiment& e) { return drivers::ValveOptions{e.*line}; });
 }
 
-void slice_contours(SliceSettings& s) { slice::check(s.contour); }
-void plan_paths(SliceSettings& s) { slice::check(path_options(s)); }
-
-void check_valve(Machine& m) {
-  m.valve.max_duration_s = std::min(m.valve.max_duration_s, 65536.0 * m.valve.tick_s);
-  deposition::check(valve_limits(m.valve));
-}
-
-void check_pulse(Machine& m) {
-  m.valve.min_pulse_s = std::min(m.valve.min_pulse_s, std::max(m.valve.pulse_s, 1e-12));
-  deposition::check(valve_setting(m.valve), valve_limits(m.valve));
-}
-
 }  // namespace
 
 TEST_CASE("Every numeric key of an experiment has the range of what it configures") {
@@ -274,6 +135,10 @@ TEST_CASE("Every numeric key of an experiment has the range of what it configure
            [](Experiment& e) {
              e.actuation.heights_mm.resize(50, 1e-3);
              deposition::offset_model({}, OffsetTable({OffsetKind::kX, 2, 1}), e.actuation.heights_mm);
+           }},
+          {"actuation.flow_range_mm",
+           [](Experiment& e) {
+             deposition::offset_model({}, OffsetTable({OffsetKind::kX, 2, 1}), {}, e.actuation.flow_range_mm);
            }},
           controller("control.max_layers", "smf"),
           controller("control.noise_gate", "mpc"),
@@ -295,6 +160,7 @@ TEST_CASE("Every numeric key of an experiment has the range of what it configure
           surface("control.foresee.", "smf_foresee"),
           surface("control.extra.adaptive_", "smf_adaptive"),
           controller("control.threshold.", "threshold"),
+          controller("control.rim_inset", "threshold"),
           controller("control.mpc.strip_rows", "mpc"),
           controller("control.mpc.sweeps", "mpc"),
           controller("control.mpc.gap", "mpc"),
@@ -306,6 +172,13 @@ TEST_CASE("Every numeric key of an experiment has the range of what it configure
           controller("control.mpc.max_drops", "mpc"),
           controller("control.mpc.finish_layers", "mpc"),
           controller("control.mpc.min_improvement_mm", "mpc"),
+          controller("control.mpc.outside_price", "mpc"),
+          controller("control.mpc.rise_layers", "mpc"),
+          {"control.mpc.edge_lag_layers",
+           [](Experiment& e) {
+             e.control.mpc.rise_layers = 1.0;
+             build_controller(e, "mpc");
+           }},
           controller("control.pattern.layers", "pattern"),
           controller("control.pattern.fill", "pattern"),
           controller("control.pattern.spacing_cells", "pattern"),
@@ -504,97 +377,6 @@ TEST_CASE("Every numeric key of an experiment has the range of what it configure
           {"plant.ice.valve_b_dy_mm", "a displacement of any size"},
           {"plant.profiler_d", "a displacement of any size"},
           {"plant.ice.jig_mm", "five numbers a block, which count together"},
-      },
-  });
-}
-
-TEST_CASE("Every numeric key of a machine has the range of what it configures") {
-  using Build = std::function<void(Machine&)>;
-  const auto arm = [](Machine& m) { motion::check_limits(motion_limits(m), 4); };
-  const auto stage = [](Machine& m) {
-    m.kind = "stage";
-    m.axes = 3;
-    motion::check_limits(motion_limits(m), 3);
-  };
-  Kind<Machine> kind{
-      [](Machine& m) { return machine_fields(m); },
-      {
-          {"total.", arm},
-          {"orientation.rate_deg_s", arm, "rate"},
-          {"orientation.acceleration_deg_s2", arm, "acceleration"},
-          {"orientation.jerk_deg_s3", arm, "jerk"},
-          {"valve.tick_s", check_valve},
-          {"valve.max_duration_s",
-           [](Machine& m) {
-             m.valve.tick_s = 1.0;
-             deposition::check(valve_limits(m.valve));
-           }},
-          {"valve.max_entries", check_valve},
-          {"valve.min_pulse_s", check_valve},
-          {"valve.max_frequency_hz", check_valve},
-          {"valve.max_flow_mm3_s", check_valve},
-          {"valve.pulse_s", check_pulse},
-          {"valve.hz_per_mm3_s", [](Machine& m) { valve_setting(m.valve); }},
-      },
-      {
-          {"machine.tick_s", "pace of the samples that a planner writes"},
-          {"scara.", "lengths of an arm"},
-          {"stage.", "two axes or three"},
-          {"tool_", "where a tool is"},
-          {"valve.table_", "rows of a curve, which count together"},
-          {"aerosol.", "of the aerosol planner, which takes any positive number"},
-      },
-  };
-  for (const std::string axis :
-       {"joint_1.", "joint_2.", "joint_3.", "joint_4.", "axis_1.", "axis_2.", "axis_3."}) {
-    for (const std::string rate : {"rate", "acceleration", "jerk"})
-      kind.probes.push_back({axis + rate, axis.starts_with("joint") ? Build(arm) : Build(stage), rate});
-    kind.held_by_none.push_back({axis + "low_", "end of a range"});
-    kind.held_by_none.push_back({axis + "high_", "end of a range"});
-  }
-  tie<Machine>(kind);
-}
-
-TEST_CASE("Every numeric key of slicing settings has the range of what it configures") {
-  tie<SliceSettings>({
-      [](SliceSettings& s) { return slice_fields(s); },
-      {
-          {"layer.height_mm", slice_contours, "layer_height_mm"},
-          {"contour.tolerance_mm", slice_contours, "chord_tolerance_mm"},
-          {"contour.min_spacing_mm", slice_contours},
-          {"contour.closing_", slice_contours},
-          {"part.first_offset_mm", plan_paths},
-          {"part.boundar", plan_paths},
-          {"part.fill_width_mm", plan_paths},
-          {"part.gap_mm", plan_paths},
-          {"scaffold.first_offset_mm", plan_paths},
-          {"scaffold.boundar", plan_paths},
-          {"scaffold.fill_width_mm", plan_paths},
-          {"scaffold.gap_mm", plan_paths},
-          {"support.buffer_mm", plan_paths},
-          {"hook.two_from_layer", plan_paths},
-          {"hook.last_layer", plan_paths},
-          {"hook.clearance_mm", plan_paths},
-          {"order.seed", plan_paths},
-          {"order.two_opt_passes", plan_paths},
-          {"order.start_", plan_paths},
-          {"measure.spacing_mm", plan_paths},
-          {"measure.inset_mm", plan_paths},
-          {"measure.laser_", plan_paths},
-      },
-      {
-          {"mesh.", "place of a mesh"},
-          {"part.angle_deg", "any angle is a direction"},
-          {"part.turn_deg", "any angle is a direction"},
-          {"scaffold.angle_deg", "any angle is a direction"},
-          {"scaffold.turn_deg", "any angle is a direction"},
-          {"support.overhang_deg", "an angle, of which core takes radians"},
-          {"hook.on", "a switch"},
-          {"measure.on", "a switch"},
-          {"measure.material", "a material's number"},
-          {"measure.angle_deg", "any angle is a direction"},
-          {"coverage.", "a report's own"},
-          {"gcode.", "a file's own"},
       },
   });
 }
