@@ -192,7 +192,7 @@ inline constexpr OptionTable kMpcOptions{
     Option{"finish_layers", &MpcOptions::finish_layers, "layers", within(0, 20),
            "the part is first printed to so many layers below its target, its rim too, and only then "
            "finished; 0 = in one stage"},
-    Option{"outside_price", &MpcOptions::outside_price, "", within(0, 10),
+    Option{"outside_price", &MpcOptions::outside_price, "", within(0, 1000),
            "what a layer pays for ink beside the part, at alpha = 1: um of error inside for each um of "
            "height outside; 0 = nothing"},
     Option{"rise_layers", &MpcOptions::rise_layers, "layers", within(0, 2),

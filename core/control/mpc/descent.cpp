@@ -65,7 +65,7 @@ class Descent {
       height_mm = std::max({height_mm, std::abs(f.layers.front().height_mm[p]), std::abs(f.error_mm[p])});
       error_mm = std::max(error_mm, std::abs(f.error_mm[p]));
     }
-    if (objective_.cost().outside_price > 0.0) height_mm = std::max(height_mm, HorizonState::kOutside_mm);
+    height_mm = std::max(height_mm, f.outside_error_mm());
     margin_mm_ = double(kPart * height_mm);
     margin_mm2_ = margin_mm_ * double(error_mm);
   }

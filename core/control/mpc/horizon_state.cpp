@@ -1,5 +1,7 @@
 #include "core/control/mpc/horizon_state.h"
 
+#include <algorithm>
+
 #include "core/deposition/height_change.h"
 
 namespace firn::control::mpc {
@@ -72,7 +74,7 @@ HorizonState::HorizonState(const Setup& s, const HeightMap& height, std::span<co
 void HorizonState::price_outside(const Setup& s, const PlanCost& cost) {
   const bool square = cost.error == ErrorKind::kSquare;
   if (square) outside_price_mm_ = cost.outside_price * s.model.layer_height_mm();
-  outside_error_mm_ = square ? kOutsideSquare_mm : kOutside_mm;
+  outside_error_mm_ = square ? kOutsideSquare_mm : kOutside_mm * float(std::max(1.0, cost.outside_price));
   const float counted =
       float(square ? cost.outside_price * s.model.layer_height_mm() / (2.0 * double(kOutsideSquare_mm))
                    : cost.outside_price);

@@ -27,9 +27,10 @@ struct ObjectiveDeltas {
 /// twice that error (kSquare), so that sums over windows need no further terms.
 struct HorizonState {
   static constexpr int kMaxLayers = 3, kMargin = 8;
-  /// The large errors. For |e| single precision must hold single droplets beside it (0.015 nm); for e^2 it
-  /// need not, and the sum of e must not notice the cell.
-  static constexpr float kOutside_mm = 0.25f, kOutsideSquare_mm = 100.0f;
+  /// The large errors, that for |e| times the price where it is above 1. For |e| single precision must hold
+  /// single droplets beside it (0.01 nm), and no plan may use it up; for e^2 neither matters, but the sum of
+  /// e must not notice the cell.
+  static constexpr float kOutside_mm = 0.1f, kOutsideSquare_mm = 100.0f;
 
   struct Ink {
     float drop_mm, gives_mm[2], slope[2];  // 0 sides, 1 corners
@@ -51,7 +52,8 @@ struct HorizonState {
   void set_plan(std::span<const DropletPattern> plan);   ///< its first horizon() layers
   void set_drops(std::span<const DropletPattern> plan);  ///< without the heights
   std::vector<DropletPattern> plan(const GridSpec& grid) const;
-  void set_drop(int layer, std::size_t p, std::uint8_t drop);  ///< without the heights
+  void set_drop(int layer, std::size_t p, std::uint8_t drop);   ///< without the heights
+  float outside_error_mm() const { return outside_error_mm_; }  ///< 0 without a price
   void refresh();  ///< heights after each layer, errors and sums anew
 
   std::uint32_t nx, ny;
