@@ -61,8 +61,8 @@ struct OffsetModel {
 };
 /// @param range_mm OffsetModel::range_mm
 /// @param heights_mm 25 for each place but the centre, in the order of OffsetKernel; empty: mixed
-/// @throws std::invalid_argument: another number of heights; one outside kPlaceHeight_mm; a flow range outside
-/// kFlowRange_mm; a kernel that adds nothing to its own cell
+/// @throws std::invalid_argument: another number of heights; one outside kPlaceHeight_mm; a flow range
+/// outside kFlowRange_mm; a kernel that adds nothing to its own cell
 OffsetModel offset_model(const DropletModel& model, const OffsetTable& table,
                          std::span<const double> heights_mm = {}, double range_mm = 0.0);
 
