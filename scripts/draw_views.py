@@ -50,13 +50,14 @@ def draw_droplets(found, place):
 
 
 def printed(settings, **more):
-    return firn.simulate(EXPERIMENT, seed=SEED, settings={**settings, **more})
+    return firn.simulate(EXPERIMENT, settings={"plant.seed": SEED, **settings, **more})
 
 
 def draw_lines(place):
     figure, axes = plt.subplots(1, len(SCHEMES), figsize=(11, 2.9), layout="constrained", sharey=True)
     for one, (name, settings) in zip(axes, SCHEMES.items()):
-        truth = printed(settings)["SIM_TRUTH"]
+        run = printed(settings)
+        truth = run["SIM_TRUTH"]
         height = UM_PER_MM * np.asarray(truth.height_mm[-1], dtype=float)
         x, y, dx, dy = (float(truth[f"grid_{key}"][-1]) for key in ("origin_x_mm", "origin_y_mm", "pitch_x_mm", "pitch_y_mm"))
         rows, columns = np.nonzero(height > 1.0)
@@ -71,7 +72,8 @@ def draw_lines(place):
 
 
 def draw_line_picture(place):
-    frames = printed(SCHEMES["feedback"], **{"camera.use": "on", "aerosol.layers": 1})["CAMERA_FRAME"]
+    run = printed(SCHEMES["feedback"], **{"camera.use": "on", "aerosol.layers": 1})
+    frames = run["CAMERA_FRAME"]
     middle = len(frames) // 2
     picture = plt.imread(io.BytesIO(bytes(frames.png[middle])))
     figure, axes = plt.subplots(figsize=(4.2, 4.2), layout="constrained")

@@ -27,7 +27,7 @@ FIRN_BENCH(strobe_pictures) {
   camera.light = 0.72;
   camera.vignette = 0.15;
   camera.nozzle_x_px = 200.0;
-  camera.dirt = {{330.0, 160.0, 4.0, 0.6}, {90.0, 420.0, 6.0, 0.4}};
+  camera.dirt = {{330.0, 160.0, 4.0, 0.25}, {90.0, 420.0, 6.0, 0.4}};
   StrobeJet jet;
   jet.speed_m_s = 2.5;
   jet.diameter_um = 64.0;
