@@ -32,15 +32,32 @@ struct Line {
   double v = 0.0, rise_mm = 0.0;
 };
 
-// Integral over [from, to] of the function that is straight between the lines and 0 outside them.
+// Slope at line n of the parabola through it and its two neighbours.
+double slope(const std::vector<Line>& l, std::size_t n) {
+  const auto between = [&](std::size_t k) {
+    return (l[k + 1].rise_mm - l[k].rise_mm) / (l[k + 1].v - l[k].v);
+  };
+  if (n == 0) return between(0);
+  if (n + 1 == l.size()) return between(n - 1);
+  const double before = l[n].v - l[n - 1].v, after = l[n + 1].v - l[n].v;
+  return (before * between(n) + after * between(n - 1)) / (before + after);
+}
+
+// Integral over [from, to] of the function that is a cubic with these slopes between the lines and 0 outside
+// them.
 double integral(const std::vector<Line>& lines, double from, double to) {
   double sum = 0.0;
   for (std::size_t n = 1; n < lines.size(); ++n) {
     const Line &a = lines[n - 1], &b = lines[n];
-    const double lo = std::max(from, a.v), hi = std::min(to, b.v);
+    const double lo = std::max(from, a.v), hi = std::min(to, b.v), h = b.v - a.v;
     if (!(lo < hi)) continue;
-    const auto at = [&](double v) { return a.rise_mm + (b.rise_mm - a.rise_mm) * (v - a.v) / (b.v - a.v); };
-    sum += 0.5 * (at(lo) + at(hi)) * (hi - lo);
+    const double da = h * slope(lines, n - 1), db = h * slope(lines, n);
+    const auto at = [&](double v) {
+      const double t = (v - a.v) / h, u = 1.0 - t;
+      return u * u * ((1.0 + 2.0 * t) * a.rise_mm + t * da) + t * t * ((1.0 + 2.0 * u) * b.rise_mm - u * db);
+    };
+    sum += (at(lo) + 4.0 * at(0.5 * (lo + hi)) + at(hi)) / 6.0 *
+           (hi - lo);  // Simpson's rule is exact for a cubic
   }
   return sum;
 }
