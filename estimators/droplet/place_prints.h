@@ -3,7 +3,7 @@
 //
 // A map has the mean of a cell along x and, along y, one line of the profiler through the cell's middle.
 // Droplets at several places along y show the rise s(v) of a line at many distances v = dy - y from the
-// droplet, dy the row of cells and y the place; the mean over a cell is the integral of s, straight between
+// droplet, dy the row of cells and y the place; the mean over a cell is the integral of s, smooth between
 // these distances, over a pitch.
 #pragma once
 
