@@ -291,8 +291,9 @@ inline constexpr Option kControlStallLayers{
 inline constexpr Option kControlRimInset{
     "rim_inset", &ControlOptions::rim_inset, "", within(0, 0.5),
     "open_loop, smf and threshold: share of the pitch by which droplets of cells at the outline land inside "
-    "of their "
-    "middles, at the nearest place of actuation.offsets; mpc chooses places itself"};
+    "of their middles, at the nearest place of actuation.offsets; mpc chooses places itself, certified among "
+    "the middle "
+    "and this one"};
 inline constexpr Option kControlTargetOffset{
     "target_offset_mm",
     &ControlOptions::target_offset_mm,

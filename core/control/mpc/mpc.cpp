@@ -10,8 +10,10 @@
 #include "core/control/mpc/layer/layer_solver.h"
 #include "core/control/mpc/layer/one_layer.h"
 #include "core/control/mpc/layer/weighted_layer.h"
+#include "core/control/mpc/placed_bound.h"
 #include "core/control/mpc/placed_search.h"
 #include "core/control/prediction.h"
+#include "core/control/rim_inset.h"
 #include "core/options/require.h"
 
 namespace firn::control {
@@ -44,8 +46,14 @@ MpcOptions checked(MpcOptions o) {
 }  // namespace
 
 Mpc::Mpc(const Setup& setup, const ControlOptions& options)
-    : setup_(setup), options_(checked(options.mpc)), noise_gate_(options.noise_gate) {
+    : setup_(setup),
+      options_(checked(options.mpc)),
+      noise_gate_(options.noise_gate),
+      rim_inset_(options.rim_inset) {
   if (!placed()) return;
+  require(options_.method != MpcMethod::kCertified || rim_inset_ > 0.0, "mpc",
+          "method = certified with actuation.offsets needs control.rim_inset: the second place of cells at "
+          "the outline");
   require(options_.horizon == 1 && options_.max_drops == 1, "mpc",
           "horizon and max_drops must be 1 with actuation.offsets: places are decided one layer and one "
           "droplet at a time");
@@ -211,17 +219,18 @@ Decision Mpc::decide_placed(const Measurement& m, const HeightMap& height) {
   const MaterialMap inks = materials_of(height).front();
   const mpc::PlanCost cost{1.0, options_.error, options_.price_mm2, options_.mean_weight,
                            options_.outside_price};
-  mpc::PlacedObjective best(setup_, height, inks, cost);
+  const bool certified = options_.method == MpcMethod::kCertified;
+  const OffsetMap second = certified ? inset_places(setup_, rim_inset_) : OffsetMap{};
+  const mpc::PlacedObjective empty(setup_, height, inks, cost, certified ? &second : nullptr);
   Decision d;
   if (setup_.geometry) d.materials = inks;
   d.drops = DropletPattern(setup_.grid);
-  d.objective_none_mm = best.value_mm();
+  d.objective_none_mm = empty.value_mm();
   d.objective_mm = d.objective_none_mm - options_.min_improvement_mm - mpc::kMinGain_mm;  // to be beaten
   d.kind = Decision::Kind::kEnd;
   bool optimal = true;
   RandomStream random(setup_.seed, Purpose::kGreedySearch, std::uint32_t(m.layer + 1),
                       std::uint32_t(m.attempt));
-  const mpc::PlacedObjective empty = best;
   for (const bool dithered : {false, true}) {
     mpc::PlacedObjective layer = empty;
     if (dithered) {
@@ -245,9 +254,10 @@ Decision Mpc::decide_placed(const Measurement& m, const HeightMap& height) {
   else if (!beats_noise(d, std::int64_t(empty.cells().size()), m.noise_std_mm, noise_gate_, options_.error))
     end_print(d, "the best layer would only answer the measurement's noise");
   else
-    d.reason = optimal
-                   ? "no droplet more, less or in another place betters this layer, nor two of them"
-                   : "best layer found within " + std::to_string(options_.max_evaluations) + " evaluations";
+    d.reason =
+        (optimal ? "no droplet more, less or in another place betters this layer, nor two of them"
+                 : "best layer found within " + std::to_string(options_.max_evaluations) + " evaluations") +
+        (certified ? mpc::placed_reached(empty, options_, d.objective_mm) : "");
   return d;
 }
 

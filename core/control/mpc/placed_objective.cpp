@@ -16,7 +16,7 @@ bool at_edge(const Setup& s, int i, int j, int reach) {
 }  // namespace
 
 PlacedObjective::PlacedObjective(const Setup& s, const HeightMap& height, const MaterialMap& inks,
-                                 const PlanCost& cost)
+                                 const PlanCost& cost, const OffsetMap* second)
     : grid_(s.grid),
       cost_(cost),
       outside_price_(cost.error == ErrorKind::kSquare ? cost.outside_price * s.model.layer_height_mm()
@@ -38,7 +38,11 @@ PlacedObjective::PlacedObjective(const Setup& s, const HeightMap& height, const 
     const deposition::OffsetModel& model =
         inks.size() != 0 && inks.of(c) == Material::kB ? s.offsets_b : s.offsets;
     const int places = at_edge(s, i, j, kRadius) ? model.table.size() : 1;
-    for (int place = 0; place < places; ++place) effects_.push_back(effect(s, height, i, j, model, place));
+    for (int place = 0; place < places; ++place) {
+      if (second != nullptr && place != 0 && place != second->of(c)) continue;
+      effects_.push_back(effect(s, height, i, j, model, place));
+      places_.push_back(std::uint8_t(place));
+    }
     cells_.push_back(c);
     corner_.push_back(padded(i - kRadius, j - kRadius));
     first_.push_back(int(effects_.size()));
@@ -101,6 +105,10 @@ void PlacedObjective::choose(std::size_t n, int choice) {
   chosen_[n] = choice;
 }
 
+double PlacedObjective::error_mm(std::size_t n) const {
+  return error_[corner_[n] + std::size_t(kRadius) * row_ + std::size_t(kRadius)];
+}
+
 double PlacedObjective::value_mm() const {
   const double cells = double(cells_.size());
   double sum = prices_;
@@ -116,11 +124,14 @@ DropletPattern PlacedObjective::drops() const {
 }
 
 OffsetMap PlacedObjective::offsets() const {
-  if (std::ranges::all_of(chosen_, [](int c) { return c <= 0; })) return {};
   OffsetMap map(grid_);
-  for (std::size_t n = 0; n < cells_.size(); ++n)
-    map.cells[cells_[n]] = std::uint8_t(std::max(0, chosen_[n]));
-  return map;
+  bool any = false;
+  for (std::size_t n = 0; n < cells_.size(); ++n) {
+    if (chosen_[n] == kNone) continue;
+    map.cells[cells_[n]] = places_[std::size_t(first_[n] + chosen_[n])];
+    any = any || map.cells[cells_[n]] != 0;
+  }
+  return any ? map : OffsetMap{};
 }
 
 }  // namespace firn::control::mpc

@@ -23,15 +23,27 @@ class PlacedObjective {
   static constexpr int kNone = -1;  ///< no droplet
 
   /// @param inks of the droplets; without cells: ink A @pre heights finite everywhere
-  PlacedObjective(const Setup& setup, const HeightMap& height, const MaterialMap& inks, const PlanCost& cost);
+  /// @param second if given, each cell offers the centre and this place alone
+  PlacedObjective(const Setup& setup, const HeightMap& height, const MaterialMap& inks, const PlanCost& cost,
+                  const OffsetMap* second = nullptr);
 
   std::span<const std::uint32_t> cells() const { return cells_; }  ///< of the part, ascending
-  /// Number of places that the n-th cell offers; they are 0 .. choices() - 1, 0 the centre.
+  /// Number of places that the n-th cell offers. A choice is one of 0 .. choices() - 1; choice 0 is the
+  /// centre.
   int choices(std::size_t n) const { return first_[n + 1] - first_[n]; }
-  int choice(std::size_t n) const { return chosen_[n]; }  ///< kNone or a place
+  int choice(std::size_t n) const { return chosen_[n]; }  ///< kNone or one of its places
   void choose(std::size_t n, int choice);
   /// How the sum changes with a droplet on the n-th cell, which has none now.
   double rise_with(std::size_t n, int choice) const;
+
+  /// Height that a choice adds to the cell (dx, dy) from the n-th, 0 where it does not count; what it costs
+  /// beside.
+  double adds_mm(std::size_t n, int choice, int dx, int dy) const {
+    return effects_[std::size_t(first_[n] + choice)].mm[deposition::OffsetKernel::index(dx, dy)];
+  }
+  double price(std::size_t n, int choice) const { return effects_[std::size_t(first_[n] + choice)].price; }
+  double error_mm(std::size_t n) const;  ///< target - height of the n-th cell with the droplets now
+  const PlanCost& cost() const { return cost_; }
 
   /// alpha E of PlanCost for the sum, errors and all, of the droplets now.
   double value_mm() const;
@@ -62,6 +74,7 @@ class PlacedObjective {
   std::vector<int> first_;           // of each cell in effects_, one more at the end
   std::vector<int> chosen_;
   std::vector<Effect> effects_;
+  std::vector<std::uint8_t> places_;  // of each effect, an index of the table
   std::vector<double> error_;         // padded: target - height with the droplets; 0 where it does not count
   std::vector<std::uint8_t> counts_;  // padded
   double prices_ = 0.0;               // of the droplets now

@@ -2,9 +2,11 @@
 // against all layers of small parts, and the rim rules of schemes that choose no places.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <utility>
 
 #include "core/control/controller.h"
 #include "core/control/mpc/mpc.h"
+#include "core/control/mpc/placed_bound.h"
 #include "core/control/mpc/placed_search.h"
 #include "core/control/rim_inset.h"
 
@@ -130,6 +132,87 @@ TEST_CASE(
   CHECK(exact >= tried - 3);
 }
 
+namespace {
+
+// The same with droplets that reach no farther than their eight neighbours, as those of
+// labs/inkjet-droplet413.toml do.
+Case narrow_part(std::uint64_t seed, int nx, int ny) {
+  Case in = part_of(seed, nx, ny, places(OffsetKind::kGrid, 4, 4));
+  for (deposition::OffsetKernel& k : in.setup.offsets.kernels) {
+    double beyond_mm = 0.0;
+    for (int dy = -2; dy <= 2; ++dy)
+      for (int dx = -2; dx <= 2; ++dx)
+        if (std::abs(dx) == 2 || std::abs(dy) == 2)
+          beyond_mm += std::exchange(k.height_mm[deposition::OffsetKernel::index(dx, dy)], 0.0);
+    k.height_mm[deposition::OffsetKernel::index(0, 0)] += beyond_mm;
+  }
+  return in;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "No layer of droplets in the centre or at a second place beats the bound, by brute force over 3^6 "
+    "layers") {
+  int tight = 0, tried = 0;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed)
+    for (const ErrorKind kind : {ErrorKind::kAbsolute, ErrorKind::kSquare}) {
+      const bool narrow = seed % 2 == 0;
+      const Case in = narrow ? narrow_part(seed, 2, 3) : part_of(seed, 2, 3, places(OffsetKind::kGrid, 4, 4));
+      const PlanCost cost = cost_of(kind);
+      const OffsetMap second = inset_places(in.setup, 0.3);
+      const PlacedObjective empty(in.setup, in.height, {}, cost, &second);
+      double best = 1e9;
+      for (int code = 0; code < 729; ++code) {
+        PlacedObjective layer = empty;
+        int rest = code;
+        for (std::size_t n = 0; n < layer.cells().size(); ++n, rest /= 3)
+          if (rest % 3 > 0) layer.choose(n, std::min(rest % 3, layer.choices(n)) - 1);
+        best = std::min(best, sum_of(judged_mm(in, layer.drops(), layer.offsets(), cost), kind, 6.0));
+      }
+      PlacedBound split(empty);
+      double before = -1e9;
+      for (int sweep = 0; sweep < 20; ++sweep) {
+        const double bound = split.sweep(sweep % 2 == 0);
+        INFO("seed " << seed << ", sweep " << sweep);
+        CHECK(bound >= before - kRounding_mm);
+        CHECK(bound <= best + kRounding_mm);
+        before = bound;
+      }
+      const double proved = certified_placed_bound(in.setup, in.height, cost, second, split.multipliers());
+      CHECK(proved <= best + kRounding_mm);
+      CHECK(proved >= before - kRounding_mm);  // the last sweep's multipliers prove no less
+      tight += narrow && proved > best * (1.0 - 1e-9);
+      tried += narrow;
+      RandomStream random(seed, Purpose::kInstance);
+      std::vector<double> any(split.multipliers().size());
+      for (double& v : any) v = random.uniform(-1e-4, 1e-4);
+      CHECK(certified_placed_bound(in.setup, in.height, cost, second, any) <= best + kRounding_mm);
+    }
+  CHECK(tight >= tried - 3);
+}
+
+TEST_CASE("Layers of a larger part with two places at its outline are found near their bound") {
+  for (std::uint64_t seed = 3; seed <= 5; ++seed) {
+    const Case in = narrow_part(seed, 16, 14);
+    const PlanCost cost = cost_of(ErrorKind::kAbsolute);
+    const OffsetMap second = inset_places(in.setup, 0.3);
+    const PlacedObjective empty(in.setup, in.height, {}, cost, &second);
+    PlacedObjective layer = empty;
+    RandomStream random(seed, Purpose::kGreedySearch);
+    place_droplets(layer, 20'000'000, random);
+    PlacedBound split(empty);
+    for (int sweep = 0; sweep < 8; ++sweep) split.sweep(sweep % 2 == 0);
+    const double proved = certified_placed_bound(in.setup, in.height, cost, second, split.multipliers());
+    const double found = sum_of(layer.value_mm(), ErrorKind::kAbsolute, double(layer.cells().size()));
+    INFO("proved " << proved << ", found " << found);
+    CHECK(proved <= found + kRounding_mm);
+    CHECK(proved >= 0.97 * found);
+  }
+  const Case in = part_of(1, 4, 4, places(OffsetKind::kGrid, 4, 4));
+  CHECK_THROWS_WITH(PlacedBound(PlacedObjective(in.setup, in.height, {}, {})), Catch::Contains("two places"));
+}
+
 TEST_CASE(
     "MPC places droplets at the outline inwards where ink beside the part has a price, and elsewhere in the "
     "centres") {
@@ -157,6 +240,12 @@ TEST_CASE(
   const Decision again = Mpc(in.setup, o).decide({in.height, 0, 0, 0.0});
   CHECK(again.drops == d.drops);
   CHECK(again.offsets == d.offsets);
+  o.mpc.method = MpcMethod::kCertified;
+  CHECK_THROWS_WITH(Mpc(in.setup, o), Catch::Contains("rim_inset"));
+  o.rim_inset = 0.3;
+  o.mpc.gap = 0.01;
+  CHECK_THAT(Mpc(in.setup, o).decide({in.height, 0, 0, 0.0}).reason,
+             Catch::Contains("no layer is better by more than 0."));
   o.mpc.horizon = 2;
   CHECK_THROWS_WITH(Mpc(in.setup, o), Catch::Contains("actuation.offsets"));
 }
