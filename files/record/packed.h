@@ -31,7 +31,8 @@ struct PackedError : std::runtime_error {
 
 /// Packs one part of a file after the other. Every part is unpacked and compared as it is written.
 /// @param known bytes of the file `known_name`; empty: none. They are used where the squeezed file
-/// fits into the window of kWindow_bytes: packing and unpacking hold a window and a record in memory
+/// has them in long messages and fits into the window of kWindow_bytes. Packing and unpacking hold such a
+/// window and a record in memory, of other files 4 MiB
 /// @param known_name "log.lcm" or "../log.lcm", from the folder of the packed file; empty: none
 /// @param write receives the packed bytes in their order, kHeaderBytes of zeros first
 /// @param goes_on is told now and then how many plain bytes were read, of each twice; false ends the packing
@@ -52,7 +53,7 @@ std::vector<std::byte> pack(std::span<const std::byte> plain, std::span<const st
 std::optional<std::uint64_t> declared_bytes(std::span<const std::byte> packed);
 
 /// PackedReader reads the plain bytes of a packed file from its begin to its end, with zstd's window and one
-/// record in memory: 64 MiB, of files of Firn 0.1 up to their size.
+/// record in memory: 4 MiB, with a known file up to 64, of files of Firn 0.1 up to their size.
 class PackedReader {
  public:
   /// @param file the packed file, whose folder the known file is named from

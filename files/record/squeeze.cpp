@@ -67,70 +67,104 @@ std::size_t find_record(std::span<const std::byte> bytes, std::size_t from) {
   return bytes.size();
 }
 
+// The squeezed bytes, or their number alone.
+struct Appending {
+  std::vector<std::byte>& out;
+  std::size_t size() const { return out.size(); }
+  void bytes(std::span<const std::byte> b) { append(out, b); }
+  template <class T>
+  void number(T value) {
+    append_number(out, value);
+  }
+};
+struct Counting {
+  Squeezer::Counted& counted;
+  std::size_t size() const { return counted.squeezed; }
+  void bytes(std::span<const std::byte> b) {
+    counted.squeezed += b.size();
+    if (b.size() >= kLongPayload_bytes) counted.of_long += b.size();
+  }
+  template <class T>
+  void number(T) {
+    counted.squeezed += sizeof(T);
+  }
+};
+
 }  // namespace
 
-bool Squeezer::more(std::vector<std::byte>& out, std::size_t bytes) {
-  const std::size_t full = bytes < out.max_size() - out.size() ? out.size() + bytes : out.max_size();
-  while (at_ < plain_.size() && out.size() < full) {
+template <class Sink>
+bool Squeezer::walk(Sink sink, std::size_t full) {
+  while (at_ < plain_.size() && sink.size() < full) {
     RecordLayout r;
     std::span<const std::byte> payload;
     if (kept_ > 0) {
-      const std::size_t n = std::min(kept_, full - out.size());
-      append(out, plain_.subspan(at_, n));
+      const std::size_t n = std::min(kept_, full - sink.size());
+      sink.bytes(plain_.subspan(at_, n));
       at_ += n;
       kept_ -= n;
     } else if (record_at(plain_.subspan(at_), r, payload)) {
       if (r.index != next_) {
-        append_number(out, kIndex);
-        append_number(out, r.index);
+        sink.number(kIndex);
+        sink.number(r.index);
       }
-      append_number(out, kRecord);
-      append_number(out, r.kind);
-      append_number(out, r.length);
-      append(out, payload);
+      sink.number(kRecord);
+      sink.number(r.kind);
+      sink.number(r.length);
+      sink.bytes(payload);
       next_ = r.index + 1;
       at_ += sizeof r + padded(r.length);
     } else {
       kept_ =
           std::min<std::size_t>(find_record(plain_, at_) - at_, std::numeric_limits<std::uint32_t>::max());
-      append_number(out, kBytes);
-      append_number(out, std::uint32_t(kept_));
+      sink.number(kBytes);
+      sink.number(std::uint32_t(kept_));
     }
   }
   return at_ < plain_.size();
 }
 
-// Bytes of the item that begins; while its head is not there yet, as many as are needed to know more.
-std::size_t Restorer::item_bytes() const {
-  if (item_.empty()) return 1;
-  const auto item = number_at<std::uint8_t>(item_, 0);
-  if (item == kIndex) return kIndexBytes;
-  if (item == kBytes) return kBytesHead;
-  if (item_.size() < kRecordHead) return kRecordHead;
-  return kRecordHead + number_at<std::uint32_t>(item_, 3);
+bool Squeezer::more(std::vector<std::byte>& out, std::size_t bytes) {
+  return walk(Appending{out}, bytes < out.max_size() - out.size() ? out.size() + bytes : out.max_size());
 }
 
-bool Restorer::take_item(std::vector<std::byte>& plain) {
-  switch (number_at<std::uint8_t>(item_, 0)) {
+bool Squeezer::count(Counted& counted, std::size_t bytes) {
+  return walk(Counting{counted}, counted.squeezed + bytes);
+}
+
+namespace {
+
+// Bytes of the item that `begin` is the beginning of; while its head is not there yet, as many as are needed
+// to know more.
+std::size_t item_bytes(std::span<const std::byte> begin) {
+  if (begin.empty()) return 1;
+  const auto item = number_at<std::uint8_t>(begin, 0);
+  if (item == kIndex) return kIndexBytes;
+  if (item == kBytes) return kBytesHead;
+  if (begin.size() < kRecordHead) return kRecordHead;
+  return kRecordHead + number_at<std::uint32_t>(begin, 3);
+}
+
+}  // namespace
+
+bool Restorer::take_item(std::span<const std::byte> item, std::vector<std::byte>& plain) {
+  switch (number_at<std::uint8_t>(item, 0)) {
     case kBytes:
-      kept_ = number_at<std::uint32_t>(item_, 1);
-      break;
+      kept_ = number_at<std::uint32_t>(item, 1);
+      return true;
     case kIndex:
-      next_ = number_at<std::uint64_t>(item_, 1);
-      break;
+      next_ = number_at<std::uint64_t>(item, 1);
+      return true;
     case kRecord: {
-      const auto payload = std::span<const std::byte>(item_).subspan(kRecordHead);
-      const RecordLayout r = layout_of(number_at<std::uint16_t>(item_, 1), next_++, payload);
+      const auto payload = item.subspan(kRecordHead);
+      const RecordLayout r = layout_of(number_at<std::uint16_t>(item, 1), next_++, payload);
       append(plain, std::as_bytes(std::span(&r, 1)));
       append(plain, payload);
       plain.resize(plain.size() + padded(payload.size()) - payload.size());
-      break;
+      return true;
     }
     default:
       return false;
   }
-  item_.clear();
-  return true;
 }
 
 bool Restorer::add(std::span<const std::byte> squeezed, std::vector<std::byte>& plain) {
@@ -140,11 +174,18 @@ bool Restorer::add(std::span<const std::byte> squeezed, std::vector<std::byte>& 
       n = std::size_t(std::min<std::uint64_t>(kept_, squeezed.size()));
       append(plain, squeezed.first(n));
       kept_ -= n;
+    } else if (item_.empty() && number_at<std::uint8_t>(squeezed, 0) > kIndex) {
+      return false;
+    } else if (n = item_bytes(squeezed); item_.empty() && n <= squeezed.size() &&
+                                         item_bytes(squeezed.first(n)) == n) {  // whole, as most are
+      if (!take_item(squeezed.first(n), plain)) return false;
     } else {
-      if (item_.empty() && number_at<std::uint8_t>(squeezed, 0) > kIndex) return false;
-      n = std::min(item_bytes() - item_.size(), squeezed.size());
+      n = std::min(item_bytes(item_) - item_.size(), squeezed.size());
       append(item_, squeezed.first(n));
-      if (item_.size() == item_bytes() && !take_item(plain)) return false;
+      if (item_.size() == item_bytes(item_)) {
+        if (!take_item(item_, plain)) return false;
+        item_.clear();
+      }
     }
     squeezed = squeezed.subspan(n);
   }

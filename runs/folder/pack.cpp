@@ -94,7 +94,8 @@ void pack_file(const fs::path& file, const fs::path& log, const Work& work) {
   const MappedFile plain(file);
   const std::size_t size = plain.bytes().size();
   std::optional<MappedFile> known;
-  if (file != log && fs::exists(log)) known.emplace(log);
+  // The nodes' files repeat the log's messages; the index and the world's files have none.
+  if (file.parent_path().filename() == RunPaths::kNodes && fs::exists(log)) known.emplace(log);
   std::size_t held = 0;
   const auto goes_on = [&](std::size_t read) {
     if (read >= held + kHeld_bytes) {

@@ -11,6 +11,7 @@
 #include "core/grid/random.h"
 #include "files/record/file.h"
 #include "files/record/record_file.h"
+#include "files/record/squeeze.h"
 #include "tests/support/peak_memory.h"
 #include "tests/support/temp_folder.h"
 
@@ -35,15 +36,35 @@ void write(const fs::path& file, std::span<const std::byte> bytes) {
       .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
 }
 
-/// A record file whose payloads repeat parts of `log`.
+/// A record file whose payloads, short and long ones, repeat parts of `log`.
 void write_records(const fs::path& file, RandomStream& random, std::span<const std::byte> log) {
   record::RecordWriter writer(file, record::RecordWriter::Mode::kCreate);
   for (int n = 0; n < 200; ++n) {
-    const std::size_t length = random.below(300);
+    const std::size_t length = n % 2 == 0 ? random.below(300) : 600 + random.below(300);
     writer.append(std::uint16_t(random.below(5)),
                   log.subspan(random.below(std::uint32_t(log.size() - length)), length));
   }
   writer.close();
+}
+
+TEST_CASE(
+    "a file is packed with the known text where long messages may repeat it, and not for short ones alone") {
+  RandomStream random(11, Purpose::kTest);
+  const std::vector<std::byte> known = noise(random, 20'000);
+  const test::TempFolder folder;
+  const auto needs_known = [&](const char* name, std::size_t length) {
+    const fs::path file = folder.path() / name;
+    {
+      record::RecordWriter writer(file, record::RecordWriter::Mode::kCreate);
+      for (int n = 0; n < 50; ++n) writer.append(1, std::span(known).subspan(random.below(10'000), length));
+      writer.close();
+    }
+    std::uint32_t bytes_of_name = 0;  // docs/formats.md: at byte 40
+    std::memcpy(&bytes_of_name, record::pack(content(file), known, "log.lcm").data() + 40, 4);
+    return bytes_of_name > 0;
+  };
+  CHECK(needs_known("long", record::kLongPayload_bytes));
+  CHECK_FALSE(needs_known("short", record::kLongPayload_bytes - 1));
 }
 
 TEST_CASE("a packed file reads as the plain one: records, damaged records, any other bytes, nothing") {
