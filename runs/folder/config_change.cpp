@@ -1,6 +1,7 @@
 #include "runs/folder/config_change.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "config/changes.h"
 #include "config/experiment.h"
@@ -36,8 +37,7 @@ ConfigChange config_change(const fs::path& run, const std::string& recorded_toml
 std::string recorded_config(const fs::path& run) {
   for (const fs::path& path : RunPaths(run).wal_files()) {
     try {
-      runs::WalFile file(path);
-      if (file.next() == runs::WalFile::Item::kHead) return file.head().config_toml;
+      if (auto head = runs::first_head(path)) return std::move(head->config_toml);
     } catch (const std::exception&) {
       // replay names a file that cannot be read
     }

@@ -25,8 +25,8 @@ struct Origin {
 };
 
 std::optional<Origin> origin_of(const fs::path& wal) try {
-  WalFile file(wal);
-  return file.next() == WalFile::Item::kHead ? std::optional(Origin{wal, file.head().run_id}) : std::nullopt;
+  const auto head = first_head(wal);
+  return head ? std::optional(Origin{wal, head->run_id}) : std::nullopt;
 } catch (const std::exception&) {
   return std::nullopt;  // replay names a file that cannot be read
 }

@@ -1,11 +1,26 @@
 #include "runs/folder/recorded_steps.h"
 
+#include <vector>
+
+#include "files/record/packed.h"
+
 namespace firn::runs {
 
 namespace {
 
 bool is(const std::optional<record::Record>& record, WalKind kind) {
   return record && record->kind == std::uint16_t(kind);
+}
+
+constexpr std::size_t kLongestHead_bytes = std::size_t(16)
+                                           << 20;  // it has a configuration and types of messages
+
+std::optional<WalHead> head_of(std::span<const std::byte> begin) try {
+  const auto first = record::RecordReader(begin).next();
+  if (!first || first->damaged || WalKind(first->kind) != WalKind::kHead) return std::nullopt;
+  return decode_head(first->payload);
+} catch (const std::runtime_error&) {
+  return std::nullopt;
 }
 
 }  // namespace
@@ -74,6 +89,21 @@ WalFile::Item WalFile::next() {
     trouble_ = e.what();
   }
   return Item::kUnknown;
+}
+
+std::optional<WalHead> first_head(const std::filesystem::path& path) {
+  const record::MappedFile stored(path, record::MappedFile::Packed::kAsIs);
+  if (!record::is_packed(stored.bytes())) return head_of(stored.bytes());
+  record::PackedReader packed(path, stored.bytes());
+  std::vector<std::byte> begin;
+  std::size_t look = 0;  // at twice as many bytes each time
+  for (auto part = packed.next(); !part.empty() && begin.size() < kLongestHead_bytes; part = packed.next()) {
+    begin.insert(begin.end(), part.begin(), part.end());
+    if (begin.size() < look) continue;
+    if (auto head = head_of(begin)) return head;
+    look = 2 * begin.size();
+  }
+  return head_of(begin);
 }
 
 }  // namespace firn::runs

@@ -63,4 +63,9 @@ class WalFile {
   std::uint64_t offset_ = 0;
 };
 
+/// Returns the head that a write-ahead file begins with; nothing where its first record is another one or
+/// damaged. Of a packed file a few records are unpacked, and its checksum is not looked at.
+/// @throws record::FileError; record::PackedError
+std::optional<WalHead> first_head(const std::filesystem::path& path);
+
 }  // namespace firn::runs

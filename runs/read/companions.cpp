@@ -1,7 +1,6 @@
 #include "runs/read/companions.h"
 
 #include <algorithm>
-#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -14,18 +13,6 @@ namespace firn::runs {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::vector<std::unique_ptr<WalFile>> files_of(const fs::path& run) {
-  std::vector<std::unique_ptr<WalFile>> files;
-  for (const NodeInfo& node : nodes()) {
-    const fs::path path = RunPaths(run).wal_path(node.name);
-    try {
-      if (fs::exists(path)) files.push_back(std::make_unique<WalFile>(path));
-    } catch (const record::FileError&) {
-    }
-  }
-  return files;
-}
 
 // "struct NAME" of a recorded .lcm text.
 std::string struct_of(std::string_view was) { return std::string(was.substr(0, was.find(" {"))); }
@@ -62,7 +49,17 @@ void keep_companions(WalFile& file, RunMigration& to) {
 
 RunMigration migration_of(const fs::path& run, const MigrationTable& table) {
   RunMigration migration(table);
-  for (const auto& file : files_of(run)) keep_companions(*file, migration);
+  for (const NodeInfo& node : nodes()) {
+    const fs::path path = RunPaths(run).wal_path(node.name);
+    if (!fs::exists(path)) continue;
+    try {
+      const auto head = first_head(path);  // of a run of this version it is all that is read
+      if (head && !knows_retired_channel(migration.table(), *head)) continue;
+      WalFile file(path);
+      keep_companions(file, migration);
+    } catch (const record::FileError&) {
+    }
+  }
   return migration;
 }
 

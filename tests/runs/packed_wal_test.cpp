@@ -16,6 +16,51 @@ namespace {
 namespace fs = std::filesystem;
 using runs::WalFile;
 
+TEST_CASE("The head of a node's file is read from its first records alone, plain or packed") {
+  const fs::path folder = scratch_folder("parts-first-head");
+  fs::create_directories(folder);
+  const fs::path path = folder / "stage.wal";
+  WalHead head{"stage", 7, 2, "commit", "platform", std::string(300'000, 'c'), "types", {{"target", "sha"}}};
+  std::vector<std::byte> payload;
+  encode_head(head, payload);
+  {
+    record::RecordWriter writer(path, record::File::Mode::kCreate);
+    writer.append(std::uint16_t(WalKind::kHead), payload);
+    RandomStream random(6, Purpose::kTest);
+    payload.resize(1'000'000);
+    for (std::byte& b : payload) b = std::byte(random.below(256));
+    for (int n = 0; n < 4; ++n) writer.append(std::uint16_t(WalKind::kOutputs), payload);
+    writer.close();
+  }
+  const auto check = [&] {
+    const auto first = runs::first_head(path);
+    REQUIRE(first);
+    CHECK(first->node == head.node);
+    CHECK(first->run_id == head.run_id);
+    CHECK(first->incarnation == head.incarnation);
+    CHECK(first->config_toml == head.config_toml);
+    CHECK(first->blobs == head.blobs);
+  };
+  check();
+  const std::vector<std::byte> plain = [&] {
+    const record::MappedFile file(path);
+    return std::vector<std::byte>(file.bytes().begin(), file.bytes().end());
+  }();
+  const auto write = [&](std::span<const std::byte> bytes) {
+    fs::remove(path);
+    std::ofstream(path, std::ios::binary)
+        .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+  };
+  write(record::pack(plain, {}, ""));
+  check();
+  std::vector<std::byte> damaged = plain;
+  damaged[1000] ^= std::byte(4);
+  write(damaged);
+  CHECK_FALSE(runs::first_head(path));
+  write(record::pack(damaged, {}, ""));
+  CHECK_FALSE(runs::first_head(path));
+}
+
 TEST_CASE("A packed node's file of any length has the steps of the plain one, and views of them stay valid") {
   const fs::path folder = scratch_folder("parts-packed");
   fs::create_directories(folder);
