@@ -5,6 +5,11 @@
 #include <cstring>
 
 namespace firn::record {
+namespace {
+
+constexpr std::uint32_t kMaxChannelIds = 1 << 16;  // of a log; a damaged number is no reason to take memory
+
+}  // namespace
 
 std::filesystem::path index_path(const std::filesystem::path& log) { return log.string() + ".idx"; }
 
@@ -28,6 +33,35 @@ EventIndex::EventIndex(std::span<const std::byte> file) {
   if (!std::is_sorted(entries_.begin(), entries_.end(), by_number))
     std::stable_sort(entries_.begin(), entries_.end(), by_number);
   damage_ = reader.damage();
+}
+
+bool each_entry(const MappedFile& file,
+                const std::function<bool(const IndexEntry&, std::string_view channel)>& use) {
+  RecordReader reader(file.bytes());
+  std::vector<std::string> channels;  // by id
+  std::uint64_t next = 0;
+  while (const auto record = reader.next()) {
+    if (record->damaged) return false;
+    const auto payload = record->payload;
+    std::uint32_t id = 0;
+    if (record->kind == kIndexChannelRecord && payload.size() > 4) {
+      std::memcpy(&id, payload.data(), 4);
+      if (id >= kMaxChannelIds) return false;
+      if (id >= channels.size()) channels.resize(id + 1);
+      channels[id].assign(reinterpret_cast<const char*>(payload.data()) + 4, payload.size() - 4);
+    }
+    if (record->kind != kIndexEntriesRecord) continue;
+    for (std::size_t at = 0; at + sizeof(IndexEntry) <= payload.size(); at += sizeof(IndexEntry)) {
+      IndexEntry e;
+      std::memcpy(&e, payload.data() + at, sizeof e);
+      if (e.eventnum < next) return false;
+      next = e.eventnum + 1;
+      if (!use(e, e.channel < channels.size() ? std::string_view(channels[e.channel]) : std::string_view{}))
+        return false;
+    }
+    file.forget_before(record->offset);
+  }
+  return reader.damage().count() == 0;
 }
 
 const IndexEntry* EventIndex::find(std::uint64_t eventnum) const {

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -51,6 +52,12 @@ class EventIndex {
   std::unordered_map<std::uint32_t, std::string> channels_;
   DamageList damage_;
 };
+
+/// Hands over the entries of an index file one after the other, with the names of their channels; the memory
+/// does not grow with the file. @param use returns false to end it
+/// @returns false: a block is damaged, the numbers of the events do not increase, or `use` ended it
+bool each_entry(const MappedFile& index_file,
+                const std::function<bool(const IndexEntry&, std::string_view channel)>& use);
 
 /// Appends to an index file.
 class EventIndexWriter {

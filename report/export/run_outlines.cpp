@@ -8,6 +8,7 @@
 #include <iterator>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -20,7 +21,7 @@
 #include "firn/height_map_t.hpp"
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
-#include "runs/read/run_reader.h"
+#include "runs/read/run_messages.h"
 #include "runs/read/truth.h"
 
 namespace firn::report {
@@ -86,8 +87,10 @@ void write_outlines(const std::filesystem::path& run, const runs::ProvenanceDocu
          outline_stats(height, height_map_from_npy(target_bytes.bytes(), height.spec, *target_file),
                        mask_from_npy(mask_bytes.bytes(), height.spec, *mask_file))});
   };
-  runs::RunReader(run).each<height_map_t>(
-      channels::kHeightMap.name, [&](const height_map_t& m) { add(m.layer, false, measured_height_of(m)); });
+  const std::string maps(channels::kHeightMap.name);
+  runs::RunMessages(run, {maps}).each<height_map_t>(maps, [&](const height_map_t& m) {
+    add(m.layer, false, measured_height_of(m));
+  });
   runs::each_truth(run, [&](std::int32_t layer, const HeightMap& height) { add(layer, true, height); });
   if (rows.empty()) return;
   std::ranges::stable_sort(rows, {}, &Row::layer);

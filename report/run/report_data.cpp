@@ -27,7 +27,7 @@
 #include "runs/folder/config_change.h"
 #include "runs/folder/documents.h"
 #include "runs/migrate/run_migration.h"
-#include "runs/read/run_reader.h"
+#include "runs/read/run_messages.h"
 #include "runs/read/truth.h"
 
 namespace firn::report {
@@ -35,10 +35,25 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// All that this file, health_of() and the labs' readers read.
+runs::RunMessages::Channels read_channels() {
+  runs::RunMessages::Channels names{std::string(channels::answer(NodeId::kCamera).name)};
+  for (const std::string_view name :
+       {channels::kHeightMap.name, channels::kLayerMetrics.name, channels::kStageCommand.name,
+        channels::kCameraCommand.name, channels::kRunEnd.name, channels::kDepositionReport.name,
+        channels::kPathReport.name, channels::kLayerPlan.name, channels::kLinePlan.name,
+        channels::kFollowedPath.name, channels::kPathJob.name, channels::kPulseList.name,
+        channels::kTrajectory.name, channels::kControlSurface.name})
+    names.emplace(name);
+  for (const ChannelInfo& channel : channel_table())
+    if (channel.name.starts_with("FAULT_")) names.emplace(channel.name);
+  return names;
+}
+
 std::string read_text(const fs::path& path) { return fs::is_regular_file(path) ? read_file(path) : ""; }
 
 // A picture's time begins with the stage's move to its place and ends with the camera's answer.
-void read_looks(const runs::RunReader& messages, std::map<std::int32_t, LayerRow>& rows) {
+void read_looks(const runs::RunMessages& messages, std::map<std::int32_t, LayerRow>& rows) {
   struct Look {
     std::int32_t layer = 0;
     std::int64_t begin_us = 0;
@@ -242,7 +257,7 @@ LayerRow::LayerRow(const layer_metrics_t& m) : layer_metrics_t(m), end_s(double(
 HeightUnit height_unit(const LabWords& lab) { return lab.in_mm ? HeightUnit{"mm", 1.0} : HeightUnit{}; }
 
 RunData read_run_data(const fs::path& run, const ReportLab& lab) {
-  const runs::RunReader messages(run);
+  const runs::RunMessages messages(run, read_channels());
   const fs::path file = RunPaths(run).provenance_path();
   const runs::ProvenanceDocument provenance = runs::parse_provenance(read_text(file), file.string());
   RunData data;

@@ -72,7 +72,7 @@ std::string cell_of(double value, int decimals) { return "<td>" + number(value, 
 
 }  // namespace
 
-std::vector<FollowedLayer> read_followed(const runs::RunReader& messages) {
+std::vector<FollowedLayer> read_followed(const runs::RunMessages& messages) {
   std::map<std::int64_t, line_plan_t> plans;
   std::map<std::int64_t, followed_path_t> paths;
   messages.each<line_plan_t>(channels::kLinePlan.name, [&](const line_plan_t& m) {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/path/followed_path.h"
-#include "runs/read/run_reader.h"
+#include "runs/read/run_messages.h"
 
 namespace firn::report {
 
@@ -21,7 +21,7 @@ struct FollowedLayer {
 };
 
 /// Returns the layers whose path was recorded, in order.
-std::vector<FollowedLayer> read_followed(const runs::RunReader& messages);
+std::vector<FollowedLayer> read_followed(const runs::RunMessages& messages);
 
 struct NamedPaths {
   std::string name;

@@ -48,7 +48,7 @@ IcePathCurve curve_of(const path_job_t& job, const trajectory_t& t, const std::v
   return c;
 }
 
-void read_curve(const runs::RunReader& messages, IceData& data) {
+void read_curve(const runs::RunMessages& messages, IceData& data) {
   path_job_t best{};
   messages.each<path_job_t>(channels::kPathJob.name, [&](const path_job_t& j) {
     if (PathKind(j.kind) == PathKind::kMeasurement || j.material != 0 || j.pulses < 2 ||
@@ -80,7 +80,7 @@ OutlineStats outline_of(const HeightMap& field, const replay::NominalPart& whole
 
 }  // namespace
 
-IceData read_ice_data(const std::filesystem::path& run, const runs::RunReader& messages,
+IceData read_ice_data(const std::filesystem::path& run, const runs::RunMessages& messages,
                       std::span<const std::byte> bytes) {
   const slice::PrintPaths paths = slice::decode_print_paths(bytes);
   IceData data;

@@ -9,7 +9,7 @@
 #include "core/grid/outline.h"
 #include "core/slice/paths/print_paths.h"
 #include "replay/ice_error.h"
-#include "runs/read/run_reader.h"
+#include "runs/read/run_messages.h"
 
 namespace firn::report {
 
@@ -43,7 +43,7 @@ struct IceData {
 
 /// Reads the data of a run.
 /// @throws FormatError, std::invalid_argument: inputs that are no paths; record::FileError
-IceData read_ice_data(const std::filesystem::path& run, const runs::RunReader& messages,
+IceData read_ice_data(const std::filesystem::path& run, const runs::RunMessages& messages,
                       std::span<const std::byte> paths);
 
 }  // namespace firn::report

@@ -74,7 +74,7 @@ std::string layers_of(const NamedInks& run) {
 
 }  // namespace
 
-std::optional<InkData> read_ink_data(const runs::RunReader& messages, std::span<const std::byte> geometry,
+std::optional<InkData> read_ink_data(const runs::RunMessages& messages, std::span<const std::byte> geometry,
                                      const Mask& block) {
   const GridSpec& grid = block.spec;
   InkData data{geometry_from_bytes(geometry, grid, "geometry"), MaterialColumns(grid), {}};

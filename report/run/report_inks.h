@@ -10,7 +10,7 @@
 
 #include "core/grid/geometry.h"
 #include "core/grid/material_columns.h"
-#include "runs/read/run_reader.h"
+#include "runs/read/run_messages.h"
 
 namespace firn::report {
 
@@ -33,7 +33,7 @@ struct InkData {
 /// @param geometry the run's input of that name
 /// @param block cells that are printed
 /// @throws std::invalid_argument: damaged geometry
-std::optional<InkData> read_ink_data(const runs::RunReader& messages, std::span<const std::byte> geometry,
+std::optional<InkData> read_ink_data(const runs::RunMessages& messages, std::span<const std::byte> geometry,
                                      const Mask& block);
 
 struct NamedInks {

@@ -8,14 +8,14 @@
 #include <vector>
 
 #include "report/run/report_data.h"
-#include "runs/read/run_reader.h"
+#include "runs/read/run_messages.h"
 
 namespace firn::report {
 
 /// Holds a recorded run as a report reads it.
 struct RunRecord {
   std::filesystem::path folder;
-  const runs::RunReader& messages;
+  const runs::RunMessages& messages;
   std::map<std::string, std::filesystem::path> inputs;  ///< files by role
 
   bool has(const std::string& role) const { return inputs.contains(role); }

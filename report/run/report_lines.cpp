@@ -82,7 +82,7 @@ std::optional<SurfaceCut> line_cut(const PrintJob& job) {
   return cut;
 }
 
-LineData read_line_data(const runs::RunReader& messages) {
+LineData read_line_data(const runs::RunMessages& messages) {
   LineData data;
   messages.each<line_plan_t>(channels::kLinePlan.name, [&](const line_plan_t& m) {
     if (data.way_mm.size() != m.station_x_mm.size()) {

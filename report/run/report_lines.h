@@ -10,7 +10,7 @@
 #include "core/path/print_job.h"
 #include "report/run/report_data.h"
 #include "report/run/report_followed.h"
-#include "runs/read/run_reader.h"
+#include "runs/read/run_messages.h"
 
 namespace firn::report {
 
@@ -31,7 +31,7 @@ struct LineData {
   std::vector<FollowedLayer> followed;
 };
 
-LineData read_line_data(const runs::RunReader& messages);
+LineData read_line_data(const runs::RunMessages& messages);
 
 /// The cut across the middle of the longest segment, over its nearest neighbours; none for a job without one.
 std::optional<SurfaceCut> line_cut(const PrintJob& job);

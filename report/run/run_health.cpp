@@ -40,9 +40,9 @@ std::string audit_cell(const std::string& verdict) {
 
 }  // namespace
 
-RunHealth health_of(const runs::RunReader& messages) {
+RunHealth health_of(const runs::RunMessages& messages) {
   RunHealth h;
-  h.resumes = int(messages.starts().size()) - (messages.starts().empty() ? 0 : 1);
+  h.resumes = std::max(0, messages.incarnations() - 1);
   messages.each<run_end_t>(channels::kRunEnd.name, [&](const run_end_t& m) {
     const RunOutcome outcome = RunOutcome(m.outcome);
     h.stops += outcome != RunOutcome::kFinished && outcome != RunOutcome::kOutOfTolerance;

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "runs/read/run_reader.h"
+#include "runs/read/run_messages.h"
 
 namespace firn::report {
 
@@ -22,7 +22,7 @@ struct RunHealth {
   std::int64_t rows_lost = 0;
 };
 
-RunHealth health_of(const runs::RunReader& messages);
+RunHealth health_of(const runs::RunMessages& messages);
 
 /// Returns a table of one row for each run. @param names of the runs
 std::string health_table(const std::vector<ReportRun>& runs, const std::vector<std::string>& names);

@@ -7,18 +7,14 @@
 #include <cstdlib>
 #include <ctime>
 #include <limits>
-#include <map>
 #include <set>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
 
-#include "files/record/checksum.h"
-#include "files/record/event_format.h"
-#include "files/record/event_index.h"
+#include "files/record/pages.h"
 #include "files/record/record_file.h"
 #include "files/run_paths.h"
-#include "firn/config_t.hpp"
 #include "lcmtypes/channels.h"
 #include "lcmtypes/validate.h"
 #include "runs/folder/one_run.h"
@@ -26,6 +22,7 @@
 #include "runs/read/bytes.h"
 #include "runs/read/companions.h"
 #include "runs/read/describe.h"
+#include "runs/read/whole_log.h"
 #include "runtime/thread_pool.h"
 #include "runtime/write_ahead.h"
 
@@ -33,29 +30,10 @@ namespace firn::runs {
 namespace {
 
 constexpr std::size_t kShownBytes = 60;                        // of an exchange
-constexpr std::size_t kHeld_bytes = std::size_t(16) << 20;     // of mapped files, in memory
-constexpr std::size_t kBrought_bytes = std::size_t(64) << 10;  // by a look at one byte, with the pages around
+constexpr std::uint64_t kHeld_bytes = std::uint64_t(2) << 20;  // of a mapped file, in memory
 constexpr std::uintmax_t kLargeBytes = 1'000'000;              // new in a file: it is worth a thread
 constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 constexpr std::size_t kMaxIncarnations = 1'000'000;  // a damaged number is no reason to take memory
-
-std::optional<std::span<const std::byte>> message_of(const record::IndexEntry& e,
-                                                     std::span<const std::byte> log) {
-  record::EventHeader h;
-  if (e.offset > log.size() || e.bytes > log.size() - e.offset ||
-      !record::plausible_event(log, e.offset, h) || h.bytes() != e.bytes ||
-      record::checksum64(log.subspan(e.offset, e.bytes)) != e.checksum)
-    return std::nullopt;
-  return log.subspan(h.end() - std::uint64_t(h.data_bytes), std::size_t(h.data_bytes));
-}
-
-// Numbers of the messages of one reliable channel: 1, 2, 3, … without a gap.
-bool whole(std::vector<std::int64_t>& numbers) {
-  std::ranges::sort(numbers);
-  for (std::size_t n = 0; n < numbers.size(); ++n)
-    if (numbers[n] != std::int64_t(n) + 1) return false;
-  return true;
-}
 
 }  // namespace
 
@@ -99,39 +77,16 @@ void RunReader::name_files() {
   }
 }
 
-bool RunReader::open_log() try {
+bool RunReader::open_log() {
+  auto log = read_whole_log(run_, wanted_);
+  if (!log) return false;
   File& file = files_.emplace_back();
   file.name = RunPaths::kLog;
-  map(file);
-  const std::span<const std::byte> log = file.map->bytes();
-  const record::EventIndex index(record::MappedFile(record::index_path(RunPaths(run_).log_path())).bytes());
-  if (index.damage().count() > 0) return false;
-  std::map<std::string_view, std::vector<std::int64_t>> numbers;  // of reliable channels
-  std::int32_t newest = 0, ended = -1;                            // incarnation
-  std::uint64_t behind = 0;
-  for (const record::IndexEntry& e : index.entries()) {
-    behind = std::max(behind, e.offset + e.bytes);
-    const std::string_view name = index.channel(e.channel);
-    if (config_.empty() && name.starts_with("CONFIG_")) {
-      config_t m{};
-      if (const auto bytes = message_of(e, log); bytes && m.decode(bytes->data(), 0, int(bytes->size())) > 0)
-        config_ = m.config_toml;
-    }
-    if (!wanted_.contains(name)) continue;
-    const auto m = message_of(e, log);
-    const auto stamp = m ? stamp_of(*m) : std::nullopt;
-    const ChannelInfo* row = find_channel(name);
-    if (!stamp || !row) return false;
-    newest = std::max(newest, stamp->incarnation);
-    if (row->name == channels::kRunEnd.name) ended = std::max(ended, stamp->incarnation);
-    if (row->delivery == Delivery::kReliable) numbers[row->name].push_back(stamp->seq);
-    logged_.push_back({*stamp, std::size_t(row->publisher), row, *m, 0, Copy::kSent});
-  }
-  file.map->forget();
-  return ended == newest && behind == log.size() &&
-         std::ranges::all_of(numbers, [](auto& channel) { return whole(channel.second); });
-} catch (const std::exception&) {  // the write-ahead files are read then
-  return false;
+  file.map = std::make_unique<record::MappedFile>(std::move(log->file));
+  config_ = std::move(log->config);
+  for (const LoggedMessage& m : log->messages)
+    logged_.push_back({m.stamp, std::size_t(m.channel->publisher), m.channel, m.bytes, 0, Copy::kSent});
+  return true;
 }
 
 // A time stands still for some milliseconds while files come: a folder that has just changed may change
@@ -340,6 +295,27 @@ const std::vector<std::span<const std::byte>>& RunReader::on(std::string_view ch
   return row && !by_channel_.empty() ? by_channel_[std::size_t(row - channel_table().data())] : none;
 }
 
+// Gives back the pages of files that are read forward, many of them at the same time: a page that is given
+// back too early costs another fault.
+class RunReader::PagesBehind {
+ public:
+  explicit PagesBehind(const std::vector<File>& files) : files_(files), from_(files.size(), 0) {}
+
+  void passed(const Found& f) {
+    const auto& map = files_[f.file].map;
+    if (!map || !map->of_file()) return;
+    const auto at = std::uint64_t(f.message.data() - map->bytes().data());
+    std::uint64_t& from = from_[f.file];
+    if (at >= from && at < from + kHeld_bytes) return;
+    if (at > from) record::forget_pages(map->bytes(), from, at);
+    from = at;
+  }
+
+ private:
+  const std::vector<File>& files_;
+  std::vector<std::uint64_t> from_;  // by file: what lies before is given back
+};
+
 // Of a message's copies the one that its publisher's file has is taken, else the first.
 void RunReader::take_all() {
   std::vector<Found> found;
@@ -363,13 +339,9 @@ void RunReader::take_all() {
   compare_received(found, best);
   by_channel_.resize(channel_table().size());
   std::vector<std::byte> changed;
-  std::size_t held = 0;  // bytes that were read since
+  PagesBehind behind(files_);
   for (const Found* f : best) {
-    held += kBrought_bytes;
-    if (held > kHeld_bytes) {
-      forget_files();
-      held = 0;
-    }
+    behind.passed(*f);
     const auto today = migration_.today(f->message, changed);
     by_channel_[std::size_t(f->channel - channel_table().data())].push_back(
         today.data() == f->message.data() ? f->message : migrated_.emplace_back(std::move(changed)));
@@ -391,13 +363,8 @@ void RunReader::compare_received(const std::vector<Found>& found, const std::vec
     if (!file.damage.empty()) damaged.insert(file.node());
   }
   std::set<Key> told;
-  std::size_t held = 0;  // bytes that were read since
+  PagesBehind behind(files_);
   for (const Found& f : found) {
-    held += 2 * std::max(f.message.size(), kBrought_bytes);
-    if (held > kHeld_bytes) {
-      forget_files();
-      held = 0;
-    }
     const ChannelInfo& channel = *f.channel;
     const std::string publisher(info(channel.publisher).name);
     if (f.copy != Copy::kReceived || of_the_runner(channel) || !senders.contains(publisher)) continue;
@@ -405,6 +372,8 @@ void RunReader::compare_received(const std::vector<Found>& found, const std::vec
         **std::ranges::lower_bound(best, key_of(f), {}, [](const Found* b) { return key_of(*b); });
     const bool may_lack =
         damaged.contains(publisher) || (!sent_by_node(channel) && channel.name.starts_with("FAULT_"));
+    behind.passed(f);
+    behind.passed(sent);
     if (sent.copy == Copy::kSent ? same_bytes(sent.message, f.message) : may_lack) continue;
     if (!told.insert(key_of(f)).second) continue;
     forged_.push_back(std::string(channel.name) + " " + std::to_string(f.stamp.seq) + " of incarnation " +

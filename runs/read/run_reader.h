@@ -50,10 +50,7 @@ class RunReader {
   enum class Source {
     /// The write-ahead files of the nodes that publish the wanted channels, as far as they have grown.
     kFiles,
-    /// log.lcm, which holds all messages of a run that is over in a tenth of the bytes. The write-ahead files
-    /// if the log cannot stand for them: it or its index is missing, an event is damaged, the last
-    /// incarnation
-    /// has no end, or the numbers of a reliable channel have a gap.
+    /// log.lcm, or the write-ahead files if the log cannot stand for them (whole_log.h).
     kLog,
   };
 
@@ -138,6 +135,7 @@ class RunReader {
   using Key = std::tuple<const ChannelInfo*, std::int32_t, std::int64_t>;  // channel, incarnation, seq
   static Key key_of(const Found& f) { return {f.channel, f.stamp.incarnation, f.stamp.seq}; }
   class Scan;
+  class PagesBehind;
   bool open_log();
   void name_files();
   bool folder_changed();

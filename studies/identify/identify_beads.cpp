@@ -17,7 +17,7 @@
 #include "print/import/imported_run.h"
 #include "runs/folder/config_change.h"
 #include "runs/folder/run_folder.h"
-#include "runs/read/run_reader.h"
+#include "runs/read/run_messages.h"
 
 namespace firn {
 namespace {
@@ -48,8 +48,9 @@ BeadRecord record_of(const std::filesystem::path& run) {
       parse_experiment(runs::recorded_config(run), run.string() + ": recorded configuration");
   const RecordedInputs inputs = inputs_of(folder, e.grid);
   std::map<int, height_map_t> maps;
-  const runs::RunReader messages(run);
-  messages.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) { maps[m.layer] = m; });
+  const std::string channel(channels::kHeightMap.name);
+  const runs::RunMessages messages(run, {channel});
+  messages.each<height_map_t>(channel, [&](const height_map_t& m) { maps[m.layer] = m; });
   BeadRecord r;
   for (std::size_t layer = 1; layer <= inputs.layers.size(); ++layer) {
     const auto above = maps.find(int(layer)), below = maps.find(int(layer) - 1);

@@ -382,7 +382,7 @@ TEST_CASE("The page's count of cells against the mask is that of the layer's own
 TEST_CASE("A geometry of another grid or of damaged bytes is refused before any layer is read") {
   const std::filesystem::path folder =
       std::filesystem::path(FIRN_SOURCE_DIR) / "tests" / "replay" / "golden" / "v2-two-inks";
-  const runs::RunReader messages(folder);
+  const runs::RunMessages messages(folder, {"HEIGHT_MAP", "LAYER_PLAN"});
   const report::RunData run = run_data(full_product(), folder);
   std::vector<std::byte> bytes = to_bytes(run.inks->geometry);
   CHECK(report::read_ink_data(messages, bytes, run.mask));
