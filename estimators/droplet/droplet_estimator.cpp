@@ -120,6 +120,12 @@ void DropletEstimator::set_substrate(const HeightMap& height, const std::vector<
 
 Estimate DropletEstimator::add_layer(std::vector<Pass> passes, const HeightMap& height,
                                      const std::vector<Use>& use, double noise_std_mm) {
+  keep_layer(std::move(passes), height, use, noise_std_mm);
+  return update();
+}
+
+void DropletEstimator::keep_layer(std::vector<Pass> passes, const HeightMap& height,
+                                  const std::vector<Use>& use, double noise_std_mm) {
   estimator_needs(has_substrate_, "a layer came before the map of the bare ground");
   check_map("droplet estimator", grid_, height, use, noise_std_mm);
   for (const Pass& p : passes) {
@@ -127,7 +133,10 @@ Estimate DropletEstimator::add_layer(std::vector<Pass> passes, const HeightMap& 
     for (const std::uint32_t c : p.cells) estimator_needs(c < grid_.size(), "a pass fires off the grid");
     droplets_ += std::int64_t(p.cells.size());
   }
-  if (int(window_.size()) >= options_.window_layers) forget_oldest();
+  if (int(window_.size()) >= options_.window_layers) {
+    if (waiting_ == int(window_.size())) update();  // the oldest layer leaves the window as it was estimated
+    forget_oldest();
+  }
   forget();
   Layer layer;
   layer.passes = std::move(passes);
@@ -136,7 +145,7 @@ Estimate DropletEstimator::add_layer(std::vector<Pass> passes, const HeightMap& 
   update_noise(noise_std_mm);
   window_.push_back(std::move(layer));
   ++layers_;
-  return update();
+  ++waiting_;
 }
 
 // Exponential forgetting of the layers before the window, by one layer.
@@ -188,6 +197,7 @@ Estimate DropletEstimator::update() {
   }
   fix_references();
   update_fit();
+  waiting_ = 0;
   return estimate_;
 }
 
@@ -450,6 +460,8 @@ void DropletEstimator::forget_oldest() {
     for (std::size_t r = 0; r < 3; ++r) information_vector_[r] += t.information_vector[r];
   }
   window_.erase(window_.begin());
+  w.at_best.erase(w.at_best.begin());
+  for (auto& by_layer : w.slope) by_layer.erase(by_layer.begin());
 }
 
 }  // namespace firn::droplet

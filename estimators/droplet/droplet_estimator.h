@@ -66,6 +66,11 @@ class DropletEstimator {
   /// have finite heights. @returns the estimate after it
   Estimate add_layer(std::vector<Pass> passes, const HeightMap& height, const std::vector<Use>& use,
                      double noise_std_mm);
+  /// The same without an estimate: the layer counts in that of the next add_layer(). For
+  /// records, which need no estimate after each layer.
+  /// @throws as add_layer
+  void keep_layer(std::vector<Pass> passes, const HeightMap& height, const std::vector<Use>& use,
+                  double noise_std_mm);
   /// The last layer was measured again: its map is replaced.
   Estimate replace_map(const HeightMap& height, const std::vector<Use>& use, double noise_std_mm);
 
@@ -109,6 +114,7 @@ class DropletEstimator {
   EstimatorOptions options_;
   SurfaceFilter filter_;
   bool has_substrate_ = false;
+  int waiting_ = 0;                                 ///< last layers of the window that no estimate has seen
   Layer substrate_;                                 ///< its map
   Surface start_;                                   ///< before the window's first layer,
   deposition::DropletModel start_model_;            ///< as filtered with this,

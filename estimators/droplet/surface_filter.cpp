@@ -104,8 +104,9 @@ void SurfaceFilter::exchange(const Pass& pass, std::span<const double> h, std::s
                              const Links& links, bool sensitive) {
   const std::size_t count = pass.cells.size();
   droplets_ = count + count % 2;
-  give_mm_.resize(8 * droplets_);
-  if (sensitive) sensitivity_.resize(8 * droplets_);
+  const std::size_t links_of_pass = 8 * droplets_;  // the workspace only grows: all of them are written below
+  if (give_mm_.size() < links_of_pass) give_mm_.resize(links_of_pass);
+  if (sensitive && sensitivity_.size() < links_of_pass) sensitivity_.resize(links_of_pass);
   for (int n = 0; n < 8; ++n) {
     const SoftLink& link = links[std::size_t(n)];
     double* const give = give_mm_.data() + std::size_t(n) * droplets_;

@@ -13,7 +13,7 @@
 #include "lcmtypes/convert.h"
 #include "runs/folder/config_change.h"
 #include "runs/folder/run_folder.h"
-#include "runs/read/run_reader.h"
+#include "runs/read/run_messages.h"
 
 namespace firn {
 namespace {
@@ -25,6 +25,7 @@ constexpr double kNoiseIfUnknown = 0.13;  // of a layer's height: 1 um of the pa
 
 double ObservedRun::noise_of(const height_map_t& map) const {
   if (map.noise_std_mm > 0.0) return map.noise_std_mm;
+  if (usual_noise_mm_) return *usual_noise_mm_;
   double sum = 0.0;
   int n = 0;
   for (const auto& [layer, m] : maps_) {
@@ -32,7 +33,8 @@ double ObservedRun::noise_of(const height_map_t& map) const {
     sum += m.noise_std_mm;
     ++n;
   }
-  return n > 0 ? sum / n : kNoiseIfUnknown * prior().layer_height_mm();
+  usual_noise_mm_ = n > 0 ? sum / n : kNoiseIfUnknown * prior().layer_height_mm();
+  return *usual_noise_mm_;
 }
 
 ObservedRun::ObservedRun(const Experiment& experiment, Mask mask)
@@ -52,9 +54,10 @@ ObservedRun ObservedRun::read(const std::filesystem::path& path) {
     throw UsageError(path.string() + ": this run printed two inks; h1, h2, h3 are those of one");
   ObservedRun run(e, mask_from_npy(blob(folder.inputs(), "mask").bytes, e.grid, "mask"));
   try {
-    const runs::RunReader messages(path);
-    for (const std::string_view channel :
-         {channels::kStageCommand.name, channels::kDepositionReport.name, channels::kHeightMap.name})
+    const std::string stage(channels::kStageCommand.name), reports(channels::kDepositionReport.name),
+        maps(channels::kHeightMap.name);
+    const runs::RunMessages messages(path, {stage, reports, maps});
+    for (const std::string& channel : {stage, reports, maps})
       for (const auto bytes : messages.on(channel)) run.take(channel, bytes);
   } catch (const std::invalid_argument& error) {
     throw UsageError(error.what());
@@ -63,6 +66,7 @@ ObservedRun ObservedRun::read(const std::filesystem::path& path) {
 }
 
 void ObservedRun::take(std::string_view channel, std::span<const std::byte> bytes) {
+  usual_noise_mm_.reset();
   if (channel == channels::kHeightMap.name) {
     height_map_t m{};
     if (m.decode(bytes.data(), 0, int(bytes.size())) < 0 || from_message(m.grid) != experiment_.grid) return;
@@ -148,8 +152,8 @@ deposition::DropletModel ObservedRun::prior() const {
   return size > 0.0 && beyond ? model.times(size) : model;
 }
 
-droplet::Estimate ObservedRun::learn(std::optional<int> wanted) const {
-  const int known = layers(), last = std::min(wanted.value_or(known), known);
+ObservedRun::Learned ObservedRun::learn() const {
+  const int last = layers(), fitted = statistics::fitted_of(last);
   if (last <= 0)
     throw std::invalid_argument(maps_.contains(0) ? "no layer was printed and measured"
                                                   : "there is no map of the bare ground");
@@ -160,23 +164,37 @@ droplet::Estimate ObservedRun::learn(std::optional<int> wanted) const {
   o.border = border();
   droplet::DropletEstimator estimator(experiment_.grid, o);
   estimator.set_substrate(height_of(maps_.at(0)), use_of({}, maps_.at(0)), noise_of(maps_.at(0)));
-  for (int k = 1; k <= last; ++k)
-    estimator.add_layer(drops_.at(k).passes(), height_of(maps_.at(k)), use_of(drops_.at(k), maps_.at(k)),
-                        noise_of(maps_.at(k)));
-  return estimator.estimate();
+  Learned out;
+  droplet::Estimate of_first;
+  // Every layer is estimated while it is in the window. An estimate after each one would cost more and tell
+  // no more.
+  const int step = std::max(1, o.window_layers / 2);
+  for (int k = 1; k <= last; ++k) {
+    const bool estimated = k % step == 0 || k == fitted || k == last;
+    const auto add = [&](auto take) {
+      return (estimator.*take)(drops_.at(k).passes(), height_of(maps_.at(k)),
+                               use_of(drops_.at(k), maps_.at(k)), noise_of(maps_.at(k)));
+    };
+    if (!estimated) {
+      add(&droplet::DropletEstimator::keep_layer);
+      continue;
+    }
+    out.all = add(&droplet::DropletEstimator::add_layer);
+    if (k == fitted) of_first = out.all;
+  }
+  if (fitted > 0) out.held_out = predict(of_first, fitted);
+  return out;
 }
 
 deposition::Border ObservedRun::border() const {
   return experiment_.model.border == "keep" ? deposition::Border::kKeep : deposition::Border::kLose;
 }
 
-statistics::HeldOut ObservedRun::predict_held_out() const {
+statistics::HeldOut ObservedRun::predict(const droplet::Estimate& fit, int fitted_layers) const {
   using droplet::Use;
   statistics::HeldOut out;
   const int all = layers();
-  out.fitted_layers = statistics::fitted_of(all);
-  if (out.fitted_layers == 0) return out;
-  const droplet::Estimate fit = learn(out.fitted_layers);
+  out.fitted_layers = fitted_layers;
   const std::vector<droplet::PrintedLayer> printed = this->printed();
   double constant_mm = 0.0, n = 0.0;
   for (int k = 1; k <= out.fitted_layers; ++k) {

@@ -48,15 +48,18 @@ class ObservedRun {
   /// in the size of the maps' rise per droplet, where that is beyond the prior's own standard deviation. So
   /// records of any scale can be learned from.
   deposition::DropletModel prior() const;
-  /// Returns the estimate after the first layers, or after all, from prior().
+  struct Learned {
+    droplet::Estimate all;         ///< after all layers, from prior()
+    statistics::HeldOut held_out;  ///< unknown (no cell) for fewer than three layers
+  };
+  /// Learns from the layers one after the other. The estimate after the first two thirds predicts the others,
+  /// each from the maps and droplets before it.
   /// @throws std::invalid_argument: no map of the bare ground, no layer.
-  droplet::Estimate learn(std::optional<int> layers = std::nullopt) const;
-  /// Returns the errors of predictions of the last third of the layers, each from the maps and droplets
-  /// before it, by a model of the first two thirds. Unknown (no cell) for fewer than three layers.
-  statistics::HeldOut predict_held_out() const;
+  Learned learn() const;
 
  private:
   deposition::Border border() const;
+  statistics::HeldOut predict(const droplet::Estimate& fit, int fitted_layers) const;
   double noise_of(const height_map_t& map) const;  ///< reported, or else that of the other maps
   /// Returns the permitted uses of a layer's map, given the droplets of `drops`.
   std::vector<droplet::Use> use_of(const droplet::LayerDrops& drops, const height_map_t& map) const;
@@ -68,6 +71,7 @@ class ObservedRun {
   std::map<std::tuple<int, int, int>, Placement>
       placed_;  ///< by layer, attempt, pass, of droplets beside centres
   std::map<int, OffsetMap> offsets_;
+  mutable std::optional<double> usual_noise_mm_;  ///< of maps that report none; empty: not computed yet
 };
 
 }  // namespace firn

@@ -79,8 +79,9 @@ Identification identify(const ObservedRun& run) {
   if (id.layers > 0 && !id.prints.complete()) id.uninformative = ruled_out(id, printed, id.layer_height);
   if (!id.uninformative.empty()) return id;
   try {
-    id.fit = run.learn();
-    id.held_out = run.predict_held_out();
+    const ObservedRun::Learned learned = run.learn();
+    id.fit = learned.all;
+    id.held_out = learned.held_out;
   } catch (const std::invalid_argument& error) {
     id.uninformative = error.what();
     return id;

@@ -109,6 +109,57 @@ TEST_CASE("Without noise and scatter the planted h1, h2, h3 come back") {
   CHECK(e.excitation > 0.03);
 }
 
+TEST_CASE("Layers that are kept until the next estimate count as those that are estimated one by one") {
+  for (const int window : {3, 10}) {
+    INFO("window " << window);
+    Planted one, many;
+    one.seed = many.seed = 5;
+    one.model = many.model = drawn(5);
+    EstimatorOptions options = one.options();
+    options.window_layers = window;
+    DropletEstimator each(one.grid, options), rarely(many.grid, options);
+    Estimate a, b;
+    std::int64_t evaluations_each = 0, evaluations_rarely = 0;
+    rarely.set_substrate(many.measure(), many.everywhere(), many.noise_mm);
+    for (int k = 1; k <= 24; ++k) {
+      a = one.learn(each, 1);
+      evaluations_each += a.evaluations;
+      if (k % 8 != 0) {
+        Pass pass = many.print();
+        rarely.keep_layer({std::move(pass)}, many.measure(), many.everywhere(), many.noise_mm);
+        continue;
+      }
+      b = many.learn(rarely, 1);
+      evaluations_rarely += b.evaluations;
+    }
+    CHECK(b.layers == a.layers);
+    CHECK(b.droplets == a.droplets);
+    for (int n = 0; n < 3; ++n) {
+      INFO("h" << n + 1);
+      const std::array<double, 3> of_a{a.model.h1_mm, a.model.h2_mm, a.model.h3_mm},
+          of_b{b.model.h1_mm, b.model.h2_mm, b.model.h3_mm};
+      CHECK(std::abs(of_a[std::size_t(n)] - of_b[std::size_t(n)]) < 0.3 * a.std_mm(n));
+      CHECK(b.std_mm(n) == Approx(a.std_mm(n)).epsilon(0.1));
+    }
+    CHECK(3 * evaluations_rarely < evaluations_each);
+  }
+}
+
+TEST_CASE("The estimates of a record cost as much for its last layers as for its first") {
+  Planted p;
+  p.grid = {12, 12, 0.263256, 0.263256, 0.0, 0.0};
+  p.height = HeightMap(p.grid, 0.0);
+  DropletEstimator estimator(p.grid, p.options());
+  const auto evaluations = [&](int layers) {
+    std::int64_t sum = 0;
+    for (int n = 0; n < layers; ++n) sum += p.learn(estimator, 1).evaluations;
+    return double(sum);
+  };
+  const double first = evaluations(20), next = evaluations(20), after = evaluations(40);
+  CHECK(next < 1.1 * first);
+  CHECK(after < 1.1 * (first + next));
+}
+
 TEST_CASE("After 10 half-filled layers at 1 um per cell: within 3 %, within 3 sigma, intervals that cover") {
   int covered[4] = {};
   const int seeds = 20;

@@ -39,7 +39,7 @@ inline PlantedTrial planted_trial(const std::string& file, std::uint64_t seed, d
                            "model.h1_mm=" + std::to_string(0.0044 * off(0)),
                            "model.h2_mm=" + std::to_string(0.0006 * off(1)),
                            "model.h3_mm=" + std::to_string(0.0002 * off(2))});
-  const droplet::Estimate e = run.learn();
+  const droplet::Estimate e = run.learn().all;
   const double mean = 1.0 + 0.5 * variation;
   const deposition::DropletModel planted{0.0044 * mean, 0.0006 * mean, 0.0002 * mean};
   return {{planted.h1_mm, planted.h2_mm, planted.h3_mm, planted.layer_height_mm()},
