@@ -29,6 +29,11 @@ void append_real(std::string& out, double v, bool single) {
   out.append(text, r.ptr);
 }
 
+void append_whole(std::string& out, std::int64_t v) {
+  char text[24];
+  out.append(text, std::to_chars(text, text + sizeof text, v).ptr);
+}
+
 // One number as LCM encodes it.
 void append_number(std::string& out, Kind kind, const std::byte* p) {
   switch (kind) {
@@ -37,19 +42,19 @@ void append_number(std::string& out, Kind kind, const std::byte* p) {
     case Kind::kDouble:
       return append_real(out, std::bit_cast<double>(record::big64(p)), false);
     case Kind::kInt64:
-      out += std::to_string(std::int64_t(record::big64(p)));
+      append_whole(out, std::int64_t(record::big64(p)));
       return;
     case Kind::kInt32:
-      out += std::to_string(std::int32_t(record::big32(p)));
+      append_whole(out, std::int32_t(record::big32(p)));
       return;
     case Kind::kInt16:
-      out += std::to_string(std::int16_t(unsigned(p[0]) << 8 | unsigned(p[1])));
+      append_whole(out, std::int16_t(unsigned(p[0]) << 8 | unsigned(p[1])));
       return;
     case Kind::kByte:
-      out += std::to_string(unsigned(*p));
+      append_whole(out, unsigned(*p));
       return;
     default:
-      out += std::to_string(int(std::int8_t(*p)));
+      append_whole(out, int(std::int8_t(*p)));
   }
 }
 
@@ -63,6 +68,7 @@ class CsvSink : public TableSink {
   std::size_t open(const Table& table) override {
     Files& files = tables_.emplace_back();
     files.table = table;
+    if (table.grid) write_places(*table.grid, files);
     if (std::ranges::any_of(table.columns, [](const Column& c) { return c.shape == Shape::kOne; }))
       files.values = spool_.add(table.path + ".csv");
     std::string head;
@@ -113,9 +119,26 @@ class CsvSink : public TableSink {
  private:
   struct Files {
     Table table;
-    std::size_t values = 0;        // 0: the table has maps and lists alone
-    std::vector<std::size_t> own;  // of maps and lists
+    std::size_t values = 0;                                  // 0: the table has maps and lists alone
+    std::vector<std::size_t> own;                            // of maps and lists
+    std::vector<std::string> columns_of_grid, rows_of_grid;  // "3,0.25," and "1.5,"
   };
+  static constexpr std::size_t kLines_bytes = 1 << 16;
+
+  static void write_places(const GridSpec& grid, Files& files) {
+    for (int i = 0; i < grid.nx; ++i) {
+      std::string& text = files.columns_of_grid.emplace_back();
+      append_whole(text, i);
+      text += ',';
+      append_real(text, grid.x_mm(i), false);
+      text += ',';
+    }
+    for (int j = 0; j < grid.ny; ++j) {
+      std::string& text = files.rows_of_grid.emplace_back();
+      append_real(text, grid.y_mm(j), false);
+      text += ',';
+    }
+  }
 
   static fs::path unfinished(const fs::path& folder) {
     if (fs::exists(folder)) throw UsageError(folder.string() + ": exists; an export makes a new folder");
@@ -131,19 +154,20 @@ class CsvSink : public TableSink {
 
   void add_map(const Files& files, std::size_t column, const Cell& cell, const std::string& event) {
     const GridSpec& g = *files.table.grid;
-    std::string lines;
+    const Kind kind = files.table.columns[column].kind;
     for (int j = 0; j < g.ny; ++j) {
+      begin_ = event + ',';
+      append_whole(begin_, j);
+      begin_ += ',';
+      lines_.clear();
       for (int i = 0; i < g.nx; ++i) {
-        lines += event + "," + std::to_string(j) + "," + std::to_string(i) + ",";
-        append_real(lines, g.x_mm(i), false);
-        lines += ',';
-        append_real(lines, g.y_mm(j), false);
-        lines += ',';
-        append(lines, files.table.columns[column].kind, cell, g.index(i, j));
-        lines += '\n';
+        lines_ += begin_;
+        lines_ += files.columns_of_grid[std::size_t(i)];
+        lines_ += files.rows_of_grid[std::size_t(j)];
+        append(lines_, kind, cell, g.index(i, j));
+        lines_ += '\n';
       }
-      spool_.append(files.own[column], lines);
-      lines.clear();
+      spool_.append(files.own[column], lines_);
     }
   }
 
@@ -151,16 +175,23 @@ class CsvSink : public TableSink {
     const Kind kind = files.table.columns[column].kind;
     const std::size_t n =
         kind == Kind::kString ? cell.strings.size() : cell.numbers.size() / schema::size_of(kind);
-    std::string line;
+    begin_ = event + ',';
+    lines_.clear();
     for (std::size_t k = 0; k < n; ++k) {
-      line = event + "," + std::to_string(k) + ",";
-      append(line, kind, cell, k);
-      spool_.append(files.own[column], line + "\n");
+      lines_ += begin_;
+      append_whole(lines_, std::int64_t(k));
+      lines_ += ',';
+      append(lines_, kind, cell, k);
+      lines_ += '\n';
+      if (lines_.size() < kLines_bytes && k + 1 < n) continue;
+      spool_.append(files.own[column], lines_);
+      lines_.clear();
     }
   }
 
   fs::path target_;
   Spool spool_;
+  std::string begin_, lines_;  // storage used again
   std::size_t columns_ = 0;
   std::vector<Files> tables_;
 };

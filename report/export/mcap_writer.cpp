@@ -4,6 +4,7 @@
 #include <zstd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <tuple>
@@ -58,6 +59,23 @@ class Content {
   std::string bytes_;
 };
 
+// A message as its record, written where it stays: most bytes of a file are in these.
+void append_message(std::string& to, std::uint16_t channel, std::uint32_t sequence, std::uint64_t time_ns,
+                    std::string_view data) {
+  constexpr std::size_t kHead_bytes = 2 + 4 + 8 + 8;
+  std::array<char, 1 + 8 + kHead_bytes> head{char(kMessage)};
+  std::size_t at = 1;
+  const auto put = [&](std::uint64_t v, int bytes) {
+    for (int k = 0; k < bytes; ++k) head[at++] = char(v >> (8 * k) & 255);
+  };
+  put(kHead_bytes + data.size(), 8);
+  put(channel, 2);
+  put(sequence, 4);
+  put(time_ns, 8);
+  put(time_ns, 8);
+  to.append(head.data(), head.size()).append(data);
+}
+
 std::uint32_t checksum(std::string_view bytes) {
   return std::uint32_t(crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
@@ -110,7 +128,7 @@ void McapWriter::message(std::uint16_t channel, std::uint32_t sequence, std::uin
   first_ns_ = std::min(first_ns_, time_ns);
   last_ns_ = std::max(last_ns_, time_ns);
   chunk_messages_[channel].emplace_back(time_ns, chunk_.size());
-  chunk_ += Content().u16(channel).u32(sequence).u64(time_ns).u64(time_ns).raw(data).record(kMessage);
+  append_message(chunk_, channel, sequence, time_ns, data);
   ++messages_;
   ++counts_[channel];
   if (chunk_.size() >= kChunk_bytes) end_chunk();
