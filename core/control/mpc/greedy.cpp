@@ -35,6 +35,9 @@ class Search {
  private:
   static constexpr std::uint32_t kNone = 0xffffffffu;
   static constexpr int kSweepsPerRefresh = 16;
+  // Points that follow each other in a sweep lie so close together that their cells stay in the processor's
+  // cache: 160 bytes a cell (one_layer.h). Smaller plans are drawn from as a whole, as in the paper.
+  static constexpr std::size_t kBlockPoints = std::size_t(1) << 15;
   enum Which { kStale, kAll };
 
   void collect(Which which) {
@@ -43,13 +46,14 @@ class Search {
       if (which == kAll || stale_[n]) points_.push_back(n);
   }
 
-  // The collected points once, in random subsets. False when the evaluations are used up.
+  // The collected points once, in random subsets of each block. False when the evaluations are used up.
   bool sweep() {
-    for (std::size_t begin = 0; begin < points_.size(); begin += std::size_t(limits_.subset)) {
-      const std::size_t end = std::min(points_.size(), begin + std::size_t(limits_.subset));
+    for (std::size_t begin = 0; begin < points_.size();) {
+      const std::size_t block = std::min(points_.size(), begin / kBlockPoints * kBlockPoints + kBlockPoints),
+                        end = std::min(block, begin + std::size_t(limits_.subset));
       marked_.clear();
       for (std::size_t n = begin; n < end; ++n) {
-        std::swap(points_[n], points_[n + below(std::uint32_t(points_.size() - n))]);
+        std::swap(points_[n], points_[n + below(std::uint32_t(block - n))]);
         const auto cells = objective_.part_cells();
         const int layer = int(points_[n] / cells.size());
         const std::uint32_t cell = cells[points_[n] % cells.size()];
@@ -69,6 +73,7 @@ class Search {
         if (best.change != 0) marked_.push_back({best, gain});
       }
       flip_marked();
+      begin = end;
     }
     return true;
   }

@@ -25,7 +25,8 @@ inline constexpr double kMinGain_mm = 1e-13;
 
 /// Improves the plan in `objective` until no single-droplet change on a cell of the mask, in any layer of the
 /// horizon, lowers it by more than kMinGain_mm, or the evaluations are used up. Points (cell, layer) are
-/// taken in random subsets of M, each sweep without replacement. As the paper has it, all points of a subset
+/// taken in random subsets of M, each sweep without replacement; above 32,768 points, of one block of so many
+/// neighbouring points after the other, since memory is slow. As the paper has it, all points of a subset
 /// are tried against the same plan and all that improve are changed together; that can raise the objective
 /// (errata on IV-C), and then they are changed one after the other, each only if it still improves. The
 /// objective therefore never rises. The last sweep starts from freshly computed sums.

@@ -132,12 +132,12 @@ Mpc::Found Mpc::search(std::vector<DropletPattern> guess, const HeightMap& heigh
                        RandomStream& random) {
   Found found;
   mpc::HorizonObjective& objective = *objective_;
-  if (options_.method == MpcMethod::kCertified && one_layer()) {
+  if (options_.method == MpcMethod::kCertified && one_layer() &&
+      objective.part_cells().size() <= mpc::kMaxSplitCells) {
     mpc::LayerProblem problem(setup_, height, materials.front());
     problem.set_drops(guess.front());
     if (alpha == 1.0) {
-      const mpc::LayerSolution s =
-          mpc::solve_layer(problem, mpc::certified_options(options_, problem.counted()), parallel_);
+      const mpc::LayerSolution s = mpc::solve_layer(problem, mpc::certified_options(options_), parallel_);
       found.evaluations = s.strips;
       found.reached = mpc::reached(options_, s);
     } else
@@ -201,16 +201,20 @@ Decision Mpc::decide_lean(const Measurement& m, const HeightMap& height) const {
   }
   std::int64_t cells = 0;
   for (const std::uint8_t in : setup_.mask.cells) cells += in != 0;
+  const bool alone = options_.method == MpcMethod::kCertified && std::size_t(cells) > mpc::kMaxSplitCells;
   if (d.kind == Decision::Kind::kEnd)
     end_print(d, "another layer would not improve the surface");
   else if (!beats_noise(d, cells, m.noise_std_mm, noise_gate_, options_.error))
     end_print(d, "the best layer would only answer the measurement's noise");
   else  // more than half of its height goes where height is missing, or it would not better the mean error
         // (guard.h)
-    d.reason = options_.method == MpcMethod::kCertified
+    d.reason = options_.method == MpcMethod::kCertified && !alone
                    ? "the best layer of strips that agree on windows of droplets" + reached
                : settled
-                   ? "no strip of " + std::to_string(options_.strip_rows) + " rows betters this layer"
+                   ? "no strip of " + std::to_string(options_.strip_rows) + " rows betters this layer" +
+                         (alone ? "; of more than " + std::to_string(mpc::kMaxSplitCells) +
+                                      " cells certified decides as strip_dp, without a bound"
+                                : "")
                    : "best layer found within " + std::to_string(options_.max_evaluations) + " evaluations";
   return d;
 }

@@ -238,6 +238,24 @@ TEST_CASE(
   CHECK(raised > 0);
 }
 
+TEST_CASE("The greedy search ends at an optimum in blocks too, and its work grows as the cells do") {
+  std::vector<double> a_cell;
+  for (const int side : {120, 240, 480}) {  // one block; four; sixteen
+    INFO(side << " cells along a side");
+    RandomStream random(9, Purpose::kTest);
+    const Setup s = random_mpc_setup(random, side, side);
+    mpc::HorizonObjective objective(s, 1, 1);
+    objective.set_surface(near_target(s, random, 0.0, 0.01), 1.0);
+    objective.set_plan(std::vector<DropletPattern>(1, DropletPattern(s.grid)));
+    RandomStream search(1, Purpose::kGreedySearch);
+    const auto result = mpc::greedy_search(objective, {16, 100'000'000}, search);
+    CHECK(result.optimal);
+    a_cell.push_back(double(result.evaluations) / double(objective.part_cells().size()));
+  }
+  CHECK(a_cell[1] < 1.07 * a_cell[0]);  // exponent 1.05
+  CHECK(a_cell[2] < 1.07 * a_cell[1]);
+}
+
 TEST_CASE("The bound on evaluations holds and leaves a plan that is no worse than its start") {
   RandomStream random(5, Purpose::kTest);
   const Setup s = random_mpc_setup(random, 30, 30);

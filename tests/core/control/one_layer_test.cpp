@@ -85,6 +85,11 @@ TEST_CASE(
   const Decision d = Mpc(s, o).decide({h, 0});
   REQUIRE(d.kind == Decision::Kind::kPrint);
   CHECK(d.objective_mm < 1.346e-3);  // bench/mpc_bench large: 1.345
+  ControlOptions certified = o;
+  certified.mpc.method = MpcMethod::kCertified;
+  const Decision same = Mpc(s, certified).decide({h, 0});
+  CHECK(same.drops == d.drops);
+  CHECK_THAT(same.reason, Catch::Matchers::Contains("certified decides as strip_dp, without a bound"));
 }
 
 namespace {

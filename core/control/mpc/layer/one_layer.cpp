@@ -49,13 +49,12 @@ double outside_rise_mm(const Setup& s, const HeightMap& height, const DropletPat
   return sum;
 }
 
-LayerSolverOptions certified_options(const MpcOptions& options, std::int64_t counted) {
+LayerSolverOptions certified_options(const MpcOptions& options) {
   constexpr int kSweepsForGap = 100;  // the bound has converged by then (dual_decomposition.h)
   constexpr double kOptimal = 1e-6;   // of the objective: rounding in single precision
   constexpr int kRows = 2;            // of the strips that find the layer, and of those that bound it
   CellCost cost;
   cost.outside = float(options.outside_price);
-  if (std::size_t(counted) > kMaxSplitCells) return {kRows, kRows, 0, kOptimal, cost};
   if (options.gap > 0.0) return {kRows, kRows, std::max(options.sweeps, kSweepsForGap), options.gap, cost};
   return {kRows, kRows, options.sweeps, kOptimal, cost};
 }
@@ -79,8 +78,8 @@ OneLayer decide_one_layer(const Setup& setup, const HeightMap& height, const Dro
     LayerProblem problem(setup, height, {});
     counted = problem.counted();
     problem.set_drops(guess);
-    if (options.method == MpcMethod::kCertified) {
-      out.certified = solve_layer(problem, certified_options(options, problem.counted()), parallel);
+    if (options.method == MpcMethod::kCertified && std::size_t(problem.counted()) <= kMaxSplitCells) {
+      out.certified = solve_layer(problem, certified_options(options), parallel);
       out.strips = out.certified.strips;
     } else {
       for (int rows = std::min(2, options.strip_rows); rows <= options.strip_rows; ++rows) {

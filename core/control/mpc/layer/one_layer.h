@@ -31,15 +31,15 @@ struct OneLayer {
   LayerSolution certified;  ///< of kCertified
 };
 
-/// Sweeps and gap of kCertified. @param counted cells that count in the objective
-LayerSolverOptions certified_options(const MpcOptions& options, std::int64_t counted);
+/// Sweeps and gap of kCertified.
+LayerSolverOptions certified_options(const MpcOptions& options);
 
 /// Returns "; after 12 sweeps, no layer is better by more than 0.050000 %", or "" for the one sweep that is
 /// the default.
 std::string reached(const MpcOptions& options, const LayerSolution& solution);
 
 /// Improves `guess` by strips of 2 up to options.strip_rows rows (kStripDp) or by dual decomposition
-/// (kCertified).
+/// (kCertified). Above kMaxSplitCells both do the same.
 /// @param height finite everywhere
 OneLayer decide_one_layer(const Setup& setup, const HeightMap& height, const DropletPattern& guess,
                           const MpcOptions& options, const ParallelFor& parallel);
