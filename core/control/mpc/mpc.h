@@ -20,7 +20,7 @@ namespace firn::control {
 /// surface, so that both all and nothing can be traps; a plan is printed only when it improves on printing
 /// nothing over the same horizon by more than min_improvement_mm and the noise gate, else the print ends.
 /// With places of droplets inside their cells (Setup::offsets) counts and places are decided together, one
-/// layer at a time (mpc/placed);
+/// layer at a time (mpc/placed_search.h);
 /// kCertified: each cell at the outline chooses among its centre and the place of ControlOptions::rim_inset,
 /// and the layer comes with a bound. Keeps no state between decisions: draws are keyed (seed, kGreedySearch,
 /// layer, attempt).

@@ -8,7 +8,7 @@
 namespace firn::control::mpc {
 namespace {
 
-constexpr double kNever = 1e30;
+constexpr double kForbidden = 1e30;
 constexpr int kPowers[] = {1, 3, 9};
 
 int symbol(int pattern, int row) { return pattern / kPowers[row] % PlacedBound::kSymbols; }
@@ -108,12 +108,12 @@ double PlacedBound::visit(int row, bool down) {
   for (int x = nx_ - 1; x >= 0; --x)
     for (const int a : patterns(x - 1))
       for (const int b : patterns(x)) {
-        double best = kNever;
+        double best = kForbidden;
         for (const int n : patterns(x + 1))
           best = std::min(best, cost_at(x, a, b, n) + after[std::size_t(x + 1)][at(b, n)]);
         after[std::size_t(x)][at(a, b)] = best;
       }
-  double minimum = kNever;
+  double minimum = kForbidden;
   for (const int b : patterns(0)) minimum = std::min(minimum, after[0][at(0, b)]);
   const int cut = down ? row : row - 1;
   if (cut < 0 || cut + 1 >= ny_) return minimum;
@@ -121,7 +121,7 @@ double PlacedBound::visit(int row, bool down) {
   before.fill(0.0);
   for (int x = 0; x < nx_; ++x) {
     std::array<double, kShared> least;
-    least.fill(kNever);
+    least.fill(kForbidden);
     for (const int a : patterns(x - 1))
       for (const int b : patterns(x))
         for (const int n : patterns(x + 1)) {
@@ -131,8 +131,8 @@ double PlacedBound::visit(int row, bool down) {
     const double best = *std::ranges::min_element(least);
     double* to = shared(cut, x);
     for (std::size_t w = 0; w < std::size_t(kShared); ++w)
-      if (least[w] < 0.5 * kNever) to[w] += (down ? -1.0 : 1.0) * (least[w] - best);
-    next.fill(kNever);
+      if (least[w] < 0.5 * kForbidden) to[w] += (down ? -1.0 : 1.0) * (least[w] - best);
+    next.fill(kForbidden);
     for (const int a : patterns(x - 1))
       for (const int b : patterns(x))
         for (const int n : patterns(x + 1))
