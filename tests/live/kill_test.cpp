@@ -190,8 +190,10 @@ TEST_CASE(
     "audited") {
   if (skipped()) return;
   std::uint64_t seed = 31;
-  for (const char* victim : {"stage", "jet", "scheduler", "world"})
-    kill_and_resume(tiny_part_beside_centres(++seed), victim, "stage", seed, 0, 1'800'000);
+  for (const char* victim : {"stage", "jet", "scheduler", "world"}) {
+    ++seed;
+    kill_and_resume(tiny_part_beside_centres(seed), victim, "stage", seed, 0, 1'800'000);
+  }
 }
 TEST_CASE("world killed: instruments without power, named, resumed, replayed") {
   if (skipped()) return;
