@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-fs::path printed(const fs::path& root) {
+fs::path printed_run(const fs::path& root) {
   const Experiment e = test::tiny_print("messages");
   const runs::RunFolder run = runs::RunFolder::create(root, e, make_inputs(full_product(), e, ""), {"test"});
   LabRunOptions o;
@@ -51,7 +51,7 @@ void check_same(const runs::RunMessages& messages, const runs::RunReader& oracle
 TEST_CASE(
     "the log of a run that is over gives every message that its write-ahead files give, packed or not") {
   const test::TempFolder place;
-  const fs::path run = printed(place.path());
+  const fs::path run = printed_run(place.path());
   {
     const runs::RunReader oracle(run);
     const runs::RunMessages messages(run, logged_channels());
@@ -70,7 +70,7 @@ TEST_CASE(
 
 TEST_CASE("a log that cannot stand for the write-ahead files is passed over for these") {
   const test::TempFolder place;
-  const fs::path run = printed(place.path());
+  const fs::path run = printed_run(place.path());
   fs::resize_file(run / "log.lcm", fs::file_size(run / "log.lcm") - 1);
   const runs::RunMessages messages(run, logged_channels());
   CHECK_FALSE(messages.reads_log());
@@ -79,14 +79,14 @@ TEST_CASE("a log that cannot stand for the write-ahead files is passed over for 
 
 TEST_CASE("a channel that nobody asked for is no empty one") {
   const test::TempFolder place;
-  const fs::path run = printed(place.path());
+  const fs::path run = printed_run(place.path());
   const runs::RunMessages messages(run, {"HEIGHT_MAP"});
   CHECK_THROWS_AS(messages.on("LAYER_PLAN"), std::logic_error);
 }
 
 TEST_CASE("an index is handed over entry after entry, and not where its blocks or their order are damaged") {
   const test::TempFolder place;
-  const fs::path file = printed(place.path()) / "log.lcm.idx";
+  const fs::path file = printed_run(place.path()) / "log.lcm.idx";
   const record::MappedFile mapped(file);
   const record::EventIndex whole(mapped.bytes());
   std::size_t n = 0;
