@@ -21,8 +21,8 @@ struct CompareOptions {
   std::string shard;                   ///< "K/N": prints this share alone, into its own journal
   int most = 0;                        ///< > 0: so many prints now, the rest later
   bool again = false;                  ///< prints that stopped before their end are made again
-  bool dry_run = false;                ///< tells what there is to print, and prints nothing
-  bool status = false;                 ///< tells what is on record
+  bool dry_run = false;                ///< tells the prints that are to do, and prints nothing
+  bool status = false;                 ///< tells the prints on record
   std::string platform = "this";       ///< "any": results of other platforms count too
   std::string fail_if;                 ///< "A worse than B": exit code 1 then
   bool json = false;

@@ -71,7 +71,7 @@ TEST_CASE(
   REQUIRE_FALSE(
       check(bounded_type("layer_plan_t"), whole));  // the first use parses the schema, which allocates
   const std::size_t n_at = 8 + 28;                  // fingerprint, header
-  const std::size_t reason_at = n_at + 4 + 4 + 4 + 8 + 1 + 4 + 40 + 4 + 8 + 8 + 8;
+  const std::size_t reason_at = n_at + 4 + 4 + 4 + 8 + 1 + 4 + 40 + 4 + 4 + 8 + 8 + 8;
   for (const std::uint32_t v : {0x7fffffffu, 0xffffffffu, 0x80000000u, 0x40000000u, 100000u}) {
     auto bytes = whole;
     put32(bytes, n_at, v);
