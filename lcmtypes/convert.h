@@ -36,7 +36,7 @@ void set_materials(layer_plan_t& plan, const MaterialMap& materials);
 OffsetMap offsets_of(const layer_plan_t& plan);  ///< without cells: all in the centres
 void set_offsets(layer_plan_t& plan, const OffsetMap& offsets);
 DropletPattern fires_of(const stage_command_t& pass);  ///< 1 where the pass fires
-/// Where the droplets of a pass are aimed; check() tells an index beyond the table.
+/// Returns the places of a pass's droplets; check() tells an index beyond the table.
 Placement placement_of(const stage_command_t& pass, const OffsetTable& table);
 void set_placement(stage_command_t& pass, const Placement& placement);
 

@@ -236,8 +236,7 @@ std::vector<RunMaps::Value> RunMaps::take_predictions() {
 
 std::vector<std::pair<int, OutlineStats>> RunMaps::take_outlines() {
   std::vector<std::pair<int, OutlineStats>> found;
-  if (lab_of(experiment_).deposition != Deposition::kDroplets)
-    return found;  // a line fades beside its middle
+  if (prints_lines(experiment_) || prints_paths(experiment_)) return found;  // a line fades beside its middle
   for (const int layer : newest(new_maps_)) {
     if (layer == 0) continue;
     const auto m = measured(layer);

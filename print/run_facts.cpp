@@ -40,7 +40,7 @@ std::optional<height_map_t> last_map(const runs::RunFolder& run) {
 void add_surface(const Experiment& e, const HeightMap& target, const Mask& mask,
                  const std::optional<height_map_t>& map, runs::RunResult& r) {
   r.part->size_mm = part_size_mm(target, mask);
-  if (!map || map->layer == 0 || lab_of(e).deposition == Deposition::kLines) return;
+  if (!map || map->layer == 0 || prints_lines(e)) return;
   const HeightMap height = measured_height_of(*map);
   if (height.spec != target.spec) return;
   r.outline = outline_stats(height, target, mask);

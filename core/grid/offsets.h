@@ -74,7 +74,8 @@ struct OffsetMap : Grid<std::uint8_t> {
   int of(std::size_t cell) const { return cells.empty() ? 0 : int(cells[cell]); }
 };
 
-/// Where the droplets of a layer, or of a pass, are aimed. Default: in the centres, at any distance.
+/// Places inside the cells at which the droplets of a layer, or of a pass, are aimed. Default: the centres,
+/// at any distance.
 struct Placement {
   OffsetTable table = {};
   OffsetMap map = {};
@@ -95,7 +96,7 @@ struct Aim {
   double lead_mm = 0.0;      ///< way of the stage while the droplet falls, by its flight in the strobe
 };
 
-/// Where the stage must be, by its own reading, when the droplet of a cell is fired.
+/// The stage's own reading at the moment when the droplet of a cell is fired.
 struct StagePlace {
   double x_mm = 0.0, y_mm = 0.0;
 };

@@ -25,26 +25,18 @@ const char* name(DeviceState state) {
 }
 
 const char* standing(DeviceState state) {
-  switch (state) {
-    case DeviceState::kConnecting:
-      return "not connected yet";
-    case DeviceState::kIdentifying:
-      return "not identified yet";
-    case DeviceState::kSafe:
-      return "idle";
-    case DeviceState::kSuspect:
-      return "about to be asked again after a damaged answer";
-    case DeviceState::kFault:
-      return "in a fault";
-    case DeviceState::kEstop:
-      return "in an emergency stop";
-    case DeviceState::kDisconnected:
-    case DeviceState::kStaged:
-    case DeviceState::kArmed:
-    case DeviceState::kActive:
-      break;
-  }
-  return name(state);
+  static constexpr const char* kWords[] = {"disconnected",
+                                           "not connected yet",
+                                           "not identified yet",
+                                           "idle",
+                                           "staged",
+                                           "armed",
+                                           "active",
+                                           "about to be asked again after a damaged answer",
+                                           "in a fault",
+                                           "in an emergency stop"};
+  static_assert(std::size(kWords) == kTableSize<DeviceState>);
+  return kWords[int(state)];
 }
 
 const char* name(Outcome outcome) {

@@ -56,7 +56,7 @@ void add(PrintPreview& p, const std::vector<std::string>& remarks) {
   p.remarks.insert(p.remarks.end(), remarks.begin(), remarks.end());
 }
 
-// How places inside the cells cost time: nearer droplets, more runs of the stage.
+// Places inside the cells cost time: nearer droplets, more runs of the stage.
 std::string places_remark(const Experiment& e, const OffsetTable& places) {
   double most = 0.0;
   for (int n = 0; n < places.size(); ++n) most = std::max(most, places[n].x);

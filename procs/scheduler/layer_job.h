@@ -49,8 +49,8 @@ class LayerJob {
   const DropletPattern& fires() const { return fires_; }
   std::int64_t remaining() const;  ///< droplets that the current pass still has to fire
   const OffsetMap& offsets() const { return placement_.map; }
-  /// Where these droplets are aimed, and in which order they come. Set how far apart those of one run are
-  /// before the pass is commanded (drivers/stage/raster.h).
+  /// The places of these droplets and the order in which they come. keep_apart() sets the distance of those
+  /// of one run before the pass is commanded (drivers/stage/raster.h).
   const Placement& placement() const { return placement_; }
   void keep_apart(double apart_mm) { placement_.apart_mm = apart_mm; }
 

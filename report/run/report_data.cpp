@@ -88,13 +88,12 @@ void read_result(const fs::path& file, RunData& data) try {
 } catch (const std::invalid_argument&) {
 }
 
-void read_truth(const fs::path& run, RunData& data, std::map<std::int32_t, LayerRow>& rows) {
+void read_truth(const fs::path& run, bool outlined, RunData& data, std::map<std::int32_t, LayerRow>& rows) {
   runs::each_truth(run, [&](std::int32_t layer, HeightMap height) {
     if (height.spec != data.target.spec) return;
     if (const auto row = rows.find(layer); row != rows.end()) {
       row->second.truth = error_stats(height, data.target, data.mask);
-      row->second.outline = outline_stats(height, data.target, data.mask);
-      data.outline = row->second.outline;
+      if (outlined) data.outline = row->second.outline = outline_stats(height, data.target, data.mask);
     }
     data.truth = std::move(height);
   });
@@ -188,7 +187,9 @@ void read_stage_runs(const RunRecord& run, std::map<std::int32_t, LayerRow>& row
   });
 }
 
-void read_droplets(const RunRecord& run, RunData& data, std::map<std::int32_t, LayerRow>& rows) {
+// A part on a grid of cells. `outlined`: it has an outline; a line fades beside its middle and has none.
+void read_grid_part(const RunRecord& run, bool outlined, RunData& data,
+                    std::map<std::int32_t, LayerRow>& rows) {
   const std::vector<std::byte> target = run.input("target"), mask = run.input("mask");
   GridSpec grid = data.height.spec;
   if (grid.size() == 0) {
@@ -201,24 +202,27 @@ void read_droplets(const RunRecord& run, RunData& data, std::map<std::int32_t, L
   if (run.has("geometry")) data.part.key += sha256_hex(run.input("geometry"));
   measure_part(data.target, data.mask, data.part);
   if (run.has("geometry")) data.inks = read_ink_data(run.messages, run.input("geometry"), data.mask);
-  read_truth(run.folder, data, rows);
+  read_truth(run.folder, outlined, data, rows);
   run.messages.each<height_map_t>(channels::kHeightMap.name, [&](const height_map_t& m) {
     const auto row = rows.find(m.layer);
-    if (const HeightMap height = measured_height_of(m); row != rows.end() && height.spec == data.target.spec)
+    if (const HeightMap height = measured_height_of(m);
+        outlined && row != rows.end() && height.spec == data.target.spec)
       row->second.measured = outline_stats(height, data.target, data.mask);
   });
   run.messages.each<deposition_report_t>(channels::kDepositionReport.name, [&](const deposition_report_t& m) {
     if (const auto row = rows.find(m.layer); row != rows.end()) ++row->second.passes;
   });
   read_stage_runs(run, rows);
-  if (!data.outline && data.height.spec == grid && data.height.size() > 0)
+  if (outlined && !data.outline && data.height.spec == grid && data.height.size() > 0)
     data.outline = outline_stats(data.height, data.target, data.mask);
 }
 
+void read_droplets(const RunRecord& run, RunData& data, std::map<std::int32_t, LayerRow>& rows) {
+  read_grid_part(run, true, data, rows);
+}
+
 void read_lines_of(const RunRecord& run, RunData& data, std::map<std::int32_t, LayerRow>& rows) {
-  read_droplets(run, data, rows);
-  data.outline.reset();  // a line fades beside its middle: it has no outline
-  for (auto& [layer, row] : rows) row.outline = row.measured = std::nullopt;
+  read_grid_part(run, false, data, rows);
   data.own = read_line_data(run.messages);
   if (run.has("job")) data.cut = line_cut(decode_job(run.input("job")));
 }

@@ -41,8 +41,8 @@ RunMessages::RunMessages(const std::filesystem::path& run, const Channels& wante
     return std::tuple(m.channel, m.stamp.incarnation, m.stamp.seq);
   };
   std::ranges::stable_sort(messages, {}, key);
-  const auto repeated = std::ranges::unique(messages, {}, key);
-  messages.erase(repeated.begin(), repeated.end());
+  const auto same = [&](const LoggedMessage& a, const LoggedMessage& b) { return key(a) == key(b); };
+  messages.erase(std::unique(messages.begin(), messages.end(), same), messages.end());
   by_channel_.resize(channel_table().size());
   for (const LoggedMessage& m : messages)
     by_channel_[std::size_t(m.channel - channel_table().data())].push_back(m.bytes);

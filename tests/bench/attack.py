@@ -309,6 +309,7 @@ def main():
     arguments.add_argument("--only", choices=KINDS)
     arguments.add_argument("--firn", default=str(ROOT / "build" / "bin" / "firn"))
     given = arguments.parse_args()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, 4096), hard))
     with tempfile.TemporaryDirectory(prefix="firn-attack-") as folder:
@@ -319,12 +320,14 @@ def main():
             tries = getattr(attack, kind)() * (1 if kind == "idle" else given.draws)
             attack.random.shuffle(tries)
             tries = tries[:1 if given.sample and kind in ONCE + LONG else given.sample]
-            for n, (attempt, *what) in enumerate(tries):
-                attempt(*what)
-                if sys.stderr.isatty():
-                    print(f"\r{kind}: {n + 1} of {len(tries)}", end="\r", file=sys.stderr, flush=True)
-            print(attack.told(kind), flush=True)
-    print("\n".join(attack.failures), file=sys.stderr)
+            try:
+                for n, (attempt, *what) in enumerate(tries):
+                    attempt(*what)
+                    if sys.stderr.isatty():
+                        print(f"\r{kind}: {n + 1} of {len(tries)}", end="\r", file=sys.stderr, flush=True)
+            finally:  # of a bench that is ended too
+                failures = [f for f in attack.failures if f.startswith(kind + ":")]
+                print(attack.told(kind), *failures, sep="\n", flush=True)
     return bool(attack.failures)
 
 

@@ -171,6 +171,12 @@ class Package(unittest.TestCase):
         self.assertFalse(np.array_equal(a["SIM_TRUTH"].height_mm[-1], c["SIM_TRUTH"].height_mm[-1]))
         self.assertTrue(all("raises" in reason for reason in a.decisions.reason[:-1]))
 
+    def test_a_seed_works_in_every_lab(self):
+        for experiment in ("aerosol-antenna", "ice-small"):
+            a, b, c = (firn.simulate(ROOT / "experiments" / f"{experiment}.toml", seed=s).summary["rms_um"] for s in (3, 3, 4))
+            self.assertEqual(a, b, experiment)
+            self.assertNotEqual(a, c, experiment)
+
     def test_a_class_of_a_file_is_a_controller_as_its_name_is(self):
         sys.path.insert(0, str(ROOT / "experiments" / "python"))
         from level import Level

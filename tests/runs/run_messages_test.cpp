@@ -25,7 +25,7 @@ fs::path printed_run(const fs::path& root) {
   return run.path();
 }
 
-// Of the nodes' own messages: the launcher's and the recorder's are in the log alone.
+// The channels of the nodes' own messages: the launcher's and the recorder's are in the log alone.
 runs::RunMessages::Channels logged_channels() {
   runs::RunMessages::Channels names;
   for (const ChannelInfo& channel : channel_table())

@@ -201,20 +201,21 @@ Decision Mpc::decide_lean(const Measurement& m, const HeightMap& height) const {
   }
   std::int64_t cells = 0;
   for (const std::uint8_t in : setup_.mask.cells) cells += in != 0;
-  const bool alone = options_.method == MpcMethod::kCertified && std::size_t(cells) > mpc::kMaxSplitCells;
+  const bool without_bound =
+      options_.method == MpcMethod::kCertified && std::size_t(cells) > mpc::kMaxSplitCells;
   if (d.kind == Decision::Kind::kEnd)
     end_print(d, "another layer would not improve the surface");
   else if (!beats_noise(d, cells, m.noise_std_mm, noise_gate_, options_.error))
     end_print(d, "the best layer would only answer the measurement's noise");
   else  // more than half of its height goes where height is missing, or it would not better the mean error
         // (guard.h)
-    d.reason = options_.method == MpcMethod::kCertified && !alone
+    d.reason = options_.method == MpcMethod::kCertified && !without_bound
                    ? "the best layer of strips that agree on windows of droplets" + reached
                : settled
                    ? "no strip of " + std::to_string(options_.strip_rows) + " rows betters this layer" +
-                         (alone ? "; of more than " + std::to_string(mpc::kMaxSplitCells) +
-                                      " cells certified decides as strip_dp, without a bound"
-                                : "")
+                         (without_bound ? "; of more than " + std::to_string(mpc::kMaxSplitCells) +
+                                              " cells certified decides as strip_dp, without a bound"
+                                        : "")
                    : "best layer found within " + std::to_string(options_.max_evaluations) + " evaluations";
   return d;
 }

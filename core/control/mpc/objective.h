@@ -76,8 +76,8 @@ class HorizonObjective {
   double single_step_gain(std::uint32_t cell, double sign) const;
   void fill_table();
   void set_materials(std::span<const MaterialMap> materials);
-  double step_model(std::size_t step, const DropletPattern& layer,
-                    int pass);  // returns what goes over the border
+  /// Adds the layer of a step to the model. Returns the sum of heights [mm] that leaves the border.
+  double step_model(std::size_t step, const DropletPattern& layer, int pass);
   void store(const HeightMap& height, std::size_t step);
 
   GridSpec grid_;

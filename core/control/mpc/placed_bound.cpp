@@ -15,7 +15,7 @@ int symbol(int pattern, int row) { return pattern / kPowers[row] % PlacedBound::
 
 }  // namespace
 
-// Of one row of errors: rows 0, 1, 2 of droplets, the middle one that of the errors.
+// The terms of one row of errors: rows 0, 1, 2 of droplets, the middle one that of the errors.
 struct PlacedBound::Strip {
   std::vector<std::vector<int>> patterns;  // allowed ones of each column
   std::vector<std::array<double, kPatterns>> from[3],

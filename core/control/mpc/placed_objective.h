@@ -33,7 +33,7 @@ class PlacedObjective {
   int choices(std::size_t n) const { return first_[n + 1] - first_[n]; }
   int choice(std::size_t n) const { return chosen_[n]; }  ///< kNone or one of its places
   void choose(std::size_t n, int choice);
-  /// How the sum changes with a droplet on the n-th cell, which has none now.
+  /// Returns the change of the sum with a droplet on the n-th cell, which has none now.
   double rise_with(std::size_t n, int choice) const;
 
   /// Height that a choice adds to the cell (dx, dy) from the n-th, 0 where it does not count; what it costs

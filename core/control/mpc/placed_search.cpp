@@ -41,7 +41,7 @@ class PlacedSearch {
     double rise = 0.0;
   };
 
-  // Of a cell without a droplet.
+  // The choice that lowers the sum most for a cell without a droplet.
   Best best(std::size_t n) {
     Best b;
     const int choices = objective_.choices(n);

@@ -66,7 +66,9 @@ def simulate(experiment, *, controller=None, seed=None, settings=None, runs=None
     """
     words = set_words(settings)
     if seed is not None:
-        words += ["--set", f"plant.seed={int(seed)}", "--set", f"control.mpc.seed={int(seed)}"]
+        words += ["--set", f"plant.seed={int(seed)}"]
+        if "[control.mpc]" in call("config", "dump", experiment):  # other labs search for no plan
+            words += ["--set", f"control.mpc.seed={int(seed)}"]
     if controller is not None:
         words += ["--set", f"control.scheme={scheme(controller)}"]
     owner = _Owner()
