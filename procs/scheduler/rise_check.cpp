@@ -21,6 +21,21 @@ double variance(double std_mm) {
   return s * s;
 }
 
+/// Ground whose cells scatter alike between two scans.
+enum Ground : std::size_t { kLevel, kTop, kFoot };  // of a wall
+constexpr std::size_t kGrounds = 3;
+
+Ground ground_of(const HeightMap& before, int i, int j, double wall_mm) {
+  const GridSpec& g = before.spec;
+  Ground ground = kLevel;
+  for (int y = std::max(0, j - 1); y <= std::min(g.ny - 1, j + 1); ++y)
+    for (int x = std::max(0, i - 1); x <= std::min(g.nx - 1, i + 1); ++x) {
+      if (before.at(x, y) < before.at(i, j) - wall_mm) return kTop;
+      if (before.at(x, y) > before.at(i, j) + wall_mm) ground = kFoot;
+    }
+  return ground;
+}
+
 /// Returns the share of the expected rise that a cell with droplets shows at least: 1 on level ground.
 double held_share(const HeightMap& before, const DropletPattern& drops, int i, int j, double fall_mm) {
   const GridSpec& g = before.spec;
@@ -34,14 +49,22 @@ double held_share(const HeightMap& before, const DropletPattern& drops, int i, i
   return !edge ? 1.0 : alone ? 0.0 : RiseCheck::kEdgeShare;
 }
 
-/// Cells with a droplet on them or up to two cells away.
-std::vector<std::uint8_t> near_droplets(const DropletPattern& drops) {
-  const GridSpec& g = drops.spec;
+using Inks = std::array<double, 2>;
+
+Material ink_of(const RiseCheck::Layer& l, std::size_t c) {
+  return l.materials.cells.empty() ? Material::kA : l.materials.of(c);
+}
+
+/// The inks of each cell's droplets and of those up to two cells away: a bit each.
+std::vector<std::uint8_t> inks_near(const RiseCheck::Layer& l) {
+  const GridSpec& g = l.drops.spec;
   std::vector<std::uint8_t> along_x(g.size()), near(g.size());
   for (int j = 0; j < g.ny; ++j)
     for (int i = 0; i < g.nx; ++i) {
-      if (drops.at(i, j) == 0) continue;
-      for (int x = std::max(0, i - 2); x <= std::min(g.nx - 1, i + 2); ++x) along_x[g.index(x, j)] = 1;
+      const std::size_t c = g.index(i, j);
+      if (l.drops.cells[c] == 0) continue;
+      const auto bit = std::uint8_t(ink_of(l, c) == Material::kB ? 2 : 1);
+      for (int x = std::max(0, i - 2); x <= std::min(g.nx - 1, i + 2); ++x) along_x[g.index(x, j)] |= bit;
     }
   for (int j = 0; j < g.ny; ++j)
     for (int y = std::max(0, j - 2); y <= std::min(g.ny - 1, j + 2); ++y)
@@ -49,24 +72,24 @@ std::vector<std::uint8_t> near_droplets(const DropletPattern& drops) {
   return near;
 }
 
-/// Rise of each cell by either ink on flat ground, of droplets beside the centres.
-std::vector<std::array<double, 2>> expected_rise(const Experiment& e, const RiseCheck::Layer& l) {
+/// Rise of each cell by either ink on flat ground.
+std::vector<Inks> expected_rise(const Experiment& e, const RiseCheck::Layer& l) {
   const ModelConfig& m = e.model;
   const OffsetTable places(e.actuation);
   const deposition::DropletModel a{m.h1_mm, m.h2_mm, m.h3_mm}, b{m.g1_mm, m.g2_mm, m.g3_mm};
   const deposition::OffsetModel inks[2] = {offset_model(a, places, e.actuation.heights_mm),
                                            offset_model(b, places)};
-  constexpr int kRadius = deposition::OffsetKernel::kRadius;
+  const int radius = places.size() > 1 ? deposition::OffsetKernel::kRadius : 1;
   const GridSpec& g = l.drops.spec;
-  std::vector<std::array<double, 2>> rise(g.size());
+  std::vector<Inks> rise(g.size());
   for (int j = 0; j < g.ny; ++j)
     for (int i = 0; i < g.nx; ++i) {
       const std::size_t c = g.index(i, j);
       if (l.drops.cells[c] == 0) continue;
-      const std::size_t ink = !l.materials.cells.empty() && l.materials.of(c) == Material::kB;
+      const std::size_t ink = ink_of(l, c) == Material::kB;
       const deposition::OffsetKernel& k = inks[ink].kernels[std::size_t(l.offsets.of(c))];
-      for (int dy = -kRadius; dy <= kRadius; ++dy)
-        for (int dx = -kRadius; dx <= kRadius; ++dx)
+      for (int dy = -radius; dy <= radius; ++dy)
+        for (int dx = -radius; dx <= radius; ++dx)
           if (g.contains(i + dx, j + dy))
             rise[g.index(i + dx, j + dy)][ink] += l.drops.cells[c] * k.at(dx, dy);
     }
@@ -77,73 +100,113 @@ std::string um(double mm) { return std::to_string(mm * 1e3) + " um"; }
 
 }  // namespace
 
+void RiseCheck::Scatter::add(double z) {
+  ++n_;
+  sum_ += z;
+  squares_ += z * z;
+}
+
+double RiseCheck::birge_ratio(std::span<const Scatter> groups) {
+  double squares = 0.0, free = 0.0;
+  for (const Scatter& g : groups) {
+    if (g.n_ < 2.0) continue;
+    squares += g.squares_ - g.sum_ * g.sum_ / g.n_;
+    free += g.n_ - 1.0;
+  }
+  return free == 0.0 ? 1.0 : std::max(1.0, squares / free);
+}
+
 void RiseCheck::Rise::add(const Rise& r) {
   cells += r.cells;
   measured_mm += r.measured_mm;
   expected_mm += r.expected_mm;
+  variance_mm2 += r.variance_mm2;
   information += r.information;
   share += r.share;
-  most_information += r.most_information;
-  most_share += r.most_share;
+}
+
+void RiseCheck::Rise::add(const Samples& samples, double ratio) {
+  for (const Sample& s : samples) {
+    const double v = ratio * s.variance_mm2;
+    add({1.0, s.rise_mm, s.expected_mm, v, s.counted_mm * s.counted_mm / v, s.counted_mm * s.rise_mm / v});
+  }
+}
+
+void RiseCheck::Evidence::add(const Evidence& e) {
+  for (const std::size_t ink : {0, 1}) {
+    of_ink[ink].add(e.of_ink[ink]);
+    reach[ink].add(e.reach[ink]);
+  }
+  bare.add(e.bare);
 }
 
 RiseCheck::Evidence RiseCheck::evidence_of(const Experiment& e, const Layer& l) {
   const GridSpec& g = l.drops.spec;
-  const ModelConfig& m = e.model;
-  const double h[2][3] = {{m.h1_mm, m.h2_mm, m.h3_mm}, {m.g1_mm, m.g2_mm, m.g3_mm}};
-  const auto ink = [&](std::size_t c) {
-    return l.materials.cells.empty() || l.materials.of(c) != Material::kB ? 0 : 1;
-  };
-  const double layer_mm = h[0][0] + 4.0 * h[0][1] + 4.0 * h[0][2],
-               noise_mm2 = variance(l.before_std_mm) + variance(l.std_mm);
+  const double layer_mm = e.model.h1_mm + 4.0 * e.model.h2_mm + 4.0 * e.model.h3_mm,
+               noise_mm2 = variance(l.before_std_mm) + variance(l.std_mm), wall_mm = kEdge_layers * layer_mm;
   const auto scattered_mm2 = [noise_mm2](double e_mm) {
     return noise_mm2 + kScatter * kScatter * e_mm * e_mm;
   };
-  Evidence sum;
-  const std::vector<std::uint8_t> near_them = near_droplets(l.drops);
-  const auto rises = l.offsets.cells.empty() ? std::vector<std::array<double, 2>>{} : expected_rise(e, l);
+  const std::vector<std::uint8_t> near = inks_near(l);
+  const std::vector<Inks> expected = expected_rise(e, l);
+  constexpr std::size_t kEmpty = 2, kBare = 3, kGroups = 4;  // beside cells with droplets of either ink
+  Samples with_droplet[2][kGrounds], reached[2][kGrounds], bare[kGrounds];
+  Scatter scatter[kGrounds][kGroups];
   for (int j = 0; j < g.ny; ++j)
     for (int i = 0; i < g.nx; ++i) {
-      const std::size_t c = std::size_t(g.index(i, j));
+      const std::size_t c = g.index(i, j);
       const double rise = l.after.cells[c] - l.before.cells[c];
-      if (!std::isfinite(rise) || (near_them[c] && l.drops.cells[c] == 0)) continue;
-      if (!near_them[c]) {
-        sum.bare.add({1.0, rise, layer_mm, layer_mm * layer_mm / noise_mm2, layer_mm * rise / noise_mm2});
+      if (!std::isfinite(rise)) continue;
+      const Ground ground = ground_of(l.before, i, j, wall_mm);
+      if (near[c] == 0) {
+        scatter[ground][kBare].add(rise / std::sqrt(noise_mm2));
+        bare[ground].push_back({rise, layer_mm, layer_mm, noise_mm2});
         continue;
       }
-      std::array<double, 2> expected_mm = {};
-      if (!rises.empty()) expected_mm = rises[c];
-      for (int y = std::max(0, j - 1); y <= std::min(g.ny - 1, j + 1) && rises.empty(); ++y)
-        for (int x = std::max(0, i - 1); x <= std::min(g.nx - 1, i + 1); ++x) {
-          const std::size_t n = std::size_t(g.index(x, y));
-          expected_mm[std::size_t(ink(n))] += l.drops.cells[n] * h[ink(n)][std::abs(x - i) + std::abs(y - j)];
-        }
-      const double own_mm = expected_mm[std::size_t(ink(c))], other_mm = expected_mm[std::size_t(1 - ink(c))],
-                   all_mm = own_mm + other_mm,
-                   least_mm = own_mm * held_share(l.before, l.drops, i, j, kEdge_layers * layer_mm),
-                   v = scattered_mm2(own_mm), most_v = scattered_mm2(e.process.most_rise_share * all_mm);
-      sum.of_ink[std::size_t(ink(c))].add({1.0, rise, all_mm, least_mm * least_mm / v,
-                                           least_mm * (rise - other_mm) / v, all_mm * all_mm / most_v,
-                                           all_mm * rise / most_v});
+      const double all_mm = expected[c][0] + expected[c][1];
+      const std::size_t giver = near[c] == 3 ? expected[c][1] > expected[c][0] : near[c] - 1u,
+                        ink = ink_of(l, c) == Material::kB;
+      const bool empty = l.drops.cells[c] == 0;
+      scatter[ground][empty ? kEmpty : ink].add((rise - all_mm) / std::sqrt(scattered_mm2(all_mm)));
+      reached[giver][ground].push_back(
+          {rise, all_mm, all_mm, scattered_mm2(e.process.most_rise_share * all_mm)});
+      if (empty) continue;
+      const double own_mm = expected[c][ink];
+      with_droplet[ink][ground].push_back({rise - expected[c][1 - ink], own_mm,
+                                           own_mm * held_share(l.before, l.drops, i, j, wall_mm),
+                                           scattered_mm2(own_mm)});
     }
+  Evidence sum;
+  for (const std::size_t ground : {kLevel, kTop, kFoot}) {
+    const double ratio = birge_ratio(scatter[ground]);
+    for (const std::size_t ink : {0, 1}) {
+      sum.of_ink[ink].add(with_droplet[ink][ground], ratio);
+      sum.reach[ink].add(reached[ink][ground], ratio);
+    }
+    sum.bare.add(bare[ground], ratio);
+  }
   return sum;
 }
 
 Violation RiseCheck::judge(const ProcessConfig& process, const Evidence& sum, int layers) {
   const double least = process.least_rise_share, most = process.most_rise_share;
   const std::string where = layers == 1 ? "" : "in the last " + std::to_string(layers) + " layers ";
-  for (const int n : {0, 1}) {
-    const Rise& r = sum.of_ink[std::size_t(n)];
+  for (const std::size_t n : {0, 1}) {
+    const Rise& r = sum.of_ink[n];
     if (r.cells == 0.0) continue;
-    const std::string what = std::string(n ? "jet_b: " : "jet: ") + where + std::to_string(int(r.cells)) +
-                             " cells with its droplets rose by " + um(r.measured_mm / r.cells) +
-                             " on average, " + um(r.expected_mm / r.cells) + " is expected: ";
-    const double share = r.measured_mm / r.expected_mm;
+    const auto told = [&](double cells, const char* which, double measured_mm, double expected_mm) {
+      return std::string(n ? "jet_b: " : "jet: ") + where + std::to_string(int(cells)) + " cells " + which +
+             " its droplets rose by " + um(measured_mm / cells) + " on average, " + um(expected_mm / cells) +
+             " is expected: ";
+    };
     if (least > 0.0 && least * r.information - r.share > kSigmas * std::sqrt(r.information))
-      return {what + "drops without rise, the nozzle is dead",
-              {share, least, "", "process.least_rise_share"}};
-    if (r.most_share - most * r.most_information > kSigmas * std::sqrt(r.most_information))
-      return {what + "rise without drops, it gives too much", {share, most, "", "process.most_rise_share"}};
+      return {told(r.cells, "with", r.measured_mm, r.expected_mm) + "drops without rise, the nozzle is dead",
+              {r.measured_mm / r.expected_mm, least, "", "process.least_rise_share"}};
+    const Rise& reach = sum.reach[n];
+    if (reach.measured_mm - most * reach.expected_mm > kSigmas * std::sqrt(reach.variance_mm2))
+      return {told(reach.cells, "near", reach.measured_mm, reach.expected_mm) +
+                  "rise without drops, it gives too much",
+              {reach.measured_mm / reach.expected_mm, most, "", "process.most_rise_share"}};
   }
   const Rise& bare = sum.bare;
   if (least > 0.0 && bare.share - least * bare.information > kSigmas * std::sqrt(bare.information))
@@ -160,9 +223,7 @@ Violation RiseCheck::check(const Experiment& e, const Layer& layer) {
   if (layers_.size() > kMostLayers) layers_.pop_back();
   Evidence sum;
   for (std::size_t n = 1; n <= layers_.size(); ++n) {
-    const Evidence& last = layers_[n - 1];
-    for (const std::size_t k : {0, 1}) sum.of_ink[k].add(last.of_ink[k]);
-    sum.bare.add(last.bare);
+    sum.add(layers_[n - 1]);
     if ((n & (n - 1)) != 0) continue;  // 1, 2, 4, 8
     if (Violation what = judge(e.process, sum, int(n)); !what.empty()) return what;
   }

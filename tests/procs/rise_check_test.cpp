@@ -20,6 +20,22 @@ class Printer {
     before_ = measured();
   }
   Experiment& experiment() { return e_; }
+  /// From now on droplets lie in pits: all of a droplet stays on its own cell.
+  void dig() { in_pits_ = true; }
+  /// From now on the plateau is a wall that each scan meets at another place of its rim's cells.
+  void build_wall(double height_mm, double jitter_mm) {
+    for (int j = 3; j < 3 + side_; ++j)
+      for (int i = 3; i < 3 + side_; ++i) surface_.at(i, j) += height_mm;
+    jitter_mm_ = jitter_mm;
+    before_ = measured();
+  }
+  /// From now on every second column is of ink B, whose droplets add so many times their height.
+  void second_ink(double share) {
+    inks_ = MaterialMap(e_.grid);
+    for (int j = 0; j < e_.grid.ny; ++j)
+      for (int i = 0; i < e_.grid.nx; i += 2) inks_.at(i, j) = std::uint8_t(Material::kB);
+    share_b_ = share;
+  }
   /// Prints a layer of which each droplet adds `share` of its height. @returns the finding of the check
   Violation layer(double share, double fill = 1.0, double leak_mm = 0.0) {
     DropletPattern drops(e_.grid);
@@ -33,7 +49,12 @@ class Printer {
       for (int i = 0; i < e_.grid.nx; ++i) {
         surface_.at(i, j) += leak_mm;
         if (drops.at(i, j) == 0) continue;
-        const double volume = share * (1.0 + 0.1 * random_.normal());
+        const bool b = !inks_.cells.empty() && inks_.of(e_.grid.index(i, j)) == Material::kB;
+        const double volume = (b ? share_b_ : share) * (1.0 + 0.1 * random_.normal());
+        if (in_pits_) {
+          surface_.at(i, j) += volume * (h[0] + 4.0 * h[1] + 4.0 * h[2]);
+          continue;
+        }
         if (!places.cells.empty()) {
           const deposition::OffsetKernel k =
               deposition::mixed_kernel({h[0], h[1], h[2]}, table[places.of(e_.grid.index(i, j))]);
@@ -46,7 +67,7 @@ class Printer {
             surface_.at(x, y) += volume * h[std::abs(x - i) + std::abs(y - j)];
       }
     const HeightMap after = measured();
-    const Violation what = check_.check(e_, {before_, after, noise_mm_, noise_mm_, drops, {}, places});
+    const Violation what = check_.check(e_, {before_, after, noise_mm_, noise_mm_, drops, inks_, places});
     before_ = after;
     return what;
   }
@@ -55,13 +76,21 @@ class Printer {
   HeightMap measured() {
     HeightMap m = surface_;
     for (double& h : m.cells) h += noise_mm_ * random_.normal();
+    const int last = 2 + side_;
+    for (int j = 3; j <= last; ++j)
+      for (int i = 3; i <= last; ++i)
+        if (i == 3 || j == 3 || i == last || j == last) m.at(i, j) += jitter_mm_ * random_.normal();
     return m;
   }
 
   int side_;
   double noise_mm_;
+  bool in_pits_ = false;
+  double jitter_mm_ = 0.0;
+  double share_b_ = 1.0;
   RandomStream random_;
   Experiment e_;
+  MaterialMap inks_;
   HeightMap surface_, before_;
   RiseCheck check_;
 };
@@ -69,7 +98,10 @@ class Printer {
 /// Layers until the check finds something; 0: it does not within `layers`.
 int found_after(Printer& printer, int layers, double share, double fill = 1.0) {
   for (int n = 1; n <= layers; ++n)
-    if (!printer.layer(share, fill).empty()) return n;
+    if (const Violation what = printer.layer(share, fill); !what.empty()) {
+      UNSCOPED_INFO(what.text);
+      return n;
+    }
   return 0;
 }
 
@@ -107,6 +139,44 @@ TEST_CASE("A nozzle that fires well beside the centres is never stopped, and a d
     dead.experiment().actuation.offsets = OffsetKind::kX;
     for (int n = 0; n < 5; ++n) CHECK(dead.layer(1.0).empty());
     CHECK(found_after(dead, 2, 0.0) > 0);
+  }
+}
+
+TEST_CASE("Droplets in pits, which take what the model gives to the walls, are no leak", "[I12]") {
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    RandomStream random(seed, Purpose::kInstance);
+    Printer printer(3 + int(random.below(12)), 0.001 * random.uniform(0.2, 1.5), seed);
+    printer.experiment().actuation.offsets = OffsetKind::kGrid;
+    printer.dig();
+    INFO("seed " << seed);
+    CHECK(found_after(printer, 50, random.uniform(0.7, 1.5), random.uniform(0.02, 1.0)) == 0);
+  }
+}
+
+TEST_CASE("Scans that meet a wall at different places stop no print, and a dead nozzle beside it is found",
+          "[I12]") {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    RandomStream random(seed, Purpose::kInstance);
+    const int side = 4 + int(random.below(12));
+    Printer printer(side, 0.0005, seed);
+    printer.build_wall(0.4, 0.02);
+    INFO("seed " << seed);
+    CHECK(found_after(printer, 50, random.uniform(0.7, 1.2), random.uniform(0.02, 1.0)) == 0);
+    Printer dead(10, 0.0005, seed);
+    dead.build_wall(0.4, 0.02);
+    for (int n = 0; n < 5; ++n) CHECK(dead.layer(1.0).empty());
+    CHECK(found_after(dead, 2, 0.0) > 0);
+  }
+}
+
+TEST_CASE("Of two inks in alternating columns the one that gives eight times its droplets is named",
+          "[I12]") {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    Printer printer(8, 0.001, seed);
+    printer.second_ink(1.0);
+    for (int n = 0; n < 20; ++n) CHECK(printer.layer(1.0).empty());
+    printer.second_ink(8.0);
+    CHECK_THAT(printer.layer(1.0).text, Catch::StartsWith("jet_b: ") && Catch::Contains("it gives too much"));
   }
 }
 
