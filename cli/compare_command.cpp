@@ -31,14 +31,39 @@
 namespace firn {
 namespace {
 
+constexpr const char* kResults = "results.journal";
+
+std::filesystem::path folder_of(const std::string& output, const std::string& name) {
+  return output.empty() ? std::filesystem::path("runs") / ("study-" + name) : std::filesystem::path(output);
+}
+
 std::filesystem::path make_folder(const std::string& output, const std::string& name) {
-  const std::filesystem::path folder =
-      output.empty() ? std::filesystem::path("runs") / ("study-" + name) : std::filesystem::path(output);
+  const std::filesystem::path folder = folder_of(output, name);
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error || !std::filesystem::is_directory(folder))
     throw UsageError(folder.string() + ": no study folder can be made there");
   return folder;
+}
+
+// Adds the prints of all journals of a study's folder to the one that is at work, whose own file is `except`.
+void take_journals(StudyJournal& journal, const std::filesystem::path& folder,
+                   const std::filesystem::path& except) {
+  std::vector<std::filesystem::path> all = shard_journals(folder);
+  if (std::filesystem::exists(folder / kResults)) all.insert(all.begin(), folder / kResults);
+  for (const std::filesystem::path& other : all)
+    if (other != except) journal.take(other);
+}
+
+// Tells the state of the folder while others may be printing into it; makes and locks nothing.
+int tell_state(const CompareOptions& options, const StudyPlan& plan, const StudyShard& shard,
+               const StudyLab& lab, StudyPlatforms platforms) {
+  StudyJournal journal(lab, platforms);
+  take_journals(journal, folder_of(options.output, plan.study.name), {});
+  const std::string text =
+      options.json ? study_state_json(plan, journal, shard) : study_state_text(plan, journal, shard);
+  std::fputs(text.c_str(), stdout);
+  return kOk;
 }
 
 // Reports the earlier prints of the folder.
@@ -63,6 +88,17 @@ void tell_of_the_past(const StudyPlan& plan, const StudyJournal& journal, bool a
                journal.damaged());
 }
 
+// The lab that each seed drew: a line for each seed, a column for each key.
+std::string labs_csv(const Study& study) {
+  std::string csv = "seed";
+  for (const KeyRange& prior : study.priors) csv += "," + prior.key;
+  for (const std::uint64_t seed : study.seeds) {
+    csv += "\n" + std::to_string(seed);
+    for (const std::string& drawn : drawn_lab(study, seed)) csv += "," + drawn.substr(drawn.find('=') + 1);
+  }
+  return csv + "\n";
+}
+
 using Provenance = std::vector<std::pair<std::string, std::string>>;
 
 Provenance provenance(const Provenance& data, const std::string& trial) {
@@ -85,6 +121,9 @@ Provenance provenance(const StudyPlan& plan, std::size_t of_other_platforms) {
   Provenance told{{"experiment", plan.study.experiment.empty() ? "the defaults" : plan.study.experiment},
                   {"seeds", fmt::format("{} from {} to {}", seeds.size(), *low, *high)}};
   if (!plan.study.lab.empty()) told.emplace_back("lab", plan.study.lab.string());
+  for (const KeyRange& prior : plan.study.priors)
+    told.emplace_back(prior.key,
+                      prior.words() + "; drawn for each seed, the same for all schemes (labs.csv)");
   if (of_other_platforms > 0)
     told.emplace_back("other platforms", counted(of_other_platforms, "result") +
                                              " of a platform whose library functions give other results");
@@ -154,12 +193,15 @@ int write_results(const std::filesystem::path& folder, const report::StudyTable&
 int compare_recorded(const CompareOptions& options, const Study& study, const std::filesystem::path& from) {
   if (!options.overrides.empty() || options.seeds > 0 || !options.lab.empty())
     throw UsageError("--set, --seeds, --lab: the runs are printed already");
+  if (!options.shard.empty() || options.most > 0 || options.again || options.dry_run || options.status)
+    throw UsageError("--shard, --max, --again, --dry-run, --status: the runs are printed already");
   const RecordedStudy found = recorded_study(study, from);
   Provenance runs;
   for (std::size_t arm = 0; arm < found.runs.size(); ++arm)
     runs.emplace_back("runs of " + study.arms[arm].name, found.runs[arm]);
   return write_results(make_folder(options.output, study.name), found.table, found.settings, {},
-                       provenance(runs, found.table.trial), "", options.json);
+                       provenance(runs, found.table.trial), "", options.json,
+                       parse_fail_if(options.fail_if, study.arms));
 }
 
 std::atomic<bool> interrupted{false};
@@ -179,23 +221,17 @@ int compare(const CompareOptions& options, const StudyLab& lab, const std::atomi
   }
   const StudyPlan plan = plan_study(std::move(study), file.parent_path(), lab, options.study);
   const std::optional<FailIf> fail_if = parse_fail_if(options.fail_if, plan.study.arms);
+  const StudyPlatforms platforms = options.platform == "any" ? StudyPlatforms::kAny : StudyPlatforms::kThis;
+  if (options.status || options.dry_run) return tell_state(options, plan, shard, lab, platforms);
   const std::filesystem::path folder = make_folder(options.output, plan.study.name);
-  const std::filesystem::path results = folder / "results.journal";
   const std::optional<ShardFile> own =
       options.shard.empty() ? std::nullopt : std::optional<ShardFile>(std::in_place, folder, shard);
-  StudyJournal journal(own ? own->at_work() : results, lab,
-                       options.platform == "any" ? StudyPlatforms::kAny : StudyPlatforms::kThis);
-  if (own && std::filesystem::exists(results)) journal.take(results);
-  for (const std::filesystem::path& other : shard_journals(folder))
-    if (!own || other != own->at_work()) journal.take(other);
-  if (options.status || options.dry_run) {
-    const std::string text =
-        options.json ? study_state_json(plan, journal, shard) : study_state_text(plan, journal, shard);
-    std::fputs(text.c_str(), stdout);
-    return kOk;
-  }
+  const std::filesystem::path at_work = own ? own->at_work() : folder / kResults;
+  StudyJournal journal(at_work, lab, platforms);
+  take_journals(journal, folder, at_work);
   tell_of_the_past(plan, journal, options.platform == "any");
   write_file_atomically(folder / "study.toml", read_config_text(file));
+  if (!plan.study.priors.empty()) write_file_atomically(folder / "labs.csv", labs_csv(plan.study));
 
   if (const std::string few = report::few_seeds_note(plan.study.arms.size(), plan.study.seeds.size(), "seed");
       !few.empty())
@@ -218,7 +254,9 @@ int compare(const CompareOptions& options, const StudyLab& lab, const std::atomi
   if (made.done > 0)
     fmt::print(stderr, "{} in {:.1f} s, {:.3f} s of processor time each\n", counted(made.done, "print"),
                progress.elapsed_s(), made.cpu_s / double(made.done));
-  if (const auto left = prints_to_do(plan, journal, {.shard = shard}).size(); left > 0) {
+  StudyRunOptions rest;
+  rest.shard = shard;
+  if (const auto left = prints_to_do(plan, journal, rest).size(); left > 0) {
     fmt::print(stderr, "{} are left; the same command goes on\n", counted(left, "print"));
     return kOk;
   }

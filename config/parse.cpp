@@ -188,8 +188,8 @@ class Reader {
   }
 
   [[noreturn]] void unknown(const std::string& key, const std::string& file, int line) const {
-    constexpr std::string_view kOfStudies[] = {"baseline", "experiment", "metrics",
-                                               "scheme",   "seeds",      "vary"};
+    constexpr std::string_view kOfStudies[] = {"baseline", "experiment", "metrics", "prior", "sample",
+                                               "scheme",   "seeds",      "vary",    "zip"};
     if (file != kSet && std::ranges::find(kOfStudies, key) != std::end(kOfStudies))
       throw ConfigError(
           file, line, key,

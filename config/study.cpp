@@ -7,9 +7,12 @@
 #define TOML_SHARED_LIB 1
 #include <toml++/toml.h>
 
+#include "config/checks.h"
 #include "config/error.h"
 #include "config/fields.h"
 #include "config/include.h"
+#include "config/reader.h"
+#include "config/study_design.h"
 #include "config/text_limits.h"
 #include "files/nearest.h"
 #include "files/run_paths.h"
@@ -19,14 +22,9 @@ namespace {
 
 constexpr std::size_t kMaxName = 60, kMaxOverrides = 200, kMaxRuns = 1000;
 
-struct Vary {
-  std::string key;
-  std::vector<std::string> values;
-};
-
 class StudyReader {
  public:
-  explicit StudyReader(const std::string& file) : file_(file) {}
+  explicit StudyReader(const std::string& file) : file_(file), design_(file) {}
 
   Study read(const toml::table& table) {
     refuse_experiment(table);
@@ -49,11 +47,12 @@ class StudyReader {
         entries(node, k, line, schemes_);
       else if (k == "part")
         entries(node, k, line, study_.parts);
-      else if (k == "vary")
-        vary(node, "", line);
+      else if (DesignReader::knows(k))
+        design_.read(k, node, line);
       else
         unknown(k, line,
-                {"name", "experiment", "set", "seeds", "metrics", "baseline", "scheme", "part", "vary"});
+                {"name", "experiment", "set", "seeds", "metrics", "baseline", "scheme", "part", "vary", "zip",
+                 "sample", "prior"});
     }
     if (std::ranges::any_of(schemes_, [](const StudyEntry& s) { return !s.runs.empty(); })) recorded(table);
     if (study_.seeds.empty()) fail(0, "seeds", "is missing: a count, as in seeds = 100, or a list");
@@ -64,11 +63,11 @@ class StudyReader {
   }
 
  private:
-  // The sections of an experiment are tables, those of a study lists of tables, but for [vary].
+  // The sections of an experiment are tables, those of a study lists of tables, but for its design.
   void refuse_experiment(const toml::table& table) const {
     if (table.contains("seeds") || table.contains("scheme")) return;
     for (const auto& [key, node] : table)
-      if (const std::string k(key.str()); k == "include" || (node.is_table() && k != "vary"))
+      if (const std::string k(key.str()); k == "include" || (node.is_table() && !DesignReader::knows(k)))
         fail(int(key.source().begin.line), k,
              "is of an experiment, and this should be a study: firn print prints an experiment; a study "
              "names it, as in "
@@ -207,53 +206,14 @@ class StudyReader {
     }
   }
 
-  void vary(const toml::node& node, const std::string& prefix, int line) {
-    const toml::table* table = node.as_table();
-    if (!table) fail(line, "vary", "must be a section of \"key\" = [values]");
-    for (const auto& [key, value] : *table) {
-      const std::string full = prefix + std::string(key.str());
-      const int at = int(key.source().begin.line);
-      if (value.is_table()) {
-        vary(value, full + ".", at);
-        continue;
-      }
-      const toml::array* list = value.as_array();
-      if (!list || list->empty() || list->size() > kMaxArms)
-        fail(at, "vary", full + " must be a list of 1 to 64 values");
-      Vary v{full, {}};
-      for (const toml::node& entry : *list) {
-        if (!entry.is_value()) fail(at, "vary", full + " must hold numbers and texts only");
-        std::ostringstream text;
-        entry.visit([&](const auto& n) { text << n; });
-        v.values.push_back(text.str());
-      }
-      vary_.push_back(std::move(v));
-      if (vary_.size() > 6) fail(at, "vary", "varies more than 6 keys");
-    }
-  }
-
-  // Every scheme under every combination of the varied keys; the last key changes fastest.
   void combine() {
     if (schemes_.empty()) {
-      if (vary_.empty()) fail(0, "scheme", "is missing: name at least one [[scheme]], or [vary] a key");
+      if (!design_.varies()) fail(0, "scheme", "is missing: name at least one [[scheme]], or [vary] a key");
       schemes_.push_back({"", {}, 0});
     }
-    study_.arms = schemes_;
-    for (const Vary& v : vary_) {
-      std::vector<StudyEntry> wider;
-      const std::string shown = v.key.substr(v.key.rfind('.') + 1);
-      if (study_.arms.size() * v.values.size() > kMaxArms) fail(0, "vary", "gives more than 64 combinations");
-      for (const StudyEntry& arm : study_.arms)
-        for (const std::string& value : v.values) {
-          StudyEntry e = arm;
-          std::string plain = value;
-          std::erase_if(plain, [](char c) { return c == '"' || c == '\''; });
-          e.name += (e.name.empty() ? "" : " ") + shown + "=" + plain;
-          e.overrides.push_back(v.key + "=" + value);
-          wider.push_back(std::move(e));
-        }
-      study_.arms = std::move(wider);
-    }
+    study_.arms = design_.combined(schemes_);
+    study_.priors = design_.priors();
+    study_.file = file_;
   }
 
   void finish() {
@@ -282,7 +242,7 @@ class StudyReader {
   std::string file_;
   Study study_;
   std::vector<StudyEntry> schemes_;
-  std::vector<Vary> vary_;
+  DesignReader design_;
   int baseline_line_ = 0;
 };
 
@@ -322,6 +282,47 @@ std::vector<std::pair<std::string, std::string>> study_texts(const Study& study,
   auto with_lab = read_with_includes(study.lab);
   with_lab.push_back(std::move(texts.back()));
   return with_lab;
+}
+
+std::vector<std::string> drawn_lab(const Study& study, std::uint64_t seed) {
+  std::vector<std::string> drawn;
+  for (const KeyRange& prior : study.priors) drawn.push_back(prior.drawn(seed));
+  return drawn;
+}
+
+namespace {
+
+void set_lab(const Study& study, const std::vector<std::string>& lab, const std::string& whose,
+             Experiment& e) try {
+  read_fields(fields(e), "", "", lab);
+  check_experiment(e, {}, "", true);
+} catch (const ConfigError& error) {
+  const auto prior = std::ranges::find(study.priors, error.key, &KeyRange::key);
+  throw ConfigError(study.file, prior == study.priors.end() ? 0 : prior->line, error.key,
+                    "[prior], " + whose + ": " + error.problem);
+}
+
+}  // namespace
+
+void draw_lab(const Study& study, std::uint64_t seed, Experiment& e) {
+  if (!study.priors.empty()) set_lab(study, drawn_lab(study, seed), "seed " + std::to_string(seed), e);
+}
+
+void check_labs(const Study& study, const Experiment& experiment) {
+  Experiment e = experiment;
+  const std::vector<Field> all = fields(e);
+  std::vector<std::string> low, high;
+  for (const KeyRange& prior : study.priors) {
+    const auto field = std::ranges::find(all, prior.key, &Field::key);
+    if (field != all.end() && !belongs(*field, e))
+      throw ConfigError(study.file, prior.line, prior.key,
+                        "[prior], " + prior.key + ": no key of this experiment");
+    low.push_back(prior.lowest());
+    high.push_back(prior.highest());
+  }
+  if (study.priors.empty()) return;
+  set_lab(study, low, "lowest values", e);
+  set_lab(study, high, "highest values", e);
 }
 
 std::vector<Experiment> study_experiments(const Study& study, const std::filesystem::path& folder) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "config/experiment.h"
+#include "config/study_ranges.h"
 
 namespace firn {
 
@@ -22,8 +23,9 @@ struct StudyEntry {
 };
 
 /// Design of a comparison: an arm is a scheme under one combination of the varied keys. Every arm prints
-/// every part, once per seed.
+/// every part, once per seed; a seed has one lab, whatever the arm.
 struct Study {
+  std::string file;                    ///< for messages
   std::string name;                    ///< of the study folder
   std::string experiment;              ///< file or run folder, relative to the study file; "" = the defaults
   std::filesystem::path lab;           ///< file whose lab replaces that of the experiment; empty: its own
@@ -31,6 +33,7 @@ struct Study {
   std::vector<StudyEntry> arms;        ///< schemes x vary, in order
   std::vector<StudyEntry> parts;       ///< one unnamed part if the file lists none
   std::vector<std::uint64_t> seeds;
+  std::vector<KeyRange> priors;      ///< of the lab of each seed
   std::vector<std::string> metrics;  ///< the first is the primary one; "" = the lab's own
   std::string baseline;              ///< an arm's name, or ""
 
@@ -41,9 +44,9 @@ struct Study {
 inline constexpr std::size_t kMaxArms = 64, kMaxParts = 64, kMaxSeeds = 100'000, kMaxPrints = 1'000'000;
 
 /// Keys: name, experiment, set, seeds (a count n = 1..n, or a list), metrics, baseline; [[scheme]] and
-/// [[part]] with name and set; [vary] with "key" = [values]. Or [[scheme]] with name and runs, name, metrics,
-/// baseline and nothing else. @throws ConfigError naming file, line, key and
-/// limit.
+/// [[part]] with name and set; [vary], [zip], [sample] and [prior] (config/study_design.h). Or [[scheme]]
+/// with name and runs, name, metrics, baseline and nothing else. @throws ConfigError naming file, line, key
+/// and limit.
 Study parse_study(std::string_view toml_text, const std::string& file_name);
 
 /// parse_study of the file at `path`. @throws ConfigError, also if it cannot be read
@@ -57,6 +60,15 @@ std::filesystem::path study_experiment_file(const Study& study, const std::files
 /// experiment includes no lab that could be replaced
 std::vector<std::pair<std::string, std::string>> study_texts(const Study& study,
                                                              const std::filesystem::path& folder);
+
+/// Returns the keys of a seed's lab, "KEY=VALUE" for each prior.
+std::vector<std::string> drawn_lab(const Study& study, std::uint64_t seed);
+/// Sets the keys of a seed's lab in the experiment of an arm on a part.
+/// @throws ConfigError naming study file, line, key, seed and limit
+void draw_lab(const Study& study, std::uint64_t seed, Experiment& experiment);
+/// @throws ConfigError as above: the experiment lacks a key that is drawn, or cannot have the lowest or the
+/// highest values of all of them
+void check_labs(const Study& study, const Experiment& experiment);
 
 /// Returns the experiments of every arm on every part (arm-major), with unchanged seeds. `folder` = of the
 /// study file.

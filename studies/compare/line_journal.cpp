@@ -62,9 +62,9 @@ std::vector<LineJournal::Line> LineJournal::lines_of(std::string_view text) {
   return lines;
 }
 
-std::vector<std::string> LineJournal::read(std::size_t& damaged) {
+std::vector<std::string> LineJournal::right_texts(std::vector<Line> lines, std::size_t& damaged) {
   std::vector<std::string> texts;
-  for (Line& line : lines()) {
+  for (Line& line : lines) {
     if (line.right)
       texts.push_back(std::move(line.text));
     else
@@ -73,16 +73,11 @@ std::vector<std::string> LineJournal::read(std::size_t& damaged) {
   return texts;
 }
 
+std::vector<std::string> LineJournal::read(std::size_t& damaged) { return right_texts(lines(), damaged); }
+
 std::vector<std::string> LineJournal::read(const std::filesystem::path& path, std::size_t& damaged) {
   const std::string text = read_file(path);
-  std::vector<std::string> texts;
-  for (Line& line : lines_of(std::string_view(text).substr(0, text.rfind('\n') + 1))) {
-    if (line.right)
-      texts.push_back(std::move(line.text));
-    else
-      ++damaged;
-  }
-  return texts;
+  return right_texts(lines_of(std::string_view(text).substr(0, text.rfind('\n') + 1)), damaged);
 }
 
 void LineJournal::append(std::string_view text) {

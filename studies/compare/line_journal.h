@@ -39,6 +39,7 @@ class LineJournal {
 
  private:
   static std::vector<Line> lines_of(std::string_view text);
+  static std::vector<std::string> right_texts(std::vector<Line> lines, std::size_t& damaged);
 
   std::filesystem::path path_;
   int fd_ = -1;

@@ -59,12 +59,13 @@ StudyOrigin study_origin() {
 
 StudyJournal::StudyJournal(const std::filesystem::path& path, const StudyLab& lab, StudyPlatforms platforms,
                            const StudyOrigin& origin)
-    : lab_(lab),
-      platforms_(platforms),
-      origin_(origin),
-      lines_(path, path.string() + ": another firn compare is at work on this journal") {
-  add(lines_.read(damaged_), true);
+    : StudyJournal(lab, platforms, origin) {
+  lines_.emplace(path, path.string() + ": another firn compare is at work on this journal");
+  add(lines_->read(damaged_), true);
 }
+
+StudyJournal::StudyJournal(const StudyLab& lab, StudyPlatforms platforms, const StudyOrigin& origin)
+    : lab_(lab), platforms_(platforms), origin_(origin) {}
 
 void StudyJournal::take(const std::filesystem::path& journal) {
   add(LineJournal::read(journal, damaged_), false);
@@ -112,7 +113,7 @@ void StudyJournal::append(const std::string& digest, std::string_view arm, std::
   for (const report::StudyProfilePoint& point : p.profile)
     if (std::isfinite(point.y)) record["profile"].push_back({point.x, point.y});
   const std::string json = record.dump(-1, ' ', true, Json::error_handler_t::replace);
-  lines_.append(json);
+  lines_->append(json);
   // The result is read back as a later call reads it.
   if (auto parsed = parse_line(json, lab_))
     prints_.insert_or_assign(std::move(parsed->digest), std::move(parsed->print));

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,8 +15,8 @@
 
 namespace firn {
 
-/// Holds the identity of a print before it is made: indices, and the digest of its resolved experiment and
-/// inputs. Program and platform stand beside it (StudyOrigin).
+/// Holds the identity of a print before it is made: indices, and the digest of its resolved experiment,
+/// inputs, seed and lab of the seed. Program and platform stand beside it (StudyOrigin).
 struct StudyCell {
   std::size_t arm = 0, part = 0, seed = 0;  ///< indices
   std::string digest;
@@ -39,6 +40,9 @@ class StudyJournal {
   /// work there, no file can be opened
   StudyJournal(const std::filesystem::path& path, const StudyLab& lab,
                StudyPlatforms platforms = StudyPlatforms::kThis, const StudyOrigin& origin = study_origin());
+  /// A record that no file keeps: it reads other journals, at whatever their writers are, and locks none.
+  explicit StudyJournal(const StudyLab& lab, StudyPlatforms platforms = StudyPlatforms::kThis,
+                        const StudyOrigin& origin = study_origin());
 
   /// Adds the prints of another journal, which its writer may be appending to; those on record stay.
   /// @throws UsageError: the file cannot be read
@@ -51,6 +55,7 @@ class StudyJournal {
   std::size_t of_other_platforms() const {
     return of_other_platforms_;
   }  ///< lines, whether they count or not
+  /// @pre the journal has a file
   void append(const std::string& digest, std::string_view arm, std::string_view part, std::uint64_t seed,
               const StudyPrint& print);
 
@@ -60,7 +65,7 @@ class StudyJournal {
   const StudyLab& lab_;
   StudyPlatforms platforms_;
   StudyOrigin origin_;
-  LineJournal lines_;
+  std::optional<LineJournal> lines_;
   std::size_t damaged_ = 0, of_other_builds_ = 0, of_other_platforms_ = 0;
   std::map<std::string, StudyPrint> prints_;
 };

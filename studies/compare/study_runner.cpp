@@ -4,6 +4,7 @@
 #include <exception>
 #include <map>
 #include <mutex>
+#include <span>
 #include <thread>
 
 #include "config/error.h"
@@ -54,6 +55,13 @@ void take_part(const Experiment& recorded, const Blobs& of_run, const Experiment
 
 }  // namespace
 
+Experiment StudyPlan::experiment(const StudyCell& cell) const {
+  Experiment e = experiments[at(cell.arm, cell.part)];
+  lab->set_seed(e, study.seeds[cell.seed]);
+  draw_lab(study, study.seeds[cell.seed], e);
+  return e;
+}
+
 StudyPlan plan_study(Study study, const std::filesystem::path& folder, const StudyLab& lab,
                      const std::string& file) {
   StudyPlan plan;
@@ -77,14 +85,26 @@ StudyPlan plan_study(Study study, const std::filesystem::path& folder, const Stu
     if (!shared) shared = std::make_shared<const Blobs>(std::move(inputs));
     plan.inputs.push_back(shared);
   }
-  for (std::size_t s = 0; s < study.seeds.size(); ++s)
-    for (std::size_t p = 0; p < study.parts.size(); ++p)
-      for (std::size_t a = 0; a < study.arms.size(); ++a) {
-        Experiment e = plan.experiments[a * study.parts.size() + p];
-        lab.set_seed(e, study.seeds[s]);
-        plan.cells.push_back({a, p, s, digest_of(e, *plan.inputs[a * study.parts.size() + p])});
-      }
   plan.study = std::move(study);
+  // A print is its experiment under another seed and the seed's lab. These are a few words beside the
+  // thousands of the experiment, which is written once.
+  std::vector<std::string> of_arm;
+  for (std::size_t n = 0; n < plan.experiments.size(); ++n) {
+    Experiment e = plan.experiments[n];
+    check_labs(plan.study, e);
+    lab.set_seed(e, 0);
+    draw_lab(plan.study, 0, e);
+    of_arm.push_back(digest_of(e, *plan.inputs[n]));
+  }
+  for (std::size_t s = 0; s < plan.study.seeds.size(); ++s) {
+    std::string of_seed = "seed " + std::to_string(plan.study.seeds[s]) + "\n";
+    for (const std::string& drawn : drawn_lab(plan.study, plan.study.seeds[s])) of_seed += drawn + "\n";
+    for (std::size_t p = 0; p < plan.study.parts.size(); ++p)
+      for (std::size_t a = 0; a < plan.study.arms.size(); ++a) {
+        const std::string whole = of_arm[plan.at(a, p)] + of_seed;
+        plan.cells.push_back({a, p, s, sha256_hex(std::as_bytes(std::span(whole)))});
+      }
+  }
   return plan;
 }
 
@@ -116,9 +136,7 @@ StudyRunSummary run_study(const StudyPlan& plan, StudyJournal& journal, const St
         const std::size_t n = next++;
         if (n >= to_do.size()) return;
         const StudyCell& c = *to_do[n];
-        Experiment e = plan.experiments[plan.at(c.arm, c.part)];
-        plan.lab->set_seed(e, plan.study.seeds[c.seed]);
-        const StudyPrint print = plan.lab->print(e, *plan.inputs[plan.at(c.arm, c.part)]);
+        const StudyPrint print = plan.lab->print(plan.experiment(c), *plan.inputs[plan.at(c.arm, c.part)]);
         const std::lock_guard lock(mutex);
         journal.append(c.digest, plan.study.arms[c.arm].name, plan.study.parts[c.part].name,
                        plan.study.seeds[c.seed], print);

@@ -17,12 +17,14 @@ namespace firn {
 struct StudyPlan {
   Study study;
   const StudyLab* lab = nullptr;
-  std::vector<Experiment> experiments;               ///< [arm * parts + part], seed not set
+  std::vector<Experiment> experiments;               ///< [arm * parts + part], without seed and lab of a seed
   std::vector<std::shared_ptr<const Blobs>> inputs;  ///< likewise; equal ones are one object
   std::vector<StudyCell> cells;      ///< seed by seed, so that the finished cells are always balanced
   std::vector<std::size_t> metrics;  ///< of the lab, the study's primary one first
 
   std::size_t at(std::size_t arm, std::size_t part) const { return arm * study.parts.size() + part; }
+  /// Returns the experiment of one print: its seed and the lab of the seed are set.
+  Experiment experiment(const StudyCell& cell) const;
 };
 
 /// @param folder of the study file. @throws ConfigError, UsageError naming file, key and limit

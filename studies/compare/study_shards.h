@@ -1,4 +1,4 @@
-// Shards of a study: which prints belong to each, and the journal files that they write into the folder
+// The shards of a study: the prints of each, and the journal files that they write into the folder
 // `shards` of the study, one writer each.
 #pragma once
 

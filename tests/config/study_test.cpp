@@ -163,7 +163,7 @@ TEST_CASE("A study stays within its numbers of arms, parts, keys and metrics") {
   std::string values = "[0.001";
   for (int n = 2; n <= 65; ++n) values += ", 0." + std::to_string(1000 + n);
   CHECK_THAT(refusal("seeds = 1\n[vary]\n\"plant.drift\" = " + values + "]\n"),
-             Catch::Contains("plant.drift must be a list of 1 to 64 values"));
+             Catch::Contains("plant.drift must be a list of 1 to 64 numbers and texts"));
   CHECK_THAT(refusal("seeds = 1\n[vary]\n\"plant.drift\" = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9]\n"
                      "\"plant.seed\" = [1, 2, 3, 4, 5, 6, 7, 8]\n"),
              Catch::Contains("more than 64 combinations"));

@@ -247,6 +247,11 @@ int main(int argc, char** argv) {
       "[[scheme]]\nname = \"a\"\nruns = [\"r/1\", \"r/2\"]\n[[scheme]]\nname = \"b\"\nruns = [\"r/3\", "
       "\"r/4\"]\n";
   seed("fuzz_study", "recorded", std::as_bytes(std::span(recorded)));
+  const std::string designed =
+      "seeds = 2\n[[scheme]]\nname = \"a\"\n[zip]\n\"control.smf.kp\" = [1, 2]\n[sample]\ndesign = "
+      "\"sobol\"\npoints = 2\nplant.drift = [0.0, 0.1]\n[prior]\n\"plant.sensor_noise_mm\" = {mean = 0.002, "
+      "std = 0.001}\n\"plant.size_std\" = {from = 0.01, to = 0.1, scale = \"log\"}\n";
+  seed("fuzz_study", "designed", std::as_bytes(std::span(designed)));
   const Bytes map = encode(some_height_map(3, 2));
   Bytes datagram{std::byte(0), std::byte(std::min<std::size_t>(map.size(), 255))};
   datagram.insert(datagram.end(), map.begin(), map.end());

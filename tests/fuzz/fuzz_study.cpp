@@ -12,8 +12,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require(!s.arms.empty() && s.arms.size() <= kMaxArms, "arms within their limit");
     require(!s.parts.empty() && !s.seeds.empty(), "a part and a seed");
     s.experiment.clear();  // no files here
-    require(study_experiments(s, "").size() == s.arms.size() * s.parts.size(),
-            "an experiment for each arm on each part");
+    std::vector<Experiment> experiments = study_experiments(s, "");
+    require(experiments.size() == s.arms.size() * s.parts.size(), "an experiment for each arm on each part");
+    check_labs(s, experiments.front());
+    draw_lab(s, s.seeds.front(), experiments.front());
   } catch (const ConfigError&) {
   }
   return 0;

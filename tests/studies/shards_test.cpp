@@ -1,5 +1,6 @@
 // Shards of a study: whatever makes the prints, in how many pieces, killed or damaged, the result is the
 // same.
+#include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -235,7 +236,7 @@ TEST_CASE(
   CHECK(shard_prints == 6);
 }
 
-TEST_CASE("--fail-if gives exit code 1 where one scheme is told to be worse, and names unknown schemes",
+TEST_CASE("a study whose --fail-if holds gives exit code 1, and an unknown scheme in it is named",
           "[shards]") {
   ShardBench b("fail-if");
   b.options.fail_if = "too high worse than low";
@@ -248,6 +249,42 @@ TEST_CASE("--fail-if gives exit code 1 where one scheme is told to be worse, and
   CHECK_THROWS_WITH(b.run(), Catch::Contains("no scheme 'best'; there are low, as low, too high"));
   b.options.fail_if = "low < high";
   CHECK_THROWS_WITH(b.run(), Catch::Contains("A worse than B"));
+}
+
+TEST_CASE("the prints of a seed are in the seed's lab whatever the scheme and the part, and labs.csv has it",
+          "[shards]") {
+  ShardBench b("labs");
+  std::ofstream(b.options.study, std::ios::app) << "[prior]\n\"plant.drift\" = [0.01, 0.2]\n";
+  const StudyPlan plan = b.plan();
+  std::map<std::size_t, std::set<double>> drifts;
+  for (const StudyCell& cell : plan.cells) drifts[cell.seed].insert(plan.experiment(cell).plant.drift);
+  CHECK(drifts.size() == 21);
+  std::set<double> all;
+  for (const auto& [seed, of_seed] : drifts) {
+    CHECK(of_seed.size() == 1);
+    all.insert(of_seed.begin(), of_seed.end());
+  }
+  CHECK(all.size() == 21);
+  REQUIRE(b.run() == kOk);
+  const std::string csv = read_file(b.out() / "labs.csv");
+  CHECK(csv.starts_with("seed,plant.drift\n1,"));
+  CHECK(std::ranges::count(csv, '\n') == 22);
+}
+
+TEST_CASE("the state of a study is told while another process is at work, and telling it makes no folder",
+          "[shards]") {
+  ShardBench b("state");
+  b.options.status = true;
+  CHECK(b.run() == kOk);
+  CHECK_FALSE(fs::exists(b.out()));
+  b.options.status = false;
+  REQUIRE(b.run("", 2) == kOk);
+  const StudyJournal held(b.out() / "results.journal", kShardLab);
+  b.options.status = true;
+  CHECK(b.run() == kOk);
+  CHECK(b.run("1/2") == kOk);
+  b.options.status = false;
+  CHECK_THROWS_WITH(b.run(), Catch::Contains("at work on this journal"));
 }
 
 TEST_CASE("a shard that is none is refused with the text", "[shards]") {

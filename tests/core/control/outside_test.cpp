@@ -27,8 +27,8 @@ struct Outcome {
   double error_mm = 0.0, squares_mm2 = 0.0, outside_mm = 0.0;
 };
 
-// Of layers of one ink each after the other, by the model alone: what leaves the grid's border is beside the
-// part too.
+// The surface after layers of one ink each, by the model alone: ink that leaves the grid's border is beside
+// the part too.
 Outcome by_model(const StripInstance& in, std::span<const DropletPattern> layers) {
   deposition::TwoMaterialChange model(in.setup.grid, {in.setup.model, in.setup.model_b}, in.setup.border);
   MaterialMap inks = in.materials;
