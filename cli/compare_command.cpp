@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "cli/commands.h"
+#include "cli/compare_on.h"
 #include "cli/compare_show.h"
 #include "cli/option_set.h"
 #include "cli/study_state.h"
@@ -31,8 +32,6 @@
 namespace firn {
 namespace {
 
-constexpr const char* kResults = "results.journal";
-
 std::filesystem::path folder_of(const std::string& output, const std::string& name) {
   return output.empty() ? std::filesystem::path("runs") / ("study-" + name) : std::filesystem::path(output);
 }
@@ -46,23 +45,16 @@ std::filesystem::path make_folder(const std::string& output, const std::string& 
   return folder;
 }
 
-// Adds the prints of all journals of a study's folder to the one that is at work, whose own file is `except`.
-void take_journals(StudyJournal& journal, const std::filesystem::path& folder,
-                   const std::filesystem::path& except) {
-  std::vector<std::filesystem::path> all = shard_journals(folder);
-  if (std::filesystem::exists(folder / kResults)) all.insert(all.begin(), folder / kResults);
-  for (const std::filesystem::path& other : all)
-    if (other != except) journal.take(other);
-}
-
 // Tells the state of the folder while others may be printing into it; makes and locks nothing.
 int tell_state(const CompareOptions& options, const StudyPlan& plan, const StudyShard& shard,
                const StudyLab& lab, StudyPlatforms platforms) {
   StudyJournal journal(lab, platforms);
-  take_journals(journal, folder_of(options.output, plan.study.name), {});
+  const std::filesystem::path folder = folder_of(options.output, plan.study.name);
+  take_journals(journal, folder, {});
   const std::string text =
       options.json ? study_state_json(plan, journal, shard) : study_state_text(plan, journal, shard);
   std::fputs(text.c_str(), stdout);
+  if (options.status && !options.json) std::fputs(job_text(folder).c_str(), stdout);
   return kOk;
 }
 
@@ -97,6 +89,12 @@ std::string labs_csv(const Study& study) {
     for (const std::string& drawn : drawn_lab(study, seed)) csv += "," + drawn.substr(drawn.find('=') + 1);
   }
   return csv + "\n";
+}
+
+void write_study_files(const std::filesystem::path& folder, const std::filesystem::path& file,
+                       const Study& study) {
+  write_file_atomically(folder / "study.toml", read_config_text(file));
+  if (!study.priors.empty()) write_file_atomically(folder / "labs.csv", labs_csv(study));
 }
 
 using Provenance = std::vector<std::pair<std::string, std::string>>;
@@ -224,14 +222,22 @@ int compare(const CompareOptions& options, const StudyLab& lab, const std::atomi
   const StudyPlatforms platforms = options.platform == "any" ? StudyPlatforms::kAny : StudyPlatforms::kThis;
   if (options.status || options.dry_run) return tell_state(options, plan, shard, lab, platforms);
   const std::filesystem::path folder = make_folder(options.output, plan.study.name);
+  if (!options.on.empty()) {
+    if (!options.shard.empty() || options.most > 0 || options.again)
+      throw UsageError("--on: makes all prints that are missing, so --shard, --max, --again have no meaning");
+    write_study_files(folder, file, plan.study);
+    const RemoteEnd end = compare_on(options, plan, folder, platforms, stop);
+    if (!end.all_on_record) return end.code;
+  } else if (options.detach || options.cancel) {
+    throw UsageError("--detach, --cancel: are of --on slurm");
+  }
   const std::optional<ShardFile> own =
       options.shard.empty() ? std::nullopt : std::optional<ShardFile>(std::in_place, folder, shard);
-  const std::filesystem::path at_work = own ? own->at_work() : folder / kResults;
+  const std::filesystem::path at_work = own ? own->at_work() : results_journal(folder);
   StudyJournal journal(at_work, lab, platforms);
   take_journals(journal, folder, at_work);
   tell_of_the_past(plan, journal, options.platform == "any");
-  write_file_atomically(folder / "study.toml", read_config_text(file));
-  if (!plan.study.priors.empty()) write_file_atomically(folder / "labs.csv", labs_csv(plan.study));
+  if (!own) write_study_files(folder, file, plan.study);  // shards begin at one moment
 
   if (const std::string few = report::few_seeds_note(plan.study.arms.size(), plan.study.seeds.size(), "seed");
       !few.empty())
@@ -306,6 +312,10 @@ void declare_compare(OptionSet& options) {
       .option("--platform", o.platform,
               "any: results of platforms whose functions give other results count too")
       .one_of({"this", "any"});
+  options.option("--on", o.on, "slurm[:PARTITION] or ssh:HOST,HOST: where the prints are made, in shards");
+  options.option("--chunk", o.chunk_s, "--on: processor time of a shard [s]").within(0.01, 1e6);
+  options.flag("--detach", o.detach, "--on slurm: returns when the shards are submitted");
+  options.flag("--cancel", o.cancel, "--on slurm: ends the shards that were submitted");
   options.option("--fail-if", o.fail_if, "\"A worse than B\": exit code 1 if the study tells so");
   options.thread_option(o.threads);
   options.json_flag(o.json);

@@ -25,6 +25,10 @@ struct CompareOptions {
   bool status = false;                 ///< tells the prints on record
   std::string platform = "this";       ///< "any": results of other platforms count too
   std::string fail_if;                 ///< "A worse than B": exit code 1 then
+  std::string on;                      ///< "slurm[:PARTITION]" or "ssh:HOST,HOST"; empty: this computer
+  double chunk_s = 60.0;               ///< processor time of a shard that `on` makes
+  bool detach = false;                 ///< `on`: returns when the shards are submitted
+  bool cancel = false;                 ///< `on`: ends the shards that were submitted
   bool json = false;
 };
 

@@ -55,6 +55,11 @@ int shards_of(double left_s) { return int(std::ceil(left_s / kShard_s)); }
 
 }  // namespace
 
+std::optional<double> seconds_left(const StudyPlan& plan, const StudyJournal& journal,
+                                   const StudyShard& shard) {
+  return state_of(plan, journal, shard).left_s;
+}
+
 std::string study_state_text(const StudyPlan& plan, const StudyJournal& journal, const StudyShard& shard) {
   const State s = state_of(plan, journal, shard);
   std::string text =

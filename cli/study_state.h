@@ -2,12 +2,18 @@
 // bytes and shards that are left.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "studies/compare/study_journal.h"
 #include "studies/compare/study_runner.h"
 
 namespace firn {
+
+/// Returns the processor time of the prints to do, of each scheme by the mean of its prints on record; none
+/// where a scheme that has prints to do has none on record.
+std::optional<double> seconds_left(const StudyPlan& plan, const StudyJournal& journal,
+                                   const StudyShard& shard);
 
 /// @param shard whose prints alone are told; 1 of 1: all
 /// @returns lines for people, or one JSON object {prints, on_record, failed, to_do, schemes, hours, bytes,

@@ -116,6 +116,16 @@ std::vector<const StudyCell*> prints_to_do(const StudyPlan& plan, const StudyJou
   };
   std::vector<const StudyCell*> to_do = cells_of(plan, options.shard);
   std::erase_if(to_do, [&](const StudyCell* c) { return !wanted_print(c); });
+  if (options.first_of_each) {
+    std::vector<bool> known(plan.study.arms.size());
+    for (const StudyCell* c : cells_of(plan, options.shard))
+      if (journal.find(c->digest)) known[c->arm] = true;
+    std::erase_if(to_do, [&](const StudyCell* c) {
+      const bool was_known = known[c->arm];
+      known[c->arm] = true;
+      return was_known;
+    });
+  }
   if (options.most > 0 && to_do.size() > options.most) to_do.resize(options.most);
   return to_do;
 }

@@ -40,6 +40,7 @@ struct StudyRunOptions {
   int threads = 0;                          ///< 0 = as many as the machine has
   StudyShard shard = {};                    ///< prints these alone
   std::size_t most = 0;                     ///< prints; 0 = all
+  bool first_of_each = false;               ///< one print of each scheme that has none on record
   bool again = false;                       ///< prints on record that stopped before their end, and no others
   const std::atomic<bool>* stop = nullptr;  ///< set: no new print is begun
   std::function<void(std::size_t done, std::size_t failed)> progress;  ///< of the prints that were to do

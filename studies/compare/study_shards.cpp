@@ -58,6 +58,18 @@ std::filesystem::path ShardFile::finish() const {
   return to;
 }
 
+std::filesystem::path results_journal(const std::filesystem::path& folder) {
+  return folder / "results.journal";
+}
+
+void take_journals(StudyJournal& journal, const std::filesystem::path& folder,
+                   const std::filesystem::path& except) {
+  std::vector<std::filesystem::path> all = shard_journals(folder);
+  if (const auto own = results_journal(folder); std::filesystem::exists(own)) all.insert(all.begin(), own);
+  for (const std::filesystem::path& other : all)
+    if (other != except) journal.take(other);
+}
+
 std::vector<std::filesystem::path> shard_journals(const std::filesystem::path& study_folder) {
   std::vector<std::filesystem::path> files;
   std::error_code none;

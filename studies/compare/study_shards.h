@@ -34,6 +34,12 @@ class ShardFile {
   std::filesystem::path stem_, at_work_;
 };
 
+/// Returns the path of a study's own journal.
+std::filesystem::path results_journal(const std::filesystem::path& study_folder);
+/// Adds the prints of all journals of a study to the one that is at work, whose own file is `except`.
+void take_journals(StudyJournal& journal, const std::filesystem::path& study_folder,
+                   const std::filesystem::path& except);
+
 /// Returns the journals of all shards of a study folder, by name, those at work too.
 std::vector<std::filesystem::path> shard_journals(const std::filesystem::path& study_folder);
 

@@ -1,11 +1,8 @@
 #include "studies/edge/edge_bound.h"
 
-#include <fcntl.h>
 #include <fmt/core.h>
 #include <fmt/format.h>
-#include <spawn.h>
 #include <stdlib.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
@@ -18,6 +15,8 @@
 #include <sstream>
 #include <stdexcept>
 #include <vector>
+
+#include "files/command.h"
 
 namespace firn {
 namespace {
@@ -47,26 +46,6 @@ class Workplace {
  private:
   fs::path path_;
 };
-
-// @returns the exit code; 127: the program is not installed
-int run_quietly(std::vector<std::string> words) {
-  std::vector<char*> argv;
-  for (std::string& w : words) argv.push_back(w.data());
-  argv.push_back(nullptr);
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
-    posix_spawn_file_actions_addopen(&files, fd, "/dev/null", O_RDWR, 0);
-  pid_t pid = 0;
-  const int error = ::posix_spawnp(&pid, argv[0], &files, nullptr, argv.data(), environ);
-  posix_spawn_file_actions_destroy(&files);
-  if (error == ENOENT) return 127;
-  if (error != 0) throw std::runtime_error(words.front() + ": cannot be started: " + std::strerror(error));
-  int status = 0;
-  while (::waitpid(pid, &status, 0) < 0 && errno == EINTR) {
-  }
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
 
 struct Neighbour {
   int di, dj;
@@ -136,7 +115,7 @@ std::string edge_programme(const HeightMap& target, const Mask& mask, const depo
          fmt::format(" <= {}\nEnd\n", mean_abs_mm * kUm * double(mask.count()));
 }
 
-bool has_edge_solver() { return run_quietly({kSolver, "-quit"}) != 127; }
+bool has_edge_solver() { return !run_command({kSolver, "-quit"}).missing(); }
 
 double edge_bound(const HeightMap& target, const Mask& mask, const deposition::DropletModel& model,
                   deposition::Border border, double mean_abs_mm) {
@@ -145,15 +124,15 @@ double edge_bound(const HeightMap& target, const Mask& mask, const deposition::D
   const Workplace folder;
   const fs::path file = folder / "edge.lp", answer = folder / "edge.txt";
   std::ofstream(file) << programme;
-  const int code = run_quietly({kSolver, file.string(), "-solve", "-solu", answer.string()});
-  if (code == 127)
+  const CommandEnd end = run_command({kSolver, file.string(), "-solve", "-solu", answer.string()});
+  if (end.missing())
     throw std::runtime_error("cbc is not installed, which the bound needs: apt-get install coinor-cbc");
   std::ifstream in(answer);
   std::string optimal, dash, objective, value;
   double least_um = 0.0;
   in >> optimal >> dash >> objective >> value >> least_um;
-  if (code != 0 || !in || optimal != "Optimal")
-    throw std::runtime_error(fmt::format("cbc found no optimum: exit code {}, \"{}\"", code, optimal));
+  if (end.code != 0 || !in || optimal != "Optimal")
+    throw std::runtime_error(fmt::format("cbc found no optimum: exit code {}, \"{}\"", end.code, optimal));
   return least_um / (part_mm(target, mask) * kUm);
 }
 
