@@ -235,6 +235,7 @@ int compare(const CompareOptions& options, const StudyLab& lab, const std::atomi
       options.shard.empty() ? std::nullopt : std::optional<ShardFile>(std::in_place, folder, shard);
   const std::filesystem::path at_work = own ? own->at_work() : results_journal(folder);
   StudyJournal journal(at_work, lab, platforms);
+  if (own) journal.take_only(cells_of(plan, shard));
   take_journals(journal, folder, at_work);
   tell_of_the_past(plan, journal, options.platform == "any");
   if (!own) write_study_files(folder, file, plan.study);  // shards begin at one moment

@@ -7,6 +7,7 @@
 
 #include "core/grid/random.h"
 #include "core/statistics/distributions.h"
+#include "core/statistics/grouped.h"
 
 namespace firn::statistics {
 namespace {
@@ -53,8 +54,9 @@ double standard_deviation(std::span<const double> x) {
   return std::sqrt(square / double(x.size() - 1));
 }
 
-Interval bootstrap_interval(std::span<const double> x, const BootstrapOptions& o) {
-  if (x.size() < 2) return {kNaN, kNaN};
+Interval bootstrap_interval(std::span<const double> sample, const BootstrapOptions& o) {
+  if (sample.size() < 2) return {kNaN, kNaN};
+  const std::vector<double> x = grouped(sample);
   if (std::all_of(x.begin(), x.end(), [&](double v) { return v == x[0]; })) return {x[0], x[0]};
   const double m = mean(x), n = double(x.size()), resamples = double(o.resamples);
   const std::vector<double> means = resampled_means(x, o);

@@ -6,10 +6,12 @@
 #include <vector>
 
 #include "core/grid/random.h"
+#include "core/statistics/grouped.h"
 
 namespace firn::statistics {
 
-double sign_flip_p(std::span<const double> d, const SignFlipOptions& o) {
+double sign_flip_p(std::span<const double> sample, const SignFlipOptions& o) {
+  const std::vector<double> d = grouped(sample);
   double sum = 0.0, size = 0.0;
   for (const double v : d) {
     sum += v;
@@ -33,15 +35,23 @@ double sign_flip_p(std::span<const double> d, const SignFlipOptions& o) {
     return double(hits) / double(patterns);
   }
 
+  // The sum of eight values under each pattern of their signs is looked up: bit 1 is plus.
+  constexpr std::size_t kByte = 8, kPatterns = 1u << kByte, kBlock = 128;
+  const std::size_t bytes = (d.size() + kByte - 1) / kByte;
+  std::vector<double> sums(bytes * kPatterns);
+  for (std::size_t b = 0; b < bytes; ++b)
+    for (std::size_t pattern = 0; pattern < kPatterns; ++pattern)
+      for (std::size_t q = b * kByte; q < std::min(d.size(), (b + 1) * kByte); ++q)
+        sums[b * kPatterns + pattern] += pattern >> (q % kByte) & 1u ? d[q] : -d[q];
   const std::array<std::uint32_t, 2> key{std::uint32_t(o.seed), std::uint32_t(o.seed >> 32)};
   int hits = 0;
   for (int n = 0; n < o.draws; ++n) {
     double s = 0.0;
-    for (std::size_t k = 0; k < d.size(); k += 128) {
-      const PhiloxBlock bits =
-          philox4x32({std::uint32_t(k), 1, std::uint32_t(n), std::uint32_t(Purpose::kBootstrap)}, key);
-      for (std::size_t q = k; q < std::min(d.size(), k + 128); ++q)
-        s += bits[(q - k) / 32] >> (q % 32) & 1u ? d[q] : -d[q];
+    for (std::size_t b = 0; b < bytes; b += kBlock / kByte) {
+      const PhiloxBlock bits = philox4x32(
+          {std::uint32_t(b * kByte), 1, std::uint32_t(n), std::uint32_t(Purpose::kBootstrap)}, key);
+      for (std::size_t q = b; q < std::min(bytes, b + kBlock / kByte); ++q)
+        s += sums[q * kPatterns + (bits[(q - b) / 4] >> (kByte * (q % 4)) & (kPatterns - 1))];
     }
     hits += std::abs(s) >= reach;
   }

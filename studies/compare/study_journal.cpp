@@ -17,7 +17,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kOriginDigits = 16;
+constexpr std::size_t kOriginDigits = 16, kSha256Digits = 64;
+constexpr std::string_view kFirstKey = "{\"digest\":\"";  // of each line
 
 struct Line {
   std::string digest;
@@ -67,6 +68,11 @@ StudyJournal::StudyJournal(const std::filesystem::path& path, const StudyLab& la
 StudyJournal::StudyJournal(const StudyLab& lab, StudyPlatforms platforms, const StudyOrigin& origin)
     : lab_(lab), platforms_(platforms), origin_(origin) {}
 
+void StudyJournal::take_only(const std::vector<const StudyCell*>& cells) {
+  only_.emplace();
+  for (const StudyCell* c : cells) only_->insert(c->digest);
+}
+
 void StudyJournal::take(const std::filesystem::path& journal) {
   add(LineJournal::read(journal, damaged_), false);
 }
@@ -74,6 +80,9 @@ void StudyJournal::take(const std::filesystem::path& journal) {
 // Newer lines of one journal stand for the older ones.
 void StudyJournal::add(const std::vector<std::string>& lines, bool newer) {
   for (const std::string& line : lines) {
+    if (only_ && line.starts_with(kFirstKey) &&
+        !only_->contains(line.substr(kFirstKey.size(), kSha256Digits)))
+      continue;
     auto parsed = parse_line(line, lab_);
     if (!parsed) {
       ++damaged_;

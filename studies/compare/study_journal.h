@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <unordered_set>
 #include <vector>
 
 #include "studies/compare/line_journal.h"
@@ -44,6 +45,8 @@ class StudyJournal {
   explicit StudyJournal(const StudyLab& lab, StudyPlatforms platforms = StudyPlatforms::kThis,
                         const StudyOrigin& origin = study_origin());
 
+  /// From now on take() passes over the prints of all other cells: a shard needs to know its own.
+  void take_only(const std::vector<const StudyCell*>& cells);
   /// Adds the prints of another journal, which its writer may be appending to; those on record stay.
   /// @throws UsageError: the file cannot be read
   void take(const std::filesystem::path& journal);
@@ -67,6 +70,7 @@ class StudyJournal {
   StudyOrigin origin_;
   std::optional<LineJournal> lines_;
   std::size_t damaged_ = 0, of_other_builds_ = 0, of_other_platforms_ = 0;
+  std::optional<std::unordered_set<std::string>> only_;
   std::map<std::string, StudyPrint> prints_;
 };
 

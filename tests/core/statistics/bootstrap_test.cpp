@@ -55,6 +55,19 @@ TEST_CASE("for many normal values the bootstrap interval is Student's") {
   CHECK(i.high == Approx(mean(x) + half).margin(0.06 * half));
 }
 
+TEST_CASE("a sample too long to be resampled value by value has Student's interval too") {
+  for (const std::size_t size : {1025u, 4097u, 20'001u}) {
+    RandomStream random(size, Purpose::kTest);
+    std::vector<double> x(size);
+    for (double& v : x) v = 3.0 + exponential(random);
+    const double half = 1.96 * standard_deviation(x) / std::sqrt(double(size));
+    const Interval i = bootstrap_interval(x);
+    INFO(size);
+    CHECK(i.low == Approx(mean(x) - half).margin(0.1 * half));
+    CHECK(i.high == Approx(mean(x) + half).margin(0.1 * half));
+  }
+}
+
 TEST_CASE("the interval of a skew sample leans to the long side") {
   RandomStream random(8, Purpose::kTest);
   std::vector<double> x(60);

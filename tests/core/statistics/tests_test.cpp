@@ -141,3 +141,16 @@ TEST_CASE(
   CHECK(std::isinf(shifted.effect));
   CHECK(shifted.interval.low == -0.5);
 }
+
+TEST_CASE("the sign-flip p of a long sample is the normal distribution's") {
+  for (const std::size_t size : {3000u, 50'001u})
+    for (const double z : {0.5, 1.5, 2.5}) {
+      RandomStream random(size, Purpose::kTest);
+      std::vector<double> d(size);
+      for (double& v : d) v = random.normal();
+      const double now = mean(d), wanted = z * standard_deviation(d) / std::sqrt(double(size));
+      for (double& v : d) v += wanted - now;
+      INFO(size << " values, z " << z);
+      CHECK(sign_flip_p(d) == Approx(2.0 * normal_cdf(-z)).epsilon(0.35));
+    }
+}
