@@ -21,7 +21,9 @@ firn_instrument(laser_profiler DRIVER ljv.cpp laser_profiler.cpp laser_profiler_
 firn_instrument(lamp DRIVER omnicure.cpp lamp.cpp lamp_status.cpp
                 TWIN lamp.cpp TEST lamp_test.cpp lamp_status_test.cpp)
 firn_instrument(robot DRIVER fvp.cpp robot.cpp robot_link.cpp robot_paths.cpp
-                TWIN robot.cpp robot_paths.cpp fvp.cpp TEST robot_test.cpp robot_reset_test.cpp fake_robot.cpp)
+                TWIN arm_controller.cpp fvp.cpp robot.cpp robot_paths.cpp vplus_robot.cpp vplus/controller.cpp vplus/evaluator.cpp vplus/executor.cpp
+                vplus/expression_parser.cpp vplus/lexer.cpp vplus/machine.cpp
+                vplus/parser.cpp vplus/statement_parser.cpp vplus/tcp_server.cpp vplus/variables.cpp TEST robot_test.cpp robot_reset_test.cpp fake_robot.cpp)
 firn_instrument(valve DRIVER fvb.cpp valve.cpp valve_service.cpp TWIN valve.cpp fvb.cpp TEST valve_test.cpp fake_valve.cpp)
 firn_instrument(laser_point DRIVER lkg.cpp laser_point.cpp TWIN laser_point.cpp lkg.cpp TEST laser_point_test.cpp fake_laser.cpp)
 firn_instrument(heater DRIVER thermostat.cpp heater.cpp TWIN heater.cpp TEST heater_test.cpp)

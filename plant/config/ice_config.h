@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace firn::plant {
@@ -158,7 +159,18 @@ struct IceBalanceParams {
   bool operator==(const IceBalanceParams&) const = default;
 };
 
+struct IceProgramText {
+  std::string file, text;  ///< file: as errors name it
+};
+
+/// Holds the V+ text that the robot's controller executes (plant/twins/vplus_robot.h).
+struct IceRobotProgram {
+  std::vector<IceProgramText> texts;  ///< empty: the twin that is written from FVP/1 (plant/twins/robot.h)
+  int statements_per_tick = 160;      ///< 16 .. 1000000, plant/twins/vplus/machine.h
+};
+
 struct IceWorldConfig {
+  IceRobotProgram robot;
   IceFieldParams field;
   std::array<IceBeadParams, 2> bead;
   std::array<IceLineParams, 2> line;

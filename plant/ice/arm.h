@@ -45,6 +45,10 @@ class TrueArm {
   /// Follows `points` (tick_s apart on the robot's clock, the first one at world time start_s). A motion
   /// before it ends at its commanded place.
   void follow(std::vector<Joints> points, double tick_s, double start_s);
+  /// Adds points to the motion under way. @pre commanded()
+  void extend(const std::vector<Joints>& points) {
+    points_.insert(points_.end(), points.begin(), points.end());
+  }
   /// Comes to rest along the path, from the next sample on: the rate of the path's time falls to zero within
   /// `within_s`.
   void brake(double within_s);

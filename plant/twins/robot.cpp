@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "core/grid/random.h"
+#include "plant/twins/arm_controller.h"
 
 namespace firn::plant {
 
@@ -12,15 +12,8 @@ using namespace fvp;
 
 namespace {
 
-constexpr double kRobotRad = std::numbers::pi / 180.0, kTick_s = 0.016;
-constexpr std::int64_t kPower_us = 3'000'000, kCalibrate_us = 8'000'000, kBoot_us = 2'000'000;
 constexpr std::int64_t kInterpret_us = 20'000;  ///< from a command to the motion that it starts
 constexpr double kWatchdog_us = 1e6;            ///< of the host's time
-constexpr std::array<double, 4> kFullRate{360.0 * kRobotRad, 672.0 * kRobotRad, 1100.0,
-                                          1200.0 * kRobotRad};  ///< Table 2-1
-constexpr double kFullAccel_s = 0.25;                           ///< from rest to full rate
-constexpr double kStopPower_s = 0.06;                           ///< brakes
-constexpr int kMotionError = -1016;
 
 }  // namespace
 
@@ -176,41 +169,20 @@ std::string RobotTwin::execute(std::string_view text, std::int64_t now_us) {
   return move(to, percent, now_us);
 }
 
-bool RobotTwin::in_range(const Joints& q) const {
-  for (std::size_t n = 0; n < 4; ++n) {
-    const double value = n == 2 ? q[n] : q[n] / kRobotRad, slack = 1e-3;
-    if (value < params_.low[n] - slack || value > params_.high[n] + slack) return false;
-  }
-  return true;
-}
-
-// Joint-interpolated: all joints follow one S of the fifth degree, as slow as the slowest joint needs.
 std::string RobotTwin::move(const Joints& to, double percent, std::int64_t now_us) {
   if (!state_.power) return refused(Nak::kNoPower, "no power");
   if (!state_.calibrated) return refused(Nak::kNotCalibrated, "not calibrated");
   if (state_.motion != Motion::kNone || state_.held) return refused_here();
-  if (!in_range(to)) return refused(Nak::kJointLimit, "beyond a joint's range");
+  if (!in_range(params_, to)) return refused(Nak::kJointLimit, "beyond a joint's range");
   TrueArm& arm = wires_.nature().arm();
   const Joints from = arm.reference();
-  const double share = percent / 100.0 * state_.speed / 100.0;
-  double span_s = 2.0 * kTick_s;
-  for (std::size_t n = 0; n < 4; ++n) {
-    const double way = std::abs(to[n] - from[n]), rate = kFullRate[n] * share;
-    span_s = std::max({span_s, 1.875 * way / rate, std::sqrt(5.78 * way / (rate / kFullAccel_s))});
-  }
-  const int ticks = int(std::ceil(span_s / kTick_s));
-  std::vector<Joints> points(std::size_t(ticks) + 1);
-  for (int k = 0; k <= ticks; ++k) {
-    const double u = double(k) / ticks, s = u * u * u * (10.0 + u * (6.0 * u - 15.0));
-    for (std::size_t n = 0; n < 4; ++n) points[std::size_t(k)][n] = from[n] + s * (to[n] - from[n]);
-  }
-  points.back() = to;
+  std::vector<Joints> points = joint_move(from, to, percent / 100.0 * state_.speed / 100.0);
   state_.motion = Motion::kMove;
   state_.running = 0;
   state_.begins_us = now_us + kInterpret_us;
-  state_.ends_us =
-      state_.begins_us + std::int64_t(std::ceil(ticks * kTick_s * 1e6 * (1.0 + params_.clock_ppm * 1e-6)));
-  arm.follow(std::move(points), kTick_s, double(state_.begins_us) * 1e-6);
+  state_.ends_us = state_.begins_us + std::int64_t(std::ceil(double(points.size() - 1) * kRobotTick_s * 1e6 *
+                                                             (1.0 + params_.clock_ppm * 1e-6)));
+  arm.follow(std::move(points), kRobotTick_s, double(state_.begins_us) * 1e-6);
   wires_.note(now_us, port_, DeviceEvent::kRobotMotion, 0);
   return "ACK";
 }
@@ -232,7 +204,7 @@ std::string RobotTwin::run(std::int32_t id, int mask, std::int64_t now_us) {
 
   // DURATION is a minimum: a motion that a joint cannot follow in a tick takes longer, and so does a path now
   // and then.
-  double tick_s = kTick_s;
+  double tick_s = kRobotTick_s;
   for (std::size_t k = 1; k < points.size(); ++k)
     for (std::size_t n = 0; n < 4; ++n)
       tick_s = std::max(tick_s, std::abs(points[k][n] - points[k - 1][n]) / kFullRate[n]);

@@ -62,7 +62,6 @@ class RobotTwin : public Twin {
   void halt(std::int64_t now_us, double within_s, DeviceEvent why);
   void finish(std::int64_t now_us, bool done);
   void fail(int error, std::int64_t now_us, DeviceEvent why);
-  bool in_range(const Joints& q) const;
   Slot* find(std::int32_t id);
 
   IceArmParams params_;

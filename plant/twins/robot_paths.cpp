@@ -1,6 +1,7 @@
 // Loading paths into the two slots.
 
 #include "core/options/number.h"
+#include "plant/twins/arm_controller.h"
 #include "plant/twins/robot.h"
 
 namespace firn::plant {
@@ -23,7 +24,7 @@ std::string RobotTwin::path(Words& words, std::int64_t now_us) {
     Slot& slot = slots_[std::size_t(state_.loading)];
     state_.loading = -1;
     bool reachable = true;
-    for (const Point& point : slot.points) reachable &= in_range(joints_at(point));
+    for (const Point& point : slot.points) reachable &= in_range(params_, joints_at(point));
     const bool whole = slot.points.size() == slot.wanted;
     if (!whole || checksum(slot.points) != *crc || !reachable) {
       slot = {};

@@ -8,6 +8,7 @@
 #include "plant/twins/laser_point.h"
 #include "plant/twins/robot.h"
 #include "plant/twins/valve.h"
+#include "plant/twins/vplus_robot.h"
 #include "plant/world/world_lab.h"
 
 namespace firn::plant {
@@ -18,12 +19,12 @@ class IceWorldLab final : public WorldLab, public IceLab, private IceWires {
   IceWorldLab(const WorldConfig& c, WorldRecord* r)
       : WorldLab(c, r),
         nature_(c.ice, c.seed),
-        robot_(c.ice.arm, c.seed, c.host_scale, *this),
+        robot_(make_robot(c)),
         valve_a_(0, c.ice.valve[0], c.host_scale, *this),
         valve_b_(1, c.ice.valve[1], c.host_scale, *this),
         laser_(c.ice.laser, *this),
         heater_(*this) {
-    twins = {&robot_, &valve_a_, &valve_b_, &laser_, &heater_};
+    twins = {robot_.get(), &valve_a_, &valve_b_, &laser_, &heater_};
   }
 
   std::uint32_t milestones() const override { return firings_; }
@@ -67,6 +68,9 @@ class IceWorldLab final : public WorldLab, public IceLab, private IceWires {
     t.pose = nature_.arm().newest();
     return t;
   }
+  const VplusRobotTwin* vplus_robot() const override {
+    return dynamic_cast<const VplusRobotTwin*>(robot_.get());
+  }
   double weighed_mg(int material, std::uint32_t weighing) const override {
     const IceBalanceParams& b = config.ice.balance;
     const double true_mg = nature_.bed().ledger().lost * b.density_mg_mm3[std::size_t(material)];
@@ -80,6 +84,11 @@ class IceWorldLab final : public WorldLab, public IceLab, private IceWires {
   }
 
  private:
+  std::unique_ptr<Twin> make_robot(const WorldConfig& c) {
+    IceWires& wires = *this;
+    if (c.ice.robot.texts.empty()) return std::make_unique<RobotTwin>(c.ice.arm, c.seed, c.host_scale, wires);
+    return std::make_unique<VplusRobotTwin>(c.ice.arm, c.ice.robot, c.seed, wires);
+  }
   IceNature& nature() override { return nature_; }
   void signals(std::int64_t t_us, int mask) override {
     const int risen = mask & ~mask_, fallen = mask_ & ~mask;
@@ -102,7 +111,7 @@ class IceWorldLab final : public WorldLab, public IceLab, private IceWires {
   }
 
   IceNature nature_;
-  RobotTwin robot_;
+  std::unique_ptr<Twin> robot_;
   ValveTwin valve_a_, valve_b_;
   LaserPointTwin laser_;
   HeaterTwin heater_;

@@ -9,6 +9,8 @@
 
 namespace firn::plant {
 
+class VplusRobotTwin;
+
 struct IceTruth {
   std::uint32_t firings = 0;             ///< lists that are over
   std::array<std::int64_t, 2> pulses{};  ///< by valve
@@ -25,6 +27,7 @@ class IceLab {
   virtual ~IceLab() = default;
   virtual const IceNature& nature() const = 0;
   virtual IceTruth ice_truth() const = 0;
+  virtual const VplusRobotTwin* vplus_robot() const = 0;  ///< null: the robot's twin runs no V+ text
   /// Returns the balance's reading for its cup, an instrument's value and no truth: the material that fell
   /// beside the field, all of it of one kind.
   /// @param weighing number of this weighing, which keys its error

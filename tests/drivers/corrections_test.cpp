@@ -12,15 +12,17 @@
 #include "drivers/lamp/omnicure.h"
 #include "drivers/laser_point/lkg.h"
 #include "files/text_file.h"
-#include "tests/drivers/vplus_machine.h"
+#include "tests/drivers/vplus_programs.h"
 #include "tests/plant/bench_lines.h"
 #include "tests/plant/ice_bench.h"
 
 using namespace firn;
 using namespace firn::drivers;
 using Catch::Contains;
-using firn::drivers::test::VplusMachine;
-using firn::drivers::test::VplusNetwork;
+using firn::drivers::test::calibrate_by;
+using firn::drivers::test::ClientEvent;
+using firn::drivers::test::serve_network;
+using firn::drivers::test::ServedNetwork;
 
 namespace {
 
@@ -196,36 +198,8 @@ std::string old_link_that_opens() {
 }
 std::string todays_program() { return read_file(FIRN_SOURCE_DIR "/drivers/robot/vplus/firn.v2"); }
 
-struct Served {
-  std::vector<std::string> heard;  ///< lines whose check is whole
-  std::vector<std::string> typed;
-};
-
-Served serve_network(const std::string& program, std::deque<VplusNetwork::Event> coming) {
-  VplusNetwork network;
-  network.coming = std::move(coming);
-  VplusMachine machine(program, network);
-  Served s;
-  machine.provide("fv.match", [&](std::vector<VplusMachine::Value>& a) {
-    if (a.at(1).text.size() == 4) s.heard.push_back(a[0].text);
-    a.at(2).number = 0.0;  // it goes no further
-  });
-  for (const char* name : {"fv.events", "fv.halted", "fv.send", "fv.table"})
-    machine.provide(name, [](std::vector<VplusMachine::Value>&) {});
-  machine.run("fv.link");
-  s.typed = machine.typed;
-  return s;
-}
-
-/// The main program's answer to a request to calibrate: done with an attached arm, and refused.
-std::pair<std::vector<std::string>, std::vector<std::string>> calibrated_by(const std::string& program) {
-  const std::size_t main = program.find(".PROGRAM a.firn"), loop = program.find("\tWHILE TRUE DO", main);
-  VplusNetwork network;
-  VplusMachine machine(program.substr(main, loop - main) + "\tfv.req = 4\n" + program.substr(loop), network);
-  machine.provide("fv.table", [](std::vector<VplusMachine::Value>&) {});
-  machine.run("a.firn");
-  return {machine.moved, machine.refused};
-}
+const ClientEvent kComes{ClientEvent::Kind::kComes, ""}, kGoes{ClientEvent::Kind::kGoes, ""};
+ClientEvent sends(const std::string& bytes) { return {ClientEvent::Kind::kSends, bytes}; }
 
 }  // namespace
 
@@ -337,8 +311,8 @@ TEST_CASE("a head that bears less than the old fixed cap is abused by it, and th
 
 TEST_CASE("the old V+ program opens its port with two strings, and nobody is ever heard",
           "[robot][corrected:robot-open]") {
-  const std::deque<VplusNetwork::Event> coming{{VplusNetwork::kCame, ""}, {0, "@1 HELLO FIRN 1*0000\r\n"}};
-  const Served old = serve_network(std::string(kOldLink), coming);
+  const std::vector<ClientEvent> coming{kComes, sends("@1 HELLO FIRN 1*0000\r\n")};
+  const ServedNetwork old = serve_network(std::string(kOldLink), coming);
   CHECK(old.heard.empty());
   CHECK(old.typed.empty());  // and it says nothing
   CHECK(serve_network(todays_program(), coming).heard == std::vector<std::string>{"1 HELLO FIRN 1"});
@@ -350,11 +324,8 @@ TEST_CASE("the old V+ program opens its port with two strings, and nobody is eve
 }
 
 TEST_CASE("the old V+ program never lets a second client in", "[robot][corrected:robot-client]") {
-  const std::deque<VplusNetwork::Event> coming{{VplusNetwork::kCame, ""},
-                                               {0, "@1 HELLO FIRN 1*0000\r\n"},
-                                               {VplusNetwork::kGone, ""},
-                                               {VplusNetwork::kCame, ""},
-                                               {0, "@2 STAT*0000\r\n"}};
+  const std::vector<ClientEvent> coming{kComes, sends("@1 HELLO FIRN 1*0000\r\n"), kGoes, kComes,
+                                        sends("@2 STAT*0000\r\n")};
   CHECK(serve_network(old_link_that_opens(), coming).heard == std::vector<std::string>{"1 HELLO FIRN 1"});
   CHECK(serve_network(todays_program(), coming).heard ==
         std::vector<std::string>{"1 HELLO FIRN 1", "2 STAT"});
@@ -369,8 +340,8 @@ TEST_CASE("the old V+ program takes a READ for a line and loses those that come 
     bytes += "@" + said.back() + "*0000\r\n";
   }
   for (const std::size_t piece : {1, 7, 40, 128, 1000}) {
-    std::deque<VplusNetwork::Event> coming{{VplusNetwork::kCame, ""}};
-    for (std::size_t at = 0; at < bytes.size(); at += piece) coming.push_back({0, bytes.substr(at, piece)});
+    std::vector<ClientEvent> coming{kComes};
+    for (std::size_t at = 0; at < bytes.size(); at += piece) coming.push_back(sends(bytes.substr(at, piece)));
     INFO("pieces of " << piece);
     CHECK(serve_network(todays_program(), coming).heard == said);
     CHECK(serve_network(old_link_that_opens(), coming).heard.size() < said.size());
@@ -378,7 +349,7 @@ TEST_CASE("the old V+ program takes a READ for a line and loses those that come 
 }
 
 TEST_CASE("the old V+ program calibrates an arm that it has not attached", "[robot][corrected:robot-arm]") {
-  const std::vector<std::string> none, once{"CALIBRATE"};
-  CHECK(calibrated_by(std::string(kOldMain)) == std::pair(none, once));
-  CHECK(calibrated_by(todays_program()) == std::pair(once, none));
+  CHECK(calibrate_by(std::string(kOldMain)).times == 0);
+  CHECK_THAT(calibrate_by(std::string(kOldMain)).stopped_by, Contains("no robot is attached"));
+  CHECK(calibrate_by(todays_program()).times == 1);
 }

@@ -14,6 +14,7 @@
 #include "files/record/packed.h"
 #include "files/record/record_file.h"
 #include "files/record/squeeze.h"
+#include "files/text_file.h"
 #include "lcmtypes/schema.h"
 #include "tests/files/record/event_samples.h"
 #include "tests/fuzz/known_log.h"
@@ -227,6 +228,42 @@ void seed_ice() {
   text(3, "line", line.text("T,1,2,3,0").finish(0));
 }
 
+void seed_vplus() {
+  for (const char* file : {"firn.v2", "lines.v2", "motion.v2", "paths.v2"}) {
+    const std::string text = read_file(std::string(FIRN_SOURCE_DIR) + "/drivers/robot/vplus/" + file);
+    // Each of its programs alone: one that calls another is refused there, and what is before it is read.
+    for (std::size_t at = 0, end; (end = text.find(".END", at)) != std::string::npos; at = end + 4)
+      seed("fuzz_vplus", file + std::to_string(at), as_span(text.substr(at, end + 5 - at)));
+  }
+  constexpr std::string_view kStatements = R"(.PROGRAM a()
+	AUTO n, $s, q[4]
+	FOR n = 1 TO 3 STEP 2
+		CASE n OF
+		  VALUE 1:
+			q[n] = VAL($MID("12",n,1)) BAND ^HF
+		  ANY
+			CALL b(q[1], $s)
+		END
+	END
+	ATTACH (5, 4) "TCP"
+	FOPEN (5, 16) "/LOCAL_PORT 4096"
+	WHILE TRUE DO
+		READ (5, h, 1) $s
+		IF IOSTAT(5) > 0 THEN
+			WRITE (5, h) $s, /S
+		ELSE
+			WAIT
+		END
+	END
+.END
+.PROGRAM b(x, $t)
+	x = -x*2
+	$t = $ENCODE(/I0,x,"y")+$DECODE($t,"y",0)
+.END
+)";
+  seed("fuzz_vplus", "statements", as_span(kStatements));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -274,6 +311,7 @@ int main(int argc, char** argv) {
   for (std::size_t n = 0; n < std::size(kTalk); ++n)
     seed("fuzz_instruments", std::to_string(n), std::as_bytes(std::span(kTalk[n])));
   seed_ice();
+  seed_vplus();
   seed_each_type(AllTypes{});
   seed_message("header", encode(some_header()));
   seed_message("grid", encode(some_grid(3, 2)));
