@@ -82,7 +82,7 @@ std::string RobotTwin::status() const {
   r.state_2 = state_.motion != Motion::kNone ? 1 : state_.state2;
   r.boots = boot_count_;
   r.power = state_.power;
-  r.calibrated = state_.calibrated;
+  r.calibrated = state_.power && state_.calibrated;  // V+ shows it by STATE(1) == 7, which needs power
   r.speed_percent = state_.speed;
   r.error = state_.error;
   r.running_path = state_.motion == Motion::kPath ? state_.running : 0;
@@ -138,7 +138,7 @@ std::string RobotTwin::execute(std::string_view text, std::int64_t now_us) {
     if (!on && state_.motion != Motion::kNone) return refused(Nak::kState, "moving");
     if (!on) {
       state_.power = 0;
-      state_.power_at_us = kNever;
+      state_.power_at_us = state_.calibrated_at_us = kNever;
     }
     if (on && !state_.power && !state_.powerless) state_.power_at_us = now_us + kPower_us;
     return "ACK";
@@ -172,7 +172,7 @@ std::string RobotTwin::execute(std::string_view text, std::int64_t now_us) {
 std::string RobotTwin::move(const Joints& to, double percent, std::int64_t now_us) {
   if (!state_.power) return refused(Nak::kNoPower, "no power");
   if (!state_.calibrated) return refused(Nak::kNotCalibrated, "not calibrated");
-  if (state_.motion != Motion::kNone || state_.held) return refused_here();
+  if (state_.motion != Motion::kNone || state_.held || state_.fault || state_.estop) return refused_here();
   if (!in_range(params_, to)) return refused(Nak::kJointLimit, "beyond a joint's range");
   TrueArm& arm = wires_.nature().arm();
   const Joints from = arm.reference();
@@ -190,7 +190,7 @@ std::string RobotTwin::move(const Joints& to, double percent, std::int64_t now_u
 std::string RobotTwin::run(std::int32_t id, int mask, std::int64_t now_us) {
   if (!state_.power) return refused(Nak::kNoPower, "no power");
   if (!state_.calibrated) return refused(Nak::kNotCalibrated, "not calibrated");
-  if (state_.motion != Motion::kNone || state_.held) return refused_here();
+  if (state_.motion != Motion::kNone || state_.held || state_.fault || state_.estop) return refused_here();
   if (state_.speed != 100) return refused(Nak::kMonitorSpeed, "monitor speed is not 100");
   const Slot* slot = find(id);
   if (!slot || !slot->verified) return refused(Nak::kState, "no such path");

@@ -19,6 +19,11 @@ Joints arm_joints(const vplus::PrecisionPoint& p) {
           double(p[3]) * kRobotRad};
 }
 
+vplus::PrecisionPoint vplus_joints(const Joints& q) {
+  return {float(q[0] / kRobotRad), float(q[1] / kRobotRad), float(kStroke_mm - q[2]),
+          float(q[3] / kRobotRad)};
+}
+
 vplus::Code parsed(const IceRobotProgram& program) {
   std::vector<vplus::Source> sources;
   for (const IceProgramText& t : program.texts) sources.push_back({t.file, t.text});
@@ -123,7 +128,9 @@ void VplusRobotTwin::power(bool on) {
     if (comes && state_.power_at_us == kNever) state_.power_at_us = now_us_ + kPower_us;
     return;
   }
+  if (moving()) machine_.arm_error(kNoPower);
   halt(kStopPower_s, DeviceEvent::kRobotBraked);
+  state_.waiting = Kind::kNone;
   state_.power = 0;
   state_.power_at_us = state_.calibrated_at_us = kNever;
 }
@@ -149,10 +156,10 @@ int VplusRobotTwin::state(int number) const {
   }
 }
 
-vplus::PrecisionPoint VplusRobotTwin::here() const {
-  const Joints q = wires_.nature().arm().encoders();
-  return {float(q[0] / kRobotRad), float(q[1] / kRobotRad), float(kStroke_mm - q[2]),
-          float(q[3] / kRobotRad)};
+vplus::PrecisionPoint VplusRobotTwin::here() const { return vplus_joints(wires_.nature().arm().encoders()); }
+
+vplus::PrecisionPoint VplusRobotTwin::destination() const {
+  return vplus_joints(moving() ? state_.to : wires_.nature().arm().reference());
 }
 
 int VplusRobotTwin::give(const vplus::Motion& motion) {

@@ -56,6 +56,7 @@ class VplusRobotTwin : public Twin, private vplus::RobotPort {
   bool calibrating() const override { return state_.calibrated_at_us != kNever; }
   int state(int number) const override;
   vplus::PrecisionPoint here() const override;
+  vplus::PrecisionPoint destination() const override;
   int give(const vplus::Motion& motion) override;
   bool waiting() const override { return state_.waiting != Kind::kNone; }
   bool moving() const override { return state_.kind != Kind::kNone; }

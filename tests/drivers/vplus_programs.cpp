@@ -30,7 +30,7 @@ constexpr int kLongLoop = 1600;  // statements in a tick: the text is asked, not
 
 }  // namespace
 
-ServedNetwork serve_network(const std::string& text, const std::vector<ClientEvent>& events) {
+ServedNetwork serve_network(const std::string& text, const std::vector<ClientEvent>& events, int gone) {
   const std::string others = R"(
 .PROGRAM fv.match($text, $hex, same)
 	same = FALSE
@@ -52,7 +52,9 @@ ServedNetwork serve_network(const std::string& text, const std::vector<ClientEve
   const Code code = plant::vplus::parse(
       {{"firn.v2", only(text, {"fv.link", "fv.lines", "fv.line", "fv.gone"})}, {"others", others}});
   StillArm arm;
-  Machine machine(code, arm, {.statements_per_tick = kLongLoop});
+  Machine machine(code, arm, {.statements_per_tick = kLongLoop, .gone = gone});
+  machine.set("fv.hurt", 0.0F);
+  machine.set("fv.checks", -1.0F);
   machine.set("fv.lun", 5.0F);
   machine.execute(0, "fv.link", 0);
   std::int64_t now_us = 0;
@@ -96,7 +98,7 @@ Calibrated calibrate_by(const std::string& text) {
   machine.set("fv.req", 0.0F);
   machine.execute(0, "a.firn", 0);
   plant::vplus::run_until(machine, 100'000);
-  machine.set("fv.req", 4.0F);
+  for (const char* wish : {"fv.req", "fv.cal"}) machine.set(wish, 4.0F);  // the old program's, today's
   plant::vplus::run_until(machine, 200'000);
   return {arm.calibrations, machine.stopped_by(0)};
 }

@@ -18,7 +18,8 @@ struct ServedNetwork {
   std::vector<std::string> typed;  ///< on the controller's monitor
 };
 /// Runs fv.link of `text`, and of its other programs fv.lines and fv.line, for five seconds.
-ServedNetwork serve_network(const std::string& text, const std::vector<ClientEvent>& events);
+/// @param gone what IOSTAT reports of a client that has closed: 101, or -562 by other firmware
+ServedNetwork serve_network(const std::string& text, const std::vector<ClientEvent>& events, int gone = 101);
 
 struct Calibrated {
   int times = 0;

@@ -25,6 +25,7 @@ struct StillArm : RobotPort {
   bool calibrating() const override { return false; }
   int state(int number) const override { return number == 1 ? 7 : 0; }
   PrecisionPoint here() const override { return motions.empty() ? PrecisionPoint{} : motions.back().to; }
+  PrecisionPoint destination() const override { return here(); }
   int give(const Motion& motion) override {
     motions.push_back(motion);
     return 0;

@@ -325,7 +325,7 @@ TEST_CASE("the shipped V+ program's CRC is CRC-16/CCITT-FALSE of any text") {
     all.back().text.insert(all.back().text.find("\tCALL"), "\t$text = \"" + quoted + "\"\n");
     const Code code = parse(all);
     StillArm arm;
-    Machine m(code, arm, {});
+    Machine m(code, arm, {.statements_per_tick = 1600});
     m.execute(0, "main", 0);
     run_until(m, 1'000'000);
     CHECK(m.stopped_by(0) == "");

@@ -54,6 +54,7 @@ enum class Function : std::uint8_t {
   kMax,
   kMid,
   kMin,
+  kPdest,
   kPos,
   kPpoint,
   kSign,

@@ -33,6 +33,7 @@ Value Evaluator::value(Task& task, Expression e) {
   if (n.op == Operator::kVariable) return load(task, e);
   if (n.type == Type::kReal) return Value::of(real(task, e));
   if (n.type == Type::kString) return Value::of(text(task, e));
+  if (n.function == Function::kPdest) return Value::of(c_.robot.destination());
   PrecisionPoint p{};
   for (std::size_t k = 0; k < p.size(); ++k) p[k] = real(task, n.children[k]);
   return Value::of(p);

@@ -162,6 +162,14 @@ Expression ExpressionParser::primary() {
     advance();
     return constant(Value::of(t.text == "TRUE"));
   }
+  if (t.text == "#PDEST") {
+    advance();
+    Node n;
+    n.op = Operator::kFunction;
+    n.function = Function::kPdest;
+    n.type = Type::kPoint;
+    return add(std::move(n));
+  }
   if (ahead().kind == Token::Kind::kSign && ahead().text == "(") return function(t.text);
   return variable();
 }

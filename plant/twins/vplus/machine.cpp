@@ -131,8 +131,10 @@ void Machine::fail(Task& task, const Trouble& trouble) {
 }
 
 void Machine::arm_error(int code) {
-  if (c_.robot_task >= 0 && c_.tasks[std::size_t(c_.robot_task)].runs)
-    c_.tasks[std::size_t(c_.robot_task)].raised = code;
+  if (c_.robot_task < 0) return;
+  Task& task = c_.tasks[std::size_t(c_.robot_task)];
+  task.error = code;
+  if (task.runs) task.raised = code;
 }
 
 std::vector<std::string> Machine::take_written() { return std::exchange(c_.written, {}); }

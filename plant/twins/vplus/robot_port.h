@@ -23,6 +23,7 @@ class RobotPort {
   virtual bool calibrating() const = 0;
   virtual int state(int number) const = 0;  ///< V+ STATE(number)
   virtual PrecisionPoint here() const = 0;
+  virtual PrecisionPoint destination() const = 0;  ///< V+ #PDEST: where it was sent last, or was stopped
   /// Hands over the next motion: it begins now, or when the one before has ended, see waiting().
   /// @returns 0 or an error of V+
   virtual int give(const Motion& motion) = 0;
