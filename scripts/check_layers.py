@@ -38,7 +38,8 @@ ALLOWED = {
     "estimators": CORE,
     "drivers": LEAVES,
     "runtime": LEAVES + ("files", "lcmtypes"),
-    "plant": LEAVES + ("files",),  # nature: codecs and physics of its own
+    "firmware": (),  # C11 of the boxes, without the house
+    "plant": LEAVES + ("files", "firmware"),  # nature: codecs and physics of its own
     "python/host": ("core/options", "core/grid"),  # the interface and its loader: no part of Python
     "python/plugin": ("python/host", "core/options", "core/grid"),
     "procs/bus": ("core/options", "runtime", "files", "lcmtypes"),

@@ -145,8 +145,17 @@ Found find(std::span<const std::byte> buffer) {
 }
 
 std::optional<Hello> parse_hello(std::span<const std::byte> p) {
-  if (p.size() != 5) return std::nullopt;
-  return Hello{read<std::uint16_t>(p, 0), read<std::uint16_t>(p, 2), read<std::uint8_t>(p, 4)};
+  constexpr std::size_t kWithoutLimits = 5, kWithLimits = 12;
+  if (p.size() != kWithoutLimits && p.size() != kWithLimits) return std::nullopt;
+  Hello h{read<std::uint16_t>(p, 0), read<std::uint16_t>(p, 2), read<std::uint8_t>(p, 4)};
+  if (p.size() == kWithoutLimits) return h;
+  h.max_entries = read<std::uint16_t>(p, 5);
+  h.step_us = read<std::uint16_t>(p, 7);
+  h.max_pulse_us = read<std::uint16_t>(p, 9);
+  h.max_duty_percent = read<std::uint8_t>(p, 11);
+  const bool sound = h.max_entries >= 1 && h.max_entries <= kMaxEntries && h.max_pulse_us >= kMinPulse_us &&
+                     h.max_duty_percent >= 1 && h.max_duty_percent <= 100;
+  return sound ? std::optional(h) : std::nullopt;
 }
 
 std::optional<Status> parse_status(std::span<const std::byte> p) {
@@ -164,7 +173,7 @@ std::optional<Status> parse_status(std::span<const std::byte> p) {
 std::optional<Reply> parse_reply(const Found& f) {
   const std::size_t n = f.payload.size();
   const bool sized = (f.type == Type::kAck && n == 2) || (f.type == Type::kNak && n == 3) ||
-                     (f.type == Type::kHello && n == 5) ||
+                     (f.type == Type::kHello && parse_hello(f.payload).has_value()) ||
                      (f.type == Type::kStatus && parse_status(f.payload).has_value());
   if (!sized) return std::nullopt;
   return Reply{f.type, read<std::uint16_t>(f.payload, 0),

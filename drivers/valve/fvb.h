@@ -61,6 +61,11 @@ struct Hello {
   std::uint16_t boot_count = 0;
   std::uint16_t firmware = 1;
   std::uint8_t reset_cause = 0;  ///< 0 power, 1 watchdog, 2 pin, 3 brown-out
+  // Limits, which firmware 1 does not tell.
+  std::uint16_t max_entries = kMaxEntries;  ///< of a list
+  std::uint16_t step_us = 0;                ///< edges fall on steps of this length; 0: not told
+  std::uint16_t max_pulse_us = 65'535;      ///< longest open time of a pulse
+  std::uint8_t max_duty_percent = 100;      ///< of open time in the mean
 };
 struct Begin {
   std::uint32_t path = 0;

@@ -9,23 +9,38 @@ using fvb::Type;
 
 namespace {
 
+std::string milliseconds(int us) {
+  return std::to_string(us / 1000) + '.' + std::to_string(1000 + us % 1000).substr(1);
+}
+
 // Why a list is not for this valve and its microcontroller; empty = it is.
-Violation broken_train_limit(const ValveOptions& c, double tick_s, double pulse_s,
+Violation broken_train_limit(const ValveOptions& c, const fvb::Hello& firmware, double tick_s, double pulse_s,
                              std::span<const std::int32_t> ticks) {
   const double tick_us = std::round(tick_s * 1e6), pulse_us = std::round(pulse_s * 1e6);
   if (!(tick_us >= 1.0 && tick_us <= 65'535.0)) return {"a tick of " + std::to_string(tick_s) + " s"};
-  if (!(pulse_us >= fvb::kMinPulse_us && pulse_us <= 65'535.0))
-    return {"a pulse of " + std::to_string(pulse_s * 1e3) + " ms is outside [0.5, 65.535] ms",
-            {pulse_s * 1e3, pulse_us > fvb::kMinPulse_us ? 65.535 : 0.5, "ms"}};
+  if (!(pulse_us >= fvb::kMinPulse_us && pulse_us <= firmware.max_pulse_us))
+    return {"a pulse of " + std::to_string(pulse_s * 1e3) + " ms is outside [0.5, " +
+                milliseconds(firmware.max_pulse_us) + "] ms",
+            {pulse_s * 1e3, pulse_us > fvb::kMinPulse_us ? firmware.max_pulse_us * 1e-3 : 0.5, "ms"}};
   const int guard_us = int(std::lround(c.guard_us));
-  if (ticks.empty() || ticks.size() > fvb::kMaxEntries)
-    return {
-        std::to_string(ticks.size()) + " pulses are outside [1, " + std::to_string(fvb::kMaxEntries) + "]",
-        {double(ticks.size()), ticks.empty() ? 1.0 : double(fvb::kMaxEntries)}};
+  if (ticks.empty() || ticks.size() > firmware.max_entries)
+    return {std::to_string(ticks.size()) + " pulses are outside [1, " + std::to_string(firmware.max_entries) +
+                "]",
+            {double(ticks.size()), ticks.empty() ? 1.0 : double(firmware.max_entries)}};
+  constexpr double kExcess_us = 2e6;  // of open time above the duty, which the firmware allows
+  const double duty = firmware.max_duty_percent / 100.0;
+  double heat_us = 0.0;
   for (std::size_t n = 0; n < ticks.size(); ++n) {
     if (ticks[n] < 0 || ticks[n] > 65'535)
       return {"pulse " + std::to_string(n) + ": tick " + std::to_string(ticks[n]) + " is outside [0, 65535]",
               {double(ticks[n]), ticks[n] < 0 ? 0.0 : 65'535.0}};
+    heat_us += pulse_us * (1.0 - duty);
+    if (heat_us >= kExcess_us * (1.0 - duty) && duty < 1.0)
+      return {"pulse " + std::to_string(n) + " keeps the coil on for more than " +
+                  std::to_string(firmware.max_duty_percent) + " % of the time",
+              {100.0, double(firmware.max_duty_percent), "%"}};
+    if (n + 1 < ticks.size())
+      heat_us = std::max(0.0, heat_us - (double(ticks[n + 1] - ticks[n]) * tick_us - pulse_us) * duty);
     if (n == 0) continue;
     const double gap_us = (double(ticks[n]) - double(ticks[n - 1])) * tick_us;
     if (gap_us < pulse_us + guard_us)
@@ -68,7 +83,7 @@ void Valve::add_list(const ListName& name, double tick_s, double pulse_s, std::s
                      std::int64_t now_us, Effects& fx) {
   if (!lists_.contains(name) && name > last_) {
     Kept kept;
-    kept.refusal = broken_train_limit(config_, tick_s, pulse_s, ticks);
+    kept.refusal = broken_train_limit(config_, firmware_, tick_s, pulse_s, ticks);
     if (kept.refusal.empty()) {
       kept.ticks = std::make_shared<const std::vector<std::uint16_t>>(ticks.begin(), ticks.end());
       kept.tick_us = std::uint16_t(std::llround(tick_s * 1e6));
@@ -332,8 +347,10 @@ void Valve::reply(const Request& request, std::span<const std::byte> frame, std:
   }
   switch (asked) {
     case Type::kHello:
-      if (const auto h = fvb::parse_hello(found.payload))
+      if (const auto h = fvb::parse_hello(found.payload)) {
+        firmware_ = *h;
         identity_ = "FVB/1 valve controller, firmware " + std::to_string(h->firmware);
+      }
       return;
     case Type::kBegin:
       begun_ = true;

@@ -119,6 +119,7 @@ class Valve final : public Driver {
   std::string name_;  // for texts
   ValveOptions config_;
   fvb::FvbDialect dialect_;
+  fvb::Hello firmware_;  // as it said of itself
   Phase phase_ = Phase::kDown;
   Op op_ = Op::kNone;
   std::uint8_t seq_ = 0;

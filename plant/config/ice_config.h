@@ -99,6 +99,8 @@ struct IceArmParams {
 };
 
 struct IceValveParams {  ///< firmware of a valve's controller
+  bool firmware =
+      false;  ///< the firmware itself (plant/twins/firmware_valve.h), or the twin written from FVB/1
   int baud = 115200;
   double clock_ppm = -18.0;  ///< -1000 .. 1000
   double trigger_delay_s = 0.0004;

@@ -16,7 +16,7 @@ constexpr int kGuard_us = 100;
 }  // namespace
 
 ValveTwin::ValveTwin(int valve, const IceValveParams& params, double host_scale, IceWires& wires)
-    : Twin(valve == 0 ? Port::kValveA : Port::kValveB, TwinLink(10.0e6 / params.baud, 0)),
+    : ValveBox(valve == 0 ? Port::kValveA : Port::kValveB, TwinLink(10.0e6 / params.baud, 0)),
       valve_(valve),
       params_(params),
       silence_us_(std::int64_t(kSilence_us * host_scale)),

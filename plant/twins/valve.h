@@ -8,11 +8,11 @@
 
 #include "plant/twins/fvb.h"
 #include "plant/twins/ice_wires.h"
-#include "plant/twins/twin.h"
+#include "plant/twins/valve_box.h"
 
 namespace firn::plant {
 
-class ValveTwin : public Twin {
+class ValveTwin : public ValveBox {
  public:
   /// @param valve 0 water, 1 SME
   /// @param host_scale as WorldConfig's
@@ -27,8 +27,8 @@ class ValveTwin : public Twin {
                                           ///< 6 stays open from its next pulse on
   void io(Archive& a) override;
 
-  void signal(std::int64_t t_us);   ///< the robot's line rises
-  void disable(std::int64_t t_us);  ///< its enable line falls: an open valve is closed
+  void signal(std::int64_t t_us) override;
+  void disable(std::int64_t t_us) override;
 
  private:
   struct Device {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "plant/twins/firmware_valve.h"
 #include "plant/twins/heater.h"
 #include "plant/twins/laser_point.h"
 #include "plant/twins/robot.h"
@@ -20,11 +21,11 @@ class IceWorldLab final : public WorldLab, public IceLab, private IceWires {
       : WorldLab(c, r),
         nature_(c.ice, c.seed),
         robot_(make_robot(c)),
-        valve_a_(0, c.ice.valve[0], c.host_scale, *this),
-        valve_b_(1, c.ice.valve[1], c.host_scale, *this),
+        valve_a_(make_valve(0, c)),
+        valve_b_(make_valve(1, c)),
         laser_(c.ice.laser, *this),
         heater_(*this) {
-    twins = {robot_.get(), &valve_a_, &valve_b_, &laser_, &heater_};
+    twins = {robot_.get(), valve_a_.get(), valve_b_.get(), &laser_, &heater_};
   }
 
   std::uint32_t milestones() const override { return firings_; }
@@ -89,17 +90,23 @@ class IceWorldLab final : public WorldLab, public IceLab, private IceWires {
     if (c.ice.robot.texts.empty()) return std::make_unique<RobotTwin>(c.ice.arm, c.seed, c.host_scale, wires);
     return std::make_unique<VplusRobotTwin>(c.ice.arm, c.ice.robot, c.seed, wires);
   }
+  std::unique_ptr<ValveBox> make_valve(int valve, const WorldConfig& c) {
+    IceWires& wires = *this;
+    const IceValveParams& params = c.ice.valve[std::size_t(valve)];
+    if (params.firmware) return std::make_unique<FirmwareValveTwin>(valve, params, c.host_scale, wires);
+    return std::make_unique<ValveTwin>(valve, params, c.host_scale, wires);
+  }
   IceNature& nature() override { return nature_; }
   void signals(std::int64_t t_us, int mask) override {
     const int risen = mask & ~mask_, fallen = mask_ & ~mask;
     mask_ = mask;
-    if (risen & 1) valve_a_.signal(t_us);
-    if (risen & 2) valve_b_.signal(t_us);
+    if (risen & 1) valve_a_->signal(t_us);
+    if (risen & 2) valve_b_->signal(t_us);
     if ((risen | fallen) & 4) laser_.signal(t_us, (risen & 4) != 0);
   }
   void valves_off(std::int64_t t_us) override {
-    valve_a_.disable(t_us);
-    valve_b_.disable(t_us);
+    valve_a_->disable(t_us);
+    valve_b_->disable(t_us);
   }
   void link_closed(std::int64_t t_us, Port port) override { note_closed(t_us, port); }
   void note(std::int64_t t_us, Port port, DeviceEvent event, std::int64_t value) override {
@@ -112,7 +119,7 @@ class IceWorldLab final : public WorldLab, public IceLab, private IceWires {
 
   IceNature nature_;
   std::unique_ptr<Twin> robot_;
-  ValveTwin valve_a_, valve_b_;
+  std::unique_ptr<ValveBox> valve_a_, valve_b_;
   LaserPointTwin laser_;
   HeaterTwin heater_;
   std::uint32_t firings_ = 0;

@@ -10,6 +10,16 @@ using namespace firn::plant;
 namespace host_fvp = drivers::fvp;
 namespace host_fvb = drivers::fvb;
 
+namespace {
+
+/// The twins that are written from FVB/1, or those that run the firmware.
+IceWorldConfig with_valves(IceWorldConfig config, bool firmware) {
+  for (IceValveParams& v : config.valve) v.firmware = firmware;
+  return config;
+}
+
+}  // namespace
+
 TEST_CASE("The robot's twin wants power, calibration and a verified path at whose first point it stands") {
   const IceWorldConfig c = small();
   IceBench b(c);
@@ -74,7 +84,7 @@ TEST_CASE(
 
 TEST_CASE(
     "A path printed through the instruments lies where and as much as the list said, and is summed up") {
-  IceWorldConfig c = small();
+  IceWorldConfig c = with_valves(small(), GENERATE(false, true));
   c.disturbance.debris_per_h = 0.0;
   IceBench b(c);
   const auto run = line_of(c, 5.0);
@@ -109,7 +119,7 @@ TEST_CASE(
 }
 
 TEST_CASE("A valve refuses what would harm it and ignores triggers unless armed") {
-  const IceWorldConfig c = small();
+  const IceWorldConfig c = with_valves(small(), GENERATE(false, true));
   IceBench b(c);
   b.hello(kValveAPort);
   CHECK(b.arm(kValveAPort) == int(host_fvb::Refusal::kWrongState));
@@ -135,7 +145,7 @@ TEST_CASE("A valve refuses what would harm it and ignores triggers unless armed"
 }
 
 TEST_CASE("STOP brakes the arm, drops the signals and closes the valves by their enable line") {
-  const IceWorldConfig c = small();
+  const IceWorldConfig c = with_valves(small(), GENERATE(false, true));
   IceBench b(c);
   const auto run = line_of(c);
   prepare(b, run);
@@ -158,8 +168,9 @@ TEST_CASE("STOP brakes the arm, drops the signals and closes the valves by their
 }
 
 TEST_CASE("A valve that hears nothing for two seconds of the host's time while it fires closes") {
+  const bool firmware = GENERATE(false, true);
   for (const double scale : {1.0, 2.0}) {
-    const IceWorldConfig c = small();
+    const IceWorldConfig c = with_valves(small(), firmware);
     IceBench b(c, scale);
     prepare(b, line_of(c, 0.0, 3.24, 5.0));  // six seconds
     b.robot("SIG 1");
@@ -174,7 +185,7 @@ TEST_CASE("A valve that hears nothing for two seconds of the host's time while i
 }
 
 TEST_CASE("A robot whose socket closes brakes whatever moves and closes the valves at once") {
-  const IceWorldConfig c = small();
+  const IceWorldConfig c = with_valves(small(), GENERATE(false, true));
   IceBench b(c);
   prepare(b, line_of(c));
   b.robot("PATH RUN 7 1");
@@ -191,7 +202,7 @@ TEST_CASE("A robot whose socket closes brakes whatever moves and closes the valv
 }
 
 TEST_CASE("A robot that hears nothing for a second while a path runs ends it and closes the valves") {
-  IceWorldConfig c = small();
+  IceWorldConfig c = with_valves(small(), GENERATE(false, true));
   IceBench b(c);
   const auto run = line_of(c, 0.0, 3.24, 5.0);  // six seconds
   prepare(b, run);
@@ -217,7 +228,7 @@ TEST_CASE("A robot that hears nothing for a second while a path runs ends it and
 TEST_CASE(
     "The emergency stop cuts power and stays until it is released and cleared, and a motion error is a "
     "fault") {
-  const IceWorldConfig c = small();
+  const IceWorldConfig c = with_valves(small(), GENERATE(false, true));
   IceBench b(c);
   const auto run = line_of(c);
   prepare(b, run);
@@ -245,7 +256,7 @@ TEST_CASE(
 }
 
 TEST_CASE("Reboot loses paths and lists, closes the port and counts, and the valve says why it was reset") {
-  const IceWorldConfig c = small();
+  const IceWorldConfig c = with_valves(small(), GENERATE(false, true));
   IceBench b(c);
   prepare(b, line_of(c));
   for (const char* port : {"robot", "valve_a"}) b.world.inject({port, FaultKind::kReboot, 1, 0}, b.now_us);
@@ -344,8 +355,9 @@ TEST_CASE("The heater box shows temperatures and relays, takes set points, and i
 TEST_CASE(
     "A tank that runs empty, a blocked line and a dead coil give pulses without liquid until they are "
     "mended") {
+  const bool firmware = GENERATE(false, true);
   for (const std::int64_t code : {1, 2, 3}) {
-    const IceWorldConfig c = small();
+    const IceWorldConfig c = with_valves(small(), firmware);
     IceBench b(c);
     const auto run = line_of(c);
     b.world.inject({"valve_a", FaultKind::kTrip, code, 0}, b.now_us);
