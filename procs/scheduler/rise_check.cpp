@@ -135,6 +135,7 @@ void RiseCheck::Rise::add(const Samples& samples, double ratio) {
 void RiseCheck::Evidence::add(const Evidence& e) {
   for (const std::size_t ink : {0, 1}) {
     of_ink[ink].add(e.of_ink[ink]);
+    much[ink].add(e.much[ink]);
     reach[ink].add(e.reach[ink]);
   }
   bare.add(e.bare);
@@ -150,7 +151,7 @@ RiseCheck::Evidence RiseCheck::evidence_of(const Experiment& e, const Layer& l) 
   const std::vector<std::uint8_t> near = inks_near(l);
   const std::vector<Inks> expected = expected_rise(e, l);
   constexpr std::size_t kEmpty = 2, kBare = 3, kGroups = 4;  // beside cells with droplets of either ink
-  Samples with_droplet[2][kGrounds], reached[2][kGrounds], bare[kGrounds];
+  Samples with_droplet[2][kGrounds], much[2][kGrounds], reached[2][kGrounds], bare[kGrounds];
   Scatter scatter[kGrounds][kGroups];
   for (int j = 0; j < g.ny; ++j)
     for (int i = 0; i < g.nx; ++i) {
@@ -168,9 +169,10 @@ RiseCheck::Evidence RiseCheck::evidence_of(const Experiment& e, const Layer& l) 
                         ink = ink_of(l, c) == Material::kB;
       const bool empty = l.drops.cells[c] == 0;
       scatter[ground][empty ? kEmpty : ink].add((rise - all_mm) / std::sqrt(scattered_mm2(all_mm)));
-      reached[giver][ground].push_back(
-          {rise, all_mm, all_mm, scattered_mm2(e.process.most_rise_share * all_mm)});
+      const Sample much_sample{rise, all_mm, all_mm, scattered_mm2(e.process.most_rise_share * all_mm)};
+      reached[giver][ground].push_back(much_sample);
       if (empty) continue;
+      much[ink][ground].push_back(much_sample);
       const double own_mm = expected[c][ink];
       with_droplet[ink][ground].push_back({rise - expected[c][1 - ink], own_mm,
                                            own_mm * held_share(l.before, l.drops, i, j, wall_mm),
@@ -181,6 +183,7 @@ RiseCheck::Evidence RiseCheck::evidence_of(const Experiment& e, const Layer& l) 
     const double ratio = birge_ratio(scatter[ground]);
     for (const std::size_t ink : {0, 1}) {
       sum.of_ink[ink].add(with_droplet[ink][ground], ratio);
+      sum.much[ink].add(much[ink][ground], ratio);
       sum.reach[ink].add(reached[ink][ground], ratio);
     }
     sum.bare.add(bare[ground], ratio);
@@ -202,8 +205,11 @@ Violation RiseCheck::judge(const ProcessConfig& process, const Evidence& sum, in
     if (least > 0.0 && least * r.information - r.share > kSigmas * std::sqrt(r.information))
       return {told(r.cells, "with", r.measured_mm, r.expected_mm) + "drops without rise, the nozzle is dead",
               {r.measured_mm / r.expected_mm, least, "", "process.least_rise_share"}};
-    const Rise& reach = sum.reach[n];
-    if (reach.measured_mm - most * reach.expected_mm > kSigmas * std::sqrt(reach.variance_mm2))
+    const Rise &much = sum.much[n], &reach = sum.reach[n];
+    const bool over_cells = much.share - most * much.information > kSigmas * std::sqrt(much.information),
+               over_sum =
+                   reach.measured_mm - most * reach.expected_mm > kSigmas * std::sqrt(reach.variance_mm2);
+    if (over_cells && over_sum)
       return {told(reach.cells, "near", reach.measured_mm, reach.expected_mm) +
                   "rise without drops, it gives too much",
               {reach.measured_mm / reach.expected_mm, most, "", "process.most_rise_share"}};

@@ -19,10 +19,11 @@ namespace firn {
 /// droplets, h2 and h3 of its neighbours' (g1, g2, g3 of ink B), of droplets beside the centres that of their
 /// kernels.
 ///   drops without rise: the cells with droplets of one ink rose by less than process.least_rise_share of e;
-///   rise without drops: the cells within two of its droplets (near both inks: those that it raises more)
-///     rose in sum by more than process.most_rise_share times the sum of their e. Ink that runs from a high
-///     cell to a low one is in the sum wherever it lies, so no model of its flow is needed. Or the cells
-///     without a droplet within two cells rose by more than least_rise_share of one droplet's layer height.
+///   rise without drops: they rose by more than process.most_rise_share times e, and so did the sum over all
+///     cells within two of its droplets (near both inks: those that it raises more). Ink that runs from a
+///     high cell to a low one is in the sum wherever it lies, so it needs no model of the flow; the cells
+///     with droplets need no model of how far a droplet spreads. Or the cells without a droplet within two
+///     cells rose by more than least_rise_share of one droplet's layer height.
 ///
 /// The rise x of a cell has the variance v = sigma_1^2 + sigma_2^2 + (kScatter e)^2: noise of the two maps
 /// and what single droplets add more or less. Weighted by 1 / v, the share x / e of n cells has the standard
@@ -84,7 +85,8 @@ class RiseCheck {
     void add(const Samples& samples, double ratio);
   };
   struct Evidence {
-    std::array<Rise, 2> of_ink;  // cells with a droplet
+    std::array<Rise, 2> of_ink;  // cells with a droplet, for a dead nozzle
+    std::array<Rise, 2> much;    // the same for too much
     std::array<Rise, 2> reach;   // all cells that the droplets of one ink can reach
     Rise bare;                   // cells that none can reach; expected: nothing
     void add(const Evidence& e);

@@ -35,7 +35,8 @@ class Engine(unittest.TestCase):
     def setUp(self):
         scratch = tempfile.TemporaryDirectory()
         self.addCleanup(scratch.cleanup)
-        self.folder = Path(scratch.name)
+        self.folder = Path(scratch.name) / "it's a study"  # shells on the way must leave it whole
+        self.folder.mkdir()
         self.study = self.folder / "study.toml"
         self.env = None
 

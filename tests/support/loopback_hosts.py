@@ -189,7 +189,7 @@ class Hosts:
                      "-o", f"AuthorizedKeysFile={self.folder}/authorized", "-o", "StrictModes=no", "-o", "UsePAM=no", "-o", "PidFile=none",
                      "-o", "PermitRootLogin=yes"]
             if hidden:
-                words = ["unshare", "--mount", "sh", "-c", f"mount -t tmpfs none '{hidden}' && exec \"$@\"", "sh", *words]
+                words = ["unshare", "--mount", "sh", "-c", 'mount -t tmpfs none "$1" && shift && exec "$@"', "sh", str(hidden), *words]
             self.daemons.start(name, words)
         (self.folder / "ssh_config").write_text(config)
         ssh = self.folder / "ssh"  # first on the path: parallel and rsync start it
