@@ -23,7 +23,8 @@ RemoteEnd compare_on(const CompareOptions& options, const StudyPlan& plan,
                      const std::filesystem::path& folder, StudyPlatforms platforms,
                      const std::atomic<bool>* stop);
 
-/// Returns the states of the tasks of the study's job, for people; "" where none was submitted, or Slurm is gone.
+/// Returns the states of the tasks of the study's job, for people; "" where none was submitted, or Slurm is
+/// gone.
 std::string job_text(const std::filesystem::path& study_folder);
 
 }  // namespace firn

@@ -1,4 +1,4 @@
-// Pulses of the list that fires: what the tick interrupt does.
+// Pulses of the list that fires, for the tick interrupt.
 #include "firmware/valve/pulses.h"
 
 enum {

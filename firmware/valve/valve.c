@@ -102,7 +102,7 @@ static uint8_t spit(struct valve* v, const struct frame* f) {
   return NONE;
 }
 
-// What is held beyond the offset is forgotten; what is good before a bad entry is kept.
+// Entries held beyond the offset are forgotten; good ones before a bad entry are kept.
 static uint8_t add(struct valve* v, const struct frame* f) {
   if (v->state != VALVE_LOADING) return BAD_STATE;
   if (f->length < 4 || (f->length & 1U) != 0) return BAD_RANGE;

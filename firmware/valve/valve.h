@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-// Entries of a list: two bytes each. 3072 are what an ATmega2560 has room for in 8 kB.
+// Entries of a list: two bytes each. An ATmega2560 has room for 3072 in 8 kB.
 #ifndef VALVE_MAX_ENTRIES
 #define VALVE_MAX_ENTRIES 3072
 #endif

@@ -26,7 +26,7 @@ class FirmwareValveTwin : public ValveBox {
   void boot(std::uint8_t reset_cause, std::int64_t now_us);
   std::int64_t time_of(std::int64_t step) const;
   void run_until(std::int64_t now_us);
-  void look(std::int64_t now_us);  ///< follows what the firmware has begun or ended
+  void look(std::int64_t now_us);  ///< follows the lists that the firmware has begun or ended
   void begun(std::int64_t now_us);
   void ended(std::int64_t now_us);
 

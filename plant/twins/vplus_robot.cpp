@@ -302,7 +302,7 @@ void VplusRobotTwin::reboot(std::int64_t now_us) {
   state_.paths = before.paths;
   state_.pressed = before.pressed;
   state_.boot_until_us = now_us + kBoot_us;
-  // Nothing of the program is left but what is kept on disk.
+  // Nothing of the program is left but its values on disk.
   Archive blank;
   vplus::Machine fresh(code_, *this, options_);
   fresh.io(blank);

@@ -7,7 +7,7 @@
 
 namespace firn::drivers::test {
 
-/// What a client does, and what the network device then reports.
+/// A client's doings, and the network device's reports of them.
 struct ClientEvent {
   enum class Kind { kComes, kSends, kGoes } kind = Kind::kSends;
   std::string bytes;
@@ -18,7 +18,7 @@ struct ServedNetwork {
   std::vector<std::string> typed;  ///< on the controller's monitor
 };
 /// Runs fv.link of `text`, and of its other programs fv.lines and fv.line, for five seconds.
-/// @param gone what IOSTAT reports of a client that has closed: 101, or -562 by other firmware
+/// @param gone IOSTAT's number of a client that has closed: 101, or -562 by other firmware
 ServedNetwork serve_network(const std::string& text, const std::vector<ClientEvent>& events, int gone = 101);
 
 struct Calibrated {

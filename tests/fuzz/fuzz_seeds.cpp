@@ -231,7 +231,7 @@ void seed_ice() {
 void seed_vplus() {
   for (const char* file : {"firn.v2", "lines.v2", "motion.v2", "paths.v2"}) {
     const std::string text = read_file(std::string(FIRN_SOURCE_DIR) + "/drivers/robot/vplus/" + file);
-    // Each of its programs alone: one that calls another is refused there, and what is before it is read.
+    // Each of its programs alone: one that calls another is refused there, and the lines before it are read.
     for (std::size_t at = 0, end; (end = text.find(".END", at)) != std::string::npos; at = end + 4)
       seed("fuzz_vplus", file + std::to_string(at), as_span(text.substr(at, end + 5 - at)));
   }

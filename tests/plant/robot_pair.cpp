@@ -31,7 +31,7 @@ IceWorldConfig with_program(IceWorldConfig config, const IceRobotProgram& progra
   return config;
 }
 
-/// What must be equal of a reply: the words, but for the reason of a NAK, which is for persons.
+/// The part of a reply that must be equal: the words, but for the reason of a NAK, which is for persons.
 std::string essence(const std::string& reply) {
   const std::vector<std::string> w = words_of(reply);
   return w.size() >= 2 && w[0] == "NAK" ? "NAK " + w[1] : reply;

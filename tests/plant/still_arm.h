@@ -1,4 +1,4 @@
-// StillArm is an arm for V+ programs that reaches every place at once; it counts what it is told.
+// StillArm is an arm for V+ programs that reaches every place at once; it counts its orders.
 #pragma once
 
 #include <vector>

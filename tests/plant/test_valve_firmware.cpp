@@ -43,8 +43,8 @@ class ValvePair {
       different = what + " after " + std::to_string(frames) + " frames: " + a + " and " + b;
   }
 
-  /// What must be equal of a reply: all of an ACK and a NAK; of HELLO and STATUS all but version, limits, and
-  /// times that the firmware measures by its own steps.
+  /// The part of a reply that must be equal: all of an ACK and a NAK; of HELLO and STATUS all but version,
+  /// limits, and times that the firmware measures by its own steps.
   static std::string essence(const std::string& bytes) {
     const host::Found f = host::find(std::as_bytes(std::span(bytes.data(), bytes.size())));
     if (f.kind != host::Found::Kind::kFrame) return bytes.empty() ? "nothing" : "no frame";

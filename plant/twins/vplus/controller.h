@@ -1,4 +1,4 @@
-// Controller holds what a V+ controller remembers: tasks with their calls, variables, timers, its network
+// Controller holds the memory of a V+ controller: tasks with their calls, variables, timers, its network
 // device.
 #pragma once
 
@@ -62,7 +62,7 @@ struct Task {
   void io(Archive& a);
 };
 
-/// An error of V+: its number and what a person reads.
+/// An error of V+: its number and its text for people.
 struct Trouble {
   int code;
   std::string what;

@@ -33,7 +33,7 @@ class Machine {
   /// World time of the next slice in which a statement can be executed; kNeverRuns: no task runs.
   std::int64_t next_us() const;
   void slice(std::int64_t now_us);     ///< executes one slice. @pre now_us == next_us()
-  void happened(std::int64_t now_us);  ///< something outside did: what was waited for may be there
+  void happened(std::int64_t now_us);  ///< something outside did: a wait may be over
   /// An error of the arm reaches the task that has attached it, with REACTE or as its end.
   void arm_error(int code);
 

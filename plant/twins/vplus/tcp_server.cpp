@@ -21,7 +21,7 @@ int TcpServer::command(int code) {
   return kDone;
 }
 
-// A client that comes while the place is taken waits, and so does what it sends.
+// A client that comes while the place is taken waits, and so do its bytes.
 const TcpServer::Event* TcpServer::next() const {
   if (!open_ || events_.empty() || (events_.front().status == kClientCame && taken_)) return nullptr;
   return &events_.front();

@@ -1,6 +1,6 @@
-// TcpServer simulates the TCP device of V+ with one client: FOPEN takes one string, READ returns what has
-// come without regard for lines, a client that is gone keeps its place until FCMND 600 [AdeptNet guide;
-// adept_experimental, which has run on a Cobra s600].
+// TcpServer simulates the TCP device of V+ with one client: FOPEN takes one string, READ returns the bytes
+// that have come without regard for lines, a client that is gone keeps its place until FCMND 600 [AdeptNet
+// guide; adept_experimental, which has run on a Cobra s600].
 #pragma once
 
 #include <cstdint>
@@ -28,13 +28,13 @@ class TcpServer {
   static constexpr std::size_t kMostOfARead = 128;     ///< characters of a V+ string
   static constexpr std::size_t kMostUnread = 1 << 17;  ///< bytes: beyond these the connection is lost
 
-  /// @param gone what IOSTAT reports when the client has closed: kClientGone or kClosedByClient, by firmware
+  /// @param gone IOSTAT's number when the client has closed: kClientGone or kClosedByClient, by firmware
   explicit TcpServer(int gone = kClientGone) : gone_(gone) {}
 
   int attach(std::string_view device);
   int open(const std::vector<std::string>& texts);
   int command(int code);
-  /// Takes the next event. @param text what has come with it, at most 128 characters
+  /// Takes the next event. @param text its characters, at most 128
   int read(std::string& text);
   int read_byte();  ///< GETC without waiting: the byte, or a negative status
   bool can_write() const { return open_ && taken_ && connected_; }
