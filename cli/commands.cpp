@@ -41,6 +41,7 @@ constexpr Command kCommands[] = {
      declare_compare},
     {"log", "describes, verifies, prints and repairs logs and write-ahead files", declare_log},
     {"config", "checks, resolves and documents experiment files", declare_config},
+    {"completion", "writes completion for bash, zsh and fish, and pages of the manual", declare_completion},
     {"dataflow", "writes docs/dataflow.md: who sends what to whom", declare_dataflow},
 };
 

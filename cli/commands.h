@@ -14,6 +14,7 @@ void declare_bringup(OptionSet& options);
 void declare_calibrate(OptionSet& options);
 void declare_cassette(OptionSet& options);
 void declare_compare(OptionSet& options);
+void declare_completion(OptionSet& options);
 void declare_config(OptionSet& options);
 void declare_ctl(OptionSet& options);
 void declare_dataflow(OptionSet& options);

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "cli/command_tree.h"
+
 namespace CLI {
 class App;
 class Option;
@@ -59,6 +61,16 @@ class OptionSet {
     return *options;
   }
 
+  /// The same for a command that describes the program itself.
+  template <class Options>
+  Options& calls(int (*command)(const CommandTree&, const Options&)) {
+    auto options = std::make_shared<Options>();
+    when_parsed_by([options, command, this_program = program_describer()]() -> Run {
+      return [options, command, tree = this_program()] { return command(tree, *options); };
+    });
+    return *options;
+  }
+
   /// @param name "RUN", "--seed" or "-o,--output"
   /// @param value std::string, int, std::int64_t, std::uint64_t, double, std::optional or std::vector of them
   template <class T>
@@ -78,6 +90,8 @@ class OptionSet {
 
  private:
   void when_parsed(Run call);
+  void when_parsed_by(std::function<Run()> call);  // of which the call is made while the parser lives
+  std::function<CommandTree()> program_describer() const;
 
   CLI::App& app_;
   const Product& product_;

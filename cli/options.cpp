@@ -163,10 +163,62 @@ OptionSet OptionSet::subcommand(const std::string& name, const std::string& summ
 void OptionSet::require_subcommand() { app_.require_subcommand(1); }
 
 void OptionSet::when_parsed(Run call) {
+  when_parsed_by([call = std::move(call)] { return call; });
+}
+
+void OptionSet::when_parsed_by(std::function<Run()> call) {
   // The parser calls a command's subcommands first, then the command itself.
   app_.final_callback([&app = app_, &run = run_, call = std::move(call)] {
-    if (app.get_subcommands().empty()) run = call;
+    if (app.get_subcommands().empty()) run = call();
   });
+}
+
+namespace {
+
+// "{a,b}" in the type of an option that takes one of some words.
+std::vector<std::string> choices_in(const std::string& type) {
+  std::vector<std::string> choices;
+  const std::size_t open = type.find('{'), close = type.find('}');
+  if (open == std::string::npos || close == std::string::npos) return choices;
+  for (std::size_t at = open + 1; at < close;) {
+    const std::size_t end = std::min(type.find(',', at), close);
+    choices.push_back(type.substr(at, end - at));
+    at = end + 1;
+  }
+  return choices;
+}
+
+CommandTree described(const CLI::App& app) {
+  CommandTree tree{app.get_name(), app.get_description(), {}, {}};
+  for (const CLI::Option* option : app.get_options()) {
+    DescribedOption o;
+    o.positional = option->nonpositional() == false;
+    o.required = option->get_required();
+    o.many = option->get_expected_max() > 1;
+    o.help = option->get_description();
+    if (o.positional) {
+      o.names = {option->get_name(true)};
+    } else {
+      for (const std::string& name : option->get_snames()) o.names.push_back("-" + name);
+      for (const std::string& name : option->get_lnames()) o.names.push_back("--" + name);
+    }
+    if (option->get_items_expected_max() > 0) o.value = "VALUE";
+    o.choices = choices_in(option->get_type_name());
+    tree.options.push_back(std::move(o));
+  }
+  for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; }))
+    tree.subcommands.push_back(described(*sub));
+  return tree;
+}
+
+}  // namespace
+
+std::function<CommandTree()> OptionSet::program_describer() const {
+  return [app = &app_] {
+    const CLI::App* root = app;
+    while (root->get_parent()) root = root->get_parent();
+    return described(*root);
+  };
 }
 
 namespace {

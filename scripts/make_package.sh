@@ -18,6 +18,12 @@ done
 cp -- "$build"/python/firn_*.so "$home/python/"
 find "$home" -type f ! -name '*.jar' -exec strip --strip-unneeded {} +
 ln -s ../lib/firn/bin/firn "$tree/usr/bin/firn"
+mkdir -p "$tree/usr/share/"{bash-completion/completions,zsh/vendor-completions,fish/vendor_completions.d,man/man1}
+"$build/bin/firn" completion bash >"$tree/usr/share/bash-completion/completions/firn"
+"$build/bin/firn" completion zsh >"$tree/usr/share/zsh/vendor-completions/_firn"
+"$build/bin/firn" completion fish >"$tree/usr/share/fish/vendor_completions.d/firn.fish"
+"$build/bin/firn" completion man -o "$tree/usr/share/man/man1"
+gzip -9n "$tree"/usr/share/man/man1/*.1
 
 modules=$tree/usr/lib/python3/dist-packages/firn
 mkdir -p "$modules"

@@ -60,6 +60,7 @@ CLAIMS = [
     Claim("a replay over the time", r"^([\d.]+),", [BENCH + "replay_bench"], r"all threads.*ratio ([\d.]+);", "less", "times the handlers"),
     Claim("recorder over UDP", r"^([\d,]+) messages", [BENCH + "recorder_bench", "3"], r"small +(\d+) messages/s", "more", "messages/s"),
     Claim("recorder over UDP", r"; ([\d.]+) MB/s", [BENCH + "recorder_bench", "3"], r"large .* ([\d.]+) MB/s", "more", "MB/s"),
+    Claim("a study of 100,000 imagined prints", r"; (\d+) s, 231 MB", [BENCH + "study_merge"], r"merge +([\d.]+) s", "less", "s, merge"),
     Claim("`./firn --version`", r"; ([\d.]+) ms", ["bash", "-c", "time build/bin/firn --version"], r"real\s+0m([\d.]+)s", "less", "ms",
           lambda found: 1e3 * min(found)),
 ]
@@ -105,6 +106,8 @@ NOT_RUN = {
     "its export to HDF5": "of the whole gear: ./firn bench gear_export",
     "its records packed": "of the whole gear",
     "its replay": "of the whole gear",
+    "the robot's V+ text": "minutes: build/bench/vplus_bench difference 10000 3",
+    "path points a second": "a table: build/bench/vplus_bench speed",
 }
 
 

@@ -90,6 +90,14 @@ class Package(unittest.TestCase):
         run, = (here / "runs").iterdir()
         self.assertIn("identical", output(self.root / "usr/bin/firn", "replay", run, env=environment))
 
+    def test_shells_complete_its_words_and_man_shows_its_pages(self):
+        share = self.root / "usr/share"
+        for file, words in (("bash-completion/completions/firn", "complete -o default"), ("zsh/vendor-completions/_firn", "#compdef firn"),
+                            ("fish/vendor_completions.d/firn.fish", "complete -c firn")):
+            self.assertIn(words, (share / file).read_text())
+        pages = {page.name for page in (share / "man/man1").iterdir()}
+        self.assertLessEqual({"firn.1.gz", "firn-print.1.gz", "firn-compare.1.gz"}, pages)
+
     def test_the_types_of_the_module_are_in_it(self):
         modules = self.root / "usr/lib/python3/dist-packages/firn"
         self.assertTrue((modules / "py.typed").is_file())
