@@ -15,7 +15,7 @@ FOUND_BY_CMAKE = {
     "fmt": "libfmt-dev", "nlohmann_json": "nlohmann-json3-dev", "CLI11": "libcli11-dev", "Python3": "python3",
     "lcm": "liblcm-dev", "lcm-gen": "liblcm-bin", "ccache": "ccache", "tomlplusplus": "libtomlplusplus-dev",
     "xxhash": "libxxhash-dev", "xxhash.h": "libxxhash-dev", "sleef": "libsleef-dev", "sleef.h": "libsleef-dev", "nlopt": "libnlopt-dev", "nlopt.h": "libnlopt-dev", "nlopt_cxx": "libnlopt-cxx-dev", "python3": "python3", "Java": "default-jdk-headless",
-    "dpkg-query": "", "gnuplot": "gnuplot-nox", "clang++": "clang", "ld.gold": "", "zstd": "libzstd-dev",
+    "dpkg-query": "", "gnuplot": "gnuplot-nox", "clang++": "clang", "avr-gcc": "gcc-avr", "avr/io.h": "avr-libc", "simavr/sim_avr.h": "libsimavr-dev", "simavr": "libsimavr-dev", "ld.gold": "", "zstd": "libzstd-dev",
     "opencv_core": "libopencv-core-dev", "opencv_imgproc": "libopencv-imgproc-dev", "opencv_imgcodecs": "libopencv-imgcodecs-dev", "jpeg": "libjpeg-dev",
     "opencv2/core/version.hpp": "libopencv-core-dev",
     "opencv2/core.hpp": "libopencv-core-dev",
@@ -43,7 +43,7 @@ EVIDENCE = {
     "python3-matplotlib": r"import matplotlib", "python3-dev": r"find_package\(Python3", "pybind11-dev": r"<pybind11/", "python3-numpy": r"import numpy",
     "groff-base": r"\"groff\"", "zsh": r"\"zsh\"", "fish": r"\"fish\"",
     "slurm-wlm": r"slurmctld", "munge": r"munged", "parallel": r"kProgram = \"parallel\"|\"parallel\"", "openssh-server": r"\"sshd\"", "openssh-client": r"\"ssh-keygen\"", "rsync": r"\"rsync\"",
-    "debootstrap": r"command -v debootstrap", "coinor-cbc": r"command -v cbc", "chromium": r"chromium --headless", "nodejs": r'"node", "--test"', "npm": r'"npm", "ci"', "clang-format": r"clang-format", "clang-tidy": r'"clang-tidy", "--quiet"', "dpkg-dev": r"dpkg-shlibdeps", "clang": r"clang\+\+", "libclang-rt-14-dev": r"-fsanitize=fuzzer|sanitize=[\w,]*fuzzer",
+    "debootstrap": r"command -v debootstrap", "coinor-cbc": r"command -v cbc", "chromium": r"chromium --headless", "nodejs": r'"node", "--test"', "npm": r'"npm", "ci"', "clang-format": r"clang-format", "clang-tidy": r'"clang-tidy", "--quiet"', "dpkg-dev": r"dpkg-shlibdeps", "clang": r"clang\+\+", "gcc-avr": r"find_program\(AVR_GCC avr-gcc", "avr-libc": r"\bavr/io\.h\b", "libsimavr-dev": r"<simavr/", "libclang-rt-14-dev": r"-fsanitize=fuzzer|sanitize=[\w,]*fuzzer",
 }
 
 FIND = re.compile(r"\bfind_(package|library|program|path)\s*\(\s*(\S+)([^)]*)\)")

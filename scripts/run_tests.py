@@ -5,7 +5,7 @@
 
 Without --full the tests labelled `full` are left out, and long loops try few of their cases (tests/support/long_cases.h):
 the same set every time.
-FIRN_ALLOW_SKIP says what may be skipped, separated by commas: a skip's own name (cbc, multicast, network-namespace) or a
+FIRN_ALLOW_SKIP says what may be skipped, separated by commas: a skip's own name (avr, cbc, multicast, network-namespace) or a
 test's, * for any text.
 """
 import os
