@@ -171,6 +171,11 @@ int VplusRobotTwin::give(const vplus::Motion& motion) {
   state_.next = to;
   state_.percent = motion.percent;
   state_.waiting_s = motion.duration_s;
+  if (state_.slips && state_.kind == Kind::kPath &&
+      motion.duration_s > 0.0) {  // now and then a motion takes longer
+    state_.waiting_s += params_.slip_s;
+    state_.slips = 0;
+  }
   state_.waiting = motion.duration_s > 0.0 ? Kind::kPath : Kind::kMove;
   if (state_.kind == Kind::kNone) {
     begin(state_.waiting, double(now_us_) * 1e-6);
@@ -222,7 +227,7 @@ void VplusRobotTwin::begin(Kind kind, double start_s) {
     } else if (kind == Kind::kPath) {
       const auto number = std::uint32_t(++state_.paths);
       if (random_uniform({seed_, Purpose::kInstrument, 5, 0, number}) < params_.slip_probability)
-        start_s += params_.slip_s;
+        state_.slips = 1;
       start_s += params_.start_delay_s +
                  params_.start_jitter_s * random_uniform({seed_, Purpose::kInstrument, 5, 1, number});
     }

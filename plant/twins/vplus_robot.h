@@ -38,7 +38,7 @@ class VplusRobotTwin : public Twin, private vplus::RobotPort {
   enum class Kind : std::uint8_t { kNone, kMove, kPath, kBraking };
   struct State {
     Kind kind = Kind::kNone, waiting = Kind::kNone;
-    std::uint8_t power = 0, calibrated = 0, pressed = 0, powerless = 0, state2 = 0;
+    std::uint8_t power = 0, calibrated = 0, pressed = 0, powerless = 0, state2 = 0, slips = 0;
     std::int32_t mask = 0, ticks = 1;
     std::int64_t boot_until_us = 0, power_at_us = kNever, calibrated_at_us = kNever, ends_us = kNever;
     std::int64_t paths = 0, late = 0;

@@ -28,9 +28,9 @@ LaserPointOptions laser_config() {
 
 }  // namespace
 
-IceRig::IceRig(const plant::IceWorldConfig& ice, std::uint64_t seed)
+IceRig::IceRig(const plant::IceWorldConfig& ice, std::uint64_t seed, const RobotOptions& robot_options)
     : PortRig(world_config(ice, seed)),
-      robot(RobotOptions{}),
+      robot(robot_options),
       valve_a(valve_config(1)),
       valve_b(valve_config(2)),
       laser(laser_config()),

@@ -12,7 +12,8 @@ namespace firn::drivers::test {
 
 class IceRig : public PortRig {
  public:
-  explicit IceRig(const plant::IceWorldConfig& ice = plant::IceWorldConfig{}, std::uint64_t seed = 1);
+  explicit IceRig(const plant::IceWorldConfig& ice = plant::IceWorldConfig{}, std::uint64_t seed = 1,
+                  const RobotOptions& robot_options = RobotOptions{});
 
   void start();  ///< connects everything, waits until all are SAFE, homes the robot
   Result command(std::string_view port, const Act& f, double limit_s = 300);

@@ -3,9 +3,11 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "plant/twins/vplus_robot.h"
 #include "tests/drivers/bench.h"
 #include "tests/drivers/ice_rig.h"
 #include "tests/drivers/lossy_line.h"
+#include "tests/plant/vplus_text.h"
 
 using namespace firn::drivers;
 using firn::DeviceState;
@@ -80,6 +82,41 @@ TEST_CASE("paths are run in their time and every pulse of their lists is given o
   }
   for (const char* port : {"robot", "valve_a", "valve_b", "laser_point", "heater"})
     CHECK(rig.all<Fault>(port).empty());
+}
+
+TEST_CASE("paths are run and pulses given once where robot and valves execute their own programs",
+          "[ice_world]") {
+  firn::plant::IceWorldConfig c;
+  c.robot = firn::plant::shipped_program();
+  for (firn::plant::IceValveParams& v : c.valve) v.firmware = true;
+  RobotOptions options;
+  options.block_lines = 4;  // a reply within 0.25 s of a controller of 160 statements in a tick
+  IceRig rig(c, 1, options);
+  rig.run_for(2.0);  // the V+ program makes its table
+  rig.start();
+  std::int64_t before = 0;
+  for (int path = 1; path <= 4; ++path) give(rig, path, 500, 400);
+  for (int path = 1; path <= 4; ++path) {
+    REQUIRE(load_valve(rig, path).outcome == Outcome::kDone);
+    REQUIRE(arm_valve(rig, path).outcome == Outcome::kReady);
+    begin_run(rig, path, kSignalValveA);
+    REQUIRE(rig.run([&] { return !rig.robot.busy(); }, 60));
+    const Result run = rig.all<Result>("robot").back();
+    INFO(test::describe(run));
+    CHECK(run.outcome == Outcome::kDone);
+    CHECK(std::abs(run.counted - run.expected) <= 3000);
+    CHECK(disarm(rig).counted == 400);
+    CHECK(fired(rig) - before == 400);
+    before = fired(rig);
+  }
+  for (const char* port : {"robot", "valve_a", "valve_b", "laser_point", "heater"})
+    CHECK(rig.all<Fault>(port).empty());
+  CHECK(rig.world.ice()->vplus_robot()->late_segments() == 0);
+  begin_run(rig, 4, kSignalLaser);  // and a stop in its way
+  rig.run_for(1.0);
+  rig.act("robot", [&](std::int64_t t, Effects& fx) { rig.driver("robot").safe_stop(t, fx); });
+  rig.run_for(5.0);
+  CHECK_FALSE(rig.world.ice()->nature().arm().commanded());
 }
 
 TEST_CASE("the laser stores along the path and gives one value per period", "[ice_world]") {

@@ -166,7 +166,7 @@ std::array<int, 2> RobotPair::compare_status() {
   }
   const bool done = w[0][kDone] == "1" && w[1][kDone] == "1";
   const int apart_ms = std::abs(std::atoi(w[0][kMs].c_str()) - std::atoi(w[1][kMs].c_str()));
-  constexpr int kTicks_ms = 48;  // start of the motion after its signal, and two ticks
+  constexpr int kTicks_ms = 20;  // V+ knows times by its slices, and a slip by whole ticks
   if (done && apart_ms > kTicks_ms) differ("a path's time", w[0][kMs], w[1][kMs]);
   std::array<std::string, 2> text;
   for (std::size_t n = 0; n < 2; ++n)
@@ -333,7 +333,7 @@ void RobotPair::run_path(bool interrupt) {
   Joints step{(roll(80) - 40) * 0.01 * kDeg, (roll(80) - 40) * 0.01 * kDeg, (roll(80) - 40) * 0.01,
               (roll(80) - 40) * 0.01 * kDeg};
   if (!interrupt && roll(2)) step[1] = 0.0;
-  const std::size_t count = interrupt ? 200 : 2 + std::size_t(roll(48));
+  const std::size_t count = interrupt ? 200 : 3 + std::size_t(roll(47));
   std::vector<Joints> points;
   for (std::size_t k = 0; k < count; ++k) {
     Joints q;
@@ -373,7 +373,7 @@ void RobotPair::run_path(bool interrupt) {
   const std::array<int, 2> took_ms = compare_status();
   ++counts_.paths_through;
   same_place_ = true;
-  // One that slips is late from its begin in V+ and all along its way in the other twin: it has no motion in
+  // One that slips is late in one motion in V+ and all along its way in the other twin: it has no motion in
   // common.
   const int planned_ms = int(count - 1) * 16;
   const auto slipped = [&](int ms) { return ms > planned_ms + 1000 * 0.8 * config_.arm.slip_s; };
