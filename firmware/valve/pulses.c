@@ -46,8 +46,8 @@ static void pulse(struct valve* v) {
   if (v->output != VALVE_CLOSED) return;
   if (v->fired >= v->entries) {
     valve_end(v, VALVE_THROUGH, VALVE_DONE);
-  } else if (v->since_us >= v->next_us) {
-    const uint32_t late = v->since_us - v->next_us;
+  } else if (v->since_us + VALVE_STEP_US / 2 >= v->next_us) {  // the step nearest to its time
+    const uint32_t late = v->since_us > v->next_us ? v->since_us - v->next_us : 0;
     if (late > v->late_us) v->late_us = late > 0xFFFFU ? 0xFFFFU : (uint16_t)late;
     v->output = VALVE_SPIKE;
     v->open_us = 0;

@@ -71,31 +71,31 @@ struct Timing {
   bool spikes_first = true;
 };
 
-/// Pulses of the hold output against their times, in cycles from the first one's; spike with its begin, 300
-/// us long.
+/// Pulses of the hold output against their times, which count from the step at which the list began; spikes
+/// begin with them and are 300 us long.
 Timing timing_of(const std::vector<AvrBox::Edge>& edges, const std::vector<std::uint16_t>& ticks, int tick_us,
                  int pulse_us) {
   Timing t;
-  std::uint64_t first = 0, opened = 0, spiked = 0;
+  const auto cycles = [&](std::uint16_t tick) {
+    return std::int64_t(tick) * tick_us * std::int64_t(AvrBox::kCyclesOfAUs);
+  };
+  const auto apart = [](std::int64_t a, std::int64_t b) { return std::uint64_t(a > b ? a - b : b - a); };
+  constexpr std::int64_t kHalf = std::int64_t(kStep) / 2, kWhole = std::int64_t(kStep);
+  std::int64_t began = 0, opened = 0, spiked = 0;
   for (const AvrBox::Edge& e : edges) {
+    const auto at = std::int64_t(e.cycle);
     if (!e.hold) {
-      if (e.high) spiked = e.cycle;
-      const std::uint64_t spike = 300 * AvrBox::kCyclesOfAUs;
-      if (!e.high && (e.cycle - spiked > spike + kStep || e.cycle - spiked + kStep < spike))
-        t.spikes_first = false;
-      continue;
-    }
-    if (e.high) {
-      opened = e.cycle;
-      if (t.pulses == 0) first = e.cycle;
-      const std::uint64_t due =
-          first + (t.pulses < ticks.size() ? std::uint64_t(ticks[t.pulses] - ticks[0]) : 0) *
-                      std::uint64_t(tick_us) * AvrBox::kCyclesOfAUs;
-      t.worst_open = std::max(t.worst_open, e.cycle > due ? e.cycle - due : due - e.cycle);
+      if (e.high) spiked = at;
+      t.spikes_first &= e.high || apart(at - spiked, 300 * std::int64_t(AvrBox::kCyclesOfAUs)) <= kStep;
+    } else if (e.high) {
+      opened = at;
+      if (t.pulses == 0) began = at - (cycles(ticks[0]) + kHalf - 1) / kWhole * kWhole;
+      if (t.pulses < ticks.size())
+        t.worst_open = std::max(t.worst_open, apart(at, began + cycles(ticks[t.pulses])));
       ++t.pulses;
     } else {
-      const std::uint64_t length = e.cycle - opened, wanted = std::uint64_t(pulse_us) * AvrBox::kCyclesOfAUs;
-      t.worst_length = std::max(t.worst_length, length > wanted ? length - wanted : wanted - length);
+      t.worst_length = std::max(
+          t.worst_length, apart(at - opened, std::int64_t(pulse_us) * std::int64_t(AvrBox::kCyclesOfAUs)));
     }
   }
   return t;
