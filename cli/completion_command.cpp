@@ -16,23 +16,31 @@ namespace {
 
 struct CompletionOptions {
   std::string form;
-  std::string folder;
+  std::string output;  ///< file of a script, "": standard output; folder of the pages
 };
 
+void make_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw UsageError(folder.string() + ": cannot be made: " + error.message());
+}
+
 int run_completion(const CommandTree& program, const CompletionOptions& options) {
-  if (options.form != "man") {
-    if (!options.folder.empty())
-      throw UsageError("-o: only pages of the manual are files; a script is printed");
-    std::fputs(completion_script(program, options.form).c_str(), stdout);
+  const std::filesystem::path output = options.output;
+  if (options.form == "man") {
+    if (output.empty()) throw UsageError("firn completion man: name the folder of the pages, -o FOLDER");
+    make_folder(output);
+    for (const ManPage& page : man_pages(program, build_version()))
+      write_file_atomically(output / (page.name + ".1"), page.roff);
     return kOk;
   }
-  if (options.folder.empty())
-    throw UsageError("firn completion man: name the folder of the pages, -o FOLDER");
-  std::error_code error;
-  std::filesystem::create_directories(options.folder, error);
-  if (error) throw UsageError(options.folder + ": cannot be made: " + error.message());
-  for (const ManPage& page : man_pages(program, build_version()))
-    write_file_atomically(std::filesystem::path(options.folder) / (page.name + ".1"), page.roff);
+  const std::string script = completion_script(program, options.form);
+  if (output.empty()) {
+    std::fputs(script.c_str(), stdout);
+    return kOk;
+  }
+  if (output.has_parent_path()) make_folder(output.parent_path());
+  write_file_atomically(output, script);
   return kOk;
 }
 
@@ -40,11 +48,10 @@ int run_completion(const CommandTree& program, const CompletionOptions& options)
 
 void declare_completion(OptionSet& options) {
   auto& o = options.calls(run_completion);
-  options
-      .option("FORM", o.form, "bash, zsh, fish: the script for this shell, printed; man: pages of the manual")
+  options.option("FORM", o.form, "bash, zsh, fish: the script for this shell; man: pages of the manual")
       .required()
       .one_of({"bash", "zsh", "fish", "man"});
-  options.option("-o,--output", o.folder, "folder for the pages of the manual");
+  options.option("-o,--output", o.output, "file of the script, folder of the pages; folders are made");
 }
 
 }  // namespace firn

@@ -72,6 +72,11 @@ class Completion(unittest.TestCase):
         self.assertNotIn("--shard", self.in_fish("print --"))
         self.assertEqual({"any", "this"}, set(self.in_fish("compare --platform ")))
 
+    def test_a_script_is_written_where_it_is_wanted_with_the_folders_above(self):
+        file = self.folder / "a" / "b" / "firn"
+        self.assertEqual(run(FIRN, "completion", "bash", "-o", file), "")
+        self.assertEqual(file.read_text(encoding="utf-8"), run(FIRN, "completion", "bash"))
+
     def test_a_word_that_was_begun_is_completed_and_an_option_s_file_is_left_to_the_shell(self):
         self.assertEqual(self.in_bash("compare", "--shar"), ["--shard"])
         self.assertEqual(self.in_bash("compare -o", "x"), [])  # complete -o default
