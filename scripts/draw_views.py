@@ -75,7 +75,8 @@ def draw_line_picture(place):
     run = printed(SCHEMES["feedback"], **{"camera.use": "on", "aerosol.layers": 1})
     frames = run["CAMERA_FRAME"]
     middle = len(frames) // 2
-    picture = plt.imread(io.BytesIO(bytes(frames.png[middle])))
+    first = int(frames.png_first[middle])
+    picture = plt.imread(io.BytesIO(frames.png[first:first + int(frames.png_count[middle])].tobytes()))
     figure, axes = plt.subplots(figsize=(4.2, 4.2), layout="constrained")
     on_axes(axes, picture, CAMERA_UM_PER_PX, "a line under the camera, one layer")
     save(figure, place)

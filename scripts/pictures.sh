@@ -40,8 +40,8 @@ scripts/make_mesh.py "$work/gear.stl"
 ./firn slice "$work/gear.stl" --config experiments/slicing/gear.toml -o "$work/gear.paths" --layer 4,10,20,36 \
   --png "$images/slice-gear.png"
 ./firn slice experiments/ice-helical-gear.stl -o "$work/helical.paths" --layer 40 --svg "$images/contours.svg"
-./firn calibrate laser-offset labs/ice-cobra600.toml --plot "$images/calibrate-laser-offset.svg"
-./firn calibrate jet labs/inkjet-lu2015.toml --velocity 2.5 --plot "$work/jet.svg"
+./firn calibrate laser-offset labs/ice-cobra600.toml -o "$work/laser.toml" --plot "$images/calibrate-laser-offset.svg"
+./firn calibrate jet labs/inkjet-lu2015.toml --velocity 2.5 -o "$work/jet.toml" --plot "$work/jet.svg"
 photograph "$work/jet.svg" 900x400 calibrate-jet.png
 ./firn bench mpc_bench gap "$images/mpc-gap.svg"
 

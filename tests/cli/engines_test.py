@@ -6,6 +6,9 @@
 Whatever makes the prints, and whatever dies meanwhile, the results are those of the study in one piece, byte for byte.
 """
 import json
+import os
+import random
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -63,6 +66,36 @@ class Engine(unittest.TestCase):
         while not holds():
             self.assertLess(time.monotonic(), end, f"{what}: not within {patience_s} s")
             time.sleep(0.2)
+
+
+class Killed(Engine):
+    """FIRN_SHARD_KILLS=100: so many kills."""
+
+    def test_shards_that_are_killed_at_random_moments_lose_nothing_and_print_nothing_twice(self):
+        self.studied(30)
+        moments, kills = random.Random(53), 0
+        while kills < int(os.environ.get("FIRN_SHARD_KILLS", "12")):
+            shard = subprocess.Popen(self.words("out", "--shard", f"{1 + kills % 3}/3", "--threads", "1"), stdout=subprocess.DEVNULL,
+                                     stderr=subprocess.DEVNULL)
+            time.sleep(moments.uniform(0.0, 0.25))
+            shard.kill()
+            shard.wait()
+            kills += 1
+            if self.on_record("out") >= 40:  # too few are left to be killed
+                self.compare("out")
+                self.check(kills)
+                shutil.rmtree(self.folder / "out")
+        self.compare("out")
+        self.check(kills)
+
+    def check(self, kills):
+        if not (self.folder / "alone").is_dir():
+            self.compare("alone")
+        self.assert_same_results("out", "alone")
+        digests = [json.loads(line.split(" ", 1)[1])["digest"] for journal in (self.folder / "out").rglob("*")
+                   if journal.suffix in (".journal", ".part") for line in journal.read_text(encoding="utf-8", errors="replace").splitlines()
+                   if line.endswith("}")]
+        self.assertEqual(len(digests), len(set(digests)), f"after {kills} kills")
 
 
 class OnSlurm(Engine):
