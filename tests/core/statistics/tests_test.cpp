@@ -6,6 +6,7 @@
 
 #include "core/grid/random.h"
 #include "core/statistics/comparison.h"
+#include "core/statistics/distributions.h"
 #include "core/statistics/holm.h"
 #include "core/statistics/sign_flip.h"
 
