@@ -107,6 +107,7 @@ NOT_RUN = {
     "its records packed": "of the whole gear",
     "its replay": "of the whole gear",
     "the robot's V+ text": "minutes: build/bench/vplus_bench difference 10000 3",
+    "the README's study of schemes": "7 min: ./firn bench study_shards",
     "path points a second": "a table: build/bench/vplus_bench speed",
 }
 
