@@ -156,13 +156,7 @@ void FirmwareValveTwin::trip(std::int64_t now_us, std::int64_t code) {
     firmware_.wait_steps = 0;
     look(now_us);
   }
-  IceNature& nature = wires_.nature();
-  nature.line(valve_).block(code == 2);
-  nature.break_valve(valve_, code == 3);
-  nature.jam_valve(valve_, code == 6);
-  if (code == 1) nature.heat().empty_tank(valve_);
-  if (code == 0) nature.heat().fill_tank(valve_, 2.0e6);
-  nature.refresh();
+  trip_line(wires_.nature(), valve_, code);
 }
 
 void FirmwareValveTwin::reboot(std::int64_t now_us) {

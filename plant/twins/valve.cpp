@@ -218,13 +218,7 @@ void ValveTwin::trip(std::int64_t now_us, std::int64_t code) {
     if (device_.state == State::kArmed) device_.state = State::kLoaded;
     device_.wait_until_us = kNever;
   }
-  IceNature& nature = wires_.nature();
-  nature.line(valve_).block(code == 2);
-  nature.break_valve(valve_, code == 3);
-  nature.jam_valve(valve_, code == 6);
-  if (code == 1) nature.heat().empty_tank(valve_);
-  if (code == 0) nature.heat().fill_tank(valve_, 2.0e6);
-  nature.refresh();
+  trip_line(wires_.nature(), valve_, code);
 }
 
 void ValveTwin::reboot(std::int64_t now_us) {

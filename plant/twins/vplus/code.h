@@ -116,7 +116,7 @@ enum class Verb : std::uint8_t {
   kDecompose,  ///< element, point
 };
 
-/// Where a SPEED or DURATION lasts.
+/// The motions for which a SPEED or DURATION holds.
 enum Lasting : std::uint32_t { kNextMotion, kAlways, kMonitor };
 
 struct Statement {

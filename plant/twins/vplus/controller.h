@@ -22,7 +22,7 @@ struct MachineOptions {
   int statements_per_tick = 160;
   double clock_ppm = 0.0;  ///< of the controller's clock against the world's
   int gone = kClientGone;  ///< TcpServer
-  /// Of the tasks; a higher one runs first, equal ones take turns by slices.
+  /// A task of a higher priority runs first, equal ones take turns by slices.
   std::array<int, kTasks> priorities{20, 20, 20, 20, 20, 20, 20};
 };
 

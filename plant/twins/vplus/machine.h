@@ -42,7 +42,7 @@ class Machine {
   std::vector<std::string> take_written();
   const std::vector<std::string>& typed() const { return c_.typed; }  ///< by TYPE: the last 100
   bool runs(std::size_t task) const { return c_.tasks.at(task).runs; }
-  /// Of a task that has stopped at an error: "file:line: reason"; else empty.
+  /// Returns the error that stopped a task, "file:line: reason"; else "".
   const std::string& stopped_by(std::size_t task) const { return c_.tasks.at(task).stopped_by; }
   std::uint64_t statements() const { return c_.statements; }  ///< executed so far
   std::int32_t monitor_percent() const { return c_.monitor_percent; }
