@@ -73,11 +73,7 @@ ShardCommand measured_out(const CompareOptions& options, const StudyPlan& plan, 
   if (prints == 0) return c;
   const double chunks = std::ceil(seconds_left(plan, *journal, {}).value_or(0.0) / options.chunk_s);
   c.shards = int(std::clamp(chunks, 1.0, std::min(double(prints), double(most))));
-  for (int k = 1; k <= c.shards; ++k) {
-    StudyRunOptions shard;
-    shard.shard = {k, c.shards};
-    if (!prints_to_do(plan, *journal, shard).empty()) c.wanted.push_back(k);
-  }
+  c.wanted = shards_to_do(plan, *journal, c.shards);
   return c;
 }
 
@@ -116,6 +112,7 @@ RemoteEnd submit_to_slurm(const CompareOptions& options, const StudyPlan& plan, 
   if (slurm.tasks().empty()) {
     const int most = slurm.most_shards();
     time_schemes(options, plan, folder, platforms, stop);
+    if (stop && *stop) return {false, kInterrupted};
     const ShardCommand command = measured_out(options, plan, folder, platforms, most);
     if (command.wanted.empty()) return {true, kOk};
     const std::string job = slurm.submit(command, partition);
@@ -148,6 +145,7 @@ RemoteEnd run_over_ssh(const CompareOptions& options, const StudyPlan& plan, con
   parallel.check(fs::read_symlink("/proc/self/exe").string(),
                  "firn " + build_version() + " " + build_commit());
   time_schemes(options, plan, folder, platforms, stop);
+  if (stop && *stop) return {false, kInterrupted};
   const ShardCommand command = measured_out(options, plan, folder, platforms, kMostShards);
   if (command.wanted.empty()) return {true, kOk};
   fs::create_directories(folder / "shards");

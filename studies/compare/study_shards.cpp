@@ -26,13 +26,40 @@ StudyShard parse_shard(std::string_view text) {
   return {*number, *of};
 }
 
-std::vector<const StudyCell*> cells_of(const StudyPlan& plan, const StudyShard& shard) {
+namespace {
+
+// Schemes that are configured alike are one print.
+std::vector<const StudyCell*> unlike_cells(const StudyPlan& plan) {
   std::set<std::string_view> seen;
-  std::vector<const StudyCell*> dealt;
+  std::vector<const StudyCell*> unlike;
   for (const StudyCell& c : plan.cells)
-    if (seen.insert(c.digest).second) dealt.push_back(&c);  // schemes that are configured alike are one print
-  if (shard.of == 1) return dealt;
+    if (seen.insert(c.digest).second) unlike.push_back(&c);
+  return unlike;
+}
+
+// The n-th belongs to shard n modulo their number.
+std::vector<const StudyCell*> dealt_cells(const StudyPlan& plan) {
+  std::vector<const StudyCell*> dealt = unlike_cells(plan);
   std::ranges::sort(dealt, {}, [](const StudyCell* c) { return std::tie(c->arm, c->part, c->digest); });
+  return dealt;
+}
+
+}  // namespace
+
+std::vector<int> shards_to_do(const StudyPlan& plan, const StudyJournal& journal, int of) {
+  const std::vector<const StudyCell*> dealt = dealt_cells(plan);
+  std::vector<bool> has(std::size_t(of), false);
+  for (std::size_t n = 0; n < dealt.size(); ++n)
+    if (!journal.find(dealt[n]->digest)) has[n % std::size_t(of)] = true;
+  std::vector<int> numbers;
+  for (int k = 1; k <= of; ++k)
+    if (has[std::size_t(k - 1)]) numbers.push_back(k);
+  return numbers;
+}
+
+std::vector<const StudyCell*> cells_of(const StudyPlan& plan, const StudyShard& shard) {
+  if (shard.of == 1) return unlike_cells(plan);
+  const std::vector<const StudyCell*> dealt = dealt_cells(plan);
   std::vector<const StudyCell*> own;
   for (std::size_t n = std::size_t(shard.number - 1); n < dealt.size(); n += std::size_t(shard.of))
     own.push_back(dealt[n]);

@@ -19,6 +19,9 @@ StudyShard parse_shard(std::string_view text);
 /// order is that of the plan.
 std::vector<const StudyCell*> cells_of(const StudyPlan& plan, const StudyShard& shard);
 
+/// Returns the numbers, ascending, of the shards with a print that is not on record. @param of their number
+std::vector<int> shards_to_do(const StudyPlan& plan, const StudyJournal& journal, int of);
+
 /// The journal of one shard. While it is written its name ends in ".part"; a shard that was killed goes on
 /// with it.
 class ShardFile {

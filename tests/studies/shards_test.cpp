@@ -287,6 +287,24 @@ TEST_CASE("the state of a study is told while another process is at work, and te
   CHECK_THROWS_WITH(b.run(), Catch::Contains("at work on this journal"));
 }
 
+TEST_CASE("the shards to do are those with a print that is not on record", "[shards]") {
+  ShardBench b("to-do");
+  REQUIRE(b.run("2/5") == kOk);
+  const StudyPlan plan = b.plan();
+  StudyJournal journal(kShardLab);
+  take_journals(journal, b.out(), {});
+  CHECK(shards_to_do(plan, journal, 5) == std::vector<int>{1, 3, 4, 5});
+  for (const int of : {1, 3, 7, 50, kUnique}) {
+    std::vector<int> wanted;
+    for (int k = 1; k <= of; ++k) {
+      StudyRunOptions shard;
+      shard.shard = {k, of};
+      if (!prints_to_do(plan, journal, shard).empty()) wanted.push_back(k);
+    }
+    CHECK(shards_to_do(plan, journal, of) == wanted);
+  }
+}
+
 TEST_CASE("a shard that is none is refused with the text", "[shards]") {
   for (const char* text : {"0/4", "5/4", "3", "3/", "/4", "a/b", "1/1000000", "-1/4", "1.5/4", "1/4/2"})
     CHECK_THROWS_WITH(parse_shard(text), Catch::Contains(text));
