@@ -15,6 +15,7 @@ constexpr Command kCommands[] = {
     {"view", "shows runs in a browser: state, surface, causes, instruments; commands a running print",
      declare_view},
     {"runs", "lists, finds, packs and removes run folders", declare_runs},
+    {"host", "runs the processes that another computer's print has here; started by ssh", declare_host},
     {"help", "shows a page of the documents, or where a topic is found", declare_help},
     {"slice", "slices meshes into deposition paths with scaffold, fills and G-code", declare_slice},
     {"plan", "plans certified minimum-time trajectories along paths", declare_plan},

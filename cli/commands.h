@@ -25,6 +25,7 @@ void declare_doctor(OptionSet& options);
 void declare_droplets(OptionSet& options);
 void declare_export(OptionSet& options);
 void declare_help(OptionSet& options);
+void declare_host(OptionSet& options);
 void declare_identify(OptionSet& options);
 void declare_import(OptionSet& options);
 void declare_log(OptionSet& options);

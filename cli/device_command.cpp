@@ -26,6 +26,7 @@
 #include "print/device/profile_files.h"
 #include "print/device/simulated_instruments.h"
 #include "print/folder/taking_part.h"
+#include "print/hosts/at_host.h"
 #include "print/interrupt.h"
 
 namespace firn {
@@ -184,6 +185,22 @@ void show_exchange(const DeviceCommandOptions& o, const DeviceReport& r,
   if (!r.text.empty()) fmt::print(r.status == kOk ? stdout : stderr, "{}: {}\n", o.node, r.text);
 }
 
+int at_host(const Experiment& lab, const std::string& host, const DeviceCommandOptions& o) {
+  if (!o.record.empty() || !o.out.empty())
+    throw UsageError(fmt::format("{} is at host {}: --record and -o write files there; run firn device on it",
+                                 o.node, host));
+  std::vector<std::string> words{o.node, o.verb};
+  words.insert(words.end(), o.values.begin(), o.values.end());
+  for (const auto& [given, name] : {std::pair(o.trace, "--trace"),
+                                    {o.watch, "--watch"},
+                                    {o.unsafe, "--unsafe"},
+                                    {o.far, "--far"},
+                                    {o.json, "--json"}})
+    if (given) words.emplace_back(name);
+  words.push_back(fmt::format("--within={}", o.within_s));
+  return run_at_host(lab, host, "device", words);
+}
+
 /// @returns kOk; kFailed when the instrument refused or failed; kSafetyStop when the link gave no answer;
 /// kInterrupted after Ctrl-C, with the instrument made safe. @throws UsageError: no such instrument or verb,
 /// a value that is none
@@ -192,6 +209,8 @@ int run_device(const Product& product, const DeviceCommandOptions& o) {
   job.e = load_lab_experiment(o.lab, o.overrides);
   check_node(product, job.e, o.node);
   if (o.verb == "?") return tell_verbs(o);
+  if (const std::string host = host_of(job.e, o.node); !host.empty() && !o.dry_run)
+    return at_host(job.e, host, o);
   const auto outside = outside_ports(job.e);
   std::optional<SimulatedInstruments> world;
   const bool simulated = !outside.contains(o.node);

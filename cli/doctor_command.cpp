@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -12,14 +13,16 @@
 #include "config/assumptions.h"
 #include "config/devices.h"
 #include "core/options/for_people.h"
+#include "files/command.h"
 #include "files/exit_codes.h"
 #include "files/json.h"
 #include "lcmtypes/channels.h"
 #include "print/bringup/raw_line.h"
 #include "print/device/lab_experiment.h"
+#include "print/hosts/at_host.h"
 #include "print/live/bus_check.h"
-#include "print/live/bus_port.h"
 #include "print/live/busy_machine.h"
+#include "print/process/bus_port.h"
 #include "procs/bus/lcm_bus.h"
 #include "runtime/build_info.h"
 
@@ -133,12 +136,39 @@ Check wake_ups() {
   return {"wake-ups", true, found + (longest_s < kLease_s ? "" : std::string(": ") + kPriorityRemedy), ""};
 }
 
+// Another computer of the lab: whether ssh reaches it, and what its own doctor says.
+std::vector<Check> checks_of_host(const Experiment& lab, const std::string& host) {
+  const auto began = std::chrono::steady_clock::now();
+  const CommandEnd end = run_command(words_at_host(lab, host, "doctor", {"--json"}));
+  const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  nlohmann::ordered_json told;
+  try {
+    told = nlohmann::ordered_json::parse(end.output);
+  } catch (const nlohmann::json::exception&) {
+    return {{"host " + host, false, end.reason(),
+             "ssh must reach it without a password, and find firn there; docs/hosts.md"}};
+  }
+  std::vector<Check> checks;
+  const bool same = told.value("sources", "") == build_sources();
+  checks.push_back(
+      {"host " + host, same,
+       "answers, with its own checks in " + for_people(took_s) + " s; " + told.value("platform", ""),
+       same ? "" : "it has another build of firn: install the same package on both"});
+  for (const auto& c : told.value("checks", nlohmann::ordered_json::array()))
+    checks.push_back({host + ": " + c.value("check", ""), c.value("ok", false), c.value("found", ""),
+                      c.value("mend", "")});
+  return checks;
+}
+
 /// @returns kOk when nothing is wrong, else kFailed
 int run_doctor(const DoctorOptions& options) {
   std::vector<Check> checks{multicast(), receive_buffer(), ports(), disk(), programs(), wake_ups()};
   if (!options.lab.empty()) {
     const Experiment e = load_lab_experiment(options.lab, options.overrides);
+    for (const auto& [host, address] : e.hosts.address)
+      for (const Check& c : checks_of_host(e, host)) checks.push_back(c);
     for (const auto& [node, address] : real_ports(e)) {
+      if (!host_of(e, node).empty()) continue;  // its host looks at it
       checks.push_back(instrument(node, address));
       if (const std::string text = assumptions_text(e, node); !text.empty())
         checks.push_back({node, true, "assumes " + text, ""});
@@ -155,7 +185,8 @@ int run_doctor(const DoctorOptions& options) {
                   c.mend.empty() ? "" : ("\n                mend: " + c.mend).c_str());
   }
   if (options.json)
-    std::puts(nlohmann::ordered_json{{"well", well}, {"platform", platform_description()}, {"checks", list}}
+    std::puts(nlohmann::ordered_json{
+        {"well", well}, {"platform", platform_description()}, {"sources", build_sources()}, {"checks", list}}
                   .dump(2)
                   .c_str());
   return well ? kOk : kFailed;

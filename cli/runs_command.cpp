@@ -20,12 +20,14 @@
 #include "files/exit_codes.h"
 #include "files/json.h"
 #include "files/usage_error.h"
+#include "print/hosts/run_hosts.h"
 #include "print/operator/operator_client.h"
 #include "print/progress.h"
 #include "runs/folder/address.h"
 #include "runs/folder/list.h"
 #include "runs/folder/pack.h"
 #include "runs/folder/run_folder.h"
+#include "runs/folder/run_lock.h"
 #include "runs/folder/verdict.h"
 
 namespace firn {
@@ -33,7 +35,7 @@ namespace {
 
 struct RunsOptions {
   std::vector<std::string>
-      words;  ///< {}, {"list"}, {"find", WORD}, {"clean"}, {"pack", RUN…}, {"expand", RUN…}
+      words;  ///< {}, {"list"}, {"find", WORD}, {"clean"}, {"pack", RUN…}, {"expand", RUN…}, {"collect", RUN}
   std::string runs = "runs";  ///< folder of the run folders
   std::optional<double> older_than_days;
   std::optional<int> keep;  ///< of the newest runs
@@ -173,6 +175,15 @@ int for_each_run(const RunsOptions& o, const std::string& action) {
   return kOk;
 }
 
+// The records that a print left on other hosts.
+void collect(const fs::path& folder) {
+  const runs::RunFolder run = runs::RunFolder::open(folder);
+  const runs::RunLock lock(folder, runs::RunUse::kWrite);
+  collect_records(run, fs::read_symlink("/proc/self/exe").parent_path(),
+                  [](const std::string& text) { fmt::print(stderr, "{}\n", text); });
+  fmt::print("{}: the records of its hosts are here\n", folder.string());
+}
+
 /// @throws UsageError: an unknown action, a run folder that is none
 int run_runs(const RunsOptions& o) {
   const std::string action = o.words.empty() ? "list" : o.words.front();
@@ -181,11 +192,16 @@ int run_runs(const RunsOptions& o) {
     if (further == 0) throw UsageError(action + ": give at least one run folder");
     return for_each_run(o, action);
   }
+  if (action == "collect") {
+    if (further == 0) throw UsageError(action + ": give at least one run folder");
+    for (std::size_t n = 1; n < o.words.size(); ++n) collect(o.words[n]);
+    return kOk;
+  }
   if (further != (action == "find" ? 1 : 0))
     throw UsageError(action + (action == "find" ? ": one WORD is wanted" : ": takes no further word"));
   if (action == "clean") return clean(o);
   if (action != "list" && action != "find")
-    throw UsageError("'" + action + "' is none of list, find, clean, pack, expand");
+    throw UsageError("'" + action + "' is none of list, find, clean, pack, expand, collect");
   std::vector<runs::RunEntry> runs = runs::list_runs(o.runs);
   if (action == "find")
     std::erase_if(runs, [&](const runs::RunEntry& r) { return !runs::mentions(r, o.words[1]); });
@@ -198,7 +214,8 @@ int run_runs(const RunsOptions& o) {
 void declare_runs(OptionSet& options) {
   auto& o = options.calls(run_runs);
   options.option("ACTION", o.words,
-                 "list (default) | find WORD | clean | pack RUN... | expand RUN...; docs/commands/runs.md");
+                 "list (default) | find WORD | clean | pack RUN... | expand RUN... | collect RUN...; "
+                 "docs/commands/runs.md");
   options.option("--runs", o.runs, "where the run folders are").show_default();
   options.option("--older-than", o.older_than_days, "DAYS: clean: runs that began before").within(0.0, 1e6);
   options.option("--keep", o.keep, "N: clean: all but the newest N").within(0, 1'000'000);

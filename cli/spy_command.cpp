@@ -21,8 +21,8 @@
 #include "files/exit_codes.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
-#include "print/live/bus_port.h"
-#include "print/live/child_process.h"
+#include "print/process/bus_port.h"
+#include "print/process/child_process.h"
 #include "runs/folder/run_folder.h"
 #include "runs/folder/running.h"
 

@@ -8,6 +8,8 @@ namespace {
 
 constexpr std::string_view kKeys[] = {"run.",
                                       "bus.",
+                                      "hosts.",
+                                      "nodes.",
                                       "lab.",
                                       "grid.",
                                       "aerosol.",

@@ -69,6 +69,29 @@ void check_devices(Rules& r) {
   }
 }
 
+// Names of hosts become names of folders and processes, addresses words of a command line.
+void check_hosts(Rules& r) {
+  const HostsConfig& hosts = r.experiment().hosts;
+  for (const auto& [name, address] : hosts.address) {
+    const std::string key = "hosts." + name;
+    const bool plain = name.size() <= 40 && std::ranges::all_of(name, [](unsigned char c) {
+                         return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || c == '_' || c == '-';
+                       });
+    r.require(plain, {key.c_str()}, "the name must be 1 to 40 of a-z, 0-9, '_' and '-'");
+    const bool address_plain =
+        !address.empty() && address[0] != '-' && address[0] != ':' &&
+        std::ranges::all_of(address, [](unsigned char c) { return c > ' ' && c < 0x7f; });
+    r.require(address_plain, {key.c_str()},
+              "must be what ssh calls the computer, as \"user@bench-pc\", without blanks");
+  }
+  for (const auto& [node, host] : hosts.of_node) {
+    if (host.empty() || hosts.address.contains(host)) continue;
+    const std::string key = (port_defaults(node) ? "devices." : "nodes.") + node + ".host";
+    r.require(false, {key.c_str()},
+              "[hosts] has no " + host + ": add " + host + " = \"user@computer\" there");
+  }
+}
+
 void check_coupled(Rules& r) {
   const Experiment& e = r.experiment();
   const auto outside = outside_ports(e);
@@ -369,6 +392,7 @@ void check_experiment(const Experiment& experiment, const Origins& origins, cons
   check_run(rules);
   check_dialects(rules);
   check_devices(rules);
+  check_hosts(rules);
   if (whole) check_coupled(rules);
   lab_of(experiment).check(rules);
 }

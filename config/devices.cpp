@@ -61,6 +61,8 @@ std::string ports_text(const Experiment& e) {
     std::string& list = real ? text : simulated;
     list += (!list.empty() ? ", " : real ? "REAL: " : "SIMULATED: ") + node;
     if (at != outside.end()) list += " (" + to_text(at->second) + ")";
+    if (const auto host = e.hosts.of_node.find(node); host != e.hosts.of_node.end() && !host->second.empty())
+      list += " at host " + host->second;
   }
   return text + (text.empty() || simulated.empty() ? "" : "; ") + simulated;
 }

@@ -6,12 +6,16 @@ namespace firn {
 std::string dump(const Experiment& experiment) {
   Experiment copy = experiment;
   std::vector<Field> table = fields(copy);
-  std::erase_if(table, [&](const Field& f) { return !belongs(f, experiment); });
+  std::erase_if(table, [&](const Field& f) {
+    return !belongs(f, experiment) || (f.only_if_given && std::get<std::string*>(f.value)->empty());
+  });
   return fields_toml(table);
 }
 
 std::vector<ConfigDifference> differences(const Experiment& a, const Experiment& b) {
   Experiment copy_a = a, copy_b = b;
+  for (const auto& [host, _] : a.hosts.address) copy_b.hosts.address.try_emplace(host);
+  for (const auto& [host, _] : b.hosts.address) copy_a.hosts.address.try_emplace(host);
   const std::vector<Field> fields_a = fields(copy_a), fields_b = fields(copy_b);
   std::vector<ConfigDifference> out;
   for (std::size_t n = 0; n < fields_a.size(); ++n) {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -205,11 +206,23 @@ inline constexpr DevicePort kDevicePorts[] = {
     {"gas", &DevicesConfig::gas, {0, 19200, 0}},
 };
 
+/// Processes of a run that are no instrument's, and that may be on another computer than the launcher.
+inline constexpr std::string_view kMovableNodes[] = {"surface_mapper", "controller",   "droplet_estimator",
+                                                     "droplet_watch",  "path_planner", "flow_estimator"};
+
 struct RunConfig {
   std::string name = "print";
   double time_scale = 1.0;        ///< live: node time runs this many times faster than wall time, 1..10
   double lease_s = 0.3;           ///< wall time
   double safety_period_s = 0.05;  ///< wall time between leases
+  double clock_slack_ms = 20.0;   ///< most by which the clock of another host may be unknown
+};
+
+/// Computers on which processes of the run are, beside the launcher's.
+struct HostsConfig {
+  std::map<std::string, std::string>
+      address;  ///< by name: what ssh calls it, and perhaps where firn is there
+  std::map<std::string, std::string> of_node;  ///< name of each node's host; empty: the launcher's computer
 };
 
 struct Experiment {
@@ -242,6 +255,7 @@ struct Experiment {
   PlantConfig plant;
   BusConfig bus;
   DevicesConfig devices;
+  HostsConfig hosts;
 
   // Out of line: the constructors of all parts would be compiled again in each of a hundred sources.
   Experiment();

@@ -298,15 +298,27 @@ Table bus_fields(Experiment& e) {
   };
 }
 
+Field only_if_given(Field f) {
+  f.only_if_given = true;
+  return f;
+}
+
 Table device_fields(Experiment& e) {
   Table t;
-  for (const DevicePort& port : kDevicePorts)
+  for (const DevicePort& port : kDevicePorts) {
+    const std::string node(port.node);
     t.push_back(
-        {"devices." + std::string(port.node) + ".port", &(e.devices.*port.member), "", text(),
+        {"devices." + node + ".port", &(e.devices.*port.member), "", text(),
          port.node == kDevicePorts[0].node
              ? "where the instrument is: sim:, tcp:HOST:PORT, serial:FILE?baud=N&frame=8N1, unix:PATH, "
                "cassette:FILE"
              : "the same"});
+    t.push_back(only_if_given(
+        {"devices." + node + ".host", &e.hosts.of_node[node], "", text(),
+         port.node == kDevicePorts[0].node
+             ? "name in [hosts] of the computer that the instrument is at; empty: the launcher's"
+             : "the same"}));
+  }
   add(t, rows("devices.stage.dialect.", e.stage.dialect, drivers::kStageDialect));
   add(t, rows("devices.jet.dialect.", e.jet.dialect, drivers::kJetDialect));
   add(t, rows("devices.jet_b.dialect.", e.jet_b.drive.dialect, drivers::kJetDialect));
@@ -315,6 +327,19 @@ Table device_fields(Experiment& e) {
   add(t, rows("devices.valve_a.dialect.", e.valve_a.dialect, drivers::kValveDialect));
   add(t, rows("devices.valve_b.dialect.", e.valve_b.dialect, drivers::kValveDialect));
   add(t, rows("devices.laser_point.dialect.", e.laser_point.dialect, drivers::kLaserPointDialect));
+  return t;
+}
+
+Table host_fields(Experiment& e) {
+  Table t;
+  for (const std::string_view node : kMovableNodes)
+    t.push_back(only_if_given(
+        {"nodes." + std::string(node) + ".host", &e.hosts.of_node[std::string(node)], "", text(),
+         "name in [hosts] of the computer that runs this process; empty: the launcher's"}));
+  for (auto& [name, address] : e.hosts.address)
+    t.push_back(only_if_given({"hosts." + name, &address, "", text(),
+                               "name of this computer for ssh, perhaps with the place of firn: "
+                               "USER@HOST[:/path/to/firn]"}));
   return t;
 }
 
@@ -352,6 +377,8 @@ std::vector<Field> fields(Experiment& e) {
       {"run.lease_s", &e.run.lease_s, "s", above(0, 10),
        "a driver without a lease for this long (wall time) makes its instrument safe"},
       {"run.safety_period_s", &e.run.safety_period_s, "s", above(0, 5), "wall time between leases"},
+      {"run.clock_slack_ms", &e.run.clock_slack_ms, "ms", above(0, 1000),
+       "most by which the clock of another host may be unknown"},
   };
   add(t, part_fields(e));
   add(t, geometry_fields(e));
@@ -367,6 +394,7 @@ std::vector<Field> fields(Experiment& e) {
   add(t, device_fields(e));
   for (const LabKind* lab : lab_kinds())
     if (lab->fields) add(t, lab->fields(e));
+  add(t, host_fields(e));
   return t;
 }
 

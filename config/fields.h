@@ -43,6 +43,7 @@ struct Field {
   std::string_view meaning;
   bool between_layers = false;   ///< the operator may change it while the print runs
   std::string_view scheme = {};  ///< that alone has the key; empty: any
+  bool only_if_given = false;    ///< a text that is not in the dump while it is empty
 
   std::string_view section() const { return std::string_view(key).substr(0, key.rfind('.')); }
   std::string_view name() const { return std::string_view(key).substr(key.rfind('.') + 1); }

@@ -16,7 +16,7 @@ namespace {
 constexpr std::string_view kInkjetKeys[] = {
     "run.",     "grid.",           "part.",    "geometry.", "model.",     "actuation.", "control.",
     "process.", "stage.",          "jet.",     "jet_b.",    "estimator.", "lamp.",      "plant.",
-    "bus.",     "laser_profiler.", "devices.", "camera.",   "watch."};
+    "bus.",     "laser_profiler.", "devices.", "camera.",   "watch.",     "hosts.",     "nodes."};
 constexpr std::string_view kNotInkjet[] = {"plant.ice.",
                                            "plant.aerosol.",
                                            "control.smf.speed_range",
@@ -46,6 +46,8 @@ constexpr LabProcess kInkjetProcesses[] = {
 
 constexpr std::string_view kIceKeys[] = {"run.",
                                          "bus.",
+                                         "hosts.",
+                                         "nodes.",
                                          "lab.",
                                          "ice.",
                                          "robot.",

@@ -356,14 +356,30 @@ std::string include_of(const std::string& toml_text, const std::string& file_nam
 
 namespace {
 
+// [hosts] has names of the user's own: they become fields.
+void name_hosts(const std::vector<toml::table>& tables, const std::vector<std::string>& overrides,
+                Experiment& e) {
+  constexpr std::string_view kSection = "hosts.";
+  for (const toml::table& table : tables)
+    if (const toml::table* const hosts = table["hosts"].as_table())
+      for (const auto& [name, _] : *hosts) e.hosts.address.try_emplace(std::string(name.str()));
+  for (const std::string& assignment : overrides)
+    if (assignment.starts_with(kSection))
+      e.hosts.address.try_emplace(assignment.substr(kSection.size(), assignment.find('=') - kSection.size()));
+}
+
 Experiment parse_onto(Experiment experiment,
                       const std::vector<std::pair<std::string, std::string>>& named_texts,
                       const std::vector<std::string>& overrides, std::vector<ConfigError>* mistakes = nullptr,
                       bool recorded = false, bool whole = true) {
+  std::vector<toml::table> tables;
+  for (const auto& [file, text] : named_texts) tables.push_back(parse_text(text, file));
+  name_hosts(tables, overrides, experiment);
   Reader reader(firn::fields(experiment), mistakes, recorded);
   bool first = true;
-  for (const auto& [file, text] : named_texts) {
-    const toml::table table = parse_text(text, file);
+  for (std::size_t n = 0; n < tables.size(); ++n) {
+    const std::string& file = named_texts[n].first;
+    const toml::table& table = tables[n];
     if (const toml::node* include = table.get("include"); include && first)
       throw ConfigError(
           file, int(include->source().begin.line), "include",

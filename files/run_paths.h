@@ -23,7 +23,7 @@ class RunPaths {
                               *kInstrumentsLock = "io/lock";
   // Folders in it.
   static constexpr const char *kInputs = "inputs", *kNodes = "nodes", *kPorts = "io", *kWorld = "world",
-                              *kSeals = "seals";
+                              *kSeals = "seals", *kHosts = "hosts";
   // Endings of the files in nodes/: of nodes, and of launcher and recorder.
   static constexpr const char *kWal = ".wal", *kSent = ".sent";
 
@@ -58,6 +58,7 @@ class RunPaths {
   std::filesystem::path world_record_path() const { return path_ / kWorldRecord; }
 
   std::filesystem::path seals_path() const { return path_ / kSeals; }
+  std::filesystem::path hosts_path() const { return path_ / kHosts; }
 
   /// "nodes/NODE.wal"
   static std::string wal_name(std::string_view node) { return in_nodes(node, kWal); }

@@ -1,5 +1,6 @@
 // ControlLine sends and reads lines over the socket pair of launcher and process. Down: "KEY <64 digits>"
-// unless the bus has none, "START", "STOP <cause>". Up: "READY", "FAULT <text>", "FINISH <status> <reason>",
+// unless the bus has none, "START", "CLOCK <ns of CLOCK_BOOTTIME> <node time there, us>" on a host that
+// follows the launcher's clock, "STOP <cause>". Up: "READY", "FAULT <text>", "FINISH <status> <reason>",
 // "ERROR <text>", "PORT <why an instrument's port is not open; nothing: all are>". End of file: the other
 // side is gone.
 #pragma once

@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/options/number.h"
 #include "files/run_paths.h"
 #include "firn/device_state_t.hpp"
 #include "firn/enable_t.hpp"
@@ -95,6 +96,7 @@ class Runner {
   void step_once();
   void handle(std::deque<Pending>& queue, std::deque<Pending>::iterator next);
   void listen_to_launcher();
+  void follow_launcher(std::string_view numbers);
   void local_stop(const std::string& cause);
   void stood_still(std::int64_t us);
   void send_waiting();
@@ -360,11 +362,22 @@ void Runner::listen_to_launcher() {
       e.incarnation = options_.incarnation;
       step(e);
       ports_.open_all(monotonic_us());
+    } else if (line.starts_with("CLOCK ")) {  // on another host than the launcher's
+      follow_launcher(std::string_view(line).substr(6));
     } else if (line.starts_with("STOP")) {
       local_stop(line.size() > 5 ? line.substr(5) : "the launcher said stop");
     }
   }
   if (control_.closed()) local_stop("the launcher is gone");
+}
+
+// "<ns of CLOCK_BOOTTIME> <node time at the launcher then, us>"
+void Runner::follow_launcher(std::string_view numbers) {
+  const std::size_t blank = numbers.find(' ');
+  const auto mono_ns = whole_number<std::int64_t>(numbers.substr(0, blank));
+  const auto node_us =
+      blank == numbers.npos ? std::nullopt : whole_number<std::int64_t>(numbers.substr(blank + 1));
+  if (mono_ns && node_us) clock_.follow({*mono_ns, Time{*node_us}}, monotonic_ns());
 }
 
 void Runner::local_stop(const std::string& cause) {

@@ -1,10 +1,12 @@
 // RunClock computes node time from CLOCK_BOOTTIME, the same in every process of a run. It goes on while the
-// computer sleeps, so that a lease ends meanwhile.
+// computer sleeps, so that a lease ends meanwhile. On another host of the run it follows the launcher's.
 #pragma once
 
 #include <time.h>
 
 #include <cstdint>
+#include <memory>
+#include <mutex>
 
 #include "runtime/time.h"
 
@@ -19,27 +21,36 @@ inline constexpr std::int64_t kLongestPollUs = 1'000'000;
 /// Returns a wait as ppoll() takes it, of at most kLongestPollUs; 0 for one that is over.
 timespec poll_timeout(std::int64_t us);
 
+/// Node time of another clock: `node` at `mono_ns` of this computer's CLOCK_BOOTTIME, and as fast as it.
+struct ClockPoint {
+  std::int64_t mono_ns = 0;
+  Time node;
+};
+
 /// Node time = (monotonic - epoch) * scale + offset. After a resume the offset is behind everything that was
-/// recorded.
+/// recorded. Copies go together: what one follows all do.
 class RunClock {
  public:
-  RunClock(std::int64_t epoch_ns, std::int64_t offset_us, double scale)
-      : epoch_ns_(epoch_ns), offset_us_(offset_us), scale_(scale) {}
+  RunClock(std::int64_t epoch_ns, std::int64_t offset_us, double scale);
   Time now() const { return at_ns(monotonic_ns()); }
-  Time at_ns(std::int64_t mono_ns) const {
-    const std::int64_t since = mono_ns > epoch_ns_ ? mono_ns - epoch_ns_ : 0;
-    return {std::int64_t(double(since) * scale_ * 1e-3) + offset_us_};
-  }
+  Time at_ns(std::int64_t mono_ns) const;
   /// Wall microseconds (CLOCK_BOOTTIME) at which node time reaches `t`, rounded up.
-  std::int64_t wall_us(Time t) const {
-    if (t == Time::never()) return INT64_MAX;
-    return epoch_ns_ / 1000 + std::int64_t(double(t.us - offset_us_) / scale_) + 1;
-  }
+  std::int64_t wall_us(Time t) const;
+
+  /// Follows another clock from `mono_ns` on: without a step and never backwards, at most kMostSlew faster or
+  /// slower than this computer's, so that a difference is gone after kSlewS where it may be.
+  void follow(const ClockPoint& other, std::int64_t mono_ns);
+  static constexpr double kMostSlew = 1e-3;  ///< a crystal is within 200 ppm
+  static constexpr double kSlewS = 1.0;
 
  private:
-  std::int64_t epoch_ns_;
-  std::int64_t offset_us_;
+  struct Line {  // node time = (mono - from) * rate * 1e-3 + offset
+    std::mutex mutex;
+    std::int64_t from_ns, offset_us;
+    double rate;
+  };
   double scale_;
+  std::shared_ptr<Line> line_;
 };
 
 }  // namespace firn

@@ -44,6 +44,7 @@ ALLOWED = {
     "python/plugin": ("python/host", "core/options", "core/grid"),
     "procs/bus": ("core/options", "runtime", "files", "lcmtypes"),
     "procs/recorder": ("runtime", "files", "lcmtypes"),  # outside replay: it writes the log
+    "procs/relay": ("runtime", "files", "lcmtypes", "procs/bus"),  # outside replay: it carries the bus to another host
     "procs": ("runtime", "lcmtypes", "drivers", "estimators", "config", "python/host") + CORE,  # procs/X, never procs/Y
     "runs": BELOW_PROCS,
     "replay": BELOW_PROCS + ("runs", "procs"),

@@ -8,7 +8,7 @@
 
 #include "config/experiment.h"
 #include "files/port_address.h"
-#include "print/live/child_process.h"
+#include "print/process/child_process.h"
 
 namespace firn {
 

@@ -4,7 +4,7 @@
 
 #include <exception>
 
-#include "print/live/bus_port.h"
+#include "print/process/bus_port.h"
 #include "procs/bus/lcm_bus.h"
 #include "runtime/run_clock.h"
 

@@ -22,17 +22,19 @@
 #include "firn/run_start_t.hpp"
 #include "firn/sim_truth_t.hpp"
 #include "print/folder/taking_part.h"
-#include "print/live/bus_port.h"
+#include "print/hosts/run_hosts.h"
 #include "print/live/busy_machine.h"
-#include "print/live/child_process.h"
 #include "print/live/run_watch.h"
 #include "print/operator/operator_desk.h"
 #include "print/print_judge.h"
+#include "print/process/bus_port.h"
+#include "print/process/child_process.h"
 #include "print/run_facts.h"
 #include "print/simulated/sim_truth.h"
 #include "procs/bus/lcm_bus.h"
 #include "runs/folder/commit.h"
 #include "runs/folder/folder_watch.h"
+#include "runs/folder/host_record.h"
 #include "runs/folder/incarnation_seal.h"
 #include "runs/folder/lab_lock.h"
 #include "runs/folder/log_repair.h"
@@ -72,7 +74,7 @@ class Signals {
     for (std::size_t n = 0; n < std::size(kHandled); ++n) {
       struct sigaction a {};
       if (n < 3)
-        a.sa_handler = [](int) { interrupted = 1; };
+        a.sa_handler = [](int) { interrupted = interrupted + 1; };
       else
         a.sa_handler = SIG_IGN;
       ::sigaction(kHandled[n], &a, &before_[n]);
@@ -115,7 +117,7 @@ class Launch {
 
   /// @returns the number of messages that the log had lost
   std::size_t repair_log(const fs::path& run);
-  ChildProcess* child(std::string_view name);
+  NodeProcess* child(std::string_view name);
   double node_s() const {
     return RunClock(args_.options.epoch_ns, args_.options.offset_us, args_.options.time_scale)
         .at_ns(monotonic_ns())
@@ -153,7 +155,8 @@ class Launch {
   std::optional<OperatorDesk> desk_;
   std::vector<operator_command_t> earlier_orders_;  // of before the resume
   bool begun_ = false;                              // START was sent: the nodes can take orders
-  std::vector<std::unique_ptr<ChildProcess>> children_;
+  std::optional<RunHosts> hosts_;
+  std::vector<std::unique_ptr<NodeProcess>> children_;
   std::unique_ptr<ChildProcess> page_;               // no part of the print: its death is only told
   std::map<std::string, std::string> said_;          // last ERROR or FAULT line of each
   std::map<std::string, std::string> port_trouble_;  // of an instrument's port that is not open, with address
@@ -234,19 +237,27 @@ void Launch::prepare() {
   station_->join();
 }
 
+fs::path programs_of(const LaunchOptions& options) {
+  return options.programs.empty() ? fs::read_symlink("/proc/self/exe").parent_path() : options.programs;
+}
+
 void Launch::start_all() {
-  const fs::path programs =
-      options_.programs.empty() ? fs::read_symlink("/proc/self/exe").parent_path() : options_.programs;
+  const fs::path programs = programs_of(options_);
   const auto start = [&](const std::string& name) {
     args_.options.node = name == "world" ? NodeId::kLauncher : find_node(name)->id;
     children_.push_back(std::make_unique<ChildProcess>(name, programs / name, to_arguments(args_),
                                                        folder_.nodes_path() / (name + ".err")));
-    if (key_ && name != "world")
-      children_.back()->control().say(key_->line());  // the world is not on the bus
+    if (key_ && name != "world") children_.back()->say(key_->line());  // the world is not on the bus
   };
   if (!simulated_ports(experiment_).empty()) start("world");
   start("recorder");
-  for (const NamedMaker& n : taking_part(product_, experiment_)) start(std::string(info(n.id).name));
+  std::vector<std::string> nodes;
+  for (const NamedMaker& n : taking_part(product_, experiment_)) nodes.emplace_back(info(n.id).name);
+  hosts_.emplace(experiment_, folder_, nodes);
+  for (auto& process : hosts_->start(programs, args_, key_ ? key_->line() : ""))
+    children_.push_back(std::move(process));
+  for (const std::string& node : nodes)
+    if (!hosts_->has(node)) start(node);
   if (!options_.page_token.empty()) start_page(programs / "page");
   const ProcessOptions& o = args_.options;
   std::ofstream(folder_.clocks_path(), std::ios::app)
@@ -254,7 +265,9 @@ void Launch::start_all() {
       << args_.bus_url << "\n";
   std::ofstream pids(folder_.path() / "pids");
   pids << "launcher " << ::getpid() << "\n";
-  for (const auto& c : children_) pids << c->name() << " " << c->pid() << "\n";
+  for (const auto& c : children_)
+    if (!hosts_->has(c->name())) pids << c->name() << " " << c->pid() << "\n";
+  for (const auto& [name, pid] : hosts_->pids()) pids << name << " " << pid << "\n";
   if (page_) pids << page_->name() << " " << page_->pid() << "\n";
 }
 
@@ -264,15 +277,15 @@ void Launch::start_page(const fs::path& program) try {
   const std::vector<std::string> words{"--run", folder_.path().string(), "--control-fd",
                                        std::to_string(ChildProcess::kControlFd)};
   page_ = std::make_unique<ChildProcess>("page", program, words, folder_.path() / "page.err");
-  if (options_.page_is_public) page_->control().say("PUBLIC");
-  page_->control().say("TOKEN " + options_.page_token);
+  if (options_.page_is_public) page_->say("PUBLIC");
+  page_->say("TOKEN " + options_.page_token);
 } catch (const std::exception& e) {
   note(std::string("no page: ") + e.what());
 }
 
 void Launch::service_page() {
   if (!page_) return;
-  while (const auto line = page_->control().next())
+  while (const auto line = page_->next())
     if (line->starts_with("PAGE ") && options_.on_page) options_.on_page(line->substr(5));
   if (page_->running()) return;
   note("the page " + to_text(*page_->poll_ending()) + "; the print goes on, firn view " +
@@ -283,14 +296,15 @@ void Launch::service_page() {
 bool Launch::await_ready() {
   const double until = wall_s() + options_.ready_within_s;
   const auto all_ready = [&] {
-    return std::all_of(children_.begin(), children_.end(), [&](const auto& c) { return ready_[c->name()]; });
+    return hosts_->ready() &&
+           std::all_of(children_.begin(), children_.end(), [&](const auto& c) { return ready_[c->name()]; });
   };
   while (!all_ready()) {
     turn(until);
-    std::string trouble;
+    std::string trouble = hosts_->lost();
     for (const auto& c : children_) {
       const auto& ending = c->poll_ending();
-      if (ending)
+      if (ending && !(ending->code < 0 && ending->signal == 0))
         trouble += (trouble.empty() ? "" : "; ") + c->name() + " " + to_text(*ending) +
                    " before it was ready" + (said_[c->name()].empty() ? "" : ": " + said_[c->name()]);
     }
@@ -312,7 +326,7 @@ bool Launch::await_ready() {
 
 void Launch::begin() {
   station_->set_state(Heartbeat::kRunning);
-  for (const auto& c : children_) c->control().say("START");
+  for (const auto& c : children_) c->say("START");
   run_start_t start{};
   start.name = experiment_.run.name;
   start.commit = build_commit();
@@ -324,6 +338,7 @@ void Launch::begin() {
   if (options_.on_start) {
     std::map<std::string, int> pids;
     for (const auto& c : children_) pids[c->name()] = int(c->pid());
+    pids.merge(hosts_->pids());
     options_.on_start(pids);
   }
 }
@@ -336,8 +351,8 @@ void Launch::watch() {
     for (const std::string& notice : watch_->take_notices()) note(notice);
     for (; faults_done_ < options_.faults.size() && node_s() >= options_.faults[faults_done_].node_s;
          ++faults_done_)
-      if (ChildProcess* const world = child("world"))
-        world->control().say(simfault_line(options_.faults[faults_done_].fault));
+      if (NodeProcess* const world = child("world"))
+        world->say(simfault_line(options_.faults[faults_done_].fault));
     for (const fault_t& fault : watch_->take_warnings())
       if (options_.warned) options_.warned(fault);
     if (auto metrics = watch_->take_metrics()) {
@@ -372,6 +387,8 @@ void Launch::watch() {
 }
 
 void Launch::find_the_dead() {
+  if (const std::string lost = hosts_->lost(); !lost.empty() && cause_.empty())
+    cause_ = lost + " " + watch_->place();
   for (const auto& c : children_) {
     const auto& ending = c->poll_ending();
     if (!ending || !cause_.empty()) continue;
@@ -391,21 +408,23 @@ void Launch::end_all(const std::string& cause) {
     station_->send(channels::fault(NodeId::kLauncher), fault);
   }
   const auto stop = [&](auto concerned, double within_s) {
-    std::vector<ChildProcess*> some;
+    std::vector<NodeProcess*> some;
     for (const auto& c : children_)
       if (concerned(c->name())) some.push_back(c.get());
-    for (ChildProcess* c : some) c->control().say("STOP " + cause);
-    const auto gone = [&] {
-      return std::ranges::none_of(some, [](ChildProcess* c) { return c->running(); });
-    };
+    for (NodeProcess* c : some) c->say("STOP " + cause);
+    const auto gone = [&] { return std::ranges::none_of(some, [](NodeProcess* c) { return c->running(); }); };
     for (const double until = wall_s() + within_s; !gone() && wall_s() < until;) turn(until);
-    for (ChildProcess* c : some)
+    for (NodeProcess* c : some)
       if (c->running()) {
         note(c->name() + " did not end within " + std::to_string(int(within_s)) + " s and was killed");
         c->kill();
       }
   };
   stop([](const std::string& name) { return name != "world" && name != "recorder"; }, kSafeWithinS);
+  hosts_->collect([&] {
+    turn(wall_s() + 0.2);
+    return interrupted < 2;  // the second time it means this wait
+  });
   stop([](const std::string& name) { return name == "recorder"; }, kRecorderWithinS);
   stop([](const std::string& name) { return name == "world"; }, kWorldWithinS);
   std::error_code ignored;
@@ -431,6 +450,10 @@ LaunchReport Launch::report() {
     log_trouble = "log.lcm is not whole: " + (storage.empty() ? e.what() : storage);
     note(log_trouble);
   }
+  const std::string incomplete = report.folder.empty() ? "" : runs::incomplete_text(report.folder);
+  if (!incomplete.empty())
+    note(incomplete + (hosts_->lost().empty() ? "" : ": " + hosts_->lost()) + "; firn runs collect " +
+         report.folder.string() + " fetches the rest");
   if (!cause_.empty() || !watch_->end()) {
     r.outcome = interrupted ? "interrupted" : "stopped safely";
     r.status = interrupted ? kInterrupted : kSafetyStop;
@@ -471,7 +494,7 @@ std::size_t Launch::repair_log(const fs::path& run) {
   return lost;
 }
 
-ChildProcess* Launch::child(std::string_view name) {
+NodeProcess* Launch::child(std::string_view name) {
   for (const auto& c : children_)
     if (c->name() == name) return c.get();
   return nullptr;
@@ -482,11 +505,9 @@ void Launch::turn(double until_s) {
   const std::int64_t until = std::min(std::int64_t(until_s * 1e6), station_->due_us());
   const int left_ms = int(std::clamp<std::int64_t>((until - now + 999) / 1000, 0, 200));
   std::vector<pollfd> fds{{station_->fd(), POLLIN, 0}};
-  for (const auto& c : children_) {
-    if (!c->control().closed()) fds.push_back({c->control().fd(), POLLIN, 0});
-    if (c->running()) fds.push_back({c->pidfd(), POLLIN, 0});
-  }
-  if (page_ && !page_->control().closed()) fds.push_back({page_->control().fd(), POLLIN, 0});
+  for (const auto& c : children_) c->add_to(fds);
+  if (hosts_) hosts_->add_to(fds);
+  if (page_) page_->add_to(fds);
   if (begun_) desk_->add_to(fds);
   ::poll(fds.data(), nfds_t(fds.size()), left_ms);
   if (begun_)
@@ -505,7 +526,7 @@ void Launch::obey(const OperatorOrder& order, const std::string& from) {
 
 void Launch::take_lines() {
   for (const auto& c : children_)
-    while (const auto line = c->control().next()) {
+    while (const auto line = c->next()) {
       std::istringstream words(*line);
       std::string verb, rest;
       words >> verb;
@@ -528,7 +549,7 @@ void Launch::take_lines() {
 
 void Launch::ask_truth() {
   if (truth_asked_ || !args_.options.real_ports.empty()) return;  // it knows no droplet of a real jet
-  child("world")->control().say("TRUTH");
+  child("world")->say("TRUTH");
   truth_asked_ = true;
 }
 
@@ -537,6 +558,10 @@ void Launch::ask_truth() {
 LaunchReport launch(const Product& product, const runs::RunFolder& folder, const LaunchOptions& options) try {
   std::optional<runs::RunLock> held;
   if (!options.lock) held.emplace(folder.path(), runs::RunUse::kPrint);
+  if (options.resume)
+    collect_records(folder, programs_of(options), [&](const std::string& text) {
+      options.note ? options.note(text) : void(std::fprintf(stderr, "%s\n", text.c_str()));
+    });
   Launch print(product, folder, options);  // holds the lab from here on
   runs::SealedIncarnation seal(folder.path(), folder.run_id(), print.resumes(), options.unsealed);
   LaunchReport report = print.run();

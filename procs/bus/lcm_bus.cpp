@@ -8,6 +8,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <iterator>
 #include <stdexcept>
 
 #include "core/options/number.h"
@@ -138,17 +139,44 @@ void LcmBus::keep_others_out() {
                        sizeof filter);  // one of fewer channels
 }
 
-void LcmBus::receive(const Sink& sink) {
+void LcmBus::subscribe_all() {
+  if (!check_) throw std::logic_error("a relay needs a bus with a key");
+  sockaddr_in own{};
+  own.sin_family = AF_INET;
+  own.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof own;
+  if (::bind(sender_, reinterpret_cast<const sockaddr*>(&own), size) != 0 ||
+      ::getsockname(sender_, reinterpret_cast<sockaddr*>(&own), &size) != 0)
+    throw std::runtime_error(std::string("bind, of a relay: ") + std::strerror(errno));
+  own_port_ = own.sin_port;
+  all_channels_ = true;
+  // The kernel keeps out what this socket sent. Without the filter, which some sandboxes refuse, receive
+  // does.
+  sock_filter program[] = {BPF_STMT(BPF_LD | BPF_H | BPF_ABS, 0),  // the port of the sender
+                           BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, ntohs(own_port_), 0, 1),
+                           BPF_STMT(BPF_RET | BPF_K, 0), BPF_STMT(BPF_RET | BPF_K, 0xFFFFFFFF)};
+  const sock_fprog filter{std::uint16_t(std::size(program)), program};
+  (void)::setsockopt(receiver_, SOL_SOCKET, SO_ATTACH_FILTER, &filter, sizeof filter);
+}
+
+void LcmBus::receive(const Sink& sink) { take_waiting(sink, false); }
+void LcmBus::receive_sealed(const Sink& sink) { take_waiting(sink, true); }
+
+void LcmBus::take_waiting(const Sink& sink, bool sealed) {
+  sockaddr_in from{};
   for (int n = 0; n < kMaxAtOnce; ++n) {
     iovec place{buffer_.data(), buffer_.size()};
     alignas(cmsghdr) std::byte control[CMSG_SPACE(sizeof(in_pktinfo))];
     msghdr message{};
     message.msg_iov = &place;
     message.msg_iovlen = 1;
+    message.msg_name = &from;
+    message.msg_namelen = sizeof from;
     message.msg_control = control;
     message.msg_controllen = sizeof control;
     const ssize_t got = ::recvmsg(receiver_, &message, 0);
     if (got < 0) return;
+    if (all_channels_ && from.sin_port == own_port_) continue;
     int interface = 0;
     for (cmsghdr* c = CMSG_FIRSTHDR(&message); c; c = CMSG_NXTHDR(&message, c))
       if (c->cmsg_level == IPPROTO_IP && c->cmsg_type == IP_PKTINFO) {
@@ -163,7 +191,8 @@ void LcmBus::receive(const Sink& sink) {
       p.fault = PacketFault::kTooLong;
     else
       p = read_packet(std::span(buffer_).first(std::size_t(got)));
-    const bool wanted = p.fault == PacketFault::kNone && channels_.contains(p.channel);
+    const bool wanted = p.fault == PacketFault::kNone && (all_channels_ || channels_.contains(p.channel));
+    const auto whole = p.payload;
     if (wanted && check_) {
       const MacFault fault = check_->open(p.channel, p.payload);
       if (fault == MacFault::kForged) p.fault = PacketFault::kForged;
@@ -172,30 +201,45 @@ void LcmBus::receive(const Sink& sink) {
     if (p.fault != PacketFault::kNone)
       ++dropped_[std::size_t(p.fault)];
     else if (wanted)
-      sink(p.channel, p.payload);
+      sink(p.channel, sealed ? whole : p.payload);
   }
 }
 
 void LcmBus::publish(std::string_view channel, std::span<const std::byte> datagram) {
+  const std::lock_guard lock(sending_);  // numbers leave in order
+  std::byte trailer[kMacTrailerBytes];
+  if (mac_) mac_->write(channel, datagram, trailer);
+  send(channel, datagram, mac_ ? std::span<const std::byte>(trailer) : std::span<const std::byte>());
+}
+
+void LcmBus::publish_sealed(std::string_view channel, std::span<const std::byte> sealed) {
+  std::span<const std::byte> message = sealed;
+  const MacFault fault = check_->open(channel, message);
+  if (fault == MacFault::kForged) ++dropped_[std::size_t(PacketFault::kForged)];
+  if (fault != MacFault::kNone) return;  // a copy has come by another lane
+  const std::lock_guard lock(sending_);
+  send(channel, sealed, {});
+}
+
+void LcmBus::send(std::string_view channel, std::span<const std::byte> datagram,
+                  std::span<const std::byte> trailer) {
   if (channel.empty() || channel.size() > kMaxChannelBytes ||
-      channel.size() + 1 + datagram.size() + (mac_ ? kMacTrailerBytes : 0) > kMaxShortMessageBytes)
+      channel.size() + 1 + datagram.size() + trailer.size() > kMaxShortMessageBytes)
     throw std::logic_error("LCM: " + std::to_string(datagram.size()) + " bytes on '" + std::string(channel) +
                            "' are no short message");
-  const std::lock_guard lock(sending_);  // numbers leave in order
-  std::byte head[kPacketHead], trailer[kMacTrailerBytes];
+  std::byte head[kPacketHead];
   write_packet_head(sequence_++, head);
-  if (mac_) mac_->write(channel, datagram, trailer);
   char name[kMaxChannelBytes + 1] = {};
   channel.copy(name, kMaxChannelBytes);
   iovec parts[4] = {{head, sizeof head},
                     {name, channel.size() + 1},
                     {const_cast<std::byte*>(datagram.data()), datagram.size()},
-                    {trailer, sizeof trailer}};
+                    {const_cast<std::byte*>(trailer.data()), trailer.size()}};
   msghdr message{};
   message.msg_name = &group_;
   message.msg_namelen = sizeof group_;
   message.msg_iov = parts;
-  message.msg_iovlen = mac_ ? 4 : 3;
+  message.msg_iovlen = 4;
   // A datagram that the kernel refuses is a lost datagram: the transport sends it again when asked.
   (void)::sendmsg(sender_, &message, MSG_NOSIGNAL);
 }

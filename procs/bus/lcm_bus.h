@@ -41,6 +41,14 @@ class LcmBus : public Bus {
   void receive(const Sink& sink) override;
   void publish(std::string_view channel, std::span<const std::byte> datagram) override;
 
+  /// For a relay to another host: listens to every channel, but not to what this bus sends itself. Only with
+  /// a key, by which receive_sealed() still drops what is not of this run.
+  void subscribe_all();
+  /// As receive() and publish(), with the messages' MACs behind them, as they are on the bus. A copy of what
+  /// was published is not published again.
+  void receive_sealed(const Sink& sink);
+  void publish_sealed(std::string_view channel, std::span<const std::byte> sealed);
+
   std::uint64_t dropped(PacketFault fault) const { return dropped_[std::size_t(fault)]; }
   /// One sentence with the numbers by cause; empty when nothing was dropped.
   std::string dropped_text() const;
@@ -48,11 +56,16 @@ class LcmBus : public Bus {
  private:
   void open(const std::string& url, const std::optional<BusKey>& key);
   void keep_others_out();
+  void take_waiting(const Sink& sink, bool sealed);
+  void send(std::string_view channel, std::span<const std::byte> datagram,
+            std::span<const std::byte> trailer);
 
   int receiver_ = -1, sender_ = -1;
   int loopback_ = 0;  // index of the interface
   sockaddr_in group_{};
   std::set<std::string, std::less<>> channels_;
+  bool all_channels_ = false;
+  in_port_t own_port_ = 0;  // of what is sent, in network order; with all_channels_
   std::vector<std::byte> buffer_;
   std::array<std::uint64_t, kPacketFaults> dropped_{};
   std::optional<MacVerifier> check_;

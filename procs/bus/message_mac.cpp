@@ -12,7 +12,6 @@ namespace firn {
 namespace {
 
 constexpr std::size_t kNumbersBytes = 16;  // sender and number
-constexpr std::uint64_t kWindow = 64;
 static_assert(kMacTrailerBytes == kNumbersBytes + KeyedHash::kBytes);
 
 void put(std::uint64_t v, std::byte* to) {
@@ -67,6 +66,20 @@ void MessageMac::write(std::string_view channel, std::span<const std::byte> mess
   hash_.compute(channel, message, trailer.first<kNumbersBytes>(), trailer.last<KeyedHash::kBytes>());
 }
 
+bool MacVerifier::Seen::take(std::uint64_t number) {
+  if (number > newest) {
+    if (number - newest >= kWindow)
+      taken.reset();
+    else
+      for (std::uint64_t n = newest + 1; n < number; ++n) taken.reset(n % kWindow);
+    newest = number;
+  } else if (newest - number >= kWindow || taken.test(number % kWindow)) {
+    return false;
+  }
+  taken.set(number % kWindow);
+  return true;
+}
+
 MacFault MacVerifier::open(std::string_view channel, std::span<const std::byte>& datagram) {
   if (datagram.size() < kMacTrailerBytes) return MacFault::kForged;
   const auto message = datagram.first(datagram.size() - kMacTrailerBytes);
@@ -74,17 +87,7 @@ MacFault MacVerifier::open(std::string_view channel, std::span<const std::byte>&
   std::byte hash[KeyedHash::kBytes];
   hash_.compute(channel, message, trailer.first<kNumbersBytes>(), hash);
   if (CRYPTO_memcmp(hash, trailer.data() + kNumbersBytes, sizeof hash) != 0) return MacFault::kForged;
-  Seen& seen = senders_[get(trailer.data())];
-  const std::uint64_t number = get(trailer.data() + 8);
-  if (number > seen.newest) {
-    const std::uint64_t ahead = number - seen.newest;
-    seen.before = (ahead < kWindow ? seen.before << ahead : 0) | 1;
-    seen.newest = number;
-  } else {
-    const std::uint64_t behind = seen.newest - number;
-    if (behind >= kWindow || seen.before >> behind & 1) return MacFault::kRepeated;
-    seen.before |= std::uint64_t(1) << behind;
-  }
+  if (!senders_[get(trailer.data())].take(get(trailer.data() + 8))) return MacFault::kRepeated;
   datagram = message;
   return MacFault::kNone;
 }

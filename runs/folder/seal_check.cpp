@@ -46,7 +46,8 @@ std::string seal_name(const std::string& file) { return std::string(RunPaths::kS
 // Files that Firn reads from a run folder. The others are made from these, or are the user's.
 bool is_sealed(const std::string& path) {
   if (path == RunPaths::kInstrumentsLock || is_trial_file(path)) return false;
-  for (const char* folder : {RunPaths::kInputs, RunPaths::kNodes, RunPaths::kWorld, RunPaths::kPorts})
+  for (const char* folder :
+       {RunPaths::kInputs, RunPaths::kNodes, RunPaths::kWorld, RunPaths::kPorts, RunPaths::kHosts})
     if (in(folder, path)) return true;
   for (const char* file : {RunPaths::kExperiment, RunPaths::kProvenance, RunPaths::kSourcesDiff,
                            RunPaths::kResult, RunPaths::kClocks})

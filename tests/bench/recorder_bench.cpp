@@ -9,8 +9,8 @@
 
 #include "files/record/event_log.h"
 #include "firn/height_profile_t.hpp"
-#include "print/live/bus_port.h"
-#include "print/live/child_process.h"
+#include "print/process/bus_port.h"
+#include "print/process/child_process.h"
 #include "procs/bus/lcm_bus.h"
 #include "runtime/process_args.h"
 #include "runtime/station.h"

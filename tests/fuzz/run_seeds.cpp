@@ -9,6 +9,8 @@
 #include "files/record/record_file.h"
 #include "plant/world/world.h"
 #include "procs/bus/lcm_packet.h"
+#include "procs/relay/hello.h"
+#include "runtime/relay/frame.h"
 #include "tests/files/record/scratch.h"
 #include "tests/fuzz/node_setups.h"
 #include "tests/fuzz/small_worlds.h"
@@ -130,6 +132,15 @@ void seed_datagrams(const Seed& seed) {
   seed("fuzz_lcm_packet", "short", packet);
   packet[3] = std::byte('3');
   seed("fuzz_lcm_packet", "fragment", packet);
+  relay::Hello hello;
+  hello.facts = {1, "1.0.0", "abc", "def", "glibc", "0123456789abcdef", "boot", "bench"};
+  hello.order.nodes = {"jet"};
+  hello.order.files["experiment.toml"] = {12, "aa"};
+  const std::string text = to_json(hello);
+  std::vector<std::byte> stream;
+  append_frame({relay::FrameKind::kHello, {}, 0, 0, std::as_bytes(std::span(text))}, stream);
+  append_frame({relay::FrameKind::kFile, "nodes/jet.wal", 100, 0, packet}, stream);
+  seed("fuzz_relay", "hello", stream);
 }
 
 void seed_foreign(const Seed& seed) {

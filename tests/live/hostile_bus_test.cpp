@@ -13,7 +13,7 @@
 #include "firn/fault_t.hpp"
 #include "firn/height_map_t.hpp"
 #include "firn/safe_stop_t.hpp"
-#include "print/live/bus_port.h"
+#include "print/process/bus_port.h"
 #include "procs/bus/lcm_bus.h"
 #include "runtime/transport_wire.h"
 #include "tests/live/live_checks.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "print/live/child_process.h"
+#include "print/process/child_process.h"
 #include "runs/folder/run_folder.h"
 #include "tests/page/page_attack.h"
 

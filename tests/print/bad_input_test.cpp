@@ -10,7 +10,7 @@
 #include "files/usage_error.h"
 #include "print/inputs/check_print.h"
 #include "print/labs/full_product.h"
-#include "print/live/bus_port.h"
+#include "print/process/bus_port.h"
 #include "runs/folder/run_folder.h"
 #include "tests/files/record/scratch.h"
 

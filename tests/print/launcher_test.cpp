@@ -11,10 +11,10 @@
 #include "firn/stage_command_t.hpp"
 #include "plant/world/serve.h"
 #include "plant/world/world.h"
-#include "print/live/bus_port.h"
 #include "print/live/busy_machine.h"
-#include "print/live/child_process.h"
 #include "print/live/run_watch.h"
+#include "print/process/bus_port.h"
+#include "print/process/child_process.h"
 #include "print/simulated/sim_truth.h"
 
 using namespace firn;

@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "core/grid/random.h"
-#include "print/live/bus_port.h"
+#include "print/process/bus_port.h"
 #include "procs/bus/lcm_bus.h"
 #include "procs/bus/message_mac.h"
 #include "runtime/control_line.h"

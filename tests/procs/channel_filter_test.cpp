@@ -6,7 +6,7 @@
 #include <catch2/catch.hpp>
 
 #include "core/grid/random.h"
-#include "print/live/bus_port.h"
+#include "print/process/bus_port.h"
 #include "procs/bus/channel_filter.h"
 #include "procs/bus/lcm_bus.h"
 #include "runtime/run_clock.h"

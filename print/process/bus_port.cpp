@@ -1,4 +1,4 @@
-#include "print/live/bus_port.h"
+#include "print/process/bus_port.h"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>

@@ -1,6 +1,7 @@
-#include "print/live/child_process.h"
+#include "print/process/child_process.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
 #include <spawn.h>
 #include <sys/socket.h>
@@ -26,6 +27,7 @@ struct FileActions {
 }  // namespace
 
 std::string to_text(const Ending& e) {
+  if (e.code < 0 && e.signal == 0) return "is on a host that is lost";
   return e.code < 0 ? "was killed by signal " + std::to_string(e.signal)
                     : "exited with code " + std::to_string(e.code);
 }
@@ -33,7 +35,7 @@ std::string to_text(const Ending& e) {
 ChildProcess::ChildProcess(std::string name, const std::filesystem::path& program,
                            const std::vector<std::string>& arguments,
                            const std::filesystem::path& stderr_file)
-    : name_(std::move(name)), control_(-1) {
+    : NodeProcess(std::move(name)), control_(-1) {
   int pair[2];
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair) != 0)
     throw std::runtime_error("socketpair: " + std::string(std::strerror(errno)));
@@ -64,6 +66,11 @@ ChildProcess::~ChildProcess() {
     ::waitpid(pid_, nullptr, 0);
   }
   if (pidfd_ >= 0) ::close(pidfd_);
+}
+
+void ChildProcess::add_to(std::vector<pollfd>& fds) {
+  if (!control_.closed()) fds.push_back({control_.fd(), POLLIN, 0});
+  if (running()) fds.push_back({pidfd_, POLLIN, 0});
 }
 
 const std::optional<Ending>& ChildProcess::poll_ending() {

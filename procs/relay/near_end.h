@@ -1,0 +1,60 @@
+// NearEnd is the launcher's side of a host: it starts `firn host` there by ssh, gives it what the processes
+// need, relays the bus and their control lines, and keeps a copy of their records.
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "procs/relay/hello.h"
+#include "procs/relay/ssh.h"
+#include "runtime/control_line.h"
+#include "runtime/relay/link.h"
+
+namespace firn {
+class LcmBus;
+}
+
+namespace firn::relay {
+
+/// Lines from the launcher: "TO NODE LINE" for a process there, "STOP CAUSE": the run is over, collect.
+/// Lines to it: "READY": all processes there have started; "FROM NODE LINE"; "ENDED NODE CODE SIGNAL";
+/// "BUS URL": of the host's own bus; "PIDS NODE=PID …"; "CLOCK AHEAD_NS BOUND_NS ROUND_TRIP_NS"; "COLLECTED"; "ERROR TEXT", "FAULT TEXT".
+class NearEnd {
+ public:
+  /// @param bus null: only collects what is recorded there
+  NearEnd(HostOrder order, std::string key_line, std::filesystem::path run, LcmBus* bus,
+          ControlLine& control);
+  /// @returns 0: all records of the host are here, 1: not, which ERROR or FAULT has explained
+  int run();
+
+ private:
+  void turn();
+  void take(const Frame& frame);
+  void take_hello(const std::string& text);
+  void take_line(std::string_view node, std::string_view line);
+  void take_records(const std::string& json);
+  void listen_to_launcher();
+  void keep_clock(const std::string& numbers);
+  [[noreturn]] void lose(const std::string& why);
+
+  HostOrder order_;
+  std::string key_line_;
+  std::filesystem::path run_;
+  LcmBus* bus_;
+  ControlLine& control_;
+  HostFacts facts_;
+  Ssh ssh_;
+  Link link_;
+  std::vector<std::unique_ptr<Ssh>> lanes_;
+  FileSource source_;
+  FileSink sink_;
+  std::ofstream facts_file_, clock_file_;
+  std::int64_t turned_ns_ = 0, began_ns_;
+  bool greeted_ = false, started_ = false, files_told_ = true, collecting_ = false, collected_ = false;
+};
+
+}  // namespace firn::relay

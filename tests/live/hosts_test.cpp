@@ -1,0 +1,218 @@
+// Prints whose instruments are at other computers: network namespaces with an sshd each, behind lines that
+// delay, lose and are cut. FIRN_HOST_KILLS=N draws so many moments of loss, FIRN_HOST_SEED=S is the first.
+#include <signal.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "core/grid/random.h"
+#include "plant/record/record.h"
+#include "runs/folder/host_record.h"
+#include "tests/live/far_hosts.h"
+#include "tests/live/live_checks.h"
+#include "tests/support/skip.h"
+
+using namespace firn;
+using namespace firn::test;
+
+namespace {
+
+bool no_hosts() {
+  if (skipped()) return true;
+  static const std::string why = FarHosts::refused();
+  if (why.empty()) return false;
+  skip("network-namespace", why);
+  return true;
+}
+
+/// Stage and jet at the host "bench", profiler and lamp at "attic".
+Experiment on_hosts(Experiment e) {
+  for (const char* host : {"bench", "attic"})
+    e.hosts.address[host] = std::string(host) + ":" FIRN_BINARY_DIR "/bin/firn";
+  e.hosts.of_node["stage"] = e.hosts.of_node["jet"] = "bench";
+  e.hosts.of_node["laser_profiler"] = e.hosts.of_node["lamp"] = "attic";
+  return e;
+}
+
+Experiment part_on_hosts(std::uint64_t seed) {
+  Experiment e = on_hosts(tiny_part(seed));
+  e.run.time_scale = 1.0;
+  return e;
+}
+
+void slow(FarHosts& hosts) {
+  for (const char* host : {"bench", "attic"}) hosts.line(host, 0.020, 0.005, 0.05);
+}
+
+std::vector<plant::ShotRecord> shots_of(const LiveRun& run) {
+  auto shots = plant::read_history(run.folder().world_record_path()).shots;
+  std::erase_if(shots, [](const auto& s) { return s.outcome != plant::ShotOutcome::kFired; });
+  return shots;
+}
+
+/// All but the moment.
+bool same_droplet(const plant::ShotRecord& a, const plant::ShotRecord& b) {
+  return a.i == b.i && a.j == b.j && a.exposures == b.exposures && a.x_mm == b.x_mm && a.y_mm == b.y_mm &&
+         a.landed_x_mm == b.landed_x_mm && a.landed_y_mm == b.landed_y_mm && a.volume_mm3 == b.volume_mm3;
+}
+
+/// By the world's record, in wall time after `mono_ns`: the last shot and the end of the last exposure. [s]
+double unsafe_for_s(const LiveRun& run, std::int64_t mono_ns) {
+  const std::int64_t from_us = run.node_time_us(mono_ns);
+  const plant::WorldHistory world = plant::read_history(run.folder().world_record_path());
+  std::int64_t last_us = from_us;
+  for (const auto& shot : world.shots)
+    if (shot.outcome == plant::ShotOutcome::kFired) last_us = std::max(last_us, shot.t_us);
+  for (const auto& lamp : world.lamp) last_us = std::max(last_us, lamp.t_us);
+  return double(last_us - from_us) * 1e-6;
+}
+
+}  // namespace
+
+TEST_CASE("a print with instruments at two other computers ends as on one, replays and is clean", "[hosts]") {
+  if (no_hosts()) return;
+  FarHosts hosts({"bench", "attic"});
+  LiveRun run(part_on_hosts(5));
+  run.start(false);
+  CHECK(status_of(run) == 0);
+  check_finished_run(run);
+  CHECK(runs::incomplete_text(run.path()).empty());
+  CHECK(runs::host_records(run.path()).size() == 2);
+}
+
+// Where a scan's rows lie depends on the moment at which it began, so that a scheme that looks at its map
+// prints two parts that differ by the noise of the map, on one computer too. Layers that are given show what
+// the line changes.
+TEST_CASE("a slow line that loses packets changes nothing in the part", "[hosts]") {
+  if (no_hosts()) return;
+  Experiment e = tiny_part_beside_centres(6);
+  e.run.time_scale = 1.0;
+  e.plant.drift = 0.0;  // of the jet, with time
+  LiveRun one(e);
+  one.start(false);
+  CHECK(status_of(one) == 0);
+  FarHosts hosts({"bench", "attic"});
+  slow(hosts);
+  LiveRun run(on_hosts(e));
+  run.start(false);
+  CHECK(status_of(run) == 0);
+  check_finished_run(run);
+  const auto far = shots_of(run), near = shots_of(one);
+  CHECK(far.size() == near.size());
+  CHECK(std::ranges::equal(far, near, same_droplet));
+}
+
+TEST_CASE("hosts that cannot be had are named with what helps, before the first droplet", "[hosts]") {
+  if (no_hosts()) return;
+  FarHosts hosts({"bench", "attic"});
+  const auto said = [&](const std::string& bench) {
+    Experiment e = part_on_hosts(7);
+    e.hosts.address["bench"] = bench;
+    LiveRun run(e);
+    run.start(false);
+    CHECK(run.wait() == 3);
+    CHECK(plant::read_history(run.folder().world_record_path()).shots.empty());
+    return run.said();
+  };
+  CHECK_THAT(said("nowhere"), Catch::Contains("host bench (nowhere) cannot be reached") &&
+                                  Catch::Contains("must be one that ssh knows"));
+  CHECK_THAT(said("bench:/no/such/firn"), Catch::Contains("install firn there, or say where it is"));
+  const std::filesystem::path other = hosts.folder() / "firn";  // another build
+  std::ofstream(other) << "#!/bin/sh\nexec python3 -B " FIRN_SOURCE_DIR "/tests/support/other_build.py\n";
+  std::filesystem::permissions(other, std::filesystem::perms::owner_all);
+  CHECK_THAT(said("bench:" + other.string()),
+             Catch::Contains("has another build of firn: 0.0.1 (elsewhere)") &&
+                 Catch::Contains("same package on both"));
+  std::ofstream(hosts.folder() / "known", std::ios::trunc) << "";
+  CHECK_THAT(said("bench:" FIRN_BINARY_DIR "/bin/firn"),
+             Catch::Contains("its key is unknown or another than before") &&
+                 Catch::Contains("`ssh bench` once by hand"));
+}
+
+TEST_CASE("a clock that is known too badly stops the print before the first droplet", "[hosts]") {
+  if (no_hosts()) return;
+  FarHosts hosts({"bench", "attic"});
+  hosts.line("attic", 0.030, 0.001, 0.0);
+  Experiment e = part_on_hosts(8);
+  LiveRun run(e);
+  run.start(false);
+  CHECK(run.wait() == 3);
+  CHECK_THAT(run.said(), Catch::Contains("host attic") && Catch::Contains("has a clock that is known to 3") &&
+                             Catch::Contains("run.clock_slack_ms is 20"));
+  CHECK(plant::read_history(run.folder().world_record_path()).shots.empty());
+}
+
+namespace {
+
+enum class Loss : std::uint8_t { kCutLine, kSshKilled, kFrozen, kRelayKilled, kHostKilled };
+constexpr const char* kLosses[] = {"line cut", "ssh killed", "computer frozen", "relay killed",
+                                   "firn host killed"};
+
+int children_named(const FarHosts&, int parent, const char* name) {
+  std::FILE* const p = ::popen(("pgrep -P " + std::to_string(parent) + " " + name).c_str(), "r");
+  int pid = 0;
+  if (std::fscanf(p, "%d", &pid) != 1) pid = 0;
+  ::pclose(p);
+  return pid;
+}
+
+/// One print that loses a computer in the middle, in the way that the seed draws, and is resumed.
+void lose_a_host(std::uint64_t seed) {
+  RandomStream random(seed, Purpose::kKill);
+  const Loss loss = Loss(random.below(5));
+  const std::string host = random.below(2) == 0 ? "bench" : "attic";
+  FarHosts hosts({"bench", "attic"});
+  LiveRun run(part_on_hosts(seed));
+  INFO("FIRN_HOST_SEED=" << seed << ", " << kLosses[int(loss)] << " of " << host << ", " << run.path());
+  run.start(false);
+  REQUIRE(run.wait_started());
+  ::usleep(useconds_t(random.below(8'000'000)));
+  REQUIRE(run.running());
+  const std::string relay = "relay_" + host;
+  const std::int64_t at = monotonic_ns();
+  if (loss == Loss::kCutLine) hosts.cut(host);
+  if (loss == Loss::kSshKilled) ::kill(children_named(hosts, run.pid_of(relay), "ssh"), SIGKILL);
+  if (loss == Loss::kFrozen) hosts.freeze(host);
+  if (loss == Loss::kRelayKilled) run.kill(relay);
+  if (loss == Loss::kHostKilled)
+    for (const int pid : hosts.pids(host)) {
+      std::error_code gone;
+      if (std::filesystem::read_symlink("/proc/" + std::to_string(pid) + "/exe", gone).filename() == "firn")
+        ::kill(pid, SIGKILL);
+    }
+  const int status = run.wait();
+  run.wait_all_gone();
+  const double unsafe_s = unsafe_for_s(run, at);
+  INFO(run.said());
+  if (status != 0) CHECK(status == 3);  // else it was over
+  if (status != 0) CHECK_THAT(run.said(), Catch::Contains(host) || Catch::Contains("safe stop"));
+  std::printf("seed %d  %s of %s: status %d, last act after %.3f s\n", int(seed), kLosses[int(loss)],
+              host.c_str(), status, unsafe_s);
+  std::fflush(stdout);
+  // A frozen driver stops nothing: its instrument does by itself.
+  CHECK(unsafe_s <= tiny_part(1).run.lease_s + (loss == Loss::kFrozen ? 1.0 : 0.005));
+  hosts.mend(host);
+  hosts.thaw(host);
+  if (status == 0) return;
+  run.start(true);
+  CHECK(status_of(run) == 0);
+  check_finished_run(run);
+  CHECK(runs::incomplete_text(run.path()).empty());
+}
+
+}  // namespace
+
+TEST_CASE("a computer that is lost in mid-print leaves its instruments safe, and the print resumes",
+          "[hosts]") {
+  if (no_hosts()) return;
+  const char* const many = std::getenv("FIRN_HOST_KILLS");
+  const char* const first = std::getenv("FIRN_HOST_SEED");
+  const int count = many ? std::atoi(many) : 2;
+  for (int n = 0; n < count; ++n)
+    lose_a_host(std::uint64_t(first ? std::atoll(first) : 11) + std::uint64_t(n));
+}
