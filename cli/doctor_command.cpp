@@ -88,6 +88,7 @@ Check programs() {
   };
   need("world");
   need("recorder");
+  need("relay");
   for (const NodeInfo& n : nodes())
     if (int(n.id) < kReplayedNodeCount) need(n.name);
   if (missing.empty()) return {"programs", true, "every process of a print lies beside this program", ""};
