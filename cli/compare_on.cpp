@@ -142,8 +142,7 @@ RemoteEnd run_over_ssh(const CompareOptions& options, const StudyPlan& plan, con
   if (options.detach || options.cancel)
     throw UsageError("--detach, --cancel: shards over ssh are this command's own; Ctrl-C ends them");
   Parallel parallel(fs::absolute(folder), hosts);
-  parallel.check(fs::read_symlink("/proc/self/exe").string(),
-                 "firn " + build_version() + " " + build_commit());
+  parallel.check(fs::read_symlink("/proc/self/exe").string(), build_name());
   time_schemes(options, plan, folder, platforms, stop);
   if (stop && *stop) return {false, kInterrupted};
   const ShardCommand command = measured_out(options, plan, folder, platforms, kMostShards);

@@ -277,7 +277,7 @@ std::string empty_item(const CLI::App& app, int argc, const char* const* argv) {
 Call parse_command_line(std::span<const Command> commands, const Product& product, int argc,
                         const char* const* argv) {
   CLI::App app("Closed-loop additive manufacturing: print, measure, decide, record, replay.", "firn");
-  app.set_version_flag("--version", "firn " + build_version() + " " + build_commit());
+  app.set_version_flag("--version", build_name());
   app.require_subcommand(1);
   OptionSet::Run run;
   OptionSet all(app, product, run);

@@ -13,6 +13,13 @@ namespace firn {
 
 std::string build_version() { return FIRN_VERSION; }
 
+std::string build_name() {
+  const std::string commit = FIRN_COMMIT, date = FIRN_COMMIT_DATE;
+  if (date.empty()) return "firn " + build_version() + " (without a commit)";
+  const std::string changed = build_commit().substr(commit.size());
+  return "firn " + build_version() + " (" + commit.substr(0, 12) + changed + ", " + date + ")";
+}
+
 std::string build_commit() {
   const std::string commit = FIRN_COMMIT;
   return std::string(FIRN_DIFF).empty() ? commit : commit + "-dirty-" + build_sources().substr(0, 12);

@@ -6,8 +6,12 @@
 
 namespace firn {
 
-/// Returns the version of Firn, e.g. "0.2.0".
+/// Returns the version of Firn, e.g. "1.0.0".
 std::string build_version();
+
+/// Returns the program, its version, the first twelve digits of its commit and the commit's day, e.g.
+/// "firn 1.0.0 (6b981fd6a3c1, 2026-11-30)"; after the digits "-dirty-DIGEST" of sources that differ from it.
+std::string build_name();
 
 /// Returns the commit, or "COMMIT-dirty-DIGEST" of a tree that differs from it. DIGEST begins
 /// build_sources().

@@ -6,10 +6,10 @@
 # (docs/decisions/0012-replay-contract.md).
 #   scripts/make_golden.sh VERSION [KIND]...   writes tests/replay/golden/VERSION-KIND, in place of an earlier recording,
 #                                              for mpc, smf-resumed, two-inks, estimator, kalman, camera, ice, lines, or the
-#                                              kinds given; VERSION is e.g. v0.2
+#                                              kinds given; VERSION is e.g. v1.0
 set -euo pipefail
 cd "$(dirname "$0")/.."
-name=${1:?the version, e.g. v0.2}
+name=${1:?the version, e.g. v1.0}
 shift
 golden=tests/replay/golden
 scratch=$(mktemp -d)

@@ -80,7 +80,7 @@ TEST_CASE("The verdict of a replay does not depend on the number of threads") {
 }
 
 TEST_CASE("A byte changed in a node's file is named alike by firn log verify and firn replay") {
-  const fs::path run = golden_copy("v0.2-mpc", "checks");
+  const fs::path run = golden_copy("v1.0-mpc", "checks");
   REQUIRE(firn_says({"runs", "expand", run.string()}).code == 0);
   RandomStream random(91, Purpose::kTest);
   for (const char* node : {"controller", "jet", "surface_mapper"}) {

@@ -228,7 +228,7 @@ TEST_CASE("Commands that need a run folder refuse another folder by its name wit
 
 TEST_CASE(
     "firn replay of a recorded run is identical, and compares every message of the log that a node sent") {
-  const Said said = firn_says({"replay", golden("v0.2-mpc").string(), "--json"});
+  const Said said = firn_says({"replay", golden("v1.0-mpc").string(), "--json"});
   const Json j = runs_json(said);
   CHECK(said.code == 0);
   CHECK(j.at("identical") == true);
@@ -266,7 +266,7 @@ TEST_CASE(
 
 TEST_CASE("firn replay with another gain differs, exits 1 and names setting, node and field") {
   const Said said =
-      firn_says({"replay", golden("v0.2-smf-resumed").string(), "--json", "--set", "control.smf.kp=0.1"});
+      firn_says({"replay", golden("v1.0-smf-resumed").string(), "--json", "--set", "control.smf.kp=0.1"});
   const Json j = runs_json(said);
   CHECK(said.code == 1);
   CHECK(j.at("identical") == false);
@@ -277,7 +277,7 @@ TEST_CASE("firn replay with another gain differs, exits 1 and names setting, nod
   CHECK(first.at("channel") == "LAYER_PLAN");
   CHECK(!first.at("field").get<std::string>().empty());
   const Said words =
-      firn_says({"replay", golden("v0.2-smf-resumed").string(), "--set", "control.smf.kp=0.1"});
+      firn_says({"replay", golden("v1.0-smf-resumed").string(), "--set", "control.smf.kp=0.1"});
   CHECK_THAT(words.out, Contains("first divergence") && Contains("changed setting: control.smf.kp"));
 }
 

@@ -15,7 +15,7 @@ using Catch::Contains;
 
 /// Without seals, which would name any change.
 fs::path unsealed(const std::string& name, std::int64_t run_id = 0) {
-  const fs::path run = golden_copy("v0.2-mpc", name);
+  const fs::path run = golden_copy("v1.0-mpc", name);
   fs::remove_all(run / "seals");
   auto provenance = nlohmann::json::parse(file_text(run / "provenance.json"));
   provenance.erase("sealed");
@@ -59,7 +59,7 @@ TEST_CASE("audit names an experiment.toml that is not what the nodes recorded") 
 
 TEST_CASE("a run is found by its number and by its address, and a copy makes the number two runs") {
   const fs::path root = fresh_folder("addresses");
-  fs::copy(golden("v0.2-mpc"), root / "a", fs::copy_options::recursive);
+  fs::copy(golden("v1.0-mpc"), root / "a", fs::copy_options::recursive);
   const runs::RunAddress a = runs::address_of(root / "a");
   CHECK(runs::parse_address(a.text()) == a);
   CHECK(runs::folder_of(std::to_string(a.run_id), root) == root / "a");
