@@ -17,6 +17,8 @@ struct DescribedOption {
 
 struct CommandTree {
   std::string name, summary;
+  std::string group;     ///< heading under which help texts list it
+  std::string examples;  ///< the end of its help text: "Examples:", then two lines each; "" without any
   std::vector<DescribedOption> options;
   std::vector<CommandTree> subcommands;
 };

@@ -14,6 +14,7 @@
 #include "cli/compare_show.h"
 #include "cli/option_set.h"
 #include "cli/study_state.h"
+#include "cli/user_config.h"
 #include "config/include.h"
 #include "core/options/for_people.h"
 #include "files/exit_codes.h"
@@ -33,7 +34,8 @@ namespace firn {
 namespace {
 
 std::filesystem::path folder_of(const std::string& output, const std::string& name) {
-  return output.empty() ? std::filesystem::path("runs") / ("study-" + name) : std::filesystem::path(output);
+  if (!output.empty()) return output;
+  return std::filesystem::path(default_runs_folder().folder) / ("study-" + name);
 }
 
 std::filesystem::path make_folder(const std::string& output, const std::string& name) {

@@ -1,12 +1,15 @@
 // run_config checks, resolves, explains and documents the keys of experiments.
 #include "cli/commands.h"
 
+#include <fmt/core.h>
+
 #include <cstdio>
 #include <string>
 #include <vector>
 
 #include "cli/generated_document.h"
 #include "cli/option_set.h"
+#include "cli/user_config.h"
 #include "config/error.h"
 #include "config/fields.h"
 #include "config/find_key.h"
@@ -23,7 +26,7 @@
 namespace firn {
 namespace {
 
-enum class ConfigAction { kCheck, kDump, kFind, kExplain, kDocs };
+enum class ConfigAction { kCheck, kDump, kFind, kExplain, kDocs, kUser };
 
 struct ConfigOptions {
   ConfigAction action = ConfigAction::kCheck;
@@ -47,6 +50,23 @@ void write_out(const std::string& text) { std::fputs(text.c_str(), stdout); }
 
 nlohmann::ordered_json as_json(const ConfigError& e) {
   return {{"file", e.file}, {"line", e.line}, {"key", e.key}, {"problem", e.problem}};
+}
+
+int show_user(const ConfigOptions& options) {
+  const UserConfig user = read_user_config();
+  const RunsFolder runs = default_runs_folder();
+  if (options.json) {
+    write_out(nlohmann::ordered_json{{"file", user.file.string()},
+                                     {"runs", runs.folder},
+                                     {"runs_named_by", runs.named_by},
+                                     {"name", user.name}}
+                  .dump(2) +
+              "\n");
+    return kOk;
+  }
+  fmt::print("file  {}\nruns  {} ({})\nname  {}\n", user.file.string(), runs.folder, runs.named_by,
+             user.name.empty() ? "(none)" : user.name);
+  return kOk;
 }
 
 // All mistakes of the keys; the inputs that they name are read when there are none.
@@ -168,6 +188,8 @@ int run_config(const Product& product, const ConfigOptions& options) {
                                        : configuration_markdown(),
                       options.json);
       return kOk;
+    case ConfigAction::kUser:
+      return show_user(options);
   }
   return kUsage;
 }
@@ -197,6 +219,8 @@ void declare_config(OptionSet& options) {
   with_words("find", "WORD", "keys whose name or sentence has all the words", ConfigAction::kFind);
   with_words("explain", "KEY", "one key or section: default, range, meaning, when it may change",
              ConfigAction::kExplain);
+  OptionSet user = options.subcommand("user", "what holds for all your commands, and where it is set");
+  common(user, ConfigAction::kUser);
   OptionSet docs =
       options.subcommand("docs", "writes docs/configuration.md, docs/machines.md or docs/slice-settings.md");
   auto& o = common(docs, ConfigAction::kDocs);

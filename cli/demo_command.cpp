@@ -186,7 +186,7 @@ void declare_demo(OptionSet& options) {
   auto& o = options.calls(run_demo);
   options.option("--bus", o.bus, "in-process, or an LCM URL of loopback; default: a port for each run");
   options.override_option(o.overrides, "KEY=VALUE, for every scheme");
-  options.option("--runs", o.runs, "where run folders go").show_default();
+  options.runs_option(o.runs, "where run folders go");
   options.option("-o,--output", o.output, "report; default: report.html in the last run's folder");
   options.json_flag(o.json);
 }

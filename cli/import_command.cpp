@@ -178,7 +178,7 @@ void declare_import(OptionSet& options) {
   options.option("--experiment", o.experiment, "experiment whose model and settings the run gets");
   options.override_option(o.overrides, "KEY=VALUE, after the experiment");
   options.option("--name", o.name, "of the run").show_default();
-  options.option("--runs", o.runs, "where run folders go").show_default();
+  options.runs_option(o.runs, "where run folders go");
   options.json_flag(o.json);
 }
 

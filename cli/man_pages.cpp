@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "cli/command_tree.h"
+#include "files/exit_codes.h"
 
 namespace firn {
 namespace {
@@ -55,26 +56,41 @@ std::string head(const std::string& name, const std::string& version, const std:
                      roff(name), roff(summary));
 }
 
-constexpr const char* kExitStatus =
-    ".SH EXIT STATUS\n.TP\n0\nsuccess\n.TP\n1\nfailed, or the comparison differs\n.TP\n2\nusage or "
-    "configuration\n.TP\n3\n"
-    "an instrument's fault or a safety stop\n.TP\n4\nthe print ran to its end, but the part is out of "
-    "tolerance\n.TP\n130\n"
-    "interrupted; the lab was made safe first\n";
+std::string exit_status() {
+  std::string text = ".SH EXIT STATUS\n";
+  for (const ExitMeaning& e : kExitMeanings)
+    text += fmt::format(".TP\n{}\n{}\n", int(e.code), roff(e.meaning));
+  return text;
+}
+
+// As they stand in the help text.
+std::string examples(const CommandTree& c) {
+  if (c.examples.empty()) return "";
+  const std::size_t head = c.examples.find('\n') + 1;
+  std::string text = ".SH EXAMPLES\n.nf\n";
+  for (std::size_t at = head, end; at < c.examples.size(); at = end + 1) {
+    end = std::min(c.examples.find('\n', at), c.examples.size());
+    text += roff(c.examples.substr(at, end - at)) + "\n";
+  }
+  return text + ".fi\n";
+}
 
 }  // namespace
 
 std::vector<ManPage> man_pages(const CommandTree& program, const std::string& version) {
   std::vector<ManPage> pages;
-  std::string commands;
-  for (const CommandTree& c : program.subcommands)
+  std::string commands, group;
+  for (const CommandTree& c : program.subcommands) {
+    if (c.group != group) commands += ".SS " + roff(group = c.group) + "\n";
     commands += fmt::format(".TP\n\\fBfirn {}\\fR\n{}\n", roff(c.name), roff(c.summary));
+  }
   pages.push_back(
       {program.name, head(program.name, version, program.summary) + ".SH SYNOPSIS\n" +
                          synopsis(program.name, program) + ".SH COMMANDS\n" + commands + ".SH OPTIONS\n" +
-                         options_text(program) + kExitStatus +
-                         ".SH EXAMPLES\n.nf\nfirn print experiments/cylinder.toml\nfirn report runs/*\n"
-                         "firn compare experiments/studies/schemes.toml --seeds 10\n.fi\n"});
+                         options_text(program) + exit_status() +
+                         ".SH FILES\n.TP\n~/.config/firn/config.toml\nyour own configuration; "
+                         "\\fBfirn help config\\fR\n"
+                         ".SH ENVIRONMENT\n.TP\nFIRN_RUNS\nfolder of run folders, where none is given\n"});
   for (const CommandTree& c : program.subcommands) {
     const std::string name = program.name + "-" + c.name, words = program.name + " " + c.name;
     std::string text = head(name, version, c.summary) + ".SH SYNOPSIS\n" + synopsis(words, c);
@@ -82,7 +98,7 @@ std::vector<ManPage> man_pages(const CommandTree& program, const std::string& ve
     for (const CommandTree& s : c.subcommands)
       text += fmt::format(".SH {}\n{}.PP\n", roff(words + " " + s.name), roff(s.summary) + "\n") +
               synopsis(words + " " + s.name, s) + options_text(s);
-    text += kExitStatus +
+    text += exit_status() + examples(c) +
             fmt::format(".SH SEE ALSO\n.BR firn (1);\n.B firn help {}\nshows more.\n", roff(c.name));
     pages.push_back({name, text});
   }

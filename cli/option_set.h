@@ -81,6 +81,9 @@ class OptionSet {
   /// Declares `--set KEY=VALUE`.
   void override_option(std::vector<std::string>& overrides,
                        const std::string& help = "KEY=VALUE, after the file");
+  /// Declares `--runs`, the folder of run folders; it is default_runs_folder() where the command line names
+  /// none.
+  void runs_option(std::string& runs, const std::string& help);
   /// Declares `--threads`.
   /// @param more appended to the help text
   void thread_option(int& threads, const std::string& more = "");
@@ -93,9 +96,12 @@ class OptionSet {
   void when_parsed_by(std::function<Run()> call);  // of which the call is made while the parser lives
   std::function<CommandTree()> program_describer() const;
 
+  using Wishes = std::vector<std::function<void()>>;
+
   CLI::App& app_;
   const Product& product_;
   Run& run_;
+  std::shared_ptr<Wishes> wishes_ = std::make_shared<Wishes>();  ///< of the user: before the call is made
 };
 
 }  // namespace firn

@@ -16,6 +16,8 @@
 #include <type_traits>
 
 #include "cli/option_set.h"
+#include "cli/short_help.h"
+#include "cli/user_config.h"
 #include "files/exit_codes.h"
 #include "files/nearest.h"
 #include "files/usage_error.h"
@@ -152,6 +154,14 @@ void OptionSet::override_option(std::vector<std::string>& overrides, const std::
   option("--set", overrides, help).one_value_each();
 }
 
+void OptionSet::runs_option(std::string& runs, const std::string& help) {
+  CLI::Option& added =
+      *app_.add_option("--runs", runs, help + "; default: FIRN_RUNS, your configuration, runs");
+  wishes_->push_back([&added, &runs] {
+    if (added.count() == 0) runs = default_runs_folder().folder;
+  });
+}
+
 void OptionSet::thread_option(int& threads, const std::string& more) {
   option("--threads", threads, "0 = as many as the machine has" + more).show_default().within(0, 1024);
 }
@@ -168,8 +178,10 @@ void OptionSet::when_parsed(Run call) {
 
 void OptionSet::when_parsed_by(std::function<Run()> call) {
   // The parser calls a command's subcommands first, then the command itself.
-  app_.final_callback([&app = app_, &run = run_, call = std::move(call)] {
-    if (app.get_subcommands().empty()) run = call();
+  app_.final_callback([&app = app_, &run = run_, wishes = wishes_, call = std::move(call)] {
+    if (!app.get_subcommands().empty()) return;
+    for (const std::function<void()>& wish : *wishes) wish();
+    run = call();
   });
 }
 
@@ -189,7 +201,7 @@ std::vector<std::string> choices_in(const std::string& type) {
 }
 
 CommandTree described(const CLI::App& app) {
-  CommandTree tree{app.get_name(), app.get_description(), {}, {}};
+  CommandTree tree{app.get_name(), app.get_description(), app.get_group(), app.get_footer(), {}, {}};
   for (const CLI::Option* option : app.get_options()) {
     DescribedOption o;
     o.positional = option->nonpositional() == false;
@@ -224,10 +236,12 @@ std::function<CommandTree()> OptionSet::program_describer() const {
 namespace {
 
 Call printed(const std::string& text) {
-  return {"", [text] {
+  return {"",
+          [text] {
             std::fputs(text.c_str(), stdout);
             return int(kOk);
-          }};
+          },
+          ""};
 }
 
 Call refused(const CLI::App& app, const std::string& command, std::string problem) {
@@ -235,7 +249,7 @@ Call refused(const CLI::App& app, const std::string& command, std::string proble
     if (c == '\n') c = ' ';
   const std::string help =
       "\n(" + app.get_name() + (command.empty() ? "" : " " + command) + " --help lists what there is)";
-  return {command, [problem, help]() -> int { throw UsageError(problem + help); }};
+  return {command, [problem, help]() -> int { throw UsageError(problem + help); }, problem};
 }
 
 /// "config check"
@@ -246,6 +260,14 @@ std::string chosen(const CLI::App& app) {
     command += (command.empty() ? "" : " ") + a->get_name();
   }
   return command;
+}
+
+// The end of a command's help text.
+std::string examples_text(const Command& command) {
+  std::string text;
+  for (const Example& e : command.examples)
+    if (*e.line) text += fmt::format("  {}\n      {}\n", e.line, e.purpose);
+  return text.empty() ? text : "Examples:\n" + text;
 }
 
 bool has_empty_item(const std::string& list, char separator) {
@@ -285,8 +307,12 @@ Call parse_command_line(std::span<const Command> commands, const Product& produc
   for (const Command& c : commands) {
     OptionSet options = all.subcommand(c.name, c.summary);
     c.declare(options);
+    CLI::App& added = *app.get_subcommand(c.name);
+    added.group(c.group);
+    added.footer(examples_text(c));
     names.push_back(c.name);
   }
+  if (argc == 1) return printed(commands.size() == 1 ? app.help() : kShortHelp);
   if (const std::string word = argc > 1 ? argv[1] : "";
       !word.empty() && word[0] != '-' && std::find(names.begin(), names.end(), word) == names.end()) {
     if (names.size() == 1)  // a program that is small so that it is built soon
@@ -308,10 +334,12 @@ Call parse_command_line(std::span<const Command> commands, const Product& produc
     const std::string problem =
         empty_item(app, argc, argv);  // of which the library says "1 required missing"
     return refused(app, chosen(app), problem.empty() ? e.what() : problem);
+  } catch (const std::exception&) {  // of the user's configuration
+    return {chosen(app), [error = std::current_exception()]() -> int { std::rethrow_exception(error); }, ""};
   }
   if (const std::string problem = empty_item(app, argc, argv); !problem.empty())
     return refused(app, chosen(app), problem);
-  return {chosen(app), run};
+  return {chosen(app), run, ""};
 }
 
 }  // namespace firn

@@ -14,11 +14,12 @@ namespace firn {
 struct Call {
   std::string command;       ///< "config check": for messages; "" before a command is known
   std::function<int()> run;  ///< returns an ExitCode; throws UsageError, ConfigError, std::exception
+  std::string problem;       ///< of a usage error, which run() throws; else ""
 };
 
 /// @param product handed to the command; outlives the call
-/// --help and --version print to stdout and give a call that returns 0; a usage error gives a call that
-/// throws UsageError naming the argument and, for an unknown command, the nearest known one.
+/// --help, --version and nothing at all print to stdout and give a call that returns 0; a usage error gives a
+/// call that throws UsageError naming the argument and, for an unknown command, the nearest known one.
 Call parse_command_line(std::span<const Command> commands, const Product& product, int argc,
                         const char* const* argv);
 

@@ -263,7 +263,7 @@ void declare_print(OptionSet& options) {
       .option("--fault", o.faults,
               "\"SECONDS PORT KIND [COUNT [DELAY_US]]\": what befalls a simulated instrument; docs/ice.md")
       .one_value_each();
-  options.option("--runs", o.runs, "where run folders go").show_default();
+  options.runs_option(o.runs, "where run folders go");
   options
       .option("--tolerance", o.tolerance_um,
               "UM: exit code 4 if the last map's RMS is above; default: one nominal layer; "

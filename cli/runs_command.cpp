@@ -216,7 +216,7 @@ void declare_runs(OptionSet& options) {
   options.option("ACTION", o.words,
                  "list (default) | find WORD | clean | pack RUN... | expand RUN... | collect RUN...; "
                  "docs/commands/runs.md");
-  options.option("--runs", o.runs, "where the run folders are").show_default();
+  options.runs_option(o.runs, "where the run folders are");
   options.option("--older-than", o.older_than_days, "DAYS: clean: runs that began before").within(0.0, 1e6);
   options.option("--keep", o.keep, "N: clean: all but the newest N").within(0, 1'000'000);
   options.option("--outcome", o.outcome, "clean: runs that ended so: \"interrupted\", \"stopped safely\"");

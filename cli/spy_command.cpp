@@ -169,7 +169,7 @@ int run_spy(const SpyOptions& o) {
 void declare_spy(OptionSet& options) {
   auto& o = options.calls(run_spy);
   options.option("RUN", o.run, "folder of a live print; default: the newest that goes on");
-  options.option("--runs", o.runs, "where run folders are").show_default();
+  options.runs_option(o.runs, "where run folders are");
   options.option("--bus", o.bus, "LCM URL instead of a run");
   options.option("--screenshot", o.screenshot, "PNG of the screen, then the end; needs no display");
   options.option("--layers", o.layers, "seen before the screenshot").show_default();

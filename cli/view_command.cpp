@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "cli/option_set.h"
+#include "cli/user_config.h"
 #include "files/exit_codes.h"
 #include "files/json.h"
 #include "page/server.h"
@@ -22,7 +23,7 @@ namespace firn {
 namespace {
 
 struct ViewOptions {
-  std::vector<std::string> runs;  ///< run folders, and folders of run folders; none: "runs"
+  std::vector<std::string> runs;  ///< run folders, and folders of run folders; none: default_runs_folder()
   std::string bind = "127.0.0.1";
   bool is_public = false;
   int port = 0;  ///< 0: the first free one
@@ -56,7 +57,7 @@ int run_view(const Product& product, const ViewOptions& o) {
   const StopSignal stop;
   page::ServerOptions s;
   s.places.assign(o.runs.begin(), o.runs.end());
-  if (s.places.empty()) s.places.emplace_back("runs");
+  if (s.places.empty()) s.places.emplace_back(default_runs_folder().folder);
   s.bind = o.bind;
   s.port = o.port;
   s.hosts = o.hosts;
@@ -82,7 +83,8 @@ int run_view(const Product& product, const ViewOptions& o) {
 
 void declare_view(OptionSet& options) {
   auto& o = options.calls(run_view);
-  options.option("RUN", o.runs, "run folders, and folders of run folders; default: runs");
+  options.option("RUN", o.runs,
+                 "run folders, and folders of run folders; default: FIRN_RUNS, your configuration, runs");
   options.option("--port", o.port, "default: the first free one from 8750 on").within(1, 65535);
   options
       .option("--bind", o.bind,

@@ -44,6 +44,8 @@ def main():
     folder, options = sys.argv[1], sys.argv[2:]
     environment, selection = dict(os.environ), ["-LE", "(^|-)full(-|$)"]
     scratch = tempfile.TemporaryDirectory()
+    environment.pop("FIRN_RUNS", None)
+    environment["XDG_CONFIG_HOME"] = os.path.join(scratch.name, "config")  # of the user who runs the tests: no test knows it
     report = os.path.join(scratch.name, "report.xml")
     if options[:1] == ["--full"]:
         options, environment["FIRN_FULL"], selection = options[1:], "1", []

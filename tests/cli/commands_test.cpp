@@ -8,10 +8,13 @@
 #include <map>
 #include <sstream>
 
+#include "cli/commands.h"
 #include "cli/compare_show.h"
+#include "cli/options.h"
 #include "core/grid/npy.h"
 #include "core/grid/random.h"
 #include "files/json.h"
+#include "print/labs/full_product.h"
 #include "report/study/study_analysis.h"
 #include "runtime/build_info.h"
 #include "tests/cli/run_firn.h"
@@ -31,16 +34,13 @@ Json json_of(const Said& said) {
   return Json::parse(said.out);
 }
 
-// Words at the beginning of the lines under "Subcommands:" of a help text.
+// Words at the beginning of the lines under the headings of a help text, but for its options.
 std::vector<std::string> subcommands_of(const std::string& help) {
   std::vector<std::string> names;
   std::istringstream in(help);
   bool inside = false;
   for (std::string line; std::getline(in, line);) {
-    if (line.rfind("Subcommands:", 0) == 0) {
-      inside = true;
-      continue;
-    }
+    if (!line.empty() && line.front() != ' ') inside = line.back() == ':' && line != "Options:";
     if (!inside || line.rfind("  ", 0) != 0 || line.size() < 3 || line[2] == ' ') continue;
     std::istringstream words(line);
     std::string name;
@@ -48,6 +48,25 @@ std::vector<std::string> subcommands_of(const std::string& help) {
     names.push_back(name);
   }
   return names;
+}
+
+// The command that a line gives, parsed and not carried out.
+Call parsed(const std::string& line) {
+  std::istringstream in(line);
+  std::vector<std::string> words;
+  for (std::string word; in >> word;) words.push_back(word);
+  std::vector<const char*> argv;
+  for (const std::string& word : words) argv.push_back(word.c_str());
+  return parse_command_line(all_commands(), full_product(), int(argv.size()), argv.data());
+}
+
+// Files of the house that a line names.
+std::vector<std::string> files_of(const std::string& line) {
+  std::istringstream in(line);
+  std::vector<std::string> files;
+  for (std::string word; in >> word;)
+    if (word.rfind("experiments/", 0) == 0 || word.rfind("labs/", 0) == 0) files.push_back(word);
+  return files;
 }
 
 StudyTable study(std::size_t arms, std::size_t seeds, double stopped) {
@@ -111,9 +130,63 @@ TEST_CASE("A command that is misspelt by a letter is answered with the one that 
   }
 }
 
-TEST_CASE("Nothing, and a group of commands without its verb, are usage errors") {
+TEST_CASE("firn alone says what it is for and gives three commands that it knows") {
+  const Said said = firn_says({});
+  CHECK(said.code == 0);
+  CHECK(said.err.empty());
+  std::istringstream in(said.out);
+  int examples = 0;
+  for (std::string line; std::getline(in, line);) {
+    if (line.rfind("  firn ", 0) != 0) continue;
+    ++examples;
+    line.resize(line.find("   ", 2));  // the command, without what it does
+    CHECK(parsed(line).problem.empty());
+  }
+  CHECK(examples == 3);
+}
+
+TEST_CASE("Every command has examples that parse, name files that exist, and end its help") {
+  for (const Command& c : all_commands()) {
+    INFO(c.name);
+    CHECK(std::string(c.group) != Command{}.group);
+    CHECK(*c.examples.front().line);
+    const std::string help = firn_says({c.name, "--help"}).out;
+    for (const Example& e : c.examples) {
+      if (!*e.line) continue;
+      const Call call = parsed(e.line);
+      CAPTURE(e.line, call.problem);
+      CHECK(call.problem.empty());
+      CHECK(call.command.substr(0, call.command.find(' ')) == c.name);
+      CHECK(*e.purpose);
+      CHECK_THAT(help, Contains(std::string("  ") + e.line + "\n      " + e.purpose + "\n"));
+      for (const std::string& file : files_of(e.line)) CHECK(fs::exists(fs::path(kSource) / file));
+    }
+  }
+}
+
+TEST_CASE("An example that does not parse would be told") {
+  CHECK_THAT(parsed("firn print --no-such-option").problem, Contains("--no-such-option"));
+  CHECK_THAT(parsed("firn pint part.toml").problem, Contains("pint"));
+  CHECK(parsed("firn print part.toml").problem.empty());
+}
+
+TEST_CASE("The commands of a group stand together under one heading") {
+  std::vector<std::string> groups;
+  for (const Command& c : all_commands())
+    if (groups.empty() || groups.back() != c.group) groups.push_back(c.group);
+  for (const std::string& group : groups) CHECK(std::ranges::count(groups, group) == 1);
+  const std::string help = firn_says({"--help"}).out;
+  std::size_t at = 0;
+  for (const std::string& group : groups) {
+    CAPTURE(group);
+    at = help.find("\n" + group + ":\n", at);
+    REQUIRE(at != std::string::npos);
+  }
+}
+
+TEST_CASE("A group of commands without its verb is a usage error") {
   for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
-           {}, {"config"}, {"log"}, {"tune"}, {"log", "verify"}, {"config", "check"}})
+           {"config"}, {"log"}, {"tune"}, {"log", "verify"}, {"config", "check"}})
     CHECK(firn_says(words).code == 2);
 }
 

@@ -61,7 +61,7 @@ class NewCommand(unittest.TestCase):
         self.copy.add("cli/greet_command.cpp", SOURCE)
         self.copy.insert("cli/CMakeLists.txt", "  generated_document.cpp", "  greet_command.cpp\n")
         self.copy.insert("cli/commands.h", "void declare_help", "void declare_greet(OptionSet& options);\n")
-        self.copy.insert("cli/commands.cpp", '{"replay", ', '    {"greet", "greets a guest", declare_greet},\n')
+        self.copy.insert("cli/commands.cpp", 'constexpr Command kCommands[] = {', '    {"greet", "greets a guest", declare_greet},\n')
         self.assertEqual(self.copy.touched(), ["cli/CMakeLists.txt", "cli/commands.cpp", "cli/commands.h"])
 
         cache = (Path(BUILD) / "CMakeCache.txt").read_text()

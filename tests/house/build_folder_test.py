@@ -76,7 +76,9 @@ class BuildFolder(unittest.TestCase):
         pages.mkdir(parents=True)
         (pages / "print.md").write_text("# firn print: a print\n\nAll of it.\n", encoding="utf-8")
         (self.root / "CMakeLists.txt").write_text("project(firn VERSION 4.5.6 LANGUAGES NONE)\n", encoding="utf-8")
-        for words, said in (((), "./firn demo"), (("--help",), "print      firn print: a print"), (("help",), "./firn test"),
+        (self.root / "cli").mkdir(exist_ok=True)
+        (self.root / "cli" / "short_help.h").write_text('x = R"(What it is.\n  firn demo  prints\n)";\n', encoding="utf-8")
+        for words, said in (((), "What it is.\n  ./firn demo  prints\n"), (("--help",), "print      firn print: a print"), (("help",), "./firn test"),
                             (("help", "print"), "All of it."), (("--version",), "firn 4.5.6 ")):
             with self.subTest(words=words):
                 done = self.firn(*words)

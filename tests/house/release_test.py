@@ -83,6 +83,17 @@ class Release(unittest.TestCase):
             said = subprocess.run([f"{folder}/firn", "--version"], check=True, capture_output=True, text=True).stdout
             self.assertEqual(said, f"firn {self.version} ({commit[:12]}, {day})\n")
 
+    def test_the_program_s_shell_alone_says_what_it_is_for_before_anything_is_built(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for name in ("firn", "CMakeLists.txt", "cli/short_help.h"):
+                Path(folder, name).parent.mkdir(exist_ok=True)
+                Path(folder, name).write_text(read(name), encoding="utf-8")
+            said = subprocess.run(["bash", f"{folder}/firn"], check=True, capture_output=True, text=True)
+            self.assertEqual(said.stderr, "")
+            self.assertEqual(len(re.findall(r"^  \./firn \w+", said.stdout, re.M)), 3, said.stdout)
+            text = re.search(r'R"\((.*?)\)"', read("cli/short_help.h"), re.S)[1]
+            self.assertEqual(said.stdout.replace("./firn", "firn"), text)
+
     def test_whoever_reports_a_fault_or_sends_a_change_finds_what_is_wanted(self):
         for name in ("SECURITY.md", "CODE_OF_CONDUCT.md", ".github/pull_request_template.md"):
             self.assertGreater(len(read(name)), 300, name)
