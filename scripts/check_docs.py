@@ -237,7 +237,7 @@ def is_bench(root, name):
 
 
 def check_commands(root):
-    commands = {f.stem.removesuffix("_command") for f in (Path(root) / "cli").glob("*_command.cpp")} | {"test", "python"}
+    commands = {f.stem.removesuffix("_command") for f in (Path(root) / "cli").glob("*_command.cpp")} | {"test", "python", "package"}
     declared = "\n".join(f.read_text(encoding="utf-8") for f in sorted((Path(root) / "cli").glob("*.cpp")))
     wrapper = Path(root) / "firn"
     declared += wrapper.read_text(encoding="utf-8") if wrapper.is_file() else ""

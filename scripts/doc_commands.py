@@ -63,6 +63,7 @@ LEFT_OUT = [
     ("", r"firn bench\b", "measures for minutes to hours; the figure stands beside it"),
     ("", r"firn test\b", ".ci/run runs it"),
     ("docs/ARTIFACT.md", r"replay RUN$", "of a run with a controller in Python from another host"),
+    ("docs/packages.md", r"", "tests/release gives them on a machine without a compiler"),
     ("docs/commands/compare.md", r"--on (slurm|ssh)", "a cluster, other computers: tests/cli/engines_test.py brings its own"),
     ("docs/commands/droplets.md", r"", "the reader's own pictures"),
     ("docs/devices/camera.md", r"droplets$", "the reader's own pictures"),

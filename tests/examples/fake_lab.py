@@ -10,6 +10,7 @@ It prints the `[devices]` lines of a lab file. Lines that are written into DIR/k
 `substrate bare` lays a new one, `substrate gauge` a gauge block under the profiler.
 """
 import argparse
+import errno
 import json
 import os
 import random
@@ -117,6 +118,20 @@ class SerialPort(Port):
             os.write(self.master, self.said(os.read(self.master, 4096), now))
         except OSError:  # nobody has it open
             self.look_again = now + LOOK_S
+            if self.stays_held():
+                os.close(self.master)
+                self.plug()
+
+    def stays_held(self):
+        """A program's exclusive hold (TIOCEXCL) stays with a pseudo terminal after the program's end; only root passes it. A real
+        line is free when its last user has closed it."""
+        try:
+            os.close(os.open(self.link, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK))
+        except OSError as error:
+            look = select.poll()
+            look.register(self.master, 0)  # a hang-up is told all the same
+            return error.errno == errno.EBUSY and any(event & select.POLLHUP for _, event in look.poll(0))
+        return False
 
 
 class Lab:

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""The Debian package: its parts, what it needs, and a controller in Python that prints with what it unpacks to.
+"""The Debian packages: their parts, what they need, and a controller in Python that prints with what they unpack to.
 
     tests/python/deb_test.py BUILD ROOT [Case.test]
 """
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -47,31 +48,93 @@ class Package(unittest.TestCase):
     def setUpClass(cls):
         cls.scratch = tempfile.TemporaryDirectory()
         cls.folder = Path(cls.scratch.name)
-        cls.file = cls.folder / "firn.deb"
-        output(ROOT / "scripts/make_package.sh", BUILD, cls.file)
-        cls.root = cls.folder / "root"
-        output("dpkg-deb", "-x", cls.file, cls.root)
+        files = output(ROOT / "scripts/make_package.sh", BUILD, cls.folder, env=os.environ | {"DPKG_DEB_COMPRESSOR_TYPE": "none"}).split()
+        cls.files = {Path(file).name.split("_")[0]: Path(file) for file in files}
+        cls.root, cls.dev = cls.folder / "root", cls.folder / "dev"
+        for name in ("firn", "python3-firn"):
+            output("dpkg-deb", "-x", cls.files[name], cls.root)
+        output("dpkg-deb", "-x", cls.files["firn-dev"], cls.dev)
 
     @classmethod
     def tearDownClass(cls):
         cls.scratch.cleanup()
 
-    def test_the_package_names_what_it_needs(self):
-        needs = output("dpkg-deb", "-f", self.file, "Depends")
-        for name in ("libc6", "libnlopt0", "libstdc++6", "python3 (>= 3.", "python3 (<< 3.", "python3-numpy", "libpython3.", "libhdf5-103-1"):
-            self.assertIn(name, needs)
-        self.assertNotIn("-dev", needs)
+    def field(self, name, field):
+        return output("dpkg-deb", "-f", self.files[name], field).strip()
+
+    def test_each_package_names_what_it_needs(self):
+        for name in ("libc6", "libnlopt0", "libstdc++6", "libhdf5-103-1"):
+            self.assertIn(name, self.field("firn", "Depends"))
+        for name in ("python", "-dev", "g++"):
+            self.assertNotIn(name, self.field("firn", "Depends"))
+        for name in ("python3 (>= 3.", "python3 (<< 3.", "python3-numpy", "libpython3.", f"firn (= {self.field('firn', 'Version')})"):
+            self.assertIn(name, self.field("python3-firn", "Depends"))
+        for name in ("libsleef-dev", "libpng-dev", "libpolyclipping-dev"):
+            self.assertIn(name, self.field("firn-dev", "Depends"))
         version = re.search(r"^project\(firn VERSION ([\d.]+)", (ROOT / "CMakeLists.txt").read_text(), re.M)[1]
-        self.assertTrue(output("dpkg-deb", "-f", self.file, "Version").startswith(version + "~"))
-        for field in ("Architecture", "Description", "Maintainer"):
-            self.assertTrue(output("dpkg-deb", "-f", self.file, field).strip(), field)
+        for package in self.files:
+            self.assertRegex(self.field(package, "Version"), rf"^{re.escape(version)}(\+\d{{8}}\.[0-9a-f]+)?-1$")
+            for field in ("Architecture", "Description", "Maintainer"):
+                self.assertTrue(self.field(package, field), field)
+
+    def test_no_file_is_in_two_packages(self):
+        owner = {}
+        for name, file in self.files.items():
+            for line in output("dpkg-deb", "-c", file).splitlines():
+                path = line.split()[5]
+                if not path.endswith("/"):
+                    self.assertNotIn(path, owner, f"{name}, {owner.get(path)}")
+                    owner[path] = name
+        self.assertGreater(len(owner), 300)
 
     def test_every_program_of_the_build_is_in_it_and_finds_its_libraries(self):
         packed = {p.name for p in (self.root / "usr/lib/firn/bin").iterdir()}
-        self.assertEqual(packed, {p.name for p in (BUILD / "bin").iterdir()} - {"firn-demo"})
+        self.assertEqual(packed, {p.name for p in (BUILD / "bin").iterdir()} - {"firn-demo", "firn-view"})
         for file in (self.root / "usr/lib/firn").rglob("*"):
             if file.is_file() and file.suffix != ".jar":
                 self.assertNotIn("not found", output("ldd", file), file.name)
+
+    def test_the_program_finds_its_documents_and_experiments_where_it_lies_and_not_in_the_checkout(self):
+        moved = self.folder / "moved"
+        self.root.joinpath("usr").rename(moved)
+        self.addCleanup(lambda: moved.rename(self.root / "usr"))
+        (moved / "share/firn/docs/commands/print.md").write_text("# Told from here\n", encoding="utf-8")
+        environment = {"PATH": "/usr/bin:/bin", "HOME": str(self.folder)}
+        self.assertEqual(output(moved / "bin/firn", "help", "print", env=environment), "# Told from here\n")
+        self.assertIn("thompson", output(moved / "bin/firn", "reproduce", "thompson", env=environment, cwd=self.folder).lower())
+
+    def test_a_program_of_one_s_own_is_built_with_the_libraries_and_their_headers_alone(self):
+        place, build = self.folder / "own", self.folder / "own-build"
+        shutil.copytree(ROOT / "tests/examples/own_scheme", place)
+        output("cmake", "-S", place, "-B", build, f"-DCMAKE_PREFIX_PATH={self.dev}/usr", stderr=subprocess.STDOUT)
+        output("cmake", "--build", build, stderr=subprocess.STDOUT)
+        told = json.loads(output(build / "own_scheme"))
+        self.assertLess(told["fill_um"], 0.5 * told["open_loop_um"])
+        for file in (self.dev / "usr/lib/cmake/Firn").iterdir():
+            self.assertNotIn(str(ROOT.resolve()), file.read_text(encoding="utf-8"))
+        headers = {p.relative_to(self.dev / "usr/include/firn").as_posix() for p in (self.dev / "usr/include/firn").rglob("*.h")}
+        self.assertEqual(headers, {p.relative_to(ROOT).as_posix() for p in (ROOT / "core").rglob("*.h")})
+
+    def test_another_minor_version_of_the_libraries_is_not_taken(self):
+        place = self.folder / "other"
+        place.mkdir()
+        (place / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.25)\nproject(x LANGUAGES CXX)\n"
+                                              "find_package(Firn 99.7 REQUIRED)\n", encoding="utf-8")
+        done = subprocess.run(["cmake", "-S", place, "-B", place / "build", f"-DCMAKE_PREFIX_PATH={self.dev}/usr"], capture_output=True,
+                              text=True, check=False)
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("99.7", done.stderr)
+
+    def test_the_rule_of_udev_and_the_unit_of_systemd_are_sound_where_their_programs_can_say_so(self):
+        unit = self.root / "usr/lib/systemd/user/firn-view.service"
+        self.assertIn("ExecStart=/usr/bin/firn view", unit.read_text(encoding="utf-8"))
+        for line in (self.root / "usr/lib/udev/rules.d/60-firn.rules").read_text(encoding="utf-8").splitlines():
+            if line and not line.startswith("#"):
+                for part in line.split(", "):
+                    self.assertRegex(part, r'^[A-Z_]+(\{\w+\})?(==|=|\+=)"[^"]*"$')
+        if shutil.which("systemd-analyze"):
+            said = subprocess.run(["systemd-analyze", "--user", "--man=no", "verify", unit], capture_output=True, text=True, check=False).stderr
+            self.assertEqual([line for line in said.splitlines() if unit.name in line and "/usr/bin/firn" not in line], [])
 
     def test_an_own_controller_prints_with_what_was_unpacked(self):
         here = self.folder / "here"
