@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cli/generated_document.h"
+#include "cli/notify.h"
 #include "cli/option_set.h"
 #include "cli/user_config.h"
 #include "config/error.h"
@@ -26,7 +27,7 @@
 namespace firn {
 namespace {
 
-enum class ConfigAction { kCheck, kDump, kFind, kExplain, kDocs, kUser };
+enum class ConfigAction { kCheck, kDump, kFind, kExplain, kDocs, kUser, kNotify };
 
 struct ConfigOptions {
   ConfigAction action = ConfigAction::kCheck;
@@ -59,13 +60,15 @@ int show_user(const ConfigOptions& options) {
     write_out(nlohmann::ordered_json{{"file", user.file.string()},
                                      {"runs", runs.folder},
                                      {"runs_named_by", runs.named_by},
-                                     {"name", user.name}}
+                                     {"name", user.name},
+                                     {"notify", user.notify}}
                   .dump(2) +
               "\n");
     return kOk;
   }
-  fmt::print("file  {}\nruns  {} ({})\nname  {}\n", user.file.string(), runs.folder, runs.named_by,
-             user.name.empty() ? "(none)" : user.name);
+  fmt::print("file    {}\nruns    {} ({})\nname    {}\nnotify  {}\n", user.file.string(), runs.folder,
+             runs.named_by, user.name.empty() ? "(none)" : user.name,
+             user.notify.empty() ? "(none)" : user.notify);
   return kOk;
 }
 
@@ -188,6 +191,13 @@ int run_config(const Product& product, const ConfigOptions& options) {
                                        : configuration_markdown(),
                       options.json);
       return kOk;
+    case ConfigAction::kNotify: {
+      const UserConfig user = read_user_config();
+      if (user.notify.empty()) throw UsageError(user.file.string() + ": names no notify.command");
+      const int status = try_notice(user.notify);
+      fmt::print(stderr, "{}: exit code {}\n", user.notify, status);
+      return status == 0 ? kOk : kFailed;
+    }
     case ConfigAction::kUser:
       return show_user(options);
   }
@@ -221,6 +231,8 @@ void declare_config(OptionSet& options) {
              ConfigAction::kExplain);
   OptionSet user = options.subcommand("user", "what holds for all your commands, and where it is set");
   common(user, ConfigAction::kUser);
+  OptionSet notify = options.subcommand("notify", "tries the command that a print's end is told to");
+  common(notify, ConfigAction::kNotify);
   OptionSet docs =
       options.subcommand("docs", "writes docs/configuration.md, docs/machines.md or docs/slice-settings.md");
   auto& o = common(docs, ConfigAction::kDocs);

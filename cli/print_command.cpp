@@ -10,8 +10,10 @@
 #include <utility>
 
 #include "cli/commands.h"
+#include "cli/notify.h"
 #include "cli/option_set.h"
 #include "cli/print_show.h"
+#include "cli/user_config.h"
 #include "config/changes.h"
 #include "config/devices.h"
 #include "config/include.h"
@@ -168,6 +170,7 @@ int detach(const std::filesystem::path& run, const PrintOptions& options) {
 
 int run_print(const Product& product, const PrintOptions& given) {
   PrintOptions options = given;
+  const UserConfig user = read_user_config();
   if (options.experiment.empty() == options.resume.empty())
     throw UsageError("give either an experiment file or --resume RUN");
   check_bus(options.bus);
@@ -236,6 +239,7 @@ int run_print(const Product& product, const PrintOptions& given) {
   }
   std::fputs((options.json ? print_json(summary) : print_text(summary)).c_str(), stdout);
   std::fflush(stdout);
+  if (!user.notify.empty()) send_notice(user.notify, notice_of(summary));
   pack_print(summary, options);
   return summary.result.status;
 }

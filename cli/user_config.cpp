@@ -30,6 +30,7 @@ std::vector<Field> user_fields(UserConfig& user) {
       {"user.runs", &user.runs, "", field_rows::text(),
        "folder of run folders: a full path, or one below ~/"},
       {"user.name", &user.name, "", field_rows::text(), "who you are"},
+      {"notify.command", &user.notify, "", field_rows::text(), "is started when a print ends"},
   };
 }
 

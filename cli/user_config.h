@@ -10,6 +10,7 @@ struct UserConfig {
   std::filesystem::path file;  ///< where it is looked for; "": neither XDG_CONFIG_HOME nor HOME is set
   std::string runs;            ///< full path; "": the file names none
   std::string name;            ///< of the user; "": the file names none
+  std::string notify;          ///< command that is told of a print's end (cli/notify.h); "": none
 };
 
 /// Reads $XDG_CONFIG_HOME/firn/config.toml, without that variable ~/.config/firn/config.toml
