@@ -15,7 +15,7 @@ if(FIRN_SPY)
 endif()
 install(DIRECTORY experiments labs DESTINATION share/firn COMPONENT firn
   PATTERN results EXCLUDE PATTERN __pycache__ EXCLUDE)
-install(DIRECTORY docs DESTINATION share/firn COMPONENT firn FILES_MATCHING PATTERN *.md PATTERN images EXCLUDE)
+install(DIRECTORY docs DESTINATION share/firn COMPONENT firn FILES_MATCHING PATTERN *.md PATTERN openapi.json PATTERN images EXCLUDE)
 install(FILES tests/examples/fake_lab.py tests/examples/fake_instruments.py  # the lab of docs/tutorials/your-lab.md
   DESTINATION share/firn/tests/examples COMPONENT firn)
 install(FILES cmake/install/60-firn.rules DESTINATION lib/udev/rules.d COMPONENT firn)

@@ -7,6 +7,7 @@
 #include "files/json.h"
 #include "files/run_paths.h"
 #include "files/text_file.h"
+#include "page/api_v1.h"
 #include "page/bundle.h"
 #include "page/client_frame.h"
 #include "page/resume.h"
@@ -164,6 +165,13 @@ std::string Answers::wanted_run(const std::vector<std::string>& parts) {
 std::function<WebReply()> Answers::slow_answer(const WebRequest& request,
                                                const std::vector<std::string>& parts) const {
   if (request.method != "GET") return nullptr;
+  if (request.target == "/metrics")
+    return [work = runs_.list()] {
+      WebReply r;
+      r.type = "text/plain; version=0.0.4; charset=utf-8";
+      r.body = metrics_text(work());
+      return r;
+    };
   if (parts.size() == 2 && parts[0] == "api" && parts[1] == "runs")
     return [work = runs_.list()] {
       WebReply r;

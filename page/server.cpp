@@ -31,6 +31,7 @@
 #include <stdexcept>
 
 #include "page/answers.h"
+#include "page/api_v1.h"
 #include "page/client_frame.h"
 #include "page/command_thread.h"
 #include "page/idle_places.h"
@@ -320,7 +321,8 @@ asio::awaitable<void> Server::serve(tcp::socket socket) {
     const bool head = request.method() == http::verb::head;
     go_on = request.keep_alive();
     WebReply reply = refusal(403, foreign(request));
-    const bool of_runs = request.target().starts_with("/api/") || beast::websocket::is_upgrade(request);
+    const bool of_runs = request.target().starts_with("/api/") || request.target() == "/metrics" ||
+                         beast::websocket::is_upgrade(request);
     if (foreign(request).empty() && of_runs && !may_read(request)) {
       reply = refusal(401, std::string(kNoToken));
     } else if (foreign(request).empty()) {
@@ -354,7 +356,11 @@ bool Server::take_line(beast::tcp_stream& stream, const Request& request) {
   return true;
 }
 
-asio::awaitable<WebReply> Server::answer(const WebRequest& request) {
+asio::awaitable<WebReply> Server::answer(const WebRequest& given) {
+  std::optional<std::string> target = without_version(given.method, given.target);
+  if (!target) co_return refusal(404, "version 1 has no such request; docs/openapi.json has all of them");
+  WebRequest request = given;
+  request.target = std::move(*target);
   const auto parts = path_parts(request.target);
   if (auto slow = answers_.slow_answer(request, parts)) {
     auto reply = apart(std::move(slow));
