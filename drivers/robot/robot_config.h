@@ -21,7 +21,7 @@ struct RobotConfig {
   double travel_mm_s = 200.0;    ///< between paths
   double hb_s = 0.2;             ///< heartbeat of the link; the watchdog of the V+ program is 1.0 s
   double poll_moving_s = 0.1;    ///< between status questions while it moves; events say it sooner
-  int block_lines = 64;          ///< path lines sent without waiting for an answer; 1 on a serial line
+  int block_lines = 4;           ///< path lines sent without waiting for an answer; 1 on a serial line
   double approach_hop_mm = 2.0;  ///< raised so far above the higher end on the way to a path's first point
   double approach_speed_percent = 30.0;
   double raise_on_stop_mm = 10.0;  ///< after a stop, if the tool was at work
