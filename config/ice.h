@@ -100,6 +100,7 @@ struct IcePlantConfig {
   double flow_water_mm3_s = 200.0, flow_sme_mm3_s = 200.0;  ///< through the open valve
   double recovery_water = 0.4, recovery_sme = 0.4;  ///< a pulse right after another is shorter by this share
   double balance_std_mg = 1.0;                      ///< of a weighing
+  std::string instruments = "protocols";  ///< or "programs": the robot's V+ text, the valves' firmware
 };
 
 /// Facts that the lab's calibrations use: positions of the table's feet and screws, the block laid on the

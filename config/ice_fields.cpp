@@ -223,6 +223,9 @@ std::vector<Field> ice_plant_fields(Experiment& e) {
       {"plant.ice.recovery_sme", &p.recovery_sme, "", within(0, 0.9), "the same of the scaffold"},
       {"plant.ice.balance_std_mg", &p.balance_std_mg, "mg", within(0, 1000),
        "standard deviation of a weighing"},
+      {"plant.ice.instruments", &p.instruments, "", one_of({"protocols", "programs"}),
+       "simulated robot and valves: written from their protocols, or executing the robot's V+ text and the "
+       "valves' firmware"},
   };
 }
 

@@ -9,6 +9,7 @@
 #include <avr/eeprom.h>
 #include <avr/interrupt.h>
 #include <avr/io.h>
+#include <avr/sleep.h>
 #include <avr/wdt.h>
 
 #include "firmware/valve/valve.h"
@@ -105,10 +106,20 @@ int main(void) {
   EICRB = (1 << ISC41) | (1 << ISC40) | (1 << ISC51);  // INT4 rising, INT5 falling
   EIMSK = (1 << INT4) | (1 << INT5);
   wdt_enable(WDTO_500MS);
+  set_sleep_mode(SLEEP_MODE_IDLE);
   sei();
   for (;;) {
     wdt_reset();
-    if (ring_out == ring_in) continue;
+    cli();
+    if (ring_out == ring_in) {
+      // The instruction after sei runs before any interrupt: no byte comes between the look and the sleep.
+      sleep_enable();
+      sei();
+      sleep_cpu();
+      sleep_disable();
+      continue;
+    }
+    sei();
     const uint8_t byte = ring[ring_out];
     ring_out = (uint8_t)(ring_out + 1);
     valve_receive(&box, byte);

@@ -6,10 +6,15 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
 namespace firn::plant {
+
+class IceWires;
+class ValveBox;
 
 /// Holds the raster of fine cells that represents the surface; drops that land elsewhere are lost (and
 /// counted).
@@ -179,6 +184,10 @@ struct IceWorldConfig {
   IceHeatParams heat;
   IceArmParams arm;
   std::array<IceValveParams, 2> valve;
+  /// Makes a valve's box of another kind than these, such as one whose binary runs in a simulated
+  /// microcontroller; empty: `valve` says.
+  std::function<std::unique_ptr<ValveBox>(int valve, const IceValveParams& params, IceWires& wires)>
+      make_valve_box;
   IceLaserParams laser;
   IceTableParams table;
   IceDisturbanceParams disturbance;

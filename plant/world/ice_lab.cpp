@@ -93,6 +93,7 @@ class IceWorldLab final : public WorldLab, public IceLab, private IceWires {
   std::unique_ptr<ValveBox> make_valve(int valve, const WorldConfig& c) {
     IceWires& wires = *this;
     const IceValveParams& params = c.ice.valve[std::size_t(valve)];
+    if (c.ice.make_valve_box) return c.ice.make_valve_box(valve, params, wires);
     if (params.firmware) return std::make_unique<FirmwareValveTwin>(valve, params, c.host_scale, wires);
     return std::make_unique<ValveTwin>(valve, params, c.host_scale, wires);
   }

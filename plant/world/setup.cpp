@@ -11,6 +11,7 @@
 #include "plant/inkjet/python_model.h"
 #include "plant/inkjet/strobe_scene.h"
 #include "plant/twins/pulse_response.h"
+#include "plant/twins/vplus_text.h"
 #include "plant/world/aerosol_lab.h"
 #include "python/host/recorded_files.h"
 
@@ -50,6 +51,10 @@ IceWorldConfig ice_config(const Experiment& e) {
   c.disturbance.debris_per_h = p.debris_per_h;
   c.disturbance.roughness = p.roughness;
   c.balance.std_mg = p.balance_std_mg;
+  if (p.instruments == "programs") {
+    c.robot.texts = vplus_texts();
+    for (IceValveParams& v : c.valve) v.firmware = true;
+  }
   c.arm.start_delay_s = p.start_delay_s;
   c.laser.trigger_delay_s = p.laser_delay_s;
   c.line[0].open_delay_s = p.valve_a_delay_s;

@@ -50,9 +50,14 @@ std::int64_t stopwatch_ns() {
       .count();
 }
 
-plant::World make_world(const runs::RunFolder& run, const Experiment& e, const Blobs& inputs, bool resume,
+plant::WorldConfig nature_of(const Experiment& e, const Blobs& inputs, const LabRunOptions& options) {
+  plant::WorldConfig config = plant::world_config(e, inputs);
+  if (options.nature) options.nature(config);
+  return config;
+}
+
+plant::World make_world(const runs::RunFolder& run, const plant::WorldConfig& config, bool resume,
                         plant::WorldRecord* record) {
-  const plant::WorldConfig config = plant::world_config(e, inputs);
   const auto state = run.world_state_path();
   if (resume && std::filesystem::exists(state)) return plant::World::restore(state, config, record);
   return plant::World(config, record);
@@ -175,7 +180,7 @@ void print_in_lab(const Product& product, const runs::RunFolder& run, const Expe
   if (resume) {
     // A live world that was killed: its inputs since the last saved state are given again.
     if (std::filesystem::exists(run.world_journal_path()))
-      plant::KeptWorld(run.path(), plant::world_config(e, inputs)).close();
+      plant::KeptWorld(run.path(), nature_of(e, inputs, options)).close();
   }
   if (!resume) written([&] { commits.commit({}); });
   runs::ResumePoint point;
@@ -192,7 +197,7 @@ void print_in_lab(const Product& product, const runs::RunFolder& run, const Expe
     }
   }
   const auto record = plant::make_record_file(run.world_record_path());
-  PlantWorld world(make_world(run, e, inputs, resume, record.get()));
+  PlantWorld world(make_world(run, nature_of(e, inputs, options), resume, record.get()));
   Lab lab(&world);
   std::vector<std::unique_ptr<Member>> members;
   for (const NamedMaker& maker : taking_part(product, e)) {

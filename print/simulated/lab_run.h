@@ -17,6 +17,10 @@
 
 namespace firn {
 
+namespace plant {
+struct WorldConfig;
+}
+
 using ProgressFn = std::function<void(const layer_metrics_t&)>;
 /// Receives a fault that does not stop the print, for the operator.
 using WarningFn = std::function<void(const fault_t&)>;
@@ -36,6 +40,8 @@ struct LabRunOptions {
   std::uint64_t crash_after_steps = 0;  ///< fault injection: everything dies after this many steps; 0 = never
   std::vector<LabFault> faults = {};    ///< in order of time
   double tolerance_um = 0.0;            ///< of the last map's RMS; 0 = one nominal layer
+  /// Changes nature beyond the keys of [plant], before the world is made.
+  std::function<void(plant::WorldConfig&)> nature = {};
   ProgressFn progress;
   WarningFn warned = {};
   std::function<void(const std::string&)> note;  ///< one sentence for the user; else stderr

@@ -71,6 +71,7 @@ class IceRun {
     LabRunOptions o;
     o.resume = resume;
     o.later = std::move(orders);
+    o.nature = nature;
     o.faults = parse_lab_faults(faults, small_.experiment);
     return run_in_lab(full_product(), folder_, o);
   }
@@ -105,7 +106,9 @@ class IceRun {
 
   /// The world as it was when the print ended.
   plant::World world_at_end() const {
-    return plant::World::restore(path() / "world" / "state", plant::world_config(small_.experiment), nullptr);
+    plant::WorldConfig config = plant::world_config(small_.experiment);
+    if (nature) nature(config);
+    return plant::World::restore(path() / "world" / "state", config, nullptr);
   }
 
   static void check_rest(const plant::WorldHistory& world) {
@@ -135,6 +138,8 @@ class IceRun {
         });
     return all;
   }
+
+  std::function<void(plant::WorldConfig&)> nature;  ///< as LabRunOptions'
 
  private:
   static int& made() {
