@@ -26,6 +26,6 @@ firn_instrument(robot DRIVER fvp.cpp robot.cpp robot_link.cpp robot_paths.cpp
                 vplus/parser.cpp vplus/statement_parser.cpp vplus/tcp_server.cpp vplus/variables.cpp TEST robot_test.cpp robot_reset_test.cpp fake_robot.cpp)
 firn_instrument(valve DRIVER fvb.cpp valve.cpp valve_service.cpp TWIN firmware_valve.cpp valve.cpp fvb.cpp TEST valve_test.cpp fake_valve.cpp)
 firn_instrument(laser_point DRIVER lkg.cpp laser_point.cpp TWIN laser_point.cpp lkg.cpp TEST laser_point_test.cpp fake_laser.cpp)
-firn_instrument(heater DRIVER thermostat.cpp heater.cpp TWIN heater.cpp TEST heater_test.cpp)
+firn_instrument(heater DRIVER thermostat.cpp heater.cpp TWIN heater.cpp firmware_heater.cpp TEST heater_test.cpp)
 firn_instrument(gas DRIVER alicat.cpp gas.cpp TWIN gas.cpp TEST gas_test.cpp)
 firn_instrument(camera DRIVER picture_line.cpp camera.cpp TWIN camera.cpp TEST camera_test.cpp camera_world_test.cpp)

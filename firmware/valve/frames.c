@@ -1,22 +1,17 @@
 // Frames of FVB/1: finding them in the bytes, their CRC, the replies.
 #include "firmware/valve/frames.h"
 
+#include "firmware/common/crc16.h"
+
 enum { FIRST = 0xA5, SECOND = 0x5A, HEAD = 6, TAIL = 2 };
 
 uint16_t valve_u16(const uint8_t* p) { return (uint16_t)(p[0] | (uint16_t)((uint16_t)p[1] << 8)); }
 
 uint32_t valve_u32(const uint8_t* p) { return valve_u16(p) | ((uint32_t)valve_u16(p + 2) << 16); }
 
-// CRC-16/CCITT-FALSE of one more byte, without a loop over bits.
-uint16_t valve_crc(uint16_t crc, uint8_t byte) {
-  uint8_t x = (uint8_t)((crc >> 8) ^ byte);
-  x = (uint8_t)(x ^ (x >> 4));
-  return (uint16_t)((uint16_t)(crc << 8) ^ (uint16_t)((uint16_t)x << 12) ^ (uint16_t)((uint16_t)x << 5) ^ x);
-}
-
 static uint16_t crc_of(const uint8_t* bytes, uint16_t size) {
-  uint16_t crc = 0xFFFF;
-  for (uint16_t n = 0; n < size; ++n) crc = valve_crc(crc, bytes[n]);
+  uint16_t crc = CRC16_BEGIN;
+  for (uint16_t n = 0; n < size; ++n) crc = crc16_ccitt(crc, bytes[n]);
   return crc;
 }
 

@@ -18,7 +18,6 @@ uint16_t valve_find_frame(const uint8_t* bytes, uint16_t size, struct frame* fou
 
 uint16_t valve_u16(const uint8_t* p);
 uint32_t valve_u32(const uint8_t* p);
-uint16_t valve_crc(uint16_t crc, uint8_t byte);
 
 // A reply of at most VALVE_MAX_REPLY bytes: begin, add fields, end.
 void valve_reply_begin(uint8_t* out, uint8_t* size, uint8_t type, uint8_t number);

@@ -1,6 +1,7 @@
 // Requests of FVB/1.
 #include "firmware/valve/valve.h"
 
+#include "firmware/common/crc16.h"
 #include "firmware/valve/frames.h"
 #include "firmware/valve/pulses.h"
 
@@ -126,10 +127,10 @@ static uint8_t add(struct valve* v, const struct frame* f) {
 static uint8_t verify(struct valve* v, const struct frame* f) {
   if (v->state != VALVE_LOADING) return BAD_STATE;
   if (v->held != v->entries || f->length != 2) return MISMATCH;
-  uint16_t crc = 0xFFFF;
+  uint16_t crc = CRC16_BEGIN;
   for (uint16_t n = 0; n < v->held; ++n) {
-    crc = valve_crc(crc, (uint8_t)v->ticks[n]);
-    crc = valve_crc(crc, (uint8_t)(v->ticks[n] >> 8));
+    crc = crc16_ccitt(crc, (uint8_t)v->ticks[n]);
+    crc = crc16_ccitt(crc, (uint8_t)(v->ticks[n] >> 8));
   }
   if (crc != valve_u16(f->payload)) return MISMATCH;
   v->state = VALVE_LOADED;

@@ -188,6 +188,7 @@ struct IceWorldConfig {
   /// microcontroller; empty: `valve` says.
   std::function<std::unique_ptr<ValveBox>(int valve, const IceValveParams& params, IceWires& wires)>
       make_valve_box;
+  bool heater_firmware = false;  ///< as IceValveParams::firmware, of plant/twins/firmware_heater.h
   IceLaserParams laser;
   IceTableParams table;
   IceDisturbanceParams disturbance;

@@ -34,6 +34,7 @@ std::string HeaterTwin::execute(std::string_view command, std::int64_t now_us) {
   }
   if (!command.starts_with("S,")) return kUnknown;
   std::string arguments(command.substr(2));
+  if (arguments.find(' ') != arguments.npos) return kHeaterRefused;
   std::replace(arguments.begin(), arguments.end(), ',', ' ');
   Words words(arguments);
   const auto channel = words.integer(1, kHeaters),
@@ -63,8 +64,7 @@ void HeaterTwin::reboot(std::int64_t now_us) {
   wires_.note(now_us, port_, DeviceEvent::kRebooted, boot_count_);
 }
 
-void HeaterTwin::trip(std::int64_t now_us, std::int64_t code) {
-  Heat& heat = wires_.heat();
+void trip_heaters(Heat& heat, std::int64_t now_us, std::int64_t code) {
   heat.advance(now_us);
   for (int n = 0; n < kHeaters; ++n) {
     if (code == 0 || code == n + 1) heat.break_heater(n, code != 0);

@@ -18,6 +18,10 @@ class HeaterWires {
   virtual void note(std::int64_t t_us, Port port, DeviceEvent event, std::int64_t value) = 0;
 };
 
+/// Faults of the heaters themselves, whatever box commands them: codes of trip(), 1..3 heater dead, 4..6
+/// thermocouple open, 7..9 relay stuck on, 10..12 reading frozen, 0 no fault.
+void trip_heaters(Heat& heat, std::int64_t now_us, std::int64_t code);
+
 class HeaterTwin : public Twin {
  public:
   /// @param highest_degC the box takes no set point above it
@@ -28,8 +32,7 @@ class HeaterTwin : public Twin {
   std::int64_t next_device_us() const override { return kNever; }
   void device_event(std::int64_t) override {}
   void reboot(std::int64_t now_us) override;
-  /// 1..3 heater dead, 4..6 thermocouple open, 7..9 relay stuck on, 10..12 reading frozen
-  void trip(std::int64_t now_us, std::int64_t code) override;
+  void trip(std::int64_t now_us, std::int64_t code) override { trip_heaters(wires_.heat(), now_us, code); }
   void io(Archive& a) override { a.all(boot_count_, line_, link_); }
 
  private:

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "plant/twins/firmware_heater.h"
 #include "plant/twins/firmware_valve.h"
 #include "plant/twins/heater.h"
 #include "plant/twins/laser_point.h"
@@ -24,8 +25,8 @@ class IceWorldLab final : public WorldLab, public IceLab, private IceWires {
         valve_a_(make_valve(0, c)),
         valve_b_(make_valve(1, c)),
         laser_(c.ice.laser, *this),
-        heater_(*this) {
-    twins = {robot_.get(), valve_a_.get(), valve_b_.get(), &laser_, &heater_};
+        heater_(make_heater(c)) {
+    twins = {robot_.get(), valve_a_.get(), valve_b_.get(), &laser_, heater_.get()};
   }
 
   std::uint32_t milestones() const override { return firings_; }
@@ -97,6 +98,11 @@ class IceWorldLab final : public WorldLab, public IceLab, private IceWires {
     if (params.firmware) return std::make_unique<FirmwareValveTwin>(valve, params, c.host_scale, wires);
     return std::make_unique<ValveTwin>(valve, params, c.host_scale, wires);
   }
+  std::unique_ptr<Twin> make_heater(const WorldConfig& c) {
+    HeaterWires& wires = *this;
+    if (c.ice.heater_firmware) return std::make_unique<FirmwareHeaterTwin>(wires);
+    return std::make_unique<HeaterTwin>(wires);
+  }
   IceNature& nature() override { return nature_; }
   void signals(std::int64_t t_us, int mask) override {
     const int risen = mask & ~mask_, fallen = mask_ & ~mask;
@@ -122,7 +128,7 @@ class IceWorldLab final : public WorldLab, public IceLab, private IceWires {
   std::unique_ptr<Twin> robot_;
   std::unique_ptr<ValveBox> valve_a_, valve_b_;
   LaserPointTwin laser_;
-  HeaterTwin heater_;
+  std::unique_ptr<Twin> heater_;
   std::uint32_t firings_ = 0;
   std::int64_t contacts_ = 0;
   int mask_ = 0;
