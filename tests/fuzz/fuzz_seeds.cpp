@@ -203,6 +203,30 @@ void seed_slices() {
   seed("fuzz_slice", "lattice", std::as_bytes(std::span(lattice)));
 }
 
+// What a host says to the boxes' firmware: a list that fires, set points and readings.
+void seed_firmware() {
+  using namespace drivers;
+  const std::vector<std::uint16_t> ticks{0, 1, 2, 5, 9};
+  const std::uint16_t crc = fvb::list_crc(ticks);
+  const std::byte sum[] = {std::byte(crc & 255), std::byte(crc >> 8)}, for_ever[4] = {};
+  std::vector<std::byte> valve;
+  fvb::encode(fvb::Type::kHello, 60, {}, valve);
+  fvb::encode(62, fvb::Begin{7, 1, std::uint16_t(ticks.size()), 2000, 1250}, valve);
+  fvb::encode_data(63, 0, ticks, valve);
+  fvb::encode(fvb::Type::kEnd, 64, sum, valve);
+  fvb::encode(fvb::Type::kArm, 65, for_ever, valve);
+  fvb::encode(fvb::Type::kStatus, 66, {}, valve);
+  fvb::encode(fvb::Type::kDisarm, 68, {}, valve);
+  fvb::encode(fvb::Type::kAbort, 70, {}, valve);
+  seed("fuzz_valve_firmware", "list", valve);
+  std::string heater;
+  for (const char* text : {"T?", "S,1,2000", "S,2,-5000", "S,4,1", "T??"}) {
+    LineWriter line;
+    heater += line.text(text).finish(0);
+  }
+  seed("fuzz_heater_firmware", "lines", as_span(heater));
+}
+
 // Codecs of the path printer: {codec, step, bytes…}; and its drivers, spoken to as in their transcripts.
 void seed_ice() {
   using namespace drivers;
@@ -226,6 +250,7 @@ void seed_ice() {
   text(3, "reading", "T,2137,OPEN,-1950,5");
   LineWriter line;
   text(3, "line", line.text("T,1,2,3,0").finish(0));
+  seed_firmware();
 }
 
 void seed_vplus() {
