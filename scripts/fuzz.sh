@@ -13,7 +13,7 @@
 # What is found stays in build-fuzz/found/; the corpus grows in build-fuzz/corpus/.
 set -eu
 cd "$(dirname "$0")/.."
-inputs= each= corpus=build-fuzz/corpus slow="fuzz_slice fuzz_restore fuzz_experiment fuzz_config_message fuzz_droplets fuzz_line_picture fuzz_layer_record fuzz_study_journal fuzz_paths"
+inputs= each= corpus=build-fuzz/corpus slow="fuzz_slice fuzz_valve_firmware fuzz_restore fuzz_experiment fuzz_config_message fuzz_droplets fuzz_line_picture fuzz_layer_record fuzz_study_journal fuzz_paths"
 if [ "${1:-}" = --inputs ]; then
   inputs=${2:?"--inputs needs a number"}
   shift 2

@@ -253,6 +253,19 @@ BringupFinding temperatures(BringupLab& lab, const std::string& node) {
                                                  : "type of the thermocouple set in the box"};
 }
 
+BringupFinding heater_refuses(BringupLab& lab, const std::string& node) {
+  const auto line = lab.line(node);
+  LineWriter high;
+  high.text("S,1,99999");  // beyond any box's limit
+  std::string damaged(thermostat::read_request(0).text());
+  damaged[0] = 'U';
+  const std::string too_high = line->ask_line(high.finish(0)), broken = line->ask_line(damaged);
+  const auto code = [](const std::string& said) { return std::string(checked_text(said, 0).value_or(said)); };
+  return {code(too_high) == "E,3" && code(broken) == "E,1",
+          "999.99 degC: '" + code(too_high) + "'; a damaged line: '" + code(broken) + "'", "E,3, E,1",
+          "the box's firmware does not keep to docs/devices/heater.md"};
+}
+
 constexpr BringupRow kRows[] = {
     {28, "robot", "lines a second with their CRC", "robot.block_lines", &robot_speed},
     {34, "robot", "numbers up to 9,999,999 survive", "fvp::kMaxId", &robot_numbers},
@@ -275,6 +288,15 @@ constexpr BringupRow kRows[] = {
     {45, "heater", "believable temperatures: three, or a platen's", "thermostat.h", &temperatures},
     {46, "heater", "the window heater alone keeps the valves above freezing", "heater.low_degC", nullptr,
      &has_ice_heaters},
+    {55, "valve_a", "spike and hold outputs are low before, through and after a reset, the 24 V supply off",
+     "firmware/valve"},
+    {56, "valve_a",
+     "spike of 300 us, then hold; low at once by the enable line, 2 s after the cable is pulled",
+     "firmware/valve"},
+    {57, "heater", "refuses a damaged line and a set point beyond its limit", "firmware/heater",
+     &heater_refuses},
+    {58, "heater", "relays fall in a reset and with a thermocouple unplugged, and come again",
+     "firmware/heater"},
 };
 
 }  // namespace

@@ -41,7 +41,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       // What happens beside the line between two requests, drawn from the request itself.
       if (f.seq % 4 == 1) valve_trigger(&v);
       if (f.seq % 16 == 3) valve_disable(&v);
-      run(v, f.seq * 8);
+      run(v, f.seq);
     }
     if (data[n] == 0xEE) run(v, 1100);  // a pause within a frame
   }
