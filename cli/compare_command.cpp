@@ -281,7 +281,9 @@ int compare(const CompareOptions& options, const StudyLab& lab, const std::atomi
 int run_compare(const CompareOptions& given) {
   CompareOptions options = given;
   if (options.words.size() > 1 || std::filesystem::is_directory(options.words.front()))
-    return compare_recorded(options, study_of_runs(options.words), "");
+    return compare_recorded(options, study_of_runs(options.words, options.by), "");
+  if (!options.by.empty())
+    throw UsageError("--by: is of runs on record, and " + options.words.front() + " is a study");
   options.study = options.words.front();
   const std::filesystem::path file = options.study;
   Study study = load_study(file);
@@ -319,6 +321,7 @@ void declare_compare(OptionSet& options) {
   options.option("--chunk", o.chunk_s, "--on: processor time of a shard [s]").within(0.01, 1e6);
   options.flag("--detach", o.detach, "--on slurm: returns when the shards are submitted");
   options.flag("--cancel", o.cancel, "--on slurm: ends the shards that were submitted");
+  options.option("--by", o.by, "meta.KEY: groups runs on record by what was printed, not by scheme");
   options.option("--fail-if", o.fail_if, "\"A worse than B\": exit code 1 if the study tells so");
   options.thread_option(o.threads);
   options.json_flag(o.json);

@@ -178,6 +178,9 @@ int run_print(const Product& product, const PrintOptions& given) {
     throw UsageError("--record: --bus in-process has no ports to record");
   if (options.page && options.bus == "in-process")
     throw UsageError("--page: --bus in-process is over before anybody looks; firn view RUN shows it then");
+  if (!options.resume.empty() && !options.meta.empty())
+    throw UsageError("--meta: the run has begun with its own; firn runs note " + options.resume +
+                     " \"...\" adds to it");
   if (options.page && options.no_page) throw UsageError("--page and --no-page: one of them");
   check_speedup(options);
   std::signal(SIGPIPE, SIG_IGN);  // a reader that has gone does not end the print
@@ -211,7 +214,11 @@ int run_print(const Product& product, const PrintOptions& given) {
     const std::filesystem::path file = options.experiment;
     std::vector<std::string> overrides = options.overrides;
     if (options.speedup > 0.0) overrides.push_back(fmt::format("run.time_scale={}", options.speedup));
+    for (const std::string& assignment : options.meta) overrides.push_back("meta." + assignment);
     Experiment e = load_experiment(file, overrides);
+    const PrintMeta meta = load_meta(file, overrides);
+    require_meta(meta);
+    options.meta_values = meta.values;
     parse_lab_faults(options.faults, e);  // before anything is written
     const Blobs inputs = make_inputs(product, e, file.parent_path());
     complete_experiment(product, e, inputs);
@@ -233,6 +240,7 @@ int run_print(const Product& product, const PrintOptions& given) {
       slow_to_rows(e, whole);
       PrintOptions again = whole;
       again.overrides.clear();
+      again.meta.clear();
       return detach(make_run_folder(e, inputs, whole).path(), again);
     }
     summary = print_experiment(product, e, inputs, whole);
@@ -259,6 +267,11 @@ void declare_print(OptionSet& options) {
   options.option("--resume", o.resume, "go on with the interrupted run in this folder");
   options.option("--bus", o.bus, "in-process, or an LCM URL of loopback; default: a port of the run's own");
   options.override_option(o.overrides);
+  options
+      .option("--meta", o.meta,
+              "KEY=VALUE: what is printed, operator, project, sample, substrate, ink, batch or a key of your "
+              "own; docs/commands/print.md")
+      .one_value_each();
   options
       .option("--speedup", o.speedup,
               "live: node time runs so many times faster than the clock, 1 to 10; default run.time_scale")

@@ -120,8 +120,8 @@ void check_request(const Product& product, const Experiment& e, const Blobs& inp
 }
 
 runs::RunFolder make_run_folder(const Experiment& e, const Blobs& inputs, const PrintOptions& options) try {
-  runs::RunFolder run =
-      runs::RunFolder::create(options.runs, e, inputs, runs::own_command_line(), result_fingerprint());
+  runs::RunFolder run = runs::RunFolder::create(options.runs, e, inputs, runs::own_command_line(),
+                                                result_fingerprint(), options.meta_values);
   if (!options.bringup_state.empty())
     write_file_atomically(run.path() / "bringup.json", options.bringup_state);
   return run;

@@ -7,6 +7,7 @@
 
 #include "config/experiment.h"
 #include "config/labs.h"
+#include "config/meta.h"
 #include "print/labs/product.h"
 #include "print/operator/operator_order.h"
 #include "runs/folder/run_folder.h"
@@ -22,6 +23,8 @@ struct PrintOptions {
   std::string lab;        ///< file of the lab that prints it; "" = the ink-jet lab
   std::string bus;        ///< "" = live on the run's own port, "in-process", or an LCM URL
   std::vector<std::string> overrides;  ///< --set KEY=VALUE
+  std::vector<std::string> meta;       ///< --meta KEY=VALUE
+  Meta meta_values = {};               ///< of the experiment and of `meta`, for the run folder
   double speedup = 0.0;  ///< node time runs so many times faster than the clock; 0 = run.time_scale
   std::vector<std::string> faults;  ///< --fault
   std::string runs = "runs";        ///< where run folders go

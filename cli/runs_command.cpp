@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "cli/option_set.h"
+#include "cli/runs_command.h"
 #include "config/labs.h"
 #include "core/grid/grid.h"
 #include "core/grid/outline.h"
@@ -32,17 +33,6 @@
 
 namespace firn {
 namespace {
-
-struct RunsOptions {
-  std::vector<std::string>
-      words;  ///< {}, {"list"}, {"find", WORD}, {"clean"}, {"pack", RUN…}, {"expand", RUN…}, {"collect", RUN}
-  std::string runs = "runs";  ///< folder of the run folders
-  std::optional<double> older_than_days;
-  std::optional<int> keep;  ///< of the newest runs
-  std::string outcome;
-  bool yes = false;  ///< clean removes
-  bool json = false;
-};
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
@@ -70,7 +60,12 @@ Json entry_json(const runs::RunEntry& r) {
          {"size_mm", result.part ? Json(result.part->size_mm) : Json(nullptr)},
          {"tolerance_um", known(result.tolerance_um)},
          {"overspill_percent", known(result.overspill_percent)},
-         {"audit", result.audit.empty() ? Json(nullptr) : Json(result.audit)}};
+         {"audit", result.audit.empty() ? Json(nullptr) : Json(result.audit)},
+         {"host", r.meta.host.empty() ? Json(nullptr) : Json(r.meta.host)},
+         {"meta", Json::object()},
+         {"tags", r.notes.tags()},
+         {"notes", notes_json(r.notes.notes())}};
+  for (const MetaEntry& m : r.meta.values) std::visit([&](const auto& v) { j["meta"][m.key] = v; }, m.value);
   for (const auto& [key, um] : {std::pair("rms_um", &runs::MapError::rms_um),
                                 {"rms_inside_um", &runs::MapError::rms_inside_um},
                                 {"rms_rim_um", &runs::MapError::rms_rim_um}})
@@ -91,6 +86,12 @@ void show_run(const runs::RunEntry& r) {
   const bool measured = r.result && r.result->error;
   fmt::print("{:<44} {:<10} {:>4} layers {:>14} {:>9}  {}\n", r.folder.string(), r.scheme, r.layers,
              measured ? "RMS " + words.length(r.result->error->rms_um) : "", size_text(r.bytes), r.outcome);
+  if (const std::string printed = runs::meta_words(r.meta.values); !printed.empty())
+    fmt::print("    {}\n", printed);
+  std::string tags;
+  for (const std::string& tag : r.notes.tags()) tags += (tags.empty() ? "" : ", ") + tag;
+  if (!tags.empty()) fmt::print("    tags: {}\n", tags);
+  for (const runs::NoteEntry& n : r.notes.notes()) fmt::print("    note: {}\n", n.text);
   if (!r.result) return;
   std::string text = r.result->part ? part_words(*r.result->part) : "";
   const auto add = [&](const std::string& more) {
@@ -197,11 +198,14 @@ int run_runs(const RunsOptions& o) {
     for (std::size_t n = 1; n < o.words.size(); ++n) collect(o.words[n]);
     return kOk;
   }
+  if (action == "tag") return tag_run(o);
+  if (action == "note") return note_run(o);
+  if (action == "seal") return seal_runs(o);
   if (further != (action == "find" ? 1 : 0))
     throw UsageError(action + (action == "find" ? ": one WORD is wanted" : ": takes no further word"));
   if (action == "clean") return clean(o);
   if (action != "list" && action != "find")
-    throw UsageError("'" + action + "' is none of list, find, clean, pack, expand, collect");
+    throw UsageError("'" + action + "' is none of list, find, tag, note, seal, clean, pack, expand, collect");
   std::vector<runs::RunEntry> runs = runs::list_runs(o.runs);
   if (action == "find")
     std::erase_if(runs, [&](const runs::RunEntry& r) { return !runs::mentions(r, o.words[1]); });
@@ -213,13 +217,16 @@ int run_runs(const RunsOptions& o) {
 
 void declare_runs(OptionSet& options) {
   auto& o = options.calls(run_runs);
-  options.option("ACTION", o.words,
-                 "list (default) | find WORD | clean | pack RUN... | expand RUN... | collect RUN...; "
-                 "docs/commands/runs.md");
+  options.option(
+      "ACTION", o.words,
+      "list (default) | find WORD | tag RUN TAG... | note RUN TEXT | seal RUN... | clean | pack RUN... | "
+      "expand RUN... | collect RUN...; docs/commands/runs.md");
   options.runs_option(o.runs, "where the run folders are");
   options.option("--older-than", o.older_than_days, "DAYS: clean: runs that began before").within(0.0, 1e6);
   options.option("--keep", o.keep, "N: clean: all but the newest N").within(0, 1'000'000);
   options.option("--outcome", o.outcome, "clean: runs that ended so: \"interrupted\", \"stopped safely\"");
+  options.option("--author", o.author, "NAME: tag, note: who writes it; default: the user");
+  options.flag("--remove", o.remove, "tag: takes the tags away");
   options.flag("--yes", o.yes, "clean: remove them; without it they are only listed");
   options.json_flag(o.json);
 }

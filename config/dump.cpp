@@ -38,7 +38,17 @@ std::string configuration_markdown() {
          "dump\n"
          "FILE` writes every key with its resolved value. Keys of the other kind of lab are refused: `[lab]\n"
          "kind = \"inkjet\"` has no [ice], [robot], [valve_a], [valve_b], [laser_point], [heater], [flow],\n"
-         "[plant.ice]; `\"ice\"` takes its part, grid and process from them.\n" +
+         "[plant.ice]; `\"ice\"` takes its part, grid and process from them.\n\n"
+         "`[meta]` says what is printed: operator, project, sample, substrate, ink, batch, and keys of your "
+         "own\n"
+         "(letters a to z, digits, '_'). Values are texts, numbers, true or false, and dates. A lab file "
+         "declares\n"
+         "types and required keys in `[lab.meta]`: `batch = {type = \"text\", required = true, one_of = "
+         "[...],\n"
+         "meaning = \"...\"}`; types are text, number, integer, boolean and date. `run.name` may hold "
+         "`{meta.KEY}`.\n"
+         "No node reads `[meta]`, so that it changes no byte of a print. How it is used: "
+         "[print](commands/print.md#what-is-printed).\n" +
          fields_markdown(table);
 }
 

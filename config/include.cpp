@@ -53,6 +53,10 @@ Experiment load_experiment(const std::filesystem::path& path, const std::vector<
   return parse_experiment(read_with_includes(path), overrides, use);
 }
 
+PrintMeta load_meta(const std::filesystem::path& path, const std::vector<std::string>& overrides) {
+  return parse_meta(read_with_includes(path), overrides);
+}
+
 // Here, because nodes parse machines and open no file.
 Machine load_machine(const std::filesystem::path& path) {
   return parse_machine(read_config_text(path), path.string());

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "config/experiment.h"
+#include "config/meta.h"
 
 namespace firn {
 
@@ -35,5 +36,8 @@ Experiment parse_experiment(const std::vector<std::pair<std::string, std::string
 /// parse_experiment of the file at `path` with its includes and the overrides of --set.
 Experiment load_experiment(const std::filesystem::path& path, const std::vector<std::string>& overrides = {},
                            LabUse use = LabUse::kWhole);
+
+/// parse_meta of the file at `path` with its includes and the overrides of --set and --meta.
+PrintMeta load_meta(const std::filesystem::path& path, const std::vector<std::string>& overrides = {});
 
 }  // namespace firn

@@ -15,6 +15,7 @@
 #include "config/find_key.h"
 #include "config/include.h"
 #include "config/labs.h"
+#include "config/meta_reader.h"
 #include "config/reader.h"
 #include "config/text_limits.h"
 #include "core/control/python_scheme.h"
@@ -24,6 +25,7 @@ namespace firn {
 namespace {
 
 const std::string kSet = "--set";  // used as a file name
+constexpr std::string_view kMeta = "meta.";
 // Keys that only earlier versions had. A recorded experiment may have them; a written one may not.
 constexpr std::array<std::string_view, 2> kRetiredKeys{
     "ice.curves",         // "ramped" or "fitted": the rule by which paths were planned
@@ -63,6 +65,38 @@ std::string shown(const toml::node& node) {
   return text.size() > 60 ? text.substr(0, 57) + "..." : text;
 }
 
+std::optional<MetaValue> meta_value_of(const toml::node& node) {
+  if (const auto* text = node.as_string()) return text->get();
+  if (const auto* integer = node.as_integer()) return integer->get();
+  if (const auto* number = node.as_floating_point()) return number->get();
+  if (const auto* boolean = node.as_boolean()) return boolean->get();
+  if (const auto* date = node.as_date()) {
+    const toml::date d = date->get();
+    const auto digits = [](unsigned value, std::size_t count) {
+      const std::string text = std::to_string(value);
+      return std::string(count - std::min(count, text.size()), '0') + text;
+    };
+    return digits(d.year, 4) + "-" + digits(d.month, 2) + "-" + digits(d.day, 2);
+  }
+  return std::nullopt;
+}
+
+MetaNode meta_node(const toml::node& node) {
+  MetaNode m;
+  m.value = meta_value_of(node);
+  m.is_table = node.is_table();
+  m.is_list = node.is_array();
+  if (m.is_table)
+    for (const auto& [key, member] : *node.as_table()) {
+      m.members.push_back(meta_node(member));
+      m.members.back().key = key.str();
+      m.members.back().line = int(key.source().begin.line);
+    }
+  if (m.is_list)
+    for (const toml::node& member : *node.as_array()) m.members.push_back(meta_node(member));
+  return m;
+}
+
 // A word needs no quotes on a command line, neither a text like 007 nor the value of an unknown key: the
 // error then reports the key.
 toml::table assignment_of(const std::string& assignment, const std::vector<Field>& table) {
@@ -93,9 +127,10 @@ class Reader {
  public:
   /// @param mistakes gets every mistake; null: the first one is thrown
   /// @param recorded dump() wrote the texts, perhaps in an earlier version
+  /// @param meta receives [meta] and its declarations; null: there is no such section
   explicit Reader(std::vector<Field> table, std::vector<ConfigError>* mistakes = nullptr,
-                  bool recorded = false)
-      : fields_(std::move(table)), mistakes_(mistakes), recorded_(recorded) {
+                  bool recorded = false, MetaReader* meta = nullptr)
+      : fields_(std::move(table)), mistakes_(mistakes), recorded_(recorded), meta_(meta) {
     for (const Field& f : fields_) keys_.push_back(f.key);
   }
 
@@ -131,8 +166,12 @@ class Reader {
     for (const std::string& assignment : assignments)
       tell([&] {
         try {
-          read(assignment_of(assignment, fields_), kSet);
+          if (meta_ && assignment.starts_with(kMeta))
+            override_meta(assignment);
+          else
+            read(assignment_of(assignment, fields_), kSet);
         } catch (const ConfigError& e) {
+          if (meta_ && assignment.starts_with(kMeta)) throw;
           throw ConfigError(kSet, 0, e.key, e.problem);  // a line number would mislead
         }
       });
@@ -171,7 +210,23 @@ class Reader {
     mistakes_->push_back(e.file == kSet ? ConfigError(kSet, 0, e.key, e.problem) : e);
   }
 
+  void override_meta(const std::string& assignment) {
+    const std::size_t equals = assignment.find('=');
+    if (equals == std::string::npos)
+      throw ConfigError("--meta", 0, "meta",
+                        "'" + assignment.substr(kMeta.size(), 100) + "': must read KEY=VALUE");
+    const std::string key = assignment.substr(kMeta.size(), equals - kMeta.size());
+    std::string word = assignment.substr(equals + 1);
+    const bool in_quotes = word.starts_with('"') || word.starts_with('\'');
+    if (!is_meta_key(key)) return meta_->override_with(key, MetaNode{}, word);  // names it
+    const toml::table written = assignment_of(assignment, fields_);
+    const toml::node& value = *written["meta"][key].node();
+    if (in_quotes && value.is_string()) word = value.as_string()->get();
+    meta_->override_with(key, meta_node(value), word);
+  }
+
   void read_key(const std::string& full, const toml::node& node, const std::string& file, int line) {
+    if (meta_ && MetaReader::reads(full)) return meta_->read(full, meta_node(node), file, line);
     const auto field =
         std::find_if(fields_.begin(), fields_.end(), [&](const Field& f) { return f.key == full; });
     if (field != fields_.end()) return assign(*field, node, file, line);
@@ -302,6 +357,7 @@ class Reader {
   std::vector<std::string_view> keys_;
   std::vector<ConfigError>* mistakes_;
   bool recorded_;
+  MetaReader* meta_;
   Origins origins_;
 };
 
@@ -371,11 +427,13 @@ void name_hosts(const std::vector<toml::table>& tables, const std::vector<std::s
 Experiment parse_onto(Experiment experiment,
                       const std::vector<std::pair<std::string, std::string>>& named_texts,
                       const std::vector<std::string>& overrides, std::vector<ConfigError>* mistakes = nullptr,
-                      bool recorded = false, bool whole = true) {
+                      bool recorded = false, bool whole = true, MetaReader* told_meta = nullptr) {
   std::vector<toml::table> tables;
   for (const auto& [file, text] : named_texts) tables.push_back(parse_text(text, file));
   name_hosts(tables, overrides, experiment);
-  Reader reader(firn::fields(experiment), mistakes, recorded);
+  MetaReader own_meta;
+  MetaReader& meta = told_meta ? *told_meta : own_meta;
+  Reader reader(firn::fields(experiment), mistakes, recorded, &meta);
   bool first = true;
   for (std::size_t n = 0; n < tables.size(); ++n) {
     const std::string& file = named_texts[n].first;
@@ -391,13 +449,21 @@ Experiment parse_onto(Experiment experiment,
   }
   reader.override_with(overrides);
   const std::string file = named_texts.empty() ? "(defaults)" : named_texts.back().first;
+  const auto check_meta = [&] {
+    meta.finish();
+    const auto named = reader.origins().find("run.name");
+    const Origin place = named == reader.origins().end() ? Origin{file, 0} : named->second;
+    experiment.run.name = meta.expand(experiment.run.name, place.file, place.line);
+  };
   if (!mistakes) {
+    check_meta();
     check_kind(reader, experiment);
     check_experiment(experiment, reader.origins(), file, whole);
     return experiment;
   }
   // The rules between keys are not asked about values that are no good in themselves.
   if (mistakes->empty()) try {
+      check_meta();
       check_kind(reader, experiment);
       check_experiment(experiment, reader.origins(), file, whole, mistakes);
     } catch (const ConfigError& e) {
@@ -416,6 +482,13 @@ Experiment parse_experiment(const std::vector<std::pair<std::string, std::string
 Experiment parse_experiment(const std::vector<std::pair<std::string, std::string>>& named_texts,
                             const std::vector<std::string>& overrides, LabUse use) {
   return parse_onto({}, named_texts, overrides, nullptr, false, use == LabUse::kWhole);
+}
+
+PrintMeta parse_meta(const std::vector<std::pair<std::string, std::string>>& named_texts,
+                     const std::vector<std::string>& overrides) {
+  MetaReader meta;
+  parse_onto({}, named_texts, overrides, nullptr, false, true, &meta);
+  return meta.finish();
 }
 
 std::vector<ConfigError> mistakes_of(const std::vector<std::pair<std::string, std::string>>& named_texts,

@@ -19,8 +19,9 @@ class RunPaths {
   static constexpr const char *kExperiment = record::kRunExperiment, *kProvenance = record::kRunProvenance,
                               *kResult = "result.json", *kSourcesDiff = "sources.diff", *kClocks = "clocks",
                               *kLog = "log.lcm", *kWorldRecord = "world.rec", *kMetrics = "metrics.csv",
-                              *kReport = "report.html", *kNotes = "notes.json", *kLock = "lock",
+                              *kReport = "report.html", *kNotes = "notes.jsonl", *kLock = "lock",
                               *kInstrumentsLock = "io/lock";
+  static constexpr const char* kOldNotes = "notes.json";  // of Firn 0.1, without author and time
   // Folders in it.
   static constexpr const char *kInputs = "inputs", *kNodes = "nodes", *kPorts = "io", *kWorld = "world",
                               *kSeals = "seals", *kHosts = "hosts";
@@ -39,6 +40,7 @@ class RunPaths {
   std::filesystem::path metrics_path() const { return path_ / kMetrics; }
   std::filesystem::path report_path() const { return path_ / kReport; }
   std::filesystem::path notes_path() const { return path_ / kNotes; }
+  std::filesystem::path old_notes_path() const { return path_ / kOldNotes; }
 
   std::filesystem::path inputs_path() const { return path_ / kInputs; }
   std::filesystem::path input_path(std::string_view sha256) const { return inputs_path() / sha256; }

@@ -7,6 +7,7 @@
 #include "files/json.h"
 #include "files/run_paths.h"
 #include "files/text_file.h"
+#include "files/usage_error.h"
 #include "page/api_v1.h"
 #include "page/bundle.h"
 #include "page/client_frame.h"
@@ -19,6 +20,7 @@
 #include "report/run/differing_parameters.h"
 #include "report/run/report_page.h"
 #include "runs/folder/config_change.h"
+#include "runs/folder/notes.h"
 #include "runs/folder/run_lock.h"
 #include "runs/folder/running.h"
 #include "runs/read/run_reader.h"
@@ -271,16 +273,24 @@ WebReply Answers::answer_api(const WebRequest& request, const std::vector<std::s
 WebReply Answers::take_notes(const WebRequest& request, const std::string& id) try {
   if (!request.type.starts_with("application/json"))
     return refusal(415, "Content-Type must be application/json");
-  std::string token;
-  const Notes notes = parse_notes(request.body, &token);
-  if (options_.token.empty() || !same_secret(token, options_.token))
+  const NoteRequest asked = parse_note_request(request.body);
+  if (options_.token.empty() || !same_secret(asked.token, options_.token))
     return refusal(403, std::string(kNoToken));
   const auto folder = runs_.find(id);
   if (!folder) return no_run(id);
-  write_notes(*folder, notes);
+  using Kind = runs::NoteEntry::Kind;
+  std::vector<runs::NoteEntry> entries;
+  for (const std::string& tag : asked.remove_tags)
+    entries.push_back({Kind::kUntag, tag, asked.author, {}, {}});
+  for (const std::string& tag : asked.add_tags) entries.push_back({Kind::kTag, tag, asked.author, {}, {}});
+  if (!asked.note.empty()) entries.push_back({Kind::kNote, asked.note, asked.author, {}, {}});
+  runs::add_notes(*folder, std::move(entries));
   WebReply r;
-  r.body = "{\"ok\":true}";
+  r.body = about_json({}, runs::read_notes(*folder))
+               .dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
   return r;
+} catch (const UsageError& e) {
+  return refusal(400, e.what());
 } catch (const std::invalid_argument& e) {
   return refusal(400, e.what());
 }

@@ -113,27 +113,33 @@ std::string parse_token(std::string_view text) {
   return j.contains("token") ? text_of(j, "token", 200) : "";
 }
 
-Notes parse_notes(std::string_view text, std::string* token) {
-  const Json j = parse_object(text, token ? kMaxNotesBytes : 2 * kMaxNotesBytes);
-  if (token) *token = j.contains("token") ? text_of(j, "token", 200) : "";
-  Notes n;
-  n.note = text_of(j, "note", kMaxNotesBytes);
-  const auto tags = j.find("tags");
-  if (tags == j.end() || !tags->is_array() || tags->size() > kMaxTags)
-    throw std::invalid_argument("tags: must be a list of at most " + std::to_string(kMaxTags) + " texts");
-  for (const Json& tag : *tags) {
-    if (!tag.is_string() || tag.get_ref<const std::string&>().size() > kMaxTagBytes)
-      throw std::invalid_argument("tags: each must be a text of at most " + std::to_string(kMaxTagBytes) +
-                                  " bytes");
-    n.tags.push_back(tag.get<std::string>());
-  }
-  return n;
-}
-
-std::string to_json(const Notes& notes) {
-  return Json{{"tags", notes.tags}, {"note", notes.note}}.dump(2, ' ', false,
-                                                               Json::error_handler_t::replace) +
-         "\n";
+NoteRequest parse_note_request(std::string_view text) {
+  const Json j = parse_object(text, kMaxNotesBytes + kMaxFrameBytes);
+  NoteRequest r;
+  const auto optional_text = [&](const char* key, std::size_t most) {
+    return j.contains(key) ? text_of(j, key, most) : std::string();
+  };
+  r.token = optional_text("token", 200);
+  r.author = optional_text("author", 100);
+  r.note = optional_text("note", kMaxNotesBytes);
+  const auto tags_of = [&](const std::string& key) {
+    std::vector<std::string> tags;
+    const auto found = j.find(key);
+    if (found == j.end()) return tags;
+    if (!found->is_array() || found->size() > kMaxTagsOfRequest)
+      throw std::invalid_argument(key + ": must be a list of at most " + std::to_string(kMaxTagsOfRequest) +
+                                  " texts");
+    for (const Json& tag : *found) {
+      if (!tag.is_string() || tag.get_ref<const std::string&>().size() > kMaxTagBytesOfRequest)
+        throw std::invalid_argument(key + ": each must be a text of at most " +
+                                    std::to_string(kMaxTagBytesOfRequest) + " bytes");
+      tags.push_back(tag.get<std::string>());
+    }
+    return tags;
+  };
+  r.add_tags = tags_of("add_tags");
+  r.remove_tags = tags_of("remove_tags");
+  return r;
 }
 
 bool same_secret(std::string_view a, std::string_view b) {

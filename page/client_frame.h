@@ -29,19 +29,21 @@ ClientFrame parse_client_frame(std::string_view text);
 /// Returns the member "token" of a browser's request; empty: it has none. @throws std::invalid_argument
 std::string parse_token(std::string_view text);
 
-struct Notes {
-  std::vector<std::string> tags;
-  std::string note;
+/// Additions that a browser makes to a run's notes.
+struct NoteRequest {
+  std::string token;
+  std::string author;                 ///< empty: the user of the process
+  std::string note;                   ///< empty: none
+  std::vector<std::string> add_tags;  ///< tags to set
+  std::vector<std::string> remove_tags;
 };
 inline constexpr std::size_t kMaxNotesBytes = 16384;
-inline constexpr std::size_t kMaxTags = 32;
-inline constexpr std::size_t kMaxTagBytes = 64;
+inline constexpr std::size_t kMaxTagsOfRequest = 32;
+inline constexpr std::size_t kMaxTagBytesOfRequest = 64;
 
-/// Reads {"token", "tags", "note"} of a browser, or RUN/notes.json, which has no token and line breaks.
-/// @param token receives the token; nullptr: none is wanted
+/// Reads {"token", "author", "note", "add_tags", "remove_tags"}, all but the token optional.
 /// @throws std::invalid_argument naming the member and its limit
-Notes parse_notes(std::string_view text, std::string* token);
-std::string to_json(const Notes& notes);
+NoteRequest parse_note_request(std::string_view text);
 
 /// Returns true if the two texts are equal; takes the same time wherever they differ.
 bool same_secret(std::string_view a, std::string_view b);

@@ -11,6 +11,7 @@
 #include "files/run_paths.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
+#include "page/view_json.h"
 #include "print/operator/operator_client.h"
 #include "runs/folder/address.h"
 #include "runs/folder/documents.h"
@@ -192,11 +193,13 @@ std::string RunSet::list_json(const std::vector<fs::path>& all, Digests& digests
     Json r{{"id", runs::address_of(folder).text()}, {"label", label(folder, named[folder.filename()] > 1)}};
     const auto pid = runs::printing_process(folder);
     std::optional<runs::RunDigest::Error> error;
+    runs::RunMeta meta;
     // Of a run that goes on the digest of before is old.
     const Errors& errors = pid ? of_opened : known_errors;
     if (const auto found = errors.find(folder); found != errors.end()) error = found->second;
     try {
       const runs::ProvenanceDocument p = provenance_of(folder);
+      meta = runs::run_meta(p);
       const std::string lab = lab_kind_in(read_file(RunPaths(folder).experiment_path()));
       r["lab"] = lab;
       r["height_unit"] = lab_words(lab).in_mm ? "mm" : "um";
@@ -217,13 +220,11 @@ std::string RunSet::list_json(const std::vector<fs::path>& all, Digests& digests
       if (pid) r["state"] = OperatorClient::state_of(folder);
     } catch (const std::exception& e) {
       r["outcome"] = "unreadable";
-      r["note"] = e.what();
+      r["trouble"] = e.what();
     }
     r["rms_um"] = error ? Json(error->rms_um) : Json(nullptr);
     r["mean_um"] = error ? Json(error->mean_um) : Json(nullptr);
-    const Notes notes = read_notes(folder);
-    r["tags"] = notes.tags;
-    r["note"] = notes.note;
+    r.update(about_json(meta, runs::read_notes(folder)));
     r["live"] = pid.has_value();
     runs.push_back(std::move(r));
   }

@@ -213,6 +213,18 @@ Json grid_of(const std::optional<GridSpec>& g) {
 
 }  // namespace
 
+nlohmann::ordered_json about_json(const runs::RunMeta& meta, const runs::RunNotes& notes) {
+  Json j{{"host", meta.host.empty() ? Json(nullptr) : Json(meta.host)},
+         {"meta", Json::object()},
+         {"tags", notes.tags()},
+         {"notes", Json::array()}};
+  for (const MetaEntry& e : meta.values)
+    std::visit([&](const auto& value) { j["meta"][e.key] = value; }, e.value);
+  for (const runs::NoteEntry& n : notes.notes())
+    j["notes"].push_back({{"time_utc", n.time_utc}, {"author", n.author}, {"text", n.text}});
+  return j;
+}
+
 std::string hello_frame(const HelloFacts& f, const RunView& view, double now_s) {
   const Experiment& e = *f.experiment;
   const auto known = [&](const char* key) {
@@ -238,9 +250,8 @@ std::string hello_frame(const HelloFacts& f, const RunView& view, double now_s) 
            {"grid", grid_of(f.grid)},
            {"layers_planned", view.layers_expected() > 0 ? Json(view.layers_expected()) : Json(nullptr)},
            {"goal", goal_of(*f.product, e)},
-           {"settings", settings_of(e)},
-           {"tags", f.notes.tags},
-           {"note", f.notes.note}};
+           {"settings", settings_of(e)}};
+  run.update(about_json(f.meta, f.notes));
   if (!f.trouble.empty()) run["trouble"] = f.trouble;
   const Json allowed = f.live
                            ? Json{"pause", "continue", "stop_after_layer", "safe_stop", "accept_doubt", "set"}

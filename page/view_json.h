@@ -3,14 +3,16 @@
 
 #include <filesystem>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "config/experiment.h"
 #include "core/grid/grid.h"
-#include "page/client_frame.h"
 #include "page/run_view.h"
+#include "runs/folder/notes.h"
+#include "runs/folder/run_meta.h"
 #include "runs/read/run_digest.h"
 #include "runs/read/run_reader.h"
 
@@ -30,8 +32,12 @@ struct HelloFacts {
   std::optional<GridSpec> grid;
   bool live = false;
   bool may_resume = false;  ///< the page may, once the run is over
-  Notes notes;
+  runs::RunNotes notes;
+  runs::RunMeta meta;
 };
+
+/// Returns {"host", "meta", "tags", "notes"} of a run, as its list and its first frame have them.
+nlohmann::ordered_json about_json(const runs::RunMeta& meta, const runs::RunNotes& notes);
 
 std::string hello_frame(const HelloFacts& facts, const RunView& view, double now_s);
 std::string state_frame(const StateRow& state);

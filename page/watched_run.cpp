@@ -17,7 +17,6 @@
 #include "runs/folder/config_change.h"
 #include "runs/folder/documents.h"
 #include "runs/folder/one_run.h"
-#include "runs/folder/run_lock.h"
 #include "runs/folder/running.h"
 #include "runs/folder/verdict.h"
 
@@ -63,6 +62,7 @@ WatchedRun::WatchedRun(const Product& product, fs::path folder, double now_s)
   const fs::path file = paths.provenance_path();
   const runs::ProvenanceDocument provenance = runs::parse_provenance(read_file(file), file.string());
   runs::require_one_run(folder_);
+  meta_ = runs::run_meta(provenance);
   run_id_ = provenance.run_id.value_or(0);
   for (const auto& [key, value] : provenance.texts) texts_[key] = value;
   for (const auto& [role, sha] : provenance.inputs) inputs_[role] = paths.input_path(sha);
@@ -170,19 +170,9 @@ std::string WatchedRun::hello(double now_s, const std::string& label, bool may_r
   f.grid = maps_->grid();
   f.live = live_;
   f.may_resume = may_resume;
-  f.notes = read_notes(folder_);
+  f.notes = runs::read_notes(folder_);
+  f.meta = meta_;
   return hello_frame(f, *view_, now_s);
-}
-
-Notes read_notes(const fs::path& run) try {
-  return parse_notes(text_or_empty(RunPaths(run).notes_path()), nullptr);
-} catch (const std::exception&) {
-  return {};
-}
-
-void write_notes(const fs::path& run, const Notes& notes) {
-  const runs::RunLock lock(run, runs::RunUse::kNote);
-  write_file_atomically(RunPaths(run).notes_path(), to_json(notes));
 }
 
 }  // namespace firn::page

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "config/experiment.h"
-#include "page/client_frame.h"
 #include "page/run_maps.h"
 #include "page/run_view.h"
+#include "runs/folder/run_meta.h"
 #include "runs/read/run_reader.h"
 
 namespace firn {
@@ -65,6 +65,7 @@ class WatchedRun {
   std::filesystem::path folder_;
   std::int64_t run_id_ = 0;
   std::map<std::string, std::string> texts_;  // of the provenance
+  runs::RunMeta meta_;
   Experiment experiment_;
   std::string trouble_;                                  // of the experiment's text
   std::map<std::string, std::filesystem::path> inputs_;  // by role
@@ -74,10 +75,5 @@ class WatchedRun {
   bool live_ = false;
   double looked_s_ = -1e9;
 };
-
-/// Reads RUN/notes.json; empty if there is none, or none that can be read.
-Notes read_notes(const std::filesystem::path& run);
-/// Writes RUN/notes.json, which no seal covers. @throws UsageError, WriteError
-void write_notes(const std::filesystem::path& run, const Notes& notes);
 
 }  // namespace firn::page

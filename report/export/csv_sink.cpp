@@ -93,10 +93,10 @@ class CsvSink : public TableSink {
   void row(std::size_t table, std::span<const Cell> cells) override {
     const Files& files = tables_[table];
     std::string line, event;
-    if (files.table.columns[0].shape == Shape::kOne)
+    if (files.table.columns[0].shape == Shape::kOne && files.table.columns[0].kind != Kind::kString)
       append_number(event, files.table.columns[0].kind, cells[0].numbers.data());
     else
-      event = "0";  // a map of the configuration
+      event = "0";  // a map of the configuration, or texts
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const Column& c = files.table.columns[i];
       if (c.shape == Shape::kMap) add_map(files, i, cells[i], event);

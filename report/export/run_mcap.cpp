@@ -84,6 +84,8 @@ std::uint64_t McapExport::add(const fs::path& run, const std::string& prefix,
   writer_.attachment(prefix + RunPaths::kExperiment, "application/toml", texts.experiment_toml);
   writer_.attachment(prefix + RunPaths::kProvenance, "application/json", texts.provenance_json);
   writer_.attachment(prefix + RunPaths::kResult, "application/json", texts.result_json);
+  const fs::path notes = RunPaths(run).notes_path();
+  if (fs::exists(notes)) writer_.attachment(prefix + RunPaths::kNotes, "application/jsonl", read_file(notes));
   std::map<std::int64_t, std::array<std::uint16_t, 2>> schemas;  // by fingerprint: JSON, LCM
   std::map<std::pair<std::string, std::int64_t>, std::array<std::uint16_t, 2>> topics;
   const auto use = [&](const record::Event& e, const Type& type) {

@@ -13,6 +13,7 @@
 #include "files/run_paths.h"
 #include "lcmtypes/channels.h"
 #include "report/export/member_texts.h"
+#include "report/export/run_facts_tables.h"
 #include "report/export/run_outlines.h"
 #include "runs/folder/documents.h"
 #include "runs/read/run_log.h"
@@ -296,6 +297,8 @@ std::uint64_t export_run(const fs::path& run, const std::string& prefix, TableSi
                 "Program, commit, platform, seeds and digests of the inputs, JSON.", texts.provenance_json);
   sink.document(prefix + "provenance/result_json",
                 "Outcome, reason and layers, JSON; empty: the run has not ended.", texts.result_json);
+  write_meta(provenance, prefix, sink);
+  write_notes(run, prefix, sink);
   LogTables reader(run, prefix, sink);
   const std::uint64_t messages = reader.read(progress);
   write_inputs(run, provenance, prefix, reader, sink);

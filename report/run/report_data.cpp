@@ -107,10 +107,15 @@ void read_provenance(const fs::path& run, const runs::ProvenanceDocument& p, Run
   char digest[20];
   std::snprintf(digest, sizeof digest, "%016llx",
                 static_cast<unsigned long long>(record::checksum64(std::as_bytes(std::span(config)))));
-  data.provenance = {{"run id", text("run_id")}, {"started", text("started_utc")},
-                     {"commit", text("commit")}, {"platform", text("platform")},
-                     {"kernel", text("kernel")}, {"plant model", text("plant_model")},
-                     {"seeds", text("seeds")},   {"configuration digest (XXH64)", digest},
+  data.provenance = {{"run id", text("run_id")},
+                     {"started", text("started_utc")},
+                     {"host", text("host")},
+                     {"commit", text("commit")},
+                     {"platform", text("platform")},
+                     {"kernel", text("kernel")},
+                     {"plant model", text("plant_model")},
+                     {"seeds", text("seeds")},
+                     {"configuration digest (XXH64)", digest},
                      {"command line", command}};
 }
 
@@ -268,6 +273,8 @@ RunData read_run_data(const fs::path& run, const ReportLab& lab) {
   data.folder = fs::weakly_canonical(run).filename().string();
   data.scheme = provenance.text("scheme");
   data.part.name = provenance.text("name");
+  data.meta = runs::run_meta(provenance);
+  data.notes = runs::read_notes(run);
   read_result(RunPaths(run).result_path(), data);
 
   messages.each<height_map_t>(channels::kHeightMap.name,

@@ -17,6 +17,8 @@
 #include "report/run/report_inks.h"
 #include "report/run/run_health.h"
 #include "runs/folder/documents.h"
+#include "runs/folder/notes.h"
+#include "runs/folder/run_meta.h"
 
 namespace firn::report {
 
@@ -64,6 +66,8 @@ struct RunData {
   std::string scheme;
   PartIdentity part;
   LabWords words;
+  runs::RunMeta meta;
+  runs::RunNotes notes;
   std::optional<runs::RunResult> result;  ///< none = the run has not ended
   RunHealth health;
   std::vector<LayerRow> layers;    ///< by layer

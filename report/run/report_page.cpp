@@ -9,6 +9,7 @@
 #include "report/draw/style.h"
 #include "report/draw/svg.h"
 #include "report/run/edge_table.h"
+#include "report/run/meta_table.h"
 #include "report/run/report_part.h"
 #include "report/run/settings_table.h"
 
@@ -226,7 +227,7 @@ std::string report_page(const std::vector<ReportRun>& runs,
   for (std::size_t n = 0; n < runs.size(); ++n) all.push_back({names[n], &runs[n].data, int(n)});
   const std::vector<PartRuns> parts = parts_of(all);
   s += health_table(runs, names) + summary(parts) + result_table(runs, names, parts) + legend(names) +
-       edge_table(runs, names);
+       meta_table(runs, names) + edge_table(runs, names);
   for (const PartRuns& part : parts) {
     if (parts.size() > 1) s += "<h2 class=\"part\">" + escape_html(part.title) + "</h2>\n";
     s += part_sections(part.runs);

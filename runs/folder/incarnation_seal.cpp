@@ -130,6 +130,22 @@ bool seal_end(const fs::path& run, const std::string& reason) {
   return true;
 }
 
+bool seal_notes(const fs::path& run) {
+  const SealCheck c = check_seals(run, true);
+  if (c.seals.empty() || c.seals.back().open) return false;
+  if (!c.differs.empty())
+    throw UsageError(run.string() + ": is not as it was sealed: " + to_text(c.differs.front()));
+  const auto size = [](const std::vector<SealedFile>& files) {
+    const auto at = std::ranges::find(files, RunPaths::kNotes, &SealedFile::path);
+    return at == files.end() ? 0 : at->bytes;
+  };
+  if (size(c.files) == size(c.seals.back().files)) return false;
+  Seal s = next_seal(c);
+  s.reason = "notes";
+  write_seal(run, s);
+  return true;
+}
+
 void seal_derived(const fs::path& run, const std::vector<std::string>& files) {
   const SealCheck c = check_seals(run);
   if (c.seals.empty()) return;

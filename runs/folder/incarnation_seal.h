@@ -37,6 +37,11 @@ void seal_repaired(const std::filesystem::path& run, const SealCheck& before);
 /// @returns false: there is nothing to seal
 bool seal_end(const std::filesystem::path& run, const std::string& reason);
 
+/// Seals the notes that were added after the end of a run was sealed. The caller holds the run.
+/// @returns false: there are none, or the newest incarnation is not sealed yet
+/// @throws UsageError: the run is not as it was sealed
+bool seal_notes(const std::filesystem::path& run);
+
 /// Seals files that a command made from the run. Does nothing in a run without seals.
 /// @param files relative to the run folder
 void seal_derived(const std::filesystem::path& run, const std::vector<std::string>& files);

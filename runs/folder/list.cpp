@@ -29,6 +29,8 @@ RunEntry run_entry(const fs::path& folder) {
     e.bytes = folder_bytes(folder);
     const RunFolder run = RunFolder::open(folder);
     e.lab = lab_kind_in(run.experiment_toml());
+    e.meta = run_meta(run.provenance());
+    e.notes = read_notes(folder);
     e.result = pid ? std::nullopt : run.result();
     e.outcome = pid        ? "running (pid " + std::to_string(*pid) + ")"
                 : e.result ? e.result->outcome
@@ -55,6 +57,9 @@ std::vector<RunEntry> list_runs(const fs::path& root) {
 
 bool mentions(const RunEntry& run, const std::string& word) {
   std::string text = run.folder.filename().string() + "\n" + run.outcome + "\n" + run.reason;
+  for (const MetaEntry& m : run.meta.values) text += "\n" + meta_value_text(m.value);
+  for (const std::string& tag : run.notes.tags()) text += "\n" + tag;
+  for (const NoteEntry& note : run.notes.notes()) text += "\n" + note.text;
   try {
     std::istringstream in(
         read_file(RunPaths(run.folder).experiment_path()));  // every key is in every experiment

@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "runs/folder/documents.h"
+#include "runs/folder/notes.h"
+#include "runs/folder/run_meta.h"
 
 namespace firn::runs {
 
@@ -19,6 +21,8 @@ struct RunEntry {
   std::string reason;
   int layers = 0;
   std::optional<RunResult> result;  ///< none: the print has not ended
+  RunMeta meta;
+  RunNotes notes;
   std::uint64_t bytes = 0;
   bool running = false;
 };
@@ -30,8 +34,8 @@ RunEntry run_entry(const std::filesystem::path& folder);
 /// @throws UsageError: no such folder
 std::vector<RunEntry> list_runs(const std::filesystem::path& root);
 
-/// Returns true if `word` is in the folder's name, the outcome, its reason or a value of the experiment, in
-/// any case of letters.
+/// Returns true if `word` is in the folder's name, the outcome, its reason, a value of [meta], a tag, a note
+/// or a value of the experiment, in any case of letters.
 bool mentions(const RunEntry& run, const std::string& word);
 
 /// Removes a run folder that nobody uses, if it still is as `seen`: under another name first, so that a kill

@@ -46,7 +46,7 @@ std::string utc_now(const char* format) {
 
 nlohmann::ordered_json provenance_of(const Experiment& e, std::int64_t run_id, const std::string& origin,
                                      const Blobs& inputs, const std::vector<std::string>& command_line,
-                                     const Fingerprint& results) {
+                                     const Fingerprint& results, const Meta& meta) {
   utsname host{};
   uname(&host);
   nlohmann::ordered_json j;
@@ -54,6 +54,8 @@ nlohmann::ordered_json provenance_of(const Experiment& e, std::int64_t run_id, c
   j["origin"] = origin;
   j["name"] = e.run.name;
   j["started_utc"] = utc_now("%Y-%m-%dT%H:%M:%SZ");
+  j["host"] = host.nodename;
+  for (const MetaEntry& m : meta) std::visit([&](const auto& value) { j["meta"][m.key] = value; }, m.value);
   j["version"] = build_version();
   j["commit"] = build_commit();
   j["sources"] = build_sources();
@@ -119,7 +121,8 @@ std::vector<std::string> own_command_line() {
 }
 
 RunFolder RunFolder::create(const fs::path& root, const Experiment& e, const Blobs& inputs,
-                            const std::vector<std::string>& command_line, const Fingerprint& results) {
+                            const std::vector<std::string>& command_line, const Fingerprint& results,
+                            const Meta& meta) {
   const std::string stem = utc_now("%Y%m%dT%H%M%SZ") + "-" + e.run.name;
   std::error_code error;
   fs::create_directories(root, error);
@@ -145,8 +148,9 @@ RunFolder RunFolder::create(const fs::path& root, const Experiment& e, const Blo
   run.experiment_toml_ = dump(e);
   write_file_atomically(run.experiment_path(), run.experiment_toml_);
   const std::string origin = run_origin(run.run_id_, run.experiment_toml_, run.inputs_);
-  write_file_atomically(run.provenance_path(),
-                        provenance_of(e, run.run_id_, origin, inputs, command_line, results).dump(2) + "\n");
+  write_file_atomically(
+      run.provenance_path(),
+      provenance_of(e, run.run_id_, origin, inputs, command_line, results, meta).dump(2) + "\n");
   return run;
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "config/experiment.h"
+#include "config/meta.h"
 #include "files/run_paths.h"
 #include "files/text_file.h"
 #include "runs/folder/documents.h"
@@ -33,11 +34,12 @@ void require_run(const std::filesystem::path& folder);
 class RunFolder : public RunPaths {
  public:
   /// Makes `<root>/<utc>-<name>` (a number is appended while it exists) with the resolved experiment, the
-  /// inputs and the provenance, in which `results` is the fingerprint of the process. @throws UsageError if
-  /// no folder can be made there; std::runtime_error naming the path and the system's reason.
+  /// inputs and the provenance, which holds `meta`; in it `results` is the fingerprint of the process.
+  /// @throws UsageError if no folder can be made there; std::runtime_error naming the path and the system's
+  /// reason.
   static RunFolder create(const std::filesystem::path& root, const Experiment& experiment,
                           const Blobs& inputs, const std::vector<std::string>& command_line,
-                          const Fingerprint& results = {});
+                          const Fingerprint& results = {}, const Meta& meta = {});
   /// Opens a run folder.
   /// @throws UsageError: not a run folder, naming the missing file; std::runtime_error naming an unreadable
   /// file.

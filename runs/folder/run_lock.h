@@ -16,7 +16,7 @@ enum class RunUse : std::uint8_t {
   kWrite,   ///< packs, expands, repairs, seals: writes the records
   kRead,    ///< needs still records: replay, audit, export, a study of runs
   kReport,  ///< kRead, and writes metrics.csv, the page and their seal
-  kNote,    ///< writes notes.json, which a page does during a print too
+  kNote,    ///< adds notes, which people do during a print too
   kRemove,  ///< removes the folder: nobody else may use it
 };
 

@@ -37,8 +37,9 @@ Kind kind_of(const std::string& path) {
       in(RunPaths::kInputs, path))
     return Kind::kFixed;
   const bool node = in(RunPaths::kNodes, path) && RunPaths::is_sent_record(path);
-  return node || path == RunPaths::kWorldRecord || path == RunPaths::kClocks ? Kind::kGrowing
-                                                                             : Kind::kMutable;
+  return node || path == RunPaths::kWorldRecord || path == RunPaths::kClocks || path == RunPaths::kNotes
+             ? Kind::kGrowing
+             : Kind::kMutable;
 }
 
 std::string seal_name(const std::string& file) { return std::string(RunPaths::kSeals) + "/" + file; }
@@ -50,7 +51,7 @@ bool is_sealed(const std::string& path) {
        {RunPaths::kInputs, RunPaths::kNodes, RunPaths::kWorld, RunPaths::kPorts, RunPaths::kHosts})
     if (in(folder, path)) return true;
   for (const char* file : {RunPaths::kExperiment, RunPaths::kProvenance, RunPaths::kSourcesDiff,
-                           RunPaths::kResult, RunPaths::kClocks})
+                           RunPaths::kResult, RunPaths::kClocks, RunPaths::kNotes})
     if (path == file) return true;
   return path.starts_with(RunPaths::kLog) || path.starts_with(RunPaths::kWorldRecord);
 }
@@ -210,6 +211,7 @@ class Check {
       if (newest_->open && kind == Kind::kGrowing && torn(f)) continue;
       return tell_change(number, f, whole, d.bytes);
     }
+    if (d.bytes > whole && path == RunPaths::kNotes) return tell_new_notes();
     if (d.bytes > whole && !(newest_->open && kind == Kind::kGrowing))
       differs(path, whole, d.bytes,
               "bytes " + std::to_string(whole) + " to " + std::to_string(d.bytes) +
@@ -236,7 +238,15 @@ class Check {
     }
   }
 
+  // People add notes at any time.
+  void tell_new_notes() {
+    if (!newest_->open)
+      c_.notes.push_back("notes were added after seal " + std::to_string(newest_->number) +
+                         ": the next seal covers them");
+  }
+
   void check_added(const std::string& path) {
+    if (path == RunPaths::kNotes) return tell_new_notes();
     if (!newest_->open || kind_of(path) == Kind::kFixed)
       differs(path, 0, 0, "was added after seal " + std::to_string(newest_->number));
     else

@@ -18,6 +18,7 @@
 #include "runs/folder/documents.h"
 #include "runs/folder/run_folder.h"
 #include "runs/folder/run_lock.h"
+#include "runs/folder/run_meta.h"
 #include "runs/read/run_reader.h"
 #include "studies/compare/outline_metrics.h"
 #include "studies/compare/study_lab.h"
@@ -143,13 +144,20 @@ std::vector<std::size_t> wanted_metrics(const Study& study) {
 
 }  // namespace
 
-Study study_of_runs(const std::vector<std::string>& runs) {
+Study study_of_runs(const std::vector<std::string>& runs, const std::string& by) {
+  constexpr std::string_view kMeta = "meta.";
+  const std::string key = by.starts_with(kMeta) ? by.substr(kMeta.size()) : by;
+  if (!by.empty() && !is_meta_key(key))
+    throw UsageError("--by " + by + ": is no key of [meta]; meta.ink is one");
   Study study;
   study.name = "runs";
   for (const std::string& run : runs) {
     runs::RunFolder::open(run);  // names what is no run
     const runs::ProvenanceDocument p = provenance_of(run);
-    const std::string name = p.text(is_imported(run) ? "name" : "scheme");
+    const std::string name = key.empty() ? p.text(is_imported(run) ? "name" : "scheme")
+                                         : runs::meta_text(runs::run_meta(p).values, key);
+    if (name.empty() && !key.empty())
+      throw UsageError(run + ": has no meta." + key + ", which --by asks for");
     auto arm = std::ranges::find(study.arms, name, &StudyEntry::name);
     if (arm == study.arms.end()) arm = study.arms.insert(arm, {name, {}, 0, {}});
     arm->runs.push_back(fs::absolute(run).string());

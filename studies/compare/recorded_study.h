@@ -19,8 +19,9 @@ struct RecordedStudy {
 };
 
 /// Returns a study whose schemes are the runs' own: the name of an imported run, else its control.scheme.
-/// @throws UsageError: a folder that is no run, schemes with different numbers of runs
-Study study_of_runs(const std::vector<std::string>& runs);
+/// @param by "meta.ink": the schemes are the values of this key instead; empty: as above
+/// @throws UsageError: a folder that is no run, a run without the key, schemes with different numbers of runs
+Study study_of_runs(const std::vector<std::string>& runs, const std::string& by = "");
 
 /// @param study with runs in every scheme; `folder` = of the study file
 /// @throws UsageError naming the run: no run folder, a finished print without a measured layer, a run given

@@ -196,7 +196,7 @@ class Attack(LiveAttack):
     def crafted(self):
         places = sorted(p.relative_to(self.finished) for p in self.finished.rglob("*") if p.is_file())
         # Places that a run may have besides.
-        places += [Path(p) for p in ("notes.json", "report.html", "seals/derived.seal", "lock", "io/lock", "operator", "metrics.csv", "print.out")]
+        places += [Path(p) for p in ("notes.jsonl", "report.html", "seals/derived.seal", "lock", "io/lock", "operator", "metrics.csv", "print.out")]
         return [(self.craft, place, kind) for place in places for kind in ("link", "pipe", "device", "folder", "socket", "large")]
 
     def craft(self, place, kind):

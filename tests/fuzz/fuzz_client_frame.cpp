@@ -15,9 +15,10 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
   } catch (const std::invalid_argument&) {
   }
   try {
-    const firn::page::Notes notes = firn::page::parse_notes(text, nullptr);
-    const firn::page::Notes back = firn::page::parse_notes(firn::page::to_json(notes), nullptr);
-    firn::fuzz::require(back.tags == notes.tags && back.note == notes.note, "notes come back");
+    const firn::page::NoteRequest asked = firn::page::parse_note_request(text);
+    firn::fuzz::require(asked.note.size() <= firn::page::kMaxNotesBytes, "a note has its limit");
+    for (const std::string& tag : asked.add_tags)
+      firn::fuzz::require(tag.size() <= firn::page::kMaxTagBytesOfRequest, "a tag has its limit");
   } catch (const std::invalid_argument&) {
   }
   for (const std::string& part : firn::page::path_parts(text))

@@ -149,7 +149,8 @@ void seed_foreign(const Seed& seed) {
            R"({"type":"command","id":7,"token":"t","command":"set","key":"a.b","value":"1"})")));
   seed("fuzz_client_frame", "follow",
        as_span(std::string_view(R"({"type":"follow","surface":"error","layer":3})")));
-  seed("fuzz_client_frame", "notes", as_span(std::string_view(R"({"tags":["a","b"],"note":"x\ny"})")));
+  seed("fuzz_client_frame", "notes",
+       as_span(std::string_view(R"({"token":"t","author":"A","add_tags":["a","b"],"note":"x\ny"})")));
   seed("fuzz_client_frame", "path", as_span(std::string_view("/api/runs/a%20b/layers/3/error?x")));
   std::vector<std::uint8_t> disc{40, 40, 0, 0};  // a dark disc on a bright ground, below a nozzle
   for (int y = 0; y < 56; ++y)

@@ -82,17 +82,20 @@ TEST_CASE("random bytes and random damage of frames are read or refused, and not
   CHECK(read > 4000);  // those without damage, at least
 }
 
-TEST_CASE("notes come back as they were written, and are limited") {
-  const Notes notes{{"good", "H\xc3\xb6he"}, "line one\nline \"two\""};
-  const Notes back = parse_notes(to_json(notes), nullptr);
-  CHECK(back.tags == notes.tags);
-  CHECK(back.note == notes.note);
-  std::string token;
-  CHECK_NOTHROW(parse_notes(R"({"token":"t","tags":[],"note":""})", &token));
-  CHECK(token == "t");
-  CHECK_THROWS_WITH(parse_notes(R"({"tags":[1],"note":""})", nullptr), Contains("tags"));
-  CHECK_THROWS_WITH(parse_notes(R"({"tags":[]})", nullptr), Contains("note"));
-  CHECK_THROWS_WITH(parse_notes(R"({"tags":[")" + std::string(65, 'x') + R"("],"note":""})", nullptr),
+TEST_CASE("a browser's additions to notes and tags are read, and limited") {
+  const NoteRequest read = parse_note_request(
+      "{\"token\":\"t\",\"author\":\"Ada\",\"note\":\"one\\ntwo\",\"add_tags\":[\"H\xc3\xb6he\"],\"remove_"
+      "tags\":[\"a\",\"b\"]}");
+  CHECK(read.token == "t");
+  CHECK(read.author == "Ada");
+  CHECK(read.note == "one\ntwo");
+  CHECK(read.add_tags == std::vector<std::string>{"H\xc3\xb6he"});
+  CHECK(read.remove_tags == std::vector<std::string>{"a", "b"});
+  CHECK(parse_note_request("{}").note.empty());
+  CHECK_THROWS_WITH(parse_note_request(R"({"add_tags":[1]})"), Contains("add_tags"));
+  CHECK_THROWS_WITH(parse_note_request(R"({"remove_tags":"x"})"), Contains("remove_tags"));
+  CHECK_THROWS_WITH(parse_note_request(R"({"note":5})"), Contains("note"));
+  CHECK_THROWS_WITH(parse_note_request(R"({"add_tags":[")" + std::string(65, 'x') + R"("]})"),
                     Contains("64 bytes"));
 }
 

@@ -252,7 +252,7 @@ TEST_CASE("notes are kept in the run's folder, with the token alone") {
   Served s;
   WebClient c(s.address);
   const std::string target = "/api/runs/" + s.id + "/notes";
-  const json notes{{"token", "secret"}, {"tags", {"good"}}, {"note", "try again"}};
+  const json notes{{"token", "secret"}, {"author", "Ada"}, {"add_tags", {"good"}}, {"note", "try again"}};
   json wrong = notes;
   wrong["token"] = "x";
   const std::vector<std::string> type{"Content-Type: application/json"};
@@ -263,7 +263,20 @@ TEST_CASE("notes are kept in the run's folder, with the token alone") {
   CHECK(c.request("POST", target, type, notes.dump()).status == 200);
   const std::string long_body(100'000, 'x');
   CHECK(WebClient(s.address).request("POST", target, type, long_body).status == 413);
-  CHECK_THAT(c.get("/api/runs").body, Contains("try again"));
+  const json more{{"token", "secret"}, {"add_tags", {"dry"}}, {"remove_tags", {"good"}}, {"note", "dry now"}};
+  const json answered = json::parse(c.request("POST", target, type, more.dump()).body);
+  CHECK(answered["tags"] == json{"dry"});
+  REQUIRE(answered["notes"].size() == 2);
+  CHECK(answered["notes"][0]["text"] == "try again");
+  CHECK(answered["notes"][0]["author"] == "Ada");
+  CHECK(answered["notes"][0]["time_utc"].get<std::string>().ends_with("Z"));
+  CHECK(c.request("POST", target, type, json{{"token", "secret"}, {"add_tags", {" "}}}.dump()).status == 400);
+  const json listed = json::parse(c.get("/api/runs").body)["runs"];
+  const auto run =
+      std::ranges::find(listed, s.id, [](const json& r) { return r["label"].get<std::string>(); });
+  REQUIRE(run != listed.end());
+  CHECK((*run)["notes"] == answered["notes"]);
+  CHECK((*run)["tags"] == json{"dry"});
 }
 
 TEST_CASE("connections beyond the limit, garbage and half requests leave others served") {

@@ -26,6 +26,7 @@
 #include "print/simulated/lab_run.h"
 #include "replay/audit_run.h"
 #include "runs/folder/list.h"
+#include "runs/folder/notes.h"
 #include "runs/folder/origin.h"
 #include "runs/folder/pack.h"
 #include "runs/folder/seal_check.h"
@@ -82,7 +83,10 @@ std::map<std::string, std::function<void(const fs::path&)>> commands() {
              o.file = (run / "log.lcm").string();
              run_log(o);
            }},
-          {"note", [](const fs::path& run) { page::write_notes(run, page::read_notes(run)); }},
+          {"note",
+           [](const fs::path& run) {
+             runs::add_notes(run, {{{}, "a note", {}, {}, {}}});
+           }},
           {"page", [](const fs::path& run) { page::WatchedRun(full_product(), run, 0.0); }},
           {"resume", [](const fs::path& run) {
              PrintOptions o;
@@ -98,6 +102,7 @@ const char* const kPlaces[] = {"provenance.json",
                                "experiment.toml",
                                "result.json",
                                "notes.json",
+                               "notes.jsonl",
                                "report.html",
                                "metrics.csv",
                                "log.lcm",
@@ -113,7 +118,6 @@ const char* const kPlaces[] = {"provenance.json",
                                "nodes/stage.wal.part",
                                "result.json.part",
                                "seals/derived.seal.part",
-                               "notes.json.part",
                                "nodes",
                                "seals",
                                "world",
@@ -177,8 +181,12 @@ TEST_CASE("a linked note, report and result of a run are not read, and named as 
   const test::TempFolder root;
   const fs::path run = printed(root.path(), false), other = root.file("other", "{\"note\": \"secret\"}");
   fs::create_symlink(other, run / "notes.json");
-  CHECK(page::read_notes(run).note.empty());
-  CHECK_THROWS_WITH(page::write_notes(run, {}), Contains("notes.json") && Contains("link"));
+  CHECK(runs::read_notes(run).entries.empty());
+  fs::remove(run / "notes.json");
+  fs::create_symlink(other, run / "notes.jsonl");
+  CHECK(runs::read_notes(run).entries.empty());
+  CHECK_THROWS_WITH(runs::add_notes(run, {{{}, "a note", {}, {}, {}}}),
+                    Contains("notes.jsonl") && Contains("link"));
   fs::create_symlink(other, run / "report.html");
   CHECK_THROWS_WITH(read_file(run / "report.html"), Contains("report.html") && Contains("is a link"));
   ReportOptions o;
@@ -194,17 +202,17 @@ TEST_CASE("the run folder itself may be reached by a link") {
   const fs::path run = printed(root.path() / "runs", false), latest = root.path() / "latest";
   fs::create_directory_symlink(run, latest);
   CHECK(replay::audit_run(latest).clean());
-  page::write_notes(latest, {{"a"}, "b"});
-  CHECK(page::read_notes(run).note == "b");
+  runs::add_notes(latest, {{{}, "b", {}, {}, {}}});
+  CHECK(runs::read_notes(run).notes().front().text == "b");
 }
 
 TEST_CASE("a file without an end is not read into memory") {
   const test::TempFolder root;
   const fs::path run = printed(root.path(), false);
-  std::ofstream(run / "notes.json") << "{";
-  fs::resize_file(run / "notes.json", std::uintmax_t(1) << 40);  // a hole
-  CHECK_THROWS_WITH(read_file(run / "notes.json"), Contains("notes.json") && Contains("has more than"));
-  CHECK(page::read_notes(run).note.empty());
+  std::ofstream(run / "notes.jsonl") << "{";
+  fs::resize_file(run / "notes.jsonl", std::uintmax_t(1) << 40);  // a hole
+  CHECK_THROWS_WITH(read_file(run / "notes.jsonl"), Contains("notes.jsonl") && Contains("has more than"));
+  CHECK(runs::read_notes(run).entries.empty());
 }
 
 TEST_CASE("a packed file that declares more than it can hold is refused before it is unpacked") {

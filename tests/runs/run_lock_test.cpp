@@ -288,7 +288,7 @@ const std::vector<RivalCommand>& rival_commands() {
          o.output = (run.parent_path() / "x.mcap").string();
          run_export(o);
        }},
-      {"a note", [](const fs::path& run) { page::write_notes(run, {}); }},
+      {"a note", [](const fs::path& run) { runs::add_notes(run, {}); }},
   };
   return all;
 }

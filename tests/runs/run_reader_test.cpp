@@ -173,17 +173,3 @@ TEST_CASE("rows that came since, over the map of before, are the map of now") {
   }
   CHECK(compared > 3);
 }
-
-TEST_CASE("notes stand beside a sealed run, and its seal holds") {
-  const test::TempFolder place;
-  const fs::path run = printed(place.path());
-  REQUIRE(runs::check_seals(run).whole());
-  write_notes(run, {{"first"}, "a good one"});
-  CHECK(read_notes(run).note == "a good one");
-  CHECK(read_notes(run).tags == std::vector<std::string>{"first"});
-  const runs::SealCheck after = runs::check_seals(run);
-  CHECK(after.whole());
-  CHECK(after.notes.empty());
-  std::ofstream(run / "notes.json") << "{";
-  CHECK(read_notes(run).note.empty());
-}

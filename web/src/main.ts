@@ -9,6 +9,7 @@ import type {Session} from "./data/session";
 import {view} from "./data/view";
 import {duration, height_words, label, with_micro, with_unit} from "./data/words";
 import {TokenDialog} from "./panels/ask_token";
+import {About} from "./panels/about";
 import {Commands} from "./panels/commands";
 import {Compare} from "./panels/compare";
 import {Decision} from "./panels/decision";
@@ -89,6 +90,7 @@ function Print({session}: {session: Session}) {
     </div>
     <${Decision} session=${session} />
     <${Instruments} session=${session} />
+    <${About} session=${session} />
     <${Settings} session=${session} />`;
 }
 

@@ -183,13 +183,15 @@ test("colour maps are monotone in lightness from low to high, and the diverging 
 });
 
 test("runs are found by words, tags and keys, and sorted with the unknown last either way", () => {
-  const run = (id, more) => ({id, lab: "inkjet", experiment: "a.toml", scheme: "mpc", seed: 1, layers: 3, outcome: "finished", rms_um: 1, mean_um: 0, started_utc: "2026", tags: [], note: "", live: false, ...more});
-  const runs = [run("a", {tags: ["Good"], rms_um: 3}), run("b", {lab: "ice", rms_um: null}), run("c", {note: "Rim falls", scheme: "open", rms_um: 0.5})];
+  const run = (id, more) => ({id, lab: "inkjet", experiment: "a.toml", scheme: "mpc", seed: 1, layers: 3, outcome: "finished", rms_um: 1, mean_um: 0, started_utc: "2026", tags: [], notes: [], meta: {}, live: false, ...more});
+  const runs = [run("a", {tags: ["Good"], rms_um: 3}), run("b", {lab: "ice", rms_um: null}), run("c", {notes: [{time_utc: "", author: "Kim", text: "Rim falls"}], meta: {ink: "TPGDA 7"}, scheme: "open", rms_um: 0.5})];
   const ids = list => list.map(one => one.id).join("");
   assert.equal(ids(page.found(runs, "")), "abc");
   assert.equal(ids(page.found(runs, "tag:good")), "a");
   assert.equal(ids(page.found(runs, "RIM open")), "c");
   assert.equal(ids(page.found(runs, "scheme:mpc lab:ice")), "b");
+  assert.equal(ids(page.found(runs, "ink:tpgda")), "c");
+  assert.equal(ids(page.found(runs, "tpgda")), "c");
   assert.equal(ids(page.found(runs, "nothing")), "");
   assert.equal(ids(page.sorted(runs, "rms_um", false)), "cab");
   assert.equal(ids(page.sorted(runs, "rms_um", true)), "acb");

@@ -96,11 +96,11 @@ test("both runs are listed, noted, and put beside each other with the settings t
   const page = await open_tab(browser, `${address}#runs&token=${token}`);
   await see(page, "2 of 2", kPatience_ms);
   const [first, second] = folders();
-  await (await button(page, `Edit tags and note of ${first}`)).click();
+  await (await button(page, `Add tags and a note to ${first}`)).click();
   await page.type("td.notes textarea", "raised by 5 um");
   await (await button(page, "Keep")).click();
   await gone(page, "td.notes textarea");
-  assert.match(readFileSync(join(runs, first, "notes.json"), "utf8"), /raised by 5 um/);
+  assert.match(readFileSync(join(runs, first, "notes.jsonl"), "utf8"), /"kind":"note","text":"raised by 5 um"/);
   for (const id of [first, second]) await page.click(`input[aria-label="Choose ${id}"]`);
   await (await button(page, "Put 2 beside each other")).click();
   await see(page, "control.scheme", kPatience_ms);

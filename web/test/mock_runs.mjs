@@ -28,7 +28,7 @@ function inside_gear(u, v) {
 
 export class MockRun {
   constructor(of) {
-    Object.assign(this, {seed: 1, planned: of.printed, layer_um: 1.9, gain: 0.8, noise_um: 0.9, tags: [], note: "", live: false,
+    Object.assign(this, {seed: 1, planned: of.printed, layer_um: 1.9, gain: 0.8, noise_um: 0.9, tags: [], notes: [], meta: {}, live: false,
                          outcome: "finished", events: [], simulated: true, settings: {}}, of);
     this.inside = this.lab === "ice" ? inside_gear : inside_disc;
     this.layers = [];
@@ -166,7 +166,7 @@ export class MockRun {
   summary() {
     const last = this.layers[this.layers.length - 1];
     return {...this.result(), id: this.id, lab: this.lab, experiment: this.experiment, scheme: this.scheme, seed: this.seed, layers: this.printed, outcome: this.live ? null : this.outcome,
-            rms_um: last?.rms_um ?? null, mean_um: last?.mean_um ?? null, started_utc: this.started_utc, tags: this.tags, note: this.note, live: this.live};
+            rms_um: last?.rms_um ?? null, mean_um: last?.mean_um ?? null, started_utc: this.started_utc, tags: this.tags, notes: this.notes, meta: this.meta, live: this.live};
   }
 
   estimates() {
@@ -201,7 +201,7 @@ export class MockRun {
       id: this.id, lab: this.lab, lab_words: kLabs[this.lab][0], deposition: kLabs[this.lab][1], experiment: this.experiment, scheme: this.scheme, seed: this.seed, live: this.live, finished: !this.live, simulated: this.simulated,
       grid: {nx, ny, pitch_mm, x0_mm: -pitch_mm * (nx - 1) / 2, y0_mm: -pitch_mm * (ny - 1) / 2}, layers_planned, layers_expected: layers_planned,
       goal: this.lab === "ice" ? {kind: "rms", value: 0.24, unit: "mm"} : {kind: "rms", value: 7.6, unit: "um"}, amount: this.lab === "ice" ? "pulses" : "droplets", height_unit: this.result().height_unit, outcome: this.live ? null : this.outcome, started_utc: this.started_utc,
-      tags: this.tags, note: this.note, settings: this.setting_list()},
+      tags: this.tags, notes: this.notes, meta: this.meta, host: "lab3", settings: this.setting_list()},
       commands: {resume: true, allowed: this.live ? ["pause", "continue", "stop_after_layer", "safe_stop", "accept_doubt", "set"] : [], in_flight: this.live ? [
         {key: "control.target_offset_mm", value: "0", min: -10, max: 10, unit: "mm", words: "Offset of the target"},
         {key: "control.mpc.horizon_layers", value: "3", min: 1, max: 8, unit: "layers", words: "Horizon of the scheme"}] : []},
@@ -228,7 +228,7 @@ export function mock_runs() {
       event(2, 1.2, "info", "surface_mapper", "The bare substrate was measured."),
       event(3, 61.5, "warning", "laser_profiler", "Rows came late, and were measured again.", {cause: "rows lost", value: 0.031, limit: 0.02, unit: "1", do: "Nothing: the scan was repeated slower.", manual: "/manual/safety.html#interlocks"}),
       event(4, 102.2, "notice", "jet_a", "Droplets 311 to 325 of layer 5 were in doubt; the surface was scanned and the loop went on.", {cause: "the jet was reset"})]}),
-    new MockRun({...inkjet, id: "20261123-150000-cylinder", scheme: "mpc", started_utc: "2026-11-23T15:00:00Z", printed: 53, gain: 1, tags: ["good"], note: "the reference", seed: 3}),
+    new MockRun({...inkjet, id: "20261123-150000-cylinder", scheme: "mpc", started_utc: "2026-11-23T15:00:00Z", printed: 53, gain: 1, tags: ["good"], notes: [{time_utc: "2026-11-23T17:00:00Z", author: "Kim", text: "the reference"}], meta: {ink: "TPGDA", sample: "PCB-7"}, seed: 3}),
     new MockRun({...inkjet, id: "20261123-140000-cylinder", scheme: "open", started_utc: "2026-11-23T14:00:00Z", printed: 53, gain: 0, tags: ["baseline"], seed: 3}),
     new MockRun({...inkjet, id: "20261122-110000-cuboid", experiment: "cuboid.toml", scheme: "greedy", started_utc: "2026-11-22T11:00:00Z", printed: 21, planned: 53, gain: 0.5, outcome: "stopped safely", simulated: false, end: {
       outcome: "stopped safely", words: "The print was stopped safely: jet A fires nothing.", cause: "drops without rise (code 12), share of the rise, value 0.11, limit 0.3", do: "Clean the nozzle of jet A, look at a droplet with the strobe, then: firn print --resume 20261122-110000-cuboid", manual: "/manual/safety.html#interlocks", by_operator: false, can_go_on: true, verdict: null, within: null, facts: []}, events: [

@@ -92,8 +92,9 @@ export class MockServer {
       for await (const part of request) text += part;
       const body = JSON.parse(text);
       if (body.token !== this.token) return json(403, {ok: false, error: "a wrong token"});
-      Object.assign(run, {tags: body.tags, note: body.note});
-      return json(200, {ok: true});
+      const note = body.note && {time_utc: "2026-11-30T12:00:00Z", author: body.author || "server", text: body.note};
+      Object.assign(run, {tags: [...run.tags.filter(tag => !body.remove_tags.includes(tag)), ...body.add_tags], notes: [...run.notes, ...(note ? [note] : [])]});
+      return json(200, {tags: run.tags, notes: run.notes});
     }
     if (parts[3] === "exchanges") {
       this.asked_exchanges.push({id: run.id, maps: this.asked.length});

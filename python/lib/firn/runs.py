@@ -107,7 +107,7 @@ class Run:
         for row in rows:
             table, _, column = row["array"].rpartition("/")
             columns.setdefault(table, {})[column] = row
-        self._tables = {t.split("/")[-1]: Table(t, arrays, c) for t, c in columns.items() if t != "provenance"}
+        self._tables = {t.split("/")[-1]: Table(t, arrays, c) for t, c in columns.items() if t.split("/")[0] != "provenance"}
         return self._tables
 
     def keys(self):
@@ -157,6 +157,43 @@ class Run:
     def provenance(self):
         """Program, platform, inputs: a dict."""
         return json.loads((self.path / "provenance.json").read_text())
+
+    @property
+    def meta(self):
+        """[meta] of the experiment, operator, sample, ink, …: a dict."""
+        return self.provenance.get("meta", {})
+
+    @property
+    def host(self):
+        """Name of the computer that printed; None of an older run."""
+        return self.provenance.get("host")
+
+    def _entries(self):
+        file = self.path / "notes.jsonl"
+        lines = file.read_text().split("\n") if file.is_file() else []
+        entries = []
+        for line in filter(None, lines):
+            try:
+                entries.append(json.loads(line))
+            except json.JSONDecodeError:  # torn by a kill
+                continue
+        return entries
+
+    @property
+    def notes(self):
+        """What people wrote about the run, oldest first: dicts with text, author, time_utc and host."""
+        return [{k: v for k, v in e.items() if k != "kind"} for e in self._entries() if e["kind"] == "note"]
+
+    @property
+    def tags(self):
+        """Tags that are set, in the order in which they were."""
+        tags = {}
+        for entry in self._entries():
+            if entry["kind"] != "note":
+                tags.pop(entry["text"], None)
+            if entry["kind"] == "tag":
+                tags[entry["text"]] = True
+        return list(tags)
 
     @property
     def result(self):

@@ -19,6 +19,14 @@ export interface Setting {
   default?: unknown;
 }
 
+export interface Note {
+  time_utc: string;  // empty: an older program kept none
+  author: string;
+  text: string;
+}
+
+export type Meta = Record<string, string | number | boolean>;
+
 export interface RunSummary {
   id: string;  // address: number of the run and its place
   label?: string;  // name of its folder, with the place where several have the name
@@ -38,8 +46,10 @@ export interface RunSummary {
   verdict?: string | null;
   within?: boolean | null;  // the goal was reached; null: not judged
   started_utc: string | null;
+  host?: string | null;  // the computer that printed
+  meta?: Meta;           // what was printed: [meta] of the experiment
   tags: string[];
-  note: string;
+  notes: Note[];         // oldest first
   live: boolean;
 }
 

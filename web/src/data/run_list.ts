@@ -5,14 +5,16 @@ import {label} from "./words";
 
 export type SortKey = "started_utc" | "label" | "lab" | "scheme" | "layers" | "outcome" | "rms_um" | "overspill_percent";
 
-/** Runs in which every word of `words` occurs: in a name, a tag, the note, or as key:value ("scheme:mpc"). */
+/** Runs in which every word of `words` occurs: in a name, [meta], a tag, a note, or as key:value ("scheme:mpc", "ink:tpgda"). */
 export function found(runs: RunSummary[], words: string): RunSummary[] {
   const wanted = words.toLowerCase().split(/\s+/).filter(Boolean);
   return runs.filter(run => wanted.every(word => {
     const [key, value] = word.split(":", 2);
+    if (value !== undefined && run.meta && key in run.meta) return String(run.meta[key]).toLowerCase().includes(value);
     if (value !== undefined && key in run) return String(run[key as keyof RunSummary]).toLowerCase().includes(value);
     if (value !== undefined && key === "tag") return run.tags.some(tag => tag.toLowerCase().includes(value));
-    return [label(run), run.id, run.lab, run.experiment, run.scheme, run.outcome ?? "", run.part ?? "", run.note, ...run.tags].some(text => text.toLowerCase().includes(word));
+    return [label(run), run.id, run.lab, run.experiment, run.scheme, run.outcome ?? "", run.part ?? "", ...Object.values(run.meta ?? {}).map(String),
+      ...run.notes.map(note => note.text), ...run.tags].some(text => text.toLowerCase().includes(word));
   }));
 }
 

@@ -1,16 +1,14 @@
-// The list of runs: search, order, tags and notes, and the choice of runs to put beside each other.
+// The list of runs: search, order, what was printed, tags and notes, and the choice of runs to put beside each other.
 
 import {html} from "htm/preact";
 import {useEffect, useRef, useState} from "preact/hooks";
-import {address_of} from "../data/address";
 import {use_observed} from "../data/observable";
 import type {RunSummary} from "../data/protocol";
 import {found, sorted, type SortKey} from "../data/run_list";
-import {forget, token} from "../data/token";
 import {view} from "../data/view";
 import {date, height_words, label, number, with_micro} from "../data/words";
 import {go} from "../routes";
-import {have_token} from "./ask_token";
+import {meta_words, NoteForm, TagsAndNotes} from "./notes";
 import {kThumbnailWords, Thumbnail} from "./thumbnail";
 
 const kColumns: [SortKey, string][] = [["label", "Run"], ["started_utc", "Started (UTC)"], ["lab", "Lab"], ["scheme", "Scheme"],
@@ -46,7 +44,7 @@ export function Runs() {
         <thead><tr><th scope="col"><span class="hidden">Choose</span></th>
           ${kColumns.map(([column, name]) => html`<th key=${column} scope="col" aria-sort=${column !== key ? "none" : down ? "descending" : "ascending"}>
             <button type="button" class="link" onClick=${() => sort(column)}>${name}${column === key ? (down ? " ▼" : " ▲") : ""}</button></th>`)}
-          <th scope="col">Tags and note</th></tr></thead>
+          <th scope="col">What was printed, tags and notes</th></tr></thead>
         <tbody>${runs.slice(0, rows).map(run => html`<${Row} key=${run.id} run=${run} editing=${edited === run.id} edit=${(on: boolean) => set_edited(on ? run.id : null)} />`)}
           ${runs.length > rows && html`<${MoreRows} left=${runs.length - rows} show=${() => set_rows(rows + kRowsAtOnce)} />`}</tbody>
       </table></div>
@@ -88,39 +86,9 @@ function Row({run, editing, edit}: {run: RunSummary; editing: boolean; edit: (on
         ${run.audit && html`<div class="soft">audit: ${run.audit}</div>`}</td>
       <td class="one-line" data-name="RMS">${height_words(run.rms_um, run.height_unit)}</td><td data-name="Overspill, %">${number(run.overspill_percent)}</td>
       <td class="notes">${editing
-        ? html`<${Notes} run=${run} done=${() => edit(false)} />`
-        : html`${run.tags.map(tag => html`<span key=${tag} class="tag">${tag}</span> `)}<span>${run.note} </span>
-            <button type="button" class="link" aria-label=${`Edit tags and note of ${label(run)}`} onClick=${() => edit(true)}>edit</button>`}</td>
+        ? html`<${NoteForm} run=${run} done=${() => edit(false)} />`
+        : html`${meta_words(run.meta) && html`<div class="soft">${meta_words(run.meta)}</div>`}
+            <${TagsAndNotes} run=${run} newest=${true} />
+            <button type="button" class="link" aria-label=${`Add tags and a note to ${label(run)}`} onClick=${() => edit(true)}>add</button>`}</td>
     </tr>`;
-}
-
-function Notes({run, done}: {run: RunSummary; done: () => void}) {
-  const [tags, set_tags] = useState(run.tags.join(", "));
-  const [note, set_note] = useState(run.note);
-  const [trouble, set_trouble] = useState<string | null>(null);
-  const save = async (event: Event) => {
-    event.preventDefault();
-    if (!(await have_token("A note"))) return;
-    const wanted = {tags: tags.split(",").map(tag => tag.trim()).filter(Boolean), note};
-    try {
-      const reply = await fetch(address_of(`api/runs/${encodeURIComponent(run.id)}/notes`), {
-        method: "POST", headers: {"Content-Type": "application/json"}, body: JSON.stringify({token: token(), ...wanted})});
-      const body = await reply.json().catch(() => null);
-      if (reply.status === 403) forget();
-      if (!reply.ok || body?.ok === false) throw new Error(body?.error ?? reply.statusText);
-      Object.assign(run, wanted);
-      view.changed();
-      done();
-    } catch (error) {
-      set_trouble(`not kept: ${(error as Error).message}`);
-    }
-  };
-  const value = (set: (text: string) => void) => (e: Event) => set((e.target as HTMLInputElement).value);
-  return html`
-    <form onSubmit=${save} onKeyDown=${(e: KeyboardEvent) => { if (e.key === "Escape") done(); }}>
-      <label>Tags, with commas <input value=${tags} autofocus onInput=${value(set_tags)} /></label>
-      <label>Note <textarea rows="2" value=${note} onInput=${value(set_note)}></textarea></label>
-      <div class="row"><button type="submit" class="main">Keep</button><button type="button" onClick=${done}>Cancel</button></div>
-      ${trouble && html`<p class="bad" role="alert">${trouble}</p>`}
-    </form>`;
 }
