@@ -23,6 +23,8 @@
 #include "report/study/study_answer.h"
 #include "report/study/study_page.h"
 #include "report/study/study_profile.h"
+#include "runs/find/query.h"
+#include "runs/find/run_index.h"
 #include "runs/folder/run_folder.h"
 #include "runtime/build_info.h"
 #include "runtime/result_fingerprint.h"
@@ -278,8 +280,31 @@ int compare(const CompareOptions& options, const StudyLab& lab, const std::atomi
                        same_nature(lab), options.json, fail_if);
 }
 
+namespace {
+
+// The runs of folders of runs that meet a condition, in the order of their beginning.
+std::vector<std::string> runs_where(const std::vector<std::string>& words, const std::string& where) try {
+  const runs::Query query = runs::parse_query(where);
+  const std::vector<std::filesystem::path> places(words.begin(), words.end());
+  runs::RunIndex index(runs::user_index(), [](const std::string& line) { fmt::print(stderr, "{}\n", line); });
+  index.refresh(places);
+  std::vector<std::string> found;
+  for (const runs::FoundRun& r : index.find(query, where, places)) found.push_back(r.folder.string());
+  if (found.empty()) throw UsageError("--where: no run meets the condition");
+  return found;
+} catch (const runs::QueryError& e) {
+  fmt::print(stderr, "{}", e.shown);
+  throw UsageError(std::string("--where: ") + e.what());
+}
+
+}  // namespace
+
 int run_compare(const CompareOptions& given) {
   CompareOptions options = given;
+  if (!options.where.empty()) {
+    options.words = runs_where(options.words, options.where);
+    return compare_recorded(options, study_of_runs(options.words, options.by), "");
+  }
   if (options.words.size() > 1 || std::filesystem::is_directory(options.words.front()))
     return compare_recorded(options, study_of_runs(options.words, options.by), "");
   if (!options.by.empty())
@@ -321,6 +346,8 @@ void declare_compare(OptionSet& options) {
   options.option("--chunk", o.chunk_s, "--on: processor time of a shard [s]").within(0.01, 1e6);
   options.flag("--detach", o.detach, "--on slurm: returns when the shards are submitted");
   options.flag("--cancel", o.cancel, "--on slurm: ends the shards that were submitted");
+  options.option("--where", o.where,
+                 "CONDITION: runs on record in these folders that meet it; docs/commands/runs.md");
   options.option("--by", o.by, "meta.KEY: groups runs on record by what was printed, not by scheme");
   options.option("--fail-if", o.fail_if, "\"A worse than B\": exit code 1 if the study tells so");
   options.thread_option(o.threads);

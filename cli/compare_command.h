@@ -24,6 +24,7 @@ struct CompareOptions {
   bool dry_run = false;                ///< tells the prints that are to do, and prints nothing
   bool status = false;                 ///< tells the prints on record
   std::string platform = "this";       ///< "any": results of other platforms count too
+  std::string where;                   ///< condition on runs on record in the folders of `words`
   std::string by;                      ///< "meta.ink": runs on record are grouped by this key, not by scheme
   std::string fail_if;                 ///< "A worse than B": exit code 1 then
   std::string on;                      ///< "slurm[:PARTITION]" or "ssh:HOST,HOST"; empty: this computer

@@ -84,6 +84,7 @@ class OptionSet {
   /// Declares `--runs`, the folder of run folders; it is default_runs_folder() where the command line names
   /// none.
   void runs_option(std::string& runs, const std::string& help);
+  void runs_option(std::vector<std::string>& runs, const std::string& help);  ///< given several times
   /// Declares `--threads`.
   /// @param more appended to the help text
   void thread_option(int& threads, const std::string& more = "");

@@ -162,6 +162,16 @@ void OptionSet::runs_option(std::string& runs, const std::string& help) {
   });
 }
 
+void OptionSet::runs_option(std::vector<std::string>& runs, const std::string& help) {
+  CLI::Option& added =
+      *app_.add_option("--runs", runs, help + "; default: FIRN_RUNS, your configuration, runs");
+  added.type_size(1);
+  added.allow_extra_args(false);
+  wishes_->push_back([&added, &runs] {
+    if (added.count() == 0) runs = {default_runs_folder().folder};
+  });
+}
+
 void OptionSet::thread_option(int& threads, const std::string& more) {
   option("--threads", threads, "0 = as many as the machine has" + more).show_default().within(0, 1024);
 }

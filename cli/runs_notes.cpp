@@ -20,7 +20,7 @@ using Json = nlohmann::ordered_json;
 
 fs::path run_of(const RunsOptions& o, const std::string& action) {
   if (o.words.size() < 2) throw UsageError(action + ": give a run folder");
-  const fs::path run = runs::folder_of(o.words[1], o.runs);
+  const fs::path run = runs::folder_of(o.words[1], one_place(o));
   runs::require_run(run);
   return run;
 }
@@ -83,7 +83,7 @@ int seal_runs(const RunsOptions& o) {
   if (o.words.size() < 2) throw UsageError("seal: give at least one run folder");
   Json all = Json::array();
   for (std::size_t n = 1; n < o.words.size(); ++n) {
-    const fs::path run = runs::folder_of(o.words[n], o.runs);
+    const fs::path run = runs::folder_of(o.words[n], one_place(o));
     runs::require_run(run);
     const runs::RunLock lock(run, runs::RunUse::kWrite);
     const bool sealed = runs::seal_notes(run);

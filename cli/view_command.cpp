@@ -16,6 +16,7 @@
 #include "files/json.h"
 #include "page/server.h"
 #include "print/operator/page_token.h"
+#include "runs/find/run_index.h"
 #include "runs/folder/address.h"
 #include "runs/folder/run_folder.h"
 
@@ -64,6 +65,7 @@ int run_view(const Product& product, const ViewOptions& o) {
   s.token = new_page_token();
   s.is_public = o.is_public;
   s.stop_fd = stop.fd();
+  s.index = runs::user_index();
   std::string open;  // the one run that was named
   if (o.runs.size() == 1 && runs::is_run(s.places[0])) open = runs::address_of(s.places[0]).text();
   s.listening = [&](const std::string& address) {

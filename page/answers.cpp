@@ -19,6 +19,7 @@
 #include "replay/audit_run.h"
 #include "report/run/differing_parameters.h"
 #include "report/run/report_page.h"
+#include "runs/find/query.h"
 #include "runs/folder/config_change.h"
 #include "runs/folder/notes.h"
 #include "runs/folder/run_lock.h"
@@ -175,9 +176,17 @@ std::function<WebReply()> Answers::slow_answer(const WebRequest& request,
       return r;
     };
   if (parts.size() == 2 && parts[0] == "api" && parts[1] == "runs")
-    return [work = runs_.list()] {
+    return [work = runs_.list(query_text(request.target, "where"))] {
       WebReply r;
-      r.body = work();
+      try {
+        r.body = work();
+      } catch (const runs::QueryError& e) {
+        // A condition that is not finished yet is no failure of a request.
+        r.body = nlohmann::ordered_json{{"runs", nlohmann::ordered_json::array()}, {"error", e.what()}}.dump(
+            -1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+      } catch (const std::exception& e) {
+        return refusal(500, e.what());
+      }
       return r;
     };
   const std::string wanted =

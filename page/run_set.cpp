@@ -11,7 +11,6 @@
 #include "files/run_paths.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
-#include "page/view_json.h"
 #include "print/operator/operator_client.h"
 #include "runs/folder/address.h"
 #include "runs/folder/documents.h"
@@ -29,16 +28,50 @@ runs::ProvenanceDocument provenance_of(const fs::path& run) {
   return runs::parse_provenance(read_file(RunPaths(run).provenance_path()), RunPaths::kProvenance);
 }
 
-void add_result(const runs::RunResult& result, Json& r) {
-  const auto known = [](const auto& value) { return value ? Json(*value) : Json(nullptr); };
-  const auto text = [](const std::string& words) { return words.empty() ? Json(nullptr) : Json(words); };
-  r["part"] = result.part ? Json(part_words(*result.part)) : Json(nullptr);
-  r["overspill_percent"] = known(result.overspill_percent);
-  r["audit"] = text(result.audit);
-  const std::string verdict = verdict_words(result, lab_words(r.value("lab", "")));
-  r["verdict"] =
-      text(verdict.empty() ? for_people(result.reason) : verdict);  // why it stopped, as firn runs has it
-  r["within"] = known(within_tolerance(result));
+// A row of the list from the run's line in the index.
+Json list_row(const fs::path& folder, const std::string& label, const Json& listing,
+              const std::map<fs::path, runs::RunDigest::Error>& of_opened,
+              const std::map<fs::path, runs::RunDigest::Error>& known_errors) {
+  const auto text = [&](const char* key) {
+    const auto at = listing.find(key);
+    return at != listing.end() && at->is_string() ? at->get<std::string>() : std::string();
+  };
+  const std::string outcome = text("outcome"), lab = text("lab");
+  const bool live = outcome.starts_with("running");
+  Json r{{"id", runs::RunAddress{listing.value("run_id", std::int64_t{0}), runs::place_of(folder)}.text()},
+         {"label", label},
+         {"lab", lab},
+         {"height_unit", lab_words(lab).in_mm ? "mm" : "um"},
+         {"experiment", text("name")},
+         {"scheme", text("scheme")},
+         {"seed", listing.value("seed", Json(nullptr))},
+         {"started_utc", text("started_utc")},
+         {"outcome", live ? "printing" : outcome},
+         {"layers", listing.value("layers", 0)}};
+  // Of a run that goes on the digest of before is old.
+  const auto& errors = live ? of_opened : known_errors;
+  const auto error = errors.find(folder);
+  const bool measured = !listing.at("rms_um").is_null();
+  if (error != errors.end() && !measured) r["layers"] = error->second.layers;
+  r["rms_um"] = measured                ? listing.at("rms_um")
+                : error != errors.end() ? Json(error->second.rms_um)
+                                        : Json(nullptr);
+  r["mean_um"] = measured                ? listing.at("mean_um")
+                 : error != errors.end() ? Json(error->second.mean_um)
+                                         : Json(nullptr);
+  if (outcome == "unreadable") r["trouble"] = text("reason");
+  if (!listing.at("part").is_null()) {
+    const Json& size = listing.at("size_mm");
+    r["part"] = runs::part_words({text("part"), {size.at(0), size.at(1), size.at(2)}});
+  }
+  for (const char* key : {"overspill_percent", "audit", "within", "host", "meta", "tags", "notes"})
+    r[key] = listing.at(key);
+  const std::string verdict = text("verdict");  // or why it stopped, as firn runs has it
+  const std::string words = verdict.empty() ? for_people(text("reason")) : verdict;
+  r["verdict"] = words.empty() || live ? Json(nullptr) : Json(words);
+  if (live) r["state"] = OperatorClient::state_of(folder);
+  r["live"] = live;
+  return r;
 }
 
 std::string started(const fs::path& run) try {
@@ -49,7 +82,8 @@ std::string started(const fs::path& run) try {
 
 }  // namespace
 
-RunSet::RunSet(std::vector<fs::path> places, fs::path live) : live_(std::move(live)) {
+RunSet::RunSet(std::vector<fs::path> places, fs::path live, fs::path index)
+    : live_(std::move(live)), index_(std::make_shared<Index>(std::move(index))) {
   for (const fs::path& place : places) {
     if (!fs::is_directory(place)) throw UsageError(place.string() + ": no such folder");
     places_.push_back(fs::canonical(place));
@@ -168,18 +202,30 @@ std::function<runs::LampSum()> RunSet::lamp_before(const fs::path& run) const {
   };
 }
 
-std::function<std::string()> RunSet::list() {
+std::function<std::string()> RunSet::list(const std::string& where) {
   listed_ = true;
   Errors of_opened;
   for (const auto& run : opened())
     if (const auto last = run->last_error_um())
       of_opened[run->folder()] = {last->first, last->second, run->newest_layer().value_or(0)};
-  return [places = places_, live = live_, digests = digests_, of_opened = std::move(of_opened)] {
-    return list_json(folders(places, live), *digests, of_opened);
+  std::vector<fs::path> places = places_;
+  if (!live_.empty() && std::ranges::find(places, live_.parent_path()) == places.end())
+    places.push_back(live_);
+  return [places, where, index = index_, digests = digests_, of_opened = std::move(of_opened)] {
+    return list_json(places, *index, where, *digests, of_opened);
   };
 }
 
-std::string RunSet::list_json(const std::vector<fs::path>& all, Digests& digests, const Errors& of_opened) {
+std::string RunSet::list_json(std::vector<fs::path> places, Index& index, const std::string& where,
+                              Digests& digests, const Errors& of_opened) {
+  const runs::Query query = runs::parse_query(where);
+  std::erase_if(places, [](const fs::path& place) { return !fs::is_directory(place); });  // it was moved away
+  std::vector<runs::FoundRun> found;
+  {
+    const std::lock_guard lock(index.mutex);
+    index.of.refresh(places);
+    found = index.of.find(query, where, places, {"started", true, 0});
+  }
   Errors known_errors = of_opened;
   {
     const std::lock_guard lock(digests.mutex);
@@ -187,50 +233,13 @@ std::string RunSet::list_json(const std::vector<fs::path>& all, Digests& digests
       if (digest.last) known_errors[folder] = *digest.last;
   }
   std::map<fs::path, int> named;
-  for (const fs::path& folder : all) ++named[folder.filename()];
+  for (const runs::FoundRun& r : found) ++named[r.folder.filename()];
   Json runs = Json::array();
-  for (const fs::path& folder : all) {
-    Json r{{"id", runs::address_of(folder).text()}, {"label", label(folder, named[folder.filename()] > 1)}};
-    const auto pid = runs::printing_process(folder);
-    std::optional<runs::RunDigest::Error> error;
-    runs::RunMeta meta;
-    // Of a run that goes on the digest of before is old.
-    const Errors& errors = pid ? of_opened : known_errors;
-    if (const auto found = errors.find(folder); found != errors.end()) error = found->second;
-    try {
-      const runs::ProvenanceDocument p = provenance_of(folder);
-      meta = runs::run_meta(p);
-      const std::string lab = lab_kind_in(read_file(RunPaths(folder).experiment_path()));
-      r["lab"] = lab;
-      r["height_unit"] = lab_words(lab).in_mm ? "mm" : "um";
-      r["experiment"] = p.text("name");
-      r["scheme"] = p.text("scheme");
-      const Json seeds = Json::parse(p.text("seeds"), nullptr, false);
-      r["seed"] = seeds.is_object() ? seeds.value("plant", Json(nullptr)) : Json(nullptr);
-      r["started_utc"] = p.text("started_utc");
-      r["outcome"] = pid ? "printing" : "interrupted";
-      r["layers"] = error ? error->layers : 0;
-      if (const fs::path file = RunPaths(folder).result_path(); !pid && fs::exists(file)) {
-        const runs::RunResult result = runs::parse_result(read_file(file), RunPaths::kResult);
-        r["outcome"] = result.outcome;
-        r["layers"] = result.layers;
-        if (result.error) error = {result.error->rms_um, result.error->mean_um, result.layers};
-        add_result(result, r);
-      }
-      if (pid) r["state"] = OperatorClient::state_of(folder);
-    } catch (const std::exception& e) {
-      r["outcome"] = "unreadable";
-      r["trouble"] = e.what();
-    }
-    r["rms_um"] = error ? Json(error->rms_um) : Json(nullptr);
-    r["mean_um"] = error ? Json(error->mean_um) : Json(nullptr);
-    r.update(about_json(meta, runs::read_notes(folder)));
-    r["live"] = pid.has_value();
-    runs.push_back(std::move(r));
+  for (const runs::FoundRun& r : found) {
+    const bool others = named[r.folder.filename()] > 1;
+    runs.push_back(
+        list_row(r.folder, label(r.folder, others), Json::parse(r.listing), of_opened, known_errors));
   }
-  std::stable_sort(runs.begin(), runs.end(), [](const Json& a, const Json& b) {
-    return a.value("started_utc", "") > b.value("started_utc", "");
-  });
   return Json{{"runs", runs}}.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

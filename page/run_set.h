@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "page/watched_run.h"
+#include "runs/find/run_index.h"
 #include "runs/read/run_digest.h"
 
 namespace firn::page {
@@ -22,8 +23,10 @@ class RunSet {
  public:
   /// @param places run folders and folders of run folders
   /// @param live folder of the print that is called "live"; empty: none
+  /// @param index file of the index of runs; empty: in memory
   /// @throws UsageError: a place that is neither
-  RunSet(std::vector<std::filesystem::path> places, std::filesystem::path live);
+  RunSet(std::vector<std::filesystem::path> places, std::filesystem::path live,
+         std::filesystem::path index = {});
 
   /// Returns the folder of a run by its address (runs/folder/address.h), "live", or a folder's name that one
   /// run alone has; nothing: there is no such run, or several have the name.
@@ -38,8 +41,10 @@ class RunSet {
   /// Returns the runs that somebody has.
   std::vector<std::shared_ptr<WatchedRun>> opened();
 
-  /// Returns the work, for any thread, that writes {"runs": [...]}, newest first: it reads files of each run.
-  std::function<std::string()> list();
+  /// Returns the work, for any thread, that writes {"runs": [...]}, newest first: it compares the index with
+  /// the folders.
+  /// @param where condition (runs/find/query.h); empty: all runs. The work throws runs::QueryError
+  std::function<std::string()> list(const std::string& where = "");
   /// Returns the work that reads the last error of one run that the list lacks, for any thread; nothing:
   /// nobody has asked for the list, it lacks none, or the work of before goes on.
   std::function<void()> error_to_read();
@@ -54,10 +59,15 @@ class RunSet {
 
     runs::RunDigest get(const std::filesystem::path& folder);
   };
+  struct Index {
+    explicit Index(std::filesystem::path file) : of(std::move(file)) {}
+    std::mutex mutex;
+    runs::RunIndex of;
+  };
   using Errors = std::map<std::filesystem::path, runs::RunDigest::Error>;
   std::vector<std::filesystem::path> folders() const;
-  static std::string list_json(const std::vector<std::filesystem::path>& folders, Digests& digests,
-                               const Errors& of_opened);
+  static std::string list_json(std::vector<std::filesystem::path> places, Index& index,
+                               const std::string& where, Digests& digests, const Errors& of_opened);
   static std::vector<std::filesystem::path> folders(const std::vector<std::filesystem::path>& places,
                                                     const std::filesystem::path& live);
   static std::string label(const std::filesystem::path& run, bool others_have_the_name);
@@ -67,6 +77,7 @@ class RunSet {
   std::map<std::filesystem::path, std::weak_ptr<WatchedRun>> opened_;
   std::shared_ptr<WatchedRun> last_;  // a tab that comes back finds it
   std::shared_ptr<Digests> digests_ = std::make_shared<Digests>();
+  std::shared_ptr<Index> index_;
   bool listed_ = false;
 };
 

@@ -141,7 +141,7 @@ class Server {
   Server(const Product& product, const ServerOptions& options)
       : product_(product),
         options_(options),
-        runs_(options.places, options.live),
+        runs_(options.places, options.live, options.live.empty() ? options.index : runs::user_index()),
         answers_(product, options, runs_),
         acceptor_(io_),
         timer_(io_),

@@ -21,9 +21,11 @@ struct ServerOptions {
   int port = 0;                    ///< 0: the first free one from kFirstPort on
   std::vector<std::string> hosts;  ///< further names of this page, "lab.example.org[:PORT]"
   std::string token;               ///< commands and reading ask for it; empty: there are no commands
-  bool is_public = false;          ///< whoever reaches the page may read
-  std::filesystem::path firn;      ///< program that resumes a run; empty: the one beside this process's own
-  int stop_fd = -1;                ///< the server ends when it is readable; -1: never
+  std::filesystem::path
+      index;  ///< of the runs (runs/find/run_index.h); empty: in memory; of a live print the user's
+  bool is_public = false;      ///< whoever reaches the page may read
+  std::filesystem::path firn;  ///< program that resumes a run; empty: the one beside this process's own
+  int stop_fd = -1;            ///< the server ends when it is readable; -1: never
   std::function<void(const std::string& address)> listening;  ///< "http://127.0.0.1:8750/"
 };
 

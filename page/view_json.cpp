@@ -221,7 +221,8 @@ nlohmann::ordered_json about_json(const runs::RunMeta& meta, const runs::RunNote
   for (const MetaEntry& e : meta.values)
     std::visit([&](const auto& value) { j["meta"][e.key] = value; }, e.value);
   for (const runs::NoteEntry& n : notes.notes())
-    j["notes"].push_back({{"time_utc", n.time_utc}, {"author", n.author}, {"text", n.text}});
+    j["notes"].push_back(
+        {{"time_utc", n.time_utc}, {"author", n.author}, {"host", n.host}, {"text", n.text}});
   return j;
 }
 

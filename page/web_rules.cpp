@@ -95,6 +95,25 @@ std::vector<std::string> query_values(std::string_view target, std::string_view 
   return values;
 }
 
+std::string query_text(std::string_view target, std::string_view key) {
+  std::size_t at = target.find('?');
+  while (at != target.npos) {
+    target.remove_prefix(at + 1);
+    at = target.find('&');
+    const std::string_view pair = target.substr(0, at);
+    const std::size_t equals = pair.find('=');
+    if (equals == pair.npos || pair.substr(0, equals) != key) continue;
+    std::string text;
+    for (std::string_view rest = pair.substr(equals + 1); !rest.empty(); rest.remove_prefix(1)) {
+      const auto value = rest[0] == '%' && rest.size() > 2 ? hex_byte(rest.substr(1, 2)) : std::nullopt;
+      text += value ? char(*value) : rest[0];
+      if (value) rest.remove_prefix(2);
+    }
+    return text;
+  }
+  return "";
+}
+
 std::string run_of(std::string_view target) {
   const auto ids = query_values(target, "run");
   return ids.empty() ? "live" : ids.front();

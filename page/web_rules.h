@@ -29,6 +29,8 @@ std::vector<std::string> path_parts(std::string_view target);
 /// Returns the values of a key in "/x?key=A&key=B" with %XX decoded; empty: one that no path may
 /// hold.
 std::vector<std::string> query_values(std::string_view target, std::string_view key);
+/// Returns the first value of a key with %XX decoded, whatever it holds; empty: there is none.
+std::string query_text(std::string_view target, std::string_view key);
 /// Returns the value of the key "run"; "live": there is none.
 std::string run_of(std::string_view target);
 

@@ -38,7 +38,7 @@ EVIDENCE = {
     "default-jdk-headless": r"find_package\(Java", "default-jre": r"\bXvfb\b", "liblcm-java": r"FIRN_JAVA_FOLDER\}/lcm\.jar",
     "libjchart2d-java": r"FIRN_JAVA_FOLDER\}/jchart2d\.jar", "xvfb": r"\bXvfb\b",
     "libtbb-dev": r"<tbb/", "libpolyclipping-dev": r"<polyclipping/", "libboost-dev": r"<boost/", "libpng-dev": r"<png\.h>",
-    "libexpat1-dev": r"<expat\.h>", "zlib1g-dev": r"<zlib\.h>", "libzip-dev": r"<zip\.h>", "libzstd-dev": r"<zstd\.h>",
+    "libexpat1-dev": r"<expat\.h>", "zlib1g-dev": r"<zlib\.h>", "libzip-dev": r"<zip\.h>", "libzstd-dev": r"<zstd\.h>", "libsqlite3-dev": r"<sqlite3\.h>",
     "libhdf5-dev": r"<hdf5\.h>", "libhdf5-103-1": r"libhdf5_serial\.so\.103", "python3-h5py": r"import h5py", "hdf5-tools": r"\bh5dump\b", "zstd": r'"zstd", "-d"',
     "python3-matplotlib": r"import matplotlib", "python3-jsonschema": r"import jsonschema", "python3-nbformat": r"import nbformat", "python3-dev": r"find_package\(Python3", "pybind11-dev": r"<pybind11/", "python3-numpy": r"import numpy",
     "groff-base": r"\"groff\"", "zsh": r"\"zsh\"", "fish": r"\"fish\"",

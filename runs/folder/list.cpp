@@ -1,10 +1,8 @@
 #include "runs/folder/list.h"
 
 #include <algorithm>
-#include <sstream>
 
 #include "files/json.h"
-#include "files/lowercase.h"
 #include "files/text_file.h"
 #include "files/usage_error.h"
 #include "runs/folder/pack.h"
@@ -26,8 +24,12 @@ RunEntry run_entry(const fs::path& folder) {
     e.started_utc = provenance.value("started_utc", "");
     e.name = provenance.value("name", "");
     e.scheme = provenance.value("scheme", "");
+    if (const auto seeds = provenance.find("seeds"); seeds != provenance.end() && seeds->is_object())
+      if (const auto seed = seeds->find("plant"); seed != seeds->end() && seed->is_number_integer())
+        e.seed = seed->get<std::int64_t>();
     e.bytes = folder_bytes(folder);
     const RunFolder run = RunFolder::open(folder);
+    e.run_id = run.run_id();
     e.lab = lab_kind_in(run.experiment_toml());
     e.meta = run_meta(run.provenance());
     e.notes = read_notes(folder);
@@ -53,22 +55,6 @@ std::vector<RunEntry> list_runs(const fs::path& root) {
     if (is_run(entry.path())) runs.push_back(run_entry(entry.path()));
   std::ranges::sort(runs, {}, [](const RunEntry& r) { return std::pair(r.started_utc, r.folder.string()); });
   return runs;
-}
-
-bool mentions(const RunEntry& run, const std::string& word) {
-  std::string text = run.folder.filename().string() + "\n" + run.outcome + "\n" + run.reason;
-  for (const MetaEntry& m : run.meta.values) text += "\n" + meta_value_text(m.value);
-  for (const std::string& tag : run.notes.tags()) text += "\n" + tag;
-  for (const NoteEntry& note : run.notes.notes()) text += "\n" + note.text;
-  try {
-    std::istringstream in(
-        read_file(RunPaths(run.folder).experiment_path()));  // every key is in every experiment
-    for (std::string line; std::getline(in, line);)
-      if (const std::size_t equals = line.find('='); equals != line.npos)
-        text += "\n" + line.substr(equals + 1);
-  } catch (const std::exception&) {  // the list names it
-  }
-  return lowercase(text).find(lowercase(word)) != std::string::npos;
 }
 
 bool remove_run(const RunEntry& seen) {

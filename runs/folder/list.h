@@ -15,6 +15,8 @@ namespace firn::runs {
 
 struct RunEntry {
   std::filesystem::path folder;
+  std::int64_t run_id = 0;
+  std::optional<std::int64_t> seed;  ///< of the simulated world
   std::string started_utc, name, scheme, lab;
   std::string
       outcome;  ///< "finished", "stopped safely", …; "running (pid 1234)", "interrupted" without an end
@@ -33,10 +35,6 @@ RunEntry run_entry(const std::filesystem::path& folder);
 /// Returns the run folders in `root`, oldest first. Other folders are left out.
 /// @throws UsageError: no such folder
 std::vector<RunEntry> list_runs(const std::filesystem::path& root);
-
-/// Returns true if `word` is in the folder's name, the outcome, its reason, a value of [meta], a tag, a note
-/// or a value of the experiment, in any case of letters.
-bool mentions(const RunEntry& run, const std::string& word);
 
 /// Removes a run folder that nobody uses, if it still is as `seen`: under another name first, so that a kill
 /// leaves a run or none.

@@ -92,7 +92,11 @@ const char* missing_part(const fs::path& folder) {
 }  // namespace
 
 bool is_run(const fs::path& folder) {
-  return !missing_part(folder) && !folder.filename().string().starts_with(kRemoving);
+  return !missing_part(folder) && !is_unfinished_name(folder.filename().string());
+}
+
+bool is_unfinished_name(std::string_view name) {
+  return name.starts_with(kRemoving) || name.starts_with(kArriving);
 }
 
 void require_run(const fs::path& folder) {

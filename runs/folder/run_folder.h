@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/experiment.h"
@@ -22,11 +23,14 @@ namespace firn::runs {
 /// Returns the result that RUN_END reports; `outcome` is a RunOutcome.
 RunResult result_of(int outcome, int layers, std::string reason);
 
-/// Begins the name of a run folder that is being removed.
-inline constexpr const char* kRemoving = ".removing-";
+/// Begins the name of a run folder that is being removed, and of one that a copy is arriving in.
+inline constexpr const char *kRemoving = ".removing-", *kArriving = ".arriving-";
+
+/// Returns true for the name of a folder that is no run, whatever it holds.
+bool is_unfinished_name(std::string_view folder_name);
 
 /// Returns true for the folder of a run: it has experiment.toml, provenance.json and nodes/, none of them a
-/// link, and is not being removed.
+/// link, and is neither being removed nor still arriving.
 bool is_run(const std::filesystem::path& folder);
 /// @throws UsageError "RUN: is no run folder: it has no nodes"
 void require_run(const std::filesystem::path& folder);

@@ -271,6 +271,12 @@ TEST_CASE("notes are kept in the run's folder, with the token alone") {
   CHECK(answered["notes"][0]["author"] == "Ada");
   CHECK(answered["notes"][0]["time_utc"].get<std::string>().ends_with("Z"));
   CHECK(c.request("POST", target, type, json{{"token", "secret"}, {"add_tags", {" "}}}.dump()).status == 400);
+  const auto where = [&](const std::string& condition) {
+    return json::parse(c.get("/api/runs?where=" + condition).body);
+  };
+  CHECK(where("tag%20%3D%20dry")["runs"].size() == 1);
+  CHECK(where("tag%20%3D%20good")["runs"].empty());
+  CHECK_THAT(where("tag%20%3D")["error"].get<std::string>(), Contains("column 6: a value is wanted"));
   const json listed = json::parse(c.get("/api/runs").body)["runs"];
   const auto run =
       std::ranges::find(listed, s.id, [](const json& r) { return r["label"].get<std::string>(); });

@@ -198,6 +198,11 @@ test("runs are found by words, tags and keys, and sorted with the unknown last e
   assert.equal(ids(runs), "abc");
 });
 
+test("a condition is told from words that are looked for", () => {
+  for (const text of ["rms_um < 2", "meta.ink ~ x", "has tag", "not has rms_um", "a=b"]) assert.ok(page.is_condition(text), text);
+  for (const text of ["mpc", "tag:good scheme:mpc", "has", "hash x", ""]) assert.ok(!page.is_condition(text), text);
+});
+
 test("only settings that differ are shown, by value and not by the object that holds it", () => {
   const rows = page.differing([[{key: "a", value: [1, 2]}, {key: "b", value: 1, unit: "mm"}, {key: "only", value: 0}], [{key: "b", value: 2, unit: "mm"}, {key: "a", value: [1, 2]}]]);
   assert.deepEqual(rows, [{key: "b", unit: "mm", values: [1, 2]}, {key: "only", unit: "", values: [0, undefined]}]);

@@ -64,6 +64,12 @@ export class MockServer {
     };
     const json = (status, body) => send(status, "application/json", JSON.stringify(body));
     if (kFiles[url.pathname]) return send(200, kFiles[url.pathname][1], readFileSync(join(kDist, kFiles[url.pathname][0])));
+    const where = url.pathname === "/api/runs" && url.searchParams.get("where");
+    if (where) {  // one condition is enough for the page's side
+      const [, key, value] = where.match(/^meta\.(\w+) = (\w+)$/) ?? [];
+      return key ? json(200, {runs: this.runs.filter(run => run.meta[key] === value).map(run => run.summary())})
+        : json(200, {runs: [], error: "column 7: a value is wanted behind '<'"});
+    }
     if (url.pathname === "/api/runs") return json(200, {runs: this.runs.map(run => run.summary())});
     const parts = url.pathname.split("/").filter(Boolean).map(decodeURIComponent);
     if (parts[0] !== "api" || parts[1] !== "runs") return json(404, {error: "no such address"});

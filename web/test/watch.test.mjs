@@ -420,6 +420,12 @@ test("the difference to another layer and to another run is the difference of th
 
 test("runs are searched, sorted, noted in the run, and two are put beside each other with only the settings that differ", () => with_page(async (page, server) => {
   await see(page, "5 of 5");
+  await page.type('input[type="search"]', "meta.ink = TPGDA");
+  await see(page, "1 of 5");
+  await page.click('input[type="search"]', {clickCount: 3});
+  await page.type('input[type="search"]', "rms <");
+  await see(page, "column 7: a value is wanted behind '<'");
+  await page.click('input[type="search"]', {clickCount: 3});
   await page.type('input[type="search"]', "cylinder");
   await see(page, "3 of 5");
   await (await button(page, "RMS")).click();

@@ -18,6 +18,11 @@ export function found(runs: RunSummary[], words: string): RunSummary[] {
   }));
 }
 
+/** True for a condition as firn runs find takes it, which the process answers: "rms_um < 2 and meta.ink ~ tpgda". */
+export function is_condition(words: string): boolean {
+  return /[<>=~]|^\s*(not\s+)?has\s/.test(words);
+}
+
 /** In order of a column; runs without a value come last either way. */
 export function sorted(runs: RunSummary[], key: SortKey, down: boolean): RunSummary[] {
   return [...runs].sort((a, b) => {

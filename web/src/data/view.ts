@@ -94,15 +94,20 @@ export class View extends Observable {
 
   async load_runs(): Promise<void> {
     try {
-      const reply = await read(address_of("api/runs"));
-      const body = await reply.json();
-      if (!reply.ok) throw new Error(body?.error ?? reply.statusText);
-      this.runs = body.runs ?? [];
+      this.runs = await this.runs_of("");
       this.trouble = null;
     } catch (error) {
       this.trouble = `the list of runs: ${(error as Error).message}`;
     }
     this.changed();
+  }
+
+  /** Runs that meet a condition, as firn runs find takes it; all of them without one. */
+  async runs_of(where: string): Promise<RunSummary[]> {
+    const reply = await read(address_of(`api/runs${where && `?where=${encodeURIComponent(where)}`}`));
+    const body = await reply.json();
+    if (!reply.ok || body?.error) throw new Error(body?.error ?? reply.statusText);
+    return body.runs ?? [];
   }
 
   choose(id: string, wanted: boolean): void {

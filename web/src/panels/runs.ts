@@ -4,7 +4,7 @@ import {html} from "htm/preact";
 import {useEffect, useRef, useState} from "preact/hooks";
 import {use_observed} from "../data/observable";
 import type {RunSummary} from "../data/protocol";
-import {found, sorted, type SortKey} from "../data/run_list";
+import {found, is_condition, sorted, type SortKey} from "../data/run_list";
 import {view} from "../data/view";
 import {date, height_words, label, number, with_micro} from "../data/words";
 import {go} from "../routes";
@@ -14,6 +14,7 @@ import {kThumbnailWords, Thumbnail} from "./thumbnail";
 const kColumns: [SortKey, string][] = [["label", "Run"], ["started_utc", "Started (UTC)"], ["lab", "Lab"], ["scheme", "Scheme"],
   ["layers", "Layers"], ["outcome", "End and verdict"], ["rms_um", "RMS"], ["overspill_percent", "Overspill, %"]];
 const kRowsAtOnce = 60;
+const kAsk_ms = 250;  // after the last letter of a condition
 
 export function Runs() {
   use_observed(view);
@@ -24,7 +25,18 @@ export function Runs() {
   const [rows, set_rows] = useState(kRowsAtOnce);
   useEffect(() => void view.load_runs(), []);
   useEffect(() => set_rows(kRowsAtOnce), [words, key, down]);
-  const runs = sorted(found(view.runs ?? [], words), key, down);
+  const asked = is_condition(words) ? words : "";
+  const [answer, set_answer] = useState<{asked: string; ids: Set<string>; trouble: string | null} | null>(null);
+  useEffect(() => {
+    if (!asked) return;
+    const timer = setTimeout(() => void view.runs_of(asked).then(
+      all => set_answer({asked, ids: new Set(all.map(run => run.id)), trouble: null}),
+      error => set_answer({asked, ids: new Set(), trouble: (error as Error).message})), kAsk_ms);
+    return () => clearTimeout(timer);
+  }, [asked]);
+  const all = view.runs ?? [];
+  const met = asked ? all.filter(run => answer?.ids.has(run.id)) : found(all, words);
+  const runs = sorted(met, key, down);
   const sort = (column: SortKey) => {
     if (column === key) set_down(!down);
     else set_key(column);
@@ -33,12 +45,13 @@ export function Runs() {
     <section class="panel runs" aria-labelledby="runs-title">
       <div class="row head">
         <h2 id="runs-title">Runs</h2>
-        <label>Search <input type="search" value=${words} placeholder="mpc tag:good" onInput=${(e: Event) => set_words((e.target as HTMLInputElement).value)} /></label>
+        <label>Search <input type="search" value=${words} placeholder="mpc tag:good, or rms_um < 2 and meta.ink ~ tpgda" onInput=${(e: Event) => set_words((e.target as HTMLInputElement).value)} /></label>
         <span class="soft" role="status">${view.runs ? `${runs.length} of ${view.runs.length}` : "loading…"}</span>
         <button type="button" class="main" disabled=${view.chosen.length < 2} onClick=${() => go({page: "compare", compare: view.chosen})}>
           Put ${view.chosen.length || ""} beside each other</button>
         ${view.chosen.length > 0 && html`<${ReportLink} runs=${view.chosen} />`}
       </div>
+      ${asked && answer?.asked === asked && answer.trouble && html`<p class="bad" role="alert">${answer.trouble}</p>`}
       <p class="soft">${kThumbnailWords}.</p>
       <div class="scroll" tabindex="0" role="region" aria-label="Table of runs"><table class="stack">
         <thead><tr><th scope="col"><span class="hidden">Choose</span></th>
