@@ -11,6 +11,7 @@ namespace firn {
 void declare_attach(OptionSet& options);
 void declare_audit(OptionSet& options);
 void declare_bringup(OptionSet& options);
+void declare_bundle(OptionSet& options);
 void declare_calibrate(OptionSet& options);
 void declare_cassette(OptionSet& options);
 void declare_compare(OptionSet& options);
@@ -34,6 +35,7 @@ void declare_preview(OptionSet& options);
 void declare_print(OptionSet& options);
 void declare_replay(OptionSet& options);
 void declare_report(OptionSet& options);
+void declare_repro(OptionSet& options);
 void declare_reproduce(OptionSet& options);
 void declare_runs(OptionSet& options);
 void declare_slice(OptionSet& options);
