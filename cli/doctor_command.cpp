@@ -137,7 +137,7 @@ Check wake_ups() {
   return {"wake-ups", true, found + (longest_s < kLease_s ? "" : std::string(": ") + kPriorityRemedy), ""};
 }
 
-// Another computer of the lab: whether ssh reaches it, and what its own doctor says.
+// Another computer of the lab: whether ssh reaches it, and its own doctor's findings.
 std::vector<Check> checks_of_host(const Experiment& lab, const std::string& host) {
   const auto began = std::chrono::steady_clock::now();
   const CommandEnd end = run_command(words_at_host(lab, host, "doctor", {"--json"}));

@@ -41,7 +41,7 @@ std::string meta_line(const Json& meta) {
   return text;
 }
 
-// A line a run, and below it what was printed, its part and its verdict.
+// A line a run, and below it [meta], its part and its verdict.
 void show_listed(const std::filesystem::path& folder, const Json& j, const std::string& outcome) {
   const LabWords& words = lab_words(text_of_listing(j, "lab"));
   fmt::print("{:<44} {:<10} {:>4} layers {:>14} {:>9}  {}\n", folder.string(), text_of_listing(j, "scheme"),

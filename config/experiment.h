@@ -221,7 +221,7 @@ struct RunConfig {
 /// Computers on which processes of the run are, beside the launcher's.
 struct HostsConfig {
   std::map<std::string, std::string>
-      address;  ///< by name: what ssh calls it, and perhaps where firn is there
+      address;  ///< by name: its address for ssh, and perhaps the place of firn there
   std::map<std::string, std::string> of_node;  ///< name of each node's host; empty: the launcher's computer
 };
 

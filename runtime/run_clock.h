@@ -28,7 +28,7 @@ struct ClockPoint {
 };
 
 /// Node time = (monotonic - epoch) * scale + offset. After a resume the offset is behind everything that was
-/// recorded. Copies go together: what one follows all do.
+/// recorded. Copies go together: all follow the clock that one follows.
 class RunClock {
  public:
   RunClock(std::int64_t epoch_ns, std::int64_t offset_us, double scale);

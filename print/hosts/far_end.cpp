@@ -272,7 +272,7 @@ bool FarEnd::all_ended() {
   return std::ranges::none_of(children_, [](const auto& c) { return c->running(); });
 }
 
-// What has been sent piece by piece while it grew is told whole, with its sums.
+// Records that were sent piece by piece are told whole, with their sums.
 void FarEnd::hand_over() {
   if (!std::exchange(sending_last_, true))
     for (const std::string& node : order_.nodes) source_->add(relay::faults_of(node), 0);

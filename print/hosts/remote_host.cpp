@@ -37,7 +37,7 @@ class RemoteHost::Process : public NodeProcess {
     state_.lines.pop_front();
     return line;
   }
-  void add_to(std::vector<pollfd>&) override {}  // what it says comes by the relay
+  void add_to(std::vector<pollfd>&) override {}  // its lines come by the relay
   const std::optional<Ending>& poll_ending() override {
     host_.service();
     if (!state_.ending && !host_.relay_.running()) state_.ending = Ending{};

@@ -31,7 +31,7 @@ class RemoteHost {
 
   /// The relay, whose end is the end of all that is there.
   NodeProcess& relay() { return relay_; }
-  /// Sorts what the relay has said since the last call.
+  /// Sorts the relay's lines since the last call.
   void service();
   bool ready() const { return ready_; }
   bool collected() const { return collected_; }            ///< all records that were made there are here
@@ -64,7 +64,7 @@ inline constexpr double kCollectSilenceS = 20.0;
 /// and without files and arguments.
 std::vector<relay::HostOrder> host_orders(const Experiment& experiment, const runs::RunFolder& run,
                                           const std::vector<std::string>& nodes);
-/// The files of the run that a host needs: configuration, provenance, inputs, and what its nodes recorded.
+/// The files of the run that a host needs: configuration, provenance, inputs, and its nodes' records.
 std::map<std::string, relay::FileState> files_for(const runs::RunFolder& run, const relay::HostOrder& order);
 
 }  // namespace firn

@@ -1,4 +1,4 @@
-// RunHosts holds the other computers of a print: starts what runs there, watches their relays, and collects
+// RunHosts holds the other computers of a print: starts the processes there, watches the relays, and collects
 // their records when the print is over.
 #pragma once
 

@@ -41,11 +41,11 @@ class LcmBus : public Bus {
   void receive(const Sink& sink) override;
   void publish(std::string_view channel, std::span<const std::byte> datagram) override;
 
-  /// For a relay to another host: listens to every channel, but not to what this bus sends itself. Only with
-  /// a key, by which receive_sealed() still drops what is not of this run.
+  /// For a relay to another host: listens to every channel, but not to this bus itself. Only with
+  /// a key, by which receive_sealed() still drops messages of other runs.
   void subscribe_all();
-  /// As receive() and publish(), with the messages' MACs behind them, as they are on the bus. A copy of what
-  /// was published is not published again.
+  /// As receive() and publish(), with the messages' MACs behind them, as they are on the bus. A second copy of
+  /// a message is not published again.
   void receive_sealed(const Sink& sink);
   void publish_sealed(std::string_view channel, std::span<const std::byte> sealed);
 
@@ -65,7 +65,7 @@ class LcmBus : public Bus {
   sockaddr_in group_{};
   std::set<std::string, std::less<>> channels_;
   bool all_channels_ = false;
-  in_port_t own_port_ = 0;  // of what is sent, in network order; with all_channels_
+  in_port_t own_port_ = 0;  // of sent datagrams, in network order; with all_channels_
   std::vector<std::byte> buffer_;
   std::array<std::uint64_t, kPacketFaults> dropped_{};
   std::optional<MacVerifier> check_;

@@ -85,7 +85,7 @@ void FileSink::take(const Frame& f) {
   const std::filesystem::path file = run_ / f.name;
   if (!takes_(f.name)) refuse(file, "is no file that the other host may send");
   std::filesystem::create_directories(file.parent_path());
-  const bool anew = f.number == 0 && !RunPaths::is_wal(file);  // what a node has recorded is never taken back
+  const bool anew = f.number == 0 && !RunPaths::is_wal(file);  // a node's record is never taken back
   const Closing opened{open_or_refuse(file, O_WRONLY | O_CREAT | (anew ? O_TRUNC : 0))};
   const std::int64_t end = ::lseek(opened.fd, 0, SEEK_END);
   if (end != f.number)

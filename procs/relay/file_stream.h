@@ -24,7 +24,7 @@ class FileSource {
   void add(const std::string& name, std::int64_t from);
   /// Sees how far the files have grown. @throws std::runtime_error naming a file that cannot be read
   void look();
-  /// Makes the next piece of what look() saw, file by file in turn. Returns false if there is none.
+  /// Makes the next piece of the bytes that look() saw, file by file in turn. Returns false if there is none.
   bool next(std::vector<std::byte>& frame);
   bool all_sent() const;
 

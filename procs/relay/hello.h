@@ -11,7 +11,7 @@
 
 namespace firn::relay {
 
-/// What ssh calls a host, and the program there.
+/// Address of a host for ssh, and the program there.
 struct HostPlace {
   std::string address, program;
 };
@@ -21,7 +21,7 @@ HostPlace place_of(const std::string& text);
 /// Raised whenever a frame, a hello or a line means something else.
 inline constexpr int kProtocol = 1;
 
-/// What the launcher orders of a host.
+/// The launcher's order to a host.
 struct HostOrder {
   std::string name;     ///< of the host in [hosts]
   std::string address;  ///< of ssh
@@ -35,7 +35,7 @@ struct HostOrder {
   double slack_ms = 0.0;                   ///< most by which the host's clock may be unknown
   double silence_s = 0.0;                  ///< without a word: the host is lost
   bool simulated = false;                  ///< an instrument there is in the simulated world
-  bool collect = false;                    ///< start nothing; send what is recorded there
+  bool collect = false;                    ///< start nothing; send the records
 };
 
 /// The two sides' descriptions of themselves.

@@ -1,4 +1,4 @@
-// NearEnd is the launcher's side of a host: it starts `firn host` there by ssh, gives it what the processes
+// NearEnd is the launcher's side of a host: it starts `firn host` there by ssh, gives it all that the processes
 // need, relays the bus and their control lines, and keeps a copy of their records.
 #pragma once
 
@@ -25,7 +25,7 @@ namespace firn::relay {
 /// "BUS URL": of the host's own bus; "PIDS NODE=PID …"; "CLOCK AHEAD_NS BOUND_NS ROUND_TRIP_NS"; "COLLECTED"; "ERROR TEXT", "FAULT TEXT".
 class NearEnd {
  public:
-  /// @param bus null: only collects what is recorded there
+  /// @param bus null: only collects the records there
   NearEnd(HostOrder order, std::string key_line, std::filesystem::path run, LcmBus* bus,
           ControlLine& control);
   /// @returns 0: all records of the host are here, 1: not, which ERROR or FAULT has explained

@@ -19,7 +19,7 @@ extern char** environ;
 namespace firn::relay {
 namespace {
 
-constexpr std::size_t kMostSaid = 4096;  // bytes of the end of what was said
+constexpr std::size_t kMostSaid = 4096;  // bytes of the end of its messages
 
 }  // namespace
 

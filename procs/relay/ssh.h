@@ -1,4 +1,4 @@
-// Ssh is a running ssh: a byte stream to a program on another computer, and what ssh says when it fails.
+// Ssh is a running ssh: a byte stream to a program on another computer, and ssh's words when it fails.
 #pragma once
 
 #include <sys/types.h>
@@ -24,10 +24,10 @@ class Ssh {
   /// Its standard input and output; the caller closes it.
   int take_stream();
   void add_to(std::vector<pollfd>& fds) const;
-  /// Copies what ssh and the other computer say to this process's stderr.
+  /// Copies the messages of ssh and of the other computer to this process's stderr.
   void service();
   bool running();
-  /// Returns why the connection failed, from the last line that was said, and what helps.
+  /// Returns why the connection failed, from the last line that was said, and the remedy.
   std::string trouble() const;
 
  private:
@@ -37,7 +37,7 @@ class Ssh {
   std::optional<int> status_;
 };
 
-/// Returns the trouble that a line of ssh means, and what to do: "is not known to ssh by this key: …".
+/// Returns the trouble that a line of ssh means, and the remedy: "is not known to ssh by this key: …".
 std::string ssh_trouble(const std::string& last_line, const std::string& address, const std::string& command);
 
 }  // namespace firn::relay

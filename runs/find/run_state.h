@@ -1,4 +1,4 @@
-// Tells whether a run folder is as it was, by what the file system says of few of its files.
+// Tells whether a run folder is as it was, by sizes and times of few of its files.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// RunMeta holds what a run's provenance says about the thing that was printed and where.
+// RunMeta holds the part of a run's provenance about the printed thing and its place.
 #pragma once
 
 #include <string>

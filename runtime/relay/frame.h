@@ -1,4 +1,4 @@
-// A frame is one piece of what a relay sends over the byte stream to another host: a datagram of the bus, a
+// A frame is one piece of a relay's byte stream to another host: a datagram of the bus, a
 // line for a process, a question about the clock, a piece of a file. Its kind decides which goes first.
 #pragma once
 

@@ -96,7 +96,7 @@ void Link::handle(Lane& lane, const Frame& frame, const Take& take) {
   switch (frame.kind) {
     case FrameKind::kAsk:
       lane.queue.add({FrameKind::kTell, {}, frame.number, now, {}});
-      return write(lane);  // before anything else: what lies between widens the bound
+      return write(lane);  // before anything else: time in between widens the bound
     case FrameKind::kTell:
       clock_.add(frame.number, frame.second, now);
       if (const auto e = clock_.at(now)) lane.queue.set_round_trip_ns(e->quickest_ns);

@@ -1,7 +1,7 @@
 // Link sends and receives frames over byte streams to another host, and bounds that host's clock. It never
 // waits.
 //
-// The first stream carries all. Further ones, its lanes, carry what goes at once a second time: where packets
+// The first stream carries all. Further ones, its lanes, carry urgent frames a second time: where packets
 // get lost, one stream stands still for longer than a lease every few minutes, and two of them hardly ever at
 // one time.
 #pragma once
@@ -32,7 +32,7 @@ class Link {
   void add_lane(int fd);
 
   using Take = std::function<void(const Frame&)>;
-  /// Reads and hands on hello, lines, datagrams and files; answers the rest itself; writes what may leave.
+  /// Reads and hands on hello, lines, datagrams and files; answers the rest itself; writes frames that may leave.
   /// Datagrams that came by several lanes are handed on as often. @throws std::runtime_error: no frames come
   void service(const Take& take);
   void add_to(std::vector<pollfd>& fds) const;

@@ -11,7 +11,7 @@ namespace {
 constexpr std::int64_t kPeriodNs = 200'000'000;
 constexpr std::size_t kPeriods = 10;
 constexpr double kAhead = 1.5;
-constexpr double kQueueNs = 10e6;      // on top of the round trip: what the other side needs
+constexpr double kQueueNs = 10e6;      // on top of the round trip, for the other side's own work
 constexpr std::size_t kMacBytes = 32;  // of a sealed datagram (procs/bus/message_mac.h)
 
 }  // namespace

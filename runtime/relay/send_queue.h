@@ -26,7 +26,7 @@ class SendQueue {
   /// one that waits already is not queued again; beyond kMostWaitingBytes it is dropped: the bus asks again.
   void add(const Frame& frame);
   void set_files(NextFile files) { files_ = std::move(files); }
-  /// Appends what may leave at `now_ns`, at most about `most` bytes. Returns false if nothing may.
+  /// Appends frames that may leave at `now_ns`, at most about `most` bytes. Returns false if nothing may.
   bool next(std::int64_t now_ns, std::size_t most, std::vector<std::byte>& to);
   /// The other side has taken so many bytes of datagrams and files.
   void taken(std::int64_t bytes, std::int64_t now_ns);

@@ -139,7 +139,7 @@ TEST_CASE("firn alone says what it is for and gives three commands that it knows
   for (std::string line; std::getline(in, line);) {
     if (line.rfind("  firn ", 0) != 0) continue;
     ++examples;
-    line.resize(line.find("   ", 2));  // the command, without what it does
+    line.resize(line.find("   ", 2));  // the command, without its purpose
     CHECK(parsed(line).problem.empty());
   }
   CHECK(examples == 3);

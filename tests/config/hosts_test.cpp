@@ -1,4 +1,4 @@
-// [hosts] and the keys that name a host: which lab files are taken, and what the dump keeps of them.
+// [hosts] and the keys that name a host: which lab files are taken, and their dump.
 #include <catch2/catch.hpp>
 
 #include <string>

@@ -1,4 +1,4 @@
-// [meta] of an experiment: what is printed, typed and required by the lab, part of no node's configuration.
+// [meta] of an experiment: facts about the printed thing, typed and required by the lab, part of no node's configuration.
 #include <catch2/catch.hpp>
 
 #include <cmath>

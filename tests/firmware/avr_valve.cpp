@@ -60,7 +60,7 @@ void AvrValve::wake(std::int64_t now_us) {
 }
 
 // A pulse that is open is run to its end, which may be in the world's future: nature takes a pulse with its
-// length. What comes meanwhile waits for that end.
+// length. Bytes that come meanwhile wait for that end.
 void AvrValve::run_until(std::int64_t now_us) {
   if (!awake_) return;
   const std::uint64_t until = cycle_at(now_us);

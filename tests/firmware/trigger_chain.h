@@ -22,7 +22,7 @@ struct ChainPath {
 struct ChainPart {
   std::string name;
   std::vector<ChainPath> paths;
-  double mean_ms = 0.0;    ///< what a calibrated latency takes away
+  double mean_ms = 0.0;    ///< the part that a calibrated latency takes away
   double worst_ms = 0.0;   ///< the farthest from the mean, at the begin or the end of any path
   double drift_ppm = 0.0;  ///< least squares of end - begin against the span
 };

@@ -203,7 +203,7 @@ void seed_slices() {
   seed("fuzz_slice", "lattice", std::as_bytes(std::span(lattice)));
 }
 
-// What a host says to the boxes' firmware: a list that fires, set points and readings.
+// Requests of a host to the boxes' firmware: a list that fires, set points and readings.
 void seed_firmware() {
   using namespace drivers;
   const std::vector<std::uint16_t> ticks{0, 1, 2, 5, 9};

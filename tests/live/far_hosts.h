@@ -27,7 +27,7 @@ class FarHosts {
   void thaw(const std::string& host) { order("thaw " + host); }
   /// Of all that runs there but sshd.
   std::vector<int> pids(const std::string& host);
-  /// Where the hosts keep what they record: FOLDER/HOST/firn/hosts.
+  /// Folder of the hosts' records: FOLDER/HOST/firn/hosts.
   const std::filesystem::path& folder() const { return folder_; }
 
  private:

@@ -86,7 +86,7 @@ TEST_CASE("a print with instruments at two other computers ends as on one, repla
 }
 
 // Where a scan's rows lie depends on the moment at which it began, so that a scheme that looks at its map
-// prints two parts that differ by the noise of the map, on one computer too. Layers that are given show what
+// prints two parts that differ by the noise of the map, on one computer too. Layers that are given show
 // the line changes.
 TEST_CASE("a slow line that loses packets changes nothing in the part", "[hosts]") {
   if (no_hosts()) return;

@@ -1,4 +1,4 @@
-// Conditions on runs: what they mean, and errors that point at the column.
+// Conditions on runs: their meaning, and errors that point at the column.
 #include <catch2/catch.hpp>
 
 #include "core/grid/random.h"

@@ -1,4 +1,4 @@
-// The index of runs: it says what the folders say, also after changes, damage, and with two writers at once.
+// The index of runs: it agrees with the folders, also after changes, damage, and with two writers at once.
 #include <catch2/catch.hpp>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Frames, their order and the other host's clock: what goes over the line to another computer of a run.
+// Frames, their order and the other host's clock: the line to another computer of a run.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
