@@ -51,7 +51,7 @@ std::vector<std::string> option_values(const std::vector<std::string>& words, st
   return values;
 }
 
-// The reason why a run cannot be printed again by any program; empty: it can.
+// The reason for which no program could print a run again; empty: there is none.
 std::string hindrance(const fs::path& run, const runs::RunFolder& folder, const Experiment& e,
                       const runs::ProvenanceDocument& provenance, bool run_python) {
   if (is_imported(run)) return "it is a record of others: nothing was printed by Firn";

@@ -12,7 +12,7 @@ struct Product;
 
 struct PrintedAgain {
   bool same = false;           ///< every message has the same bytes
-  bool printed = false;        ///< else `why` is the reason
+  bool printed = false;        ///< else `why` has the reason
   std::uint64_t messages = 0;  ///< equal ones
   std::string why;             ///< the first reason
 };

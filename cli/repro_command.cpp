@@ -69,7 +69,7 @@ struct ReproVerdict {
   bool good = true;  ///< each step as it must be
 };
 
-// The first sentence about a difference.
+// The first difference in words.
 std::string first_reason(const replay::RunVerdict& v) {
   if (!v.altered.empty()) return v.altered.front();
   const auto text = replay::to_text(v);

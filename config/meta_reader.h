@@ -27,9 +27,9 @@ class MetaReader {
   static bool reads(std::string_view key) { return key == "meta" || key == "lab.meta"; }
   /// @throws ConfigError naming key, value and requirement
   void read(std::string_view section, const MetaNode& node, const std::string& file, int line);
-  /// Takes "meta.KEY=VALUE" of a command line. The type that a lab declares decides the type of VALUE; without
+  /// Takes "meta.KEY=VALUE" of a command line. The type that a lab declares is that of VALUE; without
   /// one a number is a number, and all else is text.
-  /// @param written value as TOML reads it @param word the value as a text
+  /// @param written as TOML reads it @param word the value as a text
   void override_with(const std::string& key, const MetaNode& written, const std::string& word);
   /// Returns the checked values.
   PrintMeta finish() const;

@@ -169,7 +169,9 @@ class Writer {
       of_key(q.key, "(number = ? OR (number IS NULL AND word = ?))");
     } else {
       out_.values.emplace_back(*q.number);
-      of_key(q.key, std::string("number ") + sign(op) + " ?");
+      out_.values.emplace_back(q.text);
+      of_key(q.key,
+             std::string("(number ") + sign(op) + " ? OR (number IS NULL AND word " + sign(op) + " ?))");
     }
   }
   static std::string labs_of(const Field& f) {

@@ -1,4 +1,4 @@
-// RunIndex finds runs among many folders: an index in SQLite of the folders' contents. It is never the truth:
+// RunIndex finds runs among many folders: an index of the folders in SQLite. It is never the truth:
 // it follows the folders at each use, and may be removed at any time.
 #pragma once
 

@@ -1,4 +1,4 @@
-// Tells whether a run folder is as it was, by sizes and times of few of its files.
+// Tells whether a run folder is as it was, by the times and sizes of few of its files.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// RunMeta holds the part of a run's provenance about the printed thing and its place.
+// RunMeta holds [meta] and the host of a run, as its provenance has them.
 #pragma once
 
 #include <string>

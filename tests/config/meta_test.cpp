@@ -1,4 +1,5 @@
-// [meta] of an experiment: facts about the printed thing, typed and required by the lab, part of no node's configuration.
+// [meta] of an experiment: facts about a print, typed and required by the lab, part of no node's
+// configuration.
 #include <catch2/catch.hpp>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// The index of runs: it agrees with the folders, also after changes, damage, and with two writers at once.
+// The index of runs agrees with the folders, also after changes, damage, and with two writers at once.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -106,6 +106,7 @@ TEST_CASE("random conditions find the runs that a reading of every run finds") {
       {"scheme = smf", [](const Made& m) { return m.scheme == "smf"; }},
       {"control.scheme != mpc", [](const Made& m) { return m.scheme != "mpc"; }},
       {"tag = good", [](const Made& m) { return m.tagged; }},
+      {"started >= 2026", [](const Made&) { return true; }},
       {"name >= r2", [](const Made& m) { return m.name >= "r2"; }},
       {"tpGDA", [](const Made& m) { return m.ink == "TPGDA 7"; }},
       {"\"of the TEST\"", [](const Made& m) { return m.outcome != "interrupted"; }},
