@@ -114,7 +114,8 @@ int run_runs(const RunsOptions& o) {
   if (further != 0) throw UsageError(action + ": takes no further word");
   if (action == "clean") return clean(o);
   if (action != "list")
-    throw UsageError("'" + action + "' is none of list, find, tag, note, seal, sync, clean, pack, expand, collect");
+    throw UsageError("'" + action +
+                     "' is none of list, find, tag, note, seal, sync, clean, pack, expand, collect");
   std::vector<runs::RunEntry> runs;
   for (const std::string& place : o.runs)
     for (runs::RunEntry& r : runs::list_runs(place)) runs.push_back(std::move(r));

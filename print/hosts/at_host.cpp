@@ -59,7 +59,8 @@ std::string host_of(const Experiment& lab, const std::string& node) {
 
 std::vector<std::string> words_at_host(const Experiment& lab, const std::string& host,
                                        const std::string& command, const std::vector<std::string>& words) {
-  Experiment there = lab;  // as that computer sees it: instruments that are elsewhere are none of its business
+  Experiment there =
+      lab;  // as that computer sees it: instruments that are elsewhere are none of its business
   for (const DevicePort& port : kDevicePorts)
     if (host_of(lab, std::string(port.node)) != host) there.devices.*port.member = "sim:";
   there.hosts = {};

@@ -150,8 +150,8 @@ void LcmBus::subscribe_all() {
     throw std::runtime_error(std::string("bind, of a relay: ") + std::strerror(errno));
   own_port_ = own.sin_port;
   all_channels_ = true;
-  // The kernel keeps out datagrams that this socket sent. Without the filter, which some sandboxes refuse, receive
-  // does.
+  // The kernel keeps out datagrams that this socket sent. Without the filter, which some sandboxes refuse,
+  // receive does.
   sock_filter program[] = {BPF_STMT(BPF_LD | BPF_H | BPF_ABS, 0),  // the port of the sender
                            BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, ntohs(own_port_), 0, 1),
                            BPF_STMT(BPF_RET | BPF_K, 0), BPF_STMT(BPF_RET | BPF_K, 0xFFFFFFFF)};

@@ -44,8 +44,8 @@ class LcmBus : public Bus {
   /// For a relay to another host: listens to every channel, but not to this bus itself. Only with
   /// a key, by which receive_sealed() still drops messages of other runs.
   void subscribe_all();
-  /// As receive() and publish(), with the messages' MACs behind them, as they are on the bus. A second copy of
-  /// a message is not published again.
+  /// As receive() and publish(), with the messages' MACs behind them, as they are on the bus. A second copy
+  /// of a message is not published again.
   void receive_sealed(const Sink& sink);
   void publish_sealed(std::string_view channel, std::span<const std::byte> sealed);
 

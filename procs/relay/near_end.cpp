@@ -124,7 +124,7 @@ void NearEnd::take_hello(const std::string& text) {
   greeted_ = true;
   facts_file_.open(RunPaths(run_).hosts_path() / (order_.name + ".facts"));
   facts_file_ << "host " << hello.facts.host << "\nplatform " << hello.facts.platform << "\nresults "
-      << hello.facts.results << "\n";
+              << hello.facts.results << "\n";
 }
 
 void NearEnd::take_line(std::string_view node, std::string_view line) {

@@ -1,5 +1,5 @@
-// NearEnd is the launcher's side of a host: it starts `firn host` there by ssh, gives it all that the processes
-// need, relays the bus and their control lines, and keeps a copy of their records.
+// NearEnd is the launcher's side of a host: it starts `firn host` there by ssh, gives it all that the
+// processes need, relays the bus and their control lines, and keeps a copy of their records.
 #pragma once
 
 #include <filesystem>
@@ -22,7 +22,8 @@ namespace firn::relay {
 
 /// Lines from the launcher: "TO NODE LINE" for a process there, "STOP CAUSE": the run is over, collect.
 /// Lines to it: "READY": all processes there have started; "FROM NODE LINE"; "ENDED NODE CODE SIGNAL";
-/// "BUS URL": of the host's own bus; "PIDS NODE=PID …"; "CLOCK AHEAD_NS BOUND_NS ROUND_TRIP_NS"; "COLLECTED"; "ERROR TEXT", "FAULT TEXT".
+/// "BUS URL": of the host's own bus; "PIDS NODE=PID …"; "CLOCK AHEAD_NS BOUND_NS ROUND_TRIP_NS"; "COLLECTED";
+/// "ERROR TEXT", "FAULT TEXT".
 class NearEnd {
  public:
   /// @param bus null: only collects the records there

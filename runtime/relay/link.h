@@ -32,8 +32,9 @@ class Link {
   void add_lane(int fd);
 
   using Take = std::function<void(const Frame&)>;
-  /// Reads and hands on hello, lines, datagrams and files; answers the rest itself; writes frames that may leave.
-  /// Datagrams that came by several lanes are handed on as often. @throws std::runtime_error: no frames come
+  /// Reads and hands on hello, lines, datagrams and files; answers the rest itself; writes frames that may
+  /// leave. Datagrams that came by several lanes are handed on as often. @throws std::runtime_error: no
+  /// frames come
   void service(const Take& take);
   void add_to(std::vector<pollfd>& fds) const;
   /// Wall time [us] of the next service() that has something to do.

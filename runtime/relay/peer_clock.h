@@ -19,8 +19,9 @@ class PeerClock {
 
   /// One round trip, all in [ns]: `sent` and `received` by this clock, `told` by the other one.
   void add(std::int64_t sent_ns, std::int64_t told_ns, std::int64_t received_ns);
-  /// Intersects the intervals of the round trips of the last kKeptNs, each wider by kMostDrift for its age. If they
-  /// contradict each other, as after a clock has leapt, the newest alone counts. Nothing before the first.
+  /// Intersects the intervals of the round trips of the last kKeptNs, each wider by kMostDrift for its age.
+  /// If they contradict each other, as after a clock has leapt, the newest alone counts. Nothing before the
+  /// first.
   std::optional<Estimate> at(std::int64_t now_ns) const;
 
   static constexpr double kMostDrift = 500e-6;  ///< of one clock against the other

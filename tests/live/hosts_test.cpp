@@ -86,8 +86,8 @@ TEST_CASE("a print with instruments at two other computers ends as on one, repla
 }
 
 // Where a scan's rows lie depends on the moment at which it began, so that a scheme that looks at its map
-// prints two parts that differ by the noise of the map, on one computer too. Layers that are given show
-// the line changes.
+// prints two parts that differ by the noise of the map, on one computer too. Given layers show
+// the effect of the line alone.
 TEST_CASE("a slow line that loses packets changes nothing in the part", "[hosts]") {
   if (no_hosts()) return;
   Experiment e = tiny_part_beside_centres(6);
