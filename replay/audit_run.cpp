@@ -15,6 +15,7 @@
 #include "plant/record/record.h"
 #include "replay/path_audit.h"
 #include "runs/folder/config_change.h"
+#include "runs/folder/host_record.h"
 #include "runs/folder/one_run.h"
 #include "runs/folder/run_folder.h"
 #include "runs/folder/seal_check.h"
@@ -70,6 +71,8 @@ std::vector<std::string> missing_files(const std::filesystem::path& run, const E
   if (std::filesystem::exists(paths.world_state_path()) &&
       !std::filesystem::exists(paths.world_record_path()))
     missing.push_back("world.rec is missing, though world/state shows that the lab was simulated");
+  if (const std::string incomplete = runs::incomplete_text(run); !incomplete.empty())
+    missing.push_back(incomplete + ": its records are not all here; firn runs collect fetches them");
   return missing;
 }
 

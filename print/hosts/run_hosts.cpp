@@ -3,9 +3,11 @@
 #include <poll.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "config/devices.h"
 #include "files/usage_error.h"
+#include "print/run_facts.h"
 #include "runs/folder/host_record.h"
 #include "runs/folder/incarnation_seal.h"
 #include "runs/folder/log_repair.h"
@@ -123,6 +125,10 @@ void collect_records(const runs::RunFolder& run, const fs::path& programs,
     runs::write_host_record(run.path(), record_of(o, true));
   }
   runs::repair_from_write_ahead(run.log_path(), run.nodes_path());
+  if (std::optional<runs::RunResult> result = run.result()) {  // its audit was of fewer records
+    add_facts(run, parse_experiment(run.experiment_toml(), run.experiment_path().string()), *result);
+    run.write_result(*result);
+  }
   runs::seal_repaired(run.path(), before);
 }
 

@@ -451,9 +451,10 @@ LaunchReport Launch::report() {
     note(log_trouble);
   }
   const std::string incomplete = report.folder.empty() ? "" : runs::incomplete_text(report.folder);
+  const std::string lost = hosts_ ? hosts_->lost() : "";
   if (!incomplete.empty())
-    note(incomplete + (hosts_->lost().empty() ? "" : ": " + hosts_->lost()) + "; firn runs collect " +
-         report.folder.string() + " fetches the rest");
+    note(incomplete + (lost.empty() ? "" : ": " + lost) + "; firn runs collect " + report.folder.string() +
+         " fetches the rest");
   if (!cause_.empty() || !watch_->end()) {
     r.outcome = interrupted ? "interrupted" : "stopped safely";
     r.status = interrupted ? kInterrupted : kSafetyStop;

@@ -12,6 +12,7 @@
 
 #include "core/grid/random.h"
 #include "plant/record/record.h"
+#include "replay/audit_run.h"
 #include "runs/folder/host_record.h"
 #include "tests/live/far_hosts.h"
 #include "tests/live/live_checks.h"
@@ -196,6 +197,9 @@ void lose_a_host(std::uint64_t seed) {
   std::fflush(stdout);
   // A frozen driver stops nothing: its instrument does by itself.
   CHECK(unsafe_s <= tiny_part(1).run.lease_s + (loss == Loss::kFrozen ? 1.0 : 0.005));
+  const std::string incomplete = runs::incomplete_text(run.path());
+  if (!incomplete.empty())
+    CHECK_THAT(replay::audit_words(replay::audit_run(run.path())), Catch::Contains(incomplete));
   hosts.mend(host);
   hosts.thaw(host);
   if (status == 0) return;
