@@ -220,3 +220,18 @@ TEST_CASE("a computer that is lost in mid-print leaves its instruments safe, and
   for (int n = 0; n < count; ++n)
     lose_a_host(std::uint64_t(first ? std::atoll(first) : 11) + std::uint64_t(n));
 }
+
+TEST_CASE("a block of ice with arm and valves at another computer is finished, replays and is clean",
+          "[hosts]") {
+  if (no_hosts()) return;
+  FarHosts hosts({"bench"});
+  Experiment e = tiny_ice(9);
+  e.run.time_scale = 5.0;
+  e.hosts.address["bench"] = "bench:" FIRN_BINARY_DIR "/bin/firn";
+  for (const char* node : {"robot", "valve_a", "valve_b", "laser_point"}) e.hosts.of_node[node] = "bench";
+  LiveRun run(e);
+  run.start(false);
+  CHECK(status_of(run) == 0);
+  check_finished_run(run);
+  CHECK(runs::incomplete_text(run.path()).empty());
+}
