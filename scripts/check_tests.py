@@ -16,6 +16,7 @@ from firn_tree import code, finish, read, sources
 ASSERTION = re.compile(r"\b(?:CHECK|REQUIRE)(?:_FALSE|_THAT|_NOTHROW|_THROWS|_THROWS_AS|_THROWS_WITH|_THROWS_MATCHES)?\s*\(|\b(?:FAIL|FAIL_CHECK)\s*\(")
 TRUTH = re.compile(r"\b(?:CHECK|REQUIRE)(?:_FALSE)?\s*\(")
 TEST = re.compile(r"\b(?:TEMPLATE_|)TEST_CASE(?:_METHOD|_SIG)?\s*\(")
+NAMED_LIKE_AN_OPTION = re.compile(r"TEST_CASE(?:_METHOD|_SIG)?\s*\(\s*\"-")
 CALL = re.compile(r"(?<![\w.>])(~?[A-Za-z_]\w*)\s*(?:<[^<>;(){}]*>)?\s*\(|(?:\.|->)([A-Za-z_]\w*)\s*\(")
 KEYWORDS = {"if", "for", "while", "switch", "catch", "return", "sizeof", "decltype", "alignof", "noexcept", "requires", "constexpr"}
 OPEN, CLOSE = "([{", ")]}"
@@ -179,6 +180,8 @@ def check(root):
                 begin = end + brace.end() - 1
                 check_case(tests, path, text, begin, closing(text, begin), problems)
         check_truths(tests, path, text, problems)
+        for match in NAMED_LIKE_AN_OPTION.finditer(read(root, path)):
+            problems.append(f"{path}:{line_of(read(root, path), match.start())}: a test case whose name begins with '-': Catch takes it for an option")
     return problems
 
 

@@ -22,9 +22,10 @@ namespace fs = std::filesystem;
 using relay::Frame;
 using relay::FrameKind;
 
-constexpr double kClockWithinS = 5.0;  // for the first bound that is small enough
-constexpr double kSilentS = 3.0;       // of the relay; the leases of the drivers end long before
-constexpr double kEndWithinS = 2.0;    // of the processes, as at the launcher
+constexpr double kClockWithinS = 5.0;     // for the first bound that is small enough
+constexpr double kSilentS = 3.0;          // of the relay; the leases of the drivers end long before
+constexpr double kCollectSilentS = 20.0;  // the relay compares the sums of what it got
+constexpr double kEndWithinS = 2.0;       // of the processes, as at the launcher
 constexpr std::int64_t kPredecessorNs = 10'000'000'000;  // above kSilentS and kEndWithinS
 constexpr std::int64_t kLookNs = 50'000'000, kSteerNs = 250'000'000, kTellClockNs = 1'000'000'000;
 constexpr std::int64_t kCalmNs = 1'500'000, kLongestTurnUs = 50'000;
@@ -48,7 +49,10 @@ int FarEnd::run(int in_fd, int out_fd) {
   link_.emplace(in_fd, out_fd);
   link_->ask_time();
   std::string trouble;
-  while (!(all_ended() && (link_->closed() || link_->silent_s() > kSilentS))) try {
+  const auto left = [&] {
+    return link_->closed() || link_->silent_s() > (collecting_ ? kCollectSilentS : kSilentS);
+  };
+  while (!(all_ended() && left())) try {
       turn();
     } catch (const std::exception& e) {
       if (!trouble.empty()) throw;

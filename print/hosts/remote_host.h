@@ -57,9 +57,6 @@ class RemoteHost {
 
 /// A host that has said nothing for so long beyond the lease is lost: its instruments are safe by then.
 inline constexpr double kSilentBeyondLeaseS = 0.2;
-/// The same while records are collected, when nothing is at stake.
-inline constexpr double kCollectSilenceS = 20.0;
-
 /// Returns the orders for the hosts that the experiment names, each with the nodes of `nodes` that run there,
 /// and without files and arguments.
 std::vector<relay::HostOrder> host_orders(const Experiment& experiment, const runs::RunFolder& run,

@@ -105,7 +105,6 @@ void collect_records(const runs::RunFolder& run, const fs::path& programs,
     o.place = fs::absolute(run.path()).string();
     o.nodes = r.nodes;
     o.collect = true;
-    o.silence_s = kCollectSilenceS;
     o.files = files_for(run, o);
     note("collecting the records of host " + r.name);
     ProcessArgs args;

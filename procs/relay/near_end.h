@@ -55,7 +55,8 @@ class NearEnd {
   FileSink sink_;
   std::ofstream facts_file_, clock_file_;
   std::int64_t turned_ns_ = 0, began_ns_;
-  bool greeted_ = false, started_ = false, files_told_ = true, collecting_ = false, collected_ = false;
+  bool greeted_ = false, started_ = false, files_told_ = true, collected_ = false;
+  bool collecting_;  // the processes there have ended, or never began
 };
 
 }  // namespace firn::relay

@@ -150,7 +150,7 @@ TEST_CASE("firn runs lists runs by age with outcome, layers and size, and finds 
   CHECK(named(firn_says({"runs", "find", "SAFELY", "--runs", in, "--json"})) == Names{"a-newest"});
   CHECK(named(firn_says({"runs", "find", "cuboid", "--runs", in, "--json"})).size() == 3);
   for (const char* word : {"helical", "diameter_mm"})  // every experiment has the key
-    CHECK_THAT(firn_says({"runs", "find", word, "--runs", in}).out, Contains("no run mentions it"));
+    CHECK_THAT(firn_says({"runs", "find", word, "--runs", in}).out, Contains("no run meets the condition"));
   CHECK(firn_says({"runs", "find", "--runs", in}).code == 2);
   CHECK(firn_says({"runs", "burn", "--runs", in}).code == 2);
   CHECK(firn_says({"runs", "pack", "--runs", in}).code == 2);

@@ -61,7 +61,7 @@ TEST_CASE("hosts that are none are refused by key", "[hosts]") {
   CHECK(host_refusal("[nodes.safety]\nhost = \"x\"\n").find("unknown key") != std::string::npos);
 }
 
-TEST_CASE("--set names a host too", "[hosts]") {
+TEST_CASE("a host can be named by --set", "[hosts]") {
   const Experiment e =
       parse_experiment({{"lab.toml", ""}}, {"hosts.bench=me@there", "devices.jet.host=bench"});
   CHECK(e.hosts.address.at("bench") == "me@there");

@@ -46,7 +46,7 @@ TEST_CASE("[meta] holds texts, numbers, booleans and dates, in the order of thei
   CHECK(parse_meta({{"x.toml", ""}}, {}).values.empty());
 }
 
-TEST_CASE("--meta follows the file, and a declared text stays a text whatever it looks like") {
+TEST_CASE("option --meta follows the file, and a declared text stays a text whatever it looks like") {
   const Meta meta =
       meta_of("[meta]\nsample = \"old\"\n", {"meta.sample=007", "meta.batch=12", "meta.own=12",
                                              "meta.lot=0042", "meta.dry=true", "meta.humidity_percent=41.5"});

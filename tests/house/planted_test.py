@@ -90,6 +90,7 @@ TESTS = {
     "CHECK(true) through a macro": ('#define GOOD true\nTEST_CASE("a") { CHECK(GOOD); }', "holds by itself (GOOD)"),
     "a macro that checks true": ('#define HOLDS(x) CHECK(x)\nTEST_CASE("a") { HOLDS(1 == 1); }', "holds by itself (1 == 1)"),
     "CHECK of a constant": ('constexpr bool kYes = true;\nTEST_CASE("a") { CHECK(kYes); }', "holds by itself (kYes)"),
+    "a name that Catch takes for an option": ('TEST_CASE("--set is taken") { CHECK(f()); }', "begins with '-'"),
     "CHECK of anything or true": ('TEST_CASE("a") { CHECK((f() || true)); }', "holds by itself"),
     "CHECK of a variable with itself": ('TEST_CASE("a") { const int n = f(); CHECK(n == n); }', "holds by itself (n == n)"),
 }
