@@ -24,12 +24,13 @@ RunEntry run_entry(const fs::path& folder) {
     e.started_utc = provenance.value("started_utc", "");
     e.name = provenance.value("name", "");
     e.scheme = provenance.value("scheme", "");
+    if (const auto id = provenance.find("run_id"); id != provenance.end() && id->is_number_integer())
+      e.run_id = id->get<std::int64_t>();  // of a run that cannot be read, too: orders go by it
     if (const auto seeds = provenance.find("seeds"); seeds != provenance.end() && seeds->is_object())
       if (const auto seed = seeds->find("plant"); seed != seeds->end() && seed->is_number_integer())
         e.seed = seed->get<std::int64_t>();
     e.bytes = folder_bytes(folder);
     const RunFolder run = RunFolder::open(folder);
-    e.run_id = run.run_id();
     e.lab = lab_kind_in(run.experiment_toml());
     e.meta = run_meta(run.provenance());
     e.notes = read_notes(folder);

@@ -78,6 +78,7 @@ TEST_CASE("two folders of one name are shown apart, and found by number and plac
   std::map<std::string, std::string> labels;
   for (const json& run : runs) labels[run["id"]] = run["label"];
   const std::string name = prints.a.filename();
+  INFO(json(labels).dump());
   CHECK(labels == std::map<std::string, std::string>{
                       {runs::address_of(prints.a).text(), name + " in " + prints.a.parent_path().string()},
                       {runs::address_of(prints.b).text(), name + " in " + prints.b.parent_path().string()}});
