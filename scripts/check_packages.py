@@ -42,7 +42,7 @@ EVIDENCE = {
     "libhdf5-dev": r"<hdf5\.h>", "libhdf5-103-1": r"libhdf5_serial\.so\.103", "python3-h5py": r"import h5py", "hdf5-tools": r"\bh5dump\b", "zstd": r'"zstd", "-d"',
     "python3-matplotlib": r"import matplotlib", "python3-jsonschema": r"import jsonschema", "python3-nbformat": r"import nbformat", "python3-dev": r"find_package\(Python3", "pybind11-dev": r"<pybind11/", "python3-numpy": r"import numpy",
     "groff-base": r"\"groff\"", "zsh": r"\"zsh\"", "fish": r"\"fish\"",
-    "slurm-wlm": r"slurmctld", "munge": r"munged", "parallel": r"kProgram = \"parallel\"|\"parallel\"", "openssh-server": r"\"sshd\"", "openssh-client": r"\"ssh-keygen\"", "rsync": r"\"rsync\"",
+    "slurm-wlm": r"slurmctld", "munge": r"munged", "parallel": r"kProgram = \"parallel\"|\"parallel\"", "iproute2": r'"ip", "netns"', "openssh-server": r"\"sshd\"", "openssh-client": r"\"ssh-keygen\"", "rsync": r"\"rsync\"",
     "debootstrap": r"command -v debootstrap", "coinor-cbc": r"command -v cbc", "chromium": r"chromium --headless", "nodejs": r'"node", "--test"', "npm": r'"npm", "ci"', "clang-format": r"clang-format", "clang-tidy": r'"clang-tidy", "--quiet"', "cppcheck": r'"cppcheck", "--std=c11"', "dpkg-dev": r"dpkg-shlibdeps", "mkdocs": r"/usr/bin/mkdocs", "lintian": r"\"lintian\"", "clang": r"clang\+\+", "gcc-avr": r"find_program\(AVR_GCC avr-gcc", "avr-libc": r"\bavr/io\.h\b", "libsimavr-dev": r"<simavr/", "libclang-rt-14-dev": r"-fsanitize=fuzzer|sanitize=[\w,]*fuzzer",
 }
 

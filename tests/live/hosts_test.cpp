@@ -154,12 +154,17 @@ enum class Loss : std::uint8_t { kCutLine, kSshKilled, kFrozen, kRelayKilled, kH
 constexpr const char* kLosses[] = {"line cut", "ssh killed", "computer frozen", "relay killed",
                                    "firn host killed"};
 
-int children_named(const FarHosts&, int parent, const char* name) {
-  std::FILE* const p = ::popen(("pgrep -P " + std::to_string(parent) + " " + name).c_str(), "r");
-  int pid = 0;
-  if (std::fscanf(p, "%d", &pid) != 1) pid = 0;
-  ::pclose(p);
-  return pid;
+/// A child of the process with this name; 0: it has none.
+int child_named(int parent, const std::string& name) {
+  const std::string task =
+      "/proc/" + std::to_string(parent) + "/task/" + std::to_string(parent) + "/children";
+  std::ifstream children(task);
+  for (int pid = 0; children >> pid;) {
+    std::string comm;
+    std::getline(std::ifstream("/proc/" + std::to_string(pid) + "/comm"), comm);
+    if (comm == name) return pid;
+  }
+  return 0;
 }
 
 /// One print that loses a computer in the middle, in the way that the seed draws, and is resumed.
@@ -177,7 +182,11 @@ void lose_a_host(std::uint64_t seed) {
   const std::string relay = "relay_" + host;
   const std::int64_t at = monotonic_ns();
   if (loss == Loss::kCutLine) hosts.cut(host);
-  if (loss == Loss::kSshKilled) ::kill(children_named(hosts, run.pid_of(relay), "ssh"), SIGKILL);
+  if (loss == Loss::kSshKilled) {
+    const int ssh = child_named(run.pid_of(relay), "ssh");
+    REQUIRE(ssh > 1);
+    ::kill(ssh, SIGKILL);
+  }
   if (loss == Loss::kFrozen) hosts.freeze(host);
   if (loss == Loss::kRelayKilled) run.kill(relay);
   if (loss == Loss::kHostKilled)

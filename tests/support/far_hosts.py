@@ -8,6 +8,7 @@ import shutil
 import socket
 import struct
 import subprocess
+import tempfile
 import threading
 import time
 from pathlib import Path
@@ -15,24 +16,22 @@ from pathlib import Path
 TUNSETIFF = 0x400454CA
 IFF_TUN, IFF_NO_PI = 0x0001, 0x1000
 PATIENCE_S = 30
+os.environ["PATH"] = os.environ.get("PATH", "") + ":/usr/sbin:/sbin"
 
 
 def refused():
-    """Why this machine gives no such computers; empty: it does."""
-    for program in ("ip", "sshd", "ssh", "ssh-keygen", "unshare"):
-        if not shutil.which(program, path=os.environ.get("PATH", "") + ":/usr/sbin:/sbin"):
+    """Why this machine gives no such computers; empty: it does. It makes one, and asks it something."""
+    for program in ("ip", "sshd", "ssh", "ssh-keygen"):
+        if not shutil.which(program):
             return f"{program} is not installed"
     if os.geteuid() != 0:
         return "network namespaces need root"
-    name = f"fp{os.getpid()}"
-    made = subprocess.run(["ip", "netns", "add", name], capture_output=True, text=True, check=False)
-    if made.returncode != 0:
-        return "no network namespaces here: " + made.stderr.strip()
-    subprocess.run(["ip", "netns", "del", name], check=False)
     try:
-        os.close(tun(f"fp{os.getpid() % 10000}"))
-    except OSError as error:
-        return f"no TUN device: {error}"
+        with tempfile.TemporaryDirectory() as folder:
+            hosts = FarHosts(folder, ["probe"])
+            hosts.stop()
+    except (OSError, RuntimeError) as error:
+        return " ".join(str(error).split())[:300]
     return ""
 
 
@@ -110,6 +109,13 @@ class FarHosts:
     def __init__(self, folder, names, seed=1):
         self.folder, self.names = Path(folder), list(names)
         self.link, self.daemon, self.spaces = {}, {}, {}
+        try:
+            self.make(seed)
+        except BaseException:
+            self.stop()
+            raise
+
+    def make(self, seed):
         for key in ("host", "user"):
             run("ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-f", self.folder / key)
         shutil.copy(self.folder / "user.pub", self.folder / "authorized")
@@ -144,7 +150,7 @@ class FarHosts:
             self.wait_for(name)
 
     def serve(self, name):
-        sshd = shutil.which("sshd", path=os.environ.get("PATH", "") + ":/usr/sbin:/sbin")
+        sshd = shutil.which("sshd")
         words = ["ip", "netns", "exec", self.spaces[name], sshd, "-D", "-e", "-f", "/dev/null", "-h", self.folder / "host", "-o",
                  f"AuthorizedKeysFile={self.folder}/authorized", "-o", "StrictModes=no", "-o", "UsePAM=no", "-o", "PidFile=none", "-o",
                  "PermitRootLogin=yes", "-o", f"SetEnv=XDG_STATE_HOME={self.folder / name}"]
