@@ -138,8 +138,8 @@ void seed_datagrams(const Seed& seed) {
   hello.order.files["experiment.toml"] = {12, "aa"};
   const std::string text = to_json(hello);
   std::vector<std::byte> stream;
-  append_frame({relay::FrameKind::kHello, {}, 0, 0, std::as_bytes(std::span(text))}, stream);
-  append_frame({relay::FrameKind::kFile, "nodes/jet.wal", 100, 0, packet}, stream);
+  relay::append_frame({relay::FrameKind::kHello, {}, 0, 0, std::as_bytes(std::span(text))}, stream);
+  relay::append_frame({relay::FrameKind::kFile, "nodes/jet.wal", 100, 0, packet}, stream);
   seed("fuzz_relay", "hello", stream);
 }
 
