@@ -290,7 +290,7 @@ void FarEnd::hand_over() {
       if (relay::FileState state = relay::state_of(folder_ / name); state.bytes >= 0)
         records[name] = std::move(state);
   }
-  link_->say("", "RECORDS " + relay::to_json(records));
+  link_->say_behind_files("RECORDS " + relay::to_json(records));
   handed_over_ = true;
 }
 

@@ -82,8 +82,8 @@ void NearEnd::turn() {
   link_.service([this](const Frame& f) { take(f); });
   if (!files_told_ && source_.all_sent()) {
     files_told_ = true;
-    link_.say("", "FILES");
-    if (order_.collect) link_.say("", "COLLECT");
+    link_.say_behind_files("FILES");
+    if (order_.collect) link_.say_behind_files("COLLECT");
   }
   if (collected_) return;
   if (link_.closed()) {

@@ -54,6 +54,10 @@ void Link::say(std::string_view process, std::string_view line) {
   send({FrameKind::kLine, process, ++lines_sent_, 0, std::as_bytes(std::span(line))});
 }
 
+void Link::say_behind_files(std::string_view line) {
+  lanes_.front()->queue.add({FrameKind::kLine, {}, 0, 0, std::as_bytes(std::span(line))});
+}
+
 void Link::set_files(SendQueue::NextFile files) { lanes_.front()->queue.set_files(std::move(files)); }
 
 void Link::service(const Take& take) {
@@ -104,6 +108,7 @@ void Link::handle(Lane& lane, const Frame& frame, const Take& take) {
     case FrameKind::kTaken:
       return lane.queue.taken(frame.number, now);
     case FrameKind::kLine:
+      if (frame.number == 0) return take(frame);     // behind files
       if (frame.number != lines_taken_ + 1) return;  // it came by another lane before
       ++lines_taken_;
       return take(frame);

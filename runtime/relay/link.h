@@ -42,6 +42,8 @@ class Link {
 
   void send(const Frame& frame);
   void say(std::string_view process, std::string_view line);
+  /// By the first stream alone: the line comes behind the pieces of files that were sent before.
+  void say_behind_files(std::string_view line);
   void set_files(SendQueue::NextFile files);
   /// Asks for the other's time from now on: kFirstAsks times quickly, then every kAskEveryNs.
   void ask_time() { asks_ = true; }
