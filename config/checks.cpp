@@ -7,6 +7,7 @@
 
 #include "config/devices.h"
 #include "config/error.h"
+#include "config/hosts.h"
 #include "config/lab_checks.h"
 #include "config/labs.h"
 #include "config/swaths.h"
@@ -74,14 +75,8 @@ void check_hosts(Rules& r) {
   const HostsConfig& hosts = r.experiment().hosts;
   for (const auto& [name, address] : hosts.address) {
     const std::string key = "hosts." + name;
-    const bool plain = name.size() <= 40 && std::ranges::all_of(name, [](unsigned char c) {
-                         return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || c == '_' || c == '-';
-                       });
-    r.require(plain, {key.c_str()}, "the name must be 1 to 40 of a-z, 0-9, '_' and '-'");
-    const bool address_plain =
-        !address.empty() && address[0] != '-' && address[0] != ':' &&
-        std::ranges::all_of(address, [](unsigned char c) { return c > ' ' && c < 0x7f; });
-    r.require(address_plain, {key.c_str()},
+    r.require(is_host_name(name), {key.c_str()}, "the name must be 1 to 40 of a-z, 0-9, '_' and '-'");
+    r.require(is_host_address(address), {key.c_str()},
               "must be what ssh calls the computer, as \"user@bench-pc\", without blanks");
   }
   for (const auto& [node, host] : hosts.of_node) {

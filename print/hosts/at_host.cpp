@@ -68,7 +68,7 @@ std::vector<std::string> words_at_host(const Experiment& lab, const std::string&
   std::string line = shell_word(place.program) + " host --lab " + hex_of(dump(there)) + " -- " + command;
   for (const std::string& w : words) line += " " + shell_word(w);
   const bool person = ::isatty(STDIN_FILENO) && ::isatty(STDOUT_FILENO);
-  return {"ssh", person ? "-t" : "-T", "-o", "ConnectTimeout=5", place.address, line};
+  return {"ssh", person ? "-t" : "-T", "-o", "ConnectTimeout=5", "--", place.address, line};
 }
 
 int run_at_host(const Experiment& lab, const std::string& host, const std::string& command,

@@ -46,8 +46,8 @@ Ssh::Ssh(const std::string& address, const std::string& command) : address_(addr
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, stream) != 0 || ::pipe2(errors, O_CLOEXEC) != 0)
     throw std::runtime_error(std::string("a socket for ssh: ") + std::strerror(errno));
   std::string words[] = {
-      "ssh", "-T",   "-o",    "BatchMode=yes", "-o", "ConnectTimeout=5", "-o", "ServerAliveInterval=5",
-      "-e",  "none", address, command};
+      "ssh", "-T",   "-o", "BatchMode=yes", "-o",   "ConnectTimeout=5", "-o", "ServerAliveInterval=5",
+      "-e",  "none", "--", address,         command};
   std::vector<char*> argv;
   for (std::string& w : words) argv.push_back(w.data());
   argv.push_back(nullptr);

@@ -3,15 +3,29 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "config/hosts.h"
 #include "files/json.h"
 #include "files/run_paths.h"
 #include "files/text_file.h"
+#include "lcmtypes/channels.h"
 
 namespace firn::runs {
 namespace {
 
 namespace fs = std::filesystem;
 constexpr const char* kEnding = ".json";
+
+// The name becomes a part of file names, the address a word for ssh, the nodes files that the host may send.
+void check(const HostRecord& r, const fs::path& file) {
+  const auto require = [&](bool good, const std::string& member, const std::string& value) {
+    if (!good)
+      throw std::runtime_error(file.string() + ": " + member + " '" + value.substr(0, 100) + "' is none");
+  };
+  require(is_host_name(r.name) && file.stem() == r.name, "name", r.name);
+  require(is_host_address(r.address), "address", r.address);
+  require(is_host_address(r.program), "program", r.program);
+  for (const std::string& node : r.nodes) require(find_node(node) != nullptr, "node", node);
+}
 
 }  // namespace
 
@@ -40,6 +54,7 @@ std::vector<HostRecord> host_records(const fs::path& run) {
       j.at("program").get_to(r.program);
       j.at("nodes").get_to(r.nodes);
       j.at("complete").get_to(r.complete);
+      check(r, file);
       records.push_back(std::move(r));
     } catch (const nlohmann::json::exception& e) {
       throw std::runtime_error(file.string() + ": " + e.what());

@@ -16,8 +16,9 @@ struct HostRecord {
 };
 
 void write_host_record(const std::filesystem::path& run, const HostRecord& record);
-/// Returns the records by name; none for a run on one computer. @throws std::runtime_error naming file and
-/// member
+/// Returns the records by name; none for a run on one computer. A run may come from a stranger: names,
+/// addresses and processes are those that a lab file may have.
+/// @throws std::runtime_error naming file and member
 std::vector<HostRecord> host_records(const std::filesystem::path& run);
 /// Returns "incomplete: host bench (jet, stage)" for the hosts whose records are not all here; empty: all
 /// are.

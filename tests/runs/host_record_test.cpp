@@ -3,6 +3,8 @@
 
 #include <catch2/catch.hpp>
 
+#include <filesystem>
+#include <stdexcept>
 #include <string>
 
 #include "tests/support/temp_folder.h"
@@ -43,4 +45,39 @@ TEST_CASE("a damaged record of a host is named by its file") {
   write_host_record(dir.path(), kBench);
   dir.file("hosts/bench.json", "{\"name\": 3}");
   CHECK_THROWS_WITH(host_records(dir.path()), Catch::Contains("bench.json"));
+}
+
+TEST_CASE(
+    "a stranger's record of a host names no file outside, no option of ssh and no process that is none") {
+  const auto refused = [](const std::string& file, HostRecord r) {
+    const test::TempFolder dir;
+    r.complete = false;
+    write_host_record(dir.path(), kBench);
+    std::filesystem::remove(dir.path() / "hosts" / "bench.json");
+    std::string nodes;
+    for (const std::string& node : r.nodes) nodes += (nodes.empty() ? "\"" : ", \"") + node + "\"";
+    dir.file("hosts/" + file, "{\"name\": \"" + r.name + "\", \"address\": \"" + r.address +
+                                  "\", \"program\": \"" + r.program + "\", \"nodes\": [" + nodes +
+                                  "], \"complete\": false}");
+    try {
+      host_records(dir.path());
+    } catch (const std::runtime_error& e) {
+      return std::string(e.what());
+    }
+    return std::string("taken");
+  };
+  HostRecord r = kBench;
+  CHECK(refused("bench.json", r) == "taken");
+  CHECK(refused("attic.json", r).find("name 'bench'") != std::string::npos);
+  r.name = "../../bench";
+  CHECK(refused("bench.json", r).find("name '../../bench'") != std::string::npos);
+  r = kBench;
+  r.address = "-oProxyCommand=touch /tmp/x";
+  CHECK(refused("bench.json", r).find("address '-oProxy") != std::string::npos);
+  r = kBench;
+  r.program = "-x";
+  CHECK(refused("bench.json", r).find("program '-x'") != std::string::npos);
+  r = kBench;
+  r.nodes = {"../../../home/me/.ssh/config"};
+  CHECK(refused("bench.json", r).find("node '../") != std::string::npos);
 }
