@@ -48,7 +48,7 @@ Json list_row(const fs::path& folder, const std::string& label, const Json& list
          {"started_utc", text("started_utc")},
          {"outcome", live ? "printing" : outcome},
          {"layers", listing.value("layers", 0)}};
-  // Of a run that goes on the digest of before is old.
+  // The digest of a run that goes on is old.
   const auto& errors = live ? of_opened : known_errors;
   const auto error = errors.find(folder);
   const bool measured = !listing.at("rms_um").is_null();

@@ -80,38 +80,42 @@ std::vector<std::string> path_parts(std::string_view target) {
   }
 }
 
-std::vector<std::string> query_values(std::string_view target, std::string_view key) {
-  std::vector<std::string> values;
+namespace {
+
+// Values of the key in a target's query, as they are on the wire.
+std::vector<std::string_view> raw_values(std::string_view target, std::string_view key) {
+  std::vector<std::string_view> values;
   std::size_t at = target.find('?');
   while (at != target.npos) {
     target.remove_prefix(at + 1);
     at = target.find('&');
     const std::string_view pair = target.substr(0, at);
     const std::size_t equals = pair.find('=');
-    if (equals == pair.npos || pair.substr(0, equals) != key) continue;
-    auto parts = path_parts("/" + std::string(pair.substr(equals + 1)));
+    if (equals != pair.npos && pair.substr(0, equals) == key) values.push_back(pair.substr(equals + 1));
+  }
+  return values;
+}
+
+}  // namespace
+
+std::vector<std::string> query_values(std::string_view target, std::string_view key) {
+  std::vector<std::string> values;
+  for (const std::string_view raw : raw_values(target, key)) {
+    auto parts = path_parts("/" + std::string(raw));
     values.push_back(parts.size() == 1 ? std::move(parts.front()) : "");
   }
   return values;
 }
 
 std::string query_text(std::string_view target, std::string_view key) {
-  std::size_t at = target.find('?');
-  while (at != target.npos) {
-    target.remove_prefix(at + 1);
-    at = target.find('&');
-    const std::string_view pair = target.substr(0, at);
-    const std::size_t equals = pair.find('=');
-    if (equals == pair.npos || pair.substr(0, equals) != key) continue;
-    std::string text;
-    for (std::string_view rest = pair.substr(equals + 1); !rest.empty(); rest.remove_prefix(1)) {
-      const auto value = rest[0] == '%' && rest.size() > 2 ? hex_byte(rest.substr(1, 2)) : std::nullopt;
-      text += value ? char(*value) : rest[0];
-      if (value) rest.remove_prefix(2);
-    }
-    return text;
+  const auto raw = raw_values(target, key);
+  std::string text;
+  for (std::string_view rest = raw.empty() ? "" : raw.front(); !rest.empty(); rest.remove_prefix(1)) {
+    const auto value = rest[0] == '%' && rest.size() > 2 ? hex_byte(rest.substr(1, 2)) : std::nullopt;
+    text += value ? char(*value) : rest[0];
+    if (value) rest.remove_prefix(2);
   }
-  return "";
+  return text;
 }
 
 std::string run_of(std::string_view target) {

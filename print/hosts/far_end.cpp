@@ -28,7 +28,7 @@ constexpr double kCollectSilentS = 20.0;  // the relay compares the sums of what
 constexpr double kEndWithinS = 2.0;       // of the processes, as at the launcher
 constexpr std::int64_t kPredecessorNs = 10'000'000'000;  // above kSilentS and kEndWithinS
 constexpr std::int64_t kLookNs = 50'000'000, kSteerNs = 250'000'000, kTellClockNs = 1'000'000'000;
-constexpr std::int64_t kCalmNs = 1'500'000, kLongestTurnUs = 50'000;
+constexpr std::int64_t kLongestTurnUs = 50'000;
 
 double seconds(std::int64_t ns) { return double(ns) * 1e-9; }
 
@@ -65,10 +65,7 @@ int FarEnd::run(int in_fd, int out_fd) {
 }
 
 void FarEnd::turn() {
-  if (const std::int64_t early = turned_ns_ + kCalmNs - monotonic_ns(); early > 0) {
-    const timespec pause{0, long(early)};
-    ::nanosleep(&pause, nullptr);
-  }
+  link_->rest();
   std::vector<pollfd> fds;
   link_->add_to(fds);
   fds.push_back({door_.fd(), POLLIN, 0});

@@ -103,18 +103,23 @@ void RemoteHost::service() {
   }
 }
 
+relay::HostOrder order_for(const runs::RunFolder& run, const std::string& host,
+                           const relay::HostPlace& place) {
+  relay::HostOrder o;
+  o.name = host;
+  o.address = place.address;
+  o.program = place.program;
+  o.run_id = run.run_id();
+  o.run = run.path().lexically_normal().filename().string();
+  o.place = fs::absolute(run.path()).string();
+  return o;
+}
+
 std::vector<relay::HostOrder> host_orders(const Experiment& e, const runs::RunFolder& run,
                                           const std::vector<std::string>& nodes) {
   std::vector<relay::HostOrder> orders;
   for (const auto& [name, address] : e.hosts.address) {
-    relay::HostOrder o;
-    o.name = name;
-    const relay::HostPlace place = relay::place_of(address);
-    o.address = place.address;
-    o.program = place.program;
-    o.run_id = run.run_id();
-    o.run = run.path().lexically_normal().filename().string();
-    o.place = fs::absolute(run.path()).string();
+    relay::HostOrder o = order_for(run, name, relay::place_of(address));
     o.slack_ms = e.run.clock_slack_ms;
     o.silence_s = e.run.lease_s + kSilentBeyondLeaseS;
     for (const std::string& node : nodes)

@@ -57,6 +57,10 @@ class RemoteHost {
 
 /// A host that has said nothing for so long beyond the lease is lost: its instruments are safe by then.
 inline constexpr double kSilentBeyondLeaseS = 0.2;
+/// Returns the order for a host of the run, without nodes, files and arguments.
+relay::HostOrder order_for(const runs::RunFolder& run, const std::string& host,
+                           const relay::HostPlace& place);
+
 /// Returns the orders for the hosts that the experiment names, each with the nodes of `nodes` that run there,
 /// and without files and arguments.
 std::vector<relay::HostOrder> host_orders(const Experiment& experiment, const runs::RunFolder& run,

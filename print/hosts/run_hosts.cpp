@@ -96,13 +96,7 @@ void collect_records(const runs::RunFolder& run, const fs::path& programs,
   if (wanted.empty()) return;
   const runs::SealCheck before = runs::check_seals(run.path());
   for (const runs::HostRecord& r : wanted) {
-    relay::HostOrder o;
-    o.name = r.name;
-    o.address = r.address;
-    o.program = r.program;
-    o.run_id = run.run_id();
-    o.run = run.path().lexically_normal().filename().string();
-    o.place = fs::absolute(run.path()).string();
+    relay::HostOrder o = order_for(run, r.name, {r.address, r.program});
     o.nodes = r.nodes;
     o.collect = true;
     o.files = files_for(run, o);

@@ -71,7 +71,7 @@ std::map<std::string, FileState> files_from_json(const std::string& text);
 /// "cassettes/jet.cassette"; and the one that it writes anew.
 std::vector<std::string> grown_by(const std::string& node);
 std::string faults_of(const std::string& node);
-/// Whether the name is that of a file which one of `nodes` makes.
+/// Returns true for the name of a file that one of `nodes` makes.
 bool is_made_by(const std::vector<std::string>& nodes, std::string_view name);
 
 }  // namespace firn::relay

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <ctime>
 #include <sstream>
 #include <stdexcept>
 
@@ -17,8 +16,6 @@ namespace firn::relay {
 namespace {
 
 constexpr double kGreetedWithinS = 20.0;  // ssh, and the program there
-// Between two turns at most so often: a profiler's thousand rows a second are relayed some at a time.
-constexpr std::int64_t kCalmNs = 1'500'000;
 constexpr std::int64_t kLongestTurnUs = 100'000;
 // While records are collected nothing is at stake, and the host may be busy with their sums.
 constexpr double kCollectSilenceS = 20.0;
@@ -58,10 +55,7 @@ int NearEnd::run() try {
 }
 
 void NearEnd::turn() {
-  if (const std::int64_t early = turned_ns_ + kCalmNs - monotonic_ns(); early > 0) {
-    const timespec pause{0, long(early)};
-    ::nanosleep(&pause, nullptr);
-  }
+  link_.rest();
   std::vector<pollfd> fds;
   if (bus_) fds.push_back({bus_->fd(), POLLIN, 0});
   if (!control_.closed()) fds.push_back({control_.fd(), POLLIN, 0});
@@ -71,7 +65,6 @@ void NearEnd::turn() {
   const std::int64_t wait_us = std::min(kLongestTurnUs, link_.due_us() - monotonic_us());
   const timespec timeout = poll_timeout(wait_us);
   ::ppoll(fds.data(), fds.size(), &timeout, nullptr);
-  turned_ns_ = monotonic_ns();
   listen_to_launcher();
   ssh_.service();
   for (const auto& lane : lanes_) lane->service();
@@ -88,14 +81,14 @@ void NearEnd::turn() {
   if (collected_) return;
   if (link_.closed()) {
     ssh_.service();
-    lose(greeted_ ? "has closed the connection" : "cannot be reached: " + ssh_.trouble());
+    throw std::runtime_error(greeted_ ? "has closed the connection" : "cannot be reached: " + ssh_.trouble());
   }
   if (!greeted_ && double(monotonic_ns() - began_ns_) * 1e-9 > kGreetedWithinS)
-    lose("has not answered within " + std::to_string(int(kGreetedWithinS)) + " s");
+    throw std::runtime_error("has not answered within " + std::to_string(int(kGreetedWithinS)) + " s");
   if (greeted_ && link_.silent_s() > (collecting_ ? kCollectSilenceS : order_.silence_s)) {
     char text[80];
     std::snprintf(text, sizeof text, "has said nothing for %.1f s", link_.silent_s());
-    lose(text);
+    throw std::runtime_error(text);
   }
 }
 
@@ -190,7 +183,5 @@ void NearEnd::listen_to_launcher() {
   }
   if (control_.closed()) throw std::runtime_error("is left: the launcher is gone");
 }
-
-void NearEnd::lose(const std::string& why) { throw std::runtime_error(why); }
 
 }  // namespace firn::relay

@@ -40,7 +40,6 @@ class NearEnd {
   void take_records(const std::string& json);
   void listen_to_launcher();
   void keep_clock(const std::string& numbers);
-  [[noreturn]] void lose(const std::string& why);
 
   HostOrder order_;
   std::string key_line_;
@@ -54,7 +53,7 @@ class NearEnd {
   FileSource source_;
   FileSink sink_;
   std::ofstream facts_file_, clock_file_;
-  std::int64_t turned_ns_ = 0, began_ns_;
+  std::int64_t began_ns_;
   bool greeted_ = false, started_ = false, files_told_ = true, collected_ = false;
   bool collecting_;  // the processes there have ended, or never began
 };

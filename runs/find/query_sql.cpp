@@ -45,7 +45,8 @@ const char* sign(Op op) {
   }
 }
 
-bool holds(Op op, double a, double b) {
+template <class Value>
+bool in_order(Op op, const Value& a, const Value& b) {
   switch (op) {
     case Op::kLess:
       return a < b;
@@ -60,21 +61,11 @@ bool holds(Op op, double a, double b) {
   }
 }
 
+bool holds(Op op, double a, double b) { return in_order(op, a, b); }
+
 bool holds(Op op, const std::string& a, const std::string& b) {
-  switch (op) {
-    case Op::kLess:
-      return a < b;
-    case Op::kAtMost:
-      return a <= b;
-    case Op::kGreater:
-      return a > b;
-    case Op::kAtLeast:
-      return a >= b;
-    case Op::kContains:
-      return lowercase(a).find(lowercase(b)) != std::string::npos;
-    default:
-      return a == b;
-  }
+  if (op == Op::kContains) return lowercase(a).find(lowercase(b)) != std::string::npos;
+  return in_order(op, a, b);
 }
 
 // Returns whether a field's own value meets the comparison.

@@ -108,9 +108,10 @@ class RunIndex::Database {
         "(SELECT run, min(number) number, min(word) word FROM facts WHERE key = ? GROUP BY run) s ON s.run = "
         "r.id "
         "WHERE " +
-        where + ") AND (" + condition.text + ") ORDER BY s.word IS NULL, s.number " +
-        (options.descending ? "DESC" : "ASC") + ", s.word " + (options.descending ? "DESC" : "ASC") +
-        ", place, name";
+        where + ") AND (" + condition.text + ") ORDER BY s.word IS NULL";
+    // Names begin with the time: of two runs of one second the later one is the newer, too.
+    for (const char* column : {"s.number", "s.word", "place", "name"})
+      sql += std::string(", ") + column + (options.descending ? " DESC" : " ASC");
     if (options.limit > 0) sql += " LIMIT " + std::to_string(options.limit);
     Statement rows(connection_.get(), sql);
     rows.bind(std::string_view(options.sort));

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <ctime>
 
 #include "runtime/run_clock.h"
 
@@ -60,7 +61,15 @@ void Link::say_behind_files(std::string_view line) {
 
 void Link::set_files(SendQueue::NextFile files) { lanes_.front()->queue.set_files(std::move(files)); }
 
+void Link::rest() const {
+  const std::int64_t early = serviced_ns_ + kCalmNs - monotonic_ns();
+  if (early <= 0) return;
+  const timespec pause{0, long(early)};
+  ::nanosleep(&pause, nullptr);
+}
+
 void Link::service(const Take& take) {
+  serviced_ns_ = monotonic_ns();
   for (std::size_t n = 0; n < lanes_.size(); ++n) read(*lanes_[n], take);  // which may add a lane
   const std::int64_t now = monotonic_ns();
   if (asks_ && now >= ask_at_ns()) {

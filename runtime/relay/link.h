@@ -37,6 +37,9 @@ class Link {
   /// frames come
   void service(const Take& take);
   void add_to(std::vector<pollfd>& fds) const;
+  /// Waits until the last service() is kCalmNs ago: a profiler's thousand rows a second are relayed some at a
+  /// time.
+  void rest() const;
   /// Wall time [us] of the next service() that has something to do.
   std::int64_t due_us() const;
 
@@ -54,6 +57,7 @@ class Link {
 
   static constexpr std::int64_t kAskEveryNs = 100'000'000, kAskQuicklyNs = 10'000'000;
   static constexpr int kFirstAsks = 40;
+  static constexpr std::int64_t kCalmNs = 1'500'000;
 
  private:
   struct Lane {
@@ -78,7 +82,7 @@ class Link {
   bool asks_ = false;
   int asks_made_ = 0;
   PeerClock clock_;
-  std::int64_t asked_ns_ = 0, heard_ns_;
+  std::int64_t asked_ns_ = 0, heard_ns_, serviced_ns_ = 0;
   std::int64_t lines_sent_ = 0, lines_taken_ = 0;  // numbers of lines, which come by all lanes and count once
 };
 

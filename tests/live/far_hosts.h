@@ -25,7 +25,7 @@ class FarHosts {
   void mend(const std::string& host) { order("mend " + host); }
   void freeze(const std::string& host) { order("freeze " + host); }
   void thaw(const std::string& host) { order("thaw " + host); }
-  /// Of all that runs there but sshd.
+  /// Processes there, without sshd.
   std::vector<int> pids(const std::string& host);
   /// Folder of the hosts' records: FOLDER/HOST/firn/hosts.
   const std::filesystem::path& folder() const { return folder_; }
